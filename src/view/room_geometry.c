@@ -7,21 +7,21 @@
 
 #include "view/message.h"
 
-/* A grid of vertices, row by row. */
+/* A grid of vertices, stored row by row. */
 typedef struct grid {
-    int columns, rows; /* cells */
+    int columns, rows; /* number of cells */
 } grid;
 
-/* Edge of a box's cell, at most. */
+/* Maximum edge of a box's cell, in units. */
 static const double cell = 0.5;
-static const grid around = {64, 32}; /* a sphere, from pole to pole */
+static const grid around = {64, 32}; /* of a sphere, from pole to pole */
 
 static int grid_vertices(grid g)
 {
     return (g.columns + 1) * (g.rows + 1);
 }
 
-/* The quads of a grid, each of so many cells. */
+/* Adds the quads of a grid; each covers step_x x step_y cells. */
 static void add_quads(view_room_mesh *mesh, grid g, int first, int step_x,
                       int step_y)
 {
@@ -41,7 +41,7 @@ static void add_quads(view_room_mesh *mesh, grid g, int first, int step_x,
 
 /* ---- boxes ------------------------------------------------------------- */
 
-/* A side: its normal is along axis, and u x v is that normal. */
+/* A side of a box. Its normal is along axis; u x v is the normal. */
 typedef struct side {
     const view_room_box *box;
     int axis, u, v;
@@ -49,7 +49,7 @@ typedef struct side {
     grid cells;
 } side;
 
-/* Of all boxes. */
+/* Number of sides of all boxes. */
 static int side_count(void)
 {
     return 6 * view_room_boxes();
@@ -124,9 +124,9 @@ static view_room_range add_sphere(view_room_mesh *mesh, int i)
     return (view_room_range){before, mesh->index_count - before};
 }
 
-/* ---- all of it --------------------------------------------------------- */
+/* ---- the mesh ---------------------------------------------------------- */
 
-static bool allot(view_room_mesh *mesh)
+static bool allocate(view_room_mesh *mesh)
 {
     int vertices = VIEW_ROOM_SPHERES * grid_vertices(around);
     int quads = VIEW_ROOM_SPHERES * around.columns * around.rows;
@@ -147,7 +147,7 @@ static bool allot(view_room_mesh *mesh)
 bool view_room_mesh_make(view_room_mesh *mesh)
 {
     *mesh = (view_room_mesh){0};
-    if (!allot(mesh))
+    if (!allocate(mesh))
         return false;
     for (int i = 0; i < side_count(); i++) {
         const side s = side_of(i);

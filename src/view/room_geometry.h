@@ -10,25 +10,25 @@ typedef struct view_room_vertex {
     view_room_material material;
 } view_room_vertex;
 
-/* Of the indices. */
+/* A range of indices. */
 typedef struct view_room_range {
     int first, count;
 } view_room_range;
 
-/* Triangles, counter-clockwise seen from outside. Boxes are in their places;
- * spheres have radius 1 and their centre at 0. */
+/* Triangles, counter-clockwise seen from outside. Boxes are at their places;
+ * spheres have radius 1 and centre 0. */
 typedef struct view_room_mesh {
     view_room_vertex *vertices;
     GLuint *indices;
     int vertex_count, index_count;
-    view_room_range sides; /* the boxes' sides whole */
-    view_room_range cells; /* the same in cells, as a paraboloid bends them */
+    view_room_range sides; /* whole sides of boxes */
+    view_room_range cells; /* the same divided into cells, for paraboloids */
     view_room_range spheres[VIEW_ROOM_SPHERES];
 } view_room_mesh;
 
-/* False, with a message, and *mesh zeroed. */
+/* False, with a message; *mesh is then zeroed. */
 bool view_room_mesh_make(view_room_mesh *mesh);
-/* Frees the vertices and indices, and keeps the ranges. */
+/* Frees vertices and indices but keeps the ranges. */
 void view_room_mesh_free(view_room_mesh *mesh); /* zeroed is fine */
 
 #endif

@@ -7,11 +7,11 @@
 
 enum {
     MOST = IBL_MAX_TILE_PROBES,
-    DYNAMIC = MOST, /* its place in the buffer, as in room.glsl */
+    DYNAMIC = MOST, /* index in the buffer, as in room.glsl */
     FLOATS = (MOST + 1) * IBL_PROBE_FLOATS
 };
 
-/* ---- what is kept ------------------------------------------------------ */
+/* ---- resources --------------------------------------------------------- */
 
 static void make_buffer(view_room_probes *p)
 {
@@ -21,7 +21,7 @@ static void make_buffer(view_room_probes *p)
     gl.TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, p->buffer);
 }
 
-static void make_none(view_room_probes *p)
+static void make_black(view_room_probes *p)
 {
     static const float black[4 * 6];
 
@@ -32,7 +32,7 @@ static void make_none(view_room_probes *p)
                   GL_FLOAT, black);
 }
 
-/* Room for a picture's, if there is not yet. */
+/* Enlarges the texture of masks if it is too small. */
 static void make_masks(view_room_probes *p, int columns, int rows)
 {
     if (columns <= p->columns && rows <= p->rows)
@@ -52,7 +52,7 @@ bool view_room_probes_make(view_room_probes *p)
     gl.GenFramebuffers(1, &p->framebuffer);
     make_masks(p, 1, 1);
     make_buffer(p);
-    make_none(p);
+    make_black(p);
     return p->program;
 }
 
@@ -66,15 +66,15 @@ void view_room_probes_free(view_room_probes *p)
     gl.DeleteProgram(p->program);
 }
 
-/* ---- what a draw is told ----------------------------------------------- */
+/* ---- uniforms ---------------------------------------------------------- */
 
-/* Paraboloids are no projection, which is what tiles are culled by. */
+/* Culling of tiles needs a projection; a paraboloid is none. */
 static bool has_masks(const view_room_draw *d)
 {
     return d->locals.count > 0 && !d->untiled && !d->paraboloid;
 }
 
-/* How many local ones come before the dynamic one. */
+/* Number of local probes that come before the dynamic one. */
 static int dynamic_place(const view_room_draw *d)
 {
     int before = 0, order[2] = {0};
@@ -88,7 +88,7 @@ static int dynamic_place(const view_room_draw *d)
     return before;
 }
 
-/* The first count bits. */
+/* Sets the first count bits. */
 static void fill_mask(unsigned mask[2], int count)
 {
     const uint64_t bits =
@@ -120,12 +120,12 @@ void view_room_probes_block(view_room_probe_block *b, const view_room_draw *d,
     fill_mask(b->masks + 2, dynamic_place(d));
 }
 
-/* ---- what is bound ----------------------------------------------------- */
+/* ---- bindings ---------------------------------------------------------- */
 
 static void upload(view_room_probes *p, const view_room_draw *d)
 {
     float packed[FLOATS] = {0};
-    int order[MOST]; /* as they come */
+    int order[MOST]; /* as they are */
 
     for (int i = 0; i < MOST; i++)
         order[i] = i;
@@ -138,7 +138,7 @@ static void upload(view_room_probes *p, const view_room_draw *d)
     gl.BufferSubData(GL_TEXTURE_BUFFER, 0, sizeof packed, packed);
 }
 
-/* A texel for each tile, in a framebuffer of its own. */
+/* Renders masks, a texel per tile, into p->framebuffer. */
 static void cull(view_room_probes *p, const GLint size[2])
 {
     const int columns = (size[0] + VIEW_ROOM_TILE - 1) / VIEW_ROOM_TILE;
@@ -152,8 +152,8 @@ static void cull(view_room_probes *p, const GLint size[2])
     view_gl_draw_full(p->program);
 }
 
-/* Drivers warn about empty samplers, or compile anew when they are filled:
- * unused ones have a black cube. */
+/* Unused samplers get a black cube: drivers warn about empty ones, or recompile
+ * once they are filled. */
 static void bind_maps(const view_room_probes *p, const view_probe_maps *m,
                       int unit)
 {

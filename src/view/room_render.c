@@ -18,16 +18,16 @@
 /* Uniform block "Room" (shaders/room.glsl), std140. */
 typedef struct room_block {
     float picture[16];
-    float paraboloid[4]; /* 1, 0, 0, 0, or zeros */
+    float paraboloid[4]; /* x: 1 for a paraboloid */
     float limit_centre[4], limit_half[4];
     view_room_probe_block probes;
 } room_block;
 
-/* Attributes of room.vert: of a vertex, of a sphere, of either. */
+/* Attributes of room.vert, all but CENTRE_RADIUS from vertices. */
 enum {
     POSITION,
     CENTRE_RADIUS,
-    MATERIAL, /* and the two after it */
+    MATERIAL, /* three attributes */
     NORMAL = MATERIAL + 3
 };
 
@@ -36,11 +36,11 @@ struct view_room {
     view_room_shadow shadow;
     view_room_probes probes;
     GLuint array, vertices, indices;
-    view_room_mesh mesh; /* its ranges */
+    view_room_mesh mesh; /* only its ranges */
     GLuint frame_buffer, room_buffer;
 };
 
-/* ---- what never changes ------------------------------------------------ */
+/* ---- create and free --------------------------------------------------- */
 
 static bool make_programs(view_room *r)
 {
@@ -122,10 +122,9 @@ void view_room_free(view_room *r)
     free(r);
 }
 
-/* ---- what a draw is told ----------------------------------------------- */
+/* ---- uniforms ---------------------------------------------------------- */
 
-/* Rows of the picture: to the right, up, and depth (the divisor, or z of a
- * paraboloid). */
+/* Rows of the projection: right, up, depth (divisor or z of a paraboloid). */
 static void picture_rows(const view_room_draw *d, double rows[3][3])
 {
     for (int k = 0; k < 3; k++) {
@@ -135,8 +134,8 @@ static void picture_rows(const view_room_draw *d, double rows[3][3])
     }
 }
 
-/* Inverse, as columns of 4. Returns the determinant, below 0 if the picture is
- * not mirrored, since depth is away from the eye. */
+/* Writes the inverse as columns of 4. Returns the determinant: below 0 for a
+ * picture that is not mirrored, since depth grows away from the eye. */
 static double invert_rows(const double rows[3][3], float columns[16])
 {
     double c[3][3], det = 0;
@@ -165,7 +164,7 @@ static void fill_frame(view_frame *f, const view_room_draw *d)
     f->turn[1] = (float)sin(turn);
     memcpy(f->lod, e->lod, sizeof f->lod);
     f->diffuse[0] = e->irradiance_scale;
-    f->choice[2] = 1; /* as the viewer starts: nothing lost by scattering */
+    f->choice[2] = 1; /* multiple scattering, the viewer's default */
 }
 
 static void fill_block(room_block *b, const view_room_draw *d)
@@ -212,7 +211,7 @@ static void bind_maps(const view_room_draw *d)
 
 /* ---- drawing ----------------------------------------------------------- */
 
-/* centre and radius: of a sphere; boxes are in their places. */
+/* centre, radius: of a sphere; boxes are at their places with 0 and 1. */
 static void draw_range(const view_room_range *range, const double centre[3],
                        double radius)
 {
@@ -238,8 +237,8 @@ static void draw_surfaces(const view_room *r, const view_room_draw *d,
     draw_range(cells ? &r->mesh.cells : &r->mesh.sides, (double[3]){0}, 1);
 }
 
-/* Shadows and masks, if the draw needs others, each in its own framebuffer.
- * Returns whether the picture is mirrored. */
+/* Renders shadows and masks, if needed, into their own framebuffers. Returns
+ * whether the picture is mirrored. */
 static bool prepare(view_room *r, const view_room_draw *d,
                     const GLint viewport[4])
 {
@@ -266,7 +265,7 @@ void view_room_render(view_room *r, const view_room_draw *d)
     gl.BindFramebuffer(GL_FRAMEBUFFER, (GLuint)framebuffer);
     gl.Viewport(viewport[0], viewport[1], viewport[2], viewport[3]);
     gl.Enable(GL_DEPTH_TEST);
-    gl.DepthFunc(GL_LEQUAL); /* the sky is as far as what was cleared */
+    gl.DepthFunc(GL_LEQUAL); /* the sky has the cleared depth */
     gl.Enable(GL_CULL_FACE);
     gl.FrontFace(mirrored ? GL_CW : GL_CCW);
     if (d->paraboloid)

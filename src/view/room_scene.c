@@ -19,20 +19,20 @@
 #define DARK MATERIAL(0.1f, 0.1f, 0.11f, 0.08f, 0.06f)
 #define LIGHT MATERIAL(0.3f, 0.29f, 0.27f, 0.08f, 0.06f)
 #define STONE MATERIAL(0.5f, 0.47f, 0.42f, 0.35f, 0.04f)
-/* A panel only emits. */
+/* A panel emits light and reflects none. */
 #define LAMP(r, g, b)                                                          \
     {                                                                          \
         .roughness = 1, .emission = { r, g, b }                                \
     }
 
-/* Walls are WALL thick, outside of the room. */
+/* Thickness of walls, which are outside the room. */
 #define WALL 0.25
 #define OUT (5 + WALL)
 
 const double view_room_centre[3] = {0, 2, 0}, view_room_half[3] = {5, 2, 5};
 const double view_room_wall = WALL;
 
-/* Five tiles of the floor, from -X to +X. */
+/* A row of five tiles of the floor, from -X to +X. */
 #define TILES(from, to, even, odd)                                             \
     {{-OUT, -WALL, from}, {-3, 0, to}, even},                                  \
         {{-3, -WALL, from}, {-1, 0, to}, odd},                                 \
@@ -90,9 +90,9 @@ const view_room_box *view_room_box_at(int i)
 
 /* ---- spheres ----------------------------------------------------------- */
 
-/* Each swings along every axis by itself, as a sine. */
+/* Each swings along every axis as an independent sine. Phase is in turns. */
 static const struct {
-    double radius, middle[3], reach[3], seconds[3], phase[3]; /* turns */
+    double radius, middle[3], reach[3], seconds[3], phase[3];
     view_room_material material;
 } spheres[VIEW_ROOM_SPHERES] = {
     {.radius = 0.6,

@@ -9,7 +9,7 @@
 #include "view/vector.h"
 
 enum {
-    EDGE = 2048 /* of the depths: 5 to 9 mm, if a unit is a metre */
+    EDGE = 2048 /* of the depth map; texels of 5 to 9 mm if a unit is 1 m */
 };
 
 /* Uniform block "Sun" (shaders/sun.glsl), std140. */
@@ -18,12 +18,12 @@ typedef struct sun_block {
     float direction[4], irradiance[4], right[4], up[4], limit[4];
 } sun_block;
 
-/* ---- where the sun is --------------------------------------------------- */
+/* ---- view of the sun ---------------------------------------------------- */
 
-/* The room from the sun: the boxes about it along its axes, and where. */
+/* Axes of the sun, and the box along them that holds the room. */
 typedef struct shadow_view {
-    double axes[3][3];          /* right, up, to the sun: unit */
-    double middle[3], reach[3]; /* along them */
+    double axes[3][3];         /* right, up, towards the sun: unit vectors */
+    double centre[3], half[3]; /* centre and half size along them */
 } shadow_view;
 
 static void set_axes(const double direction[3], double axes[3][3])
@@ -37,16 +37,16 @@ static void set_axes(const double direction[3], double axes[3][3])
     cross3(direction, axes[0], axes[1]);
 }
 
-/* Walls, floor and ceiling fill a box; spheres stay inside of it. */
-static void fit(shadow_view *v)
+/* Walls, floor and ceiling fill a box; spheres stay inside it. */
+static void fit_room(shadow_view *v)
 {
     for (int i = 0; i < 3; i++) {
-        v->middle[i] = dot3(v->axes[i], view_room_centre);
-        v->reach[i] = 0;
+        v->centre[i] = dot3(v->axes[i], view_room_centre);
+        v->half[i] = 0;
         for (int k = 0; k < 3; k++)
-            v->reach[i] +=
+            v->half[i] +=
                 fabs(v->axes[i][k]) * (view_room_half[k] + view_room_wall);
-        v->reach[i] *= 1 + 2.0 / EDGE;
+        v->half[i] *= 1 + 2.0 / EDGE;
     }
 }
 
@@ -57,24 +57,24 @@ static shadow_view view_from(const view_room_sun *sun, double turn)
 
     view_unturn(turn, sun->direction, direction);
     set_axes(direction, v.axes);
-    fit(&v);
+    fit_room(&v);
     return v;
 }
 
-/* ---- what is kept ------------------------------------------------------- */
+/* ---- resources ---------------------------------------------------------- */
 
-static void allot(const view_room_shadow *s, int edge)
+static void set_edge(const view_room_shadow *s, int edge)
 {
     view_gl_bind(VIEW_ROOM_UNIT_SHADOW, GL_TEXTURE_2D, s->depth);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, edge, edge, 0,
                   GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, NULL);
 }
 
-/* A texel until there is a sun. */
+/* One texel until a shadow is drawn. */
 static void make_depth(view_room_shadow *s)
 {
     gl.GenTextures(1, &s->depth);
-    allot(s, 1);
+    set_edge(s, 1);
     view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE,
                      GL_COMPARE_REF_TO_TEXTURE);
@@ -98,18 +98,18 @@ void view_room_shadow_free(view_room_shadow *s)
     gl.DeleteProgram(s->program);
 }
 
-/* ---- draws -------------------------------------------------------------- */
+/* ---- uniforms and target ------------------------------------------------ */
 
 static void fill_clip(float clip[16], const shadow_view *v)
 {
     memset(clip, 0, 16 * sizeof *clip);
     clip[15] = 1;
     for (int i = 0; i < 3; i++) {
-        /* Depth is away from the sun. */
-        const double scale = (i < 2 ? 1 : -1) / v->reach[i];
+        /* Depth grows away from the sun. */
+        const double scale = (i < 2 ? 1 : -1) / v->half[i];
         for (int k = 0; k < 3; k++)
             clip[4 * k + i] = (float)(scale * v->axes[i][k]);
-        clip[12 + i] = (float)(-scale * v->middle[i]);
+        clip[12 + i] = (float)(-scale * v->centre[i]);
     }
 }
 
@@ -122,13 +122,13 @@ static void fill_block(sun_block *b, const view_room_draw *d,
     for (int k = 0; k < 3; k++) {
         b->direction[k] = (float)v->axes[2][k];
         b->irradiance[k] = (float)sun->irradiance[k];
-        b->right[k] = (float)(v->axes[0][k] * 2 * v->reach[0] / EDGE);
-        b->up[k] = (float)(v->axes[1][k] * 2 * v->reach[1] / EDGE);
+        b->right[k] = (float)(v->axes[0][k] * 2 * v->half[0] / EDGE);
+        b->up[k] = (float)(v->axes[1][k] * 2 * v->half[1] / EDGE);
     }
     b->direction[3] = d->shadows;
     b->irradiance[3] = 1;
     b->right[3] = EDGE;
-    b->up[3] = (float)(0.5 / v->reach[2]);
+    b->up[3] = (float)(0.5 / v->half[2]);
     b->limit[0] = (float)sun->limit;
     b->limit[1] = (float)sun->cosine;
 }
@@ -136,7 +136,7 @@ static void fill_block(sun_block *b, const view_room_draw *d,
 static void set_target(view_room_shadow *s)
 {
     if (!s->made)
-        allot(s, EDGE);
+        set_edge(s, EDGE);
     s->made = true;
     gl.BindFramebuffer(GL_FRAMEBUFFER, s->framebuffer);
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D,

@@ -8,20 +8,20 @@
 #include "view/message.h"
 #include "view/vector.h"
 
-/* Wide enough for a sun of a coarse cube and for much of its glow. */
+/* Half angle of the cone, for a sun of a coarse cube and much of its glow. */
 static const double cone_deg = 10;
-/* Of the mean luminance outside: skies without their sun have less. */
+/* Limit, in mean luminances outside; skies without their sun stay below. */
 static const double times_mean = 8;
-/* Root mean square angle to the middle of the sun. Discs 6 degrees wide cast
- * softer shadows than one direction can. */
+/* Maximum root mean square angle to the middle of the sun: a disc about 6
+ * degrees wide. Wider ones cast softer shadows than one direction can. */
 static const double most_spread_deg = 2;
-/* Of the irradiance that the mean outside gives. */
+/* Minimum irradiance, relative to that of the mean outside the cone. */
 static const double least_share = 0.1;
 
 #define DEGREE (M_PI / 180)
 
 enum {
-    SETTLED = 8 /* times that the cone comes to the middle of what is in it */
+    CENTRINGS = 8 /* times that the cone moves to the middle of its light */
 };
 
 /* Linear Rec. 709, as everywhere in the viewer. */
@@ -36,7 +36,7 @@ typedef struct texel {
     double direction[3], rgb[3], solid_angle;
 } texel;
 
-/* A row of level 0; what is not finite, or less, is 0. */
+/* Reads a row of level 0; values below 0 or not finite become 0. */
 static void read_row(const ibl_texture *sky, int face, int y, float *rgb)
 {
     const size_t n = (size_t)sky->width;
@@ -56,8 +56,9 @@ static void copy_rgb(const float *row, int x, double rgb[3])
         rgb[k] = (double)row[3 * x + k];
 }
 
-/* Its luminance; 0 and no direction if all is black. */
-static double brightest(const ibl_texture *sky, float *row, double direction[3])
+/* Returns the highest luminance: 0, and no direction, if all is black. */
+static double find_brightest(const ibl_texture *sky, float *row,
+                             double direction[3])
 {
     const int n = sky->width;
     double most = 0, rgb[3];
@@ -75,15 +76,15 @@ static double brightest(const ibl_texture *sky, float *row, double direction[3])
     return most;
 }
 
-/* What is near the brightest texel, and all the rest in one. */
+/* The texels near the brightest one, and integrals of the rest. */
 typedef struct region {
     texel *texels;
     int count;
-    double rest, rest_angle; /* integrals of what is not in the cone */
+    double rest, rest_angle; /* integrals outside the cone: luminance, 1 */
 } region;
 
-/* Twice the cone is 0.38 sr, the least texel 0.77 / n^2: they are fewer. */
-static size_t most_texels(size_t n)
+/* More than twice the cone has: 0.38 sr, the smallest texel 0.77 / n^2. */
+static size_t max_texels(size_t n)
 {
     return n * n / 2 + 4;
 }
@@ -100,8 +101,8 @@ static void add_texel(region *g, const texel *t, const double peak[3])
         g->texels[g->count++] = *t;
 }
 
-/* Keeps the texels in twice the cone, which will move from the peak to the
- * middle, and the mean outside of the cone. Faces have the same angles. */
+/* Collects the texels in twice the cone, which will move to the middle of the
+ * light, and integrates outside the cone. All faces have the same angles. */
 static void gather(const ibl_texture *sky, float *row, double *angles,
                    const double peak[3], region *g)
 {
@@ -128,9 +129,9 @@ bool view_room_sun_shines(const view_room_sun *sun)
     return luminance(sun->irradiance) > 0;
 }
 
-/* Sums the light in the sun's cone above the limit. Returns its middle (not of
- * unit length), and the mean squared distance of direction to it. */
-static double take(const region *g, view_room_sun *sun, double middle[3])
+/* Sums the light in the cone above the limit. Returns its middle, not of unit
+ * length, and the mean squared distance of directions to the cone's axis. */
+static double sum_light(const region *g, view_room_sun *sun, double middle[3])
 {
     double sum = 0, square = 0;
 
@@ -153,20 +154,20 @@ static double take(const region *g, view_room_sun *sun, double middle[3])
     return sum > 0 ? square / sum : 0;
 }
 
-/* About the middle of what it takes, which a cone beside it has less of. */
-static double settle(const region *g, view_room_sun *sun)
+/* Centres the cone on its light. Returns the mean squared distance. */
+static double centre_cone(const region *g, view_room_sun *sun)
 {
-    double middle[3], square = take(g, sun, middle);
+    double middle[3], square = sum_light(g, sun, middle);
 
-    for (int i = 0; i < SETTLED && dot3(middle, middle) > 0; i++) {
+    for (int i = 0; i < CENTRINGS && dot3(middle, middle) > 0; i++) {
         normalise3(middle);
         memcpy(sun->direction, middle, sizeof middle);
-        square = take(g, sun, middle);
+        square = sum_light(g, sun, middle);
     }
     return square;
 }
 
-/* From the peak at sun->direction. */
+/* Finds the sun from the peak at sun->direction. */
 static void find(const ibl_texture *sky, float *row, double *angles, region *g,
                  view_room_sun *sun)
 {
@@ -175,7 +176,7 @@ static void find(const ibl_texture *sky, float *row, double *angles, region *g,
     gather(sky, row, angles, sun->direction, g);
     const double mean = g->rest_angle > 0 ? g->rest / g->rest_angle : 0;
     sun->limit = times_mean * mean;
-    const double square = settle(g, sun);
+    const double square = centre_cone(g, sun);
     if (square > most_square ||
         luminance(sun->irradiance) <= least_share * M_PI * mean)
         *sun = (view_room_sun){0};
@@ -186,13 +187,13 @@ bool view_room_sun_find(const ibl_texture *sky, view_room_sun *sun)
     const size_t n = (size_t)sky->width;
     float *row = malloc(3 * n * sizeof *row);
     double *angles = malloc(n * sizeof *angles);
-    region g = {.texels = malloc(most_texels(n) * sizeof *g.texels)};
+    region g = {.texels = malloc(max_texels(n) * sizeof *g.texels)};
     const bool ok = row && angles && g.texels;
 
     *sun = (view_room_sun){.cosine = cos(cone_deg * DEGREE)};
     if (!ok)
         view_fail("no memory to look for the sun");
-    else if (brightest(sky, row, sun->direction) > 0)
+    else if (find_brightest(sky, row, sun->direction) > 0)
         find(sky, row, angles, &g, sun);
     else
         *sun = (view_room_sun){0};

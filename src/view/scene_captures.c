@@ -11,47 +11,47 @@
 #include "view/volumes.h"
 
 enum {
-    BOUNCES = 3, /* captures of a whole update, each lit by the one before */
-    WHOLE = 0    /* steps of an update */
+    BOUNCES = 3, /* mirror captures in an update, each lit by the last */
+    WHOLE = 0    /* `steps` of view_capture_update */
 };
 
-/* Nearer than any sphere comes to the mirror on that side. */
+/* No sphere on that side comes so near to the mirror. */
 const double view_scene_distance = 3.1;
-static const double from_wall = 0.3; /* least distance of the camera */
+static const double from_wall = 0.3; /* minimum for the camera */
 
-/* The far plane of captures that see all of the room. */
-static const double far_away = 100;
-/* The box of a probe for all of the room reaches a little beyond the walls. */
+/* Far plane of captures of the whole room. */
+static const double whole_room_far = 100;
+/* Margin of a whole-room influence beyond the walls. */
 static const double beyond = 1;
-/* Beside local probes, which leave out what moves, the probe of the mirror
- * comes first near it. */
+/* Influence of the mirror's probe beside local probes. It comes first there,
+ * since local probes leave out moving objects. */
 static const double near_half[3] = {1.5, 1.8, 1.5}, near_blend = 0.6;
 
 struct view_scene {
     view_room *room;
     view_volumes volumes;
-    view_capture *capture; /* of all probes */
-    view_cubes mirror;     /* two, of what moves too */
-    int shown;             /* of the two */
-    ibl_probe probe;       /* the mirror's, of the last draw */
+    view_capture *capture; /* for all probes */
+    view_cubes mirror;     /* two cubes, with moving objects */
+    int shown;             /* index of the one to draw with */
+    ibl_probe probe;       /* the mirror's, in the last draw */
     view_cubes locals;
     ibl_probe local[VIEW_MAX_LOCALS];
     int local_count;
-    int due;  /* of them, the last, which are still to be captured anew */
-    int seen; /* the first, which have been captured */
-    const view_probe_set *set; /* baked probes; then there are no locals */
-    ibl_ctx *ctx;              /* made when the library is to filter */
-    view_settings made;        /* what captures were made by */
-    view_scene_state now;      /* its draw is that which is being made */
+    int due;  /* number of locals, from the end, to capture again */
+    int seen; /* number of locals, from the start, that were captured */
+    const view_probe_set *set; /* baked probes replace locals */
+    ibl_ctx *ctx;              /* NULL until the library filters */
+    view_settings made;        /* settings of the captures */
+    view_scene_state now;      /* its draw is the one in progress */
     GLuint framebuffer, depth;
-    int width, height; /* of depth */
-    bool fresh;        /* a whole update fits what is asked for */
-    bool begun;        /* an update that is spread over frames */
-    bool failed;       /* the last one: there is none until something changes */
+    int width, height; /* size of depth */
+    bool fresh;        /* the captures match the settings */
+    bool begun;        /* an update in several frames has begun */
+    bool failed;       /* the last update; no other one before a change */
     double begun_at;
 };
 
-/* ---- life -------------------------------------------------------------- */
+/* ---- create and free --------------------------------------------------- */
 
 static void drop_captures(view_scene *st)
 {
@@ -122,7 +122,7 @@ static bool make_context(view_scene *st)
     return st->ctx || !ibl_ctx_create(&o, &st->ctx);
 }
 
-/* count layers of cubes for the local probes, which are placed. */
+/* Makes cubes for count local probes and places the probes. */
 static bool make_locals(view_scene *st, int size, int count)
 {
     GLint most = 0;
@@ -154,16 +154,16 @@ static bool make_cubes(view_scene *st, int size, int count)
 static bool make_captures(view_scene *st, const view_settings *s)
 {
     const int locals = st->set ? 0 : s->probes;
-    const bool alike = s->probe_size == st->made.probe_size &&
-                       s->probe_capture == st->made.probe_capture &&
-                       s->probe_limit == st->made.probe_limit;
+    const bool same_capture = s->probe_size == st->made.probe_size &&
+                              s->probe_capture == st->made.probe_capture &&
+                              s->probe_limit == st->made.probe_limit;
 
     if (s->probe_filter == VIEW_PROBE_CPU && !make_context(st))
         return false;
-    if (st->capture && alike && locals == st->local_count)
+    if (st->capture && same_capture && locals == st->local_count)
         return true;
     drop_captures(st);
-    if (!alike) { /* times compare filters of the same */
+    if (!same_capture) { /* only times of equal captures are comparable */
         memset(st->now.timed, 0, sizeof st->now.timed);
         memset(st->now.ms, 0, sizeof st->now.ms);
     }
@@ -177,8 +177,8 @@ static bool make_captures(view_scene *st, const view_settings *s)
 
 /* ---- the probe --------------------------------------------------------- */
 
-/* Of the mirror. It comes last while local probes are missing, and where they
- * leave to others what they do not see. */
+/* The mirror's probe. It comes last and covers the room while local probes are
+ * missing, or where they leave holes. */
 static ibl_probe mirror_probe(const view_scene *st)
 {
     const view_probe_maps *l = &st->now.draw.locals;
@@ -200,14 +200,14 @@ static ibl_probe mirror_probe(const view_scene *st)
     return p;
 }
 
-/* The far plane for a probe: limited to its box, a little behind the farthest
- * corner, since its border is in it. */
-static double end_of(const view_scene *st, const ibl_probe *p)
+/* Far plane for a probe. A limited one sees a little more than the farthest
+ * corner of its box, whose border belongs to it. */
+static double far_plane(const view_scene *st, const ibl_probe *p)
 {
     double sum = 0;
 
     if (!st->made.probe_limit)
-        return far_away;
+        return whole_room_far;
     for (int k = 0; k < 3; k++) {
         const double away = fabs(p->position[k] - p->influence.centre[k]) +
                             p->influence.half[k];
@@ -216,13 +216,13 @@ static double end_of(const view_scene *st, const ibl_probe *p)
     return 1.01 * sqrt(sum);
 }
 
-/* The capture of a probe into its layer. */
-static view_capture_shot shot_of(const view_scene *st, const ibl_probe *p,
-                                 const view_cubes *to)
+/* A capture of a probe into its layer. */
+static view_capture_shot probe_shot(const view_scene *st, const ibl_probe *p,
+                                    const view_cubes *to)
 {
     view_capture_shot s = {.room = st->room,
                            .draw = st->now.draw,
-                           .far = end_of(st, p),
+                           .far = far_plane(st, p),
                            .to = to,
                            .layer = p->layer};
     view_room_draw *d = &s.draw;
@@ -230,7 +230,7 @@ static view_capture_shot shot_of(const view_scene *st, const ibl_probe *p,
     if (st->made.probe_filter == VIEW_PROBE_CPU)
         s.cpu = st->ctx;
     d->moving = false;
-    d->seconds = st->begun_at; /* all of an update is of one moment */
+    d->seconds = st->begun_at; /* the same for all steps of an update */
     d->shadows = st->made.capture_shadows;
     d->limited = st->made.probe_limit;
     memcpy(d->limit_centre, p->influence.centre, sizeof d->limit_centre);
@@ -239,14 +239,14 @@ static view_capture_shot shot_of(const view_scene *st, const ibl_probe *p,
     return s;
 }
 
-/* The cube of the mirror that is not shown. From within, the mirror is not
- * seen: it has one side. */
+/* A capture into the mirror's cube that is not drawn with. The mirror is
+ * invisible from inside: surfaces have one side. */
 static view_capture_shot mirror_shot(const view_scene *st, bool moving)
 {
     ibl_probe p = mirror_probe(st);
 
     p.layer = !st->shown;
-    view_capture_shot s = shot_of(st, &p, &st->mirror);
+    view_capture_shot s = probe_shot(st, &p, &st->mirror);
     s.draw.moving = moving;
     s.timed = true;
     return s;
@@ -283,7 +283,7 @@ static void use_mirror(view_scene *st)
     st->now.draw.dynamic = maps_of(st, &st->mirror, &st->probe, 1);
 }
 
-/* The last whole updates light what is drawn. */
+/* Lights the draw by the last complete captures. */
 static void use_probes(view_scene *st)
 {
     st->now.draw.locals = st->set
@@ -299,7 +299,7 @@ static void note_times(view_scene *st, view_probe_filter filter)
     st->now.timed[filter] = true;
 }
 
-/* The mirror's capture is a whole one again. */
+/* Draws with the mirror's new capture. */
 static void show_update(view_scene *st)
 {
     use_probes(st);
@@ -309,15 +309,16 @@ static void show_update(view_scene *st)
     note_times(st, st->made.probe_filter);
 }
 
-/* Each of the local probes is captured only once, in the light of the mirror's
- * bounces, without what moves. The mirror's is captured again after them, and
- * after baked ones. */
+/* Captures local probes once each, lit by the mirror's bounces, without moving
+ * objects: one a call if settings spread them. Afterwards, or with baked ones,
+ * captures the mirror again. */
 static bool capture_due(view_scene *st, const view_settings *s)
 {
     use_mirror(st);
     for (int left = s->spread && st->due ? 1 : st->due; left; left--) {
         const int i = st->local_count - st->due;
-        const view_capture_shot shot = shot_of(st, &st->local[i], &st->locals);
+        const view_capture_shot shot =
+            probe_shot(st, &st->local[i], &st->locals);
         if (view_capture_update(st->capture, &shot, WHOLE) != VIEW_CAPTURE_DONE)
             return false;
         st->due--;
@@ -334,10 +335,10 @@ static bool capture_due(view_scene *st, const view_settings *s)
     return true;
 }
 
-/* Lit at first by the environment alone, then by the mirror's probe. */
+/* The environment lights the first bounce, the mirror's probe the next ones. */
 static bool capture_whole(view_scene *st, const view_settings *s)
 {
-    const bool others = st->local_count || st->set;
+    const bool has_others = st->local_count || st->set;
     bool ok = true;
 
     st->made = *s;
@@ -345,10 +346,10 @@ static bool capture_whole(view_scene *st, const view_settings *s)
     st->begun = st->failed = st->fresh = false;
     st->due = st->local_count;
     for (int bounce = 0; bounce < BOUNCES && ok; bounce++) {
-        ok = capture_mirror(st, !others, WHOLE) == VIEW_CAPTURE_DONE;
+        ok = capture_mirror(st, !has_others, WHOLE) == VIEW_CAPTURE_DONE;
         use_mirror(st);
     }
-    if (ok && others)
+    if (ok && has_others)
         ok = capture_due(st, s);
     else if (ok)
         show_update(st);
@@ -356,8 +357,7 @@ static bool capture_whole(view_scene *st, const view_settings *s)
     return ok;
 }
 
-/* At another time what moves is in another place; one that has gone back is one
- * as well. */
+/* Objects move when the time changes, also if it goes back. */
 static bool is_due(const view_scene *st, const view_settings *s)
 {
     const double now = s->seconds, shown = st->now.shown;
@@ -383,7 +383,7 @@ static bool refresh(view_scene *st, const view_settings *s)
         show_update(st);
         break;
     case VIEW_CAPTURE_FAILED:
-        /* The next would fail as well, and say so, in each frame. */
+        /* A retry would fail, with a message, in every frame. */
         st->failed = true;
         st->begun = false;
         view_note("the scene's probe stays as it is until it is asked for in "
@@ -413,7 +413,7 @@ view_camera view_scene_camera(const view_settings *s, int width, int height)
     return c;
 }
 
-/* Light that bounces is another with these, and what lights too. */
+/* These settings change the light of captures. */
 static bool is_stale(const view_scene *st, const view_settings *s)
 {
     const view_settings *m = &st->made;
@@ -424,8 +424,8 @@ static bool is_stale(const view_scene *st, const view_settings *s)
            m->probe_filter != s->probe_filter;
 }
 
-/* The part of a box in the room, a little away from the walls, where proxies
- * are: no wire beyond them would be seen. */
+/* Cuts a box to the room, where its wires are visible, and keeps them off the
+ * proxies at the walls. */
 static void clip_to_room(ibl_volume *box)
 {
     const double inset = 0.03;
@@ -441,7 +441,7 @@ static void clip_to_room(ibl_volume *box)
     }
 }
 
-/* Proxies first: where both are, influences are seen. */
+/* Proxies first, so influences are drawn over them. */
 static bool draw_volumes(view_scene *st, double ev)
 {
     const view_probe_maps *l = &st->now.draw.locals;
@@ -495,7 +495,7 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
     return view_gl_check("drawing the scene");
 }
 
-/* ---- what is told ------------------------------------------------------ */
+/* ---- state and times --------------------------------------------------- */
 
 const view_scene_state *view_scene_state_of(const view_scene *st)
 {
@@ -510,7 +510,7 @@ bool view_scene_measure(view_scene *st, view_probe_filter filter)
         return false;
     s.cpu = filter == VIEW_PROBE_CPU ? st->ctx : NULL;
     st->begun = false;
-    /* With the first one, OpenGL compiles what it draws with. */
+    /* In the first run OpenGL compiles shaders. */
     for (int i = 0; i < 2; i++)
         if (view_capture_update(st->capture, &s, WHOLE) != VIEW_CAPTURE_DONE)
             return false;

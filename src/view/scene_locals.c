@@ -10,12 +10,12 @@ _Static_assert(VIEW_MAX_LOCALS == IBL_MAX_TILE_PROBES,
                "as many as tiles have bits");
 
 static const double height = 1.5;
-/* From what a probe would be in. */
+/* Distance to keep from boxes and the mirror. */
 static const double clearance = 0.25;
-/* That influence goes beyond the walls, besides the blend width. */
+/* Extent of influence beyond walls, besides the blend width. */
 static const double beyond = 0.25;
-/* The blend width, of the shortest side of a cell. It is the same for all, so
- * neighbours sum to at least 1. */
+/* Blend width relative to the shortest side of a cell. It is the same for all
+ * probes, so neighbours sum to at least 1. */
 static const double blend_part = 0.4;
 
 static bool is_in(const double point[3], const double low[3],
@@ -27,7 +27,7 @@ static bool is_in(const double point[3], const double low[3],
     return true;
 }
 
-/* To the nearest side, of equally near ones towards the middle. */
+/* Moves to the nearest side; of equal ones to that nearer the middle. */
 static void move_out(double point[3], const double low[3], const double high[3])
 {
     double least = INFINITY, best = 0;
@@ -62,7 +62,7 @@ static void move_out_of_all(double point[3])
     move_out(point, low, high);
 }
 
-/* One side of an influence: the wall's reaches beyond it. */
+/* A border of an influence, which extends beyond a wall or into a neighbour. */
 static double reach(double border, double outwards, double wall, double blend)
 {
     const bool last = fabs(border - wall) < 1e-6;
@@ -70,7 +70,7 @@ static double reach(double border, double outwards, double wall, double blend)
     return border + outwards * (last ? blend + beyond : blend / 2);
 }
 
-/* Of the cell from low to high of the floor, x and z. */
+/* Places the probe of the floor's cell from low to high, x and z. */
 static void place(ibl_probe *p, const double low[2], const double high[2],
                   double blend)
 {
@@ -100,7 +100,7 @@ static double between(int k, int part, int parts)
 void view_scene_place(ibl_probe *probes, int count)
 {
     const int rows = (int)lround(sqrt(count));
-    const int columns = (count + rows - 1) / rows; /* at most */
+    const int columns = (count + rows - 1) / rows; /* maximum of a row */
     const double blend =
         2 * blend_part *
         fmin(view_room_half[0] / columns, view_room_half[2] / rows);

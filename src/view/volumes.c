@@ -9,15 +9,15 @@
 
 enum {
     EDGES = 12,
-    PARTS = 64, /* straight lines of a circle */
+    PARTS = 64, /* lines of a circle */
     MOST = 2 * 3 * PARTS
 };
 
 const float view_volumes_influence[3] = {0, 0.7f, 0.7f};
 const float view_volumes_proxy[3] = {0.7f, 0, 0.7f};
 
-/* Wires are nearer by this share of their distance, more than the error of
- * 24-bit depth, so that those on a wall are seen. */
+/* Wires are nearer to the eye by this part of their distance, more than the
+ * error of 24-bit depth, so that wires on a wall are visible. */
 static const double nearer = 1.0 / 256;
 
 /* In clip space. */
@@ -49,7 +49,7 @@ void view_volumes_free(view_volumes *v)
 
 /* ---- lines ------------------------------------------------------------- */
 
-/* End `end` of an edge: it goes along one axis, at one of four places. */
+/* End 0 or 1 of an edge, which runs along one axis at one of four places. */
 static void box_point(int edge, int end, double p[3])
 {
     const int axis = edge / 4;
@@ -59,7 +59,7 @@ static void box_point(int edge, int end, double p[3])
     p[(axis + 2) % 3] = edge & 2 ? 1 : -1;
 }
 
-/* The same of the parts of three circles of radius 1. */
+/* The same for a part of three circles of radius 1. */
 static void sphere_point(int part, int end, double p[3])
 {
     const int axis = part / PARTS;
@@ -70,7 +70,7 @@ static void sphere_point(int part, int end, double p[3])
     p[(axis + 2) % 3] = sin(turn);
 }
 
-/* From -1..1 of a volume to clip space. */
+/* From -1..1 in a volume to clip space. */
 static void project(const view_room_draw *d, const ibl_volume *volume,
                     const double p[3], float clip[4])
 {

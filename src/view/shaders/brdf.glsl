@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// GGX, each formula once; alpha is roughness squared. Vectors are unit, cosines
-// in 0..1. Walter et al. 2007, "Microfacet Models for Refraction through Rough
+// GGX formulas; alpha is roughness squared. Vectors are unit, cosines in 0..1.
+// Walter et al. 2007, "Microfacet Models for Refraction through Rough
 // Surfaces"; Heitz 2014, "Understanding the Masking-Shadowing Function in
 // Microfacet-Based BRDFs"; Karis 2013, "Real Shading in Unreal Engine 4";
 // Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering".
@@ -8,7 +8,7 @@
 const float PI = 3.14159265358979;
 
 // Distribution of normals, Walter eq. 33. The sine comes from the cross
-// product: near the peak 1 - cos^2 has no digits left.
+// product: near the peak 1 - cos^2 would lose all digits.
 float ggx_d(vec3 n, vec3 h, float alpha)
 {
     vec3 s = cross(n, h);
@@ -47,8 +47,8 @@ vec3 schlick_f(vec3 f0, float v_h)
     return f0 + (1.0 - f0) * pow5(1.0 - v_h);
 }
 
-// A frame around n with z for its pole, without a seam but at z = -1: Duff et
-// al. 2017, "Building an Orthonormal Basis, Revisited", listing 3.
+// A frame with z axis n, continuous except at n.z = 0: Duff et al. 2017,
+// "Building an Orthonormal Basis, Revisited", listing 3.
 mat3 frame_of(vec3 n)
 {
     float s = n.z < 0.0 ? -1.0 : 1.0;
@@ -58,16 +58,16 @@ mat3 frame_of(vec3 n)
                 vec3(b, s + n.y * n.y * a, -n.y), n);
 }
 
-// Direction around +Z with density N.L / pi, u in 0..1 squared.
+// Direction around +Z with density N.L / pi; u is uniform in 0..1 squared.
 vec3 cosine_direction(vec2 u)
 {
     float s = sqrt(u.x), phi = 2.0 * PI * u.y;
     return vec3(s * cos(phi), s * sin(phi), sqrt(1.0 - u.x));
 }
 
-// The factor of irradiance / pi: what the specular parts leave. fss: what
-// single scattering reflects of white light; ess: the same for F0 = 1.
-// multiple: compensate for lost multiple scattering, Fdez-Aguera 2019, "A
+// Factor of irradiance / pi: the part that is not reflected specularly. fss:
+// single-scattering reflection of white light; ess: the same for F0 = 1.
+// multiple: compensates for lost multiple scattering, Fdez-Aguera 2019, "A
 // Multiple-Scattering Microfacet Model for Real-Time Image Based Lighting",
 // JCGT 8(1), listing 1.
 vec3 diffuse_factor(vec3 f0, vec3 albedo, vec3 fss, float ess, bool multiple)

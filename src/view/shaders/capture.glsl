@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// For the passes that fill a cube, most of them from an array of one. Row 0,
-// first in memory, is the upper one.
+// For passes that fill a cube's face, most of them from an array of one cube.
+// Row 0, first in memory, is the top row.
 #extension GL_ARB_texture_cube_map_array : require
 #include "cube.glsl"
 
@@ -15,13 +15,13 @@ vec2 texel_place()
     return 2.0 * gl_FragCoord.xy / edge - 1.0;
 }
 
-// Not of unit length.
+// Not normalised.
 vec3 texel_direction()
 {
     return face_direction(face, texel_place());
 }
 
-// The plane across n, which texel_direction gives: t along the face's rows.
+// Tangents of the unit direction n; t points along the face's rows.
 void texel_frame(vec3 n, out vec3 t, out vec3 b)
 {
     vec3 right = face_direction(face, vec2(1.0, 0.0)) -
@@ -30,20 +30,20 @@ void texel_frame(vec3 n, out vec3 t, out vec3 b)
     b = cross(n, t);
 }
 
-// The nearest half, ties to even. OpenGL may cut instead, which would make each
-// level darker.
+// Rounds to the nearest half float, ties to even. OpenGL may truncate instead,
+// which would make each level darker.
 vec4 nearest(vec4 c)
 {
     uvec4 b = floatBitsToUint(c);
     b = (b + 0xfffu + ((b >> 13u) & 1u)) & ~uvec4(0x1fffu);
-    const float least = 1.0 / 16777216.0; // step of those below 2^-14
+    const float least = 1.0 / 16777216.0; // step of halves below 2^-14
     return mix(uintBitsToFloat(b), round(c / least) * least,
                lessThan(c, vec4(1.0 / 16384.0)));
 }
 
 const float LARGEST_HALF = 65504.0;
 
-// What a cube of halves keeps: of what is undefined or negative, nothing.
+// A value to store as half floats: 0 for NaN and for values below 0.
 vec4 kept(vec4 c)
 {
     c = mix(c, vec4(0.0), isnan(c));

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: MIT
-// A level of lookups: the source under a Gaussian on the sphere, as wide
-// everywhere. Means of texels would not do: a cube's texels differ by a factor
-// of 5 in solid angle, so lights would get too bright or too dark by a third.
-// Lookups are on rings, the nodes of Gauss-Laguerre quadrature in r^2 / (2 v)
-// (Abramowitz and Stegun 1964, table 25.9), every other one turned by a half.
+// A level of lookups: the source blurred by a Gaussian of the same width
+// everywhere on the sphere. Means of texels would make lights up to a third too
+// bright or too dark: texels differ in solid angle by a factor of 5. Lookups
+// are on rings, the nodes of Gauss-Laguerre quadrature in r^2 / (2 v)
+// (Abramowitz and Stegun 1964, table 25.9), every second ring turned by half a
+// step.
 #include "capture.glsl"
 
-uniform samplerCubeArray source; // its one level is what is blurred
-// Variance along an axis: x, less y times the relative solid angle of the
-// texel.
+uniform samplerCubeArray source; // the visible level is the one to blur
+// Variance along an axis: x - y * the texel's relative solid angle.
 uniform vec2 spread;
 uniform int rings; // 2 or 3
 
 const vec2 TWO[2] = vec2[](vec2(0.585786, 0.853553), vec2(3.414214, 0.146447));
 const vec2 THREE[3] = vec2[](vec2(0.415775, 0.711093), vec2(2.294280, 0.278518),
                              vec2(6.289945, 0.010389));
-const int POINTS = 8; // of a ring
+const int POINTS = 8; // per ring
 const float TURN = 6.28318530718;
 
 void main()

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The cube as an equirectangular map, row 0 the zenith: the mean over each
+// The cube as an equirectangular map, row 0 the zenith. Averages over each
 // pixel's solid angle, so a light of one texel keeps its energy.
 #include "capture.glsl"
 
 uniform samplerCubeArray source;
-uniform bool alpha; // as a grey, in place of the colours
+uniform bool alpha; // as a grey, instead of colours
 
-const int SUB = 4; // lookups along either side of a pixel
+const int SUB = 4; // lookups along each side of a pixel
 const float PI = 3.14159265358979;
 
-// edge is the map's height.
+// edge: height of the map.
 void main()
 {
     vec4 sum = vec4(0.0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A picture of a face in the range of halves, without infinity or NaN.
+// Clamps a face's picture to the range of halves, without infinity or NaN.
 #include "capture.glsl"
 
 uniform sampler2D source;

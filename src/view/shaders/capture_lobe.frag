@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A face of a filtered level: the weighted sum of lookups by a set of samples
-// (capture_samples.c) around the texel's normal, with the face's rows for
-// tangents: no jump on a face.
+// A face of a filtered level: the weighted sum of lookups at a sample set
+// (capture_samples.c) around the texel's normal. Tangents follow the face's
+// rows, so there is no jump within a face.
 #include "capture.glsl"
 
 uniform samplerCubeArray source;
@@ -20,6 +20,6 @@ void main()
         vec3 d = s.x * t + s.y * b + z * n;
         sum += s.z * textureLod(source, vec4(d, 0.0), s.w);
     }
-    // Weights below 0 may leave less than nothing, or more of alpha than all.
+    // Negative weights can make values below 0, or alpha above 1.
     colour = nearest(clamp(sum, vec4(0.0), vec4(vec3(LARGEST_HALF), 1.0)));
 }

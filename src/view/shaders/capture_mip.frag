@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Half the edge: the mean under the tent of bilinear lookups, 1/8 3/8 3/8 1/8
-// of four texels along each edge, across faces too, weighed by solid angle. A
-// mean of 2x2 would put a small light in the middle of its texel. Each of four
-// lookups, 3/4 of a texel from the middle, has 1/4 and 3/4 of two texels.
+// Halves the edge. Along each edge four texels are averaged by 1/8 3/8 3/8 1/8
+// (the tent of bilinear lookups), also across faces, weighted by solid angle. A
+// mean of 2x2 would move a small light to the middle of its texel. Each of four
+// lookups, 3/4 of a texel off the middle, has 1/4 and 3/4 of two texels.
 #include "capture.glsl"
 
-uniform samplerCubeArray source; // its one level is that above
+uniform samplerCubeArray source; // the visible level is the larger one
 
 void main()
 {

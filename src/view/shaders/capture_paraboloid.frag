@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A face of the cube out of two paraboloids.
+// A face of the cube from two paraboloids.
 #include "capture.glsl"
 #include "paraboloid.glsl"
 
@@ -11,8 +11,8 @@ vec4 lookup(sampler2D picture, vec3 d)
     return textureLod(picture, 0.5 + 0.5 * paraboloid_place(d), 0.0);
 }
 
-// Cosine of the angle to the rim, over which one goes into the other. Both
-// have it, and each has its own errors there.
+// Both pictures are mixed where the cosine to the axis is within +-RIM: each
+// has its own errors there.
 const float RIM = 0.04;
 
 void main()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The linear picture, that of the truth or both, as the display shows them.
+// Shows the linear picture, its reference (truth) or both on the display.
 #include "frame.glsl"
 #include "tone.glsl"
 
@@ -23,7 +23,7 @@ vec3 compared(ivec2 at, vec3 c, vec3 exact) {
     return show.z == SPLIT && at.x < split_column() ? c : exact;
 }
 
-// Scene-linear RGB as it is to be shown.
+// Display colour of scene-linear RGB: magenta for NaN, cyan for infinity.
 vec3 shown(vec3 c) {
     if (any(not_number(c)))
         return vec3(1.0, 0.0, 1.0);
@@ -37,12 +37,12 @@ vec3 shown(vec3 c) {
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 c = texelFetch(picture, at, 0);
-    // Maps have no truth to compare them with; alpha 0 is beside them.
+    // Maps have no reference. Their background has alpha 0.
     if (inspect.x != SPHERES) {
         colour = vec4(c.a == 0.0 ? vec3(0.1) : shown(c.rgb), 1.0);
         return;
     }
-    // A white and a black column, seen on whatever is behind them.
+    // A white and a black column, visible on any picture.
     int beside = at.x - split_column();
     if (show.z == SPLIT && (beside == 0 || beside == -1)) {
         colour = vec4(vec3(float(beside + 1)), 1.0);

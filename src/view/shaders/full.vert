@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One triangle over the whole picture; three vertices, no attributes.
+// One triangle that covers the picture: three vertices, no attributes.
 void main()
 {
     vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Lookups in what was baked. Directions are of the world.
+// Lookups in baked maps. Directions are in world space.
 #include "ray.glsl"
 
 uniform samplerCube specular_map;
 uniform samplerCube irradiance_map;
 uniform sampler2D lut_map;
 
-// The level of a roughness: x scale + offset, x = r or, with Filament's
-// mapping, r (2 - r): ibl_specular_layout of ibl/ibl.h.
-// lod: as in the frame.
+// Level of a roughness: x scale + offset with x = r or, with Filament's
+// mapping, r (2 - r): ibl_specular_layout of ibl/ibl.h. lod as in the frame.
 float lod_of(vec4 lod, float r)
 {
     float x = int(lod.w) == 1 ? r * (2.0 - r) : r;
@@ -47,7 +46,7 @@ vec3 irradiance_sh(vec3 d)
     return max(e, 0.0);
 }
 
-// Irradiance / pi, of level 0: a map may have smaller levels.
+// Irradiance / pi from level 0: a map may have smaller levels.
 vec3 irradiance(vec3 n)
 {
     vec3 d = turned(n);
@@ -55,8 +54,7 @@ vec3 irradiance(vec3 n)
                          : diffuse.x * textureLod(irradiance_map, d, 0.0).rgb;
 }
 
-// R and G of the split sum: texel (i, j) is at N.V = (i + .5) / n and
-// roughness = (j + .5) / n, as texture coordinates are; clamped to the edge.
+// R and G of the split sum. Texel (i, j) is at N.V = (i + .5) / n and roughness
 vec2 table(float n_v, float roughness)
 {
     return textureLod(lut_map, vec2(n_v, roughness), 0.0).rg;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The maps themselves, texels as they are, as linear RGB. Alpha is 0 where
-// there is no map.
+// Shows a map without interpolation, as linear RGB. Alpha is 0 outside the map.
 #include "frame.glsl"
 #include "layout.glsl"
 
@@ -13,7 +12,7 @@ out vec4 colour;
 // view_mode of view/settings.h
 const int IRRADIANCE_MAP = 2, TABLE = 3;
 
-// Samplers take the nearest texel: its neighbour, perhaps the sun, adds
+// Samplers take the nearest texel, so a bright neighbour, such as the sun, adds
 // nothing.
 vec4 cube() {
     bool irradiance = inspect.x == IRRADIANCE_MAP;
@@ -29,7 +28,7 @@ vec4 cube() {
                 1.0);
 }
 
-// R and G between texel centres.
+// R and G, interpolated between texel centres.
 vec2 table(vec2 p) {
     ivec2 last = textureSize(lut_map, 0) - 1;
     p = clamp(p - 0.5, vec2(0.0), vec2(last));
@@ -42,8 +41,8 @@ vec2 table(vec2 p) {
                    texelFetch(lut_map, b, 0).rg, f.x), f.y);
 }
 
-// How much of a pixel the lines at 0.1, 0.2, .. 0.9 of R and G cover: by the
-// distance to the nearest one along the slope. No slope, no line.
+// Part of a pixel that the lines at 0.1, 0.2, .. 0.9 of R and G cover, from the
+// distance to the nearest line along the slope. Without slope there is no line.
 vec2 lines(vec2 p, float pixel) {
     vec2 h = vec2(0.5 * pixel, 0.0);
     vec2 dx = table(p + h.xy) - table(p - h.xy);
@@ -55,7 +54,7 @@ vec2 lines(vec2 p, float pixel) {
     return mix(cover, vec2(0.0), lessThan(slope, vec2(1e-6)));
 }
 
-// N.V to the right, roughness upwards. Lines of R are white, those of G blue.
+// N.V to the right, roughness upwards. White lines for R, blue lines for G.
 vec4 flat_table() {
     vec2 size = vec2(textureSize(lut_map, 0));
     vec2 p = flat_point(size);

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: MIT
-// Where each texel of a cube lies on a flat picture: the geometry of inspect.c,
-// which names the texel under the cursor; a test compares the two.
+// Places of a cube's texels on a flat picture: the geometry of inspect.c, which
+// finds the texel under the cursor; a test compares the two.
 #include "cube.glsl"
 
 // view_layout of view/settings.h
 const int CROSS = 0, STRIP = 1, EQUIRECT = 2;
 
-// Moves pixel centres off the edges of texels, where rounding would choose.
+// Keeps pixel centres off texel edges, where rounding would decide.
 const float ASIDE = 1.0 / 32.0;
 
-// Size of the picture of a cube with faces of n texels, in texels.
+// Size of the picture of a cube with faces of n x n texels, in texels.
 vec2 flat_size(int kind, float n) {
     return kind == CROSS ? vec2(4.0, 3.0) * n
          : kind == STRIP ? vec2(6.0, 1.0) * n
          : vec2(4.0, 2.0) * n;
 }
 
-// Pixels of the window to a unit of a picture of that size.
+// Pixels of the window per texel of a picture of that size.
 float flat_scale(vec2 size) {
     return min(viewport.x / size.x, viewport.y / size.y) * inspect_at.x;
 }
 
-// Point of the picture, from its upper left, that a pixel shows.
+// Point of the picture, from its upper left corner, at this pixel.
 vec2 flat_point(vec2 size) {
     vec2 pixel = vec2(gl_FragCoord.x, viewport.y - gl_FragCoord.y) + ASIDE;
     return size * (0.5 + inspect_at.yz) +
@@ -38,12 +38,12 @@ struct texel {
     ivec2 at;
 };
 
-// Of the centre, not of unit length.
+// Direction of the texel's centre, not normalised.
 vec3 texel_direction(texel t, int n) {
     return face_direction(t.face, (2.0 * vec2(t.at) + 1.0) / float(n) - 1.0);
 }
 
-// The inverse.
+// Inverse of texel_direction.
 texel direction_texel(vec3 d, int n) {
     vec3 place = face_place(d);
     vec2 at = (place.xy + 1.0) * 0.5 * float(n);
@@ -58,7 +58,7 @@ int cross_face(ivec2 cell) {
     return cell.x != 1 ? -1 : cell.y == 0 ? 2 : 3;
 }
 
-// Row 0 of an equirectangular map is the zenith, its middle looks along +X.
+// Row 0 of an equirectangular map is the zenith, its middle column +X.
 vec3 equirect_direction(vec2 share) {
     const float PI = 3.14159265358979;
     float phi = 2.0 * PI * (share.x - 0.5);
@@ -66,7 +66,7 @@ vec3 equirect_direction(vec2 share) {
     return vec3(sin(theta) * cos(phi), cos(theta), sin(theta) * sin(phi));
 }
 
-// What a pixel shows of a cube with faces of n texels.
+// Texel at this pixel, of a cube with faces of n x n texels.
 texel flat_texel(int kind, int n) {
     vec2 size = flat_size(kind, float(n));
     vec2 p = flat_point(size);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Half of all directions on a disc: Heidrich and Seidel 1998, "View-independent
-// Environment Maps", section 3. Edges between vertices are straight, so
-// triangles have to be small.
+// Maps a half space of directions to a disc: Heidrich and Seidel 1998,
+// "View-independent Environment Maps", section 3. Edges between vertices stay
+// straight, so triangles must be small.
 //
 // Vertex shader, with p = clip * vec4(world, 1.0):
 //     gl_Position = paraboloid_position(p);
@@ -10,20 +10,20 @@
 //     if (front < PARABOLOID_BACK)
 //         discard;
 
-// Radius of the disc of the half space. The picture is larger, so that lookups
-// on the rim find both halves.
+// Radius of the half space's disc. The picture is larger, so that lookups on
+// the rim find both halves.
 const float PARABOLOID_FILL = 0.9375;
-// Least cosine to the axis that is drawn: beyond the edge of the picture,
-// -0.064, for the corners that lookups on the rim touch.
+// Minimum cosine to the axis that is drawn: less than at the picture's edge,
+// -0.064, since lookups on the rim touch the corners.
 const float PARABOLOID_BACK = -0.3;
 
-// Where a direction of unit length is, -1..1.
+// Place of a unit direction, -1..1.
 vec2 paraboloid_place(vec3 d)
 {
     return PARABOLOID_FILL * d.xy / max(1.0 + d.z, 1e-3);
 }
 
-// p: distances are shares of far, p.w is near / far. Depth is by distance.
+// p: distances in units of far, p.w = near / far. Depth is by distance.
 vec4 paraboloid_position(vec4 p)
 {
     float l = length(p.xyz);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The split sum of sphere.frag, with the light of probes, and of the
-// environment what they leave: ibl_probes_blend of ibl/probes.h, with as many
-// as have a share. Probes are layers of cube arrays.
+// The split sum of sphere.frag, with the light of probes. The environment gets
+// the weight that they leave: ibl_probes_blend of ibl/probes.h with any number
+// of probes. Probes are layers of cube arrays.
 #extension GL_ARB_texture_cube_map_array : require
 #include "room.glsl"
 #include "ibl.glsl"
@@ -25,7 +25,7 @@ flat in vec3 surface_emission;
 
 layout(location = 0) out vec4 colour;
 
-// rgb: the sum so far; a: what is left of 1.
+// rgb: the sum so far; a: the weight that is left, of 1.
 void take(inout vec4 sum, vec4 seen, float influence)
 {
     if (seen.a <= 0.0)
@@ -34,7 +34,7 @@ void take(inout vec4 sum, vec4 seen, float influence)
     sum += vec4(share / seen.a * seen.rgb, -share);
 }
 
-// Of the probe i here, which is all that most of them need.
+// Influence of probe i at this point. Most probes need only this.
 float influence_of(int i)
 {
     vec4 first = texelFetch(probe_buffer, ibl_probe_texels * i);
@@ -72,14 +72,14 @@ void add_probe(int i, samplerCubeArray radiance_cubes,
     take(light, vec4(scale * diffuse.rgb, diffuse.a), influence);
 }
 
-// Of a number that is a power of two, as its exponent says.
+// Index of the only bit that is set, from the float's exponent.
 int place_of(uint bit)
 {
     return (floatBitsToInt(float(bit)) >> 23) - 127;
 }
 
-// The probes of this tile in order, until nothing is left of 1: two words of
-// local ones before the dynamic one, that one, two words of those after it.
+// Adds this tile's probes in order until no weight is left: two words of local
+// ones before the dynamic one, that one, two words of local ones after it.
 void add_probes(vec3 normal, vec3 reflected, inout vec4 specular,
                 inout vec4 light)
 {
@@ -110,14 +110,14 @@ void add_probes(vec3 normal, vec3 reflected, inout vec4 specular,
 
 bool beyond_limit()
 {
-    // What is on the border is inside: it may be a wall.
+    // The border counts as inside: it may be a wall.
     return limit_centre.w != 0.0 &&
            any(greaterThan(abs(surface_position - limit_centre.xyz),
                            limit_half.xyz * (1.0 + 1.0 / 1024.0)));
 }
 
-// The sun's reflection, and irradiance / pi into light. Surfaces smoother than
-// a light's least roughness already reflect it in the sky.
+// Returns the sun's reflection; adds its irradiance / pi to light. Surfaces
+// below the minimum roughness of lights already reflect the sun in the sky.
 vec3 add_sun(vec3 normal, vec3 view, inout vec3 light)
 {
     float n_l = dot(normal, sun_direction.xyz);
@@ -154,7 +154,7 @@ void main()
     vec3 direct = add_sun(normal, view, light.rgb);
 
     vec2 rg = table(n_v, surface_albedo.a);
-    // Nothing at all is reflected at grazing angles where F0 is 0: panels.
+    // F0 is 0 for panels, which reflect nothing, even at grazing angles.
     if (surface_f0 == vec3(0.0))
         rg = vec2(0.0);
     vec3 fss = surface_f0 * rg.x + rg.y;

@@ -3,22 +3,22 @@
 #include "frame.glsl"
 #include "paraboloid.glsl"
 
-// The dynamic probe's index; local ones have those from 0 on.
+// Index of the dynamic probe; local ones start at 0.
 const int DYNAMIC = 64;
 
 layout(std140) uniform Room {
-    mat4 picture;       // x, y and depth in the picture to the direction
-    vec4 paraboloid;    // x: 1 of a paraboloid
-    vec4 limit_centre;  // w: 1 if there is a limit
-    vec4 limit_half;    // w: 1 for parallax
-    ivec4 picture_size; // and edge of tiles, 0: no masks; locals
+    mat4 picture;       // x, y, depth in the picture to direction
+    vec4 paraboloid;    // x: 1 for a paraboloid
+    vec4 limit_centre;  // w: 1 with a limit
+    vec4 limit_half;    // w: 1 with parallax
+    ivec4 picture_size; // xy: size; z: tile edge, 0: no masks; w: locals
     uvec4 masks;        // xy: all locals; zw: those before the dynamic one
     vec4 local_lod;     // as lod of frame.glsl
     vec4 dynamic_lod;
-    vec4 scales;        // irradiance of locals, of the dynamic one; 1 with it
+    vec4 scales;        // x, y: irradiance of locals, dynamic one; z: 1 with it
 };
 
-// before: below 0 of what is too far behind a paraboloid.
+// before: a clip distance, below 0 too far behind a paraboloid.
 vec4 projected(vec3 point, out float before)
 {
     vec4 p = clip * vec4(point, 1.0);
@@ -29,7 +29,7 @@ vec4 projected(vec3 point, out float before)
     return paraboloid_position(p);
 }
 
-// The inverse: the direction seen at a place, -1..1; of any length.
+// Inverse: direction at a place in -1..1; not normalised.
 vec3 seen_at(vec2 p)
 {
     vec2 q = p / PARABOLOID_FILL;

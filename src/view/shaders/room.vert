@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A box where it is, or a sphere about the origin, with its material.
+// A box at its place, or a sphere about the origin, with its material.
 #include "room.glsl"
 
 layout(location = 0) in vec3 position;
-layout(location = 1) in vec4 centre_radius; // of each sphere; boxes: 0, 0, 0, 1
+layout(location = 1) in vec4 centre_radius; // of a sphere; boxes: 0, 0, 0, 1
 layout(location = 2) in vec4 albedo_roughness;
 layout(location = 3) in vec3 f0;
 layout(location = 4) in vec3 emission;
@@ -11,7 +11,7 @@ layout(location = 5) in vec3 normal;
 
 out vec3 surface_position;
 out vec3 surface_normal;
-flat out vec4 surface_albedo; // and roughness
+flat out vec4 surface_albedo; // w: roughness
 flat out vec3 surface_f0;
 flat out vec3 surface_emission;
 

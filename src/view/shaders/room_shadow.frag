@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Depth alone.
+// Writes only depth.
 void main()
 {
 }

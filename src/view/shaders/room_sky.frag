@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The environment, where nothing is before it.
+// The environment, where no surface covers it.
 #include "room.glsl"
 #include "ray.glsl"
 #include "sun.glsl"

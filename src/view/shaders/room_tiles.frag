@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A pixel for each tile of the picture: the mask of the local probes that are
-// seen in it.
+// A pixel per tile of the picture: the mask of the local probes that are
+// visible in it.
 #include "room.glsl"
 #include "probes.glsl"
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Points and directions to sample by. Roberts 2018, "The Unreasonable
-// Effectiveness of Quasirandom Sequences"; Cranley and Patterson 1976,
-// "Randomization of Number Theoretic Methods for Multiple Integration";
-// Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3);
-// Heitz 2018, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4);
-// Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps".
+// Sample points and directions. Roberts 2018, "The Unreasonable Effectiveness
+// of Quasirandom Sequences"; Cranley and Patterson 1976, "Randomization of
+// Number Theoretic Methods for Multiple Integration"; Jarzynski and Olano 2020,
+// "Hash Functions for GPU Rendering", JCGT 9(3); Heitz 2018, "Sampling the GGX
+// Distribution of Visible Normals", JCGT 7(4); Dupuy and Benyoub 2023,
+// "Sampling Visible GGX Normals with Spherical Caps".
 #include "cube.glsl"
 
-uniform sampler2D aim_tokens; // of view/aim.h
-uniform sampler2DArray aim_chance; // a layer for each face
-uniform int aim_edge; // 0: there is none
+uniform sampler2D aim_tokens; // see view/aim.h
+uniform sampler2DArray aim_chance; // a layer per face
+uniform int aim_edge; // 0: no table
 
-// Three numbers of a pixel that have nothing to do with those of another.
+// Three random numbers of a pixel, independent of those of other pixels.
 uvec3 hash_of(uvec3 x)
 {
     x = x * 1664525u + 1013904223u;
@@ -25,8 +25,8 @@ uvec3 hash_of(uvec3 x)
     return x;
 }
 
-// Point i of the sequences R2 and R3 as fractions of 2^32, moved by shift;
-// whole numbers wrap without rounding.
+// Point i of the sequences R2 and R3, as fractions of 2^32, offset by shift.
+// Integers wrap without rounding.
 uvec2 point2(uint i, uvec2 shift)
 {
     return shift + i * uvec2(3242174889u, 2447445413u);
@@ -37,15 +37,15 @@ uvec3 point3(uint i, uvec3 shift)
     return shift + i * uvec3(3518319154u, 2882110344u, 2360945575u);
 }
 
-// The middle of the 2^-23 that a fraction is in: never 0, never 1.
+// Middle of the interval of 2^-23 that holds a fraction: never 0, never 1.
 vec2 unit(uvec2 fraction)
 {
     return (vec2(fraction >> 9u) + 0.5) / 8388608.0;
 }
 
 // Visible normal for v, v.z > 0, of a surface around +Z, density D G1 V.H / N.V
-// (Heitz eq. 3): by a spherical cap, listing 1 of Dupuy and Benyoub, with h.z
-// summed so that it keeps its digits on the horizon.
+// (Heitz eq. 3), by a spherical cap: Dupuy and Benyoub, listing 1. The sum for
+// h.z is arranged to keep its digits at the horizon.
 vec3 visible_normal(vec3 v, float alpha, vec2 u)
 {
     vec3 w = normalize(vec3(alpha * v.xy, v.z));
@@ -57,8 +57,8 @@ vec3 visible_normal(vec3 v, float alpha, vec2 u)
     return normalize(vec3(alpha * h, h_z));
 }
 
-// Density with which aim_at gives the unit direction d, whose place that is:
-// dO = dA m^3, m the largest component.
+// Density of aim_at at the unit direction d with place at: dO = dA m^3, m the
+// largest component.
 float aim_density(vec3 at, vec3 d)
 {
     vec3 a = abs(d);
@@ -67,8 +67,8 @@ float aim_density(vec3 at, vec3 d)
     return chance * float(aim_edge * aim_edge) * 0.25 / (m * m * m);
 }
 
-// A random place by the light above the mean: a cell, and a tent of a cell
-// around its middle.
+// A random place by the light above the mean: a random cell, and a tent of +-1
+// cell around its middle.
 vec3 aim_at(uvec3 fraction)
 {
     ivec2 size = textureSize(aim_tokens, 0);
@@ -78,7 +78,7 @@ vec3 aim_at(uvec3 fraction)
     vec2 u = 2.0 * unit(fraction.yz) - 1.0;
     vec2 tent = sign(u) * (1.0 - sqrt(1.0 - abs(u)));
     vec2 p = vec2(cell % aim_edge, cell / aim_edge % aim_edge) + 0.5 + tent;
-    p = abs(p); // back from the edges
+    p = abs(p); // reflects at the edges
     p = float(aim_edge) - abs(float(aim_edge) - p);
     return vec3(2.0 * p / float(aim_edge) - 1.0,
                 cell / (aim_edge * aim_edge));

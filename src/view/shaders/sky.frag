@@ -9,8 +9,8 @@ layout(location = 0) out vec4 colour;
 void main()
 {
     vec3 d = turned(ray_through(gl_FragCoord.xy));
-    // The further levels of a specular chain are other roughnesses, not
-    // smaller pictures.
+    // Further levels of a specular chain are other roughnesses, not smaller
+    // pictures.
     vec3 rgb = display.w > 0.5 ? texture(sky_map, d).rgb
                                : textureLod(sky_map, d, 0.0).rgb;
     colour = vec4(show.w != 0 ? rgb : vec3(0.0), 1.0);

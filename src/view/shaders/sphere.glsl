@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The sphere of an instance under a pixel, and how much of the pixel it covers.
+// The sphere of an instance under a pixel, and the part of the pixel it covers.
 #include "ray.glsl"
 
 flat in vec4 ball; // centre, radius
@@ -12,8 +12,8 @@ struct surface {
     float coverage; // 0..1
 };
 
-// A ray that passes the sphere within the pixel sees its outline. All is
-// relative to the centre, so nothing cancels.
+// Rays that miss the sphere by less than a pixel hit its outline. All vectors
+// are relative to the centre, so no digits cancel.
 surface sphere_at(vec2 pixel)
 {
     vec3 d = ray_through(pixel);
@@ -25,7 +25,7 @@ surface sphere_at(vec2 pixel)
     surface s;
     s.coverage = clamp((r - miss) / max(pixel_step, 1e-20) + 0.5, 0.0, 1.0);
     if (dot(to, d) <= half_chord)
-        s.coverage = 0.0; // it is behind or around the eye
+        s.coverage = 0.0; // sphere behind or around the eye
     s.normal = normalize(off - half_chord * d);
     s.position = ball.xyz + r * s.normal;
     s.view = -d;

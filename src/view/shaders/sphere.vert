@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A quad that covers a sphere as seen from the eye, four vertices an instance.
+// A quad that covers a sphere as seen from the eye; four vertices per instance.
 #include "frame.glsl"
 
 layout(location = 0) in vec4 centre_radius;
@@ -17,7 +17,7 @@ void main()
     ball_albedo = albedo_roughness;
 
     // The cone from the eye that touches the sphere, cut by the plane through
-    // the centre that faces the eye; and two pixels more.
+    // the centre that faces the eye, plus two pixels.
     vec3 to = centre_radius.xyz - eye.xyz;
     float d2 = dot(to, to), r = centre_radius.w;
     float pixel = 2.0 * length(up.xyz) * viewport.w;

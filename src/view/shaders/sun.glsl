@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: MIT
-// The sun as light from one direction, with shadows: uniform block of
+// The sun as light from one direction, with shadows: the uniform block of
 // room_shadow.c.
 #include "brdf.glsl"
 
 layout(std140) uniform Sun {
-    mat4 sun_clip;       // world to the clip space of the depths
-    vec4 sun_direction;  // to it, of the world; w: 1 with shadows
+    mat4 sun_clip;       // world to the depth map's clip space
+    vec4 sun_direction;  // to the sun, in the world; w: 1 with shadows
     vec4 sun_irradiance; // w: 1 if there is a sun
-    vec4 sun_right;      // a texel of the depths, of the world; w: texels
-    vec4 sun_up;         // w: depth of a unit of the world
-    vec4 sun_limit;      // luminance that is left of it, cosine of the cone
+    vec4 sun_right;      // a texel of the depth map, in the world; w: texels
+    vec4 sun_up;         // the same; w: depth of a unit of the world
+    vec4 sun_limit;      // luminance that is kept, cosine of the cone
 };
 
 uniform sampler2DShadow sun_depth;
 
-// Height above the surface of what is looked up, in units of the room: the
-// triangles of spheres are as far beneath them.
+// Height of a lookup above the surface, in units of the room: triangles of
+// spheres are up to that far below the spheres.
 const float SUN_ABOVE = 0.003;
-// Planes nearly along the light, which have hardly any, would rise too much.
+// Minimum N.L for slopes: planes nearly along the light would rise too much.
 const float SUN_LEAST = 0.01;
 
-// Visible share of the sun: 3 x 3 texels by a quadratic B-spline, each compared
-// with the surface's plane there, so that no plane shades itself.
+// Visible part of the sun: 3 x 3 texels weighted by a quadratic B-spline. Each
+// is compared with the surface's plane there, so that no plane shades itself.
 float sun_seen(vec3 point, vec3 normal, float n_l)
 {
     if (sun_direction.w == 0.0)
@@ -31,7 +31,7 @@ float sun_seen(vec3 point, vec3 normal, float n_l)
     vec2 slope = vec2(dot(normal, sun_right.xyz), dot(normal, sun_up.xyz)) *
                  (sun_up.w / max(n_l, SUN_LEAST));
     vec2 texel = floor(at.xy * sun_right.w);
-    vec2 off = at.xy * sun_right.w - texel - 0.5; // of the middle one's centre
+    vec2 off = at.xy * sun_right.w - texel - 0.5; // from the texel's centre
     vec2 low = 0.5 * (0.5 - off) * (0.5 - off);
     vec2 high = 0.5 * (0.5 + off) * (0.5 + off);
     vec2 weight[3] = vec2[3](low, 1.0 - low - high, high);
@@ -47,7 +47,7 @@ float sun_seen(vec3 point, vec3 normal, float n_l)
     return seen;
 }
 
-// What is left of the environment's radiance in a direction of the world, unit.
+// Radiance of the environment without the sun. direction: world, unit.
 vec3 sun_cut(vec3 direction, vec3 radiance)
 {
     if (sun_irradiance.w == 0.0 ||
@@ -57,14 +57,14 @@ vec3 sun_cut(vec3 direction, vec3 radiance)
     return y > sun_limit.x ? radiance * (sun_limit.x / y) : radiance;
 }
 
-// The same of irradiance / pi that was baked with the sun in it.
+// Irradiance / pi without the sun, from a map that contains it.
 vec3 sun_cut_irradiance(vec3 normal, vec3 light)
 {
     float n_l = max(dot(normal, sun_direction.xyz), 0.0);
     return max(light - sun_irradiance.rgb * (n_l / PI), 0.0);
 }
 
-// The integral of D N.H times N.L over all L, N = V.
+// The integral of D(N.H) N.L over all L, with N = V.
 float sun_lobe(float alpha)
 {
     float a2 = alpha * alpha, b = 1.0 - a2;
@@ -73,8 +73,8 @@ float sun_lobe(float alpha)
                           (b - 2.0 * a2 * log((1.0 + a2) / (2.0 * a2)));
 }
 
-// The same of a level of that roughness. Narrow lobes, which interpolated
-// levels resemble less, are cut as the sky is.
+// Radiance of a level of that roughness without the sun. Narrow lobes, which
+// interpolated levels match less well, are only cut as the sky is.
 vec3 sun_cut_specular(vec3 direction, float roughness, vec3 light)
 {
     float alpha = roughness * roughness;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// As much of a rectangle's colour as it covers of the pixel.
+// A rectangle's colour; alpha times the part of the pixel that it covers.
 flat in vec4 edges;
 flat in vec4 paint;
 

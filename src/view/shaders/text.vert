@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A rectangle for each instance, as large as the pixels that it touches.
+// A rectangle per instance, extended to whole pixels.
 layout(location = 0) in vec4 rectangle; // left, top, right, bottom: pixels
 layout(location = 1) in vec4 tint;      // sRGB-encoded, alpha not multiplied in
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Scene-linear RGB (Rec. 709 primaries) to what a display is sent, 0..1.
+// Converts scene-linear RGB (Rec. 709 primaries) to display values, 0..1.
 
 // Luminance of Rec. 709 primaries: ITU-R BT.709-6, item 3.2.
 float luminance(vec3 c) {
     return dot(c, vec3(0.2126, 0.7152, 0.0722));
 }
 
-// Told by the exponent's bits: compilers may take isnan for false.
+// Infinity or NaN. Tests the exponent: compilers may take isnan for false.
 bvec3 beyond(vec3 c) {
     return equal(floatBitsToUint(c) & 0x7f800000u, uvec3(0x7f800000u));
 }
@@ -16,14 +16,14 @@ bvec3 not_number(vec3 c) {
 }
 
 // Reinhard, Stark, Shirley and Ferwerda 2002, "Photographic Tone Reproduction
-// for Digital Images", eq. 3, of the luminance; colours keep their hue.
+// for Digital Images", eq. 3, applied to luminance; colours keep their hue.
 vec3 reinhard(vec3 c) {
     return c / (1.0 + luminance(c));
 }
 
-// Hill's fit of the ACES reference rendering and sRGB output transforms, with
-// the matrices sRGB => XYZ => D65_2_D60 => AP1 => RRT_SAT before it and ODT_SAT
-// => XYZ => D60_2_D65 => sRGB after it, by rows:
+// Hill's fit of the ACES reference rendering and sRGB output transforms.
+// Matrices by rows: sRGB => XYZ => D65_2_D60 => AP1 => RRT_SAT before the fit,
+// ODT_SAT => XYZ => D60_2_D65 => sRGB after it:
 // github.com/TheRealMJP/BakingLab, BakingLab/ACES.hlsl.
 vec3 aces(vec3 c) {
     const mat3 rendering = mat3(0.59719, 0.35458, 0.04823,
@@ -42,7 +42,7 @@ vec3 aces(vec3 c) {
 // Khronos PBR Neutral Tone Mapper, specification 1.0 (2024):
 // github.com/KhronosGroup/ToneMapping, PBR_Neutral.
 vec3 neutral(vec3 c) {
-    const float f90 = 0.04; // normal reflection of what is removed
+    const float f90 = 0.04; // normal Fresnel reflection, which is removed
     const float start = 0.8 - f90;
     const float desaturation = 0.15;
     float x = min(c.r, min(c.g, c.b));
@@ -67,7 +67,7 @@ vec3 srgb(vec3 c) {
 const int REINHARD = 1, ACES = 2, NEUTRAL = 3;
 
 vec3 tone(vec3 c, int curve) {
-    // Beyond 1e12 every curve has met its end, and squares are still floats.
+    // Above 1e12 every curve is at its limit; below, squares are finite floats.
     c = clamp(c, 0.0, 1e12);
     return curve == REINHARD  ? reinhard(c)
            : curve == ACES    ? aces(c)
@@ -77,7 +77,7 @@ vec3 tone(vec3 c, int curve) {
 
 // Cubehelix: Green 2011, "A colour scheme for the display of astronomical
 // intensity images", Bull. Astr. Soc. India 39, eq. 2; start 0.5, -1.5
-// rotations, hue and gamma 1. level 0..1 from black to white.
+// rotations, hue and gamma 1. level: 0 (black) .. 1 (white).
 vec3 helix(float level) {
     float angle = 6.28318530718 * (0.5 / 3.0 + 1.0 - 1.5 * level);
     float swing = level * (1.0 - level) / 2.0;
@@ -86,7 +86,8 @@ vec3 helix(float level) {
                                 1.78277, -0.90649, 0.0) * turn, 0.0, 1.0);
 }
 
-// Of a luminance, VIEW_STOPS around middle grey (view/overlay.h), sRGB-encoded.
+// sRGB-encoded false colour of a luminance, VIEW_STOPS around middle grey
+// (view/overlay.h).
 vec3 false_colour(float y, vec2 pixel) {
     const float stops = 8.0;
     bool stripe = fract((pixel.x + pixel.y) / 8.0) < 0.5;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The integral of BRDF, environment and N.L: the mean of samples first_sample
 // .. first_sample + sample_count - 1 of one sequence. A sample is a visible
-// normal for the specular part, a cosine direction for the diffuse one and,
-// where the environment has lights, one of those for both, by the balance
-// heuristic: Veach and Guibas 1995, "Optimally Combining Sampling Techniques
-// for Monte Carlo Rendering", eq. 12.
+// normal for the specular part and a cosine direction for the diffuse part. If
+// the environment has lights, a direction to one of them is added for both
+// parts. The balance heuristic weights them: Veach and Guibas 1995, "Optimally
+// Combining Sampling Techniques for Monte Carlo Rendering", eq. 12.
 #include "sphere.glsl"
 #include "ibl.glsl"
 #include "brdf.glsl"
@@ -16,10 +16,10 @@ uniform int first_sample, sample_count;
 
 layout(location = 0) out vec4 colour;
 
-// Below this a lobe is a mirror to a float.
+// Below this alpha a lobe is a mirror in float precision.
 const float MIRROR = 1e-6;
 
-// What the samples of a pixel share, in the frame of the normal, +Z.
+// Shared by all samples of a pixel, in the frame of the normal, +Z.
 struct patch_of {
     vec3 view, f0;
     float alpha;
@@ -37,9 +37,9 @@ float aimed(vec3 d)
     return aim_edge == 0 ? 0.0 : aim_density(face_place(d), d);
 }
 
-// BRDF times N.L over the density p = D / (2 spread) of visible normals, F V
-// N.L 2 spread (Heitz 2018 eq. 19), times the balance heuristic p / (p +
-// other); the same for either kind of sample.
+// BRDF times N.L over the density p = D / (2 spread) of visible normals: F V
+// N.L 2 spread (Heitz 2018 eq. 19). Times the balance heuristic p / (p +
+// other). The same for both kinds of samples.
 vec3 specular_weight(patch_of s, vec3 h, vec3 l, float other)
 {
     float v_h = clamp(dot(s.view, h), 0.0, 1.0);
@@ -74,7 +74,7 @@ vec3 by_cosine(patch_of s, uvec2 fraction)
     return light_from(d) * (p / (p + aimed(d)));
 }
 
-// Both, of a direction to a light: adds its part to either.
+// Samples a direction to a light and adds it to both parts.
 void by_aim(patch_of s, uvec3 fraction, inout vec3 specular,
             inout vec3 irradiance)
 {

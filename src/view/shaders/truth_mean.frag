@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A pass of samples as its part of the mean over all so far, by blending.
+// Blends a pass of samples into the mean of all passes so far.
 uniform sampler2D pass_picture;
-uniform float part; // of all samples that this pass has
+uniform float part; // this pass's share of all samples so far
 
 layout(location = 0) out vec4 colour;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Wires, which come in clip space.
+// Wires, already in clip space.
 layout(location = 0) in vec4 position;
 layout(location = 1) in vec3 colour_in;
 
