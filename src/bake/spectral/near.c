@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Angles are the map's: theta from the pole, phi from the middle column, seen
- * from outside with theta downwards and phi to the right; R is the texel's
+ * Angles are those of the map: theta from the pole, phi from the middle column,
+ * seen from outside with theta downwards and phi to the right. R is the texel's
  * direction, Delta = phi - phi_R, and
  *     q = sin^2((theta - theta_R) / 2) +
  *         sin(theta) sin(theta_R) sin^2(Delta / 2),
@@ -12,10 +12,10 @@
  *               2 cos(theta) sin(theta_R) sin^2(Delta / 2)) dPhi / sin^2(psi).
  *
  * A piece of an edge that is no longer than its distance from R takes POINTS
- * points of Gauss and Legendre. Nearer than that d gamma turns by up to pi
- * within the distance; there it is H(0) times the angle between the ends, less
- * the integral of H(0) - H, which changes over no less than the lobe's width:
- * pieces no longer than that take as many points, longer ones are halved.
+ * Gauss-Legendre points. Nearer to R, d gamma turns by up to pi within the
+ * distance. There the integral is H(0) times the angle between the ends, minus
+ * the integral of H(0) - H, which changes over the lobe's width or more. Pieces
+ * up to that length take POINTS points, longer ones are halved.
  */
 #include "bake/spectral/near.h"
 
@@ -33,7 +33,7 @@ enum {
     POINTS = IBL_GAUSS_POINTS,
     MAX_HALVINGS = 40,
     BITS = 5,
-    PIECES = 1 << BITS, /* of the table, an octave */
+    PIECES = 1 << BITS, /* of the table in an octave */
     FIT = 4             /* nodes of a piece: 0, 1/3, 2/3, 1 */
 };
 
@@ -53,7 +53,7 @@ typedef struct table {
     double *coef; /* 8 a piece: of H, and of (H(0) - H) / q */
 } table;
 
-/* exp(-REACH) of a near part is left out. */
+/* A near part is cut off where it has fallen to exp(-REACH). */
 static const double REACH = 12;
 
 static double reach_of(const ibl_lobe_shape *s)
@@ -67,7 +67,7 @@ static double near_weight(const ibl_lobe_shape *s, double q)
     return s->split > 0 ? k * ibl_lobe_near_share(s, q) : k;
 }
 
-/* 2 int K dq, by four points of Gauss and Legendre. */
+/* 2 int K dq, by Gauss-Legendre points. */
 static double integral(const ibl_lobe_shape *s, double from, double to)
 {
     double sum = 0;
@@ -77,7 +77,7 @@ static double integral(const ibl_lobe_shape *s, double from, double to)
     return 2 * (to - from) * sum;
 }
 
-/* Where a node of a piece stands, as q. */
+/* q of a node of a piece. */
 static double node_at(const table *t, int piece, int node)
 {
     const double octave = ldexp(t->start, piece / PIECES);
@@ -94,8 +94,8 @@ static void fit_cubic(const double f[FIT], double c[4])
     c[3] = 4.5 * (f[3] - 3 * f[2] + 3 * f[1] - f[0]);
 }
 
-/* Integrals from 0 to the nodes, upwards, and from the reach to them,
- * downwards, so that neither is a small difference of large ones. */
+/* Fills the integrals from 0 up to the nodes, then from the reach down to them,
+ * so that neither is a small difference of large numbers. */
 static void fill_table(const ibl_lobe_shape *s, int pieces, table *t)
 {
     double sum = 0, nodes[FIT];
@@ -158,7 +158,7 @@ static inline double value_at(const table *t, double q, int which)
 /* ---- the map --------------------------------------------------------------
  */
 
-/* Of a pixel: how near to its edges a texel's direction may be. */
+/* Least distance of a texel's direction from a pixel's edges, in pixels. */
 static const double margin = 1e-6;
 
 /* The sine and the cosine of half an angle. */
@@ -172,12 +172,12 @@ struct ibl_near {
     int n;
     table table;
     double alpha2;
-    half *edge;  /* of the phi of each edge */
-    half *point; /* of the phi of the points of each pixel */
-    half *row;   /* of theta: of each row's upper edge and its points */
-    double *sum; /* of each texel, three */
+    half *edge;  /* half the phi of each edge */
+    half *point; /* half the phi of the points of each pixel */
+    half *row;   /* half the theta of each row's upper edge and its points */
+    double *sum; /* three for each texel */
     float base[3];
-    float *last; /* the row before the batch */
+    float *last; /* row above the batch */
     const float *rgb;
     int first, rows; /* the batch */
 };
@@ -192,7 +192,7 @@ typedef struct texel {
     double *sum;
 } texel;
 
-/* Keeps a coordinate in pixels off the edges; returns its pixel. */
+/* Moves a coordinate, in pixels, off the pixels' edges; returns its pixel. */
 static int pixel_of(double *at, int count)
 {
     int pixel = (int)floor(*at);
@@ -262,7 +262,7 @@ static place place_at(const edge *e, double at)
         e->sine * (sin(theta - t->theta) + 2 * e->cosine * t->sine * across)};
 }
 
-/* The angle around R of a point of an edge. */
+/* Angle around R of a point of an edge. */
 static double angle_at(const edge *e, double at)
 {
     const texel *t = e->t;
@@ -301,7 +301,7 @@ static double nearest_theta(const edge *e)
     return atan2(t->sine * cosine, t->cosine);
 }
 
-/* int of H d gamma along a part of an edge, to larger theta or phi. */
+/* int of H d gamma along a part of an edge, towards larger theta or phi. */
 static double part_sum(const edge *e, double from, double to, int halvings)
 {
     const double aim = e->parallel ? 0 : nearest_theta(e);
@@ -362,15 +362,15 @@ static span span_at(const ibl_near *a, const texel *t, double up, double sine)
     return (span){from < 0 ? from + width : from, to - from + 1};
 }
 
-/* Of the meridians of row j: what is in reach at its nearest latitude, taken
- * as narrow as the row is anywhere. */
+/* Columns whose meridians in row j are in reach: at the row's nearest latitude,
+ * and as narrow as the row is anywhere. */
 static span row_span(const ibl_near *a, const texel *t, int j,
                      const line points[POINTS])
 {
     const double first = points[0].sine, last = points[POINTS - 1].sine;
     const double up = fmin(points[0].up, points[POINTS - 1].up);
     const double height = IBL_PI / a->map.height;
-    /* The edges are not much nearer than the points next to them. */
+    /* The edges are hardly nearer than the points next to them. */
     const double nearest_up = fmax(0, sqrt(up) - 0.05 * height);
     const bool pole = j == 0 || j == a->map.height - 1;
     return span_at(a, t, j == t->row ? 0 : nearest_up * nearest_up,
@@ -390,8 +390,8 @@ static int differ(const float *a, const float *b)
            a[2] < b[2] || a[2] > b[2];
 }
 
-/* Of the square of an edge's length: q of the nearest of its points from which
- * on all of it is no nearer than it is long. */
+/* Limit of q over the square of an edge's length: if all points have more, the
+ * edge is no longer than its distance from R. */
 static const double nearest = 0.35;
 
 /* The edge left of a pixel, from the top of its row to the bottom. */
@@ -522,8 +522,8 @@ static void add_texel(const ibl_near *a, const double d[3], double *sum)
         add_row(a, &t, j);
 }
 
-/* Whether the rows of the batch may be in reach of a row of texels, whose theta
- * goes one way from either end to the middle. */
+/* Whether the batch may be in reach of a row of texels. Along this row theta is
+ * monotone from either end to the middle. */
 static bool is_in_reach(const ibl_near *a, int face, int y)
 {
     const int x[4] = {0, (a->n - 1) / 2, a->n / 2, a->n - 1};
@@ -557,7 +557,7 @@ static void row_job(void *arg, int job, int worker)
 
 /* ---- the calls ---------------------------------------------------------- */
 
-static void fill_halves(const ibl_near *a)
+static void fill_half_angles(const ibl_near *a)
 {
     const double width = IBL_PI / a->map.width;
     const double height = 0.5 * IBL_PI / a->map.height;
@@ -598,7 +598,7 @@ ibl_status ibl_near_create(ibl_ctx *ctx, const ibl_near_map *map,
         *out = NULL;
         return ibl_no_memory(ctx, "a narrow lobe");
     }
-    fill_halves(a);
+    fill_half_angles(a);
     return IBL_OK;
 }
 

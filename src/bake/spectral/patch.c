@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * GGX as a function of the angle has its nearest singularities 2 alpha i from
- * the peak, and n points leave rho^-2n of an integral over a length e, with
+ * the peak. n points leave rho^-2n of an integral over a length e, with
  * rho = r + sqrt(1 + r^2), r = 4 alpha / e (the largest ellipse around the
- * interval without a singularity). Phong is about a Gaussian, and the far part
- * of a lobe a smooth function, of that width.
+ * interval without a singularity). Phong is about a Gaussian of that width; the
+ * far part of a lobe is a smooth function of that width.
  */
 #include "bake/spectral/patch.h"
 
@@ -35,13 +35,13 @@ void ibl_patch_middle(const ibl_patch *p, double d[3])
     direction(middle_of(p), p->phi, d);
 }
 
-/* A product that cancels nothing. */
+/* A product without cancellation. */
 double ibl_patch_angle(const ibl_patch *p)
 {
     return 2 * p->width * sin(middle_of(p)) * sin(0.5 * height_of(p));
 }
 
-/* Along a parallel, then along a meridian. */
+/* First along a parallel, then along a meridian. */
 double ibl_patch_radius(const ibl_patch *p)
 {
     const double height = height_of(p);
@@ -51,7 +51,7 @@ double ibl_patch_radius(const ibl_patch *p)
 
 /* ---- points ------------------------------------------------------------ */
 
-/* By Newton's method. */
+/* Newton's method. */
 void ibl_rule_make(int n, ibl_rule *r)
 {
     if (r->count == n)
@@ -76,8 +76,8 @@ void ibl_rule_make(int n, ibl_rule *r)
 
 int ibl_rule_nodes(double extent, double reach, double error)
 {
-    /* One misses (extent / reach)^2 2/3 of what falls as the fourth power of
-     * the distance. */
+    /* One point misses (extent / reach)^2 2/3 of a function that falls as the
+     * fourth power of the distance. */
     const int least = extent * extent * 2 > 3 * error * reach * reach ? 2 : 1;
     const double left = -log(fmin(0.6 * error, 0.1));
     const double n = fmax(ceil(0.5 * left / asinh(2 * reach / extent)), least);
@@ -98,7 +98,7 @@ int ibl_patch_points(const ibl_patch *p, double reach, double error,
     ibl_rule_make(across, &rules->across);
     for (int j = 0; j < down; j++) {
         at[j] = theta + 0.5 * height * rules->down.node[j];
-        /* One is the centroid, along a parallel of its arc. */
+        /* A single point is the centroid, on a parallel that of its arc. */
         if (down == 1)
             at[j] += (1 - 0.5 * height / tan(0.5 * height)) / tan(theta);
         row[j] = rules->down.mass[j] * sin(at[j]);
@@ -122,13 +122,13 @@ int ibl_patch_points(const ibl_patch *p, double reach, double error,
 
 /* ---- the horizon -------------------------------------------------------- */
 
-/* A part of a patch as it is seen. */
+/* A part of a patch, seen from d. */
 struct part {
     const ibl_lobe_shape *shape;
     const ibl_rule *rule;
     double theta[2], sin_theta[2], cos_theta[2];
-    double from, width; /* of the azimuth, from d's */
-    double up, sine;    /* d's Y, and what is left of it */
+    double from, width; /* azimuths relative to d's */
+    double up, sine;    /* d's Y, and sqrt(1 - Y^2) */
 };
 
 /* Sine and cosine of at most ibl_patch_widest / 2, to 3e-9. */
@@ -139,18 +139,18 @@ static void small_turn(double x, double *sine, double *cosine)
     *cosine = 1 - x2 * (1.0 / 2 - x2 * (1.0 / 24 - x2 * (1.0 / 720)));
 }
 
-/* Moves the end of a meridian that is below the horizon up to it. */
+/* Moves that end of a meridian which is below the horizon up to it. */
 static void end_at_horizon(double up, double across, double theta[2])
 {
     const double bound = up > 0 ? atan2(up, -across) : atan2(-up, across);
-    /* The pole at theta = 0 is above the horizon, or the other one. */
+    /* Which end is below depends on whether the pole theta = 0 is above. */
     const int below = up > 0;
 
     theta[below] = fmin(fmax(bound, theta[0]), theta[1]);
 }
 
-/* int K sin(theta) dtheta along a meridian, above the horizon only, which a
- * meridian crosses once. across: of d, along the meridian's foot. */
+/* int K sin(theta) dtheta along a meridian above the horizon, which it crosses
+ * at most once. across: d's component along the meridian's foot. */
 static double meridian_sum(const struct part *p, double across)
 {
     const double up = p->up;
@@ -178,9 +178,9 @@ static double meridian_sum(const struct part *p, double across)
     return half * sum;
 }
 
-/* Where the horizon crosses the rows' edges, between azimuths: the sum over a
- * meridian has corners there. Sorted, with both ends; returns how many there
- * are. */
+/* Writes the azimuths where the horizon crosses the rows' edges, since the
+ * integral over a meridian has corners there: sorted, with both ends. Returns
+ * their number. */
 static int corners(const struct part *p, double out[6])
 {
     const double middle = cos(p->from + 0.5 * p->width);

@@ -14,17 +14,17 @@ typedef struct ibl_patch {
     float rgb[3];      /* radiance */
 } ibl_patch;
 
-/* The horizon has bends of its own in what is wider. */
+/* In wider patches the horizon is too curved. */
 static const double ibl_patch_widest = 0.4;
 
 /* Unit vector to the middle. */
 void ibl_patch_middle(const ibl_patch *patch, double d[3]);
 /* Solid angle. */
 double ibl_patch_angle(const ibl_patch *patch);
-/* Radius of a cap around the middle that holds it, in radians. */
+/* Radius of a cap around the middle that contains it, in radians. */
 double ibl_patch_radius(const ibl_patch *patch);
 
-/* The rule of Gauss and Legendre on -1..1; masses sum to 2. */
+/* The Gauss-Legendre rule on -1..1; masses sum to 2. */
 enum {
     IBL_RULE_MOST = 66
 };
@@ -34,12 +34,12 @@ typedef struct ibl_rule {
     double node[IBL_RULE_MOST], mass[IBL_RULE_MOST];
 } ibl_rule;
 
-/* 1..IBL_RULE_MOST nodes. A rule that has as many stays. */
+/* Makes a rule of 1..IBL_RULE_MOST nodes, unless it already has that many. */
 void ibl_rule_make(int count, ibl_rule *rule);
 
 /*
- * Nodes of a rule that leaves a relative error of the integral, over an
- * interval, of a lobe whose nearest singularities are that far off.
+ * Number of nodes that keep the relative error of an integral over a length
+ * `extent`, of a lobe whose nearest singularities are `reach` away.
  */
 int ibl_rule_nodes(double extent, double reach, double error);
 
@@ -50,18 +50,18 @@ typedef struct ibl_light {
     double rgb[3];
 } ibl_light;
 
-/* The rules along theta and phi of the patch before, to be used again. */
+/* The rules of the previous patch along theta and phi, for reuse. */
 typedef struct ibl_patch_rules {
     ibl_rule down, across;
 } ibl_patch_rules;
 
-/* Points that stand for a patch, which has so much light. out NULL: only
- * counts them. */
+/* Writes points that together have the light of a patch; returns their number.
+ * out NULL: only counts them. */
 int ibl_patch_points(const ibl_patch *patch, double reach, double error,
                      ibl_patch_rules *rules, ibl_light *out);
 
-/* Integral of the lobe around d over a patch, as exact as `rule` is above the
- * horizon. */
+/* Integral over a patch of the lobe around d, above the horizon, as exact as
+ * `rule`. */
 double ibl_patch_lobe(const ibl_patch *patch, const ibl_lobe_shape *shape,
                       const ibl_rule *rule, const double d[3]);
 

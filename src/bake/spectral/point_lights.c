@@ -17,23 +17,23 @@ enum {
     MOST_NODES = 16 /* along one side of a cluster */
 };
 
-/* Where texels see a cluster from afar, in radians; and what part of those
- * that see it at all. */
+/* Distance from which a cluster counts as far, in radians, and the share of
+ * such texels among those that see it. */
 static const double far_away = 0.5;
 static const double far_part = 0.88;
 
-/* The radius of clusters of more than one light: they are nearly flat. */
+/* Largest radius of a cluster of several lights: it is nearly flat. */
 static const double widest = 0.25;
 
-/* What finding a cluster costs, in points. */
+/* Cost of visiting a cluster, in points. */
 static const double cost_of_cluster = 1;
 
-/* What holds a cluster, or the texels of a block. */
+/* A cap that contains a cluster, or the texels of a block. */
 struct cap {
-    double centre[3], sine, cosine; /* of its radius, at most pi / 2 */
+    double centre[3], sine, cosine; /* of a radius up to pi / 2 */
 };
 
-/* Some of a list of points. */
+/* A part of a list of points. */
 struct span {
     int first, count;
 };
@@ -50,14 +50,14 @@ struct pixel {
     bool cut;              /* at the horizon */
 };
 
-/* A cluster's frame, and the rectangle of it that holds its points. */
+/* A cluster's frame, and a rectangle in it that contains its points. */
 struct frame {
     double axis[3][3]; /* u, v and up */
     double low[2], high[2];
 };
 
-/* What stands for a cluster: points at nodes along u and v, or 0 x 0: those of
- * its pixels. */
+/* The points that replace a cluster: at nodes along u and v, or, if there are
+ * 0 x 0 nodes, those of its pixels. */
 struct stand {
     int nodes[2];
     struct span points;
@@ -73,26 +73,26 @@ struct cluster {
 struct ibl_point_lights {
     ibl_lobe_shape shape;
     ibl_radial lobe;
-    ibl_rule rule; /* along the sides of what is cut */
+    ibl_rule rule; /* along the sides of cut pixels */
     int pixels, clusters, points;
     struct pixel *pixel;
     struct cluster *cluster;
-    ibl_radial_light *point; /* of the pixels, near and far, then of nodes */
+    ibl_radial_light *point; /* of pixels, near and far, then of nodes */
 };
 
-/* What is needed while they are made. */
+/* State during creation. */
 struct maker {
     ibl_point_lights *b;
     double reach[2]; /* distance of the lobe's singularities, by range */
     double error;
-    ibl_light *light; /* the points of the pixels, until they are put */
+    ibl_light *light; /* the pixels' points, before they are put in order */
     int lights;
 };
 
-/* Points are floats. */
+/* Allows for the rounding of points to floats. */
 static const double slack = 1e-6;
 
-/* The distance of the nearest singularities from the peak. */
+/* Distance of the nearest singularities from the peak. */
 static double reach_of(const ibl_lobe_shape *shape)
 {
     const double size = shape->split > 0
@@ -116,7 +116,7 @@ static double far_reach_of(const ibl_lobe_shape *shape, double near)
 
 /* ---- clusters ---------------------------------------------------------- */
 
-/* A cap around some pixels; its radius. */
+/* Finds a cap around some pixels; returns its radius. */
 static double find_cap(const struct pixel *pixel, int count, struct cap *cap)
 {
     double radius = 0, least = 1;
@@ -161,7 +161,7 @@ static void find_frame(const struct maker *m, struct cluster *c)
     }
 }
 
-/* Chooses the fewer points: at nodes, or of the pixels. */
+/* Chooses the fewer points: those at nodes, or those of the pixels. */
 static void plan_stand(const struct maker *m, struct cluster *c,
                        enum range range)
 {
@@ -188,7 +188,7 @@ static void plan_stand(const struct maker *m, struct cluster *c,
     s->points.count = n[0] * n[1];
 }
 
-/* What a cluster costs, in points that a texel sees on average. */
+/* Plans a cluster; returns its cost in points that a texel sees on average. */
 static double plan_cluster(const struct maker *m, struct cluster *c)
 {
     double radius =
@@ -199,7 +199,7 @@ static double plan_cluster(const struct maker *m, struct cluster *c)
         if (radius > widest)
             return INFINITY;
         find_frame(m, c);
-        /* Nodes may be farther off than the pixels. */
+        /* Nodes may lie outside the pixels. */
         radius = fmax(radius, asin(hypot(fmax(f->high[0], -f->low[0]),
                                          fmax(f->high[1], -f->low[1]))));
     }
@@ -220,8 +220,8 @@ static void swap(struct pixel *a, struct pixel *b)
     *b = kept;
 }
 
-/* Divides pixels in two, at the middle of the longest side of the box that
- * holds them; returns how many are in the first part. */
+/* Divides pixels in two at the middle of the longest side of their box; returns
+ * the number of pixels in the first part. */
 static int divide_pixels(struct pixel *pixel, int count)
 {
     double low[3], high[3], longest = -1;
@@ -241,11 +241,11 @@ static int divide_pixels(struct pixel *pixel, int count)
     for (int i = 0; i < count; i++)
         if (pixel[i].middle[side] < 0.5 * (low[side] + high[side]))
             swap(&pixel[i], &pixel[below++]);
-    /* Rounding, of what is in one place. */
+    /* Rounding can leave a part empty if all are in one place. */
     return below && below < count ? below : count / 2;
 }
 
-/* The cheapest clusters of some pixels, after those that there are. */
+/* Appends the cheapest clusters of some pixels; returns their cost. */
 static double find_clusters(const struct maker *m, struct span pixels)
 {
     ibl_point_lights *b = m->b;
@@ -281,9 +281,8 @@ static void put_point(const double at[3], const double rgb[3],
     out->rgb[3] = 0;
 }
 
-/* Chebyshev's nodes along a side of a cluster, and one over the products of
- * their differences: the polynomial that is 1 at one node and 0 at the others
- * is a product of x's. */
+/* Chebyshev nodes along a side of a cluster, and 1 over the products of their
+ * differences, for Lagrange's polynomials. */
 struct nodes {
     int count;
     double at[MOST_NODES], factor[MOST_NODES];
@@ -329,7 +328,7 @@ static void share_out(const struct frame *f, const struct nodes side[2],
                 (*rgb)[k] += share[0][i] * share[1][j] * light->rgb[k];
 }
 
-/* The points at nodes. */
+/* Makes the points at nodes. */
 static void make_nodes(const struct maker *m, const struct cluster *c,
                        const struct stand *s)
 {
@@ -356,7 +355,7 @@ static void make_nodes(const struct maker *m, const struct cluster *c,
     }
 }
 
-/* The points of the pixels, near and far. */
+/* Makes the points of the pixels, near and far. */
 static ibl_status make_lights(struct maker *m)
 {
     const ibl_point_lights *b = m->b;
@@ -380,7 +379,7 @@ static ibl_status make_lights(struct maker *m)
     return m->light ? IBL_OK : IBL_ERR_MEMORY;
 }
 
-/* Puts the points of the pixels in the order of clusters. */
+/* Stores the points of the pixels in the order of clusters. */
 static void put_pixels(const struct maker *m)
 {
     const ibl_point_lights *b = m->b;
@@ -436,13 +435,13 @@ static ibl_status make_bright(struct maker *m)
     return status;
 }
 
-/* How far its pixels are cut at the horizon: where the lobe ends there with a
- * slope, a patch of radius r whose points are a half turn off misses up to
+/* Chooses the pixels that are cut at the horizon. If the lobe ends there with a
+ * slope, a patch of radius r whose points are half a turn off misses up to
  * slope r / 4 of its light. */
 static void find_cuts(const struct maker *m, double least)
 {
     ibl_point_lights *b = m->b;
-    /* Phong has none at 0 itself. */
+    /* Phong has no slope at 0 itself. */
     const double slope = 100 * ibl_lobe_value(&b->shape, 0.495, 0.01);
     double largest = 0;
 
@@ -457,7 +456,7 @@ static void find_cuts(const struct maker *m, double least)
             largest = fmax(largest, fmin(2 * p->radius, ibl_patch_widest));
     }
     if (largest > 0) {
-        /* What is cut grows as a square. */
+        /* The integral over a cut meridian grows as a square. */
         const int nodes = ibl_rule_nodes(largest, m->reach[NEAR], m->error);
         ibl_rule_make((nodes > 2 ? nodes : 2) + (largest > 0.01), &b->rule);
     }
@@ -520,7 +519,7 @@ int ibl_point_lights_count(const ibl_point_lights *b)
 
 /* ---- texels ------------------------------------------------------------ */
 
-/* Some texels of a row. */
+/* A block of texels of a row. */
 struct block {
     float point[6 * BLOCK]; /* in the world's axes */
     struct cap cap;
@@ -544,7 +543,7 @@ static void make_block(int face, const float *point, struct block *block)
         end[1][k] = (double)block->point[(k + 1) * BLOCK - 1];
         cap->centre[k] = end[0][k] + end[1][k];
     }
-    /* A row of a face is a part of a great circle, of less than a half. */
+    /* A row of a face is less than half a great circle. */
     unit3(cap->centre);
     cap->cosine = fmax(dot3(cap->centre, end[0]), 0);
     cap->sine = sqrt(fmax(1 - cap->cosine * cap->cosine, 0));
@@ -558,7 +557,7 @@ static void add_points(const ibl_point_lights *b, const struct span *points,
              BLOCK, rgba);
 }
 
-/* What its points lack of a pixel that the horizon of d may cut. */
+/* Replaces the points of a pixel by its exact integral above d's horizon. */
 static void cut_pixel(const ibl_point_lights *b, const struct pixel *p,
                       const double d[3], float *rgba)
 {
@@ -580,7 +579,7 @@ static void cut_pixel(const ibl_point_lights *b, const struct pixel *p,
     }
 }
 
-/* The pixels of a cluster, cut at the horizon of a texel that crosses them. */
+/* Cuts the pixels of a cluster that the horizon of a texel crosses. */
 static void cut_cluster(const ibl_point_lights *b, const struct cluster *c,
                         const double d[3], float *rgba)
 {
@@ -591,8 +590,8 @@ static void cut_cluster(const ibl_point_lights *b, const struct cluster *c,
     }
 }
 
-/* Adds a cluster to texels whose horizons may cross it. Those whose horizon
- * does see its pixels. */
+/* Adds a cluster to texels whose horizons may cross it. If a horizon does, it
+ * adds the cluster's pixels instead. */
 static void add_crossed(const ibl_point_lights *b, const struct cluster *c,
                         const struct span *points, const ibl_radial_dsp *dsp,
                         const struct block *block, float *rgba)

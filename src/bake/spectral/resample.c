@@ -26,7 +26,7 @@
 enum {
     PAIRS = 8, /* of rows in a job, at most */
     TILE = 64, /* texels along a row, a multiple of IBL_RADIAL_BLOCK */
-    LIGHTS_PER_JOB = 1 << 20 /* times texels, where it is more than a pair */
+    LIGHTS_PER_JOB = 1 << 20 /* times texels, if it is more than a pair */
 };
 
 /* ---- grids -------------------------------------------------------------- */
@@ -53,7 +53,7 @@ void ibl_ring_grid_free(ibl_ring_grid *grid)
     *grid = (ibl_ring_grid){0};
 }
 
-/* The ring that one of the border is, and whether half a turn away. */
+/* The ring that a border ring copies; turned: by half a turn. */
 static int ring_behind(const ibl_ring_grid *grid, int row, bool *turned)
 {
     const int around = 2 * grid->rings;
@@ -62,7 +62,7 @@ static int ring_behind(const ibl_ring_grid *grid, int row, bool *turned)
     return *turned ? around - 1 - row : row;
 }
 
-/* Writes a row with its border from column `shift` on of another. */
+/* Writes a row with its border, from column `shift` of another row on. */
 static void copy_ring(const ibl_ring_grid *grid, const float *from, int shift,
                       float *to)
 {
@@ -101,13 +101,13 @@ void ibl_ring_grid_close(const ibl_ring_grid *grid, int first, int count)
 
 /* ---- texels ------------------------------------------------------------- */
 
-/* Where texels' taps begin and their weights, 8 a texel. */
+/* First tap of each texel, and the weights, 8 per texel. */
 typedef struct places {
     int *first;
     float *weight;
 } places;
 
-/* What a worker knows of a pair of rows, y and n - 1 - y. */
+/* A worker's places for a pair of rows, y and n - 1 - y. */
 typedef struct pair {
     places ring;   /* of the upper row's left half */
     places column; /* of the upper row of a pole */
@@ -145,7 +145,7 @@ static void mirror(const level *a, const places *p)
     }
 }
 
-/* Columns that every row of +X has: phi = -atan(u), above 0 on the left. */
+/* Fills the columns for every row of +X: phi = -atan(u), > 0 on the left. */
 static void side_columns(level *a, double *angle)
 {
     const int columns = a->sum->grid->columns;
@@ -215,7 +215,7 @@ static void interpolate(const level *a, const tile *t, float *rgba)
     a->dsp.row(&row);
 }
 
-/* Times gain it is what it was. */
+/* Divides by gain, since ibl_interp_finish multiplies by it. */
 static void add_local(const double *local, int count, float gain, float *rgba)
 {
     for (int i = 0; i < count; i++)
@@ -347,7 +347,7 @@ static void level_job(void *arg, int job, int worker)
 
 /* ---- setting up -------------------------------------------------------- */
 
-/* Memory in pieces: with base NULL their sizes are summed alone. */
+/* Cuts memory into pieces; with base NULL it only sums up their sizes. */
 typedef struct cutter {
     char *base;
     size_t used;
@@ -379,7 +379,7 @@ static void cut_scratch(cutter *c, const level *a, scratch *s)
     }
 }
 
-/* Everything that a level needs, in one piece of memory. */
+/* Cuts all memory of a level from one piece. */
 static void cut_level(cutter *c, level *a, int threads)
 {
     scratch none;
@@ -389,7 +389,7 @@ static void cut_level(cutter *c, level *a, int threads)
         cut_scratch(c, a, a->parts ? &a->parts[i] : &none);
 }
 
-/* Small levels in few jobs, and jobs of many lights not too long. */
+/* Few jobs for small levels, and short jobs for many lights. */
 static void divide(level *a)
 {
     const ibl_point_lights *bright = a->sum->bright;

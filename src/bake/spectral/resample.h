@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The last step of a spectral level: from samples on rings to the texels of a
- * cube, by 8 x 8 samples around each texel's centre (taps.h), with what else
- * a texel is made of in the same pass.
+ * cube, by 8 x 8 samples around each texel's centre (interp_weights.h). The
+ * same pass adds the other parts of a texel.
  *
- * Weights are made for the field's spectrum, so errors follow from it and
- * from the samples a wave at the field's degree, on the equator columns /
- * degree and along a meridian 2 rings / degree. Root mean square error in
- * each of the two directions, in parts of the field's own:
+ * Weights are made for the field's spectrum. Errors follow from it and from the
+ * samples per wave at the field's degree: on the equator columns / degree,
+ * along a meridian 2 rings / degree. Rms error in each of the two directions,
+ * relative to the field:
  *
  *     samples a wave            2.2     2.5     3       4       5
  *     exponential, 1e-5 there   3.5e-5  1.4e-5  3.6e-6  3.9e-7  7e-8
@@ -15,7 +15,7 @@
  *     Gaussian,    1e-5 there   1.5e-4  5.5e-5  1.3e-5  1.3e-6  2.2e-7
  *     as strong as everywhere   6e-2    1.7e-2  3.0e-3  2.3e-4  3.3e-5
  *
- * and the rounding of floats, about 1e-7 of the largest values around.
+ * The rounding of floats adds about 1e-7 of the largest values around.
  */
 #ifndef IBL_BAKE_SPECTRAL_RESAMPLE_H
 #define IBL_BAKE_SPECTRAL_RESAMPLE_H
@@ -60,22 +60,22 @@ static inline float *ibl_ring_grid_at(const ibl_ring_grid *grid, int ring)
 }
 
 /*
- * Fills what of the border comes from rings first..first + count - 1, which
- * have been written: best by the job that wrote them, while they are near.
- * The border is complete when that was done for every ring.
+ * Fills the part of the border that comes from rings first..first + count - 1.
+ * Call it when these are written, best from the same job, while they are in the
+ * cache. The border is complete when this was done for every ring.
  */
 void ibl_ring_grid_close(const ibl_ring_grid *grid, int first, int count);
 
 /*
- * What interpolation leaves of a field of that spectrum (see ibl_level_sum),
- * root mean square in parts of the field's own without its mean: the table
- * above for any spectrum and grid. Takes 30 us.
+ * Rms error of interpolating a field of that spectrum (see ibl_level_sum),
+ * relative to the field without its mean: the table above for any spectrum and
+ * grid. Takes 30 us.
  */
 double ibl_ring_grid_error(const double *spectrum, int degree, int rings,
                            int columns);
 
 /*
- * What a level is made of: at each texel's centre d, in each channel
+ * The parts of a level: at each texel's centre d, in each channel
  *     clamp(offset + gain (field(d) + lights(d)) + local).
  */
 typedef struct ibl_level_sum {

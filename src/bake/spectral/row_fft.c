@@ -32,7 +32,7 @@ struct ibl_row_fft {
     ibl_fft fft; /* of ring / 2 */
     ibl_fft_pair *pairs;
     ibl_fft_dsp fft_dsp;
-    ibl_row_block_dsp strip_dsp;
+    ibl_row_block_dsp block_dsp;
 };
 
 /* ---- spreading ---------------------------------------------------------- */
@@ -55,8 +55,8 @@ typedef struct window {
  * but for e^-beta at the ends. */
 static window window_of(int n, int orders)
 {
-    /* The first alias of the highest order begins at 1 - f. The factor trades
-     * what leaks from there against what the edge of g leaks everywhere. */
+    /* The first alias of the highest order begins at 1 - f. The factor balances
+     * its leakage against that of g's edge everywhere. */
     const double f = (double)(orders - 1) / (double)n;
     window g = {.beta = 0.98 * IBL_PI * TAPS * (1 - f)};
     for (int i = 0; i < NODES; i++) {
@@ -111,7 +111,7 @@ static bool make_spread(ibl_row_block_spread *spread, int width, int n,
                         const window *g, int *origin)
 {
     const int common = common_divisor(width, n);
-    /* Short periods some times over: each is a turn of a loop. */
+    /* Short periods are repeated: each is a turn of a loop. */
     const int times = 1 + 63 / (width / common);
     const int period = width / common * times;
     *spread =
@@ -141,8 +141,8 @@ static bool power_of_two(int n)
     return !(n & (n - 1));
 }
 
-/* Samples to spread width pixels onto. One sample in at least MOST_PIXELS, so
- * that the sums of one are not longer than float is good for. */
+/* Samples onto which width pixels are spread: at least one for MOST_PIXELS
+ * pixels, so that sums are not too long for floats. */
 static int ring_of(int width, int orders)
 {
     int n = MIN_RING;
@@ -167,7 +167,7 @@ static ibl_row_fft *new_plan(ibl_ctx *ctx, int width, int orders)
     plan->width = width;
     plan->orders = orders;
     ibl_fft_dsp_init(&plan->fft_dsp, ibl_ctx_isa(ctx));
-    ibl_row_block_dsp_init(&plan->strip_dsp, ibl_ctx_isa(ctx));
+    ibl_row_block_dsp_init(&plan->block_dsp, ibl_ctx_isa(ctx));
     return plan;
 }
 
@@ -203,7 +203,7 @@ static void forward_factors(const ibl_row_fft *plan, double turn_rad,
     const double first = plan->spreads ? (double)origin : 0.5 * n / plan->width;
     for (int m = 0; m < plan->orders; m++) {
         const double size = plan->spreads ? 1 / window_transform(g, m / n) : 1;
-        /* Whole turns go before the product is rounded. */
+        /* Whole turns are removed before the product is rounded. */
         const double turns = fmod(m * first, n) / n;
         set_factor(factor, m,
                    size * sign_of(m) * cexp(-2 * IBL_PI * I * turns) *
@@ -284,7 +284,7 @@ void ibl_row_fft_free(ibl_row_fft *plan)
 
 /* ---- batches ---------------------------------------------------------- */
 
-/* Floats of one channel's ring, and what the last pixels spread beyond. */
+/* Floats of one channel's ring, with room beyond its end for spreading. */
 static size_t channel_floats(const ibl_row_fft *plan)
 {
     const int beyond = plan->spreads ? MIN_RING : 0;
@@ -297,7 +297,7 @@ size_t ibl_row_fft_scratch(const ibl_row_fft *plan)
     return 3 * (channel_floats(plan) + block);
 }
 
-/* Zeros where no pixel reached, and adds what went around to the start. */
+/* Zeroes samples without pixels, and adds those past the end to the start. */
 static void close_ring(const ibl_row_fft *plan, float *samples)
 {
     const size_t end = ((size_t)plan->ring + IBL_ROW_BLOCK_TAPS) * LANES;
@@ -318,9 +318,9 @@ static void load_spread(const ibl_row_fft *plan, const float **rows,
     for (int start = 0; start < plan->width; start += BLOCK) {
         const int left = plan->width - start;
         const int count = left < BLOCK ? left : BLOCK;
-        plan->strip_dsp.load(rows, count, change, pixels, BLOCK * LANES);
+        plan->block_dsp.load(rows, count, change, pixels, BLOCK * LANES);
         for (size_t c = 0; c < 3; c++)
-            plan->strip_dsp.spread(&plan->spread, pixels + c * BLOCK * LANES,
+            plan->block_dsp.spread(&plan->spread, pixels + c * BLOCK * LANES,
                                    start, count, ring + c * channel);
         for (int r = 0; r < LANES; r++)
             rows[r] += 3 * (size_t)count;
@@ -336,7 +336,7 @@ void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
     const float *row[LANES];
     assert(rows->count >= 1 && rows->count <= LANES);
     assert(first_ring % LANES == 0 && out->orders >= plan->orders);
-    /* Lanes without a row of their own do the last one again. */
+    /* Lanes without a row repeat the last one. */
     for (int r = 0; r < LANES; r++) {
         const int from = r < rows->count ? r : rows->count - 1;
         row[r] = rows->rgb + (size_t)from * rows->stride;
@@ -344,7 +344,7 @@ void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
     if (plan->spreads)
         load_spread(plan, row, &rows->change, scratch);
     else
-        plan->strip_dsp.load(row, plan->width, &rows->change, scratch, channel);
+        plan->block_dsp.load(row, plan->width, &rows->change, scratch, channel);
     for (int c = 0; c < 3; c++) {
         const ibl_fft_spectrum to = {ibl_ring_spectra_at(out, 0, 2 * c) +
                                          first_ring,
@@ -352,7 +352,7 @@ void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
         float *z = scratch + (size_t)c * channel;
         plan->fft_dsp.forward(&plan->fft, z);
         plan->fft_dsp.split(z, plan->pairs, plan->orders, &to);
-        /* A real row's mean is real; rounding need not know. */
+        /* A real row's mean is real, without rounding errors. */
         memset(to.data + to.part, 0, LANES * sizeof *to.data);
     }
 }
@@ -375,5 +375,5 @@ void ibl_row_fft_inverse(const ibl_row_fft *plan, const ibl_ring_spectra *in,
         plan->fft_dsp.merge(&from, plan->pairs, plan->fft.size, z);
         plan->fft_dsp.inverse(&plan->fft, z);
     }
-    plan->strip_dsp.store(scratch, channel, plan->width, row, out->count);
+    plan->block_dsp.store(scratch, channel, plan->width, row, out->count);
 }

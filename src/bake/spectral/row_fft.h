@@ -64,21 +64,21 @@ typedef struct ibl_row_fft_rows {
     const float *rgb; /* interleaved, finite; row j begins at rgb + j stride */
     size_t stride;    /* floats from row to row */
     int count;        /* 1..IBL_ROW_FFT_ROWS */
-    ibl_row_block_change change; /* what pixels are first */
+    ibl_row_block_change change; /* applied to pixels first */
 } ibl_row_fft_rows;
 
 /*
- * Writes F_m of rows to rings first_ring, first_ring + 1, ... of out, and
- * what it likes to the rest of those IBL_ROW_FFT_ROWS.
+ * Writes F_m of rows to rings first_ring, first_ring + 1, ... of out. The rest
+ * of these IBL_ROW_FFT_ROWS rings becomes undefined.
  *   plan        of ibl_row_fft_create
- *   out         at least the plan's orders; those beyond are left alone
+ *   out         at least the plan's orders; those beyond do not change
  *   first_ring  a multiple of IBL_ROW_FFT_ROWS
- * Rows equal to change.subtract give zeros, exactly; F_0 is real, exactly.
+ * Rows equal to change.subtract give exact zeros; F_0 is exactly real.
  */
 void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
                          float *scratch, ibl_ring_spectra *out, int first_ring);
 
-/* Where the samples of up to IBL_ROW_FFT_ROWS rings go. */
+/* Target of the samples of up to IBL_ROW_FFT_ROWS rings. */
 typedef struct ibl_row_fft_samples {
     float *rgba;   /* row j begins at rgba + j stride; A becomes 0 */
     size_t stride; /* floats from row to row, at least 4 columns */
@@ -87,9 +87,9 @@ typedef struct ibl_row_fft_samples {
 
 /*
  * Writes the samples of rings first_ring, first_ring + 1, ... of in: columns
- * texels a row and nothing around them.
+ * texels per row, without a border.
  *   plan        of ibl_row_fft_create_inverse
- *   in          at least the plan's orders; those beyond are left out
+ *   in          at least the plan's orders; those beyond are ignored
  *   first_ring  a multiple of IBL_ROW_FFT_ROWS
  */
 void ibl_row_fft_inverse(const ibl_row_fft *plan, const ibl_ring_spectra *in,

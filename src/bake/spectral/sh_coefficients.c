@@ -1,26 +1,26 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The coefficients of a map, with everything that the analysis keeps apart, in
- * the layout of ibl_bake_sh.
+ * The coefficients of a map in the layout of ibl_bake_sh, including all that
+ * the analysis keeps apart.
  *
- * The cyclic exchange of axes x' = z, y' = x, z' = y is a quarter turn about
- * y' between two quarter turns about the poles. With D[m][n] Wigner's
+ * The cyclic exchange of axes x' = z, y' = x, z' = y is a quarter turn about y'
+ * between two quarter turns about the poles. With D[m][n] Wigner's
  * d^l_mn(pi / 2) and complex harmonics,
  *     Y_lm(x, y, z) = (-i)^m sum over n of D[n][m] Y_ln(x', y', z').
- * D[n][-m] = (-1)^(l+n) D[n][m] and D[n][m] = (-1)^(m-n) D[m][n] bring this
- * to n, m >= 0 and to real harmonics without the Condon-Shortley phase: with
- * C and S the functions with cos and sin, g_0 = 1, g_n = sqrt(2),
+ * D[n][-m] = (-1)^(l+n) D[n][m] and D[n][m] = (-1)^(m-n) D[m][n] bring this to
+ * n, m >= 0 and to real harmonics without the Condon-Shortley phase: with C and
+ * S the functions with cos and sin, g_0 = 1, g_n = sqrt(2),
  *     m even   C_m = +-g_m sum D[m][n] g_n C'_n    l + n even
  *              S_m = +-g_m sum D[m][n] g_n S'_n    l + n odd
  *     m odd    C_m = +-g_m sum D[m][n] g_n S'_n    l + n even
  *              S_m = -+g_m sum D[m][n] g_n C'_n    l + n odd
  * with the upper sign for m = 0, 1 and the lower for m = 2, 3, and so on.
- * Coefficients go as their functions do.
+ * Coefficients transform like their functions.
  *
- * Rows of D come from the top, D[l][n] = (-1)^(l-n) 2^-l sqrt((2l)! /
- * ((l+n)! (l-n)!)), downwards by the elements of Jx,
+ * Rows of D start at the top, D[l][n] = (-1)^(l-n) 2^-l sqrt((2l)! / ((l+n)!
+ * (l-n)!)), and continue downwards by the elements of Jx,
  *     2n D[m] = c+(m) D[m+1] + c-(m) D[m-1],
- * the direction in which D grows where it is not oscillating (Risbo 1996;
+ * the direction in which D grows where it does not oscillate (Risbo 1996;
  * Trapani and Navaza 2006).
  */
 #include <math.h>
@@ -142,7 +142,7 @@ static void rotate(int l, const double *ring, double *out, double *work)
 struct conversion {
     const ibl_harmonics *in;
     double *coeffs;
-    double *work; /* of each worker */
+    double *work; /* for each worker */
 };
 
 static size_t work_size(int degree)
@@ -198,7 +198,7 @@ static ibl_status convert(ibl_ctx *ctx, const ibl_harmonics *in, double *coeffs)
 
 /* ---- what was kept apart ------------------------------------------------ */
 
-/* The rows besides the lights; from here on nothing is scaled. */
+/* Adds the rows without the lights. From here on nothing is scaled. */
 static void add_rows(const ibl_spectral *s, ibl_harmonics *sum)
 {
     for (int m = 0; m <= sum->degree; m++) {
@@ -217,7 +217,7 @@ static void add_mean(const ibl_spectral *s, ibl_harmonics *sum)
         a[2 * c] += (double)s->mean[c] * sqrt(4 * IBL_PI);
 }
 
-/* The lights alone. */
+/* Analyses only the lights. */
 static ibl_status analyse_lights(const ibl_spectral *s, ibl_harmonics *out)
 {
     ibl_ring_spectra rows;

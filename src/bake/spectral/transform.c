@@ -15,7 +15,7 @@
 enum {
     LINE = 16, /* floats in a cache line */
     PARTS = 6,
-    ORDERS = 4 /* of a job: a few milliseconds of the largest analysis */
+    ORDERS = 4 /* in a job: a few milliseconds of the largest analysis */
 };
 
 /* ---- what is transformed ------------------------------------------------ */
@@ -96,7 +96,7 @@ void ibl_sht_power(const ibl_harmonics *h, double *power)
  * all of whose terms are positive.
  */
 
-/* Below this a power is nothing beside 1, and soon slow. */
+/* A power below this is negligible beside 1, and soon denormal. */
 static const double nothing = 1e-280;
 
 /* Constant after creation. */
@@ -108,7 +108,7 @@ typedef struct row_integrals {
     double *states; /* of the first order of each job */
 } row_integrals;
 
-/* (sin theta)^m, S_m and S_m+-1 of each edge: doubles of a state. */
+/* Doubles in a state: (sin theta)^m, S_m and S_m+-1 for each edge. */
 static size_t state_size(const row_integrals *r)
 {
     return ((size_t)3 * (size_t)r->edges + 7) / 8 * 8;
@@ -129,7 +129,7 @@ static void begin(const row_integrals *r, double *state)
     }
 }
 
-/* Makes a state of order m that of m + 1. */
+/* Advances a state from order m to m + 1. */
 static void next_order(const row_integrals *r, int m, double *state)
 {
     double *s = sums_of(r, m + 1, state);
@@ -200,11 +200,11 @@ struct transform {
     ibl_legendre_dsp dsp;
     ibl_legendre_rings rings;
     int degree;
-    double *scratch; /* of each worker */
+    double *scratch; /* for each worker */
     const ibl_harmonics *harmonics;
     const ibl_ring_spectra *spectra;
     const double *factor;
-    const double *width; /* of each order, where rows are patches */
+    const double *width; /* for each order, if rows are patches */
     row_integrals integrals;
 };
 

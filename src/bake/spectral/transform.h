@@ -9,21 +9,21 @@
  *             it as the columns of a map do.
  *   Rings     `count` of them at theta_j = pi (j + 1/2) / count, ring 0 next
  *             to the pole. Ring j and ring count - 1 - j are mirror images in
- *             the equator; the middle one of an odd count is its own.
+ *             the equator; with an odd count the middle one is on it.
  *   P_lm      associated Legendre functions, normalised so that the integral
  *             of P_lm(x)^2 over -1..1 is 1 / (2 pi), without the
  *             Condon-Shortley phase: P_00 = sqrt(1 / 4 pi), P_mm > 0.
  *   Y_lm      P_lm(cos theta) e^(i m phi), orthonormal on the sphere.
  *   a_lm      the integral of f conj(Y_lm). For real f, a_l,-m is the
- *             conjugate of a_lm in this sign convention, so that m >= 0 is
- *             kept alone:
+ *             conjugate of a_lm in this sign convention, so only m >= 0 is
+ *             stored:
  *               f = sum over l of a_l0 P_l0
  *                               + 2 Re sum over m > 0 of a_lm P_lm e^(i m phi).
  *
  * HOW EXACT
  *
- *   Sums are in double, P_lm as exact as kern/legendre.h says. What comes in
- *   and goes out as floats is rounded to them, which is by far the more.
+ *   Sums are in double, P_lm as exact as kern/legendre.h says. Input and output
+ *   are floats, whose rounding is by far the larger error.
  */
 #ifndef IBL_BAKE_SPECTRAL_TRANSFORM_H
 #define IBL_BAKE_SPECTRAL_TRANSFORM_H
@@ -38,8 +38,7 @@
  * Fourier coefficients F_m, m = 0..orders - 1, of every ring, of three
  * channels. Part p = 2 channel + (0: real, 1: imaginary) of F_m on ring j is
  *     data[(m * 6 + p) * stride + j].
- * What lies between the rings and the stride is nobody's: it may be written
- * and is never used.
+ * Floats between the rings and the stride may be written and are never used.
  */
 typedef struct ibl_ring_spectra {
     int rings;     /* 1..IBL_MAX_EDGE */
@@ -91,7 +90,7 @@ static inline double *ibl_harmonics_at(const ibl_harmonics *h, int m)
  *     a_lm = width[m] sum over rows j of F_m(j) int P_lm dx,
  * x = cos theta over the row, for l <= out->degree. in has the orders up to
  * that. Runs on ctx's pool and reports progress under stage (NULL: silently).
- *   width  of each order: what a pixel's width makes of it
+ *   width  for each m, the integral of e^(-i m phi) over a pixel's width
  * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The same bytes for any
  * number of threads.
  */
@@ -102,7 +101,7 @@ ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
 /*
  * The synthesis:
  *     G_m(j) = sum over l = m..degree of factor[l] a_lm P_lm(cos theta_j)
- * for m <= degree; orders of out beyond that are left alone.
+ * for m <= degree; orders of out beyond that do not change.
  *   factor  one for each l <= degree, finite
  *   degree  at most that of in and below out->orders
  * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The same bytes for any
