@@ -43,8 +43,7 @@ static bool fill(ibl_ctx *ctx, int width, int height, ibl_image *env)
     return true;
 }
 
-/* A colour is a fixed point of every mean and interpolation; RGBE keeps these
- * numbers. */
+/* Means and interpolation keep a constant colour; RGBE is exact for these. */
 TEST(constant)
 {
     static const int sizes[][2] = {{7, 3}, {8, 4}, {64, 32}, {200, 100}};

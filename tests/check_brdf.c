@@ -119,8 +119,7 @@ TEST(ggx_sampling_limits)
     CHECK(s == 1.0 && c == 0.0);
     ibl_ggx_sample_half(0.0, 0.2, &s, &c);
     CHECK(s == 0.0 && c == 1.0);
-    /* The cosine keeps its digits towards the horizon, the sine towards the
-     * normal. */
+    /* The cosine is exact towards the horizon, the sine towards the normal. */
     for (double near = 0x1p-40; near < 1; near *= 2) {
         ibl_ggx_sample_half(1 - near, 0.2, &s, &c);
         CHECK_NEAR(c / s * 0.2 * sqrt((1 - near) / near), 1, 1e-14);

@@ -52,8 +52,8 @@ static float hostile(test_random *r)
 
 /* ---- pixels of files --------------------------------------------------- */
 
-/* value = m 2^(e - 136) scale. All mantissas and exponents, if there are as
- * many pixels. */
+/* value = m 2^(e - 136) scale. Enough pixels take every mantissa and exponent.
+ */
 static size_t rgbe_to_rgb(ibl_isa isa, test_random *r, int n, void *out)
 {
     const size_t plane = (size_t)n + (size_t)test_random_below(r, 9);
@@ -79,8 +79,7 @@ static size_t rgbe_to_rgb(ibl_isa isa, test_random *r, int n, void *out)
     return 0;
 }
 
-/* Random runs and literals of count bytes. Returns their end; plain gets what
- * they stand for. */
+/* Random runs and literals, of count bytes in plain. Returns their end. */
 static unsigned char *make_record(test_random *r, int count, int longest,
                                   unsigned char *p, unsigned char *plain)
 {
@@ -234,8 +233,7 @@ static size_t max_finite(ibl_isa isa, test_random *r, int n, void *out)
     return got < IBL_INFINITE_BITS ? got : UINT32_MAX;
 }
 
-/* Against plain C, which check_pixel judges. All over the floats, if there are
- * many. */
+/* Against plain C, which check_pixel judges. Many values cover all floats. */
 static size_t encode(ibl_pixel pixel, ibl_isa isa, test_random *r, int n,
                      void *out)
 {

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The Fourier transforms of sixteen rows: every version against direct sums in
- * double. */
+/* Fourier transforms of sixteen rows: every version against sums in double. */
 #include <float.h>
 #include <math.h>
 #include <stdio.h>

@@ -769,8 +769,7 @@ static void near_the_pole_of(ibl_isa isa)
 
 KERN_TEST(near_the_pole)
 
-/* ---- the table of the BRDF ------------------------------------------------
- */
+/* ---- the table of the BRDF ---------------------------------------------- */
 
 /* From the smallest to the largest of a table of 4096, and beyond, against
  * plain C, which check_lut judges. In floats each of 340 terms is off by some

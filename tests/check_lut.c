@@ -64,8 +64,7 @@ TEST(default_size)
     }
 }
 
-/* Corners, and random texels, of sizes on both sides of where interpolation
- * begins. */
+/* Corners and random texels, of sizes with and without interpolation. */
 TEST(other_sizes)
 {
     static const int sizes[] = {1, 2, 3, 17, 28, 29, 64, 100, 511, 4096};

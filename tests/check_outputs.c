@@ -572,8 +572,7 @@ int __wrap_lstat(const char *path, struct stat *st)
     return __real_lstat(path, st);
 }
 
-/* Whichever answer is the last: all files are new or all old, and nothing else
- * is there. */
+/* Whichever answer is the last: all files are new or all old; nothing else. */
 TEST(no_answers)
 {
     static const char *const names[] = {"a", "b", "sub/c", "sub/d"};

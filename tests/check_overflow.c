@@ -283,8 +283,7 @@ TEST(constant_maps)
     }
 }
 
-/* Half of the sphere has too much for itself, and the whole just room for it,
- * or not quite. */
+/* Half of the sphere is too bright; the whole has just room for it, or not. */
 TEST(nearly_full)
 {
     for (int k = 0; k < 2; k++) {

@@ -462,8 +462,7 @@ TEST(crosses_are_as_faces)
         free_picture(&p[f]);
 }
 
-/* Beside the faces a cross is transparent, or has nothing at all: what counts
- * is in them. */
+/* Only the faces of a cross count: the rest is transparent, or NaN. */
 TEST(crosses_have_alpha_in_their_faces)
 {
     picture p[6];

@@ -220,8 +220,7 @@ static bool hits(const ibl_volume *v, bool whole, const double from[3],
     return in <= out;
 }
 
-/* Whether one of the rays through a grid of points of a tile, its border too,
- * hits. */
+/* Whether a ray hits, of a grid over a tile with its border. */
 static bool tile_hits(const ibl_tiles *tiles, const struct camera *c,
                       const ibl_volume *v, int column, int row)
 {

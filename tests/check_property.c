@@ -32,8 +32,7 @@ enum {
     SAMPLES = 128 /* of a specular texel */
 };
 
-/* Products of denormal floats round to multiples of 2^-149: 8 a lookup, two
- * lookups a sample. */
+/* Denormals are rounded to 2^-149: 8 products a lookup, 2 lookups a sample. */
 static const double underflow = 16 * SAMPLES * 0x1p-150;
 /* Groups of 256 samples, 8 products each, are summed in float; all terms are
  * >= 0, so the sum is off by at most so much of itself (Higham 2002, 4.2). */

@@ -29,8 +29,7 @@ static ibl_status read_file(ibl_ctx *ctx, const char *path, ibl_image *img,
     return ibl_image_read(ctx, path, &opts, img, report);
 }
 
-/* An uncompressed .hdr of one colour a pixel, so that tests of loading need
- * no other program. */
+/* An uncompressed .hdr, so that tests of loading need no other program. */
 static size_t make_hdr(unsigned char *bytes, int width, int height)
 {
     size_t n = (size_t)sprintf((char *)bytes,
@@ -90,8 +89,7 @@ static ibl_read_report truth(ibl_image *img)
     return count;
 }
 
-/* Rows that a test has made, mended in calls of at most `most` rows, all to the
- * same memory. */
+/* Mends a test's rows, at most `most` a call, all to the same memory. */
 static ibl_status mend(ibl_ctx *ctx, ibl_image *img, int most, test_random *r,
                        ibl_read_report *done)
 {
@@ -667,8 +665,8 @@ static uint32_t crc_of(const unsigned char *p, size_t n)
     return ~crc;
 }
 
-/* Table 11.1 of the standard: each depth of each type of colour, and no other,
- * is taken. */
+/* Table 11.1 of the standard: only these depths of each colour type are read.
+ */
 TEST(png_headers)
 {
     static const char *const depths[] = {

@@ -337,8 +337,7 @@ TEST(continuous)
     }
 }
 
-/* L = 1 + d.a: its mean under the cosine lobe is 1 + 2/3 N.a, and over the
- * sphere 1. */
+/* L = 1 + d.a has the mean 1 + 2/3 N.a under the cosine lobe, else 1. */
 TEST(linear_light)
 {
     subject *it = subject_make(2, 512, 256, 0, 25);

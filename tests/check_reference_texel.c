@@ -83,8 +83,7 @@ static double map_value(const finer *f, double theta, double phi)
     return finer_value(f, i < columns ? i : 0, j < rows ? j : rows - 1);
 }
 
-/* The mean over a texel by sub x sub points of (u, v), each with its solid
- * angle's density. */
+/* A texel's mean: sub x sub points of (u, v), weighted by solid angle. */
 static double texel_points(const finer *f, int n, ibl_texel t, double yaw,
                            int sub)
 {

@@ -122,8 +122,7 @@ static error compare(const field *f, const ibl_cube *cube)
     return (error){sqrt(squares / (18.0 * n * n)) / rms, worst / rms};
 }
 
-/* The field alone, of unknown spectrum and of degree rings / 2 at most: 4
- * samples a wave. */
+/* A field without its spectrum, of degree <= rings / 2: 4 samples a wave. */
 static ibl_status to_cube(ibl_ctx *ctx, const char *stage,
                           const ibl_ring_grid *grid, const ibl_cube *cube,
                           int level)
@@ -197,8 +196,7 @@ TEST_SLOW(samples_a_wave)
     }
 }
 
-/* Every edge to 20 and some more; texels at the poles and on the seams are
- * among them. */
+/* Every edge to 20 and some more; they include the poles and the seams. */
 TEST(edges)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -261,8 +259,7 @@ TEST(without_spectrum)
 
 /* ---- borders ----------------------------------------------------------- */
 
-/* Samples hold their number: a border's must be that of the sample in the same
- * direction. */
+/* Samples hold their number: a border repeats the same direction's sample. */
 static void check_borders(int rings, int columns)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);

@@ -412,8 +412,7 @@ ssize_t __wrap_pread(int fd, void *to, size_t size, off_t offset)
         fd, to, slow.most && slow.most < size ? slow.most : size, offset);
 }
 
-/* Reads that come short or are interrupted are gone on with, and what fails
- * fails. */
+/* Short or interrupted reads continue; a read that fails fails the whole. */
 TEST(short_reads)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);

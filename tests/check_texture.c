@@ -352,8 +352,7 @@ TEST(ktx_big_endian)
     }
 }
 
-/* The header of Filament's cmgen has the internal format for glType, and 1
- * for its size. */
+/* Filament's cmgen writes the internal format as glType, a glTypeSize of 1. */
 TEST(ktx_cmgen)
 {
     ibl_texture tex = make(IBL_PIXEL_R11G11B10F, 4, 4, 3, 6), back;
@@ -365,8 +364,7 @@ TEST(ktx_cmgen)
     CHECK(texture_same(&tex, &back));
 }
 
-/* A 3x2 KTX of RGB halves, whose rows of 18 bytes are padded to 20, in either
- * byte order. */
+/* A 3x2 KTX of RGB halves in either byte order; rows are padded to 20. */
 TEST(ktx_rgb_halves)
 {
     for (int big = 0; big < 2; big++) {

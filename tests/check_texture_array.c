@@ -178,8 +178,7 @@ TEST(ktx_structure)
         }
 }
 
-/* DDS: arraySize counts cubes; a layer's faces follow one another, each with
- * all its levels. */
+/* DDS: arraySize counts cubes; layers hold faces, faces hold all levels. */
 TEST(dds_structure)
 {
     for (int faces = 1; faces <= 6; faces += 5) {
@@ -432,8 +431,7 @@ TEST(limits)
     CHECK(said("2049 layers") && !bytes);
 }
 
-/* A level of 6.4 GB, which an imageSize cannot say; its texels are never
- * looked at. */
+/* A level of 6.4 GB, too large for an imageSize; its texels are never read. */
 TEST(ktx_too_large)
 {
     unsigned char byte;

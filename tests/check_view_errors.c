@@ -60,8 +60,7 @@ TEST(equal_pictures)
         CHECK(p.rmse[i] == 0.0);
 }
 
-/* A picture that is f times the truth is off by |f - 1|, and each sphere by
- * its own. */
+/* A picture of f times the truth is off by |f - 1|; each sphere has its f. */
 TEST(known_errors)
 {
     begin(2, 3);

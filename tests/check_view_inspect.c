@@ -206,8 +206,7 @@ static double length(const double a[3], const double b[3])
                 (a[2] - b[2]) * (a[2] - b[2]));
 }
 
-/* The faces of a cross and of a strip, and that texels lie in them as in the
- * file. */
+/* The faces of a cross and of a strip have their texels as the file has. */
 TEST(faces_are_in_place)
 {
     static const int cross[6][2] = {{2, 1}, {0, 1}, {1, 0},
@@ -373,8 +372,7 @@ TEST(skies_are_drawn_so)
     view_renderer_free(r);
 }
 
-/* ---- the table ------------------------------------------------------------
- */
+/* ---- the table ---------------------------------------------------------- */
 
 /* Lines lie where R (white) and G (blue) are 0.1, 0.2, .., and elsewhere the
  * texels are as they are. The table's ramps say where: R to the right, G up. */
@@ -465,8 +463,7 @@ TEST(flat_tables_have_no_lines)
     CHECK(!bad);
 }
 
-/* ---- moving and telling ----------------------------------------------------
- */
+/* ---- moving and telling ------------------------------------------------- */
 
 TEST(zoom_keeps_what_is_there)
 {

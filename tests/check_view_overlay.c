@@ -61,8 +61,7 @@ static int at(int x, int y)
     return seen[3 * (y * WIDTH + x)];
 }
 
-/* The smallest box that has all pixels that changed, or all that are lighter
- * than the grey. */
+/* The smallest box around the pixels that changed, or are lighter than grey. */
 typedef struct box {
     int left, top, right, bottom, count;
 } box;

@@ -334,8 +334,7 @@ TEST(the_global_environment_is_left_out)
     view_probe_set_free(set);
 }
 
-/* Harmonics as cubes are nearly what the cubes are: irradiance has hardly more
- * than degree 2. */
+/* Cubes made of harmonics nearly match: irradiance is mostly degree 0 to 2. */
 TEST(harmonics_become_cubes)
 {
     begin();
@@ -395,8 +394,7 @@ static void check_levels(const view_probe_set *set, const char *file)
     ibl_texture_free(&tex);
 }
 
-/* How levels and irradiance are to be looked up, as an index that sed has
- * changed says. */
+/* The lookups of levels and irradiance follow an index that sed has changed. */
 TEST(lookups_are_as_told)
 {
     static const struct {

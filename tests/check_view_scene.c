@@ -285,8 +285,7 @@ TEST(turns)
     const double x[3] = {1, 0, 0}, d[3] = {0.6, 0.48, 0.64};
     double e[3], back[3];
 
-    /* Counter-clockwise seen from above by 90 degrees: what was at +Z is seen
-     * at +X. */
+    /* By 90 degrees, counter-clockwise from above: +Z is seen at +X. */
     view_turn(90, x, e);
     CHECK_NEAR(e[0], 0, 1e-15);
     CHECK_NEAR(e[2], 1, 1e-15);

@@ -41,8 +41,7 @@ TEST(directories)
     CHECK_MSG(more && named + atoi(more + 5) == 100, "%s", said);
     NEED(file_run("cp one/sky_specular.ktx hidden/.old_specular.ktx"));
     sets_refused(ctx, file_path("hidden"), "has no NAME_specular");
-    /* One of several, by name; with a slash at the end; a file whose name says
-     * nothing. */
+    /* One of several, by name; a slash at the end; a file of another name. */
     sets_open(ctx, "several/sky_specular.ktx", &set);
     CHECK(!strcmp(set.name, "sky") && set.path[VIEW_SIDECAR]);
     CHECK(set.path[VIEW_IRRADIANCE] != NULL);

@@ -219,8 +219,7 @@ TEST(irradiance_scale)
 
 /* ---- centres against the library ---------------------------------------- */
 
-/* The sums over the source, where a shader has lookups: within a step of an
- * 8-bit picture. */
+/* Sums over the source against the shader's lookups: within an 8-bit step. */
 static void centres(const ibl_image *map, const view_settings *s)
 {
     view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];

@@ -55,8 +55,7 @@ static double changed(void)
     return sum / count;
 }
 
-/* What is captured within the interval is nearly what a stage shows that is
- * made then. */
+/* A capture within the interval is nearly that of a stage made then. */
 TEST(follows_within_the_interval)
 {
     float late[FLOATS], stale[FLOATS];

@@ -208,8 +208,7 @@ static void stay(const char *what, int most)
               STEADY);
 }
 
-/* ---- tests ----------------------------------------------------------------
- */
+/* ---- tests -------------------------------------------------------------- */
 
 /* Of the sky, spheres, display and text. */
 TEST(spheres)

@@ -410,8 +410,7 @@ typedef struct counts {
     int lit, dark, unsure, bad;
 } counts;
 
-/* What all rays near a pixel's centre meet; what -2: not the same side of
- * something. */
+/* The hit of all rays near a pixel's centre; what -2: on different sides. */
 static room_hit hit_of(const view_camera *c, const view_room_draw *d, int i,
                        double ray[3])
 {

@@ -216,8 +216,7 @@ TEST(tells_every_setting)
     CHECK_MSG(strstr(title, "m?p | ") == title, "%s", title);
 }
 
-/* ---- without room ---------------------------------------------------------
- */
+/* ---- without room ------------------------------------------------------- */
 
 static PFNGLTEXIMAGE3DPROC real_image;
 static int most_layers;

@@ -26,8 +26,7 @@ static struct {
     int width, height;
 } on;
 
-/* Lights on every face, on an edge and near a corner over a sky that changes
- * slowly. */
+/* Lights on every face, an edge and near a corner, under a smooth sky. */
 static void lights(ibl_image *map)
 {
     static const double at[][3] = {
@@ -134,8 +133,7 @@ static const view_sphere *spheres(void)
     return all;
 }
 
-/* ---- the integrals in double ------------------------------------------------
- */
+/* ---- the integrals in double -------------------------------------------- */
 
 enum {
     PARTS = 8,       /* of a texel along an axis */
@@ -400,8 +398,7 @@ static void compare(double noise)
     ibl_cube_free(&f.cube);
 }
 
-/* Wide lobes, dielectric below and metal above, seen from the front and at
- * grazing angles. */
+/* Wide lobes of dielectrics and metals, from the front to grazing angles. */
 TEST_SLOW(wide_lobes)
 {
     begin(lights, 2, 3);
@@ -439,8 +436,7 @@ TEST(schlick_geometry)
     compare(0.01);
 }
 
-/* ---- closed forms ---------------------------------------------------------
- */
+/* ---- closed forms ------------------------------------------------------- */
 
 /* Under light of 1 from everywhere white spheres, of whatever roughness and
  * kind, show 1 if nothing is lost; else what the table says. */
@@ -507,8 +503,7 @@ TEST(point_lights)
     CHECK(most > 0.1);
 }
 
-/* ---- sample after sample ---------------------------------------------------
- */
+/* ---- sample after sample ------------------------------------------------ */
 
 static double largest_difference(const float *a, const float *b)
 {

@@ -92,8 +92,7 @@ static bool place(const wires *w, const double p[3], double *x, double *y)
            *y < HEIGHT - 2;
 }
 
-/* How far something is before a point, seen from the camera; below 0: nothing
- * is. */
+/* How far before a point the camera's ray is blocked; below 0: it is not. */
 static double hidden_by(const wires *w, const double p[3])
 {
     double ray[3], away = 0;
@@ -160,8 +159,7 @@ static wires *look(const double eye[3], const double at[3])
     return w;
 }
 
-/* Every pixel of a wire is where one is, and of each that is not hidden there
- * are pixels. */
+/* Each pixel of a wire lies on one, and each visible wire has pixels. */
 static void check_wires(wires *w, const ibl_probe *probes, int count,
                         int at_least)
 {

@@ -7,8 +7,7 @@
 #include "view/scene_captures.h"
 #include "view/sphere_grid.h"
 
-/* Floats with depth, drawn into once they are bound; they last as long as the
- * running test. */
+/* A framebuffer of floats with depth, freed after the running test. */
 typedef struct room_target {
     int width, height;
     GLuint colour, depth, framebuffer;
@@ -41,8 +40,7 @@ room_hit room_cast(const view_room_draw *draw, const double eye[3],
 /* The top of the floor, of any of its tiles. */
 bool room_is_floor(const room_hit *h);
 
-/* A cube of levels 1, RGBA32F, texel by texel of a function of its direction
- * (unit). */
+/* A cube of one level, RGBA32F: a function of each texel's unit direction. */
 typedef void room_texel(void *cookie, const double direction[3], float rgba[4]);
 GLuint room_cube(int size, room_texel *texel, void *cookie);
 /* The same everywhere. */

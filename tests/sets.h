@@ -12,8 +12,7 @@ ibl_image sets_map(ibl_ctx *ctx, int width, double sun);
 /* A set of a white map, three levels of 16, until the running test has ended,
  * when set must still be there. */
 void sets_white(baked_set *set);
-/* One of 64 pixels as a flat Radiance file: its path; and as the library reads
- * that. */
+/* A map of 64 pixels: its flat Radiance file, and as the library reads it. */
 const char *sets_file(void);
 ibl_image sets_read_map(ibl_ctx *ctx);
 

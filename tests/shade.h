@@ -55,8 +55,7 @@ shade_pixel *shade_pixels(const view_settings *s);
 /* The pixel under which a sphere's centre is. */
 int shade_centre(const view_settings *s, const view_sphere *sphere);
 
-/* OpenGL 3.3, table 3.20: the face that a direction is on, and s and t in
- * -1..1. */
+/* OpenGL 3.3, table 3.20: a direction's face, and s and t in -1..1. */
 int shade_face(const double d[3], double *s, double *t);
 /* Trilinear and seamless; dir in the environment's own frame. */
 void shade_cube(const ibl_cube *cube, double level, const double dir[3],

@@ -143,8 +143,7 @@ ibl_ctx *test_keeping_ctx(int threads, test_messages *kept);
  * tests run from the top folder. Static storage, overwritten by each call. */
 const char *test_data(const char *name);
 const char *test_shared_data(const char *name);
-/* An empty folder of the running test program's own, made on first use and
- * removed at exit. */
+/* The test program's own folder, made on first use and removed at exit. */
 const char *test_dir(void);
 
 #endif

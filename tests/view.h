@@ -18,8 +18,7 @@ const char *view_test_about(void);
 /* The text of one of the viewer's shaders. */
 const char *view_test_shader(const char *name);
 
-/* A context for the running test whose messages are the viewer's; exits on
- * failure. */
+/* A context for the running test, with the viewer's log; exits on failure. */
 ibl_ctx *view_test_ctx(int threads);
 
 /* Keeps what is written to standard error, until view_test_caught gives it:
