@@ -165,8 +165,7 @@ TEST(windows)
     }
 }
 
-/* Which formats are multiplied already, and what is done to those that are
- * not: in linear light. */
+/* Formats with straight alpha are multiplied by it, in linear light. */
 TEST(integer_formats)
 {
     static const struct {
@@ -303,8 +302,7 @@ TEST(wild_values)
     }
 }
 
-/* Colours are mended as they were before alpha is applied, whatever rows are
- * read ahead for that. */
+/* Colours are mended before alpha is applied, whatever rows are read ahead. */
 TEST(mended_beside_holes)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);

@@ -89,8 +89,7 @@ TEST(bound_to_cpus)
     CHECK(!sched_setaffinity(0, sizeof all, &all));
 }
 
-/* Systems as the kernel's documentation has them: cgroup-v2.rst, and
- * sched-bwc.rst for version 1. */
+/* Systems as of the kernel's cgroup-v2.rst, and sched-bwc.rst for version 1. */
 TEST(quotas)
 {
     static const struct {
@@ -339,8 +338,7 @@ static void mask_job(void *arg, int job, int worker)
         m->blocked[worker][i] = sigismember(&set, kinds[i]);
 }
 
-/* A handler never runs beside the thread that made the context; what that one
- * blocks stays as it was. */
+/* Signals never run in workers; those that the caller blocks stay blocked. */
 TEST(signals)
 {
     struct masks m = {0};

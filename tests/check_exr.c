@@ -102,8 +102,7 @@ TEST(every_compression)
     }
 }
 
-/* What a compression packs best, which is no damage: maps of one colour, black
- * or not, in blocks that are large. */
+/* The best compression is no damage: large blocks of one colour, also black. */
 TEST(constant_maps)
 {
     static const char *const values[] = {"0", "0.625"};

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* EXR files of luminance and half-size chroma, written by OpenEXRCore, against
- * the definition in double. */
+/* Luminance and half-size chroma by OpenEXRCore, against sums in double. */
 #include <OpenEXR/openexr.h>
 #include <math.h>
 #include <stdio.h>

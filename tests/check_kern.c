@@ -52,8 +52,7 @@ static float hostile(test_random *r)
 
 /* ---- pixels of files --------------------------------------------------- */
 
-/* value = m 2^(e - 136) scale. Enough pixels take every mantissa and exponent.
- */
+/* value = m 2^(e - 136) scale: every mantissa and exponent, if count allows. */
 static size_t rgbe_to_rgb(ibl_isa isa, test_random *r, int n, void *out)
 {
     const size_t plane = (size_t)n + (size_t)test_random_below(r, 9);
@@ -206,8 +205,7 @@ static size_t unzip(ibl_isa isa, test_random *r, int n, void *out)
     return 0;
 }
 
-/* Returns the bits of the largest; all bits set where one is odd. Most have one
- * odd float somewhere. */
+/* The bits of the largest; all set if one is odd. Most have one odd float. */
 static size_t max_finite(ibl_isa isa, test_random *r, int n, void *out)
 {
     static const float odd[] = {INFINITY, -INFINITY, NAN,   -NAN,    -0.0f,
@@ -646,8 +644,7 @@ TEST_SLOW(same_bytes)
         kern_check_same(&kernels[i]);
 }
 
-/* Between each two halves that follow each other, 2^16 in place of Inf: what is
- * nearer, and of ties the even one. */
+/* Rounds to the nearest half (2^16 for Inf), and of ties to the even one. */
 TEST(floats_to_halves)
 {
     int wrong = 0;

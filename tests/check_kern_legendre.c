@@ -235,8 +235,7 @@ static void analysis_of(ibl_isa isa)
 
 KERN_TEST_SLOW(analysis)
 
-/* The direct sum for ring j and a part, and its bound, with the result's
- * rounding to float. */
+/* The direct sum for ring j and a part; its bound has the rounding to float. */
 static double true_synthesis(const fixture *x, const double *factor, int j,
                              int part, double *bound)
 {

@@ -93,8 +93,7 @@ TEST(each_texel_keeps_its_energy)
     CHECK_MSG(pole < 0.04, "+Y and -Y: %g", pole);
 }
 
-/* Texels that hold where they look, so that a pixel that is taken from the
- * wrong place is seen. */
+/* Texels hold their directions, so a pixel from the wrong place is seen. */
 static double worst_look(int n)
 {
     ibl_cube cube = make_cube(n);
@@ -161,8 +160,7 @@ TEST(shapes_that_do_not_fit)
     }
 }
 
-/* The GGX level of one roughness towards d, as a sum over the cube's texels,
- * each a point in its middle. */
+/* The GGX level of a roughness towards d: a sum over the texels' centres. */
 static double truth(const ibl_cube *cube, double alpha, const double d[3])
 {
     const int n = cube->size;
@@ -186,8 +184,7 @@ static double truth(const ibl_cube *cube, double alpha, const double d[3])
     return sum / weights;
 }
 
-/* The bake of the map against sums over the faces themselves: noise with some
- * texels a thousand times as bright. */
+/* Bakes of the map against sums over the faces: noise with bright texels. */
 TEST(levels_are_those_of_the_faces)
 {
     const int n = 64;

@@ -331,8 +331,7 @@ TEST(yaw_is_a_roll)
     }
 }
 
-/* The texels' solid angles cover the sphere, and the conventions' directions
- * are what the library says. */
+/* Solid angles cover the sphere; directions are those of the conventions. */
 TEST(cube_geometry)
 {
     for (int n = 1; n < 40; n += 3) {

@@ -132,8 +132,7 @@ static double worst_against(const double *k, const brute *b)
     return worst;
 }
 
-/* Widths and degrees at random, at the default chain's widths, at a high degree
- * and at wild widths. */
+/* Random widths and degrees; the default chain's, high degrees, wild widths. */
 TEST(against_brute_force)
 {
     static const struct {

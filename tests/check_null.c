@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Pointers that a call needs and does not get: each call that returns a status
- * refuses them, in one line. */
+/* Each call that returns a status refuses missing pointers, in one line. */
 #include <stdlib.h>
 
 #include "ibl/io.h"

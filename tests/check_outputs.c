@@ -357,8 +357,7 @@ TEST(taken_back)
     CHECK(entries(at("b")) == 2);
 }
 
-/* From here on a system call, if argument is at least 0 only with that value
- * for it, fails in this process. */
+/* A system call fails from here on; argument >= 0: only with that value. */
 static bool forbid(int call, int argument, unsigned value, unsigned error)
 {
     struct sock_filter filter[] = {

@@ -167,8 +167,7 @@ TEST(mean_is_kept)
     }
 }
 
-/* Largest values of each channel; a texel's small channels round by the scale
- * of its large ones. */
+/* Largest values per channel; small ones round by the scale of large ones. */
 TEST(other_pixels)
 {
     const double max[IBL_PIXEL_COUNT][3] = {
@@ -334,8 +333,7 @@ TEST(unlike_lights)
     }
 }
 
-/* A large patch is round but for a tenth: its farthest texel beside the nearest
- * that is not of it. */
+/* A large patch is round within a tenth: farthest texel, nearest outside. */
 TEST(round_patch)
 {
     const int n = 65, middle = n / 2;

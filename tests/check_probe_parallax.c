@@ -34,8 +34,7 @@ static bool inside(const ibl_volume *v, const double p[3],
            sqrtl(square) <= v->half[0] * (1 + 4e-19L);
 }
 
-/* Direction from the probe to where the ray leaves, unit; returns how far that
- * is from the probe. */
+/* Unit direction from the probe to where the ray leaves; returns its length. */
 static double true_lookup(const ibl_probe *probe, const double p[3],
                           const double direction[3], double lookup[3])
 {

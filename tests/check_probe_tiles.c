@@ -245,8 +245,7 @@ static bool tile_hits(const ibl_tiles *tiles, const struct camera *c,
     return false;
 }
 
-/* Those that rays find, and how many more are named: what the rays, sixteen to
- * a tile's edge, pass by. */
+/* Each probe that a ray finds is listed, and few others (16 rays an edge). */
 TEST(few_too_many)
 {
     test_random r = {2};

@@ -326,8 +326,7 @@ static void linear_harmonics(subject *s)
             break;
 }
 
-/* A factor of 2^k moves no mantissa: the same bits come out, k higher, but
- * where denormal floats round. */
+/* A factor of 2^k changes only exponents, except where denormals round. */
 static void powers_of_two(subject *s)
 {
     const int k = s->kind == MAP_DENORMAL ? 20 : below(s, 41) - 20;
@@ -435,8 +434,7 @@ static void mirrored(subject *s)
 
 /* ---- specular against the truth --------------------------------------- */
 
-/* Jumps of the error (got - want) between neighbours across a cube edge, rms
- * over the level's rms. */
+/* Jumps of the error across a cube's edges, rms over the level's rms. */
 static double seam_jumps(int n, const double *error, double rms)
 {
     double sum = 0;

@@ -594,8 +594,7 @@ TEST(integer_formats)
     CHECK(nothing_left());
 }
 
-/* A message names what a file is by how it begins, as the formats' own texts
- * say, and only by all of it. */
+/* Messages name a file's format by its whole signature, per its standard. */
 TEST(kinds)
 {
     static const struct {
@@ -665,8 +664,7 @@ static uint32_t crc_of(const unsigned char *p, size_t n)
     return ~crc;
 }
 
-/* Table 11.1 of the standard: only these depths of each colour type are read.
- */
+/* Table 11.1 of the standard: only its depths of each colour type are read. */
 TEST(png_headers)
 {
     static const char *const depths[] = {

@@ -54,8 +54,7 @@ TEST(orthonormal)
     }
 }
 
-/* One pixel's coefficients are L times the integral of Y over it: sums over
- * points in its patch. */
+/* A pixel's coefficients are L times Y's integral, by points in its patch. */
 TEST(one_patch)
 {
     enum {
@@ -89,8 +88,7 @@ TEST(one_patch)
     free(a);
 }
 
-/* Pixels in many parts side by side are what they were, also where rows are
- * more than are summed at once. */
+/* Pixels split into equal parts change nothing, also beyond a batch of rows. */
 TEST(divided)
 {
     enum {

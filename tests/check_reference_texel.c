@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The reference of level 0 against points of texels, written out here from the
- * conventions in ibl/ibl.h. */
+/* Level 0's reference against points of texels, as ibl/ibl.h defines them. */
 #include <math.h>
 #include <string.h>
 

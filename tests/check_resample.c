@@ -45,8 +45,7 @@ static void field_init(field *f, int degree, double at_degree, uint64_t seed)
     }
 }
 
-/* Orthonormal zonal harmonics about each axis, so the power of a degree is its
- * spectrum's square. */
+/* Orthonormal zonal harmonics: a degree's power is its spectrum's square. */
 static void field_at(const field *f, const double d[3], double rgb[3])
 {
     rgb[0] = rgb[1] = rgb[2] = 0;

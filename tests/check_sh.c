@@ -21,8 +21,7 @@ static double *bake(ibl_ctx *ctx, const ibl_image *env, int degree, double yaw)
     return coeffs;
 }
 
-/* What floats keep of the sum of L |Y_lm| dO, of which the mean is that of
- * Y_00: a few roundings of each row. */
+/* A few float roundings a row of the sum of L |Y_lm| dO, on average Y_00's. */
 static const double floats = 1e-6;
 
 /* Every coefficient against the sum over all pixels. */
@@ -59,8 +58,7 @@ TEST_SLOW(random_maps)
     }
 }
 
-/* The graphics convention by its nine polynomials, spelt out: radiance
- * 1 + x is DC and Y_11, and so on. */
+/* The graphics convention's nine polynomials: radiance 1 + x is DC and Y_11. */
 TEST(nine)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);

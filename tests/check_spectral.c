@@ -227,8 +227,7 @@ static void light(const ibl_image *map, int x, int y)
     map_set(map, (x + map->width) % map->width, y, 1e6f, 0.25e6f, 0);
 }
 
-/* Both poles, both sides of the seam, where faces meet, a corner of the cube
- * (theta = 54.7 degrees), anywhere. */
+/* Poles, both sides of the seam, an edge and a corner of the cube, anywhere. */
 TEST(one_pixel_suns)
 {
     static const int at[][2] = {

@@ -263,8 +263,7 @@ static ibl_status make_rows(void *cookie, int rows, float *rgb)
     return IBL_OK;
 }
 
-/* Bakes a map of that size by default; what the process' memory grew by at
- * its peak, in MiB, or -1. */
+/* The peak growth of memory of a default bake of that size, in MiB, or -1. */
 static int bake_made_rows(int width, int height)
 {
     const ibl_bake_options o = ibl_bake_options_default();

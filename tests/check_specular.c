@@ -181,8 +181,7 @@ TEST_SLOW(samples_converge)
               "32768 samples leave %.5f", last);
 }
 
-/* The project's promise for this map; a tenth of what cmgen 1.9 shows is
- * 0.025, 0.017, 0.015, 0.014. */
+/* Promised for this map; a tenth of cmgen 1.9's: 0.025, 0.017, 0.015, 0.014. */
 TEST_SLOW(quarry)
 {
     static const double most[] = {0, 0.068, 0.038, 0.027, 0.015};
@@ -358,8 +357,7 @@ TEST(own_samples)
     ibl_cube_free(&cube);
 }
 
-/* Without jitter the sides of a map of equal columns are the same; with it
- * each texel has another turn. */
+/* Equal columns give equal sides, but with jitter each texel is turned. */
 TEST(jitter_differs)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);

@@ -77,8 +77,7 @@ TEST(offsets)
     CHECK(ibl_texture_layer_offset(&tex, 2, 4, 5) == 5032);
 }
 
-/* A texture that goes straight to a file is what encoding gives, whoever
- * writes it. Takes tex. */
+/* A texture written to a file has the bytes of its encoding. Takes tex. */
 static void check_files(ibl_texture *tex, ibl_container container,
                         const void *bytes, size_t size)
 {
@@ -135,8 +134,7 @@ TEST(round_trips)
                     round_trip(shapes[i], p, counts[n], c);
 }
 
-/* KTX 2.0: layerCount is 0 where there is no array; in a level layer by layer,
- * in a layer face by face. */
+/* KTX 2.0: layerCount is 0 for no array; levels hold layers, layers faces. */
 TEST(ktx2_structure)
 {
     /* Faces of 2x2 and 1x1 texels of 4 bytes; 18 of them a level. */
@@ -157,8 +155,7 @@ TEST(ktx2_structure)
         }
 }
 
-/* KTX 1.1: the imageSize of a cube that is no array is that of one face, all
- * others cover the level. */
+/* KTX 1.1: imageSize is a face's if a cube is no array, else the level's. */
 TEST(ktx_structure)
 {
     ibl_texture tex = make_numbered(IBL_PIXEL_RGB9E5, 2, 2, 3, 6);

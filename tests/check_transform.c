@@ -220,8 +220,7 @@ static void gauss(long double node[POINTS], long double weight[POINTS])
     }
 }
 
-/* The integral of P_lm over a row, l = m..degree, in panels of less than a
- * radian of the highest degree. */
+/* The integral of P_lm over a row, l = m..degree, by panels under a radian. */
 static void row_integral(int rows, int j, int m, int degree, long double *sum)
 {
     const int panels = 1 + (int)(4.0 * (degree + 1) / rows);
@@ -242,8 +241,7 @@ static void row_integral(int rows, int j, int m, int degree, long double *sum)
     ibl_free(p);
 }
 
-/* One order. Errors of the functions at the edges are summed up by degree,
- * and Q is P / l. */
+/* One order. Errors at the edges add up by degree, and Q is P / l. */
 static void check_patches(const ibl_ring_spectra *s, const double *width,
                           const ibl_harmonics *h, int m)
 {

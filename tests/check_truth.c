@@ -148,8 +148,7 @@ enum {
     FINE = 120 /* midpoints across a pixel, below */
 };
 
-/* The integral over patches as the convention writes it, H and all, in long
- * double, by midpoints. */
+/* The convention's integral over patches, by midpoints in long double. */
 static void plain_specular(const ibl_image *env, const double n[3], double r,
                            double rgb[3])
 {

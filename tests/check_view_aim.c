@@ -116,8 +116,7 @@ static size_t nearest_cell(int edge, const double d[3])
     return cell;
 }
 
-/* A light in a row at the edge of a face shines on the next one, and the cell
- * there is drawn half as often. */
+/* A light at a face's edge shines on the next one, which has half the draws. */
 TEST(lights_on_edges)
 {
     const int edge = 8;

@@ -312,8 +312,7 @@ TEST(alpha_is_filtered)
 
 /* ---- steps --------------------------------------------------------------- */
 
-/* In steps all of a cube becomes another, and a whole update takes the place of
- * one that was begun. */
+/* Steps replace all of a cube; a whole update replaces one that was begun. */
 static void steps(view_probe_capture kind, int draws)
 {
     const float one[3] = {1, 0.5F, 0.25F}, two[3] = {2, 1, 0.5F};

@@ -232,8 +232,7 @@ TEST(not_writable)
               "%s", said);
 }
 
-/* What was shown is drawn again for it, not read from the screen, which other
- * windows may cover. */
+/* It draws the picture again: other windows may cover what is on the screen. */
 TEST(picture_of_the_last_draw)
 {
     enum {

@@ -262,8 +262,7 @@ TEST(crosses_fold)
     CHECK(pairs == 6 * 2 * 16 * 15 + 5 * 16);
 }
 
-/* u = atan2(z, x) / 2pi + 1/2, v from the zenith: a pixel shows the texel that
- * its direction is in. */
+/* u = atan2(z, x) / 2pi + 1/2, v from the zenith: pixels show their texels. */
 TEST(equirects_are_mapped)
 {
     make_set(64, 1);

@@ -113,8 +113,7 @@ TEST(placed)
 
 /* ---- pictures ------------------------------------------------------------ */
 
-/* A room that reflects what probes have, each in one colour, and nothing else:
- * metal in all but name. */
+/* A room of metal that reflects only probes, each of one colour. */
 typedef struct look {
     ibl_probe probes[MOST + 1]; /* the dynamic one is the last */
     float colour[MOST + 1][4];

@@ -73,8 +73,7 @@ static bool paint(void *cookie, int probe, int face, uint16_t *rgba)
     return true;
 }
 
-/* Of rising size, so that the order of the set is that of an index, but for
- * the last, which has a priority. */
+/* Of rising size, as in an index, but for the last, which has a priority. */
 static void make_probes(ibl_probe probe[PROBES])
 {
     for (int i = 0; i < PROBES; i++)
@@ -638,8 +637,7 @@ TEST(damaged_arrays_are_refused)
     refuses("bad", "probes_irradiance.ktx2");
 }
 
-/* By how much the clock is behind, in seconds: as if files were written by the
- * clock of another machine. */
+/* Seconds that the clock is behind, as if another machine wrote the files. */
 static int behind;
 
 int __real_clock_gettime(clockid_t clock, struct timespec *now);

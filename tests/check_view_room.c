@@ -326,8 +326,7 @@ TEST(blending)
     blends(false);
 }
 
-/* Each local probe's cubes are its layer's: specular in red, irradiance in
- * green, which is scaled. */
+/* Each local probe has its layer: specular red, scaled irradiance green. */
 TEST(layers_of_probes)
 {
     enum {
@@ -367,8 +366,7 @@ TEST(layers_of_probes)
     }
 }
 
-/* Cubes of two levels, black and then red: how red the floor is, is the level
- * that its roughness has. */
+/* Cubes of two levels, black then red: the floor's red shows its level. */
 static GLuint black_and_red(void)
 {
     const GLuint cubes = room_cubes_of(1, &(const float[4]){0, 0, 0, 1});

@@ -174,8 +174,7 @@ TEST(pixels_in_double)
     }
 }
 
-/* Coefficients of every degree that irradiance has, each as large as another;
- * below 0 the sum is cut off. */
+/* Equal coefficients in every degree of irradiance; sums are cut off at 0. */
 TEST(harmonics_in_double)
 {
     const float dim[3] = {0.01f, 0.01f, 0.01f};
@@ -263,8 +262,7 @@ TEST(centres_by_library)
     ibl_image map = smooth_map(9);
     for (int i = 0; i < 2; i++) {
         view_settings s = view_settings_default();
-        /* A level for each column: what lies between levels is interpolated,
-         * in every engine. */
+        /* A level for each column: every engine interpolates between levels. */
         opts.mapping = i ? IBL_ROUGHNESS_FILAMENT : IBL_ROUGHNESS_LINEAR;
         opts.levels = s.columns = 6;
         shade_bake(set, &map, &opts);

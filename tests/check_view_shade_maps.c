@@ -133,8 +133,7 @@ static double level_value(int level)
     return 1 + level * level;
 }
 
-/* Levels of constant colours, red by level and green 1: red over green is what
- * the level that was read says. */
+/* Constant levels, red by level and green 1: red over green is the level. */
 static void levels_of(void)
 {
     float *at = set->specular.data;
@@ -301,8 +300,7 @@ static void check_levels(const double *roughness, int count)
     }
 }
 
-/* Whole chains, and chains of a part of the range as the library lays them out,
- * with what is beyond their ends. */
+/* Whole chains, and the library's chains of a part of the range and beyond. */
 TEST(levels)
 {
     shade_begin(32, 32);

@@ -404,8 +404,7 @@ static bool has_colour(const float *pixel, const view_room_draw *d,
     return true;
 }
 
-/* bad: of lit and dark ones; of the corners of shadows that come between the
- * nine points there are a few. */
+/* bad: wrong lit and dark ones; a few shadow corners lie between the points. */
 typedef struct counts {
     int lit, dark, unsure, bad;
 } counts;
@@ -430,8 +429,7 @@ static room_hit hit_of(const view_camera *c, const view_room_draw *d, int i,
     return h;
 }
 
-/* Spheres, whose triangles show in their highlights, count where the tolerance
- * is less than theirs. */
+/* Spheres, of triangles, count where the tolerance is less than theirs. */
 static void count_pixels(const view_camera *c, const view_room_draw *d,
                          double tolerance, counts *n)
 {

@@ -574,8 +574,7 @@ static int after(const view_settings *changed, bool *split)
                   "%s = %s", #member, #value);                                 \
     } while (0)
 
-/* What either picture depends on draws that anew, what only the display
- * depends on does not. */
+/* Settings of a picture restart it; settings of only the display do not. */
 TEST(restart)
 {
     begin(lights, 2, 2);

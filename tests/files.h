@@ -25,8 +25,7 @@ void file_set_u32(unsigned char *p, uint32_t value);
 /* Writes an image as PFM, whose rows run from the bottom. */
 bool file_save_pfm(const char *path, const ibl_image *img);
 
-/* Writes an image as OpenEXR: uncompressed floats B, G and R, and A, one for
- * each pixel, if alpha is not NULL. */
+/* Writes uncompressed OpenEXR floats B, G, R, and A if alpha is not NULL. */
 bool file_save_exr(const char *path, const ibl_image *img, const float *alpha);
 
 /* All rows, in calls of a few at a time, and what was found in each. */
@@ -39,8 +38,7 @@ const char *file_built(const char *name);
 const char *file_bridge(void);
 /* Skips the running test without that bridge and oiiotool. */
 void file_need_oiio(void);
-/* A context that keeps messages in *kept and uses that bridge (NULL: none
- * that exists); exits on failure. */
+/* A context with messages in *kept and that bridge (NULL: none); or exits. */
 ibl_ctx *file_ctx(int threads, void *kept, const char *bridge);
 
 #endif

@@ -14,8 +14,7 @@ void map_set(const ibl_image *map, int x, int y, float r, float g, float b);
 float *map_pixel(const ibl_image *map, int x, int y);
 /* Random values in 0..1, most of them small. */
 void map_fill(const ibl_image *map, uint64_t seed);
-/* Columns moved: pixel x is what x + columns was (wrapped), or, mirrored, what
- * width - 1 - x was. */
+/* Pixel x is the old x + columns (wrapped), or, mirrored, width - 1 - x. */
 ibl_image map_turned(ibl_ctx *ctx, const ibl_image *map, int columns);
 ibl_image map_mirrored(ibl_ctx *ctx, const ibl_image *map);
 /* Every value times factor. */

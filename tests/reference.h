@@ -14,8 +14,7 @@ typedef struct subject {
     ibl_reference *ref;
 } subject;
 
-/* Of random values 0..1, few of them bright; seed 0: black. The reference sees
- * what is changed in the map. */
+/* Random values 0..1, few bright; seed 0: black. ref sees changes of env. */
 /* Both are freed after the running test. */
 ibl_reference *reference_of(ibl_ctx *ctx, const ibl_image *map, double yaw_deg);
 subject *subject_make(int threads, int width, int height, uint64_t seed,

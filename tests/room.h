@@ -45,8 +45,7 @@ typedef void room_texel(void *cookie, const double direction[3], float rgba[4]);
 GLuint room_cube(int size, room_texel *texel, void *cookie);
 /* The same everywhere. */
 GLuint room_cube_of(float r, float g, float b, float a);
-/* Cubes of one texel a face, RGBA32F, each the same everywhere: count layers of
- * an array. */
+/* An array of count cubes of one texel a face, RGBA32F, each of one colour. */
 GLuint room_cubes_of(int count, const float (*rgba)[4]);
 GLuint room_layer_of(float r, float g, float b, float a); /* of one */
 /* The same as room_cube, as the one layer of an array. */
@@ -75,8 +74,7 @@ float *lit_render(const view_room_draw *draw);
  * texture, which is less exact. */
 bool lit_has_colour(const float *pixel, const room_hit *hit, double tolerance);
 
-/* Captures into one cube, for the running test: of the lit room from eye, as it
- * has nothing else to do. */
+/* Captures the lit room from eye into one cube, for the running test. */
 typedef struct room_capture {
     view_capture *capture;
     view_cubes cubes;

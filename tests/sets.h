@@ -9,8 +9,7 @@
 
 /* A smooth sky, none of it zero, with a pixel of so much as the sun. */
 ibl_image sets_map(ibl_ctx *ctx, int width, double sun);
-/* A set of a white map, three levels of 16, until the running test has ended,
- * when set must still be there. */
+/* A set of a white map, 3 levels of 16, freed after the test: set must last. */
 void sets_white(baked_set *set);
 /* A map of 64 pixels: its flat Radiance file, and as the library reads it. */
 const char *sets_file(void);
@@ -27,8 +26,7 @@ const char *sets_open(ibl_ctx *ctx, const char *name, baked_set *set);
 /* Checks that texels and facts are the same. */
 void sets_check_same(const baked_set *a, const baked_set *b, const char *what);
 
-/* Checks that opening fails with one line that holds the words and names the
- * file; notes besides. */
+/* Checks that opening fails, with one line of the words and file, and notes. */
 void sets_check_refused(ibl_ctx *ctx, const view_request *what,
                         const char *file, const char *words);
 void sets_refused(ibl_ctx *ctx, const char *path, const char *words);

@@ -63,8 +63,7 @@ void shade_cube(const ibl_cube *cube, double level, const double dir[3],
 /* Bilinear, clamped to edges. */
 void shade_table(const ibl_lut *lut, double n_v, double roughness,
                  double rg[2]);
-/* What light is put into the split sum, and what comes out of it (without
- * lights that are points). */
+/* The split sum's input light, and its result without point lights. */
 typedef struct shade_light {
     double specular[3], irradiance[3]; /* E/pi */
     double table[2];
