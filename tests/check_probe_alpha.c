@@ -462,7 +462,7 @@ TEST(crosses_are_as_faces)
         free_picture(&p[f]);
 }
 
-/* Only the faces of a cross count: the rest is transparent, or NaN. */
+/* Only the faces of a cross count: the rest of the picture has no alpha. */
 TEST(crosses_have_alpha_in_their_faces)
 {
     picture p[6];

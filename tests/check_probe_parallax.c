@@ -34,7 +34,7 @@ static bool inside(const ibl_volume *v, const double p[3],
            sqrtl(square) <= v->half[0] * (1 + 4e-19L);
 }
 
-/* Unit direction from the probe to where the ray leaves; returns its length. */
+/* Unit direction from the probe to where the ray leaves; returns how far. */
 static double true_lookup(const ibl_probe *probe, const double p[3],
                           const double direction[3], double lookup[3])
 {

@@ -14,9 +14,10 @@ typedef struct subject {
     ibl_reference *ref;
 } subject;
 
-/* Random values 0..1, few bright; seed 0: black. ref sees changes of env. */
-/* Both are freed after the running test. */
+/* Freed after the running test, as a subject. */
 ibl_reference *reference_of(ibl_ctx *ctx, const ibl_image *map, double yaw_deg);
+
+/* Random values 0..1, few bright; seed 0: black. ref sees changes of env. */
 subject *subject_make(int threads, int width, int height, uint64_t seed,
                       double yaw_deg);
 
