@@ -19,7 +19,7 @@
 #define IBL_BRIDGE "/usr/local/lib/iblbake/libiblbridge.so"
 #endif
 
-/* The calls of bridge/bridge.h, as dlsym gives them. */
+/* The functions of bridge/bridge.h that dlsym found. */
 typedef struct bridge_calls {
     int (*abi)(void);
     ibl_bridge_result (*open)(const ibl_bridge_request *, ibl_bridge **,
@@ -37,7 +37,7 @@ static const char *kind_of(const ibl_bridge_source *source, char text[96])
     return text;
 }
 
-/* Names the missing package, from the loader's message. */
+/* Reports a missing bridge; names the package, from dlopen's error. */
 static ibl_status not_there(const ibl_bridge_source *source, const char *path,
                             const char *error)
 {
@@ -65,8 +65,7 @@ const char *ibl_bridge_path(void)
     return IBL_BRIDGE;
 }
 
-/* POSIX lets a pointer from dlsym become one to a function; C has no cast for
- * it. */
+/* POSIX lets a pointer from dlsym become a function pointer; C has no cast. */
 static bool find(void *library, const char *name, void *call)
 {
     void *symbol = dlsym(library, name);
@@ -74,8 +73,8 @@ static bool find(void *library, const char *name, void *call)
     return symbol != NULL;
 }
 
-/* The library stays open: OpenImageIO keeps threads and statics that do not
- * survive being unloaded. */
+/* The library stays open: OpenImageIO's threads and statics do not survive
+ * unloading. */
 static ibl_status load(const ibl_bridge_source *source, bridge_calls *calls)
 {
     const char *given = ibl_ctx_bridge(source->in->ctx);
@@ -95,11 +94,9 @@ static ibl_status load(const ibl_bridge_source *source, bridge_calls *calls)
     return IBL_OK;
 }
 
-/*
- * A file with the bytes, for readers that want one. It has no name any more
- * when it is handed over, so nothing stays behind however the program ends;
- * path is the descriptor's.
- */
+/* Makes a temporary file with the bytes, for readers that need a file. Its name
+ * is removed at once, so nothing stays behind however the program ends. path
+ * receives the name of the descriptor. */
 static int make_file(const ibl_bridge_request *request, char path[32])
 {
     char name[] = P_tmpdir "/iblbake-XXXXXX";
@@ -149,9 +146,10 @@ static ibl_status translate(const ibl_bridge_source *source,
 }
 
 /*
- * Memory by the file's real content: what it unpacks to and the map itself
- * may be large if they are small in all, or if the file is large too. zlib
- * cannot do better than 1032:1, DWA than 64 times that on constant pictures.
+ * Limits the memory by the size of the file. Map and unpacked data of up to
+ * 100 MB each are always accepted; else the map may be 64 times the data
+ * window, and the data 2048 times the file. zlib reaches at most 1032:1, DWA
+ * 64 times that on constant pictures.
  */
 static ibl_status check_claims(const ibl_input *in, size_t size,
                                const ibl_read_options *opts,
@@ -176,7 +174,7 @@ static ibl_status check_claims(const ibl_input *in, size_t size,
 /* ---- rows ----------------------------------------------------------- */
 
 enum {
-    CALL_ROWS = 64 /* between two looks at the cancel flag */
+    CALL_ROWS = 64 /* read between two checks of the cancel flag */
 };
 
 typedef struct bridge_rows {
@@ -184,8 +182,8 @@ typedef struct bridge_rows {
     bridge_calls calls;
     ibl_bridge *bridge;
     ibl_bridge_source source;
-    unsigned char *picture; /* the bytes that it reads, if not the source's */
-    int fd;                 /* of a file with the bytes, or -1 */
+    unsigned char *picture; /* bytes for the bridge, if not the source's */
+    int fd;                 /* of the temporary file, or -1 */
 } bridge_rows;
 
 static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
@@ -231,7 +229,7 @@ static void rows_close(ibl_rows *rows)
 
 /* ---- opening -------------------------------------------------------- */
 
-/* From memory, else through a file. */
+/* Opens from memory, or through a temporary file if the reader needs one. */
 static ibl_status open_either(bridge_rows *r, ibl_bridge_info *info)
 {
     ibl_bridge_request *request = &r->source.request;
@@ -253,7 +251,7 @@ static ibl_status open_either(bridge_rows *r, ibl_bridge_info *info)
     return translate(&r->source, result, message);
 }
 
-/* Keeps the chunks that libpng needs: see io/truncation_check.h. */
+/* Keeps only the chunks that libpng needs: see io/truncation_check.h. */
 static ibl_status clean_png(bridge_rows *r)
 {
     ibl_bridge_request *request = &r->source.request;

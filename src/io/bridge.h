@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The image bridge: OpenImageIO in a shared object, opened when needed. */
+/* The image bridge: OpenImageIO in a shared object, loaded when needed. */
 #ifndef IBL_IO_BRIDGE_H
 #define IBL_IO_BRIDGE_H
 
@@ -7,19 +7,19 @@
 #include "io/rows.h"
 
 typedef struct ibl_bridge_source {
-    const ibl_input *in; /* with bytes */
-    char kind[64];       /* of the file, for messages; "": unknown */
-    bool is_luma;        /* the channels are Y RY BY, with these weights */
+    const ibl_input *in; /* loaded into memory */
+    char kind[64];       /* kind of the file, for messages; "": unknown */
+    bool is_luma;        /* the channels are Y RY BY, with the weights luma */
     float luma[3];
-    /* The format, the part and the channels; the rest is filled in. */
+    /* Format, part and channels are set; ibl_bridge_rows fills in the rest. */
     ibl_bridge_request request;
 } ibl_bridge_source;
 
 /*
- * Opens it for its rows: linear RGB floats, not yet mended; the display window
- * is the map. Fills the rows' report.
- *   source   its input must stay as long as rows
- * IBL_ERR_UNSUPPORTED: the bridge is not there.
+ * Opens the file for reading by rows: linear RGB floats, not yet mended. The
+ * map is the display window. Fills in the report of the rows.
+ *   source   its input must live as long as rows
+ * IBL_ERR_UNSUPPORTED: the bridge is not installed.
  */
 ibl_status ibl_bridge_rows(const ibl_bridge_source *source,
                            const ibl_read_options *opts, ibl_rows **rows);

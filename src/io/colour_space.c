@@ -3,10 +3,9 @@
 
 #include <math.h>
 
-/*
- * The columns of P are the XYZ of the primaries up to a factor each, which
- * W = P s gives: white is R = G = B with Y = 1. Then the inverse of P diag(s).
- */
+/* The columns of P are the XYZ of the primaries, each up to a factor. W = P s
+ * gives the factors: R = G = B with Y = 1 is white. The result is the inverse
+ * of P diag(s). */
 bool ibl_colour_space(const double xy[8], double rgb_from_xyz[9], float luma[3])
 {
     double p[9], inv[9];
@@ -50,7 +49,7 @@ void ibl_luma_to_rgb(const float luma[3], float *p, int count)
         const float y = p[0], ry = p[1], by = p[2];
         p[0] = p[1] = p[2] = y;
         if (ry == 0 && by == 0)
-            continue; /* grey stays exact */
+            continue; /* exact for grey */
         p[0] = (ry + 1) * y;
         p[2] = (by + 1) * y;
         p[1] = (y - p[0] * luma[0] - p[2] * luma[2]) / luma[1];

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT */
-/* Colours by the chromaticities of their primaries. */
+/* Colour spaces, defined by the chromaticities of their primaries. */
 #ifndef IBL_IO_COLOUR_SPACE_H
 #define IBL_IO_COLOUR_SPACE_H
 
 #include <stdbool.h>
 
 /*
- * From the xy of red, green, blue and white:
- *   rgb_from_xyz  row-major; white is R = G = B = Y = 1
- *   luma          the weights of R, G and B in Y, or NULL
- * False: they span no colour space.
+ * Computes a colour space from the xy of red, green, blue and white.
+ *   rgb_from_xyz  row-major; R = G = B = Y = 1 for white
+ *   luma          weights of R, G and B in Y; may be NULL
+ * Returns false if they define no colour space.
  */
 bool ibl_colour_space(const double xy[8], double rgb_from_xyz[9],
                       float luma[3]);

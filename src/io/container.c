@@ -117,7 +117,7 @@ ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
 
     const uint64_t images = (uint64_t)tex->layers * (uint64_t)tex->faces;
     uint64_t stored = 0, texels = 0;
-    for (int l = 0; l < tex->levels; l++) { /* below 2^51, by the limits */
+    for (int l = 0; l < tex->levels; l++) { /* sums below 2^51, by the limits */
         stored += images * ibl_place_bytes(place, tex, l);
         texels +=
             images * ibl_texture_width(tex, l) * ibl_texture_height(tex, l);
@@ -127,7 +127,7 @@ ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
                             "damaged or cut short: its texels take %llu bytes, "
                             "the file has %zu: copy or make it again",
                             (unsigned long long)stored, in->size);
-    /* No more than 4/3 of the file's own size from here on. */
+    /* The texture takes at most 4/3 of the file's size. */
     tex->bytes = (size_t)texels * ibl_pixel_bytes(tex->pixel);
     tex->data = ibl_alloc_array(tex->bytes, 1);
     return tex->data ? IBL_OK : ibl_no_memory(in->ctx, "a texture");
@@ -152,7 +152,7 @@ ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
     const size_t height = ibl_texture_height(tex, level);
     const uint64_t in_bytes = row_bytes(layout, width, place->row_align);
     const size_t texel = ibl_pixel_bytes(tex->pixel);
-    const size_t stored = (size_t)layout->texel_bytes; /* 3 channels of 4 */
+    const size_t stored = (size_t)layout->texel_bytes; /* less for RGB */
     const size_t out_bytes = width * texel;
     unsigned char *out =
         tex->data + ibl_texture_layer_offset(tex, level, layer, face);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Shared by the three containers: shapes, texels in and out, KTX key/values. A
- * reader trusts only in->size. */
+/* Shared by the three containers: shapes, texels in and out, KTX key/values.
+ * Readers must not trust any value of the file, only in->size. */
 #ifndef IBL_IO_CONTAINER_H
 #define IBL_IO_CONTAINER_H
 
@@ -22,79 +22,78 @@ enum {
     IBL_MAX_KEY_BYTES = 255
 };
 
-/* The word at an offset that the caller has checked. */
+/* The 32-bit word at an offset; the caller has checked the offset. */
 uint32_t ibl_input_u32(const ibl_input *in, uint64_t at);
 ibl_status ibl_input_short(const ibl_input *in, const char *what);
 
-/* A texture's shape as KTX and KTX2 headers have it. 0 levels are 1, 0 layers
- * are 1 and no array, 0 depth is none. */
+/* A texture's shape as KTX and KTX2 headers store it. 0 levels means 1, 0
+ * layers means 1 and no array, 0 depth means not 3D. */
 typedef struct ibl_shape {
     uint32_t width, height, depth, layers, faces, levels;
 } ibl_shape;
 
 ibl_shape ibl_shape_of(const ibl_texture *tex);
 
-/* Where a level's face of a layer is in the file. */
+/* Position in the file of one face of a level and layer. */
 typedef struct ibl_place {
     const ibl_layout *layout;
     uint64_t at;
-    uint32_t row_align; /* rows begin at multiples of it */
-    bool bottom_up;     /* the first row in the file is the lowest */
+    uint32_t row_align; /* rows begin at multiples of it, in bytes */
+    bool bottom_up;     /* the first row in the file is the bottom row */
 } ibl_place;
 
-/* Allocates tex, without keys, after checking shape and that the file has
+/* Allocates tex, without keys. First checks the shape, and that the file has
  * enough bytes for place's layout and alignment. */
 ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
                              const ibl_place *place, ibl_texture *tex);
 
-/* Bytes of a level's face in the file. */
+/* Bytes of one face of a level in the file. */
 uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
                          int level);
-/* Copies one in, turning words round and widening where needed. */
+/* Copies one face into tex; swaps bytes and adds alpha where needed. */
 ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
                           ibl_texture *tex, int level, int layer, int face);
-/* Reads a level, whose faces follow one another, and moves place->at behind
- * it. `images` faces must take the bytes that the file states. */
+/* Reads a level, whose faces follow one another, and moves place->at behind it.
+ * `bytes`, as the file states it, must be the size of `images` faces. */
 ibl_status ibl_place_read_level(const ibl_input *in, ibl_place *place,
                                 ibl_texture *tex, int level, int images,
                                 uint64_t bytes);
 
-/* Edges of a level. */
+/* Width and height of a level, in texels. */
 size_t ibl_texture_width(const ibl_texture *tex, int level);
 size_t ibl_texture_height(const ibl_texture *tex, int level);
-/* Bytes of a level, all layers and faces. */
+/* Bytes of a level with all its layers and faces. */
 size_t ibl_texture_level_bytes(const ibl_texture *tex, int level);
 
-/* Whether a texture that a caller may have filled in by hand is whole:
- * IBL_ERR_ARGUMENT. */
+/* Checks a texture that a caller may have filled in: IBL_ERR_ARGUMENT. */
 ibl_status ibl_texture_check(ibl_ctx *ctx, const ibl_texture *tex);
 
-/* Reads key/value pairs of KTX and KTX2. Values that are not text (no UTF-8, or
- * zeros inside) are left out. KTXorientation is not kept: *bottom_up is true if
- * it is `up`, false if it is `down`; others are refused. */
+/* Reads the key/value pairs of KTX and KTX2. Skips values that are not text (no
+ * UTF-8, or zeros inside). Drops KTXorientation: *bottom_up is true for `up`,
+ * false for `down`; other values are refused. */
 ibl_status ibl_keys_read(const ibl_input *in, uint64_t at, uint64_t size,
                          const char *down, const char *up, ibl_texture *tex,
                          bool *bottom_up);
 
-/* Writes the pairs of a file to dst, or nowhere if it is NULL: those of tex,
- * with KTXorientation and KTXwriter ours. Returns their bytes. */
+/* Writes the pairs of tex to dst, with this KTXorientation and our KTXwriter.
+ * Returns their bytes; writes nothing if dst is NULL. */
 size_t ibl_keys_write(const ibl_texture *tex, const char *orientation,
                       unsigned char *dst);
 
-/* The first bytes of files, without the zero. */
+/* The first bytes of each kind of file, without the terminating zero. */
 #define IBL_KTX2_MAGIC "\xABKTX 20\xBB\r\n\x1A\n"
 #define IBL_KTX_MAGIC "\xABKTX 11\xBB\r\n\x1A\n"
 #define IBL_DDS_MAGIC "DDS "
 
-/* The container of a file by its first bytes; IBL_CONTAINER_COUNT: none. */
+/* The container of a file by its first bytes; IBL_CONTAINER_COUNT: unknown. */
 ibl_container ibl_container_of(const unsigned char *bytes, size_t size);
 
-/* tex is empty; free it with ibl_texture_free after an error. */
+/* tex must be empty. Free it with ibl_texture_free, after errors too. */
 ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex);
 ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex);
 ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex);
 
-/* A stretch of a file. */
+/* A contiguous part of a file. */
 typedef struct ibl_piece {
     const void *bytes;
     size_t size;
@@ -104,28 +103,28 @@ enum {
     IBL_MAX_TEXTURE_LEVELS = 17
 };
 
-/* A file to write, piece after piece. Texels stay in the texture; the rest is
- * in head. */
+/* A file to write, piece after piece. The texels stay in the texture; head has
+ * all other bytes. */
 typedef struct ibl_pieces {
-    unsigned char *head; /* owned, as piece: ibl_pieces_free */
+    unsigned char *head; /* owned, like piece; ibl_pieces_free frees both */
     ibl_piece *piece;
-    size_t size; /* of all */
+    size_t size; /* of all pieces, in bytes */
     int count, room;
 } ibl_pieces;
 
-/* Room for `room` pieces, and a zeroed head. False without memory. */
+/* Makes room for `room` pieces, and a zeroed head. False: no memory. */
 bool ibl_pieces_alloc(ibl_pieces *file, size_t head_bytes, int room);
 void ibl_pieces_free(ibl_pieces *file);
 void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size);
-/* A whole level. */
+/* Adds a whole level. */
 void ibl_pieces_add_level(ibl_pieces *file, const ibl_texture *tex, int level);
 
-/* The file of tex, whatever the caller has filled in: errors as
- * ibl_texture_encode. file: zeroed; to be freed after errors too. */
+/* Makes the file of tex. Checks tex first: errors as ibl_texture_encode. file:
+ * zeroed; the caller must free it, after errors too. */
 ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, ibl_pieces *file);
 
-/* The same, tex being valid. */
+/* The same for a valid tex. */
 ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
                            ibl_pieces *file);
 ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * DirectDraw Surface with the DX10 header; files that name a float format of
- * Direct3D 9 in place of a FourCC are read too. Source: Microsoft,
- * "Programming Guide for DDS". Layer after layer, in a layer face after face,
- * and each face is followed by its own levels.
+ * DirectDraw Surface with the DX10 header. Also reads files that store a float
+ * format of Direct3D 9 in place of a FourCC. Source: Microsoft, "Programming
+ * Guide for DDS". Order of texels: layers, then faces, then the levels of each
+ * face.
  */
 #include <stddef.h>
 #include <string.h>
@@ -17,13 +17,13 @@ typedef struct header {
     uint32_t pf_size, pf_flags, pf_fourcc, pf_bits; /* pixel format */
     uint32_t pf_masks[4];
     uint32_t caps, caps2, caps3, caps4, reserved2;
-    /* The DX10 header. Its misc_2 stays 0, "alpha unknown": D3DX refuses any
-     * other. array: cubes, not faces. */
+    /* The DX10 header. misc_2 stays 0, "alpha unknown", since D3DX refuses
+     * other values. array counts cubes, not faces. */
     uint32_t dxgi, dimension, misc, array, misc_2;
 } header;
 
 enum {
-    HEADER_BYTES = 128, /* without the DX10 header */
+    HEADER_BYTES = 128, /* size without the DX10 header */
     SIZE = 124,
     PF_SIZE = 32,
 
@@ -41,7 +41,7 @@ enum {
     CAPS_TEXTURE = 0x1000,
     CAPS_MIPMAP = 0x400000,
     CAPS2_CUBE = 0x200,
-    CAPS2_FACES = 0xFC00, /* all six */
+    CAPS2_FACES = 0xFC00, /* all six faces */
     CAPS2_VOLUME = 0x200000,
 
     DIMENSION_2D = 3,
@@ -176,8 +176,7 @@ ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex)
         return status;
     ibl_shape shape = {
         .width = h.width, .height = h.height, .faces = 1, .levels = h.levels};
-    /* The flags of old writers are unreliable, as is a depth without its
-     * flag. */
+    /* Do not trust an old writer's flag, or its depth without the flag. */
     if (h.caps2 & CAPS2_VOLUME || (h.flags & HAS_DEPTH && h.depth > 1))
         shape.depth = h.depth | 1;
     if (h.pf_fourcc == fourcc_dx10) {

@@ -37,10 +37,9 @@ static int64_t read_fn(exr_const_context_t exr, void *user, void *buffer,
     return -1;
 }
 
-/* Keeps what the core would print. The first text is the one that says what
- * was wrong, those after it come from its callers. Its memory running out is
- * kept apart: the core then goes on without what it had no room for, be it the
- * list of channels. */
+/* Keeps the first error text of OpenEXRCore: it names the cause, later texts
+ * come from its callers. Also records that memory ran out: OpenEXRCore then
+ * continues without some data, even without the list of channels. */
 static void error_fn(exr_const_context_t exr, exr_result_t code,
                      const char *text)
 {
@@ -91,24 +90,24 @@ static ibl_status open_file(ibl_exr_file *file)
  */
 
 enum {
-    GROUPS = 8 /* decoded between two looks at the cancel flag */
+    GROUPS = 8 /* decoded between two checks of the cancel flag */
 };
 
-/* Of a band, if that is enough for one row of blocks. */
+/* Limit of a band, but a band holds at least one row of blocks. */
 static const size_t band_bytes = (size_t)32 << 20;
 
 typedef struct exr_rows {
     ibl_rows rows;
     ibl_exr_decoder *d;
-    bool framed;    /* the data window leaves some of the map black */
-    int begin, end; /* the map's rows that blocks have something of */
-    int group;      /* rows of blocks that keep all threads at work */
+    bool framed;    /* the data window does not cover the map */
+    int begin, end; /* rows of the map that the blocks cover */
+    int group;      /* number of rows of blocks that keeps all threads busy */
     float *band;
     uint32_t *band_most;
     int band_row, band_count;
 } exr_rows;
 
-/* The map's row after those that a row of blocks has. */
+/* The map's row after the last row of a row of blocks. */
 static int row_after(const exr_rows *r, int blocks)
 {
     const ibl_exr_table *table = &r->d->table;
@@ -125,7 +124,7 @@ static ibl_status decode_blocks(exr_rows *r, int blocks, int count,
     ibl_status status;
 
     part.alpha = r->rows.alpha;
-    if (columns > 1) /* a tile has no whole row to look at */
+    if (columns > 1) /* a tile has no whole row to examine */
         part.most = NULL;
     if (r->framed)
         memset(t->rgb, 0,
@@ -161,8 +160,9 @@ static ibl_status fill_band(exr_rows *r, int blocks, int row)
     return decode_blocks(r, blocks, count, &t);
 }
 
-/* Rows from row on, which is where blocks begin, up to *end: fewer, or none
- * but to the band, as it suits. */
+/* Decodes from `row`, where a row of blocks begins. Decodes as many blocks as
+ * fit before *end straight to rgb and sets *end behind them. If fewer than a
+ * group fit, fills the band and sets *end to row. */
 static ibl_status decode_some(exr_rows *r, int row, int *end, float *rgb,
                               uint32_t *most)
 {
@@ -185,7 +185,7 @@ static ibl_status decode_some(exr_rows *r, int row, int *end, float *rgb,
     return decode_blocks(r, blocks, count, &t);
 }
 
-/* Rows from row on up to *end, or fewer. */
+/* Rows from `row` up to *end; sets *end lower if it returns fewer. */
 static ibl_status next_rows(exr_rows *r, int row, int *end, float *rgb,
                             uint32_t *most)
 {
@@ -257,7 +257,7 @@ static void lay_out(exr_rows *r)
         r->group = most ? (int)most : 1;
 }
 
-/* Rows of a part without half-size chroma; d becomes theirs, even after an
+/* Makes the rows of a part without half-size chroma. They own d, even after an
  * error. */
 static ibl_status open_rows(ibl_exr_decoder *d, ibl_rows **rows)
 {
@@ -325,7 +325,7 @@ static ibl_status alloc_chroma(ibl_ctx *ctx, const ibl_exr_pick *pick,
     return IBL_OK;
 }
 
-/* With chroma of half the size, whose filter needs many lines. */
+/* Decodes a whole part with half-size chroma; the filter needs many lines. */
 static ibl_status decode_whole(ibl_exr_decoder *d, ibl_rows **out)
 {
     ibl_ctx *ctx = d->file.in->ctx;

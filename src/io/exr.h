@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* OpenEXR by OpenEXRCore, the library's C interface. */
+/* OpenEXR files, read with OpenEXRCore, the C interface of OpenEXR. */
 #ifndef IBL_IO_EXR_H
 #define IBL_IO_EXR_H
 
@@ -9,15 +9,15 @@
 #include "io/input.h"
 #include "io/rows.h"
 
-/* Whether the bytes begin as an OpenEXR file does. */
+/* Whether the bytes begin like an OpenEXR file. */
 bool ibl_exr_is(const void *bytes, size_t size);
 
 /*
- * Opens the colour of one part and layer, as ibl_image_read says, for its
- * rows; pixels are as the file has them, not yet mended. DWAA and DWAB go
- * through the bridge where OpenEXRCore says it has not got them, and where
- * chroma has half the size the rows come from a whole image.
- *   in    must stay as long as rows; loaded for the bridge
+ * Opens the colour of one part and layer, as ibl_image_read says, for reading
+ * by rows. Pixels are not yet mended. If OpenEXRCore cannot decode DWAA and
+ * DWAB, the bridge does. With half-size chroma the whole image is decoded
+ * first.
+ *   in    must live as long as rows; loaded into memory for the bridge
  */
 ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
                         ibl_rows **rows);

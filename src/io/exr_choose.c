@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Which part and which channels of an EXR file are the picture.
+ * Finds the part and the channels of an EXR file that are the picture.
  *
- * A channel's name is LAYER.NAME, the layer being everything before the last
- * dot; plain names are the unnamed layer. A layer has colour if it has R, G
- * and B, or Y, or Y, RY and BY ("Technical Introduction to OpenEXR").
+ * A channel's name is LAYER.NAME, where the layer is everything before the
+ * last dot. Names without a dot belong to the unnamed layer. A layer has
+ * colour if it has R, G and B, or Y, or Y, RY and BY ("Technical Introduction
+ * to OpenEXR").
  */
 #include <math.h>
 #include <stdarg.h>
@@ -29,7 +30,7 @@ const char *ibl_exr_compression_name(exr_compression_t compression)
     return i < sizeof names / sizeof names[0] ? names[i] : "unknown";
 }
 
-/* A list for a message, cut with dots where it gets long. */
+/* A list for a message; ends in dots if it gets too long. */
 typedef struct list {
     char text[400];
     size_t used;
@@ -79,8 +80,8 @@ static bool in_layer(const char *channel, const char *layer, size_t length)
            (length == 0 || !strncmp(channel, layer, length));
 }
 
-/* The channel of that layer with that name, or with the longer one that some
- * programs write; -1 if there is none. The exact spelling comes first. */
+/* Index of the layer's channel with this name or the longer one that some
+ * programs write, in any case; -1: none. Prefers the exact spelling. */
 static int find(const exr_attr_chlist_t *list, const char *layer, size_t length,
                 const char *name, const char *longer)
 {
@@ -123,10 +124,10 @@ static bool find_colour(const exr_attr_chlist_t *list, const char *layer,
     return true;
 }
 
-/* Lists the layers with colour, leaves the last in pick and returns how many
- * there are. The core sorts channels by name, but a layer's may still lie apart
- * ("a-b.R" sorts between "a" and "a.R"), so a layer counts at its first channel
- * only. */
+/* Lists the layers with colour, stores the last one in pick and returns their
+ * number. Channels are sorted by name, but those of one layer need not be
+ * adjacent ("a-b.R" sorts between "a" and "a.R"), so a layer is listed only at
+ * its first channel. */
 static int list_layers(const exr_attr_chlist_t *list, text_list *out,
                        ibl_exr_pick *pick)
 {
@@ -162,11 +163,11 @@ static const exr_attr_chlist_t *channels_of(const ibl_exr_file *file, int part)
     return list && list->num_channels <= MAX_CHANNELS ? list : NULL;
 }
 
-/* Contents of the parts that were searched. */
+/* The contents of the parts that were searched. */
 typedef struct found {
     text_list layers, names; /* layers with colour, all channels */
-    int deep, flat;          /* parts */
-    bool ambiguous;          /* one has several layers with colour */
+    int deep, flat;          /* number of such parts */
+    bool ambiguous;          /* a part has several layers with colour */
 } found;
 
 /* Reports why no part has the wanted colour. */
@@ -191,8 +192,8 @@ static ibl_status explain(const ibl_exr_file *file, const char *layer,
                         layer ? layer : "", f->layers.text);
 }
 
-/* Looks for the wanted colour in one part: that of the layer, or of the unnamed
- * one, or of the only one that has it. */
+/* Searches one part for the requested colour: that of the layer, else of the
+ * unnamed layer, else of the only layer that has it. */
 static bool look_in_part(const exr_attr_chlist_t *list, const char *layer,
                          ibl_exr_pick *pick, found *f)
 {
@@ -247,9 +248,9 @@ static ibl_status choose_part(const ibl_exr_file *file,
     return explain(file, opts->layer, &f);
 }
 
-/* Sampling rates that are wanted: 1 everywhere, 2 for both chroma channels.
- * And rates of the other channels that the core counts rightly: its chunks
- * hold whole steps of them. */
+/* Accepts a rate of 1, or 2 for both chroma channels. Other channels may have
+ * any rate that divides the lines of a chunk, since OpenEXRCore computes wrong
+ * sizes for the rest. */
 static ibl_status check_sampling(const ibl_exr_file *file, ibl_exr_pick *pick)
 {
     const exr_attr_chlist_entry_t *all = pick->channels->entries;
@@ -303,7 +304,7 @@ static ibl_status read_window(const ibl_exr_file *file,
     return IBL_OK;
 }
 
-/* Black around the data costs memory that the file does not account for. */
+/* Limits the black area around the data: the file's size does not bound it. */
 static ibl_status check_windows(const ibl_exr_file *file,
                                 const ibl_exr_pick *pick)
 {
@@ -324,7 +325,7 @@ static ibl_status check_windows(const ibl_exr_file *file,
 
 static ibl_status read_luma(const ibl_exr_file *file, ibl_exr_pick *pick)
 {
-    /* Rec. 709, the default of a file without the attribute. */
+    /* Rec. 709, the default if the attribute is missing. */
     exr_attr_chromaticities_t c = {0.64f, 0.33f, 0.30f,   0.60f,
                                    0.15f, 0.06f, 0.3127f, 0.3290f};
     double rgb_from_xyz[9];

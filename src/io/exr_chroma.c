@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Luminance and chroma of EXR files: RY = (R - Y) / Y, BY = (B - Y) / Y, with
- * Y the luminance by the file's chromaticities, and RY and BY at every second
- * pixel of every second line.
+ * Luminance and chroma of EXR files: RY = (R - Y) / Y, BY = (B - Y) / Y. Y is
+ * the luminance by the file's chromaticities. RY and BY are stored at every
+ * second pixel of every second line.
  *
- * Interpolation and its taps are OpenEXR's (ImfRgbaYca.cpp): a half-band
- * filter of 27 taps, every second of them 0, that leaves the samples
- * themselves alone; beyond the edges the last sample repeats.
+ * The interpolation is OpenEXR's (ImfRgbaYca.cpp): a half-band filter of 27
+ * taps, every second of them 0, that keeps the samples. Beyond the edges the
+ * last sample repeats.
  */
 #include <string.h>
 
@@ -17,7 +17,7 @@
 
 enum {
     TAPS = 7, /* on each side */
-    ROWS = 16 /* of a job */
+    ROWS = 16 /* in a job */
 };
 
 static const float taps[TAPS] = {0.627123f, -0.186077f, 0.087929f, -0.043159f,
@@ -32,10 +32,10 @@ typedef struct job_data {
     const ibl_exr_pick *pick;
     const ibl_exr_chroma *chroma;
     ibl_image *img;
-    float *scratch; /* per worker: a row of each plane, at half width */
+    float *scratch; /* per worker: a row of both planes */
 } job_data;
 
-/* Chroma of image line y at half width; odd lines lie between two. */
+/* Chroma of image line y at half width; interpolates odd lines. */
 static void blend_rows(const ibl_exr_chroma *chroma, int plane, int y,
                        float *out)
 {
@@ -55,7 +55,7 @@ static void blend_rows(const ibl_exr_chroma *chroma, int plane, int y,
     }
 }
 
-/* Chroma of pixel x of a line of w half-width samples. */
+/* Chroma of pixel x; row has w samples at half width. */
 static float blend_columns(const float *row, int w, int x)
 {
     const int k = x / 2;

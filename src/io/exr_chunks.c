@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The blocks of an EXR part: which there are, and their pixels.
+ * Lists and decodes the chunks of an EXR part.
  *
- * OpenEXRCore reads the chunk table; the layout of the pixels is computed here
- * and compared with what the core says, so that a header cannot make either of
- * them write out of bounds. ZIP is undone by libdeflate, if it was there to
- * build with; other compressions by OpenEXRCore.
+ * OpenEXRCore reads the chunk table. The layout of the pixels is computed here
+ * and compared with OpenEXRCore's, so that a header cannot make either write
+ * out of bounds. libdeflate undoes ZIP if the build has it; OpenEXRCore undoes
+ * all other compressions.
  *
- * A chunk's bytes are its lines from the top, in a line the channels in the
- * list's order, of a channel the samples whose coordinates are multiples of
- * its sampling rates.
+ * A chunk stores its lines from the top; a line its channels in the list's
+ * order; a channel the samples whose coordinates are multiples of its sampling
+ * rates.
  */
 #include <errno.h>
 #include <limits.h>
@@ -31,10 +31,10 @@ enum {
 
 /* ---- the layout ----------------------------------------------------- */
 
-/* The most that a block can shrink. zlib: 1032 (zlib.net/zlib_tech.html), of
- * which PXR24 packs 3 bytes of 4; RLE: 128 bytes in 2; PIZ: Huffman codes of
- * 255 repeats in no less than 1 + 1 + 8 bits, of 2 bytes each; B44A: 32 bytes
- * in 3. DWA keeps 1 of 64 coefficients and zips that. */
+/* Upper limit of unpacked to packed size. zlib: 1032, see
+ * zlib.net/zlib_tech.html; PXR24 zips 3 bytes of 4; RLE: 128 bytes in 2; PIZ:
+ * Huffman codes of 255 repeats of 2 bytes take at least 1 + 1 + 8 bits; B44A:
+ * 32 bytes in 3. DWA keeps 1 of 64 coefficients and zips that. */
 static double max_ratio(exr_compression_t compression)
 {
     switch (compression) {
@@ -63,7 +63,7 @@ static int sample_bytes(const exr_attr_chlist_entry_t *channel)
     return channel->pixel_type == EXR_PIXEL_HALF ? 2 : 4;
 }
 
-/* Whether there are samples on line y. */
+/* Whether the channel has samples on line y. */
 static bool has_line(const exr_attr_chlist_entry_t *channel, int y)
 {
     return y % channel->y_sampling == 0;
@@ -103,7 +103,7 @@ static ibl_status add_chunk(const ibl_exr_file *file, const ibl_exr_pick *pick,
     const uint64_t bytes =
         layout_bytes(pick->channels, y, chunk->width, chunk->height);
     const double ratio = (double)bytes / (packed ? (double)packed : 1);
-    /* at 0 all channels have samples */
+    /* on line 0 all channels have samples */
     const uint64_t line = layout_bytes(pick->channels, 0, chunk->width, 1);
 
     if (!ibl_input_has(file->in, chunk->data_offset, packed))
@@ -183,7 +183,7 @@ static ibl_status list_blocks(ibl_exr_file *file, const ibl_exr_pick *pick,
                 : exr_read_scanline_chunk_info(file->exr, pick->part, y, &info);
         if (rv || info.height != h || info.width != w)
             return bad_chunk(file, y);
-        info.start_x = x; /* of a tile it is its column */
+        info.start_x = x; /* for a tile, OpenEXRCore returns its column */
         info.start_y = y;
         const ibl_status status = add_chunk(file, pick, &info, table);
         if (status)
@@ -202,7 +202,7 @@ ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
     if (width < 1 || height < 1)
         return bad_chunk(file, pick->data.y0);
 
-    /* Each takes at least 8 bytes of the file, in the chunk table. */
+    /* A chunk takes at least 8 bytes of the file, in the chunk table. */
     const uint64_t count = (uint64_t)steps(pick->data.width, width) *
                            (uint64_t)steps(pick->data.height, height);
     if (count > file->in->size / 8 || count > INT_MAX)
@@ -219,22 +219,22 @@ ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
 
 /* ---- undoing the compression ---------------------------------------- */
 
-/* A worker's own. */
+/* A worker's state. */
 struct ibl_exr_unpacker {
     exr_decode_pipeline_t pipeline;
-    bool made; /* by the first chunk that needs it */
+    bool made; /* pipeline is initialised */
     unsigned char *packed;
-    const unsigned char *bytes;  /* of the chunk in hand, packed */
-    const unsigned char *pixels; /* its next line, unless that is zipped */
-    /* of ZIP: a block, inflated, and one line of it */
+    const unsigned char *bytes;  /* packed bytes of the current chunk */
+    const unsigned char *pixels; /* next line of the chunk, unless ZIP */
+    /* For ZIP: an inflated chunk, and one line of it. */
     struct libdeflate_decompressor *inflater;
     unsigned char *inflated, *line;
-    const unsigned char *even, *odd; /* of the next line; NULL: not zipped */
+    const unsigned char *even, *odd; /* bytes of the next line; NULL: not ZIP */
     unsigned char last[2];
 };
 
-/* Stands in for the core's reading: the packed bytes are in memory already.
- * A buffer of size 0 is one that the core does not free. */
+/* Replaces OpenEXRCore's reading: the packed bytes are in memory already.
+ * OpenEXRCore does not free a buffer of size 0. */
 static exr_result_t use_bytes(exr_decode_pipeline_t *pipeline)
 {
     const ibl_exr_unpacker *u = pipeline->decoding_user_data;
@@ -249,8 +249,8 @@ static exr_result_t leave_packed(exr_decode_pipeline_t *pipeline)
     return EXR_ERR_SUCCESS;
 }
 
-/* Gets the packed bytes of a chunk: *error is errno where they cannot be
- * read, 0 where the file has become too short. */
+/* Gets the packed bytes of a chunk. On failure *error is errno, or 0 if the
+ * file has become too short. */
 static bool fetch(const ibl_exr_file *file, const exr_chunk_info_t *chunk,
                   ibl_exr_unpacker *u, int *error)
 {
@@ -271,7 +271,7 @@ static bool fetch(const ibl_exr_file *file, const exr_chunk_info_t *chunk,
 }
 
 #if IBL_LIBDEFLATE
-/* False without memory. */
+/* Returns false without memory. */
 static bool make_unzipper(const ibl_exr_decoder *d, ibl_exr_unpacker *u)
 {
     if (!u->inflater)
@@ -283,7 +283,7 @@ static bool make_unzipper(const ibl_exr_decoder *d, ibl_exr_unpacker *u)
     return u->inflater && u->inflated && u->line;
 }
 
-/* ZIP and ZIPS, but for what next_line does. */
+/* Inflates ZIP and ZIPS; next_line undoes the differences. */
 static exr_result_t unzip(const ibl_exr_decoder *d,
                           const exr_chunk_info_t *chunk, ibl_exr_unpacker *u)
 {
@@ -300,7 +300,7 @@ static exr_result_t unzip(const ibl_exr_decoder *d,
 }
 #endif
 
-/* By the core. */
+/* Undoes the compression with OpenEXRCore. */
 static exr_result_t run_pipeline(const ibl_exr_decoder *d,
                                  const exr_chunk_info_t *chunk,
                                  ibl_exr_unpacker *u)
@@ -324,14 +324,13 @@ static exr_result_t run_pipeline(const ibl_exr_decoder *d,
     return rv ? rv : exr_decoding_run(exr, part, p);
 }
 
-/* Undoes the compression of the chunk whose bytes were fetched, but for what
- * next_line does. */
+/* Undoes the compression of a fetched chunk; for ZIP, next_line finishes. */
 static exr_result_t unpack(const ibl_exr_decoder *d,
                            const exr_chunk_info_t *chunk, ibl_exr_unpacker *u)
 {
     u->even = NULL;
-    /* B44 too: a block that did not shrink is stored as it is, although the
-     * core would take one of B44 for packed. */
+    /* For B44 too: OpenEXRCore would unpack a B44 block that did not shrink,
+     * although it is stored uncompressed. */
     if (chunk->packed_size == chunk->unpacked_size) {
         u->pixels = u->bytes;
         return EXR_ERR_SUCCESS;
@@ -346,8 +345,7 @@ static exr_result_t unpack(const ibl_exr_decoder *d,
     return rv;
 }
 
-/* The next line of the chunk that was unpacked, at y. Lines have an even
- * number of bytes. */
+/* Returns the unpacked chunk's next line, y. Lines have even sizes. */
 static const unsigned char *next_line(const ibl_exr_decoder *d,
                                       const exr_chunk_info_t *chunk, int y,
                                       ibl_exr_unpacker *u)
@@ -364,7 +362,7 @@ static const unsigned char *next_line(const ibl_exr_decoder *d,
     return u->line;
 }
 
-/* Whether three channels of halves make the picture. */
+/* Whether the picture is three channels of halves at full size. */
 static bool is_halves(const ibl_exr_pick *pick)
 {
     bool all = pick->colour != IBL_EXR_LUMA && pick->chroma_step == 1;
@@ -436,7 +434,7 @@ bool ibl_exr_can_decode(ibl_exr_decoder *d)
 
 /* ---- pixels --------------------------------------------------------- */
 
-/* count samples as floats, uints as the numbers that they are. */
+/* Converts count samples to floats; uints keep their value. */
 static void to_floats(const unsigned char *src, exr_pixel_type_t type,
                       int count, float *dst, int dst_step)
 {
@@ -459,25 +457,25 @@ static void to_floats(const unsigned char *src, exr_pixel_type_t type,
     }
 }
 
-/* The error of the first chunk of a job that failed. */
+/* The first error in a job. */
 typedef struct outcome {
-    exr_result_t code; /* EXR_ERR_READ_IO: not read, for error */
+    exr_result_t code; /* EXR_ERR_READ_IO: reading failed, see error */
     int error;
     int y;
 } outcome;
 
-/* Chunks that are decoded together. */
+/* A set of chunks to decode. */
 typedef struct decoding {
     const ibl_exr_decoder *d;
     int first, count; /* chunks */
     const ibl_exr_target *target;
-    outcome *outcomes; /* of each job */
+    outcome *outcomes; /* one for each job */
 } decoding;
 
-/* The visible part of a line of a chunk, and its place in the target. */
+/* The visible part of a chunk's line, and its place in the target. */
 typedef struct shown {
-    int skip, count;    /* pixels of the line: before, and those that show */
-    float *rgb, *alpha; /* NULL: none is wanted */
+    int skip, count;    /* pixels before the visible ones; visible pixels */
+    float *rgb, *alpha; /* NULL: not wanted */
 } shown;
 
 static shown shown_of(const decoding *g, const exr_chunk_info_t *chunk, int y)
@@ -500,7 +498,7 @@ static shown shown_of(const decoding *g, const exr_chunk_info_t *chunk, int y)
     return s;
 }
 
-/* Samples of a half-size chroma channel: to its plane. */
+/* Stores a line of a half-size chroma channel in its plane. */
 static void put_chroma(const decoding *g, const exr_chunk_info_t *chunk, int y,
                        const unsigned char *src, exr_pixel_type_t type, int c)
 {
@@ -510,7 +508,7 @@ static void put_chroma(const decoding *g, const exr_chunk_info_t *chunk, int y,
               chroma->plane[c - 1] + row * chroma->width, 1);
 }
 
-/* Converts count pixels, of luma or Y RY BY, to R G B. */
+/* Converts count pixels to RGB, from Y or from full-size Y RY BY. */
 static void finish_pixels(const ibl_exr_pick *pick, float *p, int count)
 {
     if (pick->colour == IBL_EXR_LUMA_CHROMA && pick->chroma_step == 1)
@@ -555,7 +553,7 @@ static void put_line(const decoding *g, const exr_chunk_info_t *chunk, int y,
     if (g->d->halves)
         g->d->dsp.to_rgb(plane, s.count, s.rgb);
     finish_pixels(pick, s.rgb, s.count);
-    if (t->most) { /* then the chunk has all that the row has */
+    if (t->most) { /* then a chunk has whole rows */
         const size_t floats = 3 * (size_t)pick->display.width;
         const int row = y - pick->display.y0 - t->row;
         t->most[row] = g->d->look(t->rgb + floats * (size_t)row, floats);
@@ -618,7 +616,7 @@ ibl_status ibl_exr_decode_chunks(ibl_exr_decoder *d, int first, int count,
     d->file.deaf = true;
     ibl_status status = ibl_run(ctx, NULL, jobs, decode_job, &g);
     d->file.deaf = false;
-    /* The first job in order, so that any thread count reports the same. */
+    /* The first job in order: the report does not depend on threads. */
     for (int j = 0; j < jobs && !status; j++) {
         if (g.outcomes[j].code)
             status = report(d, &g.outcomes[j]);

@@ -17,19 +17,19 @@
 #include "core/context.h"
 
 enum {
-    POLL_MS = 50,          /* how soon a cancel is seen */
-    GRACE_MS = 500,        /* for a pipe's writer to come */
-    FIRST_BYTES = 1 << 16, /* of a stream */
+    POLL_MS = 50,          /* delay until a cancel is seen */
+    GRACE_MS = 500,        /* time for a pipe's writer to open it */
+    FIRST_BYTES = 1 << 16, /* first read of a stream */
     MAX_READ = 1 << 24
 };
 
-/* Limit of streams of unknown kind, so that they do not fill the memory. */
+/* Limit for streams of unknown kind, so that they do not fill the memory. */
 static const uint64_t longest_unknown = (uint64_t)256 << 20;
 
 typedef struct loading {
-    ibl_input in; /* without bytes until all are read */
-    bool stream;  /* may wait for a writer */
-    bool may_end; /* a pipe has had a writer, so that its end is its end */
+    ibl_input in; /* bytes is NULL until all are read */
+    bool stream;  /* a read may wait for a writer */
+    bool may_end; /* a read of 0 bytes is the end: there was a writer */
     ibl_longest_fn *longest;
     unsigned char *bytes;
     size_t size, room;
@@ -39,7 +39,7 @@ typedef struct loading {
 ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
                       ...)
 {
-    char text[4096 + 1024]; /* a path and some words */
+    char text[4096 + 1024]; /* a path and a message */
     va_list ap;
 
     va_start(ap, fmt);
@@ -68,7 +68,7 @@ static ibl_status refuse(const loading *l, const char *why)
     return ibl_reject(&l->in, IBL_ERR_IO, "%s", why);
 }
 
-/* Waits until a stream has data, or for a cancel. */
+/* Waits until a stream has data or the user cancels. */
 static ibl_status wait_for(const loading *l)
 {
     struct pollfd p = {.fd = l->in.fd, .events = POLLIN};
@@ -84,7 +84,7 @@ static ibl_status wait_for(const loading *l)
     return IBL_ERR_CANCELLED;
 }
 
-/* Reads once. *n is 0 at the end. */
+/* Reads once. *n is 0 at the end of the file. */
 static ibl_status read_some(loading *l, ssize_t *n)
 {
     int waited = 0;
@@ -104,7 +104,7 @@ static ibl_status read_some(loading *l, ssize_t *n)
         } else if (*n == 0) {
             if (waited >= GRACE_MS)
                 return refuse(l, "is a pipe that nobody writes to");
-            waited += POLL_MS; /* the time in wait_for */
+            waited += POLL_MS; /* the time that wait_for took */
         }
     }
 }
@@ -115,8 +115,7 @@ static ibl_status too_long(const loading *l, uint64_t most, const char *why)
                         (unsigned long long)(most >> 20), why);
 }
 
-/* Makes room for twice as much, but not for more than one byte over the limit
- * for the kind of the file. */
+/* Doubles the room, up to one byte over the limit for the kind of the file. */
 static ibl_status make_room(loading *l)
 {
     const uint64_t longest =
@@ -161,7 +160,7 @@ static ibl_status read_all(loading *l)
     return IBL_OK;
 }
 
-/* Checks the kind of the opened file. */
+/* Checks that the opened file is of a kind that can be read. */
 static ibl_status look(loading *l, bool standard_input)
 {
     struct stat st;
@@ -183,10 +182,10 @@ static ibl_status look(loading *l, bool standard_input)
     return too_long(l, IBL_LONGEST, ", more than any map or texture has");
 }
 
-/* Reads all into memory, which *in becomes. */
+/* Reads everything into memory; *in becomes that memory. */
 static ibl_status load(loading *l, ibl_input *in)
 {
-    /* One byte over, to see the end; a size of 0 may be a file of /proc. */
+    /* One byte more, to see the end; files of /proc report a size of 0. */
     l->room = FIRST_BYTES;
     if (l->file_size >= FIRST_BYTES)
         l->room = (size_t)l->file_size + 1;
@@ -214,7 +213,7 @@ ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
                  .longest = longest};
     ibl_status status;
 
-    /* Not blocking: a FIFO without a writer would, for ever. */
+    /* O_NONBLOCK: else a FIFO without a writer blocks for ever. */
     if (!standard_input)
         l.in.fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     if (l.in.fd < 0)
@@ -266,7 +265,7 @@ bool ibl_input_read(const ibl_input *in, uint64_t offset, size_t size,
     size = size < left ? size : left;
     *got = 0;
     if (in->bytes) {
-        if (size) /* there may be no bytes to point to */
+        if (size) /* bytes may be NULL */
             memcpy(dst, in->bytes + offset, size);
         *got = size;
         return true;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Files and streams: opened for reading by offset, or into memory. */
+/* Files and streams, opened for reading by offset or read into memory. */
 #ifndef IBL_IO_INPUT_H
 #define IBL_IO_INPUT_H
 
@@ -9,21 +9,21 @@
 
 #include "ibl/ibl.h"
 
-/* The most bytes of a file that begins with these; 0: of no known kind. */
+/* Maximum size of a file that begins with these bytes; 0: unknown kind. */
 typedef uint64_t ibl_longest_fn(const unsigned char *bytes, size_t size);
 
-/* The largest map, flat, in 4 channels of 4 bytes, is 64 GiB. */
+/* Bytes. The largest map, flat, with 4 channels of 4 bytes, takes 64 GiB. */
 #define IBL_LONGEST ((uint64_t)65 << 30)
 
-/* Bytes that are read by offset: those of an open file, or of memory. */
+/* Bytes to read by offset, in an open file or in memory. */
 typedef struct ibl_input {
     ibl_ctx *ctx;
     const char *name; /* for messages */
     size_t size;
-    const unsigned char *bytes; /* NULL: they are in the file */
-    void *owned;                /* memory to free with the input, or NULL */
-    int fd;                     /* of the file, else -1 */
-    bool swap;                  /* its words are big endian */
+    const unsigned char *bytes; /* NULL: the bytes are in the file */
+    void *owned;                /* memory that ibl_input_close frees, or NULL */
+    int fd;                     /* of the open file, or -1 */
+    bool swap;                  /* the file's words are big endian */
 } ibl_input;
 
 /* ibl_fail with the name and ": " before the text. */
@@ -35,37 +35,35 @@ ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
 enum {
     IBL_QUOTE_BYTES = 48
 };
-/* A text of a file as a message repeats it: printable, cut where it is long. */
+/* A text of a file for a message: printable, cut where it is long. */
 const char *ibl_quote(const char *text, char out[IBL_QUOTE_BYTES]);
-/* Says that a read failed, with an errno. */
+/* Reports that a read failed; error is its errno. */
 ibl_status ibl_input_unread(const ibl_input *in, int error);
 
 /*
- * Opens a file, or standard input for "-". A pipe by name (a FIFO, /dev/stdin,
- * a shell's <(command)) is read to its end if a writer opens it within half a
+ * Opens a file, or standard input for "-". A named pipe (a FIFO, /dev/stdin, a
+ * shell's <(command)) is read to its end if a writer opens it within half a
  * second. Directories, devices, terminals, other pipes and empty files are
  * refused. Large regular files stay open; everything else is read into memory.
  *   path    the name in messages; must live as long as in
- *   longest a longer stream is refused; one of no known kind from 256 MiB on
- *   in      to be closed with ibl_input_close, but not after an error
+ *   longest gives the limit for streams; 256 MiB for unknown kinds
+ *   in      the caller must close it with ibl_input_close, unless this fails
  * IBL_ERR_IO, IBL_ERR_FORMAT (empty), IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
  */
 ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
                           ibl_longest_fn *longest, ibl_input *in);
-/* An input of bytes that stay the caller's. */
+/* An input over the caller's bytes. */
 ibl_input ibl_input_of(ibl_ctx *ctx, const char *name, const void *bytes,
                        size_t size);
-/* Whether [at, at + size) is inside. */
+/* Whether [at, at + size) is inside the file. */
 bool ibl_input_has(const ibl_input *in, uint64_t at, uint64_t size);
-/* Reads the file into memory, if it is not there. */
+/* Reads the file into memory, unless it is there already. */
 ibl_status ibl_input_load(ibl_input *in);
-/*
- * Copies up to size bytes from offset on; *got is less at the end, which may
- * come before in->size where the file was cut since. False: errno says why.
- * Safe on many threads at once.
- */
+/* Copies up to size bytes from offset on. *got is less than size at the end of
+ * the file, which may come before in->size if the file was truncated since.
+ * False: errno says why. Safe on many threads at once. */
 bool ibl_input_read(const ibl_input *in, uint64_t offset, size_t size,
                     void *dst, size_t *got);
-void ibl_input_close(ibl_input *in); /* keeps the name */
+void ibl_input_close(ibl_input *in); /* keeps in->name */
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Metadata: keys and values in a texture, and as KTX and KTX2 store them:
- *     uint32 size of key, its zero and the value; key; 0; value; padding to 4
+ * Metadata: keys and values of a texture. KTX and KTX2 store them as
+ *     uint32 size of key, its zero and value; key; 0; value; padding to 4
  */
 #include <string.h>
 
@@ -12,8 +12,8 @@ static const char orientation_key[] = "KTXorientation";
 static const char writer_key[] = "KTXwriter";
 static const char writer[] = "iblbake " IBL_VERSION;
 
-/* Length of the UTF-8 sequence that begins at p, at most n bytes; 0: none.
- * The Unicode Standard, table 3-7: no longer than needed, no surrogates. */
+/* Length in bytes of the UTF-8 sequence at p, or 0 if the n bytes have none.
+ * The Unicode Standard, table 3-7: shortest form, no surrogates. */
 static size_t utf8_sequence(const unsigned char *p, size_t n)
 {
     static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
@@ -55,7 +55,7 @@ static char *copy_text(const void *text, size_t n)
     return copy;
 }
 
-/* Index of the first key not before `key`. */
+/* Index of the first key that is not less than `key`. */
 static int find_key(const ibl_texture *tex, const char *key)
 {
     int low = 0, high = tex->key_count;
@@ -101,8 +101,7 @@ static ibl_status check_pair(ibl_ctx *ctx, const ibl_texture *tex,
     return IBL_OK;
 }
 
-/* Inserts copies of a key and a value of n bytes; the array is replaced by one
- * longer. */
+/* Inserts copies of a key and of a value of n bytes. Allocates a new array. */
 static bool insert_pair(ibl_texture *tex, int at, const char *key,
                         const void *value, size_t n)
 {
@@ -151,14 +150,14 @@ ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
 
 /* ---- in a file ------------------------------------------------------ */
 
-/* One pair of a file, unpadded. */
+/* One pair in a file, without padding. */
 typedef struct stored_pair {
-    const char *key; /* ends in a zero, the value need not */
+    const char *key; /* ends in a zero; value may not */
     const unsigned char *value;
     size_t key_bytes, value_bytes;
 } stored_pair;
 
-/* Takes the pair at *at, inside [*at, end), and moves *at behind it. */
+/* Reads the pair at *at, inside [*at, end), and moves *at behind it. */
 static bool next_pair(const ibl_input *in, uint64_t *at, uint64_t end,
                       stored_pair *pair)
 {
@@ -175,13 +174,13 @@ static bool next_pair(const ibl_input *in, uint64_t *at, uint64_t end,
     pair->key_bytes = (size_t)(zero - pair->key);
     pair->value = (const unsigned char *)zero + 1;
     pair->value_bytes = (size_t)bytes - pair->key_bytes - 1;
-    /* Some writers leave out the last padding. */
+    /* Some writers omit the padding of the last pair. */
     const uint64_t padded = (bytes + 3) / 4 * 4;
     *at += 4 + (padded < room ? padded : room);
     return true;
 }
 
-/* Text ends in one zero, or in none. */
+/* Whether key and value are UTF-8; removes one zero at the end of value. */
 static bool is_text(stored_pair *pair)
 {
     if (pair->value_bytes && !pair->value[pair->value_bytes - 1])
@@ -225,8 +224,8 @@ static void remove_key(ibl_texture *tex, int at)
             (size_t)(tex->key_count - at) * sizeof *tex->keys);
 }
 
-/* Rows are stored from the top in a texture, so the key would lie as soon as
- * they have been turned over: it goes in any case. */
+/* Removes KTXorientation: texture rows start at the top, so the key would be
+ * wrong after the rows are flipped. */
 static ibl_status take_orientation(const ibl_input *in, const char *down,
                                    const char *up, ibl_texture *tex,
                                    bool *bottom_up)
@@ -257,7 +256,7 @@ ibl_status ibl_keys_read(const ibl_input *in, uint64_t at, uint64_t size,
     return status ? status : take_orientation(in, down, up, tex, bottom_up);
 }
 
-/* Writes a pair, or, if dst is NULL, nothing; returns its bytes. */
+/* Writes a pair, if dst is not NULL; returns its bytes. */
 static size_t write_pair(const ibl_key_value *pair, unsigned char *dst)
 {
     const size_t key = strlen(pair->key) + 1, value = strlen(pair->value) + 1;

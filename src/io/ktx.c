@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * Khronos KTX 1.1. Source: KTX File Format Specification, version 1.1. A
- * cube's imageSize is that of one face, any other's and a cube array's that
- * of the level; rows are padded to 4 bytes.
- */
+/* Khronos KTX 1.1. Source: KTX File Format Specification, version 1.1.
+ * imageSize is the size of one face for a cube, and of the level for all other
+ * textures and for cube arrays. Rows are padded to 4 bytes. */
 #include <stddef.h>
 #include <string.h>
 
@@ -18,7 +16,7 @@ typedef struct header {
     uint32_t endianness;
     uint32_t gl_type, gl_type_size, gl_format;
     uint32_t gl_internal_format, gl_base_internal_format;
-    ibl_shape shape; /* its layers: numberOfArrayElements */
+    ibl_shape shape; /* layers is numberOfArrayElements */
     uint32_t key_bytes;
 } header;
 
@@ -41,7 +39,7 @@ static header header_of(const ibl_texture *tex, size_t key_bytes)
                     .key_bytes = (uint32_t)key_bytes};
 }
 
-/* The size that is written before a level. */
+/* imageSize of a level. */
 static size_t image_size(const ibl_texture *tex, int level)
 {
     return tex->layers > 1 ? ibl_texture_level_bytes(tex, level)
@@ -68,8 +66,8 @@ ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
     memcpy(file->head, &h, sizeof h);
     ibl_keys_write(tex, rows_down, file->head + sizeof h);
     ibl_pieces_add(file, file->head, begin);
-    /* A size before each level. Texels of 4, 8 or 16 bytes leave nothing to
-     * pad, neither rows nor faces nor levels. */
+    /* imageSize comes before each level. Texels of 4, 8 or 16 bytes need no
+     * padding of rows, faces or levels. */
     for (int l = 0; l < tex->levels; l++) {
         const uint32_t size = (uint32_t)image_size(tex, l);
         unsigned char *to = file->head + begin + sizeof size * (size_t)l;
@@ -93,8 +91,8 @@ static ibl_status find_layout(const ibl_input *in, const header *h,
                                internal);
     for (int i = 0; i < IBL_LAYOUT_COUNT; i++) {
         const ibl_layout *l = &ibl_layouts[i];
-        /* Unsized internal formats are the format's own number. Filament's
-         * cmgen has the internal format for a type. */
+        /* An unsized internal format equals the format. Filament's cmgen stores
+         * the internal format as the type. */
         if ((l->gl_type == type && l->gl_format == format &&
              (l->gl_internal == internal || format == internal)) ||
             (l->gl_internal == internal && type == internal)) {
@@ -109,7 +107,7 @@ static ibl_status find_layout(const ibl_input *in, const header *h,
         type, format, internal);
 }
 
-/* Reads the header and finds the byte order of the file. */
+/* Reads the header and finds the file's byte order. */
 static ibl_status read_header(ibl_input *in, header *h)
 {
     const size_t words = offsetof(header, endianness);
@@ -129,8 +127,8 @@ static ibl_status read_header(ibl_input *in, header *h)
     return IBL_OK;
 }
 
-/* Reads a level at place->at and moves that behind it. array: the file says
- * that it is one, be it of one element. */
+/* Reads a level at place->at and moves place->at behind it. array: the file
+ * declares an array, even one of a single element. */
 static ibl_status read_level(const ibl_input *in, ibl_place *place, bool array,
                              ibl_texture *tex, int level)
 {
@@ -152,7 +150,7 @@ ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex)
         status = find_layout(in, &h, &place.layout);
     if (status)
         return status;
-    /* And 1 for its size, which matters to no file that is not turned. */
+    /* 1 is accepted too, unless bytes are swapped: only then it matters. */
     if (h.gl_type_size != (uint32_t)place.layout->word_bytes &&
         (h.gl_type_size != 1 || in->swap))
         return ibl_bad_file(in, "damaged: glTypeSize %u, must be %d",

@@ -13,14 +13,14 @@ typedef struct header {
     char identifier[12];
     uint32_t vk_format, type_size;
     ibl_shape shape;
-    uint32_t scheme; /* of supercompression */
-    /* Offsets and sizes: of the data format descriptor, of the keys and of
-     * what supercompression needs. */
+    uint32_t scheme; /* supercompressionScheme */
+    /* Offsets and sizes in bytes: the data format descriptor, the keys, and the
+     * global data of supercompression. */
     uint32_t dfd, dfd_bytes, kvd, kvd_bytes;
     uint64_t sgd, sgd_bytes;
 } header;
 
-/* Of the index that follows the header. */
+/* An entry of the level index, which follows the header. */
 typedef struct index_entry {
     uint64_t at, bytes, bytes_uncompressed;
 } index_entry;
@@ -33,7 +33,7 @@ static const char rows_down[] = "rd", rows_up[] = "ru";
 /* ---- the data format descriptor -------------------------------------- */
 
 enum {
-    VERSION = 2, /* of the specification: 1.3 */
+    VERSION = 2, /* of the data format specification: 1.3 */
     MODEL_RGBSDA = 1,
     PRIMARIES_BT709 = 1,
     TRANSFER_LINEAR = 1,
@@ -41,10 +41,10 @@ enum {
 };
 
 typedef struct descriptor {
-    uint32_t bytes; /* of all */
+    uint32_t bytes; /* size of the descriptor */
     uint32_t vendor, version_and_block_bytes;
     uint8_t model, primaries, transfer, flags;
-    uint32_t texel_block; /* 0: of one texel */
+    uint32_t texel_block; /* 0: a block is one texel */
     uint32_t plane_bytes[2];
     ibl_sample samples[IBL_MAX_SAMPLES];
 } descriptor;
@@ -100,7 +100,7 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
     memcpy(file->head + dfd, &d, d.bytes);
     ibl_keys_write(tex, rows_down, file->head + kvd);
     ibl_pieces_add(file, file->head, head_bytes);
-    /* The smallest first. Each is a multiple of the alignment: no gaps. */
+    /* Smallest level first. Sizes are multiples of the alignment: no gaps. */
     for (int l = tex->levels - 1; l >= 0; l--) {
         const uint64_t bytes = ibl_texture_level_bytes(tex, l);
         const index_entry entry = {file->size, bytes, bytes};
@@ -164,7 +164,7 @@ static ibl_status read_level(const ibl_input *in, ibl_place *place,
         return ibl_bad_file(in, "damaged: level %d of %llu bytes, must be %llu",
                             level, (unsigned long long)entry.bytes,
                             (unsigned long long)entry.bytes_uncompressed);
-    /* So that adding a face to the offset cannot overflow. */
+    /* The check keeps the sum of offset and face from overflowing. */
     if (!ibl_input_has(in, entry.at, entry.bytes))
         return ibl_input_short(in, "one of its levels");
     place->at = entry.at;

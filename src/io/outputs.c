@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Files that appear together or not at all.
+ * Output files that appear all together or not at all.
  *
- * A file's temporary lies in the directory of its target, so that renaming it
- * stays on one file system. A target that is a symbolic link is followed, as
- * a shell's > and cp do: the file that it names is replaced, the link stays.
+ * A temporary is in the directory of its target, so that both are on one file
+ * system. If the target is a symbolic link, the file that it names is replaced
+ * and the link stays, as with a shell's > and cp.
  *
- * Commit exchanges temporary and target where the file system can, so that
- * the old file is kept under the temporary's name until all is done, and a
- * failure half-way puts it back.
+ * Commit exchanges temporary and target where the file system can. The old
+ * file then has the temporary's name until all is done, and a failure half-way
+ * restores it.
  *
- * ibl_outputs_abort may run in a signal handler at any point. What it needs is
- * in arrays of fixed size. A name is recorded before its file is made. Which of
- * two names a file has during a rename is not recorded: the file system is
- * asked, by inode. If it does not answer, the last recorded state counts.
+ * ibl_outputs_abort may run in a signal handler at any point. It uses only
+ * arrays of fixed size. A name is recorded before its file is made. Which of
+ * two names a file has during a rename is not recorded: abort asks the file
+ * system, by inode. If that fails, the last recorded state counts.
  */
 #define _GNU_SOURCE
 #include <errno.h>
@@ -33,30 +33,30 @@
 
 enum {
     PATH_BYTES = 4096,     /* a path and its zero, Linux's PATH_MAX */
-    SUFFIX_BYTES = 64,     /* that a temporary's name is longer */
-    KEPT_NAME_BYTES = 128, /* of the target's name in the temporary's */
-    MAX_LINKS = 40,        /* followed before it is a loop */
-    CHUNK = 1 << 22,       /* written between two looks whether to stop */
-    MAX_TRIES = 1000       /* of temporary names */
+    SUFFIX_BYTES = 64,     /* maximum that a temporary's name is longer */
+    KEPT_NAME_BYTES = 128, /* most of the target's name in a temporary's */
+    MAX_LINKS = 40,        /* followed before they count as a loop */
+    CHUNK = 1 << 22,       /* bytes written between two checks for a cancel */
+    MAX_TRIES = 1000       /* of names for a temporary */
 };
 
-/* The state of a slot, by what abort must do for it. */
+/* The state of a slot, and how abort undoes it. */
 enum {
-    UNUSED,  /* nothing */
-    NAMED,   /* remove the temporary if it is there */
-    WRITTEN, /* the same, the file is whole */
-    PLACING, /* find out which of the names the file bears, and undo that */
-    PLACED   /* the same; it was the target's */
+    UNUSED,  /* nothing to undo */
+    NAMED,   /* remove the temporary if it exists */
+    WRITTEN, /* the same; the file is complete */
+    PLACING, /* find out which of the two names the file has, and undo that */
+    PLACED   /* the same; the file has the target's name */
 };
 
 typedef struct slot {
     atomic_int state;
-    atomic_bool replaces; /* commit found an old file */
-    dev_t device;         /* of the file, from WRITTEN on */
+    atomic_bool replaces; /* commit found an old file at the target */
+    dev_t device;         /* of the file, valid from WRITTEN on */
     ino_t inode;
-    dev_t dir_device; /* of its directory */
+    dev_t dir_device; /* of the target's directory */
     ino_t dir_inode;
-    char *target; /* of PATH_BYTES; no symbolic link */
+    char *target; /* PATH_BYTES each; not a symbolic link */
     char *temporary;
 } slot;
 
@@ -65,34 +65,34 @@ typedef struct made_dir {
     char *path;
 } made_dir;
 
-/* A texture that another thread writes. */
+/* A texture that another thread is writing. */
 typedef struct writing {
     bool on;
     slot *s;
     int fd;
     ibl_texture tex;
     ibl_pieces file;
-    const char *trouble; /* as write_temporary returns it */
-    int error;           /* its errno */
+    const char *trouble; /* result of write_temporary */
+    int error;           /* errno for trouble */
 } writing;
 
 struct ibl_outputs {
     ibl_ctx *ctx;
     writing later;
-    int count; /* of slots ever used */
+    int count; /* slots in use */
     int dir_count;
     bool sync;
-    unsigned serial;       /* of temporary names */
-    atomic_bool aborted;   /* for good: nothing is added or renamed any more */
-    atomic_bool committed; /* all is renamed, only old files are left over */
+    unsigned serial;       /* number for the next temporary's name */
+    atomic_bool aborted;   /* permanent: no more files or renames */
+    atomic_bool committed; /* all files are renamed; old files may be left */
     slot slots[IBL_MAX_OUTPUTS];
     made_dir dirs[IBL_MAX_OUTPUT_DIRS];
-    /* Of the slots two each, then the directories'. Apart from the rest, and
-     * not touched before they are needed: together they take 4 MiB. */
+    /* Two for each slot, then one for each directory. A separate array, not
+     * touched before use: it takes 4 MiB. */
     char paths[2 * IBL_MAX_OUTPUTS + IBL_MAX_OUTPUT_DIRS][PATH_BYTES];
 };
 
-/* Advice to the user for an errno. */
+/* Advice for the user by errno. */
 static const char *advice(int error)
 {
     switch (error) {
@@ -105,7 +105,7 @@ static const char *advice(int error)
     case ENOENT:
     case ENOTDIR:
         return ": choose another directory";
-    case EEXIST: /* a link to nowhere */
+    case EEXIST: /* a dangling link */
     case ELOOP:
         return ": choose another name";
     case ENAMETOOLONG:
@@ -153,7 +153,7 @@ ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out)
     }
     for (int i = 0; i < IBL_MAX_OUTPUT_DIRS; i++)
         set->dirs[i].path = set->paths[2 * IBL_MAX_OUTPUTS + i];
-    /* A signal handler may look as soon as the caller has it. */
+    /* A signal handler may use the set once *out is written. */
     atomic_signal_fence(memory_order_seq_cst);
     *out = set;
     return IBL_OK;
@@ -166,7 +166,7 @@ void ibl_outputs_sync(ibl_outputs *out, int sync)
 
 /* ---- directories ---------------------------------------------------- */
 
-/* Makes one directory, its parent there. */
+/* Makes one directory; its parent must exist. */
 static ibl_status make_dir(ibl_outputs *out, const char *path)
 {
     struct stat st;
@@ -184,7 +184,7 @@ static ibl_status make_dir(ibl_outputs *out, const char *path)
                         "%s: over %d directories to make", path,
                         IBL_MAX_OUTPUT_DIRS);
 
-    /* Recorded before it exists; ours, as it did not exist. */
+    /* Record the name before mkdir. The directory is ours: it did not exist. */
     made_dir *dir = &out->dirs[out->dir_count];
     memcpy(dir->path, path, strlen(path) + 1);
     atomic_store(&dir->used, true);
@@ -195,7 +195,7 @@ static ibl_status make_dir(ibl_outputs *out, const char *path)
     atomic_store(&dir->used, false);
     const int error = errno;
     if (error == EEXIST && !stat(path, &st) && S_ISDIR(st.st_mode))
-        return IBL_OK; /* someone was faster */
+        return IBL_OK; /* another process made it */
     errno = error;
     return failed(out, path, "cannot be made");
 }
@@ -218,7 +218,7 @@ ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path)
     return status;
 }
 
-/* Length of the part of a path that names its directory, slash included. */
+/* Length of the directory part of a path, including the slash. */
 static size_t dir_length(const char *path)
 {
     const char *slash = strrchr(path, '/');
@@ -234,7 +234,8 @@ static void name_dir(const char *path, char dir[PATH_BYTES])
 
 /* ---- adding --------------------------------------------------------- */
 
-/* Replaces a target that is a symbolic link by what it names, there or not. */
+/* Replaces a target that is a symbolic link by the path it names, which may not
+ * exist. */
 static ibl_status follow_links(const ibl_outputs *out, char *target)
 {
     int error = ELOOP;
@@ -242,7 +243,7 @@ static ibl_status follow_links(const ibl_outputs *out, char *target)
         char link[PATH_BYTES];
         const ssize_t n = readlink(target, link, sizeof link - 1);
         if (n < 0)
-            return IBL_OK; /* no link, or nothing at all */
+            return IBL_OK; /* not a link, or does not exist */
         link[n] = '\0';
         const size_t dir = link[0] == '/' ? 0 : dir_length(target);
         if (dir + (size_t)n >= PATH_BYTES - SUFFIX_BYTES)
@@ -254,12 +255,12 @@ static ibl_status follow_links(const ibl_outputs *out, char *target)
     return failed(out, target, "is a link that cannot be followed");
 }
 
-/* Refuses targets that exist and cannot be replaced. */
+/* Refuses existing targets that cannot be replaced. */
 static ibl_status check_existing(const ibl_outputs *out, const char *path)
 {
     struct stat st;
     if (stat(path, &st))
-        return IBL_OK; /* if its directory is missing, creating fails */
+        return IBL_OK; /* if the directory is missing, create fails */
     if (S_ISDIR(st.st_mode))
         return ibl_fail(
             out->ctx, IBL_ERR_IO,
@@ -285,7 +286,7 @@ static bool same_target(const slot *a, const slot *b)
                    b->target + dir_length(b->target));
 }
 
-/* Fills in s's target and its directory. */
+/* Sets the target of s and the identity of its directory. */
 static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
 {
     struct stat st;
@@ -319,7 +320,7 @@ static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
     return IBL_OK;
 }
 
-/* Creates the temporary under an unused name. */
+/* Creates the temporary, with an unused name. */
 static int create_temporary(ibl_outputs *out, slot *s)
 {
     const size_t dir = dir_length(s->target);
@@ -361,7 +362,7 @@ static const char *write_piece(const ibl_outputs *out, int fd, ibl_piece piece)
     return NULL;
 }
 
-/* Some file systems cannot flush and say so by EINVAL. */
+/* File systems that cannot flush return EINVAL. */
 static const char *flush_file(int fd)
 {
     while (fsync(fd)) {
@@ -373,9 +374,9 @@ static const char *flush_file(int fd)
     return NULL;
 }
 
-/* Writes and closes a temporary, and removes it if that fails: returns NULL, or
- * `cancelled`, or what failed, for errno. On any thread; the caller's reports
- * it. */
+/* Writes and closes a temporary; removes it on failure. Returns NULL,
+ * `cancelled`, or what failed, with errno. Runs on any thread;
+ * the caller's thread reports the failure. */
 static const char *write_temporary(ibl_outputs *out, slot *s, int fd,
                                    const ibl_pieces *file)
 {
@@ -386,7 +387,7 @@ static const char *write_temporary(ibl_outputs *out, slot *s, int fd,
     if (!trouble && out->sync)
         trouble = flush_file(fd);
     int error = errno;
-    /* NFS reports a full disk here, and only here. */
+    /* NFS reports a full disk only here. */
     if (close(fd) && errno != EINTR && !trouble) {
         trouble = "cannot be written";
         error = errno;
@@ -411,7 +412,7 @@ static ibl_status report(const ibl_outputs *out, const char *path,
                                 : failed(out, path, trouble);
 }
 
-/* Makes an empty temporary in the next slot. */
+/* Creates an empty temporary in the next slot. */
 static ibl_status begin_file(ibl_outputs *out, const char *path, slot **s,
                              int *fd)
 {
@@ -428,7 +429,7 @@ static ibl_status begin_file(ibl_outputs *out, const char *path, slot **s,
     const ibl_status status = aim(out, path, *s);
     if (status)
         return status;
-    out->count++; /* abort looks at the slot from now on */
+    out->count++; /* from now on abort checks this slot */
     *fd = create_temporary(out, *s);
     if (*fd >= 0)
         return IBL_OK;
@@ -549,14 +550,14 @@ ibl_status ibl_outputs_wait(ibl_outputs *out)
 
 /* ---- commit and abort ----------------------------------------------- */
 
-/* Exchanges two names; ENOSYS or EINVAL where that cannot be done. */
+/* Exchanges two names. ENOSYS or EINVAL: not supported. */
 static int exchange(const char *a, const char *b)
 {
     return renameat2(AT_FDCWD, a, AT_FDCWD, b, RENAME_EXCHANGE);
 }
 
-/* Whether the file has the name. errno: 0 if another file has it, ENOENT if
- * none has, others if that is unknown. */
+/* Whether path is the slot's file. errno if not: 0 if it is another file,
+ * ENOENT if there is none, else unknown. */
 static bool is_ours(const slot *s, const char *path)
 {
     struct stat st;
@@ -564,8 +565,8 @@ static bool is_ours(const slot *s, const char *path)
     return !lstat(path, &st) && st.st_dev == s->device && st.st_ino == s->inode;
 }
 
-/* Brings the old file back. If the file system cannot exchange names, rename
- * has removed it: then the new one stays. */
+/* Restores the old file. If the file system cannot exchange names, rename has
+ * removed the old file: then the new one stays. */
 static void take_back(slot *s)
 {
     if (!atomic_load(&s->replaces)) {
@@ -574,15 +575,14 @@ static void take_back(slot *s)
     }
     atomic_store(&s->state, PLACING);
     if (exchange(s->temporary, s->target)) {
-        rename(s->temporary, s->target); /* exchanging fails now */
+        rename(s->temporary, s->target); /* the file system cannot exchange */
         return;
     }
     atomic_store(&s->state, WRITTEN);
     unlink(s->temporary);
 }
 
-/* Removes one file of the set and brings back the old one. Only system calls.
- */
+/* Removes one file of the set and restores the old one. Only system calls. */
 static void undo(slot *s)
 {
     const int state = atomic_load(&s->state);
@@ -596,7 +596,7 @@ static void undo(slot *s)
     atomic_store(&s->state, UNUSED);
 }
 
-/* After a commit: a temporary's name is that of the old file, or of none. */
+/* Removes old files after a commit; they have the temporaries' names. */
 static void remove_old(ibl_outputs *out)
 {
     for (int i = 0; i < IBL_MAX_OUTPUTS; i++) {
@@ -623,7 +623,7 @@ void ibl_outputs_abort(ibl_outputs *out)
         undo(&out->slots[i]);
     for (int i = IBL_MAX_OUTPUT_DIRS - 1; i >= 0; i--) {
         if (atomic_load(&out->dirs[i].used))
-            rmdir(out->dirs[i].path); /* fails where others are in it */
+            rmdir(out->dirs[i].path); /* fails if other files are in it */
         atomic_store(&out->dirs[i].used, false);
     }
     errno = saved;
@@ -637,7 +637,7 @@ void ibl_outputs_free(ibl_outputs *out)
     ibl_free(out);
 }
 
-/* Exchanges temporary and target, or renames the one to the other. */
+/* Exchanges temporary and target; renames where that is impossible. */
 static int give_name(const slot *s)
 {
     if (!atomic_load(&s->replaces))
@@ -650,8 +650,8 @@ static int give_name(const slot *s)
     return rename(s->temporary, s->target);
 }
 
-/* Gives the file its name. Afterwards the temporary is the old file, or is
- * not there. */
+/* Gives the file its target's name. After it the temporary's name belongs to
+ * the old file, or to none. */
 static int put_in_place(slot *s)
 {
     struct stat st;
@@ -659,7 +659,7 @@ static int put_in_place(slot *s)
     if (!replaces && errno != ENOENT)
         return -1;
     if (replaces && S_ISDIR(st.st_mode)) {
-        errno = EISDIR; /* exchanging would take even that */
+        errno = EISDIR; /* exchange would replace a directory */
         return -1;
     }
     atomic_store(&s->replaces, replaces);
@@ -670,8 +670,7 @@ static int put_in_place(slot *s)
     return 0;
 }
 
-/* Flushes the directory that path is in. Where that cannot be done at all,
- * it need not be. */
+/* Flushes the directory of path. Ignores directories that cannot be flushed. */
 static ibl_status flush_dir(ibl_outputs *out, const char *path)
 {
     ibl_status status = IBL_OK;
@@ -679,7 +678,7 @@ static ibl_status flush_dir(ibl_outputs *out, const char *path)
     name_dir(path, dir);
     const int fd = open(dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (fd < 0)
-        return IBL_OK; /* writable but not readable */
+        return IBL_OK; /* the directory is writable but not readable */
     if (fsync(fd) && errno == EIO)
         status = failed(out, path, "its directory cannot be flushed");
     close(fd);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The pixel formats: all but their encoders, which are in kern/pixel.c. */
+/* The pixel formats, without the encoders, which are in kern/pixel.c. */
 #include "io/pixel_format.h"
 
 #include <assert.h>
@@ -112,7 +112,7 @@ void ibl_pixel_set_alpha(ibl_pixel pixel, unsigned char *texels, size_t i,
     memcpy(texels + last_word(l, i), word, (size_t)l->word_bytes);
 }
 
-/* A half or a float. */
+/* Converts a half or a float. */
 static float load_word(const unsigned char *p, int word_bytes)
 {
     uint16_t half;
@@ -161,8 +161,8 @@ static int float_samples(int channels, int bits, ibl_sample *s)
     return channels;
 }
 
-/* Mantissa and exponent of each channel in turn; a mantissa of 8448 (2^13 +
- * 2^8) at the exponent's bias of 15 is 1. */
+/* Mantissa and exponent of each channel. A mantissa of 8448 (2^13 + 2^8) with
+ * an exponent equal to the bias, 15, is 1. */
 static int shared_exponent_samples(ibl_sample *s)
 {
     for (int c = 0; c < 3; c++) {
@@ -211,7 +211,7 @@ size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
     return dsp.encode[pixel](src, count, dst);
 }
 
-/* Texels of halves or floats: the first channels of each. */
+/* Decodes texels of halves or floats; keeps the format's channels. */
 static void decode_words(ibl_pixel pixel, const unsigned char *src,
                          size_t count, float *dst)
 {
@@ -235,7 +235,7 @@ static void decode_rgb9e5(const unsigned char *src, size_t count, float *dst)
     }
 }
 
-/* The small floats are halves whose last mantissa bits are left out. */
+/* The small floats are halves without sign and last mantissa bits. */
 static void decode_r11g11b10f(const unsigned char *src, size_t count,
                               float *dst)
 {

@@ -11,14 +11,14 @@
 #include "kern/pixel.h"
 
 enum {
-    ROWS = 16 /* of a job */
+    ROWS = 16 /* in a job */
 };
 
-/* Renderers and filters round 0 and 1; that is not an error of the file. */
+/* Renderers and filters round 0 and 1; such values are not errors. */
 static const float rounding = 1e-3f;
 
-/* Whether a row has something that is not finite. Once signs are mended that
- * is all that most says of rows that needed it. */
+/* Whether a row may have values that are not finite or negative. After
+ * mend_signs: whether it has values that are not finite. */
 static bool is_dirty(uint32_t most)
 {
     return most >= IBL_INFINITE_BITS;
@@ -36,17 +36,17 @@ static bool is_finite(float f)
     return (bits_of(f) & IBL_INFINITE_BITS) != IBL_INFINITE_BITS;
 }
 
-/* Rows whose signs are mended together. */
+/* A set of rows whose signs are mended together. */
 typedef struct batch {
     float *rgb;
     int width, count;
-    uint32_t *most; /* of each row */
+    uint32_t *most; /* for each row */
     atomic_size_t nonfinite, negative;
-    atomic_uint peak; /* the bits of a float */
+    atomic_uint peak; /* bits of a float */
 } batch;
 
-/* Zeroes what is negative in a row and counts its pixels; returns whether it
- * has something that is not finite. */
+/* Sets negative values of a row to 0; counts negative and non-finite pixels.
+ * Returns whether there are non-finite ones. */
 static bool mend_signs(batch *b, float *p)
 {
     size_t nonfinite = 0, negative = 0;
@@ -69,7 +69,7 @@ static bool mend_signs(batch *b, float *p)
     }
     b->negative += negative;
     b->nonfinite += nonfinite;
-    /* The bits of positive floats have their order. */
+    /* The bits of positive floats sort like the floats. */
     for (unsigned old = b->peak; old < bits_of(peak);)
         if (atomic_compare_exchange_weak(&b->peak, &old, bits_of(peak)))
             break;
@@ -90,7 +90,7 @@ static void signs_job(void *arg, int job, int worker)
     }
 }
 
-/* Zeroes what is negative in rows that need it; what is not finite stays. */
+/* Sets negative values to 0 in rows that need it; keeps non-finite ones. */
 static ibl_status mend_batch(ibl_ctx *ctx, batch *b, ibl_read_report *report)
 {
     const int jobs = (b->count + ROWS - 1) / ROWS;
@@ -115,8 +115,8 @@ static ibl_status mend_batch(ibl_ctx *ctx, batch *b, ibl_read_report *report)
     return status;
 }
 
-/* The largest finite value of component c around column x of the three rows
- * (NULL beyond a pole); columns wrap. */
+/* The largest finite value of component c around column x in three rows (NULL
+ * beyond a pole); columns wrap. */
 static float best_neighbour(const float *const rows[3], int width, int x, int c,
                             float otherwise)
 {
@@ -155,8 +155,8 @@ static void mend_row(float *row, const float *const rows[3], int width,
     }
 }
 
-/* Mends what is not finite in rows that follow m->above, by their neighbours
- * before any repair. */
+/* Mends values that are not finite, in the rows after m->above, from their
+ * neighbours before any repair. */
 static void mend_nonfinite(ibl_mender *m, const uint32_t *most, int count,
                            float *rgb)
 {
@@ -196,7 +196,7 @@ ibl_status ibl_mender_init(ibl_mender *m, ibl_rows *rows)
     return IBL_OK;
 }
 
-/* Reads count rows from the map's row on, and mends their signs. */
+/* Reads the map's next count rows and mends their signs. */
 static ibl_status read_new(ibl_mender *m, int count, float *rgb)
 {
     ibl_rows *rows = m->rows;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Repairs values that no radiance or alpha has, as ibl/io.h says. */
+/* Repairs values that radiance and alpha cannot have, as ibl/io.h says. */
 #ifndef IBL_IO_REPAIR_H
 #define IBL_IO_REPAIR_H
 
@@ -9,22 +9,22 @@
 
 #include "io/rows.h"
 
-/* Reads rows and mends their Inf, NaN and negative values, which it counts in
- * the rows' report: the same for any number of threads and any division into
- * calls. -0 becomes 0 and is not counted. */
+/* Reads rows and mends their Inf, NaN and negative values. The counts in the
+ * rows' report do not depend on threads or on the division into calls. -0
+ * becomes 0 and is not counted. */
 typedef struct ibl_mender {
     ibl_rows *rows;
     uint32_t *most;     /* ibl_max_finite of each row of the map */
-    const float *above; /* the last row of the last call, before its repair */
-    float *before[2];   /* rows before their repair, in turns */
+    const float *above; /* the row above the next one, before its repair */
+    float *before[2];   /* rows before their repair, used alternately */
     int turn;
-    float *ahead; /* the next row, where it has been read already */
+    float *ahead; /* the next row, if has_ahead */
     bool has_ahead;
 } ibl_mender;
 
-/* To be freed in any case; the rows stay the caller's. */
+/* The caller must free m, after errors too, and still owns the rows. */
 ibl_status ibl_mender_init(ibl_mender *m, ibl_rows *rows);
-/* The next count rows, which are there. After an error rgb is unspecified. */
+/* Reads the next count rows; they must exist. rgb is undefined on errors. */
 ibl_status ibl_mender_read(ibl_mender *m, int count, float *rgb);
 void ibl_mender_free(ibl_mender *m);
 
@@ -32,8 +32,9 @@ typedef struct ibl_alpha_range {
     float lowest, highest;
 } ibl_alpha_range;
 
-/* Mends alpha, applies it to the colours, which it multiplies if they are
- * straight, and counts in report. range: finite alpha before its repair. */
+/* Mends alpha and counts in report. Multiplies straight colours by alpha; other
+ * colours become black where alpha is 0. range: extended by the finite values
+ * before repair. */
 void ibl_alpha_mend(float *alpha, float *rgb, size_t pixels, bool straight,
                     ibl_alpha_range *range, ibl_read_report *report);
 

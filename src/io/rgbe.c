@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The scanlines of a Radiance picture in order.
+ * Reads the scanlines of a Radiance picture in order.
  *
- * They have no table: where one begins is known once those before it have
- * been passed over, which is done a pack at a time, by one job, while the
- * others decode the pack before.
+ * They have no table: the start of a scanline is known only after passing over
+ * those before it. One job passes over a pack of scanlines while the other
+ * jobs decode the previous pack.
  */
 #include <errno.h>
 #include <stdio.h>
@@ -17,11 +17,11 @@
 #include "kern/rgbe.h"
 
 enum {
-    PACK_BYTES = 1 << 20, /* of a file that are read at once */
+    PACK_BYTES = 1 << 20, /* read from a file at once */
     PACK_LINES = 512,
-    CALL_LINES = 64,      /* in a pack, where a call wants fewer */
+    CALL_LINES = 64,      /* lines of a pack if a call wants fewer */
     JOB_PIXELS = 1 << 14, /* about 0.05 ms of decoding */
-    MIN_NEW = 8,          /* widths that the new run lengths are used for */
+    MIN_NEW = 8,          /* range of widths with new run lengths */
     MAX_NEW = 32767
 };
 
@@ -33,22 +33,22 @@ bool ibl_rgbe_is(const void *bytes, size_t size)
 /* ---- where scanlines end -------------------------------------------- */
 
 typedef enum fault {
-    WHOLE,     /* none */
-    CUT,       /* the bytes end within it */
+    WHOLE,     /* no fault */
+    CUT,       /* the bytes end within the scanline */
     ZERO_RUN,  /* a run of no pixels */
-    OVERRUN,   /* value pixels more than the scanline has */
-    BAD_LENGTH /* a new scanline that says it has value pixels */
+    OVERRUN,   /* value pixels too many for the scanline */
+    BAD_LENGTH /* a new scanline whose length is value */
 } fault;
 
 typedef struct scan {
     const unsigned char *bytes;
     size_t size, at;
     int width;
-    bool is_new, is_old; /* how the scanline that was passed last is coded */
-    int value;           /* of a fault */
+    bool is_new, is_old; /* coding of the scanline passed last */
+    int value;           /* for the fault */
 } scan;
 
-/* 2, 2 and a length: no pixel that was normalised looks so. */
+/* 2, 2 and a length: a normalised pixel never has these bytes. */
 static bool marks_new(const unsigned char *p, int width)
 {
     return width >= MIN_NEW && width <= MAX_NEW && p[0] == 2 && p[1] == 2 &&
@@ -60,8 +60,8 @@ static bool marks_repeat(const unsigned char *p)
     return p[0] == 1 && p[1] == 1 && p[2] == 1;
 }
 
-/* Passes four components of runs and literals. Written without a branch on
- * which of the two it is, which no predictor could guess. */
+/* Passes over four components of runs and literals. Has no branch on run or
+ * literal, which would be unpredictable. */
 static fault pass_new(scan *s)
 {
     const unsigned char *bytes = s->bytes;
@@ -89,9 +89,9 @@ static fault pass_new(scan *s)
     return WHOLE;
 }
 
-/* Passes pixels and repeats (1, 1, 1, n) of the pixel before; consecutive
- * ones are the bytes of one count, the lowest first. The first pixel of a
- * scanline has none before it and is one, whatever it looks like. */
+/* Passes over pixels and repeats (1, 1, 1, n) of the pixel before. Consecutive
+ * repeats are bytes of one count, lowest first. The first four bytes of a
+ * scanline are always a pixel: there is none before it to repeat. */
 static fault pass_old(scan *s)
 {
     const unsigned char *bytes = s->bytes;
@@ -107,7 +107,7 @@ static fault pass_old(scan *s)
             shift = 0;
             left--;
         } else {
-            /* a fourth byte is beyond every width unless it is 0 */
+            /* a fourth byte exceeds every width unless it is 0 */
             const int n = bytes[at + 3];
             const int count = shift < 24 ? n << shift : (n > 0) << 24;
             s->is_old = true;
@@ -126,7 +126,7 @@ static fault pass_old(scan *s)
     return WHOLE;
 }
 
-/* Passes over the scanline at s->at, checking it. */
+/* Passes over the scanline at s->at and checks it. */
 static fault pass(scan *s)
 {
     const unsigned char *p = s->bytes + s->at;
@@ -140,8 +140,8 @@ static fault pass(scan *s)
     return s->value == s->width ? pass_new(s) : BAD_LENGTH;
 }
 
-/* Two bytes for each byte of a pixel: new run lengths that never run. The old
- * ones take no more than four for a pixel, and 12 for zeros before a fault. */
+/* New run lengths need at most two bytes for each byte of a pixel. The old ones
+ * need at most four for a pixel, and 12 for zero counts before a fault. */
 size_t ibl_rgbe_most_bytes(const ibl_rgbe_header *h)
 {
     return 8 * (size_t)h->row_px + 64;
@@ -154,13 +154,13 @@ static size_t plane_bytes(const ibl_rgbe_header *h)
     return ((size_t)h->row_px + IBL_RGBE_SLACK + 63) / 64 * 64;
 }
 
-/* Bytes of scratch that decode_line needs. */
+/* Bytes of scratch memory that decode_line needs. */
 static size_t planes_bytes(const ibl_rgbe_header *h)
 {
     return 4 * plane_bytes(h);
 }
 
-/* Planes from pixels that follow each other, with repeats unless flat. */
+/* Splits pixels into planes; expands repeats unless flat. */
 static void split(const unsigned char *src, bool flat, int count,
                   unsigned char *planes, size_t stride)
 {
@@ -192,9 +192,9 @@ static void apply_matrix(const float m[9], int count, float *px)
 }
 
 /*
- * Decodes a scanline that was passed to h->row_px RGB pixels.
- *   src   readable for IBL_RGBE_SLACK bytes beyond it
- *   flat  it is not coded, whatever it looks like
+ * Decodes a scanline that was passed over to h->row_px RGB pixels.
+ *   src   readable for IBL_RGBE_SLACK bytes beyond the scanline
+ *   flat  the scanline is not coded, even if it looks so
  */
 static void decode_line(const ibl_rgbe_dsp *dsp, const ibl_rgbe_header *h,
                         const unsigned char *src, bool flat,
@@ -216,15 +216,15 @@ static void decode_line(const ibl_rgbe_dsp *dsp, const ibl_rgbe_header *h,
 
 /* ---- packs ---------------------------------------------------------- */
 
-/* Scanlines that have been passed over. */
+/* Scanlines that were passed over. */
 typedef struct pack {
-    unsigned char *bytes; /* of the file, and IBL_RGBE_SLACK beyond them */
-    size_t line[PACK_LINES + 1]; /* where they begin, and the last one ends */
+    unsigned char *bytes; /* read from the file, and IBL_RGBE_SLACK more */
+    size_t line[PACK_LINES + 1]; /* offsets in bytes; the last is the end */
     int lines, used;
-    bool is_full; /* has been filled */
-    fault fault;  /* of the scanline after its last one */
-    int value;    /* of the fault */
-    int error;    /* errno where reading failed */
+    bool is_full; /* fill_pack has run */
+    fault fault;  /* of the scanline after the last one */
+    int value;    /* for the fault */
+    int error;    /* errno if reading failed, or 0 */
 } pack;
 
 typedef struct rgbe_rows {
@@ -233,16 +233,16 @@ typedef struct rgbe_rows {
     ibl_rgbe_header h;
     ibl_rgbe_dsp dsp;
     ibl_max_finite_fn *look;
-    pack packs[2]; /* the one in use, and the next */
-    size_t room;   /* of their bytes */
-    int now;       /* the one in use */
-    /* the end of what has been passed over */
+    pack packs[2]; /* the current pack and the next one */
+    size_t room;   /* of bytes in each pack */
+    int now;       /* index of the current pack */
+    /* end of the scanlines passed over: offset, number */
     size_t at;
     int line;
-    int pack_lines; /* of the next pack */
-    bool flat;      /* no scanline is coded, whatever it looks like */
+    int pack_lines; /* maximum lines of the next pack */
+    bool flat;      /* no scanline is coded, even if it looks so */
     bool has_new, has_old;
-    unsigned char *scratch; /* one of scratch_bytes for each worker */
+    unsigned char *scratch; /* scratch_bytes for each worker */
     size_t scratch_bytes;
 } rgbe_rows;
 
@@ -254,8 +254,8 @@ static void describe(const rgbe_rows *r, char format[64])
                           : "flat");
 }
 
-/* Passes over the next scanlines. Runs in a job: what goes wrong is left in
- * the pack, for when its scanlines have been used. */
+/* Passes over the next scanlines. Runs in a job: stores errors in the pack, to
+ * report after its scanlines are used. */
 static void fill_pack(rgbe_rows *r, pack *p)
 {
     scan s = {.bytes = p->bytes, .width = r->h.row_px};
@@ -288,12 +288,12 @@ static void fill_pack(rgbe_rows *r, pack *p)
     p->value = s.value;
     r->at += p->line[p->lines];
     r->line += p->lines;
-    /* The next pack begins with the scanline that this one has not whole. */
+    /* The next pack begins with the scanline that is cut off here. */
     if (p->fault == CUT && p->lines)
         p->fault = WHOLE;
 }
 
-/* The error of the scanline after those of a pack, if it has one. */
+/* Reports the error after the last scanline of a pack, if there is one. */
 static ibl_status report(const rgbe_rows *r, const pack *p)
 {
     const ibl_input *in = r->in;
@@ -335,10 +335,9 @@ static bool has_flat_size(const rgbe_rows *r)
            bytes / 4 == (size_t)r->h.row_px * (size_t)r->h.rows;
 }
 
-/*
- * Passes over all that is left, without decoding it. Pixels may only look
- * like codes: the size has the last word.
- */
+/* Passes over the rest of the file without decoding it, then rewinds. Pixels of
+ * a flat picture may look like codes: in a file of flat size any fault, or a
+ * wrong end, means flat. */
 static ibl_status settle(rgbe_rows *r)
 {
     pack *p = &r->packs[!r->now];
@@ -359,7 +358,7 @@ static ibl_status settle(rgbe_rows *r)
     return IBL_OK;
 }
 
-/* Makes r->packs[r->now] one that has scanlines to use. */
+/* Makes r->packs[r->now] a pack with scanlines left to use. */
 static ibl_status next_pack(rgbe_rows *r)
 {
     for (;;) {
@@ -378,18 +377,18 @@ static ibl_status next_pack(rgbe_rows *r)
 
 /* ---- decoding ------------------------------------------------------- */
 
-/* Scanlines of a pack that are decoded together. */
+/* Scanlines of a pack to decode together. */
 typedef struct step {
     rgbe_rows *r;
     const pack *p;
-    pack *next;                      /* to be filled meanwhile, or NULL */
-    int count, job_lines;            /* from p->used on */
-    float *dst;                      /* the first pixel of the first */
-    ptrdiff_t line_step, pixel_step; /* floats from one to the next */
-    uint32_t *most;                  /* of each, or NULL */
+    pack *next;                      /* pack to fill meanwhile, or NULL */
+    int count, job_lines;            /* scanlines, from p->used on */
+    float *dst;                      /* first pixel of the first scanline */
+    ptrdiff_t line_step, pixel_step; /* in floats */
+    uint32_t *most;                  /* of each scanline, or NULL */
 } step;
 
-/* Where scanlines go in rows of the picture, whose first is at rgb. */
+/* Layout of scanlines in the picture whose first row is at rgb. */
 static step step_of(rgbe_rows *r, float *rgb)
 {
     const ibl_rgbe_header *h = &r->h;
@@ -410,7 +409,7 @@ static step step_of(rgbe_rows *r, float *rgb)
     return s;
 }
 
-/* Job 0 fills the next pack, if there is one to fill; the others decode. */
+/* Job 0 fills the next pack, if there is one; the other jobs decode. */
 static void decode_job(void *arg, int job, int worker)
 {
     const step *s = arg;
@@ -502,7 +501,7 @@ static ibl_status check_length(const rgbe_rows *r)
         return ibl_bad_file(
             r->in,
             "the file ends after its header: it is cut short: copy it again");
-    /* no scanline is shorter than a pixel */
+    /* a scanline has at least the bytes of a pixel */
     if (bytes / 4 < (size_t)r->h.rows)
         return ibl_bad_file(r->in,
                             "%zu bytes of pixels cannot hold %d scanlines: the "
@@ -533,7 +532,7 @@ static ibl_status alloc_packs(rgbe_rows *r)
     return IBL_OK;
 }
 
-/* Decodes scanlines that are not rows from the top to a whole image. */
+/* Decodes scanlines that are not rows from the top into a whole image. */
 static ibl_status decode_whole(rgbe_rows *r, ibl_rows **out)
 {
     ibl_image img;
@@ -580,7 +579,7 @@ ibl_status ibl_rgbe_open(const ibl_input *in, const ibl_read_options *opts,
     r->at = h->data;
     ibl_rgbe_dsp_init(&r->dsp, ibl_ctx_isa(in->ctx));
     r->look = ibl_max_finite(ibl_ctx_isa(in->ctx));
-    /* Take much memory only if the file has all scanlines. */
+    /* Before taking much memory, check that the file has all scanlines. */
     if (has_flat_size(r) ||
         (double)h->width * h->height * 12 > 64.0 * (double)in->size)
         status = settle(r);

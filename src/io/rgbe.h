@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Radiance pictures (.hdr, .pic): RGBE and XYZE. A header, then scanlines,
- * whose ends are found by passing over them; then they are decoded in parallel.
+ * Radiance pictures (.hdr, .pic): RGBE and XYZE. A header, then scanlines. One
+ * job finds where scanlines end; then they are decoded in parallel.
  *
  * Format: Radiance reference manual, "Picture files"; Ward 1991, "Real
  * Pixels", Graphics Gems II.
@@ -20,38 +20,38 @@
 bool ibl_rgbe_is(const void *bytes, size_t size);
 
 /*
- * Opens a picture for its rows, the first at the top of it whatever the
- * orientation. EXPOSURE and COLORCORR are divided out. XYZ becomes RGB with
- * the file's PRIMARIES; its unit is kept (Radiance has Y in cd/m^2 where RGB
- * has W/sr/m^2, a factor of 179). Where scanlines are columns or begin at the
- * bottom the rows come from a whole image.
- *   in    must stay as long as rows
- *   opts  for the size that is taken
- * IBL_ERR_FORMAT: damaged, cut short or no picture. IBL_ERR_UNSUPPORTED: a
- * FORMAT other than the two. IBL_ERR_IO, IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
+ * Opens a picture for reading by rows, from the top, whatever its orientation.
+ * Divides by EXPOSURE and COLORCORR. Converts XYZ to RGB with the file's
+ * PRIMARIES but keeps the unit (Radiance has Y in cd/m^2 where RGB has
+ * W/sr/m^2, a factor of 179). Pictures stored by columns or from the bottom
+ * are decoded as a whole first.
+ *   in    must live as long as rows
+ *   opts  decide which sizes are accepted
+ * IBL_ERR_FORMAT: damaged, cut short or no picture. IBL_ERR_UNSUPPORTED:
+ * unknown FORMAT. IBL_ERR_IO, IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
  */
 ibl_status ibl_rgbe_open(const ibl_input *in, const ibl_read_options *opts,
                          ibl_rows **rows);
 
 typedef struct ibl_rgbe_header {
-    int width, height;   /* of the picture as it is seen */
-    int row_px, rows;    /* scanlines as they are stored */
+    int width, height;   /* pixels, in the orientation for viewing */
+    int row_px, rows;    /* pixels of a stored scanline; scanlines */
     bool by_column;      /* scanlines are columns of the picture */
     bool reverse_rows;   /* the first scanline is the bottom or right one */
     bool reverse_pixels; /* the first pixel is the right or bottom one */
     bool xyz;
-    float scale[3];  /* undoes exposure and colour correction; 1 for XYZ */
-    float matrix[9]; /* XYZ to RGB, exposure undone; row-major */
-    size_t data;     /* offset of the first scanline */
+    float scale[3];  /* inverse of exposure and colour correction; 1 for XYZ */
+    float matrix[9]; /* XYZ to RGB, times the inverse of exposure; row-major */
+    size_t data;     /* offset of the first scanline, in bytes */
 } ibl_rgbe_header;
 
-/* The most bytes of a picture with this beginning, and 1 MiB after it. */
+/* Maximum bytes of a picture with this beginning, plus 1 MiB after it. */
 uint64_t ibl_rgbe_longest(const void *bytes, size_t size);
 
-/* Reads the header; of a file as much as that takes. */
+/* Parses the header; reads no more of a file than needed. */
 ibl_status ibl_rgbe_parse(const ibl_input *in, ibl_rgbe_header *header);
 
-/* No scanline takes more bytes than this and has no fault. */
+/* Maximum bytes of a valid scanline. */
 size_t ibl_rgbe_most_bytes(const ibl_rgbe_header *header);
 
 #endif

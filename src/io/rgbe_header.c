@@ -12,7 +12,7 @@
 #include "io/colour_space.h"
 #include "io/rgbe.h"
 
-/* The values of the lines; EXPOSURE and COLORCORR multiply. */
+/* Values of header lines; repeated EXPOSURE and COLORCORR multiply. */
 struct variables {
     bool has_format, xyz;
     double exposure;
@@ -25,9 +25,9 @@ static const double default_primaries[8] = {0.640, 0.330, 0.290,     0.600,
                                             0.150, 0.060, 1.0 / 3.0, 1.0 / 3.0};
 
 enum {
-    FIRST_BYTES = 1 << 16, /* where a header has mostly ended */
-    MOST_BYTES = 1 << 26,  /* longer ones are taken for damage */
-    BEYOND_BYTES = 1 << 20 /* after the pixels */
+    FIRST_BYTES = 1 << 16, /* most headers are shorter */
+    MOST_BYTES = 1 << 26,  /* longer headers are taken for damage */
+    BEYOND_BYTES = 1 << 20 /* allowed after the pixels */
 };
 
 static bool is_blank(char c)
@@ -55,7 +55,7 @@ static bool is_digit(char c)
     return c >= '0' && c <= '9';
 }
 
-/* A decimal number, the same in every locale. */
+/* Reads a decimal number; does not depend on the locale. */
 static bool take_number(char **t, double *value)
 {
     uint64_t digits = 0;
@@ -88,7 +88,7 @@ static bool take_number(char **t, double *value)
         exponent += n < -9999 ? -9999 : n > 9999 ? 9999 : (int)n;
     }
     if (!digits)
-        exponent = 0; /* 0e9999 is 0, and not 0 * Inf */
+        exponent = 0; /* 0e9999 is 0, not 0 * Inf */
     *value = exponent < 0 ? (double)digits / pow(10, -exponent)
                           : (double)digits * pow(10, exponent);
     if (negative)
@@ -96,7 +96,7 @@ static bool take_number(char **t, double *value)
     return true;
 }
 
-/* A file whose first line ends with a bare CR has CR for line ends. */
+/* The line end: CR if the first line ends with a CR without LF, else LF. */
 static char line_end(const char *text, size_t size)
 {
     size_t n = 0;
@@ -105,7 +105,7 @@ static char line_end(const char *text, size_t size)
     return n + 1 < size && text[n] == '\r' && text[n + 1] != '\n' ? '\r' : '\n';
 }
 
-/* Takes the next line and cuts off its end; NULL: none has an end. */
+/* Takes the next line and removes its end; NULL: no line end found. */
 static char *next_line(char **rest, char end)
 {
     char *line = *rest, *stop = strchr(line, end);
@@ -118,8 +118,8 @@ static char *next_line(char **rest, char end)
     return line;
 }
 
-/* NAME=, with blanks around the sign. A line that begins with blanks is the
- * history of a picture that this one was made from. */
+/* Takes NAME=, with blanks around the sign. Lines that begin with blanks are
+ * the history of the source picture and do not match. */
 static bool take_name(char **line, const char *name)
 {
     char *t = *line;
@@ -133,8 +133,8 @@ static bool take_name(char **line, const char *name)
     return true;
 }
 
-/* Factors above 0. A 0, which Filament's cmgen writes for EXPOSURE, cannot have
- * been one: it is passed over. */
+/* Reads positive factors. Ignores a 0: it cannot have been a factor, but
+ * Filament's cmgen writes it for EXPOSURE. */
 static ibl_status take_factors(const ibl_input *in, const char *what,
                                char *value, double *factors, int count)
 {
@@ -194,15 +194,15 @@ static ibl_status take_line(const ibl_input *in, char *line,
     return IBL_OK;
 }
 
-/* Whether a line can only be the resolution: +X, -X, +Y or -Y, a blank. */
+/* Whether only a resolution begins so: +X, -X, +Y or -Y, then a blank. */
 static bool is_resolution(const char *line, size_t size)
 {
     return size > 2 && (line[0] == '+' || line[0] == '-') &&
            (line[1] == 'X' || line[1] == 'Y') && is_blank(line[2]);
 }
 
-/* An edge, which may be any text of digits; more than int holds is as wrong
- * as INT_MAX. */
+/* Reads one axis and its edge, any decimal number. Values above INT_MAX become
+ * INT_MAX, which is equally wrong. */
 static bool take_axis(char **t, char axis, bool *decreasing, int *edge)
 {
     double value;
@@ -216,9 +216,9 @@ static bool take_axis(char **t, char axis, bool *decreasing, int *edge)
     return *edge == value;
 }
 
-/* The eight orientations. The picture's X grows to the right and its Y up, so
- * rows that run with -Y begin at the top. False: it is no resolution, or has an
- * edge of no map. */
+/* Reads one of the eight orientations. X grows to the right and Y up: rows in
+ * -Y order begin at the top. False: no resolution (*is_one is false too), or an
+ * edge that is not allowed. */
 static bool take_edges(char *line, ibl_rgbe_header *h, bool *is_one)
 {
     char *t = line;
@@ -259,7 +259,7 @@ static ibl_status take_resolution(const ibl_input *in, char *line,
         ibl_quote(line, text));
 }
 
-/* Turns the variables into the factors that the pixels need. */
+/* Computes the factors for the pixels from the variables. */
 static ibl_status set_factors(const ibl_input *in, const struct variables *v,
                               ibl_rgbe_header *h)
 {
@@ -290,8 +290,8 @@ static ibl_status set_factors(const ibl_input *in, const struct variables *v,
     return IBL_OK;
 }
 
-/* Finds the resolution, or the first line after a blank one, and what follows
- * it. False: the text ends before that. */
+/* Finds the resolution line, or the first line after a blank one, and the
+ * offset after it. False: the text ends before that. */
 static bool find_end(const char *text, size_t size, size_t *last, size_t *after)
 {
     const char end = line_end(text, size);
@@ -328,7 +328,7 @@ uint64_t ibl_rgbe_longest(const void *bytes, size_t size)
     return after + (uint64_t)h.rows * ibl_rgbe_most_bytes(&h) + BEYOND_BYTES;
 }
 
-/* Parses a text that ends in a zero, up to the line at `last`. */
+/* Parses a zero-terminated text up to the line at `last`. */
 static ibl_status parse_text(const ibl_input *in, char *text, size_t last,
                              bool ends, ibl_rgbe_header *h)
 {
@@ -362,7 +362,7 @@ static ibl_status parse_text(const ibl_input *in, char *text, size_t last,
     return set_factors(in, &v, h);
 }
 
-/* Tries with the first bytes of the file; false: they are too few. */
+/* Tries to parse the first `room` bytes of the file; false: too few. */
 static bool parse_first(const ibl_input *in, size_t room, ibl_rgbe_header *h,
                         ibl_status *status)
 {

@@ -8,7 +8,7 @@
 #include "kern/max_finite.h"
 
 enum {
-    JOB_PIXELS = 1 << 16 /* looked at in much less than a millisecond */
+    JOB_PIXELS = 1 << 16 /* take much less than a millisecond */
 };
 
 ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb, uint32_t *most)

@@ -15,7 +15,7 @@
 #include "io/rows.h"
 
 enum {
-    SNIFF_BYTES = 64 /* that identify the kind of a file */
+    SNIFF_BYTES = 64 /* enough to identify the kind of a file */
 };
 
 struct ibl_source {
@@ -26,8 +26,8 @@ struct ibl_source {
     ibl_alpha_range alpha;
     bool strict;
     bool straight;     /* colours are not multiplied by alpha yet */
-    int row;           /* the next */
-    ibl_status status; /* of a read that failed */
+    int row;           /* the next row to read */
+    ibl_status status; /* of the first read that failed */
     char name[];
 };
 
@@ -44,7 +44,7 @@ const char *ibl_alpha_name(ibl_alpha alpha)
 
 /* ---- the kind of a file --------------------------------------------- */
 
-/* size bytes at offset of the file. */
+/* `size` bytes at `offset` in a file identify its kind. */
 typedef struct signature {
     unsigned char offset, size;
     char bytes[14];
@@ -91,8 +91,7 @@ static bool is_pnm(const unsigned char *b, size_t size)
             b[2] == '#');
 }
 
-/* Of an image that the bridge would have to read: its name for people and
- * OpenImageIO's; NULL: unknown. */
+/* Finds the kind of an image that only the bridge reads; NULL: unknown. */
 static const signature *sniff(const unsigned char *bytes, size_t size)
 {
     static const signature pnm = {.kind = "PNM", .reader = "pnm"};
@@ -166,7 +165,7 @@ static ibl_status check_options(ibl_ctx *ctx, const ibl_read_options *opts)
     return IBL_OK;
 }
 
-/* Opens a file, or, with bytes, memory that must stay until all rows have been
+/* Opens a file or, if bytes is set, memory that must stay until all rows are
  * read. */
 static ibl_status open_source(ibl_ctx *ctx, const char *name, const void *bytes,
                               size_t size, const ibl_read_options *given,
@@ -250,7 +249,7 @@ const ibl_read_report *ibl_source_report(const ibl_source *source)
     return &source->rows->report;
 }
 
-/* As report_mended, of alpha. */
+/* Like report_mended, for alpha. */
 static ibl_status report_alpha(const ibl_source *s)
 {
     const ibl_read_report *r = &s->rows->report;
@@ -281,7 +280,7 @@ static ibl_status report_alpha(const ibl_source *s)
     return IBL_OK;
 }
 
-/* After the last row: warns of what was mended, or refuses it. */
+/* After the last row: warns of mended values or, if strict, refuses them. */
 static ibl_status report_mended(const ibl_source *s)
 {
     const ibl_read_report *r = &s->rows->report;
@@ -307,7 +306,7 @@ static ibl_status report_mended(const ibl_source *s)
     return report_alpha(s);
 }
 
-/* Alpha of the next rows, whose colours are there. */
+/* Mends alpha of the next rows and applies it to their colours. */
 static void apply_alpha(ibl_source *s, int rows, float *rgb)
 {
     const size_t width = (size_t)s->rows->width;

@@ -53,7 +53,7 @@ size_t ibl_texture_offset(const ibl_texture *tex, int level, int face)
 /* ---- cubes and LUTs ------------------------------------------------- */
 
 enum {
-    JOB_TEXELS = 1 << 14 /* well under a millisecond */
+    JOB_TEXELS = 1 << 14 /* take well under a millisecond */
 };
 
 typedef struct encoding {
@@ -76,7 +76,7 @@ static void encode_job(void *arg, int job, int worker)
                            e->dst + first * e->texel_bytes);
 }
 
-/* Encodes texels to dst on the pool; *beyond is their count. */
+/* Encodes texels to dst on the pool. *beyond: components over the maximum. */
 static ibl_status encode_texels(ibl_ctx *ctx, ibl_pixel pixel, const float *src,
                                 size_t texels, unsigned char *dst,
                                 size_t *beyond)
@@ -96,7 +96,7 @@ static ibl_status encode_texels(ibl_ctx *ctx, ibl_pixel pixel, const float *src,
     return status;
 }
 
-/* Gives tex, whose shape is set, its data. */
+/* Allocates and encodes the data of tex, whose shape is set. */
 static ibl_status fill_texture(ibl_ctx *ctx, const float *src, size_t texels,
                                ibl_texture *tex, size_t *beyond)
 {
@@ -121,7 +121,8 @@ static ibl_status check_pixel(ibl_ctx *ctx, ibl_pixel pixel, int channels,
     return IBL_OK;
 }
 
-/* Encodes a level again if values exceed the largest of the pixel. */
+/* If a level exceeds the pixel format's maximum, clips or spreads the excess
+ * and encodes the level again. */
 static ibl_status settle_level(ibl_ctx *ctx, const ibl_cube *cube, int level,
                                ibl_overflow overflow, ibl_texture *tex,
                                ibl_overflow_level *report)

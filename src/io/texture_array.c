@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* Arrays of textures, put together and taken apart. */
+/* Joins textures to arrays and takes arrays apart. */
 #include <string.h>
 
 #include "core/alloc.h"
 #include "io/container.h"
 
-/* The shape of tex with `layers` layers, and memory for its texels. */
+/* Sets out to tex's shape with `layers` layers and allocates its texels. */
 static ibl_status begin(ibl_ctx *ctx, const ibl_texture *tex, int layers,
                         ibl_texture *out)
 {
@@ -24,7 +24,7 @@ static ibl_status begin(ibl_ctx *ctx, const ibl_texture *tex, int layers,
     return IBL_OK;
 }
 
-/* Copies count layers, in each level one piece. */
+/* Copies count layers; in each level they are one block. */
 static void copy_layers(const ibl_texture *tex, int from, int count,
                         ibl_texture *out, int to)
 {
@@ -35,7 +35,7 @@ static void copy_layers(const ibl_texture *tex, int from, int count,
                    ibl_texture_face_bytes(tex, l));
 }
 
-/* Adds tex's keys, all or those that have the same value in each of layers. */
+/* Copies the keys of tex that have the same value in all `count` layers. */
 static ibl_status add_keys(ibl_ctx *ctx, const ibl_texture *tex,
                            const ibl_texture *const *layers, int count,
                            ibl_texture *out)
@@ -111,7 +111,7 @@ ibl_status ibl_texture_array(ibl_ctx *ctx, const ibl_texture *const *layers,
     return status;
 }
 
-/* Whether tex can be a layer. */
+/* Checks that tex can be a layer. */
 static ibl_status check_layer(ibl_ctx *ctx, const ibl_texture *tex)
 {
     const ibl_status status = ibl_texture_check(ctx, tex);

@@ -7,7 +7,7 @@
 
 #include "io/input.h"
 
-/* An integer of 1 to 8 bytes, which are there. */
+/* An integer of 1 to 8 bytes; the caller has checked the offset. */
 static uint64_t get(const ibl_input *in, uint64_t offset, int count)
 {
     uint64_t n = 0;
@@ -37,7 +37,7 @@ static bool is_chunk(const ibl_input *in, uint64_t at, const char *type)
     return !memcmp(in->bytes + at + 4, type, 4);
 }
 
-/* IHDR is first and holds a size, a depth and a colour type. */
+/* Checks IHDR, the first chunk: size, depth and colour type. */
 static const char *check_png_header(const ibl_input *in, uint64_t at,
                                     uint64_t length)
 {
@@ -135,7 +135,7 @@ enum {
 
 typedef struct tiff_array {
     uint64_t count, at;
-    int size; /* of an item; 0: there is no such tag */
+    int size; /* bytes of an item; 0: the tag is missing */
 } tiff_array;
 
 static int tiff_type_size(unsigned type)
@@ -143,13 +143,13 @@ static int tiff_type_size(unsigned type)
     return type == 3 ? 2 : type == 4 ? 4 : type == 16 ? 8 : 0;
 }
 
-/* The strips and tiles of a directory lie within the file. */
+/* Checks that the strips and tiles of a directory lie within the file. */
 static const char *check_tiff_data(const ibl_input *in,
                                    const tiff_array *offsets,
                                    const tiff_array *bytes)
 {
     if (!offsets->size || !bytes->size)
-        return NULL; /* to be complained about by the reader */
+        return NULL; /* the reader reports this */
     if (offsets->count != bytes->count ||
         !ibl_input_has(in, offsets->at,
                        offsets->count * (uint64_t)offsets->size) ||
@@ -213,7 +213,7 @@ const char *ibl_truncation_check(const char *reader, const unsigned char *bytes,
                                  size_t size)
 {
     ibl_input v = ibl_input_of(NULL, NULL, bytes, size);
-    v.swap = true; /* but for TIFF, which says so */
+    v.swap = true; /* except TIFF, which states its order */
     if (!reader || size < 4)
         return NULL;
     if (!strcmp(reader, "png"))

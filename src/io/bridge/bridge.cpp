@@ -34,31 +34,31 @@ enum class storage {
 } // namespace
 
 struct ibl_bridge {
-    // The proxy goes after the reader that uses it.
+    // Declared before input: the proxy must be destroyed after its reader.
     std::unique_ptr<Filesystem::IOMemReader> memory;
     std::unique_ptr<ImageInput> input;
     ImageSpec spec;
     int subimage = 0;
     int channel[3] = {0, 0, 0};
-    int alpha = -1; // its channel
+    int alpha = -1; // index of the alpha channel; -1: none
     storage kind = storage::floats;
-    int x0 = 0, y0 = 0, width = 0, height = 0; // the display window
+    int x0 = 0, y0 = 0, width = 0, height = 0; // display window
     // Rows strip_y..strip_end-1 of the data window, channels first..last.
     std::vector<float> strip;
     int first = 0, last = 0;
     int strip_y = 0, strip_end = 0;
-    std::vector<float> table; // sRGB of 16-bit integers
+    std::vector<float> table; // linear values of 16-bit sRGB
 };
 
 namespace
 {
 
 const int strip_rows = 64;
-// Rows longer than this are decoded by one thread, to bound the memory.
+// Longer rows are decoded by one thread, to bound the memory.
 const int wide_pixels = 8192;
 
-// OpenImageIO's queue of tasks is not built for ThreadSanitizer, which then
-// cannot see what it synchronises.
+// ThreadSanitizer cannot see the synchronisation of OpenImageIO's task queue,
+// which is not built for it.
 #if defined(__has_feature)
 #if __has_feature(thread_sanitizer)
 #define ONE_THREAD 1
@@ -91,7 +91,7 @@ void say(char *message, const std::string &text)
     }
 }
 
-// Runs f and turns what it throws into a result and a message.
+// Runs f and converts exceptions to a result and a message.
 template <typename F> ibl_bridge_result guarded(char *message, F f)
 {
     try {
@@ -120,7 +120,7 @@ std::string complaint(ImageInput &input, const char *otherwise)
     return text.empty() ? otherwise : text;
 }
 
-// Stored colours, not premultiplied ones, and no reader's own colour changes.
+// Asks for colours as stored, not premultiplied.
 ImageSpec hints(ibl_bridge &b)
 {
     ImageSpec config;
@@ -156,8 +156,8 @@ void open_as(ibl_bridge &b, const ibl_bridge_request &r, const char *reader)
                       complaint(*b.input, "its header cannot be read")};
 }
 
-// Every reader but those that take anything (films, text terminals, raw
-// volumes) or that are no pictures of the world.
+// Tries all readers except those that accept anything (films, text terminals,
+// raw volumes) or whose files are not pictures of the world.
 void open_any(ibl_bridge &b, const ibl_bridge_request &r)
 {
     static const char *const unwanted[] = {"ffmpeg", "null",  "term", "openvdb",
@@ -198,7 +198,8 @@ int find_channel(const ImageSpec &spec, const char *name)
     return -1;
 }
 
-// The asked channels; else R, G, B by name, the first three, or one thrice.
+// Chooses the requested channels; else R, G, B by name, the first three, or
+// three times the first.
 void choose_channels(ibl_bridge &b, const ibl_bridge_request &r)
 {
     static const char *const rgb[] = {"R", "G", "B"};
@@ -220,7 +221,7 @@ void choose_channels(ibl_bridge &b, const ibl_bridge_request &r)
         b.channel[c] = grey ? 0 : c;
 }
 
-// What is to be alpha: asked for by name, or what the reader says it is.
+// Chooses alpha: the requested name, else the reader's alpha channel.
 void choose_alpha(ibl_bridge &b, const ibl_bridge_request &r)
 {
     if (!r.want_alpha)
@@ -251,8 +252,8 @@ void seek(ibl_bridge &b)
         throw failure{IBL_BRIDGE_FORMAT, "it is a volume, not an image"};
 }
 
-// How the wanted channels are stored. OpenEXR's uints are numbers, every
-// other integer is a fraction of its largest.
+// How the channels are stored. OpenEXR's uints are numbers; other integers are
+// fractions of the largest.
 storage storage_of(const ibl_bridge &b)
 {
     const TypeDesc type = b.spec.channelformat(b.channel[0]);
@@ -284,7 +285,7 @@ void describe(const ibl_bridge &b, ibl_bridge_info *info)
                       double(b.spec.pixel_bytes(true));
     info->low_range = b.kind == storage::shorts || b.kind == storage::fractions;
     info->has_alpha = b.alpha >= 0;
-    // Set where the file is so and hints were heard, else it is premultiplied.
+    // The reader sets it if the colours are straight and it obeyed the hint.
     info->straight = b.spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
     std::snprintf(info->format, sizeof info->format, "%s, %s",
                   b.input->format_name(),
@@ -297,9 +298,9 @@ double srgb_to_linear(double v)
     return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
 }
 
-// Where the data window's pixels go in the map.
+// The visible pixels of the data window.
 struct placement {
-    int x0, x1, y0, y1; // shown pixels, ends not included
+    int x0, x1, y0, y1; // excluding x1 and y1
 };
 
 placement place(const ibl_bridge &b)
@@ -314,7 +315,7 @@ placement place(const ibl_bridge &b)
     return p;
 }
 
-// Rows y0..y1-1 of the data window to the strip.
+// Reads rows y0..y1-1 of the data window into the strip.
 void read_rows(ibl_bridge &b, int y0, int y1)
 {
     const TypeDesc type =
@@ -332,12 +333,12 @@ void read_rows(ibl_bridge &b, int y0, int y1)
                       complaint(in, "its pixels cannot be read")};
 }
 
-// A sample of the strip as it was read to the number that it stands for.
+// Converts a sample of the strip to the value that it represents.
 float convert(const ibl_bridge &b, float v, bool is_alpha)
 {
     uint32_t count;
     switch (b.kind) {
-    case storage::counts: // the bits of an integer
+    case storage::counts: // v holds the bits of an integer
         std::memcpy(&count, &v, sizeof count);
         return float(count);
     case storage::shorts: {
@@ -353,8 +354,8 @@ float convert(const ibl_bridge &b, float v, bool is_alpha)
     return v;
 }
 
-// The strip that has row y of the data window; of tiled files whole rows of
-// tiles.
+// Reads the strip that contains row y of the data window; in tiled files a
+// strip is whole rows of tiles.
 void load_strip(ibl_bridge &b, int y)
 {
     const int tile = std::max(b.spec.tile_height, 1);
@@ -437,7 +438,7 @@ EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
         attribute("threads", threads);
         attribute("try_all_readers", 0);
         std::unique_ptr<ibl_bridge> b = open(*request, threads);
-        // OpenEXR keeps two blocks for each of its threads, of up to 256 rows.
+        // Each OpenEXR thread keeps two blocks of up to 256 rows.
         if (threads > 1 && b->spec.width > wide_pixels)
             b = open(*request, 1);
         b->subimage = request->subimage;
