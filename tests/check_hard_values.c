@@ -137,4 +137,5 @@ TEST(rgbe_without_exponent)
         CHECK(map.data[c] == 0 && !signbit(map.data[c]));
         CHECK(map.data[3 + c] == ldexpf(pixels[c], 1 - 136));
     }
+    ibl_image_free(&map);
 }
