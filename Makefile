@@ -228,7 +228,7 @@ $(BUILD)/tests/check_view_steady: TEST_LIBS = -Wl,--wrap=malloc \
 $(BUILD)/tests/check_view_probe_set: TEST_LIBS = -Wl,--wrap=clock_gettime
 # Frames that take as long as a test says.
 $(BUILD)/tests/check_view_title $(BUILD)/tests/check_view_truth: \
-    TEST_LIBS = -Wl,--wrap=view_clock
+    TEST_LIBS = -Wl,--wrap=ibl_now
 
 VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_room \
                        $(BUILD)/tests/bench_capture, \

@@ -13,8 +13,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "common/clock.h"
 #include "view/capture.h"
-#include "view/clock.h"
 
 enum {
     RUNS = 7, /* of large captures fewer */
@@ -100,9 +100,9 @@ static void update(job *j, int method, double ms[PARTS])
     ms[ALL] = ms[LONGEST] = 0;
     ms[CPU] = -test_ms(CLOCK_PROCESS_CPUTIME_ID);
     while (state == VIEW_CAPTURE_BEGUN) {
-        const double begin = view_clock();
+        const double begin = ibl_now();
         state = view_capture_update(c, &shot, 1);
-        const double step = 1e3 * (view_clock() - begin);
+        const double step = 1e3 * (ibl_now() - begin);
         ms[ALL] += step;
         ms[LONGEST] = fmax(ms[LONGEST], step);
     }

@@ -9,8 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/clock.h"
 #include "view/baked_set.h"
-#include "view/clock.h"
 #include "view/scene_locals.h"
 #include "view/upload.h"
 
@@ -22,17 +22,18 @@ static bool load(const baked_set *set, view_room_draw *d)
 {
     view_room_environment *e = &d->environment;
 
-    e->specular = view_upload(&set->texture[VIEW_SPECULAR], "specular");
-    e->irradiance = view_upload(&set->texture[VIEW_IRRADIANCE], "irradiance");
+    e->specular = view_upload(&set->texture[VIEW_SPECULAR], false, "specular");
+    e->irradiance =
+        view_upload(&set->texture[VIEW_IRRADIANCE], false, "irradiance");
     e->sky = set->texture[VIEW_SKY].data
-                 ? view_upload(&set->texture[VIEW_SKY], "sky")
+                 ? view_upload(&set->texture[VIEW_SKY], false, "sky")
                  : e->specular;
     e->lod[0] = (float)set->lod_scale;
     e->lod[1] = (float)set->lod_offset;
     e->lod[2] = (float)(set->texture[VIEW_SPECULAR].levels - 1);
     e->lod[3] = (float)set->mapping;
     e->irradiance_scale = (float)set->irradiance_scale;
-    d->table = view_upload(&set->texture[VIEW_LUT], "table");
+    d->table = view_upload(&set->texture[VIEW_LUT], false, "table");
     return e->specular && e->irradiance && e->sky && d->table;
 }
 
@@ -106,10 +107,10 @@ static double draw(bench *b, int i)
     d.untiled = cases[i].untiled;
     room_target_bind(&lit.target);
     gl.Finish();
-    const double before = view_clock();
+    const double before = ibl_now();
     view_room_render(lit.room, &d);
     gl.Finish();
-    return 1e3 * (view_clock() - before);
+    return 1e3 * (ibl_now() - before);
 }
 
 /* Each in turn, so that other load on the machine is in all of them. */

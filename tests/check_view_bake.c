@@ -34,7 +34,7 @@ TEST(bake_is_that_of_the_program)
     CHECK(!view_set_changed(&made, 0));
     CHECK(made.seen[VIEW_MAP].size > 0);
     if (!TEST_SANITIZED) {
-        NEED(view_set_bake_image(ctx, "sky", &map, NULL, &image));
+        NEED(sets_bake_image(ctx, "sky", &map, NULL, &image));
         sets_check_same(&read, &image, "baked from memory");
         CHECK(!image.path[VIEW_MAP]);
         view_set_free(&image);

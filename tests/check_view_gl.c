@@ -84,7 +84,7 @@ TEST(context)
     CHECK(view_gl_check("context"));
     view_test_close();
 
-    view_screen *screen = view_screen_memory(31, 7);
+    view_screen *screen = view_screen_memory(31, 7, NULL);
     GLint viewport[4];
     NEED(screen);
     gl.GetIntegerv(GL_VIEWPORT, viewport);
@@ -99,14 +99,14 @@ TEST(library_missing)
     static const char *const others[] = {"libm.so.6", NULL};
 
     view_test_catch();
-    CHECK(!view_screen_memory_from(names, 8, 8));
+    CHECK(!view_screen_memory(8, 8, names));
     const char *said = view_test_caught();
     CHECK_MSG(!strcmp(said, "iblview: pictures without a display need OSMesa, "
                             "and libNoSuchMesa.so.8 cannot be opened: install "
                             "package libosmesa6\n"),
               "%s", said);
     view_test_catch();
-    CHECK(!view_screen_memory_from(others, 8, 8));
+    CHECK(!view_screen_memory(8, 8, others));
     said = view_test_caught();
     CHECK_MSG(strstr(said, "older than 11.2"), "%s", said);
 }
@@ -116,11 +116,11 @@ TEST(too_large)
     view_test_begin(8, 8);
     view_test_close();
     view_test_catch();
-    CHECK(!view_screen_memory(40000, 2));
+    CHECK(!view_screen_memory(40000, 2, NULL));
     const char *said = view_test_caught();
     CHECK_MSG(strstr(said, "not 40000 x 2: ask"), "%s", said);
     view_test_catch();
-    CHECK(!view_screen_memory(2, 40000));
+    CHECK(!view_screen_memory(2, 40000, NULL));
     said = view_test_caught();
     CHECK_MSG(strstr(said, "not 2 x 40000: ask"), "%s", said);
 }

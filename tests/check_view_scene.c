@@ -295,7 +295,7 @@ TEST(turns)
         CHECK_NEAR(e[1], d[1], 0);
         CHECK_NEAR(e[0] * d[0] + e[2] * d[2],
                    (d[0] * d[0] + d[2] * d[2]) * cos(a * degree), 1e-12);
-        view_unturn(a, e, back);
+        view_turn(-a, e, back);
         for (int k = 0; k < 3; k++)
             CHECK_NEAR(back[k], d[k], 1e-12);
     }
@@ -322,15 +322,16 @@ TEST(frame)
     s.mode = VIEW_LEVELS;
     s.level = 2;
     view_frame_fill(&f, &s, &set, 320, 200);
-    CHECK(f.display[0] == 0.125f && f.display[3] == 0);
+    CHECK(f.display[0] == 0.125f && f.shading[3] == 0);
     CHECK(f.lod[0] == 5 && f.lod[1] == -0.5f && f.lod[2] == 5 && f.lod[3] == 1);
     CHECK(f.diffuse[0] == 0.25f && f.diffuse[1] == 1);
     CHECK(f.sh[3][2] == 7 && f.sh[4][0] == 0);
     CHECK(f.viewport[0] == 320 && f.viewport[3] == 1.0f / 200);
     CHECK_NEAR(f.turn[1], 1, 1e-7);
-    CHECK(f.choice[3] == 1 && f.show[2] == VIEW_DIFFERENCE && f.show[3] == 1);
+    CHECK(f.shading[1] == 1 && f.show[2] == VIEW_DIFFERENCE &&
+          f.shading[2] == 1);
     CHECK(f.light_intensity[0][0] > 0 && f.light_intensity[1][0] == 0);
-    CHECK(f.inspect[0] == VIEW_LEVELS && f.inspect[2] == 2);
+    CHECK(f.choice[0] == VIEW_LEVELS && f.choice[3] == 2);
     /* Frames are compared by their bytes. */
     memset(&again, 255, sizeof again);
     view_frame_fill(&again, &s, &set, 320, 200);

@@ -283,7 +283,7 @@ TEST(clipped_sun)
     opts.size = 64;
     opts.levels = 4;
     view_test_catch();
-    const bool ok = view_set_bake_image(ctx, "sun", &map, &opts, &baked);
+    const bool ok = sets_bake_image(ctx, "sun", &map, &opts, &baked);
     const char *said = view_test_caught();
     NEED(ok);
     CHECK(strstr(said, "beyond 65504"));
@@ -326,7 +326,7 @@ TEST(harmonics_are_irradiance)
     opts.size = 16;
     for (int turned = 0; turned < 2; turned++) {
         opts.yaw_deg = turned ? 90 : 0;
-        NEED(view_set_bake_image(ctx, "linear", &map, &opts, &set));
+        NEED(sets_bake_image(ctx, "linear", &map, &opts, &set));
         CHECK(set.sh_degree == VIEW_SH_DEGREE);
         for (int face = 0; face < 6; face++) {
             double w[3], rgb[3];

@@ -259,7 +259,7 @@ static void bake_sky(ibl_ctx *ctx, int size, baked_set *set)
     o.size = size;
     o.levels = 1;
     NEED(!ibl_image_read(ctx, test_data("sky.exr"), NULL, &map, NULL));
-    NEED(view_set_bake_image(ctx, "sky", &map, &o, set));
+    NEED(sets_bake_image(ctx, "sky", &map, &o, set));
     ibl_image_free(&map);
 }
 
@@ -440,7 +440,7 @@ static void count_pixels(const view_camera *c, const view_room_draw *d,
     double l[3], ray[3];
 
     *n = (counts){0};
-    view_unturn(e->turn, e->sun.direction, l);
+    view_turn(-e->turn, e->sun.direction, l);
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
         const room_hit h = hit_of(c, d, i, ray);
         const double n_l = h.what >= 0 ? test_dot(h.normal, l) : 0;
@@ -620,8 +620,9 @@ static ibl_image map_of(ibl_ctx *ctx, const disc *s)
 
 static bool use_set(const baked_set *set, view_room_environment *e)
 {
-    e->specular = view_upload(&set->texture[VIEW_SPECULAR], "specular");
-    e->irradiance = view_upload(&set->texture[VIEW_IRRADIANCE], "irradiance");
+    e->specular = view_upload(&set->texture[VIEW_SPECULAR], false, "specular");
+    e->irradiance =
+        view_upload(&set->texture[VIEW_IRRADIANCE], false, "irradiance");
     e->lod[0] = (float)set->lod_scale;
     e->lod[1] = (float)set->lod_offset;
     e->lod[2] = (float)(set->texture[VIEW_SPECULAR].levels - 1);
@@ -645,7 +646,7 @@ TEST(is_not_counted_twice)
     const view_camera c = room_camera(eye, at, 70, WIDTH, HEIGHT);
     view_room_draw d = sunny_draw(&c, &(view_room_sun){0});
     counts n;
-    NEED(view_set_bake_image(ctx, "sun", &map, NULL, &set) &&
+    NEED(sets_bake_image(ctx, "sun", &map, NULL, &set) &&
          use_set(&set, &d.environment));
     d.dynamic = (view_probe_maps){0};
     CHECK(view_room_sun_shines(&d.environment.sun));

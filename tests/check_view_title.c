@@ -6,11 +6,11 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/clock.h"
 #include "sets.h"
 #include "test.h"
 #include "view.h"
 #include "view/app.h"
-#include "view/clock.h"
 #include "view/gl.h"
 #include "view/key_bindings.h"
 
@@ -22,9 +22,9 @@ enum {
 /* Everyone's clock, and how much it goes on by whenever it is looked at. */
 static double now, tick;
 
-double __wrap_view_clock(void);
+double __wrap_ibl_now(void);
 
-double __wrap_view_clock(void)
+double __wrap_ibl_now(void)
 {
     return now += tick;
 }
@@ -252,7 +252,7 @@ TEST(goes_back_without_room)
     real_image = gl.TexImage3D;
     gl.TexImage3D = scarce_image;
     most_layers = 2 * IBL_FACES;
-    app.begun = view_clock();
+    app.begun = ibl_now();
     app.settings.probes = 2;
     CHECK(view_app_draw(&app, false));
     for (int i = 0; i < 2; i++)

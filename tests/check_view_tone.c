@@ -450,7 +450,7 @@ TEST(differences_are_amplified)
         CHECK_MSG(!bad, "gain %d: %d are off", gain, bad);
     }
     /* Maps are compared with nothing, and are not there where alpha is 0. */
-    on.frame.inspect[0] = VIEW_LEVELS;
+    on.frame.choice[0] = VIEW_LEVELS;
     on.frame.display[0] = 1;
     on.picture[0][7][0][3] = 0;
     draw();

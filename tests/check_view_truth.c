@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "ibl/reference.h"
+#include "sets.h"
 #include "shade.h"
 #include "test.h"
 #include "truth.h"
@@ -76,7 +77,7 @@ static bool bake(void (*fill)(ibl_image *), double roughness_min,
     if (ibl_image_alloc(on.ctx, 64, 32, &map) != IBL_OK)
         return false;
     fill(&map);
-    ok = view_set_bake_image(on.ctx, "test", &map, &opts, set);
+    ok = sets_bake_image(on.ctx, "test", &map, &opts, set);
     ibl_image_free(&map);
     return ok;
 }
@@ -163,7 +164,7 @@ static field make_field(void)
         double d[3];
         truth_cube_direction(n, i / n / n, x, y, d);
         shade_cube(&f.cube, 0, d, f.light[i]);
-        view_unturn(f.turn, d, f.d[i]);
+        view_turn(-f.turn, d, f.d[i]);
         f.solid_angle[i] = ibl_cube_solid_angle(n, x, y);
     }
     return f;
@@ -628,9 +629,9 @@ TEST(rest)
 /* Everyone's clock, and how much it goes on by whenever it is looked at. */
 static double now, tick;
 
-double __wrap_view_clock(void);
+double __wrap_ibl_now(void);
 
-double __wrap_view_clock(void)
+double __wrap_ibl_now(void)
 {
     return now += tick;
 }

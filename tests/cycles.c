@@ -21,6 +21,7 @@
 #include <string.h>
 
 #include "ibl/io.h"
+#include "sets.h"
 #include "view.h"
 #include "view/renderer.h"
 
@@ -171,7 +172,7 @@ static bool render(const char *map, const view_settings *s, float *truth,
     bool ok = !ibl_ctx_create(NULL, &ctx) &&
               !ibl_image_read(ctx, map, NULL, &image, NULL);
     o.size = 512;
-    ok = ok && view_set_bake_image(ctx, "map", &image, &o, &set);
+    ok = ok && sets_bake_image(ctx, "map", &image, &o, &set);
     ibl_image_free(&image);
     if (!ok)
         return false;

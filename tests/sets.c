@@ -37,6 +37,15 @@ static void free_set(void *set)
     view_set_free(set);
 }
 
+bool sets_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
+                     const ibl_specular_options *opts, baked_set *set)
+{
+    const ibl_environment env = {.image = map};
+
+    *set = (baked_set){.name = strdup(name)};
+    return view_set_bake_environment(ctx, &env, opts, set);
+}
+
 void sets_white(baked_set *set)
 {
     ibl_ctx *ctx = view_test_ctx(1);
@@ -45,7 +54,7 @@ void sets_white(baked_set *set)
 
     opts.size = 16;
     opts.levels = 3;
-    NEED(view_set_bake_image(ctx, "map", &map, &opts, set));
+    NEED(sets_bake_image(ctx, "map", &map, &opts, set));
     test_defer(free_set, set);
 }
 

@@ -49,7 +49,7 @@ void view_test_begin(int width, int height)
     view_test_close();
     test_defer(close_screen, NULL);
     view_test_catch();
-    screen = view_screen_memory(width, height);
+    screen = view_screen_memory(width, height, NULL);
     const char *said = view_test_caught();
     if (!screen)
         test_skip("%.*s", (int)strcspn(said, "\n"), said);

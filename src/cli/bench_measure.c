@@ -13,6 +13,7 @@
 #include "cli/bench.h"
 #include "cli/child.h"
 #include "cli/json_text.h"
+#include "common/clock.h"
 #include "common/json_load.h"
 
 /* ---- machine --------------------------------------------------------- */
@@ -195,10 +196,9 @@ static void print_command(const ibl_bench_point *p)
 bool ibl_bench_measure(ibl_bench *b)
 {
     const int n = b->point_count, rounds = b->opts->rounds;
-    struct timespec from, to;
+    const double begun = ibl_now();
     bool ok = true;
 
-    clock_gettime(CLOCK_MONOTONIC, &from);
     for (int i = 0; i < n && b->opts->common.verbose; i++)
         print_command(&b->points[i]);
     for (int round = -1; round < rounds; round++)
@@ -210,8 +210,6 @@ bool ibl_bench_measure(ibl_bench *b)
         }
     for (int i = 0; i < n && ok; i++)
         sum_up(b, &b->points[i]);
-    clock_gettime(CLOCK_MONOTONIC, &to);
-    b->seconds = (double)(to.tv_sec - from.tv_sec) +
-                 1e-9 * (double)(to.tv_nsec - from.tv_nsec);
+    b->seconds = ibl_now() - begun;
     return ok;
 }

@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "cli/console.h"
+#include "common/clock.h"
 #include "common/signals.h"
 
 /* ---- commands -------------------------------------------------------- */

@@ -31,9 +31,6 @@ typedef struct ibl_console {
     ibl_stage_time stages[IBL_MAX_STAGES];
 } ibl_console;
 
-/* Seconds of the monotonic clock. */
-double ibl_now(void);
-
 void ibl_console_init(ibl_console *c, bool quiet, bool verbose);
 /* An ibl_progress_fn whose cookie is the console. */
 void ibl_console_progress(void *console, const char *stage, double done);

@@ -7,8 +7,8 @@
 #include "view/cube.h"
 #include "view/message.h"
 
-/* Below this part of all light, what outshines the mean is left to the lobes:
- * it is rounding in an even environment, and would only add noise. */
+/* Least share of the light above the mean that the table is made for: less is
+ * rounding in an even environment, and would only add noise. */
 static const double worth = 1.0 / 64.0;
 
 static size_t cell_of(int edge, int face, int x, int y)
@@ -16,7 +16,8 @@ static size_t cell_of(int edge, int face, int x, int y)
     return ((size_t)face * (size_t)edge + (size_t)y) * (size_t)edge + (size_t)x;
 }
 
-/* What the table is proportional to; nothing of what no light can be. */
+/* Brightness that chances are proportional to; 0 for negative and non-finite
+ * values. */
 static double brightness(const float *rgb)
 {
     const double b = (double)rgb[0] + (double)rgb[1] + (double)rgb[2];
@@ -24,8 +25,8 @@ static double brightness(const float *rgb)
     return isfinite(b) && b > 0.0 ? b : 0.0;
 }
 
-/* Means of the texels whose centres are in each cell. row: room for the texels
- * of one. */
+/* Adds the means of the texels whose centres are in each cell. row: room for
+ * one row of texels. */
 static void pool_face(const ibl_texture *cube, int face, int edge, float *row,
                       float *cells)
 {
@@ -54,8 +55,8 @@ static void pool_face(const ibl_texture *cube, int face, int edge, float *row,
 static double value_at(const float *cells, int edge, int face, int x, int y)
 {
     if (x < 0 || x >= edge || y < 0 || y >= edge) {
-        /* Half a cell beyond the edge: a direction of the next face, in the
-         * same row of cells. */
+        /* Half a cell beyond the edge: this direction meets the next face, in
+         * the same row of cells. */
         double d[3];
         ibl_cube_direction(edge, face, x, y, d);
         view_cube_texel(d, edge, &face, &x, &y);
@@ -63,8 +64,8 @@ static double value_at(const float *cells, int edge, int face, int x, int y)
     return cells[cell_of(edge, face, x, y)];
 }
 
-/* The value of a cell; at an edge, the mean with the next face's: the
- * environment on the edge, since filtering crosses it and drawing does not. */
+/* The value of a cell; at an edge of a face, its mean with the cell of the next
+ * face, since filtering crosses the edge and drawing does not. */
 static double edge_value(const float *cells, int edge, int face, int x, int y)
 {
     double value = value_at(cells, edge, face, x, y);
@@ -76,8 +77,8 @@ static double edge_value(const float *cells, int edge, int face, int x, int y)
     return value;
 }
 
-/* Cell values to the light of each above the mean. Returns the part of all
- * light that this is. */
+/* Stores the light of each cell above the mean. Returns the share of all light
+ * that this is. */
 static double take_mean_off(const float *cells, int edge, float *light)
 {
     const int face_cells = edge * edge;
@@ -101,7 +102,7 @@ static double take_mean_off(const float *cells, int edge, float *light)
     return all > 0.0 ? above / all : 0.0;
 }
 
-/* The bits of a number that stand at even places. */
+/* The bits at even places of a number, packed. */
 static int even_bits(unsigned bits)
 {
     unsigned x = 0;
@@ -111,12 +112,9 @@ static int even_bits(unsigned bits)
     return (int)x;
 }
 
-/*
- * Gives each token k the cell where the running sum of light reaches
- * (k + 1/2) / VIEW_AIM_TOKENS of all. Cells are in the order of a curve through
- * squares within squares (Morton 1966), face by face. chance: light before, the
- * chance after.
- */
+/* Gives each token k the cell where the running sum of light reaches (k + 1/2)
+ * / VIEW_AIM_TOKENS of all. Cells follow a Morton curve (Morton 1966), face by
+ * face. chance holds light before, chances after. */
 static void hand_out(int edge, float *chance, float *tokens)
 {
     const size_t count = cell_of(edge, 6, 0, 0);
@@ -154,27 +152,23 @@ bool view_aim_make(const ibl_texture *cube, view_aim *aim)
     *aim = (view_aim){0};
     aim->chance = malloc(count * sizeof *aim->chance);
     aim->tokens = malloc(VIEW_AIM_TOKENS * sizeof *aim->tokens);
-    if (!row || !cells || !aim->chance || !aim->tokens) {
+    const bool ok = row && cells && aim->chance && aim->tokens;
+    if (ok) {
+        for (int face = 0; face < 6; ++face)
+            pool_face(cube, face, edge, row, cells);
+        if (take_mean_off(cells, edge, aim->chance) > worth) {
+            hand_out(edge, aim->chance, aim->tokens);
+            aim->edge = edge;
+        }
+    } else {
         view_fail("no memory for a table of %zu cells of the environment",
                   count);
-        goto fail;
     }
-    for (int face = 0; face < 6; ++face)
-        pool_face(cube, face, edge, row, cells);
-    if (take_mean_off(cells, edge, aim->chance) > worth) {
-        hand_out(edge, aim->chance, aim->tokens);
-        aim->edge = edge;
-    } else {
+    if (!aim->edge)
         view_aim_free(aim);
-    }
     free(cells);
     free(row);
-    return true;
-fail:
-    view_aim_free(aim);
-    free(cells);
-    free(row);
-    return false;
+    return ok;
 }
 
 void view_aim_free(view_aim *aim)

@@ -7,12 +7,12 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/clock.h"
 #include "common/stderr_line.h"
-#include "view/clock.h"
 #include "view/message.h"
 #include "view/picture.h"
 
-/* Files that nobody has written to for so long are complete. */
+/* Files that were not written to for so long are complete. */
 static const double SETTLE_S = 0.25;
 
 void view_app_notice(view_app *app, const char *fmt, ...)
@@ -26,7 +26,7 @@ void view_app_notice(view_app *app, const char *fmt, ...)
     app->redraw = true;
 }
 
-/* The end of a long path tells more than its beginning. */
+/* Shows the end of a long path, which says more than its beginning. */
 void view_app_notice_path(view_app *app, const char *path)
 {
     enum {
@@ -59,8 +59,8 @@ void view_app_fit(view_app *app)
     app->redraw = true;
 }
 
-/* Shows what is in the free slot, and watches the files it is from. If that
- * fails, restores what was shown and empties the slot. */
+/* Shows the set in the free slot. If that fails, restores the previous set and
+ * empties the slot. */
 static bool show(view_app *app, const view_request *what)
 {
     baked_set *set = free_slot(app);
@@ -73,7 +73,7 @@ static bool show(view_app *app, const view_request *what)
     }
     app->set = set;
     app->drew = false;
-    view_set_free(free_slot(app)); /* what was shown */
+    view_set_free(free_slot(app)); /* the previous set */
     view_app_fit(app);
     if (app->options->verbose)
         view_report_set(set);
@@ -108,7 +108,7 @@ bool view_app_open(view_app *app, const view_request *what)
         return start_bake(app, what->path);
     if (!view_set_open(app->ctx, what, free_slot(app)) || !show(app, what))
         return false;
-    /* What was asked for before would come over it. */
+    /* A bake that was started earlier would replace this set. */
     stop_bake(app);
     return true;
 }
@@ -132,7 +132,8 @@ bool view_app_make(view_app *app)
     const view_options *o = app->options;
 
     if (o->verbose)
-        view_report_gl();
+        printf("OpenGL %s, %s\n", (const char *)gl.GetString(GL_VERSION),
+               (const char *)gl.GetString(GL_RENDERER));
     app->renderer = view_renderer_create();
     app->overlay = view_overlay_create();
     if (!app->renderer || !app->overlay)
@@ -175,7 +176,7 @@ static void tend_set(view_app *app)
 {
     if (!app->set || app->baker || !view_set_changed(app->set, SETTLE_S))
         return;
-    /* If that fails, it is tried again after the next change. */
+    /* After a failure the next attempt follows the next change. */
     view_set_seen(app->set);
     if (!view_app_open(app, &app->request))
         view_app_notice(app, "the files have changed, but cannot be shown: "
@@ -210,11 +211,12 @@ static bool draw_as_set(view_app *app, bool spread)
     view_settings now = app->settings;
 
     now.spread = spread;
-    now.seconds += view_clock() - app->begun;
+    now.seconds += ibl_now() - app->begun;
     return view_renderer_draw(app->renderer, &now, app->width, app->height);
 }
 
-/* What has just been asked for may need more memory than there is. */
+/* The new settings may need more memory than there is: returns to the last ones
+ * that could be drawn. */
 static bool go_back(view_app *app)
 {
     if (!app->drew)
@@ -244,13 +246,7 @@ bool view_app_draw(view_app *app, bool spread)
 
 /* ---- what keys do ------------------------------------------------------- */
 
-void view_app_reset(view_app *app)
-{
-    app->settings = app->options->settings;
-    view_app_fit(app);
-}
-
-/* A name that no file has yet. */
+/* Finds a name that no file has yet. */
 static bool free_name(char *path, size_t size)
 {
     for (int number = 1; number <= 999; number++) {

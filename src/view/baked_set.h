@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* A baked environment: its files, or what the library has just made of a map,
- * with how it was baked. */
+/* A baked environment, from files or from a bake in this process, and how it
+ * was baked. */
 #ifndef VIEW_BAKED_SET_H
 #define VIEW_BAKED_SET_H
 
@@ -14,45 +14,47 @@ typedef enum view_content {
     VIEW_SPECULAR,
     VIEW_IRRADIANCE,
     VIEW_LUT,
-    VIEW_SKY, /* --skybox; absent: level 0 of the specular chain is the sky */
+    VIEW_SKY, /* --skybox; if absent, level 0 of the specular chain is the sky
+               */
     VIEW_CONTENTS
 } view_content;
 
-/* Files of a set: its textures, then these. */
+/* Indices of a set's files: its textures, then these. */
 enum {
     VIEW_SIDECAR = VIEW_CONTENTS,
-    VIEW_MAP, /* that was baked here */
+    VIEW_MAP, /* the map of a set that was baked in this process */
     VIEW_FILES
 };
 
 typedef struct baked_set {
-    char *name; /* for titles: "sky" */
-    /* Texels as in the files. Only the sky may be missing; it is zeroed then.
-     * A missing table is made by ibl_bake_lut. Missing irradiance is made of
-     * level 0 as a map; if level 0 is rough or clipped by its pixel
-     * format, of the last level if its roughness is 1, else of the spherical
-     * harmonics. A note reports both. */
+    char *name; /* for titles, such as "sky" */
+    /* Texels as in the files. Only the sky may be missing; it is then zeroed. A
+     * missing table is made by ibl_bake_lut. Missing irradiance is made from
+     * level 0 as a map; if level 0 is rough or clipped, from the last level if
+     * its roughness is 1, else from the spherical harmonics. A note reports
+     * both. */
     ibl_texture texture[VIEW_CONTENTS];
     char *path[VIEW_FILES];           /* NULL: none */
-    view_file_stamp seen[VIEW_FILES]; /* just before they were read */
+    view_file_stamp seen[VIEW_FILES]; /* state just before reading */
 
     ibl_roughness_map mapping;
     double lod_scale, lod_offset;     /* as in ibl_specular_layout */
     double roughness[IBL_MAX_LEVELS]; /* of each level */
     ibl_lobe lobe;
     ibl_geometry geometry;   /* of the table */
-    double irradiance_scale; /* the map times this is E/pi; 1 for ours */
+    double irradiance_scale; /* factor from the map to E/pi; 1 for maps made
+                                here */
     /* Irradiance E/pi, not radiance: 3 for each (l, m) to sh_degree, ordered
      * and with the basis of ibl_bake_sh. sh_degree -1: none. */
-    int sh_degree; /* -1..VIEW_SH_DEGREE; higher degrees are left out */
+    int sh_degree; /* -1..VIEW_SH_DEGREE; higher degrees are dropped */
     double sh[3 * VIEW_SH_COUNT];
 } baked_set;
 
-/* What to open. */
+/* Paths of the set to open. */
 typedef struct view_request {
-    const char *path; /* a directory, a specular file or (by content, not name)
-                         an equirectangular map to bake */
-    const char *irradiance, *lut, *sky; /* NULL: found beside it */
+    const char *path; /* a directory, a specular file or, by its content, an
+                         equirectangular map to bake */
+    const char *irradiance, *lut, *sky; /* NULL: searched beside path */
 } view_request;
 
 /* Whether path is a map rather than a baked set: "-", a pipe, or a file whose
@@ -75,30 +77,33 @@ void view_set_free(baked_set *set); /* zeroed is fine */
 /* Makes the set of a map: the defaults of the library, rgba16f, sky from level
  * 0, harmonics to VIEW_SH_DEGREE. Progress goes to ctx's callback. */
 bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set);
-/* Of a map in memory (tests, probes); copies name. opts NULL: defaults. */
-bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
-                         const ibl_specular_options *opts, baked_set *set);
+/* Adds the textures of env to a set that has its name, or NULL after strdup had
+ * no memory. specular NULL: defaults. The caller frees set after a failure. */
+bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
+                               const ibl_specular_options *specular,
+                               baked_set *set);
 
 /* ---- files that change ------------------------------------------------- */
 
-/* Whether a file is another than the one that was read or seen, and all such
- * were left alone for settle seconds, longer if one is gone. Never while the
- * specular file or the map is missing. Notices changes during the reading. */
+/* Whether a file differs from the one that was last read or seen, and all such
+ * files are unchanged for `settle` seconds, longer if one is gone. Never while
+ * the specular file or the map is missing. Sees changes during the reading. */
 bool view_set_changed(const baked_set *set, double settle);
-/* Looks no more at what the files are now, until they change again. */
+/* Takes the present state of the files as seen. */
 void view_set_seen(baked_set *set);
 
 /* ---- a bake beside the window ------------------------------------------ */
 
-/* view_set_bake on its own thread. */
+/* Runs view_set_bake on a thread. */
 typedef struct view_baker view_baker;
 
 view_baker *view_baker_start(const char *path); /* NULL, with a message */
-/* The present stage, and the share of the whole bake that is done: 0..1, never
- * decreasing; true once it has ended. stage: room for 64. */
+/* Gives the present stage and the share of the whole bake that is done, 0..1,
+ * never decreasing; returns true once it has ended. stage: room for 64. */
 bool view_baker_poll(view_baker *baker, char *stage, double *done);
-/* Waits, gives the set, frees the baker. False, with its message and *set
- * zeroed, if it failed. set NULL: cancels it, false without a message. */
+/* Waits, moves the result into *set and frees the baker. False, with its
+ * message and *set zeroed, if the bake failed. set NULL: cancels the bake;
+ * false without a message. */
 bool view_baker_finish(view_baker *baker, baked_set *set);
 
 #endif

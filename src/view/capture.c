@@ -9,8 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/clock.h"
 #include "view/capture_samples.h"
-#include "view/clock.h"
 #include "view/message.h"
 #include "view/program.h"
 #include "view/upload.h"
@@ -429,12 +429,15 @@ static void resample(const view_capture *c)
 /* Copies level 0 of the lookups to level 0 of the shot's cube. */
 static void copy(const view_capture *c, const view_capture_shot *shot)
 {
+    const int n = c->size;
+
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, c->source);
     gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, c->target);
     for (int f = 0; f < IBL_FACES; f++) {
         attach(GL_READ_FRAMEBUFFER, c->lookup, 0, 0, f);
         attach(GL_DRAW_FRAMEBUFFER, shot->to->specular, shot->layer, 0, f);
-        view_gl_copy(c->size);
+        gl.BlitFramebuffer(0, 0, n, n, 0, 0, n, n, GL_COLOR_BUFFER_BIT,
+                           GL_NEAREST);
     }
 }
 
@@ -530,14 +533,14 @@ static int do_step(const view_capture *c, const view_capture_shot *shot)
 
 static bool timed_step(view_capture *c, const view_capture_shot *shot)
 {
-    const double started = view_clock();
+    const double started = ibl_now();
     const int part = do_step(c, shot);
 
     if (part < 0)
         return false;
     if (shot->timed)
         gl.Finish();
-    c->ms[part] += 1e3 * (view_clock() - started);
+    c->ms[part] += 1e3 * (ibl_now() - started);
     c->step++;
     return true;
 }

@@ -7,7 +7,7 @@
 #include "view/message.h"
 #include "view/sphere_grid.h"
 
-/* The sphere that each pixel shows, -1 for none. */
+/* Finds the sphere that each pixel shows, -1 for none. */
 static void find_spheres(const view_camera *camera, const view_sphere *spheres,
                          int count, int width, int height, int *shown)
 {
@@ -19,7 +19,8 @@ static void find_spheres(const view_camera *camera, const view_sphere *spheres,
     }
 }
 
-/* Whether a pixel that is not at the edge and its neighbours show one. */
+/* Whether a pixel and its eight neighbours show the same sphere; not for pixels
+ * at the picture's edge. */
 static bool inside(const int *shown, int width)
 {
     if (*shown < 0)
@@ -39,13 +40,6 @@ static void add_pixel(const float *picture, const float *truth, double sum[2])
         sum[0] += d * d;
         sum[1] += t * t;
     }
-}
-
-static double relative(const double sum[2], bool shown)
-{
-    if (!shown)
-        return -1.0;
-    return sum[0] == 0.0 ? 0.0 : sqrt(sum[0] / sum[1]);
 }
 
 int view_errors(const view_settings *s, int width, int height,
@@ -72,7 +66,9 @@ int view_errors(const view_settings *s, int width, int height,
             add_pixel(picture + 3 * i, truth + 3 * i, sums[shown[i]]);
         }
     for (int i = 0; i < count; ++i)
-        rmse[i] = relative(sums[i], seen[i]);
+        rmse[i] = !seen[i]            ? -1.0
+                  : sums[i][0] == 0.0 ? 0.0
+                                      : sqrt(sums[i][0] / sums[i][1]);
     free(shown);
     return count;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* How far one picture of the spheres is from another. */
+/* Error of a picture of the spheres against another. */
 #ifndef VIEW_ERRORS_H
 #define VIEW_ERRORS_H
 

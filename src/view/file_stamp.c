@@ -13,8 +13,8 @@ view_file_stamp view_file_stamp_of(const char *path, double *age)
         *age = 0;
     if (!path || stat(path, &st))
         return (view_file_stamp){.size = -1};
-    /* Copies and archives keep the time of the content. That of the last change
-     * of any kind tells of a rename over the old file too. */
+    /* Copies and archives keep st_mtim. st_ctim also changes when a file is
+     * renamed over the old one. */
     clock_gettime(CLOCK_REALTIME, &now);
     if (age)
         *age = (double)(now.tv_sec - st.st_ctim.tv_sec) +
@@ -54,7 +54,7 @@ bool view_files_changed(char *const *paths, int count,
             continue;
         gone = gone || now.size < 0;
         changed = changed || now.size >= 0;
-        /* Below 0, in the future, by another machine's clock. */
+        /* Negative if another machine's clock is ahead. */
         if (now.size >= 0)
             nearest = fmin(nearest, fabs(age));
     }

@@ -49,7 +49,6 @@ static void fill_set(view_frame *f, const baked_set *set)
 void view_frame_fill(view_frame *f, const view_settings *s,
                      const baked_set *set, int width, int height)
 {
-    /* Frames are compared byte by byte. */
     memset(f, 0, sizeof *f);
     fill_camera(f, s, width, height);
     fill_set(f, set);
@@ -58,30 +57,21 @@ void view_frame_fill(view_frame *f, const view_settings *s,
         f->light_position[i][3] = 1;
         copy3(f->light_intensity[i], s->light[i].intensity);
     }
-    f->display[0] = (float)exp2(s->ev);
-    f->display[1] = (float)s->split;
-    f->display[2] = (float)s->gain;
-    f->display[3] = set->texture[VIEW_SKY].levels > 1;
+    f->shading[0] = s->multiscatter;
+    f->shading[1] = s->light_count;
+    f->shading[2] = s->sky;
+    f->shading[3] = set->texture[VIEW_SKY].levels > 1;
+    f->choice[0] = (int)s->mode;
     f->choice[1] = (int)s->diffuse;
-    f->choice[2] = s->multiscatter;
-    f->choice[3] = s->light_count;
-    f->show[0] = (int)s->tone;
-    f->show[1] = s->false_colour;
-    f->show[2] = (int)s->compare;
-    f->show[3] = s->sky;
-    f->inspect[0] = (int)s->mode;
-    f->inspect[1] = (int)s->layout;
-    f->inspect[2] = s->mode == VIEW_LEVELS ? s->level : 0;
+    f->choice[2] = (int)s->layout;
+    f->choice[3] = s->mode == VIEW_LEVELS ? s->level : 0;
     f->inspect_at[0] = (float)s->zoom;
     f->inspect_at[1] = (float)s->pan[0];
     f->inspect_at[2] = (float)s->pan[1];
-}
-
-view_frame view_frame_linear(const view_frame *f)
-{
-    view_frame linear = *f;
-
-    memset(linear.display, 0, 3 * sizeof *f->display); /* but the sky's scale */
-    memset(linear.show, 0, 3 * sizeof *f->show);       /* but the sky */
-    return linear;
+    f->display[0] = (float)exp2(s->ev);
+    f->display[1] = (float)s->split;
+    f->display[2] = (float)s->gain;
+    f->show[0] = (int)s->tone;
+    f->show[1] = s->false_colour;
+    f->show[2] = (int)s->compare;
 }

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* Uniform block "Frame", std140: shaders/frame.glsl has the same members. */
+/* Uniform block "Frame", std140; shaders/frame.glsl has the same members. */
 #ifndef VIEW_FRAME_H
 #define VIEW_FRAME_H
+
+#include <stddef.h>
 
 #include "view/baked_set.h"
 #include "view/sphere_grid.h"
@@ -18,17 +20,22 @@ typedef struct view_frame {
     float sh[25][4];  /* RGB of each (l, m), E/pi; zeros beyond sh_degree */
     float light_position[4][4];  /* world, 1 */
     float light_intensity[4][4]; /* RGB, 0 */
-    float display[4];    /* 2^ev, split, gain, 1 if the sky texture has levels
-                            of its own that may be filtered, else 0 */
-    int choice[4];       /* 0, diffuse, multiscatter, lights */
-    int show[4];         /* tone, false_colour, compare, sky */
-    int inspect[4];      /* mode, layout, level, 0 */
+    int shading[4];      /* multiscatter, lights, sky, 1 if the sky texture has
+                            filterable levels, else 0 */
+    int choice[4];       /* mode, diffuse, layout, level */
     float inspect_at[4]; /* zoom, pan x, pan y, 0 */
+    float display[4];    /* 2^ev, split, gain, 0 */
+    int show[4];         /* tone, false_colour, compare, 0 */
 } view_frame;
+
+/* Number of leading bytes that the reference depends on, and the linear
+ * picture. */
+enum {
+    VIEW_FRAME_REFERENCE = offsetof(view_frame, choice),
+    VIEW_FRAME_LINEAR = offsetof(view_frame, display)
+};
 
 void view_frame_fill(view_frame *f, const view_settings *s,
                      const baked_set *set, int width, int height);
-/* The part of a frame that the linear picture depends on; the rest is zero. */
-view_frame view_frame_linear(const view_frame *f);
 
 #endif

@@ -8,9 +8,9 @@
 
 view_gl gl;
 
-static GLuint nothing; /* vertex array without attributes */
+static GLuint nothing; /* a vertex array without attributes */
 
-/* ISO C casts between kinds of functions, but not through void *. */
+/* ISO C converts between types of functions, but not through void *. */
 static bool find_all(view_gl_proc *(*get)(const char *))
 {
 #define VIEW_GL_FIND(name)                                                     \
@@ -23,16 +23,10 @@ static bool find_all(view_gl_proc *(*get)(const char *))
     return true;
 }
 
-static bool is_core(void)
-{
-    GLint mask = 0;
-    gl.GetIntegerv(GL_CONTEXT_PROFILE_MASK, &mask);
-    return mask & GL_CONTEXT_CORE_PROFILE_BIT;
-}
-
 bool view_gl_load(view_gl_proc *(*get)(const char *name))
 {
     int major = 0, minor = 0;
+    GLint profile = 0;
 
     gl.GetString = (__typeof__(gl.GetString))get("glGetString");
     if (!gl.GetString)
@@ -45,7 +39,8 @@ bool view_gl_load(view_gl_proc *(*get)(const char *name))
         return view_fail("OpenGL 3.3 core is needed, this is \"%s\"", version);
     if (!find_all(get))
         return false;
-    if (!is_core())
+    gl.GetIntegerv(GL_CONTEXT_PROFILE_MASK, &profile);
+    if (!(profile & GL_CONTEXT_CORE_PROFILE_BIT))
         return view_fail("OpenGL 3.3 core is needed, this is \"%s\" without "
                          "a core profile",
                          version);
@@ -130,16 +125,6 @@ void view_gl_draw_full(GLuint program)
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void view_gl_copy(int n)
-{
-    gl.BlitFramebuffer(0, 0, n, n, 0, 0, n, n, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-}
-
-GLenum view_gl_face(int face)
-{
-    return GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face;
-}
-
 static const char *error_name(GLenum error)
 {
     static const char *const names[] = {"invalid enum",
@@ -160,7 +145,7 @@ bool view_gl_check(const char *where)
 
     if (first == GL_NO_ERROR)
         return true;
-    /* A lost context says so for ever. */
+    /* A lost context reports errors without end. */
     for (int i = 0; i < 64 && gl.GetError() != GL_NO_ERROR; i++)
         continue;
     return view_fail("%s: OpenGL says %s (0x%04x)", where, error_name(first),

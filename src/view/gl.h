@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: MIT */
-/* OpenGL 3.3 core: gl.Clear is glClear. No loader library knows OSMesa. Missing
- * functions may come back as stubs, so the version decides what is there. */
+/* OpenGL 3.3 core: gl.Clear is glClear. No loader library supports OSMesa.
+ * Missing functions may be stubs, so the version decides what is available. */
 #ifndef VIEW_GL_H
 #define VIEW_GL_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-/* For the types of the functions: none is linked. */
+/* Only for the types of the functions; none is linked. */
 #define GL_GLEXT_PROTOTYPES
 #include <GL/glcorearb.h>
 
-/* What the viewer calls, without gl. */
+/* The functions that the viewer calls. */
 /* clang-format off */
 #define VIEW_GL_FUNCTIONS(X)                                                   \
     X(ActiveTexture) X(AttachShader) X(BindBuffer) X(BindBufferBase)           \
@@ -48,36 +48,32 @@ extern view_gl gl;
 
 typedef void view_gl_proc(void);
 
-/* Fills gl for the current context and sets what no other call changes: cubes
- * have no seams, rows of pixels have no padding, and blending is source over
- * with the alpha kept. False, with a message, if that has no
- * OpenGL 3.3 core. */
+/* Fills gl for the current context and sets the state that no other call
+ * changes: seamless cubes, rows without padding, and blending source over with
+ * the alpha kept. False, with a message, without OpenGL 3.3 core. */
 bool view_gl_load(view_gl_proc *(*get)(const char *name));
 /* Whether shaders of 3.30 have samplerCubeArray: OpenGL 4.0, or
  * ARB_texture_cube_map_array. */
 bool view_gl_has_cube_arrays(void);
 
-/* Binds a texture to a unit, which is active then. */
+/* Binds a texture to a unit and activates the unit. */
 void view_gl_bind(int unit, GLenum target, GLuint texture);
-/* How the bound texture is looked up: GL_NEAREST or GL_LINEAR, then between
- * its levels too; clamped to edges. */
+/* Sets the lookup of the bound texture: GL_NEAREST, or GL_LINEAR, also between
+ * levels; clamped to edges. */
 void view_gl_filter(GLenum target, GLint filtering, int levels);
-/* Makes and binds a buffer of so many bytes, from data unless that is NULL. */
+/* Makes and binds a buffer of that size, filled from data unless it is NULL. */
 GLuint view_gl_buffer(GLenum target, size_t bytes, const void *data);
-/* An attribute of the bound vertex array: size floats at an offset of the bound
- * buffer. divisor 1: of each instance. */
+/* Adds an attribute to the bound vertex array: size floats at an offset of the
+ * bound buffer. divisor 1: per instance. */
 void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset,
                        GLuint divisor);
-/* Binds a framebuffer that draws into a flat texture; false if it cannot. */
+/* Attaches a 2D texture to a framebuffer and binds it; false if it is
+ * incomplete. */
 bool view_gl_target(GLuint framebuffer, GLuint texture);
-/* Draws the three vertices of full.vert by a program. */
+/* Draws the triangle of full.vert with a program. */
 void view_gl_draw_full(GLuint program);
-/* Copies n x n pixels from the read framebuffer to the draw framebuffer. */
-void view_gl_copy(int n);
-/* The target that is a face of the bound cube. */
-GLenum view_gl_face(int face);
 
-/* False, with a message that says where, if OpenGL has noted an error. */
+/* False, with a message that begins with where, if OpenGL has an error. */
 bool view_gl_check(const char *where);
 
 #endif

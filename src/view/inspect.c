@@ -10,19 +10,17 @@
 /* As in shaders/layout.glsl. */
 #define ASIDE (1.0 / 32)
 
-/* A map laid out flat, as a window shows it. */
+/* A map laid out flat in a window. */
 typedef struct flat {
     const ibl_texture *map;
     int level;
     int edge;         /* of a face; 0: the table */
-    double size[2];   /* of the picture, in texels */
+    double size[2];   /* of the layout, in texels */
     double window[2]; /* in pixels */
-    double scale;     /* pixels to a texel */
+    double scale;     /* pixels per texel */
 } flat;
 
-/* ---- the picture and the window ---------------------------------------- */
-
-/* Numbers that the shader has as floats are floats here. */
+/* Uses floats where the shader does. */
 static void fit(const view_settings *s, flat *f)
 {
     f->scale = (float)s->zoom *
@@ -55,20 +53,14 @@ static bool flatten(const baked_set *set, const view_settings *s, int width,
     return true;
 }
 
-/* What is at x, y pixels of the window, whose middle shows pan. */
+/* The point of the layout, in texels, at a pixel of the window; pan is the
+ * point in the middle. */
 static void point(const flat *f, const view_settings *s, const double at[2],
                   double p[2])
 {
     for (int k = 0; k < 2; k++)
         p[k] = f->size[k] * (0.5 + (float)s->pan[k]) +
                (at[k] - 0.5 * f->window[k]) / f->scale;
-}
-
-/* ---- cubes ------------------------------------------------------------- */
-
-static int clamp_texel(double at, int edge)
-{
-    return (int)fmin(fmax(floor(at), 0), edge - 1);
 }
 
 static int cross_face(int column, int row)
@@ -79,7 +71,7 @@ static int cross_face(int column, int row)
     return column != 1 ? -1 : row == 0 ? 2 : 3;
 }
 
-/* Row 0 is the zenith, the middle looks along +X. */
+/* Row 0 is the zenith, the middle column is +X. */
 static void unfold_equirect(const flat *f, const double p[2], view_texel *t)
 {
     const double phi = 2 * M_PI * (p[0] / f->size[0] - 0.5);
@@ -99,8 +91,6 @@ static void unfold_faces(const flat *f, view_layout layout, const double p[2],
     t->x = x - column * f->edge;
     t->y = y - row * f->edge;
 }
-
-/* ---- the texel --------------------------------------------------------- */
 
 static void take(const ibl_texture *map, view_texel *t)
 {
@@ -133,7 +123,7 @@ static view_texel take_flat(const baked_set *set, const view_settings *s,
     t.level = f.level;
     if (!f.edge) {
         t.x = (int)p[0];
-        t.y = clamp_texel(f.size[1] - p[1], f.map->height);
+        t.y = (int)fmin(f.size[1] - p[1], f.map->height - 1);
         t.direction[0] = (t.x + 0.5) / f.map->width;
         t.direction[1] = (t.y + 0.5) / f.map->height;
     } else if (s->layout == VIEW_EQUIRECT) {
@@ -199,8 +189,6 @@ void view_texel_text(const view_texel *t, char *text, int size)
                  t->level, names[t->face], t->x, t->y, d[0], d[1], d[2],
                  (double)t->value[0], (double)t->value[1], (double)t->value[2]);
 }
-
-/* ---- moving about ------------------------------------------------------ */
 
 static void keep_pan(view_settings *s)
 {

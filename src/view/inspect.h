@@ -1,31 +1,32 @@
 /* SPDX-License-Identifier: MIT */
-/* The maps themselves: levels of a cube as cross, strip or equirectangular map,
- * the table with lines of equal value. This names the texel under the cursor;
- * shaders/layout.glsl draws by the same geometry, and tests compare the two. */
+/* Inspection of maps: levels of a cube as cross, strip or equirectangular map,
+ * and the table with lines of equal value. Finds the texel under the cursor;
+ * shaders/layout.glsl draws with the same geometry, and tests compare both. */
 #ifndef VIEW_INSPECT_H
 #define VIEW_INSPECT_H
 
 #include "view/baked_set.h"
 #include "view/settings.h"
 
-/* Something under the cursor. */
+/* The texel under the cursor. */
 typedef struct view_texel {
-    bool inside;         /* else nothing else holds */
-    int face, level;     /* face -1: flat */
+    bool inside;         /* false: the other members are not set */
+    int face, level;     /* face -1: the table */
     int x, y;            /* texel */
-    double direction[3]; /* of a cube's texel centre, in the environment's own
-                            frame; of the table: N.V, roughness, 0 */
-    float value[3];      /* as the file has it, decoded */
+    double direction[3]; /* cube: of the texel's centre in the environment's
+                            frame; table: N.V, roughness, 0 */
+    float value[3];      /* decoded */
 } view_texel;
 
-/* Pixel x, y (from the upper left) of a picture of width x height, in the modes
- * that inspect and of the sky behind the spheres. */
+/* The texel at pixel x, y (from the upper left) of a picture of width x height:
+ * of the map, or of the sky behind the spheres. */
 view_texel view_inspect(const baked_set *set, const view_settings *s, int width,
                         int height, double x, double y);
-/* A drag by pixels, and a wheel that multiplies zoom around pixel x, y. At zoom
- * 1 the map just fits the window. pan is the point of the map in the middle of
- * the window, in shares of its size to the right and down of its own middle:
- * -1/2..1/2. zoom stays between 1/4 and a texel of a fourth of the window. */
+/* Moves the map by pixels, or multiplies zoom around pixel x, y. At zoom 1 the
+ * map just fits the window. pan is the point of the map in the middle of the
+ * window, from the map's centre, in fractions of its size to the right and
+ * down: -1/2..1/2. zoom is at least 1/4, and a texel covers at most a fourth of
+ * the window. */
 void view_inspect_drag(const baked_set *set, view_settings *s, int width,
                        int height, double dx, double dy);
 void view_inspect_zoom(const baked_set *set, view_settings *s, int width,

@@ -11,7 +11,7 @@
 #include "view/motion.h"
 #include "view/report.h"
 
-/* The next of count values, or the one before. */
+/* The next of count values, or the previous one for step -1. */
 static int next(int value, int step, int count)
 {
     return (value + step + count) % count;
@@ -19,7 +19,8 @@ static int next(int value, int step, int count)
 
 /* ---- spheres ------------------------------------------------------------ */
 
-/* The next of some ranges; the command line's own range comes to the first. */
+/* Selects the next of some ranges; a range from the command line is followed by
+ * the first. */
 static void change_range(double range[2], const double (*ranges)[2], int count,
                          int step)
 {
@@ -46,7 +47,7 @@ static void change_roughness(view_app *app, int step)
 
 /* ---- scene -------------------------------------------------------------- */
 
-/* None, then powers of two. */
+/* Goes through 0 and the powers of two. */
 static void change_probes(view_app *app, int step)
 {
     int *n = &app->settings.probes, power = 1;
@@ -110,7 +111,7 @@ static void turn(view_app *app, int step)
 static void reset(view_app *app, int step)
 {
     (void)step;
-    view_app_reset(app);
+    app->settings = app->options->settings;
 }
 
 static void take_picture(view_app *app, int step)
@@ -147,13 +148,13 @@ typedef struct key_row {
     const char *name;
     int key;  /* act(app, 1) */
     int back; /* act(app, -1), 0: none */
-    int last; /* key..last: an int becomes the place among them; 0: none */
-    void (*act)(view_app *app, int step); /* NULL: it changes a setting: */
+    int last; /* key..last: set an int to the key's index; 0: none */
+    void (*act)(view_app *app, int step); /* NULL: the key changes a setting: */
     change change;
-    size_t offset; /* where that is, */
+    size_t offset; /* offset of the setting */
     double by;
-    double low, high; /* and its limits */
-    const char *what; /* what it is for */
+    double low, high; /* limits of the setting */
+    const char *what; /* description */
 } key_row;
 
 #define ACT(function) .act = (function)

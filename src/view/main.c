@@ -11,7 +11,7 @@
 #include "view/app.h"
 #include "view/message.h"
 
-/* Tells the stage of a bake on a terminal. */
+/* Shows the stage of a bake on a terminal. */
 static void show_progress(void *cookie, const char *stage, double done)
 {
     (void)cookie;
@@ -29,7 +29,7 @@ static ibl_ctx *make_context(const view_options *o)
     opts.bridge = bridge;
     if (!o->quiet && isatty(STDERR_FILENO))
         opts.progress = show_progress;
-    ibl_ctx_create(&opts, &ctx); /* says why there is none */
+    ibl_ctx_create(&opts, &ctx); /* reports its errors */
     free(bridge);
     return ctx;
 }

@@ -8,7 +8,7 @@
 #include "view/sphere_grid.h"
 #include "view/vector.h"
 
-/* Into (-180, 180]. */
+/* The same angle in (-180, 180]. */
 static double turned(double degrees)
 {
     const double x = remainder(degrees, 360);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Every option: its name, value, default and effect. The parser and --help are
- * made from these tables. */
+/* Every option: name, value, default and effect. The parser and --help use
+ * these tables. */
 #include "view/options.h"
 
 #include <errno.h>
@@ -19,7 +19,7 @@ const char *const view_axis_names[VIEW_AXES + 1] = {
 
 /* ---- values of their own kind ------------------------------------------ */
 
-/* count numbers with a character between them, each in low..high. */
+/* Reads count numbers in low..high, separated by a character. */
 static bool parse_reals(double *to, int count, char between, double low,
                         double high, const char *value)
 {
@@ -130,12 +130,12 @@ static void print_version(FILE *to)
 
 /* ---- which options go together ------------------------------------------ */
 
-/* What the pictures of a sheet show; maps last. */
+/* Contents of a sheet's pictures; maps come last. */
 typedef enum sheet_kind {
     SPHERES,
     SCENE,
     CHAIN,     /* levels of a map */
-    ONE_LEVEL, /* of a map that has no others */
+    ONE_LEVEL, /* a map without levels */
 } sheet_kind;
 
 static sheet_kind kind_of(const view_options *o)
@@ -152,7 +152,7 @@ static sheet_kind kind_of(const view_options *o)
                : SPHERES;
 }
 
-/* Whether something changes along an axis. */
+/* Checks that something changes along an axis. */
 static bool check_axis(const view_options *o, const char *option, int axis)
 {
     const sheet_kind kind = kind_of(o);
@@ -186,7 +186,7 @@ static bool check_sheet(const view_options *o)
            check_axis(o, "--sheet-columns", o->columns);
 }
 
-/* Options that do not go together. */
+/* Reports options that exclude each other. */
 static bool check_pairs(const view_options *o)
 {
     static const char one[] = "choose one";
@@ -225,7 +225,8 @@ static bool check_pairs(const view_options *o)
     return true;
 }
 
-/* An axis that was not chosen is the usual one, or the other's. */
+/* Sets an axis that was not chosen to the default, or to the other default if
+ * the first is taken. */
 static void choose_axes(view_options *o)
 {
     static const int usual[][2] = {

@@ -12,14 +12,14 @@
 #include "view/program.h"
 
 enum {
-    BATCH = 4096, /* rectangles of one draw call */
-    GLYPH = 16,   /* at most in a character; X has 11 */
-    LINE = 12,    /* font units from line to line, */
-    TAB = 100,    /* from column to column, */
-    MARGIN = 4    /* and of the plate around text */
+    BATCH = 4096, /* most rectangles of one draw call */
+    GLYPH = 16,   /* most quads of a character; X has 11 */
+    LINE = 12,    /* font units between lines */
+    TAB = 100,    /* between columns */
+    MARGIN = 4    /* around text */
 };
 
-/* As text.vert takes it. */
+/* Attributes of text.vert. */
 typedef struct rectangle {
     float left, top, right, bottom;
     float tint[4];
@@ -28,7 +28,7 @@ typedef struct rectangle {
 struct view_overlay {
     GLuint program, buffer, array;
     GLint window;
-    rectangle batch[BATCH]; /* not drawn yet */
+    rectangle batch[BATCH]; /* rectangles not drawn yet */
     int count;
 };
 
@@ -36,18 +36,11 @@ static const float text_background[4] = {0, 0, 0, 0.65f};
 static const float ink[4] = {1, 1, 1, 1};
 static const float trough[4] = {1, 1, 1, 0.25f};
 
-/* ---- life -------------------------------------------------------------- */
-
-view_overlay *view_overlay_create(void)
+static bool make(view_overlay *o)
 {
-    view_overlay *o = calloc(1, sizeof *o);
-    if (!o) {
-        view_fail("no memory for text");
-        return NULL;
-    }
     o->program = view_program("text.vert", "text.frag");
     if (!o->program)
-        goto fail;
+        return false;
     o->window = gl.GetUniformLocation(o->program, "window");
     gl.GenVertexArrays(1, &o->array);
     gl.BindVertexArray(o->array);
@@ -55,11 +48,17 @@ view_overlay *view_overlay_create(void)
     for (GLuint i = 0; i < 2; i++)
         view_gl_attribute(i, 4, sizeof(rectangle), 4 * i * sizeof(float), 1);
     gl.BindVertexArray(0);
-    if (!view_gl_check("making the text pass"))
-        goto fail;
-    return o;
+    return view_gl_check("making the text pass");
+}
 
-fail:
+view_overlay *view_overlay_create(void)
+{
+    view_overlay *o = calloc(1, sizeof *o);
+
+    if (!o)
+        view_fail("no memory for text");
+    else if (make(o))
+        return o;
     view_overlay_free(o);
     return NULL;
 }
@@ -73,8 +72,6 @@ void view_overlay_free(view_overlay *o)
     gl.DeleteProgram(o->program);
     free(o);
 }
-
-/* ---- drawing ----------------------------------------------------------- */
 
 void view_overlay_begin(view_overlay *o, int width, int height)
 {
@@ -112,13 +109,13 @@ static void add(view_overlay *o, double left, double top, double right,
                                        {tint[0], tint[1], tint[2], tint[3]}};
 }
 
-/* The font has these and reads outside its tables for others. */
+/* Replaces characters that the font lacks: it would read outside its tables. */
 static char printable(char c)
 {
     return c >= ' ' && c <= '~' ? c : '?';
 }
 
-/* A character of text at *x and line *y, in font units, moves these. */
+/* Handles \n and \t: moves the pen, in font units. False: another character. */
 static bool control(char c, double *x, double *y)
 {
     if (c == '\n')
@@ -147,13 +144,13 @@ void view_overlay_measure(const char *text, double scale, double *width,
     *height = length ? (y + 2 * MARGIN) * scale : 0;
 }
 
-/* A corner of the font's quads, four for each. */
+/* A corner of the font's quads, each of four. */
 typedef struct corner {
     float x, y, z;
     unsigned char colour[4];
 } corner;
 
-/* Letters alone, their upper left corner at left, top. */
+/* Draws letters without background; left, top is their upper left corner. */
 static void write_text(view_overlay *o, double left, double top, double scale,
                        const char *text)
 {
@@ -182,7 +179,7 @@ void view_overlay_text(view_overlay *o, double x, double y, double scale,
     view_overlay_measure(text, scale, &width, &height);
     if (width <= 0)
         return;
-    /* Whole pixels keep strokes sharp where scale is whole, too. */
+    /* Whole pixels keep strokes sharp if scale is whole, too. */
     x = floor(x + 0.5);
     y = floor(y + 0.5);
     add(o, x, y, x + width, y + height, text_background);
@@ -217,7 +214,7 @@ void view_false_colour(double stops, double srgb[3])
         srgb[i] = fmin(fmax(srgb[i], 0), 1);
 }
 
-/* Text whose middle is at x, moved so that it stays within left .. right. */
+/* Draws text centred at x, moved to stay within left .. right. */
 static void write_below(view_overlay *o, double x, double y, double left,
                         double right, double scale, const char *text)
 {
@@ -233,7 +230,7 @@ void view_overlay_legend(view_overlay *o, double x, double y, double width,
                          double scale)
 {
     enum {
-        PARTS = 4, /* of a stop */
+        PARTS = 4, /* steps of a stop */
         ALL = 2 * VIEW_STOPS * PARTS
     };
     const double left = x + MARGIN * scale, right = x + width - MARGIN * scale;
@@ -247,7 +244,7 @@ void view_overlay_legend(view_overlay *o, double x, double y, double width,
         double rgb[3];
         view_false_colour((i + 0.5) / PARTS - VIEW_STOPS, rgb);
         const float tint[4] = {(float)rgb[0], (float)rgb[1], (float)rgb[2], 1};
-        /* Whole pixels: nothing shines through between neighbours. */
+        /* Whole pixels leave no gap between neighbours. */
         add(o, floor(from + 0.5), top, floor(to + 0.5), bottom, tint);
     }
     for (int i = -VIEW_STOPS; i <= VIEW_STOPS; i += 4) {

@@ -35,7 +35,7 @@ unsigned char *view_picture_read(GLuint framebuffer, int width, int height)
     return rgb;
 }
 
-/* 8-bit RGB is what libpng's simple interface marks as sRGB. */
+/* libpng's simple interface marks 8-bit RGB as sRGB. */
 static void *encode(const char *path, int width, int height,
                     const unsigned char *rgb, size_t *size)
 {

@@ -336,7 +336,7 @@ static GLuint load_array(ibl_ctx *ctx, const char *path,
     if (ibl_texture_read(ctx, path, &tex, NULL))
         return 0;
     if (check_shape(path, expected, &tex) && check_texels(path, &tex))
-        cubes = view_upload_cubes(&tex, path);
+        cubes = view_upload(&tex, true, path);
     ibl_texture_free(&tex);
     return cubes;
 }
@@ -359,7 +359,7 @@ static bool load(ibl_ctx *ctx, view_probe_set *set)
     view_files_see(paths + 1, FILES - 1, set->read + 1);
     l->specular = load_array(ctx, paths[SPECULAR], &shape[SPECULAR]);
     if (l->specular && set->light.data)
-        l->irradiance = view_upload_cubes(&set->light, paths[INDEX]);
+        l->irradiance = view_upload(&set->light, true, paths[INDEX]);
     else if (l->specular)
         l->irradiance = load_array(ctx, paths[IRRADIANCE], &shape[IRRADIANCE]);
     free(set->light.data);

@@ -14,16 +14,13 @@ enum {
     LOG_BYTES = 4096
 };
 
-/* A shader with its includes. A comment "//@FILE:LINE" behind each line says
- * where it is from, since Mesa forgets the file number of #line in most
- * errors. */
+/* A shader with its includes. Each line ends with a comment "//@FILE:LINE" that
+ * names its source, since most errors of Mesa lack the file number of #line. */
 typedef struct source {
     const view_shader_file *files;
     bool had[MAX_FILES];
     FILE *text;
 } source;
-
-/* ---- including ------------------------------------------------------- */
 
 static int find_file(const view_shader_file *files, const char *name)
 {
@@ -33,7 +30,7 @@ static int find_file(const view_shader_file *files, const char *name)
     return -1;
 }
 
-/* Adds a file; each only once, which ends every circle. */
+/* Adds a file; each only once, which prevents endless recursion. */
 static bool include(source *s, int file)
 {
     const view_shader_file *f = &s->files[file];
@@ -59,7 +56,7 @@ static bool include(source *s, int file)
     return true;
 }
 
-/* The whole shader, for free(). NULL, with a message. */
+/* A shader with its includes; the caller must free it. NULL, with a message. */
 static char *load(const view_shader_file *files, const char *name)
 {
     const int file = find_file(files, name);
@@ -85,11 +82,9 @@ static char *load(const view_shader_file *files, const char *name)
     return NULL;
 }
 
-/* ---- what compilers say ---------------------------------------------- */
-
-/* The line that a line of a log is about: "0:23(4): error" (Mesa), "0(23) :
- * error" (NVIDIA), "ERROR: 0:23: ..." (others); 0: none. *rest: what
- * follows. */
+/* The line number in the first line of a log: "0:23(4): error" (Mesa), "0(23) :
+ * error" (NVIDIA), "ERROR: 0:23: ..." (others); 0: none. *rest: the text after
+ * it. */
 static int log_place(const char *log, const char **rest)
 {
     for (const char *c = log; *c && *c != '\n'; c++) {
@@ -108,7 +103,7 @@ static int log_place(const char *log, const char **rest)
     return 0;
 }
 
-/* The first line that tells of an error, not of a warning; else the first. */
+/* The first line with an error rather than a warning; else the first. */
 static const char *log_line(const char *log)
 {
     const char *line = strstr(log, "rror");
@@ -118,7 +113,7 @@ static const char *log_line(const char *log)
     return line ? line : log;
 }
 
-/* Where a line of the text is from. */
+/* Finds file and line that a line of the text comes from. */
 static bool origin(const char *text, int number, char where[2 * NAME_BYTES])
 {
     for (; number > 1 && *text; number--)
@@ -138,8 +133,6 @@ static void tell(const char *text, const char *name, const char *log)
     else
         view_fail("shader %s: %.*s", name, (int)strcspn(line, "\n"), line);
 }
-
-/* ---- programs -------------------------------------------------------- */
 
 static GLuint compile(const view_shader_file *files, GLenum kind,
                       const char *name)
@@ -183,7 +176,7 @@ static GLuint link_program(GLuint vertex, GLuint fragment, const char *name)
     return 0;
 }
 
-/* Gives blocks and samplers their places, once for all. */
+/* Binds uniform blocks and samplers, which never changes. */
 static void bind(GLuint program)
 {
     static const char *const blocks[] = {

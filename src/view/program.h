@@ -1,22 +1,23 @@
 /* SPDX-License-Identifier: MIT */
 /* Shaders: the build puts src/view/shaders into the program
  * (build/gen/shaders.c). A line `#include "name.glsl"` includes a file, once.
- * `#version 330 core` is put before each. Messages name the file and line. */
+ * Each shader begins with `#version 330 core`. Messages name file and line. */
 #ifndef VIEW_PROGRAM_H
 #define VIEW_PROGRAM_H
 
 #include "view/gl.h"
 
-/* What the build makes: ended by a NULL name. */
+/* The table that the build makes, ended by a NULL name. */
 typedef struct view_shader_file {
     const char *name, *text;
 } view_shader_file;
 extern const view_shader_file view_shader_files[];
 
-/* Compiles and links. 0, with the compiler's first line as the message, if it
- * fails. Binds uniform blocks and samplers to the places below by name. */
+/* Compiles and links, and binds uniform blocks and samplers by name to the
+ * places below. 0, with the compiler's first line as the message, after an
+ * error. */
 GLuint view_program(const char *vertex_file, const char *fragment_file);
-/* The same out of another table, of at most 64 files. */
+/* The same from another table, of at most 64 files. */
 GLuint view_program_from(const view_shader_file *files, const char *vertex_file,
                          const char *fragment_file);
 
@@ -34,11 +35,12 @@ typedef enum view_unit {
     VIEW_UNIT_LUT,        /* sampler2D lut_map */
     VIEW_UNIT_SKY,        /* samplerCube sky_map */
     VIEW_UNIT_PICTURE,    /* sampler2D picture: the linear picture */
-    VIEW_UNIT_TRUTH,      /* sampler2D truth: that of --reference */
+    VIEW_UNIT_TRUTH,      /* sampler2D truth: the reference */
     VIEW_UNIT_COUNT
 } view_unit;
 
-/* Of the reference, of the room, and of captures, which draw the room. */
+/* Texture units of the reference, of the room, and of captures, which draw the
+ * room. */
 enum {
     VIEW_TRUTH_UNIT_PASS = VIEW_UNIT_COUNT,
     VIEW_TRUTH_UNIT_TOKENS,

@@ -17,7 +17,7 @@ enum {
     MAX_SPHERES = VIEW_MAX_GRID * VIEW_MAX_GRID
 };
 
-/* A view_sphere as sphere.vert takes it. */
+/* A view_sphere as attributes of sphere.vert. */
 typedef struct instance {
     float value[12];
 } instance;
@@ -31,28 +31,34 @@ struct view_renderer {
     GLuint instances, instance_buffer, frame_buffer;
     GLuint maps[VIEW_CONTENTS];
     GLuint picture, target; /* the linear picture, and the framebuffer on it */
-    view_truth *truth;      /* made when first asked for */
+    view_truth *truth;      /* made on first use */
     view_scene *stage;      /* the same */
-    const view_probe_set *probes; /* of the stage, or NULL */
-    int samples; /* of the truth for each draw; 0: by the clock */
+    const view_probe_set *probes; /* probes of the stage, or NULL */
+    int samples; /* samples of the reference per draw; 0: by the clock */
     const baked_set *set;
-    view_room_sun sun; /* of the set, once the stage was drawn with it */
+    view_room_sun sun; /* sun of the set, found when the scene is first drawn */
     bool knows_sun;
     /* of the last draw */
     view_settings settings;
     view_frame frame;
-    int width, height; /* 0: nothing was drawn */
+    int width, height; /* 0: nothing drawn yet */
     bool has_truth;
-    view_frame linear; /* what the linear picture was drawn by */
-    bool stale;        /* or it was drawn of something else */
+    view_frame linear; /* frame of the linear picture */
+    bool stale;        /* the linear picture must be drawn again */
     int count;
     instance sorted[MAX_SPHERES];
 };
 
 /* ---- what never changes ------------------------------------------------ */
 
-static void make_arrays(view_renderer *r)
+static bool make(view_renderer *r)
 {
+    r->sky = view_program("full.vert", "sky.frag");
+    r->sphere = view_program("sphere.vert", "sphere.frag");
+    r->inspect = view_program("full.vert", "inspect.frag");
+    r->display = view_program("full.vert", "display.frag");
+    if (!r->sky || !r->sphere || !r->inspect || !r->display)
+        return false;
     gl.GenVertexArrays(1, &r->instances);
     gl.BindVertexArray(r->instances);
     r->instance_buffer =
@@ -66,28 +72,17 @@ static void make_arrays(view_renderer *r)
                          GL_NEAREST_MIPMAP_NEAREST);
     gl.SamplerParameteri(r->nearest, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     gl.GenFramebuffers(1, &r->target);
+    return view_gl_check("making the renderer");
 }
 
 view_renderer *view_renderer_create(void)
 {
     view_renderer *r = calloc(1, sizeof *r);
 
-    if (!r) {
+    if (!r)
         view_fail("not enough memory for the renderer");
-        return NULL;
-    }
-    r->sky = view_program("full.vert", "sky.frag");
-    r->sphere = view_program("sphere.vert", "sphere.frag");
-    r->inspect = view_program("full.vert", "inspect.frag");
-    r->display = view_program("full.vert", "display.frag");
-    if (!r->sky || !r->sphere || !r->inspect || !r->display)
-        goto fail;
-    make_arrays(r);
-    if (!view_gl_check("making the renderer"))
-        goto fail;
-    return r;
-
-fail:
+    else if (make(r))
+        return r;
     view_renderer_free(r);
     return NULL;
 }
@@ -123,8 +118,9 @@ bool view_renderer_load(view_renderer *r, const baked_set *set)
     for (int i = 0; i < VIEW_CONTENTS; i++) {
         const ibl_texture *tex = &set->texture[i];
         if (!tex->data)
-            continue; /* only the sky may be missing */
-        maps[i] = view_upload(tex, set->path[i] ? set->path[i] : kinds[i]);
+            continue; /* only the sky may be absent */
+        maps[i] =
+            view_upload(tex, false, set->path[i] ? set->path[i] : kinds[i]);
         if (!maps[i]) {
             gl.DeleteTextures(VIEW_CONTENTS, maps);
             return false;
@@ -134,9 +130,7 @@ bool view_renderer_load(view_renderer *r, const baked_set *set)
     memcpy(r->maps, maps, sizeof maps);
     r->set = set;
     r->knows_sun = false;
-    r->stale = true;
-    if (r->stage)
-        view_scene_use(r->stage, r->probes);
+    view_renderer_probes(r, r->probes);
     return !r->truth || view_truth_load(r->truth, set);
 }
 
@@ -162,8 +156,8 @@ static double distance2(const view_sphere *p, const double eye[3])
     return sum;
 }
 
-/* Back to front: of spheres of one radius the farther centre is never before
- * the nearer. By insertion, since the order hardly changes. */
+/* Sorts from back to front: among spheres of equal radius, a farther centre is
+ * never in front. By insertion, since the order hardly changes. */
 static void sort_spheres(const view_sphere *spheres, int count,
                          const double eye[3], int *order)
 {
@@ -228,20 +222,19 @@ static bool compares(const view_renderer *r)
            r->settings.mode == VIEW_SPHERES;
 }
 
-/* While the truth gathers samples, the picture to compare with stays. Frames
- * that compare nothing are drawn each time. */
+/* Whether the linear picture can stay, while the reference gathers samples.
+ * Frames without comparison are always drawn. */
 static bool stays(view_renderer *r)
 {
-    const view_frame linear = view_frame_linear(&r->frame);
     const bool same =
-        !r->stale && memcmp(&linear, &r->linear, sizeof linear) == 0;
+        !r->stale && !memcmp(&r->frame, &r->linear, VIEW_FRAME_LINEAR);
 
-    r->linear = linear;
+    r->linear = r->frame;
     r->stale = false;
     return same && compares(r);
 }
 
-/* That of what is seen through windows. */
+/* Finds the sun of the sky that windows show. */
 static bool find_sun(view_renderer *r)
 {
     const ibl_texture *maps = r->set->texture;
@@ -259,14 +252,6 @@ void view_renderer_probes(view_renderer *r, const view_probe_set *probes)
         view_scene_use(r->stage, probes);
 }
 
-static bool make_stage(view_renderer *r)
-{
-    r->stage = view_scene_create();
-    if (r->stage)
-        view_scene_use(r->stage, r->probes);
-    return r->stage;
-}
-
 static bool draw_stage(view_renderer *r)
 {
     const GLuint level0 = r->maps[VIEW_SPECULAR], sky = r->maps[VIEW_SKY];
@@ -275,7 +260,11 @@ static bool draw_stage(view_renderer *r)
                                .sky = sky ? sky : level0,
                                .irradiance_scale = r->frame.diffuse[0]};
 
-    if (!find_sun(r) || (!r->stage && !make_stage(r)))
+    if (!r->stage) {
+        r->stage = view_scene_create();
+        view_renderer_probes(r, r->probes);
+    }
+    if (!find_sun(r) || !r->stage)
         return false;
     e.sun = r->sun;
     memcpy(e.lod, r->frame.lod, sizeof e.lod);
@@ -283,7 +272,7 @@ static bool draw_stage(view_renderer *r)
                            r->picture, r->width, r->height);
 }
 
-/* Shows texels of maps as they are. */
+/* Draws a map with unfiltered texels. */
 static void inspect(const view_renderer *r)
 {
     gl.BindSampler(VIEW_UNIT_SPECULAR, r->nearest);
@@ -320,16 +309,12 @@ static bool truth_pass(view_renderer *r)
     r->has_truth = false;
     if (!compares(r))
         return true;
-    if (!r->truth) {
-        r->truth = view_truth_create();
-        if (!r->truth || !view_truth_load(r->truth, r->set))
-            return false;
-    }
-    if (!view_truth_draw(r->truth, &r->frame, r->instances, r->count, r->width,
-                         r->height, r->samples))
-        return false;
-    r->has_truth = true;
-    return true;
+    if (!r->truth)
+        r->truth = view_truth_create(r->set);
+    r->has_truth =
+        r->truth && view_truth_draw(r->truth, &r->frame, r->instances, r->count,
+                                    r->width, r->height, r->samples);
+    return r->has_truth;
 }
 
 static void display_pass(const view_renderer *r, GLuint framebuffer)
@@ -421,20 +406,18 @@ void view_renderer_pace(view_renderer *r, int samples)
 int view_renderer_errors(const view_renderer *r, double *rmse)
 {
     const size_t floats = 3 * (size_t)r->width * (size_t)r->height;
-    float *split, *truth;
+    float *pictures;
     int count = 0;
 
     if (!view_renderer_samples(r))
         return 0;
-    split = malloc(floats * sizeof *split);
-    truth = malloc(floats * sizeof *truth);
-    if (!split || !truth)
+    pictures = malloc(2 * floats * sizeof *pictures);
+    if (!pictures)
         view_fail("not enough memory to compare pictures");
-    else if (view_renderer_read(r, false, split) &&
-             view_renderer_read(r, true, truth))
-        count =
-            view_errors(&r->settings, r->width, r->height, split, truth, rmse);
-    free(split);
-    free(truth);
+    else if (view_renderer_read(r, false, pictures) &&
+             view_renderer_read(r, true, pictures + floats))
+        count = view_errors(&r->settings, r->width, r->height, pictures,
+                            pictures + floats, rmse);
+    free(pictures);
     return count;
 }

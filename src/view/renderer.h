@@ -27,38 +27,38 @@ typedef struct view_renderer view_renderer;
 view_renderer *view_renderer_create(void);
 void view_renderer_free(view_renderer *r); /* NULL is fine */
 
-/* Uploads the textures of a set in place of the last; set must stay until the
- * next load. False, with a message. */
+/* Uploads the textures of a set and frees the previous ones; set must stay
+ * valid until the next load. False, with a message. */
 bool view_renderer_load(view_renderer *r, const baked_set *set);
 
-/* Local probes of the scene, in place of captured ones; NULL: none. They stay
- * the caller's and must stay until the next call. */
+/* Sets local probes of the scene, instead of captured ones; NULL: none. The
+ * caller keeps them unchanged until the next call. */
 void view_renderer_probes(view_renderer *r, const view_probe_set *probes);
 
 /* Draws into framebuffer 0, width x height pixels. False, with a message. */
 bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
                         int height);
 
-/* The last draw, or its reference: linear RGB, width * height * 3 floats, rows
- * from the top. */
+/* Reads the last draw, or its reference: linear RGB, width * height * 3 floats,
+ * rows from the top. False, with a message. */
 bool view_renderer_read(const view_renderer *r, bool truth, float *rgb);
 
-/* The last draw as view_picture_read has it, drawn again, since covered pixels
- * of a window are undefined. NULL, with a message. */
+/* Draws the last picture again, since covered pixels of a window are undefined,
+ * and returns it as view_picture_read does. NULL, with a message. */
 unsigned char *view_renderer_picture(const view_renderer *r);
 
-/* The scene, once it has been drawn; else NULL. */
+/* The scene; NULL before it was drawn. */
 view_scene *view_renderer_stage(const view_renderer *r);
 
-/* Samples of the truth for each pixel and draw; 0 (default): as many as keep a
- * frame quick, which differs from run to run. */
+/* Sets the samples of the reference per pixel and draw; 0 (default): as many as
+ * keep a frame quick, which varies. */
 void view_renderer_pace(view_renderer *r, int samples);
-/* Samples that the truth has for each pixel; 0: the last draw had none. */
+/* Samples per pixel of the reference; 0: the last draw had none. */
 int view_renderer_samples(const view_renderer *r);
-/* The truth begins anew, as if nothing had been drawn. */
+/* Restarts the reference. */
 void view_renderer_restart(view_renderer *r);
-/* Relative RMSE of each sphere against the truth, as view_errors; returns how
- * many. 0: there is no truth. */
+/* Relative RMSE of each sphere against the reference, as view_errors; returns
+ * the number of spheres. 0: there is no reference. */
 int view_renderer_errors(const view_renderer *r, double *rmse);
 
 #endif

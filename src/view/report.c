@@ -4,11 +4,11 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "view/clock.h"
+#include "common/clock.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
 
-/* Spheres that are not in the picture have none. */
+/* Prints - for spheres outside the picture. */
 static void print_error(double rmse)
 {
     if (rmse < 0)
@@ -41,12 +41,6 @@ bool view_report_print(const view_renderer *r, const view_settings *s)
     return true;
 }
 
-void view_report_gl(void)
-{
-    printf("OpenGL %s, %s\n", (const char *)gl.GetString(GL_VERSION),
-           (const char *)gl.GetString(GL_RENDERER));
-}
-
 void view_report_set(const baked_set *set)
 {
     static const char *const what[] = {"specular", "irradiance", "table",
@@ -71,48 +65,30 @@ void view_report_probe_set(const view_probe_set *set)
     fflush(stdout);
 }
 
-void view_report_sun(const view_scene *stage)
+void view_report_scene(const view_scene *stage, view_probe_filter filter)
 {
-    const view_room_environment *e =
-        &view_scene_state_of(stage)->draw.environment;
+    const view_scene_state *state = view_scene_state_of(stage);
+    const view_room_environment *e = &state->draw.environment;
+    const double *light = e->sun.irradiance, *ms = state->ms[filter];
     double world[3];
 
-    if (!view_room_sun_shines(&e->sun)) {
+    view_turn(-e->turn, e->sun.direction, world);
+    if (view_room_sun_shines(&e->sun))
+        printf("sun: from %.3f %.3f %.3f, irradiance %.3g %.3g %.3g\n",
+               world[0], world[1], world[2], light[0], light[1], light[2]);
+    else
         printf("sun: none\n");
-        return;
-    }
-    view_unturn(e->turn, e->sun.direction, world);
-    printf("sun: from %.3f %.3f %.3f, irradiance %.3g %.3g %.3g\n", world[0],
-           world[1], world[2], e->sun.irradiance[0], e->sun.irradiance[1],
-           e->sun.irradiance[2]);
-}
-
-void view_report_probe(const view_scene *stage, view_probe_filter filter)
-{
-    const double *ms = view_scene_state_of(stage)->ms[filter];
-
     printf("probe: %.1f ms drawing, %.1f levels, %.1f irradiance\n", ms[0],
            ms[1], ms[2]);
 }
 
-/* ---- --stats ------------------------------------------------------------- */
-
 void view_stats_add(view_stats *t, double ms)
 {
     if (!t->frames)
-        t->begun = view_clock() - 1e-3 * ms;
+        t->begun = ibl_now() - 1e-3 * ms;
     t->frames++;
     t->sum += ms;
     t->worst = fmax(t->worst, ms);
-}
-
-/* The end of a line. */
-static void print_frames(view_stats *t)
-{
-    printf(" frames=%d frame=%.1f worst=%.1f\n", t->frames, t->sum / t->frames,
-           t->worst);
-    t->frames = 0;
-    t->sum = t->worst = 0;
 }
 
 static void print_probe(const view_scene *stage, const view_settings *s,
@@ -128,7 +104,7 @@ static void print_probe(const view_scene *stage, const view_settings *s,
            ms[2]);
 }
 
-/* Of the scene its probe's last update. */
+/* In the scene, about the last update of its probe. */
 static void print_line(view_stats *t, const view_scene *stage,
                        const view_settings *s)
 {
@@ -136,7 +112,10 @@ static void print_line(view_stats *t, const view_scene *stage,
         print_probe(stage, s, s->probe_filter);
     else
         printf("view mode=%s", view_mode_names[s->mode]);
-    print_frames(t);
+    printf(" frames=%d frame=%.1f worst=%.1f\n", t->frames, t->sum / t->frames,
+           t->worst);
+    t->frames = 0;
+    t->sum = t->worst = 0;
 }
 
 void view_stats_tell(view_stats *t, const view_renderer *r,
@@ -146,7 +125,7 @@ void view_stats_tell(view_stats *t, const view_renderer *r,
     const int updates = stage ? view_scene_state_of(stage)->updates : 0;
 
     if (!t->frames || (s->mode == VIEW_SCENE ? updates == t->updates
-                                             : view_clock() - t->begun < 1))
+                                             : ibl_now() - t->begun < 1))
         return;
     t->updates = updates;
     print_line(t, stage, s);

@@ -1,48 +1,44 @@
 /* SPDX-License-Identifier: MIT */
-/* What the viewer prints about what it draws. */
+/* Text output of the viewer. */
 #ifndef VIEW_REPORT_H
 #define VIEW_REPORT_H
 
 #include "view/probe_set.h"
 #include "view/renderer.h"
 
-/* Prints the error of the split sum of the last draw for each sphere, as they
- * stand on the screen. False: there is no reference. */
+/* Prints the error of the split sum of the last draw for each sphere, arranged
+ * as on the screen. False: there is no reference. */
 bool view_report_print(const view_renderer *r, const view_settings *s);
-/* Prints the version and the renderer of OpenGL. */
-void view_report_gl(void);
-/* Prints what a set consists of. */
+/* Prints the textures of a set. */
 void view_report_set(const baked_set *set);
 
-/* Prints how long the last capture of the scene took. */
-void view_report_probe(const view_scene *stage, view_probe_filter filter);
+/* Prints direction in the world and irradiance of the last draw's sun, and the
+ * times of the scene's last capture. */
+void view_report_scene(const view_scene *stage, view_probe_filter filter);
 
-/* The direction of the last draw's sun in the world, and its irradiance. */
-void view_report_sun(const view_scene *stage);
-
-/* Where baked probes are from, and how many. */
+/* Prints the path and the number of baked probes. */
 void view_report_probe_set(const view_probe_set *set);
 
 /* ---- --stats ------------------------------------------------------------- */
 
-/* A line of NAME=VALUE words for each update of the scene's probe, and in the
- * other modes for each second with frames in it. */
+/* --stats prints a line of NAME=VALUE words for each update of the scene's
+ * probe, and in other modes for each second with frames. */
 
-/* Frames since the last line. All zeros in the beginning. */
+/* Frames since the last line; all zero at the start. */
 typedef struct view_stats {
     int frames;
     double sum, worst; /* milliseconds */
-    double begun;      /* view_clock() before the first of them */
-    int updates;       /* of the probe, that were told of */
+    double begun;      /* ibl_now() before the first frame */
+    int updates;       /* updates of the probe that were printed */
 } view_stats;
 
 void view_stats_add(view_stats *t, double ms);
 
-/* In a window, after each frame: prints a line if it is time for one. */
+/* For a window, after each frame: prints a line if it is due. */
 void view_stats_tell(view_stats *t, const view_renderer *r,
                      const view_settings *s);
-/* After a picture or sheet: prints a line, and for the scene's probe another of
- * the same capture, filtered the other way. False, with a message. */
+/* For a picture or sheet: prints a line, and in the scene a second one for the
+ * same capture with the other filter. False, with a message. */
 bool view_stats_end(view_stats *t, const view_renderer *r,
                     const view_settings *s);
 

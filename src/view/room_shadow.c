@@ -55,7 +55,7 @@ static shadow_view view_from(const view_room_sun *sun, double turn)
     double direction[3];
     shadow_view v;
 
-    view_unturn(turn, sun->direction, direction);
+    view_turn(-turn, sun->direction, direction);
     set_axes(direction, v.axes);
     fit_room(&v);
     return v;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* OSMesa: OpenGL drawn by the processor into memory. It is opened only on
- * demand, since it loads LLVM, which does not survive being unloaded. */
+ * demand: it loads LLVM, which does not survive being unloaded. */
 #include "view/screen.h"
 #include "view/gl.h"
 #include "view/message.h"
@@ -9,12 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* From GL/osmesa.h, which cannot stand beside GL/glcorearb.h. */
+/* From GL/osmesa.h, which cannot be included with GL/glcorearb.h. */
 enum {
-    OSMESA_FORMAT = 0x22,
-    OSMESA_DEPTH_BITS = 0x30,
-    OSMESA_STENCIL_BITS = 0x31,
-    OSMESA_ACCUM_BITS = 0x32,
     OSMESA_PROFILE = 0x33,
     OSMESA_CORE_PROFILE = 0x34,
     OSMESA_CONTEXT_MAJOR_VERSION = 0x36,
@@ -38,9 +34,7 @@ struct view_screen {
     int width, height;
 };
 
-/* ---- the library ----------------------------------------------------- */
-
-/* POSIX lets a pointer from dlsym become one to a function; C has no cast. */
+/* POSIX lets dlsym return a function; C has no cast for it. */
 static bool find(void *library, const char *name, void *call)
 {
     void *symbol = dlsym(library, name);
@@ -67,8 +61,6 @@ static bool load(const char *const *names, osmesa_calls *call)
     return true;
 }
 
-/* ---- the screen ------------------------------------------------------ */
-
 void view_screen_close(view_screen *s)
 {
     if (!s)
@@ -81,7 +73,7 @@ void view_screen_close(view_screen *s)
     free(s);
 }
 
-/* OSMesa takes any size, and draws into what OpenGL's limits leave of it. */
+/* OSMesa accepts any size, and draws only what fits OpenGL's limits. */
 static bool fits(const view_screen *s)
 {
     GLint texture = 0, viewport[2] = {0, 0};
@@ -97,26 +89,16 @@ static bool fits(const view_screen *s)
                      most_x, most_y, s->width, s->height);
 }
 
-/* No depth: spheres are drawn from back to front. */
+/* By default OSMesa draws RGBA without depth or stencil. */
 static bool open_context(view_screen *s)
 {
-    static const int attributes[] = {
-        OSMESA_FORMAT,
-        GL_RGBA,
-        OSMESA_DEPTH_BITS,
-        0,
-        OSMESA_STENCIL_BITS,
-        0,
-        OSMESA_ACCUM_BITS,
-        0,
-        OSMESA_PROFILE,
-        OSMESA_CORE_PROFILE,
-        OSMESA_CONTEXT_MAJOR_VERSION,
-        3,
-        OSMESA_CONTEXT_MINOR_VERSION,
-        3,
-        0,
-    };
+    static const int attributes[] = {OSMESA_PROFILE,
+                                     OSMESA_CORE_PROFILE,
+                                     OSMESA_CONTEXT_MAJOR_VERSION,
+                                     3,
+                                     OSMESA_CONTEXT_MINOR_VERSION,
+                                     3,
+                                     0};
 
     s->context = s->call.create(attributes, NULL);
     if (!s->context)
@@ -130,29 +112,21 @@ static bool open_context(view_screen *s)
     return view_gl_load(s->call.get) && fits(s);
 }
 
-view_screen *view_screen_memory_from(const char *const *libraries, int width,
-                                     int height)
+view_screen *view_screen_memory(int width, int height,
+                                const char *const *libraries)
 {
+    static const char *const usual[] = {"libOSMesa.so.8", "libOSMesa.so.6",
+                                        "libOSMesa.so", NULL};
     view_screen *s = calloc(1, sizeof *s);
 
     if (s) {
         s->width = width, s->height = height;
         s->pixels = calloc((size_t)width * (size_t)height, 4);
     }
-    if (!s || !s->pixels) {
+    if (!s || !s->pixels)
         view_fail("no memory for a picture of %d x %d pixels", width, height);
-        goto fail;
-    }
-    if (load(libraries, &s->call) && open_context(s))
+    else if (load(libraries ? libraries : usual, &s->call) && open_context(s))
         return s;
-fail:
     view_screen_close(s);
     return NULL;
-}
-
-view_screen *view_screen_memory(int width, int height)
-{
-    static const char *const libraries[] = {"libOSMesa.so.8", "libOSMesa.so.6",
-                                            "libOSMesa.so", NULL};
-    return view_screen_memory_from(libraries, width, height);
 }

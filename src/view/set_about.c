@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* How a file was baked: from its keys, or from NAME.json as iblbake writes it.
- */
+/* How a file was baked, from its keys or from iblbake's NAME.json. */
 #include "view/set_parts.h"
 
 #include <math.h>
@@ -18,9 +17,9 @@ const char *const view_content_names[VIEW_CONTENTS + 1] = {
 
 static const char *const scale_names[] = {"E/pi", "E", NULL};
 
-/* The values that are words; the place in this table is that in view_about. */
+/* Values that are words, in the order of view_about's indices. */
 static const struct {
-    const char *key, *member; /* in a container, in the sidecar */
+    const char *key, *member; /* name in a container, in the sidecar */
     const char *what;         /* for messages */
     const char *const *names;
 } choices[] = {
@@ -39,7 +38,7 @@ static void learn(view_about *a, int i, double value)
 
 /* ---- what keys and sidecar share --------------------------------------- */
 
-/* A word may be NULL: not there. */
+/* word NULL: absent. */
 static bool take_choice(view_about *a, int i, const char *where,
                         const char *word)
 {
@@ -79,7 +78,7 @@ static bool check_numbers(const view_about *a, const char *where)
 
 /* ---- keys ------------------------------------------------------------ */
 
-/* A number that is all of text. */
+/* The number that text consists of; NAN if there is more or none. */
 static double number(const char *text)
 {
     char *end;
@@ -108,7 +107,7 @@ static bool take_list(view_about *a, const char *path, const char *text)
     return true;
 }
 
-/* From the keys iblbake.* of a texture; nothing known is no failure. */
+/* Reads the keys iblbake.* of a texture. It is no error if there are none. */
 static bool take_keys(const ibl_texture *tex, const char *path, view_about *a)
 {
     const char *scale = ibl_texture_get(tex, "iblbake.lod_scale");
@@ -159,7 +158,7 @@ static bool take_levels(view_about *a, const char *path, const json_t *levels)
     return true;
 }
 
-/* The same of an entry of the sidecar at path; NULL: nothing. */
+/* Reads an entry of the sidecar at path; NULL: nothing. */
 static bool take_entry(const json_t *entry, const char *path, view_about *a)
 {
     const json_t *scale = json_object_get(entry, "lod_scale");
@@ -177,8 +176,8 @@ static bool take_entry(const json_t *entry, const char *path, view_about *a)
            check_numbers(a, path);
 }
 
-/* Edge and levels of a chain. A sidecar with another size than its file is of
- * another bake. */
+/* Checks edge and levels of a chain: a sidecar with another size than its file
+ * belongs to another bake. */
 static bool check_shape(const json_t *entry, const char *sidecar,
                         const ibl_texture *tex, const char *path)
 {
@@ -221,7 +220,7 @@ bool view_sidecar_open(const char *path, json_t **root)
     return true;
 }
 
-/* The entry of an output whose member has that value; NULL: none. */
+/* The entry of the output whose member has that value; NULL: none. */
 static const json_t *entry_of(const json_t *root, const char *member,
                               const char *value)
 {
@@ -275,8 +274,8 @@ bool view_sidecar_sh(const json_t *root, baked_set *set)
 
 /* ---- two accounts of one file ---------------------------------------- */
 
-/* Adds what only `from` knows. Returns whether they disagree about a value that
- * both know, content aside; keys have nine digits. */
+/* Adds the values that only `from` knows. Returns whether both know a value and
+ * disagree, content excepted; keys have nine digits. */
 static bool merge(view_about *a, const view_about *from)
 {
     bool differ = false;

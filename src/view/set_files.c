@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The files of a set by content and by name, and whether they changed. */
+/* Finds the files of a set by content and by name, and detects changes. */
 #include "view/set_parts.h"
 
 #include <dirent.h>
@@ -17,10 +17,9 @@ enum {
     MAGIC = 12
 };
 
-/* The viewer waits this much longer if a file is gone: it may still come. */
+/* The viewer waits this many times longer for a file that is gone: it may
+ * reappear. */
 static const double GONE = 12;
-
-/* ---- what a file is -------------------------------------------------- */
 
 static const struct {
     const char *begin;
@@ -81,8 +80,6 @@ bool view_is_map(const char *path)
     return kind == VIEW_FILE_OTHER || kind == VIEW_FILE_PIPE;
 }
 
-/* ---- names ----------------------------------------------------------- */
-
 static size_t stem_length(const char *name)
 {
     const char *dot = strrchr(name, '.');
@@ -121,8 +118,6 @@ view_content view_file_content(const char *path, size_t *length)
     return VIEW_CONTENTS;
 }
 
-/* ---- a directory ------------------------------------------------------ */
-
 static int choose_specular(const struct dirent *entry)
 {
     const char *name = entry->d_name, *dot = strrchr(name, '.');
@@ -158,7 +153,7 @@ static void fail_several(const char *path, struct dirent *const *found,
               text);
 }
 
-/* The specular file of a directory, for free(). */
+/* The specular file of a directory; the caller must free it. */
 static char *find_in_directory(const char *path)
 {
     struct dirent **names = NULL;
@@ -198,8 +193,6 @@ char *view_file_specular(const char *path)
         view_file_no_memory(path);
     return found;
 }
-
-/* ---- files that change ------------------------------------------------- */
 
 void view_set_see(baked_set *set, int i)
 {

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Sets that are baked here, and textures that a set has not, made of those it
- * has. */
+/* Bakes sets, and makes the textures that a set lacks from those it has. */
 #include "view/set_parts.h"
 
 #include <math.h>
@@ -9,17 +8,17 @@
 #include "view/message.h"
 
 enum {
-    SH_EDGE = 16,   /* of an irradiance map made of harmonics */
-    MAP_EDGE = 128, /* of the cube that is taken for a map at most */
-    LAST_EDGE = 8   /* smaller ones are too coarse to stand for irradiance */
+    SH_EDGE = 16,   /* of an irradiance map made from harmonics */
+    MAP_EDGE = 128, /* largest edge of the cube that becomes a map */
+    LAST_EDGE = 8   /* smaller levels are too coarse for irradiance */
 };
 
-/* Level 0 may be summed up to this roughness: alpha 0.04 widens the cosine's
+/* Highest roughness of a level 0 that is summed: alpha 0.04 widens the cosine's
  * lobe by less than a texel. */
 #define SMOOTH 0.2
 
-/* A level of the chain, as level 0 of a cube. What no light can be is 0.
- * Returns the largest component. */
+/* Decodes a level of the chain into level 0 of a cube; negative and non-finite
+ * values become 0. Returns the largest component. */
 static float decode_level(const baked_set *set, int level, const ibl_cube *cube)
 {
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
@@ -42,7 +41,7 @@ static float decode_level(const baked_set *set, int level, const ibl_cube *cube)
 
 /* ---- irradiance ------------------------------------------------------ */
 
-/* Mips of a cube, as levels of a chain. */
+/* Number of mips down to MAP_EDGE. */
 static int mips_of(int size)
 {
     int levels = 1;
@@ -93,7 +92,7 @@ static ibl_status irradiance_of_sh(ibl_ctx *ctx, const baked_set *set,
     return status;
 }
 
-/* At roughness 1 GGX and Phong are the cosine itself. */
+/* At roughness 1 GGX and Phong equal the cosine lobe. */
 static bool last_is_irradiance(const baked_set *set)
 {
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
@@ -114,13 +113,13 @@ static ibl_status irradiance_of_last(ibl_ctx *ctx, const baked_set *set,
     return status;
 }
 
-/* level0: with room for its mips. *from: what it is made of, for a note. */
+/* level0 has room for its mips. *from names the source, for a note. */
 static ibl_status make_irradiance(ibl_ctx *ctx, const baked_set *set,
                                   ibl_cube *level0, ibl_cube *out,
                                   const char **from)
 {
     const float most = ibl_pixel_max(set->texture[VIEW_SPECULAR].pixel);
-    /* Neither blurred nor with a sun that its pixels could not hold. */
+    /* Level 0 is neither blurred nor clipped by its pixel format. */
     const bool whole =
         decode_level(set, 0, level0) < most && set->roughness[0] <= SMOOTH;
 
@@ -213,9 +212,9 @@ static bool take(ibl_ctx *ctx, const ibl_bake_result *result,
     return view_set_fill(ctx, set);
 }
 
-/* Into a set that has its name, or has not for want of memory. */
-static bool bake(ibl_ctx *ctx, const ibl_environment *env,
-                 const ibl_specular_options *specular, baked_set *set)
+bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
+                               const ibl_specular_options *specular,
+                               baked_set *set)
 {
     ibl_bake_options opts = ibl_bake_options_default();
     ibl_bake_result result = {0};
@@ -230,18 +229,6 @@ static bool bake(ibl_ctx *ctx, const ibl_environment *env,
                     take(ctx, &result, &opts.specular_options, set);
     ibl_bake_result_free(&result);
     return ok;
-}
-
-bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
-                         const ibl_specular_options *opts, baked_set *set)
-{
-    const ibl_environment env = {.image = map};
-
-    *set = (baked_set){.name = strdup(name)};
-    if (bake(ctx, &env, opts, set))
-        return true;
-    view_set_free(set);
-    return false;
 }
 
 static ibl_status read_rows(void *cookie, int rows, float *rgb)
@@ -259,7 +246,7 @@ static bool bake_source(ibl_ctx *ctx, const char *path, baked_set *set)
                                  .height = ibl_source_height(source),
                                  .read = read_rows,
                                  .cookie = source};
-    const bool ok = bake(ctx, &env, NULL, set);
+    const bool ok = view_set_bake_environment(ctx, &env, NULL, set);
     ibl_source_close(source);
     return ok;
 }

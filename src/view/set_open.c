@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Reads the files of a set and brings together what they say. */
+/* Reads the files of a set and combines their metadata. */
 #include "view/set_parts.h"
 
 #include <errno.h>
@@ -13,7 +13,7 @@
 #include "common/path.h"
 #include "view/message.h"
 
-/* A set in the making. */
+/* A set that is being opened. */
 typedef struct opener {
     ibl_ctx *ctx;
     baked_set *set;
@@ -22,8 +22,8 @@ typedef struct opener {
 
 /* ---- the other files -------------------------------------------------- */
 
-/* Sets *out to the path of a file beside the specular one, if it is there.
- * False: no memory. */
+/* Sets *out to the path of a file beside the specular one, if it exists. False:
+ * no memory. */
 static bool try_name(const opener *o, const char *name, char **out)
 {
     char *path = ibl_path_beside(o->set->path[VIEW_SPECULAR], name);
@@ -38,9 +38,9 @@ static bool try_name(const opener *o, const char *name, char **out)
     return true;
 }
 
-/* Where a content's file is: as the sidecar says, as iblbake names it beside
- * the specular file, then with other extensions. The table's name has a stem by
- * its geometry. *out NULL: nowhere. */
+/* Finds the file of a content: first the one that the sidecar names, then the
+ * one that iblbake would write beside the specular file, then other extensions.
+ * The stem of a table depends on its geometry. *out NULL: not found. */
 static bool find_beside(const opener *o, view_content content, char **out)
 {
     const char *listed = view_sidecar_file(o->sidecar, content);
@@ -69,8 +69,8 @@ static bool find_beside(const opener *o, view_content content, char **out)
 
 /* ---- what fits -------------------------------------------------------- */
 
-/* What a content is called in messages, and what to do about a file that is not
- * what it was taken for. */
+/* Names of the contents in messages, and the advice about a file of the wrong
+ * kind. */
 static const struct {
     const char *words, *remedy;
 } contents[VIEW_CONTENTS] = {
@@ -113,7 +113,8 @@ static bool check_shape(const ibl_texture *tex, const char *path,
     return true;
 }
 
-/* By its keys, the sidecar or, last, the name. Any cube does for a sky. */
+/* Checks the content by keys, sidecar or, last, file name. Any cube can be a
+ * sky. */
 static bool check_content(const char *path, view_content wanted,
                           const view_about *about)
 {
@@ -130,7 +131,7 @@ static bool check_content(const char *path, view_content wanted,
                      contents[wanted].remedy);
 }
 
-/* Reads the file of a content, and how it was baked. */
+/* Reads the file of a content and how it was baked. */
 static bool load(opener *o, view_content content, view_about *about)
 {
     ibl_texture *tex = &o->set->texture[content];
@@ -152,7 +153,7 @@ static bool load(opener *o, view_content content, view_about *about)
 
 /* ---- the specular chain ----------------------------------------------- */
 
-/* What the spheres cannot make up for. */
+/* Reports properties that make the spheres inexact. */
 static void note_misfits(const baked_set *set)
 {
     if (set->lobe != IBL_LOBE_GGX)
@@ -200,7 +201,7 @@ static bool take_specular(baked_set *set, const view_about *a)
     return true;
 }
 
-/* Name and sidecar of a specular file. */
+/* Sets the name and reads the sidecar of a specular file. */
 static bool open_sidecar(opener *o, const char *path)
 {
     baked_set *set = o->set;
@@ -234,9 +235,7 @@ static bool open_specular(opener *o, const char *path)
            take_specular(o->set, &about);
 }
 
-/* ---- all of it -------------------------------------------------------- */
-
-/* Opens the named file, or the one beside; none is no failure. */
+/* Opens the named file, or the one beside; it is no error if there is none. */
 static bool open_other(opener *o, view_content content, const char *named)
 {
     baked_set *set = o->set;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the files set_*.c share: they read and make a baked_set. */
+/* Shared by the files set_*.c, which read and make a baked_set. */
 #ifndef VIEW_SET_PARTS_H
 #define VIEW_SET_PARTS_H
 
@@ -7,8 +7,8 @@
 
 #include "view/baked_set.h"
 
-/* "specular", "irradiance", "brdf_lut", "skybox": in names of files, keys and
- * sidecars. Ended by NULL. */
+/* "specular", "irradiance", "brdf_lut", "skybox" in file names, keys and
+ * sidecars; ended by NULL. */
 extern const char *const view_content_names[VIEW_CONTENTS + 1];
 
 /* ---- files by content and by name (set_files.c) ------------------------- */
@@ -18,32 +18,33 @@ typedef enum view_file_kind {
     VIEW_FILE_JSON,
     VIEW_FILE_OTHER,
     VIEW_FILE_DIRECTORY,
-    VIEW_FILE_PIPE,   /* or a device: it has no content to look at */
-    VIEW_FILE_MISSING /* errno says why */
+    VIEW_FILE_PIPE,   /* or a device; its content is not examined */
+    VIEW_FILE_MISSING /* errno holds the reason */
 } view_file_kind;
 
-/* *words: what to call anything but a texture, a pipe or a missing file, as "a
- * PNG picture" after "is". */
+/* Kind of a file by its content. *words names it for messages after "is", as "a
+ * PNG picture"; unset for textures, pipes and missing files. */
 view_file_kind view_file_look(const char *path, const char **words);
 
-/* The name in a path without its last extension, for free(). */
+/* The file name without its last extension; the caller must free it. */
 char *view_file_stem(const char *path);
-/* The content whose name ends that, "brdf_lut" or after a "_"; VIEW_CONTENTS:
- * none. *length is that of what is before "_", or of all. */
+/* The content whose name is the end of the file's stem: "brdf_lut" itself or
+ * after a "_"; VIEW_CONTENTS: none. *length: bytes before the "_", or of the
+ * whole stem. */
 view_content view_file_content(const char *path, size_t *length);
-/* The specular file that a directory's or its own path means, for free(). NULL,
- * with a message. */
+/* The specular file of a directory, or path itself; the caller must free it.
+ * NULL, with a message. */
 char *view_file_specular(const char *path);
-/* Prints that there is no memory to open path; false. */
+/* Reports that there is no memory to open path; returns false. */
 bool view_file_no_memory(const char *path);
 
-/* Fills entry i of set->seen; called before that file is read. */
+/* Stores the state of file i in set->seen; call it before reading the file. */
 void view_set_see(baked_set *set, int i);
 
 /* ---- how a file was baked (set_about.c) --------------------------------- */
 
-/* Places in view_about. Mapping, lobe and geometry are the library's
- * enumerations, content is view_content, scale is 0 for E/pi and 1 for E. */
+/* Indices in view_about. Mapping, lobe and geometry hold the library's
+ * enumerations, content a view_content, scale 0 for E/pi and 1 for E. */
 enum {
     VIEW_ABOUT_CONTENT,
     VIEW_ABOUT_MAPPING,
@@ -52,7 +53,7 @@ enum {
     VIEW_ABOUT_SCALE,
     VIEW_ABOUT_LOD_SCALE,
     VIEW_ABOUT_LOD_OFFSET,
-    VIEW_ABOUT_LEVELS, /* how many roughnesses follow */
+    VIEW_ABOUT_LEVELS, /* number of roughnesses that follow */
     VIEW_ABOUT_ROUGHNESS,
     VIEW_ABOUT_COUNT = VIEW_ABOUT_ROUGHNESS + IBL_MAX_LEVELS
 };
@@ -62,29 +63,29 @@ typedef struct view_about {
     double value[VIEW_ABOUT_COUNT];
 } view_about;
 
-/* From the keys iblbake.* of a texture of the set and, what they do not say,
- * from the sidecar's entry of its file; a note where they differ. Nothing known
- * is no failure. False, with a message, if a value makes no sense or the
- * sidecar is of another bake. */
+/* Reads the keys iblbake.* of a texture of the set, then the sidecar's entry of
+ * its file for values without a key; a note where both differ. It is no error
+ * if nothing is known. False, with a message, if a value is invalid or the
+ * sidecar belongs to another bake. */
 bool view_about_read(const baked_set *set, view_content content,
                      const json_t *sidecar, view_about *a);
 
-/* Reads NAME.json; *root is to be freed with json_decref. It is NULL where
- * there is no such file, or one that iblbake did not write (with a note).
+/* Reads NAME.json; the caller must free *root with json_decref. *root is NULL
+ * if there is no such file, or if iblbake did not write it (with a note).
  * False, with a message, if it is damaged. */
 bool view_sidecar_open(const char *path, json_t **root);
-/* The name, never a path, of a content's file; NULL: none. */
+/* The name, without a directory, of a content's file; NULL: none. */
 const char *view_sidecar_file(const json_t *root, view_content content);
-/* The harmonics into set; its degree is -1 where there are none. */
+/* Reads the harmonics into set; sh_degree -1: there are none. */
 bool view_sidecar_sh(const json_t *root, baked_set *set);
 
 /* ---- missing textures (set_make.c) --------------------------------------- */
 
-/* Makes the table and irradiance of a set whose specular chain is there, with
- * its roughness, where they are missing. */
+/* Makes the missing table and irradiance of a set that has its specular chain
+ * and roughness. */
 bool view_set_fill(ibl_ctx *ctx, baked_set *set);
-/* The cosine-weighted harmonics of radiance, 3 for each (l, m) to a degree of
- * VIEW_SH_DEGREE or less. */
+/* Stores the cosine-weighted harmonics of radiance: 3 for each (l, m) up to
+ * degree, which is VIEW_SH_DEGREE or less. */
 void view_set_harmonics(baked_set *set, int degree, const double *radiance);
 
 #endif

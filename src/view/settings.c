@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/settings.h"
 
-/* Lights stand before the corners of the default grid; each gives about as much
- * as a bright overcast sky. */
+/* Radiant intensity of lights before the corners of the default grid; each
+ * gives about as much as a bright overcast sky. */
 static const double lamp = 60;
 
 view_settings view_settings_default(void)

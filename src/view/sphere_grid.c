@@ -6,10 +6,9 @@
 #include "view/vector.h"
 
 static const double radius = 0.45;
-/* Of a picture's height or width that a fitted grid leaves free. */
+/* Share of a picture's height or width that a fitted grid leaves free on each
+ * side. */
 static const double border = 0.04;
-
-/* ---- materials -------------------------------------------------------- */
 
 /*
  * F0 of metals: Akenine-Moller et al. 2018, "Real-Time Rendering", 4th edition,
@@ -24,7 +23,7 @@ static const double border = 0.04;
  */
 #define METALS "Real-Time Rendering, 4th edition, table 9.2"
 #define PLASTICS "Sultanova et al. 2003"
-#define GLOSS 0.04 /* dielectrics without a name of their own: n = 1.5 */
+#define GLOSS 0.04 /* other dielectrics: n = 1.5 */
 
 /* clang-format off */
 const view_material view_materials[VIEW_MATERIALS + 1] = {
@@ -45,8 +44,6 @@ const view_material view_materials[VIEW_MATERIALS + 1] = {
     {.name = NULL},
 };
 /* clang-format on */
-
-/* ---- the grid --------------------------------------------------------- */
 
 static double mix(double a, double b, double t)
 {
@@ -107,8 +104,6 @@ int view_grid_hit(const view_sphere *spheres, int count, const double eye[3],
     }
     return hit;
 }
-
-/* ---- the camera ------------------------------------------------------- */
 
 static const double degree = M_PI / 180;
 
@@ -184,8 +179,6 @@ void view_camera_ray(const view_camera *c, int width, int height, double x,
     normalise3(direction);
 }
 
-/* ---- the environment's turn ------------------------------------------- */
-
 void view_turn(double turn_deg, const double world[3], double env[3])
 {
     const double c = cos(turn_deg * degree), s = sin(turn_deg * degree);
@@ -194,9 +187,4 @@ void view_turn(double turn_deg, const double world[3], double env[3])
     env[0] = c * x - s * z;
     env[1] = world[1];
     env[2] = s * x + c * z;
-}
-
-void view_unturn(double turn_deg, const double env[3], double world[3])
-{
-    view_turn(-turn_deg, env, world);
 }

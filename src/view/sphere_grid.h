@@ -9,9 +9,9 @@ typedef struct view_material {
     const char *name;     /* "gold", ... */
     double metal[3];      /* F0 of the metal end, linear Rec. 709 */
     double dielectric_f0; /* of the other end */
-    double diffuse;       /* the diffuse colour of the other end is so much of
-                             that: 1 or 0 */
-    const char *source;   /* where the numbers are from */
+    double diffuse; /* 1 if the dielectric end has metal as its diffuse colour,
+                       0 if it has none */
+    const char *source; /* source of the numbers */
 } view_material;
 
 enum {
@@ -34,25 +34,25 @@ typedef struct view_sphere {
 int view_grid(const view_settings *s,
               view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID]);
 
-/* right and up are scaled so that the ray through (x, y), each -1..1 from the
- * lower left, is along forward + x right + y up. */
+/* The ray through (x, y), each -1..1 from the lower left, is along
+ * forward + x right + y up. */
 typedef struct view_camera {
     double eye[3], right[3], up[3], forward[3];
     double near, far;
 } view_camera;
 
 view_camera view_camera_of(const view_settings *s, int width, int height);
-/* World to clip space, column-major as OpenGL has it. */
+/* World to clip space, column-major. */
 void view_camera_matrix(const view_camera *c, double matrix[16]);
 /* Unit direction through the centre of pixel (x, y), row 0 on top. */
 void view_camera_ray(const view_camera *c, int width, int height, double x,
                      double y, double direction[3]);
-/* Index of the nearest sphere along the ray, and its normal there; -1: none.
- * normal may be NULL. */
+/* Index of the nearest sphere along the ray, and its normal at the hit; -1:
+ * none. normal may be NULL. */
 int view_grid_hit(const view_sphere *spheres, int count, const double eye[3],
                   const double direction[3], double normal[3]);
-/* A direction of the world turned into the environment's own, and back. */
+/* Turns a direction of the world into the frame of an environment that is
+ * turned by turn_deg; -turn_deg turns it back. */
 void view_turn(double turn_deg, const double world[3], double env[3]);
-void view_unturn(double turn_deg, const double env[3], double world[3]);
 
 #endif

@@ -5,16 +5,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "view/clock.h"
+#include "common/clock.h"
 #include "view/inspect.h"
 #include "view/message.h"
 #include "view/picture.h"
 #include "view/screen.h"
 
 enum {
-    SMALL_EDGE = 16, /* of a picture that nobody asked for */
-    GAP = 4,         /* of a sheet: pixels between pictures and around them */
-    SHADE = 32       /* its grey */
+    SMALL_EDGE = 16, /* of the picture that captures need */
+    GAP = 4,         /* pixels of a sheet between pictures and around them */
+    SHADE = 32       /* grey of a sheet's background */
 };
 
 bool view_still_draw(view_renderer *r, const view_options *o,
@@ -27,15 +27,15 @@ bool view_still_draw(view_renderer *r, const view_options *o,
                        : o->samples ? o->samples
                                     : VIEW_DEFAULT_SAMPLES;
 
-    view_renderer_restart(r); /* of a sheet each is a picture of its own */
+    view_renderer_restart(r); /* each picture of a sheet has its own samples */
     for (int left = wanted; left > 0; left -= VIEW_FRAME_SAMPLES) {
-        const double begun = view_clock();
+        const double begun = ibl_now();
         view_renderer_pace(r, left < VIEW_FRAME_SAMPLES ? left
                                                         : VIEW_FRAME_SAMPLES);
         if (!view_renderer_draw(r, s, o->size[0], o->size[1]))
             return false;
         gl.Finish();
-        *ms = 1e3 * (view_clock() - begun);
+        *ms = 1e3 * (ibl_now() - begun);
         view_stats_add(stats, *ms);
     }
     return true;
@@ -61,17 +61,15 @@ static bool draw_picture(view_app *app)
         return false;
     if (o->verbose)
         printf("%.1f ms a frame\n", ms);
-    if (o->verbose && o->settings.mode == VIEW_SCENE) {
-        view_report_sun(view_renderer_stage(r));
-        view_report_probe(view_renderer_stage(r), o->settings.probe_filter);
-    }
+    if (o->verbose && o->settings.mode == VIEW_SCENE)
+        view_report_scene(view_renderer_stage(r), o->settings.probe_filter);
     if (!o->quiet && o->settings.compare != VIEW_SPLIT_SUM)
         view_report_print(r, &o->settings);
     return write_picture(app) &&
            (!o->stats || view_stats_end(&app->stats, r, &o->settings));
 }
 
-/* Captures are the same in every picture: a small one will do. */
+/* Captures do not depend on the picture: a small one is enough. */
 static bool save_probes(const view_app *app)
 {
     const view_options *o = app->options;
@@ -102,7 +100,7 @@ static int axis_count(int axis, const baked_set *set)
                                    : counts[axis];
 }
 
-/* Sets the settings of place i along an axis, and its label. */
+/* Applies step i of an axis to the settings, and labels it. */
 static void axis_apply(int axis, const baked_set *set, int i, view_settings *s,
                        char *label, size_t size)
 {
@@ -222,8 +220,6 @@ static bool draw_sheet(view_app *app)
     return ok;
 }
 
-/* ---- the whole ----------------------------------------------------------- */
-
 static bool make(view_app *app)
 {
     const view_options *o = app->options;
@@ -236,13 +232,14 @@ static bool make(view_app *app)
            (!o->save_probes || save_probes(app));
 }
 
-/* What is asked for, on a screen as large as a picture. */
+/* Makes the outputs on a screen as large as a picture. */
 static bool draw(view_app *app)
 {
     const view_options *o = app->options;
     const bool picture = o->offscreen || o->contact_sheet;
-    view_screen *screen = picture ? view_screen_memory(o->size[0], o->size[1])
-                                  : view_screen_memory(SMALL_EDGE, SMALL_EDGE);
+    view_screen *screen =
+        view_screen_memory(picture ? o->size[0] : SMALL_EDGE,
+                           picture ? o->size[1] : SMALL_EDGE, NULL);
     const bool ok = screen && make(app);
 
     if (screen)

@@ -4,13 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/clock.h"
 #include "view/aim.h"
-#include "view/clock.h"
 #include "view/message.h"
 #include "view/program.h"
 #include "view/upload.h"
 
-/* Targets: the sky alone; sky and spheres of one pass; the mean of all. */
+/* Targets: the sky; sky and spheres of one pass; the mean of all passes. */
 enum {
     SKY,
     PASS,
@@ -18,10 +18,11 @@ enum {
     TARGETS
 };
 
-/* Samples of one draw call: systems reset a GPU that is busy for seconds. */
+/* Most samples of a draw call: systems reset a GPU that is busy for seconds. */
 #define MOST_SAMPLES 16
-/* By the clock: the most in one frame, and the time that it should take. After
- * a change it begins with few, so only a still picture waits that long. */
+/* With samples set by the clock: most samples of a frame, and the time limits
+ * between which their number stays. A changed picture starts with few, so only
+ * a still picture takes that long. */
 #define MOST_BY_CLOCK 64
 static const double quick_seconds = 0.05, slow_seconds = 0.1;
 
@@ -31,13 +32,12 @@ struct view_truth {
     GLuint tokens, chance; /* textures */
     GLuint target[TARGETS], framebuffer[TARGETS];
     int width, height;
-    view_frame shown; /* what has part in the samples so far */
-    bool fresh;       /* nothing is in the targets */
-    int samples;
-    int by_clock; /* samples of the next frame */
+    view_frame shown; /* frame of the samples so far */
+    int samples;      /* in the mean; 0: the targets hold nothing */
+    int by_clock;     /* samples of the next frame */
 };
 
-static bool make_programs(view_truth *t)
+static bool make(view_truth *t)
 {
     t->spheres = view_program("sphere.vert", "truth.frag");
     t->sky = t->spheres ? view_program("full.vert", "sky.frag") : 0;
@@ -49,27 +49,23 @@ static bool make_programs(view_truth *t)
     t->environment = gl.GetUniformLocation(t->spheres, "environment_map");
     t->aim_edge = gl.GetUniformLocation(t->spheres, "aim_edge");
     t->part = gl.GetUniformLocation(t->mean, "part");
-    return true;
-}
-
-view_truth *view_truth_create(void)
-{
-    view_truth *t = calloc(1, sizeof *t);
-
-    if (!t) {
-        view_fail("no memory for the reference");
-        return NULL;
-    }
-    if (!make_programs(t)) {
-        view_truth_free(t);
-        return NULL;
-    }
     gl.GenTextures(1, &t->tokens);
     gl.GenTextures(1, &t->chance);
     gl.GenFramebuffers(TARGETS, t->framebuffer);
     t->by_clock = 1;
-    t->fresh = true;
-    return t;
+    return true;
+}
+
+view_truth *view_truth_create(const baked_set *set)
+{
+    view_truth *t = calloc(1, sizeof *t);
+
+    if (!t)
+        view_fail("no memory for the reference");
+    else if (make(t) && view_truth_load(t, set))
+        return t;
+    view_truth_free(t);
+    return NULL;
 }
 
 void view_truth_free(view_truth *t)
@@ -101,7 +97,7 @@ static void upload_aim(view_truth *t, const view_aim *aim)
 
 bool view_truth_load(view_truth *t, const baked_set *set)
 {
-    /* A skybox has the environment where level 0 is rough. */
+    /* If level 0 is rough, a skybox has the sharper environment. */
     const bool sky = set->roughness[0] > 0.0 && set->texture[VIEW_SKY].data;
     view_aim aim;
 
@@ -121,7 +117,6 @@ bool view_truth_load(view_truth *t, const baked_set *set)
 void view_truth_restart(view_truth *t)
 {
     t->samples = 0;
-    t->fresh = true;
 }
 
 static bool resize(view_truth *t, int width, int height)
@@ -140,27 +135,14 @@ static bool resize(view_truth *t, int width, int height)
     gl.ActiveTexture(GL_TEXTURE0);
     t->width = width;
     t->height = height;
-    t->fresh = true;
+    t->samples = 0;
     return view_gl_check("the reference's pictures");
 }
 
-/* What of a frame the samples depend on. */
-static view_frame part_of(const view_frame *frame)
+/* Draws the sky, which has no noise; clears the mean, which may hold NaN. */
+static void begin(view_truth *t, const view_frame *frame)
 {
-    view_frame f = view_frame_linear(frame);
-
-    f.choice[1] = 0; /* diffuse */
-    memset(f.inspect, 0, sizeof f.inspect);
-    memset(f.inspect_at, 0, sizeof f.inspect_at);
-    return f;
-}
-
-/* Draws the sky, which has no noise, once; and clears the mean, of what might
- * be no number. */
-static void begin(view_truth *t, const view_frame *part)
-{
-    t->shown = *part;
-    t->fresh = false;
+    t->shown = *frame;
     t->samples = 0;
     t->by_clock = t->by_clock > 4 ? t->by_clock / 4 : 1;
     gl.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);
@@ -170,7 +152,7 @@ static void begin(view_truth *t, const view_frame *part)
     view_gl_draw_full(t->sky);
 }
 
-/* Adds samples, MOST_SAMPLES at most. */
+/* Adds samples, at most MOST_SAMPLES. */
 static void draw_pass(view_truth *t, GLuint instances, int count, int samples)
 {
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, t->framebuffer[SKY]);
@@ -193,7 +175,7 @@ static void draw_pass(view_truth *t, GLuint instances, int count, int samples)
     gl.Disable(GL_BLEND);
 }
 
-/* By twos, as a frame has costs that are not of its samples. */
+/* Doubles or halves the samples, since a frame also has fixed costs. */
 static int next_by_clock(int samples, double took)
 {
     if (took < quick_seconds)
@@ -204,16 +186,15 @@ static int next_by_clock(int samples, double took)
 bool view_truth_draw(view_truth *t, const view_frame *frame, GLuint instances,
                      int count, int width, int height, int samples)
 {
-    const view_frame part = part_of(frame);
     const bool by_clock = samples == 0;
-    const double start = by_clock ? view_clock() : 0.0;
+    const double start = by_clock ? ibl_now() : 0.0;
 
     if ((width != t->width || height != t->height) && !resize(t, width, height))
         return false;
     gl.Viewport(0, 0, width, height);
     gl.Disable(GL_BLEND);
-    if (t->fresh || memcmp(&part, &t->shown, sizeof part) != 0)
-        begin(t, &part);
+    if (!t->samples || memcmp(frame, &t->shown, VIEW_FRAME_REFERENCE) != 0)
+        begin(t, frame);
     if (by_clock)
         samples = t->by_clock;
     if (samples > VIEW_TRUTH_SAMPLES - t->samples)
@@ -223,7 +204,7 @@ bool view_truth_draw(view_truth *t, const view_frame *frame, GLuint instances,
                   left < MOST_SAMPLES ? left : MOST_SAMPLES);
     if (by_clock && samples > 0) {
         gl.Finish();
-        t->by_clock = next_by_clock(samples, view_clock() - start);
+        t->by_clock = next_by_clock(samples, ibl_now() - start);
     }
     return true;
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The integral that the split sum approximates: for each pixel the whole BRDF
  * (GGX with the geometry of the table, Schlick's Fresnel, and the diffuse part)
- * against level 0, by importance sampling, some samples a frame, added up. N
- * samples are the first N of one sequence, however divided into frames. */
+ * against level 0, by importance sampling, accumulated over frames. N samples
+ * are the first N of one sequence, however divided into frames. */
 #ifndef VIEW_TRUTH_H
 #define VIEW_TRUTH_H
 
@@ -14,14 +14,15 @@
 
 typedef struct view_truth view_truth;
 
-#define VIEW_TRUTH_SAMPLES 4096 /* a pixel; then it rests */
+#define VIEW_TRUTH_SAMPLES 4096 /* most samples of a pixel */
 
-view_truth *view_truth_create(void); /* NULL, with a message */
+/* Loads set as view_truth_load does. NULL, with a message. */
+view_truth *view_truth_create(const baked_set *set);
 void view_truth_free(view_truth *t); /* NULL is fine */
-/* Makes the table of lights (aim.h) of the set whose textures are bound from
- * now on, and begins anew. False, with a message. */
+/* Makes the table of lights (aim.h) of a set, whose textures must be bound from
+ * now on, and restarts. False, with a message. */
 bool view_truth_load(view_truth *t, const baked_set *set);
-/* Begins anew: the spheres in the vertex array were changed. */
+/* Discards all samples; call it when the spheres have changed. */
 void view_truth_restart(view_truth *t);
 /*
  * Adds samples to the picture of width x height; begins anew if frame differs
@@ -37,6 +38,6 @@ bool view_truth_draw(view_truth *t, const view_frame *frame, GLuint instances,
 /* RGBA32F: the mean of all samples, composed with the sky as the split sum is.
  * 0 before the first draw. */
 GLuint view_truth_texture(const view_truth *t);
-int view_truth_samples(const view_truth *t); /* a pixel has by now */
+int view_truth_samples(const view_truth *t); /* samples of each pixel so far */
 
 #endif

@@ -58,8 +58,11 @@ static void upload_level(const ibl_texture *tex, GLenum target, int level)
                           tex->data + ibl_texture_offset(tex, level, face));
 }
 
-static GLuint upload(const ibl_texture *tex, GLenum target, const char *name)
+GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name)
 {
+    const GLenum target = cubes                     ? GL_TEXTURE_CUBE_MAP_ARRAY
+                          : tex->faces == IBL_FACES ? GL_TEXTURE_CUBE_MAP
+                                                    : GL_TEXTURE_2D;
     GLuint texture = 0;
 
     if (!fits(tex, target, name))
@@ -73,18 +76,6 @@ static GLuint upload(const ibl_texture *tex, GLenum target, const char *name)
         return texture;
     gl.DeleteTextures(1, &texture);
     return 0;
-}
-
-GLuint view_upload(const ibl_texture *tex, const char *name)
-{
-    return upload(tex,
-                  tex->faces == IBL_FACES ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D,
-                  name);
-}
-
-GLuint view_upload_cubes(const ibl_texture *tex, const char *name)
-{
-    return upload(tex, GL_TEXTURE_CUBE_MAP_ARRAY, name);
 }
 
 GLuint view_float_target(int width, int height)

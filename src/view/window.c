@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The window by GLFW, whose error texts become part of our messages. */
+/* The window, by GLFW, whose error texts become part of our messages. */
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -7,16 +7,16 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "common/clock.h"
 #include "view/app.h"
-#include "view/clock.h"
 #include "view/gl.h"
 #include "view/key_bindings.h"
 #include "view/message.h"
 #include "view/motion.h"
 #include "view/truth.h"
 
-static const double POLL_S = 0.5;   /* how often files are looked at */
-static const double BAKING_S = 0.1; /* how often a bake is asked */
+static const double POLL_S = 0.5;   /* seconds between checks of files */
+static const double BAKING_S = 0.1; /* seconds between checks of a bake */
 
 static char reason[512];
 
@@ -47,8 +47,7 @@ static void on_character(GLFWwindow *window, unsigned int code)
     press(app_of(window), (int)code);
 }
 
-/* Keys with a character come by on_character, as the keyboard's layout has
- * them. */
+/* Keys with a character arrive in on_character, by the keyboard's layout. */
 static void on_key(GLFWwindow *window, int key, int scancode, int action,
                    int mods)
 {
@@ -59,7 +58,7 @@ static void on_key(GLFWwindow *window, int key, int scancode, int action,
         press(app_of(window), back ? VIEW_KEY_BACK_TAB : VIEW_KEY(key));
 }
 
-/* The pointer is there, in pixels of the framebuffer; it may not have moved. */
+/* Handles the pointer at a pixel of the framebuffer; it may not have moved. */
 static void move_to(view_app *app, double x, double y)
 {
     view_settings *s = &app->settings;
@@ -78,7 +77,7 @@ static void move_to(view_app *app, double x, double y)
         s->split = x < 0 ? 0 : x > app->width ? 1 : x / app->width;
 }
 
-/* Positions come in screen coordinates. */
+/* Converts positions from screen coordinates. */
 static void on_move(GLFWwindow *window, double x, double y)
 {
     view_app *app = app_of(window);
@@ -89,8 +88,7 @@ static void on_move(GLFWwindow *window, double x, double y)
         move_to(app, x * app->width / width, y * app->height / height);
 }
 
-/* The place is that of the last move: glfwGetCursorPos is ahead of events still
- * to come. */
+/* Uses the last position: glfwGetCursorPos may be ahead of pending events. */
 static void on_button(GLFWwindow *window, int button, int action, int mods)
 {
     view_app *app = app_of(window);
@@ -104,7 +102,7 @@ static void on_button(GLFWwindow *window, int button, int action, int mods)
     move_to(app, app->mouse[0], app->mouse[1]);
 }
 
-/* While a button is held the window hears of the pointer out there as well. */
+/* While a button is held, the window still gets the pointer's positions. */
 static void on_enter(GLFWwindow *window, int entered)
 {
     view_app *app = app_of(window);
@@ -139,7 +137,7 @@ static void on_refresh(GLFWwindow *window)
     app_of(window)->redraw = true;
 }
 
-/* A window that is minimized may have no pixels: it has one here. */
+/* A minimized window may have no pixels: it gets one here. */
 static void on_size(GLFWwindow *window, int width, int height)
 {
     view_app *app = app_of(window);
@@ -167,7 +165,7 @@ static void listen(GLFWwindow *window)
 
 /* ---- errors of the X11 display ---------------------------------------- */
 
-/* From X11/Xlib.h, which need not be there to build with GLFW. */
+/* From X11/Xlib.h, which is not needed to build with GLFW. */
 typedef struct x_error {
     int type;
     void *display;
@@ -186,8 +184,8 @@ static int on_error(void *display, x_error *error)
     return error->code == BAD_WINDOW ? 0 : other_errors(display, error);
 }
 
-/* GLFW answers the window that something is dragged from. If it is gone, Xlib
- * would end this program. */
+/* GLFW replies to the window that something is dragged from. If that window is
+ * gone, Xlib would end this program. */
 static void survive_others_windows(void)
 {
     x_handler *(*set)(x_handler *);
@@ -201,7 +199,7 @@ static void survive_others_windows(void)
 
 /* ---- the window ---------------------------------------------------------- */
 
-/* No depth, no samples: what is drawn here is a picture that is ready. */
+/* No depth, no samples: only finished pictures are drawn here. */
 static GLFWwindow *create(const view_options *o)
 {
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
@@ -211,7 +209,7 @@ static GLFWwindow *create(const view_options *o)
     glfwWindowHint(GLFW_DEPTH_BITS, 0);
     glfwWindowHint(GLFW_STENCIL_BITS, 0);
     glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-    /* What a desktop knows the program's windows by. */
+    /* names by which desktops identify windows */
     glfwWindowHintString(GLFW_X11_CLASS_NAME, "iblview");
     glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "iblview");
     return glfwCreateWindow(o->size[0], o->size[1], "iblview", NULL, NULL);
@@ -237,7 +235,7 @@ static bool open_window(view_app *app)
     if (!view_gl_load(glfwGetProcAddress))
         return false;
     glfwSwapInterval(1);
-    survive_others_windows(); /* of GLFW's own it has taken care by now */
+    survive_others_windows(); /* GLFW has installed its handler by now */
     listen(app->window);
     glfwGetFramebufferSize(app->window, &width, &height);
     on_size(app->window, width, height);
@@ -248,7 +246,7 @@ static bool open_window(view_app *app)
 
 /* ---- frames -------------------------------------------------------------- */
 
-/* Whether the next frame is another though nothing was done. */
+/* Whether the next frame differs without any event. */
 static bool goes_on(const view_app *app)
 {
     const view_settings *s = &app->settings;
@@ -270,7 +268,7 @@ static void tell_stats(view_app *app)
 
 static bool draw(view_app *app)
 {
-    const double begun = view_clock();
+    const double begun = ibl_now();
     char before[sizeof app->title];
 
     app->redraw = false;
@@ -279,18 +277,19 @@ static bool draw(view_app *app)
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     view_window_text(app);
     gl.Finish();
-    app->frame_ms = 1e3 * (view_clock() - begun);
+    app->frame_ms = 1e3 * (ibl_now() - begun);
     glfwSwapBuffers(app->window);
     tell_stats(app);
     memcpy(before, app->title, sizeof before);
     view_app_title(app);
-    if (strcmp(before, app->title) != 0) /* it is a message to the display */
+    if (strcmp(before, app->title) !=
+        0) /* this sends a message to the display */
         glfwSetWindowTitle(app->window, app->title);
     return true;
 }
 
-/* Delivers events; waits for one while there is nothing else to do. False: the
- * window is to be closed. */
+/* Handles events; waits for one if nothing else is to do. False: the window
+ * should close. */
 static bool poll(view_app *app)
 {
     if (app->redraw || goes_on(app))
@@ -302,7 +301,7 @@ static bool poll(view_app *app)
 
 static bool loop(view_app *app)
 {
-    double looked = view_clock();
+    double looked = ibl_now();
 
     if (!app->notice[0])
         view_app_notice(app, "? lists the keys");
@@ -314,14 +313,12 @@ static bool loop(view_app *app)
             return true;
         if (!view_app_tend_bake(app))
             return false;
-        if (view_clock() - looked >= POLL_S) {
+        if (ibl_now() - looked >= POLL_S) {
             view_app_tend_files(app);
-            looked = view_clock();
+            looked = ibl_now();
         }
     }
 }
-
-/* ---- the whole ----------------------------------------------------------- */
 
 bool view_window_run(ibl_ctx *ctx, const view_options *options)
 {
@@ -329,7 +326,7 @@ bool view_window_run(ibl_ctx *ctx, const view_options *options)
                     .options = options,
                     .settings = options->settings,
                     .mouse = {-1, -1},
-                    .begun = view_clock()};
+                    .begun = ibl_now()};
     const bool ok =
         view_options_may(options) && open_window(&app) && view_app_make(&app) &&
         view_app_open(&app, &options->request) &&
@@ -338,6 +335,6 @@ bool view_window_run(ibl_ctx *ctx, const view_options *options)
     view_app_end(&app);
     view_set_free(&app.sets[0]);
     view_set_free(&app.sets[1]);
-    glfwTerminate(); /* destroys the window; fine without one */
+    glfwTerminate(); /* also destroys the window */
     return ok;
 }

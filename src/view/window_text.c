@@ -11,10 +11,10 @@
 #include "view/key_bindings.h"
 #include "view/truth.h"
 
-static const double MARGIN = 8; /* pixels of a display without a scale */
-static const double TEXT = 2;   /* scale of text there */
+static const double MARGIN = 8; /* pixels, at display scale 1 */
+static const double TEXT = 2;   /* scale of text, at display scale 1 */
 
-/* A scale at which a text that is as large at another one has room. */
+/* The scale at which a text, of that size at `scale`, fits in room. */
 static double fit(double scale, double size, double room)
 {
     return size > room && room > 0 ? scale * room / size : scale;
@@ -33,8 +33,8 @@ static void add_keys(view_app *app)
     view_overlay_text(app->overlay, margin, margin, size, text);
 }
 
-/* The scale at which a line of text is as wide as the window at most, and its
- * size in pixels. */
+/* The scale at which a line of text is at most as wide as the window; *w, *h:
+ * its size in pixels. */
 static double fit_line(const view_app *app, const char *text, double *w,
                        double *h)
 {
@@ -61,7 +61,8 @@ static void add_progress(view_app *app)
                      0.5 * app->height, bar_width, bar_height, app->baked);
 }
 
-/* A line of text at the lower left, above what is there already. */
+/* Draws a line of text at the lower left, above `below`; returns its upper
+ * edge. */
 static double add_line(view_app *app, double below, const char *text)
 {
     double w, h;
@@ -98,8 +99,6 @@ void view_window_text(view_app *app)
     view_overlay_end(app->overlay);
 }
 
-/* ---- the title ----------------------------------------------------------- */
-
 static void append(view_app *app, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 static void append(view_app *app, const char *fmt, ...)
@@ -112,21 +111,21 @@ static void append(view_app *app, const char *fmt, ...)
     va_end(ap);
 }
 
-/* Of rows or columns, where it is not the usual one. */
+/* Adds a range of rows or columns unless it is the default. */
 static void add_range(view_app *app, const char *name, const double range[2])
 {
     if (range[0] > 0 || range[1] < 1)
         append(app, " | %s %.3g:%.3g", name, range[0], range[1]);
 }
 
-/* A number, where it is not the usual one. */
+/* Adds a number unless it is the default. */
 static void add_number(view_app *app, const char *name, double x, double usual)
 {
     if (x < usual || x > usual)
         append(app, " | %s %.4g", name, x);
 }
 
-/* How the environment is turned, and from where it is looked at. */
+/* Adds the turn of the environment and the camera. */
 static void add_aim(view_app *app)
 {
     const view_settings usual = view_settings_default(), *s = &app->settings;
@@ -177,7 +176,7 @@ static void add_map(view_app *app)
         append(app, " | pan %.3g,%.3g", s->pan[0], s->pan[1]);
 }
 
-/* The parts of the one in use, and what the other one took. */
+/* Adds the times of a filter; in parts if it is in use. */
 static void add_times(view_app *app, const view_scene *stage,
                       view_probe_filter filter)
 {

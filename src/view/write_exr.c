@@ -12,22 +12,16 @@ enum {
     PIXEL_BYTES = 2 * CHANNELS
 };
 
-/* In alphabetical order, as files have them; and where each is in a pixel. */
+/* Channels in the alphabetical order of files; and the index of each in a
+ * pixel. */
 static const char *const names[CHANNELS] = {"A", "B", "G", "R"};
 static const int places[CHANNELS] = {3, 2, 1, 0};
 
-/* The file in zeroed memory that is large enough, and the first error. */
+/* The file in zeroed memory of `room` bytes. */
 typedef struct stream {
     unsigned char *bytes;
     size_t size, room;
-    char why[200];
 } stream;
-
-/* Headers and the table of blocks take less; ZIP never makes a block larger. */
-static size_t room_for(int width, int height)
-{
-    return 4096 + (size_t)height * (16 + (size_t)width * PIXEL_BYTES);
-}
 
 static int64_t write_fn(exr_const_context_t exr, void *user, const void *from,
                         uint64_t size, uint64_t offset,
@@ -36,30 +30,26 @@ static int64_t write_fn(exr_const_context_t exr, void *user, const void *from,
     const size_t end = (size_t)(offset + size);
     stream *s = user;
 
-    if (end > s->room) {
-        error(exr, EXR_ERR_OUT_OF_MEMORY, "no memory");
+    (void)exr;
+    (void)error;
+    if (end > s->room)
         return -1;
-    }
     memcpy(s->bytes + offset, from, (size_t)size);
     if (end > s->size)
         s->size = end;
     return (int64_t)size;
 }
 
-static void error_fn(exr_const_context_t exr, exr_result_t code,
-                     const char *text)
+/* Without a handler OpenEXR prints errors, which are returned as well. */
+static void ignore_error(exr_const_context_t exr, exr_result_t code,
+                         const char *text)
 {
-    void *user = NULL;
-
+    (void)exr;
     (void)code;
-    if (!exr || exr_get_user_data(exr, &user) || !user)
-        return;
-    stream *s = user;
-    if (!s->why[0])
-        strncpy(s->why, text, sizeof s->why - 1);
+    (void)text;
 }
 
-/* A block of lines. Each is packed by a pipeline of its own. */
+/* Writes a block of lines with its own pipeline. */
 static exr_result_t write_block(exr_context_t exr, int width, int y,
                                 const uint16_t *rgba)
 {
@@ -116,22 +106,21 @@ bool view_exr_encode(const char *name, int width, int height,
 {
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     exr_context_t exr = NULL;
-    stream s = {.room = room_for(width, height)};
+    /* Headers and the table of blocks take less; ZIP never enlarges a block. */
+    stream s = {.room =
+                    4096 + (size_t)height * (16 + (size_t)width * PIXEL_BYTES)};
 
     *bytes = NULL;
     s.bytes = calloc(1, s.room);
-    if (!s.bytes)
-        return view_fail("%s: no EXR of %d x %d pixels is made of it: no "
-                         "memory",
-                         name, width, height);
-    init.error_handler_fn = error_fn;
+    init.error_handler_fn = ignore_error;
     init.user_data = &s;
     init.write_fn = write_fn;
     exr_result_t rv =
-        exr_start_write(&exr, name, EXR_WRITE_FILE_DIRECTLY, &init);
+        s.bytes ? exr_start_write(&exr, name, EXR_WRITE_FILE_DIRECTLY, &init)
+                : EXR_ERR_OUT_OF_MEMORY;
     if (!rv)
         rv = write_picture(exr, width, height, rgba);
-    /* The table of where blocks are is written last. */
+    /* Writes the table of blocks. */
     const exr_result_t end = exr_finish(&exr);
     if (!rv)
         rv = end;
@@ -142,6 +131,5 @@ bool view_exr_encode(const char *name, int width, int height,
     }
     free(s.bytes);
     return view_fail("%s: no EXR of %d x %d pixels is made of it: %s", name,
-                     width, height,
-                     s.why[0] ? s.why : exr_get_default_error_message(rv));
+                     width, height, exr_get_default_error_message(rv));
 }

@@ -38,7 +38,7 @@ void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 c = texelFetch(picture, at, 0);
     // Maps have no reference. Their background has alpha 0.
-    if (inspect.x != SPHERES) {
+    if (choice.x != SPHERES) {
         colour = vec4(c.a == 0.0 ? vec3(0.1) : shown(c.rgb), 1.0);
         return;
     }

@@ -11,9 +11,9 @@ layout(std140) uniform Frame {
     vec4 sh[25];
     vec4 light_position[4];
     vec4 light_intensity[4];
-    vec4 display;
+    ivec4 shading;
     ivec4 choice;
-    ivec4 show;
-    ivec4 inspect;
     vec4 inspect_at;
+    vec4 display;
+    ivec4 show;
 };

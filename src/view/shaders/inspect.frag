@@ -15,11 +15,11 @@ const int IRRADIANCE_MAP = 2, TABLE = 3;
 // Samplers take the nearest texel, so a bright neighbour, such as the sun, adds
 // nothing.
 vec4 cube() {
-    bool irradiance = inspect.x == IRRADIANCE_MAP;
-    int level = irradiance ? 0 : clamp(inspect.z, 0, int(lod.z));
+    bool irradiance = choice.x == IRRADIANCE_MAP;
+    int level = irradiance ? 0 : clamp(choice.w, 0, int(lod.z));
     int n = irradiance ? textureSize(irradiance_map, 0).x
                        : textureSize(specular_map, level).x;
-    texel t = flat_texel(inspect.y, n);
+    texel t = flat_texel(choice.z, n);
     if (t.face < 0)
         return vec4(0.0);
     vec3 d = texel_direction(t, n);
@@ -69,5 +69,5 @@ vec4 flat_table() {
 }
 
 void main() {
-    colour = inspect.x == TABLE ? flat_table() : cube();
+    colour = choice.x == TABLE ? flat_table() : cube();
 }

@@ -28,7 +28,7 @@ void add_light(vec3 n, vec3 v, vec3 l, vec3 e, vec3 f0, float roughness,
 void add_lights(vec3 p, vec3 n, vec3 v, vec3 f0, float roughness,
                 inout vec3 specular, inout vec3 diffuse)
 {
-    for (int i = 0; i < choice.w; i++) {
+    for (int i = 0; i < shading.y; i++) {
         vec3 to = light_position[i].xyz - p;
         add_light(n, v, normalize(to),
                   light_intensity[i].rgb * (1.0 / dot(to, to)), f0, roughness,

@@ -159,7 +159,7 @@ void main()
         rg = vec2(0.0);
     vec3 fss = surface_f0 * rg.x + rg.y;
     vec3 k = diffuse_factor(surface_f0, surface_albedo.rgb, fss, rg.x + rg.y,
-                            choice.z != 0);
+                            shading.x != 0);
     colour = vec4(fss * specular.rgb + direct + k * light.rgb +
                   surface_emission, 1.0);
 }

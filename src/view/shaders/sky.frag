@@ -11,7 +11,7 @@ void main()
     vec3 d = turned(ray_through(gl_FragCoord.xy));
     // Further levels of a specular chain are other roughnesses, not smaller
     // pictures.
-    vec3 rgb = display.w > 0.5 ? texture(sky_map, d).rgb
+    vec3 rgb = shading.w != 0 ? texture(sky_map, d).rgb
                                : textureLod(sky_map, d, 0.0).rgb;
-    colour = vec4(show.w != 0 ? rgb : vec3(0.0), 1.0);
+    colour = vec4(shading.z != 0 ? rgb : vec3(0.0), 1.0);
 }

@@ -21,6 +21,6 @@ void main()
     vec3 specular = fss * specular_light(roughness, reflected);
     vec3 light = irradiance(s.normal);
     add_lights(s.position, s.normal, s.view, f0, roughness, specular, light);
-    vec3 k = diffuse_factor(f0, ball_albedo.rgb, fss, ess, choice.z != 0);
+    vec3 k = diffuse_factor(f0, ball_albedo.rgb, fss, ess, shading.x != 0);
     colour = vec4(specular + k * light, s.coverage);
 }

@@ -109,7 +109,7 @@ void main()
 
     vec2 rg = table(at.n_v, roughness);
     vec3 k = diffuse_factor(s.f0, ball_albedo.rgb, s.f0 * rg.x + rg.y,
-                            rg.x + rg.y, choice.z != 0);
+                            rg.x + rg.y, shading.x != 0);
     bool diffuse_part = any(notEqual(k, vec3(0.0)));
 
     uvec2 pixel = uvec2(gl_FragCoord.xy);
