@@ -121,8 +121,8 @@ static ibl_status check_pixel(ibl_ctx *ctx, ibl_pixel pixel, int channels,
     return IBL_OK;
 }
 
-/* If a level exceeds the pixel format's maximum, clips or spreads the excess
- * and encodes the level again. */
+/* Reports the light of a level beyond the pixel format's maximum, where the
+ * encoder has clamped it. To spread it, encodes the level again. */
 static ibl_status settle_level(ibl_ctx *ctx, const ibl_cube *cube, int level,
                                ibl_overflow overflow, ibl_texture *tex,
                                ibl_overflow_level *report)

@@ -4,11 +4,7 @@
  * C and ends with IBL_KERNEL. kern/NAME_simd.c has them on the vectors of
  * lanes.h and ends with IBL_VECTOR_KERNEL; the Makefile compiles it once for
  * each instruction set, with its options and with IBL_SUFFIX defined.
- *
- * A new instruction set, such as NEON, needs a value in ibl_isa (ibl/ibl.h), a
- * test whether the CPU has it (core/cpu.c), a suffix and options (Makefile), a
- * section in lanes.h and wherever else intrinsics are used (grep _mm), and its
- * lines in two of the macros below.
+ * CONTRIBUTING.md lists what a new instruction set needs.
  */
 #ifndef IBL_KERN_ISA_H
 #define IBL_KERN_ISA_H
