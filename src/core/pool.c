@@ -146,12 +146,17 @@ static bool run_next(batch *b, int worker)
     return true;
 }
 
-/* The first batch with work, or NULL. The caller holds the lock. */
-static batch *find_work(ibl_pool *pool)
+/* Enters the first batch with work; NULL: none has any. The caller holds the
+ * lock. A worker counts as inside before it looks for work: once a batch has
+ * none and nobody is inside, nobody enters it any more. */
+static batch *enter_batch(ibl_pool *pool)
 {
-    for (batch *b = pool->batches; b < pool->batches + BATCHES; b++)
+    for (batch *b = pool->batches; b < pool->batches + BATCHES; b++) {
+        atomic_fetch_add(&b->inside, 1);
         if (atomic_load(&b->next) < b->jobs && !atomic_load(&b->stop))
             return b;
+        atomic_fetch_sub(&b->inside, 1);
+    }
     return NULL;
 }
 
@@ -162,12 +167,11 @@ static void *worker_main(void *arg)
 
     pthread_mutex_lock(&pool->lock);
     while (!pool->quit) {
-        batch *b = find_work(pool);
+        batch *b = enter_batch(pool);
         if (!b) {
             wait_for_work(pool);
             continue;
         }
-        atomic_fetch_add(&b->inside, 1);
         pthread_mutex_unlock(&pool->lock);
         while (run_next(b, self->index))
             ;
