@@ -11,8 +11,8 @@
 #include <stdint.h>
 #include <string.h>
 
-const unsigned char *ibl_rgbe_expand_c(const unsigned char *src, int count,
-                                       unsigned char *dst)
+static const unsigned char *expand(const unsigned char *src, int count,
+                                   unsigned char *dst)
 {
     while (count > 0) {
         int n = *src++;
@@ -50,4 +50,4 @@ void ibl_rgbe_to_rgb_c(const unsigned char *src, size_t plane_bytes, int count,
     }
 }
 
-IBL_KERNEL(ibl_rgbe, ibl_rgbe_expand_c, ibl_rgbe_to_rgb_c)
+IBL_KERNEL(ibl_rgbe, expand, ibl_rgbe_to_rgb_c)

@@ -36,10 +36,7 @@ typedef struct ibl_rgbe_dsp {
 
 IBL_DECLARE_KERNEL(ibl_rgbe);
 
-/* The plain versions: expand without slack, to_rgb for the rest after whole
- * vectors. */
-const unsigned char *ibl_rgbe_expand_c(const unsigned char *src, int count,
-                                       unsigned char *dst);
+/* The plain version, for the rest after whole vectors. */
 void ibl_rgbe_to_rgb_c(const unsigned char *src, size_t plane_bytes, int count,
                        const float scale[3], float *dst);
 
