@@ -180,6 +180,10 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb);
  */
 const float *ibl_source_alpha(const ibl_source *source);
 
+/* The source as the input of ibl_bake_environment, which reads all its rows.
+ * source must stay open during the bake. */
+ibl_environment ibl_source_environment(ibl_source *source);
+
 /* The report, complete when all rows have been read. Owned by source. */
 const ibl_read_report *ibl_source_report(const ibl_source *source);
 

@@ -9,11 +9,6 @@
 
 /* ---- read and bake ---------------------------------------------------- */
 
-static ibl_status read_rows(void *cookie, int rows, float *rgb)
-{
-    return ibl_source_read(cookie, rows, rgb);
-}
-
 /* Keeps the map in memory, for --verify and --preview. */
 static bool bake_image(ibl_bake *b)
 {
@@ -33,12 +28,9 @@ static bool bake_source(ibl_bake *b)
 
     if (ibl_source_open(b->ctx, b->opts->input, &b->opts->common.read, &source))
         return false;
-    b->width = ibl_source_width(source);
-    b->height = ibl_source_height(source);
-    const ibl_environment rows = {.width = b->width,
-                                  .height = b->height,
-                                  .read = read_rows,
-                                  .cookie = source};
+    const ibl_environment rows = ibl_source_environment(source);
+    b->width = rows.width;
+    b->height = rows.height;
     const bool ok =
         !ibl_bake_environment(b->ctx, &rows, &b->opts->bake, &b->made);
     b->report = *ibl_source_report(source);

@@ -43,11 +43,6 @@ static bool check_alpha(const ibl_probes_bake *p, int layer, float least,
 
 /* ---- maps -------------------------------------------------------------- */
 
-static ibl_status read_rows(void *cookie, int rows, float *rgb)
-{
-    return ibl_source_read(cookie, rows, rgb);
-}
-
 /* The cookie of read_greys; alpha is the next row. */
 typedef struct greys {
     const float *alpha;
@@ -70,11 +65,8 @@ static bool bake_source(const ibl_probes_bake *p, int layer, ibl_source *source,
 {
     const ibl_read_report *r = ibl_source_report(source);
     const ibl_bake_options *options = &p->set.bake.options;
-    greys grey = {ibl_source_alpha(source), ibl_source_width(source)};
-    ibl_environment rows = {.width = ibl_source_width(source),
-                            .height = ibl_source_height(source),
-                            .read = read_rows,
-                            .cookie = source};
+    ibl_environment rows = ibl_source_environment(source);
+    greys grey = {ibl_source_alpha(source), rows.width};
     bool needed = false;
 
     if (ibl_bake_environment(p->ctx, &rows, options, &made[COLOUR]) ||

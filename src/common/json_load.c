@@ -70,9 +70,10 @@ json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why)
     if (!file)
         return NULL;
     out_of_memory = false;
+    errno = 0;
     json_set_alloc_funcs(allocate, free);
     json_t *root = json_loadf(file, flags, &error);
-    const bool failed = ferror(file);
+    const int failed = ferror(file) ? errno : 0;
     fclose(file);
     if (root && !out_of_memory && !failed)
         return root;
@@ -80,7 +81,7 @@ json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why)
     if (out_of_memory)
         return fail(why, false, "%s: no memory to read it", path);
     if (failed)
-        return fail(why, false, "%s: cannot be read: %s", path, strerror(EIO));
+        return fail(why, false, "%s: cannot be read: %s", path, strerror(failed));
     return fail(why, true, "%s:%d:%d: no JSON: %s", path, error.line,
                 error.column, error.text);
 }

@@ -344,6 +344,19 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
     return s->status;
 }
 
+static ibl_status read_source(void *cookie, int rows, float *rgb)
+{
+    return ibl_source_read(cookie, rows, rgb);
+}
+
+ibl_environment ibl_source_environment(ibl_source *source)
+{
+    return (ibl_environment){.width = source->rows->width,
+                             .height = source->rows->height,
+                             .read = read_source,
+                             .cookie = source};
+}
+
 /* ---- whole images --------------------------------------------------- */
 
 /* Reads all rows of a source and closes it. */

@@ -231,21 +231,13 @@ bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
     return ok;
 }
 
-static ibl_status read_rows(void *cookie, int rows, float *rgb)
-{
-    return ibl_source_read(cookie, rows, rgb);
-}
-
 static bool bake_source(ibl_ctx *ctx, const char *path, baked_set *set)
 {
     ibl_source *source;
 
     if (ibl_source_open(ctx, path, NULL, &source))
         return false;
-    const ibl_environment env = {.width = ibl_source_width(source),
-                                 .height = ibl_source_height(source),
-                                 .read = read_rows,
-                                 .cookie = source};
+    const ibl_environment env = ibl_source_environment(source);
     const bool ok = view_set_bake_environment(ctx, &env, NULL, set);
     ibl_source_close(source);
     return ok;
