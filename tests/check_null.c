@@ -120,10 +120,11 @@ TEST(references)
     ibl_ctx *ctx = counting();
     ibl_image map = map_constant(ctx, 16, 8, 1),
               none = {.width = 16, .height = 8};
-    const double dir[3] = {0, 1, 0};
+    const double dir[3] = {0, 1, 0}, one = 1;
     const ibl_texel texel = {0, 0, 0};
+    const ibl_geometry smith = IBL_GEOMETRY_SMITH;
     ibl_reference *ref;
-    double rgb[3];
+    double rgb[3], sums[IBL_REFERENCE_BRDF];
 
     REFUSES(ibl_reference_create(ctx, NULL, 0, &ref));
     REFUSES(ibl_reference_create(ctx, &none, 0, &ref));
@@ -135,6 +136,15 @@ TEST(references)
     SILENT(ibl_reference_specular(NULL, 1, dir, 1, rgb));
     REFUSES(ibl_reference_lobe(ref, IBL_LOBE_PHONG, 1, NULL, 1, rgb));
     REFUSES(ibl_reference_lobe(ref, IBL_LOBE_PHONG, 1, dir, 1, NULL));
+    REFUSES(ibl_reference_brdf(ref, smith, &one, 1, NULL, dir, 1, sums));
+    REFUSES(ibl_reference_brdf(ref, smith, &one, 1, dir, NULL, 1, sums));
+    REFUSES(ibl_reference_brdf(ref, smith, NULL, 1, dir, dir, 1, sums));
+    REFUSES(ibl_reference_brdf(ref, smith, &one, 1, dir, dir, 1, NULL));
+    SILENT(ibl_reference_brdf(NULL, smith, &one, 1, dir, dir, 1, sums));
+    REFUSES(ibl_reference_lobes(ref, NULL, 1, dir, 1, rgb));
+    REFUSES(ibl_reference_lobes(ref, &one, 1, NULL, 1, rgb));
+    REFUSES(ibl_reference_lobes(ref, &one, 1, dir, 1, NULL));
+    SILENT(ibl_reference_lobes(NULL, &one, 1, dir, 1, rgb));
     REFUSES(ibl_reference_irradiance(ref, NULL, 1, rgb));
     REFUSES(ibl_reference_irradiance(ref, dir, 1, NULL));
     SILENT(ibl_reference_irradiance(NULL, dir, 1, rgb));

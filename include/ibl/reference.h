@@ -52,6 +52,40 @@ ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
                               double roughness, const double *dirs,
                               size_t count, double *rgb);
 
+/*
+ * What a surface reflects to a viewer. With F0 its reflectance at normal
+ * incidence, the integral of f(V, L) L N.L over the sphere is F0 * A + B; f is
+ * the GGX microfacet BRDF with this geometry and Schlick's Fresnel term, single
+ * scattering. Pixels are patches as above. The relative error is at most 1e-3,
+ * if not all light is in a sliver of a pixel above the horizon, and about 1e-5
+ * on photographs.
+ *   roughness  n values in 0..1
+ *   normals    3 * count doubles of any length but 0
+ *   views      as many, from the surface to the viewer, not below the surface
+ *   out        IBL_REFERENCE_BRDF * n * count doubles, written: for each pair
+ *              of normal and view each roughness, with R G B of A, A for a
+ *              radiance of 1, and the same of B. For a radiance of 1, A and B
+ *              are ibl_bake_lut's scale and bias.
+ * A roughness below 3e-4 is a mirror: the pixel at the reflected direction.
+ * IBL_ERR_ARGUMENT: a roughness, geometry, direction or view that is not so.
+ * Sources: Walter et al. 2007; Heitz 2014; Karis 2013.
+ */
+#define IBL_REFERENCE_BRDF 8
+ibl_status ibl_reference_brdf(const ibl_reference *ref, ibl_geometry geometry,
+                              const double *roughness, int n,
+                              const double *normals, const double *views,
+                              size_t count, double *out);
+
+/*
+ * ibl_reference_specular for many roughnesses, several times faster, with a
+ * relative error of at most 1e-3 as above.
+ *   roughness  n values for each direction, n * count in all
+ *   rgb        3 * n * count doubles, written
+ */
+ibl_status ibl_reference_lobes(const ibl_reference *ref,
+                               const double *roughness, int n,
+                               const double *dirs, size_t count, double *rgb);
+
 /* int L max(N.L, 0) dO / pi, over the same patches: irradiance / pi. */
 ibl_status ibl_reference_irradiance(const ibl_reference *ref,
                                     const double *dirs, size_t count,

@@ -477,8 +477,8 @@ static void convert_row(const ibl_reference *ref, int j, double *rgb)
     }
 }
 
-/* Colour of the pixel that contains a direction. */
-static void mirror(const ibl_reference *ref, const double dir[3], double rgb[3])
+void ibl_reference_mirror(const ibl_reference *ref, const double dir[3],
+                          double rgb[3])
 {
     const int w = ref->env->width, h = ref->env->height;
     const ibl_aim aim = aim_at(ref, dir);
@@ -515,12 +515,12 @@ static void sums_job(void *arg, int job, int worker)
         for (int c = 0; c < 3; c++)
             s->rgb[at + (size_t)c] = ibl_exact_total(&sum[k][c]) / weight;
         if (!(weight > 0))
-            mirror(ref, s->dirs + at, s->rgb + at);
+            ibl_reference_mirror(ref, s->dirs + at, s->rgb + at);
     }
 }
 
-static ibl_status check_dirs(const ibl_reference *ref, const double *dirs,
-                             size_t count)
+ibl_status ibl_reference_check_dirs(const ibl_reference *ref,
+                                    const double *dirs, size_t count)
 {
     for (size_t k = 0; k < count; k++) {
         const double *d = dirs + 3 * k;
@@ -564,7 +564,7 @@ ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
     if (!(roughness >= 0 && roughness <= 1))
         return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
                         "a roughness of %g: must be 0 to 1", roughness);
-    status = check_dirs(ref, dirs, count);
+    status = ibl_reference_check_dirs(ref, dirs, count);
     if (status)
         return status;
     const double alpha = roughness * roughness;
@@ -573,7 +573,7 @@ ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
      * range of floats, 1e84. */
     if (!(alpha > 0) || ibl_reference_weight(lobe, alpha).alpha < 1e-75) {
         for (size_t k = 0; k < count; k++)
-            mirror(ref, dirs + 3 * k, rgb + 3 * k);
+            ibl_reference_mirror(ref, dirs + 3 * k, rgb + 3 * k);
         return ibl_cancelled(ref->ctx) ? IBL_ERR_CANCELLED : IBL_OK;
     }
     return run_sums(ref, lobe_of(ref, lobe, alpha), dirs, count, rgb);

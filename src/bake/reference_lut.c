@@ -182,6 +182,16 @@ static struct pair integrate_point(struct point *p)
     return total;
 }
 
+ibl_status ibl_reference_check_geometry(ibl_ctx *ctx, ibl_geometry geometry)
+{
+    if (geometry == IBL_GEOMETRY_SMITH || geometry == IBL_GEOMETRY_SCHLICK_IBL)
+        return IBL_OK;
+    return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                    "geometry %d: must be smith (%d) or schlick-ibl (%d)",
+                    (int)geometry, IBL_GEOMETRY_SMITH,
+                    IBL_GEOMETRY_SCHLICK_IBL);
+}
+
 static ibl_status check(ibl_ctx *ctx, double n_dot_v, double roughness,
                         ibl_geometry geometry)
 {
@@ -191,12 +201,8 @@ static ibl_status check(ibl_ctx *ctx, double n_dot_v, double roughness,
     if (!(roughness >= 0 && roughness <= 1))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a roughness of %g: must be 0 to 1", roughness);
-    if (geometry != IBL_GEOMETRY_SMITH && geometry != IBL_GEOMETRY_SCHLICK_IBL)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "geometry %d: must be smith (%d) or schlick-ibl (%d)",
-                        (int)geometry, IBL_GEOMETRY_SMITH,
-                        IBL_GEOMETRY_SCHLICK_IBL);
-    return ibl_cancelled(ctx) ? IBL_ERR_CANCELLED : IBL_OK;
+    const ibl_status status = ibl_reference_check_geometry(ctx, geometry);
+    return !status && ibl_cancelled(ctx) ? IBL_ERR_CANCELLED : status;
 }
 
 ibl_status ibl_reference_lut(ibl_ctx *ctx, double n_dot_v, double roughness,

@@ -92,5 +92,14 @@ void ibl_reference_patches(const ibl_aim *aim, const ibl_weight *weight,
 /* Returns IBL_ERR_ARGUMENT if ref is NULL or, with count > 0, in or out is. */
 ibl_status ibl_reference_check(const ibl_reference *ref, size_t count,
                                const void *in, const void *out);
+/* Returns IBL_ERR_ARGUMENT if a direction has no length, or no finite one. */
+ibl_status ibl_reference_check_dirs(const ibl_reference *ref,
+                                    const double *dirs, size_t count);
+/* The same for an ibl_geometry that there is not. */
+ibl_status ibl_reference_check_geometry(ibl_ctx *ctx, ibl_geometry geometry);
+
+/* Colour of the pixel that contains a direction. */
+void ibl_reference_mirror(const ibl_reference *ref, const double dir[3],
+                          double rgb[3]);
 
 #endif
