@@ -4,7 +4,7 @@
 // of probes. Probes are layers of cube arrays.
 #extension GL_ARB_texture_cube_map_array : require
 #include "room.glsl"
-#include "ibl.glsl"
+#include "maps.glsl"
 #include "brdf.glsl"
 #include "probes.glsl"
 #include "lights.glsl"

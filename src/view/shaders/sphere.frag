@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The split sum: Karis 2013, "Real Shading in Unreal Engine 4".
 #include "sphere.glsl"
-#include "ibl.glsl"
+#include "maps.glsl"
 #include "brdf.glsl"
 #include "lights.glsl"
 

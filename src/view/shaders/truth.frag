@@ -6,7 +6,7 @@
 // parts. The balance heuristic weights them: Veach and Guibas 1995, "Optimally
 // Combining Sampling Techniques for Monte Carlo Rendering", eq. 12.
 #include "sphere.glsl"
-#include "ibl.glsl"
+#include "maps.glsl"
 #include "brdf.glsl"
 #include "lights.glsl"
 #include "sample.glsl"
