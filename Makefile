@@ -335,6 +335,8 @@ lint: $(LIB)
 	@BUILD=$(BUILD) sh tests/lint.sh
 format:
 	clang-format -i $$(git ls-files '*.c' '*.h' '*.cpp')
+	sed -E -f include/ibl/hlsl.sed include/ibl/ibl.glsl | \
+	    clang-format --assume-filename=ibl.c >include/ibl/ibl.hlsl
 
 ## install: DESTDIR, PREFIX, BINDIR, LIBDIR, INCLUDEDIR, MANDIR
 install: all
@@ -347,7 +349,7 @@ install: all
 	    $(INSTALL) -m 755 $(VIEW) "$(DESTDIR)$(BINDIR)/iblview"; \
 	    $(INSTALL) -m 644 man/iblview.1 "$(DESTDIR)$(MANDIR)/man1"; fi
 	$(INSTALL) -m 644 $(LIB) "$(DESTDIR)$(LIBDIR)/libiblbake.a"
-	$(INSTALL) -m 644 include/ibl/*.h include/ibl/*.glsl \
+	$(INSTALL) -m 644 include/ibl/*.h include/ibl/*.glsl include/ibl/*.hlsl \
 	    "$(DESTDIR)$(INCLUDEDIR)/ibl"
 	$(INSTALL) -m 644 man/*.7 "$(DESTDIR)$(MANDIR)/man7"
 	if [ -e $(BRIDGE) ]; then $(INSTALL) -m 755 $(BRIDGE) \
@@ -363,7 +365,7 @@ uninstall:
 	    "$(DESTDIR)$(LIBDIR)/libiblbake.a" \
 	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblbridge.so" \
 	    "$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc" \
-	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,$(wildcard include/ibl/*.h include/ibl/*.glsl)) \
+	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,$(wildcard include/ibl/*.h include/ibl/*.glsl include/ibl/*.hlsl)) \
 	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man1"/%,$(wildcard man/*.1)) \
 	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man7"/%,$(wildcard man/*.7))
 	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(INCLUDEDIR)/ibl" \

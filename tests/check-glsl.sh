@@ -42,21 +42,65 @@ void main()
                                  ivec2(gl_FragCoord.xy));
 }
 GLSL
-for version in '330 core' '430 core' '310 es' '320 es'; do
-    { echo "#version $version"
-      case $version in *es)
-        [ "${version% *}" -ge 320 ] ||
+cat >"$work/main.glsl" <<'GLSL'
+uniform samplerCube specular, irradiance;
+uniform sampler2D brdf;
+uniform sampler2DArray lobe;
+uniform vec4 p[5], sh[25];
+layout(location = 0) out vec4 color;
+
+void main()
+{
+    color = seen_by(specular, irradiance, brdf, lobe, p[0], p[1], p[2], p[3],
+                    p[4], sh);
+}
+GLSL
+cat >"$work/main.hlsl" <<'HLSL'
+TextureCube specular, irradiance;
+Texture2D brdf;
+Texture2DArray lobe;
+SamplerState s;
+float4 p[5], sh[25];
+
+float4 main() : SV_Target
+{
+    return seen_by(specular, s, irradiance, s, brdf, s, lobe, s, p[0], p[1],
+                   p[2], p[3], p[4], sh);
+}
+HLSL
+heading() { # VERSION
+    echo "#version $1"
+    case $1 in *es)
+        [ "${1% *}" -ge 320 ] ||
             echo '#extension GL_EXT_texture_buffer : require'
         echo 'precision highp float; precision highp int;
-            precision highp samplerBuffer; precision highp usampler2D;'
-      esac
-      cat include/ibl/probes.glsl "$work/use.glsl"; } >"$work/use.frag"
+            precision highp samplerBuffer; precision highp usampler2D;
+            precision highp samplerCube; precision highp sampler2DArray;'
+    esac
+}
+for version in '330 core' '430 core' '310 es' '320 es'; do
+    { heading "$version"; cat include/ibl/probes.glsl "$work/use.glsl"; } \
+        >"$work/use.frag"
     ok "${version// /-}" glslangValidator "$work/use.frag"
+    { heading "$version"
+      cat include/ibl/ibl.glsl tests/shader_use.glsl "$work/main.glsl"; } \
+        >"$work/ibl.frag"
+    ok "ibl-${version// /-}" glslangValidator "$work/ibl.frag"
 done
+{ cat include/ibl/ibl.hlsl
+  sed -E -f include/ibl/hlsl.sed tests/shader_use.glsl
+  cat "$work/main.hlsl"; } >"$work/ibl.hlsl"
+ok hlsl glslangValidator -D -V -e main -S frag --auto-map-bindings \
+    -o "$work/ibl.spv" "$work/ibl.hlsl"
 # What is not called is not compiled by every driver.
-for name in $(sed -nE 's/^[a-z0-9_]+ (ibl_[a-z_]+)\(.*/\1/p' \
-    include/ibl/probes.glsl | sort -u); do
-    ok "called-$name" test "$(cat include/ibl/probes.glsl "$work/use.glsl" |
-        grep -cw "$name")" -gt 1
-done
+while read -r file use; do
+    for name in $(sed -nE 's/^[a-z0-9_]+ (ibl_[a-z_0-9]+)\(.*/\1/p' "$file" |
+        sort -u); do
+        ok "called-$name" test \
+            "$(cat "$file" "$use" | grep -cw "$name")" -gt 1
+    done
+done <<USES
+include/ibl/probes.glsl $work/use.glsl
+include/ibl/ibl.glsl tests/shader_use.glsl
+USES
 end

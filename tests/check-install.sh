@@ -15,7 +15,9 @@ ok bridge "$prefix/bin/iblbake" -q data/studio.exr -o "$work/out" --size 16
 ok manual man -l "$prefix/share/man/man1/iblbake.1"
 ok verify-manual man -l "$prefix/share/man/man1/iblbake-verify.1"
 ok method-manual man -l "$prefix/share/man/man7/iblbake-method.7"
-ok shaders test -s "$prefix/include/ibl/probes.glsl"
+for f in probes.glsl ibl.glsl ibl.hlsl; do
+    ok "$f" test -s "$prefix/include/ibl/$f"
+done
 
 if [ -x "$build/iblview" ]; then
     ok view-manual man -l "$prefix/share/man/man1/iblview.1"

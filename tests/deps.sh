@@ -34,6 +34,7 @@ clang-format:make_lint
 mandoc:make_lint
 cmake:tests_the_CMake_example
 glslang-tools:reads_the_shaders
+spirv-cross:turns_HLSL_into_GLSL
 man-db:tests_the_manual
 file:recognises_containers
 openimageio-tools:makes_test_images

@@ -8,11 +8,16 @@ complain() { echo "lint: $*"; bad=$((bad + 1)); }
 files=$(git ls-files)
 code=$(git ls-files '*.c' '*.h' '*.cpp')
 shaders=$(git ls-files src/view/shaders)
+public=$(git ls-files 'include/*.glsl' 'include/*.hlsl')
 
 clang-format --dry-run -Werror $code 2>"$build/format.txt" || {
     sed 's/:.*//' "$build/format.txt" | grep '/' | sort -u
     complain 'not in the format, or no clang-format'
 }
+
+sed -E -f include/ibl/hlsl.sed include/ibl/ibl.glsl |
+    clang-format --assume-filename=ibl.c | cmp - include/ibl/ibl.hlsl ||
+    complain 'ibl.hlsl is not what ibl.glsl says: make format'
 
 # White space at line ends, tabs, and a newline at the end of every text.
 for f in $files; do
@@ -22,7 +27,7 @@ for f in $files; do
     [ ! -s "$f" ] || [ -z "$(tail -c 1 "$f")" ] || complain "$f: no newline"
 done
 awk 'length > 80 { print FILENAME ":" FNR; n++ } END { exit n > 0 }' $code \
-    $shaders || complain 'lines over 80 columns'
+    $shaders $public || complain 'lines over 80 columns'
 
 # Every header compiles alone, the public ones in C++ too.
 for h in $(git ls-files '*.h'); do

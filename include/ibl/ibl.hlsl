@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: MIT
+// Image-based light in shaders, from what iblbake writes: the diffuse and the
+// specular part, with multiple scattering, and lights that were taken out of
+// the environment.
+// HLSL of shader model 4 or later, made from ibl.glsl by hlsl.sed; it
+// includes nothing, and its names begin with ibl_.
+//
+//     TextureCube specular; SamplerState specular_sampler;
+//     TextureCube irradiance; SamplerState irradiance_sampler;
+//     Texture2D brdf; SamplerState brdf_sampler;
+//     Texture2DArray lobe; SamplerState lobe_sampler;
+//     float4 chain;           // see ibl_lod
+//     ...
+//     float n_v = clamp(dot(n, v), 0.0, 1.0);
+//     float2 rg = ibl_brdf(brdf, brdf_sampler, n_v, roughness);
+//     float3 light = ibl_irradiance(irradiance, irradiance_sampler, n);
+//     ibl_lobe q = ibl_lobe_table(lobe, lobe_sampler, n_v, roughness, metallic,
+//                                 chain);
+//     float3 seen = ibl_specular(specular, specular_sampler, q, n, v, light);
+//     float3 direct = float3(0.0, 0.0, 0.0);
+//     for (...) // lights of the sidecar, if --lights took any
+//         ibl_add_light(n, v, f0, roughness, direction, radius, irradiance,
+//                       direct, light);
+//     colour = ibl_shade(f0, albedo, rg, seen, light) + direct;
+//
+// n is the normal and v the direction to the eye, l to a light: unit vectors in
+// the environment's frame. roughness is perceptual, 0..1. f0 is the reflection
+// at normal incidence: .04, or a metal's colour; albedo the diffuse colour, 0
+// for metals. All cubes are filtered linearly, the specular one between levels,
+// too; tables are filtered linearly and clamped to their edges.
+//
+// The true lobe of a rough surface is neither centred on the mirrored direction
+// nor round. There are four ways to look it up, from cheap to exact; README.md
+// has their errors:
+//     ibl_lobe_split     the split sum: N = V = R
+//     ibl_lobe_bent      bent towards the normal by a closed form
+//     ibl_lobe_table     by the table lobe_lut: one fetch, and the irradiance
+//     ibl_lobe_two_taps  by the table: two fetches, and the irradiance
+// Of a local probe correct the direction of each tap for parallax.
+
+static const float ibl_pi = 3.14159265358979;
+
+// ---- the BRDF ---------------------------------------------------------------
+
+// Distribution of normals; alpha is roughness squared: Walter et al. 2007,
+// "Microfacet Models for Refraction through Rough Surfaces", eq. 33. The sine
+// comes from the cross product: near the peak 1 - cos^2 would lose all digits.
+float ibl_ggx_d(float3 n, float3 h, float alpha)
+{
+    float3 s = cross(n, h);
+    float c = alpha * dot(n, h);
+    float k = alpha / (dot(s, s) + c * c);
+    return k * k / ibl_pi;
+}
+
+// G / (4 N.L N.V), Smith's G, height-correlated: Heitz 2014, "Understanding the
+// Masking-Shadowing Function in Microfacet-Based BRDFs", eq. 99.
+float ibl_smith_v(float n_l, float n_v, float alpha)
+{
+    float a2 = alpha * alpha;
+    float l = n_v * sqrt(n_l * n_l * (1.0 - a2) + a2);
+    float v = n_l * sqrt(n_v * n_v * (1.0 - a2) + a2);
+    return 0.5 / max(l + v, 1e-20);
+}
+
+// Fresnel: Schlick 1994, "An Inexpensive BRDF Model for Physically-based
+// Rendering", eq. 15.
+float3 ibl_schlick_f(float3 f0, float v_h)
+{
+    float x = 1.0 - v_h, x2 = x * x;
+    return f0 + (1.0 - f0) * (x2 * x2 * x);
+}
+
+// R and G of the table brdf_lut: reflection of white light is f0 * R + G. Karis
+// 2013, "Real Shading in Unreal Engine 4".
+float2 ibl_brdf(Texture2D brdf, SamplerState brdf_sampler, float n_v,
+                float roughness)
+{
+    return brdf.SampleLevel(brdf_sampler, float2(n_v, roughness), 0.0).rg;
+}
+
+// ---- diffuse ----------------------------------------------------------------
+
+// Irradiance / pi. Multiply by 1 / pi if the sidecar says the scale E.
+float3 ibl_irradiance(TextureCube irradiance, SamplerState irradiance_sampler,
+                      float3 n)
+{
+    return irradiance.SampleLevel(irradiance_sampler, n, 0.0).rgb;
+}
+
+// Sum over harmonics of degree 2, with the real basis of the sidecar: Sloan
+// 2013, "Efficient Spherical Harmonic Evaluation", appendix A2, without
+// alternating signs.
+float3 ibl_sh_sum(float4 sh[9], float3 n)
+{
+    float x = n.x, y = n.y, z = n.z;
+    float3 e = 0.28209479177387814 * sh[0].rgb;
+    e += 0.4886025119029199 * (y * sh[1] + z * sh[2] + x * sh[3]).rgb;
+    e += 1.0925484305920792 *
+         (x * y * sh[4] + y * z * sh[5] + x * z * sh[7]).rgb;
+    e += 0.31539156525252005 * (3.0 * z * z - 1.0) * sh[6].rgb;
+    e += 0.5462742152960396 * (x * x - y * y) * sh[8].rgb;
+    return e;
+}
+
+// Irradiance / pi from harmonics of degree 2: sh[i].rgb are the sidecar's
+// "radiance" times 1 for i = 0, 2/3 for 1..3, 1/4 for 4..8.
+float3 ibl_irradiance_sh(float4 sh[9], float3 n)
+{
+    return max(ibl_sh_sum(sh, n), 0.0);
+}
+
+// The same of degree 4: times -1/24 for 16..24. Irradiance has no degree 3,
+// 9..15: Ramamoorthi and Hanrahan 2001, eq. 9.
+float3 ibl_irradiance_sh4(float4 sh[25], float3 n)
+{
+    float x = n.x, y = n.y, z = n.z;
+    float x2 = x * x, y2 = y * y, z2 = z * z;
+    float4 low[9];
+    for (int i = 0; i < 9; i++)
+        low[i] = sh[i];
+    float3 e = ibl_sh_sum(low, n);
+    e += 2.5033429417967046 * x * y * (x2 - y2) * sh[16].rgb;
+    e += 1.7701307697799304 * z *
+         (y * (3.0 * x2 - y2) * sh[17] + x * (x2 - 3.0 * y2) * sh[23]).rgb;
+    e += 0.9461746957575601 * (7.0 * z2 - 1.0) *
+         (x * y * sh[18] + 0.5 * (x2 - y2) * sh[22]).rgb;
+    e += 0.6690465435572892 * z * (7.0 * z2 - 3.0) *
+         (y * sh[19] + x * sh[21]).rgb;
+    e += 0.10578554691520431 * (z2 * (35.0 * z2 - 30.0) + 3.0) * sh[20].rgb;
+    e += 0.6258357354491761 * (x2 * (x2 - 3.0 * y2) - y2 * (3.0 * x2 - y2)) *
+         sh[24].rgb;
+    return max(e, 0.0);
+}
+
+// ---- specular ---------------------------------------------------------------
+
+// Level of a roughness. chain: lod_scale and lod_offset of the sidecar, the
+// number of levels - 1, and the mapping: 0 linear, 1 filament.
+float ibl_lod(float4 chain, float roughness)
+{
+    float x = chain.w == 1.0 ? roughness * (2.0 - roughness) : roughness;
+    return clamp(x * chain.x + chain.y, 0.0, chain.z);
+}
+
+// How the lobe of one N.V and roughness is looked up.
+struct ibl_lobe {
+    float bend;  // from the mirrored direction, 0, to the normal, 1
+    float lod;   // level
+    float flood; // weight of irradiance / pi
+    float apart; // taps are bent by bend - apart and bend + apart; 0: one tap
+};
+
+// The split sum: Karis 2013.
+ibl_lobe ibl_lobe_split(float roughness, float4 chain)
+{
+    ibl_lobe q;
+    q.bend = 0.0;
+    q.lod = ibl_lod(chain, roughness);
+    q.flood = 0.0;
+    q.apart = 0.0;
+    return q;
+}
+
+// A fit of width and direction to the lobe of F0 = 1: the roughness of the
+// level, and the bend.
+float ibl_bent_roughness(float n_v, float roughness)
+{
+    float r = roughness, c = 1.0 - n_v;
+    return min(1.0, r * (0.7 + 0.3 * n_v + r * r * (0.3 + 0.5 * c * c * c)));
+}
+
+float ibl_bend(float n_v, float roughness)
+{
+    return pow(roughness, 1.8 + 3.0 * n_v);
+}
+
+ibl_lobe ibl_lobe_bent(float n_v, float roughness, float4 chain)
+{
+    ibl_lobe q = ibl_lobe_split(ibl_bent_roughness(n_v, roughness), chain);
+    q.bend = ibl_bend(n_v, roughness);
+    return q;
+}
+
+// What ibl_lobe_table and ibl_lobe_two_taps take as metallic, for surfaces that
+// are given by F0: the share of the reflection that is as for F0 = 1, the rest
+// being as for F0 = .04.
+float ibl_metallic(float3 f0, float2 rg)
+{
+    float f = (f0.r + f0.g + f0.b) / 3.0;
+    return clamp((f - 0.04) / 0.96 * (rg.x + rg.y) /
+                     max(f * rg.x + rg.y, 1e-20),
+                 0.0, 1.0);
+}
+
+// Of two layers of the table: F0 = 1, F0 = .04.
+ibl_lobe ibl_lobe_fetch(Texture2DArray lobe, SamplerState lobe_sampler,
+                        float n_v, float roughness, float metallic, float layer,
+                        float4 chain)
+{
+    float4 t =
+        lerp(lobe.SampleLevel(lobe_sampler, float3(n_v, roughness, layer + 1.0),
+                              0.0),
+             lobe.SampleLevel(lobe_sampler, float3(n_v, roughness, layer), 0.0),
+             metallic);
+    ibl_lobe q;
+    q.bend = t.r;
+    q.lod = t.g * chain.z;
+    q.flood = t.b;
+    q.apart = t.a;
+    return q;
+}
+
+// The table is for the chain that it was written with.
+ibl_lobe ibl_lobe_table(Texture2DArray lobe, SamplerState lobe_sampler,
+                        float n_v, float roughness, float metallic,
+                        float4 chain)
+{
+    return ibl_lobe_fetch(lobe, lobe_sampler, n_v, roughness, metallic, 0.0,
+                          chain);
+}
+
+ibl_lobe ibl_lobe_two_taps(Texture2DArray lobe, SamplerState lobe_sampler,
+                           float n_v, float roughness, float metallic,
+                           float4 chain)
+{
+    return ibl_lobe_fetch(lobe, lobe_sampler, n_v, roughness, metallic, 2.0,
+                          chain);
+}
+
+// What the surface sees, to be reflected by ibl_shade. Taps are in the plane of
+// n and v, along which lobes are longest. irradiance: /pi, at n.
+float3 ibl_specular(TextureCube specular, SamplerState specular_sampler,
+                    ibl_lobe q, float3 n, float3 v, float3 irradiance)
+{
+    float3 r = reflect(-v, n);
+    float3 seen =
+        specular
+            .SampleLevel(specular_sampler, lerp(r, n, q.bend - q.apart), q.lod)
+            .rgb;
+    if (q.apart > 0.0)
+        seen =
+            0.5 * (seen + specular
+                              .SampleLevel(specular_sampler,
+                                           lerp(r, n, q.bend + q.apart), q.lod)
+                              .rgb);
+    return lerp(seen, irradiance, q.flood);
+}
+
+// ---- the surface ------------------------------------------------------------
+
+// Factor of irradiance / pi: what is not reflected specularly, and what is
+// scattered more than once between facets: Fdez-Aguera 2019, "A
+// Multiple-Scattering Microfacet Model for Real-Time Image Based Lighting",
+// JCGT 8(1), listing 1. rg: of ibl_brdf.
+float3 ibl_diffuse_factor(float3 f0, float3 albedo, float2 rg)
+{
+    float3 once = f0 * rg.x + rg.y;
+    float lost = max(1.0 - rg.x - rg.y, 0.0);
+    float3 mean = f0 + (1.0 - f0) / 21.0;
+    float3 more = lost * once * mean / (1.0 - mean * lost);
+    return more + albedo * (1.0 - once - more);
+}
+
+// Radiance towards the eye. seen: of ibl_specular; irradiance: /pi.
+float3 ibl_shade(float3 f0, float3 albedo, float2 rg, float3 seen,
+                 float3 irradiance)
+{
+    return (f0 * rg.x + rg.y) * seen +
+           ibl_diffuse_factor(f0, albedo, rg) * irradiance;
+}
+
+// ---- lights -----------------------------------------------------------------
+
+// Mean of ibl_ggx_d over the half vectors of a disc of angular radius in rad,
+// that of its middle being h. Slopes of GGX are the stereographic image of a
+// sphere that is evenly covered, so the share in a disc of them is a cap's.
+float ibl_disc_d(float3 n, float3 h, float v_h, float alpha, float radius)
+{
+    float3 s = cross(n, h);
+    float c = max(dot(n, h), 1e-4), c2 = c * c, a2 = max(alpha * alpha, 1e-12);
+    float disc = radius * radius / max(4.0 * v_h * c2 * c, 1e-12);
+    float d = a2 + dot(s, s) / c2 - disc;
+    float q = sqrt(d * d + 4.0 * a2 * disc);
+    float sum = d > 0.0 ? q + d : 4.0 * a2 * disc / (q - d);
+    return 2.0 * a2 / (ibl_pi * c2 * c2 * q * sum);
+}
+
+// Adds a disc light, whose middle is in direction l: its reflection to direct,
+// irradiance / pi to light. e: irradiance of a surface that faces it.
+void ibl_add_light(float3 n, float3 v, float3 f0, float roughness, float3 l,
+                   float radius, float3 e, inout float3 direct,
+                   inout float3 light)
+{
+    float n_v = max(dot(n, v), 0.0), n_l = dot(n, l), reach = sin(radius);
+    if (!(n_l > -reach))
+        return;      // below the surface
+    if (n_l < reach) // in part
+        n_l = (n_l + reach) * (n_l + reach) / (4.0 * reach);
+    float3 h = normalize(v + l);
+    float v_h = clamp(dot(v, h), 0.0, 1.0), alpha = roughness * roughness;
+    direct += e * n_l * ibl_disc_d(n, h, v_h, alpha, radius) *
+              ibl_smith_v(n_l, n_v, alpha) * ibl_schlick_f(f0, v_h);
+    light += e * (n_l / ibl_pi);
+}
