@@ -83,7 +83,7 @@ test_every_option_counts() {
         '--pitch 30' '--distance 9' '--fov 60' '--no-sky' '--ev 1' \
         '--tone linear' '--tone reinhard' '--tone aces' '--false-colour' \
         '--mode levels' '--mode irradiance' '--mode table' '--reference' \
-        '--compare split' '--compare difference'; do
+        '--reflection bent' '--compare split' '--compare difference'; do
         taken || continue
         draw a.png "$work/ktx2" $with -q
         differ plain.png a.png
@@ -101,7 +101,7 @@ test_every_option_counts() {
     draw part.png "$work/ktx2" --compare split -q
     draw a.png "$work/ktx2" --compare split --split 0.1 -q
     differ part.png a.png
-    draw a.png "$work/ktx2" --multiscatter --compare split-sum -q
+    draw a.png "$work/ktx2" --multiscatter --reflection split --compare no -q
     same plain.png a.png
     draw a.png "$work/ktx2" --diffuse sh -q
     node "$work/bin/png.mjs" plain.png a.png 2
@@ -206,7 +206,8 @@ test_samples_and_frames() {
     iblview "$work/ktx2" --offscreen c.png $small --compare split >table
     [ "$(wc -l <table)" = 4 ] || cat table
     head -n 1 table | grep -q ' 256 samples' || head -n 1 table
-    iblview "$work/ktx2" --offscreen c.png $small --reference --samples 33 |
+    iblview "$work/ktx2" --offscreen c.png $small --compare difference \
+        --samples 33 |
         grep -q ' 33 samples a pixel' || echo 'not 33 samples'
     iblview "$work/ktx2" --offscreen c.png $small -v --frames 3 >said
     grep -q '^[0-9.]* ms a frame$' said && grep -q '^OpenGL' said || cat said
@@ -220,9 +221,9 @@ test_contact_sheets() {
     iblview "$work/ktx2" --contact-sheet b.png $small --sheet-rows tone \
         --sheet-columns ev || echo "status $?"
     [ "$(size b.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size b.png
-    iblview "$work/ktx2" --contact-sheet c.png $small --sheet-rows compare \
+    iblview "$work/ktx2" --contact-sheet c.png $small --sheet-rows reflection \
         --sheet-columns ev --samples 1 || echo "status $?"
-    [ "$(size c.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size c.png
+    [ "$(size c.png)" = "$((4 + 5 * 52)) x $((4 + 3 * 40))" ] || size c.png
     # Of maps the levels, if there are several, by exposure.
     iblview "$work/ktx2" --contact-sheet e.png $small --mode levels ||
         echo "status $?"
@@ -256,7 +257,7 @@ test_sheets_are_pictures() {
     done <<'END'
 material|1|turn|2|--turn 30|--material copper --turn 210
 tone|2|ev|4|--ev 1|--tone aces --ev 3
-turn|3|compare|3|--turn 30 --samples 1|--turn 300 --compare difference --samples 1
+turn|3|reflection|2|--turn 30 --samples 1|--turn 300 --reference --samples 1
 ev|0|level|1|--ev 1 --mode levels|--ev -1 --mode levels --level 1
 END
     # The axis that is not chosen.

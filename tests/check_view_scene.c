@@ -318,6 +318,7 @@ TEST(frame)
     s.ev = -3;
     s.turn = 90;
     s.light_count = 1;
+    s.reflection = VIEW_BENT;
     s.compare = VIEW_DIFFERENCE;
     s.mode = VIEW_LEVELS;
     s.level = 2;
@@ -332,6 +333,7 @@ TEST(frame)
           f.shading[2] == 1);
     CHECK(f.light_intensity[0][0] > 0 && f.light_intensity[1][0] == 0);
     CHECK(f.choice[0] == VIEW_LEVELS && f.choice[3] == 2);
+    CHECK(f.reflection[0] == VIEW_BENT && f.reflection[1] == 0);
     /* Frames are compared by their bytes. */
     memset(&again, 255, sizeof again);
     view_frame_fill(&again, &s, &set, 320, 200);
@@ -361,6 +363,8 @@ TEST(names)
         CHECK(view_tone_names[i]);
     for (int i = 0; i < VIEW_DIFFUSES; i++)
         CHECK(view_diffuse_names[i]);
+    for (int i = 0; i < VIEW_REFLECTIONS; i++)
+        CHECK(view_reflection_names[i]);
     for (int i = 0; i < VIEW_COMPARES; i++)
         CHECK(view_compare_names[i]);
     for (int i = 0; i < VIEW_PROBE_CAPTURES; i++)

@@ -8,6 +8,7 @@
 #include "ibl/reference.h"
 #include "maps.h"
 #include "shade.h"
+#include "textures.h"
 #include "truth.h"
 
 static shade_set *const set = &shade_sets[0];
@@ -172,6 +173,70 @@ TEST(pixels_in_double)
         s.turn = 33 * i;
         against_double(&s, 1e-4);
     }
+}
+
+/* A table of lobes for which one tap is irradiance, and two are both what the
+ * last level has at the normal. */
+static void add_lobes(void)
+{
+    const float texels[2][4] = {{0, 0, 1, 0}, {0.75F, 1, 0, 0.25F}};
+    ibl_texture *t = &set->set.texture[VIEW_LOBES];
+
+    *t = texture_random(shade_ctx(), IBL_PIXEL_RGBA32F, (int[]){4, 4, 1, 1}, 4);
+    for (size_t i = 0; i < t->bytes / sizeof *texels; i++)
+        memcpy(t->data + i * sizeof *texels, texels[i / 32], sizeof *texels);
+}
+
+static void check_lobes(const view_settings *s, bool other, double bend)
+{
+    float *picture =
+        test_alloc((size_t)(3 * shade_width() * shade_height()), sizeof(float));
+    shade_pixel *pixels = shade_pixels(s);
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    double worst = 0, rgb[3], d[3], half[3];
+
+    NEED(view_renderer_read(shade_renderer(), other, picture));
+    view_grid(s, spheres);
+    for (int i = 0; i < shade_width() * shade_height(); i++) {
+        const shade_pixel *p = &pixels[i];
+        shade_light light;
+        if (p->sphere < 0 || p->n_v < 0.02)
+            continue;
+        shade_look_up(set, s, &spheres[p->sphere], p, &light);
+        memcpy(light.specular, light.irradiance, sizeof light.specular);
+        for (int tap = 0; tap < 2 && other; tap++) {
+            for (int k = 0; k < 3; k++)
+                d[k] = p->reflected[k] +
+                       (bend + 0.5 * tap) * (p->normal[k] - p->reflected[k]);
+            shade_cube(&set->specular, set->specular.levels - 1, d,
+                       tap ? half : light.specular);
+        }
+        for (int k = 0; k < 3 && other; k++)
+            light.specular[k] = 0.5 * (light.specular[k] + half[k]);
+        shade_split_sum(s, &spheres[p->sphere], &light, rgb);
+        for (int k = 0; k < 3; k++)
+            worst = fmax(worst, fabs(picture[3 * i + k] - rgb[k]));
+    }
+    CHECK_MSG(worst < 1e-4, "side %d is off by %g", other, worst);
+}
+
+/* Each side of a comparison is what its reflection says. */
+TEST(lobes_of_a_table)
+{
+    ibl_specular_options opts = ibl_specular_options_default();
+
+    shade_begin(128, 128);
+    opts.size = 32;
+    ibl_image map = smooth_map(5);
+    shade_bake(set, &map, &opts);
+    add_lobes();
+    view_settings s = view_settings_default();
+    s.reflection = VIEW_TABLE_LOBES;
+    s.against = VIEW_TWO_TAPS;
+    s.compare = VIEW_SPLIT;
+    shade_draw(&set->set, &s);
+    check_lobes(&s, false, 0);
+    check_lobes(&s, true, 0.5);
 }
 
 /* Equal coefficients in every degree of irradiance; sums are cut off at 0. */

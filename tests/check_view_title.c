@@ -192,8 +192,10 @@ TEST(tells_every_setting)
     TELLS(VIEW_SPHERES, multiscatter, false, "| multiscatter off |");
     TELLS(VIEW_SPHERES, light_count, 2, "| lights 2 |");
     TELLS(VIEW_SPHERES, sky, false, "| no sky |");
-    TELLS(VIEW_SPHERES, compare, VIEW_SPLIT, "| split 0/4096 at 0.5 |");
-    TELLS(VIEW_SPHERES, compare, VIEW_DIFFERENCE, "| difference 0/4096 x 10 |");
+    TELLS(VIEW_SPHERES, compare, VIEW_SPLIT,
+          "| split and reference, split at 0.5 | 0/4096 |");
+    TELLS(VIEW_SPHERES, compare, VIEW_DIFFERENCE,
+          "| split and reference, difference x 10 | 0/4096 |");
     TELLS(VIEW_LEVELS, level, 1, "| levels 1, roughness ");
     TELLS(VIEW_LEVELS, layout, VIEW_STRIP, "| strip |");
     TELLS(VIEW_TABLE, zoom, 3, "| zoom 3 |");

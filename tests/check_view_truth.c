@@ -98,7 +98,7 @@ static void begin(void (*fill)(ibl_image *), int rows, int columns)
     on.renderer = shade_begin(on.width, on.height);
     on.ctx = shade_ctx();
     on.settings = view_settings_default();
-    on.settings.compare = VIEW_REFERENCE;
+    on.settings.compare = VIEW_SPLIT;
     on.settings.rows = rows;
     on.settings.columns = columns;
     NEED(bake(fill, 0.0, &on.set) && view_renderer_load(on.renderer, &on.set));

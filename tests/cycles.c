@@ -47,7 +47,7 @@ static view_settings scene(void)
     s.roughness[1] = 1;
     s.multiscatter = false;
     s.light_count = 0;
-    s.compare = VIEW_REFERENCE;
+    s.compare = VIEW_SPLIT;
     for (int i = 0; i < VIEW_MATERIALS; i++)
         if (!strcmp(view_materials[i].name, "white"))
             s.material = i;

@@ -52,6 +52,11 @@ view_renderer *shade_begin(int width, int height)
     return renderer;
 }
 
+view_renderer *shade_renderer(void)
+{
+    return renderer;
+}
+
 ibl_ctx *shade_ctx(void)
 {
     if (!ctx)

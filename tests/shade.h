@@ -12,6 +12,7 @@
 
 /* A screen and a renderer, which it returns, for the running test. */
 view_renderer *shade_begin(int width, int height);
+view_renderer *shade_renderer(void);
 ibl_ctx *shade_ctx(void);
 
 /* A set with the maps that its textures were made of. Unless a test says

@@ -56,6 +56,14 @@ void view_app_fit(view_app *app)
         view_app_notice(app, "there are no spherical harmonics: the sidecar "
                              "has them");
     }
+    if (!app->set->texture[VIEW_LOBES].data &&
+        (view_needs_lobes(app->settings.reflection) ||
+         view_needs_lobes(app->settings.against))) {
+        app->settings.reflection = VIEW_SPLIT_SUM;
+        app->settings.against = VIEW_REFERENCE;
+        view_app_notice(app, "there is no table of lobes: iblbake --lobe-table "
+                             "writes it");
+    }
     app->redraw = true;
 }
 

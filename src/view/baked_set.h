@@ -14,8 +14,10 @@ typedef enum view_content {
     VIEW_SPECULAR,
     VIEW_IRRADIANCE,
     VIEW_LUT,
-    VIEW_SKY, /* --skybox; if absent, level 0 of the specular chain is the sky
-               */
+    VIEW_SKY,   /* --skybox; if absent, level 0 of the specular chain is the sky
+                 */
+    VIEW_LOBES, /* --lobe-table: the lobe of each N.V and roughness; if absent,
+                   there are no table and two-taps of view_reflection */
     VIEW_CONTENTS
 } view_content;
 
@@ -28,11 +30,11 @@ enum {
 
 typedef struct baked_set {
     char *name; /* for titles, such as "sky" */
-    /* Texels as in the files. Only the sky may be missing; it is then zeroed. A
-     * missing table is made by ibl_bake_lut. Missing irradiance is made from
-     * level 0 as a map; if level 0 is rough or clipped, from the last level if
-     * its roughness is 1, else from the spherical harmonics. A note reports
-     * both. */
+    /* Texels as in the files. Only the sky and the lobes may be missing, and
+     * are then zeroed. A missing table is made by ibl_bake_lut. Missing
+     * irradiance is made from level 0 as a map; if level 0 is rough or clipped,
+     * from the last level if its roughness is 1, else from the spherical
+     * harmonics. A note reports both. */
     ibl_texture texture[VIEW_CONTENTS];
     char *path[VIEW_FILES];           /* NULL: none */
     view_file_stamp seen[VIEW_FILES]; /* state just before reading */

@@ -65,6 +65,8 @@ void view_frame_fill(view_frame *f, const view_settings *s,
     f->choice[1] = (int)s->diffuse;
     f->choice[2] = (int)s->layout;
     f->choice[3] = s->mode == VIEW_LEVELS ? s->level : 0;
+    f->reflection[0] = (int)s->reflection;
+    f->reflection[1] = view_compares(s) ? (int)s->against : 0;
     f->inspect_at[0] = (float)s->zoom;
     f->inspect_at[1] = (float)s->pan[0];
     f->inspect_at[2] = (float)s->pan[1];

@@ -23,6 +23,7 @@ typedef struct view_frame {
     int shading[4];      /* multiscatter, lights, sky, 1 if the sky texture has
                             filterable levels, else 0 */
     int choice[4];       /* mode, diffuse, layout, level */
+    int reflection[4];   /* view_reflection; that of the other picture, 0, 0 */
     float inspect_at[4]; /* zoom, pan x, pan y, 0 */
     float display[4];    /* 2^ev, split, gain, 0 */
     int show[4];         /* tone, false_colour, compare, 0 */

@@ -45,6 +45,24 @@ static void change_roughness(view_app *app, int step)
     change_range(app->settings.roughness, ranges, 4, step);
 }
 
+/* Selects the next reflection that the set allows. */
+static void change_lookup(const view_app *app, view_reflection *r, int step)
+{
+    do
+        *r = (view_reflection)next((int)*r, step, VIEW_REFLECTIONS);
+    while (view_needs_lobes(*r) && !app->set->texture[VIEW_LOBES].data);
+}
+
+static void change_reflection(view_app *app, int step)
+{
+    change_lookup(app, &app->settings.reflection, step);
+}
+
+static void change_against(view_app *app, int step)
+{
+    change_lookup(app, &app->settings.against, step);
+}
+
 /* ---- scene -------------------------------------------------------------- */
 
 /* Goes through 0 and the powers of two. */
@@ -124,7 +142,7 @@ static void print_errors(view_app *app, int step)
 {
     (void)step;
     if (!view_report_print(app->renderer, &app->settings))
-        view_app_notice(app, "no errors yet: compare with the reference (r)");
+        view_app_notice(app, "no errors yet: compare (f)");
 }
 
 static void quit(view_app *app, int step)
@@ -179,8 +197,11 @@ static const key_row rows[] = {
      .what = "layout: cross, strip, equirect"},
     {"] [", ']', '[', COUNT(level, 0, IBL_MAX_LEVELS - 1),
      .what = "next level, the one before"},
-    {"r R", 'r', 'R', CYCLE(compare, VIEW_COMPARES),
-     .what = "split sum, reference, split, difference"},
+    {"r R", 'r', 'R', ACT(change_reflection),
+     .what = "reflection: split sum, bent, table, two taps, reference"},
+    {"f F", 'f', 'F', CYCLE(compare, VIEW_COMPARES),
+     .what = "compare: no, side by side, difference"},
+    {"D", 'D', ACT(change_against), .what = "what it is compared with"},
     {"s S", 's', 'S', ADD(split, 0.05, 0, 1),
      .what = "move the split right, left"},
     {"g G", 'g', 'G', MULTIPLY(gain, 2, 1e-3, 1e6),

@@ -15,7 +15,7 @@
 #include "view/truth.h"
 
 const char *const view_axis_names[VIEW_AXES + 1] = {
-    "material", "turn", "tone", "ev", "level", "compare"};
+    "material", "turn", "tone", "ev", "level", "reflection"};
 
 /* ---- values of their own kind ------------------------------------------ */
 
@@ -106,7 +106,7 @@ static bool parse_material(void *field, const char *value)
 static bool set_reference(void *field, const char *value)
 {
     (void)value;
-    *(view_compare *)field = VIEW_REFERENCE;
+    *(view_reflection *)field = VIEW_REFERENCE;
     return true;
 }
 
@@ -159,7 +159,7 @@ static bool check_axis(const view_options *o, const char *option, int axis)
     const char *name = view_axis_names[axis];
     const bool level = axis == VIEW_AXIS_LEVEL;
     const bool shading =
-        axis == VIEW_AXIS_MATERIAL || axis == VIEW_AXIS_COMPARE;
+        axis == VIEW_AXIS_MATERIAL || axis == VIEW_AXIS_REFLECTION;
 
     if (kind == SCENE && (shading || level))
         return view_fail("%s %s: not of --mode scene: choose turn, ev or tone",
@@ -217,6 +217,8 @@ static bool check_pairs(const view_options *o)
         {o->samples && !picture, "--samples",
          "only with --offscreen or --contact-sheet"},
         {o->frames && o->samples, "--frames and --samples", one},
+        {o->settings.compare && o->settings.reflection == o->settings.against,
+         "--compare", "a reflection with itself: choose another --against"},
     };
 
     for (size_t i = 0; i < sizeof rules / sizeof *rules; i++)
@@ -425,14 +427,19 @@ static const ibl_option display[] = {
      .help = "luminance in false colours instead"},
 };
 
-static const ibl_option reference[] = {
-    {"reference", 0, OTHER(compare, NULL, set_reference),
-     .help = "shade by the integral: the same as --compare reference"},
+static const ibl_option reflection[] = {
+    {"reflection", 0, IBL_CHOICE(settings.reflection, view_reflection_names),
+     .help = "look up lobes by the split sum, bent, or by the table, in one or "
+             "two taps; or the integral itself"},
+    {"reference", 0, OTHER(reflection, NULL, set_reference),
+     .help = "the same as --reflection reference"},
     {"compare", 0, IBL_CHOICE(settings.compare, view_compare_names),
-     .help = "the split sum, the reference, both side by side, or the "
-             "difference; pictures print the error of each sphere"},
+     .help = "show two reflections side by side, or their difference; pictures "
+             "print the error of each sphere"},
+    {"against", 0, IBL_CHOICE(settings.against, view_reflection_names),
+     .help = "the other reflection"},
     {"split", 0, REAL(split, "X", 0, 1),
-     .help = "where the reference begins, as a fraction of the width"},
+     .help = "where the other begins, as a fraction of the width"},
     {"gain", 0, REAL(gain, "G", 1e-3, 1e6), .help = "factor of the difference"},
 };
 
@@ -457,7 +464,7 @@ static const ibl_section *const sections[] = {
     IBL_SECTION("Files", files),         IBL_SECTION("Pictures", pictures),
     IBL_SECTION("What is shown", shows), IBL_SECTION("Spheres", spheres),
     IBL_SECTION("Scene", scene),         IBL_SECTION("Camera", camera),
-    IBL_SECTION("Display", display),     IBL_SECTION("Reference", reference),
+    IBL_SECTION("Display", display),     IBL_SECTION("Reflection", reflection),
     IBL_SECTION("Running", running),     NULL};
 
 static void set_defaults(void *options)
@@ -538,5 +545,16 @@ bool view_options_suit(const view_options *o, const baked_set *set)
         return view_fail("--diffuse sh: %s has no spherical harmonics, which "
                          "are in a sidecar of iblbake: use the map",
                          set->name);
+    if (!set->texture[VIEW_LOBES].data &&
+        (view_needs_lobes(o->settings.reflection) ||
+         (view_compares(&o->settings) &&
+          view_needs_lobes(o->settings.against))))
+        return view_fail(
+            "--reflection %s: %s has no table of lobes, which "
+            "iblbake --lobe-table writes: choose split or bent",
+            view_reflection_names[view_needs_lobes(o->settings.reflection)
+                                      ? o->settings.reflection
+                                      : o->settings.against],
+            set->name);
     return true;
 }

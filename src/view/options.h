@@ -12,11 +12,11 @@
 /* Property that changes along the rows or columns of a contact sheet. */
 typedef enum view_axis {
     VIEW_AXIS_MATERIAL,
-    VIEW_AXIS_TURN,    /* by quarter turns */
-    VIEW_AXIS_TONE,    /* the tone curves */
-    VIEW_AXIS_EV,      /* 2 stops down to 2 stops up */
-    VIEW_AXIS_LEVEL,   /* the specular levels themselves */
-    VIEW_AXIS_COMPARE, /* split sum, reference, both, difference */
+    VIEW_AXIS_TURN,       /* by quarter turns */
+    VIEW_AXIS_TONE,       /* the tone curves */
+    VIEW_AXIS_EV,         /* 2 stops down to 2 stops up */
+    VIEW_AXIS_LEVEL,      /* the specular levels themselves */
+    VIEW_AXIS_REFLECTION, /* those that the set allows */
     VIEW_AXES
 } view_axis;
 

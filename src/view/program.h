@@ -34,8 +34,9 @@ typedef enum view_unit {
     VIEW_UNIT_IRRADIANCE, /* samplerCube irradiance_map */
     VIEW_UNIT_LUT,        /* sampler2D lut_map */
     VIEW_UNIT_SKY,        /* samplerCube sky_map */
+    VIEW_UNIT_LOBES,      /* sampler2DArray lobe_map */
     VIEW_UNIT_PICTURE,    /* sampler2D picture: the linear picture */
-    VIEW_UNIT_TRUTH,      /* sampler2D truth: the reference */
+    VIEW_UNIT_OTHER,      /* sampler2D other: what it is compared with */
     VIEW_UNIT_COUNT
 } view_unit;
 

@@ -30,9 +30,10 @@ struct view_renderer {
     GLuint nearest;                       /* sampler of maps */
     GLuint instances, instance_buffer, frame_buffer;
     GLuint maps[VIEW_CONTENTS];
-    GLuint picture, target; /* the linear picture, and the framebuffer on it */
-    view_truth *truth;      /* made on first use */
-    view_scene *stage;      /* the same */
+    GLuint picture[2], target[2]; /* linear pictures, of settings.reflection and
+                                     against, and framebuffers on them */
+    view_truth *truth;            /* made on first use */
+    view_scene *stage;            /* the same */
     const view_probe_set *probes; /* probes of the stage, or NULL */
     int samples; /* samples of the reference per draw; 0: by the clock */
     const baked_set *set;
@@ -71,7 +72,7 @@ static bool make(view_renderer *r)
     gl.SamplerParameteri(r->nearest, GL_TEXTURE_MIN_FILTER,
                          GL_NEAREST_MIPMAP_NEAREST);
     gl.SamplerParameteri(r->nearest, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl.GenFramebuffers(1, &r->target);
+    gl.GenFramebuffers(2, r->target);
     return view_gl_check("making the renderer");
 }
 
@@ -93,8 +94,8 @@ void view_renderer_free(view_renderer *r)
         return;
     view_truth_free(r->truth);
     view_scene_free(r->stage);
-    gl.DeleteFramebuffers(1, &r->target);
-    gl.DeleteTextures(1, &r->picture);
+    gl.DeleteFramebuffers(2, r->target);
+    gl.DeleteTextures(2, r->picture);
     gl.DeleteTextures(VIEW_CONTENTS, r->maps);
     gl.DeleteBuffers(1, &r->frame_buffer);
     gl.DeleteBuffers(1, &r->instance_buffer);
@@ -112,13 +113,13 @@ void view_renderer_free(view_renderer *r)
 bool view_renderer_load(view_renderer *r, const baked_set *set)
 {
     static const char *const kinds[VIEW_CONTENTS] = {
-        "specular map", "irradiance map", "BRDF table", "sky"};
+        "specular map", "irradiance map", "BRDF table", "sky", "lobe table"};
     GLuint maps[VIEW_CONTENTS] = {0};
 
     for (int i = 0; i < VIEW_CONTENTS; i++) {
         const ibl_texture *tex = &set->texture[i];
         if (!tex->data)
-            continue; /* only the sky may be absent */
+            continue; /* the sky and the lobes may be absent */
         maps[i] =
             view_upload(tex, false, set->path[i] ? set->path[i] : kinds[i]);
         if (!maps[i]) {
@@ -143,6 +144,7 @@ static void bind_maps(const view_renderer *r)
     view_gl_bind(VIEW_UNIT_IRRADIANCE, cube, r->maps[VIEW_IRRADIANCE]);
     view_gl_bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, r->maps[VIEW_LUT]);
     view_gl_bind(VIEW_UNIT_SKY, cube, sky ? sky : level0);
+    view_gl_bind(VIEW_UNIT_LOBES, GL_TEXTURE_2D_ARRAY, r->maps[VIEW_LOBES]);
 }
 
 /* ---- spheres ----------------------------------------------------------- */
@@ -198,32 +200,34 @@ static void update_spheres(view_renderer *r, int width, int height)
 
 /* ---- passes ------------------------------------------------------------ */
 
-static bool resize(view_renderer *r, int width, int height)
+/* Makes the linear picture of a side, if there is none. */
+static bool make_picture(view_renderer *r, int side)
+{
+    if (r->picture[side])
+        return true;
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
+    r->picture[side] = view_float_target(r->width, r->height);
+    if (view_gl_target(r->target[side], r->picture[side]))
+        return view_gl_check("making the linear picture");
+    return view_fail(
+        "this OpenGL cannot draw into a picture of %d x %d floats: "
+        "ask for a smaller one",
+        r->width, r->height);
+}
+
+static void resize(view_renderer *r, int width, int height)
 {
     if (width == r->width && height == r->height)
-        return true;
-    r->width = r->height = 0;
-    r->stale = true;
-    gl.DeleteTextures(1, &r->picture);
-    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
-    r->picture = view_float_target(width, height);
-    if (!view_gl_target(r->target, r->picture))
-        return view_fail("this OpenGL cannot draw into a picture of %d x %d "
-                         "floats: ask for a smaller one",
-                         width, height);
+        return;
     r->width = width;
     r->height = height;
-    return view_gl_check("making the linear picture");
+    r->stale = true;
+    gl.DeleteTextures(2, r->picture);
+    memset(r->picture, 0, sizeof r->picture);
 }
 
-static bool compares(const view_renderer *r)
-{
-    return r->settings.compare != VIEW_SPLIT_SUM &&
-           r->settings.mode == VIEW_SPHERES;
-}
-
-/* Whether the linear picture can stay, while the reference gathers samples.
- * Frames without comparison are always drawn. */
+/* Whether the linear pictures can stay, while the reference gathers samples.
+ * Frames without it are always drawn. */
 static bool stays(view_renderer *r)
 {
     const bool same =
@@ -231,7 +235,7 @@ static bool stays(view_renderer *r)
 
     r->linear = r->frame;
     r->stale = false;
-    return same && compares(r);
+    return same && view_wants_reference(&r->settings);
 }
 
 /* Finds the sun of the sky that windows show. */
@@ -258,7 +262,9 @@ static bool draw_stage(view_renderer *r)
     view_room_environment e = {.specular = level0,
                                .irradiance = r->maps[VIEW_IRRADIANCE],
                                .sky = sky ? sky : level0,
-                               .irradiance_scale = r->frame.diffuse[0]};
+                               .irradiance_scale = r->frame.diffuse[0],
+                               .bent =
+                                   r->settings.reflection != VIEW_SPLIT_SUM};
 
     if (!r->stage) {
         r->stage = view_scene_create();
@@ -269,7 +275,7 @@ static bool draw_stage(view_renderer *r)
     e.sun = r->sun;
     memcpy(e.lod, r->frame.lod, sizeof e.lod);
     return view_scene_draw(r->stage, &r->settings, &e, r->maps[VIEW_LUT],
-                           r->picture, r->width, r->height);
+                           r->picture[0], r->width, r->height);
 }
 
 /* Draws a map with unfiltered texels. */
@@ -282,19 +288,21 @@ static void inspect(const view_renderer *r)
     gl.BindSampler(VIEW_UNIT_IRRADIANCE, 0);
 }
 
-static bool linear_pass(view_renderer *r)
+static view_reflection reflection_of(const view_renderer *r, int side)
 {
-    if (stays(r))
-        return true;
-    if (r->settings.mode == VIEW_SCENE)
-        return draw_stage(r);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, r->target);
-    gl.Viewport(0, 0, r->width, r->height);
-    gl.Disable(GL_BLEND);
-    if (r->settings.mode != VIEW_SPHERES) {
-        inspect(r);
-        return true;
-    }
+    return side ? r->settings.against : r->settings.reflection;
+}
+
+static bool draw_spheres(view_renderer *r, int side)
+{
+    const int reflection = (int)reflection_of(r, side);
+
+    if (!make_picture(r, side))
+        return false;
+    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
+    gl.BufferSubData(GL_UNIFORM_BUFFER, offsetof(view_frame, reflection),
+                     sizeof reflection, &reflection);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, r->target[side]);
     view_gl_draw_full(r->sky);
     gl.Enable(GL_BLEND);
     gl.UseProgram(r->sphere);
@@ -304,10 +312,33 @@ static bool linear_pass(view_renderer *r)
     return true;
 }
 
+static bool linear_pass(view_renderer *r)
+{
+    const int sides = view_compares(&r->settings) ? 2 : 1;
+
+    if (!make_picture(r, 0))
+        return false;
+    if (stays(r))
+        return true;
+    if (r->settings.mode == VIEW_SCENE)
+        return draw_stage(r);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, r->target[0]);
+    gl.Viewport(0, 0, r->width, r->height);
+    gl.Disable(GL_BLEND);
+    if (r->settings.mode != VIEW_SPHERES) {
+        inspect(r);
+        return true;
+    }
+    for (int side = 0; side < sides; side++)
+        if (reflection_of(r, side) != VIEW_REFERENCE && !draw_spheres(r, side))
+            return false;
+    return true;
+}
+
 static bool truth_pass(view_renderer *r)
 {
     r->has_truth = false;
-    if (!compares(r))
+    if (!view_wants_reference(&r->settings))
         return true;
     if (!r->truth)
         r->truth = view_truth_create(r->set);
@@ -317,15 +348,24 @@ static bool truth_pass(view_renderer *r)
     return r->has_truth;
 }
 
+/* What a side shows. */
+static GLuint picture_of(const view_renderer *r, int side)
+{
+    return r->settings.mode == VIEW_SPHERES &&
+                   reflection_of(r, side) == VIEW_REFERENCE
+               ? view_truth_texture(r->truth)
+               : r->picture[side];
+}
+
 static void display_pass(const view_renderer *r, GLuint framebuffer)
 {
     gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
-    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, r->picture);
-    view_gl_bind(VIEW_UNIT_TRUTH, GL_TEXTURE_2D,
-                 r->has_truth ? view_truth_texture(r->truth) : 0);
+    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture_of(r, 0));
+    view_gl_bind(VIEW_UNIT_OTHER, GL_TEXTURE_2D,
+                 view_compares(&r->settings) ? picture_of(r, 1) : 0);
     view_gl_draw_full(r->display);
 }
 
@@ -334,8 +374,7 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
 {
     if (!r->set)
         return view_fail("nothing is loaded that could be drawn");
-    if (!resize(r, width, height))
-        return false;
+    resize(r, width, height);
     r->settings = *s;
     view_frame_fill(&r->frame, s, r->set, width, height);
     gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
@@ -351,12 +390,11 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
 
 /* ---- reading back ------------------------------------------------------- */
 
-bool view_renderer_read(const view_renderer *r, bool truth, float *rgb)
+bool view_renderer_read(const view_renderer *r, bool other, float *rgb)
 {
-    if (!r->width || (truth && !r->has_truth))
+    if (!r->picture[0] || (other && !view_compares(&r->settings)))
         return view_fail("there is no picture to read");
-    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D,
-                 truth ? view_truth_texture(r->truth) : r->picture);
+    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture_of(r, other));
     gl.GetTexImage(GL_TEXTURE_2D, 0, GL_RGB, GL_FLOAT, rgb);
     view_picture_flip(rgb, 3 * (size_t)r->width * sizeof *rgb, r->height);
     return view_gl_check("reading the picture");
@@ -409,7 +447,7 @@ int view_renderer_errors(const view_renderer *r, double *rmse)
     float *pictures;
     int count = 0;
 
-    if (!view_renderer_samples(r))
+    if (!r->picture[0] || !view_compares(&r->settings))
         return 0;
     pictures = malloc(2 * floats * sizeof *pictures);
     if (!pictures)

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Makes the picture in passes, each into what the next one reads:
- *   1. linear   scene-linear RGB floats: sky and spheres by the split sum, a
- *               map, or the scene; kept while the truth gathers samples
- *   2. truth    the same spheres by the integral itself (truth.h), if
- *               settings.compare asks for it
+ *   1. linear   scene-linear RGB floats: sky and spheres, a map, or the scene;
+ *               kept while the truth gathers samples; two of different
+ * reflections, if settings.compare asks for it
+ *   2. truth    the same spheres by the integral itself (truth.h), if the
+ *               settings ask for it
  *   3. display  exposure, tone curve, sRGB, comparison; into framebuffer 0
  *   4. overlay  text (overlay.h)
  * A frame allocates nothing.
@@ -39,9 +40,9 @@ void view_renderer_probes(view_renderer *r, const view_probe_set *probes);
 bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
                         int height);
 
-/* Reads the last draw, or its reference: linear RGB, width * height * 3 floats,
- * rows from the top. False, with a message. */
-bool view_renderer_read(const view_renderer *r, bool truth, float *rgb);
+/* Reads the last draw, or what it was compared with: linear RGB, width * height
+ * * 3 floats, rows from the top. False, with a message. */
+bool view_renderer_read(const view_renderer *r, bool other, float *rgb);
 
 /* Draws the last picture again, since covered pixels of a window are undefined,
  * and returns it as view_picture_read does. NULL, with a message. */
@@ -57,8 +58,8 @@ void view_renderer_pace(view_renderer *r, int samples);
 int view_renderer_samples(const view_renderer *r);
 /* Restarts the reference. */
 void view_renderer_restart(view_renderer *r);
-/* Relative RMSE of each sphere against the reference, as view_errors; returns
- * the number of spheres. 0: there is no reference. */
+/* Relative RMSE of each sphere against the other reflection, as view_errors;
+ * returns the number of spheres. 0: nothing is compared. */
 int view_renderer_errors(const view_renderer *r, double *rmse);
 
 #endif

@@ -25,9 +25,10 @@ bool view_report_print(const view_renderer *r, const view_settings *s)
 
     if (count != view_grid(s, spheres))
         return false;
-    printf("relative RMSE of the split sum, %d samples a pixel\n"
+    printf("relative RMSE of %s against %s, %d samples a pixel\n"
            "metallic \\ roughness",
-           view_renderer_samples(r));
+           view_reflection_names[s->reflection],
+           view_reflection_names[s->against], view_renderer_samples(r));
     for (int i = 0; i < s->columns; i++)
         printf(" %7.3f", spheres[i].roughness);
     putchar('\n');

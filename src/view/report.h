@@ -6,8 +6,8 @@
 #include "view/probe_set.h"
 #include "view/renderer.h"
 
-/* Prints the error of the split sum of the last draw for each sphere, arranged
- * as on the screen. False: there is no reference. */
+/* Prints the error of the last draw against what it was compared with, for each
+ * sphere, arranged as on the screen. False: nothing was compared. */
 bool view_report_print(const view_renderer *r, const view_settings *s);
 /* Prints the textures of a set. */
 void view_report_set(const baked_set *set);

@@ -13,7 +13,7 @@
 #include "view/message.h"
 
 const char *const view_content_names[VIEW_CONTENTS + 1] = {
-    "specular", "irradiance", "brdf_lut", "skybox"};
+    "specular", "irradiance", "brdf_lut", "skybox", "lobe_lut"};
 
 static const char *const scale_names[] = {"E/pi", "E", NULL};
 

@@ -40,21 +40,23 @@ static bool try_name(const opener *o, const char *name, char **out)
 
 /* Finds the file of a content: first the one that the sidecar names, then the
  * one that iblbake would write beside the specular file, then other extensions.
- * The stem of a table depends on its geometry. *out NULL: not found. */
+ * The stems of tables are without a name. *out NULL: not found. */
 static bool find_beside(const opener *o, view_content content, char **out)
 {
     const char *listed = view_sidecar_file(o->sidecar, content);
     const char *dot = strrchr(ibl_path_name(o->set->path[VIEW_SPECULAR]), '.');
     char own[1024], name[1024];
     const char *const own_stems[] = {own, NULL};
+    static const char *const lobe_stems[] = {"lobe_lut", NULL};
 
     *out = NULL;
     if (listed && !try_name(o, listed, out))
         return false;
     snprintf(own, sizeof own, "%s_%s", o->set->name,
              view_content_names[content]);
-    for (const char *const *stem = content == VIEW_LUT ? ibl_lut_stems
-                                                       : own_stems;
+    for (const char *const *stem = content == VIEW_LUT     ? ibl_lut_stems
+                                   : content == VIEW_LOBES ? lobe_stems
+                                                           : own_stems;
          *stem; stem++)
         for (int i = -1; i < IBL_CONTAINER_COUNT && !*out; i++) {
             snprintf(name, sizeof name, "%.1000s.%s", *stem,
@@ -81,32 +83,34 @@ static const struct {
     {"a BRDF table", "name the brdf_lut file, or leave --lut out"},
     {"a skybox",
      "name the NAME_skybox file or another cube, or leave --sky out"},
+    {"a table of lobes", "bake the set again, or take that file away"},
 };
 
 static bool check_shape(const ibl_texture *tex, const char *path,
                         view_content wanted)
 {
     const char *pixel = ibl_pixel_name(tex->pixel);
-    const bool lut = wanted == VIEW_LUT;
+    const bool lut = wanted == VIEW_LUT, lobes = wanted == VIEW_LOBES;
+    const int layers = lobes ? VIEW_LOBE_LAYERS : 1;
 
-    if ((tex->faces == 1) != lut)
+    if ((tex->faces == 1) != (lut || lobes))
         return view_fail("%s: is a %s (%dx%d, %s), where %s is wanted: %s",
-                         path, lut ? "cube" : "flat texture", tex->width,
-                         tex->height, pixel, contents[wanted].words,
+                         path, lut || lobes ? "cube" : "flat texture",
+                         tex->width, tex->height, pixel, contents[wanted].words,
                          contents[wanted].remedy);
     if ((ibl_pixel_channels(tex->pixel) == 2) != lut)
         return view_fail("%s: has %s texels, where %s has %s: %s", path, pixel,
                          contents[wanted].words,
                          lut ? "two channels, rg16f or rg32f" : "colour",
                          contents[wanted].remedy);
-    if (tex->layers > 1)
-        return view_fail(
-            "%s: is an array of %d layers, of a probe set perhaps, "
-            "where a single texture is wanted: %s",
-            path, tex->layers, contents[wanted].remedy);
-    if (lut && tex->width != tex->height)
-        return view_fail("%s: is %dx%d, where a BRDF table is square: %s", path,
-                         tex->width, tex->height, contents[wanted].remedy);
+    if (tex->layers != layers)
+        return view_fail("%s: has %d layers, where %s has %d: %s", path,
+                         tex->layers, contents[wanted].words, layers,
+                         contents[wanted].remedy);
+    if ((lut || lobes) && tex->width != tex->height)
+        return view_fail("%s: is %dx%d, where %s is square: %s", path,
+                         tex->width, tex->height, contents[wanted].words,
+                         contents[wanted].remedy);
     if (tex->width > IBL_MAX_CUBE_SIZE)
         return view_fail("%s: is %dx%d, more than %d: bake it smaller", path,
                          tex->width, tex->height, IBL_MAX_CUBE_SIZE);
@@ -275,6 +279,7 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
                     open_other(&o, VIEW_IRRADIANCE, what->irradiance) &&
                     open_other(&o, VIEW_LUT, what->lut) &&
                     open_other(&o, VIEW_SKY, what->sky) &&
+                    open_other(&o, VIEW_LOBES, NULL) &&
                     view_sidecar_sh(o.sidecar, set);
     json_decref(o.sidecar);
     if (ok && !set->texture[VIEW_LUT].data)

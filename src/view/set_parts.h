@@ -7,9 +7,11 @@
 
 #include "view/baked_set.h"
 
-/* "specular", "irradiance", "brdf_lut", "skybox" in file names, keys and
- * sidecars; ended by NULL. */
+/* "specular", "irradiance", "brdf_lut", "skybox", "lobe_lut" in file names,
+ * keys and sidecars; ended by NULL. */
 extern const char *const view_content_names[VIEW_CONTENTS + 1];
+
+#define VIEW_LOBE_LAYERS 4 /* of the table of lobes */
 
 /* ---- files by content and by name (set_files.c) ------------------------- */
 

@@ -20,7 +20,7 @@ view_settings view_settings_default(void)
         .tone = VIEW_TONE_NEUTRAL,
         .layout = VIEW_CROSS,
         .zoom = 1,
-        .compare = VIEW_SPLIT_SUM,
+        .against = VIEW_REFERENCE,
         .split = 0.5,
         .gain = 10,
         .parallax = true,
@@ -41,6 +41,23 @@ view_settings view_settings_default(void)
     return s;
 }
 
+bool view_compares(const view_settings *s)
+{
+    return s->mode == VIEW_SPHERES && s->compare != VIEW_ALONE;
+}
+
+bool view_wants_reference(const view_settings *s)
+{
+    return s->mode == VIEW_SPHERES &&
+           (s->reflection == VIEW_REFERENCE ||
+            (s->compare != VIEW_ALONE && s->against == VIEW_REFERENCE));
+}
+
+bool view_needs_lobes(view_reflection reflection)
+{
+    return reflection == VIEW_TABLE_LOBES || reflection == VIEW_TWO_TAPS;
+}
+
 const char *const view_mode_names[VIEW_MODES + 1] = {
     "spheres", "levels", "irradiance", "table", "scene"};
 
@@ -52,8 +69,11 @@ const char *const view_tone_names[VIEW_TONES + 1] = {"linear", "reinhard",
 
 const char *const view_diffuse_names[VIEW_DIFFUSES + 1] = {"map", "sh"};
 
-const char *const view_compare_names[VIEW_COMPARES + 1] = {
-    "split-sum", "reference", "split", "difference"};
+const char *const view_reflection_names[VIEW_REFLECTIONS + 1] = {
+    "split", "bent", "table", "two-taps", "reference"};
+
+const char *const view_compare_names[VIEW_COMPARES + 1] = {"no", "split",
+                                                           "difference"};
 
 const char *const view_probe_capture_names[VIEW_PROBE_CAPTURES + 1] = {
     "faces", "paraboloids"};

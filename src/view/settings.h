@@ -36,11 +36,20 @@ typedef enum view_diffuse {
     VIEW_DIFFUSES
 } view_diffuse;
 
+/* How the specular light of spheres is looked up: ibl/ibl.glsl. */
+typedef enum view_reflection {
+    VIEW_SPLIT_SUM,
+    VIEW_BENT,
+    VIEW_TABLE_LOBES, /* these need the set's table of lobes */
+    VIEW_TWO_TAPS,
+    VIEW_REFERENCE, /* the integral itself, progressive */
+    VIEW_REFLECTIONS
+} view_reflection;
+
 typedef enum view_compare {
-    VIEW_SPLIT_SUM,  /* as engines draw */
-    VIEW_REFERENCE,  /* the integral, progressive */
-    VIEW_SPLIT,      /* split sum left of settings.split, reference right */
-    VIEW_DIFFERENCE, /* |split sum - reference| * gain */
+    VIEW_ALONE,
+    VIEW_SPLIT,      /* reflection left of settings.split, against right */
+    VIEW_DIFFERENCE, /* |reflection - against| * gain */
     VIEW_COMPARES
 } view_compare;
 
@@ -97,7 +106,8 @@ typedef struct view_settings {
     view_layout layout;
     int level;
     double zoom, pan[2];
-    /* truth */
+    /* reflections */
+    view_reflection reflection, against;
     view_compare compare;
     double split; /* 0..1 of the width */
     double gain;  /* of differences */
@@ -121,12 +131,20 @@ typedef struct view_settings {
 
 view_settings view_settings_default(void);
 
+/* Whether a picture is of two reflections of spheres, and whether one of them
+ * is the reference. */
+bool view_compares(const view_settings *s);
+bool view_wants_reference(const view_settings *s);
+/* Whether a reflection needs the set's table of lobes. */
+bool view_needs_lobes(view_reflection reflection);
+
 /* Names for options and titles, indexed by the enumeration; NULL after the
  * last. */
 extern const char *const view_mode_names[VIEW_MODES + 1];
 extern const char *const view_layout_names[VIEW_LAYOUTS + 1];
 extern const char *const view_tone_names[VIEW_TONES + 1];
 extern const char *const view_diffuse_names[VIEW_DIFFUSES + 1];
+extern const char *const view_reflection_names[VIEW_REFLECTIONS + 1];
 extern const char *const view_compare_names[VIEW_COMPARES + 1];
 extern const char *const view_probe_filter_names[VIEW_PROBE_FILTERS + 1];
 extern const char *const view_probe_capture_names[VIEW_PROBE_CAPTURES + 1];

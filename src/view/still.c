@@ -20,12 +20,10 @@ enum {
 bool view_still_draw(view_renderer *r, const view_options *o,
                      const view_settings *s, double *ms, view_stats *stats)
 {
-    const bool compares =
-        s->mode == VIEW_SPHERES && s->compare != VIEW_SPLIT_SUM;
-    const int wanted = o->frames    ? o->frames * VIEW_FRAME_SAMPLES
-                       : !compares  ? VIEW_FRAME_SAMPLES
-                       : o->samples ? o->samples
-                                    : VIEW_DEFAULT_SAMPLES;
+    const int wanted = o->frames ? o->frames * VIEW_FRAME_SAMPLES
+                       : !view_wants_reference(s) ? VIEW_FRAME_SAMPLES
+                       : o->samples               ? o->samples
+                                                  : VIEW_DEFAULT_SAMPLES;
 
     view_renderer_restart(r); /* each picture of a sheet has its own samples */
     for (int left = wanted; left > 0; left -= VIEW_FRAME_SAMPLES) {
@@ -63,7 +61,7 @@ static bool draw_picture(view_app *app)
         printf("%.1f ms a frame\n", ms);
     if (o->verbose && o->settings.mode == VIEW_SCENE)
         view_report_scene(view_renderer_stage(r), o->settings.probe_filter);
-    if (!o->quiet && o->settings.compare != VIEW_SPLIT_SUM)
+    if (!o->quiet)
         view_report_print(r, &o->settings);
     return write_picture(app) &&
            (!o->stats || view_stats_end(&app->stats, r, &o->settings));
@@ -94,8 +92,10 @@ static int axis_count(int axis, const baked_set *set)
                                           [VIEW_AXIS_TURN] = 4,
                                           [VIEW_AXIS_TONE] = VIEW_TONES,
                                           [VIEW_AXIS_EV] = 5,
-                                          [VIEW_AXIS_COMPARE] = VIEW_COMPARES};
+                                          [VIEW_AXIS_REFLECTION] = 3};
 
+    if (axis == VIEW_AXIS_REFLECTION && set->texture[VIEW_LOBES].data)
+        return VIEW_REFLECTIONS;
     return axis == VIEW_AXIS_LEVEL ? set->texture[VIEW_SPECULAR].levels
                                    : counts[axis];
 }
@@ -126,9 +126,11 @@ static void axis_apply(int axis, const baked_set *set, int i, view_settings *s,
         s->level = i;
         snprintf(label, size, "level %d, r %.3g", i, set->roughness[i]);
         break;
-    case VIEW_AXIS_COMPARE:
-        s->compare = (view_compare)i;
-        snprintf(label, size, "%s", view_compare_names[s->compare]);
+    case VIEW_AXIS_REFLECTION:
+        s->reflection = (view_reflection)i;
+        if (view_needs_lobes(s->reflection) && !set->texture[VIEW_LOBES].data)
+            s->reflection = VIEW_REFERENCE;
+        snprintf(label, size, "%s", view_reflection_names[s->reflection]);
     }
 }
 

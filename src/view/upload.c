@@ -23,8 +23,8 @@ static bool fits(const ibl_texture *tex, GLenum target, const char *name)
 {
     GLint most = 0, layers = 0;
 
-    gl.GetIntegerv(target == GL_TEXTURE_2D ? GL_MAX_TEXTURE_SIZE
-                                           : GL_MAX_CUBE_MAP_TEXTURE_SIZE,
+    gl.GetIntegerv(tex->faces == 1 ? GL_MAX_TEXTURE_SIZE
+                                   : GL_MAX_CUBE_MAP_TEXTURE_SIZE,
                    &most);
     if (tex->width > most || tex->height > most)
         return view_fail("%s: %d x %d texels, and this OpenGL takes %d x %d at "
@@ -44,9 +44,9 @@ static void upload_level(const ibl_texture *tex, GLenum target, int level)
     const int width = ibl_cube_edge(tex->width, level);
     const int height = ibl_cube_edge(tex->height, level);
 
-    if (target == GL_TEXTURE_CUBE_MAP_ARRAY)
+    if (target == GL_TEXTURE_CUBE_MAP_ARRAY || target == GL_TEXTURE_2D_ARRAY)
         gl.TexImage3D(target, level, as->internal, width, height,
-                      tex->layers * IBL_FACES, 0, as->format, as->type,
+                      tex->layers * tex->faces, 0, as->format, as->type,
                       tex->data + ibl_texture_offset(tex, level, 0));
     else
         for (int face = 0; face < tex->faces; face++)
@@ -62,6 +62,7 @@ GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name)
 {
     const GLenum target = cubes                     ? GL_TEXTURE_CUBE_MAP_ARRAY
                           : tex->faces == IBL_FACES ? GL_TEXTURE_CUBE_MAP
+                          : tex->layers > 1         ? GL_TEXTURE_2D_ARRAY
                                                     : GL_TEXTURE_2D;
     GLuint texture = 0;
 

@@ -9,7 +9,7 @@
 /* Uploads all levels of a texture, filtered linearly, between levels too, and
  * clamped to edges; binds it to the active unit.
  *   cubes  true: as a cube map array (view_gl_has_cube_arrays); false: as a
- *          cube map or, with one face, as a 2D texture
+ *          cube map or, with one face, as a 2D texture or array
  *   name   for messages
  * Returns 0, with a message, if OpenGL has no room for it. */
 GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name);

@@ -253,8 +253,7 @@ static bool goes_on(const view_app *app)
 
     if (app->set && s->mode == VIEW_SCENE)
         return true;
-    return app->set && s->mode == VIEW_SPHERES &&
-           s->compare != VIEW_SPLIT_SUM &&
+    return app->set && view_wants_reference(s) &&
            view_renderer_samples(app->renderer) < VIEW_TRUTH_SAMPLES;
 }
 

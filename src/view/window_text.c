@@ -151,14 +151,17 @@ static void add_spheres(view_app *app)
     add_aim(app);
     if (!s->sky)
         append(app, " | no sky");
-    if (s->compare == VIEW_SPLIT_SUM)
-        return;
-    append(app, " | %s %d/%d", view_compare_names[s->compare],
-           view_renderer_samples(app->renderer), VIEW_TRUTH_SAMPLES);
+    append(app, " | %s", view_reflection_names[s->reflection]);
+    if (s->compare != VIEW_ALONE)
+        append(app, " and %s, %s", view_reflection_names[s->against],
+               view_compare_names[s->compare]);
     if (s->compare == VIEW_SPLIT)
         append(app, " at %.3g", s->split);
     if (s->compare == VIEW_DIFFERENCE)
         append(app, " x %.4g", s->gain);
+    if (view_wants_reference(s))
+        append(app, " | %d/%d", view_renderer_samples(app->renderer),
+               VIEW_TRUTH_SAMPLES);
 }
 
 static void add_map(view_app *app)

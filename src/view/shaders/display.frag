@@ -1,26 +1,27 @@
 // SPDX-License-Identifier: MIT
-// Shows the linear picture, its reference (truth) or both on the display.
+// Shows the linear picture, alone or beside another, on the display.
 #include "frame.glsl"
 #include "tone.glsl"
 
 uniform sampler2D picture;
-uniform sampler2D truth;
+uniform sampler2D other;
 
 out vec4 colour;
 
 // view_mode and view_compare of view/settings.h
 const int SPHERES = 0;
-const int REFERENCE = 1, SPLIT = 2, DIFFERENCE = 3;
+const int ALONE = 0, SPLIT = 1, DIFFERENCE = 2;
 
 // First column of the right side.
 int split_column() {
     return int(floor(display.y * viewport.x));
 }
 
-vec3 compared(ivec2 at, vec3 c, vec3 exact) {
+vec3 compared(ivec2 at, vec3 c) {
+    vec3 against = texelFetch(other, at, 0).rgb;
     if (show.z == DIFFERENCE)
-        return abs(c - exact) * display.z;
-    return show.z == SPLIT && at.x < split_column() ? c : exact;
+        return abs(c - against) * display.z;
+    return at.x < split_column() ? c : against;
 }
 
 // Display colour of scene-linear RGB: magenta for NaN, cyan for infinity.
@@ -37,7 +38,7 @@ vec3 shown(vec3 c) {
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 c = texelFetch(picture, at, 0);
-    // Maps have no reference. Their background has alpha 0.
+    // Maps are not compared. Their background has alpha 0.
     if (choice.x != SPHERES) {
         colour = vec4(c.a == 0.0 ? vec3(0.1) : shown(c.rgb), 1.0);
         return;
@@ -48,7 +49,7 @@ void main() {
         colour = vec4(vec3(float(beside + 1)), 1.0);
         return;
     }
-    if (show.z >= REFERENCE)
-        c.rgb = compared(at, c.rgb, texelFetch(truth, at, 0).rgb);
+    if (show.z != ALONE)
+        c.rgb = compared(at, c.rgb);
     colour = vec4(shown(c.rgb), 1.0);
 }

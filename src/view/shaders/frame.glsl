@@ -13,6 +13,7 @@ layout(std140) uniform Frame {
     vec4 light_intensity[4];
     ivec4 shading;
     ivec4 choice;
+    ivec4 reflection;
     vec4 inspect_at;
     vec4 display;
     ivec4 show;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The split sum of sphere.frag, with the light of probes. The environment gets
-// the weight that they leave: ibl_probes_blend of ibl/probes.h with any number
-// of probes. Probes are layers of cube arrays.
+// The split sum, or lobes bent by the closed form, with the light of probes.
+// The environment gets the weight that they leave: ibl_probes_blend of
+// ibl/probes.h with any number of probes. Probes are layers of cube arrays.
 #extension GL_ARB_texture_cube_map_array : require
 #include "room.glsl"
 #include "maps.glsl"
-#include "brdf.glsl"
 #include "probes.glsl"
 #include "lights.glsl"
 #include "sun.glsl"
@@ -44,19 +43,23 @@ float influence_of(int i)
                                 surface_position);
 }
 
-vec3 lookup_of(ibl_probe probe, vec3 reflected)
+// Roughness of levels, and the direction of the lobe's middle.
+float looked_up;
+vec3 towards;
+
+vec3 lookup_of(ibl_probe probe)
 {
     vec3 d;
 
     probe.has_proxy = probe.has_proxy && limit_half.w != 0.0;
-    ibl_probe_parallax(probe, surface_position, reflected, d);
+    ibl_probe_parallax(probe, surface_position, towards, d);
     return d;
 }
 
 // lod and scale are those of the cubes.
 void add_probe(int i, samplerCubeArray radiance_cubes,
                samplerCubeArray light_cubes, vec4 lod, float scale, vec3 normal,
-               vec3 reflected, inout vec4 specular, inout vec4 light)
+               inout vec4 specular, inout vec4 light)
 {
     float influence = influence_of(i);
     if (influence <= 0.0)
@@ -64,8 +67,8 @@ void add_probe(int i, samplerCubeArray radiance_cubes,
     ibl_probe probe = ibl_probe_fetch(probe_buffer, i);
     float layer = float(probe.layer);
     vec4 seen = textureLod(radiance_cubes,
-                           vec4(lookup_of(probe, reflected), layer),
-                           lod_of(lod, surface_albedo.a));
+                           vec4(lookup_of(probe), layer),
+                           ibl_lod(lod, looked_up));
     vec4 diffuse = textureLod(light_cubes, vec4(normal, layer), 0.0);
 
     take(specular, seen, influence);
@@ -80,8 +83,7 @@ int place_of(uint bit)
 
 // Adds this tile's probes in order until no weight is left: two words of local
 // ones before the dynamic one, that one, two words of local ones after it.
-void add_probes(vec3 normal, vec3 reflected, inout vec4 specular,
-                inout vec4 light)
+void add_probes(vec3 normal, inout vec4 specular, inout vec4 light)
 {
     uvec2 mask = picture_size.z == 0
                      ? masks.xy
@@ -93,8 +95,7 @@ void add_probes(vec3 normal, vec3 reflected, inout vec4 specular,
         if (part == 2) {
             if (scales.z != 0.0 && (specular.a > 0.0 || light.a > 0.0))
                 add_probe(DYNAMIC, dynamic_specular, dynamic_irradiance,
-                          dynamic_lod, scales.y, normal, reflected, specular,
-                          light);
+                          dynamic_lod, scales.y, normal, specular, light);
             continue;
         }
         uint bits = mask[word] & (part < 2 ? masks[2 + word]
@@ -103,7 +104,7 @@ void add_probes(vec3 normal, vec3 reflected, inout vec4 specular,
             int i = place_of(bits & (~bits + 1u));
             bits &= bits - 1u;
             add_probe(32 * word + i, local_specular, local_irradiance,
-                      local_lod, scales.x, normal, reflected, specular, light);
+                      local_lod, scales.x, normal, specular, light);
         }
     }
 }
@@ -125,8 +126,9 @@ vec3 add_sun(vec3 normal, vec3 view, inout vec3 light)
     if (sun_irradiance.w == 0.0 || n_l <= 0.0 || surface_f0 == vec3(0.0))
         return specular;
     vec3 e = sun_irradiance.rgb * sun_seen(surface_position, normal, n_l);
-    add_light(normal, view, sun_direction.xyz, e, surface_f0, surface_albedo.a,
-              specular, light);
+    ibl_add_light(normal, view, surface_f0,
+                  max(surface_albedo.a, LIGHT_ROUGHNESS), sun_direction.xyz,
+                  0.0, e, specular, light);
     return surface_albedo.a < LIGHT_ROUGHNESS ? vec3(0.0) : specular;
 }
 
@@ -138,28 +140,30 @@ void main()
     }
     vec3 normal = normalize(surface_normal);
     vec3 view = normalize(eye.xyz - surface_position);
-    vec3 reflected = reflect(-view, normal);
     float n_v = clamp(dot(normal, view), 0.0, 1.0);
 
+    looked_up = surface_albedo.a;
+    towards = reflect(-view, normal);
+    if (reflection.x != 0) {
+        towards = normalize(mix(towards, normal, ibl_bend(n_v, looked_up)));
+        looked_up = ibl_bent_roughness(n_v, looked_up);
+    }
     vec4 specular = vec4(0.0, 0.0, 0.0, 1.0), light = specular;
-    add_probes(normal, reflected, specular, light);
-    if (specular.a > 0.0)
-        specular.rgb += specular.a *
-                        sun_cut_specular(reflected, surface_albedo.a,
-                                         specular_light(surface_albedo.a,
-                                                        reflected));
+    add_probes(normal, specular, light);
+    if (specular.a > 0.0) {
+        vec3 seen = textureLod(specular_map, turned(towards),
+                               ibl_lod(lod, looked_up)).rgb;
+        specular.rgb += specular.a * sun_cut_specular(towards, looked_up, seen);
+    }
     if (light.a > 0.0)
         light.rgb += light.a * sun_cut_irradiance(normal, irradiance(normal));
 
     vec3 direct = add_sun(normal, view, light.rgb);
 
-    vec2 rg = table(n_v, surface_albedo.a);
+    vec2 rg = ibl_brdf(lut_map, n_v, surface_albedo.a);
     // F0 is 0 for panels, which reflect nothing, even at grazing angles.
     if (surface_f0 == vec3(0.0))
         rg = vec2(0.0);
-    vec3 fss = surface_f0 * rg.x + rg.y;
-    vec3 k = diffuse_factor(surface_f0, surface_albedo.rgb, fss, rg.x + rg.y,
-                            shading.x != 0);
-    colour = vec4(fss * specular.rgb + direct + k * light.rgb +
-                  surface_emission, 1.0);
+    colour = vec4(ibl_shade(surface_f0, surface_albedo.rgb, rg, specular.rgb,
+                            light.rgb) + direct + surface_emission, 1.0);
 }

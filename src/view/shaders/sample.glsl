@@ -6,6 +6,7 @@
 // Distribution of Visible Normals", JCGT 7(4); Dupuy and Benyoub 2023,
 // "Sampling Visible GGX Normals with Spherical Caps".
 #include "cube.glsl"
+#include "ibl.glsl"
 
 uniform sampler2D aim_tokens; // see view/aim.h
 uniform sampler2DArray aim_chance; // a layer per face
@@ -49,7 +50,7 @@ vec2 unit(uvec2 fraction)
 vec3 visible_normal(vec3 v, float alpha, vec2 u)
 {
     vec3 w = normalize(vec3(alpha * v.xy, v.z));
-    float phi = 2.0 * PI * u.x;
+    float phi = 2.0 * ibl_pi * u.x;
     float h_z = (1.0 - u.y) * (1.0 + w.z);
     float c = h_z - w.z;
     float s = sqrt(max((1.0 - c) * (1.0 + c), 0.0));

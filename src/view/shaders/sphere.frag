@@ -1,11 +1,28 @@
 // SPDX-License-Identifier: MIT
-// The split sum: Karis 2013, "Real Shading in Unreal Engine 4".
+// Spheres as shaders of games draw them, by the functions of ibl/ibl.glsl.
 #include "sphere.glsl"
 #include "maps.glsl"
-#include "brdf.glsl"
 #include "lights.glsl"
 
+uniform sampler2DArray lobe_map;
+
 layout(location = 0) out vec4 colour;
+
+// view_reflection of view/settings.h
+const int BENT = 1, TABLE = 2, TWO_TAPS = 3;
+
+ibl_lobe lobe_of(float n_v, float roughness, vec3 f0, vec2 rg)
+{
+    if (reflection.x == BENT)
+        return ibl_lobe_bent(n_v, roughness, lod);
+    if (reflection.x == TABLE)
+        return ibl_lobe_table(lobe_map, n_v, roughness, ibl_metallic(f0, rg),
+                              lod);
+    if (reflection.x == TWO_TAPS)
+        return ibl_lobe_two_taps(lobe_map, n_v, roughness,
+                                 ibl_metallic(f0, rg), lod);
+    return ibl_lobe_split(roughness, lod);
+}
 
 void main()
 {
@@ -13,14 +30,12 @@ void main()
     vec3 f0 = ball_f0.rgb;
     float roughness = ball_albedo.a;
 
-    vec2 rg = table(s.n_v, roughness);
-    float ess = rg.x + rg.y;
-    vec3 fss = f0 * rg.x + rg.y;
-
-    vec3 reflected = reflect(-s.view, s.normal);
-    vec3 specular = fss * specular_light(roughness, reflected);
+    vec2 rg = ibl_brdf(lut_map, s.n_v, roughness);
     vec3 light = irradiance(s.normal);
-    add_lights(s.position, s.normal, s.view, f0, roughness, specular, light);
-    vec3 k = diffuse_factor(f0, ball_albedo.rgb, fss, ess, shading.x != 0);
-    colour = vec4(specular + k * light, s.coverage);
+    vec3 seen = ibl_specular(specular_map, lobe_of(s.n_v, roughness, f0, rg),
+                             turned(s.normal), turned(s.view), light);
+    vec3 direct = vec3(0.0);
+    add_lights(s.position, s.normal, s.view, f0, roughness, direct, light);
+    vec3 k = diffuse_factor(f0, ball_albedo.rgb, rg);
+    colour = vec4((f0 * rg.x + rg.y) * seen + direct + k * light, s.coverage);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The sun as light from one direction, with shadows: the uniform block of
 // room_shadow.c.
-#include "brdf.glsl"
+#include "ibl.glsl"
 
 layout(std140) uniform Sun {
     mat4 sun_clip;       // world to the depth map's clip space
@@ -61,7 +61,7 @@ vec3 sun_cut(vec3 direction, vec3 radiance)
 vec3 sun_cut_irradiance(vec3 normal, vec3 light)
 {
     float n_l = max(dot(normal, sun_direction.xyz), 0.0);
-    return max(light - sun_irradiance.rgb * (n_l / PI), 0.0);
+    return max(light - sun_irradiance.rgb * (n_l / ibl_pi), 0.0);
 }
 
 // The integral of D(N.H) N.L over all L, with N = V.
@@ -82,7 +82,7 @@ vec3 sun_cut_specular(vec3 direction, float roughness, vec3 light)
     if (n_l > 0.0 && alpha > 1e-3) {
         vec3 h = normalize(direction + sun_direction.xyz);
         light -= sun_irradiance.rgb *
-                 (ggx_d(direction, h, alpha) * n_l / sun_lobe(alpha));
+                 (ibl_ggx_d(direction, h, alpha) * n_l / sun_lobe(alpha));
     }
     return sun_cut(direction, max(light, 0.0));
 }

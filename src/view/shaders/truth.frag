@@ -7,7 +7,6 @@
 // Combining Sampling Techniques for Monte Carlo Rendering", eq. 12.
 #include "sphere.glsl"
 #include "maps.glsl"
-#include "brdf.glsl"
 #include "lights.glsl"
 #include "sample.glsl"
 
@@ -18,6 +17,34 @@ layout(location = 0) out vec4 colour;
 
 // Below this alpha a lobe is a mirror in float precision.
 const float MIRROR = 1e-6;
+
+// ibl_smith_v with Schlick's G, k = roughness^2 / 2: Karis 2013, image-based
+// light.
+float schlick_v(float n_l, float n_v, float alpha)
+{
+    float k = 0.5 * alpha;
+    float l = n_l * (1.0 - k) + k;
+    float v = n_v * (1.0 - k) + k;
+    return 0.25 / max(l * v, 1e-20);
+}
+
+// A frame with z axis n, continuous except at n.z = 0: Duff et al. 2017,
+// "Building an Orthonormal Basis, Revisited", listing 3.
+mat3 frame_of(vec3 n)
+{
+    float s = n.z < 0.0 ? -1.0 : 1.0;
+    float a = -1.0 / (s + n.z);
+    float b = n.x * n.y * a;
+    return mat3(vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x),
+                vec3(b, s + n.y * n.y * a, -n.y), n);
+}
+
+// Direction around +Z with density N.L / pi; u is uniform in 0..1 squared.
+vec3 cosine_direction(vec2 u)
+{
+    float s = sqrt(u.x), phi = 2.0 * ibl_pi * u.y;
+    return vec3(s * cos(phi), s * sin(phi), sqrt(1.0 - u.x));
+}
 
 // Shared by all samples of a pixel, in the frame of the normal, +Z.
 struct patch_of {
@@ -44,14 +71,14 @@ vec3 specular_weight(patch_of s, vec3 h, vec3 l, float other)
 {
     float v_h = clamp(dot(s.view, h), 0.0, 1.0);
     float g = int(diffuse.y) == 1 ? schlick_v(l.z, s.view.z, s.alpha)
-                            : smith_v(l.z, s.view.z, s.alpha);
+                            : ibl_smith_v(l.z, s.view.z, s.alpha);
     float share = 1.0;
     if (other > 0.0) {
         float k = s.alpha / (dot(h.xy, h.xy) + s.alpha * s.alpha * h.z * h.z);
-        float p = k * k / (2.0 * PI * s.spread);
+        float p = k * k / (2.0 * ibl_pi * s.spread);
         share = p / (p + other);
     }
-    return schlick_f(s.f0, v_h) * (g * l.z * 2.0 * s.spread * share);
+    return ibl_schlick_f(s.f0, v_h) * (g * l.z * 2.0 * s.spread * share);
 }
 
 vec3 by_visible_normal(patch_of s, uvec2 fraction)
@@ -70,7 +97,7 @@ vec3 by_cosine(patch_of s, uvec2 fraction)
 {
     vec3 l = cosine_direction(unit(fraction));
     vec3 d = s.to_environment * l;
-    float p = l.z / PI;
+    float p = l.z / ibl_pi;
     return light_from(d) * (p / (p + aimed(d)));
 }
 
@@ -84,7 +111,7 @@ void by_aim(patch_of s, uvec3 fraction, inout vec3 specular,
     if (l.z <= 0.0)
         return;
     vec3 light = light_from(d);
-    float other = aim_density(at, d), p = l.z / PI;
+    float other = aim_density(at, d), p = l.z / ibl_pi;
     irradiance += light * (p / (p + other));
     if (s.alpha >= MIRROR)
         specular += light * specular_weight(s, normalize(s.view + l), l, other);
@@ -107,9 +134,8 @@ void main()
     s.to_environment =
         mat3(turned(frame[0]), turned(frame[1]), turned(frame[2]));
 
-    vec2 rg = table(at.n_v, roughness);
-    vec3 k = diffuse_factor(s.f0, ball_albedo.rgb, s.f0 * rg.x + rg.y,
-                            rg.x + rg.y, shading.x != 0);
+    vec2 rg = ibl_brdf(lut_map, at.n_v, roughness);
+    vec3 k = diffuse_factor(s.f0, ball_albedo.rgb, rg);
     bool diffuse_part = any(notEqual(k, vec3(0.0)));
 
     uvec2 pixel = uvec2(gl_FragCoord.xy);
