@@ -86,6 +86,7 @@ TEST(bakes)
     ibl_bake_options o = ibl_bake_options_default();
     ibl_bake_result result;
     ibl_cube cube;
+    ibl_lobe_table lobes = {0};
     ibl_lut lut;
     double sh[27];
 
@@ -113,6 +114,8 @@ TEST(bakes)
     REFUSES(ibl_bake_environment(ctx, &env, &o, &result));
     REFUSES(ibl_bake_lut(ctx, NULL, NULL));
     SILENT(ibl_bake_lut(NULL, NULL, &lut));
+    REFUSES(ibl_bake_lobe_table(ctx, NULL, NULL));
+    SILENT(ibl_bake_lobe_table(NULL, NULL, &lobes));
 }
 
 TEST(references)
@@ -205,6 +208,7 @@ TEST(textures)
     ibl_cube cube, no_cube = {.size = 4, .levels = 1};
     float texels[2] = {0, 0};
     ibl_lut lut = {1, texels}, no_lut = {1, NULL};
+    const ibl_lobe_table no_lobes = {.size = 8};
     ibl_texture tex, none, out;
     const ibl_texture *layers[] = {&tex, NULL};
     void *bytes;
@@ -225,6 +229,10 @@ TEST(textures)
     REFUSES(ibl_texture_from_lut(ctx, &no_lut, IBL_PIXEL_RG16F, &tex, NULL));
     REFUSES(ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG16F, NULL, NULL));
     SILENT(ibl_texture_from_lut(NULL, &lut, IBL_PIXEL_RG16F, &tex, NULL));
+    REFUSES(ibl_texture_from_lobe_table(ctx, NULL, &tex));
+    REFUSES(ibl_texture_from_lobe_table(ctx, &no_lobes, &tex));
+    REFUSES(ibl_texture_from_lobe_table(ctx, &no_lobes, NULL));
+    SILENT(ibl_texture_from_lobe_table(NULL, &no_lobes, &tex));
 
     NEED(!ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA16F,
                                 IBL_OVERFLOW_SPREAD, &tex, NULL));

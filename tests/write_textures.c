@@ -133,6 +133,19 @@ static void write_luts(const char *dir)
     }
 }
 
+static void write_lobes(const char *dir)
+{
+    float data[IBL_LOBE_LAYERS * 4 * 6 * 6];
+    ibl_texture tex;
+    fill(data, sizeof data / sizeof data[0]);
+    const ibl_lobe_table table = {6, data};
+    need(ibl_texture_from_lobe_table(ctx, &table, &tex));
+    need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
+    need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));
+    write_all(&tex, dir, "flat6x1x4");
+    ibl_texture_free(&tex);
+}
+
 int main(int argc, char **argv)
 {
     if (argc != 2) {
@@ -147,6 +160,7 @@ int main(int argc, char **argv)
     write_cubes(argv[1], 1, 1);
     write_alpha(argv[1]);
     write_luts(argv[1]);
+    write_lobes(argv[1]);
     ibl_outputs_free(out);
     ibl_ctx_free(ctx);
     return 0;

@@ -524,6 +524,7 @@ typedef struct ibl_bake_options {
     int irradiance; /* 0: none; default 1 */
     ibl_irradiance_options irradiance_options;
     int sh_degree;          /* 0..IBL_MAX_SH_DEGREE; -1: none; default 2 */
+    int power;              /* 1: the power of the harmonics; default 0 */
     double yaw_deg;         /* replaces those in the options above */
     const ibl_cube *level0; /* copied to level 0 of specular, not turned, if
                                that has roughness 0; then the environment must
@@ -538,6 +539,10 @@ typedef struct ibl_bake_result {
     ibl_specular_report report;            /* of specular */
     int irradiance_degree; /* of the spherical harmonics; 0: not spectral */
     double *sh;            /* 3 (sh_degree + 1)^2 as in ibl_bake_sh, or NULL */
+    double *power;    /* of the map's spherical harmonics, or NULL: for each
+                         degree l = 0..power_degree the mean of |a_lm|^2
+                         over m, of R, G and B together */
+    int power_degree; /* at least 128 */
 } ibl_bake_result;
 
 void ibl_bake_result_free(ibl_bake_result *r); /* NULL and zeroed are fine */
@@ -597,6 +602,66 @@ void ibl_lut_free(ibl_lut *lut); /* NULL and zeroed are fine */
  */
 ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *opts,
                         ibl_lut *out);
+
+/* ---- reflections as rendered ----------------------------------------- */
+
+#define IBL_LOBE_LAYERS 4
+
+typedef struct ibl_lobe_table_options {
+    int size;                   /* edge, 4..256, default 64 */
+    ibl_specular_layout layout; /* of the chain, made with IBL_LOBE_GGX, its
+                                   roughnesses rising; default: the chain of
+                                   ibl_specular_options_default */
+    const double *power;        /* of the map, as in ibl_bake_result: the table
+                                   is fitted to it. NULL (default): to what
+                                   photographs have, l^-1.2 */
+    int power_degree;           /* the last of power, at least 1 */
+} ibl_lobe_table_options;
+
+ibl_lobe_table_options ibl_lobe_table_options_default(void);
+
+/* IBL_LOBE_LAYERS layers of size * size texels of 4 floats; see
+ * ibl_bake_lobe_table. */
+typedef struct ibl_lobe_table {
+    int size;
+    float *data;
+} ibl_lobe_table;
+
+void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
+
+/*
+ * The lobe table: where in the chain a shader finds the reflection. The levels
+ * are made with N = V = R; a surface seen at an angle has another lobe, which
+ * lies nearer to N and is longer than wide. The table has the lookup whose lobe
+ * comes nearest to that of f N.L (GGX, height-correlated Smith, Schlick's
+ * Fresnel), between two levels as they are blended.
+ *
+ * Texel (i, j) of a layer is for N.V = (i + .5) / size and the roughness
+ * (j + .5) / size (memory row 0 is the smoothest). All values are 0..1:
+ *   R  bend    of the direction, from R (0) to N (1)
+ *   G  lod     over levels - 1 (0 in a chain of one level)
+ *   B  weight  of irradiance / pi at N, the rest is that of the chain
+ *   A  half the distance of two taps (0 in layers 0 and 1)
+ * Layers 0 and 1 are for one lookup in the chain, with F0 = 1 and F0 = .04;
+ * layers 2 and 3 for two, with the same F0. A shader mixes two layers by how
+ * metallic a surface is:
+ *     q = mix(layer of .04, layer of 1, metallic)
+ *     d = normalize(mix(R, N, q.r))
+ *     light = textureLod(specular, d, q.g (levels - 1))
+ *     light = mix(light, texture(irradiance, N), q.b)
+ *     colour = light (F0 scale + bias)      as in ibl_bake_lut
+ * With two taps the second line of light is the mean of lookups at d + q.a t
+ * and d - q.a t, t the unit vector in the plane of N and V perpendicular to d.
+ *
+ * The table depends on the roughnesses and sizes of the levels, but not on the
+ * number format of their texels. It is smooth, so that it can be interpolated.
+ *   out   empty; allocated here, to be freed with ibl_lobe_table_free
+ * IBL_ERR_ARGUMENT: an option out of range.
+ * Source: the error of a lookup over all rotations of a map of power C_l is
+ * sum C_l |S_lm - T_lm|^2, S and T the lobes of the lookup and of the surface.
+ */
+ibl_status ibl_bake_lobe_table(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
+                               ibl_lobe_table *out);
 
 #ifdef __cplusplus
 }

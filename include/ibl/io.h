@@ -356,6 +356,10 @@ ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
 ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
                                 ibl_pixel pixel, ibl_texture *tex,
                                 size_t *saturated);
+/* A lobe table is an array of IBL_LOBE_LAYERS flat textures of RGBA16F. */
+ibl_status ibl_texture_from_lobe_table(ibl_ctx *ctx,
+                                       const ibl_lobe_table *table,
+                                       ibl_texture *tex);
 ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
                                ibl_cube *cube);
 ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,

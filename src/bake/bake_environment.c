@@ -19,6 +19,7 @@
 #include "image/level0.h"
 
 enum {
+    MOST_POWER = 512, /* degree of the power */
     GROUP = 2 * IBL_SPECTRAL_GROUP,
     BATCH_BYTES = 1 << 20, /* least size of a batch: about a core's cache */
     MOST_BYTES = 16 << 20  /* largest size of a batch, for many threads */
@@ -48,6 +49,7 @@ void ibl_bake_result_free(ibl_bake_result *r)
     ibl_cube_free(&r->specular);
     ibl_cube_free(&r->irradiance);
     ibl_free(r->sh);
+    ibl_free(r->power);
     *r = (ibl_bake_result){0};
 }
 
@@ -339,6 +341,17 @@ static ibl_status make_sh(bake *b)
     return status;
 }
 
+static ibl_status make_power(bake *b)
+{
+    const int degree =
+        b->plan.degree < MOST_POWER ? b->plan.degree : MOST_POWER;
+    b->out->power = ibl_alloc_array((size_t)degree + 1, sizeof *b->out->power);
+    if (!b->out->power)
+        return ibl_no_memory(b->ctx, "the power of the spherical harmonics");
+    b->out->power_degree = degree;
+    return ibl_spectral_power(b->spectral, degree, b->out->power);
+}
+
 static ibl_status make_all(bake *b)
 {
     ibl_status status = prepare(b);
@@ -352,6 +365,8 @@ static ibl_status make_all(bake *b)
         status = make_irradiance(b);
     if (!status && b->opts.sh_degree >= 0)
         status = make_sh(b);
+    if (!status && b->opts.power)
+        status = make_power(b);
     return status;
 }
 

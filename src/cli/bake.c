@@ -114,6 +114,25 @@ static bool write_lut(ibl_bake *b)
            write_texture(b, IBL_OUTPUT_LUT, &tex);
 }
 
+static bool write_lobes(ibl_bake *b)
+{
+    ibl_lobe_table_options o = ibl_lobe_table_options_default();
+    ibl_lobe_table table = {0};
+    ibl_texture tex = {0};
+
+    o.size = b->opts->lobe_table_size;
+    o.power = b->made.power;
+    o.power_degree = b->made.power_degree;
+    if (ibl_specular_layout_of(&b->opts->bake.specular_options, &o.layout))
+        return false;
+    b->lobe_layout = o.layout;
+    ibl_console_progress(b->console, "lobe table", 0);
+    const bool ok = !ibl_bake_lobe_table(b->ctx, &o, &table) &&
+                    !ibl_texture_from_lobe_table(b->ctx, &table, &tex);
+    ibl_lobe_table_free(&table);
+    return ok && write_texture(b, IBL_OUTPUT_LOBES, &tex);
+}
+
 /* Writes and frees bytes. If bytes is NULL, reports that memory ran out. */
 static bool write_bytes(ibl_bake *b, const char *path, void *bytes, size_t size,
                         const char *what)
@@ -155,6 +174,8 @@ static bool write_output(ibl_bake *b, ibl_output_kind kind)
         return write_cube(b, kind, &b->made.irradiance);
     case IBL_OUTPUT_LUT:
         return write_lut(b);
+    case IBL_OUTPUT_LOBES:
+        return write_lobes(b);
     case IBL_OUTPUT_JSON:
         ibl_console_progress(b->console, "write", 0);
         return write_text(b, b->files[kind].path, ibl_sidecar_text(b),

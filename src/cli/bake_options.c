@@ -12,6 +12,7 @@ enum {
 };
 
 static const char *const no_yes[] = {"no", "yes", NULL};
+static const char *const lobes_names[] = {"prior", "fitted", "no", NULL};
 
 /* ---- values ---------------------------------------------------------- */
 
@@ -89,7 +90,8 @@ static const ibl_option outputs[] = {
      .help = "light above the largest value of the pixel format: spread over "
              "the texels around it, or clip"},
     {"only", 0, IBL_OTHER(only, "LIST", parse_only),
-     .allowed = "a list of specular, irradiance, lut, skybox, json",
+     .allowed =
+         "a list of specular, irradiance, lut, lobe-table, skybox, json",
      .standard = "all", .help = "make only these outputs"},
     {"skybox", 0, IBL_INT(bake.skybox, 1, IBL_MAX_CUBE_SIZE),
      .standard = "none",
@@ -182,6 +184,14 @@ static const ibl_option lut[] = {
      .help = "shadowing and masking: Smith height-correlated, or Schlick "
              "with k = r r / 2"},
 };
+static const ibl_option lobes[] = {
+    {"lobe-table", 0, IBL_CHOICE(lobe_table, lobes_names),
+     .help = "where a shader looks up reflections of any view, fitted to the "
+             "levels and to what photographs have (prior) or to this map; of "
+             "GGX levels only"},
+    {"lobe-table-size", 0, IBL_INT(lobe_table_size, 4, 256),
+     .help = "edge in texels"},
+};
 /* clang-format on */
 
 static const ibl_section *const sections[] = {
@@ -191,6 +201,7 @@ static const ibl_section *const sections[] = {
     IBL_SECTION("Specular", specular),
     IBL_SECTION("Irradiance and spherical harmonics", irradiance),
     IBL_SECTION("BRDF table", lut),
+    IBL_SECTION("Lobe table", lobes),
     &ibl_running_section,
     NULL,
 };
@@ -204,6 +215,8 @@ static void defaults(void *settings)
         .only = ALL_OUTPUTS,
         .bake = ibl_bake_options_default(),
         .lut = ibl_lut_options_default(),
+        .lobe_table = IBL_LOBES_NO,
+        .lobe_table_size = ibl_lobe_table_options_default().size,
         .max_error = NAN,
         .judge = ibl_judge_options_default(),
     };
@@ -274,15 +287,44 @@ static void select_parts(ibl_opts *o)
         o->bake.skybox = 0;
     if (!(o->only & 1u << IBL_OUTPUT_JSON))
         o->bake.sh_degree = -1;
+    if (o->lobe_table == IBL_LOBES_NO)
+        o->only &= ~(1u << IBL_OUTPUT_LOBES);
+    o->bake.power =
+        (o->only & 1u << IBL_OUTPUT_LOBES) && o->lobe_table == IBL_LOBES_FITTED;
     o->bake.specular = (o->only & 1u << IBL_OUTPUT_SPECULAR) != 0;
     o->bake.irradiance = (o->only & 1u << IBL_OUTPUT_IRRADIANCE) != 0;
+}
+
+static bool check_lobes(const ibl_opts *o)
+{
+    const bool asked =
+        o->only != ALL_OUTPUTS && (o->only & 1u << IBL_OUTPUT_LOBES);
+
+    if (asked && o->lobe_table == IBL_LOBES_NO)
+        return ibl_misuse("--only lobe-table: with --lobe-table no there is "
+                          "none: leave one of them out");
+    if (o->lobe_table != IBL_LOBES_NO &&
+        o->bake.specular_options.lobe != IBL_LOBE_GGX)
+        return ibl_misuse("--lobe %s: a lobe table is for GGX: add "
+                          "--lobe-table no",
+                          ibl_lobe_name(o->bake.specular_options.lobe));
+    return true;
+}
+
+/* Whether nothing that is wanted depends on an environment. */
+static bool is_of_none(const ibl_opts *o)
+{
+    unsigned tables = 1u << IBL_OUTPUT_LUT;
+    if (o->lobe_table == IBL_LOBES_PRIOR)
+        tables |= 1u << IBL_OUTPUT_LOBES;
+    return !(o->only & ~tables);
 }
 
 static bool validate(void *settings)
 {
     ibl_opts *o = settings;
 
-    if (!o->input && o->only != 1u << IBL_OUTPUT_LUT)
+    if (!o->input && !is_of_none(o))
         return ibl_misuse("no environment: iblbake [options] ENV -o DIR, see "
                           "iblbake --help");
     if (!o->directory)
@@ -291,7 +333,7 @@ static bool validate(void *settings)
         !o->bake.skybox)
         return ibl_misuse(
             "--only skybox: its size is not known: add --skybox N");
-    if (!ibl_common_validate(&o->common) ||
+    if (!ibl_common_validate(&o->common) || !check_lobes(o) ||
         !check_levels(&o->bake.specular_options))
         return false;
     if (!o->name) {
@@ -333,6 +375,9 @@ const ibl_command ibl_bake_command = {
         "  DIR/NAME_irradiance.EXT  diffuse cube, E/pi\n"
         "  DIR/brdf_lut.EXT         scale and bias of F0 over N.V and "
         "roughness\n"
+        "  DIR/lobe_lut.EXT         --lobe-table: where to look up reflections "
+        "of any\n"
+        "                           view (NAME_lobe_lut.EXT if fitted to ENV)\n"
         "  DIR/NAME.json            spherical harmonics and what was done\n",
     .statuses = "0 done, 1 failed, 2 wrong usage",
     .sections = sections,

@@ -86,18 +86,27 @@ static void add_number(char *list, size_t size, int digits, double x)
     snprintf(list + used, size - used, "%s%.*g", used ? "," : "", digits, x);
 }
 
+/* "0,0.2,0.4": the roughnesses of the levels. */
+static void list_roughness(const ibl_specular_layout *layout, char *list,
+                           size_t size)
+{
+    *list = '\0';
+    for (int l = 0; l < layout->levels; l++)
+        add_number(list, size, 9, layout->roughness[l]);
+}
+
 static void set_specular(setter *s, const ibl_bake *b)
 {
     const ibl_specular_options *o = &b->opts->bake.specular_options;
     const ibl_specular_report *made = &b->made.report;
-    char roughness[IBL_MAX_LEVELS * 24] = "";
+    char roughness[IBL_MAX_LEVELS * 24];
     char samples[IBL_MAX_LEVELS * 12] = "";
     char degrees[IBL_MAX_LEVELS * 12] = "";
     char errors[IBL_MAX_LEVELS * 24] = "";
 
+    list_roughness(&made->layout, roughness, sizeof roughness);
     for (int l = 0; l < made->layout.levels; l++) {
         const ibl_specular_level *level = &made->level[l];
-        add_number(roughness, sizeof roughness, 9, made->layout.roughness[l]);
         add_number(samples, sizeof samples, 9, level->samples);
         add_number(degrees, sizeof degrees, 9, level->degree);
         add_number(errors, sizeof errors, 3, fmax(level->error, 0));
@@ -139,13 +148,40 @@ static void set_lut(setter *s, const ibl_bake *b)
         set(s, "iblbake.samples", "%d", b->opts->lut.samples);
 }
 
+static const char *fitted_to(const ibl_bake *b)
+{
+    return b->opts->lobe_table == IBL_LOBES_FITTED ? "map" : "photographs";
+}
+
+static const char *const lobe_layers[IBL_LOBE_LAYERS] = {
+    "one tap, F0 = 1", "one tap, F0 = 0.04", "two taps, F0 = 1",
+    "two taps, F0 = 0.04"};
+
+static void set_lobes(setter *s, const ibl_bake *b)
+{
+    char roughness[IBL_MAX_LEVELS * 24];
+
+    list_roughness(&b->lobe_layout, roughness, sizeof roughness);
+    set(s, "iblbake.fitted_to", "%s", fitted_to(b));
+    set(s, "iblbake.axes", "u=N.V,v=roughness");
+    set(s, "iblbake.layers", "%s;%s;%s;%s", lobe_layers[0], lobe_layers[1],
+        lobe_layers[2], lobe_layers[3]);
+    set(s, "iblbake.roughness", "%s", roughness);
+}
+
+/* Tables are of no environment's orientation and have one level. */
+static bool is_table(ibl_output_kind kind)
+{
+    return kind == IBL_OUTPUT_LUT || kind == IBL_OUTPUT_LOBES;
+}
+
 bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
                           ibl_texture *tex)
 {
     setter s = {b->ctx, tex, IBL_OK};
 
     set(&s, "iblbake.content", "%s", ibl_output_content(kind));
-    if (kind != IBL_OUTPUT_LUT)
+    if (!is_table(kind))
         set(&s, "iblbake.yaw_deg", "%.9g", b->opts->bake.yaw_deg);
     if (kind == IBL_OUTPUT_SPECULAR)
         set_specular(&s, b);
@@ -153,6 +189,8 @@ bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
         set_irradiance(&s, b);
     else if (kind == IBL_OUTPUT_LUT)
         set_lut(&s, b);
+    else if (kind == IBL_OUTPUT_LOBES)
+        set_lobes(&s, b);
     return !s.status;
 }
 
@@ -302,6 +340,27 @@ static void put_lut(const ibl_bake *b, json_t **j)
         put(j, "samples", json_integer(o->samples));
 }
 
+static void put_lobes(const ibl_bake *b, json_t **j)
+{
+    const ibl_specular_layout *layout = &b->lobe_layout;
+    json_t *layers = json_array(), *roughness = json_array();
+
+    for (int i = 0; i < IBL_LOBE_LAYERS; i++)
+        append(&layers, json_string(lobe_layers[i]));
+    for (int l = 0; l < layout->levels; l++)
+        append(&roughness, json_real(layout->roughness[l]));
+    put(j, "axes",
+        json_string("u = N.V, v = roughness, at texel centres; row 0 is the "
+                    "smoothest"));
+    put(j, "values",
+        json_string("R: bend of mix(reflection, N, R), G: lod / (levels - 1), "
+                    "B: share of irradiance at N, A: half the distance of two "
+                    "taps"));
+    put(j, "layers", layers);
+    put(j, "fitted_to", json_string(fitted_to(b)));
+    put(j, "level_roughness", roughness);
+}
+
 static json_t *output(const ibl_bake *b, ibl_output_kind kind)
 {
     const ibl_baked *file = &b->files[kind];
@@ -314,7 +373,7 @@ static json_t *output(const ibl_bake *b, ibl_output_kind kind)
         (json_int_t)file->bytes, "saturated",
         (json_int_t)file->overflow.values);
 
-    if (kind != IBL_OUTPUT_LUT)
+    if (!is_table(kind))
         put(&j, "overflow", json_string(ibl_overflow_name(b->opts->overflow)));
     if (kind == IBL_OUTPUT_SPECULAR)
         put_specular(b, &j);
@@ -322,7 +381,9 @@ static json_t *output(const ibl_bake *b, ibl_output_kind kind)
         put_irradiance(b, &j);
     else if (kind == IBL_OUTPUT_LUT)
         put_lut(b, &j);
-    if (kind != IBL_OUTPUT_LUT)
+    else if (kind == IBL_OUTPUT_LOBES)
+        put_lobes(b, &j);
+    if (!is_table(kind))
         put(&j, "levels", levels(b, kind));
     return j;
 }

@@ -7,6 +7,13 @@
 #include "cli/console.h"
 #include "cli/judge_report.h"
 
+/* What the lobe table is fitted to. */
+typedef enum ibl_lobes {
+    IBL_LOBES_PRIOR,  /* photographs */
+    IBL_LOBES_FITTED, /* the map */
+    IBL_LOBES_NO      /* there is none */
+} ibl_lobes;
+
 /* The command line. Strings point into argv; name may point to stem. */
 typedef struct ibl_opts {
     ibl_common common;
@@ -19,6 +26,8 @@ typedef struct ibl_opts {
     unsigned only; /* bit n: ibl_output_kind n is wanted */
     ibl_bake_options bake;
     ibl_lut_options lut;
+    ibl_lobes lobe_table;
+    int lobe_table_size;
     const char *preview;
     const char *depfile;
     int sync;    /* 1: flush the files to the disk */
@@ -48,8 +57,9 @@ typedef struct ibl_bake {
     ibl_read_report report; /* of reading the environment */
     ibl_bake_result made;   /* cubes and coefficients; empty if not wanted */
     ibl_lut lut;
-    ibl_judge *judge;  /* NULL until --verify judges a cube */
-    ibl_report judged; /* empty without --verify */
+    ibl_specular_layout lobe_layout; /* of the chain of the lobe table */
+    ibl_judge *judge;                /* NULL until --verify judges a cube */
+    ibl_report judged;               /* empty without --verify */
     ibl_baked files[IBL_OUTPUT_COUNT];
 } ibl_bake;
 

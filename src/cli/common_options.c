@@ -59,14 +59,16 @@ static const char *const isa_names[] = {"auto", "c",      "sse2",
 
 const char *ibl_output_name(ibl_output_kind kind)
 {
-    static const char *const names[] = {"skybox", "specular", "irradiance",
-                                        "lut", "json"};
+    static const char *const names[] = {"skybox", "specular",   "irradiance",
+                                        "lut",    "lobe-table", "json"};
     return names[kind];
 }
 
 const char *ibl_output_content(ibl_output_kind kind)
 {
-    return kind == IBL_OUTPUT_LUT ? "brdf_lut" : ibl_output_name(kind);
+    return kind == IBL_OUTPUT_LUT     ? "brdf_lut"
+           : kind == IBL_OUTPUT_LOBES ? "lobe_lut"
+                                      : ibl_output_name(kind);
 }
 
 ibl_pixel ibl_lut_pixel(ibl_pixel cubes)

@@ -34,13 +34,15 @@ typedef enum ibl_output_kind {
     IBL_OUTPUT_SPECULAR,
     IBL_OUTPUT_IRRADIANCE,
     IBL_OUTPUT_LUT,
+    IBL_OUTPUT_LOBES,
     IBL_OUTPUT_JSON,
     IBL_OUTPUT_COUNT
 } ibl_output_kind;
 
-/* "skybox", "specular", "irradiance", "lut" or "json". */
+/* "skybox", "specular", "irradiance", "lut", "lobe-table" or "json". */
 const char *ibl_output_name(ibl_output_kind kind);
-/* The same name in sidecars and keys, where "lut" is "brdf_lut". */
+/* The same name in sidecars and keys, where "lut" is "brdf_lut" and
+ * "lobe-table" is "lobe_lut". */
 const char *ibl_output_content(ibl_output_kind kind);
 
 /* The pixel of the LUT: rg32f if the cubes have rgba32f, else rg16f. */

@@ -14,17 +14,25 @@
 #include "common/path.h"
 #include "common/text.h"
 
+/* Whether a file has the name of the environment and its own. The others are
+ * the same for many environments, or the sidecar. */
+static bool is_own(const ibl_opts *o, ibl_output_kind kind)
+{
+    return kind < IBL_OUTPUT_LUT ||
+           (kind == IBL_OUTPUT_LOBES && o->lobe_table == IBL_LOBES_FITTED);
+}
+
 static char *make_path(const ibl_opts *o, ibl_output_kind kind)
 {
     const char *extension =
         kind == IBL_OUTPUT_JSON ? "json" : ibl_container_name(o->format);
-    char *name =
-        kind < IBL_OUTPUT_LUT
-            ? ibl_format("%s_%s.%s", o->name, ibl_output_name(kind), extension)
-            : ibl_format("%s.%s",
-                         kind == IBL_OUTPUT_LUT ? ibl_lut_stems[o->lut.geometry]
-                                                : o->name,
-                         extension);
+    const char *stem = kind == IBL_OUTPUT_LUT ? ibl_lut_stems[o->lut.geometry]
+                       : kind == IBL_OUTPUT_LOBES ? ibl_output_content(kind)
+                                                  : o->name;
+    char *name = is_own(o, kind)
+                     ? ibl_format("%s_%s.%s", o->name, ibl_output_content(kind),
+                                  extension)
+                     : ibl_format("%s.%s", stem, extension);
     char *path = name ? ibl_path_join(o->directory, name) : NULL;
 
     free(name);
@@ -120,8 +128,8 @@ static bool replaces(const ibl_bake *b, const json_t *sidecar)
     json_array_foreach((json_t *)outputs, i, output)
     {
         const char *file = json_string_value(json_object_get(output, "file"));
-        for (int kind = 0; file && kind < IBL_OUTPUT_LUT; kind++)
-            if (b->files[kind].path &&
+        for (int kind = 0; file && kind < IBL_OUTPUT_COUNT; kind++)
+            if (is_own(b->opts, (ibl_output_kind)kind) && b->files[kind].path &&
                 !strcmp(ibl_path_name(b->files[kind].path), file))
                 return true;
     }

@@ -179,6 +179,36 @@ ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
     return status;
 }
 
+/* The encoder of two halves, twice for each texel: that of RGBA16F has no
+ * alpha. */
+ibl_status ibl_texture_from_lobe_table(ibl_ctx *ctx,
+                                       const ibl_lobe_table *table,
+                                       ibl_texture *tex)
+{
+    if (!ctx || !table || !tex)
+        return ibl_missing(ctx, "ibl_texture_from_lobe_table: table or tex");
+    if (table->size < 1 || !table->data)
+        return ibl_missing(ctx, "ibl_texture_from_lobe_table: table's data");
+    const size_t texels =
+        IBL_LOBE_LAYERS * (size_t)table->size * (size_t)table->size;
+    size_t beyond;
+    *tex = (ibl_texture){.pixel = IBL_PIXEL_RGBA16F,
+                         .width = table->size,
+                         .height = table->size,
+                         .levels = 1,
+                         .layers = IBL_LOBE_LAYERS,
+                         .faces = 1,
+                         .bytes = texels * ibl_pixel_bytes(IBL_PIXEL_RGBA16F)};
+    tex->data = ibl_alloc_array(tex->bytes, 1);
+    const ibl_status status =
+        tex->data ? encode_texels(ctx, IBL_PIXEL_RG16F, table->data, 2 * texels,
+                                  tex->data, &beyond)
+                  : ibl_no_memory(ctx, "a texture");
+    if (status)
+        ibl_texture_free(tex);
+    return status;
+}
+
 ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
                                 ibl_pixel pixel, ibl_texture *tex,
                                 size_t *saturated)

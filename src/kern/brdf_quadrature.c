@@ -5,8 +5,8 @@
  * integrand is bounded; in the outer part it may grow like 1 / N.H. */
 static const double inner_end = 7.5, outer_end = 30.0;
 
-/* Gauss-Legendre on [0, 1]: Newton's method on the Legendre polynomial. */
-static void make_points(int n, double *at, double *weight)
+/* Newton's method on the Legendre polynomial. */
+void ibl_gauss_points(int n, double *at, double *weight)
 {
     for (int i = 0; i < n; i++) {
         double x = cos(IBL_PI * (i + 0.75) / (n + 0.5)), slope = 1.0;
@@ -28,9 +28,9 @@ static void make_points(int n, double *at, double *weight)
 
 void ibl_brdf_rule_init(ibl_brdf_rule *rule)
 {
-    make_points(IBL_BRDF_INNER, rule->inner_at, rule->inner_weight);
-    make_points(IBL_BRDF_OUTER, rule->outer_at, rule->outer_weight);
-    make_points(IBL_BRDF_ANGLES, rule->arc_at, rule->arc_weight);
+    ibl_gauss_points(IBL_BRDF_INNER, rule->inner_at, rule->inner_weight);
+    ibl_gauss_points(IBL_BRDF_OUTER, rule->outer_at, rule->outer_weight);
+    ibl_gauss_points(IBL_BRDF_ANGLES, rule->arc_at, rule->arc_weight);
     for (int k = 0; k < IBL_BRDF_ANGLES; k++)
         rule->ring[k] = cos(IBL_PI * (k + 0.5) / IBL_BRDF_ANGLES);
 }

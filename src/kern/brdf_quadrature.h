@@ -36,6 +36,9 @@ typedef struct ibl_brdf_rule {
     double ring[IBL_BRDF_ANGLES];
 } ibl_brdf_rule;
 
+/* Gauss-Legendre on [0, 1]: n points and their weights. */
+void ibl_gauss_points(int n, double *at, double *weight);
+
 void ibl_brdf_rule_init(ibl_brdf_rule *rule);
 
 /* The y where the outer part begins, and where it ends. */

@@ -103,6 +103,9 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
 /* The coefficients of ibl_bake_sh, up to the degree of the analysis. */
 ibl_status ibl_spectral_sh(const ibl_spectral *s, int degree, double *coeffs);
 
+/* Their mean square in each degree 0..degree, of all channels together. */
+ibl_status ibl_spectral_power(const ibl_spectral *s, int degree, double *power);
+
 /* ---- between the files of the engine ---- */
 
 /* Highest degree in which kernels are computed: about 1.5 times `degree`. */

@@ -7,6 +7,7 @@
 #include "core/pi.h"
 
 static const int min_degree = 32;
+static const int least_power = 128; /* the degree of ibl_bake_result's power */
 
 /* Highest degree of a lobe without a near part: degrees_a_pixel over a pixel's
  * size in radians, within limits. A near part then reaches two or three
@@ -141,5 +142,7 @@ ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, int width, int height,
         status = plan_irradiance(&q, &opts->irradiance_options, plan);
     if (opts->sh_degree > plan->degree)
         plan->degree = opts->sh_degree;
+    if (opts->power && plan->degree < least_power)
+        plan->degree = least_power;
     return status;
 }

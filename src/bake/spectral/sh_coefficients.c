@@ -234,18 +234,45 @@ static ibl_status analyse_lights(const ibl_spectral *s, ibl_harmonics *out)
     return status;
 }
 
+/* The harmonics of the map. *sum is empty after an error. */
+static ibl_status add_all(const ibl_spectral *s, int degree, ibl_harmonics *sum)
+{
+    const size_t edge = (size_t)degree + 1;
+    ibl_status status = ibl_harmonics_alloc(s->ctx, degree, sum);
+    if (status)
+        return status;
+    if (s->light_count)
+        status = analyse_lights(s, sum);
+    else
+        memset(sum->data, 0, 3 * edge * (edge + 1) * sizeof *sum->data);
+    if (status) {
+        ibl_harmonics_free(sum);
+        return status;
+    }
+    add_rows(s, sum);
+    add_mean(s, sum);
+    return IBL_OK;
+}
+
 ibl_status ibl_spectral_sh(const ibl_spectral *s, int degree, double *coeffs)
 {
     ibl_harmonics sum;
-    ibl_status status = ibl_harmonics_alloc(s->ctx, degree, &sum);
-    if (status)
-        return status;
-    status = analyse_lights(s, &sum);
-    if (!status) {
-        add_rows(s, &sum);
-        add_mean(s, &sum);
+    ibl_status status = add_all(s, degree, &sum);
+    if (!status)
         status = convert(s->ctx, &sum, coeffs);
-    }
     ibl_harmonics_free(&sum);
     return status;
+}
+
+ibl_status ibl_spectral_power(const ibl_spectral *s, int degree, double *power)
+{
+    ibl_harmonics sum;
+    const ibl_status status = add_all(s, degree, &sum);
+    if (status)
+        return status;
+    ibl_sht_power(&sum, power);
+    for (int l = 0; l <= degree; l++)
+        power[l] /= 2 * l + 1;
+    ibl_harmonics_free(&sum);
+    return IBL_OK;
 }

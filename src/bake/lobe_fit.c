@@ -1,0 +1,351 @@
+/* SPDX-License-Identifier: MIT */
+#include "bake/lobe_fit.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+    ANGLES = IBL_LOBE_ANGLES,
+    WINDOW = IBL_LOBE_WINDOW,
+    DIFFUSE = IBL_LOBE_DIFFUSE,
+    STEPS = 5 /* of a search */
+};
+
+/* Half the angles' range, in mean deviations of the lobe from its mean. */
+static const double reach = 2.5;
+
+/* Costs of a bend and a weight of 1, in the power of a level's lobe. They
+ * decide where lookups are alike: next to N.V = 1 and r = 1. */
+static const double bend_cost = 1e-4, weight_cost = 1e-4;
+
+/* ---- the true lobe ------------------------------------------------------ */
+
+/* The level next below a roughness. */
+static int level_below(const ibl_specular_layout *layout, double roughness)
+{
+    int l = 0;
+    while (l + 1 < layout->levels && layout->roughness[l + 1] < roughness)
+        l++;
+    return l;
+}
+
+static void choose_window(ibl_lobe_view *v, double roughness)
+{
+    const ibl_specular_layout *layout = &v->kernels->layout;
+    const int most = layout->levels - WINDOW;
+    int base = level_below(layout, 0.85 * roughness) - 1;
+    if (base > most)
+        base = most;
+    v->base = base > 0 ? base : 0;
+    v->count = layout->levels < WINDOW ? layout->levels : WINDOW;
+}
+
+/* Chooses the angles: around the means of both lobes. */
+static void choose_angles(ibl_lobe_view *v, const ibl_true_lobe *lobe)
+{
+    double low = 10, high = -10;
+    for (int f = 0; f < 2; f++) {
+        double x = 0, z = 0, spread = 0;
+        for (int i = 0; i < lobe->count; i++) {
+            x += (double)(lobe->share[f][i] * lobe->x[i]);
+            z += (double)(lobe->share[f][i] * lobe->z[i]);
+        }
+        const double mean = atan2(x, z);
+        for (int i = 0; i < lobe->count; i++)
+            spread += (double)lobe->share[f][i] *
+                      fabs(cos(mean) * (double)lobe->x[i] -
+                           sin(mean) * (double)lobe->z[i]);
+        low = fmin(low, mean - reach * spread);
+        high = fmax(high, mean + reach * spread);
+    }
+    v->first = low;
+    v->step = (high - low) / (ANGLES - 1);
+}
+
+/* Products of the points with the levels of the window about the direction
+ * (x, 0, z). */
+static void add_points(const ibl_lobe_view *v, const ibl_true_lobe *lobe,
+                       float x, float z, float sum[2][WINDOW])
+{
+    const float *table = v->kernels->point + v->base;
+    for (int i = 0; i < lobe->count; i++) {
+        const float dx = lobe->x[i] - x, dz = lobe->z[i] - z;
+        const float square = dx * dx + lobe->y[i] * lobe->y[i] + dz * dz;
+        const ibl_lobe_place p = ibl_lobe_place_of(0.25f * square);
+        const float *low = table + p.row, *high = low + IBL_LOBE_SLOTS;
+        const float a = lobe->share[0][i], b = lobe->share[1][i];
+        for (int l = 0; l < WINDOW; l++) {
+            const float k = low[l] + p.t * (high[l] - low[l]);
+            sum[0][l] += a * k;
+            sum[1][l] += b * k;
+        }
+    }
+}
+
+static void add_diffuse(const ibl_lobe_view *v, const ibl_true_lobe *lobe,
+                        double sum[2])
+{
+    sum[0] = sum[1] = 0;
+    for (int i = 0; i < lobe->count; i++) {
+        const ibl_lobe_place p = ibl_lobe_place_of(0.5f - 0.5f * lobe->z[i]);
+        const float k = ibl_lobe_at(v->kernels->point, p, DIFFUSE);
+        sum[0] += (double)(lobe->share[0][i] * k);
+        sum[1] += (double)(lobe->share[1][i] * k);
+    }
+}
+
+void ibl_lobe_view_make(const ibl_lobe_kernels *k,
+                        const ibl_true_lobe_rule *rule, double n_dot_v,
+                        double roughness, ibl_lobe_view *v)
+{
+    ibl_true_lobe lobe;
+    *v = (ibl_lobe_view){.kernels = k, .angle = acos(n_dot_v)};
+    ibl_true_lobe_make(rule, n_dot_v, roughness * roughness, &lobe);
+    choose_window(v, roughness);
+    choose_angles(v, &lobe);
+    for (int i = 0; i < ANGLES; i++) {
+        const double angle = v->first + i * v->step;
+        float sum[2][WINDOW] = {{0}};
+        add_points(v, &lobe, (float)sin(angle), (float)cos(angle), sum);
+        for (int l = 0; l < WINDOW; l++) {
+            v->h[0][l][i] = (double)sum[0][l];
+            v->h[1][l][i] = (double)sum[1][l];
+        }
+    }
+    add_diffuse(v, &lobe, v->diffuse);
+}
+
+/* ---- the cost ----------------------------------------------------------- */
+
+static double quarter(double angle)
+{
+    const double s = sin(0.5 * angle);
+    return s * s;
+}
+
+/* Cubic interpolation of h. */
+static void weights_at(const ibl_lobe_view *v, double angle, int *from,
+                       double w[4])
+{
+    const double x = (angle - v->first) / v->step;
+    int i = (int)floor(x) - 1;
+    i = i < 0 ? 0 : i > ANGLES - 4 ? ANGLES - 4 : i;
+    const double u = x - i;
+    *from = i;
+    w[0] = (u - 1) * (u - 2) * (u - 3) / -6;
+    w[1] = u * (u - 2) * (u - 3) / 2;
+    w[2] = u * (u - 1) * (u - 3) / -2;
+    w[3] = u * (u - 1) * (u - 2) / 6;
+}
+
+/* Products of a direction, or the mean of two. */
+typedef struct products {
+    double h[WINDOW];                  /* with the true lobe */
+    double same[WINDOW], next[WINDOW]; /* with the levels */
+    double cosine[WINDOW];             /* with the cosine */
+    double both, diffuse; /* cosine with itself and the true lobe */
+} products;
+
+static void add_direction(const ibl_lobe_view *v, int which, double angle,
+                          double share, products *p)
+{
+    const ibl_lobe_place place = ibl_lobe_place_of((float)quarter(angle));
+    double w[4];
+    int from;
+    weights_at(v, angle, &from, w);
+    for (int l = 0; l < WINDOW; l++) {
+        const double *h = v->h[which][l] + from;
+        p->h[l] +=
+            share * (w[0] * h[0] + w[1] * h[1] + w[2] * h[2] + w[3] * h[3]);
+        p->cosine[l] += share * (double)ibl_lobe_at(v->kernels->diffuse, place,
+                                                    v->base + l);
+    }
+}
+
+static void add_apart(const ibl_lobe_view *v, double angle, double share,
+                      products *p)
+{
+    const ibl_lobe_place place = ibl_lobe_place_of((float)quarter(angle));
+    for (int l = 0; l < WINDOW; l++) {
+        p->same[l] +=
+            share * (double)ibl_lobe_at(v->kernels->same, place, v->base + l);
+        p->next[l] +=
+            share * (double)ibl_lobe_at(v->kernels->next, place, v->base + l);
+    }
+}
+
+static products products_of(const ibl_lobe_view *v, int which, double angle,
+                            double distance)
+{
+    products p = {.both = (double)v->kernels->same[DIFFUSE],
+                  .diffuse = v->diffuse[which]};
+    if (distance > 0) {
+        add_direction(v, which, angle - distance, 0.5, &p);
+        add_direction(v, which, angle + distance, 0.5, &p);
+        add_apart(v, 0, 0.5, &p);
+        add_apart(v, 2 * distance, 0.5, &p);
+    } else {
+        add_direction(v, which, angle, 1, &p);
+        add_apart(v, 0, 1, &p);
+    }
+    return p;
+}
+
+/* The cost as a quadratic function of x, the weight of level a + 1, and w,
+ * that of the cosine; level a has the rest. */
+typedef struct quadratic {
+    double c, x, w, xx, xw, ww;
+} quadratic;
+
+static quadratic quadratic_of(const products *p, int a)
+{
+    const double aa = p->same[a], ab = p->next[a], bb = p->same[a + 1];
+    return (quadratic){.c = aa - 2 * p->h[a],
+                       .x = 2 * (ab - aa - p->h[a + 1] + p->h[a]),
+                       .w = 2 * (p->cosine[a] - aa - p->diffuse + p->h[a]),
+                       .xx = aa - 2 * ab + bb,
+                       .xw = 2 * (p->cosine[a + 1] - ab - p->cosine[a] + aa),
+                       .ww =
+                           aa - 2 * p->cosine[a] + p->both + weight_cost * aa};
+}
+
+static double value(const quadratic *q, double x, double w)
+{
+    return q->c + q->x * x + q->w * w + q->xx * x * x + q->xw * x * w +
+           q->ww * w * w;
+}
+
+static double limited(double slope, double bend)
+{
+    return bend > 0 ? fmin(fmax(-0.5 * slope / bend, 0), 1) : slope < 0;
+}
+
+/* Least value on an edge, if that is below *least. */
+static void try_at(const quadratic *q, double x, double w, double *least,
+                   double at[2])
+{
+    const double v = value(q, x, w);
+    if (v < *least) {
+        *least = v;
+        at[0] = x;
+        at[1] = w;
+    }
+}
+
+/* Least value for x, w >= 0, x + w <= 1. */
+static double solve(const quadratic *q, double at[2])
+{
+    const double det = 4 * q->xx * q->ww - q->xw * q->xw;
+    double least = HUGE_VAL;
+    if (det > 1e-9 * q->xx * q->ww) {
+        const double x = (q->xw * q->w - 2 * q->ww * q->x) / det;
+        const double w = (q->xw * q->x - 2 * q->xx * q->w) / det;
+        if (x >= 0 && w >= 0 && x + w <= 1) {
+            try_at(q, x, w, &least, at);
+            return least;
+        }
+    }
+    try_at(q, limited(q->x, q->xx), 0, &least, at);
+    try_at(q, 0, limited(q->w, q->ww), &least, at);
+    const double s =
+        limited(q->w - q->x + q->xw - 2 * q->xx, q->xx - q->xw + q->ww);
+    try_at(q, 1 - s, s, &least, at);
+    return least;
+}
+
+/* Least cost of a direction over lods and weights. */
+static double best_of(const ibl_lobe_view *v, int which,
+                      ibl_lobe_lookup *lookup)
+{
+    const products p = products_of(v, which, lookup->angle, lookup->distance);
+    double least = HUGE_VAL;
+    for (int a = 0; a + 1 < v->count; a++) {
+        const quadratic q = quadratic_of(&p, a);
+        double at[2] = {0, 0};
+        const double cost = solve(&q, at);
+        if (cost < least) {
+            least = cost;
+            lookup->weight = at[1];
+            lookup->lod = v->base + a + (at[1] < 1 ? at[0] / (1 - at[1]) : 0);
+        }
+    }
+    const double bend = ibl_lobe_bend(v->angle, lookup->angle);
+    return least + bend_cost * p.same[0] * bend * bend;
+}
+
+double ibl_lobe_bend(double angle, double bent)
+{
+    const double rest = sin(angle - bent);
+    return rest > 0 ? rest / (rest + sin(bent)) : 0;
+}
+
+double ibl_lobe_bent(double angle, double bend)
+{
+    return atan2((1 - bend) * sin(angle), (1 - bend) * cos(angle) + bend);
+}
+
+double ibl_lobe_cost(const ibl_lobe_view *v, int which,
+                     const ibl_lobe_lookup *lookup)
+{
+    const products p = products_of(v, which, lookup->angle, lookup->distance);
+    int a = (int)lookup->lod - v->base;
+    a = a < 0 ? 0 : a > v->count - 2 ? v->count - 2 : a;
+    const quadratic q = quadratic_of(&p, a);
+    return value(&q, (lookup->lod - v->base - a) * (1 - lookup->weight),
+                 lookup->weight);
+}
+
+/* ---- the search --------------------------------------------------------- */
+
+typedef struct search {
+    const ibl_lobe_view *view;
+    int which;
+    ibl_lobe_lookup best;
+    double cost;
+} search;
+
+static double attempt(search *s, double angle, double distance)
+{
+    ibl_lobe_lookup l = {.angle = fmin(fmax(angle, 0), s->view->angle),
+                         .distance = fmax(distance, 0)};
+    const double cost = best_of(s->view, s->which, &l);
+    if (cost < s->cost) {
+        s->cost = cost;
+        s->best = l;
+    }
+    return cost;
+}
+
+/* Where a parabola through the costs at -1, 0 and 1 is least, within these. */
+static double vertex(double before, double here, double after)
+{
+    const double bend = before - 2 * here + after;
+    if (!(bend > 0))
+        return before < after ? -1 : 1;
+    return fmin(fmax(0.5 * (before - after) / bend, -1), 1);
+}
+
+static void improve(search *s, int taps, double step)
+{
+    const ibl_lobe_lookup at = s->best;
+    const double here = s->cost, d = at.distance;
+    const double dx = vertex(attempt(s, at.angle - step, d), here,
+                             attempt(s, at.angle + step, d));
+    double dy = 0;
+    if (taps > 1)
+        dy = vertex(attempt(s, at.angle, d - step), here,
+                    attempt(s, at.angle, d + step));
+    attempt(s, at.angle + dx * step, d + dy * step);
+}
+
+double ibl_lobe_fit(const ibl_lobe_view *v, int which, int taps,
+                    ibl_lobe_lookup *best)
+{
+    search s = {.view = v, .which = which, .cost = HUGE_VAL};
+    attempt(&s, best->angle,
+            taps > 1 ? fmax(best->distance, 0.5 * v->step) : 0);
+    for (int i = 0; i < STEPS; i++)
+        improve(&s, taps, v->step * exp2(-i));
+    *best = s.best;
+    return s.cost;
+}

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Fits what a shader looks up to the lobe of a view and roughness.
+ *
+ * A fetch at a lod between two levels blends their lobes K_a and K_b about a
+ * direction d in the plane of N and V; irradiance adds the cosine lobe about N:
+ *     S = (1 - w) ((1 - t) K_a(d) + t K_b(d)) + w cosine(N).
+ * For a direction, the best t and w are a quadratic problem on a triangle. So
+ * only the direction (and the distance of two taps) is searched.
+ */
+#ifndef IBL_BAKE_LOBE_FIT_H
+#define IBL_BAKE_LOBE_FIT_H
+
+#include "bake/lobe_kernels.h"
+#include "bake/true_lobe.h"
+
+enum {
+    IBL_LOBE_ANGLES = 17, /* directions with products with the true lobe */
+    IBL_LOBE_WINDOW = 4   /* levels that come into question */
+};
+
+/* The true lobe of a view and roughness in products with the levels'. */
+typedef struct ibl_lobe_view {
+    const ibl_lobe_kernels *kernels;
+    double angle;       /* between N and V, and so from N to R */
+    double first, step; /* angles from N towards R, of the columns of h */
+    int base, count;    /* window of levels: base..base + count - 1 */
+    double h[2][IBL_LOBE_WINDOW][IBL_LOBE_ANGLES];
+    double diffuse[2];
+} ibl_lobe_view;
+
+/* What a shader does; angles from N towards R. */
+typedef struct ibl_lobe_lookup {
+    double angle;    /* of the direction */
+    double distance; /* of two taps from it, an angle; 0: one tap */
+    double lod;
+    double weight; /* of irradiance */
+} ibl_lobe_lookup;
+
+void ibl_lobe_view_make(const ibl_lobe_kernels *k,
+                        const ibl_true_lobe_rule *rule, double n_dot_v,
+                        double roughness, ibl_lobe_view *view);
+
+/* <S, S> - 2 <S, true lobe>; which: 0 for F0 = 1, 1 for F0 = .04. */
+double ibl_lobe_cost(const ibl_lobe_view *view, int which,
+                     const ibl_lobe_lookup *lookup);
+
+/* The bend from R to N, as a share of vectors, that gives an angle from N, and
+ * the reverse; angle is that of R. */
+double ibl_lobe_bend(double angle, double bent);
+double ibl_lobe_bent(double angle, double bend);
+
+/* The lookup of least cost with one or two taps, near the given one. Returns
+ * the cost. */
+double ibl_lobe_fit(const ibl_lobe_view *view, int which, int taps,
+                    ibl_lobe_lookup *best);
+
+#endif

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: MIT */
+#include "bake/lobe_kernels.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "bake/spectral/lobe_coefficients.h"
+#include "core/alloc.h"
+#include "core/context.h"
+
+enum {
+    ROWS = IBL_LOBE_ROWS,
+    SLOTS = IBL_LOBE_SLOTS,
+    DIFFUSE = IBL_LOBE_DIFFUSE,
+    DEGREE = IBL_LOBE_DEGREE,
+    PRODUCTS = 4, /* of a lobe: point, same, next, diffuse */
+    ROWS_IN_JOB = 32
+};
+
+/* Coefficients below this have no effect. */
+static const double nothing = 2e-5;
+
+struct making {
+    ibl_lobe_kernels *out;
+    int lobes;              /* levels and, last, the cosine */
+    double *k;              /* DEGREE + 1 of each lobe */
+    double *terms;          /* for each degree: products of each lobe */
+    int active[DEGREE + 1]; /* lobes, from the first, that have terms */
+};
+
+/* ---- the spectrum ------------------------------------------------------ */
+
+/* Continues a spectrum beyond its degree as it fell in the last octave. */
+static double beyond(const double *power, int degree, int l)
+{
+    double last = 0, before = 0;
+    for (int i = degree / 2 + 1; i <= degree; i++)
+        last += power[i] / (degree - degree / 2);
+    for (int i = degree / 4 + 1; i <= degree / 2; i++)
+        before += power[i] / (degree / 2 - degree / 4);
+    const double fall = before > last && last > 0 ? log2(before / last) : 0;
+    return last * pow((l + 0.5) / (0.75 * degree), -fmin(fall, 4));
+}
+
+/* Scaled, so that a point without the mean has the power 1. */
+static void fill_power(const double *power, int degree, double *out)
+{
+    double sum = 0;
+    for (int l = 1; l <= DEGREE && power; l++) {
+        out[l] = l <= degree ? power[l] : beyond(power, degree, l);
+        sum += (2 * l + 1) * out[l];
+    }
+    if (!(sum > 1e-20 * (power ? power[0] : 1))) {
+        sum = 0;
+        for (int l = 1; l <= DEGREE; l++) {
+            out[l] = pow(l, -1.2);
+            sum += (2 * l + 1) * out[l];
+        }
+        out[0] = 1;
+    } else {
+        out[0] = power[0];
+    }
+    for (int l = 0; l <= DEGREE; l++)
+        out[l] *= 4 * IBL_PI / sum;
+}
+
+/* ---- lobes ------------------------------------------------------------- */
+
+/* Bilinear lookups blur by t (1 - t) of a texel's square on average, and the
+ * texels of the environment are means of a square. The lobes are those of
+ * infinitely many texels else. */
+static void blur(const ibl_specular_layout *layout, int level, double *k)
+{
+    const int edge = layout->size >> level > 1 ? layout->size >> level : 1;
+    const double area = 4 * IBL_PI / (6.0 * edge * edge);
+    const double variance =
+        area * (layout->roughness[level] > 0 ? 1 / 6.0 : 1 / 4.0);
+    for (int l = 0; l <= DEGREE; l++)
+        k[l] *= exp(-0.5 * variance * l * (l + 1));
+}
+
+static ibl_status fill_lobes(ibl_ctx *ctx, struct making *m)
+{
+    const ibl_specular_layout *layout = &m->out->layout;
+    for (int a = 0; a < m->lobes; a++) {
+        double *k = m->k + (size_t)a * (DEGREE + 1);
+        const double r = a < layout->levels ? layout->roughness[a] : 1;
+        const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, r * r);
+        ibl_status status = IBL_OK;
+        if (r > 0)
+            status = ibl_lobe_coefficients(ctx, &shape, DEGREE, k);
+        else
+            for (int l = 0; l <= DEGREE; l++)
+                k[l] = 1;
+        if (status)
+            return status;
+        if (a < layout->levels)
+            blur(layout, a, k);
+    }
+    return IBL_OK;
+}
+
+static void fill_terms(struct making *m)
+{
+    const double *cosine = m->k + (size_t)(m->lobes - 1) * (DEGREE + 1);
+    int most = 0;
+    for (int l = DEGREE; l >= 0; l--) {
+        const double c = l ? (2 * l + 1) / (4 * IBL_PI) * m->out->power[l] : 0;
+        double *to = m->terms + (size_t)l * PRODUCTS * SLOTS;
+        for (int a = 0; a < m->lobes; a++) {
+            const double *k = m->k + (size_t)a * (DEGREE + 1);
+            const double next = a + 2 < m->lobes ? k[DEGREE + 1 + l] : 0;
+            to[PRODUCTS * a] = c * k[l];
+            to[PRODUCTS * a + 1] = c * k[l] * k[l];
+            to[PRODUCTS * a + 2] = c * k[l] * next;
+            to[PRODUCTS * a + 3] = c * k[l] * cosine[l];
+            if (fabs(k[l]) > nothing && a >= most)
+                most = a + 1;
+        }
+        m->active[l] = most;
+    }
+}
+
+/* ---- tables ------------------------------------------------------------ */
+
+/* The sums over l for P_l(1 - y), with the recurrence of
+ * kern/legendre_sums.h. */
+static void sum_row(const struct making *m, double y,
+                    double sum[PRODUCTS * SLOTS])
+{
+    double p = 1, e = 0;
+    memset(sum, 0, PRODUCTS * SLOTS * sizeof *sum);
+    for (int l = 0; l <= DEGREE && m->active[l]; l++) {
+        const double *terms = m->terms + (size_t)l * PRODUCTS * SLOTS;
+        const int count = PRODUCTS * m->active[l];
+        for (int i = 0; i < count; i += 4) {
+            sum[i] += terms[i] * p;
+            sum[i + 1] += terms[i + 1] * p;
+            sum[i + 2] += terms[i + 2] * p;
+            sum[i + 3] += terms[i + 3] * p;
+        }
+        e -= (2 * l + 1) * y * p;
+        p += e / (l + 1);
+    }
+}
+
+static void put(const struct making *m, int lobe, const double *sum, int row)
+{
+    ibl_lobe_kernels *out = m->out;
+    const int slot = lobe + 1 < m->lobes ? lobe : DIFFUSE;
+    const size_t at = (size_t)row * SLOTS + (size_t)slot;
+    out->point[at] = (float)sum[0];
+    out->same[at] = (float)sum[1];
+    out->next[at] = (float)sum[2];
+    out->diffuse[at] = (float)sum[3];
+}
+
+static void rows_job(void *arg, int job, int worker)
+{
+    const struct making *m = arg;
+    (void)worker;
+    for (int row = ROWS_IN_JOB * job;
+         row < ROWS_IN_JOB * (job + 1) && row < ROWS; row++) {
+        double sum[PRODUCTS * SLOTS];
+        sum_row(m, 2 * fmin((double)ibl_lobe_row_at(row), 1), sum);
+        for (int a = 0; a < m->lobes; a++)
+            put(m, a, sum + PRODUCTS * a, row);
+    }
+}
+
+static ibl_status allocate(ibl_ctx *ctx, struct making *m)
+{
+    const size_t table = ROWS * SLOTS;
+    ibl_lobe_kernels *out = m->out;
+    out->point = ibl_alloc_zeroed(PRODUCTS * table, sizeof *out->point);
+    out->power = ibl_alloc_array(DEGREE + 1, sizeof *out->power);
+    m->k = ibl_alloc_array((size_t)m->lobes, (DEGREE + 1) * sizeof *m->k);
+    m->terms = ibl_alloc_array(DEGREE + 1, PRODUCTS * SLOTS * sizeof *m->terms);
+    if (!out->point || !out->power || !m->k || !m->terms)
+        return ibl_no_memory(ctx, "the lobes of the levels");
+    out->same = out->point + table;
+    out->next = out->same + table;
+    out->diffuse = out->next + table;
+    return IBL_OK;
+}
+
+void ibl_lobe_kernels_free(ibl_lobe_kernels *k)
+{
+    ibl_free(k->point);
+    ibl_free(k->power);
+    *k = (ibl_lobe_kernels){0};
+}
+
+ibl_status ibl_lobe_kernels_make(ibl_ctx *ctx,
+                                 const ibl_specular_layout *layout,
+                                 const double *power, int degree,
+                                 ibl_lobe_kernels *out)
+{
+    struct making m = {.out = out};
+    *out = (ibl_lobe_kernels){.layout = *layout};
+    if (out->layout.levels == 1) {
+        out->layout.levels = 2;
+        out->layout.roughness[1] = out->layout.roughness[0];
+    }
+    m.lobes = out->layout.levels + 1;
+    ibl_status status = allocate(ctx, &m);
+    if (!status) {
+        fill_power(power, degree, out->power);
+        out->mean = out->power[0] / (4 * IBL_PI);
+        status = fill_lobes(ctx, &m);
+    }
+    if (!status) {
+        fill_terms(&m);
+        status = ibl_run(ctx, NULL, (ROWS + ROWS_IN_JOB - 1) / ROWS_IN_JOB,
+                         rows_job, &m);
+    }
+    ibl_free(m.k);
+    ibl_free(m.terms);
+    if (status)
+        ibl_lobe_kernels_free(out);
+    return status;
+}

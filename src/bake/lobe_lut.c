@@ -1,0 +1,223 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The lobe table: fits at some views and roughnesses (bake/lobe_fit.h), each
+ * column of one view from the smoothest roughness upwards, and monotone cubics
+ * between them.
+ */
+#include <math.h>
+
+#include "bake/lobe_fit.h"
+#include "core/alloc.h"
+#include "core/context.h"
+
+enum {
+    MIN_SIZE = 4,
+    MAX_SIZE = 256,
+    LAYERS = IBL_LOBE_LAYERS,
+    VIEWS = 9,
+    ROUGHS = 24
+};
+
+/* N.V of the columns. Below the first one the table is constant; above the last
+ * one, too, where R is N. */
+static const double view_at[VIEWS] = {0.03, 0.08, 0.16, 0.27, 0.4,
+                                      0.55, 0.7,  0.85, 0.96};
+
+typedef struct entry {
+    double value[4]; /* as in a texel */
+} entry;
+
+struct bake {
+    ibl_lobe_kernels kernels;
+    ibl_true_lobe_rule rule;
+    int size, levels;
+    entry node[LAYERS][ROUGHS][VIEWS];
+    float *out;
+};
+
+static double rough_at(int i)
+{
+    return (i + 1.0) / ROUGHS;
+}
+
+/* ---- nodes -------------------------------------------------------------- */
+
+static entry entry_of(const struct bake *b, const ibl_lobe_view *v,
+                      const ibl_lobe_lookup *l)
+{
+    const double lod = b->levels > 1 ? l->lod / (b->levels - 1) : 0;
+    return (entry){{ibl_lobe_bend(v->angle, l->angle), lod,
+                    l->weight, fmin(tan(l->distance), 1)}};
+}
+
+static void fit_node(struct bake *b, int view, int rough,
+                     ibl_lobe_lookup lookup[LAYERS])
+{
+    ibl_lobe_view v;
+    ibl_lobe_view_make(&b->kernels, &b->rule, view_at[view], rough_at(rough),
+                       &v);
+    for (int layer = 0; layer < LAYERS; layer++) {
+        ibl_lobe_lookup *l = &lookup[layer];
+        l->angle = ibl_lobe_bent(
+            v.angle, rough ? b->node[layer][rough - 1][view].value[0] : 0);
+        ibl_lobe_fit(&v, layer % 2, layer / 2 + 1, l);
+        b->node[layer][rough][view] = entry_of(b, &v, l);
+    }
+}
+
+static void column_job(void *arg, int job, int worker)
+{
+    ibl_lobe_lookup lookup[LAYERS] = {{0}};
+    (void)worker;
+    for (int i = 0; i < ROUGHS; i++)
+        fit_node(arg, job, i, lookup);
+}
+
+/* ---- texels ------------------------------------------------------------- */
+
+/* The cubic between y[0] and y[1] with slopes of Fritsch and Butland (1984):
+ * no value outside those of the nodes. */
+static double slope_of(double h0, double h1, double d0, double d1)
+{
+    if (d0 * d1 <= 0)
+        return 0;
+    return 3 * (h0 + h1) / ((2 * h1 + h0) / d0 + (h1 + 2 * h0) / d1);
+}
+
+static double cubic(const double *x, const double *y, int count, double at)
+{
+    int i = 0;
+    if (at <= x[0])
+        return y[0];
+    if (at >= x[count - 1])
+        return y[count - 1];
+    while (at > x[i + 1])
+        i++;
+    const double h = x[i + 1] - x[i], d = (y[i + 1] - y[i]) / h;
+    double m0 = d, m1 = d;
+    if (i > 0)
+        m0 = slope_of(x[i] - x[i - 1], h, (y[i] - y[i - 1]) / (x[i] - x[i - 1]),
+                      d);
+    if (i + 2 < count)
+        m1 = slope_of(h, x[i + 2] - x[i + 1], d,
+                      (y[i + 2] - y[i + 1]) / (x[i + 2] - x[i + 1]));
+    const double t = (at - x[i]) / h;
+    return y[i] +
+           h * t * (m0 + t * ((3 * d - 2 * m0 - m1) + t * (m0 + m1 - 2 * d)));
+}
+
+static void column(const struct bake *b, int layer, int c, int view,
+                   double y[ROUGHS + 1])
+{
+    /* A mirror: R itself, level 0. */
+    y[0] = c ? 0 : b->node[layer][0][view].value[c];
+    for (int i = 0; i < ROUGHS; i++)
+        y[i + 1] = b->node[layer][i][view].value[c];
+}
+
+static void row_job(void *arg, int job, int worker)
+{
+    const struct bake *b = arg;
+    const int layer = job / b->size, row = job % b->size;
+    double x[ROUGHS + 1], y[ROUGHS + 1], across[VIEWS];
+    float *out = b->out + 4 * (size_t)job * (size_t)b->size;
+    (void)worker;
+    for (int i = 0; i <= ROUGHS; i++)
+        x[i] = (double)i / ROUGHS;
+    for (int c = 0; c < 4; c++) {
+        for (int v = 0; v < VIEWS; v++) {
+            column(b, layer, c, v, y);
+            across[v] = cubic(x, y, ROUGHS + 1, (row + 0.5) / b->size);
+        }
+        for (int i = 0; i < b->size; i++)
+            out[4 * i + c] =
+                (float)cubic(view_at, across, VIEWS, (i + 0.5) / b->size);
+    }
+}
+
+/* ---- the call ----------------------------------------------------------- */
+
+ibl_lobe_table_options ibl_lobe_table_options_default(void)
+{
+    ibl_lobe_table_options o = {.size = 64};
+    const ibl_specular_options specular = ibl_specular_options_default();
+    (void)ibl_specular_layout_of(&specular, &o.layout);
+    return o;
+}
+
+void ibl_lobe_table_free(ibl_lobe_table *t)
+{
+    if (!t)
+        return;
+    ibl_free(t->data);
+    *t = (ibl_lobe_table){0};
+}
+
+static ibl_status check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
+{
+    const ibl_specular_layout *l = &o->layout;
+    if (o->size < MIN_SIZE || o->size > MAX_SIZE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a lobe table of size %d: must be %d to %d", o->size,
+                        MIN_SIZE, MAX_SIZE);
+    if (l->levels < 1 || l->levels > IBL_MAX_LEVELS || l->size < 1)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a lobe table for %d levels: must be 1 to %d",
+                        l->levels, IBL_MAX_LEVELS);
+    for (int i = 0; i < l->levels; i++)
+        if (!(l->roughness[i] >= (i ? l->roughness[i - 1] : 0) &&
+              l->roughness[i] <= 1))
+            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                            "a lobe table for a level of roughness %g: must "
+                            "be 0 to 1, in rising order",
+                            l->roughness[i]);
+    if (o->power && o->power_degree < 1)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a spectrum of degree %d: must be 1 or more",
+                        o->power_degree);
+    return IBL_OK;
+}
+
+static ibl_status make(ibl_ctx *ctx, const ibl_lobe_table_options *o,
+                       struct bake *b)
+{
+    ibl_status status = ibl_lobe_kernels_make(ctx, &o->layout, o->power,
+                                              o->power_degree, &b->kernels);
+    if (status)
+        return status;
+    ibl_true_lobe_rule_init(&b->rule);
+    status = ibl_run(ctx, "lobe table", VIEWS, column_job, b);
+    if (!status)
+        status = ibl_run(ctx, NULL, LAYERS * b->size, row_job, b);
+    ibl_lobe_kernels_free(&b->kernels);
+    return status;
+}
+
+ibl_status ibl_bake_lobe_table(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
+                               ibl_lobe_table *out)
+{
+    const ibl_lobe_table_options defaults = ibl_lobe_table_options_default();
+    if (!ctx || !out)
+        return ibl_missing(ctx, "ibl_bake_lobe_table: out");
+    if (!opts)
+        opts = &defaults;
+    ibl_status status = check(ctx, opts);
+    if (status)
+        return status;
+    const size_t size = (size_t)opts->size;
+    struct bake *b = ibl_alloc_zeroed(1, sizeof *b);
+    float *data = ibl_alloc_array(LAYERS * size * size, 4 * sizeof *data);
+    status = b && data ? IBL_OK : ibl_no_memory(ctx, "the lobe table");
+    if (!status) {
+        b->size = opts->size;
+        b->levels = opts->layout.levels;
+        b->out = data;
+        status = make(ctx, opts, b);
+    }
+    ibl_free(b);
+    if (status)
+        ibl_free(data);
+    else
+        *out = (ibl_lobe_table){opts->size, data};
+    return status;
+}

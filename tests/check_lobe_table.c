@@ -1,0 +1,569 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The lobe table against a search of its own: the lobe of the surface and those
+ * of the levels in spherical harmonics about N, summed in double over a grid of
+ * the hemisphere.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/io.h"
+#include "maps.h"
+#include "test.h"
+
+enum {
+    DEGREE = 40,
+    COUNT = (DEGREE + 1) * (DEGREE + 2) / 2, /* l, m >= 0: symmetric in y */
+    RINGS = 240,
+    COLUMNS = 160, /* of half a ring */
+    CHANNELS = 4
+};
+
+static const double pi = 3.14159265358979323846;
+
+static void free_table(void *table)
+{
+    ibl_lobe_table_free(table);
+}
+
+static ibl_lobe_table bake(ibl_ctx *ctx, const ibl_lobe_table_options *opts)
+{
+    ibl_lobe_table table = {0};
+    if (ibl_bake_lobe_table(ctx, opts, &table))
+        exit(1);
+    test_defer_copy(free_table, &table, sizeof table);
+    return table;
+}
+
+static const float *texel(const ibl_lobe_table *t, int layer, int i, int j)
+{
+    const size_t n = (size_t)t->size;
+    return t->data +
+           CHANNELS * (((size_t)layer * n + (size_t)j) * n + (size_t)i);
+}
+
+static size_t floats(const ibl_lobe_table *t)
+{
+    return CHANNELS * IBL_LOBE_LAYERS * (size_t)t->size * (size_t)t->size;
+}
+
+/* ---- the truth: harmonics about N, R at azimuth 0 ------------------------ */
+
+/* Y_lm(theta, 0) for l, m >= 0, times sqrt(2) for m > 0: the recurrences of
+ * the associated Legendre functions, as in books. */
+static void harmonics_at(double theta, double y[COUNT])
+{
+    const double x = cos(theta), s = sin(theta);
+    double top = sqrt(1 / (4 * pi));
+    for (int m = 0, i = 0; m <= DEGREE; m++) {
+        const double scale = m ? sqrt(2) : 1;
+        double before = 0, here = top;
+        for (int l = m; l <= DEGREE; l++) {
+            const double n = l + 1;
+            const double a = sqrt((4 * n * n - 1) / (n * n - m * m));
+            const double b = l > m ? sqrt(((n - 1) * (n - 1) - m * m) /
+                                          (4 * (n - 1) * (n - 1) - 1))
+                                   : 0;
+            const double next = a * (x * here - b * before);
+            y[i++] = scale * here;
+            before = here;
+            here = next;
+        }
+        top *= s * sqrt((2 * m + 3) / (2.0 * m + 2));
+    }
+}
+
+/* GGX, height-correlated Smith, Schlick, times N.L; alpha = r^2. */
+static double surface(double n_v, double alpha, double f0, const double l[3])
+{
+    const double v[3] = {-sqrt(1 - n_v * n_v), 0, n_v};
+    double h[3], length = 0, a2 = alpha * alpha;
+    for (int i = 0; i < 3; i++) {
+        h[i] = l[i] + v[i];
+        length += h[i] * h[i];
+    }
+    length = sqrt(length);
+    const double n_h = h[2] / length, v_h = 0.5 * length, n_l = l[2];
+    const double t = n_h * n_h * (a2 - 1) + 1;
+    const double lambda_v = sqrt(1 + a2 * (1 - n_v * n_v) / (n_v * n_v));
+    const double lambda_l = sqrt(1 + a2 * (1 - n_l * n_l) / (n_l * n_l));
+    const double g = 2 / (lambda_v + lambda_l);
+    return a2 / (pi * t * t) * g / (4 * n_v) *
+           (f0 + (1 - f0) * pow(1 - v_h, 5));
+}
+
+static void true_lobe(double n_v, double r, double f0, double out[COUNT])
+{
+    double *wave = test_alloc(DEGREE + 1, sizeof *wave);
+    double energy = 0;
+    memset(out, 0, COUNT * sizeof *out);
+    for (int j = 0; j < RINGS; j++) {
+        const double theta = 0.5 * pi * (j + 0.5) / RINGS;
+        double y[COUNT];
+        memset(wave, 0, (DEGREE + 1) * sizeof *wave);
+        for (int k = 0; k < COLUMNS; k++) {
+            const double phi = pi * (k + 0.5) / COLUMNS;
+            const double l[3] = {sin(theta) * cos(phi), sin(theta) * sin(phi),
+                                 cos(theta)};
+            const double f = surface(n_v, r * r, f0, l) * sin(theta) *
+                             (0.5 * pi / RINGS) * (2 * pi / COLUMNS);
+            double before = cos(phi),
+                   here = 1; /* cos((m - 1) phi), cos(m phi) */
+            for (int m = 0; m <= DEGREE; m++) {
+                const double next = 2 * cos(phi) * here - before;
+                wave[m] += f * here;
+                before = here;
+                here = next;
+            }
+        }
+        harmonics_at(theta, y);
+        energy += wave[0];
+        for (int m = 0, i = 0; m <= DEGREE; m++)
+            for (int l = m; l <= DEGREE; l++, i++)
+                out[i] += wave[m] * y[i];
+    }
+    for (int i = 0; i < COUNT; i++)
+        out[i] /= energy;
+}
+
+/* k_l of the lobe of a level: D N.L about R = N, by the midpoint rule. */
+static void level_lobe(double r, double k[DEGREE + 1])
+{
+    const int steps = 4000;
+    memset(k, 0, (DEGREE + 1) * sizeof *k);
+    for (int i = 0; i < steps; i++) {
+        const double psi = 0.5 * pi * (i + 0.5) / steps, c = cos(psi);
+        const double h = cos(psi / 2), a2 = r * r * r * r;
+        const double t = h * h * (a2 - 1) + 1;
+        const double f = c * sin(psi) / (t * t);
+        double before = 0, here = 1;
+        for (int l = 0; l <= DEGREE; l++) {
+            const double next = ((2 * l + 1) * c * here - l * before) / (l + 1);
+            k[l] += f * here;
+            before = here;
+            here = next;
+        }
+    }
+    for (int l = DEGREE; l >= 0; l--)
+        k[l] /= k[0];
+}
+
+struct truth {
+    ibl_specular_layout layout;
+    double k[IBL_MAX_LEVELS][DEGREE + 1];
+    double cosine[DEGREE + 1]; /* of irradiance */
+    double lobe[COUNT];
+    double power; /* of lobe */
+    double angle; /* of R */
+};
+
+static double c_of(int l)
+{
+    return l ? pow(l, -1.2) : 0;
+}
+
+static struct truth *truth_of(const ibl_specular_layout *layout)
+{
+    struct truth *t = test_alloc(1, sizeof *t);
+    t->layout = *layout;
+    for (int a = 0; a < layout->levels; a++) {
+        const double edge = layout->size >> a;
+        level_lobe(fmax(layout->roughness[a], 1e-3), t->k[a]);
+        /* What bilinear lookups blur between texels. */
+        for (int l = 0; l <= DEGREE; l++)
+            t->k[a][l] *= exp(-l * (l + 1.0) * pi / (18 * edge * edge));
+    }
+    level_lobe(1, t->cosine);
+    return t;
+}
+
+static void view(struct truth *t, double n_v, double r, double f0)
+{
+    true_lobe(n_v, r, f0, t->lobe);
+    t->angle = acos(n_v);
+    t->power = 0;
+    for (int m = 0, i = 0; m <= DEGREE; m++)
+        for (int l = m; l <= DEGREE; l++, i++)
+            t->power += c_of(l) * t->lobe[i] * t->lobe[i];
+}
+
+/* S - T of a lookup: rest[0] without irradiance, to which its weight adds
+ * rest[1]. A lobe of k_l about d has the harmonics k_l Y_lm(d). */
+static void rest_of(const struct truth *t, double angle, double apart,
+                    double lod, double rest[2][COUNT])
+{
+    const int top = t->layout.levels - 1;
+    const int a = (int)fmin(lod, top - 1);
+    const double share = lod - a;
+    double one[COUNT], two[COUNT], pole[COUNT];
+    harmonics_at(fabs(angle - apart), one);
+    harmonics_at(angle + apart, two);
+    harmonics_at(0, pole);
+    for (int m = 0, i = 0; m <= DEGREE; m++)
+        for (int l = m; l <= DEGREE; l++, i++) {
+            const double sign = angle < apart && m % 2 ? -1 : 1;
+            const double k = (1 - share) * t->k[a][l] + share * t->k[a + 1][l];
+            const double s = k * 0.5 * (sign * one[i] + two[i]);
+            rest[0][i] = s - t->lobe[i];
+            rest[1][i] = t->cosine[l] * pole[i] - s;
+        }
+}
+
+/* The squared error, over the power of the lobe, of a lookup with this weight,
+ * or with the best one, which *weight becomes, if that is below 0. */
+static double error_of(const struct truth *t, double angle, double apart,
+                       double lod, double *weight)
+{
+    static double rest[2][COUNT];
+    double aa = 0, ab = 0, bb = 0;
+    rest_of(t, angle, apart, lod, rest);
+    for (int m = 0, i = 0; m <= DEGREE; m++)
+        for (int l = m; l <= DEGREE; l++, i++) {
+            aa += c_of(l) * rest[0][i] * rest[0][i];
+            ab += c_of(l) * rest[0][i] * rest[1][i];
+            bb += c_of(l) * rest[1][i] * rest[1][i];
+        }
+    if (*weight < 0)
+        *weight = bb > 0 ? fmin(fmax(-ab / bb, 0), 1) : 0;
+    return (aa + 2 * *weight * ab + *weight * *weight * bb) / t->power;
+}
+
+/* The least error of a grid over angles and lods, then of finer ones. */
+static double search(const struct truth *t, double at[3])
+{
+    double best = HUGE_VAL, angle = 0.5 * t->angle;
+    double lod = 0.5 * (t->layout.levels - 1);
+    double wide = 0.5 * t->angle, high = lod;
+    for (int round = 0; round < 5; round++, wide *= 0.3, high *= 0.3) {
+        const double a0 = angle, l0 = lod;
+        for (int i = -6; i <= 6; i++)
+            for (int j = -6; j <= 6; j++) {
+                const double a = fmin(fmax(a0 + wide * i / 6, 0), t->angle);
+                const double l =
+                    fmin(fmax(l0 + high * j / 6, 0), t->layout.levels - 1);
+                double weight = -1;
+                const double e = error_of(t, a, 0, l, &weight);
+                if (e < best) {
+                    best = e;
+                    angle = a;
+                    lod = l;
+                    at[2] = weight;
+                }
+            }
+    }
+    at[0] = angle;
+    at[1] = lod;
+    return best;
+}
+
+/* ---- the fit --------------------------------------------------------------
+ */
+
+/* The error of an entry, in the units in which a shader uses it. */
+static double entry_error(const struct truth *t, const float *q)
+{
+    const double bend = q[0];
+    const double angle =
+        atan2((1 - bend) * sin(t->angle), (1 - bend) * cos(t->angle) + bend);
+    double weight = q[2];
+    const double lod = q[1] * (t->layout.levels - 1.0);
+    return error_of(t, angle, atan(q[3]), lod, &weight);
+}
+
+struct place {
+    int i, j; /* of 32 */
+};
+
+static const struct place places[] = {{3, 14},  {3, 24},  {8, 18},  {8, 30},
+                                      {14, 14}, {14, 22}, {20, 18}, {20, 26},
+                                      {27, 16}, {30, 30}};
+
+/* The entry's error is at most a little above the least of its kind; two taps
+ * are at least as near. */
+static void near_best(const ibl_lobe_table *table, struct truth *t,
+                      struct place p, int layer)
+{
+    const double n_v = (p.i + 0.5) / table->size;
+    const double r = (p.j + 0.5) / table->size;
+    double at[3] = {0, 0, 0};
+    view(t, n_v, r, layer ? 0.04 : 1);
+    const double least = sqrt(search(t, at));
+    const double one = sqrt(entry_error(t, texel(table, layer, p.i, p.j)));
+    const double two = sqrt(entry_error(t, texel(table, layer + 2, p.i, p.j)));
+    test_measured("nRMSE above the least", one - least, 0.004);
+    CHECK_MSG(one <= least + 0.004, "N.V %g r %g: %g, least %g at %g %g %g",
+              n_v, r, one, least, at[0] / t->angle, at[1], at[2]);
+    CHECK_MSG(two <= one + 0.003, "N.V %g r %g: two taps %g, one %g", n_v, r,
+              two, one);
+}
+
+static void against_search(ibl_roughness_map mapping)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_lobe_table_options o = ibl_lobe_table_options_default();
+    ibl_specular_options s = ibl_specular_options_default();
+    s.mapping = mapping;
+    NEED(!ibl_specular_layout_of(&s, &o.layout));
+    o.size = 32;
+    const ibl_lobe_table table = bake(ctx, &o);
+    struct truth *t = truth_of(&o.layout);
+    const size_t step = TEST_SANITIZED ? 4 : 1;
+    for (size_t i = 0; i < sizeof places / sizeof *places; i += step)
+        for (int layer = 0; layer < 2; layer++)
+            near_best(&table, t, places[i], layer);
+}
+
+TEST_SLOW(against_search_linear)
+{
+    against_search(IBL_ROUGHNESS_LINEAR);
+}
+
+TEST_SLOW(against_search_filament)
+{
+    against_search(IBL_ROUGHNESS_FILAMENT);
+}
+
+/* ---- what holds for every table -------------------------------------------
+ */
+
+static void check_range(const ibl_lobe_table *t)
+{
+    int bad = 0;
+    for (size_t i = 0; i < floats(t); i++)
+        bad += !(t->data[i] >= 0 && t->data[i] <= 1);
+    CHECK_MSG(!bad, "%d entries are not 0 to 1", bad);
+}
+
+/* Largest step between neighbours, and change of that step. */
+static void check_smooth(const ibl_lobe_table *t, int channel, double step,
+                         double bow)
+{
+    double steepest = 0, most = 0;
+    for (int k = 0; k < IBL_LOBE_LAYERS; k++)
+        for (int j = 1; j + 1 < t->size; j++)
+            for (int i = 1; i + 1 < t->size; i++) {
+                const double here = texel(t, k, i, j)[channel];
+                const double w = texel(t, k, i - 1, j)[channel],
+                             e = texel(t, k, i + 1, j)[channel],
+                             s = texel(t, k, i, j - 1)[channel],
+                             n = texel(t, k, i, j + 1)[channel];
+                steepest = fmax(steepest, fmax(fabs(e - here), fabs(n - here)));
+                most = fmax(
+                    most, fmax(fabs(e - 2 * here + w), fabs(n - 2 * here + s)));
+            }
+    test_measured("a step", steepest, step);
+    test_measured("a bow", most, bow);
+    CHECK_MSG(steepest <= step && most <= bow, "channel %d: step %g, bow %g",
+              channel, steepest, most);
+}
+
+TEST(smooth)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    for (int map = 0; map < 2; map++) {
+        ibl_lobe_table_options o = ibl_lobe_table_options_default();
+        ibl_specular_options s = ibl_specular_options_default();
+        s.mapping = (ibl_roughness_map)map;
+        NEED(!ibl_specular_layout_of(&s, &o.layout));
+        const ibl_lobe_table t = bake(ctx, &o);
+        check_range(&t);
+        check_smooth(&t, 0, 0.25, 0.12);
+        check_smooth(&t, 1, 0.18, 0.11);
+        check_smooth(&t, 2, 0.12, 0.12);
+        check_smooth(&t, 3, 0.3, 0.2);
+    }
+}
+
+/* A mirror is looked up in R at level 0. One tap has no distance. */
+TEST(ends)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    const ibl_lobe_table t = bake(ctx, NULL);
+    NEED(t.size == 64);
+    for (int layer = 0; layer < IBL_LOBE_LAYERS; layer++)
+        for (int i = 0; i < t.size; i++) {
+            const float *q = texel(&t, layer, i, 0);
+            CHECK(q[0] < 0.01f && q[1] < 0.01f && q[2] < 0.01f && q[3] < 0.01f);
+            /* At r = 1 at least half of the light is irradiance. */
+            const float *end = texel(&t, layer, i, t.size - 1);
+            CHECK(end[2] > 0.5f || end[0] > 0.5f || layer % 2);
+            for (int j = 0; j < t.size && layer < 2; j++)
+                CHECK(texel(&t, layer, i, j)[3] <= 0);
+        }
+}
+
+TEST(thread_counts)
+{
+    const ibl_lobe_table_options o = ibl_lobe_table_options_default();
+    const ibl_lobe_table one = bake(test_ctx(1, IBL_ISA_AUTO), &o);
+    const ibl_lobe_table three = bake(test_ctx(3, IBL_ISA_AUTO), &o);
+    CHECK(!memcmp(one.data, three.data, floats(&one) * sizeof *one.data));
+}
+
+/* A spectrum counts by its shape alone; one without detail is no map's. */
+TEST(spectra)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_lobe_table_options o = ibl_lobe_table_options_default();
+    double power[513] = {7};
+    o.size = 16;
+    const ibl_lobe_table prior = bake(ctx, &o);
+    o.power = power;
+    o.power_degree = 512;
+    const ibl_lobe_table flat = bake(ctx, &o);
+    for (int l = 1; l <= 512; l++)
+        power[l] = 1e6 * pow(l, -1.2);
+    const ibl_lobe_table same = bake(ctx, &o);
+    o.power_degree = 128;
+    const ibl_lobe_table shorter = bake(ctx, &o);
+    double worst = 0, off = 0;
+    for (size_t i = 0; i < floats(&prior); i++) {
+        worst = fmax(worst, fabs((double)(prior.data[i] - same.data[i])));
+        off = fmax(off, fabs((double)(prior.data[i] - shorter.data[i])));
+    }
+    CHECK(!memcmp(prior.data, flat.data, floats(&prior) * sizeof *flat.data));
+    CHECK_NEAR(worst, 0, 1e-3);
+    CHECK_NEAR(off, 0, 0.1);
+}
+
+/* Any chain has a table in range: one level, many, parts of the range. */
+TEST(chains)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    static const struct {
+        int size, levels;
+        double from, to;
+    } chains[] = {{1, 1, 0, 1},      {2, 2, 0, 1},       {4, 3, 0, 1},
+                  {64, 1, 0.5, 0.5}, {256, 0, 0.3, 0.8}, {16384, 15, 0, 1}};
+    for (size_t i = 0; i < sizeof chains / sizeof *chains; i++) {
+        ibl_lobe_table_options o = ibl_lobe_table_options_default();
+        ibl_specular_options s = ibl_specular_options_default();
+        s.size = chains[i].size;
+        s.levels = chains[i].levels;
+        s.roughness_min = chains[i].from;
+        s.roughness_max = chains[i].to;
+        NEED(!ibl_specular_layout_of(&s, &o.layout));
+        o.size = 8;
+        const ibl_lobe_table t = bake(ctx, &o);
+        check_range(&t);
+        if (o.layout.levels == 1)
+            CHECK(texel(&t, 0, 4, 7)[1] <= 0);
+    }
+}
+
+TEST(refused)
+{
+    test_messages kept = {0};
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
+    const ibl_lobe_table_options usual = ibl_lobe_table_options_default();
+    ibl_lobe_table t = {0};
+    const double power[2] = {1, 1};
+    ibl_lobe_table_options o = usual;
+    o.size = 3;
+    CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
+    CHECK(test_said(&kept, "must be 4 to 256"));
+    o.size = 257;
+    CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
+    o = usual;
+    o.layout.levels = 0;
+    CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
+    o = usual;
+    o.layout.roughness[3] = o.layout.roughness[2] - 0.1;
+    CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
+    CHECK(test_said(&kept, "rising"));
+    o = usual;
+    o.power = power;
+    CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
+    CHECK(!t.data);
+    CHECK(ibl_bake_lobe_table(ctx, NULL, NULL) == IBL_ERR_ARGUMENT);
+}
+
+/* ---- of a map -------------------------------------------------------------
+ */
+
+static void free_result(void *result)
+{
+    ibl_bake_result_free(result);
+}
+
+/* The power is that of the coefficients, lights and mean included. */
+TEST(power_of_map)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_image map;
+    NEED(!ibl_image_alloc(ctx, 96, 48, &map));
+    map = test_image(map);
+    map_fill(&map, 5);
+    map_set(&map, 31, 20, 2e5f, 1e5f, 1e4f);
+    const ibl_environment env = {.image = &map};
+    ibl_bake_options o = ibl_bake_options_default();
+    ibl_bake_result *r = test_alloc(1, sizeof *r);
+    o.specular = 0;
+    o.sh_degree = 128;
+    o.power = 1;
+    NEED(!ibl_bake_environment(ctx, &env, &o, r));
+    test_defer(free_result, r);
+    NEED(r->power && r->power_degree >= 128);
+    for (int l = 0; l <= 128; l += 16) {
+        double sum = 0;
+        for (int i = 3 * l * l; i < 3 * (l + 1) * (l + 1); i++)
+            sum += r->sh[i] * r->sh[i];
+        CHECK_NEAR(r->power[l] * (2 * l + 1) / sum, 1, 1e-6);
+    }
+}
+
+/* ---- textures -------------------------------------------------------------
+ */
+
+static float half_of(const unsigned char *bytes)
+{
+    const int word = bytes[0] | bytes[1] << 8;
+    const int exponent = word >> 10 & 31, fraction = word & 1023;
+    const double value =
+        exponent ? ldexp(1024 + fraction, exponent - 25) : ldexp(fraction, -24);
+    return (float)(word & 0x8000 ? -value : value);
+}
+
+static void free_texture(void *tex)
+{
+    ibl_texture_free(tex);
+}
+
+static void round_trip(ibl_ctx *ctx, const ibl_texture *tex,
+                       ibl_container container)
+{
+    ibl_texture *read = test_alloc(1, sizeof *read);
+    void *bytes = NULL;
+    size_t size;
+    NEED(!ibl_texture_encode(ctx, tex, container, &bytes, &size));
+    const ibl_status status =
+        ibl_texture_decode(ctx, "table", bytes, size, read, NULL);
+    ibl_bytes_free(bytes);
+    NEED(!status);
+    test_defer(free_texture, read);
+    CHECK(read->layers == IBL_LOBE_LAYERS && read->faces == 1);
+    CHECK(read->width == tex->width && read->height == tex->height);
+    CHECK(read->bytes == tex->bytes &&
+          !memcmp(read->data, tex->data, tex->bytes));
+}
+
+TEST(texture)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_lobe_table_options o = ibl_lobe_table_options_default();
+    ibl_texture *tex = test_alloc(1, sizeof *tex);
+    o.size = 8;
+    const ibl_lobe_table t = bake(ctx, &o);
+    NEED(!ibl_texture_from_lobe_table(ctx, &t, tex));
+    test_defer(free_texture, tex);
+    CHECK(tex->pixel == IBL_PIXEL_RGBA16F && tex->bytes == 2 * floats(&t));
+    for (int layer = 0; layer < IBL_LOBE_LAYERS; layer++) {
+        const unsigned char *from =
+            tex->data + ibl_texture_layer_offset(tex, 0, layer, 0);
+        for (int i = 0; i < CHANNELS * 8 * 8; i++)
+            CHECK_NEAR(half_of(from + 2 * i), texel(&t, layer, 0, 0)[i], 3e-4);
+    }
+    for (int c = 0; c < IBL_CONTAINER_COUNT; c++)
+        round_trip(ctx, tex, (ibl_container)c);
+}
