@@ -18,15 +18,16 @@ long=1000.$$
 ended() { ! pgrep -xf "sleep $long"; }
 
 # A name that has to be quoted everywhere.
-env="$work/it's a sky.exr"
+env="$work/it's a sky.hdr"
 sky=$top/data/sky.exr
-cp "$sky" "$env"
+${CC:-cc} -std=c11 -Itests -o "$work/mkenv" tests/cli/mkenv.c \
+    tests/float_exr.c -lm && "$work/mkenv" hdr 128 64 >"$env"
 
 # ---- a run with all reports ------------------------------------------------
 # The peer is ourselves with the settings of the base, so its error is known.
 "$program" bench -q "$env" --sizes 16,32 --samples 16,64 --threads 1,23 --isa c \
     --source-sizes 32,100 --rounds 4 --texels 24 \
-    --bake '--irradiance-size 8 --levels 3' \
+    --bake '--irradiance-size 8 --levels 3 --lut-size 16' \
     --variant 'two=--levels 2 --size 32 --lut-size 8' \
     --variant 'sheen=--method spectral --lobe charlie' \
     --variant 'turned=--method spectral --rotate 90' \
@@ -306,7 +307,7 @@ scarce() {
         return
     for ((at = 0; at < 30; at++)); do
         LD_PRELOAD=$work/no_memory.so NO_MEMORY_AT=$at \
-            "$program" bench "${small[@]}" "$sky" >/dev/null 2>&1
+            "$program" bench "${small[@]}" "$env" >/dev/null 2>&1
         [ -z "$(nothing_left)" ] || echo "after $at: $(nothing_left)"
         rm -rf "${work:?}"/tmp/*
     done

@@ -11,7 +11,8 @@ check_page() { # PAGE, of the command in run
     page=$1
     # One line an option: its forms as --help writes them, a tab, the
     # explanation.
-    "${run[@]}" --help | awk '
+    "${run[@]}" --help >"$work/printed"
+    awk '
         /^  -|^      --/ {
             if (entry) print entry "\t" text
             split(substr($0, 3), part, /   +| +[a-z0-9A-Z].*   /)
@@ -26,7 +27,7 @@ check_page() { # PAGE, of the command in run
             sub(/^ */, ""); text = text " " $0; next
         }
         { if (entry) print entry "\t" text; entry = "" }
-        END { if (entry) print entry "\t" text }' >"$work/help"
+        END { if (entry) print entry "\t" text }' "$work/printed" >"$work/help"
 
     # The same of the page: "-o, --output DIR", from
     # ".It Fl o , Fl -output Ar DIR".
@@ -38,12 +39,15 @@ check_page() { # PAGE, of the command in run
     # Each long name is known to the parser as what the page says it is: with a
     # value or without.
     while IFS= read -r entry; do
-        name=$(echo "$entry" | sed 's/.*--\([a-z-]*\).*/\1/')
+        name=${entry##*--}
+        name=${name%% *}
         case $entry in
         *' '[A-Z]*) got=$("${run[@]}" "--$name" 2>&1) want='has no value' ;;
         *) got=$("${run[@]}" "--$name=x" 2>&1) want='takes no value' ;;
         esac
-        verdict "$page: parser: $name" "$(echo "$got" | grep -v "$want")"
+        why=$got
+        [[ $got != *"$want"* || $got == *$'\n'* ]] || why=
+        verdict "$page: parser: $name" "$why"
     done <"$work/page"
 
     # Ranges and defaults: what --help has in its last parentheses must be in
@@ -51,39 +55,38 @@ check_page() { # PAGE, of the command in run
     # (Bold is written as a letter, a backspace and the letter again.)
     mandoc -Tascii -O width=1000 "$page" | sed 's/.\x08//g' >"$work/text"
     while IFS=$'\t' read -r entry text; do
-        facts=$(echo "$text" | sed -n 's/.* (\(.*\))$/\1/p')
         case $text in
-        *' ('*'(both 0)'*) facts=${text#* (} facts=${facts%)} ;;
+        *' ('*'(both 0)'*) facts=${text#* (} ;;
+        *' ('*')') facts=${text##* (} ;;
+        *) continue ;;
         esac
-        [ -n "$facts" ] || continue
+        facts=${facts%)}
         block=$(awk -v entry="$entry" '
             $0 ~ "^ *-" { s = $0; sub(/^ +/, "", s)
                 on = index(s " ", entry " ") == 1 }
             on' "$work/text" | tr -s ' \n' ' ')
-        echo "$facts" | sed 's/; /\n/g' | while IFS= read -r fact; do
-            case $block in
-            *"$fact"*) ;;
-            *) echo "no '$fact' under it" ;;
-            esac
-        done >"$work/why"
-        verdict "$page: $entry" "$(cat "$work/why")"
+        why=
+        while IFS= read -r fact; do
+            [[ $block == *"$fact"* ]] || why="$why no '$fact' under it"
+        done <<<"${facts//; /$'\n'}"
+        verdict "$page: $entry" "$why"
     done <"$work/help"
 
     # The headings of --help are headings of the page, as it is read: a word
     # that is a macro of mdoc would be another there.
-    MANWIDTH=80 man -l "$page" 2>/dev/null | sed 's/.\x08//g' >"$work/read"
-    "${run[@]}" --help | sed -n 's/^\([A-Z][A-Za-z ]*\):$/\1/p' |
+    MANWIDTH=80 man -l "$page" 2>"$work/man" | sed 's/.\x08//g' >"$work/read"
+    sed -n 's/^\([A-Z][A-Za-z ]*\):$/\1/p' "$work/printed" |
         while read -r heading; do
             grep -q "^ *$heading\$" "$work/read" || echo "no '$heading'"
         done >"$work/why"
     verdict "$page: headings" "$(cat "$work/why")"
 
     # Short forms parse.
-    verdict "$page: -h" "$("${run[@]}" -h | cmp - <("${run[@]}" --help))"
-    verdict "$page: columns" "$("${run[@]}" --help | awk 'length > 80')"
-    verdict "$page: named by --help" "$("${run[@]}" --help |
-        grep -q "man $(basename "$page" .1)\$" || echo it is not)"
-    verdict "$page: man" "$(MANWIDTH=80 man -l "$page" 2>&1 >/dev/null)"
+    verdict "$page: -h" "$("${run[@]}" -h | cmp - "$work/printed")"
+    verdict "$page: columns" "$(awk 'length > 80' "$work/printed")"
+    verdict "$page: named by --help" "$(
+        grep -q "man $(basename "$page" .1)\$" "$work/printed" || echo it is not)"
+    verdict "$page: man" "$(cat "$work/man")"
     verdict "$page: mandoc" "$(mandoc -Tlint -Wstyle "$page" 2>&1 |
         grep -v outdated)"
 }

@@ -100,13 +100,13 @@ map_of() { # COUNT BYTES...
 js() { # ARGUMENTS
     {
         cat <<'END'
-import fs from 'fs';
+const fs = require('fs');
 const json = name => JSON.parse(fs.readFileSync(name));
 const near = (what, got, want, by) => Math.abs(got - want) <= by ||
     console.log(`${what}: ${got}, not ${want}`);
 END
         cat
-    } | node --input-type=module - "$@"
+    } | node - "$@"
 }
 need() { # PROGRAM
     command -v "$1" >/dev/null || { echo "$1 is missing"; exit 1; }

@@ -5,7 +5,6 @@ set -u
 build=${BUILD:-build}
 bad=0
 complain() { echo "lint: $*"; bad=$((bad + 1)); }
-files=$(git ls-files)
 code=$(git ls-files '*.c' '*.h' '*.cpp')
 shaders=$(git ls-files src/view/shaders)
 public=$(git ls-files 'include/*.glsl' 'include/*.hlsl')
@@ -20,19 +19,19 @@ sed -E -f include/ibl/hlsl.sed include/ibl/ibl.glsl |
     complain 'ibl.hlsl is not what ibl.glsl says: make format'
 
 # White space at line ends, tabs, and a newline at the end of every text.
-for f in $files; do
-    case $f in *.exr | *.hdr | *.png) continue ;; esac
-    [ -f "$f" ] || continue
-    grep -nE '[[:blank:]]$' "$f" /dev/null && complain "$f: trailing blanks"
-    [ ! -s "$f" ] || [ -z "$(tail -c 1 "$f")" ] || complain "$f: no newline"
-done
+git ls-files -z -- ':!*.exr' ':!*.hdr' ':!*.png' | xargs -0 perl -ne '
+    warn("$ARGV:$.: trailing blanks\n"), $bad = 1 if /[ \t]$/;
+    warn("$ARGV: no newline\n"), $bad = 1 if eof && !/\n\z/;
+    close ARGV if eof;
+    END { $? = $bad }' || complain 'white space'
 awk 'length > 80 { print FILENAME ":" FNR; n++ } END { exit n > 0 }' $code \
     $shaders $public || complain 'lines over 80 columns'
 
 # Every header compiles alone, the public ones in C++ too.
+exr=$(pkg-config --cflags OpenEXR)
 for h in $(git ls-files '*.h'); do
     ${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -Itests \
-        $(pkg-config --cflags OpenEXR) -mavx2 -mfma -fsyntax-only -x c "$h" ||
+        $exr -mavx2 -mfma -fsyntax-only -x c "$h" ||
         complain "$h: does not compile alone"
 done
 for h in include/ibl/*.h; do
@@ -90,16 +89,8 @@ fi
 
 # Includes point downwards: room, then the rooms it may name.
 while read -r room allowed; do
-    for f in $(git ls-files "src/$room/*.[ch]" "src/$room/*.cpp"); do
-        sed -n 's/^#include "\(.*\)"/\1/p' "$f" | while read -r inc; do
-            case $inc in ibl/*) continue ;; esac
-            ok=
-            for a in $allowed; do
-                case $inc in "$a"/*) ok=1 ;; esac
-            done
-            [ -n "$ok" ] || echo "$f includes $inc"
-        done
-    done
+    git grep '^#include "' -- "src/$room/*.[ch]" "src/$room/*.cpp" |
+        grep -vE "\"(ibl|$(echo "$allowed" | tr ' ' '|'))/"
 done >"$build/layers.txt" <<'ROOMS'
 core core
 image image core kern
@@ -116,10 +107,8 @@ ROOMS
     cat "$build/layers.txt"
     complain 'includes against the arrows'
 }
-for f in $(git ls-files 'src/common/*' 'src/cli/*' 'src/view/*'); do
-    grep -nE '#include "(core|image|brdf|kern|bake|probe|io)/' "$f" &&
-        complain "$f: programs see include/ only"
-done
+git grep -nE '#include "(core|image|brdf|kern|bake|probe|io)/' -- src/common \
+    src/cli src/view && complain 'programs see include/ only'
 # No module, NAME.h with NAME.c and NAME_simd.c, needs itself through others.
 git grep '^#include "' -- 'src/*.[ch]' 'src/*.cpp' |
     sed -E 's/^src\///; s/(_simd|_lanes)?\.(c|h|cpp):.*"(.*)"$/ \3/

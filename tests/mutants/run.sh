@@ -63,8 +63,11 @@ mutated() {
 
 # Checks that the mutant's lines and the tests that it names exist.
 look() {
-    local t
-    { [ -f "$file" ] && mutated >/dev/null; } || mistake 'NOT FOUND'
+    local t text once
+    text=$(cat "$file" 2>/dev/null)$'\n'
+    once=${text/"$old"/+}
+    [ "$old" != "$new" ] && [ "$once" != "$text" ] &&
+        [[ $once != *"$old"* ]] || mistake 'NOT FOUND'
     for t in $tests; do
         case $t in
         *.sh) [ -f "tests/$t" ] ;;
