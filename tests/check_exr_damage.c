@@ -62,18 +62,30 @@ static bool survives(const unsigned char *bytes, size_t size,
            !strchr(test_exr_kept.text[0], '\n');
 }
 
+/* The files of most tests, which the first of them writes. */
+static void begin(void)
+{
+    static bool written;
+
+    test_exr_begin(2, 24, 40);
+    NEED(written ||
+         file_run("oiiotool s.pfm -d half --compression zip -o zip.exr "
+                  "--compression piz -o piz.exr --compression none -o none.exr "
+                  "--tile 16 16 --compression zip -o tiles.exr --compression "
+                  "piz -o piz_tiles.exr --compression b44 -o b44.exr "
+                  "--scanline --compression zip s.pfm s.pfm --siappend -o "
+                  "parts.exr"));
+    written = true;
+}
+
 TEST(cut_short)
 {
-    test_exr_begin(2, 24, 40);
-
-    NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr "
-                  "--compression piz -o 1.exr --tile 16 16 --compression b44 "
-                  "-o 2.exr --scanline --compression zip s.pfm s.pfm "
-                  "--siappend -o 3.exr"));
+    static const char *const names[] = {"zip.exr", "piz.exr", "b44.exr",
+                                        "parts.exr"};
+    begin();
     for (int i = 0; i < 4; i++) {
-        char name[] = "0.exr";
+        const char *name = names[i];
         size_t size;
-        name[0] = (char)('0' + i);
         unsigned char *bytes = file_load(file_path(name), &size);
         ibl_status status;
         /* A multi-part file's first part may be whole in a cut file. */
@@ -154,15 +166,12 @@ TEST(absurd_claims)
                                        {0, 0, 65535, 39},
                                        {0, 0, 23, 0x3ffffff},
                                        {0x3ffffff0, 0, 0x3ffffff8, 9}};
-    test_exr_begin(2, 24, 40);
-
-    NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr --tile 16 "
-                  "16 -o 1.exr --compression none --scanline -o 2.exr"));
+    static const char *const names[] = {"zip.exr", "tiles.exr", "none.exr"};
+    begin();
     for (int i = 0; i < 3; i++) {
-        char name[] = "0.exr";
+        const char *name = names[i];
         size_t size;
         ibl_status status;
-        name[0] = (char)('0' + i);
         unsigned char *bytes = file_load(file_path(name), &size);
         for (size_t b = 0; b < sizeof boxes / sizeof boxes[0]; b++) {
             for (int both = 0; both < 2; both++) {
@@ -230,12 +239,10 @@ TEST(zip_streams)
                   {PIXELS + 1, 0, 0, false}, {PIXELS / 2, 0, 0, false},
                   {0, 0, 0, false},          {9 * PIXELS, 0, 0, false}};
     static const Bytef raw[9 * PIXELS];
-    test_exr_begin(2, 24, 40);
+    begin();
     size_t size;
-
-    NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr"));
-    unsigned char *bytes = file_load(file_path("0.exr"), &size);
-    unsigned char *data = bytes + first_block(file_path("0.exr"));
+    unsigned char *bytes = file_load(file_path("zip.exr"), &size);
+    unsigned char *data = bytes + first_block(file_path("zip.exr"));
     NEED(data > bytes);
     for (size_t b = 0; b < sizeof blocks / sizeof blocks[0]; b++) {
         uLongf packed = PIXELS / 2;
@@ -254,16 +261,13 @@ TEST(zip_streams)
  * itself opens a file whose compression it had no room to remember. */
 TEST(out_of_memory)
 {
-    test_exr_begin(2, 24, 40);
-
-    NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr --tile "
-                  "16 16 --compression piz -o 1.exr"));
+    static const char *const names[] = {"zip.exr", "piz_tiles.exr"};
+    begin();
     for (int i = 0; i < 2; i++) {
-        char name[] = "0.exr";
+        const char *name = names[i];
         ibl_status status = IBL_ERR_MEMORY;
         size_t size;
         int n = 0;
-        name[0] = (char)('0' + i);
         unsigned char *bytes = file_load(file_path(name), &size);
         for (; n < 200 && status; n++) {
             grants = n;
