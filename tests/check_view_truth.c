@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "files.h"
 #include "ibl/reference.h"
 #include "sets.h"
 #include "shade.h"
@@ -679,4 +680,49 @@ TEST(skybox)
     CHECK(view_renderer_load(on.renderer, &rough));
     CHECK(largest_difference(add(8), whole) < 1e-4);
     view_set_free(&rough);
+}
+
+/* Twice the lights, turned, in a file. */
+static void save_twice(void)
+{
+    ibl_image map, turned;
+    const int n = 64;
+
+    NEED(!ibl_image_alloc(on.ctx, n, n / 2, &map) &&
+         !ibl_image_alloc(on.ctx, n, n / 2, &turned));
+    lights(&map);
+    for (int i = 0; i < n * n / 2; ++i)
+        for (int k = 0; k < 3; ++k)
+            turned.data[3 * i + k] =
+                2 * map.data[3 * (i / n * n + (i + n / 4) % n) + k];
+    NEED(file_save_exr(file_path("twice.exr"), &turned, NULL));
+    ibl_image_free(&map);
+    ibl_image_free(&turned);
+}
+
+/* The map, if it is at hand, with the turn that it was baked with, or level 0
+ * with a note. */
+TEST(map)
+{
+    begin(lights, 1, 2);
+    on.settings.sky = false;
+    const float *level0 = add(8);
+    CHECK(!strcmp(view_renderer_environment(on.renderer), "level 0"));
+    save_twice();
+    on.set.source = strdup(file_path("twice.exr"));
+    on.set.source_yaw = -90;
+    NEED(view_renderer_load(on.renderer, &on.set));
+    const float *twice = add(8);
+    CHECK(view_renderer_environment(on.renderer) == on.set.source);
+    double square = 0, all = 0;
+    for (size_t i = 0; i < count_floats(); ++i) {
+        square += pow(twice[i] - 2.0 * level0[i], 2);
+        all += pow(twice[i], 2);
+    }
+    CHECK_MSG(sqrt(square / all) < 2e-3, "off by %g", sqrt(square / all));
+    NEED(file_save(on.set.source, "no map", 6));
+    view_test_catch();
+    NEED(view_renderer_load(on.renderer, &on.set));
+    CHECK(strstr(view_test_caught(), "cannot be read again"));
+    CHECK(largest_difference(add(8), level0) < 1e-5);
 }

@@ -36,7 +36,9 @@ typedef struct baked_set {
      * from the last level if its roughness is 1, else from the spherical
      * harmonics. A note reports both. */
     ibl_texture texture[VIEW_CONTENTS];
-    char *path[VIEW_FILES];           /* NULL: none */
+    char *path[VIEW_FILES]; /* NULL: none */
+    char *source;      /* the map of the set, if its file is at hand, or NULL */
+    double source_yaw; /* its turn, as of ibl_cube_from_latlong */
     view_file_stamp seen[VIEW_FILES]; /* state just before reading */
 
     ibl_roughness_map mapping;
@@ -84,6 +86,13 @@ bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set);
 bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
                                const ibl_specular_options *specular,
                                baked_set *set);
+
+/* Makes the environment that the reference integrates: the map of the set, if
+ * it is at hand, as a cube of RGBA32F, which nothing clips. *env zeroed: it is
+ * the skybox if level 0 is rough, else level 0. *what: which, until the set is
+ * freed. False, with a message: no memory. */
+bool view_set_environment(const baked_set *set, ibl_texture *env,
+                          const char **what);
 
 /* ---- files that change ------------------------------------------------- */
 

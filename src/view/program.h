@@ -46,6 +46,7 @@ enum {
     VIEW_TRUTH_UNIT_PASS = VIEW_UNIT_COUNT,
     VIEW_TRUTH_UNIT_TOKENS,
     VIEW_TRUTH_UNIT_CHANCE,
+    VIEW_TRUTH_UNIT_MAP,                      /* samplerCube environment_map */
     VIEW_ROOM_UNIT_DYNAMIC = VIEW_UNIT_COUNT, /* specular, irradiance */
     VIEW_ROOM_UNIT_LOCALS = VIEW_ROOM_UNIT_DYNAMIC + 2, /* the same */
     VIEW_ROOM_UNIT_BUFFER = VIEW_ROOM_UNIT_LOCALS + 2,

@@ -430,6 +430,11 @@ int view_renderer_samples(const view_renderer *r)
     return r->has_truth ? view_truth_samples(r->truth) : 0;
 }
 
+const char *view_renderer_environment(const view_renderer *r)
+{
+    return r->has_truth ? view_truth_environment(r->truth) : NULL;
+}
+
 void view_renderer_restart(view_renderer *r)
 {
     if (r->truth)

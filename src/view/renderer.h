@@ -56,6 +56,8 @@ view_scene *view_renderer_stage(const view_renderer *r);
 void view_renderer_pace(view_renderer *r, int samples);
 /* Samples per pixel of the reference; 0: the last draw had none. */
 int view_renderer_samples(const view_renderer *r);
+/* What it integrates, as "level 0"; NULL: the last draw had none. */
+const char *view_renderer_environment(const view_renderer *r);
 /* Restarts the reference. */
 void view_renderer_restart(view_renderer *r);
 /* Relative RMSE of each sphere against the other reflection, as view_errors;

@@ -25,10 +25,13 @@ bool view_report_print(const view_renderer *r, const view_settings *s)
 
     if (count != view_grid(s, spheres))
         return false;
-    printf("relative RMSE of %s against %s, %d samples a pixel\n"
-           "metallic \\ roughness",
+    printf("relative RMSE of %s against %s",
            view_reflection_names[s->reflection],
-           view_reflection_names[s->against], view_renderer_samples(r));
+           view_reflection_names[s->against]);
+    if (view_renderer_environment(r))
+        printf(", %d samples a pixel of %s", view_renderer_samples(r),
+               view_renderer_environment(r));
+    printf("\nmetallic \\ roughness");
     for (int i = 0; i < s->columns; i++)
         printf(" %7.3f", spheres[i].roughness);
     putchar('\n');

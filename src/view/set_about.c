@@ -272,6 +272,28 @@ bool view_sidecar_sh(const json_t *root, baked_set *set)
     return true;
 }
 
+/* Where it was for iblbake, or beside the sidecar. */
+bool view_sidecar_source(const json_t *root, baked_set *set)
+{
+    const char *side = set->path[VIEW_SIDECAR];
+    const char *path = text_of(json_object_get(root, "source"), "path");
+    struct stat st;
+
+    set->source_yaw = json_number_value(
+        json_object_get(json_object_get(root, "orientation"), "yaw_deg"));
+    for (int i = 0; i < 2 && path && !set->source; i++) {
+        char *found =
+            i ? ibl_path_beside(side, ibl_path_name(path)) : strdup(path);
+        if (!found)
+            return view_file_no_memory(path);
+        if (!stat(found, &st) && S_ISREG(st.st_mode))
+            set->source = found;
+        else
+            free(found);
+    }
+    return true;
+}
+
 /* ---- two accounts of one file ---------------------------------------- */
 
 /* Adds the values that only `from` knows. Returns whether both know a value and

@@ -3,14 +3,17 @@
 #include "view/set_parts.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "common/path.h"
 #include "view/message.h"
 
 enum {
-    SH_EDGE = 16,   /* of an irradiance map made from harmonics */
-    MAP_EDGE = 128, /* largest edge of the cube that becomes a map */
-    LAST_EDGE = 8   /* smaller levels are too coarse for irradiance */
+    SH_EDGE = 16,     /* of an irradiance map made from harmonics */
+    MAP_EDGE = 128,   /* largest edge of the cube that becomes a map */
+    MOST_EDGE = 1024, /* of the reference's environment */
+    LAST_EDGE = 8     /* smaller levels are too coarse for irradiance */
 };
 
 /* Highest roughness of a level 0 that is summed: alpha 0.04 widens the cosine's
@@ -248,10 +251,75 @@ bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set)
     *set = (baked_set){.name = view_file_stem(path)};
     set->path[VIEW_MAP] = strdup(path);
     view_set_see(set, VIEW_MAP);
+    if (set->seen[VIEW_MAP].size >= 0)
+        set->source = strdup(path);
     if (!set->path[VIEW_MAP])
         view_fail("%s: no memory to bake it", path);
     else if (bake_source(ctx, path, set))
         return true;
     view_set_free(set);
     return false;
+}
+
+/* ---- the reference's environment ---------------------------------------- */
+
+/* As fine as the map and as level 0. */
+static ibl_status cube_of_map(ibl_ctx *ctx, const baked_set *set,
+                              ibl_texture *env)
+{
+    ibl_image map = {0};
+    ibl_cube cube = {0};
+
+    ibl_status status = ibl_image_read(ctx, set->source, NULL, &map, NULL);
+    int edge = map.width / 4 < MOST_EDGE ? map.width / 4 : MOST_EDGE;
+    if (edge < set->texture[VIEW_SPECULAR].width)
+        edge = set->texture[VIEW_SPECULAR].width;
+    if (!status)
+        status = ibl_cube_alloc(ctx, edge, 1, &cube);
+    if (!status)
+        status = ibl_cube_from_latlong(ctx, &map, set->source_yaw, &cube);
+    if (!status)
+        status = ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA32F,
+                                       IBL_OVERFLOW_CLIP, env, NULL);
+    ibl_cube_free(&cube);
+    ibl_image_free(&map);
+    return status;
+}
+
+/* Level 0 or the skybox, and whether its format clips it. */
+static const char *name_of_cube(const baked_set *set)
+{
+    const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
+    ibl_cube level0 = {0};
+
+    if (set->roughness[0] > 0 && set->texture[VIEW_SKY].data)
+        return "the skybox";
+    if (ibl_cube_alloc(NULL, tex->width, 1, &level0))
+        return "level 0";
+    const bool clipped =
+        decode_level(set, 0, &level0) >= ibl_pixel_max(tex->pixel);
+    ibl_cube_free(&level0);
+    return clipped ? "level 0, which is clipped" : "level 0";
+}
+
+bool view_set_environment(const baked_set *set, ibl_texture *env,
+                          const char **what)
+{
+    ibl_ctx_options o = ibl_ctx_options_default();
+    ibl_ctx *ctx;
+    char *bridge = ibl_bridge_beside();
+
+    *env = (ibl_texture){0};
+    *what = set->source;
+    o.bridge = bridge;
+    const ibl_status made = ibl_ctx_create(&o, &ctx);
+    free(bridge);
+    if (made)
+        return view_fail("no memory for the reference");
+    if (set->source && cube_of_map(ctx, set, env))
+        view_note("%s: cannot be read again, for the reference", set->source);
+    if (!env->data)
+        *what = name_of_cube(set);
+    ibl_ctx_free(ctx);
+    return true;
 }

@@ -280,7 +280,8 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
                     open_other(&o, VIEW_LUT, what->lut) &&
                     open_other(&o, VIEW_SKY, what->sky) &&
                     open_other(&o, VIEW_LOBES, NULL) &&
-                    view_sidecar_sh(o.sidecar, set);
+                    view_sidecar_sh(o.sidecar, set) &&
+                    view_sidecar_source(o.sidecar, set);
     json_decref(o.sidecar);
     if (ok && !set->texture[VIEW_LUT].data)
         view_note("%s: has no BRDF table: made with the geometry %s", set->name,
@@ -297,6 +298,7 @@ void view_set_free(baked_set *set)
         ibl_texture_free(&set->texture[i]);
     for (int i = 0; i < VIEW_FILES; i++)
         free(set->path[i]);
+    free(set->source);
     free(set->name);
     *set = (baked_set){0};
 }

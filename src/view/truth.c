@@ -29,7 +29,9 @@ static const double quick_seconds = 0.05, slow_seconds = 0.1;
 struct view_truth {
     GLuint spheres, sky, mean; /* programs */
     GLint first_sample, sample_count, part, environment, aim_edge;
-    GLuint tokens, chance; /* textures */
+    GLuint tokens, chance,
+        map;          /* textures; map 0: a texture of the set is it */
+    const char *what; /* what the environment is */
     GLuint target[TARGETS], framebuffer[TARGETS];
     int width, height;
     view_frame shown; /* frame of the samples so far */
@@ -73,6 +75,7 @@ void view_truth_free(view_truth *t)
     if (!t)
         return;
     gl.DeleteFramebuffers(TARGETS, t->framebuffer);
+    gl.DeleteTextures(1, &t->map);
     gl.DeleteTextures(1, &t->chance);
     gl.DeleteTextures(1, &t->tokens);
     gl.DeleteTextures(TARGETS, t->target);
@@ -95,23 +98,50 @@ static void upload_aim(view_truth *t, const view_aim *aim)
     gl.ActiveTexture(GL_TEXTURE0);
 }
 
+/* Uploads the map itself, if there is one, and returns its texture unit. */
+static int upload_map(view_truth *t, const ibl_texture *map, int unit)
+{
+    gl.DeleteTextures(1, &t->map);
+    t->map = 0;
+    if (!map->data)
+        return unit;
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_TRUTH_UNIT_MAP);
+    t->map = view_upload(map, false, t->what);
+    gl.ActiveTexture(GL_TEXTURE0);
+    return VIEW_TRUTH_UNIT_MAP;
+}
+
 bool view_truth_load(view_truth *t, const baked_set *set)
 {
     /* If level 0 is rough, a skybox has the sharper environment. */
     const bool sky = set->roughness[0] > 0.0 && set->texture[VIEW_SKY].data;
+    ibl_texture map;
     view_aim aim;
 
-    if (!view_aim_make(&set->texture[sky ? VIEW_SKY : VIEW_SPECULAR], &aim))
+    if (!view_set_environment(set, &map, &t->what))
         return false;
-    if (aim.edge)
+    const ibl_texture *from =
+        map.data ? &map : &set->texture[sky ? VIEW_SKY : VIEW_SPECULAR];
+    const bool ok = view_aim_make(from, &aim);
+    if (ok && aim.edge)
         upload_aim(t, &aim);
+    const int unit =
+        upload_map(t, &map, sky ? VIEW_UNIT_SKY : VIEW_UNIT_SPECULAR);
+    ibl_texture_free(&map);
+    if (!ok || (unit == VIEW_TRUTH_UNIT_MAP && !t->map))
+        return false;
     gl.UseProgram(t->spheres);
-    gl.Uniform1i(t->environment, sky ? VIEW_UNIT_SKY : VIEW_UNIT_SPECULAR);
+    gl.Uniform1i(t->environment, unit);
     gl.Uniform1i(t->aim_edge, aim.edge);
     gl.UseProgram(0);
     view_aim_free(&aim);
     view_truth_restart(t);
     return view_gl_check("the table of the environment's lights");
+}
+
+const char *view_truth_environment(const view_truth *t)
+{
+    return t->what;
 }
 
 void view_truth_restart(view_truth *t)

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The integral that the split sum approximates: for each pixel the whole BRDF
  * (GGX with the geometry of the table, Schlick's Fresnel, and the diffuse part)
- * against level 0, by importance sampling, accumulated over frames. N samples
- * are the first N of one sequence, however divided into frames. */
+ * against the map, or level 0 where that is not at hand, by importance
+ * sampling, accumulated over frames. N samples are the first N of one sequence,
+ * however divided into frames. */
 #ifndef VIEW_TRUTH_H
 #define VIEW_TRUTH_H
 
@@ -22,6 +23,8 @@ void view_truth_free(view_truth *t); /* NULL is fine */
 /* Makes the table of lights (aim.h) of a set, whose textures must be bound from
  * now on, and restarts. False, with a message. */
 bool view_truth_load(view_truth *t, const baked_set *set);
+/* What it integrates, as "level 0". */
+const char *view_truth_environment(const view_truth *t);
 /* Discards all samples; call it when the spheres have changed. */
 void view_truth_restart(view_truth *t);
 /*
