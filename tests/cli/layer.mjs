@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Compares a layer of a KTX2 array with a KTX2 of one layer, texel by texel.
-//   node layer.mjs ARRAY LAYER SINGLE
+// Compares layers of KTX2 arrays with KTX2 of one layer, texel by texel.
+//   node layer.mjs ARRAY LAYER SINGLE [ARRAY LAYER SINGLE ...]
 // Prints what differs; nothing: the same bytes.
 import fs from 'fs';
 
@@ -18,15 +18,19 @@ function levels(name) {
     return out;
 }
 
-const [array, layer, single] = process.argv.slice(2);
-const a = levels(array), b = levels(single);
-if (a.size !== b.size || a.level.length !== b.level.length || b.layers !== 1)
-    console.log(`${array}: another shape than ${single}`);
-else
-    a.level.forEach((texels, l) => {
-        const n = texels.length / a.layers;
-        if (Buffer.compare(texels.subarray(n * layer, n * layer + n),
-                           b.level[l]))
-            console.log(`${array}: layer ${layer}, level ${l}: not the ` +
-                        `texels of ${single}`);
-    });
+function compare(array, layer, single) {
+    const a = levels(array), b = levels(single);
+    if (a.size !== b.size || a.level.length !== b.level.length || b.layers !== 1)
+        console.log(`${array}: another shape than ${single}`);
+    else
+        a.level.forEach((texels, l) => {
+            const n = texels.length / a.layers;
+            if (Buffer.compare(texels.subarray(n * layer, n * layer + n),
+                               b.level[l]))
+                console.log(`${array}: layer ${layer}, level ${l}: not ` +
+                            `the texels of ${single}`);
+        });
+}
+
+for (let i = 2; i < process.argv.length; i += 3)
+    compare(...process.argv.slice(i, i + 3));
