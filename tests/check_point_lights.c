@@ -201,7 +201,7 @@ static ibl_patch point_at(const double d[3], const float energy[3])
 }
 
 /* Some anywhere, some on texel centres, corners of the cube and poles. */
-static void random_lights(ibl_light *lights, int count, int n)
+static void random_lights(ibl_patch_light *lights, int count, int n)
 {
     test_random r = {11};
     for (int i = 0; i < count; i++) {
@@ -252,7 +252,7 @@ static ibl_status light_level(ibl_ctx *ctx, const ibl_point_lights *bright,
 static double level_error(ibl_ctx *ctx, const lobe *l, int n, int count)
 {
     const ibl_lobe_shape shape = ibl_lobe_shape_of(l->of, l->alpha);
-    ibl_light *lights = test_alloc((size_t)(count + 1), sizeof *lights);
+    ibl_patch_light *lights = test_alloc((size_t)(count + 1), sizeof *lights);
     ibl_patch *patches = test_alloc((size_t)(count + 1), sizeof *patches);
     ibl_point_lights *bright = NULL;
     ibl_cube cube = {0};

@@ -85,7 +85,7 @@ int ibl_rule_nodes(double extent, double reach, double error)
 }
 
 int ibl_patch_points(const ibl_patch *p, double reach, double error,
-                     ibl_patch_rules *rules, ibl_light *out)
+                     ibl_patch_rules *rules, ibl_patch_light *out)
 {
     const double theta = middle_of(p), height = height_of(p);
     const int down = ibl_rule_nodes(height, reach, error);

@@ -45,10 +45,10 @@ int ibl_rule_nodes(double extent, double reach, double error);
 
 /* A point light: its direction, a unit vector in the world's axes, and its
  * radiance times solid angle. */
-typedef struct ibl_light {
+typedef struct ibl_patch_light {
     double direction[3];
     double rgb[3];
-} ibl_light;
+} ibl_patch_light;
 
 /* The rules of the previous patch along theta and phi, for reuse. */
 typedef struct ibl_patch_rules {
@@ -58,7 +58,7 @@ typedef struct ibl_patch_rules {
 /* Writes points that together have the light of a patch; returns their number.
  * out NULL: only counts them. */
 int ibl_patch_points(const ibl_patch *patch, double reach, double error,
-                     ibl_patch_rules *rules, ibl_light *out);
+                     ibl_patch_rules *rules, ibl_patch_light *out);
 
 /* Integral over a patch of the lobe around d, above the horizon, as exact as
  * `rule`. */

@@ -85,7 +85,8 @@ struct maker {
     ibl_point_lights *b;
     double reach[2]; /* distance of the lobe's singularities, by range */
     double error;
-    ibl_light *light; /* the pixels' points, before they are put in order */
+    ibl_patch_light
+        *light; /* the pixels' points, before they are put in order */
     int lights;
 };
 
@@ -316,7 +317,7 @@ static void share_along(const struct nodes *n, double x, double *share)
 
 /* Adds a light to the nodes of its cluster. */
 static void share_out(const struct frame *f, const struct nodes side[2],
-                      const ibl_light *light, double (*rgb)[3])
+                      const ibl_patch_light *light, double (*rgb)[3])
 {
     double share[2][MOST_NODES];
 
@@ -387,7 +388,7 @@ static void put_pixels(const struct maker *m)
 
     for (int i = 0; i < 2 * b->pixels; i++) {
         struct span *points = &b->pixel[i % b->pixels].points[i / b->pixels];
-        const ibl_light *light = m->light + points->first;
+        const ibl_patch_light *light = m->light + points->first;
         points->first = next;
         for (int k = 0; k < points->count; k++)
             put_point(light[k].direction, light[k].rgb, &b->point[next++]);
