@@ -48,6 +48,8 @@ TEST(contexts_and_images)
     ibl_cube cube, hollow = {.size = 8, .levels = 1};
     ibl_specular_options s = ibl_specular_options_default();
     ibl_specular_layout layout;
+    ibl_light light;
+    int count;
 
     o.log = count_line;
     REFUSES(ibl_ctx_create(&o, NULL));
@@ -70,6 +72,11 @@ TEST(contexts_and_images)
     REFUSES(ibl_cube_build_mips(ctx, NULL));
     REFUSES(ibl_cube_build_mips(ctx, &hollow));
     SILENT(ibl_cube_build_mips(NULL, &cube));
+    REFUSES(ibl_image_take_lights(ctx, NULL, 0, 1, &light, &count));
+    REFUSES(ibl_image_take_lights(ctx, &none, 0, 1, &light, &count));
+    REFUSES(ibl_image_take_lights(ctx, &map, 0, 1, NULL, &count));
+    REFUSES(ibl_image_take_lights(ctx, &map, 0, 1, &light, NULL));
+    SILENT(ibl_image_take_lights(NULL, &map, 0, 1, &light, &count));
     SILENT(ibl_specular_layout_of(NULL, &layout));
     SILENT(ibl_specular_layout_of(&s, NULL));
     ibl_cube_free(&cube);

@@ -502,6 +502,64 @@ ibl_status ibl_bake_sh(ibl_ctx *ctx, const ibl_image *env, int degree,
 double ibl_sh_cosine(int l);
 
 /*
+ * A light that was taken out of a map: a disc of uniform radiance, far away. A
+ * diffuse surface gets albedo / pi * irradiance * N.L from it, a specular one
+ * the mean of the BRDF over the disc.
+ */
+typedef struct ibl_light {
+    double direction[3];  /* unit, towards the middle of its light */
+    double radius;        /* of the disc, in radians as seen */
+    double irradiance[3]; /* on a surface that faces it: the sum over the pixels
+                             of (radiance taken) dO; the cosine, 0.999 or more
+                             for a radius of 2.5 degrees, is taken as 1 */
+    double radiance[3];   /* mean: irradiance / (2 pi (1 - cos(radius))) */
+} ibl_light;
+
+#define IBL_MAX_LIGHTS 64
+
+/*
+ * Takes the brightest compact sources, such as the sun, out of a map. Each
+ * becomes a light. In their places the map becomes smooth: pixels within a
+ * circle get the harmonic function of the values around it (Poisson's integral
+ * over the circle, stereographic), which is nowhere brighter or darker than
+ * these. No other pixel changes. So map and lights together have the light of
+ * the map as it was, and everything baked from the map has as much less as the
+ * lights have: their irradiance / 4 pi in the mean of each output.
+ *
+ * A source is compact if all of this holds, in luminance (Rec. 709):
+ *   size    its disc has a radius of at most 2.5 degrees, or of one pixel's
+ *           edge if that is larger, at most 6 degrees
+ *   alone   a circle of at most twice that radius has it inside. In the ring
+ *           around the circle, the mean is below a tenth of its radiance and
+ *           below the threshold (or, times the circle, below a tenth of its
+ *           light), and no pixel is brighter than 1/32 of its brightest or the
+ *           threshold
+ *   share   its irradiance is at least 10 % of pi times the map's mean
+ * radiance; a weaker one would not show The threshold is half the radiance of a
+ * light of the largest size and the least share: 26 times the map's mean, less
+ * for coarse maps. Only pixels above it are looked at, so a map of soft light
+ * loses nothing.
+ *
+ * The disc has the light and the integral of the squared radiance of what was
+ * taken: its solid angle is (int L dO)^2 / int L^2 dO. A source of one pixel
+ * has that pixel's solid angle. A pixel that a disc covers in part widens it:
+ * in all by a sixth of a pixel. Faint glow hardly does.
+ *
+ *   map      changed in place
+ *   yaw_deg  as in ibl_cube_from_latlong, for the directions; the map itself is
+ *            not turned
+ *   most     of lights, 1..IBL_MAX_LIGHTS: if there are more compact sources,
+ *            those with the largest irradiance are taken
+ *   lights   room for `most`; written from the largest irradiance down
+ *   count    their number. If it is 0, the map is unchanged and a warning says
+ *            why
+ * IBL_ERR_ARGUMENT: most, yaw_deg. After an error *count is 0; after
+ * IBL_ERR_MEMORY the map is unspecified, else unchanged.
+ */
+ibl_status ibl_image_take_lights(ibl_ctx *ctx, ibl_image *map, double yaw_deg,
+                                 int most, ibl_light *lights, int *count);
+
+/*
  * An environment that is read once, row by row. read writes the next `rows`
  * rows from the zenith down: 3 * width * rows floats, finite and >= 0. The bake
  * calls it on its caller's thread. An error that it returns ends the bake.

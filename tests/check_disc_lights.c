@@ -1,0 +1,456 @@
+/* SPDX-License-Identifier: MIT */
+/* Lights that are taken out of maps. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/io.h"
+#include "ibl/reference.h"
+#include "maps.h"
+#include "test.h"
+
+#define DEGREE (M_PI / 180)
+
+enum {
+    WIDTH = 1024,
+    HEIGHT = 512,
+    PARTS = 12 /* of a pixel along an edge */
+};
+
+static const double pixel = M_PI / HEIGHT;
+
+/* The direction of a place in a map, in pixels. */
+static void look(const ibl_image *map, double x, double y, double dir[3])
+{
+    const double theta = M_PI * y / map->height;
+    const double phi = 2 * M_PI * (x / map->width - 0.5);
+    dir[0] = sin(theta) * cos(phi);
+    dir[1] = cos(theta);
+    dir[2] = sin(theta) * sin(phi);
+}
+
+static double solid_angle(const ibl_image *map, int y)
+{
+    return 2 * M_PI / map->width *
+           (cos(M_PI * y / map->height) - cos(M_PI * (y + 1) / map->height));
+}
+
+static double angle_between(const double a[3], const double b[3])
+{
+    const double cross[3] = {a[1] * b[2] - a[2] * b[1],
+                             a[2] * b[0] - a[0] * b[2],
+                             a[0] * b[1] - a[1] * b[0]};
+    return atan2(sqrt(test_dot(cross, cross)), test_dot(a, b));
+}
+
+/* The covered share of a pixel. */
+static double coverage(const ibl_image *map, int x, int y, const double to[3],
+                       double radius)
+{
+    double dir[3];
+    int inside = 0;
+
+    look(map, x + 0.5, y + 0.5, dir);
+    const double far = angle_between(dir, to) - radius;
+    if (fabs(far) > 2 * M_PI / map->height)
+        return far < 0;
+    for (int k = 0; k < PARTS * PARTS; k++) {
+        look(map, x + (k % PARTS + 0.5) / PARTS, y + (k / PARTS + 0.5) / PARTS,
+             dir);
+        inside += test_dot(dir, to) > cos(radius);
+    }
+    return inside / (double)(PARTS * PARTS);
+}
+
+/* Adds a disc; returns its light, as the floats have it. */
+static double paint(const ibl_image *map, const double to[3], double radius,
+                    const float rgb[3])
+{
+    double light = 0;
+
+    for (int y = 0; y < map->height; y++)
+        for (int x = 0; x < map->width; x++) {
+            const float share = (float)coverage(map, x, y, to, radius);
+            float *p = map_pixel(map, x, y);
+            const float was = p[0];
+            for (int c = 0; c < 3 && share > 0; c++)
+                p[c] += share * rgb[c];
+            light += ((double)p[0] - (double)was) * solid_angle(map, y);
+        }
+    return light;
+}
+
+/* A sky that rises by `slope` from -X to +X. */
+static ibl_image sky(ibl_ctx *ctx, double slope)
+{
+    const ibl_image map = map_constant(ctx, WIDTH, HEIGHT, 1);
+    double dir[3];
+
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            look(&map, x + 0.5, y + 0.5, dir);
+            for (int c = 0; c < 3; c++)
+                map_pixel(&map, x, y)[c] = (float)(1 + slope * dir[0]);
+        }
+    return map;
+}
+
+static ibl_image copy_of(ibl_ctx *ctx, const ibl_image *map)
+{
+    return map_scaled(ctx, map, 1);
+}
+
+static int take(ibl_ctx *ctx, ibl_image *map, int most, ibl_light *lights)
+{
+    int count = -1;
+    NEED(!ibl_image_take_lights(ctx, map, 0, most, lights, &count));
+    return count;
+}
+
+/* The largest deviation of a map from another within an angle of `to`. */
+static double most_change(const ibl_image *a, const ibl_image *b,
+                          const double to[3], double angle)
+{
+    double most = 0, dir[3];
+
+    for (int y = 0; y < a->height; y++)
+        for (int x = 0; x < a->width; x++) {
+            look(a, x + 0.5, y + 0.5, dir);
+            for (int c = 0; c < 3 && test_dot(dir, to) > cos(angle); c++)
+                most = fmax(most, fabs((double)map_pixel(a, x, y)[c] -
+                                       (double)map_pixel(b, x, y)[c]));
+        }
+    return most;
+}
+
+/* ---- analytic discs ------------------------------------------------------ */
+
+static const struct place {
+    double x, y; /* in pixels */
+} places[] = {
+    {300.3, 200.8},                /* anywhere */
+    {0.1, 256.2},                  /* over the seam, on the horizon */
+    {1023.7, 90.4},                /* over the seam */
+    {700, 0.3},                    /* at the poles */
+    {10.9, 509.2},  {511.5, 40.6}, /* near a pole */
+};
+
+static const float white[3] = {20000, 20000, 20000};
+
+/* On a constant sky all that is left is the sky; on one with a slope, what is
+ * left keeps to it. A pixel's coverage widens a disc by a sixth of a pixel. */
+static void one_disc(ibl_ctx *ctx, const struct place *at, double radius,
+                     double slope)
+{
+    const ibl_image before = sky(ctx, slope);
+    ibl_image map = copy_of(ctx, &before);
+    ibl_light light;
+    double to[3];
+
+    look(&map, at->x, at->y, to);
+    const double painted = paint(&map, to, radius, white);
+    NEED(take(ctx, &map, 1, &light) == 1);
+    CHECK_NEAR(angle_between(light.direction, to) / pixel, 0, 0.1);
+    CHECK_NEAR((light.radius - radius) / pixel, 0, 0.25);
+    CHECK_NEAR(light.irradiance[0] / painted, 1, slope > 0 ? 1e-5 : 1e-7);
+    CHECK_NEAR(most_change(&map, &before, to, 8 * DEGREE), 0,
+               slope > 0 ? 3 * slope * pixel : 1e-6);
+    CHECK_NEAR(most_change(&map, &before, to, M_PI), 0,
+               slope > 0 ? 3 * slope * pixel : 1e-6);
+}
+
+TEST_SLOW(discs)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++)
+        for (int k = 0; k < 2; k++)
+            one_disc(ctx, &places[i], (0.4 + 0.4 * (double)i) * DEGREE,
+                     0.5 * k);
+}
+
+TEST(disc_over_the_seam)
+{
+    one_disc(test_ctx(1, IBL_ISA_AUTO), &places[2], 0.5 * DEGREE, 0.5);
+}
+
+/* One pixel has its own solid angle. */
+TEST(one_pixel)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+
+    for (int y = 0; y < 64; y += 21) {
+        ibl_image map = map_constant(ctx, 128, 64, 1);
+        ibl_light light;
+        double to[3];
+        map_set(&map, 127, y, 1e6F, 2e6F, 0);
+        NEED(take(ctx, &map, 1, &light) == 1);
+        look(&map, 127.5, y + 0.5, to);
+        const double omega = solid_angle(&map, y);
+        CHECK_NEAR(angle_between(light.direction, to), 0, 0.2 * M_PI / 64);
+        CHECK_NEAR(4 * M_PI * pow(sin(light.radius / 2), 2) / omega, 1, 1e-5);
+        CHECK_NEAR(light.radiance[0] / (1e6 - 1), 1, 1e-5);
+        CHECK_NEAR(light.irradiance[1] / ((2e6 - 1) * omega), 1, 1e-6);
+        CHECK(light.irradiance[2] == 0 && light.radiance[2] == 0);
+        CHECK(map_pixel(&map, 127, y)[0] == 1);
+        CHECK(map_pixel(&map, 127, y)[2] == 0);
+    }
+}
+
+/* The strongest is not the brightest. */
+TEST(two_discs)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    const float bright[3] = {90000, 90000, 90000};
+    ibl_image map = sky(ctx, 0);
+    ibl_light lights[3];
+    double a[3], b[3];
+
+    look(&map, 400, 200, a);
+    look(&map, 410, 200, b); /* 3.3 degrees */
+    paint(&map, a, 0.4 * DEGREE, bright);
+    paint(&map, b, DEGREE, white);
+    ibl_image again = copy_of(ctx, &map);
+    NEED(take(ctx, &map, 3, lights) == 2);
+    CHECK_NEAR(angle_between(lights[0].direction, b) / pixel, 0, 0.1);
+    CHECK_NEAR(angle_between(lights[1].direction, a) / pixel, 0, 0.1);
+    CHECK(map_pixel(&map, 400, 200)[0] == 1);
+    NEED(take(ctx, &again, 1, lights) == 1);
+    CHECK_NEAR(angle_between(lights[0].direction, b) / pixel, 0, 0.1);
+    CHECK(map_pixel(&again, 400, 200)[0] > 80000);
+}
+
+/* A light in haze, which leaves a smooth map that is nowhere darker than what
+ * is around it. */
+TEST(glow)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_image map = sky(ctx, 0);
+    ibl_light light;
+    double to[3], dir[3], most = 0;
+
+    look(&map, 300, 150, to);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            look(&map, x + 0.5, y + 0.5, dir);
+            const double away = fmax(angle_between(dir, to) / pixel, 0.5);
+            for (int c = 0; c < 3; c++)
+                map_pixel(&map, x, y)[c] += (float)(2e4 * pow(away, -3));
+        }
+    NEED(take(ctx, &map, 1, &light) == 1);
+    CHECK_NEAR(angle_between(light.direction, to) / pixel, 0, 0.1);
+    CHECK(light.radius < 0.8 * DEGREE);
+    for (int y = 140; y < 160; y++)
+        for (int x = 290; x < 310; x++) {
+            const double here = (double)map_pixel(&map, x, y)[0];
+            const double beside = (double)map_pixel(&map, x + 1, y)[0];
+            most = fmax(most, fabs(here / beside - 1));
+        }
+    CHECK_NEAR(most, 0, 0.5);
+}
+
+/* ---- energy -------------------------------------------------------------- */
+
+static void mean_of(ibl_ctx *ctx, const ibl_image *map, double rgb[3])
+{
+    ibl_reference *ref;
+    NEED(!ibl_reference_create(ctx, map, 0, &ref));
+    CHECK(!ibl_reference_mean(ref, rgb));
+    ibl_reference_free(ref);
+}
+
+/* Nothing is lost or won, whatever the map; no value leaves the range. */
+TEST(random_maps)
+{
+    static test_messages kept;
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
+    ibl_light lights[IBL_MAX_LIGHTS];
+
+    for (uint64_t seed = 1; seed <= (TEST_SANITIZED ? 30 : 150); seed++) {
+        test_random r = {seed};
+        map_kind kind;
+        ibl_image map = map_random(ctx, &r, &kind);
+        double before[3], after[3], low[3], high[3], now_low, now_high;
+        for (int c = 0; c < 3; c++)
+            map_range(&map, c, &low[c], &high[c]);
+        mean_of(ctx, &map, before);
+        const int count = take(ctx, &map, IBL_MAX_LIGHTS, lights);
+        mean_of(ctx, &map, after);
+        for (int c = 0; c < 3; c++) {
+            for (int i = 0; i < count; i++)
+                after[c] += lights[i].irradiance[c] / (4 * M_PI);
+            CHECK_MSG(fabs(after[c] - before[c]) <= 1e-12 * before[c],
+                      "seed %d: %.17g, not %.17g", (int)seed, after[c],
+                      before[c]);
+            map_range(&map, c, &now_low, &now_high);
+            CHECK(now_low >= low[c] && now_high <= high[c]);
+        }
+    }
+}
+
+/* What a bake has less is what the light gives. */
+TEST(bakes_have_as_much_less)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_image map = map_constant(ctx, 256, 128, 0);
+    test_random r = {3};
+    ibl_light light;
+    double sh[27], less[27], dir[3], full[3], rest[3];
+    ibl_reference *ref[2];
+
+    map_fill(&map, 7);
+    map_set(&map, 40, 50, 8e4F, 7e4F, 3e4F);
+    const ibl_image before = copy_of(ctx, &map);
+    NEED(take(ctx, &map, 1, &light) == 1);
+    NEED(!ibl_bake_sh(ctx, &before, 2, 0, sh));
+    NEED(!ibl_bake_sh(ctx, &map, 2, 0, less));
+    for (int c = 0; c < 3; c++) {
+        const double taken = (sh[c] - less[c]) * sqrt(4 * M_PI);
+        CHECK_NEAR(taken / light.irradiance[c], 1, 1e-7);
+    }
+    for (int i = 0; i < 2; i++)
+        NEED(!ibl_reference_create(ctx, i ? &map : &before, 0, &ref[i]));
+    for (int k = 0; k < 40; k++) {
+        for (int c = 0; c < 3; c++)
+            dir[c] = test_random_between(&r, -1, 1);
+        const double length = sqrt(test_dot(dir, dir));
+        const double facing =
+            fmax(test_dot(dir, light.direction) / length, 0) / M_PI;
+        CHECK(!ibl_reference_irradiance(ref[0], dir, 1, full));
+        CHECK(!ibl_reference_irradiance(ref[1], dir, 1, rest));
+        for (int c = 0; c < 3; c++)
+            CHECK_NEAR((full[c] - rest[c]) / light.irradiance[c], facing,
+                       facing * M_PI > light.radius
+                           ? 2 * light.radius * light.radius
+                           : 0.1 * light.radius);
+    }
+    ibl_reference_free(ref[0]);
+    ibl_reference_free(ref[1]);
+}
+
+/* ---- directions ---------------------------------------------------------- */
+
+/* The brightest texel of the cube that is turned by the same yaw. */
+TEST(turned)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    const double yaws[] = {0, 90, -33, 1e4};
+
+    for (int k = 0; k < 4; k++) {
+        ibl_image map = map_constant(ctx, 256, 128, 0.1F);
+        ibl_light light;
+        int count, best = 0;
+        double to[3];
+        map_set(&map, 71, 50, 1e5F, 1e5F, 1e5F);
+        const ibl_cube cube = cube_level0(ctx, &map, yaws[k], 64);
+        NEED(!ibl_image_take_lights(ctx, &map, yaws[k], 1, &light, &count) &&
+             count == 1);
+        for (int i = 0; i < 6 * 64 * 64; i++)
+            best = cube.data[3 * i] > cube.data[3 * best] ? i : best;
+        ibl_cube_direction(64, best / 4096, best % 64, best / 64 % 64, to);
+        CHECK_NEAR(angle_between(to, light.direction), 0, 2.0 / 64);
+    }
+}
+
+/* ---- nothing to take ----------------------------------------------------- */
+
+static void untouched(const ibl_image *map, const char *why)
+{
+    static test_messages kept;
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
+    ibl_image now = copy_of(ctx, map);
+    ibl_light lights[4];
+
+    kept.text[IBL_LOG_WARNING][0] = 0;
+    CHECK(take(ctx, &now, 4, lights) == 0);
+    CHECK(!memcmp(now.data, map->data, map_floats(map) * sizeof *map->data));
+    CHECK_MSG(strstr(kept.text[IBL_LOG_WARNING], why) != NULL, "%s",
+              kept.text[IBL_LOG_WARNING]);
+}
+
+static void paint_rectangle(const ibl_image *map, int width, int height,
+                            float value)
+{
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++)
+            map_set(map, 300 + x, 150 + y, value, value, value);
+}
+
+/* Windows, tubes, lamps too faint to matter, soft skies. */
+TEST(nothing)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    test_random r = {5};
+    const ibl_image constant = map_constant(ctx, 256, 128, 3);
+    const ibl_image black = map_constant(ctx, 256, 128, 0);
+    const ibl_image smooth = map_of_kind(ctx, &r, MAP_SMOOTH, 256, 128);
+    const ibl_image window = sky(ctx, 0), tube = sky(ctx, 0),
+                    faint = sky(ctx, 0);
+    double to[3];
+
+    untouched(&constant, "no pixel is 26 times");
+    untouched(&black, "no pixel is 26 times");
+    untouched(&smooth, "no pixel is 26 times");
+    paint_rectangle(&window, 30, 40, 1000);
+    untouched(&window, "wider than 5 degrees");
+    paint_rectangle(&tube, 100, 3, 1e5F);
+    untouched(&tube, "wider than 5 degrees");
+    paint_rectangle(&faint, 1, 1, 2000);
+    untouched(&faint, "gives 1.9 % of the light, less than 10 %");
+    const ibl_image wide = sky(ctx, 0);
+    look(&wide, 100, 100, to);
+    paint(&wide, to, 3 * DEGREE, white);
+    untouched(&wide, "wider than 5 degrees");
+}
+
+/* ---- photographs --------------------------------------------------------- */
+
+static int count_in(ibl_ctx *ctx, const char *name, ibl_light *lights)
+{
+    const char *path = test_shared_data(name);
+    ibl_image map;
+    int count;
+
+    if (!path)
+        test_skip("no %s", name);
+    NEED(!ibl_image_read(ctx, path, NULL, &map, NULL));
+    test_image(map);
+    NEED(!ibl_image_take_lights(ctx, &map, 0, 8, lights, &count));
+    return count;
+}
+
+/* A sun on one to three pixels with glow, as wide as these; and lamps that are
+ * out of focus. */
+TEST(photographs)
+{
+    static test_messages kept;
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
+    ibl_light lights[8];
+
+    NEED(count_in(ctx, "quarry_01_1k.hdr", lights) == 1);
+    CHECK_NEAR(lights[0].radius / DEGREE, 0.33, 0.05);
+    CHECK_NEAR(lights[0].irradiance[1], 4, 0.1);
+    CHECK(count_in(ctx, "royal_esplanade_1k.hdr", lights) == 0);
+}
+
+/* ---- misuse -------------------------------------------------------------- */
+
+TEST(misuse)
+{
+    static test_messages kept;
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
+    ibl_image map = map_constant(ctx, 4, 2, 1);
+    ibl_light lights[IBL_MAX_LIGHTS];
+    int count = 7;
+
+    CHECK(ibl_image_take_lights(ctx, &map, 0, 0, lights, &count) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(count == 0 && test_said(&kept, "0 lights: must be 1 to 64"));
+    CHECK(ibl_image_take_lights(ctx, &map, NAN, 1, lights, &count) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(test_said(&kept, "must be finite"));
+    ibl_ctx_cancel(ctx);
+    map_set(&map, 0, 0, 1e9F, 1e9F, 1e9F);
+    CHECK(ibl_image_take_lights(ctx, &map, 0, 1, lights, &count) ==
+          IBL_ERR_CANCELLED);
+}
