@@ -28,8 +28,9 @@ enum {
     IBL_LOBE_DEGREE = 512
 };
 
-/* A chain of one level counts as two equal ones. Row i is for q = ibl_lobe_row_at(i), a quarter of the squared chord of the
- * two directions; slot a is level a. */
+/* A chain of one level counts as two equal ones. Row i is for q =
+ * ibl_lobe_row_at(i), a quarter of the squared chord of the two directions;
+ * slot a is level a. */
 typedef struct ibl_lobe_kernels {
     ibl_specular_layout layout;
     double mean;    /* C_0 in units of the tables */

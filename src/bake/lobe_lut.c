@@ -46,8 +46,8 @@ static entry entry_of(const struct bake *b, const ibl_lobe_view *v,
                       const ibl_lobe_lookup *l)
 {
     const double lod = b->levels > 1 ? l->lod / (b->levels - 1) : 0;
-    return (entry){{ibl_lobe_bend(v->angle, l->angle), lod,
-                    l->weight, fmin(tan(l->distance), 1)}};
+    return (entry){{ibl_lobe_bend(v->angle, l->angle), lod, l->weight,
+                    fmin(tan(l->distance), 1)}};
 }
 
 static void fit_node(struct bake *b, int view, int rough,

@@ -81,7 +81,8 @@ json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why)
     if (out_of_memory)
         return fail(why, false, "%s: no memory to read it", path);
     if (failed)
-        return fail(why, false, "%s: cannot be read: %s", path, strerror(failed));
+        return fail(why, false, "%s: cannot be read: %s", path,
+                    strerror(failed));
     return fail(why, true, "%s:%d:%d: no JSON: %s", path, error.line,
                 error.column, error.text);
 }
