@@ -9,7 +9,7 @@
 #include "cli/faces.h"
 
 enum {
-    COARSE = 64,     /* columns of the reduced map that finds the dark texels */
+    COARSE = 32,     /* columns of the reduced map that finds the dark texels */
     DARK_TENTH = 10, /* one cell or texel in this many is dark */
     CELLS = IBL_FACES * IBL_DARK_CELLS * IBL_DARK_CELLS
 };
