@@ -188,23 +188,29 @@ static void view(struct truth *t, double n_v, double r, double f0)
             t->power += c_of(l) * t->lobe[i] * t->lobe[i];
 }
 
+/* What a shader looks up: two directions, angles from N towards R, and the
+ * lod. */
+struct lookup {
+    double one, two, lod;
+};
+
 /* S - T of a lookup: rest[0] without irradiance, to which its weight adds
  * rest[1]. A lobe of k_l about d has the harmonics k_l Y_lm(d). */
-static void rest_of(const struct truth *t, double angle, double apart,
-                    double lod, double rest[2][COUNT])
+static void rest_of(const struct truth *t, const struct lookup *at,
+                    double rest[2][COUNT])
 {
-    const int top = t->layout.levels - 1;
-    const int a = (int)fmin(lod, top - 1);
-    const double share = lod - a;
+    const int a = (int)fmin(at->lod, t->layout.levels - 2);
+    const double share = at->lod - a;
     double one[COUNT], two[COUNT], pole[COUNT];
-    harmonics_at(fabs(angle - apart), one);
-    harmonics_at(angle + apart, two);
+    harmonics_at(fabs(at->one), one);
+    harmonics_at(fabs(at->two), two);
     harmonics_at(0, pole);
     for (int m = 0, i = 0; m <= DEGREE; m++)
         for (int l = m; l <= DEGREE; l++, i++) {
-            const double sign = angle < apart && m % 2 ? -1 : 1;
             const double k = (1 - share) * t->k[a][l] + share * t->k[a + 1][l];
-            const double s = k * 0.5 * (sign * one[i] + two[i]);
+            const double s = k * 0.5 *
+                             ((m % 2 && at->one < 0 ? -1 : 1) * one[i] +
+                              (m % 2 && at->two < 0 ? -1 : 1) * two[i]);
             rest[0][i] = s - t->lobe[i];
             rest[1][i] = t->cosine[l] * pole[i] - s;
         }
@@ -212,12 +218,12 @@ static void rest_of(const struct truth *t, double angle, double apart,
 
 /* The squared error, over the power of the lobe, of a lookup with this weight,
  * or with the best one, which *weight becomes, if that is below 0. */
-static double error_of(const struct truth *t, double angle, double apart,
-                       double lod, double *weight)
+static double error_of(const struct truth *t, const struct lookup *at,
+                       double *weight)
 {
     static double rest[2][COUNT];
     double aa = 0, ab = 0, bb = 0;
-    rest_of(t, angle, apart, lod, rest);
+    rest_of(t, at, rest);
     for (int m = 0, i = 0; m <= DEGREE; m++)
         for (int l = m; l <= DEGREE; l++, i++) {
             aa += c_of(l) * rest[0][i] * rest[0][i];
@@ -243,7 +249,8 @@ static double search(const struct truth *t, double at[3])
                 const double l =
                     fmin(fmax(l0 + high * j / 6, 0), t->layout.levels - 1);
                 double weight = -1;
-                const double e = error_of(t, a, 0, l, &weight);
+                const struct lookup here = {a, a, l};
+                const double e = error_of(t, &here, &weight);
                 if (e < best) {
                     best = e;
                     angle = a;
@@ -260,15 +267,20 @@ static double search(const struct truth *t, double at[3])
 /* ---- the fit --------------------------------------------------------------
  */
 
-/* The error of an entry, in the units in which a shader uses it. */
+/* The angle of mix(R, N, bend). */
+static double bent(const struct truth *t, double bend)
+{
+    return atan2((1 - bend) * sin(t->angle), (1 - bend) * cos(t->angle) + bend);
+}
+
+/* The error of an entry, as a shader uses it. */
 static double entry_error(const struct truth *t, const float *q)
 {
-    const double bend = q[0];
-    const double angle =
-        atan2((1 - bend) * sin(t->angle), (1 - bend) * cos(t->angle) + bend);
+    const struct lookup at = {bent(t, (double)q[0] - (double)q[3]),
+                              bent(t, (double)q[0] + (double)q[3]),
+                              q[1] * (t->layout.levels - 1.0)};
     double weight = q[2];
-    const double lod = q[1] * (t->layout.levels - 1.0);
-    return error_of(t, angle, atan(q[3]), lod, &weight);
+    return error_of(t, &at, &weight);
 }
 
 struct place {
@@ -368,10 +380,10 @@ TEST(smooth)
         NEED(!ibl_specular_layout_of(&s, &o.layout));
         const ibl_lobe_table t = bake(ctx, &o);
         check_range(&t);
-        check_smooth(&t, 0, 0.25, 0.12);
-        check_smooth(&t, 1, 0.18, 0.11);
-        check_smooth(&t, 2, 0.12, 0.12);
-        check_smooth(&t, 3, 0.3, 0.2);
+        check_smooth(&t, 0, 0.08, 0.05);
+        check_smooth(&t, 1, 0.15, 0.06);
+        check_smooth(&t, 2, 0.09, 0.06);
+        check_smooth(&t, 3, 0.12, 0.08);
     }
 }
 

@@ -699,7 +699,7 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
  *   R  bend    of the direction, from R (0) to N (1)
  *   G  lod     over levels - 1 (0 in a chain of one level)
  *   B  weight  of irradiance / pi at N, the rest is that of the chain
- *   A  half the distance of two taps (0 in layers 0 and 1)
+ *   A  half the difference of the bends of two taps (0 in layers 0 and 1)
  * Layers 0 and 1 are for one lookup in the chain, with F0 = 1 and F0 = .04;
  * layers 2 and 3 for two, with the same F0. A shader mixes two layers by how
  * metallic a surface is:
@@ -708,8 +708,8 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
  *     light = textureLod(specular, d, q.g (levels - 1))
  *     light = mix(light, texture(irradiance, N), q.b)
  *     colour = light (F0 scale + bias)      as in ibl_bake_lut
- * With two taps the second line of light is the mean of lookups at d + q.a t
- * and d - q.a t, t the unit vector in the plane of N and V perpendicular to d.
+ * With two taps the first light is the mean of two lookups, in the directions
+ * mix(R, N, q.r - q.a) and mix(R, N, q.r + q.a). These may lie beyond R and N.
  *
  * The table depends on the roughnesses and sizes of the levels, but not on the
  * number format of their texels. It is smooth, so that it can be interpolated.

@@ -8,15 +8,16 @@ enum {
     ANGLES = IBL_LOBE_ANGLES,
     WINDOW = IBL_LOBE_WINDOW,
     DIFFUSE = IBL_LOBE_DIFFUSE,
-    STEPS = 5 /* of a search */
+    STEPS = 3 /* of a search */
 };
 
 /* Half the angles' range, in mean deviations of the lobe from its mean. */
 static const double reach = 2.5;
 
-/* Costs of a bend and a weight of 1, in the power of a level's lobe. They
- * decide where lookups are alike: next to N.V = 1 and r = 1. */
-static const double bend_cost = 1e-4, weight_cost = 1e-4;
+/* Costs of a bend, two taps apart and irradiance, each of 1, in the power of a
+ * level's lobe. They decide where lookups are alike: next to N.V = 1 and r = 1.
+ */
+static const double bend_cost = 1e-4, half_cost = 2e-3, weight_cost = 1e-4;
 
 /* ---- the true lobe ------------------------------------------------------ */
 
@@ -99,7 +100,10 @@ void ibl_lobe_view_make(const ibl_lobe_kernels *k,
                         double roughness, ibl_lobe_view *v)
 {
     ibl_true_lobe lobe;
-    *v = (ibl_lobe_view){.kernels = k, .angle = acos(n_dot_v)};
+    *v = (ibl_lobe_view){.kernels = k,
+                         .angle = acos(n_dot_v),
+                         .sine = sqrt((1 - n_dot_v) * (1 + n_dot_v)),
+                         .cosine = n_dot_v};
     ibl_true_lobe_make(rule, n_dot_v, roughness * roughness, &lobe);
     choose_window(v, roughness);
     choose_angles(v, &lobe);
@@ -117,17 +121,24 @@ void ibl_lobe_view_make(const ibl_lobe_kernels *k,
 
 /* ---- the cost ----------------------------------------------------------- */
 
-static double quarter(double angle)
+/* A direction in the plane of N and V: towards R's side, and along N. */
+typedef struct direction {
+    double x, z;
+} direction;
+
+/* mix(R, N, bend), normalised. */
+static direction bent(const ibl_lobe_view *v, double bend)
 {
-    const double s = sin(0.5 * angle);
-    return s * s;
+    const double x = (1 - bend) * v->sine, z = (1 - bend) * v->cosine + bend;
+    const double inverse = 1 / sqrt(x * x + z * z);
+    return (direction){x * inverse, z * inverse};
 }
 
-/* Cubic interpolation of h. */
+/* Cubic interpolation of h; constant beyond its angles. */
 static void weights_at(const ibl_lobe_view *v, double angle, int *from,
                        double w[4])
 {
-    const double x = (angle - v->first) / v->step;
+    const double x = fmin(fmax((angle - v->first) / v->step, 0), ANGLES - 1);
     int i = (int)floor(x) - 1;
     i = i < 0 ? 0 : i > ANGLES - 4 ? ANGLES - 4 : i;
     const double u = x - i;
@@ -146,13 +157,14 @@ typedef struct products {
     double both, diffuse; /* cosine with itself and the true lobe */
 } products;
 
-static void add_direction(const ibl_lobe_view *v, int which, double angle,
+static void add_direction(const ibl_lobe_view *v, int which, direction d,
                           double share, products *p)
 {
-    const ibl_lobe_place place = ibl_lobe_place_of((float)quarter(angle));
+    const float q = (float)(0.5 - 0.5 * d.z);
+    const ibl_lobe_place place = ibl_lobe_place_of(q > 0 ? q : 0);
     double w[4];
     int from;
-    weights_at(v, angle, &from, w);
+    weights_at(v, atan2(d.x, d.z), &from, w);
     for (int l = 0; l < WINDOW; l++) {
         const double *h = v->h[which][l] + from;
         p->h[l] +=
@@ -162,10 +174,11 @@ static void add_direction(const ibl_lobe_view *v, int which, double angle,
     }
 }
 
-static void add_apart(const ibl_lobe_view *v, double angle, double share,
+/* Directions whose squared distance is 4 q. */
+static void add_apart(const ibl_lobe_view *v, double q, double share,
                       products *p)
 {
-    const ibl_lobe_place place = ibl_lobe_place_of((float)quarter(angle));
+    const ibl_lobe_place place = ibl_lobe_place_of((float)q);
     for (int l = 0; l < WINDOW; l++) {
         p->same[l] +=
             share * (double)ibl_lobe_at(v->kernels->same, place, v->base + l);
@@ -174,18 +187,21 @@ static void add_apart(const ibl_lobe_view *v, double angle, double share,
     }
 }
 
-static products products_of(const ibl_lobe_view *v, int which, double angle,
-                            double distance)
+static products products_of(const ibl_lobe_view *v, int which,
+                            const ibl_lobe_lookup *l)
 {
     products p = {.both = (double)v->kernels->same[DIFFUSE],
                   .diffuse = v->diffuse[which]};
-    if (distance > 0) {
-        add_direction(v, which, angle - distance, 0.5, &p);
-        add_direction(v, which, angle + distance, 0.5, &p);
+    if (l->half > 0) {
+        const direction a = bent(v, l->bend - l->half);
+        const direction b = bent(v, l->bend + l->half);
+        const double x = a.x - b.x, z = a.z - b.z;
+        add_direction(v, which, a, 0.5, &p);
+        add_direction(v, which, b, 0.5, &p);
         add_apart(v, 0, 0.5, &p);
-        add_apart(v, 2 * distance, 0.5, &p);
+        add_apart(v, 0.25 * (x * x + z * z), 0.5, &p);
     } else {
-        add_direction(v, which, angle, 1, &p);
+        add_direction(v, which, bent(v, l->bend), 1, &p);
         add_apart(v, 0, 1, &p);
     }
     return p;
@@ -257,7 +273,7 @@ static double solve(const quadratic *q, double at[2])
 static double best_of(const ibl_lobe_view *v, int which,
                       ibl_lobe_lookup *lookup)
 {
-    const products p = products_of(v, which, lookup->angle, lookup->distance);
+    const products p = products_of(v, which, lookup);
     double least = HUGE_VAL;
     for (int a = 0; a + 1 < v->count; a++) {
         const quadratic q = quadratic_of(&p, a);
@@ -269,25 +285,14 @@ static double best_of(const ibl_lobe_view *v, int which,
             lookup->lod = v->base + a + (at[1] < 1 ? at[0] / (1 - at[1]) : 0);
         }
     }
-    const double bend = ibl_lobe_bend(v->angle, lookup->angle);
-    return least + bend_cost * p.same[0] * bend * bend;
-}
-
-double ibl_lobe_bend(double angle, double bent)
-{
-    const double rest = sin(angle - bent);
-    return rest > 0 ? rest / (rest + sin(bent)) : 0;
-}
-
-double ibl_lobe_bent(double angle, double bend)
-{
-    return atan2((1 - bend) * sin(angle), (1 - bend) * cos(angle) + bend);
+    const double b = lookup->bend, h = lookup->half;
+    return least + p.same[0] * (bend_cost * b * b + half_cost * h * h);
 }
 
 double ibl_lobe_cost(const ibl_lobe_view *v, int which,
                      const ibl_lobe_lookup *lookup)
 {
-    const products p = products_of(v, which, lookup->angle, lookup->distance);
+    const products p = products_of(v, which, lookup);
     int a = (int)lookup->lod - v->base;
     a = a < 0 ? 0 : a > v->count - 2 ? v->count - 2 : a;
     const quadratic q = quadratic_of(&p, a);
@@ -304,10 +309,10 @@ typedef struct search {
     double cost;
 } search;
 
-static double attempt(search *s, double angle, double distance)
+static double attempt(search *s, double bend, double half)
 {
-    ibl_lobe_lookup l = {.angle = fmin(fmax(angle, 0), s->view->angle),
-                         .distance = fmax(distance, 0)};
+    ibl_lobe_lookup l = {.bend = fmin(fmax(bend, 0), 1),
+                         .half = fmin(fmax(half, 0), 1)};
     const double cost = best_of(s->view, s->which, &l);
     if (cost < s->cost) {
         s->cost = cost;
@@ -328,24 +333,24 @@ static double vertex(double before, double here, double after)
 static void improve(search *s, int taps, double step)
 {
     const ibl_lobe_lookup at = s->best;
-    const double here = s->cost, d = at.distance;
-    const double dx = vertex(attempt(s, at.angle - step, d), here,
-                             attempt(s, at.angle + step, d));
+    const double here = s->cost, h = at.half;
+    const double dx = vertex(attempt(s, at.bend - step, h), here,
+                             attempt(s, at.bend + step, h));
     double dy = 0;
     if (taps > 1)
-        dy = vertex(attempt(s, at.angle, d - step), here,
-                    attempt(s, at.angle, d + step));
-    attempt(s, at.angle + dx * step, d + dy * step);
+        dy = vertex(attempt(s, at.bend, h - step), here,
+                    attempt(s, at.bend, h + step));
+    attempt(s, at.bend + dx * step, h + dy * step);
 }
 
 double ibl_lobe_fit(const ibl_lobe_view *v, int which, int taps,
                     ibl_lobe_lookup *best)
 {
     search s = {.view = v, .which = which, .cost = HUGE_VAL};
-    attempt(&s, best->angle,
-            taps > 1 ? fmax(best->distance, 0.5 * v->step) : 0);
+    const double step = fmin(v->step / v->angle, 0.5);
+    attempt(&s, best->bend, taps > 1 ? fmax(best->half, 0.5 * step) : 0);
     for (int i = 0; i < STEPS; i++)
-        improve(&s, taps, v->step * exp2(-i));
+        improve(&s, taps, step * exp2(-1 - i));
     *best = s.best;
     return s.cost;
 }

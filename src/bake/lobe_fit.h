@@ -22,17 +22,18 @@ enum {
 /* The true lobe of a view and roughness in products with the levels'. */
 typedef struct ibl_lobe_view {
     const ibl_lobe_kernels *kernels;
-    double angle;       /* between N and V, and so from N to R */
+    double angle; /* between N and V, and so from N to R */
+    double sine, cosine;
     double first, step; /* angles from N towards R, of the columns of h */
     int base, count;    /* window of levels: base..base + count - 1 */
     double h[2][IBL_LOBE_WINDOW][IBL_LOBE_ANGLES];
     double diffuse[2];
 } ibl_lobe_view;
 
-/* What a shader does; angles from N towards R. */
+/* What a shader does. Directions are mix(R, N, bend), with two taps at the
+ * bends bend - half and bend + half: a tap may be beyond R or N. */
 typedef struct ibl_lobe_lookup {
-    double angle;    /* of the direction */
-    double distance; /* of two taps from it, an angle; 0: one tap */
+    double bend, half; /* both 0..1; half is 0 for one tap */
     double lod;
     double weight; /* of irradiance */
 } ibl_lobe_lookup;
@@ -44,11 +45,6 @@ void ibl_lobe_view_make(const ibl_lobe_kernels *k,
 /* <S, S> - 2 <S, true lobe>; which: 0 for F0 = 1, 1 for F0 = .04. */
 double ibl_lobe_cost(const ibl_lobe_view *view, int which,
                      const ibl_lobe_lookup *lookup);
-
-/* The bend from R to N, as a share of vectors, that gives an angle from N, and
- * the reverse; angle is that of R. */
-double ibl_lobe_bend(double angle, double bent);
-double ibl_lobe_bent(double angle, double bend);
 
 /* The lookup of least cost with one or two taps, near the given one. Returns
  * the cost. */

@@ -22,10 +22,11 @@ static const double nothing = 2e-5;
 
 struct making {
     ibl_lobe_kernels *out;
-    int lobes;              /* levels and, last, the cosine */
-    double *k;              /* DEGREE + 1 of each lobe */
-    double *terms;          /* for each degree: products of each lobe */
-    int active[DEGREE + 1]; /* lobes, from the first, that have terms */
+    int lobes;                  /* levels and, last, the cosine */
+    double *k;                  /* DEGREE + 1 of each lobe */
+    float *terms;               /* for each degree: products of each lobe */
+    double inverse[DEGREE + 1]; /* 1 / (l + 1) */
+    int active[DEGREE + 1];     /* lobes, from the first, that have terms */
 };
 
 /* ---- the spectrum ------------------------------------------------------ */
@@ -105,15 +106,16 @@ static void fill_terms(struct making *m)
     const double *cosine = m->k + (size_t)(m->lobes - 1) * (DEGREE + 1);
     int most = 0;
     for (int l = DEGREE; l >= 0; l--) {
+        m->inverse[l] = 1.0 / (l + 1);
         const double c = l ? (2 * l + 1) / (4 * IBL_PI) * m->out->power[l] : 0;
-        double *to = m->terms + (size_t)l * PRODUCTS * SLOTS;
+        float *to = m->terms + (size_t)l * PRODUCTS * SLOTS;
         for (int a = 0; a < m->lobes; a++) {
             const double *k = m->k + (size_t)a * (DEGREE + 1);
             const double next = a + 2 < m->lobes ? k[DEGREE + 1 + l] : 0;
-            to[PRODUCTS * a] = c * k[l];
-            to[PRODUCTS * a + 1] = c * k[l] * k[l];
-            to[PRODUCTS * a + 2] = c * k[l] * next;
-            to[PRODUCTS * a + 3] = c * k[l] * cosine[l];
+            to[PRODUCTS * a] = (float)(c * k[l]);
+            to[PRODUCTS * a + 1] = (float)(c * k[l] * k[l]);
+            to[PRODUCTS * a + 2] = (float)(c * k[l] * next);
+            to[PRODUCTS * a + 3] = (float)(c * k[l] * cosine[l]);
             if (fabs(k[l]) > nothing && a >= most)
                 most = a + 1;
         }
@@ -123,36 +125,39 @@ static void fill_terms(struct making *m)
 
 /* ---- tables ------------------------------------------------------------ */
 
+static inline void add_products(const float *restrict terms, float factor,
+                                float *restrict sum)
+{
+    for (int i = 0; i < PRODUCTS; i++)
+        sum[i] += terms[i] * factor;
+}
+
 /* The sums over l for P_l(1 - y), with the recurrence of
  * kern/legendre_sums.h. */
 static void sum_row(const struct making *m, double y,
-                    double sum[PRODUCTS * SLOTS])
+                    float sum[PRODUCTS * SLOTS])
 {
     double p = 1, e = 0;
     memset(sum, 0, PRODUCTS * SLOTS * sizeof *sum);
     for (int l = 0; l <= DEGREE && m->active[l]; l++) {
-        const double *terms = m->terms + (size_t)l * PRODUCTS * SLOTS;
-        const int count = PRODUCTS * m->active[l];
-        for (int i = 0; i < count; i += 4) {
-            sum[i] += terms[i] * p;
-            sum[i + 1] += terms[i + 1] * p;
-            sum[i + 2] += terms[i + 2] * p;
-            sum[i + 3] += terms[i + 3] * p;
-        }
+        const float *terms = m->terms + (size_t)l * PRODUCTS * SLOTS;
+        const float f = (float)p;
+        for (int a = 0; a < m->active[l]; a++)
+            add_products(terms + PRODUCTS * a, f, sum + PRODUCTS * a);
         e -= (2 * l + 1) * y * p;
-        p += e / (l + 1);
+        p += e * m->inverse[l];
     }
 }
 
-static void put(const struct making *m, int lobe, const double *sum, int row)
+static void put(const struct making *m, int lobe, const float *sum, int row)
 {
     ibl_lobe_kernels *out = m->out;
     const int slot = lobe + 1 < m->lobes ? lobe : DIFFUSE;
     const size_t at = (size_t)row * SLOTS + (size_t)slot;
-    out->point[at] = (float)sum[0];
-    out->same[at] = (float)sum[1];
-    out->next[at] = (float)sum[2];
-    out->diffuse[at] = (float)sum[3];
+    out->point[at] = sum[0];
+    out->same[at] = sum[1];
+    out->next[at] = sum[2];
+    out->diffuse[at] = sum[3];
 }
 
 static void rows_job(void *arg, int job, int worker)
@@ -161,7 +166,7 @@ static void rows_job(void *arg, int job, int worker)
     (void)worker;
     for (int row = ROWS_IN_JOB * job;
          row < ROWS_IN_JOB * (job + 1) && row < ROWS; row++) {
-        double sum[PRODUCTS * SLOTS];
+        float sum[PRODUCTS * SLOTS];
         sum_row(m, 2 * fmin((double)ibl_lobe_row_at(row), 1), sum);
         for (int a = 0; a < m->lobes; a++)
             put(m, a, sum + PRODUCTS * a, row);

@@ -14,14 +14,14 @@ enum {
     MIN_SIZE = 4,
     MAX_SIZE = 256,
     LAYERS = IBL_LOBE_LAYERS,
-    VIEWS = 9,
-    ROUGHS = 24
+    VIEWS = 8,
+    ROUGHS = 20
 };
 
 /* N.V of the columns. Below the first one the table is constant; above the last
  * one, too, where R is N. */
-static const double view_at[VIEWS] = {0.03, 0.08, 0.16, 0.27, 0.4,
-                                      0.55, 0.7,  0.85, 0.96};
+static const double view_at[VIEWS] = {0.03, 0.09, 0.18, 0.3,
+                                      0.46, 0.64, 0.82, 0.96};
 
 typedef struct entry {
     double value[4]; /* as in a texel */
@@ -42,12 +42,10 @@ static double rough_at(int i)
 
 /* ---- nodes -------------------------------------------------------------- */
 
-static entry entry_of(const struct bake *b, const ibl_lobe_view *v,
-                      const ibl_lobe_lookup *l)
+static entry entry_of(const struct bake *b, const ibl_lobe_lookup *l)
 {
     const double lod = b->levels > 1 ? l->lod / (b->levels - 1) : 0;
-    return (entry){{ibl_lobe_bend(v->angle, l->angle), lod, l->weight,
-                    fmin(tan(l->distance), 1)}};
+    return (entry){{l->bend, lod, l->weight, l->half}};
 }
 
 static void fit_node(struct bake *b, int view, int rough,
@@ -57,11 +55,8 @@ static void fit_node(struct bake *b, int view, int rough,
     ibl_lobe_view_make(&b->kernels, &b->rule, view_at[view], rough_at(rough),
                        &v);
     for (int layer = 0; layer < LAYERS; layer++) {
-        ibl_lobe_lookup *l = &lookup[layer];
-        l->angle = ibl_lobe_bent(
-            v.angle, rough ? b->node[layer][rough - 1][view].value[0] : 0);
-        ibl_lobe_fit(&v, layer % 2, layer / 2 + 1, l);
-        b->node[layer][rough][view] = entry_of(b, &v, l);
+        ibl_lobe_fit(&v, layer % 2, layer / 2 + 1, &lookup[layer]);
+        b->node[layer][rough][view] = entry_of(b, &lookup[layer]);
     }
 }
 

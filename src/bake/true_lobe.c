@@ -6,6 +6,8 @@
 #include "kern/brdf_quadrature.h"
 
 enum {
+    LEAST = IBL_TRUE_LOBE_LEAST,
+    MOST = IBL_TRUE_LOBE_MOST,
     RADII = IBL_TRUE_LOBE_RADII,
     ANGLES = IBL_TRUE_LOBE_ANGLES
 };
@@ -16,8 +18,8 @@ static const double end = 12;
 
 void ibl_true_lobe_rule_init(ibl_true_lobe_rule *rule)
 {
-    ibl_gauss_points(RADII, rule->at, rule->weight);
-    ibl_gauss_points(ANGLES, rule->arc, rule->arc_weight);
+    for (int n = LEAST; n <= MOST; n++)
+        ibl_gauss_points(n, rule->at[n], rule->weight[n]);
 }
 
 /* Adds the point of a half vector; mass is the measure du dphi / pi of
@@ -49,9 +51,9 @@ static void add_radius(const ibl_true_lobe_rule *rule, const ibl_split_view *v,
     const double t = v->alpha * sinh(y), cos_h = 1 / sqrt(1 + t * t);
     const double mass = length * arc * 8 * tanh_y * e / ((1 + e) * (1 + e));
     for (int k = 0; k < ANGLES; k++) {
-        const double phi = arc * rule->arc[k];
-        add(v, t * cos_h, cos_h, cos(phi), sin(phi), mass * rule->arc_weight[k],
-            lobe);
+        const double phi = arc * rule->at[ANGLES][k];
+        add(v, t * cos_h, cos_h, cos(phi), sin(phi),
+            mass * rule->weight[ANGLES][k], lobe);
     }
 }
 
@@ -61,6 +63,12 @@ static double arc_of(const ibl_split_view *v, double y)
     const double t = v->alpha * sinh(y);
     const double c = v->cosine * (t * t - 1) / (2 * v->sine * t);
     return acos(fmax(-1, fmin(c, 1)));
+}
+
+static int rings_of(double inner, double outer)
+{
+    const int n = (int)lround(RADII * inner / (inner + fmax(outer, 0)));
+    return n < LEAST ? LEAST : n > MOST ? MOST : n;
 }
 
 static void normalise(float *share, int count)
@@ -80,14 +88,16 @@ void ibl_true_lobe_make(const ibl_true_lobe_rule *rule, double n_dot_v,
     const ibl_brdf_limits y = ibl_brdf_limits_of(&v);
     const double length = fmin(y.outer, end) - y.inner;
 
+    const int rings = rings_of(y.inner, length);
+
     lobe->count = 0;
-    for (int i = 0; i < RADII; i++)
-        add_radius(rule, &v, y.inner * rule->at[i], y.inner * rule->weight[i],
-                   IBL_PI, lobe);
-    for (int i = 0; i < RADII && length > 0; i++) {
-        const double at = y.inner + length * rule->at[i];
-        add_radius(rule, &v, at, length * rule->weight[i], arc_of(&v, at),
-                   lobe);
+    for (int i = 0; i < rings; i++)
+        add_radius(rule, &v, y.inner * rule->at[rings][i],
+                   y.inner * rule->weight[rings][i], IBL_PI, lobe);
+    for (int i = 0; i < RADII - rings && length > 0; i++) {
+        const double at = y.inner + length * rule->at[RADII - rings][i];
+        add_radius(rule, &v, at, length * rule->weight[RADII - rings][i],
+                   arc_of(&v, at), lobe);
     }
     normalise(lobe->share[0], lobe->count);
     normalise(lobe->share[1], lobe->count);

@@ -8,28 +8,31 @@
  * points.
  *
  * The points are those of kern/brdf_quadrature.h, which end on the horizon,
- * with fewer radii: moments of the lobe are right to 1e-3 at N.V = .02, to 1e-4
- * from .1 on.
+ * with fewer radii, shared by rings and arcs in proportion to their lengths.
+ * Lobes of half the width to twice that are seen right to 1e-3 from r = .3 on,
+ * and to 2e-2 at r = .1 and grazing angles.
  */
 #ifndef IBL_BAKE_TRUE_LOBE_H
 #define IBL_BAKE_TRUE_LOBE_H
 
 enum {
-    IBL_TRUE_LOBE_RADII = 10, /* of full rings, and of arcs */
+    IBL_TRUE_LOBE_RADII = 20,
+    IBL_TRUE_LOBE_LEAST = 4, /* radii of full rings, and of arcs, at least */
+    IBL_TRUE_LOBE_MOST = IBL_TRUE_LOBE_RADII - IBL_TRUE_LOBE_LEAST,
     IBL_TRUE_LOBE_ANGLES = 8, /* on half a ring or arc */
-    IBL_TRUE_LOBE_POINTS = 2 * IBL_TRUE_LOBE_RADII * IBL_TRUE_LOBE_ANGLES
+    IBL_TRUE_LOBE_POINTS = IBL_TRUE_LOBE_RADII * IBL_TRUE_LOBE_ANGLES
 };
 
-/* Points and weights on 0..1. */
+/* Points and weights on 0..1: rule n has n points. */
 typedef struct ibl_true_lobe_rule {
-    double at[IBL_TRUE_LOBE_RADII], weight[IBL_TRUE_LOBE_RADII];
-    double arc[IBL_TRUE_LOBE_ANGLES], arc_weight[IBL_TRUE_LOBE_ANGLES];
+    double at[IBL_TRUE_LOBE_MOST + 1][IBL_TRUE_LOBE_MOST];
+    double weight[IBL_TRUE_LOBE_MOST + 1][IBL_TRUE_LOBE_MOST];
 } ibl_true_lobe_rule;
 
 /* Unit directions L, and their shares of the lobe for F0 = 1 and for F0 = .04:
  * each sums to 1. */
 typedef struct ibl_true_lobe {
-    int count; /* IBL_TRUE_LOBE_POINTS, or half of them */
+    int count;
     float x[IBL_TRUE_LOBE_POINTS], y[IBL_TRUE_LOBE_POINTS];
     float z[IBL_TRUE_LOBE_POINTS];
     float share[2][IBL_TRUE_LOBE_POINTS];

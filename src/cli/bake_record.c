@@ -354,8 +354,8 @@ static void put_lobes(const ibl_bake *b, json_t **j)
                     "smoothest"));
     put(j, "values",
         json_string("R: bend of mix(reflection, N, R), G: lod / (levels - 1), "
-                    "B: share of irradiance at N, A: half the distance of two "
-                    "taps"));
+                    "B: share of irradiance at N, A: half the difference of "
+                    "the bends of two taps"));
     put(j, "layers", layers);
     put(j, "fitted_to", json_string(fitted_to(b)));
     put(j, "level_roughness", roughness);
