@@ -885,8 +885,8 @@ static void reflection_of(ibl_isa isa)
             rgb[c * BLOCK + i] = test_random_unit(&r);
     }
     ibl_reflection_points a, b;
-    plain.place(&row, cosine, sine, &a);
-    dsp.place(&row, cosine, sine, &b);
+    const int n = BLOCK - 3, whole = plain.place(&row, cosine, sine, n, &a);
+    CHECK(dsp.place(&row, cosine, sine, n, &b) == whole);
     int left_out = 0;
     for (int i = 0; i < BLOCK; i++) {
         CHECK(near_sums(a.z[i], b.z[i], 1) && near_sums(a.s2[i], b.s2[i], 1) &&
@@ -895,10 +895,11 @@ static void reflection_of(ibl_isa isa)
               !(a.mass[i] > 0) == !(b.mass[i] > 0));
         left_out += !(a.mass[i] > 0);
     }
-    CHECK(left_out > 0 && left_out < BLOCK);
+    CHECK(left_out > 3 && left_out == BLOCK - whole && whole > 0);
+    CHECK(a.mass[n] == 0);
     for (int k = 0; k < 3; k++) {
-        const ibl_reflection_shape shape = {k == 0, 0.01, 0.8,
-                                            0.3 + 0.7 * (k == 2)};
+        const ibl_reflection_shape shape = {(ibl_reflection_kind)k, 0.01, 0.8,
+                                            0.3};
         double want[8] = {1, 2, 3, 4, 5, 6, 7, 8}, got[8];
         memcpy(got, want, sizeof got);
         plain.add(&shape, &a, rgb, BLOCK, BLOCK, want);

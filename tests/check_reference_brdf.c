@@ -166,7 +166,7 @@ TEST(pixel_on_the_horizon)
     for (int k = 0; k < 6; k++) {
         double want[SUMS] = {0};
         polar_direction(M_PI * (20.5 / 64 + 0.5) - above[k], phi, p.normal);
-        polar_direction(M_PI * (20.5 / 64 + 0.5) + 0.5, phi + 0.3, p.view);
+        polar_direction(M_PI * (20.5 / 64 + 0.5) - 0.5, phi + 0.3, p.view);
         add_pixel(&it->env, 0, IBL_GEOMETRY_SMITH, r, p.normal, p.view, 128, 40,
                   20, want);
         const double *got = brdf(it->ref, IBL_GEOMETRY_SMITH, &r, 1, &p);

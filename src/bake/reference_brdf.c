@@ -12,7 +12,7 @@
  *   q >= (30 p)^2  one point misses 16/24 (p / 30 p)^2 < 1e-3 of the patch's
  *                  light, from the second derivative of psi^-4, GGX's tail
  *   q >= (6 p)^2   2 x 2 points miss (1/6)^4 / 5 < 2e-4
- * Within 5 p above the horizon 2 x 2 points are used, too; patches that it
+ * Within 2 p above the horizon 2 x 2 points are used, too; patches that it
  * crosses are divided down to CROSSING. All roughnesses of a view share its
  * points, which are those for the smallest alpha.
  */
@@ -26,7 +26,7 @@
 
 enum {
     BLOCK = IBL_REFLECTION_BLOCK,
-    GROUP = 4,  /* views in a job */
+    GROUP = 8,  /* views in a job */
     DEPTH = 40, /* halvings of an edge, enough for SMALLEST */
     SUMS = IBL_REFERENCE_BRDF
 };
@@ -44,17 +44,18 @@ typedef struct turn {
     double c, s;
 } turn;
 
-/* Rotations from the centre of an edge that was halved d times. */
+/* An edge that was halved d times; rotations are from its centre. */
 typedef struct edge {
-    double length;       /* radians, before halving */
-    turn quarter[DEPTH]; /* to the centres of its halves */
-    turn gauss[DEPTH];   /* to its two Gauss points */
+    double length[DEPTH]; /* radians */
+    turn half[DEPTH];     /* to its ends */
+    turn quarter[DEPTH];  /* to the centres of its halves */
+    turn gauss[DEPTH];    /* to its two Gauss points */
 } edge;
 
 typedef struct sums {
     const ibl_reference *ref;
     ibl_reflection_dsp dsp;
-    int kind; /* LOBE, or an ibl_geometry */
+    ibl_reflection_kind kind;
     const double *roughness;
     size_t step; /* from a view's roughnesses to the next view's; 0: the same */
     int n;       /* roughnesses of a view */
@@ -67,10 +68,6 @@ typedef struct sums {
     struct worker *worker; /* one for each thread */
     double *out;
 } sums;
-
-enum {
-    LOBE = -1
-};
 
 /* A roughness as a viewer sees it. */
 typedef struct blur {
@@ -112,10 +109,12 @@ static turn turned(turn a, turn by, int sign)
 
 static edge edge_of(double length)
 {
-    edge e = {.length = length};
+    edge e;
 
     for (int d = 0; d < DEPTH; d++) {
         const double now = ldexp(length, -d);
+        e.length[d] = now;
+        e.half[d] = turn_of(0.5 * now);
         e.quarter[d] = turn_of(0.25 * now);
         e.gauss[d] = turn_of(0.5 * now * ibl_reference_gauss(2)->node[1]);
     }
@@ -125,19 +124,23 @@ static edge edge_of(double length)
 /* ---- one view --------------------------------------------------------- */
 
 /* D G / (4 N.L N.V) N.L in terms of what the kernel sums. */
-static blur blur_of(int kind, double nv, double roughness)
+static blur blur_of(ibl_reflection_kind kind, double nv, double roughness)
 {
     const double alpha = roughness * roughness, a2 = alpha * alpha;
     const double k = 0.5 * alpha;
-    blur b = {{kind == IBL_GEOMETRY_SMITH, a2, nv, k}, 1, alpha < SMALLEST};
+    blur b = {{kind, a2, nv, 0}, 1, alpha < SMALLEST};
 
-    if (kind == LOBE)
-        b.shape.v = 1;
-    else if (!b.mirror)
-        b.scale = a2 / (4 * pi * (k + (1 - k) * nv));
-    if (kind == IBL_GEOMETRY_SMITH) {
+    switch (kind) {
+    case IBL_REFLECTION_SMITH:
         b.shape.v = sqrt(a2 + (1 - a2) * nv * nv);
-        b.scale = b.mirror ? 1 : a2 / (2 * pi);
+        b.scale = a2 / (2 * pi);
+        break;
+    case IBL_REFLECTION_SCHLICK:
+        b.shape.v = k;
+        b.scale = a2 / (4 * pi * (k + (1 - k) * nv));
+        break;
+    case IBL_REFLECTION_LOBE:
+        break;
     }
     return b;
 }
@@ -248,14 +251,13 @@ static void add_point(const sums *s, const view *v, worker *w, turn theta,
  * along a row. */
 static double larger_edge(const sums *s, const part *p, bool *wider)
 {
-    const double tall = ldexp(s->theta.length, -p->tall);
-    const turn half = turn_of(0.5 * tall);
-    const double widest =
-        fmin(p->theta.s * half.c + fabs(p->theta.c) * half.s, 1);
-    const double wide = ldexp(s->phi.length, -p->wide) * widest;
+    const double tall = s->theta.length[p->tall];
+    const turn half = s->theta.half[p->tall];
+    const double widest = p->theta.s * half.c + fabs(p->theta.c) * half.s;
+    const double wide = s->phi.length[p->wide] * (widest < 1 ? widest : 1);
 
     *wider = wide > tall;
-    return fmax(tall, wide);
+    return wide > tall ? wide : tall;
 }
 
 /* Whether 2 x 2 points are too few. */
@@ -275,8 +277,7 @@ static bool is_coarse(const view *v, const part *p, double size)
 static void add_part(const sums *s, const view *v, worker *w, part p,
                      const double rgb[3])
 {
-    const double area =
-        ldexp(s->theta.length * s->phi.length, -p.tall - p.wide - 2);
+    const double area = s->theta.length[p.tall] * s->phi.length[p.wide] / 4;
     bool wider;
 
     if (is_coarse(v, &p, larger_edge(s, &p, &wider))) {
@@ -302,12 +303,11 @@ static ibl_reflection_row row_of(const sums *s, const view *v, turn theta,
                                  double size)
 {
     const int w = s->ref->env->width;
-    const double tall = s->theta.length;
     ibl_reflection_row row = {.sv = v->sv,
                               .nv = v->nv,
                               .wide = v->a2,
                               .least = 900 * size * size,
-                              .low = 5 * size};
+                              .low = 2 * size};
 
     for (int k = 0; k < 3; k++) {
         row.at[k] = v->axis[k][1] * theta.c;
@@ -315,39 +315,34 @@ static ibl_reflection_row row_of(const sums *s, const view *v, turn theta,
         row.aside[k] = v->axis[k][2] * theta.s;
     }
     /* cos(theta0) - cos(theta1) times a pixel's width. */
-    row.solid_angle = 2 * theta.s * sin(0.5 * tall) * (2 * pi / w);
+    row.solid_angle = 2 * theta.s * s->theta.half[0].s * (2 * pi / w);
     return row;
 }
 
-static bool is_above(const ibl_reflection_points *p, double z)
+/* Whether a block of columns can reach higher than z. */
+static bool is_above(const sums *s, const ibl_reflection_row *row, int first,
+                     double z)
 {
-    double highest = p->z[0];
+    const int middle = first + BLOCK / 2;
+    const double half = (0.5 * BLOCK + 1) * s->phi.length[0];
+    const double z0 = row->at[2] + row->ahead[2] * s->cos_phi[middle] +
+                      row->aside[2] * s->sin_phi[middle];
 
-    for (int i = 1; i < BLOCK; i++)
-        highest = p->z[i] > highest ? p->z[i] : highest;
-    return highest > z;
+    return z0 + half * hypot(row->ahead[2], row->aside[2]) > z;
 }
 
-/* Adds n pixels from column `first` on, those that place() left out in parts,
- * the others whole. */
-static void add_block(const sums *s, const view *v, worker *w, part pixel,
-                      double size, int first, int n)
+/* Adds n pixels from column `first` on that place() left out, in parts. */
+static void add_rest(const sums *s, const view *v, worker *w, part pixel,
+                     double size, int first, int n)
 {
-    bool any = false;
-
     for (int i = 0; i < n; i++) {
         const double *rgb = w->rgb + first + i;
         const double at[3] = {rgb[0], rgb[s->width], rgb[2 * s->width]};
+        if (w->row.mass[i] > 0 || w->row.z[i] <= -size)
+            continue;
         pixel.phi = (turn){s->cos_phi[first + i], s->sin_phi[first + i]};
-        if (w->row.mass[i] > 0)
-            any = true;
-        else if (w->row.z[i] > -size)
-            add_part(s, v, w, pixel, at);
+        add_part(s, v, w, pixel, at);
     }
-    for (int i = n; i < BLOCK; i++)
-        w->row.mass[i] = 0;
-    if (any)
-        add_points(s, v, &w->row, w->rgb + first, s->width, BLOCK);
 }
 
 static void add_row(const sums *s, const view *v, worker *w, turn theta)
@@ -359,10 +354,15 @@ static void add_row(const sums *s, const view *v, worker *w, turn theta)
     const ibl_reflection_row row = row_of(s, v, theta, size);
 
     for (int first = 0; first < columns; first += BLOCK) {
-        const int left = columns - first;
-        s->dsp.place(&row, s->cos_phi + first, s->sin_phi + first, &w->row);
-        if (is_above(&w->row, -size))
-            add_block(s, v, w, pixel, size, first, left < BLOCK ? left : BLOCK);
+        const int left = columns - first, n = left < BLOCK ? left : BLOCK;
+        if (!is_above(s, &row, first, -size))
+            continue;
+        const int whole = s->dsp.place(&row, s->cos_phi + first,
+                                       s->sin_phi + first, n, &w->row);
+        if (whole < n)
+            add_rest(s, v, w, pixel, size, first, n);
+        if (whole)
+            add_points(s, v, &w->row, w->rgb + first, s->width, BLOCK);
     }
     flush(s, v, w);
 }
@@ -403,12 +403,12 @@ static void finish(const sums *s, const view *v)
 {
     for (int k = 0; k < s->n; k++) {
         double *out = v->out + SUMS * k;
+        const double scale = v->blurs[k].mirror ? 1 : v->blurs[k].scale;
         if (v->blurs[k].mirror)
             mirror(s, v, out);
-        for (int c = 0; c < 4; c++) {
-            out[4 + c] *= v->blurs[k].scale;
-            out[c] =
-                out[c] * v->blurs[k].scale - (s->kind == LOBE ? 0 : out[4 + c]);
+        for (int c = 0; c < 4 && s->kind != IBL_REFLECTION_LOBE; c++) {
+            out[4 + c] *= scale;
+            out[c] = out[c] * scale - out[4 + c];
         }
     }
 }
@@ -471,7 +471,7 @@ static bool make_tables(sums *s)
         ok = make_worker(s, &s->worker[i]);
     if (!ok || !s->worker || !s->cos_phi || !s->sin_phi)
         return false;
-    for (int i = 0; i < w; i++) {
+    for (int i = 0; i < s->width; i++) {
         const double phi = 2 * pi * ((i + 0.5) / w - 0.5);
         s->cos_phi[i] = cos(phi);
         s->sin_phi[i] = sin(phi);
@@ -522,7 +522,8 @@ ibl_status ibl_reference_brdf(const ibl_reference *ref, ibl_geometry geometry,
                               size_t count, double *out)
 {
     sums s = {ref,
-              .kind = (int)geometry,
+              .kind = geometry == IBL_GEOMETRY_SMITH ? IBL_REFLECTION_SMITH
+                                                     : IBL_REFLECTION_SCHLICK,
               .roughness = roughness,
               .n = n,
               .normals = normals,
@@ -550,9 +551,14 @@ ibl_status ibl_reference_lobes(const ibl_reference *ref,
                                const double *roughness, int n,
                                const double *dirs, size_t count, double *rgb)
 {
-    sums s = {
-        ref,    .kind = LOBE,    .roughness = roughness, .step = (size_t)n,
-        .n = n, .normals = dirs, .views = dirs,          .count = count};
+    sums s = {ref,
+              .kind = IBL_REFLECTION_LOBE,
+              .roughness = roughness,
+              .step = (size_t)n,
+              .n = n,
+              .normals = dirs,
+              .views = dirs,
+              .count = count};
     ibl_status status = ibl_reference_check(ref, count, dirs, rgb);
 
     if (!status)

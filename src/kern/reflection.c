@@ -2,10 +2,13 @@
 #include "kern/reflection.h"
 
 #include <math.h>
+#include <stdbool.h>
 
-static void place(const ibl_reflection_row *row, const double *cosine,
-                  const double *sine, ibl_reflection_points *p)
+static int place(const ibl_reflection_row *row, const double *cosine,
+                 const double *sine, int n, ibl_reflection_points *p)
 {
+    int whole = 0;
+
     for (int i = 0; i < IBL_REFLECTION_BLOCK; i++) {
         double l[3];
         for (int k = 0; k < 3; k++)
@@ -17,22 +20,29 @@ static void place(const ibl_reflection_row *row, const double *cosine,
         p->z[i] = l[2];
         p->s2[i] = s2;
         p->c2[i] = c2;
-        p->mass[i] = s2 + row->wide * c2 >= row->least && l[2] >= row->low
-                         ? row->solid_angle * l[2] * h2 * h2
-                         : 0;
+        const bool kept =
+            i < n && s2 + row->wide * c2 >= row->least && l[2] >= row->low;
+        p->mass[i] = kept ? row->solid_angle * l[2] * h2 * h2 : 0;
         p->fc[i] = miss2 * miss2 * miss;
+        whole += kept;
     }
+    return whole;
 }
 
 static double divisor(const ibl_reflection_shape *s, double z, double s2,
                       double c2)
 {
     const double q = s2 + s->a2 * c2;
-    const double g = s->smith
-                         ? s->v * z + s->nv * sqrt(s->a2 + (1 - s->a2) * z * z)
-                         : s->v + (1 - s->v) * z;
 
-    return q * q * g;
+    switch (s->kind) {
+    case IBL_REFLECTION_SMITH:
+        return q * q * (s->v * z + s->nv * sqrt(s->a2 + (1 - s->a2) * z * z));
+    case IBL_REFLECTION_SCHLICK:
+        return q * q * (s->v + (1 - s->v) * z);
+    case IBL_REFLECTION_LOBE:
+        break;
+    }
+    return q * q;
 }
 
 static void add(const ibl_reflection_shape *shape,
@@ -48,7 +58,8 @@ static void add(const ibl_reflection_shape *shape,
             const double light =
                 c < 3 ? w * rgb[(size_t)c * stride + (size_t)i] : w;
             sum[c] += light;
-            sum[4 + c] += light * p->fc[i];
+            if (shape->kind != IBL_REFLECTION_LOBE)
+                sum[4 + c] += light * p->fc[i];
         }
     }
 }

@@ -36,19 +36,24 @@ typedef struct ibl_reflection_row {
     double wide, least, low;
 } ibl_reflection_row;
 
-/* What divides a point's mass: (s2 + a2 c2)^2 g, where g is
- *     v z + nv sqrt(a2 + (1 - a2) z^2)   for Smith's geometry,
- *     v + (1 - v) z                      else. */
+typedef enum ibl_reflection_kind {
+    IBL_REFLECTION_SMITH,   /* g = v z + nv sqrt(a2 + (1 - a2) z^2) */
+    IBL_REFLECTION_SCHLICK, /* g = v + (1 - v) z */
+    IBL_REFLECTION_LOBE     /* g = 1; without the sums with fc */
+} ibl_reflection_kind;
+
+/* What divides a point's mass: (s2 + a2 c2)^2 g. */
 typedef struct ibl_reflection_shape {
-    int smith;
+    ibl_reflection_kind kind;
     double a2, nv, v;
 } ibl_reflection_shape;
 
 typedef struct ibl_reflection_dsp {
     /* Fills all points of a block from as many cosines and sines of azimuths.
-     * Those left out have a mass of 0. */
-    void (*place)(const ibl_reflection_row *row, const double *cosine,
-                  const double *sine, ibl_reflection_points *points);
+     * Those left out, and those from n on, have a mass of 0. Returns the number
+     * of the others. */
+    int (*place)(const ibl_reflection_row *row, const double *cosine,
+                 const double *sine, int n, ibl_reflection_points *points);
     /*
      * For each point, w = mass / ((s2 + a2 c2)^2 g): adds to sum[0..3] w times
      * R, G, B and 1, and to sum[4..7] fc times the same. Points of mass 0 add
