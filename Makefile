@@ -211,6 +211,11 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(EXR_LIBS) \
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
+# Judges, as the program does. The library serves them, too.
+$(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
+$(BUILD)/tests/check_rendered: $(call obj,src/cli/faces.c src/cli/judge.c \
+    src/cli/judge_picks.c src/cli/lookup.c src/cli/rendered.c)
+
 # Gives OpenEXRCore its memory.
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read
 # A file system that does not answer, or is interrupted.

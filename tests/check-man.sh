@@ -17,7 +17,7 @@ check_page() { # PAGE, of the command in run
             if (entry) print entry "\t" text
             split(substr($0, 3), part, /   +| +[a-z0-9A-Z].*   /)
             entry = substr($0, 1, 26); text = substr($0, 28)
-            if (length($0) < 27 || substr($0, 27, 1) != " ") {
+            if (length($0) < 29 || substr($0, 27, 1) != " ") {
                 entry = $0; text = ""
             }
             gsub(/^ +| +$/, "", entry)

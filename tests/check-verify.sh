@@ -5,7 +5,7 @@
 # programs, and on nonsense. BUILD names the build.
 set -u
 . tests/lib.sh
-slow='lobes|every_thread|damage_is|figures_of|containers_and|tenth|heatmap|in_spite'
+slow='lobes|every_thread|damage_is|figures_of|containers_and|tenth|heatmap|in_spite|rendered_at'
 need node
 use iblbake
 cp tests/cli/damage.mjs "$work/bin"
@@ -598,6 +598,97 @@ test_bake_above_the_bound_leaves_nothing() {
     iblbake -q $small env.exr -o out --max-error 1e-9 2>err && echo 'status 0'
     [ "$(wc -l <err)" = 1 ] || cat err
     [ ! -e out ] || ls out
+}
+
+# ---- what is rendered --------------------------------------------------
+
+few='--rendered --directions 48 --roughness 0.4,1'
+
+# On a constant map only the table is wrong, by its roundings at most.
+test_rendered() {
+    local shader
+    iblbake -q $small --lut-size 128 --lobe-table prior one.hdr -o out
+    for shader in split bent table two-taps; do
+        iblbake verify $few --shader $shader one.hdr out --json v.json >table
+        js $shader <<'END'
+const { shader, rows, means } = json('v.json').rendered;
+near('rows', rows.length, 4, 0);
+near('means', means.length, 2, 0);
+if (shader !== process.argv[2]) console.log(shader);
+for (const row of [...rows, ...means]) {
+    near('nrmse', row.nrmse, 0, 0.03);
+    near('ratio', row.mean_ratio, 1, 0.03);
+    for (const part of ['view', 'levels', 'texels'])
+        near(part, row.parts[part], 0, 1e-3);
+}
+END
+        [ "$(wc -l <table)" = 8 ] || cat table
+    done
+    sed -n 1p table | grep -q 'by two-taps: 48 directions' || cat table
+    iblbake verify $few one.hdr out | grep -q 'by table:' || echo 'no table'
+}
+
+test_rendered_at_any_thread_count() {
+    iblbake -q $small env.exr -o out
+    iblbake verify $few env.exr out -j 1 --json 1.json --plot 1.png >1.txt
+    iblbake verify $few env.exr out -j 3 --json 3.json --plot 3.png >3.txt
+    cmp 1.json 3.json && cmp 1.png 3.png && cmp 1.txt 3.txt
+    iblbake verify -q $few env.exr out --json 2.json --seed 2
+    cmp -s 1.json 2.json && echo 'another seed, the same directions'
+    return 0
+}
+
+test_rendered_bound() {
+    iblbake -q $small env.exr -o out
+    iblbake verify -q $few env.exr out --max-rendered-error 5 2>err || cat err
+    iblbake verify -q $few env.exr out --max-rendered-error 0.001 \
+        --json v.json 2>err && echo 'status 0'
+    grep -q 'rendered with F0 = 1, the files have an nRMSE of .*, above 0.001' \
+        err || cat err
+    grep -q '"passed": false' v.json || cat v.json
+}
+
+# A sidecar, a mapping, a list and a curve that say the same; and a wrong one.
+test_rendered_lod() {
+    local given
+    iblbake -q $floats --mapping filament --levels 2 env.exr -o out
+    iblbake verify $few env.exr out >sidecar
+    mv out/env.json .
+    for given in '--roughness-map filament' \
+        '--roughness-map 0,1 --lod filament' \
+        '--roughness-map 0,1 --lod 0:0,0.4:0.64,1:1'; do
+        # shellcheck disable=SC2086
+        iblbake verify $few $given env.exr out | diff sidecar - ||
+            echo "$given"
+    done
+    iblbake verify $few --roughness-map 0,1 env.exr out | cmp -s sidecar - &&
+        echo 'straight lines between levels are the same'
+    return 0
+}
+
+test_rendered_misuse() {
+    local way
+    iblbake -q $small env.exr -o out
+    for way in --all '--texels 99' '--max-error 1' '--heatmap a.png'; do
+        # shellcheck disable=SC2086
+        wrong 2 '*--rendered judges no texels*' --rendered $way env.exr out
+    done
+    for way in '--shader bent' '--lod linear' '--f0 1' '--roughness 1' \
+        '--directions 99' '--max-rendered-error 1' '--plot a.png' \
+        '--lobe-table a.ktx2'; do
+        # shellcheck disable=SC2086
+        wrong 2 '*need --rendered' $way env.exr out
+    done
+    for way in '--lod 0.5:1,0.5:2' '--lod 0:1,' '--lod 1' '--roughness 0.5,0.5' \
+        '--f0 1.5' '--directions 23'; do
+        # shellcheck disable=SC2086
+        wrong 2 '*it takes*' --rendered $way env.exr out
+    done
+    wrong 1 '*no environment*' --rendered --lut out/brdf_lut.ktx2
+    wrong 1 '*no specular cube*' --rendered env.exr \
+        --irradiance out/env_irradiance.ktx2
+    wrong 1 '*no lobe table*' --rendered env.exr out --lobe-table \
+        out/brdf_lut.ktx2
 }
 
 # The word is a command only as the first argument.

@@ -14,7 +14,7 @@ void ibl_face_direction(int face, double u, double v, double dir[3])
         dir[k] = d[face][k];
 }
 
-ibl_texel ibl_face_texel(int size, const double dir[3])
+int ibl_face_point(const double dir[3], double *u, double *v)
 {
     const double x = dir[0], y = dir[1], z = dir[2];
     double s, t, m;
@@ -26,9 +26,38 @@ ibl_texel ibl_face_texel(int size, const double dir[3])
         face = 2 + (y < 0), m = fabs(y), s = x, t = y < 0 ? -z : z;
     else
         face = 4 + (z < 0), m = fabs(z), s = z < 0 ? -x : x, t = -y;
-    return (ibl_texel){
-        face, (int)fmin(fmax(floor((s / m + 1) / 2 * size), 0), size - 1),
-        (int)fmin(fmax(floor((t / m + 1) / 2 * size), 0), size - 1)};
+    *u = s / m;
+    *v = t / m;
+    return face;
+}
+
+ibl_texel ibl_face_texel(int size, const double dir[3])
+{
+    double u, v;
+    const int face = ibl_face_point(dir, &u, &v);
+
+    return (ibl_texel){face,
+                       (int)fmin(fmax(floor((u + 1) / 2 * size), 0), size - 1),
+                       (int)fmin(fmax(floor((v + 1) / 2 * size), 0), size - 1)};
+}
+
+bool ibl_face_neighbour(int n, ibl_texel at, int dx, int dy, ibl_texel *to)
+{
+    const double u = 2 * (at.x + dx + 0.5) / n - 1;
+    const double v = 2 * (at.y + dy + 0.5) / n - 1;
+    double d[3];
+
+    if (fabs(u) > 1 && fabs(v) > 1)
+        return false;
+    ibl_face_direction(at.face, u, v, d);
+    if (fabs(u) > 1 || fabs(v) > 1) {
+        /* Fold to half a texel from the edge on the next face. */
+        d[at.face / 2] *= 1 - 1.0 / n;
+        for (int k = 0; k < 3; k++)
+            d[k] = fmax(-1, fmin(d[k], 1));
+    }
+    *to = ibl_face_texel(n, d);
+    return true;
 }
 
 void ibl_mean_rgb(const float *image, int width, int x0, int x1, int y0, int y1,

@@ -3,6 +3,8 @@
 #ifndef CLI_FACES_H
 #define CLI_FACES_H
 
+#include <stdbool.h>
+
 #include <ibl/ibl.h>
 #include <ibl/reference.h>
 
@@ -10,8 +12,14 @@
  * face and may lie beyond its edges. */
 void ibl_face_direction(int face, double u, double v, double dir[3]);
 
+/* The face that a direction hits, and where on it: u and v are -1..1. */
+int ibl_face_point(const double dir[3], double *u, double *v);
+
 /* The texel that a direction hits in a cube with faces of `size` texels. */
 ibl_texel ibl_face_texel(int size, const double dir[3]);
+
+/* The texel at an offset of dx, dy, also across edges. False: none exists. */
+bool ibl_face_neighbour(int size, ibl_texel at, int dx, int dy, ibl_texel *to);
 
 /* A texel of a level whose faces of `size` are stored one after the other. */
 static inline float *ibl_face_at(float *faces, int size, ibl_texel at)

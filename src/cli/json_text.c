@@ -180,3 +180,11 @@ json_t *ibl_json_harmonics(const double *sh, int degree, bool cosine)
     }
     return j;
 }
+
+double ibl_json_digits(double x)
+{
+    char text[32];
+
+    snprintf(text, sizeof text, "%.3e", x);
+    return strtod(text, NULL);
+}

@@ -31,6 +31,9 @@ json_t *ibl_json_harmonics(const double *sh, int degree, bool cosine);
 /* {"texels": .., "moved": .., "lost": ..}; NULL: no memory. */
 json_t *ibl_json_overflow(const ibl_overflow_level *level);
 
+/* Rounds to four digits; results at chosen points are not more precise. */
+double ibl_json_digits(double x);
+
 /* Building JSON without checks after each call: a failed call sets the object
  * or array to NULL, and so the container it is put into. All calls take
  * ownership of value; a NULL value is a failure. */

@@ -280,33 +280,13 @@ static void survey(const ibl_judge *j, const ibl_judge_level *level,
     v->bias = (mean - source) / fmax(source, (double)FLT_MIN);
 }
 
-/* The texel at an offset of dx, dy, also across edges. False: none exists. */
-static bool neighbour(int n, ibl_texel at, int dx, int dy, ibl_texel *to)
-{
-    const double u = 2 * (at.x + dx + 0.5) / n - 1;
-    const double v = 2 * (at.y + dy + 0.5) / n - 1;
-    double d[3];
-
-    if (fabs(u) > 1 && fabs(v) > 1)
-        return false;
-    ibl_face_direction(at.face, u, v, d);
-    if (fabs(u) > 1 || fabs(v) > 1) {
-        /* Fold to half a texel from the edge on the next face. */
-        d[at.face / 2] *= 1 - 1.0 / n;
-        for (int k = 0; k < 3; k++)
-            d[k] = fmax(-1, fmin(d[k], 1));
-    }
-    *to = ibl_face_texel(n, d);
-    return true;
-}
-
 /* Whether a texel or a neighbour holds at least max in a channel. */
 static bool is_by_full(const ibl_judge_level *level, ibl_texel at, int channel,
                        float max)
 {
     for (int k = 0; k < 9; k++) {
         ibl_texel t;
-        if (neighbour(level->size, at, k % 3 - 1, k / 3 - 1, &t) &&
+        if (ibl_face_neighbour(level->size, at, k % 3 - 1, k / 3 - 1, &t) &&
             ibl_face_at(level->texels, level->size, t)[channel] >= max)
             return true;
     }
@@ -336,8 +316,7 @@ static double quantile(const ibl_judged_texel *texels, size_t count,
     return 0;
 }
 
-/* Sorts texels by error; returns their statistics. */
-static ibl_error_spread spread_of(ibl_judged_texel *texels, size_t count)
+ibl_error_spread ibl_error_spread_of(ibl_judged_texel *texels, size_t count)
 {
     qsort(texels, count, sizeof *texels, by_error);
     return (ibl_error_spread){.count = count,
@@ -429,8 +408,8 @@ static bool compare(const ibl_judge *j, const ibl_judge_level *level,
                         v);
     const size_t count = v->error.count;
     memcpy(sorted, v->texels, count * sizeof *sorted);
-    v->error = spread_of(sorted, count);
-    v->dark = spread_of(sorted, sort_dark(sorted, count));
+    v->error = ibl_error_spread_of(sorted, count);
+    v->dark = ibl_error_spread_of(sorted, sort_dark(sorted, count));
     free(sorted);
     const double truth = fmax(sqrt(sums.truth), (double)FLT_MIN);
     v->nrmse = sqrt(sums.wrong) / truth;

@@ -61,6 +61,9 @@ typedef struct ibl_error_spread {
     double median, p95, worst;
 } ibl_error_spread;
 
+/* Sorts texels by error; returns their weighted statistics. */
+ibl_error_spread ibl_error_spread_of(ibl_judged_texel *texels, size_t count);
+
 typedef struct ibl_verdict {
     ibl_judge_level level;  /* texels: NULL */
     ibl_error_spread error; /* of all judged texels */

@@ -137,19 +137,11 @@ void ibl_report_print(const ibl_report *report, FILE *to)
 
 /* ---- JSON ------------------------------------------------------------ */
 
-/* Rounds to four digits; results at chosen texels are not more precise. */
-static double digits(double x)
-{
-    char text[32];
-    snprintf(text, sizeof text, "%.3e", x);
-    return strtod(text, NULL);
-}
-
 static json_t *spread_json(const ibl_error_spread *s)
 {
     return json_pack("{sI sf sf sf}", "texels", (json_int_t)s->count, "median",
-                     digits(s->median), "p95", digits(s->p95), "worst",
-                     digits(s->worst));
+                     ibl_json_digits(s->median), "p95", ibl_json_digits(s->p95),
+                     "worst", ibl_json_digits(s->worst));
 }
 
 static json_t *row_json(const ibl_verdict *v)
@@ -161,29 +153,34 @@ static json_t *row_json(const ibl_verdict *v)
         put(&j, "lobe", json_string(ibl_lobe_name(v->level.lobe)));
         put(&j, "roughness", json_real(v->level.roughness));
     }
-    put_all(
-        &j,
-        json_pack(
-            "{sI sf sf sf sf s[fff] so sf sI sf sf sf sf}", "texels",
-            (json_int_t)v->error.count, "nrmse", digits(v->nrmse), "median",
-            digits(v->error.median), "p95", digits(v->error.p95), "worst",
-            digits(v->error.worst), "worst_direction", digits(v->worst_dir[0]),
-            digits(v->worst_dir[1]), digits(v->worst_dir[2]), "darkest_tenth",
-            spread_json(&v->dark), "bias", digits(v->bias), "nonfinite",
-            (json_int_t)v->nonfinite, "rounding_nrmse", digits(v->rounding),
-            "rounding_share", digits(v->rounding_share), "overflow_nrmse",
-            digits(v->overflow), "overflow_share", digits(v->overflow_share)));
+    put_all(&j,
+            json_pack("{sI sf sf sf sf s[fff] so sf sI sf sf sf sf}", "texels",
+                      (json_int_t)v->error.count, "nrmse",
+                      ibl_json_digits(v->nrmse), "median",
+                      ibl_json_digits(v->error.median), "p95",
+                      ibl_json_digits(v->error.p95), "worst",
+                      ibl_json_digits(v->error.worst), "worst_direction",
+                      ibl_json_digits(v->worst_dir[0]),
+                      ibl_json_digits(v->worst_dir[1]),
+                      ibl_json_digits(v->worst_dir[2]), "darkest_tenth",
+                      spread_json(&v->dark), "bias", ibl_json_digits(v->bias),
+                      "nonfinite", (json_int_t)v->nonfinite, "rounding_nrmse",
+                      ibl_json_digits(v->rounding), "rounding_share",
+                      ibl_json_digits(v->rounding_share), "overflow_nrmse",
+                      ibl_json_digits(v->overflow), "overflow_share",
+                      ibl_json_digits(v->overflow_share)));
     return j;
 }
 
 static json_t *lut_json(const ibl_lut_verdict *v)
 {
     return json_pack("{si sI sf sf sf sf sf sI}", "size", v->size, "texels",
-                     (json_int_t)v->count, "max", digits(v->max),
-                     "worst_n_dot_v", digits(v->worst_n_dot_v),
-                     "worst_roughness", digits(v->worst_roughness), "rms",
-                     digits(v->rms), "rounding_rms", digits(v->rounding),
-                     "nonfinite", (json_int_t)v->nonfinite);
+                     (json_int_t)v->count, "max", ibl_json_digits(v->max),
+                     "worst_n_dot_v", ibl_json_digits(v->worst_n_dot_v),
+                     "worst_roughness", ibl_json_digits(v->worst_roughness),
+                     "rms", ibl_json_digits(v->rms), "rounding_rms",
+                     ibl_json_digits(v->rounding), "nonfinite",
+                     (json_int_t)v->nonfinite);
 }
 
 json_t *ibl_report_json(const ibl_report *report)

@@ -6,6 +6,7 @@
 
 #include "cli/console.h"
 #include "cli/json_text.h"
+#include "cli/rendered.h"
 #include "cli/verify_files.h"
 #include "common/names.h"
 #include "common/signals.h"
@@ -46,6 +47,65 @@ static bool parse_roughness_map(void *field, const char *value)
     else
         m->count = ibl_roughness_list(value, m->list);
     return named >= 0 || m->count;
+}
+
+/* "0:0,0.5:2.5,1:5": roughness and lod, rising. */
+static bool parse_lod(void *field, const char *value)
+{
+    ibl_verify_lod *l = field;
+    const int named = ibl_names_find(ibl_mapping_names, value);
+    ibl_lod *lod = &l->lod;
+    const char *end = value;
+
+    *l = (ibl_verify_lod){.given = 1};
+    if (named >= 0) {
+        lod->mapping = (ibl_roughness_map)named;
+        return true;
+    }
+    for (int k = 0; k < IBL_LOD_POINTS; k++, value = end + 1) {
+        if (!ibl_number_real(value, 0, 1, &lod->roughness[k], &end) ||
+            *end != ':' ||
+            !ibl_number_real(end + 1, 0, IBL_MAX_LEVELS, &lod->lod[k], &end) ||
+            (k && lod->roughness[k] <= lod->roughness[k - 1]))
+            return false;
+        lod->count = k + 1;
+        if (*end != ',')
+            return !*end;
+    }
+    return false;
+}
+
+/* Numbers 0..1. Returns their count; 0: not so. */
+static int parse_numbers(const char *value, double list[IBL_RENDERED_LIST])
+{
+    const char *end;
+
+    for (int k = 0; k < IBL_RENDERED_LIST; k++, value = end + 1) {
+        if (!ibl_number_real(value, 0, 1, &list[k], &end))
+            return 0;
+        if (*end != ',')
+            return *end ? 0 : k + 1;
+    }
+    return 0;
+}
+
+static bool parse_roughness(void *field, const char *value)
+{
+    ibl_rendered_options *o = field;
+    const int n = parse_numbers(value, o->roughness);
+
+    o->roughness_count = n;
+    for (int k = 1; k < n; k++)
+        if (o->roughness[k] <= o->roughness[k - 1])
+            return false;
+    return n;
+}
+
+static bool parse_f0(void *field, const char *value)
+{
+    ibl_rendered_options *o = field;
+
+    return (o->f0_count = parse_numbers(value, o->f0));
 }
 
 static bool parse_axes(void *field, const char *value)
@@ -122,6 +182,35 @@ static const ibl_option judging[] = {
              "error of the table is above E, or a texel is not finite"},
 };
 
+static const ibl_option rendering[] = {
+    {"rendered", 0, IBL_FLAG(rendered),
+     .help = "judge what a shader draws with the files, not their texels"},
+    {"shader", 0, IBL_CHOICE(shading.shader, ibl_shader_names),
+     .help = "how the shader looks up reflections, as in ibl.glsl; auto: by "
+             "the lobe table, if there is one, else split"},
+    {"lobe-table", 0, IBL_TEXT(files[IBL_OUTPUT_LOBES], "FILE"),
+     .standard = "", .help = "the lobe table"},
+    {"lod", 0, IBL_OTHER(lod, "LOD", parse_lod),
+     .allowed = "linear, filament or a list of ROUGHNESS:LOD",
+     .standard = "what the files say, else their levels' roughness",
+     .help = "the shader's lod of a roughness; straight lines join a list"},
+    {"roughness", 0, IBL_OTHER(shading, "LIST", parse_roughness),
+     .allowed = "rising numbers from 0 to 1",
+     .standard = "0.1,0.2,0.3,0.4,0.5,0.7,0.85,1",
+     .help = "roughnesses of the surface"},
+    {"f0", 0, IBL_OTHER(shading, "LIST", parse_f0),
+     .allowed = "numbers from 0 to 1", .standard = "1,0.04",
+     .help = "reflectances of the surface at normal incidence"},
+    {"directions", 0, IBL_INT(shading.directions, 24, 65536),
+     .help = "pairs of a normal and a view"},
+    {"max-rendered-error", 0, IBL_REAL(max_rendered_error, "E", 0, 1000),
+     .standard = "none",
+     .help = "exit with status 1 if the nRMSE of an F0, the mean over the "
+             "roughnesses, is above E"},
+    {"plot", 0, IBL_PNG(plot, "FILE"),
+     .help = "a PNG picture of the error and its parts over roughness"},
+};
+
 static const ibl_option results[] = {
     {"json", 0, IBL_TEXT(json, "FILE"), .standard = "",
      .help = "the table as JSON; -: to standard output, in place of the table"},
@@ -134,6 +223,7 @@ static const ibl_section *const sections[] = {
     IBL_SECTION("Files", files),
     IBL_SECTION("What the files mean", meaning),
     IBL_SECTION("Judging", judging),
+    IBL_SECTION("Judging what is rendered", rendering),
     IBL_SECTION("Results", results),
     &ibl_input_section,
     &ibl_running_section,
@@ -148,6 +238,8 @@ static void defaults(void *settings)
                            .yaw_deg = NAN,
                            .axes = {1, 2, 3},
                            .judge = ibl_judge_options_default(),
+                           .shading = ibl_rendered_options_default(),
+                           .max_rendered_error = NAN,
                            .max_error = NAN};
     parse_face_names(o->face_names, "px,nx,py,ny,pz,nz");
 }
@@ -169,6 +261,35 @@ static bool take(void *settings, const char *word)
     return true;
 }
 
+static bool is_default(const ibl_rendered_options *a)
+{
+    const ibl_rendered_options b = ibl_rendered_options_default();
+
+    return a->shader == b.shader && a->directions == b.directions &&
+           a->roughness_count == b.roughness_count &&
+           a->f0_count == b.f0_count &&
+           !memcmp(a->roughness, b.roughness, sizeof b.roughness) &&
+           !memcmp(a->f0, b.f0, sizeof b.f0);
+}
+
+/* Options of one way of judging are refused with the other. */
+static bool check_way(const ibl_verify_opts *o)
+{
+    const ibl_judge_options texels = ibl_judge_options_default();
+
+    if (o->rendered)
+        return (!o->judge.all && o->judge.texels == texels.texels &&
+                isnan(o->max_error) && !o->heatmap) ||
+               ibl_misuse("--rendered judges no texels: leave out --texels, "
+                          "--all, --max-error and --heatmap");
+    return (is_default(&o->shading) && !o->lod.given &&
+            isnan(o->max_rendered_error) && !o->plot &&
+            !o->files[IBL_OUTPUT_LOBES]) ||
+           ibl_misuse("--shader, --lobe-table, --lod, --roughness, --f0, "
+                      "--directions, --max-rendered-error and --plot need "
+                      "--rendered");
+}
+
 static bool validate(void *settings)
 {
     ibl_verify_opts *o = settings;
@@ -183,7 +304,8 @@ static bool validate(void *settings)
     if (!o->directory && !cubes && !lut)
         return ibl_misuse("nothing to judge: add the directory of the bake, or "
                           "--specular, --irradiance, --skybox or --lut");
-    if (!ibl_common_validate(&o->common))
+    o->shading.seed = o->judge.seed;
+    if (!ibl_common_validate(&o->common) || !check_way(o))
         return false;
     if (!o->name) {
         if (!ibl_stem(o->input, o->stem, sizeof o->stem))
@@ -204,9 +326,29 @@ typedef struct verify {
     ibl_verify_files files;
     ibl_judge *judge;
     ibl_report report;
+    ibl_rendered rendered;
 } verify;
 
-static bool judge(verify *v)
+static bool read_environment(verify *v)
+{
+    const ibl_verify_opts *o = v->opts;
+
+    ibl_console_progress(v->console, "decode", 0);
+    return !ibl_image_read(v->ctx, o->input, &o->common.read, &v->env, NULL);
+}
+
+static bool judge_rendered(verify *v)
+{
+    return v->opts->input
+               ? read_environment(v) &&
+                     ibl_rendered_judge(&v->files, v->ctx, &v->env,
+                                        &v->opts->shading, v->console,
+                                        &v->rendered)
+               : ibl_console_fail(v->console, "no environment: --rendered "
+                                              "compares with its light");
+}
+
+static bool judge_texels(verify *v)
 {
     const ibl_verify_opts *o = v->opts;
     ibl_judge_options *options = &v->report.options;
@@ -215,8 +357,7 @@ static bool judge(verify *v)
     if (o->heatmap)
         options->grid = IBL_HEATMAP_GRID;
     if (v->files.count) {
-        ibl_console_progress(v->console, "decode", 0);
-        if (ibl_image_read(v->ctx, o->input, &o->common.read, &v->env, NULL))
+        if (!read_environment(v))
             return false;
         v->judge = ibl_judge_create(v->ctx, &v->env, v->files.yaw_deg, options);
         if (!v->judge)
@@ -242,11 +383,16 @@ static char *json_report(const verify *v, bool passed)
             put(&paths, ibl_output_content((ibl_output_kind)kind),
                 ibl_json_string(v->files.path[kind]));
     put(&root, "files", paths);
-    if (!isnan(o->max_error)) {
+    if (!isnan(o->max_error))
         put(&root, "max_error", json_real(o->max_error));
+    if (!isnan(o->max_rendered_error))
+        put(&root, "max_rendered_error", json_real(o->max_rendered_error));
+    if (!isnan(o->max_error) || !isnan(o->max_rendered_error))
         put(&root, "passed", json_boolean(passed));
-    }
-    put_all(&root, ibl_report_json(&v->report));
+    if (o->rendered)
+        put(&root, "rendered", ibl_rendered_json(&v->rendered));
+    else
+        put_all(&root, ibl_report_json(&v->report));
     char *text = ibl_json_text(root);
     json_decref(root);
     return text;
@@ -266,27 +412,40 @@ static bool put_json(verify *v, bool passed)
     return ok;
 }
 
-static bool put_heatmap(verify *v)
+static bool put_picture(verify *v)
 {
+    const ibl_verify_opts *o = v->opts;
     void *png = NULL;
     size_t size;
 
-    ibl_console_progress(v->console, "heatmap", 0);
-    const bool ok = ibl_heatmap_png(&v->report, &png, &size) &&
-                    !ibl_outputs_add(v->outputs, v->opts->heatmap, png, size);
+    ibl_console_progress(v->console, o->heatmap ? "heatmap" : "plot", 0);
+    const bool made = o->heatmap ? ibl_heatmap_png(&v->report, &png, &size)
+                                 : ibl_rendered_png(&v->rendered, &png, &size);
+    const bool ok =
+        made && !ibl_outputs_add(v->outputs, o->heatmap ? o->heatmap : o->plot,
+                                 png, size);
     free(png);
     return ok;
+}
+
+static void print(const verify *v)
+{
+    if (v->opts->rendered)
+        ibl_rendered_print(&v->rendered, stdout);
+    else
+        ibl_report_print(&v->report, stdout);
 }
 
 static bool put_results(verify *v, bool passed)
 {
     const ibl_verify_opts *o = v->opts;
 
-    if ((o->json && !put_json(v, passed)) || (o->heatmap && !put_heatmap(v)))
+    if ((o->json && !put_json(v, passed)) ||
+        ((o->heatmap || o->plot) && !put_picture(v)))
         return false;
     ibl_console_finish(v->console);
     if (!o->common.quiet && !(o->json && !strcmp(o->json, "-")))
-        ibl_report_print(&v->report, stdout);
+        print(v);
     return !ibl_commit_outputs(v->outputs);
 }
 
@@ -312,9 +471,12 @@ static int run(const void *settings)
     bool ok = !ibl_start(&opts->common, &console, &v.ctx) &&
               !ibl_start_outputs(v.ctx, 0, &v.outputs) &&
               ibl_verify_files_read(opts, v.ctx, &console, &v.files) &&
-              judge(&v);
+              (opts->rendered ? judge_rendered(&v) : judge_texels(&v));
     const bool passed =
-        ok && ibl_report_passes(&v.report, opts->max_error, why, sizeof why);
+        ok && ibl_report_passes(&v.report, opts->max_error, why, sizeof why) &&
+        (!opts->rendered ||
+         ibl_rendered_passes(&v.rendered, opts->max_rendered_error, why,
+                             sizeof why));
     ok = ok && put_results(&v, passed) &&
          (passed || ibl_console_fail(&console, "%s", why));
     const int status = ibl_console_end(&console, ok);

@@ -136,6 +136,8 @@ static bool find_file(reader *r)
                     "%s: %s names it, but it is not there: bake again", r->path,
                     r->sidecar_path));
     }
+    if (r->kind == IBL_OUTPUT_LOBES)
+        return find_there(r, ibl_output_content(r->kind), "");
     if (r->kind != IBL_OUTPUT_LUT)
         return find_there(r, o->name, suffixes[r->kind]);
     for (int i = 0; ibl_lut_stems[i] && ok && !r->path; i++)
@@ -151,7 +153,7 @@ static bool find_files(reader *r)
     for (int kind = 0; kind < IBL_VERIFY_KINDS && ok; kind++) {
         r->kind = (ibl_output_kind)kind;
         r->path = NULL;
-        ok = find_file(r);
+        ok = (kind == IBL_OUTPUT_LOBES && !r->opts->rendered) || find_file(r);
         path[kind] = r->path;
     }
     return ok && (!r->opts->directory || path[IBL_OUTPUT_SKYBOX] ||
@@ -244,6 +246,48 @@ static bool find_roughness(const reader *r, const ibl_texture *tex, int levels,
                         r->path, who);
 }
 
+/* The lod that the levels of a mapping have. */
+static void set_lod(ibl_lod *lod, ibl_roughness_map map, double first,
+                    double last, int levels)
+{
+    const double low = ibl_mapping_x(map, first);
+    const double range = ibl_mapping_x(map, last) - low;
+
+    *lod = (ibl_lod){.mapping = map};
+    if (range > 0)
+        lod->lod_scale = (levels - 1) / range;
+    lod->lod_offset = -low * lod->lod_scale;
+}
+
+/* Sets the lod: that of the option, else of a mapping that is named, else the
+ * levels themselves, with straight lines between them. */
+static void find_lod(const reader *r, const ibl_texture *tex,
+                     const double *roughness, int levels)
+{
+    const ibl_verify_opts *o = r->opts;
+    const ibl_verify_map *m = &o->roughness;
+    ibl_lod *lod = &r->files->lod;
+    const char *word = NULL;
+    const int found = said(r, tex, "mapping", ibl_mapping_names, &word);
+
+    if (o->lod.given && o->lod.lod.count) {
+        *lod = o->lod.lod;
+    } else if (o->lod.given) {
+        set_lod(lod, o->lod.lod.mapping, 0, 1, levels);
+    } else if (m->given && !m->count) {
+        set_lod(lod, m->map, 0, 1, levels);
+    } else if (!m->given && word && found >= 0) {
+        set_lod(lod, (ibl_roughness_map)found, roughness[0],
+                roughness[levels - 1], levels);
+    } else {
+        *lod = (ibl_lod){.count = levels};
+        for (int l = 0; l < levels; l++) {
+            lod->roughness[l] = roughness[l];
+            lod->lod[l] = l;
+        }
+    }
+}
+
 /* Sets the lobe and the roughness of the levels. */
 static bool describe_specular(const reader *r, const ibl_texture *tex)
 {
@@ -264,6 +308,7 @@ static bool describe_specular(const reader *r, const ibl_texture *tex)
         level[l].lobe = (ibl_lobe)(r->opts->lobe ? r->opts->lobe - 1 : found);
         level[l].roughness = roughness[l];
     }
+    find_lod(r, tex, roughness, levels);
     return true;
 }
 
@@ -492,12 +537,48 @@ static bool read_lut(const reader *r)
         read_texture(r, &tex) && !ibl_texture_to_lut(r->ctx, &tex, &f->lut);
     const int found = said(r, &tex, "geometry", ibl_geometry_names, &word);
 
-    f->geometry = (ibl_geometry)(r->opts->geometry ? r->opts->geometry - 1
-                                 : found > 0       ? found
-                                                   : 0);
+    if (!r->opts->geometry && found > 0)
+        f->geometry = (ibl_geometry)found;
     f->lut_pixel = tex.pixel;
     ibl_texture_free(&tex);
     return ok;
+}
+
+/* RGBA decodes without alpha: each texel is two of two channels. */
+static bool read_lobes(const reader *r)
+{
+    ibl_verify_files *f = r->files;
+    ibl_texture tex = {0};
+    bool ok = !ibl_texture_read(r->ctx, r->path, &tex, NULL);
+
+    if (ok && (tex.faces != 1 || tex.width != tex.height ||
+               tex.layers != IBL_LOBE_LAYERS || tex.pixel > IBL_PIXEL_RGBA32F))
+        ok = ibl_console_fail(r->console,
+                              "%s: no lobe table: it must be flat, square, of "
+                              "%d layers and of rgba16f or rgba32f",
+                              r->path, IBL_LOBE_LAYERS);
+    const size_t texels =
+        ok ? IBL_LOBE_LAYERS * (size_t)tex.width * (size_t)tex.width : 0;
+    f->lobe_size = tex.width;
+    f->lobes = ok ? malloc(texels * 4 * sizeof *f->lobes) : NULL;
+    if (f->lobes)
+        ibl_pixel_decode(tex.pixel == IBL_PIXEL_RGBA16F ? IBL_PIXEL_RG16F
+                                                        : IBL_PIXEL_RG32F,
+                         tex.data, 2 * texels, f->lobes);
+    ibl_texture_free(&tex);
+    return f->lobes;
+}
+
+static bool read_file(const reader *r)
+{
+    switch (r->kind) {
+    case IBL_OUTPUT_LUT:
+        return read_lut(r);
+    case IBL_OUTPUT_LOBES:
+        return read_lobes(r);
+    default:
+        return read_cube(r);
+    }
 }
 
 bool ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
@@ -505,14 +586,16 @@ bool ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
 {
     reader r = {.opts = opts, .ctx = ctx, .console = console, .files = files};
 
-    *files = (ibl_verify_files){.yaw_deg = NAN};
+    *files = (ibl_verify_files){
+        .yaw_deg = NAN,
+        .geometry = (ibl_geometry)(opts->geometry ? opts->geometry - 1 : 0)};
     bool ok = (!opts->directory || open_sidecar(&r)) && find_files(&r);
     for (int kind = 0; kind < IBL_VERIFY_KINDS && ok; kind++) {
         r.kind = (ibl_output_kind)kind;
         r.path = files->path[kind];
         r.first = files->count;
         if (r.path)
-            ok = kind == IBL_OUTPUT_LUT ? read_lut(&r) : read_cube(&r);
+            ok = read_file(&r);
     }
     settle_yaw(&r);
     json_decref(r.sidecar);
@@ -527,6 +610,7 @@ void ibl_verify_files_free(ibl_verify_files *files)
     for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
         free(files->path[kind]);
     ibl_lut_free(&files->lut);
+    free(files->lobes);
 }
 
 bool ibl_verify_judge(const ibl_verify_files *files, ibl_ctx *ctx,

@@ -5,9 +5,10 @@
 
 #include "cli/console.h"
 #include "cli/judge_report.h"
+#include "cli/rendered.h"
 
 enum {
-    IBL_VERIFY_KINDS = IBL_OUTPUT_LUT + 1 /* outputs that can be judged */
+    IBL_VERIFY_KINDS = IBL_OUTPUT_LOBES + 1 /* outputs that can be judged */
 };
 
 /* Roughness of the levels as given by --roughness-map. */
@@ -17,6 +18,12 @@ typedef struct ibl_verify_map {
     int count; /* length of list; 0: use map */
     double list[IBL_MAX_LEVELS];
 } ibl_verify_map;
+
+/* The lod of a roughness as given by --lod. */
+typedef struct ibl_verify_lod {
+    int given;   /* 0: use the files' */
+    ibl_lod lod; /* without scale and offset: those of the whole range */
+} ibl_verify_lod;
 
 /* The command line of iblbake verify. */
 typedef struct ibl_verify_opts {
@@ -33,10 +40,15 @@ typedef struct ibl_verify_opts {
     int scale;      /* 0: E/pi, 1: E */
     int geometry;   /* 1 + ibl_geometry; 0: use the files', else smith */
     ibl_judge_options judge;
-    const char *json;    /* "-": standard output */
-    const char *heatmap; /* NULL: none */
-    double max_error;    /* largest accepted error; NAN: no limit */
-    char stem[256];      /* buffer of name if it comes from input */
+    int rendered; /* 1: judge what a shader draws, not texels */
+    ibl_rendered_options shading;
+    ibl_verify_lod lod;
+    double max_rendered_error; /* NAN: no limit */
+    const char *plot;          /* NULL: none */
+    const char *json;          /* "-": standard output */
+    const char *heatmap;       /* NULL: none */
+    double max_error;          /* largest accepted error; NAN: no limit */
+    char stem[256];            /* buffer of name if it comes from input */
 } ibl_verify_opts;
 
 typedef struct ibl_verify_files {
@@ -47,7 +59,10 @@ typedef struct ibl_verify_files {
     ibl_lut lut;                    /* empty if there is none */
     ibl_pixel lut_pixel;
     ibl_geometry geometry;
+    float *lobes; /* IBL_LOBE_LAYERS of lobe_size^2 texels of 4; NULL: none */
+    int lobe_size;
     double yaw_deg;
+    ibl_lod lod; /* of the specular chain */
 } ibl_verify_files;
 
 /* Parses "0,0.25,1", each from 0 to 1. Returns the count; 0: invalid. */

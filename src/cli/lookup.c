@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/lookup.h"
+
+#include <math.h>
+
+#include "cli/faces.h"
+
+/* ---- cubes ----------------------------------------------------------- */
+
+static void add(const ibl_cube *level, ibl_texel at, double weight,
+                double rgb[3])
+{
+    const float *texel = ibl_face_at(level->data, level->size, at);
+
+    for (int c = 0; c < 3; c++)
+        rgb[c] += weight * (double)texel[c];
+}
+
+/* Adds the texel dx, dy from `at`, or the three texels at a corner. */
+static void add_tap(const ibl_cube *level, ibl_texel at, int dx, int dy,
+                    double weight, double rgb[3])
+{
+    ibl_texel to;
+
+    if (ibl_face_neighbour(level->size, at, dx, dy, &to)) {
+        add(level, to, weight, rgb);
+        return;
+    }
+    add(level, at, weight / 3, rgb);
+    for (int k = 0; k < 2; k++)
+        if (ibl_face_neighbour(level->size, at, k ? 0 : dx, k ? dy : 0, &to))
+            add(level, to, weight / 3, rgb);
+}
+
+void ibl_lookup_cube(const ibl_cube *level, const double dir[3], double rgb[3])
+{
+    const ibl_texel at = ibl_face_texel(level->size, dir);
+    double u, v;
+
+    ibl_face_point(dir, &u, &v);
+    /* From the centre of the texel that dir hits, -1/2..1/2. */
+    const double x = 0.5 * (u + 1) * level->size - 0.5 - at.x;
+    const double y = 0.5 * (v + 1) * level->size - 0.5 - at.y;
+    const int dx = x < 0 ? -1 : 1, dy = y < 0 ? -1 : 1;
+    const double p = fabs(x), q = fabs(y);
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    add_tap(level, at, 0, 0, (1 - p) * (1 - q), rgb);
+    add_tap(level, at, dx, 0, p * (1 - q), rgb);
+    add_tap(level, at, 0, dy, (1 - p) * q, rgb);
+    add_tap(level, at, dx, dy, p * q, rgb);
+}
+
+void ibl_lookup_chain(const ibl_cube *levels, int count, const double dir[3],
+                      double lod, double rgb[3])
+{
+    const double at = fmin(fmax(lod, 0), count - 1);
+    const int l = (int)at;
+    double next[3];
+
+    ibl_lookup_cube(&levels[l], dir, rgb);
+    if (l + 1 == count)
+        return;
+    ibl_lookup_cube(&levels[l + 1], dir, next);
+    for (int c = 0; c < 3; c++)
+        rgb[c] += (at - l) * (next[c] - rgb[c]);
+}
+
+/* ---- tables ---------------------------------------------------------- */
+
+/* The two texels along an edge of n around x in 0..1, and the share of the
+ * second. */
+static double between(int n, double x, int at[2])
+{
+    const double y = fmin(fmax(x * n - 0.5, 0), n - 1);
+
+    at[0] = (int)y;
+    at[1] = at[0] + 1 < n ? at[0] + 1 : at[0];
+    return y - at[0];
+}
+
+/* Adds a weight times the texel of a table of n x n. */
+static void add_table(const float *data, int n, int channels, double u,
+                      double v, double weight, double *out)
+{
+    int x[2], y[2];
+    const double p = between(n, u, x), q = between(n, v, y);
+
+    for (int k = 0; k < 4; k++) {
+        const float *texel =
+            data + (size_t)channels *
+                       ((size_t)y[k / 2] * (size_t)n + (size_t)x[k % 2]);
+        const double share = (k % 2 ? p : 1 - p) * (k / 2 ? q : 1 - q);
+        for (int c = 0; c < channels; c++)
+            out[c] += weight * share * (double)texel[c];
+    }
+}
+
+void ibl_lookup_lut(const ibl_lut *lut, double n_dot_v, double roughness,
+                    double scale_bias[2])
+{
+    scale_bias[0] = scale_bias[1] = 0;
+    add_table(lut->data, lut->size, 2, n_dot_v, roughness, 1, scale_bias);
+}
+
+void ibl_lookup_lobes(const float *lobes, int size, int layer, double metallic,
+                      double n_dot_v, double roughness, double q[4])
+{
+    const size_t floats = 4 * (size_t)size * (size_t)size;
+
+    q[0] = q[1] = q[2] = q[3] = 0;
+    for (int k = 0; k < 2; k++)
+        add_table(lobes + (size_t)(layer + k) * floats, size, 4, n_dot_v,
+                  roughness, k ? 1 - metallic : metallic, q);
+}
+
+/* ---- lod ------------------------------------------------------------- */
+
+static double on_curve(const ibl_lod *lod, double r)
+{
+    int k = 1;
+
+    while (k + 1 < lod->count && r > lod->roughness[k])
+        k++;
+    const double *x = lod->roughness + k - 1, *y = lod->lod + k - 1;
+    const double t = x[1] > x[0] ? (r - x[0]) / (x[1] - x[0]) : 1;
+    return y[0] + fmin(fmax(t, 0), 1) * (y[1] - y[0]);
+}
+
+double ibl_mapping_x(ibl_roughness_map mapping, double r)
+{
+    return mapping == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
+}
+
+double ibl_lod_of(const ibl_lod *lod, double roughness)
+{
+    if (lod->count == 1)
+        return lod->lod[0];
+    return lod->count
+               ? on_curve(lod, roughness)
+               : ibl_mapping_x(lod->mapping, roughness) * lod->lod_scale +
+                     lod->lod_offset;
+}

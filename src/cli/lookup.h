@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT */
+/* Lookups in baked textures as a GPU does them for a shader (OpenGL 4.6,
+ * sections 8.13.1 and 8.14, with seamless cube maps), in double precision. */
+#ifndef CLI_LOOKUP_H
+#define CLI_LOOKUP_H
+
+#include <stdbool.h>
+
+#include <ibl/ibl.h>
+
+/*
+ * texture(cube, dir) of one level: bilinear. Beyond an edge of a face, the
+ * texels are those of the next face; beyond a corner, the mean of the three
+ * texels there.
+ *   dir  of any length but 0
+ */
+void ibl_lookup_cube(const ibl_cube *level, const double dir[3], double rgb[3]);
+
+/* textureLod(chain, dir, lod): linear between two levels. lod is limited to
+ * 0..count - 1. Each cube is one level. */
+void ibl_lookup_chain(const ibl_cube *levels, int count, const double dir[3],
+                      double lod, double rgb[3]);
+
+/* texture(lut, vec2(n_dot_v, roughness)): bilinear, clamped to the edge. */
+void ibl_lookup_lut(const ibl_lut *lut, double n_dot_v, double roughness,
+                    double scale_bias[2]);
+
+/* texture(lobes, vec3(n_dot_v, roughness, layer)) of the four channels of a
+ * lobe table of size * size texels and IBL_LOBE_LAYERS layers: mixed from the
+ * next layer, 0, to this one, 1, by metallic. */
+void ibl_lookup_lobes(const float *lobes, int size, int layer, double metallic,
+                      double n_dot_v, double roughness, double q[4]);
+
+enum {
+    IBL_LOD_POINTS = 32
+};
+
+/* The lod of a roughness. */
+typedef struct ibl_lod {
+    int count; /* points of a curve of straight lines; 0: by mapping */
+    double roughness[IBL_LOD_POINTS], lod[IBL_LOD_POINTS]; /* rising */
+    ibl_roughness_map mapping; /* lod = x lod_scale + lod_offset */
+    double lod_scale, lod_offset;
+} ibl_lod;
+
+/* x of ibl_specular_layout. */
+double ibl_mapping_x(ibl_roughness_map mapping, double roughness);
+double ibl_lod_of(const ibl_lod *lod, double roughness);
+
+#endif

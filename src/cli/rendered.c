@@ -1,0 +1,576 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/rendered.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "cli/verify_files.h"
+
+const char *const ibl_shader_names[] = {"auto",  "split",    "bent",
+                                        "table", "two-taps", NULL};
+const char *const ibl_part_names[] = {"view", "levels", "texels", "table"};
+
+enum {
+    STAGES = IBL_PARTS + 1,
+    SUMS = IBL_REFERENCE_BRDF
+};
+
+ibl_rendered_options ibl_rendered_options_default(void)
+{
+    return (ibl_rendered_options){
+        .directions = IBL_RENDERED_DIRECTIONS,
+        .seed = 1,
+        .roughness_count = 8,
+        .roughness = {0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 0.85, 1},
+        .f0_count = 2,
+        .f0 = {1, 0.04}};
+}
+
+/* ---- pairs of a normal and a view ------------------------------------- */
+
+typedef struct pairs {
+    size_t count;
+    double *normal, *view, *mirror; /* 3 each; mirror: R */
+    double *n_dot_v, *weight;
+} pairs;
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void normalise(double v[3])
+{
+    const double length = sqrt(dot(v, v));
+
+    for (int k = 0; k < 3; k++)
+        v[k] /= length;
+}
+
+/* The direction at an angle from axis, at an azimuth. */
+static void around(const double axis[3], double cosine, double azimuth,
+                   double out[3])
+{
+    double x[3] = {fabs(axis[0]) < 0.5, fabs(axis[0]) >= 0.5, 0}, y[3];
+    const double sine = sqrt(fmax(1 - cosine * cosine, 0));
+    const double along = dot(x, axis);
+
+    for (int k = 0; k < 3; k++)
+        x[k] -= along * axis[k];
+    normalise(x);
+    for (int k = 0; k < 3; k++)
+        y[k] = axis[(k + 1) % 3] * x[(k + 2) % 3] -
+               axis[(k + 2) % 3] * x[(k + 1) % 3];
+    for (int k = 0; k < 3; k++)
+        out[k] = cosine * axis[k] +
+                 sine * (cos(azimuth) * x[k] + sin(azimuth) * y[k]);
+}
+
+/* Point i of an evenly spread sequence in four dimensions (Roberts 2018, "The
+ * unreasonable effectiveness of quasirandom sequences"). */
+static void spread_point(int seed, unsigned stream, size_t i, double u[4])
+{
+    double step = 1;
+
+    for (unsigned k = 0; k < 4; k++) {
+        step /= 1.1673039782614187; /* the root of x^5 = x + 1 */
+        const double x = ibl_pick_random(seed, stream, k) + (double)i * step;
+        u[k] = x - floor(x);
+    }
+}
+
+/* R is drawn first, uniform over the sphere, or for each third pair over the
+ * cap. With N at a distance of acos(N.V) from it in any direction, N is uniform
+ * as well. */
+static void draw_pair(pairs *p, int seed, size_t i, const double light[3])
+{
+    static const double up[3] = {0, 1, 0};
+    const double edge = cos(20 * M_PI / 180), cap = (1 - edge) / 2;
+    double u[4], *r = p->mirror + 3 * i, *n = p->normal + 3 * i;
+    const bool near = i % 3 == 2;
+
+    spread_point(seed, near, near ? i / 3 : i / 3 * 2 + i % 3, u);
+    if (near)
+        around(light, 1 - (1 - edge) * u[0], 2 * M_PI * u[1], r);
+    else
+        around(up, 1 - 2 * u[0], 2 * M_PI * u[1], r);
+    const bool inside = dot(r, light) > edge;
+    p->weight[i] = 1 / (2.0 / 3 + (inside ? 1 / (3 * cap) : 0));
+    p->n_dot_v[i] = sqrt(u[2]);
+    around(r, p->n_dot_v[i], 2 * M_PI * u[3], n);
+    for (int k = 0; k < 3; k++)
+        p->view[3 * i + (size_t)k] = 2 * p->n_dot_v[i] * n[k] - r[k];
+}
+
+static void free_pairs(pairs *p)
+{
+    free(p->normal);
+}
+
+static bool draw_pairs(const ibl_image *env, double yaw_deg,
+                       const ibl_rendered_options *o, pairs *p)
+{
+    const size_t n = (size_t)o->directions;
+    double light[1][3];
+
+    *p = (pairs){.count = n, .normal = malloc(11 * n * sizeof(double))};
+    if (!p->normal)
+        return false;
+    p->view = p->normal + 3 * n;
+    p->mirror = p->view + 3 * n;
+    p->n_dot_v = p->mirror + 3 * n;
+    p->weight = p->n_dot_v + n;
+    ibl_find_lights(env, yaw_deg, 1, light);
+    for (size_t i = 0; i < n; i++)
+        draw_pair(p, o->seed, i, light[0]);
+    return true;
+}
+
+/* ---- what the shader looks up ------------------------------------------ */
+
+/* The light that a shader takes for one pair and roughness: the mean of its
+ * taps, mixed with a share of irradiance / pi. */
+typedef struct look {
+    int taps;
+    double dir[2][3];
+    double roughness, lod, flood;
+    /* exact: the lobe of that roughness, and those of the two levels; the mean
+     * over the taps */
+    double lobe[3], level[2][3];
+} look;
+
+typedef struct work {
+    const ibl_verify_files *files;
+    const ibl_judge_level *level; /* of the specular chain */
+    const ibl_cube *cube;
+    int levels;
+    const ibl_cube *irradiance; /* NULL: none */
+    double irradiance_scale;
+    ibl_ctx *ctx;
+    ibl_rendered_options options;
+    int step; /* parts are measured at each step-th pair */
+    ibl_reference *ref;
+    double mean[3]; /* of the environment */
+    pairs pairs;
+    double *sums;             /* of ibl_reference_brdf, by pair and roughness */
+    look *looks;              /* by pair and roughness */
+    double *flood;            /* exact irradiance / pi at the normal, by pair */
+    ibl_judged_texel *errors; /* by pair */
+} work;
+
+static bool uses_table(const work *w)
+{
+    return w->options.shader >= IBL_SHADER_TABLE;
+}
+
+static double limited(double x, double low, double high)
+{
+    return fmin(fmax(x, low), high);
+}
+
+/* mix(R, N, share), normalised. */
+static void bend(const work *w, size_t i, double share, double dir[3])
+{
+    const double *r = w->pairs.mirror + 3 * i, *n = w->pairs.normal + 3 * i;
+
+    for (int k = 0; k < 3; k++)
+        dir[k] = r[k] + share * (n[k] - r[k]);
+    normalise(dir);
+}
+
+/* ibl_bent_roughness and ibl_bend of ibl/ibl.glsl. */
+static void aim_bent(const work *w, size_t i, double r, look *l)
+{
+    const double nv = w->pairs.n_dot_v[i], limb = pow(1 - nv, 3);
+
+    bend(w, i, pow(r, 1.8 + 3 * nv), l->dir[0]);
+    l->roughness = fmin(1, r * (0.7 + 0.3 * nv + r * r * (0.3 + 0.5 * limb)));
+}
+
+/* The roughness of a lod, by halving; the lod rises with it. */
+static double roughness_of(const work *w, double lod)
+{
+    double low = w->level[0].roughness,
+           high = w->level[w->levels - 1].roughness;
+
+    for (int k = 0; k < 40; k++) {
+        const double middle = 0.5 * (low + high);
+        *(ibl_lod_of(&w->files->lod, middle) < lod ? &low : &high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+/* ibl_lobe_fetch of ibl/ibl.glsl, with ibl_metallic. */
+static void aim_by_table(const work *w, size_t i, int k, double f0, look *l)
+{
+    const double *sum =
+        w->sums + SUMS * (i * (size_t)w->options.roughness_count + (size_t)k);
+    const double metallic = limited((f0 - 0.04) / 0.96 * (sum[3] + sum[7]) /
+                                        fmax(f0 * sum[3] + sum[7], 1e-20),
+                                    0, 1);
+    const int layer = w->options.shader == IBL_SHADER_TWO_TAPS ? 2 : 0;
+    double q[4];
+
+    ibl_lookup_lobes(w->files->lobes, w->files->lobe_size, layer, metallic,
+                     w->pairs.n_dot_v[i], w->options.roughness[k], q);
+    l->taps = q[3] > 0 ? 2 : 1;
+    bend(w, i, q[0] - q[3], l->dir[0]);
+    bend(w, i, q[0] + q[3], l->dir[1]);
+    l->lod = q[1] * (w->levels - 1);
+    l->flood = q[2];
+    l->roughness = roughness_of(w, l->lod);
+}
+
+static void aim(const work *w, size_t i, int k, double f0, look *l)
+{
+    *l = (look){.taps = 1, .roughness = w->options.roughness[k]};
+    if (uses_table(w)) {
+        aim_by_table(w, i, k, f0, l);
+        return;
+    }
+    if (w->options.shader == IBL_SHADER_BENT)
+        aim_bent(w, i, l->roughness, l);
+    else
+        bend(w, i, 0, l->dir[0]);
+    l->lod =
+        limited(ibl_lod_of(&w->files->lod, l->roughness), 0, w->levels - 1);
+}
+
+/* The level that a lod is in or above, or the one after it. */
+static int level_of(const work *w, const look *l, int next)
+{
+    const int at = (int)l->lod + next;
+
+    return at < w->levels ? at : w->levels - 1;
+}
+
+/* ---- exact lobes ------------------------------------------------------- */
+
+/* Adds share times what ibl_reference_lobes gave. */
+static void add_lobes(look *l, const double *lobe, const double *level0,
+                      const double *level1)
+{
+    for (int c = 0; c < 3; c++) {
+        l->lobe[c] += lobe[c] / l->taps;
+        l->level[0][c] += level0[c] / l->taps;
+        l->level[1][c] += level1[c] / l->taps;
+    }
+}
+
+/* Each look has directions of its own. */
+static bool find_each(const work *w, size_t looks)
+{
+    const size_t n = (size_t)w->options.roughness_count;
+    double *dirs = malloc(2 * looks * 15 * sizeof *dirs);
+    double *roughness = dirs + 6 * looks, *rgb = dirs + 12 * looks;
+    size_t count = 0;
+
+    if (!dirs)
+        return false;
+    for (size_t i = 0; i < looks; i++) {
+        const look *l = &w->looks[i];
+        for (int t = 0; t < l->taps && i / n % (size_t)w->step == 0; t++) {
+            for (int k = 0; k < 3; k++)
+                dirs[3 * count + (size_t)k] = l->dir[t][k];
+            roughness[3 * count] = l->roughness;
+            for (int k = 0; k < 2; k++)
+                roughness[3 * count + 1 + (size_t)k] =
+                    w->level[level_of(w, l, k)].roughness;
+            count++;
+        }
+    }
+    const bool ok =
+        !ibl_reference_lobes(w->ref, roughness, 3, dirs, count, rgb);
+    const double *next = rgb;
+    for (size_t i = 0; i < looks && ok; i++)
+        for (int t = 0; t < w->looks[i].taps && i / n % (size_t)w->step == 0;
+             t++, next += 9)
+            add_lobes(&w->looks[i], next, next + 3, next + 6);
+    free(dirs);
+    return ok;
+}
+
+/* All looks of a pair are along R: every roughness and level at once. */
+static bool find_shared(const work *w, size_t looks)
+{
+    const int n = w->options.roughness_count, all = n + w->levels;
+    const size_t count = w->pairs.count * (size_t)all;
+    double *roughness = malloc(count * 4 * sizeof *roughness);
+    double *rgb = roughness + count;
+
+    if (!roughness)
+        return false;
+    for (size_t i = 0; i < count; i++) {
+        const int k = (int)(i % (size_t)all);
+        roughness[i] =
+            k < n ? w->options.roughness[k] : w->level[k - n].roughness;
+    }
+    const bool ok = !ibl_reference_lobes(w->ref, roughness, all,
+                                         w->pairs.mirror, w->pairs.count, rgb);
+    for (size_t i = 0; i < looks && ok; i++) {
+        const double *of = rgb + i / (size_t)n * (size_t)all * 3;
+        look *l = &w->looks[i];
+        add_lobes(l, of + 3 * (i % (size_t)n), of + 3 * (n + level_of(w, l, 0)),
+                  of + 3 * (n + level_of(w, l, 1)));
+    }
+    free(roughness);
+    return ok;
+}
+
+static bool find_flood(const work *w)
+{
+    return !ibl_reference_irradiance(w->ref, w->pairs.normal, w->pairs.count,
+                                     w->flood);
+}
+
+static bool find_looks(const work *w, double f0)
+{
+    const int n = w->options.roughness_count;
+    const size_t looks = w->pairs.count * (size_t)n;
+
+    for (size_t i = 0; i < w->pairs.count; i++)
+        for (int k = 0; k < n; k++)
+            aim(w, i, k, f0, &w->looks[i * (size_t)n + (size_t)k]);
+    return w->options.shader == IBL_SHADER_SPLIT ? find_shared(w, looks)
+                                                 : find_each(w, looks);
+}
+
+/* ---- stages ------------------------------------------------------------ */
+
+/* What the shader finds in the files. */
+static void look_up(const work *w, size_t i, const look *l, double rgb[3])
+{
+    double tap[3], flood[3] = {0};
+
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int t = 0; t < l->taps; t++) {
+        ibl_lookup_chain(w->cube, w->levels, l->dir[t], l->lod, tap);
+        for (int c = 0; c < 3; c++)
+            rgb[c] += tap[c] / l->taps;
+    }
+    if (l->flood > 0)
+        ibl_lookup_cube(w->irradiance, w->pairs.normal + 3 * i, flood);
+    for (int c = 0; c < 3; c++)
+        rgb[c] += l->flood * (flood[c] / w->irradiance_scale - rgb[c]);
+}
+
+/* The colour at each stage of rendered.h. */
+static void shade(const work *w, size_t i, int k, double f0,
+                  double stage[STAGES][3])
+{
+    const size_t at = i * (size_t)w->options.roughness_count + (size_t)k;
+    const double *sum = w->sums + SUMS * at;
+    const look *l = &w->looks[at];
+    const double exact = f0 * sum[3] + sum[7], t = l->lod - floor(l->lod);
+    double found[3], table[2] = {sum[3], sum[7]};
+
+    look_up(w, i, l, found);
+    if (w->files->lut.data)
+        ibl_lookup_lut(&w->files->lut, w->pairs.n_dot_v[i],
+                       w->options.roughness[k], table);
+    for (int c = 0; c < 3; c++) {
+        const double flood =
+            l->flood > 0 ? l->flood * w->flood[3 * i + (size_t)c] : 0;
+        const double blend =
+            l->level[0][c] + t * (l->level[1][c] - l->level[0][c]);
+        stage[0][c] = f0 * sum[c] + sum[4 + c];
+        stage[1][c] = exact * ((1 - l->flood) * l->lobe[c] + flood);
+        stage[2][c] = exact * ((1 - l->flood) * blend + flood);
+        stage[3][c] = exact * found[c];
+        stage[4][c] = (f0 * table[0] + table[1]) * found[c];
+    }
+}
+
+static double distance2(const double a[3], const double b[3])
+{
+    double sum = 0;
+
+    for (int c = 0; c < 3; c++)
+        sum += (a[c] - b[c]) * (a[c] - b[c]);
+    return sum;
+}
+
+/* Weighted sums over the pairs. */
+typedef struct squares {
+    double truth, wrong, light[2];
+    double part_truth, part[IBL_PARTS]; /* at each step-th pair */
+} squares;
+
+static void add_pair(const work *w, size_t i, double stage[STAGES][3],
+                     squares *s)
+{
+    static const double black[3] = {0};
+    const double weight = w->pairs.weight[i];
+    const double truth = weight * distance2(stage[0], black);
+
+    s->truth += truth;
+    s->wrong += weight * distance2(stage[0], stage[STAGES - 1]);
+    for (int c = 0; c < 3; c++) {
+        s->light[0] += weight * stage[0][c];
+        s->light[1] += weight * stage[STAGES - 1][c];
+    }
+    if (i % (size_t)w->step)
+        return;
+    s->part_truth += truth;
+    for (int p = 0; p < IBL_PARTS; p++)
+        s->part[p] += weight * distance2(stage[p], stage[p + 1]);
+}
+
+static double root_share(double part, double all)
+{
+    return sqrt(part / fmax(all, (double)FLT_MIN * (double)FLT_MIN));
+}
+
+/* Fills a row but for its f0 and roughness. */
+static void measure(const work *w, int k, ibl_rendered_row *row)
+{
+    squares sums = {0};
+
+    for (size_t i = 0; i < w->pairs.count; i++) {
+        double stage[STAGES][3];
+        shade(w, i, k, row->f0, stage);
+        add_pair(w, i, stage, &sums);
+        w->errors[i] = (ibl_judged_texel){
+            .weight = w->pairs.weight[i],
+            .error = ibl_relative_error(stage[STAGES - 1], stage[0], w->mean)};
+    }
+    const ibl_error_spread spread =
+        ibl_error_spread_of(w->errors, w->pairs.count);
+    row->nrmse = root_share(sums.wrong, sums.truth);
+    row->median = spread.median;
+    row->p95 = spread.p95;
+    row->ratio = sums.light[0] > 0 ? sums.light[1] / sums.light[0] : 1;
+    for (int p = 0; p < IBL_PARTS; p++)
+        row->part[p] = root_share(sums.part[p], sums.part_truth);
+}
+
+static void add_mean(ibl_rendered *out, int n)
+{
+    ibl_rendered_row *mean = &out->rows[out->count];
+
+    *mean = (ibl_rendered_row){.f0 = mean[-1].f0, .roughness = NAN};
+    for (int k = -n; k < 0; k++) {
+        mean->nrmse += mean[k].nrmse / n;
+        mean->median += mean[k].median / n;
+        mean->p95 += mean[k].p95 / n;
+        mean->ratio += mean[k].ratio / n;
+        for (int p = 0; p < IBL_PARTS; p++)
+            mean->part[p] += mean[k].part[p] / n;
+    }
+    out->count++;
+}
+
+static bool measure_all(const work *w, ibl_rendered *out)
+{
+    const ibl_rendered_options *o = &w->options;
+
+    for (int f = 0; f < o->f0_count; f++) {
+        if ((f == 0 || uses_table(w)) && !find_looks(w, o->f0[f]))
+            return false;
+        for (int k = 0; k < o->roughness_count; k++) {
+            ibl_rendered_row *row = &out->rows[out->count++];
+            *row = (ibl_rendered_row){.f0 = o->f0[f],
+                                      .roughness = o->roughness[k]};
+            measure(w, k, row);
+        }
+        add_mean(out, o->roughness_count);
+    }
+    return true;
+}
+
+/* ---- the call ---------------------------------------------------------- */
+
+/* Finds the specular chain and the irradiance. */
+static bool find_cubes(work *w, ibl_console *console)
+{
+    const ibl_verify_files *f = w->files;
+
+    for (int i = f->count - 1; i >= 0; i--) {
+        if (f->level[i].content == IBL_OUTPUT_SPECULAR) {
+            w->level = f->level + i;
+            w->cube = f->cube + i;
+            w->levels++;
+        } else if (f->level[i].content == IBL_OUTPUT_IRRADIANCE) {
+            w->irradiance = f->cube + i;
+            w->irradiance_scale = f->level[i].scale;
+        }
+    }
+    if (!w->levels)
+        return ibl_console_fail(console,
+                                "no specular cube, which is what --rendered "
+                                "judges: add --specular");
+    return w->level->lobe == IBL_LOBE_GGX ||
+           ibl_console_fail(
+               console, "%s: of the lobe %s: --rendered judges ggx",
+               f->path[IBL_OUTPUT_SPECULAR], ibl_lobe_name(w->level->lobe));
+}
+
+static bool choose_shader(work *w, ibl_console *console)
+{
+    const bool table = w->files->lobes, both = table && w->irradiance;
+    ibl_shader *shader = &w->options.shader;
+
+    if (*shader == IBL_SHADER_AUTO)
+        *shader = both ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT;
+    w->step = *shader == IBL_SHADER_TWO_TAPS ? 4
+              : *shader == IBL_SHADER_TABLE  ? 2
+                                             : 1;
+    return !uses_table(w) || both ||
+           ibl_console_fail(console,
+                            "--shader %s: there is no %s: name it with --%s",
+                            ibl_shader_names[*shader],
+                            table ? "irradiance map" : "lobe table",
+                            table ? "irradiance" : "lobe-table");
+}
+
+static bool alloc(work *w)
+{
+    const size_t n = w->pairs.count, k = (size_t)w->options.roughness_count;
+
+    w->sums = malloc(n * k * SUMS * sizeof *w->sums);
+    w->looks = malloc(n * k * sizeof *w->looks);
+    w->flood = malloc(3 * n * sizeof *w->flood);
+    w->errors = malloc(n * sizeof *w->errors);
+    return w->sums && w->looks && w->flood && w->errors;
+}
+
+static bool find_truth(const work *w)
+{
+    const ibl_rendered_options *o = &w->options;
+
+    return !ibl_reference_brdf(w->ref, w->files->geometry, o->roughness,
+                               o->roughness_count, w->pairs.normal,
+                               w->pairs.view, w->pairs.count, w->sums);
+}
+
+bool ibl_rendered_judge(const ibl_verify_files *files, ibl_ctx *ctx,
+                        const ibl_image *env,
+                        const ibl_rendered_options *options,
+                        ibl_console *console, ibl_rendered *out)
+{
+    work w = {.files = files, .ctx = ctx, .options = *options};
+
+    out->count = 0;
+    ibl_console_progress(console, "truth", 0);
+    bool ok = find_cubes(&w, console) && choose_shader(&w, console) &&
+              draw_pairs(env, files->yaw_deg, options, &w.pairs) && alloc(&w) &&
+              !ibl_reference_create(ctx, env, files->yaw_deg, &w.ref) &&
+              !ibl_reference_mean(w.ref, w.mean) && find_truth(&w);
+    out->options = w.options;
+    ibl_console_progress(console, "parts", 0);
+    ok = ok && (!uses_table(&w) || find_flood(&w)) && measure_all(&w, out);
+    ibl_reference_free(w.ref);
+    free_pairs(&w.pairs);
+    free(w.sums);
+    free(w.looks);
+    free(w.flood);
+    free(w.errors);
+    return ok;
+}
+
+const ibl_rendered_row *ibl_rendered_mean(const ibl_rendered *rendered, int f0)
+{
+    return &rendered
+                ->rows[(f0 + 1) * (rendered->options.roughness_count + 1) - 1];
+}
