@@ -5,8 +5,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "cli/verify_files.h"
-
 const char *const ibl_shader_names[] = {"auto",  "split",    "bent",
                                         "table", "two-taps", NULL};
 const char *const ibl_part_names[] = {"view", "levels", "texels", "table"};

@@ -27,19 +27,7 @@
 #include <jansson.h>
 #include <stdio.h>
 
-#include "cli/console.h"
-#include "cli/lookup.h"
-
-struct ibl_verify_files;
-
-/* The lookups of <ibl/ibl.glsl>. */
-typedef enum ibl_shader {
-    IBL_SHADER_AUTO,    /* the table, if the files have one, else split */
-    IBL_SHADER_SPLIT,   /* along R, with roughness r */
-    IBL_SHADER_BENT,    /* nearer to the normal and blurred, by a formula */
-    IBL_SHADER_TABLE,   /* by the lobe table */
-    IBL_SHADER_TWO_TAPS /* the same, two lookups */
-} ibl_shader;
+#include "cli/verify_files.h"
 
 extern const char *const ibl_shader_names[];
 
@@ -53,18 +41,6 @@ typedef enum ibl_part {
 
 /* "view", "levels", "texels", "table" */
 extern const char *const ibl_part_names[];
-
-enum {
-    IBL_RENDERED_LIST = 32, /* roughnesses, values of F0 */
-    IBL_RENDERED_DIRECTIONS = 512
-};
-
-typedef struct ibl_rendered_options {
-    ibl_shader shader;
-    int directions, seed;
-    int roughness_count, f0_count;
-    double roughness[IBL_RENDERED_LIST], f0[IBL_RENDERED_LIST];
-} ibl_rendered_options;
 
 /* 512 directions, roughness .1 .2 .3 .4 .5 .7 .85 1, F0 1 and .04. */
 ibl_rendered_options ibl_rendered_options_default(void);
@@ -86,7 +62,7 @@ typedef struct ibl_rendered {
 
 /* Judges the specular chain of files. False: no memory, or after a message
  * through ctx or console. */
-bool ibl_rendered_judge(const struct ibl_verify_files *files, ibl_ctx *ctx,
+bool ibl_rendered_judge(const ibl_verify_files *files, ibl_ctx *ctx,
                         const ibl_image *env,
                         const ibl_rendered_options *options,
                         ibl_console *console, ibl_rendered *out);

@@ -5,7 +5,7 @@
 
 #include "cli/console.h"
 #include "cli/judge_report.h"
-#include "cli/rendered.h"
+#include "cli/lookup.h"
 
 enum {
     IBL_VERIFY_KINDS = IBL_OUTPUT_LOBES + 1 /* outputs that can be judged */
@@ -24,6 +24,18 @@ typedef struct ibl_verify_lod {
     int given;   /* 0: use the files' */
     ibl_lod lod; /* without scale and offset: those of the whole range */
 } ibl_verify_lod;
+
+enum {
+    IBL_RENDERED_LIST = 32, /* roughnesses, values of F0 */
+    IBL_RENDERED_DIRECTIONS = 512
+};
+
+typedef struct ibl_rendered_options {
+    ibl_shader shader;
+    int directions, seed;
+    int roughness_count, f0_count;
+    double roughness[IBL_RENDERED_LIST], f0[IBL_RENDERED_LIST];
+} ibl_rendered_options;
 
 /* The command line of iblbake verify. */
 typedef struct ibl_verify_opts {
