@@ -321,6 +321,32 @@ TEST(two_accounts)
     }
 }
 
+/* What was taken out of the maps, and what is not such. */
+TEST(lights_of_a_sidecar)
+{
+    static const char light[] = "\"direction\": [0, 1, 0], \"radius_rad\": "
+                                "0.25, \"irradiance\": [1, 2, 3], "
+                                "\"radiance\": [4, 5, 6]";
+    static const char *const wrong[] = {
+        "s/0\\.25/\"x\"/", "s/, 3\\]/]/",
+        "s/\"radiance\": .4/\"radiance\": [\"\"/"};
+    ibl_ctx *ctx = view_test_ctx(2);
+    baked_set set;
+
+    NEED(sets_bake("lit", "--format dds"));
+    NEED(file_run("sed -i 's/\"orientation\"/\"lights\": [{%s}, {%s}], "
+                  "\"orientation\"/' lit/sky.json && cp lit/sky.json l",
+                  light, light));
+    sets_open(ctx, "lit", &set);
+    CHECK(set.light_count == 2 && set.light[1].direction[1] == 1 &&
+          set.light[1].radius == 0.25 && set.light[1].irradiance[2] == 3 &&
+          set.light[0].radiance[0] == 4);
+    for (int i = 0; i < 3; i++) {
+        NEED(file_run("sed '%s' l >lit/sky.json", wrong[i]));
+        sets_refused(ctx, file_path("lit"), "lights");
+    }
+}
+
 /* Whatever a sidecar holds: a set, or one line. */
 TEST(hostile_sidecars)
 {

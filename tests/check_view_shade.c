@@ -353,7 +353,7 @@ TEST(lights_add_up_to_a_furnace)
 {
     const float black[3] = {0, 0, 0};
     const int rings = TEST_SANITIZED ? 8 : 16, around = 2 * rings;
-    const double far = 1e4;
+    const double far = 1e6;
     view_sphere ball[VIEW_MAX_GRID * VIEW_MAX_GRID];
     double sum[2] = {0, 0}, rg[2];
 
@@ -456,6 +456,63 @@ TEST(one_light)
         }
     }
     CHECK_MSG(worst < 2e-3, "off by %g", worst);
+}
+
+static double power_of(const float *rgb, const view_settings *s)
+{
+    const view_camera c = view_camera_of(s, 128, 128);
+    const double area = 4 * test_dot(c.right, c.right) / (128.0 * 128);
+    double sum = 0, ray[3];
+
+    for (int i = 0; i < 128 * 128; i++) {
+        view_camera_ray(&c, 128, 128, i % 128, i / 128, ray);
+        sum += rgb[3 * i] * area * pow(test_dot(ray, c.forward), 3);
+    }
+    return sum;
+}
+
+/* A disc of the set, in a dark environment that is turned: as a point light
+ * that is far away, and in the sky with its irradiance, unless a skybox has
+ * it. */
+TEST(discs_of_the_set)
+{
+    const float black[3] = {0, 0, 0};
+    const double to[3] = {0.48, 0.64, 0.6}, far = 1e6;
+    double worst = 0;
+
+    shade_begin(128, 128);
+    shade_constant(set, black);
+    view_settings s = view_settings_default();
+    s.roughness[0] = 0.3;
+    s.turn = 33;
+    s.sky = false;
+    s.light_count = 1;
+    for (int k = 0; k < 3; k++) {
+        s.light[0].position[k] = far * to[k];
+        s.light[0].intensity[k] = (k + 1) * far * far;
+    }
+    const float *point = shade_draw(&set->set, &s);
+    s.light_count = 0;
+    set->set.light_count = 1;
+    set->set.light[0] = (ibl_light){.radius = 1e-4, .irradiance = {1, 2, 3}};
+    view_turn(s.turn, to, set->set.light[0].direction);
+    const float *disc = shade_draw(&set->set, &s);
+    for (int i = 0; i < 3 * 128 * 128; i++)
+        worst = fmax(worst, fabs(disc[i] - point[i]) / (point[i] + 0.01));
+    CHECK_MSG(worst < 5e-3, "off by %g", worst);
+
+    s.sky = true;
+    s.yaw = atan2(-to[0], -to[2]) * 180 / acos(-1.0);
+    s.pitch = -asin(to[1]) * 180 / acos(-1.0);
+    s.distance = 1000;
+    s.fov = 20;
+    set->set.light[0].radius = 0.1;
+    double power = power_of(shade_draw(&set->set, &s), &s);
+    CHECK_NEAR(power, 1, 0.02);
+    set->set.texture[VIEW_SKY] = set->set.texture[VIEW_SPECULAR];
+    power = power_of(shade_draw(&set->set, &s), &s);
+    CHECK_NEAR(power, 0, 1e-3);
+    set->set.texture[VIEW_SKY] = (ibl_texture){0};
 }
 
 /* Smooth mirrors, grazing views, lights in and on spheres: all finite. */

@@ -655,3 +655,24 @@ TEST(is_not_counted_twice)
               n.lit, n.dark);
     view_set_free(&set);
 }
+
+/* A sun that is no part of the maps is added, and nothing is cut. */
+TEST(apart_from_maps)
+{
+    const double eye[3] = {3.4, 2.3, 4.6}, at[3] = {-0.8, 0.6, -1};
+    const view_camera c = room_camera(eye, at, 70, WIDTH, HEIGHT);
+    view_room_sun sun = sun_at(-0.8, 0.5, 0.55);
+    counts n;
+
+    lit_begin(WIDTH, HEIGHT);
+    sun.apart = true;
+    sun.limit = 0;
+    view_room_draw d = sunny_draw(&c, &sun);
+    d.environment.specular = d.environment.irradiance =
+        room_cube_of(1, 1, 1, 1);
+    d.environment.irradiance_scale = 1;
+    d.dynamic = (view_probe_maps){0};
+    count_pixels(&c, &d, 0.004, &n);
+    CHECK_MSG(n.bad == 0 && n.lit > 300, "%d wrong, %d lit, %d dark", n.bad,
+              n.lit, n.dark);
+}

@@ -496,6 +496,10 @@ TEST(point_lights)
     on.settings.light_count = 2;
     on.settings.light[0] = (view_light){{2, 3, 4}, {10, 20, 30}};
     on.settings.light[1] = (view_light){{-3, 1, 2}, {30, 5, 10}};
+    on.set.light_count = 1;
+    on.set.light[0] = (ibl_light){
+        .direction = {0, 0.6, 0.8}, .radius = 0.02, .irradiance = {3, 2, 1}};
+    NEED(view_renderer_load(on.renderer, &on.set));
     const float *rgb = add(1);
     CHECK(view_renderer_errors(on.renderer, errors) == 6);
     for (int i = 0; i < 6; ++i)

@@ -34,7 +34,7 @@
 // nor round. There are four ways to look it up, from cheap to exact; README.md
 // has their errors:
 //     ibl_lobe_split     the split sum: N = V = R
-//     ibl_lobe_bent      bent towards the normal by a closed form
+//     ibl_lobe_bent      bent towards the normal, and the irradiance
 //     ibl_lobe_table     by the table lobe_lut: one fetch, and the irradiance
 //     ibl_lobe_two_taps  by the table: two fetches, and the irradiance
 // Of a local probe correct the direction of each tap for parallax.
@@ -161,34 +161,37 @@ ibl_lobe ibl_lobe_split(float roughness, vec4 chain)
     return q;
 }
 
-// A fit of width and direction to the lobe of F0 = 1: the roughness of the
-// level, and the bend.
-float ibl_bent_roughness(float n_v, float roughness)
-{
-    float r = roughness, c = 1.0 - n_v;
-    return min(1.0, r * (0.7 + 0.3 * n_v + r * r * (0.3 + 0.5 * c * c * c)));
-}
-
-float ibl_bend(float n_v, float roughness)
-{
-    return pow(roughness, 1.8 + 3.0 * n_v);
-}
-
-ibl_lobe ibl_lobe_bent(float n_v, float roughness, vec4 chain)
-{
-    ibl_lobe q = ibl_lobe_split(ibl_bent_roughness(n_v, roughness), chain);
-    q.bend = ibl_bend(n_v, roughness);
-    return q;
-}
-
-// What ibl_lobe_table and ibl_lobe_two_taps take as metallic, for surfaces that
-// are given by F0: the share of the reflection that is as for F0 = 1, the rest
-// being as for F0 = .04.
+// What the functions below take as metallic, for surfaces that are given by F0:
+// the share of the reflection that is as for F0 = 1, the rest being as for .04.
 float ibl_metallic(vec3 f0, vec2 rg)
 {
     float f = (f0.r + f0.g + f0.b) / 3.0;
     return clamp((f - 0.04) / 0.96 * (rg.x + rg.y) /
                      max(f * rg.x + rg.y, 1e-20), 0.0, 1.0);
+}
+
+// Bent towards the normal, and mixed with the irradiance: closed forms that are
+// fitted to lobes of F0 = .04 and F0 = 1.
+ibl_lobe ibl_lobe_bent(float n_v, float roughness, float metallic, vec4 chain)
+{
+    float r = roughness;
+    vec4 k = mix(vec4(0.56, 0.53, 2.3, 1.75), vec4(0.68, 0.38, 1.5, 1.95),
+                 metallic);
+    ibl_lobe q = ibl_lobe_split(min(r * (k.x + k.y * n_v), 1.0), chain);
+    q.bend = mix(1.4, 3.3, metallic) * r * r * r * (1.0 - r) * (1.0 - n_v);
+    q.flood = min(mix(0.4 + 0.8 * n_v, 1.0, metallic) *
+                      pow(r, k.z + k.w * n_v), 1.0);
+    return q;
+}
+
+// The same without irradiance, for shaders that do not have it there.
+ibl_lobe ibl_lobe_bent_alone(float n_v, float roughness, vec4 chain)
+{
+    float r = roughness;
+    ibl_lobe q = ibl_lobe_split(min(r * (0.75 + 0.28 * n_v + 0.27 * r * r),
+                                    1.0), chain);
+    q.bend = pow(r, 2.1 + 1.8 * n_v);
+    return q;
 }
 
 // Of two layers of the table: F0 = 1, F0 = .04.
@@ -255,18 +258,17 @@ vec3 ibl_shade(vec3 f0, vec3 albedo, vec2 rg, vec3 seen, vec3 irradiance)
 
 // ---- lights -----------------------------------------------------------------
 
-// Mean of ibl_ggx_d over the half vectors of a disc of angular radius in rad,
-// that of its middle being h. Slopes of GGX are the stereographic image of a
-// sphere that is evenly covered, so the share in a disc of them is a cap's.
-float ibl_disc_d(vec3 n, vec3 h, float v_h, float alpha, float radius)
+// Mean of ibl_ggx_d over the half vectors of a disc light of angular radius in
+// rad; h is that of its middle, disc is radius^2 / (2 (N.L + N.V)). Slopes of GGX
+// are the stereographic image of a sphere that is evenly covered, so the share in
+// a disc of slopes is a cap's.
+float ibl_disc_d(vec3 n, vec3 h, float alpha, float disc)
 {
     vec3 s = cross(n, h);
-    float c = max(dot(n, h), 1e-4), c2 = c * c, a2 = max(alpha * alpha, 1e-12);
-    float disc = radius * radius / max(4.0 * v_h * c2 * c, 1e-12);
-    float d = a2 + dot(s, s) / c2 - disc;
-    float q = sqrt(d * d + 4.0 * a2 * disc);
-    float sum = d > 0.0 ? q + d : 4.0 * a2 * disc / (q - d);
-    return 2.0 * a2 / (ibl_pi * c2 * c2 * q * sum);
+    float c = dot(n, h), t = alpha * alpha * c * c, d = t + dot(s, s) - disc;
+    float q = max(sqrt(d * d + 4.0 * t * disc), 1e-20);
+    return d > 0.0 ? 2.0 * alpha * alpha / (ibl_pi * q * (q + d))
+                   : (q - d) / (2.0 * ibl_pi * q * max(c * c * disc, 1e-20));
 }
 
 // Adds a disc light, whose middle is in direction l: its reflection to direct,
@@ -277,11 +279,13 @@ void ibl_add_light(vec3 n, vec3 v, vec3 f0, float roughness, vec3 l,
     float n_v = max(dot(n, v), 0.0), n_l = dot(n, l), reach = sin(radius);
     if (!(n_l > -reach))
         return; // below the surface
+    float shown = n_l;
     if (n_l < reach) // in part
-        n_l = (n_l + reach) * (n_l + reach) / (4.0 * reach);
-    vec3 h = normalize(v + l);
+        shown = (n_l + reach) * (n_l + reach) / (4.0 * reach);
+    vec3 h = normalize(v + normalize(l + (shown - n_l) * n));
     float v_h = clamp(dot(v, h), 0.0, 1.0), alpha = roughness * roughness;
-    direct += e * n_l * ibl_disc_d(n, h, v_h, alpha, radius) *
-              ibl_smith_v(n_l, n_v, alpha) * ibl_schlick_f(f0, v_h);
-    light += e * (n_l / ibl_pi);
+    float disc = radius * radius / max(2.0 * (shown + n_v), 1e-6);
+    direct += e * shown * ibl_disc_d(n, h, alpha, disc) *
+              ibl_smith_v(shown, n_v, alpha) * ibl_schlick_f(f0, v_h);
+    light += e * (shown / ibl_pi);
 }

@@ -48,6 +48,8 @@ typedef struct baked_set {
     ibl_geometry geometry;   /* of the table */
     double irradiance_scale; /* factor from the map to E/pi; 1 for maps made
                                 here */
+    int light_count; /* that --lights took out of the maps, not of the sky */
+    ibl_light light[IBL_MAX_LIGHTS];
     /* Irradiance E/pi, not radiance: 3 for each (l, m) to sh_degree, ordered
      * and with the basis of ibl_bake_sh. sh_degree -1: none. */
     int sh_degree; /* -1..VIEW_SH_DEGREE; higher degrees are dropped */

@@ -44,6 +44,13 @@ static void fill_set(view_frame *f, const baked_set *set)
     f->diffuse[1] = (float)set->geometry;
     for (int i = 0; i < terms; i++)
         copy3(f->sh[i], set->sh + 3 * i);
+    for (int i = 0; i < set->light_count; i++) {
+        copy3(f->disc_direction[i], set->light[i].direction);
+        copy3(f->disc_irradiance[i], set->light[i].irradiance);
+        f->disc_direction[i][3] = (float)set->light[i].radius;
+    }
+    f->reflection[2] = set->light_count;
+    f->reflection[3] = set->texture[VIEW_SKY].data ? 0 : set->light_count;
 }
 
 void view_frame_fill(view_frame *f, const view_settings *s,

@@ -18,12 +18,16 @@ typedef struct view_frame {
     float diffuse[4]; /* scale of the irradiance map, geometry of the table
                          (ibl_geometry), 0, 0 */
     float sh[25][4];  /* RGB of each (l, m), E/pi; zeros beyond sh_degree */
+    float disc_direction[IBL_MAX_LIGHTS][4]; /* of the set's lights, in the
+                                                environment; their radius */
+    float disc_irradiance[IBL_MAX_LIGHTS][4];
     float light_position[4][4];  /* world, 1 */
     float light_intensity[4][4]; /* RGB, 0 */
     int shading[4];      /* multiscatter, lights, sky, 1 if the sky texture has
                             filterable levels, else 0 */
     int choice[4];       /* mode, diffuse, layout, level */
-    int reflection[4];   /* view_reflection; that of the other picture, 0, 0 */
+    int reflection[4];   /* view_reflection; that of the other picture; number
+                            of discs; number that the sky lacks */
     float inspect_at[4]; /* zoom, pan x, pan y, 0 */
     float display[4];    /* 2^ev, split, gain, 0 */
     int show[4];         /* tone, false_colour, compare, 0 */

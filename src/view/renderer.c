@@ -238,12 +238,19 @@ static bool stays(view_renderer *r)
     return same && view_wants_reference(&r->settings);
 }
 
-/* Finds the sun of the sky that windows show. */
+/* The set's first light, or the sun of the sky that windows show. */
 static bool find_sun(view_renderer *r)
 {
     const ibl_texture *maps = r->set->texture;
     const view_content sky = maps[VIEW_SKY].data ? VIEW_SKY : VIEW_SPECULAR;
+    const ibl_light *light = &r->set->light[0];
 
+    if (!r->knows_sun && r->set->light_count) {
+        r->sun = (view_room_sun){.apart = true, .radius = light->radius};
+        memcpy(r->sun.direction, light->direction, sizeof light->direction);
+        memcpy(r->sun.irradiance, light->irradiance, sizeof light->irradiance);
+        r->knows_sun = true;
+    }
     r->knows_sun = r->knows_sun || view_room_sun_find(&maps[sky], &r->sun);
     return r->knows_sun;
 }

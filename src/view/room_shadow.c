@@ -131,6 +131,8 @@ static void fill_block(sun_block *b, const view_room_draw *d,
     b->up[3] = (float)(0.5 / v->half[2]);
     b->limit[0] = (float)sun->limit;
     b->limit[1] = (float)sun->cosine;
+    b->limit[2] = sun->apart;
+    b->limit[3] = (float)sun->radius;
 }
 
 static void set_target(view_room_shadow *s)

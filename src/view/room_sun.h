@@ -13,6 +13,8 @@
 typedef struct view_room_sun {
     double direction[3];  /* to the sun, unit, in the environment's frame */
     double irradiance[3]; /* linear RGB; zeros: no sun */
+    bool apart;           /* it is no part of the maps: nothing is removed */
+    double radius;        /* of its disc if it is apart, rad */
     double limit;         /* luminance */
     double cosine;        /* of the cone's half angle */
 } view_room_sun;

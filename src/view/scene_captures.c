@@ -472,13 +472,13 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
         return false;
     st->now.draw = (view_room_draw){.seconds = s->seconds,
                                     .moving = true,
-                                    .shadows = true,
+                                    .shadows = s->sun,
                                     .environment = *environment,
                                     .table = table,
                                     .parallax = s->parallax,
                                     .sharp = !s->blend};
     st->now.draw.environment.turn = s->turn;
-    if (!s->sun)
+    if (!s->sun && !environment->sun.apart)
         st->now.draw.environment.sun = (view_room_sun){0};
     const view_camera camera = view_scene_camera(s, width, height);
     view_camera_matrix(&camera, st->now.draw.clip);

@@ -272,6 +272,41 @@ bool view_sidecar_sh(const json_t *root, baked_set *set)
     return true;
 }
 
+/* Reads count numbers; false if they are not that, or not finite. */
+static bool take_numbers(const json_t *list, double *to, int count)
+{
+    for (int i = 0; i < count; i++) {
+        const json_t *x = json_array_get(list, (size_t)i);
+        to[i] = json_number_value(x);
+        if (!json_is_number(x) || !isfinite(to[i]))
+            return false;
+    }
+    return true;
+}
+
+bool view_sidecar_lights(const json_t *root, baked_set *set)
+{
+    const json_t *entry;
+    size_t i;
+
+    json_array_foreach(json_object_get(root, "lights"), i, entry)
+    {
+        ibl_light *light = &set->light[i];
+        const json_t *radius = json_object_get(entry, "radius_rad");
+        if (i == IBL_MAX_LIGHTS || !json_is_number(radius) ||
+            !take_numbers(json_object_get(entry, "direction"), light->direction,
+                          3) ||
+            !take_numbers(json_object_get(entry, "irradiance"),
+                          light->irradiance, 3) ||
+            !take_numbers(json_object_get(entry, "radiance"), light->radiance,
+                          3))
+            return damaged(set->path[VIEW_SIDECAR], "its lights are not such");
+        light->radius = json_number_value(radius);
+        set->light_count = (int)i + 1;
+    }
+    return true;
+}
+
 /* Where it was for iblbake, or beside the sidecar. */
 bool view_sidecar_source(const json_t *root, baked_set *set)
 {

@@ -47,7 +47,7 @@ static bool find_beside(const opener *o, view_content content, char **out)
     const char *dot = strrchr(ibl_path_name(o->set->path[VIEW_SPECULAR]), '.');
     char own[1024], name[1024];
     const char *const own_stems[] = {own, NULL};
-    static const char *const lobe_stems[] = {"lobe_lut", NULL};
+    const char *const lobe_stems[] = {own, "lobe_lut", NULL};
 
     *out = NULL;
     if (listed && !try_name(o, listed, out))
@@ -281,6 +281,7 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
                     open_other(&o, VIEW_SKY, what->sky) &&
                     open_other(&o, VIEW_LOBES, NULL) &&
                     view_sidecar_sh(o.sidecar, set) &&
+                    view_sidecar_lights(o.sidecar, set) &&
                     view_sidecar_source(o.sidecar, set);
     json_decref(o.sidecar);
     if (ok && !set->texture[VIEW_LUT].data)

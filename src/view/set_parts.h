@@ -81,6 +81,8 @@ const char *view_sidecar_file(const json_t *root, view_content content);
 /* Reads the harmonics into set; sh_degree -1: there are none. */
 bool view_sidecar_sh(const json_t *root, baked_set *set);
 
+/* Reads the lights into set. */
+bool view_sidecar_lights(const json_t *root, baked_set *set);
 /* Finds the map of the set and stores it as set->source. False, with a message:
  * no memory. */
 bool view_sidecar_source(const json_t *root, baked_set *set);

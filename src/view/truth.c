@@ -28,7 +28,7 @@ static const double quick_seconds = 0.05, slow_seconds = 0.1;
 
 struct view_truth {
     GLuint spheres, sky, mean; /* programs */
-    GLint first_sample, sample_count, part, environment, aim_edge;
+    GLint first_sample, sample_count, part, environment, aim_edge, discs;
     GLuint tokens, chance,
         map;          /* textures; map 0: a texture of the set is it */
     const char *what; /* what the environment is */
@@ -50,6 +50,7 @@ static bool make(view_truth *t)
     t->sample_count = gl.GetUniformLocation(t->spheres, "sample_count");
     t->environment = gl.GetUniformLocation(t->spheres, "environment_map");
     t->aim_edge = gl.GetUniformLocation(t->spheres, "aim_edge");
+    t->discs = gl.GetUniformLocation(t->spheres, "discs");
     t->part = gl.GetUniformLocation(t->mean, "part");
     gl.GenTextures(1, &t->tokens);
     gl.GenTextures(1, &t->chance);
@@ -133,6 +134,7 @@ bool view_truth_load(view_truth *t, const baked_set *set)
     gl.UseProgram(t->spheres);
     gl.Uniform1i(t->environment, unit);
     gl.Uniform1i(t->aim_edge, aim.edge);
+    gl.Uniform1i(t->discs, unit == VIEW_UNIT_SPECULAR ? set->light_count : 0);
     gl.UseProgram(0);
     view_aim_free(&aim);
     view_truth_restart(t);

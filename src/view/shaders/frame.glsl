@@ -9,6 +9,8 @@ layout(std140) uniform Frame {
     vec4 lod;
     vec4 diffuse;
     vec4 sh[25];
+    vec4 disc_direction[64];
+    vec4 disc_irradiance[64];
     vec4 light_position[4];
     vec4 light_intensity[4];
     ivec4 shading;

@@ -118,18 +118,19 @@ bool beyond_limit()
 }
 
 // Returns the sun's reflection; adds its irradiance / pi to light. Surfaces
-// below the minimum roughness of lights already reflect the sun in the sky.
+// below the minimum roughness of lights already reflect a sun in the sky.
 vec3 add_sun(vec3 normal, vec3 view, inout vec3 light)
 {
-    float n_l = dot(normal, sun_direction.xyz);
+    float n_l = dot(normal, sun_direction.xyz), r = surface_albedo.a;
     vec3 specular = vec3(0.0);
     if (sun_irradiance.w == 0.0 || n_l <= 0.0 || surface_f0 == vec3(0.0))
         return specular;
     vec3 e = sun_irradiance.rgb * sun_seen(surface_position, normal, n_l);
-    ibl_add_light(normal, view, surface_f0,
-                  max(surface_albedo.a, LIGHT_ROUGHNESS), sun_direction.xyz,
-                  0.0, e, specular, light);
-    return surface_albedo.a < LIGHT_ROUGHNESS ? vec3(0.0) : specular;
+    bool in_maps = sun_in_maps();
+    ibl_add_light(normal, view, surface_f0, in_maps ? max(r, LIGHT_ROUGHNESS)
+                                                    : r,
+                  sun_direction.xyz, sun_limit.w, e, specular, light);
+    return in_maps && r < LIGHT_ROUGHNESS ? vec3(0.0) : specular;
 }
 
 void main()
@@ -142,28 +143,31 @@ void main()
     vec3 view = normalize(eye.xyz - surface_position);
     float n_v = clamp(dot(normal, view), 0.0, 1.0);
 
-    looked_up = surface_albedo.a;
-    towards = reflect(-view, normal);
-    if (reflection.x != 0) {
-        towards = normalize(mix(towards, normal, ibl_bend(n_v, looked_up)));
-        looked_up = ibl_bent_roughness(n_v, looked_up);
-    }
+    vec2 rg = ibl_brdf(lut_map, n_v, surface_albedo.a);
+    // Each cube has a chain of its own: the level of this one is the roughness.
+    const vec4 chain = vec4(1.0, 0.0, 1.0, 0.0);
+    ibl_lobe q = reflection.x == 0
+                     ? ibl_lobe_split(surface_albedo.a, chain)
+                     : ibl_lobe_bent(n_v, surface_albedo.a,
+                                     ibl_metallic(surface_f0, rg), chain);
+    looked_up = q.lod;
+    towards = normalize(mix(reflect(-view, normal), normal, q.bend));
     vec4 specular = vec4(0.0, 0.0, 0.0, 1.0), light = specular;
     add_probes(normal, specular, light);
     if (specular.a > 0.0) {
-        vec3 seen = textureLod(specular_map, turned(towards),
+        vec3 rest = textureLod(specular_map, turned(towards),
                                ibl_lod(lod, looked_up)).rgb;
-        specular.rgb += specular.a * sun_cut_specular(towards, looked_up, seen);
+        specular.rgb += specular.a * sun_cut_specular(towards, looked_up, rest);
     }
     if (light.a > 0.0)
         light.rgb += light.a * sun_cut_irradiance(normal, irradiance(normal));
 
+    vec3 seen = mix(specular.rgb, light.rgb, q.flood);
     vec3 direct = add_sun(normal, view, light.rgb);
 
-    vec2 rg = ibl_brdf(lut_map, n_v, surface_albedo.a);
     // F0 is 0 for panels, which reflect nothing, even at grazing angles.
     if (surface_f0 == vec3(0.0))
         rg = vec2(0.0);
-    colour = vec4(ibl_shade(surface_f0, surface_albedo.rgb, rg, specular.rgb,
+    colour = vec4(ibl_shade(surface_f0, surface_albedo.rgb, rg, seen,
                             light.rgb) + direct + surface_emission, 1.0);
 }

@@ -14,7 +14,7 @@ const int BENT = 1, TABLE = 2, TWO_TAPS = 3;
 ibl_lobe lobe_of(float n_v, float roughness, vec3 f0, vec2 rg)
 {
     if (reflection.x == BENT)
-        return ibl_lobe_bent(n_v, roughness, lod);
+        return ibl_lobe_bent(n_v, roughness, ibl_metallic(f0, rg), lod);
     if (reflection.x == TABLE)
         return ibl_lobe_table(lobe_map, n_v, roughness, ibl_metallic(f0, rg),
                               lod);
@@ -35,7 +35,8 @@ void main()
     vec3 seen = ibl_specular(specular_map, lobe_of(s.n_v, roughness, f0, rg),
                              turned(s.normal), turned(s.view), light);
     vec3 direct = vec3(0.0);
-    add_lights(s.position, s.normal, s.view, f0, roughness, direct, light);
+    add_lights(s.position, s.normal, s.view, f0, roughness, reflection.z,
+               direct, light);
     vec3 k = diffuse_factor(f0, ball_albedo.rgb, rg);
     colour = vec4((f0 * rg.x + rg.y) * seen + direct + k * light, s.coverage);
 }

@@ -9,7 +9,8 @@ layout(std140) uniform Sun {
     vec4 sun_irradiance; // w: 1 if there is a sun
     vec4 sun_right;      // a texel of the depth map, in the world; w: texels
     vec4 sun_up;         // the same; w: depth of a unit of the world
-    vec4 sun_limit;      // luminance that is kept, cosine of the cone
+    vec4 sun_limit;      // luminance that is kept, cosine of the cone; 1 if the
+                         // maps are without the sun, and its radius
 };
 
 uniform sampler2DShadow sun_depth;
@@ -47,11 +48,15 @@ float sun_seen(vec3 point, vec3 normal, float n_l)
     return seen;
 }
 
+bool sun_in_maps()
+{
+    return sun_irradiance.w != 0.0 && sun_limit.z == 0.0;
+}
+
 // Radiance of the environment without the sun. direction: world, unit.
 vec3 sun_cut(vec3 direction, vec3 radiance)
 {
-    if (sun_irradiance.w == 0.0 ||
-        dot(direction, sun_direction.xyz) < sun_limit.y)
+    if (!sun_in_maps() || dot(direction, sun_direction.xyz) < sun_limit.y)
         return radiance;
     float y = dot(radiance, vec3(0.2126, 0.7152, 0.0722));
     return y > sun_limit.x ? radiance * (sun_limit.x / y) : radiance;
@@ -61,6 +66,8 @@ vec3 sun_cut(vec3 direction, vec3 radiance)
 vec3 sun_cut_irradiance(vec3 normal, vec3 light)
 {
     float n_l = max(dot(normal, sun_direction.xyz), 0.0);
+    if (!sun_in_maps())
+        return light;
     return max(light - sun_irradiance.rgb * (n_l / ibl_pi), 0.0);
 }
 
@@ -79,7 +86,7 @@ vec3 sun_cut_specular(vec3 direction, float roughness, vec3 light)
 {
     float alpha = roughness * roughness;
     float n_l = dot(direction, sun_direction.xyz);
-    if (n_l > 0.0 && alpha > 1e-3) {
+    if (sun_in_maps() && n_l > 0.0 && alpha > 1e-3) {
         vec3 h = normalize(direction + sun_direction.xyz);
         light -= sun_irradiance.rgb *
                  (ibl_ggx_d(direction, h, alpha) * n_l / sun_lobe(alpha));

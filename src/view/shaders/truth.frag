@@ -12,6 +12,7 @@
 
 uniform samplerCube environment_map;
 uniform int first_sample, sample_count;
+uniform int discs; // that the environment lacks
 
 layout(location = 0) out vec4 colour;
 
@@ -151,7 +152,7 @@ void main()
     }
     specular /= float(sample_count);
     light /= float(sample_count);
-    add_lights(at.position, at.normal, at.view, s.f0, roughness, specular,
-               light);
+    add_lights(at.position, at.normal, at.view, s.f0, roughness, discs,
+               specular, light);
     colour = vec4(specular + k * light, at.coverage);
 }
