@@ -251,16 +251,17 @@ TEST(refused)
 TEST(twice)
 {
     NEED(!mkdir(at("t"), 0777) && !symlink("x", at("t/link")) &&
-         !symlink("t", at("t2")));
+         !symlink("t", at("t2")) && !mkdir(at("t/d"), 0777));
     ibl_outputs *out = create();
-    CHECK(!add(out, at("t/x"), "1"));
+    CHECK(!add(out, at("t/x"), "1") && !add(out, at("t/d/x"), "6"));
     CHECK(add(out, at("t/x"), "2") == IBL_ERR_ARGUMENT &&
           said("give each its own"));
     CHECK(add(out, at("t//.//x"), "3") == IBL_ERR_ARGUMENT);
     CHECK(add(out, at("t/link"), "4") == IBL_ERR_ARGUMENT);
     CHECK(add(out, at("t2/x"), "5") == IBL_ERR_ARGUMENT);
     CHECK(!ibl_outputs_commit(out));
-    CHECK(holds(at("t/x"), "1") && entries(at("t")) == 2);
+    CHECK(holds(at("t/x"), "1") && entries(at("t")) == 3);
+    CHECK(holds(at("t/d/x"), "6"));
 }
 
 TEST(too_many)

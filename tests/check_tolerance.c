@@ -90,9 +90,10 @@ static void check_narrow(ibl_lobe lobe, double tolerance, int width,
 
     for (int i = 0; i < 3 * width * width / 2; i++)
         env.data[i] *= i / 3 % width < 24 && i / 3 % 7 < 3 ? 10 : dark;
-    ibl_reference *ref = reference_of(ctx, &env, 0);
+    ibl_reference *ref = reference_of(ctx, &env, 37);
     o.size = SIZE;
     o.levels = 2;
+    o.yaw_deg = 37;
     o.lobe = lobe;
     o.tolerance = tolerance;
     o.roughness_min = roughness;
