@@ -516,6 +516,62 @@ END
     grep -qF '"a%25é_specular.ktx2"' "out/a%25é.json" || echo 'another name'
 }
 
+# A light and what it is taken out of have the light of the map; the skybox
+# keeps all. glTF's light is the same one. Nothing depends on threads.
+test_lights() {
+    mkenv hdr 128 64 >sunny.hdr
+    local to='--size 32 --lut-size 8 --pixel rgba32f --format ktx --skybox 32'
+    iblbake -q $to sunny.hdr -o all --rotate 70
+    iblbake -q $to sunny.hdr -o rest --rotate 70 --sun -j 1
+    iblbake -q $to sunny.hdr -o again --rotate 70 --lights 5 -j 3 --preview x.png
+    cmp all/sunny_skybox.ktx rest/sunny_skybox.ktx
+    for f in rest/*.ktx; do cmp "$f" "again/${f#*/}"; done
+    js <<'END'
+const [all, rest, again] =
+    ['all', 'rest', 'again'].map(d => json(d + '/sunny.json'));
+if ('lights' in all || 'gltf' in all) console.log('lights that nobody wants');
+if (JSON.stringify(rest.lights) !== JSON.stringify(again.lights))
+    console.log('another light of one than of five');
+const [light] = rest.lights;
+const less = all.sh.radiance.map((a, i) =>
+    a.map((x, c) => x - rest.sh.radiance[i][c]));
+for (let c = 0; c < 3; c++) {
+    near('light', less[0][c] * Math.sqrt(4 * Math.PI) / light.irradiance[c], 1,
+        1e-6);
+    const omega = 2 * Math.PI * (1 - Math.cos(light.radius_rad));
+    near('radiance', light.radiance[c] * omega / light.irradiance[c], 1, 1e-9);
+    [3, 1, 2].forEach((i, axis) => near('direction',
+        less[i][c] * Math.sqrt(4 * Math.PI / 3) / light.irradiance[c],
+        light.direction[axis], 1e-3));
+}
+near('degrees', light.radius_deg, light.radius_rad * 180 / Math.PI, 1e-9);
+const g = rest.gltf, node = g.nodes[g.scenes[g.scene].nodes[0]];
+const lamp = g.extensions.KHR_lights_punctual
+    .lights[node.extensions.KHR_lights_punctual.light];
+const [x, y, z, w] = node.rotation;
+const back = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)];
+for (let c = 0; c < 3; c++) {
+    near('gltf', back[c], light.direction[c], 1e-9);
+    near('lux', lamp.color[c] * lamp.intensity, light.irradiance[c], 1e-9);
+    near('color', lamp.color[c], Math.min(lamp.color[c], 1), 0);
+}
+near('rotation', x * x + y * y + z * z + w * w, 1, 1e-9);
+END
+    grep -laP 'iblbake.lights\x{00}1\x{00}' rest/*.ktx >keyed
+    printf 'rest/sunny_%s.ktx\n' irradiance specular | diff keyed -
+}
+
+# Without a compact source a bake is the same, and the user is told.
+test_no_lights() {
+    iblbake -q env.exr --size 16 --lut-size 8 --format dds -o all
+    iblbake env.exr --size 16 --lut-size 8 --format dds -o rest --lights 4 2>err
+    grep -q 'warning: no light was taken: no pixel is .* times as bright' err ||
+        cat err
+    for f in all/*.dds; do cmp "$f" "rest/${f#*/}"; done
+    grep -q '"lights": \[\]' rest/env.json || echo 'no empty list'
+    grep '"gltf"' rest/env.json
+}
+
 # Reals read back as they were given, and as people write them.
 test_sidecar_numbers() {
     local given wanted

@@ -539,6 +539,28 @@ test_rotations_that_disagree() {
     [ ! -s err ] || cat err
 }
 
+# Files say how many lights were taken out of what they are made from, by keys
+# or the sidecar; the skybox has them.
+test_lights() {
+    local format
+    mkenv hdr 128 64 >sunny.hdr
+    for format in ktx2 dds; do
+        rm -rf out
+        iblbake -q $small sunny.hdr --pixel rgba32f --format $format \
+            --skybox 32 --sun --rotate 50 -o out --max-error 0.001 >table ||
+            cat table
+        MAX=0.001 accept sunny.hdr out
+        MAX=0.001 refuse sunny.hdr out --lights 0
+        MAX=0.001 accept sunny.hdr --rotate 50 --lights 4 \
+            --specular out/sunny_specular.$format --roughness-map linear
+    done
+    iblbake -q $small sunny.hdr -o lit
+    iblbake -q $small sunny.hdr -o dark --sun
+    wrong 1 '*baked with 1 lights taken out, another file with 0: judge one*' \
+        sunny.hdr --specular lit/sunny_specular.ktx2 \
+        --irradiance dark/sunny_irradiance.ktx2
+}
+
 # ---- results -----------------------------------------------------------
 
 test_results_in_spite_of_the_error() {
@@ -626,6 +648,17 @@ END
     done
     sed -n 1p table | grep -q 'by two-taps: 48 directions' || cat table
     iblbake verify $few one.hdr out | grep -q 'by table:' || echo 'no table'
+}
+
+# A sun is right as a disc, not as a part of levels.
+test_rendered_with_lights() {
+    mkenv hdr 256 128 >sunny.hdr
+    iblbake -q $small --size 64 sunny.hdr --rotate 50 --sun -o rest
+    iblbake verify -q $few sunny.hdr rest --max-rendered-error 0.08 2>err ||
+        cat err
+    iblbake -q $small --size 64 sunny.hdr --rotate 50 -o all
+    iblbake verify -q $few sunny.hdr all --max-rendered-error 0.3 2>err &&
+        echo 'a sun is right without its disc'
 }
 
 test_rendered_at_any_thread_count() {

@@ -259,7 +259,9 @@ static ibl_rendered *rendered(const bake *b, ibl_shader shader, int directions)
     o.roughness_count = 3;
     o.roughness[1] = 0.45;
     o.roughness[2] = 1;
-    CHECK_MSG(ibl_rendered_judge(&b->files, b->ctx, &b->env, &o, NULL, out),
+    CHECK_MSG(ibl_rendered_judge(&b->files, b->ctx,
+                                 &(ibl_judged_map){.env = b->env}, &o, NULL,
+                                 out),
               "%s", said);
     return out;
 }
@@ -417,7 +419,8 @@ TEST_SLOW(by_brute_force)
 
     b->files.lut = (ibl_lut){0};
     map_set(&b->env, 3, 2, 30, 30, 20);
-    CHECK(ibl_rendered_judge(&b->files, ctx, &b->env, &o, NULL, &out));
+    CHECK(ibl_rendered_judge(&b->files, ctx, &(ibl_judged_map){.env = b->env},
+                             &o, NULL, &out));
     for (int k = 0; k < 2; k++) {
         double wrong = 0, all = 0, light[2] = {0};
         for (int i = 0; i < PAIRS; i++) {
@@ -513,13 +516,16 @@ TEST(refuses)
     ibl_rendered out;
 
     o.shader = IBL_SHADER_TWO_TAPS;
-    CHECK(!ibl_rendered_judge(&b->files, ctx, &b->env, &o, NULL, &out));
+    CHECK(!ibl_rendered_judge(&b->files, ctx, &(ibl_judged_map){.env = b->env},
+                              &o, NULL, &out));
     CHECK(strstr(said, "no lobe table"));
     o.shader = IBL_SHADER_SPLIT;
     b->files.level[0].lobe = IBL_LOBE_PHONG;
-    CHECK(!ibl_rendered_judge(&b->files, ctx, &b->env, &o, NULL, &out));
+    CHECK(!ibl_rendered_judge(&b->files, ctx, &(ibl_judged_map){.env = b->env},
+                              &o, NULL, &out));
     CHECK(strstr(said, "of the lobe phong"));
     b->files.count = 0;
-    CHECK(!ibl_rendered_judge(&b->files, ctx, &b->env, &o, NULL, &out));
+    CHECK(!ibl_rendered_judge(&b->files, ctx, &(ibl_judged_map){.env = b->env},
+                              &o, NULL, &out));
     CHECK(strstr(said, "no specular cube"));
 }

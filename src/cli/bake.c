@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Runs a bake: reads, bakes and writes. Writes all files or none. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,7 +10,58 @@
 
 /* ---- read and bake ---------------------------------------------------- */
 
-/* Keeps the map in memory, for --verify and --preview. */
+/* Moves the environment to the rest, or copies it for what shows all of it. */
+static bool copy_environment(ibl_bake *b)
+{
+    const ibl_image *env = &b->env;
+
+    if (!b->opts->bake.skybox && !b->opts->preview) {
+        b->rest = *env;
+        b->env = (ibl_image){0};
+        return true;
+    }
+    if (ibl_image_alloc(b->ctx, env->width, env->height, &b->rest))
+        return false;
+    memcpy(b->rest.data, env->data,
+           3 * sizeof *env->data * (size_t)env->width * (size_t)env->height);
+    return true;
+}
+
+static bool bake_skybox(ibl_bake *b, ibl_cube *skybox)
+{
+    const ibl_environment all = {.image = &b->env};
+    ibl_bake_options alone = ibl_bake_options_default();
+    ibl_bake_result made = {0};
+
+    if (!b->opts->bake.skybox)
+        return true;
+    alone.skybox = b->opts->bake.skybox;
+    alone.specular = alone.irradiance = 0;
+    alone.sh_degree = -1;
+    alone.yaw_deg = b->opts->bake.yaw_deg;
+    const bool ok = !ibl_bake_environment(b->ctx, &all, &alone, &made);
+    *skybox = made.skybox;
+    return ok;
+}
+
+/* The skybox of the environment, all else of what lights leave of it. */
+static bool bake_without_lights(ibl_bake *b)
+{
+    const ibl_environment rest = {.image = &b->rest};
+    ibl_bake_options others = b->opts->bake;
+    ibl_cube skybox = {0};
+
+    others.skybox = 0;
+    const bool ok =
+        bake_skybox(b, &skybox) && copy_environment(b) &&
+        !ibl_image_take_lights(b->ctx, &b->rest, others.yaw_deg,
+                               b->opts->lights, b->lights, &b->light_count) &&
+        !ibl_bake_environment(b->ctx, &rest, &others, &b->made);
+    b->made.skybox = skybox;
+    return ok;
+}
+
+/* Keeps the map in memory, for lights, --verify and --preview. */
 static bool bake_image(ibl_bake *b)
 {
     const ibl_environment rows = {.image = &b->env};
@@ -19,6 +71,8 @@ static bool bake_image(ibl_bake *b)
         return false;
     b->width = b->env.width;
     b->height = b->env.height;
+    if (b->opts->lights)
+        return bake_without_lights(b);
     return !ibl_bake_environment(b->ctx, &rows, &b->opts->bake, &b->made);
 }
 
@@ -43,7 +97,9 @@ static bool bake_environment(ibl_bake *b)
     if (!b->opts->input)
         return true;
     ibl_console_progress(b->console, "decode", 0);
-    return b->opts->verify || b->opts->preview ? bake_image(b) : bake_source(b);
+    return b->opts->lights || b->opts->verify || b->opts->preview
+               ? bake_image(b)
+               : bake_source(b);
 }
 
 /* ---- write ------------------------------------------------------------ */
@@ -200,6 +256,17 @@ static bool write_all(ibl_bake *b)
 
 /* ---- the command ------------------------------------------------------ */
 
+static void log_light(const ibl_bake *b, const ibl_light *light)
+{
+    const double *to = light->direction, *e = light->irradiance;
+
+    ibl_console_info(b->console,
+                     "took a light: towards %.4f %.4f %.4f, radius %.3g "
+                     "degrees, irradiance %.4g %.4g %.4g",
+                     to[0], to[1], to[2], light->radius * 180 / M_PI, e[0],
+                     e[1], e[2]);
+}
+
 /* Logs the files that were read and written, for -v. */
 static void log_summary(const ibl_bake *b)
 {
@@ -207,6 +274,8 @@ static void log_summary(const ibl_bake *b)
         ibl_console_info(b->console, "read %s: %s, %d x %d, peak %.6g",
                          b->opts->input, b->report.format, b->width, b->height,
                          (double)b->report.peak);
+    for (int i = 0; i < b->light_count; i++)
+        log_light(b, &b->lights[i]);
     for (int kind = 0; kind < IBL_OUTPUT_JSON; kind++) {
         const ibl_baked *file = &b->files[kind];
         if (file->path)
@@ -227,8 +296,10 @@ static void free_bake(ibl_bake *b)
 {
     ibl_end_outputs(b->outputs);
     ibl_report_free(&b->judged);
-    ibl_judge_free(b->judge);
+    ibl_judge_free(b->judge[0]);
+    ibl_judge_free(b->judge[1]);
     ibl_image_free(&b->env);
+    ibl_image_free(&b->rest);
     ibl_bake_result_free(&b->made);
     ibl_lut_free(&b->lut);
     for (int i = 0; i < IBL_OUTPUT_COUNT; i++)

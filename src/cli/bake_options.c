@@ -71,6 +71,13 @@ static bool parse_range(void *field, const char *value)
            !*end;
 }
 
+static bool parse_sun(void *field, const char *value)
+{
+    (void)value;
+    *(int *)field = 1;
+    return true;
+}
+
 /* ---- the table ------------------------------------------------------- */
 
 #define IBL_SETTINGS ibl_opts
@@ -120,6 +127,11 @@ static const ibl_option input[] = {
      .allowed = IBL_ROTATE_ALLOWED,
      .standard = "0",
      .help = "turn the environment about +Y, counter-clockwise from above"},
+    {"lights", 0, IBL_INT(lights, 0, IBL_MAX_LIGHTS),
+     .help = "take up to N compact sources, such as the sun, out of all "
+             "outputs but the skybox, and list them in the sidecar"},
+    {"sun", 0, IBL_OTHER(lights, NULL, parse_sun), .standard = "",
+     .help = "the same as --lights 1"},
 };
 
 static const ibl_option specular[] = {
@@ -311,6 +323,13 @@ static bool check_lobes(const ibl_opts *o)
     return true;
 }
 
+static bool check_lights(const ibl_opts *o)
+{
+    return !o->lights || (o->only & 1u << IBL_OUTPUT_JSON) ||
+           ibl_misuse("--lights %d: the sidecar lists them: add json to --only",
+                      o->lights);
+}
+
 /* Whether nothing that is wanted depends on an environment. */
 static bool is_of_none(const ibl_opts *o)
 {
@@ -334,7 +353,7 @@ static bool validate(void *settings)
         return ibl_misuse(
             "--only skybox: its size is not known: add --skybox N");
     if (!ibl_common_validate(&o->common) || !check_lobes(o) ||
-        !check_levels(&o->bake.specular_options))
+        !check_lights(o) || !check_levels(&o->bake.specular_options))
         return false;
     if (!o->name) {
         if (!ibl_stem(o->input, o->stem, sizeof o->stem))

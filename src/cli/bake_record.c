@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "cli/json_text.h"
+#include "cli/lights_json.h"
 #include "common/json_load.h"
 #include "common/path.h"
 
@@ -33,6 +34,12 @@ static const char *level_method(const ibl_specular_level *level)
     if (level->samples)
         return "sampled";
     return level->degree || level->reach > 0 ? "spectral" : "environment";
+}
+
+bool ibl_bake_without_lights(const ibl_bake *b, ibl_output_kind kind)
+{
+    return b->opts->lights &&
+           (kind == IBL_OUTPUT_SPECULAR || kind == IBL_OUTPUT_IRRADIANCE);
 }
 
 const char *ibl_bake_specular_method(const ibl_bake *b)
@@ -183,6 +190,8 @@ bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
     set(&s, "iblbake.content", "%s", ibl_output_content(kind));
     if (!is_table(kind))
         set(&s, "iblbake.yaw_deg", "%.9g", b->opts->bake.yaw_deg);
+    if (ibl_bake_without_lights(b, kind))
+        set(&s, "iblbake.lights", "%d", b->light_count);
     if (kind == IBL_OUTPUT_SPECULAR)
         set_specular(&s, b);
     else if (kind == IBL_OUTPUT_IRRADIANCE)
@@ -432,6 +441,13 @@ static json_t *spherical_harmonics(const ibl_bake *b)
     return j;
 }
 
+static void put_lights(const ibl_bake *b, json_t **root)
+{
+    put(root, "lights", ibl_lights_json(b->lights, b->light_count));
+    if (b->light_count)
+        put(root, "gltf", ibl_lights_gltf(b->lights, b->light_count));
+}
+
 /* The time of each stage so far, rounded to microseconds. */
 static json_t *timings(const ibl_bake *b)
 {
@@ -457,6 +473,8 @@ char *ibl_sidecar_text(const ibl_bake *b)
     put(&root, "orientation", orientation(b));
     put(&root, "outputs", outputs(b));
     put(&root, "sh", spherical_harmonics(b));
+    if (b->opts->lights)
+        put_lights(b, &root);
     if (b->opts->verify)
         put(&root, "verify", ibl_report_json(&b->judged));
     if (b->opts->timings)

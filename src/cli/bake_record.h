@@ -25,6 +25,7 @@ typedef struct ibl_opts {
     ibl_overflow overflow;
     unsigned only; /* bit n: ibl_output_kind n is wanted */
     ibl_bake_options bake;
+    int lights; /* most that are taken out of the environment */
     ibl_lut_options lut;
     ibl_lobes lobe_table;
     int lobe_table_size;
@@ -52,13 +53,17 @@ typedef struct ibl_bake {
     ibl_console *console;
     ibl_ctx *ctx;
     ibl_outputs *outputs;
-    int width, height;      /* of the environment, in pixels */
-    ibl_image env;          /* the environment, for --verify and --preview */
+    int width, height; /* of the environment, in pixels */
+    ibl_image env;     /* the environment, for --verify and --preview */
+    ibl_image rest;    /* the environment without lights, for --verify */
+    ibl_light lights[IBL_MAX_LIGHTS]; /* what was taken, the strongest first */
+    int light_count;
     ibl_read_report report; /* of reading the environment */
     ibl_bake_result made;   /* cubes and coefficients; empty if not wanted */
     ibl_lut lut;
     ibl_specular_layout lobe_layout; /* of the chain of the lobe table */
-    ibl_judge *judge;                /* NULL until --verify judges a cube */
+    ibl_judge *judge[2];             /* by env and by rest; NULL until --verify
+                                        judges a cube by it */
     ibl_report judged;               /* empty without --verify */
     ibl_baked files[IBL_OUTPUT_COUNT];
 } ibl_bake;
@@ -76,6 +81,10 @@ int ibl_bake_run(const void *settings);
 /* "spectral", "sampled", "mixed" (both), or "environment" if every level is the
  * environment itself. */
 const char *ibl_bake_specular_method(const ibl_bake *b);
+
+/* Whether the bake takes lights out of what this output is made of: the skybox
+ * keeps them. */
+bool ibl_bake_without_lights(const ibl_bake *b, ibl_output_kind kind);
 
 /* Sets the keys of a texture: see FILES in the manual page. */
 bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,

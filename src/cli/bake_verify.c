@@ -19,10 +19,13 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
     const ibl_opts *o = b->opts;
     ibl_cube cube = {0};
 
-    if (!b->judge)
-        b->judge =
-            ibl_judge_create(b->ctx, &b->env, o->bake.yaw_deg, &o->judge);
-    bool ok = b->judge && !ibl_texture_to_cube(b->ctx, tex, &cube);
+    const bool rest = ibl_bake_without_lights(b, kind);
+    ibl_judge **judge = &b->judge[rest];
+
+    if (!*judge)
+        *judge = ibl_judge_create(b->ctx, rest ? &b->rest : &b->env,
+                                  o->bake.yaw_deg, &o->judge);
+    bool ok = *judge && !ibl_texture_to_cube(b->ctx, tex, &cube);
     for (int l = 0; l < tex->levels && ok; l++) {
         const ibl_judge_level level = {
             .content = kind,
@@ -36,7 +39,7 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
             .base = cube.size,
             .texels = ibl_cube_face(&cube, l, 0),
             .pixel = tex->pixel};
-        ok = ibl_report_add(&b->judged, b->judge, &level);
+        ok = ibl_report_add(&b->judged, *judge, &level);
     }
     ibl_cube_free(&cube);
     return ok;

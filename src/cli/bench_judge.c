@@ -11,15 +11,14 @@
 #include "cli/verify_files.h"
 #include "common/text.h"
 
-/* State of judging the points. The judge keeps the reference values, for later
- * points with the same map and rotation. */
+/* State of judging the points. The map's judges keep the reference values, for
+ * later points with the same map, rotation and lights. */
 typedef struct judging {
     const ibl_bench *b;
     ibl_ctx *ctx;
-    ibl_judge *judge; /* NULL, or for this source and yaw: */
-    int source;
+    ibl_judged_map map; /* zeroed, or of these: */
+    int source, lights;
     double yaw_deg;
-    ibl_image env;
 } judging;
 
 /* The arguments after ENV for judging a point's output; NULL: not judged. */
@@ -81,27 +80,21 @@ bool ibl_bench_check_output(const ibl_bench *b, const ibl_bench_point *p)
 
 /* ---- truths ---------------------------------------------------------- */
 
-static void drop_judge(judging *j)
+/* Makes j->map that of a source with a rotation and lights. */
+static bool take_map(judging *j, int source, const ibl_verify_files *files,
+                     const ibl_judge_options *options)
 {
-    ibl_judge_free(j->judge);
-    j->judge = NULL;
-    ibl_image_free(&j->env);
-}
-
-/* Makes j->judge the judge of a map with a rotation. */
-static bool take_judge(judging *j, int source, double yaw_deg,
-                       const ibl_judge_options *options)
-{
-    if (j->judge && j->source == source && j->yaw_deg == yaw_deg)
+    if (j->map.by_env && j->source == source && j->yaw_deg == files->yaw_deg &&
+        j->lights == files->lights)
         return true;
-    drop_judge(j);
+    ibl_judged_map_free(&j->map);
     j->source = source;
-    j->yaw_deg = yaw_deg;
-    if (ibl_image_read(j->ctx, j->b->sources[source].path,
-                       &j->b->opts->common.read, &j->env, NULL))
-        return false;
-    j->judge = ibl_judge_create(j->ctx, &j->env, yaw_deg, options);
-    return j->judge;
+    j->yaw_deg = files->yaw_deg;
+    j->lights = files->lights;
+    return ibl_judged_map_read(j->ctx, j->b->sources[source].path,
+                               &j->b->opts->common.read, files->yaw_deg,
+                               files->lights, &j->map) &&
+           ibl_judged_map_prepare(j->ctx, options, &j->map);
 }
 
 /* ---- verdicts -------------------------------------------------------- */
@@ -164,8 +157,8 @@ static bool judge_files(judging *j, ibl_bench_point *p,
     if (p->kind == IBL_BENCH_BAKE && !p->base)
         ibl_lut_free(&files->lut);
     report->options = opts->judge;
-    return take_judge(j, p->source, files->yaw_deg, &opts->judge) &&
-           ibl_verify_judge(files, j->ctx, j->judge, console, report) &&
+    return take_map(j, p->source, files, &opts->judge) &&
+           ibl_verify_judge(files, j->ctx, &j->map, console, report) &&
            keep(p, report);
 }
 
@@ -195,7 +188,7 @@ bool ibl_bench_judge(ibl_bench *b)
     for (int i = 0; i < b->point_count && ok; i++)
         if (is_judged(b, &b->points[i]))
             ok = judge_point(&j, &b->points[i]);
-    drop_judge(&j);
+    ibl_judged_map_free(&j.map);
     ibl_ctx_free(j.ctx);
     return ok;
 }

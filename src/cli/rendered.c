@@ -5,6 +5,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "cli/disc_brdf.h"
+
 const char *const ibl_shader_names[] = {"auto",  "split",    "bent",
                                         "table", "two-taps", NULL};
 const char *const ibl_part_names[] = {"view", "levels", "texels", "table"};
@@ -148,8 +150,10 @@ typedef struct work {
     ibl_ctx *ctx;
     ibl_rendered_options options;
     int step; /* parts are measured at each step-th pair */
-    ibl_reference *ref;
-    double mean[3]; /* of the environment */
+    const ibl_judged_map *map;
+    ibl_reference *ref;  /* of the environment */
+    ibl_reference *rest; /* of what lights leave of it */
+    double mean[3];      /* of the environment */
     pairs pairs;
     double *sums;             /* of ibl_reference_brdf, by pair and roughness */
     look *looks;              /* by pair and roughness */
@@ -279,7 +283,7 @@ static bool find_each(const work *w, size_t looks)
         }
     }
     const bool ok =
-        !ibl_reference_lobes(w->ref, roughness, 3, dirs, count, rgb);
+        !ibl_reference_lobes(w->rest, roughness, 3, dirs, count, rgb);
     const double *next = rgb;
     for (size_t i = 0; i < looks && ok; i++)
         for (int t = 0; t < w->looks[i].taps && i / n % (size_t)w->step == 0;
@@ -304,7 +308,7 @@ static bool find_shared(const work *w, size_t looks)
         roughness[i] =
             k < n ? w->options.roughness[k] : w->level[k - n].roughness;
     }
-    const bool ok = !ibl_reference_lobes(w->ref, roughness, all,
+    const bool ok = !ibl_reference_lobes(w->rest, roughness, all,
                                          w->pairs.mirror, w->pairs.count, rgb);
     for (size_t i = 0; i < looks && ok; i++) {
         const double *of = rgb + i / (size_t)n * (size_t)all * 3;
@@ -318,7 +322,7 @@ static bool find_shared(const work *w, size_t looks)
 
 static bool find_flood(const work *w)
 {
-    return !ibl_reference_irradiance(w->ref, w->pairs.normal, w->pairs.count,
+    return !ibl_reference_irradiance(w->rest, w->pairs.normal, w->pairs.count,
                                      w->flood);
 }
 
@@ -353,6 +357,21 @@ static void look_up(const work *w, size_t i, const look *l, double rgb[3])
         rgb[c] += l->flood * (flood[c] / w->irradiance_scale - rgb[c]);
 }
 
+/* What the lights that were taken out of the map give. */
+static void add_lights(const work *w, size_t i, int k, double f0, double rgb[3])
+{
+    const double r = w->options.roughness[k];
+
+    for (int n = 0; n < w->map->light_count; n++) {
+        const ibl_light *light = &w->map->lights[n];
+        const double f = ibl_disc_brdf(w->files->geometry, r * r, f0,
+                                       light->radius, w->pairs.normal + 3 * i,
+                                       w->pairs.view + 3 * i, light->direction);
+        for (int c = 0; c < 3; c++)
+            rgb[c] += f * light->irradiance[c];
+    }
+}
+
 /* The colour at each stage of rendered.h. */
 static void shade(const work *w, size_t i, int k, double f0,
                   double stage[STAGES][3])
@@ -361,9 +380,10 @@ static void shade(const work *w, size_t i, int k, double f0,
     const double *sum = w->sums + SUMS * at;
     const look *l = &w->looks[at];
     const double exact = f0 * sum[3] + sum[7], t = l->lod - floor(l->lod);
-    double found[3], table[2] = {sum[3], sum[7]};
+    double found[3], lit[3] = {0}, table[2] = {sum[3], sum[7]};
 
     look_up(w, i, l, found);
+    add_lights(w, i, k, f0, lit);
     if (w->files->lut.data)
         ibl_lookup_lut(&w->files->lut, w->pairs.n_dot_v[i],
                        w->options.roughness[k], table);
@@ -373,10 +393,10 @@ static void shade(const work *w, size_t i, int k, double f0,
         const double blend =
             l->level[0][c] + t * (l->level[1][c] - l->level[0][c]);
         stage[0][c] = f0 * sum[c] + sum[4 + c];
-        stage[1][c] = exact * ((1 - l->flood) * l->lobe[c] + flood);
-        stage[2][c] = exact * ((1 - l->flood) * blend + flood);
-        stage[3][c] = exact * found[c];
-        stage[4][c] = (f0 * table[0] + table[1]) * found[c];
+        stage[1][c] = lit[c] + exact * ((1 - l->flood) * l->lobe[c] + flood);
+        stage[2][c] = lit[c] + exact * ((1 - l->flood) * blend + flood);
+        stage[3][c] = lit[c] + exact * found[c];
+        stage[4][c] = lit[c] + (f0 * table[0] + table[1]) * found[c];
     }
 }
 
@@ -543,22 +563,26 @@ static bool find_truth(const work *w)
 }
 
 bool ibl_rendered_judge(const ibl_verify_files *files, ibl_ctx *ctx,
-                        const ibl_image *env,
+                        const ibl_judged_map *map,
                         const ibl_rendered_options *options,
                         ibl_console *console, ibl_rendered *out)
 {
-    work w = {.files = files, .ctx = ctx, .options = *options};
+    work w = {.files = files, .ctx = ctx, .map = map, .options = *options};
 
     out->count = 0;
     ibl_console_progress(console, "truth", 0);
     bool ok = find_cubes(&w, console) && choose_shader(&w, console) &&
-              draw_pairs(env, files->yaw_deg, options, &w.pairs) && alloc(&w) &&
-              !ibl_reference_create(ctx, env, files->yaw_deg, &w.ref) &&
+              draw_pairs(&map->env, map->yaw_deg, options, &w.pairs) &&
+              alloc(&w) &&
+              !ibl_reference_create(ctx, &map->env, map->yaw_deg, &w.ref) &&
+              !ibl_reference_create(ctx, ibl_judged_map_rest(map), map->yaw_deg,
+                                    &w.rest) &&
               !ibl_reference_mean(w.ref, w.mean) && find_truth(&w);
     out->options = w.options;
     ibl_console_progress(console, "parts", 0);
     ok = ok && (!uses_table(&w) || find_flood(&w)) && measure_all(&w, out);
     ibl_reference_free(w.ref);
+    ibl_reference_free(w.rest);
     free_pairs(&w.pairs);
     free(w.sums);
     free(w.looks);

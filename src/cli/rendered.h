@@ -60,10 +60,11 @@ typedef struct ibl_rendered {
     ibl_rendered_row rows[IBL_RENDERED_LIST * (IBL_RENDERED_LIST + 1)];
 } ibl_rendered;
 
-/* Judges the specular chain of files. False: no memory, or after a message
- * through ctx or console. */
+/* Judges the specular chain of files. Lights that were taken out of the map are
+ * added in stages 1 to 4, by ibl_disc_brdf. False: no memory, or after a
+ * message through ctx or console. */
 bool ibl_rendered_judge(const ibl_verify_files *files, ibl_ctx *ctx,
-                        const ibl_image *env,
+                        const ibl_judged_map *map,
                         const ibl_rendered_options *options,
                         ibl_console *console, ibl_rendered *out);
 

@@ -160,6 +160,9 @@ static const ibl_option meaning[] = {
      .allowed = IBL_ROTATE_ALLOWED,
      .standard = "what the files say, else 0",
      .help = "rotation of the environment about +Y in the bake"},
+    {"lights", 0, IBL_INT(lights, 0, IBL_MAX_LIGHTS),
+     .standard = "what the files say, else 0",
+     .help = "compact sources that the bake took out of all but the skybox"},
     {"axes", 0, IBL_OTHER(axes, "LIST", parse_axes),
      .allowed = "a permutation of x, y and z, each with or without a minus",
      .standard = "x,y,z",
@@ -237,6 +240,7 @@ static void defaults(void *settings)
     *o = (ibl_verify_opts){.common = ibl_common_default(),
                            .yaw_deg = NAN,
                            .axes = {1, 2, 3},
+                           .lights = -1,
                            .judge = ibl_judge_options_default(),
                            .shading = ibl_rendered_options_default(),
                            .max_rendered_error = NAN,
@@ -322,28 +326,27 @@ typedef struct verify {
     ibl_console *console;
     ibl_ctx *ctx;
     ibl_outputs *outputs;
-    ibl_image env;
+    ibl_judged_map map;
     ibl_verify_files files;
-    ibl_judge *judge;
     ibl_report report;
     ibl_rendered rendered;
 } verify;
 
-static bool read_environment(verify *v)
+static bool read_map(verify *v)
 {
     const ibl_verify_opts *o = v->opts;
 
     ibl_console_progress(v->console, "decode", 0);
-    return !ibl_image_read(v->ctx, o->input, &o->common.read, &v->env, NULL);
+    return ibl_judged_map_read(v->ctx, o->input, &o->common.read,
+                               v->files.yaw_deg, v->files.lights, &v->map);
 }
 
 static bool judge_rendered(verify *v)
 {
     return v->opts->input
-               ? read_environment(v) &&
-                     ibl_rendered_judge(&v->files, v->ctx, &v->env,
-                                        &v->opts->shading, v->console,
-                                        &v->rendered)
+               ? read_map(v) && ibl_rendered_judge(&v->files, v->ctx, &v->map,
+                                                   &v->opts->shading,
+                                                   v->console, &v->rendered)
                : ibl_console_fail(v->console, "no environment: --rendered "
                                               "compares with its light");
 }
@@ -356,15 +359,10 @@ static bool judge_texels(verify *v)
     *options = o->judge;
     if (o->heatmap)
         options->grid = IBL_HEATMAP_GRID;
-    if (v->files.count) {
-        if (!read_environment(v))
-            return false;
-        v->judge = ibl_judge_create(v->ctx, &v->env, v->files.yaw_deg, options);
-        if (!v->judge)
-            return false;
-    }
-    return ibl_verify_judge(&v->files, v->ctx, v->judge, v->console,
-                            &v->report);
+    if (v->files.count &&
+        !(read_map(v) && ibl_judged_map_prepare(v->ctx, options, &v->map)))
+        return false;
+    return ibl_verify_judge(&v->files, v->ctx, &v->map, v->console, &v->report);
 }
 
 /* ---- results --------------------------------------------------------- */
@@ -453,9 +451,8 @@ static void free_verify(verify *v)
 {
     ibl_end_outputs(v->outputs);
     ibl_report_free(&v->report);
-    ibl_judge_free(v->judge);
+    ibl_judged_map_free(&v->map);
     ibl_verify_files_free(&v->files);
-    ibl_image_free(&v->env);
     ibl_ctx_free(v->ctx);
 }
 

@@ -336,6 +336,32 @@ static bool note_yaw(const reader *r, const ibl_texture *tex)
     return true;
 }
 
+/* Lights that were taken out of the map for a texture, by the option, its key
+ * or the sidecar. */
+static bool note_lights(const reader *r, const ibl_texture *tex)
+{
+    const char *key = ibl_texture_get(tex, "iblbake.lights"), *end;
+    const json_t *listed = json_object_get(r->sidecar, "lights");
+    const int before = r->files->lights;
+    int lights = find_output(r) ? (int)json_array_size(listed) : 0;
+
+    if (r->kind == IBL_OUTPUT_SKYBOX)
+        return true;
+    if (key && (!ibl_number_int(key, 0, IBL_MAX_LIGHTS, &lights, &end) || *end))
+        return ibl_console_fail(r->console,
+                                "%s: its key iblbake.lights is no number of "
+                                "lights: say it with --lights",
+                                r->path);
+    if (r->opts->lights >= 0)
+        lights = r->opts->lights;
+    r->files->lights = lights;
+    return before < 0 || before == lights ||
+           ibl_console_fail(r->console,
+                            "%s: baked with %d lights taken out, another file "
+                            "with %d: judge one at a time",
+                            r->path, lights, before);
+}
+
 /* Sets the rotation from the option, else a texture, else the sidecar. */
 static void settle_yaw(const reader *r)
 {
@@ -522,7 +548,8 @@ static bool read_cube(const reader *r)
     ibl_texture tex = {0}; /* stays empty for a pattern */
     const bool ok =
         (strstr(r->path, "%f") ? read_pattern(r) : read_container(r, &tex)) &&
-        (r->kind != IBL_OUTPUT_SPECULAR || describe_specular(r, &tex));
+        (r->kind != IBL_OUTPUT_SPECULAR || describe_specular(r, &tex)) &&
+        note_lights(r, &tex);
 
     ibl_texture_free(&tex);
     return ok;
@@ -588,6 +615,7 @@ bool ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
 
     *files = (ibl_verify_files){
         .yaw_deg = NAN,
+        .lights = -1,
         .geometry = (ibl_geometry)(opts->geometry ? opts->geometry - 1 : 0)};
     bool ok = (!opts->directory || open_sidecar(&r)) && find_files(&r);
     for (int kind = 0; kind < IBL_VERIFY_KINDS && ok; kind++) {
@@ -614,7 +642,7 @@ void ibl_verify_files_free(ibl_verify_files *files)
 }
 
 bool ibl_verify_judge(const ibl_verify_files *files, ibl_ctx *ctx,
-                      ibl_judge *judge, ibl_console *console,
+                      const ibl_judged_map *map, ibl_console *console,
                       ibl_report *report)
 {
     bool ok = true;
@@ -625,7 +653,8 @@ bool ibl_verify_judge(const ibl_verify_files *files, ibl_ctx *ctx,
         snprintf(stage, sizeof stage, "%s %d", ibl_output_name(level->content),
                  level->number);
         ibl_console_progress(console, stage, 0);
-        ok = ibl_report_add(report, judge, level);
+        ok = ibl_report_add(report, ibl_judged_map_judge(map, level->content),
+                            level);
     }
     if (!ok || !files->lut.data)
         return ok;

@@ -5,6 +5,7 @@
 
 #include "cli/console.h"
 #include "cli/judge_report.h"
+#include "cli/judged_map.h"
 #include "cli/lookup.h"
 
 enum {
@@ -51,6 +52,7 @@ typedef struct ibl_verify_opts {
     int axes[3];    /* our axis for the files' X, Y, Z: +-1, +-2, +-3 */
     int scale;      /* 0: E/pi, 1: E */
     int geometry;   /* 1 + ibl_geometry; 0: use the files', else smith */
+    int lights;     /* -1: use the files', else 0 */
     ibl_judge_options judge;
     int rendered; /* 1: judge what a shader draws, not texels */
     ibl_rendered_options shading;
@@ -75,6 +77,7 @@ typedef struct ibl_verify_files {
     int lobe_size;
     double yaw_deg;
     ibl_lod lod; /* of the specular chain */
+    int lights;  /* taken out of all but the skybox; -1: unknown so far */
 } ibl_verify_files;
 
 /* Parses "0,0.25,1", each from 0 to 1. Returns the count; 0: invalid. */
@@ -86,11 +89,11 @@ bool ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
                            ibl_console *console, ibl_verify_files *files);
 void ibl_verify_files_free(ibl_verify_files *files);
 
-/* Judges every level and the table by the report's options. judge has the
- * files' yaw, or is NULL if there is only a table. False: as for
- * ibl_report_add. */
+/* Judges every level and the table by the report's options. map was read with
+ * the files' yaw and lights, or is zeroed if there is only a table. False: as
+ * for ibl_report_add. */
 bool ibl_verify_judge(const ibl_verify_files *files, ibl_ctx *ctx,
-                      ibl_judge *judge, ibl_console *console,
+                      const ibl_judged_map *map, ibl_console *console,
                       ibl_report *report);
 
 #endif
