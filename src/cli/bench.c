@@ -19,6 +19,7 @@ static void free_bench(ibl_bench *b)
         for (int k = 0; k < p->series_count; k++)
             free(p->series[k].rounds);
         json_decref(p->levels);
+        json_decref(p->rendered_rows);
         free(p->argv);
         free(p->directory);
     }

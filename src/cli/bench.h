@@ -80,7 +80,8 @@ typedef struct ibl_bench_opts {
     int full; /* every combination instead of one axis at a time */
     int rounds;
     double timeout_s;
-    int texels; /* texels judged in each level; 0: no judging */
+    int texels;   /* texels judged in each level; 0: no judging */
+    int rendered; /* directions of --rendered of verify; 0: not judged so */
     const char *csv, *json, *html;
 } ibl_bench_opts;
 
@@ -131,11 +132,13 @@ typedef struct ibl_bench_point {
     int series_count;
     size_t output_bytes; /* total size of all files the command left */
 
-    json_t *levels;   /* from the JSON report; NULL: not judged */
-    bool judged;      /* true if a level with roughness > 0 was judged */
-    double error;     /* rms of nRMSE over the levels with roughness > 0 */
-    double worst_p95; /* worst 95th percentile of the same levels */
-    bool pareto;      /* on the Pareto front of its map, see bench.c */
+    json_t *levels;        /* from the JSON report; NULL: not judged */
+    bool judged;           /* true if a level with roughness > 0 was judged */
+    double error;          /* rms of nRMSE over the levels with roughness > 0 */
+    double worst_p95;      /* worst 95th percentile of the same levels */
+    double rendered;       /* mean nRMSE as rendered, if there are rows of it */
+    json_t *rendered_rows; /* of verify --rendered; NULL: not judged so */
+    bool pareto;           /* on the Pareto front of its map, see bench.c */
 } ibl_bench_point;
 
 typedef struct ibl_bench {

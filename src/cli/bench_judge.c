@@ -7,6 +7,7 @@
 #include "cli/bench.h"
 #include "cli/console.h"
 #include "cli/json_text.h"
+#include "cli/rendered.h"
 #include "cli/shell_words.h"
 #include "cli/verify_files.h"
 #include "common/text.h"
@@ -42,7 +43,8 @@ static bool is_judged(const ibl_bench *b, const ibl_bench_point *p)
  * NULL: no memory, or an open quote. */
 static char **arguments(const ibl_bench *b, const ibl_bench_point *p)
 {
-    char *text = ibl_format("{env} %s", output_of(b, p));
+    char *text = ibl_format("{env} %s%s", output_of(b, p),
+                            b->opts->rendered ? " --rendered" : "");
     char *filled = text ? ibl_bench_fill(b, p, text) : NULL;
     char **words = filled ? ibl_words_split(filled) : NULL;
 
@@ -65,6 +67,8 @@ static bool settings_of(const ibl_bench *b, const ibl_bench_point *p,
         return false;
     opts->common = b->opts->common;
     opts->judge.texels = b->opts->texels;
+    if (b->opts->rendered)
+        opts->shading.directions = b->opts->rendered;
     return true;
 }
 
@@ -145,6 +149,47 @@ static bool keep(ibl_bench_point *p, const ibl_report *report)
     return p->levels;
 }
 
+/* Copies the rendered errors. */
+static bool keep_rendered(ibl_bench_point *p, const ibl_rendered *rendered)
+{
+    p->rendered_rows = json_array();
+    for (int i = 0; i < rendered->count; i++) {
+        const ibl_rendered_row *row = &rendered->rows[i];
+        if (isnan(row->roughness))
+            p->rendered += row->nrmse / rendered->options.f0_count;
+        else
+            append(&p->rendered_rows,
+                   json_pack("{ss sf sf sf sf sf}", "content", "rendered", "f0",
+                             row->f0, "roughness", row->roughness, "nrmse",
+                             row->nrmse, "median", row->median, "p95",
+                             row->p95));
+    }
+    return p->rendered_rows;
+}
+
+/* Only GGX has a truth to be rendered. */
+static bool is_drawn(const judging *j, const ibl_verify_files *files)
+{
+    bool ggx = false;
+
+    for (int i = 0; i < files->count; i++)
+        if (files->level[i].content == IBL_OUTPUT_SPECULAR)
+            ggx = files->level[i].lobe == IBL_LOBE_GGX;
+    return j->b->opts->rendered && ggx;
+}
+
+static bool judge_rendered(judging *j, ibl_bench_point *p,
+                           const ibl_verify_opts *opts,
+                           const ibl_verify_files *files)
+{
+    ibl_rendered rendered;
+
+    return !is_drawn(j, files) ||
+           (ibl_rendered_judge(files, j->ctx, &j->map, &opts->shading,
+                               j->b->console, &rendered) &&
+            keep_rendered(p, &rendered));
+}
+
 static bool judge_files(judging *j, ibl_bench_point *p,
                         const ibl_verify_opts *opts, ibl_verify_files *files,
                         ibl_report *report)
@@ -153,12 +198,14 @@ static bool judge_files(judging *j, ibl_bench_point *p,
 
     if (!ibl_verify_files_read(opts, j->ctx, console, files))
         return false;
+    if (!take_map(j, p->source, files, &opts->judge) ||
+        !judge_rendered(j, p, opts, files))
+        return false;
     /* The swept settings do not affect the table. */
     if (p->kind == IBL_BENCH_BAKE && !p->base)
         ibl_lut_free(&files->lut);
     report->options = opts->judge;
-    return take_map(j, p->source, files, &opts->judge) &&
-           ibl_verify_judge(files, j->ctx, &j->map, console, report) &&
+    return ibl_verify_judge(files, j->ctx, &j->map, console, report) &&
            keep(p, report);
 }
 

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "cli/bench.h"
-#include "cli/judge.h"
+#include "cli/verify_files.h"
 #include "cli/shell_words.h"
 #include "common/names.h"
 
@@ -176,6 +176,10 @@ static const ibl_option runs[] = {
      .allowed = "0 or 24 to 1048576",
      .help = "texels of each level that are compared with the reference; 0: "
              "none, only times"},
+    {"rendered", 0, IBL_INT(rendered, 0, 65536),
+     .allowed = "0 or 24 to 65536",
+     .help = "also judge what a shader draws with the files, by so many "
+             "directions; takes seconds for each command; 0: not"},
     {"quiet", 'q', IBL_FLAG(common.quiet),
      .help = "print only errors and the table"},
     {"verbose", 'v', IBL_FLAG(common.verbose),
@@ -345,6 +349,12 @@ static bool validate(void *settings)
         return ibl_misuse("--texels %d: too few to tell: %d or more, or 0 for "
                           "none",
                           o->texels, IBL_JUDGE_MIN_TEXELS);
+    if (o->rendered && o->rendered < IBL_RENDERED_LEAST)
+        return ibl_misuse("--rendered %d: too few to tell: %d or more, or 0 "
+                          "for none",
+                          o->rendered, IBL_RENDERED_LEAST);
+    if (o->rendered && !o->texels)
+        return ibl_misuse("--rendered needs --texels above 0");
     fill_defaults(o);
     return check_isas(o) && check_names(o) && ibl_common_validate(&o->common);
 }

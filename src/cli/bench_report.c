@@ -71,6 +71,10 @@ static json_t *point(const ibl_bench *b, const ibl_bench_point *p)
         put(&j, "front", json_boolean(p->pareto));
         put(&j, "levels", json_incref(p->levels));
     }
+    if (p->rendered_rows) {
+        put(&j, "rendered", json_real(p->rendered));
+        put(&j, "rendered_rows", json_incref(p->rendered_rows));
+    }
     return j;
 }
 
@@ -149,9 +153,9 @@ static const struct {
 };
 
 /* The columns for a level, after those for the stages and "front". */
-static const char *const members[] = {"content",   "level", "size",
-                                      "roughness", "nrmse", "median",
-                                      "p95",       "worst", "bias"};
+static const char *const members[] = {"content", "level",  "size", "roughness",
+                                      "nrmse",   "median", "p95",  "worst",
+                                      "bias",    "f0"};
 
 enum {
     COLUMNS = sizeof columns / sizeof *columns,
@@ -247,11 +251,13 @@ static void put_line(const json_t *point, const json_t *level,
                   i + 1 < MEMBERS ? ',' : '\n', to);
 }
 
-/* Writes the lines of a point: one for all its levels, then one for each. */
+/* Writes the lines of a point: one for all its levels, then one for each, and
+ * one for each roughness and F0 that was rendered. */
 static bool put_point(const json_t *point, const char **stages, int count,
                       FILE *to)
 {
     const json_t *levels = json_object_get(point, "levels"), *level;
+    const json_t *rows = json_object_get(point, "rendered_rows");
     json_t *all = json_pack("{ss sO* sO*}", "content", "all", "nrmse",
                             json_object_get(point, "error"), "p95",
                             json_object_get(point, "worst_p95"));
@@ -261,6 +267,10 @@ static bool put_point(const json_t *point, const char **stages, int count,
         return false;
     put_line(point, all, stages, count, to);
     json_array_foreach((json_t *)levels, i, level)
+    {
+        put_line(point, level, stages, count, to);
+    }
+    json_array_foreach((json_t *)rows, i, level)
     {
         put_line(point, level, stages, count, to);
     }
@@ -284,7 +294,7 @@ char *ibl_bench_csv(const json_t *document)
         fprintf(to, "%s_s,", stages[k]);
     if (ok)
         fputs("front,content,level,level_size,roughness,nrmse,median,p95,"
-              "worst,bias\n",
+              "worst,bias,f0\n",
               to);
     json_array_foreach((json_t *)points, i, point)
     {

@@ -42,6 +42,8 @@ static void print_point(const ibl_bench_point *p, int width, FILE *to)
             p->series[IBL_BENCH_PEAK_BYTES].median / (1 << 20));
     if (p->judged)
         fprintf(to, " %9.3g %9.3g", 100 * p->error, 100 * p->worst_p95);
+    if (p->rendered_rows)
+        fprintf(to, " %9.3g", 100 * p->rendered);
     fputc('\n', to);
 }
 
@@ -124,8 +126,9 @@ void ibl_bench_print(const ibl_bench *b, FILE *to)
                 ibl_bench_method_names[b->base[IBL_BENCH_METHOD]],
                 b->base[IBL_BENCH_SIZE], b->base[IBL_BENCH_THREADS],
                 ibl_isa_name((ibl_isa)b->base[IBL_BENCH_ISA]));
-        fprintf(to, " %-*s %9s %17s %9s %8s %9s %9s\n", width, "", "time ms",
-                "quartiles", "CPU ms", "peak MiB", "error %", "p95 %");
+        fprintf(to, " %-*s %9s %17s %9s %8s %9s %9s%s\n", width, "", "time ms",
+                "quartiles", "CPU ms", "peak MiB", "error %", "p95 %",
+                b->opts->rendered ? "    drawn %" : "");
         for (int i = 0; i < b->point_count; i++)
             if (b->sources[b->points[i].source].env == source->env)
                 print_point(&b->points[i], width, to);
@@ -137,4 +140,8 @@ void ibl_bench_print(const ibl_bench *b, FILE *to)
           "their 95th percentiles of the\nrelative error. * no other method, "
           "count of samples, variant or peer is faster\nand better.\n",
           to);
+    if (b->opts->rendered)
+        fputs("drawn: nRMSE of what a shader draws, the mean over F0 and "
+              "roughness.\n",
+              to);
 }

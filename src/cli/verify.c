@@ -204,7 +204,7 @@ static const ibl_option rendering[] = {
     {"f0", 0, IBL_OTHER(shading, "LIST", parse_f0),
      .allowed = "numbers from 0 to 1", .standard = "1,0.04",
      .help = "reflectances of the surface at normal incidence"},
-    {"directions", 0, IBL_INT(shading.directions, 24, 65536),
+    {"directions", 0, IBL_INT(shading.directions, IBL_RENDERED_LEAST, 65536),
      .help = "pairs of a normal and a view"},
     {"max-rendered-error", 0, IBL_REAL(max_rendered_error, "E", 0, 1000),
      .standard = "none",

@@ -27,7 +27,8 @@ typedef struct ibl_verify_lod {
 } ibl_verify_lod;
 
 enum {
-    IBL_RENDERED_LIST = 32, /* roughnesses, values of F0 */
+    IBL_RENDERED_LIST = 32,  /* roughnesses, values of F0 */
+    IBL_RENDERED_LEAST = 24, /* directions */
     IBL_RENDERED_DIRECTIONS = 512
 };
 
