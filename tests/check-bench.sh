@@ -26,7 +26,7 @@ ${CC:-cc} -std=c11 -Itests -o "$work/mkenv" tests/cli/mkenv.c \
 # ---- a run with all reports ------------------------------------------------
 # The peer is ourselves with the settings of the base, so its error is known.
 "$program" bench -q "$env" --sizes 16,32 --samples 16,64 --threads 1,23 --isa c \
-    --source-sizes 32,100 --rounds 4 --texels 24 \
+    --source-sizes 32,100 --rounds 4 --texels 24 --rendered 24 \
     --bake '--irradiance-size 8 --levels 3 --lut-size 16' \
     --variant 'two=--levels 2 --size 32 --lut-size 8' \
     --variant 'sheen=--method spectral --lobe charlie' \
@@ -53,6 +53,8 @@ done
     --lut-size 16 --irradiance-size 8 --levels 3
 "$program" verify -q "$env" "$work/out" --texels 24 \
     --json "$work/verify.json"
+"$program" verify -q --rendered --directions 24 "$env" "$work/out" \
+    --json "$work/drawn.json"
 if command -v node >/dev/null; then
     node - "$work" >"$work/node" 2>&1 <<'JS'
 const fs = require('fs'), dir = process.argv[2];
@@ -116,6 +118,13 @@ const rms = Math.sqrt(rough.reduce((s, l) => s + l.nrmse ** 2, 0) /
     rough.length);
 need(rough.length == 2, `${rough.length} rough levels`);
 need(Math.abs(point('self').error / rms - 1) < 1e-3, `error, not ${rms}`);
+const drawn_means = JSON.parse(read('drawn.json')).rendered.means;
+need(drawn_means.length == 2, 'no means of what is rendered');
+for (const name of ['self', 'auto'])
+    need(Math.abs(point(name).rendered * 2 /
+        (drawn_means[0].nrmse + drawn_means[1].nrmse) - 1) < 1e-3,
+        `${name}: rendered ${point(name).rendered}`);
+need(!('rendered' in point('sheen')), 'another lobe is judged as GGX');
 for (const p of j.points.filter(p => 'error' in p)) {
     const p95 = p.levels.filter(l => l.content == 'specular' &&
         l.roughness > 0).map(l => l.p95);
@@ -174,11 +183,12 @@ all.forEach((r, i) => {
 const lines = rows.filter(r => /^[a-z]/.test(r[column('content')]) &&
     !['all', 'content'].includes(r[column('content')]));
 lines.forEach((r, i) => {
-    const l = j.points.flatMap(p => p.levels ?? [])[i];
+    const l = j.points.flatMap(p =>
+        [...p.levels ?? [], ...p.rendered_rows ?? []])[i];
     for (const what of ['level', 'roughness', 'nrmse', 'median', 'p95', 'worst',
-        'bias'])
-        need(Math.abs((r[column(what)] || 0) - l[what]) <=
-            1e-8 * Math.abs(l[what]),
+        'bias', 'f0'])
+        need(Math.abs((r[column(what)] || 0) - (l[what] ?? 0)) <=
+            1e-8 * Math.abs(l[what] ?? 0),
             `line ${i}: ${what} ${r[column(what)]}, not ${l[what]}`);
 });
 all.forEach((r, i) => {
@@ -228,7 +238,8 @@ for (const [value, at, sign] of [[0, 2, 1], [1, 3, -1]]) {
 }
 need(chart.split('class="front"').length - 1 ==
     rivals.filter(p => p.front).length, 'rings');
-for (const title of ['Error against time', 'Error against roughness',
+for (const title of ['Error against time', 'Rendered error against time',
+    'Error against roughness',
     'Time against samples', 'Time against output size',
     'Time against source size', 'Time against threads', 'Stages'])
     need(drawn.includes(`<h3>${title}</h3>`), `no ${title}`);
@@ -240,7 +251,7 @@ for (const p of j.points.filter(p => !p.source.resampled)) {
     const cells = [...row.matchAll(/<td>([-0-9.e]+).(s|ms|µs|%|MiB)<\/td>/g)]
         .map(c => c[1] * unit[c[2]]);
     const want = [p.wall_s.median, p.wall_s.q1, p.wall_s.q3, p.cpu_s.median,
-        p.peak_bytes, p.error, p.worst_p95].filter(x => x !== undefined);
+        p.peak_bytes, p.error, p.worst_p95, p.rendered].filter(x => x !== undefined);
     need(cells.length == want.length && cells.every((c, i) =>
         Math.abs(c / want[i] - 1) < 0.06),
         `row of ${p.name}: ${cells}, not ${want}`);

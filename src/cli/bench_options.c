@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "cli/bench.h"
-#include "cli/verify_files.h"
 #include "cli/shell_words.h"
+#include "cli/verify_files.h"
 #include "common/names.h"
 
 #define STANDARD_METHODS "auto,spectral,sampled,sampled-nomip"

@@ -7,8 +7,8 @@
 
 #include "cli/disc_brdf.h"
 
-const char *const ibl_shader_names[] = {"auto",  "split",    "bent",
-                                        "table", "two-taps", NULL};
+const char *const ibl_shader_names[] = {
+    "auto", "split", "bent-alone", "bent", "table", "two-taps", NULL};
 const char *const ibl_part_names[] = {"view", "levels", "texels", "table"};
 
 enum {
@@ -80,23 +80,43 @@ static void spread_point(int seed, unsigned stream, size_t i, double u[4])
     }
 }
 
-/* R is drawn first, uniform over the sphere, or for each third pair over the
- * cap. With N at a distance of acos(N.V) from it in any direction, N is uniform
- * as well. */
-static void draw_pair(pairs *p, int seed, size_t i, const double light[3])
-{
-    static const double up[3] = {0, 1, 0};
-    const double edge = cos(20 * M_PI / 180), cap = (1 - edge) / 2;
-    double u[4], *r = p->mirror + 3 * i, *n = p->normal + 3 * i;
-    const bool near = i % 3 == 2;
+/* Of 20 pairs, half have R anywhere, the others within a cap around the light,
+ * which narrow lobes would else miss: 5, 3 and 2 of them. */
+enum {
+    CAPS = 4,
+    PERIOD = 20
+};
+static const double caps_deg[CAPS] = {180, 20, 7, 2.5};
+static const int pattern[PERIOD] = {0, 1, 0, 2, 0, 1, 0, 3, 0, 1,
+                                    0, 2, 0, 1, 0, 3, 0, 1, 0, 2};
 
-    spread_point(seed, near, near ? i / 3 : i / 3 * 2 + i % 3, u);
-    if (near)
-        around(light, 1 - (1 - edge) * u[0], 2 * M_PI * u[1], r);
-    else
-        around(up, 1 - 2 * u[0], 2 * M_PI * u[1], r);
-    const bool inside = dot(r, light) > edge;
-    p->weight[i] = 1 / (2.0 / 3 + (inside ? 1 / (3 * cap) : 0));
+static double cap_cosine(int cap)
+{
+    return cos(caps_deg[cap] * M_PI / 180);
+}
+
+/* The density of R over the sphere, in parts of 1 / 4 pi. */
+static double density(double cosine)
+{
+    double sum = 0;
+
+    for (int i = 0; i < PERIOD; i++)
+        if (cosine >= cap_cosine(pattern[i]) - 1e-12)
+            sum += 2.0 / PERIOD / (1 - cap_cosine(pattern[i]));
+    return sum;
+}
+
+/* R is drawn first, uniform in its cap. With N at a distance of acos(N.V) from
+ * it in any direction, N is uniform over the sphere as well. */
+static void draw_pair(pairs *p, int seed, size_t i, size_t drawn[CAPS],
+                      const double light[3])
+{
+    const int cap = pattern[i % PERIOD];
+    double u[4], *r = p->mirror + 3 * i, *n = p->normal + 3 * i;
+
+    spread_point(seed, (unsigned)cap, drawn[cap]++, u);
+    around(light, 1 - (1 - cap_cosine(cap)) * u[0], 2 * M_PI * u[1], r);
+    p->weight[i] = 1 / density(dot(r, light));
     p->n_dot_v[i] = sqrt(u[2]);
     around(r, p->n_dot_v[i], 2 * M_PI * u[3], n);
     for (int k = 0; k < 3; k++)
@@ -112,6 +132,7 @@ static bool draw_pairs(const ibl_image *env, double yaw_deg,
                        const ibl_rendered_options *o, pairs *p)
 {
     const size_t n = (size_t)o->directions;
+    size_t drawn[CAPS] = {0};
     double light[1][3];
 
     *p = (pairs){.count = n, .normal = malloc(11 * n * sizeof(double))};
@@ -123,7 +144,7 @@ static bool draw_pairs(const ibl_image *env, double yaw_deg,
     p->weight = p->n_dot_v + n;
     ibl_find_lights(env, yaw_deg, 1, light);
     for (size_t i = 0; i < n; i++)
-        draw_pair(p, o->seed, i, light[0]);
+        draw_pair(p, o->seed, i, drawn, light[0]);
     return true;
 }
 
@@ -149,7 +170,7 @@ typedef struct work {
     double irradiance_scale;
     ibl_ctx *ctx;
     ibl_rendered_options options;
-    int step; /* parts are measured at each step-th pair */
+    int step; /* parts are measured at each step-th PERIOD of pairs */
     const ibl_judged_map *map;
     ibl_reference *ref;  /* of the environment */
     ibl_reference *rest; /* of what lights leave of it */
@@ -164,6 +185,18 @@ typedef struct work {
 static bool uses_table(const work *w)
 {
     return w->options.shader >= IBL_SHADER_TABLE;
+}
+
+/* Whether metals and others are looked up in different ways, with a share of
+ * irradiance. */
+static bool floods(const work *w)
+{
+    return w->options.shader >= IBL_SHADER_BENT;
+}
+
+static bool has_parts(const work *w, size_t pair)
+{
+    return pair / PERIOD % (size_t)w->step == 0;
 }
 
 static double limited(double x, double low, double high)
@@ -181,13 +214,42 @@ static void bend(const work *w, size_t i, double share, double dir[3])
     normalise(dir);
 }
 
-/* ibl_bent_roughness and ibl_bend of ibl/ibl.glsl. */
-static void aim_bent(const work *w, size_t i, double r, look *l)
+static double mix(double a, double b, double t)
 {
-    const double nv = w->pairs.n_dot_v[i], limb = pow(1 - nv, 3);
+    return a + t * (b - a);
+}
 
-    bend(w, i, pow(r, 1.8 + 3 * nv), l->dir[0]);
-    l->roughness = fmin(1, r * (0.7 + 0.3 * nv + r * r * (0.3 + 0.5 * limb)));
+/* ibl_metallic of ibl/ibl.glsl, with the exact table. */
+static double metallic_of(const work *w, size_t i, int k, double f0)
+{
+    const double *sum =
+        w->sums + SUMS * (i * (size_t)w->options.roughness_count + (size_t)k);
+
+    return limited((f0 - 0.04) / 0.96 * (sum[3] + sum[7]) /
+                       fmax(f0 * sum[3] + sum[7], 1e-20),
+                   0, 1);
+}
+
+/* ibl_lobe_bent of ibl/ibl.glsl. */
+static void aim_bent(const work *w, size_t i, double metallic, look *l)
+{
+    const double nv = w->pairs.n_dot_v[i], r = l->roughness;
+    const double a = mix(0.56, 0.68, metallic), b = mix(0.53, 0.38, metallic);
+    const double c = mix(2.3, 1.5, metallic), d = mix(1.75, 1.95, metallic);
+
+    bend(w, i, mix(1.4, 3.3, metallic) * pow(r, 3) * (1 - r) * (1 - nv),
+         l->dir[0]);
+    l->roughness = fmin(r * (a + b * nv), 1);
+    l->flood = fmin(mix(0.4 + 0.8 * nv, 1, metallic) * pow(r, c + d * nv), 1);
+}
+
+/* ibl_lobe_bent_alone of ibl/ibl.glsl. */
+static void aim_bent_alone(const work *w, size_t i, look *l)
+{
+    const double nv = w->pairs.n_dot_v[i], r = l->roughness;
+
+    bend(w, i, pow(r, 2.1 + 1.8 * nv), l->dir[0]);
+    l->roughness = fmin(r * (0.75 + 0.28 * nv + 0.27 * r * r), 1);
 }
 
 /* The roughness of a lod, by halving; the lod rises with it. */
@@ -203,40 +265,46 @@ static double roughness_of(const work *w, double lod)
     return 0.5 * (low + high);
 }
 
-/* ibl_lobe_fetch of ibl/ibl.glsl, with ibl_metallic. */
-static void aim_by_table(const work *w, size_t i, int k, double f0, look *l)
+/* ibl_lobe_fetch of ibl/ibl.glsl. */
+static void aim_by_table(const work *w, size_t i, double metallic, look *l)
 {
-    const double *sum =
-        w->sums + SUMS * (i * (size_t)w->options.roughness_count + (size_t)k);
-    const double metallic = limited((f0 - 0.04) / 0.96 * (sum[3] + sum[7]) /
-                                        fmax(f0 * sum[3] + sum[7], 1e-20),
-                                    0, 1);
     const int layer = w->options.shader == IBL_SHADER_TWO_TAPS ? 2 : 0;
     double q[4];
 
     ibl_lookup_lobes(w->files->lobes, w->files->lobe_size, layer, metallic,
-                     w->pairs.n_dot_v[i], w->options.roughness[k], q);
+                     w->pairs.n_dot_v[i], l->roughness, q);
     l->taps = q[3] > 0 ? 2 : 1;
     bend(w, i, q[0] - q[3], l->dir[0]);
     bend(w, i, q[0] + q[3], l->dir[1]);
-    l->lod = q[1] * (w->levels - 1);
     l->flood = q[2];
+    l->lod = q[1] * (w->levels - 1);
     l->roughness = roughness_of(w, l->lod);
 }
 
 static void aim(const work *w, size_t i, int k, double f0, look *l)
 {
+    const double metallic = metallic_of(w, i, k, f0);
+
     *l = (look){.taps = 1, .roughness = w->options.roughness[k]};
-    if (uses_table(w)) {
-        aim_by_table(w, i, k, f0, l);
-        return;
-    }
-    if (w->options.shader == IBL_SHADER_BENT)
-        aim_bent(w, i, l->roughness, l);
-    else
+    switch (w->options.shader) {
+    case IBL_SHADER_AUTO:
+    case IBL_SHADER_SPLIT:
         bend(w, i, 0, l->dir[0]);
-    l->lod =
-        limited(ibl_lod_of(&w->files->lod, l->roughness), 0, w->levels - 1);
+        break;
+    case IBL_SHADER_BENT_ALONE:
+        aim_bent_alone(w, i, l);
+        break;
+    case IBL_SHADER_BENT:
+        aim_bent(w, i, metallic, l);
+        break;
+    case IBL_SHADER_TABLE:
+    case IBL_SHADER_TWO_TAPS:
+        aim_by_table(w, i, metallic, l);
+        break;
+    }
+    if (!uses_table(w))
+        l->lod =
+            limited(ibl_lod_of(&w->files->lod, l->roughness), 0, w->levels - 1);
 }
 
 /* The level that a lod is in or above, or the one after it. */
@@ -272,7 +340,7 @@ static bool find_each(const work *w, size_t looks)
         return false;
     for (size_t i = 0; i < looks; i++) {
         const look *l = &w->looks[i];
-        for (int t = 0; t < l->taps && i / n % (size_t)w->step == 0; t++) {
+        for (int t = 0; t < l->taps && has_parts(w, i / n); t++) {
             for (int k = 0; k < 3; k++)
                 dirs[3 * count + (size_t)k] = l->dir[t][k];
             roughness[3 * count] = l->roughness;
@@ -286,7 +354,7 @@ static bool find_each(const work *w, size_t looks)
         !ibl_reference_lobes(w->rest, roughness, 3, dirs, count, rgb);
     const double *next = rgb;
     for (size_t i = 0; i < looks && ok; i++)
-        for (int t = 0; t < w->looks[i].taps && i / n % (size_t)w->step == 0;
+        for (int t = 0; t < w->looks[i].taps && has_parts(w, i / n);
              t++, next += 9)
             add_lobes(&w->looks[i], next, next + 3, next + 6);
     free(dirs);
@@ -428,7 +496,7 @@ static void add_pair(const work *w, size_t i, double stage[STAGES][3],
         s->light[0] += weight * stage[0][c];
         s->light[1] += weight * stage[STAGES - 1][c];
     }
-    if (i % (size_t)w->step)
+    if (!has_parts(w, i))
         return;
     s->part_truth += truth;
     for (int p = 0; p < IBL_PARTS; p++)
@@ -484,7 +552,7 @@ static bool measure_all(const work *w, ibl_rendered *out)
     const ibl_rendered_options *o = &w->options;
 
     for (int f = 0; f < o->f0_count; f++) {
-        if ((f == 0 || uses_table(w)) && !find_looks(w, o->f0[f]))
+        if ((f == 0 || floods(w)) && !find_looks(w, o->f0[f]))
             return false;
         for (int k = 0; k < o->roughness_count; k++) {
             ibl_rendered_row *row = &out->rows[out->count++];
@@ -531,15 +599,17 @@ static bool choose_shader(work *w, ibl_console *console)
 
     if (*shader == IBL_SHADER_AUTO)
         *shader = both ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT;
-    w->step = *shader == IBL_SHADER_TWO_TAPS ? 4
-              : *shader == IBL_SHADER_TABLE  ? 2
-                                             : 1;
-    return !uses_table(w) || both ||
+    w->step = *shader == IBL_SHADER_TWO_TAPS ? 4 : floods(w) ? 2 : 1;
+    if (uses_table(w) && !table)
+        return ibl_console_fail(console,
+                                "--shader %s: there is no lobe table: name it "
+                                "with --lobe-table",
+                                ibl_shader_names[*shader]);
+    return !floods(w) || w->irradiance ||
            ibl_console_fail(console,
-                            "--shader %s: there is no %s: name it with --%s",
-                            ibl_shader_names[*shader],
-                            table ? "irradiance map" : "lobe table",
-                            table ? "irradiance" : "lobe-table");
+                            "--shader %s: there is no irradiance map: name it "
+                            "with --irradiance",
+                            ibl_shader_names[*shader]);
 }
 
 static bool alloc(work *w)
@@ -580,7 +650,7 @@ bool ibl_rendered_judge(const ibl_verify_files *files, ibl_ctx *ctx,
               !ibl_reference_mean(w.ref, w.mean) && find_truth(&w);
     out->options = w.options;
     ibl_console_progress(console, "parts", 0);
-    ok = ok && (!uses_table(&w) || find_flood(&w)) && measure_all(&w, out);
+    ok = ok && (!floods(&w) || find_flood(&w)) && measure_all(&w, out);
     ibl_reference_free(w.ref);
     ibl_reference_free(w.rest);
     free_pairs(&w.pairs);

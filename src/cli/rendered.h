@@ -5,8 +5,9 @@
  *
  * Pairs of a normal and a view are drawn so that normals are uniform over the
  * sphere, N.V has the density 2 N.V (that of the pixels of a sphere) and the
- * view's azimuth is uniform; but a third of the reflected directions are within
- * 20 degrees of the environment's brightest pixel. Weights undo the latter.
+ * view's azimuth is uniform; but half of the reflected directions are within 20
+ * degrees of the environment's brightest pixel, a quarter of all within 7 and a
+ * tenth within 2.5. Weights undo that.
  *
  * With S the shader's colour and T the truth, |.| over R, G and B,
  *     nRMSE = sqrt(sum w |S - T|^2 / sum w |T|^2).
