@@ -259,9 +259,9 @@ vec3 ibl_shade(vec3 f0, vec3 albedo, vec2 rg, vec3 seen, vec3 irradiance)
 // ---- lights -----------------------------------------------------------------
 
 // Mean of ibl_ggx_d over the half vectors of a disc light of angular radius in
-// rad; h is that of its middle, disc is radius^2 / (2 (N.L + N.V)). Slopes of GGX
-// are the stereographic image of a sphere that is evenly covered, so the share in
-// a disc of slopes is a cap's.
+// rad; h is that of its middle, disc is radius^2 / (2 (N.L + N.V)). Slopes of
+// GGX are the stereographic image of a sphere that is evenly covered, so the
+// share in a disc of slopes is a cap's.
 float ibl_disc_d(vec3 n, vec3 h, float alpha, float disc)
 {
     vec3 s = cross(n, h);
