@@ -524,6 +524,13 @@ TEST(everything_is_finite)
     shade_constant(set, bright);
     view_settings s = view_settings_default();
     s.light_count = VIEW_MAX_LIGHTS;
+    set->set.light_count = 4;
+    for (int i = 0; i < 4; i++)
+        set->set.light[i] = (ibl_light){.direction = {0.6 * (i / 2), 0.8, 0},
+                                        .radius = i % 2 ? 0.0047 : 0.1,
+                                        .irradiance = {1, 1e5, 3}};
+    set->set.light[0].direction[2] = -0.6;
+    set->set.light[1].direction[2] = 0.6;
     for (int i = 0; i < 2; i++) {
         s.multiscatter = i;
         s.yaw = 80 * i;

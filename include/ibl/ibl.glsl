@@ -258,34 +258,74 @@ vec3 ibl_shade(vec3 f0, vec3 albedo, vec2 rg, vec3 seen, vec3 irradiance)
 
 // ---- lights -----------------------------------------------------------------
 
-// Mean of ibl_ggx_d over the half vectors of a disc light of angular radius in
-// rad; h is that of its middle, disc is radius^2 / (2 (N.L + N.V)). Slopes of
-// GGX are the stereographic image of a sphere that is evenly covered, so the
-// share in a disc of slopes is a cap's.
-float ibl_disc_d(vec3 n, vec3 h, float alpha, float disc)
+// GGX's slopes are spread as the form factor of a plane seen from a height of
+// alpha above it. A disc light is an ellipse of slopes, so the lobe's share in
+// it is the form factor of an ellipse: with the cone to it as a quadratic form
+// of eigenvalues e1, e2 > 0 > e3, |e3| / sqrt((e1 - e3) (e2 - e3)) along the
+// cone's axis (Heitz and Hill 2017, "Linear-Light Shading with Linearly
+// Transformed Cosines"), times the cosine of that axis.
+
+// The root 1..most of x^3 = m x^2 + n x + k: -1 / e3.
+float ibl_disc_root(float m, float n, float k, float most)
 {
-    vec3 s = cross(n, h);
-    float c = dot(n, h), t = alpha * alpha * c * c, d = t + dot(s, s) - disc;
-    float q = max(sqrt(d * d + 4.0 * t * disc), 1e-20);
-    return d > 0.0 ? 2.0 * alpha * alpha / (ibl_pi * q * (q + d))
-                   : (q - d) / (2.0 * ibl_pi * q * max(c * c * disc, 1e-20));
+    float s = sqrt(max(m * m + 3.0 * n, 1e-12)) / 3.0, u = m / s;
+    float c = u * u * u / 27.0 + u * (n / s / s) / 6.0 + k / s / s / s / 2.0;
+    float x = m / 3.0 + 2.0 * s * cos(acos(clamp(c, -1.0, 1.0)) / 3.0);
+    x = clamp(x, 1.0, most);
+    for (int i = 0; i < 2; i++)
+        x -= ((x - m) * x - n - k / x) / (3.0 * x - 2.0 * m - n / x);
+    return clamp(x, 1.0, most);
 }
 
-// Adds a disc light, whose middle is in direction l: its reflection to direct,
-// irradiance / pi to light. e: irradiance of a surface that faces it.
+// Mean of ibl_ggx_d over a disc whose middle has N.L = n_l. a is the square of
+// the ellipse's shorter half axis in slopes, over alpha^2.
+float ibl_disc_d(vec3 n, vec3 h, float n_l, float n_v, float v_h, float alpha,
+                 float a)
+{
+    vec3 s = cross(n, h);
+    float c = max(dot(n, h), 0.05), scale = c * c * alpha * alpha;
+    float t = dot(s, s) / scale, b = a / (v_h * v_h), k = a * b;
+    float along = 0.25 * (n_l - n_v) * (n_l - n_v) /
+                  (max(1.0 - v_h * v_h, 1e-6) * scale);
+    float m = 1.0 + t - a - b, x = min(along, t);
+    float o = a + b + b * x + a * (t - x) - k;
+    float nu = ibl_disc_root(m, o, k, 1.0 + t);
+    return sqrt((nu + a) / nu * ((nu + b) / nu)) /
+           ((nu * nu + o + 2.0 * k / nu) * ibl_pi * scale * c * c);
+}
+
+// N.L of a disc that is above the horizon in part.
+float ibl_disc_shown(float n_l, float radius)
+{
+    float edge = sin(radius);
+    return abs(n_l) < edge ? (n_l + edge) * (n_l + edge) / (4.0 * edge)
+                           : max(n_l, 0.0);
+}
+
+// Adds a disc light of angular radius in rad, whose middle is in direction l:
+// its reflection to direct, irradiance / pi to light. e: irradiance of a
+// surface that faces it. The rest of the BRDF is taken between the disc's
+// middle and the mirrored direction, as far as the lobe is narrower than the
+// disc.
 void ibl_add_light(vec3 n, vec3 v, vec3 f0, float roughness, vec3 l,
                    float radius, vec3 e, inout vec3 direct, inout vec3 light)
 {
-    float n_v = max(dot(n, v), 0.0), n_l = dot(n, l), reach = sin(radius);
-    if (!(n_l > -reach))
+    float n_v = max(dot(n, v), 1e-4), alpha = max(roughness * roughness, 1e-4);
+    if (!(dot(n, l) > -sin(radius)))
         return; // below the surface
-    float shown = n_l;
-    if (n_l < reach) // in part
-        shown = (n_l + reach) * (n_l + reach) / (4.0 * reach);
-    vec3 h = normalize(v + normalize(l + (shown - n_l) * n));
-    float v_h = clamp(dot(v, h), 0.0, 1.0), alpha = roughness * roughness;
-    float disc = radius * radius / max(2.0 * (shown + n_v), 1e-6);
-    direct += e * shown * ibl_disc_d(n, h, alpha, disc) *
-              ibl_smith_v(shown, n_v, alpha) * ibl_schlick_f(f0, v_h);
-    light += e * (shown / ibl_pi);
+    light += e * (ibl_disc_shown(dot(n, l), radius) / ibl_pi);
+    vec3 h = normalize(v + l), to_mirror = reflect(-v, n) - l;
+    float n_h = max(dot(n, h), 0.05), v_h = max(dot(v, h), 1e-3);
+    float a = 0.25 * radius * radius / (n_h * n_h * n_h * alpha * alpha);
+    float share = a / (1.0 + a);
+    vec3 to = normalize(l + share * to_mirror *
+                        min(1.0, radius / max(length(to_mirror), 1e-6)));
+    float n_l = ibl_disc_shown(dot(n, to), radius * (1.0 - share));
+    vec3 half_to = normalize(v + to);
+    float n_h_to = max(dot(n, half_to), 0.05);
+    float v_h_to = max(dot(v, half_to), 1e-3);
+    direct += e * n_l * ibl_disc_d(n, h, dot(n, l), n_v, v_h, alpha, a) *
+              (v_h_to * n_h / (n_h_to * v_h)) *
+              ibl_smith_v(n_l, n_v, alpha) *
+              ibl_schlick_f(f0, min(v_h_to, 1.0));
 }
