@@ -150,8 +150,13 @@ static void one_disc(ibl_ctx *ctx, const struct place *at, double radius,
     look(&map, at->x, at->y, to);
     const double painted = paint(&map, to, radius, white);
     NEED(take(ctx, &map, 1, &light) == 1);
-    CHECK_NEAR(angle_between(light.direction, to) / pixel, 0, 0.1);
-    CHECK_NEAR((light.radius - radius) / pixel, 0, 0.25);
+    const double off = angle_between(light.direction, to) / pixel;
+    const double wider = (light.radius - radius) / pixel;
+    CHECK_NEAR(off, 0, 0.1);
+    CHECK_NEAR(wider, 0, 0.25);
+    test_measured("direction, in pixels", off, 0.1);
+    test_measured("radius, in pixels", fabs(wider), 0.25);
+    test_measured("light", fabs(light.irradiance[0] / painted - 1), 1e-5);
     CHECK_NEAR(light.irradiance[0] / painted, 1, slope > 0 ? 1e-5 : 1e-7);
     CHECK_NEAR(most_change(&map, &before, to, 8 * DEGREE), 0,
                slope > 0 ? 3 * slope * pixel : 1e-6);
@@ -385,7 +390,7 @@ TEST(nothing)
     const ibl_image black = map_constant(ctx, 256, 128, 0);
     const ibl_image smooth = map_of_kind(ctx, &r, MAP_SMOOTH, 256, 128);
     const ibl_image window = sky(ctx, 0), tube = sky(ctx, 0),
-                    faint = sky(ctx, 0);
+                    thin = sky(ctx, 0), faint = sky(ctx, 0);
     double to[3];
 
     untouched(&constant, "no pixel is 26 times");
@@ -395,6 +400,8 @@ TEST(nothing)
     untouched(&window, "wider than 5 degrees");
     paint_rectangle(&tube, 100, 3, 1e5F);
     untouched(&tube, "wider than 5 degrees");
+    paint_rectangle(&thin, 400, 1, 1e5F);
+    untouched(&thin, "wider than 5 degrees");
     paint_rectangle(&faint, 1, 1, 2000);
     untouched(&faint, "gives 1.9 % of the light, less than 10 %");
     const ibl_image wide = sky(ctx, 0);
