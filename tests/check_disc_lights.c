@@ -225,6 +225,35 @@ TEST(two_discs)
     CHECK(map_pixel(&again, 400, 200)[0] > 80000);
 }
 
+static void untouched(const ibl_image *map, const char *why)
+{
+    static test_messages kept;
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
+    ibl_image now = copy_of(ctx, map);
+    ibl_light lights[4];
+
+    kept.text[IBL_LOG_WARNING][0] = 0;
+    CHECK(take(ctx, &now, 4, lights) == 0);
+    CHECK(!memcmp(now.data, map->data, map_floats(map) * sizeof *map->data));
+    CHECK_MSG(strstr(kept.text[IBL_LOG_WARNING], why) != NULL, "%s",
+              kept.text[IBL_LOG_WARNING]);
+}
+
+/* Adds a haze that falls with a power of the distance in pixels. */
+static void paint_haze(const ibl_image *map, const double to[3], double most,
+                       double power)
+{
+    double dir[3];
+
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            look(map, x + 0.5, y + 0.5, dir);
+            const double away = fmax(angle_between(dir, to) / pixel, 0.5);
+            for (int c = 0; c < 3; c++)
+                map_pixel(map, x, y)[c] += (float)(most * pow(away, -power));
+        }
+}
+
 /* A light in haze, which leaves a smooth map that is nowhere darker than what
  * is around it. */
 TEST(glow)
@@ -232,16 +261,10 @@ TEST(glow)
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     ibl_image map = sky(ctx, 0);
     ibl_light light;
-    double to[3], dir[3], most = 0;
+    double to[3], most = 0;
 
     look(&map, 300, 150, to);
-    for (int y = 0; y < HEIGHT; y++)
-        for (int x = 0; x < WIDTH; x++) {
-            look(&map, x + 0.5, y + 0.5, dir);
-            const double away = fmax(angle_between(dir, to) / pixel, 0.5);
-            for (int c = 0; c < 3; c++)
-                map_pixel(&map, x, y)[c] += (float)(2e4 * pow(away, -3));
-        }
+    paint_haze(&map, to, 2e4, 3);
     NEED(take(ctx, &map, 1, &light) == 1);
     CHECK_NEAR(angle_between(light.direction, to) / pixel, 0, 0.1);
     CHECK(light.radius < 0.8 * DEGREE);
@@ -252,6 +275,26 @@ TEST(glow)
             most = fmax(most, fabs(here / beside - 1));
         }
     CHECK_NEAR(most, 0, 0.5);
+}
+
+/* Around a sun haze may stay bright as far as circles go, if that is little of
+ * the light. Haze alone is no light. */
+TEST(bright_haze)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_image map = sky(ctx, 0), alone = sky(ctx, 0);
+    ibl_light light;
+    double to[3];
+
+    look(&map, 300.5, 150.5, to);
+    paint_haze(&map, to, 1e5, 2);
+    paint_haze(&alone, to, 1e5, 2);
+    map_pixel(&map, 300, 150)[1] += 2.8e6F;
+    NEED(take(ctx, &map, 1, &light) == 1);
+    CHECK_NEAR(angle_between(light.direction, to) / pixel, 0, 0.1);
+    CHECK(map_pixel(&map, 300, 150)[0] > 300 &&
+          map_pixel(&map, 300, 150)[0] < 2000);
+    untouched(&alone, "wider than 5 degrees");
 }
 
 /* ---- energy -------------------------------------------------------------- */
@@ -358,20 +401,6 @@ TEST(turned)
 }
 
 /* ---- nothing to take ----------------------------------------------------- */
-
-static void untouched(const ibl_image *map, const char *why)
-{
-    static test_messages kept;
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_image now = copy_of(ctx, map);
-    ibl_light lights[4];
-
-    kept.text[IBL_LOG_WARNING][0] = 0;
-    CHECK(take(ctx, &now, 4, lights) == 0);
-    CHECK(!memcmp(now.data, map->data, map_floats(map) * sizeof *map->data));
-    CHECK_MSG(strstr(kept.text[IBL_LOG_WARNING], why) != NULL, "%s",
-              kept.text[IBL_LOG_WARNING]);
-}
 
 static void paint_rectangle(const ibl_image *map, int width, int height,
                             float value)

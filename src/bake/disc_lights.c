@@ -180,8 +180,8 @@ static void centre_disc(const circle_sums *s, ibl_disc *disc)
 
 /*
  * Grows a circle until the ring around it has no pixel near the peak, and a
- * mean below the threshold. If it stays above, as haze around a sun may, the
- * best circle is that with the least light under the ring. One pixel more is
+ * mean below the threshold. If it stays above, as haze around a sun may, it is
+ * the widest circle with little of the light under the ring. One pixel more is
  * for what a blurred edge has outside. False: there is no such circle.
  */
 static bool grow(const finder *f, double peak, ibl_disc *disc)
@@ -189,7 +189,6 @@ static bool grow(const finder *f, double peak, ibl_disc *disc)
     const double limit = 2 * f->radius, edge = f->grid.edge;
     const double beside = fmax(peak * most_beside, f->threshold);
     ibl_disc at = {.radius = edge};
-    double least = most_left;
     bool found = false, dark = false;
 
     memcpy(at.centre, disc->centre, sizeof at.centre);
@@ -197,8 +196,7 @@ static bool grow(const finder *f, double peak, ibl_disc *disc)
         const circle_sums s = sum_circle(f, &at);
         const double left = ring_mean(&s) * s.angle / excess(&s);
         dark = ring_mean(&s) <= f->threshold && s.ring_peak <= beside;
-        if (dark || (s.ring_peak <= beside && left > 0 && left < least)) {
-            least = left;
+        if (dark || (s.ring_peak <= beside && left > 0 && left < most_left)) {
             *disc = at;
             found = true;
         }
