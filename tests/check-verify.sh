@@ -630,7 +630,7 @@ few='--rendered --directions 48 --roughness 0.4,1'
 test_rendered() {
     local shader
     iblbake -q $small --lut-size 128 --lobe-table prior one.hdr -o out
-    for shader in split bent-alone bent table two-taps; do
+    for shader in split bent fit table two-taps; do
         iblbake verify $few --shader $shader one.hdr out --json v.json >table
         js $shader <<'END'
 const { shader, rows, means } = json('v.json').rendered;

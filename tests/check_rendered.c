@@ -272,7 +272,7 @@ TEST(constant_map)
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     bake *b = bake_of(ctx, map_constant(ctx, 16, 8, 0.5f));
 
-    for (int shader = IBL_SHADER_SPLIT; shader <= IBL_SHADER_BENT; shader++)
+    for (int shader = IBL_SHADER_SPLIT; shader <= IBL_SHADER_FIT; shader++)
         for (int table = 0; table < 2; table++) {
             b->files.lut = table ? b->lut : (ibl_lut){0};
             const ibl_rendered *r = rendered(b, (ibl_shader)shader, 24);
@@ -502,17 +502,17 @@ TEST(bent_is_nearer)
     test_random rnd = {8};
     const bake *b = bake_of(ctx, map_of_kind(ctx, &rnd, MAP_SMOOTH, 32, 16));
     const ibl_rendered *split = rendered(b, IBL_SHADER_SPLIT, 60);
-    const ibl_rendered *alone = rendered(b, IBL_SHADER_BENT_ALONE, 60);
     const ibl_rendered *bent = rendered(b, IBL_SHADER_BENT, 60);
+    const ibl_rendered *fit = rendered(b, IBL_SHADER_FIT, 60);
 
-    CHECK(ibl_rendered_mean(alone, 0)->part[IBL_PART_LEVELS] >
+    CHECK(ibl_rendered_mean(bent, 0)->part[IBL_PART_LEVELS] >
           0.3 * ibl_rendered_mean(split, 0)->part[IBL_PART_LEVELS]);
-    CHECK(ibl_rendered_mean(alone, 0)->nrmse <
-          0.7 * ibl_rendered_mean(split, 0)->nrmse);
     CHECK(ibl_rendered_mean(bent, 0)->nrmse <
+          0.7 * ibl_rendered_mean(split, 0)->nrmse);
+    CHECK(ibl_rendered_mean(fit, 0)->nrmse <
           0.5 * ibl_rendered_mean(split, 0)->nrmse);
-    CHECK(ibl_rendered_mean(bent, 1)->nrmse <
-          0.8 * ibl_rendered_mean(alone, 1)->nrmse);
+    CHECK(ibl_rendered_mean(fit, 1)->nrmse <
+          0.8 * ibl_rendered_mean(bent, 1)->nrmse);
 }
 
 /* Whether judging fails with these words. */
@@ -534,7 +534,7 @@ TEST(refuses)
 
     CHECK(fails(b, IBL_SHADER_TWO_TAPS, "no lobe table"));
     b->files.count = LEVELS;
-    CHECK(fails(b, IBL_SHADER_BENT, "no irradiance map"));
+    CHECK(fails(b, IBL_SHADER_FIT, "no irradiance map"));
     b->files.level[0].lobe = IBL_LOBE_PHONG;
     CHECK(fails(b, IBL_SHADER_SPLIT, "of the lobe phong"));
     b->files.count = 0;

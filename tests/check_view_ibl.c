@@ -37,14 +37,14 @@ enum {
 
 enum {
     SPLIT,
-    BENT,
+    FIT,
     TABLE_LOBES,
     TWO_TAPS,
     DISC,
     SH2,
     SH4,
     NUMBERS,
-    ALONE,
+    BENT,
     KINDS
 };
 
@@ -108,7 +108,7 @@ enum {
 /* ---- the same in double -------------------------------------------------- */
 
 typedef struct lobe {
-    double bend, lod, flood, apart;
+    double bend, lod, diffuse, half_distance;
 } lobe;
 
 static double clamp(double x, double low, double high)
@@ -150,12 +150,12 @@ static lobe lobe_of(int kind, int i, double n_v)
 
     if (kind == SPLIT)
         return (lobe){0, level(chain, r), 0, 0};
-    if (kind == ALONE)
+    if (kind == BENT)
         return (lobe){
             pow(r, 2.1 + 1.8 * n_v),
             level(chain, fmin(1, r * (0.75 + 0.28 * n_v + 0.27 * r * r))), 0,
             0};
-    if (kind == BENT)
+    if (kind == FIT)
         return (lobe){
             mix(1.4, 3.3, m) * pow(r, 3) * (1 - r) * (1 - n_v),
             level(chain,
@@ -192,13 +192,14 @@ static void look(const lobe *q, const double n[3], const double v[3],
     double taps[2][3], rgb[2][3];
 
     for (int i = 0; i < 2; i++) {
-        const double bend = q->bend + (i ? q->apart : -q->apart);
+        const double bend =
+            q->bend + (i ? q->half_distance : -q->half_distance);
         for (int k = 0; k < 3; k++)
             taps[i][k] = mix(2 * test_dot(n, v) * n[k] - v[k], n[k], bend);
         shade_cube(&set->specular, q->lod, taps[i], rgb[i]);
     }
     for (int k = 0; k < 3; k++)
-        seen[k] = mix(0.5 * (rgb[0][k] + rgb[1][k]), light[k], q->flood);
+        seen[k] = mix(0.5 * (rgb[0][k] + rgb[1][k]), light[k], q->diffuse);
 }
 
 static void widen(const float from[4], double to[3])
@@ -335,7 +336,7 @@ static void expect(int kind, int i, double result[4])
 
     widen(on.points[NORMAL][i], n);
     result[3] = 1;
-    if (kind < DISC || kind == ALONE)
+    if (kind < DISC || kind == BENT)
         surface(kind, i, result);
     else if (kind == NUMBERS)
         numbers(i, result);
@@ -607,7 +608,7 @@ TEST(constant_sky)
     use_glsl();
     draw();
     for (int i = 0; i < COUNT; i++)
-        CHECK((i % KINDS > TWO_TAPS && i % KINDS != ALONE) ||
+        CHECK((i % KINDS > TWO_TAPS && i % KINDS != BENT) ||
               fabsf(on.seen[i][3] - 0.25F) < 6e-8F);
 }
 

@@ -672,10 +672,10 @@ TEST(apart_from_maps)
         room_cube_of(1, 1, 1, 1);
     d.environment.irradiance_scale = 1;
     d.dynamic = (view_probe_maps){0};
-    for (int bent = 0; bent < 2; bent++) {
-        d.environment.bent = bent;
+    for (int fit = 0; fit < 2; fit++) {
+        d.environment.fit = fit;
         count_pixels(&c, &d, 0.004, &n);
-        CHECK_MSG(n.bad == 0 && n.lit > 300, "bent %d: %d wrong, %d lit", bent,
+        CHECK_MSG(n.bad == 0 && n.lit > 300, "fit %d: %d wrong, %d lit", fit,
                   n.bad, n.lit);
     }
 }

@@ -28,9 +28,9 @@ vec4 seen_by(samplerCube specular, samplerCube irradiance, sampler2D brdf,
     light = ibl_irradiance(irradiance, n.xyz);
     ibl_lobe q = ibl_lobe_split(a.x, chain);
     if (kind == 1)
-        q = ibl_lobe_bent(n_v, a.x, a.y, chain);
+        q = ibl_lobe_fit(n_v, a.x, a.y, chain);
     if (kind == 8)
-        q = ibl_lobe_bent_alone(n_v, a.x, chain);
+        q = ibl_lobe_bent(n_v, a.x, chain);
     if (kind == 2)
         q = ibl_lobe_table(lobe, n_v, a.x, a.y, chain);
     if (kind == 3)

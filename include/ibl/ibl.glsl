@@ -31,10 +31,11 @@
 // too; tables are filtered linearly and clamped to their edges.
 //
 // The true lobe of a rough surface is neither centred on the mirrored direction
-// nor round. There are four ways to look it up, from cheap to exact; README.md
+// nor round. There are five ways to look it up, from cheap to exact; README.md
 // has their errors:
 //     ibl_lobe_split     the split sum: N = V = R
-//     ibl_lobe_bent      bent towards the normal, and the irradiance
+//     ibl_lobe_bent      bent towards the normal, by two lines
+//     ibl_lobe_fit       the same, and the irradiance, by four lines
 //     ibl_lobe_table     by the table lobe_lut: one fetch, and the irradiance
 //     ibl_lobe_two_taps  by the table: two fetches, and the irradiance
 // Of a local probe correct the direction of each tap for parallax.
@@ -144,10 +145,10 @@ float ibl_lod(vec4 chain, float roughness)
 
 // How the lobe of one N.V and roughness is looked up.
 struct ibl_lobe {
-    float bend;  // from the mirrored direction, 0, to the normal, 1
-    float lod;   // level
-    float flood; // weight of irradiance / pi
-    float apart; // taps are bent by bend - apart and bend + apart; 0: one tap
+    float bend;          // from the mirrored direction, 0, to the normal, 1
+    float lod;           // level
+    float diffuse;       // weight of irradiance / pi
+    float half_distance; // 0: one tap; else two, at bend - and + this
 };
 
 // The split sum: Karis 2013.
@@ -156,8 +157,8 @@ ibl_lobe ibl_lobe_split(float roughness, vec4 chain)
     ibl_lobe q;
     q.bend = 0.0;
     q.lod = ibl_lod(chain, roughness);
-    q.flood = 0.0;
-    q.apart = 0.0;
+    q.diffuse = 0.0;
+    q.half_distance = 0.0;
     return q;
 }
 
@@ -170,27 +171,26 @@ float ibl_metallic(vec3 f0, vec2 rg)
                      max(f * rg.x + rg.y, 1e-20), 0.0, 1.0);
 }
 
-// Bent towards the normal, and mixed with the irradiance: closed forms that are
-// fitted to lobes of F0 = .04 and F0 = 1.
-ibl_lobe ibl_lobe_bent(float n_v, float roughness, float metallic, vec4 chain)
+// Bent towards the normal: fitted to lobes of F0 = 1.
+ibl_lobe ibl_lobe_bent(float n_v, float roughness, vec4 chain)
+{
+    float r = roughness;
+    ibl_lobe q = ibl_lobe_split(min(r * (0.75 + 0.28 * n_v + 0.27 * r * r),
+                                    1.0), chain);
+    q.bend = pow(r, 2.1 + 1.8 * n_v);
+    return q;
+}
+
+// Mixed with the irradiance, too: fitted to lobes of F0 = .04 and F0 = 1.
+ibl_lobe ibl_lobe_fit(float n_v, float roughness, float metallic, vec4 chain)
 {
     float r = roughness;
     vec4 k = mix(vec4(0.56, 0.53, 2.3, 1.75), vec4(0.68, 0.38, 1.5, 1.95),
                  metallic);
     ibl_lobe q = ibl_lobe_split(min(r * (k.x + k.y * n_v), 1.0), chain);
     q.bend = mix(1.4, 3.3, metallic) * r * r * r * (1.0 - r) * (1.0 - n_v);
-    q.flood = min(mix(0.4 + 0.8 * n_v, 1.0, metallic) *
-                      pow(r, k.z + k.w * n_v), 1.0);
-    return q;
-}
-
-// The same without irradiance, for shaders that do not have it there.
-ibl_lobe ibl_lobe_bent_alone(float n_v, float roughness, vec4 chain)
-{
-    float r = roughness;
-    ibl_lobe q = ibl_lobe_split(min(r * (0.75 + 0.28 * n_v + 0.27 * r * r),
-                                    1.0), chain);
-    q.bend = pow(r, 2.1 + 1.8 * n_v);
+    q.diffuse = min(mix(0.4 + 0.8 * n_v, 1.0, metallic) *
+                        pow(r, k.z + k.w * n_v), 1.0);
     return q;
 }
 
@@ -203,8 +203,8 @@ ibl_lobe ibl_lobe_fetch(sampler2DArray lobe, float n_v, float roughness,
     ibl_lobe q;
     q.bend = t.r;
     q.lod = t.g * chain.z;
-    q.flood = t.b;
-    q.apart = t.a;
+    q.diffuse = t.b;
+    q.half_distance = t.a;
     return q;
 }
 
@@ -227,11 +227,12 @@ vec3 ibl_specular(samplerCube specular, ibl_lobe q, vec3 n, vec3 v,
                   vec3 irradiance)
 {
     vec3 r = reflect(-v, n);
-    vec3 seen = textureLod(specular, mix(r, n, q.bend - q.apart), q.lod).rgb;
-    if (q.apart > 0.0)
-        seen = 0.5 * (seen + textureLod(specular, mix(r, n, q.bend + q.apart),
-                                        q.lod).rgb);
-    return mix(seen, irradiance, q.flood);
+    vec3 first = mix(r, n, q.bend - q.half_distance);
+    vec3 second = mix(r, n, q.bend + q.half_distance);
+    vec3 seen = textureLod(specular, first, q.lod).rgb;
+    if (q.half_distance > 0.0)
+        seen = 0.5 * (seen + textureLod(specular, second, q.lod).rgb);
+    return mix(seen, irradiance, q.diffuse);
 }
 
 // ---- the surface ------------------------------------------------------------

@@ -10,12 +10,12 @@
 
 /* The lookups of <ibl/ibl.glsl>. */
 typedef enum ibl_shader {
-    IBL_SHADER_AUTO,       /* the table, if the files have one, else split */
-    IBL_SHADER_SPLIT,      /* along R, with roughness r */
-    IBL_SHADER_BENT_ALONE, /* nearer to the normal and blurred, by a formula */
-    IBL_SHADER_BENT,       /* the same and irradiance */
-    IBL_SHADER_TABLE,      /* by the lobe table */
-    IBL_SHADER_TWO_TAPS    /* the same, two lookups */
+    IBL_SHADER_AUTO,    /* the table, if the files have one, else split */
+    IBL_SHADER_SPLIT,   /* along R, with roughness r */
+    IBL_SHADER_BENT,    /* nearer to the normal and blurred, by a formula */
+    IBL_SHADER_FIT,     /* the same and irradiance */
+    IBL_SHADER_TABLE,   /* by the lobe table */
+    IBL_SHADER_TWO_TAPS /* the same, two lookups */
 } ibl_shader;
 
 /*

@@ -7,8 +7,8 @@
 
 #include "cli/disc_brdf.h"
 
-const char *const ibl_shader_names[] = {
-    "auto", "split", "bent-alone", "bent", "table", "two-taps", NULL};
+const char *const ibl_shader_names[] = {"auto",  "split",    "bent", "fit",
+                                        "table", "two-taps", NULL};
 const char *const ibl_part_names[] = {"view", "levels", "texels", "table"};
 
 enum {
@@ -191,7 +191,7 @@ static bool uses_table(const work *w)
  * irradiance. */
 static bool floods(const work *w)
 {
-    return w->options.shader >= IBL_SHADER_BENT;
+    return w->options.shader >= IBL_SHADER_FIT;
 }
 
 static bool has_parts(const work *w, size_t pair)
@@ -230,8 +230,8 @@ static double metallic_of(const work *w, size_t i, int k, double f0)
                    0, 1);
 }
 
-/* ibl_lobe_bent of ibl/ibl.glsl. */
-static void aim_bent(const work *w, size_t i, double metallic, look *l)
+/* ibl_lobe_fit of ibl/ibl.glsl. */
+static void aim_fit(const work *w, size_t i, double metallic, look *l)
 {
     const double nv = w->pairs.n_dot_v[i], r = l->roughness;
     const double a = mix(0.56, 0.68, metallic), b = mix(0.53, 0.38, metallic);
@@ -243,8 +243,8 @@ static void aim_bent(const work *w, size_t i, double metallic, look *l)
     l->flood = fmin(mix(0.4 + 0.8 * nv, 1, metallic) * pow(r, c + d * nv), 1);
 }
 
-/* ibl_lobe_bent_alone of ibl/ibl.glsl. */
-static void aim_bent_alone(const work *w, size_t i, look *l)
+/* ibl_lobe_bent of ibl/ibl.glsl. */
+static void aim_bent(const work *w, size_t i, look *l)
 {
     const double nv = w->pairs.n_dot_v[i], r = l->roughness;
 
@@ -291,11 +291,11 @@ static void aim(const work *w, size_t i, int k, double f0, look *l)
     case IBL_SHADER_SPLIT:
         bend(w, i, 0, l->dir[0]);
         break;
-    case IBL_SHADER_BENT_ALONE:
-        aim_bent_alone(w, i, l);
-        break;
     case IBL_SHADER_BENT:
-        aim_bent(w, i, metallic, l);
+        aim_bent(w, i, l);
+        break;
+    case IBL_SHADER_FIT:
+        aim_fit(w, i, metallic, l);
         break;
     case IBL_SHADER_TABLE:
     case IBL_SHADER_TWO_TAPS:

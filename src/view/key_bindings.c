@@ -198,7 +198,7 @@ static const key_row rows[] = {
     {"] [", ']', '[', COUNT(level, 0, IBL_MAX_LEVELS - 1),
      .what = "next level, the one before"},
     {"r R", 'r', 'R', ACT(change_reflection),
-     .what = "reflection: split sum, bent, table, two taps, reference"},
+     .what = "reflection: split sum, bent, fit, table, two taps, reference"},
     {"f F", 'f', 'F', CYCLE(compare, VIEW_COMPARES),
      .what = "compare: no, side by side, difference"},
     {"D", 'D', ACT(change_against), .what = "what it is compared with"},

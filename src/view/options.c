@@ -429,8 +429,8 @@ static const ibl_option display[] = {
 
 static const ibl_option reflection[] = {
     {"reflection", 0, IBL_CHOICE(settings.reflection, view_reflection_names),
-     .help = "look up lobes by the split sum, bent, or by the table, in one or "
-             "two taps; or the integral itself"},
+     .help = "look up lobes by the split sum, by formulas, or by the table, in "
+             "one or two taps; or the integral itself"},
     {"reference", 0, OTHER(reflection, NULL, set_reference),
      .help = "the same as --reflection reference"},
     {"compare", 0, IBL_CHOICE(settings.compare, view_compare_names),
@@ -551,7 +551,7 @@ bool view_options_suit(const view_options *o, const baked_set *set)
           view_needs_lobes(o->settings.against))))
         return view_fail(
             "--reflection %s: %s has no table of lobes, which "
-            "iblbake --lobe-table writes: choose split or bent",
+            "iblbake --lobe-table writes: choose split, bent or fit",
             view_reflection_names[view_needs_lobes(o->settings.reflection)
                                       ? o->settings.reflection
                                       : o->settings.against],

@@ -270,8 +270,7 @@ static bool draw_stage(view_renderer *r)
                                .irradiance = r->maps[VIEW_IRRADIANCE],
                                .sky = sky ? sky : level0,
                                .irradiance_scale = r->frame.diffuse[0],
-                               .bent =
-                                   r->settings.reflection != VIEW_SPLIT_SUM};
+                               .fit = r->settings.reflection != VIEW_SPLIT_SUM};
 
     if (!r->stage) {
         r->stage = view_scene_create();

@@ -64,7 +64,7 @@ typedef struct view_room_environment {
     GLuint specular, irradiance, sky; /* sky: level 0 or the skybox */
     float lod[4];                     /* as view_frame.lod */
     float irradiance_scale;           /* as view_frame.diffuse[0] */
-    bool bent;         /* lobes by the closed form, not the split sum */
+    bool fit;          /* lobes by ibl_lobe_fit, not the split sum */
     double turn;       /* degrees */
     view_room_sun sun; /* zeros: none. Also in the maps; shaders remove it */
 } view_room_environment;

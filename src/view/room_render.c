@@ -164,7 +164,7 @@ static void fill_frame(view_frame *f, const view_room_draw *d)
     f->turn[1] = (float)sin(turn);
     memcpy(f->lod, e->lod, sizeof f->lod);
     f->diffuse[0] = e->irradiance_scale;
-    f->reflection[0] = e->bent;
+    f->reflection[0] = e->fit;
 }
 
 static void fill_block(room_block *b, const view_room_draw *d)

@@ -70,7 +70,7 @@ const char *const view_tone_names[VIEW_TONES + 1] = {"linear", "reinhard",
 const char *const view_diffuse_names[VIEW_DIFFUSES + 1] = {"map", "sh"};
 
 const char *const view_reflection_names[VIEW_REFLECTIONS + 1] = {
-    "split", "bent", "table", "two-taps", "reference"};
+    "split", "bent", "fit", "table", "two-taps", "reference"};
 
 const char *const view_compare_names[VIEW_COMPARES + 1] = {"no", "split",
                                                            "difference"};

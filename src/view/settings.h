@@ -40,6 +40,7 @@ typedef enum view_diffuse {
 typedef enum view_reflection {
     VIEW_SPLIT_SUM,
     VIEW_BENT,
+    VIEW_FIT,
     VIEW_TABLE_LOBES, /* these need the set's table of lobes */
     VIEW_TWO_TAPS,
     VIEW_REFERENCE, /* the integral itself, progressive */

@@ -92,7 +92,7 @@ static int axis_count(int axis, const baked_set *set)
                                           [VIEW_AXIS_TURN] = 4,
                                           [VIEW_AXIS_TONE] = VIEW_TONES,
                                           [VIEW_AXIS_EV] = 5,
-                                          [VIEW_AXIS_REFLECTION] = 3};
+                                          [VIEW_AXIS_REFLECTION] = 4};
 
     if (axis == VIEW_AXIS_REFLECTION && set->texture[VIEW_LOBES].data)
         return VIEW_REFLECTIONS;

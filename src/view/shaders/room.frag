@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The split sum, or lobes bent by the closed form, with the light of probes.
+// The split sum, or ibl_lobe_fit, with the light of probes.
 // The environment gets the weight that they leave: ibl_probes_blend of
 // ibl/probes.h with any number of probes. Probes are layers of cube arrays.
 #extension GL_ARB_texture_cube_map_array : require
@@ -148,8 +148,8 @@ void main()
     const vec4 chain = vec4(1.0, 0.0, 1.0, 0.0);
     ibl_lobe q = reflection.x == 0
                      ? ibl_lobe_split(surface_albedo.a, chain)
-                     : ibl_lobe_bent(n_v, surface_albedo.a,
-                                     ibl_metallic(surface_f0, rg), chain);
+                     : ibl_lobe_fit(n_v, surface_albedo.a,
+                                    ibl_metallic(surface_f0, rg), chain);
     looked_up = q.lod;
     towards = normalize(mix(reflect(-view, normal), normal, q.bend));
     vec4 specular = vec4(0.0, 0.0, 0.0, 1.0), light = specular;
@@ -162,7 +162,7 @@ void main()
     if (light.a > 0.0)
         light.rgb += light.a * sun_cut_irradiance(normal, irradiance(normal));
 
-    vec3 seen = mix(specular.rgb, light.rgb, q.flood);
+    vec3 seen = mix(specular.rgb, light.rgb, q.diffuse);
     vec3 direct = add_sun(normal, view, light.rgb);
 
     // F0 is 0 for panels, which reflect nothing, even at grazing angles.
