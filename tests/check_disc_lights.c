@@ -225,6 +225,25 @@ TEST(two_discs)
     CHECK(map_pixel(&again, 400, 200)[0] > 80000);
 }
 
+/* Of equal ones either is taken. These are clipped, as half floats are. */
+TEST(equal_suns)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_image map = sky(ctx, 0);
+    ibl_light lights[2];
+
+    for (int i = 0; i < 8; i++) {
+        map_set(&map, 100 + i % 2, 256 + i / 2, 65504, 65504, 65504);
+        map_set(&map, 700 + i % 2, 252 + i / 2, 65504, 65504, 65504);
+    }
+    ibl_image again = copy_of(ctx, &map);
+    CHECK(take(ctx, &map, 2, lights) == 2);
+    CHECK_NEAR(lights[0].irradiance[0] / lights[1].irradiance[0], 1, 1e-3);
+    CHECK(take(ctx, &again, 1, lights) == 1);
+    CHECK((map_pixel(&again, 100, 256)[0] > 1) !=
+          (map_pixel(&again, 700, 252)[0] > 1));
+}
+
 static void untouched(const ibl_image *map, const char *why)
 {
     static test_messages kept;
