@@ -717,6 +717,8 @@ test_rendered_misuse() {
         # shellcheck disable=SC2086
         wrong 2 '*it takes*' --rendered $way env.exr out
     done
+    wrong 2 '*--lod: --shader table has those*' --rendered --shader table \
+        --lod linear env.exr out
     wrong 1 '*no environment*' --rendered --lut out/brdf_lut.ktx2
     wrong 1 '*no specular cube*' --rendered env.exr \
         --irradiance out/env_irradiance.ktx2

@@ -190,7 +190,7 @@ static const ibl_option rendering[] = {
      .help = "judge what a shader draws with the files, not their texels"},
     {"shader", 0, IBL_CHOICE(shading.shader, ibl_shader_names),
      .help = "how the shader looks up reflections, as in ibl.glsl; auto: by "
-             "the lobe table, if there is one, else split"},
+             "the lobe table if there is one and no --lod, else split"},
     {"lobe-table", 0, IBL_TEXT(files[IBL_OUTPUT_LOBES], "FILE"),
      .standard = "", .help = "the lobe table"},
     {"lod", 0, IBL_OTHER(lod, "LOD", parse_lod),
@@ -294,6 +294,21 @@ static bool check_way(const ibl_verify_opts *o)
                       "--rendered");
 }
 
+/* A table has lods of its own. */
+static bool settle_lod(ibl_verify_opts *o)
+{
+    ibl_shader *shader = &o->shading.shader;
+
+    if (!o->lod.given)
+        return true;
+    if (*shader == IBL_SHADER_AUTO)
+        *shader = IBL_SHADER_SPLIT;
+    return *shader < IBL_SHADER_TABLE ||
+           ibl_misuse("--lod: --shader %s has those of the lobe table: leave "
+                      "one out",
+                      ibl_shader_names[*shader]);
+}
+
 static bool validate(void *settings)
 {
     ibl_verify_opts *o = settings;
@@ -309,7 +324,7 @@ static bool validate(void *settings)
         return ibl_misuse("nothing to judge: add the directory of the bake, or "
                           "--specular, --irradiance, --skybox or --lut");
     o->shading.seed = o->judge.seed;
-    if (!ibl_common_validate(&o->common) || !check_way(o))
+    if (!ibl_common_validate(&o->common) || !check_way(o) || !settle_lod(o))
         return false;
     if (!o->name) {
         if (!ibl_stem(o->input, o->stem, sizeof o->stem))
