@@ -726,6 +726,28 @@ test_rendered_misuse() {
         out/brdf_lut.ktx2
 }
 
+# An error that is no number would be below any bound.
+test_rendered_not_finite() {
+    iblbake -q $floats --lobe-table prior --lobe-table-size 4 env.exr -o out
+    damage out/env_specular.dds nan nan.dds
+    wrong 1 '*nan.dds: holds values that are not finite*' $few env.exr out \
+        --specular nan.dds
+    lobes() { # HALF: every value of a lobe table
+        head -c 148 out/lobe_lut.dds && printf "$1%.0s" {1..256}
+    }
+    lobes '\377\377' >nan.dds
+    wrong 1 '*nan.dds: holds*not finite*' $few env.exr out --lobe-table nan.dds
+    lobes '\000\274' >below.dds # -1: a GPU takes level 0
+    iblbake verify -q $few env.exr out --lobe-table below.dds || echo $?
+}
+
+# Without an irradiance map a shader has the levels alone.
+test_rendered_specular_alone() {
+    iblbake -q $small env.exr -o out --only specular,json
+    iblbake verify $few env.exr out --max-rendered-error 1 >table || cat table
+    ! grep nan table
+}
+
 # The word is a command only as the first argument.
 test_a_map_called_verify() {
     cp env.exr verify

@@ -277,7 +277,7 @@ static void aim_by_table(const work *w, size_t i, double metallic, look *l)
     bend(w, i, q[0] - q[3], l->dir[0]);
     bend(w, i, q[0] + q[3], l->dir[1]);
     l->flood = q[2];
-    l->lod = q[1] * (w->levels - 1);
+    l->lod = limited(q[1], 0, 1) * (w->levels - 1);
     l->roughness = roughness_of(w, l->lod);
 }
 
@@ -411,7 +411,7 @@ static bool find_looks(const work *w, double f0)
 /* What the shader finds in the files. */
 static void look_up(const work *w, size_t i, const look *l, double rgb[3])
 {
-    double tap[3], flood[3] = {0};
+    double tap[3], flood[3];
 
     rgb[0] = rgb[1] = rgb[2] = 0;
     for (int t = 0; t < l->taps; t++) {
@@ -419,8 +419,9 @@ static void look_up(const work *w, size_t i, const look *l, double rgb[3])
         for (int c = 0; c < 3; c++)
             rgb[c] += tap[c] / l->taps;
     }
-    if (l->flood > 0)
-        ibl_lookup_cube(w->irradiance, w->pairs.normal + 3 * i, flood);
+    if (!(l->flood > 0))
+        return;
+    ibl_lookup_cube(w->irradiance, w->pairs.normal + 3 * i, flood);
     for (int c = 0; c < 3; c++)
         rgb[c] += l->flood * (flood[c] / w->irradiance_scale - rgb[c]);
 }
@@ -632,6 +633,39 @@ static bool find_truth(const work *w)
                                w->pairs.view, w->pairs.count, w->sums);
 }
 
+static bool is_finite(const float *values, size_t count)
+{
+    size_t i = 0;
+
+    while (i < count && isfinite(values[i]))
+        i++;
+    return i == count;
+}
+
+/* An error of what is not finite has no figure, and would pass any bound. */
+static bool check_finite(const ibl_verify_files *f, ibl_console *console)
+{
+    const size_t lut = 2 * (size_t)f->lut.size * (size_t)f->lut.size;
+    const size_t lobes =
+        4 * IBL_LOBE_LAYERS * (size_t)f->lobe_size * (size_t)f->lobe_size;
+    int bad = -1;
+
+    for (int i = 0; i < f->count; i++)
+        if (!is_finite(f->cube[i].data, 3 * IBL_FACES *
+                                            (size_t)f->cube[i].size *
+                                            (size_t)f->cube[i].size))
+            bad = (int)f->level[i].content;
+    if (f->lut.data && !is_finite(f->lut.data, lut))
+        bad = IBL_OUTPUT_LUT;
+    if (f->lobes && !is_finite(f->lobes, lobes))
+        bad = IBL_OUTPUT_LOBES;
+    return bad < 0 ||
+           ibl_console_fail(console,
+                            "%s: holds values that are not finite: --rendered "
+                            "has no figures for them",
+                            f->path[bad]);
+}
+
 bool ibl_rendered_judge(const ibl_verify_files *files, ibl_ctx *ctx,
                         const ibl_judged_map *map,
                         const ibl_rendered_options *options,
@@ -641,7 +675,8 @@ bool ibl_rendered_judge(const ibl_verify_files *files, ibl_ctx *ctx,
 
     out->count = 0;
     ibl_console_progress(console, "truth", 0);
-    bool ok = find_cubes(&w, console) && choose_shader(&w, console) &&
+    bool ok = check_finite(files, console) && find_cubes(&w, console) &&
+              choose_shader(&w, console) &&
               draw_pairs(&map->env, map->yaw_deg, options, &w.pairs) &&
               alloc(&w) &&
               !ibl_reference_create(ctx, &map->env, map->yaw_deg, &w.ref) &&
