@@ -81,7 +81,7 @@ test_index() {
         same([i.probes[1].blend, i.probes[0].blend], [1, 0]);
         same(i.probes[1].proxy, {sphere: {centre: [0, 1, 0], radius: 6}});
         same(i.probes[0].proxy, undefined);
-        same(i.specular.roughness, [0, 0.5, 1]);
+        same(i.specular.roughness, [0, 1 - Math.sqrt(0.5), 1]);
         same([i.specular.lod_scale, i.specular.lod_offset], [2, 0]);
         same(i.files.specular.layers, 3);
         same(Object.values(i.files).map(f => f.file), ['probes_specular.ktx2',
@@ -195,7 +195,7 @@ test_options_change() {
 |--alpha ignore|lamp hall
 s.defaults.size = 8
 s.defaults.levels = 2
-s.defaults.mapping = "filament"
+s.defaults.mapping = "linear"
 s.defaults.method = "sampled"
 s.defaults.tolerance = 0.5
 s.defaults.pixel = "rgba32f"

@@ -225,6 +225,7 @@ static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
     ibl_cube cube;
 
     o.method = IBL_METHOD_SPECTRAL;
+    o.mapping = IBL_ROUGHNESS_LINEAR;
     o.lobe = lobe;
     o.size = 32;
     o.levels = 4;

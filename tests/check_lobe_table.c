@@ -377,6 +377,7 @@ TEST(smooth)
         ibl_lobe_table_options o = ibl_lobe_table_options_default();
         ibl_specular_options s = ibl_specular_options_default();
         s.mapping = (ibl_roughness_map)map;
+        o.size = 64;
         NEED(!ibl_specular_layout_of(&s, &o.layout));
         const ibl_lobe_table t = bake(ctx, &o);
         check_range(&t);
@@ -392,11 +393,12 @@ TEST(ends)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     const ibl_lobe_table t = bake(ctx, NULL);
-    NEED(t.size == 64);
+    NEED(t.size == 16);
     for (int layer = 0; layer < IBL_LOBE_LAYERS; layer++)
         for (int i = 0; i < t.size; i++) {
             const float *q = texel(&t, layer, i, 0);
-            CHECK(q[0] < 0.01f && q[1] < 0.01f && q[2] < 0.01f && q[3] < 0.01f);
+            for (int c = 0; c < CHANNELS; c++)
+                CHECK(q[c] < 0.05f);
             /* At r = 1 at least half of the light is irradiance. */
             const float *end = texel(&t, layer, i, t.size - 1);
             CHECK(end[2] > 0.5f || end[0] > 0.5f || layer % 2);

@@ -39,6 +39,7 @@ static ibl_bake_result bake(ibl_ctx *ctx, const ibl_image *map,
     ibl_bake_options o = ibl_bake_options_default();
 
     o.specular_options.method = method;
+    o.specular_options.mapping = IBL_ROUGHNESS_LINEAR;
     o.specular_options.lobe = lobe;
     o.specular_options.size = SIZE;
     o.specular_options.levels = LEVELS;

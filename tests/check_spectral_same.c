@@ -26,6 +26,7 @@ static ibl_bake_options options(ibl_lobe lobe, double yaw)
 {
     ibl_bake_options o = ibl_bake_options_default();
     o.specular_options.method = IBL_METHOD_SPECTRAL;
+    o.specular_options.mapping = IBL_ROUGHNESS_LINEAR;
     o.specular_options.lobe = lobe;
     o.specular_options.size = 64;
     o.specular_options.levels = 4; /* alpha 1/9, 4/9, 1 */

@@ -30,6 +30,7 @@ static ibl_specular_options options(int size, int levels, int samples)
 {
     ibl_specular_options o = ibl_specular_options_default();
     o.method = IBL_METHOD_SAMPLED;
+    o.mapping = IBL_ROUGHNESS_LINEAR;
     o.size = size;
     o.levels = levels;
     o.samples = samples;

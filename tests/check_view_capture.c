@@ -76,6 +76,7 @@ static ibl_bake_result library(void)
     ibl_image map = map_constant(rig.ctx, 8 * n, 4 * n, 0);
 
     patches(&rig.cube, &map);
+    o.specular_options.mapping = IBL_ROUGHNESS_LINEAR;
     o.specular_options.size = n;
     o.specular_options.levels = rig.cube.levels;
     o.irradiance_options.size = VIEW_CAPTURE_IRRADIANCE;

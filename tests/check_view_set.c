@@ -117,11 +117,11 @@ TEST(mappings_and_ranges)
     } cases[] = {
         {"--mapping linear", IBL_ROUGHNESS_LINEAR, 0, 1},
         {"--mapping filament --levels 5", IBL_ROUGHNESS_FILAMENT, 0, 1},
-        {"--roughness-range 0.2:0.8 --levels 4", IBL_ROUGHNESS_LINEAR, 0.2,
+        {"--roughness-range 0.2:0.8 --levels 4", IBL_ROUGHNESS_FILAMENT, 0.2,
          0.8},
-        {"--mapping filament --roughness-range 0.1:0.6 --levels 3",
-         IBL_ROUGHNESS_FILAMENT, 0.1, 0.6},
-        {"--roughness-range 0.5:0.5", IBL_ROUGHNESS_LINEAR, 0.5, 0.5},
+        {"--mapping linear --roughness-range 0.1:0.6 --levels 3",
+         IBL_ROUGHNESS_LINEAR, 0.1, 0.6},
+        {"--roughness-range 0.5:0.5", IBL_ROUGHNESS_FILAMENT, 0.5, 0.5},
     };
     ibl_ctx *ctx = view_test_ctx(2);
 

@@ -50,7 +50,7 @@ TEST(directories)
     NEED(file_run("cp one/sky_specular.ktx lonely"));
     CHECK(sets_lines(sets_open(ctx, "lonely", &set)) == 2);
     CHECK(!strcmp(set.name, "lonely") && !set.path[VIEW_SIDECAR]);
-    CHECK(set.mapping == IBL_ROUGHNESS_LINEAR && set.sh_degree == -1);
+    CHECK(set.mapping == IBL_ROUGHNESS_FILAMENT && set.sh_degree == -1);
 }
 
 /* Beside each other, a set has the table of its own; without a sidecar the one
@@ -212,7 +212,7 @@ TEST(sidecars)
     /* Cut, not by us, damaged inside. */
     NEED(file_run("head -c 700 keep.json >side/sky.json"));
     sets_check_refused(ctx, &what, "side/sky.json", "JSON");
-    NEED(file_run("sed 's/\"linear\"/\"cubic\"/' keep.json >side/sky.json"));
+    NEED(file_run("sed 's/\"filament\"/\"cubic\"/' keep.json >side/sky.json"));
     sets_check_refused(ctx, &what, "side/sky.json", "cubic");
     NEED(file_run("sed 's/\"degree\": 2/\"degree\": 3/' keep.json "
                   ">side/sky.json"));

@@ -626,6 +626,7 @@ static bool use_set(const baked_set *set, view_room_environment *e)
     e->lod[0] = (float)set->lod_scale;
     e->lod[1] = (float)set->lod_offset;
     e->lod[2] = (float)(set->texture[VIEW_SPECULAR].levels - 1);
+    e->lod[3] = (float)set->mapping;
     e->irradiance_scale = (float)set->irradiance_scale;
     return e->specular && e->irradiance &&
            view_room_sun_find(&set->texture[VIEW_SPECULAR], &e->sun);

@@ -314,6 +314,7 @@ ibl_cube cube_specular(ibl_ctx *ctx, const ibl_image *map, double yaw, int n,
     ibl_specular_options o = ibl_specular_options_default();
     ibl_cube cube = {0};
     o.method = IBL_METHOD_SAMPLED;
+    o.mapping = IBL_ROUGHNESS_LINEAR;
     o.size = n;
     o.samples = samples;
     o.yaw_deg = yaw;

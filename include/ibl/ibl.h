@@ -311,7 +311,7 @@ typedef struct ibl_specular_options {
                                   default 256 */
     int levels;                /* 1..floor(log2(size)) + 1; default 0: see
                                   ibl_specular_layout */
-    ibl_roughness_map mapping; /* default IBL_ROUGHNESS_LINEAR */
+    ibl_roughness_map mapping; /* default IBL_ROUGHNESS_FILAMENT */
     double roughness_min;      /* the range of roughness, in 0..1, default */
     double roughness_max;      /*   all of it: see ibl_specular_layout */
     double tolerance; /* 1e-6..1, default IBL_TOLERANCE_DEFAULT: the largest
@@ -341,6 +341,7 @@ ibl_specular_options ibl_specular_options_default(void);
 typedef struct ibl_specular_layout {
     int size, levels; /* of the cube that ibl_bake_specular makes */
     double roughness[IBL_MAX_LEVELS]; /* of each level */
+    ibl_roughness_map mapping;
     double lod_scale, lod_offset;
 } ibl_specular_layout;
 
@@ -666,7 +667,7 @@ ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *opts,
 #define IBL_LOBE_LAYERS 4
 
 typedef struct ibl_lobe_table_options {
-    int size;                   /* edge, 4..256, default 64 */
+    int size;                   /* edge, 4..256, default 16 */
     ibl_specular_layout layout; /* of the chain, made with IBL_LOBE_GGX, its
                                    roughnesses rising; default: the chain of
                                    ibl_specular_options_default */

@@ -104,7 +104,8 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *o,
     const int levels = o->levels ? o->levels : default_levels(o, edge);
     const double low = x_of(o->mapping, o->roughness_min);
     const double range = x_of(o->mapping, o->roughness_max) - low;
-    ibl_specular_layout l = {.size = o->size, .levels = levels};
+    ibl_specular_layout l = {
+        .size = o->size, .levels = levels, .mapping = o->mapping};
     if (o->roughness_min > 0 && round_up(edge, levels) < o->size)
         l.size = round_up(edge, levels);
     for (int i = 0; i < levels; i++) {

@@ -138,12 +138,13 @@ static void clear(ibl_lobe_bands *b)
 }
 
 /* Scales the lobes to the energy 1 and multiplies by the rings' weights. */
-static void normalise(rings *r)
+static void normalise(rings *r, double energy[2])
 {
     for (int f = 0; f < 2; f++) {
         double sum = 0;
         for (int i = 0; i < RINGS; i++)
             sum += r->weight[i] * r->f[f][0][i];
+        energy[f] = sum;
         for (int m = 0; m < ORDERS; m++)
             for (int i = 0; i < RINGS; i++)
                 r->f[f][m][i] *= r->weight[i] / sum;
@@ -159,7 +160,7 @@ ibl_status ibl_lobe_bands_make(double n_dot_v, double alpha, ibl_lobe_bands *b)
         return IBL_ERR_MEMORY;
     make_rings(&v, r);
     place_directions(b, acos(n_dot_v), r);
-    normalise(r);
+    normalise(r, b->energy);
     clear(b);
     for (int i = 0; i < ALL; i++)
         first[i] = sqrt(1 / (4 * IBL_PI));

@@ -19,13 +19,14 @@ typedef struct ibl_lobe_bands {
     int degree;
     int directions;
     double angle[IBL_BANDS_DIRECTIONS]; /* from N towards R */
-    double *power[2];                   /* F0 = 1, .04; degree + 1 each */
+    double energy[2];                   /* F0 = 1, .04: scale F0 + bias */
+    double *power[2];                   /* degree + 1 each */
     double *toward[2][IBL_BANDS_DIRECTIONS];
 } ibl_lobe_bands;
 
 /* Fills the results for the directions and degree of *bands, whose memory is
- * the caller's; the lobes have the energy 1. n_dot_v and alpha in (0, 1].
- * IBL_ERR_MEMORY without a message. */
+ * the caller's; but for energy, the lobes have the energy 1. n_dot_v and alpha
+ * in (0, 1]. IBL_ERR_MEMORY without a message. */
 ibl_status ibl_lobe_bands_make(double n_dot_v, double alpha,
                                ibl_lobe_bands *bands);
 

@@ -84,7 +84,7 @@ static ibl_status fill_lobes(ibl_ctx *ctx, struct making *m)
 {
     const ibl_specular_layout *layout = &m->out->layout;
     for (int a = 0; a < m->lobes; a++) {
-        double *k = m->k + (size_t)a * (DEGREE + 1);
+        double *k = m->out->lobe + (size_t)a * (DEGREE + 1);
         const double r = a < layout->levels ? layout->roughness[a] : 1;
         const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, r * r);
         ibl_status status = IBL_OK;
@@ -103,14 +103,14 @@ static ibl_status fill_lobes(ibl_ctx *ctx, struct making *m)
 
 static void fill_terms(struct making *m)
 {
-    const double *cosine = m->k + (size_t)(m->lobes - 1) * (DEGREE + 1);
+    const double *cosine = m->out->lobe + (size_t)(m->lobes - 1) * (DEGREE + 1);
     int most = 0;
     for (int l = DEGREE; l >= 0; l--) {
         m->inverse[l] = 1.0 / (l + 1);
         const double c = l ? (2 * l + 1) / (4 * IBL_PI) * m->out->power[l] : 0;
         float *to = m->terms + (size_t)l * PRODUCTS * SLOTS;
         for (int a = 0; a < m->lobes; a++) {
-            const double *k = m->k + (size_t)a * (DEGREE + 1);
+            const double *k = m->out->lobe + (size_t)a * (DEGREE + 1);
             const double next = a + 2 < m->lobes ? k[DEGREE + 1 + l] : 0;
             to[PRODUCTS * a] = (float)(c * k[l]);
             to[PRODUCTS * a + 1] = (float)(c * k[l] * k[l]);
@@ -179,9 +179,10 @@ static ibl_status allocate(ibl_ctx *ctx, struct making *m)
     ibl_lobe_kernels *out = m->out;
     out->point = ibl_alloc_zeroed(PRODUCTS * table, sizeof *out->point);
     out->power = ibl_alloc_array(DEGREE + 1, sizeof *out->power);
-    m->k = ibl_alloc_array((size_t)m->lobes, (DEGREE + 1) * sizeof *m->k);
+    out->lobe =
+        ibl_alloc_array((size_t)m->lobes, (DEGREE + 1) * sizeof *out->lobe);
     m->terms = ibl_alloc_array(DEGREE + 1, PRODUCTS * SLOTS * sizeof *m->terms);
-    if (!out->point || !out->power || !m->k || !m->terms)
+    if (!out->point || !out->power || !out->lobe || !m->terms)
         return ibl_no_memory(ctx, "the lobes of the levels");
     out->same = out->point + table;
     out->next = out->same + table;
@@ -193,6 +194,7 @@ void ibl_lobe_kernels_free(ibl_lobe_kernels *k)
 {
     ibl_free(k->point);
     ibl_free(k->power);
+    ibl_free(k->lobe);
     *k = (ibl_lobe_kernels){0};
 }
 
@@ -219,7 +221,6 @@ ibl_status ibl_lobe_kernels_make(ibl_ctx *ctx,
         status = ibl_run(ctx, NULL, (ROWS + ROWS_IN_JOB - 1) / ROWS_IN_JOB,
                          rows_job, &m);
     }
-    ibl_free(m.k);
     ibl_free(m.terms);
     if (status)
         ibl_lobe_kernels_free(out);

@@ -38,6 +38,8 @@ typedef struct ibl_lobe_kernels {
     float *same;    /* <a, a> */
     float *next;    /* <a, a + 1> */
     float *diffuse; /* <a, cosine> */
+    double *lobe;   /* k_l of each level and, last, of the cosine: see
+                       ibl_lobe_of */
     double *power;  /* C_l, l = 0..IBL_LOBE_DEGREE, in units of the tables */
 } ibl_lobe_kernels;
 
@@ -51,6 +53,13 @@ ibl_status ibl_lobe_kernels_make(ibl_ctx *ctx,
                                  const double *power, int degree,
                                  ibl_lobe_kernels *out);
 void ibl_lobe_kernels_free(ibl_lobe_kernels *k); /* zeroed is fine */
+
+/* k_l, l = 0..IBL_LOBE_DEGREE, of a level, or of the cosine: level is then the
+ * number of levels. */
+static inline const double *ibl_lobe_of(const ibl_lobe_kernels *k, int level)
+{
+    return k->lobe + (size_t)level * (IBL_LOBE_DEGREE + 1);
+}
 
 /* A place in the tables, between two rows. */
 typedef struct ibl_lobe_place {

@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "bake/lobe_fit.h"
+#include "bake/options.h"
 #include "core/alloc.h"
 #include "core/context.h"
 
@@ -134,7 +135,7 @@ static void row_job(void *arg, int job, int worker)
 
 ibl_lobe_table_options ibl_lobe_table_options_default(void)
 {
-    ibl_lobe_table_options o = {.size = 64};
+    ibl_lobe_table_options o = {.size = 16};
     const ibl_specular_options specular = ibl_specular_options_default();
     (void)ibl_specular_layout_of(&specular, &o.layout);
     return o;
@@ -148,7 +149,7 @@ void ibl_lobe_table_free(ibl_lobe_table *t)
     *t = (ibl_lobe_table){0};
 }
 
-static ibl_status check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
+ibl_status ibl_lobe_table_check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
 {
     const ibl_specular_layout *l = &o->layout;
     if (o->size < MIN_SIZE || o->size > MAX_SIZE)
@@ -157,14 +158,14 @@ static ibl_status check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
                         MIN_SIZE, MAX_SIZE);
     if (l->levels < 1 || l->levels > IBL_MAX_LEVELS || l->size < 1)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a lobe table for %d levels: must be 1 to %d",
-                        l->levels, IBL_MAX_LEVELS);
+                        "a chain of %d levels: must be 1 to %d", l->levels,
+                        IBL_MAX_LEVELS);
     for (int i = 0; i < l->levels; i++)
         if (!(l->roughness[i] >= (i ? l->roughness[i - 1] : 0) &&
               l->roughness[i] <= 1))
             return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                            "a lobe table for a level of roughness %g: must "
-                            "be 0 to 1, in rising order",
+                            "a level of roughness %g: must be 0 to 1, in "
+                            "rising order",
                             l->roughness[i]);
     if (o->power && o->power_degree < 1)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -196,7 +197,7 @@ ibl_status ibl_bake_lobe_table(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
         return ibl_missing(ctx, "ibl_bake_lobe_table: out");
     if (!opts)
         opts = &defaults;
-    ibl_status status = check(ctx, opts);
+    ibl_status status = ibl_lobe_table_check(ctx, opts);
     if (status)
         return status;
     const size_t size = (size_t)opts->size;

@@ -17,6 +17,7 @@ enum {
 ibl_specular_options ibl_specular_options_default(void)
 {
     return (ibl_specular_options){.size = 256,
+                                  .mapping = IBL_ROUGHNESS_FILAMENT,
                                   .roughness_max = 1,
                                   .tolerance = IBL_TOLERANCE_DEFAULT,
                                   .samples = 1024,

@@ -10,5 +10,7 @@ ibl_status ibl_check_bake(ibl_ctx *ctx, const ibl_environment *env,
                           const ibl_bake_options *opts);
 /* Checks the mapping and the range of roughness. ctx NULL: no message. */
 ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *opts);
+/* The chain, the size and the spectrum of a lobe table. */
+ibl_status ibl_lobe_table_check(ibl_ctx *ctx, const ibl_lobe_table_options *o);
 
 #endif

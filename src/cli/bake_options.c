@@ -198,6 +198,7 @@ static const ibl_option lut[] = {
 };
 static const ibl_option lobes[] = {
     {"lobe-table", 0, IBL_CHOICE(lobe_table, lobes_names),
+     .standard = "prior",
      .help = "where a shader looks up reflections of any view, fitted to the "
              "levels and to what photographs have (prior) or to this map; of "
              "GGX levels only"},
@@ -227,7 +228,7 @@ static void defaults(void *settings)
         .only = ALL_OUTPUTS,
         .bake = ibl_bake_options_default(),
         .lut = ibl_lut_options_default(),
-        .lobe_table = IBL_LOBES_NO,
+        .lobe_table = IBL_LOBES_USUAL,
         .lobe_table_size = ibl_lobe_table_options_default().size,
         .max_error = NAN,
         .judge = ibl_judge_options_default(),
@@ -330,6 +331,17 @@ static bool check_lights(const ibl_opts *o)
                       o->lights);
 }
 
+/* A sheen has no table unless one was asked for. */
+static void choose_lobes(ibl_opts *o)
+{
+    const bool asked =
+        o->only != ALL_OUTPUTS && (o->only & 1u << IBL_OUTPUT_LOBES);
+    const bool ggx = o->bake.specular_options.lobe == IBL_LOBE_GGX;
+
+    if (o->lobe_table == IBL_LOBES_USUAL)
+        o->lobe_table = ggx || asked ? IBL_LOBES_PRIOR : IBL_LOBES_NO;
+}
+
 /* Whether nothing that is wanted depends on an environment. */
 static bool is_of_none(const ibl_opts *o)
 {
@@ -343,6 +355,7 @@ static bool validate(void *settings)
 {
     ibl_opts *o = settings;
 
+    choose_lobes(o);
     if (!o->input && !is_of_none(o))
         return ibl_misuse("no environment: iblbake [options] ENV -o DIR, see "
                           "iblbake --help");

@@ -11,7 +11,8 @@
 typedef enum ibl_lobes {
     IBL_LOBES_PRIOR,  /* photographs */
     IBL_LOBES_FITTED, /* the map */
-    IBL_LOBES_NO      /* there is none */
+    IBL_LOBES_NO,     /* there is none */
+    IBL_LOBES_USUAL   /* photographs, if the levels are GGX */
 } ibl_lobes;
 
 /* The command line. Strings point into argv; name may point to stem. */

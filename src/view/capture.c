@@ -293,6 +293,7 @@ static bool bake(const view_capture *c, ibl_ctx *ctx, bool alpha,
     const ibl_environment env = {.image = &map};
     ibl_bake_options opts = ibl_bake_options_default();
 
+    opts.specular_options.mapping = IBL_ROUGHNESS_LINEAR;
     opts.specular_options.size = c->size;
     opts.specular_options.levels = c->levels;
     opts.irradiance_options.size = VIEW_CAPTURE_IRRADIANCE;

@@ -134,7 +134,8 @@ static bool add_set(ibl_outputs *outputs, const char *dir,
     if (to) {
         fprintf(to,
                 "{\n  \"version\": 1,\n  \"defaults\": {\"size\": %d, "
-                "\"irradiance\": %d},\n  \"probes\": [\n",
+                "\"mapping\": \"linear\", \"irradiance\": %d},\n"
+                "  \"probes\": [\n",
                 c->size, c->irradiance);
         for (int i = 0; i < c->count; i++)
             put_probe(to, &c->probe[i], i);
