@@ -742,6 +742,17 @@ test_rendered_not_finite() {
     iblbake verify -q $few env.exr out --lobe-table below.dds || echo $?
 }
 
+# As when another bake in the same directory has replaced the table.
+test_rendered_other_levels() {
+    iblbake -q $small env.exr -o out
+    iblbake -q --levels 4 --lobe-table prior --only lobe-table -o out
+    iblbake verify $few env.exr out >table 2>err || cat err
+    grep -q 'by split' table || cat table
+    grep -q 'out/lobe_lut.ktx2: left out: for levels of other' err || cat err
+    wrong 1 '*lobe_lut.ktx2: for levels of other roughness*' $few env.exr out \
+        --lobe-table out/lobe_lut.ktx2
+}
+
 # Without an irradiance map a shader has the levels alone.
 test_rendered_specular_alone() {
     iblbake -q $small env.exr -o out --only specular,json

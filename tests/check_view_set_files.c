@@ -321,6 +321,23 @@ TEST(two_accounts)
     }
 }
 
+/* A table for other levels is left out, as when another bake in the same
+ * directory has replaced it. */
+TEST(lobes_of_other_levels)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    baked_set set;
+
+    NEED(sets_bake("lobes", "--mapping filament --lobe-table prior"));
+    sets_open(ctx, "lobes", &set);
+    CHECK(set.texture[VIEW_LOBES].data);
+    NEED(sets_bake("lobes", "--mapping linear --lobe-table prior "
+                            "--only lobe-table"));
+    const char *said = sets_open(ctx, "lobes", &set);
+    CHECK_MSG(!set.texture[VIEW_LOBES].data && strstr(said, "left out"), "%s",
+              said);
+}
+
 /* What was taken out of the maps, and what is not such. */
 TEST(lights_of_a_sidecar)
 {

@@ -571,29 +571,69 @@ static bool read_lut(const reader *r)
     return ok;
 }
 
+/* Whether a lobe table is for the levels of the specular cube, as far as it
+ * says. Several bakes in one directory share its name. */
+static bool is_of_chain(const reader *r, const ibl_texture *tex)
+{
+    const ibl_verify_files *f = r->files;
+    const char *key = ibl_texture_get(tex, "iblbake.roughness");
+    double list[IBL_MAX_LEVELS];
+    const int count = key ? ibl_roughness_list(key, list) : 0;
+    int levels = 0;
+
+    for (int i = 0; i < f->count; i++)
+        if (f->level[i].content == IBL_OUTPUT_SPECULAR) {
+            if (key && !(levels < count &&
+                         fabs(list[levels] - f->level[i].roughness) < 1e-6))
+                return false;
+            levels++;
+        }
+    return !key || !levels || levels == count;
+}
+
+static bool check_lobes(const reader *r, const ibl_texture *tex)
+{
+    if (tex->faces == 1 && tex->width == tex->height &&
+        tex->layers == IBL_LOBE_LAYERS && tex->pixel <= IBL_PIXEL_RGBA32F)
+        return true;
+    return ibl_console_fail(r->console,
+                            "%s: no lobe table: it must be flat, square, of "
+                            "%d layers and of rgba16f or rgba32f",
+                            r->path, IBL_LOBE_LAYERS);
+}
+
 /* RGBA decodes without alpha: each texel is two of two channels. */
+static bool decode_lobes(ibl_verify_files *f, const ibl_texture *tex)
+{
+    const size_t texels =
+        IBL_LOBE_LAYERS * (size_t)tex->width * (size_t)tex->width;
+
+    f->lobe_size = tex->width;
+    f->lobes = malloc(texels * 4 * sizeof *f->lobes);
+    if (f->lobes)
+        ibl_pixel_decode(tex->pixel == IBL_PIXEL_RGBA16F ? IBL_PIXEL_RG16F
+                                                         : IBL_PIXEL_RG32F,
+                         tex->data, 2 * texels, f->lobes);
+    return f->lobes;
+}
+
+/* A table of other levels is left out, unless it was asked for. */
 static bool read_lobes(const reader *r)
 {
-    ibl_verify_files *f = r->files;
+    static const char why[] = "for levels of other roughness than the specular "
+                              "cube's";
     ibl_texture tex = {0};
-    bool ok = !ibl_texture_read(r->ctx, r->path, &tex, NULL);
+    bool ok =
+        !ibl_texture_read(r->ctx, r->path, &tex, NULL) && check_lobes(r, &tex);
 
-    if (ok && (tex.faces != 1 || tex.width != tex.height ||
-               tex.layers != IBL_LOBE_LAYERS || tex.pixel > IBL_PIXEL_RGBA32F))
-        ok = ibl_console_fail(r->console,
-                              "%s: no lobe table: it must be flat, square, of "
-                              "%d layers and of rgba16f or rgba32f",
-                              r->path, IBL_LOBE_LAYERS);
-    const size_t texels =
-        ok ? IBL_LOBE_LAYERS * (size_t)tex.width * (size_t)tex.width : 0;
-    f->lobe_size = tex.width;
-    f->lobes = ok ? malloc(texels * 4 * sizeof *f->lobes) : NULL;
-    if (f->lobes)
-        ibl_pixel_decode(tex.pixel == IBL_PIXEL_RGBA16F ? IBL_PIXEL_RG16F
-                                                        : IBL_PIXEL_RG32F,
-                         tex.data, 2 * texels, f->lobes);
+    if (ok && is_of_chain(r, &tex))
+        ok = decode_lobes(r->files, &tex);
+    else if (ok && r->opts->files[IBL_OUTPUT_LOBES])
+        ok = ibl_console_fail(r->console, "%s: %s", r->path, why);
+    else if (ok)
+        ibl_console_warn(r->console, "%s: left out: %s", r->path, why);
     ibl_texture_free(&tex);
-    return f->lobes;
+    return ok;
 }
 
 static bool read_file(const reader *r)

@@ -239,6 +239,23 @@ static bool open_specular(opener *o, const char *path)
            take_specular(o->set, &about);
 }
 
+/* Leaves out a table of lobes for other levels: several bakes in one directory
+ * share its name. */
+static void check_chain(baked_set *set, const view_about *a)
+{
+    const int levels = set->texture[VIEW_SPECULAR].levels;
+    bool same = (int)a->value[VIEW_ABOUT_LEVELS] == levels;
+
+    for (int l = 0; l < levels && same; l++)
+        same =
+            fabs(a->value[VIEW_ABOUT_ROUGHNESS + l] - set->roughness[l]) < 1e-6;
+    if (same || !a->known[VIEW_ABOUT_LEVELS])
+        return;
+    view_note("%s: left out: for levels of other roughness than those of %s",
+              set->path[VIEW_LOBES], set->path[VIEW_SPECULAR]);
+    ibl_texture_free(&set->texture[VIEW_LOBES]);
+}
+
 /* Opens the named file, or the one beside; it is no error if there is none. */
 static bool open_other(opener *o, view_content content, const char *named)
 {
@@ -254,6 +271,8 @@ static bool open_other(opener *o, view_content content, const char *named)
         return true;
     if (!load(o, content, &about))
         return false;
+    if (content == VIEW_LOBES)
+        check_chain(set, &about);
     if (content == VIEW_LUT) {
         set->geometry = (ibl_geometry)about.value[VIEW_ABOUT_GEOMETRY];
         if (!about.known[VIEW_ABOUT_GEOMETRY])
