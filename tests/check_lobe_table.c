@@ -93,7 +93,8 @@ static double surface(double n_v, double alpha, double f0, const double l[3])
            (f0 + (1 - f0) * pow(1 - v_h, 5));
 }
 
-static void true_lobe(double n_v, double r, double f0, double out[COUNT])
+/* Returns its energy. */
+static double true_lobe(double n_v, double r, double f0, double out[COUNT])
 {
     double *wave = test_alloc(DEGREE + 1, sizeof *wave);
     double energy = 0;
@@ -125,6 +126,7 @@ static void true_lobe(double n_v, double r, double f0, double out[COUNT])
     }
     for (int i = 0; i < COUNT; i++)
         out[i] /= energy;
+    return energy;
 }
 
 /* k_l of the lobe of a level: D N.L about R = N, by the midpoint rule. */
@@ -155,6 +157,7 @@ struct truth {
     double cosine[DEGREE + 1]; /* of irradiance */
     double lobe[COUNT];
     double power; /* of lobe */
+    double energy;
     double angle; /* of R */
 };
 
@@ -180,7 +183,7 @@ static struct truth *truth_of(const ibl_specular_layout *layout)
 
 static void view(struct truth *t, double n_v, double r, double f0)
 {
-    true_lobe(n_v, r, f0, t->lobe);
+    t->energy = true_lobe(n_v, r, f0, t->lobe);
     t->angle = acos(n_v);
     t->power = 0;
     for (int m = 0, i = 0; m <= DEGREE; m++)
@@ -491,6 +494,81 @@ TEST(refused)
     CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
     CHECK(!t.data);
     CHECK(ibl_bake_lobe_table(ctx, NULL, NULL) == IBL_ERR_ARGUMENT);
+}
+
+/* ---- what is expected of it --------------------------------------------- */
+
+/* The table's value between texels. */
+static void between(const ibl_lobe_table *t, int layer, double u, double v,
+                    float q[CHANNELS])
+{
+    const int last = t->size - 1;
+    const double x = fmin(fmax(u * t->size - 0.5, 0), last);
+    const double y = fmin(fmax(v * t->size - 0.5, 0), last);
+    const int i = (int)fmin(x, last - 1), j = (int)fmin(y, last - 1);
+    for (int c = 0; c < CHANNELS; c++)
+        q[c] =
+            (float)((1 - (x - i)) * ((1 - (y - j)) * texel(t, layer, i, j)[c] +
+                                     (y - j) * texel(t, layer, i, j + 1)[c]) +
+                    (x - i) * ((1 - (y - j)) * texel(t, layer, i + 1, j)[c] +
+                               (y - j) * texel(t, layer, i + 1, j + 1)[c]));
+}
+
+/* Sums the errors of the three lookups and the power over views; mean is C_0.
+ */
+static void sum_views(const ibl_lobe_table *table, struct truth *t, double r,
+                      int f, double mean, double nrmse[IBL_LOOKUP_COUNT])
+{
+    const int views = 16;
+    double sum[IBL_LOOKUP_COUNT] = {0}, power = 0;
+    for (int i = 0; i < views; i++) {
+        const double n_v = (i + 0.5) / views;
+        float q[CHANNELS];
+        double none = 0;
+        view(t, n_v, r, f ? 0.04 : 1);
+        const double weight = n_v * t->energy * t->energy;
+        const struct lookup split = {t->angle, t->angle,
+                                     r * (2 - r) * (t->layout.levels - 1)};
+        power += weight * (t->power + mean / (4 * pi));
+        sum[0] += weight * t->power * error_of(t, &split, &none);
+        for (int taps = 1; taps <= 2; taps++) {
+            between(table, 2 * (taps - 1) + f, n_v, r, q);
+            sum[taps] += weight * t->power * entry_error(t, q);
+        }
+    }
+    for (int way = 0; way < IBL_LOOKUP_COUNT; way++)
+        nrmse[way] = sqrt(sum[way] / power);
+}
+
+TEST_SLOW(expected_error)
+{
+    static const double at[] = {0.5, 0.75, 1};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_lobe_table_options o = ibl_lobe_table_options_default();
+    const ibl_lobe_table table = bake(ctx, &o);
+    struct truth *t = truth_of(&o.layout);
+    double power[257] = {30};
+    ibl_expected_error got[3], alone[3];
+    for (int l = 1; l <= 256; l++)
+        power[l] = c_of(l);
+    o.power = power;
+    o.power_degree = 256;
+    NEED(!ibl_bake_expected_error(ctx, &o, &table, at, 3, got));
+    NEED(!ibl_bake_expected_error(ctx, &o, NULL, at, 3, alone));
+    for (int i = 0; i < 3; i++)
+        for (int f = 0; f < 2; f++) {
+            double want[IBL_LOOKUP_COUNT];
+            sum_views(&table, t, at[i], f, power[0], want);
+            for (int way = 0; way < IBL_LOOKUP_COUNT; way++)
+                CHECK_NEAR(got[i].nrmse[f][way] / want[way], 1, 0.05);
+            CHECK_NEAR(alone[i].nrmse[f][0], got[i].nrmse[f][0], 0);
+            CHECK(alone[i].nrmse[f][1] < 0 && alone[i].nrmse[f][2] < 0);
+        }
+    CHECK(ibl_bake_expected_error(ctx, &o, NULL, at, 0, got) ==
+          IBL_ERR_ARGUMENT);
+    const double mirror = 0;
+    CHECK(ibl_bake_expected_error(ctx, &o, NULL, &mirror, 1, got) ==
+          IBL_ERR_ARGUMENT);
 }
 
 /* ---- of a map -------------------------------------------------------------

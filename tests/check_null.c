@@ -123,6 +123,13 @@ TEST(bakes)
     SILENT(ibl_bake_lut(NULL, NULL, &lut));
     REFUSES(ibl_bake_lobe_table(ctx, NULL, NULL));
     SILENT(ibl_bake_lobe_table(NULL, NULL, &lobes));
+    const double roughness = 0.5;
+    ibl_expected_error expected;
+    REFUSES(ibl_bake_expected_error(ctx, NULL, NULL, NULL, 1, &expected));
+    REFUSES(ibl_bake_expected_error(ctx, NULL, NULL, &roughness, 1, NULL));
+    REFUSES(
+        ibl_bake_expected_error(ctx, NULL, &lobes, &roughness, 1, &expected));
+    SILENT(ibl_bake_expected_error(NULL, NULL, NULL, &roughness, 1, &expected));
 }
 
 TEST(references)

@@ -722,6 +722,40 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
 ibl_status ibl_bake_lobe_table(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
                                ibl_lobe_table *out);
 
+/* What a shader does with a specular chain. */
+typedef enum ibl_lookup {
+    IBL_LOOKUP_SPLIT,    /* one lookup at R, at the lod of the roughness */
+    IBL_LOOKUP_TABLE,    /* one, by the lobe table */
+    IBL_LOOKUP_TWO_TAPS, /* two, by the lobe table */
+    IBL_LOOKUP_COUNT
+} ibl_lookup;
+
+/* nRMSE for F0 = 1 (0) and F0 = .04 (1); -1 without a table. */
+typedef struct ibl_expected_error {
+    double nrmse[2][IBL_LOOKUP_COUNT];
+} ibl_expected_error;
+
+#define IBL_EXPECTED_LEAST 0.05
+
+/*
+ * The error of what a shader draws that can be expected from the spectrum of a
+ * map, without rendering: the root of the sum of |S - T|^2 over that of |T|^2,
+ * over R, G, B, all rotations of the map, and N.V with the density 2 N.V of a
+ * sphere's picture. T is the integral of L f N.L (GGX, height-correlated Smith,
+ * Schlick's Fresnel), S = light (F0 scale + bias). The levels are taken as
+ * exact and are blended as the GPU does; of the interpolation between texels
+ * its mean blur counts. opts       the chain and, for a map, its power; size is
+ * not used. NULL: the default table      for that chain; NULL: only
+ * IBL_LOOKUP_SPLIT is judged roughness  count of them, 1..64, each
+ * IBL_EXPECTED_LEAST..1 errors     count of them, written IBL_ERR_ARGUMENT: a
+ * roughness, a count or an option out of range.
+ */
+ibl_status ibl_bake_expected_error(ibl_ctx *ctx,
+                                   const ibl_lobe_table_options *opts,
+                                   const ibl_lobe_table *table,
+                                   const double *roughness, int count,
+                                   ibl_expected_error *errors);
+
 #ifdef __cplusplus
 }
 #endif

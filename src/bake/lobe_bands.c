@@ -9,9 +9,9 @@
 #include "kern/brdf_quadrature.h"
 
 enum {
-    RINGS = 64,   /* around the mirror direction */
-    COLUMNS = 64, /* on half a ring */
-    ORDERS = 32,
+    RINGS = 40,   /* around the mirror direction */
+    COLUMNS = 32, /* on half a ring */
+    ORDERS = 12,
     EXTRA = IBL_BANDS_DIRECTIONS,
     ALL = RINGS + EXTRA
 };

@@ -173,19 +173,19 @@ static bool write_lut(ibl_bake *b)
 static bool write_lobes(ibl_bake *b)
 {
     ibl_lobe_table_options o = ibl_lobe_table_options_default();
-    ibl_lobe_table table = {0};
     ibl_texture tex = {0};
 
     o.size = b->opts->lobe_table_size;
-    o.power = b->made.power;
-    o.power_degree = b->made.power_degree;
+    if (b->opts->lobe_table == IBL_LOBES_FITTED) {
+        o.power = b->made.power;
+        o.power_degree = b->made.power_degree;
+    }
     if (ibl_specular_layout_of(&b->opts->bake.specular_options, &o.layout))
         return false;
     b->lobe_layout = o.layout;
     ibl_console_progress(b->console, "lobe table", 0);
-    const bool ok = !ibl_bake_lobe_table(b->ctx, &o, &table) &&
-                    !ibl_texture_from_lobe_table(b->ctx, &table, &tex);
-    ibl_lobe_table_free(&table);
+    const bool ok = !ibl_bake_lobe_table(b->ctx, &o, &b->lobes) &&
+                    !ibl_texture_from_lobe_table(b->ctx, &b->lobes, &tex);
     return ok && write_texture(b, IBL_OUTPUT_LOBES, &tex);
 }
 
@@ -302,6 +302,7 @@ static void free_bake(ibl_bake *b)
     ibl_image_free(&b->rest);
     ibl_bake_result_free(&b->made);
     ibl_lut_free(&b->lut);
+    ibl_lobe_table_free(&b->lobes);
     for (int i = 0; i < IBL_OUTPUT_COUNT; i++)
         free(b->files[i].path);
     ibl_ctx_free(b->ctx);

@@ -302,8 +302,11 @@ static void select_parts(ibl_opts *o)
         o->bake.sh_degree = -1;
     if (o->lobe_table == IBL_LOBES_NO)
         o->only &= ~(1u << IBL_OUTPUT_LOBES);
-    o->bake.power =
-        (o->only & 1u << IBL_OUTPUT_LOBES) && o->lobe_table == IBL_LOBES_FITTED;
+    const bool expects = (o->only & 1u << IBL_OUTPUT_JSON) &&
+                         (o->only & 1u << IBL_OUTPUT_SPECULAR) &&
+                         o->bake.specular_options.lobe == IBL_LOBE_GGX;
+    o->bake.power = expects || ((o->only & 1u << IBL_OUTPUT_LOBES) &&
+                                o->lobe_table == IBL_LOBES_FITTED);
     o->bake.specular = (o->only & 1u << IBL_OUTPUT_SPECULAR) != 0;
     o->bake.irradiance = (o->only & 1u << IBL_OUTPUT_IRRADIANCE) != 0;
 }

@@ -448,6 +448,59 @@ static void put_lights(const ibl_bake *b, json_t **root)
         put(root, "gltf", ibl_lights_gltf(b->lights, b->light_count));
 }
 
+static const double expected_at[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 0.85, 1};
+
+enum {
+    EXPECTED = sizeof expected_at / sizeof *expected_at
+};
+
+/* What can be expected of what is rendered with F0 = 1 (f 0) or .04. */
+static json_t *expected_of(const ibl_bake *b, int f,
+                           const ibl_expected_error error[EXPECTED])
+{
+    static const char *const names[IBL_LOOKUP_COUNT] = {"split", "table",
+                                                        "two_taps"};
+    json_t *j = json_object();
+
+    put(&j, "f0", json_real(f ? 0.04 : 1));
+    for (int way = 0; way < (b->lobes.data ? IBL_LOOKUP_COUNT : 1); way++) {
+        json_t *list = json_array();
+        for (int i = 0; i < EXPECTED; i++)
+            append(&list, json_real(round(error[i].nrmse[f][way] * 1e4) / 1e4));
+        put(&j, names[way], list);
+    }
+    return j;
+}
+
+/* NULL, after a message, if it fails. */
+static json_t *expected(const ibl_bake *b)
+{
+    const ibl_lobe_table_options o = {.size = 16,
+                                      .layout = b->made.report.layout,
+                                      .power = b->made.power,
+                                      .power_degree = b->made.power_degree};
+    ibl_expected_error error[EXPECTED];
+    json_t *j = json_object(), *at = json_array(), *of = json_array();
+
+    if (ibl_bake_expected_error(b->ctx, &o, b->lobes.data ? &b->lobes : NULL,
+                                expected_at, EXPECTED, error)) {
+        json_decref(j);
+        json_decref(at);
+        json_decref(of);
+        return NULL;
+    }
+    for (int i = 0; i < EXPECTED; i++)
+        append(&at, json_real(expected_at[i]));
+    for (int f = 0; f < 2; f++)
+        append(&of, expected_of(b, f, error));
+    put(&j, "measure",
+        json_string("nRMSE of what a shader draws, over all rotations of the "
+                    "map and the views of a sphere, from the map's spectrum"));
+    put(&j, "roughness", at);
+    put(&j, "errors", of);
+    return j;
+}
+
 /* The time of each stage so far, rounded to microseconds. */
 static json_t *timings(const ibl_bake *b)
 {
@@ -475,6 +528,8 @@ char *ibl_sidecar_text(const ibl_bake *b)
     put(&root, "sh", spherical_harmonics(b));
     if (b->opts->lights)
         put_lights(b, &root);
+    if (b->made.power && b->made.specular.data)
+        put(&root, "expected_rendered_error", expected(b));
     if (b->opts->verify)
         put(&root, "verify", ibl_report_json(&b->judged));
     if (b->opts->timings)

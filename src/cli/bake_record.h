@@ -62,6 +62,7 @@ typedef struct ibl_bake {
     ibl_read_report report; /* of reading the environment */
     ibl_bake_result made;   /* cubes and coefficients; empty if not wanted */
     ibl_lut lut;
+    ibl_lobe_table lobes;            /* empty if not wanted */
     ibl_specular_layout lobe_layout; /* of the chain of the lobe table */
     ibl_judge *judge[2];             /* by env and by rest; NULL until --verify
                                         judges a cube by it */
