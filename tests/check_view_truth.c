@@ -724,6 +724,10 @@ TEST(map)
         all += pow(twice[i], 2);
     }
     CHECK_MSG(sqrt(square / all) < 2e-3, "off by %g", sqrt(square / all));
+    on.set.source_peak = 12345; /* as of another layer */
+    NEED(view_renderer_load(on.renderer, &on.set));
+    CHECK(!strcmp(view_renderer_environment(on.renderer), "level 0"));
+    on.set.source_peak = 0;
     NEED(file_save(on.set.source, "no map", 6));
     view_test_catch();
     NEED(view_renderer_load(on.renderer, &on.set));

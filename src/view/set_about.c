@@ -311,9 +311,11 @@ bool view_sidecar_lights(const json_t *root, baked_set *set)
 bool view_sidecar_source(const json_t *root, baked_set *set)
 {
     const char *side = set->path[VIEW_SIDECAR];
-    const char *path = text_of(json_object_get(root, "source"), "path");
+    const json_t *source = json_object_get(root, "source");
+    const char *path = text_of(source, "path");
     struct stat st;
 
+    set->source_peak = json_number_value(json_object_get(source, "peak"));
     set->source_yaw = json_number_value(
         json_object_get(json_object_get(root, "orientation"), "yaw_deg"));
     for (int i = 0; i < 2 && path && !set->source; i++) {

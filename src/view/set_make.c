@@ -285,8 +285,12 @@ static ibl_status cube_of_map(ibl_ctx *ctx, const baked_set *set,
 {
     ibl_image map = {0};
     ibl_cube cube = {0};
+    ibl_read_report report;
 
-    ibl_status status = ibl_image_read(ctx, set->source, NULL, &map, NULL);
+    ibl_status status = ibl_image_read(ctx, set->source, NULL, &map, &report);
+    if (!status && set->source_peak > 0 &&
+        set->source_peak != (double)report.peak)
+        status = IBL_ERR_FORMAT; /* another map, or another layer of it */
     int edge = map.width / 4 < MOST_EDGE ? map.width / 4 : MOST_EDGE;
     if (edge < set->texture[VIEW_SPECULAR].width)
         edge = set->texture[VIEW_SPECULAR].width;
@@ -333,7 +337,8 @@ bool view_set_environment(const baked_set *set, ibl_texture *env,
     if (made)
         return view_fail("no memory for the reference");
     if (set->source && cube_of_map(ctx, set, env))
-        view_note("%s: cannot be read again, for the reference", set->source);
+        view_note("%s: cannot be read again as it was baked, for the reference",
+                  set->source);
     if (!env->data)
         *what = name_of_cube(set);
     ibl_ctx_free(ctx);
