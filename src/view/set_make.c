@@ -185,6 +185,21 @@ bool view_set_fill(ibl_ctx *ctx, baked_set *set)
     return set->texture[VIEW_IRRADIANCE].data || fill_irradiance(ctx, set);
 }
 
+static bool fill_lobes(ibl_ctx *ctx, const ibl_specular_layout *layout,
+                       baked_set *set)
+{
+    ibl_lobe_table_options opts = ibl_lobe_table_options_default();
+    ibl_lobe_table table = {0};
+
+    opts.layout = *layout;
+    ibl_status status = ibl_bake_lobe_table(ctx, &opts, &table);
+    if (!status)
+        status =
+            ibl_texture_from_lobe_table(ctx, &table, &set->texture[VIEW_LOBES]);
+    ibl_lobe_table_free(&table);
+    return !status;
+}
+
 /* ---- baking ----------------------------------------------------------- */
 
 static bool make_lobes(ibl_ctx *ctx, const ibl_specular_layout *layout,
@@ -245,7 +260,8 @@ bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
     opts.yaw_deg = opts.specular_options.yaw_deg;
     opts.sh_degree = VIEW_SH_DEGREE;
     const bool ok = !ibl_bake_environment(ctx, env, &opts, &result) &&
-                    take(ctx, &result, &opts.specular_options, set);
+                    take(ctx, &result, &opts.specular_options, set) &&
+                    (specular || fill_lobes(ctx, &result.report.layout, set));
     ibl_bake_result_free(&result);
     return ok;
 }
