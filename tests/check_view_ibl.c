@@ -167,7 +167,9 @@ static lobe lobe_of(int kind, int i, double n_v)
     for (int k = 0; k < 4; k++)
         q[k] =
             mix(table_at(first + 1, k, n_v, r), table_at(first, k, n_v, r), m);
-    return (lobe){q[0], q[1] * (double)chain[2], q[2], q[3]};
+    return (lobe){
+        q[0], fmin(q[1] * (double)chain[2], level(chain, fmin(1.25 * r, 1))),
+        q[2], q[3]};
 }
 
 static void cross(const double a[3], const double b[3], double c[3])

@@ -175,11 +175,11 @@ TEST(pixels_in_double)
     }
 }
 
-/* A table of lobes for which one tap is irradiance, and two are both what the
- * last level has at the normal. */
+/* A table of lobes for which one tap is irradiance, and two are of level 0,
+ * half way to the normal and there. */
 static void add_lobes(void)
 {
-    const float texels[2][4] = {{0, 0, 1, 0}, {0.75F, 1, 0, 0.25F}};
+    const float texels[2][4] = {{0, 0, 1, 0}, {0.75F, 0, 0, 0.25F}};
     ibl_texture *t = &set->set.texture[VIEW_LOBES];
 
     *t = texture_random(shade_ctx(), IBL_PIXEL_RGBA32F, (int[]){4, 4, 1, 1}, 4);
@@ -208,8 +208,7 @@ static void check_lobes(const view_settings *s, bool other, double bend)
             for (int k = 0; k < 3; k++)
                 d[k] = p->reflected[k] +
                        (bend + 0.5 * tap) * (p->normal[k] - p->reflected[k]);
-            shade_cube(&set->specular, set->specular.levels - 1, d,
-                       tap ? half : light.specular);
+            shade_cube(&set->specular, 0, d, tap ? half : light.specular);
         }
         for (int k = 0; k < 3 && other; k++)
             light.specular[k] = 0.5 * (light.specular[k] + half[k]);

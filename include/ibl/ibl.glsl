@@ -202,7 +202,8 @@ ibl_lobe ibl_lobe_fetch(sampler2DArray lobe, float n_v, float roughness,
                  textureLod(lobe, vec3(n_v, roughness, layer), 0.0), metallic);
     ibl_lobe q;
     q.bend = t.r;
-    q.lod = t.g * chain.z;
+    // The first texels are not of mirrors.
+    q.lod = min(t.g * chain.z, ibl_lod(chain, min(1.25 * roughness, 1.0)));
     q.diffuse = t.b;
     q.half_distance = t.a;
     return q;

@@ -208,7 +208,8 @@ ibl_lobe ibl_lobe_fetch(Texture2DArray lobe, SamplerState lobe_sampler,
              metallic);
     ibl_lobe q;
     q.bend = t.r;
-    q.lod = t.g * chain.z;
+    // The first texels are not of mirrors.
+    q.lod = min(t.g * chain.z, ibl_lod(chain, min(1.25 * roughness, 1.0)));
     q.diffuse = t.b;
     q.half_distance = t.a;
     return q;

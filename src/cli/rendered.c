@@ -277,7 +277,10 @@ static void aim_by_table(const work *w, size_t i, double metallic, look *l)
     bend(w, i, q[0] - q[3], l->dir[0]);
     bend(w, i, q[0] + q[3], l->dir[1]);
     l->flood = q[2];
-    l->lod = limited(q[1], 0, 1) * (w->levels - 1);
+    const double most =
+        ibl_lod_of(&w->files->lod, fmin(1.25 * l->roughness, 1));
+    l->lod = fmin(limited(q[1], 0, 1) * (w->levels - 1),
+                  limited(most, 0, w->levels - 1));
     l->roughness = roughness_of(w, l->lod);
 }
 

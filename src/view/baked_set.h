@@ -85,7 +85,8 @@ void view_set_free(baked_set *set); /* zeroed is fine */
  * 0, harmonics to VIEW_SH_DEGREE. Progress goes to ctx's callback. */
 bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set);
 /* Adds the textures of env to a set that has its name, or NULL after strdup had
- * no memory. specular NULL: defaults, with lobes. The caller frees set after a failure. */
+ * no memory. specular NULL: defaults, with lobes. The caller frees set after a
+ * failure. */
 bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
                                const ibl_specular_options *specular,
                                baked_set *set);
