@@ -331,10 +331,10 @@ mutants:
 	@DEPS=$(DEPS) sh tests/deps.sh check
 	@bash tests/mutants/run.sh
 
-## check-cycles: the viewer against Blender's Cycles, where it is installed
+## check-cycles: the viewer against Blender's Cycles, if there is one; MAP=FILE
 check-cycles: deps
-	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/tests/cycles
-	@sh tests/cycles.sh $(BUILD)
+	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake $(BUILD)/tests/cycles
+	@sh tests/cycles.sh $(BUILD) $(if $(MAP),'$(MAP)')
 
 ## lint: formatting, headers alone, symbol prefix, layers, man pages
 lint: $(LIB)

@@ -33,7 +33,7 @@ tree = world.node_tree
 texture = tree.nodes.new("ShaderNodeTexEnvironment")
 texture.image = bpy.data.images.load(map_path)
 texture.projection = "EQUIRECTANGULAR"
-texture.interpolation = "Linear"
+texture.interpolation = "Closest"  # light is constant over each pixel
 tree.links.new(texture.outputs["Color"], tree.nodes["Background"].inputs["Color"])
 
 for number, sphere in enumerate(wanted["spheres"]):
@@ -74,7 +74,7 @@ cycles.use_adaptive_sampling = False
 cycles.use_denoising = False
 cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
 cycles.blur_glossy = 0
-cycles.pixel_filter_type = "BOX"
+cycles.pixel_filter_type = "GAUSSIAN"  # BOX is always as wide as a pixel
 cycles.filter_width = 0.01
 scene.render.image_settings.file_format = "OPEN_EXR"
 scene.render.image_settings.color_depth = "32"

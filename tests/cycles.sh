@@ -1,15 +1,14 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # The viewer against a renderer that others wrote: spheres of F0 = 1 under one
-# map, by Cycles, by `iblview --reference` and by the split sum.
-#   cycles.sh [BUILD [MAP [SAMPLES]]]      build, data/sky.exr, 1024
-# Skipped, with a word, where there is no Blender. Prints a line for each
-# sphere, fails where the reference is further from Cycles than the bound of
-# tests/cycles.c.
+# map, by Cycles and by each `iblview --reflection`, of sets by iblbake.
+#   cycles.sh [BUILD [MAP [SAMPLES]]]      build, data/sky.exr, 512
+# Skipped, with a word, where there is no Blender. Prints errors for each
+# sphere, fails where they are beyond the bounds of tests/cycles.c.
 set -eu
 build=${1:-build}
 map=${2:-data/sky.exr}
-samples=${3:-1024}
+samples=${3:-512}
 command -v blender >/dev/null 2>&1 || {
     echo 'check-cycles: skipped: there is no blender (Debian: blender)'
     exit 0
@@ -30,4 +29,7 @@ blender -b --factory-startup --python-exit-code 1 -P tests/cycles.py -- \
     echo 'check-cycles: blender failed'
     exit 1
 }
-"$build/tests/cycles" compare "$map" "$work/cycles.exr"
+"$build/iblbake" -q --mapping linear "$map" -o "$work/linear"
+"$build/iblbake" -q "$map" -o "$work/set"
+"$build/tests/cycles" compare "$map" "$work/linear" "$work/set" \
+    "$work/cycles.exr"
