@@ -292,6 +292,7 @@ pictures: demo
 	cp build/demo/spheres.png data/iblview.png
 	$(SCENE)-infinite.png --no-parallax
 	$(SCENE)-parallax.png
+	sh tests/pictures.sh $(BUILD)
 
 # Every build that must pass, then everything in it.
 CHECKED := build build/clang build/asan build/tsan
