@@ -398,12 +398,20 @@ static void shade(const bake *b, const double n[3], const double v[3], double r,
     }
 }
 
+/* No direction is more likely than another. */
+static void random_in_ball(test_random *r, double d[3])
+{
+    do
+        random_dir(r, d);
+    while (test_dot(d, d) > 1);
+}
+
 /* Plain random pairs without weights, as many as make the difference of the two
  * estimates a few percent. */
 TEST_SLOW(by_brute_force)
 {
     enum {
-        PAIRS = 3000
+        PAIRS = 4000
     };
     static const double roughness[2] = {0.7, 1};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -412,7 +420,7 @@ TEST_SLOW(by_brute_force)
     map_set(&map, 3, 2, 5, 5, 3);
     bake *b = bake_of(ctx, map);
     ibl_rendered_options o = {.shader = IBL_SHADER_SPLIT,
-                              .directions = 768,
+                              .directions = 1536,
                               .seed = 3,
                               .roughness_count = 2,
                               .roughness = {roughness[0], roughness[1]},
@@ -427,18 +435,16 @@ TEST_SLOW(by_brute_force)
         double wrong = 0, all = 0, light[2] = {0};
         for (int i = 0; i < PAIRS; i++) {
             double n[3], t[3], v[3], truth[4], rgb[3];
-            random_dir(&rnd, n);
-            while (test_dot(n, n) > 1)
-                random_dir(&rnd, n);
+            random_in_ball(&rnd, n);
             const double length = sqrt(test_dot(n, n));
             for (int c = 0; c < 3; c++)
                 n[c] /= length;
             do {
-                random_dir(&rnd, t);
+                random_in_ball(&rnd, t);
                 const double along = test_dot(t, n);
                 for (int c = 0; c < 3; c++)
                     t[c] -= along * n[c];
-            } while (test_dot(t, t) > 1 || test_dot(t, t) < 0.01);
+            } while (test_dot(t, t) < 0.01);
             const double nv = sqrt(test_random_unit(&rnd));
             for (int c = 0; c < 3; c++)
                 v[c] = nv * n[c] + sqrt((1 - nv * nv) / test_dot(t, t)) * t[c];
