@@ -316,14 +316,15 @@ void ibl_add_light(vec3 n, vec3 v, vec3 f0, float roughness, vec3 l,
     if (!(dot(n, l) > -sin(radius)))
         return; // below the surface
     light += e * (ibl_disc_shown(dot(n, l), radius) / ibl_pi);
-    vec3 h = normalize(v + l), to_mirror = reflect(-v, n) - l;
+    vec3 h = (v + l) / max(length(v + l), 1e-6);
+    vec3 to_mirror = reflect(-v, n) - l;
     float n_h = max(dot(n, h), 0.05), v_h = max(dot(v, h), 1e-3);
     float a = 0.25 * radius * radius / (n_h * n_h * n_h * alpha * alpha);
     float share = a / (1.0 + a);
     vec3 to = normalize(l + share * to_mirror *
                         min(1.0, radius / max(length(to_mirror), 1e-6)));
     float n_l = ibl_disc_shown(dot(n, to), radius * (1.0 - share));
-    vec3 half_to = normalize(v + to);
+    vec3 half_to = (v + to) / max(length(v + to), 1e-6);
     float n_h_to = max(dot(n, half_to), 0.05);
     float v_h_to = max(dot(v, half_to), 1e-3);
     direct += e * n_l * ibl_disc_d(n, h, dot(n, l), n_v, v_h, alpha, a) *

@@ -276,7 +276,8 @@ size_t ibl_keys_write(const ibl_texture *tex, const char *orientation,
 {
     const ibl_key_value own[] = {{(char *)orientation_key, (char *)orientation},
                                  {(char *)writer_key, (char *)writer}};
-    const ibl_key_value *key = tex->keys, *end = key + tex->key_count;
+    const ibl_key_value *key = tex->keys;
+    const ibl_key_value *end = key ? key + tex->key_count : NULL;
     size_t size = 0;
 
     for (int i = 0; i < 2 || key < end;) {
