@@ -155,9 +155,9 @@ test_keys() {
     press shift+Tab
     shows 'gold 7x7'
     press u A
-    shows '| metallic 0:0 | roughness 0:0.25 | EV'
+    shows '| metallic 0:0 | roughness 0:0.25 | split | EV'
     press Home
-    shows 'on | EV +0'
+    shows 'on | split | EV +0'
     snap again.png
     same again.png first.png 'after Home'
     # No picture is written over another one.

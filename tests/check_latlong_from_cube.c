@@ -201,6 +201,7 @@ TEST(levels_are_those_of_the_faces)
             cube.data[i] *= 1000;
     }
     options.size = n;
+    options.mapping = IBL_ROUGHNESS_LINEAR;
     ibl_image map = make_map(&cube);
     NEED(!ibl_specular_layout_of(&options, &layout));
     NEED(!ibl_bake_specular(ctx, &map, &options, &out));

@@ -114,7 +114,8 @@ static bool bake(const char *niche, const char *hall, const char *sky,
     const int n = snprintf(
         set, sizeof set,
         "{\"version\": 1, \"defaults\": {\"size\": %d, \"levels\": %d, "
-        "\"irradiance\": %d, \"lut_size\": 4, \"method\": \"spectral\"},\n"
+        "\"irradiance\": %d, \"lut_size\": 4, \"method\": \"spectral\", "
+        "\"mapping\": \"linear\"},\n"
         "\"global\": {\"capture\": {%s}}, \"probes\": [\n"
         "{\"name\": \"hall\", \"position\": [0, 0, 0], \"capture\": {%s},\n"
         " \"influence\": {\"sphere\": {\"centre\": [0, 0, 0], \"radius\": 4}},"

@@ -401,11 +401,11 @@ TEST(lookups_are_as_told)
         double scale, offset, irradiance;
         bool filament;
     } told[] = {
-        {"", 2, 0, 1, true},
-        {"s/\"filament\"/\"linear\"/", 2, 0, 1, false},
-        {"s/\"lod_scale\": 2.0/\"lod_scale\": 2.5/", 2.5, 0, 1, true},
-        {"s/\"lod_offset\": 0.0/\"lod_offset\": -0.5/", 2, -0.5, 1, true},
-        {"s/\"scale\": \"E.pi\"/\"scale\": \"E\"/", 2, 0, 1 / M_PI, true},
+        {"", 2, 0, 1, false},
+        {"s/\"linear\"/\"filament\"/", 2, 0, 1, true},
+        {"s/\"lod_scale\": 2.0/\"lod_scale\": 2.5/", 2.5, 0, 1, false},
+        {"s/\"lod_offset\": 0.0/\"lod_offset\": -0.5/", 2, -0.5, 1, false},
+        {"s/\"scale\": \"E.pi\"/\"scale\": \"E\"/", 2, 0, 1 / M_PI, false},
     };
 
     begin();
@@ -506,7 +506,7 @@ TEST(damaged_indices_are_refused)
          "probes[1].layer: expected a whole number from 0 to 2, "
          "found 3"},
         {"s/\"layer\": 1/\"layer\": -1/", "probes[1].layer|found -1"},
-        {"s/\"filament\"/\"cubic\"/",
+        {"s/\"linear\"/\"cubic\"/",
          "specular.mapping: expected linear or filament, "
          "found \"cubic\""},
         {"s/\"kind\": \"sh\"/\"kind\": 3/", "irradiance.kind|found 3"},

@@ -260,6 +260,7 @@ TEST_SLOW(irradiance_is_made)
 
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         baked_set set;
+        NEED(file_run("rm -rf light"));
         NEED(sets_bake("light", cases[i].options));
         NEED(!unlink(file_path("light/sky_irradiance.ktx2")));
         const char *said = sets_open(ctx, "light", &set);

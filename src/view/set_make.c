@@ -202,20 +202,6 @@ static bool fill_lobes(ibl_ctx *ctx, const ibl_specular_layout *layout,
 
 /* ---- baking ----------------------------------------------------------- */
 
-static bool make_lobes(ibl_ctx *ctx, const ibl_specular_layout *layout,
-                       baked_set *set)
-{
-    ibl_lobe_table_options opts = ibl_lobe_table_options_default();
-    ibl_lobe_table table = {0};
-
-    opts.layout = *layout;
-    const bool ok =
-        !ibl_bake_lobe_table(ctx, &opts, &table) &&
-        !ibl_texture_from_lobe_table(ctx, &table, &set->texture[VIEW_LOBES]);
-    ibl_lobe_table_free(&table);
-    return ok;
-}
-
 static bool take(ibl_ctx *ctx, const ibl_bake_result *result,
                  const ibl_specular_options *opts, baked_set *set)
 {
@@ -234,8 +220,6 @@ static bool take(ibl_ctx *ctx, const ibl_bake_result *result,
                   "that is shown: that light is spread over texels around them",
                   set->name, beyond.values,
                   (double)ibl_pixel_max(IBL_PIXEL_RGBA16F));
-    if (opts->lobe == IBL_LOBE_GGX && !make_lobes(ctx, layout, set))
-        return false;
     set->mapping = opts->mapping;
     set->lobe = opts->lobe;
     set->lod_scale = layout->lod_scale;
