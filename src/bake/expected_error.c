@@ -52,7 +52,7 @@ enum {
 
 static double lod_of(const ibl_specular_layout *l, double r)
 {
-    const double x = l->mapping == IBL_ROUGHNESS_LINEAR ? r : r * (2 - r);
+    const double x = ibl_roughness_x(l->mapping, r);
     return fmin(fmax(x * l->lod_scale + l->lod_offset, 0), l->levels - 1);
 }
 

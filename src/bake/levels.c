@@ -19,8 +19,7 @@ const char *ibl_method_name(ibl_method method)
                                           : "auto";
 }
 
-/* The quantity that grows in equal steps from level to level. */
-static double x_of(ibl_roughness_map map, double r)
+double ibl_roughness_x(ibl_roughness_map map, double r)
 {
     return map == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
 }
@@ -66,7 +65,7 @@ int ibl_default_levels(int size)
  */
 static double edge_for(ibl_roughness_map map, int size, double r)
 {
-    const double lod = x_of(map, r) * (ibl_default_levels(size) - 1);
+    const double lod = ibl_roughness_x(map, r) * (ibl_default_levels(size) - 1);
     const double chain = size * exp2(-lod);
     return r > 0 ? fmin(chain, 5 * IBL_PI / (2 * r * r)) : size;
 }
@@ -102,8 +101,8 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *o,
         return IBL_ERR_ARGUMENT;
     const double edge = edge_for(o->mapping, o->size, o->roughness_min);
     const int levels = o->levels ? o->levels : default_levels(o, edge);
-    const double low = x_of(o->mapping, o->roughness_min);
-    const double range = x_of(o->mapping, o->roughness_max) - low;
+    const double low = ibl_roughness_x(o->mapping, o->roughness_min);
+    const double range = ibl_roughness_x(o->mapping, o->roughness_max) - low;
     ibl_specular_layout l = {
         .size = o->size, .levels = levels, .mapping = o->mapping};
     if (o->roughness_min > 0 && round_up(edge, levels) < o->size)

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "bake/true_lobe.h"
 #include "brdf/ggx.h"
 #include "core/alloc.h"
 #include "kern/brdf_quadrature.h"
@@ -15,8 +16,6 @@ enum {
     EXTRA = IBL_BANDS_DIRECTIONS,
     ALL = RINGS + EXTRA
 };
-
-static const double dielectric = 0.04; /* F0 */
 
 /* Fourier coefficients of the lobe on rings, and Legendre's functions there
  * and, after them, in the directions. */
@@ -43,7 +42,8 @@ static void lobe_at(const view *v, const double l[3], double value[2])
     const double d = ibl_ggx_d((flat + a2 * h[2] * h[2]) / square, v->alpha);
     const double fresnel = ibl_fresnel_weight(0.5 * sqrt(square));
     value[0] = d * ibl_smith_visibility(l[2], v->cosine, v->alpha) * l[2];
-    value[1] = value[0] * (dielectric + (1 - dielectric) * fresnel);
+    value[1] =
+        value[0] * (IBL_DIELECTRIC_F0 + (1 - IBL_DIELECTRIC_F0) * fresnel);
 }
 
 /* Integrals of the lobe on a ring with cos(m phi). */

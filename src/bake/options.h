@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Range checks of options. They fail with IBL_ERR_ARGUMENT and a message. */
+/* Range checks of options, which fail with IBL_ERR_ARGUMENT and a message; the
+ * mapping of roughness. */
 #ifndef IBL_BAKE_OPTIONS_H
 #define IBL_BAKE_OPTIONS_H
 
@@ -10,6 +11,8 @@ ibl_status ibl_check_bake(ibl_ctx *ctx, const ibl_environment *env,
                           const ibl_bake_options *opts);
 /* Checks the mapping and the range of roughness. ctx NULL: no message. */
 ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *opts);
+/* The quantity that grows in equal steps from level to level. */
+double ibl_roughness_x(ibl_roughness_map map, double roughness);
 /* The chain, the size and the spectrum of a lobe table. */
 ibl_status ibl_lobe_table_check(ibl_ctx *ctx, const ibl_lobe_table_options *o);
 

@@ -12,7 +12,6 @@ enum {
     ANGLES = IBL_TRUE_LOBE_ANGLES
 };
 
-static const double dielectric = 0.04; /* F0 */
 /* The tail of the lobe beyond e^-2y has no effect. */
 static const double end = 12;
 
@@ -40,7 +39,8 @@ static void add(const ibl_split_view *v, double sin_h, double cos_h,
     lobe->y[i] = (float)(2 * v_dot_h * sin_h * sin_phi);
     lobe->z[i] = (float)n_dot_l;
     lobe->share[0][i] = (float)g;
-    lobe->share[1][i] = (float)(g * (dielectric + (1 - dielectric) * fresnel));
+    lobe->share[1][i] =
+        (float)(g * (IBL_DIELECTRIC_F0 + (1 - IBL_DIELECTRIC_F0) * fresnel));
 }
 
 /* Adds the half vectors at t = alpha sinh(y), |phi| < arc; length is dy. */

@@ -15,6 +15,8 @@
 #ifndef IBL_BAKE_TRUE_LOBE_H
 #define IBL_BAKE_TRUE_LOBE_H
 
+#define IBL_DIELECTRIC_F0 0.04
+
 enum {
     IBL_TRUE_LOBE_RADII = 20,
     IBL_TRUE_LOBE_LEAST = 4, /* radii of full rings, and of arcs, at least */

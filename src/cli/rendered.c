@@ -155,7 +155,7 @@ static bool draw_pairs(const ibl_image *env, double yaw_deg,
 typedef struct look {
     int taps;
     double dir[2][3];
-    double roughness, lod, flood;
+    double roughness, lod, diffuse;
     /* exact: the lobe of that roughness, and those of the two levels; the mean
      * over the taps */
     double lobe[3], level[2][3];
@@ -178,7 +178,7 @@ typedef struct work {
     pairs pairs;
     double *sums;             /* of ibl_reference_brdf, by pair and roughness */
     look *looks;              /* by pair and roughness */
-    double *flood;            /* exact irradiance / pi at the normal, by pair */
+    double *diffuse;          /* exact irradiance / pi at the normal, by pair */
     ibl_judged_texel *errors; /* by pair */
 } work;
 
@@ -189,7 +189,7 @@ static bool uses_table(const work *w)
 
 /* Whether metals and others are looked up in different ways, with a share of
  * irradiance. */
-static bool floods(const work *w)
+static bool takes_irradiance(const work *w)
 {
     return w->options.shader >= IBL_SHADER_FIT;
 }
@@ -240,7 +240,7 @@ static void aim_fit(const work *w, size_t i, double metallic, look *l)
     bend(w, i, mix(1.4, 3.3, metallic) * pow(r, 3) * (1 - r) * (1 - nv),
          l->dir[0]);
     l->roughness = fmin(r * (a + b * nv), 1);
-    l->flood = fmin(mix(0.4 + 0.8 * nv, 1, metallic) * pow(r, c + d * nv), 1);
+    l->diffuse = fmin(mix(0.4 + 0.8 * nv, 1, metallic) * pow(r, c + d * nv), 1);
 }
 
 /* ibl_lobe_bent of ibl/ibl.glsl. */
@@ -276,7 +276,7 @@ static void aim_by_table(const work *w, size_t i, double metallic, look *l)
     l->taps = q[3] > 0 ? 2 : 1;
     bend(w, i, q[0] - q[3], l->dir[0]);
     bend(w, i, q[0] + q[3], l->dir[1]);
-    l->flood = q[2];
+    l->diffuse = q[2];
     const double most =
         ibl_lod_of(&w->files->lod, fmin(1.25 * l->roughness, 1));
     l->lod = fmin(limited(q[1], 0, 1) * (w->levels - 1),
@@ -391,10 +391,10 @@ static bool find_shared(const work *w, size_t looks)
     return ok;
 }
 
-static bool find_flood(const work *w)
+static bool find_diffuse(const work *w)
 {
     return !ibl_reference_irradiance(w->rest, w->pairs.normal, w->pairs.count,
-                                     w->flood);
+                                     w->diffuse);
 }
 
 static bool find_looks(const work *w, double f0)
@@ -414,7 +414,7 @@ static bool find_looks(const work *w, double f0)
 /* What the shader finds in the files. */
 static void look_up(const work *w, size_t i, const look *l, double rgb[3])
 {
-    double tap[3], flood[3];
+    double tap[3], diffuse[3];
 
     rgb[0] = rgb[1] = rgb[2] = 0;
     for (int t = 0; t < l->taps; t++) {
@@ -422,11 +422,11 @@ static void look_up(const work *w, size_t i, const look *l, double rgb[3])
         for (int c = 0; c < 3; c++)
             rgb[c] += tap[c] / l->taps;
     }
-    if (!(l->flood > 0))
+    if (!(l->diffuse > 0))
         return;
-    ibl_lookup_cube(w->irradiance, w->pairs.normal + 3 * i, flood);
+    ibl_lookup_cube(w->irradiance, w->pairs.normal + 3 * i, diffuse);
     for (int c = 0; c < 3; c++)
-        rgb[c] += l->flood * (flood[c] / w->irradiance_scale - rgb[c]);
+        rgb[c] += l->diffuse * (diffuse[c] / w->irradiance_scale - rgb[c]);
 }
 
 /* What the lights that were taken out of the map give. */
@@ -460,13 +460,14 @@ static void shade(const work *w, size_t i, int k, double f0,
         ibl_lookup_lut(&w->files->lut, w->pairs.n_dot_v[i],
                        w->options.roughness[k], table);
     for (int c = 0; c < 3; c++) {
-        const double flood =
-            l->flood > 0 ? l->flood * w->flood[3 * i + (size_t)c] : 0;
+        const double diffuse =
+            l->diffuse > 0 ? l->diffuse * w->diffuse[3 * i + (size_t)c] : 0;
         const double blend =
             l->level[0][c] + t * (l->level[1][c] - l->level[0][c]);
         stage[0][c] = f0 * sum[c] + sum[4 + c];
-        stage[1][c] = lit[c] + exact * ((1 - l->flood) * l->lobe[c] + flood);
-        stage[2][c] = lit[c] + exact * ((1 - l->flood) * blend + flood);
+        stage[1][c] =
+            lit[c] + exact * ((1 - l->diffuse) * l->lobe[c] + diffuse);
+        stage[2][c] = lit[c] + exact * ((1 - l->diffuse) * blend + diffuse);
         stage[3][c] = lit[c] + exact * found[c];
         stage[4][c] = lit[c] + (f0 * table[0] + table[1]) * found[c];
     }
@@ -556,7 +557,7 @@ static bool measure_all(const work *w, ibl_rendered *out)
     const ibl_rendered_options *o = &w->options;
 
     for (int f = 0; f < o->f0_count; f++) {
-        if ((f == 0 || floods(w)) && !find_looks(w, o->f0[f]))
+        if ((f == 0 || takes_irradiance(w)) && !find_looks(w, o->f0[f]))
             return false;
         for (int k = 0; k < o->roughness_count; k++) {
             ibl_rendered_row *row = &out->rows[out->count++];
@@ -603,13 +604,13 @@ static bool choose_shader(work *w, ibl_console *console)
 
     if (*shader == IBL_SHADER_AUTO)
         *shader = both ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT;
-    w->step = *shader == IBL_SHADER_TWO_TAPS ? 4 : floods(w) ? 2 : 1;
+    w->step = *shader == IBL_SHADER_TWO_TAPS ? 4 : takes_irradiance(w) ? 2 : 1;
     if (uses_table(w) && !table)
         return ibl_console_fail(console,
                                 "--shader %s: there is no lobe table: name it "
                                 "with --lobe-table",
                                 ibl_shader_names[*shader]);
-    return !floods(w) || w->irradiance ||
+    return !takes_irradiance(w) || w->irradiance ||
            ibl_console_fail(console,
                             "--shader %s: there is no irradiance map: name it "
                             "with --irradiance",
@@ -622,9 +623,9 @@ static bool alloc(work *w)
 
     w->sums = malloc(n * k * SUMS * sizeof *w->sums);
     w->looks = malloc(n * k * sizeof *w->looks);
-    w->flood = malloc(3 * n * sizeof *w->flood);
+    w->diffuse = malloc(3 * n * sizeof *w->diffuse);
     w->errors = malloc(n * sizeof *w->errors);
-    return w->sums && w->looks && w->flood && w->errors;
+    return w->sums && w->looks && w->diffuse && w->errors;
 }
 
 static bool find_truth(const work *w)
@@ -688,13 +689,14 @@ bool ibl_rendered_judge(const ibl_verify_files *files, ibl_ctx *ctx,
               !ibl_reference_mean(w.ref, w.mean) && find_truth(&w);
     out->options = w.options;
     ibl_console_progress(console, "parts", 0);
-    ok = ok && (!floods(&w) || find_flood(&w)) && measure_all(&w, out);
+    ok = ok && (!takes_irradiance(&w) || find_diffuse(&w)) &&
+         measure_all(&w, out);
     ibl_reference_free(w.ref);
     ibl_reference_free(w.rest);
     free_pairs(&w.pairs);
     free(w.sums);
     free(w.looks);
-    free(w.flood);
+    free(w.diffuse);
     free(w.errors);
     return ok;
 }
