@@ -552,8 +552,8 @@ typedef struct ibl_light {
  *   most     of lights, 1..IBL_MAX_LIGHTS: if there are more compact sources,
  *            those with the largest irradiance are taken
  *   lights   room for `most`; written from the largest irradiance down
- *   count    their number. If it is 0, the map is unchanged and a warning says
- *            why
+ *   count    their number. If it is less than most, a warning says why; if it
+ *            is 0, the map is unchanged
  * IBL_ERR_ARGUMENT: most, yaw_deg. After an error *count is 0; after
  * IBL_ERR_MEMORY the map is unspecified, else unchanged.
  */

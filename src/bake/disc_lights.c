@@ -271,25 +271,39 @@ static ibl_status find_sources(finder *f)
 
 /* ---- the call ------------------------------------------------------------ */
 
-static void say_why(const finder *f)
+/* What else is bright, and why it was not taken. */
+static void describe_rest(const finder *f, char *text, size_t size)
 {
-    const double all = IBL_PI * f->mean;
-
     if (!f->pixel_count)
-        ibl_warn(f->ctx,
-                 "no light was taken: no pixel is %.0f times as bright as the "
-                 "mean, which a compact source is",
+        snprintf(text, size,
+                 "no pixel is %.0f times as bright as the mean, which a "
+                 "compact source is",
                  f->times);
     else if (f->wide)
-        ibl_warn(f->ctx,
-                 "no light was taken: what is bright is wider than %.3g "
-                 "degrees, or has bright things beside it",
-                 2 * f->radius / DEGREE);
+        snprintf(text, size,
+                 "what%s is bright is wider than %.3g degrees, or has bright "
+                 "things beside it",
+                 f->count ? " else" : "", 2 * f->radius / DEGREE);
+    else if (f->most_faint > 0 || !f->count)
+        snprintf(text, size,
+                 "the strongest%s compact source gives %.2g %% of the light, "
+                 "less than %.0f %%",
+                 f->count ? " other" : "",
+                 100 * f->most_faint / (IBL_PI * f->mean), 100 * least_share);
     else
-        ibl_warn(f->ctx,
-                 "no light was taken: the strongest compact source gives "
-                 "%.2g %% of the light, less than %.0f %%",
-                 100 * f->most_faint / all, 100 * least_share);
+        snprintf(text, size, "the map has no other compact source");
+}
+
+static void say_why(const finder *f)
+{
+    char rest[160];
+
+    describe_rest(f, rest, sizeof rest);
+    if (f->count)
+        ibl_warn(f->ctx, "%d of %d lights were taken: %s", f->count, f->most,
+                 rest);
+    else
+        ibl_warn(f->ctx, "no light was taken: %s", rest);
 }
 
 static int stronger_first(const void *a, const void *b)
@@ -334,7 +348,7 @@ static ibl_status run(finder *f, ibl_image *map, double yaw, ibl_light *lights,
     const ibl_status status = find_sources(f);
     if (status)
         return status;
-    if (!f->count)
+    if (f->count < f->most)
         say_why(f);
     return take_all(f, map, yaw, lights, count);
 }

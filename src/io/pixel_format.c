@@ -198,7 +198,7 @@ int ibl_pixel_samples(ibl_pixel pixel, ibl_sample s[IBL_MAX_SAMPLES])
     case IBL_PIXEL_COUNT:
         break;
     }
-    assert(!"a pixel format");
+    assert(0 && "a pixel format");
     return 0;
 }
 
@@ -265,6 +265,6 @@ void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
         decode_r11g11b10f(src, count, dst);
         break;
     case IBL_PIXEL_COUNT:
-        assert(!"a pixel format");
+        assert(0 && "a pixel format");
     }
 }
