@@ -229,6 +229,14 @@ size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
 void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
                       float *dst);
 
+/* Time that the encoders of block-compressed pixels take, for a smaller error.
+ */
+typedef enum ibl_quality {
+    IBL_QUALITY_FAST,
+    IBL_QUALITY_NORMAL, /* the default */
+    IBL_QUALITY_BEST
+} ibl_quality;
+
 typedef struct ibl_key_value {
     char *key;
     char *value;
