@@ -41,10 +41,11 @@ DEFLATE := $(shell pkg-config --exists libdeflate 2>/dev/null && \
 DEFLATE_CFLAGS = $(shell pkg-config --cflags $(DEFLATE) 2>/dev/null) \
                  -DIBL_LIBDEFLATE=$(if $(filter libdeflate,$(DEFLATE)),1,0)
 EXR_CFLAGS = $(shell pkg-config --cflags OpenEXR 2>/dev/null)
-EXR_LIBS = $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
-             sed 's/^/-L/') -lOpenEXRCore \
-           $(shell pkg-config --libs $(DEFLATE) 2>/dev/null)
-CLI_CFLAGS = $(shell pkg-config --cflags libpng zlib jansson libxxhash \
+ZSTD_CFLAGS = $(shell pkg-config --cflags libzstd 2>/dev/null)
+IO_LIBS = $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
+            sed 's/^/-L/') -lOpenEXRCore \
+          $(shell pkg-config --libs $(DEFLATE) libzstd 2>/dev/null)
+CLI_CFLAGS = $(shell pkg-config --cflags libpng zlib jansson libxxhash libzstd \
                2>/dev/null)
 CLI_LIBS = $(shell pkg-config --libs libpng zlib jansson libxxhash \
                2>/dev/null)
@@ -117,6 +118,7 @@ ISA =
 EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/exr.o tests/check_exr.o tests/check_exr_chroma.o tests/check_exr_damage.o tests/check_source.o)
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/exr_chunks.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
+$(BUILD)/obj/src/io/zstd_frames.o: LOCAL = $(ZSTD_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
 $(BUILD)/obj/src/view/write_exr.o: LOCAL = $(VIEW_CFLAGS) $(EXR_CFLAGS)
@@ -157,7 +159,7 @@ $(LIB): $(LIB_OBJ)
 	$(AR) rcs $@ $^
 
 $(BIN): $(call obj,$(CLI_SRC)) $(BUILD)/obj/gen/bench_page.o $(LIB)
-	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(EXR_LIBS) $(CLI_LIBS) \
+	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(IO_LIBS) $(CLI_LIBS) \
 	    -lm -ldl $(LDLIBS)
 
 # The one C++ file. Left out, with a word, where OpenImageIO is not installed.
@@ -200,7 +202,7 @@ $(BUILD)/obj/gen/%.o: $(BUILD)/gen/%.c
 VIEW_OBJ := $(filter-out %/main.o,$(call obj,$(VIEW_SRC))) \
             $(BUILD)/obj/gen/shaders.o
 $(VIEW): $(call obj,src/view/main.c) $(VIEW_OBJ) $(LIB)
-	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(VIEW_LIBS) $(EXR_LIBS) \
+	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(VIEW_LIBS) $(IO_LIBS) \
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
 TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
@@ -208,7 +210,7 @@ TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
                        tests/exr.c tests/kern.c tests/float_exr.c)
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	@mkdir -p $(@D)
-	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(EXR_LIBS) \
+	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(IO_LIBS) \
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
 # Judges, as the program does. The library serves them, too.
@@ -244,7 +246,7 @@ $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(VIEW_LIBS) \
-	    $(EXR_LIBS) $(CLI_LIBS) -lm -ldl $(LDLIBS)
+	    $(IO_LIBS) $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
 tests: $(TESTS)
 benches: $(BENCHES)

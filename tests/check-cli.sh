@@ -148,12 +148,27 @@ test_same_bytes_for_any_number_of_threads() {
         (cd $j && iblbake ../env.hdr -q -j $j --size 64 --levels 7 \
             --lut-size 33 --irradiance-size 9 --skybox 32 -o out --sh 5 \
             --preview p.png --depfile env.d &&
-            iblbake ../env.hdr -q -j $j --size 64 -o sampled \
+            iblbake ../env.hdr -q -j $j --size 64 -o sampled --zstd 5 \
                 --method sampled --samples 64 --jitter) ||
             echo "-j $j: status $?"
     done
     diff -r 1 2
     diff -r 1 7
+}
+
+test_zstd() {
+    local z sizes
+    for z in 0 1 9; do
+        iblbake env.hdr -q $small -o $z --zstd $z --only specular,lut,json
+        verified=$(iblbake verify env.hdr $z --all --json - 2>&1 |
+            sed '/"directory"\|"[a-z_]*": "[^"]*ktx2"/d')
+        [ $z = 0 ] && first=$verified
+        [ "${#verified}" -gt 999 ] && [ "$verified" = "$first" ] || echo "--zstd $z: other texels"
+    done
+    [ "$(grep -c '"zstd": 9' 9/env.json)" = 2 ] || echo 'not in the sidecar'
+    grep -q zstd 0/env.json && echo 'in a sidecar without'
+    sizes=$(stat -c %s 0/env_specular.ktx2 9/env_specular.ktx2 | paste -sd' ')
+    [ "${sizes#* }" -lt "${sizes% *}" ] || echo "sizes $sizes"
 }
 
 test_same_bytes_again_and_timings_on_request() {

@@ -214,6 +214,18 @@ END
     expect '' set.json -o inc
     rm inc/*.dds
     diff -r out inc
+    expect '' set.json -o inc --zstd 3
+    like_new set.json --zstd 3
+    state inc >before
+    expect '' set.json -o inc --zstd 3
+    state inc | diff before -
+    [ "$(grep -c '"zstd": 3' inc/index.json)" = 3 ] || echo 'not in the index'
+    edit set.json 's.defaults.zstd = 9' packed.json
+    expect '' packed.json -o inc
+    like_new packed.json
+    expect 'lamp hall (global)' packed.json -o inc --size 8
+    expect 'lamp hall (global)' set.json -o inc
+    diff -r out inc
 }
 # The maps of --layer and --part: two layers in one part.
 test_layers_of_maps() {
@@ -598,6 +610,7 @@ s.defaults.mapping = 3|defaults.mapping: expected linear or filament, found 3
 s.defaults.method = "slow"|defaults.method: expected auto, spectral or sampled, found "slow"
 s.defaults.samples = -1|defaults.samples: expected *, found -1
 s.defaults.tolerance = 2|defaults.tolerance: expected a number from 1e-06 to 1, found 2
+s.defaults.zstd = 23|defaults.zstd: expected a whole number from 0 to 22, found 23
 s.defaults.lut_size = 5000|defaults.lut_size: expected a whole number from 1 to 4096, found 5000
 s.defaults.alpha = "yes"|defaults.alpha: expected ignore, file or straight, found "yes"
 s.probes[0].capture.equirect = "blind.exr"|probes[[]0].capture: alpha is 0 everywhere, so nothing *, or take --alpha ignore
@@ -669,6 +682,7 @@ twice.json -o bad|1|twice.json:1:*: no JSON: duplicate*
 set.json|2|no output directory: *
 set.json set.json -o bad|2|set.json: a second set *
 set.json -o bad --levels 9|1|--levels 9: a cube of size 16 has 1 to 5 levels
+set.json -o bad --zstd 1 --container dds|1|--zstd 1: dds files cannot hold it: take --container ktx2
 set.json -o bad --alpha no|2|--alpha no: not a value *
 set.json -o bad --irradiance 0|2|--irradiance 0: not a value *
 self/index.json -o self|1|self/index.json: is both input and output: *

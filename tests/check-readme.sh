@@ -68,7 +68,8 @@ ok cmake-again test -s cmake/build/lit/noon_irradiance.ktx2
 
 block c >light.c
 ok c cc -Wall -Wextra -Werror -I"$top/include" light.c "$build/libiblbake.a" \
-    -lOpenEXRCore $(pkg-config --libs "$(cat "$build/used-deflate")") \
+    -lOpenEXRCore $(pkg-config --libs "$(cat "$build/used-deflate")" \
+    libzstd) \
     -ldl -lm -pthread -o light
 ok c-runs ./light
 

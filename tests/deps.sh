@@ -15,6 +15,7 @@ make:make
 pkg-config:finds_the_libraries
 libopenexr-dev:reads_EXR
 libdeflate-dev:inflates_EXR
+libzstd-dev:supercompresses_KTX2
 libopenimageio-dev:image_bridge,_reads_other_formats
 libpng-dev:writes_previews
 libjansson-dev:reads_and_writes_JSON

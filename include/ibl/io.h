@@ -4,8 +4,8 @@
  *
  * Conventions, status codes and thread rules: <ibl/ibl.h>. Programs that use
  * ibl_image_read, ibl_image_decode or ibl_source_open also link OpenEXRCore
- * and, if the library was built with it, libdeflate. Everything else here needs
- * only the C library.
+ * and, if the library was built with it, libdeflate. Programs that use textures
+ * link libzstd. Everything else here needs only the C library.
  */
 #ifndef IBL_IO_H
 #define IBL_IO_H
@@ -249,6 +249,8 @@ typedef struct ibl_key_value {
  */
 #define IBL_MAX_LAYERS 2048
 
+#define IBL_MAX_ZSTD 22 /* the levels of Zstandard begin with 1 */
+
 /*
  * A texture in memory, in upload order: levels from the largest, then the
  * layers of a level, the faces of a layer, and the rows of a face from the top,
@@ -265,9 +267,12 @@ typedef struct ibl_texture {
     int faces;         /* 6 or 1 */
     size_t bytes;      /* of data */
     unsigned char *data;
-    int premultiplied;   /* 1: colours are multiplied by an alpha that is not 1
-                            everywhere. KTX2 stores this in its descriptor; KTX
-                            and DDS cannot store it and are read back with 0 */
+    int premultiplied; /* 1: colours are multiplied by an alpha that is not 1
+                          everywhere. KTX2 stores this in its descriptor; KTX
+                          and DDS cannot store it and are read back with 0 */
+    int zstd;          /* 1..IBL_MAX_ZSTD: level of Zstandard (supercompression
+                          scheme 2) in KTX2 files; others cannot be written.
+                          0: none, as after reading and in new arrays */
     ibl_key_value *keys; /* metadata, sorted by key, no key twice */
     int key_count;
 } ibl_texture;
@@ -388,7 +393,7 @@ ibl_status ibl_texture_get_alpha(ibl_ctx *ctx, const ibl_texture *tex,
                                  ibl_cube *alpha);
 
 typedef enum ibl_container {
-    IBL_CONTAINER_KTX2, /* Khronos KTX 2.0, no supercompression */
+    IBL_CONTAINER_KTX2, /* Khronos KTX 2.0; tex->zstd compresses it */
     IBL_CONTAINER_KTX,  /* Khronos KTX 1.1, little endian */
     IBL_CONTAINER_DDS,  /* DDS with the DX10 header; no key/values */
     IBL_CONTAINER_COUNT
@@ -401,7 +406,8 @@ const char *ibl_container_name(ibl_container container);
  * The bytes of a file in that container. Free *bytes with ibl_bytes_free. KTX2
  * and KTX get KTXorientation and KTXwriter, then the keys of tex except those
  * two. DDS cannot hold keys and drops them. A texture of one layer is not
- * written as an array.
+ * written as an array. Zstandard works on the context's pool, a level on one
+ * thread; its bytes do not depend on the number of threads.
  * IBL_ERR_ARGUMENT: tex is incomplete. IBL_ERR_UNSUPPORTED: KTX with a face of
  * 4 GiB, or with a level of 4 GiB in an array.
  */
@@ -421,12 +427,13 @@ ibl_status ibl_texture_visit(ibl_ctx *ctx, const ibl_texture *tex,
  * ibl_pixel: cube, 2D or an array of either, with or without levels, either
  * byte order for KTX. KTX and KTX2 files with 3-channel 16 or 32-bit floats are
  * widened to 4 channels. DDS files may also name a float format of Direct3D 9
- * in place of a FourCC, and hold RGB floats. Files that this library wrote are
- * read back bit for bit, including keys.
+ * in place of a FourCC, and hold RGB floats. KTX2 files may be supercompressed
+ * with Zstandard. Files that this library wrote are read back bit for bit,
+ * including keys.
  * IBL_ERR_UNSUPPORTED: more layers than IBL_MAX_LAYERS, 3D, another pixel
  * format or supercompression; the message has its name or number.
  * IBL_ERR_FORMAT: a damaged file. Never reads outside [bytes, size), and
- * allocates little more than size.
+ * allocates little more than size, or than Zstandard's frames say they hold.
  * Keys are read if their value is text. KTXwriter is kept, KTXorientation is
  * not. If it says that rows do not begin at the top, a flat texture is flipped
  * and a cube is IBL_ERR_UNSUPPORTED.

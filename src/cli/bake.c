@@ -123,10 +123,11 @@ static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
     file->shape.data = NULL;
     file->shape.keys = NULL;
     file->shape.key_count = 0;
-    const bool ok = ibl_texture_metadata(b, kind, tex) &&
-                    (!b->opts->verify || ibl_bake_judge(b, kind, tex)) &&
-                    !ibl_outputs_take_texture(b->outputs, file->path, tex,
-                                              b->opts->format, &file->bytes);
+    bool ok = ibl_texture_metadata(b, kind, tex) &&
+              (!b->opts->verify || ibl_bake_judge(b, kind, tex));
+    tex->zstd = b->opts->zstd; /* loses nothing, so --verify can do without */
+    ok = ok && !ibl_outputs_take_texture(b->outputs, file->path, tex,
+                                         b->opts->format, &file->bytes);
     ibl_texture_free(tex);
     if (ok)
         warn_of_overflow(b, file);

@@ -91,6 +91,8 @@ static const ibl_option outputs[] = {
      .help = "outputs are NAME_specular.EXT and so on"},
     {"format", 0, IBL_CHOICE(format, ibl_container_names),
      .help = "container, and the extension of its files"},
+    {"zstd", 0, IBL_INT(zstd, 0, IBL_MAX_ZSTD),
+     .help = "compress ktx2 files with Zstandard of level N; 0: do not"},
     {"pixel", 0, IBL_CHOICE(pixel, ibl_pixel_names),
      .help = "texels of the cubes; the LUT is rg32f with rgba32f, else rg16f"},
     {"overflow", 0, IBL_CHOICE(overflow, ibl_overflow_names),
@@ -327,6 +329,13 @@ static bool check_lobes(const ibl_opts *o)
     return true;
 }
 
+static bool check_zstd(const ibl_opts *o)
+{
+    return !o->zstd || o->format == IBL_CONTAINER_KTX2 ||
+           ibl_misuse("--zstd %d: %s files cannot hold it: take --format ktx2",
+                      o->zstd, ibl_container_name(o->format));
+}
+
 static bool check_lights(const ibl_opts *o)
 {
     return !o->lights || (o->only & 1u << IBL_OUTPUT_JSON) ||
@@ -368,7 +377,7 @@ static bool validate(void *settings)
         !o->bake.skybox)
         return ibl_misuse(
             "--only skybox: its size is not known: add --skybox N");
-    if (!ibl_common_validate(&o->common) || !check_lobes(o) ||
+    if (!ibl_common_validate(&o->common) || !check_lobes(o) || !check_zstd(o) ||
         !check_lights(o) || !check_levels(&o->bake.specular_options))
         return false;
     if (!o->name) {

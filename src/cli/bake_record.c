@@ -187,6 +187,8 @@ bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
 {
     setter s = {b->ctx, tex, IBL_OK};
 
+    if (b->opts->zstd)
+        set(&s, "KTXwriterScParams", "--zstd %d", b->opts->zstd);
     set(&s, "iblbake.content", "%s", ibl_output_content(kind));
     if (!is_table(kind))
         set(&s, "iblbake.yaw_deg", "%.9g", b->opts->bake.yaw_deg);
@@ -382,6 +384,8 @@ static json_t *output(const ibl_bake *b, ibl_output_kind kind)
         (json_int_t)file->bytes, "saturated",
         (json_int_t)file->overflow.values);
 
+    if (b->opts->zstd)
+        put(&j, "zstd", json_integer(b->opts->zstd));
     if (!is_table(kind))
         put(&j, "overflow", json_string(ibl_overflow_name(b->opts->overflow)));
     if (kind == IBL_OUTPUT_SPECULAR)

@@ -22,6 +22,7 @@ typedef struct ibl_opts {
     const char *directory;
     const char *name;
     ibl_container format;
+    int zstd;        /* level of Zstandard; 0: none */
     ibl_pixel pixel; /* of the cubes */
     ibl_overflow overflow;
     unsigned only; /* bit n: ibl_output_kind n is wanted */

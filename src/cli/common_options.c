@@ -7,6 +7,7 @@
 #include <unistd.h>
 #include <xxhash.h>
 #include <zlib.h>
+#include <zstd.h>
 
 #include "cli/common_options.h"
 #include "common/path.h"
@@ -40,10 +41,11 @@ void ibl_version_print(FILE *to)
     fprintf(to, "compiler      %s\n", COMPILER);
     fprintf(to,
             "libraries     OpenEXRCore %s, libpng %s, zlib %s, jansson %s, "
-            "xxHash %u.%u.%u\n",
+            "xxHash %u.%u.%u, zstd %s\n",
             ibl_exr_version(), png_get_libpng_ver(NULL), zlibVersion(),
             jansson_version_str(), XXH_versionNumber() / 10000,
-            XXH_versionNumber() / 100 % 100, XXH_versionNumber() % 100);
+            XXH_versionNumber() / 100 % 100, XXH_versionNumber() % 100,
+            ZSTD_versionString());
     /* Opening the bridge would take longer than everything else here. */
     if (access(bridge, R_OK))
         fprintf(to, "image bridge  none (%s)\n", bridge);

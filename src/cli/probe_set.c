@@ -184,7 +184,7 @@ static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
     static const char *const keys[] = {
         "size",      "levels",   "mapping",   "method",     "samples",
         "tolerance", "pixel",    "container", "irradiance", "lut_size",
-        "alpha",     "overflow", NULL};
+        "alpha",     "overflow", "zstd",      NULL};
     ibl_specular_options *s = &b->options.specular_options;
 
     return ibl_json_object(at, keys) &&
@@ -197,6 +197,7 @@ static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
                          &s->tolerance) &&
            take_choice(at, "pixel", ibl_pixel_names, &b->pixel) &&
            take_choice(at, "container", ibl_container_names, &b->container) &&
+           take_int(at, "zstd", 0, IBL_MAX_ZSTD, &b->zstd) &&
            take_irradiance(ibl_json_optional(&at, "irradiance"),
                            &b->options.irradiance_options.size) &&
            take_int(at, "lut_size", 1, 4096, &b->lut_size) &&

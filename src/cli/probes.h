@@ -78,6 +78,7 @@ typedef struct ibl_set_bake {
     ibl_pixel pixel;
     ibl_overflow overflow;
     ibl_container container;
+    int zstd; /* level of Zstandard; 0: none */
     int lut_size;
 } ibl_set_bake;
 

@@ -31,6 +31,11 @@ static bool find_options(ibl_probes_bake *p)
             p->console, "--levels %d: a cube of size %d has 1 to %d levels",
             o->specular_options.levels, o->specular_options.size,
             ibl_most_levels(o->specular_options.size));
+    if (b->zstd && b->container != IBL_CONTAINER_KTX2)
+        return ibl_console_fail(
+            p->console,
+            "--zstd %d: %s files cannot hold it: take --container ktx2",
+            b->zstd, ibl_container_name(b->container));
     ibl_warn_of_small_faces(p->console, &p->layout);
     return true;
 }
@@ -259,7 +264,23 @@ static bool set_keys(const ibl_probes_bake *p, ibl_probes_kind kind,
     return ok;
 }
 
-/* Hashes and writes tex, which is empty afterwards. */
+/* Hashes and writes a texture that is compressed: once, not for each. */
+static bool put_packed(ibl_probes_bake *p, ibl_probes_file *f,
+                       const ibl_texture *tex)
+{
+    void *bytes = NULL;
+    size_t size;
+
+    const bool ok =
+        !ibl_texture_encode(p->ctx, tex, IBL_CONTAINER_KTX2, &bytes, &size);
+    if (ok)
+        ibl_hash_bytes(bytes, size, f->hash);
+    const bool added = ok && !ibl_outputs_add(p->outputs, f->path, bytes, size);
+    ibl_bytes_free(bytes);
+    return added;
+}
+
+/* Hashes and writes tex, which may be empty afterwards. */
 static bool put_texture(ibl_probes_bake *p, ibl_probes_kind kind,
                         ibl_texture *tex)
 {
@@ -267,8 +288,12 @@ static bool put_texture(ibl_probes_bake *p, ibl_probes_kind kind,
     ibl_probes_file *f = &p->file[kind];
 
     ibl_console_progress(p->console, "hash", 0);
-    if (!set_keys(p, kind, tex) ||
-        ibl_hash_texture(p->ctx, tex, container, f->hash))
+    tex->zstd = p->set.bake.zstd;
+    if (!set_keys(p, kind, tex))
+        return false;
+    if (tex->zstd)
+        return put_packed(p, f, tex);
+    if (ibl_hash_texture(p->ctx, tex, container, f->hash))
         return false;
     ibl_console_progress(p->console, "write", 0);
     return !ibl_outputs_take_texture(p->outputs, f->path, tex, container, NULL);

@@ -101,9 +101,11 @@ static bool find_file(ibl_probes_bake *p, int kind, const json_t *was)
         free(f->old);
         f->old = NULL;
     }
-    f->same = f->old && f->path && !strcmp(f->old, f->path) &&
-              (kind != IBL_PROBES_LUT ||
-               !strcmp(p->lut_inputs, text_of(was, "inputs")));
+    f->same =
+        f->old && f->path && !strcmp(f->old, f->path) &&
+        json_integer_value(json_object_get(was, "zstd")) == p->set.bake.zstd &&
+        (kind != IBL_PROBES_LUT ||
+         !strcmp(p->lut_inputs, text_of(was, "inputs")));
     return true;
 }
 
@@ -256,6 +258,8 @@ static json_t *files(const ibl_probes_bake *p)
                       size[kind], "levels",
                       kind == IBL_PROBES_SPECULAR ? p->layout.levels : 1,
                       "layers", lut ? 1 : p->set.layers, "hash", f->hash);
+        if (bake->zstd)
+            put(&file, "zstd", json_integer(bake->zstd));
         if (lut)
             put(&file, "inputs", json_string(p->lut_inputs));
         put(&j, file_keys[kind], file);

@@ -42,6 +42,8 @@ static const ibl_option overrides[] = {
     {"container", 0, IBL_CHOICE(said.container, ibl_container_names),
      .standard = FROM_SET,
      .help = "container of the arrays, and the extension of their files"},
+    {"zstd", 0, IBL_INT(said.zstd, 0, IBL_MAX_ZSTD), .standard = FROM_SET,
+     .help = "compress ktx2 files with Zstandard of level N; 0: do not"},
     {"pixel", 0, IBL_CHOICE(said.pixel, ibl_pixel_names), .standard = FROM_SET,
      .help = "texels of the arrays"},
     {"overflow", 0,

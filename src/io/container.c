@@ -102,7 +102,7 @@ uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
            ibl_texture_height(tex, level);
 }
 
-ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
+ibl_status ibl_texture_shape(const ibl_input *in, const ibl_shape *shape,
                              const ibl_place *place, ibl_texture *tex)
 {
     const ibl_status status = check_shape(in, shape);
@@ -114,23 +114,33 @@ ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
                          .levels = shape->levels ? (int)shape->levels : 1,
                          .layers = shape->layers ? (int)shape->layers : 1,
                          .faces = (int)shape->faces};
+    return IBL_OK;
+}
 
+ibl_status ibl_texture_alloc(const ibl_input *in, ibl_texture *tex)
+{
+    tex->bytes = ibl_texture_offset(tex, tex->levels, 0);
+    tex->data = ibl_alloc_array(tex->bytes, 1);
+    return tex->data ? IBL_OK : ibl_no_memory(in->ctx, "a texture");
+}
+
+ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
+                             const ibl_place *place, ibl_texture *tex)
+{
+    const ibl_status status = ibl_texture_shape(in, shape, place, tex);
+    if (status)
+        return status;
     const uint64_t images = (uint64_t)tex->layers * (uint64_t)tex->faces;
-    uint64_t stored = 0, texels = 0;
-    for (int l = 0; l < tex->levels; l++) { /* sums below 2^51, by the limits */
+    uint64_t stored = 0;
+    for (int l = 0; l < tex->levels; l++) /* below 2^51, by the limits */
         stored += images * ibl_place_bytes(place, tex, l);
-        texels +=
-            images * ibl_texture_width(tex, l) * ibl_texture_height(tex, l);
-    }
     if (stored > in->size)
         return ibl_bad_file(in,
                             "damaged or cut short: its texels take %llu bytes, "
                             "the file has %zu: copy or make it again",
                             (unsigned long long)stored, in->size);
     /* The texture takes at most 4/3 of the file's size. */
-    tex->bytes = (size_t)texels * ibl_pixel_bytes(tex->pixel);
-    tex->data = ibl_alloc_array(tex->bytes, 1);
-    return tex->data ? IBL_OK : ibl_no_memory(in->ctx, "a texture");
+    return ibl_texture_alloc(in, tex);
 }
 
 static void turn_words(unsigned char *p, size_t bytes, size_t word)

@@ -42,8 +42,13 @@ typedef struct ibl_place {
     bool bottom_up;     /* the first row in the file is the bottom row */
 } ibl_place;
 
-/* Allocates tex, without keys. First checks the shape, and that the file has
- * enough bytes for place's layout and alignment. */
+/* Checks a shape and gives it to tex, which gets no memory yet. */
+ibl_status ibl_texture_shape(const ibl_input *in, const ibl_shape *shape,
+                             const ibl_place *place, ibl_texture *tex);
+/* Allocates the texels of tex, whose shape is set. */
+ibl_status ibl_texture_alloc(const ibl_input *in, ibl_texture *tex);
+/* Both, without keys. First checks that the file has enough bytes for place's
+ * layout and alignment. */
 ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
                              const ibl_place *place, ibl_texture *tex);
 
@@ -106,7 +111,8 @@ enum {
 /* A file to write, piece after piece. The texels stay in the texture; head has
  * all other bytes. */
 typedef struct ibl_pieces {
-    unsigned char *head; /* owned, like piece; ibl_pieces_free frees both */
+    unsigned char *head;   /* owned, like the next two, by ibl_pieces_free */
+    unsigned char *packed; /* compressed levels, or NULL */
     ibl_piece *piece;
     size_t size; /* of all pieces, in bytes */
     int count, room;

@@ -1,13 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Khronos KTX 2.0 without supercompression. Sources: KTX File Format
- * Specification 2.0, Khronos Data Format Specification 1.3 (the descriptor:
- * sections 5.1 to 5.10; shared exponents: 10.2, "E5B9G9R9").
+ * Khronos KTX 2.0, without supercompression or with Zstandard. Sources: KTX
+ * File Format Specification 2.0, Khronos Data Format Specification 1.3 (the
+ * descriptor: sections 5.1 to 5.10; shared exponents: 10.2, "E5B9G9R9").
+ * Descriptors are the same with and without Zstandard (KTX-Specification#217).
  */
 #include <stddef.h>
 #include <string.h>
 
+#include "core/alloc.h"
 #include "io/container.h"
+#include "io/zstd_frames.h"
 
 typedef struct header {
     char identifier[12];
@@ -29,6 +32,11 @@ _Static_assert(sizeof(header) == 80 && sizeof(index_entry) == 24,
                "as the specification has them");
 
 static const char rows_down[] = "rd", rows_up[] = "ru";
+
+enum {
+    SCHEME_NONE,
+    SCHEME_ZSTD = 2
+};
 
 /* ---- the data format descriptor -------------------------------------- */
 
@@ -78,8 +86,10 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
     const size_t dfd = index + (size_t)tex->levels * sizeof(index_entry);
     const size_t kvd = dfd + d.bytes;
     const size_t kvd_bytes = ibl_keys_write(tex, rows_down, NULL);
-    /* lcm(4, texel size): texels take 4, 8 or 16 bytes. */
-    const size_t align = ibl_pixel_bytes(tex->pixel);
+    /* lcm(4, texel size): texels take 4, 8 or 16 bytes. Frames begin anywhere.
+     */
+    const size_t align = tex->zstd ? 1 : ibl_pixel_bytes(tex->pixel);
+    ibl_piece frames[IBL_MAX_TEXTURE_LEVELS];
     const size_t head_bytes = (kvd + kvd_bytes + align - 1) / align * align;
 
     if (head_bytes > UINT32_MAX)
@@ -88,10 +98,17 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
                         kvd_bytes);
     if (!ibl_pieces_alloc(file, head_bytes, 1 + tex->levels))
         return ibl_no_memory(ctx, "a KTX2 file");
+    if (tex->zstd) {
+        const ibl_status status =
+            ibl_zstd_pack(ctx, tex, &file->packed, frames);
+        if (status)
+            return status;
+    }
     const header h = {.identifier = IBL_KTX2_MAGIC,
                       .vk_format = ibl_layouts[tex->pixel].vk,
                       .type_size = (uint32_t)ibl_layouts[tex->pixel].word_bytes,
                       .shape = ibl_shape_of(tex),
+                      .scheme = tex->zstd ? SCHEME_ZSTD : SCHEME_NONE,
                       .dfd = (uint32_t)dfd,
                       .dfd_bytes = d.bytes,
                       .kvd = (uint32_t)kvd,
@@ -103,10 +120,14 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
     /* Smallest level first. Sizes are multiples of the alignment: no gaps. */
     for (int l = tex->levels - 1; l >= 0; l--) {
         const uint64_t bytes = ibl_texture_level_bytes(tex, l);
-        const index_entry entry = {file->size, bytes, bytes};
+        const index_entry entry = {file->size,
+                                   tex->zstd ? frames[l].size : bytes, bytes};
         memcpy(file->head + index + sizeof entry * (size_t)l, &entry,
                sizeof entry);
-        ibl_pieces_add_level(file, tex, l);
+        if (tex->zstd)
+            ibl_pieces_add(file, frames[l].bytes, frames[l].size);
+        else
+            ibl_pieces_add_level(file, tex, l);
     }
     return IBL_OK;
 }
@@ -119,9 +140,9 @@ static ibl_status find_layout(const ibl_input *in, const header *h,
     static const char *const schemes[] = {"none", "BasisLZ", "Zstandard",
                                           "ZLIB"};
 
-    if (h->scheme)
+    if (h->scheme != SCHEME_NONE && h->scheme != SCHEME_ZSTD)
         return ibl_unsupported(
-            in, "supercompression %u (%s): only uncompressed KTX2 is read",
+            in, "supercompression %u (%s): only none and Zstandard are read",
             h->scheme, h->scheme < 4 ? schemes[h->scheme] : "unknown");
     *layout = ibl_layout_find(offsetof(ibl_layout, vk), h->vk_format);
     if (*layout)
@@ -142,7 +163,7 @@ static ibl_status check_header(const ibl_input *in, const header *h,
                             h->type_size, layout->word_bytes, layout->vk);
     if (h->sgd_bytes)
         return ibl_bad_file(
-            in, "damaged: supercompression data without supercompression");
+            in, "damaged: global data of a supercompression that has none");
     if (!ibl_input_has(in, h->dfd, h->dfd_bytes))
         return ibl_input_short(in, "its data format descriptor");
     if (h->dfd_bytes < offsetof(descriptor, samples) ||
@@ -154,22 +175,94 @@ static ibl_status check_header(const ibl_input *in, const header *h,
     return IBL_OK;
 }
 
+/* The index entry of a level whose bytes are in the file. */
+static ibl_status find_level(const ibl_input *in, int level, index_entry *entry)
+{
+    memcpy(entry, in->bytes + sizeof(header) + sizeof *entry * (size_t)level,
+           sizeof *entry);
+    return ibl_input_has(in, entry->at, entry->bytes)
+               ? IBL_OK
+               : ibl_input_short(in, "one of its levels");
+}
+
+static ibl_status wrong_size(const ibl_input *in, int level, uint64_t bytes,
+                             uint64_t must)
+{
+    return ibl_bad_file(in, "damaged: level %d of %llu bytes, must be %llu",
+                        level, (unsigned long long)bytes,
+                        (unsigned long long)must);
+}
+
 static ibl_status read_level(const ibl_input *in, ibl_place *place,
                              ibl_texture *tex, int level)
 {
     index_entry entry;
-    memcpy(&entry, in->bytes + sizeof(header) + sizeof entry * (size_t)level,
-           sizeof entry);
+    const ibl_status status = find_level(in, level, &entry);
+
+    if (status)
+        return status;
     if (entry.bytes != entry.bytes_uncompressed)
-        return ibl_bad_file(in, "damaged: level %d of %llu bytes, must be %llu",
-                            level, (unsigned long long)entry.bytes,
-                            (unsigned long long)entry.bytes_uncompressed);
-    /* The check keeps the sum of offset and face from overflowing. */
-    if (!ibl_input_has(in, entry.at, entry.bytes))
-        return ibl_input_short(in, "one of its levels");
+        return wrong_size(in, level, entry.bytes, entry.bytes_uncompressed);
     place->at = entry.at;
     return ibl_place_read_level(in, place, tex, level, tex->layers * tex->faces,
                                 entry.bytes);
+}
+
+/* Checks that all levels are frames that can hold their texels. */
+static ibl_status check_frames(const ibl_input *in, const ibl_place *place,
+                               const ibl_texture *tex)
+{
+    ibl_status status = IBL_OK;
+
+    for (int l = 0; !status && l < tex->levels; l++) {
+        const uint64_t must = (uint64_t)tex->layers * (uint64_t)tex->faces *
+                              ibl_place_bytes(place, tex, l);
+        index_entry entry;
+        status = find_level(in, l, &entry);
+        if (!status && entry.bytes_uncompressed != must)
+            status = wrong_size(in, l, entry.bytes_uncompressed, must);
+        if (!status)
+            status = ibl_zstd_check(in, l, entry.at, entry.bytes, must);
+    }
+    return status;
+}
+
+/* Reads a level that check_frames has seen. */
+static ibl_status unpack_level(const ibl_input *in, ibl_place *place,
+                               ibl_texture *tex, int level)
+{
+    unsigned char *unpacked = NULL;
+    index_entry entry;
+    ibl_status status = find_level(in, level, &entry);
+
+    if (!status)
+        status = ibl_zstd_unpack(in, level, entry.at, entry.bytes,
+                                 entry.bytes_uncompressed, &unpacked);
+    if (status)
+        return status;
+    const ibl_input texels =
+        ibl_input_of(in->ctx, in->name, unpacked, entry.bytes_uncompressed);
+    place->at = 0;
+    status = ibl_place_read_level(&texels, place, tex, level,
+                                  tex->layers * tex->faces,
+                                  entry.bytes_uncompressed);
+    ibl_free(unpacked);
+    return status;
+}
+
+/* Allocates tex if the file has its texels. */
+static ibl_status begin(const ibl_input *in, const header *h,
+                        const ibl_place *place, ibl_texture *tex)
+{
+    ibl_status status = ibl_texture_shape(in, &h->shape, place, tex);
+
+    if (!status && !ibl_input_has(in, sizeof *h,
+                                  sizeof(index_entry) * (uint64_t)tex->levels))
+        status = ibl_input_short(in, "its level index");
+    if (status || h->scheme == SCHEME_NONE)
+        return status ? status : ibl_texture_begin(in, &h->shape, place, tex);
+    status = check_frames(in, place, tex);
+    return status ? status : ibl_texture_alloc(in, tex);
 }
 
 ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex)
@@ -185,12 +278,9 @@ ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex)
     if (!status)
         status = check_header(in, &h, place.layout);
     if (!status)
-        status = ibl_texture_begin(in, &h.shape, &place, tex);
+        status = begin(in, &h, &place, tex);
     if (status)
         return status;
-    if (!ibl_input_has(in, sizeof h,
-                       sizeof(index_entry) * (uint64_t)tex->levels))
-        return ibl_input_short(in, "its level index");
     status = ibl_keys_read(in, h.kvd, h.kvd_bytes, rows_down, rows_up, tex,
                            &place.bottom_up);
     tex->premultiplied =
@@ -198,6 +288,7 @@ ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex)
         ibl_pixel_has_alpha(tex->pixel) &&
         in->bytes[h.dfd + offsetof(descriptor, flags)] & ALPHA_PREMULTIPLIED;
     for (int l = 0; !status && l < tex->levels; l++)
-        status = read_level(in, &place, tex, l);
+        status = h.scheme == SCHEME_ZSTD ? unpack_level(in, &place, tex, l)
+                                         : read_level(in, &place, tex, l);
     return status;
 }

@@ -412,6 +412,10 @@ ibl_status ibl_texture_check(ibl_ctx *ctx, const ibl_texture *tex)
 {
     if (!ctx || !tex)
         return ibl_missing(ctx, "a texture");
+    if (tex->zstd < 0 || tex->zstd > IBL_MAX_ZSTD)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "Zstandard's level %d: must be 1 to %d, or 0",
+                        tex->zstd, IBL_MAX_ZSTD);
     if (is_valid(tex))
         return IBL_OK;
     return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -432,6 +436,7 @@ bool ibl_pieces_alloc(ibl_pieces *file, size_t head_bytes, int room)
 void ibl_pieces_free(ibl_pieces *file)
 {
     ibl_free(file->head);
+    ibl_free(file->packed);
     ibl_free(file->piece);
     *file = (ibl_pieces){0};
 }
@@ -458,6 +463,10 @@ ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
     if (container >= IBL_CONTAINER_COUNT)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT, "container %d: must be below %d",
                         (int)container, IBL_CONTAINER_COUNT);
+    if (tex->zstd && container != IBL_CONTAINER_KTX2)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%s files hold no Zstandard frames: KTX2 files do",
+                        ibl_container_name(container));
     return containers[container].encode(ctx, tex, file);
 }
 
