@@ -5,6 +5,7 @@
  * surface (bake/lobe_bands.h).
  */
 #include <math.h>
+#include <string.h>
 
 #include "bake/lobe_bands.h"
 #include "bake/lobe_kernels.h"
@@ -15,9 +16,11 @@
 
 enum {
     VIEWS = 6, /* Gauss-Legendre points of N.V */
-    MOST = 64, /* roughnesses */
+    MOST_ROUGHNESSES = 64,
     WAYS = IBL_LOOKUP_COUNT,
-    DEGREE = IBL_LOBE_DEGREE
+    APART = IBL_BANDS_DIRECTIONS,
+    ANGLES = IBL_BANDS_DIRECTIONS + 2,
+    MOST = IBL_BANDS_MOST
 };
 
 /* A lookup: the directions from N towards R of its taps, and what it reads. */
@@ -37,8 +40,8 @@ struct work {
     const ibl_lobe_table *table; /* or NULL */
     double view[VIEWS], weight[VIEWS];
     const double *roughness;
+    ibl_bands_rule rule;
     sums *sum; /* of each roughness and view */
-    ibl_status *status;
 };
 
 /* ---- lookups --------------------------------------------------------------
@@ -99,104 +102,132 @@ static lookup table_lookup(const struct work *w, int f, int taps, double n_v,
 /* ---- sums ------------------------------------------------------------------
  */
 
-/* Fills P_l(cos(angle)). */
-static void legendre(double angle, double p[DEGREE + 1])
+/* The lobes of a view and what multiplies them. */
+typedef struct view {
+    ibl_lobe_bands bands;
+    double share[MOST]; /* C_l (2 l + 1) / 4 pi that each degree stands for */
+    double p[ANGLES][MOST]; /* P_l(cos(angle)): of the directions; of those of
+                               two taps from each other, for each F0 */
+} view;
+
+/* Degrees in steps of a sixteenth, to where a lobe has nothing to see. In
+ * between what the lobes see is linear, over 2 l + 1. */
+static void choose_degrees(const ibl_lobe_kernels *k, double r, view *v)
 {
-    const double c = cos(angle);
-    p[0] = 1;
-    p[1] = c;
-    for (int l = 1; l < DEGREE; l++)
-        p[l + 1] = ((2 * l + 1) * c * p[l] - l * p[l - 1]) / (l + 1);
+    const int end = (int)fmin(IBL_LOBE_DEGREE, 6 / (r * r) + 24);
+    ibl_lobe_bands *b = &v->bands;
+    for (int l = 1; l < end; l += 1 + l / 16)
+        b->degree[b->count++] = l;
+    b->degree[b->count++] = end;
+    for (int i = 0; i + 1 < b->count; i++) {
+        const int low = b->degree[i], high = b->degree[i + 1];
+        for (int l = low + !!i; l <= high; l++) {
+            const double c = (2 * l + 1) / (4 * IBL_PI) * k->power[l];
+            const double t = (double)(l - low) / (high - low);
+            v->share[i] += (1 - t) * c;
+            v->share[i + 1] += t * c;
+        }
+    }
+}
+
+static void legendre(const double angle[ANGLES], view *v)
+{
+    double c[ANGLES], here[ANGLES], before[ANGLES] = {0};
+    int l = 0;
+    for (int k = 0; k < ANGLES; k++) {
+        c[k] = cos(angle[k]);
+        here[k] = 1;
+    }
+    for (int i = 0; i < v->bands.count; i++) {
+        for (; l < v->bands.degree[i]; l++) {
+            const double inverse = 1.0 / (l + 1);
+            const double up = (2 * l + 1) * inverse, down = l * inverse;
+            for (int k = 0; k < ANGLES; k++) {
+                const double next = up * c[k] * here[k] - down * before[k];
+                before[k] = here[k];
+                here[k] = next;
+            }
+        }
+        for (int k = 0; k < ANGLES; k++)
+            v->p[k][i] = here[k];
+    }
 }
 
 /* <S - T, S - T> of a lookup. */
-static double error_of(const struct work *w, const ibl_lobe_bands *b, int f,
+static double error_of(const struct work *w, const view *v, int f,
                        const lookup *s)
 {
     const ibl_lobe_kernels *k = &w->kernels;
+    const ibl_lobe_bands *b = &v->bands;
     const int a = (int)fmin(s->lod, k->layout.levels - 2);
+    const int first = s->at[0], last = s->at[s->taps - 1];
     const double t = s->lod - a, own = 1 - s->weight;
     const double *low = ibl_lobe_of(k, a), *high = ibl_lobe_of(k, a + 1);
     const double *cosine = ibl_lobe_of(k, k->layout.levels);
-    double p[2][DEGREE + 1], apart[DEGREE + 1];
     double sum = 0;
-    for (int i = 0; i < s->taps; i++)
-        legendre(b->angle[s->at[i]], p[i]);
-    legendre(b->angle[s->at[0]] - b->angle[s->at[s->taps - 1]], apart);
-    for (int l = b->degree; l > 0; l--) {
+    for (int i = b->count - 1; i >= 0; i--) {
+        const int l = b->degree[i];
         const double lobe = own * ((1 - t) * low[l] + t * high[l]);
         const double even = s->weight * cosine[l];
-        const double n = (2 * l + 1) / (4 * IBL_PI);
-        const int last = s->taps - 1;
-        const double towards = 0.5 * (p[0][l] + p[last][l]);
+        const double apart = s->taps > 1 ? v->p[APART + f][i] : 1;
+        const double towards = 0.5 * (v->p[first][i] + v->p[last][i]);
         const double seen =
-            0.5 * (b->toward[f][s->at[0]][l] + b->toward[f][s->at[last]][l]);
-        const double ss = n * (lobe * lobe * 0.5 * (1 + apart[l]) +
-                               2 * lobe * even * towards + even * even);
-        const double st = lobe * seen + even * b->toward[f][TO_N][l];
-        sum += k->power[l] * (ss - 2 * st + b->power[f][l]);
+            0.5 * (b->toward[f][first][i] + b->toward[f][last][i]);
+        const double ss = lobe * lobe * 0.5 * (1 + apart) +
+                          2 * lobe * even * towards + even * even;
+        const double st = lobe * seen + even * b->toward[f][TO_N][i];
+        const double n = (2 * l + 1) / (4 * IBL_PI);
+        sum += v->share[i] * (ss + (b->power[f][i] - 2 * st) / n);
     }
     return fmax(sum, 0);
 }
 
-static void add_sums(const struct work *w, const ibl_lobe_bands *b,
+static void add_sums(const struct work *w, const view *v,
                      lookup lookups[2][WAYS], double weight, sums *to)
 {
+    const ibl_lobe_bands *b = &v->bands;
     for (int f = 0; f < 2; f++) {
         const double share = weight * b->energy[f] * b->energy[f];
         double power = w->kernels.mean;
-        for (int l = b->degree; l > 0; l--)
-            power += w->kernels.power[l] * b->power[f][l];
+        for (int i = b->count - 1; i >= 0; i--)
+            power += v->share[i] * b->power[f][i] * 4 * IBL_PI /
+                     (2 * b->degree[i] + 1);
         to->power[f] = share * power;
         for (int way = 0; way < (w->table ? WAYS : 1); way++)
-            to->error[f][way] = share * error_of(w, b, f, &lookups[f][way]);
+            to->error[f][way] = share * error_of(w, v, f, &lookups[f][way]);
     }
 }
 
-/* The degree beyond which a lobe has nothing to see. */
-static int degree_of(double r)
+static void view_sums(const struct work *w, double r, int job_view, sums *to)
 {
-    return (int)fmin(DEGREE, 6 / (r * r) + 24);
-}
-
-static ibl_status view_sums(const struct work *w, double r, int view, sums *to)
-{
-    const double n_v = w->view[view];
-    const int degree = degree_of(r);
-    ibl_lobe_bands b = {.degree = degree};
+    const double n_v = w->view[job_view];
+    view v = {.bands = {.count = 0}};
+    ibl_lobe_bands *b = &v.bands;
     lookup lookups[2][WAYS] = {{{0}}};
-    const size_t size = (size_t)degree + 1;
-    double *memory =
-        ibl_alloc_array(2 * (IBL_BANDS_DIRECTIONS + 1) * size, sizeof *memory);
-    if (!memory)
-        return IBL_ERR_MEMORY;
-    for (int f = 0, i = 0; f < 2; f++) {
-        b.power[f] = memory + size * (size_t)i++;
-        for (int d = 0; d < IBL_BANDS_DIRECTIONS; d++)
-            b.toward[f][d] = memory + size * (size_t)i++;
-    }
-    add_direction(&b, n_v, 1); /* TO_N */
-    add_direction(&b, n_v, 0); /* TO_R */
+    double angle[ANGLES] = {0};
+    choose_degrees(&w->kernels, r, &v);
+    add_direction(b, n_v, 1); /* TO_N */
+    add_direction(b, n_v, 0); /* TO_R */
     for (int f = 0; f < 2; f++) {
         lookups[f][IBL_LOOKUP_SPLIT] =
             (lookup){1, {TO_R, TO_R}, lod_of(&w->kernels.layout, r), 0};
         for (int taps = 1; taps <= 2 && w->table; taps++)
             lookups[f][taps == 1 ? IBL_LOOKUP_TABLE : IBL_LOOKUP_TWO_TAPS] =
-                table_lookup(w, f, taps, n_v, r, &b);
+                table_lookup(w, f, taps, n_v, r, b);
+        const lookup *two = &lookups[f][IBL_LOOKUP_TWO_TAPS];
+        angle[APART + f] = b->angle[two->at[0]] - b->angle[two->at[1]];
     }
-    const ibl_status status = ibl_lobe_bands_make(n_v, r * r, &b);
-    if (!status)
-        add_sums(w, &b, lookups, w->weight[view] * 2 * n_v, to);
-    ibl_free(memory);
-    return status;
+    memcpy(angle, b->angle, sizeof b->angle);
+    legendre(angle, &v);
+    ibl_lobe_bands_make(&w->rule, n_v, r * r, b);
+    add_sums(w, &v, lookups, w->weight[job_view] * 2 * n_v, to);
 }
 
 static void view_job(void *arg, int job, int worker)
 {
     const struct work *w = arg;
     (void)worker;
-    w->status[job] =
-        view_sums(w, w->roughness[job / VIEWS], job % VIEWS, &w->sum[job]);
+    view_sums(w, w->roughness[job / VIEWS], job % VIEWS, &w->sum[job]);
 }
 
 /* ---- the call --------------------------------------------------------------
@@ -221,10 +252,10 @@ static void divide(const struct work *w, int i, ibl_expected_error *out)
 
 static ibl_status check(ibl_ctx *ctx, const double *roughness, int count)
 {
-    if (count < 1 || count > MOST)
+    if (count < 1 || count > MOST_ROUGHNESSES)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "the error at %d roughnesses: must be 1 to %d", count,
-                        MOST);
+                        MOST_ROUGHNESSES);
     for (int i = 0; i < count; i++)
         if (!(roughness[i] >= IBL_EXPECTED_LEAST && roughness[i] <= 1))
             return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -235,16 +266,12 @@ static ibl_status check(ibl_ctx *ctx, const double *roughness, int count)
 
 static ibl_status sum_all(ibl_ctx *ctx, struct work *w, int count)
 {
-    const int jobs = count * VIEWS;
-    w->sum = ibl_alloc_zeroed((size_t)jobs, sizeof *w->sum);
-    w->status = ibl_alloc_zeroed((size_t)jobs, sizeof *w->status);
-    if (!w->sum || !w->status)
+    w->sum = ibl_alloc_zeroed((size_t)count * VIEWS, sizeof *w->sum);
+    if (!w->sum)
         return ibl_no_memory(ctx, "the expected error");
-    const ibl_status status = ibl_run(ctx, "expected error", jobs, view_job, w);
-    for (int i = 0; i < jobs && !status; i++)
-        if (w->status[i])
-            return ibl_no_memory(ctx, "the expected error");
-    return status;
+    ibl_gauss_points(VIEWS, w->view, w->weight);
+    ibl_bands_rule_init(&w->rule);
+    return ibl_run(ctx, "expected error", count * VIEWS, view_job, w);
 }
 
 ibl_status ibl_bake_expected_error(ibl_ctx *ctx,
@@ -268,12 +295,10 @@ ibl_status ibl_bake_expected_error(ibl_ctx *ctx,
                                        opts->power_degree, &w.kernels);
     if (status)
         return status;
-    ibl_gauss_points(VIEWS, w.view, w.weight);
     status = sum_all(ctx, &w, count);
     for (int i = 0; i < count && !status; i++)
         divide(&w, i, &errors[i]);
     ibl_free(w.sum);
-    ibl_free(w.status);
     ibl_lobe_kernels_free(&w.kernels);
     return status;
 }

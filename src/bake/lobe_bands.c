@@ -6,16 +6,18 @@
 
 #include "bake/true_lobe.h"
 #include "brdf/ggx.h"
-#include "core/alloc.h"
 #include "kern/brdf_quadrature.h"
 
 enum {
-    RINGS = 40,   /* around the mirror direction */
-    COLUMNS = 32, /* on half a ring */
-    ORDERS = 12,
+    RINGS = IBL_BANDS_RINGS,
+    COLUMNS = IBL_BANDS_COLUMNS,
+    ORDERS = IBL_BANDS_ORDERS,
     EXTRA = IBL_BANDS_DIRECTIONS,
     ALL = RINGS + EXTRA
 };
+
+/* Orders below this share of the lobe are left out. */
+static const double negligible = 1e-3;
 
 /* Fourier coefficients of the lobe on rings, and Legendre's functions there
  * and, after them, in the directions. */
@@ -23,12 +25,23 @@ typedef struct rings {
     double cosine[ALL], sine[ALL];
     double weight[RINGS];
     double sign[EXTRA]; /* of cos(phi): towards or away from N */
-    double f[2][ORDERS][RINGS];
+    double f[ORDERS][2][RINGS];
 } rings;
 
 typedef struct view {
     double sine, cosine, alpha;
 } view;
+
+void ibl_bands_rule_init(ibl_bands_rule *rule)
+{
+    ibl_gauss_points(RINGS, rule->at, rule->weight);
+    for (int k = 0; k < COLUMNS; k++) {
+        const double phi = IBL_PI * (k + 0.5) / COLUMNS;
+        rule->sine[k] = sin(phi);
+        for (int m = 0; m < ORDERS; m++)
+            rule->wave[k][m] = cos(m * phi);
+    }
+}
 
 /* f N.L at a direction, for F0 = 1 and .04. */
 static void lobe_at(const view *v, const double l[3], double value[2])
@@ -47,74 +60,84 @@ static void lobe_at(const view *v, const double l[3], double value[2])
 }
 
 /* Integrals of the lobe on a ring with cos(m phi). */
-static void transform_ring(const view *v, rings *r, int i)
+static void transform_ring(const ibl_bands_rule *rule, const view *v, rings *r,
+                           int i)
 {
+    double sum[2][ORDERS] = {{0}};
     for (int k = 0; k < COLUMNS; k++) {
-        const double phi = IBL_PI * (k + 0.5) / COLUMNS;
-        const double c = cos(phi), across = r->sine[i] * c;
+        const double *wave = rule->wave[k];
+        const double across = r->sine[i] * wave[1];
         const double l[3] = {v->sine * r->cosine[i] - v->cosine * across,
-                             r->sine[i] * sin(phi),
+                             r->sine[i] * rule->sine[k],
                              v->cosine * r->cosine[i] + v->sine * across};
-        double value[2], before = 1, here = c;
+        double value[2];
         lobe_at(v, l, value);
         for (int m = 0; m < ORDERS; m++) {
-            const double wave = m == 0 ? 1 : here;
-            r->f[0][m][i] += value[0] * wave * 2 * IBL_PI / COLUMNS;
-            r->f[1][m][i] += value[1] * wave * 2 * IBL_PI / COLUMNS;
-            if (m) {
-                const double next = 2 * c * here - before;
-                before = here;
-                here = next;
-            }
+            sum[0][m] += value[0] * wave[m];
+            sum[1][m] += value[1] * wave[m];
         }
     }
+    for (int m = 0; m < ORDERS; m++)
+        for (int f = 0; f < 2; f++)
+            r->f[m][f][i] = sum[f][m] * r->weight[i] * 2 * IBL_PI / COLUMNS;
 }
 
 /* Rings at angles alpha sinh(u): dense at the peak, sparse in the tail. */
-static void make_rings(const view *v, rings *r)
+static void make_rings(const ibl_bands_rule *rule, const view *v, rings *r)
 {
-    double at[RINGS], weight[RINGS];
     const double end = asinh(IBL_PI / v->alpha);
-    memset(r, 0, sizeof *r);
-    ibl_gauss_points(RINGS, at, weight);
     for (int i = 0; i < RINGS; i++) {
-        const double psi = v->alpha * sinh(end * at[i]);
+        const double e = exp(end * rule->at[i]);
+        const double psi = 0.5 * v->alpha * (e - 1 / e);
         r->cosine[i] = cos(psi);
         r->sine[i] = sin(psi);
         r->weight[i] =
-            weight[i] * end * v->alpha * cosh(end * at[i]) * r->sine[i];
-        transform_ring(v, r, i);
+            rule->weight[i] * end * 0.5 * v->alpha * (e + 1 / e) * r->sine[i];
+        transform_ring(rule, v, r, i);
     }
 }
 
 static void place_directions(const ibl_lobe_bands *b, double angle, rings *r)
 {
-    for (int k = 0; k < b->directions; k++) {
-        const double psi = angle - b->angle[k];
+    for (int k = 0; k < EXTRA; k++) {
+        const double psi = k < b->directions ? angle - b->angle[k] : 0;
         r->cosine[RINGS + k] = cos(psi);
         r->sine[RINGS + k] = fabs(sin(psi));
         r->sign[k] = psi < 0 ? -1 : 1;
     }
 }
 
-/* Adds the harmonics of order m, given P_mm and 0. */
-static void add_order(const rings *r, int m, double here[ALL],
-                      double before[ALL], ibl_lobe_bands *b)
+/* Adds the harmonics of order m at the degree of index at. */
+static void add_harmonics(const rings *r, int m, const double here[ALL], int at,
+                          ibl_lobe_bands *b)
 {
     const double twice = m ? 2 : 1; /* sqrt(2) cos(m phi), squared */
-    double last = 0;                /* the recurrence's factor of before */
-    for (int l = m; l <= b->degree; l++) {
-        double t[2] = {0, 0};
-        for (int i = 0; i < RINGS; i++) {
-            t[0] += r->f[0][m][i] * here[i];
-            t[1] += r->f[1][m][i] * here[i];
-        }
-        for (int f = 0; f < 2; f++) {
-            b->power[f][l] += twice * t[f] * t[f];
-            for (int k = 0; k < b->directions; k++)
-                b->toward[f][k][l] +=
-                    twice * t[f] * here[RINGS + k] * (m % 2 ? r->sign[k] : 1);
-        }
+    for (int f = 0; f < 2; f++) {
+        double part[2] = {0, 0};
+        for (int i = 0; i < RINGS; i += 2)
+            for (int k = 0; k < 2; k++)
+                part[k] += r->f[m][f][i + k] * here[i + k];
+        const double t = twice * (part[0] + part[1]);
+        b->power[f][at] += t * (part[0] + part[1]);
+        for (int k = 0; k < b->directions; k++)
+            b->toward[f][k][at] +=
+                t * here[RINGS + k] * (m % 2 ? r->sign[k] : 1);
+    }
+}
+
+/* Adds the harmonics of order m, given P_mm. */
+static void add_order(const rings *r, int m, const double first[ALL],
+                      ibl_lobe_bands *b)
+{
+    double here[ALL], before[ALL] = {0};
+    double last = 0; /* the recurrence's factor of before */
+    int at = 0;
+    memcpy(here, first, sizeof here);
+    while (at < b->count && b->degree[at] < m)
+        at++;
+    for (int l = m; at < b->count; l++) {
+        if (b->degree[at] == l)
+            add_harmonics(r, m, here, at++, b);
         const double n = l + 1;
         const double factor = sqrt((4 * n * n - 1) / (n * n - m * m));
         for (int i = 0; i < ALL; i++) {
@@ -127,50 +150,48 @@ static void add_order(const rings *r, int m, double here[ALL],
     }
 }
 
-static void clear(ibl_lobe_bands *b)
-{
-    for (int f = 0; f < 2; f++) {
-        memset(b->power[f], 0, (size_t)(b->degree + 1) * sizeof(double));
-        for (int k = 0; k < b->directions; k++)
-            memset(b->toward[f][k], 0,
-                   (size_t)(b->degree + 1) * sizeof(double));
-    }
-}
-
-/* Scales the lobes to the energy 1 and multiplies by the rings' weights. */
+/* Scales the lobes to the energy 1. */
 static void normalise(rings *r, double energy[2])
 {
     for (int f = 0; f < 2; f++) {
-        double sum = 0;
+        energy[f] = 0;
         for (int i = 0; i < RINGS; i++)
-            sum += r->weight[i] * r->f[f][0][i];
-        energy[f] = sum;
+            energy[f] += r->f[0][f][i];
         for (int m = 0; m < ORDERS; m++)
             for (int i = 0; i < RINGS; i++)
-                r->f[f][m][i] *= r->weight[i] / sum;
+                r->f[m][f][i] /= energy[f];
     }
 }
 
-ibl_status ibl_lobe_bands_make(double n_dot_v, double alpha, ibl_lobe_bands *b)
+/* The number of orders that matter. */
+static int orders_of(const rings *r)
+{
+    int m = ORDERS;
+    for (double sum = 0; sum < negligible && m > 1; m--) {
+        sum = 0;
+        for (int i = 0; i < RINGS; i++)
+            sum += fabs(r->f[m - 1][0][i]);
+    }
+    return m + 1;
+}
+
+void ibl_lobe_bands_make(const ibl_bands_rule *rule, double n_dot_v,
+                         double alpha, ibl_lobe_bands *b)
 {
     const view v = {sqrt((1 - n_dot_v) * (1 + n_dot_v)), n_dot_v, alpha};
-    rings *r = ibl_alloc_array(1, sizeof *r);
     double first[ALL];
-    if (!r)
-        return IBL_ERR_MEMORY;
-    make_rings(&v, r);
-    place_directions(b, acos(n_dot_v), r);
-    normalise(r, b->energy);
-    clear(b);
+    rings r;
+    make_rings(rule, &v, &r);
+    place_directions(b, acos(n_dot_v), &r);
+    normalise(&r, b->energy);
+    const int orders = orders_of(&r);
+    memset(b->power, 0, sizeof b->power);
+    memset(b->toward, 0, sizeof b->toward);
     for (int i = 0; i < ALL; i++)
         first[i] = sqrt(1 / (4 * IBL_PI));
-    for (int m = 0; m < ORDERS && m <= b->degree; m++) {
-        double here[ALL], before[ALL] = {0};
-        memcpy(here, first, sizeof here);
-        add_order(r, m, here, before, b);
+    for (int m = 0; m < orders; m++) {
+        add_order(&r, m, first, b);
         for (int i = 0; i < ALL; i++)
-            first[i] *= r->sine[i] * sqrt((2 * m + 3) / (2.0 * m + 2));
+            first[i] *= r.sine[i] * sqrt((2 * m + 3) / (2.0 * m + 2));
     }
-    ibl_free(r);
-    return IBL_OK;
 }

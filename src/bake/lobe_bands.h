@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The spherical harmonics of the lobe of bake/true_lobe.h, degree by degree:
- * its power, and its sum of harmonics in some directions. With the lookups of
- * bake/lobe_kernels.h these give the error of a lookup exactly:
+ * The spherical harmonics of the lobe of bake/true_lobe.h at some degrees: its
+ * power, and its sum of harmonics in some directions. With the lookups of
+ * bake/lobe_kernels.h these give the error of a lookup:
  *     <T, T> = sum over l of C_l power(l),
  *     <K(d), T> = sum over l of C_l k(l) toward(d, l).
  */
@@ -12,22 +12,36 @@
 #include "ibl/ibl.h"
 
 enum {
-    IBL_BANDS_DIRECTIONS = 8
+    IBL_BANDS_DIRECTIONS = 8,
+    IBL_BANDS_MOST = 80, /* degrees */
+    IBL_BANDS_RINGS = 40,
+    IBL_BANDS_COLUMNS = 32, /* on half a ring */
+    IBL_BANDS_ORDERS = 12
 };
 
+/* Points of rings around the mirror direction, the same for all lobes. */
+typedef struct ibl_bands_rule {
+    double at[IBL_BANDS_RINGS], weight[IBL_BANDS_RINGS]; /* on 0..1 */
+    double sine[IBL_BANDS_COLUMNS];                      /* of phi */
+    double wave[IBL_BANDS_COLUMNS][IBL_BANDS_ORDERS];    /* cos(m phi) */
+} ibl_bands_rule;
+
+void ibl_bands_rule_init(ibl_bands_rule *rule);
+
 typedef struct ibl_lobe_bands {
-    int degree;
+    int count;
+    int degree[IBL_BANDS_MOST]; /* 1 or more, rising */
     int directions;
     double angle[IBL_BANDS_DIRECTIONS]; /* from N towards R */
     double energy[2];                   /* F0 = 1, .04: scale F0 + bias */
-    double *power[2];                   /* degree + 1 each */
-    double *toward[2][IBL_BANDS_DIRECTIONS];
+    /* At each degree: */
+    double power[2][IBL_BANDS_MOST];
+    double toward[2][IBL_BANDS_DIRECTIONS][IBL_BANDS_MOST];
 } ibl_lobe_bands;
 
-/* Fills the results for the directions and degree of *bands, whose memory is
- * the caller's; but for energy, the lobes have the energy 1. n_dot_v and alpha
- * in (0, 1]. IBL_ERR_MEMORY without a message. */
-ibl_status ibl_lobe_bands_make(double n_dot_v, double alpha,
-                               ibl_lobe_bands *bands);
+/* Fills the results for the directions and degrees of *bands; but for energy,
+ * the lobes have the energy 1. n_dot_v and alpha in (0, 1]. */
+void ibl_lobe_bands_make(const ibl_bands_rule *rule, double n_dot_v,
+                         double alpha, ibl_lobe_bands *bands);
 
 #endif

@@ -80,11 +80,11 @@ static void blur(const ibl_specular_layout *layout, int level, double *k)
         k[l] *= exp(-0.5 * variance * l * (l + 1));
 }
 
-static ibl_status fill_lobes(ibl_ctx *ctx, struct making *m)
+static ibl_status fill_lobes(ibl_ctx *ctx, const ibl_lobe_kernels *out)
 {
-    const ibl_specular_layout *layout = &m->out->layout;
-    for (int a = 0; a < m->lobes; a++) {
-        double *k = m->out->lobe + (size_t)a * (DEGREE + 1);
+    const ibl_specular_layout *layout = &out->layout;
+    for (int a = 0; a <= layout->levels; a++) {
+        double *k = out->lobe + (size_t)a * (DEGREE + 1);
         const double r = a < layout->levels ? layout->roughness[a] : 1;
         const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, r * r);
         ibl_status status = IBL_OK;
@@ -173,23 +173,6 @@ static void rows_job(void *arg, int job, int worker)
     }
 }
 
-static ibl_status allocate(ibl_ctx *ctx, struct making *m)
-{
-    const size_t table = ROWS * SLOTS;
-    ibl_lobe_kernels *out = m->out;
-    out->point = ibl_alloc_zeroed(PRODUCTS * table, sizeof *out->point);
-    out->power = ibl_alloc_array(DEGREE + 1, sizeof *out->power);
-    out->lobe =
-        ibl_alloc_array((size_t)m->lobes, (DEGREE + 1) * sizeof *out->lobe);
-    m->terms = ibl_alloc_array(DEGREE + 1, PRODUCTS * SLOTS * sizeof *m->terms);
-    if (!out->point || !out->power || !out->lobe || !m->terms)
-        return ibl_no_memory(ctx, "the lobes of the levels");
-    out->same = out->point + table;
-    out->next = out->same + table;
-    out->diffuse = out->next + table;
-    return IBL_OK;
-}
-
 void ibl_lobe_kernels_free(ibl_lobe_kernels *k)
 {
     ibl_free(k->point);
@@ -203,26 +186,42 @@ ibl_status ibl_lobe_kernels_make(ibl_ctx *ctx,
                                  const double *power, int degree,
                                  ibl_lobe_kernels *out)
 {
-    struct making m = {.out = out};
     *out = (ibl_lobe_kernels){.layout = *layout};
     if (out->layout.levels == 1) {
         out->layout.levels = 2;
         out->layout.roughness[1] = out->layout.roughness[0];
     }
-    m.lobes = out->layout.levels + 1;
-    ibl_status status = allocate(ctx, &m);
-    if (!status) {
-        fill_power(power, degree, out->power);
-        out->mean = out->power[0] / (4 * IBL_PI);
-        status = fill_lobes(ctx, &m);
+    const size_t lobes = (size_t)out->layout.levels + 1;
+    out->power = ibl_alloc_array(DEGREE + 1, sizeof *out->power);
+    out->lobe = ibl_alloc_array(lobes, (DEGREE + 1) * sizeof *out->lobe);
+    if (!out->power || !out->lobe) {
+        ibl_lobe_kernels_free(out);
+        return ibl_no_memory(ctx, "the lobes of the levels");
     }
-    if (!status) {
-        fill_terms(&m);
-        status = ibl_run(ctx, NULL, (ROWS + ROWS_IN_JOB - 1) / ROWS_IN_JOB,
-                         rows_job, &m);
-    }
-    ibl_free(m.terms);
+    fill_power(power, degree, out->power);
+    out->mean = out->power[0] / (4 * IBL_PI);
+    const ibl_status status = fill_lobes(ctx, out);
     if (status)
         ibl_lobe_kernels_free(out);
+    return status;
+}
+
+ibl_status ibl_lobe_kernels_tables(ibl_ctx *ctx, ibl_lobe_kernels *k)
+{
+    const size_t table = ROWS * SLOTS;
+    struct making m = {.out = k, .lobes = k->layout.levels + 1};
+    k->point = ibl_alloc_zeroed(PRODUCTS * table, sizeof *k->point);
+    m.terms = ibl_alloc_array(DEGREE + 1, PRODUCTS * SLOTS * sizeof *m.terms);
+    if (!k->point || !m.terms) {
+        ibl_free(m.terms);
+        return ibl_no_memory(ctx, "the lobes of the levels");
+    }
+    k->same = k->point + table;
+    k->next = k->same + table;
+    k->diffuse = k->next + table;
+    fill_terms(&m);
+    const ibl_status status = ibl_run(
+        ctx, NULL, (ROWS + ROWS_IN_JOB - 1) / ROWS_IN_JOB, rows_job, &m);
+    ibl_free(m.terms);
     return status;
 }

@@ -33,7 +33,8 @@ enum {
  * slot a is level a. */
 typedef struct ibl_lobe_kernels {
     ibl_specular_layout layout;
-    double mean;    /* C_0 in units of the tables */
+    double mean; /* C_0 in units of the tables */
+    /* The tables, or NULL: */
     float *point;   /* <a, point> */
     float *same;    /* <a, a> */
     float *next;    /* <a, a + 1> */
@@ -44,6 +45,7 @@ typedef struct ibl_lobe_kernels {
 } ibl_lobe_kernels;
 
 /*
+ * Without tables.
  *   layout  of a chain of GGX lobes
  *   power   C_l, l = 0..degree; NULL: of photographs, l^-1.2
  * To be freed with ibl_lobe_kernels_free, zeroed after an error.
@@ -52,6 +54,9 @@ ibl_status ibl_lobe_kernels_make(ibl_ctx *ctx,
                                  const ibl_specular_layout *layout,
                                  const double *power, int degree,
                                  ibl_lobe_kernels *out);
+
+/* Adds the tables. After an error the kernels are to be freed all the same. */
+ibl_status ibl_lobe_kernels_tables(ibl_ctx *ctx, ibl_lobe_kernels *k);
 void ibl_lobe_kernels_free(ibl_lobe_kernels *k); /* zeroed is fine */
 
 /* k_l, l = 0..IBL_LOBE_DEGREE, of a level, or of the cosine: level is then the

@@ -182,7 +182,9 @@ static ibl_status make(ibl_ctx *ctx, const ibl_lobe_table_options *o,
     if (status)
         return status;
     ibl_true_lobe_rule_init(&b->rule);
-    status = ibl_run(ctx, "lobe table", VIEWS, column_job, b);
+    status = ibl_lobe_kernels_tables(ctx, &b->kernels);
+    if (!status)
+        status = ibl_run(ctx, "lobe table", VIEWS, column_job, b);
     if (!status)
         status = ibl_run(ctx, NULL, LAYERS * b->size, row_job, b);
     ibl_lobe_kernels_free(&b->kernels);
