@@ -10,6 +10,7 @@
 #include "core/half.h"
 #include "image/strip_coverage.h"
 #include "kern.h"
+#include "kern/astc_hdr.h"
 #include "kern/half_planes.h"
 #include "kern/interp.h"
 #include "kern/max_finite.h"
@@ -620,6 +621,26 @@ TEST(finish)
         finish_texels(&r, n);
 }
 
+/* ---- blocks ------------------------------------------------------------- */
+
+/* Texels near a colour, or of any light. */
+static size_t astc_blocks(ibl_isa isa, test_random *r, int n, void *out)
+{
+    float *texels = kern_alloc((size_t)n * 48 * sizeof *texels, sizeof *texels);
+    const ibl_quality quality = (ibl_quality)test_random_below(r, 3);
+    ibl_astc_hdr_dsp dsp;
+    for (int i = 0; i < 48 * n; i++) {
+        const double light = i / 48 % 2
+                                 ? test_random_between(r, 1, 2)
+                                 : ldexp(1, test_random_below(r, 40) - 24);
+        texels[i] = (float)(light * test_random_between(r, 0, 1));
+    }
+    ibl_astc_hdr_dsp_init(&dsp, plain_or(isa));
+    dsp.encode(texels, (size_t)n, quality, out);
+    kern_free(texels);
+    return 0;
+}
+
 /* ---- all of them -------------------------------------------------------- */
 
 static const kern_same kernels[] = {
@@ -630,6 +651,7 @@ static const kern_same kernels[] = {
     {"largest float", max_finite, 0, 1, 300, 40, 0},
     {"RGBA16F", rgba16f, 8, 1, 70, 5, 300000},
     {"RG16F", rg16f, 4, 1, 70, 5, 300000},
+    {"ASTC", astc_blocks, 16, 1, 12, 3, 0},
     {"rows to lanes", rows_to_lanes, 12 * ROWS, 64, 70, 1, 0},
     {"lanes to rows", lanes_to_rows, 16 * ROWS, 4, 70, 1, 0},
     {"octants: collect", collect, 8 * IBL_OCTANT_RGB, 64, 40, 1, 0},

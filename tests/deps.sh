@@ -39,6 +39,7 @@ spirv-cross:turns_HLSL_into_GLSL
 man-db:tests_the_manual
 file:recognises_containers
 openimageio-tools:makes_test_images
+astcenc:decodes_ASTC
 nodejs:runs_the_KTX_reader
 npm:fetches_the_KTX_reader
 procps:finds_what_runs_on

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: MIT */
+/* The sums over the texels of a block that its encoder spends its time on. All
+ * versions give the same bits: they add in the same order. */
+#ifndef IBL_KERN_ASTC_FIT_H
+#define IBL_KERN_ASTC_FIT_H
+
+#include "kern/astc_hdr.h"
+
+/* Texels, by channels. A step on the scale q of astc_hdr_endpoints.h counts as
+ * that change of light, relative to the texel's; those of other subsets count
+ * as nothing. */
+typedef struct ibl_astc_texels {
+    _Alignas(64) float light[3][16];
+    float share[16];     /* of an error's square: 1 / light^2 of the texel */
+    float q[3][16];      /* less origin */
+    float weight[3][16]; /* of (an error of q)^2, where it is small */
+    int origin[3];
+} ibl_astc_texels;
+
+/* Where between two ends a texel may lie: at level i, 0 to count - 1. */
+typedef struct ibl_astc_levels {
+    int count;
+    unsigned char step[32]; /* sixty-fourths of the way, growing */
+    unsigned char code[32]; /* the integer that stands for it */
+} ibl_astc_levels;
+
+/* What the weighted squares of errors in q are, for ends e0 and e1:
+ * aa e0^2 + 2 ab e0 e1 + bb e1^2 - 2 a e0 - 2 b e1 + what they are without. */
+typedef struct ibl_astc_sums {
+    float aa, ab, bb, a, b;
+} ibl_astc_sums;
+
+enum {
+    IBL_ASTC_PATTERNS = 27,
+    IBL_ASTC_PATTERNS_PADDED = 32
+};
+
+typedef struct ibl_astc_fit_dsp {
+    /* How far each texel is between the ends, in [0, 1], by the place nearest
+     * to it on the line. The ends are less t->origin. */
+    void (*project)(const ibl_astc_texels *t, const float ends[2][3],
+                    float s[16]);
+    /* The sums of each channel for texels at s. */
+    void (*sums)(const ibl_astc_texels *t, const float s[16],
+                 ibl_astc_sums sums[3]);
+    /* Squares of errors of texels that are steps/64 between the ends, as
+     * decoded; ends are of 16 bits. */
+    float (*error)(const ibl_astc_texels *t, const int ends[2][3],
+                   const int steps[16]);
+    /*
+     * For each pattern how well its two subsets are told apart: the sum, over
+     * both, of |sum of points|^2 / texels.
+     *   second  1 for the texels of the second subset, by texels
+     *   count   texels of it
+     */
+    void (*split)(const float points[3][16],
+                  const float second[16][IBL_ASTC_PATTERNS_PADDED],
+                  const float count[IBL_ASTC_PATTERNS_PADDED],
+                  float gain[IBL_ASTC_PATTERNS_PADDED]);
+} ibl_astc_fit_dsp;
+
+/* ibl_encode_blocks_fn with a version of these functions. */
+void ibl_astc_hdr_encode(const ibl_astc_fit_dsp *fit, const float *texels,
+                         size_t count, ibl_quality quality,
+                         unsigned char *blocks);
+
+#endif

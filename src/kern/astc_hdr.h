@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * ASTC HDR blocks of 4x4 texels, RGB. Decodes every block of two dimensions
+ * (Khronos Data Format Specification 1.3, chapter 23); encodes the subset that
+ * UASTC HDR 4x4 allows (Binomial, "UASTC HDR 4x4 Texture Specification" 1.1),
+ * which the Basis Universal transcoder turns into BC6H too.
+ */
+#ifndef IBL_KERN_ASTC_HDR_H
+#define IBL_KERN_ASTC_HDR_H
+
+#include "kern/blocks.h"
+#include "kern/isa.h"
+
+/* The largest value of a texel: with what texels lie between, 65504 is beyond
+ * reach, since 12 bits of the logarithm hold no more. */
+#define IBL_ASTC_HDR_MAX 65216.0f
+
+/*
+ * Of a block, encode minimises the sum over its texels of |error|^2 /
+ * (|texel|^2
+ * + (2^-17 m)^2), where m is the largest value in it. Never more than that of
+ * the best colour for all.
+ */
+typedef struct ibl_astc_hdr_dsp {
+    ibl_encode_blocks_fn *encode;
+} ibl_astc_hdr_dsp;
+
+IBL_DECLARE_KERNEL(ibl_astc_hdr);
+
+/* Any ASTC block of 4x4 texels, as decoders of the HDR profile give it; alpha
+ * is left out. Texels of invalid blocks are 0. */
+ibl_decode_block_fn ibl_astc_hdr_decode_block;
+
+#endif

@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: MIT */
+/* The choice of an endpoint mode's values: those of a form that bring the
+ * squares of errors lowest, with each texel staying where it is on the line. */
+#ifndef IBL_KERN_ASTC_QUANTISE_H
+#define IBL_KERN_ASTC_QUANTISE_H
+
+#include "kern/astc_fit.h"
+
+enum {
+    IBL_ASTC_NO_CODE = 255
+};
+
+/* Of values in a range: the integers that stand for them, or IBL_ASTC_NO_CODE.
+ */
+typedef struct ibl_astc_codes {
+    int range;
+    float gap; /* how far apart values are */
+    unsigned char of[256];
+} ibl_astc_codes;
+
+void ibl_astc_set_codes(int range, ibl_astc_codes *codes);
+
+/* The best ends, less origin, without quantisation; of `scale` such that the
+ * way from the first to the second is the same in all channels. */
+void ibl_astc_solve(const ibl_astc_sums sums[3], float ends[2][3]);
+void ibl_astc_solve_scale(const ibl_astc_sums sums[3], float ends[2][3]);
+
+/*
+ * Sets values, 4 or 6 of them, 0 to 255, for a form of the mode, near ends,
+ * which are what solve has found. False: there are none.
+ *   ends  the second has the largest value of any channel
+ */
+int ibl_astc_quantise_direct(const ibl_astc_sums sums[3],
+                             const float ends[2][3], const int origin[3],
+                             int form, const ibl_astc_codes *codes,
+                             unsigned char values[6]);
+int ibl_astc_quantise_scale(const ibl_astc_sums sums[3], const float ends[2][3],
+                            const int origin[3], int form,
+                            const ibl_astc_codes *codes,
+                            unsigned char values[4]);
+
+/* How far off, in q, ends may be expected in a form: what they lose because it
+ * cannot hold them, and by its steps. */
+float ibl_astc_direct_loss(const float ends[2][3], const int origin[3],
+                           int form, float gap);
+float ibl_astc_scale_loss(const float ends[2][3], const int origin[3], int form,
+                          float gap);
+
+#endif

@@ -1,0 +1,538 @@
+/* SPDX-License-Identifier: MIT */
+/* ASTC HDR blocks: decoding against the specification and astcenc, encoding
+ * against what a block of one colour would be, and against what UASTC HDR
+ * allows. */
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/half.h"
+#include "files.h"
+#include "kern.h"
+#include "kern/astc_hdr.h"
+#include "kern/astc_hdr_block.h"
+#include "kern/astc_hdr_endpoints.h"
+#include "test.h"
+
+/* ---- sequences --------------------------------------------------------- */
+
+TEST(sequences)
+{
+    test_random r = {1};
+    for (int range = 0; range < IBL_ISE_RANGES; range++) {
+        const int levels = ibl_ise_levels(range);
+        for (int count = 1; count <= 32; count++) {
+            const int n = ibl_ise_bits(range, count);
+            const int at = n < 128 ? test_random_below(&r, 129 - n) : 0;
+            unsigned char want[32], got[32];
+            ibl_bits128 bits = {0, 0};
+            if (n > 128)
+                break;
+            for (int i = 0; i < count; i++)
+                want[i] = (unsigned char)test_random_below(&r, levels);
+            ibl_ise_put(&bits, at, range, count, want);
+            for (int i = 0; i < 128; i++)
+                if (i < at || i >= at + n)
+                    CHECK(!ibl_bits128_get(bits, i, 1));
+            ibl_ise_get(bits, at, range, count, got);
+            CHECK(!memcmp(want, got, (size_t)count));
+        }
+    }
+}
+
+/* Integers of a range stand for numbers that are spread evenly: 23.13. */
+TEST(ranges)
+{
+    for (int range = 0; range < IBL_ISE_RANGES; range++) {
+        const int levels = ibl_ise_levels(range);
+        int of_end[256] = {0}, of_weight[65] = {0};
+        for (int i = 0; i < levels; i++) {
+            if (range >= IBL_ISE_6)
+                of_end[ibl_ise_endpoint(range, i)]++;
+            if (range <= IBL_ISE_32)
+                of_weight[ibl_ise_weight(range, i)]++;
+        }
+        for (int v = 0, k = 0; v < 256 && range >= IBL_ISE_6; v++) {
+            if (of_end[v])
+                CHECK_NEAR(v, 255.0 * k++ / (levels - 1), 2);
+            CHECK(of_end[v] <= 1 && of_end[v] == of_end[255 - v]);
+        }
+        for (int v = 0, k = 0; v <= 64 && range <= IBL_ISE_32; v++) {
+            if (of_weight[v])
+                CHECK_NEAR(v, 64.0 * k++ / (levels - 1), 2);
+            CHECK(of_weight[v] <= 1 && of_weight[v] == of_weight[64 - v]);
+        }
+    }
+}
+
+/* ---- decoding ---------------------------------------------------------- */
+
+/* 23.15: an exponent, and three straight pieces near a logarithm. */
+TEST(logarithm)
+{
+    for (int q = 0; q < 31 << 11; q++) {
+        const double light =
+            ldexp((double)ibl_half_to_float(ibl_astc_half(q)), 15 - (q >> 11));
+        const double m = (q & 2047) / 2048.0, exact = exp2(m);
+        CHECK(q < 2048 || fabs(light - exact) < 0.025);
+        CHECK(!q || ibl_astc_half(q) >= ibl_astc_half(q - 1));
+        if (q % 2048 == 0 && q)
+            CHECK(light == 1);
+    }
+    CHECK(ibl_astc_half(65535) == 0x7BFF);
+}
+
+/* A block of bits given as numbers in turn, the first lowest. */
+typedef struct written {
+    ibl_bits128 bits;
+    int at;
+} written;
+
+static void put(written *w, int n, unsigned value)
+{
+    ibl_bits128_put(&w->bits, w->at, n, value);
+    w->at += n;
+}
+
+static int decode(ibl_bits128 bits, uint16_t texels[16][3])
+{
+    unsigned char block[16];
+    ibl_bits128_store(bits, block);
+    return ibl_astc_hdr_decode_block(block, texels);
+}
+
+/* Ends of 8 bits without differences, weights of 3 bits, all by hand. */
+TEST(block_by_hand)
+{
+    written w = {{0, 0}, 0};
+    uint16_t t[16][3];
+    put(&w, 11, 0x053); /* a grid of 4x4 of the range of 8 */
+    put(&w, 2, 0);
+    put(&w, 4, 11);
+    for (int c = 0; c < 2; c++) {
+        put(&w, 8, 16 * (unsigned)c);
+        put(&w, 8, 128 + 32 * (unsigned)c);
+    }
+    put(&w, 8, 128 + 64);
+    put(&w, 8, 128 + 32);
+    for (int i = 0; i < 16; i++) /* the highest bits first, and each turned */
+        for (int k = 0; k < 3; k++)
+            ibl_bits128_put(&w.bits, 127 - 3 * i - k, 1,
+                            (unsigned)(i % 8) >> k & 1);
+    NEED(decode(w.bits, t));
+    for (int i = 0; i < 16; i++) {
+        static const int step[8] = {0, 9, 18, 27, 37, 46, 55, 64};
+        const int s = step[i % 8];
+        CHECK(t[i][0] == ibl_astc_half((128 << 8) * s / 64));
+        CHECK(t[i][1] ==
+              ibl_astc_half(((16 << 8) * (64 - s) + (160 << 8) * s + 32) / 64));
+        CHECK(t[i][2] ==
+              ibl_astc_half(((64 << 9) * (64 - s) + (32 << 9) * s + 32) / 64));
+    }
+}
+
+static ibl_bits128 one_colour(int hdr, unsigned reserved, const int at[4])
+{
+    written w = {{0, 0}, 0};
+    put(&w, 9, 0x1FC);
+    put(&w, 1, (unsigned)hdr);
+    put(&w, 2, reserved);
+    for (int i = 0; i < 4; i++)
+        put(&w, 13, (unsigned)at[i]);
+    put(&w, 16, 0x3C00);
+    put(&w, 16, 0x0001);
+    put(&w, 16, hdr ? 0x7BFF : 0xFFFF);
+    put(&w, 16, 0);
+    return w.bits;
+}
+
+TEST(blocks_of_one_colour)
+{
+    static const int all[4] = {8191, 8191, 8191, 8191}, some[4] = {0, 3, 1, 2};
+    static const int none[4] = {3, 3, 1, 2};
+    uint16_t t[16][3];
+    CHECK(decode(one_colour(1, 3, all), t) && t[15][0] == 0x3C00 &&
+          t[15][1] == 1 && t[15][2] == 0x7BFF);
+    /* 15360/65536 = 0.234375; 1/65536, a denormal; the last is 1. */
+    CHECK(decode(one_colour(0, 3, some), t) && t[3][0] == 0x3380 &&
+          t[3][1] == 0x0100 && t[3][2] == 0x3C00);
+    CHECK(!decode(one_colour(1, 3, none), t) && !t[0][0] && !t[15][2]);
+    CHECK(!decode(one_colour(1, 1, all), t));
+}
+
+/* What no decoder takes: 23.22. */
+TEST(invalid_blocks)
+{
+    uint16_t t[16][3];
+    static const struct {
+        uint64_t low;
+        int valid;
+    } blocks[] = {{0x16053, 1},    /* 16 weights of 8 levels, mode 11 */
+                  {0, 0},          /* a reserved mode */
+                  {0x160D3, 0},    /* a grid of 5x4 */
+                  {0x16073, 0},    /* of 4x5 */
+                  {0x16041, 0},    /* 16 bits of weights */
+                  {0x16642, 0},    /* 128 bits of them */
+                  {0x16452, 1},    /* two planes of 4 levels: 80 bits */
+                  {0x01C52, 0},    /* of four subsets */
+                  {0x1E1F853, 0}}; /* 24 values */
+    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++)
+        CHECK_MSG(decode((ibl_bits128){blocks[i].low, 0}, t) == blocks[i].valid,
+                  "block %zu", i);
+}
+
+static uint64_t some_bits(test_random *r)
+{
+    return test_random_u64(r);
+}
+
+/* Blocks of random bits, most of them with the start of a valid one. */
+static void random_block(test_random *r, int kind, unsigned char *block)
+{
+    ibl_bits128 b = {some_bits(r), some_bits(r)};
+    if (kind % 8 == 0)
+        b.low = (b.low & ~UINT64_C(0x7FF)) | 0x5FC;
+    if (kind % 8 == 1)
+        b.low = UINT64_C(0xFFFFFFFFFFFFFDFC) | (b.low & 0x200);
+    if (kind % 8 == 2)
+        b.low &= ~UINT64_C(0x1800); /* one subset */
+    if (kind % 8 > 2) /* a grid of 4x4, few weights, one mode for all */
+        b.low = (b.low & ~UINT64_C(0x18007EF)) | 0x042 | (b.low & 0x11);
+    ibl_bits128_store(b, block);
+}
+
+enum {
+    BLOCKS = 20000
+};
+
+static unsigned char *save_blocks(test_random *r)
+{
+    unsigned char *file = test_alloc(16 + 16 * BLOCKS, 1);
+    file_set_u32(file, 0x5CA1AB13);
+    memcpy(file + 4, "\4\4\1\4", 5);
+    file[10] = (unsigned char)(4 * BLOCKS);
+    file[11] = (unsigned char)(4 * BLOCKS >> 8);
+    file[12] = (unsigned char)(4 * BLOCKS >> 16);
+    file[13] = 1;
+    for (int i = 0; i < BLOCKS; i++)
+        random_block(r, i, file + 16 + 16 * i);
+    CHECK(file_save(file_path("b.astc"), file, 16 + 16 * BLOCKS));
+    return file + 16;
+}
+
+static int is_nan(unsigned half)
+{
+    return (half & 0x7FFF) > 0x7C00;
+}
+
+/* Of an invalid block it makes NaN. Halves that are NaN it may change. */
+TEST(decodes_as_astcenc)
+{
+    test_random r = {3};
+    size_t size;
+    int valid = 0;
+    if (!file_have("astcenc"))
+        test_skip("package astcenc is missing");
+    const unsigned char *blocks = save_blocks(&r);
+    NEED(file_run("astcenc -dH b.astc b.dds"));
+    const unsigned char *out = file_load(file_path("b.dds"), &size);
+    NEED(size == 148 + 128 * (size_t)BLOCKS);
+    for (int i = 0; i < BLOCKS; i++) {
+        const unsigned char *p = out + 148 + 128 * (size_t)i;
+        uint16_t t[16][3];
+        int wrong = 0;
+        const int ok = ibl_astc_hdr_decode_block(blocks + 16 * i, t);
+        for (int k = 0; k < 48; k++) {
+            const unsigned char *h = p + k / 3 * 8 + k % 3 * 2;
+            const unsigned want = (unsigned)(h[0] | h[1] << 8);
+            wrong += is_nan(want) ? ok && !is_nan(t[k / 3][k % 3])
+                                  : !ok || want != t[k / 3][k % 3];
+        }
+        valid += ok;
+        CHECK_MSG(!wrong, "block %d, valid %d: %d differ", i, ok, wrong);
+    }
+    CHECK(valid > BLOCKS / 3);
+}
+
+/* ---- encoding ---------------------------------------------------------- */
+
+static float level_of(test_random *r, double lowest, double highest)
+{
+    return (float)exp2(test_random_between(r, lowest, highest));
+}
+
+enum {
+    CONSTANT,
+    BLACK,
+    GREY_SLOPE,
+    SLOPE,
+    CHECKER,
+    SUN,
+    DENORMAL,
+    ANY,
+    HUES,
+    TWO_SIDES,
+    LARGEST,
+    KINDS
+};
+
+/* A colour of any hue. */
+static void some_colour(test_random *r, double low, double high, float c[3])
+{
+    const float level = level_of(r, low, high);
+    for (int i = 0; i < 3; i++)
+        c[i] = level * (float)test_random_between(r, 0.1, 1);
+}
+
+static void make_block(test_random *r, int kind, float t[16][3])
+{
+    float a[3], b[3], c[3];
+    const int edge = test_random_below(r, 3) + 1;
+    const float x = (float)test_random_unit(r), y = 1 - x;
+
+    some_colour(r, -8, 8, a);
+    some_colour(r, -8, 8, b);
+    some_colour(r, -26, -14, c);
+    for (int i = 0; i < 16; i++)
+        for (int k = 0; k < 3; k++) {
+            const float at =
+                (x * (float)(i % 4) + y * (float)(i / 4)) * (1.0f / 3);
+            const float noise = (float)test_random_between(r, 0.9, 1.1);
+            float v = a[k];
+            switch (kind) {
+            case BLACK:
+                v = 0;
+                break;
+            case GREY_SLOPE:
+                v = a[0] * (1 + at);
+                break;
+            case SLOPE:
+                v = a[k] + (b[k] - a[k]) * at;
+                break;
+            case CHECKER:
+                v = (i ^ i / 4) & 1 ? a[k] : b[k];
+                break;
+            case SUN:
+                v = i == 5 ? 50000 : 1 + a[k];
+                break;
+            case DENORMAL:
+                v = c[k] * noise;
+                break;
+            case ANY:
+                v = level_of(r, -20, 15.9);
+                break;
+            case HUES:
+                v = a[k] * (float)test_random_between(r, 0.7, 1.4);
+                break;
+            case TWO_SIDES:
+                v = (i % 4 < edge ? a[k] : b[k]) * noise;
+                break;
+            case LARGEST:
+                v = i % 3 ? IBL_ASTC_HDR_MAX : a[k];
+                break;
+            default:
+                break;
+            }
+            t[i][k] = v;
+        }
+}
+
+/* What UASTC HDR allows: subsets, mode, levels of weights and of values. */
+static int allowed(const unsigned char *block)
+{
+    static const int ways[][4] = {
+        {1, 7, 3, 256},  {1, 7, 4, 256},   {1, 7, 5, 256},   {1, 7, 6, 256},
+        {1, 7, 8, 256},  {1, 7, 10, 256},  {1, 7, 12, 256},  {1, 7, 16, 256},
+        {1, 11, 3, 256}, {1, 11, 4, 256},  {1, 11, 5, 256},  {1, 11, 6, 256},
+        {1, 11, 8, 256}, {1, 11, 10, 256}, {1, 11, 12, 256}, {1, 11, 16, 192},
+        {2, 7, 3, 256},  {2, 7, 4, 256},   {2, 7, 5, 192},   {2, 7, 6, 128},
+        {2, 7, 8, 80},   {2, 11, 3, 64},   {2, 11, 4, 40}};
+    static const short patterns[] = {
+        28, 20, 16,  29,  91, 9,   107, 72,  149, 204, 50,  114, 496, 17,
+        78, 39, 252, 828, 43, 156, 116, 210, 476, 273, 684, 359, 246};
+    const ibl_bits128 bits = ibl_bits128_load(block);
+    ibl_astc_block b;
+    int found = 0;
+
+    if (bits.low == UINT64_C(0xFFFFFFFFFFFFFFFC))
+        return 1;
+    if (!ibl_astc_unpack(bits, &b) || b.width != 4 || b.height != 4 ||
+        b.planes != 1 || (b.subsets == 2 && b.mode[0] != b.mode[1]))
+        return 0;
+    for (size_t i = 0; i < sizeof ways / sizeof *ways; i++)
+        found |= ways[i][0] == b.subsets && ways[i][1] == b.mode[0] &&
+                 ways[i][2] == ibl_ise_levels(b.weight_range) &&
+                 ways[i][3] == ibl_ise_levels(b.value_range);
+    for (int i = 0; b.subsets == 2; i++) {
+        if (i == 27)
+            return 0;
+        if (patterns[i] == b.pattern)
+            break;
+    }
+    return found;
+}
+
+/* The encoder's measure: see kern/astc_hdr.h. */
+static double error_of(const float t[16][3], const uint16_t d[16][3])
+{
+    double most = 0, sum = 0;
+    for (int i = 0; i < 48; i++)
+        most = fmax(most, (double)t[i / 3][i % 3]);
+    for (int i = 0; i < 16; i++) {
+        double square = 0, off = 0;
+        for (int k = 0; k < 3; k++) {
+            const double v = (double)t[i][k];
+            const double e = (double)ibl_half_to_float(d[i][k]) - v;
+            square += v * v;
+            off += e * e;
+        }
+        sum += off / (square + ldexp(most * most, -34) + 0x1p-60);
+    }
+    return sum;
+}
+
+/* The best of one colour is the mean by the same weights. */
+static void flat(const float t[16][3], uint16_t d[16][3])
+{
+    double most = 0;
+    for (int i = 0; i < 48; i++)
+        most = fmax(most, (double)t[i / 3][i % 3]);
+    for (int k = 0; k < 3; k++) {
+        double sum = 0, all = 0;
+        for (int i = 0; i < 16; i++) {
+            double square = ldexp(most * most, -34) + 0x1p-60;
+            for (int c = 0; c < 3; c++)
+                square += (double)t[i][c] * (double)t[i][c];
+            sum += (double)t[i][k] / square;
+            all += 1 / square;
+        }
+        for (int i = 0; i < 16; i++)
+            d[i][k] = ibl_half_from_float((float)(sum / all));
+    }
+}
+
+static void check_block(const float t[16][3], const unsigned char *block,
+                        int kind, int quality)
+{
+    uint16_t d[16][3], even[16][3];
+    CHECK_MSG(allowed(block), "kind %d: not of UASTC HDR", kind);
+    NEED(ibl_astc_hdr_decode_block(block, d));
+    for (int i = 0; i < 48; i++)
+        CHECK(d[i / 3][i % 3] < 0x7C00);
+    flat(t, even);
+    const double ours = error_of(t, d), most = error_of(t, even);
+    CHECK_MSG(ours <= most * 1.0001 + 1e-8,
+              "kind %d, quality %d: error %g, %g of one colour", kind, quality,
+              ours, most);
+    if (kind == CONSTANT || kind == BLACK)
+        CHECK(!memcmp(d, even, sizeof d));
+}
+
+static void each_kind_of(ibl_isa isa)
+{
+    test_random r = {5};
+    ibl_astc_hdr_dsp dsp;
+    ibl_astc_hdr_dsp_init(&dsp, isa);
+    for (int n = 0; n < (TEST_SANITIZED ? 12 : 90) * KINDS; n++) {
+        float t[16][3];
+        unsigned char block[16];
+        const int quality = n / KINDS % 3;
+        make_block(&r, n % KINDS, t);
+        dsp.encode(&t[0][0], 1, (ibl_quality)quality, block);
+        check_block(t, block, n % KINDS, quality);
+    }
+}
+
+KERN_TEST(each_kind)
+
+/* The largest error of a texel, relative to its length, in 40 blocks; its root
+ * mean square. */
+static double largest_of(int kind, ibl_quality quality, double *rms)
+{
+    test_random r = {7};
+    ibl_astc_hdr_dsp dsp;
+    double largest = 0, sum = 0;
+    ibl_astc_hdr_dsp_init(&dsp, IBL_ISA_C);
+    for (int n = 0; n < 640; n++) {
+        static float t[16][3];
+        static uint16_t d[16][3];
+        unsigned char block[16];
+        double off = 0, square = 0;
+        if (n % 16 == 0) {
+            make_block(&r, kind, t);
+            dsp.encode(&t[0][0], 1, quality, block);
+            ibl_astc_hdr_decode_block(block, d);
+        }
+        for (int k = 0; k < 3; k++) {
+            const double v = (double)t[n % 16][k];
+            const double e = (double)ibl_half_to_float(d[n % 16][k]) - v;
+            off += e * e;
+            square += v * v;
+        }
+        largest = fmax(largest, off / square);
+        sum += off / square;
+    }
+    *rms = sqrt(sum / 640);
+    return sqrt(largest);
+}
+
+/* A line of greys of one octave: 16 levels of it are 1/15 octave apart, so no
+ * texel is off by more than half of it; evenly spread, that is 1.4 %. */
+TEST(slopes)
+{
+    double rms;
+    largest_of(GREY_SLOPE, IBL_QUALITY_NORMAL, &rms);
+    CHECK_MSG(rms < 0.0143, "%g", rms);
+}
+
+/* The ends have 8 bits, 1/8 octave: half of it is 4.4 %, and blue twice that.
+ */
+TEST(sun_stays)
+{
+    for (int q = IBL_QUALITY_FAST; q <= IBL_QUALITY_BEST; q++) {
+        double rms;
+        const double largest = largest_of(SUN, (ibl_quality)q, &rms);
+        CHECK_MSG(largest < (q ? 256 : 512) * 3.0 / 8 / 1024 + 1e-3, "%g",
+                  largest);
+    }
+}
+
+/* Each quality is better than the one before it, over many blocks. */
+TEST(qualities)
+{
+    ibl_astc_hdr_dsp dsp;
+    double sum[3] = {0};
+    ibl_astc_hdr_dsp_init(&dsp, IBL_ISA_C);
+    for (int q = 0; q < 3; q++) {
+        test_random r = {9};
+        for (int n = 0; n < 100; n++) {
+            float t[16][3];
+            unsigned char block[16];
+            uint16_t d[16][3];
+            make_block(&r, n & 1 ? TWO_SIDES : HUES, t);
+            dsp.encode(&t[0][0], 1, (ibl_quality)q, block);
+            ibl_astc_hdr_decode_block(block, d);
+            sum[q] += error_of(t, d);
+        }
+    }
+    CHECK_MSG(sum[1] < 0.95 * sum[0], "%g, %g", sum[1], sum[0]);
+    CHECK_MSG(sum[2] < 0.99 * sum[1], "%g, %g", sum[2], sum[1]);
+}
+
+/* Blocks have nothing to do with each other. */
+TEST(any_count)
+{
+    test_random r = {10};
+    float t[40][16][3];
+    unsigned char all[40 * 16], one[16];
+    ibl_astc_hdr_dsp dsp;
+    ibl_astc_hdr_dsp_init(&dsp, IBL_ISA_C);
+    for (int n = 0; n < 40; n++)
+        make_block(&r, n % KINDS, t[n]);
+    dsp.encode(&t[0][0][0], 40, IBL_QUALITY_NORMAL, all);
+    for (int n = 0; n < 40; n++) {
+        dsp.encode(&t[n][0][0], 1, IBL_QUALITY_NORMAL, one);
+        CHECK(!memcmp(all + 16 * n, one, 16));
+    }
+}
