@@ -115,7 +115,7 @@ ISA =
 %_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c
 %_avx512.o: ISA := -DIBL_SUFFIX=_avx512 -mavx512f -mavx512bw -mavx512dq \
                    -mavx512vl -mavx2 -mfma -mf16c -mprefer-vector-width=512
-EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/exr.o tests/check_exr.o tests/check_exr_chroma.o tests/check_exr_damage.o tests/check_source.o)
+EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/exr.o tests/check_exr.o tests/check_exr_chroma.o tests/check_exr_damage.o tests/check_source.o tests/check_bc6h.o)
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/exr_chunks.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/io/zstd_frames.o: LOCAL = $(ZSTD_CFLAGS)

@@ -1,0 +1,251 @@
+/* SPDX-License-Identifier: MIT */
+/* Texels are lanes; in guess, partitions are. */
+#include <float.h>
+#include <string.h>
+
+#include "kern/bc6h_fit.h"
+#include "kern/lanes.h"
+
+enum {
+    N = IBL_BC6H_TEXELS,
+    QUADS = 16 /* of four sums at a time */
+};
+
+static const float weights[2][16] = {
+    {0, 9, 18, 27, 37, 46, 55, 64},
+    {0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64}};
+
+static const int bit[N] = {1,       1 << 1,  1 << 2,  1 << 3, 1 << 4,  1 << 5,
+                           1 << 6,  1 << 7,  1 << 8,  1 << 9, 1 << 10, 1 << 11,
+                           1 << 12, 1 << 13, 1 << 14, 1 << 15};
+
+static inline vi vi_load(const int *p)
+{
+    return (vi)vf_load((const float *)(const void *)p);
+}
+
+static inline void vi_store(int *p, vi v)
+{
+    vf_store((float *)(void *)p, (vf)v);
+}
+
+static inline vf vf_and(vi mask, vf v)
+{
+    return (vf)(mask & (vi)v);
+}
+
+/* The texels i to i + VF - 1 that are members. */
+static inline vi lanes_of(unsigned members, int i)
+{
+    const vi bits = vi_load(bit + i);
+    return (bits & (int)members) == bits;
+}
+
+/* The lanes of sixteen numbers, in the order of sums. */
+static inline __m128 fold(const vf x[N / VF])
+{
+#if VF == 8
+    return vf_fold(x[0] + x[1]);
+#else
+    return (x[0] + x[2]) + (x[1] + x[3]);
+#endif
+}
+
+/* Four sums of four numbers each. */
+static inline __m128 sum_quads(const __m128 *q)
+{
+    __m128 a = q[0], b = q[1], c = q[2], d = q[3];
+    _MM_TRANSPOSE4_PS(a, b, c, d);
+    return (a + b) + (c + d);
+}
+
+/* The colours between two endpoints; the sums are integers below 2^24. */
+static inline void mix(int first, int second, const float w[16], int count,
+                       float *colours)
+{
+    const vf a = vf_all((float)first), b = vf_all((float)second);
+    for (int k = 0; k < count; k += VF) {
+        const vf share = vf_load(w + k);
+        const vf sum = a * (vf_all(64) - share) + b * share + vf_all(32);
+        const vi u = __builtin_convertvector(sum, vi) >> 6;
+        const vi half = ((u << 5) - u) >> 6;
+        vf_store(colours + k, (vf)(half << 13) * vf_all(0x1p112f));
+    }
+}
+
+static inline vf colour_of(const float colours[2][16], int k, vi second,
+                           bool two)
+{
+    const vf a = vf_all(colours[0][k]);
+    return two ? vf_either(second, vf_all(colours[1][k]), a) : a;
+}
+
+/* The nearest of count colours to the texels from i on: squared distances with
+ * indices in their lowest bits. */
+static inline vi nearest(const ibl_bc6h_texels *t,
+                         const float colours[3][2][16], int i, vi second,
+                         bool two)
+{
+    const vf red = vf_load(t->rgb[0] + i), green = vf_load(t->rgb[1] + i),
+             blue = vf_load(t->rgb[2] + i);
+    vf best = vf_all(FLT_MAX);
+    for (int k = 0; k < (two ? 8 : 16); k++) {
+        const vf r = red - colour_of(colours[0], k, second, two);
+        const vf g = green - colour_of(colours[1], k, second, two);
+        const vf b = blue - colour_of(colours[2], k, second, two);
+        const vi bits = (vi)(r * r + g * g + b * b);
+        best = vf_min((vf)((bits & ~15) | k), best);
+    }
+    return (vi)best;
+}
+
+static inline float assign_of(const ibl_bc6h_texels *t, const int ends[4][3],
+                              unsigned second, bool two, int index[N],
+                              float errors[N])
+{
+    float colours[3][2][16];
+    vf e[N / VF];
+    for (int r = 0; r <= two; r++)
+        for (int c = 0; c < 3; c++)
+            mix(ends[2 * r][c], ends[2 * r + 1][c], weights[!two], two ? 8 : 16,
+                colours[c][r]);
+    for (int i = 0; i < N; i += VF) {
+        const vi best = nearest(t, (const float(*)[2][16])colours, i,
+                                lanes_of(second, i), two);
+        vi_store(index + i, best & 15);
+        e[i / VF] = (vf)(best & ~15) * vf_load(t->weight + i);
+        vf_store(errors + i, e[i / VF]);
+    }
+    const __m128 q = fold(e);
+    return (q[0] + q[1]) + (q[2] + q[3]);
+}
+
+static float assign(const ibl_bc6h_texels *t, const int ends[4][3],
+                    unsigned second, int index[N], float errors[N])
+{
+    return second ? assign_of(t, ends, second, true, index, errors)
+                  : assign_of(t, ends, 0, false, index, errors);
+}
+
+static inline void sum_region(const ibl_bc6h_texels *t, const float b[N],
+                              unsigned members, ibl_bc6h_sums sums[3])
+{
+    __m128 quads[QUADS];
+    float out[QUADS];
+    quads[QUADS - 1] = _mm_setzero_ps();
+    for (int c = 0; c < 3; c++) {
+        vf x[5][N / VF];
+        for (int i = 0; i < N / VF; i++) {
+            const vi in = lanes_of(members, i * VF);
+            const vf share = vf_load(b + i * VF);
+            x[0][i] = vf_and(in, vf_load(t->slope[c] + i * VF));
+            x[1][i] = vf_and(in, vf_load(t->slope_u[c] + i * VF));
+            x[2][i] = x[0][i] * share;
+            x[3][i] = x[2][i] * share;
+            x[4][i] = x[1][i] * share;
+        }
+        for (int k = 0; k < 5; k++)
+            quads[5 * c + k] = fold(x[k]);
+    }
+    for (int i = 0; i < QUADS; i += 4)
+        _mm_storeu_ps(out + i, sum_quads(quads + i));
+    memcpy(sums, out, 3 * sizeof *sums);
+}
+
+static void sum_regions(const ibl_bc6h_texels *t, const float b[N],
+                        unsigned second, ibl_bc6h_sums sums[2][3])
+{
+    sum_region(t, b, ~second, sums[0]);
+    if (second)
+        sum_region(t, b, second, sums[1]);
+}
+
+typedef struct moments {
+    vf n, first[3], second[6]; /* as in bc6h_fit.c */
+} moments;
+
+static inline void add_texel(moments *m, vi in, float x, float y, float z)
+{
+    const float first[3] = {x, y, z};
+    const float second[6] = {x * x, y * y, z * z, x * y, x * z, y * z};
+    m->n += vf_and(in, vf_all(1));
+    for (int c = 0; c < 3; c++)
+        m->first[c] += vf_and(in, vf_all(first[c]));
+    for (int c = 0; c < 6; c++)
+        m->second[c] += vf_and(in, vf_all(second[c]));
+}
+
+static inline void multiply(const vf m[6], const vf v[3], vf out[3])
+{
+    out[0] = m[0] * v[0] + m[3] * v[1] + m[4] * v[2];
+    out[1] = m[3] * v[0] + m[1] * v[1] + m[5] * v[2];
+    out[2] = m[4] * v[0] + m[5] * v[1] + m[2] * v[2];
+}
+
+static inline vf pick(vi y, vi z, vf a, vf b, vf c)
+{
+    return vf_either(z, c, vf_either(y, b, a));
+}
+
+static inline vf guess_region(const moments *s, vf axis[3])
+{
+    const vf scale = vf_all(1) / s->n;
+    vf m[6], v[3], w[3];
+    for (int c = 0; c < 3; c++)
+        m[c] = s->second[c] - s->first[c] * s->first[c] * scale;
+    m[3] = s->second[3] - s->first[0] * s->first[1] * scale;
+    m[4] = s->second[4] - s->first[0] * s->first[2] * scale;
+    m[5] = s->second[5] - s->first[1] * s->first[2] * scale;
+    const vf trace = m[0] + m[1] + m[2] + vf_all(FLT_MIN);
+    const vf unit = vf_all(1) / trace;
+    for (int i = 0; i < 6; i++)
+        m[i] *= unit;
+    const vi y = m[1] > m[0], z = m[2] > vf_either(y, m[1], m[0]);
+    v[0] = pick(y, z, m[0], m[3], m[4]);
+    v[1] = pick(y, z, m[3], m[1], m[5]);
+    v[2] = pick(y, z, m[4], m[5], m[2]);
+    multiply(m, v, w);
+    multiply(m, w, v);
+    multiply(m, v, w);
+    multiply(m, w, axis);
+    const vf along = w[0] * axis[0] + w[1] * axis[1] + w[2] * axis[2];
+    const vf length = w[0] * w[0] + w[1] * w[1] + w[2] * w[2] + vf_all(FLT_MIN);
+    return trace * (vf_all(1) - along / length * vf_all(48 / 49.0f));
+}
+
+/* Partitions from p on. */
+static inline vi load_partitions(int p)
+{
+    int bits[VF];
+    for (int i = 0; i < VF; i++)
+        bits[i] = ibl_bc6h_partitions[p + i];
+    return vi_load(bits);
+}
+
+static void guess(const ibl_bc6h_texels *t, ibl_bc6h_guesses *guesses)
+{
+    for (int p = 0; p < IBL_BC6H_PARTITIONS; p += VF) {
+        const vi partitions = load_partitions(p);
+        vf error = vf_all(0);
+        for (int r = 0; r < 2; r++) {
+            moments m = {0};
+            vf axis[3];
+            for (int i = 0; i < N; i++)
+                add_texel(&m, (partitions & 1 << i) == r << i, t->y[0][i],
+                          t->y[1][i], t->y[2][i]);
+            error += guess_region(&m, axis);
+            for (int c = 0; c < 3; c++)
+                vf_store(guesses->axis[r][c] + p, axis[c]);
+        }
+        vf_store(guesses->error + p, error);
+    }
+}
+
+static void encode(const float *texels, size_t count, ibl_quality quality,
+                   unsigned char *blocks)
+{
+    static const ibl_bc6h_fit fit = {assign, sum_regions, guess};
+    ibl_bc6h_encode(&fit, texels, count, quality, blocks);
+}
+
+IBL_VECTOR_KERNEL(ibl_bc6h, encode)

@@ -1,0 +1,461 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * BC6H. The decoder against blocks whose texels follow from the specification
+ * by hand, and against OpenImageIO's. The encoder by what comes out of that
+ * decoder: never worse than the best block of one colour, close where a block
+ * can be.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/half.h"
+#include "exr.h"
+#include "files.h"
+#include "kern.h"
+#include "kern/bc6h.h"
+#include "kern/bc6h_modes.h"
+#include "test.h"
+
+enum {
+    N = IBL_BLOCK_TEXELS,
+    BYTES = IBL_BLOCK_BYTES
+};
+
+typedef uint16_t halves[N][3];
+
+/* ---- decoder ----------------------------------------------------------- */
+
+/* Writes bits from *at on, the lowest first. */
+static void put(unsigned char *block, int *at, unsigned value, int count)
+{
+    for (int i = 0; i < count; i++, ++*at)
+        block[*at / 8] |= (unsigned char)((value >> i & 1) << *at % 8);
+}
+
+/* Mode 3: endpoints of 10 bits, 0 1 2 and 1023 1023 512, index i for texel i.
+ * Unquantised they are 0 96 160 and 65535 65535 32800: (q 2^16 + 2^15) / 2^10
+ * but for the first and last. */
+TEST(one_region_by_hand)
+{
+    static const unsigned ends[] = {0, 1, 2, 1023, 1023, 512};
+    static const uint16_t want[][4] = {
+        {0, 0x0000, 0x002E, 0x004D}, /* 96 31 / 64, 160 31 / 64 */
+        {1, 0x07C0, 0x07EB, 0x0429}, /* 4096, 4186, 2200: weight 4 */
+        {8, 0x41DF, 0x41F5, 0x211C}, /* 34815, 34860, 17500: weight 34 */
+        {15, 0x7BFF, 0x7BFF, 0x3E0F}};
+    unsigned char block[BYTES] = {0};
+    halves got;
+    int at = 0;
+    put(block, &at, 3, 5);
+    for (int i = 0; i < 6; i++)
+        put(block, &at, ends[i], 10);
+    for (unsigned i = 0; i < N; i++)
+        put(block, &at, i, i ? 4 : 3);
+    CHECK(at == 128 && ibl_bc6h_decode_block(block, got));
+    for (int i = 0; i < 4; i++)
+        for (int c = 0; c < 3; c++)
+            CHECK_MSG(got[want[i][0]][c] == want[i][1 + c], "%d %d: %04x", i, c,
+                      got[want[i][0]][c]);
+}
+
+/*
+ * Mode 1, partition 13: the lower half is the second region, its anchor texel
+ * 15. Red is 64, then 64 - 32, 64 + 31 and 64 - 1 of 7 bits; green is 0, then
+ * 0 - 1 = 127 (it wraps), 0 and 0; blue is 127 and 127 + 1 = 0, then 127 twice.
+ */
+TEST(two_regions_by_hand)
+{
+    unsigned char block[BYTES] = {0};
+    halves got;
+    int at = 0;
+    put(block, &at, 1, 2);
+    put(block, &at, 0, 3); /* g2[5] g3[4] g3[5] */
+    put(block, &at, 64, 7);
+    put(block, &at, 0, 3); /* b3[0] b3[1] b2[4] */
+    put(block, &at, 0, 7);
+    put(block, &at, 0, 3); /* b2[5] b3[2] g2[4] */
+    put(block, &at, 127, 7);
+    put(block, &at, 0, 3); /* b3[3] b3[5] b3[4] */
+    put(block, &at, 32, 6);
+    put(block, &at, 0, 4);
+    put(block, &at, 63, 6);
+    put(block, &at, 0, 4);
+    put(block, &at, 1, 6);
+    put(block, &at, 0, 4);
+    put(block, &at, 31, 6);
+    put(block, &at, 63, 6);
+    put(block, &at, 13, 5);
+    for (int i = 0; i < N; i++)
+        put(block, &at,
+            i == 0 || i == 15 ? 0
+            : i == 8          ? 4
+                              : 7,
+            i == 0 || i == 15 ? 2 : 3);
+    CHECK(at == 128 && ibl_bc6h_decode_block(block, got));
+    /* Red 64 32 95 63: 33024 16640 48896 32512; index 4: 37 64ths. */
+    CHECK(got[0][0] == 33024 * 31 / 64 && got[1][0] == 16640 * 31 / 64);
+    CHECK(got[15][0] == 48896 * 31 / 64 && got[9][0] == 32512 * 31 / 64);
+    CHECK(got[8][0] == (48896 * 27 + 32512 * 37 + 32) / 64 * 31 / 64);
+    CHECK(got[0][1] == 0 && got[7][1] == 0x7BFF && got[8][1] == 0);
+    CHECK(got[0][2] == 0x7BFF && got[7][2] == 0 && got[15][2] == 0x7BFF);
+}
+
+/* Mode 15, signed: 16 bits, whose upper six are stored backwards. */
+TEST(signed_by_hand)
+{
+    static const int ends[] = {-32768, -1, 2};
+    unsigned char block[BYTES] = {0};
+    halves got;
+    int at = 0;
+    put(block, &at, 15, 5);
+    for (int c = 0; c < 3; c++)
+        put(block, &at, (unsigned)ends[c], 10);
+    for (int c = 0; c < 3; c++) {
+        put(block, &at, c == 2 ? 8 : 0, 4);
+        for (int i = 15; i >= 10; i--)
+            put(block, &at, (unsigned)ends[c] >> i & 1, 1);
+    }
+    put(block, &at, 0, 3);
+    put(block, &at, 15, 4);
+    CHECK(ibl_bc6h_decode_signed_block(block, got));
+    CHECK(got[0][0] == 0xFC00); /* -32768 31 / 32: -Inf */
+    CHECK(got[0][1] == 0);      /* -1 31 / 32: no -0 */
+    CHECK(got[0][2] == 1);
+    CHECK(got[1][2] == (uint16_t)(0x8000 | 5)); /* 2 - 8 = -6 */
+}
+
+TEST(reserved_modes)
+{
+    for (int mode = 19; mode < 32; mode += 4) {
+        unsigned char block[BYTES];
+        halves got;
+        memset(block, 0xFF, sizeof block);
+        block[0] = (unsigned char)(0xE0 | mode);
+        CHECK(!ibl_bc6h_decode_block(block, got));
+        for (int i = 0; i < 3 * N; i++)
+            CHECK(got[i / 3][i % 3] == 0);
+    }
+}
+
+/* ---- decoder, against OpenImageIO's ------------------------------------ */
+
+enum {
+    ROUNDS = 4,
+    BLOCKS_X = 32 * ROUNDS, /* partitions, as the lowest bits of the rest */
+    BLOCKS_Y = 18           /* modes, the reserved ones too */
+};
+
+static int mode_of_row(int y)
+{
+    return y < IBL_BC6H_MODES ? ibl_bc6h_modes[y].number
+                              : 19 + 4 * (y - IBL_BC6H_MODES);
+}
+
+/* Random bits, but the mode and the partition; where a mode has no partition,
+ * those bits are random numbers, too. */
+static unsigned char *make_blocks(test_random *r)
+{
+    unsigned char *blocks = test_alloc(BLOCKS_X * BLOCKS_Y, BYTES);
+    for (int i = 0; i < BLOCKS_X * BLOCKS_Y; i++) {
+        unsigned char *block = blocks + i * BYTES;
+        const int mode = mode_of_row(i / BLOCKS_X), part = i % 32;
+        const int mask = mode < 2 ? 3 : 31;
+        for (int k = 0; k < BYTES; k++)
+            block[k] = (unsigned char)test_random_u64(r);
+        block[0] = (unsigned char)((block[0] & ~mask) | mode);
+        block[9] = (unsigned char)((block[9] & 0x1F) | part << 5);
+        block[10] = (unsigned char)((block[10] & ~3) | part >> 3);
+    }
+    return blocks;
+}
+
+static bool save_dds(const char *name, const unsigned char *blocks,
+                     uint32_t format)
+{
+    const size_t bytes = BLOCKS_X * BLOCKS_Y * BYTES;
+    unsigned char *file = test_alloc(148 + bytes, 1);
+    const uint32_t header[37] = {
+        [0] = 0x20534444, /* "DDS " */
+        [1] = 124,
+        [2] = 0x81007, /* caps, height, width, pixel format, size */
+        [3] = 4 * BLOCKS_Y,
+        [4] = 4 * BLOCKS_X,
+        [5] = (uint32_t)bytes,
+        [19] = 32,
+        [20] = 4,          /* four letters */
+        [21] = 0x30315844, /* "DX10" */
+        [27] = 0x1000,     /* texture */
+        [32] = format,
+        [33] = 3, /* two-dimensional */
+        [35] = 1};
+    for (int i = 0; i < 37; i++)
+        file_set_u32(file + 4 * i, header[i]);
+    memcpy(file + 148, blocks, bytes);
+    return file_save(file_path(name), file, 148 + bytes);
+}
+
+static void compare(const unsigned char *blocks, const ibl_image *img,
+                    ibl_decode_block_fn *decode)
+{
+    for (int i = 0; i < BLOCKS_X * BLOCKS_Y; i++) {
+        halves got;
+        int same = 0;
+        const int x = i % BLOCKS_X, y = i / BLOCKS_X;
+        CHECK(decode(blocks + i * BYTES, got) == (y < IBL_BC6H_MODES));
+        for (int k = 0; k < 3 * N; k++) {
+            const int column = 4 * x + k / 3 % 4, row = 4 * y + k / 12;
+            const float want =
+                img->data[3 * (row * img->width + column) + k % 3];
+            same += ibl_half_to_float(got[k / 3][k % 3]) == want;
+        }
+        CHECK_MSG(same == 3 * N, "mode %d, partition %d: %d of 48 right",
+                  mode_of_row(y), x % 32, same);
+    }
+}
+
+TEST(decoded_as_by_others)
+{
+    test_random r = {6};
+    file_need_oiio();
+    for (int is_signed = 0; is_signed < 2; is_signed++) {
+        ibl_image img = {0};
+        unsigned char *blocks = make_blocks(&r);
+        NEED(save_dds("b.dds", blocks, is_signed ? 96 : 95));
+        NEED(file_run("oiiotool b.dds --ch R,G,B -d half --compression none -o "
+                      "b.exr"));
+        test_exr_begin(1, 1, 1);
+        NEED(!test_exr_decode("b.exr", NULL, -1, &img, NULL));
+        NEED(img.width == 4 * BLOCKS_X && img.height == 4 * BLOCKS_Y);
+        compare(blocks, &img,
+                is_signed ? ibl_bc6h_decode_signed_block
+                          : ibl_bc6h_decode_block);
+    }
+}
+
+/* ---- encoder ----------------------------------------------------------- */
+
+static const char *const qualities[] = {"fast", "normal", "best"};
+
+static ibl_encode_blocks_fn *encoder(ibl_isa isa)
+{
+    ibl_bc6h_dsp dsp;
+    ibl_bc6h_dsp_init(&dsp, isa);
+    return dsp.encode;
+}
+
+/* The error that the encoder minimises (bc6h_encode.c), of decoded values. */
+static double error_of(const float t[3 * N], const double d[3 * N])
+{
+    double sizes[N], sum = 0, error = 0;
+    for (int i = 0; i < N; i++) {
+        sizes[i] = 0;
+        for (int c = 0; c < 3; c++)
+            sizes[i] += (double)t[3 * i + c] * (double)t[3 * i + c];
+        sum += sizes[i];
+    }
+    for (int i = 0; i < 3 * N; i++) {
+        const double x = d[i] - (double)t[i];
+        error += x * x *
+                 (1 / (sizes[i / 3] + 0x1p-32) +
+                  256 * sizes[i / 3] / (sum + 0x1p-28) / (sum + 0x1p-28));
+    }
+    return error;
+}
+
+static double channel_error(const float t[3 * N], int c, int half)
+{
+    double flat[3 * N];
+    for (int i = 0; i < 3 * N; i++)
+        flat[i] = i % 3 == c ? (double)ibl_half_to_float((uint16_t)half)
+                             : (double)t[i];
+    return error_of(t, flat);
+}
+
+/* That of the best block of one colour: its error has one minimum in each
+ * channel, which bisection finds. */
+static double flat_error(const float t[3 * N])
+{
+    double sum = 0;
+    for (int c = 0; c < 3; c++) {
+        int low = 0, high = 0x7BFF;
+        while (low < high) {
+            const int half = (low + high) / 2;
+            if (channel_error(t, c, half) <= channel_error(t, c, half + 1))
+                high = half;
+            else
+                low = half + 1;
+        }
+        sum += channel_error(t, c, low);
+    }
+    return sum;
+}
+
+/* Encodes and decodes a block; finite, whatever it is. */
+static void round_trip(const float t[3 * N], ibl_quality quality,
+                       double d[3 * N])
+{
+    unsigned char block[BYTES];
+    halves got;
+    encoder(IBL_ISA_C)(t, 1, quality, block);
+    CHECK(ibl_bc6h_decode_block(block, got));
+    for (int i = 0; i < 3 * N; i++) {
+        CHECK(got[i / 3][i % 3] <= 0x7BFF);
+        d[i] = (double)ibl_half_to_float(got[i / 3][i % 3]);
+    }
+}
+
+/* sqrt of the mean squared relative error of texels. */
+static double relative(const float t[3 * N], const double d[3 * N])
+{
+    double sum = 0;
+    for (int i = 0; i < N; i++) {
+        double e = 0, size = 0;
+        for (int c = 3 * i; c < 3 * i + 3; c++) {
+            e += (d[c] - (double)t[c]) * (d[c] - (double)t[c]);
+            size += (double)t[c] * (double)t[c];
+        }
+        sum += e > 0 ? e / size : 0;
+    }
+    return sqrt(sum / N);
+}
+
+/* Every half, as blocks of one colour: exact. */
+TEST(constant)
+{
+    for (int q = 0; q < 3; q++)
+        for (int h = 0; h <= 0x7BFF; h += q ? 97 : 1) {
+            float t[3 * N];
+            double d[3 * N];
+            for (int i = 0; i < 3 * N; i++)
+                t[i] = ibl_half_to_float((uint16_t)(i % 3 == 0   ? h
+                                                    : i % 3 == 1 ? 0x7BFF - h
+                                                                 : h / 2));
+            round_trip(t, q, d);
+            for (int i = 0; i < 3 * N; i++)
+                CHECK_MSG(d[i] == (double)t[i], "%s %04x", qualities[q], h);
+        }
+}
+
+/* Blocks of some kinds: from 0.1 to 0.2 along x; black and white; grey with a
+ * sun; two colours by partition; and what is random. */
+enum {
+    GRADIENT,
+    CHECKER,
+    SUN,
+    HALVES,
+    DENORMAL,
+    NOISE,
+    DECADES,
+    KINDS
+};
+
+static float value_of(test_random *r, int kind, int i)
+{
+    const int texel = i / 3, c = i % 3;
+    switch (kind) {
+    case GRADIENT:
+        return 0.1f + 0.1f / 3 * (float)(texel % 4);
+    case CHECKER:
+        return (float)((texel + texel / 4) % 2);
+    case SUN:
+        return texel == 6 ? 60000 : 0.001f;
+    case HALVES:
+        return texel < 8 ? c == 0 ? 0.5f : 0.25f : c == 0 ? 0.01f : 0.04f;
+    case DENORMAL:
+        return (float)test_random_below(r, 1024) * 0x1p-24f;
+    case NOISE:
+        return (float)test_random_unit(r);
+    default:
+        return fminf(
+            (float)ldexp(test_random_unit(r), test_random_below(r, 40) - 23),
+            IBL_BC6H_MAX);
+    }
+}
+
+static void make_block(test_random *r, int kind, float t[3 * N])
+{
+    for (int i = 0; i < 3 * N; i++)
+        t[i] = value_of(r, kind, i);
+}
+
+/* What each quality must keep, and that the better one is not worse. */
+TEST(kinds)
+{
+    /* The sun's block needs all octaves: endpoints of 10 bits, steps of 1/32 of
+     * an octave. Two colours without a line need two regions. */
+    static const double limit[] = {
+        [GRADIENT] = 0.003, [CHECKER] = 0, [SUN] = 0.016, [HALVES] = 0.008};
+    test_random r = {1};
+    for (int kind = GRADIENT; kind <= HALVES; kind++)
+        for (int q = IBL_QUALITY_FAST; q <= IBL_QUALITY_BEST; q++) {
+            float t[3 * N];
+            double d[3 * N];
+            make_block(&r, kind, t);
+            round_trip(t, q, d);
+            const double e = relative(t, d);
+            const bool two = kind == HALVES && q == IBL_QUALITY_FAST;
+            test_measured(qualities[q], e, limit[kind]);
+            CHECK_MSG(two || e <= limit[kind], "kind %d, %s: %g", kind,
+                      qualities[q], e);
+        }
+}
+
+/* A sun among texels that vary keeps its light, whatever they are. */
+TEST(sun_among_others)
+{
+    test_random r = {2};
+    for (int k = 0; k < 300; k++) {
+        const int at = test_random_below(&r, N);
+        float t[3 * N];
+        double d[3 * N];
+        for (int i = 0; i < 3 * N; i++)
+            t[i] = i / 3 == at ? 60000
+                               : (float)ldexp(test_random_unit(&r), -k % 10);
+        round_trip(t, k % 3, d);
+        for (int c = 0; c < 3; c++)
+            CHECK_NEAR(d[3 * at + c], 60000, 0.1 * 60000);
+    }
+}
+
+TEST(never_worse_than_flat)
+{
+    test_random r = {3};
+    for (int k = 0; k < (TEST_SANITIZED ? 14 : 70); k++) {
+        float t[3 * N];
+        double d[3 * N], last = INFINITY;
+        make_block(&r, k % KINDS, t);
+        const double flat = flat_error(t);
+        for (int q = 0; q < 3; q++) {
+            round_trip(t, q, d);
+            const double e = error_of(t, d);
+            CHECK_MSG(e <= flat * (1 + 1e-4), "kind %d, %s: %g, flat %g",
+                      k % KINDS, qualities[q], e, flat);
+            CHECK_MSG(e <= last * (1 + 1e-4), "kind %d, %s: %g, before %g",
+                      k % KINDS, qualities[q], e, last);
+            last = e;
+        }
+    }
+}
+
+/* ---- instruction sets -------------------------------------------------- */
+
+/* n blocks, each of another kind and quality. */
+static size_t encode(ibl_isa isa, test_random *r, int n, void *out)
+{
+    unsigned char *blocks = out;
+    float *t = kern_alloc((size_t)n * 3 * N * sizeof *t, sizeof *t);
+    for (int i = 0; i < n; i++)
+        make_block(r, test_random_below(r, KINDS), t + i * 3 * N);
+    encoder(isa == IBL_ISA_AUTO ? IBL_ISA_C : isa)(
+        t, (size_t)n, (ibl_quality)(n % 3), blocks);
+    kern_free(t);
+    return 0;
+}
+
+TEST(same_bytes)
+{
+    static const kern_same k = {
+        "encode", encode, BYTES, 1, TEST_SANITIZED ? 6 : 16, 2, 0};
+    kern_check_same(&k);
+}
