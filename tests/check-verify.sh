@@ -700,6 +700,30 @@ test_rendered_lod() {
     return 0
 }
 
+# Fitted levels, by their keys and by the sidecar: straight lines without the
+# table.
+test_rendered_best() {
+    local r
+    iblbake -q $floats --mapping best --size 64 --levels 4 --format ktx2 \
+        env.exr -o out
+    MAX=0.003 accept env.exr out
+    iblbake verify $few env.exr out --shader table >table
+    iblbake verify $few env.exr out --shader split >split
+    r=$(js <<'END'
+console.log(json('out/env.json').outputs.find(o => o.content === 'specular')
+    .levels.map(l => l.roughness).join());
+END
+    )
+    iblbake verify $few env.exr out --shader split --roughness-map "$r" |
+        diff split -
+    mv out/env.json .
+    iblbake verify $few env.exr out --shader table | diff table -
+    iblbake verify $few env.exr out --shader split | diff split -
+    cmp -s table split && echo 'the table is as straight lines'
+    wrong 2 '*it takes*' --roughness-map best env.exr out
+    wrong 2 '*it takes*' --rendered --lod best env.exr out
+}
+
 test_rendered_misuse() {
     local way
     iblbake -q $small env.exr -o out

@@ -366,14 +366,26 @@ static void turn(double deg, const double from[3], double to[3])
     to[2] = sin(a) * from[0] + cos(a) * from[2];
 }
 
+/* x of ibl_specular_layout. */
+static double mapped(const shade_set *s, double r)
+{
+    const double *knot = s->set.roughness;
+    int l = 0;
+    if (s->set.mapping != IBL_ROUGHNESS_BEST)
+        return s->set.mapping == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
+    while (l + 2 < s->specular.levels && r > knot[l + 1])
+        l++;
+    return l + (r - knot[l]) / (knot[l + 1] - knot[l]);
+}
+
 void shade_look_up(const shade_set *s, const view_settings *settings,
                    const view_sphere *sphere, const shade_pixel *p,
                    shade_light *light)
 {
     const double r = sphere->roughness;
-    const double x = s->set.mapping == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
-    const double level = clamp(x * s->set.lod_scale + s->set.lod_offset, 0,
-                               s->specular.levels - 1);
+    const double level =
+        clamp(mapped(s, r) * s->set.lod_scale + s->set.lod_offset, 0,
+              s->specular.levels - 1);
     double reflected[3], normal[3];
 
     turn(settings->turn, p->reflected, reflected);

@@ -191,14 +191,17 @@ double ibl_cube_solid_angle(int size, int x, int y);
 /* Mapping from level to roughness r; t = level / (levels - 1) (0 for a single
  * level). */
 typedef enum ibl_roughness_map {
-    IBL_ROUGHNESS_LINEAR,  /* r = t: a shader uses lod = r (levels - 1) */
-    IBL_ROUGHNESS_FILAMENT /* t = r (2 - r), r = 1 - sqrt(1 - t): a shader
-                              uses lod = r (2 - r) (levels - 1) */
+    IBL_ROUGHNESS_LINEAR,   /* r = t: a shader uses lod = r (levels - 1) */
+    IBL_ROUGHNESS_FILAMENT, /* t = r (2 - r), r = 1 - sqrt(1 - t): a shader
+                               uses lod = r (2 - r) (levels - 1) */
+    IBL_ROUGHNESS_BEST      /* fitted to each map, of GGX levels over the whole
+                               range 0..1: see ibl_specular_layout */
 } ibl_roughness_map;
 
-/* "linear" or "filament". */
+/* "linear", "filament" or "best". */
 const char *ibl_roughness_map_name(ibl_roughness_map map);
-/* Perceptual roughness of a level, for a chain over the whole range 0..1. */
+/* Perceptual roughness of a level, for a chain over the whole range 0..1. Of
+ * IBL_ROUGHNESS_BEST, that before the fit: Filament's. */
 double ibl_level_roughness(ibl_roughness_map map, int level, int levels);
 /* The default number of levels: the last level is the smallest of at least 8x8
  * or, for cubes smaller than 8, 1x1. */
@@ -336,7 +339,16 @@ ibl_specular_options ibl_specular_options_default(void);
  * The levels of a specular chain, and the lod of a roughness r in a shader:
  *     lod = x lod_scale + lod_offset,   x = r       (linear mapping)
  *                                       x = r (2 - r)     (Filament's)
+ *     x = the level whose roughness is r, with straight lines between levels
+ *                                                       (the best mapping)
  * clamped to 0..levels - 1.
+ *
+ * The best mapping has the roughnesses, in steps of a sixtieth of r (2 - r),
+ * with the least error of what shaders with the lobe table draw of the map that
+ * is baked (ibl_bake_expected_error), as a mean over roughnesses. No level is
+ * narrower than Filament's level 1, and levels that the spectral method makes
+ * with a near part stay as Filament's. The table has the lod for each view; the
+ * straight lines are for shaders without it.
  */
 typedef struct ibl_specular_layout {
     int size, levels; /* of the cube that ibl_bake_specular makes */
@@ -345,9 +357,14 @@ typedef struct ibl_specular_layout {
     double lod_scale, lod_offset;
 } ibl_specular_layout;
 
+/* The lod, 0..levels - 1. */
+double ibl_lod_of_roughness(const ibl_specular_layout *layout,
+                            double roughness);
+
 /*
- * The layout for these options. Only this function defines a level's
- * roughness. The levels have equal steps of x from roughness_min to
+ * The layout for these options. Only this function defines a level's roughness;
+ * with the best mapping it gives Filament's, and a bake fits them: see the
+ * layout of its report. The levels have equal steps of x from roughness_min to
  * roughness_max. For the whole range, 0..1, this gives
  * r = ibl_level_roughness(mapping, level, levels), the given size and, by
  * default, ibl_default_levels(size).
@@ -583,7 +600,8 @@ typedef struct ibl_bake_options {
     int irradiance; /* 0: none; default 1 */
     ibl_irradiance_options irradiance_options;
     int sh_degree;          /* 0..IBL_MAX_SH_DEGREE; -1: none; default 2 */
-    int power;              /* 1: the power of the harmonics; default 0 */
+    int power;              /* 1: the power of the harmonics; default 0. The
+                               best mapping implies it */
     double yaw_deg;         /* replaces those in the options above */
     const ibl_cube *level0; /* copied to level 0 of specular, not turned, if
                                that has roughness 0; then the environment must

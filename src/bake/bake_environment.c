@@ -4,10 +4,12 @@
  * rows to level 0, the sky, the spectral analysis and the near parts. It keeps
  * the whole map only if samples need it.
  */
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "bake/ladder.h"
 #include "bake/options.h"
 #include "bake/sampled.h"
 #include "bake/spectral/engine.h"
@@ -66,6 +68,12 @@ static void log_layout(const bake *b)
                  o->roughness_min, o->roughness_max, b->layout.levels,
                  b->layout.levels == 1 ? "" : "s", b->layout.size,
                  ibl_default_levels(o->size), o->size);
+}
+
+static bool has_best(const bake *b)
+{
+    return b->opts.specular &&
+           b->opts.specular_options.mapping == IBL_ROUGHNESS_BEST;
 }
 
 static ibl_status prepare_specular(bake *b)
@@ -352,6 +360,25 @@ static ibl_status make_power(bake *b)
     return ibl_spectral_power(b->spectral, degree, b->out->power);
 }
 
+/* Fits the roughnesses of the levels, other than those whose near part is
+ * already there, and plans them anew: they need no more degrees than before. */
+static ibl_status fit_ladder(bake *b)
+{
+    const int degree = b->plan.degree;
+    int kept = 1;
+    while (kept < b->layout.levels && b->near[kept])
+        kept++;
+    ibl_status status = ibl_ladder_fit(b->ctx, b->out->power,
+                                       b->out->power_degree, kept, &b->layout);
+    if (!status)
+        status = ibl_spectral_plan_make(b->ctx, b->env->width, b->env->height,
+                                        &b->opts, &b->layout, &b->plan);
+    assert(status || b->plan.degree <= degree);
+    (void)degree;
+    b->out->report.layout = b->layout;
+    return status;
+}
+
 static ibl_status make_all(bake *b)
 {
     ibl_status status = prepare(b);
@@ -359,14 +386,16 @@ static ibl_status make_all(bake *b)
         status = read_all(b);
     if (!status && b->opts.skybox)
         status = ibl_cube_build_mips(b->ctx, &b->out->skybox);
+    if (!status && b->opts.power)
+        status = make_power(b);
+    if (!status && has_best(b))
+        status = fit_ladder(b);
     if (!status && b->opts.specular)
         status = make_specular(b);
     if (!status && b->opts.irradiance)
         status = make_irradiance(b);
     if (!status && b->opts.sh_degree >= 0)
         status = make_sh(b);
-    if (!status && b->opts.power)
-        status = make_power(b);
     return status;
 }
 
@@ -387,6 +416,7 @@ ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
     b.opts = opts ? *opts : ibl_bake_options_default();
     b.opts.specular_options.yaw_deg = b.opts.yaw_deg;
     b.opts.irradiance_options.yaw_deg = b.opts.yaw_deg;
+    b.opts.power |= has_best(&b);
     ibl_status status = ibl_check_bake(ctx, &from, &b.opts);
     if (!status)
         status = make_all(&b);

@@ -53,12 +53,6 @@ enum {
     BENT
 };
 
-static double lod_of(const ibl_specular_layout *l, double r)
-{
-    const double x = ibl_roughness_x(l->mapping, r);
-    return fmin(fmax(x * l->lod_scale + l->lod_offset, 0), l->levels - 1);
-}
-
 /* A table's bilinear value, clamped to its edges. */
 static void fetch(const ibl_lobe_table *t, int layer, double u, double v,
                   double q[4])
@@ -105,30 +99,9 @@ static lookup table_lookup(const struct work *w, int f, int taps, double n_v,
 /* The lobes of a view and what multiplies them. */
 typedef struct view {
     ibl_lobe_bands bands;
-    double share[MOST]; /* C_l (2 l + 1) / 4 pi that each degree stands for */
     double p[ANGLES][MOST]; /* P_l(cos(angle)): of the directions; of those of
                                two taps from each other, for each F0 */
 } view;
-
-/* Degrees in steps of a sixteenth, to where a lobe has nothing to see. In
- * between what the lobes see is linear, over 2 l + 1. */
-static void choose_degrees(const ibl_lobe_kernels *k, double r, view *v)
-{
-    const int end = (int)fmin(IBL_LOBE_DEGREE, 6 / (r * r) + 24);
-    ibl_lobe_bands *b = &v->bands;
-    for (int l = 1; l < end; l += 1 + l / 16)
-        b->degree[b->count++] = l;
-    b->degree[b->count++] = end;
-    for (int i = 0; i + 1 < b->count; i++) {
-        const int low = b->degree[i], high = b->degree[i + 1];
-        for (int l = low + !!i; l <= high; l++) {
-            const double c = (2 * l + 1) / (4 * IBL_PI) * k->power[l];
-            const double t = (double)(l - low) / (high - low);
-            v->share[i] += (1 - t) * c;
-            v->share[i + 1] += t * c;
-        }
-    }
-}
 
 static void legendre(const double angle[ANGLES], view *v)
 {
@@ -177,7 +150,7 @@ static double error_of(const struct work *w, const view *v, int f,
                           2 * lobe * even * towards + even * even;
         const double st = lobe * seen + even * b->toward[f][TO_N][i];
         const double n = (2 * l + 1) / (4 * IBL_PI);
-        sum += v->share[i] * (ss + (b->power[f][i] - 2 * st) / n);
+        sum += b->share[i] * (ss + (b->power[f][i] - 2 * st) / n);
     }
     return fmax(sum, 0);
 }
@@ -190,7 +163,7 @@ static void add_sums(const struct work *w, const view *v,
         const double share = weight * b->energy[f] * b->energy[f];
         double power = w->kernels.mean;
         for (int i = b->count - 1; i >= 0; i--)
-            power += v->share[i] * b->power[f][i] * 4 * IBL_PI /
+            power += b->share[i] * b->power[f][i] * 4 * IBL_PI /
                      (2 * b->degree[i] + 1);
         to->power[f] = share * power;
         for (int way = 0; way < (w->table ? WAYS : 1); way++)
@@ -205,12 +178,12 @@ static void view_sums(const struct work *w, double r, int job_view, sums *to)
     ibl_lobe_bands *b = &v.bands;
     lookup lookups[2][WAYS] = {{{0}}};
     double angle[ANGLES] = {0};
-    choose_degrees(&w->kernels, r, &v);
+    ibl_bands_degrees(w->kernels.power, r, b);
     add_direction(b, n_v, 1); /* TO_N */
     add_direction(b, n_v, 0); /* TO_R */
     for (int f = 0; f < 2; f++) {
-        lookups[f][IBL_LOOKUP_SPLIT] =
-            (lookup){1, {TO_R, TO_R}, lod_of(&w->kernels.layout, r), 0};
+        lookups[f][IBL_LOOKUP_SPLIT] = (lookup){
+            1, {TO_R, TO_R}, ibl_lod_of_roughness(&w->kernels.layout, r), 0};
         for (int taps = 1; taps <= 2 && w->table; taps++)
             lookups[f][taps == 1 ? IBL_LOOKUP_TABLE : IBL_LOOKUP_TWO_TAPS] =
                 table_lookup(w, f, taps, n_v, r, b);

@@ -9,7 +9,9 @@
 
 const char *ibl_roughness_map_name(ibl_roughness_map map)
 {
-    return map == IBL_ROUGHNESS_FILAMENT ? "filament" : "linear";
+    return map == IBL_ROUGHNESS_LINEAR     ? "linear"
+           : map == IBL_ROUGHNESS_FILAMENT ? "filament"
+                                           : "best";
 }
 
 const char *ibl_method_name(ibl_method method)
@@ -21,12 +23,12 @@ const char *ibl_method_name(ibl_method method)
 
 double ibl_roughness_x(ibl_roughness_map map, double r)
 {
-    return map == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
+    return map == IBL_ROUGHNESS_LINEAR ? r : r * (2 - r);
 }
 
 static double roughness_of(ibl_roughness_map map, double x)
 {
-    return map == IBL_ROUGHNESS_FILAMENT ? 1 - sqrt(1 - x) : x;
+    return map == IBL_ROUGHNESS_LINEAR ? x : 1 - sqrt(1 - x);
 }
 
 double ibl_level_roughness(ibl_roughness_map map, int level, int levels)
@@ -92,6 +94,25 @@ static int round_up(double edge, int levels)
     return (int)ceil((edge - 1e-6) / step) * step;
 }
 
+/* The level whose roughness is r, with straight lines between levels. */
+static double level_of(const ibl_specular_layout *l, double r)
+{
+    double level = 0;
+    for (int i = 1; i < l->levels; i++) {
+        const double low = l->roughness[i - 1], high = l->roughness[i];
+        level += fmin(fmax((r - low) / fmax(high - low, 1e-6), 0), 1);
+    }
+    return level;
+}
+
+double ibl_lod_of_roughness(const ibl_specular_layout *l, double r)
+{
+    const double x = l->mapping == IBL_ROUGHNESS_BEST
+                         ? level_of(l, r)
+                         : ibl_roughness_x(l->mapping, r);
+    return fmin(fmax(x * l->lod_scale + l->lod_offset, 0), l->levels - 1);
+}
+
 ibl_status ibl_specular_layout_of(const ibl_specular_options *o,
                                   ibl_specular_layout *layout)
 {
@@ -115,6 +136,8 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *o,
         l.lod_scale = (levels - 1) / range;
         l.lod_offset = 0 - low * l.lod_scale; /* 0, not -0 */
     }
+    if (o->mapping == IBL_ROUGHNESS_BEST)
+        l.lod_scale = 1;
     *layout = l;
     return IBL_OK;
 }

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "bake/lobe_kernels.h"
 #include "bake/true_lobe.h"
 #include "brdf/ggx.h"
 #include "kern/brdf_quadrature.h"
@@ -173,6 +174,26 @@ static int orders_of(const rings *r)
             sum += fabs(r->f[m - 1][0][i]);
     }
     return m + 1;
+}
+
+void ibl_bands_degrees(const double *power, double roughness, ibl_lobe_bands *b)
+{
+    const int end =
+        (int)fmin(IBL_LOBE_DEGREE, 6 / (roughness * roughness) + 24);
+    b->count = 0;
+    memset(b->share, 0, sizeof b->share);
+    for (int l = 1; l < end; l += 1 + l / 16)
+        b->degree[b->count++] = l;
+    b->degree[b->count++] = end;
+    for (int i = 0; i + 1 < b->count; i++) {
+        const int low = b->degree[i], high = b->degree[i + 1];
+        for (int l = low + !!i; l <= high; l++) {
+            const double c = (2 * l + 1) / (4 * IBL_PI) * power[l];
+            const double t = (double)(l - low) / (high - low);
+            b->share[i] += (1 - t) * c;
+            b->share[i + 1] += t * c;
+        }
+    }
 }
 
 void ibl_lobe_bands_make(const ibl_bands_rule *rule, double n_dot_v,

@@ -30,7 +30,8 @@ void ibl_bands_rule_init(ibl_bands_rule *rule);
 
 typedef struct ibl_lobe_bands {
     int count;
-    int degree[IBL_BANDS_MOST]; /* 1 or more, rising */
+    int degree[IBL_BANDS_MOST];   /* 1 or more, rising */
+    double share[IBL_BANDS_MOST]; /* C_l (2 l + 1) / 4 pi that it stands for */
     int directions;
     double angle[IBL_BANDS_DIRECTIONS]; /* from N towards R */
     double energy[2];                   /* F0 = 1, .04: scale F0 + bias */
@@ -38,6 +39,12 @@ typedef struct ibl_lobe_bands {
     double power[2][IBL_BANDS_MOST];
     double toward[2][IBL_BANDS_DIRECTIONS][IBL_BANDS_MOST];
 } ibl_lobe_bands;
+
+/* Chooses degrees in steps of a sixteenth, to where the lobes of a roughness
+ * have nothing to see. In between what they see is linear, over 2 l + 1.
+ *   power  C_l, l = 0..IBL_LOBE_DEGREE */
+void ibl_bands_degrees(const double *power, double roughness,
+                       ibl_lobe_bands *bands);
 
 /* Fills the results for the directions and degrees of *bands; but for energy,
  * the lobes have the energy 1. n_dot_v and alpha in (0, 1]. */

@@ -149,16 +149,8 @@ static void weights_at(const ibl_lobe_view *v, double angle, int *from,
     w[3] = u * (u - 1) * (u - 2) / 6;
 }
 
-/* Products of a direction, or the mean of two. */
-typedef struct products {
-    double h[WINDOW];                  /* with the true lobe */
-    double same[WINDOW], next[WINDOW]; /* with the levels */
-    double cosine[WINDOW];             /* with the cosine */
-    double both, diffuse; /* cosine with itself and the true lobe */
-} products;
-
 static void add_direction(const ibl_lobe_view *v, int which, direction d,
-                          double share, products *p)
+                          double share, ibl_lobe_products *p)
 {
     const float q = (float)(0.5 - 0.5 * d.z);
     const ibl_lobe_place place = ibl_lobe_place_of(q > 0 ? q : 0);
@@ -176,7 +168,7 @@ static void add_direction(const ibl_lobe_view *v, int which, direction d,
 
 /* Directions whose squared distance is 4 q. */
 static void add_apart(const ibl_lobe_view *v, double q, double share,
-                      products *p)
+                      ibl_lobe_products *p)
 {
     const ibl_lobe_place place = ibl_lobe_place_of((float)q);
     for (int l = 0; l < WINDOW; l++) {
@@ -187,11 +179,11 @@ static void add_apart(const ibl_lobe_view *v, double q, double share,
     }
 }
 
-static products products_of(const ibl_lobe_view *v, int which,
-                            const ibl_lobe_lookup *l)
+static ibl_lobe_products products_of(const ibl_lobe_view *v, int which,
+                                     const ibl_lobe_lookup *l)
 {
-    products p = {.both = (double)v->kernels->same[DIFFUSE],
-                  .diffuse = v->diffuse[which]};
+    ibl_lobe_products p = {.both = (double)v->kernels->same[DIFFUSE],
+                           .diffuse = v->diffuse[which]};
     if (l->half > 0) {
         const direction a = bent(v, l->bend - l->half);
         const direction b = bent(v, l->bend + l->half);
@@ -213,7 +205,7 @@ typedef struct quadratic {
     double c, x, w, xx, xw, ww;
 } quadratic;
 
-static quadratic quadratic_of(const products *p, int a)
+static quadratic quadratic_of(const ibl_lobe_products *p, int a)
 {
     const double aa = p->same[a], ab = p->next[a], bb = p->same[a + 1];
     return (quadratic){.c = aa - 2 * p->h[a],
@@ -269,16 +261,21 @@ static double solve(const quadratic *q, double at[2])
     return least;
 }
 
+double ibl_lobe_least(const ibl_lobe_products *p, int a, double at[2])
+{
+    const quadratic q = quadratic_of(p, a);
+    return solve(&q, at);
+}
+
 /* Least cost of a direction over lods and weights. */
 static double best_of(const ibl_lobe_view *v, int which,
                       ibl_lobe_lookup *lookup)
 {
-    const products p = products_of(v, which, lookup);
+    const ibl_lobe_products p = products_of(v, which, lookup);
     double least = HUGE_VAL;
     for (int a = 0; a + 1 < v->count; a++) {
-        const quadratic q = quadratic_of(&p, a);
         double at[2] = {0, 0};
-        const double cost = solve(&q, at);
+        const double cost = ibl_lobe_least(&p, a, at);
         if (cost < least) {
             least = cost;
             lookup->weight = at[1];
@@ -292,7 +289,7 @@ static double best_of(const ibl_lobe_view *v, int which,
 double ibl_lobe_cost(const ibl_lobe_view *v, int which,
                      const ibl_lobe_lookup *lookup)
 {
-    const products p = products_of(v, which, lookup);
+    const ibl_lobe_products p = products_of(v, which, lookup);
     int a = (int)lookup->lod - v->base;
     a = a < 0 ? 0 : a > v->count - 2 ? v->count - 2 : a;
     const quadratic q = quadratic_of(&p, a);

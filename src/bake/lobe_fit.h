@@ -30,6 +30,16 @@ typedef struct ibl_lobe_view {
     double diffuse[2];
 } ibl_lobe_view;
 
+/* Products of the lobes of a window of levels about a direction, or the mean of
+ * two. */
+typedef struct ibl_lobe_products {
+    double h[IBL_LOBE_WINDOW];      /* with the true lobe */
+    double same[IBL_LOBE_WINDOW];   /* with themselves */
+    double next[IBL_LOBE_WINDOW];   /* with the next level */
+    double cosine[IBL_LOBE_WINDOW]; /* with the cosine */
+    double both, diffuse; /* of the cosine with itself and the true lobe */
+} ibl_lobe_products;
+
 /* What a shader does. Directions are mix(R, N, bend), with two taps at the
  * bends bend - half and bend + half: a tap may be beyond R or N. */
 typedef struct ibl_lobe_lookup {
@@ -45,6 +55,10 @@ void ibl_lobe_view_make(const ibl_lobe_kernels *k,
 /* <S, S> - 2 <S, true lobe>; which: 0 for F0 = 1, 1 for F0 = .04. */
 double ibl_lobe_cost(const ibl_lobe_view *view, int which,
                      const ibl_lobe_lookup *lookup);
+
+/* The least cost over the weights x of level a + 1, at[0], and w of the cosine,
+ * at[1]; level a has the rest. */
+double ibl_lobe_least(const ibl_lobe_products *p, int a, double at[2]);
 
 /* The lookup of least cost with one or two taps, near the given one. Returns
  * the cost. */

@@ -43,8 +43,7 @@ static double beyond(const double *power, int degree, int l)
     return last * pow((l + 0.5) / (0.75 * degree), -fmin(fall, 4));
 }
 
-/* Scaled, so that a point without the mean has the power 1. */
-static void fill_power(const double *power, int degree, double *out)
+void ibl_lobe_power(const double *power, int degree, double *out)
 {
     double sum = 0;
     for (int l = 1; l <= DEGREE && power; l++) {
@@ -67,22 +66,20 @@ static void fill_power(const double *power, int degree, double *out)
 
 /* ---- lobes ------------------------------------------------------------- */
 
-/* Bilinear lookups blur by t (1 - t) of a texel's square on average, and the
- * texels of the environment are means of a square. The lobes are those of
- * infinitely many texels else. */
-static void blur(const ibl_specular_layout *layout, int level, double *k)
+void ibl_lobe_blur(const ibl_specular_layout *layout, int level, double *k)
 {
     const int edge = layout->size >> level > 1 ? layout->size >> level : 1;
     const double area = 4 * IBL_PI / (6.0 * edge * edge);
     const double variance =
         area * (layout->roughness[level] > 0 ? 1 / 6.0 : 1 / 4.0);
     for (int l = 0; l <= DEGREE; l++)
-        k[l] *= exp(-0.5 * variance * l * (l + 1));
+        k[l] = exp(-0.5 * variance * l * (l + 1));
 }
 
 static ibl_status fill_lobes(ibl_ctx *ctx, const ibl_lobe_kernels *out)
 {
     const ibl_specular_layout *layout = &out->layout;
+    double blur[DEGREE + 1];
     for (int a = 0; a <= layout->levels; a++) {
         double *k = out->lobe + (size_t)a * (DEGREE + 1);
         const double r = a < layout->levels ? layout->roughness[a] : 1;
@@ -95,8 +92,11 @@ static ibl_status fill_lobes(ibl_ctx *ctx, const ibl_lobe_kernels *out)
                 k[l] = 1;
         if (status)
             return status;
-        if (a < layout->levels)
-            blur(layout, a, k);
+        if (a == layout->levels)
+            break;
+        ibl_lobe_blur(layout, a, blur);
+        for (int l = 0; l <= DEGREE; l++)
+            k[l] *= blur[l];
     }
     return IBL_OK;
 }
@@ -198,7 +198,7 @@ ibl_status ibl_lobe_kernels_make(ibl_ctx *ctx,
         ibl_lobe_kernels_free(out);
         return ibl_no_memory(ctx, "the lobes of the levels");
     }
-    fill_power(power, degree, out->power);
+    ibl_lobe_power(power, degree, out->power);
     out->mean = out->power[0] / (4 * IBL_PI);
     const ibl_status status = fill_lobes(ctx, out);
     if (status)

@@ -59,6 +59,16 @@ ibl_status ibl_lobe_kernels_make(ibl_ctx *ctx,
 ibl_status ibl_lobe_kernels_tables(ibl_ctx *ctx, ibl_lobe_kernels *k);
 void ibl_lobe_kernels_free(ibl_lobe_kernels *k); /* zeroed is fine */
 
+/* C_l, l = 0..IBL_LOBE_DEGREE, of a map's power or, NULL, of photographs;
+ * scaled, so that a point without the mean has the power 1. */
+void ibl_lobe_power(const double *power, int degree, double *out);
+
+/* Factors of k_l, l = 0..IBL_LOBE_DEGREE, for the texels of a level. Bilinear
+ * lookups blur by t (1 - t) of a texel's square on average, and the texels of
+ * the environment are means of a square. The lobes are those of infinitely many
+ * texels else. */
+void ibl_lobe_blur(const ibl_specular_layout *layout, int level, double *k);
+
 /* k_l, l = 0..IBL_LOBE_DEGREE, of a level, or of the cosine: level is then the
  * number of levels. */
 static inline const double *ibl_lobe_of(const ibl_lobe_kernels *k, int level)

@@ -53,13 +53,12 @@ static ibl_status check_samples(ibl_ctx *ctx, const char *what, int samples)
 
 ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
 {
-    if (o->mapping != IBL_ROUGHNESS_LINEAR &&
-        o->mapping != IBL_ROUGHNESS_FILAMENT)
+    if (o->mapping < IBL_ROUGHNESS_LINEAR || o->mapping > IBL_ROUGHNESS_BEST)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "roughness mapping %d: must be linear (%d) or "
-                        "filament (%d)",
+                        "roughness mapping %d: must be linear (%d), filament "
+                        "(%d) or best (%d)",
                         (int)o->mapping, IBL_ROUGHNESS_LINEAR,
-                        IBL_ROUGHNESS_FILAMENT);
+                        IBL_ROUGHNESS_FILAMENT, IBL_ROUGHNESS_BEST);
     if (!(o->roughness_min >= 0 && o->roughness_min <= o->roughness_max &&
           o->roughness_max <= 1))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -70,6 +69,16 @@ ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "%d levels of the one roughness %g: must be 1",
                         o->levels, o->roughness_min);
+    if (o->mapping == IBL_ROUGHNESS_BEST &&
+        (o->roughness_min > 0 || o->roughness_max < 1))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "the best mapping for a roughness range of %g to %g: "
+                        "must be 0 to 1",
+                        o->roughness_min, o->roughness_max);
+    if (o->mapping == IBL_ROUGHNESS_BEST && o->lobe != IBL_LOBE_GGX)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "the best mapping for the lobe %s: must be GGX",
+                        ibl_lobe_name(o->lobe));
     return IBL_OK;
 }
 

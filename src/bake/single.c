@@ -46,6 +46,8 @@ ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
     *out = made.specular;
     if (report)
         *report = made.report;
+    made.specular = (ibl_cube){0};
+    ibl_bake_result_free(&made);
     return IBL_OK;
 }
 

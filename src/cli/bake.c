@@ -181,7 +181,9 @@ static bool write_lobes(ibl_bake *b)
         o.power = b->made.power;
         o.power_degree = b->made.power_degree;
     }
-    if (ibl_specular_layout_of(&b->opts->bake.specular_options, &o.layout))
+    o.layout = b->made.report.layout;
+    if (!b->opts->bake.specular &&
+        ibl_specular_layout_of(&b->opts->bake.specular_options, &o.layout))
         return false;
     b->lobe_layout = o.layout;
     ibl_console_progress(b->console, "lobe table", 0);

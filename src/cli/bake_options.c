@@ -146,7 +146,8 @@ static const ibl_option specular[] = {
              "power"},
     {"mapping", 0, IBL_CHOICE(bake.specular_options.mapping, ibl_mapping_names),
      .help = "roughness of the levels: lod = r (levels - 1), or "
-             "r (2 - r) (levels - 1)"},
+             "r (2 - r) (levels - 1), or fitted to the map, for shaders with "
+             "its lobe table"},
     {"roughness-range", 0, IBL_OTHER(bake.specular_options, "A:B", parse_range),
      .allowed = "two numbers from 0 to 1, the smaller first",
      .standard = "0:1",
@@ -336,6 +337,28 @@ static bool check_zstd(const ibl_opts *o)
                       o->zstd, ibl_container_name(o->format));
 }
 
+/* Whether the levels are of the map that the table is written for. */
+static bool check_mapping(const ibl_opts *o)
+{
+    const ibl_specular_options *s = &o->bake.specular_options;
+    const unsigned wanted = 1u << IBL_OUTPUT_SPECULAR | 1u << IBL_OUTPUT_LOBES;
+
+    if (s->mapping != IBL_ROUGHNESS_BEST)
+        return true;
+    if (s->lobe != IBL_LOBE_GGX)
+        return ibl_misuse("--mapping best: is for GGX, not --lobe %s",
+                          ibl_lobe_name(s->lobe));
+    if (o->lobe_table == IBL_LOBES_NO)
+        return ibl_misuse("--mapping best: its lod is in the lobe table: leave "
+                          "--lobe-table no out");
+    if ((o->only & wanted) != wanted)
+        return ibl_misuse("--mapping best: the levels and their lobe table go "
+                          "together: add specular and lobe-table to --only");
+    return (s->roughness_min <= 0 && s->roughness_max >= 1) ||
+           ibl_misuse("--mapping best: fits the whole range of roughness: "
+                      "leave --roughness-range out");
+}
+
 static bool check_lights(const ibl_opts *o)
 {
     return !o->lights || (o->only & 1u << IBL_OUTPUT_JSON) ||
@@ -377,8 +400,9 @@ static bool validate(void *settings)
         !o->bake.skybox)
         return ibl_misuse(
             "--only skybox: its size is not known: add --skybox N");
-    if (!ibl_common_validate(&o->common) || !check_lobes(o) || !check_zstd(o) ||
-        !check_lights(o) || !check_levels(&o->bake.specular_options))
+    if (!ibl_common_validate(&o->common) || !check_mapping(o) ||
+        !check_lobes(o) || !check_zstd(o) || !check_lights(o) ||
+        !check_levels(&o->bake.specular_options))
         return false;
     if (!o->name) {
         if (!ibl_stem(o->input, o->stem, sizeof o->stem))

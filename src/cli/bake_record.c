@@ -283,9 +283,12 @@ static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
 static json_t *lod(const ibl_bake *b)
 {
     const ibl_specular_layout *layout = &b->made.report.layout;
-    const bool linear =
-        b->opts->bake.specular_options.mapping == IBL_ROUGHNESS_LINEAR;
-    const char *x = linear ? "roughness" : "roughness * (2 - roughness)";
+    const ibl_roughness_map map = layout->mapping;
+    const char *x = map == IBL_ROUGHNESS_LINEAR ? "roughness"
+                                                : "roughness * (2 - roughness)";
+    if (map == IBL_ROUGHNESS_BEST)
+        return json_string("of the lobe table; without it, straight lines "
+                           "between the levels' roughnesses");
     if (!is_part(b))
         return json_sprintf("%s * (levels - 1)", x);
     return json_sprintf("%s * %.9g + %.9g", x, layout->lod_scale,

@@ -190,7 +190,7 @@ static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
     return ibl_json_object(at, keys) &&
            take_int(at, "size", 1, IBL_MAX_CUBE_SIZE, &s->size) &&
            take_int(at, "levels", 1, ibl_most_levels(s->size), &s->levels) &&
-           take_choice(at, "mapping", ibl_mapping_names, &s->mapping) &&
+           take_choice(at, "mapping", ibl_formula_names, &s->mapping) &&
            take_choice(at, "method", ibl_method_names, &s->method) &&
            take_int(at, "samples", 1, 1048576, &s->samples) &&
            ibl_json_real(ibl_json_optional(&at, "tolerance"), 1e-6, 1, false,

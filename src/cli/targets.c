@@ -19,7 +19,9 @@
 static bool is_own(const ibl_opts *o, ibl_output_kind kind)
 {
     return kind < IBL_OUTPUT_LUT ||
-           (kind == IBL_OUTPUT_LOBES && o->lobe_table == IBL_LOBES_FITTED);
+           (kind == IBL_OUTPUT_LOBES &&
+            (o->lobe_table == IBL_LOBES_FITTED ||
+             o->bake.specular_options.mapping == IBL_ROUGHNESS_BEST));
 }
 
 static char *make_path(const ibl_opts *o, ibl_output_kind kind)

@@ -137,7 +137,8 @@ static bool find_file(reader *r)
                     r->sidecar_path));
     }
     if (r->kind == IBL_OUTPUT_LOBES)
-        return find_there(r, ibl_output_content(r->kind), "");
+        return find_there(r, o->name, "_lobe_lut") &&
+               (r->path || find_there(r, ibl_output_content(r->kind), ""));
     if (r->kind != IBL_OUTPUT_LUT)
         return find_there(r, o->name, suffixes[r->kind]);
     for (int i = 0; ibl_lut_stems[i] && ok && !r->path; i++)
@@ -268,7 +269,7 @@ static void find_lod(const reader *r, const ibl_texture *tex,
     const ibl_verify_map *m = &o->roughness;
     ibl_lod *lod = &r->files->lod;
     const char *word = NULL;
-    const int found = said(r, tex, "mapping", ibl_mapping_names, &word);
+    const int found = said(r, tex, "mapping", ibl_formula_names, &word);
 
     if (o->lod.given && o->lod.lod.count) {
         *lod = o->lod.lod;

@@ -23,6 +23,10 @@ const char *const ibl_overflow_names[] = {
     [IBL_OVERFLOW_SPREAD] = "spread", [IBL_OVERFLOW_CLIP] = "clip", NULL};
 const char *const ibl_mapping_names[] = {[IBL_ROUGHNESS_LINEAR] = "linear",
                                          [IBL_ROUGHNESS_FILAMENT] = "filament",
+                                         [IBL_ROUGHNESS_BEST] = "best",
+                                         NULL};
+const char *const ibl_formula_names[] = {[IBL_ROUGHNESS_LINEAR] = "linear",
+                                         [IBL_ROUGHNESS_FILAMENT] = "filament",
                                          NULL};
 const char *const ibl_method_names[] = {[IBL_METHOD_AUTO] = "auto",
                                         [IBL_METHOD_SPECTRAL] = "spectral",

@@ -17,6 +17,8 @@ extern const char *const ibl_container_names[];
 extern const char *const ibl_pixel_names[];
 extern const char *const ibl_overflow_names[];
 extern const char *const ibl_mapping_names[];
+extern const char *const ibl_formula_names[]; /* of mappings that are formulas:
+                                                 all but best */
 extern const char *const ibl_method_names[];
 extern const char *const ibl_lobe_names[];
 extern const char *const ibl_geometry_names[];

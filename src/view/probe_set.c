@@ -213,7 +213,7 @@ static bool take_lookups(ibl_json_at root, view_probe_set *set)
     int filament, whole;
 
     if (!ibl_json_choice(ibl_json_member(&specular, "mapping"),
-                         ibl_mapping_names, &filament) ||
+                         ibl_formula_names, &filament) ||
         !ibl_json_real(ibl_json_member(&specular, "lod_scale"), 0, 1e6, false,
                        &scale) ||
         !ibl_json_real(ibl_json_member(&specular, "lod_offset"), -1e6, 1e6,

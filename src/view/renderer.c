@@ -280,6 +280,7 @@ static bool draw_stage(view_renderer *r)
         return false;
     e.sun = r->sun;
     memcpy(e.lod, r->frame.lod, sizeof e.lod);
+    memcpy(e.ladder, r->frame.ladder, sizeof e.ladder);
     return view_scene_draw(r->stage, &r->settings, &e, r->maps[VIEW_LUT],
                            r->picture[0], r->width, r->height);
 }

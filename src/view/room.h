@@ -62,7 +62,7 @@ typedef struct view_probe_maps {
 /* Seen through windows; gets the weight that the probes leave. */
 typedef struct view_room_environment {
     GLuint specular, irradiance, sky; /* sky: level 0 or the skybox */
-    float lod[4];                     /* as view_frame.lod */
+    float lod[4], ladder[4][4];       /* as of view_frame */
     float irradiance_scale;           /* as view_frame.diffuse[0] */
     bool fit;          /* lobes by ibl_lobe_fit, not the split sum */
     double turn;       /* degrees */

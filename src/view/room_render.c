@@ -163,6 +163,7 @@ static void fill_frame(view_frame *f, const view_room_draw *d)
     f->turn[0] = (float)cos(turn);
     f->turn[1] = (float)sin(turn);
     memcpy(f->lod, e->lod, sizeof f->lod);
+    memcpy(f->ladder, e->ladder, sizeof f->ladder);
     f->diffuse[0] = e->irradiance_scale;
     f->reflection[0] = e->fit;
 }

@@ -7,6 +7,7 @@ layout(std140) uniform Frame {
     vec4 viewport;
     vec4 turn;
     vec4 lod;
+    vec4 ladder[4];
     vec4 diffuse;
     vec4 sh[25];
     vec4 disc_direction[64];
@@ -20,3 +21,4 @@ layout(std140) uniform Frame {
     vec4 display;
     ivec4 show;
 };
+#define IBL_LADDER ladder
