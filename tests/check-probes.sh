@@ -189,6 +189,7 @@ test_options_change() {
 |--pixel rgba32f
 |--overflow clip
 |--irradiance 8
+|--pixel bc6h --quality fast
 |--any-aspect
 |--strict
 |--isa c
@@ -207,6 +208,8 @@ END
     edit a.json 's.defaults.samples = 17' b.json
     rm -rf inc && iblbake probes -q a.json -o inc
     expect 'lamp hall (global)' b.json -o inc
+    rm -rf inc && iblbake probes -q set.json -o inc --pixel bc6h --quality fast
+    expect 'lamp hall (global)' set.json -o inc --pixel bc6h
     rm -rf inc && cp -a out inc
     expect '' set.json -o inc --container dds
     rm inc/*.ktx2
@@ -602,7 +605,7 @@ s.defaults.size = 0|defaults.size: expected a whole number from 1 to 16384, foun
 s.defaults.size = 1.5|defaults.size: expected a whole number *, found 1.5
 s.defaults.size = "16"|defaults.size: expected a whole number *, found "16"
 s.defaults.levels = 6|defaults.levels: expected a whole number from 1 to 5, found 6
-s.defaults.pixel = "rgb8"|defaults.pixel: expected rgba16f, rgba32f, rgb9e5 or r11g11b10f, found "rgb8"
+s.defaults.pixel = "rgb8"|defaults.pixel: expected rgba16f, rgba32f, rgb9e5, r11g11b10f, bc6h, uastc-hdr or astc4x4hdr, found "rgb8"
 s.defaults.overflow = "wrap"|defaults.overflow: expected spread or clip, found "wrap"
 s.defaults.container = null|defaults.container: expected ktx2, ktx or dds, found null
 s.defaults.irradiance = "SH"|defaults.irradiance: expected a whole number from 1 to 16384 or "sh", found "SH"
@@ -682,6 +685,7 @@ twice.json -o bad|1|twice.json:1:*: no JSON: duplicate*
 set.json|2|no output directory: *
 set.json set.json -o bad|2|set.json: a second set *
 set.json -o bad --levels 9|1|--levels 9: a cube of size 16 has 1 to 5 levels
+set.json -o bad --pixel uastc-hdr --container dds|1|--pixel uastc-hdr: dds files cannot hold it: take --container ktx2
 set.json -o bad --zstd 1 --container dds|1|--zstd 1: dds files cannot hold it: take --container ktx2
 set.json -o bad --alpha no|2|--alpha no: not a value *
 set.json -o bad --irradiance 0|2|--irradiance 0: not a value *

@@ -349,8 +349,10 @@ TEST(textures)
     for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_RGBA32F; p++) {
         const double rel = p == IBL_PIXEL_RGBA16F ? 5e-4 : 0;
         ibl_texture tex;
-        NEED(!ibl_texture_from_cube(ctx, &colour, p, IBL_OVERFLOW_SPREAD, &tex,
-                                    NULL));
+        NEED(!ibl_texture_from_cube(
+            ctx, &colour,
+            &(ibl_texel_options){.pixel = p, .overflow = IBL_OVERFLOW_SPREAD},
+            &tex, NULL));
         const ibl_texture one = texture_layer(ctx, &tex, 0);
         CHECK(!tex.premultiplied && ibl_pixel_has_alpha(p));
         NEED(!ibl_texture_get_alpha(ctx, &tex, &back));
@@ -396,8 +398,10 @@ TEST(no_room_for_alpha)
     memset(colour.data, 0, 3 * sizeof(float) * ibl_cube_texels(4, 1));
     memset(grey.data, 0, 3 * sizeof(float) * ibl_cube_texels(4, 2));
     for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_R11G11B10F; p++) {
-        NEED(!ibl_texture_from_cube(ctx, &colour, p, IBL_OVERFLOW_SPREAD, &tex,
-                                    NULL));
+        NEED(!ibl_texture_from_cube(
+            ctx, &colour,
+            &(ibl_texel_options){.pixel = p, .overflow = IBL_OVERFLOW_SPREAD},
+            &tex, NULL));
         CHECK(ibl_texture_set_alpha(ctx, &tex, &grey) == IBL_ERR_ARGUMENT);
         CHECK(strstr(kept.text[0],
                      p < IBL_PIXEL_RGB9E5 ? "2 levels" : ibl_pixel_name(p)));

@@ -231,14 +231,10 @@ TEST(textures)
     NEED(!ibl_cube_alloc(ctx, 4, 1, &cube));
     for (int i = 0; i < 3 * 96; i++)
         cube.data[i] = 1;
-    REFUSES(ibl_texture_from_cube(ctx, NULL, IBL_PIXEL_RGBA16F,
-                                  IBL_OVERFLOW_SPREAD, &tex, NULL));
-    REFUSES(ibl_texture_from_cube(ctx, &no_cube, IBL_PIXEL_RGBA16F,
-                                  IBL_OVERFLOW_SPREAD, &tex, NULL));
-    REFUSES(ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA16F,
-                                  IBL_OVERFLOW_SPREAD, NULL, NULL));
-    SILENT(ibl_texture_from_cube(NULL, &cube, IBL_PIXEL_RGBA16F,
-                                 IBL_OVERFLOW_SPREAD, &tex, NULL));
+    REFUSES(ibl_texture_from_cube(ctx, NULL, NULL, &tex, NULL));
+    REFUSES(ibl_texture_from_cube(ctx, &no_cube, NULL, &tex, NULL));
+    REFUSES(ibl_texture_from_cube(ctx, &cube, NULL, NULL, NULL));
+    SILENT(ibl_texture_from_cube(NULL, &cube, NULL, &tex, NULL));
     REFUSES(ibl_texture_from_lut(ctx, NULL, IBL_PIXEL_RG16F, &tex, NULL));
     REFUSES(ibl_texture_from_lut(ctx, &no_lut, IBL_PIXEL_RG16F, &tex, NULL));
     REFUSES(ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG16F, NULL, NULL));
@@ -248,8 +244,7 @@ TEST(textures)
     REFUSES(ibl_texture_from_lobe_table(ctx, &no_lobes, NULL));
     SILENT(ibl_texture_from_lobe_table(NULL, &no_lobes, &tex));
 
-    NEED(!ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA16F,
-                                IBL_OVERFLOW_SPREAD, &tex, NULL));
+    NEED(!ibl_texture_from_cube(ctx, &cube, NULL, &tex, NULL));
     none = tex;
     none.data = NULL;
     REFUSES(ibl_texture_to_cube(ctx, NULL, &cube));

@@ -40,7 +40,9 @@ static ibl_cube stored(const ibl_cube *cube, ibl_pixel pixel, ibl_overflow how,
 {
     ibl_texture tex = {0};
     ibl_cube back = {0};
-    if (ibl_texture_from_cube(ctx, cube, pixel, how, &tex, report) ||
+    if (ibl_texture_from_cube(
+            ctx, cube, &(ibl_texel_options){.pixel = pixel, .overflow = how},
+            &tex, report) ||
         ibl_texture_to_cube(ctx, &tex, &back))
         exit(1);
     ibl_texture_free(&tex);
@@ -440,8 +442,7 @@ TEST(same_bytes)
         for (int isa = IBL_ISA_C; isa <= (int)ibl_isa_best(); isa++) {
             ibl_ctx *other = test_ctx(threads, (ibl_isa)isa);
             ibl_texture tex;
-            NEED(!ibl_texture_from_cube(other, &cube, IBL_PIXEL_RGBA16F,
-                                        IBL_OVERFLOW_SPREAD, &tex, NULL));
+            NEED(!ibl_texture_from_cube(other, &cube, NULL, &tex, NULL));
             if (!first.data)
                 first = tex;
             else

@@ -259,7 +259,8 @@ TEST(limits)
 {
     for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
         const int channels = ibl_pixel_channels(p);
-        const bool sign = p != IBL_PIXEL_RGB9E5 && p != IBL_PIXEL_R11G11B10F;
+        const bool sign = channels == 2 || ibl_pixel_has_alpha(p);
+        const size_t texels = (size_t)(ibl_pixel_block(p) * ibl_pixel_block(p));
         const float max = ibl_pixel_max(p);
         const struct {
             float in, out;
@@ -276,12 +277,15 @@ TEST(limits)
             {0, 0, 0},
         };
         for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-            float in[3] = {cases[i].in, 0, 0}, out[3] = {9, 9, 9};
+            float in[3 * 16] = {0}, out[3 * 16];
+            for (size_t k = 0; k < texels; k++)
+                in[3 * k] = cases[i].in;
             unsigned char texel[16];
-            const size_t beyond = ibl_pixel_encode(p, in, 1, texel);
-            ibl_pixel_decode(p, texel, 1, out);
-            CHECK_MSG(beyond == cases[i].beyond, "%s of %g: %zu beyond",
-                      ibl_pixel_name(p), (double)in[0], beyond);
+            const size_t beyond = ibl_pixel_encode(p, in, texels, texel);
+            ibl_pixel_decode(p, texel, texels, out);
+            CHECK_MSG(beyond == texels * cases[i].beyond,
+                      "%s of %g: %zu beyond", ibl_pixel_name(p), (double)in[0],
+                      beyond);
             CHECK_MSG(out[0] == cases[i].out &&
                           !signbit(out[0]) == !signbit(cases[i].out),
                       "%s of %g is %g", ibl_pixel_name(p), (double)in[0],

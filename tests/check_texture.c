@@ -77,24 +77,32 @@ TEST(cubes)
         ibl_texture a, b;
         ibl_overflow_report beyond_a, beyond_b;
         if (ibl_pixel_channels(p) == 2) {
-            CHECK(ibl_texture_from_cube(quiet, &cube, p, IBL_OVERFLOW_CLIP, &a,
-                                        NULL) == IBL_ERR_ARGUMENT);
+            CHECK(ibl_texture_from_cube(
+                      quiet, &cube,
+                      &(ibl_texel_options){.pixel = p,
+                                           .overflow = IBL_OVERFLOW_CLIP},
+                      &a, NULL) == IBL_ERR_ARGUMENT);
             continue;
         }
-        NEED(!ibl_texture_from_cube(ctx, &cube, p, IBL_OVERFLOW_CLIP, &a,
-                                    &beyond_a));
-        NEED(!ibl_texture_from_cube(one, &cube, p, IBL_OVERFLOW_CLIP, &b,
-                                    &beyond_b));
+        NEED(!ibl_texture_from_cube(
+            ctx, &cube,
+            &(ibl_texel_options){.pixel = p, .overflow = IBL_OVERFLOW_CLIP}, &a,
+            &beyond_a));
+        NEED(!ibl_texture_from_cube(
+            one, &cube,
+            &(ibl_texel_options){.pixel = p, .overflow = IBL_OVERFLOW_CLIP}, &b,
+            &beyond_b));
         CHECK(texture_same(&a, &b) && beyond_a.values == beyond_b.values);
         CHECK((beyond_a.values > 0) == (p != IBL_PIXEL_RGBA32F));
         NEED(!ibl_texture_to_cube(ctx, &a, &back));
         CHECK(back.size == 70 && back.levels == 5);
-        /* The last texel of all, through the reference. */
-        float last[3];
+        /* The last texel of all, or the last block, which is the last face. */
+        float last[3 * 16];
         unsigned char texel[16];
-        ibl_pixel_encode(p, cube.data + floats - 3, 1, texel);
-        ibl_pixel_decode(p, texel, 1, last);
-        CHECK(!memcmp(last, back.data + floats - 3, sizeof last));
+        const size_t n = (size_t)(ibl_pixel_block(p) * ibl_pixel_block(p));
+        ibl_pixel_encode(p, cube.data + floats - 3 * n, n, texel);
+        ibl_pixel_decode(p, texel, n, last);
+        CHECK(!memcmp(last, back.data + floats - 3 * n, 3 * n * sizeof *last));
         CHECK(ibl_texture_offset(&a, 4, 5) + ibl_texture_face_bytes(&a, 4) ==
               a.bytes);
         ibl_lut lut;
@@ -133,8 +141,16 @@ TEST(luts)
 /* KTX 2.0, section 3: the header's words; 3.10: levels, smallest first. */
 TEST(ktx2_header)
 {
-    static const uint32_t formats[][2] = {{97, 2},  {109, 4}, {123, 4},
-                                          {122, 4}, {83, 2},  {103, 4}};
+    static const uint32_t formats[][2] = {
+        [IBL_PIXEL_RGBA16F] = {97, 2},
+        [IBL_PIXEL_RGBA32F] = {109, 4},
+        [IBL_PIXEL_RGB9E5] = {123, 4},
+        [IBL_PIXEL_R11G11B10F] = {122, 4},
+        [IBL_PIXEL_BC6H] = {143, 1},
+        [IBL_PIXEL_UASTC_HDR] = {1000066000, 1},
+        [IBL_PIXEL_ASTC4X4HDR] = {1000066000, 1},
+        [IBL_PIXEL_RG16F] = {83, 2},
+        [IBL_PIXEL_RG32F] = {103, 4}};
     for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
         ibl_texture tex = make(p, 5, 5, 3, 6);
         size_t size;
@@ -175,34 +191,50 @@ TEST(ktx2_descriptor)
     static const struct {
         int samples;
         uint32_t word[6][3];
+        uint32_t model, edges; /* edges of a block, less one */
     } want[IBL_PIXEL_COUNT] = {
         {4,
          {{0xC00F0000, 0xBF800000, 0x3F800000},
           {0xC10F0010, 0xBF800000, 0x3F800000},
           {0xC20F0020, 0xBF800000, 0x3F800000},
-          {0xCF0F0030, 0xBF800000, 0x3F800000}}},
+          {0xCF0F0030, 0xBF800000, 0x3F800000}},
+         1,
+         0},
         {4,
          {{0xC01F0000, 0xBF800000, 0x3F800000},
           {0xC11F0020, 0xBF800000, 0x3F800000},
           {0xC21F0040, 0xBF800000, 0x3F800000},
-          {0xCF1F0060, 0xBF800000, 0x3F800000}}},
+          {0xCF1F0060, 0xBF800000, 0x3F800000}},
+         1,
+         0},
         {6,
          {{0x00080000, 0, 8448},
           {0x2004001B, 15, 31},
           {0x01080009, 0, 8448},
           {0x2104001B, 15, 31},
           {0x02080012, 0, 8448},
-          {0x2204001B, 15, 31}}},
+          {0x2204001B, 15, 31}},
+         1,
+         0},
         {3,
          {{0x800A0000, 0, 0x3F800000},
           {0x810A000B, 0, 0x3F800000},
-          {0x82090016, 0, 0x3F800000}}},
+          {0x82090016, 0, 0x3F800000}},
+         1,
+         0},
+        {1, {{0x807F0000, 0, 0x3F800000}}, 133, 0x0303},
+        {1, {{0x807F0000, 0, 0x3F800000}}, 167, 0x0303},
+        {1, {{0xC07F0000, 0xBF800000, 0x3F800000}}, 162, 0x0303},
         {2,
          {{0xC00F0000, 0xBF800000, 0x3F800000},
-          {0xC10F0010, 0xBF800000, 0x3F800000}}},
+          {0xC10F0010, 0xBF800000, 0x3F800000}},
+         1,
+         0},
         {2,
          {{0xC01F0000, 0xBF800000, 0x3F800000},
-          {0xC11F0020, 0xBF800000, 0x3F800000}}},
+          {0xC11F0020, 0xBF800000, 0x3F800000}},
+         1,
+         0},
     };
     for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
         ibl_texture tex = make(p, 2, 2, 1, 1);
@@ -212,9 +244,9 @@ TEST(ktx2_descriptor)
         const uint32_t block = 24 + 16 * (uint32_t)want[p].samples;
         CHECK(file_u32(d) == block + 4 && file_u32(d + 4) == 0);
         CHECK(file_u32(d + 8) == (2 | block << 16) &&
-              file_u32(d + 12) == 0x00010101);
-        CHECK(file_u32(d + 16) == 0 && file_u32(d + 20) == ibl_pixel_bytes(p) &&
-              file_u32(d + 24) == 0);
+              file_u32(d + 12) == (0x00010100 | want[p].model));
+        CHECK(file_u32(d + 16) == want[p].edges &&
+              file_u32(d + 20) == ibl_pixel_bytes(p) && file_u32(d + 24) == 0);
         for (int s = 0; s < want[p].samples; s++) {
             const unsigned char *at = d + 28 + 16 * s;
             CHECK(file_u32(at) == want[p].word[s][0] && file_u32(at + 4) == 0 &&
@@ -242,17 +274,26 @@ TEST(ktx2_metadata)
 
 TEST(ktx_header)
 {
-    static const uint32_t gl[IBL_PIXEL_COUNT][4] = {
-        {0x140B, 2, 0x1908, 0x881A}, {0x1406, 4, 0x1908, 0x8814},
-        {0x8C3E, 4, 0x1907, 0x8C3D}, {0x8C3B, 4, 0x1907, 0x8C3A},
-        {0x140B, 2, 0x8227, 0x822F}, {0x1406, 4, 0x8227, 0x8230}};
+    /* Type, its size, format, internal format; base format if that differs. */
+    static const uint32_t gl[IBL_PIXEL_COUNT][5] = {
+        [IBL_PIXEL_RGBA16F] = {0x140B, 2, 0x1908, 0x881A},
+        [IBL_PIXEL_RGBA32F] = {0x1406, 4, 0x1908, 0x8814},
+        [IBL_PIXEL_RGB9E5] = {0x8C3E, 4, 0x1907, 0x8C3D},
+        [IBL_PIXEL_R11G11B10F] = {0x8C3B, 4, 0x1907, 0x8C3A},
+        [IBL_PIXEL_BC6H] = {0, 1, 0, 0x8E8F, 0x1907},
+        [IBL_PIXEL_ASTC4X4HDR] = {0, 1, 0, 0x93B0, 0x1908},
+        [IBL_PIXEL_RG16F] = {0x140B, 2, 0x8227, 0x822F},
+        [IBL_PIXEL_RG32F] = {0x1406, 4, 0x8227, 0x8230}};
     for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
+        if (!ibl_container_holds(IBL_CONTAINER_KTX, p))
+            continue;
         ibl_texture tex = make(p, 5, 5, 3, 6);
         size_t size;
         unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &size);
-        const uint32_t want[] = {0x04030201, gl[p][0], gl[p][1], gl[p][2],
-                                 gl[p][3],   gl[p][2], 5,        5,
-                                 0,          0,        6,        3};
+        const uint32_t want[] = {0x04030201, gl[p][0], gl[p][1],
+                                 gl[p][2],   gl[p][3], gl[p][gl[p][4] ? 4 : 2],
+                                 5,          5,        0,
+                                 0,          6,        3};
         CHECK(!memcmp(b, "\xABKTX 11\xBB\r\n\x1A\n", 12));
         for (size_t i = 0; i < sizeof want / sizeof want[0]; i++)
             CHECK(file_u32(b + 12 + 4 * i) == want[i]);
@@ -272,15 +313,23 @@ TEST(ktx_header)
 
 TEST(dds_header)
 {
-    static const uint32_t dxgi[IBL_PIXEL_COUNT] = {10, 2, 67, 26, 34, 16};
+    static const uint32_t dxgi[IBL_PIXEL_COUNT] = {
+        [IBL_PIXEL_RGBA16F] = 10, [IBL_PIXEL_RGBA32F] = 2,
+        [IBL_PIXEL_RGB9E5] = 67,  [IBL_PIXEL_R11G11B10F] = 26,
+        [IBL_PIXEL_BC6H] = 95,    [IBL_PIXEL_RG16F] = 34,
+        [IBL_PIXEL_RG32F] = 16};
     for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
+        if (!ibl_container_holds(IBL_CONTAINER_DDS, p))
+            continue;
+        const bool blocks = p == IBL_PIXEL_BC6H;
         ibl_texture tex = make(p, 5, 5, 3, 6);
         size_t size;
         unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_DDS, &size);
-        CHECK(!memcmp(b, "DDS \x7C\0\0\0\x0F\x10\x02\0", 12));
+        CHECK(!memcmp(b, "DDS \x7C\0\0\0", 8) &&
+              file_u32(b + 8) == (blocks ? 0xA1007 : 0x2100F));
         CHECK(file_u32(b + 12) == 5 && file_u32(b + 16) == 5 &&
               file_u32(b + 24) == 0);
-        CHECK(file_u32(b + 20) == 5 * ibl_pixel_bytes(p) &&
+        CHECK(file_u32(b + 20) == (blocks ? 4 * 16 : 5 * ibl_pixel_bytes(p)) &&
               file_u32(b + 28) == 3);
         CHECK(!memcmp(b + 76, "\x20\0\0\0\x04\0\0\0DX10", 12));
         CHECK(file_u32(b + 108) == 0x401008 && file_u32(b + 112) == 0xFE00);
@@ -339,12 +388,16 @@ static void turn_ktx(unsigned char *b, const ibl_texture *tex, size_t word)
 TEST(ktx_big_endian)
 {
     for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
+        if (!ibl_container_holds(IBL_CONTAINER_KTX, p))
+            continue;
         ibl_texture tex = make(p, 6, 6, 3, 6), back;
         size_t size;
         unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &size);
         turn_ktx(b, &tex, file_u32(b + 20));
         back = texture_decode(ctx, b, size);
         CHECK(texture_same(&tex, &back) && texture_has(&back, "zeta", "last"));
+        if (ibl_pixel_block(p) > 1)
+            continue;
         /* What is to be turned is not known of words of one byte. */
         file_set_u32(b + 20, 0x01000000);
         CHECK(ibl_texture_decode(quiet, "big", b, size, &back, NULL) ==

@@ -131,7 +131,8 @@ TEST(round_trips)
         for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++)
             for (int n = 0; n < 3; n++)
                 for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++)
-                    round_trip(shapes[i], p, counts[n], c);
+                    if (ibl_container_holds(c, p))
+                        round_trip(shapes[i], p, counts[n], c);
 }
 
 /* KTX 2.0: layerCount is 0 for no array; levels hold layers, layers faces. */

@@ -43,8 +43,11 @@ static void name_texels(ibl_texture *tex, int edge, int levels, double extra)
                 to[2] = (float)(i / n);
             }
         }
-    CHECK(!ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA32F,
-                                 IBL_OVERFLOW_CLIP, tex, NULL));
+    CHECK(!ibl_texture_from_cube(
+        ctx, &cube,
+        &(ibl_texel_options){.pixel = IBL_PIXEL_RGBA32F,
+                             .overflow = IBL_OVERFLOW_CLIP},
+        tex, NULL));
     ibl_cube_free(&cube);
 }
 

@@ -160,9 +160,11 @@ TEST(small_pictures_of_the_sky)
     s.fov = 120;
     for (int own = 0; own < 2; own++) {
         if (own)
-            NEED(!ibl_texture_from_cube(shade_ctx(), &set->specular,
-                                        IBL_PIXEL_RGBA32F, IBL_OVERFLOW_CLIP,
-                                        &set->set.texture[VIEW_SKY], NULL));
+            NEED(!ibl_texture_from_cube(
+                shade_ctx(), &set->specular,
+                &(ibl_texel_options){.pixel = IBL_PIXEL_RGBA32F,
+                                     .overflow = IBL_OVERFLOW_CLIP},
+                &set->set.texture[VIEW_SKY], NULL));
         float *picture = shade_draw(&set->set, &s);
         /* In the middle a pixel is 2 tan(60) / 16 = 0.22 wide, a texel of 32
          * in a face 0.0625: 3.5 of them, nearer to level 2 than to level 1. */

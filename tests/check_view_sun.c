@@ -63,8 +63,11 @@ static ibl_texture cube_of(ibl_ctx *ctx, int size, int most, radiance *light,
         for (int k = 0; k < 3; k++)
             cube.data[3 * i + k] = (float)(sum[k] / whole);
     }
-    if (ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA32F, IBL_OVERFLOW_CLIP,
-                              &tex, NULL))
+    if (ibl_texture_from_cube(
+            ctx, &cube,
+            &(ibl_texel_options){.pixel = IBL_PIXEL_RGBA32F,
+                                 .overflow = IBL_OVERFLOW_CLIP},
+            &tex, NULL))
         exit(1);
     ibl_cube_free(&cube);
     return tex;

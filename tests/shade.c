@@ -72,11 +72,16 @@ void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut)
 
     for (int i = 0; i < VIEW_CONTENTS; i++)
         ibl_texture_free(&t[i]);
-    need(!ibl_texture_from_cube(shade_ctx(), &s->specular, cubes,
-                                IBL_OVERFLOW_SPREAD, &t[VIEW_SPECULAR], NULL) &&
-             !ibl_texture_from_cube(shade_ctx(), &s->irradiance, cubes,
-                                    IBL_OVERFLOW_SPREAD, &t[VIEW_IRRADIANCE],
-                                    NULL) &&
+    need(!ibl_texture_from_cube(
+             shade_ctx(), &s->specular,
+             &(ibl_texel_options){.pixel = cubes,
+                                  .overflow = IBL_OVERFLOW_SPREAD},
+             &t[VIEW_SPECULAR], NULL) &&
+             !ibl_texture_from_cube(
+                 shade_ctx(), &s->irradiance,
+                 &(ibl_texel_options){.pixel = cubes,
+                                      .overflow = IBL_OVERFLOW_SPREAD},
+                 &t[VIEW_IRRADIANCE], NULL) &&
              !ibl_texture_from_lut(shade_ctx(), &s->lut, lut, &t[VIEW_LUT],
                                    NULL),
          "textures");

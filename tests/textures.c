@@ -114,8 +114,12 @@ static ibl_status decode_copy(ibl_ctx *quiet, const unsigned char *bytes,
     CHECK(status != IBL_ERR_MEMORY);
     /* Zstandard's least block takes 4 bytes and holds 128 KiB. */
     const bool packed = size > 48 && file_u32(bytes + 44) == 2;
+    /* Signed blocks become halves. */
+    const bool grows = !status && back.pixel == IBL_PIXEL_RGBA16F;
     if (!status)
-        CHECK(back.bytes <= (packed ? size << 15 : size * 4 / 3 + 16) &&
+        CHECK(back.bytes <= (packed  ? size << 15
+                             : grows ? 8 * size
+                                     : size * 4 / 3 + 16) &&
               back.key_count < 99 && back.layers >= 1 &&
               back.layers <= IBL_MAX_LAYERS);
     else

@@ -81,8 +81,10 @@ static void write_cubes(const char *dir, int size, int levels)
     fill(cube.data, 3 * ibl_cube_texels(size, levels));
     for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_R11G11B10F; p++) {
         ibl_texture tex;
-        need(ibl_texture_from_cube(ctx, &cube, p, IBL_OVERFLOW_CLIP, &tex,
-                                   NULL));
+        need(ibl_texture_from_cube(
+            ctx, &cube,
+            &(ibl_texel_options){.pixel = p, .overflow = IBL_OVERFLOW_CLIP},
+            &tex, NULL));
         need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
         need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));
         write_all(&tex, dir, shape);
@@ -103,8 +105,10 @@ static void write_alpha(const char *dir)
         alpha.data[i] = (float)(i % 101) / 100;
     for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_RGBA32F; p++) {
         ibl_texture tex;
-        need(ibl_texture_from_cube(ctx, &cube, p, IBL_OVERFLOW_CLIP, &tex,
-                                   NULL));
+        need(ibl_texture_from_cube(
+            ctx, &cube,
+            &(ibl_texel_options){.pixel = p, .overflow = IBL_OVERFLOW_CLIP},
+            &tex, NULL));
         need(ibl_texture_set_alpha(ctx, &tex, &alpha));
         need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
         need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));

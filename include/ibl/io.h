@@ -197,20 +197,27 @@ typedef enum ibl_pixel {
     IBL_PIXEL_RGBA32F,    /* 16 bytes: 4 floats */
     IBL_PIXEL_RGB9E5,     /* 4 bytes: 3 x 9 bits, shared 5-bit exponent */
     IBL_PIXEL_R11G11B10F, /* 4 bytes: unsigned floats of 11, 11, 10 bits */
+    IBL_PIXEL_BC6H,       /* blocks of 4x4 texels in 16 bytes: unsigned */
+    IBL_PIXEL_UASTC_HDR,  /*   the same: the part of ASTC that Basis Universal's
+                             transcoders take; KTX2 alone marks it */
+    IBL_PIXEL_ASTC4X4HDR, /*   the same blocks, marked as ASTC; KTX2 and KTX */
     IBL_PIXEL_RG16F,      /* 4 bytes: 2 halves (the LUT) */
     IBL_PIXEL_RG32F,      /* 8 bytes: 2 floats (the LUT) */
     IBL_PIXEL_COUNT
 } ibl_pixel;
 
-/* "rgba16f", "rgba32f", "rgb9e5", "r11g11b10f", "rg16f", "rg32f". */
+/* "rgba16f", "rgba32f", "rgb9e5", "r11g11b10f", "bc6h", "uastc-hdr",
+ * "astc4x4hdr", "rg16f", "rg32f". */
 const char *ibl_pixel_name(ibl_pixel pixel);
-/* Bytes of one texel. */
+/* Edge of a block in texels: 4, or 1 if each texel has bytes of its own. */
+int ibl_pixel_block(ibl_pixel pixel);
+/* Bytes of one block: of one texel, if blocks are not larger. */
 size_t ibl_pixel_bytes(ibl_pixel pixel);
 /* Floats of one decoded texel: 3 (RGB), 2 (RG). */
 int ibl_pixel_channels(ibl_pixel pixel);
 /* 1: it also has alpha, encoded as 1: see ibl_texture_set_alpha. */
 int ibl_pixel_has_alpha(ibl_pixel pixel);
-/* Largest finite value of red: 65504, FLT_MAX, 65408 or 65024. */
+/* Largest finite value of red: 65504, FLT_MAX, 65408, 65024 or 65216. */
 float ibl_pixel_max(ibl_pixel pixel);
 
 /*
@@ -221,6 +228,9 @@ float ibl_pixel_max(ibl_pixel pixel);
  * in other pixels, all negative values become 0. NaN becomes 0. Returns the
  * number of components changed to the largest value or its negative.
  * dst: count * ibl_pixel_bytes(pixel) bytes, any alignment.
+ * If blocks are larger than a texel, src has all 16 texels of a block, row by
+ * row, before those of the next; count is a multiple of 16, and dst gets
+ * count / 16 blocks, of IBL_QUALITY_NORMAL.
  */
 size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
                         void *dst);
@@ -236,6 +246,9 @@ typedef enum ibl_quality {
     IBL_QUALITY_NORMAL, /* the default */
     IBL_QUALITY_BEST
 } ibl_quality;
+
+/* "fast", "normal" or "best". */
+const char *ibl_quality_name(ibl_quality quality);
 
 typedef struct ibl_key_value {
     char *key;
@@ -254,10 +267,11 @@ typedef struct ibl_key_value {
 /*
  * A texture in memory, in upload order: levels from the largest, then the
  * layers of a level, the faces of a layer, and the rows of a face from the top,
- * without padding. Cubes have width == height and 6 faces in the order
- * +X -X +Y -Y +Z -Z; flat textures have 1 face. All layers of an array have the
- * same shape; other textures have 1 layer. A zeroed texture is empty. Free with
- * ibl_texture_free.
+ * without padding. Blocks of more than a texel are rows of blocks instead;
+ * those at the right and lower edge may have texels beyond it. Cubes have width
+ * == height and 6 faces in the order +X -X +Y -Y +Z -Z; flat textures have 1
+ * face. All layers of an array have the same shape; other textures have 1
+ * layer. A zeroed texture is empty. Free with ibl_texture_free.
  */
 typedef struct ibl_texture {
     ibl_pixel pixel;
@@ -354,9 +368,19 @@ typedef struct ibl_overflow_report {
     ibl_overflow_level level[IBL_MAX_LEVELS];
 } ibl_overflow_report;
 
+/* How the texels of a cube are encoded. */
+typedef struct ibl_texel_options {
+    ibl_pixel pixel;       /* of 3 channels; default IBL_PIXEL_RGBA16F */
+    ibl_overflow overflow; /* default IBL_OVERFLOW_SPREAD */
+    ibl_quality quality;   /* of blocks; default IBL_QUALITY_NORMAL */
+} ibl_texel_options;
+
+ibl_texel_options ibl_texel_options_default(void);
+
 /*
- * Cube or LUT to texture and back. A cube takes the four 3-channel pixels, a
- * LUT the two 2-channel ones, else IBL_ERR_ARGUMENT. report may be NULL;
+ * Cube or LUT to texture and back. A cube takes the 3-channel pixels, a LUT the
+ * two 2-channel ones, else IBL_ERR_ARGUMENT. opts NULL: defaults. Texels of
+ * blocks beyond the edge of a face repeat its last ones. report may be NULL;
  * *saturated, if not NULL, is the count of ibl_pixel_encode. If no component is
  * above the largest value, overflow has no effect and no cost; else spreading
  * uses 17 bytes of temporary memory for each texel of a level.
@@ -364,7 +388,7 @@ typedef struct ibl_overflow_report {
  * array of more than one layer: ibl_texture_layer extracts one.
  */
 ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
-                                 ibl_pixel pixel, ibl_overflow overflow,
+                                 const ibl_texel_options *opts,
                                  ibl_texture *tex, ibl_overflow_report *report);
 ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
                                 ibl_pixel pixel, ibl_texture *tex,
@@ -377,6 +401,27 @@ ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
                                ibl_cube *cube);
 ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_lut *lut);
+
+/* Replaces blocks by RGBA16F texels of the same values, in place; other pixels
+ * stay as they are. tex is unchanged after an error. */
+ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex);
+
+/* The error of the pixel format at a level, with what the overflow did: t is a
+ * texel of the cube, d the same texel decoded, |.| over R, G and B. */
+typedef struct ibl_pixel_error {
+    double nrmse;    /* sqrt(sum |d - t|^2 / sum |t|^2) */
+    double relative; /* mean of |d - t| / |t|; for a black t 0 if d is black,
+                        else 1 */
+} ibl_pixel_error;
+
+/*
+ * Compares a texture of one layer with the cube that it was made from: errors
+ * of all levels. Texels of the cube that are not finite are left out.
+ * IBL_ERR_ARGUMENT: tex is not a cube of one layer, or cube has another shape.
+ */
+ibl_status ibl_texture_errors(ibl_ctx *ctx, const ibl_texture *tex,
+                              const ibl_cube *cube,
+                              ibl_pixel_error error[IBL_MAX_LEVELS]);
 
 /*
  * Sets the alpha of a cube's texels; the colours are already multiplied by it.
@@ -401,6 +446,8 @@ typedef enum ibl_container {
 
 /* "ktx2", "ktx", "dds": the name and the file extension. */
 const char *ibl_container_name(ibl_container container);
+/* 1: files of that kind can hold the pixel format. */
+int ibl_container_holds(ibl_container container, ibl_pixel pixel);
 
 /*
  * The bytes of a file in that container. Free *bytes with ibl_bytes_free. KTX2
@@ -408,8 +455,9 @@ const char *ibl_container_name(ibl_container container);
  * two. DDS cannot hold keys and drops them. A texture of one layer is not
  * written as an array. Zstandard works on the context's pool, a level on one
  * thread; its bytes do not depend on the number of threads.
- * IBL_ERR_ARGUMENT: tex is incomplete. IBL_ERR_UNSUPPORTED: KTX with a face of
- * 4 GiB, or with a level of 4 GiB in an array.
+ * IBL_ERR_ARGUMENT: tex is incomplete. IBL_ERR_UNSUPPORTED: the container does
+ * not hold the pixel format; KTX with a face of 4 GiB, or with a level of 4 GiB
+ * in an array.
  */
 ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,
@@ -427,16 +475,15 @@ ibl_status ibl_texture_visit(ibl_ctx *ctx, const ibl_texture *tex,
  * ibl_pixel: cube, 2D or an array of either, with or without levels, either
  * byte order for KTX. KTX and KTX2 files with 3-channel 16 or 32-bit floats are
  * widened to 4 channels. DDS files may also name a float format of Direct3D 9
- * in place of a FourCC, and hold RGB floats. KTX2 files may be supercompressed
- * with Zstandard. Files that this library wrote are read back bit for bit,
- * including keys.
- * IBL_ERR_UNSUPPORTED: more layers than IBL_MAX_LAYERS, 3D, another pixel
- * format or supercompression; the message has its name or number.
- * IBL_ERR_FORMAT: a damaged file. Never reads outside [bytes, size), and
- * allocates little more than size, or than Zstandard's frames say they hold.
- * Keys are read if their value is text. KTXwriter is kept, KTXorientation is
- * not. If it says that rows do not begin at the top, a flat texture is flipped
- * and a cube is IBL_ERR_UNSUPPORTED.
+ * in place of a FourCC, and hold RGB floats. Signed BC6H becomes RGBA16F. KTX2
+ * files may be supercompressed with Zstandard. Files that this library wrote
+ * are read back bit for bit, including keys. IBL_ERR_UNSUPPORTED: more layers
+ * than IBL_MAX_LAYERS, 3D, another pixel format or supercompression; the
+ * message has its name or number. IBL_ERR_FORMAT: a damaged file. Never reads
+ * outside [bytes, size), and allocates little more than size, or than
+ * Zstandard's frames say they hold. Keys are read if their value is text.
+ * KTXwriter is kept, KTXorientation is not. If it says that rows do not begin
+ * at the top, a flat texture is flipped and a cube is IBL_ERR_UNSUPPORTED.
  *   container   may be NULL
  */
 ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,

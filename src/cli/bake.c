@@ -111,7 +111,7 @@ static void warn_of_overflow(const ibl_bake *b, const ibl_baked *file)
     for (int l = 0; l < file->shape.levels; l++)
         ibl_overflow_add(&file->overflow.level[l], &sum);
     ibl_warn_of_overflow(b->console, file->path, file->shape.pixel,
-                         b->opts->overflow, &sum);
+                         b->opts->texels.overflow, &sum);
 }
 
 /* Writes and frees a texture. */
@@ -136,13 +136,16 @@ static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
 
 static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
 {
+    ibl_baked *file = &b->files[kind];
     ibl_texture tex = {0};
 
     ibl_console_progress(b->console, "write", 0);
-    return !ibl_texture_from_cube(b->ctx, cube, b->opts->pixel,
-                                  b->opts->overflow, &tex,
-                                  &b->files[kind].overflow) &&
-           write_texture(b, kind, &tex);
+    const bool ok = !ibl_texture_from_cube(b->ctx, cube, &b->opts->texels, &tex,
+                                           &file->overflow) &&
+                    !ibl_texture_errors(b->ctx, &tex, cube, file->error) &&
+                    write_texture(b, kind, &tex);
+    ibl_texture_free(&tex);
+    return ok;
 }
 
 static bool write_specular(ibl_bake *b)
@@ -165,8 +168,8 @@ static bool write_lut(ibl_bake *b)
 
     ibl_console_progress(b->console, "lut", 0);
     return !ibl_bake_lut(b->ctx, &b->opts->lut, &b->lut) &&
-           !ibl_texture_from_lut(b->ctx, &b->lut, ibl_lut_pixel(b->opts->pixel),
-                                 &tex,
+           !ibl_texture_from_lut(b->ctx, &b->lut,
+                                 ibl_lut_pixel(b->opts->texels.pixel), &tex,
                                  &b->files[IBL_OUTPUT_LUT].overflow.values) &&
            write_texture(b, IBL_OUTPUT_LUT, &tex);
 }
@@ -270,6 +273,23 @@ static void log_light(const ibl_bake *b, const ibl_light *light)
                      e[1], e[2]);
 }
 
+/* ", off by 2.6 1.3 0.9 %": the nRMSE of each level of a cube by its pixel
+ * format; "": none is off. */
+static void list_errors(const ibl_baked *file, char *list, size_t size)
+{
+    double most = 0;
+    int used = snprintf(list, size, ", off by the format");
+
+    for (int l = 0; l < file->shape.levels; l++) {
+        most = fmax(most, file->error[l].nrmse);
+        used += snprintf(list + used, size - (size_t)used, " %.2g",
+                         100 * file->error[l].nrmse);
+    }
+    snprintf(list + used, size - (size_t)used, " %%");
+    if (most <= 0)
+        *list = '\0';
+}
+
 /* Logs the files that were read and written, for -v. */
 static void log_summary(const ibl_bake *b)
 {
@@ -281,12 +301,14 @@ static void log_summary(const ibl_bake *b)
         log_light(b, &b->lights[i]);
     for (int kind = 0; kind < IBL_OUTPUT_JSON; kind++) {
         const ibl_baked *file = &b->files[kind];
+        char errors[64 + 16 * IBL_MAX_LEVELS];
+        list_errors(file, errors, sizeof errors);
         if (file->path)
             ibl_console_info(
-                b->console, "wrote %s: %s, %s, %d x %d, levels: %d", file->path,
-                file->shape.faces == 6 ? "cube" : "2D",
+                b->console, "wrote %s: %s, %s, %d x %d, levels: %d%s",
+                file->path, file->shape.faces == 6 ? "cube" : "2D",
                 ibl_pixel_name(file->shape.pixel), file->shape.width,
-                file->shape.height, file->shape.levels);
+                file->shape.height, file->shape.levels, errors);
     }
     const char *const others[] = {b->files[IBL_OUTPUT_JSON].path,
                                   b->opts->preview, b->opts->depfile};

@@ -93,9 +93,11 @@ static const ibl_option outputs[] = {
      .help = "container, and the extension of its files"},
     {"zstd", 0, IBL_INT(zstd, 0, IBL_MAX_ZSTD),
      .help = "compress ktx2 files with Zstandard of level N; 0: do not"},
-    {"pixel", 0, IBL_CHOICE(pixel, ibl_pixel_names),
+    {"pixel", 0, IBL_CHOICE(texels.pixel, ibl_pixel_names),
      .help = "texels of the cubes; the LUT is rg32f with rgba32f, else rg16f"},
-    {"overflow", 0, IBL_CHOICE(overflow, ibl_overflow_names),
+    {"quality", 0, IBL_CHOICE(texels.quality, ibl_quality_names),
+     .help = "of bc6h, uastc-hdr and astc4x4hdr: more time, less error"},
+    {"overflow", 0, IBL_CHOICE(texels.overflow, ibl_overflow_names),
      .help = "light above the largest value of the pixel format: spread over "
              "the texels around it, or clip"},
     {"only", 0, IBL_OTHER(only, "LIST", parse_only),
@@ -227,7 +229,7 @@ static void defaults(void *settings)
     *(ibl_opts *)settings = (ibl_opts){
         .common = ibl_common_default(),
         .format = IBL_CONTAINER_KTX2,
-        .pixel = IBL_PIXEL_RGBA16F,
+        .texels = ibl_texel_options_default(),
         .only = ALL_OUTPUTS,
         .bake = ibl_bake_options_default(),
         .lut = ibl_lut_options_default(),
@@ -359,6 +361,23 @@ static bool check_mapping(const ibl_opts *o)
                       "leave --roughness-range out");
 }
 
+static bool check_texels(const ibl_opts *o)
+{
+    const ibl_texel_options *t = &o->texels;
+
+    if (!ibl_container_holds(o->format, t->pixel))
+        return ibl_misuse("--pixel %s: %s files cannot hold it: take %s",
+                          ibl_pixel_name(t->pixel),
+                          ibl_container_name(o->format),
+                          ibl_container_holds(IBL_CONTAINER_KTX, t->pixel)
+                              ? "--format ktx2 or ktx"
+                              : "--format ktx2");
+    return ibl_pixel_block(t->pixel) > 1 || t->quality == IBL_QUALITY_NORMAL ||
+           ibl_misuse("--quality %s: %s has none: it is for bc6h, uastc-hdr "
+                      "and astc4x4hdr",
+                      ibl_quality_name(t->quality), ibl_pixel_name(t->pixel));
+}
+
 static bool check_lights(const ibl_opts *o)
 {
     return !o->lights || (o->only & 1u << IBL_OUTPUT_JSON) ||
@@ -401,8 +420,8 @@ static bool validate(void *settings)
         return ibl_misuse(
             "--only skybox: its size is not known: add --skybox N");
     if (!ibl_common_validate(&o->common) || !check_mapping(o) ||
-        !check_lobes(o) || !check_zstd(o) || !check_lights(o) ||
-        !check_levels(&o->bake.specular_options))
+        !check_lobes(o) || !check_zstd(o) || !check_texels(o) ||
+        !check_lights(o) || !check_levels(&o->bake.specular_options))
         return false;
     if (!o->name) {
         if (!ibl_stem(o->input, o->stem, sizeof o->stem))

@@ -194,6 +194,11 @@ bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
         set(&s, "iblbake.yaw_deg", "%.9g", b->opts->bake.yaw_deg);
     if (ibl_bake_without_lights(b, kind))
         set(&s, "iblbake.lights", "%d", b->light_count);
+    if (ibl_pixel_block(tex->pixel) > 1) {
+        set(&s, "iblbake.pixel", "%s", ibl_pixel_name(tex->pixel));
+        set(&s, "iblbake.quality", "%s",
+            ibl_quality_name(b->opts->texels.quality));
+    }
     if (kind == IBL_OUTPUT_SPECULAR)
         set_specular(&s, b);
     else if (kind == IBL_OUTPUT_IRRADIANCE)
@@ -271,6 +276,8 @@ static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
                 put(&level, "estimated_error",
                     json_real(fmin(made->error, DBL_MAX)));
         }
+        put(&level, "pixel_error",
+            ibl_json_pixel_error(&b->files[kind].error[l]));
         const ibl_overflow_level *overflow = &b->files[kind].overflow.level[l];
         if (overflow->texels)
             put(&level, "beyond", ibl_json_overflow(overflow));
@@ -389,8 +396,12 @@ static json_t *output(const ibl_bake *b, ibl_output_kind kind)
 
     if (b->opts->zstd)
         put(&j, "zstd", json_integer(b->opts->zstd));
+    if (ibl_pixel_block(file->shape.pixel) > 1)
+        put(&j, "quality",
+            json_string(ibl_quality_name(b->opts->texels.quality)));
     if (!is_table(kind))
-        put(&j, "overflow", json_string(ibl_overflow_name(b->opts->overflow)));
+        put(&j, "overflow",
+            json_string(ibl_overflow_name(b->opts->texels.overflow)));
     if (kind == IBL_OUTPUT_SPECULAR)
         put_specular(b, &j);
     else if (kind == IBL_OUTPUT_IRRADIANCE)

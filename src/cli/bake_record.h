@@ -22,10 +22,9 @@ typedef struct ibl_opts {
     const char *directory;
     const char *name;
     ibl_container format;
-    int zstd;        /* level of Zstandard; 0: none */
-    ibl_pixel pixel; /* of the cubes */
-    ibl_overflow overflow;
-    unsigned only; /* bit n: ibl_output_kind n is wanted */
+    int zstd;                 /* level of Zstandard; 0: none */
+    ibl_texel_options texels; /* of the cubes */
+    unsigned only;            /* bit n: ibl_output_kind n is wanted */
     ibl_bake_options bake;
     int lights; /* most that are taken out of the environment */
     ibl_lut_options lut;
@@ -48,6 +47,7 @@ typedef struct ibl_baked {
     size_t bytes;      /* of the file */
     ibl_texture shape; /* of the texture, without data and keys */
     ibl_overflow_report overflow;
+    ibl_pixel_error error[IBL_MAX_LEVELS]; /* of cubes */
 } ibl_baked;
 
 typedef struct ibl_bake {

@@ -38,7 +38,8 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
             .size = ibl_cube_edge(cube.size, l),
             .base = cube.size,
             .texels = ibl_cube_face(&cube, l, 0),
-            .pixel = tex->pixel};
+            .pixel = tex->pixel,
+            .loss = b->files[kind].error[l].nrmse};
         ok = ibl_report_add(&b->judged, *judge, &level);
     }
     ibl_cube_free(&cube);

@@ -168,6 +168,12 @@ json_t *ibl_json_overflow(const ibl_overflow_level *level)
                      "moved", level->moved, "lost", level->lost);
 }
 
+json_t *ibl_json_pixel_error(const ibl_pixel_error *error)
+{
+    return json_pack("{s:f,s:f}", "nrmse", ibl_json_digits(error->nrmse),
+                     "relative", ibl_json_digits(error->relative));
+}
+
 json_t *ibl_json_harmonics(const double *sh, int degree, bool cosine)
 {
     json_t *j = json_array();

@@ -31,6 +31,9 @@ json_t *ibl_json_harmonics(const double *sh, int degree, bool cosine);
 /* {"texels": .., "moved": .., "lost": ..}; NULL: no memory. */
 json_t *ibl_json_overflow(const ibl_overflow_level *level);
 
+/* {"nrmse": .., "relative": ..}; NULL: no memory. */
+json_t *ibl_json_pixel_error(const ibl_pixel_error *error);
+
 /* Rounds to four digits; results at chosen points are not more precise. */
 double ibl_json_digits(double x);
 

@@ -60,19 +60,23 @@ static void round_to(ibl_pixel pixel, float values[4])
     ibl_pixel_decode(pixel, bytes, 1, values);
 }
 
+static bool is_of_blocks(ibl_pixel pixel)
+{
+    return pixel != IBL_PIXEL_COUNT && ibl_pixel_block(pixel) > 1;
+}
+
 void ibl_judge_loss(ibl_pixel pixel, double scale, const double *values, int n,
                     double *loss)
 {
+    const bool rounds = pixel != IBL_PIXEL_COUNT && !is_of_blocks(pixel);
     float rounded[4] = {0};
 
     for (int c = 0; c < n; c++)
         rounded[c] = (float)(values[c] * scale);
-    if (pixel != IBL_PIXEL_COUNT)
+    if (rounds)
         round_to(pixel, rounded);
     for (int c = 0; c < n; c++)
-        loss[c] = pixel == IBL_PIXEL_COUNT
-                      ? 0
-                      : (double)rounded[c] / scale - values[c];
+        loss[c] = rounds ? (double)rounded[c] / scale - values[c] : 0;
 }
 
 /* ---- the judge ------------------------------------------------------- */
@@ -388,14 +392,23 @@ static void judge_texel(const ibl_judge *j, const ibl_judge_level *level,
     }
 }
 
+/* The largest values of a pixel format. A block with one may be off by some
+ * percent. */
+static void find_max(ibl_pixel pixel, float max[4])
+{
+    for (int c = 0; c < 3; c++)
+        max[c] = is_of_blocks(pixel) ? 0.95F * ibl_pixel_max(pixel) : FLT_MAX;
+    if (pixel != IBL_PIXEL_COUNT && !is_of_blocks(pixel))
+        round_to(pixel, max);
+}
+
 static bool compare(const ibl_judge *j, const ibl_judge_level *level,
                     const known *k, ibl_verdict *v)
 {
     squares sums = {0};
-    float max[4] = {FLT_MAX, FLT_MAX, FLT_MAX}; /* of the pixel format */
+    float max[4];
 
-    if (level->pixel != IBL_PIXEL_COUNT)
-        round_to(level->pixel, max);
+    find_max(level->pixel, max);
     v->texels = malloc(k->count * sizeof *v->texels);
     ibl_judged_texel *sorted = malloc(k->count * sizeof *sorted);
     if (!v->texels || !sorted) {
@@ -418,6 +431,11 @@ static bool compare(const ibl_judge *j, const ibl_judge_level *level,
     if (sums.wrong > 0) {
         v->rounding_share = fmin(sums.rounding / sums.wrong, 1);
         v->overflow_share = sums.overflow / sums.wrong;
+    }
+    if (is_of_blocks(level->pixel)) {
+        const double share = level->loss / fmax(v->nrmse, (double)FLT_MIN);
+        v->rounding = level->loss;
+        v->rounding_share = share < 1 ? share * share : share - share + 1;
     }
     return true;
 }

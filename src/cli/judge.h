@@ -52,6 +52,8 @@ typedef struct ibl_judge_level {
     int base;         /* SKYBOX: size of level 0 of its chain */
     float *texels;    /* 3 * 6 * size * size, laid out as a level of ibl_cube */
     ibl_pixel pixel;  /* format in the file; IBL_PIXEL_COUNT: none */
+    double loss;      /* nRMSE of the whole level by the format, used for
+                         pixels of blocks; NAN: not known */
     size_t mended;    /* not finite when read; counted in nonfinite */
 } ibl_judge_level;
 
@@ -72,7 +74,9 @@ typedef struct ibl_verdict {
     double worst_dir[3];
     double nrmse, bias, rounding, overflow; /* as defined above */
     double rounding_share; /* (rounding / nrmse)^2, at most 1: the part of the
-                              squared error caused by the pixel format */
+                              squared error caused by the pixel format. Of
+                              blocks level.loss is the rounding; both are NAN if
+                              it is not known */
     double overflow_share; /* the same for overflow */
     size_t nonfinite;      /* texels of the level with NaN or Inf */
     ibl_judged_texel *texels; /* error.count */
@@ -96,7 +100,8 @@ bool ibl_judge_cube_level(ibl_judge *judge, const ibl_judge_level *level,
                           ibl_verdict *out);
 
 /* The change by encoding of n channels, at most 3, that a file holds multiplied
- * by scale. 0 for IBL_PIXEL_COUNT. */
+ * by scale. 0 for IBL_PIXEL_COUNT, and for blocks, whose texels are not
+ * encoded each for itself. */
 void ibl_judge_loss(ibl_pixel pixel, double scale, const double *values, int n,
                     double *loss);
 

@@ -78,10 +78,14 @@ static void print_row(const ibl_verdict *v, FILE *to)
         fprintf(to, " %6s", "-");
     fprintf(to,
             " %5d %7zu  %8.2e %8.2e %8.2e %8.2e  (%+.2f %+.2f %+.2f)"
-            "  %+9.1e %5zu %5.1f %%\n",
+            "  %+9.1e %5zu",
             v->level.size, v->error.count, v->nrmse, v->error.median,
             v->error.p95, v->error.worst, v->worst_dir[0], v->worst_dir[1],
-            v->worst_dir[2], v->bias, v->nonfinite, 100 * v->rounding_share);
+            v->worst_dir[2], v->bias, v->nonfinite);
+    if (isnan(v->rounding_share))
+        fprintf(to, " %7s\n", "-");
+    else
+        fprintf(to, " %5.1f %%\n", 100 * v->rounding_share);
 }
 
 static void print_dark(const ibl_verdict *v, FILE *to)
@@ -144,6 +148,12 @@ static json_t *spread_json(const ibl_error_spread *s)
                      "worst", ibl_json_digits(s->worst));
 }
 
+/* null: not known. */
+static json_t *known(double x)
+{
+    return isnan(x) ? json_null() : json_real(ibl_json_digits(x));
+}
+
 static json_t *row_json(const ibl_verdict *v)
 {
     json_t *j = json_pack("{ss si si}", "content", content(v), "level",
@@ -154,21 +164,20 @@ static json_t *row_json(const ibl_verdict *v)
         put(&j, "roughness", json_real(v->level.roughness));
     }
     put_all(&j,
-            json_pack("{sI sf sf sf sf s[fff] so sf sI sf sf sf sf}", "texels",
-                      (json_int_t)v->error.count, "nrmse",
-                      ibl_json_digits(v->nrmse), "median",
-                      ibl_json_digits(v->error.median), "p95",
-                      ibl_json_digits(v->error.p95), "worst",
-                      ibl_json_digits(v->error.worst), "worst_direction",
-                      ibl_json_digits(v->worst_dir[0]),
-                      ibl_json_digits(v->worst_dir[1]),
-                      ibl_json_digits(v->worst_dir[2]), "darkest_tenth",
-                      spread_json(&v->dark), "bias", ibl_json_digits(v->bias),
-                      "nonfinite", (json_int_t)v->nonfinite, "rounding_nrmse",
-                      ibl_json_digits(v->rounding), "rounding_share",
-                      ibl_json_digits(v->rounding_share), "overflow_nrmse",
-                      ibl_json_digits(v->overflow), "overflow_share",
-                      ibl_json_digits(v->overflow_share)));
+            json_pack(
+                "{sI sf sf sf sf s[fff] so sf sI so so sf sf}", "texels",
+                (json_int_t)v->error.count, "nrmse", ibl_json_digits(v->nrmse),
+                "median", ibl_json_digits(v->error.median), "p95",
+                ibl_json_digits(v->error.p95), "worst",
+                ibl_json_digits(v->error.worst), "worst_direction",
+                ibl_json_digits(v->worst_dir[0]),
+                ibl_json_digits(v->worst_dir[1]),
+                ibl_json_digits(v->worst_dir[2]), "darkest_tenth",
+                spread_json(&v->dark), "bias", ibl_json_digits(v->bias),
+                "nonfinite", (json_int_t)v->nonfinite, "rounding_nrmse",
+                known(v->rounding), "rounding_share", known(v->rounding_share),
+                "overflow_nrmse", ibl_json_digits(v->overflow),
+                "overflow_share", ibl_json_digits(v->overflow_share)));
     return j;
 }
 

@@ -146,6 +146,7 @@ static ibl_set_bake bake_default(void)
 {
     ibl_set_bake b = {.options = ibl_bake_options_default(),
                       .alpha = IBL_ALPHA_FILE,
+                      .texels = ibl_texel_options_default(),
                       .lut_size = ibl_lut_options_default().size};
 
     b.options.specular_options.size = 128;
@@ -184,7 +185,7 @@ static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
     static const char *const keys[] = {
         "size",      "levels",   "mapping",   "method",     "samples",
         "tolerance", "pixel",    "container", "irradiance", "lut_size",
-        "alpha",     "overflow", "zstd",      NULL};
+        "alpha",     "overflow", "zstd",      "quality",    NULL};
     ibl_specular_options *s = &b->options.specular_options;
 
     return ibl_json_object(at, keys) &&
@@ -195,14 +196,15 @@ static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
            take_int(at, "samples", 1, 1048576, &s->samples) &&
            ibl_json_real(ibl_json_optional(&at, "tolerance"), 1e-6, 1, false,
                          &s->tolerance) &&
-           take_choice(at, "pixel", ibl_pixel_names, &b->pixel) &&
+           take_choice(at, "pixel", ibl_pixel_names, &b->texels.pixel) &&
+           take_choice(at, "quality", ibl_quality_names, &b->texels.quality) &&
            take_choice(at, "container", ibl_container_names, &b->container) &&
            take_int(at, "zstd", 0, IBL_MAX_ZSTD, &b->zstd) &&
            take_irradiance(ibl_json_optional(&at, "irradiance"),
                            &b->options.irradiance_options.size) &&
            take_int(at, "lut_size", 1, 4096, &b->lut_size) &&
            take_choice(at, "alpha", ibl_set_alphas, &b->alpha) &&
-           take_choice(at, "overflow", ibl_overflow_names, &b->overflow);
+           take_choice(at, "overflow", ibl_overflow_names, &b->texels.overflow);
 }
 
 /* Sorts the probes by ibl_probes_order and numbers their layers. */

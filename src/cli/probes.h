@@ -75,8 +75,7 @@ typedef struct ibl_set_bake {
     ibl_bake_options options; /* irradiance size 0: spherical harmonics in the
                                  index instead of cubes */
     ibl_alpha alpha;          /* how the alpha of probes' captures is read */
-    ibl_pixel pixel;
-    ibl_overflow overflow;
+    ibl_texel_options texels;
     ibl_container container;
     int zstd; /* level of Zstandard; 0: none */
     int lut_size;

@@ -25,7 +25,7 @@ static bool find_options(ibl_probes_bake *p)
     ibl_probes_override(p->opts, b);
     o->irradiance = o->irradiance_options.size > 0;
     o->sh_degree = o->irradiance ? -1 : IBL_PROBES_SH_DEGREE;
-    p->lut_pixel = ibl_lut_pixel(b->pixel);
+    p->lut_pixel = ibl_lut_pixel(b->texels.pixel);
     if (ibl_specular_layout_of(&o->specular_options, &p->layout))
         return ibl_console_fail(
             p->console, "--levels %d: a cube of size %d has 1 to %d levels",
@@ -36,6 +36,12 @@ static bool find_options(ibl_probes_bake *p)
             p->console,
             "--zstd %d: %s files cannot hold it: take --container ktx2",
             b->zstd, ibl_container_name(b->container));
+    if (!ibl_container_holds(b->container, b->texels.pixel))
+        return ibl_console_fail(p->console,
+                                "--pixel %s: %s files cannot hold it: take "
+                                "--container ktx2",
+                                ibl_pixel_name(b->texels.pixel),
+                                ibl_container_name(b->container));
     ibl_warn_of_small_faces(p->console, &p->layout);
     return true;
 }
@@ -97,8 +103,7 @@ static bool take_cube(ibl_probes_bake *p, int kind, int layer,
 
     ibl_console_progress(p->console, "texels", 0);
     const bool ok =
-        !ibl_texture_from_cube(p->ctx, cube, b->pixel, b->overflow, &tex,
-                               &report) &&
+        !ibl_texture_from_cube(p->ctx, cube, &b->texels, &tex, &report) &&
         (!alpha->data || !ibl_texture_set_alpha(p->ctx, &tex, alpha)) &&
         take_texture(p, kind, layer, &tex);
     ibl_texture_free(&tex);
@@ -119,12 +124,12 @@ static bool take_capture(ibl_probes_bake *p, int layer,
     char name[512];
 
     l->alpha = alpha->specular.data != NULL;
-    if (l->alpha && !ibl_pixel_has_alpha(b->pixel))
+    if (l->alpha && !ibl_pixel_has_alpha(b->texels.pixel))
         return ibl_console_fail(
             p->console,
             "%s: %s: has alpha below 1, which %s has no room for: choose "
             "--pixel rgba16f or rgba32f, or --alpha ignore",
-            p->opts->input, l->capture.place, ibl_pixel_name(b->pixel));
+            p->opts->input, l->capture.place, ibl_pixel_name(b->texels.pixel));
     if (!take_cube(p, IBL_PROBES_SPECULAR, layer, &colour->specular,
                    &alpha->specular, &sum) ||
         (b->options.irradiance &&
@@ -132,7 +137,7 @@ static bool take_capture(ibl_probes_bake *p, int layer,
                     &alpha->irradiance, &sum)))
         return false;
     snprintf(name, sizeof name, "%s: %s", p->opts->input, l->capture.place);
-    ibl_warn_of_overflow(p->console, name, b->pixel, b->overflow,
+    ibl_warn_of_overflow(p->console, name, b->texels.pixel, b->texels.overflow,
                          &sum.level[0]);
     l->note = ibl_probes_note(made, &sum);
     return l->note || ibl_probes_no_memory(p);

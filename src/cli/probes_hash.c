@@ -131,15 +131,16 @@ static char *describe(const ibl_probes_bake *p, int layer, const char *files)
 
     return ibl_format(
         "iblbake %s %s %s\nsize %d levels %d mapping %d method %d samples %d "
-        "tolerance %.17g pixel %d overflow %d irradiance %d\npart %d strict %d "
-        "any_aspect %d alpha %s layer %s\n%s %s",
+        "tolerance %.17g pixel %s overflow %d quality %d irradiance %d\n"
+        "part %d strict %d any_aspect %d %s alpha %s layer %s\n%s",
         IBL_VERSION, IBL_REVISION, ibl_isa_name(p->isa), s->size, s->levels,
         (int)s->mapping, (int)s->method, s->samples, s->tolerance,
-        (int)b->pixel, (int)b->overflow, b->options.irradiance_options.size,
-        r->part, r->strict, r->any_aspect,
+        ibl_pixel_name(b->texels.pixel), (int)b->texels.overflow,
+        ibl_pixel_block(b->texels.pixel) > 1 ? (int)b->texels.quality : 0,
+        b->options.irradiance_options.size, r->part, r->strict, r->any_aspect,
+        ibl_capture_name(p->set.entry[layer].capture.kind),
         ibl_alpha_name(ibl_probes_alpha(&p->set, layer)),
-        r->layer ? r->layer : "",
-        ibl_capture_name(p->set.entry[layer].capture.kind), files);
+        r->layer ? r->layer : "", files);
 }
 
 static bool hash_capture(const ibl_probes_bake *p, const ibl_capture *c, int i,
@@ -185,7 +186,7 @@ bool ibl_probes_hash_inputs(ibl_probes_bake *p)
     const int n =
         snprintf(lut, sizeof lut, "iblbake %s %s %s\nlut %d %d", IBL_VERSION,
                  IBL_REVISION, ibl_isa_name(p->isa), p->set.bake.lut_size,
-                 p->set.bake.pixel == IBL_PIXEL_RGBA32F);
+                 p->set.bake.texels.pixel == IBL_PIXEL_RGBA32F);
     ibl_hash_bytes(lut, (size_t)n, p->lut_inputs);
     return ok;
 }

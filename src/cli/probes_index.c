@@ -254,8 +254,8 @@ static json_t *files(const ibl_probes_bake *p)
         json_t *file =
             json_pack("{ss ss ss si si si ss}", "file", ibl_path_name(f->path),
                       "container", ibl_container_name(bake->container), "pixel",
-                      ibl_pixel_name(lut ? p->lut_pixel : bake->pixel), "size",
-                      size[kind], "levels",
+                      ibl_pixel_name(lut ? p->lut_pixel : bake->texels.pixel),
+                      "size", size[kind], "levels",
                       kind == IBL_PROBES_SPECULAR ? p->layout.levels : 1,
                       "layers", lut ? 1 : p->set.layers, "hash", f->hash);
         if (bake->zstd)

@@ -390,6 +390,18 @@ static ibl_texel turn(const reader *r, int n, ibl_texel at)
     return ibl_face_texel(n, ours);
 }
 
+/* The nRMSE of a level by its pixel format, as the sidecar says; NAN: it does
+ * not. */
+static double find_loss(const reader *r, int level)
+{
+    const json_t *levels = json_object_get(find_output(r), "levels");
+    const json_t *error =
+        json_object_get(json_array_get(levels, (size_t)level), "pixel_error");
+    const json_t *nrmse = json_object_get(error, "nrmse");
+
+    return json_is_real(nrmse) ? json_real_value(nrmse) : NAN;
+}
+
 /* Adds a level of `from` to the files, turned to our axes. */
 static bool add_level(const reader *r, const ibl_cube *from, int level,
                       ibl_pixel pixel, size_t mended)
@@ -415,6 +427,7 @@ static bool add_level(const reader *r, const ibl_cube *from, int level,
         .base = first > n ? first : n,
         .texels = to->data,
         .pixel = pixel,
+        .loss = find_loss(r, f->count - r->first),
         .mended = mended};
     f->count++;
     return true;

@@ -15,7 +15,14 @@ const char *const ibl_pixel_names[] = {[IBL_PIXEL_RGBA16F] = "rgba16f",
                                        [IBL_PIXEL_RGBA32F] = "rgba32f",
                                        [IBL_PIXEL_RGB9E5] = "rgb9e5",
                                        [IBL_PIXEL_R11G11B10F] = "r11g11b10f",
+                                       [IBL_PIXEL_BC6H] = "bc6h",
+                                       [IBL_PIXEL_UASTC_HDR] = "uastc-hdr",
+                                       [IBL_PIXEL_ASTC4X4HDR] = "astc4x4hdr",
                                        NULL};
+const char *const ibl_quality_names[] = {[IBL_QUALITY_FAST] = "fast",
+                                         [IBL_QUALITY_NORMAL] = "normal",
+                                         [IBL_QUALITY_BEST] = "best",
+                                         NULL};
 static_assert(sizeof ibl_pixel_names / sizeof *ibl_pixel_names ==
                   IBL_PIXEL_RG16F + 1,
               "names of the formats of cubes, which come first");

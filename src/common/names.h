@@ -11,10 +11,11 @@ void ibl_names_text(const char *const *names, char *text, size_t size);
 int ibl_names_find(const char *const *names, const char *word);
 
 /* Names in options, sets, indices and sidecars, indexed by ibl_container,
- * ibl_pixel (of cubes), ibl_overflow, ibl_roughness_map, ibl_method, ibl_lobe
- * and ibl_geometry. */
+ * ibl_pixel (of cubes), ibl_quality, ibl_overflow, ibl_roughness_map,
+ * ibl_method, ibl_lobe and ibl_geometry. */
 extern const char *const ibl_container_names[];
 extern const char *const ibl_pixel_names[];
+extern const char *const ibl_quality_names[];
 extern const char *const ibl_overflow_names[];
 extern const char *const ibl_mapping_names[];
 extern const char *const ibl_formula_names[]; /* of mappings that are formulas:

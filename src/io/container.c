@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "io/blocks.h"
 
 uint32_t ibl_input_u32(const ibl_input *in, uint64_t at)
 {
@@ -87,10 +88,12 @@ static ibl_status check_shape(const ibl_input *in, const ibl_shape *s)
     return IBL_OK;
 }
 
+/* Bytes of a row of blocks. */
 static uint64_t row_bytes(const ibl_layout *layout, size_t width,
                           uint32_t row_align)
 {
-    const uint64_t bytes = (uint64_t)width * (uint64_t)layout->texel_bytes;
+    const uint64_t bytes = (uint64_t)ibl_layout_blocks(layout, width) *
+                           (uint64_t)layout->block_bytes;
     return (bytes + row_align - 1) / row_align * row_align;
 }
 
@@ -99,7 +102,7 @@ uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
 {
     return row_bytes(place->layout, ibl_texture_width(tex, level),
                      place->row_align) *
-           ibl_texture_height(tex, level);
+           ibl_layout_blocks(place->layout, ibl_texture_height(tex, level));
 }
 
 ibl_status ibl_texture_shape(const ibl_input *in, const ibl_shape *shape,
@@ -139,7 +142,8 @@ ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
                             "damaged or cut short: its texels take %llu bytes, "
                             "the file has %zu: copy or make it again",
                             (unsigned long long)stored, in->size);
-    /* The texture takes at most 4/3 of the file's size. */
+    /* The texture takes at most 4/3 of the file's size, or 8 times that if it
+     * had signed blocks. */
     return ibl_texture_alloc(in, tex);
 }
 
@@ -158,11 +162,14 @@ ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
                           ibl_texture *tex, int level, int layer, int face)
 {
     const ibl_layout *layout = place->layout;
-    const size_t width = ibl_texture_width(tex, level);
-    const size_t height = ibl_texture_height(tex, level);
-    const uint64_t in_bytes = row_bytes(layout, width, place->row_align);
+    const size_t width =
+        ibl_layout_blocks(layout, ibl_texture_width(tex, level));
+    const size_t height =
+        ibl_layout_blocks(layout, ibl_texture_height(tex, level));
+    const uint64_t in_bytes =
+        row_bytes(layout, ibl_texture_width(tex, level), place->row_align);
     const size_t texel = ibl_pixel_bytes(tex->pixel);
-    const size_t stored = (size_t)layout->texel_bytes; /* less for RGB */
+    const size_t stored = (size_t)layout->block_bytes; /* less for RGB */
     const size_t out_bytes = width * texel;
     unsigned char *out =
         tex->data + ibl_texture_layer_offset(tex, level, layer, face);
@@ -173,6 +180,15 @@ ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
             "damaged or cut short: face %d of level %d, layer %d, is at %llu, "
             "beyond the file's %zu bytes: copy or make it again",
             face, level, layer, (unsigned long long)place->at, in->size);
+    if (place->bottom_up && ibl_layout_edge(layout) > 1)
+        return ibl_unsupported(in, "blocks of texels whose rows begin at the "
+                                   "bottom: only those from the top are read");
+    if (layout == &ibl_layouts[IBL_LAYOUT_BC6H_SIGNED]) {
+        ibl_signed_blocks_to_halves(in->bytes + place->at,
+                                    ibl_texture_width(tex, level),
+                                    ibl_texture_height(tex, level), out);
+        return IBL_OK;
+    }
     for (size_t y = 0; y < height; y++) {
         const size_t from = place->bottom_up ? height - 1 - y : y;
         const unsigned char *row = in->bytes + place->at + from * in_bytes;

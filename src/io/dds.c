@@ -33,6 +33,7 @@ enum {
     HAS_PITCH = 0x8,
     HAS_PIXELFORMAT = 0x1000,
     HAS_LEVELS = 0x20000,
+    HAS_LINEAR_SIZE = 0x80000, /* pitch is the size of level 0 */
     HAS_DEPTH = 0x800000,
 
     PF_HAS_FOURCC = 0x4,
@@ -57,12 +58,16 @@ static header header_of(const ibl_texture *tex)
 {
     const bool cube = tex->faces == IBL_FACES, mips = tex->levels > 1;
     const bool many = cube || mips || tex->layers > 1;
-    const size_t pitch = (size_t)tex->width * ibl_pixel_bytes(tex->pixel);
+    const bool blocks = ibl_pixel_block(tex->pixel) > 1;
+    const size_t pitch = blocks
+                             ? ibl_texture_face_bytes(tex, 0)
+                             : (size_t)tex->width * ibl_pixel_bytes(tex->pixel);
     return (header){
         .magic = IBL_DDS_MAGIC,
         .size = SIZE,
-        .flags = HAS_CAPS | HAS_HEIGHT | HAS_WIDTH | HAS_PITCH |
-                 HAS_PIXELFORMAT | (mips ? HAS_LEVELS : 0),
+        .flags = HAS_CAPS | HAS_HEIGHT | HAS_WIDTH | HAS_PIXELFORMAT |
+                 (blocks ? HAS_LINEAR_SIZE : HAS_PITCH) |
+                 (mips ? HAS_LEVELS : 0),
         .height = (uint32_t)tex->height,
         .width = (uint32_t)tex->width,
         .pitch = (uint32_t)pitch,
@@ -108,8 +113,8 @@ static ibl_status read_dx10(const ibl_input *in, const header *h,
     if (!*layout)
         return ibl_unsupported(
             in,
-            "DXGI format %u: only 10, 2, 67, 26, 34, 16 and 6 are read (RGBA, "
-            "RG, RGB floats, RGB9E5, R11G11B10)",
+            "DXGI format %u: only 10, 2, 67, 26, 95, 96, 34, 16 and 6 are read "
+            "(RGBA, RG, RGB floats, RGB9E5, R11G11B10, BC6H)",
             h->dxgi);
     if (h->dimension != DIMENSION_2D) {
         const char *name = h->dimension == 2   ? " (1D)"

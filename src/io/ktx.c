@@ -32,7 +32,7 @@ static header header_of(const ibl_texture *tex, size_t key_bytes)
                     .endianness = little,
                     .gl_type = layout->gl_type,
                     .gl_type_size = (uint32_t)layout->word_bytes,
-                    .gl_format = layout->gl_format,
+                    .gl_format = layout->gl_type ? layout->gl_format : 0,
                     .gl_internal_format = layout->gl_internal,
                     .gl_base_internal_format = layout->gl_format,
                     .shape = ibl_shape_of(tex),
@@ -66,7 +66,7 @@ ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
     memcpy(file->head, &h, sizeof h);
     ibl_keys_write(tex, rows_down, file->head + sizeof h);
     ibl_pieces_add(file, file->head, begin);
-    /* imageSize comes before each level. Texels of 4, 8 or 16 bytes need no
+    /* imageSize comes before each level. Blocks of 4, 8 or 16 bytes need no
      * padding of rows, faces or levels. */
     for (int l = 0; l < tex->levels; l++) {
         const uint32_t size = (uint32_t)image_size(tex, l);
@@ -84,11 +84,16 @@ static ibl_status find_layout(const ibl_input *in, const header *h,
     const uint32_t type = h->gl_type, format = h->gl_format;
     const uint32_t internal = h->gl_internal_format;
 
-    if (!type || !format)
+    if (!type || !format) {
+        *layout = ibl_layout_find(offsetof(ibl_layout, gl_internal), internal);
+        if (*layout && !type && !format && !(*layout)->gl_type)
+            return IBL_OK;
         return ibl_unsupported(in,
                                "compressed texels (glInternalFormat 0x%X): "
-                               "only float formats are read",
+                               "only float formats, BC6H (0x8E8F, 0x8E8E) and "
+                               "ASTC 4x4 (0x93B0) are read",
                                internal);
+    }
     for (int i = 0; i < IBL_LAYOUT_COUNT; i++) {
         const ibl_layout *l = &ibl_layouts[i];
         /* An unsized internal format equals the format. Filament's cmgen stores

@@ -42,7 +42,6 @@ enum {
 
 enum {
     VERSION = 2, /* of the data format specification: 1.3 */
-    MODEL_RGBSDA = 1,
     PRIMARIES_BT709 = 1,
     TRANSFER_LINEAR = 1,
     ALPHA_PREMULTIPLIED = 1
@@ -52,7 +51,7 @@ typedef struct descriptor {
     uint32_t bytes; /* size of the descriptor */
     uint32_t vendor, version_and_block_bytes;
     uint8_t model, primaries, transfer, flags;
-    uint32_t texel_block; /* 0: a block is one texel */
+    uint8_t edge_less_one[4]; /* of a block: width, height, ... */
     uint32_t plane_bytes[2];
     ibl_sample samples[IBL_MAX_SAMPLES];
 } descriptor;
@@ -62,10 +61,12 @@ _Static_assert(offsetof(descriptor, samples) == 28 && sizeof(ibl_sample) == 16,
 
 static descriptor descriptor_of(const ibl_texture *tex)
 {
-    descriptor d = {.model = MODEL_RGBSDA,
+    const uint8_t edge = (uint8_t)(ibl_pixel_block(tex->pixel) - 1);
+    descriptor d = {.model = (uint8_t)ibl_pixel_model(tex->pixel),
                     .primaries = PRIMARIES_BT709,
                     .transfer = TRANSFER_LINEAR,
                     .flags = tex->premultiplied ? ALPHA_PREMULTIPLIED : 0,
+                    .edge_less_one = {edge, edge},
                     .plane_bytes = {(uint32_t)ibl_pixel_bytes(tex->pixel)}};
     const int samples = ibl_pixel_samples(tex->pixel, d.samples);
 
@@ -86,7 +87,7 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
     const size_t dfd = index + (size_t)tex->levels * sizeof(index_entry);
     const size_t kvd = dfd + d.bytes;
     const size_t kvd_bytes = ibl_keys_write(tex, rows_down, NULL);
-    /* lcm(4, texel size): texels take 4, 8 or 16 bytes. Frames begin anywhere.
+    /* lcm(4, block size): blocks take 4, 8 or 16 bytes. Frames begin anywhere.
      */
     const size_t align = tex->zstd ? 1 : ibl_pixel_bytes(tex->pixel);
     ibl_piece frames[IBL_MAX_TEXTURE_LEVELS];
@@ -149,8 +150,9 @@ static ibl_status find_layout(const ibl_input *in, const header *h,
         return IBL_OK;
     return ibl_unsupported(
         in,
-        "VkFormat %u: only 97, 109, 123, 122, 83, 103, 90 and 106 are read "
-        "(RGBA, RG, RGB floats, RGB9E5, R11G11B10)",
+        "VkFormat %u: only 97, 109, 123, 122, 143, 144, 1000066000, 83, 103, "
+        "90 and 106 are read (RGBA, RG, RGB floats, RGB9E5, R11G11B10, BC6H, "
+        "ASTC 4x4 HDR)",
         h->vk_format);
 }
 
@@ -173,6 +175,17 @@ static ibl_status check_header(const ibl_input *in, const header *h,
             "damaged: a data format descriptor of %u bytes that says otherwise",
             h->dfd_bytes);
     return IBL_OK;
+}
+
+/* UASTC HDR and ASTC have the same number in Vulkan. */
+static const ibl_layout *settle_astc(const ibl_input *in, const header *h,
+                                     const ibl_layout *layout)
+{
+    const int model = in->bytes[h->dfd + offsetof(descriptor, model)];
+
+    return layout->pixel == IBL_PIXEL_UASTC_HDR && model != IBL_MODEL_UASTC_HDR
+               ? &ibl_layouts[IBL_PIXEL_ASTC4X4HDR]
+               : layout;
 }
 
 /* The index entry of a level whose bytes are in the file. */
@@ -278,13 +291,15 @@ ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex)
     if (!status)
         status = check_header(in, &h, place.layout);
     if (!status)
+        place.layout = settle_astc(in, &h, place.layout);
+    if (!status)
         status = begin(in, &h, &place, tex);
     if (status)
         return status;
     status = ibl_keys_read(in, h.kvd, h.kvd_bytes, rows_down, rows_up, tex,
                            &place.bottom_up);
     tex->premultiplied =
-        place.layout->texel_bytes == (int)ibl_pixel_bytes(tex->pixel) &&
+        place.layout->block_bytes == (int)ibl_pixel_bytes(tex->pixel) &&
         ibl_pixel_has_alpha(tex->pixel) &&
         in->bytes[h.dfd + offsetof(descriptor, flags)] & ALPHA_PREMULTIPLIED;
     for (int l = 0; !status && l < tex->levels; l++)

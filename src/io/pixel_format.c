@@ -7,9 +7,12 @@
 #include <string.h>
 
 #include "core/half.h"
+#include "io/blocks.h"
+#include "kern/astc_hdr.h"
+#include "kern/bc6h.h"
 #include "kern/pixel.h"
 
-_Static_assert(IBL_PIXEL_COUNT == 6, "each has a row in both tables");
+_Static_assert(IBL_PIXEL_COUNT == 9, "each has a row in both tables");
 
 static const struct {
     const char *name;
@@ -22,14 +25,19 @@ static const struct {
     [IBL_PIXEL_RGB9E5] = {"rgb9e5", 3, 0, IBL_RGB9E5_MAX, IBL_RGB9E5_MAX},
     [IBL_PIXEL_R11G11B10F] = {"r11g11b10f", 3, 0, IBL_SMALL11_MAX,
                               IBL_SMALL10_MAX},
+    [IBL_PIXEL_BC6H] = {"bc6h", 3, 0, IBL_BC6H_MAX, IBL_BC6H_MAX},
+    [IBL_PIXEL_UASTC_HDR] = {"uastc-hdr", 3, 0, IBL_ASTC_HDR_MAX,
+                             IBL_ASTC_HDR_MAX},
+    [IBL_PIXEL_ASTC4X4HDR] = {"astc4x4hdr", 3, 0, IBL_ASTC_HDR_MAX,
+                              IBL_ASTC_HDR_MAX},
     [IBL_PIXEL_RG16F] = {"rg16f", 2, 0, IBL_HALF_MAX, IBL_HALF_MAX},
     [IBL_PIXEL_RG32F] = {"rg32f", 2, 0, FLT_MAX, FLT_MAX},
 };
 
 /* Numbers: vulkan_core.h, dxgiformat.h, d3d9types.h, the OpenGL registry. */
 const ibl_layout ibl_layouts[IBL_LAYOUT_COUNT] = {
-    /* .pixel, .texel_bytes, .word_bytes, .vk, .dxgi, .d3d,
-     * .gl_type, .gl_format, .gl_internal */
+    /* .pixel, .block_bytes, .word_bytes, .vk, .dxgi, .d3d,
+     * .gl_type, .gl_format, .gl_internal, .block_edge */
     [IBL_PIXEL_RGBA16F] = {IBL_PIXEL_RGBA16F, 8, 2, 97, 10, 113, 0x140B, 0x1908,
                            0x881A},
     [IBL_PIXEL_RGBA32F] = {IBL_PIXEL_RGBA32F, 16, 4, 109, 2, 116, 0x1406,
@@ -38,6 +46,14 @@ const ibl_layout ibl_layouts[IBL_LAYOUT_COUNT] = {
                           0x8C3D},
     [IBL_PIXEL_R11G11B10F] = {IBL_PIXEL_R11G11B10F, 4, 4, 122, 26, 0, 0x8C3B,
                               0x1907, 0x8C3A},
+    [IBL_PIXEL_BC6H] = {IBL_PIXEL_BC6H, 16, 1, 143, 95, 0, 0, 0x1907, 0x8E8F,
+                        4},
+    /* Before ASTC, which has the same number in Vulkan: KTX2 tells them apart
+     * by the colour model. */
+    [IBL_PIXEL_UASTC_HDR] = {IBL_PIXEL_UASTC_HDR, 16, 1, 1000066000, 0, 0, 0, 0,
+                             0, 4},
+    [IBL_PIXEL_ASTC4X4HDR] = {IBL_PIXEL_ASTC4X4HDR, 16, 1, 1000066000, 0, 0, 0,
+                              0x1908, 0x93B0, 4},
     [IBL_PIXEL_RG16F] = {IBL_PIXEL_RG16F, 4, 2, 83, 34, 112, 0x140B, 0x8227,
                          0x822F},
     [IBL_PIXEL_RG32F] = {IBL_PIXEL_RG32F, 8, 4, 103, 16, 115, 0x1406, 0x8227,
@@ -46,6 +62,8 @@ const ibl_layout ibl_layouts[IBL_LAYOUT_COUNT] = {
                            0x881B},
     [IBL_LAYOUT_RGB32F] = {IBL_PIXEL_RGBA32F, 12, 4, 106, 6, 0, 0x1406, 0x1907,
                            0x8815},
+    [IBL_LAYOUT_BC6H_SIGNED] = {IBL_PIXEL_RGBA16F, 16, 1, 144, 96, 0, 0, 0x1907,
+                                0x8E8E, 4},
 };
 
 const ibl_layout *ibl_layout_find(size_t member, uint32_t number)
@@ -68,7 +86,13 @@ const char *ibl_pixel_name(ibl_pixel pixel)
 size_t ibl_pixel_bytes(ibl_pixel pixel)
 {
     assert(pixel < IBL_PIXEL_COUNT);
-    return (size_t)ibl_layouts[pixel].texel_bytes;
+    return (size_t)ibl_layouts[pixel].block_bytes;
+}
+
+int ibl_pixel_block(ibl_pixel pixel)
+{
+    assert(pixel < IBL_PIXEL_COUNT);
+    return (int)ibl_layout_edge(&ibl_layouts[pixel]);
 }
 
 int ibl_pixel_channels(ibl_pixel pixel)
@@ -98,7 +122,7 @@ float ibl_pixel_max_blue(ibl_pixel pixel)
 /* The last word of texel i. */
 static size_t last_word(const ibl_layout *l, size_t i)
 {
-    return (i + 1) * (size_t)l->texel_bytes - (size_t)l->word_bytes;
+    return (i + 1) * (size_t)l->block_bytes - (size_t)l->word_bytes;
 }
 
 void ibl_pixel_set_alpha(ibl_pixel pixel, unsigned char *texels, size_t i,
@@ -180,6 +204,21 @@ static int small_float_samples(ibl_sample *s)
     return 3;
 }
 
+/* A block is one sample. */
+static int block_sample(int channel, ibl_sample *s)
+{
+    *s = float_sample(0, 128, channel);
+    return 1;
+}
+
+int ibl_pixel_model(ibl_pixel pixel)
+{
+    return pixel == IBL_PIXEL_BC6H         ? IBL_MODEL_BC6H
+           : pixel == IBL_PIXEL_UASTC_HDR  ? IBL_MODEL_UASTC_HDR
+           : pixel == IBL_PIXEL_ASTC4X4HDR ? IBL_MODEL_ASTC
+                                           : IBL_MODEL_RGBSDA;
+}
+
 int ibl_pixel_samples(ibl_pixel pixel, ibl_sample s[IBL_MAX_SAMPLES])
 {
     switch (pixel) {
@@ -195,6 +234,11 @@ int ibl_pixel_samples(ibl_pixel pixel, ibl_sample s[IBL_MAX_SAMPLES])
         return shared_exponent_samples(s);
     case IBL_PIXEL_R11G11B10F:
         return small_float_samples(s);
+    case IBL_PIXEL_BC6H:
+    case IBL_PIXEL_UASTC_HDR:
+        return block_sample(0, s);
+    case IBL_PIXEL_ASTC4X4HDR:
+        return block_sample(SIGNED, s);
     case IBL_PIXEL_COUNT:
         break;
     }
@@ -206,6 +250,8 @@ size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
                         void *dst)
 {
     assert(pixel < IBL_PIXEL_COUNT);
+    if (ibl_pixel_block(pixel) > 1)
+        return ibl_blocks_encode(pixel, src, count / IBL_BLOCK_TEXELS, dst);
     ibl_pixel_dsp dsp;
     ibl_pixel_dsp_init(&dsp, ibl_isa_best());
     return dsp.encode[pixel](src, count, dst);
@@ -216,7 +262,7 @@ static void decode_words(ibl_pixel pixel, const unsigned char *src,
                          size_t count, float *dst)
 {
     const ibl_layout *l = &ibl_layouts[pixel];
-    for (size_t i = 0; i < count; i++, src += l->texel_bytes)
+    for (size_t i = 0; i < count; i++, src += l->block_bytes)
         for (int c = 0; c < formats[pixel].channels; c++)
             *dst++ = load_word(src + c * l->word_bytes, l->word_bytes);
 }
@@ -263,6 +309,11 @@ void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
         break;
     case IBL_PIXEL_R11G11B10F:
         decode_r11g11b10f(src, count, dst);
+        break;
+    case IBL_PIXEL_BC6H:
+    case IBL_PIXEL_UASTC_HDR:
+    case IBL_PIXEL_ASTC4X4HDR:
+        ibl_blocks_decode(pixel, src, count / IBL_BLOCK_TEXELS, dst);
         break;
     case IBL_PIXEL_COUNT:
         assert(0 && "a pixel format");

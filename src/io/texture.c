@@ -6,7 +6,9 @@
 #include "core/alloc.h"
 #include "image/cube.h"
 #include "image/overflow.h"
+#include "io/blocks.h"
 #include "io/container.h"
+#include "io/cube_texels.h"
 #include "io/input.h"
 #include "kern/pixel.h"
 
@@ -25,8 +27,11 @@ void ibl_texture_free(ibl_texture *tex)
 
 size_t ibl_texture_face_bytes(const ibl_texture *tex, int level)
 {
-    return ibl_texture_width(tex, level) * ibl_texture_height(tex, level) *
-           ibl_pixel_bytes(tex->pixel);
+    const ibl_layout *layout = &ibl_layouts[tex->pixel];
+
+    return ibl_layout_blocks(layout, ibl_texture_width(tex, level)) *
+           ibl_layout_blocks(layout, ibl_texture_height(tex, level)) *
+           (size_t)layout->block_bytes;
 }
 
 size_t ibl_texture_level_bytes(const ibl_texture *tex, int level)
@@ -121,27 +126,58 @@ static ibl_status check_pixel(ibl_ctx *ctx, ibl_pixel pixel, int channels,
     return IBL_OK;
 }
 
+/* Encodes a level of a cube from its texels. Adds to *beyond. */
+static ibl_status encode_level(ibl_ctx *ctx, const ibl_texel_options *opts,
+                               const float *texels, ibl_texture *tex, int level,
+                               size_t *beyond)
+{
+    const int n = ibl_cube_edge(tex->width, level);
+    unsigned char *dst = tex->data + ibl_texture_offset(tex, level, 0);
+    const ibl_block_images blocks = {tex->pixel, opts->quality, n,
+                                     IBL_FACES,  texels,        dst};
+    size_t above;
+
+    if (ibl_pixel_block(tex->pixel) > 1)
+        return ibl_blocks_encode_images(ctx, &blocks, beyond);
+    const ibl_status status =
+        encode_texels(ctx, tex->pixel, texels,
+                      IBL_FACES * (size_t)n * (size_t)n, dst, &above);
+    *beyond += above;
+    return status;
+}
+
 /* Reports the light of a level beyond the pixel format's maximum, where the
  * encoder has clamped it. To spread it, encodes the level again. */
 static ibl_status settle_level(ibl_ctx *ctx, const ibl_cube *cube, int level,
-                               ibl_overflow overflow, ibl_texture *tex,
+                               const ibl_texel_options *opts, ibl_texture *tex,
                                ibl_overflow_level *report)
 {
     const float top = ibl_pixel_max(tex->pixel);
     const float max[3] = {top, top, ibl_pixel_max_blue(tex->pixel)};
-    const size_t n = (size_t)ibl_cube_edge(cube->size, level);
+    const int n = ibl_cube_edge(cube->size, level);
     float *settled = NULL;
-    size_t beyond;
+    size_t beyond = 0;
 
     ibl_status status =
-        ibl_overflow_settle(ctx, overflow, max, (int)n,
+        ibl_overflow_settle(ctx, opts->overflow, max, n,
                             ibl_cube_face(cube, level, 0), &settled, report);
     if (!status && settled)
-        status = encode_texels(ctx, tex->pixel, settled, IBL_FACES * n * n,
-                               tex->data + ibl_texture_offset(tex, level, 0),
-                               &beyond);
+        status = encode_level(ctx, opts, settled, tex, level, &beyond);
     ibl_free(settled);
     return status;
+}
+
+ibl_texel_options ibl_texel_options_default(void)
+{
+    return (ibl_texel_options){.pixel = IBL_PIXEL_RGBA16F,
+                               .overflow = IBL_OVERFLOW_SPREAD,
+                               .quality = IBL_QUALITY_NORMAL};
+}
+
+const char *ibl_quality_name(ibl_quality quality)
+{
+    static const char *const names[] = {"fast", "normal", "best"};
+    return names[quality];
 }
 
 const char *ibl_overflow_name(ibl_overflow overflow)
@@ -149,29 +185,49 @@ const char *ibl_overflow_name(ibl_overflow overflow)
     return overflow == IBL_OVERFLOW_SPREAD ? "spread" : "clip";
 }
 
+/* Allocates and encodes all levels. */
+static ibl_status fill_cube(ibl_ctx *ctx, const ibl_cube *cube,
+                            const ibl_texel_options *opts, ibl_texture *tex,
+                            size_t *beyond)
+{
+    ibl_status status = IBL_OK;
+
+    if (ibl_pixel_block(tex->pixel) == 1)
+        return fill_texture(ctx, cube->data,
+                            ibl_cube_texels(cube->size, cube->levels), tex,
+                            beyond);
+    tex->bytes = ibl_texture_offset(tex, tex->levels, 0);
+    tex->data = ibl_alloc_array(tex->bytes, 1);
+    if (!tex->data)
+        return ibl_no_memory(ctx, "a texture");
+    for (int l = 0; l < tex->levels && !status; l++)
+        status =
+            encode_level(ctx, opts, ibl_cube_face(cube, l, 0), tex, l, beyond);
+    return status;
+}
+
 ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
-                                 ibl_pixel pixel, ibl_overflow overflow,
+                                 const ibl_texel_options *opts,
                                  ibl_texture *tex, ibl_overflow_report *report)
 {
+    const ibl_texel_options o = opts ? *opts : ibl_texel_options_default();
     ibl_overflow_report r = {0};
     ibl_status status = ibl_check_cube(ctx, cube);
     if (!status)
-        status = check_pixel(ctx, pixel, 3, "a cube");
+        status = check_pixel(ctx, o.pixel, 3, "a cube");
     if (status)
         return status;
     if (!tex)
         return ibl_missing(ctx, "ibl_texture_from_cube: tex");
-    *tex = (ibl_texture){.pixel = pixel,
+    *tex = (ibl_texture){.pixel = o.pixel,
                          .width = cube->size,
                          .height = cube->size,
                          .levels = cube->levels,
                          .layers = 1,
                          .faces = IBL_FACES};
-    status =
-        fill_texture(ctx, cube->data, ibl_cube_texels(cube->size, cube->levels),
-                     tex, &r.values);
+    status = fill_cube(ctx, cube, &o, tex, &r.values);
     for (int l = 0; l < cube->levels && r.values && !status; l++)
-        status = settle_level(ctx, cube, l, overflow, tex, &r.level[l]);
+        status = settle_level(ctx, cube, l, &o, tex, &r.level[l]);
     if (status)
         ibl_texture_free(tex);
     else if (report)
@@ -260,8 +316,9 @@ ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
     if (!status)
         status = ibl_cube_alloc(ctx, tex->width, tex->levels, cube);
     if (!status)
-        ibl_pixel_decode(tex->pixel, tex->data,
-                         ibl_cube_texels(cube->size, cube->levels), cube->data);
+        status = ibl_cube_texels_decode(ctx, tex, cube);
+    if (status)
+        ibl_cube_free(cube);
     return status;
 }
 
@@ -382,6 +439,15 @@ const char *ibl_container_name(ibl_container container)
     return containers[container].name;
 }
 
+int ibl_container_holds(ibl_container container, ibl_pixel pixel)
+{
+    const ibl_layout *layout = &ibl_layouts[pixel];
+
+    return container == IBL_CONTAINER_DDS   ? layout->dxgi > 0
+           : container == IBL_CONTAINER_KTX ? layout->gl_internal > 0
+                                            : true;
+}
+
 ibl_container ibl_container_of(const unsigned char *bytes, size_t size)
 {
     for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
@@ -467,6 +533,10 @@ ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "%s files hold no Zstandard frames: KTX2 files do",
                         ibl_container_name(container));
+    if (!ibl_container_holds(container, tex->pixel))
+        return ibl_fail(
+            ctx, IBL_ERR_UNSUPPORTED, "%s files cannot hold %s: KTX2 files can",
+            ibl_container_name(container), ibl_pixel_name(tex->pixel));
     return containers[container].encode(ctx, tex, file);
 }
 

@@ -148,7 +148,7 @@ static size_t encode_r11g11b10f(const float *src, size_t count, void *dst)
     return encode_words(small_floats, src, count, dst);
 }
 
-_Static_assert(IBL_PIXEL_COUNT == 6, "each has a row below");
+_Static_assert(IBL_PIXEL_COUNT == 9, "each has a row below");
 
 IBL_KERNEL(ibl_pixel, {[IBL_PIXEL_RGBA16F] = ibl_encode_rgba16f_c,
                        [IBL_PIXEL_RGBA32F] = encode_rgba32f,

@@ -18,6 +18,7 @@
  */
 typedef size_t ibl_encode_fn(const float *src, size_t count, void *dst);
 
+/* NULL: pixels of blocks, which kern/blocks.h describes. */
 typedef struct ibl_pixel_dsp {
     ibl_encode_fn *encode[IBL_PIXEL_COUNT];
 } ibl_pixel_dsp;

@@ -335,7 +335,8 @@ static GLuint load_array(ibl_ctx *ctx, const char *path,
 
     if (ibl_texture_read(ctx, path, &tex, NULL))
         return 0;
-    if (check_shape(path, expected, &tex) && check_texels(path, &tex))
+    if (check_shape(path, expected, &tex) && !ibl_texture_unblock(ctx, &tex) &&
+        check_texels(path, &tex))
         cubes = view_upload(&tex, true, path);
     ibl_texture_free(&tex);
     return cubes;

@@ -55,7 +55,8 @@ void view_report_set(const baked_set *set)
         if (t->data)
             view_tell("%s: %s, %dx%d, levels: %d, %s", what[i],
                       set->path[i] ? set->path[i] : "made by the library",
-                      t->width, t->height, t->levels, ibl_pixel_name(t->pixel));
+                      t->width, t->height, t->levels,
+                      ibl_pixel_name(set->path[i] ? set->pixel[i] : t->pixel));
     }
     fflush(stdout);
 }

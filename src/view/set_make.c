@@ -121,7 +121,7 @@ static ibl_status make_irradiance(ibl_ctx *ctx, const baked_set *set,
                                   ibl_cube *level0, ibl_cube *out,
                                   const char **from)
 {
-    const float most = ibl_pixel_max(set->texture[VIEW_SPECULAR].pixel);
+    const float most = ibl_pixel_max(set->pixel[VIEW_SPECULAR]);
     /* Level 0 is neither blurred nor clipped by its pixel format. */
     const bool whole =
         decode_level(set, 0, level0) < most && set->roughness[0] <= SMOOTH;
@@ -150,9 +150,11 @@ static bool fill_irradiance(ibl_ctx *ctx, baked_set *set)
         status = make_irradiance(ctx, set, &level0, &cube, &from);
     ibl_cube_free(&level0);
     if (!status)
-        status = ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA32F,
-                                       IBL_OVERFLOW_CLIP,
-                                       &set->texture[VIEW_IRRADIANCE], NULL);
+        status = ibl_texture_from_cube(
+            ctx, &cube,
+            &(ibl_texel_options){.pixel = IBL_PIXEL_RGBA32F,
+                                 .overflow = IBL_OVERFLOW_CLIP},
+            &set->texture[VIEW_IRRADIANCE], NULL);
     ibl_cube_free(&cube);
     set->irradiance_scale = 1;
     if (status == IBL_ERR_MEMORY)
@@ -208,11 +210,9 @@ static bool take(ibl_ctx *ctx, const ibl_bake_result *result,
     const ibl_specular_layout *layout = &result->report.layout;
     ibl_overflow_report beyond = {0};
 
-    if (ibl_texture_from_cube(ctx, &result->specular, IBL_PIXEL_RGBA16F,
-                              IBL_OVERFLOW_SPREAD, &set->texture[VIEW_SPECULAR],
-                              &beyond) ||
-        ibl_texture_from_cube(ctx, &result->irradiance, IBL_PIXEL_RGBA16F,
-                              IBL_OVERFLOW_SPREAD,
+    if (ibl_texture_from_cube(ctx, &result->specular, NULL,
+                              &set->texture[VIEW_SPECULAR], &beyond) ||
+        ibl_texture_from_cube(ctx, &result->irradiance, NULL,
                               &set->texture[VIEW_IRRADIANCE], NULL))
         return false;
     if (beyond.values)
@@ -299,8 +299,11 @@ static ibl_status cube_of_map(ibl_ctx *ctx, const baked_set *set,
     if (!status)
         status = ibl_cube_from_latlong(ctx, &map, set->source_yaw, &cube);
     if (!status)
-        status = ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA32F,
-                                       IBL_OVERFLOW_CLIP, env, NULL);
+        status = ibl_texture_from_cube(
+            ctx, &cube,
+            &(ibl_texel_options){.pixel = IBL_PIXEL_RGBA32F,
+                                 .overflow = IBL_OVERFLOW_CLIP},
+            env, NULL);
     ibl_cube_free(&cube);
     ibl_image_free(&map);
     return status;
@@ -316,8 +319,8 @@ static const char *name_of_cube(const baked_set *set)
         return "the skybox";
     if (ibl_cube_alloc(NULL, tex->width, 1, &level0))
         return "level 0";
-    const bool clipped =
-        decode_level(set, 0, &level0) >= ibl_pixel_max(tex->pixel);
+    const bool clipped = decode_level(set, 0, &level0) >=
+                         ibl_pixel_max(set->pixel[VIEW_SPECULAR]);
     ibl_cube_free(&level0);
     return clipped ? "level 0, which is clipped" : "level 0";
 }

@@ -149,8 +149,11 @@ static bool load(opener *o, view_content content, view_about *about)
                          path, words, contents[content].words,
                          contents[content].remedy);
     view_set_see(o->set, content);
-    return !ibl_texture_read(o->ctx, path, tex, NULL) &&
-           check_shape(tex, path, content) &&
+    if (ibl_texture_read(o->ctx, path, tex, NULL) ||
+        !check_shape(tex, path, content))
+        return false;
+    o->set->pixel[content] = tex->pixel;
+    return !ibl_texture_unblock(o->ctx, tex) &&
            view_about_read(o->set, content, o->sidecar, about) &&
            check_content(path, content, about);
 }

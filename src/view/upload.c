@@ -7,7 +7,7 @@ typedef struct layout {
     GLenum format, type;
 } layout;
 
-_Static_assert(IBL_PIXEL_COUNT == 6, "each has a row below");
+_Static_assert(IBL_PIXEL_COUNT == 9, "each but blocks has a row below");
 
 static const layout layouts[IBL_PIXEL_COUNT] = {
     [IBL_PIXEL_RGBA16F] = {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT},

@@ -8,6 +8,7 @@
 
 /* Uploads all levels of a texture, filtered linearly, between levels too, and
  * clamped to edges; binds it to the active unit.
+ *   tex    without blocks: see ibl_texture_unblock
  *   cubes  true: as a cube map array (view_gl_has_cube_arrays); false: as a
  *          cube map or, with one face, as a 2D texture or array
  *   name   for messages

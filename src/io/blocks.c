@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/blocks.h"
+
+#include <assert.h>
+#include <stdatomic.h>
+#include <string.h>
+
+#include "core/half.h"
+#include "kern/astc_hdr.h"
+#include "kern/bc6h.h"
+
+enum {
+    JOB_BLOCKS = 256, /* take some milliseconds */
+    GROUP = 16,       /* blocks whose texels are on the stack: 3 KiB */
+    ALPHA_ONE = 0x3C00
+};
+
+static ibl_encode_blocks_fn *encoder_of(ibl_pixel pixel, ibl_isa isa)
+{
+    ibl_bc6h_dsp bc6h;
+    ibl_astc_hdr_dsp astc;
+
+    if (pixel == IBL_PIXEL_BC6H) {
+        ibl_bc6h_dsp_init(&bc6h, isa);
+        return bc6h.encode;
+    }
+    ibl_astc_hdr_dsp_init(&astc, isa);
+    return astc.encode;
+}
+
+static ibl_decode_block_fn *decoder_of(ibl_pixel pixel)
+{
+    assert(ibl_pixel_block(pixel) == IBL_BLOCK_EDGE);
+    return pixel == IBL_PIXEL_BC6H ? ibl_bc6h_decode_block
+                                   : ibl_astc_hdr_decode_block;
+}
+
+/* Copies a texel, limited to [0, max], with NaN as 0. Returns how many
+ * components were above. */
+static size_t clamp(const float *texel, float max, float *to)
+{
+    size_t beyond = 0;
+
+    for (int c = 0; c < 3; c++) {
+        beyond += texel[c] > max;
+        to[c] = !(texel[c] > 0) ? 0 : texel[c] < max ? texel[c] : max;
+    }
+    return beyond;
+}
+
+size_t ibl_blocks_encode(ibl_pixel pixel, const float *texels, size_t count,
+                         unsigned char *blocks)
+{
+    ibl_encode_blocks_fn *encode = encoder_of(pixel, ibl_isa_best());
+    float block[3 * IBL_BLOCK_TEXELS];
+    size_t beyond = 0;
+
+    for (size_t i = 0; i < count; i++) {
+        for (size_t k = 0; k < IBL_BLOCK_TEXELS; k++, texels += 3)
+            beyond += clamp(texels, ibl_pixel_max(pixel), block + 3 * k);
+        encode(block, 1, IBL_QUALITY_NORMAL, blocks + i * IBL_BLOCK_BYTES);
+    }
+    return beyond;
+}
+
+void ibl_blocks_decode(ibl_pixel pixel, const unsigned char *blocks,
+                       size_t count, float *texels)
+{
+    for (size_t i = 0; i < count; i++)
+        ibl_blocks_to_floats(pixel, blocks + i * IBL_BLOCK_BYTES,
+                             IBL_BLOCK_EDGE, IBL_BLOCK_EDGE,
+                             texels + i * 3 * IBL_BLOCK_TEXELS);
+}
+
+/* ---- encoding images ------------------------------------------------- */
+
+typedef struct encoding {
+    const ibl_block_images *of;
+    ibl_encode_blocks_fn *encode;
+    float max;
+    size_t row_blocks, image_blocks, blocks;
+    atomic_size_t beyond;
+} encoding;
+
+/* Copies the texels of a block; returns how many components were above the
+ * largest value. */
+static size_t gather(const encoding *e, size_t block, float *texels)
+{
+    const size_t n = (size_t)e->of->n, at = block % e->image_blocks;
+    const size_t left = at % e->row_blocks * IBL_BLOCK_EDGE;
+    const size_t top = at / e->row_blocks * IBL_BLOCK_EDGE;
+    const float *image = e->of->src + block / e->image_blocks * n * n * 3;
+    size_t beyond = 0;
+
+    for (size_t i = 0; i < IBL_BLOCK_TEXELS; i++) {
+        const size_t x = left + i % IBL_BLOCK_EDGE,
+                     y = top + i / IBL_BLOCK_EDGE;
+        const size_t column = x < n ? x : n - 1, row = y < n ? y : n - 1;
+        const size_t above =
+            clamp(image + (row * n + column) * 3, e->max, texels + 3 * i);
+        beyond += x < n && y < n ? above : 0;
+    }
+    return beyond;
+}
+
+static void encode_job(void *arg, int job, int worker)
+{
+    encoding *e = arg;
+    float texels[GROUP * IBL_BLOCK_TEXELS * 3];
+    size_t block = (size_t)job * JOB_BLOCKS, beyond = 0;
+    const size_t last = block + JOB_BLOCKS;
+    const size_t end = last < e->blocks ? last : e->blocks;
+
+    (void)worker;
+    while (block < end) {
+        const size_t count = end - block < GROUP ? end - block : GROUP;
+        for (size_t i = 0; i < count; i++)
+            beyond += gather(e, block + i, texels + i * 3 * IBL_BLOCK_TEXELS);
+        e->encode(texels, count, e->of->quality,
+                  e->of->dst + block * IBL_BLOCK_BYTES);
+        block += count;
+    }
+    e->beyond += beyond;
+}
+
+ibl_status ibl_blocks_encode_images(ibl_ctx *ctx, const ibl_block_images *of,
+                                    size_t *beyond)
+{
+    const size_t row = ((size_t)of->n + IBL_BLOCK_EDGE - 1) / IBL_BLOCK_EDGE;
+    encoding e = {.of = of,
+                  .encode = encoder_of(of->pixel, ibl_ctx_isa(ctx)),
+                  .max = ibl_pixel_max(of->pixel),
+                  .row_blocks = row,
+                  .image_blocks = row * row,
+                  .blocks = row * row * of->images};
+    const size_t jobs = (e.blocks + JOB_BLOCKS - 1) / JOB_BLOCKS;
+    const ibl_status status = ibl_run(ctx, NULL, (int)jobs, encode_job, &e);
+
+    *beyond += e.beyond;
+    return status;
+}
+
+/* ---- decoding images ------------------------------------------------- */
+
+/* Stores a texel in rgb, or if that is NULL in rgba. */
+static void put_texel(const uint16_t halves[3], size_t at, float *rgb,
+                      unsigned char *rgba)
+{
+    const uint16_t texel[] = {halves[0], halves[1], halves[2], ALPHA_ONE};
+
+    if (!rgb)
+        memcpy(rgba + at * sizeof texel, texel, sizeof texel);
+    for (size_t c = 0; c < 3 && rgb; c++)
+        rgb[3 * at + c] = ibl_half_to_float(halves[c]);
+}
+
+static void decode_image(ibl_decode_block_fn *decode,
+                         const unsigned char *blocks, size_t width,
+                         size_t height, float *rgb, unsigned char *rgba)
+{
+    uint16_t texels[IBL_BLOCK_TEXELS][3];
+
+    for (size_t top = 0; top < height; top += IBL_BLOCK_EDGE)
+        for (size_t left = 0; left < width; left += IBL_BLOCK_EDGE) {
+            decode(blocks, texels);
+            blocks += IBL_BLOCK_BYTES;
+            for (size_t i = 0; i < IBL_BLOCK_TEXELS; i++) {
+                const size_t x = left + i % IBL_BLOCK_EDGE;
+                const size_t y = top + i / IBL_BLOCK_EDGE;
+                if (x < width && y < height)
+                    put_texel(texels[i], y * width + x, rgb, rgba);
+            }
+        }
+}
+
+void ibl_blocks_to_floats(ibl_pixel pixel, const unsigned char *blocks,
+                          size_t width, size_t height, float *rgb)
+{
+    decode_image(decoder_of(pixel), blocks, width, height, rgb, NULL);
+}
+
+void ibl_blocks_to_halves(ibl_pixel pixel, const unsigned char *blocks,
+                          size_t width, size_t height, unsigned char *rgba)
+{
+    decode_image(decoder_of(pixel), blocks, width, height, NULL, rgba);
+}
+
+void ibl_signed_blocks_to_halves(const unsigned char *blocks, size_t width,
+                                 size_t height, unsigned char *rgba)
+{
+    decode_image(ibl_bc6h_decode_signed_block, blocks, width, height, NULL,
+                 rgba);
+}

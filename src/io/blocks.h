@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT */
+/* Block-compressed pixels. */
+#ifndef IBL_IO_BLOCKS_H
+#define IBL_IO_BLOCKS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/context.h"
+#include "ibl/io.h"
+#include "kern/blocks.h"
+
+/* ibl_pixel_encode and ibl_pixel_decode for `count` blocks. */
+size_t ibl_blocks_encode(ibl_pixel pixel, const float *texels, size_t count,
+                         unsigned char *blocks);
+void ibl_blocks_decode(ibl_pixel pixel, const unsigned char *blocks,
+                       size_t count, float *texels);
+
+/* Images of n x n texels, one after the other in src and dst. */
+typedef struct ibl_block_images {
+    ibl_pixel pixel;
+    ibl_quality quality;
+    int n;
+    size_t images;
+    const float *src;
+    unsigned char *dst;
+} ibl_block_images;
+
+/* Encodes images on the pool, with the values of ibl_pixel_encode. Texels
+ * beyond an edge repeat the last ones. Adds to *beyond how many components of
+ * the others were above the largest value. */
+ibl_status ibl_blocks_encode_images(ibl_ctx *ctx, const ibl_block_images *of,
+                                    size_t *beyond);
+
+/* Decode the blocks of width x height texels to rows of floats, or of RGBA16F;
+ * leave out texels beyond the edges. */
+void ibl_blocks_to_floats(ibl_pixel pixel, const unsigned char *blocks,
+                          size_t width, size_t height, float *rgb);
+void ibl_blocks_to_halves(ibl_pixel pixel, const unsigned char *blocks,
+                          size_t width, size_t height, unsigned char *rgba);
+/* The same for signed BC6H. */
+void ibl_signed_blocks_to_halves(const unsigned char *blocks, size_t width,
+                                 size_t height, unsigned char *rgba);
+
+#endif

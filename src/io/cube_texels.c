@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: MIT */
+/* Decodes images of a level in strips of rows, each a job. */
+#include "io/cube_texels.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "image/cube.h"
+#include "io/blocks.h"
+
+enum {
+    STRIP = 16 /* rows, of whole blocks */
+};
+
+/* A level of a texture. */
+typedef struct level {
+    const ibl_texture *tex;
+    const unsigned char *data;
+    size_t width, height, image_bytes, image_strips, strips;
+} level;
+
+static level level_of(const ibl_texture *tex, int l)
+{
+    const size_t height = ibl_texture_height(tex, l);
+    const size_t strips = (height + STRIP - 1) / STRIP;
+
+    return (level){.tex = tex,
+                   .data = tex->data + ibl_texture_offset(tex, l, 0),
+                   .width = ibl_texture_width(tex, l),
+                   .height = height,
+                   .image_bytes = ibl_texture_face_bytes(tex, l),
+                   .image_strips = strips,
+                   .strips = (size_t)(tex->layers * tex->faces) * strips};
+}
+
+/* Some rows of an image. */
+typedef struct strip {
+    const unsigned char *data; /* their texels or blocks */
+    size_t texel, rows;        /* the first texel, counted in the level */
+} strip;
+
+static strip strip_of(const level *l, size_t i)
+{
+    const size_t image = i / l->image_strips;
+    const size_t top = i % l->image_strips * STRIP, left = l->height - top;
+    const ibl_layout *layout = &ibl_layouts[l->tex->pixel];
+    const size_t row_bytes =
+        ibl_layout_blocks(layout, l->width) * (size_t)layout->block_bytes;
+
+    return (strip){
+        .data = l->data + image * l->image_bytes +
+                top / ibl_layout_edge(layout) * row_bytes,
+        .texel = (image * l->height + top) * l->width,
+        .rows = left < STRIP ? left : STRIP,
+    };
+}
+
+static void decode_strip(const level *l, const strip *s, float *rgb)
+{
+    if (ibl_pixel_block(l->tex->pixel) > 1)
+        ibl_blocks_to_floats(l->tex->pixel, s->data, l->width, s->rows, rgb);
+    else
+        ibl_pixel_decode(l->tex->pixel, s->data, s->rows * l->width, rgb);
+}
+
+/* ---- to cubes -------------------------------------------------------- */
+
+typedef struct decoding {
+    level level;
+    float *rgb;
+} decoding;
+
+static void decode_job(void *arg, int job, int worker)
+{
+    const decoding *d = arg;
+    const strip s = strip_of(&d->level, (size_t)job);
+
+    (void)worker;
+    decode_strip(&d->level, &s, d->rgb + 3 * s.texel);
+}
+
+ibl_status ibl_cube_texels_decode(ibl_ctx *ctx, const ibl_texture *tex,
+                                  const ibl_cube *cube)
+{
+    ibl_status status = IBL_OK;
+
+    for (int l = 0; l < tex->levels && !status; l++) {
+        decoding d = {level_of(tex, l), ibl_cube_face(cube, l, 0)};
+        status = ibl_run(ctx, NULL, (int)d.level.strips, decode_job, &d);
+    }
+    return status;
+}
+
+/* ---- to halves ------------------------------------------------------- */
+
+typedef struct unblocking {
+    level level;
+    unsigned char *to;
+} unblocking;
+
+static void unblock_job(void *arg, int job, int worker)
+{
+    const unblocking *u = arg;
+    const strip s = strip_of(&u->level, (size_t)job);
+
+    (void)worker;
+    ibl_blocks_to_halves(u->level.tex->pixel, s.data, u->level.width, s.rows,
+                         u->to + s.texel * ibl_pixel_bytes(IBL_PIXEL_RGBA16F));
+}
+
+ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex)
+{
+    ibl_status status = ibl_texture_check(ctx, tex);
+
+    if (status || ibl_pixel_block(tex->pixel) == 1)
+        return status;
+    ibl_texture out = *tex;
+    out.pixel = IBL_PIXEL_RGBA16F;
+    out.bytes = ibl_texture_offset(&out, out.levels, 0);
+    out.data = ibl_alloc_array(out.bytes, 1);
+    if (!out.data)
+        return ibl_no_memory(ctx, "the texels of a texture");
+    for (int l = 0; l < tex->levels && !status; l++) {
+        unblocking u = {level_of(tex, l),
+                        out.data + ibl_texture_offset(&out, l, 0)};
+        status = ibl_run(ctx, NULL, (int)u.level.strips, unblock_job, &u);
+    }
+    ibl_free(status ? out.data : tex->data);
+    if (!status)
+        *tex = out;
+    return status;
+}
+
+/* ---- errors ----------------------------------------------------------- */
+
+/* Sums over a strip. */
+typedef struct sums {
+    double wrong, truth, relative;
+    size_t count;
+} sums;
+
+typedef struct comparing {
+    level level;
+    const float *truth;
+    float *scratch; /* of a strip for each worker */
+    sums *sums;     /* of each job */
+} comparing;
+
+static double square(const float *v)
+{
+    double sum = 0;
+    for (int c = 0; c < 3; c++)
+        sum += (double)v[c] * (double)v[c];
+    return sum;
+}
+
+static void add_texel(const float *t, const float *d, sums *s)
+{
+    const double truth = square(t);
+    double wrong = 0;
+
+    if (!isfinite(truth))
+        return;
+    for (int c = 0; c < 3; c++)
+        wrong += ((double)d[c] - (double)t[c]) * ((double)d[c] - (double)t[c]);
+    s->wrong += wrong;
+    s->truth += truth;
+    s->relative += truth > 0 ? sqrt(wrong / truth) : wrong > 0;
+    s->count++;
+}
+
+static void compare_job(void *arg, int job, int worker)
+{
+    const comparing *c = arg;
+    const strip s = strip_of(&c->level, (size_t)job);
+    float *rgb = c->scratch + (size_t)worker * 3 * STRIP * c->level.width;
+
+    decode_strip(&c->level, &s, rgb);
+    for (size_t i = 0; i < s.rows * c->level.width; i++)
+        add_texel(c->truth + 3 * (s.texel + i), rgb + 3 * i, &c->sums[job]);
+}
+
+/* Adds the sums of the strips, in order. */
+static ibl_pixel_error error_of(const sums *s, size_t strips)
+{
+    sums all = {0};
+
+    for (size_t i = 0; i < strips; i++) {
+        all.wrong += s[i].wrong;
+        all.truth += s[i].truth;
+        all.relative += s[i].relative;
+        all.count += s[i].count;
+    }
+    return (ibl_pixel_error){
+        .nrmse = all.truth > 0 ? sqrt(all.wrong / all.truth) : all.wrong > 0,
+        .relative = all.count ? all.relative / (double)all.count : 0};
+}
+
+static ibl_status compare(ibl_ctx *ctx, const ibl_texture *tex, int l,
+                          const ibl_cube *cube, ibl_pixel_error *error)
+{
+    comparing c = {level_of(tex, l), ibl_cube_face(cube, l, 0), NULL, NULL};
+    const size_t workers = (size_t)ibl_ctx_threads(ctx);
+    ibl_status status = IBL_OK;
+
+    c.scratch =
+        ibl_alloc_array(workers * c.level.width, 3 * STRIP * sizeof *c.scratch);
+    c.sums = ibl_alloc_zeroed(c.level.strips, sizeof *c.sums);
+    if (c.scratch && c.sums)
+        status = ibl_run(ctx, NULL, (int)c.level.strips, compare_job, &c);
+    else
+        status = ibl_no_memory(ctx, "the errors of a texture");
+    if (!status)
+        *error = error_of(c.sums, c.level.strips);
+    ibl_free(c.scratch);
+    ibl_free(c.sums);
+    return status;
+}
+
+ibl_status ibl_texture_errors(ibl_ctx *ctx, const ibl_texture *tex,
+                              const ibl_cube *cube,
+                              ibl_pixel_error error[IBL_MAX_LEVELS])
+{
+    ibl_status status = ibl_texture_check(ctx, tex);
+
+    if (!status)
+        status = ibl_check_cube(ctx, cube);
+    if (status)
+        return status;
+    if (!error)
+        return ibl_missing(ctx, "ibl_texture_errors: error");
+    if (tex->faces != IBL_FACES || tex->layers != 1 ||
+        ibl_pixel_channels(tex->pixel) != 3 || tex->width != cube->size ||
+        tex->levels != cube->levels)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "errors of a texture of size %d with %d levels, %d "
+                        "layers and %d faces against a cube of size %d with "
+                        "%d levels: must be a cube of that shape",
+                        tex->width, tex->levels, tex->layers, tex->faces,
+                        cube->size, cube->levels);
+    for (int l = 0; l < tex->levels && !status; l++)
+        status = compare(ctx, tex, l, cube, &error[l]);
+    return status;
+}
