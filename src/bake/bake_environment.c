@@ -132,9 +132,9 @@ static ibl_status prepare(bake *b)
         status = ibl_spectral_plan_make(b->ctx, b->env->width, b->env->height,
                                         &b->opts, &b->layout, &b->plan);
     if (!status && b->plan.degree >= 0)
-        status =
-            ibl_spectral_create(b->ctx, b->env->width, b->env->height,
-                                b->opts.yaw_deg, b->plan.degree, &b->spectral);
+        status = ibl_spectral_create(b->ctx, b->env->width, b->env->height,
+                                     b->opts.yaw_deg, b->plan.degree,
+                                     b->plan.single, &b->spectral);
     for (int l = 0; l < b->layout.levels && !status; l++)
         if (b->plan.parts[l].near)
             status = prepare_near(b, l);

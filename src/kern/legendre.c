@@ -218,7 +218,7 @@ static void synthesise(const ibl_legendre_order *o, const double *a,
  * legendre_simd.c has the layout of the vector versions. */
 size_t ibl_legendre_scratch(int degree)
 {
-    return ((size_t)degree / 2 / 8 + 3) * 8 * 17 + 17 * 256;
+    return ((size_t)degree / 2 / 8 + 3) * 8 * 25 + 25 * 256;
 }
 
 IBL_KERNEL(ibl_legendre, analyse, synthesise)

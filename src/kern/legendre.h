@@ -70,6 +70,7 @@ void ibl_legendre_rings_free(ibl_legendre_rings *r);
 typedef struct ibl_legendre_order {
     const ibl_legendre_rings *rings;
     int m, degree;   /* 0 <= m <= degree <= that of start */
+    int single;      /* from this degree on floats may do; > degree: nowhere */
     double *scratch; /* ibl_legendre_scratch(degree) doubles, 64-byte aligned,
                         contents undefined */
 } ibl_legendre_order;

@@ -32,6 +32,7 @@ enum {
     CHUNK = 256, /* pairs of rings, whose data fit the first-level cache */
     CHUNK_VECTORS = CHUNK / VD,
     SUMS = 12,       /* 6 parts for even l - m, 6 for odd */
+    ROW = 16,        /* floats for a k in the synthesis: SUMS, alpha, beta */
     NEVER = 1 << 30, /* block of rings that never join */
     STARTS_AT = -62  /* exponent of R_k from which rings join: s_k <= 2^7 */
 };
@@ -151,6 +152,11 @@ struct work {
     int from_block[CHUNK_VECTORS];  /* first block in which a lane joins */
     int until_block[CHUNK_VECTORS]; /* last block in which one does */
     int vectors, active;            /* vectors before `active` never join */
+    /* In floats, for blocks from `single` on and rings that have joined: */
+    int single;
+    float *rows; /* [k][ROW] */
+    float *x2_single, *now_single, *last_single;
+    float *data_single; /* [vector][SUMS][VF] */
 };
 
 static struct work layout(const ibl_legendre_order *o)
@@ -177,6 +183,14 @@ static struct work layout(const ibl_legendre_order *o)
         .late_last = p + 17 * size + 3 * CHUNK,
         .block = p + 17 * size + 4 * CHUNK,
         .data = p + 17 * size + 5 * CHUNK,
+        .single = o->single > o->m
+                      ? (o->single - o->m + 2 * BLOCK - 1) / (2 * BLOCK)
+                      : 0,
+        .rows = (float *)(p + 17 * size + 17 * CHUNK),
+        .x2_single = (float *)(p + 25 * size + 17 * CHUNK),
+        .now_single = (float *)(p + 25 * size + 17 * CHUNK) + CHUNK,
+        .last_single = (float *)(p + 25 * size + 17 * CHUNK) + 2 * CHUNK,
+        .data_single = (float *)(p + 25 * size + 17 * CHUNK) + 4 * CHUNK,
     };
 }
 
@@ -388,6 +402,38 @@ static void start_chunk(struct work *w, int j)
             w->active = v + 1;
             break;
         }
+    }
+}
+
+/* Adds vectors without rings to a multiple of n. */
+static inline void pad_vectors(struct work *w, int n)
+{
+    for (; w->vectors % n; w->vectors++) {
+        w->from_block[w->vectors] = NEVER;
+        w->until_block[w->vectors] = -1;
+        vd_store(w->now + w->vectors * VD, vd_all(0.0));
+        vd_store(w->last + w->vectors * VD, vd_all(0.0));
+    }
+}
+
+/* The block from which vectors v and v + 1 are summed in floats. Those that
+ * never join may be, too. */
+static inline int single_from(const struct work *w, int v)
+{
+    int b = w->single;
+    for (int i = v; i < v + 2; i++)
+        if (i >= w->active && w->until_block[i] >= b)
+            b = w->until_block[i] + 1;
+    return b;
+}
+
+/* Turns the state of vectors v and v + 1 into floats. */
+static inline void to_single(struct work *w, int j, int v)
+{
+    for (int i = v * VD; i < (v + 2) * VD; i += VD) {
+        vd_store_floats(w->x2_single + i, vd_load(w->rings->x2 + j + i));
+        vd_store_floats(w->now_single + i, vd_load(w->now + i));
+        vd_store_floats(w->last_single + i, vd_load(w->last + i));
     }
 }
 

@@ -61,13 +61,32 @@ static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
     }
 }
 
-/* Adds the chunk to the sums of AT_ONCE k, from k on. */
-static void sum_over_rings(struct work *w, int j, int k, int v)
+static bool is_zero(const struct work *w, int v)
+{
+    const double *data = w->data + (size_t)v * SUMS * VD;
+    vl any = (vl)vd_all(0.0);
+    for (int i = 0; i < SUMS; i++)
+        any |= (vl)(vd_load(data + i * VD) != vd_all(0.0));
+    return !vd_signs((vd)any);
+}
+
+/* Leaves out vectors without data at both ends: a map of lights is zero but for
+ * some rows. */
+static void skip_zeros(struct work *w)
+{
+    while (w->active < w->vectors && is_zero(w, w->active))
+        w->active++;
+    while (w->active < w->vectors && is_zero(w, w->vectors - 1))
+        w->vectors--;
+}
+
+/* Adds vectors v..until - 1 to the sums of AT_ONCE k, from k on. */
+static void sum_over_rings(struct work *w, int j, int k, int v, int until)
 {
     const double *x2 = w->rings->x2 + j + v * VD;
     double *now = w->now + v * VD, *last = w->last + v * VD;
     const double *data = w->data + (size_t)v * SUMS * VD;
-    const double *end = w->data + (size_t)w->vectors * SUMS * VD;
+    const double *end = w->data + (size_t)until * SUMS * VD;
     vd alpha[AT_ONCE], beta[AT_ONCE], sums[AT_ONCE][SUMS] = {{{0}}};
 
 #pragma GCC unroll 2
@@ -96,19 +115,83 @@ static void sum_over_rings(struct work *w, int j, int k, int v)
     }
 }
 
+/* The same in floats for one k and the vectors from v on. */
+static void sum_singles(struct work *w, int k, int v)
+{
+    const float *x2 = w->x2_single + v * VD;
+    float *now = w->now_single + v * VD, *last = w->last_single + v * VD;
+    const float *data = w->data_single + (size_t)v * SUMS * VD;
+    const float *end = w->data_single + (size_t)w->vectors * SUMS * VD;
+    const vf alpha = vf_all((float)w->alpha[k]);
+    const vf beta = vf_all((float)w->beta[k]);
+    vf sums[SUMS] = {{0}};
+    vd total[SUMS];
+    float halves[SUMS][VF] __attribute__((aligned(64)));
+
+    for (; data < end; data += SUMS * VF, now += VF, last += VF, x2 += VF) {
+        const vf r = vf_load(now), before = vf_load(last);
+        vf_store(last, r);
+        vf_store(now, vf_fma(vf_fma(alpha, vf_load(x2), beta), r, before));
+#pragma GCC unroll 12
+        for (int p = 0; p < SUMS; p++)
+            sums[p] = vf_fma(r, vf_load(data + p * VF), sums[p]);
+    }
+    for (int p = 0; p < SUMS; p++)
+        vf_store(halves[p], sums[p]);
+    for (int p = 0; p < SUMS; p++)
+        total[p] = vd_load_floats(halves[p]) + vd_load_floats(halves[p] + VD);
+    for (int i = 0; i < SUMS; i += VD) {
+        double *to = w->sums + (size_t)k * SUMS + i;
+        vd_store(to, vd_load(to) + vd_totals(total + i));
+    }
+}
+
+/* Turns vectors v and v + 1 and their data into floats. Lanes of rings that
+ * never join are zero. */
+static void become_single(struct work *w, int j, int v)
+{
+    const double *from = w->data + (size_t)v * SUMS * VD;
+    float *to = w->data_single + (size_t)v * SUMS * VD;
+
+    to_single(w, j, v);
+    for (int i = 0; i < 2; i++, from += SUMS * VD) {
+        if (v + i < w->active) {
+            vd_store_floats(w->now_single + (v + i) * VD, vd_all(0.0));
+            vd_store_floats(w->last_single + (v + i) * VD, vd_all(0.0));
+        }
+        for (int p = 0; p < SUMS; p++)
+            vd_store_floats(to + p * VF + i * VD, v + i < w->active
+                                                      ? vd_all(0.0)
+                                                      : vd_load(from + p * VD));
+    }
+}
+
 static void analyse_chunk(struct work *w, int j)
 {
+    const int doubles = w->vectors;
+    int single = (w->vectors + 1) / 2 * 2;
+
+    pad_vectors(w, 2);
+    memset(w->data + (size_t)doubles * SUMS * VD, 0,
+           (size_t)(w->vectors - doubles) * SUMS * VD * sizeof *w->data);
     for (int b = 0; b < w->blocks; b++) {
         int v = w->vectors;
-        for (int i = w->active; i < w->vectors; i++) {
+        for (int i = w->active; i < single; i++) {
             if (b)
                 come_in(w, i, b);
             if (w->from_block[i] <= b && i < v)
                 v = i;
         }
+        for (; single > w->active && single_from(w, single - 2) <= b;
+             single -= 2)
+            become_single(w, j, single - 2);
         for (int k = b * BLOCK; k < (b + 1) * BLOCK && k < w->terms;
-             k += AT_ONCE)
-            sum_over_rings(w, j, k, v);
+             k += AT_ONCE) {
+            if (v < single)
+                sum_over_rings(w, j, k, v, single);
+            for (int i = 0; i < AT_ONCE && single < w->vectors; i++)
+                sum_singles(w, k + i, single);
+        }
     }
 }
 
@@ -148,6 +231,7 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
     for (int j = 0; j < o->rings->pairs; j += CHUNK) {
         start_chunk(&w, j);
         gather_chunk(&w, j, f, stride);
+        skip_zeros(&w);
         analyse_chunk(&w, j);
     }
     finish(&w, a);
@@ -172,6 +256,41 @@ static void combine(struct work *w, const double *a, const double *factor)
         blend_six(odd ? w->odd[k] * factor[l + 1] : 0.0, odd ? a + 6 : a, 0.0,
                   a, c + 6);
     }
+}
+
+/* Copies what floats need of every k. */
+static void fill_rows(struct work *w)
+{
+    for (int k = w->single * BLOCK; k < w->terms; k++) {
+        const double *c = w->sums + (size_t)k * SUMS;
+        float *row = w->rows + (size_t)k * ROW;
+        for (int i = 0; i < SUMS; i++)
+            row[i] = (float)c[i];
+        row[SUMS] = (float)w->alpha[k];
+        row[SUMS + 1] = (float)w->beta[k];
+    }
+}
+
+/* Adds the terms from k on in floats for vectors v and v + 1. */
+static void sum_singles_over_k(const struct work *w, int v, int k,
+                               float acc[SUMS][VF])
+{
+    const vf x2 = vf_load(w->x2_single + v * VD);
+    vf r = vf_load(w->now_single + v * VD);
+    vf last = vf_load(w->last_single + v * VD), sums[SUMS] = {{0}};
+
+    for (const float *row = w->rows + (size_t)k * ROW; k < w->terms;
+         k++, row += ROW) {
+        const vf t = vf_fma(vf_all(row[SUMS]), x2, vf_all(row[SUMS + 1]));
+        const vf next = vf_fma(t, r, last);
+#pragma GCC unroll 12
+        for (int p = 0; p < SUMS; p++)
+            sums[p] = vf_fma(r, vf_all(row[p]), sums[p]);
+        last = r;
+        r = next;
+    }
+    for (int p = 0; p < SUMS; p++)
+        vf_store(acc[p], sums[p]);
 }
 
 /* Adds the terms k = from..until - 1 for AT_ONCE vectors, from v on, to acc. */
@@ -241,8 +360,10 @@ static void store_vector(const ibl_legendre_rings *r, int j, const vd acc[SUMS],
     }
 }
 
-/* Adds AT_ONCE vectors from v on to acc, block by block while rings join. */
-static void synthesise_side(struct work *w, int j, int v, vd acc[AT_ONCE][SUMS])
+/* Adds the terms before k = end for AT_ONCE vectors, from v on, to acc, block
+ * by block while rings join. */
+static void synthesise_side(struct work *w, int j, int v, int end,
+                            vd acc[AT_ONCE][SUMS])
 {
     int b = w->blocks, until = 0;
 
@@ -257,7 +378,29 @@ static void synthesise_side(struct work *w, int j, int v, vd acc[AT_ONCE][SUMS])
     }
     for (int i = v; i < v + AT_ONCE && b; i++)
         come_in(w, i, b);
-    sum_over_k(w, j, v, b * BLOCK, w->terms, acc);
+    sum_over_k(w, j, v, b * BLOCK, end, acc);
+}
+
+/* Writes the rings of vectors v and v + 1. */
+static void synthesise_pair(struct work *w, int j, int v, float *g,
+                            size_t stride)
+{
+    const int from = single_from(w, v) * BLOCK;
+    const int end = from < w->terms ? from : w->terms;
+    vd acc[2][SUMS] = {{{0}}};
+
+    for (int i = 0; i < 2; i += AT_ONCE)
+        synthesise_side(w, j, v + i, end, acc + i);
+    if (end < w->terms) {
+        float rest[SUMS][VF] __attribute__((aligned(64)));
+        to_single(w, j, v);
+        sum_singles_over_k(w, v, end, rest);
+        for (int p = 0; p < SUMS; p++)
+            for (int i = 0; i < 2; i++)
+                acc[i][p] += vd_load_floats(rest[p] + i * VD);
+    }
+    for (int i = 0; i < 2; i++)
+        store_vector(w->rings, j + (v + i) * VD, acc[i], g, stride);
 }
 
 /* Writes zeros to the rings of `vectors` vectors, from north j on. */
@@ -275,24 +418,20 @@ static void store_nothing(const ibl_legendre_rings *r, int j, int vectors,
 
 static void synthesise_chunk(struct work *w, int j, float *g, size_t stride)
 {
-    const int active = w->active / AT_ONCE * AT_ONCE;
+    const int active = w->active / 2 * 2;
 
     store_nothing(w->rings, j, active, g, stride);
-    /* Round to multiples of AT_ONCE; the added vectors never join. */
-    for (int v = active; v < w->active; v++)
+    /* Round to pairs; the added vectors never join. */
+    for (int v = active; v < w->active; v++) {
         w->from_block[v] = NEVER;
-    for (; w->vectors % AT_ONCE; w->vectors++) {
-        w->from_block[w->vectors] = NEVER;
-        w->until_block[w->vectors] = -1;
-        vd_store(w->now + w->vectors * VD, vd_all(0.0));
-        vd_store(w->last + w->vectors * VD, vd_all(0.0));
+        w->until_block[v] = -1;
+        vd_store(w->now + v * VD, vd_all(0.0));
+        vd_store(w->last + v * VD, vd_all(0.0));
     }
-    for (int v = active; v < w->vectors; v += AT_ONCE) {
-        vd acc[AT_ONCE][SUMS] = {{{0}}};
-        synthesise_side(w, j, v, acc);
-        for (int i = 0; i < AT_ONCE; i++)
-            store_vector(w->rings, j + (v + i) * VD, acc[i], g, stride);
-    }
+    w->active = active;
+    pad_vectors(w, 2);
+    for (int v = active; v < w->vectors; v += 2)
+        synthesise_pair(w, j, v, g, stride);
 }
 
 static void synthesise(const ibl_legendre_order *o, const double *a,
@@ -302,6 +441,7 @@ static void synthesise(const ibl_legendre_order *o, const double *a,
 
     fill_coefficients(&w);
     combine(&w, a, factor);
+    fill_rows(&w);
     for (int j = 0; j < o->rings->pairs; j += CHUNK) {
         start_chunk(&w, j);
         synthesise_chunk(&w, j, g, stride);

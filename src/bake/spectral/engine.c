@@ -57,7 +57,8 @@ static void fill_weights(const ibl_spectral *s)
 }
 
 ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
-                               double yaw_deg, int degree, ibl_spectral **out)
+                               double yaw_deg, int degree, int single,
+                               ibl_spectral **out)
 {
     ibl_spectral *s = ibl_alloc_zeroed(1, sizeof *s);
     *out = NULL;
@@ -67,6 +68,7 @@ ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
     s->width = width;
     s->height = height;
     s->degree = degree;
+    s->single = single;
     s->groups = (height + GROUP - 1) / GROUP;
     s->yaw = (yaw_deg - 360 * floor(yaw_deg / 360)) / 180 * IBL_PI;
     ibl_status status =
@@ -371,9 +373,11 @@ ibl_status ibl_spectral_finish(ibl_spectral *s)
     ibl_status status = choose_lights(s);
     if (!status)
         status = ibl_harmonics_alloc(s->ctx, s->degree, &s->harmonics);
-    if (!status)
-        status = ibl_sht_analyse(s->ctx, "analysis", &s->reading.rows,
-                                 s->widths, &s->harmonics);
+    if (status)
+        return status;
+    s->harmonics.single = s->single;
+    status = ibl_sht_analyse(s->ctx, "analysis", &s->reading.rows, s->widths,
+                             &s->harmonics);
     if (status)
         return status;
     find_unresolved(s);

@@ -47,6 +47,7 @@ typedef struct ibl_spectral_reading {
 typedef struct ibl_spectral {
     ibl_ctx *ctx;
     int width, height, degree;
+    int single; /* see ibl_harmonics */
     int groups; /* of IBL_SPECTRAL_GROUP rows */
     double yaw; /* radians, 0..2 pi */
     ibl_spectral_reading reading;
@@ -69,9 +70,11 @@ typedef struct ibl_spectral {
 /*
  * For a map of width x height pixels, turned by yaw_deg. Borrows ctx.
  *   degree   of the analysis, the highest of any level
+ *   single   from this degree on it may use floats
  */
 ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
-                               double yaw_deg, int degree, ibl_spectral **out);
+                               double yaw_deg, int degree, int single,
+                               ibl_spectral **out);
 void ibl_spectral_free(ibl_spectral *s); /* NULL is fine */
 
 /* Adds the next rows from the zenith, RGB: a multiple of IBL_SPECTRAL_GROUP,

@@ -41,6 +41,7 @@ struct level {
     double *field;            /* amplitude of the level in each degree */
     double margin;            /* see wanted_rms */
     double rms;               /* estimate of the error, absolute */
+    double around;            /* and as a share of the field around a texel */
     ibl_point_lights *bright; /* NULL: no lights */
     ibl_ring_spectra spectra;
     ibl_ring_grid grid;
@@ -116,12 +117,15 @@ static void choose_degree(struct level *v)
 
 /* ---- the grid ---------------------------------------------------------- */
 
-/* Chooses the coarsest grid, of 2.5 to 8 samples for the shortest wave, that
- * leaves at most the wanted rms or a quarter of what the degrees leave. */
+/* Chooses the coarsest grid, of 2 to 8 samples for the shortest wave, that
+ * leaves at most the wanted rms or a quarter of what the degrees leave; or, of
+ * the field around each texel, twice the share of the mean that the degrees
+ * leave. */
 static void choose_grid(struct level *v)
 {
-    static const double samples[] = {2.5, 3, 4, 5, 6, 8};
+    static const double samples[] = {2, 2.25, 2.5, 3, 4, 5, 6, 8};
     const double wanted = fmax(wanted_rms(v), 0.25 * v->rms);
+    const double enough = 2 * v->rms / (mean_of(v->s) * v->s->scale);
     double field = 0, left = 0;
 
     for (int l = 0; l <= v->degree; l++) {
@@ -133,15 +137,16 @@ static void choose_grid(struct level *v)
     for (size_t i = 0; i < sizeof samples / sizeof *samples; i++) {
         const double needed = samples[i] * v->degree;
         v->columns = MIN_COLUMNS;
-        while (v->columns < needed)
+        while (v->columns < needed || v->columns < 2 * (v->degree + 1))
             v->columns *= 2;
         v->rings = GROUP * (int)ceil(needed / (2 * GROUP));
-        left = sqrt(field) *
-               ibl_ring_grid_error(v->field, v->degree, v->rings, v->columns);
-        if (left <= wanted)
+        v->around =
+            2 * ibl_ring_grid_error(v->field, v->degree, v->rings, v->columns);
+        left = sqrt(field) * 0.5 * v->around;
+        if (left <= wanted || 0.5 * v->around <= enough)
             break;
     }
-    v->rms = 2 * (v->rms + left) / v->s->scale;
+    v->rms = 2 * v->rms / v->s->scale;
 }
 
 static void rings_job(void *arg, int job, int worker)
@@ -283,7 +288,7 @@ static double estimate(const struct level *v)
         for (int c = 0; c < 3; c++)
             sum += (double)rgb[c] * (double)rgb[c];
         const double least = fmax(sqrt(sum), IBL_RELATIVE_FLOOR * mean);
-        errors[i] = least > 0 ? v->rms / least + other : 0;
+        errors[i] = least > 0 ? v->rms / least + v->around + other : 0;
     }
     qsort(errors, count, sizeof *errors, falling);
     return errors[count / 20];

@@ -33,6 +33,9 @@ static double tail_of(double tolerance)
     return fmin(tail * (factor > 1 ? sqrt(factor) : factor), 1);
 }
 
+/* Share of a point light from which floats do. */
+static const double single_tail = 0.2;
+
 struct request {
     ibl_ctx *ctx;
     double limit; /* of the degree of a lobe without near part */
@@ -102,6 +105,14 @@ static ibl_status plan_levels(const struct request *q,
         if (status)
             return status;
         plan->degree = degree > plan->degree ? degree : plan->degree;
+        if (plan->parts[l].spectral && degree > min_degree) {
+            int single;
+            const ibl_status found = ibl_lobe_degree(
+                q->ctx, &plan->shape[l], single_tail, degree, &single);
+            if (found)
+                return found;
+            plan->single = single > plan->single ? single : plan->single;
+        }
     }
     return IBL_OK;
 }
@@ -142,6 +153,8 @@ ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, int width, int height,
         status = plan_irradiance(&q, &opts->irradiance_options, plan);
     if (opts->sh_degree > plan->degree)
         plan->degree = opts->sh_degree;
+    if (plan->single <= opts->sh_degree)
+        plan->single = opts->sh_degree + 1;
     if (opts->power && plan->degree < least_power)
         plan->degree = least_power;
     return status;

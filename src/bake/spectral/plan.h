@@ -20,7 +20,8 @@ typedef struct ibl_spectral_plan {
     ibl_lobe_shape shape[IBL_MAX_LEVELS];     /* with the split, if any */
     ibl_method irradiance;                    /* SAMPLED: the classic grid */
     int degree;                               /* of the analysis; -1: none */
-    bool whole;                               /* the whole map must be kept */
+    int single; /* degree from which floats do, in all levels */
+    bool whole; /* the whole map must be kept */
 } ibl_spectral_plan;
 
 /*

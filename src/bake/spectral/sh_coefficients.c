@@ -225,6 +225,7 @@ static ibl_status analyse_lights(const ibl_spectral *s, ibl_harmonics *out)
         ibl_ring_spectra_alloc(s->ctx, s->height, out->degree + 1, &rows);
     if (status)
         return status;
+    out->single = s->single;
     memset(rows.data, 0,
            6 * (size_t)rows.orders * rows.stride * sizeof *rows.data);
     status = ibl_spectral_add_lights(s, s->lights, s->light_count, &rows);

@@ -49,7 +49,7 @@ ibl_status ibl_harmonics_alloc(ibl_ctx *ctx, int degree, ibl_harmonics *out)
     double *data = ibl_alloc_array(n * (n + 1) / 2, 6 * sizeof *data);
     if (!data)
         return ibl_no_memory(ctx, "spherical harmonics");
-    *out = (ibl_harmonics){degree, data};
+    *out = (ibl_harmonics){degree, degree + 1, data};
     return IBL_OK;
 }
 
@@ -96,8 +96,8 @@ void ibl_sht_power(const ibl_harmonics *h, double *power)
  * all of whose terms are positive.
  */
 
-/* A power below this is negligible beside 1, and soon denormal. */
-static const double nothing = 1e-280;
+/* A power below this is negligible beside 1. */
+static const double nothing = 1e-30;
 
 /* Constant after creation. */
 typedef struct row_integrals {
@@ -108,21 +108,23 @@ typedef struct row_integrals {
     double *states; /* of the first order of each job */
 } row_integrals;
 
-/* Doubles in a state: (sin theta)^m, S_m and S_m+-1 for each edge. */
+/* Doubles in a state: (sin theta)^m, S_m and S_m+-1 for each edge; before
+ * them, the first edge where the power matters. */
 static size_t state_size(const row_integrals *r)
 {
-    return ((size_t)3 * (size_t)r->edges + 7) / 8 * 8;
+    return ((size_t)3 * (size_t)r->edges + 1 + 7) / 8 * 8;
 }
 
 static double *sums_of(const row_integrals *r, int m, double *state)
 {
-    return state + (size_t)r->edges * (size_t)(1 + (m & 1));
+    return state + 1 + (size_t)r->edges * (size_t)(1 + (m & 1));
 }
 
 static void begin(const row_integrals *r, double *state)
 {
+    state[0] = 0;
     for (int j = 0; j < r->edges; j++) {
-        state[j] = 1;
+        state[1 + j] = 1;
         sums_of(r, 0, state)[j] = r->x[j];
         /* S_-1 is the latitude. */
         sums_of(r, 1, state)[j] = IBL_PI / 2 - IBL_PI * j / r->rows;
@@ -132,12 +134,15 @@ static void begin(const row_integrals *r, double *state)
 /* Advances a state from order m to m + 1. */
 static void next_order(const row_integrals *r, int m, double *state)
 {
-    double *s = sums_of(r, m + 1, state);
+    double *restrict s = sums_of(r, m + 1, state), *restrict power = state + 1;
     const double share = (m + 1) / (m + 2.0), inverse = 1 / (m + 2.0);
-    for (int j = 0; j < r->edges; j++) {
-        const double power = state[j] * r->sine[j];
-        state[j] = power > nothing ? power : 0;
-        s[j] = r->x[j] * state[j] * inverse + s[j] * share;
+    int j = (int)state[0];
+    while (j + 1 < r->edges && power[j + 1] < nothing)
+        j++;
+    state[0] = j;
+    for (; j < r->edges; j++) {
+        power[j] *= r->sine[j];
+        s[j] = r->x[j] * power[j] * inverse + s[j] * share;
     }
 }
 
@@ -171,12 +176,12 @@ static void row_integrals_free(row_integrals *r)
     *r = (row_integrals){0};
 }
 
-/* Sums over all rows with the integrals of (sin theta)^m. */
-static void add_rows(const row_integrals *r, const double *s, const float *f,
-                     size_t stride, double sum[PARTS])
+/* Sums over all rows, from `from` on, with the integrals of (sin theta)^m. */
+static void add_rows(const row_integrals *r, int from, const double *s,
+                     const float *f, size_t stride, double sum[PARTS])
 {
     const int last = r->rows - 1;
-    for (int j = 0; j < r->rows / 2; j++) {
+    for (int j = from; j < r->rows / 2; j++) {
         const double mass = s[j] - s[j + 1];
         for (int p = 0; p < PARTS; p++) {
             const float *part = f + (size_t)p * stride;
@@ -199,8 +204,8 @@ static double ratio(int l, int m)
 struct transform {
     ibl_legendre_dsp dsp;
     ibl_legendre_rings rings;
-    int degree;
-    double *scratch; /* for each worker */
+    int degree, single; /* see ibl_legendre_order */
+    double *scratch;    /* for each worker */
     const ibl_harmonics *harmonics;
     const ibl_ring_spectra *spectra;
     const double *factor;
@@ -243,36 +248,35 @@ static int last_order(const struct transform *t, int job)
 
 static ibl_legendre_order order(const struct transform *t, int m, int worker)
 {
-    return (ibl_legendre_order){&t->rings, m, t->degree,
+    return (ibl_legendre_order){&t->rings, m, t->degree, t->single,
                                 t->scratch + (size_t)worker * scratch_of(t)};
 }
 
 /* Turns B_l of order m, in a[6 (l - m) + part] for l = m..degree of the
  * harmonics, into A_l times the order's width. */
-static void finish_order(const struct transform *t, const double *state, int m)
+static void finish_order(const struct transform *t, double *state, int m)
 {
     const row_integrals *r = &t->integrals;
-    const double *s = state + (size_t)r->edges * (size_t)(1 + (m & 1));
+    const double *s = sums_of(r, m, state);
     const double scale = t->width[m];
     double *a = ibl_harmonics_at(t->harmonics, m);
     double sum[PARTS] = {0}, before[PARTS], last = 0;
 
-    add_rows(r, s, ibl_ring_spectra_at(t->spectra, m, 0), t->spectra->stride,
-             sum);
+    add_rows(r, (int)state[0], s, ibl_ring_spectra_at(t->spectra, m, 0),
+             t->spectra->stride, sum);
     memcpy(before, a, sizeof before);
     for (int p = 0; p < PARTS; p++)
         a[p] = t->rings.start[m] * scale * sum[p];
     for (int l = m + 1; l <= t->degree; l++) {
         const double e = ratio(l, m), inverse = 1 / ((l + 1) * e);
-        const double keep = (l - 2) * last * inverse;
+        const double keep = (l - 2) * last * inverse, add = scale * inverse;
+        const double *two = l >= m + 2 ? a - PARTS : before;
+        double now[PARTS];
         a += PARTS;
-        for (int p = 0; p < PARTS; p++) {
-            const double b = a[p];
-            a[p] = -before[p] * scale * inverse;
-            if (l >= m + 2)
-                a[p] += keep * a[p - 2 * PARTS];
-            before[p] = b;
-        }
+        for (int p = 0; p < PARTS; p++)
+            now[p] = keep * two[p] - add * before[p];
+        memcpy(before, a, sizeof before);
+        memcpy(a, now, sizeof now);
         last = e;
     }
 }
@@ -300,8 +304,11 @@ ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
                            const ibl_ring_spectra *in, const double *width,
                            ibl_harmonics *out)
 {
-    struct transform t = {
-        .degree = out->degree, .harmonics = out, .spectra = in, .width = width};
+    struct transform t = {.degree = out->degree,
+                          .single = out->single,
+                          .harmonics = out,
+                          .spectra = in,
+                          .width = width};
     ibl_status status;
 
     assert(in->orders == out->degree + 1);
@@ -326,12 +333,27 @@ static void synthesise_job(void *arg, int job, int worker)
     }
 }
 
+/* The degree from which on all factors are small enough for floats. */
+static int small_from(const double *factor, int degree)
+{
+    double most = 0;
+    int l = degree + 1;
+    for (int i = 0; i <= degree; i++)
+        most = fmax(most, fabs(factor[i]));
+    while (l > 0 && fabs(factor[l - 1]) < IBL_SHT_SMALL * most)
+        l--;
+    return l;
+}
+
 ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const char *stage,
                               const ibl_harmonics *in, const double *factor,
                               int degree, ibl_ring_spectra *out)
 {
-    struct transform t = {
-        .degree = degree, .harmonics = in, .spectra = out, .factor = factor};
+    struct transform t = {.degree = degree,
+                          .single = small_from(factor, degree),
+                          .harmonics = in,
+                          .spectra = out,
+                          .factor = factor};
 
     assert(degree >= 0 && degree <= in->degree && degree < out->orders);
     ibl_status status = prepare(ctx, &t, IBL_RINGS_CENTRES, out->rings);

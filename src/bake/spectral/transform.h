@@ -67,11 +67,12 @@ static inline float *ibl_ring_spectra_at(const ibl_ring_spectra *s, int m,
  */
 typedef struct ibl_harmonics {
     int degree;   /* 0..IBL_SHT_MAX_DEGREE */
+    int single;   /* from this degree on an analysis may use floats */
     double *data; /* 64-byte aligned, 6 (degree + 1)(degree + 2) / 2 doubles */
 } ibl_harmonics;
 
-/* Allocates coefficients, contents undefined. out is empty after an error;
- * free with ibl_harmonics_free. */
+/* Allocates coefficients, contents undefined, for sums in doubles. out is empty
+ * after an error; free with ibl_harmonics_free. */
 ibl_status ibl_harmonics_alloc(ibl_ctx *ctx, int degree, ibl_harmonics *out);
 void ibl_harmonics_free(ibl_harmonics *h); /* zeroed is fine */
 
@@ -98,10 +99,15 @@ ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
                            const ibl_ring_spectra *in, const double *width,
                            ibl_harmonics *out);
 
+/* Share of a level from which floats do. */
+#define IBL_SHT_SMALL 0.1
+
 /*
  * The synthesis:
  *     G_m(j) = sum over l = m..degree of factor[l] a_lm P_lm(cos theta_j)
  * for m <= degree; orders of out beyond that do not change.
+ * Sums in floats from where all factors are below IBL_SHT_SMALL times the
+ * largest: errors of 1e-6 of the terms.
  *   factor  one for each l <= degree, finite
  *   degree  at most that of in and below out->orders
  * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The same bytes for any
