@@ -18,6 +18,7 @@
 #include "kern/pixel.h"
 #include "kern/rgbe.h"
 #include "kern/row_block.h"
+#include "kern/texel_error.h"
 
 /* The version to take where the definition is plain C. */
 static ibl_isa plain_or(ibl_isa isa)
@@ -230,6 +231,28 @@ static size_t max_finite(ibl_isa isa, test_random *r, int n, void *out)
                                  : UINT32_MAX;
     kern_free(src);
     return got < IBL_INFINITE_BITS ? got : UINT32_MAX;
+}
+
+/* Three of the four halves of a texel; all halves, if there are so many. */
+static size_t halves_to_floats(ibl_isa isa, test_random *r, int n, void *out)
+{
+    uint16_t *src = (uint16_t *)random_bytes(r, 8 * (size_t)n);
+    float *rgb = out;
+    ibl_pixel_dsp dsp;
+
+    for (int i = 0; n == 65536 && i < n; i++)
+        src[4 * i + i % 3] = (uint16_t)i;
+    if (isa == IBL_ISA_AUTO) {
+        for (int i = 0; i < 3 * n; i++)
+            rgb[i] = half_value(src[i / 3 * 4 + i % 3]);
+    } else {
+        ibl_pixel_dsp_init(&dsp, isa);
+        dsp.decode_rgba16f(src, (size_t)n, rgb);
+    }
+    for (int i = 0; i < 3 * n; i++)
+        rgb[i] = rgb[i] == rgb[i] ? rgb[i] : 0; /* any NaN */
+    kern_free(src);
+    return 0;
 }
 
 /* Against plain C, which check_pixel judges. Many values cover all floats. */
@@ -641,6 +664,35 @@ static size_t astc_blocks(ibl_isa isa, test_random *r, int n, void *out)
     return 0;
 }
 
+/* ---- texels compared ---------------------------------------------------- */
+
+/* The sums are those of plain C, lane by lane. */
+static size_t texel_error(ibl_isa isa, test_random *r, int n, void *out)
+{
+    float *t = kern_alloc((size_t)n * 12, sizeof *t);
+    float *d = kern_alloc((size_t)n * 12, sizeof *d);
+    ibl_error_sums sums = {0};
+    ibl_texel_error_dsp dsp;
+
+    (void)out;
+    for (int i = 0; i < 3 * n; i++) {
+        t[i] = i / 3 % 5 ? hostile(r) : 0;
+        d[i] = i / 3 % 3 ? t[i] : hostile(r);
+        d[i] = d[i] == d[i] ? d[i] : 1; /* NaN would be any NaN */
+    }
+    ibl_texel_error_dsp_init(&dsp, plain_or(isa));
+    dsp.add(t, d, (size_t)n, &sums);
+    kern_free(t);
+    kern_free(d);
+    uint64_t hash = 0;
+    for (size_t i = 0; i < sizeof sums / 8; i++) {
+        uint64_t word;
+        memcpy(&word, (char *)&sums + 8 * i, 8);
+        hash = hash * 31 + word;
+    }
+    return (size_t)hash;
+}
+
 /* ---- all of them -------------------------------------------------------- */
 
 static const kern_same kernels[] = {
@@ -651,6 +703,8 @@ static const kern_same kernels[] = {
     {"largest float", max_finite, 0, 1, 300, 40, 0},
     {"RGBA16F", rgba16f, 8, 1, 70, 5, 300000},
     {"RG16F", rg16f, 4, 1, 70, 5, 300000},
+    {"halves to floats", halves_to_floats, 12, 4, 70, 1, 65536},
+    {"texels compared", texel_error, 0, 1, 70, 5, 3000},
     {"ASTC", astc_blocks, 16, 1, 12, 3, 0},
     {"rows to lanes", rows_to_lanes, 12 * ROWS, 64, 70, 1, 0},
     {"lanes to rows", lanes_to_rows, 16 * ROWS, 4, 70, 1, 0},

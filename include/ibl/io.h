@@ -416,7 +416,8 @@ typedef struct ibl_pixel_error {
 
 /*
  * Compares a texture of one layer with the cube that it was made from: errors
- * of all levels. Texels of the cube that are not finite are left out.
+ * of all levels. Texels of the cube that are not finite, or beyond 1e19, are
+ * left out; below 1e-23 they count as black.
  * IBL_ERR_ARGUMENT: tex is not a cube of one layer, or cube has another shape.
  */
 ibl_status ibl_texture_errors(ibl_ctx *ctx, const ibl_texture *tex,

@@ -8,6 +8,7 @@
 #include "core/alloc.h"
 #include "image/cube.h"
 #include "io/blocks.h"
+#include "kern/texel_error.h"
 
 enum {
     STRIP = 16 /* rows, of whole blocks */
@@ -134,41 +135,13 @@ ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex)
 
 /* ---- errors ----------------------------------------------------------- */
 
-/* Sums over a strip. */
-typedef struct sums {
-    double wrong, truth, relative;
-    size_t count;
-} sums;
-
 typedef struct comparing {
     level level;
+    ibl_texel_error_dsp dsp;
     const float *truth;
-    float *scratch; /* of a strip for each worker */
-    sums *sums;     /* of each job */
+    float *scratch;       /* of a strip for each worker */
+    ibl_error_sums *sums; /* of each job */
 } comparing;
-
-static double square(const float *v)
-{
-    double sum = 0;
-    for (int c = 0; c < 3; c++)
-        sum += (double)v[c] * (double)v[c];
-    return sum;
-}
-
-static void add_texel(const float *t, const float *d, sums *s)
-{
-    const double truth = square(t);
-    double wrong = 0;
-
-    if (!isfinite(truth))
-        return;
-    for (int c = 0; c < 3; c++)
-        wrong += ((double)d[c] - (double)t[c]) * ((double)d[c] - (double)t[c]);
-    s->wrong += wrong;
-    s->truth += truth;
-    s->relative += truth > 0 ? sqrt(wrong / truth) : wrong > 0;
-    s->count++;
-}
 
 static void compare_job(void *arg, int job, int worker)
 {
@@ -177,33 +150,37 @@ static void compare_job(void *arg, int job, int worker)
     float *rgb = c->scratch + (size_t)worker * 3 * STRIP * c->level.width;
 
     decode_strip(&c->level, &s, rgb);
-    for (size_t i = 0; i < s.rows * c->level.width; i++)
-        add_texel(c->truth + 3 * (s.texel + i), rgb + 3 * i, &c->sums[job]);
+    c->dsp.add(c->truth + 3 * s.texel, rgb, s.rows * c->level.width,
+               &c->sums[job]);
 }
 
 /* Adds the sums of the strips, in order. */
-static ibl_pixel_error error_of(const sums *s, size_t strips)
+static ibl_pixel_error error_of(const ibl_error_sums *s, size_t strips)
 {
-    sums all = {0};
+    double wrong = 0, truth = 0, relative = 0, count = 0;
 
-    for (size_t i = 0; i < strips; i++) {
-        all.wrong += s[i].wrong;
-        all.truth += s[i].truth;
-        all.relative += s[i].relative;
-        all.count += s[i].count;
+    for (size_t i = 0; i < strips * IBL_ERROR_LANES; i++) {
+        const ibl_error_sums *one = &s[i / IBL_ERROR_LANES];
+        const size_t lane = i % IBL_ERROR_LANES;
+        wrong += one->wrong[lane];
+        truth += one->truth[lane];
+        relative += one->relative[lane];
+        count += one->count[lane];
     }
-    return (ibl_pixel_error){
-        .nrmse = all.truth > 0 ? sqrt(all.wrong / all.truth) : all.wrong > 0,
-        .relative = all.count ? all.relative / (double)all.count : 0};
+    return (ibl_pixel_error){.nrmse =
+                                 truth > 0 ? sqrt(wrong / truth) : wrong > 0,
+                             .relative = count > 0 ? relative / count : 0};
 }
 
 static ibl_status compare(ibl_ctx *ctx, const ibl_texture *tex, int l,
                           const ibl_cube *cube, ibl_pixel_error *error)
 {
-    comparing c = {level_of(tex, l), ibl_cube_face(cube, l, 0), NULL, NULL};
+    comparing c = {.level = level_of(tex, l),
+                   .truth = ibl_cube_face(cube, l, 0)};
     const size_t workers = (size_t)ibl_ctx_threads(ctx);
     ibl_status status = IBL_OK;
 
+    ibl_texel_error_dsp_init(&c.dsp, ibl_ctx_isa(ctx));
     c.scratch =
         ibl_alloc_array(workers * c.level.width, 3 * STRIP * sizeof *c.scratch);
     c.sums = ibl_alloc_zeroed(c.level.strips, sizeof *c.sums);

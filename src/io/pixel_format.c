@@ -297,8 +297,13 @@ static void decode_r11g11b10f(const unsigned char *src, size_t count,
 void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
                       float *dst)
 {
+    ibl_pixel_dsp dsp;
+
     switch (pixel) {
     case IBL_PIXEL_RGBA16F:
+        ibl_pixel_dsp_init(&dsp, ibl_isa_best());
+        dsp.decode_rgba16f(src, count, dst);
+        break;
     case IBL_PIXEL_RG16F:
     case IBL_PIXEL_RGBA32F:
     case IBL_PIXEL_RG32F:

@@ -148,11 +148,25 @@ static size_t encode_r11g11b10f(const float *src, size_t count, void *dst)
     return encode_words(small_floats, src, count, dst);
 }
 
+void ibl_decode_rgba16f_c(const void *src, size_t count, float *dst)
+{
+    const unsigned char *in = src;
+
+    for (size_t i = 0; i < count; i++, in += 8) {
+        uint16_t texel[3];
+        memcpy(texel, in, sizeof texel);
+        for (int c = 0; c < 3; c++)
+            *dst++ = ibl_half_to_float(texel[c]);
+    }
+}
+
 _Static_assert(IBL_PIXEL_COUNT == 9, "each has a row below");
 
-IBL_KERNEL(ibl_pixel, {[IBL_PIXEL_RGBA16F] = ibl_encode_rgba16f_c,
-                       [IBL_PIXEL_RGBA32F] = encode_rgba32f,
-                       [IBL_PIXEL_RGB9E5] = encode_rgb9e5,
-                       [IBL_PIXEL_R11G11B10F] = encode_r11g11b10f,
-                       [IBL_PIXEL_RG16F] = ibl_encode_rg16f_c,
-                       [IBL_PIXEL_RG32F] = encode_rg32f})
+IBL_KERNEL(ibl_pixel,
+           {[IBL_PIXEL_RGBA16F] = ibl_encode_rgba16f_c,
+            [IBL_PIXEL_RGBA32F] = encode_rgba32f,
+            [IBL_PIXEL_RGB9E5] = encode_rgb9e5,
+            [IBL_PIXEL_R11G11B10F] = encode_r11g11b10f,
+            [IBL_PIXEL_RG16F] = ibl_encode_rg16f_c,
+            [IBL_PIXEL_RG32F] = encode_rg32f},
+           ibl_decode_rgba16f_c)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Encoders of the pixel formats in ibl/io.h. All versions give the same bytes
- * and the same count as the plain one: they round alike and sum nothing. */
+/* Encoders of the pixel formats in ibl/io.h, and a decoder. All versions give
+ * the same bytes and the same count as the plain one: they round alike and sum
+ * nothing. */
 #ifndef IBL_KERN_PIXEL_H
 #define IBL_KERN_PIXEL_H
 
@@ -21,6 +22,9 @@ typedef size_t ibl_encode_fn(const float *src, size_t count, void *dst);
 /* NULL: pixels of blocks, which kern/blocks.h describes. */
 typedef struct ibl_pixel_dsp {
     ibl_encode_fn *encode[IBL_PIXEL_COUNT];
+    /* Decodes count texels of RGBA16F to three floats each. Exact, except that
+     * a NaN may become any NaN. */
+    void (*decode_rgba16f)(const void *src, size_t count, float *dst);
 } ibl_pixel_dsp;
 
 IBL_DECLARE_KERNEL(ibl_pixel);
@@ -32,5 +36,6 @@ IBL_DECLARE_KERNEL(ibl_pixel);
 
 /* The plain versions, for the rest after whole vectors. */
 ibl_encode_fn ibl_encode_rgba16f_c, ibl_encode_rg16f_c;
+void ibl_decode_rgba16f_c(const void *src, size_t count, float *dst);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Encodes halves, VF at a time. */
+/* Halves, VF at a time. */
 #include <stdbool.h>
 
 #include "kern/lanes.h"
@@ -89,8 +89,29 @@ static size_t encode_rg16f(const float *src, size_t count, void *dst)
     return beyond + ibl_encode_rg16f_c(src + 2 * i, count - i, out + 4 * i);
 }
 
+#if VF == 8
+/* Two texels at a time; each store has one float more, which the next one
+ * replaces. */
+static void decode_rgba16f(const void *src, size_t count, float *dst)
+{
+    const unsigned char *in = src;
+    size_t i = 0;
+
+    for (; i + 2 < count; i += 2) {
+        const __m256 two = _mm256_cvtph_ps(
+            _mm_loadu_si128((const __m128i *)(const void *)(in + 8 * i)));
+        _mm_storeu_ps(dst + 3 * i, _mm256_castps256_ps128(two));
+        _mm_storeu_ps(dst + 3 * i + 3, _mm256_extractf128_ps(two, 1));
+    }
+    ibl_decode_rgba16f_c(in + 8 * i, count - i, dst + 3 * i);
+}
+#endif
+
 void IBL_FOR_ISA(ibl_pixel_init)(ibl_pixel_dsp *dsp)
 {
+#if VF == 8
+    dsp->decode_rgba16f = decode_rgba16f;
+#endif
     dsp->encode[IBL_PIXEL_RGBA16F] = encode_rgba16f;
     dsp->encode[IBL_PIXEL_RG16F] = encode_rg16f;
 }

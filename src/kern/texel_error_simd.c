@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT */
+/* VF texels at a time. */
+#include "kern/texel_error.h"
+
+#include <math.h>
+
+#include "kern/lanes.h"
+
+/* The components of VF texels. Reads one float beyond them. */
+static inline void load(const float *texels, vf rgb[4])
+{
+#pragma GCC unroll 4
+    for (size_t k = 0; k < 4; k++) {
+        const float *const at[] = {texels + 3 * k, texels + 3 * (k + 4)};
+        rgb[k] = vf_load_quads(at);
+    }
+    vf_transpose(rgb);
+}
+
+static inline vf square(const vf v[3])
+{
+    return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+}
+
+/* Adds a float for each of VF lanes. */
+static inline void add_lanes(double *sums, vf values)
+{
+    float stored[VF];
+
+    vf_store(stored, values);
+#pragma GCC unroll 2
+    for (size_t k = 0; k < VF; k += VD)
+        vd_store(sums + k, vd_load(sums + k) + vd_load_floats(stored + k));
+}
+
+static inline void add_texels(const float *t, const float *d, size_t lane,
+                              ibl_error_sums *sums)
+{
+    const vf zero = vf_all(0), one = vf_all(1);
+    vf a[4], b[4];
+
+    load(t, a);
+    load(d, b);
+    const vf off[] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    const vf wrong = square(off), truth = square(a);
+    const vi finite = truth < vf_all(INFINITY), black = truth <= zero;
+    const vf ratio = vf_sqrt(wrong / vf_either(black, one, truth));
+    const vf of_black = vf_either(wrong > zero, one, zero);
+    add_lanes(sums->wrong + lane, vf_either(finite, wrong, zero));
+    add_lanes(sums->truth + lane, vf_either(finite, truth, zero));
+    add_lanes(sums->relative + lane,
+              vf_either(finite, vf_either(black, of_black, ratio), zero));
+    add_lanes(sums->count + lane, vf_either(finite, one, zero));
+}
+
+static void add(const float *t, const float *d, size_t count,
+                ibl_error_sums *sums)
+{
+    size_t i = 0;
+
+    for (; i + IBL_ERROR_LANES < count; i += IBL_ERROR_LANES)
+#pragma GCC unroll 2
+        for (size_t lane = 0; lane < IBL_ERROR_LANES; lane += VF)
+            add_texels(t + 3 * (i + lane), d + 3 * (i + lane), lane, sums);
+    ibl_texel_error_add_c(t, d, i, count, sums);
+}
+
+IBL_VECTOR_KERNEL(ibl_texel_error, add)
