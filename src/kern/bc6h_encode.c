@@ -1,14 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The encoder of BC6H. A candidate starts from the longest axis of a region's
- * texels, in the nearly logarithmic scale in which colours are mixed. Then
- * indices and endpoints take turns: nearest colours, least squares. The best
- * candidate by its decoded texels wins.
+ * texels, in the nearly logarithmic scale in which colours are mixed, once as
+ * it is and stretched beyond the texels. Then indices and endpoints take turns:
+ * nearest colours, least squares; the best quality also tries the neighbours of
+ * each endpoint. The best candidate by its decoded texels wins.
  *
- * The error of a block is, with t its texels and d the decoded ones,
- *     sum |d - t|^2 (1 / (|t|^2 + 2^-32) + 256 |t|^2 / (sum |t|^2)^2).
- * The first term is what one sees after any exposure. The second keeps the
- * light of a sun in the block, which is most of a whole level's error.
+ * The error of a texel t that is decoded as d is, p being the texel's share of
+ * sum |t|^2 in its block,
+ *     e = |d - t|^2 / (|t|^2 + 2^-32) (1 + s p^2),   s = 256.
+ * Without the last factor that is what one sees after any exposure. With it a
+ * sun keeps its light, which is most of the error of a whole level. The error
+ * of a block is the sum of e; with the best quality that of their roots, with
+ * s = 64, which makes mean relative errors 2 % less.
  */
 #include <float.h>
 #include <math.h>
@@ -29,11 +33,29 @@ typedef struct candidate {
     int partition;
     int q[IBL_BC6H_ENDPOINTS][3]; /* quantised endpoints, without deltas */
     int index[N];
-    float error;
+    float errors[N], error; /* of texels and their sum */
 } candidate;
+
+/* What a quality takes. */
+typedef struct effort {
+    int stretches[2]; /* at each end, with one region and with two; 1: none */
+    int partitions;   /* the likeliest of them */
+    int refined;      /* the best of those */
+    int descents;     /* rounds over the endpoints' neighbours */
+    bool squeezed;    /* also tries modes that cannot hold the endpoints */
+    bool roots;       /* of texels' errors */
+    float sun;        /* s of those errors */
+} effort;
+
+static const effort efforts[] = {
+    [IBL_QUALITY_FAST] = {.stretches = {1}, .sun = 256},
+    [IBL_QUALITY_NORMAL] = {{1, 1}, 1, 1, .sun = 256},
+    [IBL_QUALITY_BEST] = {{4, 4}, 8, 2, 3, true, true, 64},
+};
 
 typedef struct search {
     const ibl_bc6h_fit *fit;
+    const effort *effort;
     ibl_bc6h_texels t;
     candidate best;
 } search;
@@ -54,7 +76,7 @@ static float slope_of(float x)
     return fmaxf(ulp, 0x1p-24f) * (31 / 64.0f);
 }
 
-static void load_weights(ibl_bc6h_texels *t)
+static void load_weights(ibl_bc6h_texels *t, float sun)
 {
     float size[N], sum = 0;
     for (int i = 0; i < N; i++) {
@@ -64,7 +86,7 @@ static void load_weights(ibl_bc6h_texels *t)
     }
     const float share = 1 / (sum + 0x1p-28f);
     for (int i = 0; i < N; i++)
-        t->weight[i] = 1 / (size[i] + 0x1p-32f) + 256 * size[i] * share * share;
+        t->weight[i] = 1 / (size[i] + 0x1p-32f) + sun * size[i] * share * share;
 }
 
 static void load_channel(ibl_bc6h_texels *t, int c)
@@ -86,11 +108,11 @@ static void load_channel(ibl_bc6h_texels *t, int c)
     }
 }
 
-static void load(const float *rgb, ibl_bc6h_texels *t)
+static void load(const float *rgb, float sun, ibl_bc6h_texels *t)
 {
     for (int i = 0; i < 3 * N; i++)
         t->rgb[i % 3][i / 3] = rgb[i];
-    load_weights(t);
+    load_weights(t, sun);
     for (int c = 0; c < 3; c++)
         load_channel(t, c);
 }
@@ -141,7 +163,7 @@ static void swap_ends(candidate *x, int region)
             x->index[i] = top - x->index[i];
 }
 
-/* Squared distance of a texel to the colour of an index, times its weight. */
+/* The error of a texel with the colour of its index. */
 static float error_of(const search *s, const candidate *x, int region, int i)
 {
     const int weight = ibl_bc6h_weights[!two_regions(x)][x->index[i]];
@@ -154,7 +176,8 @@ static float error_of(const search *s, const candidate *x, int region, int i)
         const float d = s->t.rgb[c][i] - ibl_half_to_float((uint16_t)half);
         error += d * d;
     }
-    return error * s->t.weight[i];
+    error *= s->t.weight[i];
+    return s->effort->roots ? sqrtf(error) : error;
 }
 
 /* Gives a region's anchor an index whose highest bit is 0: by exchange of the
@@ -168,21 +191,21 @@ static void settle_anchor(const search *s, candidate *x, int region)
     if (fits(x))
         return;
     swap_ends(x, region);
-    x->error -= error_of(s, x, region, anchor);
     x->index[anchor] = half - 1;
-    x->error += error_of(s, x, region, anchor);
+    x->error -= x->errors[anchor];
+    x->errors[anchor] = error_of(s, x, region, anchor);
+    x->error += x->errors[anchor];
 }
 
-/* Finds indices for x->q, and the error. */
+/* Finds indices for x->q, and the errors. */
 static void evaluate(const search *s, candidate *x)
 {
     int ends[IBL_BC6H_ENDPOINTS][3];
-    float errors[N];
     for (int e = 0; e < 2 * x->mode->regions; e++)
         for (int c = 0; c < 3; c++)
             ends[e][c] = ibl_bc6h_unquantise(x->q[e][c], x->mode->bits);
     x->error = s->fit->assign(&s->t, (const int(*)[3])ends, second_region(x),
-                              x->index, errors);
+                              s->effort->roots, x->index, x->errors);
     for (int r = 0; r < x->mode->regions; r++)
         settle_anchor(s, x, r);
 }
@@ -193,19 +216,17 @@ static void keep(candidate *best, const candidate *x)
         *best = *x;
 }
 
-static int quantise(float u, int bits)
-{
-    const int top = (1 << bits) - 1;
-    const float q = bits == 16 ? u + 0.5f : u * (float)(1 << bits) * 0x1p-16f;
-    return q < 0 ? 0 : q >= (float)top ? top : (int)q;
-}
-
 /* Quantises endpoints that solve gave. */
-static void set_ends(const search *s, candidate *x, float ends[4][3])
+static void set_ends(const search *s, candidate *x, const float ends[4][3])
 {
+    const int bits = x->mode->bits;
+    const float top = (float)((1 << bits) - 1), half = bits == 16 ? 0.5f : 0;
+    const float unit = (float)(1 << bits) * 0x1p-16f;
     for (int e = 0; e < 2 * x->mode->regions; e++)
-        for (int c = 0; c < 3; c++)
-            x->q[e][c] = quantise(ends[e][c] + s->t.mean[c], x->mode->bits);
+        for (int c = 0; c < 3; c++) {
+            const float q = (ends[e][c] + s->t.mean[c]) * unit + half;
+            x->q[e][c] = (int)(q < 0 ? 0 : q < top ? q : top);
+        }
 }
 
 /* Endpoints, minus the mean, of least squares for the texels' shares b of the
@@ -249,69 +270,155 @@ static void project(const search *s, const float axis[3], unsigned members,
             b[i] = (p[i] - from) * unit;
 }
 
-/* What a quality takes. */
-typedef struct effort {
-    int partitions; /* the likeliest of them */
-    int stretches;  /* of the places of texels, at each end */
-    int steps;      /* of least squares */
-} effort;
-
-static const effort efforts[] = {
-    [IBL_QUALITY_FAST] = {0, 1, 1},
-    [IBL_QUALITY_NORMAL] = {2, 2, 2},
-    [IBL_QUALITY_BEST] = {IBL_BC6H_PARTITIONS, 3, 3},
-};
-
-/* Steps from indices to endpoints and back. */
-static void refine(search *s, candidate *x, int steps)
+/* A step from indices to endpoints and back. */
+static void refine(const search *s, candidate *best)
 {
-    for (int i = 0; i < steps; i++) {
-        float b[N], ends[IBL_BC6H_ENDPOINTS][3];
-        for (int k = 0; k < N; k++)
-            b[k] = ibl_bc6h_weights[!two_regions(x)][x->index[k]] * 0x1p-6f;
-        solve(s, b, second_region(x), ends);
-        set_ends(s, x, ends);
-        if (!fits(x))
-            return;
-        evaluate(s, x);
-        keep(&s->best, x);
+    candidate x = *best;
+    float b[N], ends[IBL_BC6H_ENDPOINTS][3];
+    for (int i = 0; i < N; i++)
+        b[i] = ibl_bc6h_weights[!two_regions(&x)][x.index[i]] * 0x1p-6f;
+    solve(s, b, second_region(&x), ends);
+    set_ends(s, &x, (const float(*)[3])ends);
+    if (!fits(&x))
+        return;
+    evaluate(s, &x);
+    keep(best, &x);
+}
+
+/* Moves one value of an endpoint by step as long as that is better. */
+static bool descend(const search *s, candidate *best, int end, int c, int step)
+{
+    for (bool moved = false;; moved = true) {
+        candidate x = *best;
+        x.q[end][c] += step;
+        if (x.q[end][c] < 0 || x.q[end][c] >= 1 << x.mode->bits || !fits(&x))
+            return moved;
+        evaluate(s, &x);
+        if (!(x.error < best->error))
+            return moved;
+        *best = x;
     }
 }
 
-/* Tries places b of the texels between endpoints with the finest mode that can
- * hold these, from m on; all such modes have as many regions. */
-static void try_places(search *s, int m, int partition, const float b[N],
-                       int steps)
+static void descend_all(const search *s, candidate *x)
+{
+    bool moved = true;
+    for (int i = 0; i < s->effort->descents && moved; i++) {
+        moved = false;
+        for (int k = 0; k < 12 * x->mode->regions; k++)
+            moved |= descend(s, x, k / 6, k / 2 % 3, k % 2 ? 1 : -1);
+    }
+}
+
+static void finish(search *s, candidate *x)
+{
+    refine(s, x);
+    if (x->error < 1.2f * s->best.error)
+        descend_all(s, x);
+    keep(&s->best, x);
+}
+
+/* Whether a difference of endpoints is far more than what a mode can hold. */
+static bool is_beyond(const search *s, const ibl_bc6h_mode *mode,
+                      const float range[3])
+{
+    const float part = s->effort->squeezed ? 1.5f : 1;
+    bool beyond = false;
+    for (int c = 0; c < 3; c++) {
+        const int limit = (1 << (mode->other_bits[c] - 1)) + 1;
+        beyond |= range[c] > part * (float)(limit << (16 - mode->bits));
+    }
+    return beyond && mode->deltas;
+}
+
+static void squeeze(candidate *x)
+{
+    for (int e = 1; e < 2 * x->mode->regions; e++)
+        for (int c = 0; c < 3; c++) {
+            const int limit = 1 << (x->mode->other_bits[c] - 1);
+            const int least = x->q[0][c] - limit, most = least + 2 * limit - 1;
+            const int q = x->q[e][c];
+            x->q[e][c] = q < least ? least : q > most ? most : q;
+        }
+}
+
+/* Tries endpoints with the finest mode that can hold them, from m on; all such
+ * modes have as many regions. */
+static void try_ends(const search *s, int m, int partition,
+                     const float ends[4][3], candidate *best)
 {
     const int regions = ibl_bc6h_modes[m].regions;
-    float ends[IBL_BC6H_ENDPOINTS][3];
-    candidate x = {&ibl_bc6h_modes[m], .partition = partition};
-    solve(s, b, second_region(&x), ends);
+    candidate x = {.partition = partition};
+    float range[3] = {0};
+    for (int i = 3; i < 6 * regions; i++)
+        range[i % 3] =
+            fmaxf(range[i % 3], fabsf(ends[i / 3][i % 3] - ends[0][i % 3]));
     for (; m < IBL_BC6H_MODES && ibl_bc6h_modes[m].regions == regions; m++) {
         x.mode = &ibl_bc6h_modes[m];
-        set_ends(s, &x, ends);
-        if (!fits(&x))
+        if (is_beyond(s, x.mode, range))
             continue;
+        set_ends(s, &x, ends);
+        const bool fit = fits(&x);
+        if (!fit && !s->effort->squeezed)
+            continue;
+        if (!fit)
+            squeeze(&x);
         evaluate(s, &x);
-        keep(&s->best, &x);
-        refine(s, &x, steps);
-        return;
+        keep(best, &x);
+        if (fit)
+            return;
     }
 }
 
-/* The same with places at colours that are not at the ends: others between them
- * may then fit better. */
-static void try_stretched(search *s, int mode, int partition, const float b[N],
-                          const effort *e)
+/* Moves a region's endpoints out by low and high of the steps between colours,
+ * so that colours between the texels' places may fit better. */
+static void stretch(const float ends[2][3], int low, int high, int steps,
+                    float out[2][3])
 {
-    const float top = ibl_bc6h_modes[mode].regions == 2 ? 7 : 15;
-    for (int i = 0; i < e->stretches * e->stretches; i++) {
-        const int low = i / e->stretches, high = i % e->stretches;
-        float places[N];
-        for (int k = 0; k < N; k++)
-            places[k] = ((float)low + b[k] * (top - (float)(low + high))) / top;
-        try_places(s, mode, partition, places, e->steps);
+    for (int c = 0; c < 3; c++) {
+        const float step =
+            (ends[1][c] - ends[0][c]) / (float)(steps - low - high);
+        out[0][c] = ends[0][c] - (float)low * step;
+        out[1][c] = ends[1][c] + (float)high * step;
     }
+}
+
+/* Keeps the endpoints of each region that have the least error in it. */
+static void keep_ends(const candidate *x, const float ends[4][3],
+                      float least[2], float best[4][3])
+{
+    float error[2] = {0};
+    for (int i = 0; i < N; i++)
+        error[second_region(x) >> i & 1] += x->errors[i];
+    for (int r = 0; r < 2; r++)
+        if (error[r] < least[r]) {
+            least[r] = error[r];
+            memcpy(best[2 * r], ends[2 * r], 2 * sizeof *ends);
+        }
+}
+
+/* Tries places b of the texels between endpoints, and stretched ones. */
+static void try_places(const search *s, int mode, int partition,
+                       const float b[N], candidate *best)
+{
+    const bool two = mode < IBL_BC6H_ONE_REGION;
+    const int count = s->effort->stretches[two];
+    float ends[4][3], each[4][3], least[2] = {FLT_MAX, FLT_MAX};
+    solve(s, b, two ? ibl_bc6h_partitions[partition] : 0, ends);
+    best->error = FLT_MAX;
+    for (int i = 0; i < count * count; i++) {
+        float now[4][3];
+        candidate x = {.error = FLT_MAX};
+        for (int r = 0; r <= two; r++)
+            stretch((const float(*)[3])ends + 2 * r, i / count, i % count,
+                    two ? 7 : 15, now + 2 * r);
+        try_ends(s, mode, partition, (const float(*)[3])now, &x);
+        keep(best, &x);
+        if (two)
+            keep_ends(&x, (const float(*)[3])now, least, each);
+    }
+    if (two && count > 1)
+        try_ends(s, mode, partition, (const float(*)[3])each, best);
 }
 
 static void multiply(const float m[3][3], const float v[3], float out[3])
@@ -337,16 +444,18 @@ static void find_axis(const search *s, float axis[3])
     multiply(m, v, axis);
 }
 
-static void try_one_region(search *s, const effort *e)
+static void try_one_region(search *s)
 {
     float axis[3], b[N];
+    candidate x;
     find_axis(s, axis);
     project(s, axis, ALL, 0, b);
-    try_stretched(s, IBL_BC6H_ONE_REGION, 0, b, e);
+    try_places(s, IBL_BC6H_ONE_REGION, 0, b, &x);
+    finish(s, &x);
 }
 
-static void try_partition(search *s, const ibl_bc6h_guesses *g, int p,
-                          const effort *e)
+static void try_partition(const search *s, const ibl_bc6h_guesses *g, int p,
+                          candidate *best)
 {
     const unsigned second = ibl_bc6h_partitions[p];
     float b[N];
@@ -354,39 +463,76 @@ static void try_partition(search *s, const ibl_bc6h_guesses *g, int p,
         project(s,
                 (float[]){g->axis[r][0][p], g->axis[r][1][p], g->axis[r][2][p]},
                 r ? second : ~second, r ? ibl_bc6h_anchors[p] : 0, b);
-    try_stretched(s, 0, p, b, e);
+    try_places(s, 0, p, b, best);
 }
 
-static void try_two_regions(search *s, const effort *e)
+static int least_of(const float *errors, int count)
 {
+    int best = 0;
+    for (int i = 1; i < count; i++)
+        best = errors[i] < errors[best] ? i : best;
+    return best;
+}
+
+static void try_two_regions(search *s)
+{
+    const int count = s->effort->partitions;
     ibl_bc6h_guesses g;
-    if (e->partitions)
-        s->fit->guess(&s->t, &g);
-    for (int i = 0; i < e->partitions; i++) {
-        int best = 0;
-        for (int p = 1; p < IBL_BC6H_PARTITIONS; p++)
-            best = g.error[p] < g.error[best] ? p : best;
-        try_partition(s, &g, best, e);
-        g.error[best] = FLT_MAX;
+    candidate x[IBL_BC6H_PARTITIONS];
+    float errors[IBL_BC6H_PARTITIONS];
+    s->fit->guess(&s->t, &g);
+    for (int i = 0; i < count; i++) {
+        const int p = least_of(g.error, IBL_BC6H_PARTITIONS);
+        try_partition(s, &g, p, &x[i]);
+        g.error[p] = FLT_MAX;
+        errors[i] = x[i].error;
+    }
+    for (int i = 0; i < s->effort->refined; i++) {
+        const int k = least_of(errors, count);
+        finish(s, &x[k]);
+        errors[k] = FLT_MAX;
     }
 }
 
-/* The best block of one colour: mode 15 has all halves. */
-static void try_flat(search *s)
+/* The weighted mean of the texels, which has the least sum of squares. */
+static void find_mean(const search *s, const float weights[N], float mean[3])
 {
-    candidate *x = &s->best;
-    *x = (candidate){.mode = &ibl_bc6h_modes[IBL_BC6H_ONE_REGION]};
+    float sum = 0;
+    for (int i = 0; i < N; i++)
+        sum += weights[i];
     for (int c = 0; c < 3; c++) {
-        float sum = 0, weights = 0;
-        for (int i = 0; i < N; i++) {
-            sum += s->t.weight[i] * s->t.rgb[c][i];
-            weights += s->t.weight[i];
-        }
-        const int half =
-            ibl_half_from_float(fminf(sum / weights, IBL_BC6H_MAX));
-        x->q[0][c] = x->q[1][c] = (half * 64 + 63) / 31;
+        mean[c] = 0;
+        for (int i = 0; i < N; i++)
+            mean[c] += weights[i] / sum * s->t.rgb[c][i];
     }
-    evaluate(s, x);
+}
+
+/* Of one colour: mode 15 has all halves. */
+static void try_flat(search *s, const float colour[3])
+{
+    candidate x = {.mode = &ibl_bc6h_modes[IBL_BC6H_ONE_REGION]};
+    for (int c = 0; c < 3; c++) {
+        const int half = ibl_half_from_float(fminf(colour[c], IBL_BC6H_MAX));
+        x.q[0][c] = x.q[1][c] = (half * 64 + 63) / 31;
+    }
+    evaluate(s, &x);
+    keep(&s->best, &x);
+}
+
+/*
+ * The best block of one colour. The least sum of roots is found by repeated
+ * means with weights over distances (Weiszfeld's algorithm), or is at a texel.
+ */
+static void try_flats(search *s)
+{
+    float weights[N], mean[3];
+    memcpy(weights, s->t.weight, sizeof weights);
+    for (int k = 0; k < (s->effort->roots ? 20 : 1); k++) {
+        find_mean(s, weights, mean);
+        try_flat(s, mean);
+        for (int i = 0; i < N; i++)
+            weights[i] = s->t.weight[i] / (s->best.errors[i] + 1e-6f);
+    }
 }
 
 /* ---- blocks ------------------------------------------------------------ */
@@ -429,13 +575,15 @@ static void write_block(const candidate *x, unsigned char *block)
 void ibl_bc6h_encode(const ibl_bc6h_fit *fit, const float *texels, size_t count,
                      ibl_quality quality, unsigned char *blocks)
 {
-    search s = {.fit = fit};
+    search s = {.fit = fit, .effort = &efforts[quality]};
     for (size_t i = 0; i < count; i++) {
-        load(texels + i * 3 * N, &s.t);
-        try_flat(&s);
+        load(texels + i * 3 * N, s.effort->sun, &s.t);
+        s.best.error = FLT_MAX;
+        try_flats(&s);
         if (s.best.error > 0) {
-            try_one_region(&s, &efforts[quality]);
-            try_two_regions(&s, &efforts[quality]);
+            try_one_region(&s);
+            if (s.effort->partitions)
+                try_two_regions(&s);
         }
         write_block(&s.best, blocks + i * IBL_BLOCK_BYTES);
     }

@@ -2,6 +2,7 @@
 #include "kern/bc6h_fit.h"
 
 #include <float.h>
+#include <math.h>
 
 #include "core/half.h"
 
@@ -26,7 +27,7 @@ static float float_of_half(int half)
 /* Squared distances have the index in place of their lowest bits, so that the
  * least of them is enough to know. */
 static float assign(const ibl_bc6h_texels *t, const int ends[4][3],
-                    unsigned second, int index[N], float errors[N])
+                    unsigned second, bool roots, int index[N], float errors[N])
 {
     const bool two = second != 0;
     const unsigned char *weights = ibl_bc6h_weights[!two];
@@ -49,7 +50,8 @@ static float assign(const ibl_bc6h_texels *t, const int ends[4][3],
         }
         const uint32_t bits = ibl_bits_of(best);
         index[i] = (int)(bits & 15u);
-        errors[i] = ibl_float_of(bits & ~15u) * t->weight[i];
+        const float error = ibl_float_of(bits & ~15u) * t->weight[i];
+        errors[i] = roots ? sqrtf(error) : error;
     }
     return sum(errors);
 }

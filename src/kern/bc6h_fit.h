@@ -49,10 +49,11 @@ typedef struct ibl_bc6h_fit {
      *   ends    unquantised endpoints, two of each region
      *   second  texels of the second region, as in ibl_bc6h_partitions; 0:
      *           there is only one region, and indices have 4 bits
+     *   roots   the errors are roots of weighted squared distances
      *   errors  of each texel, with a relative error of 2^-19
      */
     float (*assign)(const ibl_bc6h_texels *t, const int ends[4][3],
-                    unsigned second, int index[IBL_BC6H_TEXELS],
+                    unsigned second, bool roots, int index[IBL_BC6H_TEXELS],
                     float errors[IBL_BC6H_TEXELS]);
     /* sums[1] only with a second region. */
     void (*sum)(const ibl_bc6h_texels *t, const float b[IBL_BC6H_TEXELS],

@@ -100,8 +100,8 @@ static inline vi nearest(const ibl_bc6h_texels *t,
 }
 
 static inline float assign_of(const ibl_bc6h_texels *t, const int ends[4][3],
-                              unsigned second, bool two, int index[N],
-                              float errors[N])
+                              unsigned second, bool two, bool roots,
+                              int index[N], float errors[N])
 {
     float colours[3][2][16];
     vf e[N / VF];
@@ -113,7 +113,8 @@ static inline float assign_of(const ibl_bc6h_texels *t, const int ends[4][3],
         const vi best = nearest(t, (const float(*)[2][16])colours, i,
                                 lanes_of(second, i), two);
         vi_store(index + i, best & 15);
-        e[i / VF] = (vf)(best & ~15) * vf_load(t->weight + i);
+        const vf error = (vf)(best & ~15) * vf_load(t->weight + i);
+        e[i / VF] = roots ? vf_sqrt(error) : error;
         vf_store(errors + i, e[i / VF]);
     }
     const __m128 q = fold(e);
@@ -121,10 +122,10 @@ static inline float assign_of(const ibl_bc6h_texels *t, const int ends[4][3],
 }
 
 static float assign(const ibl_bc6h_texels *t, const int ends[4][3],
-                    unsigned second, int index[N], float errors[N])
+                    unsigned second, bool roots, int index[N], float errors[N])
 {
-    return second ? assign_of(t, ends, second, true, index, errors)
-                  : assign_of(t, ends, 0, false, index, errors);
+    return second ? assign_of(t, ends, second, true, roots, index, errors)
+                  : assign_of(t, ends, 0, false, roots, index, errors);
 }
 
 static inline void sum_region(const ibl_bc6h_texels *t, const float b[N],
