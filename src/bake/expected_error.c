@@ -84,8 +84,10 @@ static lookup table_lookup(const struct work *w, int f, int taps, double n_v,
 {
     double q[4];
     fetch(w->table, 2 * (taps - 1) + f, n_v, r, q);
+    const ibl_specular_layout *layout = &w->kernels.layout;
+    const double most = ibl_lod_of_roughness(layout, fmin(1.25 * r, 1));
     lookup l = {.taps = taps,
-                .lod = q[1] * (w->kernels.layout.levels - 1),
+                .lod = fmin(q[1] * (layout->levels - 1), most),
                 .weight = q[2]};
     for (int i = 0; i < taps; i++)
         l.at[i] =

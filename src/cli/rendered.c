@@ -107,7 +107,8 @@ static double density(double cosine)
 }
 
 /* R is drawn first, uniform in its cap. With N at a distance of acos(N.V) from
- * it in any direction, N is uniform over the sphere as well. */
+ * it in any direction, N is uniform over the sphere as well. N.V is drawn
+ * evenly: at grazing angles F0 = .04 reflects most. */
 static void draw_pair(pairs *p, int seed, size_t i, size_t drawn[CAPS],
                       const double light[3])
 {
@@ -116,8 +117,8 @@ static void draw_pair(pairs *p, int seed, size_t i, size_t drawn[CAPS],
 
     spread_point(seed, (unsigned)cap, drawn[cap]++, u);
     around(light, 1 - (1 - cap_cosine(cap)) * u[0], 2 * M_PI * u[1], r);
-    p->weight[i] = 1 / density(dot(r, light));
-    p->n_dot_v[i] = sqrt(u[2]);
+    p->n_dot_v[i] = u[2];
+    p->weight[i] = 2 * u[2] / density(dot(r, light));
     around(r, p->n_dot_v[i], 2 * M_PI * u[3], n);
     for (int k = 0; k < 3; k++)
         p->view[3 * i + (size_t)k] = 2 * p->n_dot_v[i] * n[k] - r[k];

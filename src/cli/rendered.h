@@ -7,7 +7,8 @@
  * sphere, N.V has the density 2 N.V (that of the pixels of a sphere) and the
  * view's azimuth is uniform; but half of the reflected directions are within 20
  * degrees of the environment's brightest pixel, a quarter of all within 7 and a
- * tenth within 2.5. Weights undo that.
+ * tenth within 2.5, and grazing views are as frequent as others. Weights undo
+ * that.
  *
  * With S the shader's colour and T the truth, |.| over R, G and B,
  *     nRMSE = sqrt(sum w |S - T|^2 / sum w |T|^2).
