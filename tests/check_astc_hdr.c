@@ -13,6 +13,8 @@
 #include "kern/astc_hdr.h"
 #include "kern/astc_hdr_block.h"
 #include "kern/astc_hdr_endpoints.h"
+#include "kern/astc_line.h"
+#include "kern/bc6h.h"
 #include "test.h"
 
 /* ---- sequences --------------------------------------------------------- */
@@ -338,6 +340,27 @@ static void make_block(test_random *r, int kind, float t[16][3])
         }
 }
 
+/* Whether all ends are below Inf: the largest is 3967 of 12 bits. */
+static int finite_ends(const ibl_astc_block *b)
+{
+    const int each = b->mode[0] == 7 ? 4 : 6;
+    int largest = 0;
+    for (int s = 0; s < b->subsets; s++) {
+        unsigned char v[6];
+        int e[2][3];
+        for (int i = 0; i < each; i++)
+            v[i] = (unsigned char)ibl_ise_endpoint(b->value_range,
+                                                   b->value[each * s + i]);
+        if (each == 4)
+            ibl_astc_scale_endpoints(v, e);
+        else
+            ibl_astc_direct_endpoints(v, e);
+        for (int i = 0; i < 6; i++)
+            largest = e[i / 3][i % 3] > largest ? e[i / 3][i % 3] : largest;
+    }
+    return largest <= 3967;
+}
+
 /* What UASTC HDR allows: subsets, mode, levels of weights and of values. */
 static int allowed(const unsigned char *block)
 {
@@ -360,6 +383,8 @@ static int allowed(const unsigned char *block)
     if (!ibl_astc_unpack(bits, &b) || b.width != 4 || b.height != 4 ||
         b.planes != 1 || (b.subsets == 2 && b.mode[0] != b.mode[1]))
         return 0;
+    if (!finite_ends(&b))
+        return 0;
     for (size_t i = 0; i < sizeof ways / sizeof *ways; i++)
         found |= ways[i][0] == b.subsets && ways[i][1] == b.mode[0] &&
                  ways[i][2] == ibl_ise_levels(b.weight_range) &&
@@ -373,21 +398,33 @@ static int allowed(const unsigned char *block)
     return found;
 }
 
-/* The encoder's measure: see kern/astc_hdr.h. */
+/* What an error's square counts: see kern/astc_hdr.h. */
+static void shares(const float t[16][3], double share[16])
+{
+    double most = 0, square[16] = {0}, total = 0x1p-60;
+    for (int i = 0; i < 48; i++) {
+        const double v = (double)t[i / 3][i % 3];
+        most = fmax(most, v);
+        square[i / 3] += v * v;
+        total += v * v;
+    }
+    for (int i = 0; i < 16; i++)
+        share[i] = 1 / (square[i] + ldexp(most * most, -34) + 0x1p-60) +
+                   128 * square[i] / total / total;
+}
+
 static double error_of(const float t[16][3], const uint16_t d[16][3])
 {
-    double most = 0, sum = 0;
-    for (int i = 0; i < 48; i++)
-        most = fmax(most, (double)t[i / 3][i % 3]);
+    double share[16], sum = 0;
+    shares(t, share);
     for (int i = 0; i < 16; i++) {
-        double square = 0, off = 0;
+        double off = 0;
         for (int k = 0; k < 3; k++) {
-            const double v = (double)t[i][k];
-            const double e = (double)ibl_half_to_float(d[i][k]) - v;
-            square += v * v;
+            const double e =
+                (double)ibl_half_to_float(d[i][k]) - (double)t[i][k];
             off += e * e;
         }
-        sum += off / (square + ldexp(most * most, -34) + 0x1p-60);
+        sum += off * share[i];
     }
     return sum;
 }
@@ -395,17 +432,13 @@ static double error_of(const float t[16][3], const uint16_t d[16][3])
 /* The best of one colour is the mean by the same weights. */
 static void flat(const float t[16][3], uint16_t d[16][3])
 {
-    double most = 0;
-    for (int i = 0; i < 48; i++)
-        most = fmax(most, (double)t[i / 3][i % 3]);
+    double share[16];
+    shares(t, share);
     for (int k = 0; k < 3; k++) {
         double sum = 0, all = 0;
         for (int i = 0; i < 16; i++) {
-            double square = ldexp(most * most, -34) + 0x1p-60;
-            for (int c = 0; c < 3; c++)
-                square += (double)t[i][c] * (double)t[i][c];
-            sum += (double)t[i][k] / square;
-            all += 1 / square;
+            sum += (double)t[i][k] * share[i];
+            all += share[i];
         }
         for (int i = 0; i < 16; i++)
             d[i][k] = ibl_half_from_float((float)(sum / all));
@@ -495,6 +528,121 @@ TEST(sun_stays)
         const double largest = largest_of(SUN, (ibl_quality)q, &rms);
         CHECK_MSG(largest < (q ? 256 : 512) * 3.0 / 8 / 1024 + 1e-3, "%g",
                   largest);
+    }
+}
+
+/* ---- as BC6H ----------------------------------------------------------- */
+
+static void set_bytes(const char *hex, unsigned char *bytes)
+{
+    for (int i = 0; i < 16; i++) {
+        unsigned v = 0;
+        sscanf(hex + 2 * i, "%2x", &v);
+        bytes[i] = (unsigned char)v;
+    }
+}
+
+/* A block as its encoder had it before it was written. Returns its pattern. */
+static int lines_of(const ibl_astc_tables *tb, const ibl_astc_block *b,
+                    const ibl_astc_way **way, ibl_astc_line l[2])
+{
+    const int each = b->mode[0] == 7 ? 4 : 6;
+    int p = 0;
+    for (int i = 0; i < IBL_ASTC_WAYS; i++)
+        if (ibl_astc_ways[i].subsets == b->subsets &&
+            ibl_astc_ways[i].mode == b->mode[0] &&
+            ibl_astc_ways[i].weight_range == b->weight_range)
+            *way = &ibl_astc_ways[i];
+    for (int i = 0; i < b->values; i++)
+        l[i / each].values[i % each] =
+            (unsigned char)ibl_ise_endpoint(b->value_range, b->value[i]);
+    for (int i = 0; i < 16; i++)
+        for (int k = 0; k < tb->levels[b->weight_range].count; k++)
+            if (tb->levels[b->weight_range].code[k] == b->weight[i])
+                l[0].level[i] = l[1].level[i] = (unsigned char)k;
+    while (b->subsets == 2 && ibl_astc_patterns[p] != b->pattern)
+        p++;
+    return p;
+}
+
+static float plain_error_bc6h(const ibl_astc_texels *t, const int ends[2][3],
+                              const int steps[16])
+{
+    float sum = 0;
+    for (int i = 0; i < 48; i++) {
+        const int c = i % 3, w = steps[i / 3];
+        const int q = (ends[0][c] * (64 - w) + ends[1][c] * w + 32) >> 6;
+        const float d =
+            ibl_half_to_float((uint16_t)(q * 31 >> 6)) - t->light[c][i / 3];
+        sum += d * d * t->share[i / 3];
+    }
+    return sum;
+}
+
+/* Blocks of ours, and what the Basis Universal transcoder that three.js r187
+ * has made of them: of texels that are BC6H's the error is 0. */
+TEST(as_bc6h)
+{
+    static const char *const blocks[][2] = {
+        {"42e2785585be0100848015cadba1bfe5",
+         "e39a71c0e92d39e3aefd85db53a80121"},
+        {"42e222d02a0d0100e2bd127de27decb5",
+         "6bd561a185f75e7b55c841b841b742b8"},
+        {"5162b504b7fe587901004036e36a9188",
+         "c3c205df8babaeb500001122aabaffff"},
+        {"5162ed883a887f0681bab5aeab1f5e36",
+         "4b506d2b7ef0c00543b652da64da96eb"},
+        {"426277439d87be0262026a82c244bf25",
+         "a337e3a6dbd1482ba9fd224341564046"},
+        {"42629183d06f822fff7777d3db69e50c",
+         "c74f48492de4104130a796dbcbeeeeff"},
+        {"432802ce7c680dca06d640be504755cc",
+         "8ca382d6a144028ab0a2451af3bde0e6"},
+        {"43e8042e96805b83182e0488b6bc5d0d",
+         "41a4114a2194582295e5918ca47ffb03"},
+        {"43a803ce42530c2e34c600002dfaf6b2",
+         "42e89c5bce58111577710c7cf149f200"},
+        {"43c8092e2d5811eb835410e2a7f688e4",
+         "920db5c2da75db9d17c67d2220fddf1c"},
+        {"5308090e3a83509903ca4f533984b587",
+         "a031c60c636601f604efc45b83b98a1a"},
+        {"532822cea43573132f21168992b97019",
+         "e133104239eed8e38e05330f9d499168"},
+        {"5328024ec8b73881ef3ca0d4ed70d2ee",
+         "32ed35d9f6c1d31f62bd1169e36f570a"},
+        {"42885556c3bf145a18e4d41201436bab",
+         "98b1c824732979a357332b5dd205fea3"},
+        {"4288037657173d96bcec2a1e33333333",
+         "81a20a2f298260c1a506f0033ff0033f"},
+        {"428803169cec7d16be23921929a36bd9",
+         "b2acb2c7aedd522c781ca04a2ddae3ad"},
+    };
+    static const ibl_astc_fit_dsp fit = {.error_bc6h = plain_error_bc6h};
+    ibl_astc_tables tb;
+    ibl_astc_set_tables(&fit, &tb);
+    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) {
+        unsigned char astc[16], bc6h[16];
+        float texels[48];
+        uint16_t d[16][3];
+        ibl_astc_block b;
+        ibl_astc_texels t[2];
+        ibl_astc_line l[2];
+        const ibl_astc_way *way = NULL;
+        set_bytes(blocks[i][0], astc);
+        set_bytes(blocks[i][1], bc6h);
+        NEED(ibl_astc_unpack(ibl_bits128_load(astc), &b));
+        NEED(ibl_bc6h_decode_block(bc6h, d));
+        for (int k = 0; k < 48; k++)
+            texels[k] = ibl_half_to_float(d[k / 3][k % 3]);
+        const int pattern = lines_of(&tb, &b, &way, l);
+        NEED(way);
+        ibl_astc_load(texels, &t[0]);
+        if (b.subsets == 2) {
+            ibl_astc_take(&tb, &t[0], pattern, 1, &t[1]);
+            ibl_astc_take(&tb, &t[0], pattern, 0, &t[0]);
+        }
+        const float error = ibl_astc_error_as_bc6h(&tb, way, pattern, t, l);
+        CHECK_MSG(error == 0, "block %zu: %g", i, (double)error);
     }
 }
 

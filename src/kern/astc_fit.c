@@ -50,8 +50,8 @@ static void sums(const ibl_astc_texels *t, const float s[16],
     }
 }
 
-static float error(const ibl_astc_texels *t, const int ends[2][3],
-                   const int steps[16])
+static float errors(const ibl_astc_texels *t, const int ends[2][3],
+                    const int steps[16], int bc6h)
 {
     float sum[16];
 
@@ -61,13 +61,26 @@ static float error(const ibl_astc_texels *t, const int ends[2][3],
             const int q =
                 (ends[0][c] * 64 + (ends[1][c] - ends[0][c]) * steps[i] + 32) >>
                 6;
-            const float d =
-                ibl_half_to_float(ibl_astc_half(q)) - t->light[c][i];
+            const uint16_t half =
+                bc6h ? (uint16_t)(q * 31 >> 6) : ibl_astc_half(q);
+            const float d = ibl_half_to_float(half) - t->light[c][i];
             squares += d * d;
         }
         sum[i] = squares * t->share[i];
     }
     return sum_of(sum);
+}
+
+static float error(const ibl_astc_texels *t, const int ends[2][3],
+                   const int steps[16])
+{
+    return errors(t, ends, steps, 0);
+}
+
+static float error_bc6h(const ibl_astc_texels *t, const int ends[2][3],
+                        const int steps[16])
+{
+    return errors(t, ends, steps, 1);
 }
 
 static void split(const float points[3][16],
@@ -92,7 +105,8 @@ static void split(const float points[3][16],
 static void encode(const float *texels, size_t count, ibl_quality quality,
                    unsigned char *blocks)
 {
-    static const ibl_astc_fit_dsp fit = {project, sums, error, split};
+    static const ibl_astc_fit_dsp fit = {project, sums, error, error_bc6h,
+                                         split};
     ibl_astc_hdr_encode(&fit, texels, count, quality, blocks);
 }
 

@@ -47,6 +47,9 @@ typedef struct ibl_astc_fit_dsp {
      * decoded; ends are of 16 bits. */
     float (*error)(const ibl_astc_texels *t, const int ends[2][3],
                    const int steps[16]);
+    /* The same of the texels that BC6H has between such ends. */
+    float (*error_bc6h)(const ibl_astc_texels *t, const int ends[2][3],
+                        const int steps[16]);
     /*
      * For each pattern how well its two subsets are told apart: the sum, over
      * both, of |sum of points|^2 / texels.

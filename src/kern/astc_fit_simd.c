@@ -61,22 +61,26 @@ static void sums(const ibl_astc_texels *t, const float s[16],
 
 #define VI_ALL(x) ((vi)vf_all(0) + (x))
 
-/* As ibl_astc_half and ibl_half_to_float. */
-static vf light_of(vi q)
+static vf widen(vi half)
+{
+    const vi bits = (half << 13) + (112 << 23);
+    const vf denormal = (vf)(bits + (1 << 23)) - vf_all(0x1p-14f);
+    return vf_either(half < 0x400, denormal, (vf)bits);
+}
+
+/* As ibl_astc_half. */
+static vi half_of(vi q)
 {
     const vi m = q & 2047;
     const vi low = 3 * m, mid = 4 * m - 512, high = 5 * m - 2048;
     const vi mantissa =
         (vi)vf_either(m < 512, (vf)low, vf_either(m < 1536, (vf)mid, (vf)high));
     const vi raw = (q >> 11 << 10) | mantissa >> 3;
-    const vi half = (vi)vf_either(raw < 0x7C00, (vf)raw, (vf)VI_ALL(0x7BFF));
-    const vi bits = (half << 13) + (112 << 23);
-    const vf denormal = (vf)(bits + (1 << 23)) - vf_all(0x1p-14f);
-    return vf_either(half < 0x400, denormal, (vf)bits);
+    return (vi)vf_either(raw < 0x7C00, (vf)raw, (vf)VI_ALL(0x7BFF));
 }
 
-static float error(const ibl_astc_texels *t, const int ends[2][3],
-                   const int steps[16])
+static inline float errors(const ibl_astc_texels *t, const int ends[2][3],
+                           const int steps[16], int bc6h)
 {
     vf sum[VECTORS];
 
@@ -90,12 +94,25 @@ static float error(const ibl_astc_texels *t, const int ends[2][3],
             const vi from = VI_ALL(ends[0][c] * 64 + 32);
             const vf product = way * __builtin_convertvector(step, vf);
             const vi q = (from + __builtin_convertvector(product, vi)) >> 6;
-            const vf d = light_of(q) - vf_load(&t->light[c][VF * k]);
+            const vi half = bc6h ? q * 31 >> 6 : half_of(q);
+            const vf d = widen(half) - vf_load(&t->light[c][VF * k]);
             squares += d * d;
         }
         sum[k] = squares * vf_load(t->share + VF * k);
     }
     return sum_of(sum);
+}
+
+static float error(const ibl_astc_texels *t, const int ends[2][3],
+                   const int steps[16])
+{
+    return errors(t, ends, steps, 0);
+}
+
+static float error_bc6h(const ibl_astc_texels *t, const int ends[2][3],
+                        const int steps[16])
+{
+    return errors(t, ends, steps, 1);
 }
 
 static void split(const float points[3][16],
@@ -123,7 +140,8 @@ static void split(const float points[3][16],
 static void encode(const float *texels, size_t count, ibl_quality quality,
                    unsigned char *blocks)
 {
-    static const ibl_astc_fit_dsp fit = {project, sums, error, split};
+    static const ibl_astc_fit_dsp fit = {project, sums, error, error_bc6h,
+                                         split};
     ibl_astc_hdr_encode(&fit, texels, count, quality, blocks);
 }
 

@@ -56,6 +56,9 @@ extern const ibl_astc_form ibl_astc_direct_forms[IBL_ASTC_DIRECT_FORMS - 1];
 extern const unsigned char ibl_astc_scale_places[IBL_ASTC_PLACES];
 extern const unsigned char ibl_astc_direct_places[IBL_ASTC_PLACES];
 
+/* The largest endpoint below Inf. */
+#define IBL_ASTC_LARGEST 3967
+
 /* The endpoints, 12 bits each, of the values of a mode, 0 to 255. */
 void ibl_astc_scale_endpoints(const unsigned char values[4], int e[2][3]);
 void ibl_astc_direct_endpoints(const unsigned char values[6], int e[2][3]);

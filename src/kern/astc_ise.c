@@ -105,7 +105,7 @@ static void get_trits(unsigned t, unsigned char digits[5])
     } else {
         digits[2] = (unsigned char)(c >> 4);
         digits[1] = c >> 2 & 3;
-        digits[0] = (unsigned char)((c & 2) | (c & ~(c >> 1) & 1));
+        digits[0] = c & 3;
     }
 }
 

@@ -8,17 +8,21 @@
 #include "kern/astc_hdr_endpoints.h"
 #include "kern/astc_ise.h"
 
-/* The largest end, of 12 bits, below Inf. */
-#define LARGEST 3967
-
 void ibl_astc_set_codes(int range, ibl_astc_codes *codes)
 {
     const int levels = ibl_ise_levels(range);
     codes->range = range;
     codes->gap = 256.0f / (float)levels;
-    memset(codes->of, IBL_ASTC_NO_CODE, sizeof codes->of);
+    for (int v = 0; v < 256; v++)
+        codes->of[v] = IBL_ASTC_NO_CODE;
     for (int i = 0; i < levels; i++)
-        codes->of[ibl_ise_endpoint(range, i)] = (unsigned char)i;
+        codes->of[ibl_ise_endpoint(range, i)] = (short)i;
+    for (int v = 0, last = 0; v < 256; v++)
+        codes->below[v] =
+            (unsigned char)(last = codes->of[v] != IBL_ASTC_NO_CODE ? v : last);
+    for (int v = 255, last = 255; v >= 0; v--)
+        codes->above[v] =
+            (unsigned char)(last = codes->of[v] != IBL_ASTC_NO_CODE ? v : last);
 }
 
 void ibl_astc_solve(const ibl_astc_sums sums[3], float ends[2][3])
@@ -66,62 +70,79 @@ static float cost(const ibl_astc_sums *s, float e0, float e1)
 
 /* ---- fields ------------------------------------------------------------ */
 
-/* A form being filled: fields so far, and the bytes that they make. */
+/* A form being filled, a field after the other: byte i has bits of field i and
+ * of those before it. A bit above a field's own that its byte has room for is
+ * there in its place. */
 typedef struct filling {
     const ibl_astc_form *form;
-    const unsigned char *places, *codes;
-    int own; /* bits of each field's own byte, 4 each, the first lowest */
+    const unsigned char *places;
+    const ibl_astc_codes *codes;
     int least[6], most[6];
     int field[6];
-    unsigned char fixed[6]; /* bits that tell the form */
+    unsigned char byte[6]; /* without the field's own bits */
+    unsigned char own[6];  /* which these are */
 } filling;
 
-/* Byte i, which has bits of the fields up to i alone. */
-static unsigned byte_of(const filling *f, int i)
+/* Moves the bits of field i that are elsewhere to their bytes. */
+static void hand_on(filling *f, int i)
 {
-    const int own = f->own >> 4 * i & 15;
-    unsigned v = f->fixed[i] | ((unsigned)f->field[i] & ((1u << own) - 1));
-
     for (int k = 0; k < IBL_ASTC_PLACES; k++) {
         const int at = f->places[k], from = f->form->codes[k];
-        if (at >> 4 == i)
-            v |= ((unsigned)f->field[from >> 4] >> (from & 15) & 1)
-                 << (at & 15);
+        if (from >> 4 == i && at >> 4 != i)
+            f->byte[at >> 4] |=
+                (unsigned char)((f->field[i] >> (from & 15) & 1) << (at & 15));
     }
-    return v;
 }
 
-/* The next value of field i from `from` on that its byte can have; INT_MIN is
- * none. */
-#define NONE (-100000)
-static int next(filling *f, int i, int from, int step)
+static unsigned byte_of(const filling *f, int i)
 {
-    for (; from >= f->least[i] && from <= f->most[i]; from += step) {
-        f->field[i] = from;
-        if (f->codes[byte_of(f, i)] != IBL_ASTC_NO_CODE)
-            return from;
+    return f->byte[i] | ((unsigned)f->field[i] & f->own[i]);
+}
+
+/* The next value of field i from `from` on, downwards or upwards, that its byte
+ * can have; NONE: there is none. */
+#define NONE (-100000)
+static int next(const filling *f, int i, int from, int up)
+{
+    const int own = f->own[i];
+
+    while (from >= f->least[i] && from <= f->most[i]) {
+        const int want = f->byte[i] | (from & own);
+        const int got = up ? f->codes->above[want] : f->codes->below[want];
+        if ((got & ~own) == f->byte[i]) {
+            from += got - want;
+            return from >= f->least[i] && from <= f->most[i] ? from : NONE;
+        }
+        /* Its own bits go round. */
+        from = up ? (from | own) + 1 : (from & ~own) - 1;
     }
     return NONE;
 }
 
 /* Up to 2 n values of field i around v, NONE between them. */
-static void around(filling *f, int i, float v, int n, int *values)
+static void around(const filling *f, int i, float v, int n, int *values)
 {
     const float low = (float)f->least[i], high = (float)f->most[i];
-    int down = (int)floorf(v < low ? low : v > high ? high : v), up = down + 1;
+    const float in = v < low ? low : v > high ? high : v;
+    int down = (int)(in - low) + f->least[i], up = down + 1;
 
     for (int k = 0; k < n; k++) {
-        values[2 * k] = down = next(f, i, down, -1);
+        values[2 * k] = down = next(f, i, down, 0);
         values[2 * k + 1] = up = next(f, i, up, 1);
         down--;
         up++;
     }
 }
 
+/* own: as many bits of each field's byte as it has in any form. */
 static void set_limits(filling *f, int fields, int signed_from)
 {
-    const int largest = LARGEST >> f->form->drop;
+    const int largest = IBL_ASTC_LARGEST >> f->form->drop;
 
+    for (int k = 0; k < IBL_ASTC_PLACES; k++)
+        if (f->places[k] >> 4 == f->form->codes[k] >> 4)
+            f->own[f->places[k] >> 4] |=
+                (unsigned char)(1 << (f->places[k] & 15));
     for (int i = 0; i < fields; i++) {
         const int n = f->form->bits[i], half = 1 << (n - 1);
         f->least[i] = i < signed_from ? 0 : -half;
@@ -151,8 +172,22 @@ static int major_of(const float end[3], const int origin[3])
 /* What both ends of a channel are to be, in steps of a form. */
 typedef struct pair {
     const ibl_astc_sums *sums;
-    float end1, unit, origin;
+    float end1, unit, inverse_unit, origin;
+    float at0,
+        slope; /* the best first end for a second one of 0, and with it */
 } pair;
+
+static pair pair_of(const ibl_astc_sums *s, float end1, float unit, int origin)
+{
+    const float inverse = s->aa > 0 ? 1 / s->aa : 0;
+    return (pair){s,
+                  end1,
+                  unit,
+                  1 / unit,
+                  (float)origin,
+                  s->a * inverse,
+                  s->aa > 0 ? -s->ab * inverse : 1};
+}
 
 static float end_q(const pair *p, int steps)
 {
@@ -163,27 +198,30 @@ static float end_q(const pair *p, int steps)
 /* The first end that is best with the second one, in steps. */
 static float best_first(const pair *p, float e1)
 {
-    const ibl_astc_sums *s = p->sums;
-    const float e0 = s->aa > 0 ? (s->a - s->ab * e1) / s->aa : e1;
-    return (e0 + p->origin) / p->unit;
+    return (p->at0 + p->slope * e1 + p->origin) * p->inverse_unit;
 }
 
 /* Sets fields i and k, of which the second end is top - field i (of the first
  * channel field i itself) and the first one that less `more` and field k. */
 static int fill_pair(filling *f, const pair *p, int top, int more, int i, int k)
 {
-    const float want = (p->end1 + p->origin) / p->unit;
+    const float want = (p->end1 + p->origin) * p->inverse_unit;
     int first[4], best[2] = {NONE, NONE};
+    unsigned char byte[6];
     float least = FLT_MAX;
 
+    memcpy(byte, f->byte, sizeof byte);
     around(f, i, i ? (float)top - want : want, 2, first);
     for (int a = 0; a < 4; a++) {
         if (first[a] == NONE)
             continue;
-        f->field[i] = first[a];
         const int high = i ? top - first[a] : first[a];
         const float e1 = end_q(p, high);
         int second[2];
+        if (f->codes->range != IBL_ISE_256) {
+            f->field[i] = first[a];
+            hand_on(f, i);
+        }
         around(f, k, (float)(high - more) - best_first(p, e1), 1, second);
         for (int b = 0; b < 2; b++) {
             if (second[b] == NONE)
@@ -196,21 +234,27 @@ static int fill_pair(filling *f, const pair *p, int top, int more, int i, int k)
                 best[1] = second[b];
             }
         }
+        memcpy(f->byte, byte, sizeof byte);
     }
+    if (best[1] == NONE)
+        return 0;
     f->field[i] = best[0];
+    hand_on(f, i);
     f->field[k] = best[1];
-    return best[1] != NONE;
+    hand_on(f, k);
+    return 1;
 }
 
 /* Without differences: a byte for each end of each channel. */
 static int quantise_plain(const ibl_astc_sums sums[3], const float ends[2][3],
-                          const int origin[3], const unsigned char *codes,
+                          const int origin[3], const signed short *codes,
                           unsigned char values[6])
 {
     for (int c = 0; c < 3; c++) {
         const float unit = c == 2 ? 512 : 256;
-        const pair p = {&sums[c], ends[1][c], unit, (float)origin[c]};
-        const int most = LARGEST >> (c == 2 ? 5 : 4), flag = c == 2 ? 128 : 0;
+        const pair p = pair_of(&sums[c], ends[1][c], unit, origin[c]);
+        const int most = IBL_ASTC_LARGEST >> (c == 2 ? 5 : 4),
+                  flag = c == 2 ? 128 : 0;
         float least = FLT_MAX;
         int mid = (int)((p.end1 + p.origin) / unit);
         for (int e1 = mid - 4; e1 <= mid + 5; e1++) {
@@ -244,18 +288,18 @@ int ibl_astc_quantise_direct(const ibl_astc_sums sums[3],
 
     filling f = {.form = &ibl_astc_direct_forms[form],
                  .places = ibl_astc_direct_places,
-                 .codes = codes->of,
-                 .own = 0x556668};
+                 .codes = codes,
+                 .own = {255, 63, 63, 63, 31, 31}};
     const int major = major_of(ends[1], origin);
     set_limits(&f, 6, 4);
     for (int i = 0; i < 3; i++)
-        f.fixed[1 + i] = (unsigned char)((form >> i & 1) << 7);
-    f.fixed[4] = (unsigned char)((major & 1) << 7);
-    f.fixed[5] = (unsigned char)((major >> 1) << 7);
+        f.byte[1 + i] = (unsigned char)((form >> i & 1) << 7);
+    f.byte[4] = (unsigned char)((major & 1) << 7);
+    f.byte[5] = (unsigned char)((major >> 1) << 7);
     for (int i = 0; i < 3; i++) {
         const int c = stored(i, major);
-        const pair p = {&sums[c], ends[1][c], (float)(16 << f.form->drop),
-                        (float)origin[c]};
+        const pair p = pair_of(&sums[c], ends[1][c],
+                               (float)(16 << f.form->drop), origin[c]);
         if (!(i ? fill_pair(&f, &p, f.field[0], f.field[1], 1 + i, 3 + i)
                 : fill_pair(&f, &p, 0, 0, 0, 1)))
             return 0;
@@ -267,31 +311,43 @@ int ibl_astc_quantise_direct(const ibl_astc_sums sums[3],
 
 /* ---- one end and a scale ----------------------------------------------- */
 
-/* The squares for the first end `field 3` below the second. */
-static float scale_cost(const filling *f, const pair *p, int high)
+/* A channel, in steps of a form: the best second end for a scale of 0, and how
+ * that grows with it. */
+typedef struct channel {
+    const ibl_astc_sums *sums;
+    float at0, slope, unit, origin;
+} channel;
+
+static channel channel_of(const ibl_astc_sums *s, float end1, float unit,
+                          int origin)
 {
-    return cost(p->sums, end_q(p, high - f->field[3]), end_q(p, high));
+    const float all = s->aa + 2 * s->ab + s->bb;
+    const float at0 = all > 0 ? (s->a + s->b) / all : end1;
+    return (channel){s, (at0 + (float)origin) / unit,
+                     all > 0 ? (s->aa + s->ab) / all : 0, unit, (float)origin};
 }
 
-/* Sets field i of the channel at p, given the scale; returns the squares. */
-static float fill_channel(filling *f, const pair *p, int i, int form)
+static float scale_cost(const channel *p, int high, int d)
 {
-    const ibl_astc_sums *s = p->sums;
-    const float all = s->aa + 2 * s->ab + s->bb;
-    const float d = (float)f->field[3] * p->unit;
-    const float mean =
-        all > 0 ? (s->a + s->b + (s->aa + s->ab) * d) / all : p->end1;
-    const float want = (mean + p->origin) / p->unit;
-    const int from = i && form < IBL_ASTC_SCALE_FORMS - 1;
+    const int low = high < d ? 0 : high - d;
+    return cost(p->sums, (float)low * p->unit - p->origin,
+                (float)high * p->unit - p->origin);
+}
+
+/* Sets field i, which is what the channel's second end is less than top (or it
+ * itself, if that is 0), given the scale; returns the squares. */
+static float fill_channel(filling *f, const channel *p, int top, int i)
+{
+    const float want = p->at0 + p->slope * (float)f->field[3];
     int values[2], best = NONE;
     float least = FLT_MAX;
 
-    around(f, i, from ? (float)f->field[0] - want : want, 1, values);
+    around(f, i, top ? (float)top - want : want, 1, values);
     for (int k = 0; k < 2; k++) {
         if (values[k] == NONE)
             continue;
         const float e =
-            scale_cost(f, p, from ? f->field[0] - values[k] : values[k]);
+            scale_cost(p, top ? top - values[k] : values[k], f->field[3]);
         if (e < least) {
             least = e;
             best = values[k];
@@ -308,29 +364,38 @@ int ibl_astc_quantise_scale(const ibl_astc_sums sums[3], const float ends[2][3],
 {
     filling f = {.form = &ibl_astc_scale_forms[form],
                  .places = ibl_astc_scale_places,
-                 .codes = codes->of,
-                 .own = 0x5556};
+                 .codes = codes,
+                 .own = {63, 31, 31, 31}};
     const int plain = form == IBL_ASTC_SCALE_FORMS - 1;
     const int major = plain ? 3 : major_of(ends[1], origin);
     const int bits = form < 4 ? major << 2 | form : 12 | major;
     const float unit = (float)(16 << f.form->drop);
     const int mid = (int)floorf((ends[1][0] - ends[0][0]) / unit);
+    channel channels[3];
+    unsigned char byte[6];
     float least = FLT_MAX;
 
     set_limits(&f, 4, 4);
-    f.fixed[0] = (unsigned char)((bits & 3) << 6);
-    f.fixed[1] = (unsigned char)((bits >> 2 & 1) << 7);
-    f.fixed[2] = (unsigned char)((bits >> 3) << 7);
+    f.byte[0] = (unsigned char)((bits & 3) << 6);
+    f.byte[1] = (unsigned char)((bits >> 2 & 1) << 7);
+    f.byte[2] = (unsigned char)((bits >> 3) << 7);
+    memcpy(byte, f.byte, sizeof byte);
+    for (int i = 0; i < 3; i++) {
+        const int c = stored(i, plain ? 0 : major);
+        channels[i] = channel_of(&sums[c], ends[1][c], unit, origin[c]);
+    }
     for (int d = mid - 1; d <= mid + 2; d++) {
         float e = 0;
         if (d < 0 || d > f.most[3])
             continue;
+        memcpy(f.byte, byte, sizeof byte);
         f.field[3] = d;
         for (int i = 0; i < 3 && e < FLT_MAX; i++) {
-            const int c = stored(i, plain ? 0 : major);
-            const pair p = {&sums[c], ends[1][c], unit, (float)origin[c]};
-            const float more = fill_channel(&f, &p, i, form);
+            const float more =
+                fill_channel(&f, &channels[i], i && !plain ? f.field[0] : 0, i);
             e = more < FLT_MAX ? e + more : FLT_MAX;
+            if (!i)
+                hand_on(&f, 0);
         }
         if (e >= least || codes->of[byte_of(&f, 3)] == IBL_ASTC_NO_CODE)
             continue;

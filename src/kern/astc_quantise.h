@@ -7,7 +7,7 @@
 #include "kern/astc_fit.h"
 
 enum {
-    IBL_ASTC_NO_CODE = 255
+    IBL_ASTC_NO_CODE = -1
 };
 
 /* Of values in a range: the integers that stand for them, or IBL_ASTC_NO_CODE.
@@ -15,7 +15,8 @@ enum {
 typedef struct ibl_astc_codes {
     int range;
     float gap; /* how far apart values are */
-    unsigned char of[256];
+    signed short of[256];
+    unsigned char below[256], above[256]; /* the next values of the range */
 } ibl_astc_codes;
 
 void ibl_astc_set_codes(int range, ibl_astc_codes *codes);

@@ -1,0 +1,335 @@
+/* SPDX-License-Identifier: MIT */
+#include "kern/astc_line.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "core/half.h"
+
+/* ---- texels ------------------------------------------------------------ */
+
+/* q of a light, real; half a step of a half more, since halves are cut. step:
+ * the light of one q there. */
+static float q_of(float light, float *step)
+{
+    const uint32_t bits = ibl_bits_of(light);
+    float unit, steps, e;
+
+    if (light < 0x1p-14f) {
+        e = 0;
+        unit = 0x1p-24f;
+        steps = light * 0x1p24f;
+    } else {
+        e = (float)((int)(bits >> 23) - 112);
+        unit = ibl_float_of((bits & 0x7F800000) - (10u << 23));
+        steps = (float)(bits & 0x7FFFFF) * 0x1p-13f;
+    }
+    steps = 8 * steps + 3.5f;
+    const float slope = steps < 1536 ? 3 : steps < 5632 ? 4 : 5;
+    const float base = steps < 1536 ? 0 : steps < 5632 ? 512 : 2048;
+    *step = unit * slope / 8;
+    return 2048 * e + (steps + base) / slope;
+}
+
+/* What is smaller than these parts of the texel, or of the brightest one of the
+ * block, is no colour to keep. */
+#define OF_TEXEL 0x1p-11f
+#define OF_BLOCK 0x1p-17f
+
+/* The part of a texel's square in the level's matters besides its own: of even
+ * light a half, of a sun nearly all. */
+#define OF_SUM 128
+
+/* What an error's square counts, and the least light whose colour does. */
+static void set_share(ibl_astc_texels *t, float most, float least[16])
+{
+    const float low = OF_BLOCK * most;
+    float square[16], total = 0x1p-60f;
+
+    for (int i = 0; i < 16; i++) {
+        const float r = t->light[0][i], g = t->light[1][i], b = t->light[2][i];
+        square[i] = r * r + g * g + b * b;
+        total += square[i];
+        least[i] = OF_TEXEL * sqrtf(square[i]) + .5f * low;
+    }
+    for (int i = 0; i < 16; i++)
+        t->share[i] = 1 / (square[i] + low * low + 0x1p-60f) +
+                      OF_SUM * (square[i] / total) / total;
+}
+
+/* q of a channel, less its mean. */
+static void set_channel(ibl_astc_texels *t, int c, int black,
+                        const float least[16])
+{
+    float sum = 0;
+
+    for (int i = 0; i < 16; i++) {
+        const float light = t->light[c][i];
+        float step;
+        t->q[c][i] = q_of(!black && light < least[i] ? least[i] : light, &step);
+        t->weight[c][i] = step * step * t->share[i];
+        sum += t->q[c][i];
+    }
+    t->origin[c] = (int)(sum / 16);
+    for (int i = 0; i < 16; i++)
+        t->q[c][i] -= (float)t->origin[c];
+}
+
+void ibl_astc_load(const float *texels, ibl_astc_texels *t)
+{
+    float most[3] = {0}, least[16];
+
+    for (int i = 0; i < 48; i++) {
+        const float light =
+            texels[i] < IBL_ASTC_HDR_MAX ? texels[i] : IBL_ASTC_HDR_MAX;
+        t->light[i % 3][i / 3] = light;
+        most[i % 3] = light > most[i % 3] ? light : most[i % 3];
+    }
+    set_share(t, fmaxf(most[0], fmaxf(most[1], most[2])), least);
+    for (int c = 0; c < 3; c++)
+        set_channel(t, c, most[c] <= 0, least);
+}
+
+/* Others have no weight. */
+void ibl_astc_take(const ibl_astc_tables *tb, const ibl_astc_texels *all,
+                   int pattern, int subset, ibl_astc_texels *t)
+{
+    *t = *all;
+    for (int i = 0; i < 16; i++) {
+        const float second = tb->second[i][pattern];
+        const float in = subset ? second : 1 - second;
+        t->share[i] *= in;
+        for (int c = 0; c < 3; c++)
+            t->weight[c][i] *= in;
+    }
+}
+
+/* ---- lines ------------------------------------------------------------- */
+
+/* Where texels are from the darkest to the brightest, by their light. */
+static void by_light(const ibl_astc_texels *t, float s[16])
+{
+    float along[16], least = FLT_MAX, most = -FLT_MAX;
+
+    for (int i = 0; i < 16; i++) {
+        float sum = 0, weight = 0x1p-100f;
+        for (int c = 0; c < 3; c++) {
+            sum += t->weight[c][i] * t->q[c][i];
+            weight += t->weight[c][i];
+        }
+        along[i] = sum / weight;
+        if (t->share[i] > 0) {
+            least = along[i] < least ? along[i] : least;
+            most = along[i] > most ? along[i] : most;
+        }
+    }
+    for (int i = 0; i < 16; i++)
+        s[i] = most > least ? (along[i] - least) / (most - least) : 0;
+}
+
+/* Ends so that texels of the subset fill what is between them. */
+static void stretch(const ibl_astc_texels *t, const float s[16],
+                    float ends[2][3])
+{
+    float least = 1, most = 0;
+    for (int i = 0; i < 16; i++)
+        if (t->share[i] > 0) {
+            least = s[i] < least ? s[i] : least;
+            most = s[i] > most ? s[i] : most;
+        }
+    for (int c = 0; c < 3; c++) {
+        const float from = ends[0][c], length = ends[1][c] - from;
+        ends[0][c] = from + length * least;
+        ends[1][c] = from + length * most;
+    }
+}
+
+static void solve(int mode, const ibl_astc_sums sums[3], float ends[2][3])
+{
+    if (mode == IBL_ASTC_SCALE)
+        ibl_astc_solve_scale(sums, ends);
+    else
+        ibl_astc_solve(sums, ends);
+}
+
+void ibl_astc_find_line(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                        int mode, float ends[2][3])
+{
+    ibl_astc_sums sums[3];
+    float s[16];
+
+    by_light(t, s);
+    for (int turn = 0; turn < 3; turn++) {
+        tb->fit->sums(t, s, sums);
+        solve(mode, sums, ends);
+        /* As long as the line may be. */
+        for (int c = 0; c < 3; c++) {
+            const float length = ends[1][c] - ends[0][c];
+            ends[0][c] -= length;
+            ends[1][c] += length;
+        }
+        tb->fit->project(t, ends, s);
+        stretch(t, s, ends);
+        tb->fit->project(t, ends, s);
+    }
+}
+
+static void snap(const ibl_astc_levels *l, float s[16], unsigned char level[16],
+                 int steps[16])
+{
+    for (int i = 0; i < 16; i++) {
+        const int k = (int)(s[i] * (float)(l->count - 1) + .5f);
+        level[i] = (unsigned char)k;
+        steps[i] = l->step[k];
+        s[i] = (float)l->step[k] * (1.0f / 64);
+    }
+}
+
+/* ---- lines as they are stored ------------------------------------------ */
+
+/* Puts the texels on the line of values, and takes it if it is better. s: where
+ * they are on it. */
+static int try_values(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                      const ibl_astc_way *w, const unsigned char values[6],
+                      ibl_astc_line *best, float s[16])
+{
+    int e[2][3], steps[16];
+    float ends[2][3];
+    ibl_astc_line at;
+
+    ibl_astc_line_ends(w->mode, values, e);
+    for (int i = 0; i < 6; i++) {
+        int *end = &e[i / 3][i % 3];
+        if (*end > IBL_ASTC_LARGEST)
+            return 0;
+        *end <<= 4;
+        ends[i / 3][i % 3] = (float)(*end - t->origin[i % 3]);
+    }
+    tb->fit->project(t, ends, s);
+    snap(&tb->levels[w->weight_range], s, at.level, steps);
+    memcpy(at.values, values, sizeof at.values);
+    at.error = tb->fit->error(t, e, steps);
+    if (w->subsets == 1 && at.error < best->error)
+        at.error =
+            ibl_astc_both(at.error, ibl_astc_error_as_bc6h(tb, w, 0, t, &at));
+    if (!(at.error < best->error))
+        return 0;
+    *best = at;
+    return 1;
+}
+
+/* Each value goes to its neighbours in the range as long as that helps. Those
+ * that move all ends, or the ends of one channel, are a field each. */
+void ibl_astc_refine(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                     const ibl_astc_way *w, int passes, ibl_astc_line *best)
+{
+    static const unsigned char own[2][6] = {{63, 31, 31, 31},
+                                            {255, 63, 63, 63, 31, 31}};
+    const int direct = w->mode == IBL_ASTC_DIRECT;
+    const ibl_astc_codes *codes = &tb->codes[w->value_range];
+
+    for (int better = 1; better && passes-- > 0;) {
+        better = 0;
+        for (int k = 0; k < (direct ? 12 : 8); k++) {
+            unsigned char values[6];
+            float s[16];
+            const int v = best->values[k / 2];
+            const int to = k & 1   ? v < 255 ? codes->above[v + 1] : v
+                           : v > 0 ? codes->below[v - 1]
+                                   : v;
+            if (v == to || (v ^ to) & ~own[direct][k / 2])
+                continue;
+            memcpy(values, best->values, sizeof values);
+            values[k / 2] = (unsigned char)to;
+            better |= try_values(tb, t, w, values, best, s);
+        }
+    }
+}
+
+/* Turns the line so that its second end has the largest value. */
+static void turn(const ibl_astc_texels *t, ibl_astc_sums sums[3],
+                 float ends[2][3])
+{
+    float most[2] = {-FLT_MAX, -FLT_MAX};
+    for (int i = 0; i < 6; i++) {
+        const float v = ends[i / 3][i % 3] + (float)t->origin[i % 3];
+        most[i / 3] = v > most[i / 3] ? v : most[i / 3];
+    }
+    if (most[1] >= most[0])
+        return;
+    for (int c = 0; c < 3; c++) {
+        const ibl_astc_sums s = sums[c];
+        const float end = ends[0][c];
+        sums[c] = (ibl_astc_sums){s.bb, s.ab, s.aa, s.b, s.a};
+        ends[0][c] = ends[1][c];
+        ends[1][c] = end;
+    }
+}
+
+/* The forms that lose least, in order. */
+static void rank_forms(const ibl_astc_texels *t, int mode,
+                       const float ends[2][3], float gap, int n, int *forms)
+{
+    const int count =
+        mode == IBL_ASTC_SCALE ? IBL_ASTC_SCALE_FORMS : IBL_ASTC_DIRECT_FORMS;
+    float loss[IBL_ASTC_DIRECT_FORMS];
+
+    for (int i = 0; i < count; i++)
+        loss[i] = mode == IBL_ASTC_SCALE
+                      ? ibl_astc_scale_loss(ends, t->origin, i, gap)
+                      : ibl_astc_direct_loss(ends, t->origin, i, gap);
+    for (int k = 0; k < n; k++) {
+        int best = 0;
+        for (int i = 1; i < count; i++)
+            if (loss[i] < loss[best])
+                best = i;
+        forms[k] = best;
+        loss[best] = FLT_MAX;
+    }
+}
+
+static int quantise(const ibl_astc_texels *t, const ibl_astc_sums sums[3],
+                    const float ends[2][3], const ibl_astc_way *w, int form,
+                    const ibl_astc_codes *codes, unsigned char values[6])
+{
+    return w->mode == IBL_ASTC_SCALE
+               ? ibl_astc_quantise_scale(sums, ends, t->origin, form, codes,
+                                         values)
+               : ibl_astc_quantise_direct(sums, ends, t->origin, form, codes,
+                                          values);
+}
+
+void ibl_astc_fit_line(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                       const ibl_astc_way *w, const ibl_astc_effort *effort,
+                       const float from[2][3], ibl_astc_line *best)
+{
+    const ibl_astc_codes *codes = &tb->codes[w->value_range];
+    ibl_astc_sums sums[3];
+    float ends[2][3], s[16];
+    int steps[16], better = 1;
+
+    best->error = FLT_MAX;
+    memcpy(ends, from, sizeof ends);
+    tb->fit->project(t, ends, s);
+    snap(&tb->levels[w->weight_range], s, best->level, steps);
+    for (int round = 0; better && round < effort->rounds; round++) {
+        int forms[4];
+        float kept[16];
+        tb->fit->sums(t, s, sums);
+        solve(w->mode, sums, ends);
+        turn(t, sums, ends);
+        rank_forms(t, w->mode, ends, codes->gap, effort->forms, forms);
+        better = 0;
+        for (int k = 0; k < effort->forms; k++) {
+            unsigned char values[6] = {0};
+            if (quantise(t, sums, ends, w, forms[k], codes, values) &&
+                try_values(tb, t, w, values, best, s)) {
+                better = 1;
+                memcpy(kept, s, sizeof kept);
+            }
+        }
+        if (better)
+            memcpy(s, kept, sizeof s);
+    }
+}

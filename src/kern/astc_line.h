@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT */
+/* The texels of a block as an encoder sees them, and the line through those of
+ * a subset. */
+#ifndef IBL_KERN_ASTC_LINE_H
+#define IBL_KERN_ASTC_LINE_H
+
+#include "kern/astc_ways.h"
+
+/* Of 16 texels of 3 floats; and those of a subset, 0 or 1, of a pattern. */
+void ibl_astc_load(const float *texels, ibl_astc_texels *t);
+void ibl_astc_take(const ibl_astc_tables *tb, const ibl_astc_texels *all,
+                   int pattern, int subset, ibl_astc_texels *t);
+
+/* The line of a mode without quantisation: its ends, less origin, with the
+ * texels between them. */
+void ibl_astc_find_line(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                        int mode, float ends[2][3]);
+
+typedef struct ibl_astc_effort {
+    int forms;  /* of an endpoint mode, the best ones: 1 to 4 */
+    int rounds; /* of fitting ends to weights and weights to ends */
+    int passes; /* at most, over the neighbours of each value */
+} ibl_astc_effort;
+
+/*
+ * The best line near one without quantisation.
+ *   best->error  of its texels; of a block of one subset this and the error as
+ *                BC6H, by ibl_astc_both. FLT_MAX if there is none
+ */
+void ibl_astc_fit_line(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                       const ibl_astc_way *w, const ibl_astc_effort *effort,
+                       const float from[2][3], ibl_astc_line *best);
+
+/* Goes on from there by neighbours. */
+void ibl_astc_refine(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                     const ibl_astc_way *w, int passes, ibl_astc_line *best);
+
+/* What counts, of a block and of it as BC6H, which most GPUs of desktops
+ * sample. Not less than the former: it is to be better than one colour. */
+static inline float ibl_astc_both(float error, float as_bc6h)
+{
+    return as_bc6h > error ? 0.7f * error + 0.3f * as_bc6h : error;
+}
+
+#endif
