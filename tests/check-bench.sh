@@ -274,6 +274,55 @@ fi
 verdict full "$([ "$(grep -c '"kind": "bake"' "$work/full.json")" = 6 ] ||
     cat "$work/table")"
 
+# Every pixel format: its bytes by the header that they share and the blocks of
+# its levels, 8x8 and 4x4 texels; what it loses.
+"$program" bench -q --formats "$env" --methods auto --sizes 8 --threads 1 \
+    --isa c --source-sizes none --rounds 1 --texels 24 --bake '--levels 2' \
+    --json "$work/formats.json" --html "$work/formats.html" \
+    >"$work/table" 2>&1
+if command -v node >/dev/null; then
+    cat >"$work/formats.cjs" <<'JS'
+const fs = require('fs'), [, , dir] = process.argv;
+const need = (ok, what) => ok || console.log(what);
+const {points} = JSON.parse(fs.readFileSync(`${dir}/formats.json`));
+const formats = points.filter(p => p.kind == 'format');
+const names = formats.map(p => p.name);
+for (const [name, block, bytes] of [['rgba16f', 1, 8], ['rgba32f', 1, 16],
+    ['rgb9e5', 1, 4], ['r11g11b10f', 1, 4], ['bc6h', 4, 16],
+    ['uastc-hdr', 4, 16], ['astc4x4hdr', 4, 16]]) {
+    const p = formats.find(p => p.name == name);
+    const texels = 6 * ((8 / block) ** 2 + (4 / block) ** 2) * bytes;
+    need(p && p.specular_bytes > texels && p.specular_bytes < texels + 2000,
+        `${name}: ${p?.specular_bytes} bytes`);
+    const {nrmse, relative} = p.pixel_error;
+    need(block == 4 ? nrmse > 1e-3 && nrmse < .1 && p.whole_error < .15
+        : name == 'rgba32f' ? nrmse == 0 && relative == 0
+        : nrmse > 0 && nrmse < .01, `${name}: off by ${nrmse}, ${relative}`);
+    const packed = formats.find(q => q.name == `${name} zstd`);
+    need(packed.specular_bytes < p.specular_bytes &&
+        packed.pixel_error.nrmse == nrmse, `${name} zstd: other texels`);
+}
+need(['bc6h fast', 'bc6h best', 'uastc-hdr fast', 'uastc-hdr best'].every(n =>
+    names.includes(n)) && names.length == 18, `${names}`);
+need(points.every(p => p.kind == 'format' ? !p.rival && !p.front : p.base),
+    'formats among rivals');
+const page = fs.readFileSync(`${dir}/formats.html`, 'utf8');
+const [, held] = page.match(/<script type="application\/json"[^>]*>([^]*?)<\//);
+const [, script] = page.match(/<script>([^]*?)<\/script>/);
+const main = {};
+new Function('document', script)({getElementById: () => ({textContent: held}),
+    querySelector: () => main});
+const dots = what => main.innerHTML.split(`against ${what}, by pixel format`)[1]
+    .split('</svg>')[0].split('<circle r="4"').length - 1;
+need(dots('bytes') == 20 && dots('time') == 20, 'points of the plots');
+need(!/NaN|undefined|Infinity/.test(main.innerHTML), 'a number that is none');
+const table = fs.readFileSync(`${dir}/table`, 'utf8').split(' formats')[1] ?? '';
+for (const p of formats)
+    need(table.includes(` ${p.name} `), `no line of ${p.name}`);
+JS
+    verdict formats "$(node "$work/formats.cjs" "$work")"
+fi
+
 # ---- what goes wrong -------------------------------------------------------
 small=(-q --sizes 8 --samples 1 --methods sampled --threads 1 --isa c
     --source-sizes none --rounds 1 --texels 0)

@@ -103,7 +103,8 @@ static void mark_front(ibl_bench *b)
 
 bool ibl_bench_is_rival(const ibl_bench *b, const ibl_bench_point *p)
 {
-    if (!p->judged || b->sources[p->source].resampled)
+    if (!p->judged || b->sources[p->source].resampled ||
+        p->kind == IBL_BENCH_FORMAT)
         return false;
     if (p->kind != IBL_BENCH_BAKE)
         return true;
@@ -115,7 +116,8 @@ bool ibl_bench_is_rival(const ibl_bench *b, const ibl_bench_point *p)
 
 bool ibl_bench_is_special(const ibl_bench *b, const ibl_bench_point *p)
 {
-    return p->base || p->kind != IBL_BENCH_BAKE ||
+    return p->base || p->kind == IBL_BENCH_VARIANT ||
+           p->kind == IBL_BENCH_PEER ||
            (p->sweeps & 1u << IBL_BENCH_METHOD &&
             !b->sources[p->source].resampled);
 }

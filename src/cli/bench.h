@@ -77,7 +77,8 @@ typedef struct ibl_bench_opts {
     ibl_bench_list lists[IBL_BENCH_AXES];
     const char *bake; /* more options for every bake of ours, or NULL */
     ibl_bench_names variants, peers, outputs;
-    int full; /* every combination instead of one axis at a time */
+    int full;    /* every combination instead of one axis at a time */
+    int formats; /* also every pixel format */
     int rounds;
     double timeout_s;
     int texels;   /* texels judged in each level; 0: no judging */
@@ -88,6 +89,7 @@ typedef struct ibl_bench_opts {
 typedef enum ibl_bench_kind {
     IBL_BENCH_BAKE,
     IBL_BENCH_VARIANT,
+    IBL_BENCH_FORMAT, /* the base bake in a pixel format */
     IBL_BENCH_PEER
 } ibl_bench_kind;
 
@@ -130,10 +132,14 @@ typedef struct ibl_bench_point {
 
     ibl_bench_series series[IBL_BENCH_SERIES];
     int series_count;
-    size_t output_bytes; /* total size of all files the command left */
+    size_t output_bytes;   /* total size of all files the command left */
+    size_t specular_bytes; /* of that file alone; 0: no sidecar names it */
+    ibl_pixel_error loss;  /* of its levels by their pixel format: rms of the
+                              nRMSE, mean of the relative errors */
 
     json_t *levels;        /* from the JSON report; NULL: not judged */
     bool judged;           /* true if a level with roughness > 0 was judged */
+    double whole_error;    /* rms of nRMSE over all specular levels */
     double error;          /* rms of nRMSE over the levels with roughness > 0 */
     double worst_p95;      /* worst 95th percentile of the same levels */
     double rendered;       /* mean nRMSE as rendered, if there are rows of it */

@@ -126,13 +126,17 @@ static json_t *lut_json(const ibl_lut_verdict *v)
 /* Copies the errors of a point from its report. */
 static bool keep(ibl_bench_point *p, const ibl_report *report)
 {
-    double sum = 0, worst = 0;
-    int rough = 0;
+    double sum = 0, worst = 0, all = 0;
+    int rough = 0, specular = 0;
 
     p->levels = json_array();
     for (int i = 0; i < report->count; i++) {
         const ibl_verdict *v = &report->rows[i];
         append(&p->levels, level_json(v));
+        if (v->level.content == IBL_OUTPUT_SPECULAR) {
+            all += v->nrmse * v->nrmse;
+            specular++;
+        }
         if (v->level.content == IBL_OUTPUT_SPECULAR && v->level.roughness > 0) {
             sum += v->nrmse * v->nrmse;
             worst = fmax(worst, v->error.p95);
@@ -145,6 +149,7 @@ static bool keep(ibl_bench_point *p, const ibl_report *report)
     if (rough) {
         p->error = sqrt(sum / rough);
         p->worst_p95 = worst;
+        p->whole_error = sqrt(all / specular);
     }
     return p->levels;
 }
@@ -202,7 +207,7 @@ static bool judge_files(judging *j, ibl_bench_point *p,
         !judge_rendered(j, p, opts, files))
         return false;
     /* The swept settings do not affect the table. */
-    if (p->kind == IBL_BENCH_BAKE && !p->base)
+    if ((p->kind == IBL_BENCH_BAKE && !p->base) || p->kind == IBL_BENCH_FORMAT)
         ibl_lut_free(&files->lut);
     report->options = opts->judge;
     return ibl_verify_judge(files, j->ctx, &j->map, console, report) &&

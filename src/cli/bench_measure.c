@@ -88,6 +88,36 @@ static bool record(const ibl_bench *b, ibl_bench_point *p, const char *name,
     return true;
 }
 
+/* Takes the size of the specular cube from a sidecar, and what its levels lost
+ * by their pixel format. */
+static void note_loss(ibl_bench_point *p, const json_t *sidecar)
+{
+    const json_t *outputs = json_object_get(sidecar, "outputs"), *levels = NULL;
+    ibl_pixel_error sum = {0};
+
+    for (size_t i = 0; i < json_array_size(outputs); i++) {
+        json_t *output = json_array_get(outputs, i);
+        const json_t *content = json_object_get(output, "content");
+        json_int_t bytes = 0;
+        if (!json_is_string(content) ||
+            strcmp(json_string_value(content), "specular") != 0)
+            continue;
+        json_unpack(output, "{sI}", "bytes", &bytes);
+        p->specular_bytes = (size_t)bytes;
+        levels = json_object_get(output, "levels");
+    }
+    const size_t count = json_array_size(levels);
+    for (size_t l = 0; l < count; l++) {
+        json_t *error =
+            json_object_get(json_array_get(levels, l), "pixel_error");
+        double nrmse = 0, relative = 0;
+        json_unpack(error, "{sF sF}", "nrmse", &nrmse, "relative", &relative);
+        sum.nrmse += nrmse * nrmse / (double)count;
+        sum.relative += relative / (double)count;
+    }
+    p->loss = (ibl_pixel_error){sqrt(sum.nrmse), sum.relative};
+}
+
 /* Records the stage times from the sidecar of a bake of ours, if it wrote one,
  * and the rest of its wall_s outside all stages. */
 static bool record_stages(const ibl_bench *b, ibl_bench_point *p, int round,
@@ -102,6 +132,7 @@ static bool record_stages(const ibl_bench *b, ibl_bench_point *p, int round,
 
     snprintf(path, sizeof path, "%s/bake.json", p->directory);
     json_t *root = ibl_json_load(path, 0, &why);
+    note_loss(p, root);
     json_t *seconds =
         json_object_get(json_object_get(root, "timings"), "seconds");
     json_object_foreach(seconds, name, value)

@@ -13,7 +13,8 @@
 
 const char *const ibl_bench_method_names[] = {"auto", "spectral", "sampled",
                                               "sampled-nomip", NULL};
-const char *const ibl_bench_kind_names[] = {"bake", "variant", "peer"};
+const char *const ibl_bench_kind_names[] = {"bake", "variant", "format",
+                                            "peer"};
 static const char *const isa_names[] = {"c", "sse2", "avx2", "avx512", NULL};
 
 bool ibl_bench_takes_samples(int method)
@@ -152,6 +153,9 @@ static const ibl_option sweep[] = {
     {"variant", 0, NAMED(variants, "NAME=OPTIONS"),
      .allowed = "a name, = and options; up to 16 times", .standard = "none",
      .help = "also the base bake with these options added"},
+    {"formats", 0, IBL_FLAG(formats),
+     .help = "also the base bake in every pixel format and quality, without "
+             "and with --zstd 19: bytes, error and time"},
 };
 
 static const ibl_option peers[] = {

@@ -7,7 +7,12 @@
 #include "cli/bench.h"
 #include "cli/common_options.h"
 #include "cli/shell_words.h"
+#include "common/names.h"
 #include "common/text.h"
+
+enum {
+    FORMATS_ZSTD = 19 /* the highest that does without --ultra */
+};
 
 static bool no_memory(const ibl_bench *b)
 {
@@ -250,6 +255,42 @@ static bool plan_named(ibl_bench *b, ibl_bench_point p, ibl_bench_kind kind,
     return ok;
 }
 
+/* Plans a pixel format: in a quality, with a level of Zstandard. */
+static bool plan_format(ibl_bench *b, ibl_bench_point p, ibl_pixel pixel,
+                        ibl_quality quality, int zstd)
+{
+    const bool usual = quality == IBL_QUALITY_NORMAL;
+    char options[64];
+
+    p.kind = IBL_BENCH_FORMAT;
+    p.given = options;
+    snprintf(options, sizeof options, "--pixel %s --quality %s --zstd %d",
+             ibl_pixel_name(pixel), ibl_quality_name(quality), zstd);
+    snprintf(p.name, sizeof p.name, "%s%s%s%s", ibl_pixel_name(pixel),
+             usual ? "" : " ", usual ? "" : ibl_quality_name(quality),
+             zstd ? " zstd" : "");
+    if (!add_point(b, &p))
+        return false;
+    b->points[b->point_count - 1].given = "";
+    return true;
+}
+
+/* Plans every pixel format of cubes. ASTC's blocks are UASTC HDR's, of which
+ * each quality is measured. */
+static bool plan_formats(ibl_bench *b, ibl_bench_point p)
+{
+    bool ok = true;
+
+    for (ibl_pixel x = 0; ibl_pixel_names[x] && ok; x++) {
+        const bool each = ibl_pixel_block(x) > 1 && x != IBL_PIXEL_ASTC4X4HDR;
+        ok = plan_format(b, p, x, IBL_QUALITY_NORMAL, 0) &&
+             plan_format(b, p, x, IBL_QUALITY_NORMAL, FORMATS_ZSTD) &&
+             (!each || (plan_format(b, p, x, IBL_QUALITY_FAST, 0) &&
+                        plan_format(b, p, x, IBL_QUALITY_BEST, 0)));
+    }
+    return ok;
+}
+
 /* Plans all bakes of a source that is not resampled. */
 static bool plan_env(ibl_bench *b, int source)
 {
@@ -271,6 +312,7 @@ static bool plan_env(ibl_bench *b, int source)
             ok = add_point(b, &p);
         }
     ok = ok && plan_named(b, base, IBL_BENCH_VARIANT, &b->opts->variants);
+    ok = ok && (!b->opts->formats || plan_formats(b, base));
     for (int axis = 0; axis < IBL_BENCH_AXES; axis++)
         base.at[axis] = -1;
     return ok && plan_named(b, base, IBL_BENCH_PEER, &b->opts->peers);

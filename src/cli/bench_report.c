@@ -64,10 +64,15 @@ static json_t *point(const ibl_bench *b, const ibl_bench_point *p)
     put(&j, "peak_bytes",
         json_integer((json_int_t)p->series[IBL_BENCH_PEAK_BYTES].median));
     put(&j, "output_bytes", json_integer((json_int_t)p->output_bytes));
+    if (p->specular_bytes) {
+        put(&j, "specular_bytes", json_integer((json_int_t)p->specular_bytes));
+        put(&j, "pixel_error", ibl_json_pixel_error(&p->loss));
+    }
     put(&j, "stages_s", stages);
     if (p->judged) {
         put(&j, "error", json_real(p->error));
         put(&j, "worst_p95", json_real(p->worst_p95));
+        put(&j, "whole_error", json_real(p->whole_error));
         put(&j, "front", json_boolean(p->pareto));
         put(&j, "levels", json_incref(p->levels));
     }
@@ -150,6 +155,10 @@ static const struct {
     {"cpu_s", "cpu_s", "median"},
     {"peak_bytes", "peak_bytes", NULL},
     {"output_bytes", "output_bytes", NULL},
+    {"specular_bytes", "specular_bytes", NULL},
+    {"pixel_nrmse", "pixel_error", "nrmse"},
+    {"pixel_relative", "pixel_error", "relative"},
+    {"whole_error", "whole_error", NULL},
 };
 
 /* The columns for a level, after those for the stages and "front". */

@@ -109,6 +109,30 @@ static void print_stages(const ibl_bench *b, int env, int width, FILE *to)
     }
 }
 
+/* Bytes, error and time of the pixel formats. */
+static void print_formats(const ibl_bench *b, int env, int width, FILE *to)
+{
+    bool any = false;
+
+    for (int i = 0; i < b->point_count; i++) {
+        const ibl_bench_point *p = &b->points[i];
+        if (b->sources[p->source].env != env || p->kind != IBL_BENCH_FORMAT)
+            continue;
+        if (!any)
+            fprintf(to, "\n %-*s %9s %9s %9s %9s %9s\n", width, "formats", "KB",
+                    "format %", "mean %", "error %", "time ms");
+        any = true;
+        fprintf(to, " %-*s %9.1f %9.3g %9.3g", width, p->name,
+                1e-3 * (double)p->specular_bytes, 100 * p->loss.nrmse,
+                100 * p->loss.relative);
+        if (p->judged)
+            fprintf(to, " %9.3g", 100 * p->whole_error);
+        else
+            fprintf(to, " %9s", "");
+        fprintf(to, " %9.1f\n", 1e3 * p->series[IBL_BENCH_WALL_S].median);
+    }
+}
+
 void ibl_bench_print(const ibl_bench *b, FILE *to)
 {
     int width = 10;
@@ -130,8 +154,10 @@ void ibl_bench_print(const ibl_bench *b, FILE *to)
                 "quartiles", "CPU ms", "peak MiB", "error %", "p95 %",
                 b->opts->rendered ? "    drawn %" : "");
         for (int i = 0; i < b->point_count; i++)
-            if (b->sources[b->points[i].source].env == source->env)
+            if (b->sources[b->points[i].source].env == source->env &&
+                b->points[i].kind != IBL_BENCH_FORMAT)
                 print_point(&b->points[i], width, to);
+        print_formats(b, source->env, width, to);
         print_levels(b, source->env, width, to);
         print_stages(b, source->env, width, to);
     }
@@ -140,6 +166,12 @@ void ibl_bench_print(const ibl_bench *b, FILE *to)
           "their 95th percentiles of the\nrelative error. * no other method, "
           "count of samples, variant or peer is faster\nand better.\n",
           to);
+    if (b->opts->formats)
+        fputs(
+            "KB: of the specular cube, 1000 bytes; format, mean: nRMSE and "
+            "mean relative error\nby the pixel format alone, over its levels; "
+            "error: nRMSE of all its levels.\n",
+            to);
     if (b->opts->rendered)
         fputs("drawn: nRMSE of what a shader draws, the mean over F0 and "
               "roughness.\n",
