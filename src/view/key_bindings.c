@@ -141,7 +141,7 @@ static void take_picture(view_app *app, int step)
 static void print_errors(view_app *app, int step)
 {
     (void)step;
-    if (!view_report_print(app->renderer, &app->settings))
+    if (!view_report_print(app->renderer, &app->settings, app->set))
         view_app_notice(app, "no errors yet: compare (f)");
 }
 

@@ -17,7 +17,41 @@ static void print_error(double rmse)
         printf(" %7.4f", rmse);
 }
 
-bool view_report_print(const view_renderer *r, const view_settings *s)
+/* The expected error at a roughness; -1: unknown. */
+static double expected_at(const view_expected *e, const double *nrmse, double r)
+{
+    int i = 0;
+
+    if (nrmse[0] < 0 || r < e->roughness[0] || r > e->roughness[e->count - 1])
+        return -1;
+    while (i + 2 < e->count && r > e->roughness[i + 1])
+        i++;
+    const double low = e->roughness[i], high = e->roughness[i + 1];
+    const double t = (r - low) / fmax(high - low, 1e-9);
+    return e->count > 1 ? nrmse[i] + t * (nrmse[i + 1] - nrmse[i]) : nrmse[0];
+}
+
+static void print_expected(const view_settings *s, const view_sphere *spheres,
+                           const view_expected *e)
+{
+    static const ibl_lookup ways[VIEW_REFLECTIONS] = {
+        [VIEW_TABLE_LOBES] = IBL_LOOKUP_TABLE,
+        [VIEW_TWO_TAPS] = IBL_LOOKUP_TWO_TAPS};
+    const ibl_lookup way = ways[s->reflection];
+
+    if (!e->count || s->against != VIEW_REFERENCE ||
+        (way == IBL_LOOKUP_SPLIT && s->reflection != VIEW_SPLIT_SUM))
+        return;
+    for (int f = 0; f < 2; f++) {
+        printf("%20s", f ? "expected, F0 = 0.04" : "expected, F0 = 1");
+        for (int i = 0; i < s->columns; i++)
+            print_error(expected_at(e, e->nrmse[f][way], spheres[i].roughness));
+        putchar('\n');
+    }
+}
+
+bool view_report_print(const view_renderer *r, const view_settings *s,
+                       const baked_set *set)
 {
     double rmse[VIEW_MAX_GRID * VIEW_MAX_GRID];
     view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
@@ -41,6 +75,7 @@ bool view_report_print(const view_renderer *r, const view_settings *s)
             print_error(rmse[row * s->columns + i]);
         putchar('\n');
     }
+    print_expected(s, spheres, &set->expected);
     fflush(stdout);
     return true;
 }

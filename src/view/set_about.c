@@ -307,6 +307,30 @@ bool view_sidecar_lights(const json_t *root, baked_set *set)
     return true;
 }
 
+bool view_sidecar_expected(const json_t *root, baked_set *set)
+{
+    static const char *const ways[IBL_LOOKUP_COUNT] = {"split", "table",
+                                                       "two_taps"};
+    const json_t *all = json_object_get(root, "expected_rendered_error");
+    const json_t *at = json_object_get(all, "roughness");
+    const json_t *errors = json_object_get(all, "errors");
+    view_expected *e = &set->expected;
+    const size_t count = json_array_size(at);
+    bool ok =
+        count <= VIEW_EXPECTED && take_numbers(at, e->roughness, (int)count);
+
+    for (size_t f = 0; f < 2 && ok && count; f++)
+        for (size_t way = 0; way < IBL_LOOKUP_COUNT && ok; way++) {
+            const json_t *list =
+                json_object_get(json_array_get(errors, f), ways[way]);
+            e->nrmse[f][way][0] = -1;
+            ok = !list || take_numbers(list, e->nrmse[f][way], (int)count);
+        }
+    e->count = (int)count;
+    return ok ||
+           damaged(set->path[VIEW_SIDECAR], "its expected errors are not such");
+}
+
 /* Where it was for iblbake, or beside the sidecar. */
 bool view_sidecar_source(const json_t *root, baked_set *set)
 {

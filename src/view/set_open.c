@@ -304,6 +304,7 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
                     open_other(&o, VIEW_LOBES, NULL) &&
                     view_sidecar_sh(o.sidecar, set) &&
                     view_sidecar_lights(o.sidecar, set) &&
+                    view_sidecar_expected(o.sidecar, set) &&
                     view_sidecar_source(o.sidecar, set);
     json_decref(o.sidecar);
     if (ok && !set->texture[VIEW_LUT].data)

@@ -83,6 +83,8 @@ bool view_sidecar_sh(const json_t *root, baked_set *set);
 
 /* Reads the lights into set. */
 bool view_sidecar_lights(const json_t *root, baked_set *set);
+/* Reads the expected errors into set. */
+bool view_sidecar_expected(const json_t *root, baked_set *set);
 /* Finds the map of the set and stores it as set->source. False, with a message:
  * no memory. */
 bool view_sidecar_source(const json_t *root, baked_set *set);

@@ -62,7 +62,7 @@ static bool draw_picture(view_app *app)
     if (o->verbose && o->settings.mode == VIEW_SCENE)
         view_report_scene(view_renderer_stage(r), o->settings.probe_filter);
     if (!o->quiet)
-        view_report_print(r, &o->settings);
+        view_report_print(r, &o->settings, app->set);
     return write_picture(app) &&
            (!o->stats || view_stats_end(&app->stats, r, &o->settings));
 }
