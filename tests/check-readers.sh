@@ -34,6 +34,8 @@ is() {
 }
 ktx2='Khronos KTX2 texture'
 cube="$ktx2, 8 x 8, 6 faces, 4 mipmaps"
+is bc6h-cube8x4.ktx2 "$cube, BC6H_UFLOAT_BLOCK"
+is bc6h-cube8x4.dds 'Microsoft DirectDraw Surface (DDS): 8 x 8, DXGI format: BC6H_UF16'
 is rgba16f-cube8x4.ktx2 "$cube, R16G16B16A16_SFLOAT"
 is rgba32f-cube8x4.ktx2 "$cube, R32G32B32A32_SFLOAT"
 is rgb9e5-cube8x4.ktx2 "$cube, E5B9G9R9_UFLOAT_PACK32"

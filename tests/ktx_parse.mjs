@@ -7,8 +7,10 @@
  * KTXLoader, DDS with parse-dds (which knows rgba32f cubes with all levels
  * alone; the header of others is checked against Microsoft's numbers). The two
  * last do not know arrays: KTX arrays are taken apart here as the
- * specification says. The texels of FILE = PIXEL-SHAPE.EXT are compared with
- * PIXEL-SHAPE.raw.
+ * specification says. Zstandard is unpacked by three's decoder. UASTC HDR of
+ * one layer (others are made of odd bytes) is decoded by Basis Universal's
+ * transcoder and compared with NAME.half. The texels of FILE = PIXEL-SHAPE.EXT
+ * are compared with PIXEL-SHAPE.raw.
  * Prints a line for each file; the last line is "N passed, N failed".
  */
 import {readFileSync} from 'node:fs';
@@ -29,6 +31,23 @@ const three = name => import(pathToFileURL(
 const ktxParse = require('ktx-parse');
 const parseDds = require('parse-dds');
 const {KTXLoader} = await three('KTXLoader.js');
+const {ZSTDDecoder} = await three('../libs/zstddec.module.js');
+const zstd = new ZSTDDecoder();
+await zstd.init();
+
+/* A script for browsers, which require would take for a module. */
+async function loadBasis() {
+    const dir = path.join(modules, 'three/examples/jsm/libs/basis/');
+    const script = readFileSync(dir + 'basis_transcoder.js', 'utf8');
+    const make = new Function('require', '__dirname', '__filename',
+                              script + '; return BASIS;');
+    const basis = await make(require, dir, dir + 'x.js')(
+        {wasmBinary: readFileSync(dir + 'basis_transcoder.wasm')});
+    basis.initializeBasis();
+    return basis;
+}
+const basis = await loadBasis();
+const RGB_HALF = 24;
 
 /* SFLOAT samples are signed (0x40) floats (0x80) from -1 to 1. */
 const [one, minusOne] = [0x3F800000, 0xBF800000 | 0];
@@ -36,6 +55,7 @@ const floats = (channels, bits) => channels.map((c, i) =>
     [i * bits, bits - 1, c | 0xC0, minusOne, one]);
 const shared = [0, 1, 2].flatMap(c => [
     [9 * c, 8, c, 0, 8448], [27, 4, c | 0x20, 15, 31]]);
+const block = (type, lower) => [[0, 127, type, lower, one]];
 const small = [[0, 10, 0x80, 0, one], [11, 10, 0x81, 0, one],
                [22, 9, 0x82, 0, one]];
 const pixels = {
@@ -47,6 +67,12 @@ const pixels = {
              samples: shared},
     r11g11b10f: {vk: 122, type: 4, bytes: 4, gl: 0x8C3A, glType: 0x8C3B,
                  dxgi: 26, samples: small},
+    bc6h: {vk: 143, type: 1, bytes: 16, gl: 0x8E8F, glType: 0, dxgi: 95,
+           edge: 4, model: 133, samples: block(0x80, 0)},
+    'uastc-hdr': {vk: 1000066000, type: 1, bytes: 16, edge: 4, model: 167,
+                  samples: block(0x80, 0)},
+    astc4x4hdr: {vk: 1000066000, type: 1, bytes: 16, gl: 0x93B0, glType: 0,
+                 edge: 4, model: 162, samples: block(0xC0, minusOne)},
     rg16f: {vk: 83, type: 2, bytes: 4, gl: 0x822F, glType: 0x140B, dxgi: 34,
             samples: floats([0, 1], 16)},
     rg32f: {vk: 103, type: 4, bytes: 8, gl: 0x8230, glType: 0x1406, dxgi: 16,
@@ -66,23 +92,52 @@ function sameBytes(what, got, want) {
 
 /* What the file's name promises. */
 function expected(file) {
-    const name = path.basename(file, path.extname(file));
+    const whole = path.basename(file, path.extname(file));
+    const name = whole.replace(/-zstd$/, '');
     const [, pixel, shape, size, levels, layers = 1] =
-        name.match(/^(\w+)-(cube|alpha|flat)(\d+)x(\d+)(?:x(\d+))?$/);
+        name.match(/^([\w-]+)-(cube|alpha|flat)(\d+)x(\d+)(?:x(\d+))?$/);
     const raw = readFileSync(path.join(path.dirname(file), name + '.raw'));
     const faces = shape === 'flat' ? 1 : 6;
     const images = [];
     let at = 0;
     for (let l = 0; l < levels; l++) {
         const edge = Math.max(size >> l, 1);
-        const bytes = edge * edge * pixels[pixel].bytes;
+        const blocks = Math.ceil(edge / (pixels[pixel].edge ?? 1));
+        const bytes = blocks * blocks * pixels[pixel].bytes;
         images.push({edge, bytes, faces: []}); // of all layers
         for (let f = 0; f < layers * faces; f++, at += bytes)
             images[l].faces.push(raw.subarray(at, at + bytes));
     }
     same('raw texels', raw.length, at);
     return {...pixels[pixel], pixel, size: +size, levels: +levels,
-            layers: +layers, faces, images, alpha: shape === 'alpha'};
+            layers: +layers, faces, images, alpha: shape === 'alpha',
+            packed: name !== whole,
+            half: path.join(path.dirname(file), name + '.half')};
+}
+
+/* Every texel, by another decoder. */
+function checkBasis(bytes, want) {
+    const k = new basis.KTX2File(new Uint8Array(bytes));
+    same('Basis', [k.isValid(), !!k.isHDR(), k.getWidth(), k.getFaces(),
+         k.getLevels(), k.getLayers(), k.startTranscoding()],
+         [true, true, want.size, want.faces, want.levels,
+          0, 1]);
+    const half = readFileSync(want.half);
+    let at = 0;
+    want.images.forEach((image, l) => {
+        const size = image.edge * image.edge * 6;
+        for (let f = 0; f < want.faces; f++, at += size) {
+            const got = new Uint8Array(
+                k.getImageTranscodedSizeInBytes(l, 0, f, RGB_HALF));
+            same(`level ${l}`, [got.length, k.transcodeImage(got, l, 0, f,
+                 RGB_HALF, 0, -1, -1)], [size, 1]);
+            sameBytes(`texels of level ${l} face ${f}`, got,
+                      half.subarray(at, at + size));
+        }
+    });
+    same('halves', half.length, at);
+    k.close();
+    k.delete();
 }
 
 function checkKtx2(bytes, want) {
@@ -94,17 +149,19 @@ function checkKtx2(bytes, want) {
     same('faces and levels', [k.faceCount, k.levelCount, k.levels.length],
          [want.faces, want.levels, want.levels]);
     same('supercompression', [k.supercompressionScheme, k.globalData],
-         [0, null]);
+         [want.packed ? 2 : 0, null]);
 
     same('descriptors', k.dataFormatDescriptor.length, 1);
     const d = k.dataFormatDescriptor[0];
     same('descriptor', [d.vendorId, d.descriptorType, d.versionNumber,
          d.colorModel, d.colorPrimaries, d.transferFunction, d.flags],
-         [0, 0, ktxParse.KHR_DF_VERSION, ktxParse.KHR_DF_MODEL_RGBSDA,
+         [0, 0, ktxParse.KHR_DF_VERSION,
+          want.model ?? ktxParse.KHR_DF_MODEL_RGBSDA,
           ktxParse.KHR_DF_PRIMARIES_BT709, ktxParse.KHR_DF_TRANSFER_LINEAR,
           want.alpha ? ktxParse.KHR_DF_FLAG_ALPHA_PREMULTIPLIED
                      : ktxParse.KHR_DF_FLAG_ALPHA_STRAIGHT]);
-    same('texel block', d.texelBlockDimension, [0, 0, 0, 0]);
+    const edge = (want.edge ?? 1) - 1;
+    same('texel block', d.texelBlockDimension, [edge, edge, 0, 0]);
     same('planes', d.bytesPlane, [want.bytes, 0, 0, 0, 0, 0, 0, 0]);
     same('samples', d.samples.map(s => [s.bitOffset, s.bitLength,
          s.channelType, s.sampleLower, s.sampleUpper]), want.samples);
@@ -123,14 +180,18 @@ function checkKtx2(bytes, want) {
     let end = Infinity; // the smallest level comes first
     k.levels.forEach((level, l) => {
         const at = level.levelData.byteOffset;
-        same(`level ${l}'s alignment`, at % Math.max(4, want.bytes), 0);
+        const align = want.packed ? 1 : Math.max(4, want.bytes);
+        same(`level ${l}'s alignment`, at % align, 0);
         same(`level ${l}'s place`, at < end, true);
         end = at;
-        same(`level ${l}'s size`, level.uncompressedByteLength,
-             level.levelData.byteLength);
-        sameBytes(`level ${l}`, level.levelData,
-                  Buffer.concat(want.images[l].faces));
+        const size = level.uncompressedByteLength;
+        const data = want.packed ? zstd.decode(level.levelData, size)
+                                 : level.levelData;
+        same(`level ${l}'s size`, size, data.byteLength);
+        sameBytes(`level ${l}`, data, Buffer.concat(want.images[l].faces));
     });
+    if (want.pixel === 'uastc-hdr' && want.layers === 1)
+        checkBasis(bytes, want);
     return `vkFormat ${k.vkFormat}`;
 }
 

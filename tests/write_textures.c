@@ -2,13 +2,16 @@
 /*
  * write_textures DIR: one file of every container, pixel format and shape,
  * for programs that others wrote to read. Beside each NAME.ktx2, NAME.ktx and
- * NAME.dds lies NAME.raw, the texels as ibl_texture has them. NAME is
- * PIXEL-SHAPE, SHAPE is cubeSIZExLEVELS, alphaSIZExLEVELS (a cube whose colours
- * are multiplied by alpha) or flatSIZEx1, or one of these with xLAYERS behind.
+ * NAME.dds lies NAME.raw, the texels as ibl_texture has them, beside blocks of
+ * them NAME.half, their R, G and B; NAME-zstd.ktx2 is NAME.ktx2 compressed.
+ * Containers that cannot hold a format are left out. NAME is PIXEL-SHAPE, SHAPE
+ * is cubeSIZExLEVELS, alphaSIZExLEVELS (a cube whose colours are multiplied by
+ * alpha) or flatSIZEx1, or one of these with xLAYERS behind.
  */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "ibl/io.h"
 #include "test.h"
@@ -32,22 +35,51 @@ static void fill(float *data, size_t count)
                       : (float)(i % 3) * 1e5f;
 }
 
+static void write_file(const ibl_texture *tex, ibl_container container,
+                       const char *path)
+{
+    void *bytes;
+    size_t size;
+    need(ibl_texture_encode(ctx, tex, container, &bytes, &size));
+    need(ibl_outputs_add(out, path, bytes, size));
+    ibl_bytes_free(bytes);
+}
+
+static void write_halves(const ibl_texture *tex, const char *path)
+{
+    ibl_texture plain = *tex;
+    plain.data = malloc(tex->bytes);
+    if (!plain.data)
+        exit(1);
+    memcpy(plain.data, tex->data, tex->bytes);
+    need(ibl_texture_unblock(ctx, &plain));
+    unsigned char *to = plain.data;
+    for (size_t i = 0; i < plain.bytes; i += 8, to += 6)
+        memmove(to, plain.data + i, 6);
+    need(ibl_outputs_add(out, path, plain.data, plain.bytes / 8 * 6));
+    ibl_bytes_free(plain.data);
+}
+
 static void write_all(const ibl_texture *tex, const char *dir,
                       const char *shape)
 {
+    ibl_texture packed = *tex;
     const char *pixel = ibl_pixel_name(tex->pixel);
     char path[1000];
     snprintf(path, sizeof path, "%s/%s-%s.raw", dir, pixel, shape);
     need(ibl_outputs_add(out, path, tex->data, tex->bytes));
     for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
-        void *bytes;
-        size_t size;
-        need(ibl_texture_encode(ctx, tex, c, &bytes, &size));
         snprintf(path, sizeof path, "%s/%s-%s.%s", dir, pixel, shape,
                  ibl_container_name(c));
-        need(ibl_outputs_add(out, path, bytes, size));
-        ibl_bytes_free(bytes);
+        if (ibl_container_holds(c, tex->pixel))
+            write_file(tex, c, path);
     }
+    packed.zstd = 9;
+    snprintf(path, sizeof path, "%s/%s-%s-zstd.ktx2", dir, pixel, shape);
+    write_file(&packed, IBL_CONTAINER_KTX2, path);
+    snprintf(path, sizeof path, "%s/%s-%s.half", dir, pixel, shape);
+    if (ibl_pixel_block(tex->pixel) > 1)
+        write_halves(tex, path);
     need(ibl_outputs_commit(out));
 }
 
@@ -79,7 +111,7 @@ static void write_cubes(const char *dir, int size, int levels)
     snprintf(shape, sizeof shape, "cube%dx%d", size, levels);
     need(ibl_cube_alloc(ctx, size, levels, &cube));
     fill(cube.data, 3 * ibl_cube_texels(size, levels));
-    for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_R11G11B10F; p++) {
+    for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_ASTC4X4HDR; p++) {
         ibl_texture tex;
         need(ibl_texture_from_cube(
             ctx, &cube,

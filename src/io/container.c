@@ -180,7 +180,7 @@ ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
             "damaged or cut short: face %d of level %d, layer %d, is at %llu, "
             "beyond the file's %zu bytes: copy or make it again",
             face, level, layer, (unsigned long long)place->at, in->size);
-    if (place->bottom_up && ibl_layout_edge(layout) > 1)
+    if (place->bottom_up && layout->block_edge > 1)
         return ibl_unsupported(in, "blocks of texels whose rows begin at the "
                                    "bottom: only those from the top are read");
     if (layout == &ibl_layouts[IBL_LAYOUT_BC6H_SIGNED]) {

@@ -51,7 +51,7 @@ static strip strip_of(const level *l, size_t i)
 
     return (strip){
         .data = l->data + image * l->image_bytes +
-                top / ibl_layout_edge(layout) * row_bytes,
+                top / (size_t)layout->block_edge * row_bytes,
         .texel = (image * l->height + top) * l->width,
         .rows = left < STRIP ? left : STRIP,
     };

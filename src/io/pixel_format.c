@@ -39,13 +39,13 @@ const ibl_layout ibl_layouts[IBL_LAYOUT_COUNT] = {
     /* .pixel, .block_bytes, .word_bytes, .vk, .dxgi, .d3d,
      * .gl_type, .gl_format, .gl_internal, .block_edge */
     [IBL_PIXEL_RGBA16F] = {IBL_PIXEL_RGBA16F, 8, 2, 97, 10, 113, 0x140B, 0x1908,
-                           0x881A},
+                           0x881A, 1},
     [IBL_PIXEL_RGBA32F] = {IBL_PIXEL_RGBA32F, 16, 4, 109, 2, 116, 0x1406,
-                           0x1908, 0x8814},
+                           0x1908, 0x8814, 1},
     [IBL_PIXEL_RGB9E5] = {IBL_PIXEL_RGB9E5, 4, 4, 123, 67, 0, 0x8C3E, 0x1907,
-                          0x8C3D},
+                          0x8C3D, 1},
     [IBL_PIXEL_R11G11B10F] = {IBL_PIXEL_R11G11B10F, 4, 4, 122, 26, 0, 0x8C3B,
-                              0x1907, 0x8C3A},
+                              0x1907, 0x8C3A, 1},
     [IBL_PIXEL_BC6H] = {IBL_PIXEL_BC6H, 16, 1, 143, 95, 0, 0, 0x1907, 0x8E8F,
                         4},
     /* Before ASTC, which has the same number in Vulkan: KTX2 tells them apart
@@ -55,13 +55,13 @@ const ibl_layout ibl_layouts[IBL_LAYOUT_COUNT] = {
     [IBL_PIXEL_ASTC4X4HDR] = {IBL_PIXEL_ASTC4X4HDR, 16, 1, 1000066000, 0, 0, 0,
                               0x1908, 0x93B0, 4},
     [IBL_PIXEL_RG16F] = {IBL_PIXEL_RG16F, 4, 2, 83, 34, 112, 0x140B, 0x8227,
-                         0x822F},
+                         0x822F, 1},
     [IBL_PIXEL_RG32F] = {IBL_PIXEL_RG32F, 8, 4, 103, 16, 115, 0x1406, 0x8227,
-                         0x8230},
+                         0x8230, 1},
     [IBL_LAYOUT_RGB16F] = {IBL_PIXEL_RGBA16F, 6, 2, 90, 0, 0, 0x140B, 0x1907,
-                           0x881B},
+                           0x881B, 1},
     [IBL_LAYOUT_RGB32F] = {IBL_PIXEL_RGBA32F, 12, 4, 106, 6, 0, 0x1406, 0x1907,
-                           0x8815},
+                           0x8815, 1},
     [IBL_LAYOUT_BC6H_SIGNED] = {IBL_PIXEL_RGBA16F, 16, 1, 144, 96, 0, 0, 0x1907,
                                 0x8E8E, 4},
 };
@@ -92,7 +92,7 @@ size_t ibl_pixel_bytes(ibl_pixel pixel)
 int ibl_pixel_block(ibl_pixel pixel)
 {
     assert(pixel < IBL_PIXEL_COUNT);
-    return (int)ibl_layout_edge(&ibl_layouts[pixel]);
+    return ibl_layouts[pixel].block_edge;
 }
 
 int ibl_pixel_channels(ibl_pixel pixel)

@@ -17,7 +17,7 @@ typedef struct ibl_layout {
     uint32_t dxgi;   /* DXGI_FORMAT */
     uint32_t d3d;    /* D3DFMT, stored in place of a FourCC */
     uint32_t gl_type, gl_format, gl_internal; /* 0: not in KTX 1.1 */
-    int block_edge; /* in texels; 0 is 1. Files then have no gl_type, and
+    int block_edge; /* in texels. If it is not 1, files have no gl_type, and
                        gl_format is the base format */
 } ibl_layout;
 
@@ -31,16 +31,10 @@ enum {
 /* Indexed by ibl_pixel; the formats that can only be read follow. */
 extern const ibl_layout ibl_layouts[IBL_LAYOUT_COUNT];
 
-/* Edge of a block in texels. */
-static inline size_t ibl_layout_edge(const ibl_layout *l)
-{
-    return l->block_edge ? (size_t)l->block_edge : 1;
-}
-
 /* Blocks along `texels` texels. */
 static inline size_t ibl_layout_blocks(const ibl_layout *l, size_t texels)
 {
-    const size_t edge = ibl_layout_edge(l);
+    const size_t edge = (size_t)l->block_edge;
     return (texels + edge - 1) / edge;
 }
 
