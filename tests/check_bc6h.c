@@ -245,7 +245,7 @@ static ibl_encode_blocks_fn *encoder(ibl_isa isa)
 }
 
 /* Weights of a texel's squared distance, as in bc6h_encode.c. */
-static void find_weights(const float t[3 * N], bool best, double weights[N])
+static void find_weights(const float t[3 * N], double weights[N])
 {
     double sizes[N], sum = 0;
     for (int i = 0; i < N; i++) {
@@ -256,8 +256,7 @@ static void find_weights(const float t[3 * N], bool best, double weights[N])
     }
     for (int i = 0; i < N; i++) {
         const double share = sizes[i] / (sum + 0x1p-28);
-        weights[i] =
-            (1 + (best ? 64 : 256) * share * share) / (sizes[i] + 0x1p-32);
+        weights[i] = (1 + 512 * share * share) / (sizes[i] + 0x1p-32);
     }
 }
 
@@ -276,7 +275,7 @@ static double texel_error(const float t[3 * N], const double *d, int i,
 static double error_of(const float t[3 * N], const double d[3 * N], bool best)
 {
     double weights[N], sum = 0;
-    find_weights(t, best, weights);
+    find_weights(t, weights);
     for (int i = 0; i < N; i++) {
         const double e = texel_error(t, d + 3 * i, i, weights);
         sum += best ? sqrt(e) : e;
@@ -289,7 +288,7 @@ static double error_of(const float t[3 * N], const double d[3 * N], bool best)
 static double flat_error(const float t[3 * N], bool best)
 {
     double weights[N], flat[3 * N], mean[3] = {0};
-    find_weights(t, best, weights);
+    find_weights(t, weights);
     for (int k = 0; k < (best ? 1000 : 1); k++) {
         double sum = 0, next[3] = {0};
         for (int i = 0; i < N; i++) {
@@ -452,6 +451,23 @@ TEST(never_worse_than_flat)
                       "kind %d, %s: %g, flat %g, lower quality %g", k % KINDS,
                       qualities[q], e, flat, worse);
         }
+    }
+}
+
+/* -0 is 0. */
+TEST(negative_zero)
+{
+    for (int q = 0; q < 3; q++) {
+        float t[3 * N];
+        double d[3 * N];
+        for (int i = 0; i < 3 * N; i++)
+            t[i] = i % 5 == 0 ? -0.0f : i % 5 == 1 ? 1 : 0;
+        round_trip(t, q, d);
+        const double e = relative(t, d);
+        for (int i = 0; i < 3 * N; i++)
+            t[i] += 0.0f;
+        round_trip(t, q, d);
+        CHECK(e == relative(t, d));
     }
 }
 

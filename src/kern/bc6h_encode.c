@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The encoder of BC6H. A candidate starts from the longest axis of a region's
- * texels, in the nearly logarithmic scale in which colours are mixed, once as
- * it is and stretched beyond the texels. Then indices and endpoints take turns:
- * nearest colours, least squares; the best quality also tries the neighbours of
- * each endpoint. The best candidate by its decoded texels wins.
+ * texels, in the nearly logarithmic scale in which colours are mixed. Then
+ * indices and endpoints take turns: nearest colours, least squares. The best
+ * quality also tries endpoints beyond the texels and the neighbours of each
+ * endpoint. The best candidate by its decoded texels wins.
  *
  * The error of a texel t that is decoded as d is, p being the texel's share of
  * sum |t|^2 in its block,
- *     e = |d - t|^2 / (|t|^2 + 2^-32) (1 + s p^2),   s = 256.
+ *     e = |d - t|^2 / (|t|^2 + 2^-32) (1 + SUN p^2).
  * Without the last factor that is what one sees after any exposure. With it a
  * sun keeps its light, which is most of the error of a whole level. The error
- * of a block is the sum of e; with the best quality that of their roots, with
- * s = 64, which makes mean relative errors 2 % less.
+ * of a block is the sum of e; with the best quality that of their roots, which
+ * makes mean relative errors 2 % less.
  */
 #include <float.h>
 #include <math.h>
@@ -24,6 +24,7 @@
 #include "kern/bc6h_fit.h"
 
 enum {
+    SUN = 512,
     N = IBL_BC6H_TEXELS,
     ALL = 0xFFFF /* texels, as a region */
 };
@@ -44,13 +45,12 @@ typedef struct effort {
     int descents;     /* rounds over the endpoints' neighbours */
     bool squeezed;    /* also tries modes that cannot hold the endpoints */
     bool roots;       /* of texels' errors */
-    float sun;        /* s of those errors */
 } effort;
 
 static const effort efforts[] = {
-    [IBL_QUALITY_FAST] = {.stretches = {1}, .sun = 256},
-    [IBL_QUALITY_NORMAL] = {{1, 1}, 1, 1, .sun = 256},
-    [IBL_QUALITY_BEST] = {{4, 4}, 8, 2, 3, true, true, 64},
+    [IBL_QUALITY_FAST] = {.stretches = {1}},
+    [IBL_QUALITY_NORMAL] = {{1, 1}, .partitions = 1, .refined = 1},
+    [IBL_QUALITY_BEST] = {{6, 4}, 8, 3, 4, true, true},
 };
 
 typedef struct search {
@@ -76,7 +76,7 @@ static float slope_of(float x)
     return fmaxf(ulp, 0x1p-24f) * (31 / 64.0f);
 }
 
-static void load_weights(ibl_bc6h_texels *t, float sun)
+static void load_weights(ibl_bc6h_texels *t)
 {
     float size[N], sum = 0;
     for (int i = 0; i < N; i++) {
@@ -86,7 +86,7 @@ static void load_weights(ibl_bc6h_texels *t, float sun)
     }
     const float share = 1 / (sum + 0x1p-28f);
     for (int i = 0; i < N; i++)
-        t->weight[i] = 1 / (size[i] + 0x1p-32f) + sun * size[i] * share * share;
+        t->weight[i] = 1 / (size[i] + 0x1p-32f) + SUN * size[i] * share * share;
 }
 
 static void load_channel(ibl_bc6h_texels *t, int c)
@@ -108,11 +108,11 @@ static void load_channel(ibl_bc6h_texels *t, int c)
     }
 }
 
-static void load(const float *rgb, float sun, ibl_bc6h_texels *t)
+static void load(const float *rgb, ibl_bc6h_texels *t)
 {
     for (int i = 0; i < 3 * N; i++)
-        t->rgb[i % 3][i / 3] = rgb[i];
-    load_weights(t, sun);
+        t->rgb[i % 3][i / 3] = rgb[i] + 0.0f; /* -0 becomes 0 */
+    load_weights(t);
     for (int c = 0; c < 3; c++)
         load_channel(t, c);
 }
@@ -537,39 +537,49 @@ static void try_flats(search *s)
 
 /* ---- blocks ------------------------------------------------------------ */
 
-/* Puts the lowest count bits of value at bit *at, which is then behind them. */
-static void put(unsigned char *block, int *at, int value, int count)
+typedef struct bits {
+    uint64_t words[2]; /* from the lowest bit on */
+    int at;
+} bits;
+
+/* Adds the lowest count bits of value, 1..16. */
+static void put(bits *b, int value, int count)
 {
-    for (int i = 0; i < count; i++, ++*at)
-        block[*at / 8] |= (unsigned char)((value >> i & 1) << *at % 8);
+    const uint64_t low = (uint64_t)value & ((1u << count) - 1);
+    const int at = b->at % 64;
+    b->words[b->at / 64] |= low << at;
+    if (at + count > 64)
+        b->words[1] |= low >> (64 - at);
+    b->at += count;
 }
 
-static void put_run(unsigned char *block, int *at, const candidate *x,
-                    ibl_bc6h_run run)
+static void put_run(bits *b, const candidate *x, const ibl_bc6h_run *run)
 {
-    const int e = run.value / 3, c = run.value % 3,
-              step = run.from <= run.to ? 1 : -1;
-    const int value =
-        e && x->mode->deltas ? x->q[e][c] - x->q[0][c] : x->q[e][c];
-    for (int i = run.from; i != run.to + step; i += step)
-        put(block, at, value >> i, 1);
+    const int e = run->value / 3, c = run->value % 3;
+    const int base = e && x->mode->deltas ? x->q[0][c] : 0;
+    const int value = x->q[e][c] - base;
+    if (run->from <= run->to)
+        put(b, value >> run->from, run->to - run->from + 1);
+    for (int i = run->from; i >= run->to && run->from > run->to; i--)
+        put(b, value >> i, 1);
 }
 
 static void write_block(const candidate *x, unsigned char *block)
 {
-    int at = 0;
-    memset(block, 0, IBL_BLOCK_BYTES);
-    put(block, &at, x->mode->number, x->mode->number < 2 ? 2 : 5);
-    const int header = at + ibl_bc6h_header_bits(x->mode);
-    for (const ibl_bc6h_run *run = x->mode->runs; at < header; run++)
-        put_run(block, &at, x, *run);
     const bool two = two_regions(x);
+    bits b = {{0}, 0};
+    put(&b, x->mode->number, x->mode->number < 2 ? 2 : 5);
+    const int header = b.at + ibl_bc6h_header_bits(x->mode);
+    for (const ibl_bc6h_run *run = x->mode->runs; b.at < header; run++)
+        put_run(&b, x, run);
     if (two)
-        put(block, &at, x->partition, 5);
+        put(&b, x->partition, 5);
     for (int i = 0; i < N; i++) {
         const bool anchor = i == 0 || (two && i == anchor_of(x, 1));
-        put(block, &at, x->index[i], (two ? 3 : 4) - anchor);
+        put(&b, x->index[i], (two ? 3 : 4) - anchor);
     }
+    for (int i = 0; i < IBL_BLOCK_BYTES; i++)
+        block[i] = (unsigned char)(b.words[i / 8] >> i % 8 * 8);
 }
 
 void ibl_bc6h_encode(const ibl_bc6h_fit *fit, const float *texels, size_t count,
@@ -577,7 +587,7 @@ void ibl_bc6h_encode(const ibl_bc6h_fit *fit, const float *texels, size_t count,
 {
     search s = {.fit = fit, .effort = &efforts[quality]};
     for (size_t i = 0; i < count; i++) {
-        load(texels + i * 3 * N, s.effort->sun, &s.t);
+        load(texels + i * 3 * N, &s.t);
         s.best.error = FLT_MAX;
         try_flats(&s);
         if (s.best.error > 0) {

@@ -83,21 +83,18 @@ static void sum_regions(const ibl_bc6h_texels *t, const float b[N],
     }
 }
 
-/* Sums of y and of its products over a region. */
-typedef struct moments {
-    float n, first[3], second[6]; /* xx yy zz xy xz yz */
-} moments;
+/* Sums over a region of 1, y and its products: x y z, xx yy zz xy xz yz. */
+enum {
+    SUMS = 10
+};
 
-static void add_texel(moments *m, const float y[3])
+static void add_texel(const ibl_bc6h_texels *t, int i, float sums[SUMS])
 {
-    m->n += 1;
-    for (int c = 0; c < 3; c++) {
-        m->first[c] += y[c];
-        m->second[c] += y[c] * y[c];
-    }
-    m->second[3] += y[0] * y[1];
-    m->second[4] += y[0] * y[2];
-    m->second[5] += y[1] * y[2];
+    const float x = t->y[0][i], y = t->y[1][i], z = t->y[2][i];
+    const float terms[SUMS] = {1,     x,     y,     z,     x * x,
+                               y * y, z * z, x * y, x * z, y * z};
+    for (int k = 0; k < SUMS; k++)
+        sums[k] += terms[k];
 }
 
 static void multiply(const float m[6], const float v[3], float out[3])
@@ -112,15 +109,15 @@ static void multiply(const float m[6], const float v[3], float out[3])
  * longest row of the covariances. What it does not explain is an error; of what
  * it does, even steps of 1/7 leave 1/49.
  */
-static float guess_region(const moments *s, float axis[3])
+static float guess_region(const float s[SUMS], float axis[3])
 {
-    const float scale = 1 / s->n;
+    const float scale = 1 / s[0];
     float m[6], v[3], w[3];
     for (int c = 0; c < 3; c++)
-        m[c] = s->second[c] - s->first[c] * s->first[c] * scale;
-    m[3] = s->second[3] - s->first[0] * s->first[1] * scale;
-    m[4] = s->second[4] - s->first[0] * s->first[2] * scale;
-    m[5] = s->second[5] - s->first[1] * s->first[2] * scale;
+        m[c] = s[4 + c] - s[1 + c] * s[1 + c] * scale;
+    m[3] = s[7] - s[1] * s[2] * scale;
+    m[4] = s[8] - s[1] * s[3] * scale;
+    m[5] = s[9] - s[2] * s[3] * scale;
     const float trace = m[0] + m[1] + m[2] + FLT_MIN, unit = 1 / trace;
     for (int i = 0; i < 6; i++)
         m[i] *= unit;
@@ -137,17 +134,22 @@ static float guess_region(const moments *s, float axis[3])
     return trace * (1 - along / length * (48 / 49.0f));
 }
 
+/* What the first region has is what the second has not. */
 static void guess(const ibl_bc6h_texels *t, ibl_bc6h_guesses *guesses)
 {
+    float all[SUMS] = {0};
+    for (int i = 0; i < N; i++)
+        add_texel(t, i, all);
     for (int p = 0; p < IBL_BC6H_PARTITIONS; p++) {
-        moments m[2] = {{0}};
-        float axis[3];
-        guesses->error[p] = 0;
+        float sums[2][SUMS] = {{0}}, axis[3];
         for (int i = 0; i < N; i++)
-            add_texel(&m[ibl_bc6h_partitions[p] >> i & 1],
-                      (float[]){t->y[0][i], t->y[1][i], t->y[2][i]});
+            if (ibl_bc6h_partitions[p] >> i & 1)
+                add_texel(t, i, sums[1]);
+        for (int k = 0; k < SUMS; k++)
+            sums[0][k] = all[k] - sums[1][k];
+        guesses->error[p] = 0;
         for (int r = 0; r < 2; r++) {
-            guesses->error[p] += guess_region(&m[r], axis);
+            guesses->error[p] += guess_region(sums[r], axis);
             for (int c = 0; c < 3; c++)
                 guesses->axis[r][c][p] = axis[c];
         }

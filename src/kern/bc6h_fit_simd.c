@@ -161,19 +161,16 @@ static void sum_regions(const ibl_bc6h_texels *t, const float b[N],
         sum_region(t, b, second, sums[1]);
 }
 
-typedef struct moments {
-    vf n, first[3], second[6]; /* as in bc6h_fit.c */
-} moments;
+enum {
+    SUMS = 10 /* as in bc6h_fit.c */
+};
 
-static inline void add_texel(moments *m, vi in, float x, float y, float z)
+static inline void terms_of(const ibl_bc6h_texels *t, int i, float terms[SUMS])
 {
-    const float first[3] = {x, y, z};
-    const float second[6] = {x * x, y * y, z * z, x * y, x * z, y * z};
-    m->n += vf_and(in, vf_all(1));
-    for (int c = 0; c < 3; c++)
-        m->first[c] += vf_and(in, vf_all(first[c]));
-    for (int c = 0; c < 6; c++)
-        m->second[c] += vf_and(in, vf_all(second[c]));
+    const float x = t->y[0][i], y = t->y[1][i], z = t->y[2][i];
+    const float all[SUMS] = {1,     x,     y,     z,     x * x,
+                             y * y, z * z, x * y, x * z, y * z};
+    memcpy(terms, all, sizeof all);
 }
 
 static inline void multiply(const vf m[6], const vf v[3], vf out[3])
@@ -188,15 +185,15 @@ static inline vf pick(vi y, vi z, vf a, vf b, vf c)
     return vf_either(z, c, vf_either(y, b, a));
 }
 
-static inline vf guess_region(const moments *s, vf axis[3])
+static inline vf guess_region(const vf s[SUMS], vf axis[3])
 {
-    const vf scale = vf_all(1) / s->n;
+    const vf scale = vf_all(1) / s[0];
     vf m[6], v[3], w[3];
     for (int c = 0; c < 3; c++)
-        m[c] = s->second[c] - s->first[c] * s->first[c] * scale;
-    m[3] = s->second[3] - s->first[0] * s->first[1] * scale;
-    m[4] = s->second[4] - s->first[0] * s->first[2] * scale;
-    m[5] = s->second[5] - s->first[1] * s->first[2] * scale;
+        m[c] = s[4 + c] - s[1 + c] * s[1 + c] * scale;
+    m[3] = s[7] - s[1] * s[2] * scale;
+    m[4] = s[8] - s[1] * s[3] * scale;
+    m[5] = s[9] - s[2] * s[3] * scale;
     const vf trace = m[0] + m[1] + m[2] + vf_all(FLT_MIN);
     const vf unit = vf_all(1) / trace;
     for (int i = 0; i < 6; i++)
@@ -225,20 +222,27 @@ static inline vi load_partitions(int p)
 
 static void guess(const ibl_bc6h_texels *t, ibl_bc6h_guesses *guesses)
 {
+    float terms[N][SUMS], all[SUMS] = {0};
+    for (int i = 0; i < N; i++) {
+        terms_of(t, i, terms[i]);
+        for (int k = 0; k < SUMS; k++)
+            all[k] += terms[i][k];
+    }
     for (int p = 0; p < IBL_BC6H_PARTITIONS; p += VF) {
         const vi partitions = load_partitions(p);
-        vf error = vf_all(0);
-        for (int r = 0; r < 2; r++) {
-            moments m = {0};
-            vf axis[3];
-            for (int i = 0; i < N; i++)
-                add_texel(&m, (partitions & 1 << i) == r << i, t->y[0][i],
-                          t->y[1][i], t->y[2][i]);
-            error += guess_region(&m, axis);
-            for (int c = 0; c < 3; c++)
-                vf_store(guesses->axis[r][c] + p, axis[c]);
+        vf first[SUMS], second[SUMS] = {{0}}, axis[2][3];
+        for (int i = 0; i < N; i++) {
+            const vi in = (partitions & 1 << i) != 0;
+            for (int k = 0; k < SUMS; k++)
+                second[k] += vf_and(in, vf_all(terms[i][k]));
         }
+        for (int k = 0; k < SUMS; k++)
+            first[k] = vf_all(all[k]) - second[k];
+        vf error = guess_region(first, axis[0]);
+        error += guess_region(second, axis[1]);
         vf_store(guesses->error + p, error);
+        for (int i = 0; i < 6; i++)
+            vf_store(guesses->axis[i / 3][i % 3] + p, axis[i / 3][i % 3]);
     }
 }
 
