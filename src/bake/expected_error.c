@@ -15,7 +15,7 @@
 #include "kern/brdf_quadrature.h"
 
 enum {
-    VIEWS = 6, /* Gauss-Legendre points of N.V */
+    VIEWS = 5, /* Gauss-Legendre points of N.V */
     MOST_ROUGHNESSES = 64,
     WAYS = IBL_LOOKUP_COUNT,
     APART = IBL_BANDS_DIRECTIONS,

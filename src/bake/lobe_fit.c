@@ -63,24 +63,53 @@ static void choose_angles(ibl_lobe_view *v, const ibl_true_lobe *lobe)
     v->step = (high - low) / (ANGLES - 1);
 }
 
+/* Four numbers, in one vector on most CPUs: those of points, or of the levels
+ * of the window. */
+typedef float four __attribute__((vector_size(16)));
+typedef int32_t four_bits __attribute__((vector_size(16)));
+
+_Static_assert(WINDOW == 4 && IBL_TRUE_LOBE_ANGLES % 4 == 0, "vectors of four");
+
+static four load(const float *p)
+{
+    four v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+/* ibl_lobe_place_of for four q. */
+static void places_of(four q, four_bits *row, four *t)
+{
+    const int first = (127 - IBL_LOBE_OCTAVES) << IBL_LOBE_BITS;
+    const int shift = 23 - IBL_LOBE_BITS;
+    const four_bits bits = (four_bits)(q + 1.0f / (1 << IBL_LOBE_OCTAVES));
+    *row = ((bits >> shift) - first) * IBL_LOBE_SLOTS;
+    *t = __builtin_convertvector(bits & ((1 << shift) - 1), four) *
+         (1.0f / (1 << shift));
+}
+
 /* Products of the points with the levels of the window about the direction
  * (x, 0, z). */
 static void add_points(const ibl_lobe_view *v, const ibl_true_lobe *lobe,
                        float x, float z, float sum[2][WINDOW])
 {
     const float *table = v->kernels->point + v->base;
-    for (int i = 0; i < lobe->count; i++) {
-        const float dx = lobe->x[i] - x, dz = lobe->z[i] - z;
-        const float square = dx * dx + lobe->y[i] * lobe->y[i] + dz * dz;
-        const ibl_lobe_place p = ibl_lobe_place_of(0.25f * square);
-        const float *low = table + p.row, *high = low + IBL_LOBE_SLOTS;
-        const float a = lobe->share[0][i], b = lobe->share[1][i];
-        for (int l = 0; l < WINDOW; l++) {
-            const float k = low[l] + p.t * (high[l] - low[l]);
-            sum[0][l] += a * k;
-            sum[1][l] += b * k;
+    four total[2] = {{0}};
+    for (int i = 0; i < lobe->count; i += 4) {
+        const four dx = load(lobe->x + i) - x, dz = load(lobe->z + i) - z;
+        const four y = load(lobe->y + i);
+        four_bits row;
+        four t;
+        places_of(0.25f * (dx * dx + y * y + dz * dz), &row, &t);
+        for (int k = 0; k < 4; k++) {
+            const float *low = table + row[k];
+            const four at = load(low), next = load(low + IBL_LOBE_SLOTS);
+            const four value = at + t[k] * (next - at);
+            total[0] += lobe->share[0][i + k] * value;
+            total[1] += lobe->share[1][i + k] * value;
         }
     }
+    memcpy(sum, total, sizeof total);
 }
 
 static void add_diffuse(const ibl_lobe_view *v, const ibl_true_lobe *lobe,
@@ -109,7 +138,7 @@ void ibl_lobe_view_make(const ibl_lobe_kernels *k,
     choose_angles(v, &lobe);
     for (int i = 0; i < ANGLES; i++) {
         const double angle = v->first + i * v->step;
-        float sum[2][WINDOW] = {{0}};
+        float sum[2][WINDOW];
         add_points(v, &lobe, (float)sin(angle), (float)cos(angle), sum);
         for (int l = 0; l < WINDOW; l++) {
             v->h[0][l][i] = (double)sum[0][l];

@@ -76,6 +76,13 @@ void ibl_lobe_blur(const ibl_specular_layout *layout, int level, double *k)
         k[l] = exp(-0.5 * variance * l * (l + 1));
 }
 
+/* GGX falls as e^(-2 alpha l), and at the end as a cosine, as l^(-5/2): the
+ * degree beyond which the lobe of a roughness is below 1e-5. */
+static int degree_of(double r)
+{
+    return (int)fmin(DEGREE, 8 / (r * r) + 100);
+}
+
 static ibl_status fill_lobes(ibl_ctx *ctx, const ibl_lobe_kernels *out)
 {
     const ibl_specular_layout *layout = &out->layout;
@@ -85,11 +92,11 @@ static ibl_status fill_lobes(ibl_ctx *ctx, const ibl_lobe_kernels *out)
         const double r = a < layout->levels ? layout->roughness[a] : 1;
         const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, r * r);
         ibl_status status = IBL_OK;
+        const int end = r > 0 ? degree_of(r) : 0;
         if (r > 0)
-            status = ibl_lobe_coefficients(ctx, &shape, DEGREE, k);
-        else
-            for (int l = 0; l <= DEGREE; l++)
-                k[l] = 1;
+            status = ibl_lobe_coefficients(ctx, &shape, end, k);
+        for (int l = r > 0 ? end + 1 : 0; l <= DEGREE; l++)
+            k[l] = r > 0 ? 0 : 1;
         if (status)
             return status;
         if (a == layout->levels)

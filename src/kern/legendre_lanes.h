@@ -334,74 +334,124 @@ static inline vd look_at(vd exponent, vl done)
                      vd_power_of_two(vd_either((vl)(left < most), left, most)));
 }
 
-/*
- * Handles vector v if some of its rings do not matter yet at k = 0: runs along
- * k until all have joined, or to the end. A ring joins with the first block in
- * which it matters. False if none ever does.
- */
-static bool follow(struct work *w, int v, vd x2, struct scaled s)
-{
-    vd late_now = vd_all(0.0), late_last = late_now, at = vd_all(NEVER);
-    vl done = (vl)late_now;
-    vd look = look_at(s.exponent, done);
-    int from = NEVER, until = -1;
+/* A vector some of whose rings do not matter yet at k = 0. A ring joins with
+ * the first block in which it matters. */
+struct follower {
+    struct scaled s;
+    vd x2, late_now, late_last, at, look;
+    vl done;
+    int from, until;
+};
 
-    for (int b = 0; b < w->blocks; b++) {
-        const struct scaled begin = s;
-        for (int k = b * BLOCK; k < (b + 1) * BLOCK; k++)
-            recur(w, k, x2, &s.now, &s.last);
-        if (!vd_signs((vd)(vl)(vd_abs(s.now) >= look)))
-            continue;
-        s = normalised(s);
-        const vl in = (vl)(s.exponent >= vd_all(STARTS_AT)) & ~done;
-        done |= in;
-        look = look_at(s.exponent, done);
-        if (!vd_signs((vd)in))
-            continue;
-        const vd scale = vd_power_of_two(begin.exponent);
-        late_now = vd_either(in, begin.now * scale, late_now);
-        late_last = vd_either(in, begin.last * scale, late_last);
-        at = vd_either(in, vd_all(b), at);
-        from = from == NEVER ? b : from;
-        until = b;
-        if (!vd_signs((vd)~done))
-            break;
-    }
-    const vl first = (vl)(at == vd_all(0.0));
-    vd_store(w->now + v * VD, vd_only(first, late_now));
-    vd_store(w->last + v * VD, vd_only(first, late_last));
-    vd_store(w->late_now + v * VD, late_now);
-    vd_store(w->late_last + v * VD, late_last);
-    vd_store(w->block + v * VD, at);
-    w->from_block[v] = from;
-    w->until_block[v] = until;
-    return from != NEVER;
+static inline struct follower follower_of(struct scaled s, vd x2)
+{
+    const vd zero = vd_all(0.0);
+    return (struct follower){.s = s,
+                             .x2 = x2,
+                             .late_now = zero,
+                             .late_last = zero,
+                             .at = vd_all(NEVER),
+                             .look = look_at(s.exponent, (vl)zero),
+                             .done = (vl)zero,
+                             .from = NEVER,
+                             .until = -1};
 }
 
-/* Starts the chunk that begins with ring j: R_0 of the rings that matter at k =
- * 0, and the later start values of the other rings. Runs from the equator to
- * the pole and stops at the first vector whose rings never join: those nearer
- * to the pole do not join either. */
-static void start_chunk(struct work *w, int j)
+/* Lets rings join that matter after block b, which began with `begin`. */
+static inline void join(struct follower *f, struct scaled begin, int b)
+{
+    if (!vd_signs((vd)(vl)(vd_abs(f->s.now) >= f->look)))
+        return;
+    f->s = normalised(f->s);
+    const vl in = (vl)(f->s.exponent >= vd_all(STARTS_AT)) & ~f->done;
+    f->done |= in;
+    f->look = look_at(f->s.exponent, f->done);
+    if (!vd_signs((vd)in))
+        return;
+    const vd scale = vd_power_of_two(begin.exponent);
+    f->late_now = vd_either(in, begin.now * scale, f->late_now);
+    f->late_last = vd_either(in, begin.last * scale, f->late_last);
+    f->at = vd_either(in, vd_all(b), f->at);
+    f->from = f->from == NEVER ? b : f->from;
+    f->until = b;
+}
+
+static inline void keep(struct work *w, int v, const struct follower *f)
+{
+    const vl first = (vl)(f->at == vd_all(0.0));
+    vd_store(w->now + v * VD, vd_only(first, f->late_now));
+    vd_store(w->last + v * VD, vd_only(first, f->late_last));
+    vd_store(w->late_now + v * VD, f->late_now);
+    vd_store(w->late_last + v * VD, f->late_last);
+    vd_store(w->block + v * VD, f->at);
+    w->from_block[v] = f->from;
+    w->until_block[v] = f->until;
+}
+
+/* Runs two followers along k until all their rings have joined, or to the end:
+ * a step waits for the last one. */
+static inline void follow(const struct work *w, struct follower *f,
+                          struct follower *g)
+{
+    for (int b = 0; b < w->blocks; b++) {
+        const struct scaled begin = f->s, begin_g = g->s;
+        for (int k = b * BLOCK; k < (b + 1) * BLOCK; k++) {
+            recur(w, k, f->x2, &f->s.now, &f->s.last);
+            recur(w, k, g->x2, &g->s.now, &g->s.last);
+        }
+        join(f, begin, b);
+        join(g, begin_g, b);
+        if (!vd_signs((vd) ~(f->done & g->done)))
+            break;
+    }
+}
+
+/* Starts vectors v and v - 1, if that is a vector, by following them. Returns
+ * how many of them join. */
+static int start_pair(struct work *w, int j, int v)
+{
+    const int u = v > w->active ? v - 1 : v;
+    const double *x2 = w->rings->x2 + j;
+    struct follower f =
+        follower_of(at_first(w, j + v * VD), vd_load(x2 + v * VD));
+    struct follower g =
+        follower_of(at_first(w, j + u * VD), vd_load(x2 + u * VD));
+    follow(w, &f, &g);
+    keep(w, v, &f);
+    keep(w, u, &g);
+    return f.from == NEVER ? 0 : u < v && g.from != NEVER ? 2 : 1;
+}
+
+/* Pairs of rings in the chunk that begins with ring j. */
+static inline int ring_pairs(const struct work *w, int j)
 {
     const int left = w->rings->pairs - j;
+    return left < CHUNK ? left : CHUNK;
+}
+
+/* Starts the vectors active..vectors - 1 of the chunk that begins with ring j:
+ * R_0 of the rings that matter at k = 0, and the later start values of the
+ * other rings. Runs from the equator to the pole and stops at the first vector
+ * whose rings never join: those nearer to the pole do not join either. */
+static void start_chunk(struct work *w, int j)
+{
     const vd nothing = vd_all(STARTS_AT);
 
-    w->vectors = left < CHUNK ? (left + VD - 1) / VD : CHUNK_VECTORS;
-    w->active = 0;
-    for (int v = w->vectors - 1; v >= 0; v--) {
+    int v = w->vectors - 1;
+    for (; v >= w->active; v--) {
         const struct scaled s = at_first(w, j + v * VD);
-        if (!vd_signs((vd)(vl)(s.exponent < nothing))) {
-            vd_store(w->now + v * VD, s.now * vd_power_of_two(s.exponent));
-            vd_store(w->last + v * VD, vd_all(0.0));
-            w->from_block[v] = 0;
-            w->until_block[v] = 0;
-            continue;
-        }
-        if (!follow(w, v, vd_load(w->rings->x2 + j + v * VD), s)) {
-            w->active = v + 1;
+        if (vd_signs((vd)(vl)(s.exponent < nothing)))
             break;
-        }
+        vd_store(w->now + v * VD, s.now * vd_power_of_two(s.exponent));
+        vd_store(w->last + v * VD, vd_all(0.0));
+        w->from_block[v] = 0;
+        w->until_block[v] = 0;
+    }
+    while (v >= w->active) {
+        const int joined = start_pair(w, j, v);
+        if (joined < 2 && v - joined >= w->active)
+            w->active = v - joined + 1;
+        v -= 2;
     }
 }
 

@@ -45,7 +45,9 @@ static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
 {
     const ibl_legendre_rings *r = w->rings;
 
-    for (int v = w->active; v < w->vectors; v++) {
+    w->active = 0;
+    w->vectors = (ring_pairs(w, j) + VD - 1) / VD;
+    for (int v = 0; v < w->vectors; v++) {
         const int at = j + v * VD;
         const vd x = vd_load(r->x + at);
         const vd sine = vd_load(r->sine + at), weight = sine * sine;
@@ -229,9 +231,9 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
     fill_coefficients(&w);
     memset(w.sums, 0, (size_t)w.blocks * BLOCK * SUMS * sizeof *w.sums);
     for (int j = 0; j < o->rings->pairs; j += CHUNK) {
-        start_chunk(&w, j);
         gather_chunk(&w, j, f, stride);
         skip_zeros(&w);
+        start_chunk(&w, j);
         analyse_chunk(&w, j);
     }
     finish(&w, a);
@@ -443,6 +445,8 @@ static void synthesise(const ibl_legendre_order *o, const double *a,
     combine(&w, a, factor);
     fill_rows(&w);
     for (int j = 0; j < o->rings->pairs; j += CHUNK) {
+        w.active = 0;
+        w.vectors = (ring_pairs(&w, j) + VD - 1) / VD;
         start_chunk(&w, j);
         synthesise_chunk(&w, j, g, stride);
     }

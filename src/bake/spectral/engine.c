@@ -382,7 +382,9 @@ ibl_status ibl_spectral_finish(ibl_spectral *s)
         return status;
     find_unresolved(s);
     take_mean(s);
-    ibl_sht_power(&s->harmonics, s->power);
+    s->power[0] = 0;
+    for (int c = 0; c < 3; c++)
+        s->power[0] += pow(ibl_harmonics_at(&s->harmonics, 0)[2 * c], 2);
     free_reading(&s->reading);
     return IBL_OK;
 }
