@@ -73,6 +73,9 @@ test_every_way_to_bake() {
     bake scene/set.json -o baked --container ktx --pixel rgb9e5
     show a.png baked/index.json
     near captured.png a.png 4 1.2
+    bake scene/set.json -o baked --pixel bc6h --quality fast --zstd 1
+    show a.png baked/index.json
+    near captured.png a.png 24 2.4
     bake scene/set.json -o baked --pixel r11g11b10f --irradiance sh
     show a.png baked/index.json
     near captured.png a.png 16 6

@@ -344,13 +344,16 @@ static void bake(shade_set *s, double yaw)
 }
 
 /* To half a step of theirs: relative to the pixel for floats, to the
- * largest component for RGB9E5, of whatever is brightest here. */
+ * largest component for RGB9E5, of whatever is brightest here. Blocks to some
+ * percent. */
 TEST(near_in_all_formats)
 {
     static const double step[IBL_PIXEL_COUNT] = {
-        [IBL_PIXEL_RGBA16F] = 0x1p-11,   [IBL_PIXEL_RGBA32F] = 0,
-        [IBL_PIXEL_RGB9E5] = 0x1p-9,     [IBL_PIXEL_R11G11B10F] = 0x1p-6,
-        [IBL_PIXEL_RG16F] = 2 * 0x1p-11, [IBL_PIXEL_RG32F] = 0};
+        [IBL_PIXEL_RGBA16F] = 0x1p-11, [IBL_PIXEL_RGBA32F] = 0,
+        [IBL_PIXEL_RGB9E5] = 0x1p-9,   [IBL_PIXEL_R11G11B10F] = 0x1p-6,
+        [IBL_PIXEL_BC6H] = 0.1,        [IBL_PIXEL_UASTC_HDR] = 0.1,
+        [IBL_PIXEL_ASTC4X4HDR] = 0.1,  [IBL_PIXEL_RG16F] = 2 * 0x1p-11,
+        [IBL_PIXEL_RG32F] = 0};
 
     shade_begin(96, 96);
     bake(set, 0);

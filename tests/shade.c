@@ -82,6 +82,8 @@ void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut)
                  &(ibl_texel_options){.pixel = cubes,
                                       .overflow = IBL_OVERFLOW_SPREAD},
                  &t[VIEW_IRRADIANCE], NULL) &&
+             !ibl_texture_unblock(shade_ctx(), &t[VIEW_SPECULAR]) &&
+             !ibl_texture_unblock(shade_ctx(), &t[VIEW_IRRADIANCE]) &&
              !ibl_texture_from_lut(shade_ctx(), &s->lut, lut, &t[VIEW_LUT],
                                    NULL),
          "textures");
