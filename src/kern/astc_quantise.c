@@ -2,7 +2,6 @@
 #include "kern/astc_quantise.h"
 
 #include <float.h>
-#include <math.h>
 #include <string.h>
 
 #include "kern/astc_hdr_endpoints.h"
@@ -17,12 +16,15 @@ void ibl_astc_set_codes(int range, ibl_astc_codes *codes)
         codes->of[v] = IBL_ASTC_NO_CODE;
     for (int i = 0; i < levels; i++)
         codes->of[ibl_ise_endpoint(range, i)] = (short)i;
-    for (int v = 0, last = 0; v < 256; v++)
-        codes->below[v] =
-            (unsigned char)(last = codes->of[v] != IBL_ASTC_NO_CODE ? v : last);
-    for (int v = 255, last = 255; v >= 0; v--)
-        codes->above[v] =
-            (unsigned char)(last = codes->of[v] != IBL_ASTC_NO_CODE ? v : last);
+    /* Each range has 0 and 255. */
+    for (int v = 0, last = 0; v < 256; v++) {
+        last = codes->of[v] == IBL_ASTC_NO_CODE ? last : v;
+        codes->below[v] = (unsigned char)last;
+    }
+    for (int v = 255, last = 255; v >= 0; v--) {
+        last = codes->of[v] == IBL_ASTC_NO_CODE ? last : v;
+        codes->above[v] = (unsigned char)last;
+    }
 }
 
 void ibl_astc_solve(const ibl_astc_sums sums[3], float ends[2][3])
@@ -119,12 +121,17 @@ static int next(const filling *f, int i, int from, int up)
     return NONE;
 }
 
+/* The integer at or below v, of low to high. */
+static int whole(float v, int low, int high)
+{
+    const float from = (float)low, to = (float)high;
+    return low + (int)((v > from ? v < to ? v : to : from) - from);
+}
+
 /* Up to 2 n values of field i around v, NONE between them. */
 static void around(const filling *f, int i, float v, int n, int *values)
 {
-    const float low = (float)f->least[i], high = (float)f->most[i];
-    const float in = v < low ? low : v > high ? high : v;
-    int down = (int)(in - low) + f->least[i], up = down + 1;
+    int down = whole(v, f->least[i], f->most[i]), up = down + 1;
 
     for (int k = 0; k < n; k++) {
         values[2 * k] = down = next(f, i, down, 0);
@@ -169,12 +176,13 @@ static int major_of(const float end[3], const int origin[3])
 
 /* ---- both ends --------------------------------------------------------- */
 
-/* What both ends of a channel are to be, in steps of a form. */
+/* Both ends of a channel, in steps of a form, `unit` of q each: where the
+ * second one is to be, and of the first one where it is best for a second one
+ * of q = 0 and how that grows with it. */
 typedef struct pair {
     const ibl_astc_sums *sums;
     float end1, unit, inverse_unit, origin;
-    float at0,
-        slope; /* the best first end for a second one of 0, and with it */
+    float at0, slope;
 } pair;
 
 static pair pair_of(const ibl_astc_sums *s, float end1, float unit, int origin)
@@ -255,13 +263,13 @@ static int quantise_plain(const ibl_astc_sums sums[3], const float ends[2][3],
         const pair p = pair_of(&sums[c], ends[1][c], unit, origin[c]);
         const int most = IBL_ASTC_LARGEST >> (c == 2 ? 5 : 4),
                   flag = c == 2 ? 128 : 0;
+        const int at1 = whole((p.end1 + p.origin) * p.inverse_unit, 0, most);
         float least = FLT_MAX;
-        int mid = (int)((p.end1 + p.origin) / unit);
-        for (int e1 = mid - 4; e1 <= mid + 5; e1++) {
+        for (int e1 = at1 - 4; e1 <= at1 + 5; e1++) {
             if (e1 < 0 || e1 > most || codes[e1 | flag] == IBL_ASTC_NO_CODE)
                 continue;
-            const int at = (int)floorf(best_first(&p, end_q(&p, e1)));
-            for (int e0 = at - 3; e0 <= at + 4; e0++) {
+            const int at0 = whole(best_first(&p, end_q(&p, e1)), 0, most);
+            for (int e0 = at0 - 3; e0 <= at0 + 4; e0++) {
                 if (e0 < 0 || e0 > most || codes[e0 | flag] == IBL_ASTC_NO_CODE)
                     continue;
                 const float e = cost(p.sums, end_q(&p, e0), end_q(&p, e1));
@@ -370,7 +378,7 @@ int ibl_astc_quantise_scale(const ibl_astc_sums sums[3], const float ends[2][3],
     const int major = plain ? 3 : major_of(ends[1], origin);
     const int bits = form < 4 ? major << 2 | form : 12 | major;
     const float unit = (float)(16 << f.form->drop);
-    const int mid = (int)floorf((ends[1][0] - ends[0][0]) / unit);
+    const int mid = whole((ends[1][0] - ends[0][0]) / unit, 0, 255);
     channel channels[3];
     unsigned char byte[6];
     float least = FLT_MAX;
