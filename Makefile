@@ -216,8 +216,7 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 # Judges, as the program does. The library serves them, too.
 $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
-    disc_brdf.o faces.o judge.o judge_picks.o judged_map.o lookup.o rendered.o)
-$(BUILD)/tests/check_disc_brdf: $(BUILD)/obj/src/cli/disc_brdf.o
+    faces.o judge.o judge_picks.o judged_map.o lookup.o rendered.o)
 
 # Gives OpenEXRCore its memory.
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read

@@ -2,7 +2,6 @@
 /* The BRDF over a disc light, against sums over the disc. */
 #include <math.h>
 
-#include "cli/disc_brdf.h"
 #include "ibl/reference.h"
 #include "maps.h"
 #include "test.h"

@@ -180,8 +180,9 @@ TEST(lookup_between_levels)
 
 TEST(lods)
 {
-    const ibl_lod filament = {.mapping = IBL_ROUGHNESS_FILAMENT,
-                              .lod_scale = 5};
+    const ibl_lod filament = {.layout = {.levels = 6,
+                                         .mapping = IBL_ROUGHNESS_FILAMENT,
+                                         .lod_scale = 5}};
     const ibl_lod curve = {
         .count = 3, .roughness = {0.2, 0.4, 1}, .lod = {1, 2, 6}};
 
@@ -251,8 +252,9 @@ static bake *bake_of_size(ibl_ctx *ctx, ibl_image env, int size)
             .texels = cube->data};
     }
     b->files.count = LEVELS + 1;
-    b->files.lod =
-        (ibl_lod){.mapping = IBL_ROUGHNESS_LINEAR, .lod_scale = LEVELS - 1};
+    b->files.lod = (ibl_lod){.layout = {.levels = LEVELS,
+                                        .mapping = IBL_ROUGHNESS_LINEAR,
+                                        .lod_scale = LEVELS - 1}};
     return b;
 }
 
@@ -504,7 +506,7 @@ static void as_expected(map_kind kind, double chance)
     b->files.lut = (ibl_lut){0}; /* exact */
     b->files.lobes = table.data;
     b->files.lobe_size = table.size;
-    b->files.lod.mapping = IBL_ROUGHNESS_FILAMENT;
+    b->files.lod.layout.mapping = IBL_ROUGHNESS_FILAMENT;
     o.directions = 400;
     o.roughness_count = 3;
     o.roughness[0] = 0.45;
@@ -574,7 +576,7 @@ TEST(damage_shows_in_its_part)
     CHECK(!memcmp(row.part, before.part, 2 * sizeof *row.part));
     CHECK(row.part[IBL_PART_TEXELS] > 3 * before.part[IBL_PART_TEXELS]);
 
-    b->files.lod.lod_scale *= 0.5;
+    b->files.lod.layout.lod_scale *= 0.5;
     row = *ibl_rendered_mean(rendered(b, IBL_SHADER_SPLIT, 48), 0);
     CHECK(row.part[IBL_PART_VIEW] == before.part[IBL_PART_VIEW]);
     CHECK(row.part[IBL_PART_LEVELS] > 1.5 * before.part[IBL_PART_LEVELS]);

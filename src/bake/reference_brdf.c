@@ -516,6 +516,23 @@ static ibl_status check_views(const ibl_reference *ref, const double *normals,
     return IBL_OK;
 }
 
+/* out: the caller's pointer for the results. */
+static ibl_status check(const sums *s, const void *out)
+{
+    const ibl_reference *ref = s->ref;
+    ibl_status status = ibl_reference_check(ref, s->count, s->normals, out);
+    if (!status)
+        status = ibl_reference_check(ref, s->count, s->views, s->roughness);
+    if (!status)
+        status =
+            check_roughness(ref, s->roughness, s->n, s->step ? s->count : 1);
+    if (!status)
+        status = ibl_reference_check_dirs(ref, s->normals, s->count);
+    if (!status)
+        status = ibl_reference_check_dirs(ref, s->views, s->count);
+    return status ? status : check_views(ref, s->normals, s->views, s->count);
+}
+
 ibl_status ibl_reference_brdf(const ibl_reference *ref, ibl_geometry geometry,
                               const double *roughness, int n,
                               const double *normals, const double *views,
@@ -530,20 +547,9 @@ ibl_status ibl_reference_brdf(const ibl_reference *ref, ibl_geometry geometry,
               .views = views,
               .count = count,
               .out = out};
-    ibl_status status = ibl_reference_check(ref, count, normals, out);
-
-    if (!status)
-        status = ibl_reference_check(ref, count, views, roughness);
+    ibl_status status = check(&s, out);
     if (!status)
         status = ibl_reference_check_geometry(ref->ctx, geometry);
-    if (!status)
-        status = check_roughness(ref, roughness, n, 1);
-    if (!status)
-        status = ibl_reference_check_dirs(ref, normals, count);
-    if (!status)
-        status = ibl_reference_check_dirs(ref, views, count);
-    if (!status)
-        status = check_views(ref, normals, views, count);
     return status ? status : run(&s);
 }
 
@@ -559,14 +565,7 @@ ibl_status ibl_reference_lobes(const ibl_reference *ref,
               .normals = dirs,
               .views = dirs,
               .count = count};
-    ibl_status status = ibl_reference_check(ref, count, dirs, rgb);
-
-    if (!status)
-        status = ibl_reference_check(ref, count, roughness, rgb);
-    if (!status)
-        status = check_roughness(ref, roughness, n, count);
-    if (!status)
-        status = ibl_reference_check_dirs(ref, dirs, count);
+    ibl_status status = check(&s, rgb);
     if (status)
         return status;
     s.out = ibl_alloc_array((size_t)n * count, SUMS * sizeof *s.out);

@@ -126,17 +126,10 @@ static double on_curve(const ibl_lod *lod, double r)
     return y[0] + fmin(fmax(t, 0), 1) * (y[1] - y[0]);
 }
 
-double ibl_mapping_x(ibl_roughness_map mapping, double r)
-{
-    return mapping == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
-}
-
 double ibl_lod_of(const ibl_lod *lod, double roughness)
 {
     if (lod->count == 1)
         return lod->lod[0];
-    return lod->count
-               ? on_curve(lod, roughness)
-               : ibl_mapping_x(lod->mapping, roughness) * lod->lod_scale +
-                     lod->lod_offset;
+    return lod->count ? on_curve(lod, roughness)
+                      : ibl_lod_of_roughness(&lod->layout, roughness);
 }

@@ -47,14 +47,11 @@ enum {
 
 /* The lod of a roughness. */
 typedef struct ibl_lod {
-    int count; /* points of a curve of straight lines; 0: by mapping */
+    int count; /* points of a curve of straight lines; 0: as of layout */
     double roughness[IBL_LOD_POINTS], lod[IBL_LOD_POINTS]; /* rising */
-    ibl_roughness_map mapping; /* lod = x lod_scale + lod_offset */
-    double lod_scale, lod_offset;
+    ibl_specular_layout layout;
 } ibl_lod;
 
-/* x of ibl_specular_layout. */
-double ibl_mapping_x(ibl_roughness_map mapping, double roughness);
 double ibl_lod_of(const ibl_lod *lod, double roughness);
 
 #endif

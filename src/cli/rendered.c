@@ -5,8 +5,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "cli/disc_brdf.h"
-
 const char *const ibl_shader_names[] = {"auto",  "split",    "bent", "fit",
                                         "table", "two-taps", NULL};
 const char *const ibl_part_names[] = {"view", "levels", "texels", "table"};

@@ -59,7 +59,7 @@ static bool parse_lod(void *field, const char *value)
 
     *l = (ibl_verify_lod){.given = 1};
     if (named >= 0) {
-        lod->mapping = (ibl_roughness_map)named;
+        lod->layout.mapping = (ibl_roughness_map)named;
         return true;
     }
     for (int k = 0; k < IBL_LOD_POINTS; k++, value = end + 1) {

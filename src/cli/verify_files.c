@@ -247,17 +247,18 @@ static bool find_roughness(const reader *r, const ibl_texture *tex, int levels,
                         r->path, who);
 }
 
-/* The lod that the levels of a mapping have. */
-static void set_lod(ibl_lod *lod, ibl_roughness_map map, double first,
+/* The lod that the levels of a mapping have; false: no levels have it. */
+static bool set_lod(ibl_lod *lod, ibl_roughness_map map, double first,
                     double last, int levels)
 {
-    const double low = ibl_mapping_x(map, first);
-    const double range = ibl_mapping_x(map, last) - low;
+    const ibl_specular_options o = {.size = IBL_MAX_CUBE_SIZE,
+                                    .levels = levels,
+                                    .mapping = map,
+                                    .roughness_min = first,
+                                    .roughness_max = last};
 
-    *lod = (ibl_lod){.mapping = map};
-    if (range > 0)
-        lod->lod_scale = (levels - 1) / range;
-    lod->lod_offset = -low * lod->lod_scale;
+    *lod = (ibl_lod){.count = 0};
+    return !ibl_specular_layout_of(&o, &lod->layout);
 }
 
 /* Sets the lod: that of the option, else of a mapping that is named, else the
@@ -271,21 +272,19 @@ static void find_lod(const reader *r, const ibl_texture *tex,
     const char *word = NULL;
     const int found = said(r, tex, "mapping", ibl_formula_names, &word);
 
-    if (o->lod.given && o->lod.lod.count) {
-        *lod = o->lod.lod;
-    } else if (o->lod.given) {
-        set_lod(lod, o->lod.lod.mapping, 0, 1, levels);
-    } else if (m->given && !m->count) {
-        set_lod(lod, m->map, 0, 1, levels);
-    } else if (!m->given && word && found >= 0) {
-        set_lod(lod, (ibl_roughness_map)found, roughness[0],
-                roughness[levels - 1], levels);
-    } else {
-        *lod = (ibl_lod){.count = levels};
-        for (int l = 0; l < levels; l++) {
-            lod->roughness[l] = roughness[l];
-            lod->lod[l] = l;
-        }
+    *lod = o->lod.lod;
+    if (o->lod.given && lod->count)
+        return;
+    if (o->lod.given ? set_lod(lod, lod->layout.mapping, 0, 1, levels)
+        : m->given   ? !m->count && set_lod(lod, m->map, 0, 1, levels)
+                     : word && found >= 0 &&
+                         set_lod(lod, (ibl_roughness_map)found, roughness[0],
+                                 roughness[levels - 1], levels))
+        return;
+    *lod = (ibl_lod){.count = levels};
+    for (int l = 0; l < levels; l++) {
+        lod->roughness[l] = roughness[l];
+        lod->lod[l] = l;
     }
 }
 

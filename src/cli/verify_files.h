@@ -23,7 +23,7 @@ typedef struct ibl_verify_map {
 /* The lod of a roughness as given by --lod. */
 typedef struct ibl_verify_lod {
     int given;   /* 0: use the files' */
-    ibl_lod lod; /* without scale and offset: those of the whole range */
+    ibl_lod lod; /* of layout only the mapping */
 } ibl_verify_lod;
 
 enum {

@@ -9,9 +9,10 @@
  * Cosines"), times the cosine of the axis. Written by the characteristic
  * polynomial and with nu = -1 / e3, both need only the root nu of a cubic.
  */
-#include "cli/disc_brdf.h"
-
 #include <math.h>
+
+#include "brdf/ggx.h"
+#include "ibl/ibl.h"
 
 static double dot(const double a[3], const double b[3])
 {
@@ -76,19 +77,7 @@ static double disc_d(double alpha, double radius, const angles *s)
     const double nu = cubic_root(m, n, k, 1 + t2);
 
     return sqrt((nu + a) * (nu + b)) / ((nu * nu + n) * nu + 2 * k) /
-           (M_PI * a2 * h2 * h2);
-}
-
-/* G / (4 N.L N.V) */
-static double visibility(ibl_geometry geometry, double alpha, double n_l,
-                         double n_v)
-{
-    const double a2 = alpha * alpha, k = alpha / 2;
-
-    if (geometry == IBL_GEOMETRY_SCHLICK_IBL)
-        return 0.25 / ((n_l * (1 - k) + k) * (n_v * (1 - k) + k));
-    return 0.5 / (n_l * sqrt(n_v * n_v * (1 - a2) + a2) +
-                  n_v * sqrt(n_l * n_l * (1 - a2) + a2));
+           (IBL_PI * a2 * h2 * h2);
 }
 
 /* N.L of a disc of which a part may be below the horizon. */
@@ -123,8 +112,10 @@ double ibl_disc_brdf(ibl_geometry geometry, double alpha, double f0,
     const double n_l = clipped(at.n_l, radius * (1 - share));
     if (n_l <= 0)
         return 0;
-    const double fresnel = f0 + (1 - f0) * pow(1 - at.v_h, 5);
+    const double fresnel = f0 + (1 - f0) * ibl_fresnel_weight(at.v_h);
+    const double visibility = geometry == IBL_GEOMETRY_SCHLICK_IBL
+                                  ? ibl_schlick_visibility(n_l, at.n_v, width)
+                                  : ibl_smith_visibility(n_l, at.n_v, width);
     return disc_d(width, radius, &middle) * (at.v_h / at.n_h) /
-           (middle.v_h / middle.n_h) * fresnel *
-           visibility(geometry, width, n_l, at.n_v) * n_l;
+           (middle.v_h / middle.n_h) * fresnel * visibility * n_l;
 }
