@@ -209,7 +209,11 @@ END
     rm -rf inc && iblbake probes -q a.json -o inc
     expect 'lamp hall (global)' b.json -o inc
     rm -rf inc && iblbake probes -q set.json -o inc --pixel bc6h --quality fast
+    [ "$(grep -c '"nrmse"' inc/index.json)" = 9 ] || echo 'errors not told'
     expect 'lamp hall (global)' set.json -o inc --pixel bc6h
+    edit set.json 's.probes.pop()' fewer.json
+    expect '' fewer.json -o inc --pixel bc6h
+    [ "$(grep -c '"nrmse"' inc/index.json)" = 6 ] || echo 'errors not kept'
     rm -rf inc && cp -a out inc
     expect '' set.json -o inc --container dds
     rm inc/*.ktx2

@@ -204,10 +204,19 @@ bool ibl_probes_hash_inputs(ibl_probes_bake *p);
  * another version is ignored: then everything is baked again. */
 bool ibl_probes_plan(ibl_probes_bake *p);
 
-/* The note of a baked layer; the caller must json_decref it, NULL: no memory.
- * Level 0 of sum is the overflow of all the layer's cubes and levels. */
+/* What the pixel format changes of a layer. */
+typedef struct ibl_probes_loss {
+    size_t values;             /* components above the largest value */
+    ibl_overflow_level beyond; /* over all cubes and levels */
+    bool blocks;               /* of texels: then the errors are known */
+    int levels;                /* of the specular cube */
+    ibl_pixel_error error[IBL_MAX_LEVELS];
+} ibl_probes_loss;
+
+/* The note of a baked layer; the caller must json_decref it, NULL: no
+ * memory. */
 json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
-                        const ibl_overflow_report *sum);
+                        const ibl_probes_loss *loss);
 
 /* The text of the index. The caller must free it; NULL: no memory. */
 char *ibl_probes_index_text(const ibl_probes_bake *p);

@@ -92,24 +92,28 @@ static bool take_texture(ibl_probes_bake *p, int kind, int layer,
     return ok;
 }
 
-/* Encodes a cube as a layer; adds its overflow to sum. Empty alpha means 1. */
+/* Encodes a cube as a layer; adds its overflow to loss, and of specular blocks
+ * the errors. Empty alpha means 1. */
 static bool take_cube(ibl_probes_bake *p, int kind, int layer,
                       const ibl_cube *cube, const ibl_cube *alpha,
-                      ibl_overflow_report *sum)
+                      ibl_probes_loss *loss)
 {
     const ibl_set_bake *b = &p->set.bake;
     ibl_overflow_report report = {0};
     ibl_texture tex = {0};
 
     ibl_console_progress(p->console, "texels", 0);
+    loss->blocks = ibl_pixel_block(b->texels.pixel) > 1;
     const bool ok =
         !ibl_texture_from_cube(p->ctx, cube, &b->texels, &tex, &report) &&
+        (!loss->blocks || kind != IBL_PROBES_SPECULAR ||
+         !ibl_texture_errors(p->ctx, &tex, cube, loss->error)) &&
         (!alpha->data || !ibl_texture_set_alpha(p->ctx, &tex, alpha)) &&
         take_texture(p, kind, layer, &tex);
     ibl_texture_free(&tex);
-    sum->values += report.values;
+    loss->values += report.values;
     for (int i = 0; i < cube->levels; i++)
-        ibl_overflow_add(&report.level[i], &sum->level[0]);
+        ibl_overflow_add(&report.level[i], &loss->beyond);
     return ok;
 }
 
@@ -120,7 +124,7 @@ static bool take_capture(ibl_probes_bake *p, int layer,
     const ibl_bake_result *alpha = &made[IBL_CAPTURE_ALPHA];
     const ibl_set_bake *b = &p->set.bake;
     ibl_set_entry *l = &p->set.entry[layer];
-    ibl_overflow_report sum = {0};
+    ibl_probes_loss loss = {.levels = colour->specular.levels};
     char name[512];
 
     l->alpha = alpha->specular.data != NULL;
@@ -131,15 +135,15 @@ static bool take_capture(ibl_probes_bake *p, int layer,
             "--pixel rgba16f or rgba32f, or --alpha ignore",
             p->opts->input, l->capture.place, ibl_pixel_name(b->texels.pixel));
     if (!take_cube(p, IBL_PROBES_SPECULAR, layer, &colour->specular,
-                   &alpha->specular, &sum) ||
+                   &alpha->specular, &loss) ||
         (b->options.irradiance &&
          !take_cube(p, IBL_PROBES_IRRADIANCE, layer, &colour->irradiance,
-                    &alpha->irradiance, &sum)))
+                    &alpha->irradiance, &loss)))
         return false;
     snprintf(name, sizeof name, "%s: %s", p->opts->input, l->capture.place);
     ibl_warn_of_overflow(p->console, name, b->texels.pixel, b->texels.overflow,
-                         &sum.level[0]);
-    l->note = ibl_probes_note(made, &sum);
+                         &loss.beyond);
+    l->note = ibl_probes_note(made, &loss);
     return l->note || ibl_probes_no_memory(p);
 }
 

@@ -141,7 +141,8 @@ static int find_twin(const ibl_probes_bake *p, int layer)
 static bool keep_note(const ibl_probes_bake *p, ibl_set_entry *e,
                       const json_t *was)
 {
-    static const char *const keys[] = {"saturated", "beyond", "sh", "alpha_sh"};
+    static const char *const keys[] = {"saturated", "beyond", "sh", "alpha_sh",
+                                       "pixel_error"};
 
     e->alpha = json_is_true(json_object_get(was, "alpha"));
     e->note = json_object();
@@ -207,14 +208,19 @@ static json_t *firsts(json_t *triples)
 }
 
 json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
-                        const ibl_overflow_report *sum)
+                        const ibl_probes_loss *loss)
 {
     const double *sh = made[IBL_CAPTURE_COLOUR].sh;
     const double *alpha = made[IBL_CAPTURE_ALPHA].sh;
-    json_t *note = json_pack("{sI}", "saturated", (json_int_t)sum->values);
+    json_t *note = json_pack("{sI}", "saturated", (json_int_t)loss->values);
+    json_t *errors = loss->blocks ? json_array() : NULL;
 
-    if (sum->level[0].texels)
-        put(&note, "beyond", ibl_json_overflow(&sum->level[0]));
+    if (loss->beyond.texels)
+        put(&note, "beyond", ibl_json_overflow(&loss->beyond));
+    for (int l = 0; l < loss->levels && loss->blocks; l++)
+        append(&errors, ibl_json_pixel_error(&loss->error[l]));
+    if (loss->blocks)
+        put(&note, "pixel_error", errors);
     if (sh)
         put(&note, "sh", ibl_json_harmonics(sh, IBL_PROBES_SH_DEGREE, true));
     if (alpha)
