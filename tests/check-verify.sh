@@ -784,7 +784,7 @@ test_rendered_not_finite() {
     wrong 1 '*nan.dds: holds values that are not finite*' $few env.exr out \
         --specular nan.dds
     lobes() { # HALF: every value of a lobe table
-        head -c 148 out/lobe_lut.dds && printf "$1%.0s" {1..256}
+        head -c 148 out/env_lobe_lut.dds && printf "$1%.0s" {1..256}
     }
     lobes '\377\377' >nan.dds
     wrong 1 '*nan.dds: holds*not finite*' $few env.exr out --lobe-table nan.dds
@@ -795,6 +795,9 @@ test_rendered_not_finite() {
 # As when another bake in the same directory has replaced the table.
 test_rendered_other_levels() {
     iblbake -q $small env.exr -o out
+    mv out/env_lobe_lut.ktx2 out/lobe_lut.ktx2
+    rm out/env.json
+    iblbake verify $few env.exr out | grep -q 'by table' || echo 'no table'
     iblbake -q --levels 4 --lobe-table prior --only lobe-table -o out
     iblbake verify $few env.exr out >table 2>err || cat err
     grep -q 'by split' table || cat table

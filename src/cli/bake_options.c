@@ -464,7 +464,9 @@ const ibl_command ibl_bake_command = {
         "roughness\n"
         "  DIR/lobe_lut.EXT         --lobe-table: where to look up reflections "
         "of any\n"
-        "                           view (NAME_lobe_lut.EXT if fitted to ENV)\n"
+        "                           view (NAME_lobe_lut.EXT if fitted to ENV "
+        "or of\n"
+        "                           other levels than the default ones)\n"
         "  DIR/NAME.json            spherical harmonics and what was done\n",
     .statuses = "0 done, 1 failed, 2 wrong usage",
     .sections = sections,

@@ -14,14 +14,25 @@
 #include "common/path.h"
 #include "common/text.h"
 
+/* Whether the lobe table is the one of the default levels. */
+static bool is_usual_table(const ibl_opts *o)
+{
+    const ibl_specular_options usual = ibl_specular_options_default();
+    ibl_specular_layout a, b;
+
+    return o->lobe_table == IBL_LOBES_PRIOR &&
+           !ibl_specular_layout_of(&usual, &a) &&
+           !ibl_specular_layout_of(&o->bake.specular_options, &b) &&
+           a.size == b.size && a.levels == b.levels && a.mapping == b.mapping &&
+           !memcmp(a.roughness, b.roughness, sizeof a.roughness);
+}
+
 /* Whether a file has the name of the environment and its own. The others are
  * the same for many environments, or the sidecar. */
 static bool is_own(const ibl_opts *o, ibl_output_kind kind)
 {
     return kind < IBL_OUTPUT_LUT ||
-           (kind == IBL_OUTPUT_LOBES &&
-            (o->lobe_table == IBL_LOBES_FITTED ||
-             o->bake.specular_options.mapping == IBL_ROUGHNESS_BEST));
+           (kind == IBL_OUTPUT_LOBES && o->input && !is_usual_table(o));
 }
 
 static char *make_path(const ibl_opts *o, ibl_output_kind kind)
