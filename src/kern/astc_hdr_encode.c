@@ -12,23 +12,23 @@
 #include "kern/astc_line.h"
 
 /* What is tried, of each kind of ways how many; of two subsets with how many
- * patterns. Ways of little use are tried where the error, rms of a texel, is
- * more than `far`. thrifty: files are to compress well. */
+ * patterns. Where the error, rms of a texel, is more than `far`, more ways of
+ * one mode are: files compress better if most blocks are stored alike. */
 typedef struct plan {
     ibl_astc_effort effort;
-    int direct, scale, patterns, two_scale, two_direct, refine_two, thrifty;
+    int direct, scale, patterns, two_scale, two_direct, refine_two;
     float far;
 } plan;
 static const plan plans[] = {
-    [IBL_QUALITY_FAST] = {{1, 1, 1}, 1, 0, 0, 0, 0, 0, 0, .05f},
-    [IBL_QUALITY_NORMAL] = {{1, 1, 2}, 2, 1, 1, 2, 1, 0, 1, .04f},
-    [IBL_QUALITY_BEST] = {{2, 2, 6}, 2, 1, 6, 3, 1, 1, 0, 0}};
+    [IBL_QUALITY_FAST] = {{1, 1, 1}, 1, 0, 0, 0, 0, 0, .05f},
+    [IBL_QUALITY_NORMAL] = {{1, 1, 2}, 1, 0, 1, 2, 1, 0, .03f},
+    [IBL_QUALITY_BEST] = {{2, 2, 6}, 2, 1, 6, 3, 1, 1, 0}};
 
 /* A block as it is stored. way < 0: one colour. */
 typedef struct trial {
     int way, pattern;
     ibl_astc_line lines[2];
-    float error; /* with the price */
+    float error;
 } trial;
 
 /* One colour is enough if it is nearly as good as halves are. */
@@ -44,15 +44,6 @@ static int is_far(const plan *p, const trial *best)
     return best->error > IBL_BLOCK_TEXELS * p->far * p->far;
 }
 
-/* What an error of a way counts times: the more blocks are stored alike, the
- * better they compress. These prices take 2 % of the bytes for 1 % of error. */
-static float price(const plan *p, const trial *best, int way)
-{
-    if (!p->thrifty || is_far(p, best) || way == IBL_ASTC_DIRECT_1)
-        return 1;
-    return way == IBL_ASTC_DIRECT_1 + 1 ? 2 : 1.2f;
-}
-
 /* Ways of one subset and one mode. */
 static void try_one(const ibl_astc_tables *tb, const plan *p,
                     const ibl_astc_texels *t, int from, int count, trial *best)
@@ -62,13 +53,12 @@ static void try_one(const ibl_astc_tables *tb, const plan *p,
     ibl_astc_find_line(tb, t, ibl_astc_ways[from].mode, ends);
     for (int k = 0; k < count; k++) {
         const ibl_astc_way *w = &ibl_astc_ways[from + k];
-        const float times = price(p, best, from + k);
         ibl_astc_line l;
         ibl_astc_fit_line(tb, t, w, &p->effort, ends, &l);
-        if (times * l.error < PROMISING * best->error)
+        if (l.error < PROMISING * best->error)
             ibl_astc_refine(tb, t, w, p->effort.passes, &l);
-        if (times * l.error < best->error) {
-            best->error = times * l.error;
+        if (l.error < best->error) {
+            best->error = l.error;
             best->way = from + k;
             best->lines[0] = l;
         }
@@ -89,18 +79,17 @@ static void try_two(const ibl_astc_tables *tb, const plan *p,
     }
     for (int k = 0; k < count; k++) {
         const ibl_astc_way *w = &ibl_astc_ways[from + k];
-        const float times = price(p, best, from + k);
         ibl_astc_line l[2];
         float error = 0;
         for (int s = 0; s < 2 && error < best->error; s++) {
             ibl_astc_fit_line(tb, &part[s], w, &p->effort, ends[s], &l[s]);
             if (p->refine_two)
                 ibl_astc_refine(tb, &part[s], w, p->effort.passes, &l[s]);
-            error += times * l[s].error;
+            error += l[s].error;
         }
         if (error < best->error)
             error = ibl_astc_both(
-                error, times * ibl_astc_error_as_bc6h(tb, w, pattern, part, l));
+                error, ibl_astc_error_as_bc6h(tb, w, pattern, part, l));
         if (error < best->error) {
             best->error = error;
             best->way = from + k;
