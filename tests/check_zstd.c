@@ -4,8 +4,10 @@
  * level by level; what is read is put together of frames that other writers may
  * leave, or that lie.
  */
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/time.h>
 #include <zstd.h>
 
 #include "files.h"
@@ -121,6 +123,33 @@ TEST(refused)
               IBL_ERR_ARGUMENT);
         CHECK(test_said(&kept, "Zstandard"));
     }
+}
+
+static ibl_ctx *cancelled;
+
+static void cancel(int signal)
+{
+    (void)signal;
+    ibl_ctx_cancel(cancelled);
+}
+
+/* Within a level, which takes seconds: no file of what is packed so far. */
+TEST(cancelled_inside)
+{
+    ibl_texture tex = make(IBL_PIXEL_RGBA32F, 1024, 1, 1, 1);
+    const struct itimerval soon = {.it_value = {.tv_usec = 50000}};
+    void *bytes = NULL;
+    size_t size;
+    for (size_t i = 0; i < tex.bytes; i++)
+        tex.data[i] &= 3;
+    tex.zstd = IBL_MAX_ZSTD;
+    cancelled = test_ctx(2, IBL_ISA_AUTO);
+    signal(SIGALRM, cancel);
+    NEED(!setitimer(ITIMER_REAL, &soon, NULL));
+    CHECK(ibl_texture_encode(cancelled, &tex, IBL_CONTAINER_KTX2, &bytes,
+                             &size) == IBL_ERR_CANCELLED);
+    CHECK(!bytes);
+    signal(SIGALRM, SIG_DFL);
 }
 
 /* ---- files of others --------------------------------------------------- */

@@ -75,6 +75,8 @@ ibl_status ibl_zstd_pack(ibl_ctx *ctx, const ibl_texture *tex,
     for (int l = 0; l < tex->levels; l++)
         p.at[l] = *packed + at[l];
     const ibl_status status = ibl_run(ctx, NULL, tex->levels, pack_job, &p);
+    if (!status && ibl_cancelled(ctx)) /* jobs may have stopped for it */
+        return IBL_ERR_CANCELLED;
     if (!status && p.failed)
         return ibl_no_memory(ctx, "Zstandard: take a lower level");
     return status;
