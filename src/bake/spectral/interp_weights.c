@@ -34,6 +34,7 @@ static double sample_place(int k)
     return k - IBL_TAPS_FIRST - 0.5;
 }
 
+/* Along a line a field of one degree has waves of all lengths above its own. */
 static void make_waves(const double *spectrum, int degree, double circle,
                        waves *s)
 {
@@ -45,8 +46,11 @@ static void make_waves(const double *spectrum, int degree, double circle,
             spectrum ? spectrum[l] : pow(10, -5.0 * l / degree);
         s->angle[i] = 2 * IBL_PI * l / circle;
         s->power[i] = amplitude * amplitude;
-        sum += s->power[i];
     }
+    for (int i = s->count - 2; i >= 0; i--)
+        s->power[i] += s->power[i + 1];
+    for (int i = 0; i < s->count; i++)
+        sum += s->power[i];
     for (int i = 0; i < s->count; i++)
         s->power[i] = sum > 0 ? s->power[i] / sum : 1.0 / s->count;
 }

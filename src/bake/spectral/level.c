@@ -41,7 +41,7 @@ struct level {
     double *field;            /* amplitude of the level in each degree */
     double margin;            /* see wanted_rms */
     double rms;               /* estimate of the error, absolute */
-    double around;            /* and as a share of the field around a texel */
+    double around;            /* and as a share of what is around a texel */
     ibl_point_lights *bright; /* NULL: no lights */
     ibl_ring_spectra spectra;
     ibl_ring_grid grid;
@@ -125,7 +125,7 @@ static void choose_grid(struct level *v)
 {
     static const double samples[] = {2, 2.25, 2.5, 3, 4, 5, 6, 8};
     const double wanted = fmax(wanted_rms(v), 0.25 * v->rms);
-    const double enough = 2 * v->rms / (mean_of(v->s) * v->s->scale);
+    const double mean = mean_of(v->s) * v->s->scale;
     double field = 0, left = 0;
 
     for (int l = 0; l <= v->degree; l++) {
@@ -140,10 +140,10 @@ static void choose_grid(struct level *v)
         while (v->columns < needed || v->columns < 2 * (v->degree + 1))
             v->columns *= 2;
         v->rings = GROUP * (int)ceil(needed / (2 * GROUP));
-        v->around =
-            2 * ibl_ring_grid_error(v->field, v->degree, v->rings, v->columns);
-        left = sqrt(field) * 0.5 * v->around;
-        if (left <= wanted || 0.5 * v->around <= enough)
+        left = sqrt(field) *
+               ibl_ring_grid_error(v->field, v->degree, v->rings, v->columns);
+        v->around = 2 * left / fmax(sqrt(field), mean);
+        if (left <= wanted || v->around * mean <= 4 * v->rms)
             break;
     }
     v->rms = 2 * v->rms / v->s->scale;
