@@ -646,18 +646,24 @@ TEST(finish)
 
 /* ---- blocks ------------------------------------------------------------- */
 
-/* Texels near a colour, or of any light. */
+/* Texels near a colour, of any light, or denormal. */
+static float astc_light(test_random *r, int kind)
+{
+    const double unit = test_random_unit(r);
+    const double light = kind == 0 ? 1 + unit
+                         : kind == 1
+                             ? ldexp(unit, test_random_below(r, 40) - 24)
+                             : ldexp(unit, -14);
+    return (float)light;
+}
+
 static size_t astc_blocks(ibl_isa isa, test_random *r, int n, void *out)
 {
     float *texels = kern_alloc((size_t)n * 48 * sizeof *texels, sizeof *texels);
     const ibl_quality quality = (ibl_quality)test_random_below(r, 3);
     ibl_astc_hdr_dsp dsp;
-    for (int i = 0; i < 48 * n; i++) {
-        const double light = i / 48 % 2
-                                 ? test_random_between(r, 1, 2)
-                                 : ldexp(1, test_random_below(r, 40) - 24);
-        texels[i] = (float)(light * test_random_between(r, 0, 1));
-    }
+    for (int i = 0; i < 48 * n; i++)
+        texels[i] = astc_light(r, i / 48 % 3);
     ibl_astc_hdr_dsp_init(&dsp, plain_or(isa));
     dsp.encode(texels, (size_t)n, quality, out);
     kern_free(texels);
