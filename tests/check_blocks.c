@@ -156,6 +156,29 @@ TEST(texels)
     }
 }
 
+/* OpenImageIO has the faces of a DDS cube below each other. */
+TEST(read_by_others)
+{
+    const ibl_cube cube = make_cube(10, 1);
+    const ibl_texture tex =
+        encode(ctx, &cube, IBL_PIXEL_BC6H, IBL_QUALITY_NORMAL);
+    const ibl_cube want = decode(&tex);
+    ibl_image got = {0};
+    size_t size;
+
+    file_need_oiio();
+    unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_DDS, &size);
+    NEED(file_save(file_path("b.dds"), b, size));
+    NEED(file_run("oiiotool b.dds --ch R,G,B -d half --fullpixels "
+                  "--compression none -o b.exr"));
+    NEED(!ibl_image_read(ctx, file_path("b.exr"),
+                         &(ibl_read_options){.part = -1, .any_aspect = 1}, &got,
+                         NULL));
+    test_image(got);
+    NEED(got.width == 10 && got.height == 60);
+    CHECK(!memcmp(got.data, want.data, cube_floats(&want) * sizeof(float)));
+}
+
 /* Beyond the edges blocks repeat the last texels: a cube of 4 whose texels do
  * so has the blocks of a smaller one. */
 TEST(edges)
