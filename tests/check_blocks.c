@@ -243,6 +243,20 @@ TEST(threads)
     }
 }
 
+TEST(qualities)
+{
+    const ibl_cube cube = make_cube(4, 1);
+    for (size_t p = 0; p < PIXELS; p++) {
+        ibl_texel_options opts = ibl_texel_options_default();
+        ibl_texture tex = {0};
+        opts.pixel = pixels[p];
+        opts.quality = IBL_QUALITY_BEST + 1;
+        CHECK(ibl_texture_from_cube(quiet, &cube, &opts, &tex, NULL) ==
+              IBL_ERR_ARGUMENT);
+        CHECK(!tex.data);
+    }
+}
+
 TEST(unblocked)
 {
     const ibl_cube cube = make_cube(37, 4);
@@ -300,6 +314,24 @@ TEST(errors)
                        0x1p-22);
             CHECK((error[l].nrmse > 0) == (p != IBL_PIXEL_RGBA32F));
         }
+    }
+}
+
+/* |t|^2 is a denormal float here, and |d - t|^2 / |t|^2 beyond all floats. */
+TEST(errors_of_the_dark)
+{
+    ibl_cube bright = cube_alloc(ctx, 4, 1), dark = cube_alloc(ctx, 4, 1);
+    ibl_pixel_error error[IBL_MAX_LEVELS];
+    for (size_t i = 0; i < 3 * ibl_cube_texels(4, 1); i++) {
+        bright.data[i] = 1;
+        dark.data[i] = 1e-20F;
+    }
+    const ibl_texture tex =
+        encode(ctx, &bright, IBL_PIXEL_RGBA32F, IBL_QUALITY_FAST);
+    for (ibl_isa isa = IBL_ISA_AUTO; isa <= IBL_ISA_C; isa++) {
+        NEED(!ibl_texture_errors(test_ctx(1, isa), &tex, &dark, error));
+        CHECK_NEAR(error->relative / 1e20, 1, 1e-5);
+        CHECK_NEAR(error->nrmse / 1e20, 1, 1e-5);
     }
 }
 

@@ -379,11 +379,12 @@ ibl_texel_options ibl_texel_options_default(void);
 
 /*
  * Cube or LUT to texture and back. A cube takes the 3-channel pixels, a LUT the
- * two 2-channel ones, else IBL_ERR_ARGUMENT. opts NULL: defaults. Texels of
- * blocks beyond the edge of a face repeat its last ones. report may be NULL;
- * *saturated, if not NULL, is the count of ibl_pixel_encode. If no component is
- * above the largest value, overflow has no effect and no cost; else spreading
- * uses 17 bytes of temporary memory for each texel of a level.
+ * two 2-channel ones, else IBL_ERR_ARGUMENT, as for an unknown quality. opts
+ * NULL: defaults. Texels of blocks beyond the edge of a face repeat its last
+ * ones. report may be NULL; *saturated, if not NULL, is the count of
+ * ibl_pixel_encode. If no component is above the largest value, overflow has no
+ * effect and no cost; else spreading uses 17 bytes of temporary memory for each
+ * texel of a level.
  * Decoding returns IBL_ERR_ARGUMENT for a texture of the other kind, and for an
  * array of more than one layer: ibl_texture_layer extracts one.
  */

@@ -217,6 +217,9 @@ ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
         status = check_pixel(ctx, o.pixel, 3, "a cube");
     if (status)
         return status;
+    if (o.quality > IBL_QUALITY_BEST)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "quality %d: must be 0 to %d",
+                        (int)o.quality, IBL_QUALITY_BEST);
     if (!tex)
         return ibl_missing(ctx, "ibl_texture_from_cube: tex");
     *tex = (ibl_texture){.pixel = o.pixel,

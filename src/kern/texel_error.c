@@ -21,7 +21,7 @@ void ibl_texel_error_add_c(const float *t, const float *d, size_t first,
         sums->wrong[lane] += (double)wrong;
         sums->truth[lane] += (double)truth;
         sums->relative[lane] +=
-            truth > 0 ? (double)sqrtf(wrong / truth) : wrong > 0;
+            truth > 0 ? (double)(sqrtf(wrong) / sqrtf(truth)) : wrong > 0;
         sums->count[lane]++;
     }
 }

@@ -44,7 +44,7 @@ static inline void add_texels(const float *t, const float *d, size_t lane,
     const vf off[] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
     const vf wrong = square(off), truth = square(a);
     const vi finite = truth < vf_all(INFINITY), black = truth <= zero;
-    const vf ratio = vf_sqrt(wrong / vf_either(black, one, truth));
+    const vf ratio = vf_sqrt(wrong) / vf_sqrt(vf_either(black, one, truth));
     const vf of_black = vf_either(wrong > zero, one, zero);
     add_lanes(sums->wrong + lane, vf_either(finite, wrong, zero));
     add_lanes(sums->truth + lane, vf_either(finite, truth, zero));
