@@ -691,6 +691,7 @@ set.json set.json -o bad|2|set.json: a second set *
 set.json -o bad --levels 9|1|--levels 9: a cube of size 16 has 1 to 5 levels
 set.json -o bad --pixel uastc-hdr --container dds|1|--pixel uastc-hdr: dds files cannot hold it: take --container ktx2
 set.json -o bad --zstd 1 --container dds|1|--zstd 1: dds files cannot hold it: take --container ktx2
+set.json -o bad --quality best|1|--quality best: rgba16f has none: it is for bc6h, uastc-hdr and astc4x4hdr
 set.json -o bad --alpha no|2|--alpha no: not a value *
 set.json -o bad --irradiance 0|2|--irradiance 0: not a value *
 self/index.json -o self|1|self/index.json: is both input and output: *

@@ -16,6 +16,31 @@ bool ibl_probes_no_memory(const ibl_probes_bake *p)
 
 /* ---- options ------------------------------------------------------------ */
 
+/* Whether the files can hold the texels, and the texels have the quality. */
+static bool check_texels(const ibl_probes_bake *p)
+{
+    const ibl_set_bake *b = &p->set.bake;
+    const ibl_texel_options *t = &b->texels;
+
+    if (b->zstd && b->container != IBL_CONTAINER_KTX2)
+        return ibl_console_fail(
+            p->console,
+            "--zstd %d: %s files cannot hold it: take --container ktx2",
+            b->zstd, ibl_container_name(b->container));
+    if (!ibl_container_holds(b->container, t->pixel))
+        return ibl_console_fail(p->console,
+                                "--pixel %s: %s files cannot hold it: take "
+                                "--container ktx2",
+                                ibl_pixel_name(t->pixel),
+                                ibl_container_name(b->container));
+    return ibl_pixel_block(t->pixel) > 1 || t->quality == IBL_QUALITY_NORMAL ||
+           ibl_console_fail(p->console,
+                            "--quality %s: %s has none: it is for bc6h, "
+                            "uastc-hdr and astc4x4hdr",
+                            ibl_quality_name(t->quality),
+                            ibl_pixel_name(t->pixel));
+}
+
 /* Completes the set's options by the command line's; finds the layout. */
 static bool find_options(ibl_probes_bake *p)
 {
@@ -31,17 +56,8 @@ static bool find_options(ibl_probes_bake *p)
             p->console, "--levels %d: a cube of size %d has 1 to %d levels",
             o->specular_options.levels, o->specular_options.size,
             ibl_most_levels(o->specular_options.size));
-    if (b->zstd && b->container != IBL_CONTAINER_KTX2)
-        return ibl_console_fail(
-            p->console,
-            "--zstd %d: %s files cannot hold it: take --container ktx2",
-            b->zstd, ibl_container_name(b->container));
-    if (!ibl_container_holds(b->container, b->texels.pixel))
-        return ibl_console_fail(p->console,
-                                "--pixel %s: %s files cannot hold it: take "
-                                "--container ktx2",
-                                ibl_pixel_name(b->texels.pixel),
-                                ibl_container_name(b->container));
+    if (!check_texels(p))
+        return false;
     ibl_warn_of_small_faces(p->console, &p->layout);
     return true;
 }
