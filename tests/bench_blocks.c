@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Our blocks beside a peer's: errors, sizes with Zstandard 19, processor time.
+ *
+ *     bench_blocks DIR NAME UASTC_SECONDS BC6H_SECONDS
+ *
+ * reads the cubes DIR/rgba32f_specular.ktx2 and, of the peer,
+ * DIR/peer_bc6h.ktx2 and DIR/peer_uastc-hdr.ktx2, which took it those seconds,
+ * prints a Markdown table, and writes DIR/blocks.ppm: what is around the
+ * brightest texel in levels 0 and 1, exact, in our BC6H and in the peer's, then
+ * |d - t| / |t| of both, white being 10 %.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "ibl/io.h"
+#include "test.h"
+
+enum {
+    TILE = 192,
+    TILES = 5,
+    ROWS = 2,
+    WIDTH = TILE * TILES
+};
+
+static const char *dir;
+static ibl_ctx *ctx; /* of one thread */
+static ibl_cube exact;
+
+static void must(bool good, const char *what)
+{
+    if (!good) {
+        fprintf(stderr, "bench_blocks: %s: %s\n", dir, what);
+        exit(1);
+    }
+}
+
+static void read_texture(const char *name, ibl_texture *tex)
+{
+    char path[4096];
+
+    snprintf(path, sizeof path, "%s/%s.ktx2", dir, name);
+    must(!ibl_texture_read(ctx, path, tex, NULL), name);
+}
+
+static void add_size(void *sum, const void *bytes, size_t size)
+{
+    (void)bytes;
+    *(size_t *)sum += size;
+}
+
+/* ---- table ------------------------------------------------------------- */
+
+/* The geometric mean of e to the peer's over the levels, and the largest. */
+static void tell_ratio(const double *e, const double *peer)
+{
+    double sum = 0, worst = 0;
+
+    for (int l = 0; l < exact.levels; l++) {
+        sum += log(e[2 * l] / peer[2 * l]);
+        worst = fmax(worst, e[2 * l] / peer[2 * l]);
+    }
+    printf(" %.2f (%.2f) |", exp(sum / exact.levels), worst);
+}
+
+static void tell(const char *name, ibl_texture *tex, double ms,
+                 const ibl_pixel_error *peer)
+{
+    ibl_pixel_error e[IBL_MAX_LEVELS];
+    size_t bytes = 0;
+
+    tex->zstd = 19;
+    must(!ibl_texture_errors(ctx, tex, &exact, e) &&
+             !ibl_texture_visit(ctx, tex, IBL_CONTAINER_KTX2, add_size, &bytes),
+         name);
+    printf("| %s | %.2f | %.1f |", name, ms / 1e3, (double)bytes / 1e3);
+    for (int l = 0; l < exact.levels; l++)
+        printf(" %.2f", 100 * e[l].nrmse);
+    printf(" |");
+    for (int l = 0; l < exact.levels; l++)
+        printf(" %.2f", 100 * e[l].relative);
+    printf(" |");
+    tell_ratio(&e[0].nrmse, &peer[0].nrmse);
+    tell_ratio(&e[0].relative, &peer[0].relative);
+    printf("\n");
+}
+
+/* Prints the rows of a format. Cubes of normal quality and of the peer. */
+static void compare(ibl_pixel pixel, const char *seconds, ibl_cube *ours,
+                    ibl_cube *theirs)
+{
+    const char *const names[] = {"fast", "normal", "best"};
+    ibl_texture peer = {0};
+    ibl_pixel_error e[IBL_MAX_LEVELS];
+    char name[64];
+
+    snprintf(name, sizeof name, "peer_%s", ibl_pixel_name(pixel));
+    read_texture(name, &peer);
+    must(!ibl_texture_errors(ctx, &peer, &exact, e) &&
+             !ibl_texture_to_cube(ctx, &peer, theirs),
+         name);
+    for (int q = 0; q < 3; q++) {
+        ibl_texel_options o = {.pixel = pixel, .quality = (ibl_quality)q};
+        ibl_texture tex = {0};
+        const double begin = test_ms(CLOCK_PROCESS_CPUTIME_ID);
+        must(!ibl_texture_from_cube(ctx, &exact, &o, &tex, NULL), "encoding");
+        const double ms = test_ms(CLOCK_PROCESS_CPUTIME_ID) - begin;
+        snprintf(name, sizeof name, "%s %s", ibl_pixel_name(pixel), names[q]);
+        tell(name, &tex, ms, e);
+        must(q != IBL_QUALITY_NORMAL || !ibl_texture_to_cube(ctx, &tex, ours),
+             name);
+        ibl_texture_free(&tex);
+    }
+    snprintf(name, sizeof name, "%s, peer", ibl_pixel_name(pixel));
+    tell(name, &peer, 1e3 * strtod(seconds, NULL), e);
+    ibl_texture_free(&peer);
+}
+
+/* ---- picture ----------------------------------------------------------- */
+
+static void put(double value, FILE *to)
+{
+    putc((int)(255 * fmin(value, 1) + 0.5), to);
+}
+
+/* A texel of a column. white: radiance that is shown at half the brightness. */
+static void put_texel(const ibl_cube *const cubes[3], size_t texel, int column,
+                      double white, FILE *to)
+{
+    const float *t = cubes[0]->data + 3 * texel;
+    const float *d = cubes[column < 3 ? column : column - 2]->data + 3 * texel;
+    double error = 0, all = 1e-30;
+
+    for (int c = 0; c < 3; c++) {
+        error += pow((double)d[c] - (double)t[c], 2);
+        all += pow((double)t[c], 2);
+    }
+    for (int c = 0; c < 3; c++)
+        put(column < 3 ? sqrt(d[c] / (d[c] + white)) : 10 * sqrt(error / all),
+            to);
+}
+
+/* Where a part of an edge begins that has `at` in its middle. */
+static int begin(int at, int part, int edge)
+{
+    const int from = at > part / 2 ? at - part / 2 : 0;
+
+    return from < edge - part ? from : edge - part;
+}
+
+/* A sixteenth of the face, the texel `most` of level 0 in its middle. */
+static void draw(const ibl_cube *const cubes[3], int most, FILE *to)
+{
+    const int n = exact.size, part = n / 4, face = most / (n * n);
+    const int left = begin(most % n, part, n);
+    const int top = begin(most / n % n, part, n);
+    const double white = cbrt((double)exact.data[3 * most + 1]);
+
+    fprintf(to, "P6 %d %d 255\n", TILES * TILE, ROWS * TILE);
+    for (int y = 0; y < ROWS * TILE; y++)
+        for (int x = 0; x < TILES * TILE; x++) {
+            const int l = y / TILE, edge = n >> l;
+            const int u = (left + x % TILE * part / TILE) >> l;
+            const int v = (top + y % TILE * part / TILE) >> l;
+            const int at = (face * edge + v) * edge + u;
+            put_texel(cubes, ibl_cube_texels(n, l) + (size_t)at, x / TILE,
+                      white, to);
+        }
+}
+
+int main(int argc, char **argv)
+{
+    ibl_texture tex = {0};
+    ibl_cube cubes[4] = {{0}};
+    char path[4096];
+    int most = 0;
+
+    if (argc != 5) {
+        fprintf(stderr, "usage: bench_blocks DIR NAME SECONDS SECONDS\n");
+        return 2;
+    }
+    dir = argv[1];
+    ctx = test_ctx(1, IBL_ISA_AUTO);
+    read_texture("rgba32f_specular", &tex);
+    must(!ibl_texture_to_cube(ctx, &tex, &exact), "no cube");
+    printf("| %s | s | kB | nRMSE of levels, %% | relative, %% | nRMSE to the "
+           "peer's | relative |\n|---|---|---|---|---|---|---|\n",
+           argv[2]);
+    compare(IBL_PIXEL_UASTC_HDR, argv[3], &cubes[2], &cubes[3]);
+    compare(IBL_PIXEL_BC6H, argv[4], &cubes[0], &cubes[1]);
+    printf("\n");
+
+    for (int i = 0; i < 6 * exact.size * exact.size; i++)
+        if (exact.data[3 * i + 1] > exact.data[3 * most + 1])
+            most = i;
+    snprintf(path, sizeof path, "%s/blocks.ppm", dir);
+    FILE *to = fopen(path, "wb");
+    must(to, path);
+    draw((const ibl_cube *[]){&exact, &cubes[0], &cubes[1]}, most, to);
+    must(!fclose(to), path);
+    return 0;
+}
