@@ -318,8 +318,9 @@ ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
     status = check_single(ctx, tex);
     if (!status)
         status = ibl_cube_alloc(ctx, tex->width, tex->levels, cube);
-    if (!status)
-        status = ibl_cube_texels_decode(ctx, tex, cube);
+    if (status)
+        return status;
+    status = ibl_cube_texels_decode(ctx, tex, cube);
     if (status)
         ibl_cube_free(cube);
     return status;
