@@ -460,10 +460,11 @@ typedef struct ibl_specular_report {
  * it leaves out and from the interpolation of its texels. The estimate is twice
  * that root mean square, relative to the texel as in ibl_relative_error, at the
  * 95th percentile over the texels. A level has as many degrees as keep it below
- * the tolerance. A warning reports a level where no number of degrees does, if
- * the tolerance is larger than the default. The estimate does not include the
- * integrals over single pixels and the rounding to a pixel format. Sampled
- * levels have no estimate.
+ * the tolerance, up to a limit: texels much darker than the mean, as between
+ * lamps on black at a roughness of .1, can be beyond it. A warning reports such
+ * a level if the tolerance is larger than the default. The estimate does not
+ * include the integrals over single pixels and the rounding to a pixel format.
+ * Sampled levels have no estimate.
  */
 ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
                                     const ibl_specular_options *opts,
