@@ -109,20 +109,25 @@ static void fill_decades(ibl_image *map, test_random *r)
 
 static void add_suns(ibl_image *map, test_random *r)
 {
-    for (int k = 1 + test_random_below(r, 4); k > 0; k--)
-        map_set(map, test_random_below(r, map->width),
-                test_random_below(r, map->height),
-                (float)(1e6 * test_random_unit(r)),
-                (float)(1e6 * test_random_unit(r)), 1e6f);
+    for (int k = 1 + test_random_below(r, 4); k > 0; k--) {
+        /* One draw per statement: C leaves the order of arguments open. */
+        const int x = test_random_below(r, map->width);
+        const int y = test_random_below(r, map->height);
+        const double red = 1e6 * test_random_unit(r);
+        const double green = 1e6 * test_random_unit(r);
+        map_set(map, x, y, (float)red, (float)green, 1e6f);
+    }
 }
 
 static void fill_smooth(ibl_image *map, test_random *r)
 {
     double lobes[3][3];
-    for (int k = 0; k < 3; k++)
-        truth_cube_direction(1, test_random_below(r, 6),
-                             test_random_unit(r) - 0.5,
-                             test_random_unit(r) - 0.5, lobes[k]);
+    for (int k = 0; k < 3; k++) {
+        const int face = test_random_below(r, 6);
+        const double x = test_random_unit(r) - 0.5;
+        const double y = test_random_unit(r) - 0.5;
+        truth_cube_direction(1, face, x, y, lobes[k]);
+    }
     for (int i = 0; i < map->width * map->height; i++) {
         double d[3];
         truth_latlong_direction(map->width, map->height, i % map->width,
