@@ -1,106 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* Runs a bake: reads, bakes and writes. Writes all files or none. */
+/* Runs a bake. Writes all files of all sets or none. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli/bake_record.h"
-#include "cli/console.h"
 #include "common/signals.h"
-
-/* ---- read and bake ---------------------------------------------------- */
-
-/* Moves the environment to the rest, or copies it for what shows all of it. */
-static bool copy_environment(ibl_bake *b)
-{
-    const ibl_image *env = &b->env;
-
-    if (!b->opts->bake.skybox && !b->opts->preview) {
-        b->rest = *env;
-        b->env = (ibl_image){0};
-        return true;
-    }
-    if (ibl_image_alloc(b->ctx, env->width, env->height, &b->rest))
-        return false;
-    memcpy(b->rest.data, env->data,
-           3 * sizeof *env->data * (size_t)env->width * (size_t)env->height);
-    return true;
-}
-
-static bool bake_skybox(ibl_bake *b, ibl_cube *skybox)
-{
-    const ibl_environment all = {.image = &b->env};
-    ibl_bake_options alone = ibl_bake_options_default();
-    ibl_bake_result made = {0};
-
-    if (!b->opts->bake.skybox)
-        return true;
-    alone.skybox = b->opts->bake.skybox;
-    alone.specular = alone.irradiance = 0;
-    alone.sh_degree = -1;
-    alone.yaw_deg = b->opts->bake.yaw_deg;
-    const bool ok = !ibl_bake_environment(b->ctx, &all, &alone, &made);
-    *skybox = made.skybox;
-    return ok;
-}
-
-/* The skybox of the environment, all else of what lights leave of it. */
-static bool bake_without_lights(ibl_bake *b)
-{
-    const ibl_environment rest = {.image = &b->rest};
-    ibl_bake_options others = b->opts->bake;
-    ibl_cube skybox = {0};
-
-    others.skybox = 0;
-    const bool ok =
-        bake_skybox(b, &skybox) && copy_environment(b) &&
-        !ibl_image_take_lights(b->ctx, &b->rest, others.yaw_deg,
-                               b->opts->lights, b->lights, &b->light_count) &&
-        !ibl_bake_environment(b->ctx, &rest, &others, &b->made);
-    b->made.skybox = skybox;
-    return ok;
-}
-
-/* Keeps the map in memory, for lights, --verify and --preview. */
-static bool bake_image(ibl_bake *b)
-{
-    const ibl_environment rows = {.image = &b->env};
-
-    if (ibl_image_read(b->ctx, b->opts->input, &b->opts->common.read, &b->env,
-                       &b->report))
-        return false;
-    b->width = b->env.width;
-    b->height = b->env.height;
-    if (b->opts->lights)
-        return bake_without_lights(b);
-    return !ibl_bake_environment(b->ctx, &rows, &b->opts->bake, &b->made);
-}
-
-static bool bake_source(ibl_bake *b)
-{
-    ibl_source *source = NULL;
-
-    if (ibl_source_open(b->ctx, b->opts->input, &b->opts->common.read, &source))
-        return false;
-    const ibl_environment rows = ibl_source_environment(source);
-    b->width = rows.width;
-    b->height = rows.height;
-    const bool ok =
-        !ibl_bake_environment(b->ctx, &rows, &b->opts->bake, &b->made);
-    b->report = *ibl_source_report(source);
-    ibl_source_close(source);
-    return ok;
-}
-
-static bool bake_environment(ibl_bake *b)
-{
-    if (!b->opts->input)
-        return true;
-    ibl_console_progress(b->console, "decode", 0);
-    return b->opts->lights || b->opts->verify || b->opts->preview
-               ? bake_image(b)
-               : bake_source(b);
-}
 
 /* ---- write ------------------------------------------------------------ */
 
@@ -295,10 +200,10 @@ static void log_summary(const ibl_bake *b)
 {
     if (b->opts->input)
         ibl_console_info(b->console, "read %s: %s, %d x %d, peak %.6g",
-                         b->opts->input, b->report.format, b->width, b->height,
-                         (double)b->report.peak);
-    for (int i = 0; i < b->light_count; i++)
-        log_light(b, &b->lights[i]);
+                         b->opts->input, b->from->report.format, b->from->width,
+                         b->from->height, (double)b->from->report.peak);
+    for (int i = 0; i < b->from->light_count; i++)
+        log_light(b, &b->from->lights[i]);
     for (int kind = 0; kind < IBL_OUTPUT_JSON; kind++) {
         const ibl_baked *file = &b->files[kind];
         char errors[64 + 16 * IBL_MAX_LEVELS];
@@ -317,41 +222,49 @@ static void log_summary(const ibl_bake *b)
             ibl_console_info(b->console, "wrote %s", others[i]);
 }
 
-static void free_bake(ibl_bake *b)
+static void free_set(ibl_bake *b)
 {
-    ibl_end_outputs(b->outputs);
     ibl_report_free(&b->judged);
-    ibl_judge_free(b->judge[0]);
-    ibl_judge_free(b->judge[1]);
-    ibl_image_free(&b->env);
-    ibl_image_free(&b->rest);
-    ibl_bake_result_free(&b->made);
     ibl_lut_free(&b->lut);
     ibl_lobe_table_free(&b->lobes);
     for (int i = 0; i < IBL_OUTPUT_COUNT; i++)
         free(b->files[i].path);
-    ibl_ctx_free(b->ctx);
+}
+
+/* Plans, bakes and writes all, but does not yet rename the files. */
+static bool make_set(ibl_bake *b)
+{
+    const ibl_opts *o = b->opts;
+
+    if (ibl_outputs_mkdir(b->outputs, o->directory) || !ibl_bake_plan(b) ||
+        !ibl_bake_source_make(b->from))
+        return false;
+    b->made = b->from->made;
+    return write_all(b) && (!o->verify || ibl_bake_judged(b));
 }
 
 int ibl_bake_run(const void *settings)
 {
     const ibl_opts *opts = settings;
     ibl_console console;
-    ibl_bake b = {.opts = opts, .console = &console};
+    ibl_bake_source from = {
+        .opts = opts, .console = &console, .bake = opts->bake};
+    ibl_bake b = {.opts = opts, .console = &console, .from = &from};
 
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
     ibl_signals_catch();
-    const bool ok = !ibl_start(&opts->common, &console, &b.ctx) &&
-                    !ibl_start_outputs(b.ctx, opts->sync, &b.outputs) &&
-                    !ibl_outputs_mkdir(b.outputs, opts->directory) &&
-                    ibl_targets_plan(&b) && bake_environment(&b) &&
-                    write_all(&b) && (!opts->verify || ibl_bake_judged(&b)) &&
+    const bool ok = !ibl_start(&opts->common, &console, &from.ctx) &&
+                    !ibl_start_outputs(from.ctx, opts->sync, &b.outputs) &&
+                    (b.ctx = from.ctx) && make_set(&b) &&
                     ibl_console_commit(&console, b.outputs);
     const int status = ibl_console_end(&console, ok);
     if (ok && opts->common.verbose) {
         log_summary(&b);
         ibl_console_print_times(&console);
     }
-    free_bake(&b);
+    ibl_end_outputs(b.outputs);
+    free_set(&b);
+    ibl_bake_source_free(&from);
+    ibl_ctx_free(from.ctx);
     return status;
 }

@@ -193,7 +193,7 @@ bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
     if (!is_table(kind))
         set(&s, "iblbake.yaw_deg", "%.9g", b->opts->bake.yaw_deg);
     if (ibl_bake_without_lights(b, kind))
-        set(&s, "iblbake.lights", "%d", b->light_count);
+        set(&s, "iblbake.lights", "%d", b->from->light_count);
     if (ibl_pixel_block(tex->pixel) > 1) {
         set(&s, "iblbake.pixel", "%s", ibl_pixel_name(tex->pixel));
         set(&s, "iblbake.quality", "%s",
@@ -232,11 +232,11 @@ static json_t *file_name(const ibl_bake *b, const char *name)
 
 static json_t *source(const ibl_bake *b)
 {
-    const ibl_read_report *r = &b->report;
+    const ibl_read_report *r = &b->from->report;
     return json_pack(
         "{so so si si sf sI sI sb sb}", "path", file_name(b, b->opts->input),
-        "format", ibl_json_string(r->format), "width", b->width, "height",
-        b->height, "peak", (double)r->peak, "nonfinite_pixels",
+        "format", ibl_json_string(r->format), "width", b->from->width, "height",
+        b->from->height, "peak", (double)r->peak, "nonfinite_pixels",
         (json_int_t)r->nonfinite, "negative_pixels", (json_int_t)r->negative,
         "low_range", r->low_range, "bridged", r->bridged);
 }
@@ -461,9 +461,10 @@ static json_t *spherical_harmonics(const ibl_bake *b)
 
 static void put_lights(const ibl_bake *b, json_t **root)
 {
-    put(root, "lights", ibl_lights_json(b->lights, b->light_count));
-    if (b->light_count)
-        put(root, "gltf", ibl_lights_gltf(b->lights, b->light_count));
+    put(root, "lights", ibl_lights_json(b->from->lights, b->from->light_count));
+    if (b->from->light_count)
+        put(root, "gltf",
+            ibl_lights_gltf(b->from->lights, b->from->light_count));
 }
 
 static const double expected_at[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 0.85, 1};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The state of one bake, and the functions with which bake.c plans, describes
- * and judges its files. */
+/* The state of a bake and of its sets of files, and the functions with which
+ * bake.c plans, describes and judges them. */
 #ifndef CLI_BAKE_RECORD_H
 #define CLI_BAKE_RECORD_H
 
@@ -50,23 +50,34 @@ typedef struct ibl_baked {
     ibl_pixel_error error[IBL_MAX_LEVELS]; /* of cubes */
 } ibl_baked;
 
+/* The environment of a bake, and what its sets of files are made from. */
+typedef struct ibl_bake_source {
+    const ibl_opts *opts; /* those that all sets have in common count */
+    ibl_console *console;
+    ibl_ctx *ctx;
+    ibl_bake_options bake; /* all that any set needs */
+    int width, height;     /* in pixels */
+    ibl_image env;         /* the environment, for --verify and --preview */
+    ibl_image rest;        /* the environment without lights, for --verify */
+    ibl_light lights[IBL_MAX_LIGHTS]; /* what was taken, the strongest first */
+    int light_count;
+    ibl_read_report report; /* of reading the environment */
+    ibl_judge *judge[2];    /* by env and by rest; NULL until --verify judges a
+                               cube by it */
+    ibl_bake_result made;   /* cubes and coefficients; empty if not wanted */
+} ibl_bake_source;
+
+/* A set of files of a bake. It owns its files' paths, tables and report. */
 typedef struct ibl_bake {
     const ibl_opts *opts;
     ibl_console *console;
     ibl_ctx *ctx;
     ibl_outputs *outputs;
-    int width, height; /* of the environment, in pixels */
-    ibl_image env;     /* the environment, for --verify and --preview */
-    ibl_image rest;    /* the environment without lights, for --verify */
-    ibl_light lights[IBL_MAX_LIGHTS]; /* what was taken, the strongest first */
-    int light_count;
-    ibl_read_report report; /* of reading the environment */
-    ibl_bake_result made;   /* cubes and coefficients; empty if not wanted */
+    ibl_bake_source *from;
+    ibl_bake_result made; /* its part of what the source has */
     ibl_lut lut;
     ibl_lobe_table lobes;            /* empty if not wanted */
     ibl_specular_layout lobe_layout; /* of the chain of the lobe table */
-    ibl_judge *judge[2];             /* by env and by rest; NULL until --verify
-                                        judges a cube by it */
     ibl_report judged;               /* empty without --verify */
     ibl_baked files[IBL_OUTPUT_COUNT];
 } ibl_bake;
@@ -80,6 +91,11 @@ void ibl_sampling_given(const ibl_opts *o, char text[IBL_SAMPLING_BYTES]);
 
 /* Runs the bake with settings, an ibl_opts; returns the exit status. */
 int ibl_bake_run(const void *settings);
+
+/* Reads the environment, if there is one, and bakes. ibl_bake_source_free is
+ * needed also after a failure. */
+bool ibl_bake_source_make(ibl_bake_source *s);
+void ibl_bake_source_free(ibl_bake_source *s);
 
 /* "spectral", "sampled", "mixed" (both), or "environment" if every level is the
  * environment itself. */
@@ -110,7 +126,7 @@ bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size);
 /* Sets the path of every wanted file; the output directory must exist. False,
  * after a message: a file cannot be written, or would replace the input or,
  * without --name, the outputs of another environment. */
-bool ibl_targets_plan(ibl_bake *b);
+bool ibl_bake_plan(ibl_bake *b);
 
 /* A rule "outputs: input" for make and ninja, without the input if it is
  * standard input. The caller must free the text; NULL: no memory. */

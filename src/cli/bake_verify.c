@@ -20,10 +20,10 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
     ibl_cube cube = {0};
 
     const bool rest = ibl_bake_without_lights(b, kind);
-    ibl_judge **judge = &b->judge[rest];
+    ibl_judge **judge = &b->from->judge[rest];
 
     if (!*judge)
-        *judge = ibl_judge_create(b->ctx, rest ? &b->rest : &b->env,
+        *judge = ibl_judge_create(b->ctx, rest ? &b->from->rest : &b->from->env,
                                   o->bake.yaw_deg, &o->judge);
     bool ok = *judge && !ibl_texture_to_cube(b->ctx, tex, &cube);
     for (int l = 0; l < tex->levels && ok; l++) {

@@ -188,11 +188,11 @@ static int list_panels(const ibl_bake *b, panel panels[MAX_PANELS])
     const ibl_bake_result *made = &b->made;
     int n = 0;
 
-    if (b->env.data) {
+    if (b->from->env.data) {
         panel *p = &panels[n++];
-        *p = (panel){.map = &b->env, .text = {"environment"}};
-        snprintf(p->text[1], sizeof p->text[1], "%d x %d", b->env.width,
-                 b->env.height);
+        *p = (panel){.map = &b->from->env, .text = {"environment"}};
+        snprintf(p->text[1], sizeof p->text[1], "%d x %d", b->from->env.width,
+                 b->from->env.height);
     }
     if (made->skybox.data)
         panels[n++] = (panel){.cube = &made->skybox, .text = {"skybox"}};
@@ -228,7 +228,8 @@ bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size)
 {
     panel panels[MAX_PANELS];
     const int count = list_panels(b, panels);
-    sheet s = {.exposure = b->env.data ? find_exposure(&b->env) : 1};
+    sheet s = {.exposure =
+                   b->from->env.data ? find_exposure(&b->from->env) : 1};
 
     if (!ibl_sheet_create(&s.on, count, 0))
         return false;

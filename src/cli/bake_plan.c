@@ -277,7 +277,7 @@ char *ibl_depfile_text(const ibl_bake *b)
     return ibl_memory_close(to, &file);
 }
 
-bool ibl_targets_plan(ibl_bake *b)
+bool ibl_bake_plan(ibl_bake *b)
 {
     const ibl_opts *o = b->opts;
     const char *named[IBL_OUTPUT_COUNT + 2]; /* paths that the depfile names */

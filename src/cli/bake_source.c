@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: MIT */
+/* Reads the environment and bakes all that the sets of files need of it. */
+#include <string.h>
+
+#include "cli/bake_record.h"
+
+/* Moves the environment to the rest, or copies it for what shows all of it. */
+static bool copy_environment(ibl_bake_source *s)
+{
+    const ibl_image *env = &s->env;
+
+    if (!s->bake.skybox && !s->opts->preview) {
+        s->rest = *env;
+        s->env = (ibl_image){0};
+        return true;
+    }
+    if (ibl_image_alloc(s->ctx, env->width, env->height, &s->rest))
+        return false;
+    memcpy(s->rest.data, env->data,
+           3 * sizeof *env->data * (size_t)env->width * (size_t)env->height);
+    return true;
+}
+
+static bool bake_skybox(ibl_bake_source *s, ibl_cube *skybox)
+{
+    const ibl_environment all = {.image = &s->env};
+    ibl_bake_options alone = ibl_bake_options_default();
+    ibl_bake_result made = {0};
+
+    if (!s->bake.skybox)
+        return true;
+    alone.skybox = s->bake.skybox;
+    alone.specular = alone.irradiance = 0;
+    alone.sh_degree = -1;
+    alone.yaw_deg = s->bake.yaw_deg;
+    const bool ok = !ibl_bake_environment(s->ctx, &all, &alone, &made);
+    *skybox = made.skybox;
+    return ok;
+}
+
+/* The skybox of the environment, all else of what lights leave of it. */
+static bool bake_without_lights(ibl_bake_source *s)
+{
+    const ibl_environment rest = {.image = &s->rest};
+    ibl_bake_options others = s->bake;
+    ibl_cube skybox = {0};
+
+    others.skybox = 0;
+    const bool ok =
+        bake_skybox(s, &skybox) && copy_environment(s) &&
+        !ibl_image_take_lights(s->ctx, &s->rest, others.yaw_deg,
+                               s->opts->lights, s->lights, &s->light_count) &&
+        !ibl_bake_environment(s->ctx, &rest, &others, &s->made);
+    s->made.skybox = skybox;
+    return ok;
+}
+
+/* Keeps the map in memory, for lights, --verify and --preview. */
+static bool bake_image(ibl_bake_source *s)
+{
+    const ibl_environment rows = {.image = &s->env};
+
+    if (ibl_image_read(s->ctx, s->opts->input, &s->opts->common.read, &s->env,
+                       &s->report))
+        return false;
+    s->width = s->env.width;
+    s->height = s->env.height;
+    if (s->opts->lights)
+        return bake_without_lights(s);
+    return !ibl_bake_environment(s->ctx, &rows, &s->bake, &s->made);
+}
+
+static bool bake_source(ibl_bake_source *s)
+{
+    ibl_source *source = NULL;
+
+    if (ibl_source_open(s->ctx, s->opts->input, &s->opts->common.read, &source))
+        return false;
+    const ibl_environment rows = ibl_source_environment(source);
+    s->width = rows.width;
+    s->height = rows.height;
+    const bool ok = !ibl_bake_environment(s->ctx, &rows, &s->bake, &s->made);
+    s->report = *ibl_source_report(source);
+    ibl_source_close(source);
+    return ok;
+}
+
+bool ibl_bake_source_make(ibl_bake_source *s)
+{
+    if (!s->opts->input)
+        return true;
+    ibl_console_progress(s->console, "decode", 0);
+    return s->opts->lights || s->opts->verify || s->opts->preview
+               ? bake_image(s)
+               : bake_source(s);
+}
+
+void ibl_bake_source_free(ibl_bake_source *s)
+{
+    ibl_judge_free(s->judge[0]);
+    ibl_judge_free(s->judge[1]);
+    ibl_image_free(&s->env);
+    ibl_image_free(&s->rest);
+    ibl_bake_result_free(&s->made);
+}
