@@ -578,6 +578,53 @@ END
     printf 'rest/sunny_%s.ktx\n' irradiance specular | diff keyed -
 }
 
+# Harmonics in the conventions of others, put together as their shaders do:
+# E/pi of Filament and Cesium, E of three.js, whose factors are of
+# shGetIrradianceAt. All are what the sidecar's glsl gives.
+test_sh_formats() {
+    for way in cmgen three cesium; do
+        iblbake -q --only json --sh-format $way env.exr -o $way
+    done
+    iblbake -q --size 8 --only specular --format ktx env.exr -o key
+    iblbake -q --size 8 --only specular --format ktx --sh 1 env.exr -o less
+    ls key less >names
+    printf '%s:\nenv_specular.ktx\n' key less | sed '2a\\' | diff - names
+    grep -aq 'sh.$' less/env_specular.ktx && echo 'a key of four'
+    js <<'END'
+const want = json('three/env.json').sh.irradiance;
+const text = way => fs.readFileSync(`${way}/env_sh.txt`, 'utf8');
+const nine = flat => [...Array(9).keys()].map(i => flat.slice(3 * i, 3 * i + 3));
+const cmgen = text('cmgen').trim().split('\n').map(line => {
+    const [, r, g, b] = line.match(
+        /^\( *(.*), *(.*), *(.*)\); \/\/ L\d-?\d, irradiance, pre-scaled base$/);
+    return [r, g, b].map(Number);
+});
+const ktx = fs.readFileSync('key/env_specular.ktx');
+const at = ktx.indexOf('sh\0'), size = ktx.readUInt32LE(at - 4);
+const key = ktx.toString('latin1', at + 3, at + size - 1).trim().split('\n')
+    .map(line => line.split(' ').map(Number));
+const shader = (s, [x, y, z], c) => s[0][c] + s[1][c] * y + s[2][c] * z +
+    s[3][c] * x + s[4][c] * y * x + s[5][c] * y * z +
+    s[6][c] * (3 * z * z - 1) + s[7][c] * z * x + s[8][c] * (x * x - y * y);
+const three = (s, [x, y, z], c) => (s[0][c] * 0.886227 +
+    (s[1][c] * y + s[2][c] * z + s[3][c] * x) * 2 * 0.511664 +
+    (s[4][c] * x * y + s[5][c] * y * z + s[7][c] * x * z) * 2 * 0.429043 +
+    s[6][c] * (0.743125 * z * z - 0.247708) +
+    s[8][c] * 0.429043 * (x * x - y * y)) / Math.PI;
+const basis = [0.28209479, 0.48860251, 0.48860251, 0.48860251, 1.09254843,
+    1.09254843, 0.31539157, 1.09254843, 0.54627422];
+const scaled = want.map((rgb, i) => rgb.map(x => x * basis[i]));
+const ways = [[cmgen, shader], [key, shader],
+    [nine(JSON.parse(text('cesium'))), shader],
+    [nine(JSON.parse(text('three'))), three]];
+for (const d of [[1, 0, 0], [0, 1, 0], [0, 0, -1], [-.6, 0, .8], [0, -.8, .6],
+    [2 / 3, -2 / 3, 1 / 3]])
+    for (let c = 0; c < 3; c++)
+        ways.forEach(([s, f], i) =>
+            near(`way ${i}`, f(s, d, c), shader(scaled, d, c), 1e-5));
+END
+}
+
 # Without a compact source a bake is the same, and the user is told.
 test_no_lights() {
     iblbake -q env.exr --size 16 --lut-size 8 --format dds -o all

@@ -656,6 +656,6 @@ TEST(texture)
         for (int i = 0; i < CHANNELS * 8 * 8; i++)
             CHECK_NEAR(half_of(from + 2 * i), texel(&t, layer, 0, 0)[i], 3e-4);
     }
-    for (int c = 0; c < IBL_CONTAINER_COUNT; c++)
+    for (int c = 0; c < IBL_CONTAINER_DDS_LEGACY; c++)
         round_trip(ctx, tex, (ibl_container)c);
 }

@@ -354,6 +354,34 @@ TEST(dds_header)
           !file_u32(b + 112) && !file_u32(b + 136));
 }
 
+/* The same without the DX10 header, and a number for its FourCC. */
+TEST(dds_legacy_header)
+{
+    static const uint32_t d3d[IBL_PIXEL_COUNT] = {[IBL_PIXEL_RGBA16F] = 113,
+                                                  [IBL_PIXEL_RGBA32F] = 116,
+                                                  [IBL_PIXEL_RG16F] = 112,
+                                                  [IBL_PIXEL_RG32F] = 115};
+    for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
+        CHECK(ibl_container_holds(IBL_CONTAINER_DDS_LEGACY, p) == (d3d[p] > 0));
+        if (!d3d[p])
+            continue;
+        const ibl_texture tex = make(p, 5, 5, 3, 6);
+        ibl_container found;
+        ibl_texture back;
+        size_t size, more;
+        unsigned char *b =
+            texture_encode(ctx, &tex, IBL_CONTAINER_DDS_LEGACY, &size);
+        unsigned char *a = texture_encode(ctx, &tex, IBL_CONTAINER_DDS, &more);
+        CHECK(size + 20 == more && file_u32(b + 84) == d3d[p]);
+        file_set_u32(a + 84, d3d[p]);
+        CHECK(!memcmp(a, b, 128) && !memcmp(a + 148, b + 128, size - 128));
+        NEED(!ibl_texture_decode(ctx, "x", b, size, &back, &found));
+        texture_owned(back);
+        CHECK(found == IBL_CONTAINER_DDS_LEGACY && texture_same(&tex, &back));
+        texture_damage(quiet, b, size);
+    }
+}
+
 static void turn(unsigned char *p, size_t bytes, size_t word)
 {
     for (size_t i = 0; i + word <= bytes; i += word) {
@@ -415,6 +443,18 @@ TEST(ktx_cmgen)
     file_set_u32(b + 20, 1);
     back = texture_decode(ctx, b, size);
     CHECK(texture_same(&tex, &back));
+    /* On demand, ours does so, too. */
+    tex.filament = 1;
+    size_t other;
+    const unsigned char *f =
+        texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &other);
+    file_set_u32(b + 32, 0x8C3A);
+    CHECK(other == size && !memcmp(f, b, size));
+    tex = make(IBL_PIXEL_RGBA16F, 4, 4, 3, 6);
+    b = texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &size);
+    tex.filament = 1;
+    f = texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &other);
+    CHECK(other == size && !memcmp(f, b, size));
 }
 
 /* A 3x2 KTX of RGB halves in either byte order; rows are padded to 20. */

@@ -238,12 +238,12 @@ TEST(same_container)
     ibl_ctx *ctx = view_test_ctx(2);
 
     for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
-        const char *end = ibl_container_name((ibl_container)i);
-        NEED(sets_bake("mixed", test_text("--format %s", end)));
+        const char *name = ibl_container_name((ibl_container)i);
+        NEED(sets_bake("mixed", test_text("--format %s", name)));
     }
     NEED(file_run("rm mixed/sky.json"));
     for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
-        const char *end = ibl_container_name((ibl_container)i);
+        const char *end = ibl_container_extension((ibl_container)i);
         baked_set set;
         sets_open(ctx, test_text("mixed/sky_specular.%s", end), &set);
         CHECK(!strcmp(strrchr(set.path[VIEW_IRRADIANCE], '.') + 1, end));

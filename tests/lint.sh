@@ -100,8 +100,9 @@ bake bake core image brdf kern
 probe probe core
 io io core image kern
 common common
-cli cli common
-view view common
+engine engine core common
+cli cli common engine
+view view common engine
 ROOMS
 [ ! -s "$build/layers.txt" ] || {
     cat "$build/layers.txt"

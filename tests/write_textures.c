@@ -68,7 +68,7 @@ static void write_all(const ibl_texture *tex, const char *dir,
     char path[1000];
     snprintf(path, sizeof path, "%s/%s-%s.raw", dir, pixel, shape);
     need(ibl_outputs_add(out, path, tex->data, tex->bytes));
-    for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
+    for (ibl_container c = 0; c < IBL_CONTAINER_DDS_LEGACY; c++) {
         snprintf(path, sizeof path, "%s/%s-%s.%s", dir, pixel, shape,
                  ibl_container_name(c));
         if (ibl_container_holds(c, tex->pixel))

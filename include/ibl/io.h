@@ -287,6 +287,10 @@ typedef struct ibl_texture {
     int zstd;          /* 1..IBL_MAX_ZSTD: level of Zstandard (supercompression
                           scheme 2) in KTX2 files; others cannot be written.
                           0: none, as after reading and in new arrays */
+    int filament;      /* 1: KTX stores the internal format of r11g11b10f as
+                          glType and glBaseInternalFormat, with a glTypeSize of
+                          1: Filament reads only that. 0: what the
+                          specification says, as after reading */
     ibl_key_value *keys; /* metadata, sorted by key, no key twice */
     int key_count;
 } ibl_texture;
@@ -440,14 +444,19 @@ ibl_status ibl_texture_get_alpha(ibl_ctx *ctx, const ibl_texture *tex,
                                  ibl_cube *alpha);
 
 typedef enum ibl_container {
-    IBL_CONTAINER_KTX2, /* Khronos KTX 2.0; tex->zstd compresses it */
-    IBL_CONTAINER_KTX,  /* Khronos KTX 1.1, little endian */
-    IBL_CONTAINER_DDS,  /* DDS with the DX10 header; no key/values */
+    IBL_CONTAINER_KTX2,       /* Khronos KTX 2.0; tex->zstd compresses it */
+    IBL_CONTAINER_KTX,        /* Khronos KTX 1.1, little endian */
+    IBL_CONTAINER_DDS,        /* DDS with the DX10 header; no key/values */
+    IBL_CONTAINER_DDS_LEGACY, /* DDS with a float format of Direct3D 9 in place
+                                 of a FourCC: half or float of 2 or 4 channels;
+                                 no arrays */
     IBL_CONTAINER_COUNT
 } ibl_container;
 
-/* "ktx2", "ktx", "dds": the name and the file extension. */
+/* "ktx2", "ktx", "dds", "dds-legacy". */
 const char *ibl_container_name(ibl_container container);
+/* The same, but "dds" for both of DDS. */
+const char *ibl_container_extension(ibl_container container);
 /* 1: files of that kind can hold the pixel format. */
 int ibl_container_holds(ibl_container container, ibl_pixel pixel);
 
@@ -458,8 +467,8 @@ int ibl_container_holds(ibl_container container, ibl_pixel pixel);
  * written as an array. Zstandard works on the context's pool, a level on one
  * thread; its bytes do not depend on the number of threads.
  * IBL_ERR_ARGUMENT: tex is incomplete. IBL_ERR_UNSUPPORTED: the container does
- * not hold the pixel format; KTX with a face of 4 GiB, or with a level of 4 GiB
- * in an array.
+ * not hold the pixel format, or no array; KTX with a face of 4 GiB, or with a
+ * level of 4 GiB in an array.
  */
 ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,

@@ -30,6 +30,7 @@ static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
     file->shape.key_count = 0;
     bool ok = ibl_texture_metadata(b, kind, tex) &&
               (!b->opts->verify || ibl_bake_judge(b, kind, tex));
+    tex->filament = b->opts->filament;
     tex->zstd = b->opts->zstd; /* loses nothing, so --verify can do without */
     ok = ok && !ibl_outputs_take_texture(b->outputs, file->path, tex,
                                          b->opts->format, &file->bytes);
@@ -160,6 +161,9 @@ static bool write_all(ibl_bake *b)
 
     for (int kind = 0; kind < IBL_OUTPUT_COUNT && ok; kind++)
         ok = !b->files[kind].path || write_output(b, (ibl_output_kind)kind);
+    if (ok && b->sh_path)
+        ok = write_text(b, b->sh_path, ibl_sh_text(o->sh_format, b->made.sh),
+                        "the harmonics");
     return ok && (!o->preview || write_preview(b)) &&
            (!o->depfile ||
             write_text(b, o->depfile, ibl_depfile_text(b), "the depfile"));
@@ -215,9 +219,9 @@ static void log_summary(const ibl_bake *b)
                 ibl_pixel_name(file->shape.pixel), file->shape.width,
                 file->shape.height, file->shape.levels, errors);
     }
-    const char *const others[] = {b->files[IBL_OUTPUT_JSON].path,
+    const char *const others[] = {b->files[IBL_OUTPUT_JSON].path, b->sh_path,
                                   b->opts->preview, b->opts->depfile};
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 4; i++)
         if (others[i])
             ibl_console_info(b->console, "wrote %s", others[i]);
 }
@@ -229,6 +233,7 @@ static void free_set(ibl_bake *b)
     ibl_lobe_table_free(&b->lobes);
     for (int i = 0; i < IBL_OUTPUT_COUNT; i++)
         free(b->files[i].path);
+    free(b->sh_path);
 }
 
 /* Plans, bakes and writes all, but does not yet rename the files. */

@@ -190,6 +190,9 @@ static const ibl_option irradiance[] = {
     {"sh", 0,
      IBL_INT(bake.sh_degree, 0, IBL_MAX_SH_DEGREE),
      .help = "degree of the coefficients in the sidecar; 2 gives 9 of them"},
+    {"sh-format", 0, IBL_CHOICE(sh_format, ibl_sh_format_names),
+     .help = "also write nine coefficients to NAME_sh.txt, as a tool's code "
+             "takes them"},
 };
 
 static const ibl_option lut[] = {
@@ -296,6 +299,14 @@ static bool check_levels(const ibl_specular_options *s)
     return check_level_samples(s, layout.levels);
 }
 
+/* KTX files of levels have them for Filament. */
+static bool needs_harmonics(const ibl_opts *o)
+{
+    return o->only & 1u << IBL_OUTPUT_JSON || o->sh_format ||
+           (o->format == IBL_CONTAINER_KTX &&
+            o->only & 1u << IBL_OUTPUT_SPECULAR);
+}
+
 /* Switches off the parts of the bake that no output needs. */
 static void select_parts(ibl_opts *o)
 {
@@ -303,7 +314,7 @@ static void select_parts(ibl_opts *o)
         o->only &= ~(1u << IBL_OUTPUT_SKYBOX);
     if (!(o->only & 1u << IBL_OUTPUT_SKYBOX))
         o->bake.skybox = 0;
-    if (!(o->only & 1u << IBL_OUTPUT_JSON))
+    if (!needs_harmonics(o))
         o->bake.sh_degree = -1;
     if (o->lobe_table == IBL_LOBES_NO)
         o->only &= ~(1u << IBL_OUTPUT_LOBES);
@@ -324,6 +335,10 @@ static bool check_lobes(const ibl_opts *o)
     if (asked && o->lobe_table == IBL_LOBES_NO)
         return ibl_misuse("--only lobe-table: with --lobe-table no there is "
                           "none: leave one of them out");
+    if (o->lobe_table != IBL_LOBES_NO && o->only & 1u << IBL_OUTPUT_LOBES &&
+        o->format == IBL_CONTAINER_DDS_LEGACY)
+        return ibl_misuse("--format dds-legacy: has no layers for a lobe "
+                          "table: leave it out, or take --format dds");
     if (o->lobe_table != IBL_LOBES_NO &&
         o->bake.specular_options.lobe != IBL_LOBE_GGX)
         return ibl_misuse("--lobe %s: a lobe table is for GGX: add "
@@ -378,6 +393,14 @@ static bool check_texels(const ibl_opts *o)
                       ibl_quality_name(t->quality), ibl_pixel_name(t->pixel));
 }
 
+static bool check_harmonics(const ibl_opts *o)
+{
+    return !o->sh_format || o->bake.sh_degree >= 2 ||
+           ibl_misuse("--sh-format %s: takes nine coefficients: leave out --sh "
+                      "%d",
+                      ibl_sh_format_names[o->sh_format], o->bake.sh_degree);
+}
+
 static bool check_lights(const ibl_opts *o)
 {
     return !o->lights || (o->only & 1u << IBL_OUTPUT_JSON) ||
@@ -385,15 +408,17 @@ static bool check_lights(const ibl_opts *o)
                       o->lights);
 }
 
-/* A sheen has no table unless one was asked for. */
+/* A sheen has no table unless one was asked for, and DDS with the legacy header
+ * has no layers for it. */
 static void choose_lobes(ibl_opts *o)
 {
     const bool asked =
         o->only != ALL_OUTPUTS && (o->only & 1u << IBL_OUTPUT_LOBES);
-    const bool ggx = o->bake.specular_options.lobe == IBL_LOBE_GGX;
+    const bool usual = o->bake.specular_options.lobe == IBL_LOBE_GGX &&
+                       o->format != IBL_CONTAINER_DDS_LEGACY;
 
     if (o->lobe_table == IBL_LOBES_USUAL)
-        o->lobe_table = ggx || asked ? IBL_LOBES_PRIOR : IBL_LOBES_NO;
+        o->lobe_table = usual || asked ? IBL_LOBES_PRIOR : IBL_LOBES_NO;
 }
 
 /* Whether nothing that is wanted depends on an environment. */
@@ -402,7 +427,7 @@ static bool is_of_none(const ibl_opts *o)
     unsigned tables = 1u << IBL_OUTPUT_LUT;
     if (o->lobe_table == IBL_LOBES_PRIOR)
         tables |= 1u << IBL_OUTPUT_LOBES;
-    return !(o->only & ~tables);
+    return !(o->only & ~tables) && !o->sh_format;
 }
 
 static bool validate(void *settings)
@@ -421,7 +446,8 @@ static bool validate(void *settings)
             "--only skybox: its size is not known: add --skybox N");
     if (!ibl_common_validate(&o->common) || !check_mapping(o) ||
         !check_lobes(o) || !check_zstd(o) || !check_texels(o) ||
-        !check_lights(o) || !check_levels(&o->bake.specular_options))
+        !check_lights(o) || !check_harmonics(o) ||
+        !check_levels(&o->bake.specular_options))
         return false;
     if (!o->name) {
         if (!ibl_stem(o->input, o->stem, sizeof o->stem))

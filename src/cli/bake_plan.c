@@ -38,7 +38,7 @@ static bool is_own(const ibl_opts *o, ibl_output_kind kind)
 static char *make_path(const ibl_opts *o, ibl_output_kind kind)
 {
     const char *extension =
-        kind == IBL_OUTPUT_JSON ? "json" : ibl_container_name(o->format);
+        kind == IBL_OUTPUT_JSON ? "json" : ibl_container_extension(o->format);
     const char *stem = kind == IBL_OUTPUT_LUT ? ibl_lut_stems[o->lut.geometry]
                        : kind == IBL_OUTPUT_LOBES ? ibl_output_content(kind)
                                                   : o->name;
@@ -46,6 +46,15 @@ static char *make_path(const ibl_opts *o, ibl_output_kind kind)
                      ? ibl_format("%s_%s.%s", o->name, ibl_output_content(kind),
                                   extension)
                      : ibl_format("%s.%s", stem, extension);
+    char *path = name ? ibl_path_join(o->directory, name) : NULL;
+
+    free(name);
+    return path;
+}
+
+static char *make_sh_path(const ibl_opts *o)
+{
+    char *name = ibl_format("%s_sh.txt", o->name);
     char *path = name ? ibl_path_join(o->directory, name) : NULL;
 
     free(name);
@@ -61,18 +70,24 @@ static bool name_files(ibl_bake *b)
         if (!b->files[kind].path)
             return ibl_console_fail(b->console, "no memory for file names");
     }
-    return true;
+    return !b->opts->sh_format || (b->sh_path = make_sh_path(b->opts)) ||
+           ibl_console_fail(b->console, "no memory for file names");
 }
 
+enum {
+    MAX_PATHS = IBL_OUTPUT_COUNT + 3 /* that a depfile names */
+};
+
 /* Lists a depfile's files except the input; returns their number. */
-static int list_targets(const ibl_bake *b,
-                        const char *paths[IBL_OUTPUT_COUNT + 1])
+static int list_targets(const ibl_bake *b, const char *paths[MAX_PATHS])
 {
     int count = 0;
 
     for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
         if (b->files[kind].path)
             paths[count++] = b->files[kind].path;
+    if (b->sh_path)
+        paths[count++] = b->sh_path;
     if (b->opts->preview)
         paths[count++] = b->opts->preview;
     return count;
@@ -257,7 +272,7 @@ static bool check_depfile(const ibl_bake *b, const char *path)
 
 char *ibl_depfile_text(const ibl_bake *b)
 {
-    const char *input = b->opts->input, *paths[IBL_OUTPUT_COUNT + 1];
+    const char *input = b->opts->input, *paths[MAX_PATHS];
     const int count = list_targets(b, paths);
     ibl_memory_file file;
     FILE *to = ibl_memory_open(&file);
@@ -280,7 +295,7 @@ char *ibl_depfile_text(const ibl_bake *b)
 bool ibl_bake_plan(ibl_bake *b)
 {
     const ibl_opts *o = b->opts;
-    const char *named[IBL_OUTPUT_COUNT + 2]; /* paths that the depfile names */
+    const char *named[MAX_PATHS];
     bool ok = name_files(b);
     int count = list_targets(b, named);
 

@@ -102,6 +102,16 @@ static void list_roughness(const ibl_specular_layout *layout, char *list,
         add_number(list, size, 9, layout->roughness[l]);
 }
 
+/* Filament takes its harmonics from the KTX file of the levels. */
+static void set_harmonics(setter *s, const ibl_bake *b)
+{
+    char *text = ibl_sh_key(b->made.sh);
+
+    if (!text || (!s->status && ibl_texture_set(s->ctx, s->tex, "sh", text)))
+        s->status = IBL_ERR_MEMORY;
+    free(text);
+}
+
 static void set_specular(setter *s, const ibl_bake *b)
 {
     const ibl_specular_options *o = &b->opts->bake.specular_options;
@@ -118,6 +128,8 @@ static void set_specular(setter *s, const ibl_bake *b)
         add_number(degrees, sizeof degrees, 9, level->degree);
         add_number(errors, sizeof errors, 3, fmax(level->error, 0));
     }
+    if (b->opts->format == IBL_CONTAINER_KTX && b->opts->bake.sh_degree >= 2)
+        set_harmonics(s, b);
     set(s, "iblbake.method", "%s", ibl_bake_specular_method(b));
     set(s, "iblbake.lobe", "%s", ibl_lobe_name(o->lobe));
     set(s, "iblbake.mapping", "%s", ibl_roughness_map_name(o->mapping));

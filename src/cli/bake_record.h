@@ -6,6 +6,7 @@
 
 #include "cli/console.h"
 #include "cli/judge_report.h"
+#include "engine/harmonics.h"
 
 /* What the lobe table is fitted to. */
 typedef enum ibl_lobes {
@@ -23,9 +24,11 @@ typedef struct ibl_opts {
     const char *name;
     ibl_container format;
     int zstd;                 /* level of Zstandard; 0: none */
+    int filament;             /* 1: KTX as Filament reads it: ibl_texture */
     ibl_texel_options texels; /* of the cubes */
     unsigned only;            /* bit n: ibl_output_kind n is wanted */
     ibl_bake_options bake;
+    ibl_sh_format sh_format;
     int lights; /* most that are taken out of the environment */
     ibl_lut_options lut;
     ibl_lobes lobe_table;
@@ -80,6 +83,7 @@ typedef struct ibl_bake {
     ibl_specular_layout lobe_layout; /* of the chain of the lobe table */
     ibl_report judged;               /* empty without --verify */
     ibl_baked files[IBL_OUTPUT_COUNT];
+    char *sh_path; /* of --sh-format; NULL: none */
 } ibl_bake;
 
 /* Lists the options that affect only sampled levels and differ from their

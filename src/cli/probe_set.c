@@ -198,7 +198,8 @@ static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
                          &s->tolerance) &&
            take_choice(at, "pixel", ibl_pixel_names, &b->texels.pixel) &&
            take_choice(at, "quality", ibl_quality_names, &b->texels.quality) &&
-           take_choice(at, "container", ibl_container_names, &b->container) &&
+           take_choice(at, "container", ibl_array_container_names,
+                       &b->container) &&
            take_int(at, "zstd", 0, IBL_MAX_ZSTD, &b->zstd) &&
            take_irradiance(ibl_json_optional(&at, "irradiance"),
                            &b->options.irradiance_options.size) &&

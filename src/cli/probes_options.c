@@ -39,7 +39,7 @@ static const ibl_option overrides[] = {
     {"alpha", 0, IBL_CHOICE(said.alpha, ibl_set_alphas), .standard = FROM_SET,
      .help = "alpha of captures: drop it, take colours as the file's format "
              "says, or as not yet multiplied by it"},
-    {"container", 0, IBL_CHOICE(said.container, ibl_container_names),
+    {"container", 0, IBL_CHOICE(said.container, ibl_array_container_names),
      .standard = FROM_SET,
      .help = "container of the arrays, and the extension of their files"},
     {"zstd", 0, IBL_INT(said.zstd, 0, IBL_MAX_ZSTD), .standard = FROM_SET,

@@ -91,10 +91,10 @@ static bool find_there(reader *r, const char *stem, const char *suffix)
 {
     bool alone = true;
 
-    for (int c = 0; c < IBL_CONTAINER_COUNT && alone; c++) {
+    for (int c = 0; ibl_array_container_names[c] && alone; c++) {
         char rest[32];
         snprintf(rest, sizeof rest, "%s.%s", suffix,
-                 ibl_container_name((ibl_container)c));
+                 ibl_array_container_names[c]);
         char *candidate = in_directory(r, stem, rest);
         if (!candidate)
             return false;

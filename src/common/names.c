@@ -10,7 +10,13 @@
 const char *const ibl_container_names[] = {[IBL_CONTAINER_KTX2] = "ktx2",
                                            [IBL_CONTAINER_KTX] = "ktx",
                                            [IBL_CONTAINER_DDS] = "dds",
+                                           [IBL_CONTAINER_DDS_LEGACY] =
+                                               "dds-legacy",
                                            NULL};
+const char *const ibl_array_container_names[] = {[IBL_CONTAINER_KTX2] = "ktx2",
+                                                 [IBL_CONTAINER_KTX] = "ktx",
+                                                 [IBL_CONTAINER_DDS] = "dds",
+                                                 NULL};
 const char *const ibl_pixel_names[] = {[IBL_PIXEL_RGBA16F] = "rgba16f",
                                        [IBL_PIXEL_RGBA32F] = "rgba32f",
                                        [IBL_PIXEL_RGB9E5] = "rgb9e5",

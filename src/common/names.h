@@ -14,6 +14,7 @@ int ibl_names_find(const char *const *names, const char *word);
  * ibl_pixel (of cubes), ibl_quality, ibl_overflow, ibl_roughness_map,
  * ibl_method, ibl_lobe and ibl_geometry. */
 extern const char *const ibl_container_names[];
+extern const char *const ibl_array_container_names[]; /* of those of arrays */
 extern const char *const ibl_pixel_names[];
 extern const char *const ibl_quality_names[];
 extern const char *const ibl_overflow_names[];

@@ -97,6 +97,8 @@ ibl_container ibl_container_of(const unsigned char *bytes, size_t size);
 ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex);
 ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex);
 ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex);
+/* Whether the first bytes of a DDS file name no DX10 header. */
+bool ibl_dds_is_legacy(const unsigned char *bytes, size_t size);
 
 /* A contiguous part of a file. */
 typedef struct ibl_piece {
@@ -137,5 +139,7 @@ ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
                           ibl_pieces *file);
 ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
                           ibl_pieces *file);
+ibl_status ibl_dds_legacy_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                                 ibl_pieces *file);
 
 #endif

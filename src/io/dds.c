@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * DirectDraw Surface with the DX10 header. Also reads files that store a float
- * format of Direct3D 9 in place of a FourCC. Source: Microsoft, "Programming
- * Guide for DDS". Order of texels: layers, then faces, then the levels of each
- * face.
+ * DirectDraw Surface with the DX10 header, or with a float format of Direct3D 9
+ * in place of a FourCC (D3DFMT_A16B16G16R16F is 113). Source: Microsoft,
+ * "Programming Guide for DDS". Order of texels: layers, then faces, then the
+ * levels of each face.
  */
 #include <stddef.h>
 #include <string.h>
@@ -54,7 +54,7 @@ _Static_assert(offsetof(header, dxgi) == HEADER_BYTES && sizeof(header) == 148,
 
 static const uint32_t fourcc_dx10 = 0x30315844; /* "DX10" */
 
-static header header_of(const ibl_texture *tex)
+static header header_of(const ibl_texture *tex, uint32_t fourcc)
 {
     const bool cube = tex->faces == IBL_FACES, mips = tex->levels > 1;
     const bool many = cube || mips || tex->layers > 1;
@@ -74,7 +74,7 @@ static header header_of(const ibl_texture *tex)
         .levels = (uint32_t)tex->levels,
         .pf_size = PF_SIZE,
         .pf_flags = PF_HAS_FOURCC,
-        .pf_fourcc = fourcc_dx10,
+        .pf_fourcc = fourcc,
         .caps =
             CAPS_TEXTURE | (many ? CAPS_COMPLEX : 0) | (mips ? CAPS_MIPMAP : 0),
         .caps2 = cube ? CAPS2_CUBE | CAPS2_FACES : 0,
@@ -85,15 +85,16 @@ static header header_of(const ibl_texture *tex)
     };
 }
 
-ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
-                          ibl_pieces *file)
+/* Writes the first head_bytes of a header and the texels. */
+static ibl_status encode(ibl_ctx *ctx, const ibl_texture *tex, uint32_t fourcc,
+                         size_t head_bytes, ibl_pieces *file)
 {
     const int images = tex->layers * tex->faces;
-    const header h = header_of(tex);
-    if (!ibl_pieces_alloc(file, sizeof h, 1 + images * tex->levels))
+    const header h = header_of(tex, fourcc);
+    if (!ibl_pieces_alloc(file, head_bytes, 1 + images * tex->levels))
         return ibl_no_memory(ctx, "a DDS file");
-    memcpy(file->head, &h, sizeof h);
-    ibl_pieces_add(file, file->head, sizeof h);
+    memcpy(file->head, &h, head_bytes);
+    ibl_pieces_add(file, file->head, head_bytes);
     for (int i = 0; i < images; i++)
         for (int l = 0; l < tex->levels; l++)
             ibl_pieces_add(file,
@@ -102,6 +103,31 @@ ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
                                                                 i % tex->faces),
                            ibl_texture_face_bytes(tex, l));
     return IBL_OK;
+}
+
+ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                          ibl_pieces *file)
+{
+    return encode(ctx, tex, fourcc_dx10, sizeof(header), file);
+}
+
+ibl_status ibl_dds_legacy_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                                 ibl_pieces *file)
+{
+    if (tex->layers > 1)
+        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                        "dds-legacy files hold no array of %d layers: dds "
+                        "files do",
+                        tex->layers);
+    return encode(ctx, tex, ibl_layouts[tex->pixel].d3d, HEADER_BYTES, file);
+}
+
+bool ibl_dds_is_legacy(const unsigned char *bytes, size_t size)
+{
+    const size_t at = offsetof(header, pf_fourcc);
+
+    return size >= at + sizeof fourcc_dx10 &&
+           memcmp(bytes + at, &fourcc_dx10, sizeof fourcc_dx10) != 0;
 }
 
 static ibl_status read_dx10(const ibl_input *in, const header *h,

@@ -28,15 +28,21 @@ static const char rows_down[] = "S=r,T=d", rows_up[] = "S=r,T=u";
 static header header_of(const ibl_texture *tex, size_t key_bytes)
 {
     const ibl_layout *layout = &ibl_layouts[tex->pixel];
-    return (header){.identifier = IBL_KTX_MAGIC,
-                    .endianness = little,
-                    .gl_type = layout->gl_type,
-                    .gl_type_size = (uint32_t)layout->word_bytes,
-                    .gl_format = layout->gl_type ? layout->gl_format : 0,
-                    .gl_internal_format = layout->gl_internal,
-                    .gl_base_internal_format = layout->gl_format,
-                    .shape = ibl_shape_of(tex),
-                    .key_bytes = (uint32_t)key_bytes};
+    header h = {.identifier = IBL_KTX_MAGIC,
+                .endianness = little,
+                .gl_type = layout->gl_type,
+                .gl_type_size = (uint32_t)layout->word_bytes,
+                .gl_format = layout->gl_type ? layout->gl_format : 0,
+                .gl_internal_format = layout->gl_internal,
+                .gl_base_internal_format = layout->gl_format,
+                .shape = ibl_shape_of(tex),
+                .key_bytes = (uint32_t)key_bytes};
+
+    if (tex->filament && tex->pixel == IBL_PIXEL_R11G11B10F) {
+        h.gl_type = h.gl_base_internal_format = h.gl_internal_format;
+        h.gl_type_size = 1;
+    }
+    return h;
 }
 
 /* imageSize of a level. */

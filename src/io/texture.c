@@ -419,7 +419,7 @@ ibl_status ibl_texture_get_alpha(ibl_ctx *ctx, const ibl_texture *tex,
 /* ---- containers ----------------------------------------------------- */
 
 typedef struct container_kind {
-    const char *name;
+    const char *name, *extension;
     const char *magic;
     size_t magic_bytes;
     ibl_status (*encode)(ibl_ctx *ctx, const ibl_texture *tex,
@@ -428,28 +428,46 @@ typedef struct container_kind {
 } container_kind;
 
 static const container_kind containers[IBL_CONTAINER_COUNT] = {
-    [IBL_CONTAINER_KTX2] = {"ktx2", IBL_KTX2_MAGIC, sizeof IBL_KTX2_MAGIC - 1,
-                            ibl_ktx2_encode, ibl_ktx2_decode},
-    [IBL_CONTAINER_KTX] = {"ktx", IBL_KTX_MAGIC, sizeof IBL_KTX_MAGIC - 1,
-                           ibl_ktx_encode, ibl_ktx_decode},
-    [IBL_CONTAINER_DDS] = {"dds", IBL_DDS_MAGIC, sizeof IBL_DDS_MAGIC - 1,
-                           ibl_dds_encode, ibl_dds_decode},
+    [IBL_CONTAINER_KTX2] = {"ktx2", "ktx2", IBL_KTX2_MAGIC,
+                            sizeof IBL_KTX2_MAGIC - 1, ibl_ktx2_encode,
+                            ibl_ktx2_decode},
+    [IBL_CONTAINER_KTX] = {"ktx", "ktx", IBL_KTX_MAGIC,
+                           sizeof IBL_KTX_MAGIC - 1, ibl_ktx_encode,
+                           ibl_ktx_decode},
+    [IBL_CONTAINER_DDS] = {"dds", "dds", IBL_DDS_MAGIC,
+                           sizeof IBL_DDS_MAGIC - 1, ibl_dds_encode,
+                           ibl_dds_decode},
+    [IBL_CONTAINER_DDS_LEGACY] = {"dds-legacy", "dds", IBL_DDS_MAGIC,
+                                  sizeof IBL_DDS_MAGIC - 1,
+                                  ibl_dds_legacy_encode, ibl_dds_decode},
 };
 
-_Static_assert(IBL_CONTAINER_COUNT == 3, "each has a row above");
+_Static_assert(IBL_CONTAINER_COUNT == 4, "each has a row above");
 
 const char *ibl_container_name(ibl_container container)
 {
     return containers[container].name;
 }
 
+const char *ibl_container_extension(ibl_container container)
+{
+    return containers[container].extension;
+}
+
 int ibl_container_holds(ibl_container container, ibl_pixel pixel)
 {
     const ibl_layout *layout = &ibl_layouts[pixel];
 
-    return container == IBL_CONTAINER_DDS   ? layout->dxgi > 0
-           : container == IBL_CONTAINER_KTX ? layout->gl_internal > 0
-                                            : true;
+    switch (container) {
+    case IBL_CONTAINER_KTX:
+        return layout->gl_internal > 0;
+    case IBL_CONTAINER_DDS:
+        return layout->dxgi > 0;
+    case IBL_CONTAINER_DDS_LEGACY:
+        return layout->d3d > 0;
+    default:
+        return true;
+    }
 }
 
 ibl_container ibl_container_of(const unsigned char *bytes, size_t size)
@@ -457,7 +475,9 @@ ibl_container ibl_container_of(const unsigned char *bytes, size_t size)
     for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
         const container_kind *c = &containers[i];
         if (size >= c->magic_bytes && !memcmp(bytes, c->magic, c->magic_bytes))
-            return (ibl_container)i;
+            return i == IBL_CONTAINER_DDS && ibl_dds_is_legacy(bytes, size)
+                       ? IBL_CONTAINER_DDS_LEGACY
+                       : (ibl_container)i;
     }
     return IBL_CONTAINER_COUNT;
 }

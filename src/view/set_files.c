@@ -124,7 +124,7 @@ static int choose_specular(const struct dirent *entry)
     size_t length;
 
     return *name != '.' && dot &&
-           ibl_names_find(ibl_container_names, dot + 1) >= 0 &&
+           ibl_names_find(ibl_array_container_names, dot + 1) >= 0 &&
            view_file_content(name, &length) == VIEW_SPECULAR;
 }
 

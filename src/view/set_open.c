@@ -60,7 +60,7 @@ static bool find_beside(const opener *o, view_content content, char **out)
          *stem; stem++)
         for (int i = -1; i < IBL_CONTAINER_COUNT && !*out; i++) {
             snprintf(name, sizeof name, "%.1000s.%s", *stem,
-                     i >= 0 ? ibl_container_name((ibl_container)i)
+                     i >= 0 ? ibl_container_extension((ibl_container)i)
                      : dot  ? dot + 1
                             : "ktx2");
             if (!try_name(o, name, out))

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: MIT */
+#include "engine/harmonics.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "common/text.h"
+#include "ibl/ibl.h"
+
+const char *const ibl_sh_format_names[] = {[IBL_SH_NONE] = "none",
+                                           [IBL_SH_CMGEN] = "cmgen",
+                                           [IBL_SH_THREE] = "three",
+                                           [IBL_SH_CESIUM] = "cesium",
+                                           NULL};
+
+/* Degree of each coefficient, and the square of its basis constant, times pi:
+ * sqrt(1/4pi), sqrt(3/4pi), sqrt(15/4pi), sqrt(5/16pi), sqrt(15/16pi). */
+static const int degree[IBL_SH_NINE] = {0, 1, 1, 1, 2, 2, 2, 2, 2};
+static const double square[IBL_SH_NINE] = {1.0 / 4,  3.0 / 4,  3.0 / 4,
+                                           3.0 / 4,  15.0 / 4, 15.0 / 4,
+                                           5.0 / 16, 15.0 / 4, 15.0 / 16};
+
+void ibl_sh_shader(const double *sh, double shader[IBL_SH_NINE][3])
+{
+    for (int i = 0; i < IBL_SH_NINE; i++)
+        for (int c = 0; c < 3; c++)
+            shader[i][c] = sh[3 * i + c] * ibl_sh_cosine(degree[i]) *
+                               sqrt(square[i] / M_PI) +
+                           0.0; /* no -0 */
+}
+
+/* x y z are of l = 1. l = 0 is spread over xx yy zz, whose sum is 1. */
+void ibl_sh_polynomial(const double *sh, double polynomial[IBL_SH_NINE][3])
+{
+    const double one = ibl_sh_cosine(1), two = ibl_sh_cosine(2);
+    double s[IBL_SH_NINE][3];
+
+    ibl_sh_shader(sh, s);
+    for (int c = 0; c < 3; c++) {
+        const double p[IBL_SH_NINE] = {one * s[3][c],
+                                       one * s[1][c],
+                                       one * s[2][c],
+                                       s[0][c] + two * (s[8][c] - s[6][c]),
+                                       s[0][c] - two * (s[8][c] + s[6][c]),
+                                       s[0][c] + two * 2 * s[6][c],
+                                       two * s[5][c],
+                                       two * s[7][c],
+                                       two * s[4][c]};
+        for (int i = 0; i < IBL_SH_NINE; i++)
+            polynomial[i][c] = p[i] + 0.0;
+    }
+}
+
+void ibl_sh_gltf(const double *sh, double gltf[IBL_SH_NINE][3])
+{
+    static const int sign[IBL_SH_NINE] = {1, -1, 1, -1, 1, -1, 1, -1, 1};
+
+    for (int i = 0; i < IBL_SH_NINE; i++)
+        for (int c = 0; c < 3; c++)
+            gltf[i][c] =
+                sign[i] * M_PI * ibl_sh_cosine(degree[i]) * sh[3 * i + c] + 0.0;
+}
+
+char *ibl_sh_key(const double *sh)
+{
+    double s[IBL_SH_NINE][3];
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
+
+    if (!to)
+        return NULL;
+    ibl_sh_shader(sh, s);
+    for (int i = 0; i < IBL_SH_NINE; i++)
+        fprintf(to, "%.9g %.9g %.9g\n", s[i][0], s[i][1], s[i][2]);
+    return ibl_memory_close(to, &file);
+}
+
+static void put_cmgen(FILE *to, const double s[IBL_SH_NINE][3])
+{
+    for (int l = 0, i = 0; l <= 2; l++)
+        for (int m = -l; m <= l; m++, i++)
+            fprintf(to,
+                    "(%18.15f, %18.15f, %18.15f); // L%d%d, irradiance, "
+                    "pre-scaled base\n",
+                    s[i][0], s[i][1], s[i][2], l, m);
+}
+
+/* Three numbers a line. */
+static void put_array(FILE *to, const double s[IBL_SH_NINE][3])
+{
+    for (int i = 0; i < IBL_SH_NINE; i++)
+        fprintf(to, "%s%.9g, %.9g, %.9g%s", i ? "  " : "[ ", s[i][0], s[i][1],
+                s[i][2], i < IBL_SH_NINE - 1 ? ",\n" : " ]\n");
+}
+
+char *ibl_sh_text(ibl_sh_format format, const double *sh)
+{
+    double s[IBL_SH_NINE][3];
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
+
+    if (!to)
+        return NULL;
+    ibl_sh_shader(sh, s);
+    for (int i = 0; i < IBL_SH_NINE && format == IBL_SH_THREE; i++)
+        for (int c = 0; c < 3; c++)
+            s[i][c] = sh[3 * i + c] + 0.0;
+    if (format == IBL_SH_CMGEN)
+        put_cmgen(to, s);
+    else
+        put_array(to, s);
+    return ibl_memory_close(to, &file);
+}
