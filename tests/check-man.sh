@@ -112,14 +112,37 @@ else
     echo 'skipped the options of iblview, which was not built'
 fi
 
-# The page that explains: it formats, and its options are options.
-page=man/iblbake-method.7
-verdict "$page: man" "$(MANWIDTH=80 man -l "$page" 2>&1 >/dev/null)"
-verdict "$page: mandoc" "$(mandoc -Tlint -Wstyle "$page" 2>&1)"
-sed -n 's/.*Fl -\([a-z-]*\).*/\1/p' "$page" | sort -u | while read -r name; do
-    grep -q "^\.It Fl .*-$name\( \|\$\)" man/iblbake.1 || echo "--$name"
-done >"$work/why"
-verdict "$page: options that there are not" "$(cat "$work/why")"
+# The pages that explain: they format, and their options are options.
+for page in man/*.7; do
+    verdict "$page: man" "$(MANWIDTH=80 man -l "$page" 2>&1 >/dev/null)"
+    verdict "$page: mandoc" "$(mandoc -Tlint -Wstyle "$page" 2>&1)"
+    sed -n 's/.*Fl -\([a-z-]*\).*/\1/p' "$page" | sort -u |
+        while read -r name; do
+            grep -q "^\.It Fl .*-$name\( \|\$\)" man/iblbake.1 || echo "--$name"
+        done >"$work/why"
+    verdict "$page: options that there are not" "$(cat "$work/why")"
+done
+
+# What the page of the engines shows of a target is what the program has: its
+# options, the lines that load and those of a light.
+page=man/iblbake-engines.7
+"$program" --target list | sed -n 's/^\([a-z-]*\): .*/\1/p' >"$work/targets"
+sed -n 's/^\.Ss //p' "$page" | diff "$work/targets" - >"$work/why"
+verdict "$page: targets" "$(cat "$work/why")"
+while read -r target; do
+    {
+        "$program" --target list |
+            sed -n "/^$target: /,/^[a-z-]*: /s/^    //p"
+        "$program" --target "$target" --explain --sun
+    } >"$work/printed"
+    awk -v target="$target" '
+        /^\.S[sh] / { on = $2 == target }
+        /^\.Ed/ { literal = 0 }
+        on && literal
+        /^\.Bd -literal/ { literal = 1 }' "$page" |
+        sed "s/\\\\(aq/'/g; s/\\\\e/\\\\/g" | diff "$work/printed" - >"$work/why"
+    verdict "$page: $target" "$(cat "$work/why")"
+done <"$work/targets"
 
 # Pages name no page that is not there, and every other one.
 for page in man/*.[17]; do

@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /* Runs a bake. Writes all files of all sets or none. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli/bake_record.h"
+#include "common/path.h"
 #include "common/signals.h"
+#include "common/text.h"
 
 /* ---- write ------------------------------------------------------------ */
 
@@ -58,7 +61,8 @@ static bool write_specular(ibl_bake *b)
 {
     char given[IBL_SAMPLING_BYTES];
 
-    ibl_warn_of_small_faces(b->console, &b->made.report.layout);
+    if (!b->opts->of) /* a target knows its engine's last level */
+        ibl_warn_of_small_faces(b->console, &b->made.report.layout);
     ibl_sampling_given(b->opts, given);
     if (*given && !strcmp(ibl_bake_specular_method(b), "spectral"))
         ibl_console_warn(b->console,
@@ -165,17 +169,16 @@ static bool write_all(ibl_bake *b)
         ok = write_text(b, b->sh_path, ibl_sh_text(o->sh_format, b->made.sh),
                         "the harmonics");
     return ok && (!o->preview || write_preview(b)) &&
-           (!o->depfile ||
-            write_text(b, o->depfile, ibl_depfile_text(b), "the depfile"));
+           (!o->verify || ibl_bake_judged(b));
 }
 
 /* ---- the command ------------------------------------------------------ */
 
-static void log_light(const ibl_bake *b, const ibl_light *light)
+static void log_light(const ibl_bake_source *s, const ibl_light *light)
 {
     const double *to = light->direction, *e = light->irradiance;
 
-    ibl_console_info(b->console,
+    ibl_console_info(s->console,
                      "took a light: towards %.4f %.4f %.4f, radius %.3g "
                      "degrees, irradiance %.4g %.4g %.4g",
                      to[0], to[1], to[2], light->radius * 180 / M_PI, e[0],
@@ -199,15 +202,20 @@ static void list_errors(const ibl_baked *file, char *list, size_t size)
         *list = '\0';
 }
 
-/* Logs the files that were read and written, for -v. */
-static void log_summary(const ibl_bake *b)
+/* Logs what was read, for -v. */
+static void log_source(const ibl_bake_source *s)
 {
-    if (b->opts->input)
-        ibl_console_info(b->console, "read %s: %s, %d x %d, peak %.6g",
-                         b->opts->input, b->from->report.format, b->from->width,
-                         b->from->height, (double)b->from->report.peak);
-    for (int i = 0; i < b->from->light_count; i++)
-        log_light(b, &b->from->lights[i]);
+    if (s->opts->input)
+        ibl_console_info(s->console, "read %s: %s, %d x %d, peak %.6g",
+                         s->opts->input, s->report.format, s->width, s->height,
+                         (double)s->report.peak);
+    for (int i = 0; i < s->light_count; i++)
+        log_light(s, &s->lights[i]);
+}
+
+/* Logs the files of a set. */
+static void log_set(const ibl_bake *b)
+{
     for (int kind = 0; kind < IBL_OUTPUT_JSON; kind++) {
         const ibl_baked *file = &b->files[kind];
         char errors[64 + 16 * IBL_MAX_LEVELS];
@@ -219,11 +227,125 @@ static void log_summary(const ibl_bake *b)
                 ibl_pixel_name(file->shape.pixel), file->shape.width,
                 file->shape.height, file->shape.levels, errors);
     }
-    const char *const others[] = {b->files[IBL_OUTPUT_JSON].path, b->sh_path,
-                                  b->opts->preview, b->opts->depfile};
-    for (int i = 0; i < 4; i++)
+    if (b->files[IBL_OUTPUT_JSON].path)
+        ibl_console_info(b->console, "wrote %s",
+                         b->files[IBL_OUTPUT_JSON].path);
+    if (b->sh_path)
+        ibl_console_info(b->console, "wrote %s", b->sh_path);
+}
+
+/* Prints the lines that load a set's files. */
+static void explain(const ibl_bake *b, bool several)
+{
+    const ibl_target *target = b->opts->of;
+    const ibl_baked *specular = &b->files[IBL_OUTPUT_SPECULAR];
+    const ibl_baked *irradiance = &b->files[IBL_OUTPUT_IRRADIANCE];
+    const ibl_target_files files = {
+        .specular = specular->path ? ibl_path_name(specular->path) : "",
+        .irradiance = irradiance->path ? ibl_path_name(irradiance->path) : "",
+        .sh = b->sh_path ? ibl_path_name(b->sh_path) : "",
+        .lights = b->opts->input ? b->from->lights : NULL,
+        .light_count = b->opts->input ? b->from->light_count : b->opts->lights};
+
+    if (several)
+        printf("%s: %s\n\n", target->name, target->engine);
+    ibl_target_explain(target, &files, stdout);
+    if (several)
+        putchar('\n');
+}
+
+/* A command in progress: the sets, and what they are made from. */
+typedef struct run {
+    const ibl_bake_line *line;
+    const ibl_opts *opts; /* the first set's */
+    ibl_console console;
+    ibl_bake_source from;
+    ibl_outputs *outputs;
+    ibl_bake *sets;
+    int count;
+} run;
+
+/* A set's directory: --output or, of several, one in it. */
+static char *directory_of(const run *r, const ibl_opts *o)
+{
+    const char *directory = o->directory ? o->directory : ".";
+    return r->count > 1 ? ibl_path_join(directory, o->of->name)
+                        : ibl_format("%s", directory);
+}
+
+static bool begin(run *r)
+{
+    const ibl_opts *all = r->line->count ? r->line->set : &r->line->one;
+
+    r->count = r->line->count ? r->line->count : 1;
+    r->opts = r->from.opts = all;
+    r->from.console = &r->console;
+    r->from.bake = all->bake;
+    r->sets = calloc((size_t)r->count, sizeof *r->sets);
+    for (int i = 0; i < r->count && r->sets; i++) {
+        ibl_bake *b = &r->sets[i];
+        *b = (ibl_bake){.opts = &all[i],
+                        .console = &r->console,
+                        .from = &r->from,
+                        .directory = directory_of(r, &all[i])};
+        ibl_bake_source_add(&r->from, b);
+        if (!b->directory)
+            return false;
+    }
+    return r->sets != NULL;
+}
+
+/* A set's part of what was baked. */
+static void take_part(ibl_bake *b)
+{
+    const ibl_bake_result *first = &b->from->made;
+    const ibl_bake_result *chain =
+        b->chain > 0 ? &b->from->more[b->chain] : first;
+
+    b->made = *first;
+    b->made.specular = b->chain < 0 ? (ibl_cube){0} : chain->specular;
+    b->made.report = chain->report;
+}
+
+static bool start(run *r)
+{
+    bool ok = !ibl_start(&r->opts->common, &r->console, &r->from.ctx) &&
+              !ibl_start_outputs(r->from.ctx, r->opts->sync, &r->outputs);
+
+    for (int i = 0; i < r->count && ok; i++) {
+        r->sets[i].ctx = r->from.ctx;
+        r->sets[i].outputs = r->outputs;
+        ok = !ibl_outputs_mkdir(r->outputs, r->sets[i].directory);
+    }
+    return ok;
+}
+
+/* Writes all files, but does not yet give them their names. */
+static bool write_sets(run *r)
+{
+    bool ok = true;
+
+    for (int i = 0; i < r->count && ok; i++) {
+        take_part(&r->sets[i]);
+        ok = write_all(&r->sets[i]);
+    }
+    return ok &&
+           (!r->opts->depfile ||
+            write_text(r->sets, r->opts->depfile,
+                       ibl_depfile_text(r->sets, r->count), "the depfile"));
+}
+
+/* Logs what was read and written. */
+static void log_run(const run *r)
+{
+    const char *const others[] = {r->opts->preview, r->opts->depfile};
+
+    log_source(&r->from);
+    for (int i = 0; i < r->count; i++)
+        log_set(&r->sets[i]);
+    for (int i = 0; i < 2; i++)
         if (others[i])
-            ibl_console_info(b->console, "wrote %s", others[i]);
+            ibl_console_info((ibl_console *)&r->console, "wrote %s", others[i]);
 }
 
 static void free_set(ibl_bake *b)
@@ -234,42 +356,57 @@ static void free_set(ibl_bake *b)
     for (int i = 0; i < IBL_OUTPUT_COUNT; i++)
         free(b->files[i].path);
     free(b->sh_path);
+    free(b->directory);
 }
 
-/* Plans, bakes and writes all, but does not yet rename the files. */
-static bool make_set(ibl_bake *b)
+static void end(run *r)
 {
-    const ibl_opts *o = b->opts;
+    ibl_end_outputs(r->outputs);
+    for (int i = 0; i < r->count && r->sets; i++)
+        free_set(&r->sets[i]);
+    free(r->sets);
+    ibl_bake_source_free(&r->from);
+    ibl_ctx_free(r->from.ctx);
+}
 
-    if (ibl_outputs_mkdir(b->outputs, o->directory) || !ibl_bake_plan(b) ||
-        !ibl_bake_source_make(b->from))
-        return false;
-    b->made = b->from->made;
-    return write_all(b) && (!o->verify || ibl_bake_judged(b));
+static bool bake(run *r)
+{
+    return start(r) && ibl_bake_plan(r->sets, r->count) &&
+           ibl_bake_source_make(&r->from) && write_sets(r) &&
+           ibl_console_commit(&r->console, r->outputs);
+}
+
+/* Bakes nothing; the lines name the files that a bake would make. */
+static bool name_sets(run *r)
+{
+    bool ok = true;
+
+    for (int i = 0; i < r->count && ok; i++)
+        ok = ibl_bake_name_files(&r->sets[i]);
+    return ok;
 }
 
 int ibl_bake_run(const void *settings)
 {
-    const ibl_opts *opts = settings;
-    ibl_console console;
-    ibl_bake_source from = {
-        .opts = opts, .console = &console, .bake = opts->bake};
-    ibl_bake b = {.opts = opts, .console = &console, .from = &from};
+    const ibl_bake_line *line = settings;
+    run r = {.line = line};
 
-    ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
-    ibl_signals_catch();
-    const bool ok = !ibl_start(&opts->common, &console, &from.ctx) &&
-                    !ibl_start_outputs(from.ctx, opts->sync, &b.outputs) &&
-                    (b.ctx = from.ctx) && make_set(&b) &&
-                    ibl_console_commit(&console, b.outputs);
-    const int status = ibl_console_end(&console, ok);
-    if (ok && opts->common.verbose) {
-        log_summary(&b);
-        ibl_console_print_times(&console);
+    if (line->one.targets & 1u << IBL_MAX_TARGETS) {
+        ibl_targets_print(stdout);
+        return 0;
     }
-    ibl_end_outputs(b.outputs);
-    free_set(&b);
-    ibl_bake_source_free(&from);
-    ibl_ctx_free(from.ctx);
+    ibl_console_init(&r.console, line->one.common.quiet,
+                     line->one.common.verbose);
+    ibl_signals_catch();
+    const bool only_explains = line->one.explain && !line->one.input;
+    const bool ok = begin(&r) && (only_explains ? name_sets(&r) : bake(&r));
+    const int status = ibl_console_end(&r.console, ok);
+    if (ok && line->one.common.verbose) {
+        log_run(&r);
+        ibl_console_print_times(&r.console);
+    }
+    for (int i = 0; i < r.count && ok && line->one.explain; i++)
+        explain(&r.sets[i], r.count > 1);
+    end(&r);
     return status;
 }

@@ -3,8 +3,10 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "cli/shell_words.h"
 #include "common/names.h"
 
 enum {
@@ -89,6 +91,14 @@ static const ibl_option outputs[] = {
     {"name", 0, IBL_TEXT(name, "NAME"),
      .standard = "ENV without directory and extension",
      .help = "outputs are NAME_specular.EXT and so on"},
+    {"target", 0, IBL_OTHER(targets, "LIST", ibl_targets_parse),
+     .allowed = IBL_TARGETS_ALLOWED,
+     .standard = "none",
+     .help = "make files that these engines load as they are; sets other "
+             "defaults, which list prints. Several are written to DIR/TARGET"},
+    {"explain", 0, IBL_FLAG(explain),
+     .help = "print the lines that load the files of --target; without ENV, "
+             "only that"},
     {"format", 0, IBL_CHOICE(format, ibl_container_names),
      .help = "container, and the extension of its files"},
     {"zstd", 0, IBL_INT(zstd, 0, IBL_MAX_ZSTD),
@@ -318,7 +328,7 @@ static void select_parts(ibl_opts *o)
         o->bake.sh_degree = -1;
     if (o->lobe_table == IBL_LOBES_NO)
         o->only &= ~(1u << IBL_OUTPUT_LOBES);
-    const bool expects = (o->only & 1u << IBL_OUTPUT_JSON) &&
+    const bool expects = !o->of && (o->only & 1u << IBL_OUTPUT_JSON) &&
                          (o->only & 1u << IBL_OUTPUT_SPECULAR) &&
                          o->bake.specular_options.lobe == IBL_LOBE_GGX;
     o->bake.power = expects || ((o->only & 1u << IBL_OUTPUT_LOBES) &&
@@ -430,21 +440,31 @@ static bool is_of_none(const ibl_opts *o)
     return !(o->only & ~tables) && !o->sh_format;
 }
 
-static bool validate(void *settings)
+static bool check_paths(const ibl_opts *o)
 {
-    ibl_opts *o = settings;
-
-    choose_lobes(o);
+    if (o->explain && !o->input)
+        return true;
     if (!o->input && !is_of_none(o))
         return ibl_misuse("no environment: iblbake [options] ENV -o DIR, see "
                           "iblbake --help");
-    if (!o->directory)
-        return ibl_misuse("no output directory: add -o DIR");
-    if ((o->only & 1u << IBL_OUTPUT_SKYBOX) && o->only != ALL_OUTPUTS &&
-        !o->bake.skybox)
-        return ibl_misuse(
-            "--only skybox: its size is not known: add --skybox N");
-    if (!ibl_common_validate(&o->common) || !check_mapping(o) ||
+    return o->directory || ibl_misuse("no output directory: add -o DIR");
+}
+
+/* A target makes a skybox only if it has a size. */
+static bool check_skybox(const ibl_opts *o)
+{
+    const unsigned skybox = 1u << IBL_OUTPUT_SKYBOX;
+
+    return !(o->only & skybox) || o->only == ALL_OUTPUTS || o->bake.skybox ||
+           (o->of && o->only != skybox) ||
+           ibl_misuse("--only skybox: its size is not known: add --skybox N");
+}
+
+static bool check_set(ibl_opts *o)
+{
+    choose_lobes(o);
+    if (!check_paths(o) || !check_skybox(o) ||
+        !ibl_common_validate(&o->common) || !check_mapping(o) ||
         !check_lobes(o) || !check_zstd(o) || !check_texels(o) ||
         !check_lights(o) || !check_harmonics(o) ||
         !check_levels(&o->bake.specular_options))
@@ -461,6 +481,82 @@ static bool validate(void *settings)
     select_parts(o);
     o->verify |= !isnan(o->max_error);
     return true;
+}
+
+/* ---- targets ---------------------------------------------------------- */
+
+static bool accept(void *settings)
+{
+    (void)settings;
+    return true;
+}
+
+/* Reads the options of a target, then those of the command line. */
+static bool read_words(const char *first, char **words, ibl_opts *o)
+{
+    const ibl_command set = {.sections = sections,
+                             .settings_size = sizeof *o,
+                             .defaults = defaults,
+                             .take = take,
+                             .validate = accept};
+    char **options = ibl_words_split(first), **all = NULL;
+    int count = 0, more = 0;
+
+    while (options && options[count])
+        count++;
+    while (words[more])
+        more++;
+    if (options)
+        all = malloc((size_t)(count + more + 1) * sizeof *all);
+    if (all) {
+        memcpy(all, options, (size_t)count * sizeof *all);
+        memcpy(all + count, words, (size_t)(more + 1) * sizeof *all);
+    }
+    /* No option of a target keeps its word. */
+    const bool ok = all ? ibl_command_line(&set, all, o, NULL)
+                        : ibl_misuse("no memory for the options");
+    free(all);
+    free(options);
+    return ok;
+}
+
+static bool add_set(ibl_bake_line *line, const ibl_target *target)
+{
+    ibl_opts *o = &line->set[line->count++];
+    char prefix[32];
+
+    if (!read_words(target->options, line->words, o))
+        return false;
+    o->of = target;
+    o->filament = target->filament;
+    snprintf(prefix, sizeof prefix, "--target %s: ", target->name);
+    ibl_misuse_prefix(prefix);
+    const bool ok = check_set(o);
+    ibl_misuse_prefix("");
+    return ok;
+}
+
+static bool validate(void *settings)
+{
+    ibl_bake_line *line = settings;
+    const unsigned targets = line->one.targets;
+
+    if (!targets && line->one.explain)
+        return ibl_misuse("--explain: the lines of which engine? Add --target "
+                          "NAME");
+    if (!targets)
+        return check_set(&line->one);
+    for (int i = 0; i < IBL_MAX_TARGETS; i++)
+        if (targets & 1u << i && !add_set(line, &ibl_targets[i]))
+            return false;
+    return line->count < 2 || !line->one.preview ||
+           ibl_misuse("--preview %s: shows one set: give one --target",
+                      line->one.preview);
+}
+
+static void keep_words(void *settings, char **words)
+{
+    ((ibl_bake_line *)settings)->words = words;
 }
 
 void ibl_sampling_given(const ibl_opts *o, char text[IBL_SAMPLING_BYTES])
@@ -496,8 +592,9 @@ const ibl_command ibl_bake_command = {
         "  DIR/NAME.json            spherical harmonics and what was done\n",
     .statuses = "0 done, 1 failed, 2 wrong usage",
     .sections = sections,
-    .settings_size = sizeof(ibl_opts),
+    .settings_size = sizeof(ibl_bake_line),
     .defaults = defaults,
+    .keep_words = keep_words,
     .take = take,
     .validate = validate,
     .run = ibl_bake_run,

@@ -35,8 +35,9 @@ static bool is_own(const ibl_opts *o, ibl_output_kind kind)
            (kind == IBL_OUTPUT_LOBES && o->input && !is_usual_table(o));
 }
 
-static char *make_path(const ibl_opts *o, ibl_output_kind kind)
+static char *make_path(const ibl_bake *b, ibl_output_kind kind)
 {
+    const ibl_opts *o = b->opts;
     const char *extension =
         kind == IBL_OUTPUT_JSON ? "json" : ibl_container_extension(o->format);
     const char *stem = kind == IBL_OUTPUT_LUT ? ibl_lut_stems[o->lut.geometry]
@@ -46,40 +47,40 @@ static char *make_path(const ibl_opts *o, ibl_output_kind kind)
                      ? ibl_format("%s_%s.%s", o->name, ibl_output_content(kind),
                                   extension)
                      : ibl_format("%s.%s", stem, extension);
-    char *path = name ? ibl_path_join(o->directory, name) : NULL;
+    char *path = name ? ibl_path_join(b->directory, name) : NULL;
 
     free(name);
     return path;
 }
 
-static char *make_sh_path(const ibl_opts *o)
+static char *make_sh_path(const ibl_bake *b)
 {
-    char *name = ibl_format("%s_sh.txt", o->name);
-    char *path = name ? ibl_path_join(o->directory, name) : NULL;
+    char *name = ibl_format("%s_sh.txt", b->opts->name);
+    char *path = name ? ibl_path_join(b->directory, name) : NULL;
 
     free(name);
     return path;
 }
 
-static bool name_files(ibl_bake *b)
+bool ibl_bake_name_files(ibl_bake *b)
 {
     for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++) {
         if (!(b->opts->only & 1u << kind))
             continue;
-        b->files[kind].path = make_path(b->opts, (ibl_output_kind)kind);
+        b->files[kind].path = make_path(b, (ibl_output_kind)kind);
         if (!b->files[kind].path)
             return ibl_console_fail(b->console, "no memory for file names");
     }
-    return !b->opts->sh_format || (b->sh_path = make_sh_path(b->opts)) ||
+    return !b->opts->sh_format || (b->sh_path = make_sh_path(b)) ||
            ibl_console_fail(b->console, "no memory for file names");
 }
 
 enum {
-    MAX_PATHS = IBL_OUTPUT_COUNT + 3 /* that a depfile names */
+    SET_PATHS = IBL_OUTPUT_COUNT + 1 /* files of a set */
 };
 
-/* Lists a depfile's files except the input; returns their number. */
-static int list_targets(const ibl_bake *b, const char *paths[MAX_PATHS])
+/* Lists the files of a set; returns their number. */
+static int list_files(const ibl_bake *b, const char *paths[SET_PATHS])
 {
     int count = 0;
 
@@ -88,8 +89,6 @@ static int list_targets(const ibl_bake *b, const char *paths[MAX_PATHS])
             paths[count++] = b->files[kind].path;
     if (b->sh_path)
         paths[count++] = b->sh_path;
-    if (b->opts->preview)
-        paths[count++] = b->opts->preview;
     return count;
 }
 
@@ -194,7 +193,7 @@ static bool check_source(const ibl_bake *b)
 {
     if (!b->opts->input || b->opts->name != b->opts->stem)
         return true;
-    char *path = make_path(b->opts, IBL_OUTPUT_JSON);
+    char *path = make_path(b, IBL_OUTPUT_JSON);
     const bool ok = path && check_sidecar(b, path);
 
     free(path);
@@ -270,44 +269,66 @@ static bool check_depfile(const ibl_bake *b, const char *path)
                path, why);
 }
 
-char *ibl_depfile_text(const ibl_bake *b)
+char *ibl_depfile_text(const ibl_bake *sets, int count)
 {
-    const char *input = b->opts->input, *paths[MAX_PATHS];
-    const int count = list_targets(b, paths);
+    const ibl_opts *o = sets->opts;
+    const char *paths[SET_PATHS], *between = "";
     ibl_memory_file file;
     FILE *to = ibl_memory_open(&file);
 
     if (!to)
         return NULL;
-    for (int i = 0; i < count; i++) {
-        fputs(i ? " \\\n  " : "", to);
-        put_path(to, paths[i]);
+    for (int s = 0; s < count; s++) {
+        const int files = list_files(&sets[s], paths);
+        for (int i = 0; i < files; i++) {
+            fputs(between, to);
+            put_path(to, paths[i]);
+            between = " \\\n  ";
+        }
+    }
+    if (o->preview) {
+        fputs(between, to);
+        put_path(to, o->preview);
     }
     fputc(':', to);
-    if (is_file(input)) {
+    if (is_file(o->input)) {
         fputc(' ', to);
-        put_path(to, input);
+        put_path(to, o->input);
     }
     fputc('\n', to);
     return ibl_memory_close(to, &file);
 }
 
-bool ibl_bake_plan(ibl_bake *b)
+/* Checks a file that is made, and that the depfile can name it. */
+static bool check_file(const ibl_bake *b, const char *path)
 {
-    const ibl_opts *o = b->opts;
-    const char *named[MAX_PATHS];
-    bool ok = name_files(b);
-    int count = list_targets(b, named);
+    return check_target(b, path) &&
+           (!b->opts->depfile || check_depfile(b, path));
+}
+
+static bool plan_set(ibl_bake *b)
+{
+    const char *paths[SET_PATHS];
+    bool ok = ibl_bake_name_files(b);
+    const int count = ok ? list_files(b, paths) : 0;
 
     for (int i = 0; i < count && ok; i++)
-        ok = check_target(b, named[i]);
+        ok = check_target(b, paths[i]);
     ok = ok && check_source(b);
-    if (!ok || !o->depfile)
-        return ok;
-    if (is_file(o->input))
-        named[count++] = o->input;
-    ok = check_target(b, o->depfile);
-    for (int i = 0; i < count && ok; i++)
-        ok = check_depfile(b, named[i]);
+    for (int i = 0; i < count && ok && b->opts->depfile; i++)
+        ok = check_depfile(b, paths[i]);
     return ok;
+}
+
+bool ibl_bake_plan(ibl_bake *sets, int count)
+{
+    const ibl_opts *o = sets->opts;
+    bool ok = true;
+
+    for (int i = 0; i < count && ok; i++)
+        ok = plan_set(&sets[i]);
+    ok = ok && (!o->preview || check_file(sets, o->preview));
+    return ok && (!o->depfile ||
+                  (check_target(sets, o->depfile) &&
+                   (!is_file(o->input) || check_depfile(sets, o->input))));
 }

@@ -551,6 +551,8 @@ char *ibl_sidecar_text(const ibl_bake *b)
     json_t *root = json_object();
 
     put(&root, "generator", ibl_json_generator(ibl_ctx_isa(b->ctx)));
+    if (b->opts->of)
+        put(&root, "target", json_string(b->opts->of->name));
     if (has_encoded_names(b))
         put(&root, "names", json_string(IBL_NAMES_ENCODED));
     put(&root, "source", source(b));

@@ -6,6 +6,7 @@
 
 #include "cli/console.h"
 #include "cli/judge_report.h"
+#include "cli/targets.h"
 #include "engine/harmonics.h"
 
 /* What the lobe table is fitted to. */
@@ -16,10 +17,14 @@ typedef enum ibl_lobes {
     IBL_LOBES_USUAL   /* photographs, if the levels are GGX */
 } ibl_lobes;
 
-/* The command line. Strings point into argv; name may point to stem. */
+/* The options of a set of files. Strings point into argv; name may point to
+ * stem. */
 typedef struct ibl_opts {
     ibl_common common;
-    const char *input; /* "-": standard input; NULL: none (only the LUT) */
+    unsigned targets;     /* those of --target, of ibl_targets_parse */
+    int explain;          /* 1: print how the target loads its files */
+    const ibl_target *of; /* the one of this set; NULL: none */
+    const char *input;    /* "-": standard input; NULL: none (only the LUT) */
     const char *directory;
     const char *name;
     ibl_container format;
@@ -43,6 +48,14 @@ typedef struct ibl_opts {
     char stem[256]; /* input's name without directory and extension */
 } ibl_opts;
 
+/* The command line: options of one set, or of a set for each target. */
+typedef struct ibl_bake_line {
+    ibl_opts one; /* first, as the parser's settings */
+    char **words;
+    int count; /* of sets; 0: there are no targets, and one counts */
+    ibl_opts set[IBL_MAX_TARGETS];
+} ibl_bake_line;
+
 /* An output file. path is set before the bake, the rest when the file is
  * written. */
 typedef struct ibl_baked {
@@ -58,16 +71,20 @@ typedef struct ibl_bake_source {
     const ibl_opts *opts; /* those that all sets have in common count */
     ibl_console *console;
     ibl_ctx *ctx;
-    ibl_bake_options bake; /* all that any set needs */
-    int width, height;     /* in pixels */
-    ibl_image env;         /* the environment, for --verify and --preview */
-    ibl_image rest;        /* the environment without lights, for --verify */
+    ibl_bake_options bake;                        /* all that any set needs */
+    ibl_specular_options chains[IBL_MAX_TARGETS]; /* of levels, all different */
+    int chain_count;
+    int width, height; /* in pixels */
+    ibl_image env;     /* the environment, for --verify and --preview */
+    ibl_image rest;    /* the environment without lights, for --verify */
     ibl_light lights[IBL_MAX_LIGHTS]; /* what was taken, the strongest first */
     int light_count;
     ibl_read_report report; /* of reading the environment */
     ibl_judge *judge[2];    /* by env and by rest; NULL until --verify judges a
                                cube by it */
-    ibl_bake_result made;   /* cubes and coefficients; empty if not wanted */
+    ibl_bake_result made;   /* cubes and coefficients, specular of the first
+                               chain; empty if not wanted */
+    ibl_bake_result more[IBL_MAX_TARGETS]; /* specular of the other chains */
 } ibl_bake_source;
 
 /* A set of files of a bake. It owns its files' paths, tables and report. */
@@ -77,6 +94,8 @@ typedef struct ibl_bake {
     ibl_ctx *ctx;
     ibl_outputs *outputs;
     ibl_bake_source *from;
+    char *directory;
+    int chain;            /* of the source's chains; -1: none */
     ibl_bake_result made; /* its part of what the source has */
     ibl_lut lut;
     ibl_lobe_table lobes;            /* empty if not wanted */
@@ -93,8 +112,11 @@ enum {
 };
 void ibl_sampling_given(const ibl_opts *o, char text[IBL_SAMPLING_BYTES]);
 
-/* Runs the bake with settings, an ibl_opts; returns the exit status. */
+/* Runs the bake with settings, an ibl_bake_line; returns the exit status. */
 int ibl_bake_run(const void *settings);
+
+/* Adds what a set needs to what is baked, and sets its chain. */
+void ibl_bake_source_add(ibl_bake_source *s, ibl_bake *set);
 
 /* Reads the environment, if there is one, and bakes. ibl_bake_source_free is
  * needed also after a failure. */
@@ -127,14 +149,17 @@ char *ibl_sidecar_text(const ibl_bake *b);
  */
 bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size);
 
-/* Sets the path of every wanted file; the output directory must exist. False,
- * after a message: a file cannot be written, or would replace the input or,
- * without --name, the outputs of another environment. */
-bool ibl_bake_plan(ibl_bake *b);
+/* Sets the path of every wanted file. False, after a message: no memory. */
+bool ibl_bake_name_files(ibl_bake *b);
+
+/* Does so for all sets, whose directories must exist. False, after a message: a
+ * file cannot be written, or would replace the input or, without --name, the
+ * outputs of another environment. */
+bool ibl_bake_plan(ibl_bake *sets, int count);
 
 /* A rule "outputs: input" for make and ninja, without the input if it is
  * standard input. The caller must free the text; NULL: no memory. */
-char *ibl_depfile_text(const ibl_bake *b);
+char *ibl_depfile_text(const ibl_bake *sets, int count);
 
 /* For --verify. Encodes tex as its file, decodes and judges it, and adds to the
  * report. */

@@ -4,6 +4,31 @@
 
 #include "cli/bake_record.h"
 
+/* The index of the chain with these options, added if it is new. */
+static int take_chain(ibl_bake_source *s, const ibl_specular_options *o)
+{
+    int i = 0;
+
+    while (i < s->chain_count && memcmp(&s->chains[i], o, sizeof *o) != 0)
+        i++;
+    if (i == s->chain_count)
+        s->chains[s->chain_count++] = *o;
+    return i;
+}
+
+void ibl_bake_source_add(ibl_bake_source *s, ibl_bake *set)
+{
+    const ibl_bake_options *o = &set->opts->bake;
+    ibl_bake_options *all = &s->bake;
+
+    set->chain = o->specular ? take_chain(s, &o->specular_options) : -1;
+    all->skybox = o->skybox > all->skybox ? o->skybox : all->skybox;
+    all->irradiance |= o->irradiance;
+    all->power |= o->power;
+    if (o->sh_degree > all->sh_degree)
+        all->sh_degree = o->sh_degree;
+}
+
 /* Moves the environment to the rest, or copies it for what shows all of it. */
 static bool copy_environment(ibl_bake_source *s)
 {
@@ -38,10 +63,26 @@ static bool bake_skybox(ibl_bake_source *s, ibl_cube *skybox)
     return ok;
 }
 
+/* The outputs of a map in memory, with all chains. */
+static bool bake_chains(ibl_bake_source *s, const ibl_image *image,
+                        const ibl_bake_options *first)
+{
+    const ibl_environment env = {.image = image};
+    ibl_bake_options alone = *first;
+    bool ok = !ibl_bake_environment(s->ctx, &env, first, &s->made);
+
+    alone.skybox = alone.irradiance = alone.power = 0;
+    alone.sh_degree = -1;
+    for (int i = 1; i < s->chain_count && ok; i++) {
+        alone.specular_options = s->chains[i];
+        ok = !ibl_bake_environment(s->ctx, &env, &alone, &s->more[i]);
+    }
+    return ok;
+}
+
 /* The skybox of the environment, all else of what lights leave of it. */
 static bool bake_without_lights(ibl_bake_source *s)
 {
-    const ibl_environment rest = {.image = &s->rest};
     ibl_bake_options others = s->bake;
     ibl_cube skybox = {0};
 
@@ -50,16 +91,14 @@ static bool bake_without_lights(ibl_bake_source *s)
         bake_skybox(s, &skybox) && copy_environment(s) &&
         !ibl_image_take_lights(s->ctx, &s->rest, others.yaw_deg,
                                s->opts->lights, s->lights, &s->light_count) &&
-        !ibl_bake_environment(s->ctx, &rest, &others, &s->made);
+        bake_chains(s, &s->rest, &others);
     s->made.skybox = skybox;
     return ok;
 }
 
-/* Keeps the map in memory, for lights, --verify and --preview. */
+/* Keeps the map in memory, for lights, --verify, --preview and chains. */
 static bool bake_image(ibl_bake_source *s)
 {
-    const ibl_environment rows = {.image = &s->env};
-
     if (ibl_image_read(s->ctx, s->opts->input, &s->opts->common.read, &s->env,
                        &s->report))
         return false;
@@ -67,7 +106,7 @@ static bool bake_image(ibl_bake_source *s)
     s->height = s->env.height;
     if (s->opts->lights)
         return bake_without_lights(s);
-    return !ibl_bake_environment(s->ctx, &rows, &s->bake, &s->made);
+    return bake_chains(s, &s->env, &s->bake);
 }
 
 static bool bake_source(ibl_bake_source *s)
@@ -89,8 +128,12 @@ bool ibl_bake_source_make(ibl_bake_source *s)
 {
     if (!s->opts->input)
         return true;
+    s->bake.specular = s->chain_count > 0;
+    if (s->chain_count)
+        s->bake.specular_options = s->chains[0];
     ibl_console_progress(s->console, "decode", 0);
-    return s->opts->lights || s->opts->verify || s->opts->preview
+    return s->chain_count > 1 || s->opts->lights || s->opts->verify ||
+                   s->opts->preview
                ? bake_image(s)
                : bake_source(s);
 }
@@ -102,4 +145,6 @@ void ibl_bake_source_free(ibl_bake_source *s)
     ibl_image_free(&s->env);
     ibl_image_free(&s->rest);
     ibl_bake_result_free(&s->made);
+    for (int i = 1; i < s->chain_count; i++)
+        ibl_bake_result_free(&s->more[i]);
 }

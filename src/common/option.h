@@ -83,6 +83,8 @@ typedef struct ibl_command {
     const ibl_section *const *sections; /* ended by NULL */
     size_t settings_size;
     void (*defaults)(void *settings);
+    /* Keeps the words, for a second parse after others; may be NULL. */
+    void (*keep_words)(void *settings, char **words);
     /* Takes an argument that is no option. False after one ibl_misuse. */
     bool (*take)(void *settings, const char *word);
     /* Checks the options together. False after one ibl_misuse. */
@@ -115,6 +117,8 @@ void ibl_command_help(const ibl_command *cmd, FILE *to);
 
 /* Prints "PROGRAM: ..." on stderr; returns false. */
 bool ibl_misuse(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
+/* What precedes the text of every later ibl_misuse; "" at first. */
+void ibl_misuse_prefix(const char *prefix);
 
 /*
  * Parse the number at the start of text: decimal digits after an optional '-',

@@ -11,6 +11,13 @@
 #include "common/option.h"
 #include "common/stderr_line.h"
 
+static const char *misuse_prefix = "";
+
+void ibl_misuse_prefix(const char *prefix)
+{
+    misuse_prefix = prefix;
+}
+
 bool ibl_misuse(const char *fmt, ...)
 {
     char text[IBL_LINE_BYTES];
@@ -19,7 +26,7 @@ bool ibl_misuse(const char *fmt, ...)
     va_start(ap, fmt);
     vsnprintf(text, sizeof text, fmt, ap);
     va_end(ap);
-    ibl_print_line("", text);
+    ibl_print_line(misuse_prefix, text);
     return false;
 }
 
@@ -273,6 +280,8 @@ static bool parse(line *l)
 
     memset(l->settings, 0, l->cmd->settings_size);
     l->cmd->defaults(l->settings);
+    if (l->cmd->keep_words)
+        l->cmd->keep_words(l->settings, l->argv);
     while (l->argv[l->next]) {
         const char *word = l->argv[l->next++];
         bool ok;
