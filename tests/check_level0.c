@@ -126,7 +126,7 @@ static double worst_texel(ibl_ctx *ctx, const struct subject *s, test_random *r)
             t[i].x = i % 10 ? t[i].y : n / 2;
     }
     if (ibl_reference_create(ctx, &s->map, s->yaw, &ref) ||
-        ibl_reference_texels(ref, n, n, t, COUNT, rgb))
+        ibl_reference_texels(ref, IBL_PROJECTION_CUBE, n, n, t, COUNT, rgb))
         exit(1);
     for (int i = 0; i < COUNT; i++) {
         const float *p =

@@ -58,12 +58,17 @@ TEST(contexts_and_images)
     SILENT(ibl_image_alloc(NULL, 2, 1, &none));
     REFUSES(ibl_cube_alloc(ctx, 8, 1, NULL));
     SILENT(ibl_cube_alloc(NULL, 8, 1, &hollow));
+    REFUSES(ibl_cube_alloc_as(ctx, IBL_PROJECTION_EQUIRECT, 8, 1, NULL));
+    SILENT(ibl_cube_alloc_as(NULL, IBL_PROJECTION_EQUIRECT, 8, 1, &hollow));
     NEED(!ibl_cube_alloc(ctx, 8, 4, &cube));
     REFUSES(ibl_cube_from_latlong(ctx, NULL, 0, &cube));
     REFUSES(ibl_cube_from_latlong(ctx, &none, 0, &cube));
     REFUSES(ibl_cube_from_latlong(ctx, &map, 0, NULL));
     REFUSES(ibl_cube_from_latlong(ctx, &map, 0, &hollow));
     SILENT(ibl_cube_from_latlong(NULL, &map, 0, &cube));
+    REFUSES(ibl_flat_from_latlong(ctx, NULL, 0, &cube));
+    REFUSES(ibl_flat_from_latlong(ctx, &map, 0, NULL));
+    SILENT(ibl_flat_from_latlong(NULL, &map, 0, &cube));
     REFUSES(ibl_latlong_from_cube(ctx, NULL, &map));
     REFUSES(ibl_latlong_from_cube(ctx, &hollow, &map));
     REFUSES(ibl_latlong_from_cube(ctx, &cube, NULL));
@@ -165,9 +170,11 @@ TEST(references)
     REFUSES(ibl_reference_irradiance(ref, NULL, 1, rgb));
     REFUSES(ibl_reference_irradiance(ref, dir, 1, NULL));
     SILENT(ibl_reference_irradiance(NULL, dir, 1, rgb));
-    REFUSES(ibl_reference_texels(ref, 4, 4, NULL, 1, rgb));
-    REFUSES(ibl_reference_texels(ref, 4, 4, &texel, 1, NULL));
-    SILENT(ibl_reference_texels(NULL, 4, 4, &texel, 1, rgb));
+    REFUSES(ibl_reference_texels(ref, IBL_PROJECTION_CUBE, 4, 4, NULL, 1, rgb));
+    REFUSES(
+        ibl_reference_texels(ref, IBL_PROJECTION_CUBE, 4, 4, &texel, 1, NULL));
+    SILENT(
+        ibl_reference_texels(NULL, IBL_PROJECTION_CUBE, 4, 4, &texel, 1, rgb));
     REFUSES(ibl_reference_sh(ref, 0, NULL));
     SILENT(ibl_reference_sh(NULL, 0, rgb));
     REFUSES(ibl_reference_mean(ref, NULL));

@@ -52,9 +52,11 @@ static ibl_cube stored(const ibl_cube *cube, ibl_pixel pixel, ibl_overflow how,
 /* Floats without a pixel's rounding, all three channels up to max. */
 static ibl_cube settled(const ibl_cube *cube, float max, ibl_overflow_level *l)
 {
+    const ibl_level_shape shape =
+        ibl_level_shape_of(IBL_PROJECTION_CUBE, cube->size);
     float *data = NULL;
     if (ibl_overflow_settle(ctx, IBL_OVERFLOW_SPREAD, (float[]){max, max, max},
-                            cube->size, cube->data, &data, l) ||
+                            &shape, cube->data, &data, l) ||
         !data)
         exit(1);
     ibl_cube back = constant(cube->size, 0);

@@ -494,7 +494,7 @@ static void roughest_is_irradiance(subject *s)
     replace_map(s, 48, 24);
     ibl_cube a = cube_specular(s->ctx, &s->map, 0, 16, 3, SAMPLES);
     ibl_cube b = cube_irradiance(s->ctx, &s->map, 0, 4);
-    ibl_cube last = {4, 1, ibl_cube_face(&a, 2, 0)};
+    ibl_cube last = {.size = 4, .levels = 1, .data = ibl_cube_face(&a, 2, 0)};
     const double pixel = 4 * 3.14159265358979323846 / (48 * 24);
     if (s->kind != MAP_DENORMAL)
         within(s, "r = 1 against irradiance", cube_nrmse(&last, &b, 0),

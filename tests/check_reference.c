@@ -273,7 +273,8 @@ TEST(constants)
         for (int n = 1; n <= 19; n += 6) {
             const ibl_texel t[3] = {
                 {2, n / 2, n / 2}, {0, 0, n - 1}, {3, n - 1, 0}};
-            CHECK(!ibl_reference_texels(it->ref, n, n, t, 3, rgb));
+            CHECK(!ibl_reference_texels(it->ref, IBL_PROJECTION_CUBE, n, n, t,
+                                        3, rgb));
             for (int c = 0; c < 9; c++)
                 CHECK_NEAR(rgb[c], want, 1e-14);
         }
@@ -401,7 +402,8 @@ TEST(threads)
         CHECK(!ibl_reference_specular(it->ref, 0.5, dirs, 20, rgb[0]));
         CHECK(!ibl_reference_specular(it->ref, 0.1, dirs, 20, rgb[1]));
         CHECK(!ibl_reference_irradiance(it->ref, dirs, 20, rgb[2]));
-        CHECK(!ibl_reference_texels(it->ref, 20, 20, t, 20, rgb[3]));
+        CHECK(!ibl_reference_texels(it->ref, IBL_PROJECTION_CUBE, 20, 20, t, 20,
+                                    rgb[3]));
         CHECK(!ibl_reference_sh(it->ref, 8, a));
         if (k == 0) {
             memcpy(first, rgb, sizeof rgb);
@@ -529,9 +531,10 @@ TEST(bad_arguments)
     CHECK(ibl_reference_specular(ref, 0.5, zero, 1, rgb) == IBL_ERR_ARGUMENT);
     CHECK(ibl_reference_irradiance(ref, nan3, 1, rgb) == IBL_ERR_ARGUMENT);
     for (int k = 0; k < 4; k++)
-        CHECK(ibl_reference_texels(ref, 4, 4, &bad[k], 1, rgb) ==
-              IBL_ERR_ARGUMENT);
-    CHECK(ibl_reference_texels(ref, 1, 0, bad, 0, rgb) == IBL_ERR_ARGUMENT);
+        CHECK(ibl_reference_texels(ref, IBL_PROJECTION_CUBE, 4, 4, &bad[k], 1,
+                                   rgb) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_reference_texels(ref, IBL_PROJECTION_CUBE, 1, 0, bad, 0, rgb) ==
+          IBL_ERR_ARGUMENT);
     CHECK(ibl_reference_sh(ref, -1, a) == IBL_ERR_ARGUMENT);
     CHECK(ibl_reference_sh(ref, 65, a) == IBL_ERR_ARGUMENT);
     CHECK(ibl_reference_lut(ctx, 1.1, 0.5, IBL_GEOMETRY_SMITH, a) ==
@@ -558,7 +561,8 @@ TEST(cancel)
         CHECK(ibl_reference_specular(ref, 0.05 * k, up, 1, out) ==
               IBL_ERR_CANCELLED);
     CHECK(ibl_reference_irradiance(ref, up, 1, out) == IBL_ERR_CANCELLED);
-    CHECK(ibl_reference_texels(ref, 4, 4, &t, 1, out) == IBL_ERR_CANCELLED);
+    CHECK(ibl_reference_texels(ref, IBL_PROJECTION_CUBE, 4, 4, &t, 1, out) ==
+          IBL_ERR_CANCELLED);
     CHECK(ibl_reference_sh(ref, 2, out) == IBL_ERR_CANCELLED);
     CHECK(ibl_reference_mean(ref, out) == IBL_ERR_CANCELLED);
     CHECK(ibl_reference_lut(ctx, 1, 1, IBL_GEOMETRY_SMITH, out) ==

@@ -113,7 +113,8 @@ static void compare_texels(int w, int h, int base, int n, double yaw_deg,
         const ibl_texel t[3] = {
             {face, n / 2, n / 2}, {face, 0, n - 1}, {face, n / 3, n / 4}};
         double rgb[9];
-        CHECK(!ibl_reference_texels(it->ref, base, n, t, 3, rgb));
+        CHECK(!ibl_reference_texels(it->ref, IBL_PROJECTION_CUBE, base, n, t, 3,
+                                    rgb));
         for (int k = 0; k < 3; k++) {
             const double want =
                 texel_points(&f, n, t[k], yaw_deg / 180 * M_PI, sub);
@@ -157,7 +158,8 @@ TEST(texels_energy)
         for (int j = 0; j < 6 * n * n; j++) {
             const ibl_texel t = {j / (n * n), j % n, j / n % n};
             double rgb[3];
-            CHECK(!ibl_reference_texels(it->ref, n, n, &t, 1, rgb));
+            CHECK(!ibl_reference_texels(it->ref, IBL_PROJECTION_CUBE, n, n, &t,
+                                        1, rgb));
             /* Corners' asin(uv / ...) in the form of an atan. */
             const double u[2] = {2.0 * t.x / n - 1, 2.0 * (t.x + 1) / n - 1};
             const double v[2] = {2.0 * t.y / n - 1, 2.0 * (t.y + 1) / n - 1};

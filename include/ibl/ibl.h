@@ -157,14 +157,45 @@ void ibl_image_free(ibl_image *img); /* NULL and zeroed are fine */
 #define IBL_MAX_LEVELS 15       /* of a cube of IBL_MAX_CUBE_SIZE */
 
 /*
- * A cube map with its mip chain, RGB floats. Level l has faces of
- * max(size >> l, 1) texels squared. Order: levels from the largest, then the
- * six faces of a level, then the rows of a face from the top. No padding.
+ * How the texels of a level lie on the sphere. n is the edge of the faces that
+ * the level has, or would have, as a cube.
+ *   CUBE        six faces of n x n texels
+ *   EQUIRECT    one image of 4n x 2n texels, as Equirect in CONVENTIONS
+ *   OCTAHEDRAL  one image of 2n x 2n texels. Texel (i, j), with
+ *               u = (i + .5) / n - 1, v = (j + .5) / n - 1, h = 1 - |u| - |v|,
+ *               looks along (u, h, v), and where h < 0 along
+ *               (sgn(u) (1 - |v|), h, sgn(v) (1 - |u|)), not normalised: +Y is
+ *               in the middle, with u and v as on the face +Y; the borders are
+ *               folded, each in its middle, and -Y is at all four corners.
+ *               Texels differ by up to 5.2 times in solid angle (a cube's: 5.2)
+ *               and the largest is 1.3 times the largest of a cube, so 2n is
+ *               the power of two that keeps a cube's detail (Engelhardt and
+ *               Dachsbacher 2008, "Octahedron Environment Maps"; Cigolle et al.
+ *               2014, JCGT 3(2)). There is no border in the texture: ibl.glsl's
+ *               lookup filters across the seams.
+ */
+typedef enum ibl_projection {
+    IBL_PROJECTION_CUBE,
+    IBL_PROJECTION_EQUIRECT,
+    IBL_PROJECTION_OCTAHEDRAL
+} ibl_projection;
+
+/* "cube", "equirect" or "octahedral". */
+const char *ibl_projection_name(ibl_projection projection);
+
+/*
+ * A map with its mip chain, RGB floats; a cube unless projection says
+ * otherwise. Level l has faces of n = max(size >> l, 1) texels squared, or one
+ * flat image, see ibl_projection. Order: levels from the largest, then the six
+ * faces of a level, then the rows of a face from the top. No padding.
+ * Functions take cubes only, unless they say so.
  */
 typedef struct ibl_cube {
-    int size;    /* edge of level 0 in texels, 1..IBL_MAX_CUBE_SIZE */
+    int size;    /* n of level 0, 1..IBL_MAX_CUBE_SIZE; if flat, a multiple of
+                    2^(levels - 1): every level halves the one before */
     int levels;  /* 1..floor(log2(size)) + 1 */
-    float *data; /* 3 * ibl_cube_texels(size, levels) floats */
+    float *data; /* RGB of every texel */
+    ibl_projection projection;
 } ibl_cube;
 
 /* Allocates a cube, contents undefined. Free with ibl_cube_free.
@@ -172,11 +203,30 @@ typedef struct ibl_cube {
 ibl_status ibl_cube_alloc(ibl_ctx *ctx, int size, int levels, ibl_cube *cube);
 void ibl_cube_free(ibl_cube *cube); /* NULL and zeroed are fine */
 
+/* The same for any projection. IBL_ERR_ARGUMENT: also a projection out of
+ * range, or a flat size that does not halve. */
+ibl_status ibl_cube_alloc_as(ibl_ctx *ctx, ibl_projection projection, int size,
+                             int levels, ibl_cube *map);
+/* The image or the six images of a level, for any projection. */
+typedef struct ibl_level_shape {
+    ibl_projection projection;
+    int width, height, faces;
+} ibl_level_shape;
+
+/* Shape of a level with faces of n x n texels, or with as much detail. */
+ibl_level_shape ibl_level_shape_of(ibl_projection projection, int n);
+/* Unit direction of the centre of texel (x, y) of an image. */
+void ibl_level_direction(const ibl_level_shape *shape, int face, int x, int y,
+                         double dir[3]);
+/* Solid angle of texel (x, y), in steradians; those of a level sum to 4 pi. */
+double ibl_level_solid_angle(const ibl_level_shape *shape, int x, int y);
+
 /* Texels of the first `levels` levels of a cube of `size`, all faces. */
 size_t ibl_cube_texels(int size, int levels);
 /* Edge of a level in texels: max(size >> level, 1). */
 int ibl_cube_edge(int size, int level);
-/* The first texel of a level's face: 3 floats, row-major from there. */
+/* The first texel of a level's face: 3 floats, row-major from there. For any
+ * projection; a flat level has face 0. */
 float *ibl_cube_face(const ibl_cube *cube, int level, int face);
 /* Unit direction of the centre of texel (x, y) of a face of `size`. */
 void ibl_cube_direction(int size, int face, int x, int y, double dir[3]);
@@ -234,6 +284,17 @@ int ibl_default_levels(int size);
  */
 ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
                                  double yaw_deg, ibl_cube *cube);
+
+/*
+ * The same for a flat map (allocated), all its levels: each texel is the
+ * average over its solid angle, of the same patches. Constants stay constant
+ * and no value leaves the range of the source. EQUIRECT is exact. For
+ * OCTAHEDRAL the integral is exact along meridians, and Gauss points between
+ * the borders of columns leave 5e-4 of a bright pixel.
+ * IBL_ERR_ARGUMENT: map is a cube.
+ */
+ibl_status ibl_flat_from_latlong(ibl_ctx *ctx, const ibl_image *env,
+                                 double yaw_deg, const ibl_cube *map);
 
 /*
  * The inverse: fills map (allocated, width a multiple of 8, height even) from
@@ -308,6 +369,8 @@ const char *ibl_method_name(ibl_method method);
 #define IBL_TOLERANCE_DEFAULT 5e-5
 
 typedef struct ibl_specular_options {
+    ibl_projection projection; /* default IBL_PROJECTION_CUBE; flat levels are
+                                  never sampled */
     ibl_method method;         /* default IBL_METHOD_AUTO */
     ibl_lobe lobe;             /* default IBL_LOBE_GGX */
     int size;                  /* edge of level 0, 1..IBL_MAX_CUBE_SIZE,
@@ -317,6 +380,11 @@ typedef struct ibl_specular_options {
     ibl_roughness_map mapping; /* default IBL_ROUGHNESS_FILAMENT */
     double roughness_min;      /* the range of roughness, in 0..1, default */
     double roughness_max;      /*   all of it: see ibl_specular_layout */
+    const double *roughness;   /* NULL; else the roughness of each of `levels`
+                                  levels (then not 0), rising in 0..1 and from
+                                  level 1 on above 0, in place of the mapping's
+                                  over the range. The layout says the best
+                                  mapping, whose lod any list has */
     double tolerance; /* 1e-6..1, default IBL_TOLERANCE_DEFAULT: the largest
                          relative error (95th percentile) accepted for every
                          spectral level and for irradiance */
@@ -471,6 +539,7 @@ ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
                                     ibl_cube *out, ibl_specular_report *report);
 
 typedef struct ibl_irradiance_options {
+    ibl_projection projection; /* default IBL_PROJECTION_CUBE; needs step 0 */
     int size;       /* edge of the faces, 1..IBL_MAX_CUBE_SIZE, default 32 */
     double step;    /* 0 (default): exact. > 0, at most 0.5: the classic grid
                        over the hemisphere in theta and phi, with midpoints
@@ -594,9 +663,11 @@ typedef struct ibl_environment {
 
 /* The outputs of one reading of an environment. */
 typedef struct ibl_bake_options {
-    int skybox;   /* edge of a cube of the environment with all its mips,
-                     1..IBL_MAX_CUBE_SIZE; default 0: none */
-    int specular; /* 0: none; default 1 */
+    int skybox; /* edge of a cube of the environment with all its mips,
+                   1..IBL_MAX_CUBE_SIZE; default 0: none */
+    ibl_projection skybox_projection; /* default IBL_PROJECTION_CUBE; a flat
+                                         one has as many mips as halve */
+    int specular;                     /* 0: none; default 1 */
     ibl_specular_options specular_options;
     int irradiance; /* 0: none; default 1 */
     ibl_irradiance_options irradiance_options;

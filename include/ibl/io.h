@@ -382,7 +382,10 @@ typedef struct ibl_texel_options {
 ibl_texel_options ibl_texel_options_default(void);
 
 /*
- * Cube or LUT to texture and back. A cube takes the 3-channel pixels, a LUT the
+ * Cube or LUT to texture and back. A flat map (ibl_projection) becomes a flat
+ * texture with the key iblbake.layout, its projection's name; without the key a
+ * flat texture is read as octahedral if it is square, as equirectangular if its
+ * width is twice its height. A cube takes the 3-channel pixels, a LUT the
  * two 2-channel ones, else IBL_ERR_ARGUMENT, as for an unknown quality. opts
  * NULL: defaults. Texels of blocks beyond the edge of a face repeat its last
  * ones. report may be NULL; *saturated, if not NULL, is the count of
@@ -420,10 +423,10 @@ typedef struct ibl_pixel_error {
 } ibl_pixel_error;
 
 /*
- * Compares a texture of one layer with the cube that it was made from: errors
- * of all levels. Texels of the cube that are not finite, or beyond 1e19, are
- * left out; below 1e-23 they count as black.
- * IBL_ERR_ARGUMENT: tex is not a cube of one layer, or cube has another shape.
+ * Compares a texture of one layer with the cube that it was made from, of any
+ * projection: errors of all levels. Texels of the cube that are not finite, or
+ * beyond 1e19, are left out; below 1e-23 they count as black. IBL_ERR_ARGUMENT:
+ * tex is not a cube of one layer, or cube has another shape.
  */
 ibl_status ibl_texture_errors(ibl_ctx *ctx, const ibl_texture *tex,
                               const ibl_cube *cube,

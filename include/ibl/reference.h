@@ -91,7 +91,8 @@ ibl_status ibl_reference_irradiance(const ibl_reference *ref,
                                     const double *dirs, size_t count,
                                     double *rgb);
 
-/* A texel of a cube of `size`. */
+/* A texel of a cube of `size`, or of a flat level with as much detail, whose
+ * face is 0. */
 typedef struct ibl_texel {
     int face, x, y;
 } ibl_texel;
@@ -101,10 +102,12 @@ typedef struct ibl_texel {
  * ibl_cube_from_latlong, pixels are constant patches or, if they are larger
  * than the texels, are divided into the smaller patches of the interpolation.
  * Exact to about 1e-9, for any aspect.
+ *   projection  of the texels
  *   base   edge of the level 0 that sets the interpolation, size to
  *          IBL_MAX_CUBE_SIZE: size, or more for the texels of one of its mips
  */
-ibl_status ibl_reference_texels(const ibl_reference *ref, int base, int size,
+ibl_status ibl_reference_texels(const ibl_reference *ref,
+                                ibl_projection projection, int base, int size,
                                 const ibl_texel *texels, size_t count,
                                 double *rgb);
 

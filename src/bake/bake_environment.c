@@ -55,6 +55,17 @@ void ibl_bake_result_free(ibl_bake_result *r)
     *r = (ibl_bake_result){0};
 }
 
+static bool has_flat_sky(const bake *b)
+{
+    return b->opts.skybox && b->opts.skybox_projection != IBL_PROJECTION_CUBE;
+}
+
+static bool needs_flat_level0(const bake *b)
+{
+    return b->opts.specular && b->layout.roughness[0] <= 0 &&
+           b->opts.specular_options.projection != IBL_PROJECTION_CUBE;
+}
+
 /* ---- before anything is read ------------------------------------------- */
 
 /* Logs the layout if the range of roughness is only a part. */
@@ -82,15 +93,16 @@ static ibl_status prepare_specular(bake *b)
     /* Without a layout ibl_cube_alloc fails and reports why. */
     if (ibl_specular_layout_of(o, &b->layout))
         b->layout.size = o->size, b->layout.levels = o->levels;
-    const ibl_status status = ibl_cube_alloc(
-        b->ctx, b->layout.size, b->layout.levels, &b->out->specular);
+    const ibl_status status =
+        ibl_cube_alloc_as(b->ctx, o->projection, b->layout.size,
+                          b->layout.levels, &b->out->specular);
     if (status)
         return status;
     b->out->report.layout = b->layout;
     for (int l = 0; l < b->layout.levels; l++)
         b->out->report.level[l].error = -1;
     log_layout(b);
-    if (b->layout.roughness[0] > 0)
+    if (b->layout.roughness[0] > 0 || o->projection != IBL_PROJECTION_CUBE)
         return IBL_OK;
     if (!b->opts.level0)
         return ibl_level0_create(b->ctx, b->env->width, b->env->height,
@@ -103,10 +115,13 @@ static ibl_status prepare_specular(bake *b)
 
 static ibl_status prepare_sky(bake *b)
 {
-    const int size = b->opts.skybox;
-    const ibl_status status = ibl_cube_alloc(
-        b->ctx, size, ibl_cube_most_levels(size), &b->out->skybox);
-    if (status)
+    const ibl_projection projection = b->opts.skybox_projection;
+    const int size = b->opts.skybox, even = size & -size; /* what halves it */
+    const bool flat = projection != IBL_PROJECTION_CUBE;
+    const ibl_status status = ibl_cube_alloc_as(
+        b->ctx, projection, size, ibl_cube_most_levels(flat ? even : size),
+        &b->out->skybox);
+    if (status || flat)
         return status;
     return ibl_level0_create(b->ctx, b->env->width, b->env->height,
                              b->opts.yaw_deg, &b->out->skybox, &b->sky);
@@ -116,8 +131,8 @@ static ibl_status prepare_near(bake *b, int level)
 {
     const ibl_near_map map = {b->env->width, b->env->height,
                               b->opts.yaw_deg / 180 * IBL_PI};
-    return ibl_near_create(b->ctx, &map, &b->plan.shape[level],
-                           ibl_cube_edge(b->layout.size, level),
+    const ibl_level_shape shape = ibl_map_shape(&b->out->specular, level);
+    return ibl_near_create(b->ctx, &map, &b->plan.shape[level], &shape,
                            &b->near[level]);
 }
 
@@ -222,11 +237,27 @@ static ibl_status feed(bake *b)
     return status ? status : ended;
 }
 
+/* Fills flat levels of the environment itself. */
+static ibl_status make_flat(const bake *b)
+{
+    const ibl_cube *specular = &b->out->specular, *sky = &b->out->skybox;
+    const ibl_cube first = {specular->size, 1, specular->data,
+                            specular->projection};
+    ibl_status status = IBL_OK;
+
+    if (needs_flat_level0(b))
+        status =
+            ibl_flat_from_latlong(b->ctx, b->image, b->opts.yaw_deg, &first);
+    if (!status && has_flat_sky(b))
+        status = ibl_flat_from_latlong(b->ctx, b->image, b->opts.yaw_deg, sky);
+    return status;
+}
+
 static ibl_status read_all(bake *b)
 {
     ibl_status status = IBL_OK;
     b->image = b->env->image;
-    if (!b->image && b->plan.whole)
+    if (!b->image && (b->plan.whole || needs_flat_level0(b) || has_flat_sky(b)))
         status = keep_whole(b);
     if (!status)
         status = feed(b);
@@ -234,6 +265,8 @@ static ibl_status read_all(bake *b)
         status = ibl_level0_finish(b->level0);
     if (!status && b->sky)
         status = ibl_level0_finish(b->sky);
+    if (!status)
+        status = make_flat(b);
     if (!status && (b->level0 || b->sky))
         ibl_progress(b->ctx, "level 0", 1);
     ibl_level0_free(b->level0);
@@ -268,8 +301,8 @@ static ibl_status sample_levels(bake *b)
 /* Makes a level from its near part only. */
 static void near_level(const bake *b, int level)
 {
-    const int n = ibl_cube_edge(b->layout.size, level);
-    const size_t count = IBL_FACES * (size_t)n * (size_t)n;
+    const ibl_level_shape shape = ibl_map_shape(&b->out->specular, level);
+    const size_t count = ibl_level_texels(&shape);
     const double *sums = ibl_near_sums(b->near[level]);
     const float *base = ibl_near_base(b->near[level]);
     float *rgb = ibl_cube_face(&b->out->specular, level, 0);
@@ -322,7 +355,8 @@ static ibl_status make_irradiance(bake *b)
     ibl_status status;
 
     ibl_progress(b->ctx, "irradiance", 0);
-    status = ibl_cube_alloc(b->ctx, o->size, 1, &b->out->irradiance);
+    status = ibl_cube_alloc_as(b->ctx, o->projection, o->size, 1,
+                               &b->out->irradiance);
     if (status)
         return status;
     if (b->plan.irradiance == IBL_METHOD_SAMPLED)
@@ -384,7 +418,7 @@ static ibl_status make_all(bake *b)
     ibl_status status = prepare(b);
     if (!status)
         status = read_all(b);
-    if (!status && b->opts.skybox)
+    if (!status && b->opts.skybox && !has_flat_sky(b))
         status = ibl_cube_build_mips(b->ctx, &b->out->skybox);
     if (!status && b->opts.power)
         status = make_power(b);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Sizes and roughnesses of the levels of the specular chain. */
 #include <math.h>
+#include <string.h>
 
 #include "bake/options.h"
 #include "core/pi.h"
@@ -136,7 +137,14 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *o,
         l.lod_scale = (levels - 1) / range;
         l.lod_offset = 0 - low * l.lod_scale; /* 0, not -0 */
     }
-    if (o->mapping == IBL_ROUGHNESS_BEST)
+    if (o->roughness) {
+        l.size = o->size;
+        l.mapping = IBL_ROUGHNESS_BEST;
+        l.lod_offset = 0;
+        memcpy(l.roughness, o->roughness,
+               (size_t)levels * sizeof *o->roughness);
+    }
+    if (l.mapping == IBL_ROUGHNESS_BEST)
         l.lod_scale = 1;
     *layout = l;
     return IBL_OK;

@@ -75,10 +75,36 @@ ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
                         "the best mapping for a roughness range of %g to %g: "
                         "must be 0 to 1",
                         o->roughness_min, o->roughness_max);
+    if (o->roughness && (o->levels < 1 || o->levels > IBL_MAX_LEVELS ||
+                         o->mapping == IBL_ROUGHNESS_BEST))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a list of the roughnesses of %d levels: must be of 1 "
+                        "to %d, without the best mapping",
+                        o->levels, IBL_MAX_LEVELS);
+    for (int l = 0; o->roughness && l < o->levels; l++)
+        if (!(o->roughness[l] >= (l ? o->roughness[l - 1] : 0) &&
+              o->roughness[l] <= 1 && (!l || o->roughness[l] > 0)))
+            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                            "roughness %g of level %d: must be 0 to 1, rising",
+                            o->roughness[l], l);
     if (o->mapping == IBL_ROUGHNESS_BEST && o->lobe != IBL_LOBE_GGX)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "the best mapping for the lobe %s: must be GGX",
                         ibl_lobe_name(o->lobe));
+    return IBL_OK;
+}
+
+/* Sampled levels are cubes. */
+static ibl_status check_flat(ibl_ctx *ctx, const ibl_specular_options *o)
+{
+    bool sampled = o->method == IBL_METHOD_SAMPLED;
+
+    for (int l = 0; l < IBL_MAX_LEVELS; l++)
+        sampled |= o->method == IBL_METHOD_AUTO && o->level_samples[l];
+    if (o->projection != IBL_PROJECTION_CUBE && sampled)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "sampled levels of an %s map: must be spectral",
+                        ibl_projection_name(o->projection));
     return IBL_OK;
 }
 
@@ -100,6 +126,8 @@ static ibl_status check_specular(ibl_ctx *ctx, const ibl_specular_options *o)
     if (!status)
         status = ibl_check_roughness(ctx, o);
     if (!status)
+        status = check_flat(ctx, o);
+    if (!status)
         status = check_samples(ctx, " a texel", o->samples);
     for (int l = 0; l < IBL_MAX_LEVELS && !status; l++) {
         char what[40];
@@ -117,6 +145,10 @@ static ibl_status check_irradiance(ibl_ctx *ctx,
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "irradiance faces of size %d: must be 1 to %d",
                         opts->size, IBL_MAX_CUBE_SIZE);
+    if (opts->projection != IBL_PROJECTION_CUBE && opts->step != 0)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "an irradiance step of %g for an %s map: must be 0",
+                        opts->step, ibl_projection_name(opts->projection));
     if (!(opts->step >= 0.0 && opts->step <= 0.5))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "an irradiance step of %g: must be 0 to 0.5 radians",
@@ -153,6 +185,11 @@ ibl_status ibl_check_bake(ibl_ctx *ctx, const ibl_environment *env,
                         "a level 0 of size %d for a specular cube of %d: must "
                         "have its size",
                         o->level0->size, o->specular_options.size);
+    if (o->specular && o->level0 &&
+        o->specular_options.projection != IBL_PROJECTION_CUBE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a level 0 for an %s map: must be for a cube",
+                        ibl_projection_name(o->specular_options.projection));
     if (o->specular && o->level0)
         status = ibl_check_cube(ctx, o->level0);
     if (!status && o->specular)

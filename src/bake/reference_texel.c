@@ -13,6 +13,9 @@
  * foot at azimuth phi_f, has cot(theta) = y / a cos(phi - phi_f). No interval
  * between knots is longer than its distance from the edge's singularities in
  * the complex plane, and 8 points leave less than 1e-9.
+ *
+ * The equator crosses texels of an octahedral map along their diagonals. Each
+ * half is a triangle of straight edges, as a cube's texel is a square of such.
  */
 #include <stdbool.h>
 #include <stdlib.h>
@@ -43,7 +46,26 @@ struct region {
     double plane[4][3];
     double corner[4]; /* azimuths in the world; NaN: a pole */
     double phi0, phi1;
+    double theta0, theta1; /* between these as well */
 };
+
+/* Sets the azimuths from the corners' and the middle's. */
+static void find_azimuths(struct region *r, const double middle[3])
+{
+    const double centre = r->phi0 = r->phi1 = atan2(middle[2], middle[0]);
+    for (int c = 0; c < 4; c++) {
+        const double turn = remainder(r->corner[c] - centre, 2 * pi);
+        r->phi0 = fmin(r->phi0, centre + turn);
+        r->phi1 = fmax(r->phi1, centre + turn);
+    }
+    r->theta0 = 0;
+    r->theta1 = pi;
+}
+
+static double azimuth(const double d[3])
+{
+    return d[0] == 0 && d[2] == 0 ? NAN : atan2(d[2], d[0]);
+}
 
 static struct region region_of(int size, ibl_texel texel)
 {
@@ -65,23 +87,73 @@ static struct region region_of(int size, ibl_texel texel)
         middle[k] = axis[0][k] + 0.5 * (u[0] + u[1]) * axis[1][k] +
                     0.5 * (v[0] + v[1]) * axis[2][k];
     }
-    r.phi0 = r.phi1 = atan2(middle[2], middle[0]);
     for (int c = 0; c < 4; c++) {
         double d[3];
         for (int k = 0; k < 3; k++)
             d[k] = axis[0][k] + u[c % 2] * axis[1][k] + v[c / 2] * axis[2][k];
-        r.corner[c] = d[0] == 0 && d[2] == 0 ? NAN : atan2(d[2], d[0]);
+        r.corner[c] = azimuth(d);
     }
-    const double centre = r.phi0;
-    for (int c = 0; c < 4; c++) {
-        const double turn = remainder(r.corner[c] - centre, 2 * pi);
-        r.phi0 = fmin(r.phi0, centre + turn);
-        r.phi1 = fmax(r.phi1, centre + turn);
-    }
+    find_azimuths(&r, middle);
     if (polar && u[0] < 0 && u[1] > 0 && v[0] < 0 && v[1] > 0) {
         r.phi0 = -pi;
         r.phi1 = pi;
     }
+    return r;
+}
+
+/* A row of an equirectangular map has no planes. */
+static struct region equirect_region(int size, ibl_texel texel)
+{
+    const double width = 2 * pi / (4 * size), height = pi / (2 * size);
+
+    return (struct region){.corner = {NAN, NAN, NAN, NAN},
+                           .phi0 = width * texel.x - pi,
+                           .phi1 = width * (texel.x + 1) - pi,
+                           .theta0 = height * texel.y,
+                           .theta1 = height * (texel.y + 1)};
+}
+
+/* The point of the octahedron |x| + |y| + |z| = 1 over a point of its map. */
+static void lift(double u, double v, double d[3])
+{
+    const bool below = fabs(u) + fabs(v) > 1;
+
+    d[0] = below ? copysign(1 - fabs(v), u) : u;
+    d[1] = 1 - fabs(u) - fabs(v);
+    d[2] = below ? copysign(1 - fabs(u), v) : v;
+}
+
+/* The half of an octahedral texel that is nearer to the map's middle, or the
+ * farther one. */
+static struct region octahedral_region(int size, ibl_texel texel, int farther)
+{
+    const int out_x = texel.x >= size, out_y = texel.y >= size;
+    const double u[2] = {(double)(texel.x + 1 - out_x) / size - 1,
+                         (double)(texel.x + out_x) / size - 1};
+    const double v[2] = {(double)(texel.y + 1 - out_y) / size - 1,
+                         (double)(texel.y + out_y) / size - 1};
+    struct region r = {.corner[3] = NAN};
+    double d[3][3], middle[3];
+
+    lift(u[farther], v[farther], d[0]);
+    lift(u[1], v[0], d[1]);
+    lift(u[0], v[1], d[2]);
+    for (int e = 0; e < 4; e++) {
+        const double *a = d[e % 3], *b = d[(e + 1) % 3], *c = d[(e + 2) % 3];
+        double side = 0;
+        for (int k = 0; k < 3; k++) {
+            const int i = (k + 1) % 3, j = (k + 2) % 3;
+            r.plane[e][k] = a[i] * b[j] - a[j] * b[i];
+            side += r.plane[e][k] * c[k];
+        }
+        for (int k = 0; k < 3; k++)
+            r.plane[e][k] *= side < 0 ? -1 : 1;
+    }
+    for (int k = 0; k < 3; k++) {
+        middle[k] = d[0][k] + d[1][k] + d[2][k];
+        r.corner[k] = azimuth(d[k]);
+    }
+    find_azimuths(&r, middle);
     return r;
 }
 
@@ -91,8 +163,8 @@ static void interval(const struct region *r, double phi, double *from,
 {
     const double c = cos(phi), s = sin(phi);
 
-    *from = 0;
-    *to = pi;
+    *from = r->theta0;
+    *to = r->theta1;
     for (int k = 0; k < 4; k++) {
         /* up cos(theta) + across sin(theta) >= 0 */
         const double up = r->plane[k][1];
@@ -109,6 +181,7 @@ static void interval(const struct region *r, double phi, double *from,
 
 struct texels {
     const ibl_reference *ref;
+    ibl_projection projection;
     int base, size;
     int finer_x, finer_y; /* finer pixels per pixel of the source */
     int columns, rows;    /* of finer pixels */
@@ -295,15 +368,30 @@ static void add_wedge(const struct texels *t, const struct region *r,
         ibl_exact_add(&total[c], wedge[c] * half);
 }
 
-static void make_texel(const struct texels *t, size_t which, double *at)
+static void add_region(const struct texels *t, const struct region *r,
+                       double *at, ibl_exact total[4])
 {
-    const struct region r = region_of(t->size, t->texel[which]);
-    const size_t count = find_knots(t, &r, at);
-    ibl_exact total[4] = {{0, 0}};
+    const size_t count = find_knots(t, r, at);
 
     for (size_t k = 0; k + 1 < count && !ibl_cancelled(t->ref->ctx); k++) {
         if (at[k + 1] > at[k])
-            add_wedge(t, &r, at[k], at[k + 1], total);
+            add_wedge(t, r, at[k], at[k + 1], total);
+    }
+}
+
+static void make_texel(const struct texels *t, size_t which, double *at)
+{
+    const int halves = t->projection == IBL_PROJECTION_OCTAHEDRAL ? 2 : 1;
+    const ibl_texel texel = t->texel[which];
+    ibl_exact total[4] = {{0, 0}};
+
+    for (int k = 0; k < halves; k++) {
+        const struct region r = halves == 2
+                                    ? octahedral_region(t->size, texel, k)
+                                : t->projection == IBL_PROJECTION_EQUIRECT
+                                    ? equirect_region(t->size, texel)
+                                    : region_of(t->size, texel);
+        add_region(t, &r, at, total);
     }
     for (size_t c = 0; c < 3; c++)
         t->rgb[3 * which + c] =
@@ -319,7 +407,8 @@ static void texel_job(void *arg, int job, int worker)
         make_texel(t, k, t->knots + (size_t)worker * max_knots(t));
 }
 
-static ibl_status check_texels(const ibl_reference *ref, int base, int size,
+static ibl_status check_texels(const ibl_reference *ref,
+                               ibl_projection projection, int base, int size,
                                const ibl_texel *texels, size_t count)
 {
     if (size < 1 || size > IBL_MAX_CUBE_SIZE)
@@ -330,14 +419,19 @@ static ibl_status check_texels(const ibl_reference *ref, int base, int size,
         return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
                         "size %d of level 0 of a cube: must be %d to %d", base,
                         size, IBL_MAX_CUBE_SIZE);
+    if (projection < IBL_PROJECTION_CUBE ||
+        projection > IBL_PROJECTION_OCTAHEDRAL)
+        return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
+                        "projection %d: must be 0 to 2", (int)projection);
+    const ibl_level_shape s = ibl_level_shape_of(projection, size);
     for (size_t k = 0; k < count; k++) {
         const ibl_texel t = texels[k];
-        if (t.face < 0 || t.face >= IBL_FACES || t.x < 0 || t.x >= size ||
-            t.y < 0 || t.y >= size)
+        if (t.face < 0 || t.face >= s.faces || t.x < 0 || t.x >= s.width ||
+            t.y < 0 || t.y >= s.height)
             return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
                             "texel (%d, %d) of face %d: must be on faces 0 to "
-                            "5 of %d texels squared",
-                            t.x, t.y, t.face, size);
+                            "%d of %dx%d texels",
+                            t.x, t.y, t.face, s.faces - 1, s.width, s.height);
     }
     return IBL_OK;
 }
@@ -367,16 +461,18 @@ static void find_grid(struct texels *t)
     t->rows = h * t->finer_y;
 }
 
-ibl_status ibl_reference_texels(const ibl_reference *ref, int base, int size,
+ibl_status ibl_reference_texels(const ibl_reference *ref,
+                                ibl_projection projection, int base, int size,
                                 const ibl_texel *texels, size_t count,
                                 double *rgb)
 {
     ibl_status status = ibl_reference_check(ref, count, texels, rgb);
     if (!status)
-        status = check_texels(ref, base, size, texels, count);
+        status = check_texels(ref, projection, base, size, texels, count);
     if (status)
         return status;
     struct texels t = {.ref = ref,
+                       .projection = projection,
                        .base = base,
                        .size = size,
                        .texel = texels,

@@ -203,8 +203,9 @@ static bool find_truth(const ibl_judge *j, known *k)
             ibl_cube_direction(k->size, at.face, at.x, at.y, dirs + 3 * i);
         }
         ok = k->content == IBL_OUTPUT_SKYBOX
-                 ? !ibl_reference_texels(j->reference, k->base, k->size, texels,
-                                         k->count, k->truth)
+                 ? !ibl_reference_texels(j->reference, IBL_PROJECTION_CUBE,
+                                         k->base, k->size, texels, k->count,
+                                         k->truth)
                  : convolve(j->reference, k, dirs, k->count, k->truth);
     }
     free(dirs);

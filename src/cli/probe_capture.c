@@ -228,7 +228,8 @@ static bool find_level0(const ibl_probes_bake *p, ibl_cube *cube,
         level++;
     if (size << level != cube->size)
         return true;
-    *level0 = (ibl_cube){size, 1, ibl_cube_face(cube, level, 0)};
+    *level0 = (ibl_cube){
+        .size = size, .levels = 1, .data = ibl_cube_face(cube, level, 0)};
     return !level || !ibl_cube_build_mips(p->ctx, cube);
 }
 

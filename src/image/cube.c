@@ -37,26 +37,65 @@ static ibl_status check_shape(ibl_ctx *ctx, int size, int levels)
     return IBL_OK;
 }
 
+/* Checks what flat maps need more. */
+static ibl_status check_flat(ibl_ctx *ctx, ibl_projection projection, int size,
+                             int levels)
+{
+    if (projection < IBL_PROJECTION_CUBE ||
+        projection > IBL_PROJECTION_OCTAHEDRAL)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "projection %d: must be cube (%d), equirect (%d) or "
+                        "octahedral (%d)",
+                        (int)projection, IBL_PROJECTION_CUBE,
+                        IBL_PROJECTION_EQUIRECT, IBL_PROJECTION_OCTAHEDRAL);
+    if (projection != IBL_PROJECTION_CUBE && size % (1 << (levels - 1)))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%d levels of an %s map of size %d: each must halve "
+                        "the one before: take a multiple of %d",
+                        levels, ibl_projection_name(projection), size,
+                        1 << (levels - 1));
+    return IBL_OK;
+}
+
+ibl_status ibl_check_map(ibl_ctx *ctx, const ibl_cube *map)
+{
+    if (!ctx || !map || !map->data)
+        return ibl_missing(ctx, "a cube or its data");
+    const ibl_status status = check_shape(ctx, map->size, map->levels);
+    return status ? status
+                  : check_flat(ctx, map->projection, map->size, map->levels);
+}
+
 ibl_status ibl_check_cube(ibl_ctx *ctx, const ibl_cube *cube)
 {
-    if (!ctx || !cube || !cube->data)
-        return ibl_missing(ctx, "a cube or its data");
-    return check_shape(ctx, cube->size, cube->levels);
+    const ibl_status status = ibl_check_map(ctx, cube);
+    if (!status && cube->projection != IBL_PROJECTION_CUBE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "an %s map: must be a cube",
+                        ibl_projection_name(cube->projection));
+    return status;
+}
+
+ibl_status ibl_cube_alloc_as(ibl_ctx *ctx, ibl_projection projection, int size,
+                             int levels, ibl_cube *map)
+{
+    if (!ctx || !map)
+        return ibl_missing(ctx, "ibl_cube_alloc: cube");
+    ibl_status status = check_shape(ctx, size, levels);
+    if (!status)
+        status = check_flat(ctx, projection, size, levels);
+    if (status)
+        return status;
+    float *data = ibl_alloc_array(ibl_map_texels(projection, size, levels),
+                                  3 * sizeof *data);
+    if (!data)
+        return ibl_no_memory(ctx, "a cube");
+    *map = (ibl_cube){size, levels, data, projection};
+    return IBL_OK;
 }
 
 ibl_status ibl_cube_alloc(ibl_ctx *ctx, int size, int levels, ibl_cube *cube)
 {
-    if (!ctx || !cube)
-        return ibl_missing(ctx, "ibl_cube_alloc: cube");
-    const ibl_status status = check_shape(ctx, size, levels);
-    if (status)
-        return status;
-    float *data =
-        ibl_alloc_array(ibl_cube_texels(size, levels), 3 * sizeof *data);
-    if (!data)
-        return ibl_no_memory(ctx, "a cube");
-    *cube = (ibl_cube){size, levels, data};
-    return IBL_OK;
+    return ibl_cube_alloc_as(ctx, IBL_PROJECTION_CUBE, size, levels, cube);
 }
 
 void ibl_cube_free(ibl_cube *cube)
@@ -73,21 +112,28 @@ int ibl_cube_edge(int size, int level)
     return edge ? edge : 1;
 }
 
-size_t ibl_cube_texels(int size, int levels)
+size_t ibl_map_texels(ibl_projection projection, int size, int levels)
 {
     size_t texels = 0;
     for (int l = 0; l < levels; l++) {
-        const size_t n = (size_t)ibl_cube_edge(size, l);
-        texels += IBL_FACES * n * n;
+        const ibl_level_shape s =
+            ibl_level_shape_of(projection, ibl_cube_edge(size, l));
+        texels += ibl_level_texels(&s);
     }
     return texels;
+}
+
+size_t ibl_cube_texels(int size, int levels)
+{
+    return ibl_map_texels(IBL_PROJECTION_CUBE, size, levels);
 }
 
 float *ibl_cube_face(const ibl_cube *cube, int level, int face)
 {
     const size_t n = (size_t)ibl_cube_edge(cube->size, level);
     return cube->data +
-           3 * (ibl_cube_texels(cube->size, level) + (size_t)face * n * n);
+           3 * (ibl_map_texels(cube->projection, cube->size, level) +
+                (size_t)face * n * n);
 }
 
 void ibl_cube_direction(int size, int face, int x, int y, double dir[3])

@@ -51,5 +51,24 @@ int ibl_cube_most_levels(int size);
 /* Checks that there is a context and a valid cube, with data, and size and
  * levels in range. Else IBL_ERR_ARGUMENT. */
 ibl_status ibl_check_cube(ibl_ctx *ctx, const ibl_cube *cube);
+/* The same for any projection. */
+ibl_status ibl_check_map(ibl_ctx *ctx, const ibl_cube *map);
+
+/* Texels of a level, and of the first levels of a map. */
+static inline size_t ibl_level_texels(const ibl_level_shape *s)
+{
+    return (size_t)s->faces * (size_t)s->width * (size_t)s->height;
+}
+size_t ibl_map_texels(ibl_projection projection, int size, int levels);
+
+/* Shape of a level of a map. */
+static inline ibl_level_shape ibl_map_shape(const ibl_cube *map, int level)
+{
+    return ibl_level_shape_of(map->projection, ibl_cube_edge(map->size, level));
+}
+
+/* The texel beyond an edge of a flat level, at (x, y), each -1 or within or
+ * one too large: y width + x. */
+size_t ibl_flat_neighbour(const ibl_level_shape *s, int x, int y);
 
 #endif

@@ -21,7 +21,8 @@
 
 typedef struct basin {
     float *level; /* copy of the input level */
-    int n, half;
+    ibl_level_shape shape;
+    int n, half;     /* of a cube */
     double *corner;  /* ibl_face_angle at the corners of half x half texels, a
                         quarter of a face; solid angles are its differences */
     uint32_t *queue; /* texels of a patch, then of its rings */
@@ -32,7 +33,7 @@ typedef struct basin {
 
 static size_t texels_of(const basin *b)
 {
-    return IBL_FACES * (size_t)b->n * (size_t)b->n;
+    return ibl_level_texels(&b->shape);
 }
 
 static float *value(const basin *b, uint32_t texel)
@@ -51,16 +52,20 @@ static double angle_at(const basin *b, int x, int y)
 
 static double solid_angle(const basin *b, uint32_t texel)
 {
-    const uint32_t n = (uint32_t)b->n;
+    const uint32_t n = (uint32_t)b->shape.width;
+    if (b->shape.projection != IBL_PROJECTION_CUBE)
+        return ibl_level_solid_angle(&b->shape, (int)(texel % n),
+                                     (int)(texel / n));
     return angle_at(b, (int)(texel % n), (int)(texel / n % n));
 }
 
-static bool basin_init(basin *b, int n)
+static bool basin_init(basin *b, const ibl_level_shape *shape)
 {
-    const int half = (n + 1) / 2;
+    const bool flat = shape->projection != IBL_PROJECTION_CUBE;
+    const int n = shape->width, half = flat ? 0 : (n + 1) / 2;
     const size_t line = (size_t)half + 1;
 
-    *b = (basin){.n = n, .half = half};
+    *b = (basin){.shape = *shape, .n = n, .half = half};
     b->corner = ibl_alloc_array(line * line, sizeof *b->corner);
     b->queue = ibl_alloc_array(texels_of(b), sizeof *b->queue);
     b->seen = ibl_alloc_zeroed(texels_of(b), sizeof *b->seen);
@@ -88,16 +93,18 @@ static void basin_free(basin *b)
 static size_t add_neighbours(basin *b, uint32_t texel, bool corners, bool full,
                              size_t end)
 {
-    const int n = b->n, x = (int)(texel % (uint32_t)n);
-    const int line = (int)(texel / (uint32_t)n), face = line / n;
-    const int y = line % n;
+    const bool flat = b->shape.projection != IBL_PROJECTION_CUBE;
+    const int n = b->n, h = b->shape.height, x = (int)(texel % (uint32_t)n);
+    const int line = (int)(texel / (uint32_t)n), face = line / h;
+    const int y = line % h;
 
     for (int k = 0; k < 9; k++) {
         const int dx = k % 3 - 1, dy = k / 3 - 1, i = x + dx, j = y + dy;
-        const bool beyond_x = i < 0 || i >= n, beyond_y = j < 0 || j >= n;
-        if (k == 4 || (dx && dy && !corners) || (beyond_x && beyond_y))
+        const bool beyond_x = i < 0 || i >= n, beyond_y = j < 0 || j >= h;
+        if (k == 4 || (dx && dy && !corners) || (beyond_x && beyond_y && !flat))
             continue; /* only three texels meet at a cube's corner */
-        const uint32_t to = beyond_x || beyond_y
+        const uint32_t to = flat ? (uint32_t)ibl_flat_neighbour(&b->shape, i, j)
+                            : beyond_x || beyond_y
                                 ? (uint32_t)ibl_cube_neighbour(n, face, i, j)
                                 : texel + (uint32_t)(dy * n + dx);
         if (b->seen[to] || (full && *value(b, to) < b->max))
@@ -267,16 +274,17 @@ static bool spread_all(basin *b, const float max[3], const float *level,
 }
 
 ibl_status ibl_overflow_settle(ibl_ctx *ctx, ibl_overflow how,
-                               const float max[3], int n, const float *level,
-                               float **settled, ibl_overflow_level *out)
+                               const float max[3], const ibl_level_shape *shape,
+                               const float *level, float **settled,
+                               ibl_overflow_level *out)
 {
     basin b;
 
     *settled = NULL;
     *out = (ibl_overflow_level){0};
-    if (!any_beyond(max, IBL_FACES * (size_t)n * (size_t)n, level))
+    if (!any_beyond(max, ibl_level_texels(shape), level))
         return IBL_OK;
-    bool ok = basin_init(&b, n);
+    bool ok = basin_init(&b, shape);
     if (ok) {
         const survey s = look(&b, max, level);
         double lost = how == IBL_OVERFLOW_SPREAD ? 0 : s.beyond;

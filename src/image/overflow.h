@@ -6,14 +6,15 @@
 #include "ibl/io.h"
 
 /*
- * Reports in out how much of a level of 6 faces of n x n texels is above max,
+ * Reports in out how much of a level is above max,
  * the channels' largest values. If any is and how is SPREAD, *settled becomes a
  * copy of the level with nothing above max (free with ibl_free), else NULL.
  * Runs on the caller's thread, so the order of texels is fixed.
  * Returns IBL_OK or IBL_ERR_MEMORY.
  */
 ibl_status ibl_overflow_settle(ibl_ctx *ctx, ibl_overflow how,
-                               const float max[3], int n, const float *level,
-                               float **settled, ibl_overflow_level *out);
+                               const float max[3], const ibl_level_shape *shape,
+                               const float *level, float **settled,
+                               ibl_overflow_level *out);
 
 #endif

@@ -86,19 +86,20 @@ typedef struct encoding {
  * largest value. */
 static size_t gather(const encoding *e, size_t block, float *texels)
 {
-    const size_t n = (size_t)e->of->n, at = block % e->image_blocks;
+    const size_t w = (size_t)e->of->width, h = (size_t)e->of->height;
+    const size_t at = block % e->image_blocks;
     const size_t left = at % e->row_blocks * IBL_BLOCK_EDGE;
     const size_t top = at / e->row_blocks * IBL_BLOCK_EDGE;
-    const float *image = e->of->src + block / e->image_blocks * n * n * 3;
+    const float *image = e->of->src + block / e->image_blocks * w * h * 3;
     size_t beyond = 0;
 
     for (size_t i = 0; i < IBL_BLOCK_TEXELS; i++) {
         const size_t x = left + i % IBL_BLOCK_EDGE,
                      y = top + i / IBL_BLOCK_EDGE;
-        const size_t column = x < n ? x : n - 1, row = y < n ? y : n - 1;
+        const size_t column = x < w ? x : w - 1, row = y < h ? y : h - 1;
         const size_t above =
-            clamp(image + (row * n + column) * 3, e->max, texels + 3 * i);
-        beyond += x < n && y < n ? above : 0;
+            clamp(image + (row * w + column) * 3, e->max, texels + 3 * i);
+        beyond += x < w && y < h ? above : 0;
     }
     return beyond;
 }
@@ -126,13 +127,16 @@ static void encode_job(void *arg, int job, int worker)
 ibl_status ibl_blocks_encode_images(ibl_ctx *ctx, const ibl_block_images *of,
                                     size_t *beyond)
 {
-    const size_t row = ((size_t)of->n + IBL_BLOCK_EDGE - 1) / IBL_BLOCK_EDGE;
+    const size_t row =
+        ((size_t)of->width + IBL_BLOCK_EDGE - 1) / IBL_BLOCK_EDGE;
+    const size_t rows =
+        ((size_t)of->height + IBL_BLOCK_EDGE - 1) / IBL_BLOCK_EDGE;
     encoding e = {.of = of,
                   .encode = encoder_of(of->pixel, ibl_ctx_isa(ctx)),
                   .max = ibl_pixel_max(of->pixel),
                   .row_blocks = row,
-                  .image_blocks = row * row,
-                  .blocks = row * row * of->images};
+                  .image_blocks = row * rows,
+                  .blocks = row * rows * of->images};
     const size_t jobs = (e.blocks + JOB_BLOCKS - 1) / JOB_BLOCKS;
     const ibl_status status = ibl_run(ctx, NULL, (int)jobs, encode_job, &e);
 

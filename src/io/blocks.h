@@ -16,11 +16,11 @@ size_t ibl_blocks_encode(ibl_pixel pixel, const float *texels, size_t count,
 void ibl_blocks_decode(ibl_pixel pixel, const unsigned char *blocks,
                        size_t count, float *texels);
 
-/* Images of n x n texels, one after the other in src and dst. */
+/* Images of width x height texels, one after the other in src and dst. */
 typedef struct ibl_block_images {
     ibl_pixel pixel;
     ibl_quality quality;
-    int n;
+    int width, height;
     size_t images;
     const float *src;
     unsigned char *dst;

@@ -202,14 +202,15 @@ ibl_status ibl_texture_errors(ibl_ctx *ctx, const ibl_texture *tex,
     ibl_status status = ibl_texture_check(ctx, tex);
 
     if (!status)
-        status = ibl_check_cube(ctx, cube);
+        status = ibl_check_map(ctx, cube);
     if (status)
         return status;
     if (!error)
         return ibl_missing(ctx, "ibl_texture_errors: error");
-    if (tex->faces != IBL_FACES || tex->layers != 1 ||
-        ibl_pixel_channels(tex->pixel) != 3 || tex->width != cube->size ||
-        tex->levels != cube->levels)
+    const ibl_level_shape shape = ibl_map_shape(cube, 0);
+    if (tex->faces != shape.faces || tex->layers != 1 ||
+        ibl_pixel_channels(tex->pixel) != 3 || tex->width != shape.width ||
+        tex->height != shape.height || tex->levels != cube->levels)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "errors of a texture of size %d with %d levels, %d "
                         "layers and %d faces against a cube of size %d with "

@@ -131,17 +131,19 @@ static ibl_status encode_level(ibl_ctx *ctx, const ibl_texel_options *opts,
                                const float *texels, ibl_texture *tex, int level,
                                size_t *beyond)
 {
-    const int n = ibl_cube_edge(tex->width, level);
+    const size_t width = ibl_texture_width(tex, level);
+    const size_t height = ibl_texture_height(tex, level);
+    const size_t images = (size_t)tex->faces;
     unsigned char *dst = tex->data + ibl_texture_offset(tex, level, 0);
-    const ibl_block_images blocks = {tex->pixel, opts->quality, n,
-                                     IBL_FACES,  texels,        dst};
+    const ibl_block_images blocks = {tex->pixel,  opts->quality, (int)width,
+                                     (int)height, images,        texels,
+                                     dst};
     size_t above;
 
     if (ibl_pixel_block(tex->pixel) > 1)
         return ibl_blocks_encode_images(ctx, &blocks, beyond);
-    const ibl_status status =
-        encode_texels(ctx, tex->pixel, texels,
-                      IBL_FACES * (size_t)n * (size_t)n, dst, &above);
+    const ibl_status status = encode_texels(
+        ctx, tex->pixel, texels, images * width * height, dst, &above);
     *beyond += above;
     return status;
 }
@@ -154,18 +156,20 @@ static ibl_status settle_level(ibl_ctx *ctx, const ibl_cube *cube, int level,
 {
     const float top = ibl_pixel_max(tex->pixel);
     const float max[3] = {top, top, ibl_pixel_max_blue(tex->pixel)};
-    const int n = ibl_cube_edge(cube->size, level);
+    const ibl_level_shape shape = ibl_map_shape(cube, level);
     float *settled = NULL;
     size_t beyond = 0;
 
     ibl_status status =
-        ibl_overflow_settle(ctx, opts->overflow, max, n,
+        ibl_overflow_settle(ctx, opts->overflow, max, &shape,
                             ibl_cube_face(cube, level, 0), &settled, report);
     if (!status && settled)
         status = encode_level(ctx, opts, settled, tex, level, &beyond);
     ibl_free(settled);
     return status;
 }
+
+static const char layout_key[] = "iblbake.layout";
 
 ibl_texel_options ibl_texel_options_default(void)
 {
@@ -193,9 +197,10 @@ static ibl_status fill_cube(ibl_ctx *ctx, const ibl_cube *cube,
     ibl_status status = IBL_OK;
 
     if (ibl_pixel_block(tex->pixel) == 1)
-        return fill_texture(ctx, cube->data,
-                            ibl_cube_texels(cube->size, cube->levels), tex,
-                            beyond);
+        return fill_texture(
+            ctx, cube->data,
+            ibl_map_texels(cube->projection, cube->size, cube->levels), tex,
+            beyond);
     tex->bytes = ibl_texture_offset(tex, tex->levels, 0);
     tex->data = ibl_alloc_array(tex->bytes, 1);
     if (!tex->data)
@@ -212,7 +217,7 @@ ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
 {
     const ibl_texel_options o = opts ? *opts : ibl_texel_options_default();
     ibl_overflow_report r = {0};
-    ibl_status status = ibl_check_cube(ctx, cube);
+    ibl_status status = ibl_check_map(ctx, cube);
     if (!status)
         status = check_pixel(ctx, o.pixel, 3, "a cube");
     if (status)
@@ -222,15 +227,19 @@ ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                         (int)o.quality, IBL_QUALITY_BEST);
     if (!tex)
         return ibl_missing(ctx, "ibl_texture_from_cube: tex");
+    const ibl_level_shape shape = ibl_map_shape(cube, 0);
     *tex = (ibl_texture){.pixel = o.pixel,
-                         .width = cube->size,
-                         .height = cube->size,
+                         .width = shape.width,
+                         .height = shape.height,
                          .levels = cube->levels,
                          .layers = 1,
-                         .faces = IBL_FACES};
+                         .faces = shape.faces};
     status = fill_cube(ctx, cube, &o, tex, &r.values);
     for (int l = 0; l < cube->levels && r.values && !status; l++)
         status = settle_level(ctx, cube, l, &o, tex, &r.level[l]);
+    if (!status && tex->faces == 1)
+        status = ibl_texture_set(ctx, tex, layout_key,
+                                 ibl_projection_name(cube->projection));
     if (status)
         ibl_texture_free(tex);
     else if (report)
@@ -303,21 +312,44 @@ static ibl_status check_single(ibl_ctx *ctx, const ibl_texture *tex)
                     tex->layers);
 }
 
+/* By the faces, the key or the aspect. */
+static ibl_projection projection_of(const ibl_texture *tex)
+{
+    const char *word = ibl_texture_get(tex, layout_key);
+
+    if (tex->faces == IBL_FACES)
+        return IBL_PROJECTION_CUBE;
+    if (word && !strcmp(word, ibl_projection_name(IBL_PROJECTION_EQUIRECT)))
+        return IBL_PROJECTION_EQUIRECT;
+    if (word && !strcmp(word, ibl_projection_name(IBL_PROJECTION_OCTAHEDRAL)))
+        return IBL_PROJECTION_OCTAHEDRAL;
+    return tex->width == tex->height ? IBL_PROJECTION_OCTAHEDRAL
+                                     : IBL_PROJECTION_EQUIRECT;
+}
+
 ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
                                ibl_cube *cube)
 {
     ibl_status status = ibl_texture_check(ctx, tex);
     if (status)
         return status;
-    if (tex->faces != IBL_FACES || ibl_pixel_channels(tex->pixel) != 3)
+    const ibl_projection projection = projection_of(tex);
+    const ibl_level_shape one = ibl_level_shape_of(projection, 1);
+    if (tex->faces != one.faces || ibl_pixel_channels(tex->pixel) != 3 ||
+        tex->width % one.width ||
+        tex->width / one.width * one.height != tex->height)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a texture of %d %s and %d channels is no cube: 6 "
-                        "faces and 3 channels are needed",
-                        tex->faces, tex->faces == 1 ? "face" : "faces",
+                        "a texture of %dx%d texels, %d %s and %d channels is "
+                        "no cube: 6 faces and 3 channels are needed, or a flat "
+                        "texture of the shape of an equirectangular (4:2) or "
+                        "octahedral (2:2) map",
+                        tex->width, tex->height, tex->faces,
+                        tex->faces == 1 ? "face" : "faces",
                         ibl_pixel_channels(tex->pixel));
     status = check_single(ctx, tex);
     if (!status)
-        status = ibl_cube_alloc(ctx, tex->width, tex->levels, cube);
+        status = ibl_cube_alloc_as(ctx, projection, tex->width / one.width,
+                                   tex->levels, cube);
     if (status)
         return status;
     status = ibl_cube_texels_decode(ctx, tex, cube);

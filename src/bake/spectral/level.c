@@ -12,6 +12,7 @@
 #include "brdf/lobe.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "image/cube.h"
 
 enum {
     GROUP = IBL_ROW_FFT_ROWS,
@@ -270,8 +271,8 @@ static int falling(const void *a, const void *b)
 static double estimate(const struct level *v)
 {
     const ibl_cube *cube = v->target->cube;
-    const int n = ibl_cube_edge(cube->size, v->target->level);
-    const size_t texels = (size_t)IBL_FACES * (size_t)n * (size_t)n;
+    const ibl_level_shape shape = ibl_map_shape(cube, v->target->level);
+    const size_t texels = ibl_level_texels(&shape);
     const size_t count = texels < PICKED ? texels : PICKED;
     const float *p = ibl_cube_face(cube, v->target->level, 0);
     const double mean = mean_of(v->s);

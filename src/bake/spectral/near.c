@@ -28,6 +28,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
+#include "image/cube.h"
 
 enum {
     POINTS = IBL_GAUSS_POINTS,
@@ -169,7 +170,7 @@ typedef struct half {
 struct ibl_near {
     ibl_ctx *ctx;
     ibl_near_map map;
-    int n;
+    ibl_level_shape shape;
     table table;
     double alpha2;
     half *edge;  /* half the phi of each edge */
@@ -301,6 +302,19 @@ static double nearest_theta(const edge *e)
     return atan2(t->sine * cosine, t->cosine);
 }
 
+/* int of d gamma. A parallel next to R bends around it, by more than pi if R is
+ * on its inner side, so its turns to and from the nearest point are added. */
+static double turn_between(const edge *e, double from, double to,
+                           double nearest)
+{
+    const double begin = angle_at(e, from), end = angle_at(e, to);
+
+    if (!e->parallel)
+        return wrap(begin - end);
+    const double middle = angle_at(e, nearest);
+    return wrap(middle - begin) + wrap(end - middle);
+}
+
 /* int of H d gamma along a part of an edge, towards larger theta or phi. */
 static double part_sum(const edge *e, double from, double to, int halvings)
 {
@@ -318,8 +332,7 @@ static double part_sum(const edge *e, double from, double to, int halvings)
     if (square > q + e->a->alpha2 && halvings < MAX_HALVINGS)
         return part_sum(e, from, middle, halvings + 1) +
                part_sum(e, middle, to, halvings + 1);
-    const double turn = angle_at(e, to) - angle_at(e, from);
-    return e->a->table.peak * wrap(e->parallel ? turn : -turn) -
+    return e->a->table.peak * turn_between(e, from, to, nearest) -
            points_sum(e, from, to, 1);
 }
 
@@ -526,13 +539,13 @@ static void add_texel(const ibl_near *a, const double d[3], double *sum)
  * monotone from either end to the middle. */
 static bool is_in_reach(const ibl_near *a, int face, int y)
 {
-    const int x[4] = {0, (a->n - 1) / 2, a->n / 2, a->n - 1};
+    const int w = a->shape.width, x[4] = {0, (w - 1) / 2, w / 2, w - 1};
     const double reach = ibl_near_reach(a) + 2 * IBL_PI / a->map.height;
     double least = IBL_PI, most = 0;
 
     for (int k = 0; k < 4; k++) {
         double d[3];
-        ibl_cube_direction(a->n, face, x[k], y, d);
+        ibl_level_direction(&a->shape, face, x[k], y, d);
         const double theta = acos(fmin(fmax(d[1], -1), 1));
         least = fmin(least, theta);
         most = fmax(most, theta);
@@ -544,14 +557,16 @@ static bool is_in_reach(const ibl_near *a, int face, int y)
 static void row_job(void *arg, int job, int worker)
 {
     const ibl_near *a = arg;
+    const int face = job / a->shape.height, y = job % a->shape.height;
+    const int w = a->shape.width;
     (void)worker;
 
-    if (!is_in_reach(a, job / a->n, job % a->n))
+    if (!is_in_reach(a, face, y))
         return;
-    for (int x = 0; x < a->n; x++) {
+    for (int x = 0; x < w; x++) {
         double d[3];
-        ibl_cube_direction(a->n, job / a->n, x, job % a->n, d);
-        add_texel(a, d, a->sum + 3 * ((size_t)job * (size_t)a->n + (size_t)x));
+        ibl_level_direction(&a->shape, face, x, y, d);
+        add_texel(a, d, a->sum + 3 * ((size_t)job * (size_t)w + (size_t)x));
     }
 }
 
@@ -576,22 +591,23 @@ static void fill_half_angles(const ibl_near *a)
 }
 
 ibl_status ibl_near_create(ibl_ctx *ctx, const ibl_near_map *map,
-                           const ibl_lobe_shape *shape, int n, ibl_near **out)
+                           const ibl_lobe_shape *shape,
+                           const ibl_level_shape *level, ibl_near **out)
 {
-    const size_t width = (size_t)map->width, texels = (size_t)n * (size_t)n;
+    const size_t width = (size_t)map->width;
     ibl_near *a = *out = ibl_alloc_zeroed(1, sizeof *a);
     if (!a)
         return ibl_no_memory(ctx, "a narrow lobe");
     a->ctx = ctx;
     a->map = *map;
-    a->n = n;
+    a->shape = *level;
     a->alpha2 = shape->alpha * shape->alpha;
     a->edge = ibl_alloc_array(width, sizeof *a->edge);
     a->point = ibl_alloc_array(POINTS * width, sizeof *a->point);
     a->row =
         ibl_alloc_array((1 + POINTS) * (size_t)map->height, sizeof *a->row);
     a->last = ibl_alloc_array(3 * width, sizeof *a->last);
-    a->sum = ibl_alloc_zeroed(3 * IBL_FACES * texels, sizeof *a->sum);
+    a->sum = ibl_alloc_zeroed(3 * ibl_level_texels(level), sizeof *a->sum);
     if (!a->edge || !a->point || !a->row || !a->last || !a->sum ||
         !make_table(shape, &a->table)) {
         ibl_near_free(a);
@@ -628,7 +644,7 @@ void ibl_near_add(ibl_near *a, int rows, const float *rgb)
     a->rows = rows;
     a->rgb = rgb;
     ibl_run_begin(a->ctx, "near", (double)next / a->map.height,
-                  IBL_FACES * a->n, row_job, a);
+                  a->shape.faces * a->shape.height, row_job, a);
 }
 
 double ibl_near_whole(const ibl_near *a)

@@ -25,11 +25,12 @@ typedef struct ibl_near_map {
 } ibl_near_map;
 
 /*
- * For a level with faces of n x n texels. shape: its near part if split > 0,
+ * For the texels of a level. shape: of the lobe, its near part if split > 0,
  * else the whole lobe; GGX or Phong. Borrows ctx.
  */
 ibl_status ibl_near_create(ibl_ctx *ctx, const ibl_near_map *map,
-                           const ibl_lobe_shape *shape, int n, ibl_near **out);
+                           const ibl_lobe_shape *shape,
+                           const ibl_level_shape *level, ibl_near **out);
 void ibl_near_free(ibl_near *near); /* NULL is fine */
 
 /* Adds the next rows from the zenith, RGB. Starts jobs on the context's pool,

@@ -550,6 +550,28 @@ static void make_block(int face, const float *point, struct block *block)
     cap->sine = sqrt(fmax(1 - cap->cosine * cap->cosine, 0));
 }
 
+/* Wide blocks get half the sphere, which no horizon leaves out. */
+static void make_wide_block(const float *point, struct block *block)
+{
+    struct cap *cap = &block->cap;
+
+    memcpy(block->point, point, sizeof block->point);
+    *cap = (struct cap){.cosine = 1};
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < BLOCK; i++)
+            cap->centre[k] += (double)point[k * BLOCK + i];
+    if (!(dot3(cap->centre, cap->centre) > 1e-6))
+        cap->centre[1] = 1;
+    unit3(cap->centre);
+    for (int i = 0; i < BLOCK; i++) {
+        double cosine = 0;
+        for (int k = 0; k < 3; k++)
+            cosine += cap->centre[k] * (double)point[k * BLOCK + i];
+        cap->cosine = fmax(fmin(cap->cosine, cosine), 0);
+    }
+    cap->sine = sqrt(fmax(1 - cap->cosine * cap->cosine, 0));
+}
+
 static void add_points(const ibl_point_lights *b, const struct span *points,
                        const ibl_radial_dsp *dsp, const struct block *block,
                        float *rgba)
@@ -625,16 +647,12 @@ static void add_crossed(const ibl_point_lights *b, const struct cluster *c,
     }
 }
 
-void ibl_point_lights_add(const ibl_point_lights *b, int face,
-                          const ibl_radial_dsp *dsp, const float *point,
-                          float *rgba)
+static void add_block(const ibl_point_lights *b, const ibl_radial_dsp *dsp,
+                      const struct block *block, float *rgba)
 {
-    struct block block;
-
-    make_block(face, point, &block);
     for (int i = 0; i < b->clusters; i++) {
         const struct cluster *cluster = &b->cluster[i];
-        const struct cap *x = &block.cap, *y = &cluster->cap;
+        const struct cap *x = &block->cap, *y = &cluster->cap;
         const double cosine = dot3(x->centre, y->centre);
         /* Of the sum of the radii. */
         const double s = x->sine * y->cosine + x->cosine * y->sine + slack;
@@ -646,8 +664,28 @@ void ibl_point_lights_add(const ibl_point_lights *b, int face,
         if (c > 0 && cosine < -s)
             continue;
         if (c > 0 && cosine > s)
-            add_points(b, points, dsp, &block, rgba);
+            add_points(b, points, dsp, block, rgba);
         else
-            add_crossed(b, cluster, points, dsp, &block, rgba);
+            add_crossed(b, cluster, points, dsp, block, rgba);
     }
+}
+
+void ibl_point_lights_add(const ibl_point_lights *b, int face,
+                          const ibl_radial_dsp *dsp, const float *point,
+                          float *rgba)
+{
+    struct block block;
+
+    make_block(face, point, &block);
+    add_block(b, dsp, &block, rgba);
+}
+
+void ibl_point_lights_add_at(const ibl_point_lights *b,
+                             const ibl_radial_dsp *dsp, const float *point,
+                             float *rgba)
+{
+    struct block block;
+
+    make_wide_block(point, &block);
+    add_block(b, dsp, &block, rgba);
 }

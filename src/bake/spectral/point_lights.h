@@ -35,5 +35,10 @@ int ibl_point_lights_count(const ibl_point_lights *bright);
 void ibl_point_lights_add(const ibl_point_lights *bright, int face,
                           const ibl_radial_dsp *dsp, const float *point,
                           float *rgba);
+/* The same for any IBL_RADIAL_BLOCK directions: point, in the order of points()
+ * with that stride, is in the world's axes. */
+void ibl_point_lights_add_at(const ibl_point_lights *bright,
+                             const ibl_radial_dsp *dsp, const float *point,
+                             float *rgba);
 
 #endif

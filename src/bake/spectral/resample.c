@@ -123,11 +123,12 @@ typedef struct level {
     ibl_interp_dsp dsp;
     ibl_radial_dsp radial;
     ibl_interp_weights ring_taps, column_taps;
-    places column;  /* of +X, every row */
-    scratch *parts; /* one for each worker */
-    int n, half;    /* edge, and (n + 1) / 2 */
-    int chunk;      /* pairs of rows in a job */
-    int chunks;     /* jobs for all pairs */
+    places column;         /* of +X, every row */
+    scratch *parts;        /* one for each worker */
+    int n, half;           /* edge, and (n + 1) / 2 */
+    ibl_level_shape shape; /* if flat, all but n, half, chunks and places */
+    int chunk;             /* pairs of rows in a job */
+    int chunks;            /* jobs for all pairs */
     float *texels;
 } level;
 
@@ -331,6 +332,69 @@ static void make_poles(const level *a, int y, int rows, const scratch *parts)
     }
 }
 
+/* ---- flat levels -------------------------------------------------------- */
+
+/* Of up to TILE texels from x on in row y. The parts of their places are not
+ * shared, and their directions are found one by one. */
+static void make_flat_tile(const level *a, int y, int x, int count)
+{
+    const ibl_ring_grid *grid = a->sum->grid;
+    const size_t at = (size_t)y * (size_t)a->shape.width + (size_t)x;
+    double theta[TILE] = {0}, phi[TILE] = {0};
+    int ring[TILE], column[TILE];
+    float ring_weight[IBL_TAPS * TILE], column_weight[IBL_TAPS * TILE];
+    float rgba[4 * TILE] = {0},
+                   points[TILE / IBL_RADIAL_BLOCK][6 * IBL_RADIAL_BLOCK];
+
+    for (int i = 0; i < TILE; i++) {
+        float *point = points[i / IBL_RADIAL_BLOCK] + i % IBL_RADIAL_BLOCK;
+        double d[3];
+        ibl_level_direction(&a->shape, 0, x + (i < count ? i : count - 1), y,
+                            d);
+        theta[i] = atan2(hypot(d[0], d[2]), d[1]);
+        phi[i] = atan2(d[2], d[0]);
+        for (int k = 0; k < 3; k++) {
+            const float whole = (float)d[k];
+            point[k * IBL_RADIAL_BLOCK] = whole;
+            point[(k + 3) * IBL_RADIAL_BLOCK] = (float)(d[k] - (double)whole);
+        }
+    }
+    a->dsp.weights(&a->ring_taps, -0.5, grid->rings / IBL_PI, theta, count,
+                   ring, ring_weight);
+    a->dsp.weights(&a->column_taps, 0.5 * grid->columns - 0.5,
+                   grid->columns / (2 * IBL_PI), phi, count, column,
+                   column_weight);
+    const ibl_interp_row row = {.grid = ibl_ring_grid_at(grid, 0),
+                                .stride = (ptrdiff_t)grid->stride,
+                                .ring = ring,
+                                .column = column,
+                                .ring_weight = ring_weight,
+                                .column_weight = column_weight,
+                                .ring_step = 1,
+                                .column_step = 1,
+                                .count = count,
+                                .rgba = rgba};
+    a->dsp.row(&row);
+    for (int i = 0; a->sum->bright && i < count; i += IBL_RADIAL_BLOCK)
+        ibl_point_lights_add_at(a->sum->bright, &a->radial,
+                                points[i / IBL_RADIAL_BLOCK], rgba + 4 * i);
+    if (a->sum->local)
+        add_local(a->sum->local + 3 * at, count, a->sum->range.gain, rgba);
+    ibl_interp_finish(rgba, &a->sum->range, count, a->texels + 3 * at);
+}
+
+static void flat_job(void *arg, int y, int worker)
+{
+    const level *a = arg;
+    (void)worker;
+    for (int x = 0; x < a->shape.width; x += TILE) {
+        const int left = a->shape.width - x;
+        make_flat_tile(a, y, x, left < TILE ? left : TILE);
+    }
+}
+
+/* ---- jobs ---------------------------------------------------------------- */
+
 static void level_job(void *arg, int job, int worker)
 {
     const level *a = arg;
@@ -410,6 +474,8 @@ static ibl_status run_level(ibl_ctx *ctx, const char *stage, level *a)
                               2.0 * sum->grid->rings, &a->ring_taps);
     ibl_interp_weights_design(sum->spectrum, sum->degree, sum->grid->columns,
                               &a->column_taps);
+    if (a->shape.projection != IBL_PROJECTION_CUBE)
+        return ibl_run(ctx, stage, a->shape.height, flat_job, a);
     side_columns(a, a->parts[0].angle);
     return ibl_run(ctx, stage, 2 * a->chunks, level_job, a);
 }
@@ -420,6 +486,7 @@ ibl_status ibl_spectral_texels(ibl_ctx *ctx, const char *stage,
 {
     level a = {.sum = sum,
                .n = ibl_cube_edge(cube->size, level_index),
+               .shape = ibl_map_shape(cube, level_index),
                .texels = ibl_cube_face(cube, level_index, 0)};
     cutter size = {0}, memory = {0};
     divide(&a);

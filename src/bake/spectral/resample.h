@@ -92,7 +92,7 @@ typedef struct ibl_level_sum {
 } ibl_level_sum;
 
 /*
- * Writes every texel of a level of cube, the edge of its faces any. Runs on
+ * Writes every texel of a level of cube, of any projection and edge. Runs on
  * ctx's pool and reports progress under stage (NULL: silently). Nothing but
  * rounding keeps constants from staying constant: weights sum to 1.
  * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: the level is unspecified. The same bytes

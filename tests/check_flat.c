@@ -1,0 +1,440 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Flat maps, equirectangular and octahedral: where their texels are, what they
+ * hold, and their way through textures. u is the unit roundoff of float.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/io.h"
+#include "maps.h"
+#include "reference.h"
+
+static const double u = 0x1p-24;
+
+static const ibl_projection flat[] = {IBL_PROJECTION_EQUIRECT,
+                                      IBL_PROJECTION_OCTAHEDRAL};
+
+enum {
+    FLAT = sizeof flat / sizeof flat[0]
+};
+
+/* A bake with every output in a projection; size 16, of 4 levels. */
+static ibl_bake_options all_in(ibl_projection projection, int size)
+{
+    ibl_bake_options o = ibl_bake_options_default();
+    o.skybox = size;
+    o.skybox_projection = projection;
+    o.specular_options.size = size;
+    o.specular_options.levels = 4;
+    o.specular_options.projection = projection;
+    o.irradiance_options.size = 4;
+    o.irradiance_options.projection = projection;
+    return o;
+}
+
+static ibl_cube flat_alloc(ibl_ctx *ctx, ibl_projection projection, int size,
+                           int levels)
+{
+    ibl_cube map = {0};
+    NEED(!ibl_cube_alloc_as(ctx, projection, size, levels, &map));
+    return test_cube(map);
+}
+
+static ibl_level_shape shape_of(const ibl_cube *map, int level)
+{
+    return ibl_level_shape_of(map->projection, ibl_cube_edge(map->size, level));
+}
+
+static size_t texels_of(const ibl_level_shape *s)
+{
+    return (size_t)s->width * (size_t)s->height;
+}
+
+/* ---- where texels are -------------------------------------------------- */
+
+/* Where a direction is in a flat map, 0..1, by the textbook's encoding. */
+static void encode(ibl_projection projection, const double d[3], double at[2])
+{
+    if (projection == IBL_PROJECTION_EQUIRECT) {
+        at[0] = atan2(d[2], d[0]) / (2 * M_PI) + 0.5;
+        at[1] = acos(d[1]) / M_PI;
+        return;
+    }
+    const double sum = fabs(d[0]) + fabs(d[1]) + fabs(d[2]);
+    double p[2] = {d[0] / sum, d[2] / sum};
+    if (d[1] < 0) {
+        const double x = (1 - fabs(p[1])) * (p[0] < 0 ? -1 : 1);
+        p[1] = (1 - fabs(p[0])) * (p[1] < 0 ? -1 : 1);
+        p[0] = x;
+    }
+    at[0] = 0.5 + 0.5 * p[0];
+    at[1] = 0.5 + 0.5 * p[1];
+}
+
+TEST(each_texel_looks_where_the_encoding_puts_it)
+{
+    for (int k = 0; k < FLAT; k++) {
+        const ibl_level_shape s = ibl_level_shape_of(flat[k], 8);
+        CHECK(s.faces == 1 && s.height == 16);
+        for (int y = 0; y < s.height; y++)
+            for (int x = 0; x < s.width; x++) {
+                double d[3], at[2];
+                ibl_level_direction(&s, 0, x, y, d);
+                encode(flat[k], d, at);
+                CHECK_NEAR(d[0] * d[0] + d[1] * d[1] + d[2] * d[2], 1, 1e-14);
+                CHECK_NEAR(at[0] * s.width, x + 0.5, 1e-12);
+                CHECK_NEAR(at[1] * s.height, y + 0.5, 1e-12);
+            }
+    }
+}
+
+/* The middle of the map looks up, its right along +X, its lower end along +Z,
+ * as on the face +Y; the corners look down. */
+TEST(an_octahedral_map_lies_as_the_upper_face_does)
+{
+    const ibl_level_shape s =
+        ibl_level_shape_of(IBL_PROJECTION_OCTAHEDRAL, 512);
+    double d[3];
+
+    ibl_level_direction(&s, 0, 512, 512, d);
+    CHECK(d[1] > 0.999);
+    ibl_level_direction(&s, 0, 1023, 512, d);
+    CHECK(d[0] > 0.99);
+    ibl_level_direction(&s, 0, 512, 1023, d);
+    CHECK(d[2] > 0.99);
+    for (int k = 0; k < 4; k++) {
+        ibl_level_direction(&s, 0, k % 2 * 1023, k / 2 * 1023, d);
+        CHECK(d[1] < -0.999);
+    }
+}
+
+/* Against the density of the projection at 16 x 16 points of each texel. */
+TEST(solid_angles_are_the_integrals_of_the_density)
+{
+    const ibl_level_shape s = ibl_level_shape_of(IBL_PROJECTION_OCTAHEDRAL, 4);
+    double sum = 0;
+
+    for (int y = 0; y < 8; y++)
+        for (int x = 0; x < 8; x++) {
+            double angle = 0;
+            for (int i = 0; i < 256; i++) {
+                const double p = (x + (i % 16 + 0.5) / 16) / 4 - 1;
+                const double q = (y + (i / 16 + 0.5) / 16) / 4 - 1;
+                const double h = 1 - fabs(p) - fabs(q);
+                const double a = h < 0 ? 1 - fabs(q) : p;
+                const double b = h < 0 ? 1 - fabs(p) : q;
+                angle += pow(a * a + b * b + h * h, -1.5) / 4096;
+            }
+            CHECK_NEAR(ibl_level_solid_angle(&s, x, y), angle, 1e-3 * angle);
+            sum += ibl_level_solid_angle(&s, x, y);
+        }
+    CHECK_NEAR(sum, 4 * M_PI, 1e-12);
+    const ibl_level_shape e = ibl_level_shape_of(IBL_PROJECTION_EQUIRECT, 3);
+    sum = 0;
+    for (int y = 0; y < e.height; y++)
+        sum += e.width * ibl_level_solid_angle(&e, 0, y);
+    CHECK_NEAR(sum, 4 * M_PI, 1e-12);
+    CHECK_NEAR(ibl_level_solid_angle(&e, 0, 1), (double)row_angle(12, 6, 1),
+               1e-14);
+}
+
+/* ---- what they hold ------------------------------------------------------ */
+
+static double mean_of(const ibl_cube *map, int level, int channel)
+{
+    const ibl_level_shape s = shape_of(map, level);
+    const float *rgb = ibl_cube_face(map, level, 0);
+    double sum = 0;
+
+    for (int y = 0; y < s.height; y++)
+        for (int x = 0; x < s.width; x++, rgb += 3)
+            sum += (double)rgb[channel] * ibl_level_solid_angle(&s, x, y);
+    return sum / (4 * M_PI);
+}
+
+TEST(a_constant_map_is_constant_in_every_texel)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    const ibl_image map = map_constant(ctx, 37, 19, 0.7F);
+
+    for (int k = 0; k < FLAT; k++) {
+        ibl_bake_options o = all_in(flat[k], 16);
+        o.yaw_deg = 33;
+        const ibl_bake_result r = map_bake(ctx, &map, &o);
+        const ibl_cube *all[] = {&r.skybox, &r.specular, &r.irradiance};
+        CHECK(r.skybox.levels == 5);
+        for (int c = 0; c < 3; c++)
+            for (int l = 0; l < all[c]->levels; l++) {
+                const ibl_level_shape s = shape_of(all[c], l);
+                const float *rgb = ibl_cube_face(all[c], l, 0);
+                for (size_t i = 0; i < 3 * texels_of(&s); i++)
+                    NEED(fabs((double)rgb[i] - (double)0.7F) < 2 * u);
+            }
+    }
+}
+
+/* A source in the layout of the level is the level. */
+TEST(an_equirectangular_level_0_of_the_same_size_is_the_map)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random rnd = {7};
+    const ibl_image map = map_of_kind(ctx, &rnd, MAP_SUNNY, 512, 256);
+    ibl_cube to;
+
+    to = flat_alloc(ctx, IBL_PROJECTION_EQUIRECT, 128, 1);
+    for (int turn = 0; turn < 2; turn++) {
+        NEED(!ibl_flat_from_latlong(ctx, &map, turn * 90, &to));
+        for (int y = 0; y < 256; y++)
+            for (int x = 0; x < 512; x++)
+                for (int c = 0; c < 3; c++) {
+                    const double seen = (double)to.data[3 * (512 * y + x) + c];
+                    const double must =
+                        (double)map_pixel(&map, (x + turn * 128) % 512, y)[c];
+                    NEED(fabs(seen - must) <= 1e-9 * 1e6 + 2 * u * must);
+                }
+    }
+}
+
+/* Energy by exact solid angles, of maps with suns, also where they are finer
+ * than the texels, and in every mip. */
+TEST(every_level_of_a_skybox_has_the_light_of_the_map)
+{
+    static const int sizes[][2] = {{256, 128}, {37, 19}, {63, 64}};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random rnd = {3};
+
+    for (int i = 0; i < 3; i++) {
+        const ibl_image map =
+            map_of_kind(ctx, &rnd, MAP_SUNNY, sizes[i][0], sizes[i][1]);
+        double truth[3];
+        ibl_reference *ref = reference_of(ctx, &map, 40);
+        NEED(!ibl_reference_mean(ref, truth));
+        for (int k = 0; k < FLAT; k++) {
+            ibl_cube to;
+            to = flat_alloc(ctx, flat[k], 16, 5);
+            NEED(!ibl_flat_from_latlong(ctx, &map, 40, &to));
+            for (int l = 0; l < 5; l++)
+                CHECK_NEAR(mean_of(&to, l, 0) / truth[0], 1,
+                           flat[k] == IBL_PROJECTION_EQUIRECT ? 1e-6 : 1e-3);
+        }
+    }
+}
+
+/* Every texel of the sky and its mips, against the mean over its solid angle;
+ * of maps that are finer than the texels and coarser. */
+TEST(flat_environments_are_the_means_over_their_texels)
+{
+    static const int sizes[][2] = {{256, 128}, {37, 19}};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random rnd = {5};
+
+    for (int k = 0; k < 2 * FLAT; k++) {
+        const int *size = sizes[k / FLAT];
+        const ibl_image map =
+            map_of_kind(ctx, &rnd, MAP_NOISE, size[0], size[1]);
+        ibl_reference *ref = reference_of(ctx, &map, 25);
+        const bool octahedral = flat[k % FLAT] == IBL_PROJECTION_OCTAHEDRAL;
+        const ibl_cube to = flat_alloc(ctx, flat[k % FLAT], 16, 5);
+        NEED(!ibl_flat_from_latlong(ctx, &map, 25, &to));
+        for (int l = 0; l < 5; l++) {
+            const ibl_level_shape s = shape_of(&to, l);
+            double worst = 0;
+            for (size_t i = 0; i < texels_of(&s); i += l ? 1 : 5) {
+                const ibl_texel at = {0, (int)i % s.width, (int)i / s.width};
+                double truth[3];
+                NEED(!ibl_reference_texels(ref, to.projection, 16, 16 >> l, &at,
+                                           1, truth));
+                const float *rgb = ibl_cube_face(&to, l, 0) + 3 * i;
+                worst = fmax(worst, fabs((double)rgb[1] - truth[1]));
+            }
+            test_measured("largest difference", worst,
+                          octahedral ? 1e-3 : 1e-6);
+            CHECK_MSG(worst <= (octahedral ? 1e-3 : 1e-6), "%s, level %d: %g",
+                      ibl_projection_name(to.projection), l, worst);
+        }
+    }
+}
+
+/* The levels of all lobes and the irradiance, against the sums over all pixels:
+ * a sun that is taken out of the harmonics, and a level with a near part. */
+TEST(levels_are_the_exact_sums_in_their_directions)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random rnd = {11};
+    const ibl_image map = map_of_kind(ctx, &rnd, MAP_SUNNY, 128, 64);
+    const double list[] = {0.02, 0.12, 0.4, 1};
+    ibl_reference *ref = reference_of(ctx, &map, -70);
+    double mean[3];
+
+    map_set(&map, 40, 12, 1e5F, 9e4F, 7e4F);
+    NEED(!ibl_reference_mean(ref, mean));
+    for (int k = 0; k < FLAT; k++) {
+        ibl_bake_options o = all_in(flat[k], 16);
+        o.yaw_deg = -70;
+        o.specular_options.roughness = list;
+        const ibl_bake_result r = map_bake(ctx, &map, &o);
+        CHECK(r.report.level[0].reach > 0 && r.report.level[2].degree > 0);
+        for (int l = 0; l < 5; l++) {
+            const ibl_cube *of = l < 4 ? &r.specular : &r.irradiance;
+            const ibl_level_shape s = shape_of(of, l % 4);
+            double worst = 0;
+            int above = 0, count = 0;
+            for (size_t i = 0; i < texels_of(&s); i += l < 2 ? 7 : 1, count++) {
+                const float *x = ibl_cube_face(of, l % 4, 0) + 3 * i;
+                const double seen[] = {(double)x[0], (double)x[1],
+                                       (double)x[2]};
+                double d[3], truth[3];
+                ibl_level_direction(&s, 0, (int)i % s.width, (int)i / s.width,
+                                    d);
+                NEED(!(l < 4 ? ibl_reference_specular(ref, list[l], d, 1, truth)
+                             : ibl_reference_irradiance(ref, d, 1, truth)));
+                const double error = ibl_relative_error(seen, truth, mean);
+                worst = fmax(worst, error);
+                above += error > IBL_TOLERANCE_DEFAULT;
+                if (getenv("DBG") && error > 5e-5)
+                    printf("%s l%d i%zu d %g %g %g error %g seen %g truth %g\n",
+                           ibl_projection_name(flat[k]), l, i, d[0], d[1], d[2],
+                           error, seen[0], truth[0]);
+            }
+            CHECK_MSG(above <= count / 20,
+                      "%s, level %d: %d of %d texels, worst %g",
+                      ibl_projection_name(flat[k]), l, above, count, worst);
+            test_measured("worst texel", worst, 1);
+        }
+    }
+}
+
+/* ---- bytes --------------------------------------------------------------- */
+
+TEST(flat_bakes_have_the_same_bytes_on_any_number_of_threads)
+{
+    test_random rnd = {13};
+
+    for (int k = 0; k < FLAT; k++) {
+        const ibl_bake_options o = all_in(flat[k], 16);
+        ibl_bake_result r[2];
+        for (int t = 0; t < 2; t++) {
+            ibl_ctx *ctx = test_ctx(1 + 2 * t, IBL_ISA_AUTO);
+            test_random same = rnd;
+            const ibl_image map = map_of_kind(ctx, &same, MAP_SUNNY, 96, 48);
+            r[t] = map_bake(ctx, &map, &o);
+        }
+        const size_t floats = 3 * 4 * (16 * 16 + 8 * 8 + 4 * 4 + 2 * 2);
+        CHECK(!memcmp(r[0].specular.data, r[1].specular.data,
+                      floats * sizeof(float)));
+        CHECK(!memcmp(r[0].skybox.data, r[1].skybox.data,
+                      floats * sizeof(float)));
+    }
+}
+
+/* ---- textures ------------------------------------------------------------ */
+
+TEST(textures_keep_the_layout_in_every_container)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random rnd = {17};
+    const ibl_image map = map_of_kind(ctx, &rnd, MAP_SMOOTH, 64, 32);
+
+    for (int k = 0; k < FLAT * IBL_CONTAINER_COUNT; k++) {
+        const ibl_container container = (ibl_container)(k / FLAT);
+        const ibl_projection projection = flat[k % FLAT];
+        const ibl_bake_options o = all_in(projection, 16);
+        const ibl_bake_result r = map_bake(ctx, &map, &o);
+        for (int p = 0; p < IBL_PIXEL_COUNT; p++) {
+            ibl_texel_options as = ibl_texel_options_default();
+            ibl_pixel_error error[IBL_MAX_LEVELS];
+            ibl_texture tex, back;
+            ibl_cube read;
+            void *bytes;
+            size_t size;
+            as.pixel = (ibl_pixel)p;
+            if (ibl_pixel_channels(as.pixel) != 3 ||
+                !ibl_container_holds(container, as.pixel))
+                continue;
+            NEED(!ibl_texture_from_cube(ctx, &r.specular, &as, &tex, NULL));
+            CHECK(tex.faces == 1 && tex.height == 32 &&
+                  tex.width == (k % FLAT ? 32 : 64));
+            CHECK(!ibl_texture_errors(ctx, &tex, &r.specular, error));
+            CHECK_MSG(error[1].nrmse < 0.1, "%s: %g", ibl_pixel_name(as.pixel),
+                      error[1].nrmse);
+            NEED(!ibl_texture_encode(ctx, &tex, container, &bytes, &size));
+            NEED(!ibl_texture_decode(ctx, "flat", bytes, size, &back, NULL));
+            NEED(!ibl_texture_to_cube(ctx, &back, &read));
+            CHECK(read.projection == projection && read.size == 16 &&
+                  read.levels == 4);
+            if (p == IBL_PIXEL_RGBA32F)
+                CHECK(!memcmp(ibl_cube_face(&read, 3, 0),
+                              ibl_cube_face(&r.specular, 3, 0), 48));
+            ibl_cube_free(&read);
+            ibl_texture_free(&tex);
+            ibl_texture_free(&back);
+            ibl_bytes_free(bytes);
+        }
+    }
+}
+
+/* A sun beyond a half float, in the corner of the map and at its seam. */
+TEST(light_beyond_a_format_spreads_over_the_seams)
+{
+    static const int places[][2] = {{0, 0}, {0, 9}, {5, 15}, {15, 15}};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+
+    for (int k = 0; k < 4 * FLAT; k++) {
+        ibl_overflow_report report;
+        ibl_cube map, read;
+        ibl_texture tex;
+        map = flat_alloc(ctx, flat[k / 4], 8, 1);
+        const ibl_level_shape s = shape_of(&map, 0);
+        for (size_t i = 0; i < 3 * texels_of(&s); i++)
+            map.data[i] = 1;
+        const int x = places[k % 4][0], y = places[k % 4][1];
+        map.data[3 * (y * s.width + x)] = 2e5F;
+        NEED(!ibl_texture_from_cube(ctx, &map, NULL, &tex, &report));
+        NEED(!ibl_texture_to_cube(ctx, &tex, &read));
+        CHECK(report.values == 1 && report.level[0].moved > 0);
+        CHECK_NEAR(mean_of(&read, 0, 0) / mean_of(&map, 0, 0), 1, 1e-3);
+        const int over = k / 4 ? 15 - y : y;
+        const int beside = k / 4 ? 0 : s.width - 1;
+        if (x == 0)
+            CHECK(read.data[3 * (over * s.width + beside)] > 1);
+        ibl_cube_free(&read);
+        ibl_texture_free(&tex);
+    }
+}
+
+/* ---- arguments ------------------------------------------------------------
+ */
+
+TEST(wrong_flat_maps_are_refused)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    const ibl_image map = map_constant(ctx, 8, 4, 1);
+    ibl_bake_options o = all_in(IBL_PROJECTION_OCTAHEDRAL, 12);
+    ibl_environment env = {.image = &map};
+    ibl_bake_result r;
+    ibl_cube c = {0};
+
+    CHECK(ibl_bake_environment(ctx, &env, &o, &r) == IBL_ERR_ARGUMENT);
+    o.specular_options.size = 16;
+    o.specular_options.method = IBL_METHOD_SAMPLED;
+    CHECK(ibl_bake_environment(ctx, &env, &o, &r) == IBL_ERR_ARGUMENT);
+    o.specular_options.method = IBL_METHOD_AUTO;
+    o.irradiance_options.step = 0.1;
+    CHECK(ibl_bake_environment(ctx, &env, &o, &r) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_cube_alloc_as(ctx, (ibl_projection)3, 8, 1, &c) ==
+          IBL_ERR_ARGUMENT);
+    c = flat_alloc(ctx, IBL_PROJECTION_EQUIRECT, 8, 1);
+    CHECK(ibl_cube_from_latlong(ctx, &map, 0, &c) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_cube_build_mips(ctx, &c) == IBL_ERR_ARGUMENT);
+    const double falling[] = {0, 0.5, 0.4}, twice[] = {0, 0, 1};
+    ibl_specular_options s = ibl_specular_options_default();
+    ibl_specular_layout layout;
+    s.levels = 3;
+    s.roughness = falling;
+    CHECK(ibl_specular_layout_of(&s, &layout) == IBL_ERR_ARGUMENT);
+    s.roughness = twice;
+    CHECK(ibl_specular_layout_of(&s, &layout) == IBL_ERR_ARGUMENT);
+}
