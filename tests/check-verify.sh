@@ -61,6 +61,35 @@ test_magnified() {
         MAX=1e-3 accept env.exr half
 }
 
+# verify reads the map as the files say that the bake did, or as it is told.
+test_colours() {
+    printf '#?RADIANCE\nPRIMARIES=.708 .292 .17 .797 .131 .046 .3127 .329\n' \
+        >wide.hdr
+    tail -n +2 env.hdr >>wide.hdr
+    iblbake -q $floats wide.hdr -o out --primaries rec709 --exposure 1.5 \
+        --clamp 7 --sh 2
+    MAX=0.02 accept wide.hdr out
+    MAX=0.02 refuse --exposure 1 wide.hdr out
+    MAX=0.02 refuse --primaries acescg wide.hdr out
+    MAX=0.02 refuse --clamp 3 wide.hdr out
+    iblbake -q $small wide.hdr -o keys --only specular --primaries acescg \
+        --exposure 1.5 --clamp 7
+    MAX=0.02 accept wide.hdr keys
+    js <<'END'
+const s = json('out/wide.json'), o = s.options, c = s.colour;
+const told = [o.primaries, o.exposure, o.clamp, o.pixel, 'output' in o || 'sh' in o,
+              s.source.primaries, c.primaries, c.exposure_ev, c.clamp];
+if (told.join() !== 'rec709,1.5,7,rgba32f,false,Rec.2020,rec709,1.5,7')
+    console.log(told.join());
+if (!(c.clamped_pixels > 0 && c.clamp_removed > 0.1)) console.log(c);
+END
+    iblbake -q $floats one.hdr -o one --exposure -2 -j 3 --rotate 9
+    js <<'END'
+const e = json('one/one.json').environment;
+if (Math.abs(e.mean_luminance - 0.25) > 1e-6) console.log(e);
+END
+}
+
 test_containers_and_pixels() {
     local format pixel
     for format in ktx2 ktx dds; do

@@ -10,6 +10,7 @@ static void *scarce(size_t size)
 }
 #define malloc scarce
 #include "common/json_load.c"
+#include "common/names.c"
 #undef malloc
 
 #include "files.h"

@@ -37,36 +37,90 @@ typedef enum ibl_alpha {
 /* "ignore", "file" or "straight". */
 const char *ibl_alpha_name(ibl_alpha alpha);
 
+/*
+ * Primaries to convert the colours of a file to. White stays R = G = B: where
+ * the white points differ, colours are adapted by Bradford's transform (Lam
+ * 1985). A file has the primaries that it names: EXR chromaticities, PRIMARIES
+ * of a .hdr, the ICC profile of an Ultra HDR JPEG. If it names none, they are
+ * Rec.709's; Radiance's defaults for XYZE.
+ */
+typedef enum ibl_primaries {
+    IBL_PRIMARIES_KEEP,   /* the file's, whatever they are: no conversion */
+    IBL_PRIMARIES_REC709, /* ITU-R BT.709 and sRGB, white D65 */
+    IBL_PRIMARIES_ACESCG, /* AP1, white of ACES (about D60) */
+    IBL_PRIMARIES_REC2020 /* ITU-R BT.2020, white D65 */
+} ibl_primaries;
+
+/* "keep", "rec709", "acescg" or "rec2020". */
+const char *ibl_primaries_name(ibl_primaries primaries);
+
+#define IBL_MAX_EXPOSURE 64 /* of ibl_read_options, up and down */
+
+/* Colours are repaired, then converted, then exposed, then clamped. */
 typedef struct ibl_read_options {
-    const char *layer; /* EXR: channels LAYER.R, LAYER.G, ...; NULL: the
-                          unnamed layer, else the file's only one. Other
-                          formats have no layers: IBL_ERR_FORMAT */
-    int part;          /* EXR: part of a multi-part file, from 0; -1: the
-                          first with colour (default). Others have part 0 */
-    int strict;        /* 1: refuse non-finite and negative pixels */
-    int any_aspect;    /* 1: accept maps that are not 2:1 */
-    ibl_alpha alpha;   /* default IBL_ALPHA_IGNORE; see
-                          ibl_source_alpha */
+    const char *layer;       /* EXR: channels LAYER.R, LAYER.G, ...; NULL: the
+                                unnamed layer, else the file's only one. Other
+                                formats have no layers: IBL_ERR_FORMAT */
+    int part;                /* EXR: part of a multi-part file, from 0; -1: the
+                                first with colour (default). Others: part 0 */
+    int strict;              /* 1: refuse non-finite and negative pixels */
+    int any_aspect;          /* 1: accept maps that are not 2:1 */
+    ibl_alpha alpha;         /* default IBL_ALPHA_IGNORE; see
+                                ibl_source_alpha */
+    ibl_primaries primaries; /* default IBL_PRIMARIES_KEEP. Colours outside the
+                                gamut get their luminance's grey mixed in until
+                                no component is negative */
+    double exposure;         /* EV: colours are multiplied by 2^exposure;
+                                -IBL_MAX_EXPOSURE..IBL_MAX_EXPOSURE */
+    double clamp; /* > 0: the largest component allowed; a pixel above it is
+                     scaled down as a whole and keeps its hue. 0: none */
+    int hash;     /* 1: the report gets the hash of the file */
 } ibl_read_options;
 
 ibl_read_options ibl_read_options_default(void);
+
+enum {
+    IBL_FILE_HASH = 33 /* 32 hexadecimal digits and a 0 */
+};
+
+/* The brightest source of a map: the pixel with the largest component, and all
+ * pixels within 10 degrees of it that have a share of that or more. */
+typedef struct ibl_brightest {
+    int found;           /* 0: black, or as bright over too much of the map */
+    double share;        /* 0.1; 0.5 where over a 64th of the map has as much */
+    double direction[3]; /* unit, towards the middle of its light; the map is
+                            not rotated */
+    double irradiance[3]; /* on a surface that faces it: sum of L dO */
+    double solid_angle;   /* of its pixels, in steradians */
+} ibl_brightest;
 
 /* Properties of the file, and counts of repaired pixels. */
 typedef struct ibl_read_report {
     char format[64];   /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
     size_t nonfinite;  /* pixels that held Inf or NaN */
     size_t negative;   /* pixels that held a finite value below 0 */
-    float peak;        /* largest component after repair, before alpha */
+    float peak;        /* largest component after repair, before conversion */
     int low_range;     /* 1: 8 or 16-bit integers, decoded from sRGB */
     int bridged;       /* 1: read by OpenImageIO */
     int has_alpha;     /* 1: the file has alpha, and it was read */
     float alpha_least; /* the smallest and largest alpha after repair; both 1 */
     float alpha_most;  /*   without alpha */
-    size_t alpha_nonfinite; /* pixels whose alpha was Inf or NaN */
-    size_t alpha_beyond;    /* pixels whose alpha was more than 0.001 below 0
-                               or above 1 */
-    size_t alpha_hidden;    /* pixels with alpha 0 and a colour that the file
-                               has multiplied by alpha; it became 0 */
+    size_t alpha_nonfinite;  /* pixels whose alpha was Inf or NaN */
+    size_t alpha_beyond;     /* pixels whose alpha was more than 0.001 below 0
+                                or above 1 */
+    size_t alpha_hidden;     /* pixels with alpha 0 and a colour that the file
+                                has multiplied by alpha; it became 0 */
+    int has_primaries;       /* 1: the file names its primaries */
+    double primaries[8];     /* of the file: xy of red, green, blue and white */
+    char primaries_name[24]; /* "Rec.709", "ACEScg", ...; "": others */
+    double luma[3]; /* luminance of the R, G and B that are read, white is 1 */
+    size_t outside; /* pixels that were outside the gamut of opts->primaries */
+    size_t clamped; /* pixels that opts->clamp scaled down */
+    double clamp_removed; /* the share of the map's luminance, summed over the
+                             sphere, that this took away */
+    ibl_brightest brightest;
+    char hash[IBL_FILE_HASH]; /* with opts->hash: XXH3 of 128 bits of the file's
+                                 bytes, as xxh128sum prints it; else "" */
 } ibl_read_report;
 
 /*
@@ -87,20 +141,19 @@ typedef struct ibl_read_report {
  * by alpha. To read alpha, see ibl_source_alpha.
  * A non-finite component becomes the largest finite one among the 8 neighbours
  * (columns wrap). If there is none, +Inf becomes 65504, others 0. Negative
- * components become 0. Both repairs are counted, with a warning.
- *   path     a file, or "-" for standard input. A pipe by name (a FIFO,
- *            /dev/stdin, a shell's <(command)) is read if a process has it
- *            open for writing. Devices and directories are refused
- *   opts     NULL for defaults
- *   img      empty; filled here, to be freed with ibl_image_free
- *   report   may be NULL
- * IBL_ERR_IO: cannot be opened or read. IBL_ERR_FORMAT: not an image,
- * corrupt, truncated, not 2:1 without any_aspect, repaired pixels with strict.
- * IBL_ERR_UNSUPPORTED: needs the bridge, which is missing or cannot read it.
- * IBL_ERR_MEMORY: the pixels, or a file that must be read as a whole, exceed
- * the machine's memory. A stream is IBL_ERR_FORMAT if it continues over 1 MiB
- * beyond the longest size that its header allows (Radiance), or exceeds 65 GiB
- * (other images) or 256 MiB (anything else).
+ * components become 0. Both repairs are counted, with a warning. Another
+ * warning names primaries that are not Rec.709's and are kept. path     a file,
+ * or "-" for standard input. A pipe by name (a FIFO, /dev/stdin, a shell's
+ * <(command)) is read if a process has it open for writing. Devices and
+ * directories are refused opts     NULL for defaults img      empty; filled
+ * here, to be freed with ibl_image_free report   may be NULL IBL_ERR_IO: cannot
+ * be opened or read. IBL_ERR_FORMAT: not an image, corrupt, truncated, not 2:1
+ * without any_aspect, repaired pixels with strict. IBL_ERR_UNSUPPORTED: needs
+ * the bridge, which is missing or cannot read it. IBL_ERR_MEMORY: the pixels,
+ * or a file that must be read as a whole, exceed the machine's memory. A stream
+ * is IBL_ERR_FORMAT if it continues over 1 MiB beyond the longest size that its
+ * header allows (Radiance), or exceeds 65 GiB (other images) or 256 MiB
+ * (anything else).
  */
 ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
                           const ibl_read_options *opts, ibl_image *img,

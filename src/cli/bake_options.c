@@ -87,7 +87,8 @@ static bool parse_sun(void *field, const char *value)
 /* clang-format off */
 static const ibl_option outputs[] = {
     {"output", 'o', IBL_DIR(directory), .standard = "",
-     .help = "directory of the outputs, created if missing; required"},
+     .help = "directory of the outputs, created if missing; required",
+     .aside = true},
     {"name", 0, IBL_TEXT(name, "NAME"),
      .standard = "ENV without directory and extension",
      .help = "outputs are NAME_specular.EXT and so on"},
@@ -119,21 +120,27 @@ static const ibl_option outputs[] = {
      .help = "also write the environment as a cube with mips, N texels along "
              "an edge"},
     {"preview", 0, IBL_PNG(preview, "FILE"),
-     .help = "a PNG picture of all outputs"},
+     .help = "a PNG picture of all outputs",
+     .aside = true},
     {"depfile", 0, IBL_TEXT(depfile, "FILE"), .standard = "",
-     .help = "a rule for make and ninja: outputs depend on ENV"},
+     .help = "a rule for make and ninja: outputs depend on ENV",
+     .aside = true},
     {"sync", 0, IBL_FLAG(sync),
      .help = "wait until everything is on the disk, so that a power cut "
-             "leaves whole files"},
+             "leaves whole files",
+     .aside = true},
     {"timings", 0, IBL_FLAG(timings),
      .help = "add the time of each stage to the sidecar, which then differs "
-             "from run to run"},
+             "from run to run",
+     .aside = true},
     {"verify", 0, IBL_FLAG(verify),
      .help = "compare the outputs with the exact sums, as iblbake verify "
-             "does, print the table and add it to the sidecar"},
+             "does, print the table and add it to the sidecar",
+     .aside = true},
     {"max-error", 0, IBL_REAL(max_error, "E", 0, 1000), .standard = "none",
      .help = "verify, and write nothing if the nRMSE of a level or the largest "
-             "error of the table is above E"},
+             "error of the table is above E",
+     .aside = true},
 };
 
 static const ibl_option input[] = {
@@ -527,6 +534,7 @@ static bool add_set(ibl_bake_line *line, const ibl_target *target)
 
     if (!read_words(target->options, line->words, o))
         return false;
+    o->given = line->one.given;
     o->of = target;
     o->filament = target->filament;
     snprintf(prefix, sizeof prefix, "--target %s: ", target->name);
@@ -593,6 +601,7 @@ const ibl_command ibl_bake_command = {
     .statuses = "0 done, 1 failed, 2 wrong usage",
     .sections = sections,
     .settings_size = sizeof(ibl_bake_line),
+    .given = offsetof(ibl_opts, given),
     .defaults = defaults,
     .keep_words = keep_words,
     .take = take,

@@ -194,6 +194,16 @@ static bool is_table(ibl_output_kind kind)
     return kind == IBL_OUTPUT_LUT || kind == IBL_OUTPUT_LOBES;
 }
 
+static void set_colour(setter *s, const ibl_read_options *o)
+{
+    if (o->primaries)
+        set(s, "iblbake.primaries", "%s", ibl_primaries_name(o->primaries));
+    if (o->exposure < 0 || o->exposure > 0)
+        set(s, "iblbake.exposure", "%.17g", o->exposure);
+    if (o->clamp > 0)
+        set(s, "iblbake.clamp", "%.17g", o->clamp);
+}
+
 bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
                           ibl_texture *tex)
 {
@@ -204,6 +214,8 @@ bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
     set(&s, "iblbake.content", "%s", ibl_output_content(kind));
     if (!is_table(kind))
         set(&s, "iblbake.yaw_deg", "%.9g", b->opts->bake.yaw_deg);
+    if (!is_table(kind))
+        set_colour(&s, &b->opts->common.read);
     if (ibl_bake_without_lights(b, kind))
         set(&s, "iblbake.lights", "%d", b->from->light_count);
     if (ibl_pixel_block(tex->pixel) > 1) {
@@ -242,15 +254,132 @@ static json_t *file_name(const ibl_bake *b, const char *name)
     return has_encoded_names(b) ? ibl_json_encoded(name) : json_string(name);
 }
 
+/* Degrees in a radian. */
+static const double degrees = 57.295779513082320877;
+
+static json_t *numbers(const double *x, int count)
+{
+    json_t *j = json_array();
+    for (int i = 0; i < count; i++)
+        append(&j, json_real(x[i] + 0.0)); /* no negative zero */
+    return j;
+}
+
 static json_t *source(const ibl_bake *b)
 {
     const ibl_read_report *r = &b->from->report;
-    return json_pack(
+    json_t *j = json_pack(
         "{so so si si sf sI sI sb sb}", "path", file_name(b, b->opts->input),
         "format", ibl_json_string(r->format), "width", b->from->width, "height",
         b->from->height, "peak", (double)r->peak, "nonfinite_pixels",
         (json_int_t)r->nonfinite, "negative_pixels", (json_int_t)r->negative,
         "low_range", r->low_range, "bridged", r->bridged);
+
+    if (*r->hash)
+        put(&j, "xxh3_128", json_string(r->hash));
+    put(&j, "primaries",
+        *r->primaries_name ? json_string(r->primaries_name)
+                           : numbers(r->primaries, 8));
+    return j;
+}
+
+/* What was done to the colours of the source. */
+static json_t *colour(const ibl_bake *b)
+{
+    const ibl_read_options *o = &b->opts->common.read;
+    const ibl_read_report *r = &b->from->report;
+    json_t *j =
+        json_pack("{ss sf}", "primaries", ibl_primaries_name(o->primaries),
+                  "exposure_ev", o->exposure);
+
+    if (o->primaries)
+        put(&j, "outside_pixels", json_integer((json_int_t)r->outside));
+    if (o->clamp > 0)
+        put_all(&j, json_pack("{sf sI sf}", "clamp", o->clamp, "clamped_pixels",
+                              (json_int_t)r->clamped, "clamp_removed",
+                              r->clamp_removed));
+    return j;
+}
+
+/* Whether a value given is that of the defaults. */
+static bool is_usual(const ibl_opts *usual, const ibl_opts *opts,
+                     const ibl_option *option)
+{
+    const size_t at = option->offset;
+    const char *a = (const char *)usual + at, *b = (const char *)opts + at;
+
+    switch (option->kind) {
+    case IBL_OPTION_INT:
+    case IBL_OPTION_CHOICE:
+    case IBL_OPTION_FLAG:
+        return !memcmp(a, b, sizeof(int));
+    case IBL_OPTION_REAL:
+        return !memcmp(a, b, sizeof(double));
+    default:
+        return false;
+    }
+}
+
+/* The options that were given and are not the default, or the target's, as
+ * text. */
+static json_t *options(const ibl_bake *b)
+{
+    const ibl_given *given = &b->opts->given;
+    ibl_opts *usual = calloc(1, sizeof *usual);
+    json_t *j = json_object();
+
+    if (usual)
+        ibl_bake_command.defaults(usual);
+    else
+        put(&j, "", NULL);
+    for (int i = 0; usual && i < given->count; i++) {
+        const ibl_option *o = given->list[i].option;
+        const char *value = given->list[i].value;
+        if (b->opts->of || !is_usual(usual, b->opts, o))
+            put(&j, o->name, value ? ibl_json_string(value) : json_true());
+    }
+    free(usual);
+    return j;
+}
+
+/* The luminance of the environment: the constant of its harmonics, with the
+ * lights that were taken out of it. */
+static double mean_luminance(const ibl_bake *b)
+{
+    const double constant = 0.28209479177387814; /* sqrt(1 / 4 pi) */
+    double sum = 0;
+
+    for (int c = 0; c < 3; c++) {
+        double mean = constant * b->made.sh[c];
+        for (int i = 0; i < b->from->light_count; i++)
+            mean += b->from->lights[i].irradiance[c] / (4 * M_PI);
+        sum += b->from->report.luma[c] * mean;
+    }
+    return sum;
+}
+
+/* Turned as the outputs are. */
+static json_t *brightest(const ibl_bake *b)
+{
+    const ibl_brightest *s = &b->from->report.brightest;
+    const double yaw = b->opts->bake.yaw_deg / degrees, *d = s->direction;
+    const double turned[3] = {cos(yaw) * d[0] + sin(yaw) * d[2], d[1],
+                              cos(yaw) * d[2] - sin(yaw) * d[0]};
+
+    if (!s->found)
+        return json_null();
+    return json_pack("{so so sf sf ss}", "direction", numbers(turned, 3),
+                     "irradiance", numbers(s->irradiance, 3), "solid_angle_sr",
+                     s->solid_angle, "share", round(s->share * 10) / 10, "is",
+                     "the pixels within 10 degrees of the brightest that have "
+                     "that share of it or more");
+}
+
+static json_t *environment(const ibl_bake *b)
+{
+    return json_pack("{sf so so}", "mean_luminance", mean_luminance(b),
+                     "luminance_weights", numbers(b->from->report.luma, 3),
+                     "brightest", brightest(b));
 }
 
 static json_t *orientation(const ibl_bake *b)
@@ -260,9 +389,6 @@ static json_t *orientation(const ibl_bake *b)
                      "faces", "+X -X +Y -Y +Z -Z, row 0 on top", "yaw_deg",
                      b->opts->bake.yaw_deg);
 }
-
-/* Degrees in a radian. */
-static const double degrees = 57.295779513082320877;
 
 static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
 {
@@ -556,6 +682,9 @@ char *ibl_sidecar_text(const ibl_bake *b)
     if (has_encoded_names(b))
         put(&root, "names", json_string(IBL_NAMES_ENCODED));
     put(&root, "source", source(b));
+    put(&root, "colour", colour(b));
+    put(&root, "options", options(b));
+    put(&root, "environment", environment(b));
     put(&root, "orientation", orientation(b));
     put(&root, "outputs", outputs(b));
     put(&root, "sh", spherical_harmonics(b));

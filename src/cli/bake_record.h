@@ -46,6 +46,7 @@ typedef struct ibl_opts {
     double max_error; /* limit for verify; NAN: none */
     ibl_judge_options judge;
     char stem[256]; /* input's name without directory and extension */
+    ibl_given given;
 } ibl_opts;
 
 /* The command line: options of one set, or of a set for each target. */

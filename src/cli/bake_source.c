@@ -96,11 +96,21 @@ static bool bake_without_lights(ibl_bake_source *s)
     return ok;
 }
 
+/* A sidecar, which has coefficients, has the hash of the source too. */
+static ibl_read_options read_options(const ibl_bake_source *s)
+{
+    ibl_read_options read = s->opts->common.read;
+
+    read.hash = s->bake.sh_degree >= 0;
+    return read;
+}
+
 /* Keeps the map in memory, for lights, --verify, --preview and chains. */
 static bool bake_image(ibl_bake_source *s)
 {
-    if (ibl_image_read(s->ctx, s->opts->input, &s->opts->common.read, &s->env,
-                       &s->report))
+    const ibl_read_options read = read_options(s);
+
+    if (ibl_image_read(s->ctx, s->opts->input, &read, &s->env, &s->report))
         return false;
     s->width = s->env.width;
     s->height = s->env.height;
@@ -111,9 +121,10 @@ static bool bake_image(ibl_bake_source *s)
 
 static bool bake_source(ibl_bake_source *s)
 {
+    const ibl_read_options read = read_options(s);
     ibl_source *source = NULL;
 
-    if (ibl_source_open(s->ctx, s->opts->input, &s->opts->common.read, &source))
+    if (ibl_source_open(s->ctx, s->opts->input, &read, &source))
         return false;
     const ibl_environment rows = ibl_source_environment(source);
     s->width = rows.width;

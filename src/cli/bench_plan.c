@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Plans the commands of a run. */
+#include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -72,6 +73,12 @@ static char *bake_command(const ibl_bench *b, const ibl_bench_point *p)
         fputs(" --any-aspect", to);
     if (read->strict)
         fputs(" --strict", to);
+    if (read->primaries)
+        fprintf(to, " --primaries=%s", ibl_primaries_name(read->primaries));
+    if (fabs(read->exposure) > 0)
+        fprintf(to, " --exposure=%.17g", read->exposure);
+    if (read->clamp > 0)
+        fprintf(to, " --clamp=%.17g", read->clamp);
     fprintf(to, " --method=%s --pdf-mip=%s",
             ibl_bench_method_names[nomip ? IBL_BENCH_SAMPLED : method],
             nomip ? "no" : "yes");

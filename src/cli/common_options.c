@@ -10,6 +10,7 @@
 #include <zstd.h>
 
 #include "cli/common_options.h"
+#include "common/names.h"
 #include "common/path.h"
 
 #if defined(__clang__)
@@ -141,20 +142,35 @@ static const ibl_option input[] = {
     {"strict", 0, IBL_FLAG(read.strict),
      .help = "refuse infinite, NaN and negative pixels, which are otherwise "
              "repaired"},
+    {"primaries", 0, IBL_CHOICE(read.primaries, ibl_primaries_names),
+     .help = "primaries to convert the colours of the file to, from those "
+             "that it names, or from Rec. 709"},
+    {"exposure", 0,
+     IBL_REAL(read.exposure, "EV", -IBL_MAX_EXPOSURE, IBL_MAX_EXPOSURE),
+     .help = "multiply the environment by 2^EV"},
+    {"clamp", 0, IBL_REAL(read.clamp, "MAX", 1e-6, 1e30), .standard = "none",
+     .help = "scale pixels down whose largest component is above MAX, after "
+             "the exposure; says how much light that takes"},
 };
 
 static const ibl_option running[] = {
     {"threads", 'j', IBL_INT(threads, 0, 1024),
      .help = "threads; 0: one for each CPU that this process may use. The "
-             "outputs do not depend on the number"},
+             "outputs do not depend on the number",
+     .aside = true},
     {"isa", 0, IBL_CHOICE(isa, isa_names),
-     .help = "instruction set of the hot loops; auto: the best of this CPU"},
-    {"quiet", 'q', IBL_FLAG(quiet), .help = "print only errors"},
+     .help = "instruction set of the hot loops; auto: the best of this CPU",
+     .aside = true},
+    {"quiet", 'q', IBL_FLAG(quiet), .help = "print only errors",
+     .aside = true},
     {"verbose", 'v', IBL_FLAG(verbose),
-     .help = "print what was done and the time of each stage"},
-    {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text"},
+     .help = "print what was done and the time of each stage",
+     .aside = true},
+    {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text",
+     .aside = true},
     {"version", 0, .kind = IBL_OPTION_PRINT, .print = ibl_version_print,
-     .help = "print the version and what it was built with"},
+     .help = "print the version and what it was built with",
+     .aside = true},
 };
 /* clang-format on */
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The command line of iblbake probes. */
+#include <math.h>
 #include <string.h>
 
 #include "cli/probes.h"
@@ -126,12 +127,15 @@ static bool take(void *settings, const char *word)
 static bool check_grid(const ibl_probes_opts *o)
 {
     const ibl_read_options *r = &o->common.read;
-    const char *baking = o->force        ? "force"
-                         : r->layer      ? "layer"
-                         : r->part >= 0  ? "part"
-                         : r->any_aspect ? "any-aspect"
-                         : r->strict     ? "strict"
-                                         : NULL;
+    const char *baking = o->force                ? "force"
+                         : r->layer              ? "layer"
+                         : r->part >= 0          ? "part"
+                         : r->any_aspect         ? "any-aspect"
+                         : r->strict             ? "strict"
+                         : r->primaries          ? "primaries"
+                         : fabs(r->exposure) > 0 ? "exposure"
+                         : r->clamp > 0          ? "clamp"
+                                                 : NULL;
 
     for (size_t i = 0; i < OVERRIDES; i++)
         if (*said_field(o, i) >= 0)

@@ -352,7 +352,7 @@ static bool read_map(verify *v)
     const ibl_verify_opts *o = v->opts;
 
     ibl_console_progress(v->console, "decode", 0);
-    return ibl_judged_map_read(v->ctx, o->input, &o->common.read,
+    return ibl_judged_map_read(v->ctx, o->input, &v->files.read,
                                v->files.yaw_deg, v->files.lights, &v->map);
 }
 

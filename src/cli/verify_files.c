@@ -362,6 +362,52 @@ static bool note_lights(const reader *r, const ibl_texture *tex)
                             r->path, lights, before);
 }
 
+static bool odd_colour(const reader *r, const char *key)
+{
+    return ibl_console_fail(r->console,
+                            "%s: its key iblbake.%s is not what iblbake "
+                            "writes: bake it again",
+                            r->path, key);
+}
+
+/* What was done to the map's colours for a texture. */
+static bool note_colour(const reader *r, const ibl_texture *tex)
+{
+    const char *primaries = ibl_texture_get(tex, "iblbake.primaries");
+    const char *exposure = ibl_texture_get(tex, "iblbake.exposure");
+    const char *clamp = ibl_texture_get(tex, "iblbake.clamp"), *end = "";
+    const int found =
+        primaries ? ibl_names_find(ibl_primaries_names, primaries) : 0;
+    ibl_read_options *read = &r->files->read;
+
+    if (found < 0)
+        return odd_colour(r, "primaries");
+    if (primaries)
+        read->primaries = (ibl_primaries)found;
+    if (exposure &&
+        (!ibl_number_real(exposure, -IBL_MAX_EXPOSURE, IBL_MAX_EXPOSURE,
+                          &read->exposure, &end) ||
+         *end))
+        return odd_colour(r, "exposure");
+    return !clamp ||
+           (ibl_number_real(clamp, 0, FLT_MAX, &read->clamp, &end) && !*end) ||
+           odd_colour(r, "clamp");
+}
+
+/* Options come before what files and sidecar say. */
+static void settle_colour(const reader *r)
+{
+    const ibl_read_options *asked = &r->opts->common.read;
+    ibl_read_options *read = &r->files->read;
+
+    if (asked->primaries)
+        read->primaries = asked->primaries;
+    if (fabs(asked->exposure) > 0)
+        read->exposure = asked->exposure;
+    if (asked->clamp > 0)
+        read->clamp = asked->clamp;
+}
+
 /* Sets the rotation from the option, else a texture, else the sidecar. */
 static void settle_yaw(const reader *r)
 {
@@ -469,7 +515,7 @@ static bool read_container(const reader *r, ibl_texture *tex)
     for (int l = 0; l < levels && ok; l++)
         ok = add_level(r, &cube, l, tex->pixel, 0);
     ibl_cube_free(&cube);
-    return ok && note_yaw(r, tex);
+    return ok && note_yaw(r, tex) && note_colour(r, tex);
 }
 
 /* Replaces %l by the level, %f by the face's name and %% by %. The caller must
@@ -669,8 +715,10 @@ bool ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
     *files = (ibl_verify_files){
         .yaw_deg = NAN,
         .lights = -1,
+        .read = opts->common.read,
         .geometry = (ibl_geometry)(opts->geometry ? opts->geometry - 1 : 0)};
     bool ok = (!opts->directory || open_sidecar(&r)) && find_files(&r);
+    ibl_sidecar_colour(r.sidecar, &files->read);
     for (int kind = 0; kind < IBL_VERIFY_KINDS && ok; kind++) {
         r.kind = (ibl_output_kind)kind;
         r.path = files->path[kind];
@@ -679,6 +727,7 @@ bool ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
             ok = read_file(&r);
     }
     settle_yaw(&r);
+    settle_colour(&r);
     json_decref(r.sidecar);
     free(r.sidecar_path);
     return ok;

@@ -77,8 +77,9 @@ typedef struct ibl_verify_files {
     float *lobes; /* IBL_LOBE_LAYERS of lobe_size^2 texels of 4; NULL: none */
     int lobe_size;
     double yaw_deg;
-    ibl_lod lod; /* of the specular chain */
-    int lights;  /* taken out of all but the skybox; -1: unknown so far */
+    ibl_read_options read; /* of the environment */
+    ibl_lod lod;           /* of the specular chain */
+    int lights; /* taken out of all but the skybox; -1: unknown so far */
 } ibl_verify_files;
 
 /* Parses "0,0.25,1", each from 0 to 1. Returns the count; 0: invalid. */

@@ -4,12 +4,15 @@
 #include <ctype.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include "common/names.h"
 
 static void *fail(ibl_json_why *why, bool damaged, const char *fmt, ...)
     __attribute__((format(printf, 3, 4)));
@@ -133,4 +136,24 @@ json_t *ibl_sidecar_load(const char *path, ibl_json_why *why)
         decode_member(output, "file");
     }
     return root;
+}
+
+void ibl_sidecar_colour(const json_t *sidecar, ibl_read_options *read)
+{
+    const json_t *colour = json_object_get(sidecar, "colour");
+    const json_t *primaries = json_object_get(colour, "primaries");
+    const double exposure =
+        json_number_value(json_object_get(colour, "exposure_ev"));
+    const double clamp = json_number_value(json_object_get(colour, "clamp"));
+    const int found =
+        json_is_string(primaries)
+            ? ibl_names_find(ibl_primaries_names, json_string_value(primaries))
+            : -1;
+
+    if (found > 0)
+        read->primaries = (ibl_primaries)found;
+    if (fabs(exposure) > 0 && fabs(exposure) <= IBL_MAX_EXPOSURE)
+        read->exposure = exposure;
+    if (clamp > 0)
+        read->clamp = clamp;
 }

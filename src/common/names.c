@@ -50,6 +50,11 @@ const char *const ibl_geometry_names[] = {[IBL_GEOMETRY_SMITH] = "smith",
                                           [IBL_GEOMETRY_SCHLICK_IBL] =
                                               "schlick-ibl",
                                           NULL};
+const char *const ibl_primaries_names[] = {[IBL_PRIMARIES_KEEP] = "keep",
+                                           [IBL_PRIMARIES_REC709] = "rec709",
+                                           [IBL_PRIMARIES_ACESCG] = "acescg",
+                                           [IBL_PRIMARIES_REC2020] = "rec2020",
+                                           NULL};
 const char *const ibl_lut_stems[] = {[IBL_GEOMETRY_SMITH] = "brdf_lut",
                                      [IBL_GEOMETRY_SCHLICK_IBL] =
                                          "brdf_lut_schlick-ibl",

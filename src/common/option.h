@@ -37,7 +37,21 @@ typedef struct ibl_option {
     const char *standard; /* the default in words; NULL: from the field;
                              "": not shown */
     const char *help;
+    bool aside; /* does not decide what is made: not among ibl_given */
 } ibl_option;
+
+enum {
+    IBL_MOST_GIVEN = 128
+};
+
+/* The options of a command line, each once, with its last value. */
+typedef struct ibl_given {
+    int count;
+    struct {
+        const ibl_option *option;
+        const char *value; /* NULL: it takes none */
+    } list[IBL_MOST_GIVEN];
+} ibl_given;
 
 /* Members of a table's row, for a field of IBL_SETTINGS, the settings' type. */
 #define IBL_AT(field) .offset = offsetof(IBL_SETTINGS, field)
@@ -82,6 +96,7 @@ typedef struct ibl_command {
     const char *statuses; /* its exit statuses */
     const ibl_section *const *sections; /* ended by NULL */
     size_t settings_size;
+    size_t given; /* offset of an ibl_given in the settings; 0: none */
     void (*defaults)(void *settings);
     /* Keeps the words, for a second parse after others; may be NULL. */
     void (*keep_words)(void *settings, char **words);

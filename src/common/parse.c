@@ -177,8 +177,24 @@ typedef struct line {
     const ibl_option *stop; /* the HELP or PRINT option found, or NULL */
 } line;
 
+static void note(line *l, const ibl_option *opt, const char *value)
+{
+    ibl_given *given = (ibl_given *)((char *)l->settings + l->cmd->given);
+    int i = 0;
+
+    if (!l->cmd->given || opt->aside)
+        return;
+    while (i < given->count && given->list[i].option != opt)
+        i++;
+    if (i == IBL_MOST_GIVEN)
+        return;
+    given->count += i == given->count;
+    given->list[i].option = opt;
+    given->list[i].value = value;
+}
+
 /* Stores the value of an option; value is NULL for a flag. */
-static bool set(line *l, const ibl_option *opt, const char *value)
+static bool store(line *l, const ibl_option *opt, const char *value)
 {
     void *field = (char *)l->settings + opt->offset;
     const char *end = "";
@@ -223,6 +239,12 @@ static bool set(line *l, const ibl_option *opt, const char *value)
     ibl_option_allowed(opt, allowed, sizeof allowed);
     return ibl_misuse("--%s %s: not a value of that option: it takes %s",
                       opt->name, value, allowed);
+}
+
+static bool set(line *l, const ibl_option *opt, const char *value)
+{
+    note(l, opt, value);
+    return store(l, opt, value);
 }
 
 static bool no_value(const ibl_option *opt)

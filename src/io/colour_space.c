@@ -2,6 +2,29 @@
 #include "io/colour_space.h"
 
 #include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+/* The inverse times the determinant, which is returned. */
+static double adjugate(const double m[9], double inv[9])
+{
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            const int a = (j + 1) % 3, b = (j + 2) % 3;
+            const int c = (i + 1) % 3, d = (i + 2) % 3;
+            inv[3 * i + j] =
+                m[3 * a + c] * m[3 * b + d] - m[3 * a + d] * m[3 * b + c];
+        }
+    }
+    return m[0] * inv[0] + m[1] * inv[3] + m[2] * inv[6];
+}
+
+static void invert(const double m[9], double inv[9])
+{
+    const double det = adjugate(m, inv);
+    for (int i = 0; i < 9; i++)
+        inv[i] /= det;
+}
 
 /* The columns of P are the XYZ of the primaries, each up to a factor. W = P s
  * gives the factors: R = G = B with Y = 1 is white. The result is the inverse
@@ -14,15 +37,7 @@ bool ibl_colour_space(const double xy[8], double rgb_from_xyz[9], float luma[3])
         p[3 + i] = xy[2 * i + 1];
         p[6 + i] = 1 - p[i] - p[3 + i];
     }
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            const int a = (j + 1) % 3, b = (j + 2) % 3;
-            const int c = (i + 1) % 3, d = (i + 2) % 3;
-            inv[3 * i + j] =
-                p[3 * a + c] * p[3 * b + d] - p[3 * a + d] * p[3 * b + c];
-        }
-    }
-    const double det = p[0] * inv[0] + p[1] * inv[3] + p[2] * inv[6];
+    const double det = adjugate(p, inv);
     const double x = xy[6], y = xy[7];
     if (!(fabs(det) > 1e-6) || !(fabs(y) > 1e-6))
         return false;
@@ -40,6 +55,93 @@ bool ibl_colour_space(const double xy[8], double rgb_from_xyz[9], float luma[3])
     for (int i = 0; i < 9; i++)
         if (!(fabs(rgb_from_xyz[i]) < 1e6))
             return false;
+    return true;
+}
+
+static const struct {
+    const char *name;
+    double xy[8];
+} spaces[] = {
+    {"Rec.709", {.64, .33, .30, .60, .15, .06, .3127, .3290}},
+    {"ACEScg", {.713, .293, .165, .830, .128, .044, .32168, .33767}},
+    {"Rec.2020", {.708, .292, .170, .797, .131, .046, .3127, .3290}},
+    {"ACES2065-1", {.7347, .2653, 0, 1, .0001, -.077, .32168, .33767}},
+    {"Display P3", {.680, .320, .265, .690, .150, .060, .3127, .3290}},
+    {"DCI-P3", {.680, .320, .265, .690, .150, .060, .314, .351}},
+    {"Adobe RGB", {.64, .33, .21, .71, .15, .06, .3127, .3290}},
+    {"Radiance's", {.640, .330, .290, .600, .150, .060, 1 / 3., 1 / 3.}},
+};
+
+const double *ibl_primaries_xy(ibl_primaries primaries)
+{
+    return spaces[primaries - IBL_PRIMARIES_REC709].xy;
+}
+
+const char *ibl_colour_space_name(const double xy[8])
+{
+    for (size_t i = 0; i < sizeof spaces / sizeof spaces[0]; i++) {
+        bool equal = true;
+        for (int k = 0; k < 8; k++)
+            equal &= fabs(xy[k] - spaces[i].xy[k]) <= 0.002;
+        if (equal)
+            return spaces[i].name;
+    }
+    return NULL;
+}
+
+static void multiply(const double a[9], const double b[9], double out[9])
+{
+    double m[9];
+    for (int i = 0; i < 9; i++)
+        m[i] = a[i / 3 * 3] * b[i % 3] + a[i / 3 * 3 + 1] * b[3 + i % 3] +
+               a[i / 3 * 3 + 2] * b[6 + i % 3];
+    memcpy(out, m, sizeof m);
+}
+
+/* The cone responses of a white with Y = 1. False: its y is 0. */
+static bool cones_of(const double white[2], const double cones[9],
+                     double out[3])
+{
+    const double x = white[0] / white[1], z = (1 - white[0]) / white[1] - 1;
+    bool ok = fabs(white[1]) > 1e-6;
+
+    for (int i = 0; i < 3; i++) {
+        out[i] = cones[3 * i] * x + cones[3 * i + 1] + cones[3 * i + 2] * z;
+        ok &= fabs(out[i]) > 1e-6;
+    }
+    return ok;
+}
+
+/* XYZ under one white to XYZ that looks the same under the other. */
+static bool adapt(const double from[2], const double to[2], double matrix[9])
+{
+    static const double cones[9] = {0.8951, 0.2664, -0.1614, -0.7502, 1.7135,
+                                    0.0367, 0.0389, -0.0685, 1.0296};
+    double a[3], b[3], gains[9] = {0};
+
+    if (!cones_of(from, cones, a) || !cones_of(to, cones, b))
+        return false;
+    for (int i = 0; i < 3; i++)
+        gains[4 * i] = b[i] / a[i];
+    invert(cones, matrix);
+    multiply(matrix, gains, matrix);
+    multiply(matrix, cones, matrix);
+    return true;
+}
+
+bool ibl_colour_matrix(const double from[8], const double to[8],
+                       double matrix[9], float luma[3])
+{
+    double rgb_from_xyz[9], xyz_from_rgb[9], adaptation[9];
+
+    if (!ibl_colour_space(from, rgb_from_xyz, NULL))
+        return false;
+    invert(rgb_from_xyz, xyz_from_rgb);
+    if (!ibl_colour_space(to, rgb_from_xyz, luma) ||
+        !adapt(from + 6, to + 6, adaptation))
+        return false;
+    multiply(rgb_from_xyz, adaptation, matrix);
+    multiply(matrix, xyz_from_rgb, matrix);
     return true;
 }
 

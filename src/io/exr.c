@@ -393,6 +393,8 @@ ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
 {
     ibl_exr_decoder *d = ibl_alloc_zeroed(1, sizeof *d);
     char format[64];
+    double primaries[8];
+    bool named;
     ibl_status status;
 
     *rows = NULL;
@@ -403,6 +405,8 @@ ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
     if (status)
         goto done;
     describe(&d->pick, format);
+    named = d->pick.has_primaries;
+    memcpy(primaries, d->pick.primaries, sizeof primaries);
     if (!ibl_exr_can_decode(d)) {
         status = open_bridged(&d->pick, in, opts, rows);
     } else if (d->pick.chroma_step > 1) {
@@ -411,8 +415,11 @@ ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
         status = open_rows(d, rows);
         d = NULL;
     }
-    if (!status)
+    if (!status) {
         memcpy((*rows)->report.format, format, sizeof format);
+        memcpy((*rows)->primaries, primaries, sizeof primaries);
+        (*rows)->has_primaries = named;
+    }
 done:
     ibl_exr_decoder_free(d);
     return status;

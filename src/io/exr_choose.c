@@ -323,19 +323,23 @@ static ibl_status check_windows(const ibl_exr_file *file,
     return IBL_OK;
 }
 
-static ibl_status read_luma(const ibl_exr_file *file, ibl_exr_pick *pick)
+static ibl_status read_primaries(const ibl_exr_file *file, ibl_exr_pick *pick)
 {
-    /* Rec. 709, the default if the attribute is missing. */
-    exr_attr_chromaticities_t c = {0.64f, 0.33f, 0.30f,   0.60f,
-                                   0.15f, 0.06f, 0.3127f, 0.3290f};
+    exr_attr_chromaticities_t c;
     double rgb_from_xyz[9];
-    if (pick->colour != IBL_EXR_LUMA_CHROMA)
-        return IBL_OK;
-    exr_attr_get_chromaticities(file->exr, pick->part, "chromaticities", &c);
-    const double xy[8] = {c.red_x,  c.red_y,  c.green_x, c.green_y,
-                          c.blue_x, c.blue_y, c.white_x, c.white_y};
-    if (!ibl_colour_space(xy, rgb_from_xyz, pick->luma) ||
-        fabsf(pick->luma[1]) < 1e-6f)
+
+    memcpy(pick->primaries, ibl_primaries_xy(IBL_PRIMARIES_REC709),
+           sizeof pick->primaries);
+    pick->has_primaries = !exr_attr_get_chromaticities(file->exr, pick->part,
+                                                       "chromaticities", &c);
+    if (pick->has_primaries)
+        memcpy(pick->primaries,
+               (double[]){c.red_x, c.red_y, c.green_x, c.green_y, c.blue_x,
+                          c.blue_y, c.white_x, c.white_y},
+               sizeof pick->primaries);
+    if (pick->colour == IBL_EXR_LUMA_CHROMA &&
+        (!ibl_colour_space(pick->primaries, rgb_from_xyz, pick->luma) ||
+         fabsf(pick->luma[1]) < 1e-6f))
         return ibl_bad_file(file->in,
                             "the EXR's chromaticities span no colour space");
     return IBL_OK;
@@ -385,6 +389,6 @@ ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
     if (!status)
         status = check_sampling(file, pick);
     if (!status)
-        status = read_luma(file, pick);
+        status = read_primaries(file, pick);
     return status;
 }

@@ -49,7 +49,9 @@ typedef struct ibl_exr_pick {
     bool tiled;
     int block_width, block_height; /* of a tile, or a block of scan lines */
     ibl_exr_window display, data;
-    float luma[3]; /* weights of R, G and B in Y */
+    float luma[3];      /* weights of R, G and B in Y; of IBL_EXR_LUMA_CHROMA */
+    bool has_primaries; /* the file has chromaticities */
+    double primaries[8]; /* xy of red, green, blue, white; else Rec. 709's */
 } ibl_exr_pick;
 
 /* "ZIP", "DWAA", ... */

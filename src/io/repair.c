@@ -18,7 +18,8 @@ enum {
 static const float rounding = 1e-3f;
 
 /* Whether a row may have values that are not finite or negative. After
- * mend_signs: whether it has values that are not finite. */
+ * mend_signs: whether it has values that are not finite. Its largest component
+ * otherwise. */
 static bool is_dirty(uint32_t most)
 {
     return most >= IBL_INFINITE_BITS;
@@ -46,8 +47,8 @@ typedef struct batch {
 } batch;
 
 /* Sets negative values of a row to 0; counts negative and non-finite pixels.
- * Returns whether there are non-finite ones. */
-static bool mend_signs(batch *b, float *p)
+ * Returns the bits of the largest value, or infinity's if one is not finite. */
+static uint32_t mend_signs(batch *b, float *p)
 {
     size_t nonfinite = 0, negative = 0;
     float peak = 0;
@@ -73,7 +74,7 @@ static bool mend_signs(batch *b, float *p)
     for (unsigned old = b->peak; old < bits_of(peak);)
         if (atomic_compare_exchange_weak(&b->peak, &old, bits_of(peak)))
             break;
-    return nonfinite > 0;
+    return nonfinite ? IBL_INFINITE_BITS : bits_of(peak);
 }
 
 static void signs_job(void *arg, int job, int worker)
@@ -84,9 +85,7 @@ static void signs_job(void *arg, int job, int worker)
     (void)worker;
     for (int y = job * ROWS; y < b->count && y < (job + 1) * ROWS; y++) {
         if (is_dirty(b->most[y]))
-            b->most[y] = mend_signs(b, b->rgb + floats * (size_t)y)
-                             ? IBL_INFINITE_BITS
-                             : 0;
+            b->most[y] = mend_signs(b, b->rgb + floats * (size_t)y);
     }
 }
 

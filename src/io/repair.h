@@ -14,7 +14,8 @@
  * becomes 0 and is not counted. */
 typedef struct ibl_mender {
     ibl_rows *rows;
-    uint32_t *most;     /* ibl_max_finite of each row of the map */
+    uint32_t *most;     /* of each row of the map that was read: the bits of its
+                           largest component, or IBL_INFINITE_BITS */
     const float *above; /* the row above the next one, before its repair */
     float *before[2];   /* rows before their repair, used alternately */
     int turn;

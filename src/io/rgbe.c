@@ -583,12 +583,18 @@ ibl_status ibl_rgbe_open(const ibl_input *in, const ibl_read_options *opts,
     if (has_flat_size(r) ||
         (double)h->width * h->height * 12 > 64.0 * (double)in->size)
         status = settle(r);
+    r->rows.has_primaries = h->has_primaries;
+    memcpy(r->rows.primaries, h->primaries, sizeof h->primaries);
     if (!status && !h->by_column && !h->reverse_rows) {
         *out = &r->rows;
         return IBL_OK;
     }
     if (!status)
         status = decode_whole(r, out);
+    if (!status) {
+        (*out)->has_primaries = h->has_primaries;
+        memcpy((*out)->primaries, h->primaries, sizeof h->primaries);
+    }
 fail:
     rows_close(&r->rows);
     return status;

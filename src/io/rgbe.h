@@ -42,7 +42,9 @@ typedef struct ibl_rgbe_header {
     bool xyz;
     float scale[3];  /* inverse of exposure and colour correction; 1 for XYZ */
     float matrix[9]; /* XYZ to RGB, times the inverse of exposure; row-major */
-    size_t data;     /* offset of the first scanline, in bytes */
+    bool has_primaries;  /* the file names them */
+    double primaries[8]; /* xy of red, green, blue, white; zeros: Rec.709's */
+    size_t data;         /* offset of the first scanline, in bytes */
 } ibl_rgbe_header;
 
 /* Maximum bytes of a picture with this beginning, plus 1 MiB after it. */

@@ -18,7 +18,7 @@ struct variables {
     double exposure;
     double correction[3];
     double primaries[8]; /* xy of red, green, blue, white */
-    bool bad_primaries;
+    bool has_primaries, bad_primaries;
 };
 
 static const double default_primaries[8] = {0.640, 0.330, 0.290,     0.600,
@@ -182,6 +182,7 @@ static ibl_status take_line(const ibl_input *in, char *line,
     if (take_name(&line, "COLORCORR"))
         return take_factors(in, "COLORCORR", line, v->correction, 3);
     if (take_name(&line, "PRIMARIES")) {
+        v->has_primaries = true;
         v->bad_primaries = false;
         for (int i = 0; i < 8; i++)
             v->bad_primaries |= !take_number(&line, &v->primaries[i]);
@@ -276,13 +277,19 @@ static ibl_status set_factors(const ibl_input *in, const struct variables *v,
     h->xyz = v->xyz;
     for (int c = 0; c < 3; c++)
         h->scale[c] = v->xyz ? 1.0f : (float)scale[c];
+    h->has_primaries = v->has_primaries && !v->bad_primaries &&
+                       ibl_colour_space(v->primaries, matrix, NULL);
+    if (h->has_primaries)
+        memcpy(h->primaries, v->primaries, sizeof h->primaries);
     if (!v->xyz)
         return IBL_OK;
-    if (v->bad_primaries || !ibl_colour_space(v->primaries, matrix, NULL)) {
-        ibl_warn(in->ctx,
-                 "%s: PRIMARIES is no triangle with a white: Radiance's "
-                 "default ones are taken",
-                 in->name);
+    if (!h->has_primaries) {
+        if (v->has_primaries)
+            ibl_warn(in->ctx,
+                     "%s: PRIMARIES is no triangle with a white: Radiance's "
+                     "default ones are taken",
+                     in->name);
+        memcpy(h->primaries, default_primaries, sizeof h->primaries);
         ibl_colour_space(default_primaries, matrix, NULL);
     }
     for (int i = 0; i < 9; i++)

@@ -41,6 +41,9 @@ struct ibl_rows {
      * in the file. read fills in its rows; ibl_rows_close frees it. */
     float *alpha;
     bool straight; /* colours are not multiplied by alpha */
+    /* xy of red, green, blue and white; zeros: Rec.709's. */
+    double primaries[8];
+    bool has_primaries; /* the file names them */
 };
 
 /* Calls rows->read, reports progress and advances row. */

@@ -7,8 +7,11 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge.h"
+#include "io/brightest.h"
+#include "io/colour.h"
 #include "io/container.h"
 #include "io/exr.h"
+#include "io/file_hash.h"
 #include "io/input.h"
 #include "io/repair.h"
 #include "io/rgbe.h"
@@ -23,6 +26,8 @@ struct ibl_source {
     ibl_input in;
     ibl_rows *rows;
     ibl_mender mender;
+    ibl_colour colour;
+    ibl_bright_pixels bright;
     ibl_alpha_range alpha;
     bool strict;
     bool straight;     /* colours are not multiplied by alpha yet */
@@ -162,6 +167,19 @@ static ibl_status check_options(ibl_ctx *ctx, const ibl_read_options *opts)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "alpha option %d: must be at most %d", (int)opts->alpha,
                         IBL_ALPHA_STRAIGHT);
+    if (opts->primaries > IBL_PRIMARIES_REC2020)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "primaries %d: must be at most "
+                        "%d",
+                        (int)opts->primaries, IBL_PRIMARIES_REC2020);
+    if (!(fabs(opts->exposure) <= IBL_MAX_EXPOSURE))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "an exposure of %g: must be from -%d to %d",
+                        opts->exposure, IBL_MAX_EXPOSURE, IBL_MAX_EXPOSURE);
+    if (!(opts->clamp >= 0) || !isfinite(opts->clamp))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a clamp of %g: must be above 0, or 0 for none",
+                        opts->clamp);
     return IBL_OK;
 }
 
@@ -194,6 +212,10 @@ static ibl_status open_source(ibl_ctx *ctx, const char *name, const void *bytes,
     }
     if (!status)
         status = ibl_mender_init(&s->mender, s->rows);
+    if (!status)
+        status = ibl_colour_init(&s->colour, &s->in, s->rows, &opts);
+    if (!status && opts.hash)
+        status = ibl_file_hash(&s->in, s->rows->report.hash);
     if (status) {
         ibl_source_close(s);
         return status;
@@ -202,6 +224,8 @@ static ibl_status open_source(ibl_ctx *ctx, const char *name, const void *bytes,
         ibl_input_close(&s->in);
     s->straight = s->rows->straight || opts.alpha == IBL_ALPHA_STRAIGHT;
     s->alpha = (ibl_alpha_range){INFINITY, -INFINITY};
+    s->bright.width = s->rows->width;
+    s->bright.height = s->rows->height;
     s->rows->report.has_alpha = s->rows->alpha != NULL;
     s->rows->report.alpha_least = s->rows->report.alpha_most = 1;
     *out = s;
@@ -222,6 +246,8 @@ void ibl_source_close(ibl_source *source)
     if (!source)
         return;
     ibl_mender_free(&source->mender);
+    ibl_colour_free(&source->colour);
+    ibl_bright_free(&source->bright);
     ibl_rows_close(source->rows);
     ibl_input_close(&source->in);
     ibl_free(source);
@@ -280,6 +306,36 @@ static ibl_status report_alpha(const ibl_source *s)
     return IBL_OK;
 }
 
+static void report_colour(const ibl_source *s)
+{
+    const ibl_read_report *r = &s->rows->report;
+    const double *xy = r->primaries;
+
+    if (r->has_primaries && s->colour.primaries == IBL_PRIMARIES_KEEP &&
+        strcmp(r->primaries_name, "Rec.709"))
+        ibl_warn(s->ctx,
+                 *r->primaries_name
+                     ? "%s: its primaries are %s, not Rec.709: its colours are "
+                       "kept as they are"
+                     : "%s: its primaries are %s(%.4g %.4g, %.4g %.4g, %.4g "
+                       "%.4g, white %.4g %.4g), not Rec.709: its colours are "
+                       "kept as they are",
+                 s->in.name, r->primaries_name, xy[0], xy[1], xy[2], xy[3],
+                 xy[4], xy[5], xy[6], xy[7]);
+    if (r->outside)
+        ibl_warn(s->ctx,
+                 "%s: %zu pixels were outside the gamut of %s, and became "
+                 "greyer of the same luminance",
+                 s->in.name, r->outside,
+                 ibl_primaries_name(s->colour.primaries));
+    if (r->clamped)
+        ibl_warn(s->ctx,
+                 "%s: %zu pixels were above %g and were clamped, which took "
+                 "%.3g %% of the map's luminance",
+                 s->in.name, r->clamped, s->colour.clamp,
+                 100 * r->clamp_removed);
+}
+
 /* After the last row: warns of mended values or, if strict, refuses them. */
 static ibl_status report_mended(const ibl_source *s)
 {
@@ -303,6 +359,7 @@ static ibl_status report_mended(const ibl_source *s)
                  "%s: low dynamic range (integers, taken for sRGB): lamps and "
                  "the sun are clipped, so it cannot light well",
                  s->in.name);
+    report_colour(s);
     return report_alpha(s);
 }
 
@@ -320,6 +377,30 @@ static void apply_alpha(ibl_source *s, int rows, float *rgb)
                    width * (size_t)rows, s->straight, &s->alpha, report);
 }
 
+/* Converts rows that are mended and looks for the brightest source in them. */
+static ibl_status look_at_rows(ibl_source *s, int rows, float *rgb)
+{
+    const size_t floats = 3 * (size_t)s->rows->width;
+    uint32_t *most = s->mender.most + s->row;
+    ibl_status status = ibl_colour_apply(&s->colour, s->row, rows, rgb, most);
+
+    for (int y = 0; y < rows && !status; y++) {
+        float value;
+        memcpy(&value, &most[y], sizeof value);
+        if (!ibl_bright_take(&s->bright, rgb + floats * (size_t)y, s->row + y,
+                             value))
+            status = ibl_no_memory(s->ctx, "the brightest pixels");
+    }
+    return status;
+}
+
+static ibl_status end_rows(ibl_source *s)
+{
+    ibl_colour_end(&s->colour);
+    ibl_bright_sum(&s->bright, &s->rows->report.brightest);
+    return report_mended(s);
+}
+
 ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
 {
     ibl_source *s = source;
@@ -335,10 +416,12 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
                         left);
     s->status = ibl_mender_read(&s->mender, rows, rgb);
     if (!s->status)
+        s->status = look_at_rows(s, rows, rgb);
+    if (!s->status)
         apply_alpha(s, rows, rgb);
     s->row += rows;
     if (!s->status && rows == left)
-        s->status = report_mended(s);
+        s->status = end_rows(s);
     if (!s->status && rows == left && s->rows->silent)
         ibl_progress(s->ctx, "decode", 1);
     return s->status;

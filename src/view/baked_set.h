@@ -47,9 +47,10 @@ typedef struct baked_set {
     ibl_texture texture[VIEW_CONTENTS];
     ibl_pixel pixel[VIEW_CONTENTS]; /* of the files */
     char *path[VIEW_FILES];         /* NULL: none */
-    char *source;      /* the map of the set, if its file is at hand, or NULL */
-    double source_yaw; /* its turn, as of ibl_cube_from_latlong */
-    double source_peak; /* its largest value, to know it by, or 0 */
+    char *source; /* the map of the set, if its file is at hand, or NULL */
+    ibl_read_options source_read; /* how its colours were changed */
+    double source_yaw;            /* its turn, as of ibl_cube_from_latlong */
+    double source_peak;           /* its largest value, to know it by, or 0 */
     view_file_stamp seen[VIEW_FILES]; /* state just before reading */
 
     ibl_roughness_map mapping;

@@ -342,6 +342,8 @@ bool view_sidecar_source(const json_t *root, baked_set *set)
     set->source_peak = json_number_value(json_object_get(source, "peak"));
     set->source_yaw = json_number_value(
         json_object_get(json_object_get(root, "orientation"), "yaw_deg"));
+    set->source_read = ibl_read_options_default();
+    ibl_sidecar_colour(root, &set->source_read);
     for (int i = 0; i < 2 && path && !set->source; i++) {
         char *found =
             i ? ibl_path_beside(side, ibl_path_name(path)) : strdup(path);

@@ -264,7 +264,8 @@ static bool bake_source(ibl_ctx *ctx, const char *path, baked_set *set)
 
 bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set)
 {
-    *set = (baked_set){.name = view_file_stem(path)};
+    *set = (baked_set){.name = view_file_stem(path),
+                       .source_read = ibl_read_options_default()};
     set->path[VIEW_MAP] = strdup(path);
     view_set_see(set, VIEW_MAP);
     if (set->seen[VIEW_MAP].size >= 0)
@@ -287,7 +288,8 @@ static ibl_status cube_of_map(ibl_ctx *ctx, const baked_set *set,
     ibl_cube cube = {0};
     ibl_read_report report;
 
-    ibl_status status = ibl_image_read(ctx, set->source, NULL, &map, &report);
+    ibl_status status =
+        ibl_image_read(ctx, set->source, &set->source_read, &map, &report);
     if (!status && set->source_peak > 0 &&
         set->source_peak != (double)report.peak)
         status = IBL_ERR_FORMAT; /* another map, or another layer of it */

@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/brightest.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/pi.h"
+
+/* Of the peak, for a pixel of the source: the most is for maps where too many
+ * pixels have the least. */
+static const float least_share = 0.1f, most_share = 0.5f;
+
+/* Of the map: a cap of 10 degrees has 1 / 130 of the sphere. */
+static size_t most_pixels(const ibl_bright_pixels *b)
+{
+    return (size_t)b->width * (size_t)b->height / 64 + 64;
+}
+
+static float largest(const float *p)
+{
+    const float rg = p[0] > p[1] ? p[0] : p[1];
+    return rg > p[2] ? rg : p[2];
+}
+
+/* Drops the pixels that a new peak leaves too dark. */
+static void prune(ibl_bright_pixels *b)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < b->count; i++)
+        if (largest(b->list[i].rgb) >= b->least)
+            b->list[kept++] = b->list[i];
+    b->count = kept;
+}
+
+/* Decides which pixels are kept: none that may have been dropped before. */
+static void set_share(ibl_bright_pixels *b)
+{
+    b->share = b->dropped < least_share * b->peak ? least_share : most_share;
+    b->full = b->dropped >= b->share * b->peak;
+    b->least = b->full ? b->dropped / most_share : b->share * b->peak;
+}
+
+/* Asks more of the pixels; if that leaves too many, drops them all. */
+static void thin_out(ibl_bright_pixels *b)
+{
+    b->dropped = 0.999f * most_share * b->peak;
+    set_share(b);
+    prune(b);
+    if (b->count <= b->room / 2)
+        return;
+    b->dropped = b->peak;
+    b->count = 0;
+    set_share(b);
+}
+
+static bool grow(ibl_bright_pixels *b)
+{
+    const size_t room = b->room ? 2 * b->room : 256;
+    ibl_bright_pixel *list = ibl_alloc_array(room, sizeof *list);
+
+    if (!list)
+        return false;
+    if (b->count)
+        memcpy(list, b->list, b->count * sizeof *list);
+    ibl_free(b->list);
+    b->list = list;
+    b->room = room;
+    return true;
+}
+
+/* Makes room for one more pixel. */
+static bool make_room(ibl_bright_pixels *b)
+{
+    if (b->count < b->room)
+        return true;
+    prune(b);
+    if (b->room && b->count <= b->room / 2)
+        return true;
+    if (b->room < most_pixels(b))
+        return grow(b);
+    thin_out(b);
+    return true;
+}
+
+static bool add(ibl_bright_pixels *b, const float *p, int x, int y)
+{
+    const float value = largest(p);
+
+    if (value > b->peak) {
+        if (b->share > least_share)
+            b->dropped = 0.999f * b->least; /* what was passed over */
+        b->peak = value;
+        b->peak_x = x;
+        b->peak_y = y;
+        set_share(b);
+    }
+    if (!make_room(b))
+        return false;
+    if (!b->full && value >= b->least)
+        b->list[b->count++] = (ibl_bright_pixel){x, y, {p[0], p[1], p[2]}};
+    return true;
+}
+
+bool ibl_bright_take(ibl_bright_pixels *b, const float *rgb, int y, float most)
+{
+    if (!(most > 0) || most < b->least)
+        return true;
+    for (int x = 0; x < b->width; x++, rgb += 3)
+        if (largest(rgb) >= b->least && largest(rgb) > 0 && !add(b, rgb, x, y))
+            return false;
+    return true;
+}
+
+/* ---- the sum ---------------------------------------------------------- */
+
+static void direction_of(const ibl_bright_pixels *b, int x, int y, double d[3])
+{
+    const double phi = 2 * IBL_PI * ((x + 0.5) / b->width - 0.5);
+    const double theta = IBL_PI * (y + 0.5) / b->height;
+
+    d[0] = cos(phi) * sin(theta);
+    d[1] = cos(theta);
+    d[2] = sin(phi) * sin(theta);
+}
+
+static double solid_angle(const ibl_bright_pixels *b, int y)
+{
+    return 2 * IBL_PI / b->width *
+           (cos(IBL_PI * y / b->height) - cos(IBL_PI * (y + 1) / b->height));
+}
+
+void ibl_bright_sum(const ibl_bright_pixels *b, ibl_brightest *out)
+{
+    const double near = cos(10 * IBL_PI / 180);
+    double peak[3], length = 0;
+
+    *out = (ibl_brightest){.found = !b->full && b->count};
+    if (!out->found)
+        return;
+    out->share = (double)b->share;
+    direction_of(b, b->peak_x, b->peak_y, peak);
+    for (size_t i = 0; i < b->count; i++) {
+        const ibl_bright_pixel *p = &b->list[i];
+        const double size = solid_angle(b, p->y);
+        double d[3], light = 0;
+
+        direction_of(b, p->x, p->y, d);
+        if (largest(p->rgb) < b->least ||
+            d[0] * peak[0] + d[1] * peak[1] + d[2] * peak[2] < near)
+            continue;
+        for (int c = 0; c < 3; c++) {
+            out->irradiance[c] += size * (double)p->rgb[c];
+            light += size * (double)p->rgb[c];
+        }
+        for (int k = 0; k < 3; k++)
+            out->direction[k] += light * d[k];
+        out->solid_angle += size;
+    }
+    for (int k = 0; k < 3; k++)
+        length += out->direction[k] * out->direction[k];
+    for (int k = 0; k < 3; k++)
+        out->direction[k] /= sqrt(length);
+}
+
+void ibl_bright_free(ibl_bright_pixels *b)
+{
+    ibl_free(b->list);
+    *b = (ibl_bright_pixels){0};
+}
