@@ -695,3 +695,74 @@ TEST(any_count)
         CHECK(!memcmp(all + 16 * n, one, 16));
     }
 }
+
+enum {
+    ALIKE_BLOCKS = 900
+};
+
+/* What encode minimises, see kern/astc_hdr.h. */
+static double error_of_both(const float t[16][3], const unsigned char *block)
+{
+    uint16_t d[16][3];
+    ibl_astc_hdr_decode_block(block, d);
+    const double error = error_of(t, d);
+    return fmax(error, 0.7 * error + 0.3 * error_as_bc6h(&t[0][0], block));
+}
+
+/* The last 8 bytes are those of one of the blocks before. */
+static int repeats(const unsigned char *blocks, int n)
+{
+    for (int i = 0; i < n; i++)
+        if (!memcmp(blocks + 16 * i + 8, blocks + 16 * n + 8, 8))
+            return 1;
+    return 0;
+}
+
+/* Blocks alike are of UASTC HDR, and lose no more than they may. */
+TEST(alike)
+{
+    static float t[ALIKE_BLOCKS][16][3];
+    static unsigned char plain[16 * ALIKE_BLOCKS], alike[16 * ALIKE_BLOCKS];
+    static ibl_astc_past past;
+    test_random r = {11};
+    ibl_astc_hdr_dsp dsp;
+    int others = 0;
+    ibl_astc_hdr_dsp_init(&dsp, IBL_ISA_C);
+    for (int n = 0; n < ALIKE_BLOCKS; n++)
+        make_block(&r, n & 1 ? SLOPE : HUES, t[n]);
+    dsp.encode(&t[0][0][0], ALIKE_BLOCKS, IBL_QUALITY_NORMAL, plain);
+    dsp.encode_alike(&t[0][0][0], ALIKE_BLOCKS, IBL_QUALITY_NORMAL, &past,
+                     alike);
+    for (int n = 0; n < ALIKE_BLOCKS; n++) {
+        const unsigned char *a = plain + 16 * n, *b = alike + 16 * n;
+        CHECK(allowed(b));
+        if (!memcmp(a, b, 16))
+            continue;
+        const double least = error_of_both(t[n], a),
+                     error = error_of_both(t[n], b);
+        CHECK_MSG(error < least * 1.001 * (1 + IBL_ASTC_ALIKE_LOSS),
+                  "block %d: %g, %g", n, error, least);
+        CHECK(repeats(alike, n));
+        others++;
+    }
+    CHECK_MSG(others > ALIKE_BLOCKS / 4, "%d", others);
+    CHECK_MSG(others < ALIKE_BLOCKS * 0.7, "%d", others);
+}
+
+/* What blocks have in common lasts from call to call. */
+TEST(alike_in_parts)
+{
+    static float t[60][16][3];
+    static ibl_astc_past past, parts;
+    unsigned char all[60 * 16], some[60 * 16];
+    test_random r = {12};
+    ibl_astc_hdr_dsp dsp;
+    ibl_astc_hdr_dsp_init(&dsp, IBL_ISA_C);
+    for (int n = 0; n < 60; n++)
+        make_block(&r, SLOPE, t[n]);
+    dsp.encode_alike(&t[0][0][0], 60, IBL_QUALITY_FAST, &past, all);
+    for (int n = 0; n < 60; n += 20)
+        dsp.encode_alike(&t[n][0][0], 20, IBL_QUALITY_FAST, &parts,
+                         some + 16 * n);
+    CHECK(!memcmp(all, some, sizeof all));
+}

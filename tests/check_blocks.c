@@ -50,16 +50,34 @@ static ibl_cube make_cube(int size, int levels)
     return cube;
 }
 
-static ibl_texture encode(ibl_ctx *by, const ibl_cube *cube, ibl_pixel pixel,
-                          ibl_quality quality)
+/* Clips what is too bright. */
+static ibl_texture encode_with(ibl_ctx *by, const ibl_cube *cube,
+                               ibl_texel_options opts)
 {
-    const ibl_texel_options opts = {
-        .pixel = pixel, .overflow = IBL_OVERFLOW_CLIP, .quality = quality};
     ibl_texture tex;
 
+    opts.overflow = IBL_OVERFLOW_CLIP;
     if (ibl_texture_from_cube(by, cube, &opts, &tex, NULL))
         exit(1);
     return texture_owned(tex);
+}
+
+static ibl_texture encode(ibl_ctx *by, const ibl_cube *cube, ibl_pixel pixel,
+                          ibl_quality quality)
+{
+    return encode_with(by, cube,
+                       (ibl_texel_options){.pixel = pixel, .quality = quality});
+}
+
+/* Of a file with Zstandard 19. */
+static double packed_bytes(const ibl_texture *tex)
+{
+    ibl_texture packed = *tex;
+    size_t size;
+
+    packed.zstd = 19;
+    texture_encode(ctx, &packed, IBL_CONTAINER_KTX2, &size);
+    return (double)size;
 }
 
 static ibl_cube decode(const ibl_texture *tex)
@@ -242,6 +260,40 @@ TEST(threads)
             CHECK(texture_same(&a, &b));
         }
     }
+}
+
+/* Blocks alike take fewer bytes for any threads; what has no such blocks is as
+ * without. */
+TEST(alike)
+{
+    const ibl_cube cube = make_cube(64, 2);
+    const ibl_quality normal = IBL_QUALITY_NORMAL;
+    for (int i = 0; i < PIXELS; i++) {
+        ibl_texel_options opts = {
+            .pixel = pixels[i], .quality = normal, .alike = 1};
+        const ibl_texture plain = encode(ctx, &cube, pixels[i], normal);
+        const ibl_texture a = encode_with(ctx, &cube, opts);
+        const ibl_texture b = encode_with(test_ctx(7, IBL_ISA_C), &cube, opts);
+        const size_t last = ibl_texture_offset(&a, 1, 0);
+        CHECK(texture_same(&a, &b));
+        CHECK(!memcmp(a.data + last, plain.data + last,
+                      6 * ibl_texture_face_bytes(&a, 1)));
+        if (pixels[i] == IBL_PIXEL_BC6H)
+            CHECK(texture_same(&a, &plain));
+        else
+            CHECK(packed_bytes(&a) < 0.95 * packed_bytes(&plain));
+    }
+}
+
+/* The best quality has none. */
+TEST(best_is_not_alike)
+{
+    ibl_texel_options opts = {IBL_PIXEL_UASTC_HDR, .quality = IBL_QUALITY_BEST};
+    const ibl_cube cube = make_cube(64, 1);
+    const ibl_texture plain = encode_with(ctx, &cube, opts);
+    opts.alike = 1;
+    const ibl_texture best = encode_with(ctx, &cube, opts);
+    CHECK(texture_same(&plain, &best));
 }
 
 TEST(qualities)

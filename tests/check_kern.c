@@ -665,7 +665,10 @@ static size_t astc_blocks(ibl_isa isa, test_random *r, int n, void *out)
     for (int i = 0; i < 48 * n; i++)
         texels[i] = astc_light(r, i / 48 % 3);
     ibl_astc_hdr_dsp_init(&dsp, plain_or(isa));
-    dsp.encode(texels, (size_t)n, quality, out);
+    if (n % 3)
+        dsp.encode(texels, (size_t)n, quality, out);
+    else
+        dsp.encode_alike(texels, (size_t)n, quality, &(ibl_astc_past){0}, out);
     kern_free(texels);
     return 0;
 }

@@ -486,6 +486,7 @@ static bool check_set(ibl_opts *o)
                           "--output",
                           o->name);
     select_parts(o);
+    o->texels.alike = o->zstd > 0;
     o->verify |= !isnan(o->max_error);
     return true;
 }

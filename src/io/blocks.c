@@ -11,6 +11,8 @@
 
 enum {
     JOB_BLOCKS = 256, /* take some milliseconds */
+    JOB_ALIKE = 1024, /* with more of them, more are alike */
+    LEAST_ALIKE = 64, /* smaller images are few of a file's bytes */
     GROUP = 16,       /* blocks whose texels are on the stack: 3 KiB */
     ALPHA_ONE = 0x3C00
 };
@@ -77,8 +79,10 @@ void ibl_blocks_decode(ibl_pixel pixel, const unsigned char *blocks,
 typedef struct encoding {
     const ibl_block_images *of;
     ibl_encode_blocks_fn *encode;
+    ibl_astc_hdr_dsp astc;
+    bool alike;
     float max;
-    size_t row_blocks, image_blocks, blocks;
+    size_t row_blocks, image_blocks, blocks, job_blocks;
     atomic_size_t beyond;
 } encoding;
 
@@ -108,8 +112,9 @@ static void encode_job(void *arg, int job, int worker)
 {
     encoding *e = arg;
     float texels[GROUP * IBL_BLOCK_TEXELS * 3];
-    size_t block = (size_t)job * JOB_BLOCKS, beyond = 0;
-    const size_t last = block + JOB_BLOCKS;
+    ibl_astc_past past = {0};
+    size_t block = (size_t)job * e->job_blocks, beyond = 0;
+    const size_t last = block + e->job_blocks;
     const size_t end = last < e->blocks ? last : e->blocks;
 
     (void)worker;
@@ -117,8 +122,11 @@ static void encode_job(void *arg, int job, int worker)
         const size_t count = end - block < GROUP ? end - block : GROUP;
         for (size_t i = 0; i < count; i++)
             beyond += gather(e, block + i, texels + i * 3 * IBL_BLOCK_TEXELS);
-        e->encode(texels, count, e->of->quality,
-                  e->of->dst + block * IBL_BLOCK_BYTES);
+        unsigned char *dst = e->of->dst + block * IBL_BLOCK_BYTES;
+        if (e->alike)
+            e->astc.encode_alike(texels, count, e->of->quality, &past, dst);
+        else
+            e->encode(texels, count, e->of->quality, dst);
         block += count;
     }
     e->beyond += beyond;
@@ -127,17 +135,24 @@ static void encode_job(void *arg, int job, int worker)
 ibl_status ibl_blocks_encode_images(ibl_ctx *ctx, const ibl_block_images *of,
                                     size_t *beyond)
 {
+    const bool alike = of->alike && of->pixel != IBL_PIXEL_BC6H &&
+                       of->quality != IBL_QUALITY_BEST &&
+                       of->height >= LEAST_ALIKE;
     const size_t row =
         ((size_t)of->width + IBL_BLOCK_EDGE - 1) / IBL_BLOCK_EDGE;
     const size_t rows =
         ((size_t)of->height + IBL_BLOCK_EDGE - 1) / IBL_BLOCK_EDGE;
     encoding e = {.of = of,
                   .encode = encoder_of(of->pixel, ibl_ctx_isa(ctx)),
+                  .alike = alike,
                   .max = ibl_pixel_max(of->pixel),
                   .row_blocks = row,
                   .image_blocks = row * rows,
-                  .blocks = row * rows * of->images};
-    const size_t jobs = (e.blocks + JOB_BLOCKS - 1) / JOB_BLOCKS;
+                  .blocks = row * rows * of->images,
+                  .job_blocks = alike ? JOB_ALIKE : JOB_BLOCKS};
+    const size_t jobs = (e.blocks + e.job_blocks - 1) / e.job_blocks;
+
+    ibl_astc_hdr_dsp_init(&e.astc, ibl_ctx_isa(ctx));
     const ibl_status status = ibl_run(ctx, NULL, (int)jobs, encode_job, &e);
 
     *beyond += e.beyond;

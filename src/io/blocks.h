@@ -3,6 +3,7 @@
 #ifndef IBL_IO_BLOCKS_H
 #define IBL_IO_BLOCKS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -20,6 +21,7 @@ void ibl_blocks_decode(ibl_pixel pixel, const unsigned char *blocks,
 typedef struct ibl_block_images {
     ibl_pixel pixel;
     ibl_quality quality;
+    bool alike; /* as in ibl_texel_options */
     int width, height;
     size_t images;
     const float *src;

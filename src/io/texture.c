@@ -135,9 +135,9 @@ static ibl_status encode_level(ibl_ctx *ctx, const ibl_texel_options *opts,
     const size_t height = ibl_texture_height(tex, level);
     const size_t images = (size_t)tex->faces;
     unsigned char *dst = tex->data + ibl_texture_offset(tex, level, 0);
-    const ibl_block_images blocks = {tex->pixel,  opts->quality, (int)width,
-                                     (int)height, images,        texels,
-                                     dst};
+    const ibl_block_images blocks = {
+        tex->pixel,  opts->quality, opts->alike != 0, (int)width,
+        (int)height, images,        texels,           dst};
     size_t above;
 
     if (ibl_pixel_block(tex->pixel) > 1)

@@ -102,12 +102,42 @@ static void split(const float points[3][16],
     }
 }
 
+static void match(const ibl_astc_texels *t,
+                  const float places[16][IBL_ASTC_PAST], int count,
+                  float gain[IBL_ASTC_PAST])
+{
+    for (int k = 0; k < count; k++)
+        gain[k] = 0;
+    for (int c = 0; c < 3; c++) {
+        float x[16];
+        const float inverse = ibl_astc_centre(t, c, x);
+        for (int k = 0; k < count; k++) {
+            float one = 0, two = 0, both = 0;
+            for (int i = 0; i < 16; i++) {
+                const float p = places[i][k], wp = t->weight[c][i] * p;
+                one += wp;
+                two += wp * p;
+                both += x[i] * p;
+            }
+            const float apart = two - one * one * inverse;
+            gain[k] += both * both / (apart > 1e-20f ? apart : 1e-20f);
+        }
+    }
+}
+
+static const ibl_astc_fit_dsp fit = {project,    sums,  error,
+                                     error_bc6h, split, match};
+
 static void encode(const float *texels, size_t count, ibl_quality quality,
                    unsigned char *blocks)
 {
-    static const ibl_astc_fit_dsp fit = {project, sums, error, error_bc6h,
-                                         split};
-    ibl_astc_hdr_encode(&fit, texels, count, quality, blocks);
+    ibl_astc_hdr_encode(&fit, texels, count, quality, NULL, blocks);
 }
 
-IBL_KERNEL(ibl_astc_hdr, encode)
+static void encode_alike(const float *texels, size_t count, ibl_quality quality,
+                         ibl_astc_past *past, unsigned char *blocks)
+{
+    ibl_astc_hdr_encode(&fit, texels, count, quality, past, blocks);
+}
+
+IBL_KERNEL(ibl_astc_hdr, encode, encode_alike)

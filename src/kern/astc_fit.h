@@ -60,11 +60,37 @@ typedef struct ibl_astc_fit_dsp {
                   const float second[16][IBL_ASTC_PATTERNS_PADDED],
                   const float count[IBL_ASTC_PATTERNS_PADDED],
                   float gain[IBL_ASTC_PATTERNS_PADDED]);
+    /*
+     * How much less the weighted squares are with texels at the levels of an
+     * earlier block, between the best ends, than with one colour.
+     *   places  of texels between the ends, for each of count blocks; there
+     *           are as many as gain has
+     */
+    void (*match)(const ibl_astc_texels *t,
+                  const float places[16][IBL_ASTC_PAST], int count,
+                  float gain[IBL_ASTC_PAST]);
 } ibl_astc_fit_dsp;
 
-/* ibl_encode_blocks_fn with a version of these functions. */
+/* Sets x to the weighted distances of a channel's texels from their mean;
+ * returns 1 / the sum of the weights, or 0. */
+static inline float ibl_astc_centre(const ibl_astc_texels *t, int c,
+                                    float x[16])
+{
+    float all = 0, sum = 0;
+    for (int i = 0; i < 16; i++) {
+        all += t->weight[c][i];
+        sum += t->weight[c][i] * t->q[c][i];
+    }
+    const float inverse = all > 0 ? 1 / all : 0;
+    for (int i = 0; i < 16; i++)
+        x[i] = t->weight[c][i] * (t->q[c][i] - sum * inverse);
+    return inverse;
+}
+
+/* encode_alike of ibl_astc_hdr_dsp with a version of these functions; past
+ * NULL: encode. */
 void ibl_astc_hdr_encode(const ibl_astc_fit_dsp *fit, const float *texels,
-                         size_t count, ibl_quality quality,
+                         size_t count, ibl_quality quality, ibl_astc_past *past,
                          unsigned char *blocks);
 
 #endif

@@ -137,12 +137,45 @@ static void split(const float points[3][16],
     }
 }
 
+static void match(const ibl_astc_texels *t,
+                  const float places[16][IBL_ASTC_PAST], int count,
+                  float gain[IBL_ASTC_PAST])
+{
+    float x[3][16], inverse[3];
+
+    for (int c = 0; c < 3; c++)
+        inverse[c] = ibl_astc_centre(t, c, x[c]);
+    for (int k = 0; k < count; k += VF) {
+        vf sum = vf_all(0);
+        for (int c = 0; c < 3; c++) {
+            vf one = vf_all(0), two = vf_all(0), both = vf_all(0);
+            for (int i = 0; i < 16; i++) {
+                const vf p = vf_load(&places[i][k]);
+                const vf wp = vf_all(t->weight[c][i]) * p;
+                one += wp;
+                two += wp * p;
+                both += vf_all(x[c][i]) * p;
+            }
+            const vf apart = two - one * one * vf_all(inverse[c]);
+            sum += both * both / vf_max(apart, vf_all(1e-20f));
+        }
+        vf_store(gain + k, sum);
+    }
+}
+
+static const ibl_astc_fit_dsp fit = {project,    sums,  error,
+                                     error_bc6h, split, match};
+
 static void encode(const float *texels, size_t count, ibl_quality quality,
                    unsigned char *blocks)
 {
-    static const ibl_astc_fit_dsp fit = {project, sums, error, error_bc6h,
-                                         split};
-    ibl_astc_hdr_encode(&fit, texels, count, quality, blocks);
+    ibl_astc_hdr_encode(&fit, texels, count, quality, NULL, blocks);
 }
 
-IBL_VECTOR_KERNEL(ibl_astc_hdr, encode)
+static void encode_alike(const float *texels, size_t count, ibl_quality quality,
+                         ibl_astc_past *past, unsigned char *blocks)
+{
+    ibl_astc_hdr_encode(&fit, texels, count, quality, past, blocks);
+}
+
+IBL_VECTOR_KERNEL(ibl_astc_hdr, encode, encode_alike)

@@ -15,6 +15,22 @@
  * reach, since 12 bits of the logarithm hold no more. */
 #define IBL_ASTC_HDR_MAX 65216.0f
 
+enum {
+    IBL_ASTC_PAST = 256 /* blocks whose weights another one may have */
+};
+
+/* The weights of the last blocks that have some of their own. */
+typedef struct ibl_astc_past {
+    float places[IBL_BLOCK_TEXELS][IBL_ASTC_PAST]; /* between the ends */
+    unsigned char level[IBL_ASTC_PAST][IBL_BLOCK_TEXELS];
+    int count, next; /* blocks, and where the next one goes */
+    float alike;     /* the share of blocks that had weights of others */
+} ibl_astc_past;
+
+/* With many blocks alike, less is lost for more of them. */
+#define IBL_ASTC_ALIKE 0.625f
+#define IBL_ASTC_ALIKE_LOSS 3
+
 /*
  * Of a block, encode minimises the sum over its texels t of |error|^2 (1 /
  * (|t|^2
@@ -25,6 +41,15 @@
  */
 typedef struct ibl_astc_hdr_dsp {
     ibl_encode_blocks_fn *encode;
+    /*
+     * The same for a file that is to be compressed: a block whose weights are
+     * those of an earlier one, byte by byte, is taken instead of the best one
+     * if its error is at most 1 + (1 - share / IBL_ASTC_ALIKE)
+     * IBL_ASTC_ALIKE_LOSS times that of the best; share is that of the last
+     * blocks that were taken so. *past starts as 0; other calls with it go on.
+     */
+    void (*encode_alike)(const float *texels, size_t count, ibl_quality quality,
+                         ibl_astc_past *past, unsigned char *blocks);
 } ibl_astc_hdr_dsp;
 
 IBL_DECLARE_KERNEL(ibl_astc_hdr);

@@ -218,8 +218,76 @@ static void try_ways(const ibl_astc_tables *tb, const plan *p,
     }
 }
 
+/* ---- blocks alike ------------------------------------------------------ */
+
+/* The way of blocks alike, whose weights are bytes of their own. */
+#define ALIKE IBL_ASTC_DIRECT_1
+
+enum {
+    NEAREST = 3 /* of earlier blocks, are tried */
+};
+
+/* The part that the last block has in the share of those alike. */
+#define LAST (1.0f / 64)
+
+static int has_bytes_of_weights(const trial *b)
+{
+    return b->way >= 0 && ibl_astc_ways[b->way].subsets == 1 &&
+           ibl_astc_ways[b->way].weight_range ==
+               ibl_astc_ways[ALIKE].weight_range;
+}
+
+static void remember(const ibl_astc_tables *tb, const ibl_astc_line *l,
+                     ibl_astc_past *past)
+{
+    const unsigned char *step = tb->levels[IBL_ISE_16].step;
+
+    for (int i = 0; i < IBL_BLOCK_TEXELS; i++)
+        past->places[i][past->next] = (float)step[l->level[i]] * (1.0f / 64);
+    memcpy(past->level[past->next++], l->level, IBL_BLOCK_TEXELS);
+    if (past->count < past->next)
+        past->count = past->next;
+    past->next %= IBL_ASTC_PAST;
+}
+
+/* The best line with levels of an earlier block, if its error is less than
+ * line->error. */
+static void try_past(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                     const ibl_astc_past *past, ibl_astc_line *line)
+{
+    float gain[IBL_ASTC_PAST];
+
+    tb->fit->match(t, past->places, past->count, gain);
+    for (int n = 0; n < NEAREST && n < past->count; n++) {
+        int best = 0;
+        for (int i = 1; i < past->count; i++)
+            best = gain[i] > gain[best] ? i : best;
+        gain[best] = -1;
+        ibl_astc_fit_levels(tb, t, &ibl_astc_ways[ALIKE], past->level[best],
+                            line);
+    }
+}
+
+/* Takes a block that is alike an earlier one if it is good enough. */
+static void try_alike(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                      ibl_astc_past *past, trial *best)
+{
+    const float wanted = 1 - past->alike / IBL_ASTC_ALIKE;
+    const float most =
+        best->error * (1 + IBL_ASTC_ALIKE_LOSS * (wanted > 0 ? wanted : 0));
+    ibl_astc_line line = {.error = most};
+
+    try_past(tb, t, past, &line);
+    const int taken = line.error < most;
+    past->alike += ((float)taken - past->alike) * LAST;
+    if (taken)
+        *best = (trial){ALIKE, 0, {line}, line.error};
+    else if (has_bytes_of_weights(best))
+        remember(tb, &best->lines[0], past);
+}
+
 void ibl_astc_hdr_encode(const ibl_astc_fit_dsp *fit, const float *texels,
-                         size_t count, ibl_quality quality,
+                         size_t count, ibl_quality quality, ibl_astc_past *past,
                          unsigned char *blocks)
 {
     ibl_astc_tables tables;
@@ -233,6 +301,8 @@ void ibl_astc_hdr_encode(const ibl_astc_fit_dsp *fit, const float *texels,
         try_flat(&t, colour, &best);
         if (best.error > AS_HALVES)
             try_ways(&tables, &plans[quality], &t, &best);
+        if (past && best.way >= 0)
+            try_alike(&tables, &t, past, &best);
         if (best.way < 0)
             write_flat(colour, blocks + IBL_BLOCK_BYTES * i);
         else

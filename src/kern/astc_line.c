@@ -188,6 +188,32 @@ static void snap(const ibl_astc_levels *l, float s[16], unsigned char level[16],
 
 /* ---- lines as they are stored ------------------------------------------ */
 
+/* The ends of 16 bits that values have. False: beyond the largest. */
+static int get_ends(const ibl_astc_way *w, const unsigned char values[6],
+                    int e[2][3])
+{
+    ibl_astc_line_ends(w->mode, values, e);
+    for (int i = 0; i < 6; i++) {
+        int *end = &e[i / 3][i % 3];
+        if (*end > IBL_ASTC_LARGEST)
+            return 0;
+        *end <<= 4;
+    }
+    return 1;
+}
+
+/* The error of a line with ends e and texels at steps; of one subset that as
+ * BC6H is left out if it is not below `least` without. */
+static float error_of(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                      const ibl_astc_way *w, const ibl_astc_line *l,
+                      const int e[2][3], const int steps[16], float least)
+{
+    const float error = tb->fit->error(t, e, steps);
+    if (w->subsets == 2 || error >= least)
+        return error;
+    return ibl_astc_both(error, ibl_astc_error_as_bc6h(tb, w, 0, t, l));
+}
+
 /* Puts the texels on the line of values, and takes it if it is better. s: where
  * they are on it. */
 static int try_values(const ibl_astc_tables *tb, const ibl_astc_texels *t,
@@ -198,21 +224,14 @@ static int try_values(const ibl_astc_tables *tb, const ibl_astc_texels *t,
     float ends[2][3];
     ibl_astc_line at;
 
-    ibl_astc_line_ends(w->mode, values, e);
-    for (int i = 0; i < 6; i++) {
-        int *end = &e[i / 3][i % 3];
-        if (*end > IBL_ASTC_LARGEST)
-            return 0;
-        *end <<= 4;
-        ends[i / 3][i % 3] = (float)(*end - t->origin[i % 3]);
-    }
+    if (!get_ends(w, values, e))
+        return 0;
+    for (int i = 0; i < 6; i++)
+        ends[i / 3][i % 3] = (float)(e[i / 3][i % 3] - t->origin[i % 3]);
     tb->fit->project(t, ends, s);
     snap(&tb->levels[w->weight_range], s, at.level, steps);
     memcpy(at.values, values, sizeof at.values);
-    at.error = tb->fit->error(t, e, steps);
-    if (w->subsets == 1 && at.error < best->error)
-        at.error =
-            ibl_astc_both(at.error, ibl_astc_error_as_bc6h(tb, w, 0, t, &at));
+    at.error = error_of(tb, t, w, &at, e, steps, best->error);
     if (!(at.error < best->error))
         return 0;
     *best = at;
@@ -247,16 +266,22 @@ void ibl_astc_refine(const ibl_astc_tables *tb, const ibl_astc_texels *t,
     }
 }
 
-/* Turns the line so that its second end has the largest value. */
-static void turn(const ibl_astc_texels *t, ibl_astc_sums sums[3],
-                 float ends[2][3])
+/* Whether the first end has the largest value. */
+static int is_turned(const ibl_astc_texels *t, const float ends[2][3])
 {
     float most[2] = {-FLT_MAX, -FLT_MAX};
     for (int i = 0; i < 6; i++) {
         const float v = ends[i / 3][i % 3] + (float)t->origin[i % 3];
         most[i / 3] = v > most[i / 3] ? v : most[i / 3];
     }
-    if (most[1] >= most[0])
+    return most[1] < most[0];
+}
+
+/* Turns the line so that its second end has the largest value. */
+static void turn(const ibl_astc_texels *t, ibl_astc_sums sums[3],
+                 float ends[2][3])
+{
+    if (!is_turned(t, ends))
         return;
     for (int c = 0; c < 3; c++) {
         const ibl_astc_sums s = sums[c];
@@ -332,4 +357,32 @@ void ibl_astc_fit_line(const ibl_astc_tables *tb, const ibl_astc_texels *t,
         if (better)
             memcpy(s, kept, sizeof s);
     }
+}
+
+void ibl_astc_fit_levels(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                         const ibl_astc_way *w, const unsigned char level[16],
+                         ibl_astc_line *best)
+{
+    const ibl_astc_codes *codes = &tb->codes[w->value_range];
+    ibl_astc_line l = {0};
+    ibl_astc_sums sums[3];
+    float ends[2][3], s[16];
+    int e[2][3], steps[16], form;
+
+    memcpy(l.level, level, sizeof l.level);
+    for (int i = 0; i < 16; i++) {
+        steps[i] = tb->levels[w->weight_range].step[level[i]];
+        s[i] = (float)steps[i] * (1.0f / 64);
+    }
+    tb->fit->sums(t, s, sums);
+    solve(w->mode, sums, ends);
+    if (is_turned(t, ends))
+        return;
+    rank_forms(t, w->mode, ends, codes->gap, 1, &form);
+    if (!quantise(t, sums, ends, w, form, codes, l.values) ||
+        !get_ends(w, l.values, e))
+        return;
+    l.error = error_of(tb, t, w, &l, e, steps, best->error);
+    if (l.error < best->error)
+        *best = l;
 }

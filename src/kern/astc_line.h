@@ -35,6 +35,12 @@ void ibl_astc_fit_line(const ibl_astc_tables *tb, const ibl_astc_texels *t,
 void ibl_astc_refine(const ibl_astc_tables *tb, const ibl_astc_texels *t,
                      const ibl_astc_way *w, int passes, ibl_astc_line *best);
 
+/* The line of a block of one subset with texels at given levels, if its error
+ * is less than best's. */
+void ibl_astc_fit_levels(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                         const ibl_astc_way *w, const unsigned char level[16],
+                         ibl_astc_line *best);
+
 /* What counts, of a block and of it as BC6H, which most GPUs of desktops
  * sample. Not less than the former: it is to be better than one colour. */
 static inline float ibl_astc_both(float error, float as_bc6h)
