@@ -53,6 +53,45 @@ test_own_bakes_pass() {
 
 # Where pixels are larger than texels level 0 is an interpolation of them, and
 # so is its truth: float sums apart, or what half floats round. So are mips.
+# Axes are turned back by the keys, or by the sidecar of files without keys;
+# files that say nothing are judged as they are.
+test_axes() {
+    local axes only='--only specular,irradiance,skybox,json'
+    for axes in '--mirror x' '--mirror z --up z' '--up z'; do
+        rm -rf out
+        iblbake -q env.exr -o out --size 16 --irradiance-size 8 --skybox 8 \
+            $only $axes --verify --max-error 2e-3 >/dev/null || echo "$axes"
+        MAX=2e-3 accept env.exr out
+        cp out/env_specular.ktx2 same.ktx2
+        MAX=2e-3 accept env.exr --specular same.ktx2
+        sed -i 's/iblbake\.mirror/iblbake.mirroR/; s/iblbake\.up/iblbake.uP/' \
+            same.ktx2
+        MAX=0.1 refuse env.exr --specular same.ktx2
+    done
+    iblbake -q env.exr -o dds --size 16 --skybox 8 --format dds $only \
+        --mirror x --up z
+    MAX=2e-3 accept env.exr dds
+    MAX=2e-3 accept env.exr --specular dds/env_specular.dds --axes -x,-z,y
+    MAX=0.1 refuse env.exr --specular dds/env_specular.dds
+    sed -i 's/"mirror": "x"/"mirror": "q"/' dds/env.json
+    wrong 1 '*its mirror is q, which is not known*' env.exr dds
+}
+
+# All levels of Babylon's, whose lod is a formula of the size.
+test_babylon() {
+    iblbake -q env.exr -o out --size 16 --mapping babylon --lut-size 32
+    MAX=2e-3 accept env.exr out
+    iblbake verify env.exr out --rendered --directions 48 --shader split \
+        --json told >/dev/null
+    rm out/env.json
+    iblbake verify env.exr out --rendered --directions 48 --shader split \
+        --lod babylon --roughness-map babylon --json named >/dev/null
+    diff <(grep nrmse told) <(grep nrmse named)
+    iblbake verify env.exr out --rendered --directions 48 --shader split \
+        --lod linear --json other >/dev/null
+    ! diff -q <(grep nrmse told) <(grep nrmse other) >/dev/null || echo linear
+}
+
 test_magnified() {
     local only='--only specular,skybox,json --levels 1'
     iblbake -q $only --size 50 --skybox 64 --rotate 20 --pixel rgba32f \

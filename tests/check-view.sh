@@ -82,6 +82,24 @@ test_containers_look_the_same() {
     same a.png d.png
 }
 
+# The world is upright whatever the axes of the files are, by their keys or by the
+# sidecar, in harmonics and lights too.
+test_axes_look_the_same() {
+    local axes map=$work/env.exr
+    local how="--size 16 --irradiance-size 8 --lut-size 16 --sh 4 --sun"
+    iblbake -q "$map" -o a $how --skybox 16 2>/dev/null
+    draw a.png a -q
+    draw sh.png a -q --diffuse sh
+    for axes in '--mirror x' '--mirror z --up z' '--up z --format dds'; do
+        rm -rf b
+        iblbake -q "$map" -o b $how --skybox 16 $axes 2>/dev/null
+        draw b.png b -q
+        same a.png b.png
+        draw b.png b -q --diffuse sh
+        same sh.png b.png
+    done
+}
+
 # Blocks of texels, compressed or not, are off by some percent, and each in its
 # own way; in every container they are the same.
 test_blocks_look_alike() {

@@ -283,6 +283,41 @@ TEST(roughness_of_levels)
     CHECK(!strcmp(ibl_roughness_map_name(IBL_ROUGHNESS_FILAMENT), "filament"));
 }
 
+/* getLodFromAlphaG of Babylon.js, at its default scale, finds each level. */
+TEST(roughness_of_babylon)
+{
+    for (int size = 1; size <= 300; size = 2 * size + (size == 8)) {
+        ibl_specular_options o = ibl_specular_options_default();
+        ibl_specular_layout l;
+        o.mapping = IBL_ROUGHNESS_BABYLON;
+        o.size = size;
+        NEED(!ibl_specular_layout_of(&o, &l));
+        CHECK(l.size == size && l.levels == (int)log2(size) + 1);
+        CHECK(l.roughness[0] == 0);
+        for (int i = 1; i < l.levels; i++) {
+            const double alpha = l.roughness[i] * l.roughness[i];
+            CHECK(alpha <= 1 && l.roughness[i] >= l.roughness[i - 1]);
+            if (alpha < 1)
+                CHECK_NEAR(0.8 * log2(size * alpha), i, 1e-12);
+            CHECK_NEAR(ibl_lod_of_roughness(&l, l.roughness[i]),
+                       fmin(i, 0.8 * log2(size)), 1e-12);
+            if (size == 1 << (l.levels - 1))
+                CHECK_NEAR(ibl_level_roughness(o.mapping, i, l.levels),
+                           l.roughness[i], 1e-15);
+        }
+        CHECK_NEAR(ibl_lod_of_roughness(&l, 0.5),
+                   fmax(0.8 * log2(0.25 * size), 0), 1e-12);
+        CHECK(ibl_lod_of_roughness(&l, 0) == 0);
+        const double second = l.roughness[1];
+        o.levels = l.levels < 3 ? l.levels : 3;
+        NEED(!ibl_specular_layout_of(&o, &l));
+        CHECK(l.levels == o.levels && l.roughness[1] == second);
+        o.roughness_min = 0.1;
+        CHECK(ibl_specular_layout_of(&o, &l) == IBL_ERR_ARGUMENT);
+    }
+    CHECK(!strcmp(ibl_roughness_map_name(IBL_ROUGHNESS_BABYLON), "babylon"));
+}
+
 /* Cubes of any size down to one texel, images of any two edges, no others. */
 TEST(shapes)
 {

@@ -378,6 +378,8 @@ static double mapped(const shade_set *s, double r)
 {
     const double *knot = s->set.roughness;
     int l = 0;
+    if (s->set.mapping == IBL_ROUGHNESS_BABYLON)
+        return log2(fmax(r * r, 1e-12));
     if (s->set.mapping != IBL_ROUGHNESS_BEST)
         return s->set.mapping == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
     while (l + 2 < s->specular.levels && r > knot[l + 1])

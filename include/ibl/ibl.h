@@ -244,17 +244,22 @@ typedef enum ibl_roughness_map {
     IBL_ROUGHNESS_LINEAR,   /* r = t: a shader uses lod = r (levels - 1) */
     IBL_ROUGHNESS_FILAMENT, /* t = r (2 - r), r = 1 - sqrt(1 - t): a shader
                                uses lod = r (2 - r) (levels - 1) */
-    IBL_ROUGHNESS_BEST      /* fitted to each map, of GGX levels over the whole
+    IBL_ROUGHNESS_BEST,     /* fitted to each map, of GGX levels over the whole
                                range 0..1: see ibl_specular_layout */
+    IBL_ROUGHNESS_BABYLON   /* alpha = min(2^(level / 0.8) / size, 1), level 0
+                               of roughness 0, whatever their number: a shader
+                               uses lod = 0.8 log2(size alpha), as Babylon.js
+                               does */
 } ibl_roughness_map;
 
-/* "linear", "filament" or "best". */
+/* "linear", "filament", "best" or "babylon". */
 const char *ibl_roughness_map_name(ibl_roughness_map map);
 /* Perceptual roughness of a level, for a chain over the whole range 0..1. Of
- * IBL_ROUGHNESS_BEST, that before the fit: Filament's. */
+ * IBL_ROUGHNESS_BEST, that before the fit: Filament's. Of
+ * IBL_ROUGHNESS_BABYLON, for all levels down to 1x1: size 2^(levels - 1). */
 double ibl_level_roughness(ibl_roughness_map map, int level, int levels);
 /* The default number of levels: the last level is the smallest of at least 8x8
- * or, for cubes smaller than 8, 1x1. */
+ * or, for cubes smaller than 8, 1x1. (IBL_ROUGHNESS_BABYLON: always 1x1.) */
 int ibl_default_levels(int size);
 
 /*
@@ -319,6 +324,53 @@ int ibl_latlong_width(int size);
  * texels above it (3 along an odd edge), weighted by their solid angles.
  */
 ibl_status ibl_cube_build_mips(ibl_ctx *ctx, ibl_cube *cube);
+
+/* ---- axes ------------------------------------------------------------- */
+
+typedef enum ibl_mirror { /* the axis of the world that is negated */
+    IBL_MIRROR_NONE,
+    IBL_MIRROR_X, /* -X and +X change places */
+    IBL_MIRROR_Z
+} ibl_mirror;
+
+typedef enum ibl_up { /* the output's axis that is the world's +Y */
+    IBL_UP_Y,
+    IBL_UP_Z /* (x, y, z) becomes (x, -z, y) */
+} ibl_up;
+
+/*
+ * The axes of outputs for a program with other conventions than the world's:
+ * first the mirror, then the turn. Bakes are in the world's axes; the functions
+ * below turn what was baked, exactly. Zeroed: the world's axes.
+ */
+typedef struct ibl_axes {
+    ibl_mirror mirror;
+    ibl_up up;
+} ibl_axes;
+
+/* A direction of the world in other axes; back: 1 for the reverse. `from` and
+ * `to` may be the same. axes must be in range. */
+void ibl_axes_turn(ibl_axes axes, int back, const double from[3], double to[3]);
+
+/*
+ * A cube in other axes: a permutation of its texels, at every level.
+ *   back  1: from other axes to the world's
+ *   out   empty; allocated here, to be freed with ibl_cube_free
+ * IBL_ERR_ARGUMENT: a cube or axes out of range.
+ */
+ibl_status ibl_cube_turn_axes(ibl_ctx *ctx, const ibl_cube *from, ibl_axes axes,
+                              int back, ibl_cube *out);
+
+/*
+ * Spherical harmonics in other axes, changed in place: exact to the rounding of
+ * doubles. A mirror changes signs; IBL_UP_Z takes degree^3 / 3 steps: 3 seconds
+ of a processor for IBL_MAX_SH_DEGREE.
+ *   coeffs  3 (degree + 1)^2 doubles as in ibl_bake_sh
+ * IBL_ERR_ARGUMENT: degree or axes out of range. IBL_ERR_MEMORY,
+ * IBL_ERR_CANCELLED: coeffs are unspecified.
+ */
+ibl_status ibl_sh_turn_axes(ibl_ctx *ctx, int degree, ibl_axes axes, int back,
+                            double *coeffs);
 
 /*
  * The lobe that a level of a specular chain is convolved with. Its weight w
@@ -409,6 +461,7 @@ ibl_specular_options ibl_specular_options_default(void);
  *                                       x = r (2 - r)     (Filament's)
  *     x = the level whose roughness is r, with straight lines between levels
  *                                                       (the best mapping)
+ *                                          x = log2(r^2)     (Babylon's)
  * clamped to 0..levels - 1.
  *
  * The best mapping has the roughnesses, in steps of a sixtieth of r (2 - r),
@@ -433,9 +486,10 @@ double ibl_lod_of_roughness(const ibl_specular_layout *layout,
  * The layout for these options. Only this function defines a level's roughness;
  * with the best mapping it gives Filament's, and a bake fits them: see the
  * layout of its report. The levels have equal steps of x from roughness_min to
- * roughness_max. For the whole range, 0..1, this gives
- * r = ibl_level_roughness(mapping, level, levels), the given size and, by
- * default, ibl_default_levels(size).
+ * roughness_max; Babylon's are for the whole range only. For the whole range,
+ * 0..1, this gives r = ibl_level_roughness(mapping, level, levels), the given
+ * size and, by default, ibl_default_levels(size); with Babylon's mapping all
+ * levels.
  *
  * For a part of the range:
  *   size    the given one if roughness_min is 0: level 0 is the environment.

@@ -12,7 +12,8 @@ const char *ibl_roughness_map_name(ibl_roughness_map map)
 {
     return map == IBL_ROUGHNESS_LINEAR     ? "linear"
            : map == IBL_ROUGHNESS_FILAMENT ? "filament"
-                                           : "best";
+           : map == IBL_ROUGHNESS_BEST     ? "best"
+                                           : "babylon";
 }
 
 const char *ibl_method_name(ibl_method method)
@@ -32,8 +33,18 @@ static double roughness_of(ibl_roughness_map map, double x)
     return map == IBL_ROUGHNESS_LINEAR ? x : 1 - sqrt(1 - x);
 }
 
+/* Levels of Babylon.js for each halving of alpha: its lodGenerationScale. */
+static const double babylon_scale = 0.8;
+
+static double babylon_roughness(int level, double size)
+{
+    return level ? sqrt(fmin(exp2(level / babylon_scale) / size, 1)) : 0;
+}
+
 double ibl_level_roughness(ibl_roughness_map map, int level, int levels)
 {
+    if (map == IBL_ROUGHNESS_BABYLON)
+        return babylon_roughness(level, exp2(levels - 1));
     return roughness_of(map, levels > 1 ? (double)level / (levels - 1) : 0);
 }
 
@@ -108,10 +119,25 @@ static double level_of(const ibl_specular_layout *l, double r)
 
 double ibl_lod_of_roughness(const ibl_specular_layout *l, double r)
 {
-    const double x = l->mapping == IBL_ROUGHNESS_BEST
-                         ? level_of(l, r)
+    const double x = l->mapping == IBL_ROUGHNESS_BEST ? level_of(l, r)
+                     : l->mapping == IBL_ROUGHNESS_BABYLON
+                         ? 2 * log2(fmax(r, 1e-6))
                          : ibl_roughness_x(l->mapping, r);
     return fmin(fmax(x * l->lod_scale + l->lod_offset, 0), l->levels - 1);
+}
+
+static void layout_babylon(const ibl_specular_options *o,
+                           ibl_specular_layout *layout)
+{
+    const int levels = o->levels ? o->levels : ibl_cube_most_levels(o->size);
+    *layout =
+        (ibl_specular_layout){.size = o->size,
+                              .levels = levels,
+                              .mapping = o->mapping,
+                              .lod_scale = babylon_scale,
+                              .lod_offset = babylon_scale * log2(o->size)};
+    for (int l = 0; l < levels; l++)
+        layout->roughness[l] = babylon_roughness(l, o->size);
 }
 
 ibl_status ibl_specular_layout_of(const ibl_specular_options *o,
@@ -121,6 +147,10 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *o,
         o->size > IBL_MAX_CUBE_SIZE || o->levels < 0 ||
         o->levels > ibl_cube_most_levels(o->size))
         return IBL_ERR_ARGUMENT;
+    if (o->mapping == IBL_ROUGHNESS_BABYLON) {
+        layout_babylon(o, layout);
+        return IBL_OK;
+    }
     const double edge = edge_for(o->mapping, o->size, o->roughness_min);
     const int levels = o->levels ? o->levels : default_levels(o, edge);
     const double low = ibl_roughness_x(o->mapping, o->roughness_min);

@@ -53,12 +53,13 @@ static ibl_status check_samples(ibl_ctx *ctx, const char *what, int samples)
 
 ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
 {
-    if (o->mapping < IBL_ROUGHNESS_LINEAR || o->mapping > IBL_ROUGHNESS_BEST)
+    if (o->mapping < IBL_ROUGHNESS_LINEAR || o->mapping > IBL_ROUGHNESS_BABYLON)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "roughness mapping %d: must be linear (%d), filament "
-                        "(%d) or best (%d)",
+                        "(%d), best (%d) or babylon (%d)",
                         (int)o->mapping, IBL_ROUGHNESS_LINEAR,
-                        IBL_ROUGHNESS_FILAMENT, IBL_ROUGHNESS_BEST);
+                        IBL_ROUGHNESS_FILAMENT, IBL_ROUGHNESS_BEST,
+                        IBL_ROUGHNESS_BABYLON);
     if (!(o->roughness_min >= 0 && o->roughness_min <= o->roughness_max &&
           o->roughness_max <= 1))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -69,17 +70,18 @@ ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "%d levels of the one roughness %g: must be 1",
                         o->levels, o->roughness_min);
-    if (o->mapping == IBL_ROUGHNESS_BEST &&
+    if (o->mapping >= IBL_ROUGHNESS_BEST &&
         (o->roughness_min > 0 || o->roughness_max < 1))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "the best mapping for a roughness range of %g to %g: "
+                        "the %s mapping for a roughness range of %g to %g: "
                         "must be 0 to 1",
-                        o->roughness_min, o->roughness_max);
+                        ibl_roughness_map_name(o->mapping), o->roughness_min,
+                        o->roughness_max);
     if (o->roughness && (o->levels < 1 || o->levels > IBL_MAX_LEVELS ||
-                         o->mapping == IBL_ROUGHNESS_BEST))
+                         o->mapping >= IBL_ROUGHNESS_BEST))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a list of the roughnesses of %d levels: must be of 1 "
-                        "to %d, without the best mapping",
+                        "to %d, with the linear mapping or Filament's",
                         o->levels, IBL_MAX_LEVELS);
     for (int l = 0; o->roughness && l < o->levels; l++)
         if (!(o->roughness[l] >= (l ? o->roughness[l - 1] : 0) &&

@@ -10,6 +10,42 @@
 #include "common/signals.h"
 #include "common/text.h"
 
+/* ---- axes ------------------------------------------------------------- */
+
+static bool has_axes(const ibl_bake *b)
+{
+    return b->opts->axes.mirror || b->opts->axes.up;
+}
+
+bool ibl_bake_turn_back(const ibl_bake *b, ibl_cube *cube)
+{
+    ibl_cube turned = {0};
+
+    if (!has_axes(b))
+        return true;
+    const bool ok =
+        !ibl_cube_turn_axes(b->ctx, cube, b->opts->axes, 1, &turned);
+    ibl_cube_free(cube);
+    *cube = turned;
+    return ok;
+}
+
+/* Gives the set harmonics of its own in the axes of its outputs. */
+static bool turn_harmonics(ibl_bake *b)
+{
+    const int degree = b->opts->bake.sh_degree;
+    const size_t edge = (size_t)degree + 1, bytes = 3 * edge * edge * 8;
+
+    if (!has_axes(b) || !b->made.sh)
+        return true;
+    b->sh = malloc(bytes);
+    if (!b->sh)
+        return ibl_console_fail(b->console, "no memory for the harmonics");
+    memcpy(b->sh, b->made.sh, bytes);
+    b->made.sh = b->sh;
+    return !ibl_sh_turn_axes(b->ctx, degree, b->opts->axes, 0, b->sh);
+}
+
 /* ---- write ------------------------------------------------------------ */
 
 static void warn_of_overflow(const ibl_bake *b, const ibl_baked *file)
@@ -47,13 +83,20 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
 {
     ibl_baked *file = &b->files[kind];
     ibl_texture tex = {0};
+    ibl_cube turned = {0};
 
     ibl_console_progress(b->console, "write", 0);
+    if (has_axes(b) &&
+        ibl_cube_turn_axes(b->ctx, cube, b->opts->axes, 0, &turned))
+        return false;
+    if (has_axes(b))
+        cube = &turned;
     const bool ok = !ibl_texture_from_cube(b->ctx, cube, &b->opts->texels, &tex,
                                            &file->overflow) &&
                     !ibl_texture_errors(b->ctx, &tex, cube, file->error) &&
                     write_texture(b, kind, &tex);
     ibl_texture_free(&tex);
+    ibl_cube_free(&turned);
     return ok;
 }
 
@@ -327,7 +370,7 @@ static bool write_sets(run *r)
 
     for (int i = 0; i < r->count && ok; i++) {
         take_part(&r->sets[i]);
-        ok = write_all(&r->sets[i]);
+        ok = turn_harmonics(&r->sets[i]) && write_all(&r->sets[i]);
     }
     return ok &&
            (!r->opts->depfile ||
@@ -357,6 +400,7 @@ static void free_set(ibl_bake *b)
         free(b->files[i].path);
     free(b->sh_path);
     free(b->directory);
+    free(b->sh);
 }
 
 static void end(run *r)

@@ -148,6 +148,11 @@ static const ibl_option input[] = {
      .allowed = IBL_ROTATE_ALLOWED,
      .standard = "0",
      .help = "turn the environment about +Y, counter-clockwise from above"},
+    {"mirror", 0, IBL_CHOICE(axes.mirror, ibl_mirror_names),
+     .help = "negate an axis of the world in all outputs"},
+    {"up", 0, IBL_CHOICE(axes.up, ibl_up_names),
+     .help = "axis of the outputs that points up; z: (x, y, z) of the world "
+             "is at (x, -z, y)"},
     {"lights", 0, IBL_INT(lights, 0, IBL_MAX_LIGHTS),
      .help = "take up to N compact sources, such as the sun, out of all "
              "outputs but the skybox, and list them in the sidecar"},
@@ -166,7 +171,7 @@ static const ibl_option specular[] = {
     {"mapping", 0, IBL_CHOICE(bake.specular_options.mapping, ibl_mapping_names),
      .help = "roughness of the levels: lod = r (levels - 1), or "
              "r (2 - r) (levels - 1), or fitted to the map, for shaders with "
-             "its lobe table"},
+             "its lobe table, or 0.8 log2(size r r) as Babylon.js has it"},
     {"roughness-range", 0, IBL_OTHER(bake.specular_options, "A:B", parse_range),
      .allowed = "two numbers from 0 to 1, the smaller first",
      .standard = "0:1",
@@ -377,6 +382,11 @@ static bool check_mapping(const ibl_opts *o)
     const ibl_specular_options *s = &o->bake.specular_options;
     const unsigned wanted = 1u << IBL_OUTPUT_SPECULAR | 1u << IBL_OUTPUT_LOBES;
 
+    if (s->mapping >= IBL_ROUGHNESS_BEST &&
+        (s->roughness_min > 0 || s->roughness_max < 1))
+        return ibl_misuse("--mapping %s: is for the whole range of roughness: "
+                          "leave --roughness-range out",
+                          ibl_roughness_map_name(s->mapping));
     if (s->mapping != IBL_ROUGHNESS_BEST)
         return true;
     if (s->lobe != IBL_LOBE_GGX)
@@ -388,9 +398,7 @@ static bool check_mapping(const ibl_opts *o)
     if ((o->only & wanted) != wanted)
         return ibl_misuse("--mapping best: the levels and their lobe table go "
                           "together: add specular and lobe-table to --only");
-    return (s->roughness_min <= 0 && s->roughness_max >= 1) ||
-           ibl_misuse("--mapping best: fits the whole range of roughness: "
-                      "leave --roughness-range out");
+    return true;
 }
 
 static bool check_texels(const ibl_opts *o)

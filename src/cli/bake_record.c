@@ -11,6 +11,7 @@
 #include "cli/json_text.h"
 #include "cli/lights_json.h"
 #include "common/json_load.h"
+#include "common/names.h"
 #include "common/path.h"
 
 /* Whether only a part of the range of roughness was requested. */
@@ -204,6 +205,16 @@ static void set_colour(setter *s, const ibl_read_options *o)
         set(s, "iblbake.clamp", "%.17g", o->clamp);
 }
 
+static void set_orientation(setter *s, const ibl_bake *b)
+{
+    const ibl_axes *axes = &b->opts->axes;
+    set(s, "iblbake.yaw_deg", "%.9g", b->opts->bake.yaw_deg);
+    if (axes->mirror)
+        set(s, "iblbake.mirror", "%s", ibl_mirror_names[axes->mirror]);
+    if (axes->up)
+        set(s, "iblbake.up", "%s", ibl_up_names[axes->up]);
+}
+
 bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
                           ibl_texture *tex)
 {
@@ -213,7 +224,7 @@ bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
         set(&s, "KTXwriterScParams", "--zstd %d", b->opts->zstd);
     set(&s, "iblbake.content", "%s", ibl_output_content(kind));
     if (!is_table(kind))
-        set(&s, "iblbake.yaw_deg", "%.9g", b->opts->bake.yaw_deg);
+        set_orientation(&s, b);
     if (!is_table(kind))
         set_colour(&s, &b->opts->common.read);
     if (ibl_bake_without_lights(b, kind))
@@ -363,9 +374,10 @@ static json_t *brightest(const ibl_bake *b)
 {
     const ibl_brightest *s = &b->from->report.brightest;
     const double yaw = b->opts->bake.yaw_deg / degrees, *d = s->direction;
-    const double turned[3] = {cos(yaw) * d[0] + sin(yaw) * d[2], d[1],
-                              cos(yaw) * d[2] - sin(yaw) * d[0]};
+    double turned[3] = {cos(yaw) * d[0] + sin(yaw) * d[2], d[1],
+                        cos(yaw) * d[2] - sin(yaw) * d[0]};
 
+    ibl_axes_turn(b->opts->axes, 0, turned, turned);
     if (!s->found)
         return json_null();
     return json_pack("{so so sf sf ss}", "direction", numbers(turned, 3),
@@ -382,12 +394,31 @@ static json_t *environment(const ibl_bake *b)
                      "brightest", brightest(b));
 }
 
+static const char *axes_text(const ibl_axes *axes)
+{
+    static const char *const text[2][3] = {
+        {"x, y, z", "-x, y, z", "x, y, -z"},
+        {"x, -z, y", "-x, -z, y", "x, z, y"}};
+    return text[axes->up][axes->mirror];
+}
+
 static json_t *orientation(const ibl_bake *b)
 {
-    return json_pack("{ss ss ss sf}", "world", "right-handed, +Y up",
-                     "equirect", "row 0 is +Y, u = atan2(z, x) / 2pi + 1/2",
-                     "faces", "+X -X +Y -Y +Z -Z, row 0 on top", "yaw_deg",
-                     b->opts->bake.yaw_deg);
+    const ibl_axes *axes = &b->opts->axes;
+    json_t *j = json_pack(
+        "{ss ss ss sf}", "world", "right-handed, +Y up", "equirect",
+        "row 0 is +Y, u = atan2(z, x) / 2pi + 1/2", "faces",
+        "+X -X +Y -Y +Z -Z, row 0 on top", "yaw_deg", b->opts->bake.yaw_deg);
+    if (axes->mirror)
+        put(&j, "mirror", json_string(ibl_mirror_names[axes->mirror]));
+    if (axes->up)
+        put(&j, "up", json_string(ibl_up_names[axes->up]));
+    if (axes->mirror || axes->up)
+        put(&j, "outputs",
+            json_sprintf("(x, y, z) of the world is (%s) in cubes, sh and "
+                         "lights",
+                         axes_text(axes)));
+    return j;
 }
 
 static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
@@ -431,6 +462,9 @@ static json_t *lod(const ibl_bake *b)
     const ibl_roughness_map map = layout->mapping;
     const char *x = map == IBL_ROUGHNESS_LINEAR ? "roughness"
                                                 : "roughness * (2 - roughness)";
+    if (map == IBL_ROUGHNESS_BABYLON)
+        return json_sprintf("%.9g * log2(%d * roughness * roughness)",
+                            layout->lod_scale, layout->size);
     if (map == IBL_ROUGHNESS_BEST)
         return json_string("of the lobe table; without it, straight lines "
                            "between the levels' roughnesses");
@@ -599,10 +633,16 @@ static json_t *spherical_harmonics(const ibl_bake *b)
 
 static void put_lights(const ibl_bake *b, json_t **root)
 {
-    put(root, "lights", ibl_lights_json(b->from->lights, b->from->light_count));
-    if (b->from->light_count)
-        put(root, "gltf",
-            ibl_lights_gltf(b->from->lights, b->from->light_count));
+    const int count = b->from->light_count;
+    ibl_light lights[IBL_MAX_LIGHTS];
+
+    memcpy(lights, b->from->lights, sizeof lights);
+    for (int i = 0; i < count; i++)
+        ibl_axes_turn(b->opts->axes, 0, lights[i].direction,
+                      lights[i].direction);
+    put(root, "lights", ibl_lights_json(lights, count));
+    if (count)
+        put(root, "gltf", ibl_lights_gltf(lights, count));
 }
 
 static const double expected_at[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 0.85, 1};

@@ -33,6 +33,7 @@ typedef struct ibl_opts {
     ibl_texel_options texels; /* of the cubes */
     unsigned only;            /* bit n: ibl_output_kind n is wanted */
     ibl_bake_options bake;
+    ibl_axes axes; /* of the outputs */
     ibl_sh_format sh_format;
     int lights; /* most that are taken out of the environment */
     ibl_lut_options lut;
@@ -97,7 +98,9 @@ typedef struct ibl_bake {
     ibl_bake_source *from;
     char *directory;
     int chain;            /* of the source's chains; -1: none */
-    ibl_bake_result made; /* its part of what the source has */
+    ibl_bake_result made; /* its part of what the source has, in the world's
+                             axes, but sh in those of its outputs */
+    double *sh;           /* made.sh if that is the set's own, else NULL */
     ibl_lut lut;
     ibl_lobe_table lobes;            /* empty if not wanted */
     ibl_specular_layout lobe_layout; /* of the chain of the lobe table */
@@ -161,6 +164,9 @@ bool ibl_bake_plan(ibl_bake *sets, int count);
 /* A rule "outputs: input" for make and ninja, without the input if it is
  * standard input. The caller must free the text; NULL: no memory. */
 char *ibl_depfile_text(const ibl_bake *sets, int count);
+
+/* Turns a cube from the axes of the outputs to the world's. */
+bool ibl_bake_turn_back(const ibl_bake *b, ibl_cube *cube);
 
 /* For --verify. Encodes tex as its file, decodes and judges it, and adds to the
  * report. */

@@ -25,7 +25,8 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
     if (!*judge)
         *judge = ibl_judge_create(b->ctx, rest ? &b->from->rest : &b->from->env,
                                   o->bake.yaw_deg, &o->judge);
-    bool ok = *judge && !ibl_texture_to_cube(b->ctx, tex, &cube);
+    bool ok = *judge && !ibl_texture_to_cube(b->ctx, tex, &cube) &&
+              ibl_bake_turn_back(b, &cube);
     for (int l = 0; l < tex->levels && ok; l++) {
         const ibl_judge_level level = {
             .content = kind,

@@ -36,10 +36,17 @@ static bool parse_face_names(void *field, const char *value)
     return true;
 }
 
+/* The mapping of that name; -1: none, or one without a formula. */
+static int find_formula(const char *value)
+{
+    const int named = ibl_names_find(ibl_mapping_names, value);
+    return named == IBL_ROUGHNESS_BEST ? -1 : named;
+}
+
 static bool parse_roughness_map(void *field, const char *value)
 {
     ibl_verify_map *m = field;
-    const int named = ibl_names_find(ibl_formula_names, value);
+    const int named = find_formula(value);
 
     *m = (ibl_verify_map){.given = 1};
     if (named >= 0)
@@ -53,7 +60,7 @@ static bool parse_roughness_map(void *field, const char *value)
 static bool parse_lod(void *field, const char *value)
 {
     ibl_verify_lod *l = field;
-    const int named = ibl_names_find(ibl_formula_names, value);
+    const int named = find_formula(value);
     ibl_lod *lod = &l->lod;
     const char *end = value;
 
@@ -153,7 +160,8 @@ static const ibl_option meaning[] = {
     {"lobe", 0, IBL_CHOICE(lobe, lobe_names),
      .help = "lobe of the specular levels; auto: what the files say, else ggx"},
     {"roughness-map", 0, IBL_OTHER(roughness, "MAP", parse_roughness_map),
-     .allowed = "linear, filament or a list of each level's, as 0,0.5,1",
+     .allowed = "linear, filament, babylon or a list of each level's, as "
+                "0,0.5,1",
      .standard = "what the files say, else linear",
      .help = "roughness of the specular levels"},
     {"rotate", 0, IBL_OTHER(yaw_deg, "DEG", ibl_rotate_parse),
@@ -165,7 +173,7 @@ static const ibl_option meaning[] = {
      .help = "compact sources that the bake took out of all but the skybox"},
     {"axes", 0, IBL_OTHER(axes, "LIST", parse_axes),
      .allowed = "a permutation of x, y and z, each with or without a minus",
-     .standard = "x,y,z",
+     .standard = "what the files say, else x,y,z",
      .help = "axes of iblbake's world that +X, +Y and +Z of the files are"},
     {"irradiance-scale", 0, IBL_CHOICE(scale, scale_names),
      .help = "scale of the irradiance"},
@@ -194,7 +202,7 @@ static const ibl_option rendering[] = {
     {"lobe-table", 0, IBL_TEXT(files[IBL_OUTPUT_LOBES], "FILE"),
      .standard = "", .help = "the lobe table"},
     {"lod", 0, IBL_OTHER(lod, "LOD", parse_lod),
-     .allowed = "linear, filament or a list of ROUGHNESS:LOD",
+     .allowed = "linear, filament, babylon or a list of ROUGHNESS:LOD",
      .standard = "what the files say, else their levels' roughness",
      .help = "the shader's lod of a roughness; straight lines join a list"},
     {"roughness", 0, IBL_OTHER(shading, "LIST", parse_roughness),
@@ -239,7 +247,6 @@ static void defaults(void *settings)
 
     *o = (ibl_verify_opts){.common = ibl_common_default(),
                            .yaw_deg = NAN,
-                           .axes = {1, 2, 3},
                            .lights = -1,
                            .judge = ibl_judge_options_default(),
                            .shading = ibl_rendered_options_default(),

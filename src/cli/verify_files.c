@@ -27,6 +27,7 @@ typedef struct reader {
     ibl_output_kind kind; /* output being searched or read */
     char *path;           /* file of that output */
     int first;            /* index of its first level in files */
+    ibl_axes axes;        /* of that file */
 } reader;
 
 /* ---- finding --------------------------------------------------------- */
@@ -213,6 +214,22 @@ static int said(const reader *r, const ibl_texture *tex, const char *key,
     return *word ? ibl_names_find(names, *word) : 0;
 }
 
+/* The lod that the levels of a mapping have; false: no levels have it. */
+static bool set_lod(const reader *r, ibl_lod *lod, ibl_roughness_map map,
+                    double first, double last)
+{
+    const bool babylon = map == IBL_ROUGHNESS_BABYLON;
+    const ibl_specular_options o = {
+        .size = babylon ? r->files->level[r->first].size : IBL_MAX_CUBE_SIZE,
+        .levels = r->files->count - r->first,
+        .mapping = map,
+        .roughness_min = babylon ? 0 : first,
+        .roughness_max = babylon ? 1 : last};
+
+    *lod = (ibl_lod){.count = 0};
+    return !ibl_specular_layout_of(&o, &lod->layout);
+}
+
 /* Finds the roughness of each level in the option, the key or the sidecar. */
 static bool find_roughness(const reader *r, const ibl_texture *tex, int levels,
                            double list[IBL_MAX_LEVELS])
@@ -227,9 +244,10 @@ static bool find_roughness(const reader *r, const ibl_texture *tex, int levels,
             r->console, "%s: has %d levels, but --roughness-map lists %d",
             r->path, levels, m->count);
     if (m->given || (!key && !array)) {
+        ibl_lod lod;
+        const bool formula = !m->count && set_lod(r, &lod, m->map, 0, 1);
         for (int l = 0; l < levels; l++)
-            list[l] =
-                m->count ? m->list[l] : ibl_level_roughness(m->map, l, levels);
+            list[l] = formula ? lod.layout.roughness[l] : m->list[l];
         return true;
     }
     const int count =
@@ -247,20 +265,6 @@ static bool find_roughness(const reader *r, const ibl_texture *tex, int levels,
                         r->path, who);
 }
 
-/* The lod that the levels of a mapping have; false: no levels have it. */
-static bool set_lod(ibl_lod *lod, ibl_roughness_map map, double first,
-                    double last, int levels)
-{
-    const ibl_specular_options o = {.size = IBL_MAX_CUBE_SIZE,
-                                    .levels = levels,
-                                    .mapping = map,
-                                    .roughness_min = first,
-                                    .roughness_max = last};
-
-    *lod = (ibl_lod){.count = 0};
-    return !ibl_specular_layout_of(&o, &lod->layout);
-}
-
 /* Sets the lod: that of the option, else of a mapping that is named, else the
  * levels themselves, with straight lines between them. */
 static void find_lod(const reader *r, const ibl_texture *tex,
@@ -270,16 +274,16 @@ static void find_lod(const reader *r, const ibl_texture *tex,
     const ibl_verify_map *m = &o->roughness;
     ibl_lod *lod = &r->files->lod;
     const char *word = NULL;
-    const int found = said(r, tex, "mapping", ibl_formula_names, &word);
+    const int found = said(r, tex, "mapping", ibl_mapping_names, &word);
 
     *lod = o->lod.lod;
     if (o->lod.given && lod->count)
         return;
-    if (o->lod.given ? set_lod(lod, lod->layout.mapping, 0, 1, levels)
-        : m->given   ? !m->count && set_lod(lod, m->map, 0, 1, levels)
-                     : word && found >= 0 &&
-                         set_lod(lod, (ibl_roughness_map)found, roughness[0],
-                                 roughness[levels - 1], levels))
+    if (o->lod.given ? set_lod(r, lod, lod->layout.mapping, 0, 1)
+        : m->given   ? !m->count && set_lod(r, lod, m->map, 0, 1)
+                     : word && found >= 0 && found != IBL_ROUGHNESS_BEST &&
+                         set_lod(r, lod, (ibl_roughness_map)found, roughness[0],
+                                 roughness[levels - 1]))
         return;
     *lod = (ibl_lod){.count = levels};
     for (int l = 0; l < levels; l++) {
@@ -309,6 +313,39 @@ static bool describe_specular(const reader *r, const ibl_texture *tex)
         level[l].roughness = roughness[l];
     }
     find_lod(r, tex, roughness, levels);
+    return true;
+}
+
+/* Index in names of the value that the texture's key, else the sidecar's
+ * orientation, has for key; 0 if neither has one. False, after a message: it is
+ * not in names. */
+static bool find_axis(const reader *r, const ibl_texture *tex, const char *key,
+                      const char *const *names, int *axis)
+{
+    char name[64];
+
+    snprintf(name, sizeof name, "iblbake.%s", key);
+    const char *word = ibl_texture_get(tex, name);
+    if (!word && find_output(r))
+        word = json_string_value(
+            json_object_get(json_object_get(r->sidecar, "orientation"), key));
+    *axis = word ? ibl_names_find(names, word) : 0;
+    return *axis >= 0 ||
+           ibl_console_fail(r->console,
+                            "%s: its %s is %s, which is not known: say its "
+                            "axes with --axes",
+                            r->path, key, word);
+}
+
+static bool find_axes(reader *r, const ibl_texture *tex)
+{
+    int mirror = 0, up = 0;
+
+    if (!r->opts->axes[0] &&
+        (!find_axis(r, tex, "mirror", ibl_mirror_names, &mirror) ||
+         !find_axis(r, tex, "up", ibl_up_names, &up)))
+        return false;
+    r->axes = (ibl_axes){(ibl_mirror)mirror, (ibl_up)up};
     return true;
 }
 
@@ -428,7 +465,8 @@ static ibl_texel turn(const reader *r, int n, ibl_texel at)
     double theirs[3], ours[3];
 
     ibl_cube_direction(n, at.face, at.x, at.y, theirs);
-    for (int k = 0; k < 3; k++) {
+    ibl_axes_turn(r->axes, 1, theirs, ours);
+    for (int k = 0; k < 3 && r->opts->axes[0]; k++) {
         const int axis = r->opts->axes[k];
         ours[abs(axis) - 1] = axis < 0 ? -theirs[k] : theirs[k];
     }
@@ -500,7 +538,7 @@ static bool read_texture(const reader *r, ibl_texture *tex)
                             r->path, tex->layers, ibl_output_content(r->kind));
 }
 
-static bool read_container(const reader *r, ibl_texture *tex)
+static bool read_container(reader *r, ibl_texture *tex)
 {
     ibl_cube cube = {0};
 
@@ -509,7 +547,8 @@ static bool read_container(const reader *r, ibl_texture *tex)
             r->console,
             "%s: has %%l but no %%f: put %%f where the names of the faces are",
             r->path);
-    bool ok = read_texture(r, tex) && !ibl_texture_to_cube(r->ctx, tex, &cube);
+    bool ok = read_texture(r, tex) && find_axes(r, tex) &&
+              !ibl_texture_to_cube(r->ctx, tex, &cube);
     /* Mips of an irradiance map serve minification and are not judged. */
     const int levels = r->kind == IBL_OUTPUT_IRRADIANCE ? 1 : cube.levels;
     for (int l = 0; l < levels && ok; l++)
@@ -602,9 +641,11 @@ static bool read_pattern(const reader *r)
     return ok;
 }
 
-static bool read_cube(const reader *r)
+static bool read_cube(reader *r)
 {
     ibl_texture tex = {0}; /* stays empty for a pattern */
+
+    r->axes = (ibl_axes){0};
     const bool ok =
         (strstr(r->path, "%f") ? read_pattern(r) : read_container(r, &tex)) &&
         (r->kind != IBL_OUTPUT_SPECULAR || describe_specular(r, &tex)) &&
@@ -695,7 +736,7 @@ static bool read_lobes(const reader *r)
     return ok;
 }
 
-static bool read_file(const reader *r)
+static bool read_file(reader *r)
 {
     switch (r->kind) {
     case IBL_OUTPUT_LUT:

@@ -50,7 +50,8 @@ typedef struct ibl_verify_opts {
     ibl_verify_map roughness;
     int lobe;       /* 1 + ibl_lobe; 0: use the files', else GGX */
     double yaw_deg; /* NAN: use the files', else 0 */
-    int axes[3];    /* our axis for the files' X, Y, Z: +-1, +-2, +-3 */
+    int axes[3];    /* our axis for the files' X, Y, Z: +-1, +-2, +-3; 0: use
+                       what the files say, else ours */
     int scale;      /* 0: E/pi, 1: E */
     int geometry;   /* 1 + ibl_geometry; 0: use the files', else smith */
     int lights;     /* -1: use the files', else 0 */

@@ -37,10 +37,16 @@ const char *const ibl_overflow_names[] = {
 const char *const ibl_mapping_names[] = {[IBL_ROUGHNESS_LINEAR] = "linear",
                                          [IBL_ROUGHNESS_FILAMENT] = "filament",
                                          [IBL_ROUGHNESS_BEST] = "best",
+                                         [IBL_ROUGHNESS_BABYLON] = "babylon",
                                          NULL};
 const char *const ibl_formula_names[] = {[IBL_ROUGHNESS_LINEAR] = "linear",
                                          [IBL_ROUGHNESS_FILAMENT] = "filament",
                                          NULL};
+const char *const ibl_mirror_names[] = {[IBL_MIRROR_NONE] = "none",
+                                        [IBL_MIRROR_X] = "x",
+                                        [IBL_MIRROR_Z] = "z",
+                                        NULL};
+const char *const ibl_up_names[] = {[IBL_UP_Y] = "y", [IBL_UP_Z] = "z", NULL};
 const char *const ibl_method_names[] = {[IBL_METHOD_AUTO] = "auto",
                                         [IBL_METHOD_SPECTRAL] = "spectral",
                                         [IBL_METHOD_SAMPLED] = "sampled",

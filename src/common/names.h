@@ -12,7 +12,7 @@ int ibl_names_find(const char *const *names, const char *word);
 
 /* Names in options, sets, indices and sidecars, indexed by ibl_container,
  * ibl_pixel (of cubes), ibl_quality, ibl_overflow, ibl_roughness_map,
- * ibl_method, ibl_lobe, ibl_geometry and ibl_primaries. */
+ * ibl_mirror, ibl_up, ibl_method, ibl_lobe, ibl_geometry and ibl_primaries. */
 extern const char *const ibl_container_names[];
 extern const char *const ibl_array_container_names[]; /* of those of arrays */
 extern const char *const ibl_pixel_names[];
@@ -20,7 +20,9 @@ extern const char *const ibl_quality_names[];
 extern const char *const ibl_overflow_names[];
 extern const char *const ibl_mapping_names[];
 extern const char *const ibl_formula_names[]; /* of mappings that are formulas:
-                                                 all but best */
+                                                 of equal steps */
+extern const char *const ibl_mirror_names[];
+extern const char *const ibl_up_names[];
 extern const char *const ibl_method_names[];
 extern const char *const ibl_lobe_names[];
 extern const char *const ibl_geometry_names[];

@@ -160,9 +160,7 @@ double ibl_cube_solid_angle(int size, int x, int y)
            ibl_face_angle(u1, v0) + ibl_face_angle(u0, v0);
 }
 
-/* The texel with its centre at d, in half texels from the cube's middle: one
- * component is n or -n, the others are smaller. */
-static size_t texel_at(int n, const int d[3])
+size_t ibl_cube_texel_at(int n, const int d[3])
 {
     int face = 0, x = n - 1, y = n - 1;
     for (int k = 0; k < 3; k++)
@@ -191,7 +189,7 @@ size_t ibl_cube_neighbour(int n, int face, int x, int y)
     for (int k = 0; k < 3; k++)
         d[k] =
             (n - 1) * from->forward[k] + u * from->right[k] + v * from->down[k];
-    return texel_at(n, d);
+    return ibl_cube_texel_at(n, d);
 }
 
 static size_t octant_texel(int n, int k, ibl_octant_face face, int line, int z)
@@ -204,8 +202,8 @@ static size_t octant_texel(int n, int k, ibl_octant_face face, int line, int z)
     const int up = face == IBL_OCTANT_SIDE  ? n - 1 - 2 * line
                    : face == IBL_OCTANT_TOP ? n
                                             : -n;
-    return texel_at(n, (int[]){out * foot[0] + along * side[0], up,
-                               out * foot[1] + along * side[1]});
+    return ibl_cube_texel_at(n, (int[]){out * foot[0] + along * side[0], up,
+                                        out * foot[1] + along * side[1]});
 }
 
 ibl_octant_place ibl_octant_place_of(const ibl_cube *cube, int k,

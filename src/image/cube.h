@@ -19,6 +19,10 @@ extern const ibl_face_axes ibl_face[IBL_FACES];
  * of u v. Four of them with signs give any rectangle. */
 double ibl_face_angle(double u, double v);
 
+/* The texel with its centre at d, in half texels from the cube's middle: one
+ * component is n or -n, the others are smaller. Numbered as below. */
+size_t ibl_cube_texel_at(int n, const int d[3]);
+
 /* The texel beyond an edge of a face, at (x, y), where one of x and y is -1 or
  * n. Texels are numbered (face n + y) n + x. */
 size_t ibl_cube_neighbour(int n, int face, int x, int y);

@@ -39,11 +39,11 @@ typedef struct view_expected {
 
 typedef struct baked_set {
     char *name; /* for titles, such as "sky" */
-    /* Texels as in the files; blocks as rgba16f. Only the sky and the lobes may
-     * be missing, and are then zeroed. A missing table is made by ibl_bake_lut.
-     * Missing irradiance is made from level 0 as a map; if level 0 is rough or
-     * clipped, from the last level if its roughness is 1, else from the
-     * spherical harmonics. A note reports both. */
+    /* Texels as in the files, in the world's axes; blocks as rgba16f. Only the
+     * sky and the lobes may be missing, and are then zeroed. A missing table is
+     * made by ibl_bake_lut. Missing irradiance is made from level 0 as a map;
+     * if level 0 is rough or clipped, from the last level if its roughness is
+     * 1, else from the spherical harmonics. A note reports both. */
     ibl_texture texture[VIEW_CONTENTS];
     ibl_pixel pixel[VIEW_CONTENTS]; /* of the files */
     char *path[VIEW_FILES];         /* NULL: none */

@@ -28,6 +28,8 @@ static const struct {
     {"iblbake.lobe", "lobe", "lobe", ibl_lobe_names},
     {"iblbake.geometry", "geometry", "geometry", ibl_geometry_names},
     {"iblbake.irradiance_scale", "scale", "irradiance scale", scale_names},
+    {"iblbake.mirror", "mirror", "mirror", ibl_mirror_names},
+    {"iblbake.up", "up", "axis that points up", ibl_up_names},
 };
 
 static void learn(view_about *a, int i, double value)
@@ -118,7 +120,7 @@ static bool take_keys(const ibl_texture *tex, const char *path, view_about *a)
         learn(a, VIEW_ABOUT_LOD_SCALE, number(scale));
         learn(a, VIEW_ABOUT_LOD_OFFSET, number(offset));
     }
-    for (int i = 0; i <= VIEW_ABOUT_SCALE; i++)
+    for (int i = 0; i < VIEW_ABOUT_CHOICES; i++)
         if (!take_choice(a, i, path, ibl_texture_get(tex, choices[i].key)))
             return false;
     return take_list(a, path, ibl_texture_get(tex, "iblbake.roughness")) &&
@@ -169,11 +171,28 @@ static bool take_entry(const json_t *entry, const char *path, view_about *a)
         learn(a, VIEW_ABOUT_LOD_SCALE, json_number_value(scale));
         learn(a, VIEW_ABOUT_LOD_OFFSET, json_number_value(offset));
     }
-    for (int i = 0; i <= VIEW_ABOUT_SCALE; i++)
+    for (int i = 0; i < VIEW_ABOUT_CHOICES; i++)
         if (!take_choice(a, i, path, text_of(entry, choices[i].member)))
             return false;
     return take_levels(a, path, json_object_get(entry, "levels")) &&
            check_numbers(a, path);
+}
+
+/* Reads the axes, which hold for all outputs of a sidecar. */
+static bool take_axes(const json_t *root, const char *path, view_about *a)
+{
+    const json_t *from = json_object_get(root, "orientation");
+
+    for (int i = VIEW_ABOUT_MIRROR; i <= VIEW_ABOUT_UP; i++)
+        if (!take_choice(a, i, path, text_of(from, choices[i].member)))
+            return false;
+    return true;
+}
+
+ibl_axes view_about_axes(const view_about *a)
+{
+    return (ibl_axes){(ibl_mirror)a->value[VIEW_ABOUT_MIRROR],
+                      (ibl_up)a->value[VIEW_ABOUT_UP]};
 }
 
 /* Checks edge and levels of a chain: a sidecar with another size than its file
@@ -244,8 +263,9 @@ const char *view_sidecar_file(const json_t *root, view_content content)
     return file && *file && !strchr(file, '/') ? file : NULL;
 }
 
-bool view_sidecar_sh(const json_t *root, baked_set *set)
+bool view_sidecar_sh(ibl_ctx *ctx, const json_t *root, baked_set *set)
 {
+    view_about about = {0};
     const json_t *sh = json_object_get(root, "sh");
     const json_t *radiance = json_object_get(sh, "radiance");
     const json_t *degree = json_object_get(sh, "degree");
@@ -268,6 +288,9 @@ bool view_sidecar_sh(const json_t *root, baked_set *set)
                            "its harmonics are not all numbers");
         values[i] = json_number_value(x);
     }
+    if (!take_axes(root, set->path[VIEW_SIDECAR], &about) ||
+        ibl_sh_turn_axes(ctx, used, view_about_axes(&about), 1, values))
+        return false;
     view_set_harmonics(set, used, values);
     return true;
 }
@@ -287,8 +310,11 @@ static bool take_numbers(const json_t *list, double *to, int count)
 bool view_sidecar_lights(const json_t *root, baked_set *set)
 {
     const json_t *entry;
+    view_about about = {0};
     size_t i;
 
+    if (!take_axes(root, set->path[VIEW_SIDECAR], &about))
+        return false;
     json_array_foreach(json_object_get(root, "lights"), i, entry)
     {
         ibl_light *light = &set->light[i];
@@ -301,6 +327,8 @@ bool view_sidecar_lights(const json_t *root, baked_set *set)
             !take_numbers(json_object_get(entry, "radiance"), light->radiance,
                           3))
             return damaged(set->path[VIEW_SIDECAR], "its lights are not such");
+        ibl_axes_turn(view_about_axes(&about), 1, light->direction,
+                      light->direction);
         light->radius = json_number_value(radius);
         set->light_count = (int)i + 1;
     }
@@ -382,7 +410,8 @@ bool view_about_read(const baked_set *set, view_content content,
     const json_t *entry = entry_of(sidecar, "file", ibl_path_name(path));
     view_about told;
 
-    if (!take_keys(tex, path, a) || !take_entry(entry, side, &told))
+    if (!take_keys(tex, path, a) || !take_entry(entry, side, &told) ||
+        (entry && !take_axes(sidecar, side, &told)))
         return false;
     if (merge(a, &told))
         view_note("%s: does not say what %s says of it: taken as the file says",

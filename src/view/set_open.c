@@ -135,6 +135,16 @@ static bool check_content(const char *path, view_content wanted,
                      contents[wanted].remedy);
 }
 
+/* Turns a cube to the axes of the world. */
+static bool turn_back(const opener *o, ibl_texture *tex,
+                      const view_about *about)
+{
+    const ibl_axes axes = view_about_axes(about);
+
+    return tex->faces == 1 || (!axes.mirror && !axes.up) ||
+           !ibl_texture_turn_axes(o->ctx, tex, axes, 1);
+}
+
 /* Reads the file of a content and how it was baked. */
 static bool load(opener *o, view_content content, view_about *about)
 {
@@ -155,7 +165,7 @@ static bool load(opener *o, view_content content, view_about *about)
     o->set->pixel[content] = tex->pixel;
     return !ibl_texture_unblock(o->ctx, tex) &&
            view_about_read(o->set, content, o->sidecar, about) &&
-           check_content(path, content, about);
+           check_content(path, content, about) && turn_back(o, tex, about);
 }
 
 /* ---- the specular chain ----------------------------------------------- */
@@ -302,7 +312,7 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
                     open_other(&o, VIEW_LUT, what->lut) &&
                     open_other(&o, VIEW_SKY, what->sky) &&
                     open_other(&o, VIEW_LOBES, NULL) &&
-                    view_sidecar_sh(o.sidecar, set) &&
+                    view_sidecar_sh(ctx, o.sidecar, set) &&
                     view_sidecar_lights(o.sidecar, set) &&
                     view_sidecar_expected(o.sidecar, set) &&
                     view_sidecar_source(o.sidecar, set);

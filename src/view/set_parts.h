@@ -45,7 +45,7 @@ void view_set_see(baked_set *set, int i);
 
 /* ---- how a file was baked (set_about.c) --------------------------------- */
 
-/* Indices in view_about. Mapping, lobe and geometry hold the library's
+/* Indices in view_about. Mapping, lobe, geometry and axes hold the library's
  * enumerations, content a view_content, scale 0 for E/pi and 1 for E. */
 enum {
     VIEW_ABOUT_CONTENT,
@@ -53,7 +53,10 @@ enum {
     VIEW_ABOUT_LOBE,
     VIEW_ABOUT_GEOMETRY,
     VIEW_ABOUT_SCALE,
-    VIEW_ABOUT_LOD_SCALE,
+    VIEW_ABOUT_MIRROR,
+    VIEW_ABOUT_UP,
+    VIEW_ABOUT_CHOICES,
+    VIEW_ABOUT_LOD_SCALE = VIEW_ABOUT_CHOICES,
     VIEW_ABOUT_LOD_OFFSET,
     VIEW_ABOUT_LEVELS, /* number of roughnesses that follow */
     VIEW_ABOUT_ROUGHNESS,
@@ -72,6 +75,9 @@ typedef struct view_about {
 bool view_about_read(const baked_set *set, view_content content,
                      const json_t *sidecar, view_about *a);
 
+/* The axes of the file; of the world if it does not say. */
+ibl_axes view_about_axes(const view_about *a);
+
 /* Reads NAME.json; the caller must free *root with json_decref. *root is NULL
  * if there is no such file, or if iblbake did not write it (with a note).
  * False, with a message, if it is damaged. */
@@ -79,7 +85,7 @@ bool view_sidecar_open(const char *path, json_t **root);
 /* The name, without a directory, of a content's file; NULL: none. */
 const char *view_sidecar_file(const json_t *root, view_content content);
 /* Reads the harmonics into set; sh_degree -1: there are none. */
-bool view_sidecar_sh(const json_t *root, baked_set *set);
+bool view_sidecar_sh(ibl_ctx *ctx, const json_t *root, baked_set *set);
 
 /* Reads the lights into set. */
 bool view_sidecar_lights(const json_t *root, baked_set *set);

@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: MIT */
+#include "image/axes.h"
+
+#include <string.h>
+
+#include "core/context.h"
+#include "image/cube.h"
+
+void ibl_axes_turn(ibl_axes axes, int back, const double from[3], double to[3])
+{
+    const double sign[3] = {axes.mirror == IBL_MIRROR_X ? -1 : 1, 1,
+                            axes.mirror == IBL_MIRROR_Z ? -1 : 1};
+    double d[3] = {from[0], from[1], from[2]};
+
+    for (int k = 0; k < 3 && !back; k++)
+        d[k] *= sign[k];
+    if (axes.up == IBL_UP_Z) {
+        const double y = d[1];
+        d[1] = back ? d[2] : -d[2];
+        d[2] = back ? -y : y;
+    }
+    for (int k = 0; k < 3; k++)
+        to[k] = back ? d[k] * sign[k] : d[k];
+}
+
+ibl_status ibl_check_axes(ibl_ctx *ctx, ibl_axes axes)
+{
+    if (axes.mirror < IBL_MIRROR_NONE || axes.mirror > IBL_MIRROR_Z)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "mirror %d: must be none (%d), x (%d) or z (%d)",
+                        (int)axes.mirror, IBL_MIRROR_NONE, IBL_MIRROR_X,
+                        IBL_MIRROR_Z);
+    if (axes.up < IBL_UP_Y || axes.up > IBL_UP_Z)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "up %d: must be y (%d) or z (%d)", (int)axes.up,
+                        IBL_UP_Y, IBL_UP_Z);
+    return IBL_OK;
+}
+
+/* ---- cubes -------------------------------------------------------------- */
+
+typedef struct turning {
+    int n, words, back;
+    ibl_axes axes;
+    const char *from;
+    char *to;
+} turning;
+
+/* The texel of `from` with the direction of texel (x, y) of a face of `to`. */
+static size_t texel_from(const turning *t, int face, int x, int y)
+{
+    const ibl_face_axes *axes = &ibl_face[face];
+    const int u = 2 * x + 1 - t->n, v = 2 * y + 1 - t->n;
+    double d[3], from[3];
+
+    for (int k = 0; k < 3; k++)
+        d[k] = t->n * axes->forward[k] + u * axes->right[k] + v * axes->down[k];
+    ibl_axes_turn(t->axes, !t->back, d, from);
+    return ibl_cube_texel_at(t->n,
+                             (int[]){(int)from[0], (int)from[1], (int)from[2]});
+}
+
+/* A row of a face comes from a row or a column. */
+static void row_job(void *arg, int row, int worker)
+{
+    const turning *t = arg;
+    const int n = t->n, face = row / n, y = row % n;
+    const ptrdiff_t bytes = 4 * (ptrdiff_t)t->words;
+    const size_t first = texel_from(t, face, 0, y);
+    const ptrdiff_t step =
+        (ptrdiff_t)texel_from(t, face, n > 1, y) - (ptrdiff_t)first;
+    const char *from = t->from + (ptrdiff_t)first * bytes;
+    char *to = t->to + (ptrdiff_t)row * n * bytes;
+    (void)worker;
+
+    for (int x = 0; x < n; x++, from += step * bytes)
+        for (int w = 0; w < t->words; w++, to += 4)
+            memcpy(to, from + 4 * (ptrdiff_t)w, 4);
+}
+
+ibl_status ibl_level_turn_axes(ibl_ctx *ctx, int n, int words, ibl_axes axes,
+                               int back, const void *from, void *to)
+{
+    turning t = {n, words, back, axes, from, to};
+    return ibl_run(ctx, NULL, IBL_FACES * n, row_job, &t);
+}
+
+ibl_status ibl_cube_turn_axes(ibl_ctx *ctx, const ibl_cube *from, ibl_axes axes,
+                              int back, ibl_cube *out)
+{
+    ibl_cube to = {0};
+    ibl_status status = ibl_check_cube(ctx, from);
+    if (!status && !out)
+        status = ibl_missing(ctx, "ibl_cube_turn_axes: out");
+    if (!status)
+        status = ibl_check_axes(ctx, axes);
+    if (!status)
+        status = ibl_cube_alloc(ctx, from->size, from->levels, &to);
+    for (int l = 0; !status && l < from->levels; l++)
+        status = ibl_level_turn_axes(ctx, ibl_cube_edge(from->size, l), 3, axes,
+                                     back, ibl_cube_face(from, l, 0),
+                                     ibl_cube_face(&to, l, 0));
+    if (status)
+        ibl_cube_free(&to);
+    else
+        *out = to;
+    return status;
+}

@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: MIT */
+/* Outputs in other axes: directions, texels, harmonics. */
+#include <math.h>
+#include <string.h>
+
+#include <ibl/io.h>
+
+#include "maps.h"
+#include "test.h"
+#include "textures.h"
+#include "truth.h"
+
+enum {
+    AXES = 6
+};
+
+static ibl_axes axes_of(int i)
+{
+    return (ibl_axes){(ibl_mirror)(i / 2), (ibl_up)(i % 2)};
+}
+
+/* By the words of <ibl/ibl.h>. */
+static void turned(int i, const double from[3], double to[3])
+{
+    const double x = i / 2 == 1 ? -from[0] : from[0], y = from[1];
+    const double z = i / 2 == 2 ? -from[2] : from[2];
+    const double up_y[3] = {x, y, z}, up_z[3] = {x, -z, y};
+    memcpy(to, i % 2 ? up_z : up_y, sizeof up_y);
+}
+
+static void random_direction(test_random *r, double d[3])
+{
+    const double z = test_random_between(r, -1, 1);
+    const double phi = test_random_between(r, 0, 6.283185307179586);
+    d[0] = sqrt(1 - z * z) * cos(phi);
+    d[1] = sqrt(1 - z * z) * sin(phi);
+    d[2] = z;
+}
+
+TEST(directions)
+{
+    test_random r = {1};
+    for (int i = 0; i < 20 * AXES; i++) {
+        double d[3], want[3], got[3];
+        random_direction(&r, d);
+        turned(i % AXES, d, want);
+        ibl_axes_turn(axes_of(i % AXES), 0, d, got);
+        CHECK(!memcmp(got, want, sizeof got));
+        ibl_axes_turn(axes_of(i % AXES), 1, got, got);
+        CHECK(got[0] == d[0] && got[1] == d[1] && got[2] == d[2]);
+    }
+}
+
+/* ---- cubes ------------------------------------------------------------ */
+
+/* The texel whose centre is nearest to d. */
+static const float *texel_at(const ibl_cube *cube, int level, const double d[3])
+{
+    const int n = ibl_cube_edge(cube->size, level);
+    double best = -2;
+    int at = 0;
+    for (int i = 0; i < IBL_FACES * n * n; i++) {
+        double e[3];
+        ibl_cube_direction(n, i / (n * n), i % n, i / n % n, e);
+        if (test_dot(d, e) > best)
+            best = test_dot(d, e), at = i;
+    }
+    CHECK_NEAR(best, 1, 1e-14);
+    return ibl_cube_face(cube, level, 0) + 3 * (ptrdiff_t)at;
+}
+
+static ibl_cube random_cube(ibl_ctx *ctx, int size, int levels)
+{
+    ibl_cube cube = cube_alloc(ctx, size, levels);
+    test_random r = {7};
+    for (size_t i = 0; i < cube_floats(&cube); i++)
+        cube.data[i] = (float)test_random_unit(&r);
+    return cube;
+}
+
+TEST(cubes_by_direction)
+{
+    static const int sizes[][2] = {{1, 1}, {2, 2}, {3, 2}, {6, 3}};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    for (int i = 0; i < 4 * AXES; i++) {
+        const int size = sizes[i / AXES][0], levels = sizes[i / AXES][1];
+        ibl_cube from = random_cube(ctx, size, levels), to, back;
+        NEED(!ibl_cube_turn_axes(ctx, &from, axes_of(i % AXES), 0, &to));
+        test_cube(to);
+        for (int l = 0; l < levels; l++) {
+            const int n = ibl_cube_edge(size, l);
+            for (int t = 0; t < IBL_FACES * n * n; t++) {
+                double d[3], want[3];
+                ibl_cube_direction(n, t / (n * n), t % n, t / n % n, d);
+                turned(i % AXES, d, want);
+                CHECK(!memcmp(texel_at(&to, l, want),
+                              ibl_cube_face(&from, l, 0) + 3 * (ptrdiff_t)t,
+                              3 * sizeof(float)));
+            }
+        }
+        NEED(!ibl_cube_turn_axes(ctx, &to, axes_of(i % AXES), 1, &back));
+        test_cube(back);
+        CHECK(
+            !memcmp(back.data, from.data, cube_floats(&from) * sizeof(float)));
+    }
+}
+
+TEST(textures_as_cubes)
+{
+    static const ibl_pixel pixels[] = {IBL_PIXEL_RGBA16F, IBL_PIXEL_RGBA32F,
+                                       IBL_PIXEL_RGB9E5, IBL_PIXEL_R11G11B10F};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_cube from = random_cube(ctx, 5, 2), to;
+    NEED(!ibl_cube_turn_axes(ctx, &from, axes_of(3), 0, &to));
+    test_cube(to);
+    for (int i = 0; i < 4; i++) {
+        const ibl_texel_options o = {.pixel = pixels[i]};
+        ibl_texture a = {0}, b = {0}, two = {0}, second = {0};
+        NEED(!ibl_texture_from_cube(ctx, &from, &o, &a, NULL));
+        NEED(!ibl_texture_from_cube(ctx, &to, &o, &b, NULL));
+        const ibl_texture *const layers[] = {&b, &a};
+        NEED(!ibl_texture_array(ctx, layers, 2, &two));
+        NEED(!ibl_texture_turn_axes(ctx, &a, axes_of(3), 0));
+        CHECK(a.bytes == b.bytes && !memcmp(a.data, b.data, a.bytes));
+        NEED(!ibl_texture_turn_axes(ctx, &two, axes_of(3), 0));
+        NEED(!ibl_texture_layer(ctx, &two, 1, &second));
+        CHECK(!memcmp(second.data, b.data, b.bytes));
+        ibl_texture_free(&a);
+        ibl_texture_free(&b);
+        ibl_texture_free(&two);
+        ibl_texture_free(&second);
+    }
+}
+
+/* ---- harmonics -------------------------------------------------------- */
+
+static double *random_harmonics(int degree)
+{
+    const size_t count = 3 * (size_t)(degree + 1) * (size_t)(degree + 1);
+    double *c = test_alloc(count, sizeof *c);
+    test_random r = {3};
+    for (size_t i = 0; i < count; i++)
+        c[i] = test_random_between(&r, -1, 1);
+    return c;
+}
+
+/* The function of the third channel, from the basis in <ibl/ibl.h>. The
+ * recurrence is that of normalised P_lm in l. */
+static double value_of(const double *c, int degree, const double d[3])
+{
+    const double sine = sqrt(d[0] * d[0] + d[1] * d[1]);
+    const double phi = atan2(d[1], d[0]);
+    double sum = 0, first = sqrt(0.25 / 3.14159265358979323846);
+    for (int m = 0; m <= degree; m++) {
+        double p = first, before = 0;
+        for (int l = m; l <= degree; l++) {
+            const double *at = c + 3 * (l * (l + 1)) + 2;
+            const double wave =
+                m ? at[3 * m] * cos(m * phi) + at[-3 * m] * sin(m * phi)
+                  : at[0];
+            sum += p * wave * (m ? sqrt(2) : 1);
+            const double a = sqrt((4.0 * (l + 1) * (l + 1) - 1) /
+                                  ((double)(l + 1 - m) * (l + 1 + m)));
+            const double b =
+                l > m ? sqrt((double)(l - m) * (l + m) / (4.0 * l * l - 1)) : 0;
+            const double next = a * (d[2] * p - b * before);
+            before = p;
+            p = next;
+        }
+        first *= sine * sqrt((2.0 * m + 3) / (2 * m + 2));
+    }
+    return sum;
+}
+
+static void check_turned(int degree, int i, double tolerance)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    const size_t bytes =
+        3 * (size_t)(degree + 1) * (size_t)(degree + 1) * sizeof(double);
+    double *c = random_harmonics(degree), *to = test_alloc(1, bytes);
+    test_random r = {5};
+
+    memcpy(to, c, bytes);
+    NEED(!ibl_sh_turn_axes(ctx, degree, axes_of(i), 0, to));
+    for (int k = 0; k < 9; k++) {
+        double d[3], e[3];
+        random_direction(&r, d);
+        turned(i, d, e);
+        CHECK_NEAR(value_of(to, degree, e), value_of(c, degree, d), tolerance);
+    }
+    NEED(!ibl_sh_turn_axes(ctx, degree, axes_of(i), 1, to));
+    double worst = 0;
+    for (size_t k = 0; k < bytes / sizeof *to; k++)
+        worst = fmax(worst, fabs(to[k] - c[k]));
+    CHECK_NEAR(worst, 0, tolerance);
+}
+
+TEST(harmonics)
+{
+    double at[3] = {0.48, -0.6, 0.64}, c[27] = {0};
+    c[3 * 5 + 2] = 1; /* the basis of the test is that of the truth */
+    CHECK_NEAR(value_of(c, 2, at), truth_sh(2, -1, at), 1e-15);
+    for (int i = 0; i < AXES; i++)
+        for (int degree = 0; degree < 12; degree += degree < 5 ? 1 : 6)
+            check_turned(degree, i, 1e-13);
+}
+
+TEST(harmonics_of_a_high_degree)
+{
+    check_turned(150, 1, 1e-10);
+}
+
+TEST_SLOW(harmonics_of_the_highest_degree)
+{
+    check_turned(IBL_MAX_SH_DEGREE, 5, 1e-9);
+}
+
+/* ---- bakes ------------------------------------------------------------ */
+
+/* A bake in mirrored axes is the bake of a mirrored map. */
+TEST(mirrored_map)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random r = {11};
+    ibl_image map = map_of_kind(ctx, &r, MAP_SUNNY, 64, 32);
+    ibl_image other = map_mirrored(ctx, &map);
+    ibl_bake_options o = ibl_bake_options_default();
+    const ibl_axes z = {.mirror = IBL_MIRROR_Z};
+    o.specular_options.size = o.skybox = 16;
+    o.specular_options.levels = 4;
+    o.sh_degree = 6;
+    ibl_bake_result a = map_bake(ctx, &map, &o), b = map_bake(ctx, &other, &o);
+    const ibl_cube *from[] = {&a.skybox, &a.specular, &a.irradiance};
+    const ibl_cube *want[] = {&b.skybox, &b.specular, &b.irradiance};
+    for (int i = 0; i < 3; i++) {
+        ibl_cube to;
+        NEED(!ibl_cube_turn_axes(ctx, from[i], z, 0, &to));
+        test_cube(to);
+        for (int l = 0; l < to.levels; l++)
+            CHECK_NEAR(cube_nrmse(&to, want[i], l), 0, 2e-6);
+    }
+    NEED(!ibl_sh_turn_axes(ctx, o.sh_degree, z, 0, a.sh));
+    for (int i = 0; i < 3 * 49; i++)
+        CHECK_NEAR(a.sh[i], b.sh[i], 1e-6 * fabs(b.sh[i % 3]));
+}
+
+TEST(refused)
+{
+    test_messages said;
+    ibl_ctx *ctx = test_keeping_ctx(1, &said);
+    ibl_cube cube = random_cube(ctx, 4, 1), out = {0};
+    ibl_texture lut = {.faces = 1};
+    double sh[3] = {0};
+    const ibl_axes bad = {.mirror = (ibl_mirror)9};
+    const ibl_axes down = {.up = (ibl_up)-1};
+    CHECK(ibl_cube_turn_axes(ctx, &cube, bad, 0, &out) == IBL_ERR_ARGUMENT);
+    CHECK(test_said(&said, "mirror 9"));
+    CHECK(ibl_sh_turn_axes(ctx, 0, down, 0, sh) == IBL_ERR_ARGUMENT);
+    CHECK(test_said(&said, "up -1"));
+    CHECK(ibl_sh_turn_axes(ctx, -1, axes_of(0), 0, sh) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_sh_turn_axes(ctx, IBL_MAX_SH_DEGREE + 1, axes_of(0), 0, sh) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(ibl_cube_turn_axes(ctx, &cube, axes_of(1), 0, NULL) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(ibl_cube_turn_axes(NULL, &cube, axes_of(1), 0, &out) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(ibl_texture_turn_axes(ctx, &lut, axes_of(1), 0) == IBL_ERR_ARGUMENT);
+    CHECK(!out.data);
+}
