@@ -436,6 +436,34 @@ TEST(clip)
         CHECK(got.data[i] == 1);
 }
 
+/* A largest value that was asked for, below the pixel's and above it. */
+TEST(largest)
+{
+    ibl_cube cube = noisy(16, 5, 4);
+    const float most = half_max / 16;
+    ibl_texel_options o = {.pixel = IBL_PIXEL_RGBA32F, .largest = (double)most};
+    ibl_overflow_report report;
+    ibl_overflow_level level;
+    ibl_texture tex = {0};
+    ibl_cube got = {0};
+    CHECK(ibl_texture_from_cube(ctx, &cube, &o, &tex, &report) == IBL_OK &&
+          ibl_texture_to_cube(ctx, &tex, &got) == IBL_OK);
+    ibl_texture_free(&tex);
+    got = test_cube(got);
+    ibl_cube want = settled(&cube, most, &level);
+    CHECK(!memcmp(got.data, want.data, cube_floats(&cube) * sizeof(float)));
+    CHECK(report.level[0].texels == level.texels && level.texels > 0);
+    check_kept(&cube, &got, 1e-6);
+
+    o = (ibl_texel_options){.pixel = IBL_PIXEL_RGBA16F, .largest = 1e9};
+    CHECK(ibl_texture_from_cube(ctx, &cube, &o, &tex, NULL) == IBL_OK &&
+          ibl_texture_to_cube(ctx, &tex, &got) == IBL_OK);
+    ibl_texture_free(&tex);
+    got = test_cube(got);
+    want = stored(&cube, IBL_PIXEL_RGBA16F, IBL_OVERFLOW_SPREAD, NULL);
+    CHECK(!memcmp(got.data, want.data, cube_floats(&cube) * sizeof(float)));
+}
+
 TEST(same_bytes)
 {
     ibl_cube cube = noisy(60, 3, 400);

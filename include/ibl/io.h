@@ -429,6 +429,8 @@ typedef struct ibl_overflow_report {
 typedef struct ibl_texel_options {
     ibl_pixel pixel;       /* of 3 channels; default IBL_PIXEL_RGBA16F */
     ibl_overflow overflow; /* default IBL_OVERFLOW_SPREAD */
+    double largest;        /* if above 0 and below the pixel's largest value, in
+                              its place for overflow; default 0 */
     ibl_quality quality;   /* of blocks; default IBL_QUALITY_NORMAL */
     /* 1: blocks of UASTC HDR and ASTC repeat bytes of others where that costs
      * little, so that Zstandard makes 5 to 20 % fewer bytes of them; their mean

@@ -54,6 +54,9 @@ static void warn_of_overflow(const ibl_bake *b, const ibl_baked *file)
 
     for (int l = 0; l < file->shape.levels; l++)
         ibl_overflow_add(&file->overflow.level[l], &sum);
+    /* What was asked for is no reason to warn. */
+    if (b->opts->texels.largest > 0 && sum.lost == 0)
+        return;
     ibl_warn_of_overflow(b->console, file->path, file->shape.pixel,
                          b->opts->texels.overflow, &sum);
 }

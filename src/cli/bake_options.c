@@ -111,6 +111,9 @@ static const ibl_option outputs[] = {
     {"overflow", 0, IBL_CHOICE(texels.overflow, ibl_overflow_names),
      .help = "light above the largest value of the pixel format: spread over "
              "the texels around it, or clip"},
+    {"largest", 0, IBL_REAL(texels.largest, "MAX", 1e-6, 1e30),
+     .standard = "what the pixel format holds",
+     .help = "treat light above MAX in the same way"},
     {"only", 0, IBL_OTHER(only, "LIST", parse_only),
      .allowed =
          "a list of specular, irradiance, lut, lobe-table, skybox, json",

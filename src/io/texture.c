@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include <assert.h>
+#include <math.h>
 #include <stdatomic.h>
 #include <string.h>
 
@@ -148,14 +149,17 @@ static ibl_status encode_level(ibl_ctx *ctx, const ibl_texel_options *opts,
     return status;
 }
 
-/* Reports the light of a level beyond the pixel format's maximum, where the
- * encoder has clamped it. To spread it, encodes the level again. */
+/* Reports the light of a level beyond the largest value, where the encoder may
+ * have clamped it. If there is any, encodes the level again. */
 static ibl_status settle_level(ibl_ctx *ctx, const ibl_cube *cube, int level,
                                const ibl_texel_options *opts, ibl_texture *tex,
                                ibl_overflow_level *report)
 {
-    const float top = ibl_pixel_max(tex->pixel);
-    const float max[3] = {top, top, ibl_pixel_max_blue(tex->pixel)};
+    const float own = ibl_pixel_max(tex->pixel);
+    const float blue = ibl_pixel_max_blue(tex->pixel);
+    const float most = opts->largest > 0 ? (float)opts->largest : own;
+    const float max[3] = {fminf(own, most), fminf(own, most),
+                          fminf(blue, most)};
     const ibl_level_shape shape = ibl_map_shape(cube, level);
     float *settled = NULL;
     size_t beyond = 0;
@@ -235,7 +239,8 @@ ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                          .layers = 1,
                          .faces = shape.faces};
     status = fill_cube(ctx, cube, &o, tex, &r.values);
-    for (int l = 0; l < cube->levels && r.values && !status; l++)
+    const bool some = r.values || o.largest > 0;
+    for (int l = 0; l < cube->levels && some && !status; l++)
         status = settle_level(ctx, cube, l, &o, tex, &r.level[l]);
     if (!status && tex->faces == 1)
         status = ibl_texture_set(ctx, tex, layout_key,
