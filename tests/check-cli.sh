@@ -443,6 +443,27 @@ is(s.outputs[1].bytes, fs.statSync('out/q"u\\o_specular.ktx2').size);
 END
 }
 
+# A skybox, its faces and a list of them are one environment; the set is named
+# after the pattern, and the depfile has every file.
+test_environment_of_faces() {
+    local face list= small="$small --pixel rgba32f"
+    for face in px nx py ny pz nz; do
+        mkenv exr 16 16 BGR >"f_$face.exr"
+        list=$list${list:+,}f_$face.exr
+    done
+    mkenv hdr 16 16 >f_ny.exr
+    iblbake -q $small 'f_%f.exr' -o a --depfile d
+    iblbake -q $small "$list" -o b
+    iblbake -q $small --input-layout faces --name f "$list" -o b --skybox 16
+    iblbake -q $small b/f_skybox.ktx2 -o c --name f
+    cmp a/f_specular.ktx2 b/env_specular.ktx2
+    cmp a/f_irradiance.ktx2 b/env_irradiance.ktx2
+    [ "$(grep -c 'f_.*exr' d)" = 6 ] || echo "depfile: $(cat d)"
+    [ "$(grep -c '"layout": "faces"' a/f.json)" = 1 ] || echo "no layout"
+    iblbake verify -q 'f_%f.exr' a --max-error 0.02
+    iblbake verify -q b/f_skybox.ktx2 c --name f --max-error 0.02
+}
+
 # Of 2,048 pixels 5 are negative, 3 are none; one is 7.
 test_sidecar_counts() {
     js <<'END'

@@ -414,13 +414,6 @@ TEST(aspect_and_options)
                   strstr(kept.text[0], "120x60"),
               "%s", kept.text[0]);
     CHECK(!img.data);
-    CHECK(!strstr(kept.text[0], "cube")); /* only of its shape */
-    for (int tall = 0; tall < 2; tall++) {
-        size = tall ? make_hdr(bytes, 60, 80) : make_hdr(bytes, 80, 60);
-        CHECK(ibl_image_decode(ctx, "m.hdr", bytes, size, NULL, &img, NULL) ==
-              IBL_ERR_FORMAT);
-        CHECK_MSG(strstr(kept.text[0], "unfolded cube"), "%s", kept.text[0]);
-    }
     size = make_hdr(bytes, 90, 60);
     opts.any_aspect = 1;
     CHECK(!ibl_image_decode(ctx, "m.hdr", bytes, size, &opts, &img, &report));
@@ -619,7 +612,6 @@ TEST(kinds)
         {"GIF", "GIF87a", 6},
         {"GIF", "GIF89a", 6},
         {"WebP", "RIFF\x1a\0\0\0WEBP", 12},
-        {"DDS", "DDS ", 4},
         {"JPEG 2000", "\0\0\0\x0cjP  \r\n\x87\n", 12},
         {"JPEG 2000", "\xff\x4f\xff\x51", 4},
         {"HEIF", "\0\0\0\030ftypheic", 12},

@@ -37,6 +37,29 @@ typedef enum ibl_alpha {
 /* "ignore", "file" or "straight". */
 const char *ibl_alpha_name(ibl_alpha alpha);
 
+/* How a file holds an environment. All but equirectangular maps are turned into
+ * such a map when they are read. */
+typedef enum ibl_input_layout {
+    IBL_INPUT_AUTO,      /* by the file's kind and shape */
+    IBL_INPUT_EQUIRECT,  /* any shape, as with any_aspect */
+    IBL_INPUT_CUBE,      /* a KTX2, KTX or DDS texture */
+    IBL_INPUT_FACES,     /* a file for each face; see ibl_image_read */
+    IBL_INPUT_HCROSS,    /* 4 by 3 faces, in rows of +Y; -X +Z +X -Z; -Y. +Y and
+                            -Y are in the second column */
+    IBL_INPUT_VCROSS,    /* 3 by 4 faces, in rows of +Y; -X +Z +X; -Y; -Z, which
+                            is turned by 180 degrees. All but -X and +X are in
+                            the second column */
+    IBL_INPUT_HSTRIP,    /* 6 by 1 faces: +X -X +Y -Y +Z -Z */
+    IBL_INPUT_VSTRIP,    /* 1 by 6 */
+    IBL_INPUT_OCTAHEDRAL /* square, +Y in the middle, +X at the middle of the
+                            right edge, +Z of the lower one, -Y in the corners
+                          */
+} ibl_input_layout;
+
+/* "auto", "equirect", "cube", "faces", "hcross", "vcross", "hstrip", "vstrip"
+ * or "octahedral". */
+const char *ibl_input_layout_name(ibl_input_layout layout);
+
 /*
  * Primaries to convert the colours of a file to. White stays R = G = B: where
  * the white points differ, colours are adapted by Bradford's transform (Lam
@@ -64,7 +87,9 @@ typedef struct ibl_read_options {
     int part;                /* EXR: part of a multi-part file, from 0; -1: the
                                 first with colour (default). Others: part 0 */
     int strict;              /* 1: refuse non-finite and negative pixels */
-    int any_aspect;          /* 1: accept maps that are not 2:1 */
+    int any_aspect;          /* 1: accept maps that are not 2:1: with AUTO,
+                                images of any shape are equirectangular */
+    ibl_input_layout layout; /* default IBL_INPUT_AUTO */
     ibl_alpha alpha;         /* default IBL_ALPHA_IGNORE; see
                                 ibl_source_alpha */
     ibl_primaries primaries; /* default IBL_PRIMARIES_KEEP. Colours outside the
@@ -96,13 +121,14 @@ typedef struct ibl_brightest {
 
 /* Properties of the file, and counts of repaired pixels. */
 typedef struct ibl_read_report {
-    char format[64];   /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
-    size_t nonfinite;  /* pixels that held Inf or NaN */
-    size_t negative;   /* pixels that held a finite value below 0 */
-    float peak;        /* largest component after repair, before conversion */
-    int low_range;     /* 1: 8 or 16-bit integers, decoded from sRGB */
-    int bridged;       /* 1: read by OpenImageIO */
-    int has_alpha;     /* 1: the file has alpha, and it was read */
+    char format[64];  /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
+    size_t nonfinite; /* pixels that held Inf or NaN */
+    size_t negative;  /* pixels that held a finite value below 0 */
+    float peak;       /* largest component after repair, before conversion */
+    int low_range;    /* 1: 8 or 16-bit integers, decoded from sRGB */
+    int bridged;      /* 1: read by OpenImageIO */
+    ibl_input_layout layout; /* of the file */
+    int has_alpha;           /* 1: the file has alpha, and it was read */
     float alpha_least; /* the smallest and largest alpha after repair; both 1 */
     float alpha_most;  /*   without alpha */
     size_t alpha_nonfinite;  /* pixels whose alpha was Inf or NaN */
@@ -117,15 +143,17 @@ typedef struct ibl_read_report {
     size_t outside; /* pixels that were outside the gamut of opts->primaries */
     size_t clamped; /* pixels that opts->clamp scaled down */
     double clamp_removed; /* the share of the map's luminance, summed over the
-                             sphere, that this took away */
+                             sphere, that this took away; in other layouts than
+                             equirectangular, summed over the pixels */
     ibl_brightest brightest;
     char hash[IBL_FILE_HASH]; /* with opts->hash: XXH3 of 128 bits of the file's
-                                 bytes, as xxh128sum prints it; else "" */
+                                 bytes, as xxh128sum prints it; of six files,
+                                 the hash of their hashes' digits; else "" */
 } ibl_read_report;
 
 /*
- * Reads an equirectangular map as linear RGB floats. The format is detected
- * from the content, never from the name:
+ * Reads an environment as an equirectangular map of linear RGB floats. The
+ * format is detected from the content, never from the name:
  *   Radiance .hdr  RGBE and XYZE (converted to RGB with the file's PRIMARIES
  *                  or the format's defaults), new and old run lengths and
  *                  flat, all eight orientations; EXPOSURE and COLORCORR are
@@ -137,23 +165,41 @@ typedef struct ibl_read_report {
  *                  OpenEXRCore lacks, through the bridge: a shared object
  *                  that is opened only if needed. 8 and 16-bit integers are
  *                  decoded from sRGB.
+ *   textures       KTX2, KTX and DDS of one layer, in the formats of
+ *                  ibl_texture_decode: level 0 of a cube, or of a flat texture
+ *                  as an image. The bridge reads DDS files in other formats
+ * Images of 2:1 are equirectangular maps, others what their shape says: 4:3 and
+ * 3:4 are crosses, 6:1 and 1:6 strips. A square is ambiguous, so opts must say
+ * the layout. The map of a cube has the width ibl_latlong_width; its pixels are
+ * those of ibl_latlong_from_cube, made after repair. The map of an octahedral
+ * image of n x n pixels is 4 n wide, at least 256, and its integral is the
+ * same: over patches of constant radiance, exact along four meridians for each
+ * column. Besides the map (384 bytes for each texel of a face, 96 for each
+ * octahedral pixel), making it takes the memory of the file's pixels.
  * Alpha is dropped. Colours stay as in the file, neither multiplied nor divided
  * by alpha. To read alpha, see ibl_source_alpha.
  * A non-finite component becomes the largest finite one among the 8 neighbours
  * (columns wrap). If there is none, +Inf becomes 65504, others 0. Negative
  * components become 0. Both repairs are counted, with a warning. Another
- * warning names primaries that are not Rec.709's and are kept. path     a file,
- * or "-" for standard input. A pipe by name (a FIFO, /dev/stdin, a shell's
- * <(command)) is read if a process has it open for writing. Devices and
- * directories are refused opts     NULL for defaults img      empty; filled
- * here, to be freed with ibl_image_free report   may be NULL IBL_ERR_IO: cannot
- * be opened or read. IBL_ERR_FORMAT: not an image, corrupt, truncated, not 2:1
- * without any_aspect, repaired pixels with strict. IBL_ERR_UNSUPPORTED: needs
- * the bridge, which is missing or cannot read it. IBL_ERR_MEMORY: the pixels,
- * or a file that must be read as a whole, exceed the machine's memory. A stream
- * is IBL_ERR_FORMAT if it continues over 1 MiB beyond the longest size that its
- * header allows (Radiance), or exceeds 65 GiB (other images) or 256 MiB
- * (anything else).
+ * warning names primaries that are not Rec.709's and are kept.
+ *   path     a file, or "-" for standard input. A pipe by name (a FIFO,
+ *            /dev/stdin, a shell's <(command)) is read if a process has it
+ *            open for writing. Devices and directories are refused. If there is
+ *            no such file, six files of square faces of the same size: a
+ *            pattern, whose %f stands for px nx py ny pz nz, for posx negx posy
+ *            negy posz negz or for right left top bottom front back; or six
+ *            names separated by commas, +X -X +Y -Y +Z -Z
+ *   opts     NULL for defaults
+ *   img      empty; filled here, to be freed with ibl_image_free
+ *   report   may be NULL
+ * IBL_ERR_IO: cannot be opened or read. IBL_ERR_FORMAT: not an image,
+ * corrupt, truncated, of no layout's shape, not of the layout that opts says,
+ * repaired pixels with strict.
+ * IBL_ERR_UNSUPPORTED: needs the bridge, which is missing or cannot read it.
+ * IBL_ERR_MEMORY: the pixels, or a file that must be read as a whole, exceed
+ * the machine's memory. A stream is IBL_ERR_FORMAT if it continues over 1 MiB
+ * beyond the longest size that its header allows (Radiance), or exceeds 65 GiB
+ * (other images) or 256 MiB (anything else).
  */
 ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
                           const ibl_read_options *opts, ibl_image *img,
@@ -165,6 +211,12 @@ ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
 ibl_status ibl_image_decode(ibl_ctx *ctx, const char *name, const void *bytes,
                             size_t size, const ibl_read_options *opts,
                             ibl_image *img, ibl_read_report *report);
+
+/* The names of the files that a path of ibl_image_read means: 1 or 6. Free them
+ * with ibl_input_files_free. IBL_ERR_IO: no file's name fits a pattern. */
+ibl_status ibl_input_files(ibl_ctx *ctx, const char *path,
+                           char *files[IBL_FACES], int *count);
+void ibl_input_files_free(char *files[IBL_FACES]);
 
 /* Version of the OpenEXRCore in use, as "3.1.5". */
 const char *ibl_exr_version(void);
@@ -184,6 +236,7 @@ const char *ibl_bridge_path(void);
  *                  the size
  *   others         the file, and a strip of 64 rows or of one row of tiles
  *   pipes, standard input, files below 64 KiB: the file
+ *   textures, layouts other than equirectangular: the whole map
  */
 typedef struct ibl_source ibl_source;
 

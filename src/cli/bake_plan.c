@@ -92,10 +92,31 @@ static int list_files(const ibl_bake *b, const char *paths[SET_PATHS])
     return count;
 }
 
-/* Whether the bake reads a file, and not standard input or nothing. */
-static bool is_file(const char *input)
+/* Lists the files of the environment: 1 or 6, 0 for standard input or nothing.
+ * False, after a message: a pattern fits none. */
+static bool list_inputs(const ibl_bake *b, char *files[IBL_FACES], int *count)
 {
-    return input && strcmp(input, "-") != 0;
+    const char *input = b->opts->input;
+
+    *count = 0;
+    for (int f = 0; f < IBL_FACES; f++)
+        files[f] = NULL;
+    return !input || !strcmp(input, "-") ||
+           !ibl_input_files(b->ctx, input, files, count);
+}
+
+static bool is_input(const ibl_bake *b, const char *path)
+{
+    char *files[IBL_FACES];
+    int count;
+    bool found = false;
+
+    if (!list_inputs(b, files, &count))
+        return false;
+    for (int i = 0; i < count; i++)
+        found = found || ibl_path_same(files[i], path);
+    ibl_input_files_free(files);
+    return found;
 }
 
 /* ---- what cannot be written ------------------------------------------ */
@@ -108,7 +129,6 @@ static bool is_link(const char *path)
 
 static bool check_target(const ibl_bake *b, const char *path)
 {
-    const char *input = b->opts->input;
     struct stat out;
     const int error = stat(path, &out) ? errno : 0;
 
@@ -126,7 +146,7 @@ static bool check_target(const ibl_bake *b, const char *path)
             b->console,
             "%s: %s: choose a shorter one, the outputs' with --name", path,
             strerror(error));
-    return error || !is_file(input) || !ibl_path_same(input, path) ||
+    return error || !is_input(b, path) ||
            ibl_console_fail(
                b->console,
                "%s: is both input and output: choose another --name or "
@@ -269,15 +289,10 @@ static bool check_depfile(const ibl_bake *b, const char *path)
                path, why);
 }
 
-char *ibl_depfile_text(const ibl_bake *sets, int count)
+static void put_outputs(FILE *to, const ibl_bake *sets, int count)
 {
-    const ibl_opts *o = sets->opts;
     const char *paths[SET_PATHS], *between = "";
-    ibl_memory_file file;
-    FILE *to = ibl_memory_open(&file);
 
-    if (!to)
-        return NULL;
     for (int s = 0; s < count; s++) {
         const int files = list_files(&sets[s], paths);
         for (int i = 0; i < files; i++) {
@@ -286,15 +301,30 @@ char *ibl_depfile_text(const ibl_bake *sets, int count)
             between = " \\\n  ";
         }
     }
-    if (o->preview) {
+    if (sets->opts->preview) {
         fputs(between, to);
-        put_path(to, o->preview);
+        put_path(to, sets->opts->preview);
     }
+}
+
+char *ibl_depfile_text(const ibl_bake *sets, int count)
+{
+    char *inputs[IBL_FACES];
+    int input_count;
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
+
+    if (!to)
+        return NULL;
+    put_outputs(to, sets, count);
     fputc(':', to);
-    if (is_file(o->input)) {
-        fputc(' ', to);
-        put_path(to, o->input);
+    if (!list_inputs(sets, inputs, &input_count))
+        input_count = 0; /* they were there before the bake */
+    for (int i = 0; i < input_count; i++) {
+        fputs(input_count > 1 ? " \\\n  " : " ", to);
+        put_path(to, inputs[i]);
     }
+    ibl_input_files_free(inputs);
     fputc('\n', to);
     return ibl_memory_close(to, &file);
 }
@@ -320,15 +350,27 @@ static bool plan_set(ibl_bake *b)
     return ok;
 }
 
+/* Checks that the depfile can be written and can name the environment. */
+static bool check_own_depfile(const ibl_bake *b, char *inputs[], int count)
+{
+    bool ok = check_target(b, b->opts->depfile);
+
+    for (int i = 0; i < count && ok; i++)
+        ok = check_depfile(b, inputs[i]);
+    return ok;
+}
+
 bool ibl_bake_plan(ibl_bake *sets, int count)
 {
     const ibl_opts *o = sets->opts;
-    bool ok = true;
+    char *inputs[IBL_FACES];
+    int input_count;
+    bool ok = list_inputs(sets, inputs, &input_count);
 
     for (int i = 0; i < count && ok; i++)
         ok = plan_set(&sets[i]);
-    ok = ok && (!o->preview || check_file(sets, o->preview));
-    return ok && (!o->depfile ||
-                  (check_target(sets, o->depfile) &&
-                   (!is_file(o->input) || check_depfile(sets, o->input))));
+    ok = ok && (!o->preview || check_file(sets, o->preview)) &&
+         (!o->depfile || check_own_depfile(sets, inputs, input_count));
+    ibl_input_files_free(inputs);
+    return ok;
 }

@@ -291,6 +291,8 @@ static json_t *source(const ibl_bake *b)
     put(&j, "primaries",
         *r->primaries_name ? json_string(r->primaries_name)
                            : numbers(r->primaries, 8));
+    if (r->layout != IBL_INPUT_EQUIRECT)
+        put(&j, "layout", json_string(ibl_input_layout_name(r->layout)));
     return j;
 }
 

@@ -71,6 +71,8 @@ static char *bake_command(const ibl_bench *b, const ibl_bench_point *p)
         fprintf(to, " --part=%d", read->part);
     if (read->any_aspect)
         fputs(" --any-aspect", to);
+    if (read->layout)
+        fprintf(to, " --input-layout=%s", ibl_input_layout_name(read->layout));
     if (read->strict)
         fputs(" --strict", to);
     if (read->primaries)

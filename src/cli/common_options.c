@@ -88,11 +88,37 @@ int ibl_most_levels(int size)
     return levels;
 }
 
+/* Whether the name lists six files by commas. */
+static bool is_list(const char *name)
+{
+    int commas = 0;
+
+    for (; *name; name++)
+        commas += *name == ',';
+    return commas == IBL_FACES - 1;
+}
+
+/* Takes the face out of a pattern's stem, with a separator beside it. */
+static void drop_face(char *stem)
+{
+    char *at = strstr(stem, "%f");
+    char *end = at ? at + 2 : stem;
+
+    if (at && at > stem && strchr("_-.", at[-1]))
+        at--;
+    else if (at == stem && *end && strchr("_-.", *end))
+        end++;
+    if (at)
+        memmove(at, end, strlen(end) + 1);
+    if (!*stem)
+        strcpy(stem, "env");
+}
+
 bool ibl_stem(const char *input, char *stem, size_t size)
 {
     const char *base = input ? ibl_path_name(input) : "";
 
-    if (!strcmp(base, "-") || !*base)
+    if (!strcmp(base, "-") || !*base || (is_list(input) && access(input, F_OK)))
         base = "env";
     const char *dot = strrchr(base, '.');
     const size_t length =
@@ -103,6 +129,7 @@ bool ibl_stem(const char *input, char *stem, size_t size)
                           input, size - 1);
     memcpy(stem, base, length);
     stem[length] = '\0';
+    drop_face(stem);
     return true;
 }
 
@@ -139,6 +166,9 @@ static const ibl_option input[] = {
      .help = "part of a multi-part EXR file, from 0"},
     {"any-aspect", 0, IBL_FLAG(read.any_aspect),
      .help = "accept maps whose width is not twice their height"},
+    {"input-layout", 0, IBL_CHOICE(read.layout, ibl_input_names),
+     .help = "how the file holds the environment; auto: by its kind and shape. "
+             "Squares are equirect or octahedral, so they need this"},
     {"strict", 0, IBL_FLAG(read.strict),
      .help = "refuse infinite, NaN and negative pixels, which are otherwise "
              "repaired"},

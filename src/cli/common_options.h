@@ -51,8 +51,9 @@ ibl_pixel ibl_lut_pixel(ibl_pixel cubes);
 /* The number of levels of a cube of this size down to 1x1. */
 int ibl_most_levels(int size);
 
-/* Copies input's name without directory and extension; "env" for standard input
- * or NULL. False, after a line on stderr: it does not fit. */
+/* Copies input's name without directory, extension and, of a pattern of files,
+ * %f; "env" for standard input, a list of files or NULL. False, after a line on
+ * stderr: it does not fit. */
 bool ibl_stem(const char *input, char *stem, size_t size);
 
 /* Parses a value of --rotate into a double. */

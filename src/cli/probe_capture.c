@@ -24,7 +24,8 @@ static bool open_file(const ibl_probes_bake *p, int layer, int i,
     ibl_read_options read = p->opts->common.read;
 
     read.alpha = ibl_probes_alpha(&p->set, layer);
-    read.any_aspect |= c->kind != IBL_CAPTURE_EQUIRECT;
+    if (c->kind != IBL_CAPTURE_EQUIRECT)
+        read.layout = IBL_INPUT_EQUIRECT; /* as it is */
     return !ibl_source_open(p->ctx, c->file[i], &read, source);
 }
 

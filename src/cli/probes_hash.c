@@ -132,14 +132,14 @@ static char *describe(const ibl_probes_bake *p, int layer, const char *files)
     return ibl_format(
         "iblbake %s %s %s\nsize %d levels %d mapping %d method %d samples %d "
         "tolerance %.17g pixel %s overflow %d quality %d irradiance %d\n"
-        "part %d strict %d any_aspect %d %s alpha %s layer %s\n"
+        "part %d strict %d any_aspect %d layout %d %s alpha %s layer %s\n"
         "primaries %d exposure %.17g clamp %.17g\n%s",
         IBL_VERSION, IBL_REVISION, ibl_isa_name(p->isa), s->size, s->levels,
         (int)s->mapping, (int)s->method, s->samples, s->tolerance,
         ibl_pixel_name(b->texels.pixel), (int)b->texels.overflow,
         ibl_pixel_block(b->texels.pixel) > 1 ? (int)b->texels.quality : 0,
         b->options.irradiance_options.size, r->part, r->strict, r->any_aspect,
-        ibl_capture_name(p->set.entry[layer].capture.kind),
+        (int)r->layout, ibl_capture_name(p->set.entry[layer].capture.kind),
         ibl_alpha_name(ibl_probes_alpha(&p->set, layer)),
         r->layer ? r->layer : "", (int)r->primaries, r->exposure, r->clamp,
         files);

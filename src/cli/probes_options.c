@@ -131,6 +131,7 @@ static bool check_grid(const ibl_probes_opts *o)
                          : r->layer              ? "layer"
                          : r->part >= 0          ? "part"
                          : r->any_aspect         ? "any-aspect"
+                         : r->layout             ? "input-layout"
                          : r->strict             ? "strict"
                          : r->primaries          ? "primaries"
                          : fabs(r->exposure) > 0 ? "exposure"

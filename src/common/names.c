@@ -66,6 +66,17 @@ const char *const ibl_lut_stems[] = {[IBL_GEOMETRY_SMITH] = "brdf_lut",
                                          "brdf_lut_schlick-ibl",
                                      NULL};
 
+const char *const ibl_input_names[] = {[IBL_INPUT_AUTO] = "auto",
+                                       [IBL_INPUT_EQUIRECT] = "equirect",
+                                       [IBL_INPUT_CUBE] = "cube",
+                                       [IBL_INPUT_FACES] = "faces",
+                                       [IBL_INPUT_HCROSS] = "hcross",
+                                       [IBL_INPUT_VCROSS] = "vcross",
+                                       [IBL_INPUT_HSTRIP] = "hstrip",
+                                       [IBL_INPUT_VSTRIP] = "vstrip",
+                                       [IBL_INPUT_OCTAHEDRAL] = "octahedral",
+                                       NULL};
+
 void ibl_names_text(const char *const *names, char *text, size_t size)
 {
     *text = '\0';

@@ -12,7 +12,8 @@ int ibl_names_find(const char *const *names, const char *word);
 
 /* Names in options, sets, indices and sidecars, indexed by ibl_container,
  * ibl_pixel (of cubes), ibl_quality, ibl_overflow, ibl_roughness_map,
- * ibl_mirror, ibl_up, ibl_method, ibl_lobe, ibl_geometry and ibl_primaries. */
+ * ibl_mirror, ibl_up, ibl_method, ibl_lobe, ibl_geometry, ibl_primaries and
+ * ibl_input_layout. */
 extern const char *const ibl_container_names[];
 extern const char *const ibl_array_container_names[]; /* of those of arrays */
 extern const char *const ibl_pixel_names[];
@@ -27,6 +28,7 @@ extern const char *const ibl_method_names[];
 extern const char *const ibl_lobe_names[];
 extern const char *const ibl_geometry_names[];
 extern const char *const ibl_primaries_names[];
+extern const char *const ibl_input_names[];
 
 /* The LUT's file name without extension, indexed by ibl_geometry. */
 extern const char *const ibl_lut_stems[];

@@ -129,12 +129,13 @@ ibl_status ibl_colour_apply(ibl_colour *c, int first, int count, float *rgb,
 void ibl_colour_end(const ibl_colour *c)
 {
     const int height = c->rows->height;
+    const bool map = c->rows->report.layout == IBL_INPUT_EQUIRECT;
     double light = 0, removed = 0;
 
     for (int y = 0; c->light && y < height; y++) {
         /* the solid angle of a row, but for a factor */
         const double size =
-            cos(IBL_PI * y / height) - cos(IBL_PI * (y + 1) / height);
+            map ? cos(IBL_PI * y / height) - cos(IBL_PI * (y + 1) / height) : 1;
         light += size * c->light[2 * y];
         removed += size * c->light[2 * y + 1];
     }

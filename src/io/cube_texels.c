@@ -83,15 +83,21 @@ static void decode_job(void *arg, int job, int worker)
     decode_strip(&d->level, &s, d->rgb + 3 * s.texel);
 }
 
+ibl_status ibl_texels_decode(ibl_ctx *ctx, const ibl_texture *tex, int l,
+                             float *rgb)
+{
+    decoding d = {level_of(tex, l), rgb};
+
+    return ibl_run(ctx, NULL, (int)d.level.strips, decode_job, &d);
+}
+
 ibl_status ibl_cube_texels_decode(ibl_ctx *ctx, const ibl_texture *tex,
                                   const ibl_cube *cube)
 {
     ibl_status status = IBL_OK;
 
-    for (int l = 0; l < tex->levels && !status; l++) {
-        decoding d = {level_of(tex, l), ibl_cube_face(cube, l, 0)};
-        status = ibl_run(ctx, NULL, (int)d.level.strips, decode_job, &d);
-    }
+    for (int l = 0; l < tex->levels && !status; l++)
+        status = ibl_texels_decode(ctx, tex, l, ibl_cube_face(cube, l, 0));
     return status;
 }
 

@@ -9,4 +9,9 @@
 ibl_status ibl_cube_texels_decode(ibl_ctx *ctx, const ibl_texture *tex,
                                   const ibl_cube *cube);
 
+/* Decodes a level of a texture of 3 channels: its layers and faces one below
+ * the other. */
+ibl_status ibl_texels_decode(ibl_ctx *ctx, const ibl_texture *tex, int level,
+                             float *rgb);
+
 #endif

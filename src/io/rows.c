@@ -5,6 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "io/layout.h"
 #include "kern/max_finite.h"
 
 enum {
@@ -54,18 +55,22 @@ ibl_status ibl_map_check_size(const ibl_input *in, const ibl_read_options *opts,
         height > IBL_MAX_EDGE)
         return ibl_bad_file(in, "%lldx%lld pixels; each edge must be 1 to %d",
                             width, height, IBL_MAX_EDGE);
-    const bool cross = 3 * width == 4 * height || 4 * width == 3 * height;
-    if (width != 2 * height && !opts->any_aspect)
-        return ibl_bad_file(
-            in,
-            "%lldx%lld is not 2:1%s; an equirectangular map that high is "
-            "%lldx%lld (the option any-aspect takes others)",
-            width, height,
-            cross ? " but the shape of an unfolded cube, which sets of probes "
-                    "take as a cross"
-                  : "",
-            2 * height, height);
-    return IBL_OK;
+    if (ibl_input_layout_of(opts, width, height) != IBL_INPUT_AUTO)
+        return IBL_OK;
+    if (opts->layout)
+        return ibl_bad_file(in,
+                            "%lldx%lld pixels: not the shape of the layout %s",
+                            width, height, ibl_input_layout_name(opts->layout));
+    if (width == height)
+        return ibl_bad_file(in,
+                            "%lldx%lld is square: say by the option "
+                            "input-layout whether it is octahedral or equirect",
+                            width, height);
+    return ibl_bad_file(
+        in,
+        "%lldx%lld is not 2:1; an equirectangular map that high is %lldx%lld "
+        "(the option any-aspect takes others)",
+        width, height, 2 * height, height);
 }
 
 ibl_status ibl_map_alloc(const ibl_input *in, int width, int height,

@@ -9,8 +9,8 @@
 #include "ibl/io.h"
 #include "io/input.h"
 
-/* Refuses sizes over IBL_MAX_EDGE and, without opts->any_aspect, maps that
- * are not 2:1. Readers call it before they decode. */
+/* Refuses sizes over IBL_MAX_EDGE, and shapes that are not of opts->layout or,
+ * if that is AUTO, of no layout. Readers call it before they decode. */
 ibl_status ibl_map_check_size(const ibl_input *in, const ibl_read_options *opts,
                               long long width, long long height);
 /* Allocates an image for a whole map; its size must have been checked. */

@@ -10,12 +10,15 @@
 #include "io/brightest.h"
 #include "io/colour.h"
 #include "io/container.h"
+#include "io/cube_texels.h"
 #include "io/exr.h"
 #include "io/file_hash.h"
 #include "io/input.h"
+#include "io/layout.h"
 #include "io/repair.h"
 #include "io/rgbe.h"
 #include "io/rows.h"
+#include "io/six_files.h"
 
 enum {
     SNIFF_BYTES = 64 /* enough to identify the kind of a file */
@@ -31,6 +34,9 @@ struct ibl_source {
     ibl_alpha_range alpha;
     bool strict;
     bool straight;     /* colours are not multiplied by alpha yet */
+    bool mended;       /* the rows are, and what was mended was told */
+    bool unwrapped;    /* the rows are of a map made of changed pixels */
+    float peak;        /* of what was mended */
     int row;           /* the next row to read */
     ibl_status status; /* of the first read that failed */
     char name[];
@@ -116,7 +122,10 @@ static uint64_t longest(const unsigned char *bytes, size_t size)
 {
     if (ibl_rgbe_is(bytes, size))
         return ibl_rgbe_longest(bytes, size);
-    return sniff(bytes, size) || ibl_exr_is(bytes, size) ? IBL_LONGEST : 0;
+    return sniff(bytes, size) || ibl_exr_is(bytes, size) ||
+                   ibl_container_of(bytes, size) != IBL_CONTAINER_COUNT
+               ? IBL_LONGEST
+               : 0;
 }
 
 static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
@@ -133,21 +142,102 @@ static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
     return ibl_bridge_rows(&source, opts, &s->rows);
 }
 
-static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
+/* Alpha of level 0, if it is wanted. */
+static ibl_status texture_alpha(const ibl_texture *tex,
+                                const ibl_read_options *opts, ibl_rows *rows)
 {
-    unsigned char first[SNIFF_BYTES];
-    size_t size;
+    const size_t texels = (size_t)rows->width * (size_t)rows->height;
 
-    if (!ibl_input_read(&s->in, 0, sizeof first, first, &size))
-        return ibl_reject(&s->in, IBL_ERR_IO, "cannot be read");
+    if (!opts->alpha || !ibl_pixel_has_alpha(tex->pixel))
+        return IBL_OK;
+    const ibl_status status = ibl_rows_alloc_alpha(rows);
+    for (size_t i = 0; i < texels && !status; i++)
+        rows->alpha[i] = ibl_pixel_get_alpha(tex->pixel, tex->data, i);
+    rows->straight = !tex->premultiplied;
+    return status;
+}
+
+/* Level 0 as an image; the faces of a cube are below one another. */
+static ibl_status texture_rows(ibl_source *s, const ibl_texture *tex,
+                               const ibl_read_options *opts)
+{
+    ibl_image img = {0};
+    const int height = tex->height * tex->faces;
+
+    if (tex->layers > 1 || ibl_pixel_channels(tex->pixel) != 3)
+        return ibl_bad_file(&s->in,
+                            "is a texture of %d layers and %d channels: an "
+                            "environment has one layer of 3",
+                            tex->layers, ibl_pixel_channels(tex->pixel));
+    ibl_status status =
+        tex->faces == 1
+            ? ibl_map_check_size(&s->in, opts, tex->width, tex->height)
+            : IBL_OK;
+    if (!status)
+        status = ibl_map_alloc(&s->in, tex->width, height, &img);
+    if (!status)
+        status = ibl_texels_decode(s->ctx, tex, 0, img.data);
+    if (status)
+        ibl_image_free(&img);
+    else
+        status = ibl_rows_of_image(s->ctx, &img, &s->rows);
+    return status ? status : texture_alpha(tex, opts, s->rows);
+}
+
+static ibl_status open_texture(ibl_source *s, ibl_container container,
+                               const ibl_read_options *opts)
+{
+    ibl_texture tex = {0};
+    ibl_status status = ibl_input_load(&s->in);
+
+    if (!status)
+        status = ibl_texture_decode(s->ctx, s->in.name, s->in.bytes, s->in.size,
+                                    &tex, NULL);
+    if (!status && tex.faces == IBL_FACES && opts->layout &&
+        opts->layout != IBL_INPUT_CUBE)
+        status = ibl_bad_file(&s->in, "is a cube, not in the layout %s",
+                              ibl_input_layout_name(opts->layout));
+    if (!status)
+        status = texture_rows(s, &tex, opts);
+    if (!status) {
+        ibl_read_report *r = &s->rows->report;
+        snprintf(r->format, sizeof r->format, "%s, %s",
+                 container == IBL_CONTAINER_KTX2  ? "KTX2"
+                 : container == IBL_CONTAINER_KTX ? "KTX"
+                                                  : "DDS",
+                 ibl_pixel_name(tex.pixel));
+        if (tex.faces == IBL_FACES)
+            r->layout = IBL_INPUT_CUBE;
+    }
+    ibl_texture_free(&tex);
+    return status;
+}
+
+/* Whether this library reads the pixels of a DDS file, and not the bridge. */
+static ibl_status look_into_dds(ibl_source *s, bool *ours)
+{
+    const ibl_status status = ibl_input_load(&s->in);
+    ibl_texture tex = {0};
+    ibl_input silent = s->in;
+
+    silent.ctx = NULL;
+    *ours = !status && ibl_dds_decode(&silent, &tex) != IBL_ERR_UNSUPPORTED;
+    ibl_texture_free(&tex);
+    return status;
+}
+
+static ibl_status open_image(ibl_source *s, const unsigned char *first,
+                             size_t size, const ibl_read_options *opts)
+{
+    if (opts->layout == IBL_INPUT_FACES)
+        return ibl_bad_file(&s->in, "is one file; six of faces are named by a "
+                                    "pattern with %%f or a list with commas");
+    if (opts->layout == IBL_INPUT_CUBE)
+        return ibl_bad_file(
+            &s->in, "is no texture that can be read, KTX2, KTX or DDS, where "
+                    "the layout cube was asked for");
     if (ibl_exr_is(first, size))
         return ibl_exr_open(&s->in, opts, &s->rows);
-    const ibl_container texture = ibl_container_of(first, size);
-    if (texture == IBL_CONTAINER_KTX2 || texture == IBL_CONTAINER_KTX)
-        return ibl_bad_file(&s->in,
-                            "is a texture, %s, where a map is wanted: give the "
-                            "map that it was baked from",
-                            texture == IBL_CONTAINER_KTX ? "KTX" : "KTX2");
     if (opts->layer || opts->part > 0)
         return ibl_bad_file(
             &s->in, "has no %s: only OpenEXR files do, so do not ask for one",
@@ -155,6 +245,46 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
     if (ibl_rgbe_is(first, size))
         return ibl_rgbe_open(&s->in, opts, &s->rows);
     return open_bridged(s, opts);
+}
+
+static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
+{
+    unsigned char first[SNIFF_BYTES];
+    size_t size;
+
+    if (!ibl_input_read(&s->in, 0, sizeof first, first, &size))
+        return ibl_reject(&s->in, IBL_ERR_IO, "cannot be read");
+    const ibl_container container = ibl_container_of(first, size);
+    bool texture = container != IBL_CONTAINER_COUNT;
+    ibl_status status =
+        container == IBL_CONTAINER_DDS ? look_into_dds(s, &texture) : IBL_OK;
+    if (!status)
+        status = texture ? open_texture(s, container, opts)
+                         : open_image(s, first, size, opts);
+    if (!status && !s->rows->report.layout)
+        s->rows->report.layout =
+            ibl_input_layout_of(opts, s->rows->width, s->rows->height);
+    return status;
+}
+
+static ibl_status open_files(ibl_source *s, const ibl_read_options *opts)
+{
+    char *files[IBL_FACES];
+    int count;
+    ibl_status status = ibl_input_files(s->ctx, s->name, files, &count);
+
+    if (status)
+        return status;
+    s->in.name = s->name;
+    s->mended = count == IBL_FACES;
+    if (s->mended)
+        status = ibl_six_files_open(s->ctx, s->name, files, opts, &s->rows);
+    else
+        status = ibl_input_open(s->ctx, s->name, longest, &s->in);
+    if (!status && !s->mended)
+        status = open_any(s, opts);
+    ibl_input_files_free(files);
+    return status;
 }
 
 static ibl_status check_options(ibl_ctx *ctx, const ibl_read_options *opts)
@@ -180,7 +310,123 @@ static ibl_status check_options(ibl_ctx *ctx, const ibl_read_options *opts)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a clamp of %g: must be above 0, or 0 for none",
                         opts->clamp);
+    if (opts->layout > IBL_INPUT_OCTAHEDRAL)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "input layout %d: must be at most %d",
+                        (int)opts->layout, IBL_INPUT_OCTAHEDRAL);
     return IBL_OK;
+}
+
+/* Prepares to change the colours of the rows. Those of six files are converted
+ * already, but not clamped. */
+static ibl_status begin_colour(ibl_source *s, const ibl_read_options *opts)
+{
+    ibl_read_options rest = ibl_read_options_default();
+    const ibl_read_report report = s->rows->report;
+
+    if (!s->mended)
+        return ibl_colour_init(&s->colour, &s->in, s->rows, opts);
+    rest.clamp = opts->clamp;
+    const ibl_status status =
+        ibl_colour_init(&s->colour, &s->in, s->rows, &rest);
+    s->rows->report = report;
+    memcpy(s->colour.luma, report.luma, sizeof report.luma);
+    return status;
+}
+
+static ibl_status begin(ibl_source *s, const ibl_read_options *opts)
+{
+    ibl_status status = ibl_mender_init(&s->mender, s->rows);
+
+    if (!status)
+        status = begin_colour(s, opts);
+    if (!status && opts->hash && !s->mended)
+        status = ibl_file_hash(&s->in, s->rows->report.hash);
+    if (s->rows->whole.data)
+        ibl_input_close(&s->in);
+    s->straight = s->rows->straight || opts->alpha == IBL_ALPHA_STRAIGHT;
+    s->alpha = (ibl_alpha_range){INFINITY, -INFINITY};
+    s->bright.width = s->rows->width;
+    s->bright.height = s->rows->height;
+    s->peak = s->rows->report.peak;
+    if (!s->mended) {
+        s->rows->report.has_alpha = s->rows->alpha != NULL;
+        s->rows->report.alpha_least = s->rows->report.alpha_most = 1;
+    }
+    return status;
+}
+
+/* Reads all rows into an image, which takes that of the rows if it is whole. */
+static ibl_status take_all(ibl_source *s, ibl_image *img)
+{
+    ibl_rows *rows = s->rows;
+    ibl_image whole = rows->whole;
+    ibl_status status = IBL_OK;
+
+    rows->whole = (ibl_image){0};
+    if (!whole.data)
+        status = ibl_map_alloc(&s->in, rows->width, rows->height, &whole);
+    if (!status)
+        status = ibl_source_read(s, whole.height, whole.data);
+    if (status)
+        ibl_image_free(&whole);
+    else
+        *img = whole;
+    return status;
+}
+
+/* Makes the map of alpha, in the memory of the file's colours. */
+static ibl_status unwrap_alpha(const ibl_source *s, ibl_image *grey,
+                               float **alpha)
+{
+    const size_t pixels = (size_t)grey->width * (size_t)grey->height;
+    ibl_image map = {0};
+
+    for (size_t i = 0; i < 3 * pixels; i++)
+        grey->data[i] = s->rows->alpha[i / 3];
+    const ibl_status status =
+        ibl_unwrap(s->ctx, s->rows->report.layout, grey, &map);
+    for (size_t i = 0; i < (size_t)map.width * (size_t)map.height; i++)
+        map.data[i] = map.data[3 * i];
+    *alpha = map.data;
+    return status;
+}
+
+/* Replaces the rows of another layout by those of its map. */
+static ibl_status unwrap(ibl_source *s)
+{
+    ibl_image flat = {0}, map = {0};
+    float *alpha = NULL;
+    ibl_status status = take_all(s, &flat);
+
+    if (!status)
+        status = ibl_unwrap(s->ctx, s->rows->report.layout, &flat, &map);
+    if (!status && s->rows->alpha)
+        status = unwrap_alpha(s, &flat, &alpha);
+    ibl_image_free(&flat);
+    if (status) {
+        ibl_image_free(&map);
+        return status;
+    }
+    const ibl_read_report report = s->rows->report;
+    ibl_mender_free(&s->mender);
+    ibl_colour_free(&s->colour);
+    ibl_rows_close(s->rows);
+    ibl_input_close(&s->in);
+    s->rows = NULL;
+    s->row = 0;
+    s->mended = s->unwrapped = true;
+    s->peak = report.peak;
+    s->bright.width = map.width;
+    s->bright.height = map.height;
+    status = ibl_rows_of_image(s->ctx, &map, &s->rows);
+    if (status) {
+        ibl_free(alpha);
+        return status;
+    }
+    s->rows->report = report;
+    s->rows->alpha = alpha;
+    return ibl_mender_init(&s->mender, s->rows);
 }
 
 /* Opens a file or, if bytes is set, memory that must stay until all rows are
@@ -204,32 +450,17 @@ static ibl_status open_source(ibl_ctx *ctx, const char *name, const void *bytes,
     memcpy(s->name, name, name_bytes);
     if (bytes)
         s->in = ibl_input_of(ctx, s->name, bytes, size);
-    else
-        status = ibl_input_open(ctx, s->name, longest, &s->in);
-    if (!status) {
-        ibl_progress(ctx, "decode", 0);
-        status = open_any(s, &opts);
-    }
+    ibl_progress(ctx, "decode", 0);
+    status = bytes ? open_any(s, &opts) : open_files(s, &opts);
     if (!status)
-        status = ibl_mender_init(&s->mender, s->rows);
-    if (!status)
-        status = ibl_colour_init(&s->colour, &s->in, s->rows, &opts);
-    if (!status && opts.hash)
-        status = ibl_file_hash(&s->in, s->rows->report.hash);
-    if (status) {
+        status = begin(s, &opts);
+    if (!status && s->rows->report.layout != IBL_INPUT_EQUIRECT)
+        status = unwrap(s);
+    if (status)
         ibl_source_close(s);
-        return status;
-    }
-    if (s->rows->whole.data)
-        ibl_input_close(&s->in);
-    s->straight = s->rows->straight || opts.alpha == IBL_ALPHA_STRAIGHT;
-    s->alpha = (ibl_alpha_range){INFINITY, -INFINITY};
-    s->bright.width = s->rows->width;
-    s->bright.height = s->rows->height;
-    s->rows->report.has_alpha = s->rows->alpha != NULL;
-    s->rows->report.alpha_least = s->rows->report.alpha_most = 1;
-    *out = s;
-    return IBL_OK;
+    else
+        *out = s;
+    return status;
 }
 
 ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
@@ -311,7 +542,8 @@ static void report_colour(const ibl_source *s)
     const ibl_read_report *r = &s->rows->report;
     const double *xy = r->primaries;
 
-    if (r->has_primaries && s->colour.primaries == IBL_PRIMARIES_KEEP &&
+    if (!s->mended && r->has_primaries &&
+        s->colour.primaries == IBL_PRIMARIES_KEEP &&
         strcmp(r->primaries_name, "Rec.709"))
         ibl_warn(s->ctx,
                  *r->primaries_name
@@ -322,7 +554,7 @@ static void report_colour(const ibl_source *s)
                        "kept as they are",
                  s->in.name, r->primaries_name, xy[0], xy[1], xy[2], xy[3],
                  xy[4], xy[5], xy[6], xy[7]);
-    if (r->outside)
+    if (!s->mended && r->outside)
         ibl_warn(s->ctx,
                  "%s: %zu pixels were outside the gamut of %s, and became "
                  "greyer of the same luminance",
@@ -359,7 +591,6 @@ static ibl_status report_mended(const ibl_source *s)
                  "%s: low dynamic range (integers, taken for sRGB): lamps and "
                  "the sun are clipped, so it cannot light well",
                  s->in.name);
-    report_colour(s);
     return report_alpha(s);
 }
 
@@ -377,14 +608,21 @@ static void apply_alpha(ibl_source *s, int rows, float *rgb)
                    width * (size_t)rows, s->straight, &s->alpha, report);
 }
 
+static bool is_map(const ibl_source *s)
+{
+    return s->unwrapped || s->rows->report.layout == IBL_INPUT_EQUIRECT;
+}
+
 /* Converts rows that are mended and looks for the brightest source in them. */
 static ibl_status look_at_rows(ibl_source *s, int rows, float *rgb)
 {
     const size_t floats = 3 * (size_t)s->rows->width;
     uint32_t *most = s->mender.most + s->row;
-    ibl_status status = ibl_colour_apply(&s->colour, s->row, rows, rgb, most);
+    ibl_status status =
+        s->unwrapped ? IBL_OK
+                     : ibl_colour_apply(&s->colour, s->row, rows, rgb, most);
 
-    for (int y = 0; y < rows && !status; y++) {
+    for (int y = 0; is_map(s) && y < rows && !status; y++) {
         float value;
         memcpy(&value, &most[y], sizeof value);
         if (!ibl_bright_take(&s->bright, rgb + floats * (size_t)y, s->row + y,
@@ -396,9 +634,14 @@ static ibl_status look_at_rows(ibl_source *s, int rows, float *rgb)
 
 static ibl_status end_rows(ibl_source *s)
 {
-    ibl_colour_end(&s->colour);
-    ibl_bright_sum(&s->bright, &s->rows->report.brightest);
-    return report_mended(s);
+    if (!s->unwrapped)
+        ibl_colour_end(&s->colour);
+    if (is_map(s))
+        ibl_bright_sum(&s->bright, &s->rows->report.brightest);
+    const ibl_status status = s->mended ? IBL_OK : report_mended(s);
+    if (!status && !s->unwrapped)
+        report_colour(s);
+    return status;
 }
 
 ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
@@ -415,9 +658,11 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
                         "%d rows: must be 1 to the %d that are left", rows,
                         left);
     s->status = ibl_mender_read(&s->mender, rows, rgb);
+    if (s->mended)
+        s->rows->report.peak = s->peak;
     if (!s->status)
         s->status = look_at_rows(s, rows, rgb);
-    if (!s->status)
+    if (!s->status && !s->mended)
         apply_alpha(s, rows, rgb);
     s->row += rows;
     if (!s->status && rows == left)
@@ -446,21 +691,10 @@ ibl_environment ibl_source_environment(ibl_source *source)
 static ibl_status read_all(ibl_source *source, ibl_image *img,
                            ibl_read_report *report)
 {
-    ibl_rows *rows = source->rows;
-    ibl_image whole = rows->whole;
-    ibl_status status = IBL_OK;
+    const ibl_status status = take_all(source, img);
 
-    rows->whole = (ibl_image){0};
-    if (!whole.data)
-        status = ibl_map_alloc(&source->in, rows->width, rows->height, &whole);
-    if (!status)
-        status = ibl_source_read(source, whole.height, whole.data);
-    if (status)
-        ibl_image_free(&whole);
-    else
-        *img = whole;
     if (report)
-        *report = rows->report;
+        *report = source->rows->report;
     ibl_source_close(source);
     return status;
 }
