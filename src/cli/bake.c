@@ -204,6 +204,15 @@ static bool write_output(ibl_bake *b, ibl_output_kind kind)
     return false;
 }
 
+/* three.js negates x when it looks up cubes, not in harmonics. */
+static bool write_harmonics(ibl_bake *b)
+{
+    const ibl_sh_format format = b->opts->sh_format;
+    const double *sh = format == IBL_SH_THREE ? b->from->made.sh : b->made.sh;
+
+    return write_text(b, b->sh_path, ibl_sh_text(format, sh), "the harmonics");
+}
+
 static bool write_all(ibl_bake *b)
 {
     const ibl_opts *o = b->opts;
@@ -212,8 +221,7 @@ static bool write_all(ibl_bake *b)
     for (int kind = 0; kind < IBL_OUTPUT_COUNT && ok; kind++)
         ok = !b->files[kind].path || write_output(b, (ibl_output_kind)kind);
     if (ok && b->sh_path)
-        ok = write_text(b, b->sh_path, ibl_sh_text(o->sh_format, b->made.sh),
-                        "the harmonics");
+        ok = write_harmonics(b);
     return ok && (!o->preview || write_preview(b)) &&
            (!o->verify || ibl_bake_judged(b));
 }

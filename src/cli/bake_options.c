@@ -96,10 +96,12 @@ static const ibl_option outputs[] = {
      .allowed = IBL_TARGETS_ALLOWED,
      .standard = "none",
      .help = "make files that these engines load as they are; sets other "
-             "defaults, which list prints. Several are written to DIR/TARGET"},
+             "defaults, which list prints. Several are written to DIR/TARGET",
+     .aside = true},
     {"explain", 0, IBL_FLAG(explain),
      .help = "print the lines that load the files of --target; without ENV, "
-             "only that"},
+             "only that",
+     .aside = true},
     {"format", 0, IBL_CHOICE(format, ibl_container_names),
      .help = "container, and the extension of its files"},
     {"zstd", 0, IBL_INT(zstd, 0, IBL_MAX_ZSTD),
@@ -335,10 +337,10 @@ static bool needs_harmonics(const ibl_opts *o)
 /* Switches off the parts of the bake that no output needs. */
 static void select_parts(ibl_opts *o)
 {
-    if (!o->bake.skybox)
+    if (o->bake.skybox)
+        o->only |= 1u << IBL_OUTPUT_SKYBOX;
+    else
         o->only &= ~(1u << IBL_OUTPUT_SKYBOX);
-    if (!(o->only & 1u << IBL_OUTPUT_SKYBOX))
-        o->bake.skybox = 0;
     if (!needs_harmonics(o))
         o->bake.sh_degree = -1;
     if (o->lobe_table == IBL_LOBES_NO)
@@ -468,13 +470,10 @@ static bool check_paths(const ibl_opts *o)
     return o->directory || ibl_misuse("no output directory: add -o DIR");
 }
 
-/* A target makes a skybox only if it has a size. */
 static bool check_skybox(const ibl_opts *o)
 {
-    const unsigned skybox = 1u << IBL_OUTPUT_SKYBOX;
-
-    return !(o->only & skybox) || o->only == ALL_OUTPUTS || o->bake.skybox ||
-           (o->of && o->only != skybox) ||
+    return !(o->only & 1u << IBL_OUTPUT_SKYBOX) || o->only == ALL_OUTPUTS ||
+           o->bake.skybox ||
            ibl_misuse("--only skybox: its size is not known: add --skybox N");
 }
 
@@ -539,6 +538,27 @@ static bool read_words(const char *first, char **words, ibl_opts *o)
     return ok;
 }
 
+static bool is_given(const ibl_opts *o, const char *name)
+{
+    for (int i = 0; i < o->given.count; i++)
+        if (!strcmp(o->given.list[i].option->name, name))
+            return true;
+    return false;
+}
+
+/* What a target sets falls away where the command line has no place for it. */
+static void drop_unfit(ibl_opts *o)
+{
+    ibl_specular_options *s = &o->bake.specular_options;
+
+    if (o->format != IBL_CONTAINER_KTX2 && !is_given(o, "zstd"))
+        o->zstd = 0;
+    if (ibl_pixel_block(o->texels.pixel) == 1 && !is_given(o, "quality"))
+        o->texels.quality = IBL_QUALITY_NORMAL;
+    if (s->levels > ibl_most_levels(s->size) && !is_given(o, "levels"))
+        s->levels = 0;
+}
+
 static bool add_set(ibl_bake_line *line, const ibl_target *target)
 {
     ibl_opts *o = &line->set[line->count++];
@@ -549,6 +569,7 @@ static bool add_set(ibl_bake_line *line, const ibl_target *target)
     o->given = line->one.given;
     o->of = target;
     o->filament = target->filament;
+    drop_unfit(o);
     snprintf(prefix, sizeof prefix, "--target %s: ", target->name);
     ibl_misuse_prefix(prefix);
     const bool ok = check_set(o);

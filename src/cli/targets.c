@@ -11,10 +11,26 @@
 /* man/iblbake-engines.7 shows options and lines: tests/check-man.sh compares
  * them. */
 const ibl_target ibl_targets[IBL_MAX_TARGETS] = {
+    {.name = "three",
+     .engine = "three.js from r187",
+     .options = "--only specular,json --mapping filament --size 256 "
+                "--mirror x --pixel uastc-hdr --quality fast "
+                "--zstd 9 --sh-format three",
+     .load = "const loader = new KTX2Loader().setTranscoderPath('basis/')\n"
+             "    .detectSupport(renderer);\n"
+             "const map = await loader.loadAsync('{specular}');\n"
+             "map.isPMREMTexture = true;\n"
+             "scene.environment = map;\n",
+     .light = "const light{n} = new THREE.DirectionalLight(\n"
+              "    new THREE.Color({r}, {g}, {b}), {intensity});\n"
+              "light{n}.position.set({x}, {y}, {z});\n"
+              "scene.add(light{n});\n",
+     .axes = "x y z",
+     .intensity = 1},
     {.name = "filament",
      .engine = "Filament",
-     .options = "--only specular,skybox,json --mapping filament --size 256 "
-                "--levels 6 --format ktx --pixel r11g11b10f --sh 2",
+     .options = "--only specular,json --mapping filament --size 256 "
+                "--format ktx --pixel r11g11b10f --sh 2",
      .load = "// '{specular}' is one of the files of Filament.init\n"
              "const ibl = engine.createIblFromKtx1('{specular}');\n"
              "ibl.setIntensity(30000);\n"
@@ -31,9 +47,30 @@ const ibl_target ibl_targets[IBL_MAX_TARGETS] = {
      .axes = "x y z",
      .filament = true,
      .intensity = 30000},
+    {.name = "bevy",
+     .engine = "Bevy",
+     .options = "--only specular,irradiance,json --mapping linear "
+                "--size 256 --mirror z --pixel rgb9e5 --zstd 9",
+     .load = "commands.spawn((Camera3d::default(), EnvironmentMapLight {\n"
+             "    diffuse_map: assets.load(\"{irradiance}\"),\n"
+             "    specular_map: assets.load(\"{specular}\"),\n"
+             "    intensity: 1000.0,\n"
+             "    ..default()\n"
+             "}));\n",
+     .light = "commands.spawn((\n"
+              "    DirectionalLight {\n"
+              "        color: Color::linear_rgb({r}, {g}, {b}),\n"
+              "        illuminance: {intensity},\n"
+              "        ..default()\n"
+              "    },\n"
+              "    Transform::default()\n"
+              "        .looking_to(Vec3::new({-x}, {-y}, {-z}), Vec3::Y),\n"
+              "));\n",
+     .axes = "x y z",
+     .intensity = 1000},
     {.name = "cesium",
      .engine = "Cesium",
-     .options = "--only specular,json --mapping linear --size 256 --levels 6 "
+     .options = "--only specular,json --mapping linear --size 256 "
                 "--pixel rgba16f --sh-format cesium",
      .load = "const light = model.imageBasedLighting;\n"
              "light.specularEnvironmentMaps = '{specular}';\n"

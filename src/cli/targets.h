@@ -11,7 +11,7 @@
 #include <ibl/ibl.h>
 
 enum {
-    IBL_MAX_TARGETS = 2
+    IBL_MAX_TARGETS = 4
 };
 
 typedef struct ibl_target {
@@ -34,7 +34,8 @@ extern const ibl_target ibl_targets[IBL_MAX_TARGETS];
 
 /* For an option: the targets of a list of their names as an unsigned, or all
  * of them; 1 << IBL_MAX_TARGETS for "list". False: another word. */
-#define IBL_TARGETS_ALLOWED "filament, cesium, both with a comma, all or list"
+#define IBL_TARGETS_ALLOWED                                                    \
+    "three, filament, bevy, cesium, several of them with commas, all or list"
 bool ibl_targets_parse(void *targets, const char *value);
 
 /* Prints what each target sets. */

@@ -1,0 +1,195 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+#
+# Targets: what --target writes and prints. BUILD names the build.
+set -u
+. tests/lib.sh
+use iblbake
+need node
+mkenv hdr 64 32 >"$work/env.hdr"
+small='--size 32 --irradiance-size 4'
+targets=$(iblbake --target list | sed -n 's/^\([a-z-]*\): .*/\1/p')
+words() { # TARGET: its options, as the list has them
+    iblbake --target list | sed -n "/^$1: /,/^[a-z-]*: /s/^    //p" |
+        tr '\n' ' '
+}
+bake() { # [options]
+    iblbake -q $small "$@" env.hdr || echo "$*: status $?"
+}
+
+# --levels of a target may be more than a small cube has.
+few='--levels 3'
+
+test_list() {
+    iblbake --target list >list 2>err || echo "status $?"
+    [ ! -s err ] || cat err
+    awk 'length > 80 { print "line " NR " has " length }' list
+    [ "$(echo $targets)" = 'three filament bevy cesium' ] ||
+        echo "$targets"
+    iblbake --target list >/dev/full 2>err && echo 'a full stdout is not noticed'
+}
+
+# A target is its options, but for its name in the sidecar and Filament's glType.
+test_same_as_its_options() {
+    local t
+    for t in $targets; do
+        bake --target "$t" $few -o "out/$t"
+        # shellcheck disable=SC2046
+        bake $(words "$t") $small $few -o "hand/$t"
+        grep -q "^  \"target\": \"$t\"" "out/$t/env.json" ||
+            echo "$t: not in the sidecar"
+    done 2>&1
+    rm -f out/filament/*.ktx hand/filament/*.ktx
+    # Only targets have no error that is expected of what is rendered.
+    js $targets <<'END'
+for (const target of process.argv.slice(2))
+    for (const where of ['out', 'hand']) {
+        const name = `${where}/${target}/env.json`, sidecar = json(name);
+        delete sidecar.options;
+        delete sidecar.target;
+        delete sidecar.expected_rendered_error;
+        fs.writeFileSync(name, JSON.stringify(sidecar, null, 1));
+    }
+END
+    for t in $targets; do
+        diff -r "out/$t" "hand/$t"
+    done | head -n 4
+}
+
+test_several_are_single_ones() {
+    local t
+    bake --target all $few --sun -o all
+    [ "$(ls all | tr '\n' ' ')" = \
+        "$(printf '%s\n' $targets | sort | tr '\n' ' ')" ] || ls all
+    for t in $targets; do
+        bake --target "$t" $few --sun -o "one/$t"
+    done
+    diff -r one all | head -n 4
+    bake --target bevy,three $few --sun -o two
+    diff -r one two | grep -v '^Only in one: '
+    return 0
+}
+
+test_threads() {
+    local j
+    for j in 1 2 7; do
+        bake --target all $few -j $j --skybox 16 -o $j
+    done
+    diff -r 1 2
+    diff -r 1 7
+}
+
+# The command line wins, on either side of --target.
+test_overrides() {
+    bake --target three $few --quality best -o after
+    bake --quality best $few --target three -o before
+    cmp after/env_specular.ktx2 before/env_specular.ktx2
+    grep -q '"quality": "best"' after/env.json || echo 'not best'
+    bake --target bevy --only irradiance,json -o only
+    [ "$(ls only | tr '\n' ' ')" = 'env.json env_irradiance.ktx2 ' ] || ls only
+    # What a target sets and has no place any more falls away.
+    bake --target bevy,three --format ktx --pixel rgba16f $few -o both
+    bake --target all --size 4 -o tiny
+    [ -s both/three/env_specular.ktx ] || ls -R both
+    bake --target filament $few --skybox 8 -o skybox
+    [ -s skybox/env_skybox.ktx ] || ls skybox
+}
+
+test_refused() {
+    refused 2 '*--target nope: not a value*three*cesium*all or list' \
+        iblbake --target nope env.hdr -o out
+    refused 2 '*--target three,: not a value*' \
+        iblbake --target three, env.hdr -o out
+    refused 2 '*--target three: --pixel uastc-hdr: dds files*' \
+        iblbake --target bevy,three --format dds --pixel uastc-hdr env.hdr -o out
+    refused 2 '*--target cesium: --levels 9: a cube of size 8 *' \
+        iblbake --target cesium --size 8 --levels 9 env.hdr -o out
+    refused 2 '*--preview p.png: *one --target*' \
+        iblbake --target three,bevy --preview p.png env.hdr -o out
+    refused 2 '*--explain: *Add --target*' iblbake --explain env.hdr -o out
+    refused 2 '*no output directory*' iblbake --target three env.hdr
+    refused 2 '*no environment*' iblbake --target three -o out
+    refused 1 '*nothing was written' iblbake -q --target all $small $few \
+        --max-error 1e-9 -o out env.hdr
+    mkdir -p taken/bevy/env.json
+    refused 1 '*taken/bevy/env.json: is a directory*' \
+        iblbake --target all $small $few -o taken env.hdr
+    bake --target three,bevy $few -o other
+    mkdir there
+    cp env.hdr there
+    refused 1 '*was made from env.hdr, and there/env.hdr would replace*' \
+        iblbake --target three,bevy $small $few there/env.hdr -o other
+}
+
+test_depfile() {
+    bake --target all $few -o out --depfile d
+    find out -type f | sort >made
+    tr -d '\\:' <d | tr ' ' '\n' | grep '^out/' | sort | diff made -
+    tr -d '\\\n' <d | grep -q ': env.hdr$' || cat d
+}
+
+# The lines name files that are there.
+test_explain_names_files() {
+    local t f
+    for t in $targets; do
+        bake --target "$t" $few --explain -o "out/$t" >lines
+        grep -q 'env_' lines || [ "$t" = gltf ] || echo "$t: no file"
+        grep -o "env_[a-z.0-9]*" lines | sort -u | while read -r f; do
+            [ -s "out/$t/$f" ] || echo "$t: no $f"
+        done
+        grep '[{][a-z]*}' lines
+        iblbake --target "$t" --explain | diff lines - || echo "$t: differs"
+    done
+    iblbake --target three,bevy --explain >lines
+    grep -q '^three: ' lines && grep -q '^bevy: ' lines || cat lines
+}
+
+test_lines_are_javascript() {
+    local t
+    for t in three filament cesium; do
+        iblbake --target $t --explain --sun | sed 's/{n}/1/g; s/{[-a-z]*}/0/g' \
+            >$t.mjs
+        node --check $t.mjs 2>&1 | head -n 4
+    done
+    iblbake --target all --explain --sun | awk 'length > 80'
+}
+
+# A light's direction, colour and intensity are those of the sidecar.
+test_explain_lights() {
+    mkenv hdr 128 64 >env.hdr
+    bake --target all --sun --explain $few -o out >lines
+    js <<'END'
+const light = json('out/filament/env.json').lights[0];
+const [x, y, z] = light.direction;
+const e = light.irradiance, most = Math.max(...e);
+const colour = e.map(v => v / most);
+const text = fs.readFileSync('lines', 'utf8');
+const same = (target, what, want) => {
+    const part = text.slice(text.indexOf(`${target}: `));
+    const at = part.slice(part.indexOf(what) + what.length);
+    const got = at.match(/-?[0-9][0-9.]*(e[-+]?[0-9]+)?/g).map(Number);
+    want.forEach((w, i) => near(`${target} ${i}`, got[i], w,
+        1e-5 * Math.abs(w) + 1e-6));
+};
+near('a mild colour', colour[1], colour[0], .9);
+same('three', 'new THREE.Color(', [...colour, most]);
+same('three', 'position.set(', [x, y, z]);
+same('filament', '.intensity(', [30000 * most, -x, -y, -z,
+    light.radius_deg]);
+same('bevy', 'illuminance: ', [1000 * most]);
+same('bevy', 'looking_to(Vec3::new(', [-x, -y, -z]);
+same('cesium', 'frame, new Cesium.Cartesian3(', [-x, z, -y]);
+END
+}
+
+for t in $(compgen -A function test_); do
+    picked "$t" || continue
+    cd "$top"
+    rm -rf "$work/case"
+    mkdir "$work/case"
+    cd "$work/case" || exit 1
+    cp "$work/env.hdr" .
+    verdict "$t" "$($t 2>&1 | head -n 12)"
+done
+cd "$top"
+end
