@@ -245,7 +245,7 @@ static ibl_encode_blocks_fn *encoder(ibl_isa isa)
 }
 
 /* Weights of a texel's squared distance, as in bc6h_encode.c. */
-static void find_weights(const float t[3 * N], double weights[N])
+static void find_weights(const float t[3 * N], bool best, double weights[N])
 {
     double sizes[N], sum = 0;
     for (int i = 0; i < N; i++) {
@@ -256,7 +256,8 @@ static void find_weights(const float t[3 * N], double weights[N])
     }
     for (int i = 0; i < N; i++) {
         const double share = sizes[i] / (sum + 0x1p-28);
-        weights[i] = (1 + 512 * share * share) / (sizes[i] + 0x1p-32);
+        weights[i] =
+            (1 + (best ? 48 : 512) * share * share) / (sizes[i] + 0x1p-32);
     }
 }
 
@@ -275,7 +276,7 @@ static double texel_error(const float t[3 * N], const double *d, int i,
 static double error_of(const float t[3 * N], const double d[3 * N], bool best)
 {
     double weights[N], sum = 0;
-    find_weights(t, weights);
+    find_weights(t, best, weights);
     for (int i = 0; i < N; i++) {
         const double e = texel_error(t, d + 3 * i, i, weights);
         sum += best ? sqrt(e) : e;
@@ -288,7 +289,7 @@ static double error_of(const float t[3 * N], const double d[3 * N], bool best)
 static double flat_error(const float t[3 * N], bool best)
 {
     double weights[N], flat[3 * N], mean[3] = {0};
-    find_weights(t, weights);
+    find_weights(t, best, weights);
     for (int k = 0; k < (best ? 1000 : 1); k++) {
         double sum = 0, next[3] = {0};
         for (int i = 0; i < N; i++) {

@@ -4,15 +4,16 @@
  * texels, in the nearly logarithmic scale in which colours are mixed. Then
  * indices and endpoints take turns: nearest colours, least squares. The best
  * quality also tries endpoints beyond the texels and the neighbours of each
- * endpoint. The best candidate by its decoded texels wins.
+ * endpoint and of a channel's pairs of them. The best candidate by its decoded
+ * texels wins.
  *
  * The error of a texel t that is decoded as d is, p being the texel's share of
  * sum |t|^2 in its block,
- *     e = |d - t|^2 / (|t|^2 + 2^-32) (1 + SUN p^2).
+ *     e = |d - t|^2 / (|t|^2 + 2^-32) (1 + sun p^2).
  * Without the last factor that is what one sees after any exposure. With it a
  * sun keeps its light, which is most of the error of a whole level. The error
  * of a block is the sum of e; with the best quality that of their roots, which
- * makes mean relative errors 2 % less.
+ * makes mean relative errors 2 % less, and a smaller sun is enough.
  */
 #include <float.h>
 #include <math.h>
@@ -24,7 +25,6 @@
 #include "kern/bc6h_fit.h"
 
 enum {
-    SUN = 512,
     N = IBL_BC6H_TEXELS,
     ALL = 0xFFFF /* texels, as a region */
 };
@@ -39,6 +39,7 @@ typedef struct candidate {
 
 /* What a quality takes. */
 typedef struct effort {
+    float sun;        /* see above */
     int stretches[2]; /* at each end, with one region and with two; 1: none */
     int partitions;   /* the likeliest of them */
     int refined;      /* the best of those */
@@ -48,9 +49,9 @@ typedef struct effort {
 } effort;
 
 static const effort efforts[] = {
-    [IBL_QUALITY_FAST] = {.stretches = {1}},
-    [IBL_QUALITY_NORMAL] = {{1, 1}, .partitions = 1, .refined = 1},
-    [IBL_QUALITY_BEST] = {{6, 4}, 8, 3, 4, true, true},
+    [IBL_QUALITY_FAST] = {512, {1}},
+    [IBL_QUALITY_NORMAL] = {512, {1, 1}, .partitions = 1, .refined = 1},
+    [IBL_QUALITY_BEST] = {48, {6, 4}, 14, 6, 4, true, true},
 };
 
 typedef struct search {
@@ -76,7 +77,7 @@ static float slope_of(float x)
     return fmaxf(ulp, 0x1p-24f) * (31 / 64.0f);
 }
 
-static void load_weights(ibl_bc6h_texels *t)
+static void load_weights(float sun, ibl_bc6h_texels *t)
 {
     float size[N], sum = 0;
     for (int i = 0; i < N; i++) {
@@ -86,7 +87,7 @@ static void load_weights(ibl_bc6h_texels *t)
     }
     const float share = 1 / (sum + 0x1p-28f);
     for (int i = 0; i < N; i++)
-        t->weight[i] = 1 / (size[i] + 0x1p-32f) + SUN * size[i] * share * share;
+        t->weight[i] = 1 / (size[i] + 0x1p-32f) + sun * size[i] * share * share;
 }
 
 static void load_channel(ibl_bc6h_texels *t, int c)
@@ -108,11 +109,11 @@ static void load_channel(ibl_bc6h_texels *t, int c)
     }
 }
 
-static void load(const float *rgb, ibl_bc6h_texels *t)
+static void load(const float *rgb, float sun, ibl_bc6h_texels *t)
 {
     for (int i = 0; i < 3 * N; i++)
         t->rgb[i % 3][i / 3] = rgb[i] + 0.0f; /* -0 becomes 0 */
-    load_weights(t);
+    load_weights(sun, t);
     for (int c = 0; c < 3; c++)
         load_channel(t, c);
 }
@@ -285,13 +286,21 @@ static void refine(const search *s, candidate *best)
     keep(best, &x);
 }
 
-/* Moves one value of an endpoint by step as long as that is better. */
-static bool descend(const search *s, candidate *best, int end, int c, int step)
+static bool within(const candidate *x, int end, int c)
+{
+    return x->q[end][c] >= 0 && x->q[end][c] < 1 << x->mode->bits;
+}
+
+/* Moves a channel of an endpoint by step, and of the region's other endpoint by
+ * `other`, as long as that is better. */
+static bool descend(const search *s, candidate *best, int end, int c, int step,
+                    int other)
 {
     for (bool moved = false;; moved = true) {
         candidate x = *best;
         x.q[end][c] += step;
-        if (x.q[end][c] < 0 || x.q[end][c] >= 1 << x.mode->bits || !fits(&x))
+        x.q[end ^ 1][c] += other;
+        if (!within(&x, end, c) || !within(&x, end ^ 1, c) || !fits(&x))
             return moved;
         evaluate(s, &x);
         if (!(x.error < best->error))
@@ -300,13 +309,27 @@ static bool descend(const search *s, candidate *best, int end, int c, int step)
     }
 }
 
+/* One endpoint, or both: the line's place, its length. */
+static bool descend_each(const search *s, candidate *x, int end, int c)
+{
+    bool moved = false;
+    for (int step = -1; step <= 1; step += 2) {
+        moved |= descend(s, x, end, c, step, 0);
+        if (end % 2 == 0) {
+            moved |= descend(s, x, end, c, step, step);
+            moved |= descend(s, x, end, c, step, -step);
+        }
+    }
+    return moved;
+}
+
 static void descend_all(const search *s, candidate *x)
 {
     bool moved = true;
     for (int i = 0; i < s->effort->descents && moved; i++) {
         moved = false;
-        for (int k = 0; k < 12 * x->mode->regions; k++)
-            moved |= descend(s, x, k / 6, k / 2 % 3, k % 2 ? 1 : -1);
+        for (int k = 0; k < 6 * x->mode->regions; k++)
+            moved |= descend_each(s, x, k / 3, k % 3);
     }
 }
 
@@ -587,7 +610,7 @@ void ibl_bc6h_encode(const ibl_bc6h_fit *fit, const float *texels, size_t count,
 {
     search s = {.fit = fit, .effort = &efforts[quality]};
     for (size_t i = 0; i < count; i++) {
-        load(texels + i * 3 * N, &s.t);
+        load(texels + i * 3 * N, s.effort->sun, &s.t);
         s.best.error = FLT_MAX;
         try_flats(&s);
         if (s.best.error > 0) {
