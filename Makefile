@@ -91,7 +91,8 @@ endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all lib deps tests benches demo check check-run check-quick mutants check-cycles bench \
+.PHONY: all lib deps tests benches demo check check-run check-quick check-clients mutants \
+        check-cycles bench \
         bench-probes lint format install uninstall clean list \
         FORCE
 
@@ -316,6 +317,12 @@ check-run:
 check-quick:
 	+@$(STRICT)
 	@bash tests/run.sh --quick $(BUILD)
+
+## check-clients: our files in three, Babylon, Filament and PlayCanvas (a minute)
+check-clients:
+	@DEPS=$(DEPS) sh tests/deps.sh check
+	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake
+	@BUILD=$(BUILD) bash tests/check-clients.sh
 
 ## bench: set up, then compare with stb_image and cmgen (minutes)
 bench:

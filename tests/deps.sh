@@ -42,6 +42,7 @@ openimageio-tools:makes_test_images
 astcenc:decodes_ASTC
 nodejs:runs_the_KTX_reader
 npm:fetches_the_KTX_reader
+chromium:runs_the_engines_of_check-clients
 procps:finds_what_runs_on
 xvfb:display_of_the_window_test
 xdotool:presses_its_keys
