@@ -220,6 +220,10 @@ $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
     faces.o judge.o judge_picks.o judged_map.o lookup.o rendered.o)
 
+$(BUILD)/tests/check_engine: TEST_LIBS = $(LIB)
+$(BUILD)/tests/check_engine: $(call obj,$(wildcard src/engine/*.c)) \
+    $(addprefix $(BUILD)/obj/src/common/,text.o path.o)
+
 # Gives OpenEXRCore its memory.
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read
 # A file system that does not answer, or is interrupted.

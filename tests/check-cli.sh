@@ -646,6 +646,39 @@ for (const d of [[1, 0, 0], [0, 1, 0], [0, 0, -1], [-.6, 0, .8], [0, -.8, .6],
 END
 }
 
+# Engines' own files, read by their rules in engine_files.mjs, hold what a DDS
+# file of floats holds; the same for any threads; a light above their largest
+# value is told.
+test_engine_files() {
+    local to='--size 32 --irradiance-size 16 --pixel rgba32f --format dds'
+    cp "$top"/tests/cli/*_png.mjs "$top/tests/cli/engine_files.mjs" .
+    iblbake -q $to --mapping babylon --only specular,json env.exr -o a
+    iblbake -q $to --mapping linear --levels 6 env.exr -o b
+    for j in 1 3; do
+        iblbake -q -j $j --size 32 --format env --mapping babylon env.exr -o $j
+        iblbake -q -j $j --size 32 --levels 6 --format gltf --mapping linear \
+            --name 'a b' env.exr -o $j
+        iblbake -q -j $j --size 32 --levels 6 --format playcanvas \
+            --mapping linear env.exr -o $j
+    done
+    diff -r 1 3
+    ls 1 | grep -c png | grep -qx 37 || ls 1
+    node engine_files.mjs a/env_specular.dds a/env.json 1/env.env
+    node engine_files.mjs b/env_specular.dds b/env.json '1/a b.gltf'
+    node engine_files.mjs b/env_specular.dds b/env.json 1/env_envatlas.png \
+        b/env_irradiance.dds
+    iblbake --only specular --size 16 --format env --mapping babylon env.hdr \
+        -o c --verify 2>err >table
+    grep -q 'brighter than 255, the most that rgbd holds: .* went to' err ||
+        cat err
+    grep -q '^specular *4 1' table || cat table
+    iblbake --only specular --size 16 --format env --mapping babylon env.hdr \
+        -o c --overflow clip 2>err
+    grep -q 'is lost' err || cat err
+    iblbake -q env.exr --format gltf --mapping linear --levels 2 --depfile d -o c
+    grep -q 'c/env_1_nz.png' d || cat d
+}
+
 # Without a compact source a bake is the same, and the user is told.
 test_no_lights() {
     iblbake -q env.exr --size 16 --lut-size 8 --format dds -o all

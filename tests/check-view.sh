@@ -13,7 +13,7 @@ for format in ktx2 ktx dds; do
     $bake -o "$work/$format" --format $format --skybox 32 || exit 1
 done
 small='--size 48x36 --grid 2x2'
-cp tests/cli/png.mjs "$work/bin"
+cp tests/cli/png.mjs tests/cli/read_png.mjs "$work/bin"
 near() { node "$work/bin/png.mjs" "$@"; } # PNG PNG MOST MEAN, of 255
 
 iblview "$work/ktx2" --offscreen "$work/first.png" $small 2>"$work/err"

@@ -151,7 +151,7 @@ use_viewer() {
     [ -x "$build/iblview" ] || skip_all 'iblview was not built'
     need node
     use iblbake iblview
-    cp tests/cli/png.mjs "$work/bin"
+    cp tests/cli/png.mjs tests/cli/read_png.mjs "$work/bin"
     unset DISPLAY WAYLAND_DISPLAY
     # OSMesa never frees some 480 bytes.
     echo leak:libOSMesa.so >"$work/leaks"

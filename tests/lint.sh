@@ -100,7 +100,7 @@ bake bake core image brdf kern
 probe probe core
 io io core image kern
 common common
-engine engine core common
+engine engine core common image io
 cli cli common engine
 view view common engine
 ROOMS

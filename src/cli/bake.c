@@ -55,10 +55,20 @@ static void warn_of_overflow(const ibl_bake *b, const ibl_baked *file)
     for (int l = 0; l < file->shape.levels; l++)
         ibl_overflow_add(&file->overflow.level[l], &sum);
     /* What was asked for is no reason to warn. */
-    if (b->opts->texels.largest > 0 && sum.lost == 0)
+    if (!b->opts->engine && b->opts->texels.largest > 0 && sum.lost == 0)
         return;
-    ibl_warn_of_overflow(b->console, file->path, file->shape.pixel,
-                         b->opts->texels.overflow, &sum);
+    ibl_warn_of_overflow(
+        b->console, file->path, &b->opts->texels,
+        b->opts->engine ? ibl_engine_pixel(b->opts->engine) : NULL, &sum);
+}
+
+/* Keeps the texture's shape for the record. */
+static void take_shape(ibl_baked *file, const ibl_texture *tex)
+{
+    file->shape = *tex;
+    file->shape.data = NULL;
+    file->shape.keys = NULL;
+    file->shape.key_count = 0;
 }
 
 /* Writes and frees a texture. */
@@ -66,10 +76,7 @@ static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
 {
     ibl_baked *file = &b->files[kind];
 
-    file->shape = *tex;
-    file->shape.data = NULL;
-    file->shape.keys = NULL;
-    file->shape.key_count = 0;
+    take_shape(file, tex);
     bool ok = ibl_texture_metadata(b, kind, tex) &&
               (!b->opts->verify || ibl_bake_judge(b, kind, tex));
     tex->filament = b->opts->filament;
@@ -77,6 +84,52 @@ static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
     ok = ok && !ibl_outputs_take_texture(b->outputs, file->path, tex,
                                          b->opts->format, &file->bytes);
     ibl_texture_free(tex);
+    if (ok)
+        warn_of_overflow(b, file);
+    return ok;
+}
+
+/* Adds the files of an engine to the outputs, and frees them. */
+static bool add_engine_files(ibl_bake *b, ibl_blob *main, ibl_blob *faces,
+                             bool ok)
+{
+    ibl_baked *file = &b->files[IBL_OUTPUT_SPECULAR];
+
+    ok =
+        ok && !ibl_outputs_add(b->outputs, file->path, main->bytes, main->size);
+    file->bytes = main->size;
+    ibl_blob_free(main);
+    for (int i = 0; i < b->face_count; i++) {
+        ok = ok && !ibl_outputs_add(b->outputs, b->faces[i], faces[i].bytes,
+                                    faces[i].size);
+        file->bytes += faces[i].size;
+        ibl_blob_free(&faces[i]);
+    }
+    return ok;
+}
+
+/* Encodes and writes an engine's own file of the levels, which are in tex, too;
+ * tex then has what the file says of them. */
+static bool write_engine(ibl_bake *b, const ibl_cube *cube, ibl_texture *tex)
+{
+    const ibl_opts *o = b->opts;
+    ibl_baked *file = &b->files[IBL_OUTPUT_SPECULAR];
+    ibl_blob main = {0}, faces[IBL_MAX_FACES] = {0};
+    ibl_cube turned = {0};
+    ibl_engine_set set = {tex, &b->made.irradiance, b->made.sh, o->name};
+
+    take_shape(file, tex);
+    bool ok =
+        !has_axes(b) || !b->made.irradiance.data ||
+        !ibl_cube_turn_axes(b->ctx, &b->made.irradiance, o->axes, 0, &turned);
+    if (turned.data)
+        set.irradiance = &turned;
+    ok = ok && ibl_texture_metadata(b, IBL_OUTPUT_SPECULAR, tex) &&
+         !ibl_engine_encode(b->ctx, o->engine, &set, &main, faces) &&
+         !ibl_texture_errors(b->ctx, tex, cube, file->error) &&
+         (!o->verify || ibl_bake_judge(b, IBL_OUTPUT_SPECULAR, tex));
+    ok = add_engine_files(b, &main, faces, ok);
+    ibl_cube_free(&turned);
     if (ok)
         warn_of_overflow(b, file);
     return ok;
@@ -94,10 +147,13 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
         return false;
     if (has_axes(b))
         cube = &turned;
-    const bool ok = !ibl_texture_from_cube(b->ctx, cube, &b->opts->texels, &tex,
-                                           &file->overflow) &&
-                    !ibl_texture_errors(b->ctx, &tex, cube, file->error) &&
-                    write_texture(b, kind, &tex);
+    bool ok = !ibl_texture_from_cube(b->ctx, cube, &b->opts->texels, &tex,
+                                     &file->overflow);
+    if (b->opts->engine)
+        ok = ok && write_engine(b, cube, &tex);
+    else
+        ok = ok && !ibl_texture_errors(b->ctx, &tex, cube, file->error) &&
+             write_texture(b, kind, &tex);
     ibl_texture_free(&tex);
     ibl_cube_free(&turned);
     return ok;
@@ -107,7 +163,8 @@ static bool write_specular(ibl_bake *b)
 {
     char given[IBL_SAMPLING_BYTES];
 
-    if (!b->opts->of) /* a target knows its engine's last level */
+    /* Engines know their last level. */
+    if (!b->opts->of && !b->opts->engine)
         ibl_warn_of_small_faces(b->console, &b->made.report.layout);
     ibl_sampling_given(b->opts, given);
     if (*given && !strcmp(ibl_bake_specular_method(b), "spectral"))
@@ -278,8 +335,10 @@ static void log_set(const ibl_bake *b)
             ibl_console_info(
                 b->console, "wrote %s: %s, %s, %d x %d, levels: %d%s",
                 file->path, file->shape.faces == 6 ? "cube" : "2D",
-                ibl_pixel_name(file->shape.pixel), file->shape.width,
-                file->shape.height, file->shape.levels, errors);
+                b->opts->engine ? ibl_engine_pixel(b->opts->engine)
+                                : ibl_pixel_name(file->shape.pixel),
+                file->shape.width, file->shape.height, file->shape.levels,
+                errors);
     }
     if (b->files[IBL_OUTPUT_JSON].path)
         ibl_console_info(b->console, "wrote %s",
@@ -410,6 +469,8 @@ static void free_set(ibl_bake *b)
     for (int i = 0; i < IBL_OUTPUT_COUNT; i++)
         free(b->files[i].path);
     free(b->sh_path);
+    for (int i = 0; i < b->face_count; i++)
+        free(b->faces[i]);
     free(b->directory);
     free(b->sh);
 }

@@ -102,8 +102,9 @@ static const ibl_option outputs[] = {
      .help = "print the lines that load the files of --target; without ENV, "
              "only that",
      .aside = true},
-    {"format", 0, IBL_CHOICE(format, ibl_container_names),
-     .help = "container, and the extension of its files"},
+    {"format", 0, IBL_CHOICE(file, ibl_format_names),
+     .help = "container, and the extension of its files; env, gltf and "
+             "playcanvas: one set for Babylon, glTF or PlayCanvas"},
     {"zstd", 0, IBL_INT(zstd, 0, IBL_MAX_ZSTD),
      .help = "compress ktx2 files with Zstandard of level N; 0: do not"},
     {"pixel", 0, IBL_CHOICE(texels.pixel, ibl_pixel_names),
@@ -258,7 +259,7 @@ static void defaults(void *settings)
 {
     *(ibl_opts *)settings = (ibl_opts){
         .common = ibl_common_default(),
-        .format = IBL_CONTAINER_KTX2,
+        .file = IBL_CONTAINER_KTX2,
         .texels = ibl_texel_options_default(),
         .only = ALL_OUTPUTS,
         .bake = ibl_bake_options_default(),
@@ -329,7 +330,7 @@ static bool check_levels(const ibl_specular_options *s)
 /* KTX files of levels have them for Filament. */
 static bool needs_harmonics(const ibl_opts *o)
 {
-    return o->only & 1u << IBL_OUTPUT_JSON || o->sh_format ||
+    return o->only & 1u << IBL_OUTPUT_JSON || o->sh_format || o->engine ||
            (o->format == IBL_CONTAINER_KTX &&
             o->only & 1u << IBL_OUTPUT_SPECULAR);
 }
@@ -351,7 +352,8 @@ static void select_parts(ibl_opts *o)
     o->bake.power = expects || ((o->only & 1u << IBL_OUTPUT_LOBES) &&
                                 o->lobe_table == IBL_LOBES_FITTED);
     o->bake.specular = (o->only & 1u << IBL_OUTPUT_SPECULAR) != 0;
-    o->bake.irradiance = (o->only & 1u << IBL_OUTPUT_IRRADIANCE) != 0;
+    o->bake.irradiance = o->only & 1u << IBL_OUTPUT_IRRADIANCE ||
+                         o->engine == IBL_ENGINE_PLAYCANVAS;
 }
 
 static bool check_lobes(const ibl_opts *o)
@@ -376,9 +378,9 @@ static bool check_lobes(const ibl_opts *o)
 
 static bool check_zstd(const ibl_opts *o)
 {
-    return !o->zstd || o->format == IBL_CONTAINER_KTX2 ||
+    return !o->zstd || (o->format == IBL_CONTAINER_KTX2 && !o->engine) ||
            ibl_misuse("--zstd %d: %s files cannot hold it: take --format ktx2",
-                      o->zstd, ibl_container_name(o->format));
+                      o->zstd, ibl_format_names[o->file]);
 }
 
 /* Whether the levels are of the map that the table is written for. */
@@ -425,6 +427,11 @@ static bool check_texels(const ibl_opts *o)
 
 static bool check_harmonics(const ibl_opts *o)
 {
+    if (o->engine && o->engine != IBL_ENGINE_PLAYCANVAS &&
+        o->bake.sh_degree < 2)
+        return ibl_misuse("--format %s: takes nine coefficients: leave out "
+                          "--sh %d",
+                          ibl_format_names[o->file], o->bake.sh_degree);
     return !o->sh_format || o->bake.sh_degree >= 2 ||
            ibl_misuse("--sh-format %s: takes nine coefficients: leave out --sh "
                       "%d",
@@ -436,6 +443,65 @@ static bool check_lights(const ibl_opts *o)
     return !o->lights || (o->only & 1u << IBL_OUTPUT_JSON) ||
            ibl_misuse("--lights %d: the sidecar lists them: add json to --only",
                       o->lights);
+}
+
+/* What the engine looks the levels up by. */
+static bool check_engine_levels(const ibl_opts *o)
+{
+    const ibl_specular_options *s = &o->bake.specular_options;
+    const char *name = ibl_format_names[o->file];
+    const ibl_roughness_map map = o->engine == IBL_ENGINE_ENV
+                                      ? IBL_ROUGHNESS_BABYLON
+                                      : IBL_ROUGHNESS_LINEAR;
+    ibl_specular_layout layout = {0};
+
+    ibl_specular_layout_of(s, &layout);
+    if (s->mapping != map)
+        return ibl_misuse("--format %s: its levels are of --mapping %s", name,
+                          ibl_roughness_map_name(map));
+    if (s->roughness_min > 0 || s->roughness_max < 1)
+        return ibl_misuse("--format %s: has all roughnesses: leave out "
+                          "--roughness-range",
+                          name);
+    if (o->engine == IBL_ENGINE_PLAYCANVAS)
+        return (layout.levels == 6 && s->size >= 32) ||
+               ibl_misuse("--format playcanvas: has 6 levels, from a --size "
+                          "of 32 or more");
+    if (s->size & (s->size - 1))
+        return ibl_misuse("--size %d: %s files need a power of two", s->size,
+                          name);
+    return o->engine != IBL_ENGINE_ENV || 1 == s->size >> (layout.levels - 1) ||
+           ibl_misuse("--levels %d: .env files have all down to 1x1",
+                      layout.levels);
+}
+
+/* Completes the options of an engine's own file, which has no others beside
+ * it but the sidecar. */
+static bool settle_file(ibl_opts *o)
+{
+    const unsigned held = 1u << IBL_OUTPUT_SPECULAR | 1u << IBL_OUTPUT_JSON;
+
+    o->format = o->file < IBL_CONTAINER_COUNT ? (ibl_container)o->file
+                                              : IBL_CONTAINER_KTX2;
+    if (o->file < IBL_CONTAINER_COUNT)
+        return true;
+    o->engine = (ibl_engine)(o->file - IBL_CONTAINER_COUNT + IBL_ENGINE_ENV);
+    if (o->only == ALL_OUTPUTS && !o->bake.skybox)
+        o->only = held;
+    if (o->only & ~held)
+        return ibl_misuse("--format %s: is one file, with --only specular,json "
+                          "at most",
+                          ibl_format_names[o->file]);
+    if (o->texels.pixel != IBL_PIXEL_RGBA16F)
+        return ibl_misuse("--pixel %s: %s files pack their own texels: leave "
+                          "it out",
+                          ibl_pixel_name(o->texels.pixel),
+                          ibl_format_names[o->file]);
+    o->texels.pixel = IBL_PIXEL_RGBA32F;
+    const double most = (double)ibl_engine_max(o->engine);
+    if (!(o->texels.largest > 0 && o->texels.largest < most))
+        o->texels.largest = most;
+    return check_engine_levels(o);
 }
 
 /* A sheen has no table unless one was asked for, and DDS with the legacy header
@@ -479,6 +545,8 @@ static bool check_skybox(const ibl_opts *o)
 
 static bool check_set(ibl_opts *o)
 {
+    if (!settle_file(o))
+        return false;
     choose_lobes(o);
     if (!check_paths(o) || !check_skybox(o) ||
         !ibl_common_validate(&o->common) || !check_mapping(o) ||

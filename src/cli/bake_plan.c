@@ -43,7 +43,9 @@ static char *make_path(const ibl_bake *b, ibl_output_kind kind)
     const char *stem = kind == IBL_OUTPUT_LUT ? ibl_lut_stems[o->lut.geometry]
                        : kind == IBL_OUTPUT_LOBES ? ibl_output_content(kind)
                                                   : o->name;
-    char *name = is_own(o, kind)
+    char *name = kind == IBL_OUTPUT_SPECULAR && o->engine
+                     ? ibl_format("%s%s", o->name, ibl_engine_suffix(o->engine))
+                 : is_own(o, kind)
                      ? ibl_format("%s_%s.%s", o->name, ibl_output_content(kind),
                                   extension)
                      : ibl_format("%s.%s", stem, extension);
@@ -62,6 +64,24 @@ static char *make_sh_path(const ibl_bake *b)
     return path;
 }
 
+static bool name_faces(ibl_bake *b)
+{
+    ibl_specular_layout layout = {0};
+
+    if (!b->files[IBL_OUTPUT_SPECULAR].path ||
+        ibl_specular_layout_of(&b->opts->bake.specular_options, &layout))
+        return true;
+    b->face_count = ibl_engine_faces(b->opts->engine, layout.levels);
+    for (int i = 0; i < b->face_count; i++) {
+        char *name = ibl_engine_face_name(b->opts->name, i);
+        b->faces[i] = name ? ibl_path_join(b->directory, name) : NULL;
+        free(name);
+        if (!b->faces[i])
+            return ibl_console_fail(b->console, "no memory for file names");
+    }
+    return true;
+}
+
 bool ibl_bake_name_files(ibl_bake *b)
 {
     for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++) {
@@ -71,12 +91,14 @@ bool ibl_bake_name_files(ibl_bake *b)
         if (!b->files[kind].path)
             return ibl_console_fail(b->console, "no memory for file names");
     }
+    if (!name_faces(b))
+        return false;
     return !b->opts->sh_format || (b->sh_path = make_sh_path(b)) ||
            ibl_console_fail(b->console, "no memory for file names");
 }
 
 enum {
-    SET_PATHS = IBL_OUTPUT_COUNT + 1 /* files of a set */
+    SET_PATHS = IBL_OUTPUT_COUNT + 1 + IBL_MAX_FACES /* files of a set */
 };
 
 /* Lists the files of a set; returns their number. */
@@ -89,6 +111,8 @@ static int list_files(const ibl_bake *b, const char *paths[SET_PATHS])
             paths[count++] = b->files[kind].path;
     if (b->sh_path)
         paths[count++] = b->sh_path;
+    for (int i = 0; i < b->face_count; i++)
+        paths[count++] = b->faces[i];
     return count;
 }
 

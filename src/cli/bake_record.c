@@ -556,16 +556,21 @@ static void put_lobes(const ibl_bake *b, json_t **j)
     put(j, "level_roughness", roughness);
 }
 
+static const char *pixel_name(const ibl_bake *b, const ibl_baked *file)
+{
+    return b->opts->engine ? ibl_engine_pixel(b->opts->engine)
+                           : ibl_pixel_name(file->shape.pixel);
+}
+
 static json_t *output(const ibl_bake *b, ibl_output_kind kind)
 {
     const ibl_baked *file = &b->files[kind];
     json_t *j = json_pack(
         "{ss so ss ss si si si sI sI}", "content", ibl_output_content(kind),
         "file", file_name(b, ibl_path_name(file->path)), "container",
-        ibl_container_name(b->opts->format), "pixel",
-        ibl_pixel_name(file->shape.pixel), "width", file->shape.width, "height",
-        file->shape.height, "faces", file->shape.faces, "bytes",
-        (json_int_t)file->bytes, "saturated",
+        ibl_format_names[b->opts->file], "pixel", pixel_name(b, file), "width",
+        file->shape.width, "height", file->shape.height, "faces",
+        file->shape.faces, "bytes", (json_int_t)file->bytes, "saturated",
         (json_int_t)file->overflow.values);
 
     if (b->opts->zstd)

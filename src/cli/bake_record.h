@@ -7,6 +7,7 @@
 #include "cli/console.h"
 #include "cli/judge_report.h"
 #include "cli/targets.h"
+#include "engine/engine.h"
 #include "engine/harmonics.h"
 
 /* What the lobe table is fitted to. */
@@ -16,6 +17,10 @@ typedef enum ibl_lobes {
     IBL_LOBES_NO,     /* there is none */
     IBL_LOBES_USUAL   /* photographs, if the levels are GGX */
 } ibl_lobes;
+
+enum {
+    IBL_MAX_FACES = IBL_FACES * IBL_MAX_LEVELS
+};
 
 /* The options of a set of files. Strings point into argv; name may point to
  * stem. */
@@ -27,7 +32,9 @@ typedef struct ibl_opts {
     const char *input;    /* "-": standard input; NULL: none (only the LUT) */
     const char *directory;
     const char *name;
+    int file; /* what --format says, in ibl_format_names */
     ibl_container format;
+    ibl_engine engine;        /* the files are an engine's own; or NONE */
     int zstd;                 /* level of Zstandard; 0: none */
     int filament;             /* 1: KTX as Filament reads it: ibl_texture */
     ibl_texel_options texels; /* of the cubes */
@@ -106,7 +113,9 @@ typedef struct ibl_bake {
     ibl_specular_layout lobe_layout; /* of the chain of the lobe table */
     ibl_report judged;               /* empty without --verify */
     ibl_baked files[IBL_OUTPUT_COUNT];
-    char *sh_path; /* of --sh-format; NULL: none */
+    char *sh_path;              /* of --sh-format; NULL: none */
+    char *faces[IBL_MAX_FACES]; /* paths of an engine's other files */
+    int face_count;
 } ibl_bake;
 
 /* Lists the options that affect only sampled levels and differ from their

@@ -55,6 +55,10 @@ bool ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const ibl_texture *tex)
 
     if (kind == IBL_OUTPUT_LOBES) /* no texel of it has a truth of its own */
         return true;
+    if (b->opts->engine) { /* tex has what its file gives back */
+        b->judged.options = b->opts->judge;
+        return judge_cube(b, kind, tex);
+    }
     bool ok = !ibl_texture_encode(b->ctx, tex, b->opts->format, &bytes, &size);
     ibl_console_progress(b->console, "verify", 0);
     b->judged.options = b->opts->judge;

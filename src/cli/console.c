@@ -210,9 +210,12 @@ void ibl_overflow_add(const ibl_overflow_level *level, ibl_overflow_level *sum)
 }
 
 void ibl_warn_of_overflow(ibl_console *console, const char *file,
-                          ibl_pixel pixel, ibl_overflow overflow,
+                          const ibl_texel_options *texels, const char *packed,
                           const ibl_overflow_level *sum)
 {
+    const double max = texels->largest > 0
+                           ? texels->largest
+                           : (double)ibl_pixel_max(texels->pixel);
     char moved[96] = "", lost[96] = "";
 
     if (!sum->texels)
@@ -224,11 +227,13 @@ void ibl_warn_of_overflow(ibl_console *console, const char *file,
     if (sum->lost > 0)
         snprintf(lost, sizeof lost, ": %.2g %% of a level's light is lost%s",
                  100 * sum->lost,
-                 overflow == IBL_OVERFLOW_CLIP ? "" : " for want of room");
-    ibl_console_warn(
-        console,
-        "%s: %zu %s brighter than %.9g, the most that %s "
-        "holds%s%s: --pixel rgba32f keeps it in its place",
-        file, sum->texels, sum->texels == 1 ? "texel is" : "texels are",
-        (double)ibl_pixel_max(pixel), ibl_pixel_name(pixel), moved, lost);
+                 texels->overflow == IBL_OVERFLOW_CLIP ? ""
+                                                       : " for want of room");
+    ibl_console_warn(console,
+                     "%s: %zu %s brighter than %.9g, the most that %s "
+                     "holds%s%s: %s keeps it in its place",
+                     file, sum->texels,
+                     sum->texels == 1 ? "texel is" : "texels are", max,
+                     packed ? packed : ibl_pixel_name(texels->pixel), moved,
+                     lost, packed ? "a texture's --format" : "--pixel rgba32f");
 }

@@ -62,9 +62,10 @@ bool ibl_console_commit(ibl_console *console, ibl_outputs *outputs);
 
 /* Adds a level's texels to those of sum, which keeps the largest shares. */
 void ibl_overflow_add(const ibl_overflow_level *level, ibl_overflow_level *sum);
-/* Warns if sum, over the levels of a file, has texels that overflow. */
+/* packed: what an engine's file packs the texels into, or NULL.
+ * Warns if sum, over the levels of a file, has texels that overflow. */
 void ibl_warn_of_overflow(ibl_console *console, const char *file,
-                          ibl_pixel pixel, ibl_overflow overflow,
+                          const ibl_texel_options *texels, const char *packed,
                           const ibl_overflow_level *sum);
 
 /* Warns if the last level has too few texels to interpolate between them. */

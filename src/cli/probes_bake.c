@@ -158,8 +158,7 @@ static bool take_capture(ibl_probes_bake *p, int layer,
                     &alpha->irradiance, &loss)))
         return false;
     snprintf(name, sizeof name, "%s: %s", p->opts->input, l->capture.place);
-    ibl_warn_of_overflow(p->console, name, b->texels.pixel, b->texels.overflow,
-                         &loss.beyond);
+    ibl_warn_of_overflow(p->console, name, &b->texels, NULL, &loss.beyond);
     l->note = ibl_probes_note(made, &loss);
     return l->note || ibl_probes_no_memory(p);
 }

@@ -16,6 +16,7 @@
 #include "common/names.h"
 #include "common/path.h"
 #include "common/text.h"
+#include "engine/engine.h"
 
 typedef struct reader {
     const ibl_verify_opts *opts;
@@ -521,7 +522,7 @@ static bool read_texture(const reader *r, ibl_texture *tex)
 {
     const bool cube = r->kind != IBL_OUTPUT_LUT;
 
-    if (ibl_texture_read(r->ctx, r->path, tex, NULL))
+    if (ibl_engine_read(r->ctx, r->path, tex, NULL))
         return false;
     if (cube && tex->faces != IBL_FACES)
         return ibl_console_fail(r->console, "%s: a flat texture: %s is a cube",
@@ -724,7 +725,7 @@ static bool read_lobes(const reader *r)
                               "cube's";
     ibl_texture tex = {0};
     bool ok =
-        !ibl_texture_read(r->ctx, r->path, &tex, NULL) && check_lobes(r, &tex);
+        !ibl_engine_read(r->ctx, r->path, &tex, NULL) && check_lobes(r, &tex);
 
     if (ok && is_of_chain(r, &tex))
         ok = decode_lobes(r->files, &tex);

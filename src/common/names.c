@@ -7,12 +7,15 @@
 
 #include <ibl/io.h>
 
-const char *const ibl_container_names[] = {[IBL_CONTAINER_KTX2] = "ktx2",
-                                           [IBL_CONTAINER_KTX] = "ktx",
-                                           [IBL_CONTAINER_DDS] = "dds",
-                                           [IBL_CONTAINER_DDS_LEGACY] =
-                                               "dds-legacy",
-                                           NULL};
+const char *const ibl_format_names[] = {[IBL_CONTAINER_KTX2] = "ktx2",
+                                        [IBL_CONTAINER_KTX] = "ktx",
+                                        [IBL_CONTAINER_DDS] = "dds",
+                                        [IBL_CONTAINER_DDS_LEGACY] =
+                                            "dds-legacy",
+                                        "env",
+                                        "gltf",
+                                        "playcanvas",
+                                        NULL};
 const char *const ibl_array_container_names[] = {[IBL_CONTAINER_KTX2] = "ktx2",
                                                  [IBL_CONTAINER_KTX] = "ktx",
                                                  [IBL_CONTAINER_DDS] = "dds",

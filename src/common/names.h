@@ -14,7 +14,8 @@ int ibl_names_find(const char *const *names, const char *word);
  * ibl_pixel (of cubes), ibl_quality, ibl_overflow, ibl_roughness_map,
  * ibl_mirror, ibl_up, ibl_method, ibl_lobe, ibl_geometry, ibl_primaries and
  * ibl_input_layout. */
-extern const char *const ibl_container_names[];
+extern const char *const ibl_format_names[];          /* of containers, then of
+                                                         ibl_engine from ENV */
 extern const char *const ibl_array_container_names[]; /* of those of arrays */
 extern const char *const ibl_pixel_names[];
 extern const char *const ibl_quality_names[];

@@ -11,6 +11,7 @@
 
 #include "common/names.h"
 #include "common/path.h"
+#include "engine/engine.h"
 #include "view/message.h"
 
 enum {
@@ -63,6 +64,8 @@ view_file_kind view_file_look(const char *path, const char **words)
         return VIEW_FILE_MISSING;
     const size_t got = fread(head, 1, MAGIC, file);
     fclose(file);
+    if (got && ibl_engine_of_name(path))
+        return VIEW_FILE_TEXTURE;
     *words = "JSON";
     if (head[strspn(head, " \t\r\n")] == '{')
         return VIEW_FILE_JSON;
@@ -123,6 +126,8 @@ static int choose_specular(const struct dirent *entry)
     const char *name = entry->d_name, *dot = strrchr(name, '.');
     size_t length;
 
+    if (*name != '.' && ibl_engine_of_name(name))
+        return true;
     return *name != '.' && dot &&
            ibl_names_find(ibl_array_container_names, dot + 1) >= 0 &&
            view_file_content(name, &length) == VIEW_SPECULAR;

@@ -11,6 +11,7 @@
 
 #include "common/names.h"
 #include "common/path.h"
+#include "engine/engine.h"
 #include "view/message.h"
 
 /* A set that is being opened. */
@@ -159,7 +160,7 @@ static bool load(opener *o, view_content content, view_about *about)
                          path, words, contents[content].words,
                          contents[content].remedy);
     view_set_see(o->set, content);
-    if (ibl_texture_read(o->ctx, path, tex, NULL) ||
+    if (ibl_engine_read(o->ctx, path, tex, NULL) ||
         !check_shape(tex, path, content))
         return false;
     o->set->pixel[content] = tex->pixel;

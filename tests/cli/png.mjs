@@ -6,55 +6,7 @@
 // They are 8-bit RGB without interlacing. Says what is not so.
 // A.png@X,Y,TOP is a part of A, as large as B and from X, Y on, of both without
 // the first TOP rows.
-import fs from 'fs';
-import zlib from 'zlib';
-
-// PNG specification (W3C, 2nd edition), 9.2: what a filter predicts.
-const predict = [
-    () => 0,
-    (a) => a,
-    (a, b) => b,
-    (a, b) => (a + b) >> 1,
-    (a, b, c) => {
-        const p = a + b - c;
-        const [pa, pb, pc] = [a, b, c].map((x) => Math.abs(p - x));
-        return pa <= pb && pa <= pc ? a : pb <= pc ? b : c;
-    },
-];
-
-function readPng(path) {
-    const file = fs.readFileSync(path);
-    const parts = [];
-    let width, height;
-    for (let at = 8; at < file.length;) {
-        const size = file.readUInt32BE(at);
-        const kind = file.toString('latin1', at + 4, at + 8);
-        const body = file.subarray(at + 8, at + 8 + size);
-        if (kind === 'IHDR') {
-            width = body.readUInt32BE(0);
-            height = body.readUInt32BE(4);
-            if (body[8] !== 8 || body[9] !== 2 || body[12] !== 0)
-                throw Error(`${path}: not 8-bit RGB`);
-        }
-        if (kind === 'IDAT')
-            parts.push(body);
-        at += 12 + size;
-    }
-    const raw = zlib.inflateSync(Buffer.concat(parts));
-    const row = 3 * width;
-    const data = Buffer.alloc(row * height);
-    for (let y = 0; y < height; y++) {
-        const filter = raw[y * (row + 1)];
-        for (let x = 0; x < row; x++) {
-            const at = y * row + x;
-            const a = x < 3 ? 0 : data[at - 3];
-            const b = y ? data[at - row] : 0;
-            const c = x < 3 || !y ? 0 : data[at - row - 3];
-            data[at] = raw[y * (row + 1) + 1 + x] + predict[filter](a, b, c);
-        }
-    }
-    return {width, height, data};
-}
+import {readPng} from './read_png.mjs';
 
 // Of each part and channel.
 function means({width, height, data}) {

@@ -1,0 +1,350 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * PlayCanvas's atlas: equirectangular rectangles with a seam of one texel, in
+ * which the map goes on. At (512 (1 - 2^-i), the same), 512 / 2^i wide and half
+ * as high, the environment, i = 0..5; at (0, 512 (1 - 2^-i)) the level of
+ * roughness i / 5, i = 1..5 and once more; at (128, 384) irradiance, E/pi. A
+ * texel is RGBP: g = sqrt(c), m = the largest g within 1..8, v = 1 - (m - 1) /
+ * 7, rgb = g / (8 - 7 v), a = v. Source: envAtlas, decode and reflectionEnv of
+ * its shaders. The middle column is +X, as in maps.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "engine/set.h"
+#include "image/cube.h"
+
+enum {
+    EDGE = 512,
+    LEVELS = 6, /* of roughness 0 .. 1 */
+    FACE = 128, /* edge of the cube that an atlas is read as */
+    RECTANGLES = 13,
+    IRRADIANCE = 12
+};
+
+typedef struct rectangle {
+    int x, y, width, level;
+} rectangle;
+
+/* 0..5: the environment, 6..11: levels 1..5 and 5 again, 12: irradiance. */
+static rectangle rectangle_of(int i)
+{
+    const int k = i < LEVELS ? i : i - LEVELS + 1;
+    const int from = EDGE - (EDGE >> k);
+
+    if (i == IRRADIANCE)
+        return (rectangle){128, 384, 64, 0};
+    if (i < LEVELS)
+        return (rectangle){from, from, EDGE >> k, 0};
+    return (rectangle){0, from, EDGE >> k, k < LEVELS ? k : LEVELS - 1};
+}
+
+/* ---- cube to atlas ---------------------------------------------------- */
+
+/* Texels of a level of a cube, so many floats apart. */
+typedef struct faces {
+    const float *texels;
+    int n, stride;
+} faces;
+
+/* Beyond a corner there is no texel: the one beyond the upper or lower edge
+ * stands for it. */
+static const float *texel_at(const faces *f, int face, int x, int y)
+{
+    const int n = f->n;
+    const bool beyond_x = x < 0 || x >= n, beyond_y = y < 0 || y >= n;
+
+    if (beyond_x && beyond_y)
+        x = x < 0 ? 0 : n - 1;
+    const size_t i =
+        beyond_x || beyond_y
+            ? ibl_cube_neighbour(n, face, x, y)
+            : ((size_t)face * (size_t)n + (size_t)y) * (size_t)n + (size_t)x;
+    return f->texels + i * (size_t)f->stride;
+}
+
+static double along(const signed char axis[3], const double d[3])
+{
+    return axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2];
+}
+
+/* Adds a bilinear sample towards d. */
+static void add_sample(const faces *f, const double d[3], double sum[3])
+{
+    int face = 0;
+    for (int i = 1; i < IBL_FACES; i++)
+        if (along(ibl_face[i].forward, d) > along(ibl_face[face].forward, d))
+            face = i;
+    const double depth = along(ibl_face[face].forward, d);
+    const double x =
+        (along(ibl_face[face].right, d) / depth + 1) / 2 * f->n - 0.5;
+    const double y =
+        (along(ibl_face[face].down, d) / depth + 1) / 2 * f->n - 0.5;
+    const int left = (int)floor(x), top = (int)floor(y);
+
+    for (int k = 0; k < 4; k++) {
+        const int i = k & 1, j = k >> 1;
+        const double weight =
+            (i ? x - left : left + 1 - x) * (j ? y - top : top + 1 - y);
+        const float *texel = texel_at(f, face, left + i, top + j);
+        for (int c = 0; c < 3; c++)
+            sum[c] += weight * (double)texel[c];
+    }
+}
+
+/* The direction of a point of the map, which goes on beyond 0..1. */
+static void direction_of(double u, double v, double d[3])
+{
+    const double phi = 2 * M_PI * (u - 0.5), theta = M_PI * (0.5 - v);
+
+    d[0] = cos(theta) * cos(phi);
+    d[1] = sin(theta);
+    d[2] = cos(theta) * sin(phi);
+}
+
+static void put_texel(const double c[3], unsigned char rgbp[4])
+{
+    double g[3], most = 1;
+
+    for (int k = 0; k < 3; k++) {
+        g[k] = fmin(sqrt(fmax(c[k], 0)), 8);
+        most = fmax(most, g[k]);
+    }
+    const double v = floor(255 * (1 - (most - 1) / 7));
+    const double range = 8 - 7 * v / 255;
+    for (int k = 0; k < 3; k++)
+        rgbp[k] = (unsigned char)(255 * fmin(g[k] / range, 1) + 0.5);
+    rgbp[3] = (unsigned char)v;
+}
+
+typedef struct atlas {
+    const ibl_engine_set *set;
+    unsigned char *rgbp;
+    faces mip[LEVELS]; /* the environment, halved as its rectangles are */
+    float *halves[LEVELS];
+} atlas;
+
+static faces level_of(const ibl_texture *tex, int level)
+{
+    const unsigned char *first = tex->data + ibl_texture_offset(tex, level, 0);
+
+    return (faces){(const float *)(const void *)first,
+                   ibl_cube_edge(tex->width, level), 4};
+}
+
+static faces faces_of(const atlas *a, int i)
+{
+    const ibl_cube *irradiance = a->set->irradiance;
+
+    if (i == IRRADIANCE)
+        return (faces){ibl_cube_face(irradiance, 0, 0), irradiance->size, 3};
+    return i < LEVELS ? a->mip[i]
+                      : level_of(a->set->specular, rectangle_of(i).level);
+}
+
+/* Means of 2x2 texels, for an even edge. */
+static void halve(const faces *from, float *to)
+{
+    const size_t n = (size_t)from->n, row = n * (size_t)from->stride;
+
+    for (size_t y = 0; y < IBL_FACES * n; y += 2)
+        for (size_t x = 0; x < n; x += 2, to += 3) {
+            const float *t = from->texels + y * row + x * (size_t)from->stride;
+            const float *u = t + row;
+            for (int c = 0; c < 3; c++)
+                to[c] =
+                    (t[c] + t[from->stride + c] + u[c] + u[from->stride + c]) /
+                    4;
+        }
+}
+
+/* Of an edge that is odd, the last one serves for the rest. False: no memory.
+ */
+static bool make_mips(atlas *a)
+{
+    a->mip[0] = level_of(a->set->specular, 0);
+    for (int i = 1; i < LEVELS; i++) {
+        const int n = a->mip[i - 1].n / 2;
+        a->mip[i] = a->mip[i - 1];
+        if (a->mip[i].n % 2)
+            continue;
+        a->halves[i] = ibl_alloc_array((size_t)(IBL_FACES * n) * (size_t)n,
+                                       3 * sizeof(float));
+        if (!a->halves[i])
+            return false;
+        halve(&a->mip[i - 1], a->halves[i]);
+        a->mip[i] = (faces){a->halves[i], n, 3};
+    }
+    return true;
+}
+
+/* A row of a rectangle. Of the environment, a texel is the mean of as many
+ * samples as the cube has texels in it; other levels are smooth. */
+static void put_row(const atlas *a, int i, int y)
+{
+    const rectangle r = rectangle_of(i);
+    const int height = r.width / 2;
+    const faces f = faces_of(a, i);
+    const int s = i < LEVELS && 4 * f.n > r.width ? 4 * f.n / r.width : 1;
+
+    for (int x = 0; x < r.width; x++) {
+        double sum[3] = {0}, d[3];
+        for (int k = 0; k < s * s; k++) {
+            direction_of((x - 1 + (k % s + 0.5) / s) / (r.width - 2),
+                         (y - 1 + (k / s + 0.5) / s) / (height - 2), d);
+            add_sample(&f, d, sum);
+        }
+        for (int c = 0; c < 3; c++)
+            sum[c] /= s * s;
+        put_texel(sum, a->rgbp + 4 * ((size_t)(r.y + y) * EDGE + r.x + x));
+    }
+}
+
+/* A row of the atlas, which goes through some rectangles. */
+static void row_job(void *arg, int job, int worker)
+{
+    const atlas *a = arg;
+
+    (void)worker;
+    for (int i = 0; i < RECTANGLES; i++) {
+        const rectangle r = rectangle_of(i);
+        if (job >= r.y && job < r.y + r.width / 2)
+            put_row(a, i, job - r.y);
+    }
+}
+
+/* ---- atlas to cube ---------------------------------------------------- */
+
+static void add_texel(const unsigned char *rgbp, double weight, double sum[3])
+{
+    const double range = 8 - 7 * rgbp[3] / 255.0;
+
+    for (int c = 0; c < 3; c++) {
+        const double g = rgbp[c] / 255.0 * range;
+        sum[c] += weight * g * g;
+    }
+}
+
+/* What a level's rectangle has towards d, joined by straight lines. */
+static void look_up(const unsigned char *rgbp, int level, const double d[3],
+                    double sum[3])
+{
+    const rectangle r = rectangle_of(level ? LEVELS + level - 1 : 0);
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    const double u = atan2(d[2], d[0]) / (2 * M_PI) + 0.5;
+    const double v = 0.5 - asin(d[1] / length) / M_PI;
+    const double x = u * (r.width - 2) + 0.5;
+    const double y = v * (r.width / 2 - 2) + 0.5;
+    const int left = (int)x, top = (int)y;
+
+    for (int k = 0; k < 4; k++) {
+        const int i = k & 1, j = k >> 1;
+        add_texel(rgbp + 4 * ((size_t)(r.y + top + j) * EDGE +
+                              (size_t)(r.x + left + i)),
+                  (i ? x - left : left + 1 - x) * (j ? y - top : top + 1 - y),
+                  sum);
+    }
+}
+
+typedef struct reading {
+    const unsigned char *rgbp;
+    ibl_texture *tex;
+} reading;
+
+static void face_job(void *arg, int job, int worker)
+{
+    const reading *r = arg;
+    const int level = job / IBL_FACES, n = ibl_cube_edge(r->tex->width, level);
+    const ibl_face_axes *axes = &ibl_face[job % IBL_FACES];
+    float *to =
+        (float *)(void *)(r->tex->data +
+                          ibl_texture_offset(r->tex, level, job % IBL_FACES));
+
+    (void)worker;
+    for (int i = 0; i < n * n; i++, to += 4) {
+        const double u = (2 * (i % n) + 1.0) / n - 1;
+        const double v = (2 * (i / n) + 1.0) / n - 1;
+        double d[3], sum[3] = {0};
+        for (int c = 0; c < 3; c++)
+            d[c] = axes->forward[c] + u * axes->right[c] + v * axes->down[c];
+        look_up(r->rgbp, level, d, sum);
+        for (int c = 0; c < 3; c++)
+            to[c] = (float)sum[c];
+        to[3] = 1;
+    }
+}
+
+static ibl_status read_back(ibl_ctx *ctx, const unsigned char *rgbp,
+                            ibl_texture *tex)
+{
+    reading r = {rgbp, tex};
+
+    return ibl_run(ctx, NULL, IBL_FACES * tex->levels, face_job, &r);
+}
+
+/* ---- the calls -------------------------------------------------------- */
+
+ibl_status ibl_atlas_encode(ibl_ctx *ctx, const ibl_engine_set *set,
+                            ibl_blob *main)
+{
+    atlas a = {.set = set, .rgbp = ibl_alloc_zeroed(EDGE * EDGE, 4)};
+    ibl_status status = a.rgbp && make_mips(&a)
+                            ? ibl_run(ctx, NULL, EDGE, row_job, &a)
+                            : ibl_no_memory(ctx, "an atlas");
+
+    if (!status && !ibl_png_encode(a.rgbp, EDGE, EDGE, set->specular, main))
+        status = ibl_no_memory(ctx, "a PNG file");
+    if (!status)
+        status = read_back(ctx, a.rgbp, set->specular);
+    for (int i = 0; i < LEVELS; i++)
+        ibl_free(a.halves[i]);
+    ibl_free(a.rgbp);
+    return status;
+}
+
+static ibl_status make_cube(ibl_ctx *ctx, const unsigned char *rgbp,
+                            ibl_texture *tex)
+{
+    *tex = (ibl_texture){.pixel = IBL_PIXEL_RGBA32F,
+                         .width = FACE,
+                         .height = FACE,
+                         .levels = LEVELS,
+                         .layers = 1,
+                         .faces = IBL_FACES};
+    tex->bytes = ibl_texture_offset(tex, LEVELS, 0);
+    tex->data = ibl_alloc_array(tex->bytes, 1);
+    return tex->data ? read_back(ctx, rgbp, tex)
+                     : ibl_no_memory(ctx, "a texture");
+}
+
+ibl_status ibl_atlas_decode(ibl_ctx *ctx, const char *name,
+                            const unsigned char *bytes, size_t size,
+                            ibl_texture *tex)
+{
+    if (!ibl_png_fits(bytes, size, EDGE, EDGE))
+        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                        "%s: a PNG that is no atlas of PlayCanvas, which has "
+                        "512x512 texels of 8 bits",
+                        name);
+    unsigned char *rgbp = ibl_alloc_array(EDGE * EDGE, 4);
+    ibl_status status =
+        !rgbp ? ibl_no_memory(ctx, "an atlas")
+        : ibl_png_decode(bytes, size, EDGE, EDGE, rgbp)
+            ? make_cube(ctx, rgbp, tex)
+            : ibl_fail(ctx, IBL_ERR_FORMAT,
+                       "%s: damaged: the PNG cannot be decoded", name);
+    ibl_free(rgbp);
+    if (!status)
+        status = ibl_texture_set(ctx, tex, "iblbake.content", "specular");
+    if (!status)
+        status = ibl_texture_set(ctx, tex, "iblbake.roughness",
+                                 "0,0.2,0.4,0.6,0.8,1");
+    if (!status)
+        status = ibl_png_keys(ctx, bytes, size, tex);
+    if (status)
+        ibl_texture_free(tex);
+    return status;
+}

@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: MIT */
+#include "engine/engine.h"
+
+#include <string.h>
+
+#include "common/text.h"
+#include "core/context.h"
+#include "engine/rgbd.h"
+#include "io/input.h"
+
+static const struct {
+    const char *suffix, *pixel;
+    float max;
+} kinds[] = {[IBL_ENGINE_ENV] = {".env", "rgbd", IBL_RGBD_MAX},
+             [IBL_ENGINE_GLTF] = {".gltf", "rgbd", IBL_RGBD_MAX},
+             [IBL_ENGINE_PLAYCANVAS] = {"_envatlas.png", "rgbp", 64}};
+
+const char *ibl_engine_suffix(ibl_engine engine)
+{
+    return kinds[engine].suffix;
+}
+
+ibl_engine ibl_engine_of_name(const char *name)
+{
+    const size_t length = strlen(name);
+
+    for (int i = IBL_ENGINE_ENV; i <= IBL_ENGINE_PLAYCANVAS; i++) {
+        const size_t size = strlen(kinds[i].suffix);
+        if (length > size && !strcmp(name + length - size, kinds[i].suffix))
+            return (ibl_engine)i;
+    }
+    return IBL_ENGINE_NONE;
+}
+
+const char *ibl_engine_pixel(ibl_engine engine)
+{
+    return kinds[engine].pixel;
+}
+
+float ibl_engine_max(ibl_engine engine)
+{
+    return kinds[engine].max;
+}
+
+int ibl_engine_faces(ibl_engine engine, int levels)
+{
+    return engine == IBL_ENGINE_GLTF ? IBL_FACES * levels : 0;
+}
+
+char *ibl_engine_face_name(const char *stem, int index)
+{
+    static const char *const faces[IBL_FACES] = {"px", "nx", "py",
+                                                 "ny", "pz", "nz"};
+
+    return ibl_format("%s_%d_%s.png", stem, index / IBL_FACES,
+                      faces[index % IBL_FACES]);
+}
+
+/* ---- the calls -------------------------------------------------------- */
+
+ibl_status ibl_engine_encode(ibl_ctx *ctx, ibl_engine engine,
+                             const ibl_engine_set *set, ibl_blob *main,
+                             ibl_blob *faces)
+{
+    *main = (ibl_blob){0};
+    if (engine == IBL_ENGINE_ENV)
+        return ibl_env_encode(ctx, set, main);
+    return engine == IBL_ENGINE_GLTF ? ibl_gltf_encode(ctx, set, main, faces)
+                                     : ibl_atlas_encode(ctx, set, main);
+}
+
+/* Whether bytes begin as JSON does. */
+static bool is_json(const unsigned char *bytes, size_t size)
+{
+    size_t at = 0;
+
+    while (at < size && bytes[at] && strchr(" \t\r\n", bytes[at]))
+        at++;
+    return at < size && bytes[at] == '{';
+}
+
+static bool is_png(const unsigned char *bytes, size_t size)
+{
+    int width, height;
+    return ibl_png_size(bytes, size, &width, &height);
+}
+
+static ibl_status decode(ibl_ctx *ctx, const ibl_input *in, ibl_texture *tex,
+                         ibl_container *container)
+{
+    if (ibl_env_is(in->bytes, in->size))
+        return ibl_env_decode(ctx, in->name, in->bytes, in->size, tex);
+    if (is_json(in->bytes, in->size))
+        return ibl_gltf_decode(ctx, in->name, in->bytes, in->size, tex);
+    if (is_png(in->bytes, in->size))
+        return ibl_atlas_decode(ctx, in->name, in->bytes, in->size, tex);
+    return ibl_texture_decode(ctx, in->name, in->bytes, in->size, tex,
+                              container);
+}
+
+/* Of kinds that are not known, as much is read as ibl_input_open does. */
+static uint64_t longest(const unsigned char *bytes, size_t size)
+{
+    return is_png(bytes, size) || is_json(bytes, size) ||
+                   ibl_env_is(bytes, size)
+               ? 0
+               : IBL_LONGEST;
+}
+
+ibl_status ibl_engine_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
+                           ibl_container *container)
+{
+    ibl_input in;
+
+    *tex = (ibl_texture){0};
+    ibl_status status = ibl_input_open(ctx, path, longest, &in);
+    if (status)
+        return status;
+    status = ibl_input_load(&in);
+    if (!status)
+        status = decode(ctx, &in, tex, container);
+    ibl_input_close(&in);
+    return status;
+}

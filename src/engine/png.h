@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: MIT */
+/* PNG files of four channels of 8 bits, in which engines pack light. */
+#ifndef ENGINE_PNG_H
+#define ENGINE_PNG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "ibl/io.h"
+
+/* Bytes in memory. A zeroed one is empty. */
+typedef struct ibl_blob {
+    unsigned char *bytes;
+    size_t size, room;
+} ibl_blob;
+
+/* Adds bytes; false: no memory. */
+bool ibl_blob_add(ibl_blob *blob, const void *bytes, size_t size);
+void ibl_blob_free(ibl_blob *blob);
+
+/* Encodes width x height texels of 4 bytes, rows from the top. keys, if not
+ * NULL, has keys that become text chunks. Safe on many threads at once. False:
+ * no memory. */
+bool ibl_png_encode(const unsigned char *rgba, int width, int height,
+                    const ibl_texture *keys, ibl_blob *out);
+
+/* Whether bytes can be a PNG of width x height texels of 3 or 4 channels of 8
+ * bits: allocates nothing, and refuses what deflate cannot have packed so
+ * small. */
+bool ibl_png_fits(const unsigned char *bytes, size_t size, int width,
+                  int height);
+/* Decodes such a file to 4 bytes a texel. Safe on many threads at once. False:
+ * damaged, or no memory. */
+bool ibl_png_decode(const unsigned char *bytes, size_t size, int width,
+                    int height, unsigned char *rgba);
+/* The size in its header; false: not a PNG. */
+bool ibl_png_size(const unsigned char *bytes, size_t size, int *width,
+                  int *height);
+/* Sets keys of tex by the text chunks of an encoded file. */
+ibl_status ibl_png_keys(ibl_ctx *ctx, const unsigned char *bytes, size_t size,
+                        ibl_texture *tex);
+
+#endif

@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: MIT */
+#include "engine/rgbd.h"
+
+#include <math.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+
+static const double gamma_exponent = 2.2;
+
+void ibl_rgbd_encode(const float *texels, size_t count, unsigned char *rgbd)
+{
+    for (; count; count--, texels += 4, rgbd += 4) {
+        const float most = fmaxf(fmaxf(texels[0], texels[1]), texels[2]);
+        const float d =
+            most > 1 ? fmaxf(floorf(IBL_RGBD_MAX / most), 1) : IBL_RGBD_MAX;
+        for (int c = 0; c < 3; c++) {
+            const double x = fmin(fmax((double)(texels[c] * d) / 255, 0), 1);
+            rgbd[c] = (unsigned char)(255 * pow(x, 1 / gamma_exponent) + 0.5);
+        }
+        rgbd[3] = (unsigned char)d;
+    }
+}
+
+void ibl_rgbd_decode(const unsigned char *rgbd, size_t count, float *texels)
+{
+    double linear[256];
+
+    for (int i = 0; i < 256; i++)
+        linear[i] = pow(i / 255.0, gamma_exponent);
+    for (; count; count--, texels += 4, rgbd += 4) {
+        const double d = rgbd[3] ? rgbd[3] / 255.0 : 1 / 255.0;
+        for (int c = 0; c < 3; c++)
+            texels[c] = (float)(linear[rgbd[c]] / d);
+        texels[3] = 1;
+    }
+}
+
+static void turn(unsigned char *rgba, int n, ibl_flip flip)
+{
+    for (int y = 0; y < n; y++)
+        for (int x = 0; x < n; x++) {
+            const int to_x = flip == IBL_FLIP_ROWS ? x : n - 1 - x;
+            const int to_y = flip == IBL_FLIP_ROWS ? n - 1 - y : y;
+            unsigned char *a = rgba + 4 * ((size_t)y * (size_t)n + (size_t)x);
+            unsigned char *b =
+                rgba + 4 * ((size_t)to_y * (size_t)n + (size_t)to_x);
+            unsigned char t[4];
+            if (b <= a)
+                continue;
+            memcpy(t, a, 4);
+            memcpy(a, b, 4);
+            memcpy(b, t, 4);
+        }
+}
+
+/* Faces to files, or back; failed: 1 no memory, 2 a damaged file. */
+typedef struct work {
+    ibl_texture *tex;
+    ibl_flip flip;
+    bool encode;
+    ibl_blob *out;
+    const ibl_blob *in;
+    atomic_int failed;
+} work;
+
+static void face_job(void *arg, int job, int worker)
+{
+    work *w = arg;
+    const int level = job / IBL_FACES, n = ibl_cube_edge(w->tex->width, level);
+    const size_t count = (size_t)n * (size_t)n;
+    float *texels =
+        (float *)(void *)(w->tex->data +
+                          ibl_texture_offset(w->tex, level, job % IBL_FACES));
+    unsigned char *rgbd = malloc(4 * count);
+    (void)worker;
+
+    if (!rgbd) {
+        w->failed = 1;
+    } else if (w->encode) {
+        ibl_rgbd_encode(texels, count, rgbd);
+        ibl_rgbd_decode(rgbd, count, texels);
+        turn(rgbd, n, w->flip);
+        if (!ibl_png_encode(rgbd, n, n, NULL, &w->out[job]))
+            w->failed = 1;
+    } else if (ibl_png_decode(w->in[job].bytes, w->in[job].size, n, n, rgbd)) {
+        turn(rgbd, n, w->flip);
+        ibl_rgbd_decode(rgbd, count, texels);
+    } else {
+        w->failed = 2;
+    }
+    free(rgbd);
+}
+
+ibl_status ibl_rgbd_faces(ibl_ctx *ctx, ibl_texture *tex, ibl_flip flip,
+                          ibl_blob *faces)
+{
+    work w = {.tex = tex, .flip = flip, .encode = true, .out = faces};
+    const ibl_status status =
+        ibl_run(ctx, NULL, IBL_FACES * tex->levels, face_job, &w);
+
+    return w.failed ? ibl_no_memory(ctx, "PNG files") : status;
+}
+
+static ibl_status check_faces(ibl_ctx *ctx, const char *name, int size,
+                              int levels, const ibl_blob *faces)
+{
+    for (int i = 0; i < IBL_FACES * levels; i++) {
+        const int n = ibl_cube_edge(size, i / IBL_FACES);
+        if (!ibl_png_fits(faces[i].bytes, faces[i].size, n, n))
+            return ibl_fail(ctx, IBL_ERR_FORMAT,
+                            "%s: damaged: face %d of level %d is no PNG of "
+                            "%dx%d texels of 3 or 4 channels",
+                            name, i % IBL_FACES, i / IBL_FACES, n, n);
+    }
+    return IBL_OK;
+}
+
+ibl_status ibl_rgbd_cube(ibl_ctx *ctx, const char *name, int size, int levels,
+                         ibl_flip flip, const ibl_blob *faces, ibl_texture *tex)
+{
+    work w = {.tex = tex, .flip = flip, .in = faces};
+    ibl_status status = check_faces(ctx, name, size, levels, faces);
+
+    if (status)
+        return status;
+    *tex = (ibl_texture){.pixel = IBL_PIXEL_RGBA32F,
+                         .width = size,
+                         .height = size,
+                         .levels = levels,
+                         .layers = 1,
+                         .faces = IBL_FACES};
+    tex->bytes = ibl_texture_offset(tex, levels, 0);
+    tex->data = ibl_alloc_array(tex->bytes, 1);
+    status = tex->data ? ibl_run(ctx, NULL, IBL_FACES * levels, face_job, &w)
+                       : ibl_no_memory(ctx, "a texture");
+    if (!status && w.failed)
+        status = w.failed == 1 ? ibl_no_memory(ctx, "PNG files")
+                               : ibl_fail(ctx, IBL_ERR_FORMAT,
+                                          "%s: damaged: one of its PNG images "
+                                          "cannot be decoded",
+                                          name);
+    if (status)
+        ibl_texture_free(tex);
+    return status;
+}

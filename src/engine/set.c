@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: MIT */
+#include "engine/set.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+json_t *ibl_engine_triples(const double (*triples)[3], int count)
+{
+    json_t *list = json_array();
+
+    for (int i = 0; i < count; i++)
+        json_array_append_new(list, json_pack("[fff]", triples[i][0],
+                                              triples[i][1], triples[i][2]));
+    return list;
+}
+
+json_t *ibl_engine_keys(const ibl_texture *tex)
+{
+    json_t *keys = json_object();
+
+    for (int i = 0; i < tex->key_count; i++)
+        json_object_set_new(keys, tex->keys[i].key,
+                            json_string(tex->keys[i].value));
+    return keys;
+}
+
+ibl_status ibl_engine_set_keys(ibl_ctx *ctx, const json_t *keys,
+                               ibl_texture *tex)
+{
+    const char *key;
+    json_t *value;
+
+    json_object_foreach((json_t *)keys, key, value)
+    {
+        const ibl_status status =
+            json_is_string(value)
+                ? ibl_texture_set(ctx, tex, key, json_string_value(value))
+                : IBL_OK;
+        if (status)
+            return status;
+    }
+    return IBL_OK;
+}
+
+bool ibl_engine_put_json(json_t *root, ibl_blob *out)
+{
+    char *text = json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(9));
+    const bool ok = text && ibl_blob_add(out, text, strlen(text));
+
+    free(text);
+    json_decref(root);
+    return ok;
+}

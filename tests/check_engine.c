@@ -1,0 +1,243 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Engines' own files: what the texels that they pack are off by, and files that
+ * are damaged or lie. tests/cli/engine_files.mjs reads them as engines do.
+ */
+#include "engine/engine.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "engine/rgbd.h"
+#include "files.h"
+#include "test.h"
+#include "textures.h"
+
+enum {
+    SIZE = 8,
+    MAX_FILES = 6 * IBL_MAX_LEVELS
+};
+
+static ibl_ctx *ctx;   /* prints its errors */
+static ibl_ctx *quiet; /* keeps them in kept */
+static test_messages kept;
+
+void test_setup(void)
+{
+    ctx = test_ctx(2, IBL_ISA_AUTO);
+    quiet = test_keeping_ctx(1, &kept);
+}
+
+/* A cube of RGBA32F of values from 1e-3 to 200. */
+static ibl_texture make(int levels)
+{
+    const int shape[4] = {SIZE, SIZE, levels, 6};
+    ibl_texture tex = texture_random(ctx, IBL_PIXEL_RGBA32F, shape, 1);
+    float *texels = (float *)(void *)tex.data;
+    test_random r = {7};
+
+    for (size_t i = 0; i < tex.bytes / sizeof *texels; i++)
+        texels[i] = (float)exp(test_random_unit(&r) * 12.2 - 6.9);
+    NEED(!ibl_texture_set(ctx, &tex, "iblbake.content", "specular"));
+    return texture_owned(tex);
+}
+
+/* Writes NAME.env or .gltf; what it holds is in tex. */
+static const char *save(ibl_engine engine, ibl_texture *tex)
+{
+    const double sh[27] = {1, 2, 3, 0.5};
+    const ibl_engine_set set = {tex, NULL, sh, "a b%"};
+    ibl_blob file, faces[MAX_FILES] = {0};
+
+    NEED(!ibl_engine_encode(ctx, engine, &set, &file, faces));
+    const char *path = file_path(engine == IBL_ENGINE_ENV ? "x.env" : "x.gltf");
+    NEED(file_save(path, file.bytes, file.size));
+    ibl_blob_free(&file);
+    for (int i = 0; i < ibl_engine_faces(engine, tex->levels); i++) {
+        char *name = ibl_engine_face_name("a b%", i);
+        NEED(file_save(file_path(name), faces[i].bytes, faces[i].size));
+        ibl_blob_free(&faces[i]);
+        free(name);
+    }
+    return path;
+}
+
+/* The bytes are within half a step of 255 in the curve, so that a value is off
+ * by 2.2 / 510 of itself at most where its byte is 255, and in turn more. */
+TEST(rgbd)
+{
+    test_random r = {3};
+
+    for (int i = 0; i < 100000; i++) {
+        float texel[4], back[4];
+        unsigned char rgbd[4];
+        const double scale = exp(test_random_unit(&r) * 20 - 14.4);
+        for (int c = 0; c < 3; c++)
+            texel[c] = (float)fmin(test_random_unit(&r) * scale, 255);
+        ibl_rgbd_encode(texel, 1, rgbd);
+        ibl_rgbd_decode(rgbd, 1, back);
+        for (int c = 0; c < 3; c++) {
+            const double d = rgbd[3] / 255.0, want = (double)texel[c];
+            const double g = pow(want * d, 1 / 2.2), step = 0.5001 / 255;
+            CHECK((double)back[c] <= pow(g + step, 2.2) / d &&
+                  (double)back[c] >= pow(fmax(g - step, 0), 2.2) / d);
+        }
+        CHECK(rgbd[3] >= 1 && back[3] == 1);
+    }
+    const float odd[3][4] = {
+        {INFINITY, 0, 1, 0}, {NAN, -1, 0, 0}, {1e30F, 300, 255, 0}};
+    unsigned char rgbd[12];
+    ibl_rgbd_encode(odd[0], 3, rgbd);
+    CHECK(rgbd[0] == 255 && rgbd[3] == 1 && rgbd[1] == 0);
+    CHECK(rgbd[4] == 0 && rgbd[5] == 0 && rgbd[6] == 0);
+    CHECK(rgbd[8] == 255 && rgbd[9] == 255 && rgbd[10] == 255 && rgbd[11] == 1);
+}
+
+TEST(round_trips)
+{
+    for (ibl_engine e = IBL_ENGINE_ENV; e <= IBL_ENGINE_GLTF; e++) {
+        ibl_texture tex = make(e == IBL_ENGINE_ENV ? 4 : 2), back;
+        const char *path = save(e, &tex);
+        NEED(!ibl_engine_read(ctx, path, &back, NULL));
+        texture_owned(back);
+        CHECK(texture_same(&tex, &back));
+        CHECK(texture_has(&back, "iblbake.content", "specular") &&
+              texture_has(&back, "zeta", "last"));
+    }
+}
+
+/* Puts a changed file at the path of the first one and reads it. */
+static ibl_status reread(const char *path, const void *bytes, size_t size)
+{
+    ibl_texture back;
+
+    NEED(file_save(path, bytes, size));
+    const ibl_status status = ibl_engine_read(quiet, path, &back, NULL);
+    ibl_texture_free(&back);
+    return status;
+}
+
+/* Where text begins in a file. */
+static size_t find(const unsigned char *bytes, size_t size, const char *text)
+{
+    size_t at = 0;
+
+    while (at + strlen(text) < size &&
+           memcmp(bytes + at, text, strlen(text)) != 0)
+        at++;
+    NEED(at + strlen(text) < size);
+    return at;
+}
+
+/* Cut everywhere, and one byte changed. */
+static void damage(const char *path, size_t step)
+{
+    size_t size;
+    unsigned char *b = file_load(path, &size);
+
+    for (size_t n = 1; n + 1 < size; n += step)
+        CHECK(reread(path, b, n) != IBL_OK || n + 2 >= size);
+    for (size_t i = 0; i < size; i += step) {
+        const unsigned char old = b[i];
+        b[i] = (unsigned char)(old ^ (1 << i % 8));
+        reread(path, b, size);
+        b[i] = old;
+    }
+    NEED(file_save(path, b, size));
+}
+
+TEST(damaged_env)
+{
+    ibl_texture tex = make(4);
+    damage(save(IBL_ENGINE_ENV, &tex), 47);
+}
+
+TEST(damaged_gltf)
+{
+    ibl_texture tex = make(2);
+    const char *path = save(IBL_ENGINE_GLTF, &tex);
+
+    damage(path, 29);
+    damage(file_path("a b%_1_ny.png"), 11);
+}
+
+/* Lies of the same length in the JSON of an .env. */
+TEST(lies)
+{
+    static const struct {
+        const char *was, *is;
+    } lies[] = {{"\"width\":8", "\"width\":7"},
+                {"\"width\":8", "\"width\":4"},
+                {"\"position\":0", "\"position\":9"},
+                {"\"length\":", "\"lemgth\":"},
+                {"\"mipmaps\":[", "\"mipmaqs\":["},
+                {"\"specular\":{\"m", "\"specular\":[\"m"},
+                {"image/png", "image/jpg"}};
+    ibl_texture tex = make(4);
+    const char *path = save(IBL_ENGINE_ENV, &tex);
+    size_t size;
+    unsigned char *b = file_load(path, &size);
+
+    for (size_t i = 0; i < sizeof lies / sizeof *lies; i++) {
+        const size_t at = find(b, size, lies[i].was);
+        const size_t length = strlen(lies[i].was);
+        memcpy(b + at, lies[i].is, length);
+        CHECK_MSG(reread(path, b, size) != IBL_OK, "%s", lies[i].is);
+        memcpy(b + at, lies[i].was, length);
+    }
+    CHECK(!reread(path, b, size));
+}
+
+/* A header of the largest cube, whose images are of one texel, is refused
+ * before memory is taken. */
+TEST(bomb)
+{
+    char text[8192] = "\x86\x16\x87\x96\xF6\xD6\x96\x36"
+                      "{\"version\":2,\"width\":16384,\"specular\":{"
+                      "\"mipmaps\":[";
+    const unsigned char dot[4] = {1, 2, 3, 255};
+    ibl_blob png;
+    const size_t begin = strlen(text);
+
+    NEED(ibl_png_encode(dot, 1, 1, NULL, &png));
+    for (int big = 0; big < 2; big++) {
+        size_t used = begin;
+        for (int i = 0; i < 90; i++)
+            used += (size_t)sprintf(text + used,
+                                    "%s{\"length\":%zu,\"position\":0}",
+                                    i ? "," : "", png.size);
+        used += (size_t)sprintf(text + used, "]}}") + 1;
+        memcpy(text + used, png.bytes, png.size);
+        CHECK(reread(file_path("bomb.env"), text, used + png.size) ==
+              IBL_ERR_FORMAT);
+        CHECK(test_said(&kept, "16384x16384"));
+        /* Now the image says that it is so large. */
+        png.bytes[18] = png.bytes[22] = 0x40;
+        png.bytes[19] = png.bytes[23] = 0;
+    }
+    ibl_blob_free(&png);
+}
+
+/* What refers to other files, or to none. */
+TEST(gltf_files)
+{
+    ibl_texture tex = make(2), back;
+    const char *path = save(IBL_ENGINE_GLTF, &tex);
+    size_t size;
+    unsigned char *b = file_load(path, &size);
+
+    NEED(!unlink(file_path("a b%_0_pz.png")));
+    CHECK(ibl_engine_read(quiet, path, &back, NULL) == IBL_ERR_IO);
+    CHECK(test_said(&kept, "a b%_0_pz.png"));
+    const size_t at = find(b, size, "a%20b");
+    memcpy(b + at, "data:", 5);
+    CHECK(reread(path, b, size) == IBL_ERR_UNSUPPORTED);
+    memcpy(b + at, "a%zzb", 5);
+    CHECK(reread(path, b, size) == IBL_ERR_FORMAT);
+    CHECK(reread(path, "{\"scenes\":[{}]}", 15) == IBL_ERR_FORMAT);
+    CHECK(test_said(&kept, "EXT_lights_image_based"));
+    CHECK(reread(path, "{]", 2) == IBL_ERR_FORMAT);
+}
