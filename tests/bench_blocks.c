@@ -90,7 +90,8 @@ static void tell(const char *name, ibl_texture *tex, double ms,
 static void compare(ibl_pixel pixel, const char *seconds, ibl_cube *ours,
                     ibl_cube *theirs)
 {
-    const char *const names[] = {"fast", "normal", "best"};
+    const char *const names[] = {"fast", "normal", "best", "alike"};
+    const int kinds = pixel == IBL_PIXEL_UASTC_HDR ? 4 : 3;
     ibl_texture peer = {0};
     ibl_pixel_error e[IBL_MAX_LEVELS];
     char name[64];
@@ -100,8 +101,11 @@ static void compare(ibl_pixel pixel, const char *seconds, ibl_cube *ours,
     must(!ibl_texture_errors(ctx, &peer, &exact, e) &&
              !ibl_texture_to_cube(ctx, &peer, theirs),
          name);
-    for (int q = 0; q < 3; q++) {
-        ibl_texel_options o = {.pixel = pixel, .quality = (ibl_quality)q};
+    for (int q = 0; q < kinds; q++) {
+        ibl_texel_options o = {.pixel = pixel,
+                               .quality =
+                                   q < 3 ? (ibl_quality)q : IBL_QUALITY_NORMAL,
+                               .alike = q == 3};
         ibl_texture tex = {0};
         const double begin = test_ms(CLOCK_PROCESS_CPUTIME_ID);
         must(!ibl_texture_from_cube(ctx, &exact, &o, &tex, NULL), "encoding");

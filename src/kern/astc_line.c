@@ -238,8 +238,37 @@ static int try_values(const ibl_astc_tables *tb, const ibl_astc_texels *t,
     return 1;
 }
 
-/* Each value goes to its neighbours in the range as long as that helps. Those
- * that move all ends, or the ends of one channel, are a field each. */
+/* The sums of squares that a line has with texels at levels. */
+static void sums_at(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                    const ibl_astc_way *w, const unsigned char level[16],
+                    ibl_astc_sums sums[3])
+{
+    float s[16];
+    for (int i = 0; i < 16; i++)
+        s[i] = (float)tb->levels[w->weight_range].step[level[i]] * (1.0f / 64);
+    tb->fit->sums(t, s, sums);
+}
+
+/* The squares of errors of a line, less what they are without, with texels as
+ * in sums; FLT_MAX: its ends are beyond the largest. */
+static float expected(const ibl_astc_texels *t, const ibl_astc_way *w,
+                      const unsigned char values[6],
+                      const ibl_astc_sums sums[3])
+{
+    int e[2][3];
+    float sum = 0;
+
+    if (!get_ends(w, values, e))
+        return FLT_MAX;
+    for (int c = 0; c < 3; c++)
+        sum += ibl_astc_cost(&sums[c], (float)(e[0][c] - t->origin[c]),
+                             (float)(e[1][c] - t->origin[c]));
+    return sum;
+}
+
+/* Each value goes to its neighbours in the range as long as that helps: those
+ * that do with the texels where they are, which are few, are tried. Values that
+ * move all ends, or the ends of one channel, are a field each. */
 void ibl_astc_refine(const ibl_astc_tables *tb, const ibl_astc_texels *t,
                      const ibl_astc_way *w, int passes, ibl_astc_line *best)
 {
@@ -248,6 +277,12 @@ void ibl_astc_refine(const ibl_astc_tables *tb, const ibl_astc_texels *t,
     const int direct = w->mode == IBL_ASTC_DIRECT;
     const ibl_astc_codes *codes = &tb->codes[w->value_range];
 
+    ibl_astc_sums sums[3];
+
+    if (best->error >= FLT_MAX)
+        return;
+    sums_at(tb, t, w, best->level, sums);
+    float now = expected(t, w, best->values, sums);
     for (int better = 1; better && passes-- > 0;) {
         better = 0;
         for (int k = 0; k < (direct ? 12 : 8); k++) {
@@ -261,7 +296,12 @@ void ibl_astc_refine(const ibl_astc_tables *tb, const ibl_astc_texels *t,
                 continue;
             memcpy(values, best->values, sizeof values);
             values[k / 2] = (unsigned char)to;
-            better |= try_values(tb, t, w, values, best, s);
+            if (expected(t, w, values, sums) < now &&
+                try_values(tb, t, w, values, best, s)) {
+                better = 1;
+                sums_at(tb, t, w, best->level, sums);
+                now = expected(t, w, best->values, sums);
+            }
         }
     }
 }

@@ -64,12 +64,6 @@ void ibl_astc_solve_scale(const ibl_astc_sums sums[3], float ends[2][3])
     }
 }
 
-static float cost(const ibl_astc_sums *s, float e0, float e1)
-{
-    return e0 * (s->aa * e0 + 2 * (s->ab * e1 - s->a)) +
-           e1 * (s->bb * e1 - 2 * s->b);
-}
-
 /* ---- fields ------------------------------------------------------------ */
 
 /* A form being filled, a field after the other: byte i has bits of field i and
@@ -235,7 +229,7 @@ static int fill_pair(filling *f, const pair *p, int top, int more, int i, int k)
             if (second[b] == NONE)
                 continue;
             const float e =
-                cost(p->sums, end_q(p, high - more - second[b]), e1);
+                ibl_astc_cost(p->sums, end_q(p, high - more - second[b]), e1);
             if (e < least) {
                 least = e;
                 best[0] = first[a];
@@ -272,7 +266,8 @@ static int quantise_plain(const ibl_astc_sums sums[3], const float ends[2][3],
             for (int e0 = at0 - 3; e0 <= at0 + 4; e0++) {
                 if (e0 < 0 || e0 > most || codes[e0 | flag] == IBL_ASTC_NO_CODE)
                     continue;
-                const float e = cost(p.sums, end_q(&p, e0), end_q(&p, e1));
+                const float e =
+                    ibl_astc_cost(p.sums, end_q(&p, e0), end_q(&p, e1));
                 if (e < least) {
                     least = e;
                     values[2 * c] = (unsigned char)(e0 | flag);
@@ -338,8 +333,8 @@ static channel channel_of(const ibl_astc_sums *s, float end1, float unit,
 static float scale_cost(const channel *p, int high, int d)
 {
     const int low = high < d ? 0 : high - d;
-    return cost(p->sums, (float)low * p->unit - p->origin,
-                (float)high * p->unit - p->origin);
+    return ibl_astc_cost(p->sums, (float)low * p->unit - p->origin,
+                         (float)high * p->unit - p->origin);
 }
 
 /* Sets field i, which is what the channel's second end is less than top (or it

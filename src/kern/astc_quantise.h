@@ -26,6 +26,13 @@ void ibl_astc_set_codes(int range, ibl_astc_codes *codes);
 void ibl_astc_solve(const ibl_astc_sums sums[3], float ends[2][3]);
 void ibl_astc_solve_scale(const ibl_astc_sums sums[3], float ends[2][3]);
 
+/* The squares for ends, less what they are without. */
+static inline float ibl_astc_cost(const ibl_astc_sums *s, float e0, float e1)
+{
+    return e0 * (s->aa * e0 + 2 * (s->ab * e1 - s->a)) +
+           e1 * (s->bb * e1 - 2 * s->b);
+}
+
 /*
  * Sets values, 4 or 6 of them, 0 to 255, for a form of the mode, near ends,
  * which are what solve has found. False: there are none.
