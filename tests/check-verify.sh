@@ -51,6 +51,25 @@ test_own_bakes_pass() {
     wrong 1 '*: out: has no env_specular*--name*' env.exr out
 }
 
+# Flat maps: every texel is the sum of its own direction, in every container,
+# mirrored or not; as another layout it is not.
+test_layouts() {
+    local layout format
+    for layout in equirect octahedral; do
+        for format in ktx2 ktx dds; do
+            iblbake -q $small --layout $layout --format $format --skybox 16 \
+                --pixel rgba32f --mirror x --rotate 20 env.exr -o $format
+            MAX=3e-3 accept env.exr $format
+        done
+        grep -q "\"layout\": \"$layout\"" ktx2/env.json || echo "no layout"
+        MAX=3e-3 refuse --rotate 60 env.exr dds
+        iblbake verify -q --rendered --roughness 0.5 --directions 24 env.exr \
+            ktx2 || echo "not rendered"
+        iblbake -q $small --layout $layout --verify --max-error 3e-3 env.exr \
+            -o again || echo "not verified"
+    done
+}
+
 # Where pixels are larger than texels level 0 is an interpolation of them, and
 # so is its truth: float sums apart, or what half floats round. So are mips.
 # Axes are turned back by the keys, or by the sidecar of files without keys;

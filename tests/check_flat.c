@@ -405,6 +405,83 @@ TEST(light_beyond_a_format_spreads_over_the_seams)
     }
 }
 
+/* ---- directions -----------------------------------------------------------
+ */
+
+/* One lamp on each axis: the brightest texels, of a level of every output, look
+ * along it, mirrored or not. */
+TEST(lamps_are_on_their_axes)
+{
+    static const double axis[6][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                      {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+
+    for (int k = 0; k < 6 * FLAT * 3; k++) {
+        const ibl_axes axes = {.mirror = (ibl_mirror)(k / 6 / FLAT)};
+        const ibl_image map = map_constant(ctx, 64, 32, 0.1F);
+        double to[3];
+        for (int i = 0; i < 64 * 32; i++) {
+            const double theta = M_PI * (i / 64 + 0.5) / 32;
+            const double phi = 2 * M_PI * (i % 64 + 0.5) / 64 - M_PI;
+            const double *a = axis[k % 6];
+            if (sin(theta) * (cos(phi) * a[0] + sin(phi) * a[2]) +
+                    cos(theta) * a[1] >
+                0.98)
+                map_set(&map, i % 64, i / 64, 50, 50, 50);
+        }
+        const ibl_bake_options o = all_in(flat[k / 6 % FLAT], 16);
+        const ibl_bake_result r = map_bake(ctx, &map, &o);
+        ibl_axes_turn(axes, 0, axis[k % 6], to);
+        for (int c = 0; c < 3; c++) {
+            const ibl_cube *of =
+                c ? c == 1 ? &r.specular : &r.irradiance : &r.skybox;
+            const int l = of->levels > 2 ? 2 : 0;
+            ibl_cube turned;
+            double sum[3] = {0};
+            NEED(!ibl_cube_turn_axes(ctx, of, axes, 0, &turned));
+            const ibl_level_shape s = shape_of(&turned, l);
+            const float *rgb = ibl_cube_face(&turned, l, 0);
+            for (int i = 0; i < s.width * s.height; i++) {
+                double d[3];
+                ibl_level_direction(&s, 0, i % s.width, i / s.width, d);
+                for (int j = 0; j < 3; j++)
+                    sum[j] +=
+                        (double)rgb[3 * i] * d[j] *
+                        ibl_level_solid_angle(&s, i % s.width, i / s.width);
+            }
+            const double length = sqrt(test_dot(sum, sum));
+            CHECK_MSG(test_dot(sum, to) > 0.999 * length, "lamp %d: %g %g %g",
+                      k, sum[0] / length, sum[1] / length, sum[2] / length);
+            ibl_cube_free(&turned);
+        }
+    }
+}
+
+/* By way of a cube: of a soft level the lookup is near the cube's own texels.
+ */
+TEST(a_flat_map_becomes_a_cube)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random rnd = {19};
+    const ibl_image map = map_of_kind(ctx, &rnd, MAP_SMOOTH, 64, 32);
+
+    for (int k = 0; k < FLAT; k++) {
+        ibl_irradiance_options o = ibl_irradiance_options_default();
+        ibl_cube of[2], cube;
+        o.size = 16;
+        o.projection = flat[k];
+        NEED(!ibl_bake_irradiance(ctx, &map, &o, &of[0]));
+        o = ibl_irradiance_options_default();
+        NEED(!ibl_bake_irradiance(ctx, &map, &o, &of[1]));
+        NEED(!ibl_cube_from_flat(ctx, &of[0], &cube));
+        CHECK(cube.size == 32);
+        CHECK_NEAR(cube_nrmse(&cube, &of[1], 0), 0, 3e-3);
+        ibl_cube_free(&of[0]);
+        ibl_cube_free(&of[1]);
+        ibl_cube_free(&cube);
+    }
+}
+
 /* ---- arguments ------------------------------------------------------------
  */
 

@@ -67,6 +67,9 @@ TEST(contexts_and_images)
     REFUSES(ibl_cube_from_latlong(ctx, &map, 0, &hollow));
     SILENT(ibl_cube_from_latlong(NULL, &map, 0, &cube));
     REFUSES(ibl_flat_from_latlong(ctx, NULL, 0, &cube));
+    REFUSES(ibl_cube_from_flat(ctx, NULL, &hollow));
+    REFUSES(ibl_cube_from_flat(ctx, &cube, &hollow));
+    SILENT(ibl_cube_from_flat(NULL, &cube, &hollow));
     REFUSES(ibl_flat_from_latlong(ctx, &map, 0, NULL));
     SILENT(ibl_flat_from_latlong(NULL, &map, 0, &cube));
     REFUSES(ibl_latlong_from_cube(ctx, NULL, &map));

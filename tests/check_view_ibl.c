@@ -45,7 +45,9 @@ enum {
     SH4,
     NUMBERS,
     BENT,
-    KINDS
+    KINDS,
+    OCTAHEDRAL = KINDS, /* lod and edge for roughness and metallic */
+    EQUIRECT
 };
 
 static const char vertex_text[] =
@@ -598,6 +600,143 @@ TEST(glsl)
 TEST(hlsl)
 {
     differential(use_hlsl);
+}
+
+/* ---- flat maps ----------------------------------------------------------- */
+
+/* A texel of random colours, and what is beyond the edges: of an octahedral map
+ * (x, y) beyond a border is at -x about it and 1 - y along it, each in 0..1. */
+static const float *flat_texel(const ibl_cube *map, int level, int x, int y)
+{
+    const ibl_level_shape s =
+        ibl_level_shape_of(map->projection, map->size >> level);
+    const bool out_x = x < 0 || x >= s.width, out_y = y < 0 || y >= s.height;
+
+    if (map->projection == IBL_PROJECTION_EQUIRECT) {
+        x += out_y ? s.width / 2 : 0;
+        x = (x + s.width) % s.width;
+        y = y < 0 ? -1 - y : out_y ? 2 * s.height - 1 - y : y;
+    } else {
+        const int turned_x = out_y ? s.width - 1 - x : x;
+        const int turned_y = out_x ? s.height - 1 - y : y;
+        x = turned_x < 0          ? -1 - turned_x
+            : turned_x >= s.width ? 2 * s.width - 1 - turned_x
+                                  : turned_x;
+        y = turned_y < 0           ? -1 - turned_y
+            : turned_y >= s.height ? 2 * s.height - 1 - turned_y
+                                   : turned_y;
+    }
+    return ibl_cube_face(map, level, 0) +
+           3 * ((ptrdiff_t)y * s.width + (ptrdiff_t)x);
+}
+
+static void flat_bilinear(const ibl_cube *map, int level, const double at[2],
+                          double rgb[3])
+{
+    const ibl_level_shape s =
+        ibl_level_shape_of(map->projection, map->size >> level);
+    const double x = at[0] * s.width - 0.5, y = at[1] * s.height - 0.5;
+    const double p = x - floor(x), q = y - floor(y);
+
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int k = 0; k < 4; k++)
+        for (int c = 0; c < 3; c++)
+            rgb[c] += (k % 2 ? p : 1 - p) * (k / 2 ? q : 1 - q) *
+                      (double)flat_texel(map, level, (int)floor(x) + k % 2,
+                                         (int)floor(y) + k / 2)[c];
+}
+
+/* Directions, many of them at seams and poles, and the point they are at, the
+ * octahedron's by its three symmetries. */
+static void flat_point(ibl_projection projection, test_random *r, double d[3],
+                       double at[2])
+{
+    random_unit(r, d);
+    if (test_random_below(r, 2))
+        d[test_random_below(r, 3)] *= 0.02;
+    if (test_random_below(r, 4) == 0)
+        d[0] *= 0.02, d[2] *= 0.02;
+    unit(d);
+    for (int k = 0; k < 3; k++)
+        d[k] = (double)(float)d[k];
+    at[0] = atan2(d[2], d[0]) / (2 * IBL_PI) + 0.5;
+    at[1] = atan2(hypot(d[0], d[2]), d[1]) / IBL_PI;
+    if (projection == IBL_PROJECTION_EQUIRECT)
+        return;
+    const double sum = fabs(d[0]) + fabs(d[1]) + fabs(d[2]);
+    for (int k = 0; k < 2; k++) {
+        const double own = d[2 * k] / sum, other = fabs(d[2 - 2 * k]) / sum;
+        at[k] = 0.5 + 0.5 * (d[1] < 0 ? copysign(1 - other, own) : own);
+    }
+}
+
+static void flat_lookups(ibl_projection projection, void (*language)(void))
+{
+    const int kind =
+        projection == IBL_PROJECTION_OCTAHEDRAL ? OCTAHEDRAL : EQUIRECT;
+    ibl_texture *tex = &set->set.texture[VIEW_LUT];
+    test_random r = {31};
+    static double at[COUNT][2];
+    double worst = 0;
+    ibl_cube map;
+
+    begin();
+    shade_constant(set, (float[]){0, 0, 0});
+    random_points(3);
+    NEED(!ibl_cube_alloc_as(shade_ctx(), projection, 16, 5, &map));
+    map = test_cube(map);
+    for (int l = 0; l < 5; l++) {
+        const ibl_level_shape s = ibl_level_shape_of(projection, 16 >> l);
+        for (int i = 0; i < 3 * s.width * s.height; i++)
+            ibl_cube_face(&map, l, 0)[i] = (float)test_random_unit(&r);
+    }
+    ibl_texture_free(tex);
+    const ibl_texel_options as = {.pixel = IBL_PIXEL_RGBA32F};
+    NEED(!ibl_texture_from_cube(shade_ctx(), &map, &as, tex, NULL));
+    for (int i = 0; i < COUNT; i++) {
+        double d[3];
+        flat_point(projection, &r, d, at[i]);
+        put(on.points[NORMAL][i], d);
+        on.points[A][i][0] =
+            i % 3 ? (float)(4 * test_random_unit(&r)) : (float)(i % 5);
+        on.points[A][i][1] = 32;
+        on.points[A][i][2] = (float)kind;
+    }
+    language();
+    draw();
+    for (int i = 0; i < COUNT; i++) {
+        const double lod = (double)on.points[A][i][0];
+        const int low = (int)lod, high = low < 4 ? low + 1 : 4;
+        double a[3], b[3];
+        flat_bilinear(&map, low, at[i], a);
+        flat_bilinear(&map, high, at[i], b);
+        for (int c = 0; c < 3; c++)
+            worst = fmax(worst, fabs((double)on.seen[i][c] -
+                                     mix(a[c], b[c], lod - low)));
+    }
+    test_measured("flat lookup", worst, 1e-4);
+    CHECK_MSG(worst < 1e-4, "%s: differs by %g",
+              ibl_projection_name(projection), worst);
+}
+
+TEST(octahedral_maps_are_looked_up_without_seams)
+{
+    flat_lookups(IBL_PROJECTION_OCTAHEDRAL, use_glsl);
+}
+
+TEST(equirectangular_maps_are_looked_up_without_seams)
+{
+    flat_lookups(IBL_PROJECTION_EQUIRECT, use_glsl);
+}
+
+TEST(octahedral_maps_in_hlsl)
+{
+    flat_lookups(IBL_PROJECTION_OCTAHEDRAL, use_hlsl);
+}
+
+TEST(equirectangular_maps_in_hlsl)
+{
+    flat_lookups(IBL_PROJECTION_EQUIRECT, use_hlsl);
 }
 
 /* Under a constant sky every lobe sees that constant, to rounding. */

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Every function of ibl/ibl.glsl, for check_view_ibl and check-glsl.sh, which
 // make HLSL of it as well.
-// a: roughness, metallic, kind, radius of a light; n.w: F0.
+// a: roughness, metallic, kind, radius of a light; n.w: F0. Of kinds 9 and 10,
+// flat maps in place of brdf: lod, edge, kind.
 vec4 seen_by(samplerCube specular, samplerCube irradiance, sampler2D brdf,
              sampler2DArray lobe, vec4 chain, vec4 a, vec4 n, vec4 v, vec4 l,
              vec4 sh[25])
@@ -15,6 +16,10 @@ vec4 seen_by(samplerCube specular, samplerCube irradiance, sampler2D brdf,
         low[i] = sh[i];
     ibl_add_light(n.xyz, v.xyz, f0, a.x, l.xyz, a.w, vec3(1.0, 2.0, 3.0),
                   direct, light);
+    if (kind == 9)
+        return vec4(ibl_octahedral(brdf, n.xyz, a.x, a.y), 1.0);
+    if (kind == 10)
+        return vec4(ibl_equirect(brdf, n.xyz, a.x, a.y), 1.0);
     if (kind == 4)
         return vec4(direct, light.b);
     if (kind == 5)

@@ -8,8 +8,10 @@ s/^(\/\/     )uniform sampler(Cube|2DArray|2D) (\w+);.*/\1Texture\2 \3; SamplerS
 s/^(\/\/     )uniform vec4 chain;  /\1vec4 chain;/
 s/\bsampler(Cube|2DArray|2D) (\w+)/Texture\1 \2, SamplerState \2_sampler/g
 s/\btextureLod\((\w+), /\1.SampleLevel(\1_sampler, /g
-s/([a-z_0-9]\()(specular|irradiance|brdf|lobe), /\1\2, \2_sampler, /g
+s/([a-z_0-9]\()(specular|irradiance|brdf|lobe|map), /\1\2, \2_sampler, /g
 s/\.SampleLevel\((\w+)_sampler, \1_sampler, /.SampleLevel(\1_sampler, /g
 s/\bvec([234])\b/float\1/g
 s/\bmix\(/lerp(/g
+s/\bfract\(/frac(/g
+s/\batan\((\S+), /atan2(\1, /g
 s/^const float /static const float /

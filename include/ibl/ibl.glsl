@@ -39,6 +39,15 @@
 //     ibl_lobe_table     by the table lobe_lut: one fetch, and the irradiance
 //     ibl_lobe_two_taps  by the table: two fetches, and the irradiance
 // Of a local probe correct the direction of each tap for parallax.
+//
+// Of flat maps (--layout) the functions ibl_octahedral and ibl_equirect stand
+// in for textureLod(specular, direction, lod) and, with lod 0, for irradiance
+// and skybox. Their sampler2D is filtered linearly, between levels too, with
+// coordinates clamped or repeated: near seams the functions find the texels
+// that meet there themselves. edge: texels along a column of level 0.
+//     vec3 r = mix(reflect(-v, n), n, q.bend);
+//     vec3 seen = mix(ibl_octahedral(specular, r, q.lod, edge), light,
+//                     q.diffuse);
 
 const float ibl_pi = 3.14159265358979;
 
@@ -248,6 +257,104 @@ vec3 ibl_specular(samplerCube specular, ibl_lobe q, vec3 n, vec3 v,
     if (q.half_distance > 0.0)
         seen = 0.5 * (seen + textureLod(specular, second, q.lod).rgb);
     return mix(seen, irradiance, q.diffuse);
+}
+
+// ---- flat maps --------------------------------------------------------------
+
+// Where a direction of any length is in an octahedral map, 0..1: Cigolle et al.
+// 2014, "A Survey of Efficient Representations for Independent Unit Vectors",
+// listing 1, with +Y in the middle, +X to the right and +Z below.
+vec2 ibl_octahedral_uv(vec3 d)
+{
+    vec2 p = d.xz / (abs(d.x) + abs(d.y) + abs(d.z));
+    vec2 folded = vec2((1.0 - abs(p.y)) * (p.x < 0.0 ? -1.0 : 1.0),
+                       (1.0 - abs(p.x)) * (p.y < 0.0 ? -1.0 : 1.0));
+    return 0.5 + 0.5 * (d.y < 0.0 ? folded : p);
+}
+
+// Where it is in an equirectangular map, whose first row is at +Y and whose
+// middle column is at +X.
+vec2 ibl_equirect_uv(vec3 d)
+{
+    float across = length(d.xz);
+    float u = across > 0.0 ? 0.5 * atan(d.z, d.x) / ibl_pi : 0.0;
+    return vec2(0.5 + u, atan(across, d.y) / ibl_pi);
+}
+
+// Texel `at` of a level of n x n. Beyond an edge, -1 or n, it is the one that
+// meets there: each edge is folded in its middle.
+vec3 ibl_octahedral_texel(sampler2D map, vec2 at, float n, float level)
+{
+    vec2 near = clamp(at, 0.0, n - 1.0);
+    vec2 far = n - 1.0 - near;
+    vec2 to = vec2(near.y == at.y ? near.x : far.x,
+                   near.x == at.x ? near.y : far.y);
+    return textureLod(map, (to + 0.5) / n, level).rgb;
+}
+
+// The same of 2n x n, where columns go on around and rows beyond a pole.
+vec3 ibl_equirect_texel(sampler2D map, vec2 at, float n, float level)
+{
+    float y = clamp(at.y, 0.0, n - 1.0);
+    float x = at.x + (y == at.y ? 0.0 : n);
+    x -= 2.0 * n * floor((x + 0.5) / (2.0 * n));
+    return textureLod(map, vec2((x + 0.5) / (2.0 * n), (y + 0.5) / n), level)
+        .rgb;
+}
+
+// Height of a level.
+float ibl_flat_height(float edge, float level)
+{
+    return max(floor(edge * exp2(-level) + 0.5), 1.0);
+}
+
+vec3 ibl_octahedral_level(sampler2D map, vec2 uv, float edge, float level)
+{
+    float n = ibl_flat_height(edge, level);
+    vec2 low = floor(uv * n - 0.5), p = uv * n - 0.5 - low;
+    vec2 high = low + 1.0;
+    vec3 above = mix(ibl_octahedral_texel(map, low, n, level),
+                     ibl_octahedral_texel(map, vec2(high.x, low.y), n, level),
+                     p.x);
+    vec3 below = mix(ibl_octahedral_texel(map, vec2(low.x, high.y), n, level),
+                     ibl_octahedral_texel(map, high, n, level), p.x);
+    return mix(above, below, p.y);
+}
+
+vec3 ibl_equirect_level(sampler2D map, vec2 uv, float edge, float level)
+{
+    float n = ibl_flat_height(edge, level);
+    vec2 at = uv * vec2(2.0 * n, n) - 0.5;
+    vec2 low = floor(at), p = at - low, high = low + 1.0;
+    vec3 above = mix(ibl_equirect_texel(map, low, n, level),
+                     ibl_equirect_texel(map, vec2(high.x, low.y), n, level),
+                     p.x);
+    vec3 below = mix(ibl_equirect_texel(map, vec2(low.x, high.y), n, level),
+                     ibl_equirect_texel(map, high, n, level), p.x);
+    return mix(above, below, p.y);
+}
+
+// Radiance of an octahedral map in a direction of any length: one trilinear
+// fetch, and eight within half a texel of the map's edges, where the hardware
+// cannot filter. lod: 0 to the last level.
+vec3 ibl_octahedral(sampler2D map, vec3 d, float lod, float edge)
+{
+    vec2 uv = ibl_octahedral_uv(d), off = abs(uv - 0.5);
+    if (max(off.x, off.y) <= 0.5 - 0.5 / ibl_flat_height(edge, ceil(lod)))
+        return textureLod(map, uv, lod).rgb;
+    return mix(ibl_octahedral_level(map, uv, edge, floor(lod)),
+               ibl_octahedral_level(map, uv, edge, ceil(lod)), fract(lod));
+}
+
+// The same of an equirectangular map.
+vec3 ibl_equirect(sampler2D map, vec3 d, float lod, float edge)
+{
+    vec2 uv = ibl_equirect_uv(d), off = abs(uv - 0.5) * vec2(2.0, 1.0);
+    float half_texel = 0.5 / ibl_flat_height(edge, ceil(lod));
+    if (off.x <= 1.0 - half_texel && off.y <= 0.5 - half_texel)
+        return textureLod(map, uv, lod).rgb;
+    return mix(ibl_equirect_level(map, uv, edge, floor(lod)),
+               ibl_equirect_level(map, uv, edge, ceil(lod)), fract(lod));
 }
 
 // ---- the surface ------------------------------------------------------------

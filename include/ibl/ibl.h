@@ -221,6 +221,25 @@ void ibl_level_direction(const ibl_level_shape *shape, int face, int x, int y,
 /* Solid angle of texel (x, y), in steradians; those of a level sum to 4 pi. */
 double ibl_level_solid_angle(const ibl_level_shape *shape, int x, int y);
 
+/* The texel of a level that a direction of any length hits: its face, column
+ * and row. */
+void ibl_level_texel(const ibl_level_shape *shape, const double dir[3],
+                     int at[3]);
+/* A flat level's texel beyond an edge, at (x, y), each -1 or within or one too
+ * large: the one that meets there on the sphere, as y width + x. */
+size_t ibl_flat_neighbour(const ibl_level_shape *shape, int x, int y);
+/* What ibl.glsl's lookup sees of a level of a flat map: bilinear, without
+ * seams. */
+void ibl_flat_lookup(const ibl_cube *map, int level, const double dir[3],
+                     double rgb[3]);
+/*
+ * A flat map as a cube (empty; free with ibl_cube_free) of twice its size, for
+ * programs that draw cubes: each texel is ibl_flat_lookup of the same level.
+ * IBL_ERR_ARGUMENT: flat is none, or larger than IBL_MAX_CUBE_SIZE / 2.
+ */
+ibl_status ibl_cube_from_flat(ibl_ctx *ctx, const ibl_cube *flat,
+                              ibl_cube *cube);
+
 /* Texels of the first `levels` levels of a cube of `size`, all faces. */
 size_t ibl_cube_texels(int size, int levels);
 /* Edge of a level in texels: max(size >> level, 1). */
@@ -353,10 +372,11 @@ typedef struct ibl_axes {
 void ibl_axes_turn(ibl_axes axes, int back, const double from[3], double to[3]);
 
 /*
- * A cube in other axes: a permutation of its texels, at every level.
+ * A cube in other axes: a permutation of its texels, at every level. A flat map
+ * can be mirrored.
  *   back  1: from other axes to the world's
  *   out   empty; allocated here, to be freed with ibl_cube_free
- * IBL_ERR_ARGUMENT: a cube or axes out of range.
+ * IBL_ERR_ARGUMENT: a cube or axes out of range, a flat map with +Z up.
  */
 ibl_status ibl_cube_turn_axes(ibl_ctx *ctx, const ibl_cube *from, ibl_axes axes,
                               int back, ibl_cube *out);

@@ -38,6 +38,17 @@
 //     ibl_lobe_table     by the table lobe_lut: one fetch, and the irradiance
 //     ibl_lobe_two_taps  by the table: two fetches, and the irradiance
 // Of a local probe correct the direction of each tap for parallax.
+//
+// Of flat maps (--layout) the functions ibl_octahedral and ibl_equirect stand
+// in for specular.SampleLevel(specular_sampler, direction, lod) and, with lod
+// 0, for irradiance and skybox. Their Texture2D is, SamplerState is_sampler
+// filtered linearly, between levels too, with coordinates clamped or repeated:
+// near seams the functions find the texels that meet there themselves. edge:
+// texels along a column of level 0.
+//     float3 r = lerp(reflect(-v, n), n, q.bend);
+//     float3 seen = lerp(ibl_octahedral(specular, specular_sampler, r, q.lod,
+//     edge), light,
+//                     q.diffuse);
 
 static const float ibl_pi = 3.14159265358979;
 
@@ -260,6 +271,118 @@ float3 ibl_specular(TextureCube specular, SamplerState specular_sampler,
             0.5 *
             (seen + specular.SampleLevel(specular_sampler, second, q.lod).rgb);
     return lerp(seen, irradiance, q.diffuse);
+}
+
+// ---- flat maps --------------------------------------------------------------
+
+// Where a direction of any length is in an octahedral map, 0..1: Cigolle et al.
+// 2014, "A Survey of Efficient Representations for Independent Unit Vectors",
+// listing 1, with +Y in the middle, +X to the right and +Z below.
+float2 ibl_octahedral_uv(float3 d)
+{
+    float2 p = d.xz / (abs(d.x) + abs(d.y) + abs(d.z));
+    float2 folded = float2((1.0 - abs(p.y)) * (p.x < 0.0 ? -1.0 : 1.0),
+                           (1.0 - abs(p.x)) * (p.y < 0.0 ? -1.0 : 1.0));
+    return 0.5 + 0.5 * (d.y < 0.0 ? folded : p);
+}
+
+// Where it is in an equirectangular map, whose first row is at +Y and whose
+// middle column is at +X.
+float2 ibl_equirect_uv(float3 d)
+{
+    float across = length(d.xz);
+    float u = across > 0.0 ? 0.5 * atan2(d.z, d.x) / ibl_pi : 0.0;
+    return float2(0.5 + u, atan2(across, d.y) / ibl_pi);
+}
+
+// Texel `at` of a level of n x n. Beyond an edge, -1 or n, it is the one that
+// meets there: each edge is folded in its middle.
+float3 ibl_octahedral_texel(Texture2D map, SamplerState map_sampler, float2 at,
+                            float n, float level)
+{
+    float2 near = clamp(at, 0.0, n - 1.0);
+    float2 far = n - 1.0 - near;
+    float2 to = float2(near.y == at.y ? near.x : far.x,
+                       near.x == at.x ? near.y : far.y);
+    return map.SampleLevel(map_sampler, (to + 0.5) / n, level).rgb;
+}
+
+// The same of 2n x n, where columns go on around and rows beyond a pole.
+float3 ibl_equirect_texel(Texture2D map, SamplerState map_sampler, float2 at,
+                          float n, float level)
+{
+    float y = clamp(at.y, 0.0, n - 1.0);
+    float x = at.x + (y == at.y ? 0.0 : n);
+    x -= 2.0 * n * floor((x + 0.5) / (2.0 * n));
+    return map
+        .SampleLevel(map_sampler, float2((x + 0.5) / (2.0 * n), (y + 0.5) / n),
+                     level)
+        .rgb;
+}
+
+// Height of a level.
+float ibl_flat_height(float edge, float level)
+{
+    return max(floor(edge * exp2(-level) + 0.5), 1.0);
+}
+
+float3 ibl_octahedral_level(Texture2D map, SamplerState map_sampler, float2 uv,
+                            float edge, float level)
+{
+    float n = ibl_flat_height(edge, level);
+    float2 low = floor(uv * n - 0.5), p = uv * n - 0.5 - low;
+    float2 high = low + 1.0;
+    float3 above = lerp(
+        ibl_octahedral_texel(map, map_sampler, low, n, level),
+        ibl_octahedral_texel(map, map_sampler, float2(high.x, low.y), n, level),
+        p.x);
+    float3 below = lerp(
+        ibl_octahedral_texel(map, map_sampler, float2(low.x, high.y), n, level),
+        ibl_octahedral_texel(map, map_sampler, high, n, level), p.x);
+    return lerp(above, below, p.y);
+}
+
+float3 ibl_equirect_level(Texture2D map, SamplerState map_sampler, float2 uv,
+                          float edge, float level)
+{
+    float n = ibl_flat_height(edge, level);
+    float2 at = uv * float2(2.0 * n, n) - 0.5;
+    float2 low = floor(at), p = at - low, high = low + 1.0;
+    float3 above = lerp(
+        ibl_equirect_texel(map, map_sampler, low, n, level),
+        ibl_equirect_texel(map, map_sampler, float2(high.x, low.y), n, level),
+        p.x);
+    float3 below = lerp(
+        ibl_equirect_texel(map, map_sampler, float2(low.x, high.y), n, level),
+        ibl_equirect_texel(map, map_sampler, high, n, level), p.x);
+    return lerp(above, below, p.y);
+}
+
+// Radiance of an octahedral map in a direction of any length: one trilinear
+// fetch, and eight within half a texel of the map's edges, where the hardware
+// cannot filter. lod: 0 to the last level.
+float3 ibl_octahedral(Texture2D map, SamplerState map_sampler, float3 d,
+                      float lod, float edge)
+{
+    float2 uv = ibl_octahedral_uv(d), off = abs(uv - 0.5);
+    if (max(off.x, off.y) <= 0.5 - 0.5 / ibl_flat_height(edge, ceil(lod)))
+        return map.SampleLevel(map_sampler, uv, lod).rgb;
+    return lerp(ibl_octahedral_level(map, map_sampler, uv, edge, floor(lod)),
+                ibl_octahedral_level(map, map_sampler, uv, edge, ceil(lod)),
+                frac(lod));
+}
+
+// The same of an equirectangular map.
+float3 ibl_equirect(Texture2D map, SamplerState map_sampler, float3 d,
+                    float lod, float edge)
+{
+    float2 uv = ibl_equirect_uv(d), off = abs(uv - 0.5) * float2(2.0, 1.0);
+    float half_texel = 0.5 / ibl_flat_height(edge, ceil(lod));
+    if (off.x <= 1.0 - half_texel && off.y <= 0.5 - half_texel)
+        return map.SampleLevel(map_sampler, uv, lod).rgb;
+    return lerp(ibl_equirect_level(map, map_sampler, uv, edge, floor(lod)),
+                ibl_equirect_level(map, map_sampler, uv, edge, ceil(lod)),
+                frac(lod));
 }
 
 // ---- the surface ------------------------------------------------------------

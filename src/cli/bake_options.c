@@ -117,6 +117,9 @@ static const ibl_option outputs[] = {
     {"largest", 0, IBL_REAL(texels.largest, "MAX", 1e-6, 1e30),
      .standard = "what the pixel format holds",
      .help = "treat light above MAX in the same way"},
+    {"layout", 0, IBL_CHOICE(bake.skybox_projection, ibl_projection_names),
+     .help = "a cube, or one flat image a level: equirectangular, 4N x 2N "
+             "texels for N along an edge, or octahedral, 2N x 2N"},
     {"only", 0, IBL_OTHER(only, "LIST", parse_only),
      .allowed =
          "a list of specular, irradiance, lut, lobe-table, skybox, json",
@@ -425,6 +428,48 @@ static bool check_texels(const ibl_opts *o)
                       ibl_quality_name(t->quality), ibl_pixel_name(t->pixel));
 }
 
+/* Whether every level of a flat map halves the one before. */
+static bool check_halves(const ibl_opts *o)
+{
+    ibl_specular_layout l;
+
+    if (!o->bake.specular ||
+        ibl_specular_layout_of(&o->bake.specular_options, &l) ||
+        !(l.size % (1 << (l.levels - 1))))
+        return true;
+    return ibl_misuse("--layout %s: %d levels from a size of %d do not halve "
+                      "each other: take a --size that is a multiple of %d",
+                      ibl_projection_names[o->bake.skybox_projection], l.levels,
+                      l.size, 1 << (l.levels - 1));
+}
+
+/* Spreads the layout to all outputs. Flat ones are exact, and stay as they
+ * are. */
+static bool set_layout(ibl_opts *o)
+{
+    const ibl_projection layout = o->bake.skybox_projection;
+    const ibl_specular_options *s = &o->bake.specular_options;
+    bool sampled = s->method == IBL_METHOD_SAMPLED;
+
+    for (int l = 0; l < IBL_MAX_LEVELS; l++)
+        sampled |= s->level_samples[l] != 0;
+    o->bake.specular_options.projection = layout;
+    o->bake.irradiance_options.projection = layout;
+    if (layout == IBL_PROJECTION_CUBE)
+        return true;
+    if (sampled || o->bake.irradiance_options.step > 0)
+        return ibl_misuse("--layout %s: is never sampled: leave out --method "
+                          "sampled, --level-samples and --irradiance-step",
+                          ibl_projection_names[layout]);
+    return check_halves(o) &&
+           (o->axes.up == IBL_UP_Y ||
+            ibl_misuse("--up z: turns cubes: leave out --layout %s",
+                       ibl_projection_names[layout])) &&
+           (!o->preview ||
+            ibl_misuse("--preview %s: shows cubes: leave out --layout %s",
+                       o->preview, ibl_projection_names[layout]));
+}
+
 static bool check_harmonics(const ibl_opts *o)
 {
     if (o->engine && o->engine != IBL_ENGINE_PLAYCANVAS &&
@@ -565,6 +610,8 @@ static bool check_set(ibl_opts *o)
                           o->name);
     select_parts(o);
     o->texels.alike = o->zstd > 0;
+    if (!set_layout(o))
+        return false;
     o->verify |= !isnan(o->max_error);
     return true;
 }

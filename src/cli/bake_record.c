@@ -578,6 +578,9 @@ static json_t *output(const ibl_bake *b, ibl_output_kind kind)
     if (ibl_pixel_block(file->shape.pixel) > 1)
         put(&j, "quality",
             json_string(ibl_quality_name(b->opts->texels.quality)));
+    if (!is_table(kind) && file->shape.faces == 1)
+        put(&j, "layout",
+            json_string(ibl_projection_name(b->opts->bake.skybox_projection)));
     if (!is_table(kind))
         put(&j, "overflow",
             json_string(ibl_overflow_name(b->opts->texels.overflow)));

@@ -55,6 +55,7 @@ static bool bake_skybox(ibl_bake_source *s, ibl_cube *skybox)
     if (!s->bake.skybox)
         return true;
     alone.skybox = s->bake.skybox;
+    alone.skybox_projection = s->bake.skybox_projection;
     alone.specular = alone.irradiance = 0;
     alone.sh_degree = -1;
     alone.yaw_deg = s->bake.yaw_deg;

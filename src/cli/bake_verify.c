@@ -36,6 +36,7 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
                              ? b->made.report.layout.roughness[l]
                              : 0,
             .scale = 1,
+            .projection = cube.projection,
             .size = ibl_cube_edge(cube.size, l),
             .base = cube.size,
             .texels = ibl_cube_face(&cube, l, 0),

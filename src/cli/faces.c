@@ -60,6 +60,26 @@ bool ibl_face_neighbour(int n, ibl_texel at, int dx, int dy, ibl_texel *to)
     return true;
 }
 
+ibl_texel ibl_level_hit(const ibl_level_shape *s, const double dir[3])
+{
+    int at[3];
+    if (s->projection == IBL_PROJECTION_CUBE)
+        return ibl_face_texel(s->width, dir);
+    ibl_level_texel(s, dir, at);
+    return (ibl_texel){at[0], at[1], at[2]};
+}
+
+bool ibl_level_neighbour(const ibl_level_shape *s, ibl_texel at, int dx, int dy,
+                         ibl_texel *to)
+{
+    if (s->projection == IBL_PROJECTION_CUBE)
+        return ibl_face_neighbour(s->width, at, dx, dy, to);
+    const size_t i = ibl_flat_neighbour(s, at.x + dx, at.y + dy);
+    const size_t width = (size_t)s->width;
+    *to = (ibl_texel){0, (int)(i % width), (int)(i / width)};
+    return true;
+}
+
 void ibl_mean_rgb(const float *image, int width, int x0, int x1, int y0, int y1,
                   double rgb[3])
 {

@@ -21,6 +21,17 @@ ibl_texel ibl_face_texel(int size, const double dir[3]);
 /* The texel at an offset of dx, dy, also across edges. False: none exists. */
 bool ibl_face_neighbour(int size, ibl_texel at, int dx, int dy, ibl_texel *to);
 
+/* The same three of a level of any shape. */
+ibl_texel ibl_level_hit(const ibl_level_shape *shape, const double dir[3]);
+bool ibl_level_neighbour(const ibl_level_shape *shape, ibl_texel at, int dx,
+                         int dy, ibl_texel *to);
+static inline float *ibl_level_at(float *texels, const ibl_level_shape *shape,
+                                  ibl_texel at)
+{
+    const size_t line = (size_t)at.face * (size_t)shape->height + (size_t)at.y;
+    return texels + 3 * (line * (size_t)shape->width + (size_t)at.x);
+}
+
 /* A texel of a level whose faces of `size` are stored one after the other. */
 static inline float *ibl_face_at(float *faces, int size, ibl_texel at)
 {

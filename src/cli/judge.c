@@ -20,6 +20,7 @@ typedef struct known {
     ibl_output_kind content;
     ibl_lobe lobe;
     double roughness;
+    ibl_projection projection;
     int base, size;
     size_t count;
     ibl_judged_texel *picks;
@@ -33,7 +34,7 @@ struct ibl_judge {
     ibl_reference *reference;
     ibl_image coarse;
     ibl_reference *coarse_reference;
-    ibl_pick_scene scene; /* size and dark are unset */
+    ibl_pick_scene scene; /* shape and dark are unset */
     double mean[3];
     known *known;
 };
@@ -173,25 +174,29 @@ static bool convolve(const ibl_reference *reference, const known *k,
 /* Marks the darkest tenth of the level's cells, judged by the small map. */
 static bool find_dark(const ibl_judge *j, const known *k, ibl_pick_scene *scene)
 {
-    double dirs[3 * CELLS], rgb[3 * CELLS], value[CELLS], sorted[CELLS];
+    double dirs[3 * CELLS], rgb[3 * CELLS], value[CELLS] = {0}, sorted[CELLS];
+    const ibl_level_shape cells = {k->projection, IBL_DARK_CELLS,
+                                   IBL_DARK_CELLS, scene->shape.faces};
+    const size_t count = CELLS / IBL_FACES * (size_t)cells.faces;
 
-    for (int c = 0; c < CELLS; c++)
-        ibl_cube_direction(IBL_DARK_CELLS, c / (CELLS / IBL_FACES),
-                           c % IBL_DARK_CELLS,
-                           c / IBL_DARK_CELLS % IBL_DARK_CELLS, dirs + 3 * c);
-    if (!convolve(j->coarse_reference, k, dirs, CELLS, rgb))
+    for (size_t c = 0; c < count; c++)
+        ibl_level_direction(
+            &cells, (int)c / (CELLS / IBL_FACES), (int)c % IBL_DARK_CELLS,
+            (int)c / IBL_DARK_CELLS % IBL_DARK_CELLS, dirs + 3 * c);
+    if (!convolve(j->coarse_reference, k, dirs, count, rgb))
         return false;
-    for (int c = 0; c < CELLS; c++)
+    for (size_t c = 0; c < count; c++)
         value[c] = rgb[3 * c] + rgb[3 * c + 1] + rgb[3 * c + 2];
     memcpy(sorted, value, sizeof sorted);
-    qsort(sorted, CELLS, sizeof *sorted, by_value);
-    for (int c = 0; c < CELLS; c++)
-        scene->dark[c] = value[c] <= sorted[CELLS / DARK_TENTH];
+    qsort(sorted, count, sizeof *sorted, by_value);
+    for (size_t c = 0; c < count; c++)
+        scene->dark[c] = value[c] <= sorted[count / DARK_TENTH];
     return true;
 }
 
 static bool find_truth(const ibl_judge *j, known *k)
 {
+    const ibl_level_shape shape = ibl_level_shape_of(k->projection, k->size);
     double *dirs = malloc(3 * k->count * sizeof *dirs);
     ibl_texel *texels = malloc(k->count * sizeof *texels);
     bool ok = false;
@@ -200,12 +205,11 @@ static bool find_truth(const ibl_judge *j, known *k)
     if (dirs && texels && k->truth) {
         for (size_t i = 0; i < k->count; i++) {
             const ibl_texel at = texels[i] = k->picks[i].at;
-            ibl_cube_direction(k->size, at.face, at.x, at.y, dirs + 3 * i);
+            ibl_level_direction(&shape, at.face, at.x, at.y, dirs + 3 * i);
         }
         ok = k->content == IBL_OUTPUT_SKYBOX
-                 ? !ibl_reference_texels(j->reference, IBL_PROJECTION_CUBE,
-                                         k->base, k->size, texels, k->count,
-                                         k->truth)
+                 ? !ibl_reference_texels(j->reference, k->projection, k->base,
+                                         k->size, texels, k->count, k->truth)
                  : convolve(j->reference, k, dirs, k->count, k->truth);
     }
     free(dirs);
@@ -222,7 +226,7 @@ static known *make_known(const ibl_judge *j, const known *want)
     if (!k)
         return NULL;
     *k = *want;
-    scene.size = k->size;
+    scene.shape = ibl_level_shape_of(k->projection, k->size);
     if (find_dark(j, k, &scene) &&
         ibl_picks(&scene, &j->opts, &k->picks, &k->count) && find_truth(j, k))
         return k;
@@ -240,13 +244,14 @@ static const known *find_known(ibl_judge *j, const ibl_judge_level *level)
                        : level->content,
         .lobe = lobe ? level->lobe : IBL_LOBE_GGX,
         .roughness = lobe ? level->roughness : 0,
+        .projection = level->projection,
         .base = level->content == IBL_OUTPUT_SKYBOX ? level->base : level->size,
         .size = level->size};
 
     for (const known *k = j->known; k; k = k->next)
         if (k->content == want.content && k->size == want.size &&
-            k->base == want.base && k->lobe == want.lobe &&
-            k->roughness == want.roughness)
+            k->projection == want.projection && k->base == want.base &&
+            k->lobe == want.lobe && k->roughness == want.roughness)
             return k;
     known *made = make_known(j, &want);
     if (made) {
@@ -258,6 +263,11 @@ static const known *find_known(ibl_judge *j, const ibl_judge_level *level)
 
 /* ---- statistics ------------------------------------------------------ */
 
+static ibl_level_shape shape_of(const ibl_judge_level *level)
+{
+    return ibl_level_shape_of(level->projection, level->size);
+}
+
 static bool is_finite(const float *rgb)
 {
     return isfinite(rgb[0]) && isfinite(rgb[1]) && isfinite(rgb[2]);
@@ -267,12 +277,14 @@ static bool is_finite(const float *rgb)
 static void survey(const ibl_judge *j, const ibl_judge_level *level,
                    ibl_verdict *v)
 {
-    const int n = level->size, texels = IBL_FACES * n * n;
+    const ibl_level_shape s = shape_of(level);
+    const int texels = s.faces * s.width * s.height;
     double sum = 0, total = 0;
 
     for (int i = 0; i < texels; i++) {
         const float *x = level->texels + 3 * (size_t)i;
-        const double w = ibl_cube_solid_angle(n, i % n, i / n % n);
+        const double w =
+            ibl_level_solid_angle(&s, i % s.width, i / s.width % s.height);
         if (is_finite(x)) {
             sum += w * ((double)x[0] + (double)x[1] + (double)x[2]);
             total += w;
@@ -289,10 +301,12 @@ static void survey(const ibl_judge *j, const ibl_judge_level *level,
 static bool is_by_full(const ibl_judge_level *level, ibl_texel at, int channel,
                        float max)
 {
+    const ibl_level_shape s = shape_of(level);
+
     for (int k = 0; k < 9; k++) {
         ibl_texel t;
-        if (ibl_face_neighbour(level->size, at, k % 3 - 1, k / 3 - 1, &t) &&
-            ibl_face_at(level->texels, level->size, t)[channel] >= max)
+        if (ibl_level_neighbour(&s, at, k % 3 - 1, k / 3 - 1, &t) &&
+            ibl_level_at(level->texels, &s, t)[channel] >= max)
             return true;
     }
     return false;
@@ -362,7 +376,8 @@ static void judge_texel(const ibl_judge *j, const ibl_judge_level *level,
                         const ibl_judged_texel *pick, const double truth[3],
                         const float max[3], squares *sums, ibl_verdict *v)
 {
-    const float *x = ibl_face_at(level->texels, level->size, pick->at);
+    const ibl_level_shape shape = shape_of(level);
+    const float *x = ibl_level_at(level->texels, &shape, pick->at);
     squares s = {0};
     double got[3], loss[3];
 
@@ -388,8 +403,8 @@ static void judge_texel(const ibl_judge *j, const ibl_judge_level *level,
     texel->error = ibl_relative_error(got, truth, j->mean);
     if (v->error.count == 1 || texel->error > v->error.worst) {
         v->error.worst = texel->error;
-        ibl_cube_direction(level->size, pick->at.face, pick->at.x, pick->at.y,
-                           v->worst_dir);
+        ibl_level_direction(&shape, pick->at.face, pick->at.x, pick->at.y,
+                            v->worst_dir);
     }
 }
 
@@ -406,6 +421,7 @@ static void find_max(ibl_pixel pixel, float max[4])
 static bool compare(const ibl_judge *j, const ibl_judge_level *level,
                     const known *k, ibl_verdict *v)
 {
+    const ibl_level_shape shape = shape_of(level);
     squares sums = {0};
     float max[4];
 
@@ -417,7 +433,7 @@ static bool compare(const ibl_judge *j, const ibl_judge_level *level,
         return false;
     }
     for (size_t i = 0; i < k->count; i++)
-        if (is_finite(ibl_face_at(level->texels, level->size, k->picks[i].at)))
+        if (is_finite(ibl_level_at(level->texels, &shape, k->picks[i].at)))
             judge_texel(j, level, &k->picks[i], k->truth + 3 * i, max, &sums,
                         v);
     const size_t count = v->error.count;

@@ -40,7 +40,7 @@ enum {
 
 ibl_judge_options ibl_judge_options_default(void);
 
-/* A level to judge: a cube of faces of one size. */
+/* A level to judge: a cube of faces of one size, or a flat one. */
 typedef struct ibl_judge_level {
     ibl_output_kind
         content;      /* SKYBOX: means over texels; SPECULAR; IRRADIANCE */
@@ -48,13 +48,14 @@ typedef struct ibl_judge_level {
     ibl_lobe lobe;    /* SPECULAR */
     double roughness; /* SPECULAR, 0..1; 0 is judged as SKYBOX */
     double scale;     /* of the reference: 1, or pi if irradiance is E */
-    int size;         /* texels along a face's edge */
-    int base;         /* SKYBOX: size of level 0 of its chain */
-    float *texels;    /* 3 * 6 * size * size, laid out as a level of ibl_cube */
-    ibl_pixel pixel;  /* format in the file; IBL_PIXEL_COUNT: none */
-    double loss;      /* nRMSE of the whole level by the format, used for
-                         pixels of blocks; NAN: not known */
-    size_t mended;    /* not finite when read; counted in nonfinite */
+    ibl_projection projection;
+    int size;        /* texels along a face's edge; see ibl_projection */
+    int base;        /* SKYBOX: size of level 0 of its chain */
+    float *texels;   /* laid out as a level of ibl_cube */
+    ibl_pixel pixel; /* format in the file; IBL_PIXEL_COUNT: none */
+    double loss;     /* nRMSE of the whole level by the format, used for
+                        pixels of blocks; NAN: not known */
+    size_t mended;   /* not finite when read; counted in nonfinite */
 } ibl_judge_level;
 
 /* Distribution of the relative errors of some texels. */

@@ -120,7 +120,7 @@ typedef struct stratum {
 
 typedef struct picker {
     const ibl_pick_scene *scene;
-    int n;    /* texels along a face's edge */
+    ibl_level_shape shape;
     int grid; /* cells along an edge for REST */
     int light_count;
     ibl_texel lights[IBL_JUDGE_LIGHTS];
@@ -130,7 +130,8 @@ typedef struct picker {
 static size_t cell_of(const picker *p, ibl_texel t, int grid)
 {
     const long long i = t.x, j = t.y;
-    const size_t x = (size_t)(i * grid / p->n), y = (size_t)(j * grid / p->n);
+    const size_t x = (size_t)(i * grid / p->shape.width);
+    const size_t y = (size_t)(j * grid / p->shape.height);
     return ((size_t)t.face * (size_t)grid + y) * (size_t)grid + x;
 }
 
@@ -139,14 +140,14 @@ static bool is_near(const picker *p, ibl_texel t)
     const double *l = p->scene->lights[0];
     double d[3];
 
-    ibl_cube_direction(p->n, t.face, t.x, t.y, d);
+    ibl_level_direction(&p->shape, t.face, t.x, t.y, d);
     return d[0] * l[0] + d[1] * l[1] + d[2] * l[2] > cos(20 * M_PI / 180);
 }
 
 static kind kind_of(const picker *p, ibl_texel t)
 {
-    const bool x_edge = t.x == 0 || t.x == p->n - 1;
-    const bool y_edge = t.y == 0 || t.y == p->n - 1;
+    const bool x_edge = t.x == 0 || t.x == p->shape.width - 1;
+    const bool y_edge = t.y == 0 || t.y == p->shape.height - 1;
 
     for (int i = 0; i < p->light_count; i++)
         if (t.face == p->lights[i].face && abs(t.x - p->lights[i].x) <= 1 &&
@@ -165,8 +166,8 @@ static kind kind_of(const picker *p, ibl_texel t)
 
 static ibl_texel texel_at(const picker *p, size_t i)
 {
-    const size_t n = (size_t)p->n;
-    return (ibl_texel){(int)(i / (n * n)), (int)(i % n), (int)(i / n % n)};
+    const size_t w = (size_t)p->shape.width, h = (size_t)p->shape.height;
+    return (ibl_texel){(int)(i / (w * h)), (int)(i % w), (int)(i / w % h)};
 }
 
 static size_t stratum_of(const picker *p, ibl_texel t)
@@ -181,14 +182,14 @@ static void set_grid(picker *p, const ibl_judge_options *opts)
 
     p->light_count = lights < 1 ? 1 : lights < known ? lights : known;
     for (int i = 0; i < p->light_count; i++)
-        p->lights[i] = ibl_face_texel(p->n, p->scene->lights[i]);
+        p->lights[i] = ibl_level_hit(&p->shape, p->scene->lights[i]);
     const double rest = fmax(6, opts->texels - 9.0 * p->light_count - 24 -
                                     3.0 * (opts->texels / 8));
-    p->grid = (int)sqrt(rest / 6 + 0.5);
+    p->grid = (int)sqrt(rest / p->shape.faces + 0.5);
     if (p->grid < opts->grid)
         p->grid = opts->grid;
-    if (p->grid > p->n)
-        p->grid = p->n;
+    if (p->grid > p->shape.height)
+        p->grid = p->shape.height;
 }
 
 /* Sets how many texels of each stratum are chosen; returns the sum. */
@@ -230,11 +231,13 @@ static bool is_chosen(stratum *s, size_t index, int seed)
 bool ibl_picks(const ibl_pick_scene *scene, const ibl_judge_options *opts,
                ibl_judged_texel **list, size_t *count)
 {
-    picker p = {.scene = scene, .n = scene->size};
-    const size_t texels = IBL_FACES * (size_t)p.n * (size_t)p.n;
+    picker p = {.scene = scene, .shape = scene->shape};
+    const size_t images = (size_t)p.shape.faces;
+    const size_t texels =
+        images * (size_t)p.shape.width * (size_t)p.shape.height;
 
     set_grid(&p, opts);
-    const size_t cells = IBL_FACES * (size_t)p.grid * (size_t)p.grid;
+    const size_t cells = images * (size_t)p.grid * (size_t)p.grid;
     p.strata = calloc(REST + cells, sizeof *p.strata);
     if (!p.strata)
         return false;

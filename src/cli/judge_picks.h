@@ -30,10 +30,10 @@ typedef struct ibl_judged_texel {
 
 /* The level whose texels are chosen. */
 typedef struct ibl_pick_scene {
-    int size;
+    ibl_level_shape shape;
     int light_count; /* entries of lights, brightest first */
     double lights[IBL_JUDGE_LIGHTS][3];
-    /* The dark cells; each face has IBL_DARK_CELLS x IBL_DARK_CELLS cells. */
+    /* The dark cells; each image has IBL_DARK_CELLS x IBL_DARK_CELLS cells. */
     bool dark[IBL_FACES * IBL_DARK_CELLS * IBL_DARK_CELLS];
 } ibl_pick_scene;
 

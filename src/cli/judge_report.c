@@ -252,6 +252,20 @@ typedef struct field {
     int count;
 } field;
 
+/* The pixel of a judged texel on the faces of a cube. */
+static ibl_texel place_on_cube(const ibl_judge_level *level, ibl_texel at)
+{
+    const ibl_level_shape s =
+        ibl_level_shape_of(level->projection, level->size);
+    double d[3];
+
+    if (level->projection == IBL_PROJECTION_CUBE)
+        return (ibl_texel){at.face, (int)((at.x + 0.5) * FACE / level->size),
+                           (int)((at.y + 0.5) * FACE / level->size)};
+    ibl_level_direction(&s, 0, at.x, at.y, d);
+    return ibl_face_texel(FACE, d);
+}
+
 static void collect(const ibl_verdict *v, int face, field *f)
 {
     f->count = 0;
@@ -259,10 +273,10 @@ static void collect(const ibl_verdict *v, int face, field *f)
         f->error[i] = -1;
     for (size_t i = 0; i < v->error.count; i++) {
         const ibl_judged_texel *t = &v->texels[i];
-        if (t->at.face != face)
+        const ibl_texel at = place_on_cube(&v->level, t->at);
+        const int x = at.x, y = at.y;
+        if (at.face != face)
             continue;
-        const int x = (int)((t->at.x + 0.5) * FACE / v->level.size);
-        const int y = (int)((t->at.y + 0.5) * FACE / v->level.size);
         float *e = &f->error[y * FACE + x];
         if (*e < 0)
             f->seeds[f->count++] = y * FACE + x;

@@ -34,6 +34,10 @@ static void add_tap(const ibl_cube *level, ibl_texel at, int dx, int dy,
 
 void ibl_lookup_cube(const ibl_cube *level, const double dir[3], double rgb[3])
 {
+    if (level->projection != IBL_PROJECTION_CUBE) {
+        ibl_flat_lookup(level, 0, dir, rgb);
+        return;
+    }
     const ibl_texel at = ibl_face_texel(level->size, dir);
     double u, v;
 

@@ -653,11 +653,13 @@ static bool check_finite(const ibl_verify_files *f, ibl_console *console)
         4 * IBL_LOBE_LAYERS * (size_t)f->lobe_size * (size_t)f->lobe_size;
     int bad = -1;
 
-    for (int i = 0; i < f->count; i++)
-        if (!is_finite(f->cube[i].data, 3 * IBL_FACES *
-                                            (size_t)f->cube[i].size *
-                                            (size_t)f->cube[i].size))
+    for (int i = 0; i < f->count; i++) {
+        const ibl_level_shape s =
+            ibl_level_shape_of(f->cube[i].projection, f->cube[i].size);
+        if (!is_finite(f->cube[i].data, 3 * (size_t)s.faces * (size_t)s.width *
+                                            (size_t)s.height))
             bad = (int)f->level[i].content;
+    }
     if (f->lut.data && !is_finite(f->lut.data, lut))
         bad = IBL_OUTPUT_LUT;
     if (f->lobes && !is_finite(f->lobes, lobes))

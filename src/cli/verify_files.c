@@ -461,17 +461,18 @@ static void settle_yaw(const reader *r)
 /* ---- reading --------------------------------------------------------- */
 
 /* The texel of our cube with the direction of texel `at` of the files' cube. */
-static ibl_texel turn(const reader *r, int n, ibl_texel at)
+static ibl_texel turn(const reader *r, const ibl_level_shape *shape,
+                      ibl_texel at)
 {
     double theirs[3], ours[3];
 
-    ibl_cube_direction(n, at.face, at.x, at.y, theirs);
+    ibl_level_direction(shape, at.face, at.x, at.y, theirs);
     ibl_axes_turn(r->axes, 1, theirs, ours);
     for (int k = 0; k < 3 && r->opts->axes[0]; k++) {
         const int axis = r->opts->axes[k];
         ours[abs(axis) - 1] = axis < 0 ? -theirs[k] : theirs[k];
     }
-    return ibl_face_texel(n, ours);
+    return ibl_level_hit(shape, ours);
 }
 
 /* The nRMSE of a level by its pixel format, as the sidecar says; NAN: it does
@@ -495,11 +496,14 @@ static bool add_level(const reader *r, const ibl_cube *from, int level,
     const int first = f->count > r->first ? f->level[r->first].size : n;
     ibl_cube *to = &f->cube[f->count];
 
-    if (ibl_cube_alloc(r->ctx, n, 1, to))
+    const ibl_level_shape shape = ibl_level_shape_of(from->projection, n);
+    if (ibl_cube_alloc_as(r->ctx, from->projection, n, 1, to))
         return false;
-    for (int i = 0; i < IBL_FACES * n * n; i++) {
-        const ibl_texel at = {i / n / n, i % n, i / n % n};
-        memcpy(ibl_face_at(to->data, n, turn(r, n, at)),
+    const int w = shape.width, h = shape.height;
+    for (int i = 0; i < shape.faces * w * h; i++) {
+        const ibl_texel ours =
+            turn(r, &shape, (ibl_texel){i / w / h, i % w, i / w % h});
+        memcpy(ibl_level_at(to->data, &shape, ours),
                ibl_cube_face(from, level, 0) + 3 * (size_t)i,
                3 * sizeof(float));
     }
@@ -507,6 +511,7 @@ static bool add_level(const reader *r, const ibl_cube *from, int level,
         .content = r->kind,
         .number = f->count - r->first,
         .scale = r->kind == IBL_OUTPUT_IRRADIANCE && r->opts->scale ? M_PI : 1,
+        .projection = from->projection,
         .size = n,
         .base = first > n ? first : n,
         .texels = to->data,
@@ -517,6 +522,12 @@ static bool add_level(const reader *r, const ibl_cube *from, int level,
     return true;
 }
 
+/* Flat maps lie about Y. */
+static bool is_tilted(const ibl_verify_opts *o)
+{
+    return o->axes[0] && abs(o->axes[1]) != 2;
+}
+
 /* Reads a texture and checks its shape: one layer, a cube or a table. */
 static bool read_texture(const reader *r, ibl_texture *tex)
 {
@@ -524,9 +535,15 @@ static bool read_texture(const reader *r, ibl_texture *tex)
 
     if (ibl_engine_read(r->ctx, r->path, tex, NULL))
         return false;
-    if (cube && tex->faces != IBL_FACES)
-        return ibl_console_fail(r->console, "%s: a flat texture: %s is a cube",
+    if (cube && tex->faces == 1 && ibl_pixel_channels(tex->pixel) != 3)
+        return ibl_console_fail(r->console,
+                                "%s: a flat texture of two channels: %s has "
+                                "colour",
                                 r->path, ibl_output_content(r->kind));
+    if (cube && tex->faces == 1 && is_tilted(r->opts))
+        return ibl_console_fail(
+            r->console, "%s: a flat texture: with --axes its Y must be y or -y",
+            r->path);
     if (!cube && (tex->faces != 1 || tex->width != tex->height ||
                   ibl_pixel_channels(tex->pixel) != 2))
         return ibl_console_fail(r->console,

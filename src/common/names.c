@@ -54,6 +54,8 @@ const char *const ibl_method_names[] = {[IBL_METHOD_AUTO] = "auto",
                                         [IBL_METHOD_SPECTRAL] = "spectral",
                                         [IBL_METHOD_SAMPLED] = "sampled",
                                         NULL};
+const char *const ibl_projection_names[] = {"cube", "equirect", "octahedral",
+                                            NULL};
 const char *const ibl_lobe_names[] = {IBL_LOBE_NAMES, NULL};
 const char *const ibl_geometry_names[] = {[IBL_GEOMETRY_SMITH] = "smith",
                                           [IBL_GEOMETRY_SCHLICK_IBL] =

@@ -26,6 +26,7 @@ extern const char *const ibl_formula_names[]; /* of mappings that are formulas:
 extern const char *const ibl_mirror_names[];
 extern const char *const ibl_up_names[];
 extern const char *const ibl_method_names[];
+extern const char *const ibl_projection_names[]; /* ibl_projection */
 extern const char *const ibl_lobe_names[];
 extern const char *const ibl_geometry_names[];
 extern const char *const ibl_primaries_names[];

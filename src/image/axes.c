@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "image/axes.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 #include "core/context.h"
@@ -85,18 +86,45 @@ ibl_status ibl_level_turn_axes(ibl_ctx *ctx, int n, int words, ibl_axes axes,
     return ibl_run(ctx, NULL, IBL_FACES * n, row_job, &t);
 }
 
+/* Mirrors put centres of texels onto centres in every projection. */
+static void turn_flat(const ibl_cube *from, int level, ibl_axes axes, int back,
+                      const ibl_cube *to)
+{
+    const ibl_level_shape s = ibl_map_shape(from, level);
+    const float *source = ibl_cube_face(from, level, 0);
+    float *rgb = ibl_cube_face(to, level, 0);
+
+    for (int i = 0; i < s.width * s.height; i++, rgb += 3) {
+        double d[3];
+        int at[3];
+        ibl_level_direction(&s, 0, i % s.width, i / s.width, d);
+        ibl_axes_turn(axes, !back, d, d);
+        ibl_level_texel(&s, d, at);
+        memcpy(rgb, source + 3 * ((ptrdiff_t)at[2] * s.width + at[1]),
+               3 * sizeof *rgb);
+    }
+}
+
 ibl_status ibl_cube_turn_axes(ibl_ctx *ctx, const ibl_cube *from, ibl_axes axes,
                               int back, ibl_cube *out)
 {
     ibl_cube to = {0};
-    ibl_status status = ibl_check_cube(ctx, from);
+    ibl_status status = ibl_check_map(ctx, from);
+    const bool flat = !status && from->projection != IBL_PROJECTION_CUBE;
     if (!status && !out)
         status = ibl_missing(ctx, "ibl_cube_turn_axes: out");
     if (!status)
         status = ibl_check_axes(ctx, axes);
+    if (!status && flat && axes.up != IBL_UP_Y)
+        status = ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                          "an %s map with +Z up: must be a cube",
+                          ibl_projection_name(from->projection));
     if (!status)
-        status = ibl_cube_alloc(ctx, from->size, from->levels, &to);
-    for (int l = 0; !status && l < from->levels; l++)
+        status = ibl_cube_alloc_as(ctx, from->projection, from->size,
+                                   from->levels, &to);
+    for (int l = 0; flat && !status && l < from->levels; l++)
+        turn_flat(from, l, axes, back, &to);
+    for (int l = 0; !flat && !status && l < from->levels; l++)
         status = ibl_level_turn_axes(ctx, ibl_cube_edge(from->size, l), 3, axes,
                                      back, ibl_cube_face(from, l, 0),
                                      ibl_cube_face(&to, l, 0));

@@ -71,8 +71,4 @@ static inline ibl_level_shape ibl_map_shape(const ibl_cube *map, int level)
     return ibl_level_shape_of(map->projection, ibl_cube_edge(map->size, level));
 }
 
-/* The texel beyond an edge of a flat level, at (x, y), each -1 or within or
- * one too large: y width + x. */
-size_t ibl_flat_neighbour(const ibl_level_shape *s, int x, int y);
-
 #endif

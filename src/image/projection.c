@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/context.h"
 #include "core/pi.h"
 #include "image/cube.h"
 
@@ -122,4 +123,121 @@ size_t ibl_flat_neighbour(const ibl_level_shape *s, int x, int y)
     const int column = under == y ? over : w - 1 - over;
     const int row = over == x ? under : h - 1 - under;
     return (size_t)row * (size_t)w + (size_t)column;
+}
+
+/* Where a direction is on an image, 0..width and 0..height; returns the face.
+ */
+static int place_of(const ibl_level_shape *s, const double d[3], double at[2])
+{
+    const double x = d[0], y = d[1], z = d[2];
+    const double sum = fabs(x) + fabs(y) + fabs(z);
+    double u = 0, v = 0;
+    int face = 0;
+
+    switch (s->projection) {
+    case IBL_PROJECTION_CUBE:
+        for (int f = 0; f < IBL_FACES; f++) {
+            const ibl_face_axes *a = &ibl_face[f];
+            const double forward =
+                x * a->forward[0] + y * a->forward[1] + z * a->forward[2];
+            const double right =
+                x * a->right[0] + y * a->right[1] + z * a->right[2];
+            const double down =
+                x * a->down[0] + y * a->down[1] + z * a->down[2];
+            if (forward < fabs(right) || forward < fabs(down))
+                continue;
+            face = f;
+            u = right / forward;
+            v = down / forward;
+        }
+        break;
+    case IBL_PROJECTION_EQUIRECT:
+        u = atan2(z, x) / IBL_PI;
+        v = 2 * atan2(hypot(x, z), y) / IBL_PI - 1;
+        break;
+    case IBL_PROJECTION_OCTAHEDRAL:
+        u = y < 0 ? copysign(1 - fabs(z) / sum, x) : x / sum;
+        v = y < 0 ? copysign(1 - fabs(x) / sum, z) : z / sum;
+        break;
+    }
+    at[0] = 0.5 * (u + 1) * s->width;
+    at[1] = 0.5 * (v + 1) * s->height;
+    return face;
+}
+
+static int within(double at, int n)
+{
+    const int i = (int)floor(at);
+    return i < 0 ? 0 : i >= n ? n - 1 : i;
+}
+
+void ibl_level_texel(const ibl_level_shape *s, const double dir[3], int to[3])
+{
+    double at[2];
+    to[0] = place_of(s, dir, at);
+    to[1] = within(at[0], s->width);
+    to[2] = within(at[1], s->height);
+}
+
+void ibl_flat_lookup(const ibl_cube *map, int level, const double dir[3],
+                     double rgb[3])
+{
+    const ibl_level_shape s = ibl_map_shape(map, level);
+    const float *texels = ibl_cube_face(map, level, 0);
+    double at[2];
+
+    place_of(&s, dir, at);
+    const double left = floor(at[0] - 0.5), top = floor(at[1] - 0.5);
+    const double p = at[0] - 0.5 - left, q = at[1] - 0.5 - top;
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int k = 0; k < 4; k++) {
+        const int i = k % 2, j = k / 2;
+        const double weight = (i ? p : 1 - p) * (j ? q : 1 - q);
+        const float *texel =
+            texels + 3 * ibl_flat_neighbour(&s, (int)left + i, (int)top + j);
+        for (int c = 0; c < 3; c++)
+            rgb[c] += weight * (double)texel[c];
+    }
+}
+
+typedef struct to_cube {
+    const ibl_cube *flat, *cube;
+    int level;
+} to_cube;
+
+static void cube_row(void *arg, int job, int worker)
+{
+    const to_cube *t = arg;
+    const int n = ibl_cube_edge(t->cube->size, t->level);
+    float *to = ibl_cube_face(t->cube, t->level, job / n) +
+                3 * (size_t)(job % n) * (size_t)n;
+
+    (void)worker;
+    for (int x = 0; x < n; x++, to += 3) {
+        double d[3], rgb[3];
+        ibl_cube_direction(n, job / n, x, job % n, d);
+        ibl_flat_lookup(t->flat, t->level, d, rgb);
+        for (int c = 0; c < 3; c++)
+            to[c] = (float)rgb[c];
+    }
+}
+
+ibl_status ibl_cube_from_flat(ibl_ctx *ctx, const ibl_cube *flat,
+                              ibl_cube *cube)
+{
+    ibl_status status = ibl_check_map(ctx, flat);
+    if (!status && flat->projection == IBL_PROJECTION_CUBE)
+        status = ibl_fail(ctx, IBL_ERR_ARGUMENT, "a cube: must be flat");
+    if (!status)
+        status = ibl_cube_alloc(ctx, 2 * flat->size, flat->levels, cube);
+    if (status)
+        return status;
+    for (int l = 0; l < flat->levels && !status; l++) {
+        to_cube t = {flat, cube, l};
+        status = ibl_run(ctx, NULL, IBL_FACES * ibl_cube_edge(cube->size, l),
+                         cube_row, &t);
+    }
+    if (status)
+        ibl_cube_free(cube);
+    return status;
 }

@@ -94,6 +94,9 @@ static bool check_shape(const ibl_texture *tex, const char *path,
     const bool lut = wanted == VIEW_LUT, lobes = wanted == VIEW_LOBES;
     const int layers = lobes ? VIEW_LOBE_LAYERS : 1;
 
+    if (tex->faces == 1 && !lut && !lobes &&
+        ibl_pixel_channels(tex->pixel) == 3)
+        return true; /* flat maps: see make_cube */
     if ((tex->faces == 1) != (lut || lobes))
         return view_fail("%s: is a %s (%dx%d, %s), where %s is wanted: %s",
                          path, lut || lobes ? "cube" : "flat texture",
@@ -146,6 +149,35 @@ static bool turn_back(const opener *o, ibl_texture *tex,
            !ibl_texture_turn_axes(o->ctx, tex, axes, 1);
 }
 
+/* Turns a flat map, equirectangular or octahedral, into a cube of twice its
+ * size, which looks the same. Keeps the keys. */
+static bool make_cube(const opener *o, const char *path, ibl_texture *tex)
+{
+    const ibl_texel_options as = {.pixel = tex->pixel};
+    ibl_cube flat = {0}, cube = {0};
+    ibl_texture made = {0};
+
+    if (tex->layers != 1)
+        return view_fail("%s: has %d layers, where a map has 1", path,
+                         tex->layers);
+    const bool ok = !ibl_texture_to_cube(o->ctx, tex, &flat) &&
+                    !ibl_cube_from_flat(o->ctx, &flat, &cube) &&
+                    !ibl_texture_from_cube(o->ctx, &cube, &as, &made, NULL);
+    if (ok) {
+        view_note("%s: %dx%d texels, shown by way of a cube of %d", path,
+                  tex->width, tex->height, made.width);
+        made.keys = tex->keys;
+        made.key_count = tex->key_count;
+        tex->keys = NULL;
+        tex->key_count = 0;
+        ibl_texture_free(tex);
+        *tex = made;
+    }
+    ibl_cube_free(&flat);
+    ibl_cube_free(&cube);
+    return ok;
+}
+
 /* Reads the file of a content and how it was baked. */
 static bool load(opener *o, view_content content, view_about *about)
 {
@@ -164,7 +196,10 @@ static bool load(opener *o, view_content content, view_about *about)
         !check_shape(tex, path, content))
         return false;
     o->set->pixel[content] = tex->pixel;
+    const bool flat =
+        tex->faces == 1 && content != VIEW_LUT && content != VIEW_LOBES;
     return !ibl_texture_unblock(o->ctx, tex) &&
+           (!flat || make_cube(o, path, tex)) &&
            view_about_read(o->set, content, o->sidecar, about) &&
            check_content(path, content, about) && turn_back(o, tex, about);
 }
