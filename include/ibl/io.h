@@ -161,10 +161,14 @@ typedef struct ibl_read_report {
  *   OpenEXR        scan lines and tiles (level 0); half, float and uint;
  *                  R G B, or Y, or Y RY BY. The map is the display window;
  *                  pixels outside the data window are black
+ *   Ultra HDR JPEG through the bridge: the JPEG and its gain map, by Android's
+ *                  metadata or those of ISO 21496-1, at the full gain. 1 is
+ *                  the white of the JPEG alone
  *   others         all formats of OpenImageIO, and EXR compressions that
  *                  OpenEXRCore lacks, through the bridge: a shared object
  *                  that is opened only if needed. 8 and 16-bit integers are
- *                  decoded from sRGB.
+ *                  decoded from sRGB; AVIF and HEIF whose values are linear,
+ *                  PQ's or HLG's are refused
  *   textures       KTX2, KTX and DDS of one layer, in the formats of
  *                  ibl_texture_decode: level 0 of a cube, or of a flat texture
  *                  as an image. The bridge reads DDS files in other formats

@@ -77,6 +77,11 @@ const double *ibl_primaries_xy(ibl_primaries primaries)
     return spaces[primaries - IBL_PRIMARIES_REC709].xy;
 }
 
+const double *ibl_display_p3_xy(void)
+{
+    return spaces[4].xy;
+}
+
 const char *ibl_colour_space_name(const double xy[8])
 {
     for (size_t i = 0; i < sizeof spaces / sizeof spaces[0]; i++) {

@@ -10,6 +10,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/colour_space.h"
+#include "io/number.h"
 #include "io/rgbe.h"
 
 /* Values of header lines; repeated EXPOSURE and COLORCORR multiply. */
@@ -47,52 +48,6 @@ static bool take(char **t, const char *word)
     if (strncmp(*t, word, n))
         return false;
     *t += n;
-    return true;
-}
-
-static bool is_digit(char c)
-{
-    return c >= '0' && c <= '9';
-}
-
-/* Reads a decimal number; does not depend on the locale. */
-static bool take_number(char **t, double *value)
-{
-    uint64_t digits = 0;
-    int exponent = 0;
-    bool seen = false, point = false;
-
-    skip_blanks(t);
-    const bool negative = take(t, "-");
-    if (!negative)
-        take(t, "+");
-    for (; is_digit(**t) || (**t == '.' && !point); ++*t) {
-        if (**t == '.') {
-            point = true;
-            continue;
-        }
-        seen = true;
-        if (digits < UINT64_MAX / 10 - 1) {
-            digits = digits * 10 + (uint64_t)(**t - '0');
-            exponent -= point;
-        } else {
-            exponent += !point;
-        }
-    }
-    if (!seen)
-        return false;
-
-    char *e = *t + 1;
-    if ((**t == 'e' || **t == 'E') && is_digit(e[*e == '-' || *e == '+'])) {
-        const long n = strtol(e, t, 10);
-        exponent += n < -9999 ? -9999 : n > 9999 ? 9999 : (int)n;
-    }
-    if (!digits)
-        exponent = 0; /* 0e9999 is 0, not 0 * Inf */
-    *value = exponent < 0 ? (double)digits / pow(10, -exponent)
-                          : (double)digits * pow(10, exponent);
-    if (negative)
-        *value = -*value;
     return true;
 }
 
@@ -142,7 +97,7 @@ static ibl_status take_factors(const ibl_input *in, const char *what,
     char text[IBL_QUOTE_BYTES];
     for (int i = 0; i < count; i++) {
         double f;
-        if (!take_number(&value, &f) || !(f >= 0) || isinf(f))
+        if (!ibl_take_number(&value, &f) || !(f >= 0) || isinf(f))
             return ibl_bad_file(in, "%s is \"%s\": must be %s above 0", what,
                                 ibl_quote(all, text),
                                 count > 1 ? "three numbers" : "a number");
@@ -185,8 +140,8 @@ static ibl_status take_line(const ibl_input *in, char *line,
         v->has_primaries = true;
         v->bad_primaries = false;
         for (int i = 0; i < 8; i++)
-            v->bad_primaries |= !take_number(&line, &v->primaries[i]);
-    } else if (take_name(&line, "GAMMA") && take_number(&line, &gamma) &&
+            v->bad_primaries |= !ibl_take_number(&line, &v->primaries[i]);
+    } else if (take_name(&line, "GAMMA") && ibl_take_number(&line, &gamma) &&
                gamma != 1) {
         ibl_warn(in->ctx,
                  "%s: GAMMA=%g is ignored: the pixels are taken as linear",
@@ -210,7 +165,7 @@ static bool take_axis(char **t, char axis, bool *decreasing, int *edge)
     skip_blanks(t);
     *decreasing = take(t, "-");
     if ((!*decreasing && !take(t, "+")) || !take(t, (char[]){axis, 0}) ||
-        !take_number(t, &value))
+        !ibl_take_number(t, &value))
         return false;
     value = fmin(fmax(value, INT32_MIN), INT32_MAX);
     *edge = (int)value;

@@ -19,9 +19,11 @@
 #include "io/rgbe.h"
 #include "io/rows.h"
 #include "io/six_files.h"
+#include "io/ultra_hdr.h"
 
 enum {
-    SNIFF_BYTES = 64 /* enough to identify the kind of a file */
+    SNIFF_BYTES = 64,    /* enough to identify the kind of a file */
+    HEIF_BYTES = 1 << 16 /* where the boxes of a HEIF file are looked for */
 };
 
 struct ibl_source {
@@ -85,6 +87,9 @@ static const signature signatures[] = {
     {4, 8, "ftypheix", "HEIF", "heif"},
     {4, 8, "ftypmif1", "HEIF", "heif"},
     {4, 8, "ftypavif", "AVIF", "heif"},
+    {4, 8, "ftypavis", "AVIF", "heif"},
+    {0, 12, "\0\0\0\x0cJXL \r\n\x87\n", "JPEG XL", "jpegxl"},
+    {0, 2, "\xff\x0a", "JPEG XL", "jpegxl"},
     {0, 4, "SDPX", "DPX", "dpx"},
     {0, 4, "XPDS", "DPX", "dpx"},
     {0, 4, "\x80\x2a\x5f\xd7", "Cineon", "cineon"},
@@ -128,6 +133,34 @@ static uint64_t longest(const unsigned char *bytes, size_t size)
                : 0;
 }
 
+/* The curve of a HEIF or AVIF file, by a box "colr" in its first bytes
+ * (transfer characteristics of ITU-T H.273), if the bridge would take its
+ * values for sRGB's and be wrong. NULL: it is none. */
+static const char *other_curve(const ibl_input *in)
+{
+    const size_t size = in->size < HEIF_BYTES ? in->size : HEIF_BYTES;
+
+    for (size_t at = 0; at + 12 <= size; at++) {
+        if (memcmp(in->bytes + at, "colrnclx", 8) != 0)
+            continue;
+        const int transfer = in->bytes[at + 10] << 8 | in->bytes[at + 11];
+        if (transfer == 8 || transfer == 16 || transfer == 18)
+            return transfer == 8 ? "linear" : transfer == 16 ? "PQ" : "HLG";
+    }
+    return NULL;
+}
+
+static ibl_status check_curve(const ibl_input *in, const char *kind)
+{
+    const char *curve = other_curve(in);
+
+    return curve ? ibl_unsupported(in,
+                                   "is %s with the curve %s, which the image "
+                                   "bridge does not decode: convert it to EXR",
+                                   kind, curve)
+                 : IBL_OK;
+}
+
 static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
 {
     const ibl_status status = ibl_input_load(&s->in);
@@ -135,6 +168,16 @@ static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
         return status;
     ibl_bridge_source source = {.in = &s->in};
     const signature *known = sniff(s->in.bytes, s->in.size);
+    if (known && !strcmp(known->reader, "jpeg")) {
+        const ibl_status hdr = ibl_ultra_hdr_open(&s->in, opts, &s->rows);
+        if (hdr || s->rows)
+            return hdr;
+    }
+    if (known && !strcmp(known->reader, "heif")) {
+        const ibl_status curve = check_curve(&s->in, known->kind);
+        if (curve)
+            return curve;
+    }
     if (known) {
         snprintf(source.kind, sizeof source.kind, "%s", known->kind);
         source.request.reader = known->reader;

@@ -42,6 +42,7 @@ struct ibl_bridge {
     int channel[3] = {0, 0, 0};
     int alpha = -1; // index of the alpha channel; -1: none
     storage kind = storage::floats;
+    bool encoded = false;
     int x0 = 0, y0 = 0, width = 0, height = 0; // display window
     // Rows strip_y..strip_end-1 of the data window, channels first..last.
     std::vector<float> strip;
@@ -344,10 +345,10 @@ float convert(const ibl_bridge &b, float v, bool is_alpha)
     case storage::shorts: {
         // 8 bits widen to 16 exactly: v * 257 / 65535 = v / 255.
         const int n = int(v * 65535 + 0.5f);
-        return is_alpha ? float(n) / 65535 : b.table[size_t(n)];
+        return is_alpha || b.encoded ? float(n) / 65535 : b.table[size_t(n)];
     }
     case storage::fractions:
-        return is_alpha ? v : float(srgb_to_linear(double(v)));
+        return is_alpha || b.encoded ? v : float(srgb_to_linear(double(v)));
     case storage::floats:
         break;
     }
@@ -446,6 +447,7 @@ EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
         choose_channels(*b, *request);
         choose_alpha(*b, *request);
         b->kind = storage_of(*b);
+        b->encoded = request->encoded != 0;
         b->first = *std::min_element(b->channel, b->channel + 3);
         b->last = *std::max_element(b->channel, b->channel + 3);
         if (b->alpha >= 0) {

@@ -17,7 +17,7 @@ extern "C" {
 #endif
 
 /* Increase it with every change of the interface. */
-#define IBL_BRIDGE_ABI 3
+#define IBL_BRIDGE_ABI 4
 #define IBL_BRIDGE_MESSAGE 512
 
 typedef enum ibl_bridge_result {
@@ -39,6 +39,8 @@ typedef struct ibl_bridge_request {
     int want_alpha;
     const char *alpha; /* name of the channel; NULL: the file's own alpha, or
                           none where channels are named */
+    int encoded; /* integers become fractions of the largest, not decoded from
+                    sRGB */
     int threads;
 } ibl_bridge_request;
 

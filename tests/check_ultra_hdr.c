@@ -1,0 +1,404 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Ultra HDR JPEGs, put together here of two JPEGs of OpenImageIO, Android's
+ * text or ISO 21496-1's bytes, and an index of pictures. The truth is the
+ * formula of both over what OpenImageIO reads in the two.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "files.h"
+#include "ibl/io.h"
+#include "io/colour_space.h"
+#include "io/icc.h"
+#include "test.h"
+
+static test_messages kept;
+
+typedef struct meaning {
+    double min[3], max[3], gamma[3], base_offset[3], offset[3];
+} meaning;
+
+static const meaning of_grey = {{0, 0, 0},
+                                {3.5, 3.5, 3.5},
+                                {1, 1, 1},
+                                {.015625, .015625, .015625},
+                                {.015625, .015625, .015625}};
+static const meaning of_three = {{-1, 0, 0.5},
+                                 {2, 3, 4},
+                                 {1, 2, 0.5},
+                                 {.015625, .03125, .0625},
+                                 {.03125, .015625, 0}};
+
+typedef struct file {
+    unsigned char bytes[1 << 17];
+    size_t size;
+} file;
+
+static void put(file *f, const void *bytes, size_t size)
+{
+    NEED(f->size + size <= sizeof f->bytes);
+    memcpy(f->bytes + f->size, bytes, size);
+    f->size += size;
+}
+
+static void put_number(file *f, uint32_t n, int count)
+{
+    for (int i = count - 1; i >= 0; i--)
+        put(f, &(unsigned char){(unsigned char)(n >> 8 * i)}, 1);
+}
+
+/* APPn with a name that a 0 ends, and what follows it. */
+static void put_segment(file *f, int marker, const char *name,
+                        const void *bytes, size_t size)
+{
+    put_number(f, 0xff00 | (uint32_t)marker, 2);
+    put_number(f, (uint32_t)(size + strlen(name) + 3), 2);
+    put(f, name, strlen(name) + 1);
+    put(f, bytes, size);
+}
+
+static const char xmp[] = "http://ns.adobe.com/xap/1.0/";
+static const char iso[] = "urn:iso:std:iso:ts:21496:-1";
+
+static const char *triple(const char *name, const double v[3])
+{
+    return test_text("<%s><rdf:Seq>\n<rdf:li>%.9g</rdf:li><rdf:li>%.9g</rdf:li>"
+                     "<rdf:li>%.9g</rdf:li></rdf:Seq></%s>",
+                     name, v[0], v[1], v[2], name);
+}
+
+/* Attributes for one channel, lists for three, as Android's guide has both. */
+static void put_android(file *f, const meaning *m, bool three)
+{
+    const char *text =
+        three ? test_text("<rdf:Description hdrgm:Version=\"1.0\" "
+                          "hdrgm:HDRCapacityMax=\"4\">%s%s%s%s%s",
+                          triple("hdrgm:GainMapMin", m->min),
+                          triple("hdrgm:GainMapMax", m->max),
+                          triple("hdrgm:Gamma", m->gamma),
+                          triple("hdrgm:OffsetSDR", m->base_offset),
+                          triple("hdrgm:OffsetHDR", m->offset))
+              : test_text("<rdf:Description hdrgm:Version=\"1.0\" "
+                          "hdrgm:GainMapMax=\"%.9g\" "
+                          "hdrgm:HDRCapacityMax=\"3.5\" "
+                          "hdrgm:BaseRenditionIsHDR=\"False\"/>",
+                          m->max[0]);
+    put_segment(f, 0xe1, xmp, text, strlen(text));
+}
+
+static void put_fraction(file *f, double x)
+{
+    put_number(f, (uint32_t)(int32_t)lrint(x * 1024), 4);
+    put_number(f, 1024, 4);
+}
+
+static void put_iso(file *f, const meaning *m, bool three)
+{
+    file box = {.size = 0};
+
+    put_number(&box, 0, 4);
+    put_number(&box, (three ? 128 : 0) | 64, 1);
+    put_fraction(&box, 0);
+    put_fraction(&box, m->max[0]);
+    for (int c = 0; c < (three ? 3 : 1); c++) {
+        put_fraction(&box, m->min[c]);
+        put_fraction(&box, m->max[c]);
+        put_fraction(&box, m->gamma[c]);
+        put_fraction(&box, m->base_offset[c]);
+        put_fraction(&box, m->offset[c]);
+    }
+    put_segment(f, 0xe2, iso, box.bytes, box.size);
+}
+
+/* A big-endian index with one directory: the list of two pictures. */
+static void put_index(file *f, size_t second, size_t size)
+{
+    file mpf = {.size = 0};
+    const size_t header = f->size + 4 + 4;
+
+    put(&mpf, "MM\0\x2a\0\0\0\x08\0\x01\xb0\x02\0\x07", 14);
+    put_number(&mpf, 32, 4);
+    put_number(&mpf, 26, 4);
+    put_number(&mpf, 0, 4);
+    put_number(&mpf, 0, 4); /* the first picture */
+    put_number(&mpf, 0, 4);
+    put_number(&mpf, 0, 4);
+    put_number(&mpf, 0, 4);
+    put_number(&mpf, 0, 4); /* the second */
+    put_number(&mpf, (uint32_t)size, 4);
+    put_number(&mpf, (uint32_t)(second - header), 4);
+    put_number(&mpf, 0, 4);
+    put_segment(f, 0xe2, "MPF", mpf.bytes, mpf.size);
+}
+
+typedef struct parts {
+    unsigned char *base, *gain;
+    size_t base_size, gain_size;
+    unsigned char *base_ppm, *gain_ppm; /* what is in them: 8 bits, RGB */
+} parts;
+
+/* 32x16 of gradients, and a gain map of 16x8. */
+static parts make_parts(bool three)
+{
+    size_t size;
+    parts p = {0};
+    file_need_oiio();
+    NEED(file_run(
+        "oiiotool --create 32x16 3 --fill:topleft=.1,.2,.9:topright=.9,.3,.5:"
+        "bottomleft=0,.6,.2:bottomright=1,1,.1 32x16 --attrib jpeg:subsampling "
+        "4:4:4 -d uint8 --compression jpeg:99 -o base.jpg --create 16x8 3 "
+        "--fill:topleft=0,.2,.9:topright=1,.3,.5:bottomleft=.3,.6,.2:"
+        "bottomright=.6,1,.1 16x8 %s --attrib jpeg:subsampling 4:4:4 -o "
+        "gain.jpg base.jpg -o base.ppm gain.jpg %s -o gain.ppm",
+        three ? "" : "--ch R", three ? "" : "--ch 0,0,0"));
+    p.base = file_load(file_path("base.jpg"), &p.base_size);
+    p.gain = file_load(file_path("gain.jpg"), &p.gain_size);
+    p.base_ppm = file_load(file_path("base.ppm"), &size);
+    p.base_ppm += size - 3 * 32 * 16;
+    p.gain_ppm = file_load(file_path("gain.ppm"), &size);
+    p.gain_ppm += size - 3 * 16 * 8;
+    return p;
+}
+
+/* more: bytes that the index claims beyond the gain map. */
+static file build(const parts *p, const meaning *m, bool three, bool by_iso,
+                  size_t more)
+{
+    static const char version[] = "<x hdrgm:Version=\"1.0\"/>";
+    file gain = {.size = 0}, f = {.size = 0};
+
+    put(&gain, p->gain, 2);
+    (by_iso ? put_iso : put_android)(&gain, m, three);
+    put(&gain, p->gain + 2, p->gain_size - 2);
+    put(&f, p->base, 2);
+    if (by_iso)
+        put_segment(&f, 0xe2, iso, "\0\0\0\0", 4);
+    else
+        put_segment(&f, 0xe1, xmp, version, strlen(version));
+    put_index(&f, f.size + 4 + 4 + 58 + p->base_size - 2, gain.size + more);
+    put(&f, p->base + 2, p->base_size - 2);
+    put(&f, gain.bytes, gain.size);
+    return f;
+}
+
+static double to_linear(double v)
+{
+    return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
+}
+
+static double gain_at(const parts *p, int x, int y, int c)
+{
+    const double u = (x + .5) / 2 - .5, v = (y + .5) / 2 - .5;
+    double sum = 0;
+
+    for (int j = (int)floor(v); j <= (int)floor(v) + 1; j++)
+        for (int i = (int)floor(u); i <= (int)floor(u) + 1; i++) {
+            const int row = j < 0 ? 0 : j > 7 ? 7 : j;
+            sum += (1 - fabs(u - i)) * (1 - fabs(v - j)) *
+                   p->gain_ppm[3 * (16 * row + (i + 16) % 16) + c] / 255;
+        }
+    return sum;
+}
+
+static void check_values(const parts *p, const meaning *m, const ibl_image *img)
+{
+    for (int i = 0; i < 32 * 16 * 3; i++) {
+        const int c = i % 3;
+        const double g =
+            pow(gain_at(p, i / 3 % 32, i / 96, c), 1 / m->gamma[c]);
+        const double sdr = to_linear(p->base_ppm[i] / 255.0);
+        const double hdr = (sdr + m->base_offset[c]) *
+                               exp2(m->min[c] + (m->max[c] - m->min[c]) * g) -
+                           m->offset[c];
+        CHECK_NEAR((double)img->data[i], fmax(hdr, 0), 1e-5 * (1 + hdr));
+    }
+}
+
+static ibl_status decode(ibl_ctx *ctx, const file *f, ibl_image *img,
+                         ibl_read_report *report)
+{
+    memset(&kept, 0, sizeof kept);
+    *img = (ibl_image){0};
+    const ibl_status status =
+        ibl_image_decode(ctx, "u.jpg", f->bytes, f->size, NULL, img, report);
+    test_image(*img);
+    return status;
+}
+
+TEST(both_metadata_of_one_and_three_channels)
+{
+    ibl_ctx *ctx = file_ctx(2, &kept, file_bridge());
+
+    for (int three = 0; three < 2; three++) {
+        const parts p = make_parts(three);
+        const meaning *m = three ? &of_three : &of_grey;
+        for (int by_iso = 0; by_iso < 2; by_iso++) {
+            const file f = build(&p, m, three, by_iso, 0);
+            ibl_read_report report;
+            ibl_image img;
+            NEED(!decode(ctx, &f, &img, &report));
+            CHECK(!strcmp(report.format, by_iso ? "Ultra HDR JPEG, gain map of "
+                                                  "ISO 21496-1"
+                                                : "Ultra HDR JPEG, gain map of "
+                                                  "Android"));
+            CHECK(!report.low_range && !*kept.text[IBL_LOG_WARNING]);
+            CHECK(report.peak > 2);
+            check_values(&p, m, &img);
+        }
+    }
+}
+
+TEST(plain_jpeg_stays_plain)
+{
+    const parts p = make_parts(false);
+    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
+    file f = {.size = 0};
+    ibl_read_report report;
+    ibl_image img;
+
+    put(&f, p.base, p.base_size);
+    NEED(!decode(ctx, &f, &img, &report));
+    CHECK(report.low_range && strstr(report.format, "jpeg"));
+    f.size = 2;
+    put_segment(&f, 0xe1, xmp, "hdrgm:Version=\"1.0\"", 19);
+    put(&f, p.base + 2, p.base_size - 2);
+    NEED(!decode(ctx, &f, &img, &report));
+    CHECK(report.low_range);
+}
+
+TEST(truncation_and_lies)
+{
+    const parts p = make_parts(false);
+    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
+    meaning m = of_grey;
+    ibl_image img;
+    file f = build(&p, &m, false, true, 0);
+
+    for (size_t cut = 1; cut < f.size; cut += cut < p.gain_size ? 97 : 301) {
+        file part = f;
+        part.size -= cut;
+        CHECK_MSG(decode(ctx, &part, &img, NULL) == IBL_ERR_FORMAT, "%zu", cut);
+        CHECK(!strchr(kept.text[IBL_LOG_ERROR], '\n'));
+    }
+    f = build(&p, &m, false, false, 1);
+    CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_FORMAT);
+    CHECK(test_said(&kept, "picture 2 lies behind the end"));
+    m.max[0] = 25;
+    f = build(&p, &m, false, false, 0);
+    CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
+    CHECK(test_said(&kept, "its gains are not a range"));
+    m = of_grey;
+    m.gamma[0] = 0;
+    f = build(&p, &m, false, true, 0);
+    CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
+    CHECK(test_said(&kept, "gamma"));
+    m = of_grey;
+    m.max[0] = m.max[1] = m.max[2] = -1; /* of the headroom too */
+    f = build(&p, &m, false, true, 0);
+    CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
+}
+
+/* Any bytes of the headers may be wrong: one line, or other numbers. */
+TEST(damage)
+{
+    const parts p = make_parts(true);
+    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
+    test_random r = {3};
+
+    for (int by_iso = 0; by_iso < 2; by_iso++) {
+        const file whole = build(&p, &of_three, true, by_iso, 0);
+        for (int i = 0; i < 150; i++) {
+            file f = whole;
+            ibl_image img;
+            for (int k = 0; k < 3; k++)
+                f.bytes[test_random_below(&r, i % 2 ? (int)f.size : 160)] =
+                    (unsigned char)test_random_u64(&r);
+            const ibl_status status = decode(ctx, &f, &img, NULL);
+            CHECK(!status || *kept.text[IBL_LOG_ERROR]);
+        }
+    }
+}
+
+/* OpenImageIO would give their code values for sRGB's. */
+TEST(curves_of_heif)
+{
+    static const struct {
+        int transfer;
+        const char *name;
+    } cases[] = {{16, "PQ"}, {18, "HLG"}, {8, "linear"}};
+    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
+
+    for (int i = 0; i < 3; i++) {
+        file f = {.size = 0};
+        ibl_image img;
+        put(&f,
+            "\0\0\0\x1c"
+            "ftypavif\0\0\0\0",
+            16);
+        put(&f, "colrnclx\0\x09", 10);
+        put_number(&f, (uint32_t)cases[i].transfer, 2);
+        CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
+        CHECK(test_said(
+            &kept, test_text("is AVIF with the curve %s,", cases[i].name)));
+    }
+}
+
+/* ---- profiles --------------------------------------------------------- */
+
+static void put_xyz(file *f, double x, double y, double z)
+{
+    put(f, "XYZ \0\0\0\0", 8);
+    put_number(f, (uint32_t)(int32_t)lrint(x * 65536), 4);
+    put_number(f, (uint32_t)(int32_t)lrint(y * 65536), 4);
+    put_number(f, (uint32_t)(int32_t)lrint(z * 65536), 4);
+}
+
+/* Colorants as published: rows R, G, B of X, Y, Z. */
+static file make_profile(const double xyz[9], double gamma)
+{
+    static const char names[6][5] = {"rXYZ", "gXYZ", "bXYZ",
+                                     "rTRC", "gTRC", "bTRC"};
+    file f = {.size = 0};
+
+    memset(f.bytes, 0, 128);
+    f.size = 128;
+    put_number(&f, 6, 4);
+    for (int i = 0; i < 6; i++) {
+        put(&f, names[i], 4);
+        put_number(&f, (uint32_t)(204 + (i < 3 ? 20 * i : 60)), 4);
+        put_number(&f, i < 3 ? 20 : 32, 4);
+    }
+    for (int c = 0; c < 3; c++)
+        put_xyz(&f, xyz[3 * c], xyz[3 * c + 1], xyz[3 * c + 2]);
+    put(&f, "para\0\0\0\0\0\3\0\0", 12);
+    const double curve[5] = {gamma, 1 / 1.055, .055 / 1.055, 1 / 12.92, .04045};
+    for (int i = 0; i < 5; i++)
+        put_number(&f, (uint32_t)lrint(curve[i] * 65536), 4);
+    return f;
+}
+
+/* The colorants of the profiles of HP and Microsoft (sRGB) and of Apple. */
+TEST(profiles)
+{
+    const double srgb[9] = {.4360747, .2225045, .0139322, .3850649, .7168786,
+                            .0971045, .1430804, .0606169, .7141733};
+    const double p3[9] = {.5151, .2412, -.0011, .2920, .6922,
+                          .0419, .1571, .0666,  .7841};
+    double xy[8];
+    file f = make_profile(srgb, 2.4);
+
+    CHECK(ibl_icc_primaries(f.bytes, f.size, xy));
+    CHECK(!strcmp(ibl_colour_space_name(xy), "Rec.709"));
+    for (size_t size = 0; size < f.size; size += 5)
+        CHECK(!ibl_icc_primaries(f.bytes, size, xy));
+    f = make_profile(srgb, 1.8);
+    CHECK(!ibl_icc_primaries(f.bytes, f.size, xy));
+    f = make_profile(p3, 2.4);
+    CHECK(ibl_icc_primaries(f.bytes, f.size, xy));
+    CHECK(!strcmp(ibl_colour_space_name(xy), "Display P3"));
+    f = make_profile((double[9]){.6, .3, 0, .2, .6, .1, .1, .1, .6}, 2.4);
+    CHECK(!ibl_icc_primaries(f.bytes, f.size, xy));
+}
