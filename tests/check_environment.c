@@ -419,3 +419,93 @@ TEST(arguments)
     o.irradiance_options.step = 9;
     refused(ctx, &env, &o);
 }
+
+/* ---- several chains --------------------------------------------------- */
+
+static void check_chain(const ibl_bake_result *alone, const ibl_cube *cube,
+                        const ibl_specular_report *report, double tolerance)
+{
+    const ibl_specular_layout *l = &alone->report.layout;
+    NEED(cube->size == l->size && cube->levels == l->levels);
+    CHECK(!memcmp(report->layout.roughness, l->roughness,
+                  (size_t)l->levels * sizeof *l->roughness));
+    if (tolerance <= 0) {
+        CHECK(!memcmp(cube->data, alone->specular.data,
+                      cube_floats(cube) * sizeof(float)));
+        CHECK(!memcmp(report, &alone->report, sizeof *report));
+    }
+    for (int i = 0; i < l->levels; i++)
+        CHECK_NEAR(cube_nrmse(cube, &alone->specular, i), 0, tolerance);
+}
+
+/* Chains of one reading are those of bakes of their own within the tolerance,
+ * and in every byte if no other needs more degrees. */
+TEST(chains)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random r = {21};
+    ibl_image map = map_of_kind(ctx, &r, MAP_SUNNY, 96, 48);
+    ibl_bake_options o = ibl_bake_options_default(), one = o;
+    ibl_specular_options more[5];
+    o.specular_options.size = 32;
+    for (int i = 0; i < 5; i++)
+        more[i] = o.specular_options;
+    more[0].mapping = IBL_ROUGHNESS_LINEAR; /* shares level 0 and the cosine */
+    more[1].mapping = IBL_ROUGHNESS_BABYLON;
+    more[2].size = 17;
+    more[2].lobe = IBL_LOBE_PHONG;
+    more[3].method = IBL_METHOD_SAMPLED;
+    more[3].samples = 16;
+    more[4].mapping = IBL_ROUGHNESS_BEST;
+    o.yaw_deg = one.yaw_deg = 20;
+    o.more = more;
+    o.more_count = 5;
+    o.power = one.power = 1;
+    ibl_bake_result all = map_bake(ctx, &map, &o);
+    CHECK(all.more_count == 5);
+    one.specular_options = o.specular_options;
+    ibl_bake_result first = map_bake(ctx, &map, &one);
+    check_chain(&first, &all.specular, &all.report, IBL_TOLERANCE_DEFAULT);
+    for (int i = 0; i < 5; i++) {
+        one.specular_options = more[i];
+        ibl_bake_result alone = map_bake(ctx, &map, &one);
+        check_chain(&alone, &all.more[i], &all.more_report[i],
+                    i == 3 ? 0 : IBL_TOLERANCE_DEFAULT);
+    }
+    o.specular = 0;
+    ibl_bake_result others = map_bake(ctx, &map, &o);
+    CHECK(!others.specular.data && others.more_count == 5);
+    for (int i = 0; i < 5; i++)
+        for (int l = 0; l < all.more[i].levels; l++)
+            CHECK_NEAR(cube_nrmse(&others.more[i], &all.more[i], l), 0,
+                       IBL_TOLERANCE_DEFAULT);
+    o.specular = 1;
+    o.more_count = 1;
+    ibl_bake_result two = map_bake(ctx, &map, &o);
+    check_chain(&first, &two.specular, &two.report, 0);
+}
+
+TEST(chains_out_of_range)
+{
+    test_messages said;
+    ibl_ctx *ctx = test_keeping_ctx(1, &said);
+    ibl_image map = map_constant(ctx, 8, 4, 1);
+    const ibl_environment env = {.image = &map};
+    ibl_bake_options o = ibl_bake_options_default();
+    ibl_specular_options more = o.specular_options;
+    ibl_bake_result out = {0};
+    o.more_count = 1;
+    CHECK(ibl_bake_environment(ctx, &env, &o, &out) == IBL_ERR_ARGUMENT);
+    CHECK(test_said(&said, "1 more specular chains"));
+    o.more = &more;
+    o.more_count = IBL_MAX_MORE_CHAINS + 1;
+    CHECK(ibl_bake_environment(ctx, &env, &o, &out) == IBL_ERR_ARGUMENT);
+    o.more_count = 1;
+    more.tolerance = 0;
+    CHECK(ibl_bake_environment(ctx, &env, &o, &out) == IBL_ERR_ARGUMENT);
+    CHECK(test_said(&said, "a tolerance of 0"));
+    more = o.specular_options;
+    more.size = 0;
+    CHECK(ibl_bake_environment(ctx, &env, &o, &out) == IBL_ERR_ARGUMENT);
+    CHECK(!out.more && !out.specular.data);
+}

@@ -735,6 +735,8 @@ typedef struct ibl_environment {
                                is the image's */
 } ibl_environment;
 
+#define IBL_MAX_MORE_CHAINS 31
+
 /* The outputs of one reading of an environment. */
 typedef struct ibl_bake_options {
     int skybox; /* edge of a cube of the environment with all its mips,
@@ -745,10 +747,13 @@ typedef struct ibl_bake_options {
     ibl_specular_options specular_options;
     int irradiance; /* 0: none; default 1 */
     ibl_irradiance_options irradiance_options;
-    int sh_degree;          /* 0..IBL_MAX_SH_DEGREE; -1: none; default 2 */
-    int power;              /* 1: the power of the harmonics; default 0. The
-                               best mapping implies it */
-    double yaw_deg;         /* replaces those in the options above */
+    int sh_degree;  /* 0..IBL_MAX_SH_DEGREE; -1: none; default 2 */
+    int power;      /* 1: the power of the harmonics; default 0. The
+                       best mapping implies it */
+    double yaw_deg; /* replaces those in the options above */
+    const ibl_specular_options *more; /* further chains, with or without
+                                         specular; default NULL */
+    int more_count;                   /* 0..IBL_MAX_MORE_CHAINS, default 0 */
     const ibl_cube *level0; /* copied to level 0 of specular, not turned, if
                                that has roughness 0; then the environment must
                                be a map of this cube, and its size specular's.
@@ -760,6 +765,9 @@ ibl_bake_options ibl_bake_options_default(void);
 typedef struct ibl_bake_result {
     ibl_cube skybox, specular, irradiance; /* empty if not requested */
     ibl_specular_report report;            /* of specular */
+    ibl_cube *more;                        /* more_count chains, or NULL */
+    ibl_specular_report *more_report;      /* of these */
+    int more_count;
     int irradiance_degree; /* of the spherical harmonics; 0: not spectral */
     double *sh;            /* 3 (sh_degree + 1)^2 as in ibl_bake_sh, or NULL */
     double *power;    /* of the map's spherical harmonics, or NULL: for each
@@ -776,6 +784,11 @@ void ibl_bake_result_free(ibl_bake_result *r); /* NULL and zeroed are fine */
  * ibl_bake_irradiance and ibl_bake_sh, from the same spherical harmonics as the
  * levels. Irradiance has the tolerance of specular_options, with or without a
  * specular chain.
+ *
+ * All chains have one analysis, of as many degrees as the one that needs most.
+ * So a chain is that of a bake of its own to the tolerance, and the same bytes
+ * if no other output needs more degrees. A level that two chains have, equal in
+ * edge, lobe, roughness and tolerance, is made once.
  *
  * The whole map stays in memory only if a level is sampled or
  * irradiance_options has a step. Else memory grows with the width of the map

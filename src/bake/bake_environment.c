@@ -27,19 +27,31 @@ enum {
     MOST_BYTES = 16 << 20  /* largest size of a batch, for many threads */
 };
 
+/* A specular chain in progress. */
+typedef struct chain {
+    ibl_specular_options opts; /* with the bake's yaw */
+    const ibl_cube *given;     /* its level 0, or NULL */
+    ibl_chain_plan plan;
+    ibl_specular_layout layout;
+    ibl_level0 *level0;
+    ibl_near *near[IBL_MAX_LEVELS]; /* NULL: the level has no near part */
+    ibl_cube *cube;                 /* the result's */
+    ibl_specular_report *report;
+} chain;
+
 /* A bake in progress. */
 typedef struct bake {
     ibl_ctx *ctx;
     const ibl_environment *env;
     ibl_bake_options opts; /* in range, with the bake's yaw */
     ibl_spectral_plan plan;
-    ibl_specular_layout layout;
+    chain *chains;
+    int chain_count;
     ibl_image own;          /* the map, if it was read as a whole */
     const ibl_image *image; /* the whole map, or NULL */
     float *rows;            /* without image: two batches of rows, by turns */
-    ibl_level0 *level0, *sky;
+    ibl_level0 *sky;
     ibl_spectral *spectral;
-    ibl_near *near[IBL_MAX_LEVELS]; /* NULL: the level has no near part */
     ibl_bake_result *out;
 } bake;
 
@@ -50,6 +62,10 @@ void ibl_bake_result_free(ibl_bake_result *r)
     ibl_cube_free(&r->skybox);
     ibl_cube_free(&r->specular);
     ibl_cube_free(&r->irradiance);
+    for (int i = 0; i < r->more_count; i++)
+        ibl_cube_free(&r->more[i]);
+    ibl_free(r->more);
+    ibl_free(r->more_report);
     ibl_free(r->sh);
     ibl_free(r->power);
     *r = (ibl_bake_result){0};
@@ -60,56 +76,128 @@ static bool has_flat_sky(const bake *b)
     return b->opts.skybox && b->opts.skybox_projection != IBL_PROJECTION_CUBE;
 }
 
-static bool needs_flat_level0(const bake *b)
+static bool needs_flat_level0(const chain *c)
 {
-    return b->opts.specular && b->layout.roughness[0] <= 0 &&
-           b->opts.specular_options.projection != IBL_PROJECTION_CUBE;
+    return c->layout.roughness[0] <= 0 &&
+           c->opts.projection != IBL_PROJECTION_CUBE;
+}
+
+static bool is_best(const chain *c)
+{
+    return c->opts.mapping == IBL_ROUGHNESS_BEST;
+}
+
+static bool is_spectral(const chain *c, int level)
+{
+    return c->plan.level[level] == IBL_METHOD_SPECTRAL;
+}
+
+/* Whether two levels have the same texels. Fitted levels are not known before
+ * the map is. */
+static bool are_same(const chain *a, int i, const chain *b, int j)
+{
+    const double r = a->layout.roughness[i], s = b->layout.roughness[j];
+
+    if (ibl_cube_edge(a->layout.size, i) != ibl_cube_edge(b->layout.size, j) ||
+        a->opts.projection != b->opts.projection || a->given || b->given)
+        return false;
+    if (r <= 0 || s <= 0)
+        return r <= 0 && s <= 0;
+    return is_spectral(a, i) && is_spectral(b, j) && !is_best(a) &&
+           !is_best(b) && r <= s && s <= r && a->opts.lobe == b->opts.lobe &&
+           a->opts.tolerance <= b->opts.tolerance &&
+           b->opts.tolerance <= a->opts.tolerance;
+}
+
+/* The first chain that has a level of this one, at *level; NULL: none. */
+static const chain *find_same(const bake *b, const chain *c, int *level)
+{
+    const int own = *level;
+
+    for (const chain *from = b->chains; from < c; from++)
+        for (int l = 0; l < from->layout.levels; l++)
+            if (are_same(from, l, c, own)) {
+                *level = l;
+                return from;
+            }
+    return NULL;
+}
+
+static bool is_copied(const bake *b, const chain *c, int level)
+{
+    return find_same(b, c, &level);
 }
 
 /* ---- before anything is read ------------------------------------------- */
 
 /* Logs the layout if the range of roughness is only a part. */
-static void log_layout(const bake *b)
+static void log_layout(const bake *b, const chain *c)
 {
-    const ibl_specular_options *o = &b->opts.specular_options;
+    const ibl_specular_options *o = &c->opts;
     if (o->roughness_min > 0 || o->roughness_max < 1)
         ibl_info(b->ctx,
                  "specular: roughness %g to %g alone, %d level%s from %d "
                  "texels; a whole chain has %d from %d",
-                 o->roughness_min, o->roughness_max, b->layout.levels,
-                 b->layout.levels == 1 ? "" : "s", b->layout.size,
+                 o->roughness_min, o->roughness_max, c->layout.levels,
+                 c->layout.levels == 1 ? "" : "s", c->layout.size,
                  ibl_default_levels(o->size), o->size);
 }
 
-static bool has_best(const bake *b)
+/* Lists the chains: that of the options, if any, and the others. */
+static ibl_status list_chains(bake *b)
 {
-    return b->opts.specular &&
-           b->opts.specular_options.mapping == IBL_ROUGHNESS_BEST;
+    const ibl_bake_options *o = &b->opts;
+    const int more = o->more_count, first = o->specular ? 1 : 0;
+    const size_t count = (size_t)more;
+
+    if (more) {
+        b->out->more = ibl_alloc_zeroed(count, sizeof *b->out->more);
+        b->out->more_report =
+            ibl_alloc_zeroed(count, sizeof *b->out->more_report);
+        b->out->more_count = b->out->more ? more : 0;
+    }
+    b->chains = ibl_alloc_zeroed(count + 1, sizeof *b->chains);
+    if (!b->chains || (more && (!b->out->more || !b->out->more_report)))
+        return ibl_no_memory(b->ctx, "the specular chains");
+    if (first)
+        b->chains[0] = (chain){.opts = o->specular_options,
+                               .given = o->level0,
+                               .cube = &b->out->specular,
+                               .report = &b->out->report};
+    for (int i = 0; i < more; i++)
+        b->chains[first + i] = (chain){.opts = o->more[i],
+                                       .cube = &b->out->more[i],
+                                       .report = &b->out->more_report[i]};
+    b->chain_count = first + more;
+    for (int i = 0; i < b->chain_count; i++) {
+        b->chains[i].opts.yaw_deg = o->yaw_deg;
+        b->opts.power |= is_best(&b->chains[i]);
+    }
+    return IBL_OK;
 }
 
-static ibl_status prepare_specular(bake *b)
+static ibl_status prepare_chain(const bake *b, chain *c)
 {
-    const ibl_specular_options *o = &b->opts.specular_options;
+    const ibl_specular_options *o = &c->opts;
     /* Without a layout ibl_cube_alloc fails and reports why. */
-    if (ibl_specular_layout_of(o, &b->layout))
-        b->layout.size = o->size, b->layout.levels = o->levels;
-    const ibl_status status =
-        ibl_cube_alloc_as(b->ctx, o->projection, b->layout.size,
-                          b->layout.levels, &b->out->specular);
+    if (ibl_specular_layout_of(o, &c->layout))
+        c->layout.size = o->size, c->layout.levels = o->levels;
+    const ibl_status status = ibl_cube_alloc_as(
+        b->ctx, o->projection, c->layout.size, c->layout.levels, c->cube);
     if (status)
         return status;
-    b->out->report.layout = b->layout;
-    for (int l = 0; l < b->layout.levels; l++)
-        b->out->report.level[l].error = -1;
-    log_layout(b);
-    if (b->layout.roughness[0] > 0 || o->projection != IBL_PROJECTION_CUBE)
+    c->report->layout = c->layout;
+    for (int l = 0; l < c->layout.levels; l++)
+        c->report->level[l].error = -1;
+    log_layout(b, c);
+    if (c->layout.roughness[0] > 0 || o->projection != IBL_PROJECTION_CUBE ||
+        is_copied(b, c, 0))
         return IBL_OK;
-    if (!b->opts.level0)
+    if (!c->given)
         return ibl_level0_create(b->ctx, b->env->width, b->env->height,
-                                 b->opts.yaw_deg, &b->out->specular,
-                                 &b->level0);
-    memcpy(b->out->specular.data, b->opts.level0->data,
-           3 * sizeof(float) * ibl_cube_texels(b->layout.size, 1));
+                                 b->opts.yaw_deg, c->cube, &c->level0);
+    memcpy(c->cube->data, c->given->data,
+           3 * sizeof(float) * ibl_cube_texels(c->layout.size, 1));
     return IBL_OK;
 }
 
@@ -127,32 +215,45 @@ static ibl_status prepare_sky(bake *b)
                              b->opts.yaw_deg, &b->out->skybox, &b->sky);
 }
 
-static ibl_status prepare_near(bake *b, int level)
+static ibl_status plan_chain(bake *b, chain *c)
+{
+    return ibl_spectral_plan_chain(b->ctx, b->env->width, b->env->height,
+                                   &c->opts, &c->layout, &c->plan, &b->plan);
+}
+
+static ibl_status prepare_near(const bake *b, chain *c)
 {
     const ibl_near_map map = {b->env->width, b->env->height,
                               b->opts.yaw_deg / 180 * IBL_PI};
-    const ibl_level_shape shape = ibl_map_shape(&b->out->specular, level);
-    return ibl_near_create(b->ctx, &map, &b->plan.shape[level], &shape,
-                           &b->near[level]);
+    ibl_status status = IBL_OK;
+
+    for (int l = 0; l < c->layout.levels && !status; l++) {
+        const ibl_level_shape shape = ibl_map_shape(c->cube, l);
+        if (c->plan.parts[l].near && !is_copied(b, c, l))
+            status = ibl_near_create(b->ctx, &map, &c->plan.shape[l], &shape,
+                                     &c->near[l]);
+    }
+    return status;
 }
 
 static ibl_status prepare(bake *b)
 {
-    ibl_status status = IBL_OK;
-    if (b->opts.specular)
-        status = prepare_specular(b);
+    ibl_status status = list_chains(b);
+    for (int i = 0; i < b->chain_count && !status; i++)
+        status = prepare_chain(b, &b->chains[i]);
     if (!status && b->opts.skybox)
         status = prepare_sky(b);
     if (!status)
         status = ibl_spectral_plan_make(b->ctx, b->env->width, b->env->height,
-                                        &b->opts, &b->layout, &b->plan);
+                                        &b->opts, &b->plan);
+    for (int i = 0; i < b->chain_count && !status; i++)
+        status = plan_chain(b, &b->chains[i]);
     if (!status && b->plan.degree >= 0)
         status = ibl_spectral_create(b->ctx, b->env->width, b->env->height,
                                      b->opts.yaw_deg, b->plan.degree,
                                      b->plan.single, &b->spectral);
-    for (int l = 0; l < b->layout.levels && !status; l++)
-        if (b->plan.parts[l].near)
-            status = prepare_near(b, l);
+    for (int i = 0; i < b->chain_count && !status; i++)
+        status = prepare_near(b, &b->chains[i]);
     return status;
 }
 
@@ -169,20 +270,28 @@ static ibl_status read_rows(const bake *b, int row, int rows, float *rgb)
     return status;
 }
 
+static ibl_status give_chain(const chain *c, int rows, const float *rgb)
+{
+    ibl_status status = IBL_OK;
+    if (c->level0)
+        status = ibl_level0_add(c->level0, rows, rgb);
+    for (int l = 0; l < IBL_MAX_LEVELS && !status; l++)
+        if (c->near[l])
+            ibl_near_add(c->near[l], rows, rgb);
+    return status;
+}
+
 /* Starts the jobs for these rows after those of the previous call have ended.
  * rgb must stay valid until the next call returns. */
 static ibl_status give_rows(bake *b, int rows, const float *rgb)
 {
     ibl_status status = ibl_run_end(b->ctx);
-    if (!status && b->level0)
-        status = ibl_level0_add(b->level0, rows, rgb);
+    for (int i = 0; i < b->chain_count && !status; i++)
+        status = give_chain(&b->chains[i], rows, rgb);
     if (!status && b->sky)
         status = ibl_level0_add(b->sky, rows, rgb);
     if (!status && b->spectral)
         ibl_spectral_add(b->spectral, rows, rgb);
-    for (int l = 0; l < IBL_MAX_LEVELS && !status; l++)
-        if (b->near[l])
-            ibl_near_add(b->near[l], rows, rgb);
     return status;
 }
 
@@ -240,38 +349,70 @@ static ibl_status feed(bake *b)
 /* Fills flat levels of the environment itself. */
 static ibl_status make_flat(const bake *b)
 {
-    const ibl_cube *specular = &b->out->specular, *sky = &b->out->skybox;
-    const ibl_cube first = {specular->size, 1, specular->data,
-                            specular->projection};
+    const ibl_cube *sky = &b->out->skybox;
     ibl_status status = IBL_OK;
 
-    if (needs_flat_level0(b))
-        status =
-            ibl_flat_from_latlong(b->ctx, b->image, b->opts.yaw_deg, &first);
+    for (int i = 0; i < b->chain_count && !status; i++) {
+        ibl_cube first = *b->chains[i].cube;
+        first.levels = 1;
+        if (needs_flat_level0(&b->chains[i]) && !is_copied(b, &b->chains[i], 0))
+            status = ibl_flat_from_latlong(b->ctx, b->image, b->opts.yaw_deg,
+                                           &first);
+    }
     if (!status && has_flat_sky(b))
         status = ibl_flat_from_latlong(b->ctx, b->image, b->opts.yaw_deg, sky);
     return status;
+}
+
+static bool needs_whole(const bake *b)
+{
+    bool whole = b->plan.whole || has_flat_sky(b);
+    for (int i = 0; i < b->chain_count; i++)
+        whole |= needs_flat_level0(&b->chains[i]);
+    return whole;
+}
+
+/* Ends the cubes of the environment itself. */
+static ibl_status finish_cubes(bake *b)
+{
+    bool any = b->sky != NULL;
+    ibl_status status = IBL_OK;
+
+    for (int i = 0; i < b->chain_count && !status; i++) {
+        any |= b->chains[i].level0 != NULL;
+        if (b->chains[i].level0)
+            status = ibl_level0_finish(b->chains[i].level0);
+    }
+    if (!status && b->sky)
+        status = ibl_level0_finish(b->sky);
+    if (!status)
+        status = make_flat(b);
+    if (!status && any)
+        ibl_progress(b->ctx, "level 0", 1);
+    return status;
+}
+
+static void free_cubes(bake *b)
+{
+    for (int i = 0; i < b->chain_count; i++) {
+        ibl_level0_free(b->chains[i].level0);
+        b->chains[i].level0 = NULL;
+    }
+    ibl_level0_free(b->sky);
+    b->sky = NULL;
 }
 
 static ibl_status read_all(bake *b)
 {
     ibl_status status = IBL_OK;
     b->image = b->env->image;
-    if (!b->image && (b->plan.whole || needs_flat_level0(b) || has_flat_sky(b)))
+    if (!b->image && needs_whole(b))
         status = keep_whole(b);
     if (!status)
         status = feed(b);
-    if (!status && b->level0)
-        status = ibl_level0_finish(b->level0);
-    if (!status && b->sky)
-        status = ibl_level0_finish(b->sky);
     if (!status)
-        status = make_flat(b);
-    if (!status && (b->level0 || b->sky))
-        ibl_progress(b->ctx, "level 0", 1);
-    ibl_level0_free(b->level0);
-    ibl_level0_free(b->sky);
-    b->level0 = b->sky = NULL;
+        status = finish_cubes(b);
+    free_cubes(b);
     if (!status && b->spectral)
         status = ibl_spectral_finish(b->spectral);
     ibl_free(b->rows);
@@ -281,50 +422,49 @@ static ibl_status read_all(bake *b)
 /* ---- outputs --------------------------------------------------------------
  */
 
-static ibl_status sample_levels(bake *b)
+static ibl_status sample_levels(const bake *b, const chain *c)
 {
-    const ibl_specular_options *o = &b->opts.specular_options;
-    ibl_specular_report *report = &b->out->report;
+    const ibl_specular_options *o = &c->opts;
+    ibl_specular_report *report = c->report;
     bool any = false;
-    for (int l = 0; l < b->layout.levels; l++) {
+    for (int l = 0; l < c->layout.levels; l++) {
         const int own = o->level_samples[l];
-        if (b->plan.level[l] != IBL_METHOD_SAMPLED)
+        if (c->plan.level[l] != IBL_METHOD_SAMPLED)
             continue;
         report->level[l].samples = own ? own : o->samples;
         any = true;
     }
-    return any ? ibl_sample_levels(b->ctx, b->image, o, &b->out->specular,
-                                   report)
+    return any ? ibl_sample_levels(b->ctx, b->image, o, c->cube, report)
                : IBL_OK;
 }
 
 /* Makes a level from its near part only. */
-static void near_level(const bake *b, int level)
+static void near_level(const chain *c, int level)
 {
-    const ibl_level_shape shape = ibl_map_shape(&b->out->specular, level);
+    const ibl_level_shape shape = ibl_map_shape(c->cube, level);
     const size_t count = ibl_level_texels(&shape);
-    const double *sums = ibl_near_sums(b->near[level]);
-    const float *base = ibl_near_base(b->near[level]);
-    float *rgb = ibl_cube_face(&b->out->specular, level, 0);
+    const double *sums = ibl_near_sums(c->near[level]);
+    const float *base = ibl_near_base(c->near[level]);
+    float *rgb = ibl_cube_face(c->cube, level, 0);
     for (size_t i = 0; i < 3 * count; i++)
         rgb[i] = fmaxf((float)sums[i] + base[i % 3], 0);
 }
 
-static ibl_status spectral_level(bake *b, int level)
+static ibl_status spectral_level(const bake *b, const chain *c, int level)
 {
-    const double tolerance = b->opts.specular_options.tolerance;
-    const ibl_spectral_target target = {.shape = &b->plan.shape[level],
-                                        .near = b->near[level],
+    const double tolerance = c->opts.tolerance;
+    const ibl_spectral_target target = {.shape = &c->plan.shape[level],
+                                        .near = c->near[level],
                                         .tolerance = tolerance,
-                                        .cube = &b->out->specular,
+                                        .cube = c->cube,
                                         .level = level};
-    ibl_specular_level *made = &b->out->report.level[level];
+    ibl_specular_level *made = &c->report->level[level];
     char stage[32];
     snprintf(stage, sizeof stage, "specular %d", level);
-    if (b->near[level])
-        made->reach = ibl_near_reach(b->near[level]);
-    if (!b->plan.parts[level].spectral) {
-        near_level(b, level);
+    if (c->near[level])
+        made->reach = ibl_near_reach(c->near[level]);
+    if (!c->plan.parts[level].spectral) {
+        near_level(c, level);
         return IBL_OK;
     }
     const ibl_status status = ibl_spectral_bake(b->spectral, stage, &target,
@@ -338,12 +478,30 @@ static ibl_status spectral_level(bake *b, int level)
     return status;
 }
 
-static ibl_status make_specular(bake *b)
+/* Copies a level that an earlier chain has. False: none has it. */
+static bool copy_level(const bake *b, const chain *c, int level)
 {
-    ibl_status status = sample_levels(b);
-    for (int l = 0; l < b->layout.levels && !status; l++)
-        if (b->plan.level[l] == IBL_METHOD_SPECTRAL)
-            status = spectral_level(b, l);
+    const ibl_level_shape shape = ibl_map_shape(c->cube, level);
+    int l = level;
+    const chain *from = find_same(b, c, &l);
+
+    if (!from)
+        return false;
+    memcpy(ibl_cube_face(c->cube, level, 0), ibl_cube_face(from->cube, l, 0),
+           ibl_level_texels(&shape) * 3 * sizeof(float));
+    c->report->level[level] = from->report->level[l];
+    return true;
+}
+
+static ibl_status make_chain(const bake *b, const chain *c)
+{
+    bool copied[IBL_MAX_LEVELS] = {false};
+    for (int l = 0; l < c->layout.levels; l++)
+        copied[l] = copy_level(b, c, l);
+    ibl_status status = sample_levels(b, c);
+    for (int l = 0; l < c->layout.levels && !status; l++)
+        if (is_spectral(c, l) && !copied[l])
+            status = spectral_level(b, c, l);
     return status;
 }
 
@@ -396,20 +554,19 @@ static ibl_status make_power(bake *b)
 
 /* Fits the roughnesses of the levels, other than those whose near part is
  * already there, and plans them anew: they need no more degrees than before. */
-static ibl_status fit_ladder(bake *b)
+static ibl_status fit_ladder(bake *b, chain *c)
 {
     const int degree = b->plan.degree;
     int kept = 1;
-    while (kept < b->layout.levels && b->near[kept])
+    while (kept < c->layout.levels && c->near[kept])
         kept++;
     ibl_status status = ibl_ladder_fit(b->ctx, b->out->power,
-                                       b->out->power_degree, kept, &b->layout);
+                                       b->out->power_degree, kept, &c->layout);
     if (!status)
-        status = ibl_spectral_plan_make(b->ctx, b->env->width, b->env->height,
-                                        &b->opts, &b->layout, &b->plan);
+        status = plan_chain(b, c);
     assert(status || b->plan.degree <= degree);
     (void)degree;
-    b->out->report.layout = b->layout;
+    c->report->layout = c->layout;
     return status;
 }
 
@@ -422,10 +579,12 @@ static ibl_status make_all(bake *b)
         status = ibl_cube_build_mips(b->ctx, &b->out->skybox);
     if (!status && b->opts.power)
         status = make_power(b);
-    if (!status && has_best(b))
-        status = fit_ladder(b);
-    if (!status && b->opts.specular)
-        status = make_specular(b);
+    for (int i = 0; i < b->chain_count && !status; i++) {
+        if (is_best(&b->chains[i]))
+            status = fit_ladder(b, &b->chains[i]);
+        if (!status)
+            status = make_chain(b, &b->chains[i]);
+    }
     if (!status && b->opts.irradiance)
         status = make_irradiance(b);
     if (!status && b->opts.sh_degree >= 0)
@@ -448,17 +607,16 @@ ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
         from.height = from.image->height;
     }
     b.opts = opts ? *opts : ibl_bake_options_default();
-    b.opts.specular_options.yaw_deg = b.opts.yaw_deg;
     b.opts.irradiance_options.yaw_deg = b.opts.yaw_deg;
-    b.opts.power |= has_best(&b);
     ibl_status status = ibl_check_bake(ctx, &from, &b.opts);
     if (!status)
         status = make_all(&b);
     ibl_spectral_free(b.spectral);
-    for (int l = 0; l < IBL_MAX_LEVELS; l++)
-        ibl_near_free(b.near[l]);
-    ibl_level0_free(b.level0);
-    ibl_level0_free(b.sky);
+    for (int i = 0; i < b.chain_count; i++)
+        for (int l = 0; l < IBL_MAX_LEVELS; l++)
+            ibl_near_free(b.chains[i].near[l]);
+    free_cubes(&b);
+    ibl_free(b.chains);
     ibl_image_free(&b.own);
     if (status)
         ibl_bake_result_free(&out);

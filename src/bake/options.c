@@ -196,6 +196,13 @@ ibl_status ibl_check_bake(ibl_ctx *ctx, const ibl_environment *env,
         status = ibl_check_cube(ctx, o->level0);
     if (!status && o->specular)
         status = check_specular(ctx, &o->specular_options);
+    if (!status && (o->more_count < 0 || o->more_count > IBL_MAX_MORE_CHAINS ||
+                    (o->more_count && !o->more)))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%d more specular chains: must be 0 to %d, in a list",
+                        o->more_count, IBL_MAX_MORE_CHAINS);
+    for (int i = 0; i < o->more_count && !status; i++)
+        status = check_specular(ctx, &o->more[i]);
     if (!status && o->irradiance)
         status = check_irradiance(ctx, &o->irradiance_options);
     return status;

@@ -411,13 +411,15 @@ static bool begin(run *r)
 /* A set's part of what was baked. */
 static void take_part(ibl_bake *b)
 {
-    const ibl_bake_result *first = &b->from->made;
-    const ibl_bake_result *chain =
-        b->chain > 0 ? &b->from->more[b->chain] : first;
+    const ibl_bake_result *all = &b->from->made;
 
-    b->made = *first;
-    b->made.specular = b->chain < 0 ? (ibl_cube){0} : chain->specular;
-    b->made.report = chain->report;
+    b->made = *all;
+    if (b->chain > 0) {
+        b->made.specular = all->more[b->chain - 1];
+        b->made.report = all->more_report[b->chain - 1];
+    } else if (b->chain < 0) {
+        b->made.specular = (ibl_cube){0};
+    }
 }
 
 static bool start(run *r)

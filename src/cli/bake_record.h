@@ -93,7 +93,6 @@ typedef struct ibl_bake_source {
                                cube by it */
     ibl_bake_result made;   /* cubes and coefficients, specular of the first
                                chain; empty if not wanted */
-    ibl_bake_result more[IBL_MAX_TARGETS]; /* specular of the other chains */
 } ibl_bake_source;
 
 /* A set of files of a bake. It owns its files' paths, tables and report. */

@@ -64,26 +64,10 @@ static bool bake_skybox(ibl_bake_source *s, ibl_cube *skybox)
     return ok;
 }
 
-/* The outputs of a map in memory, with all chains. */
-static bool bake_chains(ibl_bake_source *s, const ibl_image *image,
-                        const ibl_bake_options *first)
-{
-    const ibl_environment env = {.image = image};
-    ibl_bake_options alone = *first;
-    bool ok = !ibl_bake_environment(s->ctx, &env, first, &s->made);
-
-    alone.skybox = alone.irradiance = alone.power = 0;
-    alone.sh_degree = -1;
-    for (int i = 1; i < s->chain_count && ok; i++) {
-        alone.specular_options = s->chains[i];
-        ok = !ibl_bake_environment(s->ctx, &env, &alone, &s->more[i]);
-    }
-    return ok;
-}
-
 /* The skybox of the environment, all else of what lights leave of it. */
 static bool bake_without_lights(ibl_bake_source *s)
 {
+    const ibl_environment rest = {.image = &s->rest};
     ibl_bake_options others = s->bake;
     ibl_cube skybox = {0};
 
@@ -92,7 +76,7 @@ static bool bake_without_lights(ibl_bake_source *s)
         bake_skybox(s, &skybox) && copy_environment(s) &&
         !ibl_image_take_lights(s->ctx, &s->rest, others.yaw_deg,
                                s->opts->lights, s->lights, &s->light_count) &&
-        bake_chains(s, &s->rest, &others);
+        !ibl_bake_environment(s->ctx, &rest, &others, &s->made);
     s->made.skybox = skybox;
     return ok;
 }
@@ -106,9 +90,10 @@ static ibl_read_options read_options(const ibl_bake_source *s)
     return read;
 }
 
-/* Keeps the map in memory, for lights, --verify, --preview and chains. */
+/* Keeps the map in memory, for lights, --verify and --preview. */
 static bool bake_image(ibl_bake_source *s)
 {
+    const ibl_environment rows = {.image = &s->env};
     const ibl_read_options read = read_options(s);
 
     if (ibl_image_read(s->ctx, s->opts->input, &read, &s->env, &s->report))
@@ -117,7 +102,7 @@ static bool bake_image(ibl_bake_source *s)
     s->height = s->env.height;
     if (s->opts->lights)
         return bake_without_lights(s);
-    return bake_chains(s, &s->env, &s->bake);
+    return !ibl_bake_environment(s->ctx, &rows, &s->bake, &s->made);
 }
 
 static bool bake_source(ibl_bake_source *s)
@@ -143,9 +128,10 @@ bool ibl_bake_source_make(ibl_bake_source *s)
     s->bake.specular = s->chain_count > 0;
     if (s->chain_count)
         s->bake.specular_options = s->chains[0];
+    s->bake.more = s->chains + 1;
+    s->bake.more_count = s->chain_count > 1 ? s->chain_count - 1 : 0;
     ibl_console_progress(s->console, "decode", 0);
-    return s->chain_count > 1 || s->opts->lights || s->opts->verify ||
-                   s->opts->preview
+    return s->opts->lights || s->opts->verify || s->opts->preview
                ? bake_image(s)
                : bake_source(s);
 }
@@ -157,6 +143,4 @@ void ibl_bake_source_free(ibl_bake_source *s)
     ibl_image_free(&s->env);
     ibl_image_free(&s->rest);
     ibl_bake_result_free(&s->made);
-    for (int i = 1; i < s->chain_count; i++)
-        ibl_bake_result_free(&s->more[i]);
 }

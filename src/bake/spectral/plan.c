@@ -82,39 +82,47 @@ static ibl_status plan_lobe(const struct request *q, ibl_lobe_shape *shape,
     return IBL_OK;
 }
 
+/* Adds the degree of a level. */
+static ibl_status add_degree(const struct request *q,
+                             const ibl_lobe_shape *shape, bool spectral,
+                             int degree, ibl_spectral_plan *plan)
+{
+    int single = 0;
+    ibl_status status = IBL_OK;
+
+    plan->degree = degree > plan->degree ? degree : plan->degree;
+    if (spectral && degree > min_degree)
+        status = ibl_lobe_degree(q->ctx, shape, single_tail, degree, &single);
+    plan->single = single > plan->single ? single : plan->single;
+    return status;
+}
+
 static ibl_status plan_levels(const struct request *q,
                               const ibl_specular_options *o,
                               const ibl_specular_layout *layout,
-                              ibl_spectral_plan *plan)
+                              ibl_chain_plan *chain, ibl_spectral_plan *plan)
 {
-    for (int l = 0; l < layout->levels; l++) {
+    ibl_status status = IBL_OK;
+
+    for (int l = 0; l < layout->levels && !status; l++) {
         const double r = layout->roughness[l];
         int degree;
         if (r <= 0)
             continue;
-        plan->level[l] = IBL_METHOD_SAMPLED;
+        chain->level[l] = IBL_METHOD_SAMPLED;
         if (o->method == IBL_METHOD_SAMPLED ||
             (o->method == IBL_METHOD_AUTO && o->level_samples[l])) {
             plan->whole = true;
             continue;
         }
-        plan->level[l] = IBL_METHOD_SPECTRAL;
-        plan->shape[l] = ibl_lobe_shape_of(o->lobe, r * r);
-        const ibl_status status =
-            plan_lobe(q, &plan->shape[l], &plan->parts[l], &degree);
-        if (status)
-            return status;
-        plan->degree = degree > plan->degree ? degree : plan->degree;
-        if (plan->parts[l].spectral && degree > min_degree) {
-            int single;
-            const ibl_status found = ibl_lobe_degree(
-                q->ctx, &plan->shape[l], single_tail, degree, &single);
-            if (found)
-                return found;
-            plan->single = single > plan->single ? single : plan->single;
-        }
+        chain->level[l] = IBL_METHOD_SPECTRAL;
+        chain->shape[l] = ibl_lobe_shape_of(o->lobe, r * r);
+        status = plan_lobe(q, &chain->shape[l], &chain->parts[l], &degree);
+        if (!status)
+            status = add_degree(q, &chain->shape[l], chain->parts[l].spectral,
+                                degree, plan);
     }
-    return IBL_OK;
+    return status;
 }
 
 static ibl_status plan_irradiance(const struct request *q,
@@ -134,28 +142,43 @@ static ibl_status plan_irradiance(const struct request *q,
     return status;
 }
 
-ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, int width, int height,
-                                  const ibl_bake_options *opts,
-                                  const ibl_specular_layout *layout,
-                                  ibl_spectral_plan *plan)
+static struct request request_of(ibl_ctx *ctx, int width, int height,
+                                 double tolerance)
 {
     const double pixel = fmax(IBL_PI / height, 2 * IBL_PI / width);
-    const struct request q = {
+    return (struct request){
         .ctx = ctx,
         .limit = fmin(fmax(degrees_a_pixel / pixel, least_limit), most_limit),
-        .tail = tail_of(opts->specular_options.tolerance)};
+        .tail = tail_of(tolerance)};
+}
+
+ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, int width, int height,
+                                  const ibl_bake_options *opts,
+                                  ibl_spectral_plan *plan)
+{
+    const struct request q =
+        request_of(ctx, width, height, opts->specular_options.tolerance);
     ibl_status status = IBL_OK;
 
     *plan = (ibl_spectral_plan){.degree = -1};
-    if (opts->specular)
-        status = plan_levels(&q, &opts->specular_options, layout, plan);
-    if (!status && opts->irradiance)
+    if (opts->irradiance)
         status = plan_irradiance(&q, &opts->irradiance_options, plan);
     if (opts->sh_degree > plan->degree)
         plan->degree = opts->sh_degree;
-    if (plan->single <= opts->sh_degree)
-        plan->single = opts->sh_degree + 1;
+    plan->single = opts->sh_degree + 1;
     if (opts->power && plan->degree < least_power)
         plan->degree = least_power;
     return status;
+}
+
+ibl_status ibl_spectral_plan_chain(ibl_ctx *ctx, int width, int height,
+                                   const ibl_specular_options *opts,
+                                   const ibl_specular_layout *layout,
+                                   ibl_chain_plan *chain,
+                                   ibl_spectral_plan *plan)
+{
+    const struct request q = request_of(ctx, width, height, opts->tolerance);
+
+    *chain = (ibl_chain_plan){0};
+    return plan_levels(&q, opts, layout, chain, plan);
 }
