@@ -464,6 +464,20 @@ test_environment_of_faces() {
     iblbake verify -q b/f_skybox.ktx2 c --name f --max-error 0.02
 }
 
+# A skybox in other axes is the same environment, but for where patches of its
+# floats are cut.
+test_environment_in_other_axes() {
+    local axes small="$small --pixel rgba32f --name f"
+    iblbake -q $small env.exr -o a --skybox 32
+    iblbake -q $small a/f_skybox.ktx2 -o b
+    for axes in '--mirror x' '--mirror z --up z' '--up z'; do
+        iblbake -q $small env.exr -o c --skybox 32 $axes
+        iblbake -q $small c/f_skybox.ktx2 -o d
+        cmp b/f_specular.ktx2 d/f_specular.ktx2
+        cmp b/f_irradiance.ktx2 d/f_irradiance.ktx2
+    done
+}
+
 # Of 2,048 pixels 5 are negative, 3 are none; one is 7.
 test_sidecar_counts() {
     js <<'END'

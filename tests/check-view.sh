@@ -133,12 +133,22 @@ test_files_by_name() {
 }
 
 test_maps_are_baked() {
+    local d
     draw a.png env.exr -q
     if [ $sanitized = no ]; then
         draw b.png env.hdr -q
         differ a.png b.png
     fi
     iblbake -q env.exr -o out && draw c.png out && same a.png c.png
+    # A cube texture, where it is called an environment; and six files.
+    iblbake -q --only skybox --skybox 16 env.exr -o out
+    draw d.png -q out/env_skybox.ktx2 --input-layout cube
+    differ c.png d.png
+    for d in px nx py ny pz nz; do
+        mkenv exr 16 16 BGR >"f_$d.exr"
+    done
+    draw e.png -q 'f_%f.exr'
+    iblbake -q 'f_%f.exr' -o six && draw f.png -q six && same e.png f.png
     # Through the image bridge, which is found beside the program.
     [ ! -e "$build/libiblbridge.so" ] || draw d.png -q "$top/data/studio.exr"
 }

@@ -267,6 +267,37 @@ TEST(octahedral_energy)
         CHECK_NEAR((double)map.data[i], 0.7, 1e-6);
 }
 
+/* An octahedral map of the library, which says so itself, is the map that it
+ * was made from. */
+TEST(octahedral_texture)
+{
+    begin();
+    ibl_image map = map_constant(ctx, 256, 128, 0);
+    for (int i = 0; i < 256 * 128; i++) {
+        const double from_top = IBL_PI * (i / 256 + 0.5) / 128;
+        const double azimuth = 2 * IBL_PI * ((i % 256 + 0.5) / 256 - 0.5);
+        const double d[3] = {sin(from_top) * cos(azimuth), cos(from_top),
+                             sin(from_top) * sin(azimuth)};
+        put_direction(map_pixel(&map, i % 256, i / 256), d);
+    }
+    const ibl_texel_options opts = {.pixel = IBL_PIXEL_RGBA32F};
+    ibl_texture tex = {0};
+    ibl_cube flat = {0};
+    size_t size;
+    NEED(!ibl_cube_alloc_as(ctx, IBL_PROJECTION_OCTAHEDRAL, 32, 1, &flat));
+    CHECK(!ibl_flat_from_latlong(ctx, &map, 0, &flat));
+    NEED(!ibl_texture_from_cube(ctx, &flat, &opts, &tex, NULL));
+    ibl_cube_free(&flat);
+    texture_owned(tex);
+    const unsigned char *bytes =
+        texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &size);
+    NEED(file_save(file_path("flat"), bytes, size));
+    const ibl_image back =
+        read_map(file_path("flat"), IBL_INPUT_AUTO, IBL_INPUT_OCTAHEDRAL);
+    CHECK_MSG(worst_direction(&back) < 3.0 / 64, "off by %g",
+              worst_direction(&back));
+}
+
 /* ---- one cube in every form -------------------------------------------- */
 
 static bool same_map(const ibl_image *a, const ibl_image *b)

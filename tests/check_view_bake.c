@@ -28,7 +28,7 @@ TEST(bake_is_that_of_the_program)
     NEED(file_run("'%s' -q '%s' --sh 4 -o same", file_built("iblbake"),
                   sets_file()));
     sets_open(ctx, "same", &read);
-    NEED(view_set_bake(ctx, sets_file(), &made));
+    NEED(view_set_bake(ctx, sets_file(), IBL_INPUT_AUTO, &made));
     sets_check_same(&read, &made, "baked");
     CHECK(made.path[VIEW_MAP] && !strcmp(made.path[VIEW_MAP], sets_file()));
     CHECK(!view_set_changed(&made, 0));
@@ -51,7 +51,8 @@ TEST(bake_fails_with_a_line)
     static const char *const names[] = {"map.hdr", "no.hdr"};
     for (int i = 0; i < 2; i++) {
         view_test_catch();
-        const bool ok = view_set_bake(ctx, file_path(names[i]), &set);
+        const bool ok =
+            view_set_bake(ctx, file_path(names[i]), IBL_INPUT_AUTO, &set);
         const char *said = view_test_caught();
         CHECK_MSG(!ok && sets_lines(said) == 1 && strstr(said, names[i]), "%s",
                   said);
@@ -104,7 +105,7 @@ TEST(baker_bakes)
     /* Who looks may be late, but not each time. */
     for (int attempt = 0; seen <= 2 && attempt < 10; attempt++) {
         double done, before = 0;
-        view_baker *baker = view_baker_start(large_map());
+        view_baker *baker = view_baker_start(large_map(), IBL_INPUT_AUTO);
         NEED(baker);
         if (attempt)
             view_set_free(&set);
@@ -119,7 +120,7 @@ TEST(baker_bakes)
         NEED(view_baker_finish(baker, &set));
     }
     CHECK_MSG(seen > 2, "progress was seen to move %d times", seen);
-    NEED(view_set_bake(ctx, large_map(), &made));
+    NEED(view_set_bake(ctx, large_map(), IBL_INPUT_AUTO, &made));
     sets_check_same(&made, &set, "beside the window");
     view_set_free(&made);
     view_set_free(&set);
@@ -139,11 +140,11 @@ TEST(baker_is_cancelled)
     const char *path = large_map();
     baked_set set;
     double spent = -processor_seconds();
-    NEED(view_baker_finish(view_baker_start(path), &set));
+    NEED(view_baker_finish(view_baker_start(path, IBL_INPUT_AUTO), &set));
     spent += processor_seconds();
     view_set_free(&set);
     for (int i = 0; i < 4; i++) {
-        view_baker *baker = view_baker_start(path);
+        view_baker *baker = view_baker_start(path, IBL_INPUT_AUTO);
         NEED(baker);
         pause_for(after[i]);
         view_test_catch();
@@ -156,7 +157,7 @@ TEST(baker_is_cancelled)
                   spent);
     }
     /* One that has ended already. */
-    view_baker *baker = view_baker_start(sets_file());
+    view_baker *baker = view_baker_start(sets_file(), IBL_INPUT_AUTO);
     char stage[64];
     double done;
     NEED(baker);
@@ -172,7 +173,7 @@ TEST(baker_fails)
 
     memset(&set, 1, sizeof set);
     view_test_catch();
-    baker = view_baker_start(file_path("not there.hdr"));
+    baker = view_baker_start(file_path("not there.hdr"), IBL_INPUT_AUTO);
     const bool ok = baker && view_baker_finish(baker, &set);
     const char *said = view_test_caught();
     CHECK(!ok && !set.name && !set.texture[VIEW_LUT].data);

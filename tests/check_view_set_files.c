@@ -438,13 +438,13 @@ TEST(maps_are_told)
     NEED(sets_bake("told", "--format ktx"));
     NEED(sets_bake("told", "--format ktx2"));
     NEED(file_run("cp told/sky_specular.dds told/sky.hdr; echo x >x.dds"));
-    CHECK(view_is_map(sets_file()));
-    CHECK(view_is_map(file_path("x.dds")));
-    CHECK(view_is_map("-"));
-    CHECK(!view_is_map(file_path("told/sky.hdr")));
-    CHECK(!view_is_map(file_path("told/sky_specular.ktx")));
-    CHECK(!view_is_map(file_path("told/sky_specular.ktx2")));
-    CHECK(!view_is_map(file_path("told/sky.json")));
-    CHECK(!view_is_map(file_path("told")));
-    CHECK(!view_is_map(file_path("not here")));
+    CHECK(view_is_map(sets_file(), IBL_INPUT_AUTO));
+    CHECK(view_is_map(file_path("x.dds"), IBL_INPUT_AUTO));
+    CHECK(view_is_map("-", IBL_INPUT_AUTO));
+    CHECK(!view_is_map(file_path("told/sky.hdr"), IBL_INPUT_AUTO));
+    CHECK(!view_is_map(file_path("told/sky_specular.ktx"), IBL_INPUT_AUTO));
+    CHECK(!view_is_map(file_path("told/sky_specular.ktx2"), IBL_INPUT_AUTO));
+    CHECK(!view_is_map(file_path("told/sky.json"), IBL_INPUT_AUTO));
+    CHECK(!view_is_map(file_path("told"), IBL_INPUT_AUTO));
+    CHECK(!view_is_map(file_path("not here"), IBL_INPUT_AUTO));
 }

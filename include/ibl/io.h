@@ -171,7 +171,8 @@ typedef struct ibl_read_report {
  *                  PQ's or HLG's are refused
  *   textures       KTX2, KTX and DDS of one layer, in the formats of
  *                  ibl_texture_decode: level 0 of a cube, or of a flat texture
- *                  as an image. The bridge reads DDS files in other formats
+ *                  as an image. iblbake's keys for other axes and layouts are
+ *                  honoured. The bridge reads DDS files in other formats
  * Images of 2:1 are equirectangular maps, others what their shape says: 4:3 and
  * 3:4 are crosses, 6:1 and 1:6 strips. A square is ambiguous, so opts must say
  * the layout. The map of a cube has the width ibl_latlong_width; its pixels are

@@ -200,6 +200,58 @@ static ibl_status texture_alpha(const ibl_texture *tex,
     return status;
 }
 
+/* The index of a key's value in names; 0, the first, without the key; -1: it is
+ * none of them. */
+static int find_value(const ibl_texture *tex, const char *key,
+                      const char *const *names, int count)
+{
+    const char *value = ibl_texture_get(tex, key);
+    int i = 0;
+
+    while (value && i < count && strcmp(value, names[i]))
+        i++;
+    return i < count ? i : -1;
+}
+
+/* Turns the faces of a cube that iblbake wrote in other axes back. */
+static ibl_status turn_back(ibl_source *s, const ibl_texture *tex,
+                            ibl_image *strip)
+{
+    static const char *const mirrors[] = {"none", "x", "z", "xz"};
+    static const char *const ups[] = {"y", "z"};
+    const int mirror = find_value(tex, "iblbake.mirror", mirrors, 4);
+    const int up = find_value(tex, "iblbake.up", ups, 2);
+    const ibl_cube from = {
+        .size = strip->width, .levels = 1, .data = strip->data};
+    ibl_cube turned = {0};
+
+    if (tex->faces != IBL_FACES || (!mirror && !up))
+        return IBL_OK;
+    if (mirror < 0 || up < 0)
+        return ibl_unsupported(&s->in, "is in axes that are not known, by its "
+                                       "keys iblbake.mirror and iblbake.up");
+    const ibl_axes axes = {.mirror = (ibl_mirror)mirror, .up = (ibl_up)up};
+    const ibl_status status =
+        ibl_cube_turn_axes(s->ctx, &from, axes, 1, &turned);
+    if (!status)
+        memcpy(strip->data, turned.data,
+               3 * sizeof *turned.data * ibl_cube_texels(turned.size, 1));
+    ibl_cube_free(&turned);
+    return status;
+}
+
+/* The layout of a flat texture that iblbake wrote is in its keys. */
+static ibl_read_options texture_options(const ibl_texture *tex,
+                                        const ibl_read_options *opts)
+{
+    const char *layout = ibl_texture_get(tex, "iblbake.layout");
+    ibl_read_options own = *opts;
+
+    if (!opts->layout && layout && !strcmp(layout, "octahedral"))
+        own.layout = IBL_INPUT_OCTAHEDRAL;
+    return own;
+}
+
 /* Level 0 as an image; the faces of a cube are below one another. */
 static ibl_status texture_rows(ibl_source *s, const ibl_texture *tex,
                                const ibl_read_options *opts)
@@ -220,6 +272,8 @@ static ibl_status texture_rows(ibl_source *s, const ibl_texture *tex,
         status = ibl_map_alloc(&s->in, tex->width, height, &img);
     if (!status)
         status = ibl_texels_decode(s->ctx, tex, 0, img.data);
+    if (!status)
+        status = turn_back(s, tex, &img);
     if (status)
         ibl_image_free(&img);
     else
@@ -240,8 +294,9 @@ static ibl_status open_texture(ibl_source *s, ibl_container container,
         opts->layout != IBL_INPUT_CUBE)
         status = ibl_bad_file(&s->in, "is a cube, not in the layout %s",
                               ibl_input_layout_name(opts->layout));
+    const ibl_read_options own = texture_options(&tex, opts);
     if (!status)
-        status = texture_rows(s, &tex, opts);
+        status = texture_rows(s, &tex, &own);
     if (!status) {
         ibl_read_report *r = &s->rows->report;
         snprintf(r->format, sizeof r->format, "%s, %s",
@@ -249,8 +304,9 @@ static ibl_status open_texture(ibl_source *s, ibl_container container,
                  : container == IBL_CONTAINER_KTX ? "KTX"
                                                   : "DDS",
                  ibl_pixel_name(tex.pixel));
-        if (tex.faces == IBL_FACES)
-            r->layout = IBL_INPUT_CUBE;
+        r->layout = tex.faces == IBL_FACES
+                        ? IBL_INPUT_CUBE
+                        : ibl_input_layout_of(&own, tex.width, tex.height);
     }
     ibl_texture_free(&tex);
     return status;

@@ -99,11 +99,11 @@ static void stop_bake(view_app *app)
     app->baker = NULL;
 }
 
-static bool start_bake(view_app *app, const char *path)
+static bool start_bake(view_app *app, const view_request *what)
 {
     stop_bake(app);
-    snprintf(app->baking, sizeof app->baking, "%s", path);
-    app->baker = view_baker_start(app->baking);
+    snprintf(app->baking, sizeof app->baking, "%s", what->path);
+    app->baker = view_baker_start(app->baking, what->layout);
     app->baked = 0;
     snprintf(app->stage, sizeof app->stage, "starting");
     app->redraw = true;
@@ -112,8 +112,8 @@ static bool start_bake(view_app *app, const char *path)
 
 bool view_app_open(view_app *app, const view_request *what)
 {
-    if (view_is_map(what->path))
-        return start_bake(app, what->path);
+    if (view_is_map(what->path, what->layout))
+        return start_bake(app, what);
     if (!view_set_open(app->ctx, what, free_slot(app)) || !show(app, what))
         return false;
     /* A bake that was started earlier would replace this set. */

@@ -72,13 +72,16 @@ typedef struct baked_set {
 /* Paths of the set to open. */
 typedef struct view_request {
     const char *path; /* a directory, a specular file or, by its content, an
-                         equirectangular map to bake */
+                         environment to bake */
     const char *irradiance, *lut, *sky; /* NULL: searched beside path */
+    ibl_input_layout layout; /* of a map; AUTO: by its content, and a cube
+                                texture is no map */
 } view_request;
 
-/* Whether path is a map rather than a baked set: "-", a pipe, or a file whose
- * content is neither KTX, KTX2, DDS nor JSON. */
-bool view_is_map(const char *path);
+/* Whether path is a map rather than a baked set: "-", a pipe, a file whose
+ * content is neither KTX, KTX2, DDS nor JSON, the name of six files, as of
+ * ibl_image_read, or whatever has a layout. */
+bool view_is_map(const char *path, ibl_input_layout layout);
 
 /*
  * Reads a set. In a directory the only NAME_specular.ktx2, .ktx or .dds is
@@ -95,7 +98,8 @@ void view_set_free(baked_set *set); /* zeroed is fine */
 
 /* Makes the set of a map: the defaults of the library, rgba16f, sky from level
  * 0, harmonics to VIEW_SH_DEGREE. Progress goes to ctx's callback. */
-bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set);
+bool view_set_bake(ibl_ctx *ctx, const char *path, ibl_input_layout layout,
+                   baked_set *set);
 /* Adds the textures of env to a set that has its name, or NULL after strdup had
  * no memory. specular NULL: defaults, with lobes. The caller frees set after a
  * failure. */
@@ -124,7 +128,8 @@ void view_set_seen(baked_set *set);
 /* Runs view_set_bake on a thread. */
 typedef struct view_baker view_baker;
 
-view_baker *view_baker_start(const char *path); /* NULL, with a message */
+/* NULL, with a message. */
+view_baker *view_baker_start(const char *path, ibl_input_layout layout);
 /* Gives the present stage and the share of the whole bake that is done, 0..1,
  * never decreasing; returns true once it has ended. stage: room for 64. */
 bool view_baker_poll(view_baker *baker, char *stage, double *done);

@@ -17,6 +17,7 @@ enum {
 
 struct view_baker {
     char *path;
+    ibl_input_layout layout;
     ibl_ctx *ctx;
     pthread_t thread;
     baked_set set; /* belongs to the thread until it is joined */
@@ -89,7 +90,7 @@ static void *run(void *cookie)
 {
     view_baker *b = cookie;
 
-    b->ok = view_set_bake(b->ctx, b->path, &b->set);
+    b->ok = view_set_bake(b->ctx, b->path, b->layout, &b->set);
     pthread_mutex_lock(&b->lock);
     b->ended = true;
     pthread_mutex_unlock(&b->lock);
@@ -104,7 +105,7 @@ static void baker_free(view_baker *b)
     free(b);
 }
 
-view_baker *view_baker_start(const char *path)
+view_baker *view_baker_start(const char *path, ibl_input_layout layout)
 {
     ibl_ctx_options opts = ibl_ctx_options_default();
     view_baker *b = calloc(1, sizeof *b);
@@ -121,6 +122,7 @@ view_baker *view_baker_start(const char *path)
     char *bridge = ibl_bridge_beside();
     opts.bridge = bridge;
     b->path = strdup(path);
+    b->layout = layout;
     const bool ready = b->path && !ibl_ctx_create(&opts, &b->ctx);
     free(bridge);
     if (!ready || pthread_create(&b->thread, NULL, run, b)) {

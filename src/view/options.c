@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "common/names.h"
 #include "common/option.h"
 #include "view/message.h"
 #include "view/set_parts.h"
@@ -290,6 +291,9 @@ static const ibl_option files[] = {
      .help = "the irradiance map, if it is not beside PATH"},
     {"lut", 0, IBL_TEXT(request.lut, "FILE"), .standard = "",
      .help = "the BRDF table"},
+    {"input-layout", 0, IBL_CHOICE(request.layout, ibl_input_names),
+     .help = "how PATH holds an environment to bake: as of iblbake; with "
+             "cube, a texture is one"},
     {"sky", 0, IBL_TEXT(request.sky, "FILE"), .standard = "",
      .help = "the cube behind the spheres, in place of the skybox or level 0"},
 };
@@ -524,11 +528,12 @@ bool view_options_may(const view_options *o)
                          : r->sky      ? "--sky"
                                        : NULL;
     const char *words;
+    const bool map = view_is_map(r->path, r->layout);
 
-    if (strcmp(r->path, "-") != 0 &&
+    if (strcmp(r->path, "-") != 0 && !map &&
         view_file_look(r->path, &words) == VIEW_FILE_MISSING)
         return view_fail("%s: cannot be opened: %s", r->path, strerror(errno));
-    return !option || !view_is_map(r->path) ||
+    return !option || !map ||
            view_fail("%s: %s is baked here, with all that belongs to it: the "
                      "option is for baked files",
                      option, r->path);

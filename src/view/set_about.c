@@ -359,7 +359,17 @@ bool view_sidecar_expected(const json_t *root, baked_set *set)
            damaged(set->path[VIEW_SIDECAR], "its expected errors are not such");
 }
 
-/* Where it was for iblbake, or beside the sidecar. */
+/* As iblbake found it, AUTO if that is not known. */
+static ibl_input_layout source_layout(const json_t *source)
+{
+    const char *name = text_of(source, "layout");
+    const int i = name ? ibl_names_find(ibl_input_names, name) : -1;
+
+    return i < 0 ? IBL_INPUT_AUTO : (ibl_input_layout)i;
+}
+
+/* Where it was for iblbake, or beside the sidecar; six files only where they
+ * were. */
 bool view_sidecar_source(const json_t *root, baked_set *set)
 {
     const char *side = set->path[VIEW_SIDECAR];
@@ -372,6 +382,11 @@ bool view_sidecar_source(const json_t *root, baked_set *set)
         json_object_get(json_object_get(root, "orientation"), "yaw_deg"));
     set->source_read = ibl_read_options_default();
     ibl_sidecar_colour(root, &set->source_read);
+    set->source_read.layout = source_layout(source);
+    if (path && set->source_read.layout == IBL_INPUT_FACES) {
+        set->source = strdup(path);
+        return set->source || view_file_no_memory(path);
+    }
     for (int i = 0; i < 2 && path && !set->source; i++) {
         char *found =
             i ? ibl_path_beside(side, ibl_path_name(path)) : strdup(path);

@@ -73,13 +73,15 @@ view_file_kind view_file_look(const char *path, const char **words)
     return *words ? VIEW_FILE_OTHER : VIEW_FILE_TEXTURE;
 }
 
-bool view_is_map(const char *path)
+bool view_is_map(const char *path, ibl_input_layout layout)
 {
     const char *words;
 
-    if (!strcmp(path, "-"))
+    if (layout || !strcmp(path, "-"))
         return true;
     const view_file_kind kind = view_file_look(path, &words);
+    if (kind == VIEW_FILE_MISSING)
+        return strstr(path, "%f") || strchr(path, ',');
     return kind == VIEW_FILE_OTHER || kind == VIEW_FILE_PIPE;
 }
 

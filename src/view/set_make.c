@@ -254,7 +254,7 @@ static bool bake_source(ibl_ctx *ctx, const char *path, baked_set *set)
 {
     ibl_source *source;
 
-    if (ibl_source_open(ctx, path, NULL, &source))
+    if (ibl_source_open(ctx, path, &set->source_read, &source))
         return false;
     const ibl_environment env = ibl_source_environment(source);
     const bool ok = view_set_bake_environment(ctx, &env, NULL, set);
@@ -262,13 +262,19 @@ static bool bake_source(ibl_ctx *ctx, const char *path, baked_set *set)
     return ok;
 }
 
-bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set)
+bool view_set_bake(ibl_ctx *ctx, const char *path, ibl_input_layout layout,
+                   baked_set *set)
 {
+    const char *words;
+    const bool six = strcmp(path, "-") != 0 &&
+                     view_file_look(path, &words) == VIEW_FILE_MISSING;
+
     *set = (baked_set){.name = view_file_stem(path),
                        .source_read = ibl_read_options_default()};
+    set->source_read.layout = layout;
     set->path[VIEW_MAP] = strdup(path);
     view_set_see(set, VIEW_MAP);
-    if (set->seen[VIEW_MAP].size >= 0)
+    if (set->seen[VIEW_MAP].size >= 0 || six)
         set->source = strdup(path);
     if (!set->path[VIEW_MAP])
         view_fail("%s: no memory to bake it", path);
