@@ -11,7 +11,7 @@
 #include "truth.h"
 
 enum {
-    AXES = 6
+    AXES = 8
 };
 
 static ibl_axes axes_of(int i)
@@ -22,8 +22,9 @@ static ibl_axes axes_of(int i)
 /* By the words of <ibl/ibl.h>. */
 static void turned(int i, const double from[3], double to[3])
 {
-    const double x = i / 2 == 1 ? -from[0] : from[0], y = from[1];
-    const double z = i / 2 == 2 ? -from[2] : from[2];
+    static const int at[4] = {0, 0, 0, 2};
+    const double a = from[at[i / 2]], y = from[1], b = from[2 - at[i / 2]];
+    const double x = i / 2 == 1 ? -a : a, z = i / 2 == 2 ? -b : b;
     const double up_y[3] = {x, y, z}, up_z[3] = {x, -z, y};
     memcpy(to, i % 2 ? up_z : up_y, sizeof up_y);
 }

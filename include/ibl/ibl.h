@@ -346,10 +346,12 @@ ibl_status ibl_cube_build_mips(ibl_ctx *ctx, ibl_cube *cube);
 
 /* ---- axes ------------------------------------------------------------- */
 
-typedef enum ibl_mirror { /* the axis of the world that is negated */
+typedef enum ibl_mirror { /* the axis of the world that is negated, or two
+                             that change places */
     IBL_MIRROR_NONE,
     IBL_MIRROR_X, /* -X and +X change places */
-    IBL_MIRROR_Z
+    IBL_MIRROR_Z,
+    IBL_MIRROR_XZ /* +X and +Z change places: (x, y, z) becomes (z, y, x) */
 } ibl_mirror;
 
 typedef enum ibl_up { /* the output's axis that is the world's +Y */
@@ -383,8 +385,8 @@ ibl_status ibl_cube_turn_axes(ibl_ctx *ctx, const ibl_cube *from, ibl_axes axes,
 
 /*
  * Spherical harmonics in other axes, changed in place: exact to the rounding of
- * doubles. A mirror changes signs; IBL_UP_Z takes degree^3 / 3 steps: 3 seconds
- of a processor for IBL_MAX_SH_DEGREE.
+ * doubles. A mirror of one axis changes signs; IBL_UP_Z and IBL_MIRROR_XZ take
+ * degree^3 / 3 steps each: 3 seconds of a processor for IBL_MAX_SH_DEGREE.
  *   coeffs  3 (degree + 1)^2 doubles as in ibl_bake_sh
  * IBL_ERR_ARGUMENT: degree or axes out of range. IBL_ERR_MEMORY,
  * IBL_ERR_CANCELLED: coeffs are unspecified.

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Spherical harmonics in other axes. A mirror changes signs. The turn by 90
+ * Spherical harmonics in other axes. A mirror changes signs; that of x and z is
+ * quarter turns about x and z and a mirror of z. The turn by 90
  * degrees about x, which puts z up, is a matrix for each degree l,
  *     c'_m = sum over n of s d^l_|m||n| c_n,
  * with Wigner's d^l_mn = d^l_mn(90 degrees). It swaps what is even in y with
@@ -38,9 +39,9 @@ static size_t index_of(int l, int m)
     return 3 * (size_t)(l * (l + 1) + m);
 }
 
-static void mirror(int degree, ibl_mirror across, double *c)
+static void change_signs(int degree, ibl_mirror across, double *c)
 {
-    for (int l = 0; l <= degree && across; l++)
+    for (int l = 0; l <= degree; l++)
         for (int m = -l; m <= l; m++) {
             const bool odd = across == IBL_MIRROR_Z ? (l + m) % 2 != 0
                                                     : (m % 2 != 0) != (m < 0);
@@ -129,6 +130,38 @@ static ibl_status turn_up(ibl_ctx *ctx, int degree, int back, double *coeffs)
     return status;
 }
 
+/* Turns by 90 degrees from x to y, or back. */
+static void turn_about_z(int degree, int back, double *coeffs)
+{
+    for (int l = 1; l <= degree; l++)
+        for (int m = 1; m <= l; m++)
+            for (size_t k = 0; k < 3; k++) {
+                double *cosine = coeffs + index_of(l, m) + k;
+                double *sine = coeffs + index_of(l, -m) + k;
+                const double c = *cosine, s = *sine;
+                const double sign = (m % 4 == 1) != back ? 1 : -1;
+                *cosine = m % 2 ? -sign * s : m % 4 ? -c : c;
+                *sine = m % 2 ? sign * c : m % 4 ? -s : s;
+            }
+}
+
+/* Its own inverse. */
+static ibl_status mirror(ibl_ctx *ctx, int degree, ibl_mirror across,
+                         double *coeffs)
+{
+    if (across == IBL_MIRROR_XZ) {
+        turn_about_z(degree, 1, coeffs);
+        const ibl_status status = turn_up(ctx, degree, 0, coeffs);
+        if (status)
+            return status;
+        turn_about_z(degree, 0, coeffs);
+        across = IBL_MIRROR_Z;
+    }
+    if (across)
+        change_signs(degree, across, coeffs);
+    return IBL_OK;
+}
+
 ibl_status ibl_sh_turn_axes(ibl_ctx *ctx, int degree, ibl_axes axes, int back,
                             double *coeffs)
 {
@@ -140,10 +173,10 @@ ibl_status ibl_sh_turn_axes(ibl_ctx *ctx, int degree, ibl_axes axes, int back,
                         "spherical harmonics of degree %d: must be 0 to %d",
                         degree, IBL_MAX_SH_DEGREE);
     if (!status && !back)
-        mirror(degree, axes.mirror, coeffs);
+        status = mirror(ctx, degree, axes.mirror, coeffs);
     if (!status && axes.up == IBL_UP_Z)
         status = turn_up(ctx, degree, back, coeffs);
     if (!status && back)
-        mirror(degree, axes.mirror, coeffs);
+        status = mirror(ctx, degree, axes.mirror, coeffs);
     return status;
 }

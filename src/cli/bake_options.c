@@ -158,7 +158,7 @@ static const ibl_option input[] = {
      .standard = "0",
      .help = "turn the environment about +Y, counter-clockwise from above"},
     {"mirror", 0, IBL_CHOICE(axes.mirror, ibl_mirror_names),
-     .help = "negate an axis of the world in all outputs"},
+     .help = "negate an axis of the world in all outputs, or exchange two"},
     {"up", 0, IBL_CHOICE(axes.up, ibl_up_names),
      .help = "axis of the outputs that points up; z: (x, y, z) of the world "
              "is at (x, -z, y)"},

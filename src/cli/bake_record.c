@@ -398,9 +398,9 @@ static json_t *environment(const ibl_bake *b)
 
 static const char *axes_text(const ibl_axes *axes)
 {
-    static const char *const text[2][3] = {
-        {"x, y, z", "-x, y, z", "x, y, -z"},
-        {"x, -z, y", "-x, -z, y", "x, z, y"}};
+    static const char *const text[2][4] = {
+        {"x, y, z", "-x, y, z", "x, y, -z", "z, y, x"},
+        {"x, -z, y", "-x, -z, y", "x, z, y", "z, -x, y"}};
     return text[axes->up][axes->mirror];
 }
 

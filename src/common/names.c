@@ -48,6 +48,7 @@ const char *const ibl_formula_names[] = {[IBL_ROUGHNESS_LINEAR] = "linear",
 const char *const ibl_mirror_names[] = {[IBL_MIRROR_NONE] = "none",
                                         [IBL_MIRROR_X] = "x",
                                         [IBL_MIRROR_Z] = "z",
+                                        [IBL_MIRROR_XZ] = "xz",
                                         NULL};
 const char *const ibl_up_names[] = {[IBL_UP_Y] = "y", [IBL_UP_Z] = "z", NULL};
 const char *const ibl_method_names[] = {[IBL_METHOD_AUTO] = "auto",

@@ -7,30 +7,39 @@
 #include "core/context.h"
 #include "image/cube.h"
 
+/* Its own inverse. */
+static void mirror(ibl_mirror across, double d[3])
+{
+    const double x = d[0], z = d[2];
+
+    d[0] = across == IBL_MIRROR_XZ ? z : across == IBL_MIRROR_X ? -x : x;
+    d[2] = across == IBL_MIRROR_XZ ? x : across == IBL_MIRROR_Z ? -z : z;
+}
+
 void ibl_axes_turn(ibl_axes axes, int back, const double from[3], double to[3])
 {
-    const double sign[3] = {axes.mirror == IBL_MIRROR_X ? -1 : 1, 1,
-                            axes.mirror == IBL_MIRROR_Z ? -1 : 1};
     double d[3] = {from[0], from[1], from[2]};
 
-    for (int k = 0; k < 3 && !back; k++)
-        d[k] *= sign[k];
+    if (!back)
+        mirror(axes.mirror, d);
     if (axes.up == IBL_UP_Z) {
         const double y = d[1];
         d[1] = back ? d[2] : -d[2];
         d[2] = back ? -y : y;
     }
-    for (int k = 0; k < 3; k++)
-        to[k] = back ? d[k] * sign[k] : d[k];
+    if (back)
+        mirror(axes.mirror, d);
+    memcpy(to, d, sizeof d);
 }
 
 ibl_status ibl_check_axes(ibl_ctx *ctx, ibl_axes axes)
 {
-    if (axes.mirror < IBL_MIRROR_NONE || axes.mirror > IBL_MIRROR_Z)
+    if (axes.mirror < IBL_MIRROR_NONE || axes.mirror > IBL_MIRROR_XZ)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "mirror %d: must be none (%d), x (%d) or z (%d)",
+                        "mirror %d: must be none (%d), x (%d), z (%d) or xz "
+                        "(%d)",
                         (int)axes.mirror, IBL_MIRROR_NONE, IBL_MIRROR_X,
-                        IBL_MIRROR_Z);
+                        IBL_MIRROR_Z, IBL_MIRROR_XZ);
     if (axes.up < IBL_UP_Y || axes.up > IBL_UP_Z)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "up %d: must be y (%d) or z (%d)", (int)axes.up,
