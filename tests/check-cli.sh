@@ -681,6 +681,16 @@ test_engine_files() {
     node engine_files.mjs b/env_specular.dds b/env.json '1/a b.gltf'
     node engine_files.mjs b/env_specular.dds b/env.json 1/env_envatlas.png \
         b/env_irradiance.dds
+    # An .env is an environment, too.
+    iblbake -q --only json 1/env.env -o back
+    js <<'END'
+const [a, b] = ['1', 'back'].map(d => json(d + '/env.json').sh.radiance);
+a.forEach((rgb, i) => rgb.forEach((x, c) =>
+    near('read back', b[i][c], x, 0.01 * a[0][c])));
+END
+    head -c 3000 1/env.env >cut.env
+    iblbake -q --only json cut.env -o back 2>err
+    grep -q 'cut.env: damaged: an image lies beyond' err || cat err
     iblbake --only specular --size 16 --format env --mapping babylon env.hdr \
         -o c --verify 2>err >table
     grep -q 'brighter than 255, the most that rgbd holds: .* went to' err ||

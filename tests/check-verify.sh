@@ -111,6 +111,21 @@ test_babylon() {
     ! diff -q <(grep nrmse told) <(grep nrmse other) >/dev/null || echo linear
 }
 
+# What engines' own files give back, as the sidecar or their keys tell of it.
+test_engine_files() {
+    local kind size=32
+    for kind in 'env --mapping babylon' 'gltf --mapping linear --levels 3' \
+        'playcanvas --mapping linear --levels 6'; do
+        rm -rf out
+        iblbake -q env.exr -o out --rotate 30 --size $size --format $kind
+        ls out/env*[!0-9]* | grep -vE '\.json|_[pn][xyz]\.png' >main
+        MAX=0.06 accept env.exr out
+        MAX=0.06 accept env.exr --specular "$(cat main)"
+        rm out/env.json
+        MAX=0.06 refuse env.exr --rotate 0 --specular "$(cat main)"
+    done
+}
+
 test_magnified() {
     local only='--only specular,skybox,json --levels 1'
     iblbake -q $only --size 50 --skybox 64 --rotate 20 --pixel rgba32f \

@@ -251,6 +251,34 @@ TEST(same_container)
     }
 }
 
+/* Engines' own files of a set, by a name and by their folder. */
+TEST(engine_files)
+{
+    static const struct {
+        const char *options, *file;
+        int size, levels;
+    } kinds[] = {
+        {"env --mapping babylon --size 32", "sky.env", 32, 6},
+        {"gltf --mapping linear --size 32 --levels 2", "sky.gltf", 32, 2},
+        {"playcanvas --mapping linear --size 32 --levels 6", "sky_envatlas.png",
+         128, 6}};
+    ibl_ctx *ctx = view_test_ctx(2);
+
+    for (int i = 0; i < 3; i++) {
+        const char *folder = test_text("engine%d", i);
+        NEED(sets_bake(folder, test_text("--format %s", kinds[i].options)));
+        for (int named = 0; named < 2; named++) {
+            baked_set set;
+            sets_open(
+                ctx, named ? test_text("%s/%s", folder, kinds[i].file) : folder,
+                &set);
+            const ibl_texture *tex = &set.texture[VIEW_SPECULAR];
+            CHECK(tex->width == kinds[i].size &&
+                  tex->levels == kinds[i].levels);
+        }
+    }
+}
+
 /* A texture whose key says something else. */
 static void refuses_key(ibl_ctx *ctx, const char *key, const char *value,
                         const char *words)

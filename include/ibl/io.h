@@ -79,6 +79,12 @@ const char *ibl_primaries_name(ibl_primaries primaries);
 
 #define IBL_MAX_EXPOSURE 64 /* of ibl_read_options, up and down */
 
+/* Reads a file as a cube, as ibl_texture_decode does. */
+struct ibl_texture;
+typedef ibl_status ibl_unpack_fn(ibl_ctx *ctx, const char *name,
+                                 const void *bytes, size_t size,
+                                 struct ibl_texture *tex);
+
 /* Colours are repaired, then converted, then exposed, then clamped. */
 typedef struct ibl_read_options {
     const char *layer;       /* EXR: channels LAYER.R, LAYER.G, ...; NULL: the
@@ -100,6 +106,8 @@ typedef struct ibl_read_options {
     double clamp; /* > 0: the largest component allowed; a pixel above it is
                      scaled down as a whole and keeps its hue. 0: none */
     int hash;     /* 1: the report gets the hash of the file */
+    ibl_unpack_fn *env; /* reads Babylon's .env, whose images this library does
+                           not; NULL: they are refused */
 } ibl_read_options;
 
 ibl_read_options ibl_read_options_default(void);

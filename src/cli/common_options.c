@@ -12,6 +12,7 @@
 #include "cli/common_options.h"
 #include "common/names.h"
 #include "common/path.h"
+#include "engine/set.h"
 
 #if defined(__clang__)
 #define COMPILER "clang " __clang_version__
@@ -211,8 +212,10 @@ const ibl_section ibl_running_section = {"Running", running,
 
 ibl_common ibl_common_default(void)
 {
-    return (ibl_common){.read = ibl_read_options_default(),
-                        .isa = IBL_ISA_AUTO};
+    ibl_read_options read = ibl_read_options_default();
+
+    read.env = ibl_env_decode;
+    return (ibl_common){.read = read, .isa = IBL_ISA_AUTO};
 }
 
 bool ibl_common_validate(const ibl_common *c)

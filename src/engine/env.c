@@ -166,9 +166,8 @@ static ibl_status read_set(reader *r, ibl_texture *tex)
     return status;
 }
 
-ibl_status ibl_env_decode(ibl_ctx *ctx, const char *name,
-                          const unsigned char *bytes, size_t size,
-                          ibl_texture *tex)
+ibl_status ibl_env_decode(ibl_ctx *ctx, const char *name, const void *bytes,
+                          size_t size, ibl_texture *tex)
 {
     const char *text = (const char *)bytes + sizeof magic;
     const size_t left = size - sizeof magic;
@@ -182,7 +181,7 @@ ibl_status ibl_env_decode(ibl_ctx *ctx, const char *name,
     }
     r.root = root;
     r.images = (const unsigned char *)end + 1;
-    r.size = size - (size_t)(r.images - bytes);
+    r.size = size - (size_t)(r.images - (const unsigned char *)bytes);
     const ibl_status status = read_set(&r, tex);
     json_decref(root);
     if (status)

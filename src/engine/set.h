@@ -35,12 +35,11 @@ ibl_status ibl_gltf_encode(ibl_ctx *ctx, const ibl_engine_set *set,
 ibl_status ibl_atlas_encode(ibl_ctx *ctx, const ibl_engine_set *set,
                             ibl_blob *main);
 
-/* Readers: name is for messages and, of GLTF, the path; tex is empty, and left
- * so after errors. */
+/* Readers: ibl_env_decode is an ibl_unpack_fn. name is for messages and, of
+ * GLTF, the path; tex is empty, and left so after errors. */
 bool ibl_env_is(const unsigned char *bytes, size_t size);
-ibl_status ibl_env_decode(ibl_ctx *ctx, const char *name,
-                          const unsigned char *bytes, size_t size,
-                          ibl_texture *tex);
+ibl_status ibl_env_decode(ibl_ctx *ctx, const char *name, const void *bytes,
+                          size_t size, ibl_texture *tex);
 ibl_status ibl_gltf_decode(ibl_ctx *ctx, const char *name,
                            const unsigned char *bytes, size_t size,
                            ibl_texture *tex);

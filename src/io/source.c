@@ -123,11 +123,17 @@ static const signature *sniff(const unsigned char *bytes, size_t size)
 
 /* ---- opening -------------------------------------------------------- */
 
+static bool is_env(const unsigned char *bytes, size_t size)
+{
+    return size >= 8 && !memcmp(bytes, "\x86\x16\x87\x96\xF6\xD6\x96\x36", 8);
+}
+
 static uint64_t longest(const unsigned char *bytes, size_t size)
 {
     if (ibl_rgbe_is(bytes, size))
         return ibl_rgbe_longest(bytes, size);
     return sniff(bytes, size) || ibl_exr_is(bytes, size) ||
+                   is_env(bytes, size) ||
                    ibl_container_of(bytes, size) != IBL_CONTAINER_COUNT
                ? IBL_LONGEST
                : 0;
@@ -287,9 +293,15 @@ static ibl_status open_texture(ibl_source *s, ibl_container container,
     ibl_texture tex = {0};
     ibl_status status = ibl_input_load(&s->in);
 
+    const bool env = !status && is_env(s->in.bytes, s->in.size);
+    if (env && !opts->env)
+        return ibl_unsupported(&s->in,
+                               "a Babylon .env, which is not read here");
     if (!status)
-        status = ibl_texture_decode(s->ctx, s->in.name, s->in.bytes, s->in.size,
-                                    &tex, NULL);
+        status =
+            env ? opts->env(s->ctx, s->in.name, s->in.bytes, s->in.size, &tex)
+                : ibl_texture_decode(s->ctx, s->in.name, s->in.bytes,
+                                     s->in.size, &tex, NULL);
     if (!status && tex.faces == IBL_FACES && opts->layout &&
         opts->layout != IBL_INPUT_CUBE)
         status = ibl_bad_file(&s->in, "is a cube, not in the layout %s",
@@ -300,9 +312,10 @@ static ibl_status open_texture(ibl_source *s, ibl_container container,
     if (!status) {
         ibl_read_report *r = &s->rows->report;
         snprintf(r->format, sizeof r->format, "%s, %s",
-                 container == IBL_CONTAINER_KTX2  ? "KTX2"
-                 : container == IBL_CONTAINER_KTX ? "KTX"
-                                                  : "DDS",
+                 env                               ? "Babylon .env"
+                 : container == IBL_CONTAINER_KTX2 ? "KTX2"
+                 : container == IBL_CONTAINER_KTX  ? "KTX"
+                                                   : "DDS",
                  ibl_pixel_name(tex.pixel));
         r->layout = tex.faces == IBL_FACES
                         ? IBL_INPUT_CUBE
@@ -354,7 +367,7 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
     if (!ibl_input_read(&s->in, 0, sizeof first, first, &size))
         return ibl_reject(&s->in, IBL_ERR_IO, "cannot be read");
     const ibl_container container = ibl_container_of(first, size);
-    bool texture = container != IBL_CONTAINER_COUNT;
+    bool texture = container != IBL_CONTAINER_COUNT || is_env(first, size);
     ibl_status status =
         container == IBL_CONTAINER_DDS ? look_into_dds(s, &texture) : IBL_OK;
     if (!status)

@@ -10,6 +10,7 @@
 #include "common/json_load.h"
 #include "common/names.h"
 #include "common/path.h"
+#include "engine/set.h"
 #include "view/message.h"
 
 const char *const view_content_names[VIEW_CONTENTS + 1] = {
@@ -381,6 +382,7 @@ bool view_sidecar_source(const json_t *root, baked_set *set)
     set->source_yaw = json_number_value(
         json_object_get(json_object_get(root, "orientation"), "yaw_deg"));
     set->source_read = ibl_read_options_default();
+    set->source_read.env = ibl_env_decode;
     ibl_sidecar_colour(root, &set->source_read);
     set->source_read.layout = source_layout(source);
     if (path && set->source_read.layout == IBL_INPUT_FACES) {
