@@ -181,29 +181,139 @@ static bool make_mips(atlas *a)
     return true;
 }
 
+/* The mean of s * s samples of a texel of a rectangle. */
+static void take_mean(const faces *f, int width, int x, int y, int s,
+                      double mean[3])
+{
+    double d[3];
+
+    memset(mean, 0, 3 * sizeof *mean);
+    for (int k = 0; k < s * s; k++) {
+        direction_of((x - 1 + (k % s + 0.5) / s) / (width - 2),
+                     (y - 1 + (k / s + 0.5) / s) / (width / 2 - 2), d);
+        add_sample(f, d, mean);
+    }
+    for (int c = 0; c < 3; c++)
+        mean[c] /= s * s;
+}
+
+static unsigned char *place_of(const atlas *a, const rectangle *r, int x, int y)
+{
+    return a->rgbp + 4 * ((size_t)(r->y + y) * EDGE + (size_t)(r->x + x));
+}
+
 /* A row of a rectangle. Of the environment, a texel is the mean of as many
  * samples as the cube has texels in it; other levels are smooth. */
 static void put_row(const atlas *a, int i, int y)
 {
     const rectangle r = rectangle_of(i);
-    const int height = r.width / 2;
     const faces f = faces_of(a, i);
     const int s = i < LEVELS && 4 * f.n > r.width ? 4 * f.n / r.width : 1;
 
     for (int x = 0; x < r.width; x++) {
-        double sum[3] = {0}, d[3];
-        for (int k = 0; k < s * s; k++) {
-            direction_of((x - 1 + (k % s + 0.5) / s) / (r.width - 2),
-                         (y - 1 + (k / s + 0.5) / s) / (height - 2), d);
-            add_sample(&f, d, sum);
-        }
-        for (int c = 0; c < 3; c++)
-            sum[c] /= s * s;
-        put_texel(sum, a->rgbp + 4 * ((size_t)(r.y + y) * EDGE + r.x + x));
+        double mean[3];
+        take_mean(&f, r.width, x, y, s, mean);
+        put_texel(mean, place_of(a, &r, x, y));
     }
 }
 
-/* A row of the atlas, which goes through some rectangles. */
+/* ---- small rectangles ---------------------------------------------------
+ * Their lines between exact texels are all on one side of a curve. Texels whose
+ * lines come nearest to it in the mean halve what is wrong. Lines join what is
+ * stored: square roots. */
+
+enum {
+    FITTED = 32, /* the widest of them */
+    POINTS = 4,  /* along an edge of a texel */
+    ROUNDS = 5
+};
+static const double STEP = 1.5; /* in twice as many rounds, 1 does the same */
+
+typedef struct fit {
+    double texel[FITTED * FITTED / 2][3]; /* square roots */
+    double wrong[FITTED * FITTED / 2][4]; /* sums with weights; the weights' */
+} fit;
+
+static bool is_fitted(int i)
+{
+    return i >= LEVELS && rectangle_of(i).width <= FITTED;
+}
+
+/* Adds what is wrong at u, v to the texels that it lies between. */
+static void add_wrong(const faces *f, int width, double u, double v, fit *t)
+{
+    const double x = u * (width - 2) + 0.5, y = v * (width / 2 - 2) + 0.5;
+    const int left = (int)x, top = (int)y;
+    double d[3], wrong[3] = {0}, weight[4];
+    int at[4];
+
+    direction_of(u, v, d);
+    add_sample(f, d, wrong);
+    for (int c = 0; c < 3; c++)
+        wrong[c] = sqrt(fmax(wrong[c], 0));
+    for (int k = 0; k < 4; k++) {
+        const int i = k & 1, j = k >> 1;
+        at[k] = (top + j) * width + left + i;
+        weight[k] = (i ? x - left : left + 1 - x) * (j ? y - top : top + 1 - y);
+        for (int c = 0; c < 3; c++)
+            wrong[c] -= weight[k] * t->texel[at[k]][c];
+    }
+    for (int k = 0; k < 4; k++) {
+        const double area = weight[k] * sin(M_PI * v);
+        for (int c = 0; c < 3; c++)
+            t->wrong[at[k]][c] += area * wrong[c];
+        t->wrong[at[k]][3] += area;
+    }
+}
+
+static void improve(const faces *f, int width, fit *t)
+{
+    const int columns = POINTS * (width - 2), rows = POINTS * (width / 2 - 2);
+
+    memset(t->wrong, 0, sizeof t->wrong);
+    for (int p = 0; p < columns * rows; p++)
+        add_wrong(f, width, (p % columns + 0.5) / columns,
+                  (p / columns + 0.5) / rows, t);
+    for (int i = 0; i < width * width / 2; i++)
+        for (int c = 0; c < 3 && t->wrong[i][3] > 0; c++)
+            t->texel[i][c] += STEP * t->wrong[i][c] / t->wrong[i][3];
+}
+
+/* Of what is below 0, as of 0. */
+static double squared(double x)
+{
+    return x > 0 ? x * x : 0;
+}
+
+static void map_texels(fit *t, int count, double (*to)(double))
+{
+    for (int i = 0; i < count; i++)
+        for (int c = 0; c < 3; c++)
+            t->texel[i][c] = to(t->texel[i][c]);
+}
+
+static void put_fitted(const atlas *a, int i)
+{
+    const rectangle r = rectangle_of(i);
+    const faces f = faces_of(a, i);
+    const int count = r.width * r.width / 2;
+    fit t;
+
+    for (int k = 0; k < count; k++)
+        take_mean(&f, r.width, k % r.width, k / r.width, 1, t.texel[k]);
+    map_texels(&t, count, sqrt);
+    for (int k = 0; k < ROUNDS; k++)
+        improve(&f, r.width, &t);
+    map_texels(&t, count, squared);
+    for (int k = 0; k < count; k++)
+        put_texel(t.texel[k], place_of(a, &r, k % r.width, k / r.width));
+}
+
+/* ---- all of them ----------------------------------------------------------
+ */
+
+/* A row of the atlas, which goes through some rectangles; the first one of a
+ * small one has all of it. */
 static void row_job(void *arg, int job, int worker)
 {
     const atlas *a = arg;
@@ -211,8 +321,11 @@ static void row_job(void *arg, int job, int worker)
     (void)worker;
     for (int i = 0; i < RECTANGLES; i++) {
         const rectangle r = rectangle_of(i);
-        if (job >= r.y && job < r.y + r.width / 2)
+        const bool here = job >= r.y && job < r.y + r.width / 2;
+        if (here && !is_fitted(i))
             put_row(a, i, job - r.y);
+        else if (here && job == r.y)
+            put_fitted(a, i);
     }
 }
 
