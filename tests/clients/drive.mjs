@@ -21,7 +21,7 @@ import {readExact} from './exact.mjs';
 import {engines, harmonics} from './engines.mjs';
 import {lamps} from './lamps.mjs';
 import {lookup} from './cube.mjs';
-import {rules} from './rules.mjs';
+import {lightProbe, rules} from './rules.mjs';
 
 const [npm, dir, chromium, picture] = process.argv.slice(2);
 const here = path.dirname(fileURLToPath(import.meta.url));
@@ -63,14 +63,15 @@ function page({map, target}) {
 const drawn = ({map}) => map === 'lamps' ? spheres.slice(0, 1) : spheres;
 
 /* What the picture has: a row for each engine. */
-const PICTURED = ['0', '0.2', '0.6', 'diffuse'];
+const PICTURED = ['0', '0.4', 'diffuse'];
 function tiles() {
     const rows = Object.keys(engines).map(target => ({
         label: target, tiles: ['sun', 'soft'].flatMap(map => {
             const i = jobs.findIndex(job => job.map === map &&
                 job.target === target && job.done);
             return i < 0 ? [] : PICTURED.map(name =>
-                ({name, at: `/tile/${i}/${name}`}));
+                ({name: /^d/.test(name) ? name : 'r = ' + name,
+                  at: `/tile/${i}/${name}`}));
         })})).filter(row => row.tiles.length);
     return JSON.stringify({rows, size: SIZE});
 }
@@ -88,6 +89,8 @@ function file(where) {
     if (where === '/clients/page.js')
         return readFileSync(path.join(here, 'page.js'), 'utf8')
             .replace('/* SPHERES */ []', JSON.stringify(drawn(job)))
+            .replace('/* EYE */ [4, 4, 4]',
+                     JSON.stringify(engines[job.target].eye))
             .replace('/* EXPOSURE */ 1', EXPOSURE[job.map]);
     if (rest[rest.length - 1] === 'page.html')
         return page(job);
@@ -194,8 +197,8 @@ const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
 
 /* Normal and view of each pixel that the unit sphere covers, but its rim, in
  * the engine's axes; null elsewhere. */
-function sight(left) {
-    const eye = [4, 4, left ? -4 : 4], ahead = unit(eye.map(x => -x));
+function sight({left, eye}) {
+    const ahead = unit(eye.map(x => -x));
     const side = (a, b) => left ? cross(b, a) : cross(a, b);
     const right = unit(side(ahead, [0, 1, 0])), up = side(right, ahead);
     const tan = Math.tan(Math.PI / 18), pixels = [];
@@ -212,7 +215,6 @@ function sight(left) {
         }
     return pixels;
 }
-const views = {left: sight(true), right: sight(false)};
 
 /* How much a normal differs from the next pixels', the most of an axis. */
 function slope(pixels, i) {
@@ -225,7 +227,7 @@ function slope(pixels, i) {
 
 /* Mean difference in 8 bits between a picture and what is expected. */
 function difference(engine, exact, exposure, sphere, picture) {
-    const pixels = engine.left ? views.left : views.right;
+    const pixels = sight(engine);
     let sum = 0, count = 0;
     pixels.forEach((pixel, i) => {
         if (!pixel)
@@ -245,7 +247,7 @@ function difference(engine, exact, exposure, sphere, picture) {
 
 /* The lamps that are not where they belong in the picture of a mirror. */
 function misplaced(engine, picture) {
-    const pixels = engine.left ? views.left : views.right;
+    const pixels = sight(engine);
     return lamps.filter(({axis, colour}) => {
         let best = -1, at = -1;
         pixels.forEach((pixel, i) => {
@@ -335,6 +337,15 @@ async function judgeRule(map, target) {
         `${name} ${spheres[i].name}: ${(100 * e).toFixed(2)} %`));
 }
 
+async function judgeProbe(map) {
+    const from = path.join(dir, map, 'three');
+    if (!existsSync(from))
+        return;
+    const {sh} = readExact(modules, path.join(dir, map), engines.three.chain);
+    const e = relative(await lightProbe(modules, from), n => harmonics(sh, n));
+    verdict(e < 1e-5, `three's LightProbe ${map}: ${(100 * e).toFixed(4)} %`);
+}
+
 await new Promise(go => server.listen(0, '127.0.0.1', go));
 start(advance());
 await finished;
@@ -346,6 +357,9 @@ console.log('target      map   ' +
 jobs.forEach(judge);
 rmSync(profile, {recursive: true, force: true, maxRetries: 5});
 console.log('readers after the rules: relative error in per cent');
+for (const map of MAPS.slice(1))
+    await judgeProbe(map).catch(e =>
+        verdict(false, `three's LightProbe ${map}: ${e.stack}`));
 for (const map of MAPS)
     for (const target of Object.keys(rules))
         await judgeRule(map, target).catch(e =>

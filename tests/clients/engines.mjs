@@ -4,6 +4,7 @@
  * their source. Of each target
  *   page      draws it
  *   world     the direction of our world that a direction of the engine shows
+ *   eye       the camera: the same place of our world in all
  *   chain     options of the exact levels
  *   left      whether the engine is left-handed
  *   radiance(exact, n, v, roughness)   of a white metal, linear
@@ -27,7 +28,7 @@ const filamentLod = (exact, r) => (exact.levels.length - 1) * r * (2 - r);
 const roughest = exact => exact.levels.length - 1;
 
 const three = {
-    page: 'three.html', world: same, encode: srgb,
+    page: 'three.html', world: same, eye: [4, 4, 4], encode: srgb,
     chain: '--mapping filament --size 256 --levels 6',
     // The roughness that it adds for the screen's sake is what n is off by
     // from pixel to pixel.
@@ -55,7 +56,7 @@ export function harmonics(sh, [x, y, z]) {
 /* Babylon mixes the harmonics into rough reflections. */
 const babylon = {
     page: 'babylon.html', world: ([x, y, z]) => [z, y, x], left: true,
-    encode: power, chain: '--mapping babylon --size 256',
+    eye: [4, 4, 4], encode: power, chain: '--mapping babylon --size 256',
     radiance(exact, n, v, r) {
         const alpha = r * r + 0.0005;
         const light = lookup(exact.levels, babylon.world(reflect(n, v)),
@@ -66,7 +67,7 @@ const babylon = {
 };
 
 const filament = {
-    page: 'filament.html', world: same, encode: srgb,
+    page: 'filament.html', world: same, eye: [4, 4, 4], encode: srgb,
     chain: three.chain,
     radiance: (exact, n, v, roughness) => {
         const r = Math.max(0.045, roughness);
@@ -84,11 +85,15 @@ const filament = {
 };
 
 const playcanvas = {
-    page: 'playcanvas.html', world: ([x, y, z]) => [z, y, -x], encode: power,
+    page: 'playcanvas.html', world: ([x, y, z]) => [z, y, -x],
+    eye: [-4, 4, 4], encode: power,
     chain: '--mapping linear --size 256 --levels 6',
     radiance: (exact, n, v, r) =>
         lookup(exact.levels, playcanvas.world(reflect(n, v)), 5 * r),
-    diffuse: (exact, n) => lookup([exact.irradiance], playcanvas.world(n), 0)
+    // What is no metal reflects 4 % besides, from any side.
+    diffuse: (exact, n, v) =>
+        mix(lookup([exact.irradiance], playcanvas.world(n), 0),
+            playcanvas.radiance(exact, n, v, 1), 0.04)
 };
 
 export const engines = {three, babylon, 'babylon-env': babylon, filament,

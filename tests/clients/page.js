@@ -2,8 +2,8 @@
 /*
  * What the pages of the engines share. A page loads one set of files by the
  * lines that the manual gives, draws clients.spheres one after the other, each
- * of radius 1 at the origin, from clients.eye (right-handed; z is negated for
- * Babylon) with a field of view of 20 degrees, and gives each to save().
+ * of radius 1 at the origin, from clients.eye with a field of view of 20 degrees,
+ * and gives each to save().
  */
 window.clients = (() => {
     const post = (path, body) => fetch(path, {method: 'POST', body});
@@ -46,6 +46,6 @@ window.clients = (() => {
     async function next() {
         location = await (await post('/next')).text();
     }
-    return {SIZE, canvas, save, until, next, fail, fov: 20, eye: [4, 4, 4],
+    return {SIZE, canvas, save, until, next, fail, fov: 20, eye: /* EYE */ [4, 4, 4],
             exposure: /* EXPOSURE */ 1, spheres: /* SPHERES */ []};
 })();

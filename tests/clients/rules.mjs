@@ -160,3 +160,15 @@ function rgbd(bytes, n, PNG) {
 }
 
 export const rules = {bevy, cesium, gltf};
+
+/* ---- three's own LightProbe ----------------------------------------------- */
+
+/* E/pi of NAME_sh.txt. */
+export async function lightProbe(modules, dir) {
+    const {SphericalHarmonics3, Vector3} = await import(pathToFileURL(
+        path.join(modules, 'three/build/three.module.js')));
+    const sh = new SphericalHarmonics3().fromArray(JSON.parse(
+        readFileSync(path.join(dir, 'map_sh.txt'), 'utf8')));
+    return n => sh.getIrradianceAt(new Vector3(...n), new Vector3())
+        .divideScalar(Math.PI).toArray();
+}
