@@ -522,7 +522,7 @@ static ibl_status unwrap(ibl_source *s)
     }
     const ibl_read_report report = s->rows->report;
     ibl_mender_free(&s->mender);
-    ibl_colour_free(&s->colour);
+    ibl_colour_free(&s->colour); /* so that it changes nothing more */
     ibl_rows_close(s->rows);
     ibl_input_close(&s->in);
     s->rows = NULL;
@@ -730,9 +730,7 @@ static ibl_status look_at_rows(ibl_source *s, int rows, float *rgb)
 {
     const size_t floats = 3 * (size_t)s->rows->width;
     uint32_t *most = s->mender.most + s->row;
-    ibl_status status =
-        s->unwrapped ? IBL_OK
-                     : ibl_colour_apply(&s->colour, s->row, rows, rgb, most);
+    ibl_status status = ibl_colour_apply(&s->colour, s->row, rows, rgb, most);
 
     for (int y = 0; is_map(s) && y < rows && !status; y++) {
         float value;
