@@ -62,7 +62,8 @@ static void put_keys(png_structp png, png_infop info, const ibl_texture *keys)
     }
 }
 
-/* Filters and a low level: a level of 6 takes twice the time for 2 % less. */
+/* Filters and a low level: 6 takes twice the time of 4 for 4 % less, 9 more
+ * than ten times for 7 %. */
 static void put_image(png_structp png, png_infop info,
                       const unsigned char *rgba, int width, int height,
                       const ibl_texture *keys)
