@@ -33,25 +33,22 @@ static void prune(ibl_bright_pixels *b)
     b->count = kept;
 }
 
-/* Decides which pixels are kept: none that may have been dropped before. */
-static void set_share(ibl_bright_pixels *b)
+static void set_least(ibl_bright_pixels *b)
 {
-    b->share = b->dropped < least_share * b->peak ? least_share : most_share;
-    b->full = b->dropped >= b->share * b->peak;
-    b->least = b->full ? b->dropped / most_share : b->share * b->peak;
+    b->least = fmaxf(least_share * b->peak, b->dropped);
 }
 
 /* Asks more of the pixels; if that leaves too many, drops them all. */
 static void thin_out(ibl_bright_pixels *b)
 {
-    b->dropped = 0.999f * most_share * b->peak;
-    set_share(b);
+    b->dropped = fmaxf(b->dropped, most_share * b->peak);
+    set_least(b);
     prune(b);
     if (b->count <= b->room / 2)
         return;
     b->dropped = b->peak;
     b->count = 0;
-    set_share(b);
+    set_least(b);
 }
 
 static bool grow(ibl_bright_pixels *b)
@@ -88,16 +85,14 @@ static bool add(ibl_bright_pixels *b, const float *p, int x, int y)
     const float value = largest(p);
 
     if (value > b->peak) {
-        if (b->share > least_share)
-            b->dropped = 0.999f * b->least; /* what was passed over */
         b->peak = value;
         b->peak_x = x;
         b->peak_y = y;
-        set_share(b);
+        set_least(b);
     }
     if (!make_room(b))
         return false;
-    if (!b->full && value >= b->least)
+    if (value >= b->least)
         b->list[b->count++] = (ibl_bright_pixel){x, y, {p[0], p[1], p[2]}};
     return true;
 }
@@ -133,12 +128,14 @@ static double solid_angle(const ibl_bright_pixels *b, int y)
 void ibl_bright_sum(const ibl_bright_pixels *b, ibl_brightest *out)
 {
     const double near = cos(10 * IBL_PI / 180);
+    const float share =
+        b->dropped <= least_share * b->peak ? least_share : most_share;
     double peak[3], length = 0;
 
-    *out = (ibl_brightest){.found = !b->full && b->count};
+    *out = (ibl_brightest){.found = b->count && b->dropped <= share * b->peak};
     if (!out->found)
         return;
-    out->share = (double)b->share;
+    out->share = (double)share;
     direction_of(b, b->peak_x, b->peak_y, peak);
     for (size_t i = 0; i < b->count; i++) {
         const ibl_bright_pixel *p = &b->list[i];
@@ -146,7 +143,7 @@ void ibl_bright_sum(const ibl_bright_pixels *b, ibl_brightest *out)
         double d[3], light = 0;
 
         direction_of(b, p->x, p->y, d);
-        if (largest(p->rgb) < b->least ||
+        if (largest(p->rgb) < share * b->peak ||
             d[0] * peak[0] + d[1] * peak[1] + d[2] * peak[2] < near)
             continue;
         for (int c = 0; c < 3; c++) {

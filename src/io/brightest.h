@@ -19,11 +19,8 @@ typedef struct ibl_bright_pixels {
     int width, height;
     float peak; /* the largest component so far */
     int peak_x, peak_y;
-    float
-        dropped; /* no pixel that was dropped, but for the peak, is above it */
-    float share; /* of the peak, that pixels of the source have */
-    float least; /* pixels below it are not looked at */
-    bool full;   /* too many pixels are as bright as the peak */
+    float dropped; /* pixels below it may be missing, beside the peak too */
+    float least;   /* pixels below it are not looked at */
     ibl_bright_pixel *list;
     size_t count, room;
 } ibl_bright_pixels;

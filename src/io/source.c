@@ -411,8 +411,7 @@ static ibl_status check_options(ibl_ctx *ctx, const ibl_read_options *opts)
                         IBL_ALPHA_STRAIGHT);
     if (opts->primaries > IBL_PRIMARIES_REC2020)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "primaries %d: must be at most "
-                        "%d",
+                        "primaries %d: must be at most %d",
                         (int)opts->primaries, IBL_PRIMARIES_REC2020);
     if (!(fabs(opts->exposure) <= IBL_MAX_EXPOSURE))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
