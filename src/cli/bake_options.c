@@ -533,7 +533,7 @@ static bool settle_file(ibl_opts *o)
     o->engine = (ibl_engine)(o->file - IBL_CONTAINER_COUNT + IBL_ENGINE_ENV);
     if (o->only == ALL_OUTPUTS && !o->bake.skybox)
         o->only = held;
-    if (o->only & ~held)
+    if (o->only & ~held || o->bake.skybox)
         return ibl_misuse("--format %s: is one file, with --only specular,json "
                           "at most",
                           ibl_format_names[o->file]);
@@ -666,8 +666,10 @@ static void drop_unfit(ibl_opts *o)
 {
     ibl_specular_options *s = &o->bake.specular_options;
 
-    if (o->format != IBL_CONTAINER_KTX2 && !is_given(o, "zstd"))
+    if (o->file != IBL_CONTAINER_KTX2 && !is_given(o, "zstd"))
         o->zstd = 0;
+    if (o->file >= IBL_CONTAINER_COUNT) /* level 0 is the background */
+        o->bake.skybox = 0;
     if (ibl_pixel_block(o->texels.pixel) == 1 && !is_given(o, "quality"))
         o->texels.quality = IBL_QUALITY_NORMAL;
     if (s->levels > ibl_most_levels(s->size) && !is_given(o, "levels"))

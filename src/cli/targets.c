@@ -27,6 +27,34 @@ const ibl_target ibl_targets[IBL_MAX_TARGETS] = {
               "scene.add(light{n});\n",
      .axes = "x y z",
      .intensity = 1},
+    {.name = "babylon",
+     .engine = "Babylon.js, a DDS file",
+     .options = "--only specular,json --mapping babylon --size 256 "
+                "--mirror xz --format dds --pixel rgba16f --largest 4096",
+     .load = "const map = BABYLON.CubeTexture.CreateFromPrefilteredData(\n"
+             "    '{specular}', scene);\n"
+             "scene.environmentTexture = map;\n",
+     .light = "const light{n} = new BABYLON.DirectionalLight('light{n}',\n"
+              "    new BABYLON.Vector3({-x}, {-y}, {-z}), scene);\n"
+              "light{n}.diffuse = new BABYLON.Color3({r}, {g}, {b});\n"
+              "light{n}.specular = light{n}.diffuse;\n"
+              "light{n}.intensity = {intensity};\n",
+     .axes = "z y x",
+     .intensity = 1},
+    {.name = "babylon-env",
+     .engine = "Babylon.js, an .env file",
+     .options = "--only specular,json --mapping babylon --size 256 "
+                "--mirror xz --format env --overflow clip",
+     .load = "const map = BABYLON.CubeTexture.CreateFromPrefilteredData(\n"
+             "    '{specular}', scene);\n"
+             "scene.environmentTexture = map;\n",
+     .light = "const light{n} = new BABYLON.DirectionalLight('light{n}',\n"
+              "    new BABYLON.Vector3({-x}, {-y}, {-z}), scene);\n"
+              "light{n}.diffuse = new BABYLON.Color3({r}, {g}, {b});\n"
+              "light{n}.specular = light{n}.diffuse;\n"
+              "light{n}.intensity = {intensity};\n",
+     .axes = "z y x",
+     .intensity = 1},
     {.name = "filament",
      .engine = "Filament",
      .options = "--only specular,json --mapping filament --size 256 "
@@ -68,6 +96,36 @@ const ibl_target ibl_targets[IBL_MAX_TARGETS] = {
               "));\n",
      .axes = "x y z",
      .intensity = 1000},
+    {.name = "playcanvas",
+     .engine = "PlayCanvas",
+     .options = "--only specular,json --mapping linear --size 256 --levels 6 "
+                "--format playcanvas --overflow clip",
+     .load = "const asset = new pc.Asset('map', 'texture',\n"
+             "    {url: '{specular}'}, {type: 'rgbp', mipmaps: false});\n"
+             "asset.ready(() => app.scene.envAtlas = asset.resource);\n"
+             "app.assets.add(asset);\n"
+             "app.assets.load(asset);\n",
+     .light = "const light{n} = new pc.Entity();\n"
+              "light{n}.addComponent('light', {type: 'directional',\n"
+              "    color: new pc.Color({r}, {g}, {b}),\n"
+              "    intensity: {intensity}});\n"
+              "light{n}.setRotation(new pc.Quat().setFromDirections(\n"
+              "    pc.Vec3.UP, new pc.Vec3({x}, {y}, {z})));\n"
+              "app.root.addChild(light{n});\n",
+     .axes = "-z y x",
+     .intensity = 1 / M_PI},
+    {.name = "gltf",
+     .engine = "glTF with EXT_lights_image_based",
+     .options = "--only specular,json --mapping linear --size 256 --levels 5 "
+                "--mirror x --format gltf --overflow clip",
+     .load =
+         "\"extensionsUsed\": [\"EXT_lights_image_based\"],\n"
+         "\"extensions\": {\"EXT_lights_image_based\": {\"lights\": [...]}},\n"
+         "\"images\": [...],\n"
+         "\"scenes\": [{\"extensions\":\n"
+         "    {\"EXT_lights_image_based\": {\"light\": 0}}}]\n",
+     .axes = "x y z",
+     .intensity = 1},
     {.name = "cesium",
      .engine = "Cesium",
      .options = "--only specular,json --mapping linear --size 256 "

@@ -11,7 +11,7 @@
 #include <ibl/ibl.h>
 
 enum {
-    IBL_MAX_TARGETS = 4
+    IBL_MAX_TARGETS = 8
 };
 
 typedef struct ibl_target {
@@ -35,7 +35,8 @@ extern const ibl_target ibl_targets[IBL_MAX_TARGETS];
 /* For an option: the targets of a list of their names as an unsigned, or all
  * of them; 1 << IBL_MAX_TARGETS for "list". False: another word. */
 #define IBL_TARGETS_ALLOWED                                                    \
-    "three, filament, bevy, cesium, several of them with commas, all or list"
+    "three, babylon, babylon-env, filament, bevy, playcanvas, gltf, cesium, "  \
+    "several of them with commas, all or list"
 bool ibl_targets_parse(void *targets, const char *value);
 
 /* Prints what each target sets. */
