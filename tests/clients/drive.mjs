@@ -13,7 +13,6 @@ import {spawn} from 'node:child_process';
 import {existsSync, mkdtempSync, readFileSync, rmSync, statSync,
         writeFileSync} from 'node:fs';
 import {createServer} from 'node:http';
-import {tmpdir} from 'node:os';
 import path from 'node:path';
 import {fileURLToPath} from 'node:url';
 
@@ -51,8 +50,7 @@ function verdict(good, what) {
 const MAPS = ['lamps', 'sun', 'soft'], jobs = [];
 for (const map of MAPS)
     for (const target of Object.keys(engines))
-        if (existsSync(path.join(dir, map, target)))
-            jobs.push({map, target, saved: {}, said: []});
+        jobs.push({map, target, saved: {}, said: []});
 let current = -1;
 
 function page({map, target}) {
@@ -145,7 +143,7 @@ function told(where, body) {
 
 /* ---- the browser ---------------------------------------------------------- */
 
-const profile = mkdtempSync(path.join(tmpdir(), 'clients'));
+const profile = mkdtempSync(path.join(dir, 'profile'));
 const server = createServer(answer);
 let browser, timer, finish;
 const finished = new Promise(go => finish = go);
@@ -315,8 +313,6 @@ function relative(got, want) {
 async function judgeRule(map, target) {
     const rule = rules[target], name = `${target} ${map}`;
     const from = path.join(dir, map, target);
-    if (!existsSync(from))
-        return;
     const file = await rule.read(modules, from);
     if (map === 'lamps') {
         const wrong = lamps.filter(({axis, colour}) => file.radiance(axis, 0)
@@ -339,8 +335,6 @@ async function judgeRule(map, target) {
 
 async function judgeProbe(map) {
     const from = path.join(dir, map, 'three');
-    if (!existsSync(from))
-        return;
     const {sh} = readExact(modules, path.join(dir, map), engines.three.chain);
     const e = relative(await lightProbe(modules, from), n => harmonics(sh, n));
     verdict(e < 1e-5, `three's LightProbe ${map}: ${(100 * e).toFixed(4)} %`);
