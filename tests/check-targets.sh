@@ -84,9 +84,10 @@ test_several_are_single_ones() {
 # Every set is read again, in the world's axes, and is what it says.
 test_verified() {
     local t
-    bake --target all -o out
+    mkenv exr 64 32 BGR >mild.exr
+    iblbake -q $small --target all mild.exr -o out || echo "status $?"
     for t in $targets; do
-        iblbake verify env.hdr "out/$t" --max-error 0.5 >log 2>&1 ||
+        iblbake verify mild.exr "out/$t" --max-error 0.1 >log 2>&1 ||
             echo "$t: $(tail -n 1 log)"
         grep -q '^specular ' log || echo "$t: nothing was judged"
     done
