@@ -10,6 +10,7 @@
  *   radiance(exact, n, v, roughness)   of a white metal, linear
  *   diffuse(exact, n, v)               of what is white and no metal
  *   encode    the screen's value of a linear one
+ *   roughest  the difference allowed at roughness 1, if it is another
  * n, v: normal and view in the engine's axes; exact: {levels, irradiance
  * (a level of E/pi), sh (nine coefficients of E/pi), albedo(nv, roughness)
  * (split sum: scale and bias)}.
@@ -88,6 +89,8 @@ const playcanvas = {
     page: 'playcanvas.html', world: ([x, y, z]) => [z, y, -x],
     eye: [-4, 4, 4], encode: power,
     chain: '--mapping linear --size 256 --levels 6',
+    // It joins 14 x 6 texels by lines there: a low sun takes 2.25, others 1.5.
+    roughest: 2.5,
     radiance: (exact, n, v, r) =>
         lookup(exact.levels, playcanvas.world(reflect(n, v)), 5 * r),
     // What is no metal reflects 4 % besides, from any side.

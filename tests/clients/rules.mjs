@@ -4,6 +4,7 @@
  * readers after their rules. Of each target
  *   chain   options of the exact levels
  *   most    the relative error that its texels may have
+ *   largest value of a texel, if that is little
  *   read(modules, dir) gives radiance(d, roughness) and diffuse(n), which is
  *           E/pi (harmonic: of nine coefficients), in the engine's axes, which
  *           are those of our world
@@ -102,7 +103,7 @@ const cesium = {
 
 const gltf = {
     // Eight bits of a power of 2.2.
-    chain: '--mapping linear --size 256 --levels 5', most: 0.02,
+    chain: '--mapping linear --size 256 --levels 5', most: 0.02, largest: 255,
     async read(modules, dir) {
         const {PNG} = need(modules, 'pngjs');
         const bytes = readFileSync(path.join(dir, 'map.gltf'));
