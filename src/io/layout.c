@@ -13,25 +13,20 @@ typedef struct sheet {
     bool turned; /* -Z is turned by 180 degrees */
 } sheet;
 
+/* clang-format off */
+#define FACES_DOWN {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 5}}
 static const sheet sheets[] = {
-    [IBL_INPUT_CUBE] = {1, 6, {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 5}}},
-    [IBL_INPUT_FACES] = {1,
-                         6,
-                         {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 5}}},
-    [IBL_INPUT_HCROSS] = {4,
-                          3,
-                          {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {3, 1}}},
-    [IBL_INPUT_VCROSS] = {3,
-                          4,
-                          {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {1, 3}},
-                          true},
-    [IBL_INPUT_HSTRIP] = {6,
-                          1,
-                          {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}}},
-    [IBL_INPUT_VSTRIP] = {1,
-                          6,
-                          {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 5}}},
+    [IBL_INPUT_CUBE] = {1, 6, FACES_DOWN, false},
+    [IBL_INPUT_FACES] = {1, 6, FACES_DOWN, false},
+    [IBL_INPUT_HCROSS] =
+        {4, 3, {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {3, 1}}, false},
+    [IBL_INPUT_VCROSS] =
+        {3, 4, {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {1, 3}}, true},
+    [IBL_INPUT_HSTRIP] =
+        {6, 1, {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}}, false},
+    [IBL_INPUT_VSTRIP] = {1, 6, FACES_DOWN, false},
 };
+/* clang-format on */
 
 const char *ibl_input_layout_name(ibl_input_layout layout)
 {

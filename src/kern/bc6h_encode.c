@@ -49,8 +49,11 @@ typedef struct effort {
 } effort;
 
 static const effort efforts[] = {
-    [IBL_QUALITY_FAST] = {512, {1}},
-    [IBL_QUALITY_NORMAL] = {512, {1, 1}, .partitions = 1, .refined = 1},
+    [IBL_QUALITY_FAST] = {.sun = 512, .stretches = {1}},
+    [IBL_QUALITY_NORMAL] = {.sun = 512,
+                            .stretches = {1, 1},
+                            .partitions = 1,
+                            .refined = 1},
     [IBL_QUALITY_BEST] = {48, {6, 4}, 14, 6, 4, true, true},
 };
 
