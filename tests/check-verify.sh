@@ -274,6 +274,27 @@ test_table_alone() {
     MAX=0.0003 refuse --lut out/brdf_lut.ktx2 --geometry schlick-ibl
 }
 
+# The other kinds, by the key, the sidecar or the option; DDS has no keys.
+test_kinds_of_tables() {
+    local kind format
+    for kind in multiscatter charlie; do
+        for format in ktx2 dds; do
+            iblbake -q $small --only irradiance,lut,json --lut-kind $kind --pixel rgba32f \
+                --format $format --max-error 0.0001 env.exr -o out
+            iblbake -q --only lut --lut-size 20 --lut-kind $kind \
+                --format $format -o alone
+            MAX=0.001 accept --lut alone/brdf_lut_$kind.$format --lut-kind $kind
+        done
+        MAX=0.0001 accept env.exr out
+        MAX=0.001 accept --lut alone/brdf_lut_$kind.ktx2
+        rm -r out alone
+    done
+    iblbake -q --only lut --lut-size 20 -o out
+    MAX=0.001 refuse --lut out/brdf_lut.ktx2 --lut-kind charlie
+    refused 2 '*--geometry: not with --lut-kind charlie*' iblbake --only lut \
+        --lut-kind charlie --geometry schlick-ibl -o out
+}
+
 test_every_thread_count() {
     iblbake -q $small env.exr -o out
     iblbake verify env.exr out -j 1 --json 1.json --heatmap 1.png >1.txt

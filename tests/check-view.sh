@@ -198,6 +198,15 @@ test_names_of_any_bytes() {
     [ ! -s err ] || cat err
 }
 
+# A bake's table of another kind is left out, and said to be.
+test_table_of_another_kind() {
+    iblbake -q "$top/data/sky.exr" --size 16 --irradiance-size 8 --lut-size 16 \
+        --lut-kind multiscatter -o kind
+    iblview kind --offscreen a.png $small 2>err || echo "status $?"
+    grep -q 'of kind multiscatter: not used' err || cat err
+    grep -q 'made with the geometry smith' err || cat err
+}
+
 test_scene() {
     local with scene='--mode scene --probe-size 32'
     draw scene.png "$work/ktx2" $scene
@@ -441,6 +450,9 @@ test_missing_and_wrong_files() {
     wrong 1 '*env_irradiance.ktx2*' "$work/ktx2" $to \
         --lut "$work/ktx2/env_irradiance.ktx2"
     wrong 1 '*brdf_lut.ktx2*' "$work/ktx2/brdf_lut.ktx2" $to
+    iblbake -q --only lut --lut-kind charlie --lut-size 4 -o kinds
+    wrong 1 '*of kind charlie*split*' "$work/ktx2" $to \
+        --lut kinds/brdf_lut_charlie.ktx2
     wrong 1 '*--level 14*0 to 1' "$work/ktx2" --level 14 $to
     wrong 1 '*--lut*baked files' env.exr --lut x $to
     cp -r "$work/ktx2" both

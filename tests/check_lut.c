@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "ibl/io.h"
+#include "ibl/reference.h"
 #include "test.h"
 #include "truth.h"
 
@@ -192,6 +194,159 @@ TEST(threads)
     }
 }
 
+/* ---- the other kinds -------------------------------------------------- */
+
+static ibl_lut bake_kind(ibl_ctx *ctx, int size, ibl_lut_kind kind)
+{
+    ibl_lut_options opts = ibl_lut_options_default();
+    ibl_lut lut = {0};
+
+    opts.size = size;
+    opts.kind = kind;
+    if (ibl_bake_lut(ctx, &opts, &lut))
+        exit(1);
+    test_defer_copy(free_lut, &lut, sizeof lut);
+    return lut;
+}
+
+/* Smith's Lambda of Charlie's D, Estevez and Kulla's figures by hand. */
+static double lambda(double x, double a)
+{
+    const double s = (1 - a) * (1 - a), t = 1 - s;
+    const double p[5] = {25.3245 * s + 21.5473 * t, 3.32435 * s + 3.82987 * t,
+                         0.16801 * s + 0.19823 * t, -1.27393 * s - 1.97760 * t,
+                         -4.85967 * s - 4.32054 * t};
+    const double y = x < 0.5 ? x : 1 - x;
+    const double l = p[0] / (1 + p[1] * pow(y, p[2])) + p[3] * y + p[4];
+    const double middle =
+        p[0] / (1 + p[1] * pow(0.5, p[2])) + p[3] * 0.5 + p[4];
+
+    return exp(x < 0.5 ? l : 2 * middle - l);
+}
+
+/* E by equal steps over directions L: N.L = m^2, which is denser at the
+ * horizon, and phi. */
+static void sheen_by_light(double nv, double r, double e[2])
+{
+    enum {
+        N = 700
+    };
+    const double a = r * r, sv = sqrt(1 - nv * nv), pi = acos(-1);
+
+    e[0] = e[1] = 0;
+    for (int i = 0; i < N; i++) {
+        const double m = (i + 0.5) / N, nl = m * m, sl = sqrt(1 - nl * nl);
+        const double both = 1 + lambda(nv, a) + lambda(nl, a);
+        for (int k = 0; k < N; k++) {
+            const double vl = nv * nl + sv * sl * cos(pi * (k + 0.5) / N);
+            const double nh2 = (nv + nl) * (nv + nl) / (2 + 2 * vl);
+            const double d = (2 + 1 / a) / (2 * pi) *
+                             pow(fmax(1 - nh2, 0), 0.5 / a) * nl * 2 * m / N *
+                             2 * pi / N;
+            e[0] += d / (4 * (nl + nv - nl * nv));
+            e[1] += d / (4 * nl * nv * both);
+        }
+    }
+}
+
+static const double points[][2] = {{0.03, 0.1}, {0.2, 0.25}, {0.5, 0.6},
+                                   {0.77, 0.9}, {0.1, 1},    {0.95, 0.5}};
+
+/* The reference itself, and its closed form at N.V = 1, alpha = 1: with
+ * Ashikhmin's V, D = 3 sin(theta_h) / 2pi and x = sin(theta_h)
+ *     E = 3 integral of x^2 (1 - 2 x^2) dx over 0..sqrt(1/2) = sqrt(1/2) / 5 */
+TEST(sheen_reference)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    double e[2], want[2];
+
+    NEED(!ibl_reference_sheen(ctx, 1, 1, e));
+    CHECK_NEAR(e[0], sqrt(0.5) / 5, 1e-9);
+    for (size_t k = 0; k < sizeof points / sizeof *points; k++) {
+        NEED(!ibl_reference_sheen(ctx, points[k][0], points[k][1], e));
+        sheen_by_light(points[k][0], points[k][1], want);
+        CHECK_NEAR(e[0], want[0], 2e-4);
+        CHECK_NEAR(e[1], want[1], 2e-4);
+    }
+    CHECK(ibl_reference_sheen(ctx, 0, 1, e) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_reference_sheen(ctx, 1, 0, e) == IBL_ERR_ARGUMENT);
+}
+
+/* Sizes with and without interpolation. */
+TEST(charlie)
+{
+    static const int sizes[] = {1, 60, 256, 1024};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random rnd = {7};
+
+    for (int k = 0; k < 4; k++) {
+        const int n = sizes[k];
+        ibl_lut lut = bake_kind(ctx, n, IBL_LUT_CHARLIE);
+        double worst = 0, e[2];
+        NEED(lut.size == n && ibl_lut_channels(lut.kind) == 2);
+        for (int p = 0; p < 24; p++) {
+            /* every second point near the smoothest grazing texel */
+            const double top = p % 2 ? n : n < 8 ? n : 8;
+            const int i = p ? (int)(test_random_unit(&rnd) * top) : 0;
+            const int j = p ? (int)(test_random_unit(&rnd) * top) : 0;
+            NEED(!ibl_reference_sheen(ctx, (i + 0.5) / n, (j + 0.5) / n, e));
+            for (int c = 0; c < 2; c++)
+                worst = fmax(worst,
+                             fabs(texel(&lut, i, j)[c] - e[c]) / fmax(e[c], 1));
+        }
+        CHECK_MSG(worst <= 5e-5, "size %d: worst error %g", n, worst);
+    }
+}
+
+/* The channels of other tables; a white metal's furnace, where F0 = 1 and
+ * G (1 + F0 (1 / G - 1)) = 1, and a black one's bias. */
+TEST(multiscatter)
+{
+    enum {
+        N = 96
+    };
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_lut split = bake(ctx, N, IBL_GEOMETRY_SMITH, 0);
+    ibl_lut sheen = bake_kind(ctx, N, IBL_LUT_CHARLIE);
+    ibl_lut lut = bake_kind(ctx, N, IBL_LUT_MULTISCATTER);
+
+    NEED(ibl_lut_channels(lut.kind) == 3 && lut.size == N);
+    for (size_t i = 0; i < N * N; i++) {
+        const float *t = lut.data + 3 * i;
+        const double f0 = 1, single = (1 - f0) * t[0] + f0 * (double)t[1];
+        CHECK(t[0] == split.data[2 * i + 1]);
+        CHECK(t[1] == split.data[2 * i] + split.data[2 * i + 1]);
+        CHECK(t[2] == sheen.data[2 * i]);
+        CHECK_NEAR(single * (1 + f0 * (1.0 / t[1] - 1)), 1, 1e-6);
+        CHECK(t[1] > 0.3f && t[1] <= 1.0f + 1e-5f && t[0] <= t[1]);
+    }
+}
+
+/* Through a texture and back: the key tells the kind. */
+TEST(kinds_in_textures)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+
+    for (int kind = 0; kind <= IBL_LUT_CHARLIE; kind++) {
+        ibl_lut lut = bake_kind(ctx, 4, (ibl_lut_kind)kind), back = {0};
+        ibl_texture tex = {0};
+        const size_t count = 16 * (size_t)ibl_lut_channels(lut.kind);
+        const ibl_pixel pixel =
+            kind == IBL_LUT_MULTISCATTER ? IBL_PIXEL_RGBA32F : IBL_PIXEL_RG32F;
+        CHECK(ibl_texture_from_lut(ctx, &lut,
+                                   kind == IBL_LUT_MULTISCATTER
+                                       ? IBL_PIXEL_RG32F
+                                       : IBL_PIXEL_RGBA32F,
+                                   &tex, NULL) == IBL_ERR_ARGUMENT);
+        NEED(!ibl_texture_from_lut(ctx, &lut, pixel, &tex, NULL));
+        NEED(!ibl_texture_to_lut(ctx, &tex, &back));
+        CHECK(back.kind == lut.kind && back.size == 4);
+        CHECK(!memcmp(back.data, lut.data, count * sizeof *lut.data));
+        ibl_lut_free(&back);
+        ibl_texture_free(&tex);
+    }
+}
+
 TEST(bad_options)
 {
     test_messages kept = {{{0}}};
@@ -210,6 +365,12 @@ TEST(bad_options)
     opts.samples = -1;
     CHECK(ibl_bake_lut(ctx, &opts, &lut) == IBL_ERR_ARGUMENT);
     opts.samples = 1048577;
+    CHECK(ibl_bake_lut(ctx, &opts, &lut) == IBL_ERR_ARGUMENT);
+    opts = ibl_lut_options_default();
+    opts.kind = (ibl_lut_kind)3;
+    CHECK(ibl_bake_lut(ctx, &opts, &lut) == IBL_ERR_ARGUMENT);
+    opts.kind = IBL_LUT_CHARLIE;
+    opts.samples = 4;
     CHECK(ibl_bake_lut(ctx, &opts, &lut) == IBL_ERR_ARGUMENT);
     opts = ibl_lut_options_default();
     opts.geometry = (ibl_geometry)9;

@@ -183,6 +183,8 @@ TEST(references)
     REFUSES(ibl_reference_mean(ref, NULL));
     SILENT(ibl_reference_mean(NULL, rgb));
     REFUSES(ibl_reference_lut(ctx, 1, 1, IBL_GEOMETRY_SMITH, NULL));
+    REFUSES(ibl_reference_sheen(ctx, 1, 1, NULL));
+    SILENT(ibl_reference_sheen(NULL, 1, 1, rgb));
     SILENT(ibl_reference_lut(NULL, 1, 1, IBL_GEOMETRY_SMITH, rgb));
     ibl_reference_free(ref);
 }
@@ -231,7 +233,7 @@ TEST(textures)
     ibl_ctx *ctx = counting();
     ibl_cube cube, no_cube = {.size = 4, .levels = 1};
     float texels[2] = {0, 0};
-    ibl_lut lut = {1, texels}, no_lut = {1, NULL};
+    ibl_lut lut = {1, texels, 0}, no_lut = {1, NULL, 0};
     const ibl_lobe_table no_lobes = {.size = 8};
     ibl_texture tex, none, out;
     const ibl_texture *layers[] = {&tex, NULL};

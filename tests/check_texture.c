@@ -116,7 +116,7 @@ TEST(cubes)
 TEST(luts)
 {
     float data[2 * 9] = {0, 1, 0.5f, 70000, 0.25f, -1};
-    const ibl_lut lut = {3, data};
+    const ibl_lut lut = {3, data, IBL_LUT_SPLIT};
     for (ibl_pixel p = IBL_PIXEL_RG16F; p <= IBL_PIXEL_RG32F; p++) {
         ibl_texture tex;
         ibl_lut back;

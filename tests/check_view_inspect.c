@@ -58,7 +58,7 @@ static void ramp_table(ibl_texture *tex)
         size = 64
     };
     float texels[2 * size * size];
-    const ibl_lut lut = {size, texels};
+    const ibl_lut lut = {size, texels, IBL_LUT_SPLIT};
 
     for (int y = 0; y < size; y++)
         for (int x = 0; x < size; x++) {

@@ -828,19 +828,34 @@ double ibl_disc_brdf(ibl_geometry geometry, double alpha, double f0,
                      double radius_rad, const double normal[3],
                      const double view[3], const double light[3]);
 
+/* What a table holds; see ibl_bake_lut. */
+typedef enum ibl_lut_kind {
+    IBL_LUT_SPLIT,        /* 2 channels: scale and bias of F0 */
+    IBL_LUT_MULTISCATTER, /* 3 channels: Filament's, with cloth */
+    IBL_LUT_CHARLIE       /* 2 channels: the sheen of glTF */
+} ibl_lut_kind;
+
+#define IBL_LUT_NAMES "split", "multiscatter", "charlie" /* in that order */
+
+const char *ibl_lut_name(ibl_lut_kind kind);
+int ibl_lut_channels(ibl_lut_kind kind);
+
 typedef struct ibl_lut_options {
     int size;              /* edge, 1..4096, default 256 */
-    ibl_geometry geometry; /* default IBL_GEOMETRY_SMITH */
+    ibl_geometry geometry; /* default IBL_GEOMETRY_SMITH; SPLIT only */
     int samples;           /* 0 (default): deterministic quadrature; else
-                              Hammersley points per texel, at most 1048576 */
+                              Hammersley points per texel, at most 1048576;
+                              SPLIT only */
+    ibl_lut_kind kind;     /* default IBL_LUT_SPLIT */
 } ibl_lut_options;
 
 ibl_lut_options ibl_lut_options_default(void);
 
-/* size * size texels of 2 floats; see ibl_bake_lut. */
+/* size * size texels of ibl_lut_channels floats; see ibl_bake_lut. */
 typedef struct ibl_lut {
     int size;
     float *data;
+    ibl_lut_kind kind;
 } ibl_lut;
 
 void ibl_lut_free(ibl_lut *lut); /* NULL and zeroed are fine */
@@ -852,8 +867,25 @@ void ibl_lut_free(ibl_lut *lut); /* NULL and zeroed are fine */
  *   G = integral of (f / F) Fc N.L dL         bias
  * f is the GGX microfacet BRDF, F its Fresnel term, and Fc = (1 - V.H)^5. The
  * quadrature is within 5e-5 of the integrals.
+ *
+ * Other kinds are over the same N.V and roughness, alpha = roughness^2:
+ *   MULTISCATTER  R = integral of (f / F) Fc N.L dL
+ *                 G = integral of (f / F) N.L dL
+ *                 B = E of Ashikhmin's V
+ *                 single scattering reflects (1 - F0) R + F0 G, and a shader
+ *                 multiplies it by 1 + F0 (1 / G - 1)
+ *   CHARLIE       R = E of Ashikhmin's V (lut_charlie of glTF-Sample-Viewer)
+ *                 G = E of Charlie's V (lut_sheen_E)
+ * E = integral of D V N.L dL is the albedo of sheen of colour 1, with
+ *   D              (2 + 1/alpha) sin(theta_h)^(1/alpha) / 2pi
+ *   Ashikhmin's V  1 / (4 (N.L + N.V - N.L N.V))
+ *   Charlie's V    1 / (4 N.L N.V (1 + Lambda(N.V) + Lambda(N.L)))
+ * and Lambda fitted by Estevez and Kulla 2017. E is above 1 at grazing views of
+ * low roughness: neither V keeps energy there. Errors relative to the larger of
+ * E and 1: 5e-5 up to size 2048, 1e-4 above.
  *   out   empty; allocated here, to be freed with ibl_lut_free
- * Source: Karis 2013, "Real Shading in Unreal Engine 4".
+ * Source: Karis 2013, "Real Shading in Unreal Engine 4"; Filament's document,
+ * sections 4.7.2, 4.12 and 5.3; KHR_materials_sheen; Neubelt and Pettineo 2013.
  * IBL_ERR_ARGUMENT: an option out of range.
  */
 ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *opts,

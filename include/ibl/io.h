@@ -511,10 +511,11 @@ ibl_texel_options ibl_texel_options_default(void);
  * Cube or LUT to texture and back. A flat map (ibl_projection) becomes a flat
  * texture with the key iblbake.layout, its projection's name; without the key a
  * flat texture is read as octahedral if it is square, as equirectangular if its
- * width is twice its height. A cube takes the 3-channel pixels, a LUT the
- * two 2-channel ones, else IBL_ERR_ARGUMENT, as for an unknown quality. opts
- * NULL: defaults. Texels of blocks beyond the edge of a face repeat its last
- * ones. report may be NULL; *saturated, if not NULL, is the count of
+ * width is twice its height. A cube takes the 3-channel pixels, a LUT those
+ * of its ibl_lut_channels that are no blocks, else IBL_ERR_ARGUMENT, as for an
+ * unknown quality. The key iblbake.table is the kind of a LUT if not split.
+ * opts NULL: defaults. Texels of blocks beyond the edge of a face repeat its
+ * last ones. report may be NULL; *saturated, if not NULL, is the count of
  * ibl_pixel_encode. If no component is above the largest value, overflow has no
  * effect and no cost; else spreading uses 17 bytes of temporary memory for each
  * texel of a level.

@@ -128,6 +128,13 @@ ibl_status ibl_reference_mean(const ibl_reference *ref, double rgb[3]);
 ibl_status ibl_reference_lut(ibl_ctx *ctx, double n_dot_v, double roughness,
                              ibl_geometry geometry, double scale_bias[2]);
 
+/*
+ * The albedos E of sheen (ibl_bake_lut) at one point, with Ashikhmin's V and
+ * with Charlie's, to a relative error of 1e-6. n_dot_v and roughness in (0, 1].
+ */
+ibl_status ibl_reference_sheen(ibl_ctx *ctx, double n_dot_v, double roughness,
+                               double albedo[2]);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,27 +1,32 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The split-sum table (Karis 2013, "Real Shading in Unreal Engine 4"), by the
- * quadrature of kern/brdf_quadrature.h or by samples.
+ * quadrature of kern/brdf_quadrature.h or by samples, and the albedos of sheen,
+ * by that of kern/sheen_quadrature.h. Both are tables of pairs.
  *
  * The table is smooth in ln(N.V) and ln(roughness + constant). It is integrated
  * at Chebyshev points of these and interpolated by polynomials. Errors against
  * an adaptive double integral, all sizes: 2e-5 at most (tests/check_lut.c). A
- * half float near 1 rounds by up to 2.4e-4.
+ * half float near 1 rounds by up to 2.4e-4. The albedos of sheen fall like
+ * exp(-(N.V / roughness)^2 / 8) at low roughness, which needs more points the
+ * lower that begins.
  */
 #include <assert.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "brdf/hammersley.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "kern/brdf_quadrature.h"
+#include "kern/sheen_quadrature.h"
 
 enum {
     MAX_SIZE = 4096,
     MAX_SAMPLES = 1048576,
-    MAX_POINTS = 64, /* in a grid */
-    ROWS = 16        /* in a job of interpolation */
+    MAX_POINTS = 120, /* in a grid */
+    ROWS = 16         /* in a job of interpolation */
 };
 
 /* Interpolation from Chebyshev points in ln(x + shift). */
@@ -33,14 +38,15 @@ typedef struct grid {
 } grid;
 
 struct bake {
+    bool sheen; /* the pair: the albedos of sheen, else scale and bias */
     ibl_geometry geometry;
     int size, samples;
     ibl_brdf_dsp dsp;
     ibl_brdf_rule rule;
+    ibl_sheen_rule sheen_rule;
     grid view, rough;
-    float *nodes; /* scale and bias at the points of rough and view */
-    float *basis; /* weight of each point of view in each texel, twice: for
-                     scale and for bias */
+    float *nodes; /* pairs at the points of rough and view */
+    float *basis; /* weight of each point of view in each texel, twice */
     double *turn; /* cos(phi) of each sample */
     float *out;
 };
@@ -110,10 +116,14 @@ static void node_job(void *arg, int job, int worker)
 {
     const struct bake *b = arg;
     const double r = b->rough.at[job];
+    float *sums = b->nodes + 2 * (size_t)job * (size_t)b->view.points;
     (void)worker;
 
-    b->dsp.sums(&b->rule, b->geometry, r * r, b->view.at, b->view.points,
-                b->nodes + 2 * (size_t)job * (size_t)b->view.points);
+    if (b->sheen)
+        ibl_sheen_sums(&b->sheen_rule, r * r, b->view.at, b->view.points, sums);
+    else
+        b->dsp.sums(&b->rule, b->geometry, r * r, b->view.at, b->view.points,
+                    sums);
 }
 
 /* Interpolates the values at the points of view, then all texels of a row. */
@@ -168,11 +178,13 @@ static ibl_status interpolate(ibl_ctx *ctx, struct bake *b)
 static ibl_status quadrature(ibl_ctx *ctx, struct bake *b)
 {
     const double octaves = log2(b->size);
-    const int views = 8 + 2 * (int)ceil(1.25 * octaves);
-    const int roughs = 24 + (int)ceil(2.0 * octaves);
+    const int views = b->sheen ? (int)fmax(56.0, ceil(14.0 * octaves) - 48.0)
+                               : 8 + 2 * (int)ceil(1.25 * octaves);
+    const int roughs = b->sheen ? views : 24 + (int)ceil(2.0 * octaves);
 
     ibl_brdf_dsp_init(&b->dsp, ibl_ctx_isa(ctx));
     ibl_brdf_rule_init(&b->rule);
+    ibl_sheen_rule_init(&b->sheen_rule);
     if (b->size * b->size <= views * roughs) {
         grid_of_texels(&b->view, b->size);
         grid_of_texels(&b->rough, b->size);
@@ -227,6 +239,17 @@ const char *ibl_geometry_name(ibl_geometry geometry)
     return geometry == IBL_GEOMETRY_SCHLICK_IBL ? "schlick-ibl" : "smith";
 }
 
+const char *ibl_lut_name(ibl_lut_kind kind)
+{
+    static const char *const names[] = {IBL_LUT_NAMES};
+    return names[kind];
+}
+
+int ibl_lut_channels(ibl_lut_kind kind)
+{
+    return kind == IBL_LUT_MULTISCATTER ? 3 : 2;
+}
+
 ibl_lut_options ibl_lut_options_default(void)
 {
     return (ibl_lut_options){.size = 256, .geometry = IBL_GEOMETRY_SMITH};
@@ -240,15 +263,8 @@ void ibl_lut_free(ibl_lut *lut)
     *lut = (ibl_lut){0};
 }
 
-ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *opts, ibl_lut *out)
+static ibl_status check_options(ibl_ctx *ctx, const ibl_lut_options *opts)
 {
-    const ibl_lut_options defaults = ibl_lut_options_default();
-    ibl_status status;
-
-    if (!ctx || !out)
-        return ibl_missing(ctx, "ibl_bake_lut: out");
-    if (!opts)
-        opts = &defaults;
     if (opts->size < 1 || opts->size > MAX_SIZE)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a BRDF table of size %d: must be 1 to %d", opts->size,
@@ -263,18 +279,79 @@ ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *opts, ibl_lut *out)
             ctx, IBL_ERR_ARGUMENT, "unknown BRDF geometry %d: must be %s or %s",
             (int)opts->geometry, ibl_geometry_name(IBL_GEOMETRY_SMITH),
             ibl_geometry_name(IBL_GEOMETRY_SCHLICK_IBL));
+    if (opts->kind > IBL_LUT_CHARLIE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "unknown kind %d of BRDF table: must be 0 to %d",
+                        (int)opts->kind, IBL_LUT_CHARLIE);
+    if (opts->kind && (opts->samples || opts->geometry))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a %s table has neither samples nor a geometry",
+                        ibl_lut_name(opts->kind));
+    return IBL_OK;
+}
+
+/* Allocates and fills a table of pairs. */
+static ibl_status make_pairs(ibl_ctx *ctx, const ibl_lut_options *opts,
+                             bool sheen, float **out)
+{
     const size_t size = (size_t)opts->size;
-    struct bake b = {.geometry = opts->geometry,
+    struct bake b = {.sheen = sheen,
+                     .geometry = opts->geometry,
                      .size = opts->size,
                      .samples = opts->samples};
+    ibl_status status;
+
     b.out = ibl_alloc_array(size * size, 2 * sizeof *b.out);
     if (!b.out)
         return ibl_no_memory(ctx, "the BRDF table");
     status = b.samples ? sample(ctx, &b) : quadrature(ctx, &b);
-    if (status) {
+    if (status)
         ibl_free(b.out);
-        return status;
+    else
+        *out = b.out;
+    return status;
+}
+
+/* Bias, scale + bias, and the first albedo of sheen. */
+static ibl_status make_multiscatter(ibl_ctx *ctx, const ibl_lut_options *opts,
+                                    float **out)
+{
+    const size_t texels = (size_t)opts->size * (size_t)opts->size;
+    float *split = NULL, *sheen = NULL;
+    ibl_status status = make_pairs(ctx, opts, false, &split);
+
+    if (!status)
+        status = make_pairs(ctx, opts, true, &sheen);
+    if (!status && !(*out = ibl_alloc_array(texels, 3 * sizeof **out)))
+        status = ibl_no_memory(ctx, "the BRDF table");
+    for (size_t i = 0; !status && i < texels; i++) {
+        (*out)[3 * i] = split[2 * i + 1];
+        (*out)[3 * i + 1] = split[2 * i] + split[2 * i + 1];
+        (*out)[3 * i + 2] = sheen[2 * i];
     }
-    *out = (ibl_lut){opts->size, b.out};
-    return IBL_OK;
+    ibl_free(split);
+    ibl_free(sheen);
+    return status;
+}
+
+ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *opts, ibl_lut *out)
+{
+    const ibl_lut_options defaults = ibl_lut_options_default();
+    float *data = NULL;
+    ibl_status status;
+
+    if (!ctx || !out)
+        return ibl_missing(ctx, "ibl_bake_lut: out");
+    if (!opts)
+        opts = &defaults;
+    status = check_options(ctx, opts);
+    if (status)
+        return status;
+    if (opts->kind == IBL_LUT_MULTISCATTER)
+        status = make_multiscatter(ctx, opts, &data);
+    else
+        status = make_pairs(ctx, opts, opts->kind == IBL_LUT_CHARLIE, &data);
+    if (!status)
+        *out = (ibl_lut){opts->size, data, opts->kind};
+    return status;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The split-sum integrals at one point.
+ * The split-sum integrals and the albedos of sheen at one point.
  *
  * With half vectors H = (tan(theta), phi) and tan(theta) = alpha rho, D N.H dH
  * is 2 rho drho / (1 + rho^2)^2 dphi / 2 pi for every alpha (Walter et al.
@@ -12,6 +12,12 @@
  *
  * L is above the horizon for all phi if theta < pi/4 - theta_V/2, for no phi if
  * theta > pi/4 + theta_V/2, otherwise for phi < phi_m.
+ *
+ * Those of sheen are
+ *     integral over phi in 0..pi, s of
+ *         4 V.H V N.L D 2 sin^2(theta) cos(theta)
+ * with alpha = 1 in tan(theta). D falls off where 1 / tan(theta) is about
+ * roughness.
  *
  * Both integrals use the double exponential rule (Takahasi and Mori 1974),
  * which singularities at the ends do not slow down.
@@ -79,6 +85,8 @@ struct point {
     const struct rule *rule;
     ibl_geometry geometry;
     double alpha, nv, sv;
+    double sheen;        /* alpha of Charlie's D; 0: GGX. alpha is 1 then */
+    double lambda_v;     /* of Charlie's V */
     double theta_low;    /* pi/4 - theta_V/2 */
     double from, length; /* the interval of s */
     /* set by at_s */
@@ -102,6 +110,32 @@ static double g_over_nv(const struct point *p, double nl)
     return 2 * nl / (nl * of_v + p->nv * of_l);
 }
 
+/* Estevez and Kulla 2017, equation 3 and table 1. */
+static double lambda_of(double x, double alpha)
+{
+    static const double fit[2][5] = {
+        {25.3245, 3.32435, 0.16801, -1.27393, -4.85967},
+        {21.5473, 3.82987, 0.19823, -1.97760, -4.32054}};
+    const double rough = 1 - (1 - alpha) * (1 - alpha);
+    double k[5], l[2];
+
+    for (int i = 0; i < 5; i++)
+        k[i] = (1 - rough) * fit[0][i] + rough * fit[1][i];
+    for (int i = 0; i < 2; i++) {
+        const double at = i ? 0.5 : fmin(x, 1 - x);
+        l[i] = k[0] / (1 + k[1] * pow(at, k[2])) + k[3] * at + k[4];
+    }
+    return exp(x < 0.5 ? l[0] : 2 * l[1] - l[0]);
+}
+
+static struct pair sheen_at_phi(const struct point *p, double nl, double vh)
+{
+    const double lambda_l = lambda_of(fmin(nl, 1), p->sheen);
+
+    return (struct pair){{vh * nl / (nl + p->nv - nl * p->nv),
+                          vh / (p->nv * (1 + p->lambda_v + lambda_l))}};
+}
+
 static struct pair at_phi(void *arg, double phi, double left)
 {
     const struct point *p = arg;
@@ -115,6 +149,8 @@ static struct pair at_phi(void *arg, double phi, double left)
         return y;
     const double vh_nh = p->nv + p->sv * p->w * cos(phi);
     const double vh = fmin(vh_nh * p->nh, 1);
+    if (p->sheen > 0)
+        return sheen_at_phi(p, nl, vh);
     const double miss = 1 - fmax(vh, 0),
                  fc = miss * miss * (miss * miss) * miss;
     const double f = g_over_nv(p, nl) * fmax(vh_nh, 0);
@@ -137,7 +173,12 @@ static struct pair at_s(void *arg, double from_begin, double from_end)
         w < 1 ? (p->nv * (1 - w * w) + p->sv * 2 * w) / (1 + w * w)
               : sin(2 * (atan(1 / w) - p->theta_low));
     const double density = rho / (1 + rho * rho);
+    double weight = 2 * density * density / pi;
 
+    if (p->sheen > 0) /* sin^2 = 1 / (1 + 1 / w^2) */
+        weight = (2 + 1 / p->sheen) / pi *
+                 exp(-(1 + 0.5 / p->sheen) * log1p(1 / (w * w))) /
+                 sqrt(1 + w * w);
     p->w = w;
     p->nh = 1 / sqrt(1 + w * w);
     p->across = p->sv * 2 * (w * p->nh) * p->nh;
@@ -149,7 +190,7 @@ static struct pair at_s(void *arg, double from_begin, double from_end)
     p->phi_m = p->whole ? pi : 2 * atan2(sqrt(above), sqrt(-below));
     struct pair y = integrate(at_phi, p, p->rule, p->phi_m);
     for (int c = 0; c < 2; c++)
-        y.v[c] *= 2 * density * density / pi;
+        y.v[c] *= weight;
     return y;
 }
 
@@ -163,7 +204,8 @@ static void insert(double *at, int count, double x)
 static struct pair integrate_point(struct point *p)
 {
     const double low = p->nv / (1 + p->sv), high = (1 + p->sv) / p->nv;
-    const double knot[] = {lowest, 0, -log(p->alpha), log(low / p->alpha),
+    const double peak = p->sheen > 0 ? -0.5 * log(p->sheen) : -log(p->alpha);
+    const double knot[] = {lowest, 0, peak, log(low / p->alpha),
                            log(high / p->alpha)};
     const int knots = (int)(sizeof knot / sizeof *knot);
     double at[sizeof knot / sizeof *knot];
@@ -229,5 +271,33 @@ ibl_status ibl_reference_lut(ibl_ctx *ctx, double n_dot_v, double roughness,
     const struct pair total = integrate_point(&p);
     scale_bias[0] = total.v[0];
     scale_bias[1] = total.v[1];
+    return IBL_OK;
+}
+
+ibl_status ibl_reference_sheen(ibl_ctx *ctx, double n_dot_v, double roughness,
+                               double albedo[2])
+{
+    if (!ctx || !albedo)
+        return ibl_missing(ctx, "ibl_reference_sheen: albedo");
+    const ibl_status status =
+        check(ctx, n_dot_v, roughness, IBL_GEOMETRY_SMITH);
+    if (status)
+        return status;
+    if (!(n_dot_v > 0 && roughness > 0))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "an N.V of %g and a roughness of %g: sheen needs "
+                        "more than 0",
+                        n_dot_v, roughness);
+    struct rule rule;
+    struct point p = {.rule = &rule,
+                      .alpha = 1,
+                      .sheen = fmax(roughness * roughness, 1e-100),
+                      .nv = n_dot_v,
+                      .sv = sqrt((1 - n_dot_v) * (1 + n_dot_v))};
+    p.lambda_v = lambda_of(n_dot_v, p.sheen);
+    fill_rule(&rule);
+    const struct pair total = integrate_point(&p);
+    albedo[0] = total.v[0];
+    albedo[1] = total.v[1];
     return IBL_OK;
 }

@@ -181,9 +181,10 @@ static bool write_lut(ibl_bake *b)
 
     ibl_console_progress(b->console, "lut", 0);
     return !ibl_bake_lut(b->ctx, &b->opts->lut, &b->lut) &&
-           !ibl_texture_from_lut(b->ctx, &b->lut,
-                                 ibl_lut_pixel(b->opts->texels.pixel), &tex,
-                                 &b->files[IBL_OUTPUT_LUT].overflow.values) &&
+           !ibl_texture_from_lut(
+               b->ctx, &b->lut,
+               ibl_lut_pixel(b->opts->texels.pixel, b->lut.kind), &tex,
+               &b->files[IBL_OUTPUT_LUT].overflow.values) &&
            write_texture(b, IBL_OUTPUT_LUT, &tex);
 }
 

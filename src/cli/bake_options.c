@@ -227,6 +227,9 @@ static const ibl_option irradiance[] = {
 };
 
 static const ibl_option lut[] = {
+    {"lut-kind", 0, IBL_CHOICE(lut.kind, ibl_lut_names),
+     .help = "split: scale and bias of F0; multiscatter: Filament's, with "
+             "cloth; charlie: the albedos of glTF's sheen"},
     {"lut-size", 0, IBL_INT(lut.size, 1, 4096),
      .help = "edge in texels"},
     {"lut-samples", 0, IBL_INT(lut.samples, 0, 1048576),
@@ -571,6 +574,15 @@ static bool is_of_none(const ibl_opts *o)
     return !(o->only & ~tables) && !o->sh_format;
 }
 
+static bool check_table(const ibl_opts *o)
+{
+    return !o->lut.kind || !(o->lut.samples || o->lut.geometry) ||
+           ibl_misuse("--%s: not with --lut-kind %s, which is integrated "
+                      "exactly, with its own geometry",
+                      o->lut.samples ? "lut-samples" : "geometry",
+                      ibl_lut_name(o->lut.kind));
+}
+
 static bool check_paths(const ibl_opts *o)
 {
     if (o->explain && !o->input)
@@ -593,7 +605,7 @@ static bool check_set(ibl_opts *o)
     if (!settle_file(o))
         return false;
     choose_lobes(o);
-    if (!check_paths(o) || !check_skybox(o) ||
+    if (!check_table(o) || !check_paths(o) || !check_skybox(o) ||
         !ibl_common_validate(&o->common) || !check_mapping(o) ||
         !check_lobes(o) || !check_zstd(o) || !check_texels(o) ||
         !check_lights(o) || !check_harmonics(o) ||

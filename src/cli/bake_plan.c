@@ -40,7 +40,9 @@ static char *make_path(const ibl_bake *b, ibl_output_kind kind)
     const ibl_opts *o = b->opts;
     const char *extension =
         kind == IBL_OUTPUT_JSON ? "json" : ibl_container_extension(o->format);
-    const char *stem = kind == IBL_OUTPUT_LUT ? ibl_lut_stems[o->lut.geometry]
+    const char *stem = kind == IBL_OUTPUT_LUT
+                           ? o->lut.kind ? ibl_table_stems[o->lut.kind]
+                                         : ibl_lut_stems[o->lut.geometry]
                        : kind == IBL_OUTPUT_LOBES ? ibl_output_content(kind)
                                                   : o->name;
     char *name = kind == IBL_OUTPUT_SPECULAR && o->engine

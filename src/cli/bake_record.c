@@ -162,7 +162,9 @@ static void set_irradiance(setter *s, const ibl_bake *b)
 static void set_lut(setter *s, const ibl_bake *b)
 {
     set(s, "iblbake.method", "%s", lut_method(b));
-    set(s, "iblbake.geometry", "%s", ibl_geometry_name(b->opts->lut.geometry));
+    if (!b->opts->lut.kind)
+        set(s, "iblbake.geometry", "%s",
+            ibl_geometry_name(b->opts->lut.geometry));
     set(s, "iblbake.axes", "u=N.V,v=roughness");
     if (b->opts->lut.samples)
         set(s, "iblbake.samples", "%d", b->opts->lut.samples);
@@ -524,12 +526,19 @@ static void put_irradiance(const ibl_bake *b, json_t **j)
 
 static void put_lut(const ibl_bake *b, json_t **j)
 {
+    static const char *const values[] = {
+        "specular = F0 * R + G",
+        "specular = (1 - F0) * R + F0 * G; B: albedo of cloth",
+        "albedo of sheen; R: with Ashikhmin's V, G: with Charlie's"};
     const ibl_lut_options *o = &b->opts->lut;
     put(j, "axes",
         json_string("u = N.V, v = roughness, at texel centres; row 0 is the "
                     "smoothest"));
-    put(j, "values", json_string("specular = F0 * R + G"));
-    put(j, "geometry", json_string(ibl_geometry_name(o->geometry)));
+    put(j, "values", json_string(values[o->kind]));
+    if (o->kind)
+        put(j, "table", json_string(ibl_lut_name(o->kind)));
+    else
+        put(j, "geometry", json_string(ibl_geometry_name(o->geometry)));
     put(j, "method", json_string(lut_method(b)));
     if (o->samples)
         put(j, "samples", json_integer(o->samples));

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/bake_record.h"
 
-static bool judge_lut(ibl_bake *b, const ibl_texture *tex)
+static bool judge_lut(ibl_bake *b, ibl_texture *tex)
 {
     ibl_lut lut = {0};
 
     b->judged.has_lut =
+        !ibl_texture_set(b->ctx, tex, "iblbake.table",
+                         ibl_lut_name(b->opts->lut.kind)) &&
         !ibl_texture_to_lut(b->ctx, tex, &lut) &&
         ibl_judge_lut(b->ctx, &lut, tex->pixel, b->opts->lut.geometry,
                       &b->opts->judge, &b->judged.lut);

@@ -75,8 +75,10 @@ const char *ibl_output_content(ibl_output_kind kind)
                                       : ibl_output_name(kind);
 }
 
-ibl_pixel ibl_lut_pixel(ibl_pixel cubes)
+ibl_pixel ibl_lut_pixel(ibl_pixel cubes, ibl_lut_kind kind)
 {
+    if (ibl_lut_channels(kind) == 3)
+        return cubes == IBL_PIXEL_RGBA32F ? cubes : IBL_PIXEL_RGBA16F;
     return cubes == IBL_PIXEL_RGBA32F ? IBL_PIXEL_RG32F : IBL_PIXEL_RG16F;
 }
 

@@ -46,7 +46,7 @@ const char *ibl_output_name(ibl_output_kind kind);
 const char *ibl_output_content(ibl_output_kind kind);
 
 /* The pixel of the LUT: rg32f if the cubes have rgba32f, else rg16f. */
-ibl_pixel ibl_lut_pixel(ibl_pixel cubes);
+ibl_pixel ibl_lut_pixel(ibl_pixel cubes, ibl_lut_kind kind);
 
 /* The number of levels of a cube of this size down to 1x1. */
 int ibl_most_levels(int size);

@@ -106,7 +106,8 @@ bool ibl_judge_cube_level(ibl_judge *judge, const ibl_judge_level *level,
 void ibl_judge_loss(ibl_pixel pixel, double scale, const double *values, int n,
                     double *loss);
 
-/* Errors of a split-sum table against the integrals: absolute, over R and G. */
+/* Errors of a table against the integrals, over its channels: absolute, but
+ * relative to integrals above 1. */
 typedef struct ibl_lut_verdict {
     int size;
     size_t count;    /* texels judged: corners, edges, and cells of a grid */

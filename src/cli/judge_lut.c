@@ -36,31 +36,65 @@ static int pick_lines(int n, int parts, int seed, int stream, line *lines)
     return count;
 }
 
+/* The integrals that the table's channels are of. */
+static bool find_truth(ibl_ctx *ctx, ibl_lut_kind kind, double n_dot_v,
+                       double roughness, ibl_geometry geometry, double truth[3])
+{
+    double sheen[2] = {0}, split[2] = {0};
+
+    if (kind && ibl_reference_sheen(ctx, n_dot_v, roughness, sheen))
+        return false;
+    if (kind != IBL_LUT_CHARLIE &&
+        ibl_reference_lut(ctx, n_dot_v, roughness, geometry, split))
+        return false;
+    if (kind == IBL_LUT_MULTISCATTER) {
+        truth[0] = split[1];
+        truth[1] = split[0] + split[1];
+        truth[2] = sheen[0];
+    } else {
+        truth[0] = kind ? sheen[0] : split[0];
+        truth[1] = kind ? sheen[1] : split[1];
+    }
+    return true;
+}
+
+static bool is_finite(const float *texel, int channels)
+{
+    bool finite = true;
+
+    for (int c = 0; c < channels; c++)
+        finite = finite && isfinite(texel[c]);
+    return finite;
+}
+
 static bool judge_texel(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
                         ibl_geometry geometry, line u, line v,
                         ibl_lut_verdict *out)
 {
+    const int channels = ibl_lut_channels(lut->kind);
     const float *x =
-        lut->data + 2 * ((size_t)v.at * (size_t)lut->size + (size_t)u.at);
+        lut->data +
+        (size_t)channels * ((size_t)v.at * (size_t)lut->size + (size_t)u.at);
     const double n_dot_v = (u.at + 0.5) / lut->size;
     const double roughness = (v.at + 0.5) / lut->size;
     const double weight = (double)u.weight * v.weight;
-    double truth[2], loss[2];
+    double truth[3], loss[3];
 
-    if (ibl_reference_lut(ctx, n_dot_v, roughness, geometry, truth))
+    if (!find_truth(ctx, lut->kind, n_dot_v, roughness, geometry, truth))
         return false;
-    if (!isfinite(x[0]) || !isfinite(x[1]))
+    if (!is_finite(x, channels))
         return true;
-    ibl_judge_loss(pixel, 1, truth, 2, loss);
-    for (int c = 0; c < 2; c++) {
-        const double off = fabs((double)x[c] - truth[c]);
+    ibl_judge_loss(pixel, 1, truth, channels, loss);
+    for (int c = 0; c < channels; c++) {
+        const double unit = fmax(truth[c], 1);
+        const double off = fabs((double)x[c] - truth[c]) / unit;
         if (out->count == 0 || off > out->max) {
             out->max = off;
             out->worst_n_dot_v = n_dot_v;
             out->worst_roughness = roughness;
         }
-        out->rms += weight / 2 * off * off;
-        out->rounding += weight / 2 * loss[c] * loss[c];
+        out->rms += weight / channels * off * off;
+        out->rounding += weight / channels * loss[c] * loss[c] / (unit * unit);
     }
     out->count++;
     return true;
@@ -70,7 +104,7 @@ bool ibl_judge_lut(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
                    ibl_geometry geometry, const ibl_judge_options *opts,
                    ibl_lut_verdict *out)
 {
-    const int n = lut->size;
+    const int n = lut->size, channels = ibl_lut_channels(lut->kind);
     const size_t texels = (size_t)n * (size_t)n;
     const int parts = opts->all ? n : (int)sqrt(opts->texels / 2.0) - 1;
     line *u = malloc((size_t)n * sizeof *u), *v = malloc((size_t)n * sizeof *v);
@@ -89,7 +123,7 @@ bool ibl_judge_lut(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
     out->rounding = sqrt(out->rounding / total);
     for (size_t i = 0; i < texels; i++)
         out->nonfinite +=
-            !isfinite(lut->data[2 * i]) || !isfinite(lut->data[2 * i + 1]);
+            !is_finite(lut->data + (size_t)channels * i, channels);
     free(u);
     free(v);
     return ok;

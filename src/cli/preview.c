@@ -157,19 +157,22 @@ static void draw_map(const sheet *s, int left, int top, const ibl_image *env)
         }
 }
 
-/* Draws the stored values untouched: red is the scale, green the bias. */
+/* Draws the stored values untouched: channels as red, green and blue. */
 static void draw_lut(const sheet *s, int left, int top, const ibl_lut *lut)
 {
+    const int channels = ibl_lut_channels(lut->kind);
+
     for (int y = 0; y < PANEL_HEIGHT; y++)
         for (int x = 0; x < PANEL_HEIGHT; x++) {
             const int i = x * lut->size / PANEL_HEIGHT;
             const int j = (PANEL_HEIGHT - 1 - y) * lut->size / PANEL_HEIGHT;
             const float *t =
-                lut->data + 2 * ((size_t)j * (size_t)lut->size + (size_t)i);
+                lut->data +
+                (size_t)channels * ((size_t)j * (size_t)lut->size + (size_t)i);
             unsigned char *p = ibl_sheet_pixel(&s->on, left + x, top + y);
-            for (int c = 0; c < 2; c++)
-                p[c] = (unsigned char)(255 * fmin((double)t[c], 1) + 0.5);
             p[2] = 0;
+            for (int c = 0; c < channels; c++)
+                p[c] = (unsigned char)(255 * fmin((double)t[c], 1) + 0.5);
         }
 }
 

@@ -51,7 +51,7 @@ static bool find_options(ibl_probes_bake *p)
     o->irradiance = o->irradiance_options.size > 0;
     o->sh_degree = o->irradiance ? -1 : IBL_PROBES_SH_DEGREE;
     b->texels.alike = b->zstd > 0;
-    p->lut_pixel = ibl_lut_pixel(b->texels.pixel);
+    p->lut_pixel = ibl_lut_pixel(b->texels.pixel, IBL_LUT_SPLIT);
     if (ibl_specular_layout_of(&o->specular_options, &p->layout))
         return ibl_console_fail(
             p->console, "--levels %d: a cube of size %d has 1 to %d levels",

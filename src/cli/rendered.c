@@ -455,7 +455,7 @@ static void shade(const work *w, size_t i, int k, double f0,
 
     look_up(w, i, l, found);
     add_lights(w, i, k, f0, lit);
-    if (w->files->lut.data)
+    if (w->files->lut.data && !w->files->lut.kind)
         ibl_lookup_lut(&w->files->lut, w->pairs.n_dot_v[i],
                        w->options.roughness[k], table);
     for (int c = 0; c < 3; c++) {
@@ -648,7 +648,8 @@ static bool is_finite(const float *values, size_t count)
 /* An error of what is not finite has no figure, and would pass any bound. */
 static bool check_finite(const ibl_verify_files *f, ibl_console *console)
 {
-    const size_t lut = 2 * (size_t)f->lut.size * (size_t)f->lut.size;
+    const size_t lut = (size_t)ibl_lut_channels(f->lut.kind) *
+                       (size_t)f->lut.size * (size_t)f->lut.size;
     const size_t lobes =
         4 * IBL_LOBE_LAYERS * (size_t)f->lobe_size * (size_t)f->lobe_size;
     int bad = -1;

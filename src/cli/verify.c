@@ -15,6 +15,7 @@
 
 static const char *const scale_names[] = {"E/pi", "E", NULL};
 static const char *const lobe_names[] = {"auto", IBL_LOBE_NAMES, NULL};
+static const char *const table_names[] = {"auto", IBL_LUT_NAMES, NULL};
 static const char *const geometry_names[] = {"auto", "smith", "schlick-ibl",
                                              NULL};
 
@@ -177,6 +178,8 @@ static const ibl_option meaning[] = {
      .help = "axes of iblbake's world that +X, +Y and +Z of the files are"},
     {"irradiance-scale", 0, IBL_CHOICE(scale, scale_names),
      .help = "scale of the irradiance"},
+    {"lut-kind", 0, IBL_CHOICE(table, table_names),
+     .help = "what the table holds; auto: what the files say, else split"},
     {"geometry", 0, IBL_CHOICE(geometry, geometry_names),
      .help = "shadowing and masking of the table; auto: what the files say, "
              "else smith"},

@@ -145,6 +145,8 @@ static bool find_file(reader *r)
         return find_there(r, o->name, suffixes[r->kind]);
     for (int i = 0; ibl_lut_stems[i] && ok && !r->path; i++)
         ok = find_there(r, ibl_lut_stems[i], "");
+    for (int i = 0; ibl_table_stems[i] && ok && !r->path; i++)
+        ok = find_there(r, ibl_table_stems[i], "");
     return ok;
 }
 
@@ -528,12 +530,29 @@ static bool is_tilted(const ibl_verify_opts *o)
     return o->axes[0] && abs(o->axes[1]) != 2;
 }
 
+/* Gives a table the key of its kind, which DDS files and those of other tools
+ * lack. */
+static bool name_kind(const reader *r, ibl_texture *tex)
+{
+    const char *word;
+    const int found = said(r, tex, "table", ibl_lut_names, &word);
+    const int kind = r->opts->table ? r->opts->table - 1 : found;
+
+    if (kind < 0)
+        return ibl_console_fail(r->console, "%s: of an unknown kind, %.40s",
+                                r->path, word);
+    return (!word && !kind) ||
+           !ibl_texture_set(r->ctx, tex, "iblbake.table",
+                            ibl_lut_name((ibl_lut_kind)kind));
+}
+
 /* Reads a texture and checks its shape: one layer, a cube or a table. */
 static bool read_texture(const reader *r, ibl_texture *tex)
 {
     const bool cube = r->kind != IBL_OUTPUT_LUT;
 
-    if (ibl_engine_read(r->ctx, r->path, tex, NULL))
+    if (ibl_engine_read(r->ctx, r->path, tex, NULL) ||
+        (!cube && !name_kind(r, tex)))
         return false;
     if (cube && tex->faces == 1 && ibl_pixel_channels(tex->pixel) != 3)
         return ibl_console_fail(r->console,
@@ -545,7 +564,8 @@ static bool read_texture(const reader *r, ibl_texture *tex)
             r->console, "%s: a flat texture: with --axes its Y must be y or -y",
             r->path);
     if (!cube && (tex->faces != 1 || tex->width != tex->height ||
-                  ibl_pixel_channels(tex->pixel) != 2))
+                  (ibl_pixel_channels(tex->pixel) != 2 &&
+                   !ibl_texture_get(tex, "iblbake.table"))))
         return ibl_console_fail(r->console,
                                 "%s: no BRDF table: it must be flat, square "
                                 "and of two channels",

@@ -53,6 +53,7 @@ typedef struct ibl_verify_opts {
     int axes[3];    /* our axis for the files' X, Y, Z: +-1, +-2, +-3; 0: use
                        what the files say, else ours */
     int scale;      /* 0: E/pi, 1: E */
+    int table;      /* 1 + ibl_lut_kind; 0: use the files', else split */
     int geometry;   /* 1 + ibl_geometry; 0: use the files', else smith */
     int lights;     /* -1: use the files', else 0 */
     ibl_judge_options judge;

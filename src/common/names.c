@@ -58,6 +58,7 @@ const char *const ibl_method_names[] = {[IBL_METHOD_AUTO] = "auto",
 const char *const ibl_projection_names[] = {"cube", "equirect", "octahedral",
                                             NULL};
 const char *const ibl_lobe_names[] = {IBL_LOBE_NAMES, NULL};
+const char *const ibl_lut_names[] = {IBL_LUT_NAMES, NULL};
 const char *const ibl_geometry_names[] = {[IBL_GEOMETRY_SMITH] = "smith",
                                           [IBL_GEOMETRY_SCHLICK_IBL] =
                                               "schlick-ibl",
@@ -71,6 +72,8 @@ const char *const ibl_lut_stems[] = {[IBL_GEOMETRY_SMITH] = "brdf_lut",
                                      [IBL_GEOMETRY_SCHLICK_IBL] =
                                          "brdf_lut_schlick-ibl",
                                      NULL};
+const char *const ibl_table_stems[] = {"brdf_lut", "brdf_lut_multiscatter",
+                                       "brdf_lut_charlie", NULL};
 
 const char *const ibl_input_names[] = {[IBL_INPUT_AUTO] = "auto",
                                        [IBL_INPUT_EQUIRECT] = "equirect",

@@ -29,10 +29,13 @@ extern const char *const ibl_method_names[];
 extern const char *const ibl_projection_names[]; /* ibl_projection */
 extern const char *const ibl_lobe_names[];
 extern const char *const ibl_geometry_names[];
+extern const char *const ibl_lut_names[]; /* ibl_lut_kind */
 extern const char *const ibl_primaries_names[];
 extern const char *const ibl_input_names[];
 
 /* The LUT's file name without extension, indexed by ibl_geometry. */
 extern const char *const ibl_lut_stems[];
+/* Indexed by ibl_lut_kind; that of SPLIT is one of ibl_lut_stems. */
+extern const char *const ibl_table_stems[];
 
 #endif

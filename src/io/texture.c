@@ -173,6 +173,7 @@ static ibl_status settle_level(ibl_ctx *ctx, const ibl_cube *cube, int level,
     return status;
 }
 
+static const char table_key[] = "iblbake.table";
 static const char layout_key[] = "iblbake.layout";
 
 ibl_texel_options ibl_texel_options_default(void)
@@ -289,9 +290,13 @@ ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
     size_t beyond;
     if (!ctx || !lut || !lut->data || !tex)
         return ibl_missing(ctx, "ibl_texture_from_lut: lut, its data or tex");
-    ibl_status status = check_pixel(ctx, pixel, 2, "a LUT");
+    ibl_status status =
+        check_pixel(ctx, pixel, ibl_lut_channels(lut->kind), "a LUT");
     if (status)
         return status;
+    if (ibl_pixel_block(pixel) > 1)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "a LUT of blocks (%s)",
+                        ibl_pixel_name(pixel));
     *tex = (ibl_texture){.pixel = pixel,
                          .width = lut->size,
                          .height = lut->size,
@@ -300,6 +305,8 @@ ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
                          .faces = 1};
     status = fill_texture(ctx, lut->data, (size_t)lut->size * (size_t)lut->size,
                           tex, &beyond);
+    if (!status && lut->kind)
+        status = ibl_texture_set(ctx, tex, table_key, ibl_lut_name(lut->kind));
     if (status)
         ibl_texture_free(tex);
     else if (saturated)
@@ -363,6 +370,17 @@ ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
     return status;
 }
 
+/* By the key; without one, or with one of no kind, split. */
+static ibl_lut_kind kind_of(const ibl_texture *tex)
+{
+    const char *word = ibl_texture_get(tex, table_key);
+    ibl_lut_kind kind = IBL_LUT_CHARLIE;
+
+    while (word && kind && strcmp(word, ibl_lut_name(kind)))
+        kind--;
+    return word ? kind : IBL_LUT_SPLIT;
+}
+
 ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_lut *lut)
 {
@@ -371,22 +389,24 @@ ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
         return status;
     if (!lut)
         return ibl_missing(ctx, "ibl_texture_to_lut: lut");
-    if (tex->faces != 1 || ibl_pixel_channels(tex->pixel) != 2 ||
-        tex->width != tex->height)
+    const ibl_lut_kind kind = kind_of(tex);
+    const size_t channels = (size_t)ibl_lut_channels(kind);
+    if (tex->faces != 1 || ibl_pixel_channels(tex->pixel) != (int)channels ||
+        ibl_pixel_block(tex->pixel) > 1 || tex->width != tex->height)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a texture of %dx%d texels, %d faces and %d channels "
-                        "is no LUT: 1 square face and 2 channels are needed",
+                        "is no LUT: 1 square face and %zu channels are needed",
                         tex->width, tex->height, tex->faces,
-                        ibl_pixel_channels(tex->pixel));
+                        ibl_pixel_channels(tex->pixel), channels);
     status = check_single(ctx, tex);
     if (status)
         return status;
     const size_t texels = (size_t)tex->width * (size_t)tex->height;
-    float *data = ibl_alloc_array(texels, 2 * sizeof *data);
+    float *data = ibl_alloc_array(texels, channels * sizeof *data);
     if (!data)
         return ibl_no_memory(ctx, "a LUT");
     ibl_pixel_decode(tex->pixel, tex->data, texels, data);
-    *lut = (ibl_lut){tex->width, data};
+    *lut = (ibl_lut){tex->width, data, kind};
     return IBL_OK;
 }
 

@@ -259,8 +259,14 @@ static const json_t *entry_of(const json_t *root, const char *member,
 const char *view_sidecar_file(const json_t *root, view_content content)
 {
     const char *word = view_content_names[content];
-    const char *file = text_of(entry_of(root, "content", word), "file");
+    const json_t *entry = entry_of(root, "content", word);
+    const char *file = text_of(entry, "file"), *table = text_of(entry, "table");
 
+    if (table) {
+        view_note("%s: a table of kind %.40s: not used", file ? file : word,
+                  table);
+        return NULL;
+    }
     return file && *file && !strchr(file, '/') ? file : NULL;
 }
 

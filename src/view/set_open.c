@@ -94,6 +94,11 @@ static bool check_shape(const ibl_texture *tex, const char *path,
     const bool lut = wanted == VIEW_LUT, lobes = wanted == VIEW_LOBES;
     const int layers = lobes ? VIEW_LOBE_LAYERS : 1;
 
+    if (lut && ibl_texture_get(tex, "iblbake.table"))
+        return view_fail("%s: is a table of kind %.40s, where the split one is "
+                         "wanted: %s",
+                         path, ibl_texture_get(tex, "iblbake.table"),
+                         contents[wanted].remedy);
     if (tex->faces == 1 && !lut && !lobes &&
         ibl_pixel_channels(tex->pixel) == 3)
         return true; /* flat maps: see make_cube */
