@@ -174,7 +174,8 @@ static bool convolve(const ibl_reference *reference, const known *k,
 /* Marks the darkest tenth of the level's cells, judged by the small map. */
 static bool find_dark(const ibl_judge *j, const known *k, ibl_pick_scene *scene)
 {
-    double dirs[3 * CELLS], rgb[3 * CELLS], value[CELLS] = {0}, sorted[CELLS];
+    double dirs[3 * CELLS] = {0}, rgb[3 * CELLS];
+    double value[CELLS] = {0}, sorted[CELLS];
     const ibl_level_shape cells = {k->projection, IBL_DARK_CELLS,
                                    IBL_DARK_CELLS, scene->shape.faces};
     const size_t count = CELLS / IBL_FACES * (size_t)cells.faces;
