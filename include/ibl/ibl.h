@@ -884,8 +884,9 @@ void ibl_lut_free(ibl_lut *lut); /* NULL and zeroed are fine */
  * low roughness: neither V keeps energy there. Errors relative to the larger of
  * E and 1: 5e-5 up to size 2048, 1e-4 above.
  *   out   empty; allocated here, to be freed with ibl_lut_free
- * Source: Karis 2013, "Real Shading in Unreal Engine 4"; Filament's document,
- * sections 4.7.2, 4.12 and 5.3; KHR_materials_sheen; Neubelt and Pettineo 2013.
+ * Source: Karis 2013, "Real Shading in Unreal Engine 4"; Filament's libs/ibl
+ * (DFV_Multiscatter, DFV_Charlie_Uniform); KHR_materials_sheen; Neubelt and
+ * Pettineo 2013.
  * IBL_ERR_ARGUMENT: an option out of range.
  */
 ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *opts,
