@@ -15,7 +15,7 @@ const ibl_target ibl_targets[IBL_MAX_TARGETS] = {
      .engine = "three.js from r187",
      .options = "--only specular,json --mapping filament --size 256 "
                 "--mirror x --pixel uastc-hdr --quality fast "
-                "--zstd 9 --sh-format three",
+                "--zstd 19 --sh-format three",
      .load = "const loader = new KTX2Loader().setTranscoderPath('basis/')\n"
              "    .detectSupport(renderer);\n"
              "const map = await loader.loadAsync('{specular}');\n"

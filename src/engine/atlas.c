@@ -74,11 +74,12 @@ static double along(const signed char axis[3], const double d[3])
 /* Adds a bilinear sample towards d. */
 static void add_sample(const faces *f, const double d[3], double sum[3])
 {
-    int face = 0;
-    for (int i = 1; i < IBL_FACES; i++)
-        if (along(ibl_face[i].forward, d) > along(ibl_face[face].forward, d))
-            face = i;
-    const double depth = along(ibl_face[face].forward, d);
+    int axis = 0;
+    for (int i = 1; i < 3; i++)
+        if (fabs(d[i]) > fabs(d[axis]))
+            axis = i;
+    const int face = 2 * axis + (d[axis] < 0);
+    const double depth = fabs(d[axis]);
     const double x =
         (along(ibl_face[face].right, d) / depth + 1) / 2 * f->n - 0.5;
     const double y =
@@ -331,18 +332,21 @@ static void row_job(void *arg, int job, int worker)
 
 /* ---- atlas to cube ---------------------------------------------------- */
 
-static void add_texel(const unsigned char *rgbp, double weight, double sum[3])
+/* Decodes count texels. */
+static void get_texels(const unsigned char *rgbp, size_t count, float *rgb)
 {
-    const double range = 8 - 7 * rgbp[3] / 255.0;
-
-    for (int c = 0; c < 3; c++) {
-        const double g = rgbp[c] / 255.0 * range;
-        sum[c] += weight * g * g;
+    for (size_t i = 0; i < count; i++) {
+        const unsigned char *from = rgbp + 4 * i;
+        const double range = 8 - 7 * from[3] / 255.0;
+        for (int c = 0; c < 3; c++) {
+            const double g = from[c] / 255.0 * range;
+            rgb[3 * i + (size_t)c] = (float)(g * g);
+        }
     }
 }
 
 /* What a level's rectangle has towards d, joined by straight lines. */
-static void look_up(const unsigned char *rgbp, int level, const double d[3],
+static void look_up(const float *rgb, int level, const double d[3],
                     double sum[3])
 {
     const rectangle r = rectangle_of(level ? LEVELS + level - 1 : 0);
@@ -355,15 +359,17 @@ static void look_up(const unsigned char *rgbp, int level, const double d[3],
 
     for (int k = 0; k < 4; k++) {
         const int i = k & 1, j = k >> 1;
-        add_texel(rgbp + 4 * ((size_t)(r.y + top + j) * EDGE +
-                              (size_t)(r.x + left + i)),
-                  (i ? x - left : left + 1 - x) * (j ? y - top : top + 1 - y),
-                  sum);
+        const double weight =
+            (i ? x - left : left + 1 - x) * (j ? y - top : top + 1 - y);
+        const float *texel = rgb + 3 * ((size_t)(r.y + top + j) * EDGE +
+                                        (size_t)(r.x + left + i));
+        for (int c = 0; c < 3; c++)
+            sum[c] += weight * (double)texel[c];
     }
 }
 
 typedef struct reading {
-    const unsigned char *rgbp;
+    const float *rgb;
     ibl_texture *tex;
 } reading;
 
@@ -383,7 +389,7 @@ static void face_job(void *arg, int job, int worker)
         double d[3], sum[3] = {0};
         for (int c = 0; c < 3; c++)
             d[c] = axes->forward[c] + u * axes->right[c] + v * axes->down[c];
-        look_up(r->rgbp, level, d, sum);
+        look_up(r->rgb, level, d, sum);
         for (int c = 0; c < 3; c++)
             to[c] = (float)sum[c];
         to[3] = 1;
@@ -393,9 +399,16 @@ static void face_job(void *arg, int job, int worker)
 static ibl_status read_back(ibl_ctx *ctx, const unsigned char *rgbp,
                             ibl_texture *tex)
 {
-    reading r = {rgbp, tex};
+    float *rgb = ibl_alloc_array(EDGE * EDGE, 3 * sizeof *rgb);
+    reading r = {rgb, tex};
 
-    return ibl_run(ctx, NULL, IBL_FACES * tex->levels, face_job, &r);
+    if (!rgb)
+        return ibl_no_memory(ctx, "an atlas");
+    get_texels(rgbp, EDGE * EDGE, rgb);
+    const ibl_status status =
+        ibl_run(ctx, NULL, IBL_FACES * tex->levels, face_job, &r);
+    ibl_free(rgb);
+    return status;
 }
 
 /* ---- the calls -------------------------------------------------------- */

@@ -62,8 +62,8 @@ static void put_keys(png_structp png, png_infop info, const ibl_texture *keys)
     }
 }
 
-/* Filters and a low level: 6 takes twice the time of 4 for 4 % less, 9 more
- * than ten times for 7 %. */
+/* One filter, which is as good as a choice among all, and a low level: 6 takes
+ * twice the time of 4 for 4 % less, 9 more than ten times for 7 %. */
 static void put_image(png_structp png, png_infop info,
                       const unsigned char *rgba, int width, int height,
                       const ibl_texture *keys)
@@ -72,7 +72,7 @@ static void put_image(png_structp png, png_infop info,
                  PNG_COLOR_TYPE_RGBA, PNG_INTERLACE_NONE,
                  PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_compression_level(png, 4);
-    png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_ALL_FILTERS);
+    png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_PAETH);
     put_keys(png, info, keys);
     png_write_info(png, info);
     for (int y = 0; y < height; y++)

@@ -18,8 +18,9 @@ void ibl_rgbd_encode(const float *texels, size_t count, unsigned char *rgbd)
         const float d =
             most > 1 ? fmaxf(floorf(IBL_RGBD_MAX / most), 1) : IBL_RGBD_MAX;
         for (int c = 0; c < 3; c++) {
-            const double x = fmin(fmax((double)(texels[c] * d) / 255, 0), 1);
-            rgbd[c] = (unsigned char)(255 * pow(x, 1 / gamma_exponent) + 0.5);
+            const float x = fminf(fmaxf(texels[c] * d / 255, 0), 1);
+            const float root = powf(x, (float)(1 / gamma_exponent));
+            rgbd[c] = (unsigned char)(255 * root + 0.5F);
         }
         rgbd[3] = (unsigned char)d;
     }
