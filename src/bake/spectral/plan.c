@@ -10,10 +10,12 @@ static const int min_degree = 32;
 static const int least_power = 128; /* the degree of ibl_bake_result's power */
 
 /* Highest degree of a lobe without a near part: degrees_a_pixel over a pixel's
- * size in radians, within limits. A near part then reaches two or three
- * pixels. */
+ * size in radians, within limits. A near part then reaches two or three pixels
+ * or, with the least limit, more of a small map. That limit is above what
+ * default levels of faces up to 512 need: degrees take a thirtieth of the time
+ * of a near part there. */
 static const double degrees_a_pixel = 8;
-static const double least_limit = 512, most_limit = 2048;
+static const double least_limit = 768, most_limit = 2048;
 
 /* Degree at which the far part ends, times 1 / sqrt(split). */
 static const double far_end = 3.2;
