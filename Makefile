@@ -67,7 +67,7 @@ LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
 # Each of these is compiled for three instruction sets: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
 LIB_SRC := $(filter-out %_simd.c,$(LIB_SRC))
-COMMON_SRC := $(wildcard src/common/*.c src/engine/*.c)
+COMMON_SRC := $(wildcard src/common/*.c src/engine/*.c src/scene/*.c)
 CLI_SRC := $(COMMON_SRC) $(wildcard src/cli/*.c)
 LIB := $(BUILD)/libiblbake.a
 BIN := $(BUILD)/iblbake
@@ -125,6 +125,7 @@ $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
 $(BUILD)/obj/src/view/write_exr.o: LOCAL = $(VIEW_CFLAGS) $(EXR_CFLAGS)
 $(BUILD)/obj/src/common/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/engine/%.o: LOCAL = $(CLI_CFLAGS)
+$(BUILD)/obj/src/scene/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
 
 # What else was built with is built again: these files hold what was used and

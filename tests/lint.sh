@@ -101,8 +101,9 @@ probe probe core
 io io core image kern
 common common
 engine engine core common image io
-cli cli common engine
-view view common engine
+scene scene core common io engine
+cli cli common engine scene
+view view common engine scene
 ROOMS
 [ ! -s "$build/layers.txt" ] || {
     cat "$build/layers.txt"

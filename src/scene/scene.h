@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Scenes of glTF 2.0 (.gltf, .glb): triangles, materials and images. An
+ * animated or skinned scene is in its bind pose; cameras, lights, lines and
+ * points are left out.
+ */
+#ifndef SCENE_SCENE_H
+#define SCENE_SCENE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <ibl/ibl.h>
+
+/* A reference to an image. A texture coordinate t is taken to
+ * offset + R(rotation) (scale t) before the lookup, with R turning from +v to
+ * +u (KHR_texture_transform); v = 0 is the image's first row. */
+typedef struct ibl_scene_texture {
+    int image;    /* -1: none, which stands for white */
+    int texcoord; /* 0 or 1 */
+    int wrap_s, wrap_t, filter_min, filter_mag; /* OpenGL's numbers; the
+                                                   filters may be 0: any */
+    float offset[2], scale[2], rotation;        /* radians */
+} ibl_scene_texture;
+
+typedef enum ibl_scene_alpha {
+    IBL_SCENE_OPAQUE,
+    IBL_SCENE_MASK,
+    IBL_SCENE_BLEND
+} ibl_scene_alpha;
+
+/* A material of metallic-roughness, with the defaults of glTF and of the
+ * extensions that it does not use. Textures multiply the factors: in the
+ * channels that glTF and its extensions say. Colours of factors are linear,
+ * those of base colour, emissive, specular colour and sheen colour images are
+ * sRGB. Of KHR_materials_pbrSpecularGlossiness the factors are converted. */
+typedef struct ibl_scene_material {
+    char *name; /* "" if it has none */
+    float base_colour[4];
+    float metallic, roughness;
+    float emissive[3]; /* with its strength */
+    float normal_scale, occlusion_strength;
+    ibl_scene_alpha alpha_mode;
+    float alpha_cutoff;
+    bool double_sided, unlit;
+    float ior, specular, specular_colour[3];
+    float clearcoat, clearcoat_roughness, clearcoat_normal_scale;
+    float sheen_colour[3], sheen_roughness; /* colour 0: no sheen */
+    float anisotropy, anisotropy_rotation;  /* radians */
+    float transmission;
+    ibl_scene_texture base_colour_texture;
+    ibl_scene_texture metallic_roughness_texture; /* G roughness, B metallic */
+    ibl_scene_texture normal_texture;
+    ibl_scene_texture occlusion_texture; /* R */
+    ibl_scene_texture emissive_texture;
+    ibl_scene_texture specular_texture; /* A */
+    ibl_scene_texture specular_colour_texture;
+    ibl_scene_texture clearcoat_texture;           /* R */
+    ibl_scene_texture clearcoat_roughness_texture; /* G */
+    ibl_scene_texture clearcoat_normal_texture;
+    ibl_scene_texture sheen_colour_texture;
+    ibl_scene_texture sheen_roughness_texture; /* A */
+    ibl_scene_texture anisotropy_texture;      /* RG direction, B strength */
+    ibl_scene_texture transmission_texture;    /* R */
+} ibl_scene_material;
+
+/* Triangles of one material. */
+typedef struct ibl_scene_primitive {
+    int material; /* an index; never -1: glTF's default is the last one */
+    uint32_t vertex_count, index_count; /* index_count: a multiple of 3 */
+    float *position;                    /* 3 each */
+    float *normal;      /* 3 each; flat ones if the file has none */
+    float *tangent;     /* 4 each, w the sign of the bitangent; or NULL */
+    float *texcoord[2]; /* 2 each, or NULL */
+    float *colour;      /* 4 each, linear; or NULL */
+    uint32_t *index;    /* all below vertex_count */
+} ibl_scene_primitive;
+
+/* A primitive in the world. A matrix is stored by columns. */
+typedef struct ibl_scene_draw {
+    int primitive;
+    float to_world[16];
+} ibl_scene_draw;
+
+typedef struct ibl_scene_image {
+    char *name;                   /* for messages: its file, or "image 3" */
+    const unsigned char *encoded; /* PNG, JPEG or another, in its buffer */
+    size_t encoded_size;
+    int width, height;   /* of rgba; 0 before it is decoded */
+    unsigned char *rgba; /* rows from the top; NULL before it is decoded */
+} ibl_scene_image;
+
+typedef struct ibl_scene {
+    ibl_scene_primitive *primitives;
+    ibl_scene_material *materials; /* at least one */
+    ibl_scene_draw *draws;         /* of the default scene */
+    ibl_scene_image *images;
+    int primitive_count, material_count, draw_count, image_count;
+    double bounds[2][3]; /* lowest and highest place in the world of what is
+                            drawn; 0 if nothing is */
+    char **files;        /* all that were read, the scene's own first: for
+                            --depfile, and for reading again */
+    int file_count;
+    struct ibl_scene_store *store; /* what images point into */
+} ibl_scene;
+
+/*
+ * Reads a scene, its buffers and the bytes of its images, which are not decoded
+ * yet. Sizes are checked before memory is allocated.
+ *   out  zeroed or uninitialised; to be freed with ibl_scene_free, after errors
+ *        too
+ * Warns of what is left out: primitives of lines and points, an index or a
+ * coordinate that is no number.
+ * IBL_ERR_IO: a file cannot be read. IBL_ERR_FORMAT: no glTF 2.0, or damaged.
+ * IBL_ERR_UNSUPPORTED: it needs an extension that is not known.
+ * IBL_ERR_MEMORY.
+ * Source: Khronos, glTF 2.0 specification, version 2.0.1.
+ */
+ibl_status ibl_scene_read(ibl_ctx *ctx, const char *path, ibl_scene *out);
+void ibl_scene_free(ibl_scene *scene); /* zeroed is fine */
+
+/*
+ * Decodes an image to 8 bits a channel, values as they are in the file; one
+ * that is decoded stays as it is.
+ *   reduce  1, or 2, 4, 8: a JPEG may become so many times smaller, the mean of
+ *           its pixels, which is faster
+ * IBL_ERR_FORMAT, IBL_ERR_UNSUPPORTED (neither PNG nor JPEG, and no image
+ * bridge), IBL_ERR_MEMORY: the image stays undecoded.
+ */
+ibl_status ibl_scene_decode(ibl_ctx *ctx, ibl_scene *scene, int image,
+                            int reduce);
+
+#endif
