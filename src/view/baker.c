@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "common/path.h"
+#include "common/signals.h"
 #include "view/baked_set.h"
 #include "view/message.h"
 
@@ -123,9 +124,12 @@ view_baker *view_baker_start(const char *path, ibl_input_layout layout)
     opts.bridge = bridge;
     b->path = strdup(path);
     b->layout = layout;
-    const bool ready = b->path && !ibl_ctx_create(&opts, &b->ctx);
+    ibl_signals_hold(); /* the threads never run the handler */
+    const bool ok = b->path && !ibl_ctx_create(&opts, &b->ctx) &&
+                    !pthread_create(&b->thread, NULL, run, b);
+    ibl_signals_release();
     free(bridge);
-    if (!ready || pthread_create(&b->thread, NULL, run, b)) {
+    if (!ok) {
         view_fail("%s: no memory or no threads to bake it", path);
         baker_free(b);
         return NULL;
