@@ -4,7 +4,7 @@
 # bakes it, and iblview lights the scene by that. BUILD names the build.
 set -u
 . tests/lib.sh
-slow='limited|saving|every_way'
+slow='saving|every_way'
 use_viewer
 mkenv exr 64 32 BGR >"$work/env.exr"
 iblbake -q "$work/env.exr" -o "$work/sky" --size 32 --irradiance-size 8 \
@@ -81,25 +81,15 @@ test_every_way_to_bake() {
     near captured.png a.png 16 6
 }
 
-# Holes of captures that are limited to what probes are for are filled in as
-# they were.
-test_limited_probes() {
-    local limit=--probe-limit
+# A wall hides baked probes as it hides captured ones.
+test_walls() {
+    bake scene/set.json -o baked
     # shellcheck disable=SC2086
-    quietly iblview sky --offscreen limited.png $picture --probes 8 $limit
-    save limited $limit
-    bake limited/set.json -o baked
-    show a.png baked/index.json $limit
-    near limited.png a.png 4 1.2
-    bake limited/set.json -o sums --irradiance sh
-    show b.png sums/index.json $limit
-    near limited.png b.png 16 6
-    # Without its limit the mirror sees the windows itself.
-    show c.png baked/index.json
-    near limited.png c.png 96 8
-    near captured.png a.png 4 1.2 >other
-    [ -s other ] || echo 'the limit does nothing'
-    grep -q '"alpha": true' baked/index.json || echo 'no probe has alpha'
+    quietly iblview sky --offscreen without.png $picture --probes 8 --no-walls
+    show a.png baked/index.json --no-walls
+    near without.png a.png 4 1.2
+    near captured.png a.png 16 2 >other
+    [ -s other ] || echo 'no wall hides a probe'
 }
 
 # ---- saving ----------------------------------------------------------------

@@ -267,50 +267,6 @@ TEST(paraboloids_have_no_holes)
         CHECK_NEAR(rgba[4 * i + 3], 1, 0);
 }
 
-/* Without a ceiling: alpha is how much of the room a lobe sees. */
-TEST(alpha_is_filtered)
-{
-    const int cosines = 6 * VIEW_CAPTURE_IRRADIANCE * VIEW_CAPTURE_IRRADIANCE;
-    const float *level[2], *cosine[2];
-    int holes = 0, between = 0;
-    double worst = 0;
-
-    begin(VIEW_PROBE_FACES, 64);
-    const view_cubes *cubes = &rig.on->cubes;
-    rig.on->shot.draw.eye[1] = 0.3;
-    rig.on->shot.draw.limited = true;
-    memcpy(rig.on->shot.draw.limit_half, (double[3]){6, 3.5, 6},
-           sizeof rig.on->shot.draw.limit_half);
-    for (int i = 0; i < 2; i++) {
-        rig.on->shot.cpu = i ? rig.ctx : NULL;
-        room_capture_update(rig.on);
-        level[i] = room_cubes_read(cubes->specular, 1, 2, 16);
-        cosine[i] =
-            room_cubes_read(cubes->irradiance, 1, 0, VIEW_CAPTURE_IRRADIANCE);
-    }
-    const float *first = room_cubes_read(cubes->specular, 1, 0, 64);
-    for (int i = 0; i < 6 * 64 * 64; i++) {
-        const float *texel = first + (size_t)4 * i;
-        CHECK(texel[3] == 0 || texel[3] == 1);
-        holes += texel[3] == 0;
-        if (texel[3] == 0)
-            CHECK(texel[0] == 0);
-    }
-    CHECK(holes > 64 * 64 / 2 && holes < 3 * 64 * 64);
-    for (int i = 3; i < 4 * 6 * 16 * 16; i += 4) {
-        const float gpu = level[0][i], cpu = level[1][i];
-        between += gpu > 0.1F && gpu < 0.9F;
-        CHECK(gpu >= 0 && gpu <= 1 && cpu >= 0 && cpu <= 1);
-        worst = fmax(worst, fabsf(gpu - cpu));
-    }
-    for (int i = 3; i < 4 * cosines; i += 4) {
-        CHECK(cosine[0][i] > 0.2F && cosine[0][i] <= 1);
-        CHECK_NEAR(cosine[0][i], cosine[1][i], 0.05);
-    }
-    CHECK(between > 100);
-    CHECK_MSG(worst < 0.05, "%g", worst);
-}
-
 /* ---- steps --------------------------------------------------------------- */
 
 /* Steps replace all of a cube; a whole update replaces one that was begun. */

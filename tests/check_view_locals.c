@@ -13,8 +13,9 @@
 #include "view/scene_locals.h"
 
 enum {
-    MOST = IBL_MAX_TILE_PROBES,
-    WIDTH = 150, /* no whole tiles */
+    MOST = VIEW_ROOM_PROBES,
+    PLACED = VIEW_MAX_LOCALS, /* by the viewer, as many as in a mask */
+    WIDTH = 150,              /* no whole tiles */
     HEIGHT = 100
 };
 
@@ -86,11 +87,11 @@ static double width_of_row(const ibl_probe *probes, int count, double z,
 
 TEST(placed)
 {
-    ibl_probe probes[MOST];
-    int order[MOST];
+    ibl_probe probes[PLACED];
+    int order[PLACED];
     test_random r = {5};
 
-    for (int count = 1; count <= MOST; count++) {
+    for (int count = 1; count <= PLACED; count++) {
         view_scene_place(probes, count);
         ibl_probes_order(probes, count, order);
         for (int i = 0; i < count; i++) {
@@ -130,12 +131,29 @@ static void fill_colours(look *l, test_random *r, double least_alpha)
     }
 }
 
+/* Small boxes all over the room, of two priorities around the dynamic one's. */
+static void scatter(ibl_probe *probes, int count)
+{
+    test_random r = {11};
+
+    for (int i = 0; i < count; i++) {
+        ibl_probe *p = &probes[i];
+        *p = (ibl_probe){.blend = 0.2, .priority = i < 40 ? 2 : 0, .layer = i};
+        for (int k = 0; k < 3; k++) {
+            p->position[k] = view_room_centre[k] +
+                             view_room_half[k] * test_random_between(&r, -1, 1);
+            p->influence.centre[k] = p->position[k];
+            p->influence.half[k] = 0.4 + 1e-3 * i;
+        }
+    }
+}
+
 /* In order, with the last one's cell by itself: about the mirror. */
 static void place(look *l, int count)
 {
     ibl_probe *dynamic = &l->probes[MOST];
 
-    view_scene_place(l->probes, count);
+    (count > PLACED ? scatter : view_scene_place)(l->probes, count);
     *dynamic = (ibl_probe){.position = {0, 0.9, 0},
                            .influence = {.half = {1.7, 2.3, 1.5}},
                            .blend = 0.7,
@@ -235,7 +253,7 @@ static void compare_masks(const look *l, int view)
 
 TEST(masks_are_those_of_the_library)
 {
-    look *l = begin(MOST, 1);
+    look *l = begin(PLACED, 1);
 
     for (int view = 0; view < VIEWS; view++) {
         look_at(l, view);
@@ -258,9 +276,9 @@ static void compare_tiles(look *l, int view)
 }
 
 /* Pixel for pixel, whichever way round the picture is. */
-TEST_SLOW(tiles_change_nothing)
+static void tiles(int count)
 {
-    look *l = begin(MOST, 0.3);
+    look *l = begin(count, 0.3);
 
     for (int view = 0; view < VIEWS; view++) {
         look_at(l, view);
@@ -272,6 +290,16 @@ TEST_SLOW(tiles_change_nothing)
             l->draw.clip[i] = -l->draw.clip[i];
         compare_tiles(l, view);
     }
+}
+
+TEST_SLOW(tiles_change_nothing)
+{
+    tiles(PLACED);
+}
+
+TEST_SLOW(tiles_of_many)
+{
+    tiles(MOST);
 }
 
 /* ---- weights ------------------------------------------------------------- */
@@ -360,6 +388,11 @@ static void weights(int count, double least_alpha)
 
 TEST(weights_of_many)
 {
+    weights(PLACED, 1);
+}
+
+TEST(weights_of_most)
+{
     weights(MOST, 1);
 }
 
@@ -370,7 +403,135 @@ TEST(weights_of_nine)
 
 TEST(weights_with_alpha)
 {
-    weights(MOST, 0.6);
+    weights(PLACED, 0.6);
+}
+
+/* ---- walls --------------------------------------------------------------- */
+
+/* The length of the way between two points that is in a wall or a pillar. */
+static double hidden_length(const double a[3], const double b[3])
+{
+    enum {
+        PARTS = 2000
+    };
+    int in = 0;
+    double length = 0;
+
+    for (int k = 0; k < 3; k++)
+        length += (b[k] - a[k]) * (b[k] - a[k]);
+    for (int n = 0; n < PARTS; n++)
+        for (int i = 0; i < view_room_boxes(); i++) {
+            const view_room_box *box = view_room_box_at(i);
+            bool inside = true;
+            for (int k = 0; k < 3; k++) {
+                const double x = a[k] + (b[k] - a[k]) * (n + 0.5) / PARTS;
+                inside = inside && x > box->low[k] && x < box->high[k];
+            }
+            in += inside;
+        }
+    return sqrt(length) * in / PARTS;
+}
+
+/* Red and green on either side of the wall in the corner, red first; blue in
+ * the middle of the room. */
+static look *begin_walls(void)
+{
+    look *l = begin(2, 1);
+
+    l->probes[0] = (ibl_probe){.position = {4.2, 1.5, -4},
+                               .influence = {.half = {9, 9, 9}},
+                               .priority = 2};
+    l->probes[1] = (ibl_probe){.position = {1.7, 1.5, -4},
+                               .influence = {.half = {9, 9, 9}},
+                               .priority = 1,
+                               .layer = 1};
+    l->probes[MOST] =
+        (ibl_probe){.position = {0, 2.5, 0}, .influence = {.half = {9, 9, 9}}};
+    memset(l->colour, 0, sizeof l->colour);
+    for (int i = 0; i < 3; i++) {
+        float *rgba = l->colour[i < 2 ? i : MOST];
+        rgba[i] = rgba[3] = 1;
+    }
+    l->draw.locals.specular = room_cubes_of(2, (const float(*)[4])l->colour);
+    l->draw.dynamic.specular =
+        room_cubes_of(1, (const float(*)[4])l->colour[MOST]);
+    return l;
+}
+
+/* The only probe whose light a point may have, in order the first in view; -1:
+ * a way touches a wall, or none is in view. */
+static int seen_from(const look *l, const double point[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const double in =
+            hidden_length(point, l->probes[i < 2 ? i : MOST].position);
+        if (in <= 0)
+            return i;
+        if (in < 0.65) /* a pillar is 0.6 thick */
+            return -1;
+    }
+    return -1;
+}
+
+static void compare_walls(look *l, int view, int seen[3])
+{
+    const view_camera c = room_camera(views[view].eye, views[view].at,
+                                      views[view].fov, WIDTH, HEIGHT);
+    int bad = 0;
+
+    look_at(l, view);
+    l->draw.walls = true;
+    float *with = lit_render(&l->draw);
+    l->draw.walls = false;
+    float *without = lit_render(&l->draw);
+    for (int i = 0; i < WIDTH * HEIGHT; i += 7) {
+        double ray[3];
+        view_camera_ray(&c, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
+        const room_hit h = room_cast(&l->draw, c.eye, ray);
+        if (h.what < 0 || h.what >= view_room_boxes() ||
+            h.material->emission[0] > 0)
+            continue;
+        const int only = seen_from(l, h.point);
+        for (int k = 0; k < 3; k++) {
+            const double f0 = (double)h.material->f0[k];
+            bad += only >= 0 &&
+                   fabs((double)with[4 * i + k] / f0 - (k == only)) > 4e-3;
+            bad += fabs((double)without[4 * i + k] / f0 - !k) > 1e-3;
+        }
+        if (only >= 0)
+            seen[only]++;
+    }
+    CHECK_MSG(bad < 40, "view %d: %d", view, bad);
+}
+
+/* Each point has the light of the first probe that it can see. */
+TEST(walls_hide_probes)
+{
+    look *l = begin_walls();
+    int seen[3] = {0};
+
+    for (int view = 0; view < VIEWS - 1; view++)
+        compare_walls(l, view, seen);
+    CHECK_MSG(seen[0] > 200 && seen[1] > 100 && seen[2] > 5, "%d, %d, %d",
+              seen[0], seen[1], seen[2]);
+}
+
+/* A probe that is alone keeps its light behind a wall, too. */
+TEST(hidden_from_all)
+{
+    look *l = begin_walls();
+
+    l->draw.dynamic.count = 0;
+    l->draw.locals.count = 1;
+    look_at(l, 0);
+    l->draw.locals.count = 1;
+    l->draw.dynamic.count = 0;
+    l->draw.walls = true;
+    float *with = lit_render(&l->draw);
+    l->draw.walls = false;
+    float *without = lit_render(&l->draw);
+    for (int i = 0; i < 4 * WIDTH * HEIGHT; i++)
+        CHECK_NEAR(with[i], without[i], 1e-4);
 }
 
 /* ---- captures into layers ------------------------------------------------ */

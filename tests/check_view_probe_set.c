@@ -562,7 +562,7 @@ TEST(damaged_indices_are_refused)
     }
 }
 
-/* More than fit in a frame, all of the same layer. */
+/* More than a cube array can have, all of the same layer. */
 TEST(too_many_are_refused)
 {
     begin();
@@ -570,14 +570,15 @@ TEST(too_many_are_refused)
                                                       "whole bad"));
     json_t *root = json_load_file(file_path("whole/index.json"), 0, NULL);
     json_t *probes = json_object_get(root, "probes");
-    while (json_array_size(probes) <= IBL_MAX_TILE_PROBES)
+    while (json_array_size(probes) <= VIEW_ROOM_PROBES)
         json_array_append(probes, json_array_get(probes, 0));
     NEED(!json_dump_file(root, file_path("bad/index.json"), 0));
-    refuses("bad", "probes: expected at most 64|found an array of 65");
+    refuses("bad",
+            "probes: expected an array of 1 to 341|found an array of 342");
     json_array_remove(probes, 0);
     NEED(!json_dump_file(root, file_path("bad/index.json"), 0));
     view_probe_set *set = load("bad");
-    CHECK(set && view_probe_set_locals(set)->count == 64);
+    CHECK(set && view_probe_set_locals(set)->count == 341);
     view_probe_set_free(set);
     json_decref(root);
 }

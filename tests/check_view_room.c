@@ -433,42 +433,6 @@ TEST(irradiance_scales)
     CHECK_MSG(more > 500 && !bad, "%d, %d", more, bad);
 }
 
-/* Beyond the limit all is 0, and inside nothing else. */
-TEST(limited)
-{
-    const double eye[3] = {0.5, 1.5, 3.2}, at[3] = {-1, 1, -2};
-
-    lit_begin(64, 64);
-    const view_camera c = room_camera(eye, at, 80, 64, 64);
-    view_room_draw d = lit_draw(&c);
-    float *whole = lit_render(&d);
-    d.limited = true;
-    d.limit_centre[1] = 1.5;
-    d.limit_half[0] = d.limit_half[2] = 3.1;
-    d.limit_half[1] = 1.5;
-    float *part = lit_render(&d);
-    int inside = 0, bad = 0;
-    for (int i = 0; i < 64 * 64; i++) {
-        double ray[3];
-        bool in = true, near = false;
-        view_camera_ray(&c, 64, 64, i % 64, i / 64, ray);
-        const room_hit h = room_cast(&d, eye, ray);
-        for (int k = 0; k < 3; k++) {
-            const double deep =
-                d.limit_half[k] - fabs(h.point[k] - d.limit_centre[k]);
-            in = in && deep > -0.003;
-            near = near || (fabs(deep) < 0.05 && fabs(deep) > 1e-9);
-        }
-        in = in && h.what >= 0;
-        inside += in;
-        const float none[4] = {0};
-        bad += !near && memcmp(part + 4 * i, in ? whole + 4 * i : none,
-                               sizeof none) != 0;
-    }
-    CHECK(inside > 500 && inside < 3500);
-    CHECK_MSG(bad < 8, "%d pixels", bad);
-}
-
 /* ---- captures ------------------------------------------------------------ */
 
 /* Whether a texel sees that, or what is up to so many texels away; or it is

@@ -84,17 +84,14 @@ TEST(tells_of_both_filters)
     app.settings.probe_size = 32;
     title_after_draw();
     CHECK_MSG(!has("| gpu ") && has("| cpu "), "%s", title);
-    /* Nor are those of another kind, or of what is limited. */
-    for (int i = 0; i < 2; i++) {
-        app.settings.probe_filter = VIEW_PROBE_GPU;
-        title_after_draw();
-        CHECK_MSG(has("| gpu ") && has("| cpu "), "%s", title);
-        app.settings.probe_capture = VIEW_PROBE_PARABOLOIDS;
-        app.settings.probe_limit = i;
-        app.settings.probe_filter = VIEW_PROBE_CPU;
-        title_after_draw();
-        CHECK_MSG(!has("| gpu ") && has("| cpu "), "%s", title);
-    }
+    /* Nor are those of another kind. */
+    app.settings.probe_filter = VIEW_PROBE_GPU;
+    title_after_draw();
+    CHECK_MSG(has("| gpu ") && has("| cpu "), "%s", title);
+    app.settings.probe_capture = VIEW_PROBE_PARABOLOIDS;
+    app.settings.probe_filter = VIEW_PROBE_CPU;
+    title_after_draw();
+    CHECK_MSG(!has("| gpu ") && has("| cpu "), "%s", title);
 }
 
 /* Each step of an update takes a millisecond: six faces or two paraboloids are
@@ -136,7 +133,8 @@ TEST(has_room)
     s->distance = 123.4;
     s->fov = 12.25;
     s->parallax = s->sun = s->capture_shadows = false;
-    s->volumes = s->probe_limit = true;
+    s->volumes = true;
+    s->walls = false;
     s->probe_faces = 100;
     s->ev = -12.25;
     title_after_draw();
@@ -208,7 +206,7 @@ TEST(tells_every_setting)
     TELLS(VIEW_SCENE, probe_filter, VIEW_PROBE_CPU, ", cpu,");
     TELLS(VIEW_SCENE, probe_interval, 2, ", 2 s |");
     TELLS(VIEW_SCENE, probe_faces, 3, "| faces 3 |");
-    TELLS(VIEW_SCENE, probe_limit, true, "| limit |");
+    TELLS(VIEW_SCENE, walls, false, "| no walls |");
     TELLS(VIEW_SCENE, volumes, true, "| volumes |");
     TELLS(VIEW_SCENE, sun, false, "| no sun |");
     TELLS(VIEW_SCENE, capture_shadows, false, "| no capture shadows |");

@@ -475,20 +475,29 @@ bool ibl_tile_touches(mat4 clip, ibl_volume volume, vec2 low, vec2 high)
 }
 
 // The mask of the tile `at` of a picture of size pixels, for a shader that
-// writes one texel of RG32UI for each tile. count is at most 64.
-uvec2 ibl_tile_cull(samplerBuffer probes, int count, mat4 clip, ivec2 size,
-                    int tile, ivec2 at)
+// writes one texel of RG32UI for each tile. Bit 0 is the probe `first`; count
+// is at most 64.
+uvec2 ibl_tile_cull(samplerBuffer probes, int first, int count, mat4 clip,
+                    ivec2 size, int tile, ivec2 at)
 {
     vec2 low = vec2(2 * at * tile) / vec2(size) - 1.0;
     vec2 high = vec2(2 * min((at + 1) * tile, size)) / vec2(size) - 1.0;
     uvec2 mask = uvec2(0u);
 
     for (int i = 0; i < count; i++) {
-        vec4 first = texelFetch(probes, ibl_probe_texels * i);
-        vec4 second = texelFetch(probes, ibl_probe_texels * i + 1);
+        int from = ibl_probe_texels * (first + i);
+        vec4 one = texelFetch(probes, from);
+        vec4 two = texelFetch(probes, from + 1);
 
-        if (ibl_tile_touches(clip, ibl_volume_unpack(first, second), low, high))
+        if (ibl_tile_touches(clip, ibl_volume_unpack(one, two), low, high))
             mask[i / 32] |= 1u << uint(i % 32);
     }
     return mask;
+}
+
+// From the first probe on.
+uvec2 ibl_tile_cull(samplerBuffer probes, int count, mat4 clip, ivec2 size,
+                    int tile, ivec2 at)
+{
+    return ibl_tile_cull(probes, 0, count, clip, size, tile, at);
 }

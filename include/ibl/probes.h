@@ -108,9 +108,10 @@ void ibl_probes_near(const ibl_probe *probes, int count, const double point[3],
  * takes its influence, at most what is left of 1; the global environment gets
  * what remains. alpha, if not NULL, has for each probe (by index) the part 0..1
  * of the lookup that the probe has seen; it scales the influence, and later
- * probes fill in. If more than IBL_MAX_PROBES_AT have a share, the largest are
- * kept, each reduced by the largest share that is not kept, so that a probe
- * appears and disappears with weight 0; the global environment gets the
+ * probes fill in. A probe that a wall hides from the point has an alpha of 0:
+ * volumes do not know walls. If more than IBL_MAX_PROBES_AT have a share, the
+ * largest are kept, each reduced by the largest share that is not kept, so that
+ * a probe appears and disappears with weight 0; the global environment gets the
  * difference.
  *
  * Continuous if no blend is 0 and alpha is continuous. With G the sum of

@@ -30,7 +30,7 @@ enum {
 
 typedef struct pass {
     GLuint program;
-    GLint face, edge, row, count, spread, rings, alpha;
+    GLint face, edge, row, count, spread, rings;
 } pass;
 
 struct view_capture {
@@ -156,7 +156,6 @@ static bool make_passes(view_capture *c)
         p->count = gl.GetUniformLocation(p->program, "count");
         p->spread = gl.GetUniformLocation(p->program, "spread");
         p->rings = gl.GetUniformLocation(p->program, "rings");
-        p->alpha = gl.GetUniformLocation(p->program, "alpha");
     }
     return true;
 }
@@ -260,10 +259,9 @@ static void use_lookups(const view_capture *c, int first, int last)
 
 /* ---- filters of the library -------------------------------------------- */
 
-/* Averages level 0 of the lookups, colours or alpha as a grey, over each pixel
+/* Averages the colours of level 0 of the lookups over each pixel
  * of a map. False, with a message. The caller must free map either way. */
-static bool read_equirect(const view_capture *c, ibl_ctx *ctx, bool alpha,
-                          ibl_image *map)
+static bool read_equirect(const view_capture *c, ibl_ctx *ctx, ibl_image *map)
 {
     const pass *p = &c->pass[EQUIRECT];
     const int width = 4 * c->size, height = 2 * c->size;
@@ -276,7 +274,6 @@ static bool read_equirect(const view_capture *c, ibl_ctx *ctx, bool alpha,
     gl.Viewport(0, 0, width, height);
     gl.UseProgram(p->program);
     gl.Uniform1f(p->edge, (float)height);
-    gl.Uniform1i(p->alpha, alpha);
     use_lookups(c, 0, 0);
     view_gl_draw_full(p->program);
     gl.ReadPixels(0, 0, width, height, GL_RGB, GL_FLOAT, map->data);
@@ -285,9 +282,8 @@ static bool read_equirect(const view_capture *c, ibl_ctx *ctx, bool alpha,
     return true;
 }
 
-/* Bakes levels and irradiance from colours or alpha of the lookups. */
-static bool bake(const view_capture *c, ibl_ctx *ctx, bool alpha,
-                 ibl_bake_result *result)
+/* Bakes levels and irradiance from the lookups. */
+static bool bake(const view_capture *c, ibl_ctx *ctx, ibl_bake_result *result)
 {
     ibl_image map = {0};
     const ibl_environment env = {.image = &map};
@@ -298,15 +294,14 @@ static bool bake(const view_capture *c, ibl_ctx *ctx, bool alpha,
     opts.specular_options.levels = c->levels;
     opts.irradiance_options.size = VIEW_CAPTURE_IRRADIANCE;
     opts.sh_degree = -1;
-    const bool ok = read_equirect(c, ctx, alpha, &map) &&
+    const bool ok = read_equirect(c, ctx, &map) &&
                     !ibl_bake_environment(ctx, &env, &opts, result);
     ibl_image_free(&map);
     return ok;
 }
 
-/* Uploads levels from `first` on into a layer. alpha without data: 1. */
-static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
-                   GLuint cubes, int layer)
+/* Uploads levels from `first` on into a layer, with an alpha of 1. */
+static bool upload(const ibl_cube *rgb, int first, GLuint cubes, int layer)
 {
     const size_t most = (size_t)IBL_FACES * rgb->size * rgb->size;
     const float largest = ibl_pixel_max(IBL_PIXEL_RGBA16F);
@@ -318,11 +313,10 @@ static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
     for (int l = first; l < rgb->levels; l++) {
         const int n = ibl_cube_edge(rgb->size, l);
         const float *from = ibl_cube_face(rgb, l, 0);
-        const float *a = alpha->data ? ibl_cube_face(alpha, l, 0) : NULL;
         for (int i = 0; i < IBL_FACES * n * n; i++) {
             for (int k = 0; k < 3; k++)
                 rgba[4 * i + k] = fminf(from[3 * i + k], largest);
-            rgba[4 * i + 3] = a ? fminf(a[3 * i], 1) : 1;
+            rgba[4 * i + 3] = 1;
         }
         gl.TexSubImage3D(GL_TEXTURE_CUBE_MAP_ARRAY, l, 0, 0, IBL_FACES * layer,
                          n, n, IBL_FACES, GL_RGBA, GL_FLOAT, rgba);
@@ -332,21 +326,17 @@ static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
 }
 
 /* Filters level 0 of the lookups into the shot's other levels and irradiance,
- * by equirectangular maps, which the library takes. Without a limit alpha is 1.
- * False, with a message; a failed bake changes no cube. */
+ * by an equirectangular map, which the library takes. False, with a message; a
+ * failed bake changes no cube. */
 static bool filter_by_library(const view_capture *c,
                               const view_capture_shot *shot)
 {
     const view_cubes *to = shot->to;
-    ibl_bake_result rgb = {0}, alpha = {0};
-    const bool ok =
-        bake(c, shot->cpu, false, &rgb) &&
-        (!shot->draw.limited || bake(c, shot->cpu, true, &alpha)) &&
-        upload(&rgb.specular, &alpha.specular, 1, to->specular, shot->layer) &&
-        upload(&rgb.irradiance, &alpha.irradiance, 0, to->irradiance,
-               shot->layer);
+    ibl_bake_result rgb = {0};
+    const bool ok = bake(c, shot->cpu, &rgb) &&
+                    upload(&rgb.specular, 1, to->specular, shot->layer) &&
+                    upload(&rgb.irradiance, 0, to->irradiance, shot->layer);
 
-    ibl_bake_result_free(&alpha);
     ibl_bake_result_free(&rgb);
     return ok;
 }

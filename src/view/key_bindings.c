@@ -229,6 +229,7 @@ static const key_row rows[] = {
      .what = "captured more rarely, more often"},
     {"h H", 'h', 'H', ACT(change_probes), .what = "more local probes, fewer"},
     {"B", 'B', SWITCH(blend), .what = "blending of probes"},
+    {"X", 'X', SWITCH(walls), .what = "walls hide probes"},
     {"V", 'V', SWITCH(volumes), .what = "volumes of probes as wires"},
     {"z", 'z', SWITCH(capture_shadows), .what = "shadows in captures"},
     {"Z", 'Z', SWITCH(sun), .what = "the sun as a light with shadows"},

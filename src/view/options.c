@@ -374,6 +374,8 @@ static const ibl_option scene[] = {
     {"no-blend", 0, OFF(blend),
      .help = "do not blend probes: a point uses only the first probe whose box "
               "it is in, by priority and size"},
+    {"no-walls", 0, OFF(walls),
+     .help = "weight probes by their boxes only, also where a wall hides them"},
     {"probes", 0, IBL_INT(settings.probes, 0, VIEW_MAX_LOCALS),
      .help = "local probes, captured once; they see only what does not move"},
     {"probe-set", 0, IBL_TEXT(probe_set, "INDEX"), .standard = "",
@@ -390,9 +392,6 @@ static const ibl_option scene[] = {
     {"probe-filter", 0,
      IBL_CHOICE(settings.probe_filter, view_probe_filter_names),
      .help = "what filters captures: OpenGL, or the library on the CPU"},
-    {"probe-limit", 0, FLAG(settings.probe_limit),
-     .help = "a probe captures only what is inside its influence box; other "
-              "probes and the environment fill the rest"},
     {"volumes", 0, FLAG(settings.volumes),
      .help = "draw the influence volumes of probes as wires, and the walls of "
               "their parallax correction"},

@@ -35,8 +35,8 @@ enum {
 struct view_probe_set {
     char *paths[FILES]; /* NULL: no such file */
     view_file_stamp read[FILES];
-    ibl_texture shape[FILES];             /* as in the index, without data */
-    ibl_probe probe[IBL_MAX_TILE_PROBES]; /* as in locals */
+    ibl_texture shape[FILES];          /* as in the index, without data */
+    ibl_probe probe[VIEW_ROOM_PROBES]; /* as in locals */
     ibl_texture light; /* cubes from the index's harmonics; data NULL: none */
     view_probe_maps locals;
 };
@@ -119,14 +119,10 @@ static bool take_probes(ibl_json_at root, view_probe_set *set)
 {
     const ibl_json_at probes = ibl_json_member(&root, "probes");
     const int count = (int)json_array_size(probes.value);
-    ibl_probe probe[IBL_MAX_TILE_PROBES] = {0};
-    int order[IBL_MAX_TILE_PROBES];
+    ibl_probe probe[VIEW_ROOM_PROBES] = {0};
+    int order[VIEW_ROOM_PROBES];
 
-    if (count > IBL_MAX_TILE_PROBES)
-        return ibl_json_wrong(probes,
-                              "at most %d probes, which is what is drawn with",
-                              IBL_MAX_TILE_PROBES);
-    if (!ibl_json_array(probes, 1, IBL_MAX_TILE_PROBES))
+    if (!ibl_json_array(probes, 1, VIEW_ROOM_PROBES))
         return false;
     for (int i = 0; i < count; i++)
         if (!take_probe(ibl_json_element(&probes, (size_t)i), set, &probe[i]))

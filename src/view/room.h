@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The scene of --mode scene: a room of 10 x 4 x 10 units, floor at y = 0, with
- * a glossy floor, four pillars, panels that emit light, windows to the
- * environment, and spheres, most of which move.
+ * a glossy floor, four pillars, a wall in a corner, panels that emit light,
+ * windows to the environment, and spheres, most of which move.
  *
  * Probes capture the light of the windows and the panels. Each surface is
  * shaded by the split sum with the given probes, mixed and looked up as in
@@ -14,6 +14,7 @@
 
 #include <stdbool.h>
 
+#include "ibl/io.h"
 #include "ibl/probes.h"
 #include "view/gl.h"
 #include "view/room_sun.h"
@@ -39,6 +40,8 @@ typedef struct view_room_box {
 /* Everything that stands still, except the sphere in the middle. */
 int view_room_boxes(void);
 const view_room_box *view_room_box_at(int i);
+/* Whether a box stands in the room and hides what is behind it. */
+bool view_room_box_hides(int i);
 
 /* Sphere 0 is a mirror that stands still. 1 is a lamp, 2 and 3 are rough; these
  * move. */
@@ -47,10 +50,13 @@ void view_room_sphere(int i, double seconds, double centre[3], double *radius);
 bool view_room_sphere_moves(int i);
 const view_room_material *view_room_sphere_material(int i);
 
+/* As many as a cube array has layers for. */
+#define VIEW_ROOM_PROBES (IBL_MAX_LAYERS / IBL_FACES)
+
 /* Probes, each a layer of cube arrays, filtered linearly. Alpha is the part
  * that was captured; colours are premultiplied by it. */
 typedef struct view_probe_maps {
-    int count;              /* 0..IBL_MAX_TILE_PROBES */
+    int count;              /* 0..VIEW_ROOM_PROBES */
     const ibl_probe *probe; /* sorted by ibl_probes_order */
     bool holes; /* alpha is below 1 somewhere: other probes must fill in */
     GLuint specular, irradiance;
@@ -77,11 +83,6 @@ typedef struct view_room_draw {
     double seconds; /* time that places moving objects */
     bool moving;    /* draw moving objects */
     bool shadows;   /* of the sun */
-    /* True: surfaces outside the box, and the sky, are 0 in RGBA but hide what
-     * is behind them. False: alpha is 1. Must be true if clip ends before the
-     * walls. */
-    bool limited;
-    double limit_centre[3], limit_half[3];
     /* Blended at a point in the order of ibl_probes_order, local ones first
      * among equals, as by ibl_probes_blend with alpha but without a maximum
      * count. */
@@ -91,6 +92,11 @@ typedef struct view_room_draw {
     view_room_environment environment;
     GLuint table; /* split-sum table */
     bool parallax;
+    /* A probe's influence is scaled by what of the way to its position is free
+     * of walls and pillars. The dynamic probe, if it is in view, replaces what
+     * hidden ones lose, and the others what then remains: the environment gets
+     * no more by it. */
+    bool walls;
     bool sharp; /* as if blend was 0: the first probe gets all weight */
 } view_room_draw;
 
@@ -106,8 +112,9 @@ void view_room_free(view_room *r); /* NULL is fine */
 void view_room_render(view_room *r, const view_room_draw *d);
 
 /* Edge of a tile of the picture, in pixels. Unit VIEW_ROOM_UNIT_MASKS has a
- * texel per tile, the mask of its local probes (ibl_tiles_cull) in words of 32
- * bits, lower first. Paraboloids are no projection and have no masks. */
+ * texel per tile and 64 local probes, their mask (ibl_tiles_cull) in words of
+ * 32 bits, lower first; the tiles of the next 64 are above. Paraboloids are no
+ * projection and have no masks. */
 #define VIEW_ROOM_TILE 16
 
 #endif

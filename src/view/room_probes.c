@@ -1,14 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/room_probes.h"
 
-#include <stdint.h>
-
 #include "view/program.h"
 
 enum {
-    MOST = IBL_MAX_TILE_PROBES,
-    DYNAMIC = MOST, /* index in the buffer, as in room.glsl */
-    FLOATS = (MOST + 1) * IBL_PROBE_FLOATS
+    MOST = VIEW_ROOM_PROBES,
+    FLOATS = (MOST + 1) * IBL_PROBE_FLOATS /* the dynamic one is the last */
 };
 
 /* ---- resources --------------------------------------------------------- */
@@ -68,6 +65,12 @@ void view_room_probes_free(view_room_probes *p)
 
 /* ---- uniforms ---------------------------------------------------------- */
 
+/* Tiles along an edge of the picture. */
+static int tiles_of(int pixels)
+{
+    return (pixels + VIEW_ROOM_TILE - 1) / VIEW_ROOM_TILE;
+}
+
 /* Culling of tiles needs a projection; a paraboloid is none. */
 static bool has_masks(const view_room_draw *d)
 {
@@ -88,16 +91,6 @@ static int dynamic_place(const view_room_draw *d)
     return before;
 }
 
-/* Sets the first count bits. */
-static void fill_mask(unsigned mask[2], int count)
-{
-    const uint64_t bits =
-        count < MOST ? (UINT64_C(1) << count) - 1 : UINT64_MAX;
-
-    mask[0] = (unsigned)bits;
-    mask[1] = (unsigned)(bits >> 32);
-}
-
 static void fill_lod(float lod[4], const view_probe_maps *m)
 {
     lod[0] = m->lod_scale;
@@ -112,12 +105,11 @@ void view_room_probes_block(view_room_probe_block *b, const view_room_draw *d,
     *b = (view_room_probe_block){
         .picture_size = {size[0], size[1], has_masks(d) ? VIEW_ROOM_TILE : 0,
                          d->locals.count},
+        .order = {dynamic_place(d), tiles_of(size[1])},
         .scales = {d->locals.irradiance_scale, d->dynamic.irradiance_scale,
                    (float)d->dynamic.count}};
     fill_lod(b->local_lod, &d->locals);
     fill_lod(b->dynamic_lod, &d->dynamic);
-    fill_mask(b->masks, d->locals.count);
-    fill_mask(b->masks + 2, dynamic_place(d));
 }
 
 /* ---- bindings ---------------------------------------------------------- */
@@ -131,18 +123,19 @@ static void upload(view_room_probes *p, const view_room_draw *d)
         order[i] = i;
     ibl_probes_pack(d->locals.probe, d->locals.count, order, packed);
     ibl_probes_pack(d->dynamic.probe, d->dynamic.count, order,
-                    packed + DYNAMIC * IBL_PROBE_FLOATS);
+                    packed + d->locals.count * IBL_PROBE_FLOATS);
     for (int i = 0; d->sharp && i < FLOATS; i += IBL_PROBE_FLOATS)
         packed[i + 3] = 0; /* blend */
     gl.BindBuffer(GL_TEXTURE_BUFFER, p->buffer);
     gl.BufferSubData(GL_TEXTURE_BUFFER, 0, sizeof packed, packed);
 }
 
-/* Renders masks, a texel per tile, into p->framebuffer. */
-static void cull(view_room_probes *p, const GLint size[2])
+/* Renders masks, a texel per tile and 64 probes, into p->framebuffer. */
+static void cull(view_room_probes *p, const view_room_draw *d,
+                 const GLint size[2])
 {
-    const int columns = (size[0] + VIEW_ROOM_TILE - 1) / VIEW_ROOM_TILE;
-    const int rows = (size[1] + VIEW_ROOM_TILE - 1) / VIEW_ROOM_TILE;
+    const int groups = (d->locals.count + 63) / 64;
+    const int columns = tiles_of(size[0]), rows = groups * tiles_of(size[1]);
 
     make_masks(p, columns, rows);
     gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, p->framebuffer);
@@ -169,7 +162,7 @@ void view_room_probes_use(view_room_probes *p, const view_room_draw *d,
     upload(p, d);
     view_gl_bind(VIEW_ROOM_UNIT_BUFFER, GL_TEXTURE_BUFFER, p->texels);
     if (has_masks(d))
-        cull(p, size);
+        cull(p, d, size);
     bind_maps(p, &d->dynamic, VIEW_ROOM_UNIT_DYNAMIC);
     bind_maps(p, &d->locals, VIEW_ROOM_UNIT_LOCALS);
     view_gl_bind(VIEW_ROOM_UNIT_MASKS, GL_TEXTURE_2D, p->masks);

@@ -16,7 +16,7 @@ typedef struct view_room_probes {
 /* The last members of the uniform block "Room", std140. */
 typedef struct view_room_probe_block {
     int picture_size[4]; /* width, height, tile edge or 0: no masks, locals */
-    unsigned masks[4];   /* bits: all locals, those before the dynamic one */
+    int order[4];        /* locals before the dynamic one, rows of tiles */
     float local_lod[4], dynamic_lod[4]; /* as view_frame.lod */
     float scales[4]; /* irradiance: locals, dynamic one; then 1 with dynamic */
 } view_room_probe_block;

@@ -15,11 +15,16 @@
 #include "view/room_shadow.h"
 #include "view/vector.h"
 
+/* Boxes that hide probes, as in room.glsl. */
+#define VIEW_ROOM_WALLS 5
+
 /* Uniform block "Room" (shaders/room.glsl), std140. */
 typedef struct room_block {
     float picture[16];
-    float paraboloid[4]; /* x: 1 for a paraboloid */
-    float limit_centre[4], limit_half[4];
+    float paraboloid[4];                 /* x: 1 for a paraboloid */
+    float flags[4];                      /* x: parallax */
+    float walls[2 * VIEW_ROOM_WALLS][4]; /* low and high of each; w: thickness,
+                                            0 of those there are not */
     view_room_probe_block probes;
 } room_block;
 
@@ -168,15 +173,25 @@ static void fill_frame(view_frame *f, const view_room_draw *d)
     f->reflection[0] = e->fit;
 }
 
+static void fill_wall(float to[2][4], const view_room_box *box)
+{
+    double thickness = INFINITY;
+
+    for (int k = 0; k < 3; k++) {
+        to[0][k] = (float)box->low[k];
+        to[1][k] = (float)box->high[k];
+        thickness = fmin(thickness, box->high[k] - box->low[k]);
+    }
+    to[0][3] = (float)thickness;
+}
+
 static void fill_block(room_block *b, const view_room_draw *d)
 {
     b->paraboloid[0] = d->paraboloid;
-    for (int k = 0; k < 3; k++) {
-        b->limit_centre[k] = (float)d->limit_centre[k];
-        b->limit_half[k] = (float)d->limit_half[k];
-    }
-    b->limit_centre[3] = d->limited;
-    b->limit_half[3] = d->parallax;
+    b->flags[0] = d->parallax;
+    for (int i = 0, n = 0; i < view_room_boxes() && d->walls; i++)
+        if (view_room_box_hides(i))
+            fill_wall(&b->walls[2 * n++], view_room_box_at(i));
 }
 
 /* Returns whether the picture is mirrored. */

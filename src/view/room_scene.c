@@ -69,6 +69,7 @@ static const view_room_box boxes[] = {
     {{2.2, 0, -2.8}, {2.8, 4, -2.2}, STONE},
     {{-2.8, 0, 2.2}, {-2.2, 4, 2.8}, STONE},
     {{2.2, 0, 2.2}, {2.8, 4, 2.8}, STONE},
+    {{3, 0, -5}, {3.15, 4, -2.9}, WHITE}, /* a wall in a corner */
     /* panels */
     {{4.95, 0.8, -3.6}, {5, 3.2, -2}, LAMP(5, 1.6f, 0.3f)},
     {{4.95, 0.8, 1}, {5, 3.2, 2.6}, LAMP(0.3f, 2.6f, 4)},
@@ -86,6 +87,15 @@ int view_room_boxes(void)
 const view_room_box *view_room_box_at(int i)
 {
     return &boxes[i];
+}
+
+bool view_room_box_hides(int i)
+{
+    const view_room_box *box = &boxes[i];
+
+    return box->material.emission[0] <= 0 && box->low[0] > -5 &&
+           box->high[0] < 5 && box->low[1] >= 0 && box->low[2] >= -5 &&
+           box->high[2] < 5;
 }
 
 /* ---- spheres ----------------------------------------------------------- */

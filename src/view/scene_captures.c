@@ -19,8 +19,7 @@ enum {
 const double view_scene_distance = 3.1;
 static const double from_wall = 0.3; /* minimum for the camera */
 
-/* Far plane of captures of the whole room. */
-static const double whole_room_far = 100;
+static const double far_plane = 100; /* of captures */
 /* Margin of a whole-room influence beyond the walls. */
 static const double beyond = 1;
 /* Influence of the mirror's probe beside local probes. It comes first there,
@@ -155,8 +154,7 @@ static bool make_captures(view_scene *st, const view_settings *s)
 {
     const int locals = st->set ? 0 : s->probes;
     const bool same_capture = s->probe_size == st->made.probe_size &&
-                              s->probe_capture == st->made.probe_capture &&
-                              s->probe_limit == st->made.probe_limit;
+                              s->probe_capture == st->made.probe_capture;
 
     if (s->probe_filter == VIEW_PROBE_CPU && !make_context(st))
         return false;
@@ -182,8 +180,7 @@ static bool make_captures(view_scene *st, const view_settings *s)
 static ibl_probe mirror_probe(const view_scene *st)
 {
     const view_probe_maps *l = &st->now.draw.locals;
-    const bool whole = !l->count || st->seen < st->local_count || l->holes ||
-                       st->made.probe_limit;
+    const bool whole = !l->count || st->seen < st->local_count || l->holes;
     ibl_probe p = {.has_proxy = 1,
                    .blend = whole ? 0 : near_blend,
                    .priority = whole ? -1 : 1,
@@ -200,29 +197,13 @@ static ibl_probe mirror_probe(const view_scene *st)
     return p;
 }
 
-/* Far plane for a probe. A limited one sees a little more than the farthest
- * corner of its box, whose border belongs to it. */
-static double far_plane(const view_scene *st, const ibl_probe *p)
-{
-    double sum = 0;
-
-    if (!st->made.probe_limit)
-        return whole_room_far;
-    for (int k = 0; k < 3; k++) {
-        const double away = fabs(p->position[k] - p->influence.centre[k]) +
-                            p->influence.half[k];
-        sum += away * away;
-    }
-    return 1.01 * sqrt(sum);
-}
-
 /* A capture of a probe into its layer. */
 static view_capture_shot probe_shot(const view_scene *st, const ibl_probe *p,
                                     const view_cubes *to)
 {
     view_capture_shot s = {.room = st->room,
                            .draw = st->now.draw,
-                           .far = far_plane(st, p),
+                           .far = far_plane,
                            .to = to,
                            .layer = p->layer};
     view_room_draw *d = &s.draw;
@@ -232,9 +213,6 @@ static view_capture_shot probe_shot(const view_scene *st, const ibl_probe *p,
     d->moving = false;
     d->seconds = st->begun_at; /* the same for all steps of an update */
     d->shadows = st->made.capture_shadows;
-    d->limited = st->made.probe_limit;
-    memcpy(d->limit_centre, p->influence.centre, sizeof d->limit_centre);
-    memcpy(d->limit_half, p->influence.half, sizeof d->limit_half);
     memcpy(d->eye, p->position, sizeof d->eye);
     return s;
 }
@@ -420,7 +398,8 @@ static bool is_stale(const view_scene *st, const view_settings *s)
 
     return !st->fresh || m->turn < s->turn || m->turn > s->turn ||
            m->parallax != s->parallax || m->blend != s->blend ||
-           m->sun != s->sun || m->capture_shadows != s->capture_shadows ||
+           m->walls != s->walls || m->sun != s->sun ||
+           m->capture_shadows != s->capture_shadows ||
            m->probe_filter != s->probe_filter;
 }
 
@@ -476,6 +455,7 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
                                     .environment = *environment,
                                     .table = table,
                                     .parallax = s->parallax,
+                                    .walls = s->walls,
                                     .sharp = !s->blend};
     st->now.draw.environment.turn = s->turn;
     if (!s->sun && !environment->sun.apart)

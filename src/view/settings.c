@@ -24,6 +24,7 @@ view_settings view_settings_default(void)
         .split = 0.5,
         .gain = 10,
         .parallax = true,
+        .walls = true,
         .blend = true,
         .probe_size = 256,
         .probe_interval = 0.5,

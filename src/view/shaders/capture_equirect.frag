@@ -4,7 +4,6 @@
 #include "capture.glsl"
 
 uniform samplerCubeArray source;
-uniform bool alpha; // as a grey, instead of colours
 
 const int SUB = 4; // lookups along each side of a pixel
 const float PI = 3.14159265358979;
@@ -25,5 +24,5 @@ void main()
         }
         weights += float(SUB) * s;
     }
-    colour = (alpha ? sum.aaaa : sum) / weights;
+    colour = sum / weights;
 }

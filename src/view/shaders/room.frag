@@ -24,13 +24,50 @@ flat in vec3 surface_emission;
 
 layout(location = 0) out vec4 colour;
 
-// rgb: the sum so far; a: the weight that is left, of 1.
-void take(inout vec4 sum, vec4 seen, float influence)
+// Light of probes. rgb: the sum so far; a: the weight that is left, of 1; open:
+// what would be left if no wall hid a probe.
+struct blend {
+    vec4 sum;
+    float open;
+};
+
+// Adds what a probe sees. visible scales its influence. again: it takes of what
+// hidden probes have lost.
+void take(inout blend b, vec4 seen, float influence, float visible, bool again)
 {
     if (seen.a <= 0.0)
         return;
-    float share = min(influence * min(seen.a, 1.0), sum.a);
-    sum += vec4(share / seen.a * seen.rgb, -share);
+    float all = influence * min(seen.a, 1.0);
+    float share = min(all * visible, b.sum.a - (again ? b.open : 0.0));
+    b.open -= again ? 0.0 : min(all, b.open);
+    b.sum += vec4(share / seen.a * seen.rgb, -share);
+}
+
+// Gives what hidden probes have lost to the others.
+void settle(inout blend b)
+{
+    if (b.sum.a > b.open && b.sum.a < 1.0)
+        b.sum = vec4((1.0 - b.open) / (1.0 - b.sum.a) * b.sum.rgb, b.open);
+}
+
+// The part of the way to a point that is free: 1, falling to 0 as the way
+// through a wall gets as long as the wall is thick.
+float visible_from(vec3 point)
+{
+    const float least = 1.0 / 1024.0; // keeps the only probe, if it is hidden
+    vec3 way = point - surface_position;
+    float free = 1.0;
+
+    way += vec3(equal(way, vec3(0.0))) * 1e-6;
+    for (int i = 0; i < 2 * WALLS && walls[i].w > 0.0; i += 2) {
+        vec3 a = (walls[i].xyz - surface_position) / way;
+        vec3 b = (walls[i + 1].xyz - surface_position) / way;
+        vec3 low = min(a, b), high = max(a, b);
+        float from = max(max(low.x, low.y), max(low.z, 0.0));
+        float to = min(min(high.x, high.y), min(high.z, 1.0));
+        free *= 1.0 - smoothstep(0.0, walls[i].w, (to - from) * length(way));
+    }
+    return max(free, least);
 }
 
 // Influence of probe i at this point. Most probes need only this.
@@ -51,28 +88,28 @@ vec3 lookup_of(ibl_probe probe)
 {
     vec3 d;
 
-    probe.has_proxy = probe.has_proxy && limit_half.w != 0.0;
+    probe.has_proxy = probe.has_proxy && flags.x != 0.0;
     ibl_probe_parallax(probe, surface_position, towards, d);
     return d;
 }
 
 // lod and scale are those of the cubes.
-void add_probe(int i, samplerCubeArray radiance_cubes,
+void add_probe(int i, float influence, samplerCubeArray radiance_cubes,
                samplerCubeArray light_cubes, vec4 lod, float scale, vec3 normal,
-               inout vec4 specular, inout vec4 light)
+               bool again, inout blend specular, inout blend light)
 {
-    float influence = influence_of(i);
     if (influence <= 0.0)
         return;
     ibl_probe probe = ibl_probe_fetch(probe_buffer, i);
-    float layer = float(probe.layer);
+    float layer = float(probe.layer), visible = visible_from(probe.position);
     vec4 seen = textureLod(radiance_cubes,
                            vec4(lookup_of(probe), layer),
                            ibl_lod(lod, looked_up));
     vec4 diffuse = textureLod(light_cubes, vec4(normal, layer), 0.0);
 
-    take(specular, seen, influence);
-    take(light, vec4(scale * diffuse.rgb, diffuse.a), influence);
+    take(specular, seen, influence, visible, again);
+    take(light, vec4(scale * diffuse.rgb, diffuse.a), influence, visible,
+         again);
 }
 
 // Index of the only bit that is set, from the float's exponent.
@@ -81,40 +118,58 @@ int place_of(uint bit)
     return (floatBitsToInt(float(bit)) >> 23) - 127;
 }
 
-// Adds this tile's probes in order until no weight is left: two words of local
-// ones before the dynamic one, that one, two words of local ones after it.
-void add_probes(vec3 normal, inout vec4 specular, inout vec4 light)
+// Bits of this tile's local probes from 32 * word on.
+uint tile_word(int word)
 {
-    uvec2 mask = picture_size.z == 0
-                     ? masks.xy
-                     : ibl_tile_mask(tile_masks, gl_FragCoord.xy,
-                                     picture_size.z);
+    ivec2 at = ivec2(gl_FragCoord.xy) / max(picture_size.z, 1);
 
-    for (int part = 0; part < 5; part++) {
-        int word = part > 2 ? part - 3 : part;
-        if (part == 2) {
-            if (scales.z != 0.0 && (specular.a > 0.0 || light.a > 0.0))
-                add_probe(DYNAMIC, dynamic_specular, dynamic_irradiance,
-                          dynamic_lod, scales.y, normal, specular, light);
-            continue;
-        }
-        uint bits = mask[word] & (part < 2 ? masks[2 + word]
-                                           : ~masks[2 + word]);
-        while (bits != 0u && (specular.a > 0.0 || light.a > 0.0)) {
-            int i = place_of(bits & (~bits + 1u));
-            bits &= bits - 1u;
-            add_probe(32 * word + i, local_specular, local_irradiance,
-                      local_lod, scales.x, normal, specular, light);
-        }
-    }
+    if (picture_size.z == 0)
+        return ~0u;
+    at.y += word / 2 * order.y;
+    return texelFetch(tile_masks, at, 0)[word % 2];
 }
 
-bool beyond_limit()
+// The first count bits, 0..32 or beyond.
+uint first_bits(int count)
 {
-    // The border counts as inside: it may be a wall.
-    return limit_centre.w != 0.0 &&
-           any(greaterThan(abs(surface_position - limit_centre.xyz),
-                           limit_half.xyz * (1.0 + 1.0 / 1024.0)));
+    return count <= 0 ? 0u : count >= 32 ? ~0u : (1u << uint(count)) - 1u;
+}
+
+bool has_weight(blend specular, blend light)
+{
+    return specular.sum.a > 0.0 || light.sum.a > 0.0;
+}
+
+// Adds this tile's probes in order until no weight is left: locals before the
+// dynamic one, that one, locals after it, and again that one for what is
+// hidden.
+void add_probes(vec3 normal, inout blend specular, inout blend light)
+{
+    int first = 0, dynamic = picture_size.w;
+
+    for (int part = 0; part < 2; part++) {
+        int end = part == 0 ? order.x : picture_size.w;
+        for (int word = first / 32; 32 * word < end; word++) {
+            uint bits = tile_word(word) & first_bits(end - 32 * word) &
+                        ~first_bits(first - 32 * word);
+            while (bits != 0u && has_weight(specular, light)) {
+                int i = 32 * word + place_of(bits & (~bits + 1u));
+                bits &= bits - 1u;
+                add_probe(i, influence_of(i), local_specular, local_irradiance,
+                          local_lod, scales.x, normal, false, specular, light);
+            }
+        }
+        first = end;
+        bool hidden = specular.sum.a > specular.open ||
+                      light.sum.a > light.open;
+        if (scales.z != 0.0 && (part == 0 ? has_weight(specular, light)
+                                          : hidden))
+            add_probe(dynamic, part == 0 ? influence_of(dynamic) : 1.0,
+                      dynamic_specular, dynamic_irradiance, dynamic_lod,
+                      scales.y, normal, part == 1, specular, light);
+    }
+    settle(specular);
+    settle(light);
 }
 
 // Returns the sun's reflection; adds its irradiance / pi to light. Surfaces
@@ -135,10 +190,6 @@ vec3 add_sun(vec3 normal, vec3 view, inout vec3 light)
 
 void main()
 {
-    if (beyond_limit()) {
-        colour = vec4(0.0);
-        return;
-    }
     vec3 normal = normalize(surface_normal);
     vec3 view = normalize(eye.xyz - surface_position);
     float n_v = clamp(dot(normal, view), 0.0, 1.0);
@@ -152,8 +203,10 @@ void main()
                                     ibl_metallic(surface_f0, rg), chain);
     looked_up = q.lod;
     towards = normalize(mix(reflect(-view, normal), normal, q.bend));
-    vec4 specular = vec4(0.0, 0.0, 0.0, 1.0), light = specular;
-    add_probes(normal, specular, light);
+    blend from_probes = blend(vec4(0.0, 0.0, 0.0, 1.0), 1.0);
+    blend light_from_probes = from_probes;
+    add_probes(normal, from_probes, light_from_probes);
+    vec4 specular = from_probes.sum, light = light_from_probes.sum;
     if (specular.a > 0.0) {
         vec3 rest = textureLod(specular_map, turned(towards),
                                ibl_lod(lod, looked_up)).rgb;

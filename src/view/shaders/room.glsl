@@ -3,16 +3,16 @@
 #include "frame.glsl"
 #include "paraboloid.glsl"
 
-// Index of the dynamic probe; local ones start at 0.
-const int DYNAMIC = 64;
+const int WALLS = 5;
 
 layout(std140) uniform Room {
     mat4 picture;       // x, y, depth in the picture to direction
     vec4 paraboloid;    // x: 1 for a paraboloid
-    vec4 limit_centre;  // w: 1 with a limit
-    vec4 limit_half;    // w: 1 with parallax
-    ivec4 picture_size; // xy: size; z: tile edge, 0: no masks; w: locals
-    uvec4 masks;        // xy: all locals; zw: those before the dynamic one
+    vec4 flags;         // x: 1 with parallax
+    vec4 walls[2 * WALLS]; // low, high; w of low: thickness, 0: none
+    ivec4 picture_size; // xy: size; z: tile edge, 0: no masks; w: locals, the
+                        // dynamic probe comes after them
+    ivec4 order;        // x: locals before the dynamic one; y: rows of tiles
     vec4 local_lod;     // as lod of frame.glsl
     vec4 dynamic_lod;
     vec4 scales;        // x, y: irradiance of locals, dynamic one; z: 1 with it

@@ -13,5 +13,5 @@ void main()
 {
     vec3 d = normalize(seen_at(place));
     vec3 rgb = sun_cut(d, textureLod(sky_map, turned(d), 0.0).rgb);
-    colour = limit_centre.w != 0.0 ? vec4(0.0) : vec4(rgb, 1.0);
+    colour = vec4(rgb, 1.0);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A pixel per tile of the picture: the mask of the local probes that are
-// visible in it.
+// visible in it. The tiles of each 64 probes are above those of the last.
 #include "room.glsl"
 #include "probes.glsl"
 
@@ -10,6 +10,10 @@ layout(location = 0) out uvec2 mask;
 
 void main()
 {
-    mask = ibl_tile_cull(probe_buffer, picture_size.w, clip, picture_size.xy,
-                         picture_size.z, ivec2(gl_FragCoord.xy));
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    int first = 64 * (at.y / order.y);
+
+    at.y %= order.y;
+    mask = ibl_tile_cull(probe_buffer, first, min(64, picture_size.w - first),
+                         clip, picture_size.xy, picture_size.z, at);
 }
