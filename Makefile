@@ -45,9 +45,9 @@ ZSTD_CFLAGS = $(shell pkg-config --cflags libzstd 2>/dev/null)
 IO_LIBS = $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
             sed 's/^/-L/') -lOpenEXRCore \
           $(shell pkg-config --libs $(DEFLATE) libzstd 2>/dev/null)
-CLI_CFLAGS = $(shell pkg-config --cflags libpng zlib jansson libxxhash libzstd \
-               2>/dev/null)
-CLI_LIBS = $(shell pkg-config --libs libpng zlib jansson libxxhash \
+CLI_CFLAGS = $(shell pkg-config --cflags libpng libjpeg zlib jansson libxxhash \
+               libzstd 2>/dev/null)
+CLI_LIBS = $(shell pkg-config --libs libpng libjpeg zlib jansson libxxhash \
                2>/dev/null)
 HAVE_VIEW := $(shell pkg-config --exists glfw3 gl stb 2>/dev/null && echo yes)
 VIEW_CFLAGS = $(shell pkg-config --cflags glfw3 gl stb libpng jansson 2>/dev/null)
@@ -224,6 +224,12 @@ $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
 $(BUILD)/tests/check_engine: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_engine: $(call obj,$(wildcard src/engine/*.c)) \
     $(addprefix $(BUILD)/obj/src/common/,text.o path.o)
+
+$(BUILD)/tests/check_scene: TEST_LIBS = $(LIB)
+$(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c)) \
+    $(BUILD)/obj/src/engine/png.o \
+    $(addprefix $(BUILD)/obj/src/common/,text.o path.o json_at.o json_load.o \
+      names.o)
 
 # Gives OpenEXRCore its memory.
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read

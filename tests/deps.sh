@@ -17,7 +17,8 @@ libopenexr-dev:reads_EXR
 libdeflate-dev:inflates_EXR
 libzstd-dev:supercompresses_KTX2
 libopenimageio-dev:image_bridge,_reads_other_formats
-libpng-dev:writes_previews
+libpng-dev:writes_previews,_reads_textures_of_models
+libjpeg-dev:reads_textures_of_models
 libjansson-dev:reads_and_writes_JSON
 libxxhash-dev:tells_probes_that_changed
 libglfw3-dev:window_of_the_viewer

@@ -49,6 +49,24 @@ bool ibl_path_is_open(const char *path)
     return ok;
 }
 
+bool ibl_uri_decode(char *text)
+{
+    char *to = text;
+
+    for (const char *at = text; *at; at++) {
+        unsigned byte = (unsigned char)*at;
+        if (*at == '%') {
+            if (strspn(at + 1, "0123456789abcdefABCDEF") < 2 ||
+                sscanf(at + 1, "%2x", &byte) != 1 || !byte)
+                return false;
+            at += 2;
+        }
+        *to++ = (char)byte;
+    }
+    *to = '\0';
+    return true;
+}
+
 char *ibl_bridge_beside(void)
 {
     /* In a build; installed under any prefix. */

@@ -18,6 +18,9 @@ char *ibl_path_join(const char *directory, const char *name);
 /* name in the directory of file; an absolute name stays. */
 char *ibl_path_beside(const char *file, const char *name);
 
+/* Decodes %XX of a URI in place. False: no such code, or a NUL. */
+bool ibl_uri_decode(char *text);
+
 /* Path of the image bridge beside the program (in a build) or in ../lib/iblbake
  * (installed). The caller must free it. NULL: not found, so the library's
  * compiled-in path applies. */

@@ -105,25 +105,6 @@ static ibl_status wrong(const reader *r, ibl_status status, const char *what)
     return ibl_fail(r->ctx, status, "%s: %s", r->name, what);
 }
 
-/* Decodes %XX in place. False: not so, or a NUL. */
-static bool decode_uri(char *text)
-{
-    char *to = text;
-
-    for (const char *at = text; *at; at++) {
-        unsigned byte = (unsigned char)*at;
-        if (*at == '%') {
-            if (strspn(at + 1, "0123456789abcdefABCDEF") < 2 ||
-                sscanf(at + 1, "%2x", &byte) != 1 || !byte)
-                return false;
-            at += 2;
-        }
-        *to++ = (char)byte;
-    }
-    *to = '\0';
-    return true;
-}
-
 static uint64_t longest(const unsigned char *bytes, size_t size)
 {
     (void)bytes;
@@ -148,7 +129,7 @@ static ibl_status open_image(reader *r, const json_t *index)
                      "only images in files beside it are read");
     char *name = strdup(text);
     char *path =
-        name && decode_uri(name) ? ibl_path_beside(r->name, name) : NULL;
+        name && ibl_uri_decode(name) ? ibl_path_beside(r->name, name) : NULL;
     ibl_input *in = &r->input[r->opened];
     ibl_status status =
         path ? ibl_input_open(r->ctx, path, longest, in)

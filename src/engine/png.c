@@ -120,33 +120,98 @@ bool ibl_png_size(const unsigned char *bytes, size_t size, int *width,
     return true;
 }
 
+/* Bits of a pixel in the file. */
+static size_t bits_of(const unsigned char *bytes)
+{
+    static const int channels[] = {[PNG_COLOR_TYPE_GRAY] = 1,
+                                   [PNG_COLOR_TYPE_RGB] = 3,
+                                   [PNG_COLOR_TYPE_PALETTE] = 1,
+                                   [PNG_COLOR_TYPE_GRAY_ALPHA] = 2,
+                                   [PNG_COLOR_TYPE_RGBA] = 4};
+    const size_t type = bytes[25], types = sizeof channels / sizeof *channels;
+
+    return type < types ? bytes[24] * (size_t)channels[type] : 0;
+}
+
+bool ibl_png_holds(const unsigned char *bytes, size_t size)
+{
+    int w, h;
+
+    if (!ibl_png_size(bytes, size, &w, &h) || !bits_of(bytes))
+        return false;
+    return (size_t)w * bits_of(bytes) / 8 * (size_t)h / MOST_PACKED <= size;
+}
+
 bool ibl_png_fits(const unsigned char *bytes, size_t size, int width,
                   int height)
 {
     int w, h;
 
-    if (!ibl_png_size(bytes, size, &w, &h) || w != width || h != height)
-        return false;
-    const int depth = bytes[24], type = bytes[25];
-    const size_t channels = type == PNG_COLOR_TYPE_RGBA ? 4 : 3;
-    return depth == 8 &&
-           (type == PNG_COLOR_TYPE_RGBA || type == PNG_COLOR_TYPE_RGB) &&
-           channels * (size_t)w * (size_t)h / MOST_PACKED <= size;
+    return ibl_png_size(bytes, size, &w, &h) && w == width && h == height &&
+           bytes[24] == 8 &&
+           (bytes[25] == PNG_COLOR_TYPE_RGBA ||
+            bytes[25] == PNG_COLOR_TYPE_RGB) &&
+           ibl_png_holds(bytes, size);
+}
+
+typedef struct encoded {
+    const unsigned char *bytes;
+    size_t left;
+} encoded;
+
+static void get(png_structp png, png_bytep bytes, size_t size)
+{
+    encoded *e = png_get_io_ptr(png);
+
+    if (size > e->left)
+        png_error(png, "cut short");
+    memcpy(bytes, e->bytes, size);
+    e->bytes += size;
+    e->left -= size;
+}
+
+static void leave(png_structp png, const char *text)
+{
+    (void)text;
+    png_longjmp(png, 1);
+}
+
+static void read_image(png_structp png, png_infop info, int width, int height,
+                       unsigned char *rgba)
+{
+    const size_t row = 4 * (size_t)width;
+
+    png_read_info(png, info);
+    png_set_expand(png);
+    png_set_scale_16(png);
+    png_set_gray_to_rgb(png);
+    png_set_add_alpha(png, 255, PNG_FILLER_AFTER);
+    const int passes = png_set_interlace_handling(png);
+    png_read_update_info(png, info);
+    if (png_get_rowbytes(png, info) != row ||
+        png_get_image_height(png, info) != (png_uint_32)height)
+        png_error(png, "another size");
+    for (int pass = 0; pass < passes; pass++)
+        for (int y = 0; y < height; y++)
+            png_read_row(png, rgba + row * (size_t)y, NULL);
+    png_read_end(png, NULL);
 }
 
 bool ibl_png_decode(const unsigned char *bytes, size_t size, int width,
                     int height, unsigned char *rgba)
 {
-    png_image image = {.version = PNG_IMAGE_VERSION};
+    encoded e = {bytes, size};
+    png_structp png =
+        png_create_read_struct(PNG_LIBPNG_VER_STRING, NULL, leave, stay_silent);
+    png_infop info = png ? png_create_info_struct(png) : NULL;
+    volatile bool ok = false;
 
-    if (!png_image_begin_read_from_memory(&image, bytes, size))
-        return false;
-    image.format = PNG_FORMAT_RGBA;
-    const bool ok = image.width == (png_uint_32)width &&
-                    image.height == (png_uint_32)height &&
-                    png_image_finish_read(&image, NULL, rgba, 0, NULL) &&
-                    !(image.warning_or_error & PNG_IMAGE_ERROR);
-    png_image_free(&image);
+    if (info && !setjmp(png_jmpbuf(png))) {
+        png_set_read_fn(png, &e, get);
+        read_image(png, info, width, height, rgba);
+        ok = true;
+    }
+    png_destroy_read_struct(&png, &info, NULL);
     return ok;
 }
 

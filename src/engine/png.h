@@ -24,13 +24,15 @@ void ibl_blob_free(ibl_blob *blob);
 bool ibl_png_encode(const unsigned char *rgba, int width, int height,
                     const ibl_texture *keys, ibl_blob *out);
 
-/* Whether bytes can be a PNG of width x height texels of 3 or 4 channels of 8
- * bits: allocates nothing, and refuses what deflate cannot have packed so
- * small. */
+/* Whether bytes can be a PNG of the size in its header: allocates nothing, and
+ * refuses what deflate cannot have packed so small. */
+bool ibl_png_holds(const unsigned char *bytes, size_t size);
+/* The same, and of width x height texels of 3 or 4 channels of 8 bits. */
 bool ibl_png_fits(const unsigned char *bytes, size_t size, int width,
                   int height);
-/* Decodes such a file to 4 bytes a texel. Safe on many threads at once. False:
- * damaged, or no memory. */
+/* Decodes a file of that size and any kind to 4 bytes a texel, as they are:
+ * what it says of its gamma does not count. Safe on many threads at once.
+ * False: damaged, or no memory. */
 bool ibl_png_decode(const unsigned char *bytes, size_t size, int width,
                     int height, unsigned char *rgba);
 /* The size in its header; false: not a PNG. */

@@ -121,13 +121,17 @@ ibl_status ibl_scene_read(ibl_ctx *ctx, const char *path, ibl_scene *out);
 void ibl_scene_free(ibl_scene *scene); /* zeroed is fine */
 
 /*
- * Decodes an image to 8 bits a channel, values as they are in the file; one
- * that is decoded stays as it is.
+ * Decodes images to 8 bits a channel, on the context's pool, with values as in
+ * the files. What is decoded stays as it is.
+ *   images  count of their numbers
  *   reduce  1, or 2, 4, 8: a JPEG may become so many times smaller, the mean of
  *           its pixels, which is faster
- * IBL_ERR_FORMAT, IBL_ERR_UNSUPPORTED (neither PNG nor JPEG, and no image
- * bridge), IBL_ERR_MEMORY: the image stays undecoded.
+ * IBL_ERR_FORMAT, IBL_ERR_UNSUPPORTED (neither PNG nor JPEG, or too large),
+ * IBL_ERR_MEMORY: some images stay undecoded.
  */
+ibl_status ibl_scene_decode_all(ibl_ctx *ctx, ibl_scene *scene,
+                                const int *images, int count, int reduce);
+/* The same for one. */
 ibl_status ibl_scene_decode(ibl_ctx *ctx, ibl_scene *scene, int image,
                             int reduce);
 

@@ -1,0 +1,300 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Models: small files made by hand, whose triangles, materials and surveys are
+ * known, files that are damaged or lie, and the collections of other people
+ * where they are installed.
+ */
+#include "scene/scene.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "files.h"
+#include "test.h"
+
+static ibl_ctx *quiet; /* keeps its messages in kept */
+static test_messages kept;
+
+void test_setup(void)
+{
+    quiet = test_keeping_ctx(2, &kept);
+}
+
+static void free_scene(void *scene)
+{
+    ibl_scene_free(scene);
+}
+
+/* A scene that is freed after the test, and the status of reading it. */
+static ibl_scene *read_scene(const char *path, ibl_status *status)
+{
+    ibl_scene *s = test_alloc(1, sizeof *s);
+
+    kept = (test_messages){0};
+    *status = ibl_scene_read(quiet, path, s);
+    test_defer(free_scene, s);
+    return s;
+}
+
+static const char *save(const char *name, const char *text)
+{
+    const char *path = file_path(name);
+
+    NEED(file_save(path, text, strlen(text)));
+    return path;
+}
+
+static ibl_scene *read_text(const char *text)
+{
+    ibl_status status;
+    ibl_scene *s = read_scene(save("x.gltf", text), &status);
+
+    CHECK_MSG(!status, "%s: %s", text, kept.text[IBL_LOG_ERROR]);
+    NEED(!status);
+    return s;
+}
+
+/* The bytes of mesh.bin: a square of 4 vertices in z = 2, from -1 to 1 in x and
+ * y, as floats; then its texture coordinates as unsigned bytes, 0 to 255, and
+ * the indices 0 1 2 3 as bytes and as words. */
+enum {
+    PLACES = 48,
+    COORDINATES = 8,
+    SHORT = 4,
+    LONG = 16
+};
+
+static void save_mesh(void)
+{
+    static const float places[12] = {-1, -1, 2, 1, -1, 2, -1, 1, 2, 1, 1, 2};
+    static const unsigned char rest[COORDINATES + SHORT] = {
+        0, 255, 255, 255, 0, 0, 255, 0, 0, 1, 2, 3};
+    static const uint32_t indices[4] = {0, 1, 2, 3};
+    unsigned char all[PLACES + COORDINATES + SHORT + LONG];
+
+    memcpy(all, places, PLACES);
+    memcpy(all + PLACES, rest, sizeof rest);
+    memcpy(all + PLACES + sizeof rest, indices, LONG);
+    NEED(file_save(file_path("mesh.bin"), all, sizeof all));
+}
+
+#define BUFFER                                                                 \
+    "\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"uri\":\"mesh.bin\","      \
+    "\"byteLength\":76}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":48},"   \
+    "{\"buffer\":0,\"byteOffset\":48,\"byteLength\":8},{\"buffer\":0,"         \
+    "\"byteOffset\":56,\"byteLength\":4},{\"buffer\":0,\"byteOffset\":60,"     \
+    "\"byteLength\":16}]"
+#define ACCESSORS                                                              \
+    "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":4,"     \
+    "\"type\":\"VEC3\"},{\"bufferView\":1,\"componentType\":5121,\"count\":4," \
+    "\"type\":\"VEC2\",\"normalized\":true},{\"bufferView\":2,"                \
+    "\"componentType\":5121,\"count\":4,\"type\":\"SCALAR\"},"                 \
+    "{\"bufferView\":3,\"componentType\":5125,\"count\":4,"                    \
+    "\"type\":\"SCALAR\"}]"
+#define ATTRIBUTES "\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1}"
+#define STRIP "{\"mode\":5," ATTRIBUTES ",\"indices\":2"
+#define SCENE                                                                  \
+    "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0,"                     \
+    "\"scale\":[2,1,1]}]"
+
+/* The square as a strip, with these members of the root besides. */
+static ibl_scene *read_square(const char *more)
+{
+    save_mesh();
+    return read_text(test_text("{" BUFFER "," ACCESSORS "," SCENE
+                               ",\"meshes\":[{\"primitives\":[" STRIP
+                               ",\"material\":0}]}],%s}",
+                               more));
+}
+
+TEST(square)
+{
+    const ibl_scene *s = read_square("\"materials\":[{}]");
+    const ibl_scene_primitive *p = s->primitives;
+
+    CHECK(s->primitive_count == 1 && s->draw_count == 1);
+    CHECK(s->material_count == 2 && p->material == 0 && s->file_count == 2);
+    /* Without normals each corner is a vertex: both triangles face +z. */
+    CHECK(p->index_count == 6 && p->vertex_count == 6);
+    for (int i = 0; i < 18; i++)
+        CHECK_NEAR(p->normal[i], i % 3 == 2, 0);
+    CHECK_NEAR(s->bounds[0][0], -2, 1e-6);
+    CHECK_NEAR(s->bounds[1][1], 1, 1e-6);
+    CHECK_NEAR(s->bounds[0][2], 2, 1e-6);
+    /* Texture coordinates follow the positions: u = (x + 1) / 2, v = (1 - y)
+     * / 2. */
+    for (int i = 0; i < 6; i++) {
+        CHECK_NEAR(p->texcoord[0][2 * i], (p->position[3 * i] + 1) / 2, 1e-6);
+        CHECK_NEAR(p->texcoord[0][2 * i + 1], (1 - p->position[3 * i + 1]) / 2,
+                   1e-6);
+    }
+}
+
+TEST(strips_and_fans)
+{
+    static const int fan[] = {1, 2, 0, 2, 3, 0};
+
+    save_mesh();
+    const ibl_scene *s = read_text(
+        "{" BUFFER "," ACCESSORS "," SCENE ",\"meshes\":[{\"primitives\":["
+        "{\"mode\":6,\"attributes\":{\"POSITION\":0,\"NORMAL\":0},\"indices\":"
+        "3},{\"mode\":1,\"attributes\":{\"POSITION\":0}},{\"attributes\":{"
+        "\"POSITION\":0,\"NORMAL\":0}}]}]}");
+    CHECK(s->primitive_count == 2); /* lines are left out */
+    CHECK(strstr(kept.text[IBL_LOG_WARNING], "1 primitives are points, lines"));
+    for (int i = 0; i < 6; i++)
+        CHECK(s->primitives[0].index[i] == (uint32_t)fan[i]);
+    CHECK(s->primitives[1].index_count == 3);
+}
+
+TEST(nodes_and_sparse)
+{
+    save_mesh();
+    /* A turn by 90 degrees about z below a move: x becomes y. The second
+     * vertex of the accessor becomes the third, (-1, 1, 2). */
+    const ibl_scene *s = read_text(
+        "{" BUFFER
+        ",\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":4,"
+        "\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":"
+        "2,\"byteOffset\":1,\"componentType\":5121},\"values\":{\"bufferView\":"
+        "0,\"byteOffset\":24}}}],\"meshes\":[{\"primitives\":[{\"attributes\":{"
+        "\"POSITION\":0,\"NORMAL\":0}}]}],\"scene\":1,\"scenes\":[{},{"
+        "\"nodes\":[1]}],\"nodes\":[{\"mesh\":0,\"rotation\":[0,0,"
+        "0.70710678118,0.70710678118]},{\"children\":[0],\"translation\":"
+        "[10,20,30]}]}");
+    const float *m = s->draws->to_world, *p = s->primitives->position;
+    static const float expected[16] = {0, 1, 0, 0, -1, 0,  0,  0,
+                                       0, 0, 1, 0, 10, 20, 30, 1};
+
+    for (int i = 0; i < 16; i++)
+        CHECK_NEAR(m[i], expected[i], 1e-6);
+    CHECK_NEAR(p[3], -1, 0);
+    CHECK_NEAR(p[4], 1, 0);
+}
+
+TEST(materials)
+{
+    const ibl_scene *s = read_square(
+        "\"materials\":[{\"name\":\"m\",\"alphaMode\":\"MASK\","
+        "\"pbrMetallicRoughness\":{\"roughnessFactor\":0.25,"
+        "\"metallicFactor\":0,\"baseColorTexture\":{\"index\":0,"
+        "\"extensions\":{\"KHR_texture_transform\":{\"offset\":[0.5,0.25],"
+        "\"rotation\":1,\"scale\":[2,3]}}}},\"emissiveFactor\":[1,2,3],"
+        "\"normalTexture\":{\"index\":0,\"scale\":0.5},\"extensions\":{"
+        "\"KHR_materials_sheen\":{\"sheenColorFactor\":[0.1,0.2,0.3],"
+        "\"sheenRoughnessFactor\":0.4},\"KHR_materials_ior\":{\"ior\":1.33},"
+        "\"KHR_materials_emissive_strength\":{\"emissiveStrength\":4},"
+        "\"KHR_materials_unlit\":{}}},{\"extensions\":{"
+        "\"KHR_materials_pbrSpecularGlossiness\":{\"glossinessFactor\":0.75,"
+        "\"specularFactor\":[0.5,0.6,0.7]}}}],\"textures\":[{\"source\":0,"
+        "\"sampler\":0}],\"samplers\":[{\"wrapS\":33071}],\"images\":[{"
+        "\"uri\":\"data:image/png;base64,AAAA\"}]");
+    const ibl_scene_material *m = s->materials;
+    const ibl_scene_texture *t = &m->base_colour_texture;
+
+    CHECK(!strcmp(m->name, "m") && m->alpha_mode == IBL_SCENE_MASK && m->unlit);
+    CHECK_NEAR(m->roughness, 0.25, 0);
+    CHECK_NEAR(m->metallic, 0, 0);
+    CHECK_NEAR(m->emissive[2], 12, 0);
+    CHECK_NEAR(m->normal_scale, 0.5, 0);
+    CHECK_NEAR(m->sheen_colour[1], 0.2, 1e-6);
+    CHECK_NEAR(m->sheen_roughness, 0.4, 1e-6);
+    CHECK_NEAR(m->ior, 1.33, 1e-6);
+    CHECK(t->image == 0 && t->wrap_s == 33071 && t->wrap_t == 10497);
+    CHECK_NEAR(t->offset[1], 0.25, 0);
+    CHECK_NEAR(t->scale[1], 3, 0);
+    CHECK_NEAR(t->rotation, 1, 0);
+    CHECK(m->occlusion_texture.image == -1);
+    CHECK(s->images->encoded_size == 3);
+    CHECK_NEAR(m[1].roughness, 0.25, 0);
+    CHECK_NEAR(m[1].specular_colour[2], 0.7, 1e-6);
+    CHECK_NEAR(m[2].metallic, 1, 0);
+}
+
+/* ---- what is no scene ------------------------------------------------- */
+
+TEST(damaged)
+{
+    static const struct {
+        const char *text, *said;
+    } cases[] = {
+        {"{}", "asset.version: expected a string"},
+        {"{\"asset\":{\"version\":\"1.0\"}}", "only 2.0 is read"},
+        {"[", "no glTF"},
+        {"{\"asset\":{\"version\":\"2.0\"}}", "has no triangles"},
+        {"{\"asset\":{\"version\":\"2.0\"},\"extensionsRequired\":"
+         "[\"KHR_draco_mesh_compression\"]}",
+         "needs the extension KHR_draco_mesh_compression"},
+        {"{" BUFFER ",\"accessors\":[{\"bufferView\":0,\"componentType\":5126,"
+         "\"count\":5,\"type\":\"VEC3\"}]," SCENE
+         ",\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}]}",
+         "5 elements of 12 bytes"},
+        {"{" BUFFER ",\"accessors\":[{\"componentType\":5126,"
+         "\"count\":200000000,\"type\":\"VEC3\"}]," SCENE
+         ",\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}]}",
+         "million numbers"},
+        {"{" BUFFER "," ACCESSORS "," SCENE
+         ",\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},"
+         "\"indices\":1}]}]}",
+         "expected 1 to 1 components"},
+        {"{" BUFFER "," ACCESSORS
+         ",\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"children\":[0]}]}",
+         "node 0 is in two places"},
+        {"{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":4,"
+         "\"uri\":\"data:;base64,AA\"}]}",
+         "only 1"},
+        {"{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":4,"
+         "\"uri\":\"data:;base64,A*A\"}]}",
+         "no base64"},
+        {"{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":4,"
+         "\"uri\":\"https://x.y/z\"}]}",
+         "is not in a file beside it"},
+        {"{" BUFFER "," ACCESSORS "," SCENE
+         ",\"meshes\":[{\"primitives\":[" STRIP ",\"material\":0}]}]}",
+         "no index"},
+    };
+
+    save_mesh();
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        ibl_status status;
+        read_scene(save("x.gltf", cases[i].text), &status);
+        CHECK_MSG(status && test_said(&kept, cases[i].said), "%zu: %d: %s", i,
+                  (int)status, kept.text[IBL_LOG_ERROR]);
+    }
+}
+
+/* A .glb of the square, cut short at each length: the words of the sizes in it
+ * then lie. */
+TEST(glb_cut_short)
+{
+    static const char json[] =
+        "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":76}],"
+        "\"bufferViews\":[{\"buffer\":0,\"byteLength\":48}],\"accessors\":[{"
+        "\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\""
+        "}]," SCENE
+        ",\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}]}";
+    const size_t first = sizeof json - 1;
+    unsigned char all[2048] = "glTF";
+    size_t size, at = 20 + first;
+    ibl_status status;
+
+    save_mesh();
+    const unsigned char *mesh = file_load(file_path("mesh.bin"), &size);
+    file_set_u32(all + 4, 2);
+    file_set_u32(all + 8, (uint32_t)(at + 8 + size));
+    file_set_u32(all + 12, (uint32_t)first);
+    memcpy(all + 16, "JSON", 4);
+    memcpy(all + 20, json, first);
+    file_set_u32(all + at, (uint32_t)size);
+    memcpy(all + at + 4, "BIN", 4);
+    memcpy(all + at + 8, mesh, size);
+    for (size_t n = 1; n <= at + 8 + size; n += n < at + 8 ? 37 : 1) {
+        const char *path = file_path("x.glb");
+        NEED(file_save(path, all, n));
+        read_scene(path, &status);
+        CHECK_MSG(!status == (n == at + 8 + size), "%zu of %zu bytes: %d", n,
+                  at + 8 + size, (int)status);
+    }
+}
