@@ -259,7 +259,7 @@ test_scene() {
 # --stats: words of NAME=NUMBER, whose parts sum up; the second line is of the
 # same capture through the other filter.
 test_stats() {
-    local by scene='--mode scene --probe-size 32 --stats'
+    local by scene='--mode scene --probe-size 32 --antialias 1 --stats'
     for by in gpu cpu; do
         iblview "$work/ktx2" --offscreen a.png $small $scene --seconds 1.5 \
             --probe-filter $by --frames 2 >said || echo "status $?"
@@ -277,7 +277,8 @@ test_stats() {
                   print }
             END { if (NR != 2) print NR, "lines" }' said
     done
-    iblview "$work/ktx2" --offscreen a.png $small --frames 3 --stats >said
+    iblview "$work/ktx2" --offscreen a.png $small --frames 3 \
+        --antialias 1 --stats >said
     grep -Eqx 'view mode=spheres frames=3 frame=[0-9.]+ worst=[0-9.]+' said ||
         cat said
     iblview "$work/ktx2" --contact-sheet a.png $small $scene >said

@@ -275,7 +275,10 @@ void view_app_picture(view_app *app)
                         path);
         return;
     }
-    if (view_app_draw(app, false))
+    bool drawn = view_app_draw(app, false);
+    while (drawn && !view_renderer_complete(app->renderer))
+        drawn = view_app_draw(app, false);
+    if (drawn)
         rgb = view_renderer_picture(app->renderer);
     if (rgb && view_picture_write(app->ctx, path, app->width, app->height, rgb))
         view_app_notice(app, "%s is written", path);

@@ -24,12 +24,17 @@ static void fill_camera(view_frame *f, const view_settings *s, int width,
     copy3(f->right, c.right);
     copy3(f->up, c.up);
     copy3(f->forward, c.forward);
+    for (int k = 0; k < 3; k++)
+        f->forward[k] +=
+            (float)(c.shift[0] * c.right[k] + c.shift[1] * c.up[k]);
     f->viewport[0] = (float)width;
     f->viewport[1] = (float)height;
     f->viewport[2] = 1.0f / (float)width;
     f->viewport[3] = 1.0f / (float)height;
     f->turn[0] = (float)cos(turn);
     f->turn[1] = (float)sin(turn);
+    f->turn[2] = (float)view_widening(s);
+    f->turn[3] = (float)(1.0 / sqrt(view_places(s)));
 }
 
 static void fill_set(view_frame *f, const baked_set *set)

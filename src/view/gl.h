@@ -31,7 +31,8 @@
     X(GetProgramInfoLog) X(GetProgramiv) X(GetShaderInfoLog) X(GetShaderiv)    \
     X(GetString) X(GetStringi) X(GetTexImage) X(GetUniformBlockIndex)          \
     X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadBuffer)          \
-    X(ReadPixels) X(RenderbufferStorage) X(SamplerParameteri) X(ShaderSource)  \
+    X(ReadPixels) X(RenderbufferStorage) X(RenderbufferStorageMultisample)     \
+    X(SamplerParameteri) X(ShaderSource)                                       \
     X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri) X(TexSubImage3D) \
     X(Uniform1f) X(Uniform1i) X(Uniform2f) X(UniformBlockBinding)              \
     X(UseProgram) X(VertexAttrib4f) X(VertexAttribDivisor)                     \

@@ -420,6 +420,9 @@ static const ibl_option camera[] = {
     {"fov", 0, REAL(fov, "DEG", 1, 120), .help = "vertical field of view"},
     {"no-sky", 0, OFF(sky),
      .help = "black behind the spheres"},
+    {"antialias", 0, IBL_INT(settings.antialias, 1, VIEW_MAX_ANTIALIAS),
+     .help = "draw N x N places of each pixel, and their mean; 1: only its "
+             "centre"},
 };
 
 static const ibl_option display[] = {
@@ -477,6 +480,7 @@ static void set_defaults(void *options)
                        .columns = -1,
                        .texel = {-1, -1},
                        .settings = view_settings_default()};
+    ((view_options *)options)->settings.antialias = VIEW_DEFAULT_ANTIALIAS;
 }
 
 static bool take(void *options, const char *word)

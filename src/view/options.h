@@ -38,6 +38,7 @@ typedef struct view_options {
 } view_options;
 
 enum {
+    VIEW_DEFAULT_ANTIALIAS = 2,
     VIEW_DEFAULT_SAMPLES = 256, /* of the reference in a picture */
     VIEW_FRAME_SAMPLES = 16     /* added by each frame of a picture */
 };

@@ -26,12 +26,14 @@ _Static_assert(sizeof(view_sphere) == 12 * sizeof(double),
                "all are attributes");
 
 struct view_renderer {
-    GLuint sky, sphere, inspect, display; /* programs */
-    GLuint nearest;                       /* sampler of maps */
+    GLuint sky, sphere, inspect, display, mean; /* programs */
+    GLuint nearest;                             /* sampler of maps */
     GLuint instances, instance_buffer, frame_buffer;
     GLuint maps[VIEW_CONTENTS];
-    GLuint picture[2], target[2]; /* linear pictures, of settings.reflection and
-                                     against, and framebuffers on them */
+    /* Linear pictures of settings.reflection and against: of one place in the
+     * pixels, and the mean of all places so far; and framebuffers on them. */
+    GLuint picture[2], target[2], means[2], mean_target[2];
+    int places;                   /* drawn */
     view_truth *truth;            /* made on first use */
     view_scene *stage;            /* the same */
     const view_probe_set *probes; /* probes of the stage, or NULL */
@@ -44,7 +46,7 @@ struct view_renderer {
     view_frame frame;
     int width, height; /* 0: nothing drawn yet */
     bool has_truth;
-    view_frame linear; /* frame of the linear picture */
+    view_frame linear; /* frame of the linear picture, at the pixels' centres */
     bool stale;        /* the linear picture must be drawn again */
     int count;
     instance sorted[MAX_SPHERES];
@@ -58,7 +60,8 @@ static bool make(view_renderer *r)
     r->sphere = view_program("sphere.vert", "sphere.frag");
     r->inspect = view_program("full.vert", "inspect.frag");
     r->display = view_program("full.vert", "display.frag");
-    if (!r->sky || !r->sphere || !r->inspect || !r->display)
+    r->mean = view_program("full.vert", "truth_mean.frag");
+    if (!r->sky || !r->sphere || !r->inspect || !r->display || !r->mean)
         return false;
     gl.GenVertexArrays(1, &r->instances);
     gl.BindVertexArray(r->instances);
@@ -73,6 +76,7 @@ static bool make(view_renderer *r)
                          GL_NEAREST_MIPMAP_NEAREST);
     gl.SamplerParameteri(r->nearest, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     gl.GenFramebuffers(2, r->target);
+    gl.GenFramebuffers(2, r->mean_target);
     return view_gl_check("making the renderer");
 }
 
@@ -95,12 +99,15 @@ void view_renderer_free(view_renderer *r)
     view_truth_free(r->truth);
     view_scene_free(r->stage);
     gl.DeleteFramebuffers(2, r->target);
+    gl.DeleteFramebuffers(2, r->mean_target);
     gl.DeleteTextures(2, r->picture);
+    gl.DeleteTextures(2, r->means);
     gl.DeleteTextures(VIEW_CONTENTS, r->maps);
     gl.DeleteBuffers(1, &r->frame_buffer);
     gl.DeleteBuffers(1, &r->instance_buffer);
     gl.DeleteVertexArrays(1, &r->instances);
     gl.DeleteSamplers(1, &r->nearest);
+    gl.DeleteProgram(r->mean);
     gl.DeleteProgram(r->display);
     gl.DeleteProgram(r->inspect);
     gl.DeleteProgram(r->sphere);
@@ -172,13 +179,14 @@ static void sort_spheres(const view_sphere *spheres, int count,
     }
 }
 
-static void update_spheres(view_renderer *r, int width, int height)
+static void update_spheres(view_renderer *r, const view_settings *s, int width,
+                           int height)
 {
-    const view_camera camera = view_camera_of(&r->settings, width, height);
+    const view_camera camera = view_camera_of(s, width, height);
     view_sphere spheres[MAX_SPHERES];
     instance sorted[MAX_SPHERES];
     int order[MAX_SPHERES];
-    const int count = view_grid(&r->settings, spheres);
+    const int count = view_grid(s, spheres);
     const size_t bytes = count * sizeof *sorted;
 
     sort_spheres(spheres, count, camera.eye, order);
@@ -191,7 +199,6 @@ static void update_spheres(view_renderer *r, int width, int height)
     if (count == r->count && !memcmp(sorted, r->sorted, bytes))
         return;
     view_renderer_restart(r);
-    r->stale = true;
     r->count = count;
     memcpy(r->sorted, sorted, bytes);
     gl.BindBuffer(GL_ARRAY_BUFFER, r->instance_buffer);
@@ -200,14 +207,15 @@ static void update_spheres(view_renderer *r, int width, int height)
 
 /* ---- passes ------------------------------------------------------------ */
 
-/* Makes the linear picture of a side, if there is none. */
-static bool make_picture(view_renderer *r, int side)
+/* Makes a linear picture, if there is none. */
+static bool make_picture(const view_renderer *r, GLuint *picture,
+                         GLuint framebuffer)
 {
-    if (r->picture[side])
+    if (*picture)
         return true;
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
-    r->picture[side] = view_float_target(r->width, r->height);
-    if (view_gl_target(r->target[side], r->picture[side]))
+    *picture = view_float_target(r->width, r->height);
+    if (view_gl_target(framebuffer, *picture))
         return view_gl_check("making the linear picture");
     return view_fail(
         "this OpenGL cannot draw into a picture of %d x %d floats: "
@@ -223,19 +231,62 @@ static void resize(view_renderer *r, int width, int height)
     r->height = height;
     r->stale = true;
     gl.DeleteTextures(2, r->picture);
+    gl.DeleteTextures(2, r->means);
     memset(r->picture, 0, sizeof r->picture);
+    memset(r->means, 0, sizeof r->means);
 }
 
-/* Whether the linear pictures can stay, while the reference gathers samples.
- * Frames without it are always drawn. */
-static bool stays(view_renderer *r)
+/* Whether the linear pictures can stay: all places are drawn. Without them,
+ * only while the reference gathers samples; the scene moves. */
+static bool stays(const view_renderer *r)
 {
-    const bool same =
-        !r->stale && !memcmp(&r->frame, &r->linear, VIEW_FRAME_LINEAR);
+    const int all = view_places(&r->settings);
 
+    return r->places >= all && r->settings.mode == VIEW_SPHERES &&
+           (all > 1 || view_wants_reference(&r->settings));
+}
+
+/* Begins anew if the picture has changed; sets the next place in the pixels
+ * for all that is drawn. */
+static void choose_place(view_renderer *r, const view_settings *s)
+{
+    const int all = view_places(s);
+    view_settings at = *s;
+    view_frame frame;
+
+    view_frame_fill(&r->frame, s, r->set, r->width, r->height);
+    if (r->stale || memcmp(&r->frame, &r->linear, VIEW_FRAME_LINEAR) != 0 ||
+        (s->mode == VIEW_SCENE && r->places >= all))
+        r->places = 0;
     r->linear = r->frame;
     r->stale = false;
-    return same && view_wants_reference(&r->settings);
+    frame = r->frame;
+    if (all > 1) {
+        view_set_place(&at, r->places % all);
+        view_frame_fill(&frame, &at, r->set, r->width, r->height);
+    }
+    r->settings = at;
+    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
+    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof frame, &frame);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
+}
+
+/* Blends the picture of a side into the mean of its places. */
+static bool add_place(view_renderer *r, int side)
+{
+    if (!make_picture(r, &r->means[side], r->mean_target[side]))
+        return false;
+    view_gl_bind(VIEW_TRUTH_UNIT_PASS, GL_TEXTURE_2D, r->picture[side]);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, r->mean_target[side]);
+    gl.Viewport(0, 0, r->width, r->height);
+    gl.UseProgram(r->mean);
+    gl.Uniform1f(gl.GetUniformLocation(r->mean, "part"),
+                 1 / (1 + (float)r->places));
+    if (r->places)
+        gl.Enable(GL_BLEND);
+    view_gl_draw_full(r->mean);
+    gl.Disable(GL_BLEND);
+    return true;
 }
 
 /* The set's first light, or the sun of the sky that windows show. */
@@ -304,7 +355,7 @@ static bool draw_spheres(view_renderer *r, int side)
 {
     const int reflection = (int)reflection_of(r, side);
 
-    if (!make_picture(r, side))
+    if (!make_picture(r, &r->picture[side], r->target[side]))
         return false;
     gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
     gl.BufferSubData(GL_UNIFORM_BUFFER, offsetof(view_frame, reflection),
@@ -319,25 +370,32 @@ static bool draw_spheres(view_renderer *r, int side)
     return true;
 }
 
+static bool draw_side(view_renderer *r, int side)
+{
+    if (r->settings.mode == VIEW_SCENE)
+        return draw_stage(r);
+    if (r->settings.mode == VIEW_SPHERES)
+        return draw_spheres(r, side);
+    inspect(r);
+    return true;
+}
+
 static bool linear_pass(view_renderer *r)
 {
     const int sides = view_compares(&r->settings) ? 2 : 1;
 
-    if (!make_picture(r, 0))
+    if (!make_picture(r, &r->picture[0], r->target[0]))
         return false;
     if (stays(r))
         return true;
-    if (r->settings.mode == VIEW_SCENE)
-        return draw_stage(r);
     gl.BindFramebuffer(GL_FRAMEBUFFER, r->target[0]);
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
-    if (r->settings.mode != VIEW_SPHERES) {
-        inspect(r);
-        return true;
-    }
     for (int side = 0; side < sides; side++)
-        if (reflection_of(r, side) != VIEW_REFERENCE && !draw_spheres(r, side))
+        if ((r->settings.mode != VIEW_SPHERES ||
+             reflection_of(r, side) != VIEW_REFERENCE) &&
+            (!draw_side(r, side) ||
+             (view_places(&r->settings) > 1 && !add_place(r, side))))
             return false;
     return true;
 }
@@ -361,7 +419,8 @@ static GLuint picture_of(const view_renderer *r, int side)
     return r->settings.mode == VIEW_SPHERES &&
                    reflection_of(r, side) == VIEW_REFERENCE
                ? view_truth_texture(r->truth)
-               : r->picture[side];
+           : view_places(&r->settings) > 1 ? r->means[side]
+                                           : r->picture[side];
 }
 
 static void display_pass(const view_renderer *r, GLuint framebuffer)
@@ -382,17 +441,20 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
     if (!r->set)
         return view_fail("nothing is loaded that could be drawn");
     resize(r, width, height);
-    r->settings = *s;
-    view_frame_fill(&r->frame, s, r->set, width, height);
-    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
-    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof r->frame, &r->frame);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
-    update_spheres(r, width, height);
+    update_spheres(r, s, width, height);
+    choose_place(r, s);
     bind_maps(r);
     if (!linear_pass(r) || !truth_pass(r))
         return false;
+    r->places++;
+    r->settings = *s;
     display_pass(r, 0);
     return view_gl_check("drawing");
+}
+
+bool view_renderer_complete(const view_renderer *r)
+{
+    return r->places >= view_places(&r->settings);
 }
 
 /* ---- reading back ------------------------------------------------------- */
@@ -444,6 +506,7 @@ const char *view_renderer_environment(const view_renderer *r)
 
 void view_renderer_restart(view_renderer *r)
 {
+    r->stale = true;
     if (r->truth)
         view_truth_restart(r->truth);
 }

@@ -2,8 +2,9 @@
 /*
  * Makes the picture in passes, each into what the next one reads:
  *   1. linear   scene-linear RGB floats: sky and spheres, a map, or the scene;
- *               kept while the truth gathers samples; two of different
- * reflections, if settings.compare asks for it
+ *               the mean of several draws, each at another place in all
+ *               pixels; two of different reflections, if settings.compare
+ *               asks for it
  *   2. truth    the same spheres by the integral itself (truth.h), if the
  *               settings ask for it
  *   3. display  exposure, tone curve, sRGB, comparison; into framebuffer 0
@@ -36,9 +37,14 @@ bool view_renderer_load(view_renderer *r, const baked_set *set);
  * caller keeps them unchanged until the next call. */
 void view_renderer_probes(view_renderer *r, const view_probe_set *probes);
 
-/* Draws into framebuffer 0, width x height pixels. False, with a message. */
+/* Draws the next place of view_places(s) in each pixel, and shows the mean of
+ * those since the picture changed in framebuffer 0, width x height pixels.
+ * False, with a message. */
 bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
                         int height);
+
+/* Whether the last draw was that of the last place in the pixels. */
+bool view_renderer_complete(const view_renderer *r);
 
 /* Reads the last draw, or what it was compared with: linear RGB, width * height
  * * 3 floats, rows from the top. False, with a message. */
@@ -58,7 +64,7 @@ void view_renderer_pace(view_renderer *r, int samples);
 int view_renderer_samples(const view_renderer *r);
 /* What it integrates, as "level 0"; NULL: the last draw had none. */
 const char *view_renderer_environment(const view_renderer *r);
-/* Restarts the reference. */
+/* Restarts the picture and the reference. */
 void view_renderer_restart(view_renderer *r);
 /* Relative RMSE of each sphere against the other reflection, as view_errors;
  * returns the number of spheres. 0: nothing is compared. */

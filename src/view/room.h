@@ -97,7 +97,8 @@ typedef struct view_room_draw {
      * hidden ones lose, and the others what then remains: the environment gets
      * no more by it. */
     bool walls;
-    bool sharp; /* as if blend was 0: the first probe gets all weight */
+    double widening; /* view_widening; 0 for captures */
+    bool sharp;      /* as if blend was 0: the first probe gets all weight */
 } view_room_draw;
 
 /* NULL, with a message; needs cube map arrays. */

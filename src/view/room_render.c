@@ -167,6 +167,7 @@ static void fill_frame(view_frame *f, const view_room_draw *d)
         f->eye[k] = (float)d->eye[k];
     f->turn[0] = (float)cos(turn);
     f->turn[1] = (float)sin(turn);
+    f->turn[2] = (float)d->widening;
     memcpy(f->lod, e->lod, sizeof f->lod);
     memcpy(f->ladder, e->ladder, sizeof f->ladder);
     f->diffuse[0] = e->irradiance_scale;

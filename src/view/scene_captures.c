@@ -42,11 +42,10 @@ struct view_scene {
     ibl_ctx *ctx;              /* NULL until the library filters */
     view_settings made;        /* settings of the captures */
     view_scene_state now;      /* its draw is the one in progress */
-    GLuint framebuffer, depth;
-    int width, height; /* size of depth */
-    bool fresh;        /* the captures match the settings */
-    bool begun;        /* an update in several frames has begun */
-    bool failed;       /* the last update; no other one before a change */
+    view_canvas canvas;
+    bool fresh;  /* the captures match the settings */
+    bool begun;  /* an update in several frames has begun */
+    bool failed; /* the last update; no other one before a change */
     double begun_at;
 };
 
@@ -75,7 +74,6 @@ view_scene *view_scene_create(void)
         view_scene_free(st);
         return NULL;
     }
-    gl.GenFramebuffers(1, &st->framebuffer);
     return st;
 }
 
@@ -87,8 +85,7 @@ void view_scene_free(view_scene *st)
     ibl_ctx_free(st->ctx);
     view_volumes_free(&st->volumes);
     view_room_free(st->room);
-    gl.DeleteFramebuffers(1, &st->framebuffer);
-    gl.DeleteTextures(1, &st->depth);
+    view_canvas_free(&st->canvas);
     free(st);
 }
 
@@ -96,21 +93,6 @@ void view_scene_use(view_scene *st, const view_probe_set *probes)
 {
     st->set = probes;
     st->fresh = false;
-}
-
-static bool resize(view_scene *st, int width, int height)
-{
-    if (st->depth && width == st->width && height == st->height)
-        return true;
-    gl.DeleteTextures(1, &st->depth);
-    gl.GenTextures(1, &st->depth);
-    view_gl_bind(0, GL_TEXTURE_2D, st->depth);
-    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, width, height, 0,
-                  GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, NULL);
-    st->width = width;
-    st->height = height;
-    return view_gl_check("making the scene's depth");
 }
 
 static bool make_context(view_scene *st)
@@ -211,6 +193,7 @@ static view_capture_shot probe_shot(const view_scene *st, const ibl_probe *p,
     if (st->made.probe_filter == VIEW_PROBE_CPU)
         s.cpu = st->ctx;
     d->moving = false;
+    d->widening = 0;
     d->seconds = st->begun_at; /* the same for all steps of an update */
     d->shadows = st->made.capture_shadows;
     memcpy(d->eye, p->position, sizeof d->eye);
@@ -447,7 +430,7 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
                      const view_room_environment *environment, GLuint table,
                      GLuint picture, int width, int height)
 {
-    if (!resize(st, width, height) || !make_captures(st, s))
+    if (!make_captures(st, s))
         return false;
     st->now.draw = (view_room_draw){.seconds = s->seconds,
                                     .moving = true,
@@ -465,13 +448,13 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
     memcpy(st->now.draw.eye, camera.eye, sizeof camera.eye);
     if (!(is_stale(st, s) ? capture_whole : refresh)(st, s))
         return false;
-    view_gl_target(st->framebuffer, picture);
-    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D,
-                            st->depth, 0);
-    gl.Viewport(0, 0, width, height);
+    if (!view_canvas_begin(&st->canvas, picture, width, height, s->multisample))
+        return false;
+    st->now.draw.widening = view_widening(s);
     view_room_render(st->room, &st->now.draw);
     if (s->volumes && !draw_volumes(st, s->ev))
         return false;
+    view_canvas_end(&st->canvas);
     return view_gl_check("drawing the scene");
 }
 

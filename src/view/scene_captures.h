@@ -4,6 +4,7 @@
 #ifndef VIEW_SCENE_CAPTURES_H
 #define VIEW_SCENE_CAPTURES_H
 
+#include "view/canvas.h"
 #include "view/capture.h"
 #include "view/probe_set.h"
 #include "view/sphere_grid.h"

@@ -20,6 +20,8 @@ view_settings view_settings_default(void)
         .tone = VIEW_TONE_NEUTRAL,
         .layout = VIEW_CROSS,
         .zoom = 1,
+        .antialias = 1,
+        .multisample = 1,
         .against = VIEW_REFERENCE,
         .split = 0.5,
         .gain = 10,
@@ -52,6 +54,29 @@ bool view_wants_reference(const view_settings *s)
     return s->mode == VIEW_SPHERES &&
            (s->reflection == VIEW_REFERENCE ||
             (s->compare != VIEW_ALONE && s->against == VIEW_REFERENCE));
+}
+
+int view_places(const view_settings *s)
+{
+    const bool smooth = s->mode == VIEW_SPHERES ||
+                        (s->mode == VIEW_SCENE && s->multisample == 1);
+
+    return smooth ? s->antialias * s->antialias : 1;
+}
+
+void view_set_place(view_settings *s, int i)
+{
+    const double n = s->antialias, x = i % s->antialias, y = i / s->antialias;
+
+    s->pixel[0] = (x + (n - y - 0.5) / n) / n - 0.5;
+    s->pixel[1] = (y + (x + 0.5) / n) / n - 0.5;
+}
+
+double view_widening(const view_settings *s)
+{
+    return s->antialias > 1 && !view_compares(s) && !view_wants_reference(s)
+               ? 1.0 / s->antialias
+               : 0;
 }
 
 bool view_needs_lobes(view_reflection reflection)

@@ -71,6 +71,7 @@ typedef enum view_probe_filter {
 #define VIEW_MAX_LOCALS 64 /* static probes of the scene */
 #define VIEW_MAX_LIGHTS 4
 #define VIEW_MAX_GRID 16
+#define VIEW_MAX_ANTIALIAS 8
 
 typedef struct view_light {
     double position[3];
@@ -99,6 +100,13 @@ typedef struct view_settings {
     /* environment */
     double turn; /* degrees about +Y, counter-clockwise seen from above */
     bool sky;    /* show it; false: the background is black */
+    /* antialiasing */
+    int antialias;   /* N: a picture is the mean of N x N places in each pixel,
+                        1..VIEW_MAX_ANTIALIAS; maps are not smoothed */
+    double pixel[2]; /* the place, from the pixel's centre to the right and up,
+                        -0.5..0.5; the renderer sets it */
+    int multisample; /* samples of a pixel of the scene, in place of places,
+                        for pictures that change; 1: places */
     /* display */
     double ev; /* exposure 2^ev */
     view_tone tone;
@@ -136,6 +144,14 @@ view_settings view_settings_default(void);
  * is the reference. */
 bool view_compares(const view_settings *s);
 bool view_wants_reference(const view_settings *s);
+/* Draws that make a picture: the places in a pixel. */
+int view_places(const view_settings *s);
+/* Sets s->pixel to place i of view_places: a lattice that is turned, so that
+ * edges along rows and columns meet each place apart. */
+void view_set_place(view_settings *s, int i);
+/* How far normals of a pixel are taken apart, in pixels, for the roughness that
+ * stands for their curvature; 0: not at all, as where errors are measured. */
+double view_widening(const view_settings *s);
 /* Whether a reflection needs the set's table of lobes. */
 bool view_needs_lobes(view_reflection reflection);
 

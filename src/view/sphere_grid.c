@@ -137,7 +137,10 @@ view_camera view_camera_of(const view_settings *s, int width, int height)
         {sin(yaw) * cos(pitch), sin(pitch), cos(yaw) * cos(pitch)}};
     const double distance =
         s->distance > 0 ? s->distance : fitting_distance(s, axes, tan_x, tan_y);
-    view_camera c = {.near = 0.01, .far = 1000 + 2 * distance};
+    view_camera c = {
+        .near = 0.01,
+        .far = 1000 + 2 * distance,
+        .shift = {2 * s->pixel[0] / width, 2 * s->pixel[1] / height}};
 
     for (int k = 0; k < 3; k++) {
         c.eye[k] = distance * axes[2][k];
@@ -157,8 +160,8 @@ void view_camera_matrix(const view_camera *c, double matrix[16])
     double rows[4][4];
 
     for (int k = 0; k < 3; k++) {
-        rows[0][k] = c->right[k] / w2;
-        rows[1][k] = c->up[k] / h2;
+        rows[0][k] = c->right[k] / w2 - c->shift[0] * c->forward[k];
+        rows[1][k] = c->up[k] / h2 - c->shift[1] * c->forward[k];
         rows[2][k] = a * c->forward[k];
         rows[3][k] = c->forward[k];
     }
@@ -171,8 +174,8 @@ void view_camera_matrix(const view_camera *c, double matrix[16])
 void view_camera_ray(const view_camera *c, int width, int height, double x,
                      double y, double direction[3])
 {
-    const double u = 2 * (x + 0.5) / width - 1;
-    const double v = 1 - 2 * (y + 0.5) / height;
+    const double u = 2 * (x + 0.5) / width - 1 + c->shift[0];
+    const double v = 1 - 2 * (y + 0.5) / height + c->shift[1];
 
     for (int k = 0; k < 3; k++)
         direction[k] = c->forward[k] + u * c->right[k] + v * c->up[k];

@@ -20,17 +20,26 @@ enum {
 bool view_still_draw(view_renderer *r, const view_options *o,
                      const view_settings *s, double *ms, view_stats *stats)
 {
-    const int wanted = o->frames ? o->frames * VIEW_FRAME_SAMPLES
-                       : !view_wants_reference(s) ? VIEW_FRAME_SAMPLES
-                       : o->samples               ? o->samples
-                                                  : VIEW_DEFAULT_SAMPLES;
+    const int samples = o->frames    ? o->frames * VIEW_FRAME_SAMPLES
+                        : o->samples ? o->samples
+                                     : VIEW_DEFAULT_SAMPLES;
+    const bool few = view_wants_reference(s) && samples < view_places(s);
+    view_settings at = *s;
 
+    if (few)
+        at.antialias = 1;
+    /* All places in a pixel get as many samples. */
+    const int all = view_places(&at);
+    int frames = !view_wants_reference(s)
+                     ? (o->frames ? o->frames : 1)
+                     : (samples - 1) / VIEW_FRAME_SAMPLES + 1;
+    frames = (frames + all - 1) / all * all;
     view_renderer_restart(r); /* each picture of a sheet has its own samples */
-    for (int left = wanted; left > 0; left -= VIEW_FRAME_SAMPLES) {
+    for (int i = 0; i < frames; i++) {
         const double begun = ibl_now();
-        view_renderer_pace(r, left < VIEW_FRAME_SAMPLES ? left
-                                                        : VIEW_FRAME_SAMPLES);
-        if (!view_renderer_draw(r, s, o->size[0], o->size[1]))
+        view_renderer_pace(r,
+                           (i + 1) * samples / frames - i * samples / frames);
+        if (!view_renderer_draw(r, &at, o->size[0], o->size[1]))
             return false;
         gl.Finish();
         *ms = 1e3 * (ibl_now() - begun);

@@ -10,9 +10,8 @@
 #include "view/program.h"
 #include "view/upload.h"
 
-/* Targets: the sky; sky and spheres of one pass; the mean of all passes. */
+/* Targets: sky and spheres of one pass; the mean of all passes. */
 enum {
-    SKY,
     PASS,
     MEAN,
     TARGETS
@@ -163,7 +162,6 @@ static bool resize(view_truth *t, int width, int height)
                              "the reference: make window or picture smaller",
                              width, height);
     }
-    view_gl_bind(VIEW_TRUTH_UNIT_PASS, GL_TEXTURE_2D, t->target[PASS]);
     gl.ActiveTexture(GL_TEXTURE0);
     t->width = width;
     t->height = height;
@@ -171,7 +169,7 @@ static bool resize(view_truth *t, int width, int height)
     return view_gl_check("the reference's pictures");
 }
 
-/* Draws the sky, which has no noise; clears the mean, which may hold NaN. */
+/* Clears the mean, which may hold NaN. */
 static void begin(view_truth *t, const view_frame *frame)
 {
     t->shown = *frame;
@@ -180,18 +178,13 @@ static void begin(view_truth *t, const view_frame *frame)
     gl.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[MEAN]);
     gl.Clear(GL_COLOR_BUFFER_BIT);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[SKY]);
-    view_gl_draw_full(t->sky);
 }
 
 /* Adds samples, at most MOST_SAMPLES. */
 static void draw_pass(view_truth *t, GLuint instances, int count, int samples)
 {
-    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, t->framebuffer[SKY]);
-    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, t->framebuffer[PASS]);
-    gl.BlitFramebuffer(0, 0, t->width, t->height, 0, 0, t->width, t->height,
-                       GL_COLOR_BUFFER_BIT, GL_NEAREST);
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[PASS]);
+    view_gl_draw_full(t->sky);
     gl.Enable(GL_BLEND);
     gl.UseProgram(t->spheres);
     gl.Uniform1i(t->first_sample, t->samples);
@@ -201,6 +194,7 @@ static void draw_pass(view_truth *t, GLuint instances, int count, int samples)
 
     t->samples += samples;
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[MEAN]);
+    view_gl_bind(VIEW_TRUTH_UNIT_PASS, GL_TEXTURE_2D, t->target[PASS]);
     gl.UseProgram(t->mean);
     gl.Uniform1f(t->part, (float)samples / (float)t->samples);
     view_gl_draw_full(t->mean);

@@ -30,7 +30,8 @@ void view_truth_restart(view_truth *t);
 /*
  * Adds samples to the picture of width x height; begins anew if frame differs
  * in more than its display.
- *   frame      the uniform block "Frame" at binding 0
+ *   frame      the uniform block "Frame" at binding 0, but for the place in the
+ *              pixels, which may change
  *   instances  vertex array of count spheres, sorted as for the split sum
  *   samples    for each pixel; 0: as many as keep a frame quick, by the clock
  * Changes program, vertex array and framebuffer; blending is off, the viewport

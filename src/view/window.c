@@ -15,7 +15,10 @@
 #include "view/motion.h"
 #include "view/truth.h"
 
-static const double POLL_S = 0.5;   /* seconds between checks of files */
+static const double POLL_S = 0.5; /* seconds between checks of files */
+enum {
+    VIEW_WINDOW_SAMPLES = 4 /* of a pixel of the scene */
+};
 static const double BAKING_S = 0.1; /* seconds between checks of a bake */
 
 static char reason[512];
@@ -253,6 +256,8 @@ static bool goes_on(const view_app *app)
 
     if (app->set && s->mode == VIEW_SCENE)
         return true;
+    if (app->set && !view_renderer_complete(app->renderer))
+        return true;
     return app->set && view_wants_reference(s) &&
            view_renderer_samples(app->renderer) < VIEW_TRUTH_SAMPLES;
 }
@@ -326,6 +331,7 @@ bool view_window_run(ibl_ctx *ctx, const view_options *options)
                     .settings = options->settings,
                     .mouse = {-1, -1},
                     .begun = ibl_now()};
+    app.settings.multisample = VIEW_WINDOW_SAMPLES;
     const bool ok =
         view_options_may(options) && open_window(&app) && view_app_make(&app) &&
         view_app_open(&app, &options->request) &&

@@ -8,6 +8,7 @@
 #include "probes.glsl"
 #include "lights.glsl"
 #include "sun.glsl"
+#include "widen.glsl"
 
 uniform samplerBuffer probe_buffer;
 uniform usampler2D tile_masks;
@@ -174,9 +175,9 @@ void add_probes(vec3 normal, inout blend specular, inout blend light)
 
 // Returns the sun's reflection; adds its irradiance / pi to light. Surfaces
 // below the minimum roughness of lights already reflect a sun in the sky.
-vec3 add_sun(vec3 normal, vec3 view, inout vec3 light)
+vec3 add_sun(vec3 normal, vec3 view, float r, inout vec3 light)
 {
-    float n_l = dot(normal, sun_direction.xyz), r = surface_albedo.a;
+    float n_l = dot(normal, sun_direction.xyz);
     vec3 specular = vec3(0.0);
     if (sun_irradiance.w == 0.0 || n_l <= 0.0 || surface_f0 == vec3(0.0))
         return specular;
@@ -191,15 +192,17 @@ vec3 add_sun(vec3 normal, vec3 view, inout vec3 light)
 void main()
 {
     vec3 normal = normalize(surface_normal);
+    float roughness = widened(surface_albedo.a, normal,
+                              textureSize(specular_map, 0).x);
     vec3 view = normalize(eye.xyz - surface_position);
     float n_v = clamp(dot(normal, view), 0.0, 1.0);
 
-    vec2 rg = ibl_brdf(lut_map, n_v, surface_albedo.a);
+    vec2 rg = ibl_brdf(lut_map, n_v, roughness);
     // Each cube has a chain of its own: the level of this one is the roughness.
     const vec4 chain = vec4(1.0, 0.0, 1.0, 0.0);
     ibl_lobe q = reflection.x == 0
-                     ? ibl_lobe_split(surface_albedo.a, chain)
-                     : ibl_lobe_fit(n_v, surface_albedo.a,
+                     ? ibl_lobe_split(roughness, chain)
+                     : ibl_lobe_fit(n_v, roughness,
                                     ibl_metallic(surface_f0, rg), chain);
     looked_up = q.lod;
     towards = normalize(mix(reflect(-view, normal), normal, q.bend));
@@ -216,7 +219,7 @@ void main()
         light.rgb += light.a * sun_cut_irradiance(normal, irradiance(normal));
 
     vec3 seen = mix(specular.rgb, light.rgb, q.diffuse);
-    vec3 direct = add_sun(normal, view, light.rgb);
+    vec3 direct = add_sun(normal, view, roughness, light.rgb);
 
     // F0 is 0 for panels, which reflect nothing, even at grazing angles.
     if (surface_f0 == vec3(0.0))

@@ -3,6 +3,7 @@
 #include "sphere.glsl"
 #include "maps.glsl"
 #include "lights.glsl"
+#include "widen.glsl"
 
 uniform sampler2DArray lobe_map;
 
@@ -30,7 +31,8 @@ void main()
 {
     surface s = sphere_at(gl_FragCoord.xy);
     vec3 f0 = ball_f0.rgb;
-    float roughness = ball_albedo.a;
+    float roughness = widened(ball_albedo.a, s.normal,
+                              textureSize(specular_map, 0).x);
 
     vec2 rg = ibl_brdf(lut_map, s.n_v, roughness);
     vec3 light = irradiance(s.normal);

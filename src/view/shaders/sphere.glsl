@@ -12,8 +12,9 @@ struct surface {
     float coverage; // 0..1
 };
 
-// Rays that miss the sphere by less than a pixel hit its outline. All vectors
-// are relative to the centre, so no digits cancel.
+// Rays that miss the sphere by less than a pixel hit its outline. The edge is
+// as wide as places in the pixel are apart: their mean is the part of it that
+// is covered. All vectors are relative to the centre, so no digits cancel.
 surface sphere_at(vec2 pixel)
 {
     vec3 d = ray_through(pixel);
@@ -23,7 +24,8 @@ surface sphere_at(vec2 pixel)
     float pixel_step = length(vec2(dFdx(miss), dFdy(miss)));
     float half_chord = sqrt(max((r - miss) * (r + miss), 0.0));
     surface s;
-    s.coverage = clamp((r - miss) / max(pixel_step, 1e-20) + 0.5, 0.0, 1.0);
+    s.coverage = (r - miss) / max(pixel_step * turn.w, 1e-20);
+    s.coverage = clamp(s.coverage + 0.5, 0.0, 1.0);
     if (dot(to, d) <= half_chord)
         s.coverage = 0.0; // sphere behind or around the eye
     s.normal = normalize(off - half_chord * d);
