@@ -64,8 +64,10 @@ X86 := $(filter x86_64,$(shell uname -m))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c)
-# Each of these is compiled for three instruction sets: see src/kern/isa.h.
+# Each of these is compiled for three instruction sets, and those without a
+# plain version for any CPU: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
+PLAIN_SRC := $(filter-out $(LIB_SRC:%.c=%_simd.c),$(SIMD_SRC))
 LIB_SRC := $(filter-out %_simd.c,$(LIB_SRC))
 COMMON_SRC := $(wildcard src/common/*.c src/engine/*.c src/scene/*.c)
 CLI_SRC := $(COMMON_SRC) $(wildcard src/cli/*.c)
@@ -80,7 +82,7 @@ TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/check_*.c))
 ifneq ($(HAVE_VIEW),yes)
 TESTS := $(filter-out $(BUILD)/tests/check_view_%,$(TESTS))
 endif
-LIB_OBJ := $(call obj,$(LIB_SRC)) \
+LIB_OBJ := $(call obj,$(LIB_SRC)) $(PLAIN_SRC:%.c=$(BUILD)/obj/%_plain.o) \
            $(if $(X86),$(foreach isa,sse2 avx2 avx512, \
              $(SIMD_SRC:%.c=$(BUILD)/obj/%_$(isa).o)))
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
@@ -112,6 +114,7 @@ deps:
 	@DEPS=$(DEPS) CC="$(CC)" sh tests/deps.sh build
 
 ISA =
+%_plain.o: ISA := -DIBL_PLAIN
 %_sse2.o: ISA := -DIBL_SUFFIX=_sse2
 %_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c
 %_avx512.o: ISA := -DIBL_SUFFIX=_avx512 -mavx512f -mavx512bw -mavx512dq \
@@ -148,6 +151,8 @@ define COMPILE
 $(CC) $(REQUIRED) $(WARN) $(CWARN) $(LOCAL) $(CPPFLAGS) $(CFLAGS) $(ISA) \
     -c -o $@ $<
 endef
+$(BUILD)/obj/%_simd_plain.o: %_simd.c $(BUILD)/used-cc
+	$(COMPILE)
 $(BUILD)/obj/%_simd_sse2.o: %_simd.c $(BUILD)/used-cc
 	$(COMPILE)
 $(BUILD)/obj/%_simd_avx2.o: %_simd.c $(BUILD)/used-cc

@@ -5,6 +5,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/half.h"
@@ -519,6 +520,26 @@ TEST(slopes)
     CHECK_MSG(rms < 0.0143, "%g", rms);
 }
 
+/* Sixteen denormal halves in even steps of 13 units: a line has them all, but
+ * for the rounding of its ends and weights. */
+TEST(denormal_slope)
+{
+    float t[16][3];
+    uint16_t d[16][3];
+    unsigned char block[16];
+    ibl_astc_hdr_dsp dsp;
+    for (int i = 0; i < 48; i++)
+        t[i / 3][i % 3] = (float)(200 + 13 * (i / 3)) * 0x1p-24f;
+    for (ibl_isa isa = IBL_ISA_C; isa <= ibl_isa_best(); isa++) {
+        ibl_astc_hdr_dsp_init(&dsp, isa);
+        dsp.encode(&t[0][0], 1, IBL_QUALITY_NORMAL, block);
+        ibl_astc_hdr_decode_block(block, d);
+        for (int i = 0; i < 48; i++)
+            CHECK_MSG(abs(d[i / 3][i % 3] - (200 + 13 * (i / 3))) < 13, "%d %d",
+                      i, d[i / 3][i % 3]);
+    }
+}
+
 /* The ends have 8 bits, 1/8 octave: half of it is 4.4 %, and blue twice that.
  */
 TEST(sun_stays)
@@ -747,6 +768,27 @@ TEST(alike)
     }
     CHECK_MSG(others > ALIKE_BLOCKS / 4, "%d", others);
     CHECK_MSG(others < ALIKE_BLOCKS * 0.7, "%d", others);
+}
+
+/* Slopes that are earlier ones an octave brighter, and so have their weights:
+ * most find weights to repeat, which are not the flattest of all. */
+TEST(nearest_alike)
+{
+    static float t[400][16][3];
+    static unsigned char blocks[16 * 400];
+    static ibl_astc_past past;
+    test_random r = {13};
+    ibl_astc_hdr_dsp dsp;
+    int found = 0;
+    ibl_astc_hdr_dsp_init(&dsp, IBL_ISA_C);
+    for (int n = 0; n < 400; n++)
+        make_block(&r, GREY_SLOPE, t[n]);
+    for (int i = 200 * 48; i < 400 * 48; i++)
+        (&t[0][0][0])[i] = 2 * (&t[0][0][0])[i - 200 * 48];
+    dsp.encode_alike(&t[0][0][0], 400, IBL_QUALITY_NORMAL, &past, blocks);
+    for (int n = 200; n < 400; n++)
+        found += repeats(blocks, n);
+    CHECK_MSG(found > 112, "%d", found);
 }
 
 /* What blocks have in common lasts from call to call. */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The functions of astc_fit.c, which they must agree with: so no fused
- * products, and sums in its order. */
+/* Texels are lanes; in split and match, patterns and blocks are. */
 #include "kern/astc_fit.h"
 #include "kern/lanes.h"
 
@@ -9,15 +8,10 @@ enum {
 };
 
 /* The sum of 16 values: halves are added until one is left. */
-static float sum_of(const vf v[VECTORS])
+static inline float sum_of(const vf v[VECTORS])
 {
-#if VF == 8
-    const __m128 four = vf_fold(v[0] + v[1]);
-#else
-    const __m128 four = (v[0] + v[2]) + (v[1] + v[3]);
-#endif
-    const __m128 two = four + _mm_movehl_ps(four, four);
-    return _mm_cvtss_f32(two + _mm_shuffle_ps(two, two, 1));
+    const vq four = vf_fold_16(v);
+    return (four[0] + four[2]) + (four[1] + four[3]);
 }
 
 static void project(const ibl_astc_texels *t, const float ends[2][3],

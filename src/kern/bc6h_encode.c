@@ -624,11 +624,3 @@ void ibl_bc6h_encode(const ibl_bc6h_fit *fit, const float *texels, size_t count,
         write_block(&s.best, blocks + i * IBL_BLOCK_BYTES);
     }
 }
-
-static void encode(const float *texels, size_t count, ibl_quality quality,
-                   unsigned char *blocks)
-{
-    ibl_bc6h_encode(&ibl_bc6h_fit_c, texels, count, quality, blocks);
-}
-
-IBL_KERNEL(ibl_bc6h, encode)

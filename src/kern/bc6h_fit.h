@@ -61,8 +61,7 @@ typedef struct ibl_bc6h_fit {
     void (*guess)(const ibl_bc6h_texels *t, ibl_bc6h_guesses *guesses);
 } ibl_bc6h_fit;
 
-/* The plain version, and the encoder by means of any. */
-extern const ibl_bc6h_fit ibl_bc6h_fit_c;
+/* The encoder by means of these. */
 void ibl_bc6h_encode(const ibl_bc6h_fit *fit, const float *texels, size_t count,
                      ibl_quality quality, unsigned char *blocks);
 

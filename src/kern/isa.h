@@ -3,7 +3,8 @@
  * A kernel is a table of functions, ibl_name_dsp. kern/NAME.c has them in plain
  * C and ends with IBL_KERNEL. kern/NAME_simd.c has them on the vectors of
  * lanes.h and ends with IBL_VECTOR_KERNEL; the Makefile compiles it once for
- * each instruction set, with its options and with IBL_SUFFIX defined.
+ * each instruction set, with its options and with IBL_SUFFIX defined, and where
+ * there is no NAME.c once with IBL_PLAIN defined, for every CPU.
  * CONTRIBUTING.md lists what a new instruction set needs.
  */
 #ifndef IBL_KERN_ISA_H
@@ -41,11 +42,15 @@
     }
 
 /* Defines name_init for the instruction set being compiled. */
+#ifdef IBL_PLAIN
+#define IBL_VECTOR_KERNEL IBL_KERNEL
+#else
 #define IBL_VECTOR_KERNEL(name, ...)                                           \
     void IBL_FOR_ISA(name##_init)(name##_dsp * dsp)                            \
     {                                                                          \
         *dsp = (name##_dsp){__VA_ARGS__};                                      \
     }
+#endif
 
 /* IBL_FOR_ISA(ibl_name_init) is ibl_name_init_avx2, for example. */
 #define IBL_JOIN(name, suffix) name##suffix

@@ -6,6 +6,9 @@
  * nothing from 16. A file dominated by arithmetic on aligned data defines
  * IBL_LANES_16 first.
  *
+ * With IBL_PLAIN there are no intrinsics: a file that needs only what is
+ * defined for it has no plain version beside it, and serves every CPU.
+ *
  * Arithmetic, comparisons and masks use the operators of gcc and clang. Only a
  * fused multiply-add has a name, vf_fma(a, b, c) = a b + c; it is a product and
  * a sum where the CPU has none.
@@ -13,7 +16,12 @@
 #ifndef IBL_KERN_LANES_H
 #define IBL_KERN_LANES_H
 
+#ifdef IBL_PLAIN
+#include <math.h>
+#include <string.h>
+#else
 #include <immintrin.h>
+#endif
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -29,18 +37,62 @@ typedef __m512d vd;
 typedef __m256 vf;
 typedef __m256d vd;
 #define VI __m256i
-#else
+#elif !defined(IBL_PLAIN)
 #define VF 4
 #define MM(operation) _mm_##operation
 typedef __m128 vf;
 typedef __m128d vd;
+#else
+#define VF 4
+typedef float vf __attribute__((vector_size(16)));
 #endif
+
 #define VD (VF / 2) /* doubles in a vd */
 
 /* VF integers; a comparison gives 0 or -1 in each. */
 typedef int vi __attribute__((vector_size(4 * VF)));
 typedef long long vl __attribute__((vector_size(8 * VD)));
+typedef float vq __attribute__((vector_size(16))); /* a quad, see below */
 
+static inline vf vf_either(vi mask, vf yes, vf no)
+{
+    return (vf)((mask & (vi)yes) | (~mask & (vi)no));
+}
+
+#ifdef IBL_PLAIN
+static inline vf vf_load(const float *p)
+{
+    vf v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+static inline void vf_store(float *p, vf v)
+{
+    memcpy(p, &v, sizeof v);
+}
+
+static inline vf vf_all(float x)
+{
+    return (vf){x, x, x, x};
+}
+
+static inline vf vf_sqrt(vf v)
+{
+    return (vf){sqrtf(v[0]), sqrtf(v[1]), sqrtf(v[2]), sqrtf(v[3])};
+}
+
+/* b where a or b is NaN. */
+static inline vf vf_min(vf a, vf b)
+{
+    return vf_either(a < b, a, b);
+}
+
+static inline vf vf_max(vf a, vf b)
+{
+    return vf_either(a > b, a, b);
+}
+#else
 static inline vf vf_load(const float *p)
 {
     return MM(loadu_ps)(p);
@@ -70,11 +122,6 @@ static inline vf vf_min(vf a, vf b)
 static inline vf vf_max(vf a, vf b)
 {
     return MM(max_ps)(a, b);
-}
-
-static inline vf vf_either(vi mask, vf yes, vf no)
-{
-    return (vf)((mask & (vi)yes) | (~mask & (vi)no));
 }
 
 static inline vd vd_load(const double *p)
@@ -241,6 +288,20 @@ static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
 #pragma GCC unroll 8
     for (size_t i = 0; i < VF; i++)
         _mm_storeu_ps(dst + 3 * i, vf_quad(v[i % 4], i / 4));
+}
+#endif
+
+#endif /* IBL_PLAIN */
+
+#if VF <= 8
+/* Sixteen lanes as four: halves are added, and their halves. */
+static inline vq vf_fold_16(const vf v[16 / VF])
+{
+#if VF == 8
+    return vf_fold(v[0] + v[1]);
+#else
+    return (v[0] + v[2]) + (v[1] + v[3]);
+#endif
 }
 #endif
 
