@@ -801,6 +801,45 @@ END
 }
 
 # Lobes narrower than a pixel are as exact, and nothing is said of them.
+# The table's figures are those of the files; what is given is kept.
+test_choice() {
+    iblbake env.exr --rendered-error .3 --dry-run >dry
+    [ ! -e out ] && [ "$(ls)" = "$(printf 'dry\nenv.exr\nenv.hdr')" ] || ls
+    iblbake env.exr --rendered-error .3 -o out >table
+    cmp dry table
+    js <<'END'
+const set = json('out/env.json');
+const {choice, outputs} = set;
+const bytes = outputs.reduce((sum, o) => sum + o.bytes, 0);
+if (!choice.reached || choice.set.expected_error > 0.3 ||
+    choice.set.bytes > bytes || choice.set.bytes < 0.8 * bytes - 2000 ||
+    choice.set.bytes > choice.default.bytes / 8 ||
+    choice.default.bytes !== 4512768)
+    console.log(JSON.stringify(choice), bytes);
+END
+    iblbake env.exr --rendered-error .3 --size 40 --levels 3 --pixel rgba32f \
+        --irradiance-size 5 --lut-size 17 --lobe-table-size 9 -o given >table
+    js <<'END'
+const {outputs} = json('given/env.json');
+const of = what => outputs.find(o => o.content === what);
+const got = [of('specular').width, of('specular').levels.length,
+    of('specular').pixel, of('irradiance').width, of('brdf_lut').width,
+    of('lobe_lut').width].join();
+if (got !== '40,3,rgba32f,5,17,9')
+    console.log(got);
+END
+    iblbake env.exr --rendered-error .0001 -o near >table
+    grep -q 'is not reached, nearest' table || cat table
+    iblbake env.exr --rendered-error .5 --target three,bevy -o targets >table
+    js <<'END'
+for (const [name, pixel] of [['three', 'uastc-hdr'], ['bevy', 'rgb9e5']]) {
+    const {choice, outputs} = json(`targets/${name}/env.json`);
+    if (outputs[0].pixel !== pixel || !(choice.set.bytes > 0))
+        console.log(name, JSON.stringify(choice));
+}
+END
+}
+
 test_narrow_lobes() {
     iblbake $small --levels 3 --roughness-range 0.03:1 --method spectral \
         --only specular,json env.exr -o out 2>&1

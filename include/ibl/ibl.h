@@ -986,6 +986,73 @@ ibl_status ibl_bake_expected_error(ibl_ctx *ctx,
                                    const double *roughness, int count,
                                    ibl_expected_error *errors);
 
+#define IBL_MATERIAL_STEPS 64
+
+/* The materials of what is drawn; [i]: those of roughness i / 64; [0]: of F0 =
+ * 1, times the square of their tint, [1]: of F0 = .04. */
+typedef struct ibl_materials {
+    double weight[IBL_MATERIAL_STEPS + 1][2];  /* share of the surfaces in view,
+                                                  0 or more; any sum above 0 */
+    double diffuse[IBL_MATERIAL_STEPS + 1][2]; /* their mean diffuse albedo */
+} ibl_materials;
+
+/* All roughnesses and both F0 in equal parts; F0 = .04 has an albedo of .18. */
+ibl_materials ibl_materials_all(void);
+
+/* What shaders draw with. */
+typedef struct ibl_expected_set {
+    ibl_specular_layout layout; /* of GGX levels; levels 0: there are none, and
+                                   irradiance takes their place */
+    ibl_lookup lookup;
+    const ibl_lobe_table *lobes; /* of IBL_LOOKUP_TABLE and TWO_TAPS; of TABLE
+                                    NULL is the best that there could be */
+    int irradiance;     /* edge of its cube; 0: harmonics of degree 2; -1: as
+                           exact */
+    const ibl_lut *lut; /* of IBL_LUT_SPLIT and an edge of 2 or more; NULL: as
+                           exact */
+    double step;        /* relative root mean square error of texels by their
+                           format: wherever they are, */
+    double slope;       /* and for each relative difference of neighbours */
+} ibl_expected_set;
+
+/*
+ * The error that can be expected of what is drawn with a distribution of
+ * materials: the root of the sum of w |S - T|^2 over that of w |T|^2, with T
+ * all the light that a surface sends out, also diffuse, S what a shader draws,
+ * and w the weights of the materials; over the rotations of a map and the views
+ * of a sphere, as ibl_bake_expected_error. What is counted is named in
+ * ibl_expected_set, and of the interpolation between texels its blur, what it
+ * adds to that, and the light that it mistakes beyond the map's or faces'
+ * degrees. A roughness below IBL_EXPECTED_LEAST / 2 is a mirror.
+ */
+typedef struct ibl_expectation ibl_expectation;
+
+/*
+ *   power   of the map, as in ibl_bake_result, to `degree`, 1 or more
+ *   most    highest degree of the map: half its width; limited to 4096
+ * IBL_ERR_ARGUMENT: no material has a weight, or a degree. *out is NULL after
+ * an error. ctx must outlive it.
+ */
+ibl_status ibl_expectation_create(ibl_ctx *ctx, const ibl_materials *materials,
+                                  const double *power, int degree, int most,
+                                  ibl_expectation **out);
+void ibl_expectation_free(ibl_expectation *e); /* NULL is fine */
+
+/* nrmse is written. IBL_ERR_ARGUMENT: a member of the set out of range. */
+ibl_status ibl_expectation_of(const ibl_expectation *e,
+                              const ibl_expected_set *set, double *nrmse);
+
+/*
+ * The roughnesses of a chain, with the least error that its lobe table could
+ * have: those of the materials, in steps of 1/128. Level 0 is the environment
+ * if a material is sharp enough for it.
+ *   size, levels   as in ibl_cube
+ *   layout, nrmse  written; of the levels alone
+ * IBL_ERR_ARGUMENT: there are no such levels.
+ */
+ibl_status ibl_expectation_fit(ibl_expectation *e, int size, int levels,
+                               ibl_specular_layout *layout, double *nrmse);
+
 #ifdef __cplusplus
 }
 #endif

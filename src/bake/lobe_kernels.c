@@ -66,14 +66,20 @@ void ibl_lobe_power(const double *power, int degree, double *out)
 
 /* ---- lobes ------------------------------------------------------------- */
 
-void ibl_lobe_blur(const ibl_specular_layout *layout, int level, double *k)
+double ibl_lobe_blur_at(const ibl_specular_layout *layout, int level,
+                        int degree)
 {
     const int edge = layout->size >> level > 1 ? layout->size >> level : 1;
     const double area = 4 * IBL_PI / (6.0 * edge * edge);
     const double variance =
         area * (layout->roughness[level] > 0 ? 1 / 6.0 : 1 / 4.0);
+    return exp(-0.5 * variance * degree * (degree + 1));
+}
+
+void ibl_lobe_blur(const ibl_specular_layout *layout, int level, double *k)
+{
     for (int l = 0; l <= DEGREE; l++)
-        k[l] = exp(-0.5 * variance * l * (l + 1));
+        k[l] = ibl_lobe_blur_at(layout, level, l);
 }
 
 /* GGX falls as e^(-2 alpha l), and at the end as a cosine, as l^(-5/2): the

@@ -68,6 +68,9 @@ void ibl_lobe_power(const double *power, int degree, double *out);
  * the environment are means of a square. The lobes are those of infinitely many
  * texels else. */
 void ibl_lobe_blur(const ibl_specular_layout *layout, int level, double *k);
+/* The same at one degree, of any size. */
+double ibl_lobe_blur_at(const ibl_specular_layout *layout, int level,
+                        int degree);
 
 /* k_l, l = 0..IBL_LOBE_DEGREE, of a level, or of the cosine: level is then the
  * number of levels. */

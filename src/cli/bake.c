@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/bake_record.h"
+#include "cli/choice.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "common/text.h"
@@ -376,6 +376,7 @@ typedef struct run {
     ibl_bake_source from;
     ibl_outputs *outputs;
     ibl_bake *sets;
+    ibl_choice *choices; /* of each set; NULL: none are asked */
     int count;
 } run;
 
@@ -387,6 +388,15 @@ static char *directory_of(const run *r, const ibl_opts *o)
                         : ibl_format("%s", directory);
 }
 
+/* Adds up what the sets need. */
+static void add_sets(run *r)
+{
+    r->from.bake = r->opts->bake;
+    r->from.chain_count = 0;
+    for (int i = 0; i < r->count && r->sets; i++)
+        ibl_bake_source_add(&r->from, &r->sets[i]);
+}
+
 static bool begin(run *r)
 {
     const ibl_opts *all = r->line->count ? r->line->set : &r->line->one;
@@ -394,7 +404,6 @@ static bool begin(run *r)
     r->count = r->line->count ? r->line->count : 1;
     r->opts = r->from.opts = all;
     r->from.console = &r->console;
-    r->from.bake = all->bake;
     r->sets = calloc((size_t)r->count, sizeof *r->sets);
     for (int i = 0; i < r->count && r->sets; i++) {
         ibl_bake *b = &r->sets[i];
@@ -402,10 +411,10 @@ static bool begin(run *r)
                         .console = &r->console,
                         .from = &r->from,
                         .directory = directory_of(r, &all[i])};
-        ibl_bake_source_add(&r->from, b);
         if (!b->directory)
             return false;
     }
+    add_sets(r);
     return r->sets != NULL;
 }
 
@@ -423,10 +432,32 @@ static void take_part(ibl_bake *b)
     }
 }
 
+/* Chooses what --rendered-error leaves open, and prints it. */
+static bool decide(run *r)
+{
+    const ibl_materials materials = ibl_materials_all();
+    const bool asked = !isnan(r->opts->rendered_error);
+
+    if (!asked)
+        return true;
+    r->choices = calloc((size_t)r->count, sizeof *r->choices);
+    bool ok = r->choices && ibl_bake_source_read(&r->from);
+    for (int i = 0; i < r->count && ok; i++) {
+        ibl_opts *o = (ibl_opts *)r->sets[i].opts;
+        ok = ibl_choose(&r->from, &materials, o, &r->choices[i]);
+        r->sets[i].choice = &r->choices[i];
+        if (ok && r->count > 1)
+            printf("%s%s\n", i ? "\n" : "", o->of->name);
+        if (ok)
+            ibl_choice_print(&r->choices[i], stdout);
+    }
+    add_sets(r);
+    return ok;
+}
+
 static bool start(run *r)
 {
-    bool ok = !ibl_start(&r->opts->common, &r->console, &r->from.ctx) &&
-              !ibl_start_outputs(r->from.ctx, r->opts->sync, &r->outputs);
+    bool ok = !ibl_start_outputs(r->from.ctx, r->opts->sync, &r->outputs);
 
     for (int i = 0; i < r->count && ok; i++) {
         r->sets[i].ctx = r->from.ctx;
@@ -484,15 +515,19 @@ static void end(run *r)
     for (int i = 0; i < r->count && r->sets; i++)
         free_set(&r->sets[i]);
     free(r->sets);
+    free(r->choices);
     ibl_bake_source_free(&r->from);
     ibl_ctx_free(r->from.ctx);
 }
 
 static bool bake(run *r)
 {
-    return start(r) && ibl_bake_plan(r->sets, r->count) &&
-           ibl_bake_source_make(&r->from) && write_sets(r) &&
-           ibl_console_commit(&r->console, r->outputs);
+    if (ibl_start(&r->opts->common, &r->console, &r->from.ctx) || !decide(r))
+        return false;
+    return r->opts->dry_run ||
+           (start(r) && ibl_bake_plan(r->sets, r->count) &&
+            ibl_bake_source_make(&r->from) && write_sets(r) &&
+            ibl_console_commit(&r->console, r->outputs));
 }
 
 /* Bakes nothing; the lines name the files that a bake would make. */
@@ -520,7 +555,7 @@ int ibl_bake_run(const void *settings)
     const bool only_explains = line->one.explain && !line->one.input;
     const bool ok = begin(&r) && (only_explains ? name_sets(&r) : bake(&r));
     const int status = ibl_console_end(&r.console, ok);
-    if (ok && line->one.common.verbose) {
+    if (ok && line->one.common.verbose && !line->one.dry_run) {
         log_run(&r);
         ibl_console_print_times(&r.console);
     }

@@ -150,6 +150,15 @@ static const ibl_option outputs[] = {
      .help = "verify, and write nothing if the nRMSE of a level or the largest "
              "error of the table is above E",
      .aside = true},
+    {"rendered-error", 0, IBL_REAL(rendered_error, "E", 1e-4, 1),
+     .standard = "none",
+     .help = "choose size, levels, mapping, texels, irradiance and tables of "
+             "the fewest bytes with which shaders draw with an expected error "
+             "of at most E (.01: 1 %), print what was chosen; options that are "
+             "given are kept"},
+    {"dry-run", 0, IBL_FLAG(dry_run),
+     .help = "stop when it is chosen",
+     .aside = true},
 };
 
 static const ibl_option input[] = {
@@ -273,6 +282,7 @@ static void defaults(void *settings)
         .lobe_table = IBL_LOBES_USUAL,
         .lobe_table_size = ibl_lobe_table_options_default().size,
         .max_error = NAN,
+        .rendered_error = NAN,
         .judge = ibl_judge_options_default(),
     };
 }
@@ -341,8 +351,7 @@ static bool needs_harmonics(const ibl_opts *o)
             o->only & 1u << IBL_OUTPUT_SPECULAR);
 }
 
-/* Switches off the parts of the bake that no output needs. */
-static void select_parts(ibl_opts *o)
+void ibl_opts_select(ibl_opts *o)
 {
     if (o->bake.skybox)
         o->only |= 1u << IBL_OUTPUT_SKYBOX;
@@ -360,6 +369,14 @@ static void select_parts(ibl_opts *o)
     o->bake.specular = (o->only & 1u << IBL_OUTPUT_SPECULAR) != 0;
     o->bake.irradiance = o->only & 1u << IBL_OUTPUT_IRRADIANCE ||
                          o->engine == IBL_ENGINE_PLAYCANVAS;
+}
+
+bool ibl_opts_given(const ibl_opts *o, const char *name)
+{
+    for (int i = 0; i < o->given.count; i++)
+        if (!strcmp(o->given.list[i].option->name, name))
+            return true;
+    return false;
 }
 
 static bool check_lobes(const ibl_opts *o)
@@ -590,7 +607,31 @@ static bool check_paths(const ibl_opts *o)
     if (!o->input && !is_of_none(o))
         return ibl_misuse("no environment: iblbake [options] ENV -o DIR, see "
                           "iblbake --help");
-    return o->directory || ibl_misuse("no output directory: add -o DIR");
+    return o->directory || o->dry_run ||
+           ibl_misuse("no output directory: add -o DIR");
+}
+
+static bool check_choice(const ibl_opts *o)
+{
+    const bool asked = !isnan(o->rendered_error);
+
+    if (o->dry_run && !asked)
+        return ibl_misuse("--dry-run: nothing is chosen: add --rendered-error "
+                          "E");
+    if (!asked)
+        return true;
+    if (!o->input)
+        return ibl_misuse("--rendered-error %g: of which environment? Add ENV",
+                          o->rendered_error);
+    if (!(o->only & 1u << IBL_OUTPUT_SPECULAR) ||
+        o->bake.specular_options.lobe != IBL_LOBE_GGX)
+        return ibl_misuse("--rendered-error %g: is for GGX levels: leave out "
+                          "--lobe, and --only without specular",
+                          o->rendered_error);
+    return o->bake.specular_options.mapping != IBL_ROUGHNESS_BEST ||
+           ibl_misuse("--mapping best: is fitted after the choice: leave it "
+                      "out, --rendered-error %g fits the levels too",
+                      o->rendered_error);
 }
 
 static bool check_skybox(const ibl_opts *o)
@@ -606,9 +647,9 @@ static bool check_set(ibl_opts *o)
         return false;
     choose_lobes(o);
     if (!check_table(o) || !check_paths(o) || !check_skybox(o) ||
-        !ibl_common_validate(&o->common) || !check_mapping(o) ||
-        !check_lobes(o) || !check_zstd(o) || !check_texels(o) ||
-        !check_lights(o) || !check_harmonics(o) ||
+        !check_choice(o) || !ibl_common_validate(&o->common) ||
+        !check_mapping(o) || !check_lobes(o) || !check_zstd(o) ||
+        !check_texels(o) || !check_lights(o) || !check_harmonics(o) ||
         !check_levels(&o->bake.specular_options))
         return false;
     if (!o->name) {
@@ -620,7 +661,7 @@ static bool check_set(ibl_opts *o)
         return ibl_misuse("--name %s: has a '/': the directory is set by "
                           "--output",
                           o->name);
-    select_parts(o);
+    ibl_opts_select(o);
     o->texels.alike = o->zstd > 0;
     if (!set_layout(o))
         return false;
@@ -665,26 +706,18 @@ static bool read_words(const char *first, char **words, ibl_opts *o)
     return ok;
 }
 
-static bool is_given(const ibl_opts *o, const char *name)
-{
-    for (int i = 0; i < o->given.count; i++)
-        if (!strcmp(o->given.list[i].option->name, name))
-            return true;
-    return false;
-}
-
 /* What a target sets falls away where the command line has no place for it. */
 static void drop_unfit(ibl_opts *o)
 {
     ibl_specular_options *s = &o->bake.specular_options;
 
-    if (o->file != IBL_CONTAINER_KTX2 && !is_given(o, "zstd"))
+    if (o->file != IBL_CONTAINER_KTX2 && !ibl_opts_given(o, "zstd"))
         o->zstd = 0;
     if (o->file >= IBL_CONTAINER_COUNT) /* level 0 is the background */
         o->bake.skybox = 0;
-    if (ibl_pixel_block(o->texels.pixel) == 1 && !is_given(o, "quality"))
+    if (ibl_pixel_block(o->texels.pixel) == 1 && !ibl_opts_given(o, "quality"))
         o->texels.quality = IBL_QUALITY_NORMAL;
-    if (s->levels > ibl_most_levels(s->size) && !is_given(o, "levels"))
+    if (s->levels > ibl_most_levels(s->size) && !ibl_opts_given(o, "levels"))
         s->levels = 0;
 }
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/bake_record.h"
 
+#include "cli/choice.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdarg.h>
@@ -751,6 +753,8 @@ char *ibl_sidecar_text(const ibl_bake *b)
         put_lights(b, &root);
     if (b->made.power && b->made.specular.data)
         put(&root, "expected_rendered_error", expected(b));
+    if (b->choice)
+        put(&root, "choice", ibl_choice_json(b->choice));
     if (b->opts->verify)
         put(&root, "verify", ibl_report_json(&b->judged));
     if (b->opts->timings)

@@ -51,7 +51,10 @@ typedef struct ibl_opts {
     int sync;    /* 1: flush the files to the disk */
     int timings; /* 1: write stage times into the sidecar */
     int verify;
-    double max_error; /* limit for verify; NAN: none */
+    double max_error;      /* limit for verify; NAN: none */
+    double rendered_error; /* what the choice is for; NAN: nothing is chosen */
+    int dry_run;           /* 1: only print the choice */
+    double roughness[IBL_MAX_LEVELS]; /* of the levels, if chosen */
     ibl_judge_options judge;
     char stem[256]; /* input's name without directory and extension */
     ibl_given given;
@@ -107,6 +110,7 @@ typedef struct ibl_bake {
     ibl_bake_result made; /* its part of what the source has, in the world's
                              axes, but sh in those of its outputs */
     double *sh;           /* made.sh if that is the set's own, else NULL */
+    const struct ibl_choice *choice; /* NULL: none was asked */
     ibl_lut lut;
     ibl_lobe_table lobes;            /* empty if not wanted */
     ibl_specular_layout lobe_layout; /* of the chain of the lobe table */
@@ -124,14 +128,26 @@ enum {
 };
 void ibl_sampling_given(const ibl_opts *o, char text[IBL_SAMPLING_BYTES]);
 
+/* Whether the user gave an option. */
+bool ibl_opts_given(const ibl_opts *o, const char *name);
+/* Switches off the parts of the bake that no output needs. */
+void ibl_opts_select(ibl_opts *o);
+
 /* Runs the bake with settings, an ibl_bake_line; returns the exit status. */
 int ibl_bake_run(const void *settings);
 
 /* Adds what a set needs to what is baked, and sets its chain. */
 void ibl_bake_source_add(ibl_bake_source *s, ibl_bake *set);
 
-/* Reads the environment, if there is one, and bakes. ibl_bake_source_free is
+/* Reads the environment, and takes lights out of it. ibl_bake_source_free is
  * needed also after a failure. */
+bool ibl_bake_source_read(ibl_bake_source *s);
+
+/* The power of the harmonics of what is baked, in power->power; to be freed.
+ * The environment must have been read. */
+bool ibl_bake_source_power(ibl_bake_source *s, ibl_bake_result *power);
+
+/* Reads the environment, if there is one and it was not read, and bakes. */
 bool ibl_bake_source_make(ibl_bake_source *s);
 void ibl_bake_source_free(ibl_bake_source *s);
 

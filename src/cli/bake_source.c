@@ -4,6 +4,10 @@
 
 #include "cli/bake_record.h"
 
+enum {
+    POWER_DEGREE = 256
+};
+
 /* The index of the chain with these options, added if it is new. */
 static int take_chain(ibl_bake_source *s, const ibl_specular_options *o)
 {
@@ -72,11 +76,8 @@ static bool bake_without_lights(ibl_bake_source *s)
     ibl_cube skybox = {0};
 
     others.skybox = 0;
-    const bool ok =
-        bake_skybox(s, &skybox) && copy_environment(s) &&
-        !ibl_image_take_lights(s->ctx, &s->rest, others.yaw_deg,
-                               s->opts->lights, s->lights, &s->light_count) &&
-        !ibl_bake_environment(s->ctx, &rest, &others, &s->made);
+    const bool ok = bake_skybox(s, &skybox) &&
+                    !ibl_bake_environment(s->ctx, &rest, &others, &s->made);
     s->made.skybox = skybox;
     return ok;
 }
@@ -90,16 +91,40 @@ static ibl_read_options read_options(const ibl_bake_source *s)
     return read;
 }
 
-/* Keeps the map in memory, for lights, --verify and --preview. */
-static bool bake_image(ibl_bake_source *s)
+bool ibl_bake_source_read(ibl_bake_source *s)
 {
-    const ibl_environment rows = {.image = &s->env};
     const ibl_read_options read = read_options(s);
 
+    ibl_console_progress(s->console, "decode", 0);
     if (ibl_image_read(s->ctx, s->opts->input, &read, &s->env, &s->report))
         return false;
     s->width = s->env.width;
     s->height = s->env.height;
+    return !s->opts->lights ||
+           (copy_environment(s) &&
+            !ibl_image_take_lights(s->ctx, &s->rest, s->bake.yaw_deg,
+                                   s->opts->lights, s->lights,
+                                   &s->light_count));
+}
+
+bool ibl_bake_source_power(ibl_bake_source *s, ibl_bake_result *power)
+{
+    const ibl_environment env = {.image = s->opts->lights ? &s->rest : &s->env};
+    ibl_bake_options o = ibl_bake_options_default();
+
+    o.specular = o.irradiance = 0;
+    o.power = 1;
+    o.sh_degree = POWER_DEGREE; /* so that there are as many */
+    return !ibl_bake_environment(s->ctx, &env, &o, power);
+}
+
+/* Keeps the map in memory, for lights, --verify, --preview and the choice. */
+static bool bake_image(ibl_bake_source *s)
+{
+    const ibl_environment rows = {.image = &s->env};
+
+    if (!s->width && !ibl_bake_source_read(s))
+        return false;
     if (s->opts->lights)
         return bake_without_lights(s);
     return !ibl_bake_environment(s->ctx, &rows, &s->bake, &s->made);
@@ -131,7 +156,7 @@ bool ibl_bake_source_make(ibl_bake_source *s)
     s->bake.more = s->chains + 1;
     s->bake.more_count = s->chain_count > 1 ? s->chain_count - 1 : 0;
     ibl_console_progress(s->console, "decode", 0);
-    return s->opts->lights || s->opts->verify || s->opts->preview
+    return s->width || s->opts->lights || s->opts->verify || s->opts->preview
                ? bake_image(s)
                : bake_source(s);
 }
