@@ -4,13 +4,14 @@
  * known, files that are damaged or lie, and the collections of other people
  * where they are installed.
  */
-#include "scene/scene.h"
+#include "scene/survey.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "engine/png.h"
 #include "files.h"
 #include "test.h"
 
@@ -211,6 +212,190 @@ TEST(materials)
     CHECK_NEAR(m[1].roughness, 0.25, 0);
     CHECK_NEAR(m[1].specular_colour[2], 0.7, 1e-6);
     CHECK_NEAR(m[2].metallic, 1, 0);
+}
+
+/* ---- surveys ----------------------------------------------------------- */
+
+/* Writes x.png of 2x1 texels. */
+static void save_texels(const unsigned char rgba[8])
+{
+    ibl_blob png;
+
+    NEED(ibl_png_encode(rgba, 2, 1, NULL, &png));
+    NEED(file_save(file_path("x.png"), png.bytes, png.size));
+    ibl_blob_free(&png);
+}
+
+/* The survey of the square, of this material; textures 0 is x.png. */
+static ibl_scene_survey survey_square(const char *material)
+{
+    ibl_scene_survey survey = {0};
+    ibl_scene *s = read_square(
+        test_text("\"materials\":[%s],\"textures\":[{\"source\":0}],"
+                  "\"images\":[{\"uri\":\"x%%2Epng\"}]",
+                  material));
+
+    NEED(!ibl_scene_survey_add(quiet, s, &survey));
+    CHECK_NEAR(survey.area, 8, 1e-5);
+    return survey;
+}
+
+static double sum(const ibl_survey_bin bins[])
+{
+    double all = 0;
+
+    for (int i = 0; i < IBL_SURVEY_BINS; i++)
+        all += bins[i].share;
+    return all;
+}
+
+#define MR(more)                                                               \
+    "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.5,0.5,0.5,0.75],"       \
+    "\"metallicRoughnessTexture\":{\"index\":0" more "}}}"
+#define TRANSFORM(text) ",\"extensions\":{\"KHR_texture_transform\":{" text "}}"
+
+/* The left texel is a metal of roughness 1/4, the right one none of 1. */
+static const unsigned char two[8] = {9, 64, 255, 9, 9, 255, 0, 9};
+
+TEST(survey_of_textures)
+{
+    save_texels(two);
+    const ibl_scene_survey half = survey_square(MR(""));
+
+    CHECK_NEAR(half.metal[16].share, 0.5, 1e-4);
+    CHECK_NEAR(half.metal[16].power, 0.125, 1e-4);
+    CHECK_NEAR(half.dielectric[64].share, 0.5, 1e-4);
+    CHECK_NEAR(half.dielectric[64].power, 0.5, 1e-4);
+    CHECK_NEAR(half.dielectric[64].diffuse, 0.25, 1e-4);
+    CHECK_NEAR(sum(half.metal) + sum(half.dielectric), 1, 1e-9);
+    CHECK(half.images == 1 && half.materials == 1 && half.triangles == 2);
+}
+
+/* u goes over the left half only; over a quarter of the right one; turned by
+ * 90 degrees, v goes over it, from right to left; mirrored, as repeated. */
+TEST(survey_of_transforms)
+{
+    static const struct {
+        const char *material;
+        double metal;
+    } cases[] = {{MR(TRANSFORM("\"scale\":[0.5,1]")), 1},
+                 {MR(TRANSFORM("\"scale\":[0.5,1],\"offset\":[0.5,0]")), 0},
+                 {MR(TRANSFORM("\"scale\":[0.75,1]")), 2.0 / 3},
+                 {MR(TRANSFORM("\"rotation\":1.5707963267948966,"
+                               "\"scale\":[9,0.25]")),
+                  1},
+                 {MR(TRANSFORM("\"rotation\":1.5707963267948966,"
+                               "\"scale\":[9,0.25],\"offset\":[0.5,0]")),
+                  0},
+                 {MR(TRANSFORM("\"rotation\":-1.5707963267948966,"
+                               "\"scale\":[9,0.25]")),
+                  0}};
+
+    save_texels(two);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const ibl_scene_survey s = survey_square(cases[i].material);
+        CHECK_NEAR(sum(s.metal), cases[i].metal, 1e-4);
+    }
+}
+
+TEST(survey_of_alpha)
+{
+    static const unsigned char clear[8] = {255, 255, 255, 255,
+                                           255, 255, 255, 51};
+#define COLOUR "\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}"
+
+    save_texels(clear);
+    CHECK_NEAR(sum(survey_square("{\"alphaMode\":\"MASK\"," COLOUR "}").metal),
+               0.5, 1e-4);
+    CHECK_NEAR(sum(survey_square("{\"alphaMode\":\"BLEND\"," COLOUR "}").metal),
+               0.6, 1e-4);
+    CHECK_NEAR(sum(survey_square("{" COLOUR "}").metal), 1, 1e-9);
+    CHECK_NEAR(
+        survey_square("{\"extensions\":{\"KHR_materials_unlit\":{}}}").unlit, 1,
+        1e-9);
+}
+
+TEST(survey_of_extensions)
+{
+    save_texels(two);
+    const ibl_scene_survey s = survey_square(
+        "{\"pbrMetallicRoughness\":{\"metallicFactor\":0,"
+        "\"roughnessFactor\":0.5},\"extensions\":{\"KHR_materials_clearcoat\":"
+        "{\"clearcoatFactor\":0.5,\"clearcoatRoughnessFactor\":0.125},"
+        "\"KHR_materials_sheen\":{\"sheenColorFactor\":[0.5,0.5,0.5],"
+        "\"sheenRoughnessFactor\":0.75},\"KHR_materials_transmission\":{"
+        "\"transmissionFactor\":0.25},\"KHR_materials_ior\":{\"ior\":3},"
+        "\"KHR_materials_anisotropy\":{\"anisotropyStrength\":1}}}");
+
+    /* F0 = ((3 - 1) / (3 + 1))^2 = 1/4 = mix(.04, 1, .21875) */
+    CHECK_NEAR(s.metal[32].share, 0.21875, 1e-6);
+    CHECK_NEAR(s.dielectric[32].share, 1 - 0.21875, 1e-6);
+    CHECK_NEAR(s.dielectric[32].diffuse, 0.75 * (1 - 0.21875), 1e-6);
+    CHECK_NEAR(s.clearcoat[8].power, 0.25, 1e-6);
+    CHECK_NEAR(s.sheen[48].share, 1, 1e-6);
+    CHECK_NEAR(s.transmission, 0.25, 1e-6);
+    CHECK_NEAR(s.anisotropic, 1, 1e-6);
+}
+
+/* Three times the area counts three times as much. */
+TEST(surveys_add_up)
+{
+    ibl_scene_survey survey = {0};
+
+    ibl_scene *a = read_square(
+        "\"materials\":[{\"pbrMetallicRoughness\":{\"roughnessFactor\":0}}]");
+    NEED(!ibl_scene_survey_add(quiet, a, &survey));
+    ibl_scene *b = read_square("\"materials\":[{}]");
+    for (int i = 0; i < 3; i++)
+        NEED(!ibl_scene_survey_add(quiet, b, &survey));
+    CHECK_NEAR(survey.metal[0].share, 0.25, 1e-6);
+    CHECK_NEAR(survey.metal[64].share, 0.75, 1e-6);
+    CHECK(survey.scenes == 4);
+}
+
+/* An image that is no longer there, cut short, or of another kind. */
+TEST(damaged_images)
+{
+    static const char *const text =
+        "\"materials\":[" MR("") "],\"textures\":[{\"source\":0}],\"images\":"
+                                 "[{\"uri\":\"x.png\"}]";
+    ibl_scene_survey survey = {0};
+    size_t size;
+
+    save_texels(two);
+    const char *path = file_path("x.png");
+    const unsigned char *png = file_load(path, &size);
+    for (size_t n = 1; n < size - 12; n++) {
+        NEED(file_save(path, png, n));
+        CHECK_MSG(ibl_scene_survey_add(quiet, read_square(text), &survey),
+                  "%zu of %zu bytes", n, size);
+    }
+    CHECK(test_said(&kept, "a damaged image"));
+    NEED(file_save(path, "GIF89a", 6));
+    CHECK(ibl_scene_survey_add(quiet, read_square(text), &survey) ==
+          IBL_ERR_UNSUPPORTED);
+    CHECK(survey.scenes == 0);
+}
+
+TEST(jpeg)
+{
+    ibl_scene_survey survey = {0};
+    static const char *const text =
+        "\"materials\":[" MR("") "],\"textures\":[{\"source\":0}],\"images\":"
+                                 "[{\"uri\":\"x.jpg\"}]";
+    size_t size;
+
+    if (!file_have("cjpeg"))
+        test_skip("no cjpeg");
+    NEED(file_run("{ echo P6 64 32 255; for i in $(seq 2048); do printf "
+                  "'\\100\\200\\377'; done; } | cjpeg -quality 95 >x.jpg"));
+    NEED(!ibl_scene_survey_add(quiet, read_square(text), &survey));
+    CHECK_NEAR(sum(survey.metal), 1, 0.02);
+    CHECK_NEAR(survey.metal[32].share, 1, 0.02);
+    const unsigned char *jpeg = file_load(file_path("x.jpg"), &size);
+    NEED(file_save(file_path("x.jpg"), jpeg, size / 2));
+    CHECK(ibl_scene_survey_add(quiet, read_square(text), &survey) ==
+          IBL_ERR_FORMAT);
 }
 
 /* ---- what is no scene ------------------------------------------------- */

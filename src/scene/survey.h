@@ -9,32 +9,37 @@ enum {
     IBL_SURVEY_BINS = 65 /* bin i: roughness i / 64 */
 };
 
-/* What reflects with one roughness. All members are sums: share <= 1, the
- * others are share times the mean of the luminance of a colour. */
+/* What reflects with one roughness, each member a sum over the scene's area,
+ * which is 1 in all. */
 typedef struct ibl_survey_bin {
-    double share;   /* of the scene's area */
-    double f0;      /* reflectance along the normal */
-    double diffuse; /* diffuse albedo */
+    double share;
+    double power;   /* of the square of the reflectance along the normal, of
+                       metals in 1, of others in .04 */
+    double diffuse; /* of the luminance of the diffuse albedo */
 } ibl_survey_bin;
 
 /*
  * Shares of the area of triangles in the world, so that several scenes add up
  * by their areas. What alpha masks out does not count, what it blends counts in
- * part. Partly metallic surfaces are divided between both kinds.
+ * part. Surfaces between metals and others (partly metallic ones, dielectrics
+ * of more than F0 = .04) are divided between both.
  */
 typedef struct ibl_scene_survey {
-    double area; /* in the scenes' own units */
+    double area; /* in the scenes' own units, squared */
     ibl_survey_bin metal[IBL_SURVEY_BINS], dielectric[IBL_SURVEY_BINS];
-    ibl_survey_bin clearcoat[IBL_SURVEY_BINS]; /* over the others */
-    ibl_survey_bin sheen[IBL_SURVEY_BINS];     /* f0: the sheen's colour */
-    double unlit, transmission, anisotropic;   /* shares; unlit is in no bin */
-    int scenes, materials, triangles, images;  /* counts; materials: those that
-                                                  are drawn */
+    ibl_survey_bin clearcoat[IBL_SURVEY_BINS]; /* over the others, of F0 .04 */
+    ibl_survey_bin sheen[IBL_SURVEY_BINS];     /* over the others */
+    double unlit;                              /* share, in no bin */
+    double transmission, anisotropic;
+    int scenes, materials, triangles, images; /* numbers; materials and
+                                                 triangles: those that are
+                                                 drawn, images: those that were
+                                                 looked at */
 } ibl_scene_survey;
 
 /*
- * Adds a scene, whose images that matter are decoded (and may stay reduced):
- * 2^18 places, evenly over the area, with the values of the textures there. The
+ * Adds a scene, whose images that matter are decoded, and reduced: 2^16
+ * places, evenly over the area, with the values of the textures there. The
  * same result for any number of threads.
  *   survey  zeroed before the first scene
  * Errors of ibl_scene_decode. IBL_ERR_FORMAT: the scene has no area.
