@@ -13,7 +13,7 @@ enum {
     JOB_BLOCKS = 256, /* take some milliseconds */
     JOB_ALIKE = 1024, /* with more of them, more are alike */
     LEAST_ALIKE = 64, /* smaller images are few of a file's bytes */
-    GROUP = 16,       /* blocks whose texels are on the stack: 3 KiB */
+    GROUP = 128,      /* blocks whose texels are on the stack: 24 KiB */
     ALPHA_ONE = 0x3C00
 };
 

@@ -17,29 +17,29 @@ static uint32_t hash(uint32_t p)
     return p;
 }
 
-int ibl_astc_subset(int pattern, int subsets, int x, int y)
+void ibl_astc_find_subsets(int pattern, int subsets,
+                           unsigned char of[IBL_ASTC_TEXELS])
 {
     const uint32_t seed = (uint32_t)(pattern + (subsets - 1) * 1024);
     const uint32_t random = hash(seed);
     const int by_seed = seed & 2 ? 4 : 5, by_count = subsets == 3 ? 6 : 5;
-    uint32_t at[4];
-    int best = 0;
+    uint32_t most[IBL_ASTC_TEXELS] = {0};
 
-    if (subsets == 1)
-        return 0;
-    for (int i = 0; i < 4; i++) {
-        uint32_t x_step = random >> 8 * i & 15,
-                 y_step = random >> (8 * i + 4) & 15;
+    for (int s = 0; s < subsets; s++) {
+        uint32_t x_step = random >> 8 * s & 15,
+                 y_step = random >> (8 * s + 4) & 15;
         x_step = x_step * x_step >> (seed & 1 ? by_seed : by_count);
         y_step = y_step * y_step >> (seed & 1 ? by_count : by_seed);
-        at[i] = (x_step * 2 * (uint32_t)x + y_step * 2 * (uint32_t)y +
-                 (random >> (14 - 4 * i))) &
-                63;
+        for (uint32_t i = 0; i < IBL_ASTC_TEXELS; i++) {
+            const uint32_t at = (x_step * 2 * (i % 4) + y_step * 2 * (i / 4) +
+                                 (random >> (14 - 4 * s))) &
+                                63;
+            if (s && at <= most[i])
+                continue;
+            most[i] = at;
+            of[i] = (unsigned char)s;
+        }
     }
-    for (int i = 1; i < subsets; i++)
-        if (at[i] > at[best])
-            best = i;
-    return best;
 }
 
 int ibl_astc_value_range(int values, int bits)

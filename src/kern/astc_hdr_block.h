@@ -29,8 +29,9 @@ int ibl_astc_unpack(ibl_bits128 bits, ibl_astc_block *b);
  * subsets; width and height are left out of account. */
 ibl_bits128 ibl_astc_pack(const ibl_astc_block *b);
 
-/* The subset, 0 to subsets - 1, of texel (x, y). */
-int ibl_astc_subset(int pattern, int subsets, int x, int y);
+/* The subset, 0 to subsets - 1, of each texel. */
+void ibl_astc_find_subsets(int pattern, int subsets,
+                           unsigned char of[IBL_ASTC_TEXELS]);
 
 /* The largest range of which a sequence has at most this many bits; -1 if none
  * has. */

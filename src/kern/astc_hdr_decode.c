@@ -144,37 +144,41 @@ static uint16_t unit_half(int v)
     return (uint16_t)(exponent << 10 | (v >> 5 & 1023));
 }
 
-/* The weight, 0 to 64, of texel (x, y), bilinear in sixteenths between those of
- * the grid; plane p of several has every p-th. Section 23.19. */
-static int weight_at(const ibl_astc_block *b, const unsigned char *weight,
-                     int x, int y, int plane)
+/* The weights, 0 to 64, of texels, bilinear in sixteenths between those of the
+ * grid; plane p of several has every p-th. Section 23.19. */
+static void find_weights(const ibl_astc_block *b, const unsigned char *weight,
+                         int plane, int texels[IBL_ASTC_TEXELS])
 {
-    const int u = (342 * x * (b->width - 1) + 32) >> 6;
-    const int v = (342 * y * (b->height - 1) + 32) >> 6;
-    const int fx = u & 15, fy = v & 15, both = (fx * fy + 8) >> 4;
-    const int right = fx ? b->planes : 0, down = fy ? b->planes * b->width : 0;
-    const unsigned char *w =
-        weight + ((u >> 4) + (v >> 4) * b->width) * b->planes + plane;
-
-    return (w[0] * (16 - fx - fy + both) + w[right] * (fx - both) +
-            w[down] * (fy - both) + w[right + down] * both + 8) >>
-           4;
+    for (int i = 0; i < IBL_ASTC_TEXELS; i++) {
+        const int u = (342 * (i % 4) * (b->width - 1) + 32) >> 6;
+        const int v = (342 * (i / 4) * (b->height - 1) + 32) >> 6;
+        const int fx = u & 15, fy = v & 15, both = (fx * fy + 8) >> 4;
+        const int right = fx ? b->planes : 0;
+        const int down = fy ? b->planes * b->width : 0;
+        const unsigned char *w =
+            weight + ((u >> 4) + (v >> 4) * b->width) * b->planes + plane;
+        texels[i] = (w[0] * (16 - fx - fy + both) + w[right] * (fx - both) +
+                     w[down] * (fy - both) + w[right + down] * both + 8) >>
+                    4;
+    }
 }
 
 static void decode_texels(const ibl_astc_block *b, const ends *subsets,
                           uint16_t texels[16][3])
 {
-    unsigned char weight[2 * IBL_ASTC_TEXELS];
+    unsigned char weight[2 * IBL_ASTC_TEXELS], subset[IBL_ASTC_TEXELS];
+    int planes[2][IBL_ASTC_TEXELS];
 
     for (int i = 0; i < b->planes * b->width * b->height; i++)
         weight[i] =
             (unsigned char)ibl_ise_weight(b->weight_range, b->weight[i]);
-    for (int i = 0; i < 16; i++) {
-        const int x = i % 4, y = i / 4;
-        const ends *s = &subsets[ibl_astc_subset(b->pattern, b->subsets, x, y)];
+    for (int p = 0; p < b->planes; p++)
+        find_weights(b, weight, p, planes[p]);
+    ibl_astc_find_subsets(b->pattern, b->subsets, subset);
+    for (int i = 0; i < IBL_ASTC_TEXELS; i++) {
+        const ends *s = &subsets[subset[i]];
         for (int c = 0; c < 3; c++) {
-            const int w =
-                weight_at(b, weight, x, y, b->planes == 2 && b->plane2 == c);
+            const int w = planes[b->planes == 2 && b->plane2 == c][i];
             const int v = (s->e[0][c] * (64 - w) + s->e[1][c] * w + 32) >> 6;
             texels[i][c] = s->hdr ? ibl_astc_half(v) : unit_half(v);
         }

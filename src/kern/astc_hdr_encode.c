@@ -12,8 +12,9 @@
 #include "kern/astc_line.h"
 
 /* What is tried, of each kind of ways how many; of two subsets with how many
- * patterns. Where the error, rms of a texel, is more than `far`, more ways of
- * one mode are: files compress better if most blocks are stored alike. */
+ * patterns. Only where the error, rms of a texel, is more than `far`, two
+ * subsets are, and more ways of one mode: files compress better if most blocks
+ * are stored alike. */
 typedef struct plan {
     ibl_astc_effort effort;
     int direct, scale, patterns, two_scale, two_direct, refine_two;
@@ -209,8 +210,9 @@ static void try_ways(const ibl_astc_tables *tb, const plan *p,
         try_one(tb, p, t, IBL_ASTC_DIRECT_1 + 1, 1, best);
     if (p->scale)
         try_one(tb, p, t, IBL_ASTC_SCALE_1, p->scale, best);
-    if (p->patterns)
-        rank_patterns(tb, t, p->patterns, found);
+    if (!p->patterns || !is_far(p, best))
+        return;
+    rank_patterns(tb, t, p->patterns, found);
     for (int k = 0; k < p->patterns; k++) {
         try_two(tb, p, t, found[k], IBL_ASTC_SCALE_2, p->two_scale, best);
         if (is_far(p, best))

@@ -36,11 +36,12 @@ static void set_patterns(ibl_astc_tables *t)
 {
     for (int p = 0; p < IBL_ASTC_PATTERNS_PADDED; p++) {
         const int pattern = ibl_astc_patterns[p < IBL_ASTC_PATTERNS ? p : 0];
+        unsigned char of[IBL_ASTC_TEXELS];
+        ibl_astc_find_subsets(pattern, 2, of);
         t->count[p] = 0;
         for (int i = 0; i < 16; i++) {
-            const int s = ibl_astc_subset(pattern, 2, i % 4, i / 4);
-            t->second[i][p] = (float)s;
-            t->count[p] += (float)s;
+            t->second[i][p] = of[i];
+            t->count[p] += of[i];
         }
     }
 }
