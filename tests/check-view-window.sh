@@ -210,6 +210,31 @@ test_mouse() {
     same again.png first.png 'after Home'
 }
 
+# The slider of the exposure ends 8 stops up.
+test_panel() {
+    xdotool mousemove --window "$window" 300 14
+    within not_shown first.png || echo 'nothing says that there is a panel'
+    xdotool click 1
+    xdotool mousemove --window "$window" 292 139 mousedown 1 \
+        mousemove_relative 30 0 mouseup 1
+    shows 'EV +8'
+    snap panel.png
+    still off.png --size 320x240 --ev 8 baked
+    same panel.png off.png 'after the slider was dragged'
+    press P Home
+    away
+    on_screen first.png
+}
+
+test_light() {
+    xdotool mousemove --window "$window" 100 100 keydown ctrl mousedown 1 \
+        mousemove_relative 20 0 mousemove_relative 20 0 mouseup 1 keyup ctrl
+    shows '| lights 1 '
+    press Home
+    away
+    on_screen first.png
+}
+
 test_resize() {
     xdotool windowsize --sync "$window" 400 300
     still off.png --size 400x300 baked

@@ -207,6 +207,20 @@ test_table_of_another_kind() {
     grep -q 'made with the geometry smith' err || cat err
 }
 
+# Two sets side by side, and the panel over them.
+test_panel_and_other_set() {
+    local small='-q --size 96x64 --grid 2x2'
+    draw a.png "$work/ktx2" $small
+    draw b.png "$work/ktx2" $small --panel
+    differ a.png b.png
+    iblbake -q "$work/env.exr" -o other --size 8 --levels 2 || return
+    draw a.png "$work/ktx2" $small --against-set other --split 1
+    draw b.png "$work/ktx2" $small --against-set other --split 0
+    differ a.png b.png
+    wrong 1 '*nothing*' "$work/ktx2" $small --offscreen c.png \
+        --against-set nothing
+}
+
 test_scene() {
     local with scene='--mode scene --probe-size 32'
     draw scene.png "$work/ktx2" $scene

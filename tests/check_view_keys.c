@@ -68,6 +68,8 @@ static const key_case cases[] = {
     PLAIN('o', 'O', fov),
     PLAIN('.', ',', turn),
     PLAIN('?', '?', help),
+    PLAIN('P', 'P', panel),
+    PLAIN('X', 'X', walls),
     PLAIN(VIEW_KEY(GLFW_KEY_RIGHT), VIEW_KEY(GLFW_KEY_LEFT), yaw),
     PLAIN(VIEW_KEY(GLFW_KEY_UP), VIEW_KEY(GLFW_KEY_DOWN), pitch),
     PLAIN('+', 0, distance),

@@ -135,6 +135,21 @@ static bool load_probes(view_app *app)
     return true;
 }
 
+static bool load_other(view_app *app)
+{
+    const view_request what = {.path = app->options->against_set};
+    baked_set set;
+
+    if (!(view_is_map(what.path, IBL_INPUT_AUTO)
+              ? view_set_bake(app->ctx, what.path, IBL_INPUT_AUTO, &set)
+              : view_set_open(app->ctx, &what, &set)))
+        return false;
+    view_set_free(&app->other);
+    app->other = set;
+    app->redraw = true;
+    return view_renderer_against(app->renderer, &app->other);
+}
+
 bool view_app_make(view_app *app)
 {
     const view_options *o = app->options;
@@ -146,7 +161,8 @@ bool view_app_make(view_app *app)
     app->overlay = view_overlay_create();
     if (!app->renderer || !app->overlay)
         return false;
-    if (o->probe_set && !load_probes(app))
+    if ((o->probe_set && !load_probes(app)) ||
+        (o->against_set && !load_other(app)))
         return false;
     if (o->verbose && o->probe_set)
         view_report_probe_set(app->probes);
@@ -159,6 +175,7 @@ void view_app_end(view_app *app)
     view_overlay_free(app->overlay);
     view_renderer_free(app->renderer);
     view_probe_set_free(app->probes);
+    view_set_free(&app->other);
 }
 
 /* ---- between frames ------------------------------------------------------ */
@@ -210,6 +227,11 @@ void view_app_tend_files(view_app *app)
 {
     tend_set(app);
     tend_probes(app);
+    if (app->other.name && view_set_changed(&app->other, SETTLE_S)) {
+        view_set_seen(&app->other);
+        if (!load_other(app))
+            view_app_notice_path(app, app->options->against_set);
+    }
 }
 
 /* ---- frames -------------------------------------------------------------- */

@@ -30,6 +30,7 @@ typedef struct view_app {
     /* The set that is shown is in one slot; the other takes the next. */
     baked_set sets[2];
     baked_set *set;       /* NULL: none is loaded yet */
+    baked_set other;      /* of --against-set, or zeroed */
     view_request request; /* the source of set */
     char path[PATH_MAX];
 
@@ -42,6 +43,8 @@ typedef struct view_app {
     double begun;    /* ibl_now() when the scene's time began */
     double mouse[2]; /* pixels from the upper left; -1: not in the window */
     bool held[3];    /* buttons */
+    int mods;        /* keys that were down with the last button, GLFW's */
+    int dragged;     /* 1 + row of the panel whose slider is held, or 0 */
     double frame_ms;
     view_stats stats;
     char title[512];
@@ -53,7 +56,7 @@ typedef struct view_app {
 /* ---- what is shown ------------------------------------------------------ */
 
 /* Makes renderer and overlay for the current context, and loads the probe set
- * of the options. False after a message. */
+ * and the other set of the options. False after a message. */
 bool view_app_make(view_app *app);
 /* Opens a set, or begins to bake a map. False after a message; the picture is
  * then unchanged. */
@@ -65,8 +68,8 @@ bool view_app_tend_bake(view_app *app);
 void view_app_tend_files(view_app *app);
 /* Limits the settings to what the set has, and requests a frame. */
 void view_app_fit(view_app *app);
-/* Stops the bake and frees renderer, overlay and probes, while the context is
- * current. */
+/* Stops the bake and frees renderer, overlay, probes and the other set, while
+ * the context is current. */
 void view_app_end(view_app *app);
 
 /* Draws into framebuffer 0; spread: as in view_settings. If that fails,
@@ -83,6 +86,16 @@ void view_app_notice(view_app *app, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 /* Shows that a file cannot be displayed. */
 void view_app_notice_path(view_app *app, const char *path);
+
+/* ---- the panel (panel.c) ------------------------------------------------ */
+
+/* Draws the controls of the mode at the upper right, or a word that opens them
+ * if they are hidden and the pointer is in that quarter. Between
+ * view_overlay_begin and _end. */
+void view_panel_draw(const view_app *app);
+/* Handles a press of the left button at the pointer, or with drag a motion
+ * while it is held. False: no control is there. */
+bool view_panel_point(view_app *app, bool drag);
 
 /* ---- the window (window.c, window_text.c) --------------------------------
  */

@@ -119,6 +119,11 @@ static void approach(view_app *app, int step)
     view_approach(&app->settings, app->set, at, step);
 }
 
+static void move_light(view_app *app, int step)
+{
+    view_move_light(&app->settings, 5 * step, 0);
+}
+
 static void turn(view_app *app, int step)
 {
     view_spin(&app->settings, 5 * step);
@@ -250,10 +255,13 @@ static const key_row rows[] = {
      .what = "wider field of view, narrower"},
     {". ,", '.', ',', ACT(turn),
      .what = "turn the environment; mouse: right drag"},
+    {"> <", '>', '<', ACT(move_light),
+     .what = "move the first light round; mouse: left drag with Ctrl"},
     {"0", '0', ACT(reset), .what = "all as it was in the beginning"},
     {"Home", NAMED(HOME), ACT(reset), .what = "the same"},
     {"w", 'w', ACT(print_errors), .what = "print the error of each sphere"},
     {"p", 'p', ACT(take_picture), .what = "write iblview-NNN.png"},
+    {"P", 'P', SWITCH(panel), .what = "controls for the mouse"},
     {"?", '?', SWITCH(help), .what = "this list"},
     {"q", 'q', ACT(quit), .what = "quit"},
     {"Escape", NAMED(ESCAPE), ACT(quit), .what = "the same"},

@@ -49,6 +49,24 @@ void view_approach(view_settings *s, const baked_set *set, view_place at,
     s->distance = fmin(fmax(s->distance / factor, 0.6), 1000);
 }
 
+void view_move_light(view_settings *s, double around, double up)
+{
+    const double degree = M_PI / 180;
+    double *p = s->light[0].position;
+    const double away = sqrt(dot3(p, p));
+
+    if (!s->light_count)
+        s->light_count = 1;
+    if (away <= 0)
+        return;
+    const double height = asin(p[1] / away) + up * degree;
+    const double lift = fmin(fmax(height, -89 * degree), 89 * degree);
+    const double angle = atan2(p[0], p[2]) + around * degree;
+    p[0] = away * cos(lift) * sin(angle);
+    p[1] = away * sin(lift);
+    p[2] = away * cos(lift) * cos(angle);
+}
+
 void view_spin(view_settings *s, double degrees)
 {
     s->turn = turned(s->turn + degrees);

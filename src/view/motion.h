@@ -22,5 +22,8 @@ void view_approach(view_settings *s, const baked_set *set, view_place at,
                    double steps);
 /* Turns the environment by degrees. */
 void view_spin(view_settings *s, double degrees);
+/* Moves the first light about the origin at its distance: around +Y and up, by
+ * degrees. Makes one if there is none. */
+void view_move_light(view_settings *s, double around, double up);
 
 #endif

@@ -218,7 +218,8 @@ static bool check_pairs(const view_options *o)
         {o->samples && !picture, "--samples",
          "only with --offscreen or --contact-sheet"},
         {o->frames && o->samples, "--frames and --samples", one},
-        {o->settings.compare && o->settings.reflection == o->settings.against,
+        {o->settings.compare && !o->against_set &&
+             o->settings.reflection == o->settings.against,
          "--compare", "a reflection with itself: choose another --against"},
     };
 
@@ -256,6 +257,10 @@ static bool validate(void *options)
         memcpy(o->size, sheet ? tile : window, sizeof o->size);
     if (sheet && !o->grid[0])
         o->grid[0] = 2, o->grid[1] = 4;
+    if (o->against_set && !o->settings.compare)
+        o->settings.compare = VIEW_SPLIT;
+    if (o->against_set && o->settings.against == VIEW_REFERENCE)
+        o->settings.against = o->settings.reflection;
     if (o->grid[0]) {
         o->settings.rows = o->grid[0];
         o->settings.columns = o->grid[1];
@@ -429,6 +434,8 @@ static const ibl_option display[] = {
     {"ev", 0, REAL(ev, "EV", -30, 30), .help = "exposure in stops"},
     {"tone", 0,
      IBL_CHOICE(settings.tone, view_tone_names), .help = "tone curve"},
+    {"panel", 0, FLAG(settings.panel),
+     .help = "draw the panel of controls over the picture"},
     {"false-colour", 0, FLAG(settings.false_colour),
      .help = "luminance in false colours instead"},
 };
@@ -444,6 +451,9 @@ static const ibl_option reflection[] = {
              "print the error of each sphere"},
     {"against", 0, IBL_CHOICE(settings.against, view_reflection_names),
      .help = "the other reflection"},
+    {"against-set", 0, IBL_TEXT(against_set, "PATH"), .standard = "",
+     .help = "draw the other side by this set or map, by --reflection unless "
+             "--against says otherwise"},
     {"split", 0, REAL(split, "X", 0, 1),
      .help = "where the other begins, as a fraction of the width"},
     {"gain", 0, REAL(gain, "G", 1e-3, 1e6), .help = "factor of the difference"},

@@ -14,9 +14,9 @@
 enum {
     BATCH = 4096, /* most rectangles of one draw call */
     GLYPH = 16,   /* most quads of a character; X has 11 */
-    LINE = 12,    /* font units between lines */
-    TAB = 100,    /* between columns */
-    MARGIN = 4    /* around text */
+    LINE = VIEW_TEXT_LINE,
+    TAB = VIEW_TEXT_TAB,
+    MARGIN = VIEW_TEXT_MARGIN
 };
 
 /* Attributes of text.vert. */

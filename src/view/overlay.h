@@ -23,6 +23,11 @@ void view_overlay_end(view_overlay *o);
  * width varies. Any length is allowed; text outside the picture is cut. */
 void view_overlay_text(view_overlay *o, double x, double y, double scale,
                        const char *text);
+enum {
+    VIEW_TEXT_MARGIN = 4, /* around text, in pixels at scale 1 */
+    VIEW_TEXT_LINE = 12,  /* between lines */
+    VIEW_TEXT_TAB = 100   /* between columns */
+};
 /* Size in pixels of text with its background; 0 and 0 if it is empty. */
 void view_overlay_measure(const char *text, double scale, double *width,
                           double *height);

@@ -29,7 +29,7 @@ struct view_renderer {
     GLuint sky, sphere, inspect, display, mean; /* programs */
     GLuint nearest;                             /* sampler of maps */
     GLuint instances, instance_buffer, frame_buffer;
-    GLuint maps[VIEW_CONTENTS];
+    GLuint maps[2][VIEW_CONTENTS]; /* of set and other */
     /* Linear pictures of settings.reflection and against: of one place in the
      * pixels, and the mean of all places so far; and framebuffers on them. */
     GLuint picture[2], target[2], means[2], mean_target[2];
@@ -39,6 +39,7 @@ struct view_renderer {
     const view_probe_set *probes; /* probes of the stage, or NULL */
     int samples; /* samples of the reference per draw; 0: by the clock */
     const baked_set *set;
+    const baked_set *other; /* what the set is compared with, or NULL */
     view_room_sun sun; /* sun of the set, found when the scene is first drawn */
     bool knows_sun;
     /* of the last draw */
@@ -102,7 +103,7 @@ void view_renderer_free(view_renderer *r)
     gl.DeleteFramebuffers(2, r->mean_target);
     gl.DeleteTextures(2, r->picture);
     gl.DeleteTextures(2, r->means);
-    gl.DeleteTextures(VIEW_CONTENTS, r->maps);
+    gl.DeleteTextures(2 * VIEW_CONTENTS, r->maps[0]);
     gl.DeleteBuffers(1, &r->frame_buffer);
     gl.DeleteBuffers(1, &r->instance_buffer);
     gl.DeleteVertexArrays(1, &r->instances);
@@ -117,7 +118,8 @@ void view_renderer_free(view_renderer *r)
 
 /* ---- the set ----------------------------------------------------------- */
 
-bool view_renderer_load(view_renderer *r, const baked_set *set)
+/* Replaces the maps of a set. */
+static bool load_maps(GLuint to[VIEW_CONTENTS], const baked_set *set)
 {
     static const char *const kinds[VIEW_CONTENTS] = {
         "specular map", "irradiance map", "BRDF table", "sky", "lobe table"};
@@ -134,24 +136,45 @@ bool view_renderer_load(view_renderer *r, const baked_set *set)
             return false;
         }
     }
-    gl.DeleteTextures(VIEW_CONTENTS, r->maps);
-    memcpy(r->maps, maps, sizeof maps);
+    gl.DeleteTextures(VIEW_CONTENTS, to);
+    memcpy(to, maps, sizeof maps);
+    return true;
+}
+
+bool view_renderer_load(view_renderer *r, const baked_set *set)
+{
+    if (!load_maps(r->maps[0], set))
+        return false;
     r->set = set;
     r->knows_sun = false;
     view_renderer_probes(r, r->probes);
     return !r->truth || view_truth_load(r->truth, set);
 }
 
-static void bind_maps(const view_renderer *r)
+bool view_renderer_against(view_renderer *r, const baked_set *set)
 {
-    const GLuint sky = r->maps[VIEW_SKY], cube = GL_TEXTURE_CUBE_MAP;
-    const GLuint level0 = r->maps[VIEW_SPECULAR];
+    if (!load_maps(r->maps[1], set))
+        return false;
+    r->other = set;
+    r->stale = true;
+    return true;
+}
+
+bool view_renderer_has_other(const view_renderer *r)
+{
+    return r->other;
+}
+
+static void bind_maps(const GLuint maps[VIEW_CONTENTS])
+{
+    const GLuint sky = maps[VIEW_SKY], cube = GL_TEXTURE_CUBE_MAP;
+    const GLuint level0 = maps[VIEW_SPECULAR];
 
     view_gl_bind(VIEW_UNIT_SPECULAR, cube, level0);
-    view_gl_bind(VIEW_UNIT_IRRADIANCE, cube, r->maps[VIEW_IRRADIANCE]);
-    view_gl_bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, r->maps[VIEW_LUT]);
+    view_gl_bind(VIEW_UNIT_IRRADIANCE, cube, maps[VIEW_IRRADIANCE]);
+    view_gl_bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, maps[VIEW_LUT]);
     view_gl_bind(VIEW_UNIT_SKY, cube, sky ? sky : level0);
-    view_gl_bind(VIEW_UNIT_LOBES, GL_TEXTURE_2D_ARRAY, r->maps[VIEW_LOBES]);
+    view_gl_bind(VIEW_UNIT_LOBES, GL_TEXTURE_2D_ARRAY, maps[VIEW_LOBES]);
 }
 
 /* ---- spheres ----------------------------------------------------------- */
@@ -316,9 +339,10 @@ void view_renderer_probes(view_renderer *r, const view_probe_set *probes)
 
 static bool draw_stage(view_renderer *r)
 {
-    const GLuint level0 = r->maps[VIEW_SPECULAR], sky = r->maps[VIEW_SKY];
+    const GLuint *maps = r->maps[0], level0 = maps[VIEW_SPECULAR],
+                 sky = maps[VIEW_SKY];
     view_room_environment e = {.specular = level0,
-                               .irradiance = r->maps[VIEW_IRRADIANCE],
+                               .irradiance = maps[VIEW_IRRADIANCE],
                                .sky = sky ? sky : level0,
                                .irradiance_scale = r->frame.diffuse[0],
                                .fit = r->settings.reflection != VIEW_SPLIT_SUM};
@@ -332,7 +356,7 @@ static bool draw_stage(view_renderer *r)
     e.sun = r->sun;
     memcpy(e.lod, r->frame.lod, sizeof e.lod);
     memcpy(e.ladder, r->frame.ladder, sizeof e.ladder);
-    return view_scene_draw(r->stage, &r->settings, &e, r->maps[VIEW_LUT],
+    return view_scene_draw(r->stage, &r->settings, &e, maps[VIEW_LUT],
                            r->picture[0], r->width, r->height);
 }
 
@@ -349,6 +373,18 @@ static void inspect(const view_renderer *r)
 static view_reflection reflection_of(const view_renderer *r, int side)
 {
     return side ? r->settings.against : r->settings.reflection;
+}
+
+/* Draws what follows by the maps of a set. */
+static void use_set(view_renderer *r, int i)
+{
+    view_frame frame;
+
+    view_frame_fill(&frame, &r->settings, i ? r->other : r->set, r->width,
+                    r->height);
+    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
+    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof frame, &frame);
+    bind_maps(r->maps[i]);
 }
 
 static bool draw_spheres(view_renderer *r, int side)
@@ -391,12 +427,17 @@ static bool linear_pass(view_renderer *r)
     gl.BindFramebuffer(GL_FRAMEBUFFER, r->target[0]);
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
-    for (int side = 0; side < sides; side++)
+    for (int side = 0; side < sides; side++) {
+        if (side && r->other)
+            use_set(r, 1);
         if ((r->settings.mode != VIEW_SPHERES ||
              reflection_of(r, side) != VIEW_REFERENCE) &&
             (!draw_side(r, side) ||
              (view_places(&r->settings) > 1 && !add_place(r, side))))
             return false;
+    }
+    if (r->other)
+        use_set(r, 0);
     return true;
 }
 
@@ -443,7 +484,7 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
     resize(r, width, height);
     update_spheres(r, s, width, height);
     choose_place(r, s);
-    bind_maps(r);
+    bind_maps(r->maps[0]);
     if (!linear_pass(r) || !truth_pass(r))
         return false;
     r->places++;

@@ -33,6 +33,12 @@ void view_renderer_free(view_renderer *r); /* NULL is fine */
  * valid until the next load. False, with a message. */
 bool view_renderer_load(view_renderer *r, const baked_set *set);
 
+/* Sets what the pictures of settings.against are drawn by, in place of the set;
+ * set must stay valid until the next call. The reference stays that of the
+ * set. False, with a message. */
+bool view_renderer_against(view_renderer *r, const baked_set *set);
+bool view_renderer_has_other(const view_renderer *r);
+
 /* Sets local probes of the scene, instead of captured ones; NULL: none. The
  * caller keeps them unchanged until the next call. */
 void view_renderer_probes(view_renderer *r, const view_probe_set *probes);

@@ -59,9 +59,10 @@ bool view_report_print(const view_renderer *r, const view_settings *s,
 
     if (count != view_grid(s, spheres))
         return false;
-    printf("relative RMSE of %s against %s",
+    printf("relative RMSE of %s against %s%s",
            view_reflection_names[s->reflection],
-           view_reflection_names[s->against]);
+           view_reflection_names[s->against],
+           view_renderer_has_other(r) ? " of the other set" : "");
     if (view_renderer_environment(r))
         printf(", %d samples a pixel of %s", view_renderer_samples(r),
                view_renderer_environment(r));

@@ -136,6 +136,7 @@ typedef struct view_settings {
     bool sun;     /* draw the environment's sun as a light with shadows */
     bool capture_shadows; /* shadows in captures, too */
     bool help;            /* show the list of keys */
+    bool panel;           /* show the controls */
 } view_settings;
 
 view_settings view_settings_default(void);

@@ -48,9 +48,21 @@ bool view_still_draw(view_renderer *r, const view_options *o,
     return true;
 }
 
+/* As in a window of this size. */
+static void draw_panel(const view_app *app)
+{
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    view_overlay_begin(app->overlay, app->width, app->height);
+    view_panel_draw(app);
+    view_overlay_end(app->overlay);
+}
+
 static bool write_picture(const view_app *app)
 {
     const view_options *o = app->options;
+
+    if (o->settings.panel)
+        draw_panel(app);
     unsigned char *rgb = view_picture_read(0, o->size[0], o->size[1]);
     const bool ok = rgb && view_picture_write(app->ctx, o->offscreen,
                                               o->size[0], o->size[1], rgb);
@@ -271,7 +283,13 @@ static void print_texel(const view_options *o, const baked_set *set)
 
 bool view_still_run(ibl_ctx *ctx, const view_options *o)
 {
-    view_app app = {.ctx = ctx, .options = o};
+    view_app app = {.ctx = ctx,
+                    .options = o,
+                    .settings = o->settings,
+                    .width = o->size[0],
+                    .height = o->size[1],
+                    .scale = 1,
+                    .mouse = {-1, -1}};
     baked_set *set = app.set = &app.sets[0];
     bool ok;
 

@@ -72,7 +72,11 @@ static void move_to(view_app *app, double x, double y)
     app->redraw = true;
     if (!app->set)
         return;
-    if (app->held[0])
+    if (app->dragged)
+        view_panel_point(app, true);
+    else if (app->held[0] && app->mods & GLFW_MOD_CONTROL)
+        view_move_light(s, 180 * dx / app->height, -180 * dy / app->height);
+    else if (app->held[0])
         view_drag(s, app->set, app->width, app->height, dx, dy);
     else if (app->held[1])
         view_spin(s, 180 * dx / app->height);
@@ -96,12 +100,15 @@ static void on_button(GLFWwindow *window, int button, int action, int mods)
 {
     view_app *app = app_of(window);
 
-    (void)mods;
     if (button > GLFW_MOUSE_BUTTON_MIDDLE)
         return;
-    app->held[button] = action == GLFW_PRESS;
+    app->mods = mods;
+    app->dragged = 0;
     if (action == GLFW_PRESS)
         app->notice[0] = '\0';
+    app->held[button] =
+        action == GLFW_PRESS && (button != GLFW_MOUSE_BUTTON_LEFT ||
+                                 !app->set || !view_panel_point(app, false));
     move_to(app, app->mouse[0], app->mouse[1]);
 }
 
@@ -308,7 +315,7 @@ static bool loop(view_app *app)
     double looked = ibl_now();
 
     if (!app->notice[0])
-        view_app_notice(app, "? lists the keys");
+        view_app_notice(app, "? lists the keys, P shows the controls");
     app->redraw = true;
     for (;;) {
         if ((app->redraw || goes_on(app)) && !draw(app))

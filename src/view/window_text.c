@@ -90,6 +90,8 @@ void view_window_text(view_app *app)
             view_overlay_legend(app->overlay, 0.5 * app->width, margin,
                                 0.5 * app->width - margin, TEXT * app->scale);
     }
+    if (app->set && !s->help)
+        view_panel_draw(app);
     if (app->notice[0])
         add_line(app, below, app->notice);
     if (app->baker)
