@@ -14,7 +14,7 @@
 #include "files.h"
 #include "ibl/io.h"
 #include "io/repair.h"
-#include "io/truncation_check.h"
+#include "io/bridge.h"
 #include "test.h"
 
 static test_messages kept;

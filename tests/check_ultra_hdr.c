@@ -12,7 +12,7 @@
 #include "files.h"
 #include "ibl/io.h"
 #include "io/colour_space.h"
-#include "io/icc.h"
+#include "io/ultra_hdr.h"
 #include "test.h"
 
 static test_messages kept;

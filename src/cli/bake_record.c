@@ -11,7 +11,6 @@
 #include <string.h>
 
 #include "cli/json_text.h"
-#include "cli/lights_json.h"
 #include "common/json_load.h"
 #include "common/names.h"
 #include "common/path.h"

@@ -34,6 +34,17 @@ json_t *ibl_json_overflow(const ibl_overflow_level *level);
 /* {"nrmse": .., "relative": ..}; NULL: no memory. */
 json_t *ibl_json_pixel_error(const ibl_pixel_error *error);
 
+/* Lights of a map: [{"direction", "radius_rad", "radius_deg", "irradiance",
+ * "radiance"}, ..] */
+json_t *ibl_lights_json(const ibl_light *lights, int count);
+
+/*
+ * A whole glTF 2.0 file of directional lights (KHR_lights_punctual), each of a
+ * node that turns the light's -Z away from it. Color times intensity is the
+ * irradiance. Scenes hold a node at least, so count is at least 1.
+ */
+json_t *ibl_lights_gltf(const ibl_light *lights, int count);
+
 /* Rounds to four digits; results at chosen points are not more precise. */
 double ibl_json_digits(double x);
 

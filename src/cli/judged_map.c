@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/judged_map.h"
+#include "cli/judge.h"
 
 #include <string.h>
 

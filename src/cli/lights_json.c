@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/lights_json.h"
+#include "cli/json_text.h"
 
 #include <math.h>
-
-#include "cli/json_text.h"
 
 /* Plus zero: JSON has no use for a negative one. */
 static json_t *triple(const double v[3])

@@ -5,7 +5,6 @@
 
 #include "cli/console.h"
 #include "cli/judge_report.h"
-#include "cli/judged_map.h"
 #include "cli/lookup.h"
 
 enum {

@@ -450,6 +450,8 @@ ibl_status ibl_atlas_decode(ibl_ctx *ctx, const char *name,
                             const unsigned char *bytes, size_t size,
                             ibl_texture *tex)
 {
+    static const double roughness[LEVELS] = {0, 0.2, 0.4, 0.6, 0.8, 1};
+
     if (!ibl_png_fits(bytes, size, EDGE, EDGE))
         return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
                         "%s: a PNG that is no atlas of PlayCanvas, which has "
@@ -464,10 +466,7 @@ ibl_status ibl_atlas_decode(ibl_ctx *ctx, const char *name,
                        "%s: damaged: the PNG cannot be decoded", name);
     ibl_free(rgbp);
     if (!status)
-        status = ibl_texture_set(ctx, tex, "iblbake.content", "specular");
-    if (!status)
-        status = ibl_texture_set(ctx, tex, "iblbake.roughness",
-                                 "0,0.2,0.4,0.6,0.8,1");
+        status = ibl_engine_set_roughness(ctx, roughness, tex);
     if (!status)
         status = ibl_png_keys(ctx, bytes, size, tex);
     if (status)

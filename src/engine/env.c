@@ -6,7 +6,6 @@
  */
 #include <math.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/context.h"
@@ -61,8 +60,7 @@ ibl_status ibl_env_encode(ibl_ctx *ctx, const ibl_engine_set *set,
 {
     const int count = IBL_FACES * set->specular->levels;
     ibl_blob faces[MAX_FACES] = {0};
-    const ibl_status status =
-        ibl_rgbd_faces(ctx, set->specular, IBL_FLIP_ROWS, faces);
+    const ibl_status status = ibl_rgbd_faces(ctx, set->specular, faces);
     bool ok = !status && ibl_blob_add(main, magic, sizeof magic) &&
               ibl_engine_put_json(manifest(set, faces), main) &&
               ibl_blob_add(main, "", 1);
@@ -118,18 +116,11 @@ static ibl_status find_faces(reader *r, const json_t *list)
 /* Babylon's levels: alpha = 2^(level / scale) / width. */
 static ibl_status set_roughness(const reader *r, double scale, ibl_texture *tex)
 {
-    char list[IBL_MAX_LEVELS * 24] = "0";
-    size_t used = 1;
+    double roughness[IBL_MAX_LEVELS] = {0};
 
-    for (int l = 1; l < tex->levels; l++) {
-        const double alpha = fmin(exp2(l / scale) / tex->width, 1);
-        used += (size_t)snprintf(list + used, sizeof list - used, ",%.9g",
-                                 sqrt(alpha));
-    }
-    const ibl_status status =
-        ibl_texture_set(r->ctx, tex, "iblbake.roughness", list);
-    return status ? status
-                  : ibl_texture_set(r->ctx, tex, "iblbake.content", "specular");
+    for (int l = 1; l < tex->levels; l++)
+        roughness[l] = sqrt(fmin(exp2(l / scale) / tex->width, 1));
+    return ibl_engine_set_roughness(r->ctx, roughness, tex);
 }
 
 static ibl_status read_set(reader *r, ibl_texture *tex)
@@ -156,8 +147,8 @@ static ibl_status read_set(reader *r, ibl_texture *tex)
         return wrong(r, "it has not six images for each level");
     ibl_status status = find_faces(r, mipmaps);
     if (!status)
-        status = ibl_rgbd_cube(r->ctx, r->name, (int)width, levels,
-                               IBL_FLIP_ROWS, r->faces, tex);
+        status =
+            ibl_rgbd_cube(r->ctx, r->name, (int)width, levels, r->faces, tex);
     if (!(scale > 0.01 && scale < 100))
         scale = usual_scale;
     if (!status)

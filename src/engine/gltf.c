@@ -78,8 +78,7 @@ static json_t *document(const ibl_engine_set *set)
 ibl_status ibl_gltf_encode(ibl_ctx *ctx, const ibl_engine_set *set,
                            ibl_blob *main, ibl_blob *faces)
 {
-    const ibl_status status =
-        ibl_rgbd_faces(ctx, set->specular, IBL_FLIP_ROWS, faces);
+    const ibl_status status = ibl_rgbd_faces(ctx, set->specular, faces);
 
     if (status)
         return status;
@@ -224,18 +223,13 @@ static ibl_status set_keys(const reader *r, ibl_texture *tex)
 {
     const json_t *extras =
         json_object_get(json_object_get(r->root, "asset"), "extras");
-    char list[IBL_MAX_LEVELS * 24] = "0";
-    size_t used = 1;
+    double roughness[IBL_MAX_LEVELS] = {0};
 
     if (json_object_get(extras, "iblbake.content"))
         return ibl_engine_set_keys(r->ctx, extras, tex);
     for (int l = 1; l < tex->levels; l++)
-        used += (size_t)snprintf(list + used, sizeof list - used, ",%.9g",
-                                 (double)l / (tex->levels - 1));
-    const ibl_status status =
-        ibl_texture_set(r->ctx, tex, "iblbake.roughness", list);
-    return status ? status
-                  : ibl_texture_set(r->ctx, tex, "iblbake.content", "specular");
+        roughness[l] = (double)l / (tex->levels - 1);
+    return ibl_engine_set_roughness(r->ctx, roughness, tex);
 }
 
 static ibl_status read_set(reader *r, ibl_texture *tex)
@@ -248,8 +242,7 @@ static ibl_status read_set(reader *r, ibl_texture *tex)
         faces[i] = (ibl_blob){.bytes = (unsigned char *)r->input[i].bytes,
                               .size = r->input[i].size};
     if (!status)
-        status = ibl_rgbd_cube(r->ctx, r->name, r->size, r->levels,
-                               IBL_FLIP_ROWS, faces, tex);
+        status = ibl_rgbd_cube(r->ctx, r->name, r->size, r->levels, faces, tex);
     if (status)
         return status;
     if (json_is_number(intensity) && json_number_value(intensity) != 1.0)

@@ -40,28 +40,25 @@ void ibl_rgbd_decode(const unsigned char *rgbd, size_t count, float *texels)
     }
 }
 
-static void turn(unsigned char *rgba, int n, ibl_flip flip)
+/* Puts the last row first. */
+static void turn(unsigned char *rgba, int n)
 {
-    for (int y = 0; y < n; y++)
-        for (int x = 0; x < n; x++) {
-            const int to_x = flip == IBL_FLIP_ROWS ? x : n - 1 - x;
-            const int to_y = flip == IBL_FLIP_ROWS ? n - 1 - y : y;
-            unsigned char *a = rgba + 4 * ((size_t)y * (size_t)n + (size_t)x);
-            unsigned char *b =
-                rgba + 4 * ((size_t)to_y * (size_t)n + (size_t)to_x);
-            unsigned char t[4];
-            if (b <= a)
-                continue;
-            memcpy(t, a, 4);
-            memcpy(a, b, 4);
-            memcpy(b, t, 4);
+    const size_t bytes = 4 * (size_t)n;
+
+    for (size_t y = 0; y < (size_t)n / 2; y++) {
+        unsigned char *a = rgba + y * bytes;
+        unsigned char *b = rgba + ((size_t)n - 1 - y) * bytes;
+        for (size_t i = 0; i < bytes; i++) {
+            const unsigned char t = a[i];
+            a[i] = b[i];
+            b[i] = t;
         }
+    }
 }
 
 /* Faces to files, or back; failed: 1 no memory, 2 a damaged file. */
 typedef struct work {
     ibl_texture *tex;
-    ibl_flip flip;
     bool encode;
     ibl_blob *out;
     const ibl_blob *in;
@@ -84,11 +81,11 @@ static void face_job(void *arg, int job, int worker)
     } else if (w->encode) {
         ibl_rgbd_encode(texels, count, rgbd);
         ibl_rgbd_decode(rgbd, count, texels);
-        turn(rgbd, n, w->flip);
+        turn(rgbd, n);
         if (!ibl_png_encode(rgbd, n, n, NULL, &w->out[job]))
             w->failed = 1;
     } else if (ibl_png_decode(w->in[job].bytes, w->in[job].size, n, n, rgbd)) {
-        turn(rgbd, n, w->flip);
+        turn(rgbd, n);
         ibl_rgbd_decode(rgbd, count, texels);
     } else {
         w->failed = 2;
@@ -96,10 +93,9 @@ static void face_job(void *arg, int job, int worker)
     free(rgbd);
 }
 
-ibl_status ibl_rgbd_faces(ibl_ctx *ctx, ibl_texture *tex, ibl_flip flip,
-                          ibl_blob *faces)
+ibl_status ibl_rgbd_faces(ibl_ctx *ctx, ibl_texture *tex, ibl_blob *faces)
 {
-    work w = {.tex = tex, .flip = flip, .encode = true, .out = faces};
+    work w = {.tex = tex, .encode = true, .out = faces};
     const ibl_status status =
         ibl_run(ctx, NULL, IBL_FACES * tex->levels, face_job, &w);
 
@@ -121,9 +117,9 @@ static ibl_status check_faces(ibl_ctx *ctx, const char *name, int size,
 }
 
 ibl_status ibl_rgbd_cube(ibl_ctx *ctx, const char *name, int size, int levels,
-                         ibl_flip flip, const ibl_blob *faces, ibl_texture *tex)
+                         const ibl_blob *faces, ibl_texture *tex)
 {
-    work w = {.tex = tex, .flip = flip, .in = faces};
+    work w = {.tex = tex, .in = faces};
     ibl_status status = check_faces(ctx, name, size, levels, faces);
 
     if (status)

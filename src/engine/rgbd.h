@@ -15,27 +15,20 @@
 void ibl_rgbd_encode(const float *texels, size_t count, unsigned char *rgbd);
 void ibl_rgbd_decode(const unsigned char *rgbd, size_t count, float *texels);
 
-/* How a face lies in its file. */
-typedef enum ibl_flip {
-    IBL_FLIP_ROWS,   /* rows from the bottom */
-    IBL_FLIP_COLUMNS /* columns from the right */
-} ibl_flip;
-
 /*
- * Encodes each face of each level of a cube, on the pool.
+ * Encodes each face of each level of a cube, on the pool; rows of the files are
+ * from the bottom.
  *   tex    a cube of RGBA32F and one layer; gets what the files say
  *   faces  levels * 6, in the order of tex. The caller must free them, after
  *          errors too
  */
-ibl_status ibl_rgbd_faces(ibl_ctx *ctx, ibl_texture *tex, ibl_flip flip,
-                          ibl_blob *faces);
+ibl_status ibl_rgbd_faces(ibl_ctx *ctx, ibl_texture *tex, ibl_blob *faces);
 
 /* The same backwards. name is for messages; bytes of each of levels * 6 files
  * are not owned. tex is empty, and freed by the caller after success. Checks
  * all files before it allocates. IBL_ERR_FORMAT: a face is no PNG of its size,
  * or damaged. */
 ibl_status ibl_rgbd_cube(ibl_ctx *ctx, const char *name, int size, int levels,
-                         ibl_flip flip, const ibl_blob *faces,
-                         ibl_texture *tex);
+                         const ibl_blob *faces, ibl_texture *tex);
 
 #endif

@@ -42,6 +42,21 @@ ibl_status ibl_engine_set_keys(ibl_ctx *ctx, const json_t *keys,
     return IBL_OK;
 }
 
+ibl_status ibl_engine_set_roughness(ibl_ctx *ctx, const double *roughness,
+                                    ibl_texture *tex)
+{
+    char list[IBL_MAX_LEVELS * 24] = "";
+    size_t used = 0;
+
+    for (int l = 0; l < tex->levels; l++)
+        used += (size_t)snprintf(list + used, sizeof list - used, "%s%.9g",
+                                 l ? "," : "", roughness[l]);
+    const ibl_status status =
+        ibl_texture_set(ctx, tex, "iblbake.roughness", list);
+    return status ? status
+                  : ibl_texture_set(ctx, tex, "iblbake.content", "specular");
+}
+
 bool ibl_engine_put_json(json_t *root, ibl_blob *out)
 {
     char *text = json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(9));

@@ -24,6 +24,9 @@ json_t *ibl_engine_triples(const double (*triples)[3], int count);
 json_t *ibl_engine_keys(const ibl_texture *tex);
 ibl_status ibl_engine_set_keys(ibl_ctx *ctx, const json_t *keys,
                                ibl_texture *tex);
+/* Sets the keys of a specular cube whose levels have these roughnesses. */
+ibl_status ibl_engine_set_roughness(ibl_ctx *ctx, const double *roughness,
+                                    ibl_texture *tex);
 /* Adds an object's text; takes its reference, too. False: no memory. */
 bool ibl_engine_put_json(json_t *root, ibl_blob *out);
 

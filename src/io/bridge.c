@@ -13,7 +13,6 @@
 #include "core/context.h"
 #include "io/bridge/bridge.h"
 #include "io/colour_space.h"
-#include "io/truncation_check.h"
 
 #ifndef IBL_BRIDGE
 #define IBL_BRIDGE "/usr/local/lib/iblbake/libiblbridge.so"

@@ -142,4 +142,39 @@ ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
 ibl_status ibl_dds_legacy_encode(ibl_ctx *ctx, const ibl_texture *tex,
                                  ibl_pieces *file);
 
+/* Decodes a cube of one layer and 3 channels, whose shape cube has. */
+ibl_status ibl_cube_texels_decode(ibl_ctx *ctx, const ibl_texture *tex,
+                                  const ibl_cube *cube);
+
+/* Decodes a level of a texture of 3 channels: its layers and faces one below
+ * the other. */
+ibl_status ibl_texels_decode(ibl_ctx *ctx, const ibl_texture *tex, int level,
+                             float *rgb);
+
+/* ---- levels as frames of Zstandard (RFC 8878): zstd_frames.c ----------- */
+
+/*
+ * Compresses each level to a frame that states its size, on the pool.
+ *   tex     valid, zstd is 1..IBL_MAX_ZSTD
+ *   packed  memory of all frames, which the caller frees, after errors too
+ *   frames  one for each level
+ */
+ibl_status ibl_zstd_pack(ibl_ctx *ctx, const ibl_texture *tex,
+                         unsigned char **packed,
+                         ibl_piece frames[IBL_MAX_TEXTURE_LEVELS]);
+
+/*
+ * Checks that the `packed` bytes at an offset, which are in the file, are one
+ * or more whole frames that do not claim to hold other than `bytes`, and could
+ * hold so much. Allocates nothing. level: for messages.
+ */
+ibl_status ibl_zstd_check(const ibl_input *in, int level, uint64_t at,
+                          uint64_t packed, uint64_t bytes);
+
+/* Decompresses the same frames to `bytes` of new memory, which the caller frees
+ * with ibl_free; NULL after an error. */
+ibl_status ibl_zstd_unpack(const ibl_input *in, int level, uint64_t at,
+                           uint64_t packed, uint64_t bytes,
+                           unsigned char **unpacked);
+
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Decodes images of a level in strips of rows, each a job. */
-#include "io/cube_texels.h"
+#include "io/container.h"
 
 #include <math.h>
 #include <string.h>

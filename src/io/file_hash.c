@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/file_hash.h"
+#include "io/input.h"
 
 #include <errno.h>
 #include <stdio.h>

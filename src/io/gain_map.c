@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/gain_map.h"
+#include "io/ultra_hdr.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -7,7 +7,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "io/number.h"
+#include "io/input.h"
 
 /* Formulas stay within floats, and no map is brighter than this times SDR. */
 static const double most_log2 = 24;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/icc.h"
+#include "io/ultra_hdr.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "ibl/ibl.h"
+#include "ibl/io.h"
 
 /* Maximum size of a file that begins with these bytes; 0: unknown kind. */
 typedef uint64_t ibl_longest_fn(const unsigned char *bytes, size_t size);
@@ -65,5 +65,12 @@ ibl_status ibl_input_load(ibl_input *in);
 bool ibl_input_read(const ibl_input *in, uint64_t offset, size_t size,
                     void *dst, size_t *got);
 void ibl_input_close(ibl_input *in); /* keeps in->name */
+
+/* XXH3 of 128 bits of the input's bytes, in hexadecimal digits. */
+ibl_status ibl_file_hash(const ibl_input *in, char hash[IBL_FILE_HASH]);
+
+/* Reads a decimal number after blanks and moves *t behind it; does not depend
+ * on the locale. False: there is none. */
+bool ibl_take_number(char **t, double *value);
 
 #endif

@@ -10,7 +10,6 @@
 
 #include "core/alloc.h"
 #include "io/container.h"
-#include "io/zstd_frames.h"
 
 typedef struct header {
     char identifier[12];

@@ -5,6 +5,8 @@
 
 #include "ibl/io.h"
 
+struct ibl_rows;
+
 /* The layout of an image with this shape as opts say; AUTO: none has it. Cube
  * is a texture's, whose faces are stored like a vertical strip. */
 ibl_input_layout ibl_input_layout_of(const ibl_read_options *opts,
@@ -14,5 +16,14 @@ ibl_input_layout ibl_input_layout_of(const ibl_read_options *opts,
  * is that layout's. map: empty, filled here. */
 ibl_status ibl_unwrap(ibl_ctx *ctx, ibl_input_layout layout,
                       const ibl_image *img, ibl_image *map);
+
+/* Opens six files, one for each face: reads the faces one below the other,
+ * mended and converted to opts' primaries and exposure, but not clamped. The
+ * report is the sum of the files' reports. name   of all of them, for messages
+ */
+ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
+                              char *const files[IBL_FACES],
+                              const ibl_read_options *opts,
+                              struct ibl_rows **out);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/number.h"
+#include "io/input.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -10,7 +10,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/colour_space.h"
-#include "io/number.h"
+#include "io/input.h"
 #include "io/rgbe.h"
 
 /* Values of header lines; repeated EXPOSURE and COLORCORR multiply. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/six_files.h"
+#include "io/layout.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -8,7 +8,8 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "io/file_hash.h"
+#include "io/rows.h"
+#include "io/input.h"
 
 /* ---- names ------------------------------------------------------------- */
 

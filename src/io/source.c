@@ -10,15 +10,12 @@
 #include "io/brightest.h"
 #include "io/colour.h"
 #include "io/container.h"
-#include "io/cube_texels.h"
 #include "io/exr.h"
-#include "io/file_hash.h"
 #include "io/input.h"
 #include "io/layout.h"
 #include "io/repair.h"
 #include "io/rgbe.h"
 #include "io/rows.h"
-#include "io/six_files.h"
 #include "io/ultra_hdr.h"
 
 enum {

@@ -9,7 +9,6 @@
 #include "image/overflow.h"
 #include "io/blocks.h"
 #include "io/container.h"
-#include "io/cube_texels.h"
 #include "io/input.h"
 #include "kern/pixel.h"
 

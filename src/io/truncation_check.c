@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/truncation_check.h"
+#include "io/bridge.h"
 
 #include <stdbool.h>
 #include <stdint.h>

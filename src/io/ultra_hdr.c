@@ -8,8 +8,6 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge.h"
-#include "io/gain_map.h"
-#include "io/icc.h"
 #include "kern/max_finite.h"
 
 enum {

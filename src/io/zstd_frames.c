@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/zstd_frames.h"
+#include "io/container.h"
 
 #include <stdatomic.h>
 #include <zstd.h>
