@@ -18,7 +18,7 @@
 # last command.
 set -u
 . tests/lib.sh
-slow='interrupted'
+slow='interrupted|scenes'
 program=$build/iblbake
 need node
 use iblbake
@@ -838,6 +838,87 @@ for (const [name, pixel] of [['three', 'uastc-hdr'], ['bevy', 'rgb9e5']]) {
         console.log(name, JSON.stringify(choice));
 }
 END
+}
+
+# Writes NAME.gltf: one square of each material.
+make_scene() {
+    node -e '
+const [name, list] = process.argv.slice(1);
+const materials = JSON.parse(list);
+const places = Buffer.from(new Float32Array(
+    [-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0]).buffer);
+const each = f => materials.map((m, i) => f(i));
+require("fs").writeFileSync(name, JSON.stringify({
+    asset: {version: "2.0"}, materials,
+    buffers: [{byteLength: 48, uri: "data:;base64," +
+        places.toString("base64")}],
+    bufferViews: [{buffer: 0, byteLength: 48}],
+    accessors: [{bufferView: 0, componentType: 5126, count: 4, type: "VEC3"}],
+    meshes: each(i => ({primitives: [{mode: 5, material: i,
+        attributes: {POSITION: 0, NORMAL: 0}}]})),
+    nodes: each(i => ({mesh: i})), scenes: [{nodes: each(i => i)}]}));
+' "$1.gltf" "$2"
+}
+
+# What a person would decide.
+test_scenes() {
+    local no_metal='"metallicFactor": 0' extensions='"extensions": {"KHR_'
+    make_scene matte "[{\"pbrMetallicRoughness\": {$no_metal}}]"
+    make_scene mirror '[{"pbrMetallicRoughness": {"roughnessFactor": 0}}]'
+    make_scene all "[$(for r in 0 0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1; do
+        printf '%s{"pbrMetallicRoughness": {"roughnessFactor": %s}}' \
+            "${sep-}" $r
+        sep=', '
+    done)]"
+    make_scene unlit "[{${extensions}materials_unlit\": {}}}]"
+    make_scene sheen "[{\"pbrMetallicRoughness\": {$no_metal},
+        ${extensions}materials_sheen\": {\"sheenColorFactor\": [1, 1, 1]}}}]"
+    cp "$OLDPWD/data/forest.exr" env.exr
+    for scene in matte mirror all unlit sheen; do
+        iblbake env.exr --scene $scene.gltf --depfile $scene.d -o $scene \
+            >$scene.txt || cat $scene.txt
+        iblbake env.exr --scene $scene.gltf --dry-run | cmp - $scene.txt
+        [ "$(sed -n '$s/ *//p' $scene.d)" = $scene.gltf ] || cat $scene.d
+    done
+    js <<'END'
+const seen = name => {
+    const set = json(`${name}/env.json`);
+    const of = what => set.outputs.find(o => o.content === what);
+    return {...set, specular: of('specular'), irradiance: of('irradiance'),
+        names: set.outputs.map(o => o.file)};
+};
+const check = (ok, ...shown) => ok || console.log(JSON.stringify(shown));
+const matte = seen('matte'), mirror = seen('mirror'), all = seen('all');
+const unlit = seen('unlit'), sheen = seen('sheen');
+check(matte.specular.width <= 16 && matte.choice.reached &&
+    matte.choice.set.bytes < 30000, matte.specular, matte.choice);
+check(matte.scene.dielectric[64] === 1 && matte.scene.metal[64] === 0,
+    matte.scene);
+check(mirror.specular.levels.length === 1 && !mirror.irradiance &&
+    mirror.specular.levels[0].roughness === 0, mirror.specular);
+check(all.specular.levels.length > 4 && !all.irradiance &&
+    all.specular.levels[0].roughness === 0, all.specular);
+check(unlit.names.length === 0 && unlit.scene.unlit === 1, unlit.names);
+check(sheen.specular.width <= 16, sheen.specular);
+const charlie = json('sheen/env_charlie.json');
+check(charlie.outputs[0].lobe === 'charlie', charlie.outputs);
+END
+    # Two scenes are one of both; a target takes no second set.
+    iblbake env.exr --scene matte.gltf --scene mirror.gltf --dry-run >both
+    grep -q '2 files: 2 materials' both && grep -q 'metals *50 %' both ||
+        cat both
+    iblbake env.exr --scene sheen.gltf --target bevy -o bevy >table
+    grep -q 'sheen *none' table || cat table
+    # The scene is no output.
+    cp mirror.gltf env.gltf
+    iblbake env.exr --scene env.gltf --format gltf --mapping linear -o . \
+        2>err >table && echo written
+    grep -q 'env.gltf: is both input and output' err || cat err
+    cmp mirror.gltf env.gltf
+    # What is damaged is said in a line.
+    head -c 200 all.gltf >cut.gltf
+    iblbake env.exr --scene cut.gltf -o cut 2>err
+    [ $? = 1 ] && [ "$(wc -l <err)" = 1 ] && [ ! -e cut ] || cat err
 }
 
 test_narrow_lobes() {

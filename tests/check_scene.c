@@ -483,3 +483,50 @@ TEST(glb_cut_short)
                   at + 8 + size, (int)status);
     }
 }
+
+/* ---- what others made -------------------------------------------------- */
+
+static bool is_among(const char *path, const char *const names[])
+{
+    int i = 0;
+
+    while (names[i] && !strstr(path, names[i]))
+        i++;
+    return names[i];
+}
+
+/* Assimp's models of glTF 2: those that need what is not read, have no
+ * triangles or are damaged on purpose are refused, all others are read. */
+TEST(models_of_assimp)
+{
+    static const char *const refused[] = {
+        "techniqueWebGL", "IndexOutOfRange", "MissingBin",
+        "RecursiveNodes", "SchemaFailures",  "TestNoRootNode",
+        "draco",          "Mode_00",         "Mode_01",
+        "Mode_02",        "Mode_03",         "Mode_07",
+        "Mode_08",        "Mode_09",         "Mode_10",
+        "badArray",       "badExtension",    "badNumber",
+        "badObject",      "badUint",         NULL};
+    char path[512];
+    int count = 0;
+    FILE *list = popen("find /usr/share/assimp/models/glTF2 -name '*.glb' -o "
+                       "-name '*.gltf'",
+                       "r");
+
+    NEED(list);
+    while (fgets(path, sizeof path, list)) {
+        ibl_scene_survey survey = {0};
+        ibl_status status;
+        path[strcspn(path, "\n")] = '\0';
+        ibl_scene *s = read_scene(path, &status);
+        if (!status && !is_among(path, refused))
+            status = ibl_scene_survey_add(quiet, s, &survey);
+        CHECK_MSG(!status == !is_among(path, refused), "%s: %d: %s", path,
+                  (int)status, kept.text[IBL_LOG_ERROR]);
+        CHECK_MSG(!status == !*kept.text[IBL_LOG_ERROR], "%s", path);
+        count++;
+    }
+    pclose(list);
+    if (!count)
+        test_skip("no package assimp-testmodels");
+}

@@ -40,6 +40,8 @@ spirv-cross:turns_HLSL_into_GLSL
 man-db:tests_the_manual
 file:recognises_containers
 openimageio-tools:makes_test_images
+libjpeg-turbo-progs:makes_a_JPEG
+assimp-testmodels:models_by_others
 astcenc:decodes_ASTC
 nodejs:runs_the_KTX_reader
 npm:fetches_the_KTX_reader

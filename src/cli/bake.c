@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/choice.h"
+#include "cli/scenes.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "common/text.h"
@@ -377,6 +377,7 @@ typedef struct run {
     ibl_outputs *outputs;
     ibl_bake *sets;
     ibl_choice *choices; /* of each set; NULL: none are asked */
+    ibl_opts sheen;      /* of a set that a scene needs beside the one */
     int count;
 } run;
 
@@ -404,7 +405,7 @@ static bool begin(run *r)
     r->count = r->line->count ? r->line->count : 1;
     r->opts = r->from.opts = all;
     r->from.console = &r->console;
-    r->sets = calloc((size_t)r->count, sizeof *r->sets);
+    r->sets = calloc((size_t)r->count + 1, sizeof *r->sets);
     for (int i = 0; i < r->count && r->sets; i++) {
         ibl_bake *b = &r->sets[i];
         *b = (ibl_bake){.opts = &all[i],
@@ -432,22 +433,69 @@ static void take_part(ibl_bake *b)
     }
 }
 
+/* Adds the set of sheen behind the only one. */
+static bool add_sheen(run *r)
+{
+    const ibl_bake *first = &r->sets[0];
+    ibl_bake *b = &r->sets[1];
+
+    if (r->count > 1 ||
+        !ibl_scenes_sheen(r->from.scenes, r->opts, &r->sheen, first->choice))
+        return true;
+    *b = (ibl_bake){.opts = &r->sheen,
+                    .console = &r->console,
+                    .from = &r->from,
+                    .directory = strdup(first->directory)};
+    r->count = 2;
+    return b->directory ||
+           ibl_console_fail(&r->console, "no memory for a set of sheen");
+}
+
+/* Chooses what --rendered-error leaves open in a set. */
+static bool choose(run *r, ibl_bake *b)
+{
+    ibl_materials materials = ibl_materials_all();
+    ibl_opts *o = (ibl_opts *)b->opts;
+    const ibl_scenes *scenes = r->from.scenes;
+    bool ok = true;
+
+    if (scenes)
+        ibl_scenes_tell(scenes, b->choice);
+    if (scenes && !ibl_scenes_materials(scenes, &materials))
+        ibl_scenes_drop(scenes, o, b->choice);
+    else
+        ok = ibl_choose(&r->from, &materials, o, b->choice);
+    if (ok && scenes && r->count == 1)
+        ok = add_sheen(r);
+    if (scenes)
+        ibl_scenes_advise(scenes, o, b->choice);
+    return ok;
+}
+
+static bool read_scenes(run *r)
+{
+    if (!r->opts->scenes.count)
+        return true;
+    ibl_console_progress(&r->console, "scene", 0);
+    r->from.scenes = calloc(1, sizeof *r->from.scenes);
+    return r->from.scenes &&
+           ibl_scenes_read(r->from.ctx, r->opts, r->from.scenes);
+}
+
 /* Chooses what --rendered-error leaves open, and prints it. */
 static bool decide(run *r)
 {
-    const ibl_materials materials = ibl_materials_all();
-    const bool asked = !isnan(r->opts->rendered_error);
+    const int count = r->count;
 
-    if (!asked)
+    if (isnan(r->opts->rendered_error))
         return true;
-    r->choices = calloc((size_t)r->count, sizeof *r->choices);
-    bool ok = r->choices && ibl_bake_source_read(&r->from);
-    for (int i = 0; i < r->count && ok; i++) {
-        ibl_opts *o = (ibl_opts *)r->sets[i].opts;
-        ok = ibl_choose(&r->from, &materials, o, &r->choices[i]);
+    r->choices = calloc((size_t)count, sizeof *r->choices);
+    bool ok = r->choices && read_scenes(r) && ibl_bake_source_read(&r->from);
+    for (int i = 0; i < count && ok; i++) {
         r->sets[i].choice = &r->choices[i];
-        if (ok && r->count > 1)
-            printf("%s%s\n", i ? "\n" : "", o->of->name);
+        ok = choose(r, &r->sets[i]);
+        if (ok && count > 1)
+            printf("%s%s\n", i ? "\n" : "", r->sets[i].opts->of->name);
         if (ok)
             ibl_choice_print(&r->choices[i], stdout);
     }
@@ -516,6 +564,7 @@ static void end(run *r)
         free_set(&r->sets[i]);
     free(r->sets);
     free(r->choices);
+    ibl_scenes_free(r->from.scenes);
     ibl_bake_source_free(&r->from);
     ibl_ctx_free(r->from.ctx);
 }

@@ -73,6 +73,17 @@ static bool parse_range(void *field, const char *value)
            !*end;
 }
 
+/* Adds a scene, which must be a file. */
+static bool parse_scene(void *field, const char *value)
+{
+    ibl_scene_list *scenes = field;
+
+    if (!*value || !strcmp(value, "-") || scenes->count == IBL_MAX_SCENES)
+        return false;
+    scenes->path[scenes->count++] = value;
+    return true;
+}
+
 static bool parse_sun(void *field, const char *value)
 {
     (void)value;
@@ -156,6 +167,13 @@ static const ibl_option outputs[] = {
              "the fewest bytes with which shaders draw with an expected error "
              "of at most E (.01: 1 %), print what was chosen; options that are "
              "given are kept"},
+    {"scene", 0, IBL_OTHER(scenes, "FILE", parse_scene),
+     .allowed = "a .gltf or .glb file, at most 64 times",
+     .standard = "",
+     .help = "choose for the materials of a model of glTF, by the area that "
+             "they cover, with --rendered-error .01 unless it is given; can be "
+             "repeated",
+     .aside = true},
     {"dry-run", 0, IBL_FLAG(dry_run),
      .help = "stop when it is chosen",
      .aside = true},
@@ -611,27 +629,32 @@ static bool check_paths(const ibl_opts *o)
            ibl_misuse("no output directory: add -o DIR");
 }
 
-static bool check_choice(const ibl_opts *o)
+static bool check_choice(ibl_opts *o)
 {
-    const bool asked = !isnan(o->rendered_error);
+    char what[64];
 
-    if (o->dry_run && !asked)
+    if (o->scenes.count && isnan(o->rendered_error))
+        o->rendered_error = 0.01;
+    if (o->dry_run && isnan(o->rendered_error))
         return ibl_misuse("--dry-run: nothing is chosen: add --rendered-error "
-                          "E");
-    if (!asked)
+                          "E or --scene FILE");
+    if (isnan(o->rendered_error))
         return true;
+    if (o->scenes.count)
+        snprintf(what, sizeof what, "--scene %.40s", o->scenes.path[0]);
+    else
+        snprintf(what, sizeof what, "--rendered-error %g", o->rendered_error);
     if (!o->input)
-        return ibl_misuse("--rendered-error %g: of which environment? Add ENV",
-                          o->rendered_error);
+        return ibl_misuse("%s: in which environment? Add ENV", what);
     if (!(o->only & 1u << IBL_OUTPUT_SPECULAR) ||
         o->bake.specular_options.lobe != IBL_LOBE_GGX)
-        return ibl_misuse("--rendered-error %g: is for GGX levels: leave out "
-                          "--lobe, and --only without specular",
-                          o->rendered_error);
+        return ibl_misuse("%s: is for GGX levels: leave out --lobe, and --only "
+                          "without specular",
+                          what);
     return o->bake.specular_options.mapping != IBL_ROUGHNESS_BEST ||
            ibl_misuse("--mapping best: is fitted after the choice: leave it "
-                      "out, --rendered-error %g fits the levels too",
-                      o->rendered_error);
+                      "out, %s fits the levels too",
+                      what);
 }
 
 static bool check_skybox(const ibl_opts *o)

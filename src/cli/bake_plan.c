@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/bake_record.h"
+#include "cli/scenes.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -142,6 +142,8 @@ static bool is_input(const ibl_bake *b, const char *path)
     for (int i = 0; i < count; i++)
         found = found || ibl_path_same(files[i], path);
     ibl_input_files_free(files);
+    for (int i = 0; b->from->scenes && i < b->from->scenes->file_count; i++)
+        found = found || ibl_path_same(b->from->scenes->files[i], path);
     return found;
 }
 
@@ -351,6 +353,11 @@ char *ibl_depfile_text(const ibl_bake *sets, int count)
         put_path(to, inputs[i]);
     }
     ibl_input_files_free(inputs);
+    for (int i = 0; sets->from->scenes && i < sets->from->scenes->file_count;
+         i++) {
+        fputs(" \\\n  ", to);
+        put_path(to, sets->from->scenes->files[i]);
+    }
     fputc('\n', to);
     return ibl_memory_close(to, &file);
 }
@@ -383,6 +390,9 @@ static bool check_own_depfile(const ibl_bake *b, char *inputs[], int count)
 
     for (int i = 0; i < count && ok; i++)
         ok = check_depfile(b, inputs[i]);
+    for (int i = 0; b->from->scenes && i < b->from->scenes->file_count && ok;
+         i++)
+        ok = check_depfile(b, b->from->scenes->files[i]);
     return ok;
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/bake_record.h"
 
-#include "cli/choice.h"
+#include "cli/scenes.h"
 
 #include <float.h>
 #include <math.h>
@@ -754,6 +754,8 @@ char *ibl_sidecar_text(const ibl_bake *b)
         put(&root, "expected_rendered_error", expected(b));
     if (b->choice)
         put(&root, "choice", ibl_choice_json(b->choice));
+    if (b->from->scenes)
+        put(&root, "scene", ibl_scenes_json(b->from->scenes));
     if (b->opts->verify)
         put(&root, "verify", ibl_report_json(&b->judged));
     if (b->opts->timings)

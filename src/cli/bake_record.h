@@ -22,6 +22,16 @@ enum {
     IBL_MAX_FACES = IBL_FACES * IBL_MAX_LEVELS
 };
 
+enum {
+    IBL_MAX_SCENES = 64
+};
+
+/* The files of --scene. */
+typedef struct ibl_scene_list {
+    int count;
+    const char *path[IBL_MAX_SCENES];
+} ibl_scene_list;
+
 /* The options of a set of files. Strings point into argv; name may point to
  * stem. */
 typedef struct ibl_opts {
@@ -51,7 +61,8 @@ typedef struct ibl_opts {
     int sync;    /* 1: flush the files to the disk */
     int timings; /* 1: write stage times into the sidecar */
     int verify;
-    double max_error;      /* limit for verify; NAN: none */
+    double max_error; /* limit for verify; NAN: none */
+    ibl_scene_list scenes;
     double rendered_error; /* what the choice is for; NAN: nothing is chosen */
     int dry_run;           /* 1: only print the choice */
     double roughness[IBL_MAX_LEVELS]; /* of the levels, if chosen */
@@ -91,11 +102,12 @@ typedef struct ibl_bake_source {
     ibl_image rest;    /* the environment without lights, for --verify */
     ibl_light lights[IBL_MAX_LIGHTS]; /* what was taken, the strongest first */
     int light_count;
-    ibl_read_report report; /* of reading the environment */
-    ibl_judge *judge[2];    /* by env and by rest; NULL until --verify judges a
-                               cube by it */
-    ibl_bake_result made;   /* cubes and coefficients, specular of the first
-                               chain; empty if not wanted */
+    ibl_read_report report;    /* of reading the environment */
+    struct ibl_scenes *scenes; /* that were read, or NULL */
+    ibl_judge *judge[2];  /* by env and by rest; NULL until --verify judges a
+                             cube by it */
+    ibl_bake_result made; /* cubes and coefficients, specular of the first
+                             chain; empty if not wanted */
 } ibl_bake_source;
 
 /* A set of files of a bake. It owns its files' paths, tables and report. */
@@ -110,7 +122,7 @@ typedef struct ibl_bake {
     ibl_bake_result made; /* its part of what the source has, in the world's
                              axes, but sh in those of its outputs */
     double *sh;           /* made.sh if that is the set's own, else NULL */
-    const struct ibl_choice *choice; /* NULL: none was asked */
+    struct ibl_choice *choice; /* NULL: none was asked */
     ibl_lut lut;
     ibl_lobe_table lobes;            /* empty if not wanted */
     ibl_specular_layout lobe_layout; /* of the chain of the lobe table */

@@ -666,6 +666,26 @@ static void tell_limit(search *s, ibl_choice *choice)
 /* ---- the call -------------------------------------------------------------
  */
 
+size_t ibl_opts_bytes(const ibl_opts *o)
+{
+    const ibl_pixel pixel = pixel_of(o);
+    ibl_specular_layout l;
+    size_t bytes = 0;
+
+    if (wants(o, IBL_OUTPUT_SPECULAR) &&
+        !ibl_specular_layout_of(&o->bake.specular_options, &l))
+        bytes += chain_bytes(l.size, l.levels, pixel);
+    if (wants(o, IBL_OUTPUT_IRRADIANCE))
+        bytes += chain_bytes(o->bake.irradiance_options.size, 1, pixel);
+    if (wants(o, IBL_OUTPUT_LUT))
+        bytes += (size_t)(o->lut.size * o->lut.size) *
+                 ibl_pixel_bytes(ibl_lut_pixel(pixel, o->lut.kind));
+    if (wants(o, IBL_OUTPUT_LOBES))
+        bytes += (size_t)(o->lobe_table_size * o->lobe_table_size) *
+                 IBL_LOBE_LAYERS * ibl_pixel_bytes(IBL_PIXEL_RGBA16F);
+    return bytes;
+}
+
 /* The figures of the options as they were. */
 static bool judge_usual(search *s, ibl_choice *choice)
 {
@@ -676,26 +696,15 @@ static bool judge_usual(search *s, ibl_choice *choice)
                                               : 0};
     ibl_lut lut = {0};
     const ibl_lut_options of = {.size = o->lut.size};
-    size_t bytes = 0;
 
     format_errors(pixel, &set);
     bool ok = !ibl_specular_layout_of(&o->bake.specular_options, &set.layout);
-    if (wants(o, IBL_OUTPUT_SPECULAR))
-        bytes += chain_bytes(set.layout.size, set.layout.levels, pixel);
-    if (wants(o, IBL_OUTPUT_IRRADIANCE))
-        bytes += chain_bytes(set.irradiance, 1, pixel);
-    if (wants(o, IBL_OUTPUT_LUT))
-        bytes += (size_t)(o->lut.size * o->lut.size) *
-                 ibl_pixel_bytes(ibl_lut_pixel(pixel, o->lut.kind));
-    if (s->table)
-        bytes += (size_t)(o->lobe_table_size * o->lobe_table_size) *
-                 IBL_LOBE_LAYERS * ibl_pixel_bytes(IBL_PIXEL_RGBA16F);
     if (o->lut.kind == IBL_LUT_SPLIT && o->lut.size > 1) {
         ok = ok && !ibl_bake_lut(s->from->ctx, &of, &lut);
         set.lut = &lut;
     }
     ok = ok && judge(s, o, &set, &choice->usual_error);
-    choice->usual_bytes = bytes;
+    choice->usual_bytes = ibl_opts_bytes(o);
     ibl_lut_free(&lut);
     return ok;
 }

@@ -39,6 +39,9 @@ void ibl_choice_chose(ibl_choice *c, const char *name, const char *value,
 void ibl_choice_print(const ibl_choice *c, FILE *to);
 json_t *ibl_choice_json(const ibl_choice *c); /* NULL: no memory */
 
+/* Bytes of texels in the outputs that o asks for, but the skybox. */
+size_t ibl_opts_bytes(const ibl_opts *o);
+
 /*
  * Chooses size, levels, mapping, pixel format, irradiance or harmonics and the
  * sizes of the tables, other than those that the user or the target fixed, and

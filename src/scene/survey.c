@@ -86,6 +86,8 @@ static double coverage(const ibl_scene_material *m, double alpha)
 static void add(ibl_survey_bin bins[], double roughness, double share,
                 double power, double diffuse)
 {
+    if (!(share > 0))
+        return;
     ibl_survey_bin *b = &bins[(int)(64 * fmin(fmax(roughness, 0), 1) + 0.5)];
 
     b->share += share;
@@ -146,8 +148,9 @@ static void add_base(const surveyor *y, const ibl_scene_material *m,
     const double roughness = (double)m->roughness * mr[1];
     const double metallic = (double)m->metallic * mr[2];
     const double f0 = reflectance(y, m, p), tint = luminance(base);
-    const double bright = fmin(fmax((f0 - 0.04) / 0.96, 0), 1);
-    const double dull = fmin(f0 / 0.04, 1);
+    /* an ior of 1.5 is not exactly .04 in float */
+    const double bright = f0 < 0.0401 ? 0 : fmin((f0 - 0.04) / 0.96, 1);
+    const double dull = f0 > 0.0399 ? 1 : f0 / 0.04;
     const double clear = (double)m->transmission * through[0];
     const double rest = weight * (1 - metallic);
 

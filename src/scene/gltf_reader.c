@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "scene/scene.h"
+#include "scene/gltf_reader.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -10,7 +10,6 @@
 #include "common/stderr_line.h"
 #include "core/alloc.h"
 #include "core/context.h"
-#include "scene/gltf_reader.h"
 
 /* ---- helpers of the reader -------------------------------------------- */
 
