@@ -4,7 +4,7 @@
 # and what is said about what does not work. BUILD names the build.
 set -u
 . tests/lib.sh
-slow='scene|every_option_counts|sheets_are|stats'
+slow='scene|models_of_others|every_option_counts|sheets_are|stats'
 use_viewer
 mkenv hdr 32 16 >"$work/env.hdr"
 mkenv exr 64 32 BGR >"$work/env.exr"
@@ -130,6 +130,75 @@ test_files_by_name() {
     cp "$work/ktx2/env_skybox.ktx2" sky.ktx2
     draw b.png apart -q --irradiance irr.ktx2 --lut lut.ktx2 --sky sky.ktx2
     same a.png b.png
+}
+
+# triangle NAME.gltf [MATERIAL]
+triangle() {
+    local places=AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA
+    cat >"$1" <<END
+{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+ "nodes": [{"mesh": 0}], "materials": [{${2-}"doubleSided": true}],
+ "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+ "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3,
+  "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+ "bufferViews": [{"buffer": 0, "byteLength": 36}],
+ "buffers": [{"byteLength": 36,
+  "uri": "data:application/octet-stream;base64,$places"}]}
+END
+}
+
+test_models() {
+    triangle a.gltf
+    triangle b.gltf '"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]},'
+    draw a.png "$work/ktx2" --model a.gltf
+    draw b.png "$work/ktx2" --model b.gltf
+    draw c.png "$work/ktx2" --model a.gltf --mode spheres
+    draw ball.png "$work/ktx2" --mode model
+    draw again.png "$work/ktx2" --model a.gltf
+    same a.png again.png
+    same c.png "$work/first.png"
+    differ a.png b.png
+    differ a.png ball.png
+    for with in '--pan 0.2,0' '--distance 2' '--yaw 40' '--turn 90' \
+        '--reference'; do
+        draw d.png "$work/ktx2" --model a.gltf $with -q
+        differ a.png d.png
+    done
+    draw d.png "$work/ktx2" --mode model --roughness 0.1:0.1
+    differ ball.png d.png
+    iblview "$work/ktx2" --model b.gltf --offscreen d.png $small \
+        --compare split --samples 16 >said
+    grep -q '^ *[1-9][0-9]*  *0\.[0-9]* (all)$' said || cat said
+}
+
+# One line, and no picture.
+test_models_that_cannot_be_drawn() {
+    local file
+    triangle good.gltf
+    printf '{}' >empty.gltf
+    sed 's/"count": 3/"count": 4/' good.gltf >long.gltf
+    for file in none.gltf empty.gltf long.gltf env.exr .; do
+        iblview "$work/ktx2" --model $file --offscreen no.png 2>said
+        [ $? = 1 ] || echo "$file: status $?"
+        [ "$(wc -l <said)" = 1 ] || head -n 3 said
+        [ ! -e no.png ] || echo "$file: a picture"
+    done
+    iblview "$work/ktx2" --model good.gltf --contact-sheet no.png \
+        --sheet-rows material 2>said
+    [ $? = 2 ] || echo "a sheet of materials"
+}
+
+# Those of others, where they are installed: all that are said to be good.
+test_models_of_others() {
+    local file folder=/usr/share/assimp/models/glTF2
+    for file in 2CylinderEngine-glTF-Binary/2CylinderEngine.glb \
+        BoxTextured-glTF/BoxTextured.gltf ClearCoat-glTF/ClearCoatTest.gltf \
+        BoxTextured-glTF-pbrSpecularGlossiness/BoxTextured.gltf \
+        simple_skin/simple_skin.gltf issue_3269/texcoord_crash.gltf \
+        textureTransform/TextureTransformTest.gltf cameras/Cameras.gltf; do
+        [ -e $folder/$file ] || continue
+        draw a.png "$work/ktx2" --model $folder/$file
+    done
 }
 
 test_maps_are_baked() {

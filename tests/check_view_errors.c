@@ -37,7 +37,15 @@ static void begin(int rows, int columns)
 
 static int compare(void)
 {
-    return view_errors(&p.settings, WIDTH, HEIGHT, p.picture, p.truth, p.rmse);
+    const int count = p.settings.rows * p.settings.columns;
+    int *shown = test_alloc(WIDTH * HEIGHT, sizeof *shown);
+    view_error errors[VIEW_MAX_GRID * VIEW_MAX_GRID];
+
+    view_errors_spheres(&p.settings, WIDTH, HEIGHT, shown);
+    view_errors(shown, count, WIDTH, HEIGHT, p.picture, p.truth, errors);
+    for (int i = 0; i < count; ++i)
+        p.rmse[i] = view_error_rmse(errors[i]);
+    return count;
 }
 
 /* The sphere of the pixel, -1 for none. */

@@ -239,7 +239,7 @@ TEST(tab_goes_back_with_shift)
 {
     begin();
     view_keys_press(&app, VIEW_KEY_BACK_TAB);
-    CHECK(app.settings.mode == VIEW_SCENE);
+    CHECK(app.settings.mode == VIEW_MODEL);
     view_keys_press(&app, VIEW_KEY(GLFW_KEY_TAB));
     CHECK(app.settings.mode == VIEW_SPHERES);
 }

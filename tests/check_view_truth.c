@@ -472,7 +472,7 @@ TEST_SLOW(white_furnace)
  * level 0, as it is in the split sum. */
 TEST(mirror)
 {
-    double error;
+    view_error error;
 
     begin(lights, 1, 1);
     on.settings.metallic[0] = 1.0;
@@ -482,7 +482,8 @@ TEST(mirror)
         on.settings.turn = turn;
         draw(1);
         CHECK(view_renderer_errors(on.renderer, &error) == 1);
-        CHECK_MSG(error < 1e-3, "turned by %d: %g", turn, error);
+        const double rmse = view_error_rmse(error);
+        CHECK_MSG(rmse < 1e-3, "turned by %d: %g", turn, rmse);
     }
 }
 
@@ -490,7 +491,8 @@ TEST(mirror)
  * the same, up to Schlick's Fresnel in the table. */
 TEST(point_lights)
 {
-    double errors[6], most = 0.0;
+    view_error errors[6];
+    double most = 0.0;
 
     begin(black, 2, 3);
     on.settings.light_count = 2;
@@ -503,7 +505,8 @@ TEST(point_lights)
     const float *rgb = add(1);
     CHECK(view_renderer_errors(on.renderer, errors) == 6);
     for (int i = 0; i < 6; ++i)
-        CHECK_MSG(errors[i] < 1e-5, "sphere %d: %g", i, errors[i]);
+        CHECK_MSG(view_error_rmse(errors[i]) < 1e-5, "sphere %d: %g", i,
+                  view_error_rmse(errors[i]));
     for (size_t i = 0; i < count_floats(); ++i)
         most = fmax(most, rgb[i]);
     CHECK(most > 0.1);

@@ -150,6 +150,24 @@ static bool load_other(view_app *app)
     return view_renderer_against(app->renderer, &app->other);
 }
 
+static bool load_model(view_app *app)
+{
+    const char *path = app->options->model;
+    ibl_scene scene;
+    view_model *model = NULL;
+
+    if (!ibl_scene_read(app->ctx, path, &scene))
+        model = view_model_create(app->ctx, &scene, path);
+    ibl_scene_free(&scene);
+    if (!model)
+        return false;
+    view_renderer_model(app->renderer, model);
+    view_model_free(app->model);
+    app->model = model;
+    app->redraw = true;
+    return true;
+}
+
 bool view_app_make(view_app *app)
 {
     const view_options *o = app->options;
@@ -164,6 +182,8 @@ bool view_app_make(view_app *app)
     if ((o->probe_set && !load_probes(app)) ||
         (o->against_set && !load_other(app)))
         return false;
+    if (o->model && !load_model(app))
+        return false;
     if (o->verbose && o->probe_set)
         view_report_probe_set(app->probes);
     return true;
@@ -174,6 +194,7 @@ void view_app_end(view_app *app)
     stop_bake(app);
     view_overlay_free(app->overlay);
     view_renderer_free(app->renderer);
+    view_model_free(app->model);
     view_probe_set_free(app->probes);
     view_set_free(&app->other);
 }

@@ -15,11 +15,12 @@
 /* clang-format off */
 #define VIEW_GL_FUNCTIONS(X)                                                   \
     X(ActiveTexture) X(AttachShader) X(BindBuffer) X(BindBufferBase)           \
-    X(BindFramebuffer)                                                         \
+    X(BindBufferRange) X(BindFramebuffer)                                      \
     X(BindRenderbuffer) X(BindSampler) X(BindTexture) X(BindVertexArray)       \
     X(BlendFuncSeparate) X(BlitFramebuffer) X(BufferData) X(BufferSubData)     \
-    X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader)          \
-    X(CreateProgram) X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers)    \
+    X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(ColorMask)              \
+    X(CompileShader) X(CreateProgram) X(CreateShader) X(CullFace)              \
+    X(DeleteBuffers) X(DeleteFramebuffers)                                     \
     X(DeleteProgram) X(DeleteRenderbuffers) X(DeleteSamplers) X(DeleteShader)  \
     X(DeleteTextures) X(DeleteVertexArrays) X(DepthFunc) X(DepthMask)          \
     X(DetachShader) X(Disable) X(DrawArrays) X(DrawArraysInstanced)            \
@@ -32,7 +33,7 @@
     X(GetString) X(GetStringi) X(GetTexImage) X(GetUniformBlockIndex)          \
     X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadBuffer)          \
     X(ReadPixels) X(RenderbufferStorage) X(RenderbufferStorageMultisample)     \
-    X(SamplerParameteri) X(ShaderSource)                                       \
+    X(SamplerParameteri) X(ShaderSource) X(GenerateMipmap)                     \
     X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri) X(TexSubImage3D) \
     X(Uniform1f) X(Uniform1i) X(Uniform2f) X(UniformBlockBinding)              \
     X(UseProgram) X(VertexAttrib4f) X(VertexAttribDivisor)                     \

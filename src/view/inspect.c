@@ -37,7 +37,7 @@ static bool flatten(const baked_set *set, const view_settings *s, int width,
                                      : VIEW_LUT;
     const ibl_texture *map = &set->texture[content];
 
-    if (s->mode == VIEW_SCENE || !map->data)
+    if (s->mode == VIEW_SCENE || s->mode == VIEW_MODEL || !map->data)
         return false;
     *f = (flat){.map = map,
                 .size = {map->width, map->height},

@@ -195,7 +195,7 @@ typedef struct key_row {
 /* clang-format off */
 static const key_row rows[] = {
     {"m M", 'm', 'M', CYCLE(mode, VIEW_MODES),
-     .what = "mode: spheres, levels, irradiance, table, scene"},
+     .what = "mode: spheres, levels, irradiance, table, scene, model"},
     {"Tab", NAMED(TAB), VIEW_KEY_BACK_TAB, CYCLE(mode, VIEW_MODES),
      .what = "the same; back with Shift"},
     {"l L", 'l', 'L', CYCLE(layout, VIEW_LAYOUTS),
@@ -259,7 +259,8 @@ static const key_row rows[] = {
      .what = "move the first light round; mouse: left drag with Ctrl"},
     {"0", '0', ACT(reset), .what = "all as it was in the beginning"},
     {"Home", NAMED(HOME), ACT(reset), .what = "the same"},
-    {"w", 'w', ACT(print_errors), .what = "print the error of each sphere"},
+    {"w", 'w', ACT(print_errors),
+     .what = "print the error of each sphere or material"},
     {"p", 'p', ACT(take_picture), .what = "write iblview-NNN.png"},
     {"P", 'P', SWITCH(panel), .what = "controls for the mouse"},
     {"?", '?', SWITCH(help), .what = "this list"},

@@ -17,7 +17,7 @@ static double turned(double degrees)
 
 static bool shows_map(const view_settings *s)
 {
-    return s->mode != VIEW_SPHERES && s->mode != VIEW_SCENE;
+    return !view_shows_materials(s) && s->mode != VIEW_SCENE;
 }
 
 void view_drag(view_settings *s, const baked_set *set, int width, int height,
@@ -44,9 +44,20 @@ void view_approach(view_settings *s, const baked_set *set, view_place at,
         s->distance = view_scene_distance;
     if (s->distance <= 0) {
         const view_camera c = view_camera_of(s, at.width, at.height);
-        s->distance = sqrt(dot3(c.eye, c.eye));
+        s->distance = -dot3(c.eye, c.forward);
     }
-    s->distance = fmin(fmax(s->distance / factor, 0.6), 1000);
+    s->distance = fmin(
+        fmax(s->distance / factor, s->mode == VIEW_MODEL ? 0.05 : 0.6), 1000);
+}
+
+void view_pan(view_settings *s, int width, int height, double dx, double dy)
+{
+    const view_camera c = view_camera_of(s, width, height);
+    const double pixel =
+        sqrt(dot3(c.up, c.up)) / height * -dot3(c.eye, c.forward);
+
+    s->pan[0] = fmin(fmax(s->pan[0] - pixel * dx, -0.5), 0.5);
+    s->pan[1] = fmin(fmax(s->pan[1] - pixel * dy, -0.5), 0.5);
 }
 
 void view_move_light(view_settings *s, double around, double up)

@@ -20,6 +20,8 @@ void view_drag(view_settings *s, const baked_set *set, int width, int height,
  * per step. */
 void view_approach(view_settings *s, const baked_set *set, view_place at,
                    double steps);
+/* Moves a model by pixels, with what is in the middle of its distance. */
+void view_pan(view_settings *s, int width, int height, double dx, double dy);
 /* Turns the environment by degrees. */
 void view_spin(view_settings *s, double degrees);
 /* Moves the first light about the origin at its distance: around +Y and up, by

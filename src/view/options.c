@@ -94,6 +94,16 @@ static bool parse_probe_size(void *field, const char *value)
     return true;
 }
 
+/* Shows the model, unless a later --mode says otherwise. */
+static bool parse_model(void *options, const char *value)
+{
+    view_options *o = options;
+
+    o->model = value;
+    o->settings.mode = VIEW_MODEL;
+    return *value;
+}
+
 static bool parse_material(void *field, const char *value)
 {
     for (int i = 0; i < VIEW_MATERIALS; i++)
@@ -135,6 +145,7 @@ static void print_version(FILE *to)
 typedef enum sheet_kind {
     SPHERES,
     SCENE,
+    MODEL,
     CHAIN,     /* levels of a map */
     ONE_LEVEL, /* a map without levels */
 } sheet_kind;
@@ -145,6 +156,9 @@ static sheet_kind kind_of(const view_options *o)
 
     if (mode == VIEW_SCENE)
         return SCENE;
+    if (mode == VIEW_MODEL && o->rows != VIEW_AXIS_LEVEL &&
+        o->columns != VIEW_AXIS_LEVEL)
+        return MODEL;
     if (mode == VIEW_IRRADIANCE_MAP || mode == VIEW_TABLE)
         return ONE_LEVEL;
     return mode == VIEW_LEVELS || o->rows == VIEW_AXIS_LEVEL ||
@@ -165,6 +179,9 @@ static bool check_axis(const view_options *o, const char *option, int axis)
     if (kind == SCENE && (shading || level))
         return view_fail("%s %s: not of --mode scene: choose turn, ev or tone",
                          option, name);
+    if (kind == MODEL && o->model && axis == VIEW_AXIS_MATERIAL)
+        return view_fail("%s %s: a model has its own: choose another", option,
+                         name);
     if (kind >= CHAIN && (shading || axis == VIEW_AXIS_TURN))
         return view_fail(
             "%s %s: maps are the same with each: choose ev or tone", option,
@@ -236,6 +253,7 @@ static void choose_axes(view_options *o)
     static const int usual[][2] = {
         [SPHERES] = {VIEW_AXIS_MATERIAL, VIEW_AXIS_TURN},
         [SCENE] = {VIEW_AXIS_TURN, VIEW_AXIS_EV},
+        [MODEL] = {VIEW_AXIS_REFLECTION, VIEW_AXIS_TURN},
         [CHAIN] = {VIEW_AXIS_LEVEL, VIEW_AXIS_EV},
         [ONE_LEVEL] = {VIEW_AXIS_TONE, VIEW_AXIS_EV},
     };
@@ -309,7 +327,8 @@ static const ibl_option pictures[] = {
     {"contact-sheet", 0, PNG(contact_sheet),
      .help = "write a sheet of pictures the same way"},
     {"sheet-rows", 0, IBL_CHOICE(rows, view_axis_names),
-     .standard = "material, of maps level, of the scene turn",
+     .standard = "material, of maps level, of the scene turn, of models "
+                 "reflection",
      .help = "property that changes from row to row"},
     {"sheet-columns", 0, IBL_CHOICE(columns, view_axis_names),
      .standard = "turn, of maps and the scene ev",
@@ -332,7 +351,12 @@ static const ibl_option pictures[] = {
 
 static const ibl_option shows[] = {
     {"mode", 0, IBL_CHOICE(settings.mode, view_mode_names),
-     .help = "spheres, the maps themselves, or a scene with a probe"},
+     .help = "spheres, the maps themselves, a scene with a probe, or the model "
+             "of --model, without which it is a ball of the material"},
+    {"model", 0, .kind = IBL_OPTION_OTHER, .value = "FILE",
+     .parse = parse_model, .allowed = "a scene of glTF 2.0: .gltf, .glb",
+     .standard = "none",
+     .help = "show a model by the set; implies --mode model"},
     {"layout", 0, IBL_CHOICE(settings.layout, view_layout_names),
      .help = "flat layout of a cube"},
     {"level", 0, IBL_INT(settings.level, 0, IBL_MAX_LEVELS - 1),
@@ -341,8 +365,8 @@ static const ibl_option shows[] = {
      .help = "zoom of maps; 1: the whole map fits"},
     {"pan", 0, OTHER(pan, "X,Y", parse_pan), .allowed = "-0.5,-0.5 to 0.5,0.5",
      .standard = "0,0",
-     .help = "the point of a map in the middle of the picture, from the "
-              "map's centre, as fractions of its size to the right and down"},
+     .help = "the point of a map or model in the middle of the picture, from "
+              "its centre, as fractions of its size to the right and down"},
 };
 
 static const ibl_option spheres[] = {
@@ -420,8 +444,9 @@ static const ibl_option camera[] = {
     {"pitch", 0, REAL(pitch, "DEG", -89, 89),
      .help = "height angle of the camera; positive: from above"},
     {"distance", 0, REAL(distance, "D", 0, 1000),
-     .help = "distance of the camera from the middle of the grid; 0: far "
-             "enough to see all of it"},
+     .help = "distance of the camera from the middle of the grid, or from the "
+             "model, which is scaled into a sphere of radius 1; 0: far enough "
+             "to see all of it"},
     {"fov", 0, REAL(fov, "DEG", 1, 120), .help = "vertical field of view"},
     {"no-sky", 0, OFF(sky),
      .help = "black behind the spheres"},

@@ -27,6 +27,7 @@ typedef struct view_options {
     const char *offscreen;     /* picture to write, or NULL */
     const char *contact_sheet; /* or NULL */
     const char *against_set;   /* another set to compare with, or NULL */
+    const char *model;         /* scene to show, or NULL */
     const char *probe_set;     /* index of baked probes, or NULL */
     const char *save_probes;   /* directory to write captures to, or NULL */
     int rows, columns;   /* view_axis of the contact sheet; -1: not chosen */

@@ -57,7 +57,8 @@ static bool include(source *s, int file)
 }
 
 /* A shader with its includes; the caller must free it. NULL, with a message. */
-static char *load(const view_shader_file *files, const char *name)
+static char *load(const view_shader_file *files, const char *defines,
+                  const char *name)
 {
     const int file = find_file(files, name);
     ibl_memory_file memory;
@@ -70,7 +71,7 @@ static char *load(const view_shader_file *files, const char *name)
     s.text = ibl_memory_open(&memory);
     bool ok = true;
     if (s.text) {
-        fputs("#version 330 core\n", s.text);
+        fprintf(s.text, "#version 330 core\n%s", defines);
         ok = include(&s, file);
     }
     char *text = ibl_memory_close(s.text, &memory);
@@ -134,10 +135,10 @@ static void tell(const char *text, const char *name, const char *log)
         view_fail("shader %s: %.*s", name, (int)strcspn(line, "\n"), line);
 }
 
-static GLuint compile(const view_shader_file *files, GLenum kind,
-                      const char *name)
+static GLuint compile(const view_shader_file *files, const char *defines,
+                      GLenum kind, const char *name)
 {
-    char *text = load(files, name);
+    char *text = load(files, defines, name);
     GLint ok = 0;
 
     if (!text)
@@ -183,6 +184,7 @@ static void bind(GLuint program)
         [VIEW_BLOCK_FRAME] = "Frame",
         [VIEW_BLOCK_ROOM] = "Room",
         [VIEW_BLOCK_SUN] = "Sun",
+        [VIEW_BLOCK_MATERIAL] = "Material",
     };
     static const struct {
         const char *name;
@@ -224,12 +226,13 @@ static void bind(GLuint program)
     gl.UseProgram(0);
 }
 
-GLuint view_program_from(const view_shader_file *files, const char *vertex_file,
-                         const char *fragment_file)
+static GLuint make(const view_shader_file *files, const char *defines,
+                   const char *vertex_file, const char *fragment_file)
 {
-    const GLuint vertex = compile(files, GL_VERTEX_SHADER, vertex_file);
+    const GLuint vertex =
+        compile(files, defines, GL_VERTEX_SHADER, vertex_file);
     const GLuint fragment =
-        vertex ? compile(files, GL_FRAGMENT_SHADER, fragment_file) : 0;
+        vertex ? compile(files, defines, GL_FRAGMENT_SHADER, fragment_file) : 0;
     GLuint program = 0;
 
     if (fragment)
@@ -241,7 +244,19 @@ GLuint view_program_from(const view_shader_file *files, const char *vertex_file,
     return program;
 }
 
+GLuint view_program_from(const view_shader_file *files, const char *vertex_file,
+                         const char *fragment_file)
+{
+    return make(files, "", vertex_file, fragment_file);
+}
+
+GLuint view_program_with(const char *defines, const char *vertex_file,
+                         const char *fragment_file)
+{
+    return make(view_shader_files, defines, vertex_file, fragment_file);
+}
+
 GLuint view_program(const char *vertex_file, const char *fragment_file)
 {
-    return view_program_from(view_shader_files, vertex_file, fragment_file);
+    return view_program_with("", vertex_file, fragment_file);
 }

@@ -17,15 +17,19 @@ extern const view_shader_file view_shader_files[];
  * places below. 0, with the compiler's first line as the message, after an
  * error. */
 GLuint view_program(const char *vertex_file, const char *fragment_file);
+/* The same, with lines "#define NAME VALUE" before both shaders. */
+GLuint view_program_with(const char *defines, const char *vertex_file,
+                         const char *fragment_file);
 /* The same from another table, of at most 64 files. */
 GLuint view_program_from(const view_shader_file *files, const char *vertex_file,
                          const char *fragment_file);
 
-/* Bindings of uniform blocks: "Frame", "Room", "Sun". */
+/* Bindings of uniform blocks: "Frame", "Room", "Sun", "Material". */
 enum {
     VIEW_BLOCK_FRAME,
     VIEW_BLOCK_ROOM,
-    VIEW_BLOCK_SUN
+    VIEW_BLOCK_SUN,
+    VIEW_BLOCK_MATERIAL
 };
 
 /* Texture units, and the names of their samplers. */
@@ -47,6 +51,7 @@ enum {
     VIEW_TRUTH_UNIT_TOKENS,
     VIEW_TRUTH_UNIT_CHANCE,
     VIEW_TRUTH_UNIT_MAP,                      /* samplerCube environment_map */
+    VIEW_MODEL_UNITS,                         /* of view/model.c */
     VIEW_ROOM_UNIT_DYNAMIC = VIEW_UNIT_COUNT, /* specular, irradiance */
     VIEW_ROOM_UNIT_LOCALS = VIEW_ROOM_UNIT_DYNAMIC + 2, /* the same */
     VIEW_ROOM_UNIT_BUFFER = VIEW_ROOM_UNIT_LOCALS + 2,

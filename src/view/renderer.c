@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "view/canvas.h"
 #include "view/errors.h"
 #include "view/frame.h"
 #include "view/message.h"
@@ -37,6 +38,9 @@ struct view_renderer {
     view_truth *truth;            /* made on first use */
     view_scene *stage;            /* the same */
     const view_probe_set *probes; /* probes of the stage, or NULL */
+    view_model *model;            /* that was set, or NULL */
+    view_model *ball;             /* made on first use */
+    view_canvas canvas;           /* of the model */
     int samples; /* samples of the reference per draw; 0: by the clock */
     const baked_set *set;
     const baked_set *other; /* what the set is compared with, or NULL */
@@ -99,6 +103,8 @@ void view_renderer_free(view_renderer *r)
         return;
     view_truth_free(r->truth);
     view_scene_free(r->stage);
+    view_model_free(r->ball);
+    view_canvas_free(&r->canvas);
     gl.DeleteFramebuffers(2, r->target);
     gl.DeleteFramebuffers(2, r->mean_target);
     gl.DeleteTextures(2, r->picture);
@@ -265,7 +271,7 @@ static bool stays(const view_renderer *r)
 {
     const int all = view_places(&r->settings);
 
-    return r->places >= all && r->settings.mode == VIEW_SPHERES &&
+    return r->places >= all && view_shows_materials(&r->settings) &&
            (all > 1 || view_wants_reference(&r->settings));
 }
 
@@ -337,6 +343,30 @@ void view_renderer_probes(view_renderer *r, const view_probe_set *probes)
         view_scene_use(r->stage, probes);
 }
 
+void view_renderer_model(view_renderer *r, view_model *model)
+{
+    r->model = model;
+    view_renderer_restart(r);
+}
+
+/* What VIEW_MODEL shows. */
+static view_model *subject(const view_renderer *r)
+{
+    return r->model ? r->model : r->ball;
+}
+
+/* Makes the ball, if it is shown, of the settings. False, with a message. */
+static bool make_subject(view_renderer *r, const view_settings *s)
+{
+    if (r->model)
+        return true;
+    if (!r->ball)
+        r->ball = view_model_ball();
+    if (r->ball && view_model_paint_ball(r->ball, s))
+        view_renderer_restart(r);
+    return r->ball;
+}
+
 static bool draw_stage(view_renderer *r)
 {
     const GLuint *maps = r->maps[0], level0 = maps[VIEW_SPECULAR],
@@ -387,15 +417,33 @@ static void use_set(view_renderer *r, int i)
     bind_maps(r->maps[i]);
 }
 
-static bool draw_spheres(view_renderer *r, int side)
+static bool draw_model(view_renderer *r, const view_model_light *light,
+                       GLuint picture)
 {
-    const int reflection = (int)reflection_of(r, side);
+    bool ok;
+
+    if (!view_canvas_begin(&r->canvas, picture, r->width, r->height,
+                           r->settings.multisample))
+        return false;
+    view_gl_draw_full(r->sky);
+    ok = view_model_draw(subject(r), light, r->frame.eye);
+    view_canvas_end(&r->canvas);
+    return ok;
+}
+
+/* Draws spheres or the model over the sky. */
+static bool draw_materials(view_renderer *r, int side)
+{
+    const view_model_light light = {.reflection = (int)reflection_of(r, side)};
+    const int reflection = light.reflection;
 
     if (!make_picture(r, &r->picture[side], r->target[side]))
         return false;
     gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
     gl.BufferSubData(GL_UNIFORM_BUFFER, offsetof(view_frame, reflection),
                      sizeof reflection, &reflection);
+    if (r->settings.mode == VIEW_MODEL)
+        return draw_model(r, &light, r->picture[side]);
     gl.BindFramebuffer(GL_FRAMEBUFFER, r->target[side]);
     view_gl_draw_full(r->sky);
     gl.Enable(GL_BLEND);
@@ -410,8 +458,8 @@ static bool draw_side(view_renderer *r, int side)
 {
     if (r->settings.mode == VIEW_SCENE)
         return draw_stage(r);
-    if (r->settings.mode == VIEW_SPHERES)
-        return draw_spheres(r, side);
+    if (view_shows_materials(&r->settings))
+        return draw_materials(r, side);
     inspect(r);
     return true;
 }
@@ -430,7 +478,7 @@ static bool linear_pass(view_renderer *r)
     for (int side = 0; side < sides; side++) {
         if (side && r->other)
             use_set(r, 1);
-        if ((r->settings.mode != VIEW_SPHERES ||
+        if ((!view_shows_materials(&r->settings) ||
              reflection_of(r, side) != VIEW_REFERENCE) &&
             (!draw_side(r, side) ||
              (view_places(&r->settings) > 1 && !add_place(r, side))))
@@ -448,6 +496,9 @@ static bool truth_pass(view_renderer *r)
         return true;
     if (!r->truth)
         r->truth = view_truth_create(r->set);
+    if (r->truth)
+        view_truth_model(r->truth,
+                         r->settings.mode == VIEW_MODEL ? subject(r) : NULL);
     r->has_truth =
         r->truth && view_truth_draw(r->truth, &r->frame, r->instances, r->count,
                                     r->width, r->height, r->samples);
@@ -457,7 +508,7 @@ static bool truth_pass(view_renderer *r)
 /* What a side shows. */
 static GLuint picture_of(const view_renderer *r, int side)
 {
-    return r->settings.mode == VIEW_SPHERES &&
+    return view_shows_materials(&r->settings) &&
                    reflection_of(r, side) == VIEW_REFERENCE
                ? view_truth_texture(r->truth)
            : view_places(&r->settings) > 1 ? r->means[side]
@@ -483,6 +534,8 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
         return view_fail("nothing is loaded that could be drawn");
     resize(r, width, height);
     update_spheres(r, s, width, height);
+    if (s->mode == VIEW_MODEL && !make_subject(r, s))
+        return false;
     choose_place(r, s);
     bind_maps(r->maps[0]);
     if (!linear_pass(r) || !truth_pass(r))
@@ -557,21 +610,68 @@ void view_renderer_pace(view_renderer *r, int samples)
     r->samples = samples;
 }
 
-int view_renderer_errors(const view_renderer *r, double *rmse)
+/* Reads what the pixels show of a model: the number of a material; -1: none, or
+ * what is seen through. */
+static bool read_materials(view_renderer *r, int *shown)
 {
-    const size_t floats = 3 * (size_t)r->width * (size_t)r->height;
+    const size_t count = (size_t)r->width * (size_t)r->height;
+    const int side = r->settings.reflection == VIEW_REFERENCE;
+    float *alpha = malloc(count * sizeof *alpha);
+
+    if (!alpha)
+        return view_fail("not enough memory to compare pictures");
+    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, r->picture[side]);
+    gl.GetTexImage(GL_TEXTURE_2D, 0, GL_ALPHA, GL_FLOAT, alpha);
+    view_picture_flip(alpha, (size_t)r->width * sizeof *alpha, r->height);
+    for (size_t i = 0; i < count; i++)
+        shown[i] = alpha[i] >= 2 ? (int)alpha[i] - 2 : -1;
+    free(alpha);
+    return view_gl_check("reading the materials");
+}
+
+/* What each pixel shows: a sphere of the grid or a material of the model. */
+static bool find_shown(view_renderer *r, int *shown)
+{
+    if (r->settings.mode == VIEW_MODEL)
+        return read_materials(r, shown);
+    view_errors_spheres(&r->settings, r->width, r->height, shown);
+    return true;
+}
+
+int view_renderer_parts(const view_renderer *r)
+{
+    const view_settings *s = &r->settings;
+
+    return s->mode == VIEW_MODEL ? view_model_materials(subject(r))
+                                 : s->rows * s->columns;
+}
+
+const char *view_renderer_part(const view_renderer *r, int i)
+{
+    return view_model_material(subject(r), i);
+}
+
+int view_renderer_errors(view_renderer *r, view_error *errors)
+{
+    const size_t pixels = (size_t)r->width * (size_t)r->height;
     float *pictures;
-    int count = 0;
+    int *shown;
+    bool ok = false;
 
     if (!r->picture[0] || !view_compares(&r->settings))
         return 0;
-    pictures = malloc(2 * floats * sizeof *pictures);
-    if (!pictures)
+    pictures = malloc(6 * pixels * sizeof *pictures);
+    shown = malloc(pixels * sizeof *shown);
+    if (!pictures || !shown)
         view_fail("not enough memory to compare pictures");
-    else if (view_renderer_read(r, false, pictures) &&
-             view_renderer_read(r, true, pictures + floats))
-        count = view_errors(&r->settings, r->width, r->height, pictures,
-                            pictures + floats, rmse);
+    else
+        ok = view_renderer_read(r, false, pictures) &&
+             view_renderer_read(r, true, pictures + 3 * pixels) &&
+             find_shown(r, shown);
+    if (ok)
+        view_errors(shown, view_renderer_parts(r), r->width, r->height,
+                    pictures, pictures + 3 * pixels, errors);
+    free(shown);
     free(pictures);
-    return count;
+    return ok ? view_renderer_parts(r) : 0;
 }

@@ -18,7 +18,9 @@
 #define VIEW_RENDERER_H
 
 #include "view/baked_set.h"
+#include "view/errors.h"
 #include "view/gl.h"
+#include "view/model.h"
 #include "view/probe_set.h"
 #include "view/scene_captures.h"
 #include "view/sphere_grid.h"
@@ -42,6 +44,10 @@ bool view_renderer_has_other(const view_renderer *r);
 /* Sets local probes of the scene, instead of captured ones; NULL: none. The
  * caller keeps them unchanged until the next call. */
 void view_renderer_probes(view_renderer *r, const view_probe_set *probes);
+
+/* Sets the model of VIEW_MODEL, instead of the material ball; NULL: none. The
+ * caller keeps it until the next call. */
+void view_renderer_model(view_renderer *r, view_model *model);
 
 /* Draws the next place of view_places(s) in each pixel, and shows the mean of
  * those since the picture changed in framebuffer 0, width x height pixels.
@@ -72,8 +78,12 @@ int view_renderer_samples(const view_renderer *r);
 const char *view_renderer_environment(const view_renderer *r);
 /* Restarts the picture and the reference. */
 void view_renderer_restart(view_renderer *r);
-/* Relative RMSE of each sphere against the other reflection, as view_errors;
- * returns the number of spheres. 0: nothing is compared. */
-int view_renderer_errors(const view_renderer *r, double *rmse);
+/* How many spheres, or materials of the model, there are, and the name of a
+ * material. */
+int view_renderer_parts(const view_renderer *r);
+const char *view_renderer_part(const view_renderer *r, int i);
+/* Errors of each of them against the other reflection; returns their number.
+ * 0: nothing is compared. */
+int view_renderer_errors(view_renderer *r, view_error *errors);
 
 #endif

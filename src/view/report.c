@@ -3,8 +3,10 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "common/clock.h"
+#include "common/stderr_line.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
 
@@ -50,15 +52,67 @@ static void print_expected(const view_settings *s, const view_sphere *spheres,
     }
 }
 
-bool view_report_print(const view_renderer *r, const view_settings *s,
+static void print_grid(const view_settings *s, const baked_set *set,
+                       const view_error *errors)
+{
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+
+    view_grid(s, spheres);
+    printf("metallic \\ roughness");
+    for (int i = 0; i < s->columns; i++)
+        printf(" %7.3f", spheres[i].roughness);
+    putchar('\n');
+    for (int row = s->rows - 1; row >= 0; row--) {
+        printf("%20.3f", spheres[row * s->columns].metallic);
+        for (int i = 0; i < s->columns; i++)
+            print_error(view_error_rmse(errors[row * s->columns + i]));
+        putchar('\n');
+    }
+    print_expected(s, spheres, &set->expected);
+}
+
+static void print_material(const char *name, view_error e)
+{
+    char text[64];
+
+    snprintf(text, sizeof text, "%s", name);
+    ibl_one_line(text);
+    printf("%9d", e.pixels);
+    print_error(view_error_rmse(e));
+    printf(" %s\n", text);
+}
+
+static void print_materials(const view_renderer *r, const view_error *errors,
+                            int count)
+{
+    view_error all = {0};
+
+    printf("   pixels   error material\n");
+    for (int i = 0; i < count; i++) {
+        if (errors[i].pixels)
+            print_material(view_renderer_part(r, i), errors[i]);
+        all.difference2 += errors[i].difference2;
+        all.truth2 += errors[i].truth2;
+        all.pixels += errors[i].pixels;
+    }
+    print_material("(all)", all);
+}
+
+bool view_report_print(view_renderer *r, const view_settings *s,
                        const baked_set *set)
 {
-    double rmse[VIEW_MAX_GRID * VIEW_MAX_GRID];
-    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
-    const int count = view_renderer_errors(r, rmse);
+    view_error *errors;
+    int count = 0;
 
-    if (count != view_grid(s, spheres))
+    if (!view_compares(s))
         return false;
+    errors = calloc((size_t)view_renderer_parts(r), sizeof *errors);
+    if (errors)
+        count = view_renderer_errors(r, errors);
+    if (!count) {
+        free(errors);
+        return false;
+    }
     printf("relative RMSE of %s against %s%s",
            view_reflection_names[s->reflection],
            view_reflection_names[s->against],
@@ -66,17 +120,12 @@ bool view_report_print(const view_renderer *r, const view_settings *s,
     if (view_renderer_environment(r))
         printf(", %d samples a pixel of %s", view_renderer_samples(r),
                view_renderer_environment(r));
-    printf("\nmetallic \\ roughness");
-    for (int i = 0; i < s->columns; i++)
-        printf(" %7.3f", spheres[i].roughness);
     putchar('\n');
-    for (int row = s->rows - 1; row >= 0; row--) {
-        printf("%20.3f", spheres[row * s->columns].metallic);
-        for (int i = 0; i < s->columns; i++)
-            print_error(rmse[row * s->columns + i]);
-        putchar('\n');
-    }
-    print_expected(s, spheres, &set->expected);
+    if (s->mode == VIEW_MODEL)
+        print_materials(r, errors, count);
+    else
+        print_grid(s, set, errors);
+    free(errors);
     fflush(stdout);
     return true;
 }

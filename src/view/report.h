@@ -7,9 +7,10 @@
 #include "view/renderer.h"
 
 /* Prints the error of the last draw against what it was compared with, for each
- * sphere, arranged as on the screen; below, the set's expected errors, if that
- * was the reference. False: nothing was compared. */
-bool view_report_print(const view_renderer *r, const view_settings *s,
+ * sphere, arranged as on the screen, with the set's expected errors below, if
+ * that was the reference; or for each material of the model. False: nothing was
+ * compared. */
+bool view_report_print(view_renderer *r, const view_settings *s,
                        const baked_set *set);
 /* Prints the textures of a set. */
 void view_report_set(const baked_set *set);

@@ -44,21 +44,26 @@ view_settings view_settings_default(void)
     return s;
 }
 
+bool view_shows_materials(const view_settings *s)
+{
+    return s->mode == VIEW_SPHERES || s->mode == VIEW_MODEL;
+}
+
 bool view_compares(const view_settings *s)
 {
-    return s->mode == VIEW_SPHERES && s->compare != VIEW_ALONE;
+    return view_shows_materials(s) && s->compare != VIEW_ALONE;
 }
 
 bool view_wants_reference(const view_settings *s)
 {
-    return s->mode == VIEW_SPHERES &&
+    return view_shows_materials(s) &&
            (s->reflection == VIEW_REFERENCE ||
             (s->compare != VIEW_ALONE && s->against == VIEW_REFERENCE));
 }
 
 int view_places(const view_settings *s)
 {
-    const bool smooth = s->mode == VIEW_SPHERES ||
+    const bool smooth = view_shows_materials(s) ||
                         (s->mode == VIEW_SCENE && s->multisample == 1);
 
     return smooth ? s->antialias * s->antialias : 1;
@@ -85,7 +90,7 @@ bool view_needs_lobes(view_reflection reflection)
 }
 
 const char *const view_mode_names[VIEW_MODES + 1] = {
-    "spheres", "levels", "irradiance", "table", "scene"};
+    "spheres", "levels", "irradiance", "table", "scene", "model"};
 
 const char *const view_layout_names[VIEW_LAYOUTS + 1] = {"cross", "strip",
                                                          "equirect"};

@@ -12,6 +12,7 @@ typedef enum view_mode {
     VIEW_IRRADIANCE_MAP, /* the irradiance map */
     VIEW_TABLE,          /* the BRDF table with iso-lines */
     VIEW_SCENE,          /* the room with a probe */
+    VIEW_MODEL,          /* a scene of glTF, or a material ball */
     VIEW_MODES
 } view_mode;
 
@@ -93,9 +94,10 @@ typedef struct view_settings {
     int light_count;
     view_light light[VIEW_MAX_LIGHTS];
     /* camera: looks at the origin from distance, right-handed, +Y up; yaw 0
-     * looks along -Z, from +Z */
+     * looks along -Z, from +Z. Models fit into a sphere of radius 1 and are
+     * moved by pan, of twice that. */
     double yaw, pitch; /* degrees; pitch -89..89, positive from above */
-    double distance;   /* 0: the grid fits */
+    double distance;   /* 0: the grid or the model fits */
     double fov;        /* vertical, degrees */
     /* environment */
     double turn; /* degrees about +Y, counter-clockwise seen from above */
@@ -141,8 +143,9 @@ typedef struct view_settings {
 
 view_settings view_settings_default(void);
 
-/* Whether a picture is of two reflections of spheres, and whether one of them
- * is the reference. */
+/* Whether a picture is of spheres or a model, of two reflections of them, and
+ * whether one of these is the reference. */
+bool view_shows_materials(const view_settings *s);
 bool view_compares(const view_settings *s);
 bool view_wants_reference(const view_settings *s);
 /* Draws that make a picture: the places in a pixel. */

@@ -126,6 +126,25 @@ static double fitting_distance(const view_settings *s, const double axes[3][3],
     return distance;
 }
 
+/* The distance that shows a sphere of radius 1. */
+static double model_distance(double tan_x, double tan_y)
+{
+    const double across = (1 - 2 * border) * fmin(tan_x, tan_y);
+
+    return sqrt(1 + 1 / (across * across));
+}
+
+/* Moves the eye so that the point of the pan is in the middle, and the planes
+ * of depth to the sphere that the model is in. */
+static void aim_at_model(const view_settings *s, const double axes[3][3],
+                         double distance, view_camera *c)
+{
+    for (int k = 0; k < 3; k++)
+        c->eye[k] += 2 * (s->pan[0] * axes[0][k] - s->pan[1] * axes[1][k]);
+    c->near = fmax(distance - 1.01, 0.01);
+    c->far = distance + 1.01;
+}
+
 view_camera view_camera_of(const view_settings *s, int width, int height)
 {
     const double yaw = s->yaw * degree, pitch = s->pitch * degree;
@@ -135,8 +154,10 @@ view_camera view_camera_of(const view_settings *s, int width, int height)
         {cos(yaw), 0, -sin(yaw)},
         {-sin(yaw) * sin(pitch), cos(pitch), -cos(yaw) * sin(pitch)},
         {sin(yaw) * cos(pitch), sin(pitch), cos(yaw) * cos(pitch)}};
-    const double distance =
-        s->distance > 0 ? s->distance : fitting_distance(s, axes, tan_x, tan_y);
+    const double distance = s->distance > 0 ? s->distance
+                            : s->mode == VIEW_MODEL
+                                ? model_distance(tan_x, tan_y)
+                                : fitting_distance(s, axes, tan_x, tan_y);
     view_camera c = {
         .near = 0.01,
         .far = 1000 + 2 * distance,
@@ -148,6 +169,8 @@ view_camera view_camera_of(const view_settings *s, int width, int height)
         c.right[k] = tan_x * axes[0][k];
         c.up[k] = tan_y * axes[1][k];
     }
+    if (s->mode == VIEW_MODEL)
+        aim_at_model(s, axes, distance, &c);
     return c;
 }
 

@@ -6,8 +6,10 @@
 
 #include "common/clock.h"
 #include "view/aim.h"
+#include "view/canvas.h"
 #include "view/message.h"
 #include "view/program.h"
+#include "view/settings.h"
 #include "view/upload.h"
 
 /* Targets: sky and spheres of one pass; the mean of all passes. */
@@ -29,8 +31,11 @@ struct view_truth {
     GLuint spheres, sky, mean; /* programs */
     GLint first_sample, sample_count, part, environment, aim_edge, discs;
     GLuint tokens, chance,
-        map;          /* textures; map 0: a texture of the set is it */
-    const char *what; /* what the environment is */
+        map;                /* textures; map 0: a texture of the set is it */
+    const char *what;       /* what the environment is */
+    view_model *model;      /* or NULL */
+    view_canvas canvas;     /* of the model */
+    view_model_light light; /* of the model */
     GLuint target[TARGETS], framebuffer[TARGETS];
     int width, height;
     view_frame shown; /* frame of the samples so far */
@@ -74,6 +79,7 @@ void view_truth_free(view_truth *t)
 {
     if (!t)
         return;
+    view_canvas_free(&t->canvas);
     gl.DeleteFramebuffers(TARGETS, t->framebuffer);
     gl.DeleteTextures(1, &t->map);
     gl.DeleteTextures(1, &t->chance);
@@ -130,10 +136,15 @@ bool view_truth_load(view_truth *t, const baked_set *set)
     ibl_texture_free(&map);
     if (!ok || (unit == VIEW_TRUTH_UNIT_MAP && !t->map))
         return false;
+    t->light = (view_model_light){
+        .reflection = VIEW_REFERENCE,
+        .environment = unit,
+        .aim_edge = aim.edge,
+        .discs = unit == VIEW_UNIT_SPECULAR ? set->light_count : 0};
     gl.UseProgram(t->spheres);
     gl.Uniform1i(t->environment, unit);
     gl.Uniform1i(t->aim_edge, aim.edge);
-    gl.Uniform1i(t->discs, unit == VIEW_UNIT_SPECULAR ? set->light_count : 0);
+    gl.Uniform1i(t->discs, t->light.discs);
     gl.UseProgram(0);
     view_aim_free(&aim);
     view_truth_restart(t);
@@ -143,6 +154,13 @@ bool view_truth_load(view_truth *t, const baked_set *set)
 const char *view_truth_environment(const view_truth *t)
 {
     return t->what;
+}
+
+void view_truth_model(view_truth *t, view_model *model)
+{
+    if (model != t->model)
+        view_truth_restart(t);
+    t->model = model;
 }
 
 void view_truth_restart(view_truth *t)
@@ -180,8 +198,9 @@ static void begin(view_truth *t, const view_frame *frame)
     gl.Clear(GL_COLOR_BUFFER_BIT);
 }
 
-/* Adds samples, at most MOST_SAMPLES. */
-static void draw_pass(view_truth *t, GLuint instances, int count, int samples)
+/* Draws what is seen, with samples, into the target PASS. */
+static bool draw_spheres(view_truth *t, GLuint instances, int count,
+                         int samples)
 {
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[PASS]);
     view_gl_draw_full(t->sky);
@@ -191,14 +210,35 @@ static void draw_pass(view_truth *t, GLuint instances, int count, int samples)
     gl.Uniform1i(t->sample_count, samples);
     gl.BindVertexArray(instances);
     gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, count);
+    return true;
+}
+
+static bool draw_model(view_truth *t, int samples)
+{
+    t->light.first_sample = t->samples;
+    t->light.sample_count = samples;
+    if (!view_canvas_begin(&t->canvas, t->target[PASS], t->width, t->height, 1))
+        return false;
+    view_gl_draw_full(t->sky);
+    return view_model_draw(t->model, &t->light, t->shown.eye);
+}
+
+/* Adds samples, at most MOST_SAMPLES. */
+static bool draw_pass(view_truth *t, GLuint instances, int count, int samples)
+{
+    if (!(t->model ? draw_model(t, samples)
+                   : draw_spheres(t, instances, count, samples)))
+        return false;
 
     t->samples += samples;
+    gl.Enable(GL_BLEND);
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[MEAN]);
     view_gl_bind(VIEW_TRUTH_UNIT_PASS, GL_TEXTURE_2D, t->target[PASS]);
     gl.UseProgram(t->mean);
     gl.Uniform1f(t->part, (float)samples / (float)t->samples);
     view_gl_draw_full(t->mean);
     gl.Disable(GL_BLEND);
+    return true;
 }
 
 /* Doubles or halves the samples, since a frame also has fixed costs. */
@@ -226,8 +266,9 @@ bool view_truth_draw(view_truth *t, const view_frame *frame, GLuint instances,
     if (samples > VIEW_TRUTH_SAMPLES - t->samples)
         samples = VIEW_TRUTH_SAMPLES - t->samples;
     for (int left = samples; left > 0; left -= MOST_SAMPLES)
-        draw_pass(t, instances, count,
-                  left < MOST_SAMPLES ? left : MOST_SAMPLES);
+        if (!draw_pass(t, instances, count,
+                       left < MOST_SAMPLES ? left : MOST_SAMPLES))
+            return false;
     if (by_clock && samples > 0) {
         gl.Finish();
         t->by_clock = next_by_clock(samples, ibl_now() - start);

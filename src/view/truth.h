@@ -12,6 +12,7 @@
 #include "view/baked_set.h"
 #include "view/frame.h"
 #include "view/gl.h"
+#include "view/model.h"
 
 typedef struct view_truth view_truth;
 
@@ -25,6 +26,8 @@ void view_truth_free(view_truth *t); /* NULL is fine */
 bool view_truth_load(view_truth *t, const baked_set *set);
 /* What it integrates, as "level 0". */
 const char *view_truth_environment(const view_truth *t);
+/* Draws a model from now on; NULL: spheres. */
+void view_truth_model(view_truth *t, view_model *model);
 /* Discards all samples; call it when the spheres have changed. */
 void view_truth_restart(view_truth *t);
 /*

@@ -80,7 +80,9 @@ static void move_to(view_app *app, double x, double y)
         view_drag(s, app->set, app->width, app->height, dx, dy);
     else if (app->held[1])
         view_spin(s, 180 * dx / app->height);
-    if (app->held[2])
+    if (app->held[2] && s->mode == VIEW_MODEL && s->compare != VIEW_SPLIT)
+        view_pan(s, app->width, app->height, dx, dy);
+    else if (app->held[2])
         s->split = x < 0 ? 0 : x > app->width ? 1 : x / app->width;
 }
 

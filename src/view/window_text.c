@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "common/path.h"
 #include "common/stderr_line.h"
 #include "view/inspect.h"
 #include "view/key_bindings.h"
@@ -143,8 +144,14 @@ static void add_spheres(view_app *app)
 {
     const view_settings *s = &app->settings;
 
-    append(app, " | %s %dx%d | diffuse %s | multiscatter %s",
-           view_materials[s->material].name, s->rows, s->columns,
+    if (app->options->model && s->mode == VIEW_MODEL)
+        append(app, " | %.80s", ibl_path_name(app->options->model));
+    else if (s->mode == VIEW_MODEL)
+        append(app, " | %s ball", view_materials[s->material].name);
+    else
+        append(app, " | %s %dx%d", view_materials[s->material].name, s->rows,
+               s->columns);
+    append(app, " | diffuse %s | multiscatter %s",
            view_diffuse_names[s->diffuse], s->multiscatter ? "on" : "off");
     add_range(app, "metallic", s->metallic);
     add_range(app, "roughness", s->roughness);
@@ -232,7 +239,7 @@ void view_app_title(view_app *app)
     if (!app->set)
         return;
     ibl_one_line(app->title);
-    if (s->mode == VIEW_SPHERES)
+    if (view_shows_materials(s))
         add_spheres(app);
     else if (s->mode == VIEW_SCENE)
         add_scene(app);

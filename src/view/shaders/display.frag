@@ -9,7 +9,7 @@ uniform sampler2D other;
 out vec4 colour;
 
 // view_mode and view_compare of view/settings.h
-const int SPHERES = 0;
+const int SPHERES = 0, MODEL = 5;
 const int ALONE = 0, SPLIT = 1, DIFFERENCE = 2;
 
 // First column of the right side.
@@ -39,7 +39,7 @@ void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 c = texelFetch(picture, at, 0);
     // Maps are not compared. Their background has alpha 0.
-    if (choice.x != SPHERES) {
+    if (choice.x != SPHERES && choice.x != MODEL) {
         colour = vec4(c.a == 0.0 ? vec3(0.1) : shown(c.rgb), 1.0);
         return;
     }

@@ -3,29 +3,10 @@
 #include "sphere.glsl"
 #include "maps.glsl"
 #include "lights.glsl"
+#include "lookup.glsl"
 #include "widen.glsl"
 
-uniform sampler2DArray lobe_map;
-
 layout(location = 0) out vec4 colour;
-
-// view_reflection of view/settings.h
-const int BENT = 1, FIT = 2, TABLE = 3, TWO_TAPS = 4;
-
-ibl_lobe lobe_of(float n_v, float roughness, vec3 f0, vec2 rg)
-{
-    if (reflection.x == BENT)
-        return ibl_lobe_bent(n_v, roughness, lod);
-    if (reflection.x == FIT)
-        return ibl_lobe_fit(n_v, roughness, ibl_metallic(f0, rg), lod);
-    if (reflection.x == TABLE)
-        return ibl_lobe_table(lobe_map, n_v, roughness, ibl_metallic(f0, rg),
-                              lod);
-    if (reflection.x == TWO_TAPS)
-        return ibl_lobe_two_taps(lobe_map, n_v, roughness,
-                                 ibl_metallic(f0, rg), lod);
-    return ibl_lobe_split(roughness, lod);
-}
 
 void main()
 {

@@ -1,122 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The integral of BRDF, environment and N.L: the mean of samples first_sample
-// .. first_sample + sample_count - 1 of one sequence. A sample is a visible
-// normal for the specular part and a cosine direction for the diffuse part. If
-// the environment has lights, a direction to one of them is added for both
-// parts. The balance heuristic weights them: Veach and Guibas 1995, "Optimally
-// Combining Sampling Techniques for Monte Carlo Rendering", eq. 12.
+// Spheres by the integral itself.
 #include "sphere.glsl"
 #include "maps.glsl"
 #include "lights.glsl"
-#include "sample.glsl"
+#include "integral.glsl"
 
-uniform samplerCube environment_map;
-uniform int first_sample, sample_count;
 uniform int discs; // that the environment lacks
 
 layout(location = 0) out vec4 colour;
-
-// Below this alpha a lobe is a mirror in float precision.
-const float MIRROR = 1e-6;
-
-// ibl_smith_v with Schlick's G, k = roughness^2 / 2: Karis 2013, image-based
-// light.
-float schlick_v(float n_l, float n_v, float alpha)
-{
-    float k = 0.5 * alpha;
-    float l = n_l * (1.0 - k) + k;
-    float v = n_v * (1.0 - k) + k;
-    return 0.25 / max(l * v, 1e-20);
-}
-
-// A frame with z axis n, continuous except at n.z = 0: Duff et al. 2017,
-// "Building an Orthonormal Basis, Revisited", listing 3.
-mat3 frame_of(vec3 n)
-{
-    float s = n.z < 0.0 ? -1.0 : 1.0;
-    float a = -1.0 / (s + n.z);
-    float b = n.x * n.y * a;
-    return mat3(vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x),
-                vec3(b, s + n.y * n.y * a, -n.y), n);
-}
-
-// Direction around +Z with density N.L / pi; u is uniform in 0..1 squared.
-vec3 cosine_direction(vec2 u)
-{
-    float s = sqrt(u.x), phi = 2.0 * ibl_pi * u.y;
-    return vec3(s * cos(phi), s * sin(phi), sqrt(1.0 - u.x));
-}
-
-// Shared by all samples of a pixel, in the frame of the normal, +Z.
-struct patch_of {
-    vec3 view, f0;
-    float alpha;
-    float spread;      // N.V + sqrt(alpha^2 + (1 - alpha^2) N.V^2)
-    mat3 to_environment;
-};
-
-vec3 light_from(vec3 environment_direction)
-{
-    return textureLod(environment_map, environment_direction, 0.0).rgb;
-}
-
-float aimed(vec3 d)
-{
-    return aim_edge == 0 ? 0.0 : aim_density(face_place(d), d);
-}
-
-// BRDF times N.L over the density p = D / (2 spread) of visible normals: F V
-// N.L 2 spread (Heitz 2018 eq. 19). Times the balance heuristic p / (p +
-// other). The same for both kinds of samples.
-vec3 specular_weight(patch_of s, vec3 h, vec3 l, float other)
-{
-    float v_h = clamp(dot(s.view, h), 0.0, 1.0);
-    float g = int(diffuse.y) == 1 ? schlick_v(l.z, s.view.z, s.alpha)
-                            : ibl_smith_v(l.z, s.view.z, s.alpha);
-    float share = 1.0;
-    if (other > 0.0) {
-        float k = s.alpha / (dot(h.xy, h.xy) + s.alpha * s.alpha * h.z * h.z);
-        float p = k * k / (2.0 * ibl_pi * s.spread);
-        share = p / (p + other);
-    }
-    return ibl_schlick_f(s.f0, v_h) * (g * l.z * 2.0 * s.spread * share);
-}
-
-vec3 by_visible_normal(patch_of s, uvec2 fraction)
-{
-    vec3 h = visible_normal(s.view, s.alpha, unit(fraction));
-    vec3 l = reflect(-s.view, h);
-    if (l.z <= 0.0)
-        return vec3(0.0);
-    vec3 d = s.to_environment * l;
-    float other = s.alpha < MIRROR ? 0.0 : aimed(d);
-    return light_from(d) * specular_weight(s, h, l, other);
-}
-
-// Irradiance / pi.
-vec3 by_cosine(patch_of s, uvec2 fraction)
-{
-    vec3 l = cosine_direction(unit(fraction));
-    vec3 d = s.to_environment * l;
-    float p = l.z / ibl_pi;
-    return light_from(d) * (p / (p + aimed(d)));
-}
-
-// Samples a direction to a light and adds it to both parts.
-void by_aim(patch_of s, uvec3 fraction, inout vec3 specular,
-            inout vec3 irradiance)
-{
-    vec3 at = aim_at(fraction);
-    vec3 d = normalize(face_direction(int(at.z), at.xy));
-    vec3 l = d * s.to_environment;
-    if (l.z <= 0.0)
-        return;
-    vec3 light = light_from(d);
-    float other = aim_density(at, d), p = l.z / ibl_pi;
-    irradiance += light * (p / (p + other));
-    if (s.alpha >= MIRROR)
-        specular += light * specular_weight(s, normalize(s.view + l), l, other);
-}
 
 void main()
 {
@@ -125,34 +16,12 @@ void main()
     if (at.coverage <= 0.0)
         return;
     float roughness = ball_albedo.a;
-    mat3 frame = frame_of(at.normal);
-    patch_of s;
-    s.f0 = ball_f0.rgb;
-    s.alpha = roughness * roughness;
-    s.view = vec3((at.view * frame).xy, max(at.n_v, 1e-6));
-    s.spread = s.view.z + sqrt(s.alpha * s.alpha +
-                               (1.0 - s.alpha * s.alpha) * s.view.z * s.view.z);
-    s.to_environment =
-        mat3(turned(frame[0]), turned(frame[1]), turned(frame[2]));
-
+    vec3 f0 = ball_f0.rgb, specular, light;
     vec2 rg = ibl_brdf(lut_map, at.n_v, roughness);
-    vec3 k = diffuse_factor(s.f0, ball_albedo.rgb, rg);
-    bool diffuse_part = any(notEqual(k, vec3(0.0)));
-
-    uvec2 pixel = uvec2(gl_FragCoord.xy);
-    uvec3 a = hash_of(uvec3(pixel, 0u)), b = hash_of(uvec3(pixel, 1u)),
-          c = hash_of(uvec3(pixel, 2u));
-    vec3 specular = vec3(0.0), light = vec3(0.0);
-    for (int i = first_sample; i < first_sample + sample_count; i++) {
-        specular += by_visible_normal(s, point2(uint(i), a.xy));
-        if (diffuse_part)
-            light += by_cosine(s, point2(uint(i), b.xy));
-        if (aim_edge != 0)
-            by_aim(s, point3(uint(i), c), specular, light);
-    }
-    specular /= float(sample_count);
-    light /= float(sample_count);
-    add_lights(at.position, at.normal, at.view, s.f0, roughness, discs,
-               specular, light);
+    vec3 k = diffuse_factor(f0, ball_albedo.rgb, rg);
+    integrate(at.normal, at.view, at.n_v, f0, roughness,
+              any(notEqual(k, vec3(0.0))), 0u, specular, light);
+    add_lights(at.position, at.normal, at.view, f0, roughness, discs, specular,
+               light);
     colour = vec4(specular + k * light, at.coverage);
 }

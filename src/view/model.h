@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: MIT */
+/* A scene of glTF in OpenGL, drawn by the set: metallic-roughness with
+ * specular, clearcoat, sheen and unlit; anisotropy and transmission are left
+ * out. */
+#ifndef VIEW_MODEL_H
+#define VIEW_MODEL_H
+
+#include <stdbool.h>
+
+#include "scene/scene.h"
+#include "view/gl.h"
+#include "view/settings.h"
+
+typedef struct view_model view_model;
+
+/* Uploads what is drawn of a scene, with its images, which are decoded for it.
+ * The model is moved and scaled: the middle of its box is the origin, and its
+ * farthest vertex is at a distance of 1. name: for messages. NULL, with a
+ * message. */
+view_model *view_model_create(ibl_ctx *ctx, ibl_scene *scene, const char *name);
+void view_model_free(view_model *m); /* NULL is fine */
+
+/* A sphere with a normal map around its middle. NULL, with a message. */
+view_model *view_model_ball(void);
+/* Gives it the material of the settings: the upper end of metallic, the middle
+ * of roughness. False: it had that already. */
+bool view_model_paint_ball(view_model *m, const view_settings *s);
+/* Changes the first material; f0: of the dielectric. False: it is as before. */
+bool view_model_paint(view_model *m, const double base_colour[3],
+                      double metallic, double roughness, double f0);
+
+/* What colours it: lookups of one view_reflection, or samples of the reference
+ * (truth.h). */
+typedef struct view_model_light {
+    int reflection; /* VIEW_REFERENCE: by samples */
+    int first_sample, sample_count, environment, aim_edge, discs; /* uniforms */
+} view_model_light;
+
+/*
+ * Draws over the bound framebuffer, whose depth it clears, with the uniform
+ * block "Frame" at its place.
+ *   eye  of the camera, for the order of what is blended
+ * Pixels of an opaque material have alpha 2 + its index, blended ones leave
+ * alpha as it is. Changes program, vertex array and units from
+ * VIEW_MODEL_UNITS. False, with a message.
+ */
+bool view_model_draw(view_model *m, const view_model_light *light,
+                     const float eye[3]);
+
+/* Names of materials, for reports: "" if the file has none. */
+int view_model_materials(const view_model *m);
+const char *view_model_material(const view_model *m, int i);
+
+#endif

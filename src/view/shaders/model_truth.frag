@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// A model by the integral itself, over all that its surface faces: the model
+// does not shade itself.
+#include "model.glsl"
+#include "lights.glsl"
+#include "integral.glsl"
+
+uniform int discs; // that the environment lacks
+
+void lit(layer s, vec3 view, bool diffuse_part, uint number, out vec3 specular,
+         out vec3 light)
+{
+    integrate(s.normal, view, s.n_v, s.f0, s.roughness, diffuse_part, number,
+              specular, light);
+    add_lights(at, s.normal, view, s.f0, s.roughness, discs, specular, light);
+}
