@@ -282,10 +282,7 @@ demo: deps
 .PHONY: demo-view
 ifeq ($(HAVE_VIEW),yes)
 demo-view: $(VIEW)
-	$(BIN) data/forest.exr -q -o build/demo/backdrop --only specular \
-	    --roughness-range 0.08:1
-	$(VIEW) build/demo/forest --offscreen build/demo/spheres.png $(SPHERES) \
-	    --sky build/demo/backdrop/forest_specular.ktx2
+	$(VIEW) build/demo/forest --offscreen build/demo/spheres.png $(SPHERES)
 	$(VIEW) build/demo/forest --contact-sheet build/demo/sheet.png
 	$(BIN) data/sky.exr -q -o build/demo/sky --skybox 512
 	$(VIEW) build/demo/sky --mode scene --offscreen build/demo/scene.png $(ROOM)

@@ -122,7 +122,7 @@ test_blocks_look_alike() {
     done
 }
 test_files_by_name() {
-    draw a.png "$work/ktx2"
+    draw a.png "$work/ktx2" --sky "$work/ktx2/env_skybox.ktx2"
     mkdir apart
     cp "$work/ktx2/env_specular.ktx2" apart
     cp "$work/ktx2/env_irradiance.ktx2" irr.ktx2

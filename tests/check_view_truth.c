@@ -729,11 +729,13 @@ TEST(map)
     CHECK_MSG(sqrt(square / all) < 2e-3, "off by %g", sqrt(square / all));
     on.set.source_peak = 12345; /* as of another layer */
     NEED(view_renderer_load(on.renderer, &on.set));
+    add(1);
     CHECK(!strcmp(view_renderer_environment(on.renderer), "level 0"));
     on.set.source_peak = 0;
     NEED(file_save(on.set.source, "no map", 6));
     view_test_catch();
     NEED(view_renderer_load(on.renderer, &on.set));
+    const float *without = add(8);
     CHECK(strstr(view_test_caught(), "cannot be read again"));
-    CHECK(largest_difference(add(8), level0) < 1e-5);
+    CHECK(largest_difference(without, level0) < 1e-5);
 }

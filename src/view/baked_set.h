@@ -51,6 +51,8 @@ typedef struct baked_set {
     ibl_read_options source_read; /* how its colours were changed */
     double source_yaw;            /* its turn, as of ibl_cube_from_latlong */
     double source_peak;           /* its largest value, to know it by, or 0 */
+    char source_hash[IBL_FILE_HASH];  /* the same of the file's bytes, or "" */
+    bool own_sky;                     /* texture[VIEW_SKY] was asked for */
     view_file_stamp seen[VIEW_FILES]; /* state just before reading */
 
     ibl_roughness_map mapping;
@@ -74,6 +76,7 @@ typedef struct view_request {
     const char *path; /* a directory, a specular file or, by its content, an
                          environment to bake */
     const char *irradiance, *lut, *sky; /* NULL: searched beside path */
+    const char *map;         /* that was baked; NULL: where the sidecar says */
     ibl_input_layout layout; /* of a map; AUTO: by its content, and a cube
                                 texture is no map */
 } view_request;
@@ -107,10 +110,14 @@ bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
                                const ibl_specular_options *specular,
                                baked_set *set);
 
+/* Reads the map of the set, as it was baked. False: it is not at hand, or
+ * another file is, with a note. */
+bool view_set_map(const baked_set *set, ibl_image *map);
 /* Makes the environment that the reference integrates: the map of the set, if
  * it is at hand, as a cube of RGBA32F, which nothing clips. *env zeroed: it is
  * the skybox if level 0 is rough, else level 0. *what: which, until the set is
- * freed. False, with a message: no memory. */
+ * freed. False, with a message: no memory, or the format clips what is there.
+ */
 bool view_set_environment(const baked_set *set, ibl_texture *env,
                           const char **what);
 

@@ -49,6 +49,7 @@ static void fill_set(view_frame *f, const baked_set *set)
         f->ladder[l / 4][l % 4] = (float)set->roughness[l];
     f->diffuse[0] = (float)set->irradiance_scale;
     f->diffuse[1] = (float)set->geometry;
+    f->diffuse[2] = (float)(set->source_yaw / 360);
     for (int i = 0; i < terms; i++)
         copy3(f->sh[i], set->sh + 3 * i);
     for (int i = 0; i < set->light_count; i++) {
@@ -74,6 +75,7 @@ void view_frame_fill(view_frame *f, const view_settings *s,
     f->shading[0] = s->multiscatter;
     f->shading[1] = s->light_count;
     f->shading[2] = s->sky;
+    f->diffuse[3] = (float)s->blur;
     f->shading[3] = set->texture[VIEW_SKY].levels > 1;
     f->choice[0] = (int)s->mode;
     f->choice[1] = (int)s->diffuse;

@@ -8,6 +8,13 @@
 #include "view/baked_set.h"
 #include "view/sphere_grid.h"
 
+/* What is behind everything. */
+enum view_backdrop {
+    VIEW_BACKDROP_NONE,
+    VIEW_BACKDROP_CUBE, /* the skybox or level 0 */
+    VIEW_BACKDROP_MAP   /* the map of the set, which the renderer finds */
+};
+
 typedef struct view_frame {
     float clip[16]; /* world to clip space, column-major */
     float eye[4];
@@ -18,16 +25,17 @@ typedef struct view_frame {
     float lod[4];       /* scale, offset, last level, mapping (baked_set) */
     float ladder[4][4]; /* roughness of each level */
     float diffuse[4];   /* scale of the irradiance map, geometry of the table
-                           (ibl_geometry), 0, 0 */
+                           (ibl_geometry), yaw of the map in turns,
+                           settings.blur */
     float sh[25][4];    /* RGB of each (l, m), E/pi; zeros beyond sh_degree */
     float disc_direction[IBL_MAX_LIGHTS][4]; /* of the set's lights, in the
                                                 environment; their radius */
     float disc_irradiance[IBL_MAX_LIGHTS][4];
     float light_position[4][4];  /* world, 1 */
     float light_intensity[4][4]; /* RGB, 0 */
-    int shading[4];      /* multiscatter, lights, sky, 1 if the sky texture has
-                            filterable levels, else 0 */
-    int choice[4];       /* mode, diffuse, layout, level */
+    int shading[4]; /* multiscatter, lights, view_backdrop, 1 if the sky texture
+                       has filterable levels, else 0 */
+    int choice[4];  /* mode, diffuse, layout, level */
     int reflection[4];   /* view_reflection; that of the other picture; number
                             of discs; number that the sky lacks */
     float inspect_at[4]; /* zoom, pan x, pan y, 0 */

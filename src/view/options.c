@@ -317,8 +317,12 @@ static const ibl_option files[] = {
     {"input-layout", 0, IBL_CHOICE(request.layout, ibl_input_names),
      .help = "how PATH holds an environment to bake: as of iblbake; with "
              "cube, a texture is one"},
+    {"map", 0, IBL_TEXT(request.map, "FILE"), .standard = "",
+     .help = "the map that PATH was baked from, if it is not where it was: the "
+             "backdrop and the reference"},
     {"sky", 0, IBL_TEXT(request.sky, "FILE"), .standard = "",
-     .help = "the cube behind the spheres, in place of the skybox or level 0"},
+     .help = "the cube behind the spheres, in place of the map, the skybox or "
+             "level 0"},
 };
 
 static const ibl_option pictures[] = {
@@ -450,6 +454,9 @@ static const ibl_option camera[] = {
     {"fov", 0, REAL(fov, "DEG", 1, 120), .help = "vertical field of view"},
     {"no-sky", 0, OFF(sky),
      .help = "black behind the spheres"},
+    {"blur", 0, REAL(blur, "R", 0, 1),
+     .help = "show the environment behind the spheres as a surface of that "
+             "roughness would reflect it"},
     {"antialias", 0, IBL_INT(settings.antialias, 1, VIEW_MAX_ANTIALIAS),
      .help = "draw N x N places of each pixel, and their mean; 1: only its "
              "centre"},
@@ -564,6 +571,7 @@ bool view_options_may(const view_options *o)
     const char *option = r->irradiance ? "--irradiance"
                          : r->lut      ? "--lut"
                          : r->sky      ? "--sky"
+                         : r->map      ? "--map"
                                        : NULL;
     const char *words;
     const bool map = view_is_map(r->path, r->layout);

@@ -194,6 +194,7 @@ static void bind(GLuint program)
         {"irradiance_map", VIEW_UNIT_IRRADIANCE},
         {"lut_map", VIEW_UNIT_LUT},
         {"sky_map", VIEW_UNIT_SKY},
+        {"backdrop_map", VIEW_UNIT_OTHER},
         {"picture", VIEW_UNIT_PICTURE},
         {"other", VIEW_UNIT_OTHER},
         {"lobe_map", VIEW_UNIT_LOBES},

@@ -40,7 +40,8 @@ typedef enum view_unit {
     VIEW_UNIT_SKY,        /* samplerCube sky_map */
     VIEW_UNIT_LOBES,      /* sampler2DArray lobe_map */
     VIEW_UNIT_PICTURE,    /* sampler2D picture: the linear picture */
-    VIEW_UNIT_OTHER,      /* sampler2D other: what it is compared with */
+    VIEW_UNIT_OTHER,      /* sampler2D other: what it is compared with; while
+                             it is made, backdrop_map: the map of the set */
     VIEW_UNIT_COUNT
 } view_unit;
 

@@ -44,6 +44,8 @@ struct view_renderer {
     int samples; /* samples of the reference per draw; 0: by the clock */
     const baked_set *set;
     const baked_set *other; /* what the set is compared with, or NULL */
+    GLuint backdrop;        /* the map of the set, or 0 */
+    bool knows_backdrop;
     view_room_sun sun; /* sun of the set, found when the scene is first drawn */
     bool knows_sun;
     /* of the last draw */
@@ -110,6 +112,7 @@ void view_renderer_free(view_renderer *r)
     gl.DeleteTextures(2, r->picture);
     gl.DeleteTextures(2, r->means);
     gl.DeleteTextures(2 * VIEW_CONTENTS, r->maps[0]);
+    gl.DeleteTextures(1, &r->backdrop);
     gl.DeleteBuffers(1, &r->frame_buffer);
     gl.DeleteBuffers(1, &r->instance_buffer);
     gl.DeleteVertexArrays(1, &r->instances);
@@ -152,9 +155,27 @@ bool view_renderer_load(view_renderer *r, const baked_set *set)
     if (!load_maps(r->maps[0], set))
         return false;
     r->set = set;
-    r->knows_sun = false;
+    r->knows_sun = r->knows_backdrop = false;
     view_renderer_probes(r, r->probes);
-    return !r->truth || view_truth_load(r->truth, set);
+    view_truth_free(r->truth); /* made again on its next use */
+    r->truth = NULL;
+    r->has_truth = false;
+    return true;
+}
+
+/* Uploads the map of the set, when it is first seen. */
+static void find_backdrop(view_renderer *r, const view_settings *s)
+{
+    const bool seen = (s->mode == VIEW_SPHERES || s->mode == VIEW_MODEL ||
+                       s->mode == VIEW_SCENE) &&
+                      s->sky && s->blur <= 0;
+
+    if (r->knows_backdrop || !seen)
+        return;
+    gl.DeleteTextures(1, &r->backdrop);
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_OTHER);
+    r->backdrop = view_upload_map(r->set);
+    r->knows_backdrop = true;
 }
 
 bool view_renderer_against(view_renderer *r, const baked_set *set)
@@ -275,6 +296,17 @@ static bool stays(const view_renderer *r)
            (all > 1 || view_wants_reference(&r->settings));
 }
 
+/* The backdrop is that of the first set for both. */
+static void fill_frame(const view_renderer *r, const view_settings *s,
+                       const baked_set *set, view_frame *f)
+{
+    view_frame_fill(f, s, set, r->width, r->height);
+    if (!s->sky || !r->backdrop)
+        return;
+    f->shading[2] = VIEW_BACKDROP_MAP;
+    f->diffuse[2] = (float)(r->set->source_yaw / 360);
+}
+
 /* Begins anew if the picture has changed; sets the next place in the pixels
  * for all that is drawn. */
 static void choose_place(view_renderer *r, const view_settings *s)
@@ -283,7 +315,7 @@ static void choose_place(view_renderer *r, const view_settings *s)
     view_settings at = *s;
     view_frame frame;
 
-    view_frame_fill(&r->frame, s, r->set, r->width, r->height);
+    fill_frame(r, s, r->set, &r->frame);
     if (r->stale || memcmp(&r->frame, &r->linear, VIEW_FRAME_LINEAR) != 0 ||
         (s->mode == VIEW_SCENE && r->places >= all))
         r->places = 0;
@@ -292,7 +324,7 @@ static void choose_place(view_renderer *r, const view_settings *s)
     frame = r->frame;
     if (all > 1) {
         view_set_place(&at, r->places % all);
-        view_frame_fill(&frame, &at, r->set, r->width, r->height);
+        fill_frame(r, &at, r->set, &frame);
     }
     r->settings = at;
     gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
@@ -308,11 +340,16 @@ static bool add_place(view_renderer *r, int side)
     view_gl_bind(VIEW_TRUTH_UNIT_PASS, GL_TEXTURE_2D, r->picture[side]);
     gl.BindFramebuffer(GL_FRAMEBUFFER, r->mean_target[side]);
     gl.Viewport(0, 0, r->width, r->height);
+    if (!r->places) { /* with its alpha */
+        gl.BindFramebuffer(GL_READ_FRAMEBUFFER, r->target[side]);
+        gl.BlitFramebuffer(0, 0, r->width, r->height, 0, 0, r->width, r->height,
+                           GL_COLOR_BUFFER_BIT, GL_NEAREST);
+        return true;
+    }
     gl.UseProgram(r->mean);
     gl.Uniform1f(gl.GetUniformLocation(r->mean, "part"),
                  1 / (1 + (float)r->places));
-    if (r->places)
-        gl.Enable(GL_BLEND);
+    gl.Enable(GL_BLEND);
     view_gl_draw_full(r->mean);
     gl.Disable(GL_BLEND);
     return true;
@@ -375,6 +412,8 @@ static bool draw_stage(view_renderer *r)
                                .irradiance = maps[VIEW_IRRADIANCE],
                                .sky = sky ? sky : level0,
                                .irradiance_scale = r->frame.diffuse[0],
+                               .map = r->backdrop != 0,
+                               .map_yaw = r->set->source_yaw / 360,
                                .fit = r->settings.reflection != VIEW_SPLIT_SUM};
 
     if (!r->stage) {
@@ -410,8 +449,7 @@ static void use_set(view_renderer *r, int i)
 {
     view_frame frame;
 
-    view_frame_fill(&frame, &r->settings, i ? r->other : r->set, r->width,
-                    r->height);
+    fill_frame(r, &r->settings, i ? r->other : r->set, &frame);
     gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
     gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof frame, &frame);
     bind_maps(r->maps[i]);
@@ -536,8 +574,10 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
     update_spheres(r, s, width, height);
     if (s->mode == VIEW_MODEL && !make_subject(r, s))
         return false;
+    find_backdrop(r, s);
     choose_place(r, s);
     bind_maps(r->maps[0]);
+    view_gl_bind(VIEW_UNIT_OTHER, GL_TEXTURE_2D, r->backdrop);
     if (!linear_pass(r) || !truth_pass(r))
         return false;
     r->places++;

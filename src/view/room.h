@@ -71,6 +71,8 @@ typedef struct view_room_environment {
     float lod[4], ladder[4][4];       /* as of view_frame */
     float irradiance_scale;           /* as view_frame.diffuse[0] */
     bool fit;          /* lobes by ibl_lobe_fit, not the split sum */
+    bool map;          /* VIEW_UNIT_OTHER has the map itself, for the sky */
+    double map_yaw;    /* its yaw, in turns */
     double turn;       /* degrees */
     view_room_sun sun; /* zeros: none. Also in the maps; shaders remove it */
 } view_room_environment;
@@ -97,6 +99,7 @@ typedef struct view_room_draw {
      * hidden ones lose, and the others what then remains: the environment gets
      * no more by it. */
     bool walls;
+    bool map;        /* the sky is the environment's map; not for captures */
     double widening; /* view_widening; 0 for captures */
     bool sharp;      /* as if blend was 0: the first probe gets all weight */
 } view_room_draw;

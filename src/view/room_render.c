@@ -168,6 +168,8 @@ static void fill_frame(view_frame *f, const view_room_draw *d)
     f->turn[0] = (float)cos(turn);
     f->turn[1] = (float)sin(turn);
     f->turn[2] = (float)d->widening;
+    f->shading[2] = d->map ? VIEW_BACKDROP_MAP : VIEW_BACKDROP_CUBE;
+    f->diffuse[2] = (float)e->map_yaw;
     memcpy(f->lod, e->lod, sizeof f->lod);
     memcpy(f->ladder, e->ladder, sizeof f->ladder);
     f->diffuse[0] = e->irradiance_scale;

@@ -194,6 +194,7 @@ static view_capture_shot probe_shot(const view_scene *st, const ibl_probe *p,
         s.cpu = st->ctx;
     d->moving = false;
     d->widening = 0;
+    d->map = false;
     d->seconds = st->begun_at; /* the same for all steps of an update */
     d->shadows = st->made.capture_shadows;
     memcpy(d->eye, p->position, sizeof d->eye);
@@ -451,6 +452,7 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
     if (!view_canvas_begin(&st->canvas, picture, width, height, s->multisample))
         return false;
     st->now.draw.widening = view_widening(s);
+    st->now.draw.map = environment->map;
     view_room_render(st->room, &st->now.draw);
     if (s->volumes && !draw_volumes(st, s->ev))
         return false;

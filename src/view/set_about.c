@@ -382,9 +382,11 @@ bool view_sidecar_source(const json_t *root, baked_set *set)
     const char *side = set->path[VIEW_SIDECAR];
     const json_t *source = json_object_get(root, "source");
     const char *path = text_of(source, "path");
+    const char *hash = text_of(source, "xxh3_128");
     struct stat st;
 
     set->source_peak = json_number_value(json_object_get(source, "peak"));
+    snprintf(set->source_hash, sizeof set->source_hash, "%s", hash ? hash : "");
     set->source_yaw = json_number_value(
         json_object_get(json_object_get(root, "orientation"), "yaw_deg"));
     set->source_read = ibl_read_options_default();

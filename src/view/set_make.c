@@ -286,24 +286,54 @@ bool view_set_bake(ibl_ctx *ctx, const char *path, ibl_input_layout layout,
 
 /* ---- the reference's environment ---------------------------------------- */
 
-/* As fine as the map and as level 0. */
-static ibl_status cube_of_map(ibl_ctx *ctx, const baked_set *set,
-                              ibl_texture *env)
+static ibl_ctx *reader(void)
 {
-    ibl_image map = {0};
-    ibl_cube cube = {0};
+    ibl_ctx_options o = ibl_ctx_options_default();
+    ibl_ctx *ctx;
+    char *bridge = ibl_bridge_beside();
+
+    o.bridge = bridge;
+    const ibl_status made = ibl_ctx_create(&o, &ctx);
+    free(bridge);
+    return made ? NULL : ctx;
+}
+
+bool view_set_map(const baked_set *set, ibl_image *map)
+{
+    ibl_ctx *ctx = set->source ? reader() : NULL;
+    ibl_read_options read = set->source_read;
     ibl_read_report report;
 
-    ibl_status status =
-        ibl_image_read(ctx, set->source, &set->source_read, &map, &report);
-    if (!status && set->source_peak > 0 &&
-        set->source_peak != (double)report.peak)
-        status = IBL_ERR_FORMAT; /* another map, or another layer of it */
+    *map = (ibl_image){0};
+    if (!ctx)
+        return false;
+    read.hash = *set->source_hash != '\0';
+    bool ok = !ibl_image_read(ctx, set->source, &read, map, &report);
+    /* Otherwise another map, or another layer of it. */
+    ok = ok &&
+         (set->source_peak <= 0 || set->source_peak == (double)report.peak) &&
+         (!read.hash || !strcmp(set->source_hash, report.hash));
+    if (!ok) {
+        ibl_image_free(map);
+        view_note("%s: cannot be read again as it was baked, for the backdrop "
+                  "and the reference",
+                  set->source);
+    }
+    ibl_ctx_free(ctx);
+    return ok;
+}
+
+/* As fine as the map and as level 0. */
+static ibl_status cube_of_map(ibl_ctx *ctx, const baked_set *set,
+                              const ibl_image *from, ibl_texture *env)
+{
+    const ibl_image map = *from;
+    ibl_cube cube = {0};
+    ibl_status status = IBL_OK;
     int edge = map.width / 4 < MOST_EDGE ? map.width / 4 : MOST_EDGE;
     if (edge < set->texture[VIEW_SPECULAR].width)
         edge = set->texture[VIEW_SPECULAR].width;
-    if (!status)
-        status = ibl_cube_alloc(ctx, edge, 1, &cube);
+    status = ibl_cube_alloc(ctx, edge, 1, &cube);
     if (!status)
         status = ibl_cube_from_latlong(ctx, &map, set->source_yaw, &cube);
     if (!status)
@@ -313,11 +343,10 @@ static ibl_status cube_of_map(ibl_ctx *ctx, const baked_set *set,
                                  .overflow = IBL_OVERFLOW_CLIP},
             env, NULL);
     ibl_cube_free(&cube);
-    ibl_image_free(&map);
     return status;
 }
 
-/* Level 0 or the skybox, and whether its format clips it. */
+/* Level 0 or the skybox; NULL: its format clips it. */
 static const char *name_of_cube(const baked_set *set)
 {
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
@@ -325,33 +354,32 @@ static const char *name_of_cube(const baked_set *set)
 
     if (set->roughness[0] > 0 && set->texture[VIEW_SKY].data)
         return "the skybox";
-    if (ibl_cube_alloc(NULL, tex->width, 1, &level0))
-        return "level 0";
-    const bool clipped = decode_level(set, 0, &level0) >=
-                         ibl_pixel_max(set->pixel[VIEW_SPECULAR]);
+    ibl_ctx *ctx = reader();
+    const bool clipped = ctx && !ibl_cube_alloc(ctx, tex->width, 1, &level0) &&
+                         decode_level(set, 0, &level0) >=
+                             ibl_pixel_max(set->pixel[VIEW_SPECULAR]);
     ibl_cube_free(&level0);
-    return clipped ? "level 0, which is clipped" : "level 0";
+    ibl_ctx_free(ctx);
+    return clipped ? NULL : "level 0";
 }
 
 bool view_set_environment(const baked_set *set, ibl_texture *env,
                           const char **what)
 {
-    ibl_ctx_options o = ibl_ctx_options_default();
-    ibl_ctx *ctx;
-    char *bridge = ibl_bridge_beside();
+    ibl_image map;
 
     *env = (ibl_texture){0};
     *what = set->source;
-    o.bridge = bridge;
-    const ibl_status made = ibl_ctx_create(&o, &ctx);
-    free(bridge);
-    if (made)
-        return view_fail("no memory for the reference");
-    if (set->source && cube_of_map(ctx, set, env))
-        view_note("%s: cannot be read again as it was baked, for the reference",
-                  set->source);
-    if (!env->data)
-        *what = name_of_cube(set);
-    ibl_ctx_free(ctx);
-    return true;
+    if (view_set_map(set, &map)) {
+        ibl_ctx *ctx = reader();
+        const bool ok = ctx && !cube_of_map(ctx, set, &map, env);
+        ibl_ctx_free(ctx);
+        ibl_image_free(&map);
+        return ok || view_fail("no memory for the reference");
+    }
+    *what = name_of_cube(set);
+    return *what ||
+           view_fail("%s: there is no reference: level 0 is clipped by %s, and "
+                     "its map is not at hand: name it with --map",
+                     set->name, ibl_pixel_name(set->pixel[VIEW_SPECULAR]));
 }

@@ -343,11 +343,24 @@ static bool open_other(opener *o, view_content content, const char *named)
     return true;
 }
 
+/* Takes the map that is named, whatever it is, in place of the sidecar's. */
+static bool name_map(baked_set *set, const char *map)
+{
+    if (!map)
+        return true;
+    free(set->source);
+    set->source = strdup(map);
+    set->source_peak = 0;
+    *set->source_hash = '\0';
+    return set->source || view_file_no_memory(map);
+}
+
 bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
 {
     opener o = {.ctx = ctx, .set = set};
 
-    *set = (baked_set){.sh_degree = -1, .irradiance_scale = 1};
+    *set = (baked_set){
+        .sh_degree = -1, .irradiance_scale = 1, .own_sky = what->sky};
     const bool ok = open_specular(&o, what->path) &&
                     open_other(&o, VIEW_IRRADIANCE, what->irradiance) &&
                     open_other(&o, VIEW_LUT, what->lut) &&
@@ -356,7 +369,8 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
                     view_sidecar_sh(ctx, o.sidecar, set) &&
                     view_sidecar_lights(o.sidecar, set) &&
                     view_sidecar_expected(o.sidecar, set) &&
-                    view_sidecar_source(o.sidecar, set);
+                    view_sidecar_source(o.sidecar, set) &&
+                    name_map(set, what->map);
     json_decref(o.sidecar);
     if (ok && !set->texture[VIEW_LUT].data)
         view_note("%s: has no BRDF table: made with the geometry %s", set->name,

@@ -102,6 +102,7 @@ typedef struct view_settings {
     /* environment */
     double turn; /* degrees about +Y, counter-clockwise seen from above */
     bool sky;    /* show it; false: the background is black */
+    double blur; /* roughness at which it is seen behind spheres, 0..1 */
     /* antialiasing */
     int antialias;   /* N: a picture is the mean of N x N places in each pixel,
                         1..VIEW_MAX_ANTIALIAS; maps are not smoothed */

@@ -2,6 +2,10 @@
 #include "view/upload.h"
 #include "view/message.h"
 
+enum {
+    MOST_COLUMNS = 8192 /* of a map as a backdrop: 400 MB */
+};
+
 typedef struct layout {
     GLint internal;
     GLenum format, type;
@@ -77,6 +81,27 @@ GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name)
         return texture;
     gl.DeleteTextures(1, &texture);
     return 0;
+}
+
+GLuint view_upload_map(const baked_set *set)
+{
+    GLint most = 0;
+    GLuint texture = 0;
+    ibl_image map;
+
+    gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
+    if (set->own_sky || !view_set_map(set, &map))
+        return 0;
+    if (map.width <= most && map.width <= MOST_COLUMNS) {
+        gl.GenTextures(1, &texture);
+        gl.BindTexture(GL_TEXTURE_2D, texture);
+        gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGB32F, map.width, map.height, 0,
+                      GL_RGB, GL_FLOAT, map.data);
+        view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
+        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
+    }
+    ibl_image_free(&map);
+    return texture;
 }
 
 GLuint view_float_target(int width, int height)

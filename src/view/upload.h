@@ -3,7 +3,7 @@
 #ifndef VIEW_UPLOAD_H
 #define VIEW_UPLOAD_H
 
-#include "ibl/io.h"
+#include "view/baked_set.h"
 #include "view/gl.h"
 
 /* Uploads all levels of a texture, filtered linearly, between levels too, and
@@ -14,6 +14,11 @@
  *   name   for messages
  * Returns 0, with a message, if OpenGL has no room for it. */
 GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name);
+
+/* Uploads the map of a set as an equirectangular picture of RGB floats, bound
+ * to the active unit. 0: it is not at hand, another cube was asked for as the
+ * sky, or it is too large. */
+GLuint view_upload_map(const baked_set *set);
 
 /* Makes an RGBA32F texture that is read texel by texel. */
 GLuint view_float_target(int width, int height);

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The environment, where no surface covers it.
 #include "room.glsl"
-#include "ray.glsl"
+#include "backdrop.glsl"
 #include "sun.glsl"
-
-uniform samplerCube sky_map;
 
 in vec2 place;
 layout(location = 0) out vec4 colour;
@@ -12,6 +10,9 @@ layout(location = 0) out vec4 colour;
 void main()
 {
     vec3 d = normalize(seen_at(place));
-    vec3 rgb = sun_cut(d, textureLod(sky_map, turned(d), 0.0).rgb);
+    // 2: MAP of sky.frag
+    vec3 rgb = shading.z == 2 ? backdrop_of_map(turned(d))
+                              : textureLod(sky_map, turned(d), 0.0).rgb;
+    rgb = sun_cut(d, rgb);
     colour = vec4(rgb, 1.0);
 }

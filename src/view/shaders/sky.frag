@@ -1,24 +1,29 @@
 // SPDX-License-Identifier: MIT
 // The environment behind everything.
-#include "ray.glsl"
-
-uniform samplerCube sky_map;
+#include "backdrop.glsl"
+#include "maps.glsl"
 
 layout(location = 0) out vec4 colour;
 
-const float PI = 3.14159265358979;
+vec3 blurred(vec3 d)
+{
+    vec3 rgb = textureLod(specular_map, d, ibl_lod(lod, diffuse.w)).rgb;
+    vec3 rest = vec3(0.0);
+    for (int i = 0; i < reflection.z; i++)
+        ibl_add_light(d, d, vec3(1.0), diffuse.w, disc_direction[i].xyz,
+                      disc_direction[i].w, disc_irradiance[i].rgb, rgb, rest);
+    return rgb;
+}
+
+// view_backdrop of view/frame.h
+const int NONE = 0, MAP = 2;
 
 void main()
 {
     vec3 d = turned(ray_through(gl_FragCoord.xy));
-    // Further levels of a specular chain are other roughnesses, not smaller
-    // pictures.
-    vec3 rgb = shading.w != 0 ? texture(sky_map, d).rgb
-                               : textureLod(sky_map, d, 0.0).rgb;
-    for (int i = 0; i < reflection.w; i++) {
-        float radius = disc_direction[i].w, s = sin(0.5 * radius);
-        if (distance(d, disc_direction[i].xyz) < 2.0 * s)
-            rgb += disc_irradiance[i].rgb / (4.0 * PI * s * s);
-    }
-    colour = vec4(shading.z != 0 ? rgb : vec3(0.0), 1.0);
+    vec3 rgb = shading.z == NONE    ? vec3(0.0)
+               : diffuse.w > 0.0    ? blurred(d)
+               : shading.z == MAP   ? backdrop_of_map(d)
+                                    : backdrop_cube(d);
+    colour = vec4(rgb, 1.0);
 }
