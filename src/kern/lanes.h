@@ -45,6 +45,7 @@ typedef __m128d vd;
 #else
 #define VF 4
 typedef float vf __attribute__((vector_size(16)));
+typedef double vd __attribute__((vector_size(16)));
 #endif
 
 #define VD (VF / 2) /* doubles in a vd */
@@ -91,6 +92,23 @@ static inline vf vf_min(vf a, vf b)
 static inline vf vf_max(vf a, vf b)
 {
     return vf_either(a > b, a, b);
+}
+
+static inline vd vd_load(const double *p)
+{
+    vd v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+static inline void vd_store(double *p, vd v)
+{
+    memcpy(p, &v, sizeof v);
+}
+
+static inline vd vd_all(double x)
+{
+    return (vd){x, x};
 }
 #else
 static inline vf vf_load(const float *p)

@@ -1,51 +1,51 @@
 /* SPDX-License-Identifier: MIT */
 /* kern/octant_sums.h in vectors of any width. */
 #include <stddef.h>
+#include <string.h>
 
 #include "kern/lanes.h"
 #include "kern/octant_sums.h"
 
-/* Four floats, and four doubles. */
-typedef float quad __attribute__((vector_size(16)));
 typedef double four __attribute__((vector_size(32), may_alias));
 
-static inline void widen(__m128 x, four *to)
+static inline void widen(vq x, four *to)
 {
 #if VD == 4
     *to = (four)_mm256_cvtps_pd(x);
 #else
-    *to = __builtin_convertvector((quad)x, four);
+    *to = __builtin_convertvector(x, four);
 #endif
 }
 
 /* The RGB at p and a zero; reads nothing beyond. */
-static inline __m128 load_rgb(const float *p)
+static inline vq load_rgb(const float *p)
 {
 #if VD == 4
     return _mm_maskload_ps(p, _mm_setr_epi32(-1, -1, -1, 0));
 #else
-    const __m128 rg = _mm_loadl_pi(_mm_setzero_ps(), (const __m64 *)p);
-    return _mm_movelh_ps(rg, _mm_load_ss(p + 2));
+    return (vq){p[0], p[1], p[2], 0};
 #endif
 }
 
 /* One pixel of four images, one vector per channel. */
-static inline void collect_four(const float *row, const int *offset,
-                                __m128 rgb[3])
+static inline void collect_four(const float *row, const int *offset, vq rgb[3])
 {
-    const __m128 a = load_rgb(row + offset[0]), b = load_rgb(row + offset[1]);
-    const __m128 c = load_rgb(row + offset[2]), d = load_rgb(row + offset[3]);
-    const __m128 ab = _mm_unpacklo_ps(a, b), cd = _mm_unpacklo_ps(c, d);
-    rgb[0] = _mm_movelh_ps(ab, cd);
-    rgb[1] = _mm_movehl_ps(cd, ab);
-    rgb[2] = _mm_movelh_ps(_mm_unpackhi_ps(a, b), _mm_unpackhi_ps(c, d));
+    const vq a = load_rgb(row + offset[0]), b = load_rgb(row + offset[1]);
+    const vq c = load_rgb(row + offset[2]), d = load_rgb(row + offset[3]);
+    const vq ab = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+    const vq cd = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+    rgb[0] = __builtin_shufflevector(ab, cd, 0, 1, 4, 5);
+    rgb[1] = __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
+    rgb[2] = __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 6, 3, 7),
+                                     __builtin_shufflevector(c, d, 2, 6, 3, 7),
+                                     0, 1, 4, 5);
 }
 
 static void collect(const float *row, const int *offset, int count,
                     double *pixels)
 {
     for (int i = 0; i < count; i++) {
-        __m128 low[3], high[3];
+        vq low[3], high[3];
         collect_four(row, offset, low);
         collect_four(row, offset + 4, high);
         for (int c = 0; c < 3; c++) {
@@ -133,26 +133,30 @@ static void add_spans(const ibl_octant_span *spans, int count,
 }
 
 /* Four lanes times scale, as floats. */
-static inline __m128 four_floats(const double *p, double scale)
+static inline vq four_floats(const double *p, double scale)
 {
-    return (__m128) __builtin_convertvector(*(const four *)p * scale, quad);
+    return __builtin_convertvector(*(const four *)p * scale, vq);
 }
 
-static inline void write_rgb(float *const out[4], const ptrdiff_t step[4],
-                             int i, __m128 r, __m128 g, __m128 b)
+/* A double stands for two floats. */
+typedef double pair __attribute__((vector_size(16)));
+
+static inline void write_rgb(float *to, double rg, float b)
 {
-    const __m128 low = _mm_unpacklo_ps(r, g), high = _mm_unpackhi_ps(r, g);
-    float *to[4];
-    for (int m = 0; m < 4; m++)
-        to[m] = out[m] + i * step[m];
-    _mm_storel_pi((__m64 *)to[0], low);
-    _mm_storeh_pi((__m64 *)to[1], low);
-    _mm_storel_pi((__m64 *)to[2], high);
-    _mm_storeh_pi((__m64 *)to[3], high);
-    _mm_store_ss(to[0] + 2, b);
-    _mm_store_ss(to[1] + 2, _mm_shuffle_ps(b, b, 1));
-    _mm_store_ss(to[2] + 2, _mm_shuffle_ps(b, b, 2));
-    _mm_store_ss(to[3] + 2, _mm_shuffle_ps(b, b, 3));
+    memcpy(to, &rg, sizeof rg);
+    to[2] = b;
+}
+
+static inline void write_four(float *const out[4], const ptrdiff_t step[4],
+                              int i, vq r, vq g, vq b)
+{
+    const pair low = (pair)__builtin_shufflevector(r, g, 0, 4, 1, 5);
+    const pair high = (pair)__builtin_shufflevector(r, g, 2, 6, 3, 7);
+
+    write_rgb(out[0] + i * step[0], low[0], b[0]);
+    write_rgb(out[1] + i * step[1], low[1], b[1]);
+    write_rgb(out[2] + i * step[2], high[0], b[2]);
+    write_rgb(out[3] + i * step[3], high[1], b[3]);
 }
 
 static void write_sums(const double *sums, const double *weights, int count,
@@ -162,9 +166,9 @@ static void write_sums(const double *sums, const double *weights, int count,
     for (int i = 0; i < count; i++) {
         const double scale = 1 / weights[i];
         for (int m = 0; m < IBL_OCTANTS; m += 4)
-            write_rgb(out + m, step + m, i, four_floats(sums + m, scale),
-                      four_floats(sums + IBL_OCTANTS + m, scale),
-                      four_floats(sums + 2 * IBL_OCTANTS + m, scale));
+            write_four(out + m, step + m, i, four_floats(sums + m, scale),
+                       four_floats(sums + IBL_OCTANTS + m, scale),
+                       four_floats(sums + 2 * IBL_OCTANTS + m, scale));
         sums += IBL_OCTANT_RGB;
     }
 }
