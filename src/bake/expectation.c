@@ -247,8 +247,8 @@ static void view_job(void *arg, int job, int worker)
 typedef struct level {
     double with[TARGETS], even[TARGETS];
     double same[NODES], next[NODES];
-    /* At the degrees of a node: k_l; the factors for texels, of it and of its
-     * square. */
+    /* At the degrees of a node: k_l with the blur of texels, that blur, and
+     * what texels add to the square. */
     double lobe[NODES][IBL_BANDS_MOST];
     double blur[NODES][IBL_BANDS_MOST], texels[NODES][IBL_BANDS_MOST];
     int blurred; /* 0: not yet; 1: a level of a lobe; 2: a mirror */
@@ -284,7 +284,7 @@ static void blur_level(ladder *s, int m)
         for (int i = 0; i < b->count; i++) {
             to->blur[n][i] = ibl_lobe_blur_at(&s->layout, m, b->degree[i]);
             to->texels[n][i] =
-                b->share[i] * (1 + ibl_lookup_scatter(edge, b->degree[i]));
+                b->share[i] * ibl_lookup_scatter(edge, kind == 2, b->degree[i]);
         }
     }
 }
@@ -299,9 +299,10 @@ static void level_of_node(ladder *s, int m, const double *k, int n)
     double same = 0, next = 0;
     for (int i = 0; i < b->count; i++) {
         const int l = b->degree[i];
-        const double lobe = (l < DEGREES ? k[l] : beyond) * to->blur[n][i];
+        const double own = l < DEGREES ? k[l] : beyond;
+        const double lobe = own * to->blur[n][i];
         to->lobe[n][i] = lobe;
-        same += to->texels[n][i] * lobe * lobe;
+        same += b->share[i] * lobe * lobe + to->texels[n][i] * own * own;
         next += b->share[i] * lobe * before[i];
     }
     to->same[n] = same;

@@ -105,6 +105,7 @@ static ibl_status fill_lobes(ibl_ctx *ctx, const ibl_lobe_kernels *out)
             k[l] = r > 0 ? 0 : 1;
         if (status)
             return status;
+        memcpy(out->sharp + (k - out->lobe), k, (DEGREE + 1) * sizeof *k);
         if (a == layout->levels)
             break;
         ibl_lobe_blur(layout, a, blur);
@@ -206,11 +207,12 @@ ibl_status ibl_lobe_kernels_make(ibl_ctx *ctx,
     }
     const size_t lobes = (size_t)out->layout.levels + 1;
     out->power = ibl_alloc_array(DEGREE + 1, sizeof *out->power);
-    out->lobe = ibl_alloc_array(lobes, (DEGREE + 1) * sizeof *out->lobe);
+    out->lobe = ibl_alloc_array(2 * lobes, (DEGREE + 1) * sizeof *out->lobe);
     if (!out->power || !out->lobe) {
         ibl_lobe_kernels_free(out);
         return ibl_no_memory(ctx, "the lobes of the levels");
     }
+    out->sharp = out->lobe + lobes * (DEGREE + 1);
     ibl_lobe_power(power, degree, out->power);
     out->mean = out->power[0] / (4 * IBL_PI);
     const ibl_status status = fill_lobes(ctx, out);

@@ -41,6 +41,7 @@ typedef struct ibl_lobe_kernels {
     float *diffuse; /* <a, cosine> */
     double *lobe;   /* k_l of each level and, last, of the cosine: see
                        ibl_lobe_of */
+    double *sharp;  /* the same without the blur of texels */
     double *power;  /* C_l, l = 0..IBL_LOBE_DEGREE, in units of the tables */
 } ibl_lobe_kernels;
 

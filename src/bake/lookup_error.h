@@ -13,6 +13,8 @@
 #ifndef IBL_BAKE_LOOKUP_ERROR_H
 #define IBL_BAKE_LOOKUP_ERROR_H
 
+#include <stdbool.h>
+
 #include "bake/lobe_bands.h"
 #include "bake/lobe_kernels.h"
 
@@ -66,8 +68,8 @@ void ibl_lookup_legendre(const double *angle, int count,
 double ibl_lookup_kernel(const ibl_lobe_kernels *k, int level, int degree);
 
 /* The mean square of what bilinear lookups in faces of an edge add to the mean
- * blur of a wave, at a degree. */
-double ibl_lookup_scatter(int edge, int degree);
+ * blur of a wave of a degree; mirror: texels are means. */
+double ibl_lookup_scatter(int edge, bool mirror, int degree);
 
 /* |drawn - sent|^2; set: NULL for an exact set without diffuse light. */
 double ibl_lookup_error(const ibl_lobe_kernels *k, const ibl_lookup_view *v,

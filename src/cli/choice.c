@@ -296,8 +296,9 @@ static void keep_better(const search *s, double most, pick *p, pick *best)
     p->error = chain_error(s, p->size, p->levels, p->lobes) +
                s->pixel.error[p->pixel] + s->lut.error[p->lut] +
                s->irradiance.error[p->irradiance];
-    if (most > 0 ? p->error <= most && p->bytes < best->bytes
-                 : p->error < best->error)
+    const bool fewer = p->bytes < best->bytes ||
+                       (p->bytes == best->bytes && p->error < best->error);
+    if (most > 0 ? p->error <= most && fewer : p->error < best->error)
         *best = *p;
 }
 
