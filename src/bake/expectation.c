@@ -149,7 +149,9 @@ static double power_at(const ibl_expectation *e, int l)
     return p[last] * pow((double)l / last, -fmin(fall, 4));
 }
 
-/* Degrees of a mirror, up to those of the map. */
+/* Degrees of a mirror, up to those of the map. A last one has the steps between
+ * its pixels: these are means over a pixel, which takes as much of their power
+ * from the degrees below. */
 static void mirror_degrees(const ibl_expectation *e, ibl_lobe_bands *b)
 {
     b->count = 0;
@@ -157,14 +159,18 @@ static void mirror_degrees(const ibl_expectation *e, ibl_lobe_bands *b)
     for (int l = 1; l < e->most; l += 1 + l / 8)
         b->degree[b->count++] = l;
     b->degree[b->count++] = e->most;
+    b->degree[b->count] = 2 * e->most;
     for (int i = 0; i + 1 < b->count; i++)
         for (int l = b->degree[i] + !!i; l <= b->degree[i + 1]; l++) {
             const double c = (2 * l + 1) / (4 * IBL_PI) * power_at(e, l);
+            const double x = IBL_PI * l / e->most;
             const double t =
                 (double)(l - b->degree[i]) / (b->degree[i + 1] - b->degree[i]);
             b->share[i] += (1 - t) * c;
             b->share[i + 1] += t * c;
+            b->share[b->count] += c * (exp(x * x / 12) - 1);
         }
+    b->count++;
 }
 
 /* A point at R. */

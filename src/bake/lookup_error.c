@@ -125,11 +125,12 @@ double ibl_lookup_scatter(int edge, bool mirror, int degree)
 }
 
 /* Relative mean square error of texels by their format. The lookup's mean over
- * texels leaves four ninths of it. */
+ * texels leaves four ninths of what is of each texel's own, and all that texels
+ * of a block have in common. */
 static double format_error(const ibl_lookup_set *set, double variation)
 {
-    return 4 / 9.0 *
-           (set->step * set->step + set->slope * set->slope * variation);
+    return 4 / 9.0 * set->step * set->step +
+           set->slope * set->slope * variation;
 }
 
 /* Sums of a level or of irradiance over the degrees. */
@@ -190,7 +191,7 @@ static double irradiance_kept(int edge, int degree)
     if (edge == 0)
         return degree <= 2;
     const double x = degree * texel_edge(edge);
-    return exp(-1.4 * x * x / 12);
+    return exp(-1.6 * x * x / 12);
 }
 
 /* ---- sums ------------------------------------------------------------------

@@ -155,9 +155,13 @@ void ibl_bake_source_add(ibl_bake_source *s, ibl_bake *set);
  * needed also after a failure. */
 bool ibl_bake_source_read(ibl_bake_source *s);
 
-/* The power of the harmonics of what is baked, in power->power; to be freed.
- * The environment must have been read. */
-bool ibl_bake_source_power(ibl_bake_source *s, ibl_bake_result *power);
+/* The power of what is baked as in ibl_bake_result, l = 0..*degree, to the
+ * detail of its pixels or IBL_POWER. The environment must have been read. */
+enum {
+    IBL_POWER = 512
+};
+bool ibl_bake_source_power(ibl_bake_source *s, double power[IBL_POWER + 1],
+                           int *degree);
 
 /* Reads the environment, if there is one and it was not read, and bakes. */
 bool ibl_bake_source_make(ibl_bake_source *s);

@@ -4,10 +4,6 @@
 
 #include "cli/bake_record.h"
 
-enum {
-    POWER_DEGREE = 256
-};
-
 /* The index of the chain with these options, added if it is new. */
 static int take_chain(ibl_bake_source *s, const ibl_specular_options *o)
 {
@@ -107,15 +103,26 @@ bool ibl_bake_source_read(ibl_bake_source *s)
                                    &s->light_count));
 }
 
-bool ibl_bake_source_power(ibl_bake_source *s, ibl_bake_result *power)
+bool ibl_bake_source_power(ibl_bake_source *s, double power[IBL_POWER + 1],
+                           int *degree)
 {
     const ibl_environment env = {.image = s->opts->lights ? &s->rest : &s->env};
+    const int nyquist = s->width / 2;
     ibl_bake_options o = ibl_bake_options_default();
+    ibl_bake_result made = {0};
 
+    *degree = nyquist < 8 ? 8 : nyquist < IBL_POWER ? nyquist : IBL_POWER;
     o.specular = o.irradiance = 0;
-    o.power = 1;
-    o.sh_degree = POWER_DEGREE; /* so that there are as many */
-    return !ibl_bake_environment(s->ctx, &env, &o, power);
+    o.sh_degree = *degree;
+    const bool ok = !ibl_bake_environment(s->ctx, &env, &o, &made);
+    for (int l = 0; l <= *degree && ok; l++) {
+        const double *band = made.sh + 3 * (size_t)(l * l);
+        power[l] = 0;
+        for (int i = 0; i < 3 * (2 * l + 1); i++)
+            power[l] += band[i] * band[i] / (2 * l + 1);
+    }
+    ibl_bake_result_free(&made);
+    return ok;
 }
 
 /* Keeps the map in memory, for lights, --verify, --preview and the choice. */

@@ -191,7 +191,8 @@ typedef struct search {
     ibl_bake_source *from;
     ibl_opts *o;
     ibl_expectation *e;
-    const ibl_bake_result *power;
+    double power[IBL_POWER + 1];
+    int degree; /* of the power */
     bool fits;  /* the levels' roughnesses are free */
     bool table; /* there are lobe tables */
     values size, levels, pixel, irradiance, lut, lobes;
@@ -345,8 +346,8 @@ static bool judge(const search *s, const ibl_opts *o, ibl_expected_set *set,
     of.size = o->lobe_table_size;
     of.layout = set->layout;
     if (o->lobe_table == IBL_LOBES_FITTED) {
-        of.power = s->power->power;
-        of.power_degree = s->power->power_degree;
+        of.power = s->power;
+        of.power_degree = s->degree;
     }
     set->lookup = s->table ? IBL_LOOKUP_TABLE : IBL_LOOKUP_SPLIT;
     if (s->table)
@@ -743,22 +744,21 @@ bool ibl_choose(ibl_bake_source *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice)
 {
     search *s = calloc(1, sizeof *s);
-    ibl_bake_result power = {0};
 
     choice->asked = o->rendered_error;
     if (!s)
         return ibl_console_fail(from->console, "no memory for the search");
-    *s = (search){.from = from, .o = o, .power = &power};
+    s->from = from;
+    s->o = o;
     ibl_console_progress(from->console, "choice", 0);
     const bool ok =
-        ibl_bake_source_power(from, &power) &&
-        !ibl_expectation_create(from->ctx, materials, power.power,
-                                power.power_degree, from->width / 2, &s->e) &&
+        ibl_bake_source_power(from, s->power, &s->degree) &&
+        !ibl_expectation_create(from->ctx, materials, s->power, s->degree,
+                                from->width / 2, &s->e) &&
         choose(s, materials, choice);
     for (int i = 0; i < MOST; i++)
         ibl_lut_free(&s->luts[i]);
     ibl_expectation_free(s->e);
-    ibl_bake_result_free(&power);
     free(s);
     return ok;
 }
