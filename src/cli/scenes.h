@@ -3,7 +3,7 @@
 #ifndef CLI_SCENES_H
 #define CLI_SCENES_H
 
-#include "cli/choice.h"
+#include "cli/choose.h"
 #include "scene/survey.h"
 
 /* Scenes that were read. Of their contents the survey is left. */

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT */
+/* Chooses the outputs of fewest bytes whose expected rendered error is at most
+ * that of --rendered-error. */
+#ifndef CLI_CHOOSE_H
+#define CLI_CHOOSE_H
+
+#include "cli/bake_record.h"
+#include "cli/choice.h"
+
+/*
+ * Chooses size, levels, mapping, pixel format, irradiance or harmonics and the
+ * sizes of the tables, other than those that the user or the target fixed, and
+ * changes the options accordingly. What cannot be reached is replaced by the
+ * nearest that can, of fewest bytes within 5 %.
+ *   from  its environment was read
+ */
+bool ibl_choose(ibl_bake_source *from, const ibl_materials *materials,
+                ibl_opts *o, ibl_choice *choice);
+
+/* Bytes of texels in the outputs that o asks for, but the skybox. */
+size_t ibl_opts_bytes(const ibl_opts *o);
+
+#endif
