@@ -171,6 +171,21 @@ test_models() {
     grep -q '^ *[1-9][0-9]*  *0\.[0-9]* (all)$' said || cat said
 }
 
+# A model with sheen, by a set of that scene: two chains in a directory.
+test_sheen_of_a_scene() {
+    local sheen='"sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": 0.5'
+    sheen="\"extensions\": {\"KHR_materials_sheen\": {$sheen}},"
+    triangle a.gltf "$sheen"
+    triangle b.gltf
+    iblbake -q --scene a.gltf env.exr -o out >said 2>&1 || cat said
+    draw a.png out --model a.gltf -q
+    draw b.png out --model b.gltf -q
+    differ a.png b.png
+    rm out/env_charlie*
+    draw c.png out --model a.gltf -q
+    same b.png c.png
+}
+
 # One line, and no picture.
 test_models_that_cannot_be_drawn() {
     local file

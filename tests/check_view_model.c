@@ -7,9 +7,11 @@
 #include <math.h>
 #include <string.h>
 
+#include "ibl/reference.h"
 #include "maps.h"
 #include "shade.h"
 #include "view/model.h"
+#include "view/set_parts.h"
 
 enum {
     EDGE = 64, /* of pictures */
@@ -222,6 +224,32 @@ TEST(coat)
         wanted[k] = (1 - 0.5 * 0.04) * (rg[0] + rg[1]) +
                     0.5 * (0.04 * over[0] + over[1]);
     expect("coat", draw() + 3 * MIDDLE, wanted, 1e-4);
+}
+
+/* What sheen reflects is taken from what is below, by its largest channel. */
+TEST(sheen)
+{
+    const double levels[] = {0, 0.3, 0.6, 1}, colour[3] = {0.8, 0.4, 0.2};
+    shade_set *set = &shade_sets[0];
+    double rg[2], albedo[2], wanted[3];
+
+    begin();
+    NEED(!ibl_texture_from_cube(shade_ctx(), &set->specular, NULL,
+                                &set->set.texture[VIEW_SHEEN], NULL) &&
+         view_set_fill_sheen(shade_ctx(), levels, 4, &set->set));
+    for (int k = 0; k < 3; k++)
+        on.material[0].sheen_colour[k] = (float)colour[k];
+    on.material[0].sheen_roughness = 0.5f;
+    on.material[0].metallic = 1;
+    NEED(!ibl_reference_sheen(shade_ctx(), 1, 0.5, albedo));
+    table(1, rg);
+    for (int k = 0; k < 3; k++)
+        wanted[k] =
+            (rg[0] + rg[1]) * (1 - 0.8 * albedo[0]) + colour[k] * albedo[0];
+    expect("sheen", draw() + 3 * MIDDLE, wanted, 5e-3);
+    on.settings.reflection = VIEW_REFERENCE;
+    view_renderer_pace(shade_renderer(), 256);
+    expect("its integral", draw() + 3 * MIDDLE, wanted, 1e-2);
 }
 
 TEST(specular_and_ior)

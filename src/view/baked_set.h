@@ -18,6 +18,10 @@ typedef enum view_content {
                  */
     VIEW_LOBES, /* --lobe-table: the lobe of each N.V and roughness; if absent,
                    there are no table and two-taps of view_reflection */
+    VIEW_SHEEN, /* levels of IBL_LOBE_CHARLIE; if absent, models have no
+                   sheen */
+    VIEW_SHEEN_TABLE, /* made here for them, by N.V and roughness: the albedo of
+                         sheen, the level */
     VIEW_CONTENTS
 } view_content;
 

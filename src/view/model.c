@@ -48,8 +48,9 @@ enum {
     HAS_UNLIT = 4 << SLOTS,
     HAS_TANGENTS = 8 << SLOTS,
     HAS_COAT = 16 << SLOTS,
-    DEPTH_ONLY = 32 << SLOTS,
-    FEATURE_BITS = SLOTS + 6
+    HAS_SHEEN = 32 << SLOTS,
+    DEPTH_ONLY = 64 << SLOTS,
+    FEATURE_BITS = SLOTS + 7
 };
 
 static const struct {
@@ -57,7 +58,8 @@ static const struct {
     const char *name;
 } features[] = {{HAS_MASK, "MASK"},   {HAS_BLEND, "BLEND"},
                 {HAS_UNLIT, "UNLIT"}, {HAS_TANGENTS, "TANGENTS"},
-                {HAS_COAT, "COAT"},   {DEPTH_ONLY, "DEPTH"}};
+                {HAS_COAT, "COAT"},   {HAS_SHEEN, "SHEEN"},
+                {DEPTH_ONLY, "DEPTH"}};
 
 /* Attributes of model.vert. */
 enum {
@@ -202,10 +204,17 @@ static const ibl_scene_texture *texture_at(const ibl_scene_material *s, int i)
     return (const void *)((const char *)s + slots[i].at);
 }
 
+static bool has_sheen(const ibl_scene_material *s)
+{
+    return s->sheen_colour[0] > 0 || s->sheen_colour[1] > 0 ||
+           s->sheen_colour[2] > 0;
+}
+
 static bool wants_slot(const ibl_scene_material *s, int i)
 {
     return texture_at(s, i)->image >= 0 && (i == 0 || !s->unlit) &&
-           (i < COAT_SLOT || (i < SHEEN_SLOT && s->clearcoat > 0));
+           (i < COAT_SLOT ||
+            (i < SHEEN_SLOT ? s->clearcoat > 0 : has_sheen(s)));
 }
 
 static GLuint sampler_of(view_model *m, const ibl_scene_texture *t)
@@ -317,7 +326,8 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
     to->double_sided = s->double_sided;
     to->key = (s->alpha_mode == IBL_SCENE_MASK ? HAS_MASK : 0) |
               (to->blended ? HAS_BLEND : 0) | (s->unlit ? HAS_UNLIT : 0) |
-              (s->clearcoat > 0 && !s->unlit ? HAS_COAT : 0);
+              (s->clearcoat > 0 && !s->unlit ? HAS_COAT : 0) |
+              (has_sheen(s) && !s->unlit ? HAS_SHEEN : 0);
     to->block = block_of(s, i);
     upload_block(m, i);
     for (int slot = 0; slot < SLOTS; slot++) {
@@ -631,7 +641,8 @@ static bool draw_one(view_model *m, const model_draw *d, bool depth,
     const int all = material->key | part->key;
     const int key =
         depth ? DEPTH_ONLY | (all & HAS_MASK ? all & (HAS_MASK | 1) : 0)
-              : all | light->reflection << FEATURE_BITS;
+              : (all & (light->sheen ? ~0 : ~HAS_SHEEN)) | light->reflection
+                                                               << FEATURE_BITS;
     const GLuint program = program_of(m, key);
 
     if (!program)

@@ -33,6 +33,7 @@ bool view_model_paint(view_model *m, const double base_colour[3],
  * (truth.h). */
 typedef struct view_model_light {
     int reflection; /* VIEW_REFERENCE: by samples */
+    bool sheen;     /* the set has it */
     int first_sample, sample_count, environment, aim_edge, discs; /* uniforms */
 } view_model_light;
 

@@ -47,6 +47,7 @@ typedef struct row {
     SLIDE, FIELD(field), .low = (lo), .high = (hi), .step = (by)
 enum {
     SPHERES = 1 << VIEW_SPHERES,
+    MATERIALS = SPHERES | 1 << VIEW_MODEL,
     SCENE = 1 << VIEW_SCENE,
     MAPS = 1 << VIEW_LEVELS | 1 << VIEW_IRRADIANCE_MAP,
     ALL = ~0
@@ -54,21 +55,23 @@ enum {
 
 static const row rows[] = {
     {"mode", PICK(mode, 'm', 'M', view_mode_names), .modes = (unsigned)ALL},
-    {"material", PICK(material, 'n', 'N', NULL), .modes = SPHERES},
-    {"roughness from", DRAG(roughness[0], 0, 1, 0.01), .modes = SPHERES},
-    {"roughness to", DRAG(roughness[1], 0, 1, 0.01), .modes = SPHERES},
+    {"material", PICK(material, 'n', 'N', NULL), .modes = MATERIALS},
+    {"roughness from", DRAG(roughness[0], 0, 1, 0.01), .modes = MATERIALS},
+    {"roughness to", DRAG(roughness[1], 0, 1, 0.01), .modes = MATERIALS},
     {"metallic from", DRAG(metallic[0], 0, 1, 0.01), .modes = SPHERES},
-    {"metallic to", DRAG(metallic[1], 0, 1, 0.01), .modes = SPHERES},
+    {"metallic to", DRAG(metallic[1], 0, 1, 0.01), .modes = MATERIALS},
     {"columns", NUMBER(columns, '}', '{'), .modes = SPHERES},
     {"rows", NUMBER(rows, ')', '('), .modes = SPHERES},
     {"reflection", PICK(reflection, 'r', 'R', view_reflection_names),
-     .modes = SPHERES},
-    {"compare", PICK(compare, 'f', 'F', view_compare_names), .modes = SPHERES},
+     .modes = MATERIALS},
+    {"compare", PICK(compare, 'f', 'F', view_compare_names),
+     .modes = MATERIALS},
     {"against", PICK(against, 'D', 'D', view_reflection_names),
-     .modes = SPHERES},
-    {"split", DRAG(split, 0, 1, 0.01), .modes = SPHERES},
-    {"diffuse", PICK(diffuse, 'd', 'd', view_diffuse_names), .modes = SPHERES},
-    {"lights", NUMBER(light_count, 'i', 'I'), .modes = SPHERES},
+     .modes = MATERIALS},
+    {"split", DRAG(split, 0, 1, 0.01), .modes = MATERIALS},
+    {"diffuse", PICK(diffuse, 'd', 'd', view_diffuse_names),
+     .modes = MATERIALS},
+    {"lights", NUMBER(light_count, 'i', 'I'), .modes = MATERIALS},
     {"level", NUMBER(level, ']', '['), .modes = 1 << VIEW_LEVELS},
     {"layout", PICK(layout, 'l', 'L', view_layout_names), .modes = MAPS},
     {"probes", NUMBER(probes, 'h', 'H'), .modes = SCENE},
@@ -77,7 +80,7 @@ static const row rows[] = {
     {"volumes", ON(volumes, 'V'), .modes = SCENE},
     {"sun", ON(sun, 'Z'), .modes = SCENE},
     {"environment", DRAG(turn, -180, 180, 1), .modes = (unsigned)(ALL & ~MAPS)},
-    {"sky", ON(sky, 'b'), .modes = SPHERES},
+    {"sky", ON(sky, 'b'), .modes = MATERIALS},
     {"exposure", DRAG(ev, -8, 8, 0.05), .modes = (unsigned)ALL},
     {"tone", PICK(tone, 't', 'T', view_tone_names), .modes = (unsigned)ALL},
     {"false colour", ON(false_colour, 'v'), .modes = (unsigned)ALL},
@@ -129,7 +132,7 @@ typedef struct place {
 /* Lines above the rows. */
 static int heads(const view_app *app)
 {
-    return app->settings.mode == VIEW_SPHERES && app->other.name ? 2 : 1;
+    return view_shows_materials(&app->settings) && app->other.name ? 2 : 1;
 }
 
 static place place_of(const view_app *app)

@@ -198,6 +198,8 @@ static void bind(GLuint program)
         {"picture", VIEW_UNIT_PICTURE},
         {"other", VIEW_UNIT_OTHER},
         {"lobe_map", VIEW_UNIT_LOBES},
+        {"sheen_chain", VIEW_UNIT_SHEEN},
+        {"sheen_table", VIEW_UNIT_SHEEN_TABLE},
         {"pass_picture", VIEW_TRUTH_UNIT_PASS},
         {"aim_tokens", VIEW_TRUTH_UNIT_TOKENS},
         {"aim_chance", VIEW_TRUTH_UNIT_CHANCE},

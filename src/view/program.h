@@ -34,14 +34,16 @@ enum {
 
 /* Texture units, and the names of their samplers. */
 typedef enum view_unit {
-    VIEW_UNIT_SPECULAR,   /* samplerCube specular_map */
-    VIEW_UNIT_IRRADIANCE, /* samplerCube irradiance_map */
-    VIEW_UNIT_LUT,        /* sampler2D lut_map */
-    VIEW_UNIT_SKY,        /* samplerCube sky_map */
-    VIEW_UNIT_LOBES,      /* sampler2DArray lobe_map */
-    VIEW_UNIT_PICTURE,    /* sampler2D picture: the linear picture */
-    VIEW_UNIT_OTHER,      /* sampler2D other: what it is compared with; while
-                             it is made, backdrop_map: the map of the set */
+    VIEW_UNIT_SPECULAR,    /* samplerCube specular_map */
+    VIEW_UNIT_IRRADIANCE,  /* samplerCube irradiance_map */
+    VIEW_UNIT_LUT,         /* sampler2D lut_map */
+    VIEW_UNIT_SKY,         /* samplerCube sky_map */
+    VIEW_UNIT_LOBES,       /* sampler2DArray lobe_map */
+    VIEW_UNIT_SHEEN,       /* samplerCube sheen_chain */
+    VIEW_UNIT_SHEEN_TABLE, /* sampler2D sheen_table */
+    VIEW_UNIT_PICTURE,     /* sampler2D picture: the linear picture */
+    VIEW_UNIT_OTHER,       /* sampler2D other: what it is compared with; while
+                              it is made, backdrop_map: the map of the set */
     VIEW_UNIT_COUNT
 } view_unit;
 

@@ -131,7 +131,8 @@ void view_renderer_free(view_renderer *r)
 static bool load_maps(GLuint to[VIEW_CONTENTS], const baked_set *set)
 {
     static const char *const kinds[VIEW_CONTENTS] = {
-        "specular map", "irradiance map", "BRDF table", "sky", "lobe table"};
+        "specular map", "irradiance map", "BRDF table", "sky",
+        "lobe table",   "sheen map",      "sheen table"};
     GLuint maps[VIEW_CONTENTS] = {0};
 
     for (int i = 0; i < VIEW_CONTENTS; i++) {
@@ -202,6 +203,8 @@ static void bind_maps(const GLuint maps[VIEW_CONTENTS])
     view_gl_bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, maps[VIEW_LUT]);
     view_gl_bind(VIEW_UNIT_SKY, cube, sky ? sky : level0);
     view_gl_bind(VIEW_UNIT_LOBES, GL_TEXTURE_2D_ARRAY, maps[VIEW_LOBES]);
+    view_gl_bind(VIEW_UNIT_SHEEN, cube, maps[VIEW_SHEEN]);
+    view_gl_bind(VIEW_UNIT_SHEEN_TABLE, GL_TEXTURE_2D, maps[VIEW_SHEEN_TABLE]);
 }
 
 /* ---- spheres ----------------------------------------------------------- */
@@ -472,7 +475,9 @@ static bool draw_model(view_renderer *r, const view_model_light *light,
 /* Draws spheres or the model over the sky. */
 static bool draw_materials(view_renderer *r, int side)
 {
-    const view_model_light light = {.reflection = (int)reflection_of(r, side)};
+    const baked_set *set = side && r->other ? r->other : r->set;
+    const view_model_light light = {.reflection = (int)reflection_of(r, side),
+                                    .sheen = set->texture[VIEW_SHEEN].data};
     const int reflection = light.reflection;
 
     if (!make_picture(r, &r->picture[side], r->target[side]))

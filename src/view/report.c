@@ -132,8 +132,9 @@ bool view_report_print(view_renderer *r, const view_settings *s,
 
 void view_report_set(const baked_set *set)
 {
-    static const char *const what[] = {"specular", "irradiance", "table", "sky",
-                                       "lobes"};
+    static const char *const what[] = {"specular",   "irradiance", "table",
+                                       "sky",        "lobes",      "sheen",
+                                       "sheen table"};
 
     for (int i = 0; i < VIEW_CONTENTS; i++) {
         const ibl_texture *t = &set->texture[i];

@@ -14,7 +14,8 @@
 #include "view/message.h"
 
 const char *const view_content_names[VIEW_CONTENTS + 1] = {
-    "specular", "irradiance", "brdf_lut", "skybox", "lobe_lut"};
+    "specular", "irradiance",       "brdf_lut",     "skybox",
+    "lobe_lut", "charlie_specular", "charlie_table"};
 
 static const char *const scale_names[] = {"E/pi", "E", NULL};
 

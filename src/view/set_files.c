@@ -108,7 +108,8 @@ view_content view_file_content(const char *path, size_t *length)
     const size_t all = stem_length(name);
 
     *length = all;
-    for (int i = 0; i < VIEW_CONTENTS; i++) {
+    /* charlie_specular before specular */
+    for (int i = VIEW_CONTENTS - 1; i >= 0; i--) {
         const char *word = view_content_names[i];
         const size_t size = strlen(word), before = all - size;
         if (all < size || memcmp(name + before, word, size) != 0)

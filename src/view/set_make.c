@@ -187,6 +187,34 @@ bool view_set_fill(ibl_ctx *ctx, baked_set *set)
     return set->texture[VIEW_IRRADIANCE].data || fill_irradiance(ctx, set);
 }
 
+/* The level of a roughness. */
+static double level_at(const double *roughness, int levels, double r)
+{
+    int i = 0;
+
+    while (i + 2 < levels && r > roughness[i + 1])
+        i++;
+    const double step = roughness[levels > 1 ? i + 1 : i] - roughness[i];
+    return step > 0 ? i + fmin(fmax((r - roughness[i]) / step, 0), 1) : i;
+}
+
+bool view_set_fill_sheen(ibl_ctx *ctx, const double *roughness, int levels,
+                         baked_set *set)
+{
+    const ibl_lut_options opts = {.size = 32, .kind = IBL_LUT_CHARLIE};
+    ibl_lut lut = {0};
+    ibl_status status = ibl_bake_lut(ctx, &opts, &lut);
+
+    for (int i = 0; !status && i < opts.size * opts.size; i++)
+        lut.data[2 * i + 1] = (float)level_at(
+            roughness, levels, (i / opts.size + 0.5) / opts.size);
+    if (!status)
+        status = ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG32F,
+                                      &set->texture[VIEW_SHEEN_TABLE], NULL);
+    ibl_lut_free(&lut);
+    return !status;
+}
+
 static bool fill_lobes(ibl_ctx *ctx, const ibl_specular_layout *layout,
                        baked_set *set)
 {

@@ -85,6 +85,8 @@ static const struct {
     {"a skybox",
      "name the NAME_skybox file or another cube, or leave --sky out"},
     {"a table of lobes", "bake the set again, or take that file away"},
+    {"a chain of sheen", "bake the set again, or take that file away"},
+    {"a table of sheen", ""},
 };
 
 static bool check_shape(const ibl_texture *tex, const char *path,
@@ -137,7 +139,8 @@ static bool check_content(const char *path, view_content wanted,
             ? (view_content)about->value[VIEW_ABOUT_CONTENT]
             : view_file_content(path, &length);
 
-    if (found == VIEW_CONTENTS || found == wanted || wanted == VIEW_SKY)
+    if (found == VIEW_CONTENTS || found == wanted || wanted == VIEW_SKY ||
+        wanted == VIEW_SHEEN)
         return true;
     return view_fail("%s: holds %s, where %s is wanted: %s", path,
                      contents[found].words, contents[wanted].words,
@@ -355,6 +358,37 @@ static bool name_map(baked_set *set, const char *map)
     return set->source || view_file_no_memory(map);
 }
 
+/* Opens the chain of sheen beside the specular one, which is a bake of its own;
+ * it is no error if there is none. */
+static bool open_sheen(const opener *o)
+{
+    baked_set *set = o->set;
+    opener of = {.ctx = o->ctx, .set = set};
+    char name[1024], *side;
+    view_about about;
+
+    if (!find_beside(o, VIEW_SHEEN, &set->path[VIEW_SHEEN]))
+        return false;
+    if (!set->path[VIEW_SHEEN])
+        return true;
+    snprintf(name, sizeof name, "%.1000s_charlie.json", set->name);
+    side = ibl_path_beside(set->path[VIEW_SHEEN], name);
+    const bool ok = side && view_sidecar_open(side, &of.sidecar) &&
+                    load(&of, VIEW_SHEEN, &about);
+    free(side);
+    json_decref(of.sidecar);
+    if (!ok || about.value[VIEW_ABOUT_LOBE] != IBL_LOBE_CHARLIE)
+        return ok && view_fail("%s: is not of the lobe charlie: bake it again",
+                               set->path[VIEW_SHEEN]);
+    const int levels = set->texture[VIEW_SHEEN].levels;
+    if ((int)about.value[VIEW_ABOUT_LEVELS] != levels)
+        return view_fail("%s: does not say the roughness of its levels: bake "
+                         "it again",
+                         set->path[VIEW_SHEEN]);
+    return view_set_fill_sheen(o->ctx, about.value + VIEW_ABOUT_ROUGHNESS,
+                               levels, set);
+}
+
 bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
 {
     opener o = {.ctx = ctx, .set = set};
@@ -365,7 +399,7 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
                     open_other(&o, VIEW_IRRADIANCE, what->irradiance) &&
                     open_other(&o, VIEW_LUT, what->lut) &&
                     open_other(&o, VIEW_SKY, what->sky) &&
-                    open_other(&o, VIEW_LOBES, NULL) &&
+                    open_other(&o, VIEW_LOBES, NULL) && open_sheen(&o) &&
                     view_sidecar_sh(ctx, o.sidecar, set) &&
                     view_sidecar_lights(o.sidecar, set) &&
                     view_sidecar_expected(o.sidecar, set) &&

@@ -7,8 +7,8 @@
 
 #include "view/baked_set.h"
 
-/* "specular", "irradiance", "brdf_lut", "skybox", "lobe_lut" in file names,
- * keys and sidecars; ended by NULL. */
+/* "specular", "irradiance" and so on in file names, keys and sidecars; ended by
+ * NULL. */
 extern const char *const view_content_names[VIEW_CONTENTS + 1];
 
 #define VIEW_LOBE_LAYERS 4 /* of the table of lobes */
@@ -42,6 +42,11 @@ bool view_file_no_memory(const char *path);
 
 /* Stores the state of file i in set->seen; call it before reading the file. */
 void view_set_see(baked_set *set, int i);
+
+/* Makes the table of sheen for a chain of levels with rising roughness. False:
+ * no memory. */
+bool view_set_fill_sheen(ibl_ctx *ctx, const double *roughness, int levels,
+                         baked_set *set);
 
 /* ---- how a file was baked (set_about.c) --------------------------------- */
 

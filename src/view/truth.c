@@ -138,6 +138,7 @@ bool view_truth_load(view_truth *t, const baked_set *set)
         return false;
     t->light = (view_model_light){
         .reflection = VIEW_REFERENCE,
+        .sheen = set->texture[VIEW_SHEEN].data,
         .environment = unit,
         .aim_edge = aim.edge,
         .discs = unit == VIEW_UNIT_SPECULAR ? set->light_count : 0};

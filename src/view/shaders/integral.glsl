@@ -114,11 +114,7 @@ void by_aim(patch_of s, uvec3 fraction, inout vec3 specular,
         specular += light * specular_weight(s, normalize(s.view + l), l, other);
 }
 
-// The specular part and irradiance / pi, if it is wanted. sequence: another
-// number gives other samples.
-void integrate(vec3 normal, vec3 view, float n_v, vec3 f0, float roughness,
-               bool diffuse_part, uint sequence, out vec3 specular,
-               out vec3 light)
+patch_of patch_at(vec3 normal, vec3 view, float n_v, vec3 f0, float roughness)
 {
     mat3 frame = frame_of(normal);
     patch_of s;
@@ -129,7 +125,16 @@ void integrate(vec3 normal, vec3 view, float n_v, vec3 f0, float roughness,
                                (1.0 - s.alpha * s.alpha) * s.view.z * s.view.z);
     s.to_environment =
         mat3(turned(frame[0]), turned(frame[1]), turned(frame[2]));
+    return s;
+}
 
+// The specular part and irradiance / pi, if it is wanted. sequence: another
+// number gives other samples.
+void integrate(vec3 normal, vec3 view, float n_v, vec3 f0, float roughness,
+               bool diffuse_part, uint sequence, out vec3 specular,
+               out vec3 light)
+{
+    patch_of s = patch_at(normal, view, n_v, f0, roughness);
     uvec2 pixel = uvec2(gl_FragCoord.xy);
     uvec3 a = hash_of(uvec3(pixel, sequence)),
           b = hash_of(uvec3(pixel, sequence + 1u)),
@@ -146,3 +151,37 @@ void integrate(vec3 normal, vec3 view, float n_v, vec3 f0, float roughness,
     specular /= float(sample_count);
     light /= float(sample_count);
 }
+
+#ifdef SHEEN
+// Charlie's distribution (Estevez and Kulla 2017) with Ashikhmin's visibility,
+// of colour 1, times N.L and the light, over the density of both samplings.
+vec3 sheen_from(patch_of s, vec3 l, vec3 d)
+{
+    vec3 h = normalize(s.view + l);
+    float v = 4.0 * (l.z + s.view.z - l.z * s.view.z), k = 1.0 / s.alpha;
+    float lobe = (2.0 + k) * pow(length(h.xy), k) / (2.0 * ibl_pi);
+    return light_from(d) * (lobe / v * l.z / (l.z / ibl_pi + aimed(d)));
+}
+
+vec3 integrate_sheen(vec3 normal, vec3 view, float n_v, float roughness,
+                     uint sequence)
+{
+    patch_of s = patch_at(normal, view, n_v, vec3(0.0), max(roughness, 0.03));
+    uvec2 pixel = uvec2(gl_FragCoord.xy);
+    uvec3 a = hash_of(uvec3(pixel, sequence)),
+          b = hash_of(uvec3(pixel, sequence + 1u));
+    vec3 sum = vec3(0.0);
+    for (int i = first_sample; i < first_sample + sample_count; i++) {
+        vec3 l = cosine_direction(unit(point2(uint(i), a.xy)));
+        sum += sheen_from(s, l, s.to_environment * l);
+        if (aim_edge == 0)
+            continue;
+        vec3 at = aim_at(point3(uint(i), b));
+        vec3 d = normalize(face_direction(int(at.z), at.xy));
+        l = d * s.to_environment;
+        if (l.z > 0.0)
+            sum += sheen_from(s, l, d);
+    }
+    return sum / float(sample_count);
+}
+#endif

@@ -16,3 +16,15 @@ void lit(layer s, vec3 view, bool diffuse_part, uint number, out vec3 specular,
     add_lights(at, s.normal, view, s.f0, s.roughness, reflection.z, specular,
                light);
 }
+
+#ifdef SHEEN
+uniform samplerCube sheen_chain;
+
+vec3 lit_sheen(layer s, vec3 view, vec2 sheen)
+{
+    // Half way to the normal is nearer to the integral than the mirrored
+    // direction or the normal.
+    vec3 r = turned(0.5 * (reflect(-view, s.normal) + s.normal));
+    return sheen.r * textureLod(sheen_chain, r, sheen.g).rgb;
+}
+#endif

@@ -45,8 +45,11 @@ struct layer {
 // irradiance / pi: from the environment and from lights.
 void lit(layer s, vec3 view, bool diffuse_part, uint number, out vec3 specular,
          out vec3 light);
+#ifdef SHEEN
+uniform sampler2D sheen_table; // albedo, level
 // The same of sheen of colour 1.
-vec3 lit_sheen(layer s, vec3 view);
+vec3 lit_sheen(layer s, vec3 view, vec2 sheen);
+#endif
 
 vec2 placed(int texture)
 {
@@ -128,8 +131,9 @@ void main()
 #ifdef SHEEN
     vec3 sheen = sheen_factors.rgb * look_sheen.rgb;
     s.roughness = clamp(sheen_factors.w * look_sheen_rough.a, 0.0, 1.0);
-    float taken = max(sheen.r, max(sheen.g, sheen.b)) * sheen_albedo(s);
-    seen = seen * max(1.0 - taken, 0.0) + sheen * lit_sheen(s, view);
+    vec2 part = textureLod(sheen_table, vec2(s.n_v, s.roughness), 0.0).rg;
+    float taken = max(sheen.r, max(sheen.g, sheen.b)) * part.r;
+    seen = seen * max(1.0 - taken, 0.0) + sheen * lit_sheen(s, view, part);
 #endif
     float open = mix(1.0, look_occlusion.r, surface_factors.w);
     seen = seen * open + emissive.rgb * look_emissive.rgb;

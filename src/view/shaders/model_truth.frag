@@ -14,3 +14,10 @@ void lit(layer s, vec3 view, bool diffuse_part, uint number, out vec3 specular,
               specular, light);
     add_lights(at, s.normal, view, s.f0, s.roughness, discs, specular, light);
 }
+
+#ifdef SHEEN
+vec3 lit_sheen(layer s, vec3 view, vec2 sheen)
+{
+    return integrate_sheen(s.normal, view, s.n_v, s.roughness, 6u);
+}
+#endif
