@@ -318,7 +318,7 @@ test_scene() {
         differ scene.png a.png
     done
     draw probes.png "$work/ktx2" $scene --probes 2
-    for with in '--no-walls' '--no-blend'; do
+    for with in '--no-walls' '--no-blend' '--probe-limit'; do
         draw a.png "$work/ktx2" $scene --probes 2 $with
         differ probes.png a.png
     done

@@ -279,6 +279,23 @@ TEST_SLOW(moves_among_locals)
     CHECK_MSG(changed() < 1e-6, "%g", changed());
 }
 
+/* Captures that end at the box of a local probe see the white environment where
+ * the dark walls beyond are. */
+TEST(limited_captures)
+{
+    double sum[2] = {0};
+
+    begin();
+    on.s.probes = 9;
+    for (int i = 0; i < 2; i++) {
+        on.s.probe_limit = i;
+        draw(0);
+        for (int k = 0; k < FLOATS; k++)
+            sum[i] += (double)rgb[k];
+    }
+    CHECK_MSG(fabs(sum[1] - sum[0]) > 0.01 * sum[0], "%g, %g", sum[1], sum[0]);
+}
+
 /* Frames until an update is shown, each with a probe more than the one before,
  * or all of them where there were all. */
 static int frames_of_update(bool all)

@@ -135,6 +135,7 @@ TEST(has_room)
     s->parallax = s->sun = s->capture_shadows = false;
     s->volumes = true;
     s->walls = false;
+    s->probe_limit = true;
     s->probe_faces = 100;
     s->ev = -12.25;
     title_after_draw();
@@ -206,6 +207,7 @@ TEST(tells_every_setting)
     TELLS(VIEW_SCENE, probe_filter, VIEW_PROBE_CPU, ", cpu,");
     TELLS(VIEW_SCENE, probe_interval, 2, ", 2 s |");
     TELLS(VIEW_SCENE, probe_faces, 3, "| faces 3 |");
+    TELLS(VIEW_SCENE, probe_limit, true, "| limit |");
     TELLS(VIEW_SCENE, walls, false, "| no walls |");
     TELLS(VIEW_SCENE, volumes, true, "| volumes |");
     TELLS(VIEW_SCENE, sun, false, "| no sun |");

@@ -425,6 +425,9 @@ static const ibl_option scene[] = {
     {"probe-filter", 0,
      IBL_CHOICE(settings.probe_filter, view_probe_filter_names),
      .help = "what filters captures: OpenGL, or the library on the CPU"},
+    {"probe-limit", 0, FLAG(settings.probe_limit),
+     .help = "a capture ends where its probe's influence ends; farther off it "
+              "sees the environment"},
     {"volumes", 0, FLAG(settings.volumes),
      .help = "draw the influence volumes of probes as wires, and the walls of "
               "their parallax correction"},

@@ -19,7 +19,7 @@ enum {
 const double view_scene_distance = 3.1;
 static const double from_wall = 0.3; /* minimum for the camera */
 
-static const double far_plane = 100; /* of captures */
+static const double whole_room_far = 100; /* far plane of captures */
 /* Margin of a whole-room influence beyond the walls. */
 static const double beyond = 1;
 /* Influence of the mirror's probe beside local probes. It comes first there,
@@ -136,7 +136,8 @@ static bool make_captures(view_scene *st, const view_settings *s)
 {
     const int locals = st->set ? 0 : s->probes;
     const bool same_capture = s->probe_size == st->made.probe_size &&
-                              s->probe_capture == st->made.probe_capture;
+                              s->probe_capture == st->made.probe_capture &&
+                              s->probe_limit == st->made.probe_limit;
 
     if (s->probe_filter == VIEW_PROBE_CPU && !make_context(st))
         return false;
@@ -179,13 +180,28 @@ static ibl_probe mirror_probe(const view_scene *st)
     return p;
 }
 
+/* A limited capture ends a little behind the farthest corner of its box. */
+static double far_plane(const view_scene *st, const ibl_probe *p)
+{
+    double sum = 0;
+
+    if (!st->made.probe_limit)
+        return whole_room_far;
+    for (int k = 0; k < 3; k++) {
+        const double away = fabs(p->position[k] - p->influence.centre[k]) +
+                            p->influence.half[k];
+        sum += away * away;
+    }
+    return 1.01 * sqrt(sum);
+}
+
 /* A capture of a probe into its layer. */
 static view_capture_shot probe_shot(const view_scene *st, const ibl_probe *p,
                                     const view_cubes *to)
 {
     view_capture_shot s = {.room = st->room,
                            .draw = st->now.draw,
-                           .far = far_plane,
+                           .far = far_plane(st, p),
                            .to = to,
                            .layer = p->layer};
     view_room_draw *d = &s.draw;

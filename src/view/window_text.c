@@ -220,8 +220,9 @@ static void add_scene(view_app *app)
            view_probe_filter_names[s->probe_filter], s->probe_interval);
     if (s->probe_faces)
         append(app, " | faces %d", s->probe_faces);
-    append(app, "%s%s%s%s", s->walls ? "" : " | no walls",
-           s->volumes ? " | volumes" : "", s->sun ? "" : " | no sun",
+    append(app, "%s%s%s%s%s", s->walls ? "" : " | no walls",
+           s->probe_limit ? " | limit" : "", s->volumes ? " | volumes" : "",
+           s->sun ? "" : " | no sun",
            s->capture_shadows ? "" : " | no capture shadows");
     add_aim(app);
     if (!stage)
