@@ -305,16 +305,6 @@ test_drop() {
     same kept.png off.png 'after something else was dropped'
 }
 
-# Dragging ends with the program that it is from.
-test_drag_from_a_window_that_is_gone() {
-    desktop "$window" vanish
-    snap kept.png
-    same kept.png off.png 'after something was dragged'
-    press e
-    shows 'EV +0.25'
-    press Home
-}
-
 test_quit() {
     press q
     ended

@@ -264,8 +264,8 @@ TEST(shader_errors)
     static const struct {
         const char *fragment, *message;
     } cases[] = {
-        {"deep.frag", "iblview: shader deep.frag: bad.glsl:3: error: "},
-        {"after.frag", "iblview: shader after.frag: after.frag:4: error: "},
+        {"deep.frag", "iblview: shader deep.frag: 0:3("},
+        {"after.frag", "iblview: shader after.frag: 0:4("},
         {"unlinked.frag", "iblview: shader unlinked.frag: error: "},
         {"lost.frag", "iblview: shader lost.frag:2 includes gone.glsl, "
                       "which is not in the program\n"},

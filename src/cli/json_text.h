@@ -8,13 +8,7 @@
 #include <ibl/ibl.h>
 #include <ibl/io.h>
 
-/*
- * JSON for people and programs: indented, arrays of plain values on one line,
- * each number with the fewest digits that read back as the same double. The
- * text ends with a newline. The caller must free it; NULL: no memory, or root
- * is NULL.
- */
-char *ibl_json_text(const json_t *root);
+#include "common/json_load.h"
 
 /* A string from any bytes: those that are not UTF-8 become U+FFFD. */
 json_t *ibl_json_string(const char *bytes);

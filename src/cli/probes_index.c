@@ -231,20 +231,6 @@ json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
 
 /* ---- writing ----------------------------------------------------------- */
 
-static json_t *triple(const double v[3])
-{
-    return json_pack("[fff]", v[0], v[1], v[2]);
-}
-
-static json_t *volume(const ibl_volume *v)
-{
-    if (v->shape == IBL_SHAPE_BOX)
-        return json_pack("{s{so so}}", "box", "centre", triple(v->centre),
-                         "half", triple(v->half));
-    return json_pack("{s{so sf}}", "sphere", "centre", triple(v->centre),
-                     "radius", v->half[0]);
-}
-
 static json_t *files(const ibl_probes_bake *p)
 {
     const ibl_set_bake *bake = &p->set.bake;
@@ -313,10 +299,11 @@ static json_t *entry(const ibl_probes_bake *p, int i)
     } else {
         j = json_pack("{ss si si so so sf}", "name", e->name, "layer", i,
                       "priority", e->probe.priority, "position",
-                      triple(e->probe.position), "influence",
-                      volume(&e->probe.influence), "blend", e->probe.blend);
+                      ibl_json_triple_of(e->probe.position), "influence",
+                      ibl_json_volume_of(&e->probe.influence), "blend",
+                      e->probe.blend);
         if (e->probe.has_proxy)
-            put(&j, "proxy", volume(&e->probe.proxy));
+            put(&j, "proxy", ibl_json_volume_of(&e->probe.proxy));
         put(&j, "alpha", json_boolean(e->alpha));
     }
     json_object_foreach(e->note, key, value)

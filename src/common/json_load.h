@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* Loads JSON files, for all programs. */
+/* Loads and writes JSON, for all programs. */
 #ifndef COMMON_JSON_LOAD_H
 #define COMMON_JSON_LOAD_H
 
 #include <jansson.h>
 #include <stdbool.h>
+
+#include <ibl/probes.h>
 
 #include <ibl/io.h>
 
@@ -35,5 +37,18 @@ json_t *ibl_sidecar_load(const char *path, ibl_json_why *why);
 /* What a sidecar says was done to the colours of its source. Leaves alone what
  * it does not say, or not in such words. */
 void ibl_sidecar_colour(const json_t *sidecar, ibl_read_options *read);
+
+/*
+ * JSON for people and programs: indented, arrays of plain values on one line,
+ * each number with the fewest digits that read back as the same double. The
+ * text ends with a newline. The caller must free it; NULL: no memory, or root
+ * is NULL.
+ */
+char *ibl_json_text(const json_t *root);
+
+/* [x, y, z], and {"box": ..} or {"sphere": ..} as ibl_json_volume reads it.
+ * NULL: no memory. */
+json_t *ibl_json_triple_of(const double v[3]);
+json_t *ibl_json_volume_of(const ibl_volume *v);
 
 #endif

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/json_load.h"
 #include "common/path.h"
 #include "common/signals.h"
-#include "common/text.h"
 #include "ibl/io.h"
 #include "view/message.h"
 #include "view/picture.h"
@@ -74,77 +74,41 @@ static bool add_faces(ibl_outputs *outputs, const char *dir,
 
 /* ---- the set ----------------------------------------------------------- */
 
-/* Writes one number, or an array of numbers. */
-static void put_numbers(FILE *to, const double *v, int count)
-{
-    char text[IBL_NUMBER_BYTES];
-
-    for (int k = 0; k < count; k++) {
-        ibl_number_text(v[k], text);
-        fprintf(to, "%s%s", count == 1 ? "" : k ? ", " : "[", text);
-    }
-    fputs(count == 1 ? "" : "]", to);
-}
-
-static void put_volume(FILE *to, const char *name, const ibl_volume *v)
-{
-    const bool box = v->shape == IBL_SHAPE_BOX;
-
-    fprintf(to, ",\n      \"%s\": {\"%s\": {\"centre\": ", name,
-            ibl_shape_name(v->shape));
-    put_numbers(to, v->centre, 3);
-    fputs(box ? ", \"half\": " : ", \"radius\": ", to);
-    put_numbers(to, v->half, box ? 3 : 1);
-    fputs("}}", to);
-}
-
-static void put_probe(FILE *to, const ibl_probe *p, int i)
+static json_t *probe_json(const ibl_probe *p, int i)
 {
     char name[NAME_BYTES];
+    json_t *faces = json_array();
 
-    fprintf(to,
-            "%s    {\n      \"name\": \"probe_%02d\",\n      \"position\": ",
-            i ? ",\n" : "", i);
-    put_numbers(to, p->position, 3);
-    fputs(",\n      \"capture\": {\"faces\": [", to);
     for (int face = 0; face < IBL_FACES; face++) {
         name_face(i, face, name);
-        fprintf(to, "%s\"%s\"",
-                face == 0       ? ""
-                : face % 2 == 0 ? ",\n                            "
-                                : ", ",
-                name);
+        json_array_append_new(faces, json_string(name));
     }
-    fputs("]}", to);
-    put_volume(to, "influence", &p->influence);
-    fputs(",\n      \"blend\": ", to);
-    put_numbers(to, &p->blend, 1);
-    if (p->has_proxy)
-        put_volume(to, "proxy", &p->proxy);
-    fprintf(to, ",\n      \"priority\": %d\n    }", p->priority);
+    snprintf(name, sizeof name, "probe_%02d", i);
+    return json_pack("{ss so s{so} so sf so* si}", "name", name, "position",
+                     ibl_json_triple_of(p->position), "capture", "faces", faces,
+                     "influence", ibl_json_volume_of(&p->influence), "blend",
+                     p->blend, "proxy",
+                     p->has_proxy ? ibl_json_volume_of(&p->proxy) : NULL,
+                     "priority", p->priority);
 }
 
 static bool add_set(ibl_outputs *outputs, const char *dir,
                     const view_probe_captures *c)
 {
-    char *path = path_of(dir, "set.json");
-    ibl_memory_file file;
-    FILE *to = path ? ibl_memory_open(&file) : NULL;
+    char *path = path_of(dir, "set.json"), *text = NULL;
+    json_t *probes = json_array();
+    bool ok = path;
 
-    if (to) {
-        fprintf(to,
-                "{\n  \"version\": 1,\n  \"defaults\": {\"size\": %d, "
-                "\"mapping\": \"linear\", \"irradiance\": %d},\n"
-                "  \"probes\": [\n",
-                c->size, c->irradiance);
-        for (int i = 0; i < c->count; i++)
-            put_probe(to, &c->probe[i], i);
-        fputs("\n  ]\n}\n", to);
-    }
-    char *text = ibl_memory_close(to, &file);
+    for (int i = 0; i < c->count; i++)
+        ok &= !json_array_append_new(probes, probe_json(&c->probe[i], i));
+    json_t *root = json_pack("{si s{si ss si} so}", "version", 1, "defaults",
+                             "size", c->size, "mapping", "linear", "irradiance",
+                             c->irradiance, "probes", probes);
+    text = ok ? ibl_json_text(root) : NULL;
     if (path && !text)
         view_fail("%s: no memory for it", path);
-    const bool ok = text && !ibl_outputs_add(outputs, path, text, file.size);
+    ok = text && !ibl_outputs_add(outputs, path, text, strlen(text));
+    json_decref(root);
     free(text);
     free(path);
     return ok;

@@ -3,7 +3,6 @@
 
 #include "common/text.h"
 #include "view/message.h"
-#include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,8 +13,7 @@ enum {
     LOG_BYTES = 4096
 };
 
-/* A shader with its includes. Each line ends with a comment "//@FILE:LINE" that
- * names its source, since most errors of Mesa lack the file number of #line. */
+/* A shader with its includes. */
 typedef struct source {
     const view_shader_file *files;
     bool had[MAX_FILES];
@@ -37,6 +35,7 @@ static bool include(source *s, int file)
     const char *line = f->text;
 
     s->had[file] = true;
+    fputs("#line 1\n", s->text);
     for (int number = 1; *line; number++) {
         char name[NAME_BYTES];
         const size_t size = strcspn(line, "\n");
@@ -47,10 +46,11 @@ static bool include(source *s, int file)
                              "program",
                              f->name, number, name);
         if (!wants)
-            fprintf(s->text, "%.*s //@%s:%d\n", (int)size, line, f->name,
-                    number);
+            fprintf(s->text, "%.*s\n", (int)size, line);
         else if (!s->had[other] && !include(s, other))
             return false;
+        if (wants)
+            fprintf(s->text, "#line %d\n", number + 1);
         line += size + (line[size] == '\n');
     }
     return true;
@@ -83,27 +83,6 @@ static char *load(const view_shader_file *files, const char *defines,
     return NULL;
 }
 
-/* The line number in the first line of a log: "0:23(4): error" (Mesa), "0(23) :
- * error" (NVIDIA), "ERROR: 0:23: ..." (others); 0: none. *rest: the text after
- * it. */
-static int log_place(const char *log, const char **rest)
-{
-    for (const char *c = log; *c && *c != '\n'; c++) {
-        int number = 0, used = 0;
-        if (c[0] != '0' || (c > log && isalnum((unsigned char)c[-1])))
-            continue;
-        if (sscanf(c, "0:%d%n", &number, &used) != 1 &&
-            sscanf(c, "0(%d)%n", &number, &used) != 1)
-            continue;
-        *rest = c + used;
-        if (**rest == '(')
-            *rest += strcspn(*rest, ")\n") + 1;
-        *rest += strspn(*rest, " :");
-        return number;
-    }
-    return 0;
-}
-
 /* The first line with an error rather than a warning; else the first. */
 static const char *log_line(const char *log)
 {
@@ -112,27 +91,6 @@ static const char *log_line(const char *log)
     while (line && line > log && line[-1] != '\n')
         line--;
     return line ? line : log;
-}
-
-/* Finds file and line that a line of the text comes from. */
-static bool origin(const char *text, int number, char where[2 * NAME_BYTES])
-{
-    for (; number > 1 && *text; number--)
-        text += strcspn(text, "\n") + 1;
-    return number == 1 && sscanf(text, "%*[^@\n]@%127[^\n]", where) == 1;
-}
-
-static void tell(const char *text, const char *name, const char *log)
-{
-    const char *line = log_line(log), *rest = line;
-    const int number = log_place(line, &rest);
-    char where[2 * NAME_BYTES];
-
-    if (number && origin(text, number, where))
-        view_fail("shader %s: %s: %.*s", name, where, (int)strcspn(rest, "\n"),
-                  rest);
-    else
-        view_fail("shader %s: %.*s", name, (int)strcspn(line, "\n"), line);
 }
 
 static GLuint compile(const view_shader_file *files, const char *defines,
@@ -150,7 +108,8 @@ static GLuint compile(const view_shader_file *files, const char *defines,
     if (!ok) {
         char log[LOG_BYTES] = "the compiler does not say why";
         gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
-        tell(text, name, log);
+        const char *line = log_line(log);
+        view_fail("shader %s: %.*s", name, (int)strcspn(line, "\n"), line);
         gl.DeleteShader(shader);
     }
     free(text);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Shaders: the build puts src/view/shaders into the program
  * (build/gen/shaders.c). A line `#include "name.glsl"` includes a file, once.
- * Each shader begins with `#version 330 core`. Messages name file and line. */
+ * Each shader begins with `#version 330 core`. Messages have the
+ * line in the file that it is from. */
 #ifndef VIEW_PROGRAM_H
 #define VIEW_PROGRAM_H
 

@@ -3,7 +3,6 @@
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
-#include <dlfcn.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -175,40 +174,6 @@ static void listen(GLFWwindow *window)
     glfwSetFramebufferSizeCallback(window, on_size);
 }
 
-/* ---- errors of the X11 display ---------------------------------------- */
-
-/* From X11/Xlib.h, which is not needed to build with GLFW. */
-typedef struct x_error {
-    int type;
-    void *display;
-    unsigned long resource, serial;
-    unsigned char code, request, minor;
-} x_error;
-typedef int x_handler(void *display, x_error *error);
-enum {
-    BAD_WINDOW = 3
-};
-
-static x_handler *other_errors;
-
-static int on_error(void *display, x_error *error)
-{
-    return error->code == BAD_WINDOW ? 0 : other_errors(display, error);
-}
-
-/* GLFW replies to the window that something is dragged from. If that window is
- * gone, Xlib would end this program. */
-static void survive_others_windows(void)
-{
-    x_handler *(*set)(x_handler *);
-    void *library = dlopen("libX11.so.6", RTLD_LAZY | RTLD_LOCAL);
-    void *symbol = library ? dlsym(library, "XSetErrorHandler") : NULL;
-
-    memcpy(&set, &symbol, sizeof set);
-    if (set)
-        other_errors = set(on_error);
-}
-
 /* ---- the window ---------------------------------------------------------- */
 
 /* No depth, no samples: only finished pictures are drawn here. */
@@ -247,7 +212,6 @@ static bool open_window(view_app *app)
     if (!view_gl_load(glfwGetProcAddress))
         return false;
     glfwSwapInterval(1);
-    survive_others_windows(); /* GLFW has installed its handler by now */
     listen(app->window);
     glfwGetFramebufferSize(app->window, &width, &height);
     on_size(app->window, width, height);

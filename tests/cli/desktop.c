@@ -3,8 +3,6 @@
  * What a desktop does to a window and xdotool cannot:
  *   desktop WINDOW close      asks it to close, as the cross of a title bar
  *   desktop WINDOW drop URI   drags a file from another window and drops it
- *   desktop WINDOW vanish     drags a file from a window that is gone when the
- *                             other one answers
  *   desktop root dpi N        says how fine the display is, as settings do
  * Dropping is the protocol XDND, version 5, of which this is the source.
  */
@@ -79,15 +77,6 @@ static void drag(Window from, Window to)
     tell(to, "XdndPosition", position);
 }
 
-static void vanish(Window to)
-{
-    const Window from = make_source();
-
-    XDestroyWindow(display, from);
-    drag(from, to);
-    XSync(display, False);
-}
-
 static void drop(Window to, const char *uri)
 {
     const Window from = make_source();
@@ -123,7 +112,7 @@ int main(int argc, char **argv)
 {
     display = XOpenDisplay(NULL);
     if (!display || argc < 3) {
-        fprintf(stderr, "desktop WINDOW close|drop|vanish|dpi [URI|N], on a "
+        fprintf(stderr, "desktop WINDOW close|drop|dpi [URI|N], on a "
                         "display\n");
         return 2;
     }
@@ -133,8 +122,6 @@ int main(int argc, char **argv)
         close_window(to);
     else if (!strcmp(argv[2], "drop") && argc == 4)
         drop(to, argv[3]);
-    else if (!strcmp(argv[2], "vanish"))
-        vanish(to);
     else if (!strcmp(argv[2], "dpi") && argc == 4)
         set_dpi(argv[3]);
     else

@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: MIT */
+#include "common/json_load.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/text.h"
+
+static bool write_value(const json_t *value, int depth, FILE *to);
+
+static void break_line(int depth, FILE *to)
+{
+    fprintf(to, "\n%*s", 2 * depth, "");
+}
+
+/* Keys come from the program only: none needs escapes. */
+static bool write_object(json_t *object, int depth, FILE *to)
+{
+    const char *key, *between = "";
+    json_t *value;
+    bool ok = true;
+
+    fputc('{', to);
+    json_object_foreach(object, key, value)
+    {
+        fputs(between, to);
+        between = ",";
+        break_line(depth + 1, to);
+        fprintf(to, "\"%s\": ", key);
+        ok &= write_value(value, depth + 1, to);
+    }
+    if (json_object_size(object))
+        break_line(depth, to);
+    fputc('}', to);
+    return ok;
+}
+
+static bool write_array(const json_t *array, int depth, FILE *to)
+{
+    const json_t *value;
+    bool plain = true, ok = true;
+    size_t i;
+
+    json_array_foreach(array, i, value)
+    {
+        plain &= !json_is_array(value) && !json_is_object(value);
+    }
+    fputc('[', to);
+    json_array_foreach(array, i, value)
+    {
+        fputs(i == 0 ? "" : plain ? ", " : ",", to);
+        if (!plain)
+            break_line(depth + 1, to);
+        ok &= write_value(value, depth + 1, to);
+    }
+    if (!plain)
+        break_line(depth, to);
+    fputc(']', to);
+    return ok;
+}
+
+/* False: no memory, or value is NULL. */
+static bool write_value(const json_t *value, int depth, FILE *to)
+{
+    char text[IBL_NUMBER_BYTES];
+
+    if (json_is_object(value))
+        return write_object((json_t *)value, depth, to);
+    if (json_is_array(value))
+        return write_array(value, depth, to);
+    if (!json_is_real(value))
+        return !json_dumpf(value, to, JSON_ENCODE_ANY);
+    ibl_number_text(json_real_value(value), text);
+    /* Keeps a real a real for readers that distinguish 1 and 1.0. */
+    fprintf(to, "%s%s", text, strpbrk(text, ".e") ? "" : ".0");
+    return true;
+}
+
+char *ibl_json_text(const json_t *root)
+{
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
+    const bool ok = to && write_value(root, 0, to) && fputc('\n', to) != EOF;
+    char *text = ibl_memory_close(to, &file);
+
+    if (ok)
+        return text;
+    free(text);
+    return NULL;
+}
+
+json_t *ibl_json_triple_of(const double v[3])
+{
+    return json_pack("[fff]", v[0], v[1], v[2]);
+}
+
+json_t *ibl_json_volume_of(const ibl_volume *v)
+{
+    if (v->shape == IBL_SHAPE_BOX)
+        return json_pack("{s{so so}}", "box", "centre",
+                         ibl_json_triple_of(v->centre), "half",
+                         ibl_json_triple_of(v->half));
+    return json_pack("{s{so sf}}", "sphere", "centre",
+                     ibl_json_triple_of(v->centre), "radius", v->half[0]);
+}
