@@ -27,18 +27,10 @@ TEST(directories)
     NEED(file_run("cp one/* several && cp several/sky_specular.ktx "
                   "several/night_specular.ktx"));
     sets_refused(ctx, file_path("several"),
-                 "night_specular.ktx and sky_specular.ktx");
+                 "from night_specular.ktx to sky_specular.ktx");
     NEED(
         file_run("for i in $(seq 100); do : >many/map${i}_specular.dds; done"));
     sets_refused(ctx, file_path("many"), "holds 100 sets");
-    const view_request many = {.path = file_path("many")};
-    view_test_catch();
-    CHECK(!view_set_open(ctx, &many, &set));
-    const char *said = view_test_caught(), *more = strstr(said, " and ");
-    int named = 0;
-    for (const char *c = said; (c = strstr(c, "_specular.dds")); c++)
-        named++;
-    CHECK_MSG(more && named + atoi(more + 5) == 100, "%s", said);
     NEED(file_run("cp one/sky_specular.ktx hidden/.old_specular.ktx"));
     sets_refused(ctx, file_path("hidden"), "has no NAME_specular");
     /* One of several, by name; a slash at the end; a file of another name. */
@@ -115,12 +107,12 @@ TEST(wrong_kinds)
     sets_refused(ctx, file_path("wrongd/sky_skybox.dds"), "holds a skybox");
     sets_refused(ctx, file_path("a_irradiance.dds"), "irradiance map");
     sets_refused(ctx, file_path("wrong/sky.json"), "JSON");
-    sets_refused(ctx, file_path("text"), "of another kind");
-    sets_refused(ctx, file_path("blank"), "of another kind");
-    sets_refused(ctx, file_path("nothing"), "is empty");
-    sets_refused(ctx, file_path("picture.png"), "PNG");
-    sets_refused(ctx, file_path("picture.jpg"), "JPEG");
-    sets_refused(ctx, sets_file(), "Radiance");
+    sets_refused(ctx, file_path("text"), "is no KTX2, KTX or DDS");
+    sets_refused(ctx, file_path("blank"), "is no KTX2, KTX or DDS");
+    sets_refused(ctx, file_path("nothing"), "is no KTX2, KTX or DDS");
+    sets_refused(ctx, file_path("picture.png"), "is no KTX2, KTX or DDS");
+    sets_refused(ctx, file_path("picture.jpg"), "is no KTX2, KTX or DDS");
+    sets_refused(ctx, sets_file(), "is no KTX2, KTX or DDS");
 
     static const struct {
         const char *irradiance, *lut, *words;
@@ -128,12 +120,12 @@ TEST(wrong_kinds)
         {"wrong/sky_specular.ktx2", NULL, "holds a specular chain"},
         {"wrong/brdf_lut.ktx2", NULL, "flat texture"},
         {"wrongd/sky_specular.dds", NULL, "holds a specular chain"},
-        {"picture.png", NULL, "PNG"},
-        {"wrong", NULL, "directory"},
+        {"picture.png", NULL, "is no KTX2, KTX or DDS"},
+        {"wrong", NULL, "is no KTX2, KTX or DDS"},
         {"nowhere", NULL, "No such file"},
         {NULL, "wrong/sky_specular.ktx2", "is a cube"},
         {NULL, "wrongd/sky_irradiance.dds", "is a cube"},
-        {NULL, "picture.png", "PNG"},
+        {NULL, "picture.png", "is no KTX2, KTX or DDS"},
         {NULL, "cut0.bin", "cut short"},
         {NULL, "nowhere", "No such file"},
     };

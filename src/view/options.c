@@ -576,11 +576,10 @@ bool view_options_may(const view_options *o)
                          : r->sky      ? "--sky"
                          : r->map      ? "--map"
                                        : NULL;
-    const char *words;
     const bool map = view_is_map(r->path, r->layout);
 
     if (strcmp(r->path, "-") != 0 && !map &&
-        view_file_look(r->path, &words) == VIEW_FILE_MISSING)
+        view_file_look(r->path) == VIEW_FILE_MISSING)
         return view_fail("%s: cannot be opened: %s", r->path, strerror(errno));
     return !option || !map ||
            view_fail("%s: %s is baked here, with all that belongs to it: the "

@@ -34,8 +34,14 @@ static const struct {
     {"iblbake.up", "up", "axis that points up", ibl_up_names},
 };
 
+/* Keys are read first, and hold; they have nine digits. */
 static void learn(view_about *a, int i, double value)
 {
+    if (a->known[i]) {
+        a->differ |= i != VIEW_ABOUT_CONTENT &&
+                     fabs(a->value[i] - value) > 1e-6 * (1 + fabs(value));
+        return;
+    }
     a->known[i] = true;
     a->value[i] = value;
 }
@@ -117,7 +123,6 @@ static bool take_keys(const ibl_texture *tex, const char *path, view_about *a)
     const char *scale = ibl_texture_get(tex, "iblbake.lod_scale");
     const char *offset = ibl_texture_get(tex, "iblbake.lod_offset");
 
-    *a = (view_about){0};
     if (scale && offset) {
         learn(a, VIEW_ABOUT_LOD_SCALE, number(scale));
         learn(a, VIEW_ABOUT_LOD_OFFSET, number(offset));
@@ -125,8 +130,7 @@ static bool take_keys(const ibl_texture *tex, const char *path, view_about *a)
     for (int i = 0; i < VIEW_ABOUT_CHOICES; i++)
         if (!take_choice(a, i, path, ibl_texture_get(tex, choices[i].key)))
             return false;
-    return take_list(a, path, ibl_texture_get(tex, "iblbake.roughness")) &&
-           check_numbers(a, path);
+    return take_list(a, path, ibl_texture_get(tex, "iblbake.roughness"));
 }
 
 /* ---- entries of the sidecar -------------------------------------------- */
@@ -168,7 +172,6 @@ static bool take_entry(const json_t *entry, const char *path, view_about *a)
     const json_t *scale = json_object_get(entry, "lod_scale");
     const json_t *offset = json_object_get(entry, "lod_offset");
 
-    *a = (view_about){0};
     if (json_is_number(scale) && json_is_number(offset)) {
         learn(a, VIEW_ABOUT_LOD_SCALE, json_number_value(scale));
         learn(a, VIEW_ABOUT_LOD_OFFSET, json_number_value(offset));
@@ -176,8 +179,7 @@ static bool take_entry(const json_t *entry, const char *path, view_about *a)
     for (int i = 0; i < VIEW_ABOUT_CHOICES; i++)
         if (!take_choice(a, i, path, text_of(entry, choices[i].member)))
             return false;
-    return take_levels(a, path, json_object_get(entry, "levels")) &&
-           check_numbers(a, path);
+    return take_levels(a, path, json_object_get(entry, "levels"));
 }
 
 /* Reads the axes, which hold for all outputs of a sidecar. */
@@ -271,7 +273,7 @@ const char *view_sidecar_file(const json_t *root, view_content content)
     return file && *file && !strchr(file, '/') ? file : NULL;
 }
 
-bool view_sidecar_sh(ibl_ctx *ctx, const json_t *root, baked_set *set)
+static bool take_sh(ibl_ctx *ctx, const json_t *root, baked_set *set)
 {
     view_about about = {0};
     const json_t *sh = json_object_get(root, "sh");
@@ -279,7 +281,6 @@ bool view_sidecar_sh(ibl_ctx *ctx, const json_t *root, baked_set *set)
     const json_t *degree = json_object_get(sh, "degree");
     double values[3 * VIEW_SH_COUNT];
 
-    set->sh_degree = -1;
     if (!sh)
         return true;
     const json_int_t most = json_integer_value(degree);
@@ -315,7 +316,7 @@ static bool take_numbers(const json_t *list, double *to, int count)
     return true;
 }
 
-bool view_sidecar_lights(const json_t *root, baked_set *set)
+static bool take_lights(const json_t *root, baked_set *set)
 {
     const json_t *entry;
     view_about about = {0};
@@ -343,7 +344,7 @@ bool view_sidecar_lights(const json_t *root, baked_set *set)
     return true;
 }
 
-bool view_sidecar_expected(const json_t *root, baked_set *set)
+static bool take_expected(const json_t *root, baked_set *set)
 {
     static const char *const ways[IBL_LOOKUP_COUNT] = {"split", "table",
                                                        "two_taps"};
@@ -378,7 +379,7 @@ static ibl_input_layout source_layout(const json_t *source)
 
 /* Where it was for iblbake, or beside the sidecar; six files only where they
  * were. */
-bool view_sidecar_source(const json_t *root, baked_set *set)
+static bool take_source(const json_t *root, baked_set *set)
 {
     const char *side = set->path[VIEW_SIDECAR];
     const json_t *source = json_object_get(root, "source");
@@ -411,21 +412,11 @@ bool view_sidecar_source(const json_t *root, baked_set *set)
     return true;
 }
 
-/* ---- two accounts of one file ---------------------------------------- */
-
-/* Adds the values that only `from` knows. Returns whether both know a value and
- * disagree, content excepted; keys have nine digits. */
-static bool merge(view_about *a, const view_about *from)
+bool view_sidecar_read(ibl_ctx *ctx, const json_t *root, baked_set *set)
 {
-    bool differ = false;
-
-    for (int i = 0; i < VIEW_ABOUT_COUNT; i++)
-        if (from->known[i] && !a->known[i])
-            learn(a, i, from->value[i]);
-        else if (from->known[i] && i != VIEW_ABOUT_CONTENT)
-            differ |= fabs(a->value[i] - from->value[i]) >
-                      1e-6 * (1 + fabs(a->value[i]));
-    return differ;
+    set->sh_degree = -1;
+    return take_sh(ctx, root, set) && take_lights(root, set) &&
+           take_expected(root, set) && take_source(root, set);
 }
 
 bool view_about_read(const baked_set *set, view_content content,
@@ -434,12 +425,13 @@ bool view_about_read(const baked_set *set, view_content content,
     const ibl_texture *tex = &set->texture[content];
     const char *path = set->path[content], *side = set->path[VIEW_SIDECAR];
     const json_t *entry = entry_of(sidecar, "file", ibl_path_name(path));
-    view_about told;
 
-    if (!take_keys(tex, path, a) || !take_entry(entry, side, &told) ||
-        (entry && !take_axes(sidecar, side, &told)))
+    *a = (view_about){0};
+    if (!take_keys(tex, path, a) || !check_numbers(a, path) ||
+        !take_entry(entry, side, a) || !check_numbers(a, side) ||
+        (entry && !take_axes(sidecar, side, a)))
         return false;
-    if (merge(a, &told))
+    if (a->differ)
         view_note("%s: does not say what %s says of it: taken as the file says",
                   path, side);
     return content != VIEW_SPECULAR || check_shape(entry, side, tex, path);

@@ -293,9 +293,8 @@ static bool bake_source(ibl_ctx *ctx, const char *path, baked_set *set)
 bool view_set_bake(ibl_ctx *ctx, const char *path, ibl_input_layout layout,
                    baked_set *set)
 {
-    const char *words;
-    const bool six = strcmp(path, "-") != 0 &&
-                     view_file_look(path, &words) == VIEW_FILE_MISSING;
+    const bool six =
+        strcmp(path, "-") != 0 && view_file_look(path) == VIEW_FILE_MISSING;
 
     *set = (baked_set){.name = view_file_stem(path),
                        .source_read = ibl_read_options_default()};

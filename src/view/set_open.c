@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* Reads the files of a set and combines their metadata. */
+/* Finds the files of a set by content and by name, reads them and detects
+ * changes. */
 #include "view/set_parts.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -13,6 +15,170 @@
 #include "common/path.h"
 #include "engine/engine.h"
 #include "view/message.h"
+
+/* ---- files by content and by name -------------------------------------- */
+
+enum {
+    MAGIC = 12
+};
+
+/* The viewer waits this many times longer for a file that is gone: it may
+ * reappear. */
+static const double GONE = 12;
+
+static bool is_texture(const char *head)
+{
+    return !memcmp(head, "\xABKTX 20\xBB\r\n\x1A\n", MAGIC) ||
+           !memcmp(head, "\xABKTX 11\xBB\r\n\x1A\n", MAGIC) ||
+           !memcmp(head, "DDS ", 4);
+}
+
+view_file_kind view_file_look(const char *path)
+{
+    char head[MAGIC + 1] = "";
+    struct stat st;
+    FILE *file;
+
+    if (stat(path, &st))
+        return VIEW_FILE_MISSING;
+    if (S_ISDIR(st.st_mode))
+        return VIEW_FILE_DIRECTORY;
+    if (!S_ISREG(st.st_mode))
+        return VIEW_FILE_PIPE;
+    file = fopen(path, "rb");
+    if (!file)
+        return VIEW_FILE_MISSING;
+    const size_t got = fread(head, 1, MAGIC, file);
+    fclose(file);
+    if (got && ibl_engine_of_name(path))
+        return VIEW_FILE_TEXTURE;
+    if (head[strspn(head, " \t\r\n")] == '{')
+        return VIEW_FILE_JSON;
+    return is_texture(head) ? VIEW_FILE_TEXTURE : VIEW_FILE_OTHER;
+}
+
+bool view_is_map(const char *path, ibl_input_layout layout)
+{
+    if (layout || !strcmp(path, "-"))
+        return true;
+    const view_file_kind kind = view_file_look(path);
+    if (kind == VIEW_FILE_MISSING)
+        return strstr(path, "%f") || strchr(path, ',');
+    return kind == VIEW_FILE_OTHER || kind == VIEW_FILE_PIPE;
+}
+
+static size_t stem_length(const char *name)
+{
+    const char *dot = strrchr(name, '.');
+    return dot && dot > name ? (size_t)(dot - name) : strlen(name);
+}
+
+char *view_file_stem(const char *path)
+{
+    const char *name = ibl_path_name(path);
+    return strndup(name, stem_length(name));
+}
+
+bool view_file_no_memory(const char *path)
+{
+    return view_fail("%s: no memory to open it", path);
+}
+
+/* The content whose name is the end of the file's stem: "brdf_lut" itself or
+ * after a "_"; VIEW_CONTENTS: none. *length: bytes before the "_", or of the
+ * whole stem. */
+static view_content content_of(const char *path, size_t *length)
+{
+    const char *name = ibl_path_name(path);
+    const size_t all = stem_length(name);
+
+    *length = all;
+    /* charlie_specular before specular */
+    for (int i = VIEW_CONTENTS - 1; i >= 0; i--) {
+        const char *word = view_content_names[i];
+        const size_t size = strlen(word), before = all - size;
+        if (all < size || memcmp(name + before, word, size) != 0)
+            continue;
+        if (before == 0 && i == VIEW_LUT)
+            return VIEW_LUT;
+        if (before < 2 || name[before - 1] != '_')
+            continue;
+        *length = before - 1;
+        return (view_content)i;
+    }
+    return VIEW_CONTENTS;
+}
+
+static int choose_specular(const struct dirent *entry)
+{
+    const char *name = entry->d_name, *dot = strrchr(name, '.');
+    size_t length;
+
+    if (*name != '.' && ibl_engine_of_name(name))
+        return true;
+    return *name != '.' && dot &&
+           ibl_names_find(ibl_array_container_names, dot + 1) >= 0 &&
+           content_of(name, &length) == VIEW_SPECULAR;
+}
+
+/* The specular file of a directory; the caller must free it. */
+static char *find_in_directory(const char *path)
+{
+    struct dirent **names = NULL;
+    char *found = NULL;
+    const int count = scandir(path, &names, choose_specular, alphasort);
+
+    if (count < 0)
+        view_fail("%s: cannot be read: %s", path, strerror(errno));
+    else if (count == 0)
+        view_fail("%s: has no NAME_specular.ktx2, .ktx or .dds: bake a map "
+                  "into it (iblbake MAP -o %s), or name another directory, a "
+                  "specular file or a map",
+                  path, path);
+    else if (count > 1)
+        view_fail("%s: holds %d sets, from %s to %s: name one of its files",
+                  path, count, names[0]->d_name, names[count - 1]->d_name);
+    else if (!(found = ibl_path_join(path, names[0]->d_name)))
+        view_file_no_memory(path);
+    for (int i = 0; i < count; i++)
+        free(names[i]);
+    free(names);
+    return found;
+}
+
+/* The specular file of a directory, or path itself; the caller must free it.
+ * NULL, with a message. */
+static char *find_specular(const char *path)
+{
+    const view_file_kind kind = view_file_look(path);
+    char *found = NULL;
+
+    if (kind == VIEW_FILE_DIRECTORY)
+        return find_in_directory(path);
+    if (kind == VIEW_FILE_JSON)
+        view_fail("%s: is JSON, no texture: name the NAME_specular file beside "
+                  "it, or the directory",
+                  path);
+    else if (!(found = strdup(path)))
+        view_file_no_memory(path);
+    return found;
+}
+
+void view_set_see(baked_set *set, int i)
+{
+    view_files_see(&set->path[i], 1, &set->seen[i]);
+}
+
+void view_set_seen(baked_set *set)
+{
+    view_files_see(set->path, VIEW_FILES, set->seen);
+}
+
+bool view_set_changed(const baked_set *set, double settle)
+{
+    return view_files_changed(set->path, VIEW_FILES, set->seen, settle,
+                              GONE * settle);
+}
 
 /* A set that is being opened. */
 typedef struct opener {
@@ -137,7 +303,7 @@ static bool check_content(const char *path, view_content wanted,
     const view_content found =
         about->known[VIEW_ABOUT_CONTENT]
             ? (view_content)about->value[VIEW_ABOUT_CONTENT]
-            : view_file_content(path, &length);
+            : content_of(path, &length);
 
     if (found == VIEW_CONTENTS || found == wanted || wanted == VIEW_SKY ||
         wanted == VIEW_SHEEN)
@@ -190,14 +356,14 @@ static bool make_cube(const opener *o, const char *path, ibl_texture *tex)
 static bool load(opener *o, view_content content, view_about *about)
 {
     ibl_texture *tex = &o->set->texture[content];
-    const char *path = o->set->path[content], *words;
+    const char *path = o->set->path[content];
+    const view_file_kind kind = view_file_look(path);
 
-    const view_file_kind kind = view_file_look(path, &words);
     if (kind == VIEW_FILE_MISSING)
         return view_fail("%s: cannot be opened: %s", path, strerror(errno));
     if (kind != VIEW_FILE_TEXTURE && kind != VIEW_FILE_PIPE)
-        return view_fail("%s: is %s, where %s (KTX2, KTX or DDS) is wanted: %s",
-                         path, words, contents[content].words,
+        return view_fail("%s: is no KTX2, KTX or DDS, where %s is wanted: %s",
+                         path, contents[content].words,
                          contents[content].remedy);
     view_set_see(o->set, content);
     if (ibl_engine_read(o->ctx, path, tex, NULL) ||
@@ -268,7 +434,7 @@ static bool open_sidecar(opener *o, const char *path)
     baked_set *set = o->set;
     size_t length;
 
-    view_file_content(path, &length);
+    content_of(path, &length);
     set->name = strndup(ibl_path_name(path), length);
     if (!set->name)
         return view_file_no_memory(path);
@@ -289,7 +455,7 @@ static bool open_sidecar(opener *o, const char *path)
 
 static bool open_specular(opener *o, const char *path)
 {
-    char *found = o->set->path[VIEW_SPECULAR] = view_file_specular(path);
+    char *found = o->set->path[VIEW_SPECULAR] = find_specular(path);
     view_about about;
 
     return found && open_sidecar(o, found) && load(o, VIEW_SPECULAR, &about) &&
@@ -400,10 +566,7 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
                     open_other(&o, VIEW_LUT, what->lut) &&
                     open_other(&o, VIEW_SKY, what->sky) &&
                     open_other(&o, VIEW_LOBES, NULL) && open_sheen(&o) &&
-                    view_sidecar_sh(ctx, o.sidecar, set) &&
-                    view_sidecar_lights(o.sidecar, set) &&
-                    view_sidecar_expected(o.sidecar, set) &&
-                    view_sidecar_source(o.sidecar, set) &&
+                    view_sidecar_read(ctx, o.sidecar, set) &&
                     name_map(set, what->map);
     json_decref(o.sidecar);
     if (ok && !set->texture[VIEW_LUT].data)

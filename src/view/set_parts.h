@@ -13,7 +13,7 @@ extern const char *const view_content_names[VIEW_CONTENTS + 1];
 
 #define VIEW_LOBE_LAYERS 4 /* of the table of lobes */
 
-/* ---- files by content and by name (set_files.c) ------------------------- */
+/* ---- files by content and by name (set_open.c) ------------------------- */
 
 typedef enum view_file_kind {
     VIEW_FILE_TEXTURE, /* KTX2, KTX or DDS */
@@ -24,19 +24,11 @@ typedef enum view_file_kind {
     VIEW_FILE_MISSING /* errno holds the reason */
 } view_file_kind;
 
-/* Kind of a file by its content. *words names it for messages after "is", as "a
- * PNG picture"; unset for textures, pipes and missing files. */
-view_file_kind view_file_look(const char *path, const char **words);
+/* Kind of a file by its content. */
+view_file_kind view_file_look(const char *path);
 
 /* The file name without its last extension; the caller must free it. */
 char *view_file_stem(const char *path);
-/* The content whose name is the end of the file's stem: "brdf_lut" itself or
- * after a "_"; VIEW_CONTENTS: none. *length: bytes before the "_", or of the
- * whole stem. */
-view_content view_file_content(const char *path, size_t *length);
-/* The specular file of a directory, or path itself; the caller must free it.
- * NULL, with a message. */
-char *view_file_specular(const char *path);
 /* Reports that there is no memory to open path; returns false. */
 bool view_file_no_memory(const char *path);
 
@@ -71,6 +63,7 @@ enum {
 typedef struct view_about {
     bool known[VIEW_ABOUT_COUNT];
     double value[VIEW_ABOUT_COUNT];
+    bool differ; /* keys and sidecar do */
 } view_about;
 
 /* Reads the keys iblbake.* of a texture of the set, then the sidecar's entry of
@@ -89,16 +82,9 @@ ibl_axes view_about_axes(const view_about *a);
 bool view_sidecar_open(const char *path, json_t **root);
 /* The name, without a directory, of a content's file; NULL: none. */
 const char *view_sidecar_file(const json_t *root, view_content content);
-/* Reads the harmonics into set; sh_degree -1: there are none. */
-bool view_sidecar_sh(ibl_ctx *ctx, const json_t *root, baked_set *set);
-
-/* Reads the lights into set. */
-bool view_sidecar_lights(const json_t *root, baked_set *set);
-/* Reads the expected errors into set. */
-bool view_sidecar_expected(const json_t *root, baked_set *set);
-/* Finds the map of the set and stores it as set->source. False, with a message:
- * no memory. */
-bool view_sidecar_source(const json_t *root, baked_set *set);
+/* Reads harmonics, lights and expected errors into set, and finds its map.
+ * False, with a message. */
+bool view_sidecar_read(ibl_ctx *ctx, const json_t *root, baked_set *set);
 
 /* ---- missing textures (set_make.c) --------------------------------------- */
 
