@@ -872,7 +872,8 @@ test_scenes() {
     done)]"
     make_scene unlit "[{${extensions}materials_unlit\": {}}}]"
     make_scene sheen "[{\"pbrMetallicRoughness\": {$no_metal},
-        ${extensions}materials_sheen\": {\"sheenColorFactor\": [1, 1, 1]}}}]"
+        ${extensions}materials_sheen\": {\"sheenColorFactor\": [1, 1, 1],
+            \"sheenRoughnessFactor\": 0.5}}}]"
     cp "$OLDPWD/data/forest.exr" env.exr
     for scene in matte mirror all unlit sheen; do
         iblbake env.exr --scene $scene.gltf --depfile $scene.d -o $scene \
@@ -901,13 +902,15 @@ check(all.specular.levels.length > 4 && !all.irradiance &&
 check(unlit.names.length === 0 && unlit.scene.unlit === 1, unlit.names);
 check(sheen.specular.width <= 16, sheen.specular);
 const charlie = json('sheen/env_charlie.json');
-check(charlie.outputs[0].lobe === 'charlie', charlie.outputs);
+check(charlie.outputs[0].lobe === 'charlie' &&
+    charlie.outputs[0].levels.map(l => l.roughness).join() === '0.5' &&
+    charlie.outputs[0].bytes < 10000, charlie.outputs);
 END
     # Two scenes are one of both; a target takes no second set.
     iblbake env.exr --scene matte.gltf --scene mirror.gltf --dry-run >both
     grep -q '2 files: 2 materials' both && grep -q 'metals *50 %' both ||
         cat both
-    iblbake env.exr --scene sheen.gltf --target bevy -o bevy >table
+    iblbake env.exr --scene sheen.gltf --target bevy,three -o bevy >table
     grep -q 'sheen *none' table || cat table
     # The scene is no output.
     cp mirror.gltf env.gltf

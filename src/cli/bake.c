@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/scenes.h"
+#include "cli/scene_choice.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "common/text.h"
@@ -433,21 +433,19 @@ static void take_part(ibl_bake *b)
     }
 }
 
-/* Adds the set of sheen behind the only one. */
-static bool add_sheen(run *r)
+/* Adds the set of sheen behind the only one, b, if there is any. */
+static bool add_sheen(run *r, const ibl_bake *b)
 {
-    const ibl_bake *first = &r->sets[0];
-    ibl_bake *b = &r->sets[1];
+    ibl_bake *sheen = &r->sets[1];
 
-    if (r->count > 1 ||
-        !ibl_scenes_sheen(r->from.scenes, r->opts, &r->sheen, first->choice))
+    if (!ibl_scenes_sheen(r->from.scenes, b->opts, &r->sheen, b->choice))
         return true;
-    *b = (ibl_bake){.opts = &r->sheen,
-                    .console = &r->console,
-                    .from = &r->from,
-                    .directory = strdup(first->directory)};
+    *sheen = (ibl_bake){.opts = &r->sheen,
+                        .console = &r->console,
+                        .from = &r->from,
+                        .directory = strdup(b->directory)};
     r->count = 2;
-    return b->directory ||
+    return sheen->directory ||
            ibl_console_fail(&r->console, "no memory for a set of sheen");
 }
 
@@ -465,8 +463,8 @@ static bool choose(run *r, ibl_bake *b)
         ibl_scenes_drop(scenes, o, b->choice);
     else
         ok = ibl_choose(&r->from, &materials, o, b->choice);
-    if (ok && scenes && r->count == 1)
-        ok = add_sheen(r);
+    if (ok && scenes)
+        ok = add_sheen(r, b);
     if (scenes)
         ibl_scenes_advise(scenes, o, b->choice);
     return ok;
@@ -479,7 +477,7 @@ static bool read_scenes(run *r)
     ibl_console_progress(&r->console, "scene", 0);
     r->from.scenes = calloc(1, sizeof *r->from.scenes);
     return r->from.scenes &&
-           ibl_scenes_read(r->from.ctx, r->opts, r->from.scenes);
+           ibl_scenes_read(r->from.ctx, &r->opts->scenes, r->from.scenes);
 }
 
 /* Chooses what --rendered-error leaves open, and prints it. */

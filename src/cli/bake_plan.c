@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/scenes.h"
+#include "cli/bake_record.h"
 
 #include <ctype.h>
 #include <errno.h>

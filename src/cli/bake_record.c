@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/bake_record.h"
 
-#include "cli/scenes.h"
-
 #include <float.h>
 #include <math.h>
 #include <stdarg.h>

@@ -6,6 +6,7 @@
 
 #include "cli/console.h"
 #include "cli/judge_report.h"
+#include "cli/scenes.h"
 #include "cli/targets.h"
 #include "engine/engine.h"
 #include "engine/harmonics.h"
@@ -21,16 +22,6 @@ typedef enum ibl_lobes {
 enum {
     IBL_MAX_FACES = IBL_FACES * IBL_MAX_LEVELS
 };
-
-enum {
-    IBL_MAX_SCENES = 64
-};
-
-/* The files of --scene. */
-typedef struct ibl_scene_list {
-    int count;
-    const char *path[IBL_MAX_SCENES];
-} ibl_scene_list;
 
 /* The options of a set of files. Strings point into argv; name may point to
  * stem. */
@@ -102,12 +93,12 @@ typedef struct ibl_bake_source {
     ibl_image rest;    /* the environment without lights, for --verify */
     ibl_light lights[IBL_MAX_LIGHTS]; /* what was taken, the strongest first */
     int light_count;
-    ibl_read_report report;    /* of reading the environment */
-    struct ibl_scenes *scenes; /* that were read, or NULL */
-    ibl_judge *judge[2];  /* by env and by rest; NULL until --verify judges a
-                             cube by it */
-    ibl_bake_result made; /* cubes and coefficients, specular of the first
-                             chain; empty if not wanted */
+    ibl_read_report report; /* of reading the environment */
+    ibl_scenes *scenes;     /* that were read, or NULL */
+    ibl_judge *judge[2];    /* by env and by rest; NULL until --verify judges a
+                               cube by it */
+    ibl_bake_result made;   /* cubes and coefficients, specular of the first
+                               chain; empty if not wanted */
 } ibl_bake_source;
 
 /* A set of files of a bake. It owns its files' paths, tables and report. */
@@ -122,7 +113,7 @@ typedef struct ibl_bake {
     ibl_bake_result made; /* its part of what the source has, in the world's
                              axes, but sh in those of its outputs */
     double *sh;           /* made.sh if that is the set's own, else NULL */
-    struct ibl_choice *choice; /* NULL: none was asked */
+    ibl_choice *choice;   /* NULL: none was asked */
     ibl_lut lut;
     ibl_lobe_table lobes;            /* empty if not wanted */
     ibl_specular_layout lobe_layout; /* of the chain of the lobe table */

@@ -9,9 +9,7 @@
 #include "cli/json_text.h"
 
 enum {
-    BINS = IBL_SURVEY_BINS,
-    SHEEN_SIZE = 32, /* of level 0 of Charlie's chain: its lobes are wide */
-    SHEEN_TABLE = 64
+    BINS = IBL_SURVEY_BINS
 };
 
 /* ---- reading ---------------------------------------------------------- */
@@ -32,14 +30,14 @@ static bool take_files(ibl_scenes *s, ibl_scene *scene)
     return true;
 }
 
-bool ibl_scenes_read(ibl_ctx *ctx, const ibl_opts *o, ibl_scenes *out)
+bool ibl_scenes_read(ibl_ctx *ctx, const ibl_scene_list *list, ibl_scenes *out)
 {
     bool ok = true;
 
     *out = (ibl_scenes){0};
-    for (int i = 0; i < o->scenes.count && ok; i++) {
+    for (int i = 0; i < list->count && ok; i++) {
         ibl_scene scene;
-        ok = !ibl_scene_read(ctx, o->scenes.path[i], &scene) &&
+        ok = !ibl_scene_read(ctx, list->path[i], &scene) &&
              !ibl_scene_survey_add(ctx, &scene, &out->survey) &&
              take_files(out, &scene);
         ibl_scene_free(&scene);
@@ -76,15 +74,6 @@ bool ibl_scenes_materials(const ibl_scenes *s, ibl_materials *m)
 
 /* ---- what was found --------------------------------------------------- */
 
-static double sum(const ibl_survey_bin bins[BINS])
-{
-    double all = 0;
-
-    for (int i = 0; i < BINS; i++)
-        all += bins[i].share;
-    return all;
-}
-
 static double share_at(const ibl_scene_survey *y, int i)
 {
     return y->metal[i].share + y->dielectric[i].share;
@@ -93,7 +82,8 @@ static double share_at(const ibl_scene_survey *y, int i)
 /* The roughness that a share of what reflects does not exceed. */
 static double quantile(const ibl_scene_survey *y, double share)
 {
-    const double all = sum(y->metal) + sum(y->dielectric);
+    const double all =
+        ibl_survey_share(y->metal) + ibl_survey_share(y->dielectric);
     double below = 0;
     int i = -1;
 
@@ -112,7 +102,7 @@ void ibl_scenes_tell(const ibl_scenes *s, ibl_choice *c)
 {
     const ibl_scene_survey *y = &s->survey;
     double diffuse = 0;
-    const double rest = sum(y->dielectric);
+    const double rest = ibl_survey_share(y->dielectric);
 
     for (int i = 0; i < BINS; i++)
         diffuse += y->dielectric[i].diffuse;
@@ -121,93 +111,24 @@ void ibl_scenes_tell(const ibl_scenes *s, ibl_choice *c)
                      y->scenes, y->scenes > 1 ? "s" : "", y->materials,
                      y->materials > 1 ? "s" : "", y->triangles, y->images,
                      y->images != 1 ? "s" : "");
-    if (sum(y->metal) + rest > 0 && quantile(y, 0) >= quantile(y, 1 - 1e-9))
+    if (ibl_survey_share(y->metal) + rest > 0 &&
+        quantile(y, 0) >= quantile(y, 1 - 1e-9))
         ibl_choice_found(c, "roughness", "%.2g", quantile(y, 0));
-    else if (sum(y->metal) + rest > 0)
+    else if (ibl_survey_share(y->metal) + rest > 0)
         ibl_choice_found(c, "roughness",
                          "%.2g to %.2g, half of it %.2g to %.2g",
                          quantile(y, 0), quantile(y, 1 - 1e-9),
                          quantile(y, 0.25), quantile(y, 0.75));
-    tell_share(c, "metals", sum(y->metal));
+    tell_share(c, "metals", ibl_survey_share(y->metal));
     if (rest > 0)
         ibl_choice_found(c, "dielectrics",
                          "%.3g %% of the area, mean albedo %.2g", 100 * rest,
                          diffuse / rest);
-    tell_share(c, "clearcoat", sum(y->clearcoat));
-    tell_share(c, "sheen", sum(y->sheen));
+    tell_share(c, "clearcoat", ibl_survey_share(y->clearcoat));
+    tell_share(c, "sheen", ibl_survey_share(y->sheen));
     tell_share(c, "transmission", y->transmission);
     tell_share(c, "anisotropic", y->anisotropic);
     tell_share(c, "unlit", y->unlit);
-}
-
-/* ---- decisions -------------------------------------------------------- */
-
-void ibl_scenes_drop(const ibl_scenes *s, ibl_opts *o, ibl_choice *c)
-{
-    const unsigned tables = 1u << IBL_OUTPUT_LUT | 1u << IBL_OUTPUT_LOBES;
-    const bool lit = sum(s->survey.dielectric) > 0;
-
-    c->usual_bytes = c->bytes = ibl_opts_bytes(o);
-    if (o->of || o->engine) {
-        ibl_choice_chose(c, "outputs", "as usual",
-                         "nothing reflects, but they are of one kind");
-        return;
-    }
-    ibl_choice_chose(c, "specular", "none", "nothing reflects");
-    o->only &= ~(tables | 1u << IBL_OUTPUT_SPECULAR);
-    if (!lit)
-        o->only &= ~(1u << IBL_OUTPUT_IRRADIANCE);
-    ibl_choice_chose(c, "irradiance", lit ? "as usual" : "none", "%s",
-                     lit ? "" : "all is unlit");
-    ibl_opts_select(o);
-    c->bytes = ibl_opts_bytes(o);
-}
-
-bool ibl_scenes_sheen(const ibl_scenes *s, const ibl_opts *o, ibl_opts *sheen,
-                      ibl_choice *c)
-{
-    const unsigned kinds = 1u << IBL_OUTPUT_SPECULAR | 1u << IBL_OUTPUT_LUT |
-                           1u << IBL_OUTPUT_JSON;
-    ibl_specular_options *levels = &sheen->bake.specular_options;
-    char value[64];
-
-    if (!(sum(s->survey.sheen) > 0))
-        return false;
-    if (o->of || o->engine) {
-        ibl_choice_chose(c, "sheen", "none",
-                         "has no place here: add a bake with --lobe charlie");
-        return false;
-    }
-    *sheen = *o;
-    sheen->only &= kinds;
-    sheen->lobe_table = IBL_LOBES_NO;
-    sheen->lut.kind = IBL_LUT_CHARLIE;
-    sheen->lut.size = SHEEN_TABLE;
-    *levels = ibl_specular_options_default();
-    levels->lobe = IBL_LOBE_CHARLIE;
-    levels->size = SHEEN_SIZE;
-    levels->projection = o->bake.specular_options.projection;
-    sheen->bake.skybox = 0;
-    sheen->sh_format = IBL_SH_NONE;
-    sheen->preview = NULL;
-    ibl_opts_select(sheen);
-    snprintf(sheen->stem, sizeof sheen->stem, "%.240s_charlie", o->name);
-    sheen->name = sheen->stem;
-    c->bytes += ibl_opts_bytes(sheen);
-    snprintf(value, sizeof value, "Charlie, size %d", SHEEN_SIZE);
-    ibl_choice_chose(c, "sheen", value,
-                     "its lobes are wide; not in the expected error");
-    return true;
-}
-
-void ibl_scenes_advise(const ibl_scenes *s, const ibl_opts *o, ibl_choice *c)
-{
-    if (o->bake.skybox)
-        return;
-    ibl_choice_chose(c, "skybox", "none", "%s",
-                     s->survey.transmission > 0
-                         ? "add --skybox N: what transmits shows it"
-                         : "add --skybox N to draw it behind");
 }
 
 /* ---- the sidecar ------------------------------------------------------ */

@@ -328,7 +328,16 @@ static ibl_status decode(ibl_ctx *ctx, ibl_scene *s, ibl_scene_survey *out)
     return status;
 }
 
-/* ---- the call --------------------------------------------------------- */
+/* ---- the calls --------------------------------------------------------- */
+
+double ibl_survey_share(const ibl_survey_bin bins[])
+{
+    double all = 0;
+
+    for (int i = 0; i < IBL_SURVEY_BINS; i++)
+        all += bins[i].share;
+    return all;
+}
 
 /* Makes room for another scene among shares that sum to 1. */
 static void scale(ibl_scene_survey *out, double by)

@@ -37,6 +37,9 @@ typedef struct ibl_scene_survey {
                                                  looked at */
 } ibl_scene_survey;
 
+/* The sum of IBL_SURVEY_BINS shares. */
+double ibl_survey_share(const ibl_survey_bin bins[]);
+
 /*
  * Adds a scene, whose images that matter are decoded, and reduced: 2^16
  * places, evenly over the area, with the values of the textures there. The
