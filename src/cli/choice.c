@@ -59,8 +59,9 @@ void ibl_choice_print(const ibl_choice *c, FILE *to)
     print_rows(c, false, to);
     print_rows(c, true, to);
     fprintf(to, "%-22s %10s %10s\n%-22s %10zu %10zu\n%-22s %8.2f %% %8.2f %%\n",
-            "", "chosen", "default", "bytes", c->bytes, c->usual_bytes,
-            "expected error", 100 * c->error, 100 * c->usual_error);
+            "", "chosen", "default", "bytes of texels", c->bytes,
+            c->usual_bytes, "expected error", 100 * c->error,
+            100 * c->usual_error);
 }
 
 static json_t *json_rows(const ibl_choice *c, bool chosen)

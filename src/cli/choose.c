@@ -24,7 +24,7 @@ enum {
 };
 
 /* How near to the least error a set must be if that asked cannot be had. */
-static const double near = 1.05;
+static const double near = 1.1;
 
 /* ---- formats --------------------------------------------------------------
  */
@@ -100,6 +100,7 @@ typedef struct search {
     ibl_expectation *e;
     double power[IBL_POWER + 1];
     int degree; /* of the power */
+    size_t most_bytes;
     bool fits;  /* the levels' roughnesses are free */
     bool table; /* there are lobe tables */
     values size, levels, pixel, irradiance, lut, lobes;
@@ -206,6 +207,8 @@ static void keep_better(const search *s, double most, pick *p, pick *best)
                s->irradiance.error[p->irradiance];
     const bool fewer = p->bytes < best->bytes ||
                        (p->bytes == best->bytes && p->error < best->error);
+    if (p->bytes > s->most_bytes)
+        return;
     if (most > 0 ? p->error <= most && fewer : p->error < best->error)
         *best = *p;
 }
@@ -564,12 +567,14 @@ static void tell_limit(search *s, ibl_choice *choice)
                 error[i] = fmin(error[i], s->chain[last - i][k].least);
     snprintf(text, sizeof text, "%.3g %% is not reached, nearest %.3g %%",
              100 * choice->asked, 100 * choice->error);
-    ibl_choice_chose(
-        choice, "limit", text, "%s",
-        error[1] > 1.2 * error[0]
-            ? "for want of larger faces"
-            : "by faces of any size: a lookup has another lobe than "
-              "the surface; --lights helps under suns");
+    const char *why =
+        error[1] <= 1.2 * error[0]
+            ? "by faces of any size: a lookup has another lobe than the "
+              "surface; --lights helps under suns"
+        : s->most_bytes < SIZE_MAX
+            ? "in the default's bytes: --rendered-error E may take more"
+            : "for want of larger faces";
+    ibl_choice_chose(choice, "limit", text, "%s", why);
 }
 
 /* ---- the call -------------------------------------------------------------
@@ -629,6 +634,8 @@ static bool choose(search *s, const ibl_materials *m, ibl_choice *choice)
               !ibl_opts_given(o, "roughness-range") && !o->of && !o->engine;
     if (!judge_usual(s, choice))
         return false;
+    s->most_bytes =
+        ibl_opts_given(o, "rendered-error") ? SIZE_MAX : choice->usual_bytes;
     if (s->table && !ibl_opts_given(o, "lobe-table"))
         o->lobe_table = IBL_LOBES_FITTED;
     list_sizes(s, m);

@@ -11,8 +11,9 @@
  * Chooses size, levels, mapping, pixel format, irradiance or harmonics and the
  * sizes of the tables, other than those that the user or the target fixed, and
  * changes the options accordingly. What cannot be reached is replaced by the
- * nearest that can, of fewest bytes within 5 %.
- *   from  its environment was read
+ * nearest that can, of fewest bytes within 10 %. Without --rendered-error, as
+ * of a scene, there are no more bytes than the default's. from  its environment
+ * was read
  */
 bool ibl_choose(ibl_bake_source *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice);
