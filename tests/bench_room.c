@@ -11,7 +11,7 @@
 
 #include "common/clock.h"
 #include "view/baked_set.h"
-#include "view/scene_locals.h"
+#include "view/scene_captures.h"
 #include "view/upload.h"
 
 enum {

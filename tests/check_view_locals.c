@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "ibl/probes.h"
-#include "view/scene_locals.h"
+#include "view/scene_captures.h"
 
 enum {
     MOST = VIEW_ROOM_PROBES,

@@ -10,7 +10,6 @@
 #include <string.h>
 
 #include "view/scene_captures.h"
-#include "view/volumes.h"
 
 enum {
     WIDTH = 96,

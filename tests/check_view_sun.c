@@ -13,7 +13,7 @@
 
 #include "view/baked_set.h"
 #include "view/renderer.h"
-#include "view/room_shadow.h"
+#include "view/room_parts.h"
 #include "view/upload.h"
 #include "view/vector.h"
 

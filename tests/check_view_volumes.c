@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "view/volumes.h"
+#include "view/scene_captures.h"
 
 enum {
     WIDTH = 160,

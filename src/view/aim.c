@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "view/cube.h"
 #include "view/message.h"
+#include "view/vector.h"
 
 /* Least share of the light above the mean that the table is made for: less is
  * rounding in an even environment, and would only add noise. */

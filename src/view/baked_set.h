@@ -8,7 +8,7 @@
 
 #include "ibl/io.h"
 #include "view/file_stamp.h"
-#include "view/harmonics.h"
+#include "view/vector.h"
 
 typedef enum view_content {
     VIEW_SPECULAR,

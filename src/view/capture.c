@@ -10,7 +10,6 @@
 #include <string.h>
 
 #include "common/clock.h"
-#include "view/capture_samples.h"
 #include "view/message.h"
 #include "view/program.h"
 #include "view/upload.h"

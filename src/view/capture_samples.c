@@ -16,7 +16,7 @@
  * so sum_j <b_i, b_j> w_j = <b_i, k>, with the sum of weights 1. Some weights
  * at the rim are below 0: they compensate for the width that blurs add.
  */
-#include "view/capture_samples.h"
+#include "view/capture.h"
 
 #include <math.h>
 #include <stdbool.h>

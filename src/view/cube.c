@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/cube.h"
+#include "view/vector.h"
 
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The x, y, z polynomials of Sloan 2013, "Efficient Spherical Harmonic
  * Evaluation", with every sign positive. */
-#include "view/harmonics.h"
+#include "view/vector.h"
 
 #include <math.h>
 

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "view/cube.h"
 #include "view/sphere_grid.h"
+#include "view/vector.h"
 
 /* As in shaders/layout.glsl. */
 #define ASIDE (1.0 / 32)

@@ -10,9 +10,9 @@
 #include "common/names.h"
 #include "common/path.h"
 #include "view/file_stamp.h"
-#include "view/harmonics.h"
 #include "view/message.h"
 #include "view/upload.h"
+#include "view/vector.h"
 
 enum {
     VERSION = 1,

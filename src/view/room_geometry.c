@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/room_geometry.h"
+#include "view/room_parts.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/room_probes.h"
+#include "view/room_parts.h"
 
 #include "view/program.h"
 

@@ -10,9 +10,7 @@
 #include "view/frame.h"
 #include "view/message.h"
 #include "view/program.h"
-#include "view/room_geometry.h"
-#include "view/room_probes.h"
-#include "view/room_shadow.h"
+#include "view/room_parts.h"
 #include "view/vector.h"
 
 /* Boxes that hide probes, as in room.glsl. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/room_shadow.h"
+#include "view/room_parts.h"
 
 #include <math.h>
 #include <string.h>

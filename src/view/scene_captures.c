@@ -7,8 +7,6 @@
 
 #include "view/message.h"
 #include "view/probe_save.h"
-#include "view/scene_locals.h"
-#include "view/volumes.h"
 
 enum {
     BOUNCES = 3, /* mirror captures in an update, each lit by the last */

@@ -4,9 +4,11 @@
 #ifndef VIEW_SCENE_CAPTURES_H
 #define VIEW_SCENE_CAPTURES_H
 
+#include "ibl/probes.h"
 #include "view/canvas.h"
 #include "view/capture.h"
 #include "view/probe_set.h"
+#include "view/room.h"
 #include "view/sphere_grid.h"
 
 typedef struct view_scene view_scene;
@@ -63,5 +65,32 @@ bool view_scene_save(const view_scene *st, ibl_ctx *ctx, const char *dir);
 extern const double view_scene_distance;
 /* The camera orbits the mirror and stays in the room. */
 view_camera view_scene_camera(const view_settings *s, int width, int height);
+
+/* ---- local probes (scene_locals.c) ------------------------------------- */
+
+/* Places 1..VIEW_MAX_LOCALS probes in a nearly square grid at eye level,
+ * outside pillars and mirror. Influence: the cell, from below the floor to
+ * above the ceiling; proxy: the walls. Influences of neighbours overlap by a
+ * blend width and sum to at least 1. Sorted by ibl_probes_order; layers 0 to
+ * count - 1. */
+void view_scene_place(ibl_probe *probes, int count);
+
+/* ---- volumes of probes (volumes.c) ------------------------------------- */
+
+typedef struct view_volumes {
+    GLuint program, array, buffer; /* 0 until the first draw */
+} view_volumes;
+
+void view_volumes_free(view_volumes *v); /* zeroed is fine */
+
+/* Scene-linear, at an exposure of 0. */
+extern const float view_volumes_influence[3], view_volumes_proxy[3];
+
+/* Draws a volume into the bound framebuffer with the camera of d. The depth
+ * buffer hides wires behind surfaces but not on them, and does not change. ev:
+ * the exposure of the picture; wires look the same at any. Changes program and
+ * vertex array; turns depth test and blending off. False, with a message. */
+bool view_volumes_render(view_volumes *v, const view_room_draw *d, double ev,
+                         const ibl_volume *volume, const float colour[3]);
 
 #endif

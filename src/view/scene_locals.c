@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/scene_locals.h"
+#include "view/scene_captures.h"
 
 #include <math.h>
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/volumes.h"
+#include "view/scene_captures.h"
 
 #include <math.h>
 #include <stddef.h>
