@@ -64,10 +64,11 @@ X86 := $(filter x86_64,$(shell uname -m))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c)
-# Each of these is compiled for three instruction sets, and those without a
-# plain version for any CPU: see src/kern/isa.h.
+# Each of these is compiled for three instruction sets, and for any CPU if it
+# has no plain version beside it: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
-PLAIN_SRC := $(filter-out $(LIB_SRC:%.c=%_simd.c),$(SIMD_SRC))
+PLAIN_SRC := $(filter-out $(patsubst %.c,%_simd.c, \
+               $(shell grep -l ^IBL_KERNEL src/kern/*.c)),$(SIMD_SRC))
 LIB_SRC := $(filter-out %_simd.c,$(LIB_SRC))
 COMMON_SRC := $(wildcard src/common/*.c src/engine/*.c src/scene/*.c)
 CLI_SRC := $(COMMON_SRC) $(wildcard src/cli/*.c)

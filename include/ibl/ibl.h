@@ -68,7 +68,7 @@ const char *ibl_status_text(ibl_status status);
  * rounding. */
 typedef enum ibl_isa {
     IBL_ISA_AUTO = 0, /* the best that this CPU has */
-    IBL_ISA_C,        /* plain C, the reference for the others */
+    IBL_ISA_C,        /* for every CPU */
     IBL_ISA_SSE2,
     IBL_ISA_AVX2,  /* AVX2 + FMA + F16C */
     IBL_ISA_AVX512 /* AVX-512 F, BW, DQ, VL */

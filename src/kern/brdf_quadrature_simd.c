@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * kern/brdf_quadrature.c in vectors of floats, one view per lane. The points
+ * The sums in vectors of floats, one view per lane. The points
  * differ between views only by their scale. Values that would lose digits
  * (sines, limits) are prepared in double.
  */

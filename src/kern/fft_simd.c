@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The transforms of kern/fft.h with vectors. Two stages of the plain version
- * are done at a time (radix 4), then each quarter is finished before the next,
- * so that a block that fits a cache stays there. If the number of stages is
- * odd, the last step has three.
+ * The transforms of kern/fft.h, by decimation in frequency, and in time for the
+ * inverse. Two stages are done at a time (radix 4), then each quarter is
+ * finished before the next, so that a block that fits a cache stays there. If
+ * the number of stages is odd, the last step has three.
  */
 #include "kern/fft.h"
 #define IBL_LANES_16

@@ -30,7 +30,8 @@ static inline vf component(const ibl_gather_samples *s, int i,
            vf_load(s->z + i) * vf_all(frame[6 + k]);
 }
 
-/* See project() in gather.c. */
+/* The face that a direction hits, and the point (u, v) on it, -1..1: the
+ * inverse of the rule in ibl/ibl.h. Among equal components x wins, then y. */
 static inline points project(const ibl_gather_samples *s, int i,
                              const float frame[9])
 {
@@ -54,7 +55,9 @@ static inline points project(const ibl_gather_samples *s, int i,
     return (points){(vf)u / size, v / size, axis - (negative != 0)};
 }
 
-/* Computes offsets and weights of the lookups in one mip. */
+/* Computes offsets and weights of the lookups in one mip. In the bordered face
+ * the centres of the face's own texels are at 1..edge. So positions are in
+ * 0.5..edge + 0.5, and all four taps are inside (edge + 2)^2. */
 static inline void make_taps(const points *p, const ibl_gather_level *level,
                              const float *weights, taps *t)
 {
@@ -133,8 +136,7 @@ static void gather(const ibl_gather_samples *s, const ibl_gather_level *levels,
             }
         }
         float sum[4];
-        _mm_storeu_ps(sum,
-                      vf_fold((fine[0] + fine[1]) + (coarse[0] + coarse[1])));
+        vq_store(sum, vf_fold((fine[0] + fine[1]) + (coarse[0] + coarse[1])));
         for (int c = 0; c < 3; c++)
             rgb[c] += (double)sum[c];
     }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The functions of interp.c for vectors of any width. */
+/* In vectors of any width. */
 #include <stddef.h>
 
 #include "kern/interp.h"
@@ -131,8 +131,8 @@ static void row(const ibl_interp_row *row)
 #pragma GCC unroll 8
         for (int k = 0; k < IBL_TAPS; k++)
             add_ring(grid + k * stride, w[k], along);
-        _mm_storeu_ps(a.rgba + 4 * (size_t)i,
-                      vf_fold(across(along, a.column_weight + c * IBL_TAPS)));
+        vq_store(a.rgba + 4 * (size_t)i,
+                 vf_fold(across(along, a.column_weight + c * IBL_TAPS)));
     }
 }
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A kernel is a table of functions, ibl_name_dsp. kern/NAME.c has them in plain
- * C and ends with IBL_KERNEL. kern/NAME_simd.c has them on the vectors of
- * lanes.h and ends with IBL_VECTOR_KERNEL; the Makefile compiles it once for
- * each instruction set, with its options and with IBL_SUFFIX defined, and where
- * there is no NAME.c once with IBL_PLAIN defined, for every CPU.
+ * A kernel is a table of functions, ibl_name_dsp. kern/NAME_simd.c has them on
+ * the vectors of lanes.h and ends with IBL_VECTOR_KERNEL; the Makefile compiles
+ * it once for each instruction set, with its options and with IBL_SUFFIX
+ * defined, and once with IBL_PLAIN defined, for every CPU. Only if kern/NAME.c
+ * ends with IBL_KERNEL, that is the plain version instead.
  * CONTRIBUTING.md lists what a new instruction set needs.
  */
 #ifndef IBL_KERN_ISA_H

@@ -6,8 +6,8 @@
  * nothing from 16. A file dominated by arithmetic on aligned data defines
  * IBL_LANES_16 first.
  *
- * With IBL_PLAIN there are no intrinsics: a file that needs only what is
- * defined for it has no plain version beside it, and serves every CPU.
+ * With IBL_PLAIN there are no intrinsics, and vectors are of 16 bytes: the
+ * compiler makes of them what the CPU has.
  *
  * Arithmetic, comparisons and masks use the operators of gcc and clang. Only a
  * fused multiply-add has a name, vf_fma(a, b, c) = a b + c; it is a product and
@@ -16,14 +16,13 @@
 #ifndef IBL_KERN_LANES_H
 #define IBL_KERN_LANES_H
 
-#ifdef IBL_PLAIN
 #include <math.h>
-#include <string.h>
-#else
-#include <immintrin.h>
-#endif
 #include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
+#ifndef IBL_PLAIN
+#include <immintrin.h>
+#endif
 
 #if defined(__AVX512F__) && defined(IBL_LANES_16)
 #define VF 16 /* floats in a vf */
@@ -110,6 +109,29 @@ static inline vd vd_all(double x)
 {
     return (vd){x, x};
 }
+
+static inline vd vd_sqrt(vd v)
+{
+    return (vd){sqrt(v[0]), sqrt(v[1])};
+}
+
+static inline bool vi_any(vi mask)
+{
+    return mask[0] | mask[1] | mask[2] | mask[3];
+}
+
+/* Transposes 4x4 floats, separately in each quad of the four vectors. */
+static inline void vf_transpose(vf v[4])
+{
+    const vf a = __builtin_shufflevector(v[0], v[1], 0, 4, 1, 5);
+    const vf b = __builtin_shufflevector(v[0], v[1], 2, 6, 3, 7);
+    const vf c = __builtin_shufflevector(v[2], v[3], 0, 4, 1, 5);
+    const vf d = __builtin_shufflevector(v[2], v[3], 2, 6, 3, 7);
+    v[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
+    v[1] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
+    v[2] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
+    v[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
+}
 #else
 static inline vf vf_load(const float *p)
 {
@@ -161,6 +183,24 @@ static inline vd vd_sqrt(vd v)
 {
     return MM(sqrt_pd)(v);
 }
+
+#if VF <= 8
+static inline bool vi_any(vi mask)
+{
+    return MM(movemask_ps)((vf)mask) != 0;
+}
+#endif
+
+static inline void vf_transpose(vf v[4])
+{
+    const vf a = MM(unpacklo_ps)(v[0], v[1]), b = MM(unpackhi_ps)(v[0], v[1]);
+    const vf c = MM(unpacklo_ps)(v[2], v[3]), d = MM(unpackhi_ps)(v[2], v[3]);
+    v[0] = MM(shuffle_ps)(a, c, 0x44);
+    v[1] = MM(shuffle_ps)(a, c, 0xEE);
+    v[2] = MM(shuffle_ps)(b, d, 0x44);
+    v[3] = MM(shuffle_ps)(b, d, 0xEE);
+}
+#endif /* IBL_PLAIN */
 
 static inline vd vd_abs(vd v)
 {
@@ -220,6 +260,18 @@ static inline void vd_store_floats(float *p, vd v)
  * vf_quad: quad k. vf_fold: the sum of all quads. vf_spread: quad i is filled
  * with w[VF / 4 k + i]; w has eight floats. vi_any: whether any lane is set.
  */
+static inline vq vq_load(const float *p)
+{
+    vq v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+static inline void vq_store(float *p, vq v)
+{
+    memcpy(p, &v, sizeof v);
+}
+
 #if VF == 8
 static inline vf vf_all_quads(__m128 quad)
 {
@@ -237,11 +289,6 @@ static inline __m128 vf_quad(vf v, size_t k)
     return k ? _mm256_extractf128_ps(v, 1) : _mm256_castps256_ps128(v);
 }
 
-static inline bool vi_any(vi mask)
-{
-    return _mm256_movemask_ps((__m256)mask) != 0;
-}
-
 static inline __m128 vf_fold(vf v)
 {
     return _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
@@ -254,48 +301,32 @@ static inline vf vf_spread(const float *w, int k)
     return _mm256_permutevar8x32_ps(_mm256_loadu_ps(w), which);
 }
 #elif VF == 4
-static inline vf vf_all_quads(__m128 quad)
+static inline vf vf_all_quads(vq quad)
 {
     return quad;
 }
 
 static inline vf vf_load_quads(const float *const p[VF / 4])
 {
-    return _mm_loadu_ps(p[0]);
+    return vf_load(p[0]);
 }
 
-static inline __m128 vf_quad(vf v, size_t k)
+static inline vq vf_quad(vf v, size_t k)
 {
     (void)k;
     return v;
 }
 
-static inline bool vi_any(vi mask)
-{
-    return _mm_movemask_ps((__m128)mask) != 0;
-}
-
-static inline __m128 vf_fold(vf v)
+static inline vq vf_fold(vf v)
 {
     return v;
 }
 
 static inline vf vf_spread(const float *w, int k)
 {
-    return _mm_set1_ps(w[k]);
+    return vf_all(w[k]);
 }
 #endif
-
-/* Transposes 4x4 floats, separately in each quad of the four vectors. */
-static inline void vf_transpose(vf v[4])
-{
-    const vf a = MM(unpacklo_ps)(v[0], v[1]), b = MM(unpackhi_ps)(v[0], v[1]);
-    const vf c = MM(unpacklo_ps)(v[2], v[3]), d = MM(unpackhi_ps)(v[2], v[3]);
-    v[0] = MM(shuffle_ps)(a, c, 0x44);
-    v[1] = MM(shuffle_ps)(a, c, 0xEE);
-    v[2] = MM(shuffle_ps)(b, d, 0x44);
-    v[3] = MM(shuffle_ps)(b, d, 0xEE);
-}
 
 #if VF <= 8
 /* Stores VF pixels as R G B R G B ... and writes one float beyond them. */
@@ -305,11 +336,9 @@ static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
     vf_transpose(v); /* pixels 0 4, 1 5, ... */
 #pragma GCC unroll 8
     for (size_t i = 0; i < VF; i++)
-        _mm_storeu_ps(dst + 3 * i, vf_quad(v[i % 4], i / 4));
+        vq_store(dst + 3 * i, vf_quad(v[i % 4], i / 4));
 }
 #endif
-
-#endif /* IBL_PLAIN */
 
 #if VF <= 8
 /* Sixteen lanes as four: halves are added, and their halves. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The functions of radial.c for vectors of any width. */
+/* In vectors of any width. */
 #include <string.h>
 
 #include "kern/lanes.h"
@@ -13,7 +13,7 @@ static inline void add_rgb(float *rgba, vf r, vf g, vf b)
 #pragma GCC unroll 8
     for (size_t i = 0; i < VF; i++) {
         float *to = rgba + 4 * i;
-        _mm_storeu_ps(to, _mm_loadu_ps(to) + vf_quad(t[i % 4], i / 4));
+        vq_store(to, vq_load(to) + vf_quad(t[i % 4], i / 4));
     }
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The functions of reflection.c for vectors of any width. */
+/* In vectors of any width. */
 #include "kern/lanes.h"
 #include "kern/reflection.h"
 

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/row_block.h"
 
-#include <string.h>
-
 void ibl_row_block_load_c(const float *const rows[IBL_ROW_BLOCK_LANES],
                           int count, const ibl_row_block_change *change,
                           float *lanes, size_t channel)
@@ -26,27 +24,3 @@ void ibl_row_block_store_c(const float *lanes, size_t channel, int count,
             rows[r][4 * i + 3] = 0;
         }
 }
-
-static void spread_pixels(const ibl_row_block_spread *spread,
-                          const float *pixels, int start, int count,
-                          float *samples)
-{
-    int64_t cleared =
-        start ? ibl_row_block_first(spread, start - 1) + IBL_ROW_BLOCK_TAPS : 0;
-    for (int i = start; i < start + count; i++) {
-        const int64_t first = ibl_row_block_first(spread, i);
-        const float *taps =
-            spread->taps + (size_t)(i % spread->period) * IBL_ROW_BLOCK_TAPS;
-        for (; cleared < first + IBL_ROW_BLOCK_TAPS; cleared++)
-            memset(samples + cleared * IBL_ROW_BLOCK_LANES, 0,
-                   IBL_ROW_BLOCK_LANES * sizeof *samples);
-        for (int t = 0; t < IBL_ROW_BLOCK_TAPS; t++)
-            for (int r = 0; r < IBL_ROW_BLOCK_LANES; r++)
-                samples[(first + t) * IBL_ROW_BLOCK_LANES + r] +=
-                    taps[t] * pixels[r];
-        pixels += IBL_ROW_BLOCK_LANES;
-    }
-}
-
-IBL_KERNEL(ibl_row_block, ibl_row_block_load_c, ibl_row_block_store_c,
-           spread_pixels)

@@ -66,7 +66,7 @@ static inline void store_texel(const float *from, size_t channel, size_t i,
     vf_transpose(v);
 #pragma GCC unroll 8
     for (size_t r = 0; r < VF; r++)
-        _mm_storeu_ps(rows[r] + 4 * i, vf_quad(v[r % 4], r / 4));
+        vq_store(rows[r] + 4 * i, vf_quad(v[r % 4], r / 4));
 }
 
 static void store(const float *lanes, size_t channel, int count,
