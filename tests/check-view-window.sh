@@ -100,7 +100,7 @@ snap() {
 still() {
     local file=$1
     shift
-    iblview -q --offscreen "$file" "$@" 2>err || echo "offscreen: $(cat err)"
+    iblview -q --offscreen "$file" --no-labels "$@" 2>err || echo "offscreen: $(cat err)"
 }
 same() { cmp -s "$1" "$2" || echo "$1 and $2 differ${3:+: $3}"; }
 other() { ! cmp -s "$1" "$2" || echo "$1 and $2 are the same${3:+: $3}"; }

@@ -514,10 +514,10 @@ test_misuse() {
     wrong 2 '*--light*up to 4*' x --light 1,1,1,1,1,1 --light 1,1,1,1,1,1 \
         --light 1,1,1,1,1,1 --light 1,1,1,1,1,1 --light 1,1,1,1,1,1
     wrong 2 '*--no-sky=1*takes no value*' x --no-sky=1
-    wrong 2 '*--offscreen*empty*' x --offscreen ''
-    wrong 2 '*--offscreen a.jpg: pictures are PNG*.png' x --offscreen a.jpg
-    wrong 2 '*--offscreen -: pictures are PNG*.png' x --offscreen -
-    wrong 2 '*--contact-sheet png: *.png' x --contact-sheet png
+    wrong 2 '*--offscreen*.png*' x --offscreen ''
+    wrong 2 '*--offscreen a.jpg: *.png, or in .exr*' x --offscreen a.jpg
+    wrong 2 '*--offscreen -: *.png*' x --offscreen -
+    wrong 2 '*--contact-sheet png: *.png*' x --contact-sheet png
     wrong 2 '*choose one*' x --offscreen a.png --contact-sheet b.png
     wrong 2 '*choose one*' x -qv
     wrong 2 '*choose one*' x --offscreen a.png --frames 2 --samples 2

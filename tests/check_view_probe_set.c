@@ -142,7 +142,7 @@ TEST(pictures_are_exact)
 
         for (int k = 0; k < 4 * width * height; k++)
             rgba[k] = (uint16_t)(test_random_u64(&r) % 0x7c00);
-        CHECK(view_exr_encode("a", width, height, rgba, &bytes, &size));
+        CHECK(view_exr_encode("a", width, height, 4, rgba, &bytes, &size));
         o.any_aspect = 1;
         NEED(!ibl_image_decode(ctx, "a", bytes, size, &o, &img, &report));
         CHECK_MSG(strstr(report.format, "ZIP"), "%s", report.format);

@@ -412,7 +412,7 @@ TEST(pictures_are_compared)
     same(0, WIDTH, 0);
     on.frame.show[2] = VIEW_SPLIT;
     for (size_t i = 0; i < sizeof splits / sizeof *splits; i++) {
-        const int at = (int)(splits[i] * WIDTH);
+        const int at = (int)ceil(splits[i] * WIDTH - 0.5);
         on.frame.display[1] = (float)splits[i];
         draw();
         same(0, at - 1, 0);

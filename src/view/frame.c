@@ -86,10 +86,12 @@ void view_frame_fill(view_frame *f, const view_settings *s,
     f->inspect_at[0] = (float)s->zoom;
     f->inspect_at[1] = (float)s->pan[0];
     f->inspect_at[2] = (float)s->pan[1];
+    f->inspect_at[3] = (float)s->rows;
     f->display[0] = (float)exp2(s->ev);
     f->display[1] = (float)s->split;
     f->display[2] = (float)s->gain;
     f->show[0] = (int)s->tone;
     f->show[1] = s->false_colour;
     f->show[2] = (int)s->compare;
+    f->show[3] = s->mode == VIEW_SPHERES ? s->columns : 0;
 }

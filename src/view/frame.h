@@ -38,9 +38,10 @@ typedef struct view_frame {
     int choice[4];  /* mode, diffuse, layout, level */
     int reflection[4];   /* view_reflection; that of the other picture; number
                             of discs; number that the sky lacks */
-    float inspect_at[4]; /* zoom, pan x, pan y, 0 */
+    float inspect_at[4]; /* zoom, pan x, pan y, rows of the grid */
     float display[4];    /* 2^ev, split, gain, 0 */
-    int show[4];         /* tone, false_colour, compare, 0 */
+    int show[4];         /* tone, below 0: linear values; false_colour;
+                            compare; columns of the grid, 0: no grid is split */
 } view_frame;
 
 /* Number of leading bytes that the reference depends on, and the linear

@@ -7,16 +7,21 @@
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include "common/names.h"
 #include "common/option.h"
 #include "view/message.h"
+#include "view/picture.h"
 #include "view/set_parts.h"
 #include "view/sphere_grid.h"
 #include "view/truth.h"
 
 const char *const view_axis_names[VIEW_AXES + 1] = {
     "material", "turn", "tone", "ev", "level", "reflection"};
+
+/* Room for labels around the grid. */
+static const double LABEL_BORDER = 0.08;
 
 /* ---- values of their own kind ------------------------------------------ */
 
@@ -40,6 +45,15 @@ static bool parse_pair(int to[2], int high, const char *value)
 
     return ibl_number_int(value, 1, high, &to[0], &end) && *end == 'x' &&
            ibl_number_int(end + 1, 1, high, &to[1], &end) && !*end;
+}
+
+static bool parse_picture(void *field, const char *value)
+{
+    const size_t length = strlen(value);
+
+    *(const char **)field = value;
+    return view_picture_is_linear(value) ||
+           (length > 4 && !strcasecmp(value + length - 4, ".png"));
 }
 
 static bool parse_size(void *field, const char *value)
@@ -283,6 +297,8 @@ static bool validate(void *options)
         o->settings.rows = o->grid[0];
         o->settings.columns = o->grid[1];
     }
+    if (o->labels && (sheet || o->offscreen))
+        o->settings.border = LABEL_BORDER;
     if (!check_pairs(o))
         return false;
     if (sheet)
@@ -304,7 +320,10 @@ static bool validate(void *options)
 #define SET(field) IBL_AT(settings.field)
 #define FLAG(field) .kind = IBL_OPTION_ON, IBL_AT(field)
 #define OFF(field) .kind = IBL_OPTION_OFF, SET(field)
-#define PNG(field) IBL_PNG(field, "OUT.png")
+#define PICTURE(field)                                                         \
+    IBL_OTHER(field, "OUT.png", parse_picture),                                \
+        .allowed = "a name that ends in .png, or in .exr for linear floats",   \
+        .standard = ""
 #define REAL(field, what, lo, hi) IBL_REAL(settings.field, what, lo, hi)
 #define OTHER(field, what, function) IBL_OTHER(settings.field, what, function)
 
@@ -326,9 +345,9 @@ static const ibl_option files[] = {
 };
 
 static const ibl_option pictures[] = {
-    {"offscreen", 0, PNG(offscreen),
+    {"offscreen", 0, PICTURE(offscreen),
      .help = "write a picture and open no window: needs no display"},
-    {"contact-sheet", 0, PNG(contact_sheet),
+    {"contact-sheet", 0, PICTURE(contact_sheet),
      .help = "write a sheet of pictures the same way"},
     {"sheet-rows", 0, IBL_CHOICE(rows, view_axis_names),
      .standard = "material, of maps level, of the scene turn, of models "
@@ -337,6 +356,8 @@ static const ibl_option pictures[] = {
     {"sheet-columns", 0, IBL_CHOICE(columns, view_axis_names),
      .standard = "turn, of maps and the scene ev",
      .help = "property that changes from column to column"},
+    {"no-labels", 0, .kind = IBL_OPTION_OFF, IBL_AT(labels),
+     .help = "leave labels, axes and legends out of pictures"},
     {"size", 0, IBL_OTHER(size, "WxH", parse_size),
      .allowed = "1x1 to 16384x16384",
      .standard = "1280x720, 320x240 in a sheet",
@@ -490,7 +511,8 @@ static const ibl_option reflection[] = {
      .help = "draw the other side by this set or map, by --reflection unless "
              "--against says otherwise"},
     {"split", 0, REAL(split, "X", 0, 1),
-     .help = "where the other begins, as a fraction of the width"},
+     .help = "where the other begins, as a fraction of the width of each "
+             "sphere's place, or of the picture"},
     {"gain", 0, REAL(gain, "G", 1e-3, 1e6), .help = "factor of the difference"},
 };
 
@@ -523,6 +545,7 @@ static void set_defaults(void *options)
     *(view_options *)options =
         (view_options){.rows = -1,
                        .columns = -1,
+                       .labels = true,
                        .texel = {-1, -1},
                        .settings = view_settings_default()};
     ((view_options *)options)->settings.antialias = VIEW_DEFAULT_ANTIALIAS;

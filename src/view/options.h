@@ -35,6 +35,7 @@ typedef struct view_options {
     int grid[2];         /* rows, columns; 0 until the default is set */
     int frames, samples; /* 0: not given */
     double texel[2];     /* pixel to report; negative: none */
+    bool labels;         /* in pictures */
     bool quiet, verbose, stats;
     view_settings settings;
 } view_options;

@@ -226,13 +226,15 @@ static void write_below(view_overlay *o, double x, double y, double left,
                y, scale, text);
 }
 
-void view_overlay_legend(view_overlay *o, double x, double y, double width,
-                         double scale)
+enum {
+    PARTS = 4, /* steps of a stop */
+    ALL = 2 * VIEW_STOPS * PARTS
+};
+
+/* A scale and its labels at five places; most 0: false colours. */
+static void add_scale(view_overlay *o, double x, double y, double width,
+                      double scale, double most)
 {
-    enum {
-        PARTS = 4, /* steps of a stop */
-        ALL = 2 * VIEW_STOPS * PARTS
-    };
     const double left = x + MARGIN * scale, right = x + width - MARGIN * scale;
     const double top = y + MARGIN * scale, below = top + LINE * scale;
     const double bottom = below - 2 * scale;
@@ -241,17 +243,38 @@ void view_overlay_legend(view_overlay *o, double x, double y, double width,
     for (int i = 0; i < ALL; i++) {
         const double from = left + (right - left) * i / ALL;
         const double to = left + (right - left) * (i + 1) / ALL;
+        const double grey = (i + 0.5) / ALL;
         double rgb[3];
-        view_false_colour((i + 0.5) / PARTS - VIEW_STOPS, rgb);
+        if (most > 0)
+            rgb[0] = rgb[1] = rgb[2] = grey <= 0.0031308
+                                           ? 12.92 * grey
+                                           : 1.055 * pow(grey, 1 / 2.4) - 0.055;
+        else
+            view_false_colour((i + 0.5) / PARTS - VIEW_STOPS, rgb);
         const float tint[4] = {(float)rgb[0], (float)rgb[1], (float)rgb[2], 1};
         /* Whole pixels leave no gap between neighbours. */
         add(o, floor(from + 0.5), top, floor(to + 0.5), bottom, tint);
     }
-    for (int i = -VIEW_STOPS; i <= VIEW_STOPS; i += 4) {
+    for (int i = 0; i <= 4; i++) {
+        const int stop = 4 * i - VIEW_STOPS;
         char text[16];
-        snprintf(text, sizeof text, i ? "%+d" : "%d EV", i);
-        write_below(o,
-                    left + (right - left) * (i + VIEW_STOPS) / (2 * VIEW_STOPS),
-                    below, left, right, scale, text);
+        if (most > 0)
+            snprintf(text, sizeof text, "%.3g", most * i / 4);
+        else
+            snprintf(text, sizeof text, stop ? "%+d" : "%d EV", stop);
+        write_below(o, left + (right - left) * i / 4, below, left, right, scale,
+                    text);
     }
+}
+
+void view_overlay_legend(view_overlay *o, double x, double y, double width,
+                         double scale)
+{
+    add_scale(o, x, y, width, scale, 0);
+}
+
+void view_overlay_greys(view_overlay *o, double x, double y, double width,
+                        double scale, double most)
+{
+    add_scale(o, x, y, width, scale, most);
 }

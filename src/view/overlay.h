@@ -39,6 +39,10 @@ void view_overlay_bar(view_overlay *o, double x, double y, double width,
 void view_overlay_legend(view_overlay *o, double x, double y, double width,
                          double scale);
 
+/* The same of a linear scale of greys from 0 (black) to most (white). */
+void view_overlay_greys(view_overlay *o, double x, double y, double width,
+                        double scale, double most);
+
 /* False colours: a spiral through the colour cube whose perceived brightness
  * rises evenly (Green 2011), over stops around middle grey, 0.18. Each stop is
  * a step, within which the colour changes half of the way to the next. Values

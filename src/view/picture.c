@@ -6,6 +6,8 @@
 #include "view/message.h"
 #include <png.h>
 #include <stdlib.h>
+#include <string.h>
+#include <strings.h>
 
 void view_picture_flip(void *pixels, size_t row_bytes, int height)
 {
@@ -36,8 +38,8 @@ unsigned char *view_picture_read(GLuint framebuffer, int width, int height)
 }
 
 /* libpng's simple interface marks 8-bit RGB as sRGB. */
-static void *encode(const char *path, int width, int height,
-                    const unsigned char *rgb, size_t *size)
+static void *encode(const char *path, int width, int height, const void *rgb,
+                    size_t *size)
 {
     png_image image = {.version = PNG_IMAGE_VERSION,
                        .width = (png_uint_32)width,
@@ -60,17 +62,28 @@ static void *encode(const char *path, int width, int height,
     return png;
 }
 
+bool view_picture_is_linear(const char *path)
+{
+    const size_t length = strlen(path);
+
+    return length > 4 && !strcasecmp(path + length - 4, ".exr");
+}
+
 bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
-                        const unsigned char *rgb)
+                        const void *rgb)
 {
     size_t size;
     ibl_outputs *outputs = NULL;
-    void *png = encode(path, width, height, rgb, &size);
+    void *file = NULL;
 
-    const bool ok = png && !ibl_start_outputs(ctx, false, &outputs) &&
-                    !ibl_outputs_add(outputs, path, png, size) &&
+    if (!view_picture_is_linear(path))
+        file = encode(path, width, height, rgb, &size);
+    else
+        view_exr_encode(path, width, height, 3, rgb, &file, &size);
+    const bool ok = file && !ibl_start_outputs(ctx, false, &outputs) &&
+                    !ibl_outputs_add(outputs, path, file, size) &&
                     !ibl_commit_outputs(outputs);
     ibl_end_outputs(outputs);
-    free(png);
+    free(file);
     return ok;
 }

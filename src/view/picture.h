@@ -15,20 +15,23 @@
 unsigned char *view_picture_read(GLuint framebuffer, int width, int height);
 /* Reverses the order of the rows. */
 void view_picture_flip(void *pixels, size_t row_bytes, int height);
-/* Writes a PNG with an sRGB chunk, completely or not at all. False, with a
+/* Whether a picture of that name holds linear floats: it ends in .exr. */
+bool view_picture_is_linear(const char *path);
+/* Writes a picture, completely or not at all: 8-bit RGB as PNG with an sRGB
+ * chunk, or RGB floats as EXR, as view_picture_is_linear says. False, with a
  * message. */
 bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
-                        const unsigned char *rgb);
+                        const void *rgb);
 
 /*
- * The bytes of an EXR, ZIP, with the channels A, B, G and R: the halves of
- * rgba, linear and premultiplied by alpha.
- *   name   for messages
- *   rgba   4 halves a pixel, rows from the top
+ * The bytes of an EXR, ZIP, linear light.
+ *   name      for messages
+ *   channels  4: RGBA of halves, premultiplied by alpha; 3: RGB of floats
+ *   pixels    rows from the top
  *   bytes  for free(); NULL after an error
  * False, with a message.
  */
-bool view_exr_encode(const char *name, int width, int height,
-                     const uint16_t *rgba, void **bytes, size_t *size);
+bool view_exr_encode(const char *name, int width, int height, int channels,
+                     const void *pixels, void **bytes, size_t *size);
 
 #endif

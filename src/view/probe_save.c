@@ -50,7 +50,7 @@ static bool add_face(ibl_outputs *outputs, const char *dir,
     char *path = path_of(dir, name);
     const bool ok =
         path && c->face(c->cookie, probe, face, rgba) &&
-        view_exr_encode(path, c->size, c->size, rgba, &bytes, &size) &&
+        view_exr_encode(path, c->size, c->size, 4, rgba, &bytes, &size) &&
         !ibl_outputs_add(outputs, path, bytes, size);
     free(bytes);
     free(path);

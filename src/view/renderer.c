@@ -608,24 +608,57 @@ bool view_renderer_read(const view_renderer *r, bool other, float *rgb)
     return view_gl_check("reading the picture");
 }
 
+/* Displays the last picture in a buffer of its own: colours and framebuffer. */
+static bool draw_again(const view_renderer *r, GLenum format, GLuint made[2])
+{
+    gl.GenRenderbuffers(1, &made[0]);
+    gl.BindRenderbuffer(GL_RENDERBUFFER, made[0]);
+    gl.RenderbufferStorage(GL_RENDERBUFFER, format, r->width, r->height);
+    gl.GenFramebuffers(1, &made[1]);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, made[1]);
+    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
+                               GL_RENDERBUFFER, made[0]);
+    display_pass(r, made[1]);
+    return view_gl_check("drawing a picture");
+}
+
+static void free_drawn(const GLuint made[2])
+{
+    gl.DeleteFramebuffers(1, &made[1]);
+    gl.DeleteRenderbuffers(1, &made[0]);
+}
+
 unsigned char *view_renderer_picture(const view_renderer *r)
 {
     unsigned char *rgb = NULL;
-    GLuint colours, framebuffer;
+    GLuint made[2];
 
-    gl.GenRenderbuffers(1, &colours);
-    gl.BindRenderbuffer(GL_RENDERBUFFER, colours);
-    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, r->width, r->height);
-    gl.GenFramebuffers(1, &framebuffer);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
-                               GL_RENDERBUFFER, colours);
-    display_pass(r, framebuffer);
-    if (view_gl_check("drawing a picture"))
-        rgb = view_picture_read(framebuffer, r->width, r->height);
-    gl.DeleteFramebuffers(1, &framebuffer);
-    gl.DeleteRenderbuffers(1, &colours);
+    if (draw_again(r, GL_RGBA8, made))
+        rgb = view_picture_read(made[1], r->width, r->height);
+    free_drawn(made);
     return rgb;
+}
+
+static void upload_frame(const view_renderer *r, const view_frame *f)
+{
+    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
+    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof *f, f);
+}
+
+bool view_renderer_linear(const view_renderer *r, float *rgb)
+{
+    view_frame raw = r->frame;
+    GLuint made[2];
+
+    raw.show[0] = -1;
+    upload_frame(r, &raw);
+    const bool ok = draw_again(r, GL_RGBA32F, made);
+    if (ok)
+        gl.ReadPixels(0, 0, r->width, r->height, GL_RGB, GL_FLOAT, rgb);
+    free_drawn(made);
+    upload_frame(r, &r->frame);
+    view_picture_flip(rgb, 3 * (size_t)r->width * sizeof *rgb, r->height);
+    return ok && view_gl_check("reading a picture");
 }
 
 view_scene *view_renderer_stage(const view_renderer *r)

@@ -66,6 +66,11 @@ bool view_renderer_read(const view_renderer *r, bool other, float *rgb);
  * and returns it as view_picture_read does. NULL, with a message. */
 unsigned char *view_renderer_picture(const view_renderer *r);
 
+/* The last picture in linear light, without exposure, tone curve or gain; else
+ * as it is shown: width * height * 3 floats, rows from the top. False, with a
+ * message. */
+bool view_renderer_linear(const view_renderer *r, float *rgb);
+
 /* The scene; NULL before it was drawn. */
 view_scene *view_renderer_stage(const view_renderer *r);
 

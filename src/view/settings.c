@@ -16,6 +16,7 @@ view_settings view_settings_default(void)
         .diffuse = VIEW_DIFFUSE_MAP,
         .multiscatter = true,
         .fov = 30,
+        .border = 0.04,
         .sky = true,
         .tone = VIEW_TONE_NEUTRAL,
         .layout = VIEW_CROSS,

@@ -50,7 +50,8 @@ typedef enum view_reflection {
 
 typedef enum view_compare {
     VIEW_ALONE,
-    VIEW_SPLIT,      /* reflection left of settings.split, against right */
+    VIEW_SPLIT,      /* reflection left of settings.split, against right; of
+                        each sphere */
     VIEW_DIFFERENCE, /* |reflection - against| * gain */
     VIEW_COMPARES
 } view_compare;
@@ -98,6 +99,8 @@ typedef struct view_settings {
      * moved by pan, of twice that. */
     double yaw, pitch; /* degrees; pitch -89..89, positive from above */
     double distance;   /* 0: the grid or the model fits */
+    double border;     /* share of height and width that a picture that fits
+                          leaves free on each side */
     double fov;        /* vertical, degrees */
     /* environment */
     double turn; /* degrees about +Y, counter-clockwise seen from above */
@@ -121,7 +124,7 @@ typedef struct view_settings {
     /* reflections */
     view_reflection reflection, against;
     view_compare compare;
-    double split; /* 0..1 of the width */
+    double split; /* 0..1 of the width, or of a sphere's cell */
     double gain;  /* of differences */
     /* scene */
     double seconds;        /* time of the animation */

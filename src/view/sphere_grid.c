@@ -6,9 +6,6 @@
 #include "view/vector.h"
 
 static const double radius = 0.45;
-/* Share of a picture's height or width that a fitted grid leaves free on each
- * side. */
-static const double border = 0.04;
 
 /*
  * F0 of metals: Akenine-Moller et al. 2018, "Real-Time Rendering", 4th edition,
@@ -120,16 +117,16 @@ static double fitting_distance(const view_settings *s, const double axes[3][3],
         const double w = fabs(dot3(corner, axes[0])) + radius;
         const double h = fabs(dot3(corner, axes[1])) + radius;
         const double needed = dot3(corner, axes[2]) + radius +
-                              fmax(w / tan_x, h / tan_y) / (1 - 2 * border);
+                              fmax(w / tan_x, h / tan_y) / (1 - 2 * s->border);
         distance = fmax(distance, needed);
     }
     return distance;
 }
 
 /* The distance that shows a sphere of radius 1. */
-static double model_distance(double tan_x, double tan_y)
+static double model_distance(const view_settings *s, double tan_x, double tan_y)
 {
-    const double across = (1 - 2 * border) * fmin(tan_x, tan_y);
+    const double across = (1 - 2 * s->border) * fmin(tan_x, tan_y);
 
     return sqrt(1 + 1 / (across * across));
 }
@@ -156,7 +153,7 @@ view_camera view_camera_of(const view_settings *s, int width, int height)
         {sin(yaw) * cos(pitch), sin(pitch), cos(yaw) * cos(pitch)}};
     const double distance = s->distance > 0 ? s->distance
                             : s->mode == VIEW_MODEL
-                                ? model_distance(tan_x, tan_y)
+                                ? model_distance(s, tan_x, tan_y)
                                 : fitting_distance(s, axes, tan_x, tan_y);
     view_camera c = {
         .near = 0.01,

@@ -7,6 +7,7 @@
 
 #include "common/clock.h"
 #include "view/inspect.h"
+#include "view/labels.h"
 #include "view/message.h"
 #include "view/picture.h"
 #include "view/screen.h"
@@ -57,13 +58,41 @@ static void draw_panel(const view_app *app)
     view_overlay_end(app->overlay);
 }
 
+/* Reads the last draw, with its labels; before: what they begin with. 8-bit RGB
+ * or, for that file, linear floats; NULL, with a message. */
+static void *read_picture(const view_app *app, const view_settings *s,
+                          const char *file, const char *before)
+{
+    const view_options *o = app->options;
+    const int width = o->size[0], height = o->size[1];
+    char what[VIEW_LABEL_BYTES], title[2 * VIEW_LABEL_BYTES];
+
+    if (view_picture_is_linear(file)) {
+        float *rgb = malloc(3 * sizeof *rgb * (size_t)width * (size_t)height);
+        if (rgb && view_renderer_linear(app->renderer, rgb))
+            return rgb;
+        free(rgb);
+        view_fail("%s: not enough memory", file);
+        return NULL;
+    }
+    view_labels_title(s, app->renderer, app->set, what);
+    snprintf(title, sizeof title, "%s%s%s", before,
+             *before && view_compares(s) ? "\n" : "",
+             !*before || view_compares(s) ? what
+             : s->mode == VIEW_SPHERES    ? "\nup metallic, right roughness"
+                                          : "");
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    if (o->labels)
+        view_labels_draw(app->overlay, s, app->set, width, height, title);
+    if (o->settings.panel)
+        draw_panel(app);
+    return view_picture_read(0, width, height);
+}
+
 static bool write_picture(const view_app *app)
 {
     const view_options *o = app->options;
-
-    if (o->settings.panel)
-        draw_panel(app);
-    unsigned char *rgb = view_picture_read(0, o->size[0], o->size[1]);
+    void *rgb = read_picture(app, &o->settings, o->offscreen, "");
     const bool ok = rgb && view_picture_write(app->ctx, o->offscreen,
                                               o->size[0], o->size[1], rgb);
     free(rgb);
@@ -158,6 +187,7 @@ static void axis_apply(int axis, const baked_set *set, int i, view_settings *s,
 typedef struct sheet {
     int rows, columns;
     int width, height;  /* of the whole */
+    size_t pixel;       /* bytes */
     unsigned char *rgb; /* of the whole */
 } sheet;
 
@@ -174,12 +204,15 @@ static bool prepare_sheet(sheet *h, const view_options *o, const baked_set *set)
                          o->contact_sheet, wide, high, IBL_MAX_EDGE);
     h->width = (int)wide;
     h->height = (int)high;
-    h->rgb = malloc((size_t)(3 * wide) * (size_t)high);
+    h->pixel =
+        3 * (view_picture_is_linear(o->contact_sheet) ? sizeof(float) : 1);
+    h->rgb = malloc(h->pixel * (size_t)wide * (size_t)high);
     if (!h->rgb)
         return view_fail("%s: no memory for a sheet of %lldx%lld pixels: "
                          "choose a smaller --size",
                          o->contact_sheet, wide, high);
-    memset(h->rgb, SHADE, (size_t)(3 * wide) * (size_t)high);
+    memset(h->rgb, h->pixel > 3 ? 0 : SHADE,
+           h->pixel * (size_t)wide * (size_t)high);
     return true;
 }
 
@@ -198,18 +231,14 @@ static bool draw_tile(view_app *app, const sheet *h, int row, int column,
     if (!view_still_draw(app->renderer, o, &s, ms, &app->stats))
         return false;
     snprintf(label, sizeof label, "%s, %s", row_label, column_label);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    view_overlay_begin(app->overlay, w, height);
-    view_overlay_text(app->overlay, 4, 4, w < 640 ? 1 : 2, label);
-    view_overlay_end(app->overlay);
-
-    unsigned char *tile = view_picture_read(0, w, height);
+    char *tile = read_picture(app, &s, o->contact_sheet, label);
     if (!tile)
         return false;
     for (int y = 0; y < height; y++) {
         const size_t to_row = (size_t)GAP + (size_t)row * (height + GAP) + y,
                      to = to_row * h->width + GAP + (size_t)column * (w + GAP);
-        memcpy(h->rgb + 3 * to, tile + (size_t)3 * y * w, (size_t)3 * w);
+        memcpy(h->rgb + h->pixel * to, tile + h->pixel * (size_t)(y * w),
+               h->pixel * (size_t)w);
     }
     free(tile);
     return true;

@@ -144,7 +144,7 @@ static void add_spheres(view_app *app)
 {
     const view_settings *s = &app->settings;
 
-    if (app->options->model && s->mode == VIEW_MODEL)
+    if (s->mode == VIEW_MODEL && app->options->model)
         append(app, " | %.80s", ibl_path_name(app->options->model));
     else if (s->mode == VIEW_MODEL)
         append(app, " | %s ball", view_materials[s->material].name);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The environment behind everything: a cube, the equirectangular map that was
-// baked, or a level of the specular chain. Bound before: Frame and its textures.
+// baked, or a level of the specular chain.
 #include "lights.glsl"
 
 uniform samplerCube sky_map;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Shows the linear picture, alone or beside another, on the display.
-#include "frame.glsl"
+#include "ray.glsl"
 #include "tone.glsl"
 
 uniform sampler2D picture;
@@ -12,27 +12,61 @@ out vec4 colour;
 const int SPHERES = 0, MODEL = 5;
 const int ALONE = 0, SPLIT = 1, DIFFERENCE = 2;
 
-// First column of the right side.
-int split_column() {
-    return int(floor(display.y * viewport.x));
+// Exposure, tone curve and gain are left out: linear values, for files.
+bool raw() {
+    return show.x < 0;
+}
+
+// Where a pixel is from the left to the right end of what is split, 0..1, and,
+// of a sphere, from its bottom to its top; -1: no sphere is there. Spheres are
+// split one by one: in cells of 1 around their centres, in the plane z = 0.
+vec2 split_place(vec2 pixel) {
+    vec3 d = ray_through(pixel);
+    vec2 grid = vec2(show.w, inspect_at.w);
+    if (show.w == 0 || d.z * eye.z >= 0.0)
+        return vec2(pixel.x / viewport.x, 0.0);
+    vec2 cell = eye.xy - eye.z / d.z * d.xy + 0.5 * grid;
+    bool beyond = any(lessThan(cell, vec2(0.0))) ||
+                  any(greaterThan(cell, grid));
+    return vec2(fract(cell.x), beyond ? -1.0 : fract(cell.y));
+}
+
+bool on_left(vec2 pixel) {
+    return split_place(pixel).x < display.y;
+}
+
+// A white and a black column at the seam, visible on any picture, of spheres
+// only at bottom and top, so that both sides meet; 0: neither.
+float seam(vec2 pixel) {
+    vec2 at = split_place(pixel);
+    bool left = at.x < display.y;
+    vec2 beside = pixel + vec2(left ? 1.0 : -1.0, 0.0);
+    float y = abs(at.y - 0.5);
+    if (on_left(beside) == left || abs(split_place(beside).x - at.x) > 0.5 ||
+        (show.w != 0 && (y < 0.4 || y > 0.5)))
+        return 0.0;
+    return left ? -1.0 : 1.0;
 }
 
 vec3 compared(ivec2 at, vec3 c) {
     vec3 against = texelFetch(other, at, 0).rgb;
     if (show.z == DIFFERENCE)
-        return abs(c - against) * display.z;
-    return at.x < split_column() ? c : against;
+        return abs(c - against) * (raw() ? 1.0 : display.z);
+    return on_left(gl_FragCoord.xy) ? c : against;
 }
 
 // Display colour of scene-linear RGB: magenta for NaN, cyan for infinity.
 vec3 shown(vec3 c) {
+    if (raw())
+        return c;
     if (any(not_number(c)))
         return vec3(1.0, 0.0, 1.0);
     if (any(beyond(c)))
         return vec3(0.0, 1.0, 1.0);
     if (show.y != 0)
         return false_colour(luminance(c) * display.x, gl_FragCoord.xy);
-    return srgb(tone(c * display.x, show.x));
+    // Differences are linear: a legend says what is white.
+    return srgb(tone(c * display.x, show.z == DIFFERENCE ? 0 : show.x));
 }
 
 void main() {
@@ -40,13 +74,12 @@ void main() {
     vec4 c = texelFetch(picture, at, 0);
     // Maps are not compared. Their background has alpha 0.
     if (choice.x != SPHERES && choice.x != MODEL) {
-        colour = vec4(c.a == 0.0 ? vec3(0.1) : shown(c.rgb), 1.0);
+        colour = vec4(c.a == 0.0 && !raw() ? vec3(0.1) : shown(c.rgb), 1.0);
         return;
     }
-    // A white and a black column, visible on any picture.
-    int beside = at.x - split_column();
-    if (show.z == SPLIT && (beside == 0 || beside == -1)) {
-        colour = vec4(vec3(float(beside + 1)), 1.0);
+    float line = show.z == SPLIT && !raw() ? seam(gl_FragCoord.xy) : 0.0;
+    if (line != 0.0) {
+        colour = vec4(vec3(max(line, 0.0)), 1.0);
         return;
     }
     if (show.z != ALONE)
