@@ -9,6 +9,7 @@
 
 #include "view/message.h"
 #include "view/program.h"
+#include "view/sphere_grid.h"
 
 /* ---- tables -------------------------------------------------------------- */
 
@@ -50,7 +51,8 @@ enum {
     HAS_COAT = 16 << SLOTS,
     HAS_SHEEN = 32 << SLOTS,
     DEPTH_ONLY = 64 << SLOTS,
-    FEATURE_BITS = SLOTS + 7
+    HARMONICS = 128 << SLOTS,
+    FEATURE_BITS = SLOTS + 8
 };
 
 static const struct {
@@ -110,22 +112,14 @@ typedef struct model_program {
     GLuint program;
 } model_program;
 
-/* Keeps textures, so that each image is there once as a colour and once as
- * numbers, and samplers, once for each way to look them up. */
-typedef struct model_sampler {
-    GLint wrap_s, wrap_t, min, mag;
-    GLuint sampler;
-} model_sampler;
-
 struct view_model {
     model_part *parts;
     model_material *materials;
     model_draw *draws;
     model_program *programs;
-    model_sampler *samplers;
-    GLuint *images[2]; /* textures, [1] of colours */
-    int part_count, material_count, draw_count, program_count, sampler_count,
-        image_count;
+    /* Textures of images, [0] as numbers and [1] as colours. */
+    GLuint *images[2];
+    int part_count, material_count, draw_count, program_count, image_count;
     GLuint blocks; /* buffer of all blocks, block_step bytes apart */
     GLint block_step;
 };
@@ -153,8 +147,10 @@ static GLuint make_program(int key)
 
     if (!to)
         return 0;
-    fprintf(to, "#define TEXTURES %d\n#define REFLECTION %d\n", SLOTS,
-            reflection);
+    fprintf(to,
+            "#define TEXTURES %d\n#define REFLECTION %d\n#define DIFFUSE %d\n",
+            SLOTS, reflection,
+            key & HARMONICS ? VIEW_DIFFUSE_SH : VIEW_DIFFUSE_MAP);
     for (size_t i = 0; i < sizeof features / sizeof *features; i++)
         if (key & features[i].bit)
             fprintf(to, "#define %s\n", features[i].name);
@@ -217,25 +213,19 @@ static bool wants_slot(const ibl_scene_material *s, int i)
             (i < SHEEN_SLOT ? s->clearcoat > 0 : has_sheen(s)));
 }
 
-static GLuint sampler_of(view_model *m, const ibl_scene_texture *t)
+static GLuint make_sampler(const ibl_scene_texture *t)
 {
-    const model_sampler like = {t->wrap_s, t->wrap_t,
-                                t->filter_min ? t->filter_min
-                                              : GL_LINEAR_MIPMAP_LINEAR,
-                                t->filter_mag ? t->filter_mag : GL_LINEAR, 0};
-    model_sampler *s = m->samplers;
+    GLuint s;
 
-    for (int i = 0; i < m->sampler_count; i++, s++)
-        if (!memcmp(s, &like, offsetof(model_sampler, sampler)))
-            return s->sampler;
-    m->sampler_count++;
-    *s = like;
-    gl.GenSamplers(1, &s->sampler);
-    gl.SamplerParameteri(s->sampler, GL_TEXTURE_WRAP_S, s->wrap_s);
-    gl.SamplerParameteri(s->sampler, GL_TEXTURE_WRAP_T, s->wrap_t);
-    gl.SamplerParameteri(s->sampler, GL_TEXTURE_MIN_FILTER, s->min);
-    gl.SamplerParameteri(s->sampler, GL_TEXTURE_MAG_FILTER, s->mag);
-    return s->sampler;
+    gl.GenSamplers(1, &s);
+    gl.SamplerParameteri(s, GL_TEXTURE_WRAP_S, t->wrap_s);
+    gl.SamplerParameteri(s, GL_TEXTURE_WRAP_T, t->wrap_t);
+    gl.SamplerParameteri(s, GL_TEXTURE_MIN_FILTER,
+                         t->filter_min ? t->filter_min
+                                       : GL_LINEAR_MIPMAP_LINEAR);
+    gl.SamplerParameteri(s, GL_TEXTURE_MAG_FILTER,
+                         t->filter_mag ? t->filter_mag : GL_LINEAR);
+    return s;
 }
 
 static GLuint upload_image(const ibl_scene_image *image, bool colour)
@@ -335,7 +325,7 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
         if (!wants_slot(s, slot))
             continue;
         to->key |= 1 << slot;
-        to->sampler[slot] = sampler_of(m, t);
+        to->sampler[slot] = make_sampler(t);
         to->texture[slot] = texture_of(m, scene, t->image, slots[slot].colour);
         if (!to->texture[slot])
             return false;
@@ -452,13 +442,10 @@ static bool allocate(view_model *m, const ibl_scene *scene)
     m->parts = calloc((size_t)scene->primitive_count, sizeof *m->parts);
     m->materials = calloc((size_t)scene->material_count, sizeof *m->materials);
     m->draws = calloc((size_t)scene->draw_count, sizeof *m->draws);
-    m->samplers =
-        calloc((size_t)scene->material_count * SLOTS, sizeof *m->samplers);
     for (int i = 0; i < 2; i++)
         m->images[i] =
             calloc((size_t)scene->image_count + 1, sizeof *m->images[i]);
-    return m->parts && m->materials && m->draws && m->samplers &&
-           m->images[0] && m->images[1];
+    return m->parts && m->materials && m->draws && m->images[0] && m->images[1];
 }
 
 /* Decodes the images of the materials that are drawn. */
@@ -467,21 +454,19 @@ static bool decode_images(ibl_ctx *ctx, view_model *m, ibl_scene *scene)
     int *images = calloc((size_t)scene->image_count + 1, sizeof *images);
     int count = 0;
 
-    for (int i = 0; images && i < m->draw_count; i++) {
+    if (!images)
+        return view_fail("no memory for the images of a model");
+    for (int i = 0; i < SLOTS * m->draw_count; i++) {
         const ibl_scene_material *s =
-            &scene->materials[m->draws[i].part->material];
-        for (int slot = 0; slot < SLOTS; slot++) {
-            const int image = texture_at(s, slot)->image;
-            bool is_new = wants_slot(s, slot) && !scene->images[image].rgba;
-            for (int k = 0; k < count; k++)
-                is_new = is_new && images[k] != image;
-            if (is_new)
-                images[count++] = image;
-        }
+            &scene->materials[m->draws[i / SLOTS].part->material];
+        if (wants_slot(s, i % SLOTS))
+            images[texture_at(s, i % SLOTS)->image] = true;
     }
+    for (int i = 0; i < scene->image_count; i++)
+        if (images[i] && !scene->images[i].rgba)
+            images[count++] = i;
     const bool ok =
-        images &&
-        (!count || !ibl_scene_decode_all(ctx, scene, images, count, 1));
+        !count || !ibl_scene_decode_all(ctx, scene, images, count, 1);
     free(images);
     return ok;
 }
@@ -549,12 +534,12 @@ void view_model_free(view_model *m)
         gl.DeleteBuffers(1, &m->parts[i].vertices);
         gl.DeleteBuffers(1, &m->parts[i].indices);
     }
-    for (int i = 0; i < m->material_count; i++)
+    for (int i = 0; i < m->material_count; i++) {
+        gl.DeleteSamplers(SLOTS, m->materials[i].sampler);
         free(m->materials[i].name);
+    }
     for (int i = 0; i < m->program_count; i++)
         gl.DeleteProgram(m->programs[i].program);
-    for (int i = 0; i < m->sampler_count; i++)
-        gl.DeleteSamplers(1, &m->samplers[i].sampler);
     for (int i = 0; i < 2; i++) {
         gl.DeleteTextures(m->image_count, m->images[i]);
         free(m->images[i]);
@@ -564,22 +549,21 @@ void view_model_free(view_model *m)
     free(m->materials);
     free(m->draws);
     free(m->programs);
-    free(m->samplers);
     free(m);
 }
 
-bool view_model_paint(view_model *m, const double base_colour[3],
-                      double metallic, double roughness, double f0)
+bool view_model_paint(view_model *m, const view_settings *s)
 {
-    const model_block before = m->materials[0].block;
-    model_block *b = &m->materials[0].block;
+    const view_material *from = &view_materials[s->material];
+    model_block *b = &m->materials[0].block, before = *b;
 
     for (int k = 0; k < 3; k++) {
-        b->base_colour[k] = (float)base_colour[k];
-        b->specular[k] = (float)f0;
+        b->base_colour[k] = (float)from->metal[k];
+        b->specular[k] = (float)from->dielectric_f0;
     }
-    b->surface[0] = (float)metallic;
-    b->surface[1] = (float)roughness;
+    /* Those without a diffuse colour have the same F0 at both ends. */
+    b->surface[0] = from->diffuse > 0 ? (float)s->metallic[1] : 1;
+    b->surface[1] = (float)(0.5 * (s->roughness[0] + s->roughness[1]));
     if (!memcmp(b, &before, sizeof before))
         return false;
     upload_block(m, 0);
@@ -641,8 +625,9 @@ static bool draw_one(view_model *m, const model_draw *d, bool depth,
     const int all = material->key | part->key;
     const int key =
         depth ? DEPTH_ONLY | (all & HAS_MASK ? all & (HAS_MASK | 1) : 0)
-              : (all & (light->sheen ? ~0 : ~HAS_SHEEN)) | light->reflection
-                                                               << FEATURE_BITS;
+              : (all & ~(light->sheen ? 0 : HAS_SHEEN)) |
+                    (light->harmonics ? HARMONICS : 0) |
+                    (light->reflection << FEATURE_BITS);
     const GLuint program = program_of(m, key);
 
     if (!program)

@@ -24,16 +24,14 @@ void view_model_free(view_model *m); /* NULL is fine */
 view_model *view_model_ball(void);
 /* Gives it the material of the settings: the upper end of metallic, the middle
  * of roughness. False: it had that already. */
-bool view_model_paint_ball(view_model *m, const view_settings *s);
-/* Changes the first material; f0: of the dielectric. False: it is as before. */
-bool view_model_paint(view_model *m, const double base_colour[3],
-                      double metallic, double roughness, double f0);
+bool view_model_paint(view_model *ball, const view_settings *s);
 
 /* What colours it: lookups of one view_reflection, or samples of the reference
  * (truth.h). */
 typedef struct view_model_light {
     int reflection; /* VIEW_REFERENCE: by samples */
     bool sheen;     /* the set has it */
+    bool harmonics; /* diffuse light is by them */
     int first_sample, sample_count, environment, aim_edge, discs; /* uniforms */
 } view_model_light;
 

@@ -5,8 +5,6 @@
 
 #include "view/message.h"
 #include "view/model.h"
-#include "view/settings.h"
-#include "view/sphere_grid.h"
 
 enum {
     ROWS = 48,
@@ -137,15 +135,4 @@ view_model *view_model_ball(void)
     m = upload(b);
     free(b);
     return m;
-}
-
-bool view_model_paint_ball(view_model *m, const view_settings *s)
-{
-    const view_material *from = &view_materials[s->material];
-    /* Those without a diffuse colour have the same F0 at both ends. */
-    const double metallic = from->diffuse > 0 ? s->metallic[1] : 1;
-
-    return view_model_paint(m, from->metal, metallic,
-                            0.5 * (s->roughness[0] + s->roughness[1]),
-                            from->dielectric_f0);
 }

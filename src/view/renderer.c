@@ -402,7 +402,7 @@ static bool make_subject(view_renderer *r, const view_settings *s)
         return true;
     if (!r->ball)
         r->ball = view_model_ball();
-    if (r->ball && view_model_paint_ball(r->ball, s))
+    if (r->ball && view_model_paint(r->ball, s))
         view_renderer_restart(r);
     return r->ball;
 }
@@ -477,7 +477,9 @@ static bool draw_materials(view_renderer *r, int side)
 {
     const baked_set *set = side && r->other ? r->other : r->set;
     const view_model_light light = {.reflection = (int)reflection_of(r, side),
-                                    .sheen = set->texture[VIEW_SHEEN].data};
+                                    .sheen = set->texture[VIEW_SHEEN].data,
+                                    .harmonics =
+                                        r->settings.diffuse == VIEW_DIFFUSE_SH};
     const int reflection = light.reflection;
 
     if (!make_picture(r, &r->picture[side], r->target[side]))

@@ -7,11 +7,17 @@ uniform samplerCube specular_map;
 uniform samplerCube irradiance_map;
 uniform sampler2D lut_map;
 
+// Programs for one kind of diffuse light define it: software renderers run both
+// branches.
+#ifndef DIFFUSE
+#define DIFFUSE choice.y
+#endif
+
 // Irradiance / pi from level 0: a map may have smaller levels.
 vec3 irradiance(vec3 n)
 {
     vec3 d = turned(n);
-    return choice.y == 1 ? ibl_irradiance_sh4(sh, d)
+    return DIFFUSE == 1 ? ibl_irradiance_sh4(sh, d)
                          : diffuse.x * ibl_irradiance(irradiance_map, d);
 }
 
