@@ -227,6 +227,10 @@ $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
     faces.o judge.o judge_picks.o judged_map.o lookup.o rendered.o)
 
+$(BUILD)/tests/check_expectation: TEST_LIBS = $(LIB)
+$(BUILD)/tests/check_expectation: $(addprefix $(BUILD)/obj/src/cli/, \
+    faces.o lookup.o)
+
 $(BUILD)/tests/check_engine: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_engine: $(call obj,$(wildcard src/engine/*.c)) \
     $(addprefix $(BUILD)/obj/src/common/,text.o path.o)

@@ -101,14 +101,14 @@ static double sharp_kernel(const ibl_lobe_kernels *k, int level, int degree)
     return level < k->layout.levels && k->layout.roughness[level] <= 0;
 }
 
-/* A texel's mean edge in radians. */
-static double texel_edge(int edge)
+/* Radians of a wave of a degree in a texel of mean edge. */
+static double wave(int edge, int degree)
 {
-    return sqrt(4 * IBL_PI / 6) / edge;
+    return sqrt(4 * IBL_PI / 6 * degree * (degree + 1)) / edge;
 }
 
 /*
- * With x = l times a texel's edge. Between texels, at t and s of one, lookups
+ * x: radians of the wave in a texel. Between texels, at t and s of one, lookups
  * lack (t (1 - t) x^2 cos^2 + s (1 - s) x^2 sin^2) / 2 of a wave: the square of
  * that is 1.15 times the square of its mean, and 1.69 times for the texels of a
  * cube, the largest of which are 5.2 times the smallest. The mean square of
@@ -117,7 +117,7 @@ static double texel_edge(int edge)
  */
 double ibl_lookup_scatter(int edge, bool mirror, int degree)
 {
-    const double x = degree * texel_edge(edge), blur = exp(-x * x / 12);
+    const double x = wave(edge, degree), blur = exp(-x * x / 12);
     const double square = (4 + 4 * j0(x) + j0(sqrt(2) * x)) / 9;
     const double lacks = blur * (1 - blur);
     return (0.69 * lacks * lacks + fmax(square - blur * blur, 0)) *
@@ -144,7 +144,7 @@ typedef struct light {
 static void add_light(double share, double k, int edge, bool mirror, int degree,
                       light *to)
 {
-    const double x = degree * texel_edge(edge);
+    const double x = wave(edge, degree);
     const double one = share * k * k * (mirror ? exp(-x * x / 12) : 1);
     to->square += one;
     to->between += one * fmin(x * x / 2, 2);
@@ -182,16 +182,16 @@ static double texels_error(const ibl_lobe_kernels *k, const ibl_lobe_bands *b,
     return sum;
 }
 
-/* Irradiance as baked over irradiance as it is. Light comes from above more
- * often than not, and texels in the middle of a face are 1.9 times the mean. */
+/* Irradiance as baked over irradiance as it is. By solid angle, texels are 1.14
+ * times as large as their mean. */
 static double irradiance_kept(int edge, int degree)
 {
     if (edge < 0)
         return 1;
     if (edge == 0)
         return degree <= 2;
-    const double x = degree * texel_edge(edge);
-    return exp(-1.6 * x * x / 12);
+    const double x = wave(edge, degree);
+    return exp(-1.14 * x * x / 12);
 }
 
 /* ---- sums ------------------------------------------------------------------
