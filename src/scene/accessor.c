@@ -3,6 +3,7 @@
  * another list may replace. */
 #include <float.h>
 #include <limits.h>
+#include <math.h>
 #include <string.h>
 
 #include "common/names.h"
@@ -42,33 +43,23 @@ static uint32_t word_of(const unsigned char *p, component type)
     return word;
 }
 
-static float share(int value, int most)
+static float number_of(const unsigned char *p, const elements *e)
 {
-    const float s = (float)value / (float)most;
-    return s < -1 ? -1 : s;
-}
+    const uint32_t word = word_of(p, e->type);
+    const int sign = e->type == I8 || e->type == I16;
+    const int bits = 8 * (int)size_of(e->type);
+    double x = word;
+    float f;
 
-static float number_of(const unsigned char *p, component type, bool normalized)
-{
-    const uint32_t word = word_of(p, type);
-    float x = 0;
-
-    switch (type) {
-    case I8:
-        return normalized ? share((int8_t)word, INT8_MAX) : (float)(int8_t)word;
-    case U8:
-        return normalized ? share((int)word, UINT8_MAX) : (float)word;
-    case I16:
-        return normalized ? share((int16_t)word, INT16_MAX)
-                          : (float)(int16_t)word;
-    case U16:
-        return normalized ? share((int)word, UINT16_MAX) : (float)word;
-    case U32:
-        return (float)word;
-    case F32:
-        memcpy(&x, &word, sizeof x);
+    if (e->type == F32) {
+        memcpy(&f, &word, sizeof f);
+        return f;
     }
-    return x;
+    if (sign && word >> (bits - 1))
+        x -= (double)(1ull << bits);
+    if (e->normalized)
+        x = fmax(x / (double)((1ull << (bits - sign)) - 1), -1);
+    return (float)x;
 }
 
 /* ---- the JSON --------------------------------------------------------- */
@@ -139,6 +130,8 @@ static bool find(ibl_gltf *g, ibl_json_at index, int least, int most,
     *at = ibl_json_element(&array, (size_t)i);
     if (!take_form(*at, e))
         return false;
+    if (ibl_json_member(at, "sparse").value)
+        return ibl_json_complain(*at, "sparse, which is not read");
     if (e->components < least || e->components > most)
         return ibl_json_complain(index,
                                  "expected %d to %d components, found "
@@ -146,10 +139,9 @@ static bool find(ibl_gltf *g, ibl_json_at index, int least, int most,
                                  least, most, e->components, at->path);
     g->values += (uint64_t)e->count * (unsigned)most;
     if (g->values > IBL_SCENE_VALUES)
-        return ibl_gltf_fail(g, IBL_ERR_UNSUPPORTED,
-                             "%s: over %d million numbers in its triangles: "
-                             "make it simpler",
-                             g->path, IBL_SCENE_VALUES / 1000000);
+        return ibl_json_complain(g->root,
+                                 "over %d million numbers: simplify it",
+                                 IBL_SCENE_VALUES / 1000000);
     return !ibl_json_member(at, "bufferView").value || take_bytes(g, *at, e);
 }
 
@@ -172,44 +164,14 @@ static void copy_element(ibl_gltf *g, const elements *e, uint32_t i, int most,
         if (c >= e->components)
             to[c] = 1;
         else
-            to[c] = p ? mended(g, number_of(p + (size_t)c * size_of(e->type),
-                                            e->type, e->normalized))
-                      : 0;
+            to[c] =
+                p ? mended(g, number_of(p + (size_t)c * size_of(e->type), e))
+                  : 0;
 }
 
 static bool is_index(component type)
 {
     return type == U8 || type == U16 || type == U32;
-}
-
-/* Replaces elements by those of the accessor's sparse list. */
-static bool replace(ibl_gltf *g, ibl_json_at accessor, const elements *e,
-                    int most, float *values)
-{
-    const ibl_json_at sparse = ibl_json_optional(&accessor, "sparse");
-    const ibl_json_at indices = ibl_json_member(&sparse, "indices");
-    elements at = {.components = 1}, with = *e;
-    int count = 0;
-
-    if (!sparse.value)
-        return true;
-    if (!ibl_json_int(ibl_json_member(&sparse, "count"), 1, (int)e->count,
-                      &count))
-        return false;
-    at.count = with.count = (uint32_t)count;
-    if (!take_type(indices, &at.type) || !take_bytes(g, indices, &at) ||
-        !take_bytes(g, ibl_json_member(&sparse, "values"), &with))
-        return false;
-    if (!is_index(at.type))
-        return ibl_json_complain(indices, "expected unsigned numbers");
-    for (uint32_t i = 0; i < with.count; i++) {
-        const uint32_t to = word_of(at.bytes + i * at.stride, at.type);
-        if (to >= e->count)
-            return ibl_json_complain(indices, "damaged: element %u of %u", to,
-                                     e->count);
-        copy_element(g, &with, i, most, values + (size_t)to * (size_t)most);
-    }
-    return true;
 }
 
 bool ibl_gltf_floats(ibl_gltf *g, ibl_json_at index, int least, int most,
@@ -226,7 +188,7 @@ bool ibl_gltf_floats(ibl_gltf *g, ibl_json_at index, int least, int most,
         return ibl_gltf_no_memory(g);
     for (uint32_t i = 0; i < e.count; i++)
         copy_element(g, &e, i, most, *out + (size_t)i * (size_t)most);
-    return replace(g, at, &e, most, *out);
+    return true;
 }
 
 bool ibl_gltf_indices(ibl_gltf *g, ibl_json_at index, uint32_t **out,
@@ -237,8 +199,8 @@ bool ibl_gltf_indices(ibl_gltf *g, ibl_json_at index, uint32_t **out,
 
     if (!find(g, index, 1, 1, &at, &e))
         return false;
-    if (!is_index(e.type) || ibl_json_member(&at, "sparse").value)
-        return ibl_json_complain(at, "expected unsigned numbers, not sparse");
+    if (!is_index(e.type))
+        return ibl_json_complain(at, "expected unsigned numbers");
     *count = e.count;
     *out = ibl_alloc_array(e.count, sizeof **out);
     if (!*out)

@@ -12,7 +12,6 @@
 #include "scene/gltf_reader.h"
 
 enum {
-    JSON_BYTES = 1 << 28,
     HEADER = 12, /* bytes of .glb before its chunks */
     CHUNK = 8    /* bytes of a chunk before its data */
 };
@@ -27,7 +26,6 @@ static const char *const known[] = {"EXT_mesh_manifold",
                                     "KHR_materials_emissive_strength",
                                     "KHR_materials_ior",
                                     "KHR_materials_iridescence",
-                                    "KHR_materials_pbrSpecularGlossiness",
                                     "KHR_materials_sheen",
                                     "KHR_materials_specular",
                                     "KHR_materials_transmission",
@@ -54,19 +52,19 @@ static uint64_t longest(const unsigned char *bytes, size_t size)
     return 0;
 }
 
-static struct ibl_scene_store *store_one(ibl_gltf *g)
+/* Adds an input that the scene keeps; NULL: no memory. */
+static ibl_input *add_input(ibl_gltf *g)
 {
-    struct ibl_scene_store *s = g->scene->store;
-    const size_t count = s ? (size_t)s->count : 0;
+    struct ibl_scene_store *s = calloc(1, sizeof *s);
 
-    s = realloc(s, sizeof *s + (count + 1) * sizeof *s->inputs);
     if (!s) {
         ibl_gltf_no_memory(g);
         return NULL;
     }
-    s->count = (int)count;
+    s->next = g->scene->store;
+    s->in = ibl_input_of(g->ctx, g->path, NULL, 0);
     g->scene->store = s;
-    return s;
+    return &s->in;
 }
 
 static bool add_path(ibl_gltf *g, const char *path)
@@ -86,44 +84,32 @@ static bool add_path(ibl_gltf *g, const char *path)
 /* Reads a file, which the scene keeps. */
 static bool read_file(ibl_gltf *g, const char *path, ibl_gltf_bytes *out)
 {
-    struct ibl_scene_store *s = store_one(g);
-    ibl_input in;
+    ibl_input *in = add_input(g);
 
-    if (!s || !add_path(g, path))
+    if (!in || !add_path(g, path))
         return false;
     g->status = ibl_input_open(
-        g->ctx, g->scene->files[g->scene->file_count - 1], longest, &in);
-    if (g->status)
-        return false;
-    g->status = ibl_input_load(&in);
-    s->inputs[s->count++] = in;
-    *out = (ibl_gltf_bytes){in.bytes, in.size};
+        g->ctx, g->scene->files[g->scene->file_count - 1], longest, in);
+    if (!g->status)
+        g->status = ibl_input_load(in);
+    *out = (ibl_gltf_bytes){in->bytes, in->size};
     return !g->status;
-}
-
-static int digit_of(unsigned char c)
-{
-    if (c >= 'A' && c <= 'Z')
-        return c - 'A';
-    if (c >= 'a' && c <= 'z')
-        return c - 'a' + 26;
-    if (c >= '0' && c <= '9')
-        return c - '0' + 52;
-    return c == '+' || c == '-' ? 62 : c == '/' || c == '_' ? 63 : -1;
 }
 
 /* RFC 4648; text may end in '='. Returns the bytes, or SIZE_MAX. */
 static size_t decode_base64(const char *text, unsigned char *out)
 {
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopq"
+                                 "rstuvwxyz0123456789+/";
     uint32_t bits = 0;
     size_t size = 0;
     int count = 0;
 
     for (; *text && *text != '='; text++) {
-        const int digit = digit_of((unsigned char)*text);
-        if (digit < 0)
+        const char *digit = strchr(digits, *text);
+        if (!digit)
             return SIZE_MAX;
-        bits = bits << 6 | (uint32_t)digit;
+        bits = bits << 6 | (uint32_t)(digit - digits);
         if ((count += 6) < 8)
             continue;
         count -= 8;
@@ -136,32 +122,22 @@ static bool read_data(ibl_gltf *g, ibl_json_at at, const char *uri,
                       ibl_gltf_bytes *out)
 {
     const char *comma = strchr(uri, ',');
-    struct ibl_scene_store *s = store_one(g);
+    ibl_input *in = add_input(g);
 
-    if (!s)
+    if (!in)
         return false;
     if (!comma || comma - uri < 7 || strncmp(comma - 7, ";base64", 7) != 0)
         return ibl_json_complain(at, "expected a data URI of base64");
     unsigned char *bytes = ibl_alloc_array(strlen(comma), 1);
     if (!bytes)
         return ibl_gltf_no_memory(g);
-    ibl_input in = ibl_input_of(g->ctx, g->path, bytes, 0);
-    in.owned = bytes;
-    in.size = decode_base64(comma + 1, bytes);
-    s->inputs[s->count++] = in;
-    *out = (ibl_gltf_bytes){bytes, in.size};
-    return in.size != SIZE_MAX ||
+    in->owned = bytes;
+    *out = (ibl_gltf_bytes){bytes, decode_base64(comma + 1, bytes)};
+    return out->size != SIZE_MAX ||
            ibl_json_complain(at, "damaged: its data are no base64");
 }
 
-/* Whether a URI begins with a scheme, as "https:". */
-static bool has_scheme(const char *uri)
-{
-    const size_t length = strcspn(uri, ":/?#%");
-    return length > 1 && uri[length] == ':';
-}
-
-/* Reads what a URI names; a file is added to *path, which free frees. */
+/* Reads what a URI names. */
 static bool read_uri(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *out)
 {
     const char *uri;
@@ -170,21 +146,12 @@ static bool read_uri(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *out)
         return false;
     if (!strncmp(uri, "data:", 5))
         return read_data(g, at, uri, out);
-    if (has_scheme(uri))
-        return ibl_gltf_fail(g, IBL_ERR_UNSUPPORTED,
-                             "%s: %s: %.200s is not in a file beside it: "
-                             "download it, and give its name",
-                             g->path, at.path, uri);
     char *name = strdup(uri), *path = NULL;
     bool ok = name || ibl_gltf_no_memory(g);
     ok = ok &&
          (ibl_uri_decode(name) || ibl_json_wrong(at, "a URI without %%00"));
     if (ok) {
         path = ibl_path_beside(g->path, name);
-        if (path && !strcmp(path, "-")) { /* a file of that name */
-            free(path);
-            path = strdup("./-");
-        }
         ok = path ? read_file(g, path, out) : ibl_gltf_no_memory(g);
     }
     free(name);
@@ -203,25 +170,19 @@ static bool find_chunks(ibl_gltf *g, ibl_gltf_bytes all, ibl_gltf_bytes *json)
     if (all.size < HEADER || memcmp(b, "glTF", 4) != 0)
         return true;
     if (word(b + 4) != 2)
-        return ibl_gltf_fail(g, IBL_ERR_UNSUPPORTED,
-                             "%s: glTF of version %u: only 2 is read: convert "
-                             "it",
-                             g->path, word(b + 4));
+        return ibl_json_complain(g->root, "glTF of version %u: only 2 is read",
+                                 word(b + 4));
     const size_t end = word(b + 8);
     if (end > all.size || end < HEADER + CHUNK ||
         memcmp(b + HEADER + 4, "JSON", 4) != 0 ||
         word(b + HEADER) > end - HEADER - CHUNK)
-        return ibl_gltf_fail(g, IBL_ERR_FORMAT,
-                             "%s: damaged: a .glb file that is cut short",
-                             g->path);
+        return ibl_json_complain(g->root, "damaged: a .glb that is cut short");
     *json = (ibl_gltf_bytes){b + HEADER + CHUNK, word(b + HEADER)};
     const size_t at = HEADER + CHUNK + json->size;
     if (end - at < CHUNK || memcmp(b + at + 4, "BIN\0", 4) != 0)
         return true;
     if (word(b + at) > end - at - CHUNK)
-        return ibl_gltf_fail(g, IBL_ERR_FORMAT,
-                             "%s: damaged: its binary chunk is cut short",
-                             g->path);
+        return ibl_json_complain(g->root, "damaged: its bytes are cut short");
     g->chunk = (ibl_gltf_bytes){b + at + CHUNK, word(b + at)};
     return true;
 }
@@ -230,35 +191,23 @@ static bool parse(ibl_gltf *g, ibl_gltf_bytes json)
 {
     json_error_t error;
 
-    if (json.size >= 3 && !memcmp(json.bytes, "\xef\xbb\xbf", 3)) {
-        json.bytes += 3;
-        json.size -= 3;
-    }
     while (json.size && !json.bytes[json.size - 1])
         json.size--;
-    if (json.size > JSON_BYTES)
-        return ibl_gltf_fail(g, IBL_ERR_FORMAT,
-                             "%s: its JSON has over %d MiB, which is not read",
-                             g->path, JSON_BYTES >> 20);
     g->json.root = json_loadb((const char *)json.bytes, json.size, 0, &error);
     g->root = ibl_json_root(&g->json);
-    return g->json.root ||
-           ibl_gltf_fail(g, IBL_ERR_FORMAT, "%s:%d:%d: no glTF: %s", g->path,
-                         error.line, error.column, error.text);
+    return g->json.root || ibl_json_complain(g->root, "no glTF: %s in line %d",
+                                             error.text, error.line);
 }
 
 static bool check_version(ibl_gltf *g)
 {
     const ibl_json_at asset = ibl_json_member(&g->root, "asset");
+    const ibl_json_at at = ibl_json_member(&asset, "version");
     const char *version;
 
-    if (!ibl_json_text_at(ibl_json_member(&asset, "version"), &version))
-        return false;
-    return !strncmp(version, "2.", 2) ||
-           ibl_gltf_fail(g, IBL_ERR_UNSUPPORTED,
-                         "%s: glTF of version %.20s: only 2.0 is read: "
-                         "convert it",
-                         g->path, version);
+    return ibl_json_text_at(at, &version) &&
+           (!strncmp(version, "2.", 2) ||
+            ibl_json_wrong(at, "glTF 2.0, to which others are converted"));
 }
 
 static bool check_extensions(ibl_gltf *g)
@@ -269,14 +218,13 @@ static bool check_extensions(ibl_gltf *g)
     if (!ibl_gltf_array(g, "extensionsRequired", &array, &count))
         return false;
     for (int i = 0; i < count; i++) {
+        const ibl_json_at at = ibl_json_element(&array, (size_t)i);
         const char *name;
-        if (!ibl_json_text_at(ibl_json_element(&array, (size_t)i), &name))
+        if (!ibl_json_text_at(at, &name))
             return false;
         if (ibl_names_find(known, name) < 0)
-            return ibl_gltf_fail(g, IBL_ERR_UNSUPPORTED,
-                                 "%s: needs the extension %.60s, which is not "
-                                 "read: export it without",
-                                 g->path, name);
+            return ibl_json_complain(at, "%.60s is not read: export it without",
+                                     name);
     }
     return true;
 }

@@ -39,8 +39,6 @@ static const struct {
     {"KHR_materials_sheen", "sheenRoughnessFactor", AT(sheen_roughness), 1, 0,
      1},
     {"KHR_materials_anisotropy", "anisotropyStrength", AT(anisotropy), 1, 0, 1},
-    {"KHR_materials_anisotropy", "anisotropyRotation", AT(anisotropy_rotation),
-     1, -1e30, 1e30},
     {"KHR_materials_transmission", "transmissionFactor", AT(transmission), 1, 0,
      1},
 };
@@ -66,7 +64,6 @@ static const struct {
     {"KHR_materials_sheen", "sheenColorTexture", AT(sheen_colour_texture)},
     {"KHR_materials_sheen", "sheenRoughnessTexture",
      AT(sheen_roughness_texture)},
-    {"KHR_materials_anisotropy", "anisotropyTexture", AT(anisotropy_texture)},
     {"KHR_materials_transmission", "transmissionTexture",
      AT(transmission_texture)},
 };
@@ -143,15 +140,9 @@ static bool read_texture(ibl_gltf *g, ibl_json_at at, ibl_scene_texture *t)
         return true;
     if (!ibl_gltf_array(g, "textures", &array, &count) ||
         !ibl_gltf_index(ibl_json_member(&at, "index"), count, &i) ||
-        !ibl_json_int(ibl_json_optional(&at, "texCoord"), 0, INT32_MAX,
-                      &t->texcoord) ||
+        !ibl_json_int(ibl_json_optional(&at, "texCoord"), 0, 1, &t->texcoord) ||
         !read_transform(at, t))
         return false;
-    if (t->texcoord > 1) {
-        g->textures_left_out++;
-        t->texcoord = 0;
-        return true;
-    }
     const ibl_json_at texture = ibl_json_element(&array, (size_t)i);
     return read_sampler(g, ibl_json_optional(&texture, "sampler"), t) &&
            ibl_gltf_index(ibl_json_optional(&texture, "source"),
@@ -212,33 +203,6 @@ static bool read_textures(ibl_gltf *g, ibl_json_at at, ibl_scene_material *m)
     return true;
 }
 
-/* The factors of KHR_materials_pbrSpecularGlossiness, which counts where there
- * is no metallic-roughness. An ior of 0 stands for F0 = 1, of which
- * specular_colour takes its share. */
-static bool read_glossiness(ibl_gltf *g, ibl_json_at at, ibl_scene_material *m)
-{
-    float gloss = 1;
-    ibl_json_at k, diffuse, specular;
-
-    if (!extension_in(at, "KHR_materials_pbrSpecularGlossiness", &k))
-        return false;
-    if (!k.value || json_object_get(at.value, "pbrMetallicRoughness"))
-        return true;
-    if (!ibl_gltf_reals(ibl_json_optional(&k, "diffuseFactor"), 4, 0, 1,
-                        m->base_colour) ||
-        !ibl_gltf_reals(ibl_json_optional(&k, "specularFactor"), 3, 0, 1,
-                        m->specular_colour) ||
-        !ibl_gltf_reals(ibl_json_optional(&k, "glossinessFactor"), 1, 0, 1,
-                        &gloss) ||
-        !object_in(k, "diffuseTexture", &diffuse) ||
-        !object_in(k, "specularGlossinessTexture", &specular))
-        return false;
-    m->metallic = m->ior = 0;
-    m->roughness = 1 - gloss;
-    return read_texture(g, diffuse, &m->base_colour_texture) &&
-           read_texture(g, specular, &m->specular_colour_texture);
-}
-
 static bool read_switches(ibl_json_at at, ibl_scene_material *m)
 {
     static const char *const modes[] = {"OPAQUE", "MASK", "BLEND", NULL};
@@ -271,7 +235,7 @@ static bool read_material(ibl_gltf *g, ibl_json_at at)
         return false;
     s->material_count++;
     return read_factors(at, m) && read_textures(g, at, m) &&
-           read_glossiness(g, at, m) && read_switches(at, m);
+           read_switches(at, m);
 }
 
 bool ibl_gltf_materials(ibl_gltf *g)

@@ -187,40 +187,40 @@ static bool read_primitive(ibl_gltf *g, ibl_json_at at)
            unroll(g, (mode)m, p) && (p->normal || flatten(g, p));
 }
 
-/* The number of primitives of all meshes; sets whether all are arrays. */
-static int count_all(ibl_json_at meshes, bool *ok)
+static bool read_mesh(ibl_gltf *g, ibl_json_at at)
 {
-    size_t count = 0;
+    ibl_scene *s = g->scene;
+    const ibl_json_at list = ibl_json_member(&at, "primitives");
 
-    for (size_t i = 0; i < json_array_size(meshes.value) && *ok; i++) {
-        const ibl_json_at mesh = ibl_json_element(&meshes, i);
-        const ibl_json_at list = ibl_json_member(&mesh, "primitives");
-        *ok = ibl_json_array(list, 1, INT32_MAX);
-        count += json_array_size(list.value);
-    }
-    return (int)count;
+    if (!ibl_json_array(list, 1, INT32_MAX))
+        return false;
+    const size_t count = json_array_size(list.value);
+    ibl_scene_primitive *all = realloc(
+        s->primitives, ((size_t)s->primitive_count + count) * sizeof *all);
+    if (!all)
+        return ibl_gltf_no_memory(g);
+    s->primitives = all;
+    for (size_t i = 0; i < count; i++)
+        if (!read_primitive(g, ibl_json_element(&list, i)))
+            return false;
+    return true;
 }
 
 bool ibl_gltf_meshes(ibl_gltf *g)
 {
-    ibl_scene *s = g->scene;
+    const ibl_scene *s = g->scene;
     ibl_json_at meshes;
-    bool ok = ibl_gltf_array(g, "meshes", &meshes, &g->mesh_count);
-    const int count = ok ? count_all(meshes, &ok) : 0;
 
-    if (!ok)
+    if (!ibl_gltf_array(g, "meshes", &meshes, &g->mesh_count))
         return false;
-    s->primitives = calloc((size_t)count + 1, sizeof *s->primitives);
     g->mesh_first = malloc(((size_t)g->mesh_count + 1) * sizeof(int));
-    if (!s->primitives || !g->mesh_first)
+    if (!g->mesh_first)
         return ibl_gltf_no_memory(g);
-    for (int i = 0; i < g->mesh_count && ok; i++) {
-        const ibl_json_at mesh = ibl_json_element(&meshes, (size_t)i);
-        const ibl_json_at list = ibl_json_member(&mesh, "primitives");
+    for (int i = 0; i < g->mesh_count; i++) {
         g->mesh_first[i] = s->primitive_count;
-        for (size_t k = 0; k < json_array_size(list.value) && ok; k++)
-            ok = read_primitive(g, ibl_json_element(&list, k));
+        if (!read_mesh(g, ibl_json_element(&meshes, (size_t)i)))
+            return false;
     }
     g->mesh_first[g->mesh_count] = s->primitive_count;
-    return ok;
+    return true;
 }

@@ -179,12 +179,10 @@ static bool make_draws(nodes *n)
             count +=
                 (uint64_t)(first[n->list[i].mesh + 1] - first[n->list[i].mesh]);
     if (!count)
-        return ibl_gltf_fail(g, IBL_ERR_FORMAT,
-                             "%s: its scene has no triangles", g->path);
+        return ibl_json_complain(g->root, "its scene has no triangles");
     if (count > IBL_SCENE_DRAWS)
-        return ibl_gltf_fail(g, IBL_ERR_UNSUPPORTED,
-                             "%s: over %d parts: join its meshes", g->path,
-                             IBL_SCENE_DRAWS);
+        return ibl_json_complain(g->root, "over %d parts: join its meshes",
+                                 IBL_SCENE_DRAWS);
     g->scene->draws = calloc((size_t)count, sizeof *g->scene->draws);
     if (!g->scene->draws)
         return ibl_gltf_no_memory(g);

@@ -2,28 +2,13 @@
 #include "scene/gltf_reader.h"
 
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/stderr_line.h"
 #include "core/alloc.h"
 #include "core/context.h"
 
 /* ---- helpers of the reader -------------------------------------------- */
-
-bool ibl_gltf_fail(ibl_gltf *g, ibl_status status, const char *fmt, ...)
-{
-    char text[IBL_LINE_BYTES];
-    va_list ap;
-
-    va_start(ap, fmt);
-    vsnprintf(text, sizeof text, fmt, ap);
-    va_end(ap);
-    g->status = ibl_fail(g->ctx, status, "%s", text);
-    return false;
-}
 
 bool ibl_gltf_no_memory(ibl_gltf *g)
 {
@@ -34,7 +19,9 @@ bool ibl_gltf_no_memory(ibl_gltf *g)
 /* `fail` of an ibl_json_file. */
 static void fail(void *cookie, const char *text)
 {
-    ibl_gltf_fail(cookie, IBL_ERR_FORMAT, "%s", text);
+    ibl_gltf *g = cookie;
+
+    g->status = ibl_fail(g->ctx, IBL_ERR_FORMAT, "%s", text);
 }
 
 bool ibl_gltf_array(ibl_gltf *g, const char *key, ibl_json_at *array,
@@ -82,10 +69,6 @@ static void warn(const ibl_gltf *g)
                  "%s: %d primitives are points, lines or without positions: "
                  "left out",
                  g->path, g->left_out);
-    if (g->textures_left_out)
-        ibl_warn(g->ctx,
-                 "%s: %d textures use a third texture coordinate: left out",
-                 g->path, g->textures_left_out);
     if (g->mended)
         ibl_warn(g->ctx, "%s: %llu values are no numbers: taken as 0", g->path,
                  (unsigned long long)g->mended);
@@ -97,6 +80,7 @@ ibl_status ibl_scene_read(ibl_ctx *ctx, const char *path, ibl_scene *out)
 
     *out = (ibl_scene){0};
     g.json = (ibl_json_file){.name = path, .fail = fail, .cookie = &g};
+    g.root = ibl_json_root(&g.json);
     const bool ok = ibl_gltf_open(&g) && ibl_gltf_images(&g) &&
                     ibl_gltf_materials(&g) && ibl_gltf_meshes(&g) &&
                     ibl_gltf_nodes(&g);
@@ -131,13 +115,15 @@ void ibl_scene_free(ibl_scene *s)
     }
     for (int i = 0; i < s->file_count; i++)
         free(s->files[i]);
-    for (int i = 0; s->store && i < s->store->count; i++)
-        ibl_input_close(&s->store->inputs[i]);
+    for (struct ibl_scene_store *at = s->store, *next; at; at = next) {
+        next = at->next;
+        ibl_input_close(&at->in);
+        free(at);
+    }
     free(s->primitives);
     free(s->materials);
     free(s->draws);
     free(s->images);
     free(s->files);
-    free(s->store);
     *s = (ibl_scene){0};
 }

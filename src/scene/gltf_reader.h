@@ -16,10 +16,10 @@ enum {
     IBL_SCENE_DRAWS = 1 << 20
 };
 
-/* Memory that the scene keeps. */
+/* Memory that the scene keeps: files and data URIs. */
 struct ibl_scene_store {
-    int count;
-    ibl_input inputs[]; /* files and data URIs, loaded */
+    struct ibl_scene_store *next;
+    ibl_input in;
 };
 
 typedef struct ibl_gltf_bytes {
@@ -39,15 +39,12 @@ typedef struct ibl_gltf {
     int buffer_count;
     int *mesh_first; /* primitive with which a mesh begins; one more in all */
     int mesh_count;
-    uint64_t values;       /* that were read */
-    uint64_t mended;       /* values among them that were no numbers */
-    int left_out;          /* primitives that are no triangles */
-    int textures_left_out; /* by a third texture coordinate */
+    uint64_t values; /* that were read */
+    uint64_t mended; /* values among them that were no numbers */
+    int left_out;    /* primitives that are no triangles */
 } ibl_gltf;
 
-/* Sets the status and reports; returns false. */
-bool ibl_gltf_fail(ibl_gltf *g, ibl_status status, const char *fmt, ...)
-    __attribute__((format(printf, 3, 4)));
+/* Reports that memory ran out; returns false. */
 bool ibl_gltf_no_memory(ibl_gltf *g);
 
 /* Elements of an array of the root; absent: an empty one. */

@@ -34,7 +34,7 @@ typedef enum ibl_scene_alpha {
  * extensions that it does not use. Textures multiply the factors: in the
  * channels that glTF and its extensions say. Colours of factors are linear,
  * those of base colour, emissive, specular colour and sheen colour images are
- * sRGB. Of KHR_materials_pbrSpecularGlossiness the factors are converted. */
+ * sRGB. */
 typedef struct ibl_scene_material {
     char *name; /* "" if it has none */
     float base_colour[4];
@@ -47,7 +47,7 @@ typedef struct ibl_scene_material {
     float ior, specular, specular_colour[3];
     float clearcoat, clearcoat_roughness, clearcoat_normal_scale;
     float sheen_colour[3], sheen_roughness; /* colour 0: no sheen */
-    float anisotropy, anisotropy_rotation;  /* radians */
+    float anisotropy;
     float transmission;
     ibl_scene_texture base_colour_texture;
     ibl_scene_texture metallic_roughness_texture; /* G roughness, B metallic */
@@ -61,7 +61,6 @@ typedef struct ibl_scene_material {
     ibl_scene_texture clearcoat_normal_texture;
     ibl_scene_texture sheen_colour_texture;
     ibl_scene_texture sheen_roughness_texture; /* A */
-    ibl_scene_texture anisotropy_texture;      /* RG direction, B strength */
     ibl_scene_texture transmission_texture;    /* R */
 } ibl_scene_material;
 
@@ -126,13 +125,9 @@ void ibl_scene_free(ibl_scene *scene); /* zeroed is fine */
  *   images  count of their numbers
  *   reduce  1, or 2, 4, 8: a JPEG may become so many times smaller, the mean of
  *           its pixels, which is faster
- * IBL_ERR_FORMAT, IBL_ERR_UNSUPPORTED (neither PNG nor JPEG, or too large),
- * IBL_ERR_MEMORY: some images stay undecoded.
+ * IBL_ERR_FORMAT, also where memory ran out: some images stay undecoded.
  */
 ibl_status ibl_scene_decode_all(ibl_ctx *ctx, ibl_scene *scene,
                                 const int *images, int count, int reduce);
-/* The same for one. */
-ibl_status ibl_scene_decode(ibl_ctx *ctx, ibl_scene *scene, int image,
-                            int reduce);
 
 #endif

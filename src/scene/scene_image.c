@@ -19,31 +19,31 @@ enum {
     MOST_PACKED = 512
 };
 
-static ibl_status make_room(ibl_scene_image *i, int width, int height)
+static const char damaged[] = "a damaged image, or one that is cut short";
+
+/* Returns what is wrong, as all below: NULL: nothing. */
+static const char *make_room(ibl_scene_image *i, int width, int height)
 {
     if ((uint64_t)width * (uint64_t)height > MOST_TEXELS)
-        return IBL_ERR_UNSUPPORTED;
+        return "an image of over 268435456 texels: make it smaller";
     i->rgba = ibl_alloc_array((size_t)width * (size_t)height, 4);
     i->width = width;
     i->height = height;
-    return i->rgba ? IBL_OK : IBL_ERR_MEMORY;
+    return i->rgba ? NULL : "no memory for the image";
 }
 
-/* ---- PNG -------------------------------------------------------------- */
-
-static ibl_status decode_png(ibl_scene_image *i)
+static const char *decode_png(ibl_scene_image *i)
 {
     int width, height;
 
     if (!ibl_png_size(i->encoded, i->encoded_size, &width, &height) ||
         !ibl_png_holds(i->encoded, i->encoded_size))
-        return IBL_ERR_FORMAT;
-    const ibl_status status = make_room(i, width, height);
-    if (status)
-        return status;
-    return ibl_png_decode(i->encoded, i->encoded_size, width, height, i->rgba)
-               ? IBL_OK
-               : IBL_ERR_FORMAT;
+        return damaged;
+    const char *why = make_room(i, width, height);
+    return why || ibl_png_decode(i->encoded, i->encoded_size, width, height,
+                                 i->rgba)
+               ? why
+               : damaged;
 }
 
 /* ---- JPEG ------------------------------------------------------------- */
@@ -66,7 +66,7 @@ static void listen(j_common_ptr jpeg, int level)
         leave(jpeg);
 }
 
-static ibl_status read_rows(reader *r, ibl_scene_image *i, int reduce)
+static const char *read_rows(reader *r, ibl_scene_image *i, int reduce)
 {
     struct jpeg_decompress_struct *j = &r->jpeg;
 
@@ -74,36 +74,35 @@ static ibl_status read_rows(reader *r, ibl_scene_image *i, int reduce)
     jpeg_read_header(j, TRUE);
     if ((uint64_t)j->image_width * j->image_height / MOST_PACKED >
         i->encoded_size)
-        return IBL_ERR_FORMAT;
+        return damaged;
     j->out_color_space = JCS_EXT_RGBA;
     j->scale_denom = (unsigned)reduce;
     jpeg_calc_output_dimensions(j);
-    const ibl_status status =
-        make_room(i, (int)j->output_width, (int)j->output_height);
-    if (status)
-        return status;
+    const char *why = make_room(i, (int)j->output_width, (int)j->output_height);
+    if (why)
+        return why;
     jpeg_start_decompress(j);
     while (j->output_scanline < j->output_height) {
         unsigned char *row =
             i->rgba + 4 * (size_t)j->output_width * (size_t)j->output_scanline;
         jpeg_read_scanlines(j, &row, 1);
     }
-    return IBL_OK;
+    return NULL;
 }
 
-static ibl_status decode_jpeg(ibl_scene_image *i, int reduce)
+static const char *decode_jpeg(ibl_scene_image *i, int reduce)
 {
     reader r;
-    volatile ibl_status status = IBL_ERR_FORMAT;
+    const char *volatile why = damaged;
 
     r.jpeg.err = jpeg_std_error(&r.errors);
     r.errors.error_exit = leave;
     r.errors.emit_message = listen;
     jpeg_create_decompress(&r.jpeg);
     if (!setjmp(r.failed))
-        status = read_rows(&r, i, reduce);
+        why = read_rows(&r, i, reduce);
     jpeg_destroy_decompress(&r.jpeg);
-    return status;
+    return why;
 }
 
 /* ---- the calls -------------------------------------------------------- */
@@ -113,53 +112,28 @@ static bool begins(const ibl_scene_image *i, const char *bytes, size_t size)
     return i->encoded_size >= size && !memcmp(i->encoded, bytes, size);
 }
 
-/* Decodes without a message. */
-static ibl_status decode(ibl_scene_image *i, int reduce)
+static const char *decode(ibl_scene_image *i, int reduce)
 {
-    ibl_status status = IBL_ERR_ARGUMENT; /* another format */
+    const char *why = "neither PNG nor JPEG: convert it";
 
     if (i->rgba)
-        return IBL_OK;
+        return NULL;
     if (begins(i, "\x89PNG", 4))
-        status = decode_png(i);
+        why = decode_png(i);
     else if (begins(i, "\xff\xd8\xff", 3))
-        status = decode_jpeg(i, reduce);
-    if (status) {
+        why = decode_jpeg(i, reduce);
+    if (why) {
         ibl_free(i->rgba);
         i->rgba = NULL;
-        i->width = i->height = 0;
     }
-    return status;
-}
-
-static ibl_status report(ibl_ctx *ctx, const ibl_scene_image *i,
-                         ibl_status status)
-{
-    switch (status) {
-    case IBL_OK:
-        return status;
-    case IBL_ERR_ARGUMENT:
-        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: neither PNG nor JPEG: convert it", i->name);
-    case IBL_ERR_UNSUPPORTED:
-        return ibl_fail(ctx, status,
-                        "%s: an image of over %d texels: make it smaller",
-                        i->name, MOST_TEXELS);
-    case IBL_ERR_MEMORY:
-        return ibl_no_memory(ctx, "an image of a scene");
-    default:
-        return ibl_fail(ctx, status,
-                        "%s: a damaged image, or one that is cut "
-                        "short",
-                        i->name);
-    }
+    return why;
 }
 
 typedef struct wanted {
     ibl_scene *scene;
     int reduce;
     const int *images;
-    ibl_status *status;
+    const char **why; /* of each */
 } wanted;
 
 static void job(void *arg, int n, int worker)
@@ -167,26 +141,22 @@ static void job(void *arg, int n, int worker)
     const wanted *w = arg;
 
     (void)worker;
-    w->status[n] = decode(&w->scene->images[w->images[n]], w->reduce);
+    w->why[n] = decode(&w->scene->images[w->images[n]], w->reduce);
 }
 
 ibl_status ibl_scene_decode_all(ibl_ctx *ctx, ibl_scene *scene,
                                 const int *images, int count, int reduce)
 {
-    ibl_status *all = ibl_alloc_zeroed((size_t)count + 1, sizeof *all);
+    const char **all = ibl_alloc_zeroed((size_t)count + 1, sizeof *all);
     wanted w = {scene, reduce, images, all};
 
     if (!all)
         return ibl_no_memory(ctx, "images");
     ibl_status status = ibl_run(ctx, NULL, count, job, &w);
     for (int i = 0; i < count && !status; i++)
-        status = report(ctx, &scene->images[images[i]], all[i]);
+        if (all[i])
+            status = ibl_fail(ctx, IBL_ERR_FORMAT, "%s: %s",
+                              scene->images[images[i]].name, all[i]);
     ibl_free(all);
     return status;
-}
-
-ibl_status ibl_scene_decode(ibl_ctx *ctx, ibl_scene *scene, int image,
-                            int reduce)
-{
-    return ibl_scene_decode_all(ctx, scene, &image, 1, reduce);
 }

@@ -131,8 +131,7 @@ static void add_layers(const surveyor *y, const ibl_scene_material *m,
     if (sheen > 0)
         add(y->out->sheen, (double)m->sheen_roughness * roughness[3], weight,
             sheen * sheen, 0);
-    look_up(y, &m->anisotropy_texture, p->uv, false, amount);
-    if ((double)m->anisotropy * amount[2] > 0)
+    if (m->anisotropy > 0)
         y->out->anisotropic += weight;
 }
 
@@ -265,47 +264,37 @@ static double go_through(const ibl_scene *s, surveyor *y)
 
 /* ---- images ----------------------------------------------------------- */
 
-/* Textures that decide what a material reflects, and how much. */
-static int textures_of(const ibl_scene_material *m,
-                       const ibl_scene_texture *list[])
-{
-    int count = 0;
+#define AT(field) offsetof(ibl_scene_material, field)
 
-    list[count++] = &m->base_colour_texture;
-    if (m->unlit)
-        return count;
-    list[count++] = &m->metallic_roughness_texture;
-    list[count++] = &m->specular_texture;
-    list[count++] = &m->specular_colour_texture;
-    list[count++] = &m->clearcoat_texture;
-    list[count++] = &m->clearcoat_roughness_texture;
-    list[count++] = &m->sheen_colour_texture;
-    list[count++] = &m->sheen_roughness_texture;
-    list[count++] = &m->anisotropy_texture;
-    list[count++] = &m->transmission_texture;
-    return count;
-}
+/* Textures that decide what a material reflects, and how much. */
+static const size_t textures[] = {
+    AT(base_colour_texture),  AT(metallic_roughness_texture),
+    AT(specular_texture),     AT(specular_colour_texture),
+    AT(clearcoat_texture),    AT(clearcoat_roughness_texture),
+    AT(sheen_colour_texture), AT(sheen_roughness_texture),
+    AT(transmission_texture)};
 
 /* Lists the images of what is drawn, each once; counts that. */
 static int list_images(const ibl_scene *s, bool *seen, int *images,
                        ibl_scene_survey *out)
 {
-    const ibl_scene_texture *textures[16];
     bool *drawn = seen + s->image_count;
     int count = 0;
 
     for (int i = 0; i < s->draw_count; i++) {
         const ibl_scene_primitive *p = &s->primitives[s->draws[i].primitive];
-        const int known = textures_of(&s->materials[p->material], textures);
+        const char *m = (const char *)&s->materials[p->material];
         out->triangles += (int)(p->index_count / 3);
         out->materials += !drawn[p->material];
         drawn[p->material] = true;
-        for (int k = 0; k < known; k++) {
-            const int image = textures[k]->image;
-            if (image >= 0 && !seen[image])
-                images[count++] = image;
-            if (image >= 0)
-                seen[image] = true;
+        for (size_t k = 0; k < sizeof textures / sizeof *textures; k++) {
+            const int image =
+                ((const ibl_scene_texture *)(const void *)(m + textures[k]))
+                    ->image;
+            if (image < 0 || seen[image])
+                continue;
+            seen[image] = true;
+            images[count++] = image;
         }
     }
     return count;
@@ -342,18 +331,11 @@ double ibl_survey_share(const ibl_survey_bin bins[])
 /* Makes room for another scene among shares that sum to 1. */
 static void scale(ibl_scene_survey *out, double by)
 {
-    ibl_survey_bin *const bins[] = {out->metal, out->dielectric, out->clearcoat,
-                                    out->sheen};
+    double *all = (double *)(void *)out;
 
-    for (size_t k = 0; k < sizeof bins / sizeof *bins; k++)
-        for (int i = 0; i < IBL_SURVEY_BINS; i++) {
-            bins[k][i].share *= by;
-            bins[k][i].power *= by;
-            bins[k][i].diffuse *= by;
-        }
-    out->unlit *= by;
-    out->transmission *= by;
-    out->anisotropic *= by;
+    for (size_t i = offsetof(ibl_scene_survey, metal) / sizeof *all;
+         i < offsetof(ibl_scene_survey, scenes) / sizeof *all; i++)
+        all[i] *= by;
 }
 
 ibl_status ibl_scene_survey_add(ibl_ctx *ctx, ibl_scene *scene,

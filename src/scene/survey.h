@@ -25,7 +25,8 @@ typedef struct ibl_survey_bin {
  * of more than F0 = .04) are divided between both.
  */
 typedef struct ibl_scene_survey {
-    double area; /* in the scenes' own units, squared */
+    double area; /* in the scenes' own units, squared; the next, to anisotropic,
+                    are shares */
     ibl_survey_bin metal[IBL_SURVEY_BINS], dielectric[IBL_SURVEY_BINS];
     ibl_survey_bin clearcoat[IBL_SURVEY_BINS]; /* over the others, of F0 .04 */
     ibl_survey_bin sheen[IBL_SURVEY_BINS];     /* over the others */
@@ -45,7 +46,7 @@ double ibl_survey_share(const ibl_survey_bin bins[]);
  * places, evenly over the area, with the values of the textures there. The
  * same result for any number of threads.
  *   survey  zeroed before the first scene
- * Errors of ibl_scene_decode. IBL_ERR_FORMAT: the scene has no area.
+ * Errors of ibl_scene_decode_all. IBL_ERR_FORMAT: the scene has no area.
  */
 ibl_status ibl_scene_survey_add(ibl_ctx *ctx, ibl_scene *scene,
                                 ibl_scene_survey *survey);
