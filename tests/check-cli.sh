@@ -830,9 +830,11 @@ if (got !== '40,3,rgba32f,5,17,9')
 END
     iblbake env.exr --rendered-error .0001 -o near >table
     grep -q 'is not reached, nearest' table || cat table
-    iblbake env.exr --rendered-error .5 --target three,bevy -o targets >table
+    iblbake env.exr --rendered-error .5 --target three,bevy,playcanvas \
+        -o targets >table
     js <<'END'
-for (const [name, pixel] of [['three', 'uastc-hdr'], ['bevy', 'rgb9e5']]) {
+for (const [name, pixel] of [['three', 'uastc-hdr'], ['bevy', 'rgb9e5'],
+        ['playcanvas', 'rgbp']]) {
     const {choice, outputs} = json(`targets/${name}/env.json`);
     if (outputs[0].pixel !== pixel || !(choice.set.bytes > 0))
         console.log(name, JSON.stringify(choice));

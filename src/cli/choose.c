@@ -148,7 +148,8 @@ static bool make_chain(search *s, int size, int levels)
         return c->least >= 0;
     c->layout.levels = 1;
     c->least = -1;
-    if (count > 1 && edge >> (count - 1) < LEAST_EDGE)
+    if (count > ibl_most_levels(edge) ||
+        (s->levels.count > 1 && count > 1 && edge >> (count - 1) < LEAST_EDGE))
         return false;
     if (s->fits && ibl_expectation_fit(s->e, edge, count, &c->layout, &nrmse))
         return false;
@@ -536,9 +537,11 @@ static void tell(const search *s, const pick *p, ibl_choice *choice)
 
     if (wants(o, IBL_OUTPUT_SPECULAR))
         tell_chain(s, p, choice);
-    ibl_choice_chose(choice, "texels", ibl_pixel_name(o->texels.pixel), "%s",
-                     s->pixel.count > 1 ? "the smallest that holds"
-                                        : "as asked");
+    ibl_choice_chose(
+        choice, "texels",
+        o->engine ? ibl_engine_pixel(o->engine)
+                  : ibl_pixel_name(o->texels.pixel),
+        "%s", s->pixel.count > 1 ? "the smallest that holds" : "as asked");
     snprintf(text, sizeof text, "%d", o->bake.irradiance_options.size);
     ibl_choice_chose(choice, "irradiance",
                      s->irradiance.value[p->irradiance] ? text : "harmonics",
