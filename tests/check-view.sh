@@ -198,6 +198,8 @@ test_models_that_cannot_be_drawn() {
         [ "$(wc -l <said)" = 1 ] || head -n 3 said
         [ ! -e no.png ] || echo "$file: a picture"
     done
+    iblview good.gltf --offscreen no.png 2>said
+    grep -q 'is a model: name the set' said || cat said
     iblview "$work/ktx2" --model good.gltf --contact-sheet no.png \
         --sheet-rows material 2>said
     [ $? = 2 ] || echo "a sheet of materials"

@@ -110,8 +110,39 @@ static bool start_bake(view_app *app, const view_request *what)
     return app->baker;
 }
 
+static bool load_model(view_app *app, const char *path)
+{
+    char *const file = app->model_path;
+    ibl_scene scene;
+    view_model *model = NULL;
+
+    if (path != file)
+        snprintf(file, sizeof app->model_path, "%s", path);
+    view_files_see(&file, 1, &app->model_seen);
+    if (!ibl_scene_read(app->ctx, path, &scene))
+        model = view_model_create(app->ctx, &scene, path);
+    ibl_scene_free(&scene);
+    if (!model)
+        return false;
+    view_renderer_model(app->renderer, model);
+    view_model_free(app->model);
+    app->model = model;
+    app->redraw = true;
+    return true;
+}
+
+static bool open_model(view_app *app, const char *path)
+{
+    if (!load_model(app, path))
+        return false;
+    app->settings.mode = VIEW_MODEL;
+    return true;
+}
+
 bool view_app_open(view_app *app, const view_request *what)
 {
+    if (view_is_model(what->path))
+        return open_model(app, what->path);
     if (view_is_map(what->path, what->layout))
         return start_bake(app, what);
     if (!view_set_open(app->ctx, what, free_slot(app)) || !show(app, what))
@@ -150,24 +181,6 @@ static bool load_other(view_app *app)
     return view_renderer_against(app->renderer, &app->other);
 }
 
-static bool load_model(view_app *app)
-{
-    const char *path = app->options->model;
-    ibl_scene scene;
-    view_model *model = NULL;
-
-    if (!ibl_scene_read(app->ctx, path, &scene))
-        model = view_model_create(app->ctx, &scene, path);
-    ibl_scene_free(&scene);
-    if (!model)
-        return false;
-    view_renderer_model(app->renderer, model);
-    view_model_free(app->model);
-    app->model = model;
-    app->redraw = true;
-    return true;
-}
-
 bool view_app_make(view_app *app)
 {
     const view_options *o = app->options;
@@ -182,7 +195,7 @@ bool view_app_make(view_app *app)
     if ((o->probe_set && !load_probes(app)) ||
         (o->against_set && !load_other(app)))
         return false;
-    if (o->model && !load_model(app))
+    if (o->model && !load_model(app, o->model))
         return false;
     if (o->verbose && o->probe_set)
         view_report_probe_set(app->probes);
@@ -244,8 +257,22 @@ static void tend_probes(view_app *app)
         view_app_notice_path(app, path);
 }
 
+static void tend_model(view_app *app)
+{
+    char *const file = app->model_path;
+
+    if (!app->model ||
+        !view_files_changed(&file, 1, &app->model_seen, SETTLE_S, SETTLE_S))
+        return;
+    if (load_model(app, file))
+        view_note("%s: read anew", file);
+    else
+        view_app_notice_path(app, file);
+}
+
 void view_app_tend_files(view_app *app)
 {
+    tend_model(app);
     tend_set(app);
     tend_probes(app);
     if (app->other.name && view_set_changed(&app->other, SETTLE_S)) {

@@ -22,7 +22,9 @@ typedef struct view_app {
     view_renderer *renderer;
     view_overlay *overlay;
     view_probe_set *probes; /* from --probe-set, or NULL */
-    view_model *model;      /* from --model, or NULL */
+    view_model *model;      /* or NULL */
+    char model_path[PATH_MAX];
+    view_file_stamp model_seen;
 
     view_settings settings;
     view_settings drawn; /* of the last frame that was drawn */

@@ -90,6 +90,9 @@ typedef struct view_request {
  * ibl_image_read, or whatever has a layout. */
 bool view_is_map(const char *path, ibl_input_layout layout);
 
+/* Whether a path has the extension of a model, .gltf or .glb. */
+bool view_is_model(const char *path);
+
 /*
  * Reads a set. In a directory the only NAME_specular.ktx2, .ktx or .dds is
  * taken; several are an error that names them. NAME.json beside it and the

@@ -601,6 +601,10 @@ bool view_options_may(const view_options *o)
                                        : NULL;
     const bool map = view_is_map(r->path, r->layout);
 
+    if (view_is_model(r->path))
+        return view_fail("%s: is a model: name the set or the map that lights "
+                         "it, and this with --model",
+                         r->path);
     if (strcmp(r->path, "-") != 0 && !map &&
         view_file_look(r->path) == VIEW_FILE_MISSING)
         return view_fail("%s: cannot be opened: %s", r->path, strerror(errno));

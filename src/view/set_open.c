@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 
 #include "common/names.h"
@@ -55,6 +56,13 @@ view_file_kind view_file_look(const char *path)
     if (head[strspn(head, " \t\r\n")] == '{')
         return VIEW_FILE_JSON;
     return is_texture(head) ? VIEW_FILE_TEXTURE : VIEW_FILE_OTHER;
+}
+
+bool view_is_model(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+
+    return dot && (!strcasecmp(dot, ".gltf") || !strcasecmp(dot, ".glb"));
 }
 
 bool view_is_map(const char *path, ibl_input_layout layout)

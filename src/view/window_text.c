@@ -144,8 +144,8 @@ static void add_spheres(view_app *app)
 {
     const view_settings *s = &app->settings;
 
-    if (s->mode == VIEW_MODEL && app->options->model)
-        append(app, " | %.80s", ibl_path_name(app->options->model));
+    if (s->mode == VIEW_MODEL && app->model)
+        append(app, " | %.80s", ibl_path_name(app->model_path));
     else if (s->mode == VIEW_MODEL)
         append(app, " | %s ball", view_materials[s->material].name);
     else
