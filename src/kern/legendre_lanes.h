@@ -5,9 +5,10 @@
  *
  * Even and odd l - m from one recurrence in x^2 (Ishioka 2018, "A new
  * recurrence formula for efficient computation of spherical harmonic
- * transform", J. Met. Soc. Japan 96). With e_l as in legendre.c and
+ * transform", J. Met. Soc. Japan 96). With
+ *     e_l = sqrt((l^2 - m^2) / (4 l^2 - 1)),   x P_l = e_l+1 P_l+1 + e_l P_l-1,
  *     r_k = P_m+2k+1 / x,   even in x,
- * x P_l = e_l+1 P_l+1 + e_l P_l-1 taken once and twice is
+ * the recurrence taken once and twice is
  *     P_m+2k  = e_m+2k+1 r_k + e_m+2k r_k-1
  *     x^2 r_k = A_k r_k+1 + B_k r_k + A_k-1 r_k-1,
  *     A_k = e_m+2k+2 e_m+2k+3,   B_k = e_m+2k+2^2 + e_m+2k+1^2,
@@ -92,17 +93,19 @@ static inline vd vd_totals(const vd v[VD])
 #else
 static inline unsigned vd_signs(vd v)
 {
-    return (unsigned)_mm_movemask_pd(v);
+    const vl signs = (vl)v < 0;
+
+    return (unsigned)((signs[0] & 1) | (signs[1] & 2));
 }
 
 static inline vd vd_reverse(vd v)
 {
-    return _mm_shuffle_pd(v, v, 1);
+    return (vd){v[1], v[0]};
 }
 
 static inline vd vd_totals(const vd v[VD])
 {
-    return _mm_unpacklo_pd(v[0], v[1]) + _mm_unpackhi_pd(v[0], v[1]);
+    return (vd){v[0][0], v[1][0]} + (vd){v[0][1], v[1][1]};
 }
 #endif
 

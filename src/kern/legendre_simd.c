@@ -199,13 +199,10 @@ static void analyse_chunk(struct work *w, int j)
 
 /* to = p a + q b for six numbers. */
 static inline void blend_six(double p, const double *a, double q,
-                             const double *b, double *to)
+                             const double *b, double *restrict to)
 {
-    const __m128d u = _mm_set1_pd(p), v = _mm_set1_pd(q);
-
-    for (int i = 0; i < 6; i += 2)
-        _mm_storeu_pd(to + i,
-                      u * _mm_loadu_pd(a + i) + v * _mm_loadu_pd(b + i));
+    for (int i = 0; i < 6; i++)
+        to[i] = p * a[i] + q * b[i];
 }
 
 /* Computes the coefficients from the sums with R_k. */
