@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# The README's pictures of rough metals, under a sun and under a soft sky: by the
+# Pictures of rough metals, under a sun and under a soft sky: by the
 # split sum, by two taps of the lobe table with the sun as a light, and by the
 # integral, from top to bottom.
 #   pictures.sh [BUILD [SUN [SOFT [OUT]]]]
@@ -34,3 +34,18 @@ picture() { # NAME MAP OPTIONS
 }
 [ ! -r "$sun" ] || picture rendered-sun "$sun" --turn 75 --ev -1
 picture rendered-soft "$soft" --turn 250
+
+# Local probes without and with the walls that hide them: the orange light of the
+# panel on the right goes through the wall behind the sphere, or it does not.
+"$build/iblbake" -q data/sky.exr -o "$work/scene"
+wall() { # NAME OPTIONS
+    name=$1
+    shift
+    "$build/iblview" -q "$work/scene" --mode scene --probes 9 --probe-size 64 \
+        --seconds 1.5 --yaw -32 --pitch -12 --fov 50 --turn 180 --ev 0.5 \
+        --size 480x320 --offscreen "$work/$name.png" "$@"
+}
+wall through --no-walls
+wall hidden
+oiiotool "$work/through.png" "$work/hidden.png" --mosaic:pad=4 2x1 \
+    -o "$out/scene-walls.png"
