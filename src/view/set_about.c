@@ -273,6 +273,18 @@ const char *view_sidecar_file(const json_t *root, view_content content)
     return file && *file && !strchr(file, '/') ? file : NULL;
 }
 
+/* Reads count numbers; false if they are not that, or not finite. */
+static bool take_numbers(const json_t *list, double *to, int count)
+{
+    for (int i = 0; i < count; i++) {
+        const json_t *x = json_array_get(list, (size_t)i);
+        to[i] = json_number_value(x);
+        if (!json_is_number(x) || !isfinite(to[i]))
+            return false;
+    }
+    return true;
+}
+
 static bool take_sh(ibl_ctx *ctx, const json_t *root, baked_set *set)
 {
     view_about about = {0};
@@ -289,30 +301,15 @@ static bool take_sh(ibl_ctx *ctx, const json_t *root, baked_set *set)
         return damaged(set->path[VIEW_SIDECAR],
                        "its harmonics are not as many as their degree says");
     const int used = most < VIEW_SH_DEGREE ? (int)most : VIEW_SH_DEGREE;
-    for (int i = 0; i < 3 * (used + 1) * (used + 1); i++) {
-        const json_t *rgb = json_array_get(radiance, (size_t)i / 3);
-        const json_t *x = json_array_get(rgb, (size_t)i % 3);
-        if (!json_is_number(x))
+    for (int i = 0; i < 3 * (used + 1) * (used + 1); i += 3)
+        if (!take_numbers(json_array_get(radiance, (size_t)i / 3), values + i,
+                          3))
             return damaged(set->path[VIEW_SIDECAR],
                            "its harmonics are not all numbers");
-        values[i] = json_number_value(x);
-    }
     if (!take_axes(root, set->path[VIEW_SIDECAR], &about) ||
         ibl_sh_turn_axes(ctx, used, view_about_axes(&about), 1, values))
         return false;
     view_set_harmonics(set, used, values);
-    return true;
-}
-
-/* Reads count numbers; false if they are not that, or not finite. */
-static bool take_numbers(const json_t *list, double *to, int count)
-{
-    for (int i = 0; i < count; i++) {
-        const json_t *x = json_array_get(list, (size_t)i);
-        to[i] = json_number_value(x);
-        if (!json_is_number(x) || !isfinite(to[i]))
-            return false;
-    }
     return true;
 }
 
