@@ -281,9 +281,8 @@ demo: deps
 	    --preview build/demo/forest.png
 	+@$(MAKE) -s DEPS=no demo-view
 
-# The same environment on spheres: the README's picture, and a sheet. Behind the
-# spheres it is blurred on purpose, as by a lens. The room is under one with a
-# sun.
+# The same environment on spheres: the README's picture, and a sheet. The room
+# is under one with a sun.
 .PHONY: demo-view
 ifeq ($(HAVE_VIEW),yes)
 demo-view: $(VIEW)
@@ -300,13 +299,14 @@ demo-view:
 	@echo "iblbake: look at build/demo/forest.png; there are no spheres, because" \
 	    "iblview was not built"
 endif
-SPHERES = --size 896x504 --grid 4x8 --turn 250 --pitch 4
+SPHERES = --size 896x504 --grid 4x8 --turn 250 --pitch 4 --no-labels \
+          --antialias 4
 ROOM = --size 896x504 --turn 215 --pitch 16 --distance 4.6 --fov 65 --seconds 3 \
        --probes 16
 
 ## pictures: the README's, from the demo's environments, into data/
 SCENE = $(VIEW) build/demo/sky -q --mode scene --size 480x270 --turn 215 \
-        --distance 4.6 --fov 65 --seconds 3 --pitch 16 --offscreen data/scene
+        --distance 4.6 --fov 65 --seconds 3 --pitch 16 --no-labels --offscreen data/scene
 .PHONY: pictures
 pictures: demo
 	$(BIN) data/forest.exr -q -o build/pictures --preview data/preview.png

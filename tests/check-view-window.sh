@@ -452,7 +452,7 @@ start_server -fbdir screen
 run opens_and_equals_offscreen
 if [ -n "$viewer" ]; then
     run keys help texel_under_the_pointer mouse resize uncovered reload \
-        reload_of_what_is_broken drop drag_from_a_window_that_is_gone quit \
+        reload_of_what_is_broken drop quit \
         baked_probes map map_that_changes stalled_pipe fine_display
 fi
 stop_server

@@ -317,7 +317,7 @@ TEST(bars_are_as_long_as_their_share)
 TEST(legends_show_the_scale)
 {
     begin();
-    view_overlay_legend(overlay, 10, 20, 168, 1);
+    view_overlay_legend(overlay, 10, 20, 168, 1, 0);
     draw();
     const box b = find(false);
     CHECK(b.left == 10 && b.right == 178 && b.top == 20 && b.bottom == 52);

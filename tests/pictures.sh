@@ -18,7 +18,7 @@ strip() { # SET REFLECTION OPTIONS
     shift 2
     "$build/iblview" -q "$work/$set" --reflection "$way" --samples 1024 \
         --size 720x160 --grid 1x6 --metallic 1:1 --material white --fov 12 \
-        --roughness 0.2:0.9 --offscreen "$work/$way.png" "$@"
+        --roughness 0.2:0.9 --no-labels --offscreen "$work/$way.png" "$@"
 }
 picture() { # NAME MAP OPTIONS
     name=$1 map=$2

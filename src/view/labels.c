@@ -234,11 +234,11 @@ static void add_scales(const page *p)
     const double x = p->width - MARGIN - width, y = MARGIN;
     const view_settings *s = p->s;
 
-    if (s->false_colour)
-        view_overlay_legend(p->overlay, x, y, width, p->scale);
-    else if (view_compares(s) && s->compare == VIEW_DIFFERENCE)
-        view_overlay_greys(p->overlay, x, y, width, p->scale,
-                           1 / (s->gain * exp2(s->ev)));
+    const bool greys = view_compares(s) && s->compare == VIEW_DIFFERENCE;
+
+    if (s->false_colour || greys)
+        view_overlay_legend(p->overlay, x, y, width, p->scale,
+                            s->false_colour ? 0 : 1 / (s->gain * exp2(s->ev)));
 }
 
 void view_labels_draw(view_overlay *overlay, const view_settings *s,

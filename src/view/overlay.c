@@ -231,9 +231,8 @@ enum {
     ALL = 2 * VIEW_STOPS * PARTS
 };
 
-/* A scale and its labels at five places; most 0: false colours. */
-static void add_scale(view_overlay *o, double x, double y, double width,
-                      double scale, double most)
+void view_overlay_legend(view_overlay *o, double x, double y, double width,
+                         double scale, double most)
 {
     const double left = x + MARGIN * scale, right = x + width - MARGIN * scale;
     const double top = y + MARGIN * scale, below = top + LINE * scale;
@@ -265,16 +264,4 @@ static void add_scale(view_overlay *o, double x, double y, double width,
         write_below(o, left + (right - left) * i / 4, below, left, right, scale,
                     text);
     }
-}
-
-void view_overlay_legend(view_overlay *o, double x, double y, double width,
-                         double scale)
-{
-    add_scale(o, x, y, width, scale, 0);
-}
-
-void view_overlay_greys(view_overlay *o, double x, double y, double width,
-                        double scale, double most)
-{
-    add_scale(o, x, y, width, scale, most);
 }

@@ -34,14 +34,10 @@ void view_overlay_measure(const char *text, double scale, double *width,
 /* A progress bar, filled by share 0..1. */
 void view_overlay_bar(view_overlay *o, double x, double y, double width,
                       double height, double share);
-/* Draws the scale of false colours, darkest on the left, with the stops below
- * it; two lines of text high. */
+/* Draws a scale with its values below it, two lines of text high: false
+ * colours with their stops or, if most is above 0, greys from 0 to most. */
 void view_overlay_legend(view_overlay *o, double x, double y, double width,
-                         double scale);
-
-/* The same of a linear scale of greys from 0 (black) to most (white). */
-void view_overlay_greys(view_overlay *o, double x, double y, double width,
-                        double scale, double most);
+                         double scale, double most);
 
 /* False colours: a spiral through the colour cube whose perceived brightness
  * rises evenly (Green 2011), over stops around middle grey, 0.18. Each stop is

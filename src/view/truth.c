@@ -221,7 +221,9 @@ static bool draw_model(view_truth *t, int samples)
     if (!view_canvas_begin(&t->canvas, t->target[PASS], t->width, t->height, 1))
         return false;
     view_gl_draw_full(t->sky);
-    return view_model_draw(t->model, &t->light, t->shown.eye);
+    const bool ok = view_model_draw(t->model, &t->light, t->shown.eye);
+    view_canvas_end(&t->canvas);
+    return ok;
 }
 
 /* Adds samples, at most MOST_SAMPLES. */

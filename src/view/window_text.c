@@ -89,7 +89,8 @@ void view_window_text(view_app *app)
             below = add_line(app, below, text);
         if (s->false_colour)
             view_overlay_legend(app->overlay, 0.5 * app->width, margin,
-                                0.5 * app->width - margin, TEXT * app->scale);
+                                0.5 * app->width - margin, TEXT * app->scale,
+                                0);
     }
     if (app->set && !s->help)
         view_panel_draw(app);
