@@ -149,7 +149,7 @@ TEST(labels_are_beside_the_grid)
     s.border = 0.2;
     set->set.name = (char *)"noise";
     view_labels_title(&s, shade_renderer(), &set->set, title);
-    CHECK_MSG(!strcmp(title, "noise, gold\nof each sphere left split, right "
+    CHECK_MSG(!strcmp(title, "noise, gold\nof each sphere left: split, right: "
                              "bent, EV +2"),
               "%s", title);
     const unsigned char *rgb = labelled(&s, WIDTH, title);

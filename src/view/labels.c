@@ -43,7 +43,7 @@ static void add_compared(const view_settings *s, const view_renderer *r,
     const char *other = view_reflection_names[s->against];
 
     if (s->compare == VIEW_SPLIT)
-        append(text, "\n%sleft %s, right %s",
+        append(text, "\n%sleft: %s, right: %s",
                s->mode == VIEW_SPHERES ? "of each sphere " : "", one, other);
     else if (s->compare == VIEW_DIFFERENCE && s->false_colour)
         append(text, "\n|%s - %s| x %.3g", one, other, s->gain);
