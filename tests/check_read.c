@@ -13,8 +13,8 @@
 
 #include "files.h"
 #include "ibl/io.h"
-#include "io/repair.h"
 #include "io/bridge.h"
+#include "io/repair.h"
 #include "test.h"
 
 static test_messages kept;

@@ -8,8 +8,8 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "io/rows.h"
 #include "io/input.h"
+#include "io/rows.h"
 
 /* ---- names ------------------------------------------------------------- */
 
