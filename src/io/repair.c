@@ -7,6 +7,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/half.h"
 #include "kern/max_finite.h"
 #include "kern/pixel.h"
 
@@ -25,16 +26,9 @@ static bool is_dirty(uint32_t most)
     return most >= IBL_INFINITE_BITS;
 }
 
-static uint32_t bits_of(float f)
-{
-    uint32_t bits;
-    memcpy(&bits, &f, sizeof bits);
-    return bits;
-}
-
 static bool is_finite(float f)
 {
-    return (bits_of(f) & IBL_INFINITE_BITS) != IBL_INFINITE_BITS;
+    return (ibl_bits_of(f) & IBL_INFINITE_BITS) != IBL_INFINITE_BITS;
 }
 
 /* A set of rows whose signs are mended together. */
@@ -71,10 +65,10 @@ static uint32_t mend_signs(batch *b, float *p)
     b->negative += negative;
     b->nonfinite += nonfinite;
     /* The bits of positive floats sort like the floats. */
-    for (unsigned old = b->peak; old < bits_of(peak);)
-        if (atomic_compare_exchange_weak(&b->peak, &old, bits_of(peak)))
+    for (unsigned old = b->peak; old < ibl_bits_of(peak);)
+        if (atomic_compare_exchange_weak(&b->peak, &old, ibl_bits_of(peak)))
             break;
-    return nonfinite ? IBL_INFINITE_BITS : bits_of(peak);
+    return nonfinite ? IBL_INFINITE_BITS : ibl_bits_of(peak);
 }
 
 static void signs_job(void *arg, int job, int worker)
@@ -95,9 +89,8 @@ static ibl_status mend_batch(ibl_ctx *ctx, batch *b, ibl_read_report *report)
     const int jobs = (b->count + ROWS - 1) / ROWS;
     ibl_status status = IBL_OK;
     bool needed = false;
-    float peak;
 
-    b->peak = bits_of(report->peak);
+    b->peak = ibl_bits_of(report->peak);
     for (int y = 0; y < b->count; y++) {
         if (is_dirty(b->most[y]))
             needed = true;
@@ -106,9 +99,7 @@ static ibl_status mend_batch(ibl_ctx *ctx, batch *b, ibl_read_report *report)
     }
     if (needed)
         status = ibl_run(ctx, NULL, jobs, signs_job, b);
-    const uint32_t bits = b->peak;
-    memcpy(&peak, &bits, sizeof peak);
-    report->peak = peak;
+    report->peak = ibl_float_of(b->peak);
     report->nonfinite += b->nonfinite;
     report->negative += b->negative;
     return status;
@@ -145,9 +136,9 @@ static void mend_row(float *row, const float *const rows[3], int width,
             float *f = &row[3 * x + c];
             if (is_finite(*f))
                 continue;
-            *f = best_neighbour(rows, width, x, c,
-                                bits_of(*f) == IBL_INFINITE_BITS ? IBL_HALF_MAX
-                                                                 : 0);
+            *f = best_neighbour(
+                rows, width, x, c,
+                ibl_bits_of(*f) == IBL_INFINITE_BITS ? IBL_HALF_MAX : 0);
             if (*f > *peak)
                 *peak = *f;
         }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/max_finite.h"
 
-#include <string.h>
+#include "core/half.h"
 
 /* Ordered as unsigned integers, floats go from 0 to Inf, then follow NaN, then
  * all with a sign. */
@@ -9,8 +9,7 @@ uint32_t ibl_max_finite_c(const float *src, size_t count)
 {
     uint32_t most = 0;
     for (size_t i = 0; i < count; i++) {
-        uint32_t bits;
-        memcpy(&bits, src + i, sizeof bits);
+        const uint32_t bits = ibl_bits_of(src[i]);
         most = bits > most ? bits : most;
     }
     return most;

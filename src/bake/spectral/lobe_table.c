@@ -7,6 +7,7 @@
 #include "bake/spectral/gauss.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/half.h"
 
 enum {
     MIN_BITS = 3, /* log2 of pieces per octave */
@@ -123,13 +124,6 @@ static int bits_of(const side *s, double peak)
     return bits;
 }
 
-static int float_bits(float x, int shift)
-{
-    int word;
-    memcpy(&word, &x, sizeof word);
-    return word >> shift;
-}
-
 static void fill(const side *s, int bits, float *coef)
 {
     for (int piece = 0; piece < pieces_of(s, bits); piece++) {
@@ -163,7 +157,8 @@ ibl_status ibl_radial_table(ibl_ctx *ctx, ibl_chord_fn *at, const void *arg,
     fill(&s[1], bits, out->coef + 4 * (size_t)pieces);
     for (int h = 0; h < 2; h++) {
         out->start[h] = (float)start_of(&s[h]);
-        out->base[h] = float_bits(out->start[h], 23 - bits) - h * pieces;
+        out->base[h] =
+            (int)(ibl_bits_of(out->start[h]) >> (23 - bits)) - h * pieces;
     }
     return IBL_OK;
 }
