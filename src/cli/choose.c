@@ -19,7 +19,7 @@ enum {
     MOST_EDGE = 2048,
     LEAST_EDGE = 4, /* of the last level */
     MOST_LEVELS = 7,
-    ROUNDS = 8, /* sets whose lobe table is made */
+    ROUNDS = 24, /* sets whose lobe table is made */
     USUAL_LOBES = 16
 };
 
@@ -105,7 +105,7 @@ typedef struct search {
     bool table; /* there are lobe tables */
     values size, levels, pixel, irradiance, lut, lobes;
     ibl_lut luts[MOST];
-    double usual; /* judged over least, of the last chain that was judged */
+    double usual; /* the least judged over least so far; 0: none was judged */
     double ratio[MOST][MOST]; /* the same, of each number of levels and size of
                                  table; 0: none was judged */
     chain chain[MOST][MOST];
@@ -164,16 +164,17 @@ static bool make_chain(search *s, int size, int levels)
     return true;
 }
 
-/* A chain that was not judged is off from its least error as the last one that
- * was, of as many levels with a table of that size. */
+/* A chain that was not judged is taken to be off from its least error as the
+ * best of those of as many levels with a table of that size, or as the best of
+ * all: none is passed over that may hold. */
 static double chain_error(const search *s, int size, int levels, int lobes)
 {
     const chain *c = &s->chain[size][levels];
 
     if (c->judged[lobes] > 0)
         return c->judged[lobes];
-    return c->least *
-           (s->ratio[levels][lobes] > 0 ? s->ratio[levels][lobes] : s->usual);
+    const double ratio = s->ratio[levels][lobes];
+    return c->least * (ratio > 0 ? ratio : s->usual > 0 ? s->usual : 1);
 }
 
 static size_t bytes_of(const search *s, const pick *p)
@@ -286,8 +287,10 @@ static bool judge_pick(search *s, pick *p, double *nrmse)
     const double others =
         p->error - chain_error(s, p->size, p->levels, p->lobes);
     c->judged[p->lobes] = fmax(*nrmse * *nrmse - others, 1e-12);
-    s->usual = c->judged[p->lobes] / fmax(c->least, 1e-12);
-    s->ratio[p->levels][p->lobes] = s->usual;
+    const double ratio = c->judged[p->lobes] / fmax(c->least, 1e-12);
+    double *same = &s->ratio[p->levels][p->lobes];
+    *same = *same > 0 ? fmin(*same, ratio) : ratio;
+    s->usual = s->usual > 0 ? fmin(s->usual, ratio) : ratio;
     p->error = *nrmse * *nrmse;
     return true;
 }
@@ -631,7 +634,6 @@ static bool choose(search *s, const ibl_materials *m, ibl_choice *choice)
     ibl_opts *o = s->o;
     pick best = {.bytes = 0};
 
-    s->usual = 1;
     s->table = wants(o, IBL_OUTPUT_SPECULAR) && wants(o, IBL_OUTPUT_LOBES);
     s->fits = s->table && !ibl_opts_given(o, "mapping") &&
               !ibl_opts_given(o, "roughness-range") && !o->of && !o->engine;
