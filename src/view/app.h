@@ -99,6 +99,9 @@ void view_panel_draw(const view_app *app);
 /* Handles a press of the left button at the pointer, or with drag a motion
  * while it is held. False: no control is there. */
 bool view_panel_point(view_app *app, bool drag);
+/* Appends " | label value" of each control of the mode that is not as it is by
+ * default. */
+void view_panel_title(const view_app *app, char *text, size_t size);
 
 /* ---- the window (window.c, window_text.c) --------------------------------
  */
@@ -108,7 +111,7 @@ bool view_window_run(ibl_ctx *ctx, const view_options *options);
 /* Draws the text of the window: keys, the texel under the cursor, progress of a
  * bake, notice, scale of false colours. */
 void view_window_text(view_app *app);
-/* Sets the title to the set and the settings. */
+/* Sets the title to the set and what was changed. */
 void view_app_title(view_app *app);
 
 /* ---- pictures without a window (still.c) ---------------------------------

@@ -45,24 +45,6 @@ static void change_roughness(view_app *app, int step)
     change_range(app->settings.roughness, ranges, 4, step);
 }
 
-/* Selects the next reflection that the set allows. */
-static void change_lookup(const view_app *app, view_reflection *r, int step)
-{
-    do
-        *r = (view_reflection)next((int)*r, step, VIEW_REFLECTIONS);
-    while (view_needs_lobes(*r) && !app->set->texture[VIEW_LOBES].data);
-}
-
-static void change_reflection(view_app *app, int step)
-{
-    change_lookup(app, &app->settings.reflection, step);
-}
-
-static void change_against(view_app *app, int step)
-{
-    change_lookup(app, &app->settings.against, step);
-}
-
 /* ---- scene -------------------------------------------------------------- */
 
 /* Goes through 0 and the powers of two. */
@@ -158,31 +140,19 @@ static void quit(view_app *app, int step)
 
 /* ---- the table ----------------------------------------------------------- */
 
-/* How a key changes a setting. */
-typedef enum change {
-    SWITCHES,   /* a bool */
-    CYCLES,     /* an enumeration, through `high` values */
-    COUNTS,     /* an int, by 1 */
-    ADDS,       /* a double, by `by` */
-    MULTIPLIES, /* a double, by the factor `by` */
-} change;
-
-typedef struct key_row {
-    const char *name;
-    int key;  /* act(app, 1) */
-    int back; /* act(app, -1), 0: none */
-    int last; /* key..last: set an int to the key's index; 0: none */
-    void (*act)(view_app *app, int step); /* NULL: the key changes a setting: */
-    change change;
-    size_t offset; /* offset of the setting */
-    double by;
-    double low, high; /* limits of the setting */
-    const char *what; /* description */
-} key_row;
+enum {
+    SPHERES = 1 << VIEW_SPHERES,
+    MATERIALS = SPHERES | 1 << VIEW_MODEL,
+    SCENE = 1 << VIEW_SCENE,
+    MAPS = 1 << VIEW_LEVELS | 1 << VIEW_IRRADIANCE_MAP,
+    LEVELS = 1 << VIEW_LEVELS,
+    TABLE = 1 << VIEW_TABLE,
+    ALL = MATERIALS | SCENE | MAPS | TABLE
+};
 
 #define ACT(function) .act = (function)
 #define CHANGE(how, field)                                                     \
-    .change = (how), .offset = offsetof(view_settings, field)
+    .change = VIEW_##how, .offset = offsetof(view_settings, field)
 #define SWITCH(field) CHANGE(SWITCHES, field)
 #define CYCLE(field, count) CHANGE(CYCLES, field), .high = (count)
 #define COUNT(field, lo, hi) CHANGE(COUNTS, field), .low = (lo), .high = (hi)
@@ -191,81 +161,100 @@ typedef struct key_row {
 #define MULTIPLY(field, factor, lo, hi)                                        \
     CHANGE(MULTIPLIES, field), .by = (factor), .low = (lo), .high = (hi)
 #define NAMED(code) VIEW_KEY(GLFW_KEY_##code)
+/* On the panel. */
+#define SHOWN(in, name) .modes = (in), .label = (name)
+#define CHOICE(in, name, list) SHOWN(in, name), .names = (list)
+#define SLIDER(in, name, field, lo, hi, step)                                  \
+    {                                                                          \
+        .key = -1, CHANGE(SLIDES, field), .low = (lo), .high = (hi),           \
+        .by = (step), SHOWN(in, name)                                          \
+    }
 
 /* clang-format off */
-static const key_row rows[] = {
-    {"m M", 'm', 'M', CYCLE(mode, VIEW_MODES),
-     .what = "mode: spheres, levels, irradiance, table, scene, model"},
-    {"Tab", NAMED(TAB), VIEW_KEY_BACK_TAB, CYCLE(mode, VIEW_MODES),
-     .what = "the same; back with Shift"},
-    {"l L", 'l', 'L', CYCLE(layout, VIEW_LAYOUTS),
-     .what = "layout: cross, strip, equirect"},
-    {"] [", ']', '[', COUNT(level, 0, IBL_MAX_LEVELS - 1),
-     .what = "next level, the one before"},
-    {"r R", 'r', 'R', ACT(change_reflection),
-     .what = "reflection: split sum, bent, fit, table, two taps, reference"},
-    {"f F", 'f', 'F', CYCLE(compare, VIEW_COMPARES),
-     .what = "compare: no, side by side, difference"},
-    {"D", 'D', ACT(change_against), .what = "what it is compared with"},
-    {"s S", 's', 'S', ADD(split, 0.05, 0, 1),
-     .what = "move the split right, left"},
-    {"g G", 'g', 'G', MULTIPLY(gain, 2, 1e-3, 1e6),
-     .what = "more gain of the difference, less"},
-    {"1 to 9", '1', .last = '9', CHANGE(CYCLES, material), .what = "material"},
-    {"n N", 'n', 'N', CYCLE(material, VIEW_MATERIALS),
-     .what = "next material, the one before"},
-    {"} {", '}', '{', COUNT(columns, 1, VIEW_MAX_GRID),
-     .what = "more columns, fewer"},
-    {") (", ')', '(', COUNT(rows, 1, VIEW_MAX_GRID),
-     .what = "more rows, fewer"},
-    {"a A", 'a', 'A', ACT(change_metallic), .what = "range of metallic"},
-    {"u U", 'u', 'U', ACT(change_roughness), .what = "range of roughness"},
-    {"d", 'd', CYCLE(diffuse, VIEW_DIFFUSES),
-     .what = "diffuse: map, spherical harmonics"},
-    {"c", 'c', SWITCH(multiscatter), .what = "multiple scattering"},
-    {"i I", 'i', 'I', COUNT(light_count, 0, VIEW_MAX_LIGHTS),
-     .what = "more point lights, fewer"},
-    {"x", 'x', SWITCH(parallax), .what = "parallax of the scene's probe"},
-    {"k", 'k', CYCLE(probe_capture, VIEW_PROBE_CAPTURES),
-     .what = "its capture: faces, paraboloids"},
-    {"y", 'y', CYCLE(probe_filter, VIEW_PROBE_FILTERS),
-     .what = "its filter: OpenGL, the library"},
-    {"j J", 'j', 'J', ACT(change_interval),
-     .what = "captured more rarely, more often"},
-    {"h H", 'h', 'H', ACT(change_probes), .what = "more local probes, fewer"},
-    {"B", 'B', SWITCH(blend), .what = "blending of probes"},
-    {"X", 'X', SWITCH(walls), .what = "walls hide probes"},
-    {"V", 'V', SWITCH(volumes), .what = "volumes of probes as wires"},
-    {"z", 'z', SWITCH(capture_shadows), .what = "shadows in captures"},
-    {"Z", 'Z', SWITCH(sun), .what = "the sun as a light with shadows"},
-    {"e E", 'e', 'E', ADD(ev, 0.25, -30, 30),
-     .what = "exposure: a quarter stop up, down"},
-    {"t T", 't', 'T', CYCLE(tone, VIEW_TONES),
-     .what = "tone: linear, Reinhard, ACES, neutral"},
-    {"v", 'v', SWITCH(false_colour), .what = "false colours of luminance"},
-    {"b", 'b', SWITCH(sky), .what = "sky behind the spheres"},
-    {"Right Left", NAMED(RIGHT), NAMED(LEFT), ACT(move_across),
-     .what = "camera round, or map sideways; mouse: drag"},
-    {"Up Down", NAMED(UP), NAMED(DOWN), ACT(move_up),
-     .what = "camera or map up, down"},
-    {"+ -", '+', '-', ACT(approach), .what = "nearer, farther; mouse: wheel"},
-    {"PageUp PageDown", NAMED(PAGE_UP), NAMED(PAGE_DOWN), ACT(approach),
-     .what = "the same"},
-    {"o O", 'o', 'O', ADD(fov, 5, 1, 120),
-     .what = "wider field of view, narrower"},
-    {". ,", '.', ',', ACT(turn),
-     .what = "turn the environment; mouse: right drag"},
-    {"> <", '>', '<', ACT(move_light),
-     .what = "move the first light round; mouse: left drag with Ctrl"},
-    {"0", '0', ACT(reset), .what = "all as it was in the beginning"},
-    {"Home", NAMED(HOME), ACT(reset), .what = "the same"},
-    {"w", 'w', ACT(print_errors),
-     .what = "print the error of each sphere or material"},
-    {"p", 'p', ACT(take_picture), .what = "write iblview-NNN.png"},
-    {"P", 'P', SWITCH(panel), .what = "controls for the mouse"},
-    {"?", '?', SWITCH(help), .what = "this list"},
-    {"q", 'q', ACT(quit), .what = "quit"},
-    {"Escape", NAMED(ESCAPE), ACT(quit), .what = "the same"},
+const view_control view_controls[] = {
+    {"m M", "mode: spheres, levels, irradiance, table, scene, model", 'm', 'M',
+     CYCLE(mode, VIEW_MODES), CHOICE(ALL, "mode", view_mode_names)},
+    {"Tab", "the same; back with Shift", NAMED(TAB), VIEW_KEY_BACK_TAB,
+     CYCLE(mode, VIEW_MODES)},
+    {"l L", "layout: cross, strip, equirect", 'l', 'L',
+     CYCLE(layout, VIEW_LAYOUTS), CHOICE(MAPS, "layout", view_layout_names)},
+    {"] [", "next level, the one before", ']', '[',
+     COUNT(level, 0, IBL_MAX_LEVELS - 1), SHOWN(LEVELS, "level")},
+    {"r R", "reflection: split sum, bent, fit, table, two taps, reference", 'r',
+     'R', CYCLE(reflection, VIEW_REFLECTIONS),
+     CHOICE(MATERIALS, "reflection", view_reflection_names)},
+    {"f F", "compare: no, side by side, difference", 'f', 'F',
+     CYCLE(compare, VIEW_COMPARES),
+     CHOICE(MATERIALS, "compare", view_compare_names)},
+    {"D", "what it is compared with", 'D', CYCLE(against, VIEW_REFLECTIONS),
+     CHOICE(MATERIALS, "against", view_reflection_names)},
+    {"s S", "move the split right, left", 's', 'S', ADD(split, 0.05, 0, 1)},
+    SLIDER(MATERIALS, "split", split, 0, 1, 0.01),
+    {"g G", "more gain of the difference, less", 'g', 'G',
+     MULTIPLY(gain, 2, 1e-3, 1e6)},
+    {"1 to 9", "material", '1', .last = '9', CHANGE(CYCLES, material)},
+    {"n N", "next material, the one before", 'n', 'N',
+     CYCLE(material, VIEW_MATERIALS), SHOWN(MATERIALS, "material")},
+    {"} {", "more columns, fewer", '}', '{', COUNT(columns, 1, VIEW_MAX_GRID),
+     SHOWN(SPHERES, "columns")},
+    {") (", "more rows, fewer", ')', '(', COUNT(rows, 1, VIEW_MAX_GRID),
+     SHOWN(SPHERES, "rows")},
+    {"a A", "range of metallic", 'a', 'A', ACT(change_metallic)},
+    SLIDER(SPHERES, "metallic from", metallic[0], 0, 1, 0.01),
+    SLIDER(MATERIALS, "metallic to", metallic[1], 0, 1, 0.01),
+    {"u U", "range of roughness", 'u', 'U', ACT(change_roughness)},
+    SLIDER(MATERIALS, "roughness from", roughness[0], 0, 1, 0.01),
+    SLIDER(MATERIALS, "roughness to", roughness[1], 0, 1, 0.01),
+    {"d", "diffuse: map, spherical harmonics", 'd',
+     CYCLE(diffuse, VIEW_DIFFUSES),
+     CHOICE(MATERIALS, "diffuse", view_diffuse_names)},
+    {"c", "multiple scattering", 'c', SWITCH(multiscatter)},
+    {"i I", "more point lights, fewer", 'i', 'I',
+     COUNT(light_count, 0, VIEW_MAX_LIGHTS), SHOWN(MATERIALS, "lights")},
+    {"x", "parallax of the scene's probe", 'x', SWITCH(parallax),
+     SHOWN(SCENE, "parallax")},
+    {"k", "its capture: faces, paraboloids", 'k',
+     CYCLE(probe_capture, VIEW_PROBE_CAPTURES)},
+    {"y", "its filter: OpenGL, the library", 'y',
+     CYCLE(probe_filter, VIEW_PROBE_FILTERS)},
+    {"j J", "captured more rarely, more often", 'j', 'J', ACT(change_interval)},
+    {"h H", "more local probes, fewer", 'h', 'H', CHANGE(COUNTS, probes),
+     ACT(change_probes), SHOWN(SCENE, "probes")},
+    {"B", "blending of probes", 'B', SWITCH(blend)},
+    {"X", "walls hide probes", 'X', SWITCH(walls), SHOWN(SCENE, "walls")},
+    {"V", "volumes of probes as wires", 'V', SWITCH(volumes),
+     SHOWN(SCENE, "volumes")},
+    {"z", "shadows in captures", 'z', SWITCH(capture_shadows)},
+    {"Z", "the sun as a light with shadows", 'Z', SWITCH(sun),
+     SHOWN(SCENE, "sun")},
+    {"e E", "exposure: a quarter stop up, down", 'e', 'E',
+     ADD(ev, 0.25, -30, 30)},
+    SLIDER(ALL, "exposure", ev, -8, 8, 0.05),
+    {"t T", "tone: linear, Reinhard, ACES, neutral", 't', 'T',
+     CYCLE(tone, VIEW_TONES), CHOICE(ALL, "tone", view_tone_names)},
+    {"v", "false colours of luminance", 'v', SWITCH(false_colour),
+     SHOWN(ALL, "false colour")},
+    {"b", "sky behind the spheres", 'b', SWITCH(sky), SHOWN(MATERIALS, "sky")},
+    {"Right Left", "camera round, or map sideways; mouse: drag", NAMED(RIGHT),
+     NAMED(LEFT), ACT(move_across)},
+    {"Up Down", "camera or map up, down", NAMED(UP), NAMED(DOWN), ACT(move_up)},
+    {"+ -", "nearer, farther; mouse: wheel", '+', '-', ACT(approach)},
+    {"PageUp PageDown", "the same", NAMED(PAGE_UP), NAMED(PAGE_DOWN),
+     ACT(approach)},
+    {"o O", "wider field of view, narrower", 'o', 'O', ADD(fov, 5, 1, 120)},
+    {". ,", "turn the environment; mouse: right drag", '.', ',', ACT(turn)},
+    SLIDER(ALL & ~MAPS, "environment", turn, -180, 180, 1),
+    {"> <", "move the first light round; mouse: left drag with Ctrl", '>', '<',
+     ACT(move_light)},
+    {"0", "all as it was in the beginning", '0', ACT(reset)},
+    {"Home", "the same", NAMED(HOME), ACT(reset)},
+    {"w", "print the error of each sphere or material", 'w', ACT(print_errors)},
+    {"p", "write iblview-NNN.png", 'p', ACT(take_picture)},
+    {"P", "controls for the mouse", 'P', SWITCH(panel)},
+    {"?", "this list", '?', SWITCH(help)},
+    {"q", "quit", 'q', ACT(quit)},
+    {"Escape", "the same", NAMED(ESCAPE), ACT(quit)},
+    {.key = 0},
 };
 /* clang-format on */
 
@@ -273,47 +262,61 @@ static const key_row rows[] = {
 _Static_assert(sizeof(view_mode) == sizeof(int),
                "enumerations are not as wide as an int");
 
-static void change_number(double *x, const key_row *r, int step)
+static void change_number(double *x, const view_control *r, int step)
 {
-    if (r->change == ADDS)
+    if (r->change == VIEW_ADDS)
         *x += step * r->by;
     else
         *x *= step > 0 ? r->by : 1 / r->by;
     *x = fmin(fmax(*x, r->low), r->high);
 }
 
-static void change_setting(view_settings *s, const key_row *r, int step)
+/* Whether the set lacks what a reflection needs. */
+static bool lacks(const view_app *app, const view_control *r, int value)
 {
-    void *field = (char *)s + r->offset;
+    return r->names == view_reflection_names &&
+           view_needs_lobes((view_reflection)value) &&
+           !app->set->texture[VIEW_LOBES].data;
+}
+
+static void change_setting(view_app *app, const view_control *r, int step)
+{
+    void *field = view_control_field(r, &app->settings);
     int value;
 
-    if (r->change == SWITCHES) {
+    if (r->change == VIEW_SWITCHES) {
         *(bool *)field = !*(bool *)field;
         return;
     }
-    if (r->change >= ADDS) {
+    if (r->change >= VIEW_ADDS) {
         change_number(field, r, step);
         return;
     }
     memcpy(&value, field, sizeof value);
-    if (r->change == CYCLES)
-        value = next(value, step, (int)r->high);
+    if (r->change == VIEW_CYCLES)
+        do
+            value = next(value, step, (int)r->high);
+        while (lacks(app, r, value));
     else if (value + step >= r->low && value + step <= r->high)
         value += step;
     memcpy(field, &value, sizeof value);
 }
 
+void *view_control_field(const view_control *c, view_settings *s)
+{
+    return (char *)s + c->offset;
+}
+
 void view_keys_press(view_app *app, int key)
 {
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        const key_row *r = &rows[i];
-        const int step = key == r->key ? 1 : r->back && key == r->back ? -1 : 0;
-        if (key >= r->key && key <= r->last)
-            *(int *)((char *)&app->settings + r->offset) = key - r->key;
-        else if (step && r->act)
-            r->act(app, step);
+    for (const view_control *c = view_controls; c->key; c++) {
+        const int step = key == c->key ? 1 : c->back && key == c->back ? -1 : 0;
+        if (key >= c->key && key <= c->last)
+            *(int *)view_control_field(c, &app->settings) = key - c->key;
+        else if (step && c->act)
+            c->act(app, step);
         else if (step)
-            change_setting(&app->settings, r, step);
+            change_setting(app, c, step);
     }
     view_app_fit(app);
 }
@@ -322,13 +325,15 @@ void view_keys_text(char *text, int size)
 {
     int used = 0;
 
-    for (size_t i = 0; i < sizeof rows / sizeof *rows && used < size; i++)
-        used += snprintf(text + used, (size_t)(size - used), "%s\t%s\n",
-                         rows[i].name, rows[i].what);
+    for (const view_control *c = view_controls; c->key && used < size; c++)
+        if (c->keys)
+            used += snprintf(text + used, (size_t)(size - used), "%s\t%s\n",
+                             c->keys, c->what);
 }
 
 void view_print_keys(FILE *to)
 {
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
-        fprintf(to, "%-15s %s\n", rows[i].name, rows[i].what);
+    for (const view_control *c = view_controls; c->key; c++)
+        if (c->keys)
+            fprintf(to, "%-15s %s\n", c->keys, c->what);
 }

@@ -4,7 +4,6 @@
 #include "view/app.h"
 
 #include <math.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -18,108 +17,30 @@ enum {
     VALUE = VIEW_TEXT_TAB,
     SLIDER = VALUE + 42,
     WIDTH = VALUE + 100,
-    ROW_BYTES = 128
-};
-
-/* How a row shows its setting. */
-typedef enum kind {
-    CHOICE, /* an enumeration with names */
-    COUNT,  /* an int */
-    SWITCH, /* a bool */
-    SLIDE   /* a double */
-} kind;
-
-typedef struct row {
-    const char *label;
-    kind kind;
-    size_t offset;
-    int key, back;            /* that change it: for view_keys_press */
-    const char *const *names; /* of a choice; NULL: materials */
-    double low, high, step;   /* of a slider */
-    unsigned modes;           /* bits of view_mode */
-} row;
-
-#define FIELD(field) offsetof(view_settings, field)
-#define PICK(field, key, back, names) CHOICE, FIELD(field), key, back, names
-#define NUMBER(field, key, back) COUNT, FIELD(field), key, back
-#define ON(field, key) SWITCH, FIELD(field), key, key
-#define DRAG(field, lo, hi, by)                                                \
-    SLIDE, FIELD(field), .low = (lo), .high = (hi), .step = (by)
-enum {
-    SPHERES = 1 << VIEW_SPHERES,
-    MATERIALS = SPHERES | 1 << VIEW_MODEL,
-    SCENE = 1 << VIEW_SCENE,
-    MAPS = 1 << VIEW_LEVELS | 1 << VIEW_IRRADIANCE_MAP,
-    ALL = ~0
-};
-
-static const row rows[] = {
-    {"mode", PICK(mode, 'm', 'M', view_mode_names), .modes = (unsigned)ALL},
-    {"material", PICK(material, 'n', 'N', NULL), .modes = MATERIALS},
-    {"roughness from", DRAG(roughness[0], 0, 1, 0.01), .modes = MATERIALS},
-    {"roughness to", DRAG(roughness[1], 0, 1, 0.01), .modes = MATERIALS},
-    {"metallic from", DRAG(metallic[0], 0, 1, 0.01), .modes = SPHERES},
-    {"metallic to", DRAG(metallic[1], 0, 1, 0.01), .modes = MATERIALS},
-    {"columns", NUMBER(columns, '}', '{'), .modes = SPHERES},
-    {"rows", NUMBER(rows, ')', '('), .modes = SPHERES},
-    {"reflection", PICK(reflection, 'r', 'R', view_reflection_names),
-     .modes = MATERIALS},
-    {"compare", PICK(compare, 'f', 'F', view_compare_names),
-     .modes = MATERIALS},
-    {"against", PICK(against, 'D', 'D', view_reflection_names),
-     .modes = MATERIALS},
-    {"split", DRAG(split, 0, 1, 0.01), .modes = MATERIALS},
-    {"diffuse", PICK(diffuse, 'd', 'd', view_diffuse_names),
-     .modes = MATERIALS},
-    {"lights", NUMBER(light_count, 'i', 'I'), .modes = MATERIALS},
-    {"level", NUMBER(level, ']', '['), .modes = 1 << VIEW_LEVELS},
-    {"layout", PICK(layout, 'l', 'L', view_layout_names), .modes = MAPS},
-    {"probes", NUMBER(probes, 'h', 'H'), .modes = SCENE},
-    {"parallax", ON(parallax, 'x'), .modes = SCENE},
-    {"walls", ON(walls, 'X'), .modes = SCENE},
-    {"volumes", ON(volumes, 'V'), .modes = SCENE},
-    {"sun", ON(sun, 'Z'), .modes = SCENE},
-    {"environment", DRAG(turn, -180, 180, 1), .modes = (unsigned)(ALL & ~MAPS)},
-    {"sky", ON(sky, 'b'), .modes = MATERIALS},
-    {"exposure", DRAG(ev, -8, 8, 0.05), .modes = (unsigned)ALL},
-    {"tone", PICK(tone, 't', 'T', view_tone_names), .modes = (unsigned)ALL},
-    {"false colour", ON(false_colour, 'v'), .modes = (unsigned)ALL},
-};
-enum {
-    ROWS = sizeof rows / sizeof *rows
+    TEXT_BYTES = 4096
 };
 
 /* ---- rows --------------------------------------------------------------- */
 
-static bool is_shown(const view_app *app, const row *r)
+static bool is_shown(const view_app *app, const view_control *c)
 {
-    return r->modes >> app->settings.mode & 1;
+    return c->modes >> app->settings.mode & 1;
 }
 
-static double *number_of(view_settings *s, const row *r)
+static void value_text(view_settings s, const view_control *c, char text[64])
 {
-    return (double *)(void *)((char *)s + r->offset);
-}
+    const void *field = view_control_field(c, &s);
 
-static void value_text(const view_settings *s, const row *r, char text[64])
-{
-    const char *field = (const char *)s + r->offset;
-    int value = 0;
-    double number;
-
-    if (r->kind == SLIDE) {
-        memcpy(&number, field, sizeof number);
-        snprintf(text, 64, "%.3g", number);
-        return;
-    }
-    memcpy(&value, field, r->kind == SWITCH ? 1 : sizeof value);
-    if (r->kind == SWITCH)
-        snprintf(text, 64, "%s", value ? "on" : "off");
-    else if (r->kind == COUNT)
-        snprintf(text, 64, "< %d >", value);
+    if (c->change == VIEW_SLIDES)
+        snprintf(text, 64, "%.3g", *(const double *)field);
+    else if (c->change == VIEW_SWITCHES)
+        snprintf(text, 64, "%s", *(const bool *)field ? "on" : "off");
+    else if (c->change == VIEW_COUNTS)
+        snprintf(text, 64, "%d", *(const int *)field);
     else
-        snprintf(text, 64, "< %s >",
-                 r->names ? r->names[value] : view_materials[value].name);
+        snprintf(text, 64, "%s",
+                 c->names ? c->names[*(const int *)field]
+                          : view_materials[*(const int *)field].name);
 }
 
 /* ---- places ------------------------------------------------------------- */
@@ -143,8 +64,8 @@ static place place_of(const view_app *app)
     int lines = heads(app);
     place p = {.scale = TEXT * app->scale};
 
-    for (int i = 0; i < ROWS && app->settings.panel; i++)
-        lines += is_shown(app, &rows[i]);
+    for (const view_control *c = view_controls; c->key; c++)
+        lines += app->settings.panel && is_shown(app, c);
     const double width = WIDTH + 2 * VIEW_TEXT_MARGIN;
     const double height = VIEW_TEXT_LINE * lines + 2 * VIEW_TEXT_MARGIN;
     p.scale = fmin(p.scale, (app->height - top - margin) / height);
@@ -168,33 +89,26 @@ static int find(const view_app *app, double *x)
         return -2;
     if (line < 0)
         return -1;
-    for (int i = 0; i < ROWS && app->settings.panel; i++)
-        if (is_shown(app, &rows[i]) && line-- == 0)
+    for (int i = 0; view_controls[i].key && app->settings.panel; i++)
+        if (is_shown(app, &view_controls[i]) && line-- == 0)
             return i;
     return -2;
 }
 
 /* ---- drawing ------------------------------------------------------------ */
 
-static void add_slider(const view_app *app, const place *p, const row *r,
-                       int line)
+static void add_slider(const view_app *app, const place *p,
+                       const view_control *c, int line)
 {
     view_settings s = app->settings;
-    const double share = (*number_of(&s, r) - r->low) / (r->high - r->low);
+    const double value = *(double *)view_control_field(c, &s);
+    const double share = (value - c->low) / (c->high - c->low);
     const double top = VIEW_TEXT_MARGIN + VIEW_TEXT_LINE * line;
 
     view_overlay_bar(app->overlay,
                      p->x + (VIEW_TEXT_MARGIN + SLIDER) * p->scale,
                      p->y + (top + 1) * p->scale, (WIDTH - SLIDER) * p->scale,
                      (VIEW_TEXT_LINE - 5) * p->scale, share);
-}
-
-/* Appends "label<tab>value". */
-static void add_line(char *text, size_t size, const char *label,
-                     const char *value)
-{
-    const size_t used = strlen(text);
-    snprintf(text + used, size - used, "%s\t%.20s\n", label, value);
 }
 
 /* The end of a path, which says more than its beginning. */
@@ -211,12 +125,11 @@ static const char *end_of(const char *path)
 static void add_sides(const view_app *app, char *text, size_t size)
 {
     const view_options *o = app->options;
-    char a[20], b[20];
+    const size_t used = strlen(text);
 
-    snprintf(a, sizeof a, "A %s",
-             end_of(*app->path ? app->path : o->request.path));
-    snprintf(b, sizeof b, "B %s", end_of(o->against_set));
-    add_line(text, size, a, b);
+    snprintf(text + used, size - used, "A %s\tB %s\n",
+             end_of(*app->path ? app->path : o->request.path),
+             end_of(o->against_set));
 }
 
 static void write_panel(const view_app *app, char *text, size_t size)
@@ -224,19 +137,38 @@ static void write_panel(const view_app *app, char *text, size_t size)
     snprintf(text, size, "controls\tP hides them\t\n");
     if (heads(app) > 1)
         add_sides(app, text, size);
-    for (int i = 0; i < ROWS; i++) {
+    for (const view_control *c = view_controls; c->key; c++) {
+        const bool both = c->change == VIEW_CYCLES || c->change == VIEW_COUNTS;
+        const size_t used = strlen(text);
         char value[64];
-        if (!is_shown(app, &rows[i]))
+        if (!is_shown(app, c))
             continue;
-        value_text(&app->settings, &rows[i], value);
-        add_line(text, size, rows[i].label, value);
+        value_text(app->settings, c, value);
+        snprintf(text + used, size - used,
+                 both ? "%s\t< %.16s >\n" : "%s\t%s\n", c->label, value);
+    }
+}
+
+void view_panel_title(const view_app *app, char *text, size_t size)
+{
+    const view_settings usual = view_settings_default();
+
+    for (const view_control *c = view_controls; c->key; c++) {
+        const size_t used = strlen(text);
+        char value[64], before[64];
+        if (!is_shown(app, c))
+            continue;
+        value_text(app->settings, c, value);
+        value_text(usual, c, before);
+        if (strcmp(value, before) != 0)
+            snprintf(text + used, size - used, " | %s %s", c->label, value);
     }
 }
 
 void view_panel_draw(const view_app *app)
 {
     const place p = place_of(app);
-    char text[ROWS * ROW_BYTES];
+    char text[TEXT_BYTES];
     int line = heads(app);
 
     if (!app->settings.panel) {
@@ -248,43 +180,43 @@ void view_panel_draw(const view_app *app)
     }
     write_panel(app, text, sizeof text);
     view_overlay_text(app->overlay, p.x, p.y, p.scale, text);
-    for (int i = 0; i < ROWS; i++) {
-        if (!is_shown(app, &rows[i]))
-            continue;
-        if (rows[i].kind == SLIDE)
-            add_slider(app, &p, &rows[i], line);
-        line++;
+    for (const view_control *c = view_controls; c->key; c++) {
+        if (is_shown(app, c) && c->change == VIEW_SLIDES)
+            add_slider(app, &p, c, line);
+        line += is_shown(app, c);
     }
 }
 
 /* ---- the pointer -------------------------------------------------------- */
 
-static void slide(view_app *app, const row *r, double x)
+static void slide(view_app *app, const view_control *c, double x)
 {
     const double share = fmin(fmax((x - SLIDER) / (WIDTH - SLIDER), 0), 1);
-    const double value = r->low + share * (r->high - r->low);
+    const double value = c->low + share * (c->high - c->low);
 
-    *number_of(&app->settings, r) = r->step * round(value / r->step);
+    *(double *)view_control_field(c, &app->settings) =
+        c->by * round(value / c->by);
 }
 
 bool view_panel_point(view_app *app, bool drag)
 {
     double x;
     const int i = find(app, &x);
+    const view_control *c = &view_controls[i < 0 ? 0 : i];
 
     if (drag) {
-        slide(app, &rows[app->dragged - 1], x);
+        slide(app, &view_controls[app->dragged - 1], x);
         return true;
     }
     if (i == -2 || (i == -1 && !app->settings.panel && x < VALUE))
         return false;
     if (i == -1)
         app->settings.panel = !app->settings.panel;
-    else if (rows[i].kind != SLIDE)
-        view_keys_press(app, x < VALUE + 12 ? rows[i].back : rows[i].key);
+    else if (c->change != VIEW_SLIDES)
+        view_keys_press(app, x < VALUE + 12 && c->back ? c->back : c->key);
     else if (x >= SLIDER) {
         app->dragged = i + 1;
-        slide(app, &rows[i], x);
+        slide(app, c, x);
     }
     return true;
 }
