@@ -51,17 +51,16 @@ static bool is_colour(const float *pixel, const float colour[3], float scale)
 /* What differs from the room alone has one of two colours. */
 static void draw(wires *w, const ibl_probe *probes, int count, double ev)
 {
-    const view_room_draw *d = &w->draw;
     const float scale = (float)exp2(-ev);
     int other = 0;
 
     float *before = lit_render(&w->draw);
     for (int i = 0; i < count; i++)
         if (probes[i].has_proxy)
-            view_volumes_render(&volumes, d, ev, &probes[i].proxy,
+            view_volumes_render(&volumes, ev, &probes[i].proxy,
                                 view_volumes_proxy);
     for (int i = 0; i < count; i++)
-        view_volumes_render(&volumes, d, ev, &probes[i].influence,
+        view_volumes_render(&volumes, ev, &probes[i].influence,
                             view_volumes_influence);
     float *after = room_target_read(&lit.target);
     for (int i = 0; i < PIXELS; i++) {

@@ -422,21 +422,18 @@ static void clip_to_room(ibl_volume *box)
 static bool draw_volumes(view_scene *st, double ev)
 {
     const view_probe_maps *l = &st->now.draw.locals;
-    const view_room_draw *d = &st->now.draw;
     bool ok = true;
 
-    for (int i = 0; i <= l->count && d->parallax && ok; i++) {
+    for (int i = 0; i <= l->count && st->now.draw.parallax && ok; i++) {
         const ibl_probe *p = i < l->count ? &l->probe[i] : &st->probe;
-        ok =
-            !p->has_proxy || view_volumes_render(&st->volumes, d, ev, &p->proxy,
-                                                 view_volumes_proxy);
+        ok = !p->has_proxy || view_volumes_render(&st->volumes, ev, &p->proxy,
+                                                  view_volumes_proxy);
     }
     for (int i = 0; i <= l->count && ok; i++) {
         ibl_volume v = (i < l->count ? &l->probe[i] : &st->probe)->influence;
         if (v.shape == IBL_SHAPE_BOX)
             clip_to_room(&v);
-        ok = view_volumes_render(&st->volumes, d, ev, &v,
-                                 view_volumes_influence);
+        ok = view_volumes_render(&st->volumes, ev, &v, view_volumes_influence);
     }
     return ok;
 }
