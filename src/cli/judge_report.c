@@ -8,6 +8,7 @@
 
 #include "cli/json_text.h"
 #include "cli/sheet.h"
+#include "engine/png.h"
 
 bool ibl_report_add(ibl_report *report, ibl_judge *judge,
                     const ibl_judge_level *level)
@@ -359,7 +360,7 @@ bool ibl_heatmap_png(const ibl_report *report, void **png, size_t *size)
             draw_row(&s, left, top, &report->rows[i], f);
         }
         draw_scale(&s);
-        ok = ibl_sheet_png(&s, png, size);
+        ok = ibl_png_encode_rgb(s.pixels, s.width, s.height, png, size);
     }
     ibl_sheet_free(&s);
     free(f);

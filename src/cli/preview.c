@@ -6,6 +6,7 @@
 
 #include "cli/faces.h"
 #include "cli/sheet.h"
+#include "engine/png.h"
 
 enum {
     FACE = IBL_SHEET_FACE,
@@ -247,7 +248,8 @@ bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size)
             draw_lut(&s, left, top, panels[i].lut);
         write_label(&s, left, top, &panels[i]);
     }
-    const bool ok = ibl_sheet_png(&s.on, png, size);
+    const bool ok =
+        ibl_png_encode_rgb(s.on.pixels, s.on.width, s.on.height, png, size);
     ibl_sheet_free(&s.on);
     return ok;
 }

@@ -6,6 +6,7 @@
 #include "cli/json_text.h"
 #include "cli/rendered.h"
 #include "cli/sheet.h"
+#include "engine/png.h"
 
 bool ibl_rendered_passes(const ibl_rendered *rendered, double most, char *why,
                          size_t size)
@@ -214,7 +215,7 @@ bool ibl_rendered_png(const ibl_rendered *rendered, void **png, size_t *size)
         draw_plot(&p, rendered->rows + f * (o->roughness_count + 1),
                   o->roughness_count);
     }
-    ok = ok && ibl_sheet_png(&s, png, size);
+    ok = ok && ibl_png_encode_rgb(s.pixels, s.width, s.height, png, size);
     ibl_sheet_free(&s);
     return ok;
 }

@@ -2,7 +2,6 @@
 #include "cli/sheet.h"
 
 #include <ctype.h>
-#include <png.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -82,24 +81,4 @@ void ibl_sheet_write(const ibl_sheet *s, int left, int top, const char *text)
             }
         }
     }
-}
-
-bool ibl_sheet_png(const ibl_sheet *sheet, void **png, size_t *size)
-{
-    png_image image = {.version = PNG_IMAGE_VERSION,
-                       .width = (png_uint_32)sheet->width,
-                       .height = (png_uint_32)sheet->height,
-                       .format = PNG_FORMAT_RGB};
-    png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);
-
-    *png = malloc(bytes);
-    if (!*png)
-        return false;
-    if (!png_image_write_to_memory(&image, *png, &bytes, 0, sheet->pixels, 0,
-                                   NULL)) {
-        free(*png);
-        return false;
-    }
-    *size = bytes;
-    return true;
 }

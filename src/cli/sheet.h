@@ -38,7 +38,4 @@ unsigned char *ibl_sheet_pixel(const ibl_sheet *sheet, int x, int y);
 void ibl_sheet_write(const ibl_sheet *sheet, int left, int top,
                      const char *text);
 
-/* Encodes the sheet as PNG; the caller must free *png. False: no memory. */
-bool ibl_sheet_png(const ibl_sheet *sheet, void **png, size_t *size);
-
 #endif

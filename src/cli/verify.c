@@ -53,7 +53,7 @@ static bool parse_roughness_map(void *field, const char *value)
     if (named >= 0)
         m->map = (ibl_roughness_map)named;
     else
-        m->count = ibl_roughness_list(value, m->list);
+        m->count = ibl_number_list(value, ',', 0, 1, m->list, IBL_MAX_LEVELS);
     return named >= 0 || m->count;
 }
 
@@ -83,24 +83,11 @@ static bool parse_lod(void *field, const char *value)
     return false;
 }
 
-/* Numbers 0..1. Returns their count; 0: not so. */
-static int parse_numbers(const char *value, double list[IBL_RENDERED_LIST])
-{
-    const char *end;
-
-    for (int k = 0; k < IBL_RENDERED_LIST; k++, value = end + 1) {
-        if (!ibl_number_real(value, 0, 1, &list[k], &end))
-            return 0;
-        if (*end != ',')
-            return *end ? 0 : k + 1;
-    }
-    return 0;
-}
-
 static bool parse_roughness(void *field, const char *value)
 {
     ibl_rendered_options *o = field;
-    const int n = parse_numbers(value, o->roughness);
+    const int n =
+        ibl_number_list(value, ',', 0, 1, o->roughness, IBL_RENDERED_LIST);
 
     o->roughness_count = n;
     for (int k = 1; k < n; k++)
@@ -113,7 +100,8 @@ static bool parse_f0(void *field, const char *value)
 {
     ibl_rendered_options *o = field;
 
-    return (o->f0_count = parse_numbers(value, o->f0));
+    return (o->f0_count =
+                ibl_number_list(value, ',', 0, 1, o->f0, IBL_RENDERED_LIST));
 }
 
 static bool parse_axes(void *field, const char *value)

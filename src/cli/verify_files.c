@@ -45,19 +45,10 @@ static char *in_directory(const reader *r, const char *stem, const char *rest)
 /* The sidecar's entry for the output; NULL: none, or an option has the file. */
 static json_t *find_output(const reader *r)
 {
-    json_t *outputs = json_object_get(r->sidecar, "outputs"), *output;
-    size_t i;
-
-    if (r->opts->files[r->kind])
-        return NULL;
-    json_array_foreach(outputs, i, output)
-    {
-        const char *content;
-        if (!json_unpack(output, "{s:s}", "content", &content) &&
-            !strcmp(content, ibl_output_content(r->kind)))
-            return output;
-    }
-    return NULL;
+    return r->opts->files[r->kind]
+               ? NULL
+               : ibl_sidecar_output(r->sidecar, "content",
+                                    ibl_output_content(r->kind));
 }
 
 static bool open_sidecar(reader *r)
@@ -172,21 +163,6 @@ static bool find_files(reader *r)
 
 /* ---- what files say -------------------------------------------------- */
 
-int ibl_roughness_list(const char *text, double list[IBL_MAX_LEVELS])
-{
-    for (int i = 0; i < IBL_MAX_LEVELS; i++) {
-        const char *end;
-        if (!ibl_number_real(text, 0, 1, &list[i], &end))
-            return 0;
-        if (!*end)
-            return i + 1;
-        if (*end != ',')
-            return 0;
-        text = end + 1;
-    }
-    return 0;
-}
-
 /* Reads the roughness of an array of levels; returns their number, 0: bad. */
 static int read_levels(json_t *levels, double list[IBL_MAX_LEVELS])
 {
@@ -254,7 +230,8 @@ static bool find_roughness(const reader *r, const ibl_texture *tex, int levels,
         return true;
     }
     const int count =
-        key ? ibl_roughness_list(key, list) : read_levels(array, list);
+        key ? ibl_number_list(key, ',', 0, 1, list, IBL_MAX_LEVELS)
+            : read_levels(array, list);
     if (count && count != levels)
         return ibl_console_fail(
             r->console,
@@ -716,7 +693,8 @@ static bool is_of_chain(const reader *r, const ibl_texture *tex)
     const ibl_verify_files *f = r->files;
     const char *key = ibl_texture_get(tex, "iblbake.roughness");
     double list[IBL_MAX_LEVELS];
-    const int count = key ? ibl_roughness_list(key, list) : 0;
+    const int count =
+        key ? ibl_number_list(key, ',', 0, 1, list, IBL_MAX_LEVELS) : 0;
     int levels = 0;
 
     for (int i = 0; i < f->count; i++)

@@ -83,9 +83,6 @@ typedef struct ibl_verify_files {
     int lights; /* taken out of all but the skybox; -1: unknown so far */
 } ibl_verify_files;
 
-/* Parses "0,0.25,1", each from 0 to 1. Returns the count; 0: invalid. */
-int ibl_roughness_list(const char *text, double list[IBL_MAX_LEVELS]);
-
 /* Finds and reads the files that opts names, and what describes them. False
  * after one message. ibl_verify_files_free is needed also then. */
 bool ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,

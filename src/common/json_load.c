@@ -138,6 +138,21 @@ json_t *ibl_sidecar_load(const char *path, ibl_json_why *why)
     return root;
 }
 
+json_t *ibl_sidecar_output(const json_t *sidecar, const char *member,
+                           const char *value)
+{
+    json_t *output;
+    size_t i;
+
+    json_array_foreach(json_object_get(sidecar, "outputs"), i, output)
+    {
+        const char *found = json_string_value(json_object_get(output, member));
+        if (found && !strcmp(found, value))
+            return output;
+    }
+    return NULL;
+}
+
 void ibl_sidecar_colour(const json_t *sidecar, ibl_read_options *read)
 {
     const json_t *colour = json_object_get(sidecar, "colour");

@@ -34,6 +34,10 @@ json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why);
 /* ibl_json_load of a sidecar; decodes its file names, to any bytes. */
 json_t *ibl_sidecar_load(const char *path, ibl_json_why *why);
 
+/* The entry of the output whose member has that value; NULL: none. */
+json_t *ibl_sidecar_output(const json_t *sidecar, const char *member,
+                           const char *value);
+
 /* What a sidecar says was done to the colours of its source. Leaves alone what
  * it does not say, or not in such words. */
 void ibl_sidecar_colour(const json_t *sidecar, ibl_read_options *read);

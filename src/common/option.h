@@ -145,6 +145,11 @@ bool ibl_number_int(const char *text, int low, int high, int *n,
 bool ibl_number_real(const char *text, double low, double high, double *x,
                      const char **end);
 
+/* Reads numbers in low..high with a character between them, at most `most`.
+ * Returns their count; 0: the text is not that. */
+int ibl_number_list(const char *text, char between, double low, double high,
+                    double *list, int most);
+
 /* The values that an option takes, in words ("" for a flag or text). */
 void ibl_option_allowed(const ibl_option *opt, char *text, size_t size);
 

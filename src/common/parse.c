@@ -142,6 +142,20 @@ bool ibl_number_real(const char *text, double low, double high, double *x,
     return true;
 }
 
+int ibl_number_list(const char *text, char between, double low, double high,
+                    double *list, int most)
+{
+    const char *end;
+
+    for (int i = 0; i < most; i++, text = end + 1) {
+        if (!ibl_number_real(text, low, high, &list[i], &end))
+            return 0;
+        if (*end != between)
+            return *end ? 0 : i + 1;
+    }
+    return 0;
+}
+
 /* set stores choices as ints; enumerations may be unsigned. */
 _Static_assert(sizeof(ibl_option_kind) == sizeof(int),
                "enumerations are not as wide as an int");

@@ -100,6 +100,28 @@ bool ibl_png_encode(const unsigned char *rgba, int width, int height,
     return ok;
 }
 
+/* libpng's simple interface marks 8-bit RGB as sRGB. */
+bool ibl_png_encode_rgb(const unsigned char *rgb, int width, int height,
+                        void **png, size_t *size)
+{
+    png_image image = {.version = PNG_IMAGE_VERSION,
+                       .width = (png_uint_32)width,
+                       .height = (png_uint_32)height,
+                       .format = PNG_FORMAT_RGB};
+    png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);
+
+    *png = malloc(bytes);
+    if (!*png)
+        return false;
+    if (!png_image_write_to_memory(&image, *png, &bytes, 0, rgb, 0, NULL)) {
+        free(*png);
+        *png = NULL;
+        return false;
+    }
+    *size = bytes;
+    return true;
+}
+
 /* ---- decoding --------------------------------------------------------- */
 
 static unsigned word(const unsigned char *p)

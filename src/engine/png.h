@@ -24,6 +24,11 @@ void ibl_blob_free(ibl_blob *blob);
 bool ibl_png_encode(const unsigned char *rgba, int width, int height,
                     const ibl_texture *keys, ibl_blob *out);
 
+/* Encodes sRGB of 3 bytes a pixel, rows from the top. The caller must free
+ * *png. False: no memory. */
+bool ibl_png_encode_rgb(const unsigned char *rgb, int width, int height,
+                        void **png, size_t *size);
+
 /* Whether bytes can be a PNG of the size in its header: allocates nothing, and
  * refuses what deflate cannot have packed so small. */
 bool ibl_png_holds(const unsigned char *bytes, size_t size);

@@ -25,20 +25,6 @@ static const double LABEL_BORDER = 0.08;
 
 /* ---- values of their own kind ------------------------------------------ */
 
-/* Reads count numbers in low..high, separated by a character. */
-static bool parse_reals(double *to, int count, char between, double low,
-                        double high, const char *value)
-{
-    for (int i = 0; i < count; i++) {
-        const char *end;
-        if (!ibl_number_real(value, low, high, &to[i], &end) ||
-            *end != (i + 1 < count ? between : '\0'))
-            return false;
-        value = end + 1;
-    }
-    return true;
-}
-
 static bool parse_pair(int to[2], int high, const char *value)
 {
     const char *end;
@@ -68,17 +54,17 @@ static bool parse_grid(void *field, const char *value)
 
 static bool parse_range(void *field, const char *value)
 {
-    return parse_reals(field, 2, ':', 0, 1, value);
+    return ibl_number_list(value, ':', 0, 1, field, 2) == 2;
 }
 
 static bool parse_texel(void *field, const char *value)
 {
-    return parse_reals(field, 2, ',', 0, 16383, value);
+    return ibl_number_list(value, ',', 0, 16383, field, 2) == 2;
 }
 
 static bool parse_pan(void *field, const char *value)
 {
-    return parse_reals(field, 2, ',', -0.5, 0.5, value);
+    return ibl_number_list(value, ',', -0.5, 0.5, field, 2) == 2;
 }
 
 static bool parse_light(void *options, const char *value)
@@ -87,8 +73,8 @@ static bool parse_light(void *options, const char *value)
     double x[6];
 
     if (s->light_count == VIEW_MAX_LIGHTS ||
-        !parse_reals(x, 6, ',', -1e6, 1e6, value) || x[3] < 0 || x[4] < 0 ||
-        x[5] < 0)
+        ibl_number_list(value, ',', -1e6, 1e6, x, 6) != 6 || x[3] < 0 ||
+        x[4] < 0 || x[5] < 0)
         return false;
     view_light *light = &s->light[s->light_count++];
     memcpy(light->position, x, sizeof light->position);

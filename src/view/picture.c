@@ -2,9 +2,9 @@
 #include "view/picture.h"
 
 #include "common/signals.h"
+#include "engine/png.h"
 #include "view/gl.h"
 #include "view/message.h"
-#include <png.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -37,31 +37,6 @@ unsigned char *view_picture_read(GLuint framebuffer, int width, int height)
     return rgb;
 }
 
-/* libpng's simple interface marks 8-bit RGB as sRGB. */
-static void *encode(const char *path, int width, int height, const void *rgb,
-                    size_t *size)
-{
-    png_image image = {.version = PNG_IMAGE_VERSION,
-                       .width = (png_uint_32)width,
-                       .height = (png_uint_32)height,
-                       .format = PNG_FORMAT_RGB};
-    png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);
-    void *png = malloc(bytes);
-
-    if (!png) {
-        view_fail("%s: no memory for a PNG of %d x %d pixels", path, width,
-                  height);
-        return NULL;
-    }
-    if (!png_image_write_to_memory(&image, png, &bytes, 0, rgb, 0, NULL)) {
-        view_fail("%s: libpng cannot make it: %s", path, image.message);
-        free(png);
-        return NULL;
-    }
-    *size = bytes;
-    return png;
-}
-
 bool view_picture_is_linear(const char *path)
 {
     const size_t length = strlen(path);
@@ -76,13 +51,16 @@ bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
     ibl_outputs *outputs = NULL;
     void *file = NULL;
 
-    if (!view_picture_is_linear(path))
-        file = encode(path, width, height, rgb, &size);
-    else
-        view_exr_encode(path, width, height, 3, rgb, &file, &size);
-    const bool ok = file && !ibl_start_outputs(ctx, false, &outputs) &&
-                    !ibl_outputs_add(outputs, path, file, size) &&
-                    !ibl_commit_outputs(outputs);
+    const bool ok =
+        (view_picture_is_linear(path)
+             ? view_exr_encode(path, width, height, 3, rgb, &file, &size)
+             : ibl_png_encode_rgb(rgb, width, height, &file, &size) ||
+                   view_fail("%s: no memory for a PNG of %d x %d "
+                             "pixels",
+                             path, width, height)) &&
+        !ibl_start_outputs(ctx, false, &outputs) &&
+        !ibl_outputs_add(outputs, path, file, size) &&
+        !ibl_commit_outputs(outputs);
     ibl_end_outputs(outputs);
     free(file);
     return ok;

@@ -2,6 +2,7 @@
 /* How a file was baked, from its keys or from iblbake's NAME.json. */
 #include "view/set_parts.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,6 +10,7 @@
 
 #include "common/json_load.h"
 #include "common/names.h"
+#include "common/option.h"
 #include "common/path.h"
 #include "engine/set.h"
 #include "view/message.h"
@@ -91,29 +93,31 @@ static bool check_numbers(const view_about *a, const char *where)
 /* The number that text consists of; NAN if there is more or none. */
 static double number(const char *text)
 {
-    char *end;
-    const double x = strtod(text, &end);
-    return end > text && !*end ? x : NAN;
+    double x;
+    return ibl_number_list(text, ',', -DBL_MAX, DBL_MAX, &x, 1) ? x : NAN;
+}
+
+static void learn_levels(view_about *a, const double *roughness, int levels)
+{
+    for (int l = 0; l < levels; l++)
+        learn(a, VIEW_ABOUT_ROUGHNESS + l, roughness[l]);
+    learn(a, VIEW_ABOUT_LEVELS, levels);
 }
 
 /* "0,0.25,1". */
 static bool take_list(view_about *a, const char *path, const char *text)
 {
-    int levels = 0;
+    double list[IBL_MAX_LEVELS];
+    const int levels = text ? ibl_number_list(text, ',', -DBL_MAX, DBL_MAX,
+                                              list, IBL_MAX_LEVELS)
+                            : 0;
 
-    if (!text)
-        return true;
-    for (; *text; levels++) {
-        char *end;
-        const double r = strtod(text, &end);
-        if (end == text || (*end && *end != ',') || levels == IBL_MAX_LEVELS)
-            return view_fail("%s: its key iblbake.roughness is damaged at "
-                             "\"%.20s\": bake it again",
-                             path, text);
-        learn(a, VIEW_ABOUT_ROUGHNESS + levels, r);
-        text = *end ? end + 1 : end;
-    }
-    learn(a, VIEW_ABOUT_LEVELS, levels);
+    if (text && !levels)
+        return view_fail("%s: its key iblbake.roughness \"%.40s\" is damaged: "
+                         "bake it again",
+                         path, text);
+    if (text)
+        learn_levels(a, list, levels);
     return true;
 }
 
@@ -153,16 +157,14 @@ static bool take_levels(view_about *a, const char *path, const json_t *levels)
 
     if (!json_object_get(json_array_get(levels, 0), "roughness"))
         return true;
+    double list[IBL_MAX_LEVELS];
     if (count > IBL_MAX_LEVELS)
         return damaged(path, "has more levels than a chain can have");
-    for (size_t l = 0; l < count; l++) {
-        const json_t *r =
-            json_object_get(json_array_get(levels, l), "roughness");
-        if (!json_is_number(r))
+    for (size_t l = 0; l < count; l++)
+        if (json_unpack(json_array_get(levels, l), "{s:F}", "roughness",
+                        &list[l]))
             return damaged(path, "has a level without roughness");
-        learn(a, VIEW_ABOUT_ROUGHNESS + (int)l, json_number_value(r));
-    }
-    learn(a, VIEW_ABOUT_LEVELS, (double)count);
+    learn_levels(a, list, (int)count);
     return true;
 }
 
@@ -243,26 +245,10 @@ bool view_sidecar_open(const char *path, json_t **root)
     return true;
 }
 
-/* The entry of the output whose member has that value; NULL: none. */
-static const json_t *entry_of(const json_t *root, const char *member,
-                              const char *value)
-{
-    json_t *entry;
-    size_t i;
-
-    json_array_foreach(json_object_get(root, "outputs"), i, entry)
-    {
-        const char *found = text_of(entry, member);
-        if (found && !strcmp(found, value))
-            return entry;
-    }
-    return NULL;
-}
-
 const char *view_sidecar_file(const json_t *root, view_content content)
 {
     const char *word = view_content_names[content];
-    const json_t *entry = entry_of(root, "content", word);
+    const json_t *entry = ibl_sidecar_output(root, "content", word);
     const char *file = text_of(entry, "file"), *table = text_of(entry, "table");
 
     if (table) {
@@ -421,7 +407,8 @@ bool view_about_read(const baked_set *set, view_content content,
 {
     const ibl_texture *tex = &set->texture[content];
     const char *path = set->path[content], *side = set->path[VIEW_SIDECAR];
-    const json_t *entry = entry_of(sidecar, "file", ibl_path_name(path));
+    const json_t *entry =
+        ibl_sidecar_output(sidecar, "file", ibl_path_name(path));
 
     *a = (view_about){0};
     if (!take_keys(tex, path, a) || !check_numbers(a, path) ||

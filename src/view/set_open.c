@@ -6,6 +6,7 @@
 #include <dirent.h>
 #include <errno.h>
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -263,43 +264,48 @@ static const struct {
     {"a table of sheen", ""},
 };
 
+/* Reports what a file is instead of a content. */
+static bool wrong(const char *path, view_content wanted, const char *fmt, ...)
+{
+    char is[128];
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(is, sizeof is, fmt, ap);
+    va_end(ap);
+    return view_fail("%s: %s, where %s is wanted: %s", path, is,
+                     contents[wanted].words, contents[wanted].remedy);
+}
+
 static bool check_shape(const ibl_texture *tex, const char *path,
                         view_content wanted)
 {
     const char *pixel = ibl_pixel_name(tex->pixel);
     const bool lut = wanted == VIEW_LUT, lobes = wanted == VIEW_LOBES;
+    const char *table = lut ? ibl_texture_get(tex, "iblbake.table") : NULL;
     const int layers = lobes ? VIEW_LOBE_LAYERS : 1;
 
-    if (lut && ibl_texture_get(tex, "iblbake.table"))
-        return view_fail("%s: is a table of kind %.40s, where the split one is "
-                         "wanted: %s",
-                         path, ibl_texture_get(tex, "iblbake.table"),
-                         contents[wanted].remedy);
+    if (table)
+        return wrong(path, wanted, "is a table of kind %.40s", table);
     if (tex->faces == 1 && !lut && !lobes &&
         ibl_pixel_channels(tex->pixel) == 3)
         return true; /* flat maps: see make_cube */
     if ((tex->faces == 1) != (lut || lobes))
-        return view_fail("%s: is a %s (%dx%d, %s), where %s is wanted: %s",
-                         path, lut || lobes ? "cube" : "flat texture",
-                         tex->width, tex->height, pixel, contents[wanted].words,
-                         contents[wanted].remedy);
+        return wrong(path, wanted, "is a %s (%dx%d, %s)",
+                     lut || lobes ? "cube" : "flat texture", tex->width,
+                     tex->height, pixel);
     if ((ibl_pixel_channels(tex->pixel) == 2) != lut)
-        return view_fail("%s: has %s texels, where %s has %s: %s", path, pixel,
-                         contents[wanted].words,
-                         lut ? "two channels, rg16f or rg32f" : "colour",
-                         contents[wanted].remedy);
+        return wrong(path, wanted, "has %s texels, not %s", pixel,
+                     lut ? "two channels, rg16f or rg32f" : "colour");
     if (tex->layers != layers)
-        return view_fail("%s: has %d layers, where %s has %d: %s", path,
-                         tex->layers, contents[wanted].words, layers,
-                         contents[wanted].remedy);
+        return wrong(path, wanted, "has %d layers, not %d", tex->layers,
+                     layers);
     if ((lut || lobes) && tex->width != tex->height)
-        return view_fail("%s: is %dx%d, where %s is square: %s", path,
-                         tex->width, tex->height, contents[wanted].words,
-                         contents[wanted].remedy);
-    if (tex->width > IBL_MAX_CUBE_SIZE)
-        return view_fail("%s: is %dx%d, more than %d: bake it smaller", path,
-                         tex->width, tex->height, IBL_MAX_CUBE_SIZE);
-    return true;
+        return wrong(path, wanted, "is %dx%d and not square", tex->width,
+                     tex->height);
+    return tex->width <= IBL_MAX_CUBE_SIZE ||
+           view_fail("%s: is %dx%d, more than %d: bake it smaller", path,
+                     tex->width, tex->height, IBL_MAX_CUBE_SIZE);
 }
 
 /* Checks the content by keys, sidecar or, last, file name. Any cube can be a
@@ -313,12 +319,9 @@ static bool check_content(const char *path, view_content wanted,
             ? (view_content)about->value[VIEW_ABOUT_CONTENT]
             : content_of(path, &length);
 
-    if (found == VIEW_CONTENTS || found == wanted || wanted == VIEW_SKY ||
-        wanted == VIEW_SHEEN)
-        return true;
-    return view_fail("%s: holds %s, where %s is wanted: %s", path,
-                     contents[found].words, contents[wanted].words,
-                     contents[wanted].remedy);
+    return found == VIEW_CONTENTS || found == wanted || wanted == VIEW_SKY ||
+           wanted == VIEW_SHEEN ||
+           wrong(path, wanted, "holds %s", contents[found].words);
 }
 
 /* Turns a cube to the axes of the world. */
@@ -370,9 +373,7 @@ static bool load(opener *o, view_content content, view_about *about)
     if (kind == VIEW_FILE_MISSING)
         return view_fail("%s: cannot be opened: %s", path, strerror(errno));
     if (kind != VIEW_FILE_TEXTURE && kind != VIEW_FILE_PIPE)
-        return view_fail("%s: is no KTX2, KTX or DDS, where %s is wanted: %s",
-                         path, contents[content].words,
-                         contents[content].remedy);
+        return wrong(path, content, "is no KTX2, KTX or DDS");
     view_set_see(o->set, content);
     if (ibl_engine_read(o->ctx, path, tex, NULL) ||
         !check_shape(tex, path, content))
