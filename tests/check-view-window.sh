@@ -153,8 +153,8 @@ test_keys() {
     shows '| mode levels |'
     press bracketright
     shows '| level 1 |'
-    press shift+Tab u A
-    shows 'env | metallic to 0 | roughness to 0.25 | '
+    press shift+Tab n d
+    shows 'env | material copper | diffuse sh | '
     press Home
     snap again.png
     same again.png first.png 'after Home'

@@ -168,7 +168,7 @@ static void rows_of(int width, int height)
 
     view_test_begin(width, height);
     const GLuint program =
-        view_program_from(shaders, "whole.vert", "place.frag");
+        view_program_from(shaders, "", "whole.vert", "place.frag");
     NEED(program);
     draw_whole(program, width, height);
     unsigned char *rgb = view_picture_read(0, width, height);
@@ -275,7 +275,7 @@ TEST(shader_errors)
     view_test_begin(8, 8);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         view_test_catch();
-        CHECK(!view_program_from(shaders, "whole.vert", cases[i].fragment));
+        CHECK(!view_program_from(shaders, "", "whole.vert", cases[i].fragment));
         const char *said = view_test_caught(), *message = cases[i].message;
         CHECK_MSG(!strncmp(said, message, strlen(message)), "%s", said);
         CHECK_MSG(strchr(said, '\n') == said + strlen(said) - 1, "%s", said);
@@ -314,7 +314,7 @@ TEST(shader_units)
 
     view_test_begin(4, 4);
     const GLuint program =
-        view_program_from(shaders, "whole.vert", "units.frag");
+        view_program_from(shaders, "", "whole.vert", "units.frag");
     NEED(program);
     texel(VIEW_UNIT_SPECULAR, GL_TEXTURE_CUBE_MAP, specular);
     texel(VIEW_UNIT_LUT, GL_TEXTURE_2D, lut);

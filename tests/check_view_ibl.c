@@ -445,7 +445,7 @@ static void use(const char *fragment)
         {"use.frag", fragment},
         {NULL, NULL}};
 
-    on.program = view_program_from(files, "all.vert", "use.frag");
+    on.program = view_program_from(files, "", "all.vert", "use.frag");
     NEED(on.program);
 }
 

@@ -155,7 +155,7 @@ static GLuint make_program(void)
         {"probes.frag", fragment_text},
         {NULL, NULL}};
 
-    return view_program_from(files, "all.vert", "probes.frag");
+    return view_program_from(files, "", "all.vert", "probes.frag");
 }
 
 static void begin(void)

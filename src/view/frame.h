@@ -42,6 +42,9 @@ typedef struct view_frame {
     float display[4];    /* 2^ev, split, gain, 0 */
     int show[4];         /* tone, below 0: linear values; false_colour;
                             compare; columns of the grid, 0: no grid is split */
+    int sampling[4];     /* of the reference (truth.h): first sample, number;
+                            cells of view_aim along an edge, 0: no table; discs
+                            that its environment lacks */
 } view_frame;
 
 /* Number of leading bytes that the reference depends on, and the linear

@@ -17,34 +17,6 @@ static int next(int value, int step, int count)
     return (value + step + count) % count;
 }
 
-/* ---- spheres ------------------------------------------------------------ */
-
-/* Selects the next of some ranges; a range from the command line is followed by
- * the first. */
-static void change_range(double range[2], const double (*ranges)[2], int count,
-                         int step)
-{
-    int at = 0;
-
-    while (at < count && memcmp(range, ranges[at], sizeof ranges[at]) != 0)
-        at++;
-    at = at == count ? 0 : next(at, step, count);
-    memcpy(range, ranges[at], sizeof ranges[at]);
-}
-
-static void change_metallic(view_app *app, int step)
-{
-    static const double ranges[][2] = {{0, 1}, {1, 1}, {0, 0}};
-    change_range(app->settings.metallic, ranges, 3, step);
-}
-
-static void change_roughness(view_app *app, int step)
-{
-    static const double ranges[][2] = {
-        {0, 1}, {0, 0.25}, {0.25, 0.5}, {0.5, 1}};
-    change_range(app->settings.roughness, ranges, 4, step);
-}
-
 /* ---- scene -------------------------------------------------------------- */
 
 /* Goes through 0 and the powers of two. */
@@ -63,20 +35,6 @@ static void change_probes(view_app *app, int step)
         *n = 0;
     else if (power <= VIEW_MAX_LOCALS)
         *n = power;
-}
-
-static void change_interval(view_app *app, int step)
-{
-    static const double times[] = {0, 0.1, 0.25, 0.5, 1, 2};
-    enum {
-        LAST = sizeof times / sizeof *times - 1
-    };
-    double *x = &app->settings.probe_interval;
-    int i = step > 0 ? 0 : LAST;
-
-    while (step > 0 ? i < LAST && times[i] <= *x : i > 0 && times[i] >= *x)
-        i += step;
-    *x = times[i];
 }
 
 /* ---- camera and environment --------------------------------------------- */
@@ -199,10 +157,8 @@ const view_control view_controls[] = {
      SHOWN(SPHERES, "columns")},
     {") (", "more rows, fewer", ')', '(', COUNT(rows, 1, VIEW_MAX_GRID),
      SHOWN(SPHERES, "rows")},
-    {"a A", "range of metallic", 'a', 'A', ACT(change_metallic)},
     SLIDER(SPHERES, "metallic from", metallic[0], 0, 1, 0.01),
     SLIDER(MATERIALS, "metallic to", metallic[1], 0, 1, 0.01),
-    {"u U", "range of roughness", 'u', 'U', ACT(change_roughness)},
     SLIDER(MATERIALS, "roughness from", roughness[0], 0, 1, 0.01),
     SLIDER(MATERIALS, "roughness to", roughness[1], 0, 1, 0.01),
     {"d", "diffuse: map, spherical harmonics", 'd',
@@ -217,7 +173,8 @@ const view_control view_controls[] = {
      CYCLE(probe_capture, VIEW_PROBE_CAPTURES)},
     {"y", "its filter: OpenGL, the library", 'y',
      CYCLE(probe_filter, VIEW_PROBE_FILTERS)},
-    {"j J", "captured more rarely, more often", 'j', 'J', ACT(change_interval)},
+    {"j J", "captured more rarely, more often", 'j', 'J',
+     ADD(probe_interval, 0.25, 0, 2)},
     {"h H", "more local probes, fewer", 'h', 'H', CHANGE(COUNTS, probes),
      ACT(change_probes), SHOWN(SCENE, "probes")},
     {"B", "blending of probes", 'B', SWITCH(blend)},

@@ -157,7 +157,7 @@ static GLuint make_program(int key)
     for (int i = 0; i < SLOTS; i++)
         define_slot(to, i, key & 1 << i);
     fclose(to);
-    return view_program_with(text, "model.vert",
+    return view_program_from(view_shader_files, text, "model.vert",
                              reflection == VIEW_REFERENCE ? "model_truth.frag"
                                                           : "model.frag");
 }
@@ -598,24 +598,6 @@ static void bind_material(const view_model *m, int i)
     }
 }
 
-static void set_light(GLuint program, const view_model_light *light)
-{
-    static const struct {
-        const char *name;
-        size_t at;
-    } uniforms[] = {
-        {"first_sample", offsetof(view_model_light, first_sample)},
-        {"sample_count", offsetof(view_model_light, sample_count)},
-        {"environment_map", offsetof(view_model_light, environment)},
-        {"aim_edge", offsetof(view_model_light, aim_edge)},
-        {"discs", offsetof(view_model_light, discs)},
-    };
-
-    for (size_t i = 0; i < sizeof uniforms / sizeof *uniforms; i++)
-        gl.Uniform1i(gl.GetUniformLocation(program, uniforms[i].name),
-                     *(const int *)((const char *)light + uniforms[i].at));
-}
-
 /* Draws with the program of its material, as far as the pass needs it. */
 static bool draw_one(view_model *m, const model_draw *d, bool depth,
                      const view_model_light *light)
@@ -633,8 +615,6 @@ static bool draw_one(view_model *m, const model_draw *d, bool depth,
     if (!program)
         return false;
     gl.UseProgram(program);
-    if (!depth && light->reflection == VIEW_REFERENCE)
-        set_light(program, light);
     bind_material(m, part->material);
     gl.BindVertexArray(part->array);
     for (int i = 0; i < 4; i++)
@@ -719,4 +699,32 @@ bool view_model_draw(view_model *m, const view_model_light *light,
     for (int i = 0; i < SLOTS; i++)
         gl.BindSampler((GLuint)(VIEW_MODEL_UNITS + i), 0);
     return ok && view_gl_check("drawing the model");
+}
+
+/* ---- models or spheres --------------------------------------------------- */
+
+static bool draw_spheres(const view_subject *s, GLuint program)
+{
+    gl.Enable(GL_BLEND);
+    gl.UseProgram(program);
+    gl.BindVertexArray(s->instances);
+    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, s->count);
+    gl.Disable(GL_BLEND);
+    return true;
+}
+
+bool view_subject_draw(const view_subject *s, const view_model_light *light,
+                       GLuint spheres, GLuint framebuffer, GLuint picture,
+                       view_canvas *canvas, int samples)
+{
+    if (!s->model)
+        gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    else if (!view_canvas_begin(canvas, picture, s->width, s->height, samples))
+        return false;
+    view_gl_draw_full(s->sky);
+    if (!s->model)
+        return draw_spheres(s, spheres);
+    const bool ok = view_model_draw(s->model, light, s->eye);
+    view_canvas_end(canvas);
+    return ok;
 }

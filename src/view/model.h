@@ -8,6 +8,7 @@
 #include <stdbool.h>
 
 #include "scene/scene.h"
+#include "view/canvas.h"
 #include "view/gl.h"
 #include "view/settings.h"
 
@@ -32,7 +33,6 @@ typedef struct view_model_light {
     int reflection; /* VIEW_REFERENCE: by samples */
     bool sheen;     /* the set has it */
     bool harmonics; /* diffuse light is by them */
-    int first_sample, sample_count, environment, aim_edge, discs; /* uniforms */
 } view_model_light;
 
 /*
@@ -45,6 +45,25 @@ typedef struct view_model_light {
  */
 bool view_model_draw(view_model *m, const view_model_light *light,
                      const float eye[3]);
+
+/* What a picture of materials shows, over the sky. */
+typedef struct view_subject {
+    GLuint sky;       /* program */
+    GLuint instances; /* vertex array of count spheres, from back to front */
+    int count;
+    view_model *model; /* in place of the spheres, or NULL */
+    int width, height;
+    const float *eye;
+    GLuint frame; /* the buffer of the block "Frame" */
+} view_subject;
+
+/* Draws it into a picture of its size on a framebuffer, whose viewport is set.
+ *   spheres  their program
+ *   canvas, samples  for a model, see view_canvas_begin
+ * Leaves blending off. False, with a message. */
+bool view_subject_draw(const view_subject *s, const view_model_light *light,
+                       GLuint spheres, GLuint framebuffer, GLuint picture,
+                       view_canvas *canvas, int samples);
 
 /* Names of materials, for reports: "" if the file has none. */
 int view_model_materials(const view_model *m);

@@ -160,6 +160,7 @@ static void bind(GLuint program)
         {"sheen_chain", VIEW_UNIT_SHEEN},
         {"sheen_table", VIEW_UNIT_SHEEN_TABLE},
         {"pass_picture", VIEW_TRUTH_UNIT_PASS},
+        {"environment_map", VIEW_TRUTH_UNIT_MAP},
         {"aim_tokens", VIEW_TRUTH_UNIT_TOKENS},
         {"aim_chance", VIEW_TRUTH_UNIT_CHANCE},
         {"dynamic_specular", VIEW_ROOM_UNIT_DYNAMIC},
@@ -188,8 +189,8 @@ static void bind(GLuint program)
     gl.UseProgram(0);
 }
 
-static GLuint make(const view_shader_file *files, const char *defines,
-                   const char *vertex_file, const char *fragment_file)
+GLuint view_program_from(const view_shader_file *files, const char *defines,
+                         const char *vertex_file, const char *fragment_file)
 {
     const GLuint vertex =
         compile(files, defines, GL_VERTEX_SHADER, vertex_file);
@@ -206,19 +207,7 @@ static GLuint make(const view_shader_file *files, const char *defines,
     return program;
 }
 
-GLuint view_program_from(const view_shader_file *files, const char *vertex_file,
-                         const char *fragment_file)
-{
-    return make(files, "", vertex_file, fragment_file);
-}
-
-GLuint view_program_with(const char *defines, const char *vertex_file,
-                         const char *fragment_file)
-{
-    return make(view_shader_files, defines, vertex_file, fragment_file);
-}
-
 GLuint view_program(const char *vertex_file, const char *fragment_file)
 {
-    return view_program_with("", vertex_file, fragment_file);
+    return view_program_from(view_shader_files, "", vertex_file, fragment_file);
 }

@@ -18,12 +18,10 @@ extern const view_shader_file view_shader_files[];
  * places below. 0, with the compiler's first line as the message, after an
  * error. */
 GLuint view_program(const char *vertex_file, const char *fragment_file);
-/* The same, with lines "#define NAME VALUE" before both shaders. */
-GLuint view_program_with(const char *defines, const char *vertex_file,
-                         const char *fragment_file);
-/* The same from another table, of at most 64 files. */
-GLuint view_program_from(const view_shader_file *files, const char *vertex_file,
-                         const char *fragment_file);
+/* The same from a table of at most 64 files, with lines "#define NAME VALUE"
+ * before both shaders. */
+GLuint view_program_from(const view_shader_file *files, const char *defines,
+                         const char *vertex_file, const char *fragment_file);
 
 /* Bindings of uniform blocks: "Frame", "Room", "Sun", "Material". */
 enum {

@@ -390,7 +390,7 @@ void view_renderer_model(view_renderer *r, view_model *model)
 }
 
 /* What VIEW_MODEL shows. */
-static view_model *subject(const view_renderer *r)
+static view_model *model(const view_renderer *r)
 {
     return r->model ? r->model : r->ball;
 }
@@ -458,24 +458,24 @@ static void use_set(view_renderer *r, int i)
     bind_maps(r->maps[i]);
 }
 
-static bool draw_model(view_renderer *r, const view_model_light *light,
-                       GLuint picture)
+static view_subject subject(const view_renderer *r)
 {
-    bool ok;
-
-    if (!view_canvas_begin(&r->canvas, picture, r->width, r->height,
-                           r->settings.multisample))
-        return false;
-    view_gl_draw_full(r->sky);
-    ok = view_model_draw(subject(r), light, r->frame.eye);
-    view_canvas_end(&r->canvas);
-    return ok;
+    return (view_subject){.sky = r->sky,
+                          .instances = r->instances,
+                          .count = r->count,
+                          .model =
+                              r->settings.mode == VIEW_MODEL ? model(r) : NULL,
+                          .width = r->width,
+                          .height = r->height,
+                          .eye = r->frame.eye,
+                          .frame = r->frame_buffer};
 }
 
 /* Draws spheres or the model over the sky. */
 static bool draw_materials(view_renderer *r, int side)
 {
     const baked_set *set = side && r->other ? r->other : r->set;
+    const view_subject seen = subject(r);
     const view_model_light light = {.reflection = (int)reflection_of(r, side),
                                     .sheen = set->texture[VIEW_SHEEN].data,
                                     .harmonics =
@@ -487,16 +487,9 @@ static bool draw_materials(view_renderer *r, int side)
     gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
     gl.BufferSubData(GL_UNIFORM_BUFFER, offsetof(view_frame, reflection),
                      sizeof reflection, &reflection);
-    if (r->settings.mode == VIEW_MODEL)
-        return draw_model(r, &light, r->picture[side]);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, r->target[side]);
-    view_gl_draw_full(r->sky);
-    gl.Enable(GL_BLEND);
-    gl.UseProgram(r->sphere);
-    gl.BindVertexArray(r->instances);
-    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, r->count);
-    gl.Disable(GL_BLEND);
-    return true;
+    return view_subject_draw(&seen, &light, r->sphere, r->target[side],
+                             r->picture[side], &r->canvas,
+                             r->settings.multisample);
 }
 
 static bool draw_side(view_renderer *r, int side)
@@ -536,17 +529,15 @@ static bool linear_pass(view_renderer *r)
 
 static bool truth_pass(view_renderer *r)
 {
+    const view_subject seen = subject(r);
+
     r->has_truth = false;
     if (!view_wants_reference(&r->settings))
         return true;
     if (!r->truth)
         r->truth = view_truth_create(r->set);
-    if (r->truth)
-        view_truth_model(r->truth,
-                         r->settings.mode == VIEW_MODEL ? subject(r) : NULL);
     r->has_truth =
-        r->truth && view_truth_draw(r->truth, &r->frame, r->instances, r->count,
-                                    r->width, r->height, r->samples);
+        r->truth && view_truth_draw(r->truth, &r->frame, &seen, r->samples);
     return r->has_truth;
 }
 
@@ -722,13 +713,13 @@ int view_renderer_parts(const view_renderer *r)
 {
     const view_settings *s = &r->settings;
 
-    return s->mode == VIEW_MODEL ? view_model_materials(subject(r))
+    return s->mode == VIEW_MODEL ? view_model_materials(model(r))
                                  : s->rows * s->columns;
 }
 
 const char *view_renderer_part(const view_renderer *r, int i)
 {
-    return view_model_material(subject(r), i);
+    return view_model_material(model(r), i);
 }
 
 int view_renderer_errors(view_renderer *r, view_error *errors)

@@ -28,14 +28,15 @@ enum {
 static const double quick_seconds = 0.05, slow_seconds = 0.1;
 
 struct view_truth {
-    GLuint spheres, sky, mean; /* programs */
-    GLint first_sample, sample_count, part, environment, aim_edge, discs;
+    GLuint spheres, mean; /* programs */
+    GLint part;
     GLuint tokens, chance,
-        map;                /* textures; map 0: a texture of the set is it */
-    const char *what;       /* what the environment is */
-    view_model *model;      /* or NULL */
-    view_canvas canvas;     /* of the model */
-    view_model_light light; /* of the model */
+        map;                 /* textures; map 0: a texture of the set is it */
+    const char *what;        /* what the environment is */
+    const view_model *model; /* of the samples so far, or NULL */
+    view_canvas canvas;      /* of the model */
+    view_model_light light;
+    int sampling[4]; /* of the frame */
     GLuint target[TARGETS], framebuffer[TARGETS];
     int width, height;
     view_frame shown; /* frame of the samples so far */
@@ -46,20 +47,15 @@ struct view_truth {
 static bool make(view_truth *t)
 {
     t->spheres = view_program("sphere.vert", "truth.frag");
-    t->sky = t->spheres ? view_program("full.vert", "sky.frag") : 0;
-    t->mean = t->sky ? view_program("full.vert", "truth_mean.frag") : 0;
+    t->mean = t->spheres ? view_program("full.vert", "truth_mean.frag") : 0;
     if (!t->mean)
         return false;
-    t->first_sample = gl.GetUniformLocation(t->spheres, "first_sample");
-    t->sample_count = gl.GetUniformLocation(t->spheres, "sample_count");
-    t->environment = gl.GetUniformLocation(t->spheres, "environment_map");
-    t->aim_edge = gl.GetUniformLocation(t->spheres, "aim_edge");
-    t->discs = gl.GetUniformLocation(t->spheres, "discs");
     t->part = gl.GetUniformLocation(t->mean, "part");
     gl.GenTextures(1, &t->tokens);
     gl.GenTextures(1, &t->chance);
     gl.GenFramebuffers(TARGETS, t->framebuffer);
     t->by_clock = 1;
+    t->light.reflection = VIEW_REFERENCE;
     return true;
 }
 
@@ -86,7 +82,6 @@ void view_truth_free(view_truth *t)
     gl.DeleteTextures(1, &t->tokens);
     gl.DeleteTextures(TARGETS, t->target);
     gl.DeleteProgram(t->mean);
-    gl.DeleteProgram(t->sky);
     gl.DeleteProgram(t->spheres);
     free(t);
 }
@@ -104,17 +99,21 @@ static void upload_aim(view_truth *t, const view_aim *aim)
     gl.ActiveTexture(GL_TEXTURE0);
 }
 
-/* Uploads the map itself, if there is one, and returns its texture unit. */
-static int upload_map(view_truth *t, const ibl_texture *map, int unit)
+/* Binds the environment: the map itself or, without one, the set's cube that is
+ * bound to a unit. */
+static bool bind_map(view_truth *t, const ibl_texture *map, int unit)
 {
+    GLint cube = 0;
+
     gl.DeleteTextures(1, &t->map);
     t->map = 0;
-    if (!map->data)
-        return unit;
-    gl.ActiveTexture(GL_TEXTURE0 + VIEW_TRUTH_UNIT_MAP);
-    t->map = view_upload(map, false, t->what);
+    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
+    gl.GetIntegerv(GL_TEXTURE_BINDING_CUBE_MAP, &cube);
+    view_gl_bind(VIEW_TRUTH_UNIT_MAP, GL_TEXTURE_CUBE_MAP, (GLuint)cube);
+    if (map->data)
+        t->map = view_upload(map, false, t->what);
     gl.ActiveTexture(GL_TEXTURE0);
-    return VIEW_TRUTH_UNIT_MAP;
+    return !map->data || t->map;
 }
 
 bool view_truth_load(view_truth *t, const baked_set *set)
@@ -131,37 +130,21 @@ bool view_truth_load(view_truth *t, const baked_set *set)
     const bool ok = view_aim_make(from, &aim);
     if (ok && aim.edge)
         upload_aim(t, &aim);
-    const int unit =
-        upload_map(t, &map, sky ? VIEW_UNIT_SKY : VIEW_UNIT_SPECULAR);
+    const bool bound =
+        bind_map(t, &map, sky ? VIEW_UNIT_SKY : VIEW_UNIT_SPECULAR);
+    t->sampling[2] = aim.edge;
+    t->sampling[3] = map.data || sky ? 0 : set->light_count;
+    t->light.sheen = set->texture[VIEW_SHEEN].data;
     ibl_texture_free(&map);
-    if (!ok || (unit == VIEW_TRUTH_UNIT_MAP && !t->map))
-        return false;
-    t->light = (view_model_light){
-        .reflection = VIEW_REFERENCE,
-        .sheen = set->texture[VIEW_SHEEN].data,
-        .environment = unit,
-        .aim_edge = aim.edge,
-        .discs = unit == VIEW_UNIT_SPECULAR ? set->light_count : 0};
-    gl.UseProgram(t->spheres);
-    gl.Uniform1i(t->environment, unit);
-    gl.Uniform1i(t->aim_edge, aim.edge);
-    gl.Uniform1i(t->discs, t->light.discs);
-    gl.UseProgram(0);
     view_aim_free(&aim);
     view_truth_restart(t);
-    return view_gl_check("the table of the environment's lights");
+    return ok && bound &&
+           view_gl_check("the table of the environment's lights");
 }
 
 const char *view_truth_environment(const view_truth *t)
 {
     return t->what;
-}
-
-void view_truth_model(view_truth *t, view_model *model)
-{
-    if (model != t->model)
-        view_truth_restart(t);
-    t->model = model;
 }
 
 void view_truth_restart(view_truth *t)
@@ -199,40 +182,17 @@ static void begin(view_truth *t, const view_frame *frame)
     gl.Clear(GL_COLOR_BUFFER_BIT);
 }
 
-/* Draws what is seen, with samples, into the target PASS. */
-static bool draw_spheres(view_truth *t, GLuint instances, int count,
-                         int samples)
-{
-    gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[PASS]);
-    view_gl_draw_full(t->sky);
-    gl.Enable(GL_BLEND);
-    gl.UseProgram(t->spheres);
-    gl.Uniform1i(t->first_sample, t->samples);
-    gl.Uniform1i(t->sample_count, samples);
-    gl.BindVertexArray(instances);
-    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, count);
-    return true;
-}
-
-static bool draw_model(view_truth *t, int samples)
-{
-    t->light.first_sample = t->samples;
-    t->light.sample_count = samples;
-    if (!view_canvas_begin(&t->canvas, t->target[PASS], t->width, t->height, 1))
-        return false;
-    view_gl_draw_full(t->sky);
-    const bool ok = view_model_draw(t->model, &t->light, t->shown.eye);
-    view_canvas_end(&t->canvas);
-    return ok;
-}
-
 /* Adds samples, at most MOST_SAMPLES. */
-static bool draw_pass(view_truth *t, GLuint instances, int count, int samples)
+static bool draw_pass(view_truth *t, const view_subject *seen, int samples)
 {
-    if (!(t->model ? draw_model(t, samples)
-                   : draw_spheres(t, instances, count, samples)))
+    t->sampling[0] = t->samples;
+    t->sampling[1] = samples;
+    gl.BindBuffer(GL_UNIFORM_BUFFER, seen->frame);
+    gl.BufferSubData(GL_UNIFORM_BUFFER, offsetof(view_frame, sampling),
+                     sizeof t->sampling, t->sampling);
+    if (!view_subject_draw(seen, &t->light, t->spheres, t->framebuffer[PASS],
+                           t->target[PASS], &t->canvas, 1))
         return false;
-
     t->samples += samples;
     gl.Enable(GL_BLEND);
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[MEAN]);
@@ -252,16 +212,20 @@ static int next_by_clock(int samples, double took)
     return took > slow_seconds && samples > 1 ? samples / 2 : samples;
 }
 
-bool view_truth_draw(view_truth *t, const view_frame *frame, GLuint instances,
-                     int count, int width, int height, int samples)
+bool view_truth_draw(view_truth *t, const view_frame *frame,
+                     const view_subject *seen, int samples)
 {
     const bool by_clock = samples == 0;
     const double start = by_clock ? ibl_now() : 0.0;
 
-    if ((width != t->width || height != t->height) && !resize(t, width, height))
+    if ((seen->width != t->width || seen->height != t->height) &&
+        !resize(t, seen->width, seen->height))
         return false;
-    gl.Viewport(0, 0, width, height);
+    gl.Viewport(0, 0, t->width, t->height);
     gl.Disable(GL_BLEND);
+    if (t->model != seen->model)
+        view_truth_restart(t);
+    t->model = seen->model;
     if (!t->samples || memcmp(frame, &t->shown, VIEW_FRAME_REFERENCE) != 0)
         begin(t, frame);
     if (by_clock)
@@ -269,8 +233,7 @@ bool view_truth_draw(view_truth *t, const view_frame *frame, GLuint instances,
     if (samples > VIEW_TRUTH_SAMPLES - t->samples)
         samples = VIEW_TRUTH_SAMPLES - t->samples;
     for (int left = samples; left > 0; left -= MOST_SAMPLES)
-        if (!draw_pass(t, instances, count,
-                       left < MOST_SAMPLES ? left : MOST_SAMPLES))
+        if (!draw_pass(t, seen, left < MOST_SAMPLES ? left : MOST_SAMPLES))
             return false;
     if (by_clock && samples > 0) {
         gl.Finish();

@@ -26,22 +26,19 @@ void view_truth_free(view_truth *t); /* NULL is fine */
 bool view_truth_load(view_truth *t, const baked_set *set);
 /* What it integrates, as "level 0". */
 const char *view_truth_environment(const view_truth *t);
-/* Draws a model from now on; NULL: spheres. */
-void view_truth_model(view_truth *t, view_model *model);
 /* Discards all samples; call it when the spheres have changed. */
 void view_truth_restart(view_truth *t);
 /*
- * Adds samples to the picture of width x height; begins anew if frame differs
- * in more than its display.
+ * Adds samples to the picture of what is seen; begins anew if frame differs in
+ * more than its display, or the subject in size or model.
  *   frame      the uniform block "Frame" at binding 0, but for the place in the
  *              pixels, which may change
- *   instances  vertex array of count spheres, sorted as for the split sum
  *   samples    for each pixel; 0: as many as keep a frame quick, by the clock
  * Changes program, vertex array and framebuffer; blending is off, the viewport
  * is the picture's. False, with a message.
  */
-bool view_truth_draw(view_truth *t, const view_frame *frame, GLuint instances,
-                     int count, int width, int height, int samples);
+bool view_truth_draw(view_truth *t, const view_frame *frame,
+                     const view_subject *seen, int samples);
 /* RGBA32F: the mean of all samples, composed with the sky as the split sum is.
  * 0 before the first draw. */
 GLuint view_truth_texture(const view_truth *t);

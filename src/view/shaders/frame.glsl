@@ -20,5 +20,6 @@ layout(std140) uniform Frame {
     vec4 inspect_at;
     vec4 display;
     ivec4 show;
+    ivec4 sampling;
 };
 #define IBL_LADDER ladder

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The integral of BRDF, environment and N.L: the mean of samples first_sample
-// .. first_sample + sample_count - 1 of one sequence. A sample is a visible
-// normal for the specular part and a cosine direction for the diffuse part. If
-// the environment has lights, a direction to one of them is added for both
-// parts. The balance heuristic weights them: Veach and Guibas 1995, "Optimally
+// The integral of BRDF, environment and N.L: the mean of sampling.y samples of
+// one sequence, from sampling.x on. A sample is a visible normal for the
+// specular part and a cosine direction for the diffuse part. If the environment
+// has lights, a direction to one of them is added for both parts. The balance heuristic weights them: Veach and Guibas 1995, "Optimally
 // Combining Sampling Techniques for Monte Carlo Rendering", eq. 12.
 #include "ibl.glsl"
 #include "ray.glsl"
 #include "sample.glsl"
 
 uniform samplerCube environment_map;
-uniform int first_sample, sample_count;
 
 // Below this alpha a lobe is a mirror in float precision.
 const float MIRROR = 1e-6;
@@ -58,7 +56,7 @@ vec3 light_from(vec3 environment_direction)
 
 float aimed(vec3 d)
 {
-    return aim_edge == 0 ? 0.0 : aim_density(face_place(d), d);
+    return sampling.z == 0 ? 0.0 : aim_density(face_place(d), d);
 }
 
 // BRDF times N.L over the density p = D / (2 spread) of visible normals: F V
@@ -141,15 +139,15 @@ void integrate(vec3 normal, vec3 view, float n_v, vec3 f0, float roughness,
           c = hash_of(uvec3(pixel, sequence + 2u));
     specular = vec3(0.0);
     light = vec3(0.0);
-    for (int i = first_sample; i < first_sample + sample_count; i++) {
+    for (int i = sampling.x; i < sampling.x + sampling.y; i++) {
         specular += by_visible_normal(s, point2(uint(i), a.xy));
         if (diffuse_part)
             light += by_cosine(s, point2(uint(i), b.xy));
-        if (aim_edge != 0)
+        if (sampling.z != 0)
             by_aim(s, point3(uint(i), c), specular, light);
     }
-    specular /= float(sample_count);
-    light /= float(sample_count);
+    specular /= float(sampling.y);
+    light /= float(sampling.y);
 }
 
 #ifdef SHEEN
@@ -171,10 +169,10 @@ vec3 integrate_sheen(vec3 normal, vec3 view, float n_v, float roughness,
     uvec3 a = hash_of(uvec3(pixel, sequence)),
           b = hash_of(uvec3(pixel, sequence + 1u));
     vec3 sum = vec3(0.0);
-    for (int i = first_sample; i < first_sample + sample_count; i++) {
+    for (int i = sampling.x; i < sampling.x + sampling.y; i++) {
         vec3 l = cosine_direction(unit(point2(uint(i), a.xy)));
         sum += sheen_from(s, l, s.to_environment * l);
-        if (aim_edge == 0)
+        if (sampling.z == 0)
             continue;
         vec3 at = aim_at(point3(uint(i), b));
         vec3 d = normalize(face_direction(int(at.z), at.xy));
@@ -182,6 +180,6 @@ vec3 integrate_sheen(vec3 normal, vec3 view, float n_v, float roughness,
         if (l.z > 0.0)
             sum += sheen_from(s, l, d);
     }
-    return sum / float(sample_count);
+    return sum / float(sampling.y);
 }
 #endif

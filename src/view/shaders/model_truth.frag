@@ -5,14 +5,13 @@
 #include "lights.glsl"
 #include "integral.glsl"
 
-uniform int discs; // that the environment lacks
-
 void lit(layer s, vec3 view, bool diffuse_part, uint number, out vec3 specular,
          out vec3 light)
 {
     integrate(s.normal, view, s.n_v, s.f0, s.roughness, diffuse_part, number,
               specular, light);
-    add_lights(at, s.normal, view, s.f0, s.roughness, discs, specular, light);
+    add_lights(at, s.normal, view, s.f0, s.roughness, sampling.w, specular,
+               light);
 }
 
 #ifdef SHEEN

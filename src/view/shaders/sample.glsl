@@ -6,11 +6,11 @@
 // Distribution of Visible Normals", JCGT 7(4); Dupuy and Benyoub 2023,
 // "Sampling Visible GGX Normals with Spherical Caps".
 #include "cube.glsl"
+#include "frame.glsl"
 #include "ibl.glsl"
 
 uniform sampler2D aim_tokens; // see view/aim.h
 uniform sampler2DArray aim_chance; // a layer per face
-uniform int aim_edge; // 0: no table
 
 // Three random numbers of a pixel, independent of those of other pixels.
 uvec3 hash_of(uvec3 x)
@@ -65,7 +65,7 @@ float aim_density(vec3 at, vec3 d)
     vec3 a = abs(d);
     float m = max(a.x, max(a.y, a.z));
     float chance = textureLod(aim_chance, vec3(0.5 * at.xy + 0.5, at.z), 0.0).r;
-    return chance * float(aim_edge * aim_edge) * 0.25 / (m * m * m);
+    return chance * float(sampling.z * sampling.z) * 0.25 / (m * m * m);
 }
 
 // A random place by the light above the mean: a random cell, and a tent of +-1
@@ -78,9 +78,9 @@ vec3 aim_at(uvec3 fraction)
                               ivec2(token % size.x, token / size.x), 0).r);
     vec2 u = 2.0 * unit(fraction.yz) - 1.0;
     vec2 tent = sign(u) * (1.0 - sqrt(1.0 - abs(u)));
-    vec2 p = vec2(cell % aim_edge, cell / aim_edge % aim_edge) + 0.5 + tent;
+    int edge = sampling.z;
+    vec2 p = vec2(cell % edge, cell / edge % edge) + 0.5 + tent;
     p = abs(p); // reflects at the edges
-    p = float(aim_edge) - abs(float(aim_edge) - p);
-    return vec3(2.0 * p / float(aim_edge) - 1.0,
-                cell / (aim_edge * aim_edge));
+    p = float(edge) - abs(float(edge) - p);
+    return vec3(2.0 * p / float(edge) - 1.0, cell / (edge * edge));
 }

@@ -5,8 +5,6 @@
 #include "lights.glsl"
 #include "integral.glsl"
 
-uniform int discs; // that the environment lacks
-
 layout(location = 0) out vec4 colour;
 
 void main()
@@ -21,7 +19,7 @@ void main()
     vec3 k = diffuse_factor(f0, ball_albedo.rgb, rg);
     integrate(at.normal, at.view, at.n_v, f0, roughness,
               any(notEqual(k, vec3(0.0))), 0u, specular, light);
-    add_lights(at.position, at.normal, at.view, f0, roughness, discs, specular,
-               light);
+    add_lights(at.position, at.normal, at.view, f0, roughness, sampling.w,
+               specular, light);
     colour = vec4(specular + k * light, at.coverage);
 }
