@@ -128,6 +128,9 @@ bool view_set_map(const baked_set *set, ibl_image *map);
 bool view_set_environment(const baked_set *set, ibl_texture *env,
                           const char **what);
 
+/* The level of a roughness, between those of rising roughnesses. */
+double view_level_at(const double *roughness, int levels, double r);
+
 /* ---- files that change ------------------------------------------------- */
 
 /* Whether a file differs from the one that was last read or seen, and all such

@@ -611,16 +611,14 @@ bool view_options_suit(const view_options *o, const baked_set *set)
         return view_fail("--diffuse sh: %s has no spherical harmonics, which "
                          "are in a sidecar of iblbake: use the map",
                          set->name);
-    if (!set->texture[VIEW_LOBES].data &&
-        (view_needs_lobes(o->settings.reflection) ||
-         (view_compares(&o->settings) &&
-          view_needs_lobes(o->settings.against))))
+    const view_reflection asked =
+        view_needs_lobes(o->settings.reflection) || !view_compares(&o->settings)
+            ? o->settings.reflection
+            : o->settings.against;
+    if (!set->texture[VIEW_LOBES].data && view_needs_lobes(asked))
         return view_fail(
             "--reflection %s: %s has no table of lobes, which "
             "iblbake --lobe-table writes: choose split, bent or fit",
-            view_reflection_names[view_needs_lobes(o->settings.reflection)
-                                      ? o->settings.reflection
-                                      : o->settings.against],
-            set->name);
+            view_reflection_names[asked], set->name);
     return true;
 }

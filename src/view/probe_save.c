@@ -26,16 +26,6 @@ static void name_face(int probe, int face, char name[NAME_BYTES])
     snprintf(name, NAME_BYTES, "probe_%02d_%s.exr", probe, ends[face]);
 }
 
-/* Returns dir/name; the caller must free it. */
-static char *path_of(const char *dir, const char *name)
-{
-    char *path = ibl_path_join(dir, name);
-
-    if (!path)
-        view_fail("%s: no memory for a name in it", dir);
-    return path;
-}
-
 /* ---- faces ------------------------------------------------------------- */
 
 static bool add_face(ibl_outputs *outputs, const char *dir,
@@ -47,9 +37,10 @@ static bool add_face(ibl_outputs *outputs, const char *dir,
     size_t size = 0;
 
     name_face(probe, face, name);
-    char *path = path_of(dir, name);
+    char *path = ibl_path_join(dir, name);
     const bool ok =
-        path && c->face(c->cookie, probe, face, rgba) &&
+        (path || view_fail("%s: no memory for names in it", dir)) &&
+        c->face(c->cookie, probe, face, rgba) &&
         view_exr_encode(path, c->size, c->size, 4, rgba, &bytes, &size) &&
         !ibl_outputs_add(outputs, path, bytes, size);
     free(bytes);
@@ -95,7 +86,7 @@ static json_t *probe_json(const ibl_probe *p, int i)
 static bool add_set(ibl_outputs *outputs, const char *dir,
                     const view_probe_captures *c)
 {
-    char *path = path_of(dir, "set.json"), *text = NULL;
+    char *path = ibl_path_join(dir, "set.json"), *text = NULL;
     json_t *probes = json_array();
     bool ok = path;
 
@@ -105,8 +96,8 @@ static bool add_set(ibl_outputs *outputs, const char *dir,
                              "size", c->size, "mapping", "linear", "irradiance",
                              c->irradiance, "probes", probes);
     text = ok ? ibl_json_text(root) : NULL;
-    if (path && !text)
-        view_fail("%s: no memory for it", path);
+    if (!text)
+        view_fail("%s: no memory for its set.json", dir);
     ok = text && !ibl_outputs_add(outputs, path, text, strlen(text));
     json_decref(root);
     free(text);

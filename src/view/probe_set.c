@@ -284,41 +284,27 @@ static bool check_shape(const char *path, const ibl_texture *expected,
                      ibl_pixel_name(expected->pixel));
 }
 
-/* True for formats without alpha. Decoding drops alpha. */
-static bool alpha_is_finite(ibl_pixel pixel, const unsigned char *texel)
-{
-    uint16_t half[4];
-    float whole[4];
-
-    if (pixel == IBL_PIXEL_RGBA16F) {
-        memcpy(half, texel, sizeof half);
-        return (half[3] & 0x7c00) != 0x7c00;
-    }
-    if (pixel == IBL_PIXEL_RGBA32F) {
-        memcpy(whole, texel, sizeof whole);
-        return isfinite(whole[3]);
-    }
-    return true;
-}
-
-/* A texel that is not finite would spread to everything that it lights. */
+/* A texel that is not finite would spread to everything that it lights.
+ * Decoding drops alpha: RGBA is read as two texels of RG. */
 static bool check_texels(const char *path, const ibl_texture *tex)
 {
-    const size_t step = ibl_pixel_bytes(tex->pixel);
-    const size_t count = tex->bytes / step;
-    float rgb[3 * DECODED];
+    const ibl_pixel pixel = tex->pixel == IBL_PIXEL_RGBA16F   ? IBL_PIXEL_RG16F
+                            : tex->pixel == IBL_PIXEL_RGBA32F ? IBL_PIXEL_RG32F
+                                                              : tex->pixel;
+    const size_t step = ibl_pixel_bytes(pixel), count = tex->bytes / step;
+    const size_t channels = (size_t)ibl_pixel_channels(pixel);
+    float values[3 * DECODED];
 
     for (size_t at = 0; at < count; at += DECODED) {
         const size_t n = count - at < DECODED ? count - at : DECODED;
-        const unsigned char *from = tex->data + at * step;
-        ibl_pixel_decode(tex->pixel, from, n, rgb);
-        for (size_t i = 0; i < n; i++)
-            if (!isfinite(rgb[3 * i]) || !isfinite(rgb[3 * i + 1]) ||
-                !isfinite(rgb[3 * i + 2]) ||
-                !alpha_is_finite(tex->pixel, from + i * step))
+        ibl_pixel_decode(pixel, tex->data + at * step, n, values);
+        for (size_t i = 0; i < n * channels; i++)
+            if (!isfinite(values[i]))
                 return view_fail("%s: texel %zu is no finite number: bake the "
                                  "probes again",
-                                 path, at + i);
+                                 path,
+                                 (at + i / channels) * step /
+                                     ibl_pixel_bytes(tex->pixel));
     }
     return true;
 }

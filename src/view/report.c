@@ -22,15 +22,12 @@ static void print_error(double rmse)
 /* The expected error at a roughness; -1: unknown. */
 static double expected_at(const view_expected *e, const double *nrmse, double r)
 {
-    int i = 0;
-
     if (nrmse[0] < 0 || r < e->roughness[0] || r > e->roughness[e->count - 1])
         return -1;
-    while (i + 2 < e->count && r > e->roughness[i + 1])
-        i++;
-    const double low = e->roughness[i], high = e->roughness[i + 1];
-    const double t = (r - low) / fmax(high - low, 1e-9);
-    return e->count > 1 ? nrmse[i] + t * (nrmse[i + 1] - nrmse[i]) : nrmse[0];
+    const double at = view_level_at(e->roughness, e->count, r);
+    const int i = (int)at;
+    return i < e->count - 1 ? nrmse[i] + (at - i) * (nrmse[i + 1] - nrmse[i])
+                            : nrmse[i];
 }
 
 static void print_expected(const view_settings *s, const view_sphere *spheres,

@@ -63,16 +63,12 @@ view_scene *view_scene_create(void)
 {
     view_scene *st = calloc(1, sizeof *st);
 
-    if (!st) {
+    if (!st)
         view_fail("not enough memory for the scene");
-        return NULL;
-    }
-    st->room = view_room_create();
-    if (!st->room) {
-        view_scene_free(st);
-        return NULL;
-    }
-    return st;
+    else if ((st->room = view_room_create()))
+        return st;
+    view_scene_free(st);
+    return NULL;
 }
 
 void view_scene_free(view_scene *st)

@@ -271,9 +271,9 @@ static bool take_numbers(const json_t *list, double *to, int count)
     return true;
 }
 
-static bool take_sh(ibl_ctx *ctx, const json_t *root, baked_set *set)
+static bool take_sh(ibl_ctx *ctx, const json_t *root, ibl_axes axes,
+                    baked_set *set)
 {
-    view_about about = {0};
     const json_t *sh = json_object_get(root, "sh");
     const json_t *radiance = json_object_get(sh, "radiance");
     const json_t *degree = json_object_get(sh, "degree");
@@ -292,21 +292,17 @@ static bool take_sh(ibl_ctx *ctx, const json_t *root, baked_set *set)
                           3))
             return damaged(set->path[VIEW_SIDECAR],
                            "its harmonics are not all numbers");
-    if (!take_axes(root, set->path[VIEW_SIDECAR], &about) ||
-        ibl_sh_turn_axes(ctx, used, view_about_axes(&about), 1, values))
+    if (ibl_sh_turn_axes(ctx, used, axes, 1, values))
         return false;
     view_set_harmonics(set, used, values);
     return true;
 }
 
-static bool take_lights(const json_t *root, baked_set *set)
+static bool take_lights(const json_t *root, ibl_axes axes, baked_set *set)
 {
     const json_t *entry;
-    view_about about = {0};
     size_t i;
 
-    if (!take_axes(root, set->path[VIEW_SIDECAR], &about))
-        return false;
     json_array_foreach(json_object_get(root, "lights"), i, entry)
     {
         ibl_light *light = &set->light[i];
@@ -319,8 +315,7 @@ static bool take_lights(const json_t *root, baked_set *set)
             !take_numbers(json_object_get(entry, "radiance"), light->radiance,
                           3))
             return damaged(set->path[VIEW_SIDECAR], "its lights are not such");
-        ibl_axes_turn(view_about_axes(&about), 1, light->direction,
-                      light->direction);
+        ibl_axes_turn(axes, 1, light->direction, light->direction);
         light->radius = json_number_value(radius);
         set->light_count = (int)i + 1;
     }
@@ -368,7 +363,6 @@ static bool take_source(const json_t *root, baked_set *set)
     const json_t *source = json_object_get(root, "source");
     const char *path = text_of(source, "path");
     const char *hash = text_of(source, "xxh3_128");
-    struct stat st;
 
     set->source_peak = json_number_value(json_object_get(source, "peak"));
     snprintf(set->source_hash, sizeof set->source_hash, "%s", hash ? hash : "");
@@ -382,23 +376,21 @@ static bool take_source(const json_t *root, baked_set *set)
         set->source = strdup(path);
         return set->source || view_file_no_memory(path);
     }
-    for (int i = 0; i < 2 && path && !set->source; i++) {
-        char *found =
-            i ? ibl_path_beside(side, ibl_path_name(path)) : strdup(path);
-        if (!found)
-            return view_file_no_memory(path);
-        if (!stat(found, &st) && S_ISREG(st.st_mode))
-            set->source = found;
-        else
-            free(found);
-    }
-    return true;
+    return !path || (view_file_take(strdup(path), path, &set->source) &&
+                     (set->source ||
+                      view_file_take(ibl_path_beside(side, ibl_path_name(path)),
+                                     path, &set->source)));
 }
 
 bool view_sidecar_read(ibl_ctx *ctx, const json_t *root, baked_set *set)
 {
+    view_about about = {0};
+
     set->sh_degree = -1;
-    return take_sh(ctx, root, set) && take_lights(root, set) &&
+    if (!take_axes(root, set->path[VIEW_SIDECAR], &about))
+        return false;
+    const ibl_axes axes = view_about_axes(&about);
+    return take_sh(ctx, root, axes, set) && take_lights(root, axes, set) &&
            take_expected(root, set) && take_source(root, set);
 }
 

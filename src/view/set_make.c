@@ -20,6 +20,9 @@ enum {
  * lobe by less than a texel. */
 #define SMOOTH 0.2
 
+static const ibl_texel_options floats = {.pixel = IBL_PIXEL_RGBA32F,
+                                         .overflow = IBL_OVERFLOW_CLIP};
+
 /* Decodes a level of the chain into level 0 of a cube; negative and non-finite
  * values become 0. Returns the largest component. */
 static float decode_level(const baked_set *set, int level, const ibl_cube *cube)
@@ -150,11 +153,8 @@ static bool fill_irradiance(ibl_ctx *ctx, baked_set *set)
         status = make_irradiance(ctx, set, &level0, &cube, &from);
     ibl_cube_free(&level0);
     if (!status)
-        status = ibl_texture_from_cube(
-            ctx, &cube,
-            &(ibl_texel_options){.pixel = IBL_PIXEL_RGBA32F,
-                                 .overflow = IBL_OVERFLOW_CLIP},
-            &set->texture[VIEW_IRRADIANCE], NULL);
+        status = ibl_texture_from_cube(ctx, &cube, &floats,
+                                       &set->texture[VIEW_IRRADIANCE], NULL);
     ibl_cube_free(&cube);
     set->irradiance_scale = 1;
     if (status == IBL_ERR_MEMORY)
@@ -187,8 +187,7 @@ bool view_set_fill(ibl_ctx *ctx, baked_set *set)
     return set->texture[VIEW_IRRADIANCE].data || fill_irradiance(ctx, set);
 }
 
-/* The level of a roughness. */
-static double level_at(const double *roughness, int levels, double r)
+double view_level_at(const double *roughness, int levels, double r)
 {
     int i = 0;
 
@@ -206,7 +205,7 @@ bool view_set_fill_sheen(ibl_ctx *ctx, const double *roughness, int levels,
     ibl_status status = ibl_bake_lut(ctx, &opts, &lut);
 
     for (int i = 0; !status && i < opts.size * opts.size; i++)
-        lut.data[2 * i + 1] = (float)level_at(
+        lut.data[2 * i + 1] = (float)view_level_at(
             roughness, levels, (i / opts.size + 0.5) / opts.size);
     if (!status)
         status = ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG32F,
@@ -352,23 +351,18 @@ bool view_set_map(const baked_set *set, ibl_image *map)
 
 /* As fine as the map and as level 0. */
 static ibl_status cube_of_map(ibl_ctx *ctx, const baked_set *set,
-                              const ibl_image *from, ibl_texture *env)
+                              const ibl_image *map, ibl_texture *env)
 {
-    const ibl_image map = *from;
+    const int fine = map->width / 4 < MOST_EDGE ? map->width / 4 : MOST_EDGE;
+    const int least = set->texture[VIEW_SPECULAR].width;
     ibl_cube cube = {0};
-    ibl_status status = IBL_OK;
-    int edge = map.width / 4 < MOST_EDGE ? map.width / 4 : MOST_EDGE;
-    if (edge < set->texture[VIEW_SPECULAR].width)
-        edge = set->texture[VIEW_SPECULAR].width;
-    status = ibl_cube_alloc(ctx, edge, 1, &cube);
+
+    ibl_status status =
+        ibl_cube_alloc(ctx, fine > least ? fine : least, 1, &cube);
     if (!status)
-        status = ibl_cube_from_latlong(ctx, &map, set->source_yaw, &cube);
+        status = ibl_cube_from_latlong(ctx, map, set->source_yaw, &cube);
     if (!status)
-        status = ibl_texture_from_cube(
-            ctx, &cube,
-            &(ibl_texel_options){.pixel = IBL_PIXEL_RGBA32F,
-                                 .overflow = IBL_OVERFLOW_CLIP},
-            env, NULL);
+        status = ibl_texture_from_cube(ctx, &cube, &floats, env, NULL);
     ibl_cube_free(&cube);
     return status;
 }

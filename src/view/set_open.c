@@ -198,20 +198,25 @@ typedef struct opener {
 
 /* ---- the other files -------------------------------------------------- */
 
-/* Sets *out to the path of a file beside the specular one, if it exists. False:
- * no memory. */
-static bool try_name(const opener *o, const char *name, char **out)
+bool view_file_take(char *path, const char *of, char **out)
 {
-    char *path = ibl_path_beside(o->set->path[VIEW_SPECULAR], name);
     struct stat st;
 
     if (!path)
-        return view_file_no_memory(o->set->name);
+        return view_file_no_memory(of);
     if (!stat(path, &st) && S_ISREG(st.st_mode))
         *out = path;
     else
         free(path);
     return true;
+}
+
+/* Sets *out to the path of a file beside the specular one, if it exists. False:
+ * no memory. */
+static bool try_name(const opener *o, const char *name, char **out)
+{
+    return view_file_take(ibl_path_beside(o->set->path[VIEW_SPECULAR], name),
+                          o->set->name, out);
 }
 
 /* Finds the file of a content: first the one that the sidecar names, then the
@@ -286,7 +291,8 @@ static bool check_shape(const ibl_texture *tex, const char *path,
     const int layers = lobes ? VIEW_LOBE_LAYERS : 1;
 
     if (table)
-        return wrong(path, wanted, "is a table of kind %.40s", table);
+        return wrong(path, wanted,
+                     "is a table of kind %.40s, not the split one", table);
     if (tex->faces == 1 && !lut && !lobes &&
         ibl_pixel_channels(tex->pixel) == 3)
         return true; /* flat maps: see make_cube */

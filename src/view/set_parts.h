@@ -32,6 +32,10 @@ char *view_file_stem(const char *path);
 /* Reports that there is no memory to open path; returns false. */
 bool view_file_no_memory(const char *path);
 
+/* Moves an allocated path to *out, if a file has it, else frees it. False, with
+ * a message about `of`: it is NULL. */
+bool view_file_take(char *path, const char *of, char **out);
+
 /* Stores the state of file i in set->seen; call it before reading the file. */
 void view_set_see(baked_set *set, int i);
 
