@@ -231,54 +231,36 @@ bool view_app_tend_bake(view_app *app)
     return app->set;
 }
 
-static void tend_set(view_app *app)
+/* Says that a file was read again, or could not be. */
+static void tell(view_app *app, const char *path, bool ok)
 {
-    if (!app->set || app->baker || !view_set_changed(app->set, SETTLE_S))
-        return;
-    /* After a failure the next attempt follows the next change. */
-    view_set_seen(app->set);
-    if (!view_app_open(app, &app->request))
-        view_app_notice(app, "the files have changed, but cannot be shown: "
-                             "the terminal says why");
-    else if (!app->baker)
-        view_note("%s: read anew", app->request.path);
-}
-
-static void tend_probes(view_app *app)
-{
-    const char *path = app->options->probe_set;
-
-    if (!app->probes || !view_probe_set_changed(app->probes, SETTLE_S))
-        return;
-    view_probe_set_seen(app->probes);
-    if (load_probes(app))
+    if (ok)
         view_note("%s: read anew", path);
     else
         view_app_notice_path(app, path);
 }
 
-static void tend_model(view_app *app)
-{
-    char *const file = app->model_path;
-
-    if (!app->model ||
-        !view_files_changed(&file, 1, &app->model_seen, SETTLE_S, SETTLE_S))
-        return;
-    if (load_model(app, file))
-        view_note("%s: read anew", file);
-    else
-        view_app_notice_path(app, file);
-}
-
+/* After a failure the next attempt follows the next change. */
 void view_app_tend_files(view_app *app)
 {
-    tend_model(app);
-    tend_set(app);
-    tend_probes(app);
+    char *const model = app->model_path;
+
+    if (app->model &&
+        view_files_changed(&model, 1, &app->model_seen, SETTLE_S, SETTLE_S))
+        tell(app, model, load_model(app, model));
+    if (app->set && !app->baker && view_set_changed(app->set, SETTLE_S)) {
+        view_set_seen(app->set);
+        const bool ok = view_app_open(app, &app->request);
+        if (!ok || !app->baker)
+            tell(app, app->request.path, ok);
+    }
+    if (app->probes && view_probe_set_changed(app->probes, SETTLE_S)) {
+        view_probe_set_seen(app->probes);
+        tell(app, app->options->probe_set, load_probes(app));
+    }
     if (app->other.name && view_set_changed(&app->other, SETTLE_S)) {
         view_set_seen(&app->other);
-        if (!load_other(app))
-            view_app_notice_path(app, app->options->against_set);
+        tell(app, app->options->against_set, load_other(app));
     }
 }
 

@@ -2,7 +2,6 @@
 #include "view/labels.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -24,70 +23,63 @@ typedef struct page {
 /* ---- a line that says what is shown ---------------------------------------
  */
 
-static void append(char text[VIEW_LABEL_BYTES], const char *fmt, ...)
-    __attribute__((format(printf, 2, 3)));
-static void append(char text[VIEW_LABEL_BYTES], const char *fmt, ...)
-{
-    const size_t used = strlen(text);
-    va_list ap;
-
-    va_start(ap, fmt);
-    vsnprintf(text + used, VIEW_LABEL_BYTES - used, fmt, ap);
-    va_end(ap);
-}
-
 static void add_compared(const view_settings *s, const view_renderer *r,
-                         char text[VIEW_LABEL_BYTES])
+                         FILE *to)
 {
     const char *one = view_reflection_names[s->reflection];
     const char *other = view_reflection_names[s->against];
 
     if (s->compare == VIEW_SPLIT)
-        append(text, "\n%sleft: %s, right: %s",
-               s->mode == VIEW_SPHERES ? "of each sphere " : "", one, other);
+        fprintf(to, "\n%sleft: %s, right: %s",
+                s->mode == VIEW_SPHERES ? "of each sphere " : "", one, other);
     else if (s->compare == VIEW_DIFFERENCE && s->false_colour)
-        append(text, "\n|%s - %s| x %.3g", one, other, s->gain);
+        fprintf(to, "\n|%s - %s| x %.3g", one, other, s->gain);
     else if (s->compare == VIEW_DIFFERENCE)
-        append(text, "\n|%s - %s|", one, other);
+        fprintf(to, "\n|%s - %s|", one, other);
     else
-        append(text, ", %s", one);
+        fprintf(to, ", %s", one);
     if (view_renderer_environment(r))
-        append(text, " of %d samples", view_renderer_samples(r));
+        fprintf(to, " of %d samples", view_renderer_samples(r));
 }
 
-static void add_map(const view_settings *s, const baked_set *set,
-                    char text[VIEW_LABEL_BYTES])
+static void add_map(const view_settings *s, const baked_set *set, FILE *to)
 {
     const ibl_texture *chain = &set->texture[VIEW_SPECULAR];
 
     if (s->mode == VIEW_TABLE)
-        append(text, ", BRDF table: roughness upwards\nlines at 0.1 to "
-                     "0.9: white scale, blue bias");
+        fprintf(to, ", BRDF table: roughness upwards\nlines at 0.1 to "
+                    "0.9: white scale, blue bias");
     else if (s->mode == VIEW_IRRADIANCE_MAP)
-        append(text, ", irradiance, %d x %d a face",
-               set->texture[VIEW_IRRADIANCE].width,
-               set->texture[VIEW_IRRADIANCE].width);
+        fprintf(to, ", irradiance, %d x %d a face",
+                set->texture[VIEW_IRRADIANCE].width,
+                set->texture[VIEW_IRRADIANCE].width);
     else
-        append(text, ", level %d of %d, roughness %.3g, %d x %d a face",
-               s->level, chain->levels, set->roughness[s->level],
-               ibl_cube_edge(chain->width, s->level),
-               ibl_cube_edge(chain->width, s->level));
+        fprintf(to, ", level %d of %d, roughness %.3g, %d x %d a face",
+                s->level, chain->levels, set->roughness[s->level],
+                ibl_cube_edge(chain->width, s->level),
+                ibl_cube_edge(chain->width, s->level));
 }
 
 void view_labels_title(const view_settings *s, const view_renderer *r,
                        const baked_set *set, char text[VIEW_LABEL_BYTES])
 {
-    snprintf(text, VIEW_LABEL_BYTES, "%.80s", set->name);
+    FILE *to = fmemopen(text, VIEW_LABEL_BYTES, "w");
+
+    *text = '\0';
+    if (!to)
+        return;
+    fprintf(to, "%.80s", set->name);
     if (s->mode == VIEW_SPHERES)
-        append(text, ", %s", view_materials[s->material].name);
+        fprintf(to, ", %s", view_materials[s->material].name);
     if (s->mode == VIEW_SCENE)
-        append(text, ", scene at %.3g s", s->seconds);
+        fprintf(to, ", scene at %.3g s", s->seconds);
     else if (view_shows_materials(s))
-        add_compared(s, r, text);
+        add_compared(s, r, to);
     else
-        add_map(s, set, text);
+        add_map(s, set, to);
     if (s->ev < 0 || s->ev > 0)
-        append(text, ", EV %+.3g", s->ev);
+        fprintf(to, ", EV %+.3g", s->ev);
+    fclose(to);
 }
 
 /* ---- axes ------------------------------------------------------------------

@@ -2,8 +2,9 @@
 // The integral of BRDF, environment and N.L: the mean of sampling.y samples of
 // one sequence, from sampling.x on. A sample is a visible normal for the
 // specular part and a cosine direction for the diffuse part. If the environment
-// has lights, a direction to one of them is added for both parts. The balance heuristic weights them: Veach and Guibas 1995, "Optimally
-// Combining Sampling Techniques for Monte Carlo Rendering", eq. 12.
+// has lights, a direction to one of them is added for both parts. The balance
+// heuristic weights them: Veach and Guibas 1995, "Optimally Combining Sampling
+// Techniques for Monte Carlo Rendering", eq. 12.
 #include "ibl.glsl"
 #include "ray.glsl"
 #include "sample.glsl"
