@@ -16,12 +16,13 @@ enum {
     PIXELS = WIDTH * HEIGHT
 };
 
-static view_volumes volumes;
+static GLuint volumes;
 
 static void free_volumes(void *unused)
 {
     (void)unused;
-    view_volumes_free(&volumes);
+    gl.DeleteProgram(volumes);
+    volumes = 0;
 }
 
 static void begin(void)

@@ -34,7 +34,7 @@ const char *ibl_version_revision(void)
 
 void ibl_version_print(FILE *to)
 {
-    char *beside = ibl_bridge_beside();
+    const char *beside = ibl_bridge_beside();
     const char *bridge = beside ? beside : ibl_bridge_path();
     const char *revision = IBL_REVISION;
 
@@ -55,7 +55,6 @@ void ibl_version_print(FILE *to)
         fprintf(to, "image bridge  %s\n", bridge);
     fprintf(to, "instructions  %s\n", ibl_isa_name(ibl_isa_best()));
     fprintf(to, "threads       %d\n", ibl_cpu_count());
-    free(beside);
 }
 
 static const char *const isa_names[] = {"auto", "c",      "sse2",

@@ -167,7 +167,6 @@ ibl_status ibl_start(const ibl_common *common, ibl_console *console,
                      ibl_ctx **ctx)
 {
     ibl_ctx_options opts = ibl_ctx_options_default();
-    char *bridge = ibl_bridge_beside();
 
     opts.threads = common->threads;
     opts.isa = common->isa;
@@ -175,10 +174,8 @@ ibl_status ibl_start(const ibl_common *common, ibl_console *console,
     opts.log_cookie = console;
     opts.progress = ibl_console_progress;
     opts.progress_cookie = console;
-    opts.bridge = bridge;
-    const ibl_status status = ibl_ctx_create(&opts, ctx);
-    free(bridge);
-    return status;
+    opts.bridge = ibl_bridge_beside();
+    return ibl_ctx_create(&opts, ctx);
 }
 
 bool ibl_console_commit(ibl_console *console, ibl_outputs *outputs)

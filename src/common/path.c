@@ -67,12 +67,13 @@ bool ibl_uri_decode(char *text)
     return true;
 }
 
-char *ibl_bridge_beside(void)
+const char *ibl_bridge_beside(void)
 {
     /* In a build; installed under any prefix. */
     static const char *const places[] = {"libiblbridge.so",
                                          "../lib/iblbake/libiblbridge.so"};
-    char program[2048], path[2304];
+    static char path[2304];
+    char program[2048];
     const ssize_t length = readlink("/proc/self/exe", program, sizeof program);
 
     if (length <= 0 || (size_t)length >= sizeof program)
@@ -82,7 +83,7 @@ char *ibl_bridge_beside(void)
     for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
         snprintf(path, sizeof path, "%s/%s", program, places[i]);
         if (!access(path, R_OK))
-            return strdup(path);
+            return path;
     }
     return NULL;
 }

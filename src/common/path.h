@@ -22,8 +22,8 @@ char *ibl_path_beside(const char *file, const char *name);
 bool ibl_uri_decode(char *text);
 
 /* Path of the image bridge beside the program (in a build) or in ../lib/iblbake
- * (installed). The caller must free it. NULL: not found, so the library's
- * compiled-in path applies. */
-char *ibl_bridge_beside(void);
+ * (installed), not to be freed. NULL: not found, so the library's compiled-in
+ * path applies. */
+const char *ibl_bridge_beside(void);
 
 #endif

@@ -120,15 +120,13 @@ view_baker *view_baker_start(const char *path, ibl_input_layout layout)
     opts.log_cookie = b;
     opts.progress = on_progress;
     opts.progress_cookie = b;
-    char *bridge = ibl_bridge_beside();
-    opts.bridge = bridge;
+    opts.bridge = ibl_bridge_beside();
     b->path = strdup(path);
     b->layout = layout;
     ibl_signals_hold(); /* the threads never run the handler */
     const bool ok = b->path && !ibl_ctx_create(&opts, &b->ctx) &&
                     !pthread_create(&b->thread, NULL, run, b);
     ibl_signals_release();
-    free(bridge);
     if (!ok) {
         view_fail("%s: no memory or no threads to bake it", path);
         baker_free(b);

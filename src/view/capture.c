@@ -171,7 +171,7 @@ static bool make_pictures(view_capture *c)
     gl.RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, n, n);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT);
     for (int i = 0; i < picture_count(c); i++) {
-        c->picture[i] = view_float_target(n, n);
+        c->picture[i] = view_float_image(GL_RGBA, n, n, NULL);
         view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
         gl.BindFramebuffer(GL_FRAMEBUFFER, c->drawn[i]);
         gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
@@ -190,11 +190,9 @@ static bool make_samples(view_capture *c)
 
     if (!all)
         return false;
-    gl.GenTextures(1, &c->samples);
-    view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, VIEW_CAPTURE_MOST_SAMPLES,
-                  c->levels, 0, GL_RGBA, GL_FLOAT, all);
-    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT_MORE);
+    c->samples =
+        view_float_image(GL_RGBA, VIEW_CAPTURE_MOST_SAMPLES, c->levels, all);
     free(all);
     return true;
 }
@@ -268,7 +266,7 @@ static bool read_equirect(const view_capture *c, ibl_ctx *ctx, ibl_image *map)
     if (ibl_image_alloc(ctx, width, height, map))
         return false;
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT_MORE);
-    const GLuint picture = view_float_target(width, height);
+    const GLuint picture = view_float_image(GL_RGBA, width, height, NULL);
     view_gl_target(c->target, picture);
     gl.Viewport(0, 0, width, height);
     gl.UseProgram(p->program);

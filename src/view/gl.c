@@ -118,11 +118,16 @@ bool view_gl_target(GLuint framebuffer, GLuint texture)
     return gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
 }
 
-void view_gl_draw_full(GLuint program)
+void view_gl_draw(GLuint program, GLenum mode, int count)
 {
     gl.UseProgram(program);
     gl.BindVertexArray(nothing);
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    gl.DrawArrays(mode, 0, count);
+}
+
+void view_gl_draw_full(GLuint program)
+{
+    view_gl_draw(program, GL_TRIANGLES, 3);
 }
 
 static const char *error_name(GLenum error)

@@ -72,6 +72,8 @@ void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset,
 /* Attaches a 2D texture to a framebuffer and binds it; false if it is
  * incomplete. */
 bool view_gl_target(GLuint framebuffer, GLuint texture);
+/* Draws vertices that have only a number. */
+void view_gl_draw(GLuint program, GLenum mode, int count);
 /* Draws the triangle of full.vert with a program. */
 void view_gl_draw_full(GLuint program);
 

@@ -22,15 +22,13 @@ static void show_progress(void *cookie, const char *stage, double done)
 static ibl_ctx *make_context(const view_options *o)
 {
     ibl_ctx_options opts = ibl_ctx_options_default();
-    char *bridge = ibl_bridge_beside();
     ibl_ctx *ctx = NULL;
 
     opts.log = view_log;
-    opts.bridge = bridge;
+    opts.bridge = ibl_bridge_beside();
     if (!o->quiet && isatty(STDERR_FILENO))
         opts.progress = show_progress;
     ibl_ctx_create(&opts, &ctx); /* reports its errors */
-    free(bridge);
     return ctx;
 }
 

@@ -267,7 +267,7 @@ static bool make_picture(const view_renderer *r, GLuint *picture,
     if (*picture)
         return true;
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
-    *picture = view_float_target(r->width, r->height);
+    *picture = view_float_image(GL_RGBA, r->width, r->height, NULL);
     if (view_gl_target(framebuffer, *picture))
         return view_gl_check("making the linear picture");
     return view_fail(

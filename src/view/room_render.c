@@ -79,32 +79,29 @@ static bool make_mesh(view_room *r)
     return true;
 }
 
-view_room *view_room_create(void)
+static bool make(view_room *r)
 {
-    view_room *r;
-
-    if (!view_gl_has_cube_arrays()) {
-        view_fail("the scene needs OpenGL 4.0 or ARB_texture_cube_map_array, "
-                  "for its probes");
-        return NULL;
-    }
-    r = calloc(1, sizeof *r);
-    if (!r) {
-        view_fail("no memory for the room");
-        return NULL;
-    }
     if (!make_programs(r) || !make_mesh(r))
-        goto fail;
+        return false;
     r->frame_buffer =
         view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(view_frame), NULL);
     r->room_buffer =
         view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(room_block), NULL);
     gl.BindVertexArray(0);
-    if (!view_gl_check("making the room"))
-        goto fail;
-    return r;
+    return view_gl_check("making the room");
+}
 
-fail:
+view_room *view_room_create(void)
+{
+    view_room *r = calloc(1, sizeof *r);
+
+    if (!view_gl_has_cube_arrays())
+        view_fail("the scene needs OpenGL 4.0 or ARB_texture_cube_map_array, "
+                  "for its probes");
+    else if (!r)
+        view_fail("no memory for the room");
+    else if (make(r))
+        return r;
     view_room_free(r);
     return NULL;
 }

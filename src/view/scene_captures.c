@@ -26,7 +26,7 @@ static const double near_half[3] = {1.5, 1.8, 1.5}, near_blend = 0.6;
 
 struct view_scene {
     view_room *room;
-    view_volumes volumes;
+    GLuint wires;          /* program of view_volumes_render */
     view_capture *capture; /* for all probes */
     view_cubes mirror;     /* two cubes, with moving objects */
     int shown;             /* index of the one to draw with */
@@ -77,7 +77,7 @@ void view_scene_free(view_scene *st)
         return;
     drop_captures(st);
     ibl_ctx_free(st->ctx);
-    view_volumes_free(&st->volumes);
+    gl.DeleteProgram(st->wires);
     view_room_free(st->room);
     view_canvas_free(&st->canvas);
     free(st);
@@ -422,14 +422,14 @@ static bool draw_volumes(view_scene *st, double ev)
 
     for (int i = 0; i <= l->count && st->now.draw.parallax && ok; i++) {
         const ibl_probe *p = i < l->count ? &l->probe[i] : &st->probe;
-        ok = !p->has_proxy || view_volumes_render(&st->volumes, ev, &p->proxy,
-                                                  view_volumes_proxy);
+        ok = !p->has_proxy ||
+             view_volumes_render(&st->wires, ev, &p->proxy, view_volumes_proxy);
     }
     for (int i = 0; i <= l->count && ok; i++) {
         ibl_volume v = (i < l->count ? &l->probe[i] : &st->probe)->influence;
         if (v.shape == IBL_SHAPE_BOX)
             clip_to_room(&v);
-        ok = view_volumes_render(&st->volumes, ev, &v, view_volumes_influence);
+        ok = view_volumes_render(&st->wires, ev, &v, view_volumes_influence);
     }
     return ok;
 }

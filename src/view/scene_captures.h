@@ -77,21 +77,17 @@ void view_scene_place(ibl_probe *probes, int count);
 
 /* ---- volumes of probes (volumes.c) ------------------------------------- */
 
-typedef struct view_volumes {
-    GLuint program, array; /* 0 until the first draw */
-} view_volumes;
-
-void view_volumes_free(view_volumes *v); /* zeroed is fine */
-
 /* Scene-linear, at an exposure of 0. */
 extern const float view_volumes_influence[3], view_volumes_proxy[3];
 
 /* Draws a volume into the bound framebuffer with the camera of the last
  * view_room_render. The depth buffer hides wires behind surfaces but not on
  * them, and does not change. ev: the exposure of the picture; wires look the
- * same at any. Changes program and vertex array; turns depth test and blending
- * off. False, with a message. */
-bool view_volumes_render(view_volumes *v, double ev, const ibl_volume *volume,
+ * same at any. *program: 0 until the first draw, which makes it. Changes
+ * program and vertex array; turns depth test and blending off. False, with a
+ * message.
+ */
+bool view_volumes_render(GLuint *program, double ev, const ibl_volume *volume,
                          const float colour[3]);
 
 #endif

@@ -316,12 +316,9 @@ static ibl_ctx *reader(void)
 {
     ibl_ctx_options o = ibl_ctx_options_default();
     ibl_ctx *ctx;
-    char *bridge = ibl_bridge_beside();
 
-    o.bridge = bridge;
-    const ibl_status made = ibl_ctx_create(&o, &ctx);
-    free(bridge);
-    return made ? NULL : ctx;
+    o.bridge = ibl_bridge_beside();
+    return ibl_ctx_create(&o, &ctx) ? NULL : ctx;
 }
 
 bool view_set_map(const baked_set *set, ibl_image *map)

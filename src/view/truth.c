@@ -158,7 +158,7 @@ static bool resize(view_truth *t, int width, int height)
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_TRUTH_UNIT_PASS);
     for (int i = 0; i < TARGETS; ++i) {
         gl.DeleteTextures(1, &t->target[i]);
-        t->target[i] = view_float_target(width, height);
+        t->target[i] = view_float_image(GL_RGBA, width, height, NULL);
         if (!view_gl_target(t->framebuffer[i], t->target[i]))
             return view_fail("OpenGL has no picture of %dx%d RGBA floats for "
                              "the reference: make window or picture smaller",

@@ -93,10 +93,7 @@ GLuint view_upload_map(const baked_set *set)
     if (set->own_sky || !view_set_map(set, &map))
         return 0;
     if (map.width <= most && map.width <= MOST_COLUMNS) {
-        gl.GenTextures(1, &texture);
-        gl.BindTexture(GL_TEXTURE_2D, texture);
-        gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGB32F, map.width, map.height, 0,
-                      GL_RGB, GL_FLOAT, map.data);
+        texture = view_float_image(GL_RGB, map.width, map.height, map.data);
         view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
         gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
     }
@@ -104,14 +101,16 @@ GLuint view_upload_map(const baked_set *set)
     return texture;
 }
 
-GLuint view_float_target(int width, int height)
+GLuint view_float_image(GLenum format, int width, int height,
+                        const float *pixels)
 {
+    const GLint internal = format == GL_RGB ? GL_RGB32F : GL_RGBA32F;
     GLuint texture = 0;
 
     gl.GenTextures(1, &texture);
     gl.BindTexture(GL_TEXTURE_2D, texture);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
-                  GL_FLOAT, NULL);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, internal, width, height, 0, format,
+                  GL_FLOAT, pixels);
     view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
     return texture;
 }

@@ -20,7 +20,9 @@ GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name);
  * sky, or it is too large. */
 GLuint view_upload_map(const baked_set *set);
 
-/* Makes an RGBA32F texture that is read texel by texel. */
-GLuint view_float_target(int width, int height);
+/* Makes a texture of 32-bit floats, GL_RGB or GL_RGBA, that is read texel by
+ * texel, on the active unit. pixels NULL: without defined texels. */
+GLuint view_float_image(GLenum format, int width, int height,
+                        const float *pixels);
 
 #endif
