@@ -213,7 +213,7 @@ test_panel() {
     xdotool mousemove --window "$window" 300 14
     within not_shown first.png || echo 'nothing says that there is a panel'
     xdotool click 1
-    xdotool mousemove --window "$window" 292 139 mousedown 1 \
+    xdotool mousemove --window "$window" 292 125 mousedown 1 \
         mousemove_relative 30 0 mouseup 1
     shows '| exposure 8 |'
     snap panel.png
@@ -448,8 +448,8 @@ verdict 'bakes' "$(baked env.exr)"
 start_server -fbdir screen
 run opens_and_equals_offscreen
 if [ -n "$viewer" ]; then
-    run keys help texel_under_the_pointer mouse resize uncovered reload \
-        reload_of_what_is_broken drop quit \
+    run keys help texel_under_the_pointer mouse panel light resize uncovered \
+        reload reload_of_what_is_broken drop quit \
         baked_probes map map_that_changes stalled_pipe fine_display
 fi
 stop_server

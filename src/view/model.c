@@ -681,8 +681,8 @@ static bool draw_passes(view_model *m, const view_model_light *light)
     return ok;
 }
 
-bool view_model_draw(view_model *m, const view_model_light *light,
-                     const float eye[3])
+static bool draw_model(view_model *m, const view_model_light *light,
+                       const float eye[3])
 {
     sort_draws(m, eye);
     gl.Enable(GL_DEPTH_TEST);
@@ -724,7 +724,7 @@ bool view_subject_draw(const view_subject *s, const view_model_light *light,
     view_gl_draw_full(s->sky);
     if (!s->model)
         return draw_spheres(s, spheres);
-    const bool ok = view_model_draw(s->model, light, s->eye);
+    const bool ok = draw_model(s->model, light, s->eye);
     view_canvas_end(canvas);
     return ok;
 }

@@ -35,17 +35,6 @@ typedef struct view_model_light {
     bool harmonics; /* diffuse light is by them */
 } view_model_light;
 
-/*
- * Draws over the bound framebuffer, whose depth it clears, with the uniform
- * block "Frame" at its place.
- *   eye  of the camera, for the order of what is blended
- * Pixels of an opaque material have alpha 2 + its index, blended ones leave
- * alpha as it is. Changes program, vertex array and units from
- * VIEW_MODEL_UNITS. False, with a message.
- */
-bool view_model_draw(view_model *m, const view_model_light *light,
-                     const float eye[3]);
-
 /* What a picture of materials shows, over the sky. */
 typedef struct view_subject {
     GLuint sky;       /* program */
@@ -53,14 +42,16 @@ typedef struct view_subject {
     int count;
     view_model *model; /* in place of the spheres, or NULL */
     int width, height;
-    const float *eye;
-    GLuint frame; /* the buffer of the block "Frame" */
+    const float *eye; /* of the camera, for the order of what is blended */
+    GLuint frame;     /* the buffer of the block "Frame" */
 } view_subject;
 
 /* Draws it into a picture of its size on a framebuffer, whose viewport is set.
  *   spheres  their program
  *   canvas, samples  for a model, see view_canvas_begin
- * Leaves blending off. False, with a message. */
+ * Pixels of a model's opaque material have alpha 2 + its index, blended ones
+ * leave alpha as it is. Changes program, vertex array and units from
+ * VIEW_MODEL_UNITS; leaves blending off. False, with a message. */
 bool view_subject_draw(const view_subject *s, const view_model_light *light,
                        GLuint spheres, GLuint framebuffer, GLuint picture,
                        view_canvas *canvas, int samples);

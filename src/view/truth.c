@@ -59,18 +59,6 @@ static bool make(view_truth *t)
     return true;
 }
 
-view_truth *view_truth_create(const baked_set *set)
-{
-    view_truth *t = calloc(1, sizeof *t);
-
-    if (!t)
-        view_fail("no memory for the reference");
-    else if (make(t) && view_truth_load(t, set))
-        return t;
-    view_truth_free(t);
-    return NULL;
-}
-
 void view_truth_free(view_truth *t)
 {
     if (!t)
@@ -105,8 +93,6 @@ static bool bind_map(view_truth *t, const ibl_texture *map, int unit)
 {
     GLint cube = 0;
 
-    gl.DeleteTextures(1, &t->map);
-    t->map = 0;
     gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
     gl.GetIntegerv(GL_TEXTURE_BINDING_CUBE_MAP, &cube);
     view_gl_bind(VIEW_TRUTH_UNIT_MAP, GL_TEXTURE_CUBE_MAP, (GLuint)cube);
@@ -116,7 +102,7 @@ static bool bind_map(view_truth *t, const ibl_texture *map, int unit)
     return !map->data || t->map;
 }
 
-bool view_truth_load(view_truth *t, const baked_set *set)
+static bool load(view_truth *t, const baked_set *set)
 {
     /* If level 0 is rough, a skybox has the sharper environment. */
     const bool sky = set->roughness[0] > 0.0 && set->texture[VIEW_SKY].data;
@@ -137,9 +123,20 @@ bool view_truth_load(view_truth *t, const baked_set *set)
     t->light.sheen = set->texture[VIEW_SHEEN].data;
     ibl_texture_free(&map);
     view_aim_free(&aim);
-    view_truth_restart(t);
     return ok && bound &&
            view_gl_check("the table of the environment's lights");
+}
+
+view_truth *view_truth_create(const baked_set *set)
+{
+    view_truth *t = calloc(1, sizeof *t);
+
+    if (!t)
+        view_fail("no memory for the reference");
+    else if (make(t) && load(t, set))
+        return t;
+    view_truth_free(t);
+    return NULL;
 }
 
 const char *view_truth_environment(const view_truth *t)

@@ -18,12 +18,10 @@ typedef struct view_truth view_truth;
 
 #define VIEW_TRUTH_SAMPLES 4096 /* most samples of a pixel */
 
-/* Loads set as view_truth_load does. NULL, with a message. */
+/* Makes the table of lights (aim.h) of a set, whose textures must be bound from
+ * now on. NULL, with a message. */
 view_truth *view_truth_create(const baked_set *set);
 void view_truth_free(view_truth *t); /* NULL is fine */
-/* Makes the table of lights (aim.h) of a set, whose textures must be bound from
- * now on, and restarts. False, with a message. */
-bool view_truth_load(view_truth *t, const baked_set *set);
 /* What it integrates, as "level 0". */
 const char *view_truth_environment(const view_truth *t);
 /* Discards all samples; call it when the spheres have changed. */
