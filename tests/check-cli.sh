@@ -835,6 +835,16 @@ const [out, least] = ['out', 'near'].map(d => json(`${d}/env.json`).choice.set);
 if (!(out.bytes < least.bytes / 1.5 &&
     least.expected_error < out.expected_error))
     console.log(JSON.stringify([out, least]));
+// A shader that goes by the mapping finds the levels where they are.
+for (const d of ['out', 'near', 'given']) {
+    const {mapping, levels} =
+        json(`${d}/env.json`).outputs.find(o => o.content === 'specular');
+    const off = levels.some(({roughness: r}, l) => !(Math.abs(
+        r * (2 - r) - l / (levels.length - 1)) < 1e-6));
+    if (off !== (mapping === 'best') || (off === false) !==
+        (mapping === 'filament'))
+        console.log(d, mapping, JSON.stringify(levels));
+}
 END
     iblbake env.exr --rendered-error .5 --target three,bevy,playcanvas \
         -o targets >table

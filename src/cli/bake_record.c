@@ -132,7 +132,8 @@ static void set_specular(setter *s, const ibl_bake *b)
         set_harmonics(s, b);
     set(s, "iblbake.method", "%s", ibl_bake_specular_method(b));
     set(s, "iblbake.lobe", "%s", ibl_lobe_name(o->lobe));
-    set(s, "iblbake.mapping", "%s", ibl_roughness_map_name(o->mapping));
+    set(s, "iblbake.mapping", "%s",
+        ibl_roughness_map_name(made->layout.mapping));
     set(s, "iblbake.roughness", "%s", roughness);
     set(s, "iblbake.lod_scale", "%.9g", made->layout.lod_scale);
     set(s, "iblbake.lod_offset", "%.9g", made->layout.lod_offset);
@@ -495,7 +496,8 @@ static void put_specular(const ibl_bake *b, json_t **j)
     put(j, "lobe", json_string(ibl_lobe_name(o->lobe)));
     put(j, "weight", json_string(ibl_lobe_formula(o->lobe)));
     put(j, "method", json_string(ibl_bake_specular_method(b)));
-    put(j, "mapping", json_string(ibl_roughness_map_name(o->mapping)));
+    put(j, "mapping",
+        json_string(ibl_roughness_map_name(made->layout.mapping)));
     put(j, "lod", lod(b));
     put(j, "lod_scale", json_real(made->layout.lod_scale));
     put(j, "lod_offset", json_real(made->layout.lod_offset));
