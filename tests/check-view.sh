@@ -233,6 +233,17 @@ test_maps_are_baked() {
     for d in px nx py ny pz nz; do
         mkenv exr 16 16 BGR >"f_$d.exr"
     done
+    # Flat layouts look like the cube, nearly.
+    for d in equirect octahedral; do
+        iblbake -q --layout $d "$top/data/sky.exr" --size 64 -o $d
+        draw $d.png -q $d --no-sky --no-labels
+    done
+    iblbake -q "$top/data/sky.exr" --size 64 -o cube
+    draw cube.png -q cube --no-sky --no-labels
+    for d in equirect octahedral; do
+        oiiotool --fail 0.1 --failpercent 0 --diff \
+            $d.png cube.png >diff || cat diff
+    done
     draw e.png -q 'f_%f.exr'
     iblbake -q 'f_%f.exr' -o six && draw f.png -q six && same e.png f.png
     # Through the image bridge, which is found beside the program.

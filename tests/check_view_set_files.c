@@ -195,7 +195,7 @@ TEST(sidecars)
     NEED(file_run("cp side/sky.json keep.json && cp other/sky.json side"));
     sets_check_refused(ctx, &what, "side/sky.json", "5 from 64");
     /* In one of the two alone. */
-    NEED(file_run("sed 's/\"width\": 32/\"width\": 64/' keep.json "
+    NEED(file_run("sed 's/\"height\": 32/\"height\": 64/' keep.json "
                   ">side/sky.json"));
     sets_check_refused(ctx, &what, "side/sky.json", "from 64");
     NEED(sets_bake("other", "--format dds --levels 2"));

@@ -201,23 +201,24 @@ ibl_axes view_about_axes(const view_about *a)
                       (ibl_up)a->value[VIEW_ABOUT_UP]};
 }
 
-/* Checks edge and levels of a chain: a sidecar with another size than its file
- * belongs to another bake. */
+/* Checks edge and levels of a chain; flat ones are as high as the cube that they
+ * are shown by. A sidecar with another size than its file belongs to another
+ * bake. */
 static bool check_shape(const json_t *entry, const char *sidecar,
                         const ibl_texture *tex, const char *path)
 {
-    const json_t *edge = json_object_get(entry, "width");
+    const json_t *edge = json_object_get(entry, "height");
     const json_t *chain = json_object_get(entry, "levels");
-    const json_int_t width = json_integer_value(edge);
+    const json_int_t height = json_integer_value(edge);
     const size_t levels = json_array_size(chain);
 
     if (!json_is_integer(edge) || !json_is_array(chain) ||
-        (width == tex->width && levels == (size_t)tex->levels))
+        (height == tex->height && levels == (size_t)tex->levels))
         return true;
     return view_fail("%s: has %d levels from %d texels, but %s tells of %zu "
                      "from %lld: bake the set again, or take that file away",
-                     path, tex->levels, tex->width, sidecar, levels,
-                     (long long)width);
+                     path, tex->levels, tex->height, sidecar, levels,
+                     (long long)height);
 }
 
 /* ---- the sidecar ------------------------------------------------------- */
