@@ -201,9 +201,9 @@ ibl_axes view_about_axes(const view_about *a)
                       (ibl_up)a->value[VIEW_ABOUT_UP]};
 }
 
-/* Checks edge and levels of a chain; flat ones are as high as the cube that they
- * are shown by. A sidecar with another size than its file belongs to another
- * bake. */
+/* Checks edge and levels of a chain; flat ones are as high as the cube that
+ * they are shown by. A sidecar with another size than its file belongs to
+ * another bake. */
 static bool check_shape(const json_t *entry, const char *sidecar,
                         const ibl_texture *tex, const char *path)
 {
