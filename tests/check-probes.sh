@@ -591,6 +591,111 @@ END
     [ ! -s err ] || cat err
 }
 
+# ---- shards ------------------------------------------------------------------
+# Bakes shards 1 to COUNT into part1 and so on, and merges them.
+shards() { # COUNT SET [options]
+    local n=$1 k parts=()
+    shift
+    rm -rf part* inc new
+    for ((k = n; k > 0; k--)); do
+        iblbake probes -q --shard $k/$n "$@" -o part$k || echo "$k/$n: failed"
+        parts+=(part$k)
+    done
+    iblbake merge -q "${parts[@]}" -o inc || echo "merge of $n: failed"
+}
+# What is merged is what one run makes, whatever the files hold; and what has a
+# shard is not baked again.
+test_shards_are_one_run() {
+    local options
+    while read -r options; do
+        taken || continue
+        # shellcheck disable=SC2086
+        shards 2 hole.json $options
+        # shellcheck disable=SC2086
+        like_new hole.json $options || echo "($options)"
+    done <<'END'
+
+--container ktx --irradiance sh --levels 2
+--container dds --pixel rgba32f
+--zstd 3
+--pixel bc6h --quality fast --alpha ignore
+END
+    shards 2 hole.json
+    expect '' hole.json -o inc
+    expect '' --shard 1/2 hole.json -o part1
+    # A shard that another run writes is waited for.
+    exec 8<part1
+    flock 8
+    iblbake merge part1 part2 -o inc 2>waiting 8<&- &
+    within grep -q '^iblbake: warning: part1: another run is at work' waiting ||
+        echo 'does not say that it waits'
+    exec 8<&-
+    wait $! || echo 'failed '
+    like_new hole.json
+    shards 1 hole.json
+    like_new hole.json
+}
+# Each layer is in one shard and each shard has a probe. The global environment,
+# a map of 64x32 as are two probes, does not fill one, and weighs four of 32x16.
+test_shards_are_even() {
+    edit set.json 's.probes = ["mild", "other", "other", "mild", "other"].map(
+        (name, i) => ({...s.probes[0], name: "p" + i, capture:
+        {equirect: name + ".exr"}}));
+        s.global.capture.equirect = "mild.exr"' even.json
+    for n in 2 3 5; do
+        shards $n even.json
+        like_new even.json
+        js $n <<'END'
+const all = Array.from({length: +process.argv[2]}, (_, k) =>
+    json(`part${k + 1}/index.json`));
+const pixels = all.map(i => i.shard.layers.reduce((sum, l) =>
+    sum + ([0, 3, 5].includes(l) ? 2048 : 512), 0)).sort((a, b) => a - b);
+const want = {2: [3584, 4096], 3: [2560, 2560, 2560],
+    5: [512, 512, 2048, 2048, 2560]};
+if (pixels.join() !== want[all.length].join()) console.log('pixels:', pixels);
+if (all.some(i => i.probes.length === 0)) console.log('a shard without probes');
+const layers = all.flatMap(i => i.shard.layers).sort((a, b) => a - b);
+if (layers.join() !== '0,1,2,3,4,5') console.log('layers:', layers.join());
+END
+    done
+}
+test_shards_that_do_not_fit() {
+    local command glob
+    shards 2 set.json
+    iblbake probes -q --shard 2/2 set.json -o odd/size --size 8
+    iblbake probes -q --shard 1/1 set.json -o odd/of
+    iblbake probes -q --shard 2/2 --isa c set.json -o odd/isa
+    edit set.json 's.probes[1].blend = 0.1' moved.json
+    iblbake probes -q --shard 2/2 moved.json -o odd/set
+    cp -r part2 odd/cut && truncate -s -1 odd/cut/probes_irradiance.ktx2
+    cp -r part2 odd/edited && sed -i 's/"of": 2/"of": 3/' odd/edited/index.json
+    mkdir odd/none
+    while IFS='|' read -r command glob; do
+        # shellcheck disable=SC2086
+        refused 1 "iblbake: $glob" iblbake $command
+    done <<'END'
+merge part2 -o bad|bad: shards that are missing of 2: 1: bake them*
+merge part1 part2 part1 -o bad|part1: is shard 1/2, as part1 is: give each once
+merge part1 odd/size -o bad|odd/size: is of another set or of other options than part1: *
+merge part1 odd/of -o bad|odd/of: is of another set or of other options than part1: *
+merge part1 odd/set -o bad|odd/set: is of another set or of other options than part1: *
+merge part1 odd/isa -o bad|odd/isa: is of another version or instruction set than part1: *
+merge part1 odd/cut -o bad|odd/cut/probes_irradiance.ktx2: is not the file that its index.json describes: bake shard 2/2 again
+merge part1 odd/none -o bad|odd/none/index.json: cannot be read: No such file or directory
+merge part1 out -o bad|out: has a whole set, no shard: *
+merge part1 odd/edited -o bad|odd/edited/index.json: is damaged or was edited
+merge part1 part2 -o part2|part2: is both input and output: *
+probes --shard 2/2 set.json -o part1|part1: has shard 1: give shard 2 a directory of its own
+probes --shard 2/2 set.json -o out|out: has a whole set: give shard 2 a directory of its own
+probes --shard 3/3 set.json -o bad|--shard 3/3: set.json has 2 probes, *: take at most 2 shards
+END
+    # Captures of other sizes may be dealt to other shards.
+    cp mild.exr saved && mkenv exr 16 8 BGR >mild.exr
+    iblbake probes -q --shard 2/2 set.json -o part2
+    mv saved mild.exr
+    refused 1 '*part2: is of another set *' iblbake merge part1 part2 -o bad
+}
+
 # ---- mistakes --------------------------------------------------------------
 # One line a mistake: what is done to the set, and what the message says.
 test_mistakes() {
@@ -688,6 +793,8 @@ twice.json -o bad|1|twice.json:1:*: no JSON: duplicate*
 --grid set.json --pixel rgba16f|2|--pixel: --grid bakes nothing: *
 set.json|2|no output directory: *
 set.json set.json -o bad|2|set.json: a second set *
+set.json -o bad --shard 3/2|2|--shard 3/2: not a value *
+--grid set.json --shard 1/2|2|--shard: --grid bakes nothing: *
 set.json -o bad --levels 9|1|--levels 9: a cube of size 16 has 1 to 5 levels
 set.json -o bad --pixel uastc-hdr --container dds|1|--pixel uastc-hdr: dds files cannot hold it: take --container ktx2
 set.json -o bad --zstd 1 --container dds|1|--zstd 1: dds files cannot hold it: take --container ktx2

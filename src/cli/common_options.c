@@ -210,6 +210,9 @@ const ibl_section ibl_input_section = {"Input", input,
                                        sizeof input / sizeof *input};
 const ibl_section ibl_running_section = {"Running", running,
                                          sizeof running / sizeof *running};
+const ibl_section ibl_threads_section = {"Running", running, 1};
+const ibl_section ibl_messages_section = {"Running", running + 2,
+                                          sizeof running / sizeof *running - 2};
 
 ibl_common ibl_common_default(void)
 {

@@ -12,6 +12,7 @@ extern const ibl_command ibl_bake_command;
 extern const ibl_command ibl_verify_command;
 extern const ibl_command ibl_bench_command;
 extern const ibl_command ibl_probes_command;
+extern const ibl_command ibl_merge_command;
 
 /* The first member of every command's settings. */
 typedef struct ibl_common {
@@ -24,6 +25,8 @@ typedef struct ibl_common {
 
 extern const ibl_section ibl_input_section;   /* sets read of ibl_common */
 extern const ibl_section ibl_running_section; /* the rest, --help, --version */
+/* The parts of ibl_running_section before and after --isa. */
+extern const ibl_section ibl_threads_section, ibl_messages_section;
 
 ibl_common ibl_common_default(void);
 bool ibl_common_validate(const ibl_common *c);

@@ -42,6 +42,13 @@ json_t *ibl_lights_gltf(const ibl_light *lights, int count);
 /* Rounds to four digits; results at chosen points are not more precise. */
 double ibl_json_digits(double x);
 
+/* A string in an object; "": there is none. */
+static inline const char *text_of(const json_t *object, const char *key)
+{
+    const char *text = json_string_value(json_object_get(object, key));
+    return text ? text : "";
+}
+
 /* Building JSON without checks after each call: a failed call sets the object
  * or array to NULL, and so the container it is put into. All calls take
  * ownership of value; a NULL value is a failure. */

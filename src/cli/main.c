@@ -6,8 +6,8 @@
 #include "cli/common_options.h"
 
 static const ibl_command *const commands[] = {
-    &ibl_bake_command, &ibl_verify_command, &ibl_bench_command,
-    &ibl_probes_command, NULL};
+    &ibl_bake_command,   &ibl_verify_command, &ibl_bench_command,
+    &ibl_probes_command, &ibl_merge_command,  NULL};
 
 const ibl_program ibl_this_program = {"iblbake", commands};
 

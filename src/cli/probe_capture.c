@@ -18,15 +18,28 @@ static const ibl_capture *capture_of(const ibl_probes_bake *p, int layer)
 }
 
 static bool open_file(const ibl_probes_bake *p, int layer, int i,
-                      ibl_source **source)
+                      ibl_alpha alpha, ibl_source **source)
 {
     const ibl_capture *c = capture_of(p, layer);
     ibl_read_options read = p->opts->common.read;
 
-    read.alpha = ibl_probes_alpha(&p->set, layer);
+    read.alpha = alpha;
     if (c->kind != IBL_CAPTURE_EQUIRECT)
         read.layout = IBL_INPUT_EQUIRECT; /* as it is */
     return !ibl_source_open(p->ctx, c->file[i], &read, source);
+}
+
+bool ibl_capture_pixels(const ibl_probes_bake *p, int layer, uint64_t *pixels)
+{
+    const ibl_capture *c = capture_of(p, layer);
+    ibl_source *source = NULL;
+    const bool ok = open_file(p, layer, 0, IBL_ALPHA_IGNORE, &source);
+
+    if (ok)
+        *pixels = (uint64_t)ibl_source_width(source) *
+                  (uint64_t)ibl_source_height(source) * (uint64_t)c->count;
+    ibl_source_close(source);
+    return ok;
 }
 
 /* *needed: whether alpha, from least to most, must be baked. */
@@ -85,7 +98,8 @@ static bool bake_equirect(const ibl_probes_bake *p, int layer,
 {
     ibl_source *source = NULL;
     const bool ok =
-        open_file(p, layer, 0, &source) && bake_source(p, layer, source, made);
+        open_file(p, layer, 0, ibl_probes_alpha(&p->set, layer), &source) &&
+        bake_source(p, layer, source, made);
 
     ibl_source_close(source);
     return ok;
@@ -104,7 +118,7 @@ typedef struct view {
 static bool read_view(const ibl_probes_bake *p, int layer, int i, view *v)
 {
     *v = (view){.cross = capture_of(p, layer)->kind == IBL_CAPTURE_CROSS};
-    if (!open_file(p, layer, i, &v->source))
+    if (!open_file(p, layer, i, ibl_probes_alpha(&p->set, layer), &v->source))
         return false;
     v->alpha = ibl_source_alpha(v->source);
     return !ibl_image_alloc(p->ctx, ibl_source_width(v->source),

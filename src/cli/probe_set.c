@@ -278,13 +278,35 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
     return take_set(ibl_json_root(&file), set);
 }
 
+static void free_entry(ibl_set_entry *e)
+{
+    for (int k = 0; k < e->capture.count; k++)
+        free(e->capture.file[k]);
+    json_decref(e->note);
+}
+
+void ibl_probe_set_keep(ibl_probe_set *set, const int *owner, int shard)
+{
+    const int layers = set->layers, count = set->count;
+
+    set->layers = set->count = 0;
+    for (int i = 0; i < layers; i++) {
+        ibl_set_entry *e = &set->entry[set->layers];
+        if (owner[i] != shard) {
+            free_entry(&set->entry[i]);
+            continue;
+        }
+        *e = set->entry[i];
+        e->whole = i;
+        e->probe.layer = set->layers++;
+        set->count += i < count;
+    }
+}
+
 void ibl_probe_set_free(ibl_probe_set *set)
 {
-    for (int i = 0; i < set->layers; i++) {
-        for (int k = 0; k < set->entry[i].capture.count; k++)
-            free(set->entry[i].capture.file[k]);
-        json_decref(set->entry[i].note);
-    }
+    for (int i = 0; i < set->layers; i++)
+        free_entry(&set->entry[i]);
     free(set->entry);
     json_decref(set->root);
     *set = (ibl_probe_set){0};

@@ -7,7 +7,9 @@
 #include <ibl/probes.h>
 
 #include "cli/console.h"
+#include "cli/shard.h"
 #include "common/json_at.h"
+#include "common/json_load.h"
 
 /* ---- hashes ------------------------------------------------------------- */
 
@@ -66,6 +68,7 @@ typedef struct ibl_set_entry {
     char hash[IBL_HASH_SIZE]; /* of its inputs and options */
     ibl_probes_origin from;
     int source;   /* layer of the old arrays, or the twin's */
+    int whole;    /* with --shard: its layer in the whole set */
     bool alpha;   /* the capture has alpha below IBL_CAPTURE_OPAQUE */
     json_t *note; /* members that the bake adds to its entry in the index */
 } ibl_set_entry;
@@ -94,6 +97,8 @@ typedef struct ibl_probe_set {
 bool ibl_probe_set_read(const char *path, ibl_console *console,
                         ibl_probe_set *set);
 void ibl_probe_set_free(ibl_probe_set *set);
+/* Drops the layers that another shard owns, and numbers the others anew. */
+void ibl_probe_set_keep(ibl_probe_set *set, const int *owner, int shard);
 
 /* Values of "alpha" in a set and of --alpha, ended by NULL. */
 extern const char *const ibl_set_alphas[];
@@ -112,6 +117,7 @@ typedef struct ibl_probes_opts {
     int force;
     int grid;
     int sync;
+    ibl_shard shard;
     ibl_set_bake said; /* -1 in fields not given: the set's value stays */
 } ibl_probes_opts;
 
@@ -120,7 +126,7 @@ void ibl_probes_override(const ibl_probes_opts *opts, ibl_set_bake *bake);
 
 /* ---- a set while it is baked ------------------------------------------- */
 
-/* The files of a set. */
+/* The files of a set, and their keys in its index. */
 typedef enum ibl_probes_kind {
     IBL_PROBES_SPECULAR,
     IBL_PROBES_IRRADIANCE,
@@ -130,6 +136,8 @@ typedef enum ibl_probes_kind {
     IBL_PROBES_TEXTURES = IBL_PROBES_INDEX,
     IBL_PROBES_ARRAYS = IBL_PROBES_LUT
 } ibl_probes_kind;
+
+extern const char *const ibl_probes_keys[IBL_PROBES_TEXTURES];
 
 typedef struct ibl_probes_file {
     char *path; /* NULL: not wanted */
@@ -151,24 +159,36 @@ typedef struct ibl_probes_bake {
     ibl_specular_layout layout;
     ibl_pixel lut_pixel;
     char lut_inputs[IBL_HASH_SIZE]; /* hash of the inputs of the LUT */
+    char whole[IBL_HASH_SIZE];      /* with --shard: of the whole set and the
+                                       options */
     ibl_probes_file file[IBL_PROBES_FILES];
     ibl_texture array[IBL_PROBES_ARRAYS]; /* filled layer by layer */
     int old_probes, dropped; /* in the old index; of these, not in the set */
-    int held;                /* descriptor of the locked directory, or -1 */
+    int held;                /* of ibl_probes_hold, on the output directory */
 } ibl_probes_bake;
 
 /* Functions return false after a line on stderr. */
 
 /* Reports that memory ran out; returns false. */
 bool ibl_probes_no_memory(const ibl_probes_bake *p);
+/* Starts the context and the outputs; makes and locks the output directory. */
+bool ibl_probes_start(ibl_probes_bake *p);
+/* Copies layer `source` of an array into a layer of p->array. */
+bool ibl_probes_copy_layer(ibl_probes_bake *p, int kind, int layer, int source,
+                           const ibl_texture *array);
+/* Hashes and writes a texture that has all keys but that of alpha, which
+ * follows from the entries of the set. tex may be empty afterwards. */
+bool ibl_probes_put_texture(ibl_probes_bake *p, ibl_probes_kind kind,
+                            ibl_texture *tex);
+void ibl_probes_free(ibl_probes_bake *p);
 /* Fails if an output would replace this input. */
 bool ibl_probes_check_input(const ibl_probes_bake *p, const char *input);
 
-/* Locks the output directory until p->held is closed; waits for another run
- * that holds the lock. So no run replaces the old arrays while another copies
- * their layers, and files of two runs do not mix. Does nothing if the directory
- * does not exist. */
-void ibl_probes_hold(ibl_probes_bake *p);
+/* Locks a directory with flock's LOCK_EX or LOCK_SH until the result is closed;
+ * waits for another run that holds the lock. So no run replaces the old arrays
+ * while another copies their layers, and files of two runs do not mix.
+ * -1: the directory does not exist. */
+int ibl_probes_hold(ibl_console *console, const char *directory, int lock);
 
 /* How a layer's alpha is read. The global environment's is ignored: there is
  * nothing behind it. */
@@ -196,6 +216,13 @@ typedef enum ibl_capture_part {
 bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
                       ibl_bake_result made[IBL_CAPTURE_PARTS]);
 
+/* With --shard, keeps only the layers of that shard. */
+bool ibl_probes_take_shard(ibl_probes_bake *p);
+/* Pixels that are read for a layer. */
+bool ibl_capture_pixels(const ibl_probes_bake *p, int layer, uint64_t *pixels);
+
+/* Hashes the set and all options, but not the contents of captures. */
+bool ibl_probes_hash_set(const ibl_probes_bake *p, char hash[IBL_HASH_SIZE]);
 /* Hashes the inputs of each layer and of the LUT. */
 bool ibl_probes_hash_inputs(ibl_probes_bake *p);
 /* Decides where each layer comes from and which files stay. Compares the set
@@ -220,6 +247,12 @@ json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
 
 /* The text of the index. The caller must free it; NULL: no memory. */
 char *ibl_probes_index_text(const ibl_probes_bake *p);
+/* Reads an index without its member "hash". NULL: why->line says whether there
+ * is none, or it is damaged, edited or of another version. */
+json_t *ibl_probes_index_read(const char *path, ibl_json_why *why);
+/* Adds "hash" to an index, frees it and returns its text as above. NULL is
+ * fine. */
+char *ibl_probes_index_seal(json_t *root);
 
 /* Run the command; return the exit status. */
 int ibl_probes_run(const void *settings);

@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include "cli/probes.h"
@@ -174,14 +175,12 @@ static bool bake_layer(ibl_probes_bake *p, int layer)
     return ok;
 }
 
-/* Copies a layer from layer `source` of array. */
-static bool copy_layer(ibl_probes_bake *p, int kind, int layer,
-                       const ibl_texture *array)
+bool ibl_probes_copy_layer(ibl_probes_bake *p, int kind, int layer, int source,
+                           const ibl_texture *array)
 {
     ibl_texture tex = {0};
 
-    return !ibl_texture_layer(p->ctx, array, p->set.entry[layer].source,
-                              &tex) &&
+    return !ibl_texture_layer(p->ctx, array, source, &tex) &&
            take_texture(p, kind, layer, &tex);
 }
 
@@ -195,7 +194,8 @@ static bool copy_old(ibl_probes_bake *p, int kind)
         if (p->set.entry[i].from == IBL_FROM_OLD)
             ok = (array.data ||
                   !ibl_texture_read(p->ctx, p->file[kind].old, &array, NULL)) &&
-                 copy_layer(p, kind, i, &array);
+                 ibl_probes_copy_layer(p, kind, i, p->set.entry[i].source,
+                                       &array);
     ibl_texture_free(&array);
     return ok;
 }
@@ -208,8 +208,8 @@ static bool copy_twin(ibl_probes_bake *p, int layer)
     l->note = json_incref(p->set.entry[l->source].note);
     l->alpha = p->set.entry[l->source].alpha;
     for (int kind = 0; kind < IBL_PROBES_ARRAYS && ok; kind++)
-        ok =
-            !p->array[kind].data || copy_layer(p, kind, layer, &p->array[kind]);
+        ok = !p->array[kind].data ||
+             ibl_probes_copy_layer(p, kind, layer, l->source, &p->array[kind]);
     return ok;
 }
 
@@ -263,7 +263,6 @@ static bool set_keys(const ibl_probes_bake *p, ibl_probes_kind kind,
     }
     snprintf(scale, sizeof scale, "%.9g", layout->lod_scale);
     snprintf(offset, sizeof offset, "%.9g", layout->lod_offset);
-    const char *alpha = tex->premultiplied ? "premultiplied" : "opaque";
     const struct {
         ibl_probes_kind kind;
         const char *key, *value;
@@ -271,10 +270,8 @@ static bool set_keys(const ibl_probes_bake *p, ibl_probes_kind kind,
         {IBL_PROBES_LUT, "iblbake.content", "brdf_lut"},
         {IBL_PROBES_LUT, "iblbake.axes", "u=N.V,v=roughness"},
         {IBL_PROBES_LUT, "iblbake.geometry", "smith"},
-        {IBL_PROBES_IRRADIANCE, "iblbake.alpha", alpha},
         {IBL_PROBES_IRRADIANCE, "iblbake.content", "irradiance"},
         {IBL_PROBES_IRRADIANCE, "iblbake.irradiance_scale", "E/pi"},
-        {IBL_PROBES_SPECULAR, "iblbake.alpha", alpha},
         {IBL_PROBES_SPECULAR, "iblbake.content", "specular"},
         {IBL_PROBES_SPECULAR, "iblbake.lobe", ibl_lobe_name(o->lobe)},
         {IBL_PROBES_SPECULAR, "iblbake.mapping",
@@ -305,16 +302,25 @@ static bool put_packed(ibl_probes_bake *p, ibl_probes_file *f,
     return added;
 }
 
-/* Hashes and writes tex, which may be empty afterwards. */
-static bool put_texture(ibl_probes_bake *p, ibl_probes_kind kind,
-                        ibl_texture *tex)
+/* Copied layers brought the flag of their whole old array. */
+static bool set_alpha(const ibl_probes_bake *p, ibl_texture *tex)
+{
+    tex->premultiplied = 0;
+    for (int i = 0; i < p->set.layers; i++)
+        tex->premultiplied |= p->set.entry[i].alpha;
+    return !ibl_texture_set(p->ctx, tex, "iblbake.alpha",
+                            tex->premultiplied ? "premultiplied" : "opaque");
+}
+
+bool ibl_probes_put_texture(ibl_probes_bake *p, ibl_probes_kind kind,
+                            ibl_texture *tex)
 {
     const ibl_container container = p->set.bake.container;
     ibl_probes_file *f = &p->file[kind];
 
     ibl_console_progress(p->console, "hash", 0);
     tex->zstd = p->set.bake.zstd;
-    if (!set_keys(p, kind, tex))
+    if (kind != IBL_PROBES_LUT && !set_alpha(p, tex))
         return false;
     if (tex->zstd)
         return put_packed(p, f, tex);
@@ -328,11 +334,7 @@ static bool put_array(ibl_probes_bake *p, ibl_probes_kind kind)
 {
     ibl_texture *array = &p->array[kind];
 
-    /* Copied layers brought the flag of their whole old array. */
-    array->premultiplied = 0;
-    for (int i = 0; i < p->set.layers; i++)
-        array->premultiplied |= p->set.entry[i].alpha;
-    return put_texture(p, kind, array);
+    return set_keys(p, kind, array) && ibl_probes_put_texture(p, kind, array);
 }
 
 static bool put_lut(ibl_probes_bake *p)
@@ -346,7 +348,8 @@ static bool put_lut(ibl_probes_bake *p)
     const bool ok =
         !ibl_bake_lut(p->ctx, &options, &lut) &&
         !ibl_texture_from_lut(p->ctx, &lut, p->lut_pixel, &tex, NULL) &&
-        put_texture(p, IBL_PROBES_LUT, &tex);
+        set_keys(p, IBL_PROBES_LUT, &tex) &&
+        ibl_probes_put_texture(p, IBL_PROBES_LUT, &tex);
     ibl_texture_free(&tex);
     ibl_lut_free(&lut);
     return ok;
@@ -391,17 +394,21 @@ static bool prepare(ibl_probes_bake *p)
         !ibl_probes_check_input(p, p->opts->input))
         return false;
     ibl_console_progress(p->console, "look", 0);
-    ibl_probes_hold(p);
-    return ibl_probes_hash_inputs(p) && ibl_probes_plan(p);
+    return (!p->opts->shard.count || ibl_probes_take_shard(p)) &&
+           ibl_probes_hash_inputs(p) && ibl_probes_plan(p);
 }
 
-/* Makes the output directory, and locks it if it is new. */
-static bool make_directory(ibl_probes_bake *p)
+bool ibl_probes_start(ibl_probes_bake *p)
 {
-    if (ibl_outputs_mkdir(p->outputs, p->opts->output))
+    const ibl_probes_opts *opts = p->opts;
+
+    p->held = -1;
+    ibl_signals_catch();
+    if (ibl_start(&opts->common, p->console, &p->ctx) ||
+        ibl_start_outputs(p->ctx, opts->sync, &p->outputs) ||
+        ibl_outputs_mkdir(p->outputs, opts->output))
         return false;
-    if (p->held < 0)
-        ibl_probes_hold(p);
+    p->held = ibl_probes_hold(p->console, opts->output, LOCK_EX);
     return true;
 }
 
@@ -421,7 +428,7 @@ static void log_summary(const ibl_probes_bake *p)
     ibl_console_print_times(p->console);
 }
 
-static void free_probes(ibl_probes_bake *p)
+void ibl_probes_free(ibl_probes_bake *p)
 {
     ibl_end_outputs(p->outputs);
     if (p->held >= 0)
@@ -440,25 +447,21 @@ int ibl_probes_run(const void *settings)
 {
     const ibl_probes_opts *opts = settings;
     ibl_console console;
-    ibl_probes_bake p = {.opts = opts, .console = &console, .held = -1};
+    ibl_probes_bake p = {.opts = opts, .console = &console};
 
     if (opts->grid)
         return ibl_probes_grid(opts);
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
-    ibl_signals_catch();
-    const bool ok = prepare(&p) &&
-                    !ibl_start(&opts->common, &console, &p.ctx) &&
-                    !ibl_start_outputs(p.ctx, opts->sync, &p.outputs) &&
-                    make_directory(&p) && make_layers(&p) && put_files(&p) &&
-                    ibl_console_commit(&console, p.outputs);
+    const bool ok = ibl_probes_start(&p) && prepare(&p) && make_layers(&p) &&
+                    put_files(&p) && ibl_console_commit(&console, p.outputs);
     const int status = ibl_console_end(&console, ok);
-    if (ok && p.dropped)
+    if (ok && p.dropped && !opts->shard.count)
         ibl_console_warn(&console,
                          "%s: %d of the %d probes that were there are not in "
                          "%s and are gone",
                          opts->output, p.dropped, p.old_probes, opts->input);
     if (ok && opts->common.verbose)
         log_summary(&p);
-    free_probes(&p);
+    ibl_probes_free(&p);
     return status;
 }

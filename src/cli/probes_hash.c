@@ -11,6 +11,7 @@
 #include <xxhash.h>
 
 #include "cli/probes.h"
+#include "common/json_load.h"
 #include "common/path.h"
 #include "common/text.h"
 
@@ -97,21 +98,19 @@ bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE])
 
 /* ---- one run at a time ------------------------------------------------- */
 
-void ibl_probes_hold(ibl_probes_bake *p)
+int ibl_probes_hold(ibl_console *console, const char *directory, int lock)
 {
-    const char *directory = p->opts->output;
+    const int fd = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 
-    p->held = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (p->held < 0)
-        return;
     /* After other errors there is no lock: the file system has none. */
-    if (flock(p->held, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) {
-        ibl_console_warn(p->console,
+    if (fd >= 0 && flock(fd, lock | LOCK_NB) && errno == EWOULDBLOCK) {
+        ibl_console_warn(console,
                          "%s: another run is at work there: waiting for it",
                          directory);
-        while (flock(p->held, LOCK_EX) && errno == EINTR)
+        while (flock(fd, lock) && errno == EINTR)
             continue;
     }
+    return fd;
 }
 
 /* ---- hashes of layers --------------------------------------------------- */
@@ -174,6 +173,23 @@ static bool hash_layer(const ibl_probes_bake *p, int layer)
     char *text = describe(p, layer, files);
     if (text)
         ibl_hash_bytes(text, strlen(text), e->hash);
+    free(text);
+    return text || ibl_probes_no_memory(p);
+}
+
+bool ibl_probes_hash_set(const ibl_probes_bake *p, char hash[IBL_HASH_SIZE])
+{
+    const ibl_set_bake *b = &p->set.bake;
+    char *options = describe(p, 0, ""), *set = ibl_json_text(p->set.root);
+    char *text = options && set
+                     ? ibl_format("%scontainer %d zstd %d lut %d\n%s", options,
+                                  (int)b->container, b->zstd, b->lut_size, set)
+                     : NULL;
+
+    if (text)
+        ibl_hash_bytes(text, strlen(text), hash);
+    free(options);
+    free(set);
     free(text);
     return text || ibl_probes_no_memory(p);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The index of a set, as iblbake-probes(1) describes it. Reads the old one and
  * plans which layers and files to keep; makes the text of the new one. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,7 +14,8 @@ enum {
     INDEX_VERSION = 1
 };
 
-static const char *const file_keys[] = {"specular", "irradiance", "brdf_lut"};
+const char *const ibl_probes_keys[IBL_PROBES_TEXTURES] = {
+    "specular", "irradiance", "brdf_lut"};
 
 /* Hashes an index without its member "hash". False: no memory. */
 static bool hash_index(const json_t *root, char hash[IBL_HASH_SIZE])
@@ -28,26 +30,25 @@ static bool hash_index(const json_t *root, char hash[IBL_HASH_SIZE])
 
 /* ---- reading ----------------------------------------------------------- */
 
-/* A string in an object; "": there is none. */
-static const char *text_of(const json_t *object, const char *key)
+/* Removes "hash". NULL if the index has this version and the right hash, else
+ * what it is not. */
+static const char *find_flaw(json_t *root)
 {
-    const char *text = json_string_value(json_object_get(object, key));
-    return text ? text : "";
-}
-
-/* Whether the index has this version and the right hash; removes "hash". */
-static bool is_sound(json_t *root)
-{
+    const json_t *version = json_object_get(root, "version");
     json_t *said = json_incref(json_object_get(root, "hash"));
     char hash[IBL_HASH_SIZE];
+    const char *flaw = NULL;
 
     json_object_del(root, "hash");
-    const bool sound =
-        json_integer_value(json_object_get(root, "version")) == INDEX_VERSION &&
-        said && hash_index(root, hash) && json_is_string(said) &&
-        !strcmp(json_string_value(said), hash);
+    if (json_integer_value(version) != INDEX_VERSION)
+        flaw = "is no index of probes that this version reads";
+    else if (!hash_index(root, hash))
+        flaw = "no memory to read it";
+    else if (!json_is_string(said) ||
+             strcmp(json_string_value(said), hash) != 0)
+        flaw = "is damaged or was edited";
     json_decref(said);
-    return sound;
+    return flaw;
 }
 
 /* Counts the old probes, and those whose names the set does not have. */
@@ -67,16 +68,28 @@ static void count_dropped(ibl_probes_bake *p, const json_t *probes)
     }
 }
 
+json_t *ibl_probes_index_read(const char *path, ibl_json_why *why)
+{
+    json_t *root = ibl_json_load(path, JSON_REJECT_DUPLICATES, why);
+    const char *flaw = root ? find_flaw(root) : NULL;
+
+    if (!flaw)
+        return root;
+    snprintf(why->line, sizeof why->line, "%s: %s", path, flaw);
+    json_decref(root);
+    return NULL;
+}
+
 /* Reads the old index and appends "global" to its "probes", which are then all
  * layers. NULL: there is no sound index. */
 static json_t *read_index(ibl_probes_bake *p)
 {
     ibl_probes_file *f = &p->file[IBL_PROBES_INDEX];
     ibl_json_why why;
-    json_t *root = ibl_json_load(f->path, JSON_REJECT_DUPLICATES, &why);
+    json_t *root = ibl_probes_index_read(f->path, &why);
     json_t *probes = json_object_get(root, "probes");
 
-    if (!root || !is_sound(root) || !ibl_hash_file(f->path, f->hash)) {
+    if (!root || !ibl_hash_file(f->path, f->hash)) {
         json_decref(root);
         return NULL;
     }
@@ -175,14 +188,33 @@ static bool plan_layers(ibl_probes_bake *p, const json_t *layers, bool usable)
     return ok;
 }
 
+/* A shard replaces no other shard, and no whole set. */
+static bool check_shard(const ibl_probes_bake *p, const json_t *old)
+{
+    const ibl_shard *shard = &p->opts->shard;
+    const int was = (int)json_integer_value(
+        json_object_get(json_object_get(old, "shard"), "number"));
+
+    if (!old || !shard->count || was == shard->number)
+        return true;
+    return was ? ibl_console_fail(p->console,
+                                  "%s: has shard %d: give shard %d a directory "
+                                  "of its own",
+                                  p->opts->output, was, shard->number)
+               : ibl_console_fail(p->console,
+                                  "%s: has a whole set: give shard %d a "
+                                  "directory of its own",
+                                  p->opts->output, shard->number);
+}
+
 bool ibl_probes_plan(ibl_probes_bake *p)
 {
     json_t *old = read_index(p);
     const json_t *files = p->opts->force ? NULL : json_object_get(old, "files");
-    bool ok = true;
+    bool ok = check_shard(p, old);
 
     for (int kind = 0; kind < IBL_PROBES_TEXTURES && ok; kind++)
-        ok = find_file(p, kind, json_object_get(files, file_keys[kind]));
+        ok = find_file(p, kind, json_object_get(files, ibl_probes_keys[kind]));
     const bool usable =
         p->file[IBL_PROBES_SPECULAR].old &&
         (!p->set.bake.options.irradiance || p->file[IBL_PROBES_IRRADIANCE].old);
@@ -254,7 +286,7 @@ static json_t *files(const ibl_probes_bake *p)
             put(&file, "zstd", json_integer(bake->zstd));
         if (lut)
             put(&file, "inputs", json_string(p->lut_inputs));
-        put(&j, file_keys[kind], file);
+        put(&j, ibl_probes_keys[kind], file);
     }
     return j;
 }
@@ -314,11 +346,32 @@ static json_t *entry(const ibl_probes_bake *p, int i)
     return j;
 }
 
+static json_t *shard(const ibl_probes_bake *p)
+{
+    json_t *layers = json_array();
+
+    for (int i = 0; i < p->set.layers; i++)
+        append(&layers, json_integer(p->set.entry[i].whole));
+    return json_pack("{si si ss so}", "number", p->opts->shard.number, "of",
+                     p->opts->shard.count, "whole", p->whole, "layers", layers);
+}
+
+char *ibl_probes_index_seal(json_t *root)
+{
+    char hash[IBL_HASH_SIZE], *text = NULL;
+
+    if (root && hash_index(root, hash)) {
+        put(&root, "hash", json_string(hash));
+        text = ibl_json_text(root);
+    }
+    json_decref(root);
+    return text;
+}
+
 char *ibl_probes_index_text(const ibl_probes_bake *p)
 {
     const ibl_bake_options *options = &p->set.bake.options;
     json_t *probes = json_array();
-    char hash[IBL_HASH_SIZE], *text = NULL;
 
     for (int i = 0; i < p->set.count; i++)
         append(&probes, entry(p, i));
@@ -330,10 +383,7 @@ char *ibl_probes_index_text(const ibl_probes_bake *p)
         "irradiance", irradiance(options), "probes", probes);
     if (p->set.layers > p->set.count)
         put(&root, "global", entry(p, p->set.count));
-    if (root && hash_index(root, hash)) {
-        put(&root, "hash", json_string(hash));
-        text = ibl_json_text(root);
-    }
-    json_decref(root);
-    return text;
+    if (p->opts->shard.count)
+        put(&root, "shard", shard(p));
+    return ibl_probes_index_seal(root);
 }

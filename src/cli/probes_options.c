@@ -29,6 +29,10 @@ static const ibl_option outputs[] = {
              "standard output"},
     {"force", 0, IBL_FLAG(force),
      .help = "bake every probe, whatever a former run left"},
+    {"shard", 0, IBL_OTHER(shard, "K/N", ibl_shard_parse),
+     .allowed = IBL_SHARD_ALLOWED, .standard = "all of the set",
+     .help = "bake part K of N of the set, into a directory of its own; "
+             "iblbake merge makes one set of all parts"},
     {"grid", 0, IBL_FLAG(grid),
      .help = "bake nothing: SET.json describes a grid, of which a set is made"},
     {"sync", 0, IBL_FLAG(sync),
@@ -128,6 +132,7 @@ static bool check_grid(const ibl_probes_opts *o)
 {
     const ibl_read_options *r = &o->common.read;
     const char *baking = o->force                ? "force"
+                         : o->shard.count        ? "shard"
                          : r->layer              ? "layer"
                          : r->part >= 0          ? "part"
                          : r->any_aspect         ? "any-aspect"
