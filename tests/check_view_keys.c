@@ -62,7 +62,6 @@ static const key_case cases[] = {
     PLAIN('B', 'B', blend),
     PLAIN('j', 'J', probe_interval),
     PLAIN('z', 'z', capture_shadows),
-    PLAIN('Z', 'Z', sun),
     PLAIN('o', 'O', fov),
     PLAIN('.', ',', turn),
     PLAIN('?', '?', help),

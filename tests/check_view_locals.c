@@ -37,7 +37,7 @@ static bool is_free(const double p[3])
 {
     double middle[3], radius, away = 0;
 
-    for (int i = 0; i < view_room_boxes(); i++) {
+    for (int i = 0; i < VIEW_ROOM_BOXES; i++) {
         const view_room_box *b = view_room_box_at(i);
         int in = 0;
         for (int k = 0; k < 3; k++)
@@ -361,7 +361,7 @@ static void compare_weights(look *l, int view)
         view_camera_ray(&c, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
         const room_hit h = room_cast(&l->draw, c.eye, ray);
         /* Spheres are of triangles. */
-        if (h.what < 0 || h.what >= view_room_boxes() ||
+        if (h.what < 0 || h.what >= VIEW_ROOM_BOXES ||
             h.material->emission[0] > 0 || !blend(l, h.point, rgb))
             continue;
         for (int k = 0; k < 3; k++)
@@ -420,7 +420,7 @@ static double hidden_length(const double a[3], const double b[3])
     for (int k = 0; k < 3; k++)
         length += (b[k] - a[k]) * (b[k] - a[k]);
     for (int n = 0; n < PARTS; n++)
-        for (int i = 0; i < view_room_boxes(); i++) {
+        for (int i = 0; i < VIEW_ROOM_BOXES; i++) {
             const view_room_box *box = view_room_box_at(i);
             bool inside = true;
             for (int k = 0; k < 3; k++) {
@@ -488,7 +488,7 @@ static void compare_walls(look *l, int view, int seen[3])
         double ray[3];
         view_camera_ray(&c, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
         const room_hit h = room_cast(&l->draw, c.eye, ray);
-        if (h.what < 0 || h.what >= view_room_boxes() ||
+        if (h.what < 0 || h.what >= VIEW_ROOM_BOXES ||
             h.material->emission[0] > 0)
             continue;
         const int only = seen_from(l, h.point);

@@ -93,7 +93,6 @@ TEST(scene)
     REACHES(NEXT, parallax, false);
     REACHES(NEXT, walls, false);
     REACHES(NEXT, volumes, true);
-    REACHES(NEXT, sun, false);
     REACHES(END, ev, 8);
     /* There are no spheres. */
     view_settings want = options.settings;

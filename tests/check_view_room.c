@@ -39,7 +39,7 @@ static bool is_seen(const view_camera *c, const view_room_draw *d, int x, int y,
                         y + near_by * ((i + 4) / 3 % 3 - 1), direction);
         const room_hit h = room_cast(d, c->eye, direction);
         const double away = h.distance * test_dot(direction, c->forward);
-        const bool round = h.what >= view_room_boxes();
+        const bool round = h.what >= VIEW_ROOM_BOXES;
         if (lit_has_colour(pixel, &h, 1e-4) &&
             (h.what < 0 ? depth > 39
                         : fabs(away - depth) < (round ? .06 : .004)))
@@ -111,7 +111,7 @@ TEST(panels_emit)
 
     lit_begin(4, 4);
     lit.table = room_table_of(some[0], some[1]);
-    for (int i = 0; i < view_room_boxes(); i++) {
+    for (int i = 0; i < VIEW_ROOM_BOXES; i++) {
         const view_room_box *b = view_room_box_at(i);
         double at[3], eye[3];
         if (b->material.emission[0] <= 0)
@@ -207,7 +207,7 @@ static void count_errors(const view_camera *c, const view_room_draw *d,
         view_camera_ray(c, w, h, i % w, i / w, ray);
         const room_hit at = room_cast(d, c->eye, ray);
         const bool wanted =
-            what ? at.what == view_room_boxes() : room_is_floor(&at);
+            what ? at.what == VIEW_ROOM_BOXES : room_is_floor(&at);
         if (!wanted || test_dot(ray, at.normal) > -0.1)
             continue;
         *all += 1;

@@ -183,7 +183,6 @@ TEST(tells_what_changed)
     TELLS(VIEW_SCENE, probes, 8, "| probes 8 |");
     TELLS(VIEW_SCENE, walls, false, "| walls off |");
     TELLS(VIEW_SCENE, volumes, true, "| volumes on |");
-    TELLS(VIEW_SCENE, sun, false, "| sun off |");
     /* A name is what it is, but on one line. */
     app.sets[0].name[1] = '\n';
     view_app_title(&app);

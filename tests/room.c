@@ -158,13 +158,13 @@ room_hit room_cast(const view_room_draw *draw, const double eye[3],
 {
     room_hit h = {.what = -1, .distance = INFINITY};
 
-    for (int i = 0; i < view_room_boxes(); i++)
+    for (int i = 0; i < VIEW_ROOM_BOXES; i++)
         if (cast_box(view_room_box_at(i), eye, direction, &h))
             h.what = i;
     for (int i = 0; i < VIEW_ROOM_SPHERES; i++)
         if ((draw->moving || !view_room_sphere_moves(i)) &&
             cast_sphere(i, draw->seconds, eye, direction, &h))
-            h.what = view_room_boxes() + i;
+            h.what = VIEW_ROOM_BOXES + i;
     for (int k = 0; k < 3 && h.what >= 0; k++)
         h.point[k] = eye[k] + h.distance * direction[k];
     view_turn(draw->environment.turn, direction, h.sky);
@@ -173,7 +173,7 @@ room_hit room_cast(const view_room_draw *draw, const double eye[3],
 
 bool room_is_floor(const room_hit *h)
 {
-    return h->what >= 0 && h->what < view_room_boxes() && h->normal[1] > 0.5 &&
+    return h->what >= 0 && h->what < VIEW_ROOM_BOXES && h->normal[1] > 0.5 &&
            fabs(h->point[1]) < 1e-9;
 }
 

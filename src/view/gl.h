@@ -24,14 +24,14 @@
     X(DeleteProgram) X(DeleteRenderbuffers) X(DeleteSamplers) X(DeleteShader)  \
     X(DeleteTextures) X(DeleteVertexArrays) X(DepthFunc) X(DepthMask)          \
     X(DetachShader) X(Disable) X(DrawArrays) X(DrawArraysInstanced)            \
-    X(DrawBuffer) X(DrawElements) X(Enable) X(EnableVertexAttribArray)         \
+    X(DrawElements) X(Enable) X(EnableVertexAttribArray)         \
     X(Finish) X(FramebufferRenderbuffer)                                       \
     X(FramebufferTexture2D) X(FramebufferTextureLayer) X(FrontFace)            \
     X(GenBuffers) X(GenFramebuffers) X(GenRenderbuffers) X(GenSamplers)        \
     X(GenTextures) X(GenVertexArrays) X(GetError) X(GetIntegerv)               \
     X(GetProgramInfoLog) X(GetProgramiv) X(GetShaderInfoLog) X(GetShaderiv)    \
     X(GetString) X(GetStringi) X(GetTexImage) X(GetUniformBlockIndex)          \
-    X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadBuffer)          \
+    X(GetUniformLocation) X(LinkProgram) X(PixelStorei)          \
     X(ReadPixels) X(RenderbufferStorage) X(RenderbufferStorageMultisample)     \
     X(SamplerParameteri) X(ShaderSource) X(GenerateMipmap)                     \
     X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri) X(TexSubImage3D) \

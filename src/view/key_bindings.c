@@ -182,8 +182,6 @@ const view_control view_controls[] = {
     {"V", "volumes of probes as wires", 'V', SWITCH(volumes),
      SHOWN(SCENE, "volumes")},
     {"z", "shadows in captures", 'z', SWITCH(capture_shadows)},
-    {"Z", "the sun as a light with shadows", 'Z', SWITCH(sun),
-     SHOWN(SCENE, "sun")},
     {"e E", "exposure: a quarter stop up, down", 'e', 'E',
      ADD(ev, 0.25, -30, 30)},
     SLIDER(ALL, "exposure", ev, -8, 8, 0.05),

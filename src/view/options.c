@@ -445,9 +445,7 @@ static const ibl_option scene[] = {
      .help = "faces of a capture that one frame in a window draws or filters; "
               "0: all"},
     {"no-capture-shadows", 0, OFF(capture_shadows),
-     .help = "draw captures without the sun's shadows"},
-    {"no-sun", 0, OFF(sun),
-     .help = "leave the sun in the environment: it then casts no shadows"},
+     .help = "draw captures without the shadows of lights"},
 };
 
 static const ibl_option camera[] = {

@@ -142,7 +142,6 @@ static void bind(GLuint program)
     static const char *const blocks[] = {
         [VIEW_BLOCK_FRAME] = "Frame",
         [VIEW_BLOCK_ROOM] = "Room",
-        [VIEW_BLOCK_SUN] = "Sun",
         [VIEW_BLOCK_MATERIAL] = "Material",
     };
     static const struct {
@@ -169,7 +168,6 @@ static void bind(GLuint program)
         {"local_irradiance", VIEW_ROOM_UNIT_LOCALS + 1},
         {"probe_buffer", VIEW_ROOM_UNIT_BUFFER},
         {"tile_masks", VIEW_ROOM_UNIT_MASKS},
-        {"sun_depth", VIEW_ROOM_UNIT_SHADOW},
         {"source", VIEW_CAPTURE_UNIT},
         {"source1", VIEW_CAPTURE_UNIT_MORE},
         {"samples", VIEW_CAPTURE_UNIT_MORE},

@@ -23,11 +23,10 @@ GLuint view_program(const char *vertex_file, const char *fragment_file);
 GLuint view_program_from(const view_shader_file *files, const char *defines,
                          const char *vertex_file, const char *fragment_file);
 
-/* Bindings of uniform blocks: "Frame", "Room", "Sun", "Material". */
+/* Bindings of uniform blocks: "Frame", "Room", "Material". */
 enum {
     VIEW_BLOCK_FRAME,
     VIEW_BLOCK_ROOM,
-    VIEW_BLOCK_SUN,
     VIEW_BLOCK_MATERIAL
 };
 
@@ -60,7 +59,6 @@ enum {
     VIEW_ROOM_UNIT_MASKS,
     VIEW_CAPTURE_UNIT,      /* source */
     VIEW_CAPTURE_UNIT_MORE, /* samples, the other paraboloid */
-    VIEW_ROOM_UNIT_SHADOW,
     VIEW_ROOM_UNITS
 };
 

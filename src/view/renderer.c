@@ -46,8 +46,6 @@ struct view_renderer {
     const baked_set *other; /* what the set is compared with, or NULL */
     GLuint backdrop;        /* the map of the set, or 0 */
     bool knows_backdrop;
-    view_room_sun sun; /* sun of the set, found when the scene is first drawn */
-    bool knows_sun;
     /* of the last draw */
     view_settings settings;
     view_frame frame;
@@ -156,7 +154,7 @@ bool view_renderer_load(view_renderer *r, const baked_set *set)
     if (!load_maps(r->maps[0], set))
         return false;
     r->set = set;
-    r->knows_sun = r->knows_backdrop = false;
+    r->knows_backdrop = false;
     view_renderer_probes(r, r->probes);
     view_truth_free(r->truth); /* made again on its next use */
     r->truth = NULL;
@@ -358,23 +356,6 @@ static bool add_place(view_renderer *r, int side)
     return true;
 }
 
-/* The set's first light, or the sun of the sky that windows show. */
-static bool find_sun(view_renderer *r)
-{
-    const ibl_texture *maps = r->set->texture;
-    const view_content sky = maps[VIEW_SKY].data ? VIEW_SKY : VIEW_SPECULAR;
-    const ibl_light *light = &r->set->light[0];
-
-    if (!r->knows_sun && r->set->light_count) {
-        r->sun = (view_room_sun){.apart = true, .radius = light->radius};
-        memcpy(r->sun.direction, light->direction, sizeof light->direction);
-        memcpy(r->sun.irradiance, light->irradiance, sizeof light->irradiance);
-        r->knows_sun = true;
-    }
-    r->knows_sun = r->knows_sun || view_room_sun_find(&maps[sky], &r->sun);
-    return r->knows_sun;
-}
-
 void view_renderer_probes(view_renderer *r, const view_probe_set *probes)
 {
     r->probes = probes;
@@ -417,15 +398,16 @@ static bool draw_stage(view_renderer *r)
                                .irradiance_scale = r->frame.diffuse[0],
                                .map = r->backdrop != 0,
                                .map_yaw = r->set->source_yaw / 360,
-                               .fit = r->settings.reflection != VIEW_SPLIT_SUM};
+                               .fit = r->settings.reflection != VIEW_SPLIT_SUM,
+                               .light_count = r->set->light_count,
+                               .light = r->set->light};
 
     if (!r->stage) {
         r->stage = view_scene_create();
         view_renderer_probes(r, r->probes);
     }
-    if (!find_sun(r) || !r->stage)
+    if (!r->stage)
         return false;
-    e.sun = r->sun;
     memcpy(e.lod, r->frame.lod, sizeof e.lod);
     memcpy(e.ladder, r->frame.ladder, sizeof e.ladder);
     return view_scene_draw(r->stage, &r->settings, &e, maps[VIEW_LUT],

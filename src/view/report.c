@@ -155,17 +155,8 @@ void view_report_probe_set(const view_probe_set *set)
 
 void view_report_scene(const view_scene *stage, view_probe_filter filter)
 {
-    const view_scene_state *state = view_scene_state_of(stage);
-    const view_room_environment *e = &state->draw.environment;
-    const double *light = e->sun.irradiance, *ms = state->ms[filter];
-    double world[3];
+    const double *ms = view_scene_state_of(stage)->ms[filter];
 
-    view_turn(-e->turn, e->sun.direction, world);
-    if (view_room_sun_shines(&e->sun))
-        printf("sun: from %.3f %.3f %.3f, irradiance %.3g %.3g %.3g\n",
-               world[0], world[1], world[2], light[0], light[1], light[2]);
-    else
-        printf("sun: none\n");
     printf("probe: %.1f ms drawing, %.1f levels, %.1f irradiance\n", ms[0],
            ms[1], ms[2]);
 }

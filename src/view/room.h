@@ -6,8 +6,8 @@
  *
  * Probes capture the light of the windows and the panels. Each surface is
  * shaded by the split sum with the given probes, mixed and looked up as in
- * ibl/probes.h; the next refresh of the probes adds the next bounce. The
- * environment's sun is a light with shadows.
+ * ibl/probes.h; the next refresh of the probes adds the next bounce. Lights
+ * that were taken out of the environment have shadows.
  */
 #ifndef VIEW_ROOM_H
 #define VIEW_ROOM_H
@@ -17,12 +17,11 @@
 #include "ibl/io.h"
 #include "ibl/probes.h"
 #include "view/gl.h"
-#include "view/room_sun.h"
 
 typedef struct view_room view_room;
 
-/* The inside of the walls, for proxies, and the thickness of the walls. */
-extern const double view_room_centre[3], view_room_half[3], view_room_wall;
+/* The inside of the walls, for proxies. */
+extern const double view_room_centre[3], view_room_half[3];
 
 typedef struct view_room_material {
     float albedo[3]; /* diffuse; metals: 0 */
@@ -37,8 +36,11 @@ typedef struct view_room_box {
     view_room_material material;
 } view_room_box;
 
-/* Everything that stands still, except the sphere in the middle. */
-int view_room_boxes(void);
+/* Everything that stands still, except the sphere in the middle. The first are
+ * the tiles of the floor, which fill the box from the low corner of the first
+ * to the high corner of the last. */
+#define VIEW_ROOM_BOXES 49
+#define VIEW_ROOM_TILES 25
 const view_room_box *view_room_box_at(int i);
 /* Whether a box stands in the room and hides what is behind it. */
 bool view_room_box_hides(int i);
@@ -70,11 +72,12 @@ typedef struct view_room_environment {
     GLuint specular, irradiance, sky; /* sky: level 0 or the skybox */
     float lod[4], ladder[4][4];       /* as of view_frame */
     float irradiance_scale;           /* as view_frame.diffuse[0] */
-    bool fit;          /* lobes by ibl_lobe_fit, not the split sum */
-    bool map;          /* VIEW_UNIT_OTHER has the map itself, for the sky */
-    double map_yaw;    /* its yaw, in turns */
-    double turn;       /* degrees */
-    view_room_sun sun; /* zeros: none. Also in the maps; shaders remove it */
+    bool fit;        /* lobes by ibl_lobe_fit, not the split sum */
+    bool map;        /* VIEW_UNIT_OTHER has the map itself, for the sky */
+    double map_yaw;  /* its yaw, in turns */
+    double turn;     /* degrees */
+    int light_count; /* 0..IBL_MAX_LIGHTS; no part of the maps */
+    const ibl_light *light;
 } view_room_environment;
 
 typedef struct view_room_draw {
@@ -84,7 +87,7 @@ typedef struct view_room_draw {
     bool paraboloid;
     double seconds; /* time that places moving objects */
     bool moving;    /* draw moving objects */
-    bool shadows;   /* of the sun */
+    bool shadows;   /* of the lights */
     /* Blended at a point in the order of ibl_probes_order, local ones first
      * among equals, as by ibl_probes_blend with alpha but without a maximum
      * count. */
@@ -109,9 +112,8 @@ view_room *view_room_create(void);
 void view_room_free(view_room *r); /* NULL is fine */
 
 /* Draws scene-linear RGBA over the viewport of the bound framebuffer, which
- * must have a depth buffer, and clears the depth. Renders shadows again if the
- * sun, its turn or moving objects changed. Changes texture units below
- * VIEW_ROOM_UNITS, uniform buffers 0 to 2, program and vertex array; turns
+ * must have a depth buffer, and clears the depth. Changes texture units below
+ * VIEW_ROOM_UNITS, uniform buffers 0 and 1, program and vertex array; turns
  * depth test and face culling off. */
 void view_room_render(view_room *r, const view_room_draw *d);
 

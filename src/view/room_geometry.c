@@ -52,7 +52,7 @@ typedef struct side {
 /* Number of sides of all boxes. */
 static int side_count(void)
 {
-    return 6 * view_room_boxes();
+    return 6 * VIEW_ROOM_BOXES;
 }
 
 static side side_of(int i)

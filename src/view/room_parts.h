@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Parts of room_render.c: boxes and spheres as triangles, probes, shadows. */
+/* Parts of room_render.c: boxes and spheres as triangles, probes. */
 #ifndef VIEW_ROOM_PARTS_H
 #define VIEW_ROOM_PARTS_H
 
@@ -60,22 +60,5 @@ void view_room_probes_block(view_room_probe_block *b, const view_room_draw *d,
  * test, culling and blending must be off. */
 void view_room_probes_use(view_room_probes *p, const view_room_draw *d,
                           const GLint size[2]);
-
-/* ---- shadows of the sun (room_shadow.c) -------------------------------- */
-
-typedef struct view_room_shadow {
-    GLuint program, depth, framebuffer, buffer;
-    bool made;     /* depth holds the scene of key */
-    double key[5]; /* moving objects drawn, time; direction to the sun */
-} view_room_shadow;
-
-/* *s must be zeroed. False, with a message. */
-bool view_room_shadow_make(view_room_shadow *s);
-void view_room_shadow_free(view_room_shadow *s); /* zeroed is fine */
-
-/* Uploads the sun of a draw. If its shadows must be rendered again: binds their
- * framebuffer, sets viewport, depth test and culling, and returns the program
- * that draws all casters, front faces counter-clockwise. Else returns 0. */
-GLuint view_room_shadow_use(view_room_shadow *s, const view_room_draw *d);
 
 #endif

@@ -13,16 +13,18 @@
 #include "view/room_parts.h"
 #include "view/vector.h"
 
-/* Boxes that hide probes, as in room.glsl. */
-#define VIEW_ROOM_WALLS 5
+/* Boxes that hide what is behind them, as in room.glsl: the floor is one. */
+#define HIDING (VIEW_ROOM_BOXES - VIEW_ROOM_TILES + 1)
 
 /* Uniform block "Room" (shaders/room.glsl), std140. */
 typedef struct room_block {
     float picture[16];
-    float paraboloid[4];                 /* x: 1 for a paraboloid */
-    float flags[4];                      /* x: parallax */
-    float walls[2 * VIEW_ROOM_WALLS][4]; /* low and high of each; w: thickness,
-                                            0 of those there are not */
+    float paraboloid[4]; /* x: 1 for a paraboloid */
+    float flags[4]; /* parallax; number of boxes that hide probes, of boxes and
+                       of spheres that hide lights */
+    float boxes[2 * HIDING][4]; /* low and high of each; w: thickness. Those
+                                   that hide probes come first */
+    float spheres[VIEW_ROOM_SPHERES][4]; /* centre, radius */
     view_room_probe_block probes;
 } room_block;
 
@@ -36,7 +38,6 @@ enum {
 
 struct view_room {
     GLuint surfaces, sky; /* programs */
-    view_room_shadow shadow;
     view_room_probes probes;
     GLuint array, vertices, indices;
     view_room_mesh mesh; /* only its ranges */
@@ -49,8 +50,7 @@ static bool make_programs(view_room *r)
 {
     r->surfaces = view_program("room.vert", "room.frag");
     r->sky = view_program("room_sky.vert", "room_sky.frag");
-    return r->surfaces && r->sky && view_room_shadow_make(&r->shadow) &&
-           view_room_probes_make(&r->probes);
+    return r->surfaces && r->sky && view_room_probes_make(&r->probes);
 }
 
 static bool make_mesh(view_room *r)
@@ -116,7 +116,6 @@ void view_room_free(view_room *r)
     gl.DeleteBuffers(sizeof buffers / sizeof buffers[0], buffers);
     gl.DeleteVertexArrays(1, &r->array);
     view_room_probes_free(&r->probes);
-    view_room_shadow_free(&r->shadow);
     gl.DeleteProgram(r->sky);
     gl.DeleteProgram(r->surfaces);
     free(r);
@@ -169,27 +168,58 @@ static void fill_frame(view_frame *f, const view_room_draw *d)
     memcpy(f->ladder, e->ladder, sizeof f->ladder);
     f->diffuse[0] = e->irradiance_scale;
     f->reflection[0] = e->fit;
+    view_frame_lights(f, e->light, e->light_count);
 }
 
-static void fill_wall(float to[2][4], const view_room_box *box)
+static void fill_box(float to[2][4], const double low[3], const double high[3])
 {
     double thickness = INFINITY;
 
     for (int k = 0; k < 3; k++) {
-        to[0][k] = (float)box->low[k];
-        to[1][k] = (float)box->high[k];
-        thickness = fmin(thickness, box->high[k] - box->low[k]);
+        to[0][k] = (float)low[k];
+        to[1][k] = (float)high[k];
+        thickness = fmin(thickness, high[k] - low[k]);
     }
     to[0][3] = (float)thickness;
 }
 
+/* Returns the number of boxes. */
+static int fill_boxes(room_block *b, const view_room_draw *d)
+{
+    const double *floor = view_room_box_at(0)->low;
+    int n = 0;
+
+    for (int hides = 1; hides >= 0; hides--) {
+        for (int i = VIEW_ROOM_TILES - 1; i < VIEW_ROOM_BOXES; i++) {
+            const view_room_box *box = view_room_box_at(i);
+            if (view_room_box_hides(i) == hides)
+                fill_box(&b->boxes[2 * n++],
+                         i < VIEW_ROOM_TILES ? floor : box->low, box->high);
+        }
+        if (hides && d->walls)
+            b->flags[1] = (float)n;
+    }
+    return n;
+}
+
 static void fill_block(room_block *b, const view_room_draw *d)
 {
+    const int boxes = fill_boxes(b, d);
+    int n = 0;
+
     b->paraboloid[0] = d->paraboloid;
     b->flags[0] = d->parallax;
-    for (int i = 0, n = 0; i < view_room_boxes() && d->walls; i++)
-        if (view_room_box_hides(i))
-            fill_wall(&b->walls[2 * n++], view_room_box_at(i));
+    for (int i = 0; i < VIEW_ROOM_SPHERES; i++) {
+        double centre[3], radius;
+        if (!d->moving && view_room_sphere_moves(i))
+            continue;
+        view_room_sphere(i, d->seconds, centre, &radius);
+        for (int k = 0; k < 3; k++)
+            b->spheres[n][k] = (float)centre[k];
+        b->spheres[n++][3] = (float)radius;
+    }
+    b->flags[2] = (float)(d->shadows ? boxes : 0);
+    b->flags[3] = (float)(d->shadows ? n : 0);
 }
 
 /* Returns whether the picture is mirrored. */
@@ -235,12 +265,11 @@ static void draw_range(const view_room_range *range, const double centre[3],
                     (const void *)((uintptr_t)range->first * sizeof(GLuint)));
 }
 
-static void draw_surfaces(const view_room *r, const view_room_draw *d,
-                          GLuint program, bool cells)
+static void draw_surfaces(const view_room *r, const view_room_draw *d)
 {
     double centre[3], radius;
 
-    gl.UseProgram(program);
+    gl.UseProgram(r->surfaces);
     gl.BindVertexArray(r->array);
     for (int i = 0; i < VIEW_ROOM_SPHERES; i++) {
         if (!d->moving && view_room_sphere_moves(i))
@@ -248,18 +277,15 @@ static void draw_surfaces(const view_room *r, const view_room_draw *d,
         view_room_sphere(i, d->seconds, centre, &radius);
         draw_range(&r->mesh.spheres[i], centre, radius);
     }
-    draw_range(cells ? &r->mesh.cells : &r->mesh.sides, (double[3]){0}, 1);
+    draw_range(d->paraboloid ? &r->mesh.cells : &r->mesh.sides, (double[3]){0},
+               1);
 }
 
-/* Renders shadows and masks, if needed, into their own framebuffers. Returns
- * whether the picture is mirrored. */
+/* Renders masks, if needed, into their own framebuffer. Returns whether the
+ * picture is mirrored. */
 static bool prepare(view_room *r, const view_room_draw *d,
                     const GLint viewport[4])
 {
-    const GLuint shadows = view_room_shadow_use(&r->shadow, d);
-
-    if (shadows)
-        draw_surfaces(r, d, shadows, false);
     gl.Disable(GL_CULL_FACE);
     gl.Disable(GL_DEPTH_TEST);
     gl.Disable(GL_BLEND);
@@ -285,7 +311,7 @@ void view_room_render(view_room *r, const view_room_draw *d)
     if (d->paraboloid)
         gl.Enable(GL_CLIP_DISTANCE0);
     gl.Clear(GL_DEPTH_BUFFER_BIT);
-    draw_surfaces(r, d, r->surfaces, d->paraboloid);
+    draw_surfaces(r, d);
     gl.Disable(GL_CLIP_DISTANCE0);
     gl.Disable(GL_CULL_FACE);
     gl.FrontFace(GL_CCW);

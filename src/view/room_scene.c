@@ -30,7 +30,6 @@
 #define OUT (5 + WALL)
 
 const double view_room_centre[3] = {0, 2, 0}, view_room_half[3] = {5, 2, 5};
-const double view_room_wall = WALL;
 
 /* A row of five tiles of the floor, from -X to +X. */
 #define TILES(from, to, even, odd)                                             \
@@ -43,7 +42,7 @@ const double view_room_wall = WALL;
     }
 
 /* Boxes touch and do not overlap, so no two sides coincide. */
-static const view_room_box boxes[] = {
+static const view_room_box boxes[VIEW_ROOM_BOXES] = {
     TILES(-OUT, -3, DARK, LIGHT),
     TILES(-3, -1, LIGHT, DARK),
     TILES(-1, 1, DARK, LIGHT),
@@ -78,11 +77,6 @@ static const view_room_box boxes[] = {
     {{-1.5, 3.95, -3.4}, {1.5, 4, -3}, LAMP(7, 6.6f, 6)},
     {{-1.5, 3.95, 3}, {1.5, 4, 3.4}, LAMP(7, 6.6f, 6)},
 };
-
-int view_room_boxes(void)
-{
-    return (int)(sizeof boxes / sizeof boxes[0]);
-}
 
 const view_room_box *view_room_box_at(int i)
 {

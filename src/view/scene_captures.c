@@ -392,8 +392,7 @@ static bool is_stale(const view_scene *st, const view_settings *s)
 
     return !st->fresh || m->turn < s->turn || m->turn > s->turn ||
            m->parallax != s->parallax || m->blend != s->blend ||
-           m->walls != s->walls || m->sun != s->sun ||
-           m->capture_shadows != s->capture_shadows ||
+           m->walls != s->walls || m->capture_shadows != s->capture_shadows ||
            m->probe_filter != s->probe_filter;
 }
 
@@ -442,15 +441,13 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
         return false;
     st->now.draw = (view_room_draw){.seconds = s->seconds,
                                     .moving = true,
-                                    .shadows = s->sun,
+                                    .shadows = true,
                                     .environment = *environment,
                                     .table = table,
                                     .parallax = s->parallax,
                                     .walls = s->walls,
                                     .sharp = !s->blend};
     st->now.draw.environment.turn = s->turn;
-    if (!s->sun && !environment->sun.apart)
-        st->now.draw.environment.sun = (view_room_sun){0};
     const view_camera camera = view_scene_camera(s, width, height);
     view_camera_matrix(&camera, st->now.draw.clip);
     memcpy(st->now.draw.eye, camera.eye, sizeof camera.eye);

@@ -52,7 +52,7 @@ static void move_out_of_all(double point[3])
 {
     double low[3], high[3], radius;
 
-    for (int i = 0; i < view_room_boxes(); i++)
+    for (int i = 0; i < VIEW_ROOM_BOXES; i++)
         move_out(point, view_room_box_at(i)->low, view_room_box_at(i)->high);
     view_room_sphere(0, 0, low, &radius);
     for (int k = 0; k < 3; k++) {

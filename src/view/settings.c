@@ -31,7 +31,6 @@ view_settings view_settings_default(void)
         .blend = true,
         .probe_size = 256,
         .probe_interval = 0.5,
-        .sun = true,
         .capture_shadows = true,
     };
     for (int i = 0; i < VIEW_MAX_LIGHTS; i++) {

@@ -136,11 +136,10 @@ typedef struct view_settings {
     int probe_faces;       /* steps of view_capture_update per frame; 0: all */
     view_probe_capture probe_capture;
     view_probe_filter probe_filter;
-    bool spread;      /* capture one local probe per frame */
-    bool probe_limit; /* captures end where their influence ends */
-    bool walls;       /* walls hide probes from points behind them */
-    bool volumes;     /* draw volumes of probes as wires */
-    bool sun;         /* draw the environment's sun as a light with shadows */
+    bool spread;          /* capture one local probe per frame */
+    bool probe_limit;     /* captures end where their influence ends */
+    bool walls;           /* walls hide probes from points behind them */
+    bool volumes;         /* draw volumes of probes as wires */
     bool capture_shadows; /* shadows in captures, too */
     bool help;            /* show the list of keys */
     bool panel;           /* show the controls */

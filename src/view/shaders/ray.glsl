@@ -16,3 +16,9 @@ vec3 turned(vec3 world)
     return vec3(turn.x * world.x - turn.y * world.z, world.y,
                 turn.y * world.x + turn.x * world.z);
 }
+
+vec3 turned_back(vec3 environment)
+{
+    return vec3(turn.x * environment.x + turn.y * environment.z, environment.y,
+                turn.x * environment.z - turn.y * environment.x);
+}

@@ -6,8 +6,6 @@
 #include "room.glsl"
 #include "maps.glsl"
 #include "probes.glsl"
-#include "lights.glsl"
-#include "sun.glsl"
 #include "widen.glsl"
 
 uniform samplerBuffer probe_buffer;
@@ -51,6 +49,18 @@ void settle(inout blend b)
         b.sum = vec4((1.0 - b.open) / (1.0 - b.sum.a) * b.sum.rgb, b.open);
 }
 
+// How far the way from a point leads through box i; below 0: it does not. No
+// component of way is 0.
+float through(int i, vec3 from, vec3 way)
+{
+    vec3 a = (boxes[2 * i].xyz - from) / way;
+    vec3 b = (boxes[2 * i + 1].xyz - from) / way;
+    vec3 low = min(a, b), high = max(a, b);
+    float enter = max(max(low.x, low.y), max(low.z, 0.0));
+    float leave = min(min(high.x, high.y), min(high.z, 1.0));
+    return (leave - enter) * length(way);
+}
+
 // The part of the way to a point that is free: 1, falling to 0 as the way
 // through a wall gets as long as the wall is thick.
 float visible_from(vec3 point)
@@ -60,15 +70,32 @@ float visible_from(vec3 point)
     float free = 1.0;
 
     way += vec3(equal(way, vec3(0.0))) * 1e-6;
-    for (int i = 0; i < 2 * WALLS && walls[i].w > 0.0; i += 2) {
-        vec3 a = (walls[i].xyz - surface_position) / way;
-        vec3 b = (walls[i + 1].xyz - surface_position) / way;
-        vec3 low = min(a, b), high = max(a, b);
-        float from = max(max(low.x, low.y), max(low.z, 0.0));
-        float to = min(min(high.x, high.y), min(high.z, 1.0));
-        free *= 1.0 - smoothstep(0.0, walls[i].w, (to - from) * length(way));
-    }
+    for (int i = 0; i < int(flags.y); i++)
+        free *= 1.0 - smoothstep(0.0, boxes[2 * i].w,
+                                 through(i, surface_position, way));
     return max(free, least);
+}
+
+// The part of a light in direction l (unit) that is seen. Edges of shadows are
+// as wide as about a pixel.
+float lit_from(vec3 normal, vec3 l)
+{
+    const float beyond = 100.0, edge = 0.005;
+    // Triangles of spheres are up to 0.001 below them.
+    vec3 from = surface_position + 0.003 * normal, way = beyond * l;
+    float free = 1.0;
+
+    way += vec3(equal(way, vec3(0.0))) * 1e-6;
+    for (int i = 0; i < int(flags.z); i++)
+        free *= 1.0 - smoothstep(0.0, 2.0 * edge, through(i, from, way));
+    for (int i = 0; i < int(flags.w); i++) {
+        vec3 to = spheres[i].xyz - from;
+        float along = dot(to, l), r = spheres[i].w;
+        float miss = sqrt(max(dot(to, to) - along * along, 0.0));
+        if (along > 0.0)
+            free *= smoothstep(r - edge, r + edge, miss);
+    }
+    return free;
 }
 
 // Influence of probe i at this point. Most probes need only this.
@@ -173,20 +200,18 @@ void add_probes(vec3 normal, inout blend specular, inout blend light)
     settle(light);
 }
 
-// Returns the sun's reflection; adds its irradiance / pi to light. Surfaces
-// below the minimum roughness of lights already reflect a sun in the sky.
-vec3 add_sun(vec3 normal, vec3 view, float r, inout vec3 light)
+// Returns the reflection of the lights; adds their irradiance / pi to light.
+vec3 add_discs(vec3 normal, vec3 view, float r, inout vec3 light)
 {
-    float n_l = dot(normal, sun_direction.xyz);
     vec3 specular = vec3(0.0);
-    if (sun_irradiance.w == 0.0 || n_l <= 0.0 || surface_f0 == vec3(0.0))
-        return specular;
-    vec3 e = sun_irradiance.rgb * sun_seen(surface_position, normal, n_l);
-    bool in_maps = sun_in_maps();
-    ibl_add_light(normal, view, surface_f0, in_maps ? max(r, LIGHT_ROUGHNESS)
-                                                    : r,
-                  sun_direction.xyz, sun_limit.w, e, specular, light);
-    return in_maps && r < LIGHT_ROUGHNESS ? vec3(0.0) : specular;
+    for (int i = 0; i < reflection.z && surface_f0 != vec3(0.0); i++) {
+        vec3 l = turned_back(disc_direction[i].xyz);
+        if (dot(normal, l) > 0.0)
+            ibl_add_light(normal, view, surface_f0, r, l, disc_direction[i].w,
+                          lit_from(normal, l) * disc_irradiance[i].rgb,
+                          specular, light);
+    }
+    return specular;
 }
 
 void main()
@@ -210,16 +235,14 @@ void main()
     blend light_from_probes = from_probes;
     add_probes(normal, from_probes, light_from_probes);
     vec4 specular = from_probes.sum, light = light_from_probes.sum;
-    if (specular.a > 0.0) {
-        vec3 rest = textureLod(specular_map, turned(towards),
-                               ibl_lod(lod, looked_up)).rgb;
-        specular.rgb += specular.a * sun_cut_specular(towards, looked_up, rest);
-    }
+    if (specular.a > 0.0)
+        specular.rgb += specular.a * textureLod(specular_map, turned(towards),
+                                                ibl_lod(lod, looked_up)).rgb;
     if (light.a > 0.0)
-        light.rgb += light.a * sun_cut_irradiance(normal, irradiance(normal));
+        light.rgb += light.a * irradiance(normal);
 
     vec3 seen = mix(specular.rgb, light.rgb, q.diffuse);
-    vec3 direct = add_sun(normal, view, roughness, light.rgb);
+    vec3 direct = add_discs(normal, view, roughness, light.rgb);
 
     // F0 is 0 for panels, which reflect nothing, even at grazing angles.
     if (surface_f0 == vec3(0.0))

@@ -3,13 +3,15 @@
 #include "frame.glsl"
 #include "paraboloid.glsl"
 
-const int WALLS = 5;
+const int BOXES = 25;
 
 layout(std140) uniform Room {
     mat4 picture;       // x, y, depth in the picture to direction
     vec4 paraboloid;    // x: 1 for a paraboloid
-    vec4 flags;         // x: 1 with parallax
-    vec4 walls[2 * WALLS]; // low, high; w of low: thickness, 0: none
+    vec4 flags;         // x: 1 with parallax; number of boxes that hide probes,
+                        // of boxes and of spheres that hide lights
+    vec4 boxes[2 * BOXES]; // low, high; w of low: thickness
+    vec4 spheres[4];    // centre, radius
     ivec4 picture_size; // xy: size; z: tile edge, 0: no masks; w: locals, the
                         // dynamic probe comes after them
     ivec4 order;        // x: locals before the dynamic one; y: rows of tiles

@@ -2,7 +2,6 @@
 // The environment, where no surface covers it.
 #include "room.glsl"
 #include "backdrop.glsl"
-#include "sun.glsl"
 
 in vec2 place;
 layout(location = 0) out vec4 colour;
@@ -13,6 +12,5 @@ void main()
     // 2: MAP of sky.frag
     vec3 rgb = shading.z == 2 ? backdrop_of_map(turned(d))
                               : textureLod(sky_map, turned(d), 0.0).rgb;
-    rgb = sun_cut(d, rgb);
     colour = vec4(rgb, 1.0);
 }
