@@ -25,6 +25,7 @@ typedef struct ibl_choice {
     double asked; /* error; NAN: there is no choice */
     bool reached;
     double error, usual_error;
+    double least; /* error there is, if that asked is not reached */
     size_t bytes, usual_bytes; /* of texels, without containers */
 } ibl_choice;
 

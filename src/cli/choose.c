@@ -5,7 +5,7 @@
  * they add to a usual chain's. So the cheapest set is found by these sums. Then
  * its lobe table is made and the whole set is judged; what it has more than the
  * sum says is remembered for that chain, and the search goes on until a set
- * holds.
+ * has the error that is asked.
  */
 #include "cli/choose.h"
 
@@ -15,16 +15,17 @@
 #include <string.h>
 
 enum {
-    MOST = 20, /* values of one output */
+    MOST = 80,       /* values of one output */
+    MOST_LEVELS = 8, /* numbers of levels, from 1 */
+    MOST_TABLES = 7, /* sizes of the lobe table */
+    MOST_PARTS = 2048,
     MOST_EDGE = 2048,
-    LEAST_EDGE = 4, /* of the last level */
-    MOST_LEVELS = 7,
-    ROUNDS = 24, /* sets whose lobe table is made */
-    USUAL_LOBES = 16
+    LEAST_EDGE = 4, /* of a level */
+    ROUNDS = 48     /* sets whose lobe table is made */
 };
 
 /* How near to the least error a set must be if that asked cannot be had. */
-static const double near = 1.1;
+static const double near = 1.2;
 
 /* ---- formats --------------------------------------------------------------
  */
@@ -83,13 +84,21 @@ typedef struct values {
 /* A chain that may be taken, with squared errors. */
 typedef struct chain {
     ibl_specular_layout layout; /* levels 0: not yet known */
-    double least;               /* with the best lobe table */
-    double judged[MOST];        /* with a table of each size; 0: not yet */
+    double least;               /* with the best lobe table; -1: none */
+    double judged[MOST_TABLES]; /* with a table of each size; 0: not yet */
 } chain;
+
+/* What there is besides the levels and their table, as indices of values. */
+typedef struct parts {
+    int pixel, irradiance, lut;
+    size_t bytes;
+    double error; /* squared */
+} parts;
 
 /* Indices of values. */
 typedef struct pick {
-    int size, levels, pixel, irradiance, lut, lobes;
+    int size, levels, lobes;
+    parts parts;
     size_t bytes;
     double error; /* squared */
 } pick;
@@ -101,14 +110,18 @@ typedef struct search {
     double power[IBL_POWER + 1];
     int degree; /* of the power */
     size_t most_bytes;
-    bool fits;  /* the levels' roughnesses are free */
-    bool table; /* there are lobe tables */
+    double most_parts; /* squared error that the parts may add */
+    bool fits;         /* the levels' roughnesses are free */
+    bool table;        /* there are lobe tables */
     values size, levels, pixel, irradiance, lut, lobes;
     ibl_lut luts[MOST];
-    double usual; /* the least judged over least so far; 0: none was judged */
-    double ratio[MOST][MOST]; /* the same, of each number of levels and size of
-                                 table; 0: none was judged */
-    chain chain[MOST][MOST];
+    parts parts[MOST_PARTS]; /* by pixel and bytes; the more, the better */
+    int part_count;
+    /* Of squared errors, the least so far; 0: none was judged. */
+    double usual;               /* judged with the finest table over least */
+    double ratio[MOST_LEVELS];  /* the same, of each number of levels */
+    double coarse[MOST_TABLES]; /* a table of a size over the finest one */
+    chain chain[MOST][MOST_LEVELS];
 } search;
 
 static bool wants(const ibl_opts *o, ibl_output_kind kind)
@@ -122,35 +135,30 @@ static void add_value(values *v, int value)
         v->value[v->count++] = value;
 }
 
-/* The chain of a pick as options. */
-static ibl_specular_options options_of(const search *s, int size, int levels)
+/* 0 counts as one. */
+static bool is_power(int edge)
 {
-    ibl_specular_options o = s->o->bake.specular_options;
-
-    o.size = s->size.value[size];
-    o.levels = s->levels.value[levels];
-    return o;
+    return (edge & (edge - 1)) == 0;
 }
 
-/* Finds the layout of a chain and its error with the best table. False: there
- * is no such chain, or after a message. */
-static bool make_chain(search *s, int size, int levels)
+/* Whether ladders are fitted to faces of an edge: others take the ladder of the
+ * next such edge. */
+static bool is_fitted(int edge)
 {
-    chain *c = &s->chain[size][levels];
-    const int edge = s->size.value[size], count = s->levels.value[levels];
-    const ibl_specular_options o = options_of(s, size, levels);
+    return is_power(edge) || (edge % 3 == 0 && is_power(edge / 3));
+}
+
+/* Finds the layout of a chain and its error with the best table. */
+static bool measure_chain(search *s, int edge, int count, chain *c)
+{
+    ibl_specular_options o = s->o->bake.specular_options;
     ibl_expected_set set = {.lookup =
                                 s->table ? IBL_LOOKUP_TABLE : IBL_LOOKUP_SPLIT,
                             .irradiance = -1};
     double nrmse = 0;
 
-    if (c->layout.levels)
-        return c->least >= 0;
-    c->layout.levels = 1;
-    c->least = -1;
-    if (count > ibl_most_levels(edge) ||
-        (s->levels.count > 1 && count > 1 && edge >> (count - 1) < LEAST_EDGE))
-        return false;
+    o.size = edge;
+    o.levels = count;
     if (s->fits && ibl_expectation_fit(s->e, edge, count, &c->layout, &nrmse))
         return false;
     if (!s->fits && ibl_specular_layout_of(&o, &c->layout))
@@ -160,39 +168,92 @@ static bool make_chain(search *s, int size, int levels)
         format_errors((ibl_pixel)s->pixel.value[0], &set);
     if ((!s->fits || set.slope > 0) && ibl_expectation_of(s->e, &set, &nrmse))
         return false;
-    c->least = nrmse * nrmse;
+    c->least = fmax(nrmse * nrmse, 1e-12);
     return true;
 }
 
+static bool make_chain(search *s, int size, int levels);
+
+/* The chain between two that are fitted: the square of the error is taken to be
+ * a power of the edge. */
+static bool blend_chain(search *s, int size, int levels, chain *c)
+{
+    const int *edge = s->size.value;
+    int low = size - 1, high = size + 1;
+
+    while (!is_fitted(edge[low]))
+        low--;
+    while (!is_fitted(edge[high]))
+        high++;
+    if (!make_chain(s, low, levels) || !make_chain(s, high, levels))
+        return false;
+    const chain *a = &s->chain[low][levels], *b = &s->chain[high][levels];
+    const double t = log((double)edge[size] / edge[low]) /
+                     log((double)edge[high] / edge[low]);
+    c->layout = b->layout;
+    c->layout.size = edge[size];
+    c->least = pow(a->least, 1 - t) * pow(b->least, t);
+    return true;
+}
+
+/* False: there is no such chain, or after a message. */
+static bool make_chain(search *s, int size, int levels)
+{
+    chain *c = &s->chain[size][levels];
+    const int edge = s->size.value[size], count = s->levels.value[levels];
+
+    if (c->layout.levels)
+        return c->least >= 0;
+    c->layout.levels = 1;
+    c->least = -1;
+    if (count > ibl_most_levels(edge) ||
+        (s->levels.count > 1 && edge >> (count - 1) < LEAST_EDGE))
+        return false;
+    return s->fits && s->size.count > 1 && !is_fitted(edge)
+               ? blend_chain(s, size, levels, c)
+               : measure_chain(s, edge, count, c);
+}
+
 /* A chain that was not judged is taken to be off from its least error as the
- * best of those of as many levels with a table of that size, or as the best of
- * all: none is passed over that may hold. */
+ * best of those of as many levels, or as the best of all, and a coarser table
+ * to add as little as it ever did: none is passed over that may do. */
 static double chain_error(const search *s, int size, int levels, int lobes)
 {
     const chain *c = &s->chain[size][levels];
+    const double ratio = s->ratio[levels] > 0 ? s->ratio[levels]
+                         : s->usual > 0       ? s->usual
+                                              : 1;
+    const double finest = c->judged[s->lobes.count - 1];
 
     if (c->judged[lobes] > 0)
         return c->judged[lobes];
-    const double ratio = s->ratio[levels][lobes];
-    return c->least * (ratio > 0 ? ratio : s->usual > 0 ? s->usual : 1);
+    return (finest > 0 ? finest : c->least * ratio) * fmax(s->coarse[lobes], 1);
 }
 
-static size_t bytes_of(const search *s, const pick *p)
+static size_t parts_bytes(const search *s, const parts *p)
 {
     const ibl_opts *o = s->o;
     const ibl_pixel pixel = (ibl_pixel)s->pixel.value[p->pixel];
-    const chain *c = &s->chain[p->size][p->levels];
-    const size_t lobes = (size_t)s->lobes.value[p->lobes];
     const size_t lut = (size_t)s->lut.value[p->lut];
     size_t bytes = 0;
 
-    if (wants(o, IBL_OUTPUT_SPECULAR))
-        bytes += chain_bytes(c->layout.size, c->layout.levels, pixel);
     if (wants(o, IBL_OUTPUT_IRRADIANCE) &&
         s->irradiance.value[p->irradiance] > 0)
         bytes += chain_bytes(s->irradiance.value[p->irradiance], 1, pixel);
     if (wants(o, IBL_OUTPUT_LUT))
         bytes += lut * lut * ibl_pixel_bytes(ibl_lut_pixel(pixel, o->lut.kind));
+    return bytes;
+}
+
+static size_t bytes_of(const search *s, const pick *p)
+{
+    const ibl_pixel pixel = (ibl_pixel)s->pixel.value[p->parts.pixel];
+    const ibl_specular_layout *l = &s->chain[p->size][p->levels].layout;
+    const size_t lobes = (size_t)s->lobes.value[p->lobes];
+    size_t bytes = p->parts.bytes;
+
+    if (wants(s->o, IBL_OUTPUT_SPECULAR))
+        bytes += chain_bytes(l->size, l->levels, pixel);
     if (s->table)
         bytes += lobes * lobes * IBL_LOBE_LAYERS *
                  ibl_pixel_bytes(IBL_PIXEL_RGBA16F);
@@ -203,27 +264,28 @@ static size_t bytes_of(const search *s, const pick *p)
  * `most`, or of less error, if most is 0. */
 static void keep_better(const search *s, double most, pick *p, pick *best)
 {
+    if (most > 0 && p->error > most)
+        return;
     p->bytes = bytes_of(s, p);
-    p->error = chain_error(s, p->size, p->levels, p->lobes) +
-               s->pixel.error[p->pixel] + s->lut.error[p->lut] +
-               s->irradiance.error[p->irradiance];
     const bool fewer = p->bytes < best->bytes ||
                        (p->bytes == best->bytes && p->error < best->error);
-    if (p->bytes > s->most_bytes)
-        return;
-    if (most > 0 ? p->error <= most && fewer : p->error < best->error)
+    if (p->bytes <= s->most_bytes &&
+        (most > 0 ? fewer : p->error <= best->error))
         *best = *p;
 }
 
 /* All sets with one chain. */
-static void try_others(const search *s, double most, pick *p, pick *best)
+static void try_parts(const search *s, double most, pick *p, pick *best)
 {
-    for (p->pixel = 0; p->pixel < s->pixel.count; p->pixel++)
-        for (p->irradiance = 0; p->irradiance < s->irradiance.count;
-             p->irradiance++)
-            for (p->lut = 0; p->lut < s->lut.count; p->lut++)
-                for (p->lobes = 0; p->lobes < s->lobes.count; p->lobes++)
-                    keep_better(s, most, p, best);
+    for (p->lobes = 0; p->lobes < s->lobes.count; p->lobes++) {
+        const double own = chain_error(s, p->size, p->levels, p->lobes);
+        for (int i = 0; i < s->part_count && (most <= 0 || own <= most); i++) {
+            p->parts = s->parts[i];
+            p->error = own + p->parts.error;
+            if (p->parts.error <= s->most_parts)
+                keep_better(s, most, p, best);
+        }
+    }
 }
 
 /* The set of fewest bytes with a squared error of at most `most` or, if that is
@@ -237,8 +299,9 @@ static bool find(search *s, double most, pick *best)
             const size_t least =
                 chain_bytes(s->size.value[i], 1,
                             (ibl_pixel)s->pixel.value[s->pixel.count - 1]);
-            if ((most <= 0 || least < best->bytes) && make_chain(s, i, k))
-                try_others(s, most, &p, best);
+            if (least <= s->most_bytes && (most <= 0 || least < best->bytes) &&
+                make_chain(s, i, k))
+                try_parts(s, most, &p, best);
         }
     return best->bytes < SIZE_MAX;
 }
@@ -270,27 +333,50 @@ static bool judge(const search *s, const ibl_opts *o, ibl_expected_set *set,
     return ok;
 }
 
-/* Judges a pick, and keeps what its chain has of the error. */
+/* The BRDF table of a size, NULL if it is no matter of choice. */
+static bool make_lut(search *s, int i, const ibl_lut **lut)
+{
+    const ibl_lut_options of = {.size = s->lut.value[i]};
+
+    *lut = NULL;
+    if (!wants(s->o, IBL_OUTPUT_LUT) || s->o->lut.kind != IBL_LUT_SPLIT ||
+        of.size < 2)
+        return true;
+    *lut = &s->luts[i];
+    return s->luts[i].data || !ibl_bake_lut(s->from->ctx, &of, &s->luts[i]);
+}
+
+static void keep_least(double *least, double value)
+{
+    *least = *least > 0 ? fmin(*least, value) : value;
+}
+
+/* Judges a pick, and keeps what its chain has of the error. The finest table
+ * comes first: *p then has that. */
 static bool judge_pick(search *s, pick *p, double *nrmse)
 {
+    const int finest = s->lobes.count - 1;
     chain *c = &s->chain[p->size][p->levels];
     ibl_opts o = *s->o;
     ibl_expected_set set = {.layout = c->layout,
-                            .irradiance = s->irradiance.value[p->irradiance],
-                            .lut =
-                                s->luts[p->lut].data ? &s->luts[p->lut] : NULL};
+                            .irradiance =
+                                s->irradiance.value[p->parts.irradiance]};
 
+    if (!(c->judged[finest] > 0))
+        p->lobes = finest;
+    p->bytes = bytes_of(s, p);
     o.lobe_table_size = s->lobes.value[p->lobes];
-    format_errors((ibl_pixel)s->pixel.value[p->pixel], &set);
-    if (!judge(s, &o, &set, nrmse))
+    format_errors((ibl_pixel)s->pixel.value[p->parts.pixel], &set);
+    if (!make_lut(s, p->parts.lut, &set.lut) || !judge(s, &o, &set, nrmse))
         return false;
-    const double others =
-        p->error - chain_error(s, p->size, p->levels, p->lobes);
-    c->judged[p->lobes] = fmax(*nrmse * *nrmse - others, 1e-12);
-    const double ratio = c->judged[p->lobes] / fmax(c->least, 1e-12);
-    double *same = &s->ratio[p->levels][p->lobes];
-    *same = *same > 0 ? fmin(*same, ratio) : ratio;
-    s->usual = s->usual > 0 ? fmin(s->usual, ratio) : ratio;
+    c->judged[p->lobes] = fmax(*nrmse * *nrmse - p->parts.error, 1e-12);
+    if (p->lobes < finest)
+        keep_least(&s->coarse[p->lobes],
+                   c->judged[p->lobes] / c->judged[finest]);
+    else
+        keep_least(&s->ratio[p->levels], c->judged[finest] / c->least);
+    if (p->lobes == finest)
+        keep_least(&s->usual, c->judged[finest] / c->least);
     p->error = *nrmse * *nrmse;
     return true;
 }
@@ -319,7 +405,7 @@ static bool judge_sets(search *s, double most, pick *best)
 }
 
 /* Finds the set of fewest bytes with the error that is asked or, if that cannot
- * be had, nearly the least. */
+ * be had, near to the least. */
 static bool search_all(search *s, ibl_choice *choice, pick *best)
 {
     const double asked = choice->asked * choice->asked;
@@ -329,25 +415,37 @@ static bool search_all(search *s, ibl_choice *choice, pick *best)
     *best = (pick){.error = HUGE_VAL};
     if (!judge_sets(s, asked, best))
         return false;
+    if (best->error > asked) {
+        if (!find(s, 0, &least))
+            return ibl_console_fail(s->from->console,
+                                    "--rendered-error %g: there is no chain of "
+                                    "such sizes and levels",
+                                    choice->asked);
+        if (!judge_pick(s, &least, &nrmse))
+            return false;
+        if (least.error < best->error)
+            *best = least;
+        choice->least = sqrt(best->error);
+        s->most_parts = asked;
+        if (!judge_sets(s, fmax(asked, near * near * best->error), best))
+            return false;
+    }
     choice->reached = best->error <= asked;
-    if (choice->reached)
-        return true;
-    if (!find(s, 0, &least))
-        return ibl_console_fail(s->from->console,
-                                "--rendered-error %g: there is no chain of "
-                                "such sizes and levels",
-                                choice->asked);
-    if (!judge_pick(s, &least, &nrmse))
-        return false;
-    if (least.error < best->error)
-        *best = least;
-    choice->reached = best->error <= asked;
-    return judge_sets(s, choice->reached ? asked : near * near * best->error,
-                      best);
+    return true;
 }
 
 /* ---- what may be chosen ---------------------------------------------------
  */
+
+/* Adds edges, from a power of two to a last one, in steps of a part of each
+ * octave: whole numbers. */
+static void add_edges(values *v, int first, int last, int steps)
+{
+    for (int octave = first; octave <= last; octave *= 2)
+        for (int i = 0; i < steps; i++)
+            if (octave * i % steps == 0 && octave + octave * i / steps <= last)
+                add_value(v, octave + octave * i / steps);
+}
 
 /* Edges up to twice the map's detail, or twice what the sharpest lobe needs
  * (ibl_specular_layout_of). */
@@ -355,7 +453,7 @@ static void list_sizes(search *s, const ibl_materials *m)
 {
     const ibl_opts *o = s->o;
     double edge = s->from->width / 2.0;
-    int sharpest = 0;
+    int sharpest = 0, last = s->fits ? 8 : 32;
 
     if (ibl_opts_given(o, "size")) {
         add_value(&s->size, o->bake.specular_options.size);
@@ -366,13 +464,9 @@ static void list_sizes(search *s, const ibl_materials *m)
     const double r = (double)sharpest / IBL_MATERIAL_STEPS;
     if (r > 0)
         edge = fmin(edge, 5 * M_PI / (r * r));
-    for (int size = s->fits ? 8 : 32; size <= MOST_EDGE; size *= 2) {
-        add_value(&s->size, size);
-        if (size >= edge)
-            break;
-        if (s->fits)
-            add_value(&s->size, size / 2 * 3);
-    }
+    while (last < edge && last < MOST_EDGE)
+        last *= 2;
+    add_edges(&s->size, s->fits ? LEAST_EDGE : 32, last, s->fits ? 8 : 1);
 }
 
 static void list_levels(search *s)
@@ -383,7 +477,7 @@ static void list_levels(search *s)
         add_value(&s->levels, given);
         return;
     }
-    for (int levels = s->fits ? 1 : 2; levels <= MOST_LEVELS; levels++)
+    for (int levels = s->fits ? 1 : 2; levels < MOST_LEVELS; levels++)
         add_value(&s->levels, levels);
 }
 
@@ -420,8 +514,7 @@ static void list_irradiance(search *s)
     }
     if (harmonics && !ibl_opts_given(o, "only"))
         add_value(&s->irradiance, 0);
-    for (int edge = 4; edge <= 32; edge *= 2)
-        add_value(&s->irradiance, edge);
+    add_edges(&s->irradiance, 4, 32, 4);
 }
 
 static void list_tables(search *s)
@@ -432,20 +525,48 @@ static void list_tables(search *s)
         ibl_opts_given(o, "lut-size"))
         add_value(&s->lut, o->lut.size);
     else
-        for (int size = 16; size <= 256; size *= 2)
-            add_value(&s->lut, size);
+        add_edges(&s->lut, 4, 256, 4);
     if (!s->table || ibl_opts_given(o, "lobe-table-size"))
         add_value(&s->lobes, o->lobe_table_size);
     else
-        for (int size = 64; size >= 8; size /= 2)
-            add_value(&s->lobes, size);
+        add_edges(&s->lobes, 4, 32, 2);
+}
+
+/* What values of a part add to the square of a chain's error. */
+static bool find_error(search *s, const ibl_expected_set *set, double alone,
+                       double *error)
+{
+    double nrmse = 0;
+    const bool ok = !ibl_expectation_of(s->e, set, &nrmse);
+
+    *error = nrmse * nrmse - alone;
+    return ok;
+}
+
+/* Between powers of two, errors are taken to be a power of the edge. */
+static void blend_errors(values *v)
+{
+    int low = -1, high = 0;
+
+    for (int i = 0; i < v->count; i++) {
+        if (is_power(v->value[i])) {
+            low = i;
+            continue;
+        }
+        for (high = i + 1; !is_power(v->value[high]);)
+            high++;
+        const double t = log((double)v->value[i] / v->value[low]) /
+                         log((double)v->value[high] / v->value[low]);
+        v->error[i] = pow(fmax(v->error[low], 1e-12), 1 - t) *
+                      pow(fmax(v->error[high], 1e-12), t);
+    }
 }
 
 /* What the others add to the error of a chain of a middling size. */
 static bool find_errors(search *s)
 {
     ibl_expected_set set = {.irradiance = -1};
-    double alone, nrmse = 0;
+    double alone = 0;
     int i = s->size.count / 2, k = s->levels.count - 1;
 
     while (k > 0 && !make_chain(s, i, k))
@@ -454,30 +575,65 @@ static bool find_errors(search *s)
         return true; /* and find() finds none */
     set.layout = s->chain[i][k].layout;
     set.lookup = s->table ? IBL_LOOKUP_TABLE : IBL_LOOKUP_SPLIT;
-    bool ok = !ibl_expectation_of(s->e, &set, &alone);
+    bool ok = find_error(s, &set, 0, &alone);
     for (i = 0; i < s->pixel.count && ok && s->pixel.count > 1; i++) {
         ibl_expected_set other = set;
         format_errors((ibl_pixel)s->pixel.value[i], &other);
-        ok = !ibl_expectation_of(s->e, &other, &nrmse);
-        s->pixel.error[i] = nrmse * nrmse - alone * alone;
+        ok = find_error(s, &other, alone, &s->pixel.error[i]);
     }
     for (i = 0; i < s->irradiance.count && ok; i++) {
         ibl_expected_set other = set;
         other.irradiance = s->irradiance.value[i];
-        ok = !ibl_expectation_of(s->e, &other, &nrmse);
-        s->irradiance.error[i] = nrmse * nrmse - alone * alone;
+        if (s->irradiance.count == 1 || is_power(other.irradiance))
+            ok = find_error(s, &other, alone, &s->irradiance.error[i]);
     }
-    for (i = 0; i < s->lut.count && ok && s->o->lut.kind == IBL_LUT_SPLIT &&
-                wants(s->o, IBL_OUTPUT_LUT);
-         i++) {
-        const ibl_lut_options o = {.size = s->lut.value[i]};
+    for (i = 0; i < s->lut.count && ok; i++) {
         ibl_expected_set other = set;
-        ok = !ibl_bake_lut(s->from->ctx, &o, &s->luts[i]);
-        other.lut = o.size > 1 ? &s->luts[i] : NULL;
-        ok = ok && !ibl_expectation_of(s->e, &other, &nrmse);
-        s->lut.error[i] = nrmse * nrmse - alone * alone;
+        if (s->lut.count == 1 || is_power(s->lut.value[i]))
+            ok = make_lut(s, i, &other.lut) &&
+                 find_error(s, &other, alone, &s->lut.error[i]);
     }
+    if (s->irradiance.count > 1)
+        blend_errors(&s->irradiance);
+    if (s->lut.count > 1)
+        blend_errors(&s->lut);
     return ok;
+}
+
+static int by_bytes(const void *a, const void *b)
+{
+    const parts *x = a, *y = b;
+
+    if (x->pixel != y->pixel)
+        return x->pixel < y->pixel ? -1 : 1;
+    if (x->bytes != y->bytes)
+        return x->bytes < y->bytes ? -1 : 1;
+    return x->error < y->error ? -1 : x->error > y->error;
+}
+
+/* Lists the parts that no other of the same format is better than, in bytes and
+ * error. */
+static void list_parts(search *s)
+{
+    parts *all = s->parts;
+    int count = 0;
+
+    for (int p = 0; p < s->pixel.count; p++)
+        for (int i = 0; i < s->irradiance.count; i++)
+            for (int l = 0; l < s->lut.count && count < MOST_PARTS; l++) {
+                parts *to = &all[count++];
+                *to = (parts){p, i, l, 0,
+                              s->pixel.error[p] + s->irradiance.error[i] +
+                                  s->lut.error[l]};
+                to->bytes = parts_bytes(s, to);
+            }
+    qsort(all, (size_t)count, sizeof *all, by_bytes);
+    for (int i = 0; i < count; i++) {
+        const parts *last = &all[s->part_count - 1];
+        if (!s->part_count || all[i].pixel != last->pixel ||
+            all[i].error < last->error)
+            all[s->part_count++] = all[i];
+    }
 }
 
 /* ---- what was chosen ------------------------------------------------------
@@ -500,17 +656,17 @@ static void set_chain(search *s, const pick *p)
 static void set_options(search *s, const pick *p)
 {
     ibl_opts *o = s->o;
-    const int irradiance = s->irradiance.value[p->irradiance];
+    const int irradiance = s->irradiance.value[p->parts.irradiance];
 
     if (wants(o, IBL_OUTPUT_SPECULAR))
         set_chain(s, p);
     if (!o->engine)
-        o->texels.pixel = (ibl_pixel)s->pixel.value[p->pixel];
+        o->texels.pixel = (ibl_pixel)s->pixel.value[p->parts.pixel];
     if (irradiance > 0)
         o->bake.irradiance_options.size = irradiance;
     else
         o->only &= ~(1u << IBL_OUTPUT_IRRADIANCE);
-    o->lut.size = s->lut.value[p->lut];
+    o->lut.size = s->lut.value[p->parts.lut];
     o->lobe_table_size = s->lobes.value[p->lobes];
     ibl_opts_select(o);
 }
@@ -529,7 +685,7 @@ static void tell_chain(const search *s, const pick *p, ibl_choice *choice)
                      s->fits ? "fitted to map and materials" : "as asked");
     snprintf(text, sizeof text, "%d", l->size);
     ibl_choice_chose(choice, "size", text, "%s",
-                     s->size.count > 1 ? "the smallest that holds"
+                     s->size.count > 1 ? "the smallest exact enough"
                                        : "as asked");
 }
 
@@ -544,42 +700,53 @@ static void tell(const search *s, const pick *p, ibl_choice *choice)
         choice, "texels",
         o->engine ? ibl_engine_pixel(o->engine)
                   : ibl_pixel_name(o->texels.pixel),
-        "%s", s->pixel.count > 1 ? "the smallest that holds" : "as asked");
+        "%s", s->pixel.count > 1 ? "the smallest exact enough" : "as asked");
     snprintf(text, sizeof text, "%d", o->bake.irradiance_options.size);
-    ibl_choice_chose(choice, "irradiance",
-                     s->irradiance.value[p->irradiance] ? text : "harmonics",
-                     "adds %.2g %%",
-                     100 * sqrt(fmax(s->irradiance.error[p->irradiance], 0)));
+    ibl_choice_chose(
+        choice, "irradiance",
+        s->irradiance.value[p->parts.irradiance] ? text : "harmonics",
+        "adds %.2g %% of error",
+        100 * sqrt(fmax(s->irradiance.error[p->parts.irradiance], 0)));
     snprintf(text, sizeof text, "%d", o->lut.size);
     if (wants(o, IBL_OUTPUT_LUT))
-        ibl_choice_chose(choice, "BRDF table", text, "adds %.2g %%",
-                         100 * sqrt(fmax(s->lut.error[p->lut], 0)));
+        ibl_choice_chose(choice, "BRDF table", text, "adds %.2g %% of error",
+                         100 * sqrt(fmax(s->lut.error[p->parts.lut], 0)));
     snprintf(text, sizeof text, "%d", o->lobe_table_size);
     if (s->table)
         ibl_choice_chose(choice, "lobe table", text, "%s",
                          "fitted to the levels");
 }
 
+/* The least error of chains of a size. */
+static double least_of_size(search *s, int size)
+{
+    double least = HUGE_VAL;
+
+    for (int k = 0; k < s->levels.count; k++)
+        if (make_chain(s, size, k))
+            least = fmin(least, s->chain[size][k].least);
+    return least;
+}
+
 /* Why the error that was asked is not reached: larger faces would, or none. */
 static void tell_limit(search *s, ibl_choice *choice)
 {
     const int last = s->size.count - 1;
-    double error[2] = {HUGE_VAL, HUGE_VAL};
+    int half = last;
     char text[IBL_CHOICE_BYTES];
 
-    for (int k = 0; k < s->levels.count; k++)
-        for (int i = 0; i < 2; i++)
-            if (last >= i && make_chain(s, last - i, k))
-                error[i] = fmin(error[i], s->chain[last - i][k].least);
-    snprintf(text, sizeof text, "%.3g %% is not reached, nearest %.3g %%",
-             100 * choice->asked, 100 * choice->error);
+    while (half > 0 && 2 * s->size.value[half] > s->size.value[last])
+        half--;
+    snprintf(text, sizeof text,
+             "%.3g %% cannot be reached, the least is %.3g %%",
+             100 * choice->asked, 100 * choice->least);
     const char *why =
-        error[1] <= 1.2 * error[0]
-            ? "by faces of any size: a lookup has another lobe than the "
-              "surface; --lights helps under suns"
+        least_of_size(s, half) <= 1.2 * least_of_size(s, last)
+            ? "with any size: a lookup sees another lobe than the surface "
+              "reflects; under suns --lights helps"
         : s->most_bytes < SIZE_MAX
             ? "in the default's bytes: --rendered-error E may take more"
-            : "for want of larger faces";
+            : "without larger faces";
     ibl_choice_chose(choice, "limit", text, "%s", why);
 }
 
@@ -629,55 +796,66 @@ static bool judge_usual(search *s, ibl_choice *choice)
     return ok;
 }
 
-static bool choose(search *s, const ibl_materials *m, ibl_choice *choice)
+/* Lists what may be chosen of options o, which lives as long as the search, and
+ * sets the default's figures. search_close is needed also after a failure. */
+static bool search_open(search *s, ibl_bake_source *from,
+                        const ibl_materials *materials, ibl_opts *o,
+                        ibl_choice *choice)
 {
-    ibl_opts *o = s->o;
-    pick best = {.bytes = 0};
-
+    s->from = from;
+    s->o = o;
+    s->most_parts = HUGE_VAL;
     s->table = wants(o, IBL_OUTPUT_SPECULAR) && wants(o, IBL_OUTPUT_LOBES);
     s->fits = s->table && !ibl_opts_given(o, "mapping") &&
               !ibl_opts_given(o, "roughness-range") && !o->of && !o->engine;
-    if (!judge_usual(s, choice))
+    if (!ibl_bake_source_power(from, s->power, &s->degree) ||
+        ibl_expectation_create(from->ctx, materials, s->power, s->degree,
+                               from->width / 2, &s->e) ||
+        !judge_usual(s, choice))
         return false;
     s->most_bytes =
         ibl_opts_given(o, "rendered-error") ? SIZE_MAX : choice->usual_bytes;
     if (s->table && !ibl_opts_given(o, "lobe-table"))
         o->lobe_table = IBL_LOBES_FITTED;
-    list_sizes(s, m);
+    list_sizes(s, materials);
     list_levels(s);
     list_pixels(s);
     list_irradiance(s);
     list_tables(s);
-    if (!find_errors(s) || !search_all(s, choice, &best))
+    if (!find_errors(s))
         return false;
-    choice->bytes = best.bytes;
-    choice->error = sqrt(best.error);
-    set_options(s, &best);
-    tell(s, &best, choice);
-    if (!choice->reached)
-        tell_limit(s, choice);
+    list_parts(s);
     return true;
+}
+
+static void search_close(search *s)
+{
+    for (int i = 0; i < MOST; i++)
+        ibl_lut_free(&s->luts[i]);
+    ibl_expectation_free(s->e);
 }
 
 bool ibl_choose(ibl_bake_source *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice)
 {
     search *s = calloc(1, sizeof *s);
+    pick best;
 
     choice->asked = o->rendered_error;
     if (!s)
         return ibl_console_fail(from->console, "no memory for the search");
-    s->from = from;
-    s->o = o;
     ibl_console_progress(from->console, "choice", 0);
-    const bool ok =
-        ibl_bake_source_power(from, s->power, &s->degree) &&
-        !ibl_expectation_create(from->ctx, materials, s->power, s->degree,
-                                from->width / 2, &s->e) &&
-        choose(s, materials, choice);
-    for (int i = 0; i < MOST; i++)
-        ibl_lut_free(&s->luts[i]);
-    ibl_expectation_free(s->e);
+    const bool ok = search_open(s, from, materials, o, choice) &&
+                    search_all(s, choice, &best);
+    if (ok) {
+        choice->bytes = best.bytes;
+        choice->error = sqrt(best.error);
+        set_options(s, &best);
+        tell(s, &best, choice);
+    }
+    if (ok && !choice->reached)
+        tell_limit(s, choice);
+    search_close(s);
     free(s);
     return ok;
 }

@@ -10,10 +10,11 @@
 /*
  * Chooses size, levels, mapping, pixel format, irradiance or harmonics and the
  * sizes of the tables, other than those that the user or the target fixed, and
- * changes the options accordingly. What cannot be reached is replaced by the
- * nearest that can, of fewest bytes within 10 %. Without --rendered-error, as
- * of a scene, there are no more bytes than the default's. from  its environment
- * was read
+ * changes the options accordingly. If the error cannot be reached, the set is
+ * that of fewest bytes within 1.2 times the least error, in which format,
+ * irradiance and BRDF table add no more than the error that was asked. Without
+ * --rendered-error, as of a scene, there are no more bytes than the default's.
+ *   from  its environment was read
  */
 bool ibl_choose(ibl_bake_source *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice);

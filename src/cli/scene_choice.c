@@ -76,8 +76,9 @@ bool ibl_scenes_sheen(const ibl_scenes *s, const ibl_opts *o, ibl_opts *sheen,
     if (!(ibl_survey_share(s->survey.sheen) > 0))
         return false;
     if (o->of || o->engine || !(o->only & 1u << IBL_OUTPUT_SPECULAR)) {
-        ibl_choice_chose(c, "sheen", "none",
-                         "has no place here: add a bake with --lobe charlie");
+        ibl_choice_chose(
+            c, "sheen", "none",
+            "not in such files: bake it apart with --lobe charlie");
         return false;
     }
     set_sheen(s, o, sheen);
@@ -97,6 +98,6 @@ void ibl_scenes_advise(const ibl_scenes *s, const ibl_opts *o, ibl_choice *c)
         return;
     ibl_choice_chose(c, "skybox", "none", "%s",
                      s->survey.transmission > 0
-                         ? "add --skybox N: what transmits shows it"
+                         ? "add --skybox N: what transmits light shows it"
                          : "add --skybox N to draw it behind");
 }
