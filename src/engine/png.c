@@ -230,6 +230,9 @@ bool ibl_png_decode(const unsigned char *bytes, size_t size, int width,
 
     if (info && !setjmp(png_jmpbuf(png))) {
         png_set_read_fn(png, &e, get);
+        /* Texts and profiles. To keep one, libpng would allocate as many bytes
+         * as it claims to have. */
+        png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, NULL, -1);
         read_image(png, info, width, height, rgba);
         ok = true;
     }

@@ -288,7 +288,8 @@ size_t ibl_keys_write(const ibl_texture *tex, const char *orientation,
             size += write_pair(key, dst ? dst + size : NULL);
         else
             size += write_pair(&own[i++], dst ? dst + size : NULL);
-        key += order <= 0;
+        if (order <= 0)
+            key++;
     }
     return size;
 }

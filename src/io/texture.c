@@ -462,7 +462,8 @@ ibl_status ibl_texture_get_alpha(ibl_ctx *ctx, const ibl_texture *tex,
 
     if (status)
         return status;
-    const size_t texels = ibl_cube_texels(cube.size, cube.levels);
+    const size_t texels =
+        ibl_map_texels(cube.projection, cube.size, cube.levels);
     for (size_t i = 0; i < texels; i++) {
         const float a = ibl_pixel_get_alpha(tex->pixel, tex->data, i);
         for (int k = 0; k < 3; k++)
