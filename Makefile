@@ -96,7 +96,7 @@ endif
 .SECONDARY:
 .PHONY: all lib deps tests benches demo check check-run check-quick check-clients mutants \
         check-cycles bench \
-        bench-probes lint format install uninstall clean list \
+        bench-probes fuzz fuzzers lint format install uninstall clean list \
         FORCE
 
 ## all: the program and its image bridge (default)
@@ -270,8 +270,62 @@ $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(VIEW_LIBS) \
 	    $(IO_LIBS) $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
+# Harnesses of libFuzzer, of clang. What reads other people's files is compiled
+# for them; the rest is the release build's.
+FUZZ_CC ?= clang
+FUZZERS := $(patsubst tests/fuzz/%.c,$(BUILD)/fuzz/%, \
+             $(wildcard tests/fuzz/fuzz_*.c))
+ifneq ($(HAVE_VIEW),yes)
+FUZZERS := $(filter-out %_json %_options,$(FUZZERS))
+endif
+FUZZ_OPT := -O1 -gline-tables-only -fno-omit-frame-pointer -fno-sanitize-recover=all \
+            -fsanitize=address,undefined,float-cast-overflow
+FUZZED := $(wildcard src/core/*.c src/io/*.c src/common/*.c src/engine/*.c \
+                     src/scene/*.c) \
+          $(filter-out %_simd.c,$(wildcard src/kern/*.c)) \
+          $(addprefix src/cli/,bake_options.c bench_options.c \
+            common_options.c probe_set.c probes_grid.c probes_index.c \
+            probes_options.c shell_words.c targets.c verify.c verify_files.c) \
+          $(addprefix src/view/,harmonics.c options.c probe_set.c set_about.c \
+            set_open.c settings.c)
+FUZZ_WRAP = read pread ibl_print_line
+$(BUILD)/fuzz/fuzz_image: FUZZ_WRAP += ibl_bridge_rows
+$(BUILD)/fuzz/fuzz_json: FUZZ_WRAP += ibl_hash_bytes ibl_signals_catch \
+    view_gl_has_cube_arrays
+fuzz_obj = $(patsubst %.c,$(BUILD)/fuzz/obj/%.o,$(1))
+$(BUILD)/fuzz/empty:
+	@mkdir -p $(@D)
+	@echo 'int LLVMFuzzerTestOneInput(void) { return 0; }' | \
+	    $(FUZZ_CC) $(FUZZ_OPT) -fsanitize=fuzzer -x c -o $@ - || { \
+	    echo "iblbake: $(FUZZ_CC) does not link -fsanitize=fuzzer: install" \
+	        "the packages clang and libclang-rt-dev, or give FUZZ_CC" >&2; \
+	    exit 1; }
+$(BUILD)/fuzz/obj/%.o: %.c | $(BUILD)/fuzz/empty
+	@mkdir -p $(@D)
+	$(FUZZ_CC) $(REQUIRED) $(WARN) $(CWARN) $(EXR_CFLAGS) $(DEFLATE_CFLAGS) \
+	    $(CLI_CFLAGS) $(VIEW_CFLAGS) -DIBL_BRIDGE='""' -DIBL_REVISION='""' \
+	    $(CPPFLAGS) $(FUZZ_OPT) -fsanitize=fuzzer-no-link -c -o $@ $<
+$(BUILD)/fuzz/libfuzzed.a: $(call fuzz_obj,$(FUZZED))
+	@rm -f $@
+	$(AR) rcs $@ $^
+$(BUILD)/fuzz/librest.a: $(filter-out %/main.o,$(call obj,$(wildcard \
+    src/cli/*.c))) $(VIEW_OBJ) $(BUILD)/obj/gen/bench_page.o
+	@rm -f $@
+	$(AR) rcs $@ $^
+$(FUZZERS): $(BUILD)/fuzz/%: $(call fuzz_obj,tests/fuzz/fuzz.c) \
+    $(BUILD)/fuzz/obj/tests/fuzz/%.o $(BUILD)/fuzz/libfuzzed.a \
+    $(BUILD)/fuzz/librest.a $(LIB)
+	$(FUZZ_CC) $(FUZZ_OPT) -fsanitize=fuzzer $(LDFLAGS) -pthread -o $@ \
+	    $(patsubst %,-Wl$(comma)--wrap=%,$(FUZZ_WRAP)) $(filter %.o,$^) \
+	    -Wl,--start-group $(filter %.a,$^) -Wl,--end-group $(VIEW_LIBS) \
+	    $(IO_LIBS) $(CLI_LIBS) -lm -ldl $(LDLIBS)
+comma := ,
+$(BUILD)/fuzz/seeds: tests/fuzz/seeds.sh | $(BIN) $(VIEW)
+	bash $< $(BUILD) $@
+
 tests: $(TESTS)
 benches: $(BENCHES)
+fuzzers: $(FUZZERS) $(BUILD)/fuzz/seeds
 
 ## demo: set up, bake data/forest.exr, leave pictures in build/demo
 demo: deps
@@ -325,11 +379,17 @@ JOBS = $(if $(filter -j%,$(MAKEFLAGS)),,-j$(shell nproc))
 STRICT = $(MAKE) -s $(JOBS) DEPS=no WERROR=-Werror all tests
 check-run:
 	@echo "iblbake: building with gcc, clang, asan and tsan, some minutes"
-	+@$(STRICT)
+	+@$(STRICT) fuzzers
 	+@$(STRICT) CC=clang CXX=clang++ BUILD=build/clang
 	+@$(STRICT) config=asan
 	+@$(STRICT) config=tsan
 	@bash tests/run.sh $(CHECKED)
+
+## fuzz: libFuzzer on all that reads files, and command lines; TIME=600 s each
+TIME ?= 600
+fuzz: deps
+	+@$(MAKE) -s $(JOBS) DEPS=no $(BIN) fuzzers
+	@bash tests/fuzz/run.sh $(BUILD) $(TIME)
 
 ## check-quick: the tests of one build without the slow ones (a minute)
 check-quick:
@@ -405,7 +465,7 @@ uninstall:
 	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(INCLUDEDIR)/ibl" \
 	    2>/dev/null || true
 
--include $(shell find $(BUILD)/obj -name '*.d' 2>/dev/null)
+-include $(shell find $(BUILD)/obj $(BUILD)/fuzz/obj -name '*.d' 2>/dev/null)
 
 ## clean: remove everything that was built
 clean:

@@ -672,7 +672,7 @@ TEST(noise)
 {
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     int taken = 0, refused = 0;
-    for (int round = 0; round < 4000; round++) {
+    for (int round = 0; round < 1000; round++) {
         const int w = 1 + below(40), h = 1 + below(12);
         unsigned char *px = picture(w, h);
         file f =

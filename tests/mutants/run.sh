@@ -72,7 +72,7 @@ look() {
         case $t in
         *.sh) [ -f "tests/$t" ] ;;
         *.sh:*)
-            { cat "tests/${t%%:*}" tests/cli/*.case; ls tests/cli; } |
+            { cat "tests/${t%%:*}" tests/cli/*.case; ls tests/cli tests/fuzz; } |
                 grep -E -- "${t#*:}" >/dev/null
             ;;
         *:*) grep -qw -- "${t#*:}" "tests/${t%%:*}.c" 2>/dev/null ;;
@@ -83,11 +83,12 @@ look() {
 
 # A test that fails or does not end sees the mutant.
 sees() {
-    local name=${1%%:*} only=
+    local name=${1%%:*} only='' what=all
     [ "$1" = "$name" ] || only=${1#*:}
     case $name in
     *.sh)
-        make -s -j"$(nproc)" DEPS=no all >/dev/null 2>&1 || return 2
+        [ "$name" != check-fuzz.sh ] || what=fuzzers
+        make -s -j"$(nproc)" DEPS=no $what >/dev/null 2>&1 || return 2
         ! ONLY=$only timeout 600 bash "tests/$name" >/dev/null 2>&1
         ;;
     *)

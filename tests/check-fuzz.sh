@@ -1,0 +1,16 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Seeds, finds of before and ten seconds of random inputs for each harness of
+# tests/fuzz, from the same seed: what `make fuzz` does for hours.
+. tests/lib.sh
+
+programs=$(ls "$build"/fuzz/fuzz_* 2>/dev/null)
+[ -n "$programs" ] || skip_all 'no harnesses: make fuzzers'
+for program in $programs; do
+    harness=${program##*/fuzz_}
+    case $harness in
+    *"${ONLY:-}"*) ok "$harness" env SEED=1 bash tests/fuzz/run.sh "$build" \
+        "${TIME:-10}" "$harness" ;;
+    esac
+done
+end
