@@ -41,8 +41,8 @@ void fuzz_one(fuzz_input in)
 {
     static const ibl_command *const commands[] = {
         &ibl_bake_command, &ibl_verify_command, &ibl_bench_command,
-        &ibl_probes_command};
-    const int program = fuzz_choice(&in, 5);
+        &ibl_probes_command, &ibl_merge_command};
+    const int program = fuzz_choice(&in, 6);
     char *text = malloc(in.size + 1), *words[MOST_WORDS + 1], *rest = text;
     int count = 0;
 
@@ -56,7 +56,7 @@ void fuzz_one(fuzz_input in)
             *rest++ = '\0';
     }
     words[count] = NULL;
-    if (program < 4)
+    if (program < 5)
         parse(commands[program], words);
     else
         parse_view(words);

@@ -177,13 +177,15 @@ line 1 verify a.hdr out --lod '2 r - r r' --roughness-map 0,.5,1 --axes x,z,-y
 line 2 bench a.hdr --tools cmgen --json out.json --repeat 3
 line 3 probes set.json -o out --zstd 19 --size 32 --alpha ignore -v
 line 3 grid --grid room.json -o set.json
-line 4 view out --size 640x360 --grid 4x8 --tone aces --offscreen a.png --ev -1
-line 4 sheet out --contact-sheet a.png --rows material --columns turn --texel 3,4
+line 5 view out --size 640x360 --grid 4x8 --tone aces --offscreen a.png --ev -1
+line 5 sheet out --contact-sheet a.png --rows material --columns turn --texel 3,4
+
+line 4 merge a/index.json b/index.json -o out --sync
 
 # ---- words -------------------------------------------------------------------
 options() {
     "$iblbake" --help
-    for command in verify bench probes; do "$iblbake" $command --help; done
+    for command in verify bench probes merge; do "$iblbake" $command --help; done
     "$iblview" --help
 }
 options | grep -oE -- '--[a-z0-9-]+' | sort -u | sed 's/.*/"&"/' >options.dict
