@@ -2,7 +2,7 @@
 #   config=release|debug|asan|tsan   CC, CXX, CFLAGS, CXXFLAGS, LDFLAGS
 #   DEPS=no      do not install missing system packages
 #   BUILD=DIR    where everything is built
-#   DEFLATE=zlib reads EXR without libdeflate
+#   DEFLATE=zlib reads EXR and writes PNG without libdeflate
 #   LARGE=1      tests also bake a map of 16384x8192 (1.6 GB)
 #   DESTDIR, PREFIX, BINDIR, LIBDIR, INCLUDEDIR, MANDIR for install
 config ?= release
@@ -128,7 +128,7 @@ $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbri
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
 $(BUILD)/obj/src/view/write_exr.o: LOCAL = $(VIEW_CFLAGS) $(EXR_CFLAGS)
 $(BUILD)/obj/src/common/%.o: LOCAL = $(CLI_CFLAGS)
-$(BUILD)/obj/src/engine/%.o: LOCAL = $(CLI_CFLAGS)
+$(BUILD)/obj/src/engine/%.o: LOCAL = $(CLI_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/scene/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
 
@@ -143,7 +143,8 @@ $(BUILD)/used-cc $(BUILD)/used-libdir $(BUILD)/used-revision \
 	@mkdir -p $(@D)
 	@echo "$$USED" | cmp -s - $@ || echo "$$USED" >$@
 $(BUILD)/obj/src/io/bridge.o: $(BUILD)/used-libdir
-$(BUILD)/obj/src/io/exr_chunks.o: $(BUILD)/used-deflate
+$(addprefix $(BUILD)/obj/src/,io/exr_chunks.o engine/png.o): \
+    $(BUILD)/used-deflate
 $(addprefix $(BUILD)/obj/src/cli/,common_options.o json_text.o probes_hash.o): \
     $(BUILD)/used-revision
 
