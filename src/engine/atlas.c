@@ -71,6 +71,26 @@ static double along(const signed char axis[3], const double d[3])
     return axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2];
 }
 
+/* Adds the texels around x, y, joined by straight lines. */
+static void add_texels(const faces *f, int face, double x, double y,
+                       double sum[3])
+{
+    const int left = (int)(x + 1) - 1, top = (int)(y + 1) - 1, n = f->n;
+    const double right = x - left, down = y - top;
+    const double weight[4] = {(1 - right) * (1 - down), right * (1 - down),
+                              (1 - right) * down, right * down};
+    const bool inside = left >= 0 && top >= 0 && left + 1 < n && top + 1 < n;
+    const float *first = inside ? texel_at(f, face, left, top) : NULL;
+
+    for (int k = 0; k < 4; k++) {
+        const int i = k & 1, j = k >> 1;
+        const float *texel = inside ? first + (j * n + i) * f->stride
+                                    : texel_at(f, face, left + i, top + j);
+        for (int c = 0; c < 3; c++)
+            sum[c] += weight[k] * (double)texel[c];
+    }
+}
+
 /* Adds a bilinear sample towards d. */
 static void add_sample(const faces *f, const double d[3], double sum[3])
 {
@@ -79,21 +99,10 @@ static void add_sample(const faces *f, const double d[3], double sum[3])
         if (fabs(d[i]) > fabs(d[axis]))
             axis = i;
     const int face = 2 * axis + (d[axis] < 0);
-    const double depth = fabs(d[axis]);
-    const double x =
-        (along(ibl_face[face].right, d) / depth + 1) / 2 * f->n - 0.5;
-    const double y =
-        (along(ibl_face[face].down, d) / depth + 1) / 2 * f->n - 0.5;
-    const int left = (int)floor(x), top = (int)floor(y);
+    const double scale = 0.5 * f->n / fabs(d[axis]), middle = 0.5 * f->n - 0.5;
 
-    for (int k = 0; k < 4; k++) {
-        const int i = k & 1, j = k >> 1;
-        const double weight =
-            (i ? x - left : left + 1 - x) * (j ? y - top : top + 1 - y);
-        const float *texel = texel_at(f, face, left + i, top + j);
-        for (int c = 0; c < 3; c++)
-            sum[c] += weight * (double)texel[c];
-    }
+    add_texels(f, face, along(ibl_face[face].right, d) * scale + middle,
+               along(ibl_face[face].down, d) * scale + middle, sum);
 }
 
 /* The direction of a point of the map, which goes on beyond 0..1. */
@@ -111,13 +120,15 @@ static void put_texel(const double c[3], unsigned char rgbp[4])
     double g[3], most = 1;
 
     for (int k = 0; k < 3; k++) {
-        g[k] = fmin(sqrt(fmax(c[k], 0)), 8);
-        most = fmax(most, g[k]);
+        g[k] = c[k] > 0 ? c[k] < 64 ? sqrt(c[k]) : 8 : 0;
+        most = g[k] > most ? g[k] : most;
     }
-    const double v = floor(255 * (1 - (most - 1) / 7));
-    const double range = 8 - 7 * v / 255;
-    for (int k = 0; k < 3; k++)
-        rgbp[k] = (unsigned char)(255 * fmin(g[k] / range, 1) + 0.5);
+    const int v = (int)(255 * (1 - (most - 1) / 7));
+    const double range = 8 - 7 * v / 255.0;
+    for (int k = 0; k < 3; k++) {
+        const double byte = 255 * g[k] / range + 0.5;
+        rgbp[k] = (unsigned char)(byte < 255 ? byte : 255);
+    }
     rgbp[3] = (unsigned char)v;
 }
 
@@ -126,6 +137,7 @@ typedef struct atlas {
     unsigned char *rgbp;
     faces mip[LEVELS]; /* the environment, halved as its rectangles are */
     float *halves[LEVELS];
+    double (*around[RECTANGLES])[2]; /* cosine and sine of columns' azimuths */
 } atlas;
 
 static faces level_of(const ibl_texture *tex, int level)
@@ -144,6 +156,16 @@ static faces faces_of(const atlas *a, int i)
         return (faces){ibl_cube_face(irradiance, 0, 0), irradiance->size, 3};
     return i < LEVELS ? a->mip[i]
                       : level_of(a->set->specular, rectangle_of(i).level);
+}
+
+/* Samples along an edge of a texel of a rectangle. Of the environment, a texel
+ * is the mean of as many as the cube has texels in it; other levels are smooth.
+ */
+static int samples_of(const atlas *a, int i)
+{
+    const int width = rectangle_of(i).width, n = i < LEVELS ? a->mip[i].n : 0;
+
+    return 4 * n > width ? 4 * n / width : 1;
 }
 
 /* Means of 2x2 texels, for an even edge. */
@@ -182,20 +204,22 @@ static bool make_mips(atlas *a)
     return true;
 }
 
-/* The mean of s * s samples of a texel of a rectangle. */
-static void take_mean(const faces *f, int width, int x, int y, int s,
-                      double mean[3])
+/* False: no memory. */
+static bool make_columns(atlas *a)
 {
-    double d[3];
-
-    memset(mean, 0, 3 * sizeof *mean);
-    for (int k = 0; k < s * s; k++) {
-        direction_of((x - 1 + (k % s + 0.5) / s) / (width - 2),
-                     (y - 1 + (k / s + 0.5) / s) / (width / 2 - 2), d);
-        add_sample(f, d, mean);
+    for (int i = 0; i < RECTANGLES; i++) {
+        const int width = rectangle_of(i).width, s = samples_of(a, i);
+        const int count = width * s;
+        a->around[i] = ibl_alloc_array((size_t)count, sizeof **a->around);
+        if (!a->around[i])
+            return false;
+        for (int k = 0; k < count; k++) {
+            const double u = ((k + 0.5) / s - 1) / (width - 2);
+            a->around[i][k][0] = cos(2 * M_PI * (u - 0.5));
+            a->around[i][k][1] = sin(2 * M_PI * (u - 0.5));
+        }
     }
-    for (int c = 0; c < 3; c++)
-        mean[c] /= s * s;
+    return true;
 }
 
 static unsigned char *place_of(const atlas *a, const rectangle *r, int x, int y)
@@ -203,19 +227,34 @@ static unsigned char *place_of(const atlas *a, const rectangle *r, int x, int y)
     return a->rgbp + 4 * ((size_t)(r->y + y) * EDGE + (size_t)(r->x + x));
 }
 
-/* A row of a rectangle. Of the environment, a texel is the mean of as many
- * samples as the cube has texels in it; other levels are smooth. */
+/* Sets means to the texels of a row of a rectangle. */
+static void take_row(const atlas *a, int i, int y, double (*means)[3])
+{
+    const faces f = faces_of(a, i);
+    const int s = samples_of(a, i), width = rectangle_of(i).width;
+
+    memset(means, 0, sizeof *means * (size_t)width);
+    for (int j = 0; j < s; j++) {
+        const double v = (y - 1 + (j + 0.5) / s) / (width / 2 - 2);
+        const double up = sin(M_PI * (0.5 - v)), level = cos(M_PI * (0.5 - v));
+        for (int k = 0; k < width * s; k++) {
+            const double *at = a->around[i][k];
+            const double d[3] = {level * at[0], up, level * at[1]};
+            add_sample(&f, d, means[k / s]);
+        }
+    }
+    for (int k = 0; k < 3 * width; k++)
+        means[k / 3][k % 3] /= s * s;
+}
+
 static void put_row(const atlas *a, int i, int y)
 {
     const rectangle r = rectangle_of(i);
-    const faces f = faces_of(a, i);
-    const int s = i < LEVELS && 4 * f.n > r.width ? 4 * f.n / r.width : 1;
+    double means[EDGE][3];
 
-    for (int x = 0; x < r.width; x++) {
-        double mean[3];
-        take_mean(&f, r.width, x, y, s, mean);
-        put_texel(mean, place_of(a, &r, x, y));
-    }
+    take_row(a, i, y, means);
+    for (int x = 0; x < r.width; x++)
+        put_texel(means[x], place_of(a, &r, x, y));
 }
 
 /* ---- small rectangles ---------------------------------------------------
@@ -300,8 +339,8 @@ static void put_fitted(const atlas *a, int i)
     const int count = r.width * r.width / 2;
     fit t;
 
-    for (int k = 0; k < count; k++)
-        take_mean(&f, r.width, k % r.width, k / r.width, 1, t.texel[k]);
+    for (int y = 0; y < r.width / 2; y++)
+        take_row(a, i, y, t.texel + y * r.width);
     map_texels(&t, count, sqrt);
     for (int k = 0; k < ROUNDS; k++)
         improve(&f, r.width, &t);
@@ -345,27 +384,23 @@ static void get_texels(const unsigned char *rgbp, size_t count, float *rgb)
     }
 }
 
-/* What a level's rectangle has towards d, joined by straight lines. */
-static void look_up(const float *rgb, int level, const double d[3],
-                    double sum[3])
+/* What a rectangle has at u, v of the map, joined by straight lines. */
+static void look_up(const float *rgb, const rectangle *r, double u, double v,
+                    float to[4])
 {
-    const rectangle r = rectangle_of(level ? LEVELS + level - 1 : 0);
-    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-    const double u = atan2(d[2], d[0]) / (2 * M_PI) + 0.5;
-    const double v = 0.5 - asin(d[1] / length) / M_PI;
-    const double x = u * (r.width - 2) + 0.5;
-    const double y = v * (r.width / 2 - 2) + 0.5;
+    const double x = u * (r->width - 2) + 0.5;
+    const double y = v * (r->width / 2 - 2) + 0.5;
     const int left = (int)x, top = (int)y;
+    const double right = x - left, down = y - top;
+    const float *first =
+        rgb + 3 * ((size_t)(r->y + top) * EDGE + (size_t)(r->x + left));
 
-    for (int k = 0; k < 4; k++) {
-        const int i = k & 1, j = k >> 1;
-        const double weight =
-            (i ? x - left : left + 1 - x) * (j ? y - top : top + 1 - y);
-        const float *texel = rgb + 3 * ((size_t)(r.y + top + j) * EDGE +
-                                        (size_t)(r.x + left + i));
-        for (int c = 0; c < 3; c++)
-            sum[c] += weight * (double)texel[c];
-    }
+    for (int c = 0; c < 3; c++, first++)
+        to[c] =
+            (float)((1 - down) * ((1 - right) * first[0] + right * first[3]) +
+                    down * ((1 - right) * first[3 * EDGE] +
+                            right * first[3 * EDGE + 3]));
+    to[3] = 1;
 }
 
 typedef struct reading {
@@ -373,26 +408,38 @@ typedef struct reading {
     ibl_texture *tex;
 } reading;
 
-static void face_job(void *arg, int job, int worker)
+/* A row of all faces of a level: those at the sides differ by quarter turns,
+ * the upper and the lower one are mirrored. */
+static void back_job(void *arg, int job, int worker)
 {
+    /* Where the middle of a side is. */
+    static const double middle[IBL_FACES] = {0.5, 1, 0, 0, 0.75, 0.25};
     const reading *r = arg;
-    const int level = job / IBL_FACES, n = ibl_cube_edge(r->tex->width, level);
-    const ibl_face_axes *axes = &ibl_face[job % IBL_FACES];
-    float *to =
-        (float *)(void *)(r->tex->data +
-                          ibl_texture_offset(r->tex, level, job % IBL_FACES));
+    int level = 0, n = r->tex->width;
 
     (void)worker;
-    for (int i = 0; i < n * n; i++, to += 4) {
-        const double u = (2 * (i % n) + 1.0) / n - 1;
-        const double v = (2 * (i / n) + 1.0) / n - 1;
-        double d[3], sum[3] = {0};
-        for (int c = 0; c < 3; c++)
-            d[c] = axes->forward[c] + u * axes->right[c] + v * axes->down[c];
-        look_up(r->rgb, level, d, sum);
-        for (int c = 0; c < 3; c++)
-            to[c] = (float)sum[c];
-        to[3] = 1;
+    for (; job >= n; job -= n, n = ibl_cube_edge(r->tex->width, level))
+        level++;
+    const rectangle from = rectangle_of(level ? LEVELS + level - 1 : 0);
+    float *to =
+        (float *)(void *)(r->tex->data + ibl_texture_offset(r->tex, level, 0)) +
+        4 * job * n;
+    const double y = (2 * job + 1.0) / n - 1;
+    for (int i = 0; i < n; i++, to += 4) {
+        const double x = (2 * i + 1.0) / n - 1;
+        const double length = sqrt(1 + x * x + y * y);
+        const double turn = atan(x) / (2 * M_PI),
+                     sink = asin(y / length) / M_PI;
+        const double about = atan2(y, x) / (2 * M_PI);
+        const double rise = asin(1 / length) / M_PI;
+        for (int f = 0; f < IBL_FACES; f++) {
+            double u = middle[f] - turn, v = 0.5 + sink;
+            if (f / 2 == 1) {
+                u = 0.5 + (f == 2 ? about : -about);
+                v = 0.5 + (f == 2 ? -rise : rise);
+            }
+            look_up(r->rgb, &from, u < 1 ? u : u - 1, v, to + 4 * f * n * n);
+        }
     }
 }
 
@@ -401,12 +448,14 @@ static ibl_status read_back(ibl_ctx *ctx, const unsigned char *rgbp,
 {
     float *rgb = ibl_alloc_array(EDGE * EDGE, 3 * sizeof *rgb);
     reading r = {rgb, tex};
+    int rows = 0;
 
     if (!rgb)
         return ibl_no_memory(ctx, "an atlas");
     get_texels(rgbp, EDGE * EDGE, rgb);
-    const ibl_status status =
-        ibl_run(ctx, NULL, IBL_FACES * tex->levels, face_job, &r);
+    for (int l = 0; l < tex->levels; l++)
+        rows += ibl_cube_edge(tex->width, l);
+    const ibl_status status = ibl_run(ctx, NULL, rows, back_job, &r);
     ibl_free(rgb);
     return status;
 }
@@ -417,7 +466,7 @@ ibl_status ibl_atlas_encode(ibl_ctx *ctx, const ibl_engine_set *set,
                             ibl_blob *main)
 {
     atlas a = {.set = set, .rgbp = ibl_alloc_zeroed(EDGE * EDGE, 4)};
-    ibl_status status = a.rgbp && make_mips(&a)
+    ibl_status status = a.rgbp && make_mips(&a) && make_columns(&a)
                             ? ibl_run(ctx, NULL, EDGE, row_job, &a)
                             : ibl_no_memory(ctx, "an atlas");
 
@@ -427,6 +476,8 @@ ibl_status ibl_atlas_encode(ibl_ctx *ctx, const ibl_engine_set *set,
         status = read_back(ctx, a.rgbp, set->specular);
     for (int i = 0; i < LEVELS; i++)
         ibl_free(a.halves[i]);
+    for (int i = 0; i < RECTANGLES; i++)
+        ibl_free(a.around[i]);
     ibl_free(a.rgbp);
     return status;
 }
