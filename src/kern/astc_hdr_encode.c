@@ -252,11 +252,26 @@ static void remember(const ibl_astc_tables *tb, const ibl_astc_line *l,
     past->next %= IBL_ASTC_PAST;
 }
 
+/* The weighted squares of the distances from the mean. */
+static float spread_of(const ibl_astc_texels *t)
+{
+    float sum = 0;
+
+    for (int c = 0; c < 3; c++) {
+        float x[IBL_BLOCK_TEXELS];
+        ibl_astc_centre(t, c, x);
+        for (int i = 0; i < IBL_BLOCK_TEXELS; i++)
+            sum += x[i] * t->q[c][i]; /* the sum of x is 0 */
+    }
+    return sum;
+}
+
 /* The best line with levels of an earlier block, if its error is less than
- * line->error. */
+ * line->error. What the gain leaves is less than the error as stored. */
 static void try_past(const ibl_astc_tables *tb, const ibl_astc_texels *t,
                      const ibl_astc_past *past, ibl_astc_line *line)
 {
+    const float spread = spread_of(t);
     float gain[IBL_ASTC_PAST];
 
     tb->fit->match(t, past->places, past->count, gain);
@@ -264,6 +279,8 @@ static void try_past(const ibl_astc_tables *tb, const ibl_astc_texels *t,
         int best = 0;
         for (int i = 1; i < past->count; i++)
             best = gain[i] > gain[best] ? i : best;
+        if (spread - gain[best] >= line->error)
+            return;
         gain[best] = -1;
         ibl_astc_fit_levels(tb, t, &ibl_astc_ways[ALIKE], past->level[best],
                             line);
