@@ -15,7 +15,7 @@ const ibl_target ibl_targets[IBL_MAX_TARGETS] = {
      .engine = "three.js from r187",
      .options = "--only specular,json --mapping filament --size 256 "
                 "--mirror x --pixel uastc-hdr --quality fast "
-                "--zstd 19 --sh-format three",
+                "--zstd 18 --sh-format three",
      .load = "const loader = new KTX2Loader().setTranscoderPath('basis/')\n"
              "    .detectSupport(renderer);\n"
              "const map = await loader.loadAsync('{specular}');\n"
@@ -78,7 +78,7 @@ const ibl_target ibl_targets[IBL_MAX_TARGETS] = {
     {.name = "bevy",
      .engine = "Bevy",
      .options = "--only specular,irradiance,json --mapping linear "
-                "--size 256 --mirror z --pixel rgb9e5 --zstd 9",
+                "--size 256 --mirror z --pixel rgb9e5 --zstd 3",
      .load = "commands.spawn((Camera3d::default(), EnvironmentMapLight {\n"
              "    diffuse_map: assets.load(\"{irradiance}\"),\n"
              "    specular_map: assets.load(\"{specular}\"),\n"
