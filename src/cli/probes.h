@@ -7,27 +7,10 @@
 #include <ibl/probes.h>
 
 #include "cli/console.h"
+#include "cli/hash.h"
 #include "cli/shard.h"
 #include "common/json_at.h"
 #include "common/json_load.h"
-
-/* ---- hashes ------------------------------------------------------------- */
-
-/* Hashes of contents: 128 bits of XXH3, as 32 hexadecimal digits and a NUL.
- * They detect changes, not forgery. */
-enum {
-    IBL_HASH_SIZE = 33
-};
-
-void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_HASH_SIZE]);
-
-/* Hashes the bytes of ibl_texture_visit, which are those of tex's file. */
-ibl_status ibl_hash_texture(ibl_ctx *ctx, const ibl_texture *tex,
-                            ibl_container container, char hash[IBL_HASH_SIZE]);
-
-/* Hashes a regular file. False, with errno: it cannot be read; EISDIR: it is a
- * directory; EINVAL: it is neither. */
-bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE]);
 
 /* ---- the set ------------------------------------------------------------- */
 

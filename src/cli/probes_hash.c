@@ -6,95 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-#include <xxhash.h>
 
 #include "cli/probes.h"
 #include "common/json_load.h"
 #include "common/path.h"
 #include "common/text.h"
-
-/* ---- hashes of contents ------------------------------------------------ */
-
-enum {
-    BUFFER_BYTES = 256 * 1024 /* fits in the L2 cache */
-};
-
-static void put_hash(XXH128_hash_t h, char hash[IBL_HASH_SIZE])
-{
-    snprintf(hash, IBL_HASH_SIZE, "%016llx%016llx",
-             (unsigned long long)h.high64, (unsigned long long)h.low64);
-}
-
-void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_HASH_SIZE])
-{
-    put_hash(XXH3_128bits(bytes, size), hash);
-}
-
-static void take_piece(void *state, const void *bytes, size_t size)
-{
-    XXH3_128bits_update(state, bytes, size);
-}
-
-ibl_status ibl_hash_texture(ibl_ctx *ctx, const ibl_texture *tex,
-                            ibl_container container, char hash[IBL_HASH_SIZE])
-{
-    XXH3_state_t *state = XXH3_createState();
-
-    if (!state)
-        return IBL_ERR_MEMORY;
-    XXH3_128bits_reset(state);
-    const ibl_status status =
-        ibl_texture_visit(ctx, tex, container, take_piece, state);
-    if (!status)
-        put_hash(XXH3_128bits_digest(state), hash);
-    XXH3_freeState(state);
-    return status;
-}
-
-/* Hashes a file to its end. Returns 0 or an errno. */
-static int hash_all(int fd, char hash[IBL_HASH_SIZE])
-{
-    XXH3_state_t *state = XXH3_createState();
-    char *buffer = malloc(BUFFER_BYTES);
-    int why = state && buffer ? 0 : ENOMEM;
-    ssize_t got = 1;
-
-    if (!why)
-        XXH3_128bits_reset(state);
-    while (!why && got) {
-        got = read(fd, buffer, BUFFER_BYTES);
-        if (got > 0)
-            XXH3_128bits_update(state, buffer, (size_t)got);
-        else if (got < 0 && errno != EINTR)
-            why = errno;
-    }
-    if (!why)
-        put_hash(XXH3_128bits_digest(state), hash);
-    XXH3_freeState(state);
-    free(buffer);
-    return why;
-}
-
-bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE])
-{
-    /* O_NONBLOCK: do not wait for the writer of a FIFO. */
-    const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    struct stat st;
-    int why;
-
-    if (fd < 0 || fstat(fd, &st))
-        why = errno;
-    else if (!S_ISREG(st.st_mode))
-        why = S_ISDIR(st.st_mode) ? EISDIR : EINVAL;
-    else
-        why = hash_all(fd, hash);
-    if (fd >= 0)
-        close(fd);
-    errno = why;
-    return !why;
-}
 
 /* ---- one run at a time ------------------------------------------------- */
 
