@@ -36,6 +36,12 @@ ok shell-there test -s example.sh
 ok shell sh -e example.sh
 ok shell-output test -s out/env_specular.ktx2
 
+block bash >example.bash
+ok batch-there test -s example.bash
+ok batch bash -e example.bash
+ok batch-output test -s lit/noon_specular.ktx2 -a -s lit/dusk.json
+rm -r lit
+
 block make >Makefile
 ok make-there test -s Makefile
 ok make make -j4

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/batch.h"
 #include "cli/scene_choice.h"
 #include "common/path.h"
 #include "common/signals.h"
@@ -175,6 +176,27 @@ static bool write_specular(ibl_bake *b)
     return write_cube(b, IBL_OUTPUT_SPECULAR, &b->made.specular);
 }
 
+/* Takes a table that was made once for all environments. */
+static bool take_table(ibl_bake *b, ibl_output_kind kind)
+{
+    const ibl_bake *from = b->tables;
+    ibl_baked *file = &b->files[kind];
+    char *path = file->path;
+
+    *file = from->files[kind];
+    file->path = path;
+    if (kind == IBL_OUTPUT_LUT) {
+        b->lut = from->lut;
+        b->judged.options = b->opts->judge;
+        b->judged.has_lut = from->judged.has_lut;
+        b->judged.lut = from->judged.lut;
+    } else {
+        b->lobes = from->lobes;
+        b->lobe_layout = from->lobe_layout;
+    }
+    return true;
+}
+
 static bool write_lut(ibl_bake *b)
 {
     ibl_texture tex = {0};
@@ -241,6 +263,8 @@ static bool write_preview(ibl_bake *b)
 
 static bool write_output(ibl_bake *b, ibl_output_kind kind)
 {
+    if (b->tables && ibl_bake_is_shared(b->opts, kind))
+        return take_table(b, kind);
     switch (kind) {
     case IBL_OUTPUT_SKYBOX:
         return write_cube(b, kind, &b->made.skybox);
@@ -281,7 +305,7 @@ static bool write_all(ibl_bake *b)
     if (ok && b->sh_path)
         ok = write_harmonics(b);
     return ok && (!o->preview || write_preview(b)) &&
-           (!o->verify || ibl_bake_judged(b));
+           (!o->verify || !b->from->print || ibl_bake_judged(b));
 }
 
 /* ---- the command ------------------------------------------------------ */
@@ -368,21 +392,8 @@ static void explain(const ibl_bake *b, bool several)
         putchar('\n');
 }
 
-/* A command in progress: the sets, and what they are made from. */
-typedef struct run {
-    const ibl_bake_line *line;
-    const ibl_opts *opts; /* the first set's */
-    ibl_console console;
-    ibl_bake_source from;
-    ibl_outputs *outputs;
-    ibl_bake *sets;
-    ibl_choice *choices; /* of each set; NULL: none are asked */
-    ibl_opts sheen;      /* of a set that a scene needs beside the one */
-    int count;
-} run;
-
 /* A set's directory: --output or, of several, one in it. */
-static char *directory_of(const run *r, const ibl_opts *o)
+static char *directory_of(const ibl_map_bake *r, const ibl_opts *o)
 {
     const char *directory = o->directory ? o->directory : ".";
     return r->count > 1 ? ibl_path_join(directory, o->of->name)
@@ -390,7 +401,7 @@ static char *directory_of(const run *r, const ibl_opts *o)
 }
 
 /* Adds up what the sets need. */
-static void add_sets(run *r)
+static void add_sets(ibl_map_bake *r)
 {
     r->from.bake = r->opts->bake;
     r->from.chain_count = 0;
@@ -398,7 +409,7 @@ static void add_sets(run *r)
         ibl_bake_source_add(&r->from, &r->sets[i]);
 }
 
-static bool begin(run *r)
+bool ibl_bake_begin(ibl_map_bake *r)
 {
     const ibl_opts *all = r->line->count ? r->line->set : &r->line->one;
 
@@ -410,7 +421,9 @@ static bool begin(run *r)
         ibl_bake *b = &r->sets[i];
         *b = (ibl_bake){.opts = &all[i],
                         .console = &r->console,
+                        .ctx = r->from.ctx,
                         .from = &r->from,
+                        .tables = r->tables ? &r->tables[i] : NULL,
                         .directory = directory_of(r, &all[i])};
         if (!b->directory)
             return false;
@@ -434,7 +447,7 @@ static void take_part(ibl_bake *b)
 }
 
 /* Adds the set of sheen behind the only one, b, if there is any. */
-static bool add_sheen(run *r, const ibl_bake *b)
+static bool add_sheen(ibl_map_bake *r, const ibl_bake *b)
 {
     ibl_bake *sheen = &r->sets[1];
 
@@ -450,7 +463,7 @@ static bool add_sheen(run *r, const ibl_bake *b)
 }
 
 /* Chooses what --rendered-error leaves open in a set. */
-static bool choose(run *r, ibl_bake *b)
+static bool choose(ibl_map_bake *r, ibl_bake *b)
 {
     ibl_materials materials = ibl_materials_all();
     ibl_opts *o = (ibl_opts *)b->opts;
@@ -470,7 +483,7 @@ static bool choose(run *r, ibl_bake *b)
     return ok;
 }
 
-static bool read_scenes(run *r)
+static bool read_scenes(ibl_map_bake *r)
 {
     if (!r->opts->scenes.count)
         return true;
@@ -481,7 +494,7 @@ static bool read_scenes(run *r)
 }
 
 /* Chooses what --rendered-error leaves open, and prints it. */
-static bool decide(run *r)
+static bool decide(ibl_map_bake *r)
 {
     const int count = r->count;
 
@@ -501,7 +514,7 @@ static bool decide(run *r)
     return ok;
 }
 
-static bool start(run *r)
+static bool start(ibl_map_bake *r)
 {
     bool ok = !ibl_start_outputs(r->from.ctx, r->opts->sync, &r->outputs);
 
@@ -514,7 +527,7 @@ static bool start(run *r)
 }
 
 /* Writes all files, but does not yet give them their names. */
-static bool write_sets(run *r)
+static bool write_sets(ibl_map_bake *r)
 {
     bool ok = true;
 
@@ -523,15 +536,15 @@ static bool write_sets(run *r)
         ok = turn_harmonics(&r->sets[i]) && write_all(&r->sets[i]);
     }
     return ok &&
-           (!r->opts->depfile ||
+           (!r->opts->depfile || r->line->batch ||
             write_text(r->sets, r->opts->depfile,
                        ibl_depfile_text(r->sets, r->count), "the depfile"));
 }
 
-/* Logs what was read and written. */
-static void log_run(const run *r)
+void ibl_bake_log(const ibl_map_bake *r)
 {
-    const char *const others[] = {r->opts->preview, r->opts->depfile};
+    const char *const others[] = {r->opts->preview,
+                                  r->line->batch ? NULL : r->opts->depfile};
 
     log_source(&r->from);
     for (int i = 0; i < r->count; i++)
@@ -544,8 +557,10 @@ static void log_run(const run *r)
 static void free_set(ibl_bake *b)
 {
     ibl_report_free(&b->judged);
-    ibl_lut_free(&b->lut);
-    ibl_lobe_table_free(&b->lobes);
+    if (!b->tables) {
+        ibl_lut_free(&b->lut);
+        ibl_lobe_table_free(&b->lobes);
+    }
     for (int i = 0; i < IBL_OUTPUT_COUNT; i++)
         free(b->files[i].path);
     free(b->sh_path);
@@ -555,7 +570,7 @@ static void free_set(ibl_bake *b)
     free(b->sh);
 }
 
-static void end(run *r)
+void ibl_bake_end(ibl_map_bake *r)
 {
     ibl_end_outputs(r->outputs);
     for (int i = 0; i < r->count && r->sets; i++)
@@ -564,21 +579,21 @@ static void end(run *r)
     free(r->choices);
     ibl_scenes_free(r->from.scenes);
     ibl_bake_source_free(&r->from);
-    ibl_ctx_free(r->from.ctx);
 }
 
-static bool bake(run *r)
+bool ibl_bake_make(ibl_map_bake *r)
 {
-    if (ibl_start(&r->opts->common, &r->console, &r->from.ctx) || !decide(r))
-        return false;
-    return r->opts->dry_run ||
-           (start(r) && ibl_bake_plan(r->sets, r->count) &&
-            ibl_bake_source_make(&r->from) && write_sets(r) &&
-            ibl_console_commit(&r->console, r->outputs));
+    return decide(r) && (r->opts->dry_run ||
+                         (start(r) && ibl_bake_plan(r->sets, r->count) &&
+                          ibl_bake_source_make(&r->from) && write_sets(r)));
 }
 
-/* Bakes nothing; the lines name the files that a bake would make. */
-static bool name_sets(run *r)
+bool ibl_bake_commit(ibl_map_bake *r)
+{
+    return !r->outputs || ibl_console_commit(&r->console, r->outputs);
+}
+
+bool ibl_bake_names(ibl_map_bake *r)
 {
     bool ok = true;
 
@@ -587,27 +602,39 @@ static bool name_sets(run *r)
     return ok;
 }
 
+static int bake_one(const ibl_bake_line *line)
+{
+    ibl_map_bake r = {.line = line, .from.print = stdout};
+
+    ibl_console_init(&r.console, line->one.common.quiet,
+                     line->one.common.verbose);
+    ibl_signals_catch();
+    const bool only_explains = line->one.explain && !line->one.input;
+    const bool ok =
+        ibl_bake_begin(&r) &&
+        (only_explains
+             ? ibl_bake_names(&r)
+             : !ibl_start(&line->one.common, &r.console, &r.from.ctx) &&
+                   ibl_bake_make(&r) && ibl_bake_commit(&r));
+    const int status = ibl_console_end(&r.console, ok);
+    if (ok && line->one.common.verbose && !line->one.dry_run) {
+        ibl_bake_log(&r);
+        ibl_console_print_times(&r.console);
+    }
+    for (int i = 0; i < r.count && ok && line->one.explain; i++)
+        explain(&r.sets[i], r.count > 1);
+    ibl_bake_end(&r);
+    ibl_ctx_free(r.from.ctx);
+    return status;
+}
+
 int ibl_bake_run(const void *settings)
 {
     const ibl_bake_line *line = settings;
-    run r = {.line = line};
 
     if (line->one.targets & 1u << IBL_MAX_TARGETS) {
         ibl_targets_print(stdout);
         return 0;
     }
-    ibl_console_init(&r.console, line->one.common.quiet,
-                     line->one.common.verbose);
-    ibl_signals_catch();
-    const bool only_explains = line->one.explain && !line->one.input;
-    const bool ok = begin(&r) && (only_explains ? name_sets(&r) : bake(&r));
-    const int status = ibl_console_end(&r.console, ok);
-    if (ok && line->one.common.verbose && !line->one.dry_run) {
-        log_run(&r);
-        ibl_console_print_times(&r.console);
-    }
-    for (int i = 0; i < r.count && ok && line->one.explain; i++)
-        explain(&r.sets[i], r.count > 1);
-    end(&r);
-    return status;
+    return line->batch ? ibl_batch_run(line) : bake_one(line);
 }

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "cli/shell_words.h"
 #include "common/names.h"
@@ -13,6 +14,7 @@ enum {
     ALL_OUTPUTS = (1 << IBL_OUTPUT_COUNT) - 1
 };
 
+static const char *const progress_names[] = {"auto", "json", NULL};
 static const char *const no_yes[] = {"no", "yes", NULL};
 static const char *const lobes_names[] = {"prior", "fitted", "no", NULL};
 
@@ -179,6 +181,24 @@ static const ibl_option outputs[] = {
      .aside = true},
 };
 
+static const ibl_option many[] = {
+    {"from", 0, IBL_TEXT(from, "LIST"), .standard = "",
+     .help = "also bake the environments that a file names, one a line, or "
+             "each before a NUL; - reads the names from standard input",
+     .aside = true},
+    {"keep-going", 0, IBL_FLAG(keep_going),
+     .help = "bake the others after one that fails, and list those that did",
+     .aside = true},
+    {"incremental", 0, IBL_FLAG(incremental),
+     .help = "bake only what changed since it was baked so: environments, "
+             "options, version or outputs",
+     .aside = true},
+    {"progress", 0, IBL_CHOICE(progress, progress_names),
+     .help = "auto: a line on a terminal; json: an object a line on standard "
+             "output, for programs",
+     .aside = true},
+};
+
 static const ibl_option input[] = {
     {"rotate", 0, IBL_OTHER(bake.yaw_deg, "DEG", ibl_rotate_parse),
      .allowed = IBL_ROTATE_ALLOWED,
@@ -278,6 +298,7 @@ static const ibl_option lobes[] = {
 
 static const ibl_section *const sections[] = {
     IBL_SECTION("Outputs", outputs),
+    IBL_SECTION("Many environments", many),
     IBL_SECTION("Input", input),
     &ibl_input_section,
     IBL_SECTION("Specular", specular),
@@ -309,18 +330,29 @@ static void defaults(void *settings)
 
 static bool take(void *settings, const char *word)
 {
-    ibl_opts *o = settings;
+    ibl_bake_line *line = settings;
+    const size_t count = (size_t)line->given_count;
 
-    if (o->input)
-        return ibl_misuse(
-            "%s: a second environment after %s: bake one at a time", word,
-            o->input);
     if (!*word)
         return ibl_misuse(
             "the environment's name is empty: give a file, or - for "
             "standard input");
-    o->input = word;
+    /* Doubled when it is full, at powers of two. */
+    if (!(count & (count - 1))) {
+        const size_t room = count ? 2 * count : 1;
+        const char **given = realloc(line->given, room * sizeof *given);
+        if (!given)
+            return ibl_misuse("no memory for the environments");
+        line->given = given;
+    }
+    line->given[line->given_count++] = word;
+    line->one.input = line->given[0];
     return true;
+}
+
+static void release(void *settings)
+{
+    free(((ibl_bake_line *)settings)->given);
 }
 
 static bool check_level_samples(const ibl_specular_options *s, int levels)
@@ -700,13 +732,20 @@ static bool accept(void *settings)
     return true;
 }
 
+/* The environments were taken when the words were read first. */
+static bool pass(void *settings, const char *word)
+{
+    (void)settings;
+    return *word;
+}
+
 /* Reads the options of a target, then those of the command line. */
 static bool read_words(const char *first, char **words, ibl_opts *o)
 {
     const ibl_command set = {.sections = sections,
                              .settings_size = sizeof *o,
                              .defaults = defaults,
-                             .take = take,
+                             .take = pass,
                              .validate = accept};
     char **options = ibl_words_split(first), **all = NULL;
     int count = 0, more = 0;
@@ -752,6 +791,7 @@ static bool add_set(ibl_bake_line *line, const ibl_target *target)
     if (!read_words(target->options, line->words, o))
         return false;
     o->given = line->one.given;
+    o->input = line->one.input;
     o->of = target;
     o->filament = target->filament;
     drop_unfit(o);
@@ -762,11 +802,64 @@ static bool add_set(ibl_bake_line *line, const ibl_target *target)
     return ok;
 }
 
+static bool is_folder(const char *path)
+{
+    struct stat st;
+    return path && !stat(path, &st) && S_ISDIR(st.st_mode);
+}
+
+/* Whether the options fit many environments, or one that may be many. */
+static bool check_batch(const ibl_bake_line *line)
+{
+    const ibl_opts *o = &line->one;
+    const bool one = line->given_count == 1 && !o->from;
+    const char *alone = o->preview                  ? "preview"
+                        : o->explain                ? "explain"
+                        : o->scenes.count           ? "scene"
+                        : !isnan(o->rendered_error) ? "rendered-error"
+                        : o->name && !one           ? "name"
+                                                    : NULL;
+
+    if (alone)
+        return ibl_misuse("--%s: is for one environment: bake it alone%s",
+                          alone,
+                          o->from          ? ", without --from"
+                          : o->incremental ? ", without --incremental"
+                                           : "");
+    for (int i = 0; i < line->given_count; i++)
+        if (!strcmp(line->given[i], "-"))
+            return ibl_misuse("-: standard input is one environment: bake it "
+                              "alone, or give ./- if that is its name");
+    return true;
+}
+
+/* Decides whether the line is a batch. */
+static bool settle_batch(ibl_bake_line *line)
+{
+    ibl_opts *o = &line->one;
+
+    line->batch = line->given_count > 1 || o->from || o->incremental ||
+                  is_folder(o->input);
+    if (o->incremental && !o->input && !o->from)
+        return ibl_misuse("--incremental: of which environments? Add them");
+    if (!line->batch && (o->keep_going || o->progress))
+        return ibl_misuse("--%s: is for many environments: add them, or a "
+                          "folder or --from LIST",
+                          o->keep_going ? "keep-going" : "progress");
+    if (!line->batch)
+        return true;
+    if (!o->input)
+        o->input = o->from;
+    return check_batch(line);
+}
+
 static bool validate(void *settings)
 {
     ibl_bake_line *line = settings;
     const unsigned targets = line->one.targets;
 
+    if (!settle_batch(line))
+        return false;
     if (!targets && line->one.explain)
         return ibl_misuse("--explain: the lines of which engine? Add --target "
                           "NAME");
@@ -800,7 +893,7 @@ void ibl_sampling_given(const ibl_opts *o, char text[IBL_SAMPLING_BYTES])
 }
 
 const ibl_command ibl_bake_command = {
-    .usage = "[options] ENV -o DIR",
+    .usage = "[options] ENV... -o DIR",
     .intro =
         "Bakes an equirectangular HDR environment (.hdr, .exr and others; - "
         "reads\n"
@@ -825,4 +918,5 @@ const ibl_command ibl_bake_command = {
     .take = take,
     .validate = validate,
     .run = ibl_bake_run,
+    .release = release,
 };

@@ -35,6 +35,11 @@ static bool is_own(const ibl_opts *o, ibl_output_kind kind)
            (kind == IBL_OUTPUT_LOBES && o->input && !is_usual_table(o));
 }
 
+bool ibl_bake_is_shared(const ibl_opts *o, ibl_output_kind kind)
+{
+    return !is_own(o, kind) && kind != IBL_OUTPUT_JSON;
+}
+
 static char *make_path(const ibl_bake *b, ibl_output_kind kind)
 {
     const ibl_opts *o = b->opts;
@@ -99,17 +104,14 @@ bool ibl_bake_name_files(ibl_bake *b)
            ibl_console_fail(b->console, "no memory for file names");
 }
 
-enum {
-    SET_PATHS = IBL_OUTPUT_COUNT + 1 + IBL_MAX_FACES /* files of a set */
-};
-
-/* Lists the files of a set; returns their number. */
-static int list_files(const ibl_bake *b, const char *paths[SET_PATHS])
+int ibl_bake_files(const ibl_bake *b, bool shared,
+                   const char *paths[IBL_SET_PATHS])
 {
     int count = 0;
 
     for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
-        if (b->files[kind].path)
+        if (b->files[kind].path &&
+            (shared || !ibl_bake_is_shared(b->opts, (ibl_output_kind)kind)))
             paths[count++] = b->files[kind].path;
     if (b->sh_path)
         paths[count++] = b->sh_path;
@@ -118,9 +120,7 @@ static int list_files(const ibl_bake *b, const char *paths[SET_PATHS])
     return count;
 }
 
-/* Lists the files of the environment: 1 or 6, 0 for standard input or nothing.
- * False, after a message: a pattern fits none. */
-static bool list_inputs(const ibl_bake *b, char *files[IBL_FACES], int *count)
+bool ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES], int *count)
 {
     const char *input = b->opts->input;
 
@@ -137,7 +137,7 @@ static bool is_input(const ibl_bake *b, const char *path)
     int count;
     bool found = false;
 
-    if (!list_inputs(b, files, &count))
+    if (!ibl_bake_inputs(b, files, &count))
         return false;
     for (int i = 0; i < count; i++)
         found = found || ibl_path_same(files[i], path);
@@ -319,10 +319,10 @@ static bool check_depfile(const ibl_bake *b, const char *path)
 
 static void put_outputs(FILE *to, const ibl_bake *sets, int count)
 {
-    const char *paths[SET_PATHS], *between = "";
+    const char *paths[IBL_SET_PATHS], *between = "";
 
     for (int s = 0; s < count; s++) {
-        const int files = list_files(&sets[s], paths);
+        const int files = ibl_bake_files(&sets[s], true, paths);
         for (int i = 0; i < files; i++) {
             fputs(between, to);
             put_path(to, paths[i]);
@@ -346,7 +346,7 @@ char *ibl_depfile_text(const ibl_bake *sets, int count)
         return NULL;
     put_outputs(to, sets, count);
     fputc(':', to);
-    if (!list_inputs(sets, inputs, &input_count))
+    if (!ibl_bake_inputs(sets, inputs, &input_count))
         input_count = 0; /* they were there before the bake */
     for (int i = 0; i < input_count; i++) {
         fputs(input_count > 1 ? " \\\n  " : " ", to);
@@ -371,9 +371,9 @@ static bool check_file(const ibl_bake *b, const char *path)
 
 static bool plan_set(ibl_bake *b)
 {
-    const char *paths[SET_PATHS];
+    const char *paths[IBL_SET_PATHS];
     bool ok = ibl_bake_name_files(b);
-    const int count = ok ? list_files(b, paths) : 0;
+    const int count = ok ? ibl_bake_files(b, true, paths) : 0;
 
     for (int i = 0; i < count && ok; i++)
         ok = check_target(b, paths[i]);
@@ -401,7 +401,7 @@ bool ibl_bake_plan(ibl_bake *sets, int count)
     const ibl_opts *o = sets->opts;
     char *inputs[IBL_FACES];
     int input_count;
-    bool ok = list_inputs(sets, inputs, &input_count);
+    bool ok = ibl_bake_inputs(sets, inputs, &input_count);
 
     for (int i = 0; i < count && ok; i++)
         ok = plan_set(&sets[i]);

@@ -23,6 +23,12 @@ enum {
     IBL_MAX_FACES = IBL_FACES * IBL_MAX_LEVELS
 };
 
+/* How a bake of many environments reports its progress. */
+typedef enum ibl_progress_kind {
+    IBL_PROGRESS_AUTO, /* a line on standard error if that is a terminal */
+    IBL_PROGRESS_JSON  /* JSON objects on standard output, one a line */
+} ibl_progress_kind;
+
 /* The options of a set of files. Strings point into argv; name may point to
  * stem. */
 typedef struct ibl_opts {
@@ -56,6 +62,10 @@ typedef struct ibl_opts {
     ibl_scene_list scenes;
     double rendered_error; /* what the choice is for; NAN: nothing is chosen */
     int dry_run;           /* 1: only print the choice */
+    const char *from;      /* a list of environments; NULL: none */
+    int keep_going;
+    int incremental;
+    ibl_progress_kind progress;
     double roughness[IBL_MAX_LEVELS]; /* of the levels, if chosen */
     ibl_judge_options judge;
     char stem[256]; /* input's name without directory and extension */
@@ -68,6 +78,9 @@ typedef struct ibl_bake_line {
     char **words;
     int count; /* of sets; 0: there are no targets, and one counts */
     ibl_opts set[IBL_MAX_TARGETS];
+    bool batch;         /* many environments, or what is done for many */
+    const char **given; /* the arguments that are environments or folders */
+    int given_count;
 } ibl_bake_line;
 
 /* An output file. path is set before the bake, the rest when the file is
@@ -84,6 +97,7 @@ typedef struct ibl_baked {
 typedef struct ibl_bake_source {
     const ibl_opts *opts; /* those that all sets have in common count */
     ibl_console *console;
+    FILE *print; /* for the report of --verify; NULL: it is not judged */
     ibl_ctx *ctx;
     ibl_bake_options bake;                        /* all that any set needs */
     ibl_specular_options chains[IBL_MAX_TARGETS]; /* of levels, all different */
@@ -108,6 +122,9 @@ typedef struct ibl_bake {
     ibl_ctx *ctx;
     ibl_outputs *outputs;
     ibl_bake_source *from;
+    /* The set of another bake that has the tables that environments share, and
+     * owns lut and lobes; NULL: they are this bake's. */
+    const struct ibl_bake *tables;
     char *directory;
     int chain;            /* of the source's chains; -1: none */
     ibl_bake_result made; /* its part of what the source has, in the world's
@@ -124,6 +141,21 @@ typedef struct ibl_bake {
     int face_count;
 } ibl_bake;
 
+/* A bake of one environment: its sets, and what they are made from. line,
+ * console, from.ctx, from.print and tables are set before it begins. */
+typedef struct ibl_map_bake {
+    const ibl_bake_line *line;
+    const ibl_opts *opts; /* the first set's */
+    ibl_console console;
+    ibl_bake_source from;
+    ibl_outputs *outputs;
+    ibl_bake *sets;
+    const ibl_bake *tables; /* of each set; NULL: it makes its own */
+    ibl_choice *choices;    /* of each set; NULL: none are asked */
+    ibl_opts sheen;         /* of a set that a scene needs beside the one */
+    int count;
+} ibl_map_bake;
+
 /* Lists the options that affect only sampled levels and differ from their
  * defaults: "--samples, --jitter"; "" for none. */
 enum {
@@ -138,6 +170,18 @@ void ibl_opts_select(ibl_opts *o);
 
 /* Runs the bake with settings, an ibl_bake_line; returns the exit status. */
 int ibl_bake_run(const void *settings);
+
+/* These return false after a message, or if memory ran out. ibl_bake_end, which
+ * leaves the context, is needed also then. */
+bool ibl_bake_begin(ibl_map_bake *r);
+/* Names the files, without making any. */
+bool ibl_bake_names(ibl_map_bake *r);
+/* Does everything else, but leaves the files beside their places. */
+bool ibl_bake_make(ibl_map_bake *r);
+bool ibl_bake_commit(ibl_map_bake *r);
+/* Logs what was read and written. */
+void ibl_bake_log(const ibl_map_bake *r);
+void ibl_bake_end(ibl_map_bake *r);
 
 /* Adds what a set needs to what is baked, and sets its chain. */
 void ibl_bake_source_add(ibl_bake_source *s, ibl_bake *set);
@@ -183,6 +227,21 @@ char *ibl_sidecar_text(const ibl_bake *b);
  * memory.
  */
 bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size);
+
+/* Whether an output is the same for all environments. */
+bool ibl_bake_is_shared(const ibl_opts *o, ibl_output_kind kind);
+
+enum {
+    IBL_SET_PATHS = IBL_OUTPUT_COUNT + 1 + IBL_MAX_FACES /* files of a set */
+};
+/* Lists the files of a set, without `shared` only those of its environment;
+ * returns their number. */
+int ibl_bake_files(const ibl_bake *b, bool shared,
+                   const char *paths[IBL_SET_PATHS]);
+/* Lists the files of the environment: 1 or 6, 0 for standard input or nothing;
+ * free them with ibl_input_files_free. False, after a message: a pattern fits
+ * none. */
+bool ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES], int *count);
 
 /* Sets the path of every wanted file. False, after a message: no memory. */
 bool ibl_bake_name_files(ibl_bake *b);

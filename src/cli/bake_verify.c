@@ -81,7 +81,7 @@ bool ibl_bake_judged(const ibl_bake *b)
 
     ibl_console_finish(b->console);
     if (!b->opts->common.quiet)
-        ibl_report_print(&b->judged, stdout);
+        ibl_report_print(&b->judged, b->from->print);
     return ibl_report_passes(&b->judged, b->opts->max_error, why, sizeof why) ||
            ibl_console_fail(b->console, "%s: nothing was written", why);
 }

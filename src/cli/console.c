@@ -2,6 +2,7 @@
 #include "cli/console.h"
 
 #include <math.h>
+#include <pthread.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,11 +15,23 @@
 
 #define REDRAW_SECONDS 0.2
 
+/* Guards what is drawn where several consoles have one screen. */
+static pthread_mutex_t screen = PTHREAD_MUTEX_INITIALIZER;
+
 static void erase_bar(ibl_console *c)
 {
     if (c->drawn)
         fputs("\r\033[K", stderr);
     c->drawn = false;
+}
+
+void ibl_console_draw(ibl_console *c, const char *text)
+{
+    pthread_mutex_lock(&screen);
+    fprintf(stderr, "\r%s\033[K", text);
+    fflush(stderr);
+    c->drawn = true;
+    pthread_mutex_unlock(&screen);
 }
 
 static void print_log(void *console, ibl_log_level level, const char *text)
@@ -30,10 +43,15 @@ static void print_log(void *console, ibl_log_level level, const char *text)
         return;
     if (level == IBL_LOG_INFO && !c->verbose)
         return;
-    erase_bar(c);
+    pthread_mutex_lock(&screen);
+    erase_bar(c->front ? c->front : c);
     ibl_print_line(kind, text);
-    if (level == IBL_LOG_ERROR)
-        c->failed = true;
+    pthread_mutex_unlock(&screen);
+    if (level != IBL_LOG_ERROR)
+        return;
+    c->failed = true;
+    if (c->front)
+        snprintf(c->error, sizeof c->error, "%s", text);
 }
 
 static void say(ibl_console *c, ibl_log_level level, const char *fmt,
@@ -142,7 +160,9 @@ void ibl_console_progress(void *console, const char *stage, double done)
 void ibl_console_finish(ibl_console *c)
 {
     run_stage(c, -1, ibl_now());
+    pthread_mutex_lock(&screen);
     erase_bar(c);
+    pthread_mutex_unlock(&screen);
 }
 
 int ibl_console_end(ibl_console *c, bool ok)

@@ -19,6 +19,7 @@ typedef struct ibl_stage_time {
 /* A stage runs from its progress report to that of the next stage, so the times
  * of all stages add up to the total. Times are those of ibl_now. */
 typedef struct ibl_console {
+    struct ibl_console *front; /* the one that has the screen; NULL: this */
     bool quiet, verbose;
     bool terminal;     /* draw the bar */
     bool drawn;        /* the bar is on the screen now */
@@ -29,9 +30,12 @@ typedef struct ibl_console {
     int running;       /* index of the running stage, or -1 */
     int count;
     ibl_stage_time stages[IBL_MAX_STAGES];
+    char error[IBL_LINE_BYTES]; /* the first, with front */
 } ibl_console;
 
 void ibl_console_init(ibl_console *c, bool quiet, bool verbose);
+/* Draws a line in place of the bar. */
+void ibl_console_draw(ibl_console *c, const char *text);
 /* An ibl_progress_fn whose cookie is the console. */
 void ibl_console_progress(void *console, const char *stage, double done);
 /* Prints "iblbake: ..." and a newline, but only for the first error: later ones

@@ -106,6 +106,7 @@ typedef struct ibl_command {
     bool (*validate)(void *settings);
     /* Runs the command; returns the exit status. */
     int (*run)(const void *settings);
+    void (*release)(void *settings); /* may be NULL */
 } ibl_command;
 
 /* Each program defines ibl_this_program. */

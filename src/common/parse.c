@@ -380,6 +380,8 @@ int ibl_command_main(int argc, char **argv)
     }
     if (ibl_command_line(cmd, cmd->name ? words + 1 : words, settings, &status))
         status = cmd->run(settings);
+    if (cmd->release)
+        cmd->release(settings);
     free(settings);
     return status;
 }

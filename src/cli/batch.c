@@ -1,0 +1,597 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Bakes many environments. Small ones are baked side by side, each by one
+ * thread; large ones one after the other, each by all threads. What all have in
+ * common, the tables, is made once. Each environment has its own set of
+ * outputs, so what is finished stays if a later one fails.
+ */
+#include <errno.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+
+#include "cli/batch.h"
+#include "cli/json_text.h"
+#include "common/clock.h"
+#include "common/path.h"
+#include "common/signals.h"
+#include "common/text.h"
+
+#define LARGE_PIXELS (4096.0 * 2048) /* more are baked by all threads */
+#define REDRAW_NS 200000000
+
+enum {
+    CONTEXTS = 2 /* of all threads: for large maps and for the tables */
+};
+
+struct batch;
+
+/* What bakes a map, and the map that it bakes. */
+typedef struct worker {
+    struct batch *batch;
+    pthread_t thread;
+    ibl_ctx *ctx; /* reports to run.console */
+    ibl_bake_line line;
+    ibl_map_bake run;
+} worker;
+
+typedef struct batch {
+    const ibl_bake_line *line;
+    const ibl_opts *opts; /* the first set's */
+    ibl_console console;
+    ibl_maps maps;
+    ibl_isa isa;
+    worker *workers; /* of one thread each; behind them CONTEXTS more */
+    int count;       /* of threads, and workers of one thread */
+    int started;
+    ibl_outputs *folders; /* removed at the end if nothing is in them */
+    worker *tables;       /* has the tables, if there are any */
+    int *order;           /* of the maps to bake, the large ones first */
+    int to_bake, large;
+    double begun, all_pixels;
+    pthread_mutex_t lock; /* guards the maps and all below */
+    pthread_cond_t changed;
+    int next; /* in order */
+    int busy; /* threads that bake */
+    int running;
+    int baked, kept, failed, printed;
+    double pixels; /* of the maps that are done */
+    bool stopped;
+} batch;
+
+/* ---- signals ------------------------------------------------------------- */
+
+static atomic_int stopped_by; /* a signal */
+static _Atomic(batch *) at_work;
+
+/* The handler: the bakes end as soon as they can and take back their files. */
+static void stop(int number)
+{
+    const int saved = errno;
+    batch *b = atomic_load(&at_work);
+
+    atomic_store(&stopped_by, number);
+    for (int i = 0; b && i < b->count + CONTEXTS; i++)
+        if (b->workers[i].ctx)
+            ibl_ctx_cancel(b->workers[i].ctx);
+    errno = saved;
+}
+
+/* ---- reports ------------------------------------------------------------- */
+
+/* Seconds until the end, from the pixels that are done; negative: unknown. */
+static double seconds_left(const batch *b)
+{
+    const double spent = ibl_now() - b->begun;
+    return b->pixels > 0 ? spent * (b->all_pixels - b->pixels) / b->pixels : -1;
+}
+
+static double rate(const batch *b)
+{
+    const double spent = ibl_now() - b->begun;
+    return spent > 0 ? b->baked / spent : 0;
+}
+
+static void draw(batch *b)
+{
+    char text[128], left[32] = "";
+    const int s = (int)(seconds_left(b) + 0.5);
+
+    if (s >= 0 && b->baked)
+        snprintf(left, sizeof left, "  %d:%02d left", s / 60, s % 60);
+    snprintf(text, sizeof text, "%d of %d maps  %3d %%  %.2f maps/s%s",
+             b->baked + b->kept + b->failed, b->maps.count,
+             b->all_pixels > 0 ? (int)(100 * b->pixels / b->all_pixels) : 100,
+             rate(b), left);
+    ibl_console_draw(&b->console, text);
+}
+
+static bool prints_json(const batch *b)
+{
+    return b->opts->progress == IBL_PROGRESS_JSON;
+}
+
+/* Prints and frees an object of --progress json. */
+static void print_json(json_t *event)
+{
+    char *text = json_dumps(event, JSON_COMPACT | JSON_REAL_PRECISION(6));
+
+    if (text)
+        puts(text);
+    fflush(stdout);
+    free(text);
+    json_decref(event);
+}
+
+static void print_begin(const batch *b)
+{
+    if (prints_json(b))
+        print_json(json_pack("{ss si si sI}", "event", "begin", "maps",
+                             b->maps.count, "kept", b->kept, "pixels",
+                             (json_int_t)b->all_pixels));
+}
+
+static void print_map(const batch *b, const ibl_map *m, double seconds,
+                      const char *error)
+{
+    static const char *const states[] = {"waits", "kept", "baked", "failed"};
+
+    if (!prints_json(b))
+        return;
+    json_t *event = json_pack(
+        "{ss so ss si si sf}", "event", "map", "map", ibl_json_string(m->input),
+        "state", states[m->state], "done", b->baked + b->kept + b->failed,
+        "maps", b->maps.count, "seconds", seconds);
+    if (*error)
+        json_object_set_new(event, "error", ibl_json_string(error));
+    if (b->pixels > 0) {
+        json_object_set_new(event, "maps_per_second", json_real(rate(b)));
+        json_object_set_new(event, "seconds_left", json_real(seconds_left(b)));
+    }
+    print_json(event);
+}
+
+static void print_end(const batch *b)
+{
+    if (prints_json(b))
+        print_json(json_pack("{ss si si si sf}", "event", "end", "baked",
+                             b->baked, "kept", b->kept, "failed", b->failed,
+                             "seconds", ibl_now() - b->console.begun));
+}
+
+/* Prints what maps have for standard output, in their order. */
+static void print_ready(batch *b)
+{
+    for (; b->printed < b->maps.count &&
+           b->maps.list[b->printed].state != IBL_MAP_WAITS;
+         b->printed++) {
+        ibl_map *m = &b->maps.list[b->printed];
+        if (m->printed && *m->printed)
+            printf("%s\n%s\n", m->input, m->printed);
+        free(m->printed);
+        m->printed = NULL;
+    }
+}
+
+/* Lists the maps that failed, after what made them fail. */
+static void list_failed(batch *b)
+{
+    ibl_console *c = &b->console;
+
+    c->failed = false;
+    ibl_console_fail(c, "%d of %d maps failed:", b->failed, b->maps.count);
+    for (int i = 0; i < b->maps.count; i++)
+        if (b->maps.list[i].state == IBL_MAP_FAILED) {
+            c->failed = false;
+            ibl_console_fail(c, "failed: %s", b->maps.list[i].input);
+        }
+}
+
+/* ---- one map ------------------------------------------------------------- */
+
+static double real_time(void)
+{
+    struct timespec t;
+
+    clock_gettime(CLOCK_REALTIME, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static bool stamp(worker *w, double since)
+{
+    ibl_stamp s;
+
+    if (!w->batch->opts->incremental)
+        return true;
+    const bool ok = ibl_stamp_of(&w->run, w->batch->isa, &s) &&
+                    ibl_stamp_write(&s, since, w->ctx);
+    ibl_stamp_free(&s);
+    return ok;
+}
+
+/* Begins a bake with w->line, which reports to the batch's screen. */
+static bool begin(worker *w, FILE *print)
+{
+    const batch *b = w->batch;
+    ibl_map_bake *r = &w->run;
+
+    *r = (ibl_map_bake){.line = &w->line,
+                        .from = {.ctx = w->ctx, .print = print},
+                        .tables = b->tables ? b->tables->run.sets : NULL};
+    ibl_console_init(&r->console, b->opts->common.quiet,
+                     b->opts->common.verbose);
+    r->console.front = (ibl_console *)&b->console;
+    r->console.terminal = false;
+    return ibl_bake_begin(r);
+}
+
+/* Ends a bake; what a signal stopped needs no message. */
+static bool end(worker *w, bool ok)
+{
+    w->run.console.failed |= atomic_load(&stopped_by) != 0;
+    return ibl_console_end(&w->run.console, ok) == 0;
+}
+
+static bool bake_map(worker *w, ibl_map *m)
+{
+    const batch *b = w->batch;
+    const double since = real_time();
+    ibl_memory_file printed;
+    FILE *print = b->opts->verify ? ibl_memory_open(&printed) : stdout;
+
+    bool ok = print && ibl_map_line(b->line, m->input, &w->line);
+    w->run.console.failed = print && !ok; /* the line was refused */
+    ok = ok && begin(w, print) && ibl_bake_make(&w->run) &&
+         ibl_bake_commit(&w->run) && stamp(w, since);
+    if (ok && b->opts->depfile)
+        ok = (m->rule = ibl_depfile_text(w->run.sets, w->run.count)) != NULL;
+    ok = end(w, ok);
+    if (ok && b->opts->common.verbose)
+        ibl_bake_log(&w->run);
+    ibl_bake_end(&w->run);
+    if (b->opts->verify)
+        m->printed = ibl_memory_close(print, &printed);
+    return ok;
+}
+
+/* ---- all maps ------------------------------------------------------------ */
+
+static bool is_large(const batch *b, const ibl_map *m)
+{
+    return m->pixels > LARGE_PIXELS || b->to_bake < b->count;
+}
+
+/* Waits until the next map can be baked; NULL: there is none. The caller holds
+ * the lock. */
+static ibl_map *take(batch *b, worker **w)
+{
+    while (!b->stopped && b->next < b->to_bake && !atomic_load(&stopped_by)) {
+        ibl_map *m = &b->maps.list[b->order[b->next]];
+        const int threads = is_large(b, m) ? b->count : 1;
+        if (b->busy + threads <= b->count) {
+            if (threads > 1)
+                *w = &b->workers[b->count];
+            b->busy += threads;
+            b->next++;
+            return m;
+        }
+        pthread_cond_wait(&b->changed, &b->lock);
+    }
+    return NULL;
+}
+
+/* Counts a map that is done. The caller holds the lock. */
+static void count_map(batch *b, const worker *w, ibl_map *m, bool ok,
+                      double seconds)
+{
+    m->state = ok ? IBL_MAP_BAKED : IBL_MAP_FAILED;
+    b->baked += ok;
+    b->failed += !ok;
+    b->pixels += m->pixels;
+    b->stopped |= !ok && !b->opts->keep_going;
+    b->busy -= is_large(b, m) ? b->count : 1;
+    print_map(b, m, seconds, ok ? "" : w->run.console.error);
+    print_ready(b);
+    pthread_cond_broadcast(&b->changed);
+}
+
+static void *work(void *arg)
+{
+    worker *own = arg, *w = own;
+    batch *b = own->batch;
+    ibl_map *m;
+
+    pthread_mutex_lock(&b->lock);
+    while ((m = take(b, &w))) {
+        const double begun = ibl_now();
+        pthread_mutex_unlock(&b->lock);
+        const bool ok = bake_map(w, m);
+        pthread_mutex_lock(&b->lock);
+        if (!atomic_load(&stopped_by))
+            count_map(b, w, m, ok, ibl_now() - begun);
+        w = own;
+    }
+    b->running--;
+    pthread_cond_broadcast(&b->changed);
+    pthread_mutex_unlock(&b->lock);
+    return NULL;
+}
+
+/* Bakes all maps; the calling thread draws the progress. */
+static bool bake_maps(batch *b)
+{
+    struct timespec until;
+
+    b->begun = ibl_now();
+    for (; b->started < b->count && b->started < b->to_bake; b->started++)
+        if (pthread_create(&b->workers[b->started].thread, NULL, work,
+                           &b->workers[b->started]))
+            break;
+    if (b->to_bake && !b->started)
+        return ibl_console_fail(&b->console, "no threads for a batch");
+    pthread_mutex_lock(&b->lock);
+    b->running += b->started;
+    while (b->running) {
+        if (b->console.terminal && !prints_json(b))
+            draw(b);
+        clock_gettime(CLOCK_REALTIME, &until);
+        until.tv_nsec += REDRAW_NS;
+        until.tv_sec += until.tv_nsec / 1000000000;
+        until.tv_nsec %= 1000000000;
+        pthread_cond_timedwait(&b->changed, &b->lock, &until);
+    }
+    pthread_mutex_unlock(&b->lock);
+    for (int i = 0; i < b->started; i++)
+        pthread_join(b->workers[i].thread, NULL);
+    return !b->failed;
+}
+
+/* ---- before -------------------------------------------------------------- */
+
+static bool start_worker(batch *b, worker *w, int threads)
+{
+    ibl_common common = b->opts->common;
+
+    w->batch = b;
+    common.threads = threads;
+    return !ibl_start(&common, &w->run.console, &w->ctx);
+}
+
+static bool start(batch *b)
+{
+    const int threads = b->opts->common.threads;
+
+    b->count = threads ? threads : ibl_cpu_count();
+    b->workers = calloc((size_t)b->count + CONTEXTS, sizeof *b->workers);
+    bool ok = b->workers;
+    for (int i = 0; i < b->count + CONTEXTS && ok; i++) {
+        worker *w = &b->workers[i];
+        ibl_console_init(&w->run.console, b->opts->common.quiet, false);
+        w->run.console.front = &b->console;
+        ok = start_worker(b, w, i < b->count ? 1 : b->count);
+        b->console.failed |= w->run.console.failed;
+    }
+    if (ok)
+        b->isa = ibl_ctx_isa(b->workers->ctx);
+    return ok;
+}
+
+/* Finds out how many pixels a map has; what is wrong with it is found when it
+ * is baked. */
+static void measure(ibl_ctx *silent, const batch *b, ibl_map *m)
+{
+    ibl_source *source;
+    struct stat st;
+
+    if (stat(m->input, &st) || !S_ISREG(st.st_mode) ||
+        ibl_source_open(silent, m->input, &b->opts->common.read, &source))
+        return;
+    m->pixels =
+        (double)ibl_source_width(source) * (double)ibl_source_height(source);
+    ibl_source_close(source);
+}
+
+/* Whether the map's stamp holds; writes it anew if files were moved. */
+static bool is_kept(batch *b, worker *w, ibl_map *m)
+{
+    ibl_stamp s = {0};
+    bool moved = false, kept = false;
+
+    if (b->opts->incremental && ibl_map_line(b->line, m->input, &w->line)) {
+        kept = begin(w, NULL) && ibl_bake_names(&w->run) &&
+               ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
+        if (kept && moved)
+            kept = ibl_stamp_write(&s, real_time(), w->ctx);
+        if (kept && b->opts->depfile)
+            kept = (m->rule = ibl_depfile_text(w->run.sets, w->run.count));
+        ibl_stamp_free(&s);
+        ibl_bake_end(&w->run);
+    }
+    return kept;
+}
+
+/* Finds what is to be baked, and in which order. */
+static bool plan(batch *b)
+{
+    ibl_ctx_options o = ibl_ctx_options_default();
+    ibl_ctx *silent = NULL;
+    int *order = calloc((size_t)b->maps.count, sizeof *order);
+    int small = 0;
+
+    o.threads = 1;
+    o.bridge = ibl_bridge_beside();
+    b->order = calloc((size_t)b->maps.count, sizeof *b->order);
+    bool ok = order && b->order && !ibl_ctx_create(&o, &silent);
+    for (int i = 0; i < b->maps.count && ok; i++) {
+        ibl_map *m = &b->maps.list[i];
+        if (is_kept(b, b->workers, m)) {
+            m->state = IBL_MAP_KEPT;
+            b->kept++;
+            continue;
+        }
+        measure(silent, b, m);
+        b->all_pixels += m->pixels;
+        if (m->pixels > LARGE_PIXELS)
+            b->order[b->to_bake++] = i;
+        else
+            order[small++] = i;
+    }
+    if (ok)
+        memcpy(b->order + b->to_bake, order, (size_t)small * sizeof *order);
+    b->to_bake += small;
+    ibl_ctx_free(silent);
+    free(order);
+    return ok;
+}
+
+/* Makes the folders, which are removed again if nothing comes into them. */
+static bool make_folders(batch *b)
+{
+    ibl_ctx *ctx = b->workers->ctx;
+    char *stamps = ibl_path_join(b->opts->directory, IBL_STAMPS);
+    bool ok = stamps && !ibl_start_outputs(ctx, 0, &b->folders) &&
+              !ibl_outputs_mkdir(b->folders, b->opts->directory) &&
+              (!b->opts->incremental || !ibl_outputs_mkdir(b->folders, stamps));
+
+    free(stamps);
+    return ok;
+}
+
+/* Leaves of a set only what does not depend on the environment. */
+static unsigned reduce(ibl_opts *o)
+{
+    unsigned shared = 0;
+
+    for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
+        if (o->only & 1u << kind &&
+            ibl_bake_is_shared(o, (ibl_output_kind)kind))
+            shared |= 1u << kind;
+    o->only = shared;
+    o->input = o->depfile = NULL;
+    o->sh_format = IBL_SH_NONE;
+    o->lights = 0;
+    ibl_opts_select(o);
+    return shared;
+}
+
+/* Makes the tables that all maps share, and their files unless they are there
+ * and as they were. */
+static bool make_tables(batch *b)
+{
+    worker *w = &b->workers[b->count + 1];
+    ibl_stamp s = {0};
+    unsigned shared;
+    bool moved, holds = false;
+
+    w->line = *b->line;
+    shared = reduce(&w->line.one);
+    for (int i = 0; i < w->line.count; i++)
+        shared |= reduce(&w->line.set[i]);
+    if (!shared)
+        return true;
+    bool ok = begin(w, NULL) && ibl_bake_names(&w->run);
+    if (ok && b->opts->incremental)
+        holds =
+            ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
+    if (ok && (b->to_bake || !holds)) {
+        ok = ibl_bake_make(&w->run) && (holds || ibl_bake_commit(&w->run));
+        if (ok && b->opts->incremental && !holds)
+            ok = ibl_stamp_write(&s, real_time(), w->ctx);
+    }
+    ibl_stamp_free(&s);
+    b->tables = w;
+    b->console.failed |= w->run.console.failed;
+    return end(w, ok);
+}
+
+/* ---- the command --------------------------------------------------------- */
+
+/* Writes the rules of all maps that are done. */
+static bool write_depfile(batch *b)
+{
+    ibl_ctx *ctx = b->workers->ctx;
+    ibl_memory_file file;
+    ibl_outputs *outputs = NULL;
+    FILE *to = b->opts->depfile ? ibl_memory_open(&file) : NULL;
+
+    if (!b->opts->depfile)
+        return true;
+    for (int i = 0; i < b->maps.count && to; i++)
+        if (b->maps.list[i].rule)
+            fputs(b->maps.list[i].rule, to);
+    char *text = ibl_memory_close(to, &file);
+    const bool ok =
+        text && !ibl_outputs_create(ctx, &outputs) &&
+        !ibl_outputs_add(outputs, b->opts->depfile, text, file.size) &&
+        !ibl_outputs_commit(outputs);
+    b->console.failed |= b->workers->run.console.failed;
+    ibl_outputs_free(outputs);
+    free(text);
+    return ok;
+}
+
+static bool prepare(batch *b)
+{
+    return start(b) && ibl_maps_list(b->line, &b->console, &b->maps) &&
+           ibl_maps_check(b->line, b->workers->ctx, &b->console, &b->maps) &&
+           plan(b);
+}
+
+static bool run(batch *b)
+{
+    atomic_store(&at_work, b);
+    ibl_signals_pass(stop);
+    print_begin(b);
+    for (int i = 0; i < b->maps.count; i++)
+        if (b->maps.list[i].state == IBL_MAP_KEPT)
+            print_map(b, &b->maps.list[i], 0, "");
+    bool ok = make_folders(b) && make_tables(b) && bake_maps(b);
+    if (ok || b->opts->keep_going)
+        ok &= write_depfile(b);
+    if (!atomic_load(&stopped_by))
+        print_end(b);
+    return ok;
+}
+
+static void free_batch(batch *b)
+{
+    if (b->tables)
+        ibl_bake_end(&b->tables->run);
+    ibl_end_outputs(b->folders);
+    for (int i = 0; i < b->count + CONTEXTS && b->workers; i++)
+        ibl_ctx_free(b->workers[i].ctx);
+    free(b->workers);
+    free(b->order);
+    ibl_maps_free(&b->maps);
+    pthread_cond_destroy(&b->changed);
+    pthread_mutex_destroy(&b->lock);
+}
+
+int ibl_batch_run(const ibl_bake_line *line)
+{
+    batch b = {.line = line,
+               .opts = line->count ? line->set : &line->one,
+               .lock = PTHREAD_MUTEX_INITIALIZER,
+               .changed = PTHREAD_COND_INITIALIZER};
+
+    ibl_console_init(&b.console, line->one.common.quiet,
+                     line->one.common.verbose);
+    ibl_signals_catch();
+    const bool ok = prepare(&b) && run(&b);
+    b.console.failed |= atomic_load(&stopped_by) || b.failed;
+    const int status = ibl_console_end(&b.console, ok);
+    if (b.failed && b.opts->keep_going)
+        list_failed(&b);
+    ibl_console_info(&b.console, "baked %d maps, kept %d, %d failed: %.3f s",
+                     b.baked, b.kept, b.failed, ibl_now() - b.console.begun);
+    atomic_store(&at_work, NULL);
+    free_batch(&b);
+    if (atomic_load(&stopped_by)) {
+        signal(atomic_load(&stopped_by), SIG_DFL);
+        raise(atomic_load(&stopped_by));
+    }
+    return status;
+}

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: MIT */
+/* A bake of many environments: what batch.c lists, stamps and bakes. */
+#ifndef CLI_BATCH_H
+#define CLI_BATCH_H
+
+#include "cli/bake_record.h"
+#include "cli/hash.h"
+
+typedef enum ibl_map_state {
+    IBL_MAP_WAITS,
+    IBL_MAP_KEPT, /* --incremental: nothing of it changed */
+    IBL_MAP_BAKED,
+    IBL_MAP_FAILED
+} ibl_map_state;
+
+typedef struct ibl_map {
+    char *input;
+    ibl_map_state state;
+    double pixels; /* 0: not known before it is read */
+    char *printed; /* what goes to standard output, or NULL */
+    char *rule;    /* for the depfile, or NULL */
+} ibl_map;
+
+typedef struct ibl_maps {
+    ibl_map *list;
+    int count, room;
+} ibl_maps;
+
+/* Runs a line with `batch`; returns the exit status. */
+int ibl_batch_run(const ibl_bake_line *line);
+
+/* Lists the environments of a line: its arguments, what is in those that are
+ * folders, and those of --from. False after a message; free them also then. */
+bool ibl_maps_list(const ibl_bake_line *line, ibl_console *console,
+                   ibl_maps *maps);
+void ibl_maps_free(ibl_maps *maps);
+
+/* Makes the line of one environment of a batch. False, after a message: its
+ * name is too long. */
+bool ibl_map_line(const ibl_bake_line *all, const char *input,
+                  ibl_bake_line *own);
+
+/* Checks that no two maps make the same file, and no map one that another is
+ * read from. False after a message that names both. */
+bool ibl_maps_check(const ibl_bake_line *line, ibl_ctx *ctx,
+                    ibl_console *console, const ibl_maps *maps);
+
+/* ---- --incremental ------------------------------------------------------- */
+
+/* The folder of the stamps, in that of the outputs. */
+#define IBL_STAMPS ".iblbake"
+
+/* What a bake was made of, and the files that it reads and makes. */
+typedef struct ibl_stamp {
+    char *path; /* of the stamp; the caller frees it with ibl_stamp_free */
+    char options[IBL_HASH_SIZE]; /* hash of all that decides what is made */
+    char **files;                /* what is read, then what is made */
+    int count, inputs;
+} ibl_stamp;
+
+/* Fills in the stamp of a bake whose files have names. False: no memory, or no
+ * file fits a pattern. */
+bool ibl_stamp_of(const ibl_map_bake *r, ibl_isa isa, ibl_stamp *stamp);
+void ibl_stamp_free(ibl_stamp *stamp);
+
+/* Whether the stamp was written for the same options and files, and every file
+ * is as it was then. *moved: some had to be hashed, so it should be written
+ * anew. */
+bool ibl_stamp_holds(const ibl_stamp *stamp, bool *moved);
+
+/* Writes the stamp, unless what is read changed after `since`, seconds of the
+ * real-time clock, or cannot be hashed. False, after a message: it cannot be
+ * written. */
+bool ibl_stamp_write(const ibl_stamp *stamp, double since, ibl_ctx *ctx);
+
+#endif

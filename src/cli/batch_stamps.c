@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Stamps of --incremental: what a map was baked of, so that the next run knows
+ * whether anything changed. A stamp is a line with the hash of the options,
+ * and one for each file with the hash of its contents and what stat() says of
+ * it. A file that stat() says is the same is not read.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "cli/batch.h"
+#include "common/path.h"
+#include "common/text.h"
+
+enum {
+    IDENTITY_BYTES = 128
+};
+
+/* Clocks of file systems tick up to every 10 ms. */
+#define TICK_SECONDS 0.02
+
+/* ---- what decides -------------------------------------------------------- */
+
+/* Prints the options of the command line, in the order of their tables. */
+static void put_given(FILE *to, const ibl_given *given)
+{
+    const ibl_option *last = NULL;
+
+    for (int n = 0; n < given->count; n++) {
+        int next = -1;
+        for (int i = 0; i < given->count; i++) {
+            const ibl_option *o = given->list[i].option;
+            if ((!last || o > last) &&
+                (next < 0 || o < given->list[next].option))
+                next = i;
+        }
+        if (next < 0)
+            return;
+        last = given->list[next].option;
+        const char *value = given->list[next].value;
+        fprintf(to, "--%s=%s\n", last->name, value ? value : "");
+    }
+}
+
+static bool hash_options(const ibl_map_bake *r, ibl_isa isa,
+                         char hash[IBL_HASH_SIZE])
+{
+    const ibl_opts *o = r->opts;
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
+
+    if (!to)
+        return false;
+    fprintf(to, "iblbake %s %s %s\n%s\nverify %d %.17g timings %d\n",
+            IBL_VERSION, ibl_version_revision(), ibl_isa_name(isa),
+            o->input ? o->input : "", o->verify, o->max_error, o->timings);
+    for (int i = 0; i < r->count; i++)
+        if (r->sets[i].opts->of)
+            fprintf(to, "%s\n", r->sets[i].opts->of->options);
+    put_given(to, &o->given);
+    char *text = ibl_memory_close(to, &file);
+    if (text)
+        ibl_hash_bytes(text, file.size, hash);
+    free(text);
+    return text;
+}
+
+/* ---- files --------------------------------------------------------------- */
+
+static bool add_file(ibl_stamp *s, const char *path)
+{
+    if (path)
+        s->files[s->count] = strdup(path);
+    return path && s->files[s->count++];
+}
+
+static bool add_files(const ibl_map_bake *r, ibl_stamp *s)
+{
+    char *inputs[IBL_FACES];
+    bool ok = ibl_bake_inputs(r->sets, inputs, &s->inputs);
+
+    for (int i = 0; i < s->inputs && ok; i++)
+        ok = add_file(s, inputs[i]);
+    ibl_input_files_free(inputs);
+    for (int set = 0; set < r->count && ok; set++) {
+        const char *paths[IBL_SET_PATHS];
+        const int count = ibl_bake_files(&r->sets[set], !r->opts->input, paths);
+        for (int i = 0; i < count && ok; i++)
+            ok = add_file(s, paths[i]);
+    }
+    return ok;
+}
+
+bool ibl_stamp_of(const ibl_map_bake *r, ibl_isa isa, ibl_stamp *s)
+{
+    const char *root = r->opts->directory;
+    const size_t most = IBL_FACES + (size_t)r->count * IBL_SET_PATHS;
+    char *name = r->opts->input ? ibl_format("%s.map", r->opts->name)
+                                : ibl_format("tables");
+    char *folder = ibl_path_join(root, IBL_STAMPS);
+
+    *s = (ibl_stamp){.files = calloc(most, sizeof *s->files)};
+    if (folder && name)
+        s->path = ibl_path_join(folder, name);
+    free(folder);
+    free(name);
+    return s->path && s->files && hash_options(r, isa, s->options) &&
+           add_files(r, s);
+}
+
+void ibl_stamp_free(ibl_stamp *s)
+{
+    for (int i = 0; i < s->count; i++)
+        free(s->files[i]);
+    free(s->files);
+    free(s->path);
+    *s = (ibl_stamp){0};
+}
+
+/* ---- the file ------------------------------------------------------------ */
+
+/* What changes with a file: size, times of contents and of inode, inode. */
+static void identify(const struct stat *st, char text[IDENTITY_BYTES])
+{
+    snprintf(text, IDENTITY_BYTES, "%lld:%lld.%09ld:%lld.%09ld:%llu",
+             (long long)st->st_size, (long long)st->st_mtim.tv_sec,
+             st->st_mtim.tv_nsec, (long long)st->st_ctim.tv_sec,
+             st->st_ctim.tv_nsec, (unsigned long long)st->st_ino);
+}
+
+static bool is_same(const char *path, const char *hash, const char *identity,
+                    bool *moved)
+{
+    char now[IDENTITY_BYTES], content[IBL_HASH_SIZE];
+    struct stat st;
+
+    if (stat(path, &st) || !S_ISREG(st.st_mode))
+        return false;
+    identify(&st, now);
+    if (!strcmp(now, identity))
+        return true;
+    *moved = true;
+    return ibl_hash_file(path, content) && !strcmp(content, hash);
+}
+
+bool ibl_stamp_holds(const ibl_stamp *s, bool *moved)
+{
+    char hash[IBL_HASH_SIZE], identity[IDENTITY_BYTES];
+    FILE *from = fopen(s->path, "r");
+    int count = 0;
+
+    *moved = false;
+    if (!from)
+        return false;
+    bool same = fscanf(from, "iblbake stamp 1 %32s %d", hash, &count) == 2 &&
+                !strcmp(hash, s->options) && count == s->count;
+    for (int i = 0; i < s->count && same; i++)
+        same = fscanf(from, "%32s %127s", hash, identity) == 2 &&
+               is_same(s->files[i], hash, identity, moved);
+    fclose(from);
+    return same;
+}
+
+static bool put_file(FILE *to, const char *path, double since)
+{
+    char identity[IDENTITY_BYTES], hash[IBL_HASH_SIZE];
+    struct stat st;
+
+    if (stat(path, &st) || !S_ISREG(st.st_mode) ||
+        (double)st.st_ctim.tv_sec + 1e-9 * (double)st.st_ctim.tv_nsec >
+            since - TICK_SECONDS ||
+        !ibl_hash_file(path, hash))
+        return false;
+    identify(&st, identity);
+    fprintf(to, "%s %s\n", hash, identity);
+    return true;
+}
+
+bool ibl_stamp_write(const ibl_stamp *s, double since, ibl_ctx *ctx)
+{
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
+    ibl_outputs *outputs = NULL;
+    bool known = to;
+
+    if (to)
+        fprintf(to, "iblbake stamp 1 %s %d\n", s->options, s->count);
+    for (int i = 0; i < s->count && known; i++)
+        known = put_file(to, s->files[i], i < s->inputs ? since : HUGE_VAL);
+    char *text = ibl_memory_close(to, &file);
+    const bool ok = !text || !known ||
+                    (!ibl_outputs_create(ctx, &outputs) &&
+                     !ibl_outputs_add(outputs, s->path, text, file.size) &&
+                     !ibl_outputs_commit(outputs));
+    ibl_outputs_free(outputs);
+    free(text);
+    return ok;
+}

@@ -1,0 +1,258 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Bakes of many environments in one call, against bakes of each alone. BUILD
+# names the build.
+set -u
+. tests/lib.sh
+need node
+need make
+need script
+use iblbake
+options='--size 16 --lut-size 16 --irradiance-size 4 --lobe-table-size 8'
+
+# Four environments, sun.hdr the brightest, and one that is none.
+mkdir "$work/maps"
+mkenv hdr 32 16 >"$work/maps/sun.hdr"
+mkenv exr 64 32 BGR >"$work/maps/mild.exr"
+for n in 1 2; do
+    map_of $((40 * n)) '\x80\x40\x20\x82' $((128 - 40 * n < 0 ? 0 : \
+        128 - 40 * n)) '\x20\x40\x80\x80' | head -c $((46 + 512)) \
+        >"$work/maps/map$n.hdr"
+done
+head -c 46 "$work/maps/map1.hdr" >"$work/bad.hdr"
+# They are older than the grace of --incremental.
+touch -d '1 hour ago' "$work/maps"/*
+sleep 0.05
+
+fresh() {
+    cd "$top"
+    rm -rf "$work/case"
+    mkdir "$work/case"
+    cp -r "$work/maps" "$work/case/m"
+    cd "$work/case" || exit 1
+}
+bake() { # ARGUMENTS: fails on any word
+    iblbake -q $options "$@" || echo "$*: status $?"
+}
+singly() { # DIR [OPTIONS]: each map alone
+    local to=$1 f
+    shift
+    for f in m/*; do iblbake -q $options "$f" -o "$to" "$@"; done
+}
+times() { find "$1" -type f -printf '%p %T@ %i\n' | sort; }
+
+# ---- the tests -----------------------------------------------------------
+
+test_same_bytes_as_single_bakes() {
+    local n
+    singly alone
+    for n in 1 2 5; do
+        bake m/* -o "many$n" -j $n
+        diff -r alone "many$n"
+    done
+    # A map that is large is baked by all threads: as are few.
+    bake m/sun.hdr m/mild.exr -o few -j 4
+    diff -r alone few | grep -v '^Only in alone: map\|^Only in alone'
+}
+
+test_same_bytes_with_options() {
+    local set
+    for set in '--target three,babylon-env,filament' \
+        '--mapping best --lobe-table fitted' '--levels 2 --sun' \
+        '--verify --only specular,irradiance,lut,json' \
+        '--only irradiance --sh-format cmgen' \
+        '--pixel rgba32f --format dds'; do
+        taken || continue
+        # shellcheck disable=SC2086
+        singly alone $set >/dev/null
+        # shellcheck disable=SC2086
+        bake m -o many $set >/dev/null
+        diff -r alone many || echo "with $set"
+        rm -rf alone many
+    done
+}
+
+test_lists() {
+    local how
+    bake m -o wanted
+    printf 'm/%s\r\n' sun.hdr mild.exr >some
+    printf 'm/map%d.hdr\n\n' 1 2 >others
+    bake --from some m/map?.hdr -o a
+    bake --from - -o b < <(cat some others)
+    bake --from <(find m -type f -print0) -o c
+    bake m/sun.hdr m/mild.exr --from others -o d
+    for how in a b c d; do diff -r wanted $how || echo "list $how"; done
+    mkdir none
+    touch none/notes.txt none/.hidden.hdr
+    refused 1 '*none: is a directory without environments*' \
+        iblbake none -o out
+    : >empty
+    refused 1 '*--from empty: names no environment' \
+        iblbake --from empty -o out
+    refused 1 '*--from gone: cannot be opened: No such file*' \
+        iblbake --from gone -o out
+    echo - >empty
+    refused 1 '*-: standard input is one environment*' \
+        iblbake --from empty -o out
+}
+
+test_names_that_collide() {
+    mkdir n
+    cp m/sun.hdr n
+    refused 1 '*m/sun.hdr and n/sun.hdr: both would make out/sun.json*' \
+        iblbake m/sun.hdr m/mild.exr n/sun.hdr -o out
+    cp m/sun.hdr m/mild.hdr
+    refused 1 '*m/mild.exr and m/mild.hdr: both would make *' \
+        iblbake m -o out --keep-going
+    # What one map is made of is not replaced by another's output.
+    mkdir out
+    cp m/sun.hdr out/sun_specular.ktx2
+    refused 1 '*out/sun_specular.ktx2: would be replaced by *, an output of m/*' \
+        iblbake m/sun.hdr out/sun_specular.ktx2 -o out
+}
+
+test_failures() {
+    local status
+    cp "$work/bad.hdr" m/n_bad.hdr
+    cp "$work/bad.hdr" m/sic.hdr
+    singly alone 2>/dev/null
+    iblbake -q $options m -o many --keep-going 2>err
+    status=$?
+    [ $status -eq 1 ] || echo "status $status"
+    diff -r alone many
+    sed 's/: .*//; s/.* failed$/&:/' err | sort -u >lines
+    grep -c 'n_bad.hdr: .*truncated\|n_bad.hdr: .*end' err >/dev/null || cat err
+    [ "$(tail -n 3 err)" = "iblbake: 2 of 6 maps failed:
+iblbake: failed: m/n_bad.hdr
+iblbake: failed: m/sic.hdr" ] || cat err
+    # Without it the first failure is the end, with one line of it.
+    iblbake -q -j 1 $options m/map1.hdr m/n_bad.hdr m/sun.hdr -o first 2>err
+    status=$?
+    [ $status -eq 1 ] || echo "status $status"
+    [ "$(wc -l <err)" = 1 ] || cat err
+    find first -name '*map1*' | grep -q . || echo 'what was done is gone'
+    find first -name '*sun*' -o -name '.*tmp' | grep .
+    # Nothing is left where nothing was done.
+    iblbake -q $options m/n_bad.hdr gone.hdr --only specular -o none 2>err
+    [ ! -e none ] || ls -A none
+}
+
+test_incremental() {
+    bake m -o out --incremental
+    singly alone
+    diff -r -x .iblbake alone out
+    times out >was
+    iblbake $options -v m -o out --incremental 2>err
+    grep -q 'baked 0 maps, kept 4, 0 failed' err || cat err
+    times out | diff was - || echo 'something was touched'
+    # Another time is no change of contents, and is not looked at twice.
+    touch -d '2 hours ago' m/sun.hdr
+    bake m -o out --incremental
+    times out | grep -v '/\.iblbake/' | diff <(grep -v '/\.iblbake/' was) -
+    # A change, an output that is gone, and one that another wrote.
+    map_of 128 '\x80\x80\x80\x81' >m/map1.hdr
+    rm out/map2_irradiance.ktx2
+    echo >>out/mild.json
+    iblbake $options -v m -o out --incremental 2>err
+    grep -q 'baked 3 maps, kept 1, 0 failed' err || cat err
+    rm -r alone
+    singly alone
+    diff -r -x .iblbake alone out
+    # A table that is gone, though no map is to be baked.
+    touch -d '1 hour ago' m/map1.hdr
+    bake m -o out --incremental
+    rm out/brdf_lut.ktx2
+    iblbake $options -v m -o out --incremental 2>err
+    grep -q 'baked 0 maps, kept 4' err || cat err
+    diff -r -x .iblbake alone out
+}
+
+test_incremental_options() {
+    local set
+    bake m/sun.hdr -o out --incremental
+    for set in '--levels 1' '--exposure 1' '--rotate 10' '--timings' '--verify' \
+        '--name sun --target three'; do
+        # shellcheck disable=SC2086
+        iblbake $options -v m/sun.hdr -o out --incremental $set 2>err >printed
+        grep -q 'baked 1 maps, kept 0' err || echo "$set: kept"
+        # shellcheck disable=SC2086
+        iblbake -v $set $options -o out m/sun.hdr --incremental 2>err >printed
+        grep -q 'baked 0 maps, kept 1' err || echo "$set: not kept"
+    done
+    # What does not decide what is made.
+    iblbake $options -v m/sun.hdr -o out --incremental -j 1 --sync $set 2>err
+    grep -q 'kept 1' err || echo 'baked again for -j'
+}
+
+test_depfile() {
+    local t=$'\t'
+    cat >Makefile <<END
+lit/sun.json: m/sun.hdr m/mild.exr
+${t}iblbake -q $options m/sun.hdr m/mild.exr -o lit --incremental --depfile d
+-include d
+END
+    make -s && make | grep -q 'up to date' || echo 'made twice'
+    for f in lit/*; do
+        make "$f" | grep -q 'Nothing to be done\|up to date' || echo "$f"
+    done
+    for f in sun.hdr mild.exr; do
+        iblbake -q $options m/$f -o lit --depfile one.d
+        cat one.d
+    done | diff - d
+    rm d
+    make -s lit/sun.json -B
+    [ -s d ] || echo 'no depfile of what was kept'
+}
+
+test_progress() {
+    script -qec "iblbake -j 1 $options m -o out" log </dev/null >/dev/null
+    tr '\r' '\n' <log | grep -q '^[0-9] of 4 maps  *[0-9]* %' || cat log
+    iblbake -q $options m "$work/bad.hdr" -o out --keep-going --incremental \
+        --progress json >events 2>/dev/null
+    js <<'END'
+const events = fs.readFileSync('events', 'utf8').trim().split('\n')
+    .map(s => JSON.parse(s));
+const maps = events.filter(e => e.event === 'map');
+const [begin, end] = [events[0], events.at(-1)];
+const want = (what, ok) => ok || console.log(what, JSON.stringify(events));
+want('begin', begin.event === 'begin' && begin.maps === 5 &&
+    begin.kept === 0 && begin.pixels === 2048 + 512 + 2 * 128);
+want('maps', new Set(maps.map(e => e.map)).size === 5);
+want('done', maps.every((e, i) => e.done === i + 1 && e.maps === 5));
+want('failed', maps.filter(e => e.state === 'failed').length === 1 &&
+    maps.find(e => e.state === 'failed').error.includes('bad.hdr'));
+want('end', end.event === 'end' && end.baked === 4 && end.failed === 1);
+END
+}
+
+test_words_in_order() {
+    local f
+    iblbake $options m -o out --verify >printed
+    for f in m/*; do
+        echo "$f"
+        iblbake $options "$f" -o out --verify
+        echo
+    done >wanted
+    diff wanted printed
+    bake m -o out --verify -q | grep .
+    iblbake $options -v m -o out 2>err
+    for f in out/*.json out/*specular*; do
+        grep -q "^iblbake: wrote $f" err || echo "no word of $f"
+    done
+}
+
+test_interrupted() {
+    local status
+    interrupt INT iblbake -q -j 2 m -o out --size 1024 --method sampled \
+        --samples 1048576
+    [ $status -eq 130 ] || echo "status $status"
+    find . -name '.*tmp' -o -name '*_specular*'
+}
+
+for t in $(compgen -A function test_); do
+    picked "$t" || continue
+    fresh
+    verdict "$t" "$($t 2>&1 | head -n 12)"
+done
+cd "$top"
+end
