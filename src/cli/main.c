@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include <errno.h>
 #include <fcntl.h>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 #include <stdio.h>
 
 #include "cli/common_options.h"
@@ -25,19 +22,8 @@ static void fill_closed_streams(void)
                 return; /* no other file can be opened either */
 }
 
-/* glibc returns large blocks to the system when they are freed, which then
- * clears their pages again for the next cube or texture. */
-static void keep_freed_memory(void)
-{
-#ifdef __GLIBC__
-    mallopt(M_MMAP_THRESHOLD, 32 << 20);
-    mallopt(M_TRIM_THRESHOLD, 256 << 20);
-#endif
-}
-
 int main(int argc, char **argv)
 {
-    keep_freed_memory();
     fill_closed_streams();
     int status = ibl_command_main(argc, argv);
 
