@@ -116,6 +116,8 @@ test_overrides() {
     [ -s both/three/env_specular.ktx ] || ls -R both
     bake --target filament --skybox 8 -o skybox
     [ -s skybox/env_skybox.ktx ] || ls skybox
+    iblbake $small --target gltf --skybox 8 env.hdr -o none 2>err
+    grep -q 'skybox: not in [a-z]*.gltf, whose level 0' err || cat err
 }
 
 test_refused() {

@@ -122,6 +122,7 @@ test_engine_files() {
         MAX=0.06 accept env.exr out
         MAX=0.06 accept env.exr --specular "$(cat main)"
         rm out/env.json
+        MAX=0.06 accept env.exr out --rotate 30
         MAX=0.06 refuse env.exr --rotate 0 --specular "$(cat main)"
     done
 }

@@ -160,6 +160,19 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
     return ok;
 }
 
+/* A target's own file has no place for the skybox that was asked for. */
+static void warn_of_skybox(const ibl_bake *b)
+{
+    const char *file = ibl_path_name(b->files[IBL_OUTPUT_SPECULAR].path);
+
+    if (b->opts->engine && ibl_opts_given(b->opts, "skybox"))
+        ibl_console_warn(b->console,
+                         "--skybox: not in %s, whose level 0 is the "
+                         "background: for a file of its own take --only "
+                         "skybox without --target",
+                         file);
+}
+
 static bool write_specular(ibl_bake *b)
 {
     char given[IBL_SAMPLING_BYTES];
@@ -167,6 +180,7 @@ static bool write_specular(ibl_bake *b)
     /* Engines know their last level. */
     if (!b->opts->of && !b->opts->engine)
         ibl_warn_of_small_faces(b->console, &b->made.report.layout);
+    warn_of_skybox(b);
     ibl_sampling_given(b->opts, given);
     if (*given && !strcmp(ibl_bake_specular_method(b), "spectral"))
         ibl_console_warn(b->console,

@@ -78,39 +78,59 @@ static bool open_sidecar(reader *r)
                                         : "");
 }
 
-/* Finds the one file named stem, suffix and a container's extension. Fails if
- * there are two. */
+/* Takes the file named stem and rest if it is there. Fails if there is another
+ * one already. */
+static bool take_there(reader *r, const char *stem, const char *rest)
+{
+    char *candidate = in_directory(r, stem, rest);
+
+    if (!candidate)
+        return false;
+    if (!r->path && !access(candidate, F_OK)) {
+        r->path = candidate;
+        return true;
+    }
+    const bool alone =
+        access(candidate, F_OK) ||
+        ibl_console_fail(r->console,
+                         "%s: %s is there, too: name the one to judge "
+                         "with --%s",
+                         candidate, r->path, ibl_output_name(r->kind));
+    free(candidate);
+    return alone;
+}
+
+/* Finds the one file named stem, suffix and a container's extension. */
 static bool find_there(reader *r, const char *stem, const char *suffix)
 {
-    bool alone = true;
+    bool ok = true;
 
-    for (int c = 0; ibl_array_container_names[c] && alone; c++) {
+    for (int c = 0; ibl_array_container_names[c] && ok; c++) {
         char rest[32];
         snprintf(rest, sizeof rest, "%s.%s", suffix,
                  ibl_array_container_names[c]);
-        char *candidate = in_directory(r, stem, rest);
-        if (!candidate)
-            return false;
-        if (!r->path && !access(candidate, F_OK)) {
-            r->path = candidate;
-            continue;
-        }
-        alone = access(candidate, F_OK) ||
-                ibl_console_fail(r->console,
-                                 "%s: %s is there, too: name the one to judge "
-                                 "with --%s",
-                                 candidate, r->path, ibl_output_name(r->kind));
-        free(candidate);
+        ok = take_there(r, stem, rest);
     }
-    return alone;
+    return ok;
+}
+
+/* The levels may be in an engine's own file, which has another name. */
+static bool find_levels(reader *r)
+{
+    bool ok = find_there(r, r->opts->name, "_specular");
+
+    for (int e = IBL_ENGINE_ENV; e <= IBL_ENGINE_PLAYCANVAS && ok; e++)
+        ok = take_there(r, r->opts->name, ibl_engine_suffix((ibl_engine)e));
+    return ok;
 }
 
 /* Finds the file of the output by the option, the sidecar or its name. r->path
  * stays NULL if there is none. */
 static bool find_file(reader *r)
 {
-    static const char *const suffixes[] = {"_skybox", "_specular",
-                                           "_irradiance"};
+    static const char *const suffixes[] = {[IBL_OUTPUT_SKYBOX] = "_skybox",
+                                           [IBL_OUTPUT_IRRADIANCE] =
+                                               "_irradiance"};
     const ibl_verify_opts *o = r->opts;
     const char *file;
     bool ok = true;
@@ -132,6 +152,8 @@ static bool find_file(reader *r)
     if (r->kind == IBL_OUTPUT_LOBES)
         return find_there(r, o->name, "_lobe_lut") &&
                (r->path || find_there(r, ibl_output_content(r->kind), ""));
+    if (r->kind == IBL_OUTPUT_SPECULAR)
+        return find_levels(r);
     if (r->kind != IBL_OUTPUT_LUT)
         return find_there(r, o->name, suffixes[r->kind]);
     for (int i = 0; ibl_lut_stems[i] && ok && !r->path; i++)
@@ -157,7 +179,8 @@ static bool find_files(reader *r)
                   ibl_console_fail(
                       r->console,
                       "%s: has no %s_specular, _irradiance or _skybox (.ktx2, "
-                      ".ktx, .dds): give the --name of the bake",
+                      ".ktx, .dds), nor an engine's file (.env, .gltf, "
+                      "_envatlas.png): give the --name of the bake",
                       r->opts->directory, r->opts->name));
 }
 
