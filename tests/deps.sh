@@ -47,6 +47,9 @@ nodejs:runs_the_KTX_reader
 npm:fetches_the_KTX_reader
 chromium:runs_the_engines_of_check-clients
 procps:finds_what_runs_on
+slurm-wlm:a_cluster_of_one_machine
+munge:its_authentication
+parallel:runs_an_example_of_the_manual
 xvfb:display_of_the_window_test
 xdotool:presses_its_keys
 libx11-dev:drops_files_on_it

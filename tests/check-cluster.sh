@@ -1,0 +1,208 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Runs the examples of man/iblbake-cluster.7 as they are printed there: GNU
+# parallel, make -j, and job arrays of a Slurm that this script starts on this
+# machine, as root, with all its files in a temporary directory. A task is killed
+# and queued again, and two arrays write at once. BUILD names the build.
+set -u
+. tests/lib.sh
+need node
+use iblbake
+real=$work/bin/iblbake
+cd "$work" || exit 1
+
+# The literal block after the line of the manual that names it.
+example() { # NAME
+    awk -v name=".Pa $1" '$0 == name || index($0, name " ") == 1 { on = 1 }
+        on && /^\.Ed/ { exit }
+        literal
+        on && /^\.Bd -literal/ { literal = 1 }' \
+        "$top/man/iblbake-cluster.7" | sed "s/\\\\(aq/'/g; s/\\\\e/\\\\/g" >"$1"
+    [ -s "$1" ] || echo "the manual has no $1"
+}
+# A directory with the set of 64 probes, and the manual's files.
+begin() { # DIRECTORY FILE...
+    rm -rf "${work:?}/$1"
+    mkdir "$work/$1" && cd "$work/$1" || return
+    cp ../set.json . && ln -s ../captures .
+    for file in "${@:2}"; do example "$file"; done
+}
+mkdir captures
+for i in 0 1 2 3 4 5 6 7; do
+    mkenv exr $((32 + 8 * i)) $((16 + 4 * i)) BGR >captures/$i.exr
+done
+node -e "console.log(JSON.stringify({version: 1,
+    defaults: {size: 8, levels: 2, irradiance: 4, lut_size: 16},
+    global: {capture: {equirect: 'captures/7.exr'}},
+    probes: Array.from({length: 64}, (_, i) => ({name: 'p' + i,
+        position: [i, 0, 0], capture: {equirect: 'captures/' + i % 8 + '.exr'},
+        influence: {sphere: {centre: [i, 0, 0], radius: 1}}}))}))" >set.json
+iblbake probes -q set.json -o whole || exit 1
+iblbake probes -q set.json -o other --size 4 || exit 1
+
+test_parallel() {
+    begin parallel shards.sh
+    sh -e shards.sh || echo 'failed '
+    diff -r out ../whole
+}
+test_make() {
+    begin make Makefile
+    make -s -j4 || echo 'failed '
+    diff -r out ../whole
+    make -q || echo 'makes it again'
+}
+
+# ---- Slurm ---------------------------------------------------------------------
+export SLURM_CONF=$work/slurm/slurm.conf
+daemons=
+# Ends everything that was started: jobs, then their daemons, then what is left
+# of them, which is known by its environment.
+stop() {
+    local pid
+    [ -e "$SLURM_CONF" ] || return
+    timeout 10 scancel --full --user=root 2>/dev/null
+    # shellcheck disable=SC2086
+    kill $daemons 2>/dev/null
+    wait
+    for pid in /proc/[0-9]*; do
+        grep -qsz "^SLURM_CONF=$SLURM_CONF\$" "$pid/environ" &&
+            [ "${pid#/proc/}" != $$ ] && kill -9 "${pid#/proc/}" 2>/dev/null
+    done
+}
+trap 'cd "$work"; stop; rm -rf "$work"' EXIT
+trap 'exit 1' INT TERM HUP
+missing() { # why there is no Slurm here
+    local program
+    [ "$(id -u)" = 0 ] || echo 'Slurm with its files in a directory needs root'
+    for program in munged slurmctld slurmd sbatch; do
+        command -v $program >/dev/null || echo "$program is not installed"
+    done | head -n 1
+}
+is_up() { sinfo -h -o %t 2>/dev/null | grep -qx idle; }
+in_background() { # NAME COMMAND...
+    "${@:2}" >"slurm/$1.out" 2>&1 &
+    daemons="$daemons $!"
+}
+start() {
+    local slurm=$work/slurm ports node
+    node=$(hostname -s)
+    mkdir -p slurm/state slurm/spool
+    (umask 077; head -c 1024 /dev/urandom >slurm/key)
+    ports=$(node -e "const net = require('net'), all = [0, 0].map(() =>
+        net.createServer().listen(0, '127.0.0.1', () => {
+            if (all.every(s => s.address())) {
+                console.log(all.map(s => s.address().port).join(' '));
+                all.forEach(s => s.close());
+            }
+        }))")
+    # Credentials of 5 s: a task that is queued again waits for the end of its
+    # old one. More CPUs than there may be, so that all tasks run at once.
+    cat >slurm/slurm.conf <<END
+ClusterName=check
+SlurmctldHost=$node(127.0.0.1)
+SlurmctldPort=${ports% *}
+SlurmdPort=${ports#* }
+SlurmUser=root
+AuthType=auth/munge
+AuthInfo=socket=$slurm/socket,cred_expire=5
+CredType=cred/munge
+StateSaveLocation=$slurm/state
+SlurmdSpoolDir=$slurm/spool
+SlurmctldPidFile=$slurm/slurmctld.pid
+SlurmdPidFile=$slurm/slurmd.pid
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_CPU
+MpiDefault=none
+JobAcctGatherType=jobacct_gather/none
+ReturnToService=2
+MailProg=/bin/true
+SlurmdParameters=config_overrides
+SchedulerParameters=sched_interval=1,batch_sched_delay=0
+NodeName=$node NodeAddr=127.0.0.1 CPUs=16 State=UNKNOWN
+PartitionName=all Nodes=ALL Default=YES MaxTime=5 State=UP
+END
+    in_background munged munged --foreground --force --key-file=$slurm/key \
+        --socket=$slurm/socket --pid-file=$slurm/munged.pid \
+        --seed-file=$slurm/seed --log-file=$slurm/munged.log --num-threads=2
+    within test -S slurm/socket || return
+    in_background slurmctld slurmctld -D -i
+    in_background slurmd slurmd -D
+    within is_up
+}
+is_idle() { [ -z "$(squeue -h 2>&1)" ]; }
+# Waits until no job is left, and prints what the jobs have said.
+finish() {
+    within is_idle || squeue
+    cat ./*.log
+}
+
+# Task 3 of 4 dies of SIGKILL as it gives its files their names.
+cat >kill.c <<'END'
+#include <signal.h>
+int rename(const char *from, const char *to)
+{
+    (void)from, (void)to;
+    return raise(SIGKILL);
+}
+END
+${CC:-cc} -shared -fPIC -o kill.so kill.c || exit 1
+mkdir deadly
+cat >deadly/iblbake <<END
+#!/bin/sh
+case "\$*" in
+*'--shard 3/4 '*) echo "\$SLURM_RESTART_COUNT" >>tries
+    [ "\$SLURM_RESTART_COUNT" ] || export LD_PRELOAD=$work/kill.so ;;
+esac
+exec "$real" "\$@"
+END
+chmod +x deadly/iblbake
+
+test_slurm_probes() {
+    begin probes probes.sh submit.sh
+    PATH=$work/deadly:$PATH sh -e submit.sh >submitted || cat submitted
+    finish | grep -v -e Killed -e 'DUE TO JOB REQUEUE'
+    printf '\n1\n' | diff tries - || echo 'no task was killed and queued again'
+    diff -r out ../whole
+}
+# Two arrays into the same directories, of one set but other options: a
+# directory is of one of them, and what does not fit is named.
+test_slurm_two_arrays() {
+    begin two probes.sh
+    sbatch probes.sh --size 4 >submitted && sbatch probes.sh >>submitted ||
+        cat submitted
+    finish | grep -v 'another run is at work'
+    if iblbake merge part/* -o out 2>err; then
+        diff -rq out ../whole >/dev/null || diff -rq out ../other
+    else
+        grep -q '^iblbake: part/.: is of another set or of other options' err ||
+            cat err
+        [ ! -e out ] || echo 'something was written'
+    fi
+    sbatch probes.sh >submitted || cat submitted
+    finish
+    iblbake merge -q part/* -o out && diff -r out ../whole
+}
+
+why=$(missing)
+for name in $(sed -n 's/^\(test_[a-z_]*\)() {$/\1/p' \
+    "$top/tests/check-cluster.sh"); do
+    picked "$name" || continue
+    case $name in
+    test_parallel) lack=$(command -v parallel >/dev/null || echo no parallel) ;;
+    test_slurm_*) lack=$why ;;
+    *) lack= ;;
+    esac
+    if [ -n "$lack" ]; then
+        echo "skipped $name: $lack"
+        skipped=$((skipped + 1))
+        continue
+    fi
+    if [[ $name == test_slurm_* ]] && [ ! -e "$SLURM_CONF" ] && ! start; then
+        verdict slurm "does not start: $(tail -n 5 slurm/*.out slurm/*.log)"
+        break
+    fi
+    verdict "$name" "$($name 2>&1)"
+done
+end
