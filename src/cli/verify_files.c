@@ -489,16 +489,18 @@ static double find_loss(const reader *r, int level)
     return json_is_real(nrmse) ? json_real_value(nrmse) : NAN;
 }
 
-/* Adds a level of `from` to the files, turned to our axes. */
-static bool add_level(const reader *r, const ibl_cube *from, int level,
-                      ibl_pixel pixel, size_t mended)
+static bool is_turned(const reader *r)
 {
-    ibl_verify_files *f = r->files;
-    const int n = ibl_cube_edge(from->size, level);
-    const int first = f->count > r->first ? f->level[r->first].size : n;
-    ibl_cube *to = &f->cube[f->count];
+    return r->opts->axes[0] || r->axes.mirror || r->axes.up;
+}
 
+/* Copies a level, turned to our axes. */
+static bool turn_level(const reader *r, const ibl_cube *from, int level,
+                       ibl_cube *to)
+{
+    const int n = ibl_cube_edge(from->size, level);
     const ibl_level_shape shape = ibl_level_shape_of(from->projection, n);
+
     if (ibl_cube_alloc_as(r->ctx, from->projection, n, 1, to))
         return false;
     const int w = shape.width, h = shape.height;
@@ -509,6 +511,25 @@ static bool add_level(const reader *r, const ibl_cube *from, int level,
                ibl_cube_face(from, level, 0) + 3 * (size_t)i,
                3 * sizeof(float));
     }
+    return true;
+}
+
+/* Adds a level of `from` to the files: a copy in our axes, or, if those are the
+ * files', its own texels. */
+static bool add_level(const reader *r, const ibl_cube *from, int level,
+                      ibl_pixel pixel, size_t mended)
+{
+    ibl_verify_files *f = r->files;
+    const int n = ibl_cube_edge(from->size, level);
+    const int first = f->count > r->first ? f->level[r->first].size : n;
+    ibl_cube *to = &f->cube[f->count];
+
+    if (is_turned(r) && !turn_level(r, from, level, to))
+        return false;
+    if (is_turned(r))
+        f->owned[f->owned_count++] = *to;
+    else
+        *to = (ibl_cube){n, 1, ibl_cube_face(from, level, 0), from->projection};
     f->level[f->count] = (ibl_judge_level){
         .content = r->kind,
         .number = f->count - r->first,
@@ -576,6 +597,15 @@ static bool read_texture(const reader *r, ibl_texture *tex)
                             r->path, tex->layers, ibl_output_content(r->kind));
 }
 
+/* Keeps a cube whose levels were added, or frees it if they were copied. */
+static void keep(const reader *r, ibl_cube *cube)
+{
+    if (is_turned(r))
+        ibl_cube_free(cube);
+    else
+        r->files->owned[r->files->owned_count++] = *cube;
+}
+
 static bool read_container(reader *r, ibl_texture *tex)
 {
     ibl_cube cube = {0};
@@ -587,11 +617,13 @@ static bool read_container(reader *r, ibl_texture *tex)
             r->path);
     bool ok = read_texture(r, tex) && find_axes(r, tex) &&
               !ibl_texture_to_cube(r->ctx, tex, &cube);
+    ibl_bytes_free(tex->data); /* from here on, only its keys are needed */
+    tex->data = NULL;
     /* Mips of an irradiance map serve minification and are not judged. */
     const int levels = r->kind == IBL_OUTPUT_IRRADIANCE ? 1 : cube.levels;
     for (int l = 0; l < levels && ok; l++)
         ok = add_level(r, &cube, l, tex->pixel, 0);
-    ibl_cube_free(&cube);
+    keep(r, &cube);
     return ok && note_yaw(r, tex) && note_colour(r, tex);
 }
 
@@ -655,7 +687,7 @@ static bool read_faces(const reader *r, int level)
         free(path);
     }
     ok = ok && add_level(r, &cube, 0, IBL_PIXEL_COUNT, mended);
-    ibl_cube_free(&cube);
+    keep(r, &cube);
     return ok;
 }
 
@@ -815,8 +847,8 @@ bool ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
 
 void ibl_verify_files_free(ibl_verify_files *files)
 {
-    for (int i = 0; i < files->count; i++)
-        ibl_cube_free(&files->cube[i]);
+    for (int i = 0; i < files->owned_count; i++)
+        ibl_cube_free(&files->owned[i]);
     for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
         free(files->path[kind]);
     ibl_lut_free(&files->lut);

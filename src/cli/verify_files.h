@@ -71,8 +71,11 @@ typedef struct ibl_verify_files {
     char *path[IBL_VERIFY_KINDS]; /* file or pattern; NULL: none */
     int count;                    /* number of levels, sorted by kind */
     ibl_judge_level level[IBL_REPORT_ROWS];
-    ibl_cube cube[IBL_REPORT_ROWS]; /* one level each, turned to our axes */
-    ibl_lut lut;                    /* empty if there is none */
+    ibl_cube cube[IBL_REPORT_ROWS]; /* one level each, in our axes; their texels
+                                       are in owned */
+    ibl_cube owned[IBL_REPORT_ROWS];
+    int owned_count;
+    ibl_lut lut; /* empty if there is none */
     ibl_pixel lut_pixel;
     ibl_geometry geometry;
     float *lobes; /* IBL_LOBE_LAYERS of lobe_size^2 texels of 4; NULL: none */
