@@ -286,13 +286,14 @@ FUZZED := $(wildcard src/core/*.c src/io/*.c src/common/*.c src/engine/*.c \
           $(filter-out %_simd.c,$(wildcard src/kern/*.c)) \
           $(addprefix src/cli/,bake_options.c bench_options.c \
             common_options.c probe_set.c probes_grid.c probes_index.c \
-            probes_options.c shell_words.c targets.c verify.c verify_files.c) \
+            probes_options.c probes_shard.c shell_words.c \
+            targets.c verify.c verify_files.c) \
           $(addprefix src/view/,harmonics.c options.c probe_set.c set_about.c \
             set_open.c settings.c)
 FUZZ_WRAP = read pread ibl_print_line
 $(BUILD)/fuzz/fuzz_image: FUZZ_WRAP += ibl_bridge_rows
-$(BUILD)/fuzz/fuzz_json: FUZZ_WRAP += ibl_hash_bytes ibl_signals_catch \
-    view_gl_has_cube_arrays
+$(BUILD)/fuzz/fuzz_json: FUZZ_WRAP += ibl_hash_bytes ibl_hash_file \
+    ibl_signals_catch view_gl_has_cube_arrays view_upload
 fuzz_obj = $(patsubst %.c,$(BUILD)/fuzz/obj/%.o,$(1))
 $(BUILD)/fuzz/empty:
 	@mkdir -p $(@D)

@@ -3,7 +3,9 @@
  * programs read it. */
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
+#include "cli/common_options.h"
 #include "cli/probes.h"
 #include "cli/verify_files.h"
 #include "fuzz.h"
@@ -44,6 +46,16 @@ bool __wrap_view_gl_has_cube_arrays(void)
     return true;
 }
 
+GLuint __wrap_view_upload(const ibl_texture *tex, bool filtered,
+                          const char *path);
+GLuint __wrap_view_upload(const ibl_texture *tex, bool filtered,
+                          const char *path)
+{
+    (void)filtered;
+    FUZZ_NEED(tex->data && *path);
+    return 1;
+}
+
 static void bind(GLenum target, GLuint texture)
 {
     (void)target;
@@ -56,7 +68,7 @@ static void delete (GLsizei count, const GLuint *textures)
     (void)textures;
 }
 
-/* A bake, for sidecars. */
+/* A bake, for sidecars, and a set of probes of one layer. */
 void fuzz_begin(void)
 {
     gl.BindTexture = bind;
@@ -64,10 +76,11 @@ void fuzz_begin(void)
     save_texture("env_specular.ktx2", IBL_PIXEL_RGBA16F, 3, IBL_FACES);
     save_texture("env_irradiance.ktx2", IBL_PIXEL_RGBA16F, 1, IBL_FACES);
     save_texture("brdf_lut.ktx2", IBL_PIXEL_RG16F, 1, 1);
+    save_texture("probes_specular.ktx2", IBL_PIXEL_RGBA16F, 2, IBL_FACES);
     fuzz_save("set", set_json, strlen(set_json));
 }
 
-/* Any index has the hash that it says, if that is 0 (--wrap). */
+/* Any index and file has the hash that an index says, if that is 0 (--wrap). */
 void __wrap_ibl_hash_bytes(const void *bytes, size_t size,
                            char hash[IBL_HASH_SIZE]);
 void __wrap_ibl_hash_bytes(const void *bytes, size_t size,
@@ -76,6 +89,13 @@ void __wrap_ibl_hash_bytes(const void *bytes, size_t size,
     (void)bytes;
     (void)size;
     strcpy(hash, "0");
+}
+
+bool __wrap_ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE]);
+bool __wrap_ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE])
+{
+    strcpy(hash, "0");
+    return !access(path, F_OK);
 }
 
 static void read_set(const fuzz_input *in, ibl_console *console)
@@ -139,21 +159,39 @@ static void view_sidecar(const fuzz_input *in, ibl_console *console)
     view_set_free(&set);
 }
 
-/* There are no arrays, so that nothing is loaded into OpenGL. */
 static void view_index(const fuzz_input *in, ibl_console *console)
 {
+    view_probe_set *set = view_probe_set_load(
+        fuzz_ctx, fuzz_save("index.json", in->bytes, in->size));
+
     (void)console;
-    FUZZ_NEED(!view_probe_set_load(
-        fuzz_ctx, fuzz_save("index.json", in->bytes, in->size)));
-    fuzz_said(true);
+    fuzz_said(!set);
+    if (set)
+        FUZZ_NEED(view_probe_set_locals(set)->count > 0);
+    view_probe_set_free(set);
+}
+
+static void merge_shard(const fuzz_input *in, ibl_console *console)
+{
+    char *words[] = {(char *)fuzz_path(""), "-o", (char *)fuzz_path("merged"),
+                     NULL};
+    void *settings = malloc(ibl_merge_command.settings_size);
+    int status;
+
+    (void)console;
+    fuzz_save("index.json", in->bytes, in->size);
+    FUZZ_NEED(settings);
+    FUZZ_NEED(ibl_command_line(&ibl_merge_command, words, settings, &status));
+    fuzz_said(ibl_merge_command.run(settings));
+    free(settings);
 }
 
 void fuzz_one(fuzz_input in)
 {
     static void (*const readers[])(const fuzz_input *, ibl_console *) = {
-        read_set,       read_grid,    read_old_index,
-        verify_sidecar, view_sidecar, view_index};
-    const int kind = fuzz_choice(&in, 6);
+        read_set,     read_grid,  read_old_index, verify_sidecar,
+        view_sidecar, view_index, merge_shard};
+    const int kind = fuzz_choice(&in, 7);
     ibl_console console;
 
     ibl_console_init(&console, false, false);

@@ -118,15 +118,18 @@ cat >made/one.json <<'END'
   "half": [1, 1, 1]}}}]}
 END
 "$iblbake" probes -q made/one.json -o made/probes
-sed 's/^  "hash": .*/  "hash": "0",/' made/probes/index.json >made/index.json
+sed 's/"hash": "[^"]*"/"hash": "0"/' made/probes/index.json >made/index.json
+"$iblbake" probes -q made/one.json -o made/shard --shard 1/1
+sed 's/"hash": "[^"]*"/"hash": "0"/' made/shard/index.json >made/shard.json
 cp made/rgba16f-ktx2/map.json made/sidecar.json
-seed json set 0 made/set.json
-seed json grid 1 made/grid.json
-for reader in 2 5; do seed json index$reader $reader made/index.json; done
+seed json set '\x00' made/set.json
+seed json grid '\x01' made/grid.json
+for reader in 2 5; do seed json index$reader "\\x0$reader" made/index.json; done
 for reader in 3 4; do
-    seed json sidecar$reader $reader made/sidecar.json
-    seed json more$reader $reader made/more/map.json
+    seed json sidecar$reader "\\x0$reader" made/sidecar.json
+    seed json more$reader "\\x0$reader" made/more/map.json
 done
+seed json shard '\x06' made/shard.json
 
 # ---- scenes ------------------------------------------------------------------
 cat >made/scene.gltf <<'END'
