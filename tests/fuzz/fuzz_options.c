@@ -18,12 +18,14 @@ void fuzz_begin(void)
 static void parse(const ibl_command *cmd, char **words)
 {
     int status = -1;
-    void *settings = malloc(cmd->settings_size);
+    void *settings = calloc(1, cmd->settings_size);
 
     FUZZ_NEED(settings);
     const bool ok = ibl_command_line(cmd, words, settings, &status);
     FUZZ_NEED(ok ? status == 0 : status == 0 || status == 2);
     fuzz_said(status);
+    if (cmd->release)
+        cmd->release(settings);
     free(settings);
 }
 
