@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "view/message.h"
-#include "view/vector.h"
 
 /* Least share of the light above the mean that the table is made for: less is
  * rounding in an even environment, and would only add noise. */
@@ -57,9 +56,13 @@ static double value_at(const float *cells, int edge, int face, int x, int y)
     if (x < 0 || x >= edge || y < 0 || y >= edge) {
         /* Half a cell beyond the edge: this direction meets the next face, in
          * the same row of cells. */
+        const ibl_level_shape shape =
+            ibl_level_shape_of(IBL_PROJECTION_CUBE, edge);
         double d[3];
+        int at[3];
         ibl_cube_direction(edge, face, x, y, d);
-        view_cube_texel(d, edge, &face, &x, &y);
+        ibl_level_texel(&shape, d, at);
+        face = at[0], x = at[1], y = at[2];
     }
     return cells[cell_of(edge, face, x, y)];
 }

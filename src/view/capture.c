@@ -23,7 +23,6 @@ enum {
     MIP,
     BLUR,
     LOBE,
-    EQUIRECT,
     PASSES
 };
 
@@ -141,7 +140,7 @@ static bool make_passes(view_capture *c)
     static const char *const files[PASSES] = {
         [FACE] = "capture_face.frag", [PARABOLOID] = "capture_paraboloid.frag",
         [MIP] = "capture_mip.frag",   [BLUR] = "capture_blur.frag",
-        [LOBE] = "capture_lobe.frag", [EQUIRECT] = "capture_equirect.frag",
+        [LOBE] = "capture_lobe.frag",
     };
 
     for (int i = 0; i < PASSES; i++) {
@@ -256,27 +255,23 @@ static void use_lookups(const view_capture *c, int first, int last)
 
 /* ---- filters of the library -------------------------------------------- */
 
-/* Averages the colours of level 0 of the lookups over each pixel
- * of a map. False, with a message. The caller must free map either way. */
-static bool read_equirect(const view_capture *c, ibl_ctx *ctx, ibl_image *map)
+/* The colours of level 0 of the lookups as a map. False, with a message. The
+ * caller must free map either way. */
+static bool read_map(const view_capture *c, ibl_ctx *ctx, ibl_image *map)
 {
-    const pass *p = &c->pass[EQUIRECT];
-    const int width = 4 * c->size, height = 2 * c->size;
+    const int n = c->size, width = ibl_latlong_width(n);
+    ibl_cube cube = {0};
+    bool ok = !ibl_image_alloc(ctx, width, width / 2, map) &&
+              !ibl_cube_alloc(ctx, n, 1, &cube);
 
-    if (ibl_image_alloc(ctx, width, height, map))
-        return false;
-    gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT_MORE);
-    const GLuint picture = view_float_image(GL_RGBA, width, height, NULL);
-    view_gl_target(c->target, picture);
-    gl.Viewport(0, 0, width, height);
-    gl.UseProgram(p->program);
-    gl.Uniform1f(p->edge, (float)height);
-    use_lookups(c, 0, 0);
-    view_gl_draw_full(p->program);
-    gl.ReadPixels(0, 0, width, height, GL_RGB, GL_FLOAT, map->data);
-    view_gl_target(c->target, 0);
-    gl.DeleteTextures(1, &picture);
-    return true;
+    gl.BindFramebuffer(GL_FRAMEBUFFER, c->target);
+    for (int f = 0; f < IBL_FACES && ok; f++) {
+        attach(GL_FRAMEBUFFER, c->lookup, 0, 0, f);
+        gl.ReadPixels(0, 0, n, n, GL_RGB, GL_FLOAT, ibl_cube_face(&cube, 0, f));
+    }
+    ok = ok && !ibl_latlong_from_cube(ctx, &cube, map);
+    ibl_cube_free(&cube);
+    return ok;
 }
 
 /* Bakes levels and irradiance from the lookups. */
@@ -291,7 +286,7 @@ static bool bake(const view_capture *c, ibl_ctx *ctx, ibl_bake_result *result)
     opts.specular_options.levels = c->levels;
     opts.irradiance_options.size = VIEW_CAPTURE_IRRADIANCE;
     opts.sh_degree = -1;
-    const bool ok = read_equirect(c, ctx, &map) &&
+    const bool ok = read_map(c, ctx, &map) &&
                     !ibl_bake_environment(ctx, &env, &opts, result);
     ibl_image_free(&map);
     return ok;

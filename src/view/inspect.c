@@ -5,7 +5,6 @@
 #include <stdio.h>
 
 #include "view/sphere_grid.h"
-#include "view/vector.h"
 
 /* As in shaders/layout.glsl. */
 #define ASIDE (1.0 / 32)
@@ -71,6 +70,16 @@ static int cross_face(int column, int row)
     return column != 1 ? -1 : row == 0 ? 2 : 3;
 }
 
+/* The texel of faces of edge x edge that a direction hits. */
+static void hit(const double d[3], int edge, view_texel *t)
+{
+    const ibl_level_shape shape = ibl_level_shape_of(IBL_PROJECTION_CUBE, edge);
+    int at[3];
+
+    ibl_level_texel(&shape, d, at);
+    t->face = at[0], t->x = at[1], t->y = at[2];
+}
+
 /* Row 0 is the zenith, the middle column is +X. */
 static void unfold_equirect(const flat *f, const double p[2], view_texel *t)
 {
@@ -78,7 +87,7 @@ static void unfold_equirect(const flat *f, const double p[2], view_texel *t)
     const double theta = M_PI * p[1] / f->size[1];
     const double d[3] = {sin(theta) * cos(phi), cos(theta),
                          sin(theta) * sin(phi)};
-    view_cube_texel(d, f->edge, &t->face, &t->x, &t->y);
+    hit(d, f->edge, t);
 }
 
 static void unfold_faces(const flat *f, view_layout layout, const double p[2],
@@ -154,7 +163,7 @@ static view_texel take_sky(const baked_set *set, const view_settings *s,
         view_grid_hit(spheres, view_grid(s, spheres), c.eye, world, NULL) >= 0)
         return t;
     view_turn(s->turn, world, d);
-    view_cube_texel(d, map->width, &t.face, &t.x, &t.y);
+    hit(d, map->width, &t);
     t.inside = true;
     take(map, &t);
     return t;

@@ -25,11 +25,6 @@ static inline void normalise3(double a[3])
         a[k] /= length;
 }
 
-/* ---- directions (cube.c) ----------------------------------------------- */
-
-/* Face, and texel of edge x edge, that a direction of any length points to. */
-void view_cube_texel(const double d[3], int edge, int *face, int *x, int *y);
-
 /* ---- spherical harmonics (harmonics.c) --------------------------------- */
 
 /* Highest degree of irradiance that is drawn. */
