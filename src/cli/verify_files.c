@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "cli/faces.h"
+#include "common/about.h"
 #include "common/json_load.h"
 #include "common/names.h"
 #include "common/path.h"
@@ -28,7 +29,7 @@ typedef struct reader {
     ibl_output_kind kind; /* output being searched or read */
     char *path;           /* file of that output */
     int first;            /* index of its first level in files */
-    ibl_axes axes;        /* of that file */
+    ibl_about about;      /* that file */
 } reader;
 
 /* ---- finding --------------------------------------------------------- */
@@ -186,36 +187,6 @@ static bool find_files(reader *r)
 
 /* ---- what files say -------------------------------------------------- */
 
-/* Reads the roughness of an array of levels; returns their number, 0: bad. */
-static int read_levels(json_t *levels, double list[IBL_MAX_LEVELS])
-{
-    json_t *level;
-    size_t l;
-
-    json_array_foreach(levels, l, level)
-    {
-        if (l == IBL_MAX_LEVELS ||
-            json_unpack(level, "{s:F}", "roughness", &list[l]) ||
-            !(list[l] >= 0 && list[l] <= 1))
-            return 0;
-    }
-    return (int)json_array_size(levels);
-}
-
-/* Index in names of the value that the texture's key, else the sidecar, has for
- * key; 0 if neither has one, -1 if the value is not in names. */
-static int said(const reader *r, const ibl_texture *tex, const char *key,
-                const char *const *names, const char **word)
-{
-    char name[64];
-
-    snprintf(name, sizeof name, "iblbake.%s", key);
-    *word = ibl_texture_get(tex, name);
-    if (!*word)
-        *word = json_string_value(json_object_get(find_output(r), key));
-    return *word ? ibl_names_find(names, *word) : 0;
-}
-
 /* The lod that the levels of a mapping have; false: no levels have it. */
 static bool set_lod(const reader *r, ibl_lod *lod, ibl_roughness_map map,
                     double first, double last)
@@ -237,9 +208,10 @@ static bool find_roughness(const reader *r, const ibl_texture *tex, int levels,
                            double list[IBL_MAX_LEVELS])
 {
     const ibl_verify_map *m = &r->opts->roughness;
-    const char *key = ibl_texture_get(tex, "iblbake.roughness");
+    const ibl_about *a = &r->about;
+    const bool key = ibl_texture_get(tex, "iblbake.roughness");
     const char *who = key ? "its key iblbake.roughness" : r->sidecar_path;
-    json_t *array = json_object_get(find_output(r), "levels");
+    const json_t *array = json_object_get(find_output(r), "levels");
 
     if (m->count && m->count != levels)
         return ibl_console_fail(
@@ -252,39 +224,38 @@ static bool find_roughness(const reader *r, const ibl_texture *tex, int levels,
             list[l] = formula ? lod.layout.roughness[l] : m->list[l];
         return true;
     }
-    const int count =
-        key ? ibl_number_list(key, ',', 0, 1, list, IBL_MAX_LEVELS)
-            : read_levels(array, list);
-    if (count && count != levels)
+    if (a->levels > 0 && a->levels != levels)
         return ibl_console_fail(
             r->console,
             "%s: has %d levels, but %s lists the roughness of %d: bake it "
             "again, or say what it is with --roughness-map",
-            r->path, levels, who, count);
-    return count || ibl_console_fail(
-                        r->console,
-                        "%s: %s lists no roughness that levels have: bake it "
-                        "again, or say what it is with --roughness-map",
-                        r->path, who);
+            r->path, levels, who, a->levels);
+    for (int l = 0; l < a->levels; l++)
+        list[l] = a->roughness[l];
+    return a->levels > 0 ||
+           ibl_console_fail(
+               r->console,
+               "%s: %s lists no roughness that levels have: bake it again, or "
+               "say what it is with --roughness-map",
+               r->path, who);
 }
 
 /* Sets the lod: that of the option, else of a mapping that is named, else the
  * levels themselves, with straight lines between them. */
-static void find_lod(const reader *r, const ibl_texture *tex,
-                     const double *roughness, int levels)
+static void find_lod(const reader *r, const double *roughness, int levels)
 {
     const ibl_verify_opts *o = r->opts;
     const ibl_verify_map *m = &o->roughness;
     ibl_lod *lod = &r->files->lod;
-    const char *word = NULL;
-    const int found = said(r, tex, "mapping", ibl_mapping_names, &word);
+    const int found = r->about.value[IBL_ABOUT_MAPPING];
 
     *lod = o->lod.lod;
     if (o->lod.given && lod->count)
         return;
     if (o->lod.given ? set_lod(r, lod, lod->layout.mapping, 0, 1)
         : m->given   ? !m->count && set_lod(r, lod, m->map, 0, 1)
-                     : word && found >= 0 && found != IBL_ROUGHNESS_BEST &&
+                     : r->about.word[IBL_ABOUT_MAPPING] && found >= 0 &&
+                         found != IBL_ROUGHNESS_BEST &&
                          set_lod(r, lod, (ibl_roughness_map)found, roughness[0],
                                  roughness[levels - 1]))
         return;
@@ -300,55 +271,36 @@ static bool describe_specular(const reader *r, const ibl_texture *tex)
 {
     ibl_judge_level *level = r->files->level + r->first;
     const int levels = r->files->count - r->first;
-    const char *word;
-    const int found = said(r, tex, "lobe", ibl_lobe_names, &word);
+    const int found = r->about.value[IBL_ABOUT_LOBE];
     double roughness[IBL_MAX_LEVELS];
 
     if (!r->opts->lobe && found < 0)
         return ibl_console_fail(r->console,
                                 "%s: of a lobe %s, which is not known: say "
                                 "what it is with --lobe",
-                                r->path, word);
+                                r->path, r->about.word[IBL_ABOUT_LOBE]);
     if (!find_roughness(r, tex, levels, roughness))
         return false;
     for (int l = 0; l < levels; l++) {
         level[l].lobe = (ibl_lobe)(r->opts->lobe ? r->opts->lobe - 1 : found);
         level[l].roughness = roughness[l];
     }
-    find_lod(r, tex, roughness, levels);
+    find_lod(r, roughness, levels);
     return true;
 }
 
-/* Index in names of the value that the texture's key, else the sidecar's
- * orientation, has for key; 0 if neither has one. False, after a message: it is
- * not in names. */
-static bool find_axis(const reader *r, const ibl_texture *tex, const char *key,
-                      const char *const *names, int *axis)
+/* Checks the axes; those of the option come before. */
+static bool check_axes(const reader *r)
 {
-    char name[64];
+    const ibl_about *a = &r->about;
 
-    snprintf(name, sizeof name, "iblbake.%s", key);
-    const char *word = ibl_texture_get(tex, name);
-    if (!word && find_output(r))
-        word = json_string_value(
-            json_object_get(json_object_get(r->sidecar, "orientation"), key));
-    *axis = word ? ibl_names_find(names, word) : 0;
-    return *axis >= 0 ||
-           ibl_console_fail(r->console,
-                            "%s: its %s is %s, which is not known: say its "
-                            "axes with --axes",
-                            r->path, key, word);
-}
-
-static bool find_axes(reader *r, const ibl_texture *tex)
-{
-    int mirror = 0, up = 0;
-
-    if (!r->opts->axes[0] &&
-        (!find_axis(r, tex, "mirror", ibl_mirror_names, &mirror) ||
-         !find_axis(r, tex, "up", ibl_up_names, &up)))
-        return false;
-    r->axes = (ibl_axes){(ibl_mirror)mirror, (ibl_up)up};
+    for (int i = IBL_ABOUT_MIRROR; i <= IBL_ABOUT_UP && !r->opts->axes[0]; i++)
+        if (a->value[i] < 0)
+            return ibl_console_fail(r->console,
+                                    "%s: its %s is %s, which is not known: say "
+                                    "its axes with --axes",
+                                    r->path, ibl_about_words[i].member,
+                                    a->word[i]);
     return true;
 }
 
@@ -469,7 +421,8 @@ static ibl_texel turn(const reader *r, const ibl_level_shape *shape,
     double theirs[3], ours[3];
 
     ibl_level_direction(shape, at.face, at.x, at.y, theirs);
-    ibl_axes_turn(r->axes, 1, theirs, ours);
+    if (!r->opts->axes[0])
+        ibl_axes_turn(ibl_about_axes(&r->about), 1, theirs, ours);
     for (int k = 0; k < 3 && r->opts->axes[0]; k++) {
         const int axis = r->opts->axes[k];
         ours[abs(axis) - 1] = axis < 0 ? -theirs[k] : theirs[k];
@@ -491,7 +444,9 @@ static double find_loss(const reader *r, int level)
 
 static bool is_turned(const reader *r)
 {
-    return r->opts->axes[0] || r->axes.mirror || r->axes.up;
+    const ibl_axes axes = ibl_about_axes(&r->about);
+
+    return r->opts->axes[0] || axes.mirror || axes.up;
 }
 
 /* Copies a level, turned to our axes. */
@@ -555,8 +510,8 @@ static bool is_tilted(const ibl_verify_opts *o)
  * lack. */
 static bool name_kind(const reader *r, ibl_texture *tex)
 {
-    const char *word;
-    const int found = said(r, tex, "table", ibl_lut_names, &word);
+    const char *word = r->about.word[IBL_ABOUT_TABLE];
+    const int found = r->about.value[IBL_ABOUT_TABLE];
     const int kind = r->opts->table ? r->opts->table - 1 : found;
 
     if (kind < 0)
@@ -567,13 +522,21 @@ static bool name_kind(const reader *r, ibl_texture *tex)
                             ibl_lut_name((ibl_lut_kind)kind));
 }
 
+/* What the file's keys say and, unless an option has the file, the sidecar. */
+static void read_about(reader *r, const ibl_texture *tex)
+{
+    ibl_about_read(tex, r->sidecar, find_output(r), &r->about);
+}
+
 /* Reads a texture and checks its shape: one layer, a cube or a table. */
-static bool read_texture(const reader *r, ibl_texture *tex)
+static bool read_texture(reader *r, ibl_texture *tex)
 {
     const bool cube = r->kind != IBL_OUTPUT_LUT;
 
-    if (ibl_engine_read(r->ctx, r->path, tex, NULL) ||
-        (!cube && !name_kind(r, tex)))
+    if (ibl_engine_read(r->ctx, r->path, tex, NULL))
+        return false;
+    read_about(r, tex);
+    if (!cube && !name_kind(r, tex))
         return false;
     if (cube && tex->faces == 1 && ibl_pixel_channels(tex->pixel) != 3)
         return ibl_console_fail(r->console,
@@ -615,7 +578,7 @@ static bool read_container(reader *r, ibl_texture *tex)
             r->console,
             "%s: has %%l but no %%f: put %%f where the names of the faces are",
             r->path);
-    bool ok = read_texture(r, tex) && find_axes(r, tex) &&
+    bool ok = read_texture(r, tex) && check_axes(r) &&
               !ibl_texture_to_cube(r->ctx, tex, &cube);
     ibl_bytes_free(tex->data); /* from here on, only its keys are needed */
     tex->data = NULL;
@@ -715,7 +678,7 @@ static bool read_cube(reader *r)
 {
     ibl_texture tex = {0}; /* stays empty for a pattern */
 
-    r->axes = (ibl_axes){0};
+    read_about(r, &tex);
     const bool ok =
         (strstr(r->path, "%f") ? read_pattern(r) : read_container(r, &tex)) &&
         (r->kind != IBL_OUTPUT_SPECULAR || describe_specular(r, &tex)) &&
@@ -725,14 +688,13 @@ static bool read_cube(reader *r)
     return ok;
 }
 
-static bool read_lut(const reader *r)
+static bool read_lut(reader *r)
 {
     ibl_verify_files *f = r->files;
     ibl_texture tex = {0};
-    const char *word;
     const bool ok =
         read_texture(r, &tex) && !ibl_texture_to_lut(r->ctx, &tex, &f->lut);
-    const int found = said(r, &tex, "geometry", ibl_geometry_names, &word);
+    const int found = r->about.value[IBL_ABOUT_GEOMETRY];
 
     if (!r->opts->geometry && found > 0)
         f->geometry = (ibl_geometry)found;
@@ -743,23 +705,17 @@ static bool read_lut(const reader *r)
 
 /* Whether a lobe table is for the levels of the specular cube, as far as it
  * says. Several bakes in one directory share its name. */
-static bool is_of_chain(const reader *r, const ibl_texture *tex)
+static bool is_of_chain(reader *r, const ibl_texture *tex)
 {
     const ibl_verify_files *f = r->files;
-    const char *key = ibl_texture_get(tex, "iblbake.roughness");
-    double list[IBL_MAX_LEVELS];
-    const int count =
-        key ? ibl_number_list(key, ',', 0, 1, list, IBL_MAX_LEVELS) : 0;
+    double roughness[IBL_MAX_LEVELS];
     int levels = 0;
 
     for (int i = 0; i < f->count; i++)
-        if (f->level[i].content == IBL_OUTPUT_SPECULAR) {
-            if (key && !(levels < count &&
-                         fabs(list[levels] - f->level[i].roughness) < 1e-6))
-                return false;
-            levels++;
-        }
-    return !key || !levels || levels == count;
+        if (f->level[i].content == IBL_OUTPUT_SPECULAR)
+            roughness[levels++] = f->level[i].roughness;
+    read_about(r, tex);
+    return !levels || ibl_about_fits(&r->about, roughness, levels);
 }
 
 static bool check_lobes(const reader *r, const ibl_texture *tex)
@@ -789,7 +745,7 @@ static bool decode_lobes(ibl_verify_files *f, const ibl_texture *tex)
 }
 
 /* A table of other levels is left out, unless it was asked for. */
-static bool read_lobes(const reader *r)
+static bool read_lobes(reader *r)
 {
     static const char why[] = "for levels of other roughness than the specular "
                               "cube's";

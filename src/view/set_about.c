@@ -2,7 +2,6 @@
 /* How a file was baked, from its keys or from iblbake's NAME.json. */
 #include "view/set_parts.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +9,6 @@
 
 #include "common/json_load.h"
 #include "common/names.h"
-#include "common/option.h"
 #include "common/path.h"
 #include "engine/set.h"
 #include "view/message.h"
@@ -19,125 +17,45 @@ const char *const view_content_names[VIEW_CONTENTS + 1] = {
     "specular", "irradiance",       "brdf_lut",     "skybox",
     "lobe_lut", "charlie_specular", "charlie_table"};
 
-static const char *const scale_names[] = {"E/pi", "E", NULL};
+/* ---- how a file was baked ------------------------------------------------ */
 
-/* Values that are words, in the order of view_about's indices. */
-static const struct {
-    const char *key, *member; /* name in a container, in the sidecar */
-    const char *what;         /* for messages */
-    const char *const *names;
-} choices[] = {
-    {"iblbake.content", "content", "content", view_content_names},
-    {"iblbake.mapping", "mapping", "roughness mapping", ibl_mapping_names},
-    {"iblbake.lobe", "lobe", "lobe", ibl_lobe_names},
-    {"iblbake.geometry", "geometry", "geometry", ibl_geometry_names},
-    {"iblbake.irradiance_scale", "scale", "irradiance scale", scale_names},
-    {"iblbake.mirror", "mirror", "mirror", ibl_mirror_names},
-    {"iblbake.up", "up", "axis that points up", ibl_up_names},
-};
-
-/* Keys are read first, and hold; they have nine digits. */
-static void learn(view_about *a, int i, double value)
+static bool check_words(const ibl_about *a, const ibl_texture *tex,
+                        const char *path, const char *sidecar)
 {
-    if (a->known[i]) {
-        a->differ |= i != VIEW_ABOUT_CONTENT &&
-                     fabs(a->value[i] - value) > 1e-6 * (1 + fabs(value));
-        return;
-    }
-    a->known[i] = true;
-    a->value[i] = value;
-}
-
-/* ---- what keys and sidecar share --------------------------------------- */
-
-/* word NULL: absent. */
-static bool take_choice(view_about *a, int i, const char *where,
-                        const char *word)
-{
-    const int found = word ? ibl_names_find(choices[i].names, word) : 0;
     char text[128];
 
-    if (word)
-        learn(a, i, found);
-    if (found >= 0)
-        return true;
-    ibl_names_text(choices[i].names, text, sizeof text);
-    return view_fail("%s: has the %s \"%.40s\", which is none of %s: bake it "
-                     "again with the iblbake of this version",
-                     where, choices[i].what, word, text);
+    for (int i = 0; i < IBL_ABOUT_WORDS; i++) {
+        const struct ibl_about_word *of = &ibl_about_words[i];
+        if (a->value[i] >= 0)
+            continue;
+        ibl_names_text(of->names, text, sizeof text);
+        return view_fail("%s: has the %s \"%.40s\", which is none of %s: bake "
+                         "it again with the iblbake of this version",
+                         ibl_texture_get(tex, of->key) ? path : sidecar,
+                         of->what, a->word[i], text);
+    }
+    return true;
 }
 
-static bool check_numbers(const view_about *a, const char *where)
+static bool check_numbers(const ibl_about *a, const char *where)
 {
-    const double scale = a->value[VIEW_ABOUT_LOD_SCALE];
-    const double offset = a->value[VIEW_ABOUT_LOD_OFFSET];
     double last = 0;
 
-    if (!isfinite(scale) || !isfinite(offset) || scale < 0)
+    if (!isfinite(a->lod_scale) || !isfinite(a->lod_offset) || a->lod_scale < 0)
         return view_fail("%s: has lod_scale %g and lod_offset %g, which no "
                          "shader can use: bake it again",
-                         where, scale, offset);
-    for (int l = 0; l < a->value[VIEW_ABOUT_LEVELS]; l++) {
-        const double r = a->value[VIEW_ABOUT_ROUGHNESS + l];
-        if (!(r >= last && r <= 1))
+                         where, a->lod_scale, a->lod_offset);
+    if (a->levels < 0)
+        return view_fail("%s: the list of the roughness of its levels is "
+                         "damaged: bake it again",
+                         where);
+    for (int l = 0; l < a->levels; last = a->roughness[l++])
+        if (a->roughness[l] < last)
             return view_fail("%s: has roughness %g at level %d, which has to "
                              "be %g to 1: bake it again",
-                             where, r, l, last);
-        last = r;
-    }
+                             where, a->roughness[l], l, last);
     return true;
 }
-
-/* ---- keys ------------------------------------------------------------ */
-
-/* The number that text consists of; NAN if there is more or none. */
-static double number(const char *text)
-{
-    double x;
-    return ibl_number_list(text, ',', -DBL_MAX, DBL_MAX, &x, 1) ? x : NAN;
-}
-
-static void learn_levels(view_about *a, const double *roughness, int levels)
-{
-    for (int l = 0; l < levels; l++)
-        learn(a, VIEW_ABOUT_ROUGHNESS + l, roughness[l]);
-    learn(a, VIEW_ABOUT_LEVELS, levels);
-}
-
-/* "0,0.25,1". */
-static bool take_list(view_about *a, const char *path, const char *text)
-{
-    double list[IBL_MAX_LEVELS];
-    const int levels = text ? ibl_number_list(text, ',', -DBL_MAX, DBL_MAX,
-                                              list, IBL_MAX_LEVELS)
-                            : 0;
-
-    if (text && !levels)
-        return view_fail("%s: its key iblbake.roughness \"%.40s\" is damaged: "
-                         "bake it again",
-                         path, text);
-    if (text)
-        learn_levels(a, list, levels);
-    return true;
-}
-
-/* Reads the keys iblbake.* of a texture. It is no error if there are none. */
-static bool take_keys(const ibl_texture *tex, const char *path, view_about *a)
-{
-    const char *scale = ibl_texture_get(tex, "iblbake.lod_scale");
-    const char *offset = ibl_texture_get(tex, "iblbake.lod_offset");
-
-    if (scale && offset) {
-        learn(a, VIEW_ABOUT_LOD_SCALE, number(scale));
-        learn(a, VIEW_ABOUT_LOD_OFFSET, number(offset));
-    }
-    for (int i = 0; i < VIEW_ABOUT_CHOICES; i++)
-        if (!take_choice(a, i, path, ibl_texture_get(tex, choices[i].key)))
-            return false;
-    return take_list(a, path, ibl_texture_get(tex, "iblbake.roughness"));
-}
-
-/* ---- entries of the sidecar -------------------------------------------- */
 
 /* The string of a member, or NULL. */
 static const char *text_of(const json_t *object, const char *name)
@@ -149,56 +67,6 @@ static bool damaged(const char *path, const char *what)
 {
     return view_fail("%s: %s: bake the set again, or take the file away", path,
                      what);
-}
-
-static bool take_levels(view_about *a, const char *path, const json_t *levels)
-{
-    const size_t count = json_array_size(levels);
-
-    if (!json_object_get(json_array_get(levels, 0), "roughness"))
-        return true;
-    double list[IBL_MAX_LEVELS];
-    if (count > IBL_MAX_LEVELS)
-        return damaged(path, "has more levels than a chain can have");
-    for (size_t l = 0; l < count; l++)
-        if (json_unpack(json_array_get(levels, l), "{s:F}", "roughness",
-                        &list[l]))
-            return damaged(path, "has a level without roughness");
-    learn_levels(a, list, (int)count);
-    return true;
-}
-
-/* Reads an entry of the sidecar at path; NULL: nothing. */
-static bool take_entry(const json_t *entry, const char *path, view_about *a)
-{
-    const json_t *scale = json_object_get(entry, "lod_scale");
-    const json_t *offset = json_object_get(entry, "lod_offset");
-
-    if (json_is_number(scale) && json_is_number(offset)) {
-        learn(a, VIEW_ABOUT_LOD_SCALE, json_number_value(scale));
-        learn(a, VIEW_ABOUT_LOD_OFFSET, json_number_value(offset));
-    }
-    for (int i = 0; i < VIEW_ABOUT_CHOICES; i++)
-        if (!take_choice(a, i, path, text_of(entry, choices[i].member)))
-            return false;
-    return take_levels(a, path, json_object_get(entry, "levels"));
-}
-
-/* Reads the axes, which hold for all outputs of a sidecar. */
-static bool take_axes(const json_t *root, const char *path, view_about *a)
-{
-    const json_t *from = json_object_get(root, "orientation");
-
-    for (int i = VIEW_ABOUT_MIRROR; i <= VIEW_ABOUT_UP; i++)
-        if (!take_choice(a, i, path, text_of(from, choices[i].member)))
-            return false;
-    return true;
-}
-
-ibl_axes view_about_axes(const view_about *a)
-{
-    return (ibl_axes){(ibl_mirror)a->value[VIEW_ABOUT_MIRROR],
-                      (ibl_up)a->value[VIEW_ABOUT_UP]};
 }
 
 /* Checks edge and levels of a chain; flat ones are as high as the cube that
@@ -383,30 +251,25 @@ static bool take_source(const json_t *root, baked_set *set)
                                      path, &set->source)));
 }
 
-bool view_sidecar_read(ibl_ctx *ctx, const json_t *root, baked_set *set)
+bool view_sidecar_read(ibl_ctx *ctx, const json_t *root, ibl_axes axes,
+                       baked_set *set)
 {
-    view_about about = {0};
-
     set->sh_degree = -1;
-    if (!take_axes(root, set->path[VIEW_SIDECAR], &about))
-        return false;
-    const ibl_axes axes = view_about_axes(&about);
     return take_sh(ctx, root, axes, set) && take_lights(root, axes, set) &&
            take_expected(root, set) && take_source(root, set);
 }
 
 bool view_about_read(const baked_set *set, view_content content,
-                     const json_t *sidecar, view_about *a)
+                     const json_t *sidecar, ibl_about *a)
 {
     const ibl_texture *tex = &set->texture[content];
     const char *path = set->path[content], *side = set->path[VIEW_SIDECAR];
     const json_t *entry =
         ibl_sidecar_output(sidecar, "file", ibl_path_name(path));
 
-    *a = (view_about){0};
-    if (!take_keys(tex, path, a) || !check_numbers(a, path) ||
-        !take_entry(entry, side, a) || !check_numbers(a, side) ||
-        (entry && !take_axes(sidecar, side, a)))
+    ibl_about_read(tex, sidecar, entry, a);
+    if (!check_words(a, tex, path, side) ||
+        !check_numbers(a, tex->key_count ? path : side))
         return false;
     if (a->differ)
         view_note("%s: does not say what %s says of it: taken as the file says",

@@ -194,6 +194,7 @@ typedef struct opener {
     ibl_ctx *ctx;
     baked_set *set;
     json_t *sidecar; /* or NULL */
+    ibl_axes axes;   /* of the specular file */
 } opener;
 
 /* ---- the other files -------------------------------------------------- */
@@ -317,24 +318,24 @@ static bool check_shape(const ibl_texture *tex, const char *path,
 /* Checks the content by keys, sidecar or, last, file name. Any cube can be a
  * sky. */
 static bool check_content(const char *path, view_content wanted,
-                          const view_about *about)
+                          const ibl_about *about)
 {
+    const char *word = about->word[IBL_ABOUT_CONTENT];
     size_t length;
-    const view_content found =
-        about->known[VIEW_ABOUT_CONTENT]
-            ? (view_content)about->value[VIEW_ABOUT_CONTENT]
-            : content_of(path, &length);
+    const int found = word ? ibl_names_find(view_content_names, word)
+                           : (int)content_of(path, &length);
 
-    return found == VIEW_CONTENTS || found == wanted || wanted == VIEW_SKY ||
-           wanted == VIEW_SHEEN ||
+    if (found < 0)
+        return wrong(path, wanted, "holds %.40s", word);
+    return found == VIEW_CONTENTS || found == (int)wanted ||
+           wanted == VIEW_SKY || wanted == VIEW_SHEEN ||
            wrong(path, wanted, "holds %s", contents[found].words);
 }
 
 /* Turns a cube to the axes of the world. */
-static bool turn_back(const opener *o, ibl_texture *tex,
-                      const view_about *about)
+static bool turn_back(const opener *o, ibl_texture *tex, const ibl_about *about)
 {
-    const ibl_axes axes = view_about_axes(about);
+    const ibl_axes axes = ibl_about_axes(about);
 
     return tex->faces == 1 || (!axes.mirror && !axes.up) ||
            !ibl_texture_turn_axes(o->ctx, tex, axes, 1);
@@ -370,7 +371,7 @@ static bool make_cube(const opener *o, const char *path, ibl_texture *tex)
 }
 
 /* Reads the file of a content and how it was baked. */
-static bool load(opener *o, view_content content, view_about *about)
+static bool load(opener *o, view_content content, ibl_about *about)
 {
     ibl_texture *tex = &o->set->texture[content];
     const char *path = o->set->path[content];
@@ -408,36 +409,30 @@ static void note_misfits(const baked_set *set)
                   set->path[VIEW_SPECULAR], set->roughness[0]);
 }
 
-static bool knows_nothing(const view_about *a)
-{
-    static const view_about nothing;
-    return !memcmp(a->known, nothing.known, sizeof a->known);
-}
-
-static bool take_specular(baked_set *set, const view_about *a)
+static bool take_specular(baked_set *set, const ibl_about *a)
 {
     const char *path = set->path[VIEW_SPECULAR];
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
-    const int levels = tex->levels, told = (int)a->value[VIEW_ABOUT_LEVELS];
-    const bool cmgen = knows_nothing(a) && ibl_texture_get(tex, "sh");
+    const char *mapping = a->word[IBL_ABOUT_MAPPING];
+    const int levels = tex->levels, told = a->levels;
+    const bool cmgen = !mapping && ibl_texture_get(tex, "sh");
 
     set->mapping = cmgen ? IBL_ROUGHNESS_FILAMENT
-                         : (ibl_roughness_map)a->value[VIEW_ABOUT_MAPPING];
-    set->lobe = (ibl_lobe)a->value[VIEW_ABOUT_LOBE];
-    if (!a->known[VIEW_ABOUT_MAPPING])
+                         : (ibl_roughness_map)a->value[IBL_ABOUT_MAPPING];
+    set->lobe = (ibl_lobe)a->value[IBL_ABOUT_LOBE];
+    if (!mapping)
         view_note("%s: does not say how it was baked: taken as GGX, %s "
                   "mapping%s, roughness 0 to 1",
                   path, ibl_roughness_map_name(set->mapping),
                   cmgen ? " as cmgen has it" : "");
-    const bool lod = a->known[VIEW_ABOUT_LOD_SCALE];
-    set->lod_scale = lod ? a->value[VIEW_ABOUT_LOD_SCALE] : levels - 1;
-    set->lod_offset = a->value[VIEW_ABOUT_LOD_OFFSET];
-    if (a->known[VIEW_ABOUT_LEVELS] && told != levels)
+    set->lod_scale = a->has_lod ? a->lod_scale : levels - 1;
+    set->lod_offset = a->lod_offset;
+    if (told && told != levels)
         return view_fail("%s: says the roughness of %d levels and has %d: "
                          "bake it again",
                          path, told, levels);
     for (int l = 0; l < levels; l++)
-        set->roughness[l] = told ? a->value[VIEW_ABOUT_ROUGHNESS + l]
+        set->roughness[l] = told ? a->roughness[l]
                                  : ibl_level_roughness(set->mapping, l, levels);
     note_misfits(set);
     return true;
@@ -471,23 +466,19 @@ static bool open_sidecar(opener *o, const char *path)
 static bool open_specular(opener *o, const char *path)
 {
     char *found = o->set->path[VIEW_SPECULAR] = find_specular(path);
-    view_about about;
+    ibl_about about;
 
-    return found && open_sidecar(o, found) && load(o, VIEW_SPECULAR, &about) &&
-           take_specular(o->set, &about);
+    if (!found || !open_sidecar(o, found) || !load(o, VIEW_SPECULAR, &about))
+        return false;
+    o->axes = ibl_about_axes(&about);
+    return take_specular(o->set, &about);
 }
 
 /* Leaves out a table of lobes for other levels: several bakes in one directory
  * share its name. */
-static void check_chain(baked_set *set, const view_about *a)
+static void check_chain(baked_set *set, const ibl_about *a)
 {
-    const int levels = set->texture[VIEW_SPECULAR].levels;
-    bool same = (int)a->value[VIEW_ABOUT_LEVELS] == levels;
-
-    for (int l = 0; l < levels && same; l++)
-        same =
-            fabs(a->value[VIEW_ABOUT_ROUGHNESS + l] - set->roughness[l]) < 1e-6;
-    if (same || !a->known[VIEW_ABOUT_LEVELS])
+    if (ibl_about_fits(a, set->roughness, set->texture[VIEW_SPECULAR].levels))
         return;
     view_note("%s: left out: for levels of other roughness than those of %s",
               set->path[VIEW_LOBES], set->path[VIEW_SPECULAR]);
@@ -499,7 +490,7 @@ static bool open_other(opener *o, view_content content, const char *named)
 {
     baked_set *set = o->set;
     char **path = &set->path[content];
-    view_about about;
+    ibl_about about;
 
     if (named && !(*path = strdup(named)))
         return view_file_no_memory(named);
@@ -512,15 +503,14 @@ static bool open_other(opener *o, view_content content, const char *named)
     if (content == VIEW_LOBES)
         check_chain(set, &about);
     if (content == VIEW_LUT) {
-        set->geometry = (ibl_geometry)about.value[VIEW_ABOUT_GEOMETRY];
-        if (!about.known[VIEW_ABOUT_GEOMETRY])
+        set->geometry = (ibl_geometry)about.value[IBL_ABOUT_GEOMETRY];
+        if (!about.word[IBL_ABOUT_GEOMETRY])
             view_note("%s: does not say its geometry: taken as %s", *path,
                       ibl_geometry_name(set->geometry));
     }
     if (content == VIEW_IRRADIANCE) {
-        set->irradiance_scale =
-            about.value[VIEW_ABOUT_SCALE] > 0 ? 1 / M_PI : 1;
-        if (!about.known[VIEW_ABOUT_SCALE])
+        set->irradiance_scale = about.value[IBL_ABOUT_SCALE] > 0 ? 1 / M_PI : 1;
+        if (!about.word[IBL_ABOUT_SCALE])
             view_note("%s: does not say its scale: taken as irradiance / pi",
                       *path);
     }
@@ -546,7 +536,7 @@ static bool open_sheen(const opener *o)
     baked_set *set = o->set;
     opener of = {.ctx = o->ctx, .set = set};
     char name[1024], *side;
-    view_about about;
+    ibl_about about;
 
     if (!find_beside(o, VIEW_SHEEN, &set->path[VIEW_SHEEN]))
         return false;
@@ -558,16 +548,15 @@ static bool open_sheen(const opener *o)
                     load(&of, VIEW_SHEEN, &about);
     free(side);
     json_decref(of.sidecar);
-    if (!ok || about.value[VIEW_ABOUT_LOBE] != IBL_LOBE_CHARLIE)
+    if (!ok || about.value[IBL_ABOUT_LOBE] != IBL_LOBE_CHARLIE)
         return ok && view_fail("%s: is not of the lobe charlie: bake it again",
                                set->path[VIEW_SHEEN]);
     const int levels = set->texture[VIEW_SHEEN].levels;
-    if ((int)about.value[VIEW_ABOUT_LEVELS] != levels)
+    if (about.levels != levels)
         return view_fail("%s: does not say the roughness of its levels: bake "
                          "it again",
                          set->path[VIEW_SHEEN]);
-    return view_set_fill_sheen(o->ctx, about.value + VIEW_ABOUT_ROUGHNESS,
-                               levels, set);
+    return view_set_fill_sheen(o->ctx, about.roughness, levels, set);
 }
 
 bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
@@ -581,7 +570,7 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
                     open_other(&o, VIEW_LUT, what->lut) &&
                     open_other(&o, VIEW_SKY, what->sky) &&
                     open_other(&o, VIEW_LOBES, NULL) && open_sheen(&o) &&
-                    view_sidecar_read(ctx, o.sidecar, set) &&
+                    view_sidecar_read(ctx, o.sidecar, o.axes, set) &&
                     name_map(set, what->map);
     json_decref(o.sidecar);
     if (ok && !set->texture[VIEW_LUT].data)

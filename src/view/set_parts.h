@@ -5,6 +5,7 @@
 
 #include <jansson.h>
 
+#include "common/about.h"
 #include "view/baked_set.h"
 
 /* "specular", "irradiance" and so on in file names, keys and sidecars; ended by
@@ -46,39 +47,11 @@ bool view_set_fill_sheen(ibl_ctx *ctx, const double *roughness, int levels,
 
 /* ---- how a file was baked (set_about.c) --------------------------------- */
 
-/* Indices in view_about. Mapping, lobe, geometry and axes hold the library's
- * enumerations, content a view_content, scale 0 for E/pi and 1 for E. */
-enum {
-    VIEW_ABOUT_CONTENT,
-    VIEW_ABOUT_MAPPING,
-    VIEW_ABOUT_LOBE,
-    VIEW_ABOUT_GEOMETRY,
-    VIEW_ABOUT_SCALE,
-    VIEW_ABOUT_MIRROR,
-    VIEW_ABOUT_UP,
-    VIEW_ABOUT_CHOICES,
-    VIEW_ABOUT_LOD_SCALE = VIEW_ABOUT_CHOICES,
-    VIEW_ABOUT_LOD_OFFSET,
-    VIEW_ABOUT_LEVELS, /* number of roughnesses that follow */
-    VIEW_ABOUT_ROUGHNESS,
-    VIEW_ABOUT_COUNT = VIEW_ABOUT_ROUGHNESS + IBL_MAX_LEVELS
-};
-
-typedef struct view_about {
-    bool known[VIEW_ABOUT_COUNT];
-    double value[VIEW_ABOUT_COUNT];
-    bool differ; /* keys and sidecar do */
-} view_about;
-
-/* Reads the keys iblbake.* of a texture of the set, then the sidecar's entry of
- * its file for values without a key; a note where both differ. It is no error
- * if nothing is known. False, with a message, if a value is invalid or the
- * sidecar belongs to another bake. */
+/* ibl_about_read of a texture of the set; a note where keys and sidecar differ.
+ * False, with a message, if a value is invalid or the sidecar belongs to
+ * another bake. */
 bool view_about_read(const baked_set *set, view_content content,
-                     const json_t *sidecar, view_about *a);
-
-/* The axes of the file; of the world if it does not say. */
-ibl_axes view_about_axes(const view_about *a);
+                     const json_t *sidecar, ibl_about *a);
 
 /* Reads NAME.json; the caller must free *root with json_decref. *root is NULL
  * if there is no such file, or if iblbake did not write it (with a note).
@@ -86,9 +59,11 @@ ibl_axes view_about_axes(const view_about *a);
 bool view_sidecar_open(const char *path, json_t **root);
 /* The name, without a directory, of a content's file; NULL: none. */
 const char *view_sidecar_file(const json_t *root, view_content content);
-/* Reads harmonics, lights and expected errors into set, and finds its map.
+/* Reads harmonics and lights, turned back from axes, and expected errors into
+ * set, and finds its map.
  * False, with a message. */
-bool view_sidecar_read(ibl_ctx *ctx, const json_t *root, baked_set *set);
+bool view_sidecar_read(ibl_ctx *ctx, const json_t *root, ibl_axes axes,
+                       baked_set *set);
 
 /* ---- missing textures (set_make.c) --------------------------------------- */
 
