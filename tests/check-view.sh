@@ -200,9 +200,6 @@ test_models_that_cannot_be_drawn() {
     done
     iblview good.gltf --offscreen no.png 2>said
     grep -q 'is a model: name the set' said || cat said
-    iblview "$work/ktx2" --model good.gltf --contact-sheet no.png \
-        --sheet-rows material 2>said
-    [ $? = 2 ] || echo "a sheet of materials"
 }
 
 # Those of others, where they are installed: all that are said to be good.
@@ -354,8 +351,6 @@ test_scene() {
     wrong 2 '*--size +64x64: not a value*' "$work/ktx2" --size +64x64
     wrong 2 '*--save-probes -: *cannot hold a directory*' "$work/ktx2" \
         --mode scene --save-probes -
-    wrong 2 '*--sheet-rows material: not of --mode scene*' "$work/ktx2" \
-        --contact-sheet c.png --mode scene --sheet-rows material
 }
 
 # --stats: words of NAME=NUMBER, whose parts sum up; the second line is of the
@@ -410,12 +405,9 @@ test_contact_sheets() {
     n=$(iblview --materials | wc -l)
     iblview "$work/ktx2" --contact-sheet a.png $small || echo "status $?"
     [ "$(size a.png)" = "$((4 + 4 * 52)) x $((4 + n * 40))" ] || size a.png
-    iblview "$work/ktx2" --contact-sheet b.png $small --sheet-rows tone \
-        --sheet-columns ev || echo "status $?"
-    [ "$(size b.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size b.png
-    iblview "$work/ktx2" --contact-sheet c.png $small --sheet-rows reflection \
-        --sheet-columns ev --samples 1 || echo "status $?"
-    [ "$(size c.png)" = "$((4 + 5 * 52)) x $((4 + 6 * 40))" ] || size c.png
+    iblview "$work/ktx2" --contact-sheet c.png $small --mode model \
+        --samples 1 || echo "status $?"
+    [ "$(size c.png)" = "$((4 + 4 * 52)) x $((4 + 6 * 40))" ] || size c.png
     # Of maps the levels, if there are several, by exposure.
     iblview "$work/ktx2" --contact-sheet e.png $small --mode levels ||
         echo "status $?"
@@ -435,28 +427,23 @@ test_notes_on_what_does_not_fit() {
     iblview out --offscreen a.png $small -q 2>&1
 }
 
-# Places along every axis are the pictures of the same options; a label is in
+# Places along the axes of each mode are the pictures of the same options; a label is in
 # the upper 24 rows.
 test_sheets_are_pictures() {
-    local rows row columns column sheet picture
-    while IFS='|' read -r rows row columns column sheet picture; do
+    local row column sheet picture
+    while IFS='|' read -r row column sheet picture; do
         taken || continue
-        iblview "$work/ktx2" --contact-sheet sheet.png $small $sheet \
-            --sheet-rows $rows --sheet-columns $columns || echo "status $?"
+        iblview "$work/ktx2" --contact-sheet sheet.png $small $sheet ||
+            echo "status $?"
         draw a.png "$work/ktx2" -q $picture
         node "$work/bin/png.mjs" \
             "sheet.png@$((4 + 52 * column)),$((4 + 40 * row)),24" a.png 0
     done <<'END'
-material|1|turn|2|--turn 30|--material copper --turn 210
-tone|2|ev|4|--ev 1|--tone aces --ev 3
-turn|3|reflection|5|--turn 30 --samples 1|--turn 300 --reference --samples 1
-ev|0|level|1|--ev 1 --mode levels|--ev -1 --mode levels --level 1
+1|2|--turn 30|--material copper --turn 210
+2|4|--ev 1 --mode table|--tone aces --ev 3 --mode table
+5|3|--mode model --turn 30 --samples 1|--mode model --turn 300 --reference --samples 1
+1|0|--ev 1 --mode levels|--ev -1 --mode levels --level 1
 END
-    # The axis that is not chosen.
-    iblview "$work/ktx2" --contact-sheet a.png $small --sheet-rows turn
-    iblview "$work/ktx2" --contact-sheet b.png $small --sheet-rows turn \
-        --sheet-columns material
-    same a.png b.png
 }
 
 # Rows are told as they are seen, the most metallic one first. A mirror is
@@ -527,13 +514,6 @@ test_misuse() {
     wrong 2 '*choose one*' x --offscreen a.png --frames 2 --samples 2
     wrong 2 '*--frames: only with*' x --frames 2
     wrong 2 '*--samples: only with*' x --samples 2
-    wrong 2 '*--sheet-rows: only with*' x --sheet-rows ev
-    wrong 2 '*both ev*' x --contact-sheet a.png --sheet-rows ev \
-        --sheet-columns ev
-    wrong 2 '*--sheet-columns turn: maps are the same*' x --contact-sheet a.png \
-        --sheet-rows level --sheet-columns turn
-    wrong 2 '*--sheet-rows level: --mode table has none*' x \
-        --contact-sheet a.png --sheet-rows level --mode table
     wrong 2 '*--texel 1280,0: outside*1280x720' x --texel 1280,0
     wrong 2 '*--texel 0,720: outside*1280x720' x --texel 0,720
 }
@@ -568,7 +548,7 @@ test_unwritable_outputs() {
     wrong 1 '*nowhere*' "$work/ktx2" $small --offscreen nowhere/a.png
     wrong 1 '*dir.png*' "$work/ktx2" $small --offscreen dir.png
     wrong 1 '*nowhere*' "$work/ktx2" $small --contact-sheet nowhere/a.png \
-        --sheet-rows ev --sheet-columns tone
+        --mode table
     iblview --materials >/dev/full 2>err
     [ $? = 1 ] && [ "$(wc -l <err)" = 1 ] || echo "full: $(cat err)"
 }

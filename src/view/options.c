@@ -17,9 +17,6 @@
 #include "view/sphere_grid.h"
 #include "view/truth.h"
 
-const char *const view_axis_names[VIEW_AXES + 1] = {
-    "material", "turn", "tone", "ev", "level", "reflection"};
-
 /* Room for labels around the grid. */
 static const double LABEL_BORDER = 0.08;
 
@@ -141,69 +138,6 @@ static void print_version(FILE *to)
 
 /* ---- which options go together ------------------------------------------ */
 
-/* Contents of a sheet's pictures; maps come last. */
-typedef enum sheet_kind {
-    SPHERES,
-    SCENE,
-    MODEL,
-    CHAIN,     /* levels of a map */
-    ONE_LEVEL, /* a map without levels */
-} sheet_kind;
-
-static sheet_kind kind_of(const view_options *o)
-{
-    const view_mode mode = o->settings.mode;
-
-    if (mode == VIEW_SCENE)
-        return SCENE;
-    if (mode == VIEW_MODEL && o->rows != VIEW_AXIS_LEVEL &&
-        o->columns != VIEW_AXIS_LEVEL)
-        return MODEL;
-    if (mode == VIEW_IRRADIANCE_MAP || mode == VIEW_TABLE)
-        return ONE_LEVEL;
-    return mode == VIEW_LEVELS || o->rows == VIEW_AXIS_LEVEL ||
-                   o->columns == VIEW_AXIS_LEVEL
-               ? CHAIN
-               : SPHERES;
-}
-
-/* Checks that something changes along an axis. */
-static bool check_axis(const view_options *o, const char *option, int axis)
-{
-    const sheet_kind kind = kind_of(o);
-    const char *name = view_axis_names[axis];
-    const bool level = axis == VIEW_AXIS_LEVEL;
-    const bool shading =
-        axis == VIEW_AXIS_MATERIAL || axis == VIEW_AXIS_REFLECTION;
-
-    if (kind == SCENE && (shading || level))
-        return view_fail("%s %s: not of --mode scene: choose turn, ev or tone",
-                         option, name);
-    if (kind == MODEL && o->model && axis == VIEW_AXIS_MATERIAL)
-        return view_fail("%s %s: a model has its own: choose another", option,
-                         name);
-    if (kind >= CHAIN && (shading || axis == VIEW_AXIS_TURN))
-        return view_fail(
-            "%s %s: maps are the same with each: choose ev or tone", option,
-            name);
-    if (kind == ONE_LEVEL && level)
-        return view_fail("%s level: --mode %s has none: leave one of them out",
-                         option, view_mode_names[o->settings.mode]);
-    return true;
-}
-
-static bool check_sheet(const view_options *o)
-{
-    if (!o->contact_sheet)
-        return true;
-    if (o->rows == o->columns)
-        return view_fail("--sheet-rows and --sheet-columns: both %s: choose "
-                         "another for one of them",
-                         view_axis_names[o->rows]);
-    return check_axis(o, "--sheet-rows", o->rows) &&
-           check_axis(o, "--sheet-columns", o->columns);
-}
-
 /* Reports options that exclude each other. */
 static bool check_pairs(const view_options *o)
 {
@@ -216,9 +150,6 @@ static bool check_pairs(const view_options *o)
     } rules[] = {
         {sheet && o->offscreen, "--offscreen and --contact-sheet", one},
         {sheet && texel, "--texel and --contact-sheet", one},
-        {!sheet && o->rows >= 0, "--sheet-rows", "only with --contact-sheet"},
-        {!sheet && o->columns >= 0, "--sheet-columns",
-         "only with --contact-sheet"},
         {o->probe_set && o->settings.probes, "--probe-set and --probes", one},
         {save && o->probe_set, "--save-probes and --probe-set", one},
         {save && sheet, "--save-probes and --contact-sheet", one},
@@ -246,25 +177,6 @@ static bool check_pairs(const view_options *o)
     return true;
 }
 
-/* Sets an axis that was not chosen to the default, or to the other default if
- * the first is taken. */
-static void choose_axes(view_options *o)
-{
-    static const int usual[][2] = {
-        [SPHERES] = {VIEW_AXIS_MATERIAL, VIEW_AXIS_TURN},
-        [SCENE] = {VIEW_AXIS_TURN, VIEW_AXIS_EV},
-        [MODEL] = {VIEW_AXIS_REFLECTION, VIEW_AXIS_TURN},
-        [CHAIN] = {VIEW_AXIS_LEVEL, VIEW_AXIS_EV},
-        [ONE_LEVEL] = {VIEW_AXIS_TONE, VIEW_AXIS_EV},
-    };
-    const int *axes = usual[kind_of(o)];
-
-    if (o->rows < 0)
-        o->rows = axes[o->columns == axes[0]];
-    if (o->columns < 0)
-        o->columns = axes[o->rows != axes[1]];
-}
-
 static bool validate(void *options)
 {
     static const int window[2] = {1280, 720}, tile[2] = {320, 240};
@@ -286,10 +198,6 @@ static bool validate(void *options)
     if (o->labels && (sheet || o->offscreen))
         o->settings.border = LABEL_BORDER;
     if (!check_pairs(o))
-        return false;
-    if (sheet)
-        choose_axes(o);
-    if (!check_sheet(o))
         return false;
     if (!o->request.path)
         return view_fail("nothing to show: iblview [options] PATH, see "
@@ -334,14 +242,8 @@ static const ibl_option pictures[] = {
     {"offscreen", 0, PICTURE(offscreen),
      .help = "write a picture and open no window: needs no display"},
     {"contact-sheet", 0, PICTURE(contact_sheet),
-     .help = "write a sheet of pictures the same way"},
-    {"sheet-rows", 0, IBL_CHOICE(rows, view_axis_names),
-     .standard = "material, of maps level, of the scene turn, of models "
-                 "reflection",
-     .help = "property that changes from row to row"},
-    {"sheet-columns", 0, IBL_CHOICE(columns, view_axis_names),
-     .standard = "turn, of maps and the scene ev",
-     .help = "property that changes from column to column"},
+     .help = "write a sheet of pictures the same way: of materials by turns, "
+             "of levels by exposure, as suits the mode"},
     {"no-labels", 0, .kind = IBL_OPTION_OFF, IBL_AT(labels),
      .help = "leave labels, axes and legends out of pictures"},
     {"size", 0, IBL_OTHER(size, "WxH", parse_size),
@@ -526,12 +428,8 @@ static const ibl_section *const sections[] = {
 
 static void set_defaults(void *options)
 {
-    *(view_options *)options =
-        (view_options){.rows = -1,
-                       .columns = -1,
-                       .labels = true,
-                       .texel = {-1, -1},
-                       .settings = view_settings_default()};
+    *(view_options *)options = (view_options){
+        .labels = true, .texel = {-1, -1}, .settings = view_settings_default()};
     ((view_options *)options)->settings.antialias = VIEW_DEFAULT_ANTIALIAS;
 }
 

@@ -9,19 +9,6 @@
 #include "view/baked_set.h"
 #include "view/settings.h"
 
-/* Property that changes along the rows or columns of a contact sheet. */
-typedef enum view_axis {
-    VIEW_AXIS_MATERIAL,
-    VIEW_AXIS_TURN,       /* by quarter turns */
-    VIEW_AXIS_TONE,       /* the tone curves */
-    VIEW_AXIS_EV,         /* 2 stops down to 2 stops up */
-    VIEW_AXIS_LEVEL,      /* the specular levels themselves */
-    VIEW_AXIS_REFLECTION, /* those that the set allows */
-    VIEW_AXES
-} view_axis;
-
-extern const char *const view_axis_names[VIEW_AXES + 1]; /* NULL at the end */
-
 typedef struct view_options {
     view_request request;
     const char *offscreen;     /* picture to write, or NULL */
@@ -30,12 +17,11 @@ typedef struct view_options {
     const char *model;         /* scene to show, or NULL */
     const char *probe_set;     /* index of baked probes, or NULL */
     const char *save_probes;   /* directory to write captures to, or NULL */
-    int rows, columns;   /* view_axis of the contact sheet; -1: not chosen */
-    int size[2];         /* 0 until the default is set */
-    int grid[2];         /* rows, columns; 0 until the default is set */
-    int frames, samples; /* 0: not given */
-    double texel[2];     /* pixel to report; negative: none */
-    bool labels;         /* in pictures */
+    int size[2];               /* 0 until the default is set */
+    int grid[2];               /* rows, columns; 0 until the default is set */
+    int frames, samples;       /* 0: not given */
+    double texel[2];           /* pixel to report; negative: none */
+    bool labels;               /* in pictures */
     bool quiet, verbose, stats;
     view_settings settings;
 } view_options;

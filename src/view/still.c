@@ -136,47 +136,60 @@ static bool save_probes(const view_app *app)
 
 /* ---- a sheet ------------------------------------------------------------- */
 
-static int axis_count(int axis, const baked_set *set)
-{
-    static const int counts[VIEW_AXES] = {[VIEW_AXIS_MATERIAL] = VIEW_MATERIALS,
-                                          [VIEW_AXIS_TURN] = 4,
-                                          [VIEW_AXIS_TONE] = VIEW_TONES,
-                                          [VIEW_AXIS_EV] = 5,
-                                          [VIEW_AXIS_REFLECTION] = 4};
+/* What changes along rows or columns. */
+typedef enum axis {
+    MATERIAL,
+    TURN, /* by quarter turns */
+    TONE,
+    EV,        /* 2 stops down to 2 stops up */
+    LEVEL,     /* of the specular chain */
+    REFLECTION /* those that the set allows */
+} axis;
 
-    if (axis == VIEW_AXIS_REFLECTION && set->texture[VIEW_LOBES].data)
-        return VIEW_REFLECTIONS;
-    return axis == VIEW_AXIS_LEVEL ? set->texture[VIEW_SPECULAR].levels
-                                   : counts[axis];
+static const axis axes[VIEW_MODES][2] = {
+    [VIEW_SPHERES] = {MATERIAL, TURN},  [VIEW_LEVELS] = {LEVEL, EV},
+    [VIEW_IRRADIANCE_MAP] = {TONE, EV}, [VIEW_TABLE] = {TONE, EV},
+    [VIEW_SCENE] = {TURN, EV},          [VIEW_MODEL] = {REFLECTION, TURN}};
+
+static int axis_count(axis of, const baked_set *set)
+{
+    const bool lobes = set->texture[VIEW_LOBES].data;
+    const int counts[] = {[MATERIAL] = VIEW_MATERIALS,
+                          [TURN] = 4,
+                          [TONE] = VIEW_TONES,
+                          [EV] = 5,
+                          [LEVEL] = set->texture[VIEW_SPECULAR].levels,
+                          [REFLECTION] = lobes ? VIEW_REFLECTIONS : 4};
+
+    return counts[of];
 }
 
 /* Applies step i of an axis to the settings, and labels it. */
-static void axis_apply(int axis, const baked_set *set, int i, view_settings *s,
+static void axis_apply(axis of, const baked_set *set, int i, view_settings *s,
                        char *label, size_t size)
 {
-    switch (axis) {
-    case VIEW_AXIS_MATERIAL:
+    switch (of) {
+    case MATERIAL:
         s->material = i;
         snprintf(label, size, "%s", view_materials[i].name);
         break;
-    case VIEW_AXIS_TURN:
+    case TURN:
         s->turn += 90 * i;
         snprintf(label, size, "turn %g", s->turn);
         break;
-    case VIEW_AXIS_TONE:
+    case TONE:
         s->tone = (view_tone)i;
         snprintf(label, size, "%s", view_tone_names[s->tone]);
         break;
-    case VIEW_AXIS_EV:
+    case EV:
         s->ev += i - 2;
         snprintf(label, size, "EV %+g", s->ev);
         break;
-    case VIEW_AXIS_LEVEL:
-        s->mode = VIEW_LEVELS;
+    case LEVEL:
         s->level = i;
         snprintf(label, size, "level %d, r %.3g", i, set->roughness[i]);
         break;
-    case VIEW_AXIS_REFLECTION:
+    case REFLECTION:
         s->reflection = (view_reflection)i;
         if (view_needs_lobes(s->reflection) && !set->texture[VIEW_LOBES].data)
             s->reflection = VIEW_REFERENCE;
@@ -193,8 +206,8 @@ typedef struct sheet {
 
 static bool prepare_sheet(sheet *h, const view_options *o, const baked_set *set)
 {
-    h->rows = axis_count(o->rows, set);
-    h->columns = axis_count(o->columns, set);
+    h->rows = axis_count(axes[o->settings.mode][0], set);
+    h->columns = axis_count(axes[o->settings.mode][1], set);
     const long long wide = GAP + (long long)h->columns * (o->size[0] + GAP),
                     high = GAP + (long long)h->rows * (o->size[1] + GAP);
 
@@ -225,8 +238,8 @@ static bool draw_tile(view_app *app, const sheet *h, int row, int column,
     view_settings s = o->settings;
     char row_label[64] = "", column_label[64] = "", label[160];
 
-    axis_apply(o->rows, app->set, row, &s, row_label, sizeof row_label);
-    axis_apply(o->columns, app->set, column, &s, column_label,
+    axis_apply(axes[s.mode][0], app->set, row, &s, row_label, sizeof row_label);
+    axis_apply(axes[s.mode][1], app->set, column, &s, column_label,
                sizeof column_label);
     if (!view_still_draw(app->renderer, o, &s, ms, &app->stats))
         return false;
