@@ -77,26 +77,20 @@ static bool is_inside(const ibl_volume *v, const double p[3])
     return v->shape == IBL_SHAPE_BOX || square <= v->half[0] * v->half[0];
 }
 
-/* Absent members keep their defaults: no blending, priority 0, no proxy. */
-static bool take_optional(ibl_json_at at, ibl_probe *p)
+/* Checks how its volumes go together. */
+static bool check_probe(ibl_json_at at, const ibl_probe *p)
 {
-    const ibl_json_at blend = ibl_json_optional(&at, "blend");
-    const ibl_json_at proxy = ibl_json_optional(&at, "proxy");
     const double *half = p->influence.half;
     const double widest = fmin(half[0], fmin(half[1], half[2]));
 
-    if (!ibl_json_real(blend, 0, IBL_JSON_FARTHEST, false, &p->blend))
-        return false;
     if (p->blend > widest)
-        return ibl_json_wrong(
-            blend, "at most %.10g, half the influence's least width", widest);
-    p->has_proxy = proxy.value != NULL;
-    return ibl_json_int(ibl_json_optional(&at, "priority"), -IBL_SET_PRIORITY,
-                        IBL_SET_PRIORITY, &p->priority) &&
-           ibl_json_volume(proxy, &p->proxy) &&
-           (!p->has_proxy || is_inside(&p->proxy, p->position) ||
-            ibl_json_complain(proxy, "expected a volume around the probe's "
-                                     "position, found it outside"));
+        return ibl_json_wrong(ibl_json_member(&at, "blend"),
+                              "at most %.10g, half the influence's least width",
+                              widest);
+    return !p->has_proxy || is_inside(&p->proxy, p->position) ||
+           ibl_json_complain(ibl_json_member(&at, "proxy"),
+                             "expected a volume around the probe's position, "
+                             "found it outside");
 }
 
 static bool take_name(ibl_json_at at, const ibl_probe_set *set,
@@ -123,12 +117,8 @@ static bool take_probe(ibl_json_at at, const ibl_probe_set *set,
 
     return ibl_json_object(at, keys) &&
            take_name(ibl_json_member(&at, "name"), set, e) &&
-           ibl_json_place(ibl_json_member(&at, "position"),
-                          e->probe.position) &&
            take_capture(ibl_json_member(&at, "capture"), &e->capture) &&
-           ibl_json_volume(ibl_json_member(&at, "influence"),
-                           &e->probe.influence) &&
-           take_optional(at, &e->probe);
+           ibl_json_probe(at, &e->probe) && check_probe(at, &e->probe);
 }
 
 static bool take_global(ibl_json_at at, ibl_set_entry *e)

@@ -9,16 +9,14 @@
 #include "cli/console.h"
 #include "cli/hash.h"
 #include "cli/shard.h"
-#include "common/json_at.h"
 #include "common/json_load.h"
+#include "common/probe_index.h"
 
 /* ---- the set ------------------------------------------------------------- */
 
 /* Cubes in an array: Direct3D 11 and desktop OpenGL 4 guarantee 2048 faces. */
 #define IBL_MAX_SET_LAYERS 341
 #define IBL_SET_VERSION 1
-/* Priorities are -IBL_SET_PRIORITY..IBL_SET_PRIORITY. */
-#define IBL_SET_PRIORITY 1000000
 
 typedef enum ibl_capture_kind {
     IBL_CAPTURE_EQUIRECT,
@@ -119,8 +117,6 @@ typedef enum ibl_probes_kind {
     IBL_PROBES_TEXTURES = IBL_PROBES_INDEX,
     IBL_PROBES_ARRAYS = IBL_PROBES_LUT
 } ibl_probes_kind;
-
-extern const char *const ibl_probes_keys[IBL_PROBES_TEXTURES];
 
 typedef struct ibl_probes_file {
     char *path; /* NULL: not wanted */
@@ -230,9 +226,11 @@ json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
 
 /* The text of the index. The caller must free it; NULL: no memory. */
 char *ibl_probes_index_text(const ibl_probes_bake *p);
-/* Reads an index without its member "hash". NULL: why->line says whether there
- * is none, or it is damaged, edited or of another version. */
-json_t *ibl_probes_index_read(const char *path, ibl_json_why *why);
+/* Reads an index without its member "hash", and what index has of it, whose sh
+ * the caller must free. NULL: why->line says whether there is none, or it is
+ * damaged, edited or of another version. */
+json_t *ibl_probes_index_read(const char *path, ibl_probe_index *index,
+                              ibl_json_why *why);
 /* Adds "hash" to an index, frees it and returns its text as above. NULL is
  * fine. */
 char *ibl_probes_index_seal(json_t *root);

@@ -167,8 +167,8 @@ static bool take_grid(ibl_json_at root, grid *g)
            ibl_set_capture(ibl_json_optional(&root, "capture"), &g->kind,
                            g->capture) &&
            take_blend(ibl_json_optional(&root, "blend"), g) &&
-           ibl_json_int(ibl_json_optional(&root, "priority"), -IBL_SET_PRIORITY,
-                        IBL_SET_PRIORITY, &g->priority) &&
+           ibl_json_int(ibl_json_optional(&root, "priority"),
+                        -IBL_JSON_PRIORITY, IBL_JSON_PRIORITY, &g->priority) &&
            ibl_json_volume(proxy, &volume);
 }
 

@@ -10,12 +10,7 @@
 #include "common/json_load.h"
 #include "common/path.h"
 
-enum {
-    INDEX_VERSION = 1
-};
-
-const char *const ibl_probes_keys[IBL_PROBES_TEXTURES] = {
-    "specular", "irradiance", "brdf_lut"};
+_Static_assert((int)IBL_INDEX_FILES == IBL_PROBES_TEXTURES, "the same files");
 
 /* Hashes an index without its member "hash". False: no memory. */
 static bool hash_index(const json_t *root, char hash[IBL_HASH_SIZE])
@@ -30,19 +25,15 @@ static bool hash_index(const json_t *root, char hash[IBL_HASH_SIZE])
 
 /* ---- reading ----------------------------------------------------------- */
 
-/* Removes "hash". NULL if the index has this version and the right hash, else
- * what it is not. */
+/* Removes "hash". NULL if the index has the right hash, else what it is not. */
 static const char *find_flaw(json_t *root)
 {
-    const json_t *version = json_object_get(root, "version");
     json_t *said = json_incref(json_object_get(root, "hash"));
     char hash[IBL_HASH_SIZE];
     const char *flaw = NULL;
 
     json_object_del(root, "hash");
-    if (json_integer_value(version) != INDEX_VERSION)
-        flaw = "is no index of probes that this version reads";
-    else if (!hash_index(root, hash))
+    if (!hash_index(root, hash))
         flaw = "no memory to read it";
     else if (!json_is_string(said) ||
              strcmp(json_string_value(said), hash) != 0)
@@ -68,25 +59,36 @@ static void count_dropped(ibl_probes_bake *p, const json_t *probes)
     }
 }
 
-json_t *ibl_probes_index_read(const char *path, ibl_json_why *why)
+static void keep_line(void *cookie, const char *text)
 {
-    json_t *root = ibl_json_load(path, JSON_REJECT_DUPLICATES, why);
-    const char *flaw = root ? find_flaw(root) : NULL;
+    ibl_json_why *why = cookie;
+    snprintf(why->line, sizeof why->line, "%s", text);
+}
 
-    if (!flaw)
-        return root;
-    snprintf(why->line, sizeof why->line, "%s: %s", path, flaw);
-    json_decref(root);
+json_t *ibl_probes_index_read(const char *path, ibl_probe_index *index,
+                              ibl_json_why *why)
+{
+    ibl_json_file file = {.name = path, .fail = keep_line, .cookie = why};
+
+    *index = (ibl_probe_index){0};
+    if (!ibl_json_open(&file))
+        return NULL;
+    const char *flaw = find_flaw(file.root);
+    if (flaw)
+        snprintf(why->line, sizeof why->line, "%s: %s", path, flaw);
+    if (!flaw && ibl_probe_index_take(&file, index))
+        return file.root;
+    json_decref(file.root);
     return NULL;
 }
 
 /* Reads the old index and appends "global" to its "probes", which are then all
  * layers. NULL: there is no sound index. */
-static json_t *read_index(ibl_probes_bake *p)
+static json_t *read_index(ibl_probes_bake *p, ibl_probe_index *old)
 {
     ibl_probes_file *f = &p->file[IBL_PROBES_INDEX];
     ibl_json_why why;
-    json_t *root = ibl_probes_index_read(f->path, &why);
+    json_t *root = ibl_probes_index_read(f->path, old, &why);
     json_t *probes = json_object_get(root, "probes");
 
     if (!root || !ibl_hash_file(f->path, f->hash)) {
@@ -99,26 +101,22 @@ static json_t *read_index(ibl_probes_bake *p)
 }
 
 /* Finds the old file of a kind, unless its hash differs from the index's. */
-static bool find_file(ibl_probes_bake *p, int kind, const json_t *was)
+static bool find_file(ibl_probes_bake *p, int kind, const ibl_index_file *was)
 {
     ibl_probes_file *f = &p->file[kind];
-    const char *name = text_of(was, "file");
 
-    if (!*name)
+    if (!was->name)
         return true;
-    f->old = ibl_path_join(p->opts->output, name);
+    f->old = ibl_path_join(p->opts->output, was->name);
     if (!f->old)
         return ibl_probes_no_memory(p);
-    if (!ibl_hash_file(f->old, f->hash) ||
-        strcmp(f->hash, text_of(was, "hash")) != 0) {
+    if (!ibl_hash_file(f->old, f->hash) || strcmp(f->hash, was->hash) != 0) {
         free(f->old);
         f->old = NULL;
     }
-    f->same =
-        f->old && f->path && !strcmp(f->old, f->path) &&
-        json_integer_value(json_object_get(was, "zstd")) == p->set.bake.zstd &&
-        (kind != IBL_PROBES_LUT ||
-         !strcmp(p->lut_inputs, text_of(was, "inputs")));
+    f->same = f->old && f->path && !strcmp(f->old, f->path) &&
+              was->zstd == p->set.bake.zstd &&
+              (kind != IBL_PROBES_LUT || !strcmp(p->lut_inputs, was->inputs));
     return true;
 }
 
@@ -209,17 +207,18 @@ static bool check_shard(const ibl_probes_bake *p, const json_t *old)
 
 bool ibl_probes_plan(ibl_probes_bake *p)
 {
-    json_t *old = read_index(p);
-    const json_t *files = p->opts->force ? NULL : json_object_get(old, "files");
+    ibl_probe_index index;
+    json_t *old = read_index(p, &index);
     bool ok = check_shard(p, old);
 
-    for (int kind = 0; kind < IBL_PROBES_TEXTURES && ok; kind++)
-        ok = find_file(p, kind, json_object_get(files, ibl_probes_keys[kind]));
+    for (int kind = 0; kind < IBL_PROBES_TEXTURES && ok && old; kind++)
+        ok = p->opts->force || find_file(p, kind, &index.file[kind]);
     const bool usable =
         p->file[IBL_PROBES_SPECULAR].old &&
         (!p->set.bake.options.irradiance || p->file[IBL_PROBES_IRRADIANCE].old);
     ok = ok && plan_layers(p, json_object_get(old, "probes"), usable);
     json_decref(old);
+    free(index.sh);
     return ok;
 }
 
@@ -286,7 +285,7 @@ static json_t *files(const ibl_probes_bake *p)
             put(&file, "zstd", json_integer(bake->zstd));
         if (lut)
             put(&file, "inputs", json_string(p->lut_inputs));
-        put(&j, ibl_probes_keys[kind], file);
+        put(&j, ibl_index_keys[kind], file);
     }
     return j;
 }
@@ -376,7 +375,7 @@ char *ibl_probes_index_text(const ibl_probes_bake *p)
     for (int i = 0; i < p->set.count; i++)
         append(&probes, entry(p, i));
     json_t *root = json_pack(
-        "{si so ss so so so so}", "version", INDEX_VERSION, "generator",
+        "{si so ss so so so so}", "version", IBL_INDEX_VERSION, "generator",
         ibl_json_generator(p->isa), "world",
         "right-handed, +Y up; faces +X -X +Y -Y +Z -Z, row 0 on top", "files",
         files(p), "specular", specular(&options->specular_options, &p->layout),

@@ -184,7 +184,7 @@ static bool check_files(const merge *m, shard *s)
     char hash[IBL_HASH_SIZE];
 
     for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++) {
-        const json_t *file = json_object_get(files, ibl_probes_keys[kind]);
+        const json_t *file = json_object_get(files, ibl_index_keys[kind]);
         if (!file)
             continue;
         s->path[kind] = ibl_path_join(s->directory, text_of(file, "file"));
@@ -214,12 +214,15 @@ static bool read_shard(merge *m, const char *directory)
 {
     shard *s = &m->shard[m->count++];
     char *path = ibl_path_join(directory, "index.json");
+    ibl_probe_index index;
     ibl_json_why why;
 
     *s = (shard){.directory = directory};
     s->held = ibl_probes_hold(m->p.console, directory, LOCK_SH);
-    if (path)
-        s->index = ibl_probes_index_read(path, &why);
+    if (path) {
+        s->index = ibl_probes_index_read(path, &index, &why);
+        free(index.sh);
+    }
     free(path);
     if (!path)
         return ibl_probes_no_memory(&m->p);
@@ -389,7 +392,7 @@ static bool describe_files(const merge *m, const json_t *files)
     bool ok = true;
 
     for (int kind = 0; kind < IBL_PROBES_TEXTURES && ok; kind++) {
-        json_t *file = json_object_get(files, ibl_probes_keys[kind]);
+        json_t *file = json_object_get(files, ibl_index_keys[kind]);
         const char *hash = m->p.file[kind].hash;
         ok = !file || (!json_object_set_new(file, "hash", json_string(hash)) &&
                        (kind == IBL_PROBES_LUT ||

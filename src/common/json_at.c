@@ -250,3 +250,18 @@ bool ibl_json_volume(ibl_json_at at, ibl_volume *volume)
     return box.value ? take_shape(box, IBL_SHAPE_BOX, volume)
                      : take_shape(sphere, IBL_SHAPE_SPHERE, volume);
 }
+
+bool ibl_json_probe(ibl_json_at at, ibl_probe *probe)
+{
+    const ibl_json_at proxy = ibl_json_optional(&at, "proxy");
+
+    probe->has_proxy = proxy.value != NULL;
+    return ibl_json_place(ibl_json_member(&at, "position"), probe->position) &&
+           ibl_json_volume(ibl_json_member(&at, "influence"),
+                           &probe->influence) &&
+           ibl_json_real(ibl_json_optional(&at, "blend"), 0, IBL_JSON_FARTHEST,
+                         false, &probe->blend) &&
+           ibl_json_int(ibl_json_optional(&at, "priority"), -IBL_JSON_PRIORITY,
+                        IBL_JSON_PRIORITY, &probe->priority) &&
+           ibl_json_volume(proxy, &probe->proxy);
+}

@@ -76,4 +76,11 @@ bool ibl_json_place(ibl_json_at at, double place[3]);
 /* {"box": {"centre", "half"}} or {"sphere": {"centre", "radius"}}. */
 bool ibl_json_volume(ibl_json_at at, ibl_volume *volume);
 
+/* Priorities are -IBL_JSON_PRIORITY..IBL_JSON_PRIORITY. */
+#define IBL_JSON_PRIORITY 1000000
+
+/* A probe without its layer: position and influence; without blend, priority
+ * and proxy these stay as they are. */
+bool ibl_json_probe(ibl_json_at at, ibl_probe *probe);
+
 #endif

@@ -14,6 +14,7 @@
 
 #include <stdbool.h>
 
+#include "common/probe_index.h"
 #include "ibl/io.h"
 #include "ibl/probes.h"
 #include "view/gl.h"
@@ -52,13 +53,10 @@ void view_room_sphere(int i, double seconds, double centre[3], double *radius);
 bool view_room_sphere_moves(int i);
 const view_room_material *view_room_sphere_material(int i);
 
-/* As many as a cube array has layers for. */
-#define VIEW_ROOM_PROBES (IBL_MAX_LAYERS / IBL_FACES)
-
 /* Probes, each a layer of cube arrays, filtered linearly. Alpha is the part
  * that was captured; colours are premultiplied by it. */
 typedef struct view_probe_maps {
-    int count;              /* 0..VIEW_ROOM_PROBES */
+    int count;              /* 0..IBL_INDEX_PROBES */
     const ibl_probe *probe; /* sorted by ibl_probes_order */
     bool holes; /* alpha is below 1 somewhere: other probes must fill in */
     GLuint specular, irradiance;

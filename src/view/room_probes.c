@@ -4,7 +4,7 @@
 #include "view/program.h"
 
 enum {
-    MOST = VIEW_ROOM_PROBES,
+    MOST = IBL_INDEX_PROBES,
     FLOATS = (MOST + 1) * IBL_PROBE_FLOATS /* the dynamic one is the last */
 };
 
