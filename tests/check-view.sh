@@ -130,6 +130,12 @@ test_files_by_name() {
     cp "$work/ktx2/env_skybox.ktx2" sky.ktx2
     draw b.png apart -q --irradiance irr.ktx2 --lut lut.ktx2 --sky sky.ktx2
     same a.png b.png
+    # A .gltf is a set if it has a light and nothing to draw.
+    iblbake -q --size 16 --levels 2 --format gltf --mapping linear \
+        "$work/env.exr" -o light
+    draw a.png light -q
+    draw b.png light/env.gltf -q
+    same a.png b.png
 }
 
 # triangle NAME.gltf [MATERIAL]

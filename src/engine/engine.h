@@ -26,6 +26,8 @@ typedef enum ibl_engine {
 const char *ibl_engine_suffix(ibl_engine engine);
 /* The kind of file that a name says; NONE: another. */
 ibl_engine ibl_engine_of_name(const char *name);
+/* Whether a file is glTF that holds a light of GLTF and nothing to draw. */
+bool ibl_gltf_is_light(const char *path);
 /* "rgbd" or "rgbp". */
 const char *ibl_engine_pixel(ibl_engine engine);
 /* The largest component of a texel that the files hold. */

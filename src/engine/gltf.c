@@ -250,6 +250,16 @@ static ibl_status read_set(reader *r, ibl_texture *tex)
     return set_keys(r, tex);
 }
 
+bool ibl_gltf_is_light(const char *path)
+{
+    json_t *root = json_load_file(path, 0, NULL);
+    const bool is =
+        json_is_object(find_light(root)) && !json_object_get(root, "meshes");
+
+    json_decref(root);
+    return is;
+}
+
 ibl_status ibl_gltf_decode(ibl_ctx *ctx, const char *name,
                            const unsigned char *bytes, size_t size,
                            ibl_texture *tex)

@@ -90,7 +90,8 @@ typedef struct view_request {
  * ibl_image_read, or whatever has a layout. */
 bool view_is_map(const char *path, ibl_input_layout layout);
 
-/* Whether a path has the extension of a model, .gltf or .glb. */
+/* Whether a path has the extension of a model, .gltf or .glb, and is not the
+ * light that --target gltf writes. */
 bool view_is_model(const char *path);
 
 /*
