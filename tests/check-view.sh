@@ -317,6 +317,8 @@ test_panel_and_other_set() {
     draw a.png "$work/ktx2" $small --against-set other --split 1
     draw b.png "$work/ktx2" $small --against-set other --split 0
     differ a.png b.png
+    iblview "$work/ktx2" ${small#-q} --against-set other --offscreen a.png >out
+    grep -qE 'of split of .*ktx2/.* against split of other/' out || cat out
     wrong 1 '*nothing*' "$work/ktx2" $small --offscreen c.png \
         --against-set nothing
 }

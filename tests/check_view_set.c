@@ -143,8 +143,9 @@ TEST(mappings_and_ranges)
             if (!dds)
                 NEED(file_run("rm %s/sky.json", path));
             const char *said = sets_open(ctx, path, &set);
-            CHECK_MSG(sets_lines(said) == (cases[i].low > 0), "%s: said %s",
-                      path, said);
+            /* With a sidecar the map is at hand. */
+            CHECK_MSG(sets_lines(said) == (!dds && cases[i].low > 0),
+                      "%s: said %s", path, said);
             CHECK(!*said || strstr(said, "level 0 is of roughness"));
             CHECK(set.mapping == cases[i].mapping);
             CHECK(set.sh_degree == (dds ? 2 : -1));
@@ -272,8 +273,7 @@ TEST_SLOW(irradiance_is_made)
         NEED(sets_bake("light", cases[i].options));
         NEED(!unlink(file_path("light/sky_irradiance.ktx2")));
         const char *said = sets_open(ctx, "light", &set);
-        CHECK_MSG(sets_lines(said) == 1 + (set.roughness[0] > 0) +
-                                          (set.lobe != IBL_LOBE_GGX) &&
+        CHECK_MSG(sets_lines(said) == 1 + (set.lobe != IBL_LOBE_GGX) &&
                       strstr(said, cases[i].from),
                   "%s: %s", cases[i].options, said);
         check_irradiance(ctx, &set, cases[i].bound);

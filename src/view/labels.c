@@ -26,18 +26,20 @@ typedef struct page {
 static void add_compared(const view_settings *s, const view_renderer *r,
                          FILE *to)
 {
-    const char *one = view_reflection_names[s->reflection];
-    const char *other = view_reflection_names[s->against];
+    char text[2][200];
+    const char *one = view_renderer_side(r, s, false, text[0], sizeof *text);
+    const char *other = view_renderer_side(r, s, true, text[1], sizeof *text);
 
     if (s->compare == VIEW_SPLIT)
-        fprintf(to, "\n%sleft: %s, right: %s",
-                s->mode == VIEW_SPHERES ? "of each sphere " : "", one, other);
+        fprintf(to, "\n%sleft: %s,%sright: %s",
+                s->mode == VIEW_SPHERES ? "of each sphere " : "", one,
+                one == text[0] ? "\n" : " ", other);
     else if (s->compare == VIEW_DIFFERENCE && s->false_colour)
         fprintf(to, "\n|%s - %s| x %.3g", one, other, s->gain);
     else if (s->compare == VIEW_DIFFERENCE)
         fprintf(to, "\n|%s - %s|", one, other);
     else
-        fprintf(to, ", %s", one);
+        fprintf(to, ", %s", view_reflection_names[s->reflection]);
     if (view_renderer_environment(r))
         fprintf(to, " of %d samples", view_renderer_samples(r));
 }

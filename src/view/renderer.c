@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -186,9 +187,21 @@ bool view_renderer_against(view_renderer *r, const baked_set *set)
     return true;
 }
 
-bool view_renderer_has_other(const view_renderer *r)
+/* A set by its specular file's folder, if two have the same name. */
+const char *view_renderer_side(const view_renderer *r, const view_settings *s,
+                               bool other, char *text, size_t size)
 {
-    return r->other;
+    const view_reflection way = other ? s->against : s->reflection;
+    const baked_set *set = other ? r->other : r->set;
+    const char *name = view_reflection_names[way];
+
+    if (!r->other || (other && way == VIEW_REFERENCE))
+        return name;
+    if (strcmp(r->set->name, r->other->name) || !set->path[VIEW_SPECULAR])
+        snprintf(text, size, "%s of %.80s", name, set->name);
+    else
+        snprintf(text, size, "%s of %.160s", name, set->path[VIEW_SPECULAR]);
+    return text;
 }
 
 static void bind_maps(const GLuint maps[VIEW_CONTENTS])

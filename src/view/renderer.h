@@ -39,7 +39,9 @@ bool view_renderer_load(view_renderer *r, const baked_set *set);
  * set must stay valid until the next call. The reference stays that of the
  * set. False, with a message. */
 bool view_renderer_against(view_renderer *r, const baked_set *set);
-bool view_renderer_has_other(const view_renderer *r);
+/* What a side shows, as "split", or "split of a/sky" if sets are compared. */
+const char *view_renderer_side(const view_renderer *r, const view_settings *s,
+                               bool other, char *text, size_t size);
 
 /* Sets local probes of the scene, instead of captured ones; NULL: none. The
  * caller keeps them unchanged until the next call. */

@@ -99,6 +99,7 @@ bool view_report_print(view_renderer *r, const view_settings *s,
                        const baked_set *set)
 {
     view_error *errors;
+    char side[2][200];
     int count = 0;
 
     if (!view_compares(s))
@@ -110,10 +111,9 @@ bool view_report_print(view_renderer *r, const view_settings *s,
         free(errors);
         return false;
     }
-    printf("relative RMSE of %s against %s%s",
-           view_reflection_names[s->reflection],
-           view_reflection_names[s->against],
-           view_renderer_has_other(r) ? " of the other set" : "");
+    printf("relative RMSE of %s against %s",
+           view_renderer_side(r, s, false, side[0], sizeof side[0]),
+           view_renderer_side(r, s, true, side[1], sizeof side[1]));
     if (view_renderer_environment(r))
         printf(", %d samples a pixel of %s", view_renderer_samples(r),
                view_renderer_environment(r));

@@ -404,10 +404,11 @@ static void note_misfits(const baked_set *set)
         view_note("%s: its levels are of the lobe %s: spheres, which are "
                   "shaded by GGX, are only similar",
                   set->path[VIEW_SPECULAR], ibl_lobe_name(set->lobe));
-    if (set->roughness[0] > 0)
-        view_note("%s: its level 0 is of roughness %.3g: the reference and a "
-                  "sky without a skybox are as blurred",
-                  set->path[VIEW_SPECULAR], set->roughness[0]);
+    if (set->roughness[0] > 0 && !set->source && !set->texture[VIEW_SKY].data)
+        view_note(
+            "%s: its level 0 is of roughness %.3g: without the map, which "
+            "--map names, reference and sky are as blurred",
+            set->path[VIEW_SPECULAR], set->roughness[0]);
 }
 
 static bool take_specular(baked_set *set, const ibl_about *a)
@@ -435,7 +436,6 @@ static bool take_specular(baked_set *set, const ibl_about *a)
     for (int l = 0; l < levels; l++)
         set->roughness[l] = told ? a->roughness[l]
                                  : ibl_level_roughness(set->mapping, l, levels);
-    note_misfits(set);
     return true;
 }
 
@@ -577,6 +577,8 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
     if (ok && !set->texture[VIEW_LUT].data)
         view_note("%s: has no BRDF table: made with the geometry %s", set->name,
                   ibl_geometry_name(IBL_GEOMETRY_SMITH));
+    if (ok)
+        note_misfits(set);
     if (ok && view_set_fill(ctx, set))
         return true;
     view_set_free(set);
