@@ -88,8 +88,8 @@ LIB_OBJ := $(call obj,$(LIB_SRC)) $(PLAIN_SRC:%.c=$(BUILD)/obj/%_plain.o) \
              $(SIMD_SRC:%.c=$(BUILD)/obj/%_$(isa).o)))
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 ifneq ($(HAVE_VIEW),yes)
-BENCHES := $(filter-out $(BUILD)/tests/bench_room $(BUILD)/tests/bench_capture, \
-                        $(BENCHES))
+BENCHES := $(filter-out $(BUILD)/tests/bench_room $(BUILD)/tests/bench_capture \
+                        $(BUILD)/tests/bench_model, $(BENCHES))
 endif
 
 .DELETE_ON_ERROR:
@@ -262,7 +262,8 @@ $(BUILD)/tests/check_view_title $(BUILD)/tests/check_view_truth: \
     TEST_LIBS = -Wl,--wrap=ibl_now
 
 VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_room \
-                       $(BUILD)/tests/bench_capture, \
+                       $(BUILD)/tests/bench_capture \
+                       $(BUILD)/tests/bench_model, \
                        $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c) \
@@ -424,7 +425,7 @@ mutants:
 ## check-cycles: the viewer against Blender's Cycles, if there is one; MAP=FILE
 check-cycles: deps
 	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake $(BUILD)/tests/cycles
-	@sh tests/cycles.sh $(BUILD) $(if $(MAP),'$(MAP)')
+	@bash tests/cycles.sh $(BUILD) $(if $(MAP),'$(MAP)')
 
 ## lint: formatting, headers alone, symbol prefix, layers, man pages
 lint: $(LIB)

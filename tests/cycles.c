@@ -10,6 +10,9 @@
  *     cycles compare MAP LINEAR SET PICTURE
  *                        errors of both sets of the map, with the linear
  *                        mapping of levels and the default one
+ *     cycles scene MODEL, cycles compare SET MODEL PICTURE
+ *                        the same of a model, whose materials alternate between
+ *                        white metals of three roughnesses and matte ones
  *
  * Blender 3.4 multiplies the shadowing of N.L by the masking of N.V, where the
  * viewer has the height-correlated form of both. Cycles' pixels are multiplied
@@ -22,6 +25,7 @@
 #include <string.h>
 
 #include "ibl/io.h"
+#include "scene/scene.h"
 #include "truth.h"
 #include "view.h"
 #include "view/renderer.h"
@@ -34,11 +38,14 @@ enum {
     SPHERES = 6,
     SAMPLES = 1024,
     ROWS = 64, /* of lights, and twice as many columns */
-    LOOKUPS = 7
+    LOOKUPS = 7,
+    MODEL_WIDTH = 300, /* of the picture of a model */
+    MODEL_HEIGHT = PIXELS / MODEL_WIDTH
 };
 
 /* Of the reference's mean over a sphere: noise of both. */
 static const double bound = 0.01;
+static const double model_bound = 0.05;
 
 /* From what everyone draws to the truth. */
 static const struct {
@@ -78,15 +85,12 @@ static void print_vector(const char *name, const double v[3])
     printf("\"%s\": [%.9g, %.9g, %.9g]", name, v[0], v[1], v[2]);
 }
 
-static int print_scene(void)
+static void print_camera(const view_settings *s, int width, int height)
 {
-    const view_settings s = scene();
-    const view_camera c = view_camera_of(&s, WIDTH, HEIGHT);
-    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
-    const int count = view_grid(&s, spheres);
+    const view_camera c = view_camera_of(s, width, height);
     const double up =
         sqrt(c.up[0] * c.up[0] + c.up[1] * c.up[1] + c.up[2] * c.up[2]);
-    printf("{\"width\": %d, \"height\": %d, \"fov\": %.9g,\n", WIDTH, HEIGHT,
+    printf("{\"width\": %d, \"height\": %d, \"fov\": %.9g,\n", width, height,
            2 * atan(up));
     print_vector("eye", c.eye);
     printf(", ");
@@ -95,6 +99,14 @@ static int print_scene(void)
     print_vector("up", c.up);
     printf(", ");
     print_vector("forward", c.forward);
+}
+
+static int print_scene(void)
+{
+    const view_settings s = scene();
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    const int count = view_grid(&s, spheres);
+    print_camera(&s, WIDTH, HEIGHT);
     printf(",\n\"spheres\": [\n");
     for (int i = 0; i < count; i++) {
         printf("{\"radius\": %.9g, \"roughness\": %.9g, ", spheres[i].radius,
@@ -360,15 +372,134 @@ static int compare(const char *const paths[2], char *const sets[2])
     return broken > 0;
 }
 
+/* ---- a model -------------------------------------------------------------
+ */
+
+/* At these roughnesses both forms of shadowing differ by less than 1 % but at
+ * the limb. */
+static float roughness_of(int material)
+{
+    static const float all[] = {0.15F, 0.3F, 0.45F};
+    return material % 2 ? -1 : all[material / 2 % 3]; /* -1: matte */
+}
+
+static bool read_model(ibl_ctx *ctx, const char *path, ibl_scene *out)
+{
+    if (ibl_scene_read(ctx, path, out))
+        return false;
+    for (int i = 0; i < out->material_count; i++) {
+        ibl_scene_material *m = &out->materials[i];
+        const bool metal = roughness_of(i) > 0;
+        m->metallic = metal;
+        m->roughness = metal ? roughness_of(i) : 1;
+        m->specular = metal;
+        for (int k = 0; k < 3 && metal; k++)
+            m->base_colour[k] = 1;
+        m->double_sided = true; /* as Cycles draws */
+    }
+    return true;
+}
+
+static view_settings model_settings(void)
+{
+    view_settings s = view_settings_default();
+    s.mode = VIEW_MODEL;
+    s.sky = s.multiscatter = false;
+    s.antialias = 1;
+    s.yaw = 30;
+    s.pitch = 25;
+    return s;
+}
+
+static int print_model(const char *path)
+{
+    ibl_scene m;
+    const view_settings s = model_settings();
+    const bool ok = read_model(view_test_ctx(0), path, &m);
+    if (ok) {
+        print_camera(&s, MODEL_WIDTH, MODEL_HEIGHT);
+        printf(",\n\"materials\": [");
+        for (int i = 0; i < m.material_count; i++)
+            printf("%s{\"roughness\": %g, \"colour\": [%.9g, %.9g, %.9g]}",
+                   i ? ",\n" : "", (double)roughness_of(i),
+                   (double)m.materials[i].base_colour[0],
+                   (double)m.materials[i].base_colour[1],
+                   (double)m.materials[i].base_colour[2]);
+        printf("]}\n");
+    }
+    ibl_scene_free(&m);
+    return !ok;
+}
+
+/* What both draw of the model; elsewhere they are black. */
+static void find_model(const float *rgb, const float *cycles, int *shown)
+{
+    for (int i = 0; i < PIXELS; i++)
+        shown[i] = rgb[3 * i + 1] > 0 && cycles[3 * i + 1] > 0 ? 0 : -1;
+}
+
+static int compare_model(const char *set_path, const char *model_path,
+                         const char *picture)
+{
+    static float rgb[3 * PIXELS];
+    static int shown[PIXELS];
+    ibl_ctx *ctx = view_test_ctx(0);
+    ibl_read_options o = ibl_read_options_default();
+    view_settings s = model_settings();
+    baked_set set = {0};
+    ibl_scene scene = {0};
+    ibl_image cycles = {0};
+    int broken = 0;
+
+    view_test_begin(MODEL_WIDTH, MODEL_HEIGHT);
+    o.any_aspect = 1;
+    view_renderer *r = view_renderer_create();
+    bool ok = !ibl_image_read(ctx, picture, &o, &cycles, NULL) &&
+              cycles.width == MODEL_WIDTH && cycles.height == MODEL_HEIGHT &&
+              view_set_open(ctx, &(view_request){.path = set_path}, &set) &&
+              read_model(ctx, model_path, &scene);
+    view_model *m = ok ? view_model_create(ctx, &scene, model_path) : NULL;
+    ok = m && view_renderer_load(r, &set);
+    if (ok)
+        view_renderer_model(r, m);
+    view_renderer_pace(r, SAMPLES / 4);
+    printf("%%                mean  nRMSE median    p95\n");
+    for (int i = 1; ok && i < LOOKUPS; i++) {
+        s.reflection = lookups[i].reflection;
+        do
+            ok = view_renderer_draw(r, &s, MODEL_WIDTH, MODEL_HEIGHT);
+        while (ok && s.reflection == VIEW_REFERENCE &&
+               view_renderer_samples(r) < SAMPLES / 4);
+        ok = ok && view_renderer_read(r, false, rgb);
+        find_model(rgb, cycles.data, shown);
+        const figures f = measure(rgb, cycles.data, shown, 0);
+        broken += print_figures(
+            lookups[i].name, f,
+            s.reflection != VIEW_REFERENCE ||
+                (fabs(f.mean) <= 100 * bound && f.nrmse <= 100 * model_bound));
+    }
+    view_model_free(m);
+    view_renderer_free(r);
+    ibl_scene_free(&scene);
+    ibl_image_free(&cycles);
+    view_set_free(&set);
+    view_test_close();
+    return !ok || broken;
+}
+
 int main(int argc, char **argv)
 {
     if (argc == 2 && !strcmp(argv[1], "scene"))
         return print_scene();
+    if (argc == 3 && !strcmp(argv[1], "scene"))
+        return print_model(argv[2]);
+    if (argc == 5 && !strcmp(argv[1], "compare"))
+        return compare_model(argv[2], argv[3], argv[4]);
     if (argc == 3 && !strcmp(argv[1], "map"))
         return print_map(argv[2]);
     if (argc == 6 && !strcmp(argv[1], "compare"))
         return compare((const char *[]){argv[2], argv[5]}, argv + 3);
-    fprintf(stderr, "usage: cycles scene | map MAP | "
-                    "compare MAP LINEAR SET PICTURE\n");
+    fprintf(stderr, "usage: cycles scene [MODEL] | map MAP | compare MAP "
+                    "LINEAR SET PICTURE | compare SET MODEL PICTURE\n");
     return 2;
 }

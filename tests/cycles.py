@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: MIT
-# Renders the spheres of tests/cycles.c with Blender's Cycles.
+# Renders the spheres of tests/cycles.c, or a model, with Blender's Cycles.
 #   blender -b --factory-startup -P cycles.py -- SCENE.json MAP OUT.exr SAMPLES
+#           [MODEL]
 # The world of the viewer (+Y up) becomes Blender's (+Z up) by (x, -z, y).
-# Spheres see the environment alone, as in the viewer: no shadows, no bounces
+# Surfaces see the environment alone, as in the viewer: no shadows, no bounces
 # between them. Their material is the Glossy BSDF (GGX, one scattering) of a
-# constant colour, which is a metal of F0 = 1.
+# constant colour, which is a metal of F0 = 1, or of matte ones the Diffuse BSDF.
 import json
+import struct
 import sys
 
 import addon_utils
 import bpy
 from mathutils import Matrix, Vector
 
-scene_path, map_path, out_path, samples = sys.argv[sys.argv.index("--") + 1:]
+scene_path, map_path, out_path, samples, *model = sys.argv[
+    sys.argv.index("--") + 1:]
 with open(scene_path) as f:
     wanted = json.load(f)
 
@@ -36,24 +39,77 @@ texture.projection = "EQUIRECTANGULAR"
 texture.interpolation = "Closest"  # light is constant over each pixel
 tree.links.new(texture.outputs["Color"], tree.nodes["Background"].inputs["Color"])
 
-for number, sphere in enumerate(wanted["spheres"]):
+
+
+def shade(material, roughness, colour):
+    material.use_nodes = True
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    if roughness < 0:
+        shader = nodes.new("ShaderNodeBsdfDiffuse")
+    else:
+        shader = nodes.new("ShaderNodeBsdfGlossy")
+        shader.distribution = "GGX" if roughness > 0 else "SHARP"
+        shader.inputs["Roughness"].default_value = roughness
+    shader.inputs["Color"].default_value = (*colour, 1)
+    output = nodes.new("ShaderNodeOutputMaterial")
+    material.node_tree.links.new(shader.outputs[0], output.inputs["Surface"])
+
+
+# A copy of a .glb whose materials have their numbers as names.
+def numbered(path, copy):
+    with open(path, "rb") as f:
+        data = f.read()
+    size = struct.unpack("<I", data[12:16])[0]
+    gltf = json.loads(data[20:20 + size])
+    for i, material in enumerate(gltf["materials"]):
+        material["name"] = str(i)
+    text = json.dumps(gltf).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + size:]
+    with open(copy, "wb") as f:
+        f.write(data[:8] + struct.pack("<II", 20 + len(text) + len(rest),
+                                       len(text)) + data[16:20] + text + rest)
+    return copy
+
+
+def sees_the_environment(thing):
+    thing.visible_glossy = thing.visible_diffuse = thing.visible_shadow = False
+
+
+# Fitted into a sphere of radius 1, and alone: the world is black to the camera.
+if model:
+    import numpy
+    numpy.bool = bool  # Blender 3.4 names it so, NumPy 1.24 no longer does
+    addon_utils.enable("io_scene_gltf2")
+    bpy.ops.import_scene.gltf(filepath=numbered(model[0], out_path + ".glb"))
+    for material in bpy.data.materials:
+        if material.name.isdigit():
+            w = wanted["materials"][int(material.name)]
+            shade(material, w["roughness"], w["colour"])
+    parts = [o for o in scene.objects if o.type == "MESH"]
+    points = [o.matrix_world @ v.co for o in parts for v in o.data.vertices]
+    middle = Vector([(min(p[k] for p in points) + max(p[k] for p in points)) / 2
+                     for k in range(3)])
+    radius = max((p - middle).length for p in points)
+    fit = Matrix.Scale(1 / radius, 4) @ Matrix.Translation(-middle)
+    for o in scene.objects:
+        if o.parent is None:
+            o.matrix_world = fit @ o.matrix_world
+    for o in parts:
+        sees_the_environment(o)
+    world.cycles_visibility.camera = False
+
+for number, sphere in enumerate(wanted.get("spheres", [])):
     bpy.ops.mesh.primitive_uv_sphere_add(
         segments=256, ring_count=128, radius=sphere["radius"],
         location=turned(sphere["centre"]))
     ball = bpy.context.object
     bpy.ops.object.shade_smooth()
     material = bpy.data.materials.new(str(number))
-    material.use_nodes = True
-    nodes = material.node_tree
-    nodes.nodes.clear()
-    glossy = nodes.nodes.new("ShaderNodeBsdfGlossy")
-    glossy.distribution = "GGX" if sphere["roughness"] > 0 else "SHARP"
-    glossy.inputs["Color"].default_value = (1, 1, 1, 1)
-    glossy.inputs["Roughness"].default_value = sphere["roughness"]
-    output = nodes.nodes.new("ShaderNodeOutputMaterial")
-    nodes.links.new(glossy.outputs[0], output.inputs["Surface"])
+    shade(material, sphere["roughness"], (1, 1, 1))
     ball.data.materials.append(material)
-    ball.visible_glossy = ball.visible_diffuse = ball.visible_shadow = False
+    sees_the_environment(ball)
 
 camera = bpy.data.cameras.new("camera")
 camera.sensor_fit = "VERTICAL"
