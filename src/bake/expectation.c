@@ -31,8 +31,12 @@ enum {
     LEAST = 7,   /* of them above 0 */
     TABLE = 128, /* edge of the BRDF table that counts as the truth */
     DEGREES = IBL_LOBE_DEGREE + 1,
+    MOST_ROUGHNESSES = 64,
     BENT = 2 /* directions of a view, after IBL_TO_R: for F0 = 1, and .04 */
 };
+
+static const ibl_specular_layout none = {
+    .size = 1, .levels = 1, .roughness = {1}};
 
 /* Bins of roughness that stand for the others, if there are many. */
 static const int bins[NODES] = {0,  3,  4,  6,  8,  10, 12, 16, 20, 24,
@@ -57,15 +61,15 @@ struct ibl_expectation {
     ibl_bands_rule rule;
     double at[VIEWS], weight[VIEWS];
     ibl_lobe_kernels kernels; /* of no chain: the spectrum and the cosine */
-    double *given;            /* C_l as given */
+    const double *given;      /* C_l as given, or NULL */
     int degree, most;         /* its last; the map's */
     ibl_lut truth;
     int nodes;
     node node[NODES];
-    ibl_lookup_view view[NODES * VIEWS];
+    ibl_lookup_view *view; /* VIEWS of each node */
     target target[TARGETS];
-    double total; /* of |T + a c|^2 */
-    double lobe[GRID + 1][DEGREES];
+    double total;            /* of |T + a c|^2 */
+    double (*lobe)[DEGREES]; /* of ladders; NULL: none was fitted */
     bool has_lobe[GRID + 1];
 };
 
@@ -230,6 +234,7 @@ static void view_job(void *arg, int job, int worker)
     ibl_lobe_bands *b = &e->view[job].bands;
     const double n_v = e->at[job % VIEWS], r = e->node[job / VIEWS].roughness;
     (void)worker;
+    b->directions = 0;
     if (r > 0)
         ibl_bands_degrees(e->kernels.power, r, b);
     else
@@ -394,6 +399,10 @@ static ibl_status grid_lobe(ibl_expectation *e, int at)
 {
     if (e->has_lobe[at])
         return IBL_OK;
+    if (!e->lobe)
+        e->lobe = ibl_alloc_array(GRID + 1, sizeof *e->lobe);
+    if (!e->lobe)
+        return ibl_no_memory(e->ctx, "the fit of a ladder");
     e->has_lobe[at] = true;
     return fill_lobe(e->ctx, (double)at / GRID, e->lobe[at]);
 }
@@ -517,9 +526,10 @@ ibl_status ibl_expectation_fit(ibl_expectation *e, int size, int levels,
 typedef struct judging {
     const ibl_expectation *e;
     const ibl_expected_set *set;
+    bool exact; /* but for the lookups: nothing else counts */
     ibl_lobe_kernels kernels;
     const ladder *ladder; /* NULL: lookups follow from the set */
-    double *sum;          /* of each view */
+    double sum[TARGETS];
 } judging;
 
 /* A BRDF table's F0 A + B, for F0 = 1 and .04. */
@@ -566,9 +576,10 @@ static void use_of(const judging *j, int job, int f, ibl_lobe_bands *b,
 
 static void judge_job(void *arg, int job, int worker)
 {
-    const judging *j = arg;
+    judging *j = arg;
     const ibl_expectation *e = j->e;
     const double r = e->node[job / VIEWS].roughness, n_v = e->at[job % VIEWS];
+    const int known = e->view[job].bands.directions;
     ibl_lookup_view v = e->view[job];
     ibl_lookup_use use[2];
     double angle[IBL_LOOKUP_ANGLES] = {0}, truth[2] = {1, 1}, own[2] = {1, 1};
@@ -578,10 +589,13 @@ static void judge_job(void *arg, int job, int worker)
         angle[IBL_LOOKUP_APART + f] = v.bands.angle[use[f].at[0]] -
                                       v.bands.angle[use[f].at[use[f].taps - 1]];
     }
-    if (v.bands.directions > e->view[job].bands.directions) {
+    if (v.bands.directions > known) {
         memcpy(angle, v.bands.angle, sizeof v.bands.angle);
         ibl_lookup_legendre(angle, IBL_LOOKUP_ANGLES, &v.bands, v.p);
-        make_bands(e, job, &v.bands);
+        if (r > 0)
+            ibl_lobe_bands_toward(n_v, known, &v.bands);
+        else
+            mirror_bands(n_v, &v.bands);
     }
     if (j->set->lut) {
         fetch_table(&e->truth, n_v, r, truth);
@@ -595,8 +609,9 @@ static void judge_job(void *arg, int job, int worker)
                                     .step = j->set->step,
                                     .slope = j->set->slope};
         if (t->weight > 0)
-            j->sum[job] +=
-                t->weight * ibl_lookup_error(&j->kernels, &v, f, &use[f], &set);
+            j->sum[2 * job + f] =
+                t->weight * ibl_lookup_error(&j->kernels, &v, f, &use[f],
+                                             j->exact ? NULL : &set);
     }
 }
 
@@ -616,29 +631,22 @@ static ibl_status find_lookups(const judging *j, ladder *s)
     return status;
 }
 
-static ibl_status judge(judging *j, double *nrmse)
+/* Fills the sums of all targets. */
+static ibl_status judge(judging *j)
 {
     const ibl_expectation *e = j->e;
-    const int jobs = e->nodes * VIEWS;
-    ladder *s = NULL;
+    const bool free = !j->set->lobes && j->set->lookup != IBL_LOOKUP_SPLIT;
+    ladder *s = free ? new_ladder(e, 1, 1) : NULL;
     ibl_status status = IBL_OK;
-    j->sum = ibl_alloc_zeroed((size_t)jobs, sizeof *j->sum);
-    if (!j->set->lobes && j->set->lookup == IBL_LOOKUP_TABLE)
-        s = new_ladder(e, 1, 1);
     j->ladder = s;
-    if (!j->sum || (!s && !j->set->lobes && j->set->lookup != IBL_LOOKUP_SPLIT))
+    memset(j->sum, 0, sizeof j->sum);
+    if (free && !s)
         status = ibl_no_memory(e->ctx, "the expected error");
     if (!status && s && j->set->layout.levels)
         status = find_lookups(j, s);
     if (!status)
-        status = ibl_run(e->ctx, NULL, jobs, judge_job, j);
-    double sum = 0;
-    for (int i = 0; i < jobs && !status; i++)
-        sum += j->sum[i];
-    if (!status)
-        *nrmse = sqrt(sum / e->total);
+        status = ibl_run(e->ctx, NULL, e->nodes * VIEWS, judge_job, j);
     ibl_free(s);
-    ibl_free(j->sum);
     return status;
 }
 
@@ -662,7 +670,6 @@ ibl_status ibl_expectation_of(const ibl_expectation *e,
     if (!e || !set || !nrmse)
         return ibl_missing(e ? e->ctx : NULL,
                            "ibl_expectation_of: set or nrmse");
-    const ibl_specular_layout none = {.size = 1, .levels = 1, .roughness = {1}};
     const ibl_specular_layout *layout =
         set->layout.levels ? &set->layout : &none;
     judging j = {.e = e, .set = set};
@@ -671,8 +678,124 @@ ibl_status ibl_expectation_of(const ibl_expectation *e,
         status = ibl_lobe_kernels_make(e->ctx, layout, e->given, e->degree,
                                        &j.kernels);
     if (!status)
-        status = judge(&j, nrmse);
+        status = judge(&j);
+    double sum = 0;
+    for (int i = 0; i < 2 * e->nodes * VIEWS && !status; i++)
+        sum += j.sum[i];
+    if (!status)
+        *nrmse = sqrt(sum / e->total);
     ibl_lobe_kernels_free(&j.kernels);
+    return status;
+}
+
+/* ---- single roughnesses ---------------------------------------------------
+ */
+
+/* The power of targets and the errors of each way to look up, of the nodes. */
+static void divide(const ibl_expectation *e, const double *sum, int way,
+                   ibl_expected_error *errors)
+{
+    for (int n = 0; n < e->nodes; n++)
+        for (int f = 0; f < 2; f++) {
+            double power = 0, error = 0;
+            for (int v = n * VIEWS; v < (n + 1) * VIEWS; v++) {
+                power += e->target[2 * v + f].weight *
+                         ibl_lookup_power(&e->kernels, &e->view[v], f, 0);
+                error += sum[2 * v + f];
+            }
+            errors[n].nrmse[f][way] = power > 0 ? sqrt(error / power) : 0;
+        }
+}
+
+static ibl_status make_views(ibl_expectation *e)
+{
+    if (!e->view)
+        e->view = ibl_alloc_array((size_t)e->nodes * VIEWS, sizeof *e->view);
+    if (!e->view)
+        return ibl_no_memory(e->ctx, "the expected error");
+    ibl_gauss_points(VIEWS, e->at, e->weight);
+    ibl_bands_rule_init(&e->rule);
+    return ibl_run(e->ctx, NULL, e->nodes * VIEWS, view_job, e);
+}
+
+static ibl_status judge_nodes(ibl_expectation *e, judging *j,
+                              ibl_expected_set *set, ibl_expected_error *errors)
+{
+    ibl_status status = make_views(e);
+    for (int way = 0; way < IBL_LOOKUP_COUNT && !status; way++) {
+        set->lookup = (ibl_lookup)way;
+        if (!way || set->lobes) {
+            status = judge(j);
+            divide(e, j->sum, way, errors);
+        }
+        for (int n = 0; n < e->nodes && way && !set->lobes; n++)
+            errors[n].nrmse[0][way] = errors[n].nrmse[1][way] = -1;
+    }
+    return status;
+}
+
+static ibl_status check_roughness(ibl_ctx *ctx, const double *roughness,
+                                  int count)
+{
+    if (count < 1 || count > MOST_ROUGHNESSES)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "the error at %d roughnesses: must be 1 to %d", count,
+                        MOST_ROUGHNESSES);
+    for (int i = 0; i < count; i++)
+        if (!(roughness[i] >= IBL_EXPECTED_LEAST && roughness[i] <= 1))
+            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                            "the error at roughness %g: must be %g to 1",
+                            roughness[i], IBL_EXPECTED_LEAST);
+    return IBL_OK;
+}
+
+static ibl_status judge_all(ibl_expectation *e, judging *j,
+                            ibl_expected_set *set, const double *roughness,
+                            int count, ibl_expected_error *errors)
+{
+    ibl_status status =
+        ibl_lobe_kernels_make(e->ctx, &none, e->given, e->degree, &e->kernels);
+    if (!status)
+        status = ibl_lobe_kernels_make(e->ctx, &set->layout, e->given,
+                                       e->degree, &j->kernels);
+    for (int i = 0; i < count && !status; i += NODES) {
+        e->nodes = count - i < NODES ? count - i : NODES;
+        for (int n = 0; n < e->nodes; n++)
+            e->node[n] = (node){roughness[i + n], {1, 1}, {0, 0}};
+        status = judge_nodes(e, j, set, &errors[i]);
+    }
+    ibl_lobe_kernels_free(&j->kernels);
+    return status;
+}
+
+ibl_status ibl_bake_expected_error(ibl_ctx *ctx,
+                                   const ibl_lobe_table_options *opts,
+                                   const ibl_lobe_table *table,
+                                   const double *roughness, int count,
+                                   ibl_expected_error *errors)
+{
+    const ibl_lobe_table_options defaults = ibl_lobe_table_options_default();
+    if (!ctx || !roughness || !errors || (table && !table->data))
+        return ibl_missing(ctx, "ibl_bake_expected_error: table's data, "
+                                "roughness or errors");
+    if (!opts)
+        opts = &defaults;
+    ibl_status status = check_roughness(ctx, roughness, count);
+    if (!status)
+        status = ibl_lobe_table_check(ctx, opts);
+    if (status)
+        return status;
+    ibl_expectation *e = ibl_alloc_zeroed(1, sizeof *e);
+    if (!e)
+        return ibl_no_memory(ctx, "the expected error");
+    ibl_expected_set set = {.layout = opts->layout, .lobes = table};
+    judging j = {.e = e, .set = &set, .exact = true};
+    e->ctx = ctx;
+    e->given = opts->power;
+    e->degree = opts->power_degree;
+    status = judge_all(e, &j, &set, roughness, count, errors);
+    e->given = NULL; /* the caller's */
+    ibl_expectation_free(e);
     return status;
 }
 
@@ -681,7 +804,6 @@ ibl_status ibl_expectation_of(const ibl_expectation *e,
 
 static ibl_status make(ibl_expectation *e)
 {
-    const ibl_specular_layout none = {.size = 1, .levels = 1, .roughness = {1}};
     const ibl_lut_options lut = {.size = TABLE};
     ibl_status status =
         ibl_lobe_kernels_make(e->ctx, &none, e->given, e->degree, &e->kernels);
@@ -689,9 +811,7 @@ static ibl_status make(ibl_expectation *e)
         status = ibl_bake_lut(e->ctx, &lut, &e->truth);
     if (status)
         return status;
-    ibl_gauss_points(VIEWS, e->at, e->weight);
-    ibl_bands_rule_init(&e->rule);
-    status = ibl_run(e->ctx, NULL, e->nodes * VIEWS, view_job, e);
+    status = make_views(e);
     for (int i = 0; i < 2 * e->nodes * VIEWS; i++) {
         const target *t = &e->target[i];
         if (t->weight > 0)
@@ -708,7 +828,9 @@ void ibl_expectation_free(ibl_expectation *e)
         return;
     ibl_lobe_kernels_free(&e->kernels);
     ibl_lut_free(&e->truth);
-    ibl_free(e->given);
+    ibl_free((void *)e->given);
+    ibl_free(e->view);
+    ibl_free(e->lobe);
     ibl_free(e);
 }
 
@@ -732,9 +854,9 @@ ibl_status ibl_expectation_create(ibl_ctx *ctx, const ibl_materials *materials,
         e->ctx = ctx;
         e->degree = degree;
         e->most = most < 8 ? 8 : most > 4096 ? 4096 : most;
+        memcpy(given, power, ((size_t)degree + 1) * sizeof *power);
         e->given = given;
         given = NULL;
-        memcpy(e->given, power, ((size_t)degree + 1) * sizeof *power);
         make_nodes(e, materials);
         status = e->nodes ? make(e)
                           : ibl_fail(ctx, IBL_ERR_ARGUMENT,

@@ -13,19 +13,16 @@ enum {
     RINGS = IBL_BANDS_RINGS,
     COLUMNS = IBL_BANDS_COLUMNS,
     ORDERS = IBL_BANDS_ORDERS,
-    EXTRA = IBL_BANDS_DIRECTIONS,
-    ALL = RINGS + EXTRA
+    EXTRA = IBL_BANDS_DIRECTIONS
 };
 
 /* Orders below this share of the lobe are left out. */
 static const double negligible = 1e-3;
 
-/* Fourier coefficients of the lobe on rings, and Legendre's functions there
- * and, after them, in the directions. */
+/* Fourier coefficients of the lobe on rings. */
 typedef struct rings {
-    double cosine[ALL], sine[ALL];
+    double cosine[RINGS], sine[RINGS];
     double weight[RINGS];
-    double sign[EXTRA]; /* of cos(phi): towards or away from N */
     double f[ORDERS][2][RINGS];
 } rings;
 
@@ -98,19 +95,52 @@ static void make_rings(const ibl_bands_rule *rule, const view *v, rings *r)
     }
 }
 
-static void place_directions(const ibl_lobe_bands *b, double angle, rings *r)
+/* Legendre's normalised functions of an order m at some points. */
+typedef struct legendre {
+    int m, l;
+    double last; /* the recurrence's factor of before */
+    double here[RINGS], before[RINGS];
+} legendre;
+
+/* first: P_mm */
+static legendre start_order(int m, const double *first, int count)
 {
-    for (int k = 0; k < EXTRA; k++) {
-        const double psi = k < b->directions ? angle - b->angle[k] : 0;
-        r->cosine[RINGS + k] = cos(psi);
-        r->sine[RINGS + k] = fabs(sin(psi));
-        r->sign[k] = psi < 0 ? -1 : 1;
+    legendre p = {.m = m, .l = m};
+    memcpy(p.here, first, (size_t)count * sizeof *first);
+    return p;
+}
+
+static inline void next_degree(legendre *p, const double *cosine, int count)
+{
+    const double n = ++p->l;
+    const double factor = sqrt((4 * n * n - 1) / (n * n - p->m * p->m));
+    for (int i = 0; i < count; i++) {
+        const double next =
+            factor * (cosine[i] * p->here[i] - p->last * p->before[i]);
+        p->before[i] = p->here[i];
+        p->here[i] = next;
     }
+    p->last = 1 / factor;
+}
+
+/* P_mm of order m + 1, given that of m. */
+static void next_order(int m, const double *sine, int count, double *first)
+{
+    for (int i = 0; i < count; i++)
+        first[i] *= sine[i] * sqrt((2 * m + 3) / (2.0 * m + 2));
+}
+
+static int first_degree(const ibl_lobe_bands *b, int m)
+{
+    int at = 0;
+    while (at < b->count && b->degree[at] < m)
+        at++;
+    return at;
 }
 
 /* Adds the harmonics of order m at the degree of index at. */
-static void add_harmonics(const rings *r, int m, const double here[ALL], int at,
-                          ibl_lobe_bands *b)
+static void add_harmonics(const rings *r, int m, const double here[RINGS],
+                          int at, ibl_lobe_bands *b)
 {
     const double twice = m ? 2 : 1; /* sqrt(2) cos(m phi), squared */
     for (int f = 0; f < 2; f++) {
@@ -120,34 +150,7 @@ static void add_harmonics(const rings *r, int m, const double here[ALL], int at,
                 part[k] += r->f[m][f][i + k] * here[i + k];
         const double t = twice * (part[0] + part[1]);
         b->power[f][at] += t * (part[0] + part[1]);
-        for (int k = 0; k < b->directions; k++)
-            b->toward[f][k][at] +=
-                t * here[RINGS + k] * (m % 2 ? r->sign[k] : 1);
-    }
-}
-
-/* Adds the harmonics of order m, given P_mm. */
-static void add_order(const rings *r, int m, const double first[ALL],
-                      ibl_lobe_bands *b)
-{
-    double here[ALL], before[ALL] = {0};
-    double last = 0; /* the recurrence's factor of before */
-    int at = 0;
-    memcpy(here, first, sizeof here);
-    while (at < b->count && b->degree[at] < m)
-        at++;
-    for (int l = m; at < b->count; l++) {
-        if (b->degree[at] == l)
-            add_harmonics(r, m, here, at++, b);
-        const double n = l + 1;
-        const double factor = sqrt((4 * n * n - 1) / (n * n - m * m));
-        for (int i = 0; i < ALL; i++) {
-            const double next =
-                factor * (r->cosine[i] * here[i] - last * before[i]);
-            before[i] = here[i];
-            here[i] = next;
-        }
-        last = 1 / factor;
+        b->order[f][m][at] = t;
     }
 }
 
@@ -196,23 +199,53 @@ void ibl_bands_degrees(const double *power, double roughness, ibl_lobe_bands *b)
     }
 }
 
+void ibl_lobe_bands_toward(double n_dot_v, int first, ibl_lobe_bands *b)
+{
+    const int count = b->directions - first;
+    double cosine[EXTRA], sine[EXTRA], sign[EXTRA], start[EXTRA];
+    for (int k = 0; k < count; k++) {
+        const double psi = acos(n_dot_v) - b->angle[first + k];
+        cosine[k] = cos(psi);
+        sine[k] = fabs(sin(psi));
+        sign[k] = psi < 0 ? -1 : 1; /* towards or away from N */
+        start[k] = sqrt(1 / (4 * IBL_PI));
+        for (int f = 0; f < 2; f++)
+            memset(b->toward[f][first + k], 0, sizeof b->toward[f][first + k]);
+    }
+    for (int m = 0; m < b->orders; m++) {
+        legendre p = start_order(m, start, count);
+        for (int at = first_degree(b, m); at < b->count; at++) {
+            while (p.l < b->degree[at])
+                next_degree(&p, cosine, count);
+            for (int f = 0; f < 2; f++)
+                for (int k = 0; k < count; k++)
+                    b->toward[f][first + k][at] +=
+                        b->order[f][m][at] * p.here[k] * (m % 2 ? sign[k] : 1);
+        }
+        next_order(m, sine, count, start);
+    }
+}
+
 void ibl_lobe_bands_make(const ibl_bands_rule *rule, double n_dot_v,
                          double alpha, ibl_lobe_bands *b)
 {
     const view v = {sqrt((1 - n_dot_v) * (1 + n_dot_v)), n_dot_v, alpha};
-    double first[ALL];
+    double first[RINGS];
     rings r;
     make_rings(rule, &v, &r);
-    place_directions(b, acos(n_dot_v), &r);
     normalise(&r, b->energy);
-    const int orders = orders_of(&r);
+    b->orders = orders_of(&r);
     memset(b->power, 0, sizeof b->power);
-    memset(b->toward, 0, sizeof b->toward);
-    for (int i = 0; i < ALL; i++)
+    for (int i = 0; i < RINGS; i++)
         first[i] = sqrt(1 / (4 * IBL_PI));
-    for (int m = 0; m < orders; m++) {
-        add_order(&r, m, first, b);
-        for (int i = 0; i < ALL; i++)
-            first[i] *= r.sine[i] * sqrt((2 * m + 3) / (2.0 * m + 2));
+    for (int m = 0; m < b->orders; m++) {
+        legendre p = start_order(m, first, RINGS);
+        for (int at = first_degree(b, m); at < b->count; at++) {
+            while (p.l < b->degree[at])
+                next_degree(&p, r.cosine, RINGS);
+            add_harmonics(&r, m, p.here, at, b);
+        }
+        next_order(m, r.sine, RINGS, first);
     }
+    ibl_lobe_bands_toward(n_dot_v, 0, b);
 }

@@ -35,6 +35,8 @@ typedef struct ibl_lobe_bands {
     int directions;
     double angle[IBL_BANDS_DIRECTIONS]; /* from N towards R */
     double energy[2];                   /* F0 = 1, .04: scale F0 + bias */
+    int orders;                         /* that matter, and their harmonics: */
+    double order[2][IBL_BANDS_ORDERS][IBL_BANDS_MOST];
     /* At each degree: */
     double power[2][IBL_BANDS_MOST];
     double toward[2][IBL_BANDS_DIRECTIONS][IBL_BANDS_MOST];
@@ -50,5 +52,8 @@ void ibl_bands_degrees(const double *power, double roughness,
  * the lobes have the energy 1. n_dot_v and alpha in (0, 1]. */
 void ibl_lobe_bands_make(const ibl_bands_rule *rule, double n_dot_v,
                          double alpha, ibl_lobe_bands *bands);
+
+/* The same for the directions from `first` on, which were added since. */
+void ibl_lobe_bands_toward(double n_dot_v, int first, ibl_lobe_bands *bands);
 
 #endif
