@@ -390,7 +390,8 @@ check-run:
 
 ## fuzz: libFuzzer on all that reads files, and command lines; TIME=600 s each
 TIME ?= 600
-fuzz: deps
+fuzz:
+	@DEPS=$(DEPS) sh tests/deps.sh check
 	+@$(MAKE) -s $(JOBS) DEPS=no $(BIN) fuzzers
 	@bash tests/fuzz/run.sh $(BUILD) $(TIME)
 

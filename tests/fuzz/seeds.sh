@@ -41,8 +41,8 @@ topright=.5,2,.1,.5:bottomleft=0,.1,9,.2:bottomright=.1,.2,.3,1 16x8 \
     made/map.exr --ch R -d uint32 --chnames Y -o made/grey.exr \
     made/map.exr -d float --ch R,G,B --attrib:type=float\[8\] chromaticities \
     .713,.293,.165,.83,.128,.044,.32168,.33767 -o made/acescg.exr \
-    --create 2x2 3 --fill:color=.5,.2,.1 2x2 -d uint8 -o made/dot.png \
-    -o made/dot.jpg
+    --create 2x2 3 --fill:color=.5,.2,.1 2x2 -d half -o made/flat.exr \
+    -d uint8 -o made/dot.png -o made/dot.jpg
 for packing in $packings; do
     seed image scanline-$packing.exr '\x0\x01\x0\x0\x0\x01' \
         "made/scanline-$packing.exr"
@@ -84,14 +84,16 @@ seed texture lut-zstd '\x01\x02\x02' made/more/brdf_lut.ktx2
 for file in made/more/*lobe_lut.ktx2; do
     seed texture lobes '\x02\x03\x0' "$file"
 done
-for target in babylon-env:8 gltf:4 playcanvas:32; do
+for target in babylon-env:8 gltf:4; do
     "$iblbake" -q made/map.exr -o made/${target%:*} --target ${target%:*} \
         --name s --size ${target#*:}
 done
 seed engine env '' made/babylon-env/s.env
 seed engine gltf '' made/gltf/s.gltf
 seed image env '\x0\x02\x0\x0\x0\x0' made/babylon-env/s.env
-head -c 3000 made/playcanvas/s_envatlas.png | seed engine atlas ''
+"$iblbake" -q made/flat.exr -o made/atlas --target playcanvas --name s \
+    --size 32 --any-aspect
+seed engine atlas '' made/atlas/s_envatlas.png
 
 # ---- JSON: the choice is the reader ------------------------------------------
 cat >made/set.json <<'END'
