@@ -41,7 +41,7 @@ static void check_scene(const ibl_scene *s)
 
 void fuzz_one(fuzz_input in)
 {
-    const bool survey = fuzz_choice(&in, 16) == 0;
+    const bool survey = fuzz_choice(&in, 64) == 0;
     ibl_scene_survey sum = {.scenes = 0};
     ibl_scene scene;
 

@@ -160,15 +160,23 @@ sed "s|data:image/png;base64,PNG|data:image/jpeg;base64,$(base64 -w0 made/dot.jp
 word() { # N: four bytes, the least significant first
     printf "$(printf '\\x%02x' $(($1 & 255)) $(($1 >> 8 & 255)) $(($1 >> 16)) 0)"
 }
-json=$(tr -d '\n' <made/whole.gltf | sed 's/"uri":"b.bin",//')
+{
+    printf '\0%.0s' {1..14} && printf '\x80\x3f'
+    printf '\0%.0s' {1..14} && printf '\x80\x3f'
+    printf '\0%.0s' {1..28} && printf '\0\0\x01\0\x02\0\0\0'
+    cat made/dot.jpg && printf '\0\0\0'
+} >made/bin
+size=$(($(stat -c %s made/bin) / 4 * 4))
+json=$(tr -d '\n' <made/scene.gltf | sed "s/\"uri\":\"b.bin\",//
+    s/\"byteLength\":68}/\"byteLength\":$size}/
+    s/\"byteLength\":8}/&,{\"buffer\":0,\"byteOffset\":68,\"byteLength\":$((size - 68))}/
+    s/\"uri\":\"data:[^\"]*\"/\"bufferView\":3,\"mimeType\":\"image\/jpeg\"/")
 while [ $((${#json} % 4)) -ne 0 ]; do json="$json "; done
 {
-    printf glTF && word 2 && word $((28 + ${#json} + 68)) && word ${#json}
-    printf 'JSON%s' "$json" && word 68 && printf 'BIN\0'
-    printf '\0%.0s' {1..14} && printf '\x80\x3f'
-    printf '\0%.0s' {1..12} && printf '\x80\x3f'
-    printf '\0%.0s' {1..28} && printf '\0\0\x01\0\x02\0\0\0'
-} | seed scene glb '\x01'
+    printf glTF && word 2 && word $((28 + ${#json} + size)) && word ${#json}
+    printf 'JSON%s' "$json" && word $size && printf 'BIN\0'
+    head -c $size made/bin
+} | seed scene glb '\x0'
 
 # ---- command lines, a word a line: the choice is the command -----------------
 line() { # CHOICE NAME WORD...
