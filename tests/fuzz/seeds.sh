@@ -20,7 +20,7 @@ hdr() { # NAME BYTES WAY
 }
 four='\x40\x50\x60\x80\x20\x30\x10\x7f\x01\x02\x03\x84\x99\x88\x77\x66'
 run='\x02\x02\x00\x08\x88\x40\x88\x50\x04\x01\x02\x03\x04\x84\x60\x88\x80'
-hdr flat.hdr "$begin\n-Y 2 +X 4\n$four$four" 1
+hdr flat.hdr "$begin\n-Y 2 +X 4\n$four$four" 0
 hdr old.hdr "$begin\n-Y 2 +X 4\n$four\x40\x50\x60\x80\x01\x01\x01\x03" 3
 hdr new.hdr "$begin\n-Y 4 +X 8\n$run$run$run$run" 5
 hdr up.hdr "$begin\n+Y 4 -X 8\n$run$run$run$run" 7
@@ -42,28 +42,51 @@ topright=.5,2,.1,.5:bottomleft=0,.1,9,.2:bottomright=.1,.2,.3,1 16x8 \
     made/map.exr -d float --ch R,G,B --attrib:type=float\[8\] chromaticities \
     .713,.293,.165,.83,.128,.044,.32168,.33767 -o made/acescg.exr \
     --create 2x2 3 --fill:color=.5,.2,.1 2x2 -d half -o made/flat.exr \
-    -d uint8 -o made/dot.png -o made/dot.jpg
+    -o made/face.hdr -d uint8 -o made/dot.png -o made/dot.jpg
 for packing in $packings; do
-    seed image scanline-$packing.exr '\x0\x01\x0\x0\x0\x01' \
+    seed image scanline-$packing.exr '\x0\x02\x0\x0\x0\x01' \
         "made/scanline-$packing.exr"
     seed image tile-$packing.exr '\x07\x03\x0\x0\x0\x0' \
         "made/tile-$packing.exr"
 done
 seed image acescg.exr '\x09\x03\x14\x0\x02\x0' made/acescg.exr
 seed image parts.exr '\x0\x02\x0\x0\x0\x01' made/parts.exr
+seed image face.exr '\x0\x01\x0\x0\x0\x0' made/flat.exr
+seed image face.hdr '\x0\x01\x0\x0\x0\x0' made/face.hdr
 seed image grey.exr '\x0\x05\x0\x0\x01\x0' made/grey.exr
 
-# An Ultra HDR JPEG without pictures: the harness's bridge has them.
-part='\xff\xe2\x00'
-xmp='\xff\xe1\x00\x35http://ns.adobe.com/xap/1.0/\x00hdrgm:Version="1.0"   '
-iso='urn:iso:std:iso:ts:21496:-1\x00\x00\x00\x00\x00'
-one='\x00\x00\x04\x00\x00\x00\x04\x00'
-none='\x00\x00\x00\x00\x00\x00\x04\x00'
-meaning="\\x40$none\\x00\\x00\\x0c\\x00\\x00\\x00\\x04\\x00$none\\x00\\x00\\x0c\\x00\\x00\\x00\\x04\\x00$one$none$none"
-mpf='MPF\x00MM\x00\x2a\x00\x00\x00\x08\x00\x01\xb0\x02\x00\x07\x00\x00\x00\x20\x00\x00\x00\x1a\x00\x00\x00\x00'
-mpf="$mpf\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\x70\\0\\0\\0\\x40\\0\\0\\0\\0"
-hdr iso.jpg "\\xff\\xd8$xmp$part\\x40$mpf\\xff\\xda\\x00\\x04\\x00\\x00\\xff\\xd9\\xff\\xd8$part\\x5b$iso$meaning\\xff\\xda\\x00\\x04\\x00\\x00\\xff\\xd9" 1
-hdr android.jpg "\\xff\\xd8$xmp$part\\x40$mpf\\xff\\xda\\x00\\x04\\x00\\x00\\xff\\xd9\\xff\\xd8\\xff\\xe1\\x00\\x90http://ns.adobe.com/xap/1.0/\\x00<x hdrgm:Version=\"1.0\" hdrgm:GainMapMin=\"0\" hdrgm:GainMapMax=\"3.5\" hdrgm:HDRCapacityMax=\"3.5\"/>            \\xff\\xda\\x00\\x04\\x00\\x00\\xff\\xd9" 1
+# Ultra HDR JPEGs without pictures: the harness's bridge has them.
+two() { # N: two bytes, as printf has them
+    printf '\\x%02x\\x%02x' $(($1 >> 8)) $(($1 & 255))
+}
+segment() { # MARKER BYTES
+    printf "$2" >made/body
+    printf "\\xff\\x$1$(two $(($(stat -c %s made/body) + 2)))"
+    cat made/body
+}
+ultra_hdr() { # NAME MARKER BYTES MARKER BYTES: what the first says, and the second
+    { printf '\xff\xd8' && segment "$4" "$5" && printf '\xff\xda'; } >made/gain
+    local index='MPF\0MM\0\x2a\0\0\0\x08\0\x01\xb0\x02\0\x07\0\0\0\x20\0\0\0\x1a'
+    index=$index$(printf '\\0%.0s' {1..26})$(two "$(stat -c %s made/gain)")
+    {
+        printf '\xff\xd8'
+        segment "$2" "$3"
+        segment e2 "$index\\0\\0\\0\\x3c\\0\\0\\0\\0"
+        printf '\xff\xd9'
+        cat made/gain
+    } >made/ultra.jpg
+    seed image "$1" '\x0\x02\x0\x0\x0\x0' made/ultra.jpg
+}
+xmp='http://ns.adobe.com/xap/1.0/\0'
+ultra_hdr android.jpg e1 "$xmp<x hdrgm:Version=\"1.0\"/>" e1 "$xmp<rdf:Description \
+hdrgm:Version=\"1.0\" hdrgm:GainMapMax=\"3.5\" hdrgm:HDRCapacityMax=\"3.5\"><hdrgm:Gamma>\
+<rdf:Seq><rdf:li>1</rdf:li><rdf:li>2</rdf:li><rdf:li>1</rdf:li></rdf:Seq></hdrgm:Gamma>"
+iso='urn:iso:std:iso:ts:21496:-1\0\0\0\0\0'
+meaning='\x40'
+for n in 0 3584 0 3584 1024 16 16; do # parts of 1024
+    meaning="$meaning\\0\\0$(two $n)\\0\\0\\x04\\0"
+done
+ultra_hdr iso.jpg e2 "$iso" e2 "$iso$meaning"
 
 # ---- a bake of each kind: textures, sidecars, engines' files -----------------
 small='--size 4 --levels 3 --irradiance-size 4 --lut-size 4'
