@@ -192,12 +192,17 @@ static void compare_curve(int tone, double exposure)
               tone, log2(exposure), worst, at[0], at[1]);
 }
 
+/* In the program for all that is shown, and in that of the curve alone. */
 TEST(curves_are_their_formulas)
 {
     begin();
     fill_sweep();
     for (int tone = 0; tone < VIEW_TONES; tone++)
         for (int ev = -6; ev <= 6; ev += 3) {
+            on.display = view_program_from(
+                view_shader_files,
+                ev % 2 ? test_text("#define TONE %d\n", tone) : "", "full.vert",
+                "display.frag");
             on.frame.show[0] = tone;
             on.frame.display[0] = (float)exp2(ev);
             draw();

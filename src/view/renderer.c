@@ -16,7 +16,9 @@
 #include "view/upload.h"
 
 enum {
-    MAX_SPHERES = VIEW_MAX_GRID * VIEW_MAX_GRID
+    MAX_SPHERES = VIEW_MAX_GRID * VIEW_MAX_GRID,
+    BLURRED = VIEW_BACKDROP_MAP + 1, /* of sky.frag */
+    BACKDROPS
 };
 
 /* A view_sphere as attributes of sphere.vert. */
@@ -28,8 +30,10 @@ _Static_assert(sizeof(view_sphere) == 12 * sizeof(double),
                "all are attributes");
 
 struct view_renderer {
-    GLuint sky, sphere, inspect, display, mean; /* programs */
-    GLuint nearest;                             /* sampler of maps */
+    GLuint sphere, inspect, display, mean; /* programs */
+    /* Made on first use: of each backdrop, and of tones for materials alone. */
+    GLuint sky[BACKDROPS], tone[VIEW_TONES];
+    GLuint nearest; /* sampler of maps */
     GLuint instances, instance_buffer, frame_buffer;
     GLuint maps[2][VIEW_CONTENTS]; /* of set and other */
     /* Linear pictures of settings.reflection and against: of one place in the
@@ -62,12 +66,11 @@ struct view_renderer {
 
 static bool make(view_renderer *r)
 {
-    r->sky = view_program("full.vert", "sky.frag");
     r->sphere = view_program("sphere.vert", "sphere.frag");
     r->inspect = view_program("full.vert", "inspect.frag");
     r->display = view_program("full.vert", "display.frag");
     r->mean = view_program("full.vert", "truth_mean.frag");
-    if (!r->sky || !r->sphere || !r->inspect || !r->display || !r->mean)
+    if (!r->sphere || !r->inspect || !r->display || !r->mean)
         return false;
     gl.GenVertexArrays(1, &r->instances);
     gl.BindVertexArray(r->instances);
@@ -120,7 +123,10 @@ void view_renderer_free(view_renderer *r)
     gl.DeleteProgram(r->display);
     gl.DeleteProgram(r->inspect);
     gl.DeleteProgram(r->sphere);
-    gl.DeleteProgram(r->sky);
+    for (int i = 0; i < BACKDROPS; i++)
+        gl.DeleteProgram(r->sky[i]);
+    for (int i = 0; i < VIEW_TONES; i++)
+        gl.DeleteProgram(r->tone[i]);
     free(r);
 }
 
@@ -453,9 +459,47 @@ static void use_set(view_renderer *r, int i)
     bind_maps(r->maps[i]);
 }
 
+static int backdrop_of(const view_renderer *r)
+{
+    const int kind = r->frame.shading[2];
+
+    return kind != VIEW_BACKDROP_NONE && r->frame.diffuse[3] > 0 ? BLURRED
+                                                                 : kind;
+}
+
+static bool is_plain(const view_settings *s)
+{
+    return view_shows_materials(s) && !view_compares(s) && !s->false_colour;
+}
+
+/* Makes the program of a constant. */
+static bool make_variant(GLuint *program, const char *file, const char *name,
+                         int value)
+{
+    char define[40];
+
+    snprintf(define, sizeof define, "#define %s %d\n", name, value);
+    if (!*program)
+        *program =
+            view_program_from(view_shader_files, define, "full.vert", file);
+    return *program;
+}
+
+/* Makes the programs of the frame. */
+static bool make_variants(view_renderer *r)
+{
+    const view_settings *s = &r->settings;
+    const int kind = backdrop_of(r);
+
+    return (!view_shows_materials(s) ||
+            make_variant(&r->sky[kind], "sky.frag", "BACKDROP", kind)) &&
+           (!is_plain(s) || make_variant(&r->tone[s->tone], "display.frag",
+                                         "TONE", (int)s->tone));
+}
+
 static view_subject subject(const view_renderer *r)
 {
-    return (view_subject){.sky = r->sky,
+    return (view_subject){.sky = r->sky[backdrop_of(r)],
                           .instances = r->instances,
                           .count = r->count,
                           .model =
@@ -555,7 +599,8 @@ static void display_pass(const view_renderer *r, GLuint framebuffer)
     view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture_of(r, 0));
     view_gl_bind(VIEW_UNIT_OTHER, GL_TEXTURE_2D,
                  view_compares(&r->settings) ? picture_of(r, 1) : 0);
-    view_gl_draw_full(r->display);
+    view_gl_draw_full(is_plain(&r->settings) ? r->tone[r->settings.tone]
+                                             : r->display);
 }
 
 bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
@@ -571,7 +616,7 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
     choose_place(r, s);
     bind_maps(r->maps[0]);
     view_gl_bind(VIEW_UNIT_OTHER, GL_TEXTURE_2D, r->backdrop);
-    if (!linear_pass(r) || !truth_pass(r))
+    if (!make_variants(r) || !linear_pass(r) || !truth_pass(r))
         return false;
     r->places++;
     r->settings = *s;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Shows the linear picture, alone or beside another, on the display.
+// Shows the linear picture, alone or beside another, on the display. Programs
+// for materials alone, without false colours, define TONE as their curve:
+// software draws all branches of a pixel.
 #include "ray.glsl"
 #include "tone.glsl"
 
@@ -63,15 +65,20 @@ vec3 shown(vec3 c) {
         return vec3(1.0, 0.0, 1.0);
     if (any(beyond(c)))
         return vec3(0.0, 1.0, 1.0);
+#ifdef TONE
+    return srgb(tone(c * display.x, TONE));
+#else
     if (show.y != 0)
         return false_colour(luminance(c) * display.x, gl_FragCoord.xy);
     // Differences are linear: a legend says what is white.
     return srgb(tone(c * display.x, show.z == DIFFERENCE ? 0 : show.x));
+#endif
 }
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 c = texelFetch(picture, at, 0);
+#ifndef TONE
     // Maps are not compared. Their background has alpha 0.
     if (choice.x != SPHERES && choice.x != MODEL) {
         colour = vec4(c.a == 0.0 && !raw() ? vec3(0.1) : shown(c.rgb), 1.0);
@@ -84,5 +91,6 @@ void main() {
     }
     if (show.z != ALONE)
         c.rgb = compared(at, c.rgb);
+#endif
     colour = vec4(shown(c.rgb), 1.0);
 }

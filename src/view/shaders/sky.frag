@@ -15,15 +15,16 @@ vec3 blurred(vec3 d)
     return rgb;
 }
 
-// view_backdrop of view/frame.h
-const int NONE = 0, MAP = 2;
+// Each has a program of its own, which defines BACKDROP: software draws all
+// branches of a pixel. view_backdrop of view/frame.h, and what is blurred.
+const int NONE = 0, MAP = 2, BLURRED = 3;
 
 void main()
 {
     vec3 d = turned(ray_through(gl_FragCoord.xy));
-    vec3 rgb = shading.z == NONE    ? vec3(0.0)
-               : diffuse.w > 0.0    ? blurred(d)
-               : shading.z == MAP   ? backdrop_of_map(d)
-                                    : backdrop_cube(d);
+    vec3 rgb = BACKDROP == NONE      ? vec3(0.0)
+               : BACKDROP == BLURRED ? blurred(d)
+               : BACKDROP == MAP     ? backdrop_of_map(d)
+                                     : backdrop_cube(d);
     colour = vec4(rgb, 1.0);
 }
