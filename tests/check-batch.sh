@@ -241,6 +241,54 @@ test_words_in_order() {
     done
 }
 
+# Shards at once into one directory are one batch, each map in one of them; the
+# largest map, four times all others, is alone.
+test_shards() {
+    local k n
+    singly alone
+    for n in 2 4; do
+        for ((k = 1; k <= n; k++)); do
+            iblbake $options m -o many$n --shard $k/$n --progress json >part$k &
+        done
+        wait
+        diff -r alone many$n
+        for ((k = 1; k <= n; k++)); do grep -h '"event":"map"' part$k; done |
+            sed 's/.*"map":"\([^"]*\)".*/\1/' | sort | diff <(printf '%s\n' m/*) -
+        grep -q '"maps":1,"kept":0,"pixels":2048' part1 || cat part1
+    done
+    # What cannot be read is in some shard, too; the rest is baked.
+    cp "$work/bad.hdr" m/z.hdr
+    for k in 1 2; do
+        iblbake -q $options m -o rest --keep-going --shard $k/2 2>err$k
+    done
+    diff -r alone rest
+    [ "$(cat err? | grep -c 'failed: m/z.hdr')" = 1 ] || cat err?
+    refused 1 '*--shard 6/6: there are 5 environments: take at most 5 shards' \
+        iblbake m -o out --shard 6/6
+}
+
+# The files of a map are of one run: another gives its own no names meanwhile.
+test_two_runs() {
+    local other
+    bake m/sun.hdr -o out --incremental
+    times out >was
+    # Another run, which reads the lock's bytes.
+    perl -MFcntl -e 'open(my $lock, "+<", "out/.iblbake/lock") or die;
+        my $all = pack("ssx4qql", F_RDLCK, 0, 0, 0, 0);
+        fcntl($lock, F_SETLK, $all) or die;
+        open(my $ready, ">", "ready"); sleep 60' &
+    other=$!
+    within test -e ready
+    iblbake -q $options m/sun.hdr -o out --incremental --levels 1 &
+    within compgen -G 'out/.*tmp' || echo 'has no temporaries'
+    sleep 0.2
+    times out | grep -v tmp | diff was - || echo 'files are new'
+    kill $other
+    wait $! || echo 'failed'
+    bake m/sun.hdr -o one --levels 1
+    diff -r -x .iblbake one out
+}
+
 test_interrupted() {
     local status
     interrupt INT iblbake -q -j 2 m -o out --size 1024 --method sampled \

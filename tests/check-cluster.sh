@@ -20,17 +20,36 @@ example() { # NAME
         "$top/man/iblbake-cluster.7" | sed "s/\\\\(aq/'/g; s/\\\\e/\\\\/g" >"$1"
     [ -s "$1" ] || echo "the manual has no $1"
 }
-# A directory with the set of 64 probes, and the manual's files.
+# A directory with the set of 64 probes, 40 maps and the manual's files.
 begin() { # DIRECTORY FILE...
     rm -rf "${work:?}/$1"
     mkdir "$work/$1" && cd "$work/$1" || return
-    cp ../set.json . && ln -s ../captures .
+    cp ../set.json . && ln -s ../captures ../env ../maps.txt .
     for file in "${@:2}"; do example "$file"; done
 }
-mkdir captures
+# Like iblbake, with options that take less time.
+mkdir quick captures env
+cat >quick/iblbake <<END
+#!/bin/sh
+case "\$1" in
+probes | merge) exec "$real" "\$@" ;;
+*) exec "$real" --size 8 --lut-size 16 --lobe-table-size 8 \\
+    --irradiance-size 4 "\$@" ;;
+esac
+END
+chmod +x quick/iblbake
+PATH=$work/quick:$PATH
 for i in 0 1 2 3 4 5 6 7; do
     mkenv exr $((32 + 8 * i)) $((16 + 4 * i)) BGR >captures/$i.exr
 done
+for ((i = 0; i < 40; i++)); do
+    cp captures/$((i % 8)).exr env/map$i.exr
+    echo env/map$i.exr
+done >maps.txt
+# They are older than the grace of --incremental.
+touch -d '1 hour ago' env/*
+iblbake -q --from maps.txt -o lit || exit 1
+iblbake -q --from maps.txt -o smaller --size 4 || exit 1
 node -e "console.log(JSON.stringify({version: 1,
     defaults: {size: 8, levels: 2, irradiance: 4, lut_size: 16},
     global: {capture: {equirect: 'captures/7.exr'}},
@@ -44,12 +63,24 @@ test_parallel() {
     begin parallel shards.sh
     sh -e shards.sh || echo 'failed '
     diff -r out ../whole
+    diff -r lit ../lit
 }
 test_make() {
     begin make Makefile
     make -s -j4 || echo 'failed '
     diff -r out ../whole
+    diff -r -x '*.d' lit ../lit
     make -q || echo 'makes it again'
+    rm lit/map7*
+    make -s && diff -r -x '*.d' lit ../lit
+}
+
+test_measure() {
+    begin measure measure.sh
+    cp env/map7.exr 8k.hdr
+    sh -e measure.sh >printed 2>&1 || cat printed
+    [ "$(grep -c '^[0-9.]*+[0-9.]* s [0-9]* KiB$' printed)" = 2 ] || cat printed
+    diff -r out ../whole
 }
 
 # ---- Slurm ---------------------------------------------------------------------
@@ -138,13 +169,20 @@ finish() {
     cat ./*.log
 }
 
-# Task 3 of 4 dies of SIGKILL as it gives its files their names.
+# Task 3 of 4 dies of SIGKILL as it gives its KILL_AT-th file its name.
 cat >kill.c <<'END'
+#define _GNU_SOURCE
+#include <fcntl.h>
 #include <signal.h>
+#include <stdlib.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 int rename(const char *from, const char *to)
 {
-    (void)from, (void)to;
-    return raise(SIGKILL);
+    static int count;
+    if (++count == atoi(getenv("KILL_AT")))
+        raise(SIGKILL);
+    return (int)syscall(SYS_renameat, AT_FDCWD, from, AT_FDCWD, to);
 }
 END
 ${CC:-cc} -shared -fPIC -o kill.so kill.c || exit 1
@@ -155,24 +193,38 @@ case "\$*" in
 *'--shard 3/4 '*) echo "\$SLURM_RESTART_COUNT" >>tries
     [ "\$SLURM_RESTART_COUNT" ] || export LD_PRELOAD=$work/kill.so ;;
 esac
-exec "$real" "\$@"
+exec "$work/quick/iblbake" "\$@"
 END
 chmod +x deadly/iblbake
 
-test_slurm_probes() {
-    begin probes probes.sh submit.sh
-    PATH=$work/deadly:$PATH sh -e submit.sh >submitted || cat submitted
+test_slurm_task_that_dies() {
+    begin dies maps.sh probes.sh submit.sh
+    export PATH=$work/deadly:$PATH
+    KILL_AT=9 sbatch maps.sh >submitted
+    KILL_AT=1 sh -e submit.sh >>submitted || cat submitted
     finish | grep -v -e Killed -e 'DUE TO JOB REQUEUE'
-    printf '\n1\n' | diff tries - || echo 'no task was killed and queued again'
+    sort tries | diff - <(printf '\n\n1\n1\n') || echo 'not killed and queued again'
+    diff -r -x .iblbake -x '.*.tmp' lit ../lit
     diff -r out ../whole
+    # Nothing is left to do.
+    find lit -type f -printf '%p %i %T@\n' >was
+    SLURM_ARRAY_TASK_ID=3 sh maps.sh
+    find lit -type f -printf '%p %i %T@\n' | diff was -
 }
-# Two arrays into the same directories, of one set but other options: a
-# directory is of one of them, and what does not fit is named.
+# Two arrays with other options: the files of a map, and a shard, are of one of
+# them, and shards that do not fit are named.
 test_slurm_two_arrays() {
-    begin two probes.sh
-    sbatch probes.sh --size 4 >submitted && sbatch probes.sh >>submitted ||
-        cat submitted
-    finish | grep -v 'another run is at work'
+    local name
+    begin two maps.sh probes.sh
+    for name in maps probes; do
+        sbatch $name.sh && sbatch $name.sh --size 4
+    done >submitted || cat submitted
+    finish
+    for ((i = 0; i < 40; i++)); do
+        for name in ../lit ../smaller; do
+            cat $name/map${i}[._]* | cmp -s - <(cat lit/map${i}[._]*) && break
+        done || echo "map$i: is mixed"
+    done
     if iblbake merge part/* -o out 2>err; then
         diff -rq out ../whole >/dev/null || diff -rq out ../other
     else
@@ -180,9 +232,6 @@ test_slurm_two_arrays() {
             cat err
         [ ! -e out ] || echo 'something was written'
     fi
-    sbatch probes.sh >submitted || cat submitted
-    finish
-    iblbake merge -q part/* -o out && diff -r out ../whole
 }
 
 why=$(missing)
@@ -191,6 +240,7 @@ for name in $(sed -n 's/^\(test_[a-z_]*\)() {$/\1/p' \
     picked "$name" || continue
     case $name in
     test_parallel) lack=$(command -v parallel >/dev/null || echo no parallel) ;;
+    test_measure) lack=$([ -x /usr/bin/time ] || echo no /usr/bin/time) ;;
     test_slurm_*) lack=$why ;;
     *) lack= ;;
     esac

@@ -193,6 +193,11 @@ static const ibl_option many[] = {
      .help = "bake only what changed since it was baked so: environments, "
              "options, version or outputs",
      .aside = true},
+    {"shard", 0, IBL_OTHER(shard, "K/N", ibl_shard_parse),
+     .allowed = IBL_SHARD_ALLOWED, .standard = "all environments",
+     .help = "bake only part K of N of the environments; the parts of all "
+             "runs go into one directory",
+     .aside = true},
     {"progress", 0, IBL_CHOICE(progress, progress_names),
      .help = "auto: a line on a terminal; json: an object a line on standard "
              "output, for programs",
@@ -842,10 +847,12 @@ static bool settle_batch(ibl_bake_line *line)
                   is_folder(o->input);
     if (o->incremental && !o->input && !o->from)
         return ibl_misuse("--incremental: of which environments? Add them");
-    if (!line->batch && (o->keep_going || o->progress))
+    if (!line->batch && (o->keep_going || o->progress || o->shard.count))
         return ibl_misuse("--%s: is for many environments: add them, or a "
                           "folder or --from LIST",
-                          o->keep_going ? "keep-going" : "progress");
+                          o->keep_going ? "keep-going"
+                          : o->progress ? "progress"
+                                        : "shard");
     if (!line->batch)
         return true;
     if (!o->input)

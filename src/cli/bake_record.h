@@ -7,6 +7,7 @@
 #include "cli/console.h"
 #include "cli/judge_report.h"
 #include "cli/scenes.h"
+#include "cli/shard.h"
 #include "cli/targets.h"
 #include "engine/engine.h"
 #include "engine/harmonics.h"
@@ -64,6 +65,7 @@ typedef struct ibl_opts {
     int dry_run;           /* 1: only print the choice */
     const char *from;      /* a list of environments; NULL: none */
     int keep_going;
+    ibl_shard shard;
     int incremental;
     ibl_progress_kind progress;
     double roughness[IBL_MAX_LEVELS]; /* of the levels, if chosen */

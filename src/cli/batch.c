@@ -36,6 +36,7 @@ typedef struct worker {
     ibl_ctx *ctx; /* reports to run.console */
     ibl_bake_line line;
     ibl_map_bake run;
+    double since; /* real time of its begin */
 } worker;
 
 typedef struct batch {
@@ -200,16 +201,25 @@ static double real_time(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static bool stamp(worker *w, double since)
+/* Two runs that bake one map do so one after the other. */
+static bool commit_stamped(worker *w)
 {
     ibl_stamp s;
+    bool ok = ibl_stamp_of(&w->run, w->batch->isa, &s);
 
-    if (!w->batch->opts->incremental)
-        return true;
-    const bool ok = ibl_stamp_of(&w->run, w->batch->isa, &s) &&
-                    ibl_stamp_write(&s, since, w->ctx);
+    if (ok) {
+        ibl_stamp_hold(&s);
+        ok = ibl_bake_commit(&w->run) && ibl_stamp_write(&s, w->since, w->ctx);
+        ibl_stamp_release(&s, ok);
+    }
     ibl_stamp_free(&s);
     return ok;
+}
+
+static bool commit(worker *w)
+{
+    return w->batch->opts->incremental ? commit_stamped(w)
+                                       : ibl_bake_commit(&w->run);
 }
 
 /* Begins a bake with w->line, which reports to the batch's screen. */
@@ -238,14 +248,13 @@ static bool end(worker *w, bool ok)
 static bool bake_map(worker *w, ibl_map *m)
 {
     const batch *b = w->batch;
-    const double since = real_time();
     ibl_memory_file printed;
     FILE *print = b->opts->verify ? ibl_memory_open(&printed) : stdout;
 
+    w->since = real_time();
     bool ok = print && ibl_map_line(b->line, m->input, &w->line);
     w->run.console.failed = print && !ok; /* the line was refused */
-    ok = ok && begin(w, print) && ibl_bake_make(&w->run) &&
-         ibl_bake_commit(&w->run) && stamp(w, since);
+    ok = ok && begin(w, print) && ibl_bake_make(&w->run) && commit(w);
     if (ok && b->opts->depfile)
         ok = (m->rule = ibl_depfile_text(w->run.sets, w->run.count)) != NULL;
     ok = end(w, ok);
@@ -386,7 +395,7 @@ static void measure(ibl_ctx *silent, const batch *b, ibl_map *m)
     ibl_source *source;
     struct stat st;
 
-    if (stat(m->input, &st) || !S_ISREG(st.st_mode) ||
+    if (m->pixels > 0 || stat(m->input, &st) || !S_ISREG(st.st_mode) ||
         ibl_source_open(silent, m->input, &b->opts->common.read, &source))
         return;
     m->pixels =
@@ -413,6 +422,34 @@ static bool is_kept(batch *b, worker *w, ibl_map *m)
     return kept;
 }
 
+/* With --shard, keeps only the maps of that shard. */
+static bool take_shard(batch *b, ibl_ctx *silent)
+{
+    const ibl_shard *shard = &b->opts->shard;
+    const int count = b->maps.count;
+
+    if (!shard->count)
+        return true;
+    if (shard->count > count)
+        return ibl_console_fail(&b->console,
+                                "--shard %d/%d: there are %d environments: "
+                                "take at most %d shards",
+                                shard->number, shard->count, count, count);
+    uint64_t *pixels = malloc((size_t)count * sizeof *pixels);
+    int *owner = malloc((size_t)count * sizeof *owner);
+    for (int i = 0; i < count && pixels; i++) {
+        measure(silent, b, &b->maps.list[i]);
+        pixels[i] = 1 + (uint64_t)b->maps.list[i].pixels; /* or unknown */
+    }
+    const bool ok = pixels && owner &&
+                    ibl_shard_deal(pixels, count, false, shard->count, owner);
+    if (ok)
+        ibl_maps_keep(&b->maps, owner, shard->number);
+    free(pixels);
+    free(owner);
+    return ok;
+}
+
 /* Finds what is to be baked, and in which order. */
 static bool plan(batch *b)
 {
@@ -424,7 +461,8 @@ static bool plan(batch *b)
     o.threads = 1;
     o.bridge = ibl_bridge_beside();
     b->order = calloc((size_t)b->maps.count, sizeof *b->order);
-    bool ok = order && b->order && !ibl_ctx_create(&o, &silent);
+    bool ok = order && b->order && !ibl_ctx_create(&o, &silent) &&
+              take_shard(b, silent);
     for (int i = 0; i < b->maps.count && ok; i++) {
         ibl_map *m = &b->maps.list[i];
         if (is_kept(b, b->workers, m)) {
@@ -497,9 +535,8 @@ static bool make_tables(batch *b)
         holds =
             ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
     if (ok && (b->to_bake || !holds)) {
-        ok = ibl_bake_make(&w->run) && (holds || ibl_bake_commit(&w->run));
-        if (ok && b->opts->incremental && !holds)
-            ok = ibl_stamp_write(&s, real_time(), w->ctx);
+        w->since = real_time();
+        ok = ibl_bake_make(&w->run) && (holds || commit(w));
     }
     ibl_stamp_free(&s);
     b->tables = w;

@@ -33,6 +33,8 @@ int ibl_batch_run(const ibl_bake_line *line);
  * folders, and those of --from. False after a message; free them also then. */
 bool ibl_maps_list(const ibl_bake_line *line, ibl_console *console,
                    ibl_maps *maps);
+/* Drops the maps that another shard owns. */
+void ibl_maps_keep(ibl_maps *maps, const int *owner, int shard);
 void ibl_maps_free(ibl_maps *maps);
 
 /* Makes the line of one environment of a batch. False, after a message: its
@@ -56,6 +58,8 @@ typedef struct ibl_stamp {
     char options[IBL_HASH_SIZE]; /* hash of all that decides what is made */
     char **files;                /* what is read, then what is made */
     int count, inputs;
+    char *lock; /* a file beside the stamp */
+    int held;   /* its descriptor, or -1 */
 } ibl_stamp;
 
 /* Fills in the stamp of a bake whose files have names. False: no memory, or no
@@ -67,6 +71,12 @@ void ibl_stamp_free(ibl_stamp *stamp);
  * is as it was then. *moved: some had to be hashed, so it should be written
  * anew. */
 bool ibl_stamp_holds(const ibl_stamp *stamp, bool *moved);
+
+/* Waits until no other run replaces the files of the same stamp; until the
+ * release, they all wait. Does nothing where the file system has no locks of
+ * byte ranges. ok: whether there is a stamp. */
+void ibl_stamp_hold(ibl_stamp *stamp);
+void ibl_stamp_release(ibl_stamp *stamp, bool ok);
 
 /* Writes the stamp, unless what is read changed after `since`, seconds of the
  * real-time clock, or cannot be hashed. False, after a message: it cannot be

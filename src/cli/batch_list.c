@@ -177,13 +177,30 @@ bool ibl_maps_list(const ibl_bake_line *line, ibl_console *console,
     return ok && (!line->one.from || add_list(maps, line->one.from, console));
 }
 
+static void free_map(ibl_map *m)
+{
+    free(m->input);
+    free(m->printed);
+    free(m->rule);
+}
+
+void ibl_maps_keep(ibl_maps *maps, const int *owner, int shard)
+{
+    const int count = maps->count;
+
+    maps->count = 0;
+    for (int i = 0; i < count; i++) {
+        if (owner[i] == shard)
+            maps->list[maps->count++] = maps->list[i];
+        else
+            free_map(&maps->list[i]);
+    }
+}
+
 void ibl_maps_free(ibl_maps *maps)
 {
-    for (int i = 0; i < maps->count; i++) {
-        free(maps->list[i].input);
-        free(maps->list[i].printed);
-        free(maps->list[i].rule);
-    }
+    for (int i = 0; i < maps->count; i++)
+        free_map(&maps->list[i]);
     free(maps->list);
 }
 

@@ -5,10 +5,14 @@
  * and one for each file with the hash of its contents and what stat() says of
  * it. A file that stat() says is the same is not read.
  */
+#define _GNU_SOURCE /* F_OFD_SETLKW */
+#include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "cli/batch.h"
 #include "common/path.h"
@@ -101,12 +105,14 @@ bool ibl_stamp_of(const ibl_map_bake *r, ibl_isa isa, ibl_stamp *s)
                                 : ibl_format("tables");
     char *folder = ibl_path_join(root, IBL_STAMPS);
 
-    *s = (ibl_stamp){.files = calloc(most, sizeof *s->files)};
-    if (folder && name)
+    *s = (ibl_stamp){.files = calloc(most, sizeof *s->files), .held = -1};
+    if (folder && name) {
         s->path = ibl_path_join(folder, name);
+        s->lock = ibl_path_join(folder, "lock");
+    }
     free(folder);
     free(name);
-    return s->path && s->files && hash_options(r, isa, s->options) &&
+    return s->path && s->lock && s->files && hash_options(r, isa, s->options) &&
            add_files(r, s);
 }
 
@@ -116,6 +122,7 @@ void ibl_stamp_free(ibl_stamp *s)
         free(s->files[i]);
     free(s->files);
     free(s->path);
+    free(s->lock);
     *s = (ibl_stamp){0};
 }
 
@@ -161,6 +168,34 @@ bool ibl_stamp_holds(const ibl_stamp *s, bool *moved)
                is_same(s->files[i], hash, identity, moved);
     fclose(from);
     return same;
+}
+
+/* Locks the byte of the lock file whose number follows from the stamp's name,
+ * so that different maps do not wait for each other. */
+void ibl_stamp_hold(ibl_stamp *s)
+{
+    char hash[IBL_HASH_SIZE], first[8] = "";
+    const char *name = ibl_path_name(s->path);
+
+    ibl_hash_bytes(name, strlen(name), hash);
+    memcpy(first, hash, sizeof first - 1);
+    struct flock byte = {.l_type = F_WRLCK,
+                         .l_whence = SEEK_SET,
+                         .l_start = strtol(first, NULL, 16),
+                         .l_len = 1};
+    s->held = open(s->lock, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    while (s->held >= 0 && fcntl(s->held, F_OFD_SETLKW, &byte) &&
+           errno == EINTR)
+        continue;
+}
+
+void ibl_stamp_release(ibl_stamp *s, bool ok)
+{
+    if (!ok)
+        unlink(s->lock); /* so that the folder can go */
+    if (s->held >= 0)
+        close(s->held);
+    s->held = -1;
 }
 
 static bool put_file(FILE *to, const char *path, double since)
