@@ -11,7 +11,6 @@
 #include "test.h"
 #include "view.h"
 #include "view/key_bindings.h"
-#include "view/motion.h"
 #include "view/scene_captures.h"
 
 /* A key and the setting that it changes; back: what takes that back. */

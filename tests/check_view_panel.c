@@ -9,7 +9,7 @@
 #include "test.h"
 #include "view.h"
 #include "view/app.h"
-#include "view/motion.h"
+#include "view/key_bindings.h"
 
 enum {
     WIDTH = 1280,

@@ -20,7 +20,6 @@
 #include "view/key_bindings.h"
 #include "view/message.h"
 #include "view/picture.h"
-#include "view/probe_save.h"
 #include "view/probe_set.h"
 
 enum {

@@ -8,7 +8,6 @@
 #include <stdbool.h>
 
 #include "scene/scene.h"
-#include "view/canvas.h"
 #include "view/gl.h"
 #include "view/settings.h"
 

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "view/canvas.h"
 #include "view/errors.h"
 #include "view/frame.h"
+#include "view/gl.h"
 #include "view/message.h"
 #include "view/picture.h"
 #include "view/program.h"

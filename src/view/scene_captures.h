@@ -5,8 +5,8 @@
 #define VIEW_SCENE_CAPTURES_H
 
 #include "ibl/probes.h"
-#include "view/canvas.h"
 #include "view/capture.h"
+#include "view/gl.h"
 #include "view/probe_set.h"
 #include "view/room.h"
 #include "view/sphere_grid.h"

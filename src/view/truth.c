@@ -6,7 +6,7 @@
 
 #include "common/clock.h"
 #include "view/aim.h"
-#include "view/canvas.h"
+#include "view/gl.h"
 #include "view/message.h"
 #include "view/program.h"
 #include "view/settings.h"

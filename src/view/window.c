@@ -11,7 +11,6 @@
 #include "view/gl.h"
 #include "view/key_bindings.h"
 #include "view/message.h"
-#include "view/motion.h"
 #include "view/truth.h"
 
 static const double POLL_S = 0.5; /* seconds between checks of files */
