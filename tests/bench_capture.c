@@ -161,7 +161,7 @@ int main(void)
     j.draw = lit_draw(&any);
     j.draw.eye[1] = 1.2;
     j.draw.environment = (view_room_environment){
-        .specular = sky, .irradiance = sky, .sky = sky, .irradiance_scale = 1};
+        .specular = sky, .irradiance = sky, .sky = sky, .frame.diffuse = {1}};
     j.draw.table = room_table_of(0.9F, 0.05F);
     printf("%s\n", view_test_about());
     printf("%5s %-20s %10s %10s %10s %10s %10s %10s  ms\n", "size", "",

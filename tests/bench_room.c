@@ -28,11 +28,11 @@ static bool load(const baked_set *set, view_room_draw *d)
     e->sky = set->texture[VIEW_SKY].data
                  ? view_upload(&set->texture[VIEW_SKY], false, "sky")
                  : e->specular;
-    e->lod[0] = (float)set->lod_scale;
-    e->lod[1] = (float)set->lod_offset;
-    e->lod[2] = (float)(set->texture[VIEW_SPECULAR].levels - 1);
-    e->lod[3] = (float)set->mapping;
-    e->irradiance_scale = (float)set->irradiance_scale;
+    e->frame.lod[0] = (float)set->lod_scale;
+    e->frame.lod[1] = (float)set->lod_offset;
+    e->frame.lod[2] = (float)(set->texture[VIEW_SPECULAR].levels - 1);
+    e->frame.lod[3] = (float)set->mapping;
+    e->frame.diffuse[0] = (float)set->irradiance_scale;
     d->table = view_upload(&set->texture[VIEW_LUT], false, "table");
     return e->specular && e->irradiance && e->sky && d->table;
 }

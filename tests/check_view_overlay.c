@@ -324,7 +324,7 @@ TEST(legends_show_the_scale)
     for (int i = -VIEW_STOPS; i < VIEW_STOPS; i++) {
         const int x = 14 + 10 * (i + VIEW_STOPS) + 1;
         double c[3];
-        view_false_colour(i + 0.125, c);
+        view_test_false_colour(i + 0.15, c);
         for (int k = 0; k < 3; k++)
             CHECK_NEAR(seen[3 * (28 * WIDTH + x) + k], 255 * c[k], 0.51);
     }

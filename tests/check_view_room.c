@@ -422,7 +422,7 @@ TEST(irradiance_scales)
     const view_camera c = room_camera(eye, at, 80, 32, 32);
     view_room_draw d = lit_draw(&c);
     for (int i = 0; i < 3; i++) {
-        d.environment.irradiance_scale = 0.5F * (float)i;
+        d.environment.frame.diffuse[0] = 0.5F * (float)i;
         seen[i] = lit_render(&d);
     }
     for (int i = 0; i < 4 * 32 * 32; i++) {

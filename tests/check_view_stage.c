@@ -233,16 +233,16 @@ TEST(failure_is_said_once)
  * which make no difference where there is none. */
 TEST(sun_counts)
 {
-    static const ibl_light sun = {.direction = {-0.64, 0.48, 0.6},
-                                  .irradiance = {6, 5, 4}};
+    view_frame *f = &on.environment.frame;
 
     begin();
     draw(1);
     on.s.capture_shadows = false;
     draw(1);
     CHECK(!memcmp(rgb, before, sizeof rgb));
-    on.environment.light = &sun;
-    on.environment.light_count = 1;
+    memcpy(f->disc_direction[0], (float[3]){-0.64F, 0.48F, 0.6F}, 12);
+    memcpy(f->disc_irradiance[0], (float[3]){6, 5, 4}, 12);
+    f->reflection[2] = 1;
     view_scene_use(on.stage, NULL);
     draw(1);
     CHECK_MSG(changed() > 0.03, "without shadows: %g", changed());

@@ -27,14 +27,25 @@ static ibl_light sun_at(double x, double y, double z)
     return sun;
 }
 
+static void set_lights(view_room_draw *d, const ibl_light *light, int count)
+{
+    view_frame *f = &d->environment.frame;
+
+    f->reflection[2] = count;
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < 3; k++) {
+            f->disc_direction[i][k] = (float)light[i].direction[k];
+            f->disc_irradiance[i][k] = (float)light[i].irradiance[k];
+        }
+}
+
 static view_room_draw sunny_draw(const view_camera *camera,
                                  const ibl_light *sun)
 {
     static const ibl_probe all = {.influence = {.half = {20, 20, 20}}};
     view_room_draw d = lit_draw(camera);
 
-    d.environment.light = sun;
-    d.environment.light_count = 1;
+    set_lights(&d, sun, 1);
     /* One probe has all, so that nothing is taken off what is white. */
     d.dynamic = (view_probe_maps){.count = 1,
                                   .probe = &all,
@@ -83,8 +94,8 @@ static int count_seen(const view_room_draw *d, const room_hit *h,
 }
 
 /* What it gives a surface. */
-static void sun_term(const ibl_light *sun, const room_hit *h, const double l[3],
-                     const double eye_ray[3], double rgb[3])
+static void sun_term(const float irradiance[4], const room_hit *h,
+                     const double l[3], const double eye_ray[3], double rgb[3])
 {
     const view_room_material *m = h->material;
     const double r = (double)m->roughness, alpha = r * r, a2 = alpha * alpha;
@@ -105,7 +116,8 @@ static void sun_term(const ibl_light *sun, const room_hit *h, const double l[3],
         const double f = f0 + (1 - f0) * pow(1 - v_h, 5);
         const double specular =
             r <= 0 || f0 <= 0 ? 0 : a2 / (PI * k2 * k2) * v * f;
-        rgb[k] = sun->irradiance[k] * n_l * (specular + (1 - f0) * albedo / PI);
+        rgb[k] =
+            (double)irradiance[k] * n_l * (specular + (1 - f0) * albedo / PI);
     }
 }
 
@@ -117,7 +129,7 @@ static bool has_colour(const float *pixel, const view_room_draw *d,
     double rgb[3] = {0};
 
     if (in_sun)
-        sun_term(d->environment.light, h, l, ray, rgb);
+        sun_term(d->environment.frame.disc_irradiance[0], h, l, ray, rgb);
     for (int k = 0; k < 3; k++) {
         const double f0 = (double)h->material->f0[k];
         rgb[k] += f0 + (1 - f0) * (double)h->material->albedo[k] +
@@ -161,10 +173,12 @@ static void count_pixels(const view_camera *c, const view_room_draw *d,
     const double away = 0.016; /* more than an edge is wide */
     const bool spheres = tolerance < 0.08;
     float *picture = lit_render(d);
-    double l[3], ray[3];
+    double env[3], l[3], ray[3];
 
     *n = (counts){0};
-    view_turn(-e->turn, e->light->direction, l);
+    for (int k = 0; k < 3; k++)
+        env[k] = (double)e->frame.disc_direction[0][k];
+    view_turn(-e->turn, env, l);
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
         const room_hit h = hit_of(c, d, i, ray);
         const double n_l = h.what >= 0 ? test_dot(h.normal, l) : 0;
@@ -286,18 +300,17 @@ TEST(beside_maps)
     view_room_draw d = sunny_draw(&c, &sun);
     d.environment.specular = d.environment.irradiance =
         room_cube_of(1, 1, 1, 1);
-    d.environment.irradiance_scale = 1;
+    d.environment.frame.diffuse[0] = 1;
     d.dynamic = (view_probe_maps){0};
     for (int fit = 0; fit < 2; fit++) {
         counts n;
-        d.environment.fit = fit;
+        d.environment.frame.reflection[0] = fit;
         count_pixels(&c, &d, 0.004, &n);
         CHECK_MSG(n.bad == 0 && n.lit > 300, "fit %d: %d wrong, %d lit", fit,
                   n.bad, n.lit);
     }
     float *one = lit_render(&d);
-    d.environment.light = halves;
-    d.environment.light_count = 2;
+    set_lights(&d, halves, 2);
     float *two = lit_render(&d);
     for (int i = 0; i < 4 * WIDTH * HEIGHT; i++)
         CHECK_NEAR(two[i], one[i], 1e-5 * (1 + (double)one[i]));

@@ -273,7 +273,7 @@ TEST(false_colours_rise)
 
     for (int i = 0; i <= 64 * VIEW_STOPS; i++) {
         double c[3];
-        view_false_colour(i / 32.0 - VIEW_STOPS, c);
+        view_test_false_colour(i / 32.0 - VIEW_STOPS, c);
         const double now = lightness(c);
         /* A stop ends with a step that is as large as all that is in it. */
         if (i && i % 32 == 0 && i < 64 * VIEW_STOPS)
@@ -329,7 +329,7 @@ TEST(false_colours_are_of_luminance)
         for (int y = 0; y < HEIGHT; y++)
             for (int x = first; x < last; x++) {
                 double c[3];
-                view_false_colour((x + 0.3) * 19 / WIDTH - 9.5, c);
+                view_test_false_colour((x + 0.3) * 19 / WIDTH - 9.5, c);
                 for (int k = 0; k < 3; k++)
                     CHECK_NEAR(seen(x, y)[k], 255 * c[k], 0.51);
             }

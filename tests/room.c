@@ -103,7 +103,7 @@ view_room_draw room_draw_by(const view_camera *camera)
 
     view_camera_matrix(camera, d.clip);
     memcpy(d.eye, camera->eye, sizeof d.eye);
-    d.environment.irradiance_scale = 1;
+    d.environment.frame.diffuse[0] = 1;
     return d;
 }
 
@@ -405,7 +405,7 @@ void room_stage_begin(room_stage *on, int width, int height,
                        .environment = {.specular = all,
                                        .irradiance = all,
                                        .sky = all,
-                                       .irradiance_scale = 1},
+                                       .frame.diffuse = {1}},
                        .table = room_table_of(table[0], table[1])};
     on->s.mode = VIEW_SCENE;
     room_target_make(&on->target, width, height);

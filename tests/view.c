@@ -3,8 +3,10 @@
 
 #include "view/gl.h"
 #include "view/message.h"
+#include "view/overlay.h"
 #include "view/program.h"
 #include "view/screen.h"
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -111,4 +113,21 @@ const char *view_test_caught(void)
     text[fread(text, 1, sizeof text - 1, kept)] = 0;
     fclose(kept);
     return text;
+}
+
+void view_test_false_colour(double stops, double srgb[3])
+{
+    const double at = fmin(fmax(stops + VIEW_STOPS, 0), 2 * VIEW_STOPS - 1e-9);
+    const double share =
+        (floor(at) + 0.5 * (at - floor(at))) / (2 * VIEW_STOPS);
+    const double level = 0.1 + 0.8 * share;
+    const double angle = 2 * M_PI * (0.5 / 3 + 1 - 1.5 * level);
+    const double swing = level * (1 - level) / 2;
+    const double c = swing * cos(angle), s = swing * sin(angle);
+
+    srgb[0] = level - 0.14861 * c + 1.78277 * s;
+    srgb[1] = level - 0.29227 * c - 0.90649 * s;
+    srgb[2] = level + 1.97294 * c;
+    for (int i = 0; i < 3; i++)
+        srgb[i] = fmin(fmax(srgb[i], 0), 1);
 }

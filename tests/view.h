@@ -26,4 +26,8 @@ ibl_ctx *view_test_ctx(int threads);
 void view_test_catch(void);
 const char *view_test_caught(void);
 
+/* Green 2011, eq. 2: the sRGB-encoded false colour of -VIEW_STOPS .. VIEW_STOPS
+ * stops from middle grey. */
+void view_test_false_colour(double stops, double srgb[3]);
+
 #endif

@@ -103,8 +103,7 @@ bool view_panel_point(view_app *app, bool drag);
  * default. */
 void view_panel_title(const view_app *app, char *text, size_t size);
 
-/* ---- the window (window.c, window_text.c) --------------------------------
- */
+/* ---- the window (window.c, panel.c) ------------------------------------ */
 
 /* Runs the window until it is closed. False after a message. */
 bool view_window_run(ibl_ctx *ctx, const view_options *options);
@@ -114,8 +113,7 @@ void view_window_text(view_app *app);
 /* Sets the title to the set and what was changed. */
 void view_app_title(view_app *app);
 
-/* ---- pictures without a window (still.c) ---------------------------------
- */
+/* ---- pictures without a window (still.c) ------------------------------- */
 
 /* Opens or bakes the set of the options and makes their outputs: a picture,
  * captures, or a contact sheet. False, with a message. */

@@ -25,6 +25,10 @@ typedef enum view_content {
     VIEW_CONTENTS
 } view_content;
 
+/* "specular", "irradiance" and so on in file names, keys, sidecars and
+ * messages; ended by NULL. */
+extern const char *const view_content_names[VIEW_CONTENTS + 1];
+
 /* Indices of a set's files: its textures, then these. */
 enum {
     VIEW_SIDECAR = VIEW_CONTENTS,

@@ -37,16 +37,6 @@ static void fill_camera(view_frame *f, const view_settings *s, int width,
     f->turn[3] = (float)(1.0 / sqrt(view_places(s)));
 }
 
-void view_frame_lights(view_frame *f, const ibl_light *light, int count)
-{
-    for (int i = 0; i < count; i++) {
-        copy3(f->disc_direction[i], light[i].direction);
-        copy3(f->disc_irradiance[i], light[i].irradiance);
-        f->disc_direction[i][3] = (float)light[i].radius;
-    }
-    f->reflection[2] = count;
-}
-
 static void fill_set(view_frame *f, const baked_set *set)
 {
     const int terms = (set->sh_degree + 1) * (set->sh_degree + 1);
@@ -62,7 +52,12 @@ static void fill_set(view_frame *f, const baked_set *set)
     f->diffuse[2] = (float)(set->source_yaw / 360);
     for (int i = 0; i < terms; i++)
         copy3(f->sh[i], set->sh + 3 * i);
-    view_frame_lights(f, set->light, set->light_count);
+    for (int i = 0; i < set->light_count; i++) {
+        copy3(f->disc_direction[i], set->light[i].direction);
+        copy3(f->disc_irradiance[i], set->light[i].irradiance);
+        f->disc_direction[i][3] = (float)set->light[i].radius;
+    }
+    f->reflection[2] = set->light_count;
     f->reflection[3] = set->texture[VIEW_SKY].data ? 0 : set->light_count;
 }
 

@@ -54,8 +54,6 @@ enum {
     VIEW_FRAME_LINEAR = offsetof(view_frame, display)
 };
 
-/* Fills in lights of the environment. */
-void view_frame_lights(view_frame *f, const ibl_light *light, int count);
 void view_frame_fill(view_frame *f, const view_settings *s,
                      const baked_set *set, int width, int height);
 

@@ -157,8 +157,7 @@ bool view_gl_check(const char *where)
                      first);
 }
 
-/* ---- pictures of triangles, with depth -------------------------------------
- */
+/* ---- pictures of triangles, with depth --------------------------------- */
 
 void view_canvas_free(view_canvas *c)
 {

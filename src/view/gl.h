@@ -80,8 +80,7 @@ void view_gl_draw_full(GLuint program);
 /* False, with a message that begins with where, if OpenGL has an error. */
 bool view_gl_check(const char *where);
 
-/* ---- pictures of triangles, with depth -------------------------------------
- */
+/* ---- pictures of triangles, with depth --------------------------------- */
 
 typedef struct view_canvas {
     GLuint framebuffer[2]; /* of the buffers, of the picture */

@@ -296,8 +296,7 @@ void view_print_keys(FILE *to)
             fprintf(to, "%-15s %s\n", c->keys, c->what);
 }
 
-/* ---- arrows, mouse and wheel -----------------------------------------------
- */
+/* ---- arrows, mouse and wheel ------------------------------------------- */
 
 /* The same angle in (-180, 180]. */
 static double turned(double degrees)

@@ -50,8 +50,7 @@ enum {
     VIEW_KEYS_BYTES = 4096 /* size for view_keys_text */
 };
 
-/* ---- arrows, mouse and wheel -----------------------------------------------
- */
+/* ---- arrows, mouse and wheel ------------------------------------------- */
 
 /* A pixel of a picture, from its upper left. */
 typedef struct view_place {

@@ -20,8 +20,7 @@ typedef struct page {
     double scale; /* of text: whole, so strokes are sharp */
 } page;
 
-/* ---- a line that says what is shown ---------------------------------------
- */
+/* ---- a line that says what is shown ------------------------------------ */
 
 static void add_compared(const view_settings *s, const view_renderer *r,
                          FILE *to)
@@ -84,8 +83,7 @@ void view_labels_title(const view_settings *s, const view_renderer *r,
     fclose(to);
 }
 
-/* ---- axes ------------------------------------------------------------------
- */
+/* ---- axes -------------------------------------------------------------- */
 
 /* Where a point of the world is, in pixels from the upper left. */
 static void place(const page *p, const double world[3], double at[2])
@@ -219,8 +217,7 @@ static void add_directions(const page *p)
             true, names[i]);
 }
 
-/* ---- all -------------------------------------------------------------------
- */
+/* ---- all --------------------------------------------------------------- */
 
 static void add_scales(const page *p)
 {

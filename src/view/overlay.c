@@ -35,6 +35,8 @@ struct view_overlay {
 static const float text_background[4] = {0, 0, 0, 0.65f};
 static const float ink[4] = {1, 1, 1, 1};
 static const float trough[4] = {1, 1, 1, 0.25f};
+/* As text.frag has them. */
+static const float false_colours[4] = {0, 0, 0, 2}, greys[4] = {0, 0, 0, 3};
 
 static bool make(view_overlay *o)
 {
@@ -197,23 +199,6 @@ void view_overlay_bar(view_overlay *o, double x, double y, double width,
         add(o, x, y, end, y + height, ink);
 }
 
-void view_false_colour(double stops, double srgb[3])
-{
-    const double at = fmin(fmax(stops + VIEW_STOPS, 0), 2 * VIEW_STOPS - 1e-9);
-    const double share =
-        (floor(at) + 0.5 * (at - floor(at))) / (2 * VIEW_STOPS);
-    const double level = 0.1 + 0.8 * share;
-    const double angle = 2 * M_PI * (0.5 / 3 + 1 - 1.5 * level);
-    const double swing = level * (1 - level) / 2;
-    const double c = swing * cos(angle), s = swing * sin(angle);
-
-    srgb[0] = level - 0.14861 * c + 1.78277 * s;
-    srgb[1] = level - 0.29227 * c - 0.90649 * s;
-    srgb[2] = level + 1.97294 * c;
-    for (int i = 0; i < 3; i++)
-        srgb[i] = fmin(fmax(srgb[i], 0), 1);
-}
-
 /* Draws text centred at x, moved to stay within left .. right. */
 static void write_below(view_overlay *o, double x, double y, double left,
                         double right, double scale, const char *text)
@@ -226,11 +211,6 @@ static void write_below(view_overlay *o, double x, double y, double left,
                y, scale, text);
 }
 
-enum {
-    PARTS = 4, /* steps of a stop */
-    ALL = 2 * VIEW_STOPS * PARTS
-};
-
 void view_overlay_legend(view_overlay *o, double x, double y, double width,
                          double scale, double most)
 {
@@ -239,21 +219,7 @@ void view_overlay_legend(view_overlay *o, double x, double y, double width,
     const double bottom = below - 2 * scale;
 
     add(o, x, y, x + width, below + (LINE + MARGIN) * scale, text_background);
-    for (int i = 0; i < ALL; i++) {
-        const double from = left + (right - left) * i / ALL;
-        const double to = left + (right - left) * (i + 1) / ALL;
-        const double grey = (i + 0.5) / ALL;
-        double rgb[3];
-        if (most > 0)
-            rgb[0] = rgb[1] = rgb[2] = grey <= 0.0031308
-                                           ? 12.92 * grey
-                                           : 1.055 * pow(grey, 1 / 2.4) - 0.055;
-        else
-            view_false_colour((i + 0.5) / PARTS - VIEW_STOPS, rgb);
-        const float tint[4] = {(float)rgb[0], (float)rgb[1], (float)rgb[2], 1};
-        /* Whole pixels leave no gap between neighbours. */
-        add(o, floor(from + 0.5), top, floor(to + 0.5), bottom, tint);
-    }
+    add(o, left, top, right, bottom, most > 0 ? greys : false_colours);
     for (int i = 0; i <= 4; i++) {
         const int stop = 4 * i - VIEW_STOPS;
         char text[16];

@@ -42,10 +42,7 @@ void view_overlay_legend(view_overlay *o, double x, double y, double width,
 /* False colours: a spiral through the colour cube whose perceived brightness
  * rises evenly (Green 2011), over stops around middle grey, 0.18. Each stop is
  * a step, within which the colour changes half of the way to the next. Values
- * outside are striped black and blue, or white and red. */
+ * outside are striped black and blue, or white and red: shaders/tone.glsl. */
 #define VIEW_STOPS 8 /* on either side of middle grey */
-/* The sRGB-encoded colour of -VIEW_STOPS .. VIEW_STOPS stops from middle grey.
- * Same formula as shaders/tone.glsl. */
-void view_false_colour(double stops, double srgb[3]);
 
 #endif

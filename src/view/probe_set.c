@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,7 +17,6 @@
 #include "view/picture.h"
 #include "view/upload.h"
 #include "view/vector.h"
-#include <stdio.h>
 
 enum {
     SH_EDGE = 16,  /* edge of cubes made from harmonics */
@@ -251,8 +251,7 @@ const char *view_probe_set_path(const view_probe_set *set)
     return set->paths[INDEX];
 }
 
-/* ---- sets to bake ----------------------------------------------------------
- */
+/* ---- sets to bake ------------------------------------------------------ */
 
 _Static_assert(IBL_MAX_TILE_PROBES *IBL_FACES < IBL_MAX_OUTPUTS,
                "a set does not fit into one set of outputs");

@@ -27,8 +27,7 @@ bool view_probe_set_changed(const view_probe_set *set, double settle);
 /* Takes the present files as seen: changed() reports only later changes. */
 void view_probe_set_seen(view_probe_set *set);
 
-/* ---- sets to bake ----------------------------------------------------------
- */
+/* ---- sets to bake ------------------------------------------------------ */
 
 /* Reads a face of a probe's capture: size x size pixels of 4 half floats, rows
  * as in cubes. False, with a message. */

@@ -135,17 +135,14 @@ void view_renderer_free(view_renderer *r)
 /* Replaces the maps of a set. */
 static bool load_maps(GLuint to[VIEW_CONTENTS], const baked_set *set)
 {
-    static const char *const kinds[VIEW_CONTENTS] = {
-        "specular map", "irradiance map", "BRDF table", "sky",
-        "lobe table",   "sheen map",      "sheen table"};
     GLuint maps[VIEW_CONTENTS] = {0};
 
     for (int i = 0; i < VIEW_CONTENTS; i++) {
         const ibl_texture *tex = &set->texture[i];
         if (!tex->data)
             continue; /* the sky and the lobes may be absent */
-        maps[i] =
-            view_upload(tex, false, set->path[i] ? set->path[i] : kinds[i]);
+        maps[i] = view_upload(
+            tex, false, set->path[i] ? set->path[i] : view_content_names[i]);
         if (!maps[i]) {
             gl.DeleteTextures(VIEW_CONTENTS, maps);
             return false;
@@ -411,15 +408,11 @@ static bool draw_stage(view_renderer *r)
 {
     const GLuint *maps = r->maps[0], level0 = maps[VIEW_SPECULAR],
                  sky = maps[VIEW_SKY];
-    view_room_environment e = {.specular = level0,
-                               .irradiance = maps[VIEW_IRRADIANCE],
-                               .sky = sky ? sky : level0,
-                               .irradiance_scale = r->frame.diffuse[0],
-                               .map = r->backdrop != 0,
-                               .map_yaw = r->set->source_yaw / 360,
-                               .fit = r->settings.reflection != VIEW_SPLIT_SUM,
-                               .light_count = r->set->light_count,
-                               .light = r->set->light};
+    const view_room_environment e = {.specular = level0,
+                                     .irradiance = maps[VIEW_IRRADIANCE],
+                                     .sky = sky ? sky : level0,
+                                     .frame = r->frame,
+                                     .map = r->backdrop != 0};
 
     if (!r->stage) {
         r->stage = view_scene_create();
@@ -427,8 +420,6 @@ static bool draw_stage(view_renderer *r)
     }
     if (!r->stage)
         return false;
-    memcpy(e.lod, r->frame.lod, sizeof e.lod);
-    memcpy(e.ladder, r->frame.ladder, sizeof e.ladder);
     return view_scene_draw(r->stage, &r->settings, &e, maps[VIEW_LUT],
                            r->picture[0], r->width, r->height);
 }

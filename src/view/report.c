@@ -129,14 +129,10 @@ bool view_report_print(view_renderer *r, const view_settings *s,
 
 void view_report_set(const baked_set *set)
 {
-    static const char *const what[] = {"specular",   "irradiance", "table",
-                                       "sky",        "lobes",      "sheen",
-                                       "sheen table"};
-
     for (int i = 0; i < VIEW_CONTENTS; i++) {
         const ibl_texture *t = &set->texture[i];
         if (t->data)
-            view_tell("%s: %s, %dx%d, levels: %d, %s", what[i],
+            view_tell("%s: %s, %dx%d, levels: %d, %s", view_content_names[i],
                       set->path[i] ? set->path[i] : "made by the library",
                       t->width, t->height, t->levels,
                       ibl_pixel_name(set->path[i] ? set->pixel[i] : t->pixel));
@@ -151,14 +147,6 @@ void view_report_probe_set(const view_probe_set *set)
     view_tell("probes: %s, %d, levels: %g", view_probe_set_path(set), l->count,
               (double)l->last_level + 1);
     fflush(stdout);
-}
-
-void view_report_scene(const view_scene *stage, view_probe_filter filter)
-{
-    const double *ms = view_scene_state_of(stage)->ms[filter];
-
-    printf("probe: %.1f ms drawing, %.1f levels, %.1f irradiance\n", ms[0],
-           ms[1], ms[2]);
 }
 
 void view_stats_add(view_stats *t, double ms)

@@ -15,9 +15,6 @@ bool view_report_print(view_renderer *r, const view_settings *s,
 /* Prints the textures of a set. */
 void view_report_set(const baked_set *set);
 
-/* Prints the times of the scene's last capture. */
-void view_report_scene(const view_scene *stage, view_probe_filter filter);
-
 /* Prints the path and the number of baked probes. */
 void view_report_probe_set(const view_probe_set *set);
 

@@ -17,6 +17,7 @@
 #include "common/probe_index.h"
 #include "ibl/io.h"
 #include "ibl/probes.h"
+#include "view/frame.h"
 #include "view/gl.h"
 
 typedef struct view_room view_room;
@@ -68,14 +69,11 @@ typedef struct view_probe_maps {
 /* Seen through windows; gets the weight that the probes leave. */
 typedef struct view_room_environment {
     GLuint specular, irradiance, sky; /* sky: level 0 or the skybox */
-    float lod[4], ladder[4][4];       /* as of view_frame */
-    float irradiance_scale;           /* as view_frame.diffuse[0] */
-    bool fit;        /* lobes by ibl_lobe_fit, not the split sum */
-    bool map;        /* VIEW_UNIT_OTHER has the map itself, for the sky */
-    double map_yaw;  /* its yaw, in turns */
-    double turn;     /* degrees */
-    int light_count; /* 0..IBL_MAX_LIGHTS; no part of the maps */
-    const ibl_light *light;
+    view_frame
+        frame;   /* what it says of the set and its lookup, with lights that
+                    are no part of the maps; all but SPLIT_SUM by FIT */
+    bool map;    /* VIEW_UNIT_OTHER has the map itself, for the sky */
+    double turn; /* degrees */
 } view_room_environment;
 
 typedef struct view_room_draw {

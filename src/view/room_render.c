@@ -49,7 +49,7 @@ struct view_room {
 static bool make_programs(view_room *r)
 {
     r->surfaces = view_program("room.vert", "room.frag");
-    r->sky = view_program("room_sky.vert", "room_sky.frag");
+    r->sky = view_program("full.vert", "room_sky.frag");
     return r->surfaces && r->sky && view_room_probes_make(&r->probes);
 }
 
@@ -151,10 +151,9 @@ static double invert_rows(const double rows[3][3], float columns[16])
 
 static void fill_frame(view_frame *f, const view_room_draw *d)
 {
-    const view_room_environment *e = &d->environment;
-    const double turn = e->turn * (M_PI / 180);
+    const double turn = d->environment.turn * (M_PI / 180);
 
-    memset(f, 0, sizeof *f);
+    *f = d->environment.frame;
     for (int i = 0; i < 16; i++)
         f->clip[i] = (float)d->clip[i];
     for (int k = 0; k < 3; k++)
@@ -163,12 +162,6 @@ static void fill_frame(view_frame *f, const view_room_draw *d)
     f->turn[1] = (float)sin(turn);
     f->turn[2] = (float)d->widening;
     f->shading[2] = d->map ? VIEW_BACKDROP_MAP : VIEW_BACKDROP_CUBE;
-    f->diffuse[2] = (float)e->map_yaw;
-    memcpy(f->lod, e->lod, sizeof f->lod);
-    memcpy(f->ladder, e->ladder, sizeof f->ladder);
-    f->diffuse[0] = e->irradiance_scale;
-    f->reflection[0] = e->fit;
-    view_frame_lights(f, e->light, e->light_count);
 }
 
 static void fill_box(float to[2][4], const double low[3], const double high[3])

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "view/message.h"
-#include "view/probe_set.h"
 #include "view/program.h"
 
 enum {

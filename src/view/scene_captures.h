@@ -57,7 +57,7 @@ bool view_scene_measure(view_scene *st, view_probe_filter filter);
 /* Context of the library's filter; NULL before its first use. */
 ibl_ctx *view_scene_context(view_scene *st);
 
-/* Writes the captures of local probes into a directory (probe_save.h). False,
+/* Writes the captures of local probes into a directory (probe_set.h). False,
  * with a message: also if there are none. */
 bool view_scene_save(const view_scene *st, ibl_ctx *ctx, const char *dir);
 
@@ -75,7 +75,7 @@ view_camera view_scene_camera(const view_settings *s, int width, int height);
  * count - 1. */
 void view_scene_place(ibl_probe *probes, int count);
 
-/* ---- volumes of probes (volumes.c) ------------------------------------- */
+/* ---- volumes of probes ------------------------------------------------- */
 
 /* Scene-linear, at an exposure of 0. */
 extern const float view_volumes_influence[3], view_volumes_proxy[3];

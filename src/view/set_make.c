@@ -11,7 +11,6 @@
 
 enum {
     SH_EDGE = 16,     /* of an irradiance map made from harmonics */
-    MAP_EDGE = 128,   /* largest edge of the cube that becomes a map */
     MOST_EDGE = 1024, /* of the reference's environment */
     LAST_EDGE = 8     /* smaller levels are too coarse for irradiance */
 };
@@ -47,32 +46,16 @@ static float decode_level(const baked_set *set, int level, const ibl_cube *cube)
 
 /* ---- irradiance ------------------------------------------------------ */
 
-/* Number of mips down to MAP_EDGE. */
-static int mips_of(int size)
-{
-    int levels = 1;
-
-    while (ibl_cube_edge(size, levels - 1) > MAP_EDGE)
-        levels++;
-    return levels;
-}
-
-static ibl_status irradiance_of_level0(ibl_ctx *ctx, ibl_cube *level0,
+static ibl_status irradiance_of_level0(ibl_ctx *ctx, const ibl_cube *level0,
                                        ibl_cube *out)
 {
     const ibl_irradiance_options opts = ibl_irradiance_options_default();
-    const int mip = level0->levels - 1;
-    const ibl_cube last = {.size = ibl_cube_edge(level0->size, mip),
-                           .levels = 1,
-                           .data = ibl_cube_face(level0, mip, 0)};
-    const int width = ibl_latlong_width(last.size);
+    const int width = ibl_latlong_width(level0->size);
     ibl_image map = {0};
 
-    ibl_status status = ibl_cube_build_mips(ctx, level0);
+    ibl_status status = ibl_image_alloc(ctx, width, width / 2, &map);
     if (!status)
-        status = ibl_image_alloc(ctx, width, width / 2, &map);
-    if (!status)
-        status = ibl_latlong_from_cube(ctx, &last, &map);
+        status = ibl_latlong_from_cube(ctx, level0, &map);
     if (!status)
         status = ibl_bake_irradiance(ctx, &map, &opts, out);
     ibl_image_free(&map);
@@ -119,7 +102,7 @@ static ibl_status irradiance_of_last(ibl_ctx *ctx, const baked_set *set,
     return status;
 }
 
-/* level0 has room for its mips. *from names the source, for a note. */
+/* *from names the source, for a note. */
 static ibl_status make_irradiance(ibl_ctx *ctx, const baked_set *set,
                                   ibl_cube *level0, ibl_cube *out,
                                   const char **from)
@@ -148,7 +131,7 @@ static bool fill_irradiance(ibl_ctx *ctx, baked_set *set)
     ibl_cube level0 = {0}, cube = {0};
     const char *from = "";
 
-    ibl_status status = ibl_cube_alloc(ctx, size, mips_of(size), &level0);
+    ibl_status status = ibl_cube_alloc(ctx, size, 1, &level0);
     if (!status)
         status = make_irradiance(ctx, set, &level0, &cube, &from);
     ibl_cube_free(&level0);

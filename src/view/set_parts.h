@@ -8,10 +8,6 @@
 #include "common/about.h"
 #include "view/baked_set.h"
 
-/* "specular", "irradiance" and so on in file names, keys and sidecars; ended by
- * NULL. */
-extern const char *const view_content_names[VIEW_CONTENTS + 1];
-
 #define VIEW_LOBE_LAYERS 4 /* of the table of lobes */
 
 /* ---- files by content and by name (set_open.c) ------------------------- */

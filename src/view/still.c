@@ -109,8 +109,6 @@ static bool draw_picture(view_app *app)
         return false;
     if (o->verbose)
         printf("%.1f ms a frame\n", ms);
-    if (o->verbose && o->settings.mode == VIEW_SCENE)
-        view_report_scene(view_renderer_stage(r), o->settings.probe_filter);
     if (!o->quiet)
         view_report_print(r, &o->settings, app->set);
     return write_picture(app) &&

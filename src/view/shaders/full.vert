@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// One triangle that covers the picture: three vertices, no attributes.
+// One triangle that covers the picture, behind everything: three vertices, no
+// attributes.
 void main()
 {
     vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
-    gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);
+    gl_Position = vec4(4.0 * corner - 1.0, 1.0, 1.0);
 }

@@ -3,11 +3,11 @@
 #include "room.glsl"
 #include "backdrop.glsl"
 
-in vec2 place;
 layout(location = 0) out vec4 colour;
 
 void main()
 {
+    vec2 place = 2.0 * gl_FragCoord.xy / vec2(picture_size.xy) - 1.0;
     vec3 d = normalize(seen_at(place));
     // 2: MAP of sky.frag
     vec3 rgb = shading.z == 2 ? backdrop_of_map(turned(d))

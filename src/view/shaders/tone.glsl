@@ -86,16 +86,16 @@ vec3 helix(float level) {
                                 1.78277, -0.90649, 0.0) * turn, 0.0, 1.0);
 }
 
-// sRGB-encoded false colour of a luminance, VIEW_STOPS around middle grey
-// (view/overlay.h).
+const float STOPS = 8.0; // VIEW_STOPS of view/overlay.h
+
+// sRGB-encoded false colour of a luminance, STOPS around middle grey.
 vec3 false_colour(float y, vec2 pixel) {
-    const float stops = 8.0;
     bool stripe = fract((pixel.x + pixel.y) / 8.0) < 0.5;
-    if (y < 0.18 * exp2(-stops))
+    if (y < 0.18 * exp2(-STOPS))
         return stripe ? vec3(0.0) : vec3(0.0, 0.0, 0.5);
-    if (y > 0.18 * exp2(stops))
+    if (y > 0.18 * exp2(STOPS))
         return stripe ? vec3(1.0) : vec3(1.0, 0.0, 0.0);
-    float at = clamp(log2(y / 0.18) + stops, 0.0, 2.0 * stops - 1e-4);
-    float share = (floor(at) + 0.5 * fract(at)) / (2.0 * stops);
+    float at = clamp(log2(y / 0.18) + STOPS, 0.0, 2.0 * STOPS - 1e-4);
+    float share = (floor(at) + 0.5 * fract(at)) / (2.0 * STOPS);
     return helix(0.1 + 0.8 * share);
 }
