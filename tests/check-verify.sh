@@ -51,6 +51,15 @@ test_own_bakes_pass() {
     wrong 1 '*: out: has no env_specular*--name*' env.exr out
 }
 
+# A cube in the axes of the bake is not copied: 14 MB of texels and 42 MB of
+# floats, which a short file holds.
+test_memory() {
+    [ $sanitized = no ] || return
+    iblbake -q --size 768 --levels 1 --pixel rgb9e5 --zstd 3 \
+        --only specular env.hdr -o large
+    (ulimit -v 88000; MAX=1 accept -j 1 env.hdr large)
+}
+
 # Flat maps: every texel is the sum of its own direction, in every container,
 # mirrored or not; as another layout it is not.
 test_layouts() {
