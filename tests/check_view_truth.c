@@ -494,7 +494,7 @@ TEST(as_expected)
     }
     const double ratio = sqrt(sum[0] / sum[1]) / expected_error();
     test_measured("measured over or under the expected", fmax(ratio, 1 / ratio),
-                  1.5);
+                  1.2);
     CHECK_MSG(ratio < 1.2 && ratio > 1 / 1.2, "ratio %g", ratio);
 }
 

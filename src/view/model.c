@@ -42,6 +42,7 @@ enum {
     SLOTS = sizeof slots / sizeof *slots,
     COAT_SLOT = 7, /* the first of three */
     SHEEN_SLOT = 10,
+    SET_MAPS = 6, /* that a program looks up besides, at most */
     /* Bits of a program's key above those of the textures it has, and, from
      * FEATURE_BITS, the reflection that it draws. */
     HAS_MASK = 1 << SLOTS,
@@ -311,6 +312,7 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
 {
     const ibl_scene_material *s = &scene->materials[i];
     model_material *to = &m->materials[i];
+    GLint left;
 
     to->blended = s->alpha_mode == IBL_SCENE_BLEND;
     to->double_sided = s->double_sided;
@@ -320,10 +322,18 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
               (has_sheen(s) && !s->unlit ? HAS_SHEEN : 0);
     to->block = block_of(s, i);
     upload_block(m, i);
+    gl.GetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &left);
+    left -= SET_MAPS;
     for (int slot = 0; slot < SLOTS; slot++) {
         const ibl_scene_texture *t = texture_at(s, slot);
         if (!wants_slot(s, slot))
             continue;
+        if (left-- <= 0) {
+            view_note("material %s: its texture \"%s\" is left out: this "
+                      "OpenGL has too few texture units",
+                      s->name, slots[slot].name);
+            continue;
+        }
         to->key |= 1 << slot;
         to->sampler[slot] = make_sampler(t);
         to->texture[slot] = texture_of(m, scene, t->image, slots[slot].colour);
