@@ -296,6 +296,9 @@ static bool take_entries(merge *m, const shard *s)
 
     if (global)
         json_array_append(entries, global);
+    if (json_array_size(entries) !=
+        json_array_size(json_object_get(about(s), "layers")))
+        return false;
     json_array_foreach(entries, i, entry)
     {
         const int n = place_of(m, s, (int)i);
@@ -320,7 +323,7 @@ static bool take_set(merge *m)
     if (!p->set.entry)
         return ibl_probes_no_memory(p);
     for (int i = 0; i < m->count; i++)
-        if (p->set.layers > IBL_MAX_SET_LAYERS ||
+        if (p->set.layers < 1 || p->set.layers > IBL_MAX_SET_LAYERS ||
             !take_entries(m, &m->shard[i]))
             return ibl_console_fail(p->console,
                                     "%s: its index.json has other layers than "

@@ -33,31 +33,16 @@ static int compare(const void *a, const void *b)
                : (x->index > y->index) - (x->index < y->index);
 }
 
-/* Moves the item with the last index back to place `to`, if it is before. */
-static void delay_last(item *order, int count, int to)
+/* Gives an item to the shard with the fewest pixels. */
+static void give(const item *one, uint64_t *load, int shards, int *owner)
 {
-    int at = 0;
+    int least = 0;
 
-    while (order[at].index != count - 1)
-        at++;
-    for (; at < to; at++) {
-        const item next = order[at + 1];
-        order[at + 1] = order[at];
-        order[at] = next;
-    }
-}
-
-static void deal(const item *order, int count, int shards, uint64_t *load,
-                 int *owner)
-{
-    for (int i = 0; i < count; i++) {
-        int least = 0;
-        for (int s = 1; s < shards; s++)
-            if (load[s] < load[least])
-                least = s;
-        load[least] += order[i].pixels;
-        owner[order[i].index] = least + 1;
-    }
+    for (int s = 1; s < shards; s++)
+        if (load[s] < load[least])
+            least = s;
+    load[least] += one->pixels;
+    owner[one->index] = least + 1;
 }
 
 bool ibl_shard_deal(const uint64_t *pixels, int count, bool late, int shards,
@@ -65,15 +50,17 @@ bool ibl_shard_deal(const uint64_t *pixels, int count, bool late, int shards,
 {
     item *order = calloc((size_t)count, sizeof *order);
     uint64_t *load = calloc((size_t)shards, sizeof *load);
+    const int sorted = count - late;
     const bool ok = order && load;
 
-    if (ok) {
-        for (int i = 0; i < count; i++)
-            order[i] = (item){pixels[i], i};
-        qsort(order, (size_t)count, sizeof *order, compare);
-        if (late)
-            delay_last(order, count, shards);
-        deal(order, count, shards, load, owner);
+    for (int i = 0; i < count && ok; i++)
+        order[i] = (item){pixels[i], i};
+    if (ok)
+        qsort(order, (size_t)sorted, sizeof *order, compare);
+    for (int i = 0; i < sorted && ok; i++) {
+        give(&order[i], load, shards, owner);
+        if (late && i == shards - 1)
+            give(&order[sorted], load, shards, owner);
     }
     free(order);
     free(load);
