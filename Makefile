@@ -234,7 +234,7 @@ $(BUILD)/tests/check_expectation: $(addprefix $(BUILD)/obj/src/cli/, \
 
 $(BUILD)/tests/check_engine: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_engine: $(call obj,$(wildcard src/engine/*.c)) \
-    $(addprefix $(BUILD)/obj/src/common/,text.o path.o)
+    $(addprefix $(BUILD)/obj/src/common/,text.o path.o json_load.o names.o)
 
 $(BUILD)/tests/check_scene: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c)) \

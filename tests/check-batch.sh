@@ -182,6 +182,10 @@ test_incremental_options() {
     # What does not decide what is made.
     iblbake $options -v m/sun.hdr -o out --incremental -j 1 --sync $set 2>err
     grep -q 'kept 1' err || echo 'baked again for -j'
+    # A stamp that is none.
+    rm out/.iblbake/sun.map && mkfifo out/.iblbake/sun.map
+    timeout 60 iblbake -q $options m/sun.hdr -o out --incremental 2>err
+    grep -q 'out/.iblbake/sun.map: is a pipe' err || echo "a pipe: $(cat err)"
 }
 
 test_depfile() {

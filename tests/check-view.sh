@@ -206,6 +206,9 @@ test_models_that_cannot_be_drawn() {
     done
     iblview good.gltf --offscreen no.png 2>said
     grep -q 'is a model: name the set' said || cat said
+    mkfifo pipe.gltf
+    timeout 60 iblview pipe.gltf --offscreen no.png 2>said
+    grep -q 'is a model: name the set' said || echo "a pipe: $(cat said)"
 }
 
 # Those of others, where they are installed: all that are said to be good.

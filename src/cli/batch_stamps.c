@@ -155,7 +155,9 @@ static bool is_same(const char *path, const char *hash, const char *identity,
 bool ibl_stamp_holds(const ibl_stamp *s, bool *moved)
 {
     char hash[IBL_HASH_SIZE], identity[IDENTITY_BYTES];
-    FILE *from = fopen(s->path, "r");
+    struct stat st;
+    const bool there = !stat(s->path, &st) && S_ISREG(st.st_mode);
+    FILE *from = there ? fopen(s->path, "r") : NULL;
     int count = 0;
 
     *moved = false;

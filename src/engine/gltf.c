@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/json_load.h"
 #include "common/path.h"
 #include "core/context.h"
 #include "engine/engine.h"
@@ -252,7 +253,8 @@ static ibl_status read_set(reader *r, ibl_texture *tex)
 
 bool ibl_gltf_is_light(const char *path)
 {
-    json_t *root = json_load_file(path, 0, NULL);
+    ibl_json_why why;
+    json_t *root = ibl_json_load(path, 0, &why);
     const bool is =
         json_is_object(find_light(root)) && !json_object_get(root, "meshes");
 

@@ -63,8 +63,8 @@ bool view_is_model(const char *path)
 {
     const char *dot = strrchr(path, '.');
 
-    return dot && (!strcasecmp(dot, ".gltf") || !strcasecmp(dot, ".glb")) &&
-           !ibl_gltf_is_light(path);
+    return dot && (!strcasecmp(dot, ".glb") ||
+                   (!strcasecmp(dot, ".gltf") && !ibl_gltf_is_light(path)));
 }
 
 bool view_is_map(const char *path, ibl_input_layout layout)
