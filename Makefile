@@ -228,6 +228,12 @@ $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
     faces.o judge.o judge_picks.o judged_map.o lookup.o rendered.o)
 
+# The whole command, with another choice.
+$(BUILD)/obj/tests/bench_choice.o: LOCAL = $(CLI_CFLAGS)
+$(BUILD)/tests/bench_choice: TEST_LIBS = $(LIB)
+$(BUILD)/tests/bench_choice: $(filter-out %/main.o %/choose.o, \
+    $(call obj,$(CLI_SRC))) $(BUILD)/obj/gen/bench_page.o
+
 $(BUILD)/tests/check_expectation: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_expectation: $(addprefix $(BUILD)/obj/src/cli/, \
     faces.o lookup.o)

@@ -165,3 +165,22 @@ need_pictures() { # FILE
 wrong() { # STATUS GLOB [arguments]
     refused "$1" "$2" iblview "${@:3}"
 }
+# Writes NAME.gltf: one square of each material.
+make_scene() {
+    node -e '
+const [name, list] = process.argv.slice(1);
+const materials = JSON.parse(list);
+const places = Buffer.from(new Float32Array(
+    [-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0]).buffer);
+const each = f => materials.map((m, i) => f(i));
+require("fs").writeFileSync(name, JSON.stringify({
+    asset: {version: "2.0"}, materials,
+    buffers: [{byteLength: 48, uri: "data:;base64," +
+        places.toString("base64")}],
+    bufferViews: [{buffer: 0, byteLength: 48}],
+    accessors: [{bufferView: 0, componentType: 5126, count: 4, type: "VEC3"}],
+    meshes: each(i => ({primitives: [{mode: 5, material: i,
+        attributes: {POSITION: 0, NORMAL: 0}}]})),
+    nodes: each(i => ({mesh: i})), scenes: [{nodes: each(i => i)}]}));
+' "$1.gltf" "$2"
+}

@@ -230,33 +230,36 @@ static double chain_error(const search *s, int size, int levels, int lobes)
     return (finest > 0 ? finest : c->least * ratio) * fmax(s->coarse[lobes], 1);
 }
 
-static size_t parts_bytes(const search *s, const parts *p)
+/* Bytes of an irradiance cube, none if edge is 0, and of the BRDF table. */
+static size_t small_bytes(const ibl_opts *o, ibl_pixel pixel, int irradiance,
+                          int lut)
 {
-    const ibl_opts *o = s->o;
-    const ibl_pixel pixel = (ibl_pixel)s->pixel.value[p->pixel];
-    const size_t lut = (size_t)s->lut.value[p->lut];
     size_t bytes = 0;
 
-    if (wants(o, IBL_OUTPUT_IRRADIANCE) &&
-        s->irradiance.value[p->irradiance] > 0)
-        bytes += chain_bytes(s->irradiance.value[p->irradiance], 1, pixel);
+    if (wants(o, IBL_OUTPUT_IRRADIANCE) && irradiance > 0)
+        bytes += chain_bytes(irradiance, 1, pixel);
     if (wants(o, IBL_OUTPUT_LUT))
-        bytes += lut * lut * ibl_pixel_bytes(ibl_lut_pixel(pixel, o->lut.kind));
+        bytes += (size_t)(lut * lut) *
+                 ibl_pixel_bytes(ibl_lut_pixel(pixel, o->lut.kind));
     return bytes;
+}
+
+static size_t lobes_bytes(int edge)
+{
+    return (size_t)(edge * edge) * IBL_LOBE_LAYERS *
+           ibl_pixel_bytes(IBL_PIXEL_RGBA16F);
 }
 
 static size_t bytes_of(const search *s, const pick *p)
 {
     const ibl_pixel pixel = (ibl_pixel)s->pixel.value[p->parts.pixel];
     const ibl_specular_layout *l = &s->chain[p->size][p->levels].layout;
-    const size_t lobes = (size_t)s->lobes.value[p->lobes];
     size_t bytes = p->parts.bytes;
 
     if (wants(s->o, IBL_OUTPUT_SPECULAR))
         bytes += chain_bytes(l->size, l->levels, pixel);
     if (s->table)
-        bytes += lobes * lobes * IBL_LOBE_LAYERS *
-                 ibl_pixel_bytes(IBL_PIXEL_RGBA16F);
+        bytes += lobes_bytes(s->lobes.value[p->lobes]);
     return bytes;
 }
 
@@ -404,6 +407,33 @@ static bool judge_sets(search *s, double most, pick *best)
     return true;
 }
 
+/* Makes the parts of a set coarser, one after the other, while its error stays
+ * at most `most`: where the sums say of all smaller sets that theirs does not.
+ */
+static bool shrink(search *s, double most, pick *best)
+{
+    double nrmse;
+
+    for (int part = 0; part < 3; part++)
+        for (pick p = *best;; p = *best) {
+            int *at = part == 0   ? &p.parts.lut
+                      : part == 1 ? &p.parts.irradiance
+                                  : &p.lobes;
+            if (--*at < 0)
+                break;
+            p.parts.bytes =
+                small_bytes(s->o, (ibl_pixel)s->pixel.value[p.parts.pixel],
+                            s->irradiance.value[p.parts.irradiance],
+                            s->lut.value[p.parts.lut]);
+            if (!judge_pick(s, &p, &nrmse))
+                return false;
+            if (p.error > most)
+                break;
+            *best = p;
+        }
+    return true;
+}
+
 /* Finds the set of fewest bytes with the error that is asked or, if that cannot
  * be had, near to the least. */
 static bool search_all(search *s, ibl_choice *choice, pick *best)
@@ -426,8 +456,11 @@ static bool search_all(search *s, ibl_choice *choice, pick *best)
         if (least.error < best->error)
             *best = least;
         choice->least = sqrt(best->error);
+        choice->reached = best->error <= asked;
+        if (choice->reached)
+            return shrink(s, asked, best);
         s->most_parts = asked;
-        if (!judge_sets(s, fmax(asked, near * near * best->error), best))
+        if (!judge_sets(s, near * near * best->error, best))
             return false;
     }
     choice->reached = best->error <= asked;
@@ -620,13 +653,13 @@ static void list_parts(search *s)
 
     for (int p = 0; p < s->pixel.count; p++)
         for (int i = 0; i < s->irradiance.count; i++)
-            for (int l = 0; l < s->lut.count && count < MOST_PARTS; l++) {
-                parts *to = &all[count++];
-                *to = (parts){p, i, l, 0,
-                              s->pixel.error[p] + s->irradiance.error[i] +
-                                  s->lut.error[l]};
-                to->bytes = parts_bytes(s, to);
-            }
+            for (int l = 0; l < s->lut.count; l++)
+                all[count++] = (parts){
+                    p, i, l,
+                    small_bytes(s->o, (ibl_pixel)s->pixel.value[p],
+                                s->irradiance.value[i], s->lut.value[l]),
+                    s->pixel.error[p] + s->irradiance.error[i] +
+                        s->lut.error[l]};
     qsort(all, (size_t)count, sizeof *all, by_bytes);
     for (int i = 0; i < count; i++) {
         const parts *last = &all[s->part_count - 1];
@@ -762,15 +795,10 @@ size_t ibl_opts_bytes(const ibl_opts *o)
     if (wants(o, IBL_OUTPUT_SPECULAR) &&
         !ibl_specular_layout_of(&o->bake.specular_options, &l))
         bytes += chain_bytes(l.size, l.levels, pixel);
-    if (wants(o, IBL_OUTPUT_IRRADIANCE))
-        bytes += chain_bytes(o->bake.irradiance_options.size, 1, pixel);
-    if (wants(o, IBL_OUTPUT_LUT))
-        bytes += (size_t)(o->lut.size * o->lut.size) *
-                 ibl_pixel_bytes(ibl_lut_pixel(pixel, o->lut.kind));
     if (wants(o, IBL_OUTPUT_LOBES))
-        bytes += (size_t)(o->lobe_table_size * o->lobe_table_size) *
-                 IBL_LOBE_LAYERS * ibl_pixel_bytes(IBL_PIXEL_RGBA16F);
-    return bytes;
+        bytes += lobes_bytes(o->lobe_table_size);
+    return bytes +
+           small_bytes(o, pixel, o->bake.irradiance_options.size, o->lut.size);
 }
 
 /* The figures of the options as they were. */
