@@ -605,6 +605,61 @@ TEST(no_answers)
     CHECK(whole > 0 && whole < 12);
 }
 
+/* ---- killed processes ---------------------------------------------------- */
+
+static int die_in_commit(void)
+{
+    ibl_outputs *out;
+    if (ibl_outputs_create(ctx, &out) || add(out, at("k/a"), "new") ||
+        add(out, at("k/b"), "new"))
+        return 1;
+    raise(SIGKILL);
+    return 2;
+}
+
+/* What a killed process left goes with the next set in that directory, unless
+ * another is in it; what only looks like it stays. */
+TEST(swept)
+{
+    static const char *const others[] = {
+        "k/.a.iblbake-1-0.tmp", /* of process 1, which lives */
+        "k/.a.iblbake-x-0.tmp", "k/.a.iblbake-999999999-0.tmp.c",
+        "k/a.iblbake-999999999-0.tmp"};
+    ibl_outputs *first, *second;
+    int status;
+
+    NEED(!mkdir(at("k"), 0777) && !mkdir(at("k/sub"), 0777));
+    put(at("k/a"), "old");
+    for (int i = 0; i < 4; i++)
+        put(at("%s", others[i]), "other");
+    for (int i = 0; i < 2; i++) {
+        NEED(!ibl_outputs_create(ctx, &first));
+        if (i) /* a set that is still there when the process dies */
+            CHECK(!add(first, at("k/sub/../mine"), "mine"));
+        const pid_t pid = fork();
+        if (!pid)
+            _exit(die_in_commit());
+        NEED(waitpid(pid, &status, 0) == pid && WIFSIGNALED(status));
+        CHECK(entries(at("k")) == 8 + i);
+        NEED(!ibl_outputs_create(ctx, &second));
+        CHECK(!add(second, at("k/sub/x"), "x"));
+        CHECK(entries(at("k")) == 8 + i);
+        CHECK(!add(second, at("k/b"), "b"));
+        CHECK(entries(at("k")) == (i ? 10 : 7));
+        ibl_outputs_free(second);
+        CHECK(!ibl_outputs_commit(first));
+        ibl_outputs_free(first);
+        CHECK(entries(at("k")) == (i ? 9 : 6));
+    }
+    NEED(!ibl_outputs_create(ctx, &first));
+    CHECK(!add(first, at("k/a"), "new") && !ibl_outputs_commit(first));
+    ibl_outputs_free(first);
+    CHECK(entries(at("k")) == 7 && holds(at("k/a"), "new") &&
+          holds(at("k/mine"), "mine"));
+    for (int i = 0; i < 4; i++)
+        CHECK(holds(at("%s", others[i]), "other"));
+}
+
 TEST(cancelled)
 {
     ibl_ctx *other = test_ctx(1, IBL_ISA_C);

@@ -451,6 +451,9 @@ ibl_status ibl_texture_array_begin(ibl_ctx *ctx, const ibl_texture *tex,
 ibl_status ibl_texture_array_put(ibl_ctx *ctx, ibl_texture *array, int layer,
                                  const ibl_texture *tex);
 
+/* Bytes of the UTF-8 character (The Unicode Standard, table 3-7: shortest form,
+ * no surrogates) that text, of n bytes, begins with; 0: it begins with none. */
+size_t ibl_utf8_length(const void *text, size_t n);
 /* Sets a key to a value (both copied; UTF-8, key 1..255 bytes, at most 4096
  * keys, else IBL_ERR_ARGUMENT). */
 ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
@@ -655,6 +658,13 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
  * then lost, and a new file may be empty or short in place of an old one.
  * ibl_outputs_sync prevents this.
  *
+ * A process that is killed (SIGKILL) leaves temporaries and, during commit, a
+ * set of which some files are new and some old, each complete; a temporary may
+ * then hold an old file. The next set with a target in the same directory
+ * removes them, unless another set is in that directory, a process has their
+ * PID, or the file system has no locks: sets lock the directories of their
+ * targets with flock, shared, until they are freed.
+ *
  * If a target is a symbolic link, the file that it names is replaced or made.
  * Targets that are not files (directories, devices, pipes) and files without
  * write permission are refused with IBL_ERR_IO and stay unchanged.
@@ -724,6 +734,13 @@ ibl_status ibl_outputs_commit(ibl_outputs *out);
  */
 void ibl_outputs_abort(ibl_outputs *out);
 void ibl_outputs_free(ibl_outputs *out); /* aborts first; NULL is fine */
+/* Locks a directory before the first target in it: a program that writes many
+ * sets into it holds it by one, so that not each of them searches it. */
+void ibl_outputs_hold(ibl_outputs *out, const char *directory);
+/* Removes temporaries of killed processes from a directory, of which this is a
+ * descriptor. For callers that have locked it with flock, exclusively: sets
+ * then cannot lock it, and do not do this. */
+void ibl_outputs_sweep(int directory);
 
 #ifdef __cplusplus
 }

@@ -494,6 +494,8 @@ static bool make_folders(batch *b)
               !ibl_outputs_mkdir(b->folders, b->opts->directory) &&
               (!b->opts->incremental || !ibl_outputs_mkdir(b->folders, stamps));
 
+    if (ok)
+        ibl_outputs_hold(b->folders, b->opts->directory);
     free(stamps);
     return ok;
 }

@@ -18,14 +18,17 @@ int ibl_probes_hold(ibl_console *console, const char *directory, int lock)
 {
     const int fd = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 
-    /* After other errors there is no lock: the file system has none. */
-    if (fd >= 0 && flock(fd, lock | LOCK_NB) && errno == EWOULDBLOCK) {
+    int failed = fd < 0 || flock(fd, lock | LOCK_NB);
+    if (fd >= 0 && failed && errno == EWOULDBLOCK) {
         ibl_console_warn(console,
                          "%s: another run is at work there: waiting for it",
                          directory);
-        while (flock(fd, lock) && errno == EINTR)
+        while ((failed = flock(fd, lock)) && errno == EINTR)
             continue;
     }
+    /* After other errors there is no lock: the file system has none. */
+    if (!failed && lock == LOCK_EX)
+        ibl_outputs_sweep(fd);
     return fd;
 }
 

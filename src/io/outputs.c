@@ -10,6 +10,10 @@
  * file then has the temporary's name until all is done, and a failure half-way
  * restores it.
  *
+ * A process that is killed leaves temporaries, so each set locks the
+ * directories of its targets (flock, shared). The first set in a directory that
+ * nobody has locked removes what killed processes left there.
+ *
  * ibl_outputs_abort may run in a signal handler at any point. It uses only
  * arrays of fixed size. A name is recorded before its file is made. Which of
  * two names a file has during a rename is not recorded: abort asks the file
@@ -23,6 +27,7 @@
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -60,6 +65,13 @@ typedef struct slot {
     char *temporary;
 } slot;
 
+/* A directory that targets are in. */
+typedef struct held_dir {
+    dev_t device;
+    ino_t inode;
+    int fd; /* locked, or -1 */
+} held_dir;
+
 typedef struct made_dir {
     atomic_bool used;
     char *path;
@@ -85,6 +97,8 @@ struct ibl_outputs {
     unsigned serial;       /* number for the next temporary's name */
     atomic_bool aborted;   /* permanent: no more files or renames */
     atomic_bool committed; /* all files are renamed; old files may be left */
+    int held_count;
+    held_dir held[IBL_MAX_OUTPUTS];
     slot slots[IBL_MAX_OUTPUTS];
     made_dir dirs[IBL_MAX_OUTPUT_DIRS];
     /* Two for each slot, then one for each directory. A separate array, not
@@ -232,6 +246,41 @@ static void name_dir(const char *path, char dir[PATH_BYTES])
     memcpy(dir + n, ".", 2);
 }
 
+/* Locks a directory, once, and sweeps it if no other set has. Does not wait: a
+ * lock that is not had only keeps the directory from being swept. */
+static void lock_dir(ibl_outputs *out, const char *dir, const struct stat *st)
+{
+    for (int i = 0; i < out->held_count; i++)
+        if (out->held[i].device == st->st_dev &&
+            out->held[i].inode == st->st_ino)
+            return;
+    if (out->held_count == IBL_MAX_OUTPUTS)
+        return;
+    int fd = open(dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd >= 0 && !flock(fd, LOCK_EX | LOCK_NB))
+        ibl_outputs_sweep(fd);
+    if (fd >= 0 && flock(fd, LOCK_SH | LOCK_NB)) {
+        close(fd);
+        fd = -1;
+    }
+    out->held[out->held_count++] = (held_dir){st->st_dev, st->st_ino, fd};
+}
+
+static void unlock_dirs(ibl_outputs *out)
+{
+    for (int i = 0; i < out->held_count; i++)
+        if (out->held[i].fd >= 0)
+            close(out->held[i].fd);
+    out->held_count = 0;
+}
+
+void ibl_outputs_hold(ibl_outputs *out, const char *directory)
+{
+    struct stat st;
+    if (out && directory && !stat(directory, &st))
+        lock_dir(out, directory, &st);
+}
+
 /* ---- adding --------------------------------------------------------- */
 
 /* Replaces a target that is a symbolic link by the path it names, which may not
@@ -317,6 +366,7 @@ static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
                 "%s: is the name of another output too: give each its own",
                 path);
     }
+    lock_dir(out, dir, &st);
     return IBL_OK;
 }
 
@@ -634,6 +684,8 @@ void ibl_outputs_free(ibl_outputs *out)
     if (out)
         end_writing(out);
     ibl_outputs_abort(out);
+    if (out)
+        unlock_dirs(out);
     ibl_free(out);
 }
 
