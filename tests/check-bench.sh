@@ -360,20 +360,6 @@ wrong peer-arguments 1 'iblbake: --bogus: unknown option*' "$sky" \
 wrong stdin 2 'iblbake: -: standard input*' -
 wrong nothing 2 'iblbake: no environment*'
 
-# Whichever allocation fails, here and in each program that it runs.
-scarce() {
-    local at
-    ${CC:-cc} -shared -fPIC -o "$work/no_memory.so" tests/cli/no_memory.c ||
-        return
-    for ((at = 0; at < 30; at++)); do
-        LD_PRELOAD=$work/no_memory.so NO_MEMORY_AT=$at \
-            "$program" bench "${small[@]}" "$env" >/dev/null 2>&1
-        [ -z "$(nothing_left)" ] || echo "after $at: $(nothing_left)"
-        rm -rf "${work:?}"/tmp/*
-    done
-}
-! picked 'no memory' || verdict 'no memory: left' "$(scarce)"
-
 # ---- signals ---------------------------------------------------------------
 # As at a terminal (the whole group gets it), and sent to the program alone.
 begun() { ls "$work"/tmp/*/*/begun; }

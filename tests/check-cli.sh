@@ -227,19 +227,19 @@ test_long_names_keep_the_reason() {
 
 # Four files and a directory, and two more where the latter is new.
 test_sync() {
-    cat >sync.c <<'END'
-#include <unistd.h>
-int fsync(int fd) { return fd < 0 || write(2, "flushed\n", 8) != 8; }
-END
-    ${CC:-cc} -shared -fPIC -o sync.so sync.c || return
     iblbake env.exr $small -o one && iblbake env.exr $small -o two --sync ||
         echo 'failed'
     diff -r one two
     [ $sanitized = no ] || return 0
-    LD_PRELOAD=$PWD/sync.so iblbake env.exr $small -o one 2>err
-    [ ! -s err ] || echo 'flushed unasked'
-    LD_PRELOAD=$PWD/sync.so iblbake env.exr $small -o one --sync 2>err
-    [ "$(grep -c flushed err)" = 6 ] || echo "flushed: $(cat err)"
+    preload
+    # No call is there to fail, and just six.
+    LD_PRELOAD=$work/preload.so FAULT='flush 5 0' iblbake env.exr $small -o one ||
+        echo 'flushed unasked'
+    LD_PRELOAD=$work/preload.so FAULT='flush 5 6' \
+        iblbake env.exr $small -o one --sync || echo 'flushed too often'
+    LD_PRELOAD=$work/preload.so FAULT='flush 5 5' \
+        iblbake env.exr $small -o one --sync 2>err && echo 'not all are flushed'
+    grep -q ' flushed.*: Input/output error' err || cat err
 }
 
 # Under nohup a hangup is of no account.
@@ -280,10 +280,9 @@ test_interrupted_while_reading_a_pipe() {
 # A signal while what failed is cleaned up.
 test_interrupted_at_the_end() {
     [ $sanitized = no ] || return 0
-    ${CC:-cc} -shared -fPIC -o term.so "$top/tests/cli/term_at_unlink.c" ||
-        return
+    preload
     ln -s loop.png loop.png
-    { LD_PRELOAD=$PWD/term.so iblbake env.hdr -q $small -o out \
+    { LD_PRELOAD=$work/preload.so FAULT='remove -15 0' iblbake env.hdr -q $small -o out \
         --preview loop.png 2>err; } 2>/dev/null
     [ $? -eq 143 ] || echo "status $?: $(cat err)"
     [ ! -e out ] || ls -A out

@@ -5,7 +5,7 @@
 # names the build.
 set -u
 . tests/lib.sh
-slow='without_memory|options_change|cubes|mended|alpha_ch|interrupted|sixty'
+slow='options_change|cubes|mended|alpha_ch|interrupted|sixty'
 need node
 use iblbake
 mkenv hdr 32 16 >"$work/sun.hdr"
@@ -925,49 +925,6 @@ END
         n=$((n + 1))
         refused 1 "iblbake: bad.json: $glob" iblbake probes --grid bad.json
     done <mistakes
-}
-
-${CC:-cc} -shared -fPIC -o no_memory.so "$top/tests/cli/no_memory.c" || exit 1
-# Any one allocation may fail: there is a line then, and no set that is not all
-# of it.
-test_grid_without_memory() {
-    [ $sanitized = no ] || return
-    edit room.json 's.capture = {faces: Array(6).fill("{name}")};
-        s.priority = 1; s.proxy = {sphere: {centre: [0, 0, 0], radius: 9}}' \
-        faces.json
-    iblbake probes --grid faces.json >whole
-    local at status
-    for ((at = 0; at < 700; at += 7)); do
-        LD_PRELOAD=$PWD/no_memory.so NO_MEMORY_AT=$at \
-            iblbake probes --grid faces.json >printed 2>err
-        status=$?
-        case $status in
-        0) cmp printed whole ;;
-        1) [ -s err ] && [ ! -s printed ] ;;
-        *) false ;;
-        esac || echo "after $at: status $status, $(cat err)"
-    done
-}
-
-test_without_memory() {
-    [ $sanitized = no ] || return
-    edit set.json 's.probes = [s.probes[1]]; delete s.global;
-        s.defaults = {size: 4, levels: 1, irradiance: 4, lut_size: 4}' tiny.json
-    rm -rf whole
-    iblbake probes -q -j 1 tiny.json -o whole
-    local at status
-    for ((at = 0; at < 800; at += 3)); do
-        rm -rf scarce
-        LD_PRELOAD=$PWD/no_memory.so NO_MEMORY_AT=$at \
-            iblbake probes -q -j 1 tiny.json -o scarce 2>err
-        status=$?
-        case $status in
-        0) diff -r whole scarce ;;
-        1) grep -q memory err && [ ! -e scarce ] ;;
-        *) false ;;
-        esac || echo "after $at: status $status, $(cat err)"
-    done
-    [ $status -eq 0 ] || echo 'there are more allocations'
 }
 
 # What stands where the old index should be is none, and hangs nothing.

@@ -120,10 +120,9 @@ test_saving_fails_whole() {
     ls -A full | diff names -
     # And with a signal while it is cleaned up.
     [ $sanitized = no ] || return
-    ${CC:-cc} -shared -fPIC -o term.so "$top/tests/cli/term_at_unlink.c" ||
-        return
+    preload
     # shellcheck disable=SC2086
-    { LD_PRELOAD=$PWD/term.so iblview sky $scene --probes 8 \
+    { LD_PRELOAD=$work/preload.so FAULT='remove -15 0' iblview sky $scene --probes 8 \
         --save-probes full 2>err; } 2>/dev/null
     [ $? -eq 143 ] || echo "status $?: $(cat err)"
     ls -A full | diff names -

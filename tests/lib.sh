@@ -128,6 +128,13 @@ use() { # PROGRAM...
     export PATH=$work/bin:$PATH
 }
 
+# Makes $work/preload.so, which has calls to the C library fail, as FAULT says:
+# see faults/preload.c. Not for what a sanitizer is in.
+preload() {
+    ${CC:-cc} -std=c11 -O1 -shared -fPIC -o "$work/preload.so" \
+        "$top/tests/faults/preload.c" || exit 1
+}
+
 # Whether a test is wanted: with ONLY those whose name it matches, else all, but
 # with IBL_TEST_QUICK those that do not match slow, which a script may set.
 slow=
