@@ -347,7 +347,7 @@ static bool take(void *settings, const char *word)
         const size_t room = count ? 2 * count : 1;
         const char **given = realloc(line->given, room * sizeof *given);
         if (!given)
-            return ibl_misuse("no memory for the environments");
+            return ibl_misuse_memory("the environments");
         line->given = given;
     }
     line->given[line->given_count++] = word;
@@ -767,7 +767,7 @@ static bool read_words(const char *first, char **words, ibl_opts *o)
     }
     /* No option of a target keeps its word. */
     const bool ok = all ? ibl_command_line(&set, all, o, NULL)
-                        : ibl_misuse("no memory for the options");
+                        : ibl_misuse_memory("the options");
     free(all);
     free(options);
     return ok;

@@ -131,20 +131,20 @@ bool ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES], int *count)
            !ibl_input_files(b->ctx, input, files, count);
 }
 
-static bool is_input(const ibl_bake *b, const char *path)
+static bool check_inputs(const ibl_bake *b, const char *path)
 {
+    static const char other[] = "--name or directory";
+    const ibl_scenes *scenes = b->from->scenes;
     char *files[IBL_FACES];
     int count;
-    bool found = false;
+    bool ok = ibl_bake_inputs(b, files, &count);
 
-    if (!ibl_bake_inputs(b, files, &count))
-        return false;
-    for (int i = 0; i < count; i++)
-        found = found || ibl_path_same(files[i], path);
+    for (int i = 0; i < count && ok; i++)
+        ok = ibl_console_differ(b->console, files[i], path, other);
     ibl_input_files_free(files);
-    for (int i = 0; b->from->scenes && i < b->from->scenes->file_count; i++)
-        found = found || ibl_path_same(b->from->scenes->files[i], path);
-    return found;
+    for (int i = 0; scenes && i < scenes->file_count && ok; i++)
+        ok = ibl_console_differ(b->console, scenes->files[i], path, other);
+    return ok;
 }
 
 /* ---- what cannot be written ------------------------------------------ */
@@ -174,21 +174,23 @@ static bool check_target(const ibl_bake *b, const char *path)
             b->console,
             "%s: %s: choose a shorter one, the outputs' with --name", path,
             strerror(error));
-    return error || !is_input(b, path) ||
-           ibl_console_fail(
-               b->console,
-               "%s: is both input and output: choose another --name or "
-               "directory",
-               path);
+    if (error == EIO)
+        return ibl_console_fail(b->console, "%s: cannot be looked at: %s", path,
+                                strerror(error));
+    return error || check_inputs(b, path);
 }
 
 /* Whether the source that a sidecar names is the input: the same file, or the
- * same name if one of the two is missing here. */
+ * same name if one of the two cannot be looked at here. */
 static bool is_source(const char *was, const char *input)
 {
+    int same = -1;
+
     if (strcmp(was, "-") != 0 && strcmp(input, "-") != 0 &&
         !access(was, F_OK) && !access(input, F_OK))
-        return ibl_path_same(was, input);
+        same = ibl_path_same(was, input);
+    if (same >= 0)
+        return same;
     return !strcmp(ibl_path_name(was), ibl_path_name(input));
 }
 
@@ -346,8 +348,7 @@ char *ibl_depfile_text(const ibl_bake *sets, int count)
         return NULL;
     put_outputs(to, sets, count);
     fputc(':', to);
-    if (!ibl_bake_inputs(sets, inputs, &input_count))
-        input_count = 0; /* they were there before the bake */
+    const bool ok = ibl_bake_inputs(sets, inputs, &input_count);
     for (int i = 0; i < input_count; i++) {
         fputs(input_count > 1 ? " \\\n  " : " ", to);
         put_path(to, inputs[i]);
@@ -359,7 +360,11 @@ char *ibl_depfile_text(const ibl_bake *sets, int count)
         put_path(to, sets->from->scenes->files[i]);
     }
     fputc('\n', to);
-    return ibl_memory_close(to, &file);
+    char *text = ibl_memory_close(to, &file);
+    if (ok)
+        return text;
+    free(text);
+    return NULL;
 }
 
 /* Checks a file that is made, and that the depfile can name it. */

@@ -251,9 +251,13 @@ bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
 
 static bool is_utf8(const char *bytes)
 {
-    json_t *string = json_string(bytes);
-    json_decref(string);
-    return string != NULL;
+    size_t left = strlen(bytes), n;
+
+    while (left && (n = ibl_utf8_length(bytes, left)) > 0) {
+        bytes += n;
+        left -= n;
+    }
+    return !left;
 }
 
 /* A sidecar encodes all its file names if one of them is not UTF-8. */

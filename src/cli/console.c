@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/console.h"
 
+#include <errno.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdarg.h>
@@ -69,6 +70,19 @@ bool ibl_console_fail(ibl_console *c, const char *fmt, ...)
     say(c, IBL_LOG_ERROR, fmt, ap);
     va_end(ap);
     return false;
+}
+
+bool ibl_console_differ(ibl_console *c, const char *input, const char *output,
+                        const char *other)
+{
+    const int same = ibl_path_same(input, output);
+
+    if (same < 0)
+        return ibl_console_fail(c, "%s: cannot be compared with %s: %s", input,
+                                output, strerror(errno));
+    return !same || ibl_console_fail(
+                        c, "%s: is both input and output: choose another %s",
+                        output, other);
 }
 
 void ibl_console_error(void *console, const char *text)

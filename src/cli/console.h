@@ -42,7 +42,12 @@ void ibl_console_progress(void *console, const char *stage, double done);
  * follow from it. Returns false. */
 bool ibl_console_fail(ibl_console *c, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
-/* The same, as `fail` of an ibl_json_file whose cookie is the console. */
+/* False, after such a line: output is the file input, or that is not known.
+ * other: what to choose another of. */
+bool ibl_console_differ(ibl_console *c, const char *input, const char *output,
+                        const char *other);
+/* ibl_console_fail, as `fail` of an ibl_json_file whose cookie is the console.
+ */
 void ibl_console_error(void *console, const char *text);
 void ibl_console_warn(ibl_console *c, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));

@@ -9,18 +9,6 @@
 
 /* ---- strings ----------------------------------------------------------- */
 
-/* Bytes of the character at `bytes` by jansson's rules; 0: not UTF-8. */
-static size_t character_length(const char *bytes, size_t most)
-{
-    for (size_t n = 1; n <= 4 && n <= most; n++) {
-        json_t *piece = json_stringn(bytes, n);
-        json_decref(piece);
-        if (piece)
-            return n;
-    }
-    return 0;
-}
-
 /* Makes a string from any bytes. Bytes that are not UTF-8 become U+FFFD or,
  * with percent, %XX; '%' then becomes %25. */
 static json_t *mend(const char *bytes, bool percent)
@@ -31,7 +19,7 @@ static json_t *mend(const char *bytes, bool percent)
     if (!text)
         return NULL;
     for (size_t i = 0; i < length;) {
-        const size_t n = character_length(bytes + i, length - i);
+        const size_t n = ibl_utf8_length(bytes + i, length - i);
         if (percent && (!n || bytes[i] == '%')) {
             to += sprintf(to, "%%%02X", (unsigned char)bytes[i]);
         } else {

@@ -8,6 +8,7 @@
 #include <ibl/ibl.h>
 #include <ibl/io.h>
 
+#include "common/json_build.h"
 #include "common/json_load.h"
 
 /* A string from any bytes: those that are not UTF-8 become U+FFFD. */
@@ -47,32 +48,6 @@ static inline const char *text_of(const json_t *object, const char *key)
 {
     const char *text = json_string_value(json_object_get(object, key));
     return text ? text : "";
-}
-
-/* Building JSON without checks after each call: a failed call sets the object
- * or array to NULL, and so the container it is put into. All calls take
- * ownership of value; a NULL value is a failure. */
-static inline void drop_if(int failed, json_t **container)
-{
-    if (failed) {
-        json_decref(*container);
-        *container = NULL;
-    }
-}
-
-static inline void put(json_t **object, const char *key, json_t *value)
-{
-    drop_if(json_object_set_new(*object, key, value), object);
-}
-
-static inline void put_all(json_t **object, json_t *members)
-{
-    drop_if(json_object_update_new(*object, members), object);
-}
-
-static inline void append(json_t **array, json_t *value)
-{
-    drop_if(json_array_append_new(*array, value), array);
 }
 
 #endif

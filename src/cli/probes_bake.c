@@ -86,13 +86,13 @@ static bool name_files(ibl_probes_bake *p)
 
 bool ibl_probes_check_input(const ibl_probes_bake *p, const char *input)
 {
-    for (int i = 0; i < IBL_PROBES_FILES; i++)
-        if (p->file[i].path && ibl_path_same(p->file[i].path, input))
-            return ibl_console_fail(
-                p->console,
-                "%s: is both input and output: choose another directory",
-                p->file[i].path);
-    return true;
+    bool ok = true;
+
+    for (int i = 0; i < IBL_PROBES_FILES && ok; i++)
+        ok =
+            !p->file[i].path ||
+            ibl_console_differ(p->console, input, p->file[i].path, "directory");
+    return ok;
 }
 
 /* ---- layers -------------------------------------------------------------- */

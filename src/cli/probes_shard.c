@@ -265,12 +265,9 @@ static bool read_shards(merge *m)
 
     ibl_console_progress(m->p.console, "look", 0);
     for (int i = 0; i < m->opts->count && ok; i++)
-        ok = ibl_path_same(m->opts->shard[i], m->opts->probes.output)
-                 ? ibl_console_fail(m->p.console,
-                                    "%s: is both input and output: choose "
-                                    "another directory",
-                                    m->opts->shard[i])
-                 : read_shard(m, m->opts->shard[i]);
+        ok = ibl_console_differ(m->p.console, m->opts->probes.output,
+                                m->opts->shard[i], "directory") &&
+             read_shard(m, m->opts->shard[i]);
     return ok && check_complete(m);
 }
 

@@ -109,17 +109,19 @@ static void decode(char *name)
     *to = '\0';
 }
 
-static void decode_member(json_t *object, const char *key)
+/* False: no memory. */
+static bool decode_member(json_t *object, const char *key)
 {
     json_t *value = json_object_get(object, key);
-    char *name =
-        json_is_string(value) ? strdup(json_string_value(value)) : NULL;
+    if (!json_is_string(value))
+        return true;
+    char *name = strdup(json_string_value(value));
 
-    if (name) {
+    if (name)
         decode(name);
-        json_string_set_nocheck(value, name);
-    }
+    const bool ok = name && !json_string_set_nocheck(value, name);
     free(name);
+    return ok;
 }
 
 json_t *ibl_sidecar_load(const char *path, ibl_json_why *why)
@@ -130,12 +132,15 @@ json_t *ibl_sidecar_load(const char *path, ibl_json_why *why)
 
     if (!names || strcmp(names, IBL_NAMES_ENCODED) != 0)
         return root;
-    decode_member(json_object_get(root, "source"), "path");
+    bool ok = decode_member(json_object_get(root, "source"), "path");
     json_array_foreach(json_object_get(root, "outputs"), i, output)
     {
-        decode_member(output, "file");
+        ok = decode_member(output, "file") && ok;
     }
-    return root;
+    if (ok)
+        return root;
+    json_decref(root);
+    return fail(why, false, "%s: no memory to read it", path);
 }
 
 json_t *ibl_sidecar_output(const json_t *sidecar, const char *member,

@@ -133,6 +133,8 @@ void ibl_command_help(const ibl_command *cmd, FILE *to);
 
 /* Prints "PROGRAM: ..." on stderr; returns false. */
 bool ibl_misuse(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
+/* The same, "no memory for WHAT", which ends the program with status 1. */
+bool ibl_misuse_memory(const char *what);
 /* What precedes the text of every later ibl_misuse; "" at first. */
 void ibl_misuse_prefix(const char *prefix);
 

@@ -18,6 +18,14 @@ void ibl_misuse_prefix(const char *prefix)
     misuse_prefix = prefix;
 }
 
+static bool no_memory; /* is what is wrong with a line */
+
+bool ibl_misuse_memory(const char *what)
+{
+    no_memory = true;
+    return ibl_misuse("no memory for %s", what);
+}
+
 bool ibl_misuse(const char *fmt, ...)
 {
     char text[IBL_LINE_BYTES];
@@ -344,7 +352,7 @@ bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
     const bool parsed = parse(&l);
 
     if (status)
-        *status = parsed ? 0 : 2;
+        *status = parsed ? 0 : no_memory ? 1 : 2;
     if (!parsed || !l.stop)
         return parsed;
     if (!status)

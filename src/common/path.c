@@ -16,11 +16,13 @@ const char *ibl_path_name(const char *path)
     return slash ? slash + 1 : path;
 }
 
-bool ibl_path_same(const char *a, const char *b)
+int ibl_path_same(const char *a, const char *b)
 {
     struct stat x, y;
-    return !stat(a, &x) && !stat(b, &y) && x.st_dev == y.st_dev &&
-           x.st_ino == y.st_ino;
+
+    if (stat(a, &x) || stat(b, &y))
+        return errno == ENOENT || errno == ENOTDIR ? 0 : -1;
+    return x.st_dev == y.st_dev && x.st_ino == y.st_ino;
 }
 
 char *ibl_path_join(const char *directory, const char *name)

@@ -6,8 +6,8 @@
 
 /* The part after the last slash. */
 const char *ibl_path_name(const char *path);
-/* Whether both exist and are the same file. */
-bool ibl_path_same(const char *a, const char *b);
+/* 1: both exist and are the same file; 0: not; -1: unknown, with errno. */
+int ibl_path_same(const char *a, const char *b);
 /* Whether files can be made in path's directory; false sets errno. */
 bool ibl_path_is_open(const char *path);
 

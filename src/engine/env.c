@@ -32,8 +32,7 @@ static json_t *irradiance(const double *sh)
 
     ibl_sh_polynomial(sh, p);
     for (int i = 0; i < IBL_SH_NINE; i++)
-        json_object_set_new(j, names[i],
-                            json_pack("[fff]", p[i][0], p[i][1], p[i][2]));
+        put(&j, names[i], json_pack("[fff]", p[i][0], p[i][1], p[i][2]));
     return j;
 }
 
@@ -43,9 +42,9 @@ static json_t *manifest(const ibl_engine_set *set, const ibl_blob *faces)
     size_t position = 0;
 
     for (int i = 0; i < IBL_FACES * set->specular->levels; i++) {
-        json_array_append_new(
-            images, json_pack("{sI sI}", "length", (json_int_t)faces[i].size,
-                              "position", (json_int_t)position));
+        append(&images,
+               json_pack("{sI sI}", "length", (json_int_t)faces[i].size,
+                         "position", (json_int_t)position));
         position += faces[i].size;
     }
     return json_pack("{si si ss so s{so sf} so}", "version", 2, "width",

@@ -47,11 +47,11 @@ static json_t *light(const ibl_engine_set *set)
     json_t *levels = json_array();
 
     ibl_sh_gltf(set->sh, c);
-    for (int i = 0; i < IBL_FACES * set->specular->levels; i++) {
-        if (i % IBL_FACES == 0)
-            json_array_append_new(levels, json_array());
-        json_array_append_new(json_array_get(levels, (size_t)i / IBL_FACES),
-                              json_integer(i));
+    for (int l = 0; l < set->specular->levels; l++) {
+        json_t *level = json_array();
+        for (int face = 0; face < IBL_FACES; face++)
+            append(&level, json_integer(IBL_FACES * l + face));
+        append(&levels, level);
     }
     return json_pack("{sf s[ffff] so si so}", "intensity", 1.0, "rotation", 0.0,
                      0.0, 0.0, 1.0, "irradianceCoefficients",
@@ -65,9 +65,8 @@ static json_t *document(const ibl_engine_set *set)
     json_t *images = json_array();
 
     for (int i = 0; i < IBL_FACES * set->specular->levels; i++)
-        json_array_append_new(images,
-                              json_pack("{so ss}", "uri", uri(set->stem, i),
-                                        "mimeType", "image/png"));
+        append(&images, json_pack("{so ss}", "uri", uri(set->stem, i),
+                                  "mimeType", "image/png"));
     return json_pack(
         "{s{ss ss so} s[s] s{s{s[o]}} so si s[{s{s{si}}}]}", "asset", "version",
         "2.0", "generator", "iblbake " IBL_VERSION, "extras",

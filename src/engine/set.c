@@ -9,8 +9,8 @@ json_t *ibl_engine_triples(const double (*triples)[3], int count)
     json_t *list = json_array();
 
     for (int i = 0; i < count; i++)
-        json_array_append_new(list, json_pack("[fff]", triples[i][0],
-                                              triples[i][1], triples[i][2]));
+        append(&list,
+               json_pack("[fff]", triples[i][0], triples[i][1], triples[i][2]));
     return list;
 }
 
@@ -19,8 +19,7 @@ json_t *ibl_engine_keys(const ibl_texture *tex)
     json_t *keys = json_object();
 
     for (int i = 0; i < tex->key_count; i++)
-        json_object_set_new(keys, tex->keys[i].key,
-                            json_string(tex->keys[i].value));
+        put(&keys, tex->keys[i].key, json_string(tex->keys[i].value));
     return keys;
 }
 

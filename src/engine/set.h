@@ -5,6 +5,7 @@
 
 #include <jansson.h>
 
+#include "common/json_build.h"
 #include "engine/harmonics.h"
 #include "engine/png.h"
 

@@ -12,12 +12,12 @@ static const char orientation_key[] = "KTXorientation";
 static const char writer_key[] = "KTXwriter";
 static const char writer[] = "iblbake " IBL_VERSION;
 
-/* Length in bytes of the UTF-8 sequence at p, or 0 if the n bytes have none.
- * The Unicode Standard, table 3-7: shortest form, no surrogates. */
-static size_t utf8_sequence(const unsigned char *p, size_t n)
+size_t ibl_utf8_length(const void *text, size_t n)
 {
+    const unsigned char *p = text;
     static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
-    const size_t length = p[0] < 0x80         ? 1
+    const size_t length = !n                  ? 0
+                          : p[0] < 0x80       ? 1
                           : p[0] >> 5 == 0x06 ? 2
                           : p[0] >> 4 == 0x0E ? 3
                           : p[0] >> 3 == 0x1E ? 4
@@ -38,7 +38,7 @@ static bool is_utf8(const void *text, size_t n)
 {
     const unsigned char *p = text;
     for (size_t length; n; p += length, n -= length) {
-        length = utf8_sequence(p, n);
+        length = ibl_utf8_length(p, n);
         if (!length)
             return false;
     }

@@ -189,7 +189,7 @@ bool view_app_make(view_app *app)
         printf("OpenGL %s, %s\n", (const char *)gl.GetString(GL_VERSION),
                (const char *)gl.GetString(GL_RENDERER));
     app->renderer = view_renderer_create();
-    app->overlay = view_overlay_create();
+    app->overlay = app->renderer ? view_overlay_create() : NULL;
     if (!app->renderer || !app->overlay)
         return false;
     if ((o->probe_set && !load_probes(app)) ||

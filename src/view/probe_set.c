@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/json_build.h"
 #include "common/json_load.h"
 #include "common/path.h"
 #include "common/probe_index.h"
@@ -313,15 +314,17 @@ static json_t *probe_json(const ibl_probe *p, int i)
 
     for (int face = 0; face < IBL_FACES; face++) {
         name_face(i, face, name);
-        json_array_append_new(faces, json_string(name));
+        append(&faces, json_string(name));
     }
     snprintf(name, sizeof name, "probe_%02d", i);
-    return json_pack("{ss so s{so} so sf so* si}", "name", name, "position",
-                     ibl_json_triple_of(p->position), "capture", "faces", faces,
-                     "influence", ibl_json_volume_of(&p->influence), "blend",
-                     p->blend, "proxy",
-                     p->has_proxy ? ibl_json_volume_of(&p->proxy) : NULL,
-                     "priority", p->priority);
+    json_t *probe = json_pack(
+        "{ss so s{so} so sf}", "name", name, "position",
+        ibl_json_triple_of(p->position), "capture", "faces", faces, "influence",
+        ibl_json_volume_of(&p->influence), "blend", p->blend);
+    if (p->has_proxy)
+        put(&probe, "proxy", ibl_json_volume_of(&p->proxy));
+    put(&probe, "priority", json_integer(p->priority));
+    return probe;
 }
 
 static bool add_set(ibl_outputs *outputs, const char *dir,
@@ -329,17 +332,16 @@ static bool add_set(ibl_outputs *outputs, const char *dir,
 {
     char *path = ibl_path_join(dir, "set.json"), *text = NULL;
     json_t *probes = json_array();
-    bool ok = path;
 
     for (int i = 0; i < c->count; i++)
-        ok &= !json_array_append_new(probes, probe_json(&c->probe[i], i));
+        append(&probes, probe_json(&c->probe[i], i));
     json_t *root = json_pack("{si s{si ss si} so}", "version", 1, "defaults",
                              "size", c->size, "mapping", "linear", "irradiance",
                              c->irradiance, "probes", probes);
-    text = ok ? ibl_json_text(root) : NULL;
+    text = path ? ibl_json_text(root) : NULL;
     if (!text)
         view_fail("%s: no memory for its set.json", dir);
-    ok = text && !ibl_outputs_add(outputs, path, text, strlen(text));
+    const bool ok = text && !ibl_outputs_add(outputs, path, text, strlen(text));
     json_decref(root);
     free(text);
     free(path);

@@ -67,9 +67,9 @@ struct view_renderer {
 static bool make(view_renderer *r)
 {
     r->sphere = view_program("sphere.vert", "sphere.frag");
-    r->inspect = view_program("full.vert", "inspect.frag");
-    r->display = view_program("full.vert", "display.frag");
-    r->mean = view_program("full.vert", "truth_mean.frag");
+    r->inspect = r->sphere ? view_program("full.vert", "inspect.frag") : 0;
+    r->display = r->inspect ? view_program("full.vert", "display.frag") : 0;
+    r->mean = r->display ? view_program("full.vert", "truth_mean.frag") : 0;
     if (!r->sphere || !r->inspect || !r->display || !r->mean)
         return false;
     gl.GenVertexArrays(1, &r->instances);

@@ -311,19 +311,23 @@ bool view_set_map(const baked_set *set, ibl_image *map)
     ibl_read_report report;
 
     *map = (ibl_image){0};
-    if (!ctx)
+    if (!set->source)
         return false;
     read.hash = *set->source_hash != '\0';
-    bool ok = !ibl_image_read(ctx, set->source, &read, map, &report);
+    const ibl_status status =
+        ctx ? ibl_image_read(ctx, set->source, &read, map, &report)
+            : IBL_ERR_MEMORY;
+    bool ok = !status;
     /* Otherwise another map, or another layer of it. */
     ok = ok &&
          (set->source_peak <= 0 || set->source_peak == (double)report.peak) &&
          (!read.hash || !strcmp(set->source_hash, report.hash));
     if (!ok) {
         ibl_image_free(map);
-        view_note("%s: cannot be read again as it was baked, for the backdrop "
-                  "and the reference",
-                  set->source);
+        view_note("%s: %s, for the backdrop and the reference", set->source,
+                  status == IBL_ERR_MEMORY
+                      ? "no memory or threads to read it again"
+                      : "cannot be read again as it was baked");
     }
     ibl_ctx_free(ctx);
     return ok;

@@ -51,7 +51,11 @@ view_file_kind view_file_look(const char *path)
     if (!file)
         return VIEW_FILE_MISSING;
     const size_t got = fread(head, 1, MAGIC, file);
+    const int error = ferror(file) ? errno : 0;
     fclose(file);
+    errno = error;
+    if (error)
+        return VIEW_FILE_MISSING;
     if (got && ibl_engine_of_name(path))
         return VIEW_FILE_TEXTURE;
     if (head[strspn(head, " \t\r\n")] == '{')
