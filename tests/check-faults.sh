@@ -5,7 +5,7 @@
 # BUILD names the build.
 set -u
 . tests/lib.sh
-need node
+slow='bench|verify|map|saved'
 use iblbake
 ! [ -x "$build/iblview" ] || ln -s "$build/iblview" "$work/bin"
 [ $sanitized = no ] || skip_all 'a sanitizer replaces the same calls'
