@@ -26,16 +26,18 @@ void view_app_notice(view_app *app, const char *fmt, ...)
     app->redraw = true;
 }
 
-/* Shows the end of a long path, which says more than its beginning. */
+const char *view_path_end(const char *path, size_t most)
+{
+    const size_t length = strlen(path);
+    return path + (length > most ? length - most : 0);
+}
+
 void view_app_notice_path(view_app *app, const char *path)
 {
-    enum {
-        MOST = 60
-    };
-    const size_t length = strlen(path), cut = length > MOST ? length - MOST : 0;
+    const char *end = view_path_end(path, 60);
 
     view_app_notice(app, "%s%s is not shown: the terminal says why",
-                    cut ? ".." : "", path + cut);
+                    end > path ? ".." : "", end);
 }
 
 /* ---- opening ------------------------------------------------------------ */
@@ -198,7 +200,7 @@ bool view_app_make(view_app *app)
     if (o->model && !load_model(app, o->model))
         return false;
     if (o->verbose && o->probe_set)
-        view_report_probe_set(app->probes);
+        view_report_probe_set(app->probes, o->probe_set);
     return true;
 }
 

@@ -87,6 +87,8 @@ void view_app_picture(view_app *app);
 /* Shows a text until the next key or click. */
 void view_app_notice(view_app *app, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
+/* The end of a path, of that many bytes: it says more than the beginning. */
+const char *view_path_end(const char *path, size_t most);
 /* Shows that a file cannot be displayed. */
 void view_app_notice_path(view_app *app, const char *path);
 

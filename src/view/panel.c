@@ -113,16 +113,6 @@ static void add_slider(const view_app *app, const place *p,
                      (VIEW_TEXT_LINE - 5) * p->scale, share);
 }
 
-/* The end of a path, which says more than its beginning. */
-static const char *end_of(const char *path)
-{
-    enum {
-        MOST = 14
-    };
-    const size_t length = strlen(path);
-    return path + (length > MOST ? length - MOST : 0);
-}
-
 /* Names what the sides are drawn by. */
 static void add_sides(const view_app *app, char *text, size_t size)
 {
@@ -130,8 +120,8 @@ static void add_sides(const view_app *app, char *text, size_t size)
     const size_t used = strlen(text);
 
     snprintf(text + used, size - used, "A %s\tB %s\n",
-             end_of(*app->path ? app->path : o->request.path),
-             end_of(o->against_set));
+             view_path_end(*app->path ? app->path : o->request.path, 14),
+             view_path_end(o->against_set, 14));
 }
 
 static void write_panel(const view_app *app, char *text, size_t size)

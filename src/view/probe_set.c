@@ -247,11 +247,6 @@ const view_probe_maps *view_probe_set_locals(const view_probe_set *set)
     return &set->locals;
 }
 
-const char *view_probe_set_path(const view_probe_set *set)
-{
-    return set->paths[INDEX];
-}
-
 /* ---- sets to bake ------------------------------------------------------ */
 
 _Static_assert(IBL_MAX_TILE_PROBES *IBL_FACES < IBL_MAX_OUTPUTS,

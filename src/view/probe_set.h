@@ -18,8 +18,6 @@ void view_probe_set_free(view_probe_set *set); /* NULL is fine */
 
 /* Maps to draw the room with; owned by set. */
 const view_probe_maps *view_probe_set_locals(const view_probe_set *set);
-/* Path of the index, as passed to load. */
-const char *view_probe_set_path(const view_probe_set *set);
 
 /* Whether the index or an array was replaced, and has not changed for settle
  * seconds. False while the index is missing. */

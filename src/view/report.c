@@ -140,11 +140,11 @@ void view_report_set(const baked_set *set)
     fflush(stdout);
 }
 
-void view_report_probe_set(const view_probe_set *set)
+void view_report_probe_set(const view_probe_set *set, const char *path)
 {
     const view_probe_maps *l = view_probe_set_locals(set);
 
-    view_tell("probes: %s, %d, levels: %g", view_probe_set_path(set), l->count,
+    view_tell("probes: %s, %d, levels: %g", path, l->count,
               (double)l->last_level + 1);
     fflush(stdout);
 }

@@ -16,7 +16,7 @@ bool view_report_print(view_renderer *r, const view_settings *s,
 void view_report_set(const baked_set *set);
 
 /* Prints the path and the number of baked probes. */
-void view_report_probe_set(const view_probe_set *set);
+void view_report_probe_set(const view_probe_set *set, const char *path);
 
 /* ---- --stats ------------------------------------------------------------- */
 
