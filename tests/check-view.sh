@@ -429,14 +429,16 @@ test_contact_sheets() {
 
 test_notes_on_what_does_not_fit() {
     $bake --quiet -o out --lobe charlie --roughness-range 0.25:1 >said 2>&1
+    # The map is not at hand.
+    sed -i 's/"path": "[^"]*"/"path": "gone.exr"/' out/env.json
     iblview out --offscreen a.png $small >said 2>&1 || echo "status $?"
     [ "$(wc -l <said)" = 2 ] && grep -q 'lobe charlie' said &&
         grep -q 'level 0 is of roughness 0.25' said || cat said
     iblview out --offscreen a.png $small -q 2>&1
 }
 
-# Places along the axes of each mode are the pictures of the same options; a label is in
-# the upper 24 rows.
+# Places along the axes of each mode are the pictures of the same options; a
+# label is in the upper 24 rows.
 test_sheets_are_pictures() {
     local row column sheet picture
     while IFS='|' read -r row column sheet picture; do
