@@ -12,6 +12,8 @@
 ibl_ctx *fuzz_ctx;
 size_t fuzz_longest_read;
 
+/* Kernels of plain C, where the sanitizers see all, and the CPU's own. */
+static ibl_ctx *contexts[2];
 static char folder[256];
 static int errors;
 
@@ -138,7 +140,11 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
     (void)argv;
     opts.threads = 1;
     opts.log = count_line;
-    FUZZ_NEED(!ibl_ctx_create(&opts, &fuzz_ctx));
+    for (int i = 0; i < 2; i++) {
+        opts.isa = i ? IBL_ISA_AUTO : IBL_ISA_C;
+        FUZZ_NEED(!ibl_ctx_create(&opts, &contexts[i]));
+    }
+    fuzz_ctx = contexts[0];
     snprintf(folder, sizeof folder, "%s/fuzz-XXXXXX", tmp ? tmp : "/tmp");
     FUZZ_NEED(mkdtemp(folder));
     fuzz_begin();
@@ -149,6 +155,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
 {
     errors = 0;
     fuzz_longest_read = 0;
+    fuzz_ctx = contexts[size % 2];
     fuzz_one((fuzz_input){bytes, size});
     return 0;
 }

@@ -29,7 +29,8 @@ int fuzz_choice(fuzz_input *in, int count);
 #define FUZZ_NEED(expr) ((expr) ? (void)0 : fuzz_fail(__LINE__, #expr))
 void fuzz_fail(int line, const char *expr) __attribute__((noreturn));
 
-/* The context of all runs. It has one thread. */
+/* The context of a run: one thread, and by the length of the input the kernels
+ * of plain C or those of this CPU. */
 extern ibl_ctx *fuzz_ctx;
 /* Checks that an error left a line since the last call, and success none. */
 void fuzz_said(bool failed);
