@@ -286,11 +286,14 @@ FUZZERS := $(patsubst tests/fuzz/%.c,$(BUILD)/fuzz/%, \
 ifneq ($(HAVE_VIEW),yes)
 FUZZERS := $(filter-out %_json %_options,$(FUZZERS))
 endif
-FUZZ_OPT := -O1 -gline-tables-only -fno-omit-frame-pointer -fno-sanitize-recover=all \
+FUZZ_OPT := -O1 -gline-tables-only -fno-omit-frame-pointer \
+            -fno-sanitize-recover=all \
             -fsanitize=address,undefined,float-cast-overflow
 FUZZED := $(wildcard src/core/*.c src/io/*.c src/common/*.c src/engine/*.c \
                      src/scene/*.c) \
-          $(filter-out %_simd.c,$(wildcard src/kern/*.c)) \
+          $(addprefix src/kern/,astc_hdr_block.c astc_hdr_decode.c \
+            astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
+            max_finite.c pixel.c rgbe.c) \
           $(addprefix src/cli/,bake_options.c bench_options.c \
             common_options.c probe_set.c probes_grid.c probes_index.c \
             probes_options.c probes_shard.c shell_words.c \
