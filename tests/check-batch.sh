@@ -109,6 +109,11 @@ test_names_that_collide() {
     cp m/sun.hdr out/sun_specular.ktx2
     refused 1 '*out/sun_specular.ktx2: would be replaced by *, an output of m/*' \
         iblbake m/sun.hdr out/sun_specular.ktx2 -o out
+    rm -r out
+    refused 1 '*m/sun.hdr and *m/sun.hdr: are one file: give it once' \
+        iblbake m/sun.hdr "$PWD/m/sun.hdr" -o out
+    refused 1 '*--name: is for one environment, and these are 5: *' \
+        iblbake m -o out --name x
 }
 
 test_failures() {
@@ -132,6 +137,12 @@ iblbake: failed: m/sic.hdr" ] || cat err
     [ "$(wc -l <err)" = 1 ] || cat err
     find first -name '*map1*' | grep -q . || echo 'what was done is gone'
     find first -name '*sun*' -o -name '.*tmp' | grep .
+    refused 1 '*: m/sun.hdr: level 0 of specular has *: nothing was written' \
+        iblbake -q $options -j 1 m/sun.hdr m/map1.hdr -o first \
+        --max-error 1e-9
+    # One line of a pattern that fits no files, also if it is looked up twice.
+    refused 1 '*: no_%f.hdr: no file has *' \
+        iblbake $options no_%f.hdr -o none --incremental --only specular
     # Nothing is left where nothing was done.
     iblbake -q $options m/n_bad.hdr gone.hdr --only specular -o none 2>err
     [ ! -e none ] || ls -A none
@@ -206,6 +217,26 @@ END
     rm d
     make -s lit/sun.json -B
     [ -s d ] || echo 'no depfile of what was kept'
+    # It replaces no environment and no output, baked or kept.
+    cp -r m was
+    set -- iblbake $options m/sun.hdr m/mild.exr -o lit --keep-going
+    for f in m/mild.exr m/sun.hdr; do
+        refused 1 "*$f: is both input and output: *" "$@" --depfile $f
+        refused 1 "*$f: is both input and output: *" \
+            "$@" --incremental --depfile $f
+    done
+    diff -r was m
+    for f in lit/sun.json lit/brdf_lut.ktx2; do
+        refused 1 "*$f: is the name of another output too: *" \
+            "$@" --incremental --depfile $f
+    done
+    # Names that a depfile cannot hold, of a map that is kept.
+    cp m/sun.hdr 'm/a;b.hdr'
+    sleep 0.05
+    bake 'm/a;b.hdr' -o odd --incremental
+    refused 1 '*a;b*: has a ;, which make or ninja cannot read *' \
+        iblbake $options 'm/a;b.hdr' -o odd --incremental --depfile odd.d
+    [ ! -e odd.d ] || cat odd.d
 }
 
 test_progress() {
@@ -239,6 +270,7 @@ test_words_in_order() {
     done >wanted
     diff wanted printed
     bake m -o out --verify -q | grep .
+    iblbake $options m -o out --verify --progress json | grep -v '^{.*}$'
     iblbake $options -v m -o out 2>err
     for f in out/*.json out/*specular*; do
         grep -q "^iblbake: wrote $f" err || echo "no word of $f"

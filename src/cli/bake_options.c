@@ -660,8 +660,9 @@ static bool check_paths(const ibl_opts *o)
     if (o->explain && !o->input)
         return true;
     if (!o->input && !is_of_none(o))
-        return ibl_misuse("no environment: iblbake [options] ENV -o DIR, see "
-                          "iblbake --help");
+        return ibl_misuse(
+            "no environment: iblbake [options] ENV... -o DIR, see "
+            "iblbake --help");
     return o->directory || o->dry_run ||
            ibl_misuse("no output directory: add -o DIR");
 }

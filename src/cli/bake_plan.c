@@ -382,22 +382,45 @@ static bool plan_set(ibl_bake *b)
 
     for (int i = 0; i < count && ok; i++)
         ok = check_target(b, paths[i]);
-    ok = ok && check_source(b);
-    for (int i = 0; i < count && ok && b->opts->depfile; i++)
+    return ok && check_source(b);
+}
+
+/* Checks what a set makes: that the depfile can name it, and is none of it. */
+static bool check_set_depfile(const ibl_bake *b, const char *depfile)
+{
+    const char *paths[IBL_SET_PATHS];
+    const int count = ibl_bake_files(b, true, paths);
+    bool ok = true;
+
+    for (int i = 0; i < count && ok; i++) {
         ok = check_depfile(b, paths[i]);
+        if (ok &&
+            (!strcmp(paths[i], depfile) || ibl_path_same(paths[i], depfile)))
+            ok = ibl_console_fail(b->console,
+                                  "%s: is the name of another output too: "
+                                  "give each its own",
+                                  depfile);
+    }
     return ok;
 }
 
-/* Checks that the depfile can be written and can name the environment. */
-static bool check_own_depfile(const ibl_bake *b, char *inputs[], int count)
+bool ibl_bake_check_depfile(const ibl_bake *sets, int count)
 {
-    bool ok = check_target(b, b->opts->depfile);
+    const ibl_scenes *scenes = sets->from->scenes;
+    const char *depfile = sets->opts->depfile;
+    char *inputs[IBL_FACES];
+    int input_count;
+    bool ok = check_target(sets, depfile);
 
+    if (!ibl_bake_inputs(sets, inputs, &input_count))
+        input_count = 0; /* the bake says what is missing */
     for (int i = 0; i < count && ok; i++)
-        ok = check_depfile(b, inputs[i]);
-    for (int i = 0; b->from->scenes && i < b->from->scenes->file_count && ok;
-         i++)
-        ok = check_depfile(b, b->from->scenes->files[i]);
+        ok = check_set_depfile(&sets[i], depfile);
+    for (int i = 0; i < input_count && ok; i++)
+        ok = check_depfile(sets, inputs[i]);
+    ibl_input_files_free(inputs);
+    for (int i = 0; scenes && i < scenes->file_count && ok; i++)
+        ok = check_depfile(sets, scenes->files[i]);
     return ok;
 }
 
@@ -408,10 +431,9 @@ bool ibl_bake_plan(ibl_bake *sets, int count)
     int input_count;
     bool ok = ibl_bake_inputs(sets, inputs, &input_count);
 
+    ibl_input_files_free(inputs);
     for (int i = 0; i < count && ok; i++)
         ok = plan_set(&sets[i]);
-    ok = ok && (!o->preview || check_file(sets, o->preview)) &&
-         (!o->depfile || check_own_depfile(sets, inputs, input_count));
-    ibl_input_files_free(inputs);
-    return ok;
+    return ok && (!o->preview || check_file(sets, o->preview)) &&
+           (!o->depfile || ibl_bake_check_depfile(sets, count));
 }

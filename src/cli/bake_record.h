@@ -253,6 +253,10 @@ bool ibl_bake_name_files(ibl_bake *b);
  * outputs of another environment. */
 bool ibl_bake_plan(ibl_bake *sets, int count);
 
+/* Checks that --depfile can be written, can name the files of all sets, whose
+ * names are known, and is none of them. False after a message. */
+bool ibl_bake_check_depfile(const ibl_bake *sets, int count);
+
 /* A rule "outputs: input" for make and ninja, without the input if it is
  * standard input. The caller must free the text; NULL: no memory. */
 char *ibl_depfile_text(const ibl_bake *sets, int count);

@@ -44,6 +44,7 @@ typedef struct batch {
     const ibl_opts *opts; /* the first set's */
     ibl_console console;
     ibl_maps maps;
+    ibl_ctx *silent; /* to look at maps before they are baked */
     ibl_isa isa;
     worker *workers; /* of one thread each; behind them CONTEXTS more */
     int count;       /* of threads, and workers of one thread */
@@ -170,7 +171,7 @@ static void print_ready(batch *b)
            b->maps.list[b->printed].state != IBL_MAP_WAITS;
          b->printed++) {
         ibl_map *m = &b->maps.list[b->printed];
-        if (m->printed && *m->printed)
+        if (m->printed && *m->printed && !prints_json(b))
             printf("%s\n%s\n", m->input, m->printed);
         free(m->printed);
         m->printed = NULL;
@@ -222,14 +223,14 @@ static bool commit(worker *w)
                                        : ibl_bake_commit(&w->run);
 }
 
-/* Begins a bake with w->line, which reports to the batch's screen. */
-static bool begin(worker *w, FILE *print)
+/* Begins a bake with w->line; the context reports to the batch's screen. */
+static bool begin(worker *w, ibl_ctx *ctx, FILE *print)
 {
     const batch *b = w->batch;
     ibl_map_bake *r = &w->run;
 
     *r = (ibl_map_bake){.line = &w->line,
-                        .from = {.ctx = w->ctx, .print = print},
+                        .from = {.ctx = ctx, .print = print},
                         .tables = b->tables ? b->tables->run.sets : NULL};
     ibl_console_init(&r->console, b->opts->common.quiet,
                      b->opts->common.verbose);
@@ -254,7 +255,7 @@ static bool bake_map(worker *w, ibl_map *m)
     w->since = real_time();
     bool ok = print && ibl_map_line(b->line, m->input, &w->line);
     w->run.console.failed = print && !ok; /* the line was refused */
-    ok = ok && begin(w, print) && ibl_bake_make(&w->run) && commit(w);
+    ok = ok && begin(w, w->ctx, print) && ibl_bake_make(&w->run) && commit(w);
     if (ok && b->opts->depfile)
         ok = (m->rule = ibl_depfile_text(w->run.sets, w->run.count)) != NULL;
     ok = end(w, ok);
@@ -372,10 +373,13 @@ static bool start_worker(batch *b, worker *w, int threads)
 static bool start(batch *b)
 {
     const int threads = b->opts->common.threads;
+    ibl_ctx_options o = ibl_ctx_options_default();
 
+    o.threads = 1;
+    o.bridge = ibl_bridge_beside();
     b->count = threads ? threads : ibl_cpu_count();
     b->workers = calloc((size_t)b->count + CONTEXTS, sizeof *b->workers);
-    bool ok = b->workers;
+    bool ok = b->workers && !ibl_ctx_create(&o, &b->silent);
     for (int i = 0; i < b->count + CONTEXTS && ok; i++) {
         worker *w = &b->workers[i];
         ibl_console_init(&w->run.console, b->opts->common.quiet, false);
@@ -390,30 +394,45 @@ static bool start(batch *b)
 
 /* Finds out how many pixels a map has; what is wrong with it is found when it
  * is baked. */
-static void measure(ibl_ctx *silent, const batch *b, ibl_map *m)
+static void measure(const batch *b, ibl_map *m)
 {
     ibl_source *source;
     struct stat st;
 
     if (m->pixels > 0 || stat(m->input, &st) || !S_ISREG(st.st_mode) ||
-        ibl_source_open(silent, m->input, &b->opts->common.read, &source))
+        ibl_source_open(b->silent, m->input, &b->opts->common.read, &source))
         return;
     m->pixels =
         (double)ibl_source_width(source) * (double)ibl_source_height(source);
     ibl_source_close(source);
 }
 
-/* Whether the map's stamp holds; writes it anew if files were moved. */
+/* Writes the stamp of a map of which files were moved, unless another run or
+ * program changes them meanwhile: then it does not hold. */
+static bool write_anew(worker *w, ibl_stamp *s)
+{
+    const double since = real_time();
+    bool moved;
+
+    ibl_stamp_hold(s);
+    const bool ok =
+        ibl_stamp_holds(s, &moved) && ibl_stamp_write(s, since, w->ctx);
+    ibl_stamp_release(s, true);
+    return ok;
+}
+
+/* Whether the map's stamp holds. What is wrong with the map is said when it is
+ * baked. */
 static bool is_kept(batch *b, worker *w, ibl_map *m)
 {
     ibl_stamp s = {0};
     bool moved = false, kept = false;
 
     if (b->opts->incremental && ibl_map_line(b->line, m->input, &w->line)) {
-        kept = begin(w, NULL) && ibl_bake_names(&w->run) &&
+        kept = begin(w, b->silent, NULL) && ibl_bake_names(&w->run) &&
                ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
         if (kept && moved)
-            kept = ibl_stamp_write(&s, real_time(), w->ctx);
+            kept = write_anew(w, &s);
         if (kept && b->opts->depfile)
             kept = (m->rule = ibl_depfile_text(w->run.sets, w->run.count));
         ibl_stamp_free(&s);
@@ -423,7 +442,7 @@ static bool is_kept(batch *b, worker *w, ibl_map *m)
 }
 
 /* With --shard, keeps only the maps of that shard. */
-static bool take_shard(batch *b, ibl_ctx *silent)
+static bool take_shard(batch *b)
 {
     const ibl_shard *shard = &b->opts->shard;
     const int count = b->maps.count;
@@ -438,7 +457,7 @@ static bool take_shard(batch *b, ibl_ctx *silent)
     uint64_t *pixels = malloc((size_t)count * sizeof *pixels);
     int *owner = malloc((size_t)count * sizeof *owner);
     for (int i = 0; i < count && pixels; i++) {
-        measure(silent, b, &b->maps.list[i]);
+        measure(b, &b->maps.list[i]);
         pixels[i] = 1 + (uint64_t)b->maps.list[i].pixels; /* or unknown */
     }
     const bool ok = pixels && owner &&
@@ -453,16 +472,11 @@ static bool take_shard(batch *b, ibl_ctx *silent)
 /* Finds what is to be baked, and in which order. */
 static bool plan(batch *b)
 {
-    ibl_ctx_options o = ibl_ctx_options_default();
-    ibl_ctx *silent = NULL;
     int *order = calloc((size_t)b->maps.count, sizeof *order);
     int small = 0;
 
-    o.threads = 1;
-    o.bridge = ibl_bridge_beside();
     b->order = calloc((size_t)b->maps.count, sizeof *b->order);
-    bool ok = order && b->order && !ibl_ctx_create(&o, &silent) &&
-              take_shard(b, silent);
+    bool ok = order && b->order && take_shard(b);
     for (int i = 0; i < b->maps.count && ok; i++) {
         ibl_map *m = &b->maps.list[i];
         if (is_kept(b, b->workers, m)) {
@@ -470,7 +484,7 @@ static bool plan(batch *b)
             b->kept++;
             continue;
         }
-        measure(silent, b, m);
+        measure(b, m);
         b->all_pixels += m->pixels;
         if (m->pixels > LARGE_PIXELS)
             b->order[b->to_bake++] = i;
@@ -480,7 +494,6 @@ static bool plan(batch *b)
     if (ok)
         memcpy(b->order + b->to_bake, order, (size_t)small * sizeof *order);
     b->to_bake += small;
-    ibl_ctx_free(silent);
     free(order);
     return ok;
 }
@@ -532,7 +545,7 @@ static bool make_tables(batch *b)
         shared |= reduce(&w->line.set[i]);
     if (!shared)
         return true;
-    bool ok = begin(w, NULL) && ibl_bake_names(&w->run);
+    bool ok = begin(w, w->ctx, NULL) && ibl_bake_names(&w->run);
     if (ok && b->opts->incremental)
         holds =
             ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
@@ -575,8 +588,7 @@ static bool write_depfile(batch *b)
 static bool prepare(batch *b)
 {
     return start(b) && ibl_maps_list(b->line, &b->console, &b->maps) &&
-           ibl_maps_check(b->line, b->workers->ctx, &b->console, &b->maps) &&
-           plan(b);
+           ibl_maps_check(b->line, b->silent, &b->console, &b->maps) && plan(b);
 }
 
 static bool run(batch *b)
@@ -602,6 +614,7 @@ static void free_batch(batch *b)
     ibl_end_outputs(b->folders);
     for (int i = 0; i < b->count + CONTEXTS && b->workers; i++)
         ibl_ctx_free(b->workers[i].ctx);
+    ibl_ctx_free(b->silent);
     free(b->workers);
     free(b->order);
     ibl_maps_free(&b->maps);

@@ -174,7 +174,12 @@ bool ibl_maps_list(const ibl_bake_line *line, ibl_console *console,
 
     for (int i = 0; i < line->given_count && ok; i++)
         ok = add_given(maps, line->given[i], console);
-    return ok && (!line->one.from || add_list(maps, line->one.from, console));
+    ok = ok && (!line->one.from || add_list(maps, line->one.from, console));
+    return ok && (maps->count == 1 || !ibl_opts_given(&line->one, "name") ||
+                  ibl_console_fail(console,
+                                   "--name: is for one environment, and "
+                                   "these are %d: leave it out",
+                                   maps->count));
 }
 
 static void free_map(ibl_map *m)
@@ -281,11 +286,14 @@ static bool add_targets(const ibl_bake_line *line, ibl_ctx *ctx,
     for (int m = 0; m < maps->count && ok && named; m++) {
         *r = (ibl_map_bake){.line = own, .from.ctx = ctx};
         named = ibl_map_line(line, maps->list[m].input, own);
-        ok = !named || (ibl_bake_begin(r) && ibl_bake_names(r));
-        for (int i = 0; named && ok && i < r->count; i++)
+        if (!named)
+            break;
+        ok = ibl_bake_begin(r) && ibl_bake_names(r);
+        for (int i = 0; ok && i < r->count; i++)
             ok = add_set(t, &r->sets[i], m);
-        if (named)
-            ibl_bake_end(r);
+        named = !ok || !line->one.depfile ||
+                ibl_bake_check_depfile(r->sets, r->count);
+        ibl_bake_end(r);
     }
     free(own);
     free(r);
@@ -308,6 +316,19 @@ static int by_file(const void *a, const void *b)
     return x->inode < y->inode ? -1 : x->inode > y->inode;
 }
 
+/* Two maps that make a file. */
+static bool fail_twins(const char *a, const char *b, const char *path,
+                       ibl_console *c)
+{
+    if (ibl_path_same(a, b))
+        return ibl_console_fail(c, "%s and %s: are one file: give it once", a,
+                                b);
+    return ibl_console_fail(c,
+                            "%s and %s: both would make %s: rename one, or "
+                            "bake them into two directories",
+                            a, b, path);
+}
+
 static bool check_twins(const targets *t, const ibl_maps *maps, ibl_console *c)
 {
     bool ok = true;
@@ -315,11 +336,8 @@ static bool check_twins(const targets *t, const ibl_maps *maps, ibl_console *c)
     for (size_t i = 1; i < t->count && ok; i++) {
         const target *a = &t->list[i - 1], *b = &t->list[i];
         if (!strcmp(a->path, b->path))
-            ok = ibl_console_fail(c,
-                                  "%s and %s: both would make %s: rename one, "
-                                  "or bake them into two directories",
-                                  maps->list[a->map].input,
-                                  maps->list[b->map].input, a->path);
+            ok = fail_twins(maps->list[a->map].input, maps->list[b->map].input,
+                            a->path, c);
     }
     return ok;
 }
