@@ -117,7 +117,7 @@ test_names_that_collide() {
 }
 
 test_failures() {
-    local status
+    local status f
     cp "$work/bad.hdr" m/n_bad.hdr
     cp "$work/bad.hdr" m/sic.hdr
     singly alone 2>/dev/null
@@ -140,6 +140,13 @@ iblbake: failed: m/sic.hdr" ] || cat err
     refused 1 '*: m/sun.hdr: level 0 of specular has *: nothing was written' \
         iblbake -q $options -j 1 m/sun.hdr m/map1.hdr -o first \
         --max-error 1e-9
+    iblbake $options m/mild.exr m/sun.hdr -o first --lights 9 2>err
+    for f in m/mild.exr m/sun.hdr; do
+        [ "$(grep -c "^iblbake: warning: $f: .* light" err)" = 1 ] || cat err
+    done
+    : >file
+    refused 1 'iblbake: file: is there and is no directory: *' \
+        iblbake $options m -o file
     # One line of a pattern that fits no files, also if it is looked up twice.
     refused 1 '*: no_%f.hdr: no file has *' \
         iblbake $options no_%f.hdr -o none --incremental --only specular

@@ -394,8 +394,8 @@ static bool check_set_depfile(const ibl_bake *b, const char *depfile)
 
     for (int i = 0; i < count && ok; i++) {
         ok = check_depfile(b, paths[i]);
-        if (ok &&
-            (!strcmp(paths[i], depfile) || ibl_path_same(paths[i], depfile)))
+        if (ok && (!strcmp(paths[i], depfile) ||
+                   ibl_path_same(paths[i], depfile) > 0))
             ok = ibl_console_fail(b->console,
                                   "%s: is the name of another output too: "
                                   "give each its own",

@@ -78,12 +78,10 @@ bool ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const ibl_texture *tex)
 bool ibl_bake_judged(const ibl_bake *b)
 {
     char why[160];
-    const char *input = b->opts->input;
 
     ibl_console_finish(b->console);
     if (!b->opts->common.quiet)
         ibl_report_print(&b->judged, b->from->print);
     return ibl_report_passes(&b->judged, b->opts->max_error, why, sizeof why) ||
-           ibl_console_fail(b->console, "%s%s%s: nothing was written",
-                            input ? input : "", input ? ": " : "", why);
+           ibl_console_fail(b->console, "%s: nothing was written", why);
 }

@@ -235,6 +235,7 @@ static bool begin(worker *w, ibl_ctx *ctx, FILE *print)
     ibl_console_init(&r->console, b->opts->common.quiet,
                      b->opts->common.verbose);
     r->console.front = (ibl_console *)&b->console;
+    r->console.about = w->line.one.input;
     r->console.terminal = false;
     return ibl_bake_begin(r);
 }
@@ -509,6 +510,7 @@ static bool make_folders(batch *b)
 
     if (ok)
         ibl_outputs_hold(b->folders, b->opts->directory);
+    b->console.failed |= b->workers->run.console.failed;
     free(stamps);
     return ok;
 }

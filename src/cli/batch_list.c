@@ -320,7 +320,7 @@ static int by_file(const void *a, const void *b)
 static bool fail_twins(const char *a, const char *b, const char *path,
                        ibl_console *c)
 {
-    if (ibl_path_same(a, b))
+    if (ibl_path_same(a, b) > 0)
         return ibl_console_fail(c, "%s and %s: are one file: give it once", a,
                                 b);
     return ibl_console_fail(c,

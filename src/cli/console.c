@@ -39,14 +39,19 @@ static void print_log(void *console, ibl_log_level level, const char *text)
 {
     ibl_console *c = console;
     const char *kind = level == IBL_LOG_WARNING ? "warning: " : "";
+    const bool names =
+        !c->about || level == IBL_LOG_INFO || strstr(text, c->about);
+    char line[IBL_LINE_BYTES];
 
     if (level == IBL_LOG_ERROR ? c->failed : c->quiet)
         return;
     if (level == IBL_LOG_INFO && !c->verbose)
         return;
+    snprintf(line, sizeof line, "%s%s%s", names ? "" : c->about,
+             names ? "" : ": ", text);
     pthread_mutex_lock(&screen);
     erase_bar(c->front ? c->front : c);
-    ibl_print_line(kind, text);
+    ibl_print_line(kind, line);
     pthread_mutex_unlock(&screen);
     if (level != IBL_LOG_ERROR)
         return;

@@ -20,6 +20,7 @@ typedef struct ibl_stage_time {
  * of all stages add up to the total. Times are those of ibl_now. */
 typedef struct ibl_console {
     struct ibl_console *front; /* the one that has the screen; NULL: this */
+    const char *about; /* with front: what errors and warnings are about */
     bool quiet, verbose;
     bool terminal;     /* draw the bar */
     bool drawn;        /* the bar is on the screen now */
