@@ -190,7 +190,12 @@ static bool write_specular(ibl_bake *b)
     return write_cube(b, IBL_OUTPUT_SPECULAR, &b->made.specular);
 }
 
-/* Takes a table that was made once for all environments. */
+/* Whether an output is a table that was made once for all environments. */
+static bool is_taken(const ibl_bake *b, ibl_output_kind kind)
+{
+    return b->tables && ibl_bake_is_shared(b->opts, kind);
+}
+
 static bool take_table(ibl_bake *b, ibl_output_kind kind)
 {
     const ibl_bake *from = b->tables;
@@ -277,7 +282,7 @@ static bool write_preview(ibl_bake *b)
 
 static bool write_output(ibl_bake *b, ibl_output_kind kind)
 {
-    if (b->tables && ibl_bake_is_shared(b->opts, kind))
+    if (is_taken(b, kind))
         return take_table(b, kind);
     switch (kind) {
     case IBL_OUTPUT_SKYBOX:
@@ -571,10 +576,10 @@ void ibl_bake_log(const ibl_map_bake *r)
 static void free_set(ibl_bake *b)
 {
     ibl_report_free(&b->judged);
-    if (!b->tables) {
+    if (!is_taken(b, IBL_OUTPUT_LUT))
         ibl_lut_free(&b->lut);
+    if (!is_taken(b, IBL_OUTPUT_LOBES))
         ibl_lobe_table_free(&b->lobes);
-    }
     for (int i = 0; i < IBL_OUTPUT_COUNT; i++)
         free(b->files[i].path);
     free(b->sh_path);

@@ -94,6 +94,7 @@ bool ibl_bake_name_files(ibl_bake *b)
     for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++) {
         if (!(b->opts->only & 1u << kind))
             continue;
+        free(b->files[kind].path); /* tables of a batch are named twice */
         b->files[kind].path = make_path(b, (ibl_output_kind)kind);
         if (!b->files[kind].path)
             return ibl_console_fail(b->console, "no memory for file names");
