@@ -95,7 +95,7 @@ endif
 .DELETE_ON_ERROR:
 .SECONDARY:
 .PHONY: all lib deps tests benches demo check check-run check-quick check-clients mutants \
-        check-cycles bench \
+        check-cycles soak bench \
         bench-probes fuzz fuzzers lint format install uninstall clean list \
         FORCE
 
@@ -431,6 +431,11 @@ bench-probes:
 mutants:
 	@DEPS=$(DEPS) sh tests/deps.sh check
 	@bash tests/mutants/run.sh
+
+## soak: 2,000 bakes, probes and pictures in one process; memory stays flat
+soak:
+	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/tests/check_view_steady
+	@IBL_TEST_SOAK=2000 $(BUILD)/tests/check_view_steady soak
 
 ## check-cycles: the viewer against Blender's Cycles, if there is one; MAP=FILE
 check-cycles: deps

@@ -63,6 +63,13 @@ test_targets() {
         --lights 1
 }
 
+# Two maps side by side, of which what is finished stays.
+test_batch() {
+    begin
+    # shellcheck disable=SC2086
+    faults 397 -p -- iblbake a.exr b.hdr -j 1 $small -o o
+}
+
 # One of two probes is as it was.
 test_probes() {
     begin

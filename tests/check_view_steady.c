@@ -3,9 +3,16 @@
  * for memory, nothing is made, uploaded, compiled or looked up by name, and a
  * program is used once for what it draws. The linker puts the functions below
  * before those of the C library for our own objects, not for OpenGL's. */
+#define _DEFAULT_SOURCE /* malloc_trim */
+#include <dirent.h>
+#include <malloc.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
+#include "files.h"
+#include "maps.h"
 #include "sets.h"
 #include "test.h"
 #include "view.h"
@@ -275,4 +282,110 @@ TEST(counted)
     makings = uses = 0;
     app.settings.mode = VIEW_SCENE;
     CHECK(frame() && makings > 0 && uses > 0);
+}
+
+/* ---- a long run -----------------------------------------------------------
+ */
+
+static int lines_in(const char *folder)
+{
+    DIR *dir = opendir(folder);
+    int n = 0;
+
+    while (dir && readdir(dir))
+        n++;
+    if (dir)
+        closedir(dir);
+    return n;
+}
+
+typedef struct used {
+    double mib;               /* resident */
+    int descriptors, threads; /* and the two entries of each folder */
+} used;
+
+static used now_used(void)
+{
+    long pages = 0;
+    FILE *f = fopen("/proc/self/statm", "r");
+
+    malloc_trim(0);
+    if (f && fscanf(f, "%*d %ld", &pages) != 1)
+        pages = 0;
+    if (f)
+        fclose(f);
+    return (used){(double)pages * (double)sysconf(_SC_PAGESIZE) / (1 << 20),
+                  lines_in("/proc/self/fd"), lines_in("/proc/self/task")};
+}
+
+/* A bake, a probe of an array and their files, all from the beginning. */
+static bool bake_once(const ibl_image *map, const char *path, baked_set *set)
+{
+    ibl_ctx *ctx;
+    ibl_outputs *out = NULL;
+    ibl_texture array = {0};
+    ibl_specular_options o = ibl_specular_options_default();
+    ibl_ctx_options with = ibl_ctx_options_default();
+
+    o.size = 16;
+    o.levels = 3;
+    with.threads = 2;
+    if (ibl_ctx_create(&with, &ctx))
+        return false;
+    const bool ok =
+        sets_bake_image(ctx, "soak", map, &o, set) &&
+        !ibl_texture_array_begin(ctx, &set->texture[VIEW_SPECULAR], 2,
+                                 &array) &&
+        !ibl_texture_array_put(ctx, &array, 0, &set->texture[VIEW_SPECULAR]) &&
+        !ibl_texture_array_put(ctx, &array, 1, &set->texture[VIEW_SPECULAR]) &&
+        !ibl_outputs_create(ctx, &out) &&
+        !ibl_outputs_take_texture(out, path, &array, IBL_CONTAINER_KTX2,
+                                  NULL) &&
+        !ibl_outputs_commit(out) && !ibl_texture_read(ctx, path, &array, NULL);
+    ibl_texture_free(&array);
+    ibl_outputs_free(out);
+    ibl_ctx_free(ctx);
+    return ok;
+}
+
+/* Bakes, probes and pictures, one after the other in one process:
+ * IBL_TEST_SOAK=2000 of them (make soak), 60 without. */
+TEST(soak)
+{
+    const char *given = getenv("IBL_TEST_SOAK");
+    const int rounds = given ? atoi(given) : 60;
+    view_settings s = view_settings_default();
+    const char *path = file_path("soak.ktx2");
+    used first = {0};
+
+    if (TEST_SANITIZED)
+        test_skip("sanitizers keep what is freed");
+    view_test_begin(WIDTH, HEIGHT);
+    view_renderer *r = view_renderer_create();
+    const ibl_image map = map_constant(view_test_ctx(1), 16, 8, 1);
+    NEED(r);
+    for (int i = 0; i < rounds; i++) {
+        baked_set set;
+        NEED(bake_once(&map, path, &set));
+        s.turn = i;
+        NEED(view_renderer_load(r, &set) &&
+             view_renderer_draw(r, &s, WIDTH, HEIGHT));
+        unsigned char *rgb = view_renderer_picture(r);
+        CHECK(rgb);
+        free(rgb);
+        view_set_free(&set);
+        if (i == rounds / 10 + 20)
+            first = now_used();
+    }
+    const used last = now_used();
+    view_renderer_free(r);
+    CHECK(first.mib > 0 && last.threads == first.threads &&
+          last.descriptors == first.descriptors);
+    CHECK_MSG(last.mib < first.mib + 1, "%.2f MiB, then %.2f", first.mib,
+              last.mib);
+    if (given)
+        printf("%d rounds: %.2f MiB resident, %.2f after a tenth; %d "
+               "descriptors, %d threads\n",
+               rounds, last.mib, first.mib, last.descriptors - 3,
+               last.threads - 2);
 }

@@ -56,12 +56,18 @@ ibl_status ibl_engine_set_roughness(ibl_ctx *ctx, const double *roughness,
                   : ibl_texture_set(ctx, tex, "iblbake.content", "specular");
 }
 
+static int add_text(const char *bytes, size_t size, void *out)
+{
+    return ibl_blob_add(out, bytes, size) ? 0 : -1;
+}
+
+/* json_dumps does not notice missing memory. */
 bool ibl_engine_put_json(json_t *root, ibl_blob *out)
 {
-    char *text = json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(9));
-    const bool ok = text && ibl_blob_add(out, text, strlen(text));
+    const bool ok =
+        root && !json_dump_callback(root, add_text, out,
+                                    JSON_COMPACT | JSON_REAL_PRECISION(9));
 
-    free(text);
     json_decref(root);
     return ok;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * walk [-e EVERY] [-k KIND] [-s KIND] [-o1q] PRELOAD BEFORE RUN COMMAND...
+ * walk [-e EVERY] [-k KIND] [-s KIND] [-1opq] PRELOAD BEFORE RUN COMMAND...
  *
  * Runs a command in folder RUN, which is made to be as BEFORE each time, with
  * each of its calls to the C library failing once (preload.c), and judges it:
@@ -18,6 +18,7 @@
  *   -s  none of this kind
  *   -o  only calls by the program's own code, not by libraries
  *   -1  only faults that come once
+ *   -p  with status 1 or by SIGTERM, part of the files may be new
  *   -q  runs other programs, whose failures it names by their exit status, and
  *       what it prints may differ from run to run
  */
@@ -201,7 +202,7 @@ static const char *differ(const tree *a, const tree *b, bool temporaries)
 static struct {
     const char *preload, *root;
     char **command;
-    bool own, quiet, once;
+    bool own, quiet, once, parts;
     tree before, after;
     char printed[OUTPUT_BYTES], said[OUTPUT_BYTES];
     fault_counts *counts;
@@ -292,13 +293,15 @@ static const char *judge_line(const char *line, int kind, int error)
     return NULL;
 }
 
-/* Of a run that was killed: every file is an old or a new one. */
-static const char *judge_killed(const result *r)
+/* Of a run that was killed: every file is an old or a new one, or with
+ * temporaries one of those. */
+static const char *judge_parts(const result *r, bool temporaries)
 {
     for (int i = 0; i < r->files.count; i++) {
         const entry *e = &r->files.file[i];
         if (!same(e, tree_find(&walk.before, e->path)) &&
-            !same(e, tree_find(&walk.after, e->path)) && !is_temporary(e->path))
+            !same(e, tree_find(&walk.after, e->path)) &&
+            !(temporaries && is_temporary(e->path)))
             return e->path;
     }
     for (int i = 0; i < walk.before.count; i++) {
@@ -333,8 +336,8 @@ static bool judge(const char *fault, int kind, int error, const result *r)
 
     if (WIFSIGNALED(r->status) && WTERMSIG(r->status) == -error) {
         what = "files are neither old nor new:";
-        if (error == -SIGKILL)
-            path = judge_killed(r);
+        if (error == -SIGKILL || walk.parts)
+            path = judge_parts(r, error == -SIGKILL);
         else if ((path = differ(&r->files, &walk.before, false)))
             path = differ(&r->files, &walk.after, false) ? path : NULL;
     } else if (r->status == 0 && !strncmp(r->err, "iblview: note: ", 15)) {
@@ -348,7 +351,8 @@ static bool judge(const char *fault, int kind, int error, const result *r)
             path = "standard error";
     } else if (WIFEXITED(r->status) && WEXITSTATUS(r->status) == 1) {
         what = "old files are not as they were:";
-        path = differ(&r->files, &walk.before, left);
+        path = walk.parts ? judge_parts(r, left)
+                          : differ(&r->files, &walk.before, left);
         if (!path && (path = judge_line(r->err, kind, error)))
             what = "the line";
     } else {
@@ -493,7 +497,7 @@ static double seconds(void)
 
 static void options(int argc, char **argv)
 {
-    for (int o; (o = getopt(argc, argv, "+e:k:s:oq1")) != -1;)
+    for (int o; (o = getopt(argc, argv, "+e:k:s:opq1")) != -1;)
         switch (o) {
         case 'e':
             every = (unsigned)atoi(optarg);
@@ -506,6 +510,9 @@ static void options(int argc, char **argv)
             break;
         case 'o':
             walk.own = true;
+            break;
+        case 'p':
+            walk.parts = true;
             break;
         case '1':
             walk.once = true;
