@@ -350,7 +350,7 @@ char *ibl_depfile_text(const ibl_bake *sets, int count)
     put_outputs(to, sets, count);
     fputc(':', to);
     const bool ok = ibl_bake_inputs(sets, inputs, &input_count);
-    for (int i = 0; i < input_count; i++) {
+    for (int i = 0; i < input_count && ok; i++) {
         fputs(input_count > 1 ? " \\\n  " : " ", to);
         put_path(to, inputs[i]);
     }
