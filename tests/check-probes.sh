@@ -674,7 +674,7 @@ test_shards_that_do_not_fit() {
         # shellcheck disable=SC2086
         refused 1 "iblbake: $glob" iblbake $command
     done <<'END'
-merge part2 -o bad|bad: shards that are missing of 2: 1: bake them*
+merge part2 -o bad|bad: missing shards of 2: 1: bake them*
 merge part1 part2 part1 -o bad|part1: is shard 1/2, as part1 is: give each once
 merge part1 odd/size -o bad|odd/size: is of another set or of other options than part1: *
 merge part1 odd/of -o bad|odd/of: is of another set or of other options than part1: *

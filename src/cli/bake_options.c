@@ -187,11 +187,11 @@ static const ibl_option many[] = {
              "each before a NUL; - reads the names from standard input",
      .aside = true},
     {"keep-going", 0, IBL_FLAG(keep_going),
-     .help = "bake the others after one that fails, and list those that did",
+     .help = "after a failure bake the others, and list what failed",
      .aside = true},
     {"incremental", 0, IBL_FLAG(incremental),
-     .help = "bake only what changed since it was baked so: environments, "
-             "options, version or outputs",
+     .help = "bake only environments that changed since they were baked with "
+             "this option, or whose outputs, options or version did",
      .aside = true},
     {"shard", 0, IBL_OTHER(shard, "K/N", ibl_shard_parse),
      .allowed = IBL_SHARD_ALLOWED, .standard = "all environments",

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Bakes many environments. Small ones are baked side by side, each by one
- * thread; large ones one after the other, each by all threads. What all have in
- * common, the tables, is made once. Each environment has its own set of
- * outputs, so what is finished stays if a later one fails.
+ * thread; large ones one after the other, each by all threads. The tables,
+ * which all share, are made once. Each environment has its own set of outputs,
+ * so those of finished ones stay if a later one fails.
  */
 #include <errno.h>
 #include <pthread.h>
@@ -29,14 +29,14 @@ enum {
 
 struct batch;
 
-/* What bakes a map, and the map that it bakes. */
+/* A context, and the map that it bakes. */
 typedef struct worker {
     struct batch *batch;
     pthread_t thread;
     ibl_ctx *ctx; /* reports to run.console */
     ibl_bake_line line;
     ibl_map_bake run;
-    double since; /* real time of its begin */
+    double since; /* CLOCK_REALTIME when the bake began */
 } worker;
 
 typedef struct batch {
@@ -69,7 +69,7 @@ typedef struct batch {
 static atomic_int stopped_by; /* a signal */
 static _Atomic(batch *) at_work;
 
-/* The handler: the bakes end as soon as they can and take back their files. */
+/* The handler: the bakes end as soon as they can and remove their files. */
 static void stop(int number)
 {
     const int saved = errno;
@@ -178,7 +178,7 @@ static void print_ready(batch *b)
     }
 }
 
-/* Lists the maps that failed, after what made them fail. */
+/* Lists the maps that failed; the reasons were printed before. */
 static void list_failed(batch *b)
 {
     ibl_console *c = &b->console;
@@ -240,7 +240,7 @@ static bool begin(worker *w, ibl_ctx *ctx, FILE *print)
     return ibl_bake_begin(r);
 }
 
-/* Ends a bake; what a signal stopped needs no message. */
+/* Ends a bake; one that a signal stopped has no message. */
 static bool end(worker *w, bool ok)
 {
     w->run.console.failed |= atomic_load(&stopped_by) != 0;
@@ -393,8 +393,8 @@ static bool start(batch *b)
     return ok;
 }
 
-/* Finds out how many pixels a map has; what is wrong with it is found when it
- * is baked. */
+/* Sets the number of pixels of a map that can be opened; errors are reported
+ * when it is baked. */
 static void measure(const batch *b, ibl_map *m)
 {
     ibl_source *source;
@@ -408,8 +408,8 @@ static void measure(const batch *b, ibl_map *m)
     ibl_source_close(source);
 }
 
-/* Writes the stamp of a map of which files were moved, unless another run or
- * program changes them meanwhile: then it does not hold. */
+/* Writes the stamp of a map whose files have new times but the same contents.
+ * False: they changed meanwhile. */
 static bool write_anew(worker *w, ibl_stamp *s)
 {
     const double since = real_time();
@@ -422,8 +422,8 @@ static bool write_anew(worker *w, ibl_stamp *s)
     return ok;
 }
 
-/* Whether the map's stamp holds. What is wrong with the map is said when it is
- * baked. */
+/* Whether the map is unchanged since its stamp was written. Errors are reported
+ * when it is baked. */
 static bool is_kept(batch *b, worker *w, ibl_map *m)
 {
     ibl_stamp s = {0};
@@ -499,7 +499,7 @@ static bool plan(batch *b)
     return ok;
 }
 
-/* Makes the folders, which are removed again if nothing comes into them. */
+/* Makes the folders, which are removed at the end if they are empty. */
 static bool make_folders(batch *b)
 {
     ibl_ctx *ctx = b->workers->ctx;
@@ -515,7 +515,7 @@ static bool make_folders(batch *b)
     return ok;
 }
 
-/* Leaves of a set only what does not depend on the environment. */
+/* Keeps only the outputs of a set that do not depend on the environment. */
 static unsigned reduce(ibl_opts *o)
 {
     unsigned shared = 0;
@@ -532,8 +532,8 @@ static unsigned reduce(ibl_opts *o)
     return shared;
 }
 
-/* Makes the tables that all maps share, and their files unless they are there
- * and as they were. */
+/* Makes the tables that all maps share, and their files unless these exist and
+ * are unchanged. */
 static bool make_tables(batch *b)
 {
     worker *w = &b->workers[b->count + 1];

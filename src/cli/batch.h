@@ -8,7 +8,7 @@
 
 typedef enum ibl_map_state {
     IBL_MAP_WAITS,
-    IBL_MAP_KEPT, /* --incremental: nothing of it changed */
+    IBL_MAP_KEPT, /* --incremental: it is unchanged */
     IBL_MAP_BAKED,
     IBL_MAP_FAILED
 } ibl_map_state;
@@ -17,7 +17,7 @@ typedef struct ibl_map {
     char *input;
     ibl_map_state state;
     double pixels; /* 0: not known before it is read */
-    char *printed; /* what goes to standard output, or NULL */
+    char *printed; /* text for standard output, or NULL */
     char *rule;    /* for the depfile, or NULL */
 } ibl_map;
 

@@ -254,8 +254,8 @@ static bool check_complete(const merge *m)
     }
     return to == missing ||
            ibl_console_fail(m->p.console,
-                            "%s: shards that are missing of %d: %s: bake "
-                            "them, and give the directories of all",
+                            "%s: missing shards of %d: %s: bake them, and "
+                            "give the directories of all",
                             m->opts->probes.output, of, missing);
 }
 
