@@ -340,6 +340,74 @@ test_interrupted() {
     find . -name '.*tmp' -o -name '*_specular*'
 }
 
+test_memory_is_planned() {
+    local set most
+    [ $sanitized = no ] || return 0
+    ${CC:-cc} -o peak "$top/tests/cli/peak.c" || return
+    mkenv hdr 1024 512 >sky.hdr
+    while read -r set; do
+        # shellcheck disable=SC2086
+        ./peak iblbake sky.hdr -v -o out --lut-size 16 $set 2>err >printed ||
+            cat err
+        # Small ones have room for a grid that few maps need.
+        awk -v what="with $set" '
+            /plans .* MiB of memory/ { plan = 1024 * $3 }
+            { peak = $1 }
+            END {
+                if (plan < peak || plan > (peak > 150000 ? 1.35 : 2.2) * peak)
+                    print what ": planned " plan ", took " peak " KiB"
+            }' err
+    done <<'END'
+
+--size 512
+--size 512 --zstd 1
+--size 512 --up z
+--skybox 512
+--skybox 512 --sun
+--size 512 --pixel rgba32f --only specular
+--method sampled --samples 2
+--only irradiance
+--only json
+--preview p.png
+--layout octahedral --size 256
+--size 1024 --levels 2
+END
+    # Bakes side by side wait for each other's memory.
+    for set in a b c d; do cp sky.hdr m/$set.hdr; done
+    for most in 100 200; do
+        ./peak iblbake -q m -o out -j 4 --max-memory ${most}M 2>err ||
+            cat err
+        [ "$(tail -n 1 err)" -le $((most * 1024)) ] ||
+            echo "$(cat err) KiB of $most MiB"
+    done
+}
+
+test_memory_is_refused() {
+    local i
+    mkenv hdr 64 32 >sky.hdr
+    bake sky.hdr -o lit --name old
+    refused 1 '*sky.hdr: takes *, more than the 64 of --max-memory: ask for *' \
+        iblbake sky.hdr -o out --size 1024 --max-memory 64M
+    # 65536x32768 pixels in 393 kB: a pixel in each scanline, and its repeats.
+    printf '\200\200\200\201\1\1\1\377\1\1\1\377' >lines
+    for ((i = 0; i < 15; i++)); do cat lines lines >more && mv more lines; done
+    { printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32768 +X 65536\n'
+      cat lines; } >old.hdr
+    refused 1 '*old.hdr: takes 3* MiB of memory, more than the 4096 of *' \
+        iblbake old.hdr -o out --preview p.png --max-memory 4G
+    refused 1 '*65536x32768 pixels at once take 24.0 GiB, more than the 4.0*' \
+        iblbake verify old.hdr lit --max-memory 4G
+    # What begins as a map is not read for ever.
+    refused 1 '*standard input: over 32 MiB, half of the memory*' \
+        iblbake - -o out --max-memory 64M \
+        < <(head -c 60 old.hdr; head -c 100M /dev/zero)
+    echo '{"version": 1, "probes": [{"name": "a", "position": [0, 0, 0],
+        "influence": {"sphere": {"centre": [0, 0, 0], "radius": 1}},
+        "capture": {"equirect": "sky.hdr"}}]}' >set.json
+    refused 1 '*set.json: takes *, more than the 64 of --max-memory: ask for *' \
+        iblbake probes set.json -o out --size 1024 --max-memory 64M
+}
+
 for t in $(compgen -A function test_); do
     picked "$t" || continue
     fresh

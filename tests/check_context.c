@@ -144,6 +144,34 @@ TEST(quotas)
     CHECK(ibl_cpu_quota("nowhere") == 0);
 }
 
+TEST(memory_quota)
+{
+    static const struct {
+        const char *groups;
+        const char *files; /* made by a shell, in /sys/fs/cgroup */
+        unsigned long long bytes;
+    } cases[] = {
+        {"0::/a", "echo max >a/memory.max", 0},
+        {"0::/a/b", "echo 9000 >a/b/memory.max; echo 5000 >a/memory.max", 5000},
+        {"4:cpu:/a\n3:memory,blkio:/a",
+         "echo 7000 >memory/a/memory.limit_in_bytes;"
+         "echo 9000 >memory/memory.limit_in_bytes",
+         7000},
+        {"4:cpu:/a", "echo 7000 >memory/a/memory.limit_in_bytes", 0},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        NEED(file_run("rm -rf sys proc && mkdir -p proc/self && "
+                      "printf '%s\n' >proc/self/cgroup && "
+                      "mkdir -p sys/fs/cgroup/a/b sys/fs/cgroup/memory/a && "
+                      "cd sys/fs/cgroup && %s",
+                      cases[i].groups, cases[i].files));
+        const uint64_t bytes = ibl_memory_quota(test_dir());
+        CHECK_MSG(bytes == cases[i].bytes, "case %zu: %llu", i,
+                  (unsigned long long)bytes);
+    }
+    CHECK(ibl_memory_allowed() > 0);
+}
+
 enum {
     JOBS = 5000
 };

@@ -102,6 +102,8 @@ typedef struct ibl_ctx_options {
     void *progress_cookie;     /* passed to progress */
     const char *bridge;        /* path of the image bridge; NULL: the path
                                   compiled in, see ibl/io.h. Copied. */
+    size_t memory;             /* most bytes that a whole map or what comes
+                                  from a pipe may take; 0: no limit */
 } ibl_ctx_options;
 
 typedef struct ibl_ctx ibl_ctx;
@@ -109,6 +111,10 @@ typedef struct ibl_ctx ibl_ctx;
 /* Number of CPUs that this process may use: online, in its affinity mask, and
  * within its cgroup's quota (rounded up). At least 1. */
 int ibl_cpu_count(void);
+
+/* Bytes of memory that this process may use: the machine's, or what its cgroup
+ * allows. 0: unknown. */
+size_t ibl_memory_allowed(void);
 
 ibl_ctx_options ibl_ctx_options_default(void);
 
@@ -801,6 +807,15 @@ void ibl_bake_result_free(ibl_bake_result *r); /* NULL and zeroed are fine */
 ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
                                 const ibl_bake_options *opts,
                                 ibl_bake_result *result);
+
+/*
+ * Bytes that ibl_bake_environment takes of a map of width x height pixels,
+ * results included, rounded up: what its arrays have, with room for maps that
+ * need a finer grid than most. Excludes what env->read takes.
+ * IBL_ERR_ARGUMENT: an option out of range.
+ */
+ibl_status ibl_bake_memory(ibl_ctx *ctx, int width, int height,
+                           const ibl_bake_options *opts, size_t *bytes);
 
 typedef enum ibl_geometry {
     IBL_GEOMETRY_SMITH,      /* Smith GGX, height-correlated (Heitz 2014) */

@@ -265,6 +265,10 @@ typedef struct ibl_source ibl_source;
 ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
                            const ibl_read_options *opts, ibl_source **out);
 
+/* Reads all rows, none of which was read before, into an empty image. */
+ibl_status ibl_source_image(ibl_source *source, ibl_image *img);
+/* Bytes of memory that the source takes until it is closed, rounded up. */
+size_t ibl_source_memory(const ibl_source *source);
 int ibl_source_width(const ibl_source *source);
 int ibl_source_height(const ibl_source *source);
 

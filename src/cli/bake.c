@@ -435,6 +435,7 @@ bool ibl_bake_begin(ibl_map_bake *r)
     r->count = r->line->count ? r->line->count : 1;
     r->opts = r->from.opts = all;
     r->from.console = &r->console;
+    r->from.run = r;
     r->sets = calloc((size_t)r->count + 1, sizeof *r->sets);
     for (int i = 0; i < r->count && r->sets; i++) {
         ibl_bake *b = &r->sets[i];

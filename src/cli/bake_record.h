@@ -99,6 +99,7 @@ typedef struct ibl_baked {
 typedef struct ibl_bake_source {
     const ibl_opts *opts; /* those that all sets have in common count */
     ibl_console *console;
+    const struct ibl_map_bake *run; /* that reads it */
     FILE *print; /* for the report of --verify; NULL: it is not judged */
     ibl_ctx *ctx;
     ibl_bake_options bake;                        /* all that any set needs */
@@ -157,6 +158,14 @@ typedef struct ibl_map_bake {
     ibl_opts sheen;         /* of a set that a scene needs beside the one */
     int count;
 } ibl_map_bake;
+
+/* Bytes of memory that a bake takes in this context, at most, of a map of that
+ * size whose source takes `reader` bytes (ibl_source_memory). *lower: what to
+ * do to need less. */
+size_t ibl_bake_bytes(const ibl_map_bake *r, ibl_ctx *ctx, size_t reader,
+                      int width, int height, const char **lower);
+/* False, after a message, if that is more than --max-memory. */
+bool ibl_bake_fits(const ibl_map_bake *r, size_t reader, int width, int height);
 
 /* Lists the options that affect only sampled levels and differ from their
  * defaults: "--samples, --jitter"; "" for none. */

@@ -87,12 +87,30 @@ static ibl_read_options read_options(const ibl_bake_source *s)
     return read;
 }
 
+static bool fits(const ibl_bake_source *s, const ibl_source *source)
+{
+    return ibl_bake_fits(s->run, ibl_source_memory(source),
+                         ibl_source_width(source), ibl_source_height(source));
+}
+
+static bool read_image(ibl_bake_source *s, const ibl_read_options *read)
+{
+    ibl_source *source = NULL;
+
+    if (ibl_source_open(s->ctx, s->opts->input, read, &source))
+        return false;
+    const bool ok = fits(s, source) && !ibl_source_image(source, &s->env);
+    s->report = *ibl_source_report(source);
+    ibl_source_close(source);
+    return ok;
+}
+
 bool ibl_bake_source_read(ibl_bake_source *s)
 {
     const ibl_read_options read = read_options(s);
 
     ibl_console_progress(s->console, "decode", 0);
-    if (ibl_image_read(s->ctx, s->opts->input, &read, &s->env, &s->report))
+    if (!read_image(s, &read))
         return false;
     s->width = s->env.width;
     s->height = s->env.height;
@@ -147,7 +165,8 @@ static bool bake_source(ibl_bake_source *s)
     const ibl_environment rows = ibl_source_environment(source);
     s->width = rows.width;
     s->height = rows.height;
-    const bool ok = !ibl_bake_environment(s->ctx, &rows, &s->bake, &s->made);
+    const bool ok = fits(s, source) &&
+                    !ibl_bake_environment(s->ctx, &rows, &s->bake, &s->made);
     s->report = *ibl_source_report(source);
     ibl_source_close(source);
     return ok;

@@ -6,6 +6,10 @@
  * so those of finished ones stay if a later one fails.
  */
 #include <errno.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+#include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -52,12 +56,14 @@ typedef struct batch {
     ibl_outputs *folders; /* removed at the end if nothing is in them */
     worker *tables;       /* has the tables, if there are any */
     int *order;           /* of the maps to bake, the large ones first */
-    int to_bake, large;
+    int to_bake;
     double begun, all_pixels;
+    double most_bytes;    /* of memory that bakes may take at once */
     pthread_mutex_t lock; /* guards the maps and all below */
     pthread_cond_t changed;
-    int next; /* in order */
-    int busy; /* threads that bake */
+    int next;     /* in order */
+    int busy;     /* threads that bake */
+    double bytes; /* of memory that they take */
     int running;
     int baked, kept, failed, printed;
     double pixels; /* of the maps that are done */
@@ -282,16 +288,26 @@ static ibl_map *take(batch *b, worker **w)
     while (!b->stopped && b->next < b->to_bake && !atomic_load(&stopped_by)) {
         ibl_map *m = &b->maps.list[b->order[b->next]];
         const int threads = is_large(b, m) ? b->count : 1;
-        if (b->busy + threads <= b->count) {
+        if (!b->busy || (b->busy + threads <= b->count &&
+                         b->bytes + m->bytes <= b->most_bytes)) {
             if (threads > 1)
                 *w = &b->workers[b->count];
             b->busy += threads;
+            b->bytes += m->bytes;
             b->next++;
             return m;
         }
         pthread_cond_wait(&b->changed, &b->lock);
     }
     return NULL;
+}
+
+/* Whether all threads together could take more than half of the memory. What
+ * the C library keeps of freed memory then goes back, which takes a percent of
+ * the time. */
+static bool is_short(const batch *b, const ibl_map *m)
+{
+    return 2 * b->count * m->bytes > b->most_bytes;
 }
 
 /* Counts a map that is done. The caller holds the lock. */
@@ -304,6 +320,7 @@ static void count_map(batch *b, const worker *w, ibl_map *m, bool ok,
     b->pixels += m->pixels;
     b->stopped |= !ok && !b->opts->keep_going;
     b->busy -= is_large(b, m) ? b->count : 1;
+    b->bytes -= m->bytes;
     print_map(b, m, seconds, ok ? "" : w->run.console.error);
     print_ready(b);
     pthread_cond_broadcast(&b->changed);
@@ -320,6 +337,10 @@ static void *work(void *arg)
         const double begun = ibl_now();
         pthread_mutex_unlock(&b->lock);
         const bool ok = bake_map(w, m);
+#ifdef __GLIBC__
+        if (is_short(b, m))
+            malloc_trim(0);
+#endif
         pthread_mutex_lock(&b->lock);
         if (!atomic_load(&stopped_by))
             count_map(b, w, m, ok, ibl_now() - begun);
@@ -374,10 +395,12 @@ static bool start_worker(batch *b, worker *w, int threads)
 static bool start(batch *b)
 {
     const int threads = b->opts->common.threads;
+    const size_t most = ibl_memory_most(&b->opts->common);
     ibl_ctx_options o = ibl_ctx_options_default();
 
     o.threads = 1;
     o.bridge = ibl_bridge_beside();
+    b->most_bytes = most ? (double)most - IBL_PROGRAM_BYTES : HUGE_VAL;
     b->count = threads ? threads : ibl_cpu_count();
     b->workers = calloc((size_t)b->count + CONTEXTS, sizeof *b->workers);
     bool ok = b->workers && !ibl_ctx_create(&o, &b->silent);
@@ -393,18 +416,30 @@ static bool start(batch *b)
     return ok;
 }
 
-/* Sets the number of pixels of a map that can be opened; errors are reported
- * when it is baked. */
-static void measure(const batch *b, ibl_map *m)
+/* Sets the pixels and the memory of a map that can be opened; errors are
+ * reported when it is baked. */
+static void measure(batch *b, ibl_map *m)
 {
+    worker *w = b->workers;
     ibl_source *source;
     struct stat st;
+    const char *lower;
 
     if (m->pixels > 0 || stat(m->input, &st) || !S_ISREG(st.st_mode) ||
         ibl_source_open(b->silent, m->input, &b->opts->common.read, &source))
         return;
-    m->pixels =
-        (double)ibl_source_width(source) * (double)ibl_source_height(source);
+    const int width = ibl_source_width(source);
+    const int height = ibl_source_height(source);
+    m->pixels = (double)width * (double)height;
+    if (ibl_map_line(b->line, m->input, &w->line)) {
+        if (begin(w, b->silent, NULL))
+            m->bytes = fmax(0, (double)ibl_bake_bytes(&w->run, b->silent,
+                                                      ibl_source_memory(source),
+                                                      width, height, &lower) -
+                                   IBL_PROGRAM_BYTES);
+        ibl_bake_end(&w->run);
+        w->run.console.about = NULL;
+    }
     ibl_source_close(source);
 }
 

@@ -16,7 +16,8 @@ typedef enum ibl_map_state {
 typedef struct ibl_map {
     char *input;
     ibl_map_state state;
-    double pixels; /* 0: not known before it is read */
+    double pixels; /* 0: not known before it is read, as are bytes */
+    double bytes;  /* of memory that its bake takes, beside the program */
     char *printed; /* text for standard output, or NULL */
     char *rule;    /* for the depfile, or NULL */
 } ibl_map;

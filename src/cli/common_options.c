@@ -157,6 +157,28 @@ bool ibl_rotate_parse(void *yaw_deg, const char *value)
     return ibl_number_real(value, -360, 360, yaw, &end) && !*end;
 }
 
+bool ibl_size_parse(void *bytes, const char *value)
+{
+    static const char units[] = "KMG";
+    const char *end, *unit;
+    double size;
+
+    if (!ibl_number_real(value, 0, 1e15, &size, &end))
+        return false;
+    unit = *end ? strchr(units, *end) : NULL;
+    if (unit)
+        size *= (double)(1 << 10 * (unit - units + 1));
+    if ((*end && (!unit || end[1])) || size < 1 << 20 || size > 1e15)
+        return false;
+    *(size_t *)bytes = (size_t)size;
+    return true;
+}
+
+size_t ibl_memory_most(const ibl_common *c)
+{
+    return c->max_memory ? c->max_memory : ibl_memory_allowed() / 4 * 3;
+}
+
 #define IBL_SETTINGS ibl_common
 
 /* clang-format off */
@@ -193,6 +215,12 @@ static const ibl_option running[] = {
     {"isa", 0, IBL_CHOICE(isa, isa_names),
      .help = "instruction set of the hot loops; auto: the best of this CPU",
      .aside = true},
+    {"max-memory", 0, IBL_OTHER(max_memory, "SIZE", ibl_size_parse),
+     .allowed = "1M or more, in bytes or with K, M or G",
+     .standard = "3/4 of the machine's or its control group's",
+     .help = "memory that may be taken; what needs more is refused before it "
+             "starts",
+     .aside = true},
     {"quiet", 'q', IBL_FLAG(quiet), .help = "print only errors",
      .aside = true},
     {"verbose", 'v', IBL_FLAG(verbose),
@@ -211,8 +239,8 @@ const ibl_section ibl_input_section = {"Input", input,
 const ibl_section ibl_running_section = {"Running", running,
                                          sizeof running / sizeof *running};
 const ibl_section ibl_threads_section = {"Running", running, 1};
-const ibl_section ibl_messages_section = {"Running", running + 2,
-                                          sizeof running / sizeof *running - 2};
+const ibl_section ibl_messages_section = {"Running", running + 3,
+                                          sizeof running / sizeof *running - 3};
 
 ibl_common ibl_common_default(void)
 {

@@ -19,6 +19,7 @@ typedef struct ibl_common {
     ibl_read_options read;
     int threads;
     ibl_isa isa;
+    size_t max_memory; /* bytes; 0: not given */
     int quiet;
     int verbose;
 } ibl_common;
@@ -29,6 +30,12 @@ extern const ibl_section ibl_running_section; /* the rest, --help, --version */
 extern const ibl_section ibl_threads_section, ibl_messages_section;
 
 ibl_common ibl_common_default(void);
+/* Parses bytes, with K, M or G for powers of 1024, into a size_t. */
+bool ibl_size_parse(void *bytes, const char *value);
+/* Bytes of the program and its libraries. */
+#define IBL_PROGRAM_BYTES (12.0 * (1 << 20))
+/* Bytes that may be taken; 0: no limit is known. */
+size_t ibl_memory_most(const ibl_common *c);
 bool ibl_common_validate(const ibl_common *c);
 
 /* The outputs of a bake, in the order in which they are made. */

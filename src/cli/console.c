@@ -209,6 +209,7 @@ ibl_status ibl_start(const ibl_common *common, ibl_console *console,
 
     opts.threads = common->threads;
     opts.isa = common->isa;
+    opts.memory = ibl_memory_most(common);
     opts.log = print_log;
     opts.log_cookie = console;
     opts.progress = ibl_console_progress;

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -229,9 +230,73 @@ static void log_layer(const ibl_probes_bake *p, int layer)
                                                   : "baked");
 }
 
+/* Bytes that a cube of so many levels has as texels. */
+static double texture_bytes(const ibl_probes_bake *p, int size, int levels)
+{
+    const ibl_pixel pixel = p->set.bake.texels.pixel;
+    const int block = ibl_pixel_block(pixel);
+
+    return (double)ibl_cube_texels(size, levels) *
+           (double)ibl_pixel_bytes(pixel) / (block * block);
+}
+
+/* The most that a layer takes while it is baked: its map, which faces and parts
+ * with alpha have twice, the bake, and what is spread of level 0. */
+static bool layer_bytes(ibl_probes_bake *p, double *most)
+{
+    const int size = p->layout.size;
+    const double texels = 16 * (double)ibl_cube_texels(size, 1) +
+                          12 * (double)ibl_cube_texels(size, p->layout.levels);
+    bool ok = true;
+
+    *most = 0;
+    for (int i = 0; i < p->set.layers && ok; i++) {
+        uint64_t pixels;
+        size_t bake;
+        if (p->set.entry[i].from != IBL_FROM_BAKE)
+            continue;
+        ok = ibl_capture_pixels(p, i, &pixels);
+        const int height = ok ? (int)ceil(sqrt((double)pixels / 2)) : 1;
+        ok = ok && !ibl_bake_memory(p->ctx, 2 * height, height,
+                                    &p->set.bake.options, &bake);
+        if (ok)
+            *most = fmax(*most, 28 * (double)pixels + (double)bake + texels);
+    }
+    return ok;
+}
+
+/* Whether the arrays of all layers, those of the old set that are copied, and
+ * the bake of a layer fit in --max-memory. */
+static bool fits(ibl_probes_bake *p)
+{
+    const size_t most = ibl_memory_most(&p->opts->common);
+    const double each =
+        texture_bytes(p, p->layout.size, p->layout.levels) +
+        texture_bytes(p, p->set.bake.options.irradiance_options.size, 1);
+    double old = 0, layer = 0;
+
+    for (int i = 0; i < p->set.layers; i++)
+        if (p->set.entry[i].from == IBL_FROM_OLD)
+            old = each * p->set.layers;
+    if (!layer_bytes(p, &layer))
+        return false;
+    const double need =
+        IBL_PROGRAM_BYTES +
+        1.1 * (each * p->set.layers * (p->set.bake.zstd ? 2 : 1) +
+               fmax(old, layer));
+    ibl_console_info(p->console, "plans %.0f MiB of memory", need / (1 << 20));
+    return !most || need <= (double)most ||
+           ibl_console_fail(p->console,
+                            "%s: takes %.0f MiB of memory, more than the %.0f "
+                            "of --max-memory: ask for a smaller --size, or "
+                            "bake a part by --shard",
+                            p->opts->input, ceil(need / (1 << 20)),
+                            floor((double)most / (1 << 20)));
+}
+
 static bool make_layers(ibl_probes_bake *p)
 {
-    bool ok = true;
+    bool ok = fits(p);
 
     for (int kind = 0; kind < IBL_PROBES_ARRAYS && ok; kind++)
         ok = !p->file[kind].path || p->file[kind].same || copy_old(p, kind);

@@ -3,6 +3,7 @@
 
 #include <stdarg.h>
 #include <stdatomic.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -130,6 +131,11 @@ ibl_isa ibl_ctx_isa(const ibl_ctx *ctx)
 const char *ibl_ctx_bridge(const ibl_ctx *ctx)
 {
     return ctx->bridge;
+}
+
+size_t ibl_ctx_memory(const ibl_ctx *ctx)
+{
+    return ctx && ctx->opts.memory ? ctx->opts.memory : SIZE_MAX;
 }
 
 void ibl_ctx_cancel(ibl_ctx *ctx)

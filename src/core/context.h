@@ -25,6 +25,9 @@ ibl_status ibl_missing(ibl_ctx *ctx, const char *what);
 
 bool ibl_cancelled(const ibl_ctx *ctx);
 
+/* The context's limit; SIZE_MAX: none. */
+size_t ibl_ctx_memory(const ibl_ctx *ctx);
+
 /* Calls the progress callback. */
 void ibl_progress(ibl_ctx *ctx, const char *stage, double done);
 

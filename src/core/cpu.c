@@ -3,7 +3,9 @@
 #include "core/cpu.h"
 
 #include <fcntl.h>
+#include <limits.h>
 #include <sched.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -55,9 +57,12 @@ enum {
     PATH_BYTES = GROUP_BYTES + 4096 /* bytes of the path of a group's file */
 };
 
-/* CPUs that a group allows, rounded up; 0: no limit. Version 1 has quota and
- * period in two files, with -1 for no limit; version 2 one, with "max". */
-static int quota_of(const char *group, bool unified)
+/* A limit of a group; 0: none. */
+typedef uint64_t limit_fn(const char *group, bool unified);
+
+/* CPUs that a group allows, rounded up. Version 1 has quota and period in two
+ * files, with -1 for no limit; version 2 one, with "max". */
+static uint64_t quota_of(const char *group, bool unified)
 {
     static const char *const files[2][2] = {
         {"cpu.cfs_quota_us", "cpu.cfs_period_us"}, {"cpu.max"}};
@@ -73,23 +78,39 @@ static int quota_of(const char *group, bool unified)
     if (sscanf(both, "%lld %lld", &quota, &period) != 2 || quota <= 0 ||
         period <= 0)
         return 0;
-    return (int)((quota + period - 1) / period);
+    return (uint64_t)((quota + period - 1) / period);
 }
 
-/* The tighter of two quotas; 0 means no limit. */
-static int tighter(int a, int b)
+/* Bytes that a group allows. No limit is a huge one in version 1, "max" in
+ * version 2. */
+static uint64_t bytes_of(const char *group, bool unified)
+{
+    char path[PATH_BYTES + 32], text[64];
+    unsigned long long bytes;
+
+    snprintf(path, sizeof path, "%s/memory.%s", group,
+             unified ? "max" : "limit_in_bytes");
+    return read_text(path, text, sizeof text) &&
+                   sscanf(text, "%llu", &bytes) == 1
+               ? bytes
+               : 0;
+}
+
+/* The tighter of two limits; 0 means none. */
+static uint64_t tighter(uint64_t a, uint64_t b)
 {
     return a && (!b || a < b) ? a : b;
 }
 
-/* The tightest quota from a group up to the root of its hierarchy. Shortens
+/* The tightest limit from a group up to the root of its hierarchy. Shortens
  * group. In a container the parents of its group may be missing. */
-static int quota_up(const char *hierarchy, char *group, bool unified)
+static uint64_t limit_up(const char *hierarchy, char *group, bool unified,
+                         limit_fn *limit)
 {
     char path[PATH_BYTES];
-    for (int best = 0;;) {
+    for (uint64_t best = 0;;) {
         snprintf(path, sizeof path, "%s%s", hierarchy, group);
-        best = tighter(quota_of(path, unified), best);
+        best = tighter(limit(path, unified), best);
         char *slash = strrchr(group, '/');
         if (!slash)
             return best;
@@ -97,20 +118,23 @@ static int quota_up(const char *hierarchy, char *group, bool unified)
     }
 }
 
-/* Whether a list such as "cpu,cpuacct" contains the controller "cpu". */
-static bool has_cpu(const char *list)
+/* Whether a list such as "cpu,cpuacct" contains a controller. */
+static bool has(const char *list, const char *controller)
 {
+    const size_t length = strlen(controller);
     for (; *list; list += strcspn(list, ","), list += *list == ',')
-        if (!strncmp(list, "cpu", 3) && (list[3] == ',' || !list[3]))
+        if (!strncmp(list, controller, length) &&
+            (list[length] == ',' || !list[length]))
             return true;
     return false;
 }
 
 /* Lines are NUMBER:CONTROLLERS:GROUP; version 2 has 0 and no controllers. */
-int ibl_cpu_quota(const char *root)
+static uint64_t find_limit(const char *root, const char *controller,
+                           limit_fn *limit)
 {
     char text[GROUP_BYTES], path[PATH_BYTES], *rest;
-    int best = 0;
+    uint64_t best = 0;
 
     snprintf(path, sizeof path, "%s/proc/self/cgroup", root);
     if (!read_text(path, text, sizeof text))
@@ -123,13 +147,32 @@ int ibl_cpu_quota(const char *root)
             continue;
         *group++ = '\0';
         const bool unified = !list[1];
-        if (!unified && !has_cpu(list + 1))
+        if (!unified && !has(list + 1, controller))
             continue;
-        snprintf(path, sizeof path, "%s/sys/fs/cgroup%s", root,
-                 unified ? "" : "/cpu");
-        best = tighter(quota_up(path, group, unified), best);
+        snprintf(path, sizeof path, "%s/sys/fs/cgroup%s%s", root,
+                 unified ? "" : "/", unified ? "" : controller);
+        best = tighter(limit_up(path, group, unified, limit), best);
     }
     return best;
+}
+
+int ibl_cpu_quota(const char *root)
+{
+    const uint64_t cpus = find_limit(root, "cpu", quota_of);
+    return cpus < INT_MAX ? (int)cpus : INT_MAX;
+}
+
+uint64_t ibl_memory_quota(const char *root)
+{
+    return find_limit(root, "memory", bytes_of);
+}
+
+size_t ibl_memory_allowed(void)
+{
+    const long pages = sysconf(_SC_PHYS_PAGES), size = sysconf(_SC_PAGESIZE);
+    const uint64_t all =
+        pages > 0 && size > 0 ? (uint64_t)pages * (uint64_t)size : 0;
+    return (size_t)tighter(all, ibl_memory_quota(""));
 }
 
 int ibl_cpu_count(void)

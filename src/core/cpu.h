@@ -3,6 +3,7 @@
 #define IBL_CORE_CPU_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "ibl/ibl.h"
 
@@ -19,5 +20,7 @@ bool ibl_cpu_has(ibl_isa isa);
 /* CPUs that the cgroups of this process allow, version 1 or 2, rounded up; 0:
  * no limit. root is the prefix of system paths: "", or a directory in tests. */
 int ibl_cpu_quota(const char *root);
+/* The same for bytes of memory. */
+uint64_t ibl_memory_quota(const char *root);
 
 #endif

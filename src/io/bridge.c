@@ -173,7 +173,9 @@ static ibl_status check_claims(const ibl_input *in, size_t size,
 /* ---- rows ----------------------------------------------------------- */
 
 enum {
-    CALL_ROWS = 64 /* read between two checks of the cancel flag */
+    CALL_ROWS = 64, /* read between two checks of the cancel flag */
+    DECODED = 34    /* bytes of a pixel that OpenImageIO takes at most, measured
+                       with DWAB: floats of 4 channels, twice */
 };
 
 typedef struct bridge_rows {
@@ -307,7 +309,8 @@ ibl_status ibl_bridge_rows(const ibl_bridge_source *source,
     *rows = NULL;
     if (!r)
         return ibl_no_memory(ctx, "an image");
-    r->rows = (ibl_rows){.ctx = ctx, .read = rows_read, .close = rows_close};
+    r->rows = (ibl_rows){
+        .ctx = ctx, .read = rows_read, .close = rows_close, .held = DECODED};
     r->source = *source;
     r->fd = -1;
     const ibl_status status = check_and_open(r, opts);

@@ -120,11 +120,15 @@ static ibl_status make_room(loading *l)
 {
     const uint64_t longest =
         l->stream ? l->longest(l->bytes, l->size) : IBL_LONGEST;
-    const uint64_t most = longest ? longest : longest_unknown;
+    const uint64_t kind = longest ? longest : longest_unknown;
+    const uint64_t allowed = ibl_ctx_memory(l->in.ctx) / 2;
+    const uint64_t most = kind < allowed ? kind : allowed;
     if (l->size > most)
         return too_long(l, most,
-                        longest ? ", more than a file that begins so has"
-                                : " of no known kind of file");
+                        most < kind ? ", half of the memory that is allowed: "
+                                      "read it from a file, or allow more"
+                        : longest   ? ", more than a file that begins so has"
+                                    : " of no known kind of file");
     const size_t room = l->room <= most / 2 ? l->room * 2 : (size_t)most + 1;
     unsigned char *more = room > l->room ? ibl_alloc_array(room, 1) : NULL;
     if (!more)

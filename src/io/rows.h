@@ -36,6 +36,8 @@ struct ibl_rows {
     /* The whole image, if the reader decodes it at once. A caller that takes it
      * passes its data to read as rgb. */
     ibl_image whole;
+    /* Bytes of memory for each pixel that the reader holds, beside whole. */
+    double held;
     bool silent; /* no progress reports: decoding reported it already */
     /* Alpha of the whole map; ibl_rows_alloc_alpha makes it if it is wanted and
      * in the file. read fills in its rows; ibl_rows_close frees it. */

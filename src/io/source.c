@@ -19,7 +19,8 @@
 #include "io/ultra_hdr.h"
 
 enum {
-    SNIFF_BYTES = 64,    /* enough to identify the kind of a file */
+    BRIDGE_BYTES = 150 << 20, /* OpenImageIO and its libraries */
+    SNIFF_BYTES = 64,         /* enough to identify the kind of a file */
     HEIF_BYTES = 1 << 16 /* where the boxes of a HEIF file are looked for */
 };
 
@@ -464,9 +465,11 @@ static ibl_status begin(ibl_source *s, const ibl_read_options *opts)
     return status;
 }
 
-/* Reads all rows into an image, which takes that of the rows if it is whole. */
-static ibl_status take_all(ibl_source *s, ibl_image *img)
+/* The image takes that of the rows if it is whole. */
+ibl_status ibl_source_image(ibl_source *s, ibl_image *img)
 {
+    if (!s || !img)
+        return ibl_missing(s ? s->ctx : NULL, "ibl_source_image: img");
     ibl_rows *rows = s->rows;
     ibl_image whole = rows->whole;
     ibl_status status = IBL_OK;
@@ -505,7 +508,7 @@ static ibl_status unwrap(ibl_source *s)
 {
     ibl_image flat = {0}, map = {0};
     float *alpha = NULL;
-    ibl_status status = take_all(s, &flat);
+    ibl_status status = ibl_source_image(s, &flat);
 
     if (!status)
         status = ibl_unwrap(s->ctx, s->rows->report.layout, &flat, &map);
@@ -593,6 +596,20 @@ void ibl_source_close(ibl_source *source)
 }
 
 /* ---- reading -------------------------------------------------------- */
+
+/* Beside the reader's, the bytes of a file in memory, alpha, the brightest
+ * pixels (at most a 64th of them, in a list that doubles) and buffers. */
+size_t ibl_source_memory(const ibl_source *source)
+{
+    const ibl_rows *r = source->rows;
+    const double pixels = (double)r->width * (double)r->height;
+    const double each = r->held + 1.5 + (r->whole.data ? 12 : 0) +
+                        (r->alpha ? sizeof(float) : 0);
+
+    return (size_t)(pixels * each) + (6 << 20) +
+           (r->held > 0 ? BRIDGE_BYTES : 0) +
+           (source->in.bytes ? source->in.size : 0);
+}
 
 int ibl_source_width(const ibl_source *source)
 {
@@ -797,7 +814,7 @@ ibl_environment ibl_source_environment(ibl_source *source)
 static ibl_status read_all(ibl_source *source, ibl_image *img,
                            ibl_read_report *report)
 {
-    const ibl_status status = take_all(source, img);
+    const ibl_status status = ibl_source_image(source, img);
 
     if (report)
         *report = source->rows->report;

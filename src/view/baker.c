@@ -117,6 +117,7 @@ view_baker *view_baker_start(const char *path, ibl_input_layout layout)
     }
     pthread_mutex_init(&b->lock, NULL);
     opts.log = on_log;
+    opts.memory = ibl_memory_allowed() / 4 * 3;
     opts.log_cookie = b;
     opts.progress = on_progress;
     opts.progress_cookie = b;

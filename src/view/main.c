@@ -25,6 +25,7 @@ static ibl_ctx *make_context(const view_options *o)
     ibl_ctx *ctx = NULL;
 
     opts.log = view_log;
+    opts.memory = ibl_memory_allowed() / 4 * 3;
     opts.bridge = ibl_bridge_beside();
     if (!o->quiet && isatty(STDERR_FILENO))
         opts.progress = show_progress;

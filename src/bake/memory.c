@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: MIT */
+/* What a bake takes: the largest arrays of its stages, as level0_octants.c,
+ * spectral/engine.c, transform.c, level.c and near.c allocate them. */
+#include <math.h>
+
+#include "bake/options.h"
+#include "bake/spectral/engine.h"
+#include "bake/spectral/plan.h"
+#include "core/context.h"
+#include "image/cube.h"
+
+/* The grid of a level has 2 to 8 samples for the shortest wave, as its map
+ * needs: photographs need up to 2.5, the hardest maps of the tests 4. */
+#define GRID_SAMPLES 4.0
+#define KEPT_SPANS (20.0 * (1 << 20)) /* most bytes that level 0 keeps */
+
+typedef struct estimate {
+    int width, height, threads;
+    double results; /* cubes */
+    double reading; /* beside them, while rows are read */
+    double near;    /* sums of near parts */
+    int degree;     /* of levels */
+} estimate;
+
+/* Bytes of a chain of so many levels. */
+static double chain_bytes(ibl_projection projection, int size, int levels)
+{
+    double texels = 0;
+
+    for (int l = 0; l < levels; l++)
+        texels += pow(ibl_cube_edge(size, l), 2);
+    return 12 * texels * (projection == IBL_PROJECTION_CUBE ? 6 : 8);
+}
+
+/* Sums of level 0 around the row that is read, and the cuts of half a map. */
+static double level0_bytes(const estimate *e, int size)
+{
+    double columns = e->width, rows = e->height;
+
+    while (columns < 4 * size) {
+        columns *= 2;
+        rows *= 2;
+    }
+    const double cuts = 1.5 * (columns / 8 + size / 2.0) * (rows / 2) * 16;
+    const double lines = 0.4 * size * fmin(size / rows, 1) + 24;
+    return (cuts < KEPT_SPANS ? cuts : 0) + lines * size / 2 * 200 +
+           e->threads * columns * 40;
+}
+
+static ibl_status add_chain(ibl_ctx *ctx, const ibl_specular_options *o,
+                            ibl_spectral_plan *plan, estimate *e)
+{
+    ibl_chain_plan chain = {0};
+    ibl_specular_layout layout;
+    ibl_status status = ibl_specular_layout_of(o, &layout);
+
+    if (!status)
+        status = ibl_spectral_plan_chain(ctx, e->width, e->height, o, &layout,
+                                         &chain, plan);
+    if (status)
+        return status;
+    e->results += chain_bytes(o->projection, layout.size, layout.levels);
+    if (layout.roughness[0] <= 0)
+        e->reading += o->projection == IBL_PROJECTION_CUBE
+                          ? level0_bytes(e, layout.size)
+                          : 0;
+    plan->whole |=
+        layout.roughness[0] <= 0 && o->projection != IBL_PROJECTION_CUBE;
+    for (int l = 0; l < layout.levels; l++)
+        if (chain.parts[l].near)
+            e->near += 2 * chain_bytes(o->projection,
+                                       ibl_cube_edge(layout.size, l), 1);
+    e->degree = plan->degree;
+    return IBL_OK;
+}
+
+/* Spectra of rings up to a degree. */
+static double spectra_bytes(double rings, int degree)
+{
+    return 24.0 * (degree + 1) * (rings + 32);
+}
+
+/* The harmonics, and beside them the rows that they come from, or the grid of
+ * a level. */
+static double analysis_bytes(const estimate *e, const ibl_spectral_plan *plan)
+{
+    const double harmonics = 24.0 * (plan->degree + 1) * (plan->degree + 2);
+    const double rows =
+        spectra_bytes(e->height, plan->degree) + 4.0 * e->height * plan->degree;
+    const double rings = GRID_SAMPLES / 2 * e->degree + 32;
+    double columns = 64;
+
+    if (plan->degree < 0)
+        return 0;
+    while (columns < GRID_SAMPLES * e->degree)
+        columns *= 2;
+    const double grid =
+        16 * (columns + 16) * (rings + 16) + spectra_bytes(rings, e->degree);
+    return harmonics + fmax(rows, grid);
+}
+
+static double reading_bytes(const estimate *e, const ibl_spectral_plan *plan)
+{
+    const double row = 12.0 * e->width, whole = row * e->height;
+    const double batch = fmin(fmax(1 << 20, e->threads * 32 * row), 16 << 20);
+
+    return e->reading + fmin(2 * fmax(batch, 32 * row), whole) +
+           (plan->degree < 0 ? 0
+                             : e->threads * 40 * row +
+                                   spectra_bytes(e->height, plan->degree));
+}
+
+ibl_status ibl_bake_memory(ibl_ctx *ctx, int width, int height,
+                           const ibl_bake_options *opts, size_t *bytes)
+{
+    static float nothing;
+    ibl_image none = {width, height, &nothing};
+    const ibl_environment env = {
+        .image = &none, .width = width, .height = height};
+    estimate e = {.width = width, .height = height};
+    ibl_spectral_plan plan = {0};
+
+    if (!ctx || !opts || !bytes)
+        return ibl_missing(ctx, "ibl_bake_memory: opts or bytes");
+    ibl_status status = ibl_check_bake(ctx, &env, opts);
+    if (!status)
+        status = ibl_spectral_plan_make(ctx, width, height, opts, &plan);
+    e.threads = ibl_ctx_threads(ctx);
+    e.degree = opts->irradiance ? 32 : 0;
+    if (!status && opts->specular)
+        status = add_chain(ctx, &opts->specular_options, &plan, &e);
+    for (int i = 0; i < opts->more_count && !status; i++)
+        status = add_chain(ctx, &opts->more[i], &plan, &e);
+    if (status)
+        return status;
+    if (opts->skybox) {
+        e.results +=
+            4.0 / 3 * chain_bytes(opts->skybox_projection, opts->skybox, 1);
+        e.reading += level0_bytes(&e, opts->skybox);
+    }
+    if (opts->irradiance)
+        e.results += chain_bytes(opts->irradiance_options.projection,
+                                 opts->irradiance_options.size, 1);
+    /* Samples are taken from the map and its mips. */
+    const double whole = plan.whole ? 16.0 * width * height : 0;
+    *bytes =
+        (size_t)(e.results + whole + e.near +
+                 fmax(reading_bytes(&e, &plan), analysis_bytes(&e, &plan)));
+    return IBL_OK;
+}
