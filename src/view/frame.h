@@ -39,7 +39,8 @@ typedef struct view_frame {
     int reflection[4];   /* view_reflection; that of the other picture; number
                             of discs; number that the sky lacks */
     float inspect_at[4]; /* zoom, pan x, pan y, rows of the grid */
-    float display[4];    /* 2^ev, split, gain, 0 */
+    float display[4];    /* 2^ev, split, gain, 1 if the reference has
+                            the map's texture, else 0 */
     int show[4];         /* tone, below 0: linear values; false_colour;
                             compare; columns of the grid, 0: no grid is split */
     int sampling[4];     /* of the reference (truth.h): first sample, number;

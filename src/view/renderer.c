@@ -166,14 +166,14 @@ bool view_renderer_load(view_renderer *r, const baked_set *set)
     return true;
 }
 
-/* Uploads the map of the set, when it is first seen. */
+/* Uploads the map of the set, when it or the reference is first seen. */
 static void find_backdrop(view_renderer *r, const view_settings *s)
 {
     const bool seen = (s->mode == VIEW_SPHERES || s->mode == VIEW_MODEL ||
                        s->mode == VIEW_SCENE) &&
-                      s->sky && s->blur <= 0;
+                      s->sky && !r->set->own_sky && s->blur <= 0;
 
-    if (r->knows_backdrop || !seen)
+    if (r->knows_backdrop || (!seen && !view_wants_reference(s)))
         return;
     gl.DeleteTextures(1, &r->backdrop);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_OTHER);
@@ -320,7 +320,8 @@ static void fill_frame(const view_renderer *r, const view_settings *s,
     view_frame_fill(f, s, set, r->width, r->height);
     if (!s->sky || !r->backdrop)
         return;
-    f->shading[2] = VIEW_BACKDROP_MAP;
+    if (s->sky && !r->set->own_sky)
+        f->shading[2] = VIEW_BACKDROP_MAP;
     f->diffuse[2] = (float)(r->set->source_yaw / 360);
 }
 
@@ -328,6 +329,7 @@ static void fill_frame(const view_renderer *r, const view_settings *s,
  * for all that is drawn. */
 static void choose_place(view_renderer *r, const view_settings *s)
 {
+    f->display[3] = 1;
     const int all = view_places(s);
     view_settings at = *s;
     view_frame frame;
@@ -412,7 +414,7 @@ static bool draw_stage(view_renderer *r)
                                      .irradiance = maps[VIEW_IRRADIANCE],
                                      .sky = sky ? sky : level0,
                                      .frame = r->frame,
-                                     .map = r->backdrop != 0};
+                                     .map = r->backdrop && !r->set->own_sky};
 
     if (!r->stage) {
         r->stage = view_scene_create();

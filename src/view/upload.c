@@ -90,7 +90,7 @@ GLuint view_upload_map(const baked_set *set)
     ibl_image map;
 
     gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
-    if (set->own_sky || !view_set_map(set, &map))
+    if (!view_set_map(set, &map))
         return 0;
     if (map.width <= most && map.width <= MOST_COLUMNS) {
         texture = view_float_image(GL_RGB, map.width, map.height, map.data);

@@ -16,8 +16,7 @@
 GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name);
 
 /* Uploads the map of a set as an equirectangular picture of RGB floats, bound
- * to the active unit. 0: it is not at hand, another cube was asked for as the
- * sky, or it is too large. */
+ * to the active unit. 0: it is not at hand or too large. */
 GLuint view_upload_map(const baked_set *set);
 
 /* Makes a texture of 32-bit floats, GL_RGB or GL_RGBA, that is read texel by

@@ -38,10 +38,7 @@ vec3 backdrop_smooth(vec2 at)
                    textureLod(backdrop_map, a, 0.0).rgb, left.x), left.y);
 }
 
-// Row 0 is the zenith, the middle column +X.
 vec3 backdrop_of_map(vec3 d)
 {
-    vec2 at = vec2(atan(d.z, d.x) / (2.0 * ibl_pi) + 0.5 + diffuse.z,
-                   acos(clamp(d.y, -1.0, 1.0)) / ibl_pi);
-    return backdrop_smooth(at);
+    return backdrop_smooth(place_in_map(d));
 }

@@ -10,6 +10,7 @@
 #include "sample.glsl"
 
 uniform samplerCube environment_map;
+uniform sampler2D backdrop_map;
 
 // Below this alpha a lobe is a mirror in float precision.
 const float MIRROR = 1e-6;
@@ -50,9 +51,14 @@ struct patch_of {
     mat3 to_environment;
 };
 
-vec3 light_from(vec3 environment_direction)
+// The map, constant over each pixel, if it is at hand; else a cube.
+vec3 light_from(vec3 d)
 {
-    return textureLod(environment_map, environment_direction, 0.0).rgb;
+    if (display.w == 0.0)
+        return textureLod(environment_map, d, 0.0).rgb;
+    ivec2 size = textureSize(backdrop_map, 0);
+    ivec2 at = ivec2(place_in_map(d) * vec2(size));
+    return texelFetch(backdrop_map, min(at, size - 1), 0).rgb;
 }
 
 float aimed(vec3 d)
