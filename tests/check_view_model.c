@@ -607,3 +607,35 @@ TEST(errors_by_material)
     for (int i = 0; i < 2; i++)
         CHECK(view_error_rmse(errors[i]) < 1e-6);
 }
+
+/* Draws anew; the pixels that the model covers in part. */
+static int count_partial(void)
+{
+    static float rgb[3 * EDGE * EDGE];
+    int count = 0;
+
+    NEED(view_renderer_draw(shade_renderer(), &on.settings, EDGE, EDGE) &&
+         view_renderer_read(shade_renderer(), false, rgb));
+    for (int i = 0; i < EDGE * EDGE; i++)
+        count += rgb[3 * i] > 0.01f * sky[0] && rgb[3 * i] < 0.99f * sky[0];
+    return count;
+}
+
+/* Compiling shaders makes the first picture a slow one, so that the next has
+ * one sample of a pixel, for it moves. At rest it has all. */
+TEST(samples_of_what_moves)
+{
+    begin();
+    on.settings.multiscatter = true;
+    on.settings.sky = false;
+    on.settings.fov = 60;
+    on.settings.multisample = 4;
+    draw();
+    on.settings.pitch += 20;
+    const int moving = count_partial();
+    const bool rough = !view_renderer_complete(shade_renderer());
+    const int at_rest = count_partial();
+    CHECK_MSG(at_rest > 10 && (rough ? moving == 0 : moving > 10), "%d, %d",
+              moving, at_rest);
+    CHECK(view_renderer_complete(shade_renderer()));
+}

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/clock.h"
 #include "view/errors.h"
 #include "view/frame.h"
 #include "view/gl.h"
@@ -20,6 +21,9 @@ enum {
     BLURRED = VIEW_BACKDROP_MAP + 1, /* of sky.frag */
     BACKDROPS
 };
+
+/* A model that moves has one sample of a pixel if all take longer. */
+static const double slow_seconds = 0.1;
 
 /* A view_sphere as attributes of sphere.vert. */
 typedef struct instance {
@@ -39,9 +43,11 @@ struct view_renderer {
     /* Linear pictures of settings.reflection and against: of one place in the
      * pixels, and the mean of all places so far; and framebuffers on them. */
     GLuint picture[2], target[2], means[2], mean_target[2];
-    int places;                   /* drawn */
-    view_truth *truth;            /* made on first use */
-    view_scene *stage;            /* the same */
+    int places;        /* drawn */
+    double seconds;    /* that the last picture with all its samples took */
+    bool rough;        /* the picture has one sample of a pixel, for it moves */
+    view_truth *truth; /* made on first use */
+    view_scene *stage; /* the same */
     const view_probe_set *probes; /* probes of the stage, or NULL */
     view_model *model;            /* that was set, or NULL */
     view_model *ball;             /* made on first use */
@@ -318,26 +324,32 @@ static void fill_frame(const view_renderer *r, const view_settings *s,
                        const baked_set *set, view_frame *f)
 {
     view_frame_fill(f, s, set, r->width, r->height);
-    if (!s->sky || !r->backdrop)
+    if (!r->backdrop)
         return;
     if (s->sky && !r->set->own_sky)
         f->shading[2] = VIEW_BACKDROP_MAP;
     f->diffuse[2] = (float)(r->set->source_yaw / 360);
+    f->display[3] = 1;
 }
 
 /* Begins anew if the picture has changed; sets the next place in the pixels
- * for all that is drawn. */
+ * for all that is drawn. A model that moves has fewer samples if all of them
+ * are slow. */
 static void choose_place(view_renderer *r, const view_settings *s)
 {
-    f->display[3] = 1;
     const int all = view_places(s);
     view_settings at = *s;
     view_frame frame;
 
     fill_frame(r, s, r->set, &r->frame);
-    if (r->stale || memcmp(&r->frame, &r->linear, VIEW_FRAME_LINEAR) != 0 ||
-        (s->mode == VIEW_SCENE && r->places >= all))
+    const bool moves =
+        r->stale || memcmp(&r->frame, &r->linear, VIEW_FRAME_LINEAR) != 0;
+    if (moves || r->rough || (s->mode == VIEW_SCENE && r->places >= all))
         r->places = 0;
+    r->rough = moves && s->mode == VIEW_MODEL && s->multisample > 1 &&
+               r->seconds > slow_seconds;
+    if (r->rough)
+        at.multisample = 1;
     r->linear = r->frame;
     r->stale = false;
     frame = r->frame;
@@ -534,14 +546,10 @@ static bool draw_side(view_renderer *r, int side)
     return true;
 }
 
-static bool linear_pass(view_renderer *r)
+static bool draw_sides(view_renderer *r)
 {
     const int sides = view_compares(&r->settings) ? 2 : 1;
 
-    if (!make_picture(r, &r->picture[0], r->target[0]))
-        return false;
-    if (stays(r))
-        return true;
     gl.BindFramebuffer(GL_FRAMEBUFFER, r->target[0]);
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
@@ -556,6 +564,24 @@ static bool linear_pass(view_renderer *r)
     }
     if (r->other)
         use_set(r, 0);
+    return true;
+}
+
+static bool linear_pass(view_renderer *r)
+{
+    const bool timed = r->settings.multisample > 1 && !r->places;
+    const double start = timed ? ibl_now() : 0;
+
+    if (!make_picture(r, &r->picture[0], r->target[0]))
+        return false;
+    if (stays(r))
+        return true;
+    if (!draw_sides(r))
+        return false;
+    if (timed) {
+        gl.Finish();
+        r->seconds = ibl_now() - start;
+    }
     return true;
 }
 
@@ -619,7 +645,7 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
 
 bool view_renderer_complete(const view_renderer *r)
 {
-    return r->places >= view_places(&r->settings);
+    return !r->rough && r->places >= view_places(&r->settings);
 }
 
 /* ---- reading back ------------------------------------------------------- */

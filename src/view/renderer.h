@@ -57,7 +57,8 @@ void view_renderer_model(view_renderer *r, view_model *model);
 bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
                         int height);
 
-/* Whether the last draw was that of the last place in the pixels. */
+/* Whether the last draw was that of the last place in the pixels, with all
+ * samples. */
 bool view_renderer_complete(const view_renderer *r);
 
 /* Reads the last draw, or what it was compared with: linear RGB, width * height

@@ -112,7 +112,8 @@ typedef struct view_settings {
     double pixel[2]; /* the place, from the pixel's centre to the right and up,
                         -0.5..0.5; the renderer sets it */
     int multisample; /* samples of a pixel of the scene, in place of places,
-                        for pictures that change; 1: places */
+                        for pictures that change, 1: places; of the model at
+                        each place, while it moves 1 if all are slow */
     /* display */
     double ev; /* exposure 2^ev */
     view_tone tone;
