@@ -328,13 +328,8 @@ static json_t *entry(const ibl_probes_bake *p, int i)
     if (i == p->set.count) {
         j = json_pack("{si}", "layer", i);
     } else {
-        j = json_pack("{ss si si so so sf}", "name", e->name, "layer", i,
-                      "priority", e->probe.priority, "position",
-                      ibl_json_triple_of(e->probe.position), "influence",
-                      ibl_json_volume_of(&e->probe.influence), "blend",
-                      e->probe.blend);
-        if (e->probe.has_proxy)
-            put(&j, "proxy", ibl_json_volume_of(&e->probe.proxy));
+        j = json_pack("{ss si}", "name", e->name, "layer", i);
+        put_all(&j, ibl_json_probe_of(&e->probe));
         put(&j, "alpha", json_boolean(e->alpha));
     }
     json_object_foreach(e->note, key, value)

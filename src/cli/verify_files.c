@@ -333,12 +333,17 @@ static bool note_yaw(const reader *r, const ibl_texture *tex)
 static bool note_lights(const reader *r, const ibl_texture *tex)
 {
     const char *key = ibl_texture_get(tex, "iblbake.lights"), *end;
-    const json_t *listed = json_object_get(r->sidecar, "lights");
     const int before = r->files->lights;
-    int lights = find_output(r) ? (int)json_array_size(listed) : 0;
+    ibl_light listed[IBL_MAX_LIGHTS];
+    int lights = find_output(r) ? ibl_sidecar_lights(r->sidecar, listed) : 0;
 
     if (r->kind == IBL_OUTPUT_SKYBOX)
         return true;
+    if (!key && lights < 0 && r->opts->lights < 0)
+        return ibl_console_fail(r->console,
+                                "%s: its lights are damaged: bake again, or "
+                                "say how many there are with --lights",
+                                r->sidecar_path);
     if (key && (!ibl_number_int(key, 0, IBL_MAX_LIGHTS, &lights, &end) || *end))
         return ibl_console_fail(r->console,
                                 "%s: its key iblbake.lights is no number of "

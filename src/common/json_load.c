@@ -158,6 +158,41 @@ json_t *ibl_sidecar_output(const json_t *sidecar, const char *member,
     return NULL;
 }
 
+bool ibl_json_numbers(const json_t *list, double *to, int count)
+{
+    for (int i = 0; i < count; i++) {
+        const json_t *x = json_array_get(list, (size_t)i);
+        to[i] = json_number_value(x);
+        if (!json_is_number(x) || !isfinite(to[i]))
+            return false;
+    }
+    return true;
+}
+
+int ibl_sidecar_lights(const json_t *sidecar, ibl_light light[IBL_MAX_LIGHTS])
+{
+    const json_t *list = json_object_get(sidecar, "lights"), *entry;
+    size_t i;
+
+    if (json_array_size(list) > IBL_MAX_LIGHTS)
+        return -1;
+    json_array_foreach(list, i, entry)
+    {
+        const json_t *radius = json_object_get(entry, "radius_rad");
+        const bool ok = json_is_number(radius) &&
+                        ibl_json_numbers(json_object_get(entry, "direction"),
+                                         light[i].direction, 3) &&
+                        ibl_json_numbers(json_object_get(entry, "irradiance"),
+                                         light[i].irradiance, 3) &&
+                        ibl_json_numbers(json_object_get(entry, "radiance"),
+                                         light[i].radiance, 3);
+        if (!ok)
+            return -1;
+        light[i].radius = json_number_value(radius);
+    }
+    return (int)json_array_size(list);
+}
+
 void ibl_sidecar_colour(const json_t *sidecar, ibl_read_options *read)
 {
     const json_t *colour = json_object_get(sidecar, "colour");

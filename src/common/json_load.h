@@ -38,6 +38,13 @@ json_t *ibl_sidecar_load(const char *path, ibl_json_why *why);
 json_t *ibl_sidecar_output(const json_t *sidecar, const char *member,
                            const char *value);
 
+/* Reads count numbers; false if they are not that, or not finite. */
+bool ibl_json_numbers(const json_t *list, double *to, int count);
+
+/* Reads the lights that were taken out of the map, and returns their number;
+ * -1: they are damaged. */
+int ibl_sidecar_lights(const json_t *sidecar, ibl_light light[IBL_MAX_LIGHTS]);
+
 /* What a sidecar says was done to the colours of its source. Leaves alone what
  * it does not say, or not in such words. */
 void ibl_sidecar_colour(const json_t *sidecar, ibl_read_options *read);
@@ -50,9 +57,8 @@ void ibl_sidecar_colour(const json_t *sidecar, ibl_read_options *read);
  */
 char *ibl_json_text(const json_t *root);
 
-/* [x, y, z], and {"box": ..} or {"sphere": ..} as ibl_json_volume reads it.
- * NULL: no memory. */
+/* [x, y, z], and the members that ibl_json_probe reads. NULL: no memory. */
 json_t *ibl_json_triple_of(const double v[3]);
-json_t *ibl_json_volume_of(const ibl_volume *v);
+json_t *ibl_json_probe_of(const ibl_probe *p);
 
 #endif

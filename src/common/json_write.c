@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/json_build.h"
 #include "common/text.h"
 
 static bool write_value(const json_t *value, int depth, FILE *to);
@@ -95,7 +96,7 @@ json_t *ibl_json_triple_of(const double v[3])
     return json_pack("[fff]", v[0], v[1], v[2]);
 }
 
-json_t *ibl_json_volume_of(const ibl_volume *v)
+static json_t *volume_of(const ibl_volume *v)
 {
     if (v->shape == IBL_SHAPE_BOX)
         return json_pack("{s{so so}}", "box", "centre",
@@ -103,4 +104,15 @@ json_t *ibl_json_volume_of(const ibl_volume *v)
                          ibl_json_triple_of(v->half));
     return json_pack("{s{so sf}}", "sphere", "centre",
                      ibl_json_triple_of(v->centre), "radius", v->half[0]);
+}
+
+json_t *ibl_json_probe_of(const ibl_probe *p)
+{
+    json_t *j = json_pack("{si so so sf}", "priority", p->priority, "position",
+                          ibl_json_triple_of(p->position), "influence",
+                          volume_of(&p->influence), "blend", p->blend);
+
+    if (p->has_proxy)
+        put(&j, "proxy", volume_of(&p->proxy));
+    return j;
 }

@@ -312,13 +312,9 @@ static json_t *probe_json(const ibl_probe *p, int i)
         append(&faces, json_string(name));
     }
     snprintf(name, sizeof name, "probe_%02d", i);
-    json_t *probe = json_pack(
-        "{ss so s{so} so sf}", "name", name, "position",
-        ibl_json_triple_of(p->position), "capture", "faces", faces, "influence",
-        ibl_json_volume_of(&p->influence), "blend", p->blend);
-    if (p->has_proxy)
-        put(&probe, "proxy", ibl_json_volume_of(&p->proxy));
-    put(&probe, "priority", json_integer(p->priority));
+    json_t *probe =
+        json_pack("{ss s{so}}", "name", name, "capture", "faces", faces);
+    put_all(&probe, ibl_json_probe_of(p));
     return probe;
 }
 

@@ -128,18 +128,6 @@ const char *view_sidecar_file(const json_t *root, view_content content)
     return file && *file && !strchr(file, '/') ? file : NULL;
 }
 
-/* Reads count numbers; false if they are not that, or not finite. */
-static bool take_numbers(const json_t *list, double *to, int count)
-{
-    for (int i = 0; i < count; i++) {
-        const json_t *x = json_array_get(list, (size_t)i);
-        to[i] = json_number_value(x);
-        if (!json_is_number(x) || !isfinite(to[i]))
-            return false;
-    }
-    return true;
-}
-
 static bool take_sh(ibl_ctx *ctx, const json_t *root, ibl_axes axes,
                     baked_set *set)
 {
@@ -157,8 +145,8 @@ static bool take_sh(ibl_ctx *ctx, const json_t *root, ibl_axes axes,
                        "its harmonics are not as many as their degree says");
     const int used = most < VIEW_SH_DEGREE ? (int)most : VIEW_SH_DEGREE;
     for (int i = 0; i < 3 * (used + 1) * (used + 1); i += 3)
-        if (!take_numbers(json_array_get(radiance, (size_t)i / 3), values + i,
-                          3))
+        if (!ibl_json_numbers(json_array_get(radiance, (size_t)i / 3),
+                              values + i, 3))
             return damaged(set->path[VIEW_SIDECAR],
                            "its harmonics are not all numbers");
     if (ibl_sh_turn_axes(ctx, used, axes, 1, values))
@@ -169,26 +157,12 @@ static bool take_sh(ibl_ctx *ctx, const json_t *root, ibl_axes axes,
 
 static bool take_lights(const json_t *root, ibl_axes axes, baked_set *set)
 {
-    const json_t *entry;
-    size_t i;
-
-    json_array_foreach(json_object_get(root, "lights"), i, entry)
-    {
-        ibl_light *light = &set->light[i];
-        const json_t *radius = json_object_get(entry, "radius_rad");
-        if (i == IBL_MAX_LIGHTS || !json_is_number(radius) ||
-            !take_numbers(json_object_get(entry, "direction"), light->direction,
-                          3) ||
-            !take_numbers(json_object_get(entry, "irradiance"),
-                          light->irradiance, 3) ||
-            !take_numbers(json_object_get(entry, "radiance"), light->radiance,
-                          3))
-            return damaged(set->path[VIEW_SIDECAR], "its lights are not such");
-        ibl_axes_turn(axes, 1, light->direction, light->direction);
-        light->radius = json_number_value(radius);
-        set->light_count = (int)i + 1;
-    }
-    return true;
+    set->light_count = ibl_sidecar_lights(root, set->light);
+    for (int i = 0; i < set->light_count; i++)
+        ibl_axes_turn(axes, 1, set->light[i].direction,
+                      set->light[i].direction);
+    return set->light_count >= 0 ||
+           damaged(set->path[VIEW_SIDECAR], "its lights are not such");
 }
 
 static bool take_expected(const json_t *root, baked_set *set)
@@ -200,15 +174,15 @@ static bool take_expected(const json_t *root, baked_set *set)
     const json_t *errors = json_object_get(all, "errors");
     view_expected *e = &set->expected;
     const size_t count = json_array_size(at);
-    bool ok =
-        count <= VIEW_EXPECTED && take_numbers(at, e->roughness, (int)count);
+    bool ok = count <= VIEW_EXPECTED &&
+              ibl_json_numbers(at, e->roughness, (int)count);
 
     for (size_t f = 0; f < 2 && ok && count; f++)
         for (size_t way = 0; way < IBL_LOOKUP_COUNT && ok; way++) {
             const json_t *list =
                 json_object_get(json_array_get(errors, f), ways[way]);
             e->nrmse[f][way][0] = -1;
-            ok = !list || take_numbers(list, e->nrmse[f][way], (int)count);
+            ok = !list || ibl_json_numbers(list, e->nrmse[f][way], (int)count);
         }
     e->count = (int)count;
     return ok ||
