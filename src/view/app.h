@@ -101,9 +101,6 @@ void view_panel_draw(const view_app *app);
 /* Handles a press of the left button at the pointer, or with drag a motion
  * while it is held. False: no control is there. */
 bool view_panel_point(view_app *app, bool drag);
-/* Appends " | label value" of each control of the mode that is not as it is by
- * default. */
-void view_panel_title(const view_app *app, char *text, size_t size);
 
 /* ---- the window (window.c, panel.c) ------------------------------------ */
 

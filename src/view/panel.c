@@ -141,7 +141,8 @@ static void write_panel(const view_app *app, char *text, size_t size)
     }
 }
 
-void view_panel_title(const view_app *app, char *text, size_t size)
+/* Appends what is not as it is by default. */
+static void add_changes(const view_app *app, char *text, size_t size)
 {
     const view_settings usual = view_settings_default();
 
@@ -312,7 +313,7 @@ void view_app_title(view_app *app)
     if (!app->set)
         return;
     ibl_one_line(text);
-    view_panel_title(app, text, size);
+    add_changes(app, text, size);
     const size_t used = strlen(text);
     snprintf(text + used, size - used, " | %.1f ms", app->frame_ms);
 }
