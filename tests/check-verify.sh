@@ -714,6 +714,8 @@ test_lights() {
         MAX=0.001 accept sunny.hdr --rotate 50 --lights 4 \
             --specular out/sunny_specular.$format --roughness-map linear
     done
+    sed -i 's/"radius_rad"/"radius"/' out/sunny.json
+    wrong 1 '*sunny.json: its lights are damaged: bake again*' sunny.hdr out
     iblbake -q $small sunny.hdr -o lit
     iblbake -q $small sunny.hdr -o dark --sun
     wrong 1 '*baked with 1 lights taken out, another file with 0: judge one*' \
