@@ -15,29 +15,27 @@
 /* clang-format off */
 #define VIEW_GL_FUNCTIONS(X)                                                   \
     X(ActiveTexture) X(AttachShader) X(BindBuffer) X(BindBufferBase)           \
-    X(BindBufferRange) X(BindFramebuffer)                                      \
-    X(BindRenderbuffer) X(BindSampler) X(BindTexture) X(BindVertexArray)       \
-    X(BlendFuncSeparate) X(BlitFramebuffer) X(BufferData) X(BufferSubData)     \
-    X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(ColorMask)              \
-    X(CompileShader) X(CreateProgram) X(CreateShader) X(CullFace)              \
-    X(DeleteBuffers) X(DeleteFramebuffers)                                     \
+    X(BindBufferRange) X(BindFramebuffer) X(BindRenderbuffer) X(BindSampler)   \
+    X(BindTexture) X(BindVertexArray) X(BlendFuncSeparate) X(BlitFramebuffer)  \
+    X(BufferData) X(BufferSubData) X(CheckFramebufferStatus) X(Clear)          \
+    X(ClearColor) X(ColorMask) X(CompileShader) X(CreateProgram)               \
+    X(CreateShader) X(CullFace) X(DeleteBuffers) X(DeleteFramebuffers)         \
     X(DeleteProgram) X(DeleteRenderbuffers) X(DeleteSamplers) X(DeleteShader)  \
     X(DeleteTextures) X(DeleteVertexArrays) X(DepthFunc) X(DepthMask)          \
     X(DetachShader) X(Disable) X(DrawArrays) X(DrawArraysInstanced)            \
-    X(DrawElements) X(Enable) X(EnableVertexAttribArray)         \
-    X(Finish) X(FramebufferRenderbuffer)                                       \
-    X(FramebufferTexture2D) X(FramebufferTextureLayer) X(FrontFace)            \
-    X(GenBuffers) X(GenFramebuffers) X(GenRenderbuffers) X(GenSamplers)        \
-    X(GenTextures) X(GenVertexArrays) X(GetError) X(GetIntegerv)               \
-    X(GetProgramInfoLog) X(GetProgramiv) X(GetShaderInfoLog) X(GetShaderiv)    \
-    X(GetString) X(GetStringi) X(GetTexImage) X(GetUniformBlockIndex)          \
-    X(GetUniformLocation) X(LinkProgram) X(PixelStorei)          \
-    X(ReadPixels) X(RenderbufferStorage) X(RenderbufferStorageMultisample)     \
-    X(SamplerParameteri) X(ShaderSource) X(GenerateMipmap)                     \
-    X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri) X(TexSubImage3D) \
-    X(Uniform1f) X(Uniform1i) X(Uniform2f) X(UniformBlockBinding)              \
-    X(UseProgram) X(VertexAttrib4f) X(VertexAttribDivisor)                     \
-    X(VertexAttribPointer) X(Viewport)
+    X(DrawElements) X(Enable) X(EnableVertexAttribArray) X(Finish)             \
+    X(FramebufferRenderbuffer) X(FramebufferTexture2D)                         \
+    X(FramebufferTextureLayer) X(FrontFace) X(GenBuffers) X(GenFramebuffers)   \
+    X(GenRenderbuffers) X(GenSamplers) X(GenTextures) X(GenVertexArrays)       \
+    X(GetError) X(GetIntegerv) X(GetProgramInfoLog) X(GetProgramiv)            \
+    X(GetShaderInfoLog) X(GetShaderiv) X(GetString) X(GetStringi)              \
+    X(GetTexImage) X(GetUniformBlockIndex) X(GetUniformLocation)               \
+    X(LinkProgram) X(PixelStorei) X(ReadPixels) X(RenderbufferStorage)         \
+    X(RenderbufferStorageMultisample) X(SamplerParameteri) X(ShaderSource)     \
+    X(GenerateMipmap) X(TexBuffer) X(TexImage2D) X(TexImage3D)                 \
+    X(TexParameteri) X(TexSubImage3D) X(Uniform1f) X(Uniform1i) X(Uniform2f)   \
+    X(UniformBlockBinding) X(UseProgram) X(VertexAttrib4f)                     \
+    X(VertexAttribDivisor) X(VertexAttribPointer) X(Viewport)
 /* clang-format on */
 
 typedef struct view_gl {
