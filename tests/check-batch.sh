@@ -165,7 +165,9 @@ test_incremental() {
     times out | diff was - || echo 'something was touched'
     # Another time is no change of contents, and is not looked at twice.
     touch -d '2 hours ago' m/sun.hdr
+    sleep 0.05
     bake m -o out --incremental
+    times out | grep -q "$(grep '/sun\.map ' was)" && echo 'the stamp is old'
     times out | grep -v '/\.iblbake/' | diff <(grep -v '/\.iblbake/' was) -
     # A change, an output that is gone, and one that another wrote.
     map_of 128 '\x80\x80\x80\x81' >m/map1.hdr
@@ -178,6 +180,7 @@ test_incremental() {
     diff -r -x .iblbake alone out
     # A table that is gone, though no map is to be baked.
     touch -d '1 hour ago' m/map1.hdr
+    sleep 0.05
     bake m -o out --incremental
     rm out/brdf_lut.ktx2
     iblbake $options -v m -o out --incremental 2>err
@@ -237,6 +240,13 @@ END
         refused 1 "*$f: is the name of another output too: *" \
             "$@" --incremental --depfile $f
     done
+    refused 1 '*new/brdf_lut.ktx2: is the name of another output too: *' \
+        iblbake $options m -o new --depfile new/brdf_lut.ktx2
+    bake m/sun.hdr m/mild.exr -o new --depfile new/all.d
+    grep -q 'm/mild.exr$' new/all.d || cat new/all.d
+    iblbake -q $options m/sun.hdr no_%f.hdr -o new --keep-going \
+        --depfile new/rest.d 2>err
+    grep -q 'm/sun.hdr$' new/rest.d || cat err
     # Names that a depfile cannot hold, of a map that is kept.
     cp m/sun.hdr 'm/a;b.hdr'
     sleep 0.05

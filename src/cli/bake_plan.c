@@ -411,14 +411,16 @@ bool ibl_bake_check_depfile(const ibl_bake *sets, int count)
     const char *depfile = sets->opts->depfile;
     char *inputs[IBL_FACES];
     int input_count;
-    bool ok = check_target(sets, depfile);
+    bool ok = true;
 
     if (!ibl_bake_inputs(sets, inputs, &input_count))
         input_count = 0; /* the bake says what is missing */
     for (int i = 0; i < count && ok; i++)
         ok = check_set_depfile(&sets[i], depfile);
     for (int i = 0; i < input_count && ok; i++)
-        ok = check_depfile(sets, inputs[i]);
+        ok = ibl_console_differ(sets->console, inputs[i], depfile,
+                                "--depfile") &&
+             check_depfile(sets, inputs[i]);
     ibl_input_files_free(inputs);
     for (int i = 0; scenes && i < scenes->file_count && ok; i++)
         ok = check_depfile(sets, scenes->files[i]);
@@ -436,5 +438,6 @@ bool ibl_bake_plan(ibl_bake *sets, int count)
     for (int i = 0; i < count && ok; i++)
         ok = plan_set(&sets[i]);
     return ok && (!o->preview || check_file(sets, o->preview)) &&
-           (!o->depfile || ibl_bake_check_depfile(sets, count));
+           (!o->depfile || (check_target(sets, o->depfile) &&
+                            ibl_bake_check_depfile(sets, count)));
 }

@@ -262,8 +262,8 @@ bool ibl_bake_name_files(ibl_bake *b);
  * outputs of another environment. */
 bool ibl_bake_plan(ibl_bake *sets, int count);
 
-/* Checks that --depfile can be written, can name the files of all sets, whose
- * names are known, and is none of them. False after a message. */
+/* Checks that --depfile can name the files of all sets, whose names are known,
+ * and is none of them. False after a message. */
 bool ibl_bake_check_depfile(const ibl_bake *sets, int count);
 
 /* A rule "outputs: input" for make and ninja, without the input if it is
