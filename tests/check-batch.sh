@@ -156,6 +156,7 @@ iblbake: failed: m/sic.hdr" ] || cat err
 }
 
 test_incremental() {
+    sleep 0.05 # the grace, since m is a new copy
     bake m -o out --incremental
     singly alone
     diff -r -x .iblbake alone out
@@ -190,6 +191,7 @@ test_incremental() {
 
 test_incremental_options() {
     local set
+    sleep 0.05 # the grace, since m is a new copy
     bake m/sun.hdr -o out --incremental
     for set in '--levels 1' '--exposure 1' '--rotate 10' '--timings' '--verify' \
         '--name sun --target three'; do
@@ -323,6 +325,7 @@ test_shards() {
 # The files of a map are of one run: another gives its own no names meanwhile.
 test_two_runs() {
     local other
+    sleep 0.05 # the grace, since m is a new copy
     bake m/sun.hdr -o out --incremental
     times out >was
     # Another run, which reads the lock's bytes.
