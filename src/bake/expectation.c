@@ -58,6 +58,7 @@ typedef struct target {
 
 struct ibl_expectation {
     ibl_ctx *ctx;
+    bool exact; /* only lookups are judged, each way, and no ladders */
     ibl_bands_rule rule;
     double at[VIEWS], weight[VIEWS];
     ibl_lobe_kernels kernels; /* of no chain: the spectrum and the cosine */
@@ -216,7 +217,7 @@ static void fill_target(const ibl_expectation *e, int job, int f, target *t)
     *t = (target){.weight = n->weight[f] * e->weight[job % VIEWS] * 2 * n_v *
                             b->energy[f] * b->energy[f],
                   .diffuse = n->diffuse[f] / b->energy[f]};
-    for (int i = 0; i < b->count; i++) {
+    for (int i = 0; i < b->count && !e->exact; i++) {
         const int l = b->degree[i];
         const double k = l < DEGREES ? cosine[l] : 0;
         const double c = 4 * IBL_PI / (2 * l + 1) * b->share[i];
@@ -239,9 +240,9 @@ static void view_job(void *arg, int job, int worker)
         ibl_bands_degrees(e->kernels.power, r, b);
     else
         mirror_degrees(e, b);
-    ibl_lookup_direction(b, n_v, 1); /* IBL_TO_N */
-    ibl_lookup_direction(b, n_v, 0); /* IBL_TO_R */
-    for (int f = 0; f < 2; f++)      /* BENT */
+    ibl_lookup_direction(b, n_v, 1);         /* IBL_TO_N */
+    ibl_lookup_direction(b, n_v, 0);         /* IBL_TO_R */
+    for (int f = 0; f < 2 && !e->exact; f++) /* BENT */
         ibl_lookup_direction(b, n_v,
                              (f ? 1.4 : 3.3) * r * r * r * (1 - r) * (1 - n_v));
     ibl_lookup_legendre(b->angle, b->directions, b, e->view[job].p);
@@ -526,10 +527,9 @@ ibl_status ibl_expectation_fit(ibl_expectation *e, int size, int levels,
 typedef struct judging {
     const ibl_expectation *e;
     const ibl_expected_set *set;
-    bool exact; /* but for the lookups: nothing else counts */
     ibl_lobe_kernels kernels;
     const ladder *ladder; /* NULL: lookups follow from the set */
-    double sum[TARGETS];
+    double sum[IBL_LOOKUP_COUNT][TARGETS];
 } judging;
 
 /* A BRDF table's F0 A + B, for F0 = 1 and .04. */
@@ -551,27 +551,54 @@ static void fetch_table(const ibl_lut *t, double n_v, double r, double to[2])
     to[1] = IBL_DIELECTRIC_F0 * ab[0] + ab[1];
 }
 
-static void use_of(const judging *j, int job, int f, ibl_lobe_bands *b,
-                   ibl_lookup_use *use)
+static ibl_lookup_use use_of(const judging *j, int way, int job, int f,
+                             ibl_lobe_bands *b)
 {
     const ibl_expectation *e = j->e;
     const double r = e->node[job / VIEWS].roughness, n_v = e->at[job % VIEWS];
-    *use = (ibl_lookup_use){.taps = 1, .at = {IBL_TO_R, IBL_TO_R}};
+    ibl_lookup_use use = {.taps = 1, .at = {IBL_TO_R, IBL_TO_R}};
     if (!j->set->layout.levels) {
-        use->weight = 1;
-    } else if (j->set->lookup == IBL_LOOKUP_SPLIT) {
-        use->lod = ibl_lod_of_roughness(&j->kernels.layout, r);
+        use.weight = 1;
+    } else if (way == IBL_LOOKUP_SPLIT) {
+        use.lod = ibl_lod_of_roughness(&j->kernels.layout, r);
     } else if (j->set->lobes) {
-        *use = ibl_lookup_by_table(
-            j->set->lobes, &j->kernels, f,
-            j->set->lookup == IBL_LOOKUP_TWO_TAPS ? 2 : 1, n_v, r, b);
+        use =
+            ibl_lookup_by_table(j->set->lobes, &j->kernels, f,
+                                way == IBL_LOOKUP_TWO_TAPS ? 2 : 1, n_v, r, b);
     } else {
         const int i = 2 * job + f, m = best_pair(j->ladder, i);
         const double *best = j->ladder->best[m][i], own = 1 - best[1];
-        use->at[0] = use->at[1] = BENT + f;
-        use->lod = m + (own > 0 ? fmin(best[0] / own, 1) : 0);
-        use->weight = best[1];
+        use.at[0] = use.at[1] = BENT + f;
+        use.lod = m + (own > 0 ? fmin(best[0] / own, 1) : 0);
+        use.weight = best[1];
     }
+    return use;
+}
+
+/* The lobe and its Legendre functions in the directions from `known` on, and
+ * between two taps. */
+static void add_directions(const ibl_expectation *e, int job, int known,
+                           const double apart[2], ibl_lookup_view *v)
+{
+    const double n_v = e->at[job % VIEWS];
+    double angle[IBL_LOOKUP_ANGLES];
+    if (v->bands.directions == known)
+        return;
+    memcpy(angle, v->bands.angle, sizeof v->bands.angle);
+    memcpy(angle + IBL_LOOKUP_APART, apart, 2 * sizeof *apart);
+    ibl_lookup_legendre(angle + known, IBL_LOOKUP_ANGLES - known, &v->bands,
+                        v->p + known);
+    if (e->node[job / VIEWS].roughness > 0)
+        ibl_lobe_bands_toward(n_v, known, &v->bands);
+    else
+        mirror_bands(n_v, &v->bands);
+}
+
+/* The last way to look up that is judged. */
+static int last_way(const judging *j)
+{
+    return j->e->exact && j->set->lobes ? IBL_LOOKUP_COUNT - 1
+                                        : (int)j->set->lookup;
 }
 
 static void judge_job(void *arg, int job, int worker)
@@ -579,24 +606,18 @@ static void judge_job(void *arg, int job, int worker)
     judging *j = arg;
     const ibl_expectation *e = j->e;
     const double r = e->node[job / VIEWS].roughness, n_v = e->at[job % VIEWS];
-    const int known = e->view[job].bands.directions;
+    const int first = (int)j->set->lookup, last = last_way(j);
     ibl_lookup_view v = e->view[job];
-    ibl_lookup_use use[2];
-    double angle[IBL_LOOKUP_ANGLES] = {0}, truth[2] = {1, 1}, own[2] = {1, 1};
+    ibl_lookup_use use[IBL_LOOKUP_COUNT][2];
+    double apart[2] = {0, 0}, truth[2] = {1, 1}, own[2] = {1, 1};
     (void)worker;
-    for (int f = 0; f < 2; f++) {
-        use_of(j, job, f, &v.bands, &use[f]);
-        angle[IBL_LOOKUP_APART + f] = v.bands.angle[use[f].at[0]] -
-                                      v.bands.angle[use[f].at[use[f].taps - 1]];
+    for (int i = 0; i < 2 * (last - first + 1); i++) {
+        ibl_lookup_use *u = &use[first + i / 2][i % 2];
+        *u = use_of(j, first + i / 2, job, i % 2, &v.bands);
+        apart[i % 2] =
+            v.bands.angle[u->at[0]] - v.bands.angle[u->at[u->taps - 1]];
     }
-    if (v.bands.directions > known) {
-        memcpy(angle, v.bands.angle, sizeof v.bands.angle);
-        ibl_lookup_legendre(angle, IBL_LOOKUP_ANGLES, &v.bands, v.p);
-        if (r > 0)
-            ibl_lobe_bands_toward(n_v, known, &v.bands);
-        else
-            mirror_bands(n_v, &v.bands);
-    }
+    add_directions(e, job, e->view[job].bands.directions, apart, &v);
     if (j->set->lut) {
         fetch_table(&e->truth, n_v, r, truth);
         fetch_table(j->set->lut, n_v, r, own);
@@ -608,10 +629,10 @@ static void judge_job(void *arg, int job, int worker)
                                     .irradiance = j->set->irradiance,
                                     .step = j->set->step,
                                     .slope = j->set->slope};
-        if (t->weight > 0)
-            j->sum[2 * job + f] =
-                t->weight * ibl_lookup_error(&j->kernels, &v, f, &use[f],
-                                             j->exact ? NULL : &set);
+        for (int way = first; way <= last && t->weight > 0; way++)
+            j->sum[way][2 * job + f] =
+                t->weight * ibl_lookup_error(&j->kernels, &v, f, &use[way][f],
+                                             e->exact ? NULL : &set);
     }
 }
 
@@ -681,7 +702,7 @@ ibl_status ibl_expectation_of(const ibl_expectation *e,
         status = judge(&j);
     double sum = 0;
     for (int i = 0; i < 2 * e->nodes * VIEWS && !status; i++)
-        sum += j.sum[i];
+        sum += j.sum[set->lookup][i];
     if (!status)
         *nrmse = sqrt(sum / e->total);
     ibl_lobe_kernels_free(&j.kernels);
@@ -719,16 +740,15 @@ static ibl_status make_views(ibl_expectation *e)
 }
 
 static ibl_status judge_nodes(ibl_expectation *e, judging *j,
-                              ibl_expected_set *set, ibl_expected_error *errors)
+                              ibl_expected_error *errors)
 {
     ibl_status status = make_views(e);
+    if (!status)
+        status = judge(j);
     for (int way = 0; way < IBL_LOOKUP_COUNT && !status; way++) {
-        set->lookup = (ibl_lookup)way;
-        if (!way || set->lobes) {
-            status = judge(j);
-            divide(e, j->sum, way, errors);
-        }
-        for (int n = 0; n < e->nodes && way && !set->lobes; n++)
+        if (way <= last_way(j))
+            divide(e, j->sum[way], way, errors);
+        for (int n = 0; n < e->nodes && way > last_way(j); n++)
             errors[n].nrmse[0][way] = errors[n].nrmse[1][way] = -1;
     }
     return status;
@@ -750,19 +770,19 @@ static ibl_status check_roughness(ibl_ctx *ctx, const double *roughness,
 }
 
 static ibl_status judge_all(ibl_expectation *e, judging *j,
-                            ibl_expected_set *set, const double *roughness,
-                            int count, ibl_expected_error *errors)
+                            const double *roughness, int count,
+                            ibl_expected_error *errors)
 {
     ibl_status status =
         ibl_lobe_kernels_make(e->ctx, &none, e->given, e->degree, &e->kernels);
     if (!status)
-        status = ibl_lobe_kernels_make(e->ctx, &set->layout, e->given,
+        status = ibl_lobe_kernels_make(e->ctx, &j->set->layout, e->given,
                                        e->degree, &j->kernels);
     for (int i = 0; i < count && !status; i += NODES) {
         e->nodes = count - i < NODES ? count - i : NODES;
         for (int n = 0; n < e->nodes; n++)
             e->node[n] = (node){roughness[i + n], {1, 1}, {0, 0}};
-        status = judge_nodes(e, j, set, &errors[i]);
+        status = judge_nodes(e, j, &errors[i]);
     }
     ibl_lobe_kernels_free(&j->kernels);
     return status;
@@ -788,12 +808,14 @@ ibl_status ibl_bake_expected_error(ibl_ctx *ctx,
     ibl_expectation *e = ibl_alloc_zeroed(1, sizeof *e);
     if (!e)
         return ibl_no_memory(ctx, "the expected error");
-    ibl_expected_set set = {.layout = opts->layout, .lobes = table};
-    judging j = {.e = e, .set = &set, .exact = true};
+    const ibl_expected_set set = {
+        .layout = opts->layout, .lobes = table, .lookup = IBL_LOOKUP_SPLIT};
+    judging j = {.e = e, .set = &set};
     e->ctx = ctx;
+    e->exact = true;
     e->given = opts->power;
     e->degree = opts->power_degree;
-    status = judge_all(e, &j, &set, roughness, count, errors);
+    status = judge_all(e, &j, roughness, count, errors);
     e->given = NULL; /* the caller's */
     ibl_expectation_free(e);
     return status;

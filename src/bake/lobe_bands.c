@@ -103,11 +103,14 @@ typedef struct legendre {
 } legendre;
 
 /* first: P_mm */
-static legendre start_order(int m, const double *first, int count)
+static void start_order(int m, const double *first, int count, legendre *p)
 {
-    legendre p = {.m = m, .l = m};
-    memcpy(p.here, first, (size_t)count * sizeof *first);
-    return p;
+    p->m = p->l = m;
+    p->last = 0;
+    for (int i = 0; i < count; i++) {
+        p->here[i] = first[i];
+        p->before[i] = 0;
+    }
 }
 
 static inline void next_degree(legendre *p, const double *cosine, int count)
@@ -203,6 +206,7 @@ void ibl_lobe_bands_toward(double n_dot_v, int first, ibl_lobe_bands *b)
 {
     const int count = b->directions - first;
     double cosine[EXTRA], sine[EXTRA], sign[EXTRA], start[EXTRA];
+    legendre p;
     for (int k = 0; k < count; k++) {
         const double psi = acos(n_dot_v) - b->angle[first + k];
         cosine[k] = cos(psi);
@@ -213,7 +217,7 @@ void ibl_lobe_bands_toward(double n_dot_v, int first, ibl_lobe_bands *b)
             memset(b->toward[f][first + k], 0, sizeof b->toward[f][first + k]);
     }
     for (int m = 0; m < b->orders; m++) {
-        legendre p = start_order(m, start, count);
+        start_order(m, start, count, &p);
         for (int at = first_degree(b, m); at < b->count; at++) {
             while (p.l < b->degree[at])
                 next_degree(&p, cosine, count);
@@ -231,6 +235,7 @@ void ibl_lobe_bands_make(const ibl_bands_rule *rule, double n_dot_v,
 {
     const view v = {sqrt((1 - n_dot_v) * (1 + n_dot_v)), n_dot_v, alpha};
     double first[RINGS];
+    legendre p;
     rings r;
     make_rings(rule, &v, &r);
     normalise(&r, b->energy);
@@ -239,7 +244,7 @@ void ibl_lobe_bands_make(const ibl_bands_rule *rule, double n_dot_v,
     for (int i = 0; i < RINGS; i++)
         first[i] = sqrt(1 / (4 * IBL_PI));
     for (int m = 0; m < b->orders; m++) {
-        legendre p = start_order(m, first, RINGS);
+        start_order(m, first, RINGS, &p);
         for (int at = first_degree(b, m); at < b->count; at++) {
             while (p.l < b->degree[at])
                 next_degree(&p, r.cosine, RINGS);
