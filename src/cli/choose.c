@@ -5,7 +5,8 @@
  * they add to a usual chain's. So the cheapest set is found by these sums. Then
  * its lobe table is made and the whole set is judged; what it has more than the
  * sum says is remembered for that chain, and the search goes on until a set
- * has the error that is asked.
+ * has the error that is asked. At last its parts are made coarser one at a
+ * time, while the judged error allows: the sums overstate that of some sets.
  */
 #include "cli/choose.h"
 
@@ -21,6 +22,7 @@ enum {
     MOST_PARTS = 2048,
     MOST_EDGE = 2048,
     LEAST_EDGE = 4, /* of a level */
+    DESCENT = 6,    /* parts that are made coarser at last */
     ROUNDS = 48     /* sets whose lobe table is made */
 };
 
@@ -244,6 +246,16 @@ static size_t small_bytes(const ibl_opts *o, ibl_pixel pixel, int irradiance,
     return bytes;
 }
 
+static parts parts_of(const search *s, int pixel, int irradiance, int lut)
+{
+    return (parts){pixel, irradiance, lut,
+                   small_bytes(s->o, (ibl_pixel)s->pixel.value[pixel],
+                               s->irradiance.value[irradiance],
+                               s->lut.value[lut]),
+                   s->pixel.error[pixel] + s->irradiance.error[irradiance] +
+                       s->lut.error[lut]};
+}
+
 static size_t lobes_bytes(int edge)
 {
     return (size_t)(edge * edge) * IBL_LOBE_LAYERS *
@@ -354,33 +366,43 @@ static void keep_least(double *least, double value)
     *least = *least > 0 ? fmin(*least, value) : value;
 }
 
-/* Judges a pick, and keeps what its chain has of the error. The finest table
- * comes first: *p then has that. */
-static bool judge_pick(search *s, pick *p, double *nrmse)
+/* Sets the bytes of a pick and its error as a whole. */
+static bool judge_whole(search *s, pick *p)
 {
-    const int finest = s->lobes.count - 1;
-    chain *c = &s->chain[p->size][p->levels];
     ibl_opts o = *s->o;
-    ibl_expected_set set = {.layout = c->layout,
+    ibl_expected_set set = {.layout = s->chain[p->size][p->levels].layout,
                             .irradiance =
                                 s->irradiance.value[p->parts.irradiance]};
+    double nrmse = 0;
 
-    if (!(c->judged[finest] > 0))
-        p->lobes = finest;
     p->bytes = bytes_of(s, p);
     o.lobe_table_size = s->lobes.value[p->lobes];
     format_errors((ibl_pixel)s->pixel.value[p->parts.pixel], &set);
-    if (!make_lut(s, p->parts.lut, &set.lut) || !judge(s, &o, &set, nrmse))
+    const bool ok =
+        make_lut(s, p->parts.lut, &set.lut) && judge(s, &o, &set, &nrmse);
+    p->error = nrmse * nrmse;
+    return ok;
+}
+
+/* Judges a pick, and keeps what its chain has of the error. The finest table
+ * comes first: *p then has that. */
+static bool judge_pick(search *s, pick *p)
+{
+    const int finest = s->lobes.count - 1;
+    chain *c = &s->chain[p->size][p->levels];
+
+    if (!(c->judged[finest] > 0))
+        p->lobes = finest;
+    if (!judge_whole(s, p))
         return false;
-    c->judged[p->lobes] = fmax(*nrmse * *nrmse - p->parts.error, 1e-12);
-    if (p->lobes < finest)
+    c->judged[p->lobes] = fmax(p->error - p->parts.error, 1e-12);
+    if (p->lobes < finest) {
         keep_least(&s->coarse[p->lobes],
                    c->judged[p->lobes] / c->judged[finest]);
-    else
-        keep_least(&s->ratio[p->levels], c->judged[finest] / c->least);
-    if (p->lobes == finest)
-        keep_least(&s->usual, c->judged[finest] / c->least);
-    p->error = *nrmse * *nrmse;
+        return true;
+    }
+    keep_least(&s->ratio[p->levels], c->judged[finest] / c->least);
+    keep_least(&s->usual, c->judged[finest] / c->least);
     return true;
 }
 
@@ -390,13 +412,12 @@ static bool judge_pick(search *s, pick *p, double *nrmse)
 static bool judge_sets(search *s, double most, pick *best)
 {
     bool holds = best->error <= most;
-    double nrmse = 0;
     pick p;
 
     for (int i = 0; i < ROUNDS && find(s, most, &p); i++) {
         if (holds && p.bytes >= best->bytes)
             return true;
-        if (!judge_pick(s, &p, &nrmse))
+        if (!judge_pick(s, &p))
             return false;
         const bool now = p.error <= most;
         if (now > holds || (now == holds && (now ? p.bytes < best->bytes
@@ -407,64 +428,126 @@ static bool judge_sets(search *s, double most, pick *best)
     return true;
 }
 
-/* Makes the parts of a set coarser, one after the other, while its error stays
- * at most `most`: where the sums say of all smaller sets that theirs does not.
- */
+/* Takes the ladder of a named mapping where the set as a whole has less error
+ * with it: the fit does not know the lobe table's size. */
+static bool try_mappings(search *s, pick *best)
+{
+    chain *c = &s->chain[best->size][best->levels];
+    ibl_specular_options o = s->o->bake.specular_options;
+
+    o.size = c->layout.size;
+    o.levels = c->layout.levels;
+    for (int i = 0; i < 2 && s->fits && o.levels > 1; i++) {
+        const ibl_specular_layout fitted = c->layout;
+        pick p = *best;
+        o.mapping = i ? IBL_ROUGHNESS_LINEAR : IBL_ROUGHNESS_FILAMENT;
+        if (ibl_specular_layout_of(&o, &c->layout) || !judge_whole(s, &p))
+            return false;
+        if (p.error < best->error)
+            *best = p;
+        else
+            c->layout = fitted;
+    }
+    return true;
+}
+
+/* Makes one of the parts of a set coarser by steps of its values. False: there
+ * is no such set, or it has no fewer bytes. */
+static bool coarsen(search *s, int part, int steps, pick *p)
+{
+    int *const at[DESCENT] = {&p->size,  &p->levels,           &p->parts.pixel,
+                              &p->lobes, &p->parts.irradiance, &p->parts.lut};
+    const size_t before = p->bytes;
+
+    *at[part] += at[part] == &p->parts.pixel ? steps : -steps;
+    if (*at[part] < 0 || p->parts.pixel >= s->pixel.count ||
+        !make_chain(s, p->size, p->levels))
+        return false;
+    p->parts = parts_of(s, p->parts.pixel, p->parts.irradiance, p->parts.lut);
+    p->bytes = bytes_of(s, p);
+    return p->bytes < before && p->parts.error <= s->most_parts;
+}
+
+/* Bytes saved for the error that it costs. */
+static double saving(const pick *from, const pick *to)
+{
+    return (double)(from->bytes - to->bytes) /
+           fmax(to->error - from->error, 1e-12);
+}
+
+/* Makes a part of a set coarser by at most *steps, which are halved until it
+ * holds: *p; 0: it does not. */
+static bool try_part(search *s, double most, const pick *from, int part,
+                     int *steps, pick *p)
+{
+    for (; *steps; *steps /= 2) {
+        *p = *from;
+        if (!coarsen(s, part, *steps, p))
+            continue;
+        if (!judge_whole(s, p))
+            return false;
+        if (p->error <= most)
+            break;
+    }
+    return true;
+}
+
+/* Makes the parts of a set coarser while its error as a whole stays at most
+ * `most`, each time that part which saves most bytes for the error. Its next
+ * steps are twice as many. */
 static bool shrink(search *s, double most, pick *best)
 {
-    double nrmse;
+    int steps[DESCENT] = {1, 1, 1, 1, 1, 1};
 
-    for (int part = 0; part < 3; part++)
-        for (pick p = *best;; p = *best) {
-            int *at = part == 0   ? &p.parts.lut
-                      : part == 1 ? &p.parts.irradiance
-                                  : &p.lobes;
-            if (--*at < 0)
-                break;
-            p.parts.bytes =
-                small_bytes(s->o, (ibl_pixel)s->pixel.value[p.parts.pixel],
-                            s->irradiance.value[p.parts.irradiance],
-                            s->lut.value[p.parts.lut]);
-            if (!judge_pick(s, &p, &nrmse))
+    for (;;) {
+        pick next = *best, p;
+        int which = -1;
+        for (int part = 0; part < DESCENT; part++) {
+            if (!try_part(s, most, best, part, &steps[part], &p))
                 return false;
-            if (p.error > most)
-                break;
-            *best = p;
+            if (steps[part] &&
+                (which < 0 || saving(best, &p) > saving(best, &next))) {
+                next = p;
+                which = part;
+            }
         }
-    return true;
+        if (which < 0)
+            return true;
+        *best = next;
+        steps[which] *= 2;
+    }
 }
 
 /* Finds the set of fewest bytes with the error that is asked or, if that cannot
  * be had, near to the least. */
 static bool search_all(search *s, ibl_choice *choice, pick *best)
 {
-    const double asked = choice->asked * choice->asked;
-    double nrmse;
+    double most = choice->asked * choice->asked;
     pick least;
 
     *best = (pick){.error = HUGE_VAL};
-    if (!judge_sets(s, asked, best))
+    if (!judge_sets(s, most, best))
         return false;
-    if (best->error > asked) {
+    if (best->error > most) {
         if (!find(s, 0, &least))
             return ibl_console_fail(s->from->console,
                                     "--rendered-error %g: there is no chain of "
                                     "such sizes and levels",
                                     choice->asked);
-        if (!judge_pick(s, &least, &nrmse))
+        if (!judge_pick(s, &least))
             return false;
         if (least.error < best->error)
             *best = least;
         choice->least = sqrt(best->error);
-        choice->reached = best->error <= asked;
-        if (choice->reached)
-            return shrink(s, asked, best);
-        s->most_parts = asked;
-        if (!judge_sets(s, near * near * best->error, best))
+    }
+    choice->reached = best->error <= most;
+    if (!choice->reached) {
+        s->most_parts = most;
+        most = near * near * best->error;
+        if (!judge_sets(s, most, best))
             return false;
     }
-    choice->reached = best->error <= asked;
-    return true;
+    return try_mappings(s, best) && shrink(s, most, best);
 }
 
 /* ---- what may be chosen ---------------------------------------------------
@@ -654,12 +737,7 @@ static void list_parts(search *s)
     for (int p = 0; p < s->pixel.count; p++)
         for (int i = 0; i < s->irradiance.count; i++)
             for (int l = 0; l < s->lut.count; l++)
-                all[count++] = (parts){
-                    p, i, l,
-                    small_bytes(s->o, (ibl_pixel)s->pixel.value[p],
-                                s->irradiance.value[i], s->lut.value[l]),
-                    s->pixel.error[p] + s->irradiance.error[i] +
-                        s->lut.error[l]};
+                all[count++] = parts_of(s, p, i, l);
     qsort(all, (size_t)count, sizeof *all, by_bytes);
     for (int i = 0; i < count; i++) {
         const parts *last = &all[s->part_count - 1];
@@ -715,7 +793,10 @@ static void tell_chain(const search *s, const pick *p, ibl_choice *choice)
         used += snprintf(text + used, sizeof text - (size_t)used, " %.3g",
                          l->roughness[i]);
     ibl_choice_chose(choice, "roughness", text, "%s",
-                     s->fits ? "fitted to map and materials" : "as asked");
+                     !s->fits ? "as asked"
+                     : l->mapping == IBL_ROUGHNESS_BEST
+                         ? "fitted to map and materials"
+                         : "exacter than the fitted ones");
     snprintf(text, sizeof text, "%d", l->size);
     ibl_choice_chose(choice, "size", text, "%s",
                      s->size.count > 1 ? "the smallest exact enough"
