@@ -518,6 +518,31 @@ static bool shrink(search *s, double most, pick *best)
     }
 }
 
+/* Starts from small chains that hold with the finest parts, too, and not only
+ * from the set of least error. */
+static bool try_chains(search *s, double most, pick *best)
+{
+    for (int i = 0; i < s->size.count; i++)
+        for (int k = 0; k < s->levels.count && is_power(s->size.value[i]);
+             k++) {
+            const int edge = s->size.value[i];
+            pick p = {.size = i, .levels = k, .lobes = s->lobes.count - 1};
+            p.parts = parts_of(s, 0, s->irradiance.count - 1, s->lut.count - 1);
+            if (chain_bytes(edge, 1, IBL_PIXEL_RGB9E5) >= best->bytes ||
+                !make_chain(s, i, k))
+                continue;
+            if (!judge_whole(s, &p))
+                return false;
+            if (p.error > most)
+                continue;
+            if (!shrink(s, most, &p))
+                return false;
+            if (p.bytes < best->bytes)
+                *best = p;
+        }
+    return true;
+}
+
 /* Finds the set of fewest bytes with the error that is asked or, if that cannot
  * be had, near to the least. */
 static bool search_all(search *s, ibl_choice *choice, pick *best)
@@ -539,6 +564,8 @@ static bool search_all(search *s, ibl_choice *choice, pick *best)
         if (least.error < best->error)
             *best = least;
         choice->least = sqrt(best->error);
+        if (best->error <= most && !try_chains(s, most, best))
+            return false;
     }
     choice->reached = best->error <= most;
     if (!choice->reached) {
