@@ -617,21 +617,35 @@ static int die_in_commit(void)
     return 2;
 }
 
+/* FNV-1a of the host's name. */
+static unsigned host(void)
+{
+    char name[256] = "";
+    uint64_t hash = 2166136261u;
+    gethostname(name, sizeof name - 1);
+    for (const char *c = name; *c; c++)
+        hash = ((hash ^ (unsigned char)*c) * 16777619u) % (1ull << 32);
+    return (unsigned)hash;
+}
+
 /* What a killed process left goes with the next set in that directory, unless
  * another is in it; what only looks like it stays. */
 TEST(swept)
 {
-    static const char *const others[] = {
-        "k/.a.iblbake-1-0.tmp", /* of process 1, which lives */
-        "k/.a.iblbake-x-0.tmp", "k/.a.iblbake-999999999-0.tmp.c",
-        "k/a.iblbake-999999999-0.tmp"};
+    const unsigned here = host();
+    const char *const others[] = {
+        at("k/.a.iblbake-%08x-1-0.tmp", here), /* of process 1, which lives */
+        at("k/.a.iblbake-%08x-x-0.tmp", here),
+        at("k/.a.iblbake-%08x-999999999-0.tmp.c", here),
+        at("k/a.iblbake-%08x-999999999-0.tmp", here),
+        at("k/.a.iblbake-%08x-999999999-0.tmp", here + 1)}; /* another host */
     ibl_outputs *first, *second;
     int status;
 
     NEED(!mkdir(at("k"), 0777) && !mkdir(at("k/sub"), 0777));
     put(at("k/a"), "old");
-    for (int i = 0; i < 4; i++)
-        put(at("%s", others[i]), "other");
+    for (int i = 0; i < 5; i++)
+        put(others[i], "other");
     for (int i = 0; i < 2; i++) {
         NEED(!ibl_outputs_create(ctx, &first));
         if (i) /* a set that is still there when the process dies */
@@ -640,24 +654,24 @@ TEST(swept)
         if (!pid)
             _exit(die_in_commit());
         NEED(waitpid(pid, &status, 0) == pid && WIFSIGNALED(status));
-        CHECK(entries(at("k")) == 8 + i);
+        CHECK(entries(at("k")) == 9 + i);
         NEED(!ibl_outputs_create(ctx, &second));
         CHECK(!add(second, at("k/sub/x"), "x"));
-        CHECK(entries(at("k")) == 8 + i);
+        CHECK(entries(at("k")) == 9 + i);
         CHECK(!add(second, at("k/b"), "b"));
-        CHECK(entries(at("k")) == (i ? 10 : 7));
+        CHECK(entries(at("k")) == (i ? 11 : 8));
         ibl_outputs_free(second);
         CHECK(!ibl_outputs_commit(first));
         ibl_outputs_free(first);
-        CHECK(entries(at("k")) == (i ? 9 : 6));
+        CHECK(entries(at("k")) == (i ? 10 : 7));
     }
     NEED(!ibl_outputs_create(ctx, &first));
     CHECK(!add(first, at("k/a"), "new") && !ibl_outputs_commit(first));
     ibl_outputs_free(first);
-    CHECK(entries(at("k")) == 7 && holds(at("k/a"), "new") &&
+    CHECK(entries(at("k")) == 8 && holds(at("k/a"), "new") &&
           holds(at("k/mine"), "mine"));
-    for (int i = 0; i < 4; i++)
-        CHECK(holds(at("%s", others[i]), "other"));
+    for (int i = 0; i < 5; i++)
+        CHECK(holds(others[i], "other"));
 }
 
 TEST(cancelled)

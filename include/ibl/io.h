@@ -652,10 +652,11 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
 
 /*
  * A set of output files. Each is written to a temporary file beside its target
- * (".NAME.iblbake-PID-N.tmp", mode 0666 & ~umask). commit renames them all;
- * abort removes them and any directory that was made for them. Until commit,
- * existing files are unchanged. After a failure of the program, a signal or a
- * full disk, either all files of the set are in place, or all old files are.
+ * (".NAME.iblbake-HOST-PID-N.tmp", mode 0666 & ~umask). commit renames them
+ * all; abort removes them and any directory that was made for them. Until
+ * commit, existing files are unchanged. After a failure of the program, a
+ * signal or a full disk, either all files of the set are in place, or all old
+ * files are.
  *
  * This does not cover a crash of the system or a power cut. Data that the
  * system has not yet written to the disk (this takes about half a minute) is

@@ -35,14 +35,14 @@
 #include "core/context.h"
 #include "ibl/io.h"
 #include "io/container.h"
+#include "io/temporary.h"
 
 enum {
-    PATH_BYTES = 4096,     /* a path and its zero, Linux's PATH_MAX */
-    SUFFIX_BYTES = 64,     /* maximum that a temporary's name is longer */
-    KEPT_NAME_BYTES = 128, /* most of the target's name in a temporary's */
-    MAX_LINKS = 40,        /* followed before they count as a loop */
-    CHUNK = 1 << 22,       /* bytes written between two checks for a cancel */
-    MAX_TRIES = 1000       /* of names for a temporary */
+    PATH_BYTES = 4096, /* a path and its zero, Linux's PATH_MAX */
+    SUFFIX_BYTES = 64, /* maximum that a temporary's name is longer */
+    MAX_LINKS = 40,    /* followed before they count as a loop */
+    CHUNK = 1 << 22,   /* bytes written between two checks for a cancel */
+    MAX_TRIES = 1000   /* of names for a temporary */
 };
 
 /* The state of a slot, and how abort undoes it. */
@@ -377,9 +377,8 @@ static int create_temporary(ibl_outputs *out, slot *s)
     int fd = -1;
     memcpy(s->temporary, s->target, dir);
     for (int i = 0; i < MAX_TRIES; i++) {
-        snprintf(s->temporary + dir, PATH_BYTES - dir,
-                 ".%.*s.iblbake-%ld-%u.tmp", KEPT_NAME_BYTES, s->target + dir,
-                 (long)getpid(), out->serial++);
+        ibl_temporary_name(s->temporary + dir, PATH_BYTES - dir,
+                           s->target + dir, out->serial++);
         atomic_store(&s->state, NAMED);
         fd = open(s->temporary,
                   O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
