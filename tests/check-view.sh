@@ -456,10 +456,12 @@ test_sheets_are_pictures() {
 END
 }
 
-# Rows are told as they are seen, the most metallic one first. A mirror is
-# nothing but the environment; what is no metal has irradiance, too.
+# Rows are told as they are seen, the most metallic one first. Without the map,
+# level 0 is the reference of a mirror; what is no metal has irradiance, too.
 test_errors_from_above() {
-    iblview "$work/ktx2" --offscreen a.png --size 32x32 --grid 2x1 --samples 16 \
+    cp -r "$work/ktx2" out
+    sed -i 's/"path": "[^"]*"/"path": "gone.exr"/' out/*.json
+    iblview out --offscreen a.png --size 32x32 --grid 2x1 --samples 16 \
         --compare split --roughness 0:0 >said || echo "status $?"
     awk 'NR == 3 { metal = $2; if ($1 != 1) print }
          NR == 4 { if ($1 != 0 || metal > 0.1 * $2) print metal, $0 }
