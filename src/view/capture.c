@@ -26,10 +26,15 @@ enum {
     PASSES
 };
 
+typedef struct pass {
+    GLuint program;
+    GLint face, edge, row, count, spread, rings;
+} pass;
+
 struct view_capture {
     view_probe_capture kind;
     int size, levels;
-    GLuint program[PASSES];
+    pass pass[PASSES];
     GLuint picture[2]; /* RGBA32F: one for all faces, or one per paraboloid */
     GLuint depth, drawn[2]; /* depth and framebuffers of these */
     GLuint target, source;  /* framebuffers: drawn to, read from */
@@ -119,15 +124,15 @@ bool view_cubes_read(const view_cubes *c, int size, int layer, int face,
 static void fill(const view_capture *c, int which, GLuint cubes, int layer,
                  int level, int face, int n)
 {
-    const GLuint program = c->program[which];
+    const pass *p = &c->pass[which];
 
     gl.BindFramebuffer(GL_FRAMEBUFFER, c->target);
     attach(GL_FRAMEBUFFER, cubes, layer, level, face);
     gl.Viewport(0, 0, n, n);
-    gl.UseProgram(program);
-    gl.Uniform1i(gl.GetUniformLocation(program, "face"), face);
-    gl.Uniform1f(gl.GetUniformLocation(program, "edge"), (float)n);
-    view_gl_draw_full(program);
+    gl.UseProgram(p->program);
+    gl.Uniform1i(p->face, face);
+    gl.Uniform1f(p->edge, (float)n);
+    view_gl_draw_full(p->program);
 }
 
 static bool make_passes(view_capture *c)
@@ -138,9 +143,18 @@ static bool make_passes(view_capture *c)
         [LOBE] = "capture_lobe.frag",
     };
 
-    for (int i = 0; i < PASSES; i++)
-        if (!(c->program[i] = view_program("full.vert", files[i])))
+    for (int i = 0; i < PASSES; i++) {
+        pass *p = &c->pass[i];
+        p->program = view_program("full.vert", files[i]);
+        if (!p->program)
             return false;
+        p->face = gl.GetUniformLocation(p->program, "face");
+        p->edge = gl.GetUniformLocation(p->program, "edge");
+        p->row = gl.GetUniformLocation(p->program, "row");
+        p->count = gl.GetUniformLocation(p->program, "count");
+        p->spread = gl.GetUniformLocation(p->program, "spread");
+        p->rings = gl.GetUniformLocation(p->program, "rings");
+    }
     return true;
 }
 
@@ -225,7 +239,7 @@ void view_capture_free(view_capture *c)
     gl.DeleteFramebuffers(4, framebuffers);
     gl.DeleteRenderbuffers(1, &c->depth);
     for (int i = 0; i < PASSES; i++)
-        gl.DeleteProgram(c->program[i]);
+        gl.DeleteProgram(c->pass[i].program);
     free(c);
 }
 
@@ -417,17 +431,17 @@ static void copy(const view_capture *c, const view_capture_shot *shot)
  * 1/6 by interpolation and 3/16 - 1/48 by halving. */
 static void blur(const view_capture *c, int level)
 {
-    const GLuint p = c->program[BLUR];
+    const pass *p = &c->pass[BLUR];
     const int n = c->size >> level;
     const double mean = 4 * M_PI / (6.0 * n * n);
     const double middle = 4.0 / n / n; /* the solid angle there */
     const bool first = level == 1;
     const double all = VIEW_CAPTURE_BLUR * mean * (first ? 1 : 0.75);
 
-    gl.UseProgram(p);
-    gl.Uniform2f(gl.GetUniformLocation(p, "spread"), (float)all,
+    gl.UseProgram(p->program);
+    gl.Uniform2f(p->spread, (float)all,
                  (float)(middle * (first ? 0.5 : 1.0 / 6)));
-    gl.Uniform1i(gl.GetUniformLocation(p, "rings"), first ? 2 : 3);
+    gl.Uniform1i(p->rings, first ? 2 : 3);
     for (int f = 0; f < IBL_FACES; f++)
         fill(c, BLUR, c->lookup, 0, level, f, n);
 }
@@ -452,14 +466,14 @@ static void make_lookups(const view_capture *c)
 static void filter(const view_capture *c, const view_capture_shot *shot,
                    int level, int face)
 {
-    const GLuint p = c->program[LOBE];
+    const pass *p = &c->pass[LOBE];
     const bool diffuse = level == c->levels;
 
     bind(VIEW_CAPTURE_UNIT, c->lookup);
     view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
-    gl.UseProgram(p);
-    gl.Uniform1i(gl.GetUniformLocation(p, "row"), level - 1);
-    gl.Uniform1i(gl.GetUniformLocation(p, "count"),
+    gl.UseProgram(p->program);
+    gl.Uniform1i(p->row, level - 1);
+    gl.Uniform1i(p->count,
                  diffuse ? VIEW_CAPTURE_MOST_SAMPLES : VIEW_CAPTURE_SAMPLES);
     if (diffuse)
         fill(c, LOBE, shot->to->irradiance, shot->layer, 0, face,
