@@ -75,7 +75,10 @@ bool view_is_map(const char *path, ibl_input_layout layout)
 {
     if (layout || !strcmp(path, "-"))
         return true;
-    const view_file_kind kind = view_file_look(path);
+    view_file_kind kind = view_file_look(path);
+    /* A read that failed once must not turn a map into a set. */
+    if (kind == VIEW_FILE_MISSING && errno != ENOENT)
+        kind = view_file_look(path);
     if (kind == VIEW_FILE_MISSING)
         return strstr(path, "%f") || strchr(path, ',');
     return kind == VIEW_FILE_OTHER || kind == VIEW_FILE_PIPE;
