@@ -354,7 +354,7 @@ ifeq ($(HAVE_VIEW),yes)
 demo-view: $(VIEW)
 	$(VIEW) build/demo/forest --offscreen build/demo/spheres.png $(SPHERES)
 	$(VIEW) build/demo/forest --contact-sheet build/demo/sheet.png
-	$(BIN) data/sky.exr -q -o build/demo/sky --skybox 512
+	$(BIN) data/sky.exr -q -o build/demo/sky --skybox 512 --sun
 	$(VIEW) build/demo/sky --mode scene --offscreen build/demo/scene.png $(ROOM)
 	@ls -l build/demo build/demo/forest
 	@echo "iblbake: look at forest.png, spheres.png, sheet.png and scene.png" \
