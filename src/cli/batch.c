@@ -125,12 +125,9 @@ static bool prints_json(const batch *b)
 /* Prints and frees an object of --progress json. */
 static void print_json(json_t *event)
 {
-    char *text = json_dumps(event, JSON_COMPACT | JSON_REAL_PRECISION(6));
-
-    if (text)
-        puts(text);
+    if (!json_dumpf(event, stdout, JSON_COMPACT | JSON_REAL_PRECISION(6)))
+        putchar('\n');
     fflush(stdout);
-    free(text);
     json_decref(event);
 }
 
