@@ -127,7 +127,7 @@ static void sum_singles(struct work *w, int k, int v)
     const vf alpha = vf_all((float)w->alpha[k]);
     const vf beta = vf_all((float)w->beta[k]);
     vf sums[SUMS] = {{0}};
-    vd total[SUMS];
+    vd total[(SUMS + VD - 1) / VD * VD] = {{0}}; /* whole groups of VD */
     float halves[SUMS][VF] __attribute__((aligned(64)));
 
     for (; data < end; data += SUMS * VF, now += VF, last += VF, x2 += VF) {
