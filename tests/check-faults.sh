@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: MIT
 # Has calls to the C library fail, one at a time, and kills the programs, as
 # faults/walk.c says. Tries some of all runs; with FULL=1 all, which takes long.
-# BUILD names the build.
+# Then runs them on file systems that are full, read-only or cannot exchange
+# names, and with names of any bytes. BUILD names the build.
 set -u
 . tests/lib.sh
-slow='bench|verify|map|saved'
+slow='bench|verify|map|saved|small_disk'
 use iblbake
 ! [ -x "$build/iblview" ] || ln -s "$build/iblview" "$work/bin"
 [ $sanitized = no ] || skip_all 'a sanitizer replaces the same calls'
@@ -70,9 +71,8 @@ test_batch() {
     faults 397 -p -- iblbake a.exr b.hdr -j 1 $small -o o
 }
 
-# One of two probes is as it was.
-test_probes() {
-    begin
+# Two probes, of which one is changed after the bake.
+bake_set() { # DIRECTORY
     cat >set.json <<'END'
 {"version": 1,
  "defaults": {"size": 4, "levels": 1, "irradiance": 4, "lut_size": 4},
@@ -83,8 +83,12 @@ test_probes() {
    "influence": {"sphere": {"centre": [1, 1, 0], "radius": 1}}}
  ]}
 END
-    iblbake probes -q set.json -o o
+    iblbake probes -q set.json -o "$1"
     cp a.exr b.hdr
+}
+test_probes() {
+    begin
+    bake_set o
     faults 97 -- iblbake probes -q -j 1 set.json -o o --sync
 }
 
@@ -133,10 +137,125 @@ test_saved_probes() {
         --save-probes s
 }
 
+# ---- file systems ------------------------------------------------------------
+
+# What writes over the files of an older run.
+writers=("iblbake a.exr $small -o o --depfile d --preview p.png"
+    "iblbake a.exr b.hdr $small -j 1 -o o"
+    'iblbake probes -q set.json -o s'
+    'iblbake verify -q a.exr o --texels 24 --json v.json')
+[ ! -x "$work/bin/iblview" ] ||
+    writers+=('iblview o/a_specular.ktx2 --size 16x16 --offscreen p.png')
+files() { # DIRECTORY
+    (cd "$1" && find . ! -name filler -type f -exec cksum {} + | sort -k 3)
+}
+# Calls a function with each of them; in before is what is there, in after what
+# the command makes of it.
+each_writer() { # FUNCTION
+    local command
+    begin
+    # shellcheck disable=SC2086
+    iblbake a.exr b.hdr $small --size 8 -o o
+    bake_set s
+    touch d p.png v.json
+    for command in "${writers[@]}"; do
+        rm -rf ../after
+        cp -a . ../after
+        (cd ../after && $command >&2) || echo "$command: status $?"
+        (cd .. && "$1" "$command")
+    done
+}
+# judged STATUS WORDS COMMAND: what ran here failed with one line and left all
+# as it was, or made what is in ../after.
+judged() {
+    local want=before
+    [ "$1" != 0 ] || want=after
+    [ "$1" = 0 ] || { [ "$1" = 1 ] && [ "$(wc -l <"$work/err")" = 1 ] &&
+        grep -q "$2" "$work/err"; } || echo "$3: status $1: $(cat "$work/err")"
+    files . | diff <(files ../$want) - || echo "$3: status $1, other files"
+}
+
+# The old file is then replaced, not kept until all are there.
+no_exchange() { # COMMAND
+    local errno
+    for errno in 22 38; do
+        rm -rf run
+        cp -a before run
+        cd run
+        LD_PRELOAD=$work/preload.so FAULT="exchange $errno 0+" $1 >&2 ||
+            echo "$1: status $?"
+        judged 0 '' "$1"
+        cd ..
+    done
+}
+test_no_exchange() { each_writer no_exchange; }
+
+# Some pages are free, until the command has room; then the disk is read-only.
+small_disk() { # COMMAND
+    local pages status=1
+    mkdir -p disk
+    mount -t tmpfs -o size=1m none disk && cd disk || exit 1
+    for ((pages = 0; pages < 64 && status != 0; pages += 1 + pages / 3)); do
+        rm -rf -- *
+        cp -a ../before/. .
+        head -c $((1024 * $(df --output=avail . | tail -n 1) - 4096 * pages)) \
+            /dev/zero >filler
+        $1 2>"$work/err" >&2
+        status=$?
+        judged $status 'No space left on device: make room' "$1"
+    done
+    [ $pages -gt 1 ] || echo "$1: has room on a full disk"
+    rm -rf -- *
+    cp -a ../before/. .
+    mount -o remount,ro .
+    $1 2>"$work/err" >&2
+    judged $? 'Read-only file system: choose another' "$1"
+    cd ..
+    umount disk
+}
+test_small_disk() {
+    export -f begin bake_set each_writer small_disk judged files
+    export work t small
+    unshare -rm bash -c "$(declare -p writers); each_writer small_disk"
+}
+
+# Names are bytes. A set's own are UTF-8, those of its directory need not be.
+test_names() {
+    local name odd
+    name=$(printf -- '-\377a b\n\001"\\%%\303\251;$#')
+    odd=./$name
+    begin
+    mkdir "$odd"
+    cp a.exr "$odd/$name.exr"
+    cp b.hdr "$odd"
+    # shellcheck disable=SC2086
+    iblbake "$odd/$name.exr" $small -o "$odd 1"
+    # shellcheck disable=SC2086
+    iblbake "$odd" $small -o 2 --incremental
+    # shellcheck disable=SC2086
+    find "$odd" -type f -print0 | iblbake --from - $small -o 3
+    diff -r -x .iblbake 2 3
+    cmp "$odd 1/${name}_specular.ktx2" "2/${name}_specular.ktx2"
+    iblbake verify -q "$odd/$name.exr" "$odd 1" --texels 24 --json "$odd.json"
+    [ ! -x "$work/bin/iblview" ] ||
+        iblview "$odd 1" --size 16x16 --offscreen "$odd.png"
+    cd "$odd"
+    cp ../a.exr .
+    bake_set "$odd"
+    [ -s "$odd/index.json" ] && [ -s "../$odd.json" ] || ls -R
+}
+
 exec 3>&1
+most=40 # lines
+[ -z "${FULL:-}" ] || most=-0
 for t in $(compgen -A function test_); do
     picked "$t" || continue
-    verdict "$t" "$($t 2>&1 | head -n 40)"
+    if [ "$t" = test_small_disk ] && ! unshare -rm true 2>/dev/null; then
+        echo "skipped $t: no disk can be mounted"
+        skipped=$((skipped + 1))
+        continue
+    fi
+    verdict "$t" "$($t 2>&1 | head -n $most)"
     cd "$top" || exit 1
 done
 end
