@@ -293,11 +293,12 @@ static bool add_targets(const ibl_bake_line *line, ibl_ctx *ctx,
             ok = add_set(t, &r->sets[i], m);
         named = !ok || !line->one.depfile ||
                 ibl_bake_check_depfile(r->sets, r->count);
+        console->failed |= r->console.failed; /* it was reported */
         ibl_bake_end(r);
     }
     free(own);
     free(r);
-    console->failed |= !named; /* it was reported */
+    console->failed |= !named;
     return ok ? named : no_memory(console);
 }
 
