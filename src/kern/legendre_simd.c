@@ -13,8 +13,10 @@
 enum {
     /* k in the analysis, vectors of rings in the synthesis. AVX-512 has 32
      * registers for 24 sums, the others 16 for 12. */
-    AT_ONCE = VD == 8 ? 2 : 1
+    AT_ONCE = VD == 8 ? 2 : 1,
+    WHOLE = (SUMS + VD - 1) / VD * VD /* SUMS in whole vectors */
 };
+_Static_assert(AT_ONCE *SUMS % VD == 0, "sum_over_rings adds whole vectors");
 
 /* ---- analysis ------------------------------------------------------- */
 
@@ -127,7 +129,8 @@ static void sum_singles(struct work *w, int k, int v)
     const vf alpha = vf_all((float)w->alpha[k]);
     const vf beta = vf_all((float)w->beta[k]);
     vf sums[SUMS] = {{0}};
-    vd total[(SUMS + VD - 1) / VD * VD] = {{0}}; /* whole groups of VD */
+    vd total[WHOLE] = {{0}};
+    double lanes[WHOLE];
     float halves[SUMS][VF] __attribute__((aligned(64)));
 
     for (; data < end; data += SUMS * VF, now += VF, last += VF, x2 += VF) {
@@ -142,10 +145,10 @@ static void sum_singles(struct work *w, int k, int v)
         vf_store(halves[p], sums[p]);
     for (int p = 0; p < SUMS; p++)
         total[p] = vd_load_floats(halves[p]) + vd_load_floats(halves[p] + VD);
-    for (int i = 0; i < SUMS; i += VD) {
-        double *to = w->sums + (size_t)k * SUMS + i;
-        vd_store(to, vd_load(to) + vd_totals(total + i));
-    }
+    for (int i = 0; i < WHOLE; i += VD)
+        vd_store(lanes + i, vd_totals(total + i));
+    for (int p = 0; p < SUMS; p++)
+        w->sums[(size_t)k * SUMS + p] += lanes[p];
 }
 
 /* Turns vectors v and v + 1 and their data into floats. Lanes of rings that
