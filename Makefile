@@ -1,6 +1,6 @@
 # iblbake. `make list` prints the targets; the variables users set are these:
 #   config=release|debug|asan|tsan   CC, CXX, CFLAGS, CXXFLAGS, LDFLAGS
-#   DEPS=no      do not install missing system packages
+#   DEPS=no      build and test with the system packages that are there
 #   BUILD=DIR    where everything is built
 #   DEFLATE=zlib reads EXR and writes PNG without libdeflate
 #   LARGE=1      tests also bake a map of 16384x8192 (1.6 GB)
@@ -94,7 +94,7 @@ endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all lib deps tests benches demo check check-run check-quick check-clients mutants \
+.PHONY: all lib deps deps-named tests benches demo check check-run check-quick check-clients mutants \
         check-cycles soak bench \
         bench-probes fuzz fuzzers lint format install uninstall clean list \
         FORCE
@@ -103,14 +103,17 @@ endif
 ifeq ($(DEPS),no)
 all: $(BIN) bridge view
 else
-all: deps
+all: deps-named
 	+@$(MAKE) --no-print-directory DEPS=no all
 endif
 
 ## lib: the static library alone
 lib: $(LIB)
 
-## deps: install the system packages that are missing (DEPS=no: never)
+deps-named:
+	@CC="$(CC)" sh tests/deps.sh name
+
+## deps: install the system packages that are missing (DEPS=no: none)
 deps:
 	@DEPS=$(DEPS) CC="$(CC)" sh tests/deps.sh build
 

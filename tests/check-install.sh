@@ -81,6 +81,19 @@ ok alone cc "$work/alone.c" -o "$work/alone" -I"$prefix/include" \
     "$prefix/lib/libiblbake.a" -lm -pthread
 ok alone-runs "$work/alone"
 
+# make names packages that are missing, and installs none.
+mkdir "$work/bin"
+printf '#!/bin/sh\necho absent\n' >"$work/bin/dpkg-query"
+printf '#!/bin/sh\n: >"%s/called"\n' "$work" >"$work/bin/apt-get"
+cp "$work/bin/apt-get" "$work/bin/sudo"
+chmod +x "$work"/bin/*
+says=$(PATH=$work/bin:$PATH env -u DEPS -u MAKEFLAGS make BUILD="$work/none" 2>&1) && says=built
+case $says in
+*libzstd-dev*'"make deps" installs'*) verdict make-names-packages ;;
+*) verdict make-names-packages "$says" ;;
+esac
+ok make-changes-nothing test ! -e "$work/called" -a ! -e "$work/none"
+
 ok uninstall "${make[@]}" uninstall
 left=$(find "$prefix" -type f)
 ok nothing-left test -z "$left"

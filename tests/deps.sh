@@ -4,7 +4,8 @@
 #   deps.sh build    what compiling needs
 #   deps.sh check    what the tests need besides
 #   deps.sh bench    what comparing with other programs needs besides
-# DEPS=no: installs nothing; the compiler or the test says what it misses.
+#   deps.sh name     names those of build, and fails if any is missing
+# DEPS=no: does nothing; the compiler or the test says what it misses.
 set -eu
 
 build='
@@ -60,10 +61,10 @@ gnuplot-nox:draws_the_plot_of_MEASURED
 '
 
 case ${1:-} in
-build) wanted=$build ;;
+build | name) wanted=$build ;;
 check) wanted=$check ;;
 bench) wanted=$bench ;;
-*) echo 'usage: deps.sh build|check|bench' >&2; exit 2 ;;
+*) echo 'usage: deps.sh build|check|bench|name' >&2; exit 2 ;;
 esac
 [ "${DEPS:-yes}" != no ] || exit 0
 command -v dpkg-query >/dev/null 2>&1 || {
@@ -86,6 +87,11 @@ for entry in $wanted; do
     missing="$missing $package"
 done
 [ -n "$missing" ] || exit 0
+[ "$1" != name ] || {
+    echo 'deps: "make deps" installs what is missing;' \
+        '"make DEPS=no" builds with what is there' >&2
+    exit 1
+}
 
 sudo=
 if [ "$(id -u)" != 0 ]; then
