@@ -374,7 +374,6 @@ test_memory_is_planned() {
 
 --size 512
 --size 512 --zstd 1
---size 512 --up z
 --skybox 512
 --skybox 512 --sun
 --size 512 --pixel rgba32f --only specular
@@ -384,6 +383,7 @@ test_memory_is_planned() {
 --preview p.png
 --layout octahedral --size 256
 --size 1024 --levels 2
+--size 1024 --levels 2 --up z
 END
     # Bakes side by side wait for each other's memory.
     for set in a b c d; do cp sky.hdr m/$set.hdr; done

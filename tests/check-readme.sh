@@ -68,6 +68,8 @@ ok cmake cmake -S cmake -B cmake/build
 ok cmake-build cmake --build cmake/build -j4
 ok cmake-output test -s cmake/build/lit/noon_specular.ktx2
 ok cmake-odd-name test -s "cmake/build/lit/the \$sky.v1_specular.ktx2"
+cmake --build cmake/build -j4 >again 2>&1
+ok cmake-idle test "$(grep -c Generating again)" = 0
 rm cmake/build/lit/noon_irradiance.ktx2
 cmake --build cmake/build -j4 >again 2>&1
 ok cmake-again test -s cmake/build/lit/noon_irradiance.ktx2

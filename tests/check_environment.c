@@ -420,6 +420,30 @@ TEST(arguments)
     refused(ctx, &env, &o);
 }
 
+/* What a bake is planned to take has room for each of its results. */
+TEST(memory_of_results)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_bake_options o = ibl_bake_options_default();
+    const double cube = 12.0 * 6 * 1024 * 1024; /* bytes */
+    size_t bytes[4];
+
+    o.specular_options.size = 1024;
+    o.specular_options.levels = 2;
+    o.more = &o.specular_options;
+    o.irradiance_options.size = 1024;
+    for (int i = 0; i < 4; i++) {
+        o.more_count = i >= 1;
+        o.irradiance = i >= 2;
+        o.skybox = i >= 3 ? 1024 : 0;
+        NEED(!ibl_bake_memory(ctx, 64, 32, &o, &bytes[i]));
+    }
+    CHECK((double)bytes[0] >= 1.25 * cube);
+    CHECK((double)bytes[1] >= 2.5 * cube);
+    CHECK((double)bytes[2] >= 3.5 * cube);
+    CHECK((double)bytes[3] >= 4.5 * cube);
+}
+
 /* ---- several chains --------------------------------------------------- */
 
 static void check_chain(const ibl_bake_result *alone, const ibl_cube *cube,

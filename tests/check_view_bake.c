@@ -151,11 +151,14 @@ TEST(only_the_main_thread_takes_signals)
     static const unsigned long long ends =
         1ull << (SIGTERM - 1) | 1ull << (SIGINT - 1) | 1ull << (SIGHUP - 1);
     view_baker *baker = view_baker_start(large_map(), IBL_INPUT_AUTO);
-    char main_thread[32];
+    char main_thread[32], stage[64] = "";
     const struct dirent *entry;
+    double done;
     int others = 0;
 
     NEED(baker);
+    while (!*stage && !view_baker_poll(baker, stage, &done))
+        pause_for(0.001); /* a thread that begins blocks all */
     snprintf(main_thread, sizeof main_thread, "%ld", (long)getpid());
     DIR *tasks = opendir("/proc/self/task");
     while (tasks && (entry = readdir(tasks))) {
