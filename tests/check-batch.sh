@@ -322,19 +322,23 @@ test_shards() {
         iblbake m -o out --shard 6/6
 }
 
+# Another run that locks bytes, until it is killed; sets other.
+hold() { # FLOCK
+    rm -f ready
+    perl -MFcntl -e 'open(my $lock, "+<", "out/.iblbake/lock") or die;
+        my $bytes = '"$1"';
+        fcntl($lock, F_SETLK, $bytes) or die;
+        open(my $ready, ">", "ready"); sleep 60' &
+    other=$!
+    within test -e ready
+}
 # The files of a map are of one run: another gives its own no names meanwhile.
 test_two_runs() {
     local other
     sleep 0.05 # the grace, since m is a new copy
     bake m/sun.hdr -o out --incremental
     times out >was
-    # Another run, which reads the lock's bytes.
-    perl -MFcntl -e 'open(my $lock, "+<", "out/.iblbake/lock") or die;
-        my $all = pack("ssx4qql", F_RDLCK, 0, 0, 0, 0);
-        fcntl($lock, F_SETLK, $all) or die;
-        open(my $ready, ">", "ready"); sleep 60' &
-    other=$!
-    within test -e ready
+    hold 'pack("ssx4qql", F_RDLCK, 0, 0, 0, 0)' # which reads the lock's bytes
     iblbake -q $options m/sun.hdr -o out --incremental --levels 1 &
     within compgen -G 'out/.*tmp' || echo 'has no temporaries'
     sleep 0.2
@@ -343,6 +347,24 @@ test_two_runs() {
     wait $! || echo 'failed'
     bake m/sun.hdr -o one --levels 1
     diff -r -x .iblbake one out
+    # A commit that fails leaves the lock, of which another run has a byte.
+    hold 'pack("ssx4qql", F_WRLCK, 0, 1 << 29, 1, 0)'
+    [ $sanitized = yes ] || {
+        preload
+        LD_PRELOAD=$work/preload.so FAULT='rename 5 0' iblbake -q $options \
+            m/mild.exr -o out --incremental 2>err && echo 'is committed'
+        [ -e out/.iblbake/lock ] || echo 'the lock is gone'
+    }
+    kill $other
+    # One that removes the lock while this one waits.
+    hold 'pack("ssx4qql", F_WRLCK, 0, 0, 0, 0)'
+    iblbake -q $options m/sun.hdr -o out --incremental &
+    within compgen -G 'out/.*tmp' || echo 'has no temporaries'
+    sleep 0.2
+    rm out/.iblbake/lock
+    kill $other
+    wait $! || echo 'failed'
+    [ -e out/.iblbake/lock ] || echo 'what was locked has no name'
 }
 
 test_interrupted() {

@@ -172,6 +172,30 @@ bool ibl_stamp_holds(const ibl_stamp *s, bool *moved)
     return same;
 }
 
+/* F_OFD_SETLK or F_OFD_SETLKW for bytes of the lock file; 0 bytes: all. */
+static bool lock_bytes(const ibl_stamp *s, int command, long from, int bytes)
+{
+    struct flock range = {.l_type = F_WRLCK,
+                          .l_whence = SEEK_SET,
+                          .l_start = from,
+                          .l_len = bytes};
+    int failed;
+
+    while ((failed = fcntl(s->held, command, &range)) && errno == EINTR)
+        continue;
+    return !failed;
+}
+
+/* Whether another run removed the lock file before it was locked. */
+static bool is_gone(const ibl_stamp *s)
+{
+    struct stat held, named;
+
+    if (stat(s->lock, &named))
+        return errno == ENOENT;
+    return !fstat(s->held, &held) && held.st_ino != named.st_ino;
+}
+
 /* Locks the byte of the lock file whose number follows from the stamp's name,
  * so that different maps do not wait for each other. */
 void ibl_stamp_hold(ibl_stamp *s)
@@ -181,22 +205,24 @@ void ibl_stamp_hold(ibl_stamp *s)
 
     ibl_hash_bytes(name, strlen(name), hash);
     memcpy(first, hash, sizeof first - 1);
-    struct flock byte = {.l_type = F_WRLCK,
-                         .l_whence = SEEK_SET,
-                         .l_start = strtol(first, NULL, 16),
-                         .l_len = 1};
-    s->held = open(s->lock, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    while (s->held >= 0 && fcntl(s->held, F_OFD_SETLKW, &byte) &&
-           errno == EINTR)
-        continue;
+    do {
+        if (s->held >= 0)
+            close(s->held);
+        s->held = open(s->lock, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    } while (s->held >= 0 &&
+             lock_bytes(s, F_OFD_SETLKW, strtol(first, NULL, 16), 1) &&
+             is_gone(s));
 }
 
+/* Where nothing was written the lock file goes, so that its folder can, unless
+ * another run locks a part of it. */
 void ibl_stamp_release(ibl_stamp *s, bool ok)
 {
-    if (!ok)
-        unlink(s->lock); /* so that the folder can go */
-    if (s->held >= 0)
-        close(s->held);
+    if (s->held < 0)
+        return;
+    if (!ok && lock_bytes(s, F_OFD_SETLK, 0, 0))
+        unlink(s->lock);
+    close(s->held);
     s->held = -1;
 }
 
