@@ -687,6 +687,7 @@ merge part1 odd/edited -o bad|odd/edited/index.json: is damaged or was edited
 merge part1 part2 -o part2|part2: is both input and output: *
 probes --shard 2/2 set.json -o part1|part1: has shard 1: give shard 2 a directory of its own
 probes --shard 2/2 set.json -o out|out: has a whole set: give shard 2 a directory of its own
+probes set.json -o part1|part1: has shard 1: give a whole set a directory of its own
 probes --shard 3/3 set.json -o bad|--shard 3/3: set.json has 2 probes, *: take at most 2 shards
 END
     # Captures of other sizes may be dealt to other shards.

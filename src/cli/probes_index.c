@@ -186,23 +186,24 @@ static bool plan_layers(ibl_probes_bake *p, const json_t *layers, bool usable)
     return ok;
 }
 
-/* A shard replaces no other shard, and no whole set. */
+static const char *what_has(int shard, char text[32])
+{
+    snprintf(text, 32, shard ? "shard %d" : "a whole set", shard);
+    return text;
+}
+
+/* A shard, and a whole set, replaces only its own like. */
 static bool check_shard(const ibl_probes_bake *p, const json_t *old)
 {
-    const ibl_shard *shard = &p->opts->shard;
+    const int number = p->opts->shard.number;
     const int was = (int)json_integer_value(
         json_object_get(json_object_get(old, "shard"), "number"));
+    char has[32], gets[32];
 
-    if (!old || !shard->count || was == shard->number)
-        return true;
-    return was ? ibl_console_fail(p->console,
-                                  "%s: has shard %d: give shard %d a directory "
-                                  "of its own",
-                                  p->opts->output, was, shard->number)
-               : ibl_console_fail(p->console,
-                                  "%s: has a whole set: give shard %d a "
-                                  "directory of its own",
-                                  p->opts->output, shard->number);
+    return !old || was == number ||
+           ibl_console_fail(
+               p->console, "%s: has %s: give %s a directory of its own",
+               p->opts->output, what_has(was, has), what_has(number, gets));
 }
 
 bool ibl_probes_plan(ibl_probes_bake *p)
