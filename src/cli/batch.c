@@ -360,7 +360,8 @@ static bool bake_maps(batch *b)
                            &b->workers[b->started]))
             break;
     if (b->to_bake && !b->started)
-        return ibl_console_fail(&b->console, "no threads for a batch");
+        return ibl_console_fail(&b->console,
+                                "no memory or threads for a batch");
     pthread_mutex_lock(&b->lock);
     b->running += b->started;
     while (b->running) {
@@ -589,8 +590,9 @@ static bool make_tables(batch *b)
     }
     ibl_stamp_free(&s);
     b->tables = w;
+    ok = end(w, ok);
     b->console.failed |= w->run.console.failed;
-    return end(w, ok);
+    return ok;
 }
 
 /* ---- the command --------------------------------------------------------- */
