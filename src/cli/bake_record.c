@@ -249,21 +249,11 @@ bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
 
 /* ---- the sidecar ------------------------------------------------------ */
 
-static bool is_utf8(const char *bytes)
-{
-    size_t left = strlen(bytes), n;
-
-    while (left && (n = ibl_utf8_length(bytes, left)) > 0) {
-        bytes += n;
-        left -= n;
-    }
-    return !left;
-}
-
 /* A sidecar encodes all its file names if one of them is not UTF-8. */
 static bool has_encoded_names(const ibl_bake *b)
 {
-    return !is_utf8(b->opts->input) || !is_utf8(b->opts->name);
+    return !ibl_json_is_text(b->opts->input) ||
+           !ibl_json_is_text(b->opts->name);
 }
 
 static json_t *file_name(const ibl_bake *b, const char *name)

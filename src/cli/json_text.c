@@ -33,6 +33,17 @@ static json_t *mend(const char *bytes, bool percent)
     return string;
 }
 
+bool ibl_json_is_text(const char *bytes)
+{
+    size_t left = strlen(bytes), n;
+
+    while (left && (n = ibl_utf8_length(bytes, left)) > 0) {
+        bytes += n;
+        left -= n;
+    }
+    return !left;
+}
+
 json_t *ibl_json_string(const char *bytes)
 {
     json_t *string = json_string(bytes);

@@ -11,6 +11,8 @@
 #include "common/json_build.h"
 #include "common/json_load.h"
 
+/* Whether bytes are UTF-8. */
+bool ibl_json_is_text(const char *bytes);
 /* A string from any bytes: those that are not UTF-8 become U+FFFD. */
 json_t *ibl_json_string(const char *bytes);
 /* A string from any bytes without loss: those that are not UTF-8, and '%',
