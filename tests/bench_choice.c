@@ -118,7 +118,7 @@ static size_t bytes_of_parts(const force *f, const int at[PARTS])
     if (wants(o, IBL_OUTPUT_SPECULAR))
         bytes += chain_bytes(f->layout.size, f->layout.levels, pixel);
     if (f->s->table)
-        bytes += lobes_bytes(f->part[LOBES].value[at[LOBES]]);
+        bytes += lobes_bytes(o, f->part[LOBES].value[at[LOBES]]);
     return bytes;
 }
 
@@ -129,6 +129,7 @@ static bool table_of(force *f, int i)
 
     of.size = f->part[LOBES].value[i];
     of.layout = f->layout;
+    of.f0 = s->o->lobe_f0;
     if (s->o->lobe_table == IBL_LOBES_FITTED) {
         of.power = s->power;
         of.power_degree = s->degree;

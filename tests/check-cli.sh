@@ -883,7 +883,8 @@ const seen = name => {
     const set = json(`${name}/env.json`);
     const of = what => set.outputs.find(o => o.content === what);
     return {...set, specular: of('specular'), irradiance: of('irradiance'),
-        names: set.outputs.map(o => o.file)};
+        names: set.outputs.map(o => o.file),
+        layers: of('lobe_lut')?.layers.map(l => l.split('= ')[1]).join()};
 };
 const check = (ok, ...shown) => ok || console.log(JSON.stringify(shown));
 const matte = seen('matte'), mirror = seen('mirror'), all = seen('all');
@@ -896,6 +897,9 @@ check(mirror.specular.levels.length === 1 && !mirror.irradiance &&
     mirror.specular.levels[0].roughness === 0, mirror.specular);
 check(all.specular.levels.length > 4 && !all.irradiance &&
     all.specular.levels[0].roughness === 0, all.specular);
+/* Of the lobe table, what the materials look up. */
+check(matte.layers === '0.04,0.04' && mirror.layers === '1,1' &&
+    sheen.layers === '0.04,0.04', matte.layers, mirror.layers, sheen.layers);
 check(unlit.names.length === 0 && unlit.scene.unlit === 1, unlit.names);
 check(sheen.specular.width <= 16, sheen.specular);
 const charlie = json('sheen/env_charlie.json');
@@ -905,8 +909,8 @@ check(charlie.outputs[0].lobe === 'charlie' &&
 END
     # Two scenes are one of both; a target takes no second set.
     iblbake env.exr --scene matte.gltf --scene mirror.gltf --dry-run >both
-    grep -q '2 files: 2 materials' both && grep -q 'metals *50 %' both ||
-        cat both
+    grep -q '2 files: 2 materials' both && grep -q 'metals *50 %' both &&
+        grep -q 'fitted to the levels$' both || cat both
     iblbake env.exr --scene sheen.gltf --target bevy,three -o bevy >table
     grep -q 'sheen *none' table || cat table
     # The scene is no output.

@@ -45,7 +45,7 @@ static const float *texel(const ibl_lobe_table *t, int layer, int i, int j)
 
 static size_t floats(const ibl_lobe_table *t)
 {
-    return CHANNELS * IBL_LOBE_LAYERS * (size_t)t->size * (size_t)t->size;
+    return CHANNELS * (size_t)t->layers * (size_t)t->size * (size_t)t->size;
 }
 
 /* ---- the truth: harmonics about N, R at azimuth 0 ------------------------ */
@@ -410,6 +410,27 @@ TEST(ends)
         }
 }
 
+/* A table of one F0 has the layers that are of it in the other, in order. */
+TEST(of_one_f0)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_lobe_table_options o = ibl_lobe_table_options_default();
+    const ibl_lobe_table both = bake(ctx, &o);
+    const size_t n = CHANNELS * (size_t)o.size * (size_t)o.size;
+    ibl_texture tex;
+    for (int f = 0; f < 2; f++) {
+        o.f0 = f ? IBL_F0_DIELECTRICS : IBL_F0_METALS;
+        const ibl_lobe_table one = bake(ctx, &o);
+        NEED(one.layers == 2 && both.layers == 4);
+        for (int taps = 0; taps < 2; taps++)
+            CHECK(!memcmp(texel(&one, taps, 0, 0),
+                          texel(&both, 2 * taps + f, 0, 0), n * sizeof(float)));
+        NEED(!ibl_texture_from_lobe_table(ctx, &one, &tex));
+        CHECK(tex.layers == 2 && tex.bytes == 2 * 2 * n);
+        ibl_texture_free(&tex);
+    }
+}
+
 TEST(thread_counts)
 {
     const ibl_lobe_table_options o = ibl_lobe_table_options_default();
@@ -481,6 +502,9 @@ TEST(refused)
     CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
     CHECK(test_said(&kept, "must be 4 to 256"));
     o.size = 257;
+    CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
+    o = usual;
+    o.f0 = (ibl_f0)3;
     CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
     o = usual;
     o.layout.levels = 0;

@@ -313,10 +313,9 @@ TEST(constant_map_by_a_lobe_table)
     bake *b = bake_of(ctx, map_constant(ctx, 16, 8, 0.5f));
 
     b->files.lut = (ibl_lut){0};
-    b->files.lobe_size = 1;
     for (int k = 0; k < 16; k++)
         lobes[k] = k % 4 < 3 ? 0.1f * (float)(k % 7) : k > 7 ? 0.2f : 0;
-    b->files.lobes = lobes;
+    b->files.lobes = (ibl_lobe_table){1, lobes, IBL_LOBE_LAYERS};
     for (int shader = IBL_SHADER_TABLE; shader <= IBL_SHADER_TWO_TAPS;
          shader++) {
         const ibl_rendered *r = rendered(b, (ibl_shader)shader, 24);
@@ -324,7 +323,7 @@ TEST(constant_map_by_a_lobe_table)
             CHECK_NEAR(r->rows[i].nrmse, 0, 1e-6);
     }
     CHECK(rendered(b, IBL_SHADER_AUTO, 24)->options.shader == IBL_SHADER_TABLE);
-    b->files.lobes = NULL;
+    b->files.lobes = (ibl_lobe_table){0};
     CHECK(rendered(b, IBL_SHADER_AUTO, 24)->options.shader == IBL_SHADER_SPLIT);
 }
 
@@ -341,8 +340,7 @@ TEST(split_by_a_lobe_table)
 
     for (int i = 0; i < IBL_LOBE_LAYERS * N * N; i++)
         lobes[4 * i + 1] = (float)((i / N % N + 0.5) / N);
-    b->files.lobes = lobes;
-    b->files.lobe_size = N;
+    b->files.lobes = (ibl_lobe_table){N, lobes, IBL_LOBE_LAYERS};
     const ibl_rendered *split = rendered(b, IBL_SHADER_SPLIT, 24);
     const ibl_rendered *table = rendered(b, IBL_SHADER_TABLE, 24);
     /* Roughness 1 is beyond the centre of the last row. */
@@ -507,8 +505,7 @@ static void as_expected(map_kind kind, double chance)
     NEED(!ibl_bake_lobe_table(ctx, &of, &table));
     test_defer_copy(free_table, &table, sizeof table);
     b->files.lut = (ibl_lut){0}; /* exact */
-    b->files.lobes = table.data;
-    b->files.lobe_size = table.size;
+    b->files.lobes = table;
     b->files.lod.layout.mapping = IBL_ROUGHNESS_FILAMENT;
     o.directions = 400;
     o.roughness_count = 3;

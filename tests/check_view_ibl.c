@@ -96,6 +96,7 @@ static struct {
     GLuint program, frame, vertices, textures[6];
     texel points[ROWS][COUNT], seen[COUNT];
     texel lobes[LAYERS][TABLE * TABLE];
+    int layers; /* of it: LAYERS, or 2 of one F0 */
 } on;
 
 enum {
@@ -165,10 +166,11 @@ static lobe lobe_of(int kind, int i, double n_v)
             fmin(1, mix(0.4 + 0.8 * n_v, 1, m) *
                         pow(r, mix(2.3, 1.5, m) + mix(1.75, 1.95, m) * n_v)),
             0};
-    const int first = kind == TWO_TAPS ? 2 : 0;
+    const bool one = on.layers == 2;
+    const int first = kind == TWO_TAPS ? (one ? 1 : 2) : 0;
+    const int second = one ? first : first + 1;
     for (int k = 0; k < 4; k++)
-        q[k] =
-            mix(table_at(first + 1, k, n_v, r), table_at(first, k, n_v, r), m);
+        q[k] = mix(table_at(second, k, n_v, r), table_at(first, k, n_v, r), m);
     return (lobe){
         q[0], fmin(q[1] * (double)chain[2], level(chain, fmin(1.25 * r, 1))),
         q[2], q[3]};
@@ -380,8 +382,8 @@ static void upload_set(void)
         NEED(view_upload(&set->set.texture[contents[i]], false, "test"));
     }
     bind(LOBE, GL_TEXTURE_2D_ARRAY, on.textures[LOBE]);
-    gl.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_RGBA32F, TABLE, TABLE, LAYERS, 0,
-                  GL_RGBA, GL_FLOAT, on.lobes);
+    gl.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_RGBA32F, TABLE, TABLE, on.layers,
+                  0, GL_RGBA, GL_FLOAT, on.lobes);
     view_gl_filter(GL_TEXTURE_2D_ARRAY, GL_LINEAR, 1);
     upload(POINTS, COUNT, ROWS, on.points);
 }
@@ -407,6 +409,7 @@ static void begin(void)
 {
     shade_begin(16, 16);
     memset(&on, 0, sizeof on);
+    on.layers = LAYERS;
     gl.GenFramebuffers(1, &on.frame);
     gl.GenVertexArrays(1, &on.vertices);
     gl.GenTextures(6, on.textures);
@@ -586,8 +589,10 @@ static void differential(void (*language)(void))
     random_lobes();
     random_points(1);
     language();
-    draw();
-    compare();
+    for (on.layers = 2; on.layers <= LAYERS; on.layers += 2) {
+        draw();
+        compare();
+    }
 }
 
 /* ---- tests --------------------------------------------------------------- */

@@ -174,7 +174,7 @@ static void write_lobes(const char *dir)
     float data[IBL_LOBE_LAYERS * 4 * 6 * 6];
     ibl_texture tex;
     fill(data, sizeof data / sizeof data[0]);
-    const ibl_lobe_table table = {6, data};
+    const ibl_lobe_table table = {6, data, IBL_LOBE_LAYERS};
     need(ibl_texture_from_lobe_table(ctx, &table, &tex));
     need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
     need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));

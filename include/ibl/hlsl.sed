@@ -8,6 +8,7 @@ s/^(\/\/     )uniform sampler(Cube|2DArray|2D) (\w+);.*/\1Texture\2 \3; SamplerS
 s/^(\/\/     )uniform vec4 chain;  /\1vec4 chain;/
 s/\bsampler(Cube|2DArray|2D) (\w+)/Texture\1 \2, SamplerState \2_sampler/g
 s/\btextureLod\((\w+), /\1.SampleLevel(\1_sampler, /g
+s/^( *)float (\w+) = float\(textureSize\((\w+), 0\)\.z\);/\1float width, height, \2;\n\1\3.GetDimensions(width, height, \2);/
 s/([a-z_0-9]\()(specular|irradiance|brdf|lobe|map), /\1\2, \2_sampler, /g
 s/\.SampleLevel\((\w+)_sampler, \1_sampler, /.SampleLevel(\1_sampler, /g
 s/\bvec([234])\b/float\1/g

@@ -217,12 +217,15 @@ ibl_lobe ibl_lobe_fit(float n_v, float roughness, float metallic, vec4 chain)
     return q;
 }
 
-// Of two layers of the table: F0 = 1, F0 = .04.
+// Of two layers of the table: F0 = 1, F0 = .04. One of two layers in all is of
+// one F0, and has one for each number of taps.
 ibl_lobe ibl_lobe_fetch(sampler2DArray lobe, float n_v, float roughness,
                         float metallic, float layer, vec4 chain)
 {
-    vec4 t = mix(textureLod(lobe, vec3(n_v, roughness, layer + 1.0), 0.0),
-                 textureLod(lobe, vec3(n_v, roughness, layer), 0.0), metallic);
+    float layers = float(textureSize(lobe, 0).z);
+    float metal = 0.25 * layers * layer, other = metal + 0.5 * layers - 1.0;
+    vec4 t = mix(textureLod(lobe, vec3(n_v, roughness, other), 0.0),
+                 textureLod(lobe, vec3(n_v, roughness, metal), 0.0), metallic);
     ibl_lobe q;
     q.bend = t.r;
     // The first texels are not of mirrors.

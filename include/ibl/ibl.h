@@ -911,6 +911,13 @@ ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *opts,
 
 #define IBL_LOBE_LAYERS 4
 
+/* Surfaces that a lobe table is for. */
+typedef enum ibl_f0 {
+    IBL_F0_BOTH,
+    IBL_F0_METALS,     /* F0 = 1 */
+    IBL_F0_DIELECTRICS /* F0 = .04 */
+} ibl_f0;
+
 typedef struct ibl_lobe_table_options {
     int size;                   /* edge, 4..256, default 16 */
     ibl_specular_layout layout; /* of the chain, made with IBL_LOBE_GGX, its
@@ -920,15 +927,16 @@ typedef struct ibl_lobe_table_options {
                                    is fitted to it. NULL (default): to what
                                    photographs have, l^-1.2 */
     int power_degree;           /* the last of power, at least 1 */
+    ibl_f0 f0;                  /* default BOTH */
 } ibl_lobe_table_options;
 
 ibl_lobe_table_options ibl_lobe_table_options_default(void);
 
-/* IBL_LOBE_LAYERS layers of size * size texels of 4 floats; see
- * ibl_bake_lobe_table. */
+/* Layers of size * size texels of 4 floats; see ibl_bake_lobe_table. */
 typedef struct ibl_lobe_table {
     int size;
     float *data;
+    int layers; /* IBL_LOBE_LAYERS, or half as many: of one F0 */
 } ibl_lobe_table;
 
 void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
@@ -945,7 +953,7 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
  *   R  bend    of the direction, from R (0) to N (1)
  *   G  lod     over levels - 1 (0 in a chain of one level)
  *   B  weight  of irradiance / pi at N, the rest is that of the chain
- *   A  half the difference of the bends of two taps (0 in layers 0 and 1)
+ *   A  half the difference of the bends of two taps (0 for one)
  * Layers 0 and 1 are for one lookup in the chain, with F0 = 1 and F0 = .04;
  * layers 2 and 3 for two, with the same F0. A shader mixes two layers by how
  * metallic a surface is:
@@ -956,6 +964,9 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
  *     colour = light (F0 scale + bias)      as in ibl_bake_lut
  * With two taps the first light is the mean of two lookups, in the directions
  * mix(R, N, q.r - q.a) and mix(R, N, q.r + q.a). These may lie beyond R and N.
+ *
+ * A table for metals or for dielectrics alone has half the layers: layer 0 for
+ * one lookup, layer 1 for two. Shaders take them for all surfaces.
  *
  * The table depends on the roughnesses and sizes of the levels, but not on the
  * number format of their texels. It is smooth, so that it can be interpolated.

@@ -221,15 +221,18 @@ ibl_lobe ibl_lobe_fit(float n_v, float roughness, float metallic, float4 chain)
     return q;
 }
 
-// Of two layers of the table: F0 = 1, F0 = .04.
+// Of two layers of the table: F0 = 1, F0 = .04. One of two layers in all is of
+// one F0, and has one for each number of taps.
 ibl_lobe ibl_lobe_fetch(Texture2DArray lobe, SamplerState lobe_sampler,
                         float n_v, float roughness, float metallic, float layer,
                         float4 chain)
 {
+    float width, height, layers;
+    lobe.GetDimensions(width, height, layers);
+    float metal = 0.25 * layers * layer, other = metal + 0.5 * layers - 1.0;
     float4 t =
-        lerp(lobe.SampleLevel(lobe_sampler, float3(n_v, roughness, layer + 1.0),
-                              0.0),
-             lobe.SampleLevel(lobe_sampler, float3(n_v, roughness, layer), 0.0),
+        lerp(lobe.SampleLevel(lobe_sampler, float3(n_v, roughness, other), 0.0),
+             lobe.SampleLevel(lobe_sampler, float3(n_v, roughness, metal), 0.0),
              metallic);
     ibl_lobe q;
     q.bend = t.r;

@@ -535,7 +535,8 @@ ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
 ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
                                 ibl_pixel pixel, ibl_texture *tex,
                                 size_t *saturated);
-/* A lobe table is an array of IBL_LOBE_LAYERS flat textures of RGBA16F. */
+/* A lobe table is an array of flat textures of RGBA16F. IBL_ERR_ARGUMENT: of
+ * other than IBL_LOBE_LAYERS layers, or half as many. */
 ibl_status ibl_texture_from_lobe_table(ibl_ctx *ctx,
                                        const ibl_lobe_table *table,
                                        ibl_texture *tex);

@@ -14,7 +14,6 @@
 enum {
     MIN_SIZE = 4,
     MAX_SIZE = 256,
-    LAYERS = IBL_LOBE_LAYERS,
     VIEWS = 8,
     ROUGHS = 20
 };
@@ -31,8 +30,9 @@ typedef struct entry {
 struct bake {
     ibl_lobe_kernels kernels;
     ibl_true_lobe_rule rule;
-    int size, levels;
-    entry node[LAYERS][ROUGHS][VIEWS];
+    ibl_f0 f0;
+    int size, levels, layers;
+    entry node[IBL_LOBE_LAYERS][ROUGHS][VIEWS];
     float *out;
 };
 
@@ -50,20 +50,22 @@ static entry entry_of(const struct bake *b, const ibl_lobe_lookup *l)
 }
 
 static void fit_node(struct bake *b, int view, int rough,
-                     ibl_lobe_lookup lookup[LAYERS])
+                     ibl_lobe_lookup lookup[IBL_LOBE_LAYERS])
 {
     ibl_lobe_view v;
     ibl_lobe_view_make(&b->kernels, &b->rule, view_at[view], rough_at(rough),
                        &v);
-    for (int layer = 0; layer < LAYERS; layer++) {
-        ibl_lobe_fit(&v, layer % 2, layer / 2 + 1, &lookup[layer]);
+    for (int layer = 0; layer < b->layers; layer++) {
+        const int f =
+            b->f0 == IBL_F0_BOTH ? layer % 2 : b->f0 == IBL_F0_DIELECTRICS;
+        ibl_lobe_fit(&v, f, 2 * layer / b->layers + 1, &lookup[layer]);
         b->node[layer][rough][view] = entry_of(b, &lookup[layer]);
     }
 }
 
 static void column_job(void *arg, int job, int worker)
 {
-    ibl_lobe_lookup lookup[LAYERS] = {{0}};
+    ibl_lobe_lookup lookup[IBL_LOBE_LAYERS] = {{0}};
     (void)worker;
     for (int i = 0; i < ROUGHS; i++)
         fit_node(arg, job, i, lookup);
@@ -171,6 +173,9 @@ ibl_status ibl_lobe_table_check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a spectrum of degree %d: must be 1 or more",
                         o->power_degree);
+    if ((unsigned)o->f0 > IBL_F0_DIELECTRICS)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "no such ibl_f0: %d",
+                        (int)o->f0);
     return IBL_OK;
 }
 
@@ -186,7 +191,7 @@ static ibl_status make(ibl_ctx *ctx, const ibl_lobe_table_options *o,
     if (!status)
         status = ibl_run(ctx, "lobe table", VIEWS, column_job, b);
     if (!status)
-        status = ibl_run(ctx, NULL, LAYERS * b->size, row_job, b);
+        status = ibl_run(ctx, NULL, b->layers * b->size, row_job, b);
     ibl_lobe_kernels_free(&b->kernels);
     return status;
 }
@@ -203,11 +208,15 @@ ibl_status ibl_bake_lobe_table(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
     if (status)
         return status;
     const size_t size = (size_t)opts->size;
+    const int layers = IBL_LOBE_LAYERS / (opts->f0 == IBL_F0_BOTH ? 1 : 2);
     struct bake *b = ibl_alloc_zeroed(1, sizeof *b);
-    float *data = ibl_alloc_array(LAYERS * size * size, 4 * sizeof *data);
+    float *data =
+        ibl_alloc_array((size_t)layers * size * size, 4 * sizeof *data);
     status = b && data ? IBL_OK : ibl_no_memory(ctx, "the lobe table");
     if (!status) {
+        b->f0 = opts->f0;
         b->size = opts->size;
+        b->layers = layers;
         b->levels = opts->layout.levels;
         b->out = data;
         status = make(ctx, opts, b);
@@ -216,6 +225,6 @@ ibl_status ibl_bake_lobe_table(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
     if (status)
         ibl_free(data);
     else
-        *out = (ibl_lobe_table){opts->size, data};
+        *out = (ibl_lobe_table){opts->size, data, layers};
     return status;
 }

@@ -45,7 +45,8 @@ ibl_lookup_use ibl_lookup_by_table(const ibl_lobe_table *t,
                                    double n_dot_v, double r, ibl_lobe_bands *b)
 {
     double q[4];
-    fetch(t, 2 * (taps - 1) + f, n_dot_v, r, q);
+    fetch(t, (taps - 1) * t->layers / 2 + (t->layers > 2 ? f : 0), n_dot_v, r,
+          q);
     const double most = ibl_lod_of_roughness(&k->layout, fmin(1.25 * r, 1));
     ibl_lookup_use l = {.taps = taps,
                         .lod = fmin(q[1] * (k->layout.levels - 1), most),

@@ -235,6 +235,7 @@ static bool write_lobes(ibl_bake *b)
     ibl_texture tex = {0};
 
     o.size = b->opts->lobe_table_size;
+    o.f0 = b->opts->lobe_f0;
     if (b->opts->lobe_table == IBL_LOBES_FITTED) {
         o.power = b->made.power;
         o.power_degree = b->made.power_degree;

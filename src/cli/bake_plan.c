@@ -20,7 +20,7 @@ static bool is_usual_table(const ibl_opts *o)
     const ibl_specular_options usual = ibl_specular_options_default();
     ibl_specular_layout a, b;
 
-    return o->lobe_table == IBL_LOBES_PRIOR &&
+    return o->lobe_table == IBL_LOBES_PRIOR && o->lobe_f0 == IBL_F0_BOTH &&
            !ibl_specular_layout_of(&usual, &a) &&
            !ibl_specular_layout_of(&o->bake.specular_options, &b) &&
            a.size == b.size && a.levels == b.levels && a.mapping == b.mapping &&

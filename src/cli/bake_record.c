@@ -175,19 +175,32 @@ static const char *fitted_to(const ibl_bake *b)
     return b->opts->lobe_table == IBL_LOBES_FITTED ? "map" : "photographs";
 }
 
-static const char *const lobe_layers[IBL_LOBE_LAYERS] = {
-    "one tap, F0 = 1", "one tap, F0 = 0.04", "two taps, F0 = 1",
-    "two taps, F0 = 0.04"};
+/* Names of the layers, in order; NULL after the last. */
+static const char *lobe_layer(const ibl_bake *b, int i)
+{
+    static const char *const names[IBL_LOBE_LAYERS] = {
+        "one tap, F0 = 1", "one tap, F0 = 0.04", "two taps, F0 = 1",
+        "two taps, F0 = 0.04"};
+    const ibl_f0 f0 = b->opts->lobe_f0;
+
+    if (f0 != IBL_F0_BOTH)
+        i = 2 * i + (f0 == IBL_F0_DIELECTRICS);
+    return i < IBL_LOBE_LAYERS ? names[i] : NULL;
+}
 
 static void set_lobes(setter *s, const ibl_bake *b)
 {
-    char roughness[IBL_MAX_LEVELS * 24];
+    char roughness[IBL_MAX_LEVELS * 24], layers[96] = "";
 
+    for (int i = 0; lobe_layer(b, i); i++) {
+        const size_t used = strlen(layers);
+        snprintf(layers + used, sizeof layers - used, "%s%s", i ? ";" : "",
+                 lobe_layer(b, i));
+    }
     list_roughness(&b->lobe_layout, roughness, sizeof roughness);
     set(s, "iblbake.fitted_to", "%s", fitted_to(b));
     set(s, "iblbake.axes", "u=N.V,v=roughness");
-    set(s, "iblbake.layers", "%s;%s;%s;%s", lobe_layers[0], lobe_layers[1],
-        lobe_layers[2], lobe_layers[3]);
+    set(s, "iblbake.layers", "%s", layers);
     set(s, "iblbake.roughness", "%s", roughness);
 }
 
@@ -544,8 +557,8 @@ static void put_lobes(const ibl_bake *b, json_t **j)
     const ibl_specular_layout *layout = &b->lobe_layout;
     json_t *layers = json_array(), *roughness = json_array();
 
-    for (int i = 0; i < IBL_LOBE_LAYERS; i++)
-        append(&layers, json_string(lobe_layers[i]));
+    for (int i = 0; lobe_layer(b, i); i++)
+        append(&layers, json_string(lobe_layer(b, i)));
     for (int l = 0; l < layout->levels; l++)
         append(&roughness, json_real(layout->roughness[l]));
     put(j, "axes",

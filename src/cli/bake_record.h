@@ -54,6 +54,7 @@ typedef struct ibl_opts {
     ibl_lut_options lut;
     ibl_lobes lobe_table;
     int lobe_table_size;
+    ibl_f0 lobe_f0; /* of the lobe table; by the scene */
     const char *preview;
     const char *depfile;
     int sync;    /* 1: flush the files to the disk */

@@ -256,10 +256,11 @@ static parts parts_of(const search *s, int pixel, int irradiance, int lut)
                        s->lut.error[lut]};
 }
 
-static size_t lobes_bytes(int edge)
+static size_t lobes_bytes(const ibl_opts *o, int edge)
 {
-    return (size_t)(edge * edge) * IBL_LOBE_LAYERS *
-           ibl_pixel_bytes(IBL_PIXEL_RGBA16F);
+    const int layers = IBL_LOBE_LAYERS / (o->lobe_f0 == IBL_F0_BOTH ? 1 : 2);
+
+    return (size_t)(edge * edge * layers) * ibl_pixel_bytes(IBL_PIXEL_RGBA16F);
 }
 
 static size_t bytes_of(const search *s, const pick *p)
@@ -271,7 +272,7 @@ static size_t bytes_of(const search *s, const pick *p)
     if (wants(s->o, IBL_OUTPUT_SPECULAR))
         bytes += chain_bytes(l->size, l->levels, pixel);
     if (s->table)
-        bytes += lobes_bytes(s->lobes.value[p->lobes]);
+        bytes += lobes_bytes(s->o, s->lobes.value[p->lobes]);
     return bytes;
 }
 
@@ -334,6 +335,7 @@ static bool judge(const search *s, const ibl_opts *o, ibl_expected_set *set,
     bool ok = true;
 
     of.size = o->lobe_table_size;
+    of.f0 = o->lobe_f0;
     of.layout = set->layout;
     if (o->lobe_table == IBL_LOBES_FITTED) {
         of.power = s->power;
@@ -624,6 +626,19 @@ static void list_levels(search *s)
         add_value(&s->levels, levels);
 }
 
+/* The layers that no material looks up are left out. */
+static ibl_f0 f0_of(const ibl_materials *m)
+{
+    bool has[2] = {false, false};
+
+    for (int i = 0; i <= IBL_MATERIAL_STEPS; i++)
+        for (int f = 0; f < 2; f++)
+            has[f] |= m->weight[i][f] > 0;
+    return has[0] && has[1] ? IBL_F0_BOTH
+           : has[0]         ? IBL_F0_METALS
+                            : IBL_F0_DIELECTRICS;
+}
+
 /* Of most bytes first. */
 static void list_pixels(search *s)
 {
@@ -830,6 +845,10 @@ static void tell_chain(const search *s, const pick *p, ibl_choice *choice)
                                        : "as asked");
 }
 
+static const char *const f0_words[] = {
+    "fitted to the levels", "fitted to the levels, for metals alone",
+    "fitted to the levels, for dielectrics alone"};
+
 static void tell(const search *s, const pick *p, ibl_choice *choice)
 {
     const ibl_opts *o = s->o;
@@ -855,7 +874,7 @@ static void tell(const search *s, const pick *p, ibl_choice *choice)
     snprintf(text, sizeof text, "%d", o->lobe_table_size);
     if (s->table)
         ibl_choice_chose(choice, "lobe table", text, "%s",
-                         "fitted to the levels");
+                         f0_words[o->lobe_f0]);
 }
 
 /* The least error of chains of a size. */
@@ -904,7 +923,7 @@ size_t ibl_opts_bytes(const ibl_opts *o)
         !ibl_specular_layout_of(&o->bake.specular_options, &l))
         bytes += chain_bytes(l.size, l.levels, pixel);
     if (wants(o, IBL_OUTPUT_LOBES))
-        bytes += lobes_bytes(o->lobe_table_size);
+        bytes += lobes_bytes(o, o->lobe_table_size);
     return bytes +
            small_bytes(o, pixel, o->bake.irradiance_options.size, o->lut.size);
 }
@@ -953,6 +972,7 @@ static bool search_open(search *s, ibl_bake_source *from,
         ibl_opts_given(o, "rendered-error") ? SIZE_MAX : choice->usual_bytes;
     if (s->table && !ibl_opts_given(o, "lobe-table"))
         o->lobe_table = IBL_LOBES_FITTED;
+    o->lobe_f0 = f0_of(materials);
     list_sizes(s, materials);
     list_levels(s);
     list_pixels(s);

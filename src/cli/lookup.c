@@ -106,15 +106,16 @@ void ibl_lookup_lut(const ibl_lut *lut, double n_dot_v, double roughness,
     add_table(lut->data, lut->size, 2, n_dot_v, roughness, 1, scale_bias);
 }
 
-void ibl_lookup_lobes(const float *lobes, int size, int layer, double metallic,
+void ibl_lookup_lobes(const ibl_lobe_table *lobes, int taps, double metallic,
                       double n_dot_v, double roughness, double q[4])
 {
-    const size_t floats = 4 * (size_t)size * (size_t)size;
+    const int n = lobes->size, metal = (taps - 1) * lobes->layers / 2;
+    const int layer[2] = {metal, metal + lobes->layers / 2 - 1};
 
     q[0] = q[1] = q[2] = q[3] = 0;
     for (int k = 0; k < 2; k++)
-        add_table(lobes + (size_t)(layer + k) * floats, size, 4, n_dot_v,
-                  roughness, k ? 1 - metallic : metallic, q);
+        add_table(lobes->data + 4 * (size_t)layer[k] * (size_t)(n * n), n, 4,
+                  n_dot_v, roughness, k ? 1 - metallic : metallic, q);
 }
 
 /* ---- lod ------------------------------------------------------------- */

@@ -36,9 +36,9 @@ void ibl_lookup_lut(const ibl_lut *lut, double n_dot_v, double roughness,
                     double scale_bias[2]);
 
 /* texture(lobes, vec3(n_dot_v, roughness, layer)) of the four channels of a
- * lobe table of size * size texels and IBL_LOBE_LAYERS layers: mixed from the
- * next layer, 0, to this one, 1, by metallic. */
-void ibl_lookup_lobes(const float *lobes, int size, int layer, double metallic,
+ * lobe table, its layers mixed from that of F0 = .04, 0, to that of F0 = 1, 1,
+ * by metallic. */
+void ibl_lookup_lobes(const ibl_lobe_table *lobes, int taps, double metallic,
                       double n_dot_v, double roughness, double q[4]);
 
 enum {

@@ -267,11 +267,11 @@ static double roughness_of(const work *w, double lod)
 /* ibl_lobe_fetch of ibl/ibl.glsl. */
 static void aim_by_table(const work *w, size_t i, double metallic, look *l)
 {
-    const int layer = w->options.shader == IBL_SHADER_TWO_TAPS ? 2 : 0;
+    const int taps = w->options.shader == IBL_SHADER_TWO_TAPS ? 2 : 1;
     double q[4];
 
-    ibl_lookup_lobes(w->files->lobes, w->files->lobe_size, layer, metallic,
-                     w->pairs.n_dot_v[i], l->roughness, q);
+    ibl_lookup_lobes(&w->files->lobes, taps, metallic, w->pairs.n_dot_v[i],
+                     l->roughness, q);
     l->taps = q[3] > 0 ? 2 : 1;
     bend(w, i, q[0] - q[3], l->dir[0]);
     bend(w, i, q[0] + q[3], l->dir[1]);
@@ -598,7 +598,7 @@ static bool find_cubes(work *w, ibl_console *console)
 
 static bool choose_shader(work *w, ibl_console *console)
 {
-    const bool table = w->files->lobes, both = table && w->irradiance;
+    const bool table = w->files->lobes.data, both = table && w->irradiance;
     ibl_shader *shader = &w->options.shader;
 
     if (*shader == IBL_SHADER_AUTO)
@@ -650,8 +650,8 @@ static bool check_finite(const ibl_verify_files *f, ibl_console *console)
 {
     const size_t lut = (size_t)ibl_lut_channels(f->lut.kind) *
                        (size_t)f->lut.size * (size_t)f->lut.size;
-    const size_t lobes =
-        4 * IBL_LOBE_LAYERS * (size_t)f->lobe_size * (size_t)f->lobe_size;
+    const size_t lobes = 4 * (size_t)f->lobes.layers * (size_t)f->lobes.size *
+                         (size_t)f->lobes.size;
     int bad = -1;
 
     for (int i = 0; i < f->count; i++) {
@@ -663,7 +663,7 @@ static bool check_finite(const ibl_verify_files *f, ibl_console *console)
     }
     if (f->lut.data && !is_finite(f->lut.data, lut))
         bad = IBL_OUTPUT_LUT;
-    if (f->lobes && !is_finite(f->lobes, lobes))
+    if (f->lobes.data && !is_finite(f->lobes.data, lobes))
         bad = IBL_OUTPUT_LOBES;
     return bad < 0 ||
            ibl_console_fail(console,

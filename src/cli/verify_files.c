@@ -726,27 +726,29 @@ static bool is_of_chain(reader *r, const ibl_texture *tex)
 static bool check_lobes(const reader *r, const ibl_texture *tex)
 {
     if (tex->faces == 1 && tex->width == tex->height &&
-        tex->layers == IBL_LOBE_LAYERS && tex->pixel <= IBL_PIXEL_RGBA32F)
+        (tex->layers == IBL_LOBE_LAYERS ||
+         tex->layers == IBL_LOBE_LAYERS / 2) &&
+        tex->pixel <= IBL_PIXEL_RGBA32F)
         return true;
     return ibl_console_fail(r->console,
                             "%s: no lobe table: it must be flat, square, of "
-                            "%d layers and of rgba16f or rgba32f",
-                            r->path, IBL_LOBE_LAYERS);
+                            "%d or %d layers and of rgba16f or rgba32f",
+                            r->path, IBL_LOBE_LAYERS, IBL_LOBE_LAYERS / 2);
 }
 
 /* RGBA decodes without alpha: each texel is two of two channels. */
 static bool decode_lobes(ibl_verify_files *f, const ibl_texture *tex)
 {
     const size_t texels =
-        IBL_LOBE_LAYERS * (size_t)tex->width * (size_t)tex->width;
+        (size_t)tex->layers * (size_t)tex->width * (size_t)tex->width;
 
-    f->lobe_size = tex->width;
-    f->lobes = malloc(texels * 4 * sizeof *f->lobes);
-    if (f->lobes)
+    f->lobes = (ibl_lobe_table){
+        tex->width, malloc(texels * 4 * sizeof *f->lobes.data), tex->layers};
+    if (f->lobes.data)
         ibl_pixel_decode(tex->pixel == IBL_PIXEL_RGBA16F ? IBL_PIXEL_RG16F
                                                          : IBL_PIXEL_RG32F,
-                         tex->data, 2 * texels, f->lobes);
-    return f->lobes;
+                         tex->data, 2 * texels, f->lobes.data);
+    return f->lobes.data;
 }
 
 /* A table of other levels is left out, unless it was asked for. */
@@ -813,7 +815,7 @@ void ibl_verify_files_free(ibl_verify_files *files)
     for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
         free(files->path[kind]);
     ibl_lut_free(&files->lut);
-    free(files->lobes);
+    free(files->lobes.data);
 }
 
 bool ibl_verify_judge(const ibl_verify_files *files, ibl_ctx *ctx,

@@ -78,8 +78,7 @@ typedef struct ibl_verify_files {
     ibl_lut lut; /* empty if there is none */
     ibl_pixel lut_pixel;
     ibl_geometry geometry;
-    float *lobes; /* IBL_LOBE_LAYERS of lobe_size^2 texels of 4; NULL: none */
-    int lobe_size;
+    ibl_lobe_table lobes; /* empty if there is none */
     double yaw_deg;
     ibl_read_options read; /* of the environment */
     ibl_lod lod;           /* of the specular chain */

@@ -262,14 +262,19 @@ ibl_status ibl_texture_from_lobe_table(ibl_ctx *ctx,
         return ibl_missing(ctx, "ibl_texture_from_lobe_table: table or tex");
     if (table->size < 1 || !table->data)
         return ibl_missing(ctx, "ibl_texture_from_lobe_table: table's data");
+    if (table->layers != IBL_LOBE_LAYERS &&
+        table->layers != IBL_LOBE_LAYERS / 2)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a lobe table of %d layers: must be %d or %d",
+                        table->layers, IBL_LOBE_LAYERS, IBL_LOBE_LAYERS / 2);
     const size_t texels =
-        IBL_LOBE_LAYERS * (size_t)table->size * (size_t)table->size;
+        (size_t)table->layers * (size_t)table->size * (size_t)table->size;
     size_t beyond;
     *tex = (ibl_texture){.pixel = IBL_PIXEL_RGBA16F,
                          .width = table->size,
                          .height = table->size,
                          .levels = 1,
-                         .layers = IBL_LOBE_LAYERS,
+                         .layers = table->layers,
                          .faces = 1,
                          .bytes = texels * ibl_pixel_bytes(IBL_PIXEL_RGBA16F)};
     tex->data = ibl_alloc_array(tex->bytes, 1);

@@ -297,7 +297,7 @@ static bool check_shape(const ibl_texture *tex, const char *path,
     const char *pixel = ibl_pixel_name(tex->pixel);
     const bool lut = wanted == VIEW_LUT, lobes = wanted == VIEW_LOBES;
     const char *table = lut ? ibl_texture_get(tex, "iblbake.table") : NULL;
-    const int layers = lobes ? VIEW_LOBE_LAYERS : 1;
+    const int layers = lobes ? IBL_LOBE_LAYERS : 1;
 
     if (table)
         return wrong(path, wanted,
@@ -312,7 +312,7 @@ static bool check_shape(const ibl_texture *tex, const char *path,
     if ((ibl_pixel_channels(tex->pixel) == 2) != lut)
         return wrong(path, wanted, "has %s texels, not %s", pixel,
                      lut ? "two channels, rg16f or rg32f" : "colour");
-    if (tex->layers != layers)
+    if (tex->layers != layers && !(lobes && 2 * tex->layers == layers))
         return wrong(path, wanted, "has %d layers, not %d", tex->layers,
                      layers);
     if ((lut || lobes) && tex->width != tex->height)

@@ -8,8 +8,6 @@
 #include "common/about.h"
 #include "view/baked_set.h"
 
-#define VIEW_LOBE_LAYERS 4 /* of the table of lobes */
-
 /* ---- files by content and by name (set_open.c) ------------------------- */
 
 typedef enum view_file_kind {
