@@ -95,6 +95,11 @@ start() { # NUMBER
     local name=${tests[$1]} command
     command=("$name")
     case $name in
+    # Races are between threads, and with signals.
+    *tsan:*)
+        command=(env ONLY='thread|interrupt|signal|progress|again|instruction'
+            "BUILD=${name%%: *}" bash "${name#*: }")
+        ;;
     *': '*) command=(env "BUILD=${name%%: *}" bash "${name#*: }") ;;
     # The numbers of slow tests depend neither on the compiler nor on what looks
     # for races.
