@@ -279,8 +279,7 @@ static void look_up(const baked *s, const pairs *p, int i, double r, int f,
         level[m] = (ibl_cube){.size = ibl_cube_edge(l->size, m),
                               .levels = 1,
                               .data = ibl_cube_face(&s->made.specular, m, 0)};
-    ibl_lookup_lobes(s->lobes.data, s->lobes.size, 0, f ? 0 : 1, p->n_v[i], r,
-                     q);
+    ibl_lookup_lobes(&s->lobes, 1, f ? 0 : 1, p->n_v[i], r, q);
     for (int k = 0; k < 3; k++)
         d[k] = p->mirror[i][k] + q[0] * (p->normal[i][k] - p->mirror[i][k]);
     const double most = ibl_lod_of_roughness(l, fmin(1.25 * r, 1));
