@@ -141,10 +141,10 @@ TEST(bakes)
     const ibl_materials all = ibl_materials_all();
     const double power[2] = {1, 1};
     ibl_expectation *e;
-    REFUSES(ibl_expectation_create(ctx, NULL, power, 1, 1, &e));
-    REFUSES(ibl_expectation_create(ctx, &all, NULL, 1, 1, &e));
-    REFUSES(ibl_expectation_create(ctx, &all, power, 1, 1, NULL));
-    SILENT(ibl_expectation_create(NULL, &all, power, 1, 1, &e));
+    REFUSES(ibl_expectation_create(ctx, NULL, power, 1, 1, 1, &e));
+    REFUSES(ibl_expectation_create(ctx, &all, NULL, 1, 1, 1, &e));
+    REFUSES(ibl_expectation_create(ctx, &all, power, 1, 1, 1, NULL));
+    SILENT(ibl_expectation_create(NULL, &all, power, 1, 1, 1, &e));
     SILENT(ibl_expectation_of(NULL, NULL, NULL));
     SILENT(ibl_expectation_fit(NULL, 8, 1, NULL, NULL));
     ibl_expectation_free(NULL);

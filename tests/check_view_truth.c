@@ -459,7 +459,7 @@ static double expected_error(void)
     lights(&map);
     const ibl_bake_result spectrum = map_bake(on.ctx, &map, &o);
     NEED(!ibl_specular_layout_of(&chain, &set.layout) &&
-         !ibl_expectation_create(on.ctx, &m, spectrum.power, o.sh_degree, 32,
+         !ibl_expectation_create(on.ctx, &m, spectrum.power, o.sh_degree, 32, 0,
                                  &e) &&
          !ibl_expectation_of(e, &set, &nrmse));
     ibl_expectation_free(e);

@@ -1055,13 +1055,15 @@ typedef struct ibl_expectation ibl_expectation;
 
 /*
  *   power   of the map, as in ibl_bake_result, to `degree`, 1 or more
- *   most    highest degree of the map: half its width; limited to 4096
+ *   most    highest degree of the map: half its width
+ *   square  of the map: the mean over the sphere of R^2 + G^2 + B^2; what power
+ *           lacks of it has degrees beyond `degree`, which mirrors show
  * IBL_ERR_ARGUMENT: no material has a weight, or a degree. *out is NULL after
  * an error. ctx must outlive it.
  */
 ibl_status ibl_expectation_create(ibl_ctx *ctx, const ibl_materials *materials,
                                   const double *power, int degree, int most,
-                                  ibl_expectation **out);
+                                  double square, ibl_expectation **out);
 void ibl_expectation_free(ibl_expectation *e); /* NULL is fine */
 
 /* nrmse is written. IBL_ERR_ARGUMENT: a member of the set out of range. */

@@ -32,7 +32,8 @@ enum {
     TABLE = 128, /* edge of the BRDF table that counts as the truth */
     DEGREES = IBL_LOBE_DEGREE + 1,
     MOST_ROUGHNESSES = 64,
-    BENT = 2 /* directions of a view, after IBL_TO_R: for F0 = 1, and .04 */
+    BEYOND = 8, /* half octaves beyond the degrees that are known */
+    BENT = 2    /* directions of a view, after IBL_TO_R: for F0 = 1, and .04 */
 };
 
 static const ibl_specular_layout none = {
@@ -64,6 +65,7 @@ struct ibl_expectation {
     ibl_lobe_kernels kernels; /* of no chain: the spectrum and the cosine */
     const double *given;      /* C_l as given, or NULL */
     int degree, most;         /* its last; the map's */
+    double beyond;            /* power beyond `degree`, of that up to it */
     ibl_lut truth;
     int nodes;
     node node[NODES];
@@ -142,40 +144,22 @@ static void make_nodes(ibl_expectation *e, const ibl_materials *m)
 
 /* ---- lobes of surfaces --------------------------------------------------- */
 
-/* C_l of any degree: it goes on falling as in the last octave. */
-static double power_at(const ibl_expectation *e, int l)
-{
-    const double *p = e->kernels.power;
-    const int last = IBL_LOBE_DEGREE;
-    if (l <= last)
-        return p[l];
-    const double fall =
-        p[last / 2] > p[last] && p[last] > 0 ? log2(p[last / 2] / p[last]) : 0;
-    return p[last] * pow((double)l / last, -fmin(fall, 4));
-}
-
-/* Degrees of a mirror, up to those of the map. A last one has the steps between
- * its pixels: these are means over a pixel, which takes as much of their power
- * from the degrees below. */
+/* Degrees of a mirror, which sees all of the map. Beyond the last that is known
+ * are the steps between pixels: C_l falls as l^-3, so that each half octave has
+ * 1 / sqrt(2) of what the one before has. */
 static void mirror_degrees(const ibl_expectation *e, ibl_lobe_bands *b)
 {
-    b->count = 0;
-    memset(b->share, 0, sizeof b->share);
-    for (int l = 1; l < e->most; l += 1 + l / 8)
-        b->degree[b->count++] = l;
-    b->degree[b->count++] = e->most;
-    b->degree[b->count] = 2 * e->most;
-    for (int i = 0; i + 1 < b->count; i++)
-        for (int l = b->degree[i] + !!i; l <= b->degree[i + 1]; l++) {
-            const double c = (2 * l + 1) / (4 * IBL_PI) * power_at(e, l);
-            const double x = IBL_PI * l / e->most;
-            const double t =
-                (double)(l - b->degree[i]) / (b->degree[i + 1] - b->degree[i]);
-            b->share[i] += (1 - t) * c;
-            b->share[i + 1] += t * c;
-            b->share[b->count] += c * (exp(x * x / 12) - 1);
-        }
-    b->count++;
+    const int last = e->degree < IBL_LOBE_DEGREE ? e->degree : IBL_LOBE_DEGREE;
+    double rest = e->kernels.mean;
+    ibl_bands_fill(e->kernels.power, last, 8, b);
+    for (int i = 0; i < b->count; i++)
+        rest += b->share[i];
+    rest *= e->beyond;
+    for (int i = 0; i < BEYOND; i++, b->count++) {
+        b->degree[b->count] = (int)(last * pow(2, 0.5 * i + 0.25));
+        b->share[b->count] = i + 1 < BEYOND ? (1 - sqrt(0.5)) * rest : rest;
+        rest *= sqrt(0.5);
+    }
 }
 
 /* A point at R. */
@@ -294,9 +278,14 @@ static void blur_level(ladder *s, int m)
     for (int n = 0; n < s->e->nodes; n++) {
         const ibl_lobe_bands *b = &s->e->view[n * VIEWS].bands;
         for (int i = 0; i < b->count; i++) {
-            to->blur[n][i] = ibl_lobe_blur_at(&s->layout, m, b->degree[i]);
+            const double own =
+                kind == 2 ? ibl_lookup_pixels(edge, s->e->most, b->degree[i])
+                          : 1;
+            to->blur[n][i] =
+                own * ibl_lobe_blur_at(&s->layout, m, b->degree[i]);
             to->texels[n][i] =
-                b->share[i] * ibl_lookup_scatter(edge, kind == 2, b->degree[i]);
+                own * own * b->share[i] *
+                ibl_lookup_scatter(edge, kind == 2, b->degree[i]);
         }
     }
 }
@@ -698,6 +687,7 @@ ibl_status ibl_expectation_of(const ibl_expectation *e,
     if (!status)
         status = ibl_lobe_kernels_make(e->ctx, layout, e->given, e->degree,
                                        &j.kernels);
+    j.kernels.most = e->most;
     if (!status)
         status = judge(&j);
     double sum = 0;
@@ -856,9 +846,18 @@ void ibl_expectation_free(ibl_expectation *e)
     ibl_free(e);
 }
 
+/* The power beyond the degrees that are known, as a share of that up to it. */
+static double power_beyond(const double *power, int degree, double square)
+{
+    double known = 0;
+    for (int l = 0; l <= degree && l <= IBL_LOBE_DEGREE; l++)
+        known += (2 * l + 1) * power[l] / (4 * IBL_PI);
+    return square > known ? square / known - 1 : 0;
+}
+
 ibl_status ibl_expectation_create(ibl_ctx *ctx, const ibl_materials *materials,
                                   const double *power, int degree, int most,
-                                  ibl_expectation **out)
+                                  double square, ibl_expectation **out)
 {
     if (!ctx || !materials || !power || !out)
         return ibl_missing(ctx, "ibl_expectation_create: materials, power or "
@@ -875,7 +874,8 @@ ibl_status ibl_expectation_create(ibl_ctx *ctx, const ibl_materials *materials,
     if (!status) {
         e->ctx = ctx;
         e->degree = degree;
-        e->most = most < 8 ? 8 : most > 4096 ? 4096 : most;
+        e->most = most;
+        e->beyond = power_beyond(power, degree, square);
         memcpy(given, power, ((size_t)degree + 1) * sizeof *power);
         e->given = given;
         given = NULL;

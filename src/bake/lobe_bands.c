@@ -184,13 +184,18 @@ static int orders_of(const rings *r)
 
 void ibl_bands_degrees(const double *power, double roughness, ibl_lobe_bands *b)
 {
-    const int end =
-        (int)fmin(IBL_LOBE_DEGREE, 6 / (roughness * roughness) + 24);
+    ibl_bands_fill(power,
+                   (int)fmin(IBL_LOBE_DEGREE, 6 / (roughness * roughness) + 24),
+                   16, b);
+}
+
+void ibl_bands_fill(const double *power, int last, int part, ibl_lobe_bands *b)
+{
     b->count = 0;
     memset(b->share, 0, sizeof b->share);
-    for (int l = 1; l < end; l += 1 + l / 16)
+    for (int l = 1; l < last; l += 1 + l / part)
         b->degree[b->count++] = l;
-    b->degree[b->count++] = end;
+    b->degree[b->count++] = last;
     for (int i = 0; i + 1 < b->count; i++) {
         const int low = b->degree[i], high = b->degree[i + 1];
         for (int l = low + !!i; l <= high; l++) {

@@ -42,8 +42,14 @@ typedef struct ibl_lobe_bands {
     double toward[2][IBL_BANDS_DIRECTIONS][IBL_BANDS_MOST];
 } ibl_lobe_bands;
 
+/* Degrees in steps of a part of themselves to `last`. In between what lobes see
+ * is linear, over 2 l + 1.
+ *   power  C_l, l = 0..last */
+void ibl_bands_fill(const double *power, int last, int part,
+                    ibl_lobe_bands *bands);
+
 /* Chooses degrees in steps of a sixteenth, to where the lobes of a roughness
- * have nothing to see. In between what they see is linear, over 2 l + 1.
+ * have nothing to see.
  *   power  C_l, l = 0..IBL_LOBE_DEGREE */
 void ibl_bands_degrees(const double *power, double roughness,
                        ibl_lobe_bands *bands);

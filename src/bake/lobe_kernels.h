@@ -34,6 +34,7 @@ enum {
 typedef struct ibl_lobe_kernels {
     ibl_specular_layout layout;
     double mean; /* C_0 in units of the tables */
+    int most;    /* highest degree of the map; 0: not known */
     /* The tables, or NULL: */
     float *point;   /* <a, point> */
     float *same;    /* <a, a> */

@@ -85,21 +85,37 @@ void ibl_lookup_legendre(const double *angle, int count,
 /* ---- texels ----------------------------------------------------------------
  */
 
-double ibl_lookup_kernel(const ibl_lobe_kernels *k, int level, int degree)
+/* Constant over each pixel is how a map is meant. Interpolation blurs that by
+ * the square of a pixel once more; along rows, pixels have 2/3 of the square of
+ * those at the equator. */
+double ibl_lookup_pixels(int edge, int most, int degree)
 {
-    if (degree <= IBL_LOBE_DEGREE)
-        return ibl_lobe_of(k, level)[degree];
-    return level < k->layout.levels && k->layout.roughness[level] <= 0
-               ? ibl_lobe_blur_at(&k->layout, level, degree)
+    const double x = IBL_PI * degree / fmax(most, 1);
+    return most > 0 && 2 * edge > most ? exp(-5 / 6.0 * x * x / 24) : 1;
+}
+
+static bool is_mirror(const ibl_lobe_kernels *k, int level)
+{
+    return level < k->layout.levels && k->layout.roughness[level] <= 0;
+}
+
+/* k_l of a level but for the blur of its texels. */
+static double sharp_kernel(const ibl_lobe_kernels *k, int level, int degree)
+{
+    if (is_mirror(k, level))
+        return ibl_lookup_pixels(k->layout.size >> level, k->most, degree);
+    return degree <= IBL_LOBE_DEGREE
+               ? k->sharp[(size_t)level * (IBL_LOBE_DEGREE + 1) +
+                          (size_t)degree]
                : 0;
 }
 
-/* The same without the blur of texels. */
-static double sharp_kernel(const ibl_lobe_kernels *k, int level, int degree)
+double ibl_lookup_kernel(const ibl_lobe_kernels *k, int level, int degree)
 {
-    if (degree <= IBL_LOBE_DEGREE)
-        return k->sharp[(size_t)level * (IBL_LOBE_DEGREE + 1) + (size_t)degree];
-    return level < k->layout.levels && k->layout.roughness[level] <= 0;
+    if (is_mirror(k, level))
+        return sharp_kernel(k, level, degree) *
+               ibl_lobe_blur_at(&k->layout, level, degree);
+    return degree <= IBL_LOBE_DEGREE ? ibl_lobe_of(k, level)[degree] : 0;
 }
 
 /* Radians of a wave of a degree in a texel of mean edge. */
@@ -141,7 +157,7 @@ typedef struct light {
     double scatter; /* what bilinear lookups add */
 } light;
 
-/* k: of the lobe without the blur of texels. */
+/* k: of sharp_kernel. */
 static void add_light(double share, double k, int edge, bool mirror, int degree,
                       light *to)
 {
@@ -174,7 +190,7 @@ static double texels_error(const ibl_lobe_kernels *k, const ibl_lobe_bands *b,
             continue;
         if (edge < 1)
             edge = 1;
-        const bool mirror = n < 2 && k->layout.roughness[level] <= 0;
+        const bool mirror = is_mirror(k, level);
         for (int i = 0; i < b->count; i++)
             add_light(b->share[i], sharp_kernel(k, level, b->degree[i]), edge,
                       mirror, b->degree[i], &of);

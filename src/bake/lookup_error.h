@@ -71,6 +71,10 @@ double ibl_lookup_kernel(const ibl_lobe_kernels *k, int level, int degree);
  * blur of a wave of a degree; mirror: texels are means. */
 double ibl_lookup_scatter(int edge, bool mirror, int degree);
 
+/* What level 0 keeps of a wave where it interpolates a map, whose highest
+ * degree is `most`, 0 if it is not known: see ibl_cube_from_latlong. */
+double ibl_lookup_pixels(int edge, int most, int degree);
+
 /* |drawn - sent|^2; set: NULL for an exact set without diffuse light. */
 double ibl_lookup_error(const ibl_lobe_kernels *k, const ibl_lookup_view *v,
                         int f, const ibl_lookup_use *use,

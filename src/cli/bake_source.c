@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Reads the environment and bakes all that the sets of files need of it. */
+#include <math.h>
 #include <string.h>
 
 #include "cli/bake_record.h"
@@ -121,8 +122,24 @@ bool ibl_bake_source_read(ibl_bake_source *s)
                                    &s->light_count));
 }
 
+static double mean_square(const ibl_image *map)
+{
+    const double pi = 3.14159265358979323846;
+    const size_t row = 3 * (size_t)map->width;
+    double sum = 0;
+
+    for (int y = 0; y < map->height; y++) {
+        const float *f = map->data + row * (size_t)y;
+        const double share =
+            cos(pi * y / map->height) - cos(pi * (y + 1) / map->height);
+        for (size_t i = 0; i < row; i++)
+            sum += share * f[i] * f[i];
+    }
+    return sum / (2.0 * map->width);
+}
+
 bool ibl_bake_source_power(ibl_bake_source *s, double power[IBL_POWER + 1],
-                           int *degree)
+                           int *degree, double *square)
 {
     const ibl_environment env = {.image = s->opts->lights ? &s->rest : &s->env};
     const int nyquist = s->width / 2;
@@ -140,6 +157,7 @@ bool ibl_bake_source_power(ibl_bake_source *s, double power[IBL_POWER + 1],
             power[l] += band[i] * band[i] / (2 * l + 1);
     }
     ibl_bake_result_free(&made);
+    *square = mean_square(env.image);
     return ok;
 }
 

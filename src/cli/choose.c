@@ -957,15 +957,17 @@ static bool search_open(search *s, ibl_bake_source *from,
                         const ibl_materials *materials, ibl_opts *o,
                         ibl_choice *choice)
 {
+    double square;
+
     s->from = from;
     s->o = o;
     s->most_parts = HUGE_VAL;
     s->table = wants(o, IBL_OUTPUT_SPECULAR) && wants(o, IBL_OUTPUT_LOBES);
     s->fits = s->table && !ibl_opts_given(o, "mapping") &&
               !ibl_opts_given(o, "roughness-range") && !o->of && !o->engine;
-    if (!ibl_bake_source_power(from, s->power, &s->degree) ||
+    if (!ibl_bake_source_power(from, s->power, &s->degree, &square) ||
         ibl_expectation_create(from->ctx, materials, s->power, s->degree,
-                               from->width / 2, &s->e) ||
+                               from->width / 2, square, &s->e) ||
         !judge_usual(s, choice))
         return false;
     s->most_bytes =
