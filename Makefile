@@ -60,12 +60,15 @@ VERSION := $(shell sed -n 's/^.define IBL_VERSION "\(.*\)"/\1/p' \
              include/ibl/ibl.h)
 REVISION := $(shell git describe --always --dirty 2>/dev/null)
 
-X86 := $(filter x86_64,$(shell uname -m))
+# Vector versions; none for other CPUs.
+ISAS_x86_64 := sse2 avx2 avx512
+ISAS_aarch64 := neon
+ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine))))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c)
-# Each of these is compiled for three instruction sets, and for any CPU if it
-# has no plain version beside it: see src/kern/isa.h.
+# Each of these is compiled for every instruction set, and for any CPU if it has
+# no plain version beside it: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
 PLAIN_SRC := $(filter-out $(patsubst %.c,%_simd.c, \
                $(shell grep -l ^IBL_KERNEL src/kern/*.c)),$(SIMD_SRC))
@@ -84,8 +87,7 @@ ifneq ($(HAVE_VIEW),yes)
 TESTS := $(filter-out $(BUILD)/tests/check_view_%,$(TESTS))
 endif
 LIB_OBJ := $(call obj,$(LIB_SRC)) $(PLAIN_SRC:%.c=$(BUILD)/obj/%_plain.o) \
-           $(if $(X86),$(foreach isa,sse2 avx2 avx512, \
-             $(SIMD_SRC:%.c=$(BUILD)/obj/%_$(isa).o)))
+           $(foreach isa,$(ISAS),$(SIMD_SRC:%.c=$(BUILD)/obj/%_$(isa).o))
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 ifneq ($(HAVE_VIEW),yes)
 BENCHES := $(filter-out $(BUILD)/tests/bench_room $(BUILD)/tests/bench_capture \
@@ -94,8 +96,8 @@ endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all lib deps deps-named tests benches demo check check-run check-quick check-clients mutants \
-        check-cycles soak bench \
+.PHONY: all lib deps deps-named tests benches demo check check-run check-quick \
+        check-clients mutants check-cycles soak bench \
         bench-probes fuzz fuzzers lint format install uninstall clean list \
         FORCE
 
@@ -123,6 +125,7 @@ ISA =
 %_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c
 %_avx512.o: ISA := -DIBL_SUFFIX=_avx512 -mavx512f -mavx512bw -mavx512dq \
                    -mavx512vl -mavx2 -mfma -mf16c -mprefer-vector-width=512
+%_neon.o: ISA := -DIBL_SUFFIX=_neon
 EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/exr.o tests/check_exr.o tests/check_exr_chroma.o tests/check_exr_damage.o tests/check_source.o tests/check_bc6h.o)
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/exr_chunks.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
@@ -163,6 +166,8 @@ $(BUILD)/obj/%_simd_sse2.o: %_simd.c $(BUILD)/used-cc
 $(BUILD)/obj/%_simd_avx2.o: %_simd.c $(BUILD)/used-cc
 	$(COMPILE)
 $(BUILD)/obj/%_simd_avx512.o: %_simd.c $(BUILD)/used-cc
+	$(COMPILE)
+$(BUILD)/obj/%_simd_neon.o: %_simd.c $(BUILD)/used-cc
 	$(COMPILE)
 $(BUILD)/obj/%.o: %.c $(BUILD)/used-cc
 	$(COMPILE)

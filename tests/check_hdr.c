@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/cpu.h"
 #include "files.h"
 #include "io/rgbe.h"
 #include "test.h"
@@ -245,19 +244,17 @@ TEST(every_variant)
     static const int sizes[][2] = {{1, 1},   {1, 9},    {9, 1},
                                    {7, 5},   {8, 8},    {13, 30},
                                    {40, 17}, {300, 20}, {21, 700}};
-    static const ibl_isa levels[] = {IBL_ISA_C, IBL_ISA_SSE2, IBL_ISA_AVX2,
-                                     IBL_ISA_AVX512};
-    ibl_ctx *ctxs[5] = {0};
+    ibl_ctx *ctxs[IBL_ISA_COUNT] = {0};
     int n = 0;
 
-    for (int l = 0; l < 4; l++) {
+    for (ibl_isa isa = IBL_ISA_C; isa < IBL_ISA_COUNT;
+         isa = test_next_isa(isa)) {
         ibl_ctx_options opts = ibl_ctx_options_default();
         opts.threads = 1;
-        opts.isa = levels[l];
+        opts.isa = isa;
         opts.log = test_keep;
         opts.log_cookie = &kept;
-        if (ibl_cpu_has(levels[l]))
-            ctxs[n++] = test_ctx_of(&opts);
+        ctxs[n++] = test_ctx_of(&opts);
     }
     ctxs[n++] = test_keeping_ctx(2, &kept);
     for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {

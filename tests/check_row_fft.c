@@ -11,7 +11,6 @@
 
 #include "bake/spectral/row_fft.h"
 #include "core/alloc.h"
-#include "core/cpu.h"
 #include "test.h"
 
 #define PI 3.1415926535897932384626433832795
@@ -176,9 +175,8 @@ static void check_width(ibl_ctx *ctx, int width, int orders, int count,
 
 static void each_isa(void (*run)(ibl_ctx *ctx))
 {
-    for (ibl_isa isa = IBL_ISA_C; isa <= IBL_ISA_AVX512; isa++) {
-        if (!ibl_cpu_has(isa))
-            continue;
+    for (ibl_isa isa = IBL_ISA_C; isa < IBL_ISA_COUNT;
+         isa = test_next_isa(isa)) {
         ibl_ctx *ctx = test_ctx(1, isa);
         run(ctx);
     }

@@ -162,10 +162,11 @@ TEST(threads_and_isa)
     static const int threads[] = {1, 2, 7};
     double *first = NULL;
 
-    for (int isa = IBL_ISA_C; isa <= (int)ibl_isa_best(); isa++) {
+    for (ibl_isa isa = IBL_ISA_C; isa < IBL_ISA_COUNT;
+         isa = test_next_isa(isa)) {
         double *same = NULL;
         for (int k = 0; k < 3; k++) {
-            ibl_ctx *ctx = test_ctx(threads[k], (ibl_isa)isa);
+            ibl_ctx *ctx = test_ctx(threads[k], isa);
             ibl_image env = map_constant(ctx, 150, 75, 0);
             map_fill(&env, 3);
             map_pixel(&env, 17, 20)[2] = 3e5f;

@@ -154,8 +154,9 @@ static void check_rings(ibl_ctx *ctx, int rings, int degree, int step)
 
 static void each_isa(void (*run)(ibl_ctx *ctx))
 {
-    for (int isa = IBL_ISA_C; isa <= (int)ibl_isa_best(); isa++) {
-        ibl_ctx *ctx = test_ctx(2, (ibl_isa)isa);
+    for (ibl_isa isa = IBL_ISA_C; isa < IBL_ISA_COUNT;
+         isa = test_next_isa(isa)) {
+        ibl_ctx *ctx = test_ctx(2, isa);
         run(ctx);
     }
 }

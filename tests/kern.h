@@ -4,7 +4,6 @@
 #ifndef KERN_H
 #define KERN_H
 
-#include "core/cpu.h"
 #include "test.h"
 
 /* For each instruction set that this CPU has, plain C first; and a test that

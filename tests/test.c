@@ -324,6 +324,14 @@ ibl_ctx *test_ctx(int threads, ibl_isa isa)
     return test_ctx_of(&opts);
 }
 
+ibl_isa test_next_isa(ibl_isa isa)
+{
+    do
+        isa++;
+    while (isa < IBL_ISA_COUNT && !ibl_isa_supported(isa));
+    return isa;
+}
+
 ibl_ctx *test_keeping_ctx(int threads, test_messages *kept)
 {
     ibl_ctx_options opts = ibl_ctx_options_default();

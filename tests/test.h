@@ -20,11 +20,13 @@
 
 #include "ibl/ibl.h"
 
-/* Whether a sanitizer makes everything many times slower: tests of many cases
+/* Whether a sanitizer, or an emulator (check-arm64.sh then defines it), makes
+ * everything many times slower: tests of many cases
  * then take some of them. TEST_RACES: whether it is ThreadSanitizer, the
  * slowest, which looks for races alone: of cases that differ by numbers and not
  * by what threads do, it takes the fewest. */
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef TEST_SANITIZED
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define TEST_SANITIZED 1
 #elif defined(__has_feature)
 #define TEST_SANITIZED                                                         \
@@ -138,6 +140,8 @@ ibl_ctx *test_ctx_of(const ibl_ctx_options *opts);
 ibl_ctx *test_ctx(int threads, ibl_isa isa);
 /* The same with test_keep. */
 ibl_ctx *test_keeping_ctx(int threads, test_messages *kept);
+/* The next instruction set that this CPU has; after the last, IBL_ISA_COUNT. */
+ibl_isa test_next_isa(ibl_isa isa);
 
 /* Path of a file in data/, or of ../shared/data (NULL where it is absent);
  * tests run from the top folder. Static storage, overwritten by each call. */

@@ -15,7 +15,8 @@ const char *const ibl_bench_method_names[] = {"auto", "spectral", "sampled",
                                               "sampled-nomip", NULL};
 const char *const ibl_bench_kind_names[] = {"bake", "variant", "format",
                                             "peer"};
-static const char *const isa_names[] = {"c", "sse2", "avx2", "avx512", NULL};
+static const char *const isa_names[] = {"c",      "sse2", "avx2",
+                                        "avx512", "neon", NULL};
 
 bool ibl_bench_takes_samples(int method)
 {
@@ -35,7 +36,7 @@ static const struct {
     {"samples", 1, 1048576, NULL, STANDARD_SAMPLES},
     {"size", 1, IBL_MAX_CUBE_SIZE, NULL, STANDARD_SIZES},
     {"threads", 1, 1024, NULL, NULL},
-    {"isa", IBL_ISA_C, IBL_ISA_AVX512, isa_names, NULL},
+    {"isa", IBL_ISA_C, IBL_ISA_NEON, isa_names, NULL},
     {"source", 2, IBL_MAX_EDGE, NULL, NULL},
 };
 
@@ -136,7 +137,7 @@ static const ibl_option sweep[] = {
      .standard = "powers of two up to the CPUs for this process, and those",
      .help = "threads of a bake"},
     {"isa", 0, LIST(IBL_BENCH_ISA),
-     .allowed = "a list of c, sse2, avx2, avx512",
+     .allowed = "a list of c, sse2, avx2, avx512, neon",
      .standard = "those of this CPU",
      .help = "instruction sets of the hot loops"},
     {"source-sizes", 0, LIST(IBL_BENCH_SOURCE),
@@ -238,8 +239,9 @@ static void fill_defaults(ibl_bench_opts *o)
         put(threads, cpus);
     }
     if (!isas->count)
-        for (int isa = IBL_ISA_C; isa <= (int)ibl_isa_best(); isa++)
-            put(isas, isa);
+        for (int isa = IBL_ISA_C; isa < IBL_ISA_COUNT; isa++)
+            if (ibl_isa_supported((ibl_isa)isa))
+                put(isas, isa);
 }
 
 static bool take(void *settings, const char *word)
@@ -263,8 +265,8 @@ static bool check_isas(const ibl_bench_opts *o)
     const ibl_bench_list *list = &o->lists[IBL_BENCH_ISA];
 
     for (int i = 0; i < list->count; i++)
-        if (list->values[i] > (int)ibl_isa_best())
-            return ibl_misuse("--isa %s: this CPU has no more than %s",
+        if (!ibl_isa_supported((ibl_isa)list->values[i]))
+            return ibl_misuse("--isa %s: the best that this CPU has is %s",
                               ibl_isa_name((ibl_isa)list->values[i]),
                               ibl_isa_name(ibl_isa_best()));
     return true;

@@ -71,12 +71,12 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
         return ibl_fail(&early, IBL_ERR_ARGUMENT,
                         "%d threads: must be 1 to %d, or 0", opts->threads,
                         MAX_THREADS);
-    if ((unsigned)opts->isa > IBL_ISA_AVX512)
+    if ((unsigned)opts->isa >= IBL_ISA_COUNT)
         return ibl_fail(&early, IBL_ERR_ARGUMENT,
                         "instruction set %d: must be %d to %d", (int)opts->isa,
-                        IBL_ISA_AUTO, IBL_ISA_AVX512);
+                        IBL_ISA_AUTO, IBL_ISA_COUNT - 1);
     const ibl_isa isa = opts->isa == IBL_ISA_AUTO ? ibl_isa_best() : opts->isa;
-    if (!ibl_cpu_has(isa))
+    if (!ibl_isa_supported(isa))
         return ibl_fail(&early, IBL_ERR_UNSUPPORTED,
                         "this CPU has no %s; the best it has is %s",
                         ibl_isa_name(isa), ibl_isa_name(ibl_isa_best()));

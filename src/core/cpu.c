@@ -22,20 +22,25 @@ ibl_isa ibl_isa_best(void)
                    __builtin_cpu_supports("avx512vl")
                ? IBL_ISA_AVX512
                : IBL_ISA_AVX2;
+#elif IBL_ARM64
+    return IBL_ISA_NEON;
 #else
     return IBL_ISA_C;
 #endif
 }
 
-/* Each set includes those before it. */
-bool ibl_cpu_has(ibl_isa isa)
+/* A CPU's sets are in order: each includes those before it. */
+int ibl_isa_supported(ibl_isa isa)
 {
-    return isa >= IBL_ISA_C && isa <= ibl_isa_best();
+    const ibl_isa first = IBL_X86 ? IBL_ISA_SSE2 : IBL_ISA_NEON;
+
+    return isa == IBL_ISA_C || (isa >= first && isa <= ibl_isa_best());
 }
 
 const char *ibl_isa_name(ibl_isa isa)
 {
-    static const char *const names[] = {"auto", "c", "sse2", "avx2", "avx512"};
+    static const char *const names[] = {"auto", "c",      "sse2",
+                                        "avx2", "avx512", "neon"};
     const size_t i = (size_t)isa;
     return i < sizeof names / sizeof names[0] ? names[i] : "unknown";
 }

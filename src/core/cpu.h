@@ -7,15 +7,17 @@
 
 #include "ibl/ibl.h"
 
-/* Vector versions are compiled for x86-64 only. */
+/* The CPUs that have vector versions; lanes.h takes little-endian ones. */
 #if defined(__x86_64__)
 #define IBL_X86 1
+#define IBL_ARM64 0
+#elif defined(__aarch64__)
+#define IBL_X86 0
+#define IBL_ARM64 1
 #else
 #define IBL_X86 0
+#define IBL_ARM64 0
 #endif
-
-/* Whether isa's instructions may run on this CPU; true for IBL_ISA_C. */
-bool ibl_cpu_has(ibl_isa isa);
 
 /* CPUs that the cgroups of this process allow, version 1 or 2, rounded up; 0:
  * no limit. root is the prefix of system paths: "", or a directory in tests. */

@@ -18,7 +18,8 @@
     void name##_dsp_init(name##_dsp *dsp, ibl_isa isa);                        \
     void name##_init_sse2(name##_dsp *dsp);                                    \
     void name##_init_avx2(name##_dsp *dsp);                                    \
-    void name##_init_avx512(name##_dsp *dsp)
+    void name##_init_avx512(name##_dsp *dsp);                                  \
+    void name##_init_neon(name##_dsp *dsp)
 
 /* Replaces the plain functions of a table by those for isa. */
 #if IBL_X86
@@ -29,6 +30,10 @@
         name##_init_avx2(dsp);                                                 \
     else if ((isa) >= IBL_ISA_SSE2)                                            \
     name##_init_sse2(dsp)
+#elif IBL_ARM64
+#define IBL_INIT_VECTORS(name, dsp, isa)                                       \
+    if ((isa) == IBL_ISA_NEON)                                                 \
+    name##_init_neon(dsp)
 #else
 #define IBL_INIT_VECTORS(name, dsp, isa) ((void)(isa))
 #endif

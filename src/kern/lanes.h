@@ -20,7 +20,11 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
-#ifndef IBL_PLAIN
+#ifdef IBL_PLAIN
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#define IBL_NEON
+#else
 #include <immintrin.h>
 #endif
 
@@ -36,7 +40,7 @@ typedef __m512d vd;
 typedef __m256 vf;
 typedef __m256d vd;
 #define VI __m256i
-#elif !defined(IBL_PLAIN)
+#elif defined(__SSE2__) && !defined(IBL_PLAIN)
 #define VF 4
 #define MM(operation) _mm_##operation
 typedef __m128 vf;
@@ -48,6 +52,13 @@ typedef double vd __attribute__((vector_size(16)));
 #endif
 
 #define VD (VF / 2) /* doubles in a vd */
+
+/* Registers for vectors. Plain C counts on what all CPUs have. */
+#if defined(IBL_NEON) || VF == 16
+#define REGISTERS 32
+#else
+#define REGISTERS 16
+#endif
 
 /* VF integers; a comparison gives 0 or -1 in each. */
 typedef int vi __attribute__((vector_size(4 * VF)));
@@ -82,17 +93,6 @@ static inline vf vf_sqrt(vf v)
     return (vf){sqrtf(v[0]), sqrtf(v[1]), sqrtf(v[2]), sqrtf(v[3])};
 }
 
-/* b where a or b is NaN. */
-static inline vf vf_min(vf a, vf b)
-{
-    return vf_either(a < b, a, b);
-}
-
-static inline vf vf_max(vf a, vf b)
-{
-    return vf_either(a > b, a, b);
-}
-
 static inline vd vd_load(const double *p)
 {
     vd v;
@@ -119,18 +119,79 @@ static inline bool vi_any(vi mask)
 {
     return mask[0] | mask[1] | mask[2] | mask[3];
 }
-
-/* Transposes 4x4 floats, separately in each quad of the four vectors. */
-static inline void vf_transpose(vf v[4])
+#elif defined(IBL_NEON)
+static inline vf vf_load(const float *p)
 {
-    const vf a = __builtin_shufflevector(v[0], v[1], 0, 4, 1, 5);
-    const vf b = __builtin_shufflevector(v[0], v[1], 2, 6, 3, 7);
-    const vf c = __builtin_shufflevector(v[2], v[3], 0, 4, 1, 5);
-    const vf d = __builtin_shufflevector(v[2], v[3], 2, 6, 3, 7);
-    v[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
-    v[1] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
-    v[2] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
-    v[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
+    return vld1q_f32(p);
+}
+
+static inline void vf_store(float *p, vf v)
+{
+    vst1q_f32(p, v);
+}
+
+static inline vf vf_all(float x)
+{
+    return vdupq_n_f32(x);
+}
+
+static inline vf vf_sqrt(vf v)
+{
+    return vsqrtq_f32(v);
+}
+
+static inline vd vd_load(const double *p)
+{
+    return vld1q_f64(p);
+}
+
+static inline void vd_store(double *p, vd v)
+{
+    vst1q_f64(p, v);
+}
+
+static inline vd vd_all(double x)
+{
+    return vdupq_n_f64(x);
+}
+
+static inline vd vd_sqrt(vd v)
+{
+    return vsqrtq_f64(v);
+}
+
+static inline bool vi_any(vi mask)
+{
+    return vmaxvq_u32((uint32x4_t)mask) != 0;
+}
+
+static inline vf vf_fma(vf a, vf b, vf c)
+{
+    return vfmaq_f32(c, a, b);
+}
+
+static inline vd vd_fma(vd a, vd b, vd c)
+{
+    return vfmaq_f64(c, a, b);
+}
+
+static inline vi vi_max(vi a, vi b)
+{
+    return vmaxq_s32(a, b);
+}
+
+#define HALVES /* loads and stores VF of them, rounded to nearest even */
+static inline vf vf_load_halves(const void *p)
+{
+    float16x4_t v;
+    memcpy(&v, p, sizeof v);
+    return vcvt_f32_f16(v);
+}
+
+static inline void vf_store_halves(void *p, vf v)
+{
+    const float16x4_t halves = vcvt_f16_f32(v);
+    memcpy(p, &halves, sizeof halves);
 }
 #else
 static inline vf vf_load(const float *p)
@@ -200,7 +261,33 @@ static inline void vf_transpose(vf v[4])
     v[2] = MM(shuffle_ps)(b, d, 0x44);
     v[3] = MM(shuffle_ps)(b, d, 0xEE);
 }
-#endif /* IBL_PLAIN */
+#endif
+
+#ifndef MM
+/* b where a or b is NaN. */
+static inline vf vf_min(vf a, vf b)
+{
+    return vf_either(a < b, a, b);
+}
+
+static inline vf vf_max(vf a, vf b)
+{
+    return vf_either(a > b, a, b);
+}
+
+/* Transposes 4x4 floats, separately in each quad of the four vectors. */
+static inline void vf_transpose(vf v[4])
+{
+    const vf a = __builtin_shufflevector(v[0], v[1], 0, 4, 1, 5);
+    const vf b = __builtin_shufflevector(v[0], v[1], 2, 6, 3, 7);
+    const vf c = __builtin_shufflevector(v[2], v[3], 0, 4, 1, 5);
+    const vf d = __builtin_shufflevector(v[2], v[3], 2, 6, 3, 7);
+    v[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
+    v[1] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
+    v[2] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
+    v[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
+}
+#endif
 
 static inline vd vd_abs(vd v)
 {
@@ -208,7 +295,7 @@ static inline vd vd_abs(vd v)
 }
 
 /* Replacements for instructions that need AVX2. */
-#if VF == 4
+#if VF == 4 && !defined(IBL_NEON)
 static inline vf vf_fma(vf a, vf b, vf c)
 {
     return a * b + c;
@@ -223,7 +310,7 @@ static inline vi vi_max(vi a, vi b)
 {
     return (vi)vf_either(a > b, (vf)a, (vf)b);
 }
-#else
+#elif VF > 4
 static inline vf vf_fma(vf a, vf b, vf c)
 {
     return MM(fmadd_ps)(a, b, c);
@@ -239,6 +326,51 @@ static inline vi vi_max(vi a, vi b)
     return (vi)MM(max_epi32)((VI)a, (VI)b);
 }
 #endif
+
+#if VF == 8
+#define HALVES
+static inline vf vf_load_halves(const void *p)
+{
+    return _mm256_cvtph_ps(_mm_loadu_si128(p));
+}
+
+static inline void vf_store_halves(void *p, vf v)
+{
+    _mm_storeu_si128(p, _mm256_cvtps_ph(v, _MM_FROUND_TO_NEAREST_INT));
+}
+#endif
+
+/* Adds r w[i] to sums[i], i = 0..3. */
+static inline void vf_add_four(vf r, const float *w, vf sums[4])
+{
+#ifdef IBL_NEON
+    vf four = vf_load(w);
+    __asm__("" : "+w"(four)); /* else gcc loads each of them */
+    sums[0] = vfmaq_laneq_f32(sums[0], r, four, 0);
+    sums[1] = vfmaq_laneq_f32(sums[1], r, four, 1);
+    sums[2] = vfmaq_laneq_f32(sums[2], r, four, 2);
+    sums[3] = vfmaq_laneq_f32(sums[3], r, four, 3);
+#else
+    sums[0] = vf_fma(r, vf_all(w[0]), sums[0]);
+    sums[1] = vf_fma(r, vf_all(w[1]), sums[1]);
+    sums[2] = vf_fma(r, vf_all(w[2]), sums[2]);
+    sums[3] = vf_fma(r, vf_all(w[3]), sums[3]);
+#endif
+}
+
+/* The same of doubles, i = 0, 1. */
+static inline void vd_add_two(vd r, const double *w, vd sums[2])
+{
+#ifdef IBL_NEON
+    vd two = vd_load(w);
+    __asm__("" : "+w"(two));
+    sums[0] = vfmaq_laneq_f64(sums[0], r, two, 0);
+    sums[1] = vfmaq_laneq_f64(sums[1], r, two, 1);
+#else
+    sums[0] = vd_fma(r, vd_all(w[0]), sums[0]);
+    sums[1] = vd_fma(r, vd_all(w[1]), sums[1]);
+#endif
+}
 
 /* Loads VD floats as doubles, and stores doubles as VD floats. */
 typedef float vd_floats

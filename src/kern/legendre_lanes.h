@@ -109,6 +109,15 @@ static inline vd vd_totals(const vd v[VD])
 }
 #endif
 
+/* Lane i is the sum of the lanes i and VD + i of v, as doubles. */
+static inline vd vf_halves_added(vf v)
+{
+    float halves[VF] __attribute__((aligned(64)));
+
+    vf_store(halves, v);
+    return vd_load_floats(halves) + vd_load_floats(halves + VD);
+}
+
 /* The e with |v| = f 2^e, 1 <= f < 2; v must be normal. */
 static inline vd vd_exponent(vd v)
 {

@@ -11,12 +11,11 @@
 #include "kern/legendre_lanes.h"
 
 enum {
-    /* k in the analysis, vectors of rings in the synthesis. AVX-512 has 32
-     * registers for 24 sums, the others 16 for 12. */
-    AT_ONCE = VD == 8 ? 2 : 1,
-    WHOLE = (SUMS + VD - 1) / VD * VD /* SUMS in whole vectors */
+    /* k in the analysis, vectors of rings in the synthesis: 32 registers hold
+     * 24 sums, 16 hold 12. */
+    AT_ONCE = REGISTERS / 16
 };
-_Static_assert(AT_ONCE *SUMS % VD == 0, "sum_over_rings adds whole vectors");
+_Static_assert(AT_ONCE *SUMS % VD == 0, "analysis adds whole vectors");
 
 /* ---- analysis ------------------------------------------------------- */
 
@@ -113,42 +112,54 @@ static void sum_over_rings(struct work *w, int j, int k, int v, int until)
                 sums[i][p] =
                     vd_fma(r[i + 1], vd_load(data + p * VD), sums[i][p]);
     }
+#pragma GCC unroll 12
     for (int i = 0; i < AT_ONCE * SUMS; i += VD) {
         double *to = w->sums + (size_t)k * SUMS + i;
         vd_store(to, vd_load(to) + vd_totals(sums[0] + i));
     }
 }
 
-/* The same in floats for one k and the vectors from v on. */
+/* The same in floats for the vectors from v on. */
 static void sum_singles(struct work *w, int k, int v)
 {
     const float *x2 = w->x2_single + v * VD;
     float *now = w->now_single + v * VD, *last = w->last_single + v * VD;
     const float *data = w->data_single + (size_t)v * SUMS * VD;
     const float *end = w->data_single + (size_t)w->vectors * SUMS * VD;
-    const vf alpha = vf_all((float)w->alpha[k]);
-    const vf beta = vf_all((float)w->beta[k]);
-    vf sums[SUMS] = {{0}};
-    vd total[WHOLE] = {{0}};
-    double lanes[WHOLE];
-    float halves[SUMS][VF] __attribute__((aligned(64)));
+    vf alpha[AT_ONCE], beta[AT_ONCE], sums[AT_ONCE][SUMS] = {{{0}}};
+    vd total[AT_ONCE * SUMS];
 
+#pragma GCC unroll 2
+    for (int i = 0; i < AT_ONCE; i++) {
+        alpha[i] = vf_all((float)w->alpha[k + i]);
+        beta[i] = vf_all((float)w->beta[k + i]);
+    }
     for (; data < end; data += SUMS * VF, now += VF, last += VF, x2 += VF) {
-        const vf r = vf_load(now), before = vf_load(last);
-        vf_store(last, r);
-        vf_store(now, vf_fma(vf_fma(alpha, vf_load(x2), beta), r, before));
+        const vf x = vf_load(x2);
+        vf r[AT_ONCE + 2] = {vf_load(last), vf_load(now)};
+#pragma GCC unroll 2
+        for (int i = 0; i < AT_ONCE; i++)
+            r[i + 2] = vf_fma(vf_fma(alpha[i], x, beta[i]), r[i + 1], r[i]);
+        vf_store(last, r[AT_ONCE]);
+        vf_store(now, r[AT_ONCE + 1]);
+#pragma GCC unroll 12
+        for (int p = 0; p < SUMS; p++) {
+            const vf d = vf_load(data + p * VF);
+#pragma GCC unroll 2
+            for (int i = 0; i < AT_ONCE; i++)
+                sums[i][p] = vf_fma(r[i + 1], d, sums[i][p]);
+        }
+    }
+#pragma GCC unroll 2
+    for (int i = 0; i < AT_ONCE; i++)
 #pragma GCC unroll 12
         for (int p = 0; p < SUMS; p++)
-            sums[p] = vf_fma(r, vf_load(data + p * VF), sums[p]);
+            total[i * SUMS + p] = vf_halves_added(sums[i][p]);
+#pragma GCC unroll 12
+    for (int i = 0; i < AT_ONCE * SUMS; i += VD) {
+        double *to = w->sums + (size_t)k * SUMS + i;
+        vd_store(to, vd_load(to) + vd_totals(total + i));
     }
-    for (int p = 0; p < SUMS; p++)
-        vf_store(halves[p], sums[p]);
-    for (int p = 0; p < SUMS; p++)
-        total[p] = vd_load_floats(halves[p]) + vd_load_floats(halves[p] + VD);
-    for (int i = 0; i < WHOLE; i += VD)
-        vd_store(lanes + i, vd_totals(total + i));
-    for (int p = 0; p < SUMS; p++)
-        w->sums[(size_t)k * SUMS + p] += lanes[p];
 }
 
 /* Turns vectors v and v + 1 and their data into floats. Lanes of rings that
@@ -194,8 +205,8 @@ static void analyse_chunk(struct work *w, int j)
              k += AT_ONCE) {
             if (v < single)
                 sum_over_rings(w, j, k, v, single);
-            for (int i = 0; i < AT_ONCE && single < w->vectors; i++)
-                sum_singles(w, k + i, single);
+            if (single < w->vectors)
+                sum_singles(w, k, single);
         }
     }
 }
@@ -285,12 +296,13 @@ static void sum_singles_over_k(const struct work *w, int v, int k,
          k++, row += ROW) {
         const vf t = vf_fma(vf_all(row[SUMS]), x2, vf_all(row[SUMS + 1]));
         const vf next = vf_fma(t, r, last);
-#pragma GCC unroll 12
-        for (int p = 0; p < SUMS; p++)
-            sums[p] = vf_fma(r, vf_all(row[p]), sums[p]);
+#pragma GCC unroll 3
+        for (int p = 0; p < SUMS; p += 4)
+            vf_add_four(r, row + p, sums + p);
         last = r;
         r = next;
     }
+#pragma GCC unroll 12
     for (int p = 0; p < SUMS; p++)
         vf_store(acc[p], sums[p]);
 }
@@ -314,11 +326,11 @@ static void sum_over_k(struct work *w, int j, int v, int from, int until,
             sums[i][p] = acc[i][p];
     }
     for (int k = from; k < until; k++, c += SUMS) {
-#pragma GCC unroll 12
-        for (int p = 0; p < SUMS; p++)
 #pragma GCC unroll 2
-            for (int i = 0; i < AT_ONCE; i++)
-                sums[i][p] = vd_fma(r[i], vd_all(c[p]), sums[i][p]);
+        for (int i = 0; i < AT_ONCE; i++)
+#pragma GCC unroll 6
+            for (int p = 0; p < SUMS; p += 2)
+                vd_add_two(r[i], c + p, sums[i] + p);
 #pragma GCC unroll 2
         for (int i = 0; i < AT_ONCE; i++)
             recur(w, k, x[i], &r[i], &r_last[i]);

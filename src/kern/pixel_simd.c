@@ -18,15 +18,9 @@ static inline vf clamp(vf v, vi *beyond)
     return (vf)((vi)vf_min(size, limit) | (bits & sign_bit));
 }
 
-#if VF == 8
-static inline void store_halves(unsigned char *out, vf v)
-{
-    _mm_storeu_si128((__m128i *)(void *)out,
-                     _mm256_cvtps_ph(v, _MM_FROUND_TO_NEAREST_INT));
-}
-#else
+#ifndef HALVES
 /* Uses the arithmetic of ibl_small_float. */
-static inline void store_halves(unsigned char *out, vf v)
+static inline void vf_store_halves(void *out, vf v)
 {
     const vi bits = (vi)v & 0x7FFFFFFF, odd = bits >> 13 & 1;
     const vi normal = (bits + odd + (0xFFF - (112 << 23))) >> 13;
@@ -36,7 +30,7 @@ static inline void store_halves(unsigned char *out, vf v)
     const vi size = (vi)vf_either(bits < 0x38800000, (vf)denormal, (vf)normal);
     /* Extends the sign upwards, as the signed packing needs it. */
     const __m128i halves = (__m128i)(size | ((vi)v & ~0x7FFFFFFF) >> 16);
-    _mm_storel_epi64((__m128i *)(void *)out, _mm_packs_epi32(halves, halves));
+    _mm_storel_epi64(out, _mm_packs_epi32(halves, halves));
 }
 #endif
 
@@ -44,7 +38,7 @@ static inline void store_halves(unsigned char *out, vf v)
 static inline vf load_rgba(const float *src)
 {
     const float *const at[] = {src, src + 3};
-    const vi alpha = vf_all_quads(_mm_setr_ps(0, 0, 0, 1)) != vf_all(0);
+    const vi alpha = vf_all_quads((vq){0, 0, 0, 1}) != vf_all(0);
     return vf_either(alpha, vf_all(1), vf_load_quads(at));
 }
 
@@ -63,7 +57,7 @@ static inline size_t encode(const float *src, size_t count, bool rgb,
         const size_t end = count - i < BLOCK ? count : i + BLOCK;
         vi beyond = {0};
         for (; i + least <= end; i += step, out += 2 * VF)
-            store_halves(
+            vf_store_halves(
                 out, clamp(rgb ? load_rgba(src + 3 * i) : vf_load(src + 2 * i),
                            &beyond));
         for (int k = 0; k < VF; k++)
@@ -89,19 +83,18 @@ static size_t encode_rg16f(const float *src, size_t count, void *dst)
     return beyond + ibl_encode_rg16f_c(src + 2 * i, count - i, out + 4 * i);
 }
 
-#if VF == 8
-/* Two texels at a time; each store has one float more, which the next one
+#ifdef HALVES
+/* VF / 4 texels at a time; each store has one float more, which the next one
  * replaces. */
 static void decode_rgba16f(const void *src, size_t count, float *dst)
 {
     const unsigned char *in = src;
     size_t i = 0;
 
-    for (; i + 2 < count; i += 2) {
-        const __m256 two = _mm256_cvtph_ps(
-            _mm_loadu_si128((const __m128i *)(const void *)(in + 8 * i)));
-        _mm_storeu_ps(dst + 3 * i, _mm256_castps256_ps128(two));
-        _mm_storeu_ps(dst + 3 * i + 3, _mm256_extractf128_ps(two, 1));
+    for (; i + VF / 4 < count; i += VF / 4) {
+        const vf texels = vf_load_halves(in + 8 * i);
+        for (size_t k = 0; k < VF / 4; k++)
+            vq_store(dst + 3 * (i + k), vf_quad(texels, k));
     }
     ibl_decode_rgba16f_c(in + 8 * i, count - i, dst + 3 * i);
 }
@@ -109,7 +102,7 @@ static void decode_rgba16f(const void *src, size_t count, float *dst)
 
 void IBL_FOR_ISA(ibl_pixel_init)(ibl_pixel_dsp *dsp)
 {
-#if VF == 8
+#ifdef HALVES
     dsp->decode_rgba16f = decode_rgba16f;
 #endif
     dsp->encode[IBL_PIXEL_RGBA16F] = encode_rgba16f;

@@ -48,6 +48,15 @@ static vi widen(const unsigned char *src)
 {
     return (vi)_mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)src));
 }
+#elif defined(IBL_NEON)
+static vi widen(const unsigned char *src)
+{
+    int four;
+
+    memcpy(&four, src, sizeof four);
+    const uint16x8_t wide = vmovl_u8(vreinterpret_u8_s32(vdup_n_s32(four)));
+    return (vi)vmovl_u16(vget_low_u16(wide));
+}
 #else
 static vi widen(const unsigned char *src)
 {
