@@ -97,7 +97,7 @@ endif
 .DELETE_ON_ERROR:
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick \
-        check-clients mutants check-cycles soak bench \
+        check-arm64 check-clients mutants check-cycles soak bench \
         bench-probes fuzz fuzzers lint format install uninstall clean list \
         FORCE
 
@@ -416,6 +416,12 @@ fuzz:
 check-quick:
 	+@$(STRICT)
 	@bash tests/run.sh --quick $(BUILD)
+
+## check-arm64: kernels, bakes and containers for aarch64, by qemu-user (minutes)
+check-arm64:
+	@DEPS=$(DEPS) sh tests/deps.sh check
+	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake $(BUILD)/tests/write_textures
+	@BUILD=$(BUILD) bash tests/check-arm64.sh
 
 ## check-clients: our files in three, Babylon, Filament and PlayCanvas (a minute)
 check-clients:

@@ -47,6 +47,8 @@ astcenc:decodes_ASTC
 nodejs:runs_the_KTX_reader
 npm:fetches_the_KTX_reader
 chromium:runs_the_engines_of_check-clients
+gcc-aarch64-linux-gnu:compiles_for_aarch64
+qemu-user:runs_that
 procps:finds_what_runs_on
 slurm-wlm:a_cluster_of_one_machine
 munge:its_authentication

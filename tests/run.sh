@@ -66,7 +66,8 @@ scripts() {
         case $quick:$build:$script in
         yes:*/check-install.sh | yes:*/check-readers.sh | \
             yes:*/check-clients.sh | yes:*/check-view-window.sh | \
-            yes:*/check-fuzz.sh | yes:*/check-cluster.sh) ;;
+            yes:*/check-fuzz.sh | yes:*/check-cluster.sh | \
+            yes:*/check-arm64.sh) ;;
         # Builds the program anew that the other scripts run.
         *:"$first":*/check-install.sh) alone+=("$build: $script") ;;
         # What check-view-probes.sh runs in the viewer, a program runs, too.

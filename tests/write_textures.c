@@ -156,7 +156,7 @@ static void write_luts(const char *dir)
 {
     float data[2 * 5 * 5];
     fill(data, sizeof data / sizeof data[0]);
-    const ibl_lut lut = {5, data};
+    const ibl_lut lut = {.size = 5, .data = data};
     for (ibl_pixel p = IBL_PIXEL_RG16F; p <= IBL_PIXEL_RG32F; p++) {
         ibl_texture tex;
         need(ibl_texture_from_lut(ctx, &lut, p, &tex, NULL));
