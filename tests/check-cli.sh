@@ -18,7 +18,7 @@
 # last command.
 set -u
 . tests/lib.sh
-slow='interrupted|scenes'
+slow='interrupted|scenes|fewest'
 program=$build/iblbake
 need node
 use iblbake
@@ -923,6 +923,30 @@ END
     head -c 200 all.gltf >cut.gltf
     iblbake env.exr --scene cut.gltf -o cut 2>err
     [ $? = 1 ] && [ "$(wc -l <err)" = 1 ] && [ ! -e cut ] || cat err
+}
+
+# The bytes chosen for an error are at most 1.3 times those of a set that has it,
+# which options name.
+test_fewest() {
+    make_scene black '[{"pbrMetallicRoughness": {"metallicFactor": 0,
+        "roughnessFactor": 0.5, "baseColorFactor": [0, 0, 0, 1]}}]'
+    make_scene matte '[{"pbrMetallicRoughness": {"metallicFactor": 0}}]'
+    compare() { # MAP SCENE ERROR OPTION...
+        local map=$OLDPWD/data/$1.exr scene=$2.gltf error=$3
+        shift 3
+        iblbake "$map" --scene "$scene" --rendered-error "$error" --dry-run \
+            >chosen 2>err || cat err
+        iblbake "$map" --scene "$scene" --rendered-error "$error" --dry-run \
+            "$@" >there 2>err || cat err
+        cat there chosen | awk '/^bytes/ { bytes[n++] = $4 }
+            /cannot be reached/ || /^bytes/ && $4 == 0
+            END { if (!(n == 2 && bytes[1] <= 1.3 * bytes[0])) print n,
+                bytes[0], bytes[1] }'
+    }
+    compare forest black .135 --size 10 --levels 2 --pixel r11g11b10f \
+        --lut-size 8 --lobe-table-size 8
+    compare sky matte .005 --size 16 --levels 3 --mapping linear \
+        --pixel rgba16f --irradiance-size 24 --lut-size 24 --lobe-table-size 16
 }
 
 test_narrow_lobes() {

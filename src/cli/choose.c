@@ -520,6 +520,11 @@ static bool shrink(search *s, double most, pick *best)
     }
 }
 
+static bool finish(search *s, double most, pick *best)
+{
+    return try_mappings(s, best) && shrink(s, most, best);
+}
+
 /* Starts from small chains that hold with the finest parts, too, and not only
  * from the set of least error. */
 static bool try_chains(search *s, double most, pick *best)
@@ -537,7 +542,7 @@ static bool try_chains(search *s, double most, pick *best)
                 return false;
             if (p.error > most)
                 continue;
-            if (!shrink(s, most, &p))
+            if (!finish(s, most, &p))
                 return false;
             if (p.bytes < best->bytes)
                 *best = p;
@@ -566,7 +571,8 @@ static bool search_all(search *s, ibl_choice *choice, pick *best)
         if (least.error < best->error)
             *best = least;
         choice->least = sqrt(best->error);
-        if (best->error <= most && !try_chains(s, most, best))
+        if (best->error <= most &&
+            !(finish(s, most, best) && try_chains(s, most, best)))
             return false;
     }
     choice->reached = best->error <= most;
@@ -576,7 +582,7 @@ static bool search_all(search *s, ibl_choice *choice, pick *best)
         if (!judge_sets(s, most, best))
             return false;
     }
-    return try_mappings(s, best) && shrink(s, most, best);
+    return finish(s, most, best);
 }
 
 /* ---- what may be chosen ---------------------------------------------------
