@@ -37,7 +37,8 @@ oiiotool "$work/map.pfm" -d float -o "$work/map.exr"
 render scene.json cycles.exr "$samples"
 "$build/tests/cycles" compare "$map" "$work/linear" "$work/set" \
     "$work/cycles.exr"
-if ! [ -r "$model" ] || ! python3 -c 'import numpy' 2>/dev/null; then
+if ! [ -r "$model" ] || ! blender -b --python-exit-code 1 \
+    --python-expr 'import numpy' >"$work/log" 2>&1; then
     echo 'check-cycles: no model (Debian: assimp-testmodels, python3-numpy)'
     exit 0
 fi
