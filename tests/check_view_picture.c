@@ -9,6 +9,7 @@
 #include "maps.h"
 #include "shade.h"
 #include "view.h"
+#include "view/inspect.h"
 #include "view/labels.h"
 #include "view/picture.h"
 
@@ -168,6 +169,25 @@ TEST(labels_are_beside_the_grid)
     CHECK(ink(rgb, left + 2, low, right, high) == 0); /* the spheres */
     CHECK(ink(labelled(&s, 40, title), 0, 0, WIDTH, HEIGHT) == 0);
     set->set.name = NULL;
+}
+
+/* In the faces, also where these are cut: nothing is written beside them. */
+TEST(faces_are_named_inside)
+{
+    view_settings s = two(VIEW_ALONE);
+    int inside = 0, beside = 0;
+
+    s.mode = VIEW_LEVELS;
+    s.zoom = 2.5;
+    s.pan[0] = 0.2;
+    s.pan[1] = 0.1;
+    const unsigned char *rgb = labelled(&s, WIDTH, "");
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++)
+            *(view_inspect(&set->set, &s, WIDTH, HEIGHT, x, y).inside
+                  ? &inside
+                  : &beside) += ink(rgb, x, y, x + 1, y + 1);
+    CHECK_MSG(inside > 20 && !beside, "%d, %d", inside, beside);
 }
 
 /* Greys from black to white, and what is white. */

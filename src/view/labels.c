@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "view/inspect.h"
+#include "view/message.h"
 #include "view/sphere_grid.h"
 #include "view/vector.h"
 
@@ -23,64 +23,64 @@ typedef struct page {
 /* ---- a line that says what is shown ------------------------------------ */
 
 static void add_compared(const view_settings *s, const view_renderer *r,
-                         FILE *to)
+                         char *to)
 {
     char text[2][200];
     const char *one = view_renderer_side(r, s, false, text[0], sizeof *text);
     const char *other = view_renderer_side(r, s, true, text[1], sizeof *text);
 
     if (s->compare == VIEW_SPLIT)
-        fprintf(to, "\n%sleft: %s,%sright: %s",
-                s->mode == VIEW_SPHERES ? "of each sphere " : "", one,
-                one == text[0] ? "\n" : " ", other);
+        view_add(to, VIEW_LABEL_BYTES, "\n%sleft: %s,%sright: %s",
+                 s->mode == VIEW_SPHERES ? "of each sphere " : "", one,
+                 one == text[0] ? "\n" : " ", other);
     else if (s->compare == VIEW_DIFFERENCE && s->false_colour)
-        fprintf(to, "\n|%s - %s| x %.3g", one, other, s->gain);
+        view_add(to, VIEW_LABEL_BYTES, "\n|%s - %s| x %.3g", one, other,
+                 s->gain);
     else if (s->compare == VIEW_DIFFERENCE)
-        fprintf(to, "\n|%s - %s|", one, other);
+        view_add(to, VIEW_LABEL_BYTES, "\n|%s - %s|", one, other);
     else
-        fprintf(to, ", %s", view_reflection_names[s->reflection]);
+        view_add(to, VIEW_LABEL_BYTES, ", %s",
+                 view_reflection_names[s->reflection]);
     if (view_renderer_environment(r))
-        fprintf(to, " of %d samples", view_renderer_samples(r));
+        view_add(to, VIEW_LABEL_BYTES, " of %d samples",
+                 view_renderer_samples(r));
 }
 
-static void add_map(const view_settings *s, const baked_set *set, FILE *to)
+static void add_map(const view_settings *s, const baked_set *set, char *to)
 {
     const ibl_texture *chain = &set->texture[VIEW_SPECULAR];
 
     if (s->mode == VIEW_TABLE)
-        fprintf(to, ", BRDF table: roughness upwards\nlines at 0.1 to "
-                    "0.9: white scale, blue bias");
+        view_add(to, VIEW_LABEL_BYTES,
+                 ", BRDF table: roughness upwards\nlines at 0.1 to "
+                 "0.9: white scale, blue bias");
     else if (s->mode == VIEW_IRRADIANCE_MAP)
-        fprintf(to, ", irradiance, %d x %d a face",
-                set->texture[VIEW_IRRADIANCE].width,
-                set->texture[VIEW_IRRADIANCE].width);
+        view_add(to, VIEW_LABEL_BYTES, ", irradiance, %d x %d a face",
+                 set->texture[VIEW_IRRADIANCE].width,
+                 set->texture[VIEW_IRRADIANCE].width);
     else
-        fprintf(to, ", level %d of %d, roughness %.3g, %d x %d a face",
-                s->level, chain->levels, set->roughness[s->level],
-                ibl_cube_edge(chain->width, s->level),
-                ibl_cube_edge(chain->width, s->level));
+        view_add(to, VIEW_LABEL_BYTES,
+                 ", level %d of %d, roughness %.3g, %d x %d a face", s->level,
+                 chain->levels, set->roughness[s->level],
+                 ibl_cube_edge(chain->width, s->level),
+                 ibl_cube_edge(chain->width, s->level));
 }
 
 void view_labels_title(const view_settings *s, const view_renderer *r,
                        const baked_set *set, char text[VIEW_LABEL_BYTES])
 {
-    FILE *to = fmemopen(text, VIEW_LABEL_BYTES, "w");
-
-    *text = '\0';
-    if (!to)
-        return;
-    fprintf(to, "%.80s", set->name);
+    snprintf(text, VIEW_LABEL_BYTES, "%.80s", set->name);
     if (s->mode == VIEW_SPHERES)
-        fprintf(to, ", %s", view_materials[s->material].name);
+        view_add(text, VIEW_LABEL_BYTES, ", %s",
+                 view_materials[s->material].name);
     if (s->mode == VIEW_SCENE)
-        fprintf(to, ", scene at %.3g s", s->seconds);
+        view_add(text, VIEW_LABEL_BYTES, ", scene at %.3g s", s->seconds);
     else if (view_shows_materials(s))
-        add_compared(s, r, to);
+        add_compared(s, r, text);
     else
-        add_map(s, set, to);
+        add_map(s, set, text);
     if (s->ev < 0 || s->ev > 0)
-        fprintf(to, ", EV %+.3g", s->ev);
-    fclose(to);
+        view_add(text, VIEW_LABEL_BYTES, ", EV %+.3g", s->ev);
 }
 
 /* ---- axes -------------------------------------------------------------- */
@@ -166,32 +166,29 @@ static void add_grid(const page *p)
     add_axis(p, balls, false);
 }
 
-/* Names the faces in the middle of their lower edges. */
+/* Names the faces that have room for it, in the middle of their lower edges. */
 static void add_faces(const page *p)
 {
     static const char *const names[IBL_FACES] = {"+X", "-X", "+Y",
                                                  "-Y", "+Z", "-Z"};
-    double low[IBL_FACES][2], high[IBL_FACES];
+    static const int cross[IBL_FACES][2] = {{2, 1}, {0, 1}, {1, 0},
+                                            {1, 2}, {1, 1}, {3, 1}};
+    const bool strip = p->s->layout == VIEW_STRIP;
+    const int columns = strip ? 6 : 4, rows = strip ? 1 : 3;
+    const double edge =
+        fmin((double)p->width / columns, (double)p->height / rows) * p->s->zoom;
 
-    for (int f = 0; f < IBL_FACES; f++)
-        low[f][0] = low[f][1] = INFINITY, high[f] = -INFINITY;
-    for (int y = 0; y < p->height; y += 2)
-        for (int x = 0; x < p->width; x += 2) {
-            const view_texel t =
-                view_inspect(p->set, p->s, p->width, p->height, x, y);
-            if (!t.inside || t.face < 0)
-                continue;
-            low[t.face][0] = fmin(low[t.face][0], x);
-            low[t.face][1] = fmin(low[t.face][1], y);
-            high[t.face] = fmax(high[t.face], x);
-        }
-    for (int f = 0; f < IBL_FACES; f++)
-        if (high[f] - low[f][0] > 40 * p->scale)
-            write_at(p,
-                     (double[2]){(low[f][0] + high[f]) / 2,
-                                 low[f][1] + high[f] - low[f][0] -
-                                     6 * MARGIN * p->scale},
-                     true, names[f]);
+    for (int f = 0; f < IBL_FACES && edge > 40 * p->scale; f++) {
+        const double x = (strip ? f : cross[f][0]) + 0.5, y = cross[f][1] + 1;
+        const double at[2] = {
+            p->width / 2.0 + (x - columns * (0.5 + p->s->pan[0])) * edge,
+            p->height / 2.0 +
+                ((strip ? 1 : y) - rows * (0.5 + p->s->pan[1])) * edge};
+        if (at[0] > 0 && at[0] < p->width && at[1] > 0 &&
+            at[1] < p->height + edge)
+            write_at(p, (double[2]){at[0], at[1] - 6 * MARGIN * p->scale}, true,
+                     names[f]);
+    }
 }
 
 static void add_table(const page *p)

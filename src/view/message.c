@@ -3,6 +3,7 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "common/stderr_line.h"
 
@@ -45,6 +46,16 @@ void view_tell(const char *fmt, ...)
     va_end(ap);
     ibl_one_line(text);
     puts(text);
+}
+
+void view_add(char *text, size_t size, const char *fmt, ...)
+{
+    const size_t used = strlen(text);
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(text + used, size - used, fmt, ap);
+    va_end(ap);
 }
 
 void view_quiet(void)

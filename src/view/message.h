@@ -19,4 +19,8 @@ void view_tell(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 /* Log callback of contexts: errors to view_fail, warnings to view_note. */
 void view_log(void *cookie, ibl_log_level level, const char *text);
 
+/* Appends to a text of that many bytes, as far as it has room. */
+void view_add(char *text, size_t size, const char *fmt, ...)
+    __attribute__((format(printf, 3, 4)));
+
 #endif

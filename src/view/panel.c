@@ -10,6 +10,7 @@
 #include "common/stderr_line.h"
 #include "view/inspect.h"
 #include "view/key_bindings.h"
+#include "view/message.h"
 
 static const double MARGIN = 8; /* pixels, at display scale 1 */
 static const double TEXT = 2;   /* scale of text, at display scale 1 */
@@ -117,9 +118,8 @@ static void add_slider(const view_app *app, const place *p,
 static void add_sides(const view_app *app, char *text, size_t size)
 {
     const view_options *o = app->options;
-    const size_t used = strlen(text);
 
-    snprintf(text + used, size - used, "A %s\tB %s\n",
+    view_add(text, size, "A %s\tB %s\n",
              view_path_end(*app->path ? app->path : o->request.path, 14),
              view_path_end(o->against_set, 14));
 }
@@ -131,13 +131,12 @@ static void write_panel(const view_app *app, char *text, size_t size)
         add_sides(app, text, size);
     for (const view_control *c = view_controls; c->key; c++) {
         const bool both = c->change == VIEW_CYCLES || c->change == VIEW_COUNTS;
-        const size_t used = strlen(text);
         char value[64];
         if (!is_shown(app, c))
             continue;
         value_text(app->settings, c, value);
-        snprintf(text + used, size - used,
-                 both ? "%s\t< %.16s >\n" : "%s\t%s\n", c->label, value);
+        view_add(text, size, both ? "%s\t< %.16s >\n" : "%s\t%s\n", c->label,
+                 value);
     }
 }
 
@@ -147,14 +146,13 @@ static void add_changes(const view_app *app, char *text, size_t size)
     const view_settings usual = view_settings_default();
 
     for (const view_control *c = view_controls; c->key; c++) {
-        const size_t used = strlen(text);
         char value[64], before[64];
         if (!is_shown(app, c))
             continue;
         value_text(app->settings, c, value);
         value_text(usual, c, before);
         if (strcmp(value, before) != 0)
-            snprintf(text + used, size - used, " | %s %s", c->label, value);
+            view_add(text, size, " | %s %s", c->label, value);
     }
 }
 
@@ -314,6 +312,5 @@ void view_app_title(view_app *app)
         return;
     ibl_one_line(text);
     add_changes(app, text, size);
-    const size_t used = strlen(text);
-    snprintf(text + used, size - used, " | %.1f ms", app->frame_ms);
+    view_add(text, size, " | %.1f ms", app->frame_ms);
 }
