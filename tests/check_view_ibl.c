@@ -442,11 +442,7 @@ static const char *text_of(const char *path)
 static void use(const char *fragment)
 {
     const view_shader_file files[] = {
-        {"ibl.glsl", view_test_shader("ibl.glsl")},
-        {"use.glsl", text_of("tests/shader_use.glsl")},
-        {"all.vert", vertex_text},
-        {"use.frag", fragment},
-        {NULL, NULL}};
+        {"all.vert", {vertex_text}}, {"use.frag", {fragment}}, {NULL, {NULL}}};
 
     on.program = view_program_from(files, "", "all.vert", "use.frag");
     NEED(on.program);
@@ -454,8 +450,8 @@ static void use(const char *fragment)
 
 static void use_glsl(void)
 {
-    use(test_text("#include \"ibl.glsl\"\n#include \"use.glsl\"\n%s",
-                  glsl_text));
+    use(test_text("%s%s%s", view_test_shader("ibl.glsl"),
+                  text_of("tests/shader_use.glsl"), glsl_text));
 }
 
 /* By glslang to SPIR-V, by SPIRV-Cross to GLSL without its #version. */

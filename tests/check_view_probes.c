@@ -27,7 +27,6 @@ static const char vertex_text[] =
 /* what: 0 blend of count, 1 of a mask, 2 the k nearest: part 0 the weights, 1
  * the probes, 2 rest, count and the nearest. 3 parallax, 4 a tile's mask. */
 static const char fragment_text[] =
-    "#include \"probes.glsl\"\n"
     "uniform samplerBuffer probes;\n"
     "uniform usampler2D mask;\n"
     "uniform sampler2D points, directions, camera;\n"
@@ -150,10 +149,9 @@ static void draw(int what, int part)
 static GLuint make_program(void)
 {
     const view_shader_file files[] = {
-        {"probes.glsl", view_test_shader("probes.glsl")},
-        {"all.vert", vertex_text},
-        {"probes.frag", fragment_text},
-        {NULL, NULL}};
+        {"all.vert", {vertex_text}},
+        {"probes.frag", {view_test_shader("probes.glsl"), fragment_text}},
+        {NULL, {NULL}}};
 
     return view_program_from(files, "", "all.vert", "probes.frag");
 }

@@ -58,6 +58,7 @@ for f in $shaders; do
             dir = file
             sub(/[^\/]*$/, "", dir)
             print "#version 330 core"
+            print "#extension GL_ARB_texture_cube_map_array : enable"
             take(file)
         }' >"$build/glsl/${f##*/}"
 done

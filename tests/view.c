@@ -65,10 +65,13 @@ const char *view_test_about(void)
 const char *view_test_shader(const char *name)
 {
     const view_shader_file *f = view_shader_files;
+    int own = 0;
 
     while (f->name && strcmp(f->name, name) != 0)
         f++;
-    return f->text;
+    while (f->text[own + 1])
+        own++;
+    return f->text[own];
 }
 
 ibl_ctx *view_test_ctx(int threads)

@@ -1,85 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/program.h"
 
-#include "common/text.h"
 #include "view/message.h"
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum {
-    MAX_FILES = 64,
-    NAME_BYTES = 64,
     LOG_BYTES = 4096
 };
 
-/* A shader with its includes. */
-typedef struct source {
-    const view_shader_file *files;
-    bool had[MAX_FILES];
-    FILE *text;
-} source;
-
-static int find_file(const view_shader_file *files, const char *name)
+/* NULL, with a message. */
+static const view_shader_file *find_file(const view_shader_file *files,
+                                         const char *name)
 {
-    for (int i = 0; files[i].name && i < MAX_FILES; i++)
-        if (!strcmp(files[i].name, name))
-            return i;
-    return -1;
-}
-
-/* Adds a file; each only once, which prevents endless recursion. */
-static bool include(source *s, int file)
-{
-    const view_shader_file *f = &s->files[file];
-    const char *line = f->text;
-
-    s->had[file] = true;
-    fputs("#line 1\n", s->text);
-    for (int number = 1; *line; number++) {
-        char name[NAME_BYTES];
-        const size_t size = strcspn(line, "\n");
-        const bool wants = sscanf(line, "#include \"%63[^\"\n]\"", name) == 1;
-        const int other = wants ? find_file(s->files, name) : -1;
-        if (wants && other < 0)
-            return view_fail("shader %s:%d includes %s, which is not in the "
-                             "program",
-                             f->name, number, name);
-        if (!wants)
-            fprintf(s->text, "%.*s\n", (int)size, line);
-        else if (!s->had[other] && !include(s, other))
-            return false;
-        if (wants)
-            fprintf(s->text, "#line %d\n", number + 1);
-        line += size + (line[size] == '\n');
-    }
-    return true;
-}
-
-/* A shader with its includes; the caller must free it. NULL, with a message. */
-static char *load(const view_shader_file *files, const char *defines,
-                  const char *name)
-{
-    const int file = find_file(files, name);
-    ibl_memory_file memory;
-    source s = {.files = files};
-
-    if (file < 0) {
-        view_fail("shader %s is not in the program", name);
-        return NULL;
-    }
-    s.text = ibl_memory_open(&memory);
-    bool ok = true;
-    if (s.text) {
-        fprintf(s.text, "#version 330 core\n%s", defines);
-        ok = include(&s, file);
-    }
-    char *text = ibl_memory_close(s.text, &memory);
-    if (!text)
-        view_fail("no memory for the shaders");
-    if (ok)
-        return text;
-    free(text);
+    for (; files->name; files++)
+        if (!strcmp(files->name, name))
+            return files;
+    view_fail("shader %s is not in the program", name);
     return NULL;
 }
 
@@ -96,13 +32,20 @@ static const char *log_line(const char *log)
 static GLuint compile(const view_shader_file *files, const char *defines,
                       GLenum kind, const char *name)
 {
-    char *text = load(files, defines, name);
+    const view_shader_file *file = find_file(files, name);
+    const char *text[VIEW_SHADER_PARTS + 2] = {
+        "#version 330 core\n"
+        "#extension GL_ARB_texture_cube_map_array : enable\n",
+        defines};
+    int count = 2;
     GLint ok = 0;
 
-    if (!text)
+    if (!file)
         return 0;
+    for (int i = 0; i < VIEW_SHADER_PARTS && file->text[i]; i++)
+        text[count++] = file->text[i];
     const GLuint shader = gl.CreateShader(kind);
-    gl.ShaderSource(shader, 1, (const GLchar *const *)&text, NULL);
+    gl.ShaderSource(shader, count, text, NULL);
     gl.CompileShader(shader);
     gl.GetShaderiv(shader, GL_COMPILE_STATUS, &ok);
     if (!ok) {
@@ -112,7 +55,6 @@ static GLuint compile(const view_shader_file *files, const char *defines,
         view_fail("shader %s: %.*s", name, (int)strcspn(line, "\n"), line);
         gl.DeleteShader(shader);
     }
-    free(text);
     return ok ? shader : 0;
 }
 

@@ -1,16 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 /* Shaders: the build puts src/view/shaders into the program
- * (build/gen/shaders.c). A line `#include "name.glsl"` includes a file, once.
- * Each shader begins with `#version 330 core`. Messages have the
- * line in the file that it is from. */
+ * (build/gen/shaders.c). Lines `#include "name.glsl"` put files, each once,
+ * before the one that has them. Each shader begins with `#version 330 core`.
+ * Messages have the line in the file that it is from. */
 #ifndef VIEW_PROGRAM_H
 #define VIEW_PROGRAM_H
 
 #include "view/gl.h"
 
-/* The table that the build makes, ended by a NULL name. */
+enum {
+    VIEW_SHADER_PARTS = 16
+};
+
+/* The table that the build makes, ended by a NULL name. A file's text is what
+ * it includes, in order, then its own, ended by NULL. */
 typedef struct view_shader_file {
-    const char *name, *text;
+    const char *name, *text[VIEW_SHADER_PARTS];
 } view_shader_file;
 extern const view_shader_file view_shader_files[];
 
@@ -18,7 +23,7 @@ extern const view_shader_file view_shader_files[];
  * places below. 0, with the compiler's first line as the message, after an
  * error. */
 GLuint view_program(const char *vertex_file, const char *fragment_file);
-/* The same from a table of at most 64 files, with lines "#define NAME VALUE"
+/* The same from another table, with lines "#define NAME VALUE"
  * before both shaders. */
 GLuint view_program_from(const view_shader_file *files, const char *defines,
                          const char *vertex_file, const char *fragment_file);

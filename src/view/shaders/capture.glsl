@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // For passes that fill a cube's face, most of them from an array of one cube.
 // Row 0, first in memory, is the top row.
-#extension GL_ARB_texture_cube_map_array : require
 #include "cube.glsl"
 
 uniform int face;

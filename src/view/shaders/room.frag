@@ -2,7 +2,6 @@
 // The split sum, or ibl_lobe_fit, with the light of probes.
 // The environment gets the weight that they leave: ibl_probes_blend of
 // ibl/probes.h with any number of probes. Probes are layers of cube arrays.
-#extension GL_ARB_texture_cube_map_array : require
 #include "room.glsl"
 #include "maps.glsl"
 #include "probes.glsl"
