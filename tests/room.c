@@ -419,7 +419,7 @@ float *room_stage_draw(room_stage *on)
     const room_target *t = &on->target;
 
     if (!view_scene_draw(on->stage, &on->s, &on->environment, on->table,
-                         t->colour, t->width, t->height))
+                         t->framebuffer, t->width, t->height))
         return NULL;
     return room_target_read(t);
 }

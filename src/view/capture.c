@@ -35,13 +35,13 @@ struct view_capture {
     view_probe_capture kind;
     int size, levels;
     pass pass[PASSES];
-    GLuint picture[2]; /* RGBA32F: one for all faces, or one per paraboloid */
-    GLuint depth, drawn[2]; /* depth and framebuffers of these */
-    GLuint target, source;  /* framebuffers: drawn to, read from */
-    GLuint halved;          /* cube of half the edge, one level */
-    GLuint lookup;          /* cube, blurred from level 1 on */
-    GLuint samples;         /* as from view_capture_samples */
-    int step;               /* index of the next one */
+    view_image picture[2]; /* one for all faces, or one per paraboloid */
+    GLuint depth;          /* of these */
+    GLuint target, source; /* framebuffers: drawn to, read from */
+    GLuint halved;         /* cube of half the edge, one level */
+    GLuint lookup;         /* cube, blurred from level 1 on */
+    GLuint samples;        /* as from view_capture_samples */
+    int step;              /* index of the next one */
     double ms[VIEW_CAPTURE_PARTS];
 };
 
@@ -164,21 +164,15 @@ static bool make_pictures(view_capture *c)
 {
     const int n = picture_count(c) * c->size;
 
-    gl.GenFramebuffers(picture_count(c), c->drawn);
     gl.GenRenderbuffers(1, &c->depth);
     gl.BindRenderbuffer(GL_RENDERBUFFER, c->depth);
     gl.RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, n, n);
-    gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT);
     for (int i = 0; i < picture_count(c); i++) {
-        c->picture[i] = view_float_image(GL_RGBA, n, n, NULL);
+        if (!view_image_make(&c->picture[i], n, n))
+            return false;
         view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
-        gl.BindFramebuffer(GL_FRAMEBUFFER, c->drawn[i]);
         gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
                                    GL_RENDERBUFFER, c->depth);
-        if (!view_gl_target(c->drawn[i], c->picture[i]))
-            return view_fail("OpenGL has no picture of %dx%d RGBA floats for "
-                             "a capture: make it smaller",
-                             n, n);
     }
     return true;
 }
@@ -230,13 +224,13 @@ void view_capture_free(view_capture *c)
 {
     if (!c)
         return;
-    const GLuint textures[] = {c->samples, c->lookup, c->halved, c->picture[0],
-                               c->picture[1]};
-    const GLuint framebuffers[] = {c->source, c->target, c->drawn[0],
-                                   c->drawn[1]};
+    const GLuint textures[] = {c->samples, c->lookup, c->halved};
+    const GLuint framebuffers[] = {c->source, c->target};
 
-    gl.DeleteTextures(sizeof textures / sizeof *textures, textures);
-    gl.DeleteFramebuffers(4, framebuffers);
+    gl.DeleteTextures(3, textures);
+    gl.DeleteFramebuffers(2, framebuffers);
+    view_image_free(&c->picture[0]);
+    view_image_free(&c->picture[1]);
     gl.DeleteRenderbuffers(1, &c->depth);
     for (int i = 0; i < PASSES; i++)
         gl.DeleteProgram(c->pass[i].program);
@@ -390,12 +384,12 @@ static void draw(const view_capture *c, const view_capture_shot *shot,
 
     d.paraboloid = two;
     set_clip(shot, two ? paraboloids[index] : faces[index], two, d.clip);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, c->drawn[two ? index : 0]);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, c->picture[two ? index : 0].framebuffer);
     gl.Viewport(0, 0, n, n);
     view_room_render(shot->room, &d);
     if (two)
         return;
-    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0]);
+    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0].texture);
     fill(c, FACE, c->lookup, 0, 0, index, n);
 }
 
@@ -403,8 +397,8 @@ static void draw(const view_capture *c, const view_capture_shot *shot,
 
 static void resample(const view_capture *c)
 {
-    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0]);
-    view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->picture[1]);
+    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0].texture);
+    view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->picture[1].texture);
     for (int f = 0; f < IBL_FACES; f++)
         fill(c, PARABOLOID, c->lookup, 0, 0, f, c->size);
 }

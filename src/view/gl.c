@@ -161,7 +161,7 @@ bool view_gl_check(const char *where)
 
 void view_canvas_free(view_canvas *c)
 {
-    gl.DeleteFramebuffers(2, c->framebuffer);
+    gl.DeleteFramebuffers(1, &c->framebuffer);
     gl.DeleteRenderbuffers(2, c->buffer);
     *c = (view_canvas){0};
 }
@@ -184,34 +184,31 @@ static void make(view_canvas *c, int width, int height, int samples)
 {
     view_canvas_free(c);
     c->width = width, c->height = height, c->samples = samples;
-    gl.GenFramebuffers(2, c->framebuffer);
+    gl.GenFramebuffers(1, &c->framebuffer);
     gl.GenRenderbuffers(2, c->buffer);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, c->framebuffer[0]);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, c->framebuffer);
     attach(c, 0, GL_RGBA32F, GL_COLOR_ATTACHMENT0);
     attach(c, 1, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
 }
 
-bool view_canvas_begin(view_canvas *c, GLuint picture, int width, int height,
-                       int samples)
+bool view_canvas_begin(view_canvas *c, int width, int height, int samples)
 {
     if (width != c->width || height != c->height || samples != c->samples)
         make(c, width, height, samples);
-    const bool whole = view_gl_target(c->framebuffer[1], picture);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, c->framebuffer[0]);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, c->framebuffer);
     gl.Viewport(0, 0, width, height);
-    if (whole &&
-        gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE)
+    if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE)
         return true;
     return view_fail("this OpenGL has no picture of %d x %d floats with "
                      "depth: ask for a smaller one",
                      width, height);
 }
 
-void view_canvas_end(const view_canvas *c)
+void view_canvas_end(const view_canvas *c, GLuint framebuffer)
 {
-    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, c->framebuffer[0]);
-    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, c->framebuffer[1]);
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, c->framebuffer);
+    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
     gl.BlitFramebuffer(0, 0, c->width, c->height, 0, 0, c->width, c->height,
                        GL_COLOR_BUFFER_BIT, GL_NEAREST);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, c->framebuffer[1]);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
 }

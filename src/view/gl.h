@@ -81,18 +81,17 @@ bool view_gl_check(const char *where);
 /* ---- pictures of triangles, with depth --------------------------------- */
 
 typedef struct view_canvas {
-    GLuint framebuffer[2]; /* of the buffers, of the picture */
-    GLuint buffer[2];      /* colour and depth */
+    GLuint framebuffer, buffer[2]; /* colour and depth */
     int width, height, samples;
 } view_canvas;
 
-/* Binds a framebuffer for a picture, a texture of width x height pixels, with
- * that many samples of each pixel or as many as OpenGL has, and sets the
- * viewport. Allocates only if size or samples change. False, with a message. */
-bool view_canvas_begin(view_canvas *c, GLuint picture, int width, int height,
-                       int samples);
-/* Writes the picture, the mean of the samples; binds a framebuffer on it. */
-void view_canvas_end(const view_canvas *c);
+/* Binds a framebuffer for a picture of width x height pixels, with that many
+ * samples of each pixel or as many as OpenGL has, and sets the viewport.
+ * Allocates only if size or samples change. False, with a message. */
+bool view_canvas_begin(view_canvas *c, int width, int height, int samples);
+/* Writes the picture, the mean of the samples, to a framebuffer of that size,
+ * and binds that. */
+void view_canvas_end(const view_canvas *c, GLuint framebuffer);
 void view_canvas_free(view_canvas *c); /* zeroed is fine */
 
 #endif

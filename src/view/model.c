@@ -127,37 +127,33 @@ struct view_model {
 
 /* ---- programs ------------------------------------------------------------ */
 
-static void define_slot(FILE *text, int i, bool has)
+static void define_slot(char *text, size_t size, int i, bool has)
 {
     const char *n = slots[i].name;
 
     if (has)
-        fprintf(text,
-                "#define has_%s\n#define place_%s placed(%d)\n"
-                "#define look_%s texture(%s_map, placed(%d))\n",
-                n, n, i, n, n, i);
+        view_add(text, size,
+                 "#define has_%s\n#define place_%s placed(%d)\n"
+                 "#define look_%s texture(%s_map, placed(%d))\n",
+                 n, n, i, n, n, i);
     else
-        fprintf(text, "#define look_%s vec4(1.0)\n", n);
+        view_add(text, size, "#define look_%s vec4(1.0)\n", n);
 }
 
 static GLuint make_program(int key)
 {
     const int reflection = key >> FEATURE_BITS;
     char text[4096] = "";
-    FILE *to = fmemopen(text, sizeof text, "w");
 
-    if (!to)
-        return 0;
-    fprintf(to,
-            "#define TEXTURES %d\n#define REFLECTION %d\n#define DIFFUSE %d\n",
-            SLOTS, reflection,
-            key & HARMONICS ? VIEW_DIFFUSE_SH : VIEW_DIFFUSE_MAP);
+    view_add(text, sizeof text,
+             "#define TEXTURES %d\n#define REFLECTION %d\n#define DIFFUSE %d\n",
+             SLOTS, reflection,
+             key & HARMONICS ? VIEW_DIFFUSE_SH : VIEW_DIFFUSE_MAP);
     for (size_t i = 0; i < sizeof features / sizeof *features; i++)
         if (key & features[i].bit)
-            fprintf(to, "#define %s\n", features[i].name);
+            view_add(text, sizeof text, "#define %s\n", features[i].name);
     for (int i = 0; i < SLOTS; i++)
-        define_slot(to, i, key & 1 << i);
-    fclose(to);
+        define_slot(text, sizeof text, i, key & 1 << i);
     return view_program_from(view_shader_files, text, "model.vert",
                              reflection == VIEW_REFERENCE ? "model_truth.frag"
                                                           : "model.frag");
@@ -724,17 +720,17 @@ static bool draw_spheres(const view_subject *s, GLuint program)
 }
 
 bool view_subject_draw(const view_subject *s, const view_model_light *light,
-                       GLuint spheres, GLuint framebuffer, GLuint picture,
+                       GLuint spheres, const view_image *picture,
                        view_canvas *canvas, int samples)
 {
     if (!s->model)
-        gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    else if (!view_canvas_begin(canvas, picture, s->width, s->height, samples))
+        gl.BindFramebuffer(GL_FRAMEBUFFER, picture->framebuffer);
+    else if (!view_canvas_begin(canvas, s->width, s->height, samples))
         return false;
     view_gl_draw_full(s->sky);
     if (!s->model)
         return draw_spheres(s, spheres);
     const bool ok = draw_model(s->model, light, s->eye);
-    view_canvas_end(canvas);
+    view_canvas_end(canvas, picture->framebuffer);
     return ok;
 }

@@ -10,6 +10,7 @@
 #include "scene/scene.h"
 #include "view/gl.h"
 #include "view/settings.h"
+#include "view/upload.h"
 
 typedef struct view_model view_model;
 
@@ -43,16 +44,17 @@ typedef struct view_subject {
     int width, height;
     const float *eye; /* of the camera, for the order of what is blended */
     GLuint frame;     /* the buffer of the block "Frame" */
+    const view_mean *mean;
 } view_subject;
 
-/* Draws it into a picture of its size on a framebuffer, whose viewport is set.
+/* Draws it into a picture of its size; the viewport is set.
  *   spheres  their program
  *   canvas, samples  for a model, see view_canvas_begin
  * Pixels of a model's opaque material have alpha 2 + its index, blended ones
  * leave alpha as it is. Changes program, vertex array and units from
  * VIEW_MODEL_UNITS; leaves blending off. False, with a message. */
 bool view_subject_draw(const view_subject *s, const view_model_light *light,
-                       GLuint spheres, GLuint framebuffer, GLuint picture,
+                       GLuint spheres, const view_image *picture,
                        view_canvas *canvas, int samples);
 
 /* Names of materials, for reports: "" if the file has none. */

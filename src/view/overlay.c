@@ -67,11 +67,6 @@ view_overlay *view_overlay_create(void)
 
 void view_overlay_free(view_overlay *o)
 {
-    if (!o)
-        return;
-    gl.DeleteBuffers(1, &o->buffer);
-    gl.DeleteVertexArrays(1, &o->array);
-    gl.DeleteProgram(o->program);
     free(o);
 }
 

@@ -100,7 +100,6 @@ static void bind(GLuint program)
         {"lobe_map", VIEW_UNIT_LOBES},
         {"sheen_chain", VIEW_UNIT_SHEEN},
         {"sheen_table", VIEW_UNIT_SHEEN_TABLE},
-        {"pass_picture", VIEW_TRUTH_UNIT_PASS},
         {"environment_map", VIEW_TRUTH_UNIT_MAP},
         {"aim_tokens", VIEW_TRUTH_UNIT_TOKENS},
         {"aim_chance", VIEW_TRUTH_UNIT_CHANCE},

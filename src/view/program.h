@@ -53,8 +53,7 @@ typedef enum view_unit {
 /* Texture units of the reference, of the room, and of captures, which draw the
  * room. */
 enum {
-    VIEW_TRUTH_UNIT_PASS = VIEW_UNIT_COUNT,
-    VIEW_TRUTH_UNIT_TOKENS,
+    VIEW_TRUTH_UNIT_TOKENS = VIEW_UNIT_COUNT,
     VIEW_TRUTH_UNIT_CHANCE,
     VIEW_TRUTH_UNIT_MAP,                      /* samplerCube environment_map */
     VIEW_MODEL_UNITS,                         /* of view/model.c */

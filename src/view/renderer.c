@@ -34,15 +34,16 @@ _Static_assert(sizeof(view_sphere) == 12 * sizeof(double),
                "all are attributes");
 
 struct view_renderer {
-    GLuint sphere, inspect, display, mean; /* programs */
+    GLuint sphere, inspect, display; /* programs */
+    view_mean mean;
     /* Made on first use: of each backdrop, and of tones for materials alone. */
     GLuint sky[BACKDROPS], tone[VIEW_TONES];
     GLuint nearest; /* sampler of maps */
     GLuint instances, instance_buffer, frame_buffer;
     GLuint maps[2][VIEW_CONTENTS]; /* of set and other */
     /* Linear pictures of settings.reflection and against: of one place in the
-     * pixels, and the mean of all places so far; and framebuffers on them. */
-    GLuint picture[2], target[2], means[2], mean_target[2];
+     * pixels, and the mean of all places so far. */
+    view_image picture[2], means[2];
     int places;        /* drawn */
     double seconds;    /* that the last picture with all its samples took */
     bool rough;        /* the picture has one sample of a pixel, for it moves */
@@ -75,8 +76,7 @@ static bool make(view_renderer *r)
     r->sphere = view_program("sphere.vert", "sphere.frag");
     r->inspect = r->sphere ? view_program("full.vert", "inspect.frag") : 0;
     r->display = r->inspect ? view_program("full.vert", "display.frag") : 0;
-    r->mean = r->display ? view_program("full.vert", "truth_mean.frag") : 0;
-    if (!r->sphere || !r->inspect || !r->display || !r->mean)
+    if (!r->display || !view_mean_make(&r->mean))
         return false;
     gl.GenVertexArrays(1, &r->instances);
     gl.BindVertexArray(r->instances);
@@ -90,8 +90,6 @@ static bool make(view_renderer *r)
     gl.SamplerParameteri(r->nearest, GL_TEXTURE_MIN_FILTER,
                          GL_NEAREST_MIPMAP_NEAREST);
     gl.SamplerParameteri(r->nearest, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl.GenFramebuffers(2, r->target);
-    gl.GenFramebuffers(2, r->mean_target);
     return view_gl_check("making the renderer");
 }
 
@@ -114,25 +112,6 @@ void view_renderer_free(view_renderer *r)
     view_truth_free(r->truth);
     view_scene_free(r->stage);
     view_model_free(r->ball);
-    view_canvas_free(&r->canvas);
-    gl.DeleteFramebuffers(2, r->target);
-    gl.DeleteFramebuffers(2, r->mean_target);
-    gl.DeleteTextures(2, r->picture);
-    gl.DeleteTextures(2, r->means);
-    gl.DeleteTextures(2 * VIEW_CONTENTS, r->maps[0]);
-    gl.DeleteTextures(1, &r->backdrop);
-    gl.DeleteBuffers(1, &r->frame_buffer);
-    gl.DeleteBuffers(1, &r->instance_buffer);
-    gl.DeleteVertexArrays(1, &r->instances);
-    gl.DeleteSamplers(1, &r->nearest);
-    gl.DeleteProgram(r->mean);
-    gl.DeleteProgram(r->display);
-    gl.DeleteProgram(r->inspect);
-    gl.DeleteProgram(r->sphere);
-    for (int i = 0; i < BACKDROPS; i++)
-        gl.DeleteProgram(r->sky[i]);
-    for (int i = 0; i < VIEW_TONES; i++)
-        gl.DeleteProgram(r->tone[i]);
     free(r);
 }
 
@@ -280,22 +259,6 @@ static void update_spheres(view_renderer *r, const view_settings *s, int width,
 
 /* ---- passes ------------------------------------------------------------ */
 
-/* Makes a linear picture, if there is none. */
-static bool make_picture(const view_renderer *r, GLuint *picture,
-                         GLuint framebuffer)
-{
-    if (*picture)
-        return true;
-    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
-    *picture = view_float_image(GL_RGBA, r->width, r->height, NULL);
-    if (view_gl_target(framebuffer, *picture))
-        return view_gl_check("making the linear picture");
-    return view_fail(
-        "this OpenGL cannot draw into a picture of %d x %d floats: "
-        "ask for a smaller one",
-        r->width, r->height);
-}
-
 static void resize(view_renderer *r, int width, int height)
 {
     if (width == r->width && height == r->height)
@@ -303,10 +266,6 @@ static void resize(view_renderer *r, int width, int height)
     r->width = width;
     r->height = height;
     r->stale = true;
-    gl.DeleteTextures(2, r->picture);
-    gl.DeleteTextures(2, r->means);
-    memset(r->picture, 0, sizeof r->picture);
-    memset(r->means, 0, sizeof r->means);
 }
 
 /* Whether the linear pictures can stay: all places are drawn. Without them,
@@ -363,29 +322,6 @@ static void choose_place(view_renderer *r, const view_settings *s)
     gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
 }
 
-/* Blends the picture of a side into the mean of its places. */
-static bool add_place(view_renderer *r, int side)
-{
-    if (!make_picture(r, &r->means[side], r->mean_target[side]))
-        return false;
-    view_gl_bind(VIEW_TRUTH_UNIT_PASS, GL_TEXTURE_2D, r->picture[side]);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, r->mean_target[side]);
-    gl.Viewport(0, 0, r->width, r->height);
-    if (!r->places) { /* with its alpha */
-        gl.BindFramebuffer(GL_READ_FRAMEBUFFER, r->target[side]);
-        gl.BlitFramebuffer(0, 0, r->width, r->height, 0, 0, r->width, r->height,
-                           GL_COLOR_BUFFER_BIT, GL_NEAREST);
-        return true;
-    }
-    gl.UseProgram(r->mean);
-    gl.Uniform1f(gl.GetUniformLocation(r->mean, "part"),
-                 1 / (1 + (float)r->places));
-    gl.Enable(GL_BLEND);
-    view_gl_draw_full(r->mean);
-    gl.Disable(GL_BLEND);
-    return true;
-}
-
 void view_renderer_probes(view_renderer *r, const view_probe_set *probes)
 {
     r->probes = probes;
@@ -435,7 +371,7 @@ static bool draw_stage(view_renderer *r)
     if (!r->stage)
         return false;
     return view_scene_draw(r->stage, &r->settings, &e, maps[VIEW_LUT],
-                           r->picture[0], r->width, r->height);
+                           r->picture[0].framebuffer, r->width, r->height);
 }
 
 /* Draws a map with unfiltered texels. */
@@ -512,7 +448,8 @@ static view_subject subject(const view_renderer *r)
                           .width = r->width,
                           .height = r->height,
                           .eye = r->frame.eye,
-                          .frame = r->frame_buffer};
+                          .frame = r->frame_buffer,
+                          .mean = &r->mean};
 }
 
 /* Draws spheres or the model over the sky. */
@@ -526,14 +463,13 @@ static bool draw_materials(view_renderer *r, int side)
                                         r->settings.diffuse == VIEW_DIFFUSE_SH};
     const int reflection = light.reflection;
 
-    if (!make_picture(r, &r->picture[side], r->target[side]))
+    if (!view_image_make(&r->picture[side], r->width, r->height))
         return false;
     gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
     gl.BufferSubData(GL_UNIFORM_BUFFER, offsetof(view_frame, reflection),
                      sizeof reflection, &reflection);
-    return view_subject_draw(&seen, &light, r->sphere, r->target[side],
-                             r->picture[side], &r->canvas,
-                             r->settings.multisample);
+    return view_subject_draw(&seen, &light, r->sphere, &r->picture[side],
+                             &r->canvas, r->settings.multisample);
 }
 
 static bool draw_side(view_renderer *r, int side)
@@ -550,7 +486,7 @@ static bool draw_sides(view_renderer *r)
 {
     const int sides = view_compares(&r->settings) ? 2 : 1;
 
-    gl.BindFramebuffer(GL_FRAMEBUFFER, r->target[0]);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, r->picture[0].framebuffer);
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
     for (int side = 0; side < sides; side++) {
@@ -559,7 +495,9 @@ static bool draw_sides(view_renderer *r)
         if ((!view_shows_materials(&r->settings) ||
              reflection_of(r, side) != VIEW_REFERENCE) &&
             (!draw_side(r, side) ||
-             (view_places(&r->settings) > 1 && !add_place(r, side))))
+             (view_places(&r->settings) > 1 &&
+              !view_mean_add(&r->mean, &r->picture[side],
+                             1 / (1 + (float)r->places), &r->means[side]))))
             return false;
     }
     if (r->other)
@@ -572,7 +510,7 @@ static bool linear_pass(view_renderer *r)
     const bool timed = r->settings.multisample > 1 && !r->places;
     const double start = timed ? ibl_now() : 0;
 
-    if (!make_picture(r, &r->picture[0], r->target[0]))
+    if (!view_image_make(&r->picture[0], r->width, r->height))
         return false;
     if (stays(r))
         return true;
@@ -605,8 +543,8 @@ static GLuint picture_of(const view_renderer *r, int side)
     return view_shows_materials(&r->settings) &&
                    reflection_of(r, side) == VIEW_REFERENCE
                ? view_truth_texture(r->truth)
-           : view_places(&r->settings) > 1 ? r->means[side]
-                                           : r->picture[side];
+           : view_places(&r->settings) > 1 ? r->means[side].texture
+                                           : r->picture[side].texture;
 }
 
 static void display_pass(const view_renderer *r, GLuint framebuffer)
@@ -650,14 +588,23 @@ bool view_renderer_complete(const view_renderer *r)
 
 /* ---- reading back ------------------------------------------------------- */
 
+/* Reads RGB or alpha of a picture. */
+static bool read_floats(const view_renderer *r, GLuint picture, GLenum format,
+                        float *to)
+{
+    const size_t row = (size_t)r->width * (format == GL_RGB ? 3 : 1);
+
+    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture);
+    gl.GetTexImage(GL_TEXTURE_2D, 0, format, GL_FLOAT, to);
+    view_picture_flip(to, row * sizeof *to, r->height);
+    return view_gl_check("reading the picture");
+}
+
 bool view_renderer_read(const view_renderer *r, bool other, float *rgb)
 {
-    if (!r->picture[0] || (other && !view_compares(&r->settings)))
+    if (!r->picture[0].width || (other && !view_compares(&r->settings)))
         return view_fail("there is no picture to read");
-    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture_of(r, other));
-    gl.GetTexImage(GL_TEXTURE_2D, 0, GL_RGB, GL_FLOAT, rgb);
-    view_picture_flip(rgb, 3 * (size_t)r->width * sizeof *rgb, r->height);
-    return view_gl_check("reading the picture");
+    return read_floats(r, picture_of(r, other), GL_RGB, rgb);
 }
 
 /* Displays the last picture in a buffer of its own: colours and framebuffer. */
@@ -750,13 +697,11 @@ static bool read_materials(view_renderer *r, int *shown)
 
     if (!alpha)
         return view_fail("not enough memory to compare pictures");
-    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, r->picture[side]);
-    gl.GetTexImage(GL_TEXTURE_2D, 0, GL_ALPHA, GL_FLOAT, alpha);
-    view_picture_flip(alpha, (size_t)r->width * sizeof *alpha, r->height);
+    const bool ok = read_floats(r, r->picture[side].texture, GL_ALPHA, alpha);
     for (size_t i = 0; i < count; i++)
         shown[i] = alpha[i] >= 2 ? (int)alpha[i] - 2 : -1;
     free(alpha);
-    return view_gl_check("reading the materials");
+    return ok;
 }
 
 /* What each pixel shows: a sphere of the grid or a material of the model. */
@@ -788,7 +733,7 @@ int view_renderer_errors(view_renderer *r, view_error *errors)
     int *shown;
     bool ok = false;
 
-    if (!r->picture[0] || !view_compares(&r->settings))
+    if (!r->picture[0].width || !view_compares(&r->settings))
         return 0;
     pictures = malloc(6 * pixels * sizeof *pictures);
     shown = malloc(pixels * sizeof *shown);

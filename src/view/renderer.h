@@ -29,7 +29,8 @@ typedef struct view_renderer view_renderer;
 
 /* Needs a current context. NULL, with a message. */
 view_renderer *view_renderer_create(void);
-void view_renderer_free(view_renderer *r); /* NULL is fine */
+/* NULL is fine. OpenGL's objects end with their context. */
+void view_renderer_free(view_renderer *r);
 
 /* Uploads the textures of a set and frees the previous ones; set must stay
  * valid until the next load. False, with a message. */

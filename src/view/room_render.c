@@ -110,16 +110,6 @@ static bool make_probes(room_probes *p)
     return p->program;
 }
 
-static void free_probes(room_probes *p)
-{
-    const GLuint textures[] = {p->texels, p->none, p->masks};
-
-    gl.DeleteTextures(3, textures);
-    gl.DeleteBuffers(1, &p->buffer);
-    gl.DeleteFramebuffers(1, &p->framebuffer);
-    gl.DeleteProgram(p->program);
-}
-
 /* ---- uniforms of probes ------------------------------------------------ */
 
 /* Tiles along an edge of the picture. */
@@ -290,16 +280,6 @@ view_room *view_room_create(void)
 
 void view_room_free(view_room *r)
 {
-    if (!r)
-        return;
-    const GLuint buffers[] = {r->vertices, r->indices, r->frame_buffer,
-                              r->room_buffer};
-
-    gl.DeleteBuffers(sizeof buffers / sizeof buffers[0], buffers);
-    gl.DeleteVertexArrays(1, &r->array);
-    free_probes(&r->probes);
-    gl.DeleteProgram(r->sky);
-    gl.DeleteProgram(r->surfaces);
     free(r);
 }
 

@@ -77,9 +77,7 @@ void view_scene_free(view_scene *st)
         return;
     drop_captures(st);
     ibl_ctx_free(st->ctx);
-    gl.DeleteProgram(st->wires);
     view_room_free(st->room);
-    view_canvas_free(&st->canvas);
     free(st);
 }
 
@@ -473,7 +471,7 @@ static bool draw_volumes(view_scene *st, double ev)
 
 bool view_scene_draw(view_scene *st, const view_settings *s,
                      const view_room_environment *environment, GLuint table,
-                     GLuint picture, int width, int height)
+                     GLuint framebuffer, int width, int height)
 {
     if (!make_captures(st, s))
         return false;
@@ -491,14 +489,14 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
     memcpy(st->now.draw.eye, camera.eye, sizeof camera.eye);
     if (!(is_stale(st, s) ? capture_whole : refresh)(st, s))
         return false;
-    if (!view_canvas_begin(&st->canvas, picture, width, height, s->multisample))
+    if (!view_canvas_begin(&st->canvas, width, height, s->multisample))
         return false;
     st->now.draw.widening = view_widening(s);
     st->now.draw.map = environment->map;
     view_room_render(st->room, &st->now.draw);
     if (s->volumes && !draw_volumes(st, s->ev))
         return false;
-    view_canvas_end(&st->canvas);
+    view_canvas_end(&st->canvas, framebuffer);
     return view_gl_check("drawing the scene");
 }
 

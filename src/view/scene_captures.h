@@ -26,18 +26,18 @@ void view_scene_free(view_scene *st); /* NULL is fine */
 void view_scene_use(view_scene *st, const view_probe_set *probes);
 
 /*
- * Draws into a texture of width x height pixels by settings: camera, turn,
+ * Draws into a framebuffer of width x height pixels by settings: camera, turn,
  * parallax, seconds and how the probe is refreshed. The first draw, and each
  * after a change of the light or of the capture, makes a whole capture with its
  * bounces. If settings spread local probes, each draw captures one of them, and
  * the last the mirror too; until then nothing moves in it. Later draws capture
  * when the interval is over, by settings.seconds, and objects have moved. If
- * that fails, with a message, the probe stays until the next change. Leaves its
+ * that fails, with a message, the probe stays until the next change. Leaves the
  * framebuffer bound, other state as view_room_render. False, with a message.
  */
 bool view_scene_draw(view_scene *st, const view_settings *s,
                      const view_room_environment *environment, GLuint table,
-                     GLuint picture, int width, int height);
+                     GLuint framebuffer, int width, int height);
 
 /* Results of draws. */
 typedef struct view_scene_state {

@@ -12,13 +12,6 @@
 #include "view/settings.h"
 #include "view/upload.h"
 
-/* Targets: sky and spheres of one pass; the mean of all passes. */
-enum {
-    PASS,
-    MEAN,
-    TARGETS
-};
-
 /* Most samples of a draw call: systems reset a GPU that is busy for seconds. */
 #define MOST_SAMPLES 16
 /* With samples set by the clock: most samples of a frame, and the time limits
@@ -28,35 +21,28 @@ enum {
 static const double quick_seconds = 0.05, slow_seconds = 0.1;
 
 struct view_truth {
-    GLuint spheres, mean; /* programs */
-    GLint part;
+    GLuint spheres; /* program */
     GLuint tokens, chance,
         map;                 /* textures; map 0: a texture of the set is it */
     const char *what;        /* what the environment is */
     const view_model *model; /* of the samples so far, or NULL */
     view_canvas canvas;      /* of the model */
     view_model_light light;
-    int sampling[4]; /* of the frame */
-    GLuint target[TARGETS], framebuffer[TARGETS];
-    int width, height;
-    view_frame shown; /* frame of the samples so far */
-    int samples;      /* in the mean; 0: the targets hold nothing */
-    int by_clock;     /* samples of the next frame */
+    int sampling[4];       /* of the frame */
+    view_image pass, mean; /* sky and spheres of one pass, of all passes */
+    view_frame shown;      /* frame of the samples so far */
+    int samples;           /* in the mean; 0: it holds nothing */
+    int by_clock;          /* samples of the next frame */
 };
 
 static bool make(view_truth *t)
 {
     t->spheres = view_program("sphere.vert", "truth.frag");
-    t->mean = t->spheres ? view_program("full.vert", "truth_mean.frag") : 0;
-    if (!t->mean)
-        return false;
-    t->part = gl.GetUniformLocation(t->mean, "part");
     gl.GenTextures(1, &t->tokens);
     gl.GenTextures(1, &t->chance);
-    gl.GenFramebuffers(TARGETS, t->framebuffer);
     t->by_clock = 1;
     t->light.reflection = VIEW_REFERENCE;
-    return true;
+    return t->spheres;
 }
 
 void view_truth_free(view_truth *t)
@@ -64,12 +50,11 @@ void view_truth_free(view_truth *t)
     if (!t)
         return;
     view_canvas_free(&t->canvas);
-    gl.DeleteFramebuffers(TARGETS, t->framebuffer);
     gl.DeleteTextures(1, &t->map);
     gl.DeleteTextures(1, &t->chance);
     gl.DeleteTextures(1, &t->tokens);
-    gl.DeleteTextures(TARGETS, t->target);
-    gl.DeleteProgram(t->mean);
+    view_image_free(&t->pass);
+    view_image_free(&t->mean);
     gl.DeleteProgram(t->spheres);
     free(t);
 }
@@ -149,36 +134,6 @@ void view_truth_restart(view_truth *t)
     t->samples = 0;
 }
 
-static bool resize(view_truth *t, int width, int height)
-{
-    t->width = t->height = 0;
-    gl.ActiveTexture(GL_TEXTURE0 + VIEW_TRUTH_UNIT_PASS);
-    for (int i = 0; i < TARGETS; ++i) {
-        gl.DeleteTextures(1, &t->target[i]);
-        t->target[i] = view_float_image(GL_RGBA, width, height, NULL);
-        if (!view_gl_target(t->framebuffer[i], t->target[i]))
-            return view_fail("OpenGL has no picture of %dx%d RGBA floats for "
-                             "the reference: make window or picture smaller",
-                             width, height);
-    }
-    gl.ActiveTexture(GL_TEXTURE0);
-    t->width = width;
-    t->height = height;
-    t->samples = 0;
-    return view_gl_check("the reference's pictures");
-}
-
-/* Clears the mean, which may hold NaN. */
-static void begin(view_truth *t, const view_frame *frame)
-{
-    t->shown = *frame;
-    t->samples = 0;
-    t->by_clock = t->by_clock > 4 ? t->by_clock / 4 : 1;
-    gl.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[MEAN]);
-    gl.Clear(GL_COLOR_BUFFER_BIT);
-}
-
 /* Adds samples, at most MOST_SAMPLES. */
 static bool draw_pass(view_truth *t, const view_subject *seen, int samples)
 {
@@ -187,18 +142,12 @@ static bool draw_pass(view_truth *t, const view_subject *seen, int samples)
     gl.BindBuffer(GL_UNIFORM_BUFFER, seen->frame);
     gl.BufferSubData(GL_UNIFORM_BUFFER, offsetof(view_frame, sampling),
                      sizeof t->sampling, t->sampling);
-    if (!view_subject_draw(seen, &t->light, t->spheres, t->framebuffer[PASS],
-                           t->target[PASS], &t->canvas, 1))
+    if (!view_subject_draw(seen, &t->light, t->spheres, &t->pass, &t->canvas,
+                           1))
         return false;
     t->samples += samples;
-    gl.Enable(GL_BLEND);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[MEAN]);
-    view_gl_bind(VIEW_TRUTH_UNIT_PASS, GL_TEXTURE_2D, t->target[PASS]);
-    gl.UseProgram(t->mean);
-    gl.Uniform1f(t->part, (float)samples / (float)t->samples);
-    view_gl_draw_full(t->mean);
-    gl.Disable(GL_BLEND);
-    return true;
+    return view_mean_add(seen->mean, &t->pass,
+                         (float)samples / (float)t->samples, &t->mean);
 }
 
 /* Doubles or halves the samples, since a frame also has fixed costs. */
@@ -215,23 +164,26 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
     const bool by_clock = samples == 0;
     const double start = by_clock ? ibl_now() : 0.0;
 
-    if ((seen->width != t->width || seen->height != t->height) &&
-        !resize(t, seen->width, seen->height))
+    if (!view_image_make(&t->pass, seen->width, seen->height))
         return false;
-    gl.Viewport(0, 0, t->width, t->height);
+    gl.Viewport(0, 0, seen->width, seen->height);
     gl.Disable(GL_BLEND);
-    if (t->model != seen->model)
-        view_truth_restart(t);
+    if (!t->samples || t->model != seen->model ||
+        memcmp(frame, &t->shown, VIEW_FRAME_REFERENCE) != 0) {
+        t->samples = 0;
+        t->by_clock = t->by_clock > 4 ? t->by_clock / 4 : 1;
+    }
     t->model = seen->model;
-    if (!t->samples || memcmp(frame, &t->shown, VIEW_FRAME_REFERENCE) != 0)
-        begin(t, frame);
+    t->shown = *frame;
     if (by_clock)
         samples = t->by_clock;
     if (samples > VIEW_TRUTH_SAMPLES - t->samples)
         samples = VIEW_TRUTH_SAMPLES - t->samples;
     for (int left = samples; left > 0; left -= MOST_SAMPLES)
-        if (!draw_pass(t, seen, left < MOST_SAMPLES ? left : MOST_SAMPLES))
+        if (!draw_pass(t, seen, left < MOST_SAMPLES ? left : MOST_SAMPLES)) {
+            t->samples = 0;
             return false;
+        }
     if (by_clock && samples > 0) {
         gl.Finish();
         t->by_clock = next_by_clock(samples, ibl_now() - start);
@@ -241,7 +193,7 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
 
 GLuint view_truth_texture(const view_truth *t)
 {
-    return t->width ? t->target[MEAN] : 0;
+    return t->mean.texture;
 }
 
 int view_truth_samples(const view_truth *t)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/upload.h"
 #include "view/message.h"
+#include "view/program.h"
 
 enum {
     MOST_COLUMNS = 8192 /* of a map as a backdrop: 400 MB */
@@ -113,4 +114,59 @@ GLuint view_float_image(GLenum format, int width, int height,
                   GL_FLOAT, pixels);
     view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
     return texture;
+}
+
+void view_image_free(view_image *i)
+{
+    gl.DeleteFramebuffers(1, &i->framebuffer);
+    gl.DeleteTextures(1, &i->texture);
+    *i = (view_image){0};
+}
+
+bool view_image_make(view_image *i, int width, int height)
+{
+    if (i->width == width && i->height == height)
+        return true;
+    view_image_free(i);
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
+    i->texture = view_float_image(GL_RGBA, width, height, NULL);
+    gl.GenFramebuffers(1, &i->framebuffer);
+    if (!view_gl_target(i->framebuffer, i->texture))
+        return view_fail("this OpenGL cannot draw into a picture of %d x %d "
+                         "floats: ask for a smaller one",
+                         width, height);
+    i->width = width;
+    i->height = height;
+    return view_gl_check("making a picture");
+}
+
+bool view_mean_make(view_mean *m)
+{
+    m->program = view_program("full.vert", "mean.frag");
+    m->part = m->program ? gl.GetUniformLocation(m->program, "part") : 0;
+    return m->program;
+}
+
+bool view_mean_add(const view_mean *m, const view_image *picture, float part,
+                   view_image *mean)
+{
+    const int width = picture->width, height = picture->height;
+
+    if (!view_image_make(mean, width, height))
+        return false;
+    gl.BindFramebuffer(GL_FRAMEBUFFER, mean->framebuffer);
+    if (part >= 1) { /* with its alpha; the mean may hold NaN */
+        gl.BindFramebuffer(GL_READ_FRAMEBUFFER, picture->framebuffer);
+        gl.BlitFramebuffer(0, 0, width, height, 0, 0, width, height,
+                           GL_COLOR_BUFFER_BIT, GL_NEAREST);
+        return true;
+    }
+    gl.Viewport(0, 0, width, height);
+    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture->texture);
+    gl.UseProgram(m->program);
+    gl.Uniform1f(m->part, part);
+    gl.Enable(GL_BLEND);
+    view_gl_draw_full(m->program);
+    gl.Disable(GL_BLEND);
+    return true;
 }

@@ -24,4 +24,27 @@ GLuint view_upload_map(const baked_set *set);
 GLuint view_float_image(GLenum format, int width, int height,
                         const float *pixels);
 
+/* A picture of RGBA floats to draw into; zeroed: not made yet. */
+typedef struct view_image {
+    GLuint texture, framebuffer;
+    int width, height;
+} view_image;
+
+/* Makes it, unless it has that size already. False, with a message. */
+bool view_image_make(view_image *i, int width, int height);
+void view_image_free(view_image *i); /* zeroes it, too */
+
+/* The program of shaders/mean.frag. */
+typedef struct view_mean {
+    GLuint program;
+    GLint part;
+} view_mean;
+
+bool view_mean_make(view_mean *m); /* false, with a message */
+/* Blends a picture into the mean of several, which is made on first use. part:
+ * its share, 1: it replaces them. Leaves the mean bound for drawing, blending
+ * off. False, with a message. */
+bool view_mean_add(const view_mean *m, const view_image *picture, float part,
+                   view_image *mean);
+
 #endif
