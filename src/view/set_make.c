@@ -283,9 +283,10 @@ bool view_set_bake(ibl_ctx *ctx, const char *path, ibl_input_layout layout,
     set->source_read.layout = layout;
     set->path[VIEW_MAP] = strdup(path);
     view_set_see(set, VIEW_MAP);
-    if (set->seen[VIEW_MAP].size >= 0 || six)
+    const bool is_again = set->seen[VIEW_MAP].size >= 0 || six;
+    if (is_again)
         set->source = strdup(path);
-    if (!set->path[VIEW_MAP])
+    if (!set->path[VIEW_MAP] || (is_again && !set->source))
         view_fail("%s: no memory to bake it", path);
     else if (bake_source(ctx, path, set))
         return true;
