@@ -52,10 +52,10 @@ if [ "$(cat "$sysroot/fetched" 2>/dev/null)" != "$(echo $packages)" ]; then
         skip_all "no arm64 packages: $(tail -n 1 "$work/fetch")"
 fi
 
-export PKG_CONFIG_SYSROOT_DIR=$sysroot
-export PKG_CONFIG_LIBDIR=$sysroot/usr/lib/aarch64-linux-gnu/pkgconfig
 compile() { # TARGET...
-    make -s "-j$(nproc)" DEPS=no BUILD="$arm" CFLAGS='-O2 -DNDEBUG' \
+    PKG_CONFIG_SYSROOT_DIR=$sysroot \
+        PKG_CONFIG_LIBDIR=$sysroot/usr/lib/aarch64-linux-gnu/pkgconfig \
+        make -s "-j$(nproc)" DEPS=no BUILD="$arm" CFLAGS='-O2 -DNDEBUG' \
         CPPFLAGS=-DTEST_SANITIZED=1 WERROR=-Werror \
         CC="aarch64-linux-gnu-gcc --sysroot=$sysroot" "$@" >&2 ||
         { verdict build 'it does not compile'; end; exit 1; }
