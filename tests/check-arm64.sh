@@ -37,6 +37,7 @@ END
     # shellcheck disable=SC2086
     apt update && apt install --download-only -y $packages || return 1
     rm -rf "$sysroot"
+    mkdir -p "$sysroot"
     for file in "$state"/cache/archives/*.deb; do
         dpkg-deb -x "$file" "$sysroot" || return 1
     done
