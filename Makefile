@@ -55,11 +55,16 @@ VIEW_LIBS = $(shell pkg-config --libs glfw3 2>/dev/null)
 HAVE_OIIO = $(shell pkg-config --exists OpenImageIO 2>/dev/null && echo yes)
 
 REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
-            -ffp-contract=off -fvisibility=hidden -MMD -MP
+            -ffp-contract=off -fPIC -fno-semantic-interposition \
+            -fvisibility=hidden -ffile-prefix-map=$(CURDIR)=. -MMD -MP
+# Of the shared library; raised by each change that breaks a program.
+SOVERSION := 0
 VERSION := $(shell sed -n 's/^.define IBL_VERSION "\(.*\)"/\1/p' \
              include/ibl/ibl.h)
 REVISION := $(shell git describe --always --dirty 2>/dev/null)
 
+comma := ,
+blank := $(subst ,, )
 # Vector versions; none for other CPUs.
 ISAS_x86_64 := sse2 avx2 avx512
 ISAS_aarch64 := neon
@@ -76,6 +81,7 @@ LIB_SRC := $(filter-out %_simd.c,$(LIB_SRC))
 COMMON_SRC := $(wildcard src/common/*.c src/engine/*.c src/scene/*.c)
 CLI_SRC := $(COMMON_SRC) $(wildcard src/cli/*.c)
 LIB := $(BUILD)/libiblbake.a
+SHARED := $(BUILD)/libiblbake.so
 BIN := $(BUILD)/iblbake
 BRIDGE := $(BUILD)/libiblbridge.so
 VIEW_SRC := $(COMMON_SRC) $(wildcard src/view/*.c)
@@ -103,14 +109,14 @@ endif
 
 ## all: the program and its image bridge (default)
 ifeq ($(DEPS),no)
-all: $(BIN) bridge view
+all: $(BIN) $(SHARED) bridge view
 else
 all: deps-named
 	+@$(MAKE) --no-print-directory DEPS=no all
 endif
 
-## lib: the static library alone
-lib: $(LIB)
+## lib: the library alone, static and shared
+lib: $(LIB) $(SHARED)
 
 deps-named:
 	@CC="$(CC)" sh tests/deps.sh name
@@ -140,7 +146,7 @@ $(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
 
 # What else was built with is built again: these files hold what was used and
 # change with it alone.
-$(BUILD)/used-cc: export USED = $(CC) $(CPPFLAGS) $(CFLAGS)
+$(BUILD)/used-cc: export USED = $(CC) $(REQUIRED) $(CPPFLAGS) $(CFLAGS)
 $(BUILD)/used-libdir: export USED = $(LIBDIR)
 $(BUILD)/used-revision: export USED = $(REVISION)
 $(BUILD)/used-deflate: export USED = $(DEFLATE)
@@ -175,6 +181,11 @@ $(BUILD)/obj/%.o: %.c $(BUILD)/used-cc
 $(LIB): $(LIB_OBJ)
 	@rm -f $@
 	$(AR) rcs $@ $^
+
+$(SHARED): $(LIB_OBJ)
+	$(CC) $(SANITIZE) $(LDFLAGS) -shared -Wl,-soname,$(@F).$(SOVERSION) \
+	    $(if $(SANITIZE),,-Wl$(comma)-z$(comma)defs) -pthread -o $@ $^ \
+	    $(IO_LIBS) -lm -ldl $(LDLIBS)
 
 $(BIN): $(call obj,$(CLI_SRC)) $(BUILD)/obj/gen/bench_page.o $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(IO_LIBS) $(CLI_LIBS) \
@@ -339,7 +350,6 @@ $(FUZZERS): $(BUILD)/fuzz/%: $(call fuzz_obj,tests/fuzz/fuzz.c) \
 	    $(patsubst %,-Wl$(comma)--wrap=%,$(FUZZ_WRAP)) $(filter %.o,$^) \
 	    -Wl,--start-group $(filter %.a,$^) -Wl,--end-group $(VIEW_LIBS) \
 	    $(IO_LIBS) $(CLI_LIBS) -lm -ldl $(LDLIBS)
-comma := ,
 $(BUILD)/fuzz/seeds: tests/fuzz/seeds.sh | $(BIN) $(VIEW)
 	bash $< $(BUILD) $@
 
@@ -457,18 +467,31 @@ check-cycles: deps
 	@bash tests/cycles.sh $(BUILD) $(if $(MAP),'$(MAP)')
 
 ## lint: formatting, headers alone, symbol prefix, layers, man pages
-lint: $(LIB)
+lint: $(LIB) $(SHARED)
 	@BUILD=$(BUILD) sh tests/lint.sh
 format:
 	clang-format -i $$(git ls-files '*.c' '*.h' '*.cpp')
 	sed -E -f include/ibl/hlsl.sed include/ibl/ibl.glsl | \
 	    clang-format --assume-filename=ibl.c >include/ibl/ibl.hlsl
 
+# A file of the library's users: pkg-config wants blanks of paths escaped.
+STATIC_LIBS = $(strip $(IO_LIBS)) -lm -ldl -pthread
+path = $(if $(filter %.pc,$(2)),$(subst $(blank),\\$(blank),$(1)),$(1))
+
+FILL = sed -e 's|@LIBDIR@|$(call path,$(LIBDIR),$(2))|' \
+	    -e 's|@INCLUDEDIR@|$(call path,$(INCLUDEDIR),$(2))|' \
+	    -e 's|@PREFIX@|$(call path,$(PREFIX),$(2))|' \
+	    -e 's|@VERSION@|$(VERSION)|' -e 's|@SOVERSION@|$(SOVERSION)|' \
+	    -e 's|@STATIC_LIBS@|$(STATIC_LIBS)|' \
+	    -e 's|@STATIC_LIST@|$(subst $(blank),;,$(STATIC_LIBS))|' \
+	    $(1) >"$(DESTDIR)$(LIBDIR)/$(2)"
+
 ## install: DESTDIR, PREFIX, BINDIR, LIBDIR, INCLUDEDIR, MANDIR
 install: all
 	$(INSTALL) -d "$(DESTDIR)$(BINDIR)" "$(DESTDIR)$(LIBDIR)/pkgconfig" \
-	    "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(INCLUDEDIR)/ibl" \
-	    "$(DESTDIR)$(MANDIR)/man1" "$(DESTDIR)$(MANDIR)/man7"
+	    "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(LIBDIR)/cmake/iblbake" \
+	    "$(DESTDIR)$(INCLUDEDIR)/ibl" "$(DESTDIR)$(MANDIR)/man1" \
+	    "$(DESTDIR)$(MANDIR)/man7"
 	$(INSTALL) -m 755 $(BIN) "$(DESTDIR)$(BINDIR)/iblbake"
 	$(INSTALL) -m 644 man/iblbake*.1 "$(DESTDIR)$(MANDIR)/man1"
 	if [ -e $(VIEW) ]; then \
@@ -480,21 +503,29 @@ install: all
 	$(INSTALL) -m 644 man/*.7 "$(DESTDIR)$(MANDIR)/man7"
 	if [ -e $(BRIDGE) ]; then $(INSTALL) -m 755 $(BRIDGE) \
 	    "$(DESTDIR)$(LIBDIR)/iblbake"; fi
-	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@LIBDIR@|$(LIBDIR)|' \
-	    -e 's|@INCLUDEDIR@|$(INCLUDEDIR)|' -e 's|@VERSION@|$(VERSION)|' \
-	    -e 's|@DEFLATE@|$(DEFLATE)|' \
-	    src/iblbake.pc.in >"$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc"
+	$(INSTALL) -m 755 $(SHARED) "$(DESTDIR)$(LIBDIR)/libiblbake.so.$(VERSION)"
+	ln -sf libiblbake.so.$(VERSION) "$(DESTDIR)$(LIBDIR)/libiblbake.so.$(SOVERSION)"
+	ln -sf libiblbake.so.$(SOVERSION) "$(DESTDIR)$(LIBDIR)/libiblbake.so"
+	$(call FILL,src/iblbake.pc.in,pkgconfig/iblbake.pc)
+	$(call FILL,src/iblbakeConfig.cmake.in,cmake/iblbake/iblbakeConfig.cmake)
+	$(call FILL,src/iblbakeConfigVersion.cmake.in,cmake/iblbake/iblbakeConfigVersion.cmake)
 
 ## uninstall: remove what install put there
 uninstall:
 	rm -f "$(DESTDIR)$(BINDIR)/iblbake" "$(DESTDIR)$(BINDIR)/iblview" \
 	    "$(DESTDIR)$(LIBDIR)/libiblbake.a" \
+	    "$(DESTDIR)$(LIBDIR)/libiblbake.so" \
+	    "$(DESTDIR)$(LIBDIR)/libiblbake.so.$(SOVERSION)" \
+	    "$(DESTDIR)$(LIBDIR)/libiblbake.so.$(VERSION)" \
+	    "$(DESTDIR)$(LIBDIR)/cmake/iblbake/iblbakeConfig.cmake" \
+	    "$(DESTDIR)$(LIBDIR)/cmake/iblbake/iblbakeConfigVersion.cmake" \
 	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblbridge.so" \
 	    "$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc" \
 	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,$(wildcard include/ibl/*.h include/ibl/*.glsl include/ibl/*.hlsl)) \
 	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man1"/%,$(wildcard man/*.1)) \
 	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man7"/%,$(wildcard man/*.7))
-	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(INCLUDEDIR)/ibl" \
+	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(LIBDIR)/cmake/iblbake" \
+	    "$(DESTDIR)$(INCLUDEDIR)/ibl" \
 	    2>/dev/null || true
 
 -include $(shell find $(BUILD)/obj $(BUILD)/fuzz/obj -name '*.d' 2>/dev/null)

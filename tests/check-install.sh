@@ -1,11 +1,11 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # Installs into an empty root and uses what is there as a user would: the
-# program, the man page, the library from C and from C++ through pkg-config,
-# then uninstalls and finds nothing left.
+# program, the man page, the library from C and from C++, shared and static,
+# through pkg-config and through CMake, then uninstalls and finds nothing left.
 set -u
 . tests/lib.sh
-prefix=$work/usr
+prefix="$work/a prefix"
 # By the name that it was built by, or all would be built anew.
 make=(make --no-print-directory DEPS=no BUILD="${BUILD:-build}" PREFIX="$prefix")
 ok install "${make[@]}" install
@@ -34,12 +34,17 @@ cat >"$work/use.c" <<'C'
 #include <ibl/ibl.h>
 #include <ibl/io.h>
 #include <stdio.h>
+#include <string.h>
+#if IBL_VERSION_NUMBER < 200
+#error "older than 0.2.0"
+#endif
 int main(int argc, char **argv)
 {
     ibl_ctx *ctx;
     ibl_image env;
     double sh[27];
-    if (argc != 2 || ibl_ctx_create(NULL, &ctx))
+    if (argc != 2 || strcmp(ibl_version(), IBL_VERSION) ||
+        ibl_ctx_create(NULL, &ctx))
         return 1;
     if (ibl_image_read(ctx, argv[1], NULL, &env, NULL) ||
         ibl_bake_sh(ctx, &env, 2, 0, sh))
@@ -51,12 +56,48 @@ int main(int argc, char **argv)
 }
 C
 cp "$work/use.c" "$work/use.cpp"
+# uses NAME PROGRAM none|libiblbake.so.0: it bakes by the library named.
+uses() {
+    local found
+    found=$(ldd "$2" 2>&1 | sed -n 's/.*\(libiblbake\.so\.[0-9]*\) => \/.*/\1/p')
+    [ "${found:-none}" = "$3" ] || verdict "$1-library" "$found, not $3"
+    ok "$1-runs" "$2" data/sky.exr
+}
+# pkg-config's words are for a shell.
 flags() { pkg-config "$@" iblbake; }
-ok c sh -c "cc '$work/use.c' -o '$work/use' $(flags --cflags --libs)"
-ok c-runs "$work/use" data/sky.exr
+rpath="-Wl,-rpath,'$prefix/lib'"
+for c in cc:c c++:cpp; do
+    ok "${c#*:}" sh -c "${c%:*} '$work/use.${c#*:}' -o '$work/use' \
+        $(flags --cflags --libs) $rpath"
+    uses "${c#*:}" "$work/use" libiblbake.so.0
+    ok "${c#*:}-static" sh -c "${c%:*} '$work/use.${c#*:}' -o '$work/use' \
+        $(flags --static --cflags --libs | sed 's/-liblbake/-l:libiblbake.a/')"
+    uses "${c#*:}-static" "$work/use" none
+done
 ok c-bridge "$work/use" data/studio.exr
-ok c++ sh -c "c++ '$work/use.cpp' -o '$work/use++' $(flags --cflags --libs)"
-ok c++-runs "$work/use++" data/sky.exr
+mkdir "$work/cmake"
+cat >"$work/cmake/CMakeLists.txt" <<'CMAKE'
+cmake_minimum_required(VERSION 3.18)
+project(use C CXX)
+find_package(iblbake 0.2 REQUIRED)
+foreach(language c cpp)
+  add_executable(${language} ../use.${language})
+  target_link_libraries(${language} iblbake::iblbake)
+  add_executable(${language}-static ../use.${language})
+  target_link_libraries(${language}-static iblbake::static)
+endforeach()
+CMAKE
+ok cmake cmake -S "$work/cmake" -B "$work/cmake/build" \
+    -DCMAKE_PREFIX_PATH="$prefix"
+ok cmake-build cmake --build "$work/cmake/build"
+for name in c cpp; do
+    uses "cmake-$name" "$work/cmake/build/$name" libiblbake.so.0
+    uses "cmake-$name-static" "$work/cmake/build/$name-static" none
+done
+sed -i 's/iblbake 0\.2/iblbake 9/' "$work/cmake/CMakeLists.txt"
+! cmake -S "$work/cmake" -B "$work/cmake/none" -DCMAKE_PREFIX_PATH="$prefix" \
+    >/dev/null 2>&1
+verdict cmake-wants-a-version "$([ $? = 0 ] || echo '9 is taken')"
 
 # The bake alone needs nothing but the C library, as does our own .hdr code.
 cat >"$work/alone.c" <<'C'
@@ -95,7 +136,7 @@ esac
 ok make-changes-nothing test ! -e "$work/called" -a ! -e "$work/none"
 
 ok uninstall "${make[@]}" uninstall
-left=$(find "$prefix" -type f)
+left=$(find "$prefix" ! -type d)
 ok nothing-left test -z "$left"
 # The library remembers the PREFIX: back to the default one.
 ok as-before make -s DEPS=no BUILD="${BUILD:-build}" all

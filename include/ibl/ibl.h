@@ -47,7 +47,27 @@
 extern "C" {
 #endif
 
-#define IBL_VERSION "0.1.0"
+/* The shared library exports what is declared between these. */
+#if defined(__GNUC__)
+#define IBL_API_BEGIN _Pragma("GCC visibility push(default)")
+#define IBL_API_END _Pragma("GCC visibility pop")
+#else
+#define IBL_API_BEGIN
+#define IBL_API_END
+#endif
+IBL_API_BEGIN
+
+#define IBL_VERSION_MAJOR 0
+#define IBL_VERSION_MINOR 2
+#define IBL_VERSION_PATCH 0
+/* For #if: IBL_VERSION_NUMBER >= 200 is 0.2.0 or later. */
+#define IBL_VERSION_NUMBER                                                     \
+    (IBL_VERSION_MAJOR * 10000 + IBL_VERSION_MINOR * 100 + IBL_VERSION_PATCH)
+#define IBL_VERSION "0.2.0"
+
+/* IBL_VERSION of the library that runs. A shared library may be newer than the
+ * header that a program was compiled with. */
+const char *ibl_version(void);
 
 typedef enum ibl_status {
     IBL_OK = 0,
@@ -969,7 +989,7 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
  * With two taps the first light is the mean of two lookups, in the directions
  * mix(R, N, q.r - q.a) and mix(R, N, q.r + q.a). These may lie beyond R and N.
  *
- * A table for metals or for dielectrics alone has half the layers: layer 0 for
+ * A table for metals or dielectrics only has half the layers: layer 0 for
  * one lookup, layer 1 for two. Shaders take them for all surfaces.
  *
  * The table depends on the roughnesses and sizes of the levels, but not on the
@@ -1085,6 +1105,7 @@ ibl_status ibl_expectation_of(const ibl_expectation *e,
 ibl_status ibl_expectation_fit(ibl_expectation *e, int size, int levels,
                                ibl_specular_layout *layout, double *nrmse);
 
+IBL_API_END
 #ifdef __cplusplus
 }
 #endif

@@ -17,6 +17,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+IBL_API_BEGIN
 
 /* ---- images in ------------------------------------------------------ */
 
@@ -748,6 +749,7 @@ void ibl_outputs_hold(ibl_outputs *out, const char *directory);
  * then cannot lock it, and do not do this. */
 void ibl_outputs_sweep(int directory);
 
+IBL_API_END
 #ifdef __cplusplus
 }
 #endif

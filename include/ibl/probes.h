@@ -22,6 +22,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+IBL_API_BEGIN
 
 typedef enum ibl_shape {
     IBL_SHAPE_BOX,
@@ -183,6 +184,7 @@ ibl_status ibl_tiles_cull(const ibl_tiles *tiles, const ibl_probe *probes,
 void ibl_probes_pack(const ibl_probe *probes, int count, const int *order,
                      float *texels);
 
+IBL_API_END
 #ifdef __cplusplus
 }
 #endif

@@ -18,6 +18,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+IBL_API_BEGIN
 
 typedef struct ibl_reference ibl_reference;
 
@@ -135,6 +136,7 @@ ibl_status ibl_reference_lut(ibl_ctx *ctx, double n_dot_v, double roughness,
 ibl_status ibl_reference_sheen(ibl_ctx *ctx, double n_dot_v, double roughness,
                                double albedo[2]);
 
+IBL_API_END
 #ifdef __cplusplus
 }
 #endif

@@ -852,8 +852,8 @@ static void tell_chain(const search *s, const pick *p, ibl_choice *choice)
 }
 
 static const char *const f0_words[] = {
-    "fitted to the levels", "fitted to the levels, for metals alone",
-    "fitted to the levels, for dielectrics alone"};
+    "fitted to the levels", "fitted to the levels, for metals only",
+    "fitted to the levels, for dielectrics only"};
 
 static void tell(const search *s, const pick *p, ibl_choice *choice)
 {

@@ -30,6 +30,11 @@ struct ibl_ctx {
     atomic_bool cancel;
 };
 
+const char *ibl_version(void)
+{
+    return IBL_VERSION;
+}
+
 const char *ibl_status_text(ibl_status status)
 {
     switch (status) {
