@@ -61,7 +61,9 @@ REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
 SOVERSION := 0
 VERSION := $(shell sed -n 's/^.define IBL_VERSION "\(.*\)"/\1/p' \
              include/ibl/ibl.h)
-REVISION := $(shell git describe --always --dirty 2>/dev/null)
+# Of git, not of one that has this folder in it; `make dist` writes it down.
+export GIT_CEILING_DIRECTORIES := $(CURDIR)/..
+REVISION := $(shell git describe --always --dirty 2>/dev/null || cat REVISION 2>/dev/null)
 
 comma := ,
 blank := $(subst ,, )
@@ -104,7 +106,7 @@ endif
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick \
         check-arm64 check-clients mutants check-cycles soak bench \
-        bench-probes fuzz fuzzers lint format install uninstall clean list \
+        bench-probes fuzz fuzzers lint format install uninstall dist clean list \
         FORCE
 
 ## all: the program and its image bridge (default)
@@ -203,6 +205,7 @@ endif
 $(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -Iinclude -Isrc -fPIC -shared -fvisibility=hidden \
+	    '-ffile-prefix-map=$(CURDIR)=.' \
 	    $(WARN) $$(pkg-config --cflags OpenImageIO | sed "s/-I/-isystem /g") \
 	    $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ $< \
 	    $$(pkg-config --libs OpenImageIO)
@@ -527,6 +530,17 @@ uninstall:
 	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(LIBDIR)/cmake/iblbake" \
 	    "$(DESTDIR)$(INCLUDEDIR)/ibl" \
 	    2>/dev/null || true
+
+# Of what is committed, so that the tarball is the same wherever it is made.
+DIST := iblbake-$(VERSION)
+## dist: the tarball of a release, build/iblbake-VERSION.tar.gz
+dist:
+	@git diff --quiet HEAD || { echo "iblbake: dist packs what is committed:" \
+	    "commit the changes, or run it in a clone" >&2; exit 1; }
+	mkdir -p $(BUILD)
+	git archive --format=tar.gz --prefix=$(DIST)/ \
+	    --add-virtual-file='$(DIST)/REVISION:$(REVISION)' \
+	    -o $(BUILD)/$(DIST).tar.gz HEAD
 
 -include $(shell find $(BUILD)/obj $(BUILD)/fuzz/obj -name '*.d' 2>/dev/null)
 

@@ -140,4 +140,27 @@ left=$(find "$prefix" ! -type d)
 ok nothing-left test -z "$left"
 # The library remembers the PREFIX: back to the default one.
 ok as-before make -s DEPS=no BUILD="${BUILD:-build}" all
+
+# The tarball has all there is, builds without git and in a folder with a blank
+# in its name, and where it is built does not matter.
+if git diff --quiet HEAD 2>/dev/null; then
+    ok dist make -s DEPS=no BUILD="$work/dist" dist
+    mkdir "$work/a folder"
+    tar -xzf "$work"/dist/iblbake-*.tar.gz -C "$work/a folder"
+    tarball=$(echo "$work/a folder"/iblbake-*)
+    (cd "$tarball" && find . -type f ! -name REVISION | sed 's|^\./||' | sort) |
+        cmp - <(git ls-files | LC_ALL=C sort)
+    verdict dist-files "$([ $? = 0 ] || echo 'not the files of git')"
+    printf '#!/bin/sh\nexit 127\n' >"$work/bin/git"
+    rm "$work"/bin/[!g]*
+    ok dist-builds env PATH="$work/bin:$PATH" make -s -j"$(nproc)" -C "$tarball" \
+        DEPS=no all
+    for file in iblbake iblview libiblbake.a libiblbake.so libiblbridge.so; do
+        [ ! -e "$build/$file" ] || ok "same-$file" cmp "$build/$file" \
+            "$tarball/build/$file"
+    done
+else
+    skipped=$((skipped + 1))
+    echo 'skipped make dist: there are changes that are not committed, or no git'
+fi
 end

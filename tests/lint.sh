@@ -5,9 +5,15 @@ set -u
 build=${BUILD:-build}
 bad=0
 complain() { echo "lint: $*"; bad=$((bad + 1)); }
-code=$(git ls-files '*.c' '*.h' '*.cpp')
-shaders=$(git ls-files src/view/shaders)
-public=$(git ls-files 'include/*.glsl' 'include/*.hlsl')
+# The files of the tree: those of git, or all of a tarball but what was built.
+export GIT_CEILING_DIRECTORIES="$PWD/.."
+git ls-files >"$build/files.txt" 2>/dev/null ||
+    find . -type f ! -path './build/*' ! -name REVISION |
+    sed 's|^\./||' >"$build/files.txt"
+files() { grep -E "$1" "$build/files.txt"; }
+code=$(files '\.(c|h|cpp)$')
+shaders=$(files '^src/view/shaders/')
+public=$(files '^include/.*\.(glsl|hlsl)$')
 
 clang-format --dry-run -Werror $code 2>"$build/format.txt" || {
     sed 's/:.*//' "$build/format.txt" | grep '/' | sort -u
@@ -19,7 +25,7 @@ sed -E -f include/ibl/hlsl.sed include/ibl/ibl.glsl |
     complain 'ibl.hlsl is not what ibl.glsl says: make format'
 
 # White space at line ends, tabs, and a newline at the end of every text.
-git ls-files -z -- ':!*.exr' ':!*.hdr' ':!*.png' ':!tests/fuzz/finds' | xargs -0 perl -ne '
+grep -vE '\.(exr|hdr|png)$|^tests/fuzz/finds/' "$build/files.txt" | xargs perl -ne '
     warn("$ARGV:$.: trailing blanks\n"), $bad = 1 if /[ \t]$/;
     warn("$ARGV: no newline\n"), $bad = 1 if eof && !/\n\z/;
     close ARGV if eof;
@@ -29,7 +35,7 @@ awk 'length > 80 { print FILENAME ":" FNR; n++ } END { exit n > 0 }' $code \
 
 # Every header compiles alone, the public ones in C++ too.
 exr=$(pkg-config --cflags OpenEXR)
-for h in $(git ls-files '*.h'); do
+for h in $(files '\.h$'); do
     ${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -Itests \
         $exr -mavx2 -mfma -fsyntax-only -x c "$h" ||
         complain "$h: does not compile alone"
@@ -94,7 +100,7 @@ fi
 
 # Includes point downwards: room, then the rooms it may name.
 while read -r room allowed; do
-    git grep '^#include "' -- "src/$room/*.[ch]" "src/$room/*.cpp" |
+    files "^src/$room/.*\.(c|h|cpp)$" | xargs grep -H '^#include "' |
         grep -vE "\"(ibl|$(echo "$allowed" | tr ' ' '|'))/"
 done >"$build/layers.txt" <<'ROOMS'
 core core
@@ -114,10 +120,10 @@ ROOMS
     cat "$build/layers.txt"
     complain 'includes against the arrows'
 }
-git grep -nE '#include "(core|image|brdf|kern|bake|probe|io)/' -- src/common \
-    src/cli src/view && complain 'programs see include/ only'
+grep -rnE '#include "(core|image|brdf|kern|bake|probe|io)/' src/common src/cli \
+    src/view && complain 'programs see include/ only'
 # No module, NAME.h with NAME.c and NAME_simd.c, needs itself through others.
-git grep '^#include "' -- 'src/*.[ch]' 'src/*.cpp' |
+files '^src/.*\.(c|h|cpp)$' | xargs grep -H '^#include "' |
     sed -E 's/^src\///; s/(_simd|_lanes)?\.(c|h|cpp):.*"(.*)"$/ \3/
         s/(_simd|_lanes)?\.h$//' | awk '$1 != $2' |
     tsort 2>"$build/circles.txt" >/dev/null || {
