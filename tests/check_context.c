@@ -57,7 +57,7 @@ static void keep_end(void *cookie, ibl_log_level level, const char *text)
     snprintf(cookie, 16, "%s", text + strlen(text) - 4);
 }
 
-/* Two of the longest paths and some words arrive whole. */
+/* Two of the longest paths and some words arrive whole, and in one line. */
 TEST(long_messages)
 {
     static char path[PATH_MAX];
@@ -70,6 +70,10 @@ TEST(long_messages)
     memset(path, 'x', sizeof path - 1);
     ibl_warn(ctx, "%s: cannot be renamed to %s: no", path, path);
     CHECK(!strcmp(end, ": no"));
+    ibl_warn(ctx, "no\n\x7f.hdr: 0\t1");
+    CHECK(!strcmp(end, " 0?1"));
+    ibl_warn(ctx, "no.\r\x7f\n\xc3");
+    CHECK(!strcmp(end, "???\xc3"));
 }
 
 /* The CPUs that the process may run on, fewer than there are. */

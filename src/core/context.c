@@ -159,6 +159,10 @@ static void say(ibl_ctx *ctx, ibl_log_level level, const char *fmt, va_list ap)
     if (!ctx || !ctx->opts.log)
         return;
     vsnprintf(text, sizeof text, fmt, ap);
+    /* Names of files and what files say may have newlines. */
+    for (char *c = text; *c; c++)
+        if ((unsigned char)*c < ' ' || *c == 0x7f)
+            *c = '?';
     ctx->opts.log(ctx->opts.log_cookie, level, text);
 }
 

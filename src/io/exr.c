@@ -53,10 +53,6 @@ static void error_fn(exr_const_context_t exr, exr_result_t code,
     if (file->text[0])
         return;
     snprintf(file->text, sizeof file->text, "%s", text);
-    for (char *c = file->text; *c; c++) {
-        if ((unsigned char)*c < ' ')
-            *c = ' ';
-    }
 }
 
 static ibl_status open_file(ibl_exr_file *file)

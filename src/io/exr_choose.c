@@ -50,10 +50,6 @@ static void list_add(text_list *l, const char *fmt, ...)
     va_start(ap, fmt);
     vsnprintf(item, sizeof item, fmt, ap);
     va_end(ap);
-    for (char *c = item; *c; c++) {
-        if ((unsigned char)*c < ' ')
-            *c = '?';
-    }
     if (l->cut)
         return;
     l->cut = strlen(item) + 2 > room;
