@@ -70,7 +70,7 @@ blank := $(subst ,, )
 # Vector versions; none for other CPUs.
 ISAS_x86_64 := sse2 avx2 avx512
 ISAS_aarch64 := neon
-ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine))))
+ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null))))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c)
