@@ -23,9 +23,11 @@ export IBL_TEST_LARGE := $(LARGE)
 
 OPT_release := -O2 -g -DNDEBUG
 OPT_debug := -O0 -g
-OPT_asan := -O1 -g -fsanitize=address,undefined,float-cast-overflow \
-            -fno-sanitize-recover=all -fno-omit-frame-pointer
-OPT_tsan := -O1 -g -fsanitize=thread
+# Undefined behaviour traps: the texts that would describe it are 5 MB of a
+# program, which each start relocates and each search for leaks reads.
+OPT_asan := -O1 -g1 -fsanitize=address,undefined,float-cast-overflow \
+            -fsanitize-undefined-trap-on-error -fno-omit-frame-pointer
+OPT_tsan := -O1 -g1 -fsanitize=thread
 $(if $(OPT_$(config)),,$(error config=$(config): must be release, debug, asan or tsan))
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion \
         -Wvla -Wundef $(WERROR)
@@ -413,7 +415,7 @@ STRICT = $(MAKE) -s $(JOBS) DEPS=no WERROR=-Werror all tests
 check-run:
 	@echo "iblbake: building with gcc, clang, asan and tsan, some minutes"
 	+@$(STRICT) fuzzers
-	+@$(STRICT) CC=clang CXX=clang++ BUILD=build/clang
+	+@$(STRICT) CC=clang CXX=clang++ BUILD=build/clang CFLAGS='-O2 -g1 -DNDEBUG'
 	+@$(STRICT) config=asan
 	+@$(STRICT) config=tsan
 	@bash tests/run.sh $(CHECKED)

@@ -286,7 +286,7 @@ TEST(alike)
 }
 
 /* The best quality has none. */
-TEST(best_is_not_alike)
+TEST_SLOW(best_is_not_alike)
 {
     ibl_texel_options opts = {IBL_PIXEL_UASTC_HDR, .quality = IBL_QUALITY_BEST};
     const ibl_cube cube = make_cube(64, 1);

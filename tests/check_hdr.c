@@ -261,7 +261,9 @@ TEST(every_variant)
         const int w = sizes[s][0], h = sizes[s][1];
         unsigned char *px = picture(w, h);
         for (int k = 0; k < CODINGS; k++) {
-            for (int o = 0; o < 8; o++) {
+            for (int o = 0; o < 8; o += TEST_RACES       ? 5
+                                        : TEST_SANITIZED ? 3
+                                                         : 1) {
                 file f = encode(HEADER, (coding)k, orientations[o], px, w, h);
                 for (int c = 0; c < n; c++)
                     check_file(ctxs[c], &f, px, w, h, orientations[o]);
@@ -276,12 +278,16 @@ TEST(widths)
                             127, 128,   129,   255,   256,  257, 1000,
                             511, 32767, 32768, 65535, 65536};
     ibl_ctx *ctx = test_keeping_ctx(2, &kept);
-    for (size_t i = 0; i < sizeof w / sizeof *w; i++) {
+    for (size_t i = 0; i < sizeof w / sizeof *w; i += TEST_RACES ? 3 : 1) {
         unsigned char *px = picture(w[i], 3);
         for (int k = 0; k < CODINGS; k++) {
             file f = encode(HEADER, (coding)k, orientations[0], px, w[i], 3);
             check_file(ctx, &f, px, w[i], 3, "width");
             put_text(&f, "and more");
+            /* A file of flat size with a wrong end is read as flat. */
+            if (f.size ==
+                encode(HEADER, FLAT, orientations[0], px, w[i], 3).size)
+                put_byte(&f, 0);
             check_file(ctx, &f, px, w[i], 3, "width and more");
         }
     }
@@ -659,7 +665,9 @@ TEST(cut_everywhere)
     unsigned char *px = picture(19, 6);
     for (int k = 0; k < CODINGS; k++) {
         file f = encode(HEADER, (coding)k, orientations[k], px, 19, 6);
-        for (size_t n = 2; n < f.size; n++)
+        for (size_t n = 2; n < f.size; n += TEST_RACES       ? 17
+                                            : TEST_SANITIZED ? 3
+                                                             : 1)
             check_refused(ctx, f.data, n, "cut short");
     }
 }
@@ -668,8 +676,9 @@ TEST(cut_everywhere)
 TEST(noise)
 {
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
+    const int rounds = TEST_RACES ? 100 : TEST_SANITIZED ? 300 : 1000;
     int taken = 0, refused = 0;
-    for (int round = 0; round < 1000; round++) {
+    for (int round = 0; round < rounds; round++) {
         const int w = 1 + below(40), h = 1 + below(12);
         unsigned char *px = picture(w, h);
         file f =
@@ -700,7 +709,7 @@ TEST(noise)
             taken++;
         }
     }
-    CHECK(taken > 100 && refused > 100);
+    CHECK(taken > rounds / 10 && refused > rounds / 10);
 }
 
 /* ---- OpenImageIO ---------------------------------------------------- */

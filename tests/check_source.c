@@ -183,7 +183,7 @@ TEST(radiance)
     static const char *const resolutions[] = {
         "-Y 150 +X 300", "-Y 150 -X 300", "+Y 150 +X 300", "+Y 150 -X 300",
         "+X 300 -Y 150", "+X 300 +Y 150", "-X 300 -Y 150", "-X 300 +Y 150"};
-    for (int i = 0; i < 16; i++) {
+    for (int i = 0; i < 16; i += TEST_RACES ? 5 : 1) {
         save_hdr(file_path("x.hdr"), resolutions[i / 2], i % 2);
         every_way(file_path("x.hdr"));
     }

@@ -310,7 +310,7 @@ TEST(damage)
 
     for (int by_iso = 0; by_iso < 2; by_iso++) {
         const file whole = build(&p, &of_three, true, by_iso, 0);
-        for (int i = 0; i < 20; i++) {
+        for (int i = 0; i < (TEST_RACES ? 4 : 20); i++) {
             file f = whole;
             ibl_image img;
             for (int k = 0; k < 3; k++)

@@ -24,7 +24,8 @@ ASAN_OPTIONS=detect_stack_use_after_return=1:allocator_may_return_null=1
 # storage of an old glibc, and its search for leaks crashes there. Without this
 # it comes to thread-local storage by glibc's own tables.
 export ASAN_OPTIONS=$ASAN_OPTIONS:intercept_tls_get_addr=0
-export UBSAN_OPTIONS=print_stacktrace=1
+# What is undefined traps there; this prints where it was.
+export ASAN_OPTIONS=$ASAN_OPTIONS:handle_sigill=1
 # OpenImageIO, which is not built for it, starts a thread whatever it is told,
 # and shares with it what ThreadSanitizer cannot see to be guarded.
 echo 'race:libOpenImageIO_Util.so' >"$work/tsan"
