@@ -1024,11 +1024,13 @@ typedef struct ibl_expected_error {
  * sphere's picture. T is the integral of L f N.L (GGX, height-correlated Smith,
  * Schlick's Fresnel), S = light (F0 scale + bias). The levels are taken as
  * exact and are blended as the GPU does; of the interpolation between texels
- * its mean blur counts. opts       the chain and, for a map, its power; size is
- * not used. NULL: the default table      for that chain; NULL: only
- * IBL_LOOKUP_SPLIT is judged roughness  count of them, 1..64, each
- * IBL_EXPECTED_LEAST..1 errors     count of them, written IBL_ERR_ARGUMENT: a
- * roughness, a count or an option out of range.
+ * its mean blur counts.
+ *   opts       the chain and, for a map, its power; size is not used. NULL: the
+ *              default
+ *   table      for that chain; NULL: only IBL_LOOKUP_SPLIT is judged
+ *   roughness  count of them, 1..64, each IBL_EXPECTED_LEAST..1
+ *   errors     count of them, written
+ * IBL_ERR_ARGUMENT: a roughness, a count or an option out of range.
  */
 ibl_status ibl_bake_expected_error(ibl_ctx *ctx,
                                    const ibl_lobe_table_options *opts,
