@@ -10,7 +10,8 @@
  * in steps of a quarter of an octave; of several levels the last has 4x4 texels
  * or more, below which iblbake warns. It is taken for granted that a set in
  * which one part is finer is not worse: what fails with the finest parts is not
- * tried with coarser ones.
+ * tried with coarser ones, and coarser irradiance needs a BRDF table that is at
+ * least as fine. What has no fewer bytes than the best is not judged.
  */
 #include <stdio.h>
 
@@ -46,6 +47,7 @@ typedef struct force {
     search *s;
     range size, levels, part[PARTS];
     ibl_lobe_table lobes[TRIED]; /* of the chain */
+    double alone[TRIED];         /* its error with each; 0: not yet known */
     ibl_lut lut[TRIED];
     ibl_specular_layout layout;
     int failed[FAILED][PARTS], failed_count;
@@ -163,11 +165,14 @@ static double error_of(force *f, const int at[PARTS], bool exact)
  * whether the others add no more than it to the levels. */
 static bool holds(force *f, const int at[PARTS])
 {
+    double *alone = &f->alone[at[LOBES]];
+
     f->now = error_of(f, at, false);
-    return f->now <= f->most &&
-           (f->parts_most <= 0 ||
-            f->now * f->now - pow(error_of(f, at, true), 2) <=
-                f->parts_most * f->parts_most);
+    if (f->now > f->most || f->parts_most <= 0)
+        return f->now <= f->most;
+    if (*alone <= 0)
+        *alone = error_of(f, at, true);
+    return f->now * f->now - *alone * *alone <= f->parts_most * f->parts_most;
 }
 
 /* Whether a set that is finer in all parts is known to fail. */
@@ -183,19 +188,38 @@ static bool must_fail(const force *f, const int at[PARTS])
     return false;
 }
 
-static void try_set(force *f, const int at[PARTS])
+/* False: a set fails that would have the fewest bytes so far. */
+static bool try_set(force *f, const int at[PARTS])
 {
     const size_t bytes = bytes_of_parts(f, at);
 
-    if (bytes >= f->bytes || must_fail(f, at))
-        return;
+    if (bytes >= f->bytes)
+        return true;
+    if (must_fail(f, at))
+        return false;
     if (holds(f, at)) {
         f->bytes = bytes;
         f->error = f->now;
         memcpy(f->best, at, sizeof f->best);
         f->best_layout = f->layout;
-    } else if (f->failed_count < FAILED) {
+        return true;
+    }
+    if (f->failed_count < FAILED)
         memcpy(f->failed[f->failed_count++], at, sizeof f->best);
+    return false;
+}
+
+/* All sets with a lobe table and a format, from the finest irradiance and the
+ * coarsest BRDF table on. */
+static void try_small(force *f, const int coarsest[PARTS],
+                      const int finest[PARTS], int at[PARTS])
+{
+    at[LUT] = coarsest[LUT];
+    for (int i = finest[IRRADIANCE]; i >= coarsest[IRRADIANCE]; i--) {
+        at[IRRADIANCE] = i;
+        while (!try_set(f, at))
+            if (++at[LUT] > finest[LUT])
+                return;
     }
 }
 
@@ -221,6 +245,7 @@ static void try_chain(force *f)
     int finest[PARTS], coarsest[PARTS] = {0}, at[PARTS];
 
     f->failed_count = 0;
+    memset(f->alone, 0, sizeof f->alone);
     for (int k = 0; k < PARTS; k++)
         finest[k] = f->part[k].count - 1;
     if (bytes_of_parts(f, coarsest) >= f->bytes)
@@ -229,11 +254,11 @@ static void try_chain(force *f)
     if (holds(f, finest)) {
         for (int k = 0; k < PARTS; k++)
             coarsest[k] = first_that_holds(f, finest, k);
-        for (at[0] = coarsest[0]; at[0] <= finest[0]; at[0]++)
-            for (at[1] = coarsest[1]; at[1] <= finest[1]; at[1]++)
-                for (at[2] = coarsest[2]; at[2] <= finest[2]; at[2]++)
-                    for (at[3] = coarsest[3]; at[3] <= finest[3]; at[3]++)
-                        try_set(f, at);
+        for (at[LOBES] = coarsest[LOBES]; at[LOBES] <= finest[LOBES];
+             at[LOBES]++)
+            for (at[PIXEL] = coarsest[PIXEL]; at[PIXEL] <= finest[PIXEL];
+                 at[PIXEL]++)
+                try_small(f, coarsest, finest, at);
     }
     for (int i = 0; i < TRIED; i++)
         ibl_lobe_table_free(&f->lobes[i]);
