@@ -947,6 +947,22 @@ test_fewest() {
         --lut-size 8 --lobe-table-size 8
     compare sky matte .005 --size 16 --levels 3 --mapping linear \
         --pixel rgba16f --irradiance-size 24 --lut-size 24 --lobe-table-size 16
+    # The error is that of the set as it is told, with the levels of a mapping.
+    value() { sed -n "s/^\(chosen\)\? *$1 *\([^ ]*\) .*/\2/p" chosen; }
+    iblbake "$OLDPWD/data/sky.exr" --scene matte.gltf --rendered-error .005 \
+        --mapping linear --levels 3 --size "$(value size)" --pixel "$(value texels)" \
+        --irradiance-size "$(value irradiance)" --lut-size "$(value 'BRDF table')" \
+        --lobe-table-size "$(value 'lobe table')" --dry-run 2>err >there
+    cat there chosen | awk '/^expected/ { is[n++] = $3 }
+        END { if (n != 2 || is[0] != is[1]) print n, is[0], is[1] }'
+    # Where the error cannot be had, no table adds more, even if irradiance takes
+    # some of it away.
+    make_scene grey '[{"pbrMetallicRoughness": {"metallicFactor": 0,
+        "roughnessFactor": 0.7, "baseColorFactor": [0.2, 0.2, 0.2, 1]}}]'
+    iblbake "$OLDPWD/data/forest.exr" --scene grey.gltf --rendered-error .002 \
+        --dry-run 2>err >table || cat err
+    awk '/ adds / { n++; bad += $(NF - 3) > .2 } END { exit n != 2 || bad }' \
+        table || cat table
 }
 
 test_narrow_lobes() {

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The search. The error of a chain with the best table that it could have is
- * known at once; that of the formats, irradiance and the BRDF table is what
- * they add to a usual chain's. So the cheapest set is found by these sums. Then
- * its lobe table is made and the whole set is judged; what it has more than the
- * sum says is remembered for that chain, and the search goes on until a set
- * has the error that is asked. At last its parts are made coarser one at a
- * time, while the judged error allows: the sums overstate that of some sets.
+ * known at once; that of a table's size, format, irradiance and the BRDF table
+ * is what they add to a usual chain's. So the cheapest set is found by these
+ * sums. Then its lobe table is made and the whole set is judged; what it has
+ * more than the sum says is remembered for that chain, and the search goes on
+ * until a set has the error that is asked. At last its parts are made coarser
+ * one at a time, while the judged error allows: the sums overstate that of some
+ * sets.
  */
 #include "cli/choose.h"
 
@@ -19,17 +20,27 @@ enum {
     MOST = 80,       /* values of one output */
     MOST_LEVELS = 8, /* numbers of levels, from 1 */
     MOST_TABLES = 7, /* sizes of the lobe table */
-    MOST_PARTS = 2048,
+    MOST_SMALL = 8192,
     MOST_EDGE = 2048,
     LEAST_EDGE = 4, /* of a level */
-    DESCENT = 6,    /* parts that are made coarser at last */
     ROUNDS = 48     /* sets whose lobe table is made */
 };
 
 /* How near to the least error a set must be if that asked cannot be had. */
 static const double near = 1.2;
 
-/* ---- formats --------------------------------------------------------------
+/* What a set is made of, in the order in which it is made coarser. */
+enum {
+    SIZE,
+    LEVELS,
+    PIXEL,
+    LOBES, /* edge of the lobe table */
+    IRRADIANCE,
+    LUT,
+    PARTS
+};
+
+/* ---- bytes --------------------------------------------------------------
  */
 
 /*
@@ -63,6 +74,11 @@ static size_t image_bytes(int edge, ibl_pixel pixel)
     return blocks * blocks * ibl_pixel_bytes(pixel);
 }
 
+static bool wants(const ibl_opts *o, ibl_output_kind kind)
+{
+    return o->only & 1u << kind;
+}
+
 static size_t chain_bytes(int size, int levels, ibl_pixel pixel)
 {
     size_t bytes = 0;
@@ -72,11 +88,54 @@ static size_t chain_bytes(int size, int levels, ibl_pixel pixel)
     return bytes;
 }
 
-/* ---- the search -----------------------------------------------------------
+/* Bytes of the outputs that are wanted, but the skybox, with these parts. */
+static size_t bytes_with(const ibl_opts *o, const int value[PARTS])
+{
+    const ibl_pixel pixel = (ibl_pixel)value[PIXEL];
+    const int layers = IBL_LOBE_LAYERS / (o->lobe_f0 == IBL_F0_BOTH ? 1 : 2);
+    size_t bytes = 0;
+
+    if (wants(o, IBL_OUTPUT_SPECULAR))
+        bytes += chain_bytes(value[SIZE], value[LEVELS], pixel);
+    if (wants(o, IBL_OUTPUT_LOBES))
+        bytes += (size_t)(value[LOBES] * value[LOBES] * layers) *
+                 ibl_pixel_bytes(IBL_PIXEL_RGBA16F);
+    if (wants(o, IBL_OUTPUT_IRRADIANCE) && value[IRRADIANCE] > 0)
+        bytes += chain_bytes(value[IRRADIANCE], 1, pixel);
+    if (wants(o, IBL_OUTPUT_LUT))
+        bytes += (size_t)(value[LUT] * value[LUT]) *
+                 ibl_pixel_bytes(ibl_lut_pixel(pixel, o->lut.kind));
+    return bytes;
+}
+
+/* The parts as the options have them; levels 0: the default number. */
+static void given_values(const ibl_opts *o, int value[PARTS])
+{
+    value[SIZE] = o->bake.specular_options.size;
+    value[LEVELS] = o->bake.specular_options.levels;
+    value[PIXEL] = (int)pixel_of(o);
+    value[LOBES] = o->lobe_table_size;
+    value[IRRADIANCE] =
+        o->bake.irradiance ? o->bake.irradiance_options.size : 0;
+    value[LUT] = o->lut.size;
+}
+
+size_t ibl_opts_bytes(const ibl_opts *o)
+{
+    ibl_specular_layout l = {.levels = 0};
+    int value[PARTS];
+
+    given_values(o, value);
+    ibl_specular_layout_of(&o->bake.specular_options, &l);
+    value[LEVELS] = l.levels;
+    return bytes_with(o, value);
+}
+
+/* ---- a set ----------------------------------------------------------------
  */
 
-/* Values that an output may take, and the square of the error that each adds
- * to a set. */
+/* Values that a part may take, and what each adds to the square of a set's
+ * error that the finest does not, 0 or more. */
 typedef struct values {
     int count;
     int value[MOST];
@@ -87,23 +146,21 @@ typedef struct values {
 typedef struct chain {
     ibl_specular_layout layout; /* levels 0: not yet known */
     double least;               /* with the best lobe table; -1: none */
-    double judged[MOST_TABLES]; /* with a table of each size; 0: not yet */
+    /* Judged with a table of each size, less what the parts add; 0: not yet */
+    double own[MOST_TABLES];
 } chain;
 
-/* What there is besides the levels and their table, as indices of values. */
-typedef struct parts {
-    int pixel, irradiance, lut;
-    size_t bytes;
-    double error; /* squared */
-} parts;
-
-/* Indices of values. */
+/* A set: indices of values. Errors are squared. */
 typedef struct pick {
-    int size, levels, lobes;
-    parts parts;
+    int at[PARTS];
+    int ladder; /* 0: its chain's; or of a named mapping, see ladders */
     size_t bytes;
-    double error; /* squared */
+    double sum;   /* what its parts add by the sums */
+    double error; /* of the whole set */
 } pick;
+
+static const ibl_roughness_map ladders[] = {
+    IBL_ROUGHNESS_BEST, IBL_ROUGHNESS_FILAMENT, IBL_ROUGHNESS_LINEAR};
 
 typedef struct search {
     ibl_bake_source *from;
@@ -115,27 +172,170 @@ typedef struct search {
     double most_parts; /* squared error that the parts may add */
     bool fits;         /* the levels' roughnesses are free */
     bool table;        /* there are lobe tables */
-    values size, levels, pixel, irradiance, lut, lobes;
+    values part[PARTS];
     ibl_lut luts[MOST];
-    parts parts[MOST_PARTS]; /* by pixel and bytes; the more, the better */
-    int part_count;
-    /* Of squared errors, the least so far; 0: none was judged. */
-    double usual;               /* judged with the finest table over least */
-    double ratio[MOST_LEVELS];  /* the same, of each number of levels */
-    double coarse[MOST_TABLES]; /* a table of a size over the finest one */
+    ibl_lobe_table lobes; /* the last, and the options that it was made for */
+    ibl_lobe_table_options made;
+    pick small[MOST_SMALL]; /* by pixel and bytes; the more, the better */
+    int small_count;
+    double ratio; /* the least of chains' own over least; 0: none was judged */
     chain chain[MOST][MOST_LEVELS];
 } search;
 
-static bool wants(const ibl_opts *o, ibl_output_kind kind)
+static chain *chain_of(search *s, const pick *p)
 {
-    return o->only & 1u << kind;
+    return &s->chain[p->at[SIZE]][p->at[LEVELS]];
 }
 
-static void add_value(values *v, int value)
+static int value_of(const search *s, const pick *p, int part)
 {
-    if (v->count < MOST)
-        v->value[v->count++] = value;
+    return s->part[part].value[p->at[part]];
 }
+
+/* The sets of all values of the parts first..end - 1, one after the other, *p
+ * beginning with zeros. False: there is no other. */
+static bool next_set(const search *s, int first, int end, pick *p)
+{
+    for (int i = end - 1; i >= first; i--) {
+        if (++p->at[i] < s->part[i].count)
+            return true;
+        p->at[i] = 0;
+    }
+    return false;
+}
+
+static bool next_chain(const search *s, pick *p)
+{
+    return next_set(s, SIZE, LEVELS + 1, p);
+}
+
+static bool layout_of(search *s, const pick *p, ibl_specular_layout *layout)
+{
+    ibl_specular_options o = s->o->bake.specular_options;
+
+    *layout = chain_of(s, p)->layout;
+    if (!p->ladder)
+        return true;
+    o.size = layout->size;
+    o.levels = layout->levels;
+    o.mapping = ladders[p->ladder];
+    return !ibl_specular_layout_of(&o, layout);
+}
+
+static size_t bytes_of(search *s, const pick *p)
+{
+    int value[PARTS];
+
+    for (int i = 0; i < PARTS; i++)
+        value[i] = value_of(s, p, i);
+    value[LEVELS] = chain_of(s, p)->layout.levels;
+    return bytes_with(s->o, value);
+}
+
+/* The BRDF table of a set, NULL if it is no matter of choice. */
+static bool make_lut(search *s, const pick *p, const ibl_lut **lut)
+{
+    ibl_lut *own = &s->luts[p->at[LUT]];
+    const ibl_lut_options of = {.size = value_of(s, p, LUT)};
+
+    *lut = NULL;
+    if (!wants(s->o, IBL_OUTPUT_LUT) || s->o->lut.kind != IBL_LUT_SPLIT ||
+        of.size < 2)
+        return true;
+    *lut = own;
+    return own->data || !ibl_bake_lut(s->from->ctx, &of, own);
+}
+
+static bool make_lobes(search *s, int size, const ibl_specular_layout *layout)
+{
+    ibl_lobe_table_options of = s->made;
+
+    of.size = size;
+    of.layout = *layout;
+    if (s->lobes.data && !memcmp(&of, &s->made, sizeof of))
+        return true;
+    s->made = of;
+    ibl_lobe_table_free(&s->lobes);
+    return !ibl_bake_lobe_table(s->from->ctx, &of, &s->lobes);
+}
+
+/* The squared error of a set, of which the parts of a mask are as exact as can
+ * be. */
+static bool error_of(search *s, const pick *p, unsigned exact, double *square)
+{
+    ibl_expected_set set = {
+        .lookup = s->table ? IBL_LOOKUP_TABLE : IBL_LOOKUP_SPLIT,
+        .irradiance =
+            exact & 1u << IRRADIANCE ? -1 : value_of(s, p, IRRADIANCE)};
+    double nrmse = 0;
+    bool ok = layout_of(s, p, &set.layout);
+
+    if (!(exact & 1u << PIXEL))
+        format_errors((ibl_pixel)value_of(s, p, PIXEL), &set);
+    if (!(exact & 1u << LUT))
+        ok = ok && make_lut(s, p, &set.lut);
+    if (s->table && !(exact & 1u << LOBES)) {
+        ok = ok && make_lobes(s, value_of(s, p, LOBES), &set.layout);
+        set.lobes = &s->lobes;
+    }
+    ok = ok && !ibl_expectation_of(s->e, &set, &nrmse);
+    *square = nrmse * nrmse;
+    return ok;
+}
+
+/* Sets the bytes of a set and its error as a whole. */
+static bool judge(search *s, pick *p)
+{
+    p->bytes = bytes_of(s, p);
+    return error_of(s, p, 0, &p->error);
+}
+
+/* What a part adds to the squared error of a set that was judged, 0 or more. */
+static bool added_by(search *s, const pick *p, int part, double *added)
+{
+    double without = 0;
+    const bool ok = error_of(s, p, 1u << part, &without);
+
+    *added = fmax(p->error - without, 0);
+    return ok;
+}
+
+/* Whether a part is none of the chain, and may be chosen. */
+static bool is_small(const search *s, int part)
+{
+    return part != SIZE && part != LEVELS && s->part[part].count > 1;
+}
+
+/* Sets *sum to what format, irradiance and BRDF table add to a set that was
+ * judged, and takes that for what they add to others. */
+static bool sum_of_added(search *s, const pick *p, double *sum)
+{
+    bool ok = true;
+
+    *sum = 0;
+    for (int i = 0; i < PARTS && ok; i++)
+        if (is_small(s, i) && i != LOBES) {
+            double *added = &s->part[i].error[p->at[i]];
+            ok = added_by(s, p, i, added);
+            *sum += *added;
+        }
+    return ok;
+}
+
+/* Whether a set that was judged has an error of at most `most`, and its parts
+ * add no more than they may. */
+static bool is_enough(search *s, double most, const pick *p, bool *enough)
+{
+    double sum = 0;
+    const bool ok = p->error > most || s->most_parts == HUGE_VAL ||
+                    sum_of_added(s, p, &sum);
+
+    *enough = p->error <= most && sum <= s->most_parts;
+    return ok;
+}
+
+/* ---- chains ---------------------------------------------------------------
+ */
 
 /* 0 counts as one. */
 static bool is_power(int edge)
@@ -150,261 +350,231 @@ static bool is_fitted(int edge)
     return is_power(edge) || (edge % 3 == 0 && is_power(edge / 3));
 }
 
+/* The parts that the error of a chain alone leaves out: those that may be
+ * chosen, and the table. */
+static unsigned beside_chain(const search *s)
+{
+    unsigned parts = 1u << LOBES;
+
+    for (int i = 0; i < PARTS; i++)
+        if (is_small(s, i))
+            parts |= 1u << i;
+    return parts;
+}
+
 /* Finds the layout of a chain and its error with the best table. */
-static bool measure_chain(search *s, int edge, int count, chain *c)
+static bool measure_chain(search *s, const pick *p, chain *c)
 {
     ibl_specular_options o = s->o->bake.specular_options;
-    ibl_expected_set set = {.lookup =
-                                s->table ? IBL_LOOKUP_TABLE : IBL_LOOKUP_SPLIT,
-                            .irradiance = -1};
     double nrmse = 0;
 
-    o.size = edge;
-    o.levels = count;
-    if (s->fits && ibl_expectation_fit(s->e, edge, count, &c->layout, &nrmse))
+    o.size = value_of(s, p, SIZE);
+    o.levels = value_of(s, p, LEVELS);
+    if (s->fits
+            ? ibl_expectation_fit(s->e, o.size, o.levels, &c->layout, &nrmse)
+            : ibl_specular_layout_of(&o, &c->layout))
         return false;
-    if (!s->fits && ibl_specular_layout_of(&o, &c->layout))
+    c->least = nrmse * nrmse;
+    /* The fit knows no formats. */
+    if ((!s->fits || s->part[PIXEL].count == 1) &&
+        !error_of(s, p, beside_chain(s), &c->least))
         return false;
-    set.layout = c->layout;
-    if (s->pixel.count == 1)
-        format_errors((ibl_pixel)s->pixel.value[0], &set);
-    if ((!s->fits || set.slope > 0) && ibl_expectation_of(s->e, &set, &nrmse))
-        return false;
-    c->least = fmax(nrmse * nrmse, 1e-12);
+    c->least = fmax(c->least, 1e-12);
     return true;
 }
 
-static bool make_chain(search *s, int size, int levels);
+static bool make_chain(search *s, const pick *p);
 
 /* The chain between two that are fitted: the square of the error is taken to be
  * a power of the edge. */
-static bool blend_chain(search *s, int size, int levels, chain *c)
+static bool blend_chain(search *s, const pick *p, chain *c)
 {
-    const int *edge = s->size.value;
-    int low = size - 1, high = size + 1;
+    const int *edge = s->part[SIZE].value;
+    pick low = *p, high = *p;
 
-    while (!is_fitted(edge[low]))
-        low--;
-    while (!is_fitted(edge[high]))
-        high++;
-    if (!make_chain(s, low, levels) || !make_chain(s, high, levels))
+    while (!is_fitted(edge[low.at[SIZE]]))
+        low.at[SIZE]--;
+    while (!is_fitted(edge[high.at[SIZE]]))
+        high.at[SIZE]++;
+    if (!make_chain(s, &low) || !make_chain(s, &high))
         return false;
-    const chain *a = &s->chain[low][levels], *b = &s->chain[high][levels];
-    const double t = log((double)edge[size] / edge[low]) /
-                     log((double)edge[high] / edge[low]);
+    const chain *a = chain_of(s, &low), *b = chain_of(s, &high);
+    const double t = log((double)value_of(s, p, SIZE) / a->layout.size) /
+                     log((double)b->layout.size / a->layout.size);
     c->layout = b->layout;
-    c->layout.size = edge[size];
+    c->layout.size = value_of(s, p, SIZE);
     c->least = pow(a->least, 1 - t) * pow(b->least, t);
     return true;
 }
 
 /* False: there is no such chain, or after a message. */
-static bool make_chain(search *s, int size, int levels)
+static bool make_chain(search *s, const pick *p)
 {
-    chain *c = &s->chain[size][levels];
-    const int edge = s->size.value[size], count = s->levels.value[levels];
+    chain *c = chain_of(s, p);
+    const int edge = value_of(s, p, SIZE), count = value_of(s, p, LEVELS);
 
     if (c->layout.levels)
         return c->least >= 0;
     c->layout.levels = 1;
     c->least = -1;
     if (count > ibl_most_levels(edge) ||
-        (s->levels.count > 1 && edge >> (count - 1) < LEAST_EDGE))
+        (s->part[LEVELS].count > 1 && edge >> (count - 1) < LEAST_EDGE))
         return false;
-    return s->fits && s->size.count > 1 && !is_fitted(edge)
-               ? blend_chain(s, size, levels, c)
-               : measure_chain(s, edge, count, c);
+    return s->fits && s->part[SIZE].count > 1 && !is_fitted(edge)
+               ? blend_chain(s, p, c)
+               : measure_chain(s, p, c);
+}
+
+/* ---- by the sums ----------------------------------------------------------
+ */
+
+static double error_by_sums(const search *s, const pick *p, int part)
+{
+    return s->part[part].error[p->at[part]];
+}
+
+static void add_errors(const search *s, pick *p)
+{
+    p->sum = 0;
+    for (int i = PIXEL; i < PARTS; i++)
+        p->sum += error_by_sums(s, p, i);
+}
+
+static int by_bytes(const void *a, const void *b)
+{
+    const pick *x = a, *y = b;
+
+    if (x->at[PIXEL] != y->at[PIXEL])
+        return x->at[PIXEL] < y->at[PIXEL] ? -1 : 1;
+    if (x->bytes != y->bytes)
+        return x->bytes < y->bytes ? -1 : 1;
+    return x->sum < y->sum ? -1 : x->sum > y->sum;
+}
+
+/* Lists what may be had besides a chain that no other of the same format is
+ * better than, in bytes and error. */
+static void list_small(search *s)
+{
+    pick p = {.ladder = 0}, *all = s->small;
+    int count = 0;
+
+    do {
+        add_errors(s, &p);
+        if (p.sum - error_by_sums(s, &p, LOBES) > s->most_parts ||
+            count == MOST_SMALL)
+            continue;
+        p.bytes = bytes_of(s, &p);
+        all[count++] = p;
+    } while (next_set(s, PIXEL, PARTS, &p));
+    qsort(all, (size_t)count, sizeof *all, by_bytes);
+    s->small_count = 0;
+    for (int i = 0; i < count; i++) {
+        const pick *last = &all[s->small_count - 1];
+        if (!s->small_count || all[i].at[PIXEL] != last->at[PIXEL] ||
+            all[i].sum < last->sum)
+            all[s->small_count++] = all[i];
+    }
 }
 
 /* A chain that was not judged is taken to be off from its least error as the
- * best of those of as many levels, or as the best of all, and a coarser table
- * to add as little as it ever did: none is passed over that may do. */
-static double chain_error(const search *s, int size, int levels, int lobes)
+ * best of all: none is passed over that may do. */
+static double own_error(const search *s, const chain *c, int table)
 {
-    const chain *c = &s->chain[size][levels];
-    const double ratio = s->ratio[levels] > 0 ? s->ratio[levels]
-                         : s->usual > 0       ? s->usual
-                                              : 1;
-    const double finest = c->judged[s->lobes.count - 1];
+    const double finest = c->own[s->part[LOBES].count - 1];
 
-    if (c->judged[lobes] > 0)
-        return c->judged[lobes];
-    return (finest > 0 ? finest : c->least * ratio) * fmax(s->coarse[lobes], 1);
+    return c->own[table] > 0 ? c->own[table]
+           : finest > 0      ? finest
+                             : c->least * (s->ratio > 0 ? s->ratio : 1);
 }
 
-/* Bytes of an irradiance cube, none if edge is 0, and of the BRDF table. */
-static size_t small_bytes(const ibl_opts *o, ibl_pixel pixel, int irradiance,
-                          int lut)
+/* Keeps the set of fewest bytes with a chain and an error of at most `most`. */
+static void try_small(search *s, double most, const pick *of, pick *best)
 {
-    size_t bytes = 0;
+    const chain *c = chain_of(s, of);
 
-    if (wants(o, IBL_OUTPUT_IRRADIANCE) && irradiance > 0)
-        bytes += chain_bytes(irradiance, 1, pixel);
-    if (wants(o, IBL_OUTPUT_LUT))
-        bytes += (size_t)(lut * lut) *
-                 ibl_pixel_bytes(ibl_lut_pixel(pixel, o->lut.kind));
-    return bytes;
-}
-
-static parts parts_of(const search *s, int pixel, int irradiance, int lut)
-{
-    return (parts){pixel, irradiance, lut,
-                   small_bytes(s->o, (ibl_pixel)s->pixel.value[pixel],
-                               s->irradiance.value[irradiance],
-                               s->lut.value[lut]),
-                   s->pixel.error[pixel] + s->irradiance.error[irradiance] +
-                       s->lut.error[lut]};
-}
-
-static size_t lobes_bytes(const ibl_opts *o, int edge)
-{
-    const int layers = IBL_LOBE_LAYERS / (o->lobe_f0 == IBL_F0_BOTH ? 1 : 2);
-
-    return (size_t)(edge * edge * layers) * ibl_pixel_bytes(IBL_PIXEL_RGBA16F);
-}
-
-static size_t bytes_of(const search *s, const pick *p)
-{
-    const ibl_pixel pixel = (ibl_pixel)s->pixel.value[p->parts.pixel];
-    const ibl_specular_layout *l = &s->chain[p->size][p->levels].layout;
-    size_t bytes = p->parts.bytes;
-
-    if (wants(s->o, IBL_OUTPUT_SPECULAR))
-        bytes += chain_bytes(l->size, l->levels, pixel);
-    if (s->table)
-        bytes += lobes_bytes(s->o, s->lobes.value[p->lobes]);
-    return bytes;
-}
-
-/* Keeps a pick if it is better: of fewer bytes, if its error is at most
- * `most`, or of less error, if most is 0. */
-static void keep_better(const search *s, double most, pick *p, pick *best)
-{
-    if (most > 0 && p->error > most)
-        return;
-    p->bytes = bytes_of(s, p);
-    const bool fewer = p->bytes < best->bytes ||
-                       (p->bytes == best->bytes && p->error < best->error);
-    if (p->bytes <= s->most_bytes &&
-        (most > 0 ? fewer : p->error <= best->error))
-        *best = *p;
-}
-
-/* All sets with one chain. */
-static void try_parts(const search *s, double most, pick *p, pick *best)
-{
-    for (p->lobes = 0; p->lobes < s->lobes.count; p->lobes++) {
-        const double own = chain_error(s, p->size, p->levels, p->lobes);
-        for (int i = 0; i < s->part_count && (most <= 0 || own <= most); i++) {
-            p->parts = s->parts[i];
-            p->error = own + p->parts.error;
-            if (p->parts.error <= s->most_parts)
-                keep_better(s, most, p, best);
-        }
+    for (int i = 0; i < s->small_count; i++) {
+        pick p = s->small[i];
+        p.at[SIZE] = of->at[SIZE];
+        p.at[LEVELS] = of->at[LEVELS];
+        p.error = own_error(s, c, p.at[LOBES]) + p.sum;
+        if (p.error > most)
+            continue;
+        p.bytes = bytes_of(s, &p);
+        if (p.bytes <= s->most_bytes &&
+            (p.bytes < best->bytes ||
+             (p.bytes == best->bytes && p.error < best->error)))
+            *best = p;
     }
 }
 
-/* The set of fewest bytes with a squared error of at most `most` or, if that is
- * 0, of the least error. False: there is none. */
+/* The set of fewest bytes that promises a squared error of at most `most`.
+ * False: there is none. */
 static bool find(search *s, double most, pick *best)
 {
-    *best = (pick){.bytes = SIZE_MAX, .error = HUGE_VAL};
-    for (int i = 0; i < s->size.count; i++)
-        for (int k = 0; k < s->levels.count; k++) {
-            pick p = {.size = i, .levels = k};
-            const size_t least =
-                chain_bytes(s->size.value[i], 1,
-                            (ibl_pixel)s->pixel.value[s->pixel.count - 1]);
-            if (least <= s->most_bytes && (most <= 0 || least < best->bytes) &&
-                make_chain(s, i, k))
-                try_parts(s, most, &p, best);
-        }
+    const values *pixel = &s->part[PIXEL];
+    pick p = {.ladder = 0};
+
+    *best = (pick){.bytes = SIZE_MAX};
+    do {
+        const size_t least =
+            chain_bytes(value_of(s, &p, SIZE), 1,
+                        (ibl_pixel)pixel->value[pixel->count - 1]);
+        if (least <= s->most_bytes && least < best->bytes && make_chain(s, &p))
+            try_small(s, most, &p, best);
+    } while (next_chain(s, &p));
     return best->bytes < SIZE_MAX;
 }
 
-/* ---- judging --------------------------------------------------------------
+/* A chain with the finest parts, in a coarser format where those have too many
+ * bytes. False: there is none. */
+static bool finest_of(search *s, const pick *of, pick *p)
+{
+    *p = *of;
+    p->ladder = p->at[PIXEL] = 0;
+    for (int i = LOBES; i <= LUT; i++)
+        p->at[i] = s->part[i].count - 1;
+    if (!make_chain(s, p))
+        return false;
+    while (bytes_of(s, p) > s->most_bytes)
+        if (++p->at[PIXEL] == s->part[PIXEL].count)
+            return false;
+    return true;
+}
+
+/* The chain of least error with its best table, with the finest parts. False:
+ * there is none. */
+static bool find_least(search *s, pick *best)
+{
+    pick of = {.ladder = 0}, p;
+    double least = HUGE_VAL;
+
+    do {
+        if (finest_of(s, &of, &p) && chain_of(s, &p)->least < least) {
+            least = chain_of(s, &p)->least;
+            *best = p;
+        }
+    } while (next_chain(s, &of));
+    return least < HUGE_VAL;
+}
+
+/* ---- by judging -----------------------------------------------------------
  */
-
-/* The error of a set, with the lobe table that it will have. */
-static bool judge(const search *s, const ibl_opts *o, ibl_expected_set *set,
-                  double *nrmse)
-{
-    ibl_ctx *ctx = s->from->ctx;
-    ibl_lobe_table_options of = ibl_lobe_table_options_default();
-    ibl_lobe_table lobes = {0};
-    bool ok = true;
-
-    of.size = o->lobe_table_size;
-    of.f0 = o->lobe_f0;
-    of.layout = set->layout;
-    if (o->lobe_table == IBL_LOBES_FITTED) {
-        of.power = s->power;
-        of.power_degree = s->degree;
-    }
-    set->lookup = s->table ? IBL_LOOKUP_TABLE : IBL_LOOKUP_SPLIT;
-    if (s->table)
-        ok = !ibl_bake_lobe_table(ctx, &of, &lobes);
-    set->lobes = s->table ? &lobes : NULL;
-    ok = ok && !ibl_expectation_of(s->e, set, nrmse);
-    ibl_lobe_table_free(&lobes);
-    return ok;
-}
-
-/* The BRDF table of a size, NULL if it is no matter of choice. */
-static bool make_lut(search *s, int i, const ibl_lut **lut)
-{
-    const ibl_lut_options of = {.size = s->lut.value[i]};
-
-    *lut = NULL;
-    if (!wants(s->o, IBL_OUTPUT_LUT) || s->o->lut.kind != IBL_LUT_SPLIT ||
-        of.size < 2)
-        return true;
-    *lut = &s->luts[i];
-    return s->luts[i].data || !ibl_bake_lut(s->from->ctx, &of, &s->luts[i]);
-}
-
-static void keep_least(double *least, double value)
-{
-    *least = *least > 0 ? fmin(*least, value) : value;
-}
-
-/* Sets the bytes of a pick and its error as a whole. */
-static bool judge_whole(search *s, pick *p)
-{
-    ibl_opts o = *s->o;
-    ibl_expected_set set = {.layout = s->chain[p->size][p->levels].layout,
-                            .irradiance =
-                                s->irradiance.value[p->parts.irradiance]};
-    double nrmse = 0;
-
-    p->bytes = bytes_of(s, p);
-    o.lobe_table_size = s->lobes.value[p->lobes];
-    format_errors((ibl_pixel)s->pixel.value[p->parts.pixel], &set);
-    const bool ok =
-        make_lut(s, p->parts.lut, &set.lut) && judge(s, &o, &set, &nrmse);
-    p->error = nrmse * nrmse;
-    return ok;
-}
 
 /* Judges a pick, and keeps what its chain has of the error. The finest table
  * comes first: *p then has that. */
 static bool judge_pick(search *s, pick *p)
 {
-    const int finest = s->lobes.count - 1;
-    chain *c = &s->chain[p->size][p->levels];
+    const int finest = s->part[LOBES].count - 1;
+    chain *c = chain_of(s, p);
 
-    if (!(c->judged[finest] > 0))
-        p->lobes = finest;
-    if (!judge_whole(s, p))
+    if (!(c->own[finest] > 0))
+        p->at[LOBES] = finest;
+    add_errors(s, p);
+    if (!judge(s, p))
         return false;
-    c->judged[p->lobes] = fmax(p->error - p->parts.error, 1e-12);
-    if (p->lobes < finest) {
-        keep_least(&s->coarse[p->lobes],
-                   c->judged[p->lobes] / c->judged[finest]);
-        return true;
-    }
-    keep_least(&s->ratio[p->levels], c->judged[finest] / c->least);
-    keep_least(&s->usual, c->judged[finest] / c->least);
+    c->own[p->at[LOBES]] = fmax(p->error - p->sum, 1e-12);
+    const double ratio = c->own[finest] / c->least;
+    s->ratio = s->ratio > 0 ? fmin(s->ratio, ratio) : ratio;
     return true;
 }
 
@@ -413,19 +583,20 @@ static bool judge_pick(search *s, pick *p)
  * there is any, the one of least error. False: after a message. */
 static bool judge_sets(search *s, double most, pick *best)
 {
-    bool holds = best->error <= most;
+    bool holds = best->error <= most, now;
     pick p;
 
     for (int i = 0; i < ROUNDS && find(s, most, &p); i++) {
         if (holds && p.bytes >= best->bytes)
             return true;
-        if (!judge_pick(s, &p))
+        if (!judge_pick(s, &p) || !is_enough(s, most, &p, &now))
             return false;
-        const bool now = p.error <= most;
         if (now > holds || (now == holds && (now ? p.bytes < best->bytes
                                                  : p.error < best->error)))
             *best = p;
         holds |= now;
+        if (p.error <= most && !now)
+            list_small(s);
     }
     return true;
 }
@@ -434,21 +605,15 @@ static bool judge_sets(search *s, double most, pick *best)
  * with it: the fit does not know the lobe table's size. */
 static bool try_mappings(search *s, pick *best)
 {
-    chain *c = &s->chain[best->size][best->levels];
-    ibl_specular_options o = s->o->bake.specular_options;
+    pick p = *best;
 
-    o.size = c->layout.size;
-    o.levels = c->layout.levels;
-    for (int i = 0; i < 2 && s->fits && o.levels > 1; i++) {
-        const ibl_specular_layout fitted = c->layout;
-        pick p = *best;
-        o.mapping = i ? IBL_ROUGHNESS_LINEAR : IBL_ROUGHNESS_FILAMENT;
-        if (ibl_specular_layout_of(&o, &c->layout) || !judge_whole(s, &p))
+    if (!s->fits || chain_of(s, best)->layout.levels < 2)
+        return true;
+    for (p.ladder = 1; p.ladder < 3; p.ladder++) {
+        if (!judge(s, &p))
             return false;
         if (p.error < best->error)
             *best = p;
-        else
-            c->layout = fitted;
     }
     return true;
 }
@@ -457,17 +622,16 @@ static bool try_mappings(search *s, pick *best)
  * is no such set, or it has no fewer bytes. */
 static bool coarsen(search *s, int part, int steps, pick *p)
 {
-    int *const at[DESCENT] = {&p->size,  &p->levels,           &p->parts.pixel,
-                              &p->lobes, &p->parts.irradiance, &p->parts.lut};
     const size_t before = p->bytes;
+    int *at = &p->at[part];
 
-    *at[part] += at[part] == &p->parts.pixel ? steps : -steps;
-    if (*at[part] < 0 || p->parts.pixel >= s->pixel.count ||
-        !make_chain(s, p->size, p->levels))
+    *at += part == PIXEL ? steps : -steps;
+    if (*at < 0 || *at >= s->part[part].count || !make_chain(s, p))
         return false;
-    p->parts = parts_of(s, p->parts.pixel, p->parts.irradiance, p->parts.lut);
+    if (part == SIZE || part == LEVELS)
+        p->ladder = 0;
     p->bytes = bytes_of(s, p);
-    return p->bytes < before && p->parts.error <= s->most_parts;
+    return p->bytes < before;
 }
 
 /* Bytes saved for the error that it costs. */
@@ -482,29 +646,28 @@ static double saving(const pick *from, const pick *to)
 static bool try_part(search *s, double most, const pick *from, int part,
                      int *steps, pick *p)
 {
-    for (; *steps; *steps /= 2) {
+    for (bool enough = false; *steps; *steps /= 2) {
         *p = *from;
         if (!coarsen(s, part, *steps, p))
             continue;
-        if (!judge_whole(s, p))
+        if (!judge(s, p) || !is_enough(s, most, p, &enough))
             return false;
-        if (p->error <= most)
+        if (enough)
             break;
     }
     return true;
 }
 
-/* Makes the parts of a set coarser while its error as a whole stays at most
- * `most`, each time that part which saves most bytes for the error. Its next
- * steps are twice as many. */
+/* Makes the parts of a set coarser while it holds, each time that part which
+ * saves most bytes for the error. Its next steps are twice as many. */
 static bool shrink(search *s, double most, pick *best)
 {
-    int steps[DESCENT] = {1, 1, 1, 1, 1, 1};
+    int steps[PARTS] = {1, 1, 1, 1, 1, 1};
 
     for (;;) {
         pick next = *best, p;
         int which = -1;
-        for (int part = 0; part < DESCENT; part++) {
+        for (int part = 0; part < PARTS; part++) {
             if (!try_part(s, most, best, part, &steps[part], &p))
                 return false;
             if (steps[part] &&
@@ -529,24 +692,20 @@ static bool finish(search *s, double most, pick *best)
  * from the set of least error. */
 static bool try_chains(search *s, double most, pick *best)
 {
-    for (int i = 0; i < s->size.count; i++)
-        for (int k = 0; k < s->levels.count && is_power(s->size.value[i]);
-             k++) {
-            const int edge = s->size.value[i];
-            pick p = {.size = i, .levels = k, .lobes = s->lobes.count - 1};
-            p.parts = parts_of(s, 0, s->irradiance.count - 1, s->lut.count - 1);
-            if (chain_bytes(edge, 1, IBL_PIXEL_RGB9E5) >= best->bytes ||
-                !make_chain(s, i, k))
-                continue;
-            if (!judge_whole(s, &p))
-                return false;
-            if (p.error > most)
-                continue;
-            if (!finish(s, most, &p))
-                return false;
-            if (p.bytes < best->bytes)
-                *best = p;
-        }
+    pick of = {.ladder = 0};
+
+    do {
+        const int edge = value_of(s, &of, SIZE);
+        pick p;
+        if (!is_power(edge) ||
+            chain_bytes(edge, 1, IBL_PIXEL_RGB9E5) >= best->bytes ||
+            !finest_of(s, &of, &p))
+            continue;
+        if (!judge(s, &p) || (p.error <= most && !finish(s, most, &p)))
+            return false;
+        if (p.error <= most && p.bytes < best->bytes)
+            *best = p;
+    } while (next_chain(s, &of));
     return true;
 }
 
@@ -561,7 +720,7 @@ static bool search_all(search *s, ibl_choice *choice, pick *best)
     if (!judge_sets(s, most, best))
         return false;
     if (best->error > most) {
-        if (!find(s, 0, &least))
+        if (!find_least(s, &least))
             return ibl_console_fail(s->from->console,
                                     "--rendered-error %g: there is no chain of "
                                     "such sizes and levels",
@@ -577,7 +736,10 @@ static bool search_all(search *s, ibl_choice *choice, pick *best)
     }
     choice->reached = best->error <= most;
     if (!choice->reached) {
-        s->most_parts = most;
+        if (!sum_of_added(s, &least, &s->most_parts))
+            return false;
+        s->most_parts = fmax(s->most_parts, most);
+        list_small(s);
         most = near * near * best->error;
         if (!judge_sets(s, most, best))
             return false;
@@ -587,6 +749,12 @@ static bool search_all(search *s, ibl_choice *choice, pick *best)
 
 /* ---- what may be chosen ---------------------------------------------------
  */
+
+static void add_value(values *v, int value)
+{
+    if (v->count < MOST)
+        v->value[v->count++] = value;
+}
 
 /* Adds edges, from a power of two to a last one, in steps of a part of each
  * octave: whole numbers. */
@@ -602,14 +770,9 @@ static void add_edges(values *v, int first, int last, int steps)
  * (ibl_specular_layout_of). */
 static void list_sizes(search *s, const ibl_materials *m)
 {
-    const ibl_opts *o = s->o;
     double edge = s->from->width / 2.0;
     int sharpest = 0, last = s->fits ? 8 : 32;
 
-    if (ibl_opts_given(o, "size")) {
-        add_value(&s->size, o->bake.specular_options.size);
-        return;
-    }
     while (m->weight[sharpest][0] <= 0 && m->weight[sharpest][1] <= 0)
         sharpest++;
     const double r = (double)sharpest / IBL_MATERIAL_STEPS;
@@ -617,19 +780,62 @@ static void list_sizes(search *s, const ibl_materials *m)
         edge = fmin(edge, 5 * M_PI / (r * r));
     while (last < edge && last < MOST_EDGE)
         last *= 2;
-    add_edges(&s->size, s->fits ? LEAST_EDGE : 32, last, s->fits ? 8 : 1);
+    s->part[SIZE].count = 0;
+    add_edges(&s->part[SIZE], s->fits ? LEAST_EDGE : 32, last, s->fits ? 8 : 1);
 }
 
 static void list_levels(search *s)
 {
-    const int given = s->o->bake.specular_options.levels;
-
-    if (given || s->o->of || s->o->engine) {
-        add_value(&s->levels, given);
-        return;
-    }
+    s->part[LEVELS].count = 0;
     for (int levels = s->fits ? 1 : 2; levels < MOST_LEVELS; levels++)
-        add_value(&s->levels, levels);
+        add_value(&s->part[LEVELS], levels);
+}
+
+/* Of most bytes first. */
+static void list_pixels(search *s)
+{
+    static const ibl_pixel pixels[] = {IBL_PIXEL_RGBA16F, IBL_PIXEL_R11G11B10F,
+                                       IBL_PIXEL_RGB9E5};
+
+    s->part[PIXEL].count = 0;
+    for (int i = 0; i < 3; i++)
+        if (ibl_container_holds(s->o->format, pixels[i]))
+            add_value(&s->part[PIXEL], (int)pixels[i]);
+}
+
+/* A set without a cube has harmonics, in the sidecar. */
+static void list_irradiance(search *s)
+{
+    s->part[IRRADIANCE].count = 0;
+    if (s->o->bake.sh_degree >= 2 && !ibl_opts_given(s->o, "only"))
+        add_value(&s->part[IRRADIANCE], 0);
+    add_edges(&s->part[IRRADIANCE], 4, 32, 4);
+}
+
+/* Lists the values of the parts that neither the user nor the target fixed. */
+static void list_values(search *s, const ibl_materials *materials)
+{
+    const ibl_opts *o = s->o;
+    const bool fixed = o->of || o->engine;
+
+    if (!ibl_opts_given(o, "size"))
+        list_sizes(s, materials);
+    if (!o->bake.specular_options.levels && !fixed)
+        list_levels(s);
+    if (!ibl_opts_given(o, "pixel") && !fixed)
+        list_pixels(s);
+    if (o->bake.irradiance && !ibl_opts_given(o, "irradiance-size") && !fixed &&
+        !(o->bake.irradiance_options.step > 0))
+        list_irradiance(s);
+    if (o->lut.kind == IBL_LUT_SPLIT && wants(o, IBL_OUTPUT_LUT) &&
+        !ibl_opts_given(o, "lut-size")) {
+        s->part[LUT].count = 0;
+        add_edges(&s->part[LUT], 4, 256, 4);
+    }
+    if (s->table && !ibl_opts_given(o, "lobe-table-size")) {
+        s->part[LOBES].count = 0;
+        add_edges(&s->part[LOBES], 4, 32, 2);
+    }
 }
 
 /* The layers that no material looks up are left out. */
@@ -643,68 +849,6 @@ static ibl_f0 f0_of(const ibl_materials *m)
     return has[0] && has[1] ? IBL_F0_BOTH
            : has[0]         ? IBL_F0_METALS
                             : IBL_F0_DIELECTRICS;
-}
-
-/* Of most bytes first. */
-static void list_pixels(search *s)
-{
-    static const ibl_pixel pixels[] = {IBL_PIXEL_RGBA16F, IBL_PIXEL_R11G11B10F,
-                                       IBL_PIXEL_RGB9E5};
-    const ibl_opts *o = s->o;
-
-    if (ibl_opts_given(o, "pixel") || o->of || o->engine) {
-        add_value(&s->pixel, (int)pixel_of(o));
-        return;
-    }
-    for (int i = 0; i < 3; i++)
-        if (ibl_container_holds(o->format, pixels[i]))
-            add_value(&s->pixel, (int)pixels[i]);
-}
-
-/* A set without a cube has harmonics, in the sidecar. */
-static void list_irradiance(search *s)
-{
-    const ibl_opts *o = s->o;
-    const bool harmonics = o->bake.sh_degree >= 2;
-
-    if (!wants(o, IBL_OUTPUT_IRRADIANCE) && !o->bake.irradiance) {
-        add_value(&s->irradiance, 0);
-        return;
-    }
-    if (ibl_opts_given(o, "irradiance-size") || o->of || o->engine ||
-        o->bake.irradiance_options.step > 0) {
-        add_value(&s->irradiance, o->bake.irradiance_options.size);
-        return;
-    }
-    if (harmonics && !ibl_opts_given(o, "only"))
-        add_value(&s->irradiance, 0);
-    add_edges(&s->irradiance, 4, 32, 4);
-}
-
-static void list_tables(search *s)
-{
-    const ibl_opts *o = s->o;
-
-    if (o->lut.kind != IBL_LUT_SPLIT || !wants(o, IBL_OUTPUT_LUT) ||
-        ibl_opts_given(o, "lut-size"))
-        add_value(&s->lut, o->lut.size);
-    else
-        add_edges(&s->lut, 4, 256, 4);
-    if (!s->table || ibl_opts_given(o, "lobe-table-size"))
-        add_value(&s->lobes, o->lobe_table_size);
-    else
-        add_edges(&s->lobes, 4, 32, 2);
-}
-
-/* What values of a part add to the square of a chain's error. */
-static bool find_error(search *s, const ibl_expected_set *set, double alone,
-                       double *error)
-{
-    double nrmse = 0;
-    const bool ok = !ibl_expectation_of(s->e, set, &nrmse);
-
-    *error = nrmse * nrmse - alone;
-    return ok;
 }
 
 /* Between powers of two, errors are taken to be a power of the edge. */
@@ -726,182 +870,160 @@ static void blend_errors(values *v)
     }
 }
 
-/* What the others add to the error of a chain of a middling size. */
-static bool find_errors(search *s)
+/* What the values of a part add to the error of a chain with the finest. */
+static bool find_errors(search *s, const pick *of, int part)
 {
-    ibl_expected_set set = {.irradiance = -1};
-    double alone = 0;
-    int i = s->size.count / 2, k = s->levels.count - 1;
+    values *v = &s->part[part];
+    const int last = part == PIXEL ? 0 : v->count - 1;
+    pick p = *of;
+    bool ok = true;
 
-    while (k > 0 && !make_chain(s, i, k))
-        k--;
-    if (!make_chain(s, i, k))
-        return true; /* and find() finds none */
-    set.layout = s->chain[i][k].layout;
-    set.lookup = s->table ? IBL_LOOKUP_TABLE : IBL_LOOKUP_SPLIT;
-    bool ok = find_error(s, &set, 0, &alone);
-    for (i = 0; i < s->pixel.count && ok && s->pixel.count > 1; i++) {
-        ibl_expected_set other = set;
-        format_errors((ibl_pixel)s->pixel.value[i], &other);
-        ok = find_error(s, &other, alone, &s->pixel.error[i]);
-    }
-    for (i = 0; i < s->irradiance.count && ok; i++) {
-        ibl_expected_set other = set;
-        other.irradiance = s->irradiance.value[i];
-        if (s->irradiance.count == 1 || is_power(other.irradiance))
-            ok = find_error(s, &other, alone, &s->irradiance.error[i]);
-    }
-    for (i = 0; i < s->lut.count && ok; i++) {
-        ibl_expected_set other = set;
-        if (s->lut.count == 1 || is_power(s->lut.value[i]))
-            ok = make_lut(s, i, &other.lut) &&
-                 find_error(s, &other, alone, &s->lut.error[i]);
-    }
-    if (s->irradiance.count > 1)
-        blend_errors(&s->irradiance);
-    if (s->lut.count > 1)
-        blend_errors(&s->lut);
+    for (int i = 0; i < v->count && ok; i++)
+        if (part == PIXEL || is_power(v->value[i])) {
+            p.at[part] = i;
+            ok = error_of(s, &p, beside_chain(s) & ~(1u << part), &v->error[i]);
+        }
+    for (int i = 0; i < v->count; i++)
+        if (i != last)
+            v->error[i] = fmax(v->error[i] - v->error[last], 0);
+    v->error[last] = 0;
+    if (part != PIXEL)
+        blend_errors(v);
     return ok;
 }
 
-static int by_bytes(const void *a, const void *b)
+/* What the others add to the error of a chain of a middling size. */
+static bool find_all_errors(search *s)
 {
-    const parts *x = a, *y = b;
+    pick p = {.at = {[SIZE] = s->part[SIZE].count / 2,
+                     [LEVELS] = s->part[LEVELS].count - 1}};
 
-    if (x->pixel != y->pixel)
-        return x->pixel < y->pixel ? -1 : 1;
-    if (x->bytes != y->bytes)
-        return x->bytes < y->bytes ? -1 : 1;
-    return x->error < y->error ? -1 : x->error > y->error;
-}
-
-/* Lists the parts that no other of the same format is better than, in bytes and
- * error. */
-static void list_parts(search *s)
-{
-    parts *all = s->parts;
-    int count = 0;
-
-    for (int p = 0; p < s->pixel.count; p++)
-        for (int i = 0; i < s->irradiance.count; i++)
-            for (int l = 0; l < s->lut.count; l++)
-                all[count++] = parts_of(s, p, i, l);
-    qsort(all, (size_t)count, sizeof *all, by_bytes);
-    for (int i = 0; i < count; i++) {
-        const parts *last = &all[s->part_count - 1];
-        if (!s->part_count || all[i].pixel != last->pixel ||
-            all[i].error < last->error)
-            all[s->part_count++] = all[i];
-    }
+    while (p.at[LEVELS] > 0 && !make_chain(s, &p))
+        p.at[LEVELS]--;
+    if (!make_chain(s, &p))
+        return true; /* and find() finds none */
+    bool ok = true;
+    for (int i = 0; i < PARTS && ok; i++)
+        if (is_small(s, i))
+            ok = find_errors(s, &p, i);
+    return ok;
 }
 
 /* ---- what was chosen ------------------------------------------------------
  */
 
-static void set_chain(search *s, const pick *p)
+static bool set_options(search *s, const pick *p)
 {
     ibl_opts *o = s->o;
     ibl_specular_options *to = &o->bake.specular_options;
-    const chain *c = &s->chain[p->size][p->levels];
+    const int irradiance = value_of(s, p, IRRADIANCE);
+    ibl_specular_layout layout;
 
-    to->size = s->size.value[p->size];
-    to->levels = s->levels.value[p->levels];
-    if (!s->fits)
-        return;
-    memcpy(o->roughness, c->layout.roughness, sizeof o->roughness);
-    to->roughness = o->roughness;
-}
-
-static void set_options(search *s, const pick *p)
-{
-    ibl_opts *o = s->o;
-    const int irradiance = s->irradiance.value[p->parts.irradiance];
-
-    if (wants(o, IBL_OUTPUT_SPECULAR))
-        set_chain(s, p);
+    if (!layout_of(s, p, &layout))
+        return false;
+    if (wants(o, IBL_OUTPUT_SPECULAR)) {
+        to->size = value_of(s, p, SIZE);
+        to->levels = value_of(s, p, LEVELS);
+    }
+    if (wants(o, IBL_OUTPUT_SPECULAR) && s->fits) {
+        memcpy(o->roughness, layout.roughness, sizeof o->roughness);
+        to->roughness = o->roughness;
+    }
     if (!o->engine)
-        o->texels.pixel = (ibl_pixel)s->pixel.value[p->parts.pixel];
+        o->texels.pixel = (ibl_pixel)value_of(s, p, PIXEL);
     if (irradiance > 0)
         o->bake.irradiance_options.size = irradiance;
     else
         o->only &= ~(1u << IBL_OUTPUT_IRRADIANCE);
-    o->lut.size = s->lut.value[p->parts.lut];
-    o->lobe_table_size = s->lobes.value[p->lobes];
+    o->lut.size = value_of(s, p, LUT);
+    o->lobe_table_size = value_of(s, p, LOBES);
     ibl_opts_select(o);
+    return true;
 }
 
-static void tell_chain(const search *s, const pick *p, ibl_choice *choice)
+static void tell_chain(search *s, const pick *p, ibl_choice *choice)
 {
-    const ibl_specular_layout *l = &s->chain[p->size][p->levels].layout;
+    ibl_specular_layout l;
     char text[IBL_CHOICE_BYTES];
-    int used = snprintf(text, sizeof text, "%d level%s:", l->levels,
-                        l->levels > 1 ? "s" : "");
 
-    for (int i = 0; i < l->levels; i++)
+    if (!layout_of(s, p, &l))
+        return;
+    int used = snprintf(text, sizeof text, "%d level%s:", l.levels,
+                        l.levels > 1 ? "s" : "");
+    for (int i = 0; i < l.levels; i++)
         used += snprintf(text + used, sizeof text - (size_t)used, " %.3g",
-                         l->roughness[i]);
+                         l.roughness[i]);
     ibl_choice_chose(choice, "roughness", text, "%s",
-                     !s->fits ? "as asked"
-                     : l->mapping == IBL_ROUGHNESS_BEST
-                         ? "fitted to map and materials"
-                         : "exacter than the fitted ones");
-    snprintf(text, sizeof text, "%d", l->size);
+                     !s->fits    ? "as asked"
+                     : p->ladder ? "exacter than the fitted ones"
+                                 : "fitted to map and materials");
+    snprintf(text, sizeof text, "%d", l.size);
     ibl_choice_chose(choice, "size", text, "%s",
-                     s->size.count > 1 ? "the smallest exact enough"
-                                       : "as asked");
+                     s->part[SIZE].count > 1 ? "the smallest exact enough"
+                                             : "as asked");
 }
 
-static const char *const f0_words[] = {
-    "fitted to the levels", "fitted to the levels, for metals only",
-    "fitted to the levels, for dielectrics only"};
-
-static void tell(const search *s, const pick *p, ibl_choice *choice)
+static bool tell_added(search *s, const pick *p, int part, const char *name,
+                       ibl_choice *choice)
 {
+    char text[16] = "harmonics";
+    double added;
+
+    if (!added_by(s, p, part, &added))
+        return false;
+    if (value_of(s, p, part))
+        snprintf(text, sizeof text, "%d", value_of(s, p, part));
+    ibl_choice_chose(choice, name, text, "adds %.2g %% of error",
+                     100 * sqrt(added));
+    return true;
+}
+
+static bool tell(search *s, const pick *p, ibl_choice *choice)
+{
+    static const char *const of_f0[] = {"", ", for metals only",
+                                        ", for dielectrics only"};
     const ibl_opts *o = s->o;
-    char text[IBL_CHOICE_BYTES];
+    char text[16];
 
     if (wants(o, IBL_OUTPUT_SPECULAR))
         tell_chain(s, p, choice);
-    ibl_choice_chose(
-        choice, "texels",
-        o->engine ? ibl_engine_pixel(o->engine)
-                  : ibl_pixel_name(o->texels.pixel),
-        "%s", s->pixel.count > 1 ? "the smallest exact enough" : "as asked");
-    snprintf(text, sizeof text, "%d", o->bake.irradiance_options.size);
-    ibl_choice_chose(
-        choice, "irradiance",
-        s->irradiance.value[p->parts.irradiance] ? text : "harmonics",
-        "adds %.2g %% of error",
-        100 * sqrt(fmax(s->irradiance.error[p->parts.irradiance], 0)));
-    snprintf(text, sizeof text, "%d", o->lut.size);
-    if (wants(o, IBL_OUTPUT_LUT))
-        ibl_choice_chose(choice, "BRDF table", text, "adds %.2g %% of error",
-                         100 * sqrt(fmax(s->lut.error[p->parts.lut], 0)));
+    ibl_choice_chose(choice, "texels",
+                     o->engine ? ibl_engine_pixel(o->engine)
+                               : ibl_pixel_name(o->texels.pixel),
+                     "%s",
+                     s->part[PIXEL].count > 1 ? "the smallest exact enough"
+                                              : "as asked");
+    bool ok = tell_added(s, p, IRRADIANCE, "irradiance", choice) &&
+              (!wants(o, IBL_OUTPUT_LUT) ||
+               tell_added(s, p, LUT, "BRDF table", choice));
     snprintf(text, sizeof text, "%d", o->lobe_table_size);
     if (s->table)
-        ibl_choice_chose(choice, "lobe table", text, "%s",
-                         f0_words[o->lobe_f0]);
+        ibl_choice_chose(choice, "lobe table", text, "fitted to the levels%s",
+                         of_f0[o->lobe_f0]);
+    return ok;
 }
 
 /* The least error of chains of a size. */
 static double least_of_size(search *s, int size)
 {
     double least = HUGE_VAL;
+    pick p = {.at = {[SIZE] = size}};
 
-    for (int k = 0; k < s->levels.count; k++)
-        if (make_chain(s, size, k))
-            least = fmin(least, s->chain[size][k].least);
+    for (; p.at[LEVELS] < s->part[LEVELS].count; p.at[LEVELS]++)
+        if (make_chain(s, &p))
+            least = fmin(least, chain_of(s, &p)->least);
     return least;
 }
 
 /* Why the error that was asked is not reached: larger faces would, or none. */
 static void tell_limit(search *s, ibl_choice *choice)
 {
-    const int last = s->size.count - 1;
+    const values *size = &s->part[SIZE];
+    const int last = size->count - 1;
     int half = last;
     char text[IBL_CHOICE_BYTES];
 
-    while (half > 0 && 2 * s->size.value[half] > s->size.value[last])
+    while (half > 0 && 2 * size->value[half] > size->value[last])
         half--;
     snprintf(text, sizeof text,
              "%.3g %% cannot be reached, the least is %.3g %%",
@@ -919,42 +1041,36 @@ static void tell_limit(search *s, ibl_choice *choice)
 /* ---- the call -------------------------------------------------------------
  */
 
-size_t ibl_opts_bytes(const ibl_opts *o)
-{
-    const ibl_pixel pixel = pixel_of(o);
-    ibl_specular_layout l;
-    size_t bytes = 0;
-
-    if (wants(o, IBL_OUTPUT_SPECULAR) &&
-        !ibl_specular_layout_of(&o->bake.specular_options, &l))
-        bytes += chain_bytes(l.size, l.levels, pixel);
-    if (wants(o, IBL_OUTPUT_LOBES))
-        bytes += lobes_bytes(o, o->lobe_table_size);
-    return bytes +
-           small_bytes(o, pixel, o->bake.irradiance_options.size, o->lut.size);
-}
-
-/* The figures of the options as they were. */
+/* The figures of the options as they are, whose parts are the only values so
+ * far. */
 static bool judge_usual(search *s, ibl_choice *choice)
 {
-    const ibl_opts *o = s->o;
-    const ibl_pixel pixel = pixel_of(o);
-    ibl_expected_set set = {.irradiance = wants(o, IBL_OUTPUT_IRRADIANCE)
-                                              ? o->bake.irradiance_options.size
-                                              : 0};
-    ibl_lut lut = {0};
-    const ibl_lut_options of = {.size = o->lut.size};
+    pick p = {.ladder = 0};
+    int value[PARTS];
 
-    format_errors(pixel, &set);
-    bool ok = !ibl_specular_layout_of(&o->bake.specular_options, &set.layout);
-    if (o->lut.kind == IBL_LUT_SPLIT && o->lut.size > 1) {
-        ok = ok && !ibl_bake_lut(s->from->ctx, &of, &lut);
-        set.lut = &lut;
+    given_values(s->o, value);
+    for (int i = 0; i < PARTS; i++)
+        add_value(&s->part[i], value[i]);
+    if (!make_chain(s, &p) || !judge(s, &p))
+        return false;
+    choice->usual_error = sqrt(p.error);
+    choice->usual_bytes = p.bytes;
+    memset(s->chain, 0, sizeof s->chain);
+    ibl_lut_free(&s->luts[0]);
+    return true;
+}
+
+/* The options of lobe tables, but for their size and chain. */
+static void set_table(search *s)
+{
+    ibl_lobe_table_options *of = &s->made;
+    *of = ibl_lobe_table_options_default();
+    of->f0 = s->o->lobe_f0;
+    if (s->o->lobe_table == IBL_LOBES_FITTED) {
+        of->power = s->power;
+        of->power_degree = s->degree;
     }
-    ok = ok && judge(s, o, &set, &choice->usual_error);
-    choice->usual_bytes = ibl_opts_bytes(o);
-    ibl_lut_free(&lut);
-    return ok;
+    ibl_lobe_table_free(&s->lobes);
 }
 
 /* Lists what may be chosen of options o, which lives as long as the search, and
@@ -969,26 +1085,25 @@ static bool search_open(search *s, ibl_bake_source *from,
     s->o = o;
     s->most_parts = HUGE_VAL;
     s->table = wants(o, IBL_OUTPUT_SPECULAR) && wants(o, IBL_OUTPUT_LOBES);
-    s->fits = s->table && !ibl_opts_given(o, "mapping") &&
-              !ibl_opts_given(o, "roughness-range") && !o->of && !o->engine;
     if (!ibl_bake_source_power(from, s->power, &s->degree, &square) ||
         ibl_expectation_create(from->ctx, materials, s->power, s->degree,
-                               from->width / 2, square, &s->e) ||
-        !judge_usual(s, choice))
+                               from->width / 2, square, &s->e))
+        return false;
+    set_table(s);
+    if (!judge_usual(s, choice))
         return false;
     s->most_bytes =
         ibl_opts_given(o, "rendered-error") ? SIZE_MAX : choice->usual_bytes;
+    s->fits = s->table && !ibl_opts_given(o, "mapping") &&
+              !ibl_opts_given(o, "roughness-range") && !o->of && !o->engine;
     if (s->table && !ibl_opts_given(o, "lobe-table"))
         o->lobe_table = IBL_LOBES_FITTED;
     o->lobe_f0 = f0_of(materials);
-    list_sizes(s, materials);
-    list_levels(s);
-    list_pixels(s);
-    list_irradiance(s);
-    list_tables(s);
-    if (!find_errors(s))
+    set_table(s);
+    list_values(s, materials);
+    if (!find_all_errors(s))
         return false;
-    list_parts(s);
+    list_small(s);
     return true;
 }
 
@@ -996,6 +1111,7 @@ static void search_close(search *s)
 {
     for (int i = 0; i < MOST; i++)
         ibl_lut_free(&s->luts[i]);
+    ibl_lobe_table_free(&s->lobes);
     ibl_expectation_free(s->e);
 }
 
@@ -1010,12 +1126,11 @@ bool ibl_choose(ibl_bake_source *from, const ibl_materials *materials,
         return ibl_console_fail(from->console, "no memory for the search");
     ibl_console_progress(from->console, "choice", 0);
     const bool ok = search_open(s, from, materials, o, choice) &&
-                    search_all(s, choice, &best);
+                    search_all(s, choice, &best) && set_options(s, &best) &&
+                    tell(s, &best, choice);
     if (ok) {
         choice->bytes = best.bytes;
         choice->error = sqrt(best.error);
-        set_options(s, &best);
-        tell(s, &best, choice);
     }
     if (ok && !choice->reached)
         tell_limit(s, choice);

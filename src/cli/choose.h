@@ -12,8 +12,9 @@
  * sizes of the tables, other than those that the user or the target fixed, and
  * changes the options accordingly. If the error cannot be reached, the set is
  * that of fewest bytes within 1.2 times the least error, in which format,
- * irradiance and BRDF table add no more than the error that was asked. Without
- * --rendered-error, as of a scene, there are no more bytes than the default's.
+ * irradiance and BRDF table add no more than the error that was asked or, if
+ * that is more, than the finest do. Without --rendered-error, as of a scene,
+ * there are no more bytes than the default's.
  *   from  its environment was read
  */
 bool ibl_choose(ibl_bake_source *from, const ibl_materials *materials,
