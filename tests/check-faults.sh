@@ -129,14 +129,6 @@ test_picture_of_a_map() {
     faults 397 -o -k memory -k read -- iblview a.exr --size 16x16 --offscreen p.png
 }
 
-test_saved_probes() {
-    begin
-    # shellcheck disable=SC2086
-    iblbake a.exr $small -o o
-    faults 397 -o -k memory -k read -- iblview o --mode scene --probe-size 16 --probes 1 \
-        --save-probes s
-}
-
 # ---- file systems ------------------------------------------------------------
 
 # What writes over the files of an older run.

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Captures as files, through `iblbake probes`, and back into cube arrays:
- * every face the right way round, whatever the container and the pixels; and
- * what is said about files that are damaged or do not belong together.
+ * Captures through `iblbake probes` and back into cube arrays: every face the
+ * right way round, whatever the container and the pixels; the room lit by them
+ * as by what was captured; and what is said about files that are damaged or do
+ * not belong together.
  */
 #include <math.h>
 #include <stdio.h>
@@ -12,7 +13,10 @@
 #include <time.h>
 
 #include "common/json_at.h"
+#include "common/json_build.h"
+#include "common/json_load.h"
 #include "files.h"
+#include "float_exr.h"
 #include "room.h"
 #include "sets.h"
 #include "test.h"
@@ -42,34 +46,15 @@ static void begin(void)
     make_context();
 }
 
-/* Sums of powers of 2 alone, which halves and every pixel hold exactly. */
-static uint16_t half(double x)
-{
-    const float f = (float)x;
-    uint16_t pixel[4];
-
-    ibl_pixel_encode(IBL_PIXEL_RGBA16F, (float[]){f, f, f}, 1, pixel);
-    return pixel[0];
-}
-
 /* Of texel (x, y) of a face: a colour of the face and the probe, brighter in
- * the upper left and darker at the left edge. */
+ * the upper left and darker at the left edge; sums of powers of 2, which every
+ * pixel holds exactly. */
 static double painted(int probe, int face, int x, int y, int channel)
 {
     const double colour = channel == face % 3 ? 1 : face < 3 ? 0.25 : 0.5;
     const double shade = x < 4 && y < 4 ? 2 : x < 4 ? 0.5 : 1;
 
     return colour * shade * (1 << probe);
-}
-
-static bool paint(void *cookie, int probe, int face, uint16_t *rgba)
-{
-    (void)cookie;
-    for (int i = 0; i < SIZE * SIZE; i++)
-        for (int c = 0; c < 4; c++)
-            rgba[4 * i + c] =
-                half(c == 3 ? 1 : painted(probe, face, i % SIZE, i / SIZE, c));
-    return true;
 }
 
 /* Of rising size, as in an index, but for the last, which has a priority. */
@@ -87,25 +72,74 @@ static void make_probes(ibl_probe probe[PROBES])
     probe[2].priority = 5;
 }
 
-static view_probe_captures captures_of(const ibl_probe *probe)
+static void save_face(const char *path, int size, const float *rgba)
 {
-    return (view_probe_captures){.probe = probe,
-                                 .count = PROBES,
-                                 .size = SIZE,
-                                 .irradiance = 8,
-                                 .face = paint};
+    const size_t texels = (size_t)size * (size_t)size;
+    float *planes = test_alloc(4 * texels, sizeof *planes);
+    FILE *file = fopen(path, "wb");
+
+    NEED(file);
+    for (size_t i = 0; i < 4 * texels; i++)
+        planes[i] = rgba[i % texels * 4 + 3 - i / texels];
+    NEED(test_write_float_exr(file, size, size, "ABGR", planes));
+    NEED(!fclose(file));
 }
 
-/* Saves the painted probes, and bakes them with some options into DIR. */
+/* Writes a set to bake: RGBA of each face of each probe, and set.json. */
+static void save(const char *dir, const ibl_probe *probe, int count, int size,
+                 const float *rgba)
+{
+    json_t *probes = json_array();
+    char name[32];
+
+    NEED(file_run("mkdir -p %s", dir));
+    for (int i = 0; i < count; i++) {
+        json_t *faces = json_array();
+        for (int k = 0; k < IBL_FACES; k++, rgba += (size_t)4 * size * size) {
+            snprintf(name, sizeof name, "%d_%d.exr", i, k);
+            append(&faces, json_string(name));
+            snprintf(name, sizeof name, "%s/%d_%d.exr", dir, i, k);
+            save_face(file_path(name), size, rgba);
+        }
+        snprintf(name, sizeof name, "probe_%d", i);
+        json_t *one =
+            json_pack("{ss s{so}}", "name", name, "capture", "faces", faces);
+        put_all(&one, ibl_json_probe_of(&probe[i]));
+        append(&probes, one);
+    }
+    json_t *root =
+        json_pack("{si s{si ss si} so}", "version", 1, "defaults", "size", size,
+                  "mapping", "linear", "irradiance", 8, "probes", probes);
+    snprintf(name, sizeof name, "%s/set.json", dir);
+    NEED(root && !json_dump_file(root, file_path(name), 0));
+    json_decref(root);
+}
+
+static bool bake_set(const char *from, const char *to, const char *options)
+{
+    return file_run("'%s' probes -q %s/set.json -o %s %s",
+                    file_built("iblbake"), from, to, options);
+}
+
+/* Bakes the painted probes with some options into DIR. */
 static bool bake(const char *dir, const char *options)
 {
+    enum {
+        FLOATS = PROBES * IBL_FACES * SIZE * SIZE * 4
+    };
     ibl_probe probe[PROBES];
+    float *rgba = test_alloc(FLOATS, sizeof *rgba);
 
+    for (int i = 0; i < FLOATS; i++) {
+        const int at = i / 4, face = at / (SIZE * SIZE);
+        rgba[i] = i % 4 == 3
+                      ? 1
+                      : (float)painted(face / IBL_FACES, face % IBL_FACES,
+                                       at % SIZE, at / SIZE % SIZE, i % 4);
+    }
     make_probes(probe);
-    const view_probe_captures c = captures_of(probe);
-    return view_probe_save(ctx, file_path("painted"), &c) &&
-           file_run("'%s' probes -q painted/set.json -o %s %s",
-                    file_built("iblbake"), dir, options);
+    save("painted", probe, PROBES, SIZE, rgba);
+    return bake_set("painted", dir, options);
 }
 
 static view_probe_set *load(const char *dir)
@@ -132,126 +166,25 @@ TEST(pictures_are_exact)
     make_context();
     for (int i = 0; i < 3; i++) {
         const int width = sizes[i][0], height = sizes[i][1];
-        uint16_t *rgba = test_alloc((size_t)(width * height), 8);
+        const size_t floats = (size_t)(3 * width * height);
+        float *rgb = test_alloc(floats, sizeof *rgb);
         void *bytes = NULL;
         size_t size = 0;
         ibl_read_options o = ibl_read_options_default();
         ibl_read_report report;
         ibl_image img = {0};
 
-        for (int k = 0; k < 4 * width * height; k++)
-            rgba[k] = (uint16_t)(test_random_u64(&r) % 0x7c00);
-        CHECK(view_exr_encode("a", width, height, 4, rgba, &bytes, &size));
+        for (size_t k = 0; k < floats; k++)
+            rgb[k] = (float)test_random_between(&r, 0, 1e6);
+        CHECK(view_exr_encode("a", width, height, rgb, &bytes, &size));
         o.any_aspect = 1;
         NEED(!ibl_image_decode(ctx, "a", bytes, size, &o, &img, &report));
         CHECK_MSG(strstr(report.format, "ZIP"), "%s", report.format);
         CHECK(img.width == width && img.height == height);
-        for (int k = 0; k < 3 * width * height; k++) {
-            float rgb[3];
-            ibl_pixel_decode(IBL_PIXEL_RGBA16F, rgba + 4 * (k / 3), 1, rgb);
-            CHECK_NEAR(img.data[k], rgb[k % 3], 0);
-        }
+        CHECK(!memcmp(img.data, rgb, floats * sizeof *rgb));
         ibl_image_free(&img);
-        if (file_have("oiiotool")) { /* which finds alpha where it should be */
-            CHECK(file_save(file_path("a.exr"), bytes, size));
-            NEED(file_run("oiiotool a.exr --ch R=A,G=A,B=A -o alpha.exr"));
-            NEED(!ibl_image_read(ctx, file_path("alpha.exr"), &o, &img, NULL));
-            for (int k = 0; k < width * height; k++) {
-                const uint16_t grey[4] = {rgba[4 * k + 3], 0, 0, 0};
-                float rgb[3];
-                ibl_pixel_decode(IBL_PIXEL_RGBA16F, grey, 1, rgb);
-                CHECK_NEAR(img.data[3 * k], rgb[0], 0);
-            }
-            ibl_image_free(&img);
-        }
         free(bytes);
     }
-}
-
-/* ---- saving ------------------------------------------------------------ */
-
-static void check_volume(const ibl_json_at *at, const char *name,
-                         const ibl_volume *want)
-{
-    const ibl_json_at member = ibl_json_member(at, name);
-    const int sides = want->shape == IBL_SHAPE_BOX ? 3 : 1;
-    ibl_volume got = {0};
-
-    CHECK(ibl_json_volume(member, &got));
-    CHECK(got.shape == want->shape);
-    CHECK(!memcmp(got.centre, want->centre, sizeof got.centre));
-    for (int k = 0; k < sides; k++)
-        CHECK_NEAR(got.half[k], want->half[k], 0);
-}
-
-TEST(sets_say_what_probes_are)
-{
-    ibl_probe probe[PROBES];
-
-    make_context();
-    make_probes(probe);
-    const view_probe_captures c = captures_of(probe);
-    NEED(view_probe_save(ctx, file_path("new/deep"), &c));
-    ibl_json_file file = {.name = file_path("new/deep/set.json")};
-    NEED(ibl_json_open(&file));
-    const ibl_json_at at = ibl_json_root(&file);
-    const ibl_json_at all = ibl_json_member(&at, "probes");
-    CHECK(ibl_json_array(all, PROBES, PROBES));
-    for (size_t i = 0; i < PROBES; i++) {
-        const ibl_json_at p = ibl_json_element(&all, i);
-        const ibl_json_at position = ibl_json_member(&p, "position");
-        const ibl_json_at blend = ibl_json_member(&p, "blend");
-        double x[3], width;
-        CHECK(ibl_json_triple(position, -9, 9, false, x) &&
-              !memcmp(x, probe[i].position, sizeof x));
-        CHECK(ibl_json_real(blend, 0, 1, false, &width));
-        CHECK_NEAR(width, probe[i].blend, 0);
-        check_volume(&p, "influence", &probe[i].influence);
-        CHECK(probe[i].has_proxy ==
-              (ibl_json_member(&p, "proxy").value != NULL));
-        if (probe[i].has_proxy)
-            check_volume(&p, "proxy", &probe[i].proxy);
-        const ibl_json_at priority = ibl_json_member(&p, "priority");
-        int rank;
-        CHECK(ibl_json_int(priority, -9, 9, &rank) &&
-              rank == probe[i].priority);
-    }
-    json_decref(file.root);
-    CHECK(file_run("[ $(ls -A new/deep | wc -l) = %d ]", 6 * PROBES + 1));
-}
-
-static bool fail_late(void *cookie, int probe, int face, uint16_t *rgba)
-{
-    (void)cookie;
-    /* Another one, so that what is replaced is seen. */
-    return probe < PROBES - 1 ? paint(cookie, probe, face ^ 1, rgba)
-                              : view_fail("face %d is missing", face);
-}
-
-TEST(failures_leave_nothing)
-{
-    ibl_probe probe[PROBES];
-
-    make_context();
-    make_probes(probe);
-    view_probe_captures c = captures_of(probe);
-    c.face = fail_late;
-    view_test_catch();
-    CHECK(!view_probe_save(ctx, file_path("none/deep"), &c));
-    CHECK(!strcmp(view_test_caught(), "iblview: face 0 is missing\n"));
-    CHECK(file_run("[ ! -e none ]"));
-    c.face = paint;
-    NEED(view_probe_save(ctx, file_path("kept"), &c));
-    NEED(file_run("cp -r kept before"));
-    c.face = fail_late;
-    view_test_catch();
-    CHECK(!view_probe_save(ctx, file_path("kept"), &c));
-    view_test_caught();
-    CHECK(file_run("diff -r kept before"));
-    NEED(file_run("echo >plain"));
-    view_test_catch();
-    CHECK(!view_probe_save(ctx, file_path("plain"), &c));
-    CHECK(strstr(view_test_caught(), "plain"));
 }
 
 /* ---- loading ----------------------------------------------------------- */
@@ -322,10 +255,8 @@ TEST(the_global_environment_is_left_out)
     NEED(file_run("sed -i 's/\"probes\": \\[/\"global\": {\"capture\": "
                   "{\"faces\": [%s, %s, %s]}},&/' painted/set.json && "
                   "'%s' probes -q painted/set.json -o global --irradiance sh",
-                  "\"probe_00_px.exr\", \"probe_00_nx.exr\"",
-                  "\"probe_00_py.exr\", \"probe_00_ny.exr\"",
-                  "\"probe_00_pz.exr\", \"probe_00_nz.exr\"",
-                  file_built("iblbake")));
+                  "\"0_0.exr\", \"0_1.exr\"", "\"0_2.exr\", \"0_3.exr\"",
+                  "\"0_4.exr\", \"0_5.exr\"", file_built("iblbake")));
     view_probe_set *set = load("global");
     NEED(set);
     check_painted("global", set, PROBES + 1);
@@ -427,15 +358,10 @@ TEST(lookups_are_as_told)
 /* ---- a captured room --------------------------------------------------- */
 
 enum {
-    ROOM_EDGE = 64
+    ROOM_EDGE = 64,
+    WIDE = 96,
+    HIGH = 72
 };
-
-static bool captured(void *cookie, int probe, int face, uint16_t *rgba)
-{
-    const room_capture *c = cookie;
-
-    return view_cubes_read(&c->cubes, ROOM_EDGE, probe, face, rgba);
-}
 
 /* Rays from the probe meet what it holds. */
 TEST(a_room_comes_back)
@@ -443,21 +369,15 @@ TEST(a_room_comes_back)
     static const double eye[3] = {1.11, 2.07, 0.83};
     const ibl_probe probe = {.position = {eye[0], eye[1], eye[2]},
                              .influence = {.half = {2, 2, 3}}};
-    view_probe_captures c = {.probe = &probe,
-                             .count = 1,
-                             .size = ROOM_EDGE,
-                             .irradiance = 8,
-                             .face = captured};
     int right = 0;
 
     lit_begin(16, 16);
     make_context();
     room_capture *room = room_capture_begin(VIEW_PROBE_FACES, ROOM_EDGE, eye);
     room_capture_update(room);
-    c.cookie = room;
-    NEED(view_probe_save(ctx, file_path("room"), &c));
-    NEED(file_run("'%s' probes -q room/set.json -o room/baked",
-                  file_built("iblbake")));
+    save("room", &probe, 1, ROOM_EDGE,
+         room_cubes_read(room->cubes.specular, 1, 0, ROOM_EDGE));
+    NEED(bake_set("room", "room/baked", ""));
     view_probe_set *set = load("room/baked");
     NEED(set);
     const float *rgba =
@@ -472,6 +392,81 @@ TEST(a_room_comes_back)
     /* But for edges within a texel. */
     CHECK_MSG(right > 0.97 * 6 * ROOM_EDGE * ROOM_EDGE, "%d", right);
     view_probe_set_free(set);
+}
+
+/* The mean difference of two pictures of the scene, in parts of their mean. */
+static double apart(const float *a, const float *b)
+{
+    double sum = 0, off = 0;
+
+    for (int i = 0; i < 4 * WIDE * HIGH; i++)
+        if (i % 4 < 3) {
+            sum += (double)b[i];
+            off += fabs((double)a[i] - (double)b[i]);
+        }
+    return off / sum;
+}
+
+/* A sun behind windows. */
+static void sunny(void *cookie, const double direction[3], float rgba[4])
+{
+    const float radiance = direction[0] > 0.9 ? 20 : 0.1f;
+
+    (void)cookie;
+    for (int k = 0; k < 4; k++)
+        rgba[k] = k < 3 ? radiance : 1;
+}
+
+/* What the scene's probes have captured, baked, lights it as they do, with
+ * walls that hide probes and without. What is left is 64 samples a texel
+ * against the exact levels, blocks, and nine harmonics. */
+TEST(a_scene_is_lit_the_same)
+{
+    static const struct {
+        const char *options;
+        double bound; /* of apart */
+    } ways[] = {{"", 0.002},
+                {"--container dds --pixel rgba32f", 0.002},
+                {"--container ktx --pixel rgb9e5", 0.002},
+                {"--pixel bc6h --quality fast --zstd 1", 0.003},
+                {"--pixel r11g11b10f --irradiance sh", 0.007}};
+    static const float light[3] = {0.2f, 0.3f, 0.4f}, table[2] = {0.9f, 0.05f};
+    static room_stage on;
+    const float *shown[2];
+
+    room_stage_begin(&on, WIDE, HIGH, light, table);
+    make_context();
+    on.environment.specular = on.environment.sky = room_cube(16, sunny, NULL);
+    on.s.seconds = 1.5;
+    on.s.fov = 70;
+    on.s.pitch = 15;
+    on.s.yaw = 30;
+    const float *alone = room_stage_draw(&on);
+    on.s.probes = 8;
+    on.s.probe_size = 32;
+    for (int walls = 0; walls < 2; walls++) {
+        on.s.walls = walls;
+        shown[walls] = room_stage_draw(&on);
+    }
+    const view_probe_maps *l = &view_scene_state_of(on.stage)->draw.locals;
+    NEED(l->count == 8);
+    save("scene", l->probe, 8, 32, room_cubes_read(l->specular, 8, 0, 32));
+    CHECK(apart(alone, shown[1]) > 0.05 && apart(shown[0], shown[1]) > 0.005);
+    for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
+        NEED(bake_set("scene", "baked", ways[i].options));
+        view_probe_set *set = load("baked");
+        NEED(set);
+        view_scene_use(on.stage, set);
+        for (int walls = 0; walls < 2; walls++) {
+            on.s.walls = walls;
+            const double by = apart(room_stage_draw(&on), shown[walls]);
+            CHECK_MSG(by <= ways[i].bound, "%s, walls %d: %g apart",
+                      ways[i].options, walls, by);
+            test_measured("apart", by, ways[i].bound);
+        }
+        view_scene_use(on.stage, NULL);
+        view_probe_set_free(set);
+    }
 }
 
 /* ---- files that will not do -------------------------------------------- */
@@ -616,7 +611,7 @@ TEST(damaged_arrays_are_refused)
     }
     NEED(file_run("rm %s", specular));
     refuses("bad", "probes_specular.ktx2");
-    NEED(file_run("cp painted/probe_00_px.exr %s", specular));
+    NEED(file_run("cp painted/0_0.exr %s", specular));
     refuses("bad", "probes_specular.ktx2");
     NEED(file_run("cp whole/brdf_lut.ktx2 %s", specular));
     refuses("bad", "probes_specular.ktx2: is flat|bake the probes again");

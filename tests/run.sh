@@ -71,7 +71,6 @@ scripts() {
             yes:*/check-arm64.sh) ;;
         # Builds the program anew that the other scripts run.
         *:"$first":*/check-install.sh) alone+=("$build: $script") ;;
-        # What check-view-probes.sh runs in the viewer, a program runs, too.
         *:"$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh | \
             *asan:*/check-view.sh | *asan:*/check-view-window.sh | \
             *asan:*/check-probes.sh)

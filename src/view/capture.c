@@ -105,19 +105,6 @@ void view_cubes_free(view_cubes *c)
     *c = (view_cubes){0};
 }
 
-bool view_cubes_read(const view_cubes *c, int size, int layer, int face,
-                     uint16_t *rgba)
-{
-    GLuint framebuffer;
-
-    gl.GenFramebuffers(1, &framebuffer);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    attach(GL_FRAMEBUFFER, c->specular, layer, 0, face);
-    gl.ReadPixels(0, 0, size, size, GL_RGBA, GL_HALF_FLOAT, rgba);
-    gl.DeleteFramebuffers(1, &framebuffer);
-    return view_gl_check("reading a local probe");
-}
-
 /* ---- passes ------------------------------------------------------------ */
 
 /* Fills a face of a level of a cube, n x n texels, from the bound textures. */

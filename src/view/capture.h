@@ -36,10 +36,6 @@ typedef struct view_cubes {
  * texels. False, and both are 0, if OpenGL has no memory. */
 bool view_cubes_make(view_cubes *c, int size, int count);
 void view_cubes_free(view_cubes *c); /* also zeroes them */
-/* Reads face 0..5 of level 0 of a cube, 4 half floats a pixel. False, with a
- * message. */
-bool view_cubes_read(const view_cubes *c, int size, int layer, int face,
-                     uint16_t *rgba);
 
 typedef struct view_capture view_capture;
 

@@ -35,8 +35,7 @@ static ibl_ctx *make_context(const view_options *o)
 
 static bool run(const view_options *o)
 {
-    const bool picture =
-        o->offscreen || o->contact_sheet || o->save_probes || o->texel[0] >= 0;
+    const bool picture = o->offscreen || o->contact_sheet || o->texel[0] >= 0;
     ibl_ctx *ctx;
     bool ok;
 

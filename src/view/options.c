@@ -142,8 +142,8 @@ static void print_version(FILE *to)
 static bool check_pairs(const view_options *o)
 {
     static const char one[] = "choose one";
-    const bool sheet = o->contact_sheet, save = o->save_probes,
-               picture = o->offscreen || sheet, texel = o->texel[0] >= 0;
+    const bool sheet = o->contact_sheet, picture = o->offscreen || sheet,
+               texel = o->texel[0] >= 0;
     const struct {
         bool wrong;
         const char *options, *why;
@@ -151,15 +151,9 @@ static bool check_pairs(const view_options *o)
         {sheet && o->offscreen, "--offscreen and --contact-sheet", one},
         {sheet && texel, "--texel and --contact-sheet", one},
         {o->probe_set && o->settings.probes, "--probe-set and --probes", one},
-        {save && o->probe_set, "--save-probes and --probe-set", one},
-        {save && sheet, "--save-probes and --contact-sheet", one},
-        {save && o->settings.mode != VIEW_SCENE, "--save-probes",
-         "only with --mode scene"},
-        {save && !o->settings.probes, "--save-probes",
-         "there are no local probes: say how many by --probes"},
         {o->quiet && o->verbose, "--quiet and --verbose", one},
         {o->quiet && o->stats, "--quiet and --stats", one},
-        {o->stats && !picture && (save || texel), "--stats",
+        {o->stats && !picture && texel, "--stats",
          "no picture is drawn: add --offscreen or --contact-sheet"},
         {o->frames && !picture, "--frames",
          "only with --offscreen or --contact-sheet"},
@@ -322,9 +316,6 @@ static const ibl_option scene[] = {
      .help = "local probes, captured once; they see only what does not move"},
     {"probe-set", 0, IBL_TEXT(probe_set, "INDEX"), .standard = "",
      .help = "local probes that iblbake probes baked: its index.json"},
-    {"save-probes", 0, IBL_DIR(save_probes), .standard = "",
-     .help = "write the captures of local probes, and DIR/set.json for iblbake "
-              "probes; no window opens"},
     {"probe-size", 0, OTHER(probe_size, "N", parse_probe_size),
      .allowed = "a power of two from 16 to 1024", .standard = "256",
      .help = "edge of the faces of each probe's cube"},

@@ -16,7 +16,6 @@ typedef struct view_options {
     const char *against_set;   /* another set to compare with, or NULL */
     const char *model;         /* scene to show, or NULL */
     const char *probe_set;     /* index of baked probes, or NULL */
-    const char *save_probes;   /* directory to write captures to, or NULL */
     int size[2];               /* 0 until the default is set */
     int grid[2];               /* rows, columns; 0 until the default is set */
     int frames, samples;       /* 0: not given */

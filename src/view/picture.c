@@ -53,7 +53,7 @@ bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
 
     const bool ok =
         (view_picture_is_linear(path)
-             ? view_exr_encode(path, width, height, 3, rgb, &file, &size)
+             ? view_exr_encode(path, width, height, rgb, &file, &size)
              : ibl_png_encode_rgb(rgb, width, height, &file, &size) ||
                    view_fail("%s: no memory for a PNG of %d x %d "
                              "pixels",

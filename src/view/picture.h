@@ -5,7 +5,6 @@
 
 #include <stdbool.h>
 #include <stddef.h>
-#include <stdint.h>
 
 #include "ibl/ibl.h"
 #include "view/gl.h"
@@ -23,15 +22,10 @@ bool view_picture_is_linear(const char *path);
 bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
                         const void *rgb);
 
-/*
- * The bytes of an EXR, ZIP, linear light.
- *   name      for messages
- *   channels  4: RGBA of halves, premultiplied by alpha; 3: RGB of floats
- *   pixels    rows from the top
- *   bytes  for free(); NULL after an error
- * False, with a message.
+/* The bytes of an EXR of floats, ZIP, linear light; name is for messages, rows
+ * are from the top, *bytes for free(). False, with a message: *bytes is NULL.
  */
-bool view_exr_encode(const char *name, int width, int height, int channels,
-                     const void *pixels, void **bytes, size_t *size);
+bool view_exr_encode(const char *name, int width, int height, const float *rgb,
+                     void **bytes, size_t *size);
 
 #endif

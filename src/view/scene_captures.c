@@ -527,26 +527,3 @@ ibl_ctx *view_scene_context(view_scene *st)
 {
     return st->ctx;
 }
-
-/* ---- captures as files ------------------------------------------------- */
-
-static bool read_face(void *scene, int probe, int face, uint16_t *rgba)
-{
-    const view_scene *st = scene;
-
-    return view_cubes_read(&st->locals, st->made.probe_size, probe, face, rgba);
-}
-
-bool view_scene_save(const view_scene *st, ibl_ctx *ctx, const char *dir)
-{
-    if (!st || !st->local_count)
-        return view_fail("%s: there are no local probes to be written", dir);
-    return view_probe_save(
-        ctx, dir,
-        &(view_probe_captures){.probe = st->local,
-                               .count = st->local_count,
-                               .size = st->made.probe_size,
-                               .irradiance = VIEW_CAPTURE_IRRADIANCE,
-                               .face = read_face,
-                               .cookie = (void *)st});
-}

@@ -57,10 +57,6 @@ bool view_scene_measure(view_scene *st, view_probe_filter filter);
 /* Context of the library's filter; NULL before its first use. */
 ibl_ctx *view_scene_context(view_scene *st);
 
-/* Writes the captures of local probes into a directory (probe_set.h). False,
- * with a message: also if there are none. */
-bool view_scene_save(const view_scene *st, ibl_ctx *ctx, const char *dir);
-
 /* Default distance of the camera from the mirror, in units. */
 extern const double view_scene_distance;
 /* The camera orbits the mirror and stays in the room. */

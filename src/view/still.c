@@ -13,9 +13,8 @@
 #include "view/screen.h"
 
 enum {
-    SMALL_EDGE = 16, /* of the picture that captures need */
-    GAP = 4,         /* pixels of a sheet between pictures and around them */
-    SHADE = 32       /* grey of a sheet's background */
+    GAP = 4,   /* pixels of a sheet between pictures and around them */
+    SHADE = 32 /* grey of a sheet's background */
 };
 
 bool view_still_draw(view_renderer *r, const view_options *o,
@@ -113,23 +112,6 @@ static bool draw_picture(view_app *app)
         view_report_print(r, &o->settings, app->set);
     return write_picture(app) &&
            (!o->stats || view_stats_end(&app->stats, r, &o->settings));
-}
-
-/* Captures do not depend on the picture: a small one is enough. */
-static bool save_probes(const view_app *app)
-{
-    const view_options *o = app->options;
-
-    if (!o->offscreen && !view_renderer_draw(app->renderer, &o->settings,
-                                             SMALL_EDGE, SMALL_EDGE))
-        return false;
-    if (!view_scene_save(view_renderer_stage(app->renderer), app->ctx,
-                         o->save_probes))
-        return false;
-    if (o->verbose)
-        view_tell("probes: %d, faces of %d, written to %s", o->settings.probes,
-                  o->settings.probe_size, o->save_probes);
-    return true;
 }
 
 /* ---- a sheet ------------------------------------------------------------- */
@@ -291,18 +273,14 @@ static bool make(view_app *app)
         return false;
     if (o->contact_sheet)
         return draw_sheet(app);
-    return (!o->offscreen || draw_picture(app)) &&
-           (!o->save_probes || save_probes(app));
+    return draw_picture(app);
 }
 
-/* Makes the outputs on a screen as large as a picture. */
+/* Makes the output on a screen as large as a picture. */
 static bool draw(view_app *app)
 {
     const view_options *o = app->options;
-    const bool picture = o->offscreen || o->contact_sheet;
-    view_screen *screen =
-        view_screen_memory(picture ? o->size[0] : SMALL_EDGE,
-                           picture ? o->size[1] : SMALL_EDGE, NULL);
+    view_screen *screen = view_screen_memory(o->size[0], o->size[1], NULL);
     const bool ok = screen && make(app);
 
     if (screen)
@@ -341,7 +319,7 @@ bool view_still_run(ibl_ctx *ctx, const view_options *o)
     ok = ok && view_options_suit(o, set);
     if (ok && o->verbose)
         view_report_set(set);
-    if (ok && (o->offscreen || o->contact_sheet || o->save_probes))
+    if (ok && (o->offscreen || o->contact_sheet))
         ok = draw(&app);
     if (ok && o->texel[0] >= 0)
         print_texel(o, set);

@@ -8,20 +8,12 @@
 #include "view/message.h"
 
 /* In the alphabetical order of files, which is not that of a pixel. */
-static const char *const names[] = {"A", "B", "G", "R"};
+static const char *const names[] = {"B", "G", "R"};
 
-/* What is written. */
-typedef struct picture {
-    int width, height;
-    int channels;     /* 4, or 3 without A */
-    int bytes;        /* of a value: 2 or 4 */
-    const char *data; /* RGB or RGBA */
-} picture;
-
-static exr_pixel_type_t type_of(const picture *p)
-{
-    return p->bytes == 2 ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT;
-}
+enum {
+    CHANNELS = 3,
+    PIXEL = CHANNELS * sizeof(float)
+};
 
 /* The file in zeroed memory of `room` bytes. */
 typedef struct stream {
@@ -56,9 +48,9 @@ static void ignore_error(exr_const_context_t exr, exr_result_t code,
 }
 
 /* Writes a block of lines with its own pipeline. */
-static exr_result_t write_block(exr_context_t exr, const picture *p, int y)
+static exr_result_t write_block(exr_context_t exr, const float *rgb, int width,
+                                int y)
 {
-    const int pixel = p->channels * p->bytes;
     exr_encode_pipeline_t pipe = EXR_ENCODE_PIPELINE_INITIALIZER;
     exr_chunk_info_t chunk;
     exr_result_t rv = exr_write_scanline_chunk_info(exr, 0, y, &chunk);
@@ -68,15 +60,15 @@ static exr_result_t write_block(exr_context_t exr, const picture *p, int y)
     rv = exr_encoding_initialize(exr, 0, &chunk, &pipe);
     if (rv)
         return rv;
-    for (int i = 0; i < p->channels; i++) {
+    for (int i = 0; i < CHANNELS; i++) {
         exr_coding_channel_info_t *c = &pipe.channels[i];
-        c->encode_from_ptr = (const uint8_t *)p->data +
-                             (size_t)y * (size_t)p->width * (size_t)pixel +
-                             (p->channels - 1 - i) * p->bytes;
-        c->user_bytes_per_element = (int8_t)p->bytes;
-        c->user_data_type = (uint16_t)type_of(p);
-        c->user_pixel_stride = pixel;
-        c->user_line_stride = pixel * p->width;
+        c->encode_from_ptr =
+            (const uint8_t *)(rgb + (size_t)y * (size_t)width * CHANNELS +
+                              CHANNELS - 1 - i);
+        c->user_bytes_per_element = sizeof *rgb;
+        c->user_data_type = EXR_PIXEL_FLOAT;
+        c->user_pixel_stride = PIXEL;
+        c->user_line_stride = PIXEL * width;
     }
     rv = exr_encoding_choose_default_routines(exr, 0, &pipe);
     if (!rv)
@@ -85,36 +77,35 @@ static exr_result_t write_block(exr_context_t exr, const picture *p, int y)
     return rv;
 }
 
-static exr_result_t write_picture(exr_context_t exr, const picture *p)
+static exr_result_t write_picture(exr_context_t exr, const float *rgb,
+                                  int width, int height)
 {
     int part;
     int32_t lines = 0;
     exr_result_t rv = exr_add_part(exr, NULL, EXR_STORAGE_SCANLINE, &part);
 
     if (!rv)
-        rv = exr_initialize_required_attr_simple(exr, part, p->width, p->height,
+        rv = exr_initialize_required_attr_simple(exr, part, width, height,
                                                  EXR_COMPRESSION_ZIP);
-    for (int i = 4 - p->channels; i < 4 && !rv; i++)
-        rv = exr_add_channel(exr, part, names[i], type_of(p),
+    for (int i = 0; i < CHANNELS && !rv; i++)
+        rv = exr_add_channel(exr, part, names[i], EXR_PIXEL_FLOAT,
                              EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
     if (!rv)
         rv = exr_write_header(exr);
     if (!rv)
         rv = exr_get_scanlines_per_chunk(exr, part, &lines);
-    for (int y = 0; y < p->height && !rv; y += lines)
-        rv = write_block(exr, p, y);
+    for (int y = 0; y < height && !rv; y += lines)
+        rv = write_block(exr, rgb, width, y);
     return rv;
 }
 
-bool view_exr_encode(const char *name, int width, int height, int channels,
-                     const void *pixels, void **bytes, size_t *size)
+bool view_exr_encode(const char *name, int width, int height, const float *rgb,
+                     void **bytes, size_t *size)
 {
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     exr_context_t exr = NULL;
-    const picture p = {width, height, channels, channels == 4 ? 2 : 4, pixels};
     /* Headers and the table of blocks take less; ZIP never enlarges a block. */
-    stream s = {.room = 4096 + (size_t)height *
-                                   (16 + (size_t)(width * channels * p.bytes))};
+    stream s = {.room = 4096 + (size_t)height * (16 + (size_t)width * PIXEL)};
 
     *bytes = NULL;
     s.bytes = calloc(1, s.room);
@@ -125,7 +116,7 @@ bool view_exr_encode(const char *name, int width, int height, int channels,
         s.bytes ? exr_start_write(&exr, name, EXR_WRITE_FILE_DIRECTLY, &init)
                 : EXR_ERR_OUT_OF_MEMORY;
     if (!rv)
-        rv = write_picture(exr, &p);
+        rv = write_picture(exr, rgb, width, height);
     /* Writes the table of blocks. */
     const exr_result_t end = exr_finish(&exr);
     if (!rv)
