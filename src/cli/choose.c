@@ -375,8 +375,9 @@ static bool measure_chain(search *s, const pick *p, chain *c)
             : ibl_specular_layout_of(&o, &c->layout))
         return false;
     c->least = nrmse * nrmse;
-    /* The fit knows no formats. */
-    if ((!s->fits || s->part[PIXEL].count == 1) &&
+    /* The fit knows no formats, of which blocks matter. */
+    if ((!s->fits || (s->part[PIXEL].count == 1 &&
+                      ibl_pixel_block((ibl_pixel)value_of(s, p, PIXEL)) > 1)) &&
         !error_of(s, p, beside_chain(s), &c->least))
         return false;
     c->least = fmax(c->least, 1e-12);
@@ -487,15 +488,22 @@ static double own_error(const search *s, const chain *c, int table)
                              : c->least * (s->ratio > 0 ? s->ratio : 1);
 }
 
+static pick with_chain(const pick *of, const pick *small)
+{
+    pick p = *small;
+
+    p.at[SIZE] = of->at[SIZE];
+    p.at[LEVELS] = of->at[LEVELS];
+    return p;
+}
+
 /* Keeps the set of fewest bytes with a chain and an error of at most `most`. */
 static void try_small(search *s, double most, const pick *of, pick *best)
 {
     const chain *c = chain_of(s, of);
 
     for (int i = 0; i < s->small_count; i++) {
-        pick p = s->small[i];
-        p.at[SIZE] = of->at[SIZE];
-        p.at[LEVELS] = of->at[LEVELS];
+        pick p = with_chain(of, &s->small[i]);
         p.error = own_error(s, c, p.at[LOBES]) + p.sum;
         if (p.error > most)
             continue;
@@ -525,36 +533,19 @@ static bool find(search *s, double most, pick *best)
     return best->bytes < SIZE_MAX;
 }
 
-/* A chain with the finest parts, in a coarser format where those have too many
- * bytes. False: there is none. */
-static bool finest_of(search *s, const pick *of, pick *p)
+/* The set of a chain whose parts add the least, of no more bytes than there may
+ * be. False: there is none. */
+static bool finest_of(search *s, const pick *of, pick *finest)
 {
-    *p = *of;
-    p->ladder = p->at[PIXEL] = 0;
-    for (int i = LOBES; i <= LUT; i++)
-        p->at[i] = s->part[i].count - 1;
-    if (!make_chain(s, p))
+    *finest = (pick){.sum = HUGE_VAL};
+    if (!make_chain(s, of))
         return false;
-    while (bytes_of(s, p) > s->most_bytes)
-        if (++p->at[PIXEL] == s->part[PIXEL].count)
-            return false;
-    return true;
-}
-
-/* The chain of least error with its best table, with the finest parts. False:
- * there is none. */
-static bool find_least(search *s, pick *best)
-{
-    pick of = {.ladder = 0}, p;
-    double least = HUGE_VAL;
-
-    do {
-        if (finest_of(s, &of, &p) && chain_of(s, &p)->least < least) {
-            least = chain_of(s, &p)->least;
-            *best = p;
-        }
-    } while (next_chain(s, &of));
-    return least < HUGE_VAL;
+    for (int i = 0; i < s->small_count; i++) {
+        const pick p = with_chain(of, &s->small[i]);
+        if (p.sum < finest->sum && bytes_of(s, &p) <= s->most_bytes)
+            *finest = p;
+    }
+    return finest->sum < HUGE_VAL;
 }
 
 /* ---- by judging -----------------------------------------------------------
@@ -575,6 +566,32 @@ static bool judge_pick(search *s, pick *p)
     c->own[p->at[LOBES]] = fmax(p->error - p->sum, 1e-12);
     const double ratio = c->own[finest] / c->least;
     s->ratio = s->ratio > 0 ? fmin(s->ratio, ratio) : ratio;
+    return true;
+}
+
+/* Judges of each number of levels the chain of least error with its best table,
+ * with the finest parts. *best is that of least error; HUGE_VAL: there is
+ * none. False: after a message. */
+static bool judge_finest(search *s, pick *best)
+{
+    pick of = {.ladder = 0};
+
+    *best = (pick){.error = HUGE_VAL};
+    for (; of.at[LEVELS] < s->part[LEVELS].count; of.at[LEVELS]++) {
+        pick p, finest = {.ladder = 0};
+        double least = HUGE_VAL;
+        for (of.at[SIZE] = 0; of.at[SIZE] < s->part[SIZE].count; of.at[SIZE]++)
+            if (finest_of(s, &of, &p) && chain_of(s, &p)->least < least) {
+                least = chain_of(s, &p)->least;
+                finest = p;
+            }
+        if (least == HUGE_VAL)
+            continue;
+        if (!judge_pick(s, &finest))
+            return false;
+        if (finest.error < best->error)
+            *best = finest;
+    }
     return true;
 }
 
@@ -720,13 +737,13 @@ static bool search_all(search *s, ibl_choice *choice, pick *best)
     if (!judge_sets(s, most, best))
         return false;
     if (best->error > most) {
-        if (!find_least(s, &least))
+        if (!judge_finest(s, &least))
+            return false;
+        if (least.error == HUGE_VAL)
             return ibl_console_fail(s->from->console,
                                     "--rendered-error %g: there is no chain of "
                                     "such sizes and levels",
                                     choice->asked);
-        if (!judge_pick(s, &least))
-            return false;
         if (least.error < best->error)
             *best = least;
         choice->least = sqrt(best->error);
