@@ -310,12 +310,18 @@ typedef struct stages {
     char name[16][24];
     double first[16], last[16];
     int count;
+    double whole, step; /* the last, and the largest step */
 } stages;
 
-static void note_stage(void *cookie, const char *stage, double done)
+static void note_stage(void *cookie, const char *stage, double done,
+                       double whole)
 {
     stages *s = cookie;
     int i = 0;
+    CHECK_MSG(whole >= s->whole && whole <= 1, "%s %g: %g after %g", stage,
+              done, whole, s->whole);
+    s->step = fmax(s->step, whole - s->whole);
+    s->whole = whole;
     while (i < s->count && strcmp(s->name[i], stage))
         i++;
     if (i == 16)
@@ -328,7 +334,8 @@ static void note_stage(void *cookie, const char *stage, double done)
     s->last[i] = done;
 }
 
-/* Every stage tells of its start and its end. */
+/* Every stage tells of its start and its end, and the whole rises by steps;
+ * also of two chains. */
 TEST(progress)
 {
     stages seen = {.count = 0};
@@ -350,7 +357,21 @@ TEST(progress)
         CHECK_MSG(seen.first[i] <= 0 && seen.last[i] >= 1,
                   "stage %s goes from %g to %g", seen.name[i], seen.first[i],
                   seen.last[i]);
+    CHECK_NEAR(seen.whole, 1, 0);
+    CHECK_MSG(seen.step < 0.5, "a step of %g", seen.step);
     ibl_bake_result_free(&made);
+    o.more_count = 1;
+    o.more = &o.specular_options;
+    seen = (stages){0};
+    NEED(!ibl_bake_environment(ctx, &env, &o, &made));
+    CHECK_NEAR(seen.whole, 1, 0);
+    ibl_bake_result_free(&made);
+    seen = (stages){.whole = -1};
+    ibl_cube level0;
+    NEED(!ibl_cube_alloc(ctx, 16, 1, &level0));
+    NEED(!ibl_cube_from_latlong(ctx, &map, 0, &level0));
+    CHECK_NEAR(seen.whole, -1, 0);
+    ibl_cube_free(&level0);
 }
 
 /* ---- errors ------------------------------------------------------------ */

@@ -356,8 +356,10 @@ typedef struct told {
     int calls;
 } told;
 
-static void keep_progress(void *cookie, const char *stage, double done)
+static void keep_progress(void *cookie, const char *stage, double done,
+                          double whole)
 {
+    CHECK(whole < 0);
     told *t = cookie;
     const bool same = !strcmp(t->stage, stage);
     CHECK_MSG(done >= (same ? t->done : 0) && done <= 1, "%s: %g after %g",

@@ -15,7 +15,7 @@
 #include "test.h"
 
 /* The console of the program, which this test is not. */
-void ibl_console_progress(void *console, const char *stage, double done)
+void ibl_console_progress(ibl_console *console, const char *stage, double done)
 {
     (void)console;
     (void)stage;

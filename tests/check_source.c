@@ -272,8 +272,10 @@ typedef struct canceller {
     int calls;
 } canceller;
 
-static void cancel_at(void *cookie, const char *stage, double done)
+static void cancel_at(void *cookie, const char *stage, double done,
+                      double whole)
 {
+    CHECK(whole < 0);
     canceller *c = cookie;
     CHECK(!strcmp(stage, "decode"));
     c->calls++;

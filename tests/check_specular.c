@@ -438,8 +438,9 @@ TEST(bad_options)
     }
 }
 
-static void cancel(void *cookie, const char *stage, double done)
+static void cancel(void *cookie, const char *stage, double done, double whole)
 {
+    CHECK(whole >= 0 && whole < 1);
     ibl_ctx **ctx = cookie;
     (void)done;
     if (!strcmp(stage, "specular 1"))

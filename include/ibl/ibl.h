@@ -112,10 +112,18 @@ typedef enum ibl_log_level {
 /* Receives one line without a newline, on the thread that made the call. */
 typedef void ibl_log_fn(void *cookie, ibl_log_level level, const char *text);
 
-/* Receives the running stage ("decode", "level 0", "specular 3", ...) and its
- * finished share, 0..1, on the thread that made the call. A stage reports at
- * least its start (0) and its end (1). stage is valid only during the call. */
-typedef void ibl_progress_fn(void *cookie, const char *stage, double done);
+/*
+ * Receives what was finished, on the thread that made the call.
+ *   stage  the running stage ("decode", "level 0", "specular 3", ...); valid
+ *          only during the call
+ *   done   the finished share of the stage, 0..1. A stage reports at least its
+ *          start (0) and its end (1); stages may run side by side
+ *   whole  the finished share of a bake of cubes or harmonics, of all its
+ *          stages by their usual times: 0..1, never falls, and is 1 in the last
+ *          report; -1 in calls that bake none
+ */
+typedef void ibl_progress_fn(void *cookie, const char *stage, double done,
+                             double whole);
 
 typedef struct ibl_ctx_options {
     int threads;               /* 1..1024; 0: ibl_cpu_count() */

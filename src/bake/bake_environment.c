@@ -570,9 +570,27 @@ static ibl_status fit_ladder(bake *b, chain *c)
     return status;
 }
 
+/* Shares of the time, as measured for a map of 8192 pixels and, sampled, of
+ * 1024. */
+static void begin_progress(const bake *b)
+{
+    const bool sampled = b->opts.specular_options.method == IBL_METHOD_SAMPLED;
+    const ibl_share shares[IBL_SHARES] = {
+        {"decode", b->env->image ? 0 : 0.4},
+        {"level 0", b->chain_count || b->opts.skybox ? 0.2 : 0},
+        {"analysis", 0.2},
+        {"specular", b->chain_count ? sampled ? 9 : 0.15 : 0},
+        {"irradiance", b->opts.irradiance ? 0.03 : 0},
+        {"sh", b->opts.sh_degree >= 0 ? 0.02 : 0}};
+
+    ibl_progress_begin(b->ctx, shares);
+}
+
 static ibl_status make_all(bake *b)
 {
     ibl_status status = prepare(b);
+    if (!status)
+        begin_progress(b);
     if (!status)
         status = read_all(b);
     if (!status && b->opts.skybox && !has_flat_sky(b))
@@ -582,6 +600,9 @@ static ibl_status make_all(bake *b)
     for (int i = 0; i < b->chain_count && !status; i++) {
         if (is_best(&b->chains[i]))
             status = fit_ladder(b, &b->chains[i]);
+        ibl_progress_numbered(b->ctx, b->chains[i].layout.levels - 1,
+                              (double)i / b->chain_count,
+                              (i + 1.0) / b->chain_count);
         if (!status)
             status = make_chain(b, &b->chains[i]);
     }
@@ -589,6 +610,7 @@ static ibl_status make_all(bake *b)
         status = make_irradiance(b);
     if (!status && b->opts.sh_degree >= 0)
         status = make_sh(b);
+    ibl_progress_end(b->ctx, !status);
     return status;
 }
 

@@ -152,7 +152,7 @@ static void draw_bar(ibl_console *c, const char *stage, double done, double t)
     const int width = (int)sizeof full - 1;
     const int filled = (int)(done * width);
     /* An early estimate would be far off. */
-    const double spent = t - c->stage_from;
+    const double spent = t - c->share_from;
     const bool guess = done > 0.02 && spent > 0.5;
     const int left = guess ? (int)(spent * (1 - done) / done + 0.5) : 0;
 
@@ -166,14 +166,27 @@ static void draw_bar(ibl_console *c, const char *stage, double done, double t)
     c->drawn_at = t;
 }
 
-void ibl_console_progress(void *console, const char *stage, double done)
+void ibl_console_progress(ibl_console *c, const char *stage, double done)
 {
-    ibl_console *c = console;
     const double t = ibl_now();
 
     run_stage(c, find_stage(c, stage), t);
-    if (c->terminal && (c->drawn_at == 0 || t - c->drawn_at >= REDRAW_SECONDS))
-        draw_bar(c, stage, done < 0 ? 0 : done > 1 ? 1 : done, t);
+    if (!c->terminal)
+        return;
+    done = fmin(fmax(done, 0), 1);
+    if (done < c->share || c->share_from <= 0)
+        c->share_from = t;
+    c->share = done;
+    if (c->drawn_at == 0 || t - c->drawn_at >= REDRAW_SECONDS)
+        draw_bar(c, stage, done, t);
+}
+
+/* An ibl_progress_fn: shows the share of the bake, or of a stage outside one.
+ */
+static void on_progress(void *console, const char *stage, double done,
+                        double whole)
+{
+    ibl_console_progress(console, stage, whole < 0 ? done : whole);
 }
 
 void ibl_console_finish(ibl_console *c)
@@ -212,7 +225,7 @@ ibl_status ibl_start(const ibl_common *common, ibl_console *console,
     opts.memory = ibl_memory_most(common);
     opts.log = print_log;
     opts.log_cookie = console;
-    opts.progress = ibl_console_progress;
+    opts.progress = on_progress;
     opts.progress_cookie = console;
     opts.bridge = ibl_bridge_beside();
     return ibl_ctx_create(&opts, ctx);

@@ -25,6 +25,8 @@ typedef struct ibl_console {
     bool terminal;     /* draw the bar */
     bool drawn;        /* the bar is on the screen now */
     bool failed;       /* an error was printed */
+    double share;      /* that the bar shows */
+    double share_from; /* since when it rises */
     double drawn_at;   /* time of the last redraw */
     double begun;      /* start of the first stage */
     double stage_from; /* start of the running stage */
@@ -37,8 +39,8 @@ typedef struct ibl_console {
 void ibl_console_init(ibl_console *c, bool quiet, bool verbose);
 /* Draws a line in place of the bar. */
 void ibl_console_draw(ibl_console *c, const char *text);
-/* An ibl_progress_fn whose cookie is the console. */
-void ibl_console_progress(void *console, const char *stage, double done);
+/* Begins or continues a stage: its finished share is shown. */
+void ibl_console_progress(ibl_console *c, const char *stage, double done);
 /* Prints "iblbake: ..." and a newline, but only for the first error: later ones
  * follow from it. Returns false. */
 bool ibl_console_fail(ibl_console *c, const char *fmt, ...)

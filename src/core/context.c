@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "core/context.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -28,6 +30,13 @@ struct ibl_ctx {
     ibl_ctx_options opts; /* isa is the set in use; bridge is not used */
     char *bridge;
     atomic_bool cancel;
+
+    char stage[32]; /* the last of the running bake */
+    ibl_share shares[IBL_SHARES];
+    double reached[IBL_SHARES]; /* of each, 0..1 */
+    int last;                   /* number of numbered stages */
+    double from, to;            /* what they are of such stages */
+    double whole;               /* -1: of no bake */
 };
 
 const char *ibl_version(void)
@@ -92,6 +101,7 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
     ibl_alloc_hold();
     ctx->opts = *opts;
     ctx->opts.isa = isa;
+    ctx->whole = -1;
     if (opts->bridge) {
         const size_t bytes = strlen(opts->bridge) + 1;
         ctx->bridge = ibl_alloc_array(bytes, 1);
@@ -202,10 +212,59 @@ ibl_status ibl_missing(ibl_ctx *ctx, const char *what)
     return ibl_fail(ctx, IBL_ERR_ARGUMENT, "%s is NULL: must be given", what);
 }
 
+void ibl_progress_begin(ibl_ctx *ctx, const ibl_share shares[IBL_SHARES])
+{
+    memcpy(ctx->shares, shares, sizeof ctx->shares);
+    memset(ctx->reached, 0, sizeof ctx->reached);
+    ctx->last = 0;
+    *ctx->stage = '\0';
+    ctx->whole = 0;
+}
+
+void ibl_progress_numbered(ibl_ctx *ctx, int last, double from, double to)
+{
+    ctx->last = last;
+    ctx->from = from;
+    ctx->to = to;
+}
+
+void ibl_progress_end(ibl_ctx *ctx, bool ok)
+{
+    if (ok && *ctx->stage && ctx->opts.progress)
+        ctx->opts.progress(ctx->opts.progress_cookie, ctx->stage, 1, 1);
+    ctx->whole = -1;
+}
+
+/* Stages run side by side, some twice: each counts as far as it has come. */
+static void note_whole(ibl_ctx *ctx, const char *stage, double done)
+{
+    const int number = atoi(stage + strcspn(stage, "0123456789"));
+    double whole = 0, all = 0;
+
+    if (number && ctx->last)
+        done =
+            ctx->from + (ctx->to - ctx->from) * (number - 1 + done) / ctx->last;
+    for (int i = 0; i < IBL_SHARES; i++) {
+        const ibl_share *s = &ctx->shares[i];
+        if (!s->stage)
+            continue;
+        if (!strncmp(stage, s->stage, strlen(s->stage)))
+            ctx->reached[i] = fmax(ctx->reached[i], fmin(done, 1));
+        whole += s->weight * ctx->reached[i];
+        all += s->weight;
+    }
+    snprintf(ctx->stage, sizeof ctx->stage, "%s", stage);
+    if (all > 0)
+        ctx->whole = fmax(ctx->whole, whole / all);
+}
+
 void ibl_progress(ibl_ctx *ctx, const char *stage, double done)
 {
-    if (ctx->opts.progress)
-        ctx->opts.progress(ctx->opts.progress_cookie, stage, done);
+    if (!ctx->opts.progress)
+        return;
+    if (ctx->whole >= 0)
+        note_whole(ctx, stage, done);
+    ctx->opts.progress(ctx->opts.progress_cookie, stage, done, ctx->whole);
 }
 
 struct tick {

@@ -31,6 +31,22 @@ size_t ibl_ctx_memory(const ibl_ctx *ctx);
 /* Calls the progress callback. */
 void ibl_progress(ibl_ctx *ctx, const char *stage, double done);
 
+/* Begins what the callback gets as a whole: stages that begin with these names
+ * share the whole by their weights; others do not count. */
+enum {
+    IBL_SHARES = 6
+};
+typedef struct ibl_share {
+    const char *stage;
+    double weight; /* 0: does not run */
+} ibl_share;
+void ibl_progress_begin(ibl_ctx *ctx, const ibl_share shares[IBL_SHARES]);
+/* Until the next call stages whose names end in a number, 1 to last, are a part
+ * of such stages, from..to of them. */
+void ibl_progress_numbered(ibl_ctx *ctx, int last, double from, double to);
+/* Reports that all is done, or, not ok, only ends it. */
+void ibl_progress_end(ibl_ctx *ctx, bool ok);
+
 /* Runs jobs on the context's pool and reports progress under stage (NULL:
  * silently). Jobs should take milliseconds, since cancelling waits for running
  * jobs. Returns IBL_OK or IBL_ERR_CANCELLED. A job must not call it. */

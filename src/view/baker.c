@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Bakes on a thread with its own context while the window keeps drawing. `lock`
  * guards the data that the thread and its caller share. */
+#include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,8 +13,7 @@
 #include "view/message.h"
 
 enum {
-    STAGE_BYTES = 64,
-    STAGES = 11
+    STAGE_BYTES = 64
 };
 
 struct view_baker {
@@ -26,34 +26,22 @@ struct view_baker {
 
     pthread_mutex_t lock;
     char stage[STAGE_BYTES];
-    double reached[STAGES]; /* done part of each stage, 0..1 */
+    double whole; /* the finished share */
     bool ended;
     char message[1024]; /* the error */
 };
 
 /* ---- progress -------------------------------------------------------- */
 
-/* Rough shares of the time with a map of 8192 pixels. Stages run side by side,
- * some twice; progress sums the most that each has reached. */
-static const struct {
-    const char *name;
-    double weight;
-} stages[STAGES] = {
-    {"decode", 0.35},     {"level 0", 0.2},     {"analysis", 0.2},
-    {"specular 1", 0.03}, {"specular 2", 0.03}, {"specular 3", 0.03},
-    {"specular 4", 0.03}, {"specular 5", 0.03}, {"irradiance", 0.03},
-    {"sh", 0.02},         {"lut", 0.05},
-};
-
-static void on_progress(void *cookie, const char *stage, double done)
+static void on_progress(void *cookie, const char *stage, double done,
+                        double whole)
 {
     view_baker *b = cookie;
 
+    (void)done;
     pthread_mutex_lock(&b->lock);
     snprintf(b->stage, sizeof b->stage, "%s", stage);
-    for (int i = 0; i < STAGES; i++)
-        if (!strcmp(stage, stages[i].name) && done > b->reached[i])
-            b->reached[i] = done < 1 ? done : 1;
+    b->whole = fmax(b->whole, whole);
     pthread_mutex_unlock(&b->lock);
 }
 
@@ -73,15 +61,11 @@ static void on_log(void *cookie, ibl_log_level level, const char *text)
 
 bool view_baker_poll(view_baker *baker, char *stage, double *done)
 {
-    double whole = 0;
-
     pthread_mutex_lock(&baker->lock);
     const bool ended = baker->ended;
     memcpy(stage, baker->stage, sizeof baker->stage);
-    for (int i = 0; i < STAGES; i++)
-        whole += stages[i].weight * baker->reached[i];
+    *done = ended ? 1 : baker->whole;
     pthread_mutex_unlock(&baker->lock);
-    *done = ended || whole > 1 ? 1 : whole;
     return ended;
 }
 

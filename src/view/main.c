@@ -11,10 +11,12 @@
 #include "view/app.h"
 #include "view/message.h"
 
-/* Shows the stage of a bake on a terminal. */
-static void show_progress(void *cookie, const char *stage, double done)
+/* Shows the share of a bake that is done on a terminal. */
+static void show_progress(void *cookie, const char *stage, double done,
+                          double whole)
 {
     (void)cookie;
+    done = whole < 0 ? done : whole;
     fprintf(stderr, "\r%-20s %3.0f %%\033[K%s", stage, 100 * done,
             done >= 1 ? "\r\033[K" : "");
 }

@@ -259,13 +259,10 @@ static void update_spheres(view_renderer *r, const view_settings *s, int width,
 
 /* ---- passes ------------------------------------------------------------ */
 
-static void resize(view_renderer *r, int width, int height)
+static void upload_frame(const view_renderer *r, const view_frame *f)
 {
-    if (width == r->width && height == r->height)
-        return;
-    r->width = width;
-    r->height = height;
-    r->stale = true;
+    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
+    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof *f, f);
 }
 
 /* Whether the linear pictures can stay: all places are drawn. Without them,
@@ -317,8 +314,7 @@ static void choose_place(view_renderer *r, const view_settings *s)
         fill_frame(r, &at, r->set, &frame);
     }
     r->settings = at;
-    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
-    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof frame, &frame);
+    upload_frame(r, &frame);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
 }
 
@@ -395,8 +391,7 @@ static void use_set(view_renderer *r, int i)
     view_frame frame;
 
     fill_frame(r, &r->settings, i ? r->other : r->set, &frame);
-    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
-    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof frame, &frame);
+    upload_frame(r, &frame);
     bind_maps(r->maps[i]);
 }
 
@@ -565,7 +560,9 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
 {
     if (!r->set)
         return view_fail("nothing is loaded that could be drawn");
-    resize(r, width, height);
+    r->stale |= width != r->width || height != r->height;
+    r->width = width;
+    r->height = height;
     update_spheres(r, s, width, height);
     if (s->mode == VIEW_MODEL && !make_subject(r, s))
         return false;
@@ -636,12 +633,6 @@ unsigned char *view_renderer_picture(const view_renderer *r)
         rgb = view_picture_read(made[1], r->width, r->height);
     free_drawn(made);
     return rgb;
-}
-
-static void upload_frame(const view_renderer *r, const view_frame *f)
-{
-    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
-    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof *f, f);
 }
 
 bool view_renderer_linear(const view_renderer *r, float *rgb)

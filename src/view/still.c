@@ -267,13 +267,8 @@ static bool draw_sheet(view_app *app)
 
 static bool make(view_app *app)
 {
-    const view_options *o = app->options;
-
-    if (!view_app_make(app) || !view_renderer_load(app->renderer, app->set))
-        return false;
-    if (o->contact_sheet)
-        return draw_sheet(app);
-    return draw_picture(app);
+    return view_app_make(app) && view_renderer_load(app->renderer, app->set) &&
+           (app->options->contact_sheet ? draw_sheet(app) : draw_picture(app));
 }
 
 /* Makes the output on a screen as large as a picture. */
