@@ -28,19 +28,20 @@ enum {
 };
 
 typedef struct force {
-    search *s; /* with finer values */
-    pick failed[FAILED];
+    ibl_search *s; /* with finer values */
+    ibl_pick failed[FAILED];
     int failed_count;
     double most; /* squared error */
-    pick best;
+    ibl_pick best;
     long judged, chains;
 } force;
 
 /* The order in which a set's parts are tried. */
-static const int inner[] = {LOBES, PIXEL, IRRADIANCE, LUT};
+static const int inner[] = {IBL_SET_LOBES, IBL_SET_PIXEL, IBL_SET_IRRADIANCE,
+                            IBL_SET_LUT};
 
 /* Edges from first to last, steps of them in each octave. */
-static void fill(values *v, int first, int last, int steps)
+static void fill(ibl_values *v, int first, int last, int steps)
 {
     v->count = first == 0; /* harmonics stay */
     for (int octave = 1; octave <= last; octave *= 2)
@@ -48,67 +49,71 @@ static void fill(values *v, int first, int last, int steps)
             const int edge = octave + octave * i / steps;
             if (edge >= (first ? first : 2) && edge <= last &&
                 (!v->count || edge > v->value[v->count - 1]))
-                add_value(v, edge);
+                v->value[v->count++] = edge;
         }
 }
 
 /* As the search's, but finer where it has a choice. */
-static void fill_values(search *s)
+static void fill_values(ibl_search *s)
 {
-    values *const size = &s->part[SIZE], *irradiance = &s->part[IRRADIANCE];
+    ibl_values *const size = &s->part[IBL_SET_SIZE],
+                      *irradiance = &s->part[IBL_SET_IRRADIANCE];
 
     if (size->count > 1)
         fill(size, 1, size->value[size->count - 1], 8);
     if (irradiance->count > 1)
         fill(irradiance, irradiance->value[0] ? 2 : 0, 32, 4);
-    if (s->part[LUT].count > 1)
-        fill(&s->part[LUT], 2, 256, 4);
-    if (s->part[LOBES].count > 1)
-        fill(&s->part[LOBES], 4, 64, 4);
+    if (s->part[IBL_SET_LUT].count > 1)
+        fill(&s->part[IBL_SET_LUT], 2, 256, 4);
+    if (s->part[IBL_SET_LOBES].count > 1)
+        fill(&s->part[IBL_SET_LOBES], 4, 64, 4);
     memset(s->chain, 0, sizeof s->chain);
-    for (int i = 0; i < MOST; i++)
+    for (int i = 0; i < IBL_SET_VALUES; i++)
         ibl_lut_free(&s->luts[i]);
 }
 
 /* The finest or the coarsest value of a part. */
-static int end_of(const search *s, int part, bool finest)
+static int end_of(const ibl_search *s, int part, bool finest)
 {
-    return finest == (part != PIXEL) ? s->part[part].count - 1 : 0;
+    return finest == (part != IBL_SET_PIXEL) ? s->part[part].count - 1 : 0;
 }
 
-static pick all_of(const search *s, const pick *of, bool finest)
+static ibl_pick all_of(const ibl_search *s, const ibl_pick *of, bool finest)
 {
-    pick p = *of;
+    ibl_pick p = *of;
     for (int i = 0; i < 4; i++)
         p.at[inner[i]] = end_of(s, inner[i], finest);
     return p;
 }
 
 /* Whether a set has the error that is wanted. */
-static bool holds(force *f, pick *p)
+static bool holds(force *f, ibl_pick *p)
 {
     bool enough = false;
 
     f->judged++;
-    return judge(f->s, p) && is_enough(f->s, f->most, p, &enough) && enough;
+    return ibl_set_judge(f->s, p) && is_enough(f->s, f->most, p, &enough) &&
+           enough;
 }
 
 /* Whether a set that is finer in all parts is known to fail. */
-static bool must_fail(const force *f, const pick *p)
+static bool must_fail(const force *f, const ibl_pick *p)
 {
     for (int i = f->failed_count - 1; i >= 0; i--) {
         const int *at = f->failed[i].at;
-        if (at[LOBES] >= p->at[LOBES] && at[PIXEL] <= p->at[PIXEL] &&
-            at[IRRADIANCE] >= p->at[IRRADIANCE] && at[LUT] >= p->at[LUT])
+        if (at[IBL_SET_LOBES] >= p->at[IBL_SET_LOBES] &&
+            at[IBL_SET_PIXEL] <= p->at[IBL_SET_PIXEL] &&
+            at[IBL_SET_IRRADIANCE] >= p->at[IBL_SET_IRRADIANCE] &&
+            at[IBL_SET_LUT] >= p->at[IBL_SET_LUT])
             return true;
     }
     return false;
 }
 
 /* False: a set fails that would have the fewest bytes so far. */
-static bool try_set(force *f, pick *p)
+static bool try_set(force *f, ibl_pick *p)
 {
-    if (bytes_of(f->s, p) >= f->best.bytes)
+    if (ibl_set_bytes(f->s, p) >= f->best.bytes)
         return true;
     if (must_fail(f, p))
         return false;
@@ -123,20 +128,21 @@ static bool try_set(force *f, pick *p)
 
 /* All sets with a lobe table and a format, from the finest irradiance and the
  * coarsest BRDF table on. */
-static void try_tables(force *f, const pick *coarsest, pick p)
+static void try_tables(force *f, const ibl_pick *coarsest, ibl_pick p)
 {
-    p.at[LUT] = coarsest->at[LUT];
-    for (; p.at[IRRADIANCE] >= coarsest->at[IRRADIANCE]; p.at[IRRADIANCE]--)
+    p.at[IBL_SET_LUT] = coarsest->at[IBL_SET_LUT];
+    for (; p.at[IBL_SET_IRRADIANCE] >= coarsest->at[IBL_SET_IRRADIANCE];
+         p.at[IBL_SET_IRRADIANCE]--)
         while (!try_set(f, &p))
-            if (++p.at[LUT] >= f->s->part[LUT].count)
+            if (++p.at[IBL_SET_LUT] >= f->s->part[IBL_SET_LUT].count)
                 return;
 }
 
 /* The coarsest value of a part that holds beside the finest others. */
-static int last_that_holds(force *f, const pick *finest, int part)
+static int last_that_holds(force *f, const ibl_pick *finest, int part)
 {
-    const int step = part == PIXEL ? 1 : -1;
-    pick p = *finest;
+    const int step = part == IBL_SET_PIXEL ? 1 : -1;
+    ibl_pick p = *finest;
 
     while (p.at[part] != end_of(f->s, part, false)) {
         p.at[part] += step;
@@ -147,62 +153,66 @@ static int last_that_holds(force *f, const pick *finest, int part)
 }
 
 /* All sets of a chain that could have fewer bytes. */
-static void try_chain(force *f, const pick *of)
+static void try_chain(force *f, const ibl_pick *of)
 {
-    const pick finest = all_of(f->s, of, true);
-    pick coarsest = all_of(f->s, of, false), p = finest;
+    const ibl_pick finest = all_of(f->s, of, true);
+    ibl_pick coarsest = all_of(f->s, of, false), p = finest;
 
     f->failed_count = 0;
-    if (bytes_of(f->s, &coarsest) >= f->best.bytes)
+    if (ibl_set_bytes(f->s, &coarsest) >= f->best.bytes)
         return;
     f->chains++;
     if (!holds(f, &p))
         return;
     for (int i = 0; i < 4; i++)
         coarsest.at[inner[i]] = last_that_holds(f, &finest, inner[i]);
-    for (p.at[LOBES] = coarsest.at[LOBES]; p.at[LOBES] <= finest.at[LOBES];
-         p.at[LOBES]++)
-        for (p.at[PIXEL] = coarsest.at[PIXEL]; p.at[PIXEL] >= 0; p.at[PIXEL]--)
+    for (p.at[IBL_SET_LOBES] = coarsest.at[IBL_SET_LOBES];
+         p.at[IBL_SET_LOBES] <= finest.at[IBL_SET_LOBES]; p.at[IBL_SET_LOBES]++)
+        for (p.at[IBL_SET_PIXEL] = coarsest.at[IBL_SET_PIXEL];
+             p.at[IBL_SET_PIXEL] >= 0; p.at[IBL_SET_PIXEL]--)
             try_tables(f, &coarsest, p);
 }
 
 /* Fitted ladders, or those of the mappings. */
 static void try_all(force *f)
 {
-    search *s = f->s;
-    pick p = {.ladder = 0};
+    ibl_search *s = f->s;
+    ibl_pick p = {.ladder = 0};
 
     do {
-        const int size = value_of(s, &p, SIZE), n = value_of(s, &p, LEVELS);
-        chain *c = chain_of(s, &p);
-        if ((n > 1 && size >> (n - 1) < LEAST_EDGE) ||
+        const int size = ibl_set_value(s, &p, IBL_SET_SIZE),
+                  n = ibl_set_value(s, &p, IBL_SET_LEVELS);
+        ibl_chain *c = ibl_chain_of(s, &p);
+        if ((n > 1 && size >> (n - 1) < IBL_SET_LEAST_EDGE) ||
             n > ibl_most_levels(size))
             continue;
         c->layout = (ibl_specular_layout){.size = size, .levels = n ? n : 1};
-        const pick least = all_of(s, &p, false);
-        if (bytes_of(s, &least) >= f->best.bytes || !measure_chain(s, &p, c))
+        const ibl_pick least = all_of(s, &p, false);
+        if (ibl_set_bytes(s, &least) >= f->best.bytes ||
+            !ibl_chain_measure(s, &p, c))
             continue;
         for (p.ladder = 0; p.ladder < (s->fits ? 3 : 1); p.ladder++)
             try_chain(f, &p);
         p.ladder = 0;
-    } while (next_chain(s, &p));
+    } while (ibl_chain_next(s, &p));
 }
 
 /* The set of fewest bytes so far. */
 static void tell_best(const force *f)
 {
-    const pick *p = &f->best;
+    const ibl_pick *p = &f->best;
     ibl_specular_layout l;
 
-    if (!layout_of(f->s, p, &l))
+    if (!ibl_set_layout(f->s, p, &l))
         return;
     printf("fewest: size %d, roughness", l.size);
     for (int i = 0; i < l.levels; i++)
         printf(" %.3g", l.roughness[i]);
     printf(", %s, irradiance %d, BRDF table %d, lobe table %d\n",
-           ibl_pixel_name((ibl_pixel)value_of(f->s, p, PIXEL)),
-           value_of(f->s, p, IRRADIANCE), value_of(f->s, p, LUT),
-           value_of(f->s, p, LOBES));
+           ibl_pixel_name((ibl_pixel)ibl_set_value(f->s, p, IBL_SET_PIXEL)),
+           ibl_set_value(f->s, p, IBL_SET_IRRADIANCE),
+           ibl_set_value(f->s, p, IBL_SET_LUT),
+           ibl_set_value(f->s, p, IBL_SET_LOBES));
 }
 
 /* Prints the fewest bytes that hold what the choice holds. */
@@ -220,7 +230,7 @@ static void report(const force *f, const ibl_choice *c)
 bool ibl_choose(ibl_bake_source *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice)
 {
-    static search s;
+    static ibl_search s;
     static force f;
     ibl_opts given = *o;
     ibl_choice scratch = {.asked = o->rendered_error};
@@ -242,8 +252,8 @@ bool ibl_choose(ibl_bake_source *from, const ibl_materials *materials,
         s.most_parts = f.most;
         f.most = near * near * choice->least * choice->least;
     }
-    f.best =
-        (pick){.bytes = choice->bytes, .error = choice->error * choice->error};
+    f.best = (ibl_pick){.bytes = choice->bytes,
+                        .error = choice->error * choice->error};
     try_all(&f);
     report(&f, choice);
     search_close(&s);
