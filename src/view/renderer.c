@@ -360,10 +360,8 @@ static bool draw_stage(view_renderer *r)
                                      .frame = r->frame,
                                      .map = r->backdrop && !r->set->own_sky};
 
-    if (!r->stage) {
-        r->stage = view_scene_create();
-        view_renderer_probes(r, r->probes);
-    }
+    if (!r->stage && (r->stage = view_scene_create()))
+        view_scene_use(r->stage, r->probes);
     if (!r->stage)
         return false;
     return view_scene_draw(r->stage, &r->settings, &e, maps[VIEW_LUT],
