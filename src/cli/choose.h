@@ -20,7 +20,4 @@
 bool ibl_choose(ibl_bake_source *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice);
 
-/* Bytes of texels in the outputs that o asks for, but the skybox. */
-size_t ibl_opts_bytes(const ibl_opts *o);
-
 #endif

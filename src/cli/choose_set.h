@@ -4,7 +4,7 @@
 #ifndef CLI_CHOOSE_SET_H
 #define CLI_CHOOSE_SET_H
 
-#include "cli/choose.h"
+#include "cli/bake_record.h"
 
 enum {
     IBL_SET_VALUES = 80,   /* of one part */
@@ -93,7 +93,9 @@ static inline int ibl_set_value(const ibl_search *s, const ibl_pick *p,
     return s->part[part].value[p->at[part]];
 }
 
-/* Of texels, as all bytes here. */
+/* Bytes of texels in the outputs that o asks for, but the skybox. */
+size_t ibl_opts_bytes(const ibl_opts *o);
+
 size_t ibl_chain_bytes(int size, int levels, ibl_pixel pixel);
 
 /* The parts as the options have them; levels 0: the default number. */

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "cli/choose_set.h"
+
 enum {
     BINS = IBL_SURVEY_BINS,
     SHEEN_LEAST = 5, /* bin: shaders take smaller roughnesses of sheen for it */
