@@ -1,39 +1,32 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The error that can be expected of what is drawn with a distribution of
- * materials, and the ladder of least error for it.
- *
- * A target is the lobe of a surface, of a roughness, a view and F0. Where no
- * lobe table is given, it is looked up between the two levels and with the
- * share of irradiance of least error (bake/lobe_fit.h), in the direction of
- * ibl/ibl.glsl's ibl_lobe_fit: what a table fitted to that chain comes near to.
+ * materials. Where no lobe table is given, a target is looked up between the
+ * two levels and with the share of irradiance of least error (bake/lobe_fit.h),
+ * in the direction of ibl/ibl.glsl's ibl_lobe_fit: what a table fitted to that
+ * chain comes near to.
  */
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
-#include "bake/lobe_fit.h"
-#include "bake/lookup_error.h"
+#include "bake/expectation.h"
 #include "bake/options.h"
-#include "bake/spectral/lobe_coefficients.h"
 #include "bake/true_lobe.h"
 #include "brdf/ggx.h"
 #include "core/alloc.h"
 #include "core/context.h"
-#include "image/cube.h"
 #include "kern/brdf_quadrature.h"
 
 enum {
-    VIEWS = 5,  /* Gauss-Legendre points of N.V */
-    NODES = 20, /* roughnesses, at most */
-    TARGETS = NODES * VIEWS * 2,
-    GRID = 128,  /* roughnesses of ladders: i / GRID */
-    LEAST = 7,   /* of them above 0 */
+    VIEWS = IBL_EXPECTED_VIEWS,
+    NODES = IBL_EXPECTED_NODES,
+    TARGETS = IBL_EXPECTED_TARGETS,
+    DEGREES = IBL_EXPECTED_DEGREES,
+    BENT = IBL_EXPECTED_BENT,
     TABLE = 128, /* edge of the BRDF table that counts as the truth */
-    DEGREES = IBL_LOBE_DEGREE + 1,
     MOST_ROUGHNESSES = 64,
-    BEYOND = 8, /* half octaves beyond the degrees that are known */
-    BENT = 2    /* directions of a view, after IBL_TO_R: for F0 = 1, and .04 */
+    BEYOND = 8 /* half octaves beyond the degrees that are known */
 };
 
 static const ibl_specular_layout none = {
@@ -42,39 +35,6 @@ static const ibl_specular_layout none = {
 /* Bins of roughness that stand for the others, if there are many. */
 static const int bins[NODES] = {0,  3,  4,  6,  8,  10, 12, 16, 20, 24,
                                 28, 32, 36, 40, 44, 48, 52, 56, 60, 64};
-
-typedef struct node {
-    double roughness; /* below IBL_EXPECTED_LEAST: a mirror */
-    double weight[2], diffuse[2];
-} node;
-
-typedef struct target {
-    double seen[IBL_BANDS_MOST]; /* C_l of the lobe, in the direction BENT */
-    double lit[IBL_BANDS_MOST];  /* and of the cosine lobe */
-    double weight;               /* of squares in units of its energy */
-    double diffuse;              /* albedo, in units of its energy */
-    double power;                /* |T|^2 without the mean */
-    double both, even;           /* <cosine, cosine>, <cosine, T> */
-} target;
-
-struct ibl_expectation {
-    ibl_ctx *ctx;
-    bool exact; /* only lookups are judged, each way, and no ladders */
-    ibl_bands_rule rule;
-    double at[VIEWS], weight[VIEWS];
-    ibl_lobe_kernels kernels; /* of no chain: the spectrum and the cosine */
-    const double *given;      /* C_l as given, or NULL */
-    int degree, most;         /* its last; the map's */
-    double beyond;            /* power beyond `degree`, of that up to it */
-    ibl_lut truth;
-    int nodes;
-    node node[NODES];
-    ibl_lookup_view *view; /* VIEWS of each node */
-    target target[TARGETS];
-    double total;            /* of |T + a c|^2 */
-    double (*lobe)[DEGREES]; /* of ladders; NULL: none was fitted */
-    bool has_lobe[GRID + 1];
-};
 
 ibl_materials ibl_materials_all(void)
 {
@@ -94,7 +54,8 @@ static bool has_bin(const ibl_materials *m, int i)
     return m->weight[i][0] > 0 || m->weight[i][1] > 0;
 }
 
-static void add_bin(const ibl_materials *m, int i, double share, node *to)
+static void add_bin(const ibl_materials *m, int i, double share,
+                    ibl_expected_node *to)
 {
     for (int f = 0; f < 2; f++) {
         const double w = share * m->weight[i][f];
@@ -104,7 +65,7 @@ static void add_bin(const ibl_materials *m, int i, double share, node *to)
 }
 
 /* Bins between two of the list count for both. */
-static void merge_bins(const ibl_materials *m, node all[NODES])
+static void merge_bins(const ibl_materials *m, ibl_expected_node all[NODES])
 {
     for (int i = 0, k = 0; i <= IBL_MATERIAL_STEPS; i++) {
         if (i > bins[k + 1])
@@ -123,7 +84,7 @@ static double roughness_of(int bin)
 
 static void make_nodes(ibl_expectation *e, const ibl_materials *m)
 {
-    node all[NODES] = {{0}};
+    ibl_expected_node all[NODES] = {{0}};
     int count = 0, at[IBL_MATERIAL_STEPS + 1];
     for (int i = 0; i <= IBL_MATERIAL_STEPS; i++)
         if (has_bin(m, i))
@@ -192,15 +153,16 @@ static void make_bands(const ibl_expectation *e, int job, ibl_lobe_bands *b)
         mirror_bands(n_v, b);
 }
 
-static void fill_target(const ibl_expectation *e, int job, int f, target *t)
+static void fill_target(const ibl_expectation *e, int job, int f,
+                        ibl_expected_target *t)
 {
-    const node *n = &e->node[job / VIEWS];
+    const ibl_expected_node *n = &e->node[job / VIEWS];
     const ibl_lobe_bands *b = &e->view[job].bands;
     const double *cosine = ibl_lobe_of(&e->kernels, e->kernels.layout.levels);
     const double n_v = e->at[job % VIEWS];
-    *t = (target){.weight = n->weight[f] * e->weight[job % VIEWS] * 2 * n_v *
-                            b->energy[f] * b->energy[f],
-                  .diffuse = n->diffuse[f] / b->energy[f]};
+    *t = (ibl_expected_target){.weight = n->weight[f] * e->weight[job % VIEWS] *
+                                         2 * n_v * b->energy[f] * b->energy[f],
+                               .diffuse = n->diffuse[f] / b->energy[f]};
     for (int i = 0; i < b->count && !e->exact; i++) {
         const int l = b->degree[i];
         const double k = l < DEGREES ? cosine[l] : 0;
@@ -235,281 +197,6 @@ static void view_job(void *arg, int job, int worker)
         fill_target(e, job, f, &e->target[2 * job + f]);
 }
 
-/* ---- ladders --------------------------------------------------------------
- */
-
-/* Products of a level with the targets and, for each node, with itself and the
- * level before. */
-typedef struct level {
-    double with[TARGETS], even[TARGETS];
-    double same[NODES], next[NODES];
-    /* At the degrees of a node: k_l with the blur of texels, that blur, and
-     * what texels add to the square. */
-    double lobe[NODES][IBL_BANDS_MOST];
-    double blur[NODES][IBL_BANDS_MOST], texels[NODES][IBL_BANDS_MOST];
-    int blurred; /* 0: not yet; 1: a level of a lobe; 2: a mirror */
-} level;
-
-typedef struct ladder {
-    ibl_expectation *e;
-    ibl_specular_layout layout;
-    level level[IBL_MAX_LEVELS];
-    double cost[IBL_MAX_LEVELS][TARGETS];    /* between a level and the next */
-    double best[IBL_MAX_LEVELS][TARGETS][2]; /* ibl_lobe_least's at */
-} ladder;
-
-static ibl_status fill_lobe(ibl_ctx *ctx, double r, double *k)
-{
-    for (int l = 0; l < DEGREES; l++)
-        k[l] = 1;
-    const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, r * r);
-    return r > 0 ? ibl_lobe_coefficients(ctx, &shape, DEGREES - 1, k) : IBL_OK;
-}
-
-/* What the texels of a level do, for its size and whether it is a mirror. */
-static void blur_level(ladder *s, int m)
-{
-    const int kind = s->layout.roughness[m] > 0 ? 1 : 2;
-    const int edge = (int)fmax(s->layout.size >> m, 1);
-    level *to = &s->level[m];
-    if (to->blurred == kind)
-        return;
-    to->blurred = kind;
-    for (int n = 0; n < s->e->nodes; n++) {
-        const ibl_lobe_bands *b = &s->e->view[n * VIEWS].bands;
-        for (int i = 0; i < b->count; i++) {
-            const double own =
-                kind == 2 ? ibl_lookup_pixels(edge, s->e->most, b->degree[i])
-                          : 1;
-            to->blur[n][i] =
-                own * ibl_lobe_blur_at(&s->layout, m, b->degree[i]);
-            to->texels[n][i] =
-                own * own * b->share[i] *
-                ibl_lookup_scatter(edge, kind == 2, b->degree[i]);
-        }
-    }
-}
-
-/* k: of the level's lobe. Its texels blur it, and add to its square. */
-static void level_of_node(ladder *s, int m, const double *k, int n)
-{
-    const ibl_lobe_bands *b = &s->e->view[n * VIEWS].bands;
-    const double beyond = s->layout.roughness[m] > 0 ? 0 : 1;
-    level *to = &s->level[m];
-    const double *before = m ? to[-1].lobe[n] : to->lobe[n];
-    double same = 0, next = 0;
-    for (int i = 0; i < b->count; i++) {
-        const int l = b->degree[i];
-        const double own = l < DEGREES ? k[l] : beyond;
-        const double lobe = own * to->blur[n][i];
-        to->lobe[n][i] = lobe;
-        same += b->share[i] * lobe * lobe + to->texels[n][i] * own * own;
-        next += b->share[i] * lobe * before[i];
-    }
-    to->same[n] = same;
-    to->next[n] = next;
-}
-
-static void level_of_target(ladder *s, int m, int i)
-{
-    const target *t = &s->e->target[i];
-    const int n = i / (2 * VIEWS), count = s->e->view[i / 2].bands.count;
-    const double *lobe = s->level[m].lobe[n];
-    double with = 0, even = 0;
-    for (int k = 0; k < count; k++) {
-        with += lobe[k] * t->seen[k];
-        even += lobe[k] * t->lit[k];
-    }
-    s->level[m].with[i] = with;
-    s->level[m].even[i] = even;
-}
-
-/* The products of level m. Those of the level before must be there. */
-static void make_level(ladder *s, int m, const double *k)
-{
-    const ibl_expectation *e = s->e;
-    blur_level(s, m);
-    for (int n = 0; n < e->nodes; n++)
-        level_of_node(s, m, k, n);
-    for (int i = 0; i < e->nodes * VIEWS * 2; i++)
-        if (e->target[i].weight > 0)
-            level_of_target(s, m, i);
-}
-
-/* The least costs between level m and the next or, if that is the last, with
- * itself. */
-static void make_costs(ladder *s, int m)
-{
-    const ibl_expectation *e = s->e;
-    const int two = m + 1 < s->layout.levels ? m + 1 : m;
-    const level *a = &s->level[m], *b = &s->level[two];
-    for (int i = 0; i < e->nodes * VIEWS * 2; i++) {
-        const target *t = &e->target[i];
-        const int n = i / (2 * VIEWS);
-        const ibl_lobe_products p = {
-            .h = {a->with[i], b->with[i]},
-            .same = {a->same[n], b->same[n]},
-            .next = {two > m ? b->next[n] : a->same[n]},
-            .cosine = {a->even[i], b->even[i]},
-            .both = t->both,
-            .diffuse = t->even};
-        s->cost[m][i] =
-            t->weight > 0
-                ? fmax(t->power + ibl_lobe_least(&p, 0, s->best[m][i]), 0)
-                : 0;
-    }
-}
-
-static int pairs_of(const ladder *s)
-{
-    return s->layout.levels > 1 ? s->layout.levels - 1 : 1;
-}
-
-/* The level below the best place of a target. */
-static int best_pair(const ladder *s, int which)
-{
-    int best = 0;
-    for (int m = 1; m < pairs_of(s); m++)
-        if (s->cost[m][which] < s->cost[best][which])
-            best = m;
-    return best;
-}
-
-static double ladder_error(const ladder *s)
-{
-    double sum = 0;
-    for (int i = 0; i < s->e->nodes * VIEWS * 2; i++)
-        sum += s->e->target[i].weight * s->cost[best_pair(s, i)][i];
-    return sum;
-}
-
-/* ---- the ladder of least error ------------------------------------------- */
-
-static ibl_status grid_lobe(ibl_expectation *e, int at)
-{
-    if (e->has_lobe[at])
-        return IBL_OK;
-    if (!e->lobe)
-        e->lobe = ibl_alloc_array(GRID + 1, sizeof *e->lobe);
-    if (!e->lobe)
-        return ibl_no_memory(e->ctx, "the fit of a ladder");
-    e->has_lobe[at] = true;
-    return fill_lobe(e->ctx, (double)at / GRID, e->lobe[at]);
-}
-
-/* Sets the roughnesses of the levels first.. last anew, and what depends on
- * them. */
-static ibl_status set_levels(ladder *s, const int *at, int first, int last)
-{
-    ibl_status status = IBL_OK;
-    for (int m = first; m <= last && !status; m++) {
-        s->layout.roughness[m] = (double)at[m] / GRID;
-        status = grid_lobe(s->e, at[m]);
-        if (!status)
-            make_level(s, m, s->e->lobe[at[m]]);
-    }
-    if (!status && last + 1 < s->layout.levels) /* its product with last */
-        make_level(s, last + 1, s->e->lobe[at[last + 1]]);
-    for (int m = first ? first - 1 : 0; m <= last && m < pairs_of(s); m++)
-        make_costs(s, m);
-    return status;
-}
-
-static bool is_rising(const int *at, int levels)
-{
-    if (at[0] < 0 || (at[0] > 0 && at[0] < LEAST) || at[levels - 1] > GRID)
-        return false;
-    for (int m = 1; m < levels; m++)
-        if (at[m] < LEAST || at[m] <= at[m - 1])
-            return false;
-    return true;
-}
-
-/* Moves a level by a step if that lessens the error. */
-static ibl_status try_step(ladder *s, int *at, int m, int step, double *error)
-{
-    ibl_status status = IBL_OK;
-    for (int way = -1; way <= 1 && !status; way += 2) {
-        const int was = at[m];
-        at[m] += way * step;
-        if (at[m] > 0 && at[m] < LEAST && way < 0)
-            at[m] = 0;
-        if (!is_rising(at, s->layout.levels)) {
-            at[m] = was;
-            continue;
-        }
-        status = set_levels(s, at, m, m);
-        const double now = ladder_error(s);
-        if (now < *error) {
-            *error = now;
-            continue;
-        }
-        at[m] = was;
-        if (!status)
-            status = set_levels(s, at, m, m);
-    }
-    return status;
-}
-
-/* From the sharpest roughness to the dullest in equal steps of r (2 - r). */
-static void start_ladder(const ibl_expectation *e, int levels, int *at)
-{
-    const double low = e->node[0].roughness * 0.85;
-    const double high = e->node[e->nodes - 1].roughness;
-    const double first = low * (2 - low), range = high * (2 - high) - first;
-    for (int m = 0; m < levels; m++) {
-        const double x =
-            first + range * (levels > 1 ? (double)m / (levels - 1) : 0.5);
-        at[m] = (int)round(GRID * (1 - sqrt(fmax(1 - x, 0))));
-        if (at[m] > 0 && at[m] < LEAST)
-            at[m] = m ? LEAST : 0;
-        if (m && at[m] <= at[m - 1])
-            at[m] = at[m - 1] + 1 > LEAST ? at[m - 1] + 1 : LEAST;
-    }
-    for (int m = levels - 1, most = GRID; m >= 0 && at[m] > most; m--)
-        at[m] = most--;
-}
-
-static ladder *new_ladder(const ibl_expectation *e, int size, int levels)
-{
-    ladder *s = ibl_alloc_zeroed(1, sizeof *s);
-    if (!s)
-        return NULL;
-    s->e = (ibl_expectation *)e;
-    s->layout = (ibl_specular_layout){.size = size,
-                                      .levels = levels,
-                                      .mapping = IBL_ROUGHNESS_BEST,
-                                      .lod_scale = 1};
-    return s;
-}
-
-ibl_status ibl_expectation_fit(ibl_expectation *e, int size, int levels,
-                               ibl_specular_layout *layout, double *nrmse)
-{
-    int at[IBL_MAX_LEVELS];
-    if (!e || !layout || !nrmse)
-        return ibl_missing(e ? e->ctx : NULL,
-                           "ibl_expectation_fit: layout or nrmse");
-    if (size < 1 || size > IBL_MAX_CUBE_SIZE || levels < 1 ||
-        levels > ibl_cube_most_levels(size))
-        return ibl_fail(e->ctx, IBL_ERR_ARGUMENT,
-                        "a ladder of %d levels from %d texels: there is none",
-                        levels, size);
-    ladder *s = new_ladder(e, size, levels);
-    if (!s)
-        return ibl_no_memory(e->ctx, "the fit of a ladder");
-    start_ladder(e, levels, at);
-    ibl_status status = set_levels(s, at, 0, levels - 1);
-    double error = ladder_error(s);
-    for (int step = 16; step > 0 && !status; step /= 2)
-        for (int m = 0; m < levels && !status; m++)
-            status = try_step(s, at, m, step, &error);
-    *layout = s->layout;
-    *nrmse = sqrt(error / e->total);
-    ibl_free(s);
-    return status;
-}
-
 /* ---- a set ----------------------------------------------------------------
  */
 
@@ -517,7 +204,7 @@ typedef struct judging {
     const ibl_expectation *e;
     const ibl_expected_set *set;
     ibl_lobe_kernels kernels;
-    const ladder *ladder; /* NULL: lookups follow from the set */
+    ibl_best_lookups *best; /* NULL: lookups follow from the set */
     double sum[IBL_LOOKUP_COUNT][TARGETS];
 } judging;
 
@@ -555,11 +242,8 @@ static ibl_lookup_use use_of(const judging *j, int way, int job, int f,
             ibl_lookup_by_table(j->set->lobes, &j->kernels, f,
                                 way == IBL_LOOKUP_TWO_TAPS ? 2 : 1, n_v, r, b);
     } else {
-        const int i = 2 * job + f, m = best_pair(j->ladder, i);
-        const double *best = j->ladder->best[m][i], own = 1 - best[1];
+        ibl_best_lookup(j->best, 2 * job + f, &use.lod, &use.weight);
         use.at[0] = use.at[1] = BENT + f;
-        use.lod = m + (own > 0 ? fmin(best[0] / own, 1) : 0);
-        use.weight = best[1];
     }
     return use;
 }
@@ -612,7 +296,7 @@ static void judge_job(void *arg, int job, int worker)
         fetch_table(j->set->lut, n_v, r, own);
     }
     for (int f = 0; f < 2; f++) {
-        const target *t = &e->target[2 * job + f];
+        const ibl_expected_target *t = &e->target[2 * job + f];
         const ibl_lookup_set set = {.diffuse = t->diffuse,
                                     .table = own[f] / truth[f],
                                     .irradiance = j->set->irradiance,
@@ -625,38 +309,19 @@ static void judge_job(void *arg, int job, int worker)
     }
 }
 
-/* The best lookups of a chain without its table. */
-static ibl_status find_lookups(const judging *j, ladder *s)
-{
-    double k[DEGREES];
-    ibl_status status = IBL_OK;
-    s->layout = j->set->layout;
-    for (int m = 0; m < s->layout.levels && !status; m++) {
-        status = fill_lobe(s->e->ctx, s->layout.roughness[m], k);
-        if (!status)
-            make_level(s, m, k);
-    }
-    for (int m = 0; m < pairs_of(s) && !status; m++)
-        make_costs(s, m);
-    return status;
-}
-
 /* Fills the sums of all targets. */
 static ibl_status judge(judging *j)
 {
     const ibl_expectation *e = j->e;
-    const bool free = !j->set->lobes && j->set->lookup != IBL_LOOKUP_SPLIT;
-    ladder *s = free ? new_ladder(e, 1, 1) : NULL;
     ibl_status status = IBL_OK;
-    j->ladder = s;
     memset(j->sum, 0, sizeof j->sum);
-    if (free && !s)
-        status = ibl_no_memory(e->ctx, "the expected error");
-    if (!status && s && j->set->layout.levels)
-        status = find_lookups(j, s);
+    if (!j->set->lobes && j->set->lookup != IBL_LOOKUP_SPLIT &&
+        j->set->layout.levels)
+        status = ibl_best_lookups_of(e, &j->set->layout, &j->best);
     if (!status)
         status = ibl_run(e->ctx, NULL, e->nodes * VIEWS, judge_job, j);
-    ibl_free(s);
+    ibl_free(j->best);
+    j->best = NULL;
     return status;
 }
 
@@ -771,7 +436,7 @@ static ibl_status judge_all(ibl_expectation *e, judging *j,
     for (int i = 0; i < count && !status; i += NODES) {
         e->nodes = count - i < NODES ? count - i : NODES;
         for (int n = 0; n < e->nodes; n++)
-            e->node[n] = (node){roughness[i + n], {1, 1}, {0, 0}};
+            e->node[n] = (ibl_expected_node){roughness[i + n], {1, 1}, {0, 0}};
         status = judge_nodes(e, j, &errors[i]);
     }
     ibl_lobe_kernels_free(&j->kernels);
@@ -825,7 +490,7 @@ static ibl_status make(ibl_expectation *e)
         return status;
     status = make_views(e);
     for (int i = 0; i < 2 * e->nodes * VIEWS; i++) {
-        const target *t = &e->target[i];
+        const ibl_expected_target *t = &e->target[i];
         if (t->weight > 0)
             e->total +=
                 t->weight * ibl_lookup_power(&e->kernels, &e->view[i / 2],
