@@ -25,6 +25,9 @@ enum {
 /* How near to the least error a set must be if that asked cannot be had. */
 static const double near = 1.2;
 
+/* What a chain may have of the squared error that others make one expect. */
+static const double far = 0.8;
+
 /* ---- by the sums ----------------------------------------------------------
  */
 
@@ -201,15 +204,13 @@ static bool judge_pick(ibl_search *s, ibl_pick *p)
 }
 
 /* Judges of each number of levels the chain of least error with its best table,
- * with the finest parts. *best is that of least error; HUGE_VAL: there is
- * none. False: after a message. */
+ * with the finest parts, unless it is far from the best so far. *best is that
+ * of least error; HUGE_VAL: there is none. False: after a message. */
 static bool judge_finest(ibl_search *s, ibl_pick *best)
 {
-    ibl_pick of = {.ladder = 0};
-
     *best = (ibl_pick){.error = HUGE_VAL};
-    for (; of.at[IBL_SET_LEVELS] < s->part[IBL_SET_LEVELS].count;
-         of.at[IBL_SET_LEVELS]++) {
+    for (int k = s->part[IBL_SET_LEVELS].count - 1; k >= 0; k--) {
+        ibl_pick of = {.at = {[IBL_SET_LEVELS] = k}};
         ibl_pick p, finest = {.ladder = 0};
         double least = HUGE_VAL;
         for (of.at[IBL_SET_SIZE] = 0;
@@ -219,7 +220,7 @@ static bool judge_finest(ibl_search *s, ibl_pick *best)
                 least = ibl_chain_of(s, &p)->least;
                 finest = p;
             }
-        if (least == HUGE_VAL)
+        if (least == HUGE_VAL || far * least * s->ratio > best->error)
             continue;
         if (!judge_pick(s, &finest))
             return false;
