@@ -111,6 +111,12 @@ TEST(drags)
     app.mouse[0] = END - 62; /* half of its length */
     CHECK(view_panel_point(&app, true));
     CHECK_NEAR(app.settings.ev, 0, 0.3);
+    /* A little to the left of the middle is 0, and not -0. */
+    for (double x = END - 75; x < END - 50; x += 0.1) {
+        app.mouse[0] = x;
+        view_panel_point(&app, true);
+        CHECK(fabs(app.settings.ev) > 1e-9 || !signbit(app.settings.ev));
+    }
     app.mouse[0] = 0;
     view_panel_point(&app, true);
     CHECK_NEAR(app.settings.ev, -8, 1e-9);

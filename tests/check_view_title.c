@@ -162,7 +162,8 @@ TEST(tells_what_changed)
     begin();
     for (int i = 0; i < 2; i++) {
         const view_mode mode = i ? VIEW_SCENE : VIEW_SPHERES;
-        TELLS(mode, turn, 15, "| environment 15 |");
+        TELLS(mode, turn, -20, "| environment -20 |");
+        TELLS(mode, turn, 3600, "| environment 3600 |");
         TELLS(mode, ev, 2, "| exposure 2 |");
         TELLS(mode, tone, VIEW_TONE_ACES, "| tone aces |");
         TELLS(mode, false_colour, true, "| false colour on |");

@@ -35,7 +35,7 @@ static void value_text(view_settings s, const view_control *c, char text[64])
     const void *field = view_control_field(c, &s);
 
     if (c->change == VIEW_SLIDES)
-        snprintf(text, 64, "%.3g", *(const double *)field);
+        snprintf(text, 64, "%.4g", *(const double *)field);
     else if (c->change == VIEW_SWITCHES)
         snprintf(text, 64, "%s", *(const bool *)field ? "on" : "off");
     else if (c->change == VIEW_COUNTS)
@@ -185,8 +185,9 @@ static void slide(view_app *app, const view_control *c, double x)
     const double share = fmin(fmax((x - SLIDER) / (WIDTH - SLIDER), 0), 1);
     const double value = c->low + share * (c->high - c->low);
 
+    /* 0 is not -0. */
     *(double *)view_control_field(c, &app->settings) =
-        c->by * round(value / c->by);
+        c->by * round(value / c->by) + 0.0;
 }
 
 bool view_panel_point(view_app *app, bool drag)
