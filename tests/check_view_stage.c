@@ -205,6 +205,20 @@ TEST_SLOW(settings_count)
     CHECK(changed() > 0.01);
 }
 
+/* The context that was made last, which is that of the library's filter. */
+static ibl_ctx *newest;
+
+ibl_status __real_ibl_ctx_create(const ibl_ctx_options *o, ibl_ctx **ctx);
+ibl_status __wrap_ibl_ctx_create(const ibl_ctx_options *o, ibl_ctx **ctx);
+
+ibl_status __wrap_ibl_ctx_create(const ibl_ctx_options *o, ibl_ctx **ctx)
+{
+    const ibl_status status = __real_ibl_ctx_create(o, ctx);
+
+    newest = *ctx;
+    return status;
+}
+
 /* What the library cannot filter it says once, and goes on with what there is,
  * until there is something else to do. */
 TEST(failure_is_said_once)
@@ -215,8 +229,7 @@ TEST(failure_is_said_once)
     draw(0);
     draw(1);
     CHECK_NEAR(view_scene_state_of(on.stage)->shown, 1, 0);
-    NEED(view_scene_context(on.stage));
-    ibl_ctx_cancel(view_scene_context(on.stage));
+    ibl_ctx_cancel(newest);
     view_test_catch();
     for (int i = 2; i < 8; i++)
         draw(i);

@@ -178,10 +178,11 @@ view_texel view_inspect(const baked_set *set, const view_settings *s, int width,
                                    : take_flat(set, s, width, height, x, y);
 }
 
+const char *const view_face_names[IBL_FACES] = {"+X", "-X", "+Y",
+                                                "-Y", "+Z", "-Z"};
+
 void view_texel_text(const view_texel *t, char *text, int size)
 {
-    static const char *const names[IBL_FACES] = {"+X", "-X", "+Y",
-                                                 "-Y", "+Z", "-Z"};
     const double *d = t->direction;
 
     if (!t->inside)
@@ -195,8 +196,9 @@ void view_texel_text(const view_texel *t, char *text, int size)
         snprintf(text, (size_t)size,
                  "level %d  %s (%d, %d)  dir %.3f %.3f %.3f  rgb %.4g %.4g "
                  "%.4g",
-                 t->level, names[t->face], t->x, t->y, d[0], d[1], d[2],
-                 (double)t->value[0], (double)t->value[1], (double)t->value[2]);
+                 t->level, view_face_names[t->face], t->x, t->y, d[0], d[1],
+                 d[2], (double)t->value[0], (double)t->value[1],
+                 (double)t->value[2]);
 }
 
 static void keep_pan(view_settings *s)

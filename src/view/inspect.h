@@ -32,6 +32,7 @@ void view_inspect_drag(const baked_set *set, view_settings *s, int width,
 void view_inspect_zoom(const baked_set *set, view_settings *s, int width,
                        int height, double x, double y, double factor);
 
+extern const char *const view_face_names[IBL_FACES];
 /* "level 2  +X (17, 40)  dir 0.98 0.12 -0.10  rgb 1.25 0.91 0.33" */
 void view_texel_text(const view_texel *t, char *text, int size);
 

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "view/inspect.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
 #include "view/vector.h"
@@ -169,8 +170,6 @@ static void add_grid(const page *p)
 /* Names the faces that have room for it, in the middle of their lower edges. */
 static void add_faces(const page *p)
 {
-    static const char *const names[IBL_FACES] = {"+X", "-X", "+Y",
-                                                 "-Y", "+Z", "-Z"};
     static const int cross[IBL_FACES][2] = {{2, 1}, {0, 1}, {1, 0},
                                             {1, 2}, {1, 1}, {3, 1}};
     const bool strip = p->s->layout == VIEW_STRIP;
@@ -187,7 +186,7 @@ static void add_faces(const page *p)
         if (at[0] > 0 && at[0] < p->width && at[1] > 0 &&
             at[1] < p->height + edge)
             write_at(p, (double[2]){at[0], at[1] - 6 * MARGIN * p->scale}, true,
-                     names[f]);
+                     view_face_names[f]);
     }
 }
 

@@ -522,8 +522,3 @@ bool view_scene_measure(view_scene *st, view_probe_filter filter)
     note_times(st, filter);
     return true;
 }
-
-ibl_ctx *view_scene_context(view_scene *st)
-{
-    return st->ctx;
-}

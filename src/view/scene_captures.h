@@ -54,8 +54,6 @@ const view_scene_state *view_scene_state_of(const view_scene *st);
 /* Captures the last draw again, only to time that filter. False, with a
  * message. */
 bool view_scene_measure(view_scene *st, view_probe_filter filter);
-/* Context of the library's filter; NULL before its first use. */
-ibl_ctx *view_scene_context(view_scene *st);
 
 /* Default distance of the camera from the mirror, in units. */
 extern const double view_scene_distance;

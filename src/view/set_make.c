@@ -27,19 +27,15 @@ static const ibl_texel_options floats = {.pixel = IBL_PIXEL_RGBA32F,
 static float decode_level(const baked_set *set, int level, const ibl_cube *cube)
 {
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
-    const size_t texels = (size_t)cube->size * cube->size;
-    float peak = 0;
+    const size_t texels = (size_t)IBL_FACES * cube->size * cube->size;
+    float *dst = cube->data, peak = 0;
 
-    for (int face = 0; face < IBL_FACES; face++) {
-        float *dst = ibl_cube_face(cube, 0, face);
-        ibl_pixel_decode(tex->pixel,
-                         tex->data + ibl_texture_offset(tex, level, face),
-                         texels, dst);
-        for (size_t i = 0; i < 3 * texels; i++) {
-            if (!isfinite(dst[i]) || dst[i] < 0)
-                dst[i] = 0;
-            peak = fmaxf(peak, dst[i]);
-        }
+    ibl_pixel_decode(tex->pixel, tex->data + ibl_texture_offset(tex, level, 0),
+                     texels, dst);
+    for (size_t i = 0; i < 3 * texels; i++) {
+        if (!isfinite(dst[i]) || dst[i] < 0)
+            dst[i] = 0;
+        peak = fmaxf(peak, dst[i]);
     }
     return peak;
 }
