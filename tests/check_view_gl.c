@@ -346,6 +346,41 @@ TEST(shader_units)
 
 /* ---- messages -------------------------------------------------------- */
 
+/* The library's numbers are those of Khronos' header, and OpenGL takes them. */
+TEST(pixel_numbers)
+{
+    static const ibl_pixel_numbers known[IBL_PIXEL_COUNT] = {
+        [IBL_PIXEL_RGBA16F] = {97, 10, GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT},
+        [IBL_PIXEL_RGBA32F] = {109, 2, GL_RGBA32F, GL_RGBA, GL_FLOAT},
+        [IBL_PIXEL_RGB9E5] = {123, 67, GL_RGB9_E5, GL_RGB,
+                              GL_UNSIGNED_INT_5_9_9_9_REV},
+        [IBL_PIXEL_R11G11B10F] = {122, 26, GL_R11F_G11F_B10F, GL_RGB,
+                                  GL_UNSIGNED_INT_10F_11F_11F_REV},
+        [IBL_PIXEL_BC6H] = {143, 95, GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT},
+        [IBL_PIXEL_UASTC_HDR] = {1000066000},
+        [IBL_PIXEL_ASTC4X4HDR] = {1000066000, 0,
+                                  GL_COMPRESSED_RGBA_ASTC_4x4_KHR},
+        [IBL_PIXEL_RG16F] = {83, 34, GL_RG16F, GL_RG, GL_HALF_FLOAT},
+        [IBL_PIXEL_RG32F] = {103, 16, GL_RG32F, GL_RG, GL_FLOAT}};
+    static const char zero[16];
+    GLuint texture;
+
+    view_test_begin(16, 16);
+    for (int i = 0; i < IBL_PIXEL_COUNT; i++) {
+        const ibl_pixel_numbers n = ibl_pixel_numbers_of((ibl_pixel)i);
+        CHECK_MSG(!memcmp(&n, &known[i], sizeof n), "%s",
+                  ibl_pixel_name((ibl_pixel)i));
+        if (!n.gl_type)
+            continue;
+        gl.GenTextures(1, &texture);
+        gl.BindTexture(GL_TEXTURE_2D, texture);
+        gl.TexImage2D(GL_TEXTURE_2D, 0, (GLint)n.gl_internal, 1, 1, 0,
+                      n.gl_format, n.gl_type, zero);
+        CHECK(view_gl_check(ibl_pixel_name((ibl_pixel)i)));
+        gl.DeleteTextures(1, &texture);
+    }
+}
+
 TEST(messages)
 {
     view_test_catch();

@@ -11,6 +11,7 @@
 #define IBL_IO_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "ibl.h"
 
@@ -343,6 +344,20 @@ int ibl_pixel_channels(ibl_pixel pixel);
 int ibl_pixel_has_alpha(ibl_pixel pixel);
 /* Largest finite value of red: 65504, FLT_MAX, 65408, 65024 or 65216. */
 float ibl_pixel_max(ibl_pixel pixel);
+
+/*
+ * The numbers of a pixel format in graphics APIs; 0: the API has no such
+ * format. Sources: vulkan_core.h, dxgiformat.h and the registry of OpenGL. vk
+ * VkFormat dxgi         DXGI_FORMAT gl_internal  of glTexStorage2D, and of
+ * glCompressedTexImage2D for blocks gl_format, gl_type of glTexSubImage2D; both
+ * 0 for blocks UASTC HDR are blocks of ASTC to Vulkan; other APIs have to
+ * transcode them.
+ */
+typedef struct ibl_pixel_numbers {
+    uint32_t vk, dxgi;
+    uint32_t gl_internal, gl_format, gl_type;
+} ibl_pixel_numbers;
+ibl_pixel_numbers ibl_pixel_numbers_of(ibl_pixel pixel);
 
 /*
  * Encodes count texels of ibl_pixel_channels(pixel) floats each. Rounds to

@@ -95,6 +95,17 @@ int ibl_pixel_block(ibl_pixel pixel)
     return ibl_layouts[pixel].block_edge;
 }
 
+ibl_pixel_numbers ibl_pixel_numbers_of(ibl_pixel pixel)
+{
+    assert(pixel < IBL_PIXEL_COUNT);
+    const ibl_layout *l = &ibl_layouts[pixel];
+    return (ibl_pixel_numbers){.vk = l->vk,
+                               .dxgi = l->dxgi,
+                               .gl_internal = l->gl_internal,
+                               .gl_format = l->gl_type ? l->gl_format : 0,
+                               .gl_type = l->gl_type};
+}
+
 int ibl_pixel_channels(ibl_pixel pixel)
 {
     assert(pixel < IBL_PIXEL_COUNT);

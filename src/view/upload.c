@@ -7,23 +7,6 @@ enum {
     MOST_COLUMNS = 8192 /* of a map as a backdrop: 400 MB */
 };
 
-typedef struct layout {
-    GLint internal;
-    GLenum format, type;
-} layout;
-
-_Static_assert(IBL_PIXEL_COUNT == 9, "each but blocks has a row below");
-
-static const layout layouts[IBL_PIXEL_COUNT] = {
-    [IBL_PIXEL_RGBA16F] = {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT},
-    [IBL_PIXEL_RGBA32F] = {GL_RGBA32F, GL_RGBA, GL_FLOAT},
-    [IBL_PIXEL_RGB9E5] = {GL_RGB9_E5, GL_RGB, GL_UNSIGNED_INT_5_9_9_9_REV},
-    [IBL_PIXEL_R11G11B10F] = {GL_R11F_G11F_B10F, GL_RGB,
-                              GL_UNSIGNED_INT_10F_11F_11F_REV},
-    [IBL_PIXEL_RG16F] = {GL_RG16F, GL_RG, GL_HALF_FLOAT},
-    [IBL_PIXEL_RG32F] = {GL_RG32F, GL_RG, GL_FLOAT},
-};
-
 static bool fits(const ibl_texture *tex, GLenum target, const char *name)
 {
     GLint most = 0, layers = 0;
@@ -45,21 +28,22 @@ static bool fits(const ibl_texture *tex, GLenum target, const char *name)
 
 static void upload_level(const ibl_texture *tex, GLenum target, int level)
 {
-    const layout *as = &layouts[tex->pixel];
+    const ibl_pixel_numbers as = ibl_pixel_numbers_of(tex->pixel);
+    const GLint internal = (GLint)as.gl_internal;
     const int width = ibl_cube_edge(tex->width, level);
     const int height = ibl_cube_edge(tex->height, level);
 
     if (target == GL_TEXTURE_CUBE_MAP_ARRAY || target == GL_TEXTURE_2D_ARRAY)
-        gl.TexImage3D(target, level, as->internal, width, height,
-                      tex->layers * tex->faces, 0, as->format, as->type,
+        gl.TexImage3D(target, level, internal, width, height,
+                      tex->layers * tex->faces, 0, as.gl_format, as.gl_type,
                       tex->data + ibl_texture_offset(tex, level, 0));
     else
         for (int face = 0; face < tex->faces; face++)
             gl.TexImage2D(target == GL_TEXTURE_2D
                               ? target
                               : GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face,
-                          level, as->internal, width, height, 0, as->format,
-                          as->type,
+                          level, internal, width, height, 0, as.gl_format,
+                          as.gl_type,
                           tex->data + ibl_texture_offset(tex, level, face));
 }
 
