@@ -6,6 +6,10 @@ set -u
 . tests/lib.sh
 slow='scene|models_of_others|every_option_counts|sheets_are|stats'
 use_viewer
+# With a sanitizer most of each run is the start of OpenGL, so these are left
+# out: their calls are those of other tests, and only their pictures differ.
+repeats='same_bytes|containers_look|samples_and_frames|errors_of_what'
+repeats=$repeats'|old_picture'
 mkenv hdr 32 16 >"$work/env.hdr"
 mkenv exr 64 32 BGR >"$work/env.exr"
 bake="iblbake -q $work/env.exr --size 16 --irradiance-size 8 --lut-size 16"
@@ -63,6 +67,7 @@ END
     expected, F0 = 1       -       -  1.0000  1.5000  2.0000
  expected, F0 = 0.04       -       -       -       -       -
 END
+    [ $sanitized = no ] || return 0
     for how in '--reflection table' '--reflection fit' '--against fit'; do
         iblview out --offscreen a.png $small --compare split $how
     done | grep -v expected | grep -c RMSE | grep -qx 3 || echo 'not 3 reports'
@@ -91,6 +96,7 @@ test_axes_look_the_same() {
     draw a.png a -q
     draw sh.png a -q --diffuse sh
     for axes in '--mirror x' '--mirror z --up z' '--up z --format dds'; do
+        taken || continue
         rm -rf b
         iblbake -q "$map" -o b $how --skybox 16 $axes 2>/dev/null
         draw b.png b -q
@@ -106,6 +112,7 @@ test_blocks_look_alike() {
     local pixel
     draw a.png "$work/ktx2" -q
     for pixel in bc6h uastc-hdr astc4x4hdr; do
+        [ $sanitized = no ] || [ $pixel = bc6h ] || continue
         $bake -o $pixel --pixel $pixel --zstd 3 --skybox 32
         draw $pixel.png $pixel -q
         near a.png $pixel.png 16 3
@@ -113,6 +120,7 @@ test_blocks_look_alike() {
         iblview $pixel --offscreen b.png $small -v |
             grep -q "^specular: .*, $pixel$" || echo "$pixel: not named"
     done
+    [ $sanitized = no ] || return 0
     same uastc-hdr.png astc4x4hdr.png
     differ bc6h.png uastc-hdr.png
     for pixel in ktx dds; do
@@ -167,6 +175,7 @@ test_models() {
     differ a.png ball.png
     for with in '--pan 0.2,0' '--distance 2' '--yaw 40' '--turn 90' \
         '--reference'; do
+        taken || continue
         draw d.png "$work/ktx2" --model a.gltf $with -q
         differ a.png d.png
     done
@@ -219,7 +228,7 @@ test_models_of_others() {
         BoxTextured-glTF-pbrSpecularGlossiness/BoxTextured.gltf \
         simple_skin/simple_skin.gltf issue_3269/texcoord_crash.gltf \
         textureTransform/TextureTransformTest.gltf cameras/Cameras.gltf; do
-        [ -e $folder/$file ] || continue
+        [ -e $folder/$file ] && taken || continue
         draw a.png "$work/ktx2" --model $folder/$file
     done
 }
@@ -227,10 +236,6 @@ test_models_of_others() {
 test_maps_are_baked() {
     local d
     draw a.png env.exr -q
-    if [ $sanitized = no ]; then
-        draw b.png env.hdr -q
-        differ a.png b.png
-    fi
     iblbake -q env.exr -o out && draw c.png out && same a.png c.png
     # A cube texture, where it is called an environment; and six files.
     iblbake -q --only skybox --skybox 16 env.exr -o out
@@ -239,21 +244,24 @@ test_maps_are_baked() {
     for d in px nx py ny pz nz; do
         mkenv exr 16 16 BGR >"f_$d.exr"
     done
+    draw e.png -q 'f_%f.exr'
+    iblbake -q 'f_%f.exr' -o six && draw f.png -q six && same e.png f.png
+    # Through the image bridge, which is found beside the program.
+    [ ! -e "$build/libiblbridge.so" ] || draw d.png -q "$top/data/studio.exr"
+    iblbake -q --layout equirect "$top/data/sky.exr" --size 64 -o equirect
+    draw equirect.png -q equirect --no-sky --no-labels
+    [ $sanitized = no ] || return 0
+    draw b.png env.hdr -q
+    differ a.png b.png
     # Flat layouts look like the cube, nearly.
-    for d in equirect octahedral; do
-        iblbake -q --layout $d "$top/data/sky.exr" --size 64 -o $d
-        draw $d.png -q $d --no-sky --no-labels
-    done
+    iblbake -q --layout octahedral "$top/data/sky.exr" --size 64 -o octahedral
+    draw octahedral.png -q octahedral --no-sky --no-labels
     iblbake -q "$top/data/sky.exr" --size 64 -o cube
     draw cube.png -q cube --no-sky --no-labels
     for d in equirect octahedral; do
         oiiotool --fail 0.1 --failpercent 0 --diff \
             $d.png cube.png >diff || cat diff
     done
-    draw e.png -q 'f_%f.exr'
-    iblbake -q 'f_%f.exr' -o six && draw f.png -q six && same e.png f.png
-    # Through the image bridge, which is found beside the program.
-    [ ! -e "$build/libiblbridge.so" ] || draw d.png -q "$top/data/studio.exr"
 }
 
 # Each option changes the picture, except those that say the default.
@@ -340,6 +348,7 @@ test_scene() {
     done
     draw probes.png "$work/ktx2" $scene --probes 2
     for with in '--no-walls' '--no-blend' '--probe-limit'; do
+        taken || continue
         draw a.png "$work/ktx2" $scene --probes 2 $with
         differ probes.png a.png
     done
@@ -425,6 +434,7 @@ test_contact_sheets() {
     iblview "$work/ktx2" --contact-sheet f.png $small --mode table ||
         echo "status $?"
     [ "$(size f.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size f.png
+    [ $sanitized = no ] || return 0
     iblview "$work/ktx2" --contact-sheet d.png $small || echo "status $?"
     same a.png d.png
 }
@@ -630,6 +640,8 @@ test_texts() {
 
 for t in $(compgen -A function test_); do
     picked "$t" || continue
+    [ $sanitized = no ] || [ -n "${ONLY:-}" ] || [[ ! $t =~ $repeats ]] ||
+        continue
     rm -rf "$work/case"
     mkdir "$work/case"
     cd "$work/case" || exit 1
