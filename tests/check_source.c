@@ -17,6 +17,7 @@
 
 #include "exr.h"
 #include "files.h"
+#include "float_exr.h"
 #include "ibl/io.h"
 #include "test.h"
 
@@ -227,6 +228,91 @@ static bool write_exr(const char *path, int w, int h, exr_compression_t comp)
                                                 {"G", EXR_PIXEL_HALF, 1, NULL},
                                                 {"R", EXR_PIXEL_HALF, 1, NULL}};
     return test_exr_write(path, w, h, comp, channels, 3, NULL, -1);
+}
+
+/* ---- pixels in memory ------------------------------------------------ */
+
+/* What a file of the same pixels gives, damaged ones included, in any way that
+ * they may lie in memory, some rows at a time; and the same counts. */
+TEST(pixels_in_memory)
+{
+    enum {
+        WIDE = 64,
+        HIGH = 32,
+        GAP = 5 /* bytes */
+    };
+    float *rgba = test_alloc(4 * WIDE * HIGH, sizeof *rgba);
+    float *planes = test_alloc(4 * WIDE * HIGH, sizeof *planes);
+    ibl_ctx *ctx = test_keeping_ctx(2, &kept);
+    ibl_read_options o = ibl_read_options_default();
+    ibl_read_report of_file, report;
+    test_random r = {5};
+    ibl_image img;
+
+    for (int i = 0; i < 4 * WIDE * HIGH; i++)
+        rgba[i] = (float)(1 + test_random_below(&r, 1024)) / 1024;
+    rgba[4 * 70] = NAN;
+    rgba[4 * 700 + 2] = INFINITY;
+    rgba[4 * 900 + 1] = -2;
+    for (int i = 0; i < 4 * WIDE * HIGH; i++)
+        planes[i] = rgba[i % (WIDE * HIGH) * 4 + 3 - i / (WIDE * HIGH)];
+    FILE *file = fopen(file_path("pixels.exr"), "wb");
+    NEED(file && test_write_float_exr(file, WIDE, HIGH, "ABGR", planes));
+    NEED(!fclose(file));
+    for (int k = 0; k < 16; k++) {
+        const int channels = k & 1 ? 4 : 3, half = k >> 1 & 1,
+                  down = k >> 2 & 1;
+        const int bytes = half ? 2 : 4;
+        const ptrdiff_t row = WIDE * channels * bytes + (k & 8 ? GAP : 0);
+        unsigned char *data = test_alloc((size_t)row, HIGH);
+        const ibl_pixels pixels = {.data = data + (down ? (HIGH - 1) * row : 0),
+                                   .width = WIDE,
+                                   .height = HIGH,
+                                   .channels = channels,
+                                   .half = half,
+                                   .row_bytes = down    ? -row
+                                                : k & 8 ? row
+                                                        : 0};
+        for (int i = 0; i < channels * WIDE * HIGH; i++) {
+            const int y = i / channels / WIDE, x = i / channels % WIDE;
+            const float f = rgba[4 * (y * WIDE + x) + i % channels];
+            uint16_t texel[4];
+            ibl_pixel_encode(IBL_PIXEL_RGBA16F, (float[]){f, f, f}, 1, texel);
+            texel[0] = isnan(f) ? 0x7e00 : isinf(f) ? 0x7c00 : texel[0];
+            memcpy(data + (down ? HIGH - 1 - y : y) * row +
+                       (x * channels + i % channels) * bytes,
+                   half ? (void *)texel : (void *)&f, (size_t)bytes);
+        }
+        o.alpha = channels == 4 ? IBL_ALPHA_STRAIGHT : IBL_ALPHA_IGNORE;
+        NEED(!ibl_image_read(ctx, file_path("pixels.exr"), &o, &img, &of_file));
+        ibl_source *s;
+        float *rgb = test_alloc(3 * WIDE * HIGH, sizeof *rgb);
+        NEED(!ibl_source_of_pixels(ctx, "mine", &pixels, &o, &s));
+        NEED(!ibl_source_read(s, 3, rgb) &&
+             !ibl_source_read(s, HIGH - 3, rgb + (size_t)3 * 3 * WIDE));
+        CHECK_MSG(!memcmp(rgb, img.data, 3 * WIDE * HIGH * sizeof *rgb),
+                  "layout %d", k);
+        report = *ibl_source_report(s);
+        CHECK(report.nonfinite == 2 && report.negative == 1 &&
+              report.nonfinite == of_file.nonfinite &&
+              report.has_alpha == of_file.has_alpha &&
+              !memcmp(&report.peak, &of_file.peak, sizeof report.peak));
+        ibl_source_close(s);
+        ibl_image_free(&img);
+        o.strict = 1;
+        NEED(!ibl_source_of_pixels(ctx, "mine", &pixels, &o, &s));
+        CHECK(ibl_source_read(s, HIGH, rgb) == IBL_ERR_FORMAT);
+        CHECK(
+            strstr(kept.text[IBL_LOG_ERROR], "mine: 2 pixels are not finite"));
+        ibl_source_close(s);
+        o.strict = 0;
+    }
+    ibl_source *none;
+    const ibl_pixels bad[] = {{rgba, WIDE, HIGH, 2, 0, 0},
+                              {rgba, WIDE, WIDE, 4, 0, 0},
+                              {rgba, -WIDE, HIGH, 4, 0, 0}};
+    for (int k = 0; k < 3; k++)
+        CHECK(ibl_source_of_pixels(ctx, "bad", &bad[k], NULL, &none) && !none);
 }
 
 /* ---- calls ---------------------------------------------------------- */

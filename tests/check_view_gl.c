@@ -356,10 +356,11 @@ TEST(pixel_numbers)
                               GL_UNSIGNED_INT_5_9_9_9_REV},
         [IBL_PIXEL_R11G11B10F] = {122, 26, GL_R11F_G11F_B10F, GL_RGB,
                                   GL_UNSIGNED_INT_10F_11F_11F_REV},
-        [IBL_PIXEL_BC6H] = {143, 95, GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT},
-        [IBL_PIXEL_UASTC_HDR] = {1000066000},
+        [IBL_PIXEL_BC6H] = {143, 95, GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT, 0,
+                            0},
+        [IBL_PIXEL_UASTC_HDR] = {1000066000, 0, 0, 0, 0},
         [IBL_PIXEL_ASTC4X4HDR] = {1000066000, 0,
-                                  GL_COMPRESSED_RGBA_ASTC_4x4_KHR},
+                                  GL_COMPRESSED_RGBA_ASTC_4x4_KHR, 0, 0},
         [IBL_PIXEL_RG16F] = {83, 34, GL_RG16F, GL_RG, GL_HALF_FLOAT},
         [IBL_PIXEL_RG32F] = {103, 16, GL_RG32F, GL_RG, GL_FLOAT}};
     static const char zero[16];

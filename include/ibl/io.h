@@ -267,6 +267,30 @@ typedef struct ibl_source ibl_source;
 ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
                            const ibl_read_options *opts, ibl_source **out);
 
+/* Pixels in a program's memory, rows from the top. */
+typedef struct ibl_pixels {
+    const void *data;
+    int width, height;
+    int channels;        /* 3: R, G, B; 4: R, G, B, A */
+    int half;            /* 1: halves; 0: floats */
+    ptrdiff_t row_bytes; /* from a row to the next, below 0 where the rows lie
+                            upside down; 0: nothing lies between them */
+} ibl_pixels;
+
+/*
+ * Opens a map in memory, which is then mended or refused, turned from any
+ * layout and changed in colour as a file would be. Without primaries of its own
+ * it is in Rec. 709. name    for messages; copied pixels  copied, but not its
+ * data, which must stay and must not change until the source is closed. A
+ * program's own data, which bakes take as they are in an ibl_image, need no
+ * source if they are finite and not negative opts    NULL for defaults; alpha:
+ * with FILE colours are multiplied by it IBL_ERR_ARGUMENT: pixels of no such
+ * kind, or a layer, part or hash in opts. Other errors as in ibl_image_read.
+ */
+ibl_status ibl_source_of_pixels(ibl_ctx *ctx, const char *name,
+                                const ibl_pixels *pixels,
+                                const ibl_read_options *opts, ibl_source **out);
+
 /* Reads all rows, none of which was read before, into an empty image. */
 ibl_status ibl_source_image(ibl_source *source, ibl_image *img);
 /* Bytes of memory that the source takes until it is closed, rounded up. */

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/rows.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/half.h"
 #include "io/layout.h"
 #include "kern/max_finite.h"
 
@@ -170,4 +172,79 @@ ibl_status ibl_rows_of_image(ibl_ctx *ctx, ibl_image *img, ibl_rows **out)
     *img = (ibl_image){0};
     *out = &r->rows;
     return IBL_OK;
+}
+
+/* ---- pixels of a program --------------------------------------------- */
+
+typedef struct pixel_rows {
+    ibl_rows rows;
+    ibl_pixels from;
+    float *rgb; /* of the call that runs */
+} pixel_rows;
+
+static float load(const ibl_pixels *from, const unsigned char *row, size_t i)
+{
+    uint16_t half;
+    float f;
+
+    if (!from->half) {
+        memcpy(&f, row + i * sizeof f, sizeof f);
+        return f;
+    }
+    memcpy(&half, row + i * sizeof half, sizeof half);
+    return ibl_half_to_float(half);
+}
+
+static void pixels_job(void *arg, int job, int worker)
+{
+    const pixel_rows *r = arg;
+    const ibl_pixels *from = &r->from;
+    const size_t width = (size_t)from->width, y = (size_t)(r->rows.row + job);
+    const unsigned char *row =
+        (const unsigned char *)from->data + (ptrdiff_t)y * from->row_bytes;
+    float *rgb = r->rgb + 3 * width * (size_t)job;
+
+    (void)worker;
+    for (size_t x = 0; x < width; x++) {
+        const size_t at = (size_t)from->channels * x;
+        for (size_t c = 0; c < 3; c++)
+            rgb[3 * x + c] = load(from, row, at + c);
+        if (r->rows.alpha)
+            r->rows.alpha[width * y + x] = load(from, row, at + 3);
+    }
+}
+
+static ibl_status pixels_read(ibl_rows *rows, int count, float *rgb,
+                              uint32_t *most)
+{
+    pixel_rows *r = (pixel_rows *)rows;
+
+    r->rgb = rgb;
+    const ibl_status status = ibl_run(rows->ctx, NULL, count, pixels_job, r);
+    return status ? status
+                  : ibl_rows_look(rows->ctx, rgb, rows->width, count, most);
+}
+
+ibl_status ibl_rows_of_pixels(ibl_ctx *ctx, const ibl_pixels *pixels,
+                              bool alpha, ibl_rows **out)
+{
+    pixel_rows *r = ibl_alloc_zeroed(1, sizeof *r);
+
+    *out = NULL;
+    if (!r)
+        return ibl_no_memory(ctx, "pixels");
+    r->from = *pixels;
+    if (!r->from.row_bytes)
+        r->from.row_bytes = (ptrdiff_t)pixels->width * pixels->channels *
+                            (pixels->half ? 2 : 4);
+    r->rows = (ibl_rows){.ctx = ctx,
+                         .width = pixels->width,
+                         .height = pixels->height,
+                         .read = pixels_read,
+                         .close = image_close};
+    snprintf(r->rows.report.format, sizeof r->rows.report.format,
+             "pixels in memory, %s", pixels->half ? "halves" : "floats");
+    *out = &r->rows;
+    return alpha && pixels->channels == 4 ? ibl_rows_alloc_alpha(&r->rows)
+                                          : IBL_OK;
 }

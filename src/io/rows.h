@@ -59,6 +59,10 @@ ibl_status ibl_rows_alloc_alpha(ibl_rows *rows);
 /* Turns an image into rows, which then own it, even after an error. */
 ibl_status ibl_rows_of_image(ibl_ctx *ctx, ibl_image *img, ibl_rows **out);
 
+/* The pixels of a program, which are checked. */
+ibl_status ibl_rows_of_pixels(ibl_ctx *ctx, const ibl_pixels *pixels,
+                              bool alpha, ibl_rows **out);
+
 /* Computes most, for readers whose jobs do not see whole rows. */
 ibl_status ibl_rows_look(ibl_ctx *ctx, const float *rgb, int width, int count,
                          uint32_t *most);

@@ -371,9 +371,6 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
     if (!status)
         status = texture ? open_texture(s, container, opts)
                          : open_image(s, first, size, opts);
-    if (!status && !s->rows->report.layout)
-        s->rows->report.layout =
-            ibl_input_layout_of(opts, s->rows->width, s->rows->height);
     return status;
 }
 
@@ -540,12 +537,31 @@ static ibl_status unwrap(ibl_source *s)
     return ibl_mender_init(&s->mender, s->rows);
 }
 
-/* Opens a file or, if bytes is set, memory that must stay until all rows are
- * read. */
-static ibl_status open_source(ibl_ctx *ctx, const char *name, const void *bytes,
-                              size_t size, const ibl_read_options *given,
-                              ibl_source **out)
+static ibl_status open_pixels(ibl_source *s, const ibl_pixels *pixels,
+                              const ibl_read_options *opts)
 {
+    const ibl_status status =
+        ibl_map_check_size(&s->in, opts, pixels->width, pixels->height);
+
+    return status
+               ? status
+               : ibl_rows_of_pixels(s->ctx, pixels,
+                                    opts->alpha != IBL_ALPHA_IGNORE, &s->rows);
+}
+
+/* What a source is made of: a file or, if bytes or pixels is set, memory that
+ * must stay until all rows are read. */
+typedef struct origin {
+    const char *name;
+    const void *bytes;
+    size_t size;
+    const ibl_pixels *pixels;
+} origin;
+
+static ibl_status open_source(ibl_ctx *ctx, const origin *from,
+                              const ibl_read_options *given, ibl_source **out)
+{
+    const char *name = from->name;
     const ibl_read_options opts = given ? *given : ibl_read_options_default();
     const size_t name_bytes = strlen(name) + 1;
     ibl_status status = check_options(ctx, &opts);
@@ -559,10 +575,15 @@ static ibl_status open_source(ibl_ctx *ctx, const char *name, const void *bytes,
     s->in.fd = -1;
     s->strict = opts.strict;
     memcpy(s->name, name, name_bytes);
-    if (bytes)
-        s->in = ibl_input_of(ctx, s->name, bytes, size);
+    if (from->bytes || from->pixels)
+        s->in = ibl_input_of(ctx, s->name, from->bytes, from->size);
     ibl_progress(ctx, "decode", 0);
-    status = bytes ? open_any(s, &opts) : open_files(s, &opts);
+    status = from->pixels  ? open_pixels(s, from->pixels, &opts)
+             : from->bytes ? open_any(s, &opts)
+                           : open_files(s, &opts);
+    if (!status && !s->rows->report.layout)
+        s->rows->report.layout =
+            ibl_input_layout_of(&opts, s->rows->width, s->rows->height);
     if (!status)
         status = begin(s, &opts);
     if (!status && s->rows->report.layout != IBL_INPUT_EQUIRECT)
@@ -580,7 +601,25 @@ ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
     if (!ctx || !path || !out)
         return ibl_missing(ctx, "ibl_source_open: path or out");
     *out = NULL;
-    return open_source(ctx, path, NULL, 0, opts, out);
+    return open_source(ctx, &(origin){.name = path}, opts, out);
+}
+
+ibl_status ibl_source_of_pixels(ibl_ctx *ctx, const char *name,
+                                const ibl_pixels *pixels,
+                                const ibl_read_options *opts, ibl_source **out)
+{
+    if (!ctx || !name || !pixels || !pixels->data || !out)
+        return ibl_missing(ctx, "ibl_source_of_pixels: name, pixels or out");
+    *out = NULL;
+    if (pixels->channels != 3 && pixels->channels != 4)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%s: %d channels: must be 3 or 4", name,
+                        pixels->channels);
+    if (opts && (opts->layer || opts->part > 0 || opts->hash))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%s: pixels have no layer, part or hash", name);
+    return open_source(ctx, &(origin){.name = name, .pixels = pixels}, opts,
+                       out);
 }
 
 void ibl_source_close(ibl_source *source)
@@ -832,7 +871,8 @@ ibl_status ibl_image_decode(ibl_ctx *ctx, const char *name, const void *bytes,
     if (!size)
         return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: is empty", name);
     const ibl_status status =
-        open_source(ctx, name, bytes, size, opts, &source);
+        open_source(ctx, &(origin){.name = name, .bytes = bytes, .size = size},
+                    opts, &source);
     return status ? status : read_all(source, img, report);
 }
 
