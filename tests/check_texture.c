@@ -745,3 +745,61 @@ TEST(files)
     close(saved);
     close(ends[0]);
 }
+
+/* ---- what a texture holds ------------------------------------------------ */
+
+/* All keys of a file that the program wrote are those of the library's, but for
+ * some that say more. */
+static void check_described(const ibl_texture *tex, const char *name)
+{
+    ibl_texture file;
+
+    NEED(!ibl_texture_read(ctx, file_path(name), &file, NULL));
+    CHECK(tex->key_count >= 2);
+    for (int i = 0; i < tex->key_count; i++) {
+        const char *had = ibl_texture_get(&file, tex->keys[i].key);
+        CHECK_MSG(had && !strcmp(had, tex->keys[i].value),
+                  "%s: %s is %s, not %s", name, tex->keys[i].key,
+                  tex->keys[i].value, had ? had : "set");
+    }
+    for (int i = 0; i < file.key_count; i++) {
+        const char *key = file.keys[i].key;
+        CHECK_MSG(ibl_texture_get(tex, key) || strncmp(key, "iblbake.", 8) ||
+                      !strcmp(key, "iblbake.yaw_deg") ||
+                      !strcmp(key, "iblbake.method"),
+                  "%s: the library sets no %s", name, key);
+    }
+    ibl_texture_free(&file);
+}
+
+TEST(described_as_by_the_program)
+{
+    ibl_specular_options o = ibl_specular_options_default();
+    ibl_specular_report made;
+    ibl_texture tex = {0};
+    ibl_image map;
+    ibl_cube cube;
+    char here[4096];
+
+    NEED(getcwd(here, sizeof here));
+    NEED(file_run("'%s' -q '%s/data/sky.exr' -o . --size 16 --samples 64 "
+                  "--method sampled --roughness-range 0:0.9",
+                  file_built("iblbake"), here));
+    o.size = 16;
+    o.samples = 64;
+    o.method = IBL_METHOD_SAMPLED;
+    o.roughness_max = 0.9;
+    NEED(!ibl_image_read(ctx, "data/sky.exr", NULL, &map, NULL));
+    NEED(!ibl_bake_specular_report(ctx, &map, &o, &cube, &made));
+    NEED(!ibl_texture_describe_specular(ctx, &tex, &o, &made));
+    check_described(&tex, "sky_specular.ktx2");
+    ibl_texture_free(&tex);
+    NEED(!ibl_texture_describe_irradiance(ctx, &tex));
+    check_described(&tex, "sky_irradiance.ktx2");
+    ibl_texture_free(&tex);
+    NEED(!ibl_texture_describe_lut(ctx, &tex, NULL));
+    check_described(&tex, "brdf_lut.ktx2");
+    ibl_texture_free(&tex);
+    ibl_cube_free(&cube);
+    ibl_image_free(&map);
+}

@@ -634,6 +634,10 @@ typedef struct ibl_specular_report {
     int lookup_size; /* edge of the cube for lookups; 0: there was none */
 } ibl_specular_report;
 
+/* How levels were made: "spectral", "sampled", "mixed" or, without levels but
+ * the environment itself, "environment". */
+const char *ibl_specular_report_method(const ibl_specular_report *report);
+
 /*
  * ibl_bake_specular with a report of how each level was made. report may be
  * NULL.

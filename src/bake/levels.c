@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Sizes and roughnesses of the levels of the specular chain. */
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "bake/options.h"
@@ -21,6 +22,20 @@ const char *ibl_method_name(ibl_method method)
     return method == IBL_METHOD_SPECTRAL  ? "spectral"
            : method == IBL_METHOD_SAMPLED ? "sampled"
                                           : "auto";
+}
+
+const char *ibl_specular_report_method(const ibl_specular_report *report)
+{
+    bool sampled = false, spectral = false;
+
+    for (int l = 0; l < report->layout.levels; l++) {
+        const ibl_specular_level *level = &report->level[l];
+        sampled |= level->samples > 0;
+        spectral |= level->degree > 0 || level->reach > 0;
+    }
+    if (sampled)
+        return spectral ? "mixed" : "sampled";
+    return spectral ? "spectral" : "environment";
 }
 
 double ibl_roughness_x(ibl_roughness_map map, double r)

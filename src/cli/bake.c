@@ -182,7 +182,8 @@ static bool write_specular(ibl_bake *b)
         ibl_warn_of_small_faces(b->console, &b->made.report.layout);
     warn_of_skybox(b);
     ibl_sampling_given(b->opts, given);
-    if (*given && !strcmp(ibl_bake_specular_method(b), "spectral"))
+    if (*given &&
+        !strcmp(ibl_specular_report_method(&b->made.report), "spectral"))
         ibl_console_warn(b->console,
                          "%s: without effect, since no level is sampled: add "
                          "--method sampled or leave it out",

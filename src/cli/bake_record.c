@@ -20,14 +20,6 @@ static bool is_part(const ibl_bake *b)
     return o->roughness_min > 0 || o->roughness_max < 1;
 }
 
-static bool is_sampled(const ibl_bake *b)
-{
-    bool sampled = false;
-    for (int l = 0; l < b->made.report.layout.levels; l++)
-        sampled |= b->made.report.level[l].samples > 0;
-    return sampled;
-}
-
 /* "environment": the level is the environment itself. */
 static const char *level_method(const ibl_specular_level *level)
 {
@@ -40,17 +32,6 @@ bool ibl_bake_without_lights(const ibl_bake *b, ibl_output_kind kind)
 {
     return b->opts->lights &&
            (kind == IBL_OUTPUT_SPECULAR || kind == IBL_OUTPUT_IRRADIANCE);
-}
-
-const char *ibl_bake_specular_method(const ibl_bake *b)
-{
-    bool spectral = false;
-    for (int l = 0; l < b->made.report.layout.levels; l++)
-        spectral |= b->made.report.level[l].degree > 0 ||
-                    b->made.report.level[l].reach > 0;
-    if (is_sampled(b))
-        return spectral ? "mixed" : "sampled";
-    return spectral ? "spectral" : "environment";
 }
 
 static const char *irradiance_method(const ibl_bake *b)
@@ -86,22 +67,6 @@ static void set(setter *s, const char *key, const char *fmt, ...)
         s->status = ibl_texture_set(s->ctx, s->tex, key, value);
 }
 
-/* Appends a number to a list, after a comma if the list is not empty. */
-static void add_number(char *list, size_t size, int digits, double x)
-{
-    const size_t used = strlen(list);
-    snprintf(list + used, size - used, "%s%.*g", used ? "," : "", digits, x);
-}
-
-/* "0,0.2,0.4": the roughnesses of the levels. */
-static void list_roughness(const ibl_specular_layout *layout, char *list,
-                           size_t size)
-{
-    *list = '\0';
-    for (int l = 0; l < layout->levels; l++)
-        add_number(list, size, 9, layout->roughness[l]);
-}
-
 /* Filament takes its harmonics from the KTX file of the levels. */
 static void set_harmonics(setter *s, const ibl_bake *b)
 {
@@ -114,60 +79,26 @@ static void set_harmonics(setter *s, const ibl_bake *b)
 
 static void set_specular(setter *s, const ibl_bake *b)
 {
-    const ibl_specular_options *o = &b->opts->bake.specular_options;
-    const ibl_specular_report *made = &b->made.report;
-    char roughness[IBL_MAX_LEVELS * 24];
-    char samples[IBL_MAX_LEVELS * 12] = "";
-    char degrees[IBL_MAX_LEVELS * 12] = "";
-    char errors[IBL_MAX_LEVELS * 24] = "";
-
-    list_roughness(&made->layout, roughness, sizeof roughness);
-    for (int l = 0; l < made->layout.levels; l++) {
-        const ibl_specular_level *level = &made->level[l];
-        add_number(samples, sizeof samples, 9, level->samples);
-        add_number(degrees, sizeof degrees, 9, level->degree);
-        add_number(errors, sizeof errors, 3, fmax(level->error, 0));
-    }
     if (b->opts->format == IBL_CONTAINER_KTX && b->opts->bake.sh_degree >= 2)
         set_harmonics(s, b);
-    set(s, "iblbake.method", "%s", ibl_bake_specular_method(b));
-    set(s, "iblbake.lobe", "%s", ibl_lobe_name(o->lobe));
-    set(s, "iblbake.mapping", "%s",
-        ibl_roughness_map_name(made->layout.mapping));
-    set(s, "iblbake.roughness", "%s", roughness);
-    set(s, "iblbake.lod_scale", "%.9g", made->layout.lod_scale);
-    set(s, "iblbake.lod_offset", "%.9g", made->layout.lod_offset);
-    if (is_part(b))
-        set(s, "iblbake.roughness_range", "%.9g:%.9g", o->roughness_min,
-            o->roughness_max);
-    set(s, "iblbake.degrees", "%s", degrees);
-    set(s, "iblbake.estimate", "%s", errors);
-    set(s, "iblbake.tolerance", "%.9g", o->tolerance);
-    if (!is_sampled(b))
-        return;
-    set(s, "iblbake.samples", "%s", samples);
-    set(s, "iblbake.lod_bias", "%.9g", o->lod_bias);
-    set(s, "iblbake.jitter", "%s", o->jitter ? "yes" : "no");
-    set(s, "iblbake.pdf_mip", "%s", o->pdf_mip ? "yes" : "no");
+    if (!s->status)
+        s->status = ibl_texture_describe_specular(
+            s->ctx, s->tex, &b->opts->bake.specular_options, &b->made.report);
 }
 
 static void set_irradiance(setter *s, const ibl_bake *b)
 {
     set(s, "iblbake.method", "%s", irradiance_method(b));
-    set(s, "iblbake.irradiance_scale", "E/pi");
     if (b->opts->bake.irradiance_options.step > 0)
         set(s, "iblbake.step", "%.9g", b->opts->bake.irradiance_options.step);
+    if (!s->status)
+        s->status = ibl_texture_describe_irradiance(s->ctx, s->tex);
 }
 
 static void set_lut(setter *s, const ibl_bake *b)
 {
-    set(s, "iblbake.method", "%s", lut_method(b));
-    if (!b->opts->lut.kind)
-        set(s, "iblbake.geometry", "%s",
-            ibl_geometry_name(b->opts->lut.geometry));
-    set(s, "iblbake.axes", "u=N.V,v=roughness");
-    if (b->opts->lut.samples)
-        set(s, "iblbake.samples", "%d", b->opts->lut.samples);
+    if (!s->status)
+        s->status = ibl_texture_describe_lut(s->ctx, s->tex, &b->opts->lut);
 }
 
 static const char *fitted_to(const ibl_bake *b)
@@ -190,14 +121,18 @@ static const char *lobe_layer(const ibl_bake *b, int i)
 
 static void set_lobes(setter *s, const ibl_bake *b)
 {
-    char roughness[IBL_MAX_LEVELS * 24], layers[96] = "";
+    char roughness[IBL_MAX_LEVELS * 24] = "", layers[96] = "";
 
     for (int i = 0; lobe_layer(b, i); i++) {
         const size_t used = strlen(layers);
         snprintf(layers + used, sizeof layers - used, "%s%s", i ? ";" : "",
                  lobe_layer(b, i));
     }
-    list_roughness(&b->lobe_layout, roughness, sizeof roughness);
+    for (int l = 0; l < b->lobe_layout.levels; l++) {
+        const size_t used = strlen(roughness);
+        snprintf(roughness + used, sizeof roughness - used, "%s%.9g",
+                 l ? "," : "", b->lobe_layout.roughness[l]);
+    }
     set(s, "iblbake.fitted_to", "%s", fitted_to(b));
     set(s, "iblbake.axes", "u=N.V,v=roughness");
     set(s, "iblbake.layers", "%s", layers);
@@ -502,7 +437,7 @@ static void put_specular(const ibl_bake *b, json_t **j)
     const ibl_specular_report *made = &b->made.report;
     put(j, "lobe", json_string(ibl_lobe_name(o->lobe)));
     put(j, "weight", json_string(ibl_lobe_formula(o->lobe)));
-    put(j, "method", json_string(ibl_bake_specular_method(b)));
+    put(j, "method", json_string(ibl_specular_report_method(made)));
     put(j, "mapping",
         json_string(ibl_roughness_map_name(made->layout.mapping)));
     put(j, "lod", lod(b));
@@ -514,7 +449,7 @@ static void put_specular(const ibl_bake *b, json_t **j)
     put(j, "estimate",
         json_string("bound of the 95th percentile of the relative error, "
                     "before rounding to the pixel"));
-    if (!is_sampled(b))
+    if (!made->lookup_size)
         return;
     put(j, "lookup_size", json_integer(made->lookup_size));
     put(j, "lod_bias", json_real(o->lod_bias));

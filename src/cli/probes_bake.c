@@ -316,39 +316,13 @@ static bool make_layers(ibl_probes_bake *p)
 static bool set_keys(const ibl_probes_bake *p, ibl_probes_kind kind,
                      ibl_texture *tex)
 {
-    const ibl_specular_options *o = &p->set.bake.options.specular_options;
-    const ibl_specular_layout *layout = &p->layout;
-    char roughness[IBL_MAX_LEVELS * 24] = "", scale[32], offset[32];
-    bool ok = true;
+    const ibl_lobe lobe = p->set.bake.options.specular_options.lobe;
 
-    for (int l = 0; l < layout->levels; l++) {
-        const size_t used = strlen(roughness);
-        snprintf(roughness + used, sizeof roughness - used, "%s%.9g",
-                 l ? "," : "", layout->roughness[l]);
-    }
-    snprintf(scale, sizeof scale, "%.9g", layout->lod_scale);
-    snprintf(offset, sizeof offset, "%.9g", layout->lod_offset);
-    const struct {
-        ibl_probes_kind kind;
-        const char *key, *value;
-    } keys[] = {
-        {IBL_PROBES_LUT, "iblbake.content", "brdf_lut"},
-        {IBL_PROBES_LUT, "iblbake.axes", "u=N.V,v=roughness"},
-        {IBL_PROBES_LUT, "iblbake.geometry", "smith"},
-        {IBL_PROBES_IRRADIANCE, "iblbake.content", "irradiance"},
-        {IBL_PROBES_IRRADIANCE, "iblbake.irradiance_scale", "E/pi"},
-        {IBL_PROBES_SPECULAR, "iblbake.content", "specular"},
-        {IBL_PROBES_SPECULAR, "iblbake.lobe", ibl_lobe_name(o->lobe)},
-        {IBL_PROBES_SPECULAR, "iblbake.mapping",
-         ibl_roughness_map_name(o->mapping)},
-        {IBL_PROBES_SPECULAR, "iblbake.roughness", roughness},
-        {IBL_PROBES_SPECULAR, "iblbake.lod_scale", scale},
-        {IBL_PROBES_SPECULAR, "iblbake.lod_offset", offset},
-    };
-    for (size_t i = 0; i < sizeof keys / sizeof *keys && ok; i++)
-        ok = keys[i].kind != kind ||
-             !ibl_texture_set(p->ctx, tex, keys[i].key, keys[i].value);
-    return ok;
+    return !(kind == IBL_PROBES_LUT
+                 ? ibl_texture_describe_lut(p->ctx, tex, NULL)
+             : kind == IBL_PROBES_IRRADIANCE
+                 ? ibl_texture_describe_irradiance(p->ctx, tex)
+                 : ibl_texture_describe_levels(p->ctx, tex, lobe, &p->layout));
 }
 
 /* Hashes and writes a texture that is compressed: once, not for each. */

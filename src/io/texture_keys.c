@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: MIT */
+/* Keys that say what a texture holds, and how shaders look it up. */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/context.h"
+#include "ibl/io.h"
+
+/* Sets keys until one fails; status keeps that failure. */
+typedef struct setter {
+    ibl_ctx *ctx;
+    ibl_texture *tex;
+    ibl_status status;
+} setter;
+
+static void set(setter *s, const char *key, const char *fmt, ...)
+    __attribute__((format(printf, 3, 4)));
+static void set(setter *s, const char *key, const char *fmt, ...)
+{
+    char value[512];
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(value, sizeof value, fmt, ap);
+    va_end(ap);
+    if (!s->status)
+        s->status = ibl_texture_set(s->ctx, s->tex, key, value);
+}
+
+/* Appends a number to a list, after a comma if the list is not empty. */
+static void add_number(char *list, size_t size, int digits, double x)
+{
+    const size_t used = strlen(list);
+    snprintf(list + used, size - used, "%s%.*g", used ? "," : "", digits, x);
+}
+
+static void set_levels(setter *s, ibl_lobe lobe,
+                       const ibl_specular_layout *layout)
+{
+    char roughness[IBL_MAX_LEVELS * 24] = "";
+
+    for (int l = 0; l < layout->levels; l++)
+        add_number(roughness, sizeof roughness, 9, layout->roughness[l]);
+    set(s, "iblbake.content", "specular");
+    set(s, "iblbake.lobe", "%s", ibl_lobe_name(lobe));
+    set(s, "iblbake.mapping", "%s", ibl_roughness_map_name(layout->mapping));
+    set(s, "iblbake.roughness", "%s", roughness);
+    set(s, "iblbake.lod_scale", "%.9g", layout->lod_scale);
+    set(s, "iblbake.lod_offset", "%.9g", layout->lod_offset);
+}
+
+ibl_status ibl_texture_describe_levels(ibl_ctx *ctx, ibl_texture *tex,
+                                       ibl_lobe lobe,
+                                       const ibl_specular_layout *layout)
+{
+    setter s = {ctx, tex, IBL_OK};
+
+    if (!tex || !layout)
+        return ibl_missing(ctx, "ibl_texture_describe_levels: tex or layout");
+    set_levels(&s, lobe, layout);
+    return s.status;
+}
+
+/* How the levels were made. */
+static void set_made(setter *s, const ibl_specular_options *o,
+                     const ibl_specular_report *made)
+{
+    char samples[IBL_MAX_LEVELS * 12] = "";
+    char degrees[IBL_MAX_LEVELS * 12] = "";
+    char errors[IBL_MAX_LEVELS * 24] = "";
+    int sampled = 0;
+
+    for (int l = 0; l < made->layout.levels; l++) {
+        const ibl_specular_level *level = &made->level[l];
+        add_number(samples, sizeof samples, 9, level->samples);
+        add_number(degrees, sizeof degrees, 9, level->degree);
+        add_number(errors, sizeof errors, 3, fmax(level->error, 0));
+        sampled |= level->samples > 0;
+    }
+    set(s, "iblbake.method", "%s", ibl_specular_report_method(made));
+    if (o->roughness_min > 0 || o->roughness_max < 1)
+        set(s, "iblbake.roughness_range", "%.9g:%.9g", o->roughness_min,
+            o->roughness_max);
+    set(s, "iblbake.degrees", "%s", degrees);
+    set(s, "iblbake.estimate", "%s", errors);
+    set(s, "iblbake.tolerance", "%.9g", o->tolerance);
+    if (!sampled)
+        return;
+    set(s, "iblbake.samples", "%s", samples);
+    set(s, "iblbake.lod_bias", "%.9g", o->lod_bias);
+    set(s, "iblbake.jitter", "%s", o->jitter ? "yes" : "no");
+    set(s, "iblbake.pdf_mip", "%s", o->pdf_mip ? "yes" : "no");
+}
+
+ibl_status ibl_texture_describe_specular(ibl_ctx *ctx, ibl_texture *tex,
+                                         const ibl_specular_options *opts,
+                                         const ibl_specular_report *report)
+{
+    const ibl_specular_options o =
+        opts ? *opts : ibl_specular_options_default();
+    setter s = {ctx, tex, IBL_OK};
+
+    if (!tex || !report)
+        return ibl_missing(ctx, "ibl_texture_describe_specular: tex or report");
+    set_levels(&s, o.lobe, &report->layout);
+    set_made(&s, &o, report);
+    return s.status;
+}
+
+ibl_status ibl_texture_describe_irradiance(ibl_ctx *ctx, ibl_texture *tex)
+{
+    setter s = {ctx, tex, IBL_OK};
+
+    if (!tex)
+        return ibl_missing(ctx, "ibl_texture_describe_irradiance: tex");
+    set(&s, "iblbake.content", "irradiance");
+    set(&s, "iblbake.irradiance_scale", "E/pi");
+    return s.status;
+}
+
+ibl_status ibl_texture_describe_lut(ibl_ctx *ctx, ibl_texture *tex,
+                                    const ibl_lut_options *opts)
+{
+    const ibl_lut_options o = opts ? *opts : ibl_lut_options_default();
+    setter s = {ctx, tex, IBL_OK};
+
+    if (!tex)
+        return ibl_missing(ctx, "ibl_texture_describe_lut: tex");
+    set(&s, "iblbake.content", "brdf_lut");
+    set(&s, "iblbake.axes", "u=N.V,v=roughness");
+    if (!o.kind)
+        set(&s, "iblbake.geometry", "%s", ibl_geometry_name(o.geometry));
+    set(&s, "iblbake.method", "%s", o.samples ? "hammersley" : "quadrature");
+    if (o.samples)
+        set(&s, "iblbake.samples", "%d", o.samples);
+    return s.status;
+}
