@@ -202,10 +202,10 @@ static ibl_octant_face face_of(const ibl_wedge *w, int *line)
     return IBL_OCTANT_BOTTOM;
 }
 
-/* Moves the texels of a line from z on to the octants of all lanes. */
+/* Writes the texels of a line from z on, in the octants of all lanes. */
 static void write_texels(const ibl_octant_set *set, const ibl_octant_group *g,
                          ibl_octant_face face, int line, int z, int count,
-                         double *sums, double *weights)
+                         const double *sums, const double *weights)
 {
     float nowhere[3], *out[IBL_OCTANTS];
     ptrdiff_t step[IBL_OCTANTS];
@@ -218,22 +218,20 @@ static void write_texels(const ibl_octant_set *set, const ibl_octant_group *g,
             step[m] = p->step;
         }
     }
-    set->dsp.take(sums, weights, count, out, step);
+    set->dsp.write(sums, weights, count, out, step);
 }
 
 static void keep_shared(const ibl_octant_group *g, int line, bool axis,
-                        double *sum, double *weight)
+                        const double *sum, double weight)
 {
     double *to = shared_texel(g, line, axis);
     memcpy(to, sum, IBL_OCTANT_RGB * sizeof *to);
-    to[IBL_OCTANT_RGB] = *weight;
-    memset(sum, 0, IBL_OCTANT_RGB * sizeof *sum);
-    *weight = 0;
+    to[IBL_OCTANT_RGB] = weight;
 }
 
-/* Moves a line of a part to the cube: its sums are zero then. Half texels at
- * its ends are kept as shared: on the diagonal of top and bottom and, with n
- * odd, at psi = 0. */
+/* Writes a line of a part to the cube and clears its sums. Half texels at its
+ * ends are kept as shared: on the diagonal of top and bottom and, with n odd,
+ * at psi = 0. */
 static void finish_line(const ibl_octant_set *set, ibl_octant_group *g,
                         ibl_octant_sums *s, int line)
 {
@@ -247,15 +245,17 @@ static void finish_line(const ibl_octant_set *set, ibl_octant_group *g,
         end = i - s->part.first_z;
         if (end >= 0)
             keep_shared(g, line, false, sums + IBL_OCTANT_RGB * (size_t)end,
-                        weights + end);
+                        weights[end]);
     }
     if (g->wedge.size % 2 && s->part.first_z == 0 && end > 0) {
-        keep_shared(g, line, true, sums, weights);
+        keep_shared(g, line, true, sums, weights[0]);
         begin = 1;
     }
     if (end > begin)
         write_texels(set, g, face, i, s->part.first_z + begin, end - begin,
                      sums + IBL_OCTANT_RGB * (size_t)begin, weights + begin);
+    memset(sums, 0, (size_t)width * IBL_OCTANT_RGB * sizeof *sums);
+    memset(weights, 0, (size_t)width * sizeof *weights);
 }
 
 void ibl_octants_finish(const ibl_octant_set *set, ibl_octant_group *g,

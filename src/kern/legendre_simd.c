@@ -192,9 +192,6 @@ static void analyse_chunk(struct work *w, int j)
            (size_t)(w->vectors - doubles) * SUMS * VD * sizeof *w->data);
     for (int b = 0; b < w->blocks; b++) {
         int v = w->vectors;
-        if (!j)
-            memset(w->sums + (size_t)b * BLOCK * SUMS, 0,
-                   (size_t)BLOCK * SUMS * sizeof *w->sums);
         for (int i = w->active; i < single; i++) {
             if (b)
                 come_in(w, i, b);
@@ -243,6 +240,7 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
     struct work w = layout(o);
 
     fill_coefficients(&w);
+    memset(w.sums, 0, (size_t)w.blocks * BLOCK * SUMS * sizeof *w.sums);
     for (int j = 0; j < o->rings->pairs; j += CHUNK) {
         gather_chunk(&w, j, f, stride);
         skip_zeros(&w);

@@ -66,13 +66,12 @@ typedef struct ibl_octants_dsp {
                 double *sums);
     /*
      * Writes sums * (1 / weight) as floats: lane m of sum i becomes the RGB at
-     * out[m] + i * step[m]. Unused lanes may share a dummy place. Sums and
-     * weights become zero.
+     * out[m] + i * step[m]. Unused lanes may share a dummy place.
      *   sums  count of IBL_OCTANT_RGB doubles, 64-byte aligned
      */
-    void (*take)(double *sums, double *weights, int count,
-                 float *const out[IBL_OCTANTS],
-                 const ptrdiff_t step[IBL_OCTANTS]);
+    void (*write)(const double *sums, const double *weights, int count,
+                  float *const out[IBL_OCTANTS],
+                  const ptrdiff_t step[IBL_OCTANTS]);
 } ibl_octants_dsp;
 
 IBL_DECLARE_KERNEL(ibl_octants);

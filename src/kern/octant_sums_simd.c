@@ -132,13 +132,10 @@ static void add_spans(const ibl_octant_span *spans, int count,
     }
 }
 
-/* Four lanes times scale, as floats; they become zero. */
-static inline vq take_floats(double *p, double scale)
+/* Four lanes times scale, as floats. */
+static inline vq four_floats(const double *p, double scale)
 {
-    const four sums = *(const four *)p;
-
-    *(four *)p = (four){0};
-    return __builtin_convertvector(sums * scale, vq);
+    return __builtin_convertvector(*(const four *)p * scale, vq);
 }
 
 /* A double stands for two floats. */
@@ -162,19 +159,18 @@ static inline void write_four(float *const out[4], const ptrdiff_t step[4],
     write_rgb(out[3] + i * step[3], high[1], b[3]);
 }
 
-static void take_sums(double *sums, double *weights, int count,
-                      float *const out[IBL_OCTANTS],
-                      const ptrdiff_t step[IBL_OCTANTS])
+static void write_sums(const double *sums, const double *weights, int count,
+                       float *const out[IBL_OCTANTS],
+                       const ptrdiff_t step[IBL_OCTANTS])
 {
     for (int i = 0; i < count; i++) {
         const double scale = 1 / weights[i];
         for (int m = 0; m < IBL_OCTANTS; m += 4)
-            write_four(out + m, step + m, i, take_floats(sums + m, scale),
-                       take_floats(sums + IBL_OCTANTS + m, scale),
-                       take_floats(sums + 2 * IBL_OCTANTS + m, scale));
-        weights[i] = 0;
+            write_four(out + m, step + m, i, four_floats(sums + m, scale),
+                       four_floats(sums + IBL_OCTANTS + m, scale),
+                       four_floats(sums + 2 * IBL_OCTANTS + m, scale));
         sums += IBL_OCTANT_RGB;
     }
 }
 
-IBL_VECTOR_KERNEL(ibl_octants, collect, blend, add_spans, take_sums)
+IBL_VECTOR_KERNEL(ibl_octants, collect, blend, add_spans, write_sums)
