@@ -378,12 +378,31 @@ typedef float vd_floats
 
 static inline vd vd_load_floats(const float *p)
 {
+#ifdef IBL_NEON /* for which gcc 12 converts single lanes */
+    return vcvt_f64_f32(vld1_f32(p));
+#else
     return __builtin_convertvector(*(const vd_floats *)p, vd);
+#endif
 }
 
 static inline void vd_store_floats(float *p, vd v)
 {
     *(vd_floats *)p = __builtin_convertvector(v, vd_floats);
+}
+
+/* The first and the last VD lanes as doubles. */
+static inline void vf_widen(vf v, vd half[2])
+{
+#ifdef IBL_NEON
+    half[0] = vcvt_f64_f32(vget_low_f32(v));
+    half[1] = vcvt_high_f64_f32(v);
+#else
+    float floats[VF] __attribute__((aligned(64)));
+
+    vf_store(floats, v);
+    half[0] = vd_load_floats(floats);
+    half[1] = vd_load_floats(floats + VD);
+#endif
 }
 
 /*

@@ -105,17 +105,21 @@ static inline vd vd_reverse(vd v)
 
 static inline vd vd_totals(const vd v[VD])
 {
+#ifdef IBL_NEON
+    return vpaddq_f64(v[0], v[1]);
+#else
     return (vd){v[0][0], v[1][0]} + (vd){v[0][1], v[1][1]};
+#endif
 }
 #endif
 
 /* Lane i is the sum of the lanes i and VD + i of v, as doubles. */
 static inline vd vf_halves_added(vf v)
 {
-    float halves[VF] __attribute__((aligned(64)));
+    vd half[2];
 
-    vf_store(halves, v);
-    return vd_load_floats(halves) + vd_load_floats(halves + VD);
+    vf_widen(v, half);
+    return half[0] + half[1];
 }
 
 /* The e with |v| = f 2^e, 1 <= f < 2; v must be normal. */

@@ -25,12 +25,12 @@ static inline vf square(const vf v[3])
 /* Adds a float for each of VF lanes. */
 static inline void add_lanes(double *sums, vf values)
 {
-    float stored[VF];
+    vd half[2];
 
-    vf_store(stored, values);
+    vf_widen(values, half);
 #pragma GCC unroll 2
-    for (size_t k = 0; k < VF; k += VD)
-        vd_store(sums + k, vd_load(sums + k) + vd_load_floats(stored + k));
+    for (size_t k = 0; k < 2; k++)
+        vd_store(sums + k * VD, vd_load(sums + k * VD) + half[k]);
 }
 
 static inline void add_texels(const float *t, const float *d, size_t lane,
