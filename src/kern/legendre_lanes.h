@@ -411,9 +411,10 @@ static inline void follow(const struct work *w, struct follower *f,
 {
     for (int b = 0; b < w->blocks; b++) {
         const struct scaled begin = f->s, begin_g = g->s;
-        for (int k = b * BLOCK; k < (b + 1) * BLOCK; k++) {
-            recur(w, k, f->x2, &f->s.now, &f->s.last);
-            recur(w, k, g->x2, &g->s.now, &g->s.last);
+#pragma GCC unroll 8
+        for (int i = 0; i < BLOCK; i++) {
+            recur(w, b * BLOCK + i, f->x2, &f->s.now, &f->s.last);
+            recur(w, b * BLOCK + i, g->x2, &g->s.now, &g->s.last);
         }
         join(f, begin, b);
         join(g, begin_g, b);

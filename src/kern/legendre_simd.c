@@ -19,22 +19,21 @@ _Static_assert(AT_ONCE *SUMS % VD == 0, "analysis adds whole vectors");
 
 /* ---- analysis ------------------------------------------------------- */
 
-/* The differences of the rows beside VD edges, from north j on, and beside
- * their mirror images. */
-static inline void load_pairs(const ibl_legendre_rings *r, int j,
+/* The differences of the rows beside VD edges. */
+static inline vd differences(const float *rows)
+{
+    return vd_load_floats(rows + 1) - vd_load_floats(rows);
+}
+
+/* The same beside fewer edges, from north j on, and their mirror images. */
+static inline void last_pairs(const ibl_legendre_rings *r, int j,
                               const float *ring, vd *north, vd *south)
 {
-    const int mirror = r->count - VD - j;
+    const int mirror = r->count - 1 - j;
 
-    if (j + VD <= r->count / 2) {
-        *north = vd_load_floats(ring + j + 1) - vd_load_floats(ring + j);
-        *south = vd_reverse(vd_load_floats(ring + mirror + 1) -
-                            vd_load_floats(ring + mirror));
-        return;
-    }
     *north = *south = vd_all(0.0);
     for (int i = 0; i < VD && j + i < r->pairs; i++) {
-        const float *n = ring + j + i, *s = ring + mirror + VD - 1 - i;
+        const float *n = ring + j + i, *s = ring + mirror - i;
         (*north)[i] = (double)n[1] - (double)n[0];
         if (j + i < r->count / 2)
             (*south)[i] = (double)s[1] - (double)s[0];
@@ -50,12 +49,20 @@ static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
     w->vectors = (ring_pairs(w, j) + VD - 1) / VD;
     for (int v = 0; v < w->vectors; v++) {
         const int at = j + v * VD;
+        const bool whole = at + VD <= r->count / 2;
+        const size_t mirror = (size_t)(r->count - VD - at);
         const vd x = vd_load(r->x + at);
         const vd sine = vd_load(r->sine + at), weight = sine * sine;
         double *to = w->data + (size_t)v * SUMS * VD;
-        for (int part = 0; part < 6; part++, to += VD) {
+        const float *ring = f;
+        for (int part = 0; part < 6; part++, to += VD, ring += stride) {
             vd n, s;
-            load_pairs(r, at, f + (size_t)part * stride, &n, &s);
+            if (whole) {
+                n = differences(ring + at);
+                s = vd_reverse(differences(ring + mirror));
+            } else {
+                last_pairs(r, at, ring, &n, &s);
+            }
             n *= weight;
             s *= weight;
             vd_store(to, n + s);
@@ -271,7 +278,7 @@ static void combine(struct work *w, const double *a, const double *factor)
     }
 }
 
-/* Copies what floats need of every k. */
+/* Copies what floats need of every k, and zeros after the last. */
 static void fill_rows(struct work *w)
 {
     for (int k = w->single * BLOCK; k < w->terms; k++) {
@@ -282,29 +289,31 @@ static void fill_rows(struct work *w)
         row[SUMS] = (float)w->alpha[k];
         row[SUMS + 1] = (float)w->beta[k];
     }
+    memset(w->rows + (size_t)w->terms * ROW, 0, ROW * sizeof *w->rows);
 }
 
-/* Adds the terms from k on in floats for vectors v and v + 1. */
-static void sum_singles_over_k(const struct work *w, int v, int k,
-                               float acc[SUMS][VF])
+/* Sums the terms from k on, which is even, in floats for vectors v and v + 1.
+ * Two values take turns as the last one. */
+static void sum_singles_over_k(const struct work *w, int v, int k, vf out[SUMS])
 {
     const vf x2 = vf_load(w->x2_single + v * VD);
     vf r = vf_load(w->now_single + v * VD);
     vf last = vf_load(w->last_single + v * VD), sums[SUMS] = {{0}};
 
-    for (const float *row = w->rows + (size_t)k * ROW; k < w->terms;
-         k++, row += ROW) {
-        const vf t = vf_fma(vf_all(row[SUMS]), x2, vf_all(row[SUMS + 1]));
-        const vf next = vf_fma(t, r, last);
+    for (const float *row = w->rows + (size_t)k * ROW; k < w->terms; k += 2)
+#pragma GCC unroll 2
+        for (int n = 0; n < 2; n++, row += ROW) {
+            const vf t = vf_fma(vf_all(row[SUMS]), x2, vf_all(row[SUMS + 1]));
+            const vf next = vf_fma(t, r, last);
 #pragma GCC unroll 3
-        for (int p = 0; p < SUMS; p += 4)
-            vf_add_four(r, row + p, sums + p);
-        last = r;
-        r = next;
-    }
+            for (int p = 0; p < SUMS; p += 4)
+                vf_add_four(r, row + p, sums + p);
+            last = r;
+            r = next;
+        }
 #pragma GCC unroll 12
     for (int p = 0; p < SUMS; p++)
-        vf_store(acc[p], sums[p]);
+        out[p] = sums[p];
 }
 
 /* Adds the terms k = from..until - 1 for AT_ONCE vectors, from v on, to acc. */
@@ -345,32 +354,34 @@ static void sum_over_k(struct work *w, int j, int v, int from, int until,
     }
 }
 
-/* Stores VD rings, from north j on, and their mirror images. */
-static inline void store_pairs(const ibl_legendre_rings *r, int j, float *ring,
-                               vd north, vd south)
+/* Stores fewer than VD rings, from north j on, and their mirror images. */
+static inline void store_last(const ibl_legendre_rings *r, int j, float *ring,
+                              vd north, vd south)
 {
-    const int mirror = r->count - VD - j;
+    const int mirror = r->count - 1 - j;
 
-    if (j + VD <= r->count / 2) {
-        vd_store_floats(ring + j, north);
-        vd_store_floats(ring + mirror, vd_reverse(south));
-        return;
-    }
     for (int i = 0; i < VD && j + i < r->pairs; i++) {
         ring[j + i] = (float)north[i];
-        ring[mirror + VD - 1 - i] = (float)south[i];
+        ring[mirror - i] = (float)south[i];
     }
 }
 
 static void store_vector(const ibl_legendre_rings *r, int j, const vd acc[SUMS],
                          float *g, size_t stride)
 {
+    const bool whole = j + VD <= r->count / 2;
+    const size_t mirror = (size_t)(r->count - VD - j);
     const vd x = vd_load(r->x + j);
 
-    for (int part = 0; part < 6; part++) {
+    for (int part = 0; part < 6; part++, g += stride) {
         const vd odd = x * acc[6 + part];
-        store_pairs(r, j, g + (size_t)part * stride, acc[part] + odd,
-                    acc[part] - odd);
+        const vd north = acc[part] + odd, south = acc[part] - odd;
+        if (whole) {
+            vd_store_floats(g + j, north);
+            vd_store_floats(g + mirror, vd_reverse(south));
+        } else {
+            store_last(r, j, g, north, south);
+        }
     }
 }
 
@@ -406,12 +417,15 @@ static void synthesise_pair(struct work *w, int j, int v, float *g,
     for (int i = 0; i < 2; i += AT_ONCE)
         synthesise_side(w, j, v + i, end, acc + i);
     if (end < w->terms) {
-        float rest[SUMS][VF] __attribute__((aligned(64)));
+        vf rest[SUMS];
         to_single(w, j, v);
         sum_singles_over_k(w, v, end, rest);
-        for (int p = 0; p < SUMS; p++)
-            for (int i = 0; i < 2; i++)
-                acc[i][p] += vd_load_floats(rest[p] + i * VD);
+        for (int p = 0; p < SUMS; p++) {
+            vd half[2];
+            vf_widen(rest[p], half);
+            acc[0][p] += half[0];
+            acc[1][p] += half[1];
+        }
     }
     for (int i = 0; i < 2; i++)
         store_vector(w->rings, j + (v + i) * VD, acc[i], g, stride);
