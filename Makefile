@@ -44,13 +44,13 @@ DEFLATE_CFLAGS = $(shell pkg-config --cflags $(DEFLATE) 2>/dev/null) \
                  -DIBL_LIBDEFLATE=$(if $(filter libdeflate,$(DEFLATE)),1,0)
 EXR_CFLAGS = $(shell pkg-config --cflags OpenEXR 2>/dev/null)
 ZSTD_CFLAGS = $(shell pkg-config --cflags libzstd 2>/dev/null)
+JSON_CFLAGS = $(shell pkg-config --cflags jansson 2>/dev/null)
 IO_LIBS = $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
             sed 's/^/-L/') -lOpenEXRCore \
-          $(shell pkg-config --libs $(DEFLATE) libzstd 2>/dev/null)
+          $(shell pkg-config --libs $(DEFLATE) libzstd jansson 2>/dev/null)
 CLI_CFLAGS = $(shell pkg-config --cflags libpng libjpeg zlib jansson libxxhash \
                libzstd 2>/dev/null)
-CLI_LIBS = $(shell pkg-config --libs libpng libjpeg zlib jansson libxxhash \
-               2>/dev/null)
+CLI_LIBS = $(shell pkg-config --libs libpng libjpeg zlib libxxhash 2>/dev/null)
 HAVE_VIEW := $(shell pkg-config --exists glfw3 gl stb 2>/dev/null && echo yes)
 VIEW_CFLAGS = $(shell pkg-config --cflags glfw3 gl stb libpng jansson 2>/dev/null)
 VIEW_LIBS = $(shell pkg-config --libs glfw3 2>/dev/null)
@@ -75,7 +75,7 @@ ISAS_aarch64 := neon
 ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null))))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
-                      src/io/*.c)
+                      src/io/*.c src/json/*.c)
 # Each of these is compiled for every instruction set, and for any CPU if it has
 # no plain version beside it: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
@@ -140,6 +140,7 @@ EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/exr.o tes
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/exr_chunks.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/io/zstd_frames.o: LOCAL = $(ZSTD_CFLAGS)
+$(BUILD)/obj/src/json/%.o: LOCAL = $(JSON_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
 $(BUILD)/obj/src/view/write_exr.o: LOCAL = $(VIEW_CFLAGS) $(EXR_CFLAGS)
@@ -264,13 +265,12 @@ $(BUILD)/tests/check_expectation: $(addprefix $(BUILD)/obj/src/cli/, \
 
 $(BUILD)/tests/check_engine: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_engine: $(call obj,$(wildcard src/engine/*.c)) \
-    $(addprefix $(BUILD)/obj/src/common/,text.o path.o json_load.o names.o)
+    $(addprefix $(BUILD)/obj/src/common/,path.o names.o)
 
 $(BUILD)/tests/check_scene: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c)) \
     $(BUILD)/obj/src/engine/png.o \
-    $(addprefix $(BUILD)/obj/src/common/,text.o path.o json_at.o json_load.o \
-      names.o)
+    $(addprefix $(BUILD)/obj/src/common/,path.o names.o)
 
 # Gives OpenEXRCore its memory.
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read
@@ -315,8 +315,8 @@ endif
 FUZZ_OPT := -O1 -gline-tables-only -fno-omit-frame-pointer \
             -fno-sanitize-recover=all \
             -fsanitize=address,undefined,float-cast-overflow
-FUZZED := $(wildcard src/core/*.c src/io/*.c src/common/*.c src/engine/*.c \
-                     src/scene/*.c) \
+FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
+                     src/engine/*.c src/scene/*.c) \
           $(addprefix src/kern/,astc_hdr_block.c astc_hdr_decode.c \
             astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
             max_finite.c pixel.c rgbe.c) \

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Parts of iblbake bench that have a truth of their own: resampled maps, and
  * the words of command lines as the shell sees them. */
-#include "common/text.c"
+#include "json/text.c"
 
 #include <math.h>
 #include <stdio.h>

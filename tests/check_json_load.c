@@ -2,19 +2,17 @@
 /* JSON files: whole ones, and what is none, which hangs nothing. */
 #define _GNU_SOURCE
 #include <stdlib.h>
+#include <string.h>
+
+#include "files.h"
+#include "test.h"
+#include "json/json_load.h"
 
 static int left = -1; /* allocations until one fails */
 static void *scarce(size_t size)
 {
     return left >= 0 && left-- == 0 ? NULL : malloc(size);
 }
-#define malloc scarce
-#include "common/json_load.c"
-#include "common/names.c"
-#undef malloc
-
-#include "files.h"
-#include "test.h"
 
 static const char text[] =
     "{\"a\": [1, 2.5, \"three\", {\"a long name of a member\": null}],\n"
@@ -75,7 +73,7 @@ TEST(refused)
         CHECK(!ibl_json_load(file_path(cases[i].name), JSON_REJECT_DUPLICATES,
                              &why));
         CHECK_MSG(strstr(why.line, cases[i].said) &&
-                      why.damaged == cases[i].damaged,
+                      (why.status == IBL_ERR_FORMAT) == cases[i].damaged,
                   "%s: %s", cases[i].name, why.line);
     }
 }
@@ -85,16 +83,20 @@ TEST(without_memory)
 {
     int n = 0;
     json_t *root = NULL;
+    json_malloc_t ask;
     NEED(file_save(file_path("whole.json"), text, strlen(text)));
+    json_set_alloc_funcs(scarce, free);
     for (; !root && n < 1000; n++) {
         ibl_json_why why = {0};
         left = n;
         root = ibl_json_load(file_path("whole.json"), 0, &why);
         left = -1;
-        CHECK_MSG(
-            root || (strstr(why.line, "whole.json: no memory") && !why.damaged),
-            "after %d: %s", n, why.line);
+        CHECK_MSG(root || (strstr(why.line, "whole.json: no memory") &&
+                           why.status == IBL_ERR_MEMORY),
+                  "after %d: %s", n, why.line);
     }
     CHECK_MSG(root && n > 10, "%d allocations", n);
     json_decref(root);
+    json_get_alloc_funcs(&ask, NULL);
+    CHECK(ask == scarce);
 }

@@ -12,9 +12,6 @@
 #include <sys/stat.h>
 #include <time.h>
 
-#include "common/json_at.h"
-#include "common/json_build.h"
-#include "common/json_load.h"
 #include "files.h"
 #include "float_exr.h"
 #include "room.h"
@@ -25,6 +22,9 @@
 #include "view/message.h"
 #include "view/picture.h"
 #include "view/probe_set.h"
+#include "json/json_at.h"
+#include "json/json_build.h"
+#include "json/json_load.h"
 
 enum {
     SIZE = 16,

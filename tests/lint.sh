@@ -110,18 +110,19 @@ kern kern core brdf
 bake bake core image brdf kern
 probe probe core
 io io core image kern
-common common
-engine engine core common image io
-scene scene core common io engine
-cli cli common engine scene
-view view common engine scene
+json json
+common common json
+engine engine core common image io json
+scene scene core common io engine json
+cli cli common engine scene json
+view view common engine scene json
 ROOMS
 [ ! -s "$build/layers.txt" ] || {
     cat "$build/layers.txt"
     complain 'includes against the arrows'
 }
 grep -rnE '#include "(core|image|brdf|kern|bake|probe|io)/' src/common src/cli \
-    src/view && complain 'programs see include/ only'
+    src/view && complain 'programs see include/ and json/ only'
 # No module, NAME.h with NAME.c and NAME_simd.c, needs itself through others.
 files '^src/.*\.(c|h|cpp)$' | xargs grep -H '^#include "' |
     sed -E 's/^src\///; s/(_simd|_lanes)?\.(c|h|cpp):.*"(.*)"$/ \3/

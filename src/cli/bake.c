@@ -9,7 +9,7 @@
 #include "cli/scene_choice.h"
 #include "common/path.h"
 #include "common/signals.h"
-#include "common/text.h"
+#include "json/text.h"
 
 /* ---- axes ------------------------------------------------------------- */
 

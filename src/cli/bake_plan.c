@@ -9,10 +9,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "common/json_load.h"
 #include "common/names.h"
 #include "common/path.h"
-#include "common/text.h"
+#include "common/sidecar.h"
+#include "json/text.h"
 
 /* Whether the lobe table is the one of the default levels. */
 static bool is_usual_table(const ibl_opts *o)

@@ -9,9 +9,9 @@
 #include <string.h>
 
 #include "cli/json_text.h"
-#include "common/json_load.h"
 #include "common/names.h"
 #include "common/path.h"
+#include "common/sidecar.h"
 
 /* Whether only a part of the range of roughness was requested. */
 static bool is_part(const ibl_bake *b)

@@ -21,8 +21,9 @@
 #include "cli/json_text.h"
 #include "common/clock.h"
 #include "common/path.h"
+#include "common/sidecar.h"
 #include "common/signals.h"
-#include "common/text.h"
+#include "json/text.h"
 
 #define LARGE_PIXELS (4096.0 * 2048) /* more are baked by all threads */
 #define REDRAW_NS 200000000

@@ -16,7 +16,7 @@
 
 #include "cli/batch.h"
 #include "common/path.h"
-#include "common/text.h"
+#include "json/text.h"
 
 enum {
     IDENTITY_BYTES = 128

@@ -10,7 +10,7 @@
 #include "cli/rendered.h"
 #include "cli/shell_words.h"
 #include "cli/verify_files.h"
-#include "common/text.h"
+#include "json/text.h"
 
 /* State of judging the points. The map's judges keep the reference values, for
  * later points with the same map, rotation and lights. */

@@ -14,7 +14,7 @@
 #include "cli/child.h"
 #include "cli/json_text.h"
 #include "common/clock.h"
-#include "common/json_load.h"
+#include "json/json_load.h"
 
 /* ---- machine --------------------------------------------------------- */
 

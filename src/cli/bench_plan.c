@@ -9,7 +9,7 @@
 #include "cli/common_options.h"
 #include "cli/shell_words.h"
 #include "common/names.h"
-#include "common/text.h"
+#include "json/text.h"
 
 enum {
     FORMATS_ZSTD = 19 /* the highest that does without --ultra */

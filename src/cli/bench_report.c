@@ -6,7 +6,7 @@
 
 #include "cli/bench.h"
 #include "cli/json_text.h"
-#include "common/text.h"
+#include "json/text.h"
 
 /* ---- JSON ------------------------------------------------------------ */
 

@@ -11,7 +11,7 @@
 #include "cli/child.h"
 #include "cli/console.h"
 #include "cli/resample.h"
-#include "common/text.h"
+#include "json/text.h"
 
 enum {
     LARGEST = 8192, /* largest default width */

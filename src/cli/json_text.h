@@ -8,8 +8,8 @@
 #include <ibl/ibl.h>
 #include <ibl/io.h>
 
-#include "common/json_build.h"
-#include "common/json_load.h"
+#include "json/json_build.h"
+#include "json/json_load.h"
 
 /* Whether bytes are UTF-8. */
 bool ibl_json_is_text(const char *bytes);

@@ -9,8 +9,8 @@
 #include "cli/console.h"
 #include "cli/hash.h"
 #include "cli/shard.h"
-#include "common/json_load.h"
 #include "common/probe_index.h"
+#include "json/json_load.h"
 
 /* ---- the set ------------------------------------------------------------- */
 

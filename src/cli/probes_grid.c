@@ -9,8 +9,8 @@
 #include "cli/json_text.h"
 #include "cli/probes.h"
 #include "cli/shell_words.h"
-#include "common/json_at.h"
 #include "common/signals.h"
+#include "json/json_at.h"
 
 enum {
     MOST_ALONG = 1000 /* cells along an axis */

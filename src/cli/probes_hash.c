@@ -8,9 +8,9 @@
 #include <sys/file.h>
 
 #include "cli/probes.h"
-#include "common/json_load.h"
 #include "common/path.h"
-#include "common/text.h"
+#include "json/json_load.h"
+#include "json/text.h"
 
 /* ---- one run at a time ------------------------------------------------- */
 

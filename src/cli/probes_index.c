@@ -7,8 +7,8 @@
 
 #include "cli/json_text.h"
 #include "cli/probes.h"
-#include "common/json_load.h"
 #include "common/path.h"
+#include "json/json_load.h"
 
 _Static_assert((int)IBL_INDEX_FILES == IBL_PROBES_TEXTURES, "the same files");
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/text.h"
+#include "json/text.h"
 
 static const char blanks[] = " \t\n";
 

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "cli/shell_words.h"
-#include "common/text.h"
+#include "json/text.h"
 
 /* man/iblbake-engines.7 shows options and lines: tests/check-man.sh compares
  * them. */

@@ -13,11 +13,11 @@
 
 #include "cli/faces.h"
 #include "common/about.h"
-#include "common/json_load.h"
 #include "common/names.h"
 #include "common/path.h"
-#include "common/text.h"
+#include "common/sidecar.h"
 #include "engine/engine.h"
+#include "json/text.h"
 
 typedef struct reader {
     const ibl_verify_opts *opts;
@@ -74,9 +74,10 @@ static bool open_sidecar(reader *r)
     r->sidecar = ibl_sidecar_load(r->sidecar_path, &why);
     return r->sidecar ||
            ibl_console_fail(r->console, "%s%s", why.line,
-                            why.damaged ? ": bake again, or remove it and say "
-                                          "what the files mean"
-                                        : "");
+                            why.status == IBL_ERR_FORMAT
+                                ? ": bake again, or remove it and say "
+                                  "what the files mean"
+                                : "");
 }
 
 /* Takes the file named stem and rest if it is there. Fails if there is another

@@ -3,12 +3,7 @@
 #ifndef COMMON_NAMES_H
 #define COMMON_NAMES_H
 
-#include <stddef.h>
-
-/* "a, b or c" */
-void ibl_names_text(const char *const *names, char *text, size_t size);
-/* The index of word in names; -1: not found. */
-int ibl_names_find(const char *const *names, const char *word);
+#include "json/word_list.h"
 
 /* Names in options, sets, indices and sidecars, indexed by ibl_container,
  * ibl_pixel (of cubes), ibl_quality, ibl_overflow, ibl_roughness_map,

@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "common/text.h"
+#include "json/text.h"
 
 const char *ibl_path_name(const char *path)
 {

@@ -5,7 +5,7 @@
 
 #include <ibl/io.h>
 
-#include "common/json_at.h"
+#include "json/json_at.h"
 
 /* As many as a cube array has layers for. */
 #define IBL_INDEX_PROBES (IBL_MAX_LAYERS / IBL_FACES)

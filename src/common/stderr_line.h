@@ -2,10 +2,7 @@
 #ifndef COMMON_STDERR_LINE_H
 #define COMMON_STDERR_LINE_H
 
-/* Room for two paths and a message about them. */
-enum {
-    IBL_LINE_BYTES = 2 * 4096 + 1024
-};
+#include "json/text.h"
 
 /* Replaces control characters, which would break the line or act on the
  * terminal, by '?'. */

@@ -3,10 +3,10 @@
 
 #include <string.h>
 
-#include "common/text.h"
 #include "core/context.h"
 #include "engine/rgbd.h"
 #include "io/input.h"
+#include "json/text.h"
 
 static const struct {
     const char *suffix, *pixel;

@@ -7,13 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/json_load.h"
 #include "common/path.h"
 #include "core/context.h"
 #include "engine/engine.h"
 #include "engine/rgbd.h"
 #include "engine/set.h"
 #include "io/input.h"
+#include "json/json_load.h"
 
 static const char extension[] = "EXT_lights_image_based";
 

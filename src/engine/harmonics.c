@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "common/text.h"
 #include "ibl/ibl.h"
+#include "json/text.h"
 
 const char *const ibl_sh_format_names[] = {[IBL_SH_NONE] = "none",
                                            [IBL_SH_CMGEN] = "cmgen",

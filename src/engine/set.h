@@ -5,9 +5,9 @@
 
 #include <jansson.h>
 
-#include "common/json_build.h"
 #include "engine/harmonics.h"
 #include "engine/png.h"
+#include "json/json_build.h"
 
 /* What the files are made of. */
 typedef struct ibl_engine_set {

@@ -6,10 +6,10 @@
 
 #include "common/names.h"
 #include "common/path.h"
-#include "common/text.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "scene/gltf_reader.h"
+#include "json/text.h"
 
 enum {
     HEADER = 12, /* bytes of .glb before its chunks */

@@ -5,9 +5,9 @@
 #ifndef SCENE_GLTF_READER_H
 #define SCENE_GLTF_READER_H
 
-#include "common/json_at.h"
 #include "io/input.h"
 #include "scene/scene.h"
+#include "json/json_at.h"
 
 enum {
     /* Numbers in all attributes and indices, 1 GiB of them: an accessor may

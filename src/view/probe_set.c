@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/json_load.h"
 #include "common/path.h"
 #include "common/probe_index.h"
 #include "ibl/io.h"
@@ -14,6 +13,7 @@
 #include "view/message.h"
 #include "view/upload.h"
 #include "view/vector.h"
+#include "json/json_load.h"
 
 enum {
     SH_EDGE = 16,  /* edge of cubes made from harmonics */

@@ -7,9 +7,9 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "common/json_load.h"
 #include "common/names.h"
 #include "common/path.h"
+#include "common/sidecar.h"
 #include "engine/set.h"
 #include "view/message.h"
 
@@ -101,9 +101,10 @@ bool view_sidecar_open(const char *path, json_t **root)
         return true;
     json_t *read = ibl_sidecar_load(path, &why);
     if (!read)
-        return view_fail(
-            "%s%s", why.line,
-            why.damaged ? ": bake the set again, or take the file away" : "");
+        return view_fail("%s%s", why.line,
+                         why.status == IBL_ERR_FORMAT
+                             ? ": bake the set again, or take the file away"
+                             : "");
     const char *writer = text_of(json_object_get(read, "generator"), "name");
     if (writer && !strcmp(writer, "iblbake")) {
         *root = read;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-#include "common/json_load.h"
+#include "json/json_load.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/json_build.h"
-#include "common/text.h"
+#include "json/json_build.h"
+#include "json/text.h"
 
 static bool write_value(const json_t *value, int depth, FILE *to);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #define _GNU_SOURCE /* fopencookie, vasprintf */
-#include "common/text.h"
+#include "json/text.h"
 
 #include <stdarg.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Reads and checks a JSON file. Every error names the file, the path in it,
  * what was expected and what was found. */
-#ifndef COMMON_JSON_AT_H
-#define COMMON_JSON_AT_H
+#ifndef IBL_JSON_AT_H
+#define IBL_JSON_AT_H
 
 #include <jansson.h>
 #include <stdbool.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Text in memory, and numbers in it. */
-#ifndef COMMON_TEXT_H
-#define COMMON_TEXT_H
+#ifndef IBL_JSON_TEXT_H
+#define IBL_JSON_TEXT_H
 
 #include <stdio.h>
 
@@ -22,6 +22,7 @@ char *ibl_memory_close(FILE *to, ibl_memory_file *m);
 char *ibl_format(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 
 enum {
+    IBL_LINE_BYTES = 2 * 4096 + 1024, /* two paths and a message about them */
     IBL_NUMBER_BYTES = 32
 };
 

@@ -1,96 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-#include "common/json_load.h"
+#include "common/sidecar.h"
 
 #include <ctype.h>
-#include <errno.h>
-#include <fcntl.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "common/names.h"
-
-static void *fail(ibl_json_why *why, bool damaged, const char *fmt, ...)
-    __attribute__((format(printf, 3, 4)));
-static void *fail(ibl_json_why *why, bool damaged, const char *fmt, ...)
-{
-    va_list ap;
-
-    va_start(ap, fmt);
-    vsnprintf(why->line, sizeof why->line, fmt, ap);
-    va_end(ap);
-    why->damaged = damaged;
-    return NULL;
-}
-
-/* Opens a regular file; NULL: see why. */
-static FILE *open_file(const char *path, ibl_json_why *why)
-{
-    /* O_NONBLOCK: do not wait for the writer of a FIFO. */
-    const int fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-    FILE *file = NULL;
-    struct stat st;
-
-    if (fd < 0 || fstat(fd, &st))
-        fail(why, false, "%s: cannot be read: %s", path, strerror(errno));
-    else if (S_ISDIR(st.st_mode))
-        fail(why, false, "%s: is a directory: give the name of a file in it",
-             path);
-    else if (!S_ISREG(st.st_mode))
-        fail(why, false,
-             "%s: is no file, but a pipe or a device: give the name of a file",
-             path);
-    else if (st.st_size > IBL_JSON_BYTES)
-        fail(why, true, "%s: over %d MiB, which no such file has", path,
-             IBL_JSON_BYTES >> 20);
-    else if (!(file = fdopen(fd, "rb")))
-        fail(why, false, "%s: no memory to read it", path);
-    if (fd >= 0 && !file)
-        close(fd);
-    return file;
-}
-
-/* An allocation failed. jansson then reports an invalid token or nothing. */
-static _Thread_local bool out_of_memory;
-
-static void *allocate(size_t size)
-{
-    void *p = malloc(size);
-
-    out_of_memory |= !p;
-    return p;
-}
-
-json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why)
-{
-    FILE *file = open_file(path, why);
-    json_error_t error;
-
-    if (!file)
-        return NULL;
-    out_of_memory = false;
-    errno = 0;
-    json_set_alloc_funcs(allocate, free);
-    json_t *root = json_loadf(file, flags, &error);
-    const int failed = ferror(file) ? errno : 0;
-    fclose(file);
-    if (root && !out_of_memory && !failed)
-        return root;
-    json_decref(root);
-    if (out_of_memory)
-        return fail(why, false, "%s: no memory to read it", path);
-    if (failed)
-        return fail(why, false, "%s: cannot be read: %s", path,
-                    strerror(failed));
-    return fail(why, true, "%s:%d:%d: no JSON: %s", path, error.line,
-                error.column, error.text);
-}
-
-/* ---- sidecars ---------------------------------------------------------- */
 
 /* The inverse of ibl_json_encoded, in place. */
 static void decode(char *name)
@@ -140,7 +57,9 @@ json_t *ibl_sidecar_load(const char *path, ibl_json_why *why)
     if (ok)
         return root;
     json_decref(root);
-    return fail(why, false, "%s: no memory to read it", path);
+    why->status = IBL_ERR_MEMORY;
+    snprintf(why->line, sizeof why->line, "%s: no memory to read it", path);
+    return NULL;
 }
 
 json_t *ibl_sidecar_output(const json_t *sidecar, const char *member,
@@ -156,17 +75,6 @@ json_t *ibl_sidecar_output(const json_t *sidecar, const char *member,
             return output;
     }
     return NULL;
-}
-
-bool ibl_json_numbers(const json_t *list, double *to, int count)
-{
-    for (int i = 0; i < count; i++) {
-        const json_t *x = json_array_get(list, (size_t)i);
-        to[i] = json_number_value(x);
-        if (!json_is_number(x) || !isfinite(to[i]))
-            return false;
-    }
-    return true;
 }
 
 int ibl_sidecar_lights(const json_t *sidecar, ibl_light light[IBL_MAX_LIGHTS])

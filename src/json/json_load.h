@@ -1,16 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-/* Loads and writes JSON, for all programs. */
-#ifndef COMMON_JSON_LOAD_H
-#define COMMON_JSON_LOAD_H
+/* Loads and writes JSON. */
+#ifndef IBL_JSON_LOAD_H
+#define IBL_JSON_LOAD_H
 
 #include <jansson.h>
 #include <stdbool.h>
 
 #include <ibl/probes.h>
 
-#include <ibl/io.h>
-
-#include "common/stderr_line.h"
+#include "json/text.h"
 
 enum {
     /* A sidecar with spherical harmonics of the highest degree has 115 MB. */
@@ -19,7 +17,8 @@ enum {
 
 /* Why a file cannot be used. */
 typedef struct ibl_json_why {
-    bool damaged;              /* the contents are wrong or too large */
+    ibl_status status;         /* IBL_ERR_IO, IBL_ERR_MEMORY, or, for contents
+                                  that are wrong or too large, IBL_ERR_FORMAT */
     char line[IBL_LINE_BYTES]; /* "PATH: is a directory: ..." */
 } ibl_json_why;
 
@@ -27,27 +26,8 @@ typedef struct ibl_json_why {
  * caller must json_decref the result; NULL: see why. */
 json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why);
 
-/* The value of "names" in a sidecar if one of its file names is not UTF-8. All
- * of them then have %XX for '%' and for bytes that are not UTF-8. */
-#define IBL_NAMES_ENCODED "percent-encoded"
-
-/* ibl_json_load of a sidecar; decodes its file names, to any bytes. */
-json_t *ibl_sidecar_load(const char *path, ibl_json_why *why);
-
-/* The entry of the output whose member has that value; NULL: none. */
-json_t *ibl_sidecar_output(const json_t *sidecar, const char *member,
-                           const char *value);
-
 /* Reads count numbers; false if they are not that, or not finite. */
 bool ibl_json_numbers(const json_t *list, double *to, int count);
-
-/* Reads the lights that were taken out of the map, and returns their number;
- * -1: they are damaged. */
-int ibl_sidecar_lights(const json_t *sidecar, ibl_light light[IBL_MAX_LIGHTS]);
-
-/* What a sidecar says was done to the colours of its source. Leaves alone what
- * it does not say, or not in such words. */
-void ibl_sidecar_colour(const json_t *sidecar, ibl_read_options *read);
 
 /*
  * JSON for people and programs: indented, arrays of plain values on one line,

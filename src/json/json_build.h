@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-#ifndef COMMON_JSON_BUILD_H
-#define COMMON_JSON_BUILD_H
+#ifndef IBL_JSON_BUILD_H
+#define IBL_JSON_BUILD_H
 
 #include <jansson.h>
 

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-#include "common/json_at.h"
+#include "json/json_at.h"
 
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "common/json_load.h"
-#include "common/names.h"
-#include "common/stderr_line.h"
+#include "json/json_load.h"
+#include "json/word_list.h"
 
 bool ibl_json_open(ibl_json_file *file)
 {
