@@ -323,6 +323,7 @@ TEST(files_and_tiles)
     ibl_texture none = {0};
     unsigned long long mask;
     ibl_probe probe = {.layer = 0};
+    ibl_probe_index index;
     ibl_outputs *out;
 
     REFUSES(ibl_outputs_create(ctx, NULL));
@@ -345,4 +346,7 @@ TEST(files_and_tiles)
     SILENT(ibl_tiles_cull(NULL, &probe, 1, &mask));
     SILENT(ibl_tiles_cull(&tiles, NULL, 1, &mask));
     SILENT(ibl_tiles_cull(&tiles, &probe, 1, NULL));
+    REFUSES(ibl_probe_index_read(ctx, NULL, &index));
+    REFUSES(ibl_probe_index_read(ctx, "x", NULL));
+    SILENT(ibl_probe_index_read(NULL, NULL, &index));
 }

@@ -13,7 +13,7 @@
 #include "view/scene_captures.h"
 
 enum {
-    MOST = IBL_INDEX_PROBES,
+    MOST = IBL_MAX_PROBES,
     PLACED = VIEW_MAX_LOCALS, /* by the viewer, as many as in a mask */
     WIDTH = 150,              /* no whole tiles */
     HEIGHT = 100

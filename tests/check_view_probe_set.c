@@ -564,7 +564,7 @@ TEST(too_many_are_refused)
                                                       "whole bad"));
     json_t *root = json_load_file(file_path("whole/index.json"), 0, NULL);
     json_t *probes = json_object_get(root, "probes");
-    while (json_array_size(probes) <= IBL_INDEX_PROBES)
+    while (json_array_size(probes) <= IBL_MAX_PROBES)
         json_array_append(probes, json_array_get(probes, 0));
     NEED(!json_dump_file(root, file_path("bad/index.json"), 0));
     refuses("bad",

@@ -109,7 +109,7 @@ brdf brdf core
 kern kern core brdf
 bake bake core image brdf kern
 probe probe core
-io io core image kern
+io io core image kern json
 json json
 common common json
 engine engine core common image io json

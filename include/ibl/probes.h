@@ -8,7 +8,8 @@
  * light a point, with which weights, and in which direction to look each up.
  * ibl/probes.glsl, installed beside this header, has the same functions for
  * shaders; tests compare the two. They need only the C library, allocate
- * nothing and keep no state: any number of threads may call them at once.
+ * nothing and keep no state: any number of threads may call them at once. Only
+ * the reader of what `iblbake probes` baked, at the end, is different.
  *
  * Points and vectors are in world space (right-handed, +Y up) in any unit of
  * length; boxes are parallel to the axes. Lengths and coordinates are 0 or of
@@ -17,7 +18,7 @@
 #ifndef IBL_PROBES_H
 #define IBL_PROBES_H
 
-#include "ibl.h"
+#include "io.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -183,6 +184,65 @@ ibl_status ibl_tiles_cull(const ibl_tiles *tiles, const ibl_probe *probes,
  */
 void ibl_probes_pack(const ibl_probe *probes, int count, const int *order,
                      float *texels);
+
+/* ---- baked probes ------------------------------------------------------- */
+
+/* As many as a cube array surely has layers for. */
+#define IBL_MAX_PROBES (IBL_MAX_LAYERS / IBL_FACES)
+
+#define IBL_PROBE_SH 9 /* coefficients of irradiance: l = 0, 1, 2 */
+
+/* A cube array in a file beside the index. */
+typedef struct ibl_probe_file {
+    char *name; /* without a folder; NULL: there is no such file */
+    ibl_pixel pixel;
+    int size;   /* edge of level 0, in texels */
+    int levels; /* 1..IBL_MAX_LEVELS */
+    int layers; /* 1..IBL_MAX_LAYERS */
+} ibl_probe_file;
+
+/*
+ * What lights a scene with probes that `iblbake probes` baked. Colours of the
+ * layers are multiplied by alpha, the part that the probe has seen. A zeroed
+ * index is empty. Free with ibl_probe_index_free.
+ */
+typedef struct ibl_probe_index {
+    int count;        /* of probes, 1..IBL_MAX_PROBES */
+    ibl_probe *probe; /* in the order of ibl_probes_order */
+    char **name;      /* of each probe; NULL: the index has none */
+    int global;       /* layer of the environment outside of all probes; -1: it
+                         has none */
+    int holes;        /* 0: alpha is 1 in all layers */
+
+    ibl_probe_file specular;   /* levels of rising roughness */
+    ibl_probe_file irradiance; /* of as many layers; without a name: see sh */
+    char *lut; /* name of the file of a table, IBL_LUT_SPLIT; NULL: none */
+
+    /* level = x * lod_scale + lod_offset, with x the roughness r, or r (2 - r)
+     * if the mapping, one of these two, is not IBL_ROUGHNESS_LINEAR but
+     * IBL_ROUGHNESS_FILAMENT. */
+    ibl_roughness_map mapping;
+    double lod_scale, lod_offset;
+
+    double irradiance_scale; /* irradiance / pi is this times a texel, or times
+                                the sum of coefficients and basis */
+    /* Irradiance of each layer of specular: RGB and alpha of each coefficient,
+     * in the basis and order of ibl_bake_sh. NULL: it is a file. */
+    double (*sh)[4 * IBL_PROBE_SH];
+} ibl_probe_index;
+
+/*
+ * Reads an index.json, see iblbake-probes(1). The names in it are of files in
+ * its folder, for ibl_texture_read, which are not looked at.
+ *   ctx    for the message of an error; NULL: there is none
+ * While it reads, a function that notes when memory runs out stands before
+ * jansson's allocator (json_set_alloc_funcs), of one thread at a time.
+ * IBL_ERR_IO: it cannot be read. IBL_ERR_FORMAT: it is damaged, of another
+ * version, or no index. IBL_ERR_MEMORY. *index is empty after an error.
+ */
+ibl_status ibl_probe_index_read(ibl_ctx *ctx, const char *path,
+                                ibl_probe_index *index);
+void ibl_probe_index_free(ibl_probe_index *index); /* NULL, zeroed are fine */
 
 IBL_API_END
 #ifdef __cplusplus

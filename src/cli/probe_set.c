@@ -202,9 +202,9 @@ static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
 static bool sort(ibl_probe_set *set)
 {
     struct {
-        ibl_set_entry from[IBL_MAX_SET_LAYERS];
-        ibl_probe probe[IBL_MAX_SET_LAYERS];
-        int order[IBL_MAX_SET_LAYERS];
+        ibl_set_entry from[IBL_MAX_PROBES];
+        ibl_probe probe[IBL_MAX_PROBES];
+        int order[IBL_MAX_PROBES];
     } *s = malloc(sizeof *s);
 
     for (int i = 0; s && i < set->count; i++) {
@@ -227,7 +227,7 @@ static bool take_set(ibl_json_at root, ibl_probe_set *set)
                                        "probes", NULL};
     const ibl_json_at global = ibl_json_member(&root, "global");
     const ibl_json_at probes = ibl_json_member(&root, "probes");
-    const size_t most = IBL_MAX_SET_LAYERS - (global.value != NULL);
+    const size_t most = IBL_MAX_PROBES - (global.value != NULL);
     int version;
 
     if (!probes.value && ibl_json_member(&root, "min").value)

@@ -9,13 +9,10 @@
 #include "cli/console.h"
 #include "cli/hash.h"
 #include "cli/shard.h"
-#include "common/probe_index.h"
-#include "json/json_load.h"
+#include "json/json_at.h"
 
 /* ---- the set ------------------------------------------------------------- */
 
-/* Cubes in an array: Direct3D 11 and desktop OpenGL 4 guarantee 2048 faces. */
-#define IBL_MAX_SET_LAYERS 341
 #define IBL_SET_VERSION 1
 
 typedef enum ibl_capture_kind {
@@ -117,6 +114,7 @@ typedef enum ibl_probes_kind {
     IBL_PROBES_TEXTURES = IBL_PROBES_INDEX,
     IBL_PROBES_ARRAYS = IBL_PROBES_LUT
 } ibl_probes_kind;
+extern const char *const ibl_probes_keys[IBL_PROBES_TEXTURES];
 
 typedef struct ibl_probes_file {
     char *path; /* NULL: not wanted */
@@ -226,11 +224,11 @@ json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
 
 /* The text of the index. The caller must free it; NULL: no memory. */
 char *ibl_probes_index_text(const ibl_probes_bake *p);
-/* Reads an index without its member "hash", and what index has of it, whose sh
- * the caller must free. NULL: why->line says whether there is none, or it is
- * damaged, edited or of another version. */
-json_t *ibl_probes_index_read(const char *path, ibl_probe_index *index,
-                              ibl_json_why *why);
+/* Reads an index without its member "hash", and what index has of it, which the
+ * caller must free. NULL: there is none, or it is damaged, edited or of another
+ * version. ctx and console, which it reports to, are NULL for silence. */
+json_t *ibl_probes_index_load(const char *path, ibl_ctx *ctx,
+                              ibl_console *console, ibl_probe_index *index);
 /* Adds "hash" to an index, frees it and returns its text as above. NULL is
  * fine. */
 char *ibl_probes_index_seal(json_t *root);

@@ -253,11 +253,11 @@ static bool add_probes(grid *g)
             g->skipped++;
             continue;
         }
-        if (++g->made > IBL_MAX_SET_LAYERS)
+        if (++g->made > IBL_MAX_PROBES)
             return ibl_json_complain(g->root,
                                      "expected a grid of at most %d probes, "
                                      "found more: choose a wider spacing",
-                                     IBL_MAX_SET_LAYERS);
+                                     IBL_MAX_PROBES);
         if (!add_probe(g, at, p))
             return no_memory(g);
     }

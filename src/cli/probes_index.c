@@ -10,7 +10,12 @@
 #include "common/path.h"
 #include "json/json_load.h"
 
-_Static_assert((int)IBL_INDEX_FILES == IBL_PROBES_TEXTURES, "the same files");
+enum {
+    VERSION = 1
+};
+
+const char *const ibl_probes_keys[IBL_PROBES_TEXTURES] = {
+    "specular", "irradiance", "brdf_lut"};
 
 /* Hashes an index without its member "hash". False: no memory. */
 static bool hash_index(const json_t *root, char hash[IBL_HASH_SIZE])
@@ -59,26 +64,21 @@ static void count_dropped(ibl_probes_bake *p, const json_t *probes)
     }
 }
 
-static void keep_line(void *cookie, const char *text)
+json_t *ibl_probes_index_load(const char *path, ibl_ctx *ctx,
+                              ibl_console *console, ibl_probe_index *index)
 {
-    ibl_json_why *why = cookie;
-    snprintf(why->line, sizeof why->line, "%s", text);
-}
-
-json_t *ibl_probes_index_read(const char *path, ibl_probe_index *index,
-                              ibl_json_why *why)
-{
-    ibl_json_file file = {.name = path, .fail = keep_line, .cookie = why};
+    ibl_json_why why;
+    json_t *root = ibl_json_load(path, JSON_REJECT_DUPLICATES, &why);
+    const char *flaw = root ? find_flaw(root) : NULL;
 
     *index = (ibl_probe_index){0};
-    if (!ibl_json_open(&file))
-        return NULL;
-    const char *flaw = find_flaw(file.root);
-    if (flaw)
-        snprintf(why->line, sizeof why->line, "%s: %s", path, flaw);
-    if (!flaw && ibl_probe_index_take(&file, index))
-        return file.root;
-    json_decref(file.root);
+    if (console && !root)
+        ibl_console_fail(console, "%s", why.line);
+    if (console && flaw)
+        ibl_console_fail(console, "%s: %s", path, flaw);
+    if (root && !flaw && !ibl_probe_index_read(ctx, path, index))
+        return root;
+    json_decref(root);
     return NULL;
 }
 
@@ -87,8 +87,7 @@ json_t *ibl_probes_index_read(const char *path, ibl_probe_index *index,
 static json_t *read_index(ibl_probes_bake *p, ibl_probe_index *old)
 {
     ibl_probes_file *f = &p->file[IBL_PROBES_INDEX];
-    ibl_json_why why;
-    json_t *root = ibl_probes_index_read(f->path, old, &why);
+    json_t *root = ibl_probes_index_load(f->path, NULL, NULL, old);
     json_t *probes = json_object_get(root, "probes");
 
     if (!root || !ibl_hash_file(f->path, f->hash)) {
@@ -101,22 +100,26 @@ static json_t *read_index(ibl_probes_bake *p, ibl_probe_index *old)
 }
 
 /* Finds the old file of a kind, unless its hash differs from the index's. */
-static bool find_file(ibl_probes_bake *p, int kind, const ibl_index_file *was)
+static bool find_file(ibl_probes_bake *p, int kind, const char *name,
+                      const json_t *was)
 {
     ibl_probes_file *f = &p->file[kind];
 
-    if (!was->name)
+    if (!name)
         return true;
-    f->old = ibl_path_join(p->opts->output, was->name);
+    f->old = ibl_path_join(p->opts->output, name);
     if (!f->old)
         return ibl_probes_no_memory(p);
-    if (!ibl_hash_file(f->old, f->hash) || strcmp(f->hash, was->hash) != 0) {
+    if (!ibl_hash_file(f->old, f->hash) ||
+        strcmp(f->hash, text_of(was, "hash")) != 0) {
         free(f->old);
         f->old = NULL;
     }
-    f->same = f->old && f->path && !strcmp(f->old, f->path) &&
-              was->zstd == p->set.bake.zstd &&
-              (kind != IBL_PROBES_LUT || !strcmp(p->lut_inputs, was->inputs));
+    f->same =
+        f->old && f->path && !strcmp(f->old, f->path) &&
+        json_integer_value(json_object_get(was, "zstd")) == p->set.bake.zstd &&
+        (kind != IBL_PROBES_LUT ||
+         !strcmp(p->lut_inputs, text_of(was, "inputs")));
     return true;
 }
 
@@ -210,16 +213,21 @@ bool ibl_probes_plan(ibl_probes_bake *p)
 {
     ibl_probe_index index;
     json_t *old = read_index(p, &index);
+    const json_t *files = json_object_get(old, "files");
+    const char *const names[] = {index.specular.name, index.irradiance.name,
+                                 index.lut};
     bool ok = check_shard(p, old);
 
     for (int kind = 0; kind < IBL_PROBES_TEXTURES && ok && old; kind++)
-        ok = p->opts->force || find_file(p, kind, &index.file[kind]);
+        ok = p->opts->force ||
+             find_file(p, kind, names[kind],
+                       json_object_get(files, ibl_probes_keys[kind]));
     const bool usable =
         p->file[IBL_PROBES_SPECULAR].old &&
         (!p->set.bake.options.irradiance || p->file[IBL_PROBES_IRRADIANCE].old);
     ok = ok && plan_layers(p, json_object_get(old, "probes"), usable);
     json_decref(old);
-    free(index.sh);
+    ibl_probe_index_free(&index);
     return ok;
 }
 
@@ -286,7 +294,7 @@ static json_t *files(const ibl_probes_bake *p)
             put(&file, "zstd", json_integer(bake->zstd));
         if (lut)
             put(&file, "inputs", json_string(p->lut_inputs));
-        put(&j, ibl_index_keys[kind], file);
+        put(&j, ibl_probes_keys[kind], file);
     }
     return j;
 }
@@ -371,7 +379,7 @@ char *ibl_probes_index_text(const ibl_probes_bake *p)
     for (int i = 0; i < p->set.count; i++)
         append(&probes, entry(p, i));
     json_t *root = json_pack(
-        "{si so ss so so so so}", "version", IBL_INDEX_VERSION, "generator",
+        "{si so ss so so so so}", "version", VERSION, "generator",
         ibl_json_generator(p->isa), "world",
         "right-handed, +Y up; faces +X -X +Y -Y +Z -Z, row 0 on top", "files",
         files(p), "specular", specular(&options->specular_options, &p->layout),

@@ -18,7 +18,7 @@ static bool hash_whole(ibl_probes_bake *p, const int *owner)
 {
     struct {
         char set[IBL_HASH_SIZE];
-        int owner[IBL_MAX_SET_LAYERS];
+        int owner[IBL_MAX_PROBES];
     } whole;
 
     memset(&whole, 0, sizeof whole);
@@ -46,8 +46,8 @@ bool ibl_probes_take_shard(ibl_probes_bake *p)
 {
     const ibl_shard *shard = &p->opts->shard;
     const bool global = p->set.layers > p->set.count;
-    uint64_t pixels[IBL_MAX_SET_LAYERS];
-    int owner[IBL_MAX_SET_LAYERS];
+    uint64_t pixels[IBL_MAX_PROBES];
+    int owner[IBL_MAX_PROBES];
 
     if (shard->count > p->set.count)
         return ibl_console_fail(p->console,
@@ -70,7 +70,7 @@ bool ibl_probes_take_shard(ibl_probes_bake *p)
 typedef struct merge_opts {
     ibl_probes_opts probes; /* common, output and sync */
     int count;
-    const char *shard[IBL_MAX_SET_LAYERS]; /* directories */
+    const char *shard[IBL_MAX_PROBES]; /* directories */
 } merge_opts;
 
 #define IBL_SETTINGS merge_opts
@@ -103,9 +103,9 @@ static bool take(void *settings, const char *word)
 {
     merge_opts *o = settings;
 
-    if (o->count == IBL_MAX_SET_LAYERS)
+    if (o->count == IBL_MAX_PROBES)
         return ibl_misuse("%s: more than %d shards, which no set has", word,
-                          IBL_MAX_SET_LAYERS);
+                          IBL_MAX_PROBES);
     if (!*word || !strcmp(word, "-"))
         return ibl_misuse("a shard is a directory: give its name");
     o->shard[o->count++] = word;
@@ -138,9 +138,9 @@ typedef struct shard {
 typedef struct merge {
     ibl_probes_bake p; /* its set has only what the files need */
     const merge_opts *opts;
-    shard shard[IBL_MAX_SET_LAYERS];
+    shard shard[IBL_MAX_PROBES];
     int count;
-    json_t *layer[IBL_MAX_SET_LAYERS]; /* entries, owned by the shards */
+    json_t *layer[IBL_MAX_PROBES]; /* entries, owned by the shards */
 } merge;
 
 static json_t *about(const shard *s)
@@ -184,7 +184,7 @@ static bool check_files(const merge *m, shard *s)
     char hash[IBL_HASH_SIZE];
 
     for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++) {
-        const json_t *file = json_object_get(files, ibl_index_keys[kind]);
+        const json_t *file = json_object_get(files, ibl_probes_keys[kind]);
         if (!file)
             continue;
         s->path[kind] = ibl_path_join(s->directory, text_of(file, "file"));
@@ -207,7 +207,7 @@ static bool find_number(shard *s)
 {
     s->number = (int)json_integer_value(json_object_get(about(s), "number"));
     s->of = (int)json_integer_value(json_object_get(about(s), "of"));
-    return s->number >= 1 && s->number <= s->of && s->of <= IBL_MAX_SET_LAYERS;
+    return s->number >= 1 && s->number <= s->of && s->of <= IBL_MAX_PROBES;
 }
 
 static bool read_shard(merge *m, const char *directory)
@@ -215,19 +215,18 @@ static bool read_shard(merge *m, const char *directory)
     shard *s = &m->shard[m->count++];
     char *path = ibl_path_join(directory, "index.json");
     ibl_probe_index index;
-    ibl_json_why why;
 
     *s = (shard){.directory = directory};
     s->held = ibl_probes_hold(m->p.console, directory, LOCK_SH);
     if (path) {
-        s->index = ibl_probes_index_read(path, &index, &why);
-        free(index.sh);
+        s->index = ibl_probes_index_load(path, m->p.ctx, m->p.console, &index);
+        ibl_probe_index_free(&index);
     }
     free(path);
     if (!path)
         return ibl_probes_no_memory(&m->p);
     if (!s->index)
-        return ibl_console_fail(m->p.console, "%s", why.line);
+        return false;
     if (!find_number(s))
         return ibl_console_fail(m->p.console,
                                 "%s: has a whole set, no shard: bake one with "
@@ -240,8 +239,8 @@ static bool read_shard(merge *m, const char *directory)
 static bool check_complete(const merge *m)
 {
     const int of = m->shard->of;
-    bool has[IBL_MAX_SET_LAYERS + 2] = {false};
-    char missing[4 * IBL_MAX_SET_LAYERS] = "", *to = missing;
+    bool has[IBL_MAX_PROBES + 2] = {false};
+    char missing[4 * IBL_MAX_PROBES] = "", *to = missing;
 
     for (int i = 0; i < m->count; i++)
         has[m->shard[i].number] = true;
@@ -320,7 +319,7 @@ static bool take_set(merge *m)
     if (!p->set.entry)
         return ibl_probes_no_memory(p);
     for (int i = 0; i < m->count; i++)
-        if (p->set.layers < 1 || p->set.layers > IBL_MAX_SET_LAYERS ||
+        if (p->set.layers < 1 || p->set.layers > IBL_MAX_PROBES ||
             !take_entries(m, &m->shard[i]))
             return ibl_console_fail(p->console,
                                     "%s: its index.json has other layers than "
@@ -392,7 +391,7 @@ static bool describe_files(const merge *m, const json_t *files)
     bool ok = true;
 
     for (int kind = 0; kind < IBL_PROBES_TEXTURES && ok; kind++) {
-        json_t *file = json_object_get(files, ibl_index_keys[kind]);
+        json_t *file = json_object_get(files, ibl_probes_keys[kind]);
         const char *hash = m->p.file[kind].hash;
         ok = !file || (!json_object_set_new(file, "hash", json_string(hash)) &&
                        (kind == IBL_PROBES_LUT ||

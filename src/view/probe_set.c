@@ -7,13 +7,10 @@
 #include <string.h>
 
 #include "common/path.h"
-#include "common/probe_index.h"
-#include "ibl/io.h"
 #include "view/file_stamp.h"
 #include "view/message.h"
 #include "view/upload.h"
 #include "view/vector.h"
-#include "json/json_load.h"
 
 enum {
     SH_EDGE = 16,  /* edge of cubes made from harmonics */
@@ -24,7 +21,7 @@ enum {
 enum {
     INDEX,
     ARRAYS,
-    SPECULAR = ARRAYS + IBL_INDEX_SPECULAR,
+    SPECULAR = ARRAYS,
     IRRADIANCE,
     FILES
 };
@@ -32,7 +29,7 @@ enum {
 struct view_probe_set {
     char *paths[FILES]; /* NULL: no such file */
     view_file_stamp read[FILES];
-    ibl_probe_index index; /* without its texts */
+    ibl_probe_index index;
     ibl_texture light; /* cubes from the index's harmonics; data NULL: none */
     view_probe_maps locals;
 };
@@ -55,7 +52,7 @@ void view_probe_set_seen(view_probe_set *set)
  * above 1. A layer without a probe stays black. */
 static bool make_light(const char *name, view_probe_set *set)
 {
-    const int layers = set->index.file[0].layers;
+    const int layers = set->index.specular.layers;
     const int floats = 4 * IBL_FACES * SH_EDGE * SH_EDGE;
     ibl_texture *light = &set->light;
 
@@ -72,57 +69,46 @@ static bool make_light(const char *name, view_probe_set *set)
                          layers);
     float *texels = (float *)light->data;
     for (int i = 0; i < layers; i++, texels += floats) {
-        view_harmonics_cube(set->index.sh[i], IBL_INDEX_SH, 4, SH_EDGE, texels);
+        view_harmonics_cube(set->index.sh[i], IBL_PROBE_SH, 4, SH_EDGE, texels);
         for (int k = 3; k < floats; k += 4)
             texels[k] = fminf(texels[k], 1);
     }
     return true;
 }
 
-static void fail(void *cookie, const char *text)
+static bool name_file(view_probe_set *set, int i, const char *name)
 {
-    (void)cookie;
-    view_fail("%s", text);
+    if (!name)
+        return true;
+    set->paths[i] = ibl_path_beside(set->paths[INDEX], name);
+    return set->paths[i] ||
+           view_fail("%s: no memory for names in it", set->paths[INDEX]);
 }
 
-static bool take_index(const ibl_json_file *file, view_probe_set *set)
+static bool read_index(ibl_ctx *ctx, view_probe_set *set)
 {
     ibl_probe_index *x = &set->index;
 
-    if (!ibl_probe_index_take(file, x))
+    if (ibl_probe_index_read(ctx, set->paths[INDEX], x) ||
+        !name_file(set, SPECULAR, x->specular.name) ||
+        !name_file(set, IRRADIANCE, x->irradiance.name))
         return false;
-    for (int i = ARRAYS; i < FILES; i++) {
-        const char *name = x->file[i - ARRAYS].name;
-        if (name && !(set->paths[i] = ibl_path_beside(file->name, name)))
-            return view_fail("%s: no memory for names in it", file->name);
-    }
     set->locals =
         (view_probe_maps){.count = x->count,
                           .probe = x->probe,
                           .holes = x->holes,
-                          .filament = x->filament,
+                          .filament = x->mapping == IBL_ROUGHNESS_FILAMENT,
                           .lod_scale = (float)x->lod_scale,
                           .lod_offset = (float)x->lod_offset,
-                          .last_level = (float)(x->file[0].levels - 1),
+                          .last_level = (float)(x->specular.levels - 1),
                           .irradiance_scale = (float)x->irradiance_scale};
-    return !x->sh || make_light(file->name, set);
-}
-
-static bool read_index(view_probe_set *set)
-{
-    ibl_json_file file = {.name = set->paths[INDEX], .fail = fail};
-
-    if (!ibl_json_open(&file))
-        return false;
-    const bool ok = take_index(&file, set);
-    json_decref(file.root);
-    return ok;
+    return !x->sh || make_light(set->paths[INDEX], set);
 }
 
 /* ---- arrays ------------------------------------------------------------ */
 
 /* Checks that a texture matches the index. */
-static bool check_shape(const char *path, const ibl_index_file *expected,
+static bool check_shape(const char *path, const ibl_probe_file *expected,
                         const ibl_texture *tex)
 {
     if (tex->faces != IBL_FACES)
@@ -170,7 +156,7 @@ static bool check_texels(const char *path, const ibl_texture *tex)
 }
 
 static GLuint load_array(ibl_ctx *ctx, const char *path,
-                         const ibl_index_file *expected)
+                         const ibl_probe_file *expected)
 {
     ibl_texture tex = {0};
     GLuint cubes = 0;
@@ -188,7 +174,7 @@ static GLuint load_array(ibl_ctx *ctx, const char *path,
 
 static bool load(ibl_ctx *ctx, view_probe_set *set)
 {
-    const ibl_index_file *file = set->index.file;
+    const ibl_probe_index *x = &set->index;
     view_probe_maps *l = &set->locals;
     char **paths = set->paths;
 
@@ -197,14 +183,14 @@ static bool load(ibl_ctx *ctx, view_probe_set *set)
                          "ARB_texture_cube_map_array",
                          paths[INDEX]);
     view_files_see(paths, 1, set->read);
-    if (!read_index(set))
+    if (!read_index(ctx, set))
         return false;
     view_files_see(paths + 1, FILES - 1, set->read + 1);
-    l->specular = load_array(ctx, paths[SPECULAR], &file[0]);
+    l->specular = load_array(ctx, paths[SPECULAR], &x->specular);
     if (l->specular && set->light.data)
         l->irradiance = view_upload(&set->light, true, paths[INDEX]);
     else if (l->specular)
-        l->irradiance = load_array(ctx, paths[IRRADIANCE], &file[1]);
+        l->irradiance = load_array(ctx, paths[IRRADIANCE], &x->irradiance);
     free(set->light.data);
     set->light.data = NULL;
     gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, 0);
@@ -232,7 +218,7 @@ void view_probe_set_free(view_probe_set *set)
     gl.DeleteTextures(1, &set->locals.irradiance);
     gl.DeleteTextures(1, &set->locals.specular);
     free(set->light.data);
-    free(set->index.sh);
+    ibl_probe_index_free(&set->index);
     for (int i = 0; i < FILES; i++)
         free(set->paths[i]);
     free(set);

@@ -14,7 +14,6 @@
 
 #include <stdbool.h>
 
-#include "common/probe_index.h"
 #include "ibl/io.h"
 #include "ibl/probes.h"
 #include "view/frame.h"
@@ -57,7 +56,7 @@ const view_room_material *view_room_sphere_material(int i);
 /* Probes, each a layer of cube arrays, filtered linearly. Alpha is the part
  * that was captured; colours are premultiplied by it. */
 typedef struct view_probe_maps {
-    int count;              /* 0..IBL_INDEX_PROBES */
+    int count;              /* 0..IBL_MAX_PROBES */
     const ibl_probe *probe; /* sorted by ibl_probes_order */
     bool holes; /* alpha is below 1 somewhere: other probes must fill in */
     GLuint specular, irradiance;

@@ -17,7 +17,7 @@
 #define HIDING (VIEW_ROOM_BOXES - VIEW_ROOM_TILES + 1)
 
 enum {
-    MOST = IBL_INDEX_PROBES,
+    MOST = IBL_MAX_PROBES,
     FLOATS = (MOST + 1) * IBL_PROBE_FLOATS /* the dynamic one is the last */
 };
 
