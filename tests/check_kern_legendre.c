@@ -312,3 +312,47 @@ static void floats_of(ibl_isa isa)
 }
 
 KERN_TEST_SLOW(floats)
+
+/* ---- rows --------------------------------------------------------------- */
+
+/* Sums over `rows` rows between rows / 2 + 1 edges; NaN is between the parts.
+ */
+static void check_rows(ibl_isa isa, int from, int rows, test_random *r)
+{
+    const size_t n = (size_t)rows, stride = n + 5, edges = n / 2 + 1;
+    double *edge = kern_alloc(edges * sizeof *edge, sizeof *edge);
+    float *f = kern_alloc((5 * stride + n) * sizeof *f, sizeof *f);
+    double sum[PARTS];
+    ibl_legendre_dsp dsp;
+
+    ibl_legendre_dsp_init(&dsp, isa);
+    for (size_t j = 0; j < edges; j++)
+        edge[j] = test_random_unit(r);
+    for (size_t j = 0; j < 5 * stride + n; j++)
+        f[j] = j % stride < n ? (float)test_random_between(r, -1, 1) : NAN;
+    for (int p = 0; p < PARTS; p++)
+        sum[p] = p;
+    dsp.add_rows(edge, from, rows, f, stride, sum);
+    for (int p = 0; p < PARTS; p++) {
+        const float *part = f + (size_t)p * stride;
+        long double want = p;
+        for (int j = from; j < rows / 2; j++)
+            want += ((long double)edge[j] - edge[j + 1]) *
+                    ((long double)part[j] + part[rows - 1 - j]);
+        CHECK_MSG(fabs(sum[p] - (double)want) <= DBL_EPSILON * (rows + 8),
+                  "%s: rows %d..%d of %d: %g, not %g", ibl_isa_name(isa), from,
+                  rows / 2 - 1, rows, sum[p], (double)want);
+    }
+    kern_free(edge);
+    kern_free(f);
+}
+
+static void rows_of(ibl_isa isa)
+{
+    test_random r = {7};
+    for (int rows = 1; rows < 70; rows++)
+        for (int from = 0; from <= rows / 2; from += 1 + from)
+            check_rows(isa, from, rows, &r);
+}
+
+KERN_TEST(rows)

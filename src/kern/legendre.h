@@ -93,6 +93,12 @@ typedef struct ibl_legendre_dsp {
      */
     void (*synthesise)(const ibl_legendre_order *o, const double *a,
                        const double *factor, float *g, size_t stride);
+    /*
+     * sum[part] += sum over j = from..rows / 2 - 1 of
+     * (edge[j] - edge[j + 1]) (f_j + f_rows-1-j), in double.
+     */
+    void (*add_rows)(const double *edge, int from, int rows, const float *f,
+                     size_t stride, double sum[6]);
 } ibl_legendre_dsp;
 
 IBL_DECLARE_KERNEL(ibl_legendre);

@@ -257,6 +257,30 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
     finish(&w, a);
 }
 
+static void add_rows(const double *edge, int from, int rows, const float *f,
+                     size_t stride, double sum[6])
+{
+    vd sums[6] = {{0}};
+    int j = from;
+
+    for (; j + VD <= rows / 2; j += VD) {
+        const vd mass = vd_load(edge + j) - vd_load(edge + j + 1);
+        const float *north = f + j, *south = f + rows - VD - j;
+#pragma GCC unroll 6
+        for (int p = 0; p < 6; p++, north += stride, south += stride)
+            sums[p] = vd_fma(
+                mass, vd_load_floats(north) + vd_reverse(vd_load_floats(south)),
+                sums[p]);
+    }
+    for (int p = 0; p < 6; p++, f += stride) {
+        for (int i = 0; i < VD; i++)
+            sum[p] += sums[p][i];
+        for (int i = j; i < rows / 2; i++)
+            sum[p] += (edge[i] - edge[i + 1]) *
+                      ((double)f[i] + (double)f[rows - 1 - i]);
+    }
+}
+
 /* ---- synthesis ------------------------------------------------------ */
 
 /* Computes the coefficients of R_k in the sums: from P_m+2k and P_m+2k+2, which
@@ -478,4 +502,4 @@ static void synthesise(const ibl_legendre_order *o, const double *a,
     }
 }
 
-IBL_VECTOR_KERNEL(ibl_legendre, analyse, synthesise)
+IBL_VECTOR_KERNEL(ibl_legendre, analyse, synthesise, add_rows)

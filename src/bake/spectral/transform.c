@@ -67,6 +67,7 @@ void ibl_sht_power(const ibl_harmonics *h, double *power)
         const double *a = ibl_harmonics_at(h, m);
         for (int l = m; l <= h->degree; l++, a += 6) {
             double square = 0.0;
+#pragma GCC unroll 6
             for (int part = 0; part < 6; part++)
                 square += a[part] * a[part];
             power[l] += m ? 2.0 * square : square;
@@ -176,23 +177,6 @@ static void row_integrals_free(row_integrals *r)
     *r = (row_integrals){0};
 }
 
-/* Sums over all rows, from `from` on, with the integrals of (sin theta)^m. */
-static void add_rows(const row_integrals *r, int from, const double *s,
-                     const float *f, size_t stride, double sum[PARTS])
-{
-    const int last = r->rows - 1;
-    for (int j = from; j < r->rows / 2; j++) {
-        const double mass = s[j] - s[j + 1];
-        for (int p = 0; p < PARTS; p++) {
-            const float *part = f + (size_t)p * stride;
-            sum[p] += mass * ((double)part[j] + (double)part[last - j]);
-        }
-    }
-    /* A row across the equator. */
-    for (int p = 0; p < PARTS && r->rows % 2; p++)
-        sum[p] += 2 * s[last / 2] * (double)f[(size_t)p * stride + last / 2];
-}
-
 /* e_l */
 static double ratio(int l, int m)
 {
@@ -252,31 +236,48 @@ static ibl_legendre_order order(const struct transform *t, int m, int worker)
                                 t->scratch + (size_t)worker * scratch_of(t)};
 }
 
+/* Sums over all rows with the integrals of (sin theta)^m. */
+static void integrate(const struct transform *t, double *state, int m,
+                      double sum[PARTS])
+{
+    const row_integrals *r = &t->integrals;
+    const double *s = sums_of(r, m, state);
+    const float *f = ibl_ring_spectra_at(t->spectra, m, 0);
+    const size_t stride = t->spectra->stride;
+
+    memset(sum, 0, PARTS * sizeof *sum);
+    t->dsp.add_rows(s, (int)state[0], r->rows, f, stride, sum);
+    /* A row across the equator. */
+    for (size_t p = 0; p < PARTS && r->rows % 2; p++)
+        sum[p] += 2 * s[r->rows / 2] * (double)f[p * stride + r->rows / 2];
+}
+
 /* Turns B_l of order m, in a[6 (l - m) + part] for l = m..degree of the
  * harmonics, into A_l times the order's width. */
 static void finish_order(const struct transform *t, double *state, int m)
 {
-    const row_integrals *r = &t->integrals;
-    const double *s = sums_of(r, m, state);
     const double scale = t->width[m];
     double *a = ibl_harmonics_at(t->harmonics, m);
-    double sum[PARTS] = {0}, before[PARTS], last = 0;
+    double now[PARTS], older[PARTS] = {0}, before[PARTS], last = 0;
 
-    add_rows(r, (int)state[0], s, ibl_ring_spectra_at(t->spectra, m, 0),
-             t->spectra->stride, sum);
-    memcpy(before, a, sizeof before);
-    for (int p = 0; p < PARTS; p++)
-        a[p] = t->rings.start[m] * scale * sum[p];
+    integrate(t, state, m, now);
+    for (int p = 0; p < PARTS; p++) {
+        now[p] *= t->rings.start[m] * scale;
+        before[p] = a[p];
+        a[p] = now[p];
+    }
     for (int l = m + 1; l <= t->degree; l++) {
         const double e = ratio(l, m), inverse = 1 / ((l + 1) * e);
         const double keep = (l - 2) * last * inverse, add = scale * inverse;
-        const double *two = l >= m + 2 ? a - PARTS : before;
-        double now[PARTS];
         a += PARTS;
-        for (int p = 0; p < PARTS; p++)
-            now[p] = keep * two[p] - add * before[p];
-        memcpy(before, a, sizeof before);
-        memcpy(a, now, sizeof now);
+#pragma GCC unroll 6
+        for (int p = 0; p < PARTS; p++) {
+            const double next = keep * older[p] - add * before[p];
+            older[p] = now[p];
+            now[p] = next;
+            before[p] = a[p];
+            a[p] = next;
+        }
         last = e;
     }
 }
