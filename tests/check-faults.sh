@@ -71,6 +71,13 @@ test_batch() {
     faults 397 -p -- iblbake a.exr b.hdr -j 1 $small -o o
 }
 
+# Most of what asks for memory, where little is baked.
+test_small_batch() {
+    begin
+    faults 3 -1 -p -k memory -- iblbake a.exr b.hdr -j 1 -o o \
+        --target three --only lut,json -q --lut-size 1
+}
+
 # Two probes, of which one is changed after the bake.
 bake_set() { # DIRECTORY
     cat >set.json <<'END'

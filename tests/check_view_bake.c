@@ -62,6 +62,37 @@ TEST(bake_fails_with_a_line)
     }
 }
 
+char *__real_strdup(const char *s);
+char *__wrap_strdup(const char *s);
+static int left = -1; /* calls before the one that fails; -1: none does */
+char *__wrap_strdup(const char *s)
+{
+    return left < 0 || left-- ? __real_strdup(s) : NULL;
+}
+
+TEST(bake_without_memory_for_names_fails)
+{
+    ibl_ctx *ctx = view_test_ctx(1);
+    baked_set set;
+    int fails = 0;
+
+    NEED(file_run("cp '%s' map.hdr", sets_file()));
+    for (bool ok = false; !ok && fails < 99; fails += !ok) {
+        view_test_catch();
+        left = fails;
+        ok = view_set_bake(ctx, file_path("map.hdr"), IBL_INPUT_AUTO, &set);
+        left = -1;
+        const char *said = view_test_caught();
+        if (ok)
+            CHECK(set.source && set.path[VIEW_MAP]);
+        else
+            CHECK_MSG(sets_lines(said) == 1 && strstr(said, "memory"), "%s",
+                      said);
+    }
+    CHECK(fails >= 2);
+    view_set_free(&set);
+}
+
 /* A map that takes a while. */
 static const char *large_map(void)
 {

@@ -73,7 +73,7 @@ scripts() {
         *:"$first":*/check-install.sh) alone+=("$build: $script") ;;
         *:"$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh | \
             *asan:*/check-view.sh | *asan:*/check-view-window.sh | \
-            *asan:*/check-probes.sh)
+            *asan:*/check-probes.sh | *asan:*/check-batch.sh)
             tests+=("$build: $script") ;;
         esac
     done
