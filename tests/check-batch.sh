@@ -435,8 +435,13 @@ test_memory_is_refused() {
       cat lines; } >old.hdr
     refused 1 '*old.hdr: takes 3* MiB of memory, more than the 4096 of *' \
         iblbake old.hdr -o out --preview p.png --max-memory 4G
-    refused 1 '*65536x32768 pixels at once take 24.0 GiB, more than the 4.0*' \
+    refused 1 '*old.hdr: takes 2???? MiB *, more than the 4096 of --max-*' \
         iblbake verify old.hdr lit --max-memory 4G
+    bake sky.hdr -o big --size 512 --only specular
+    refused 1 '*big/sky_specular.ktx2: takes 52 MiB *, more than the 40 of *' \
+        iblbake verify sky.hdr big --max-memory 40M
+    refused 1 '*big/sky_specular.ktx2: takes 16 MiB *, more than the 10 that *' \
+        iblbake verify sky.hdr big --max-memory 10M
     # What begins as a map is not read for ever.
     refused 1 '*standard input: over 32 MiB, half of the memory*' \
         iblbake - -o out --max-memory 64M \

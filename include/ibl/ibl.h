@@ -134,8 +134,9 @@ typedef struct ibl_ctx_options {
     void *progress_cookie;     /* passed to progress */
     const char *bridge;        /* path of the image bridge; NULL: the path
                                   compiled in, see ibl/io.h. Copied. */
-    size_t memory;             /* most bytes that a whole map or what comes
-                                  from a pipe may take; 0: no limit */
+    size_t memory;             /* most bytes that a whole map, the texels of
+                                  a file or what comes from a pipe may take;
+                                  0: no limit */
 } ibl_ctx_options;
 
 typedef struct ibl_ctx ibl_ctx;
@@ -741,10 +742,10 @@ typedef struct ibl_light {
  *           light), and no pixel is brighter than 1/32 of its brightest or the
  *           threshold
  *   share   its irradiance is at least 10 % of pi times the map's mean
- * radiance; a weaker one would not show The threshold is half the radiance of a
- * light of the largest size and the least share: 26 times the map's mean, less
- * for coarse maps. Only pixels above it are looked at, so a map of soft light
- * loses nothing.
+ *           radiance; a weaker one would not show
+ * The threshold is half the radiance of a light of the largest size and the
+ * least share: 26 times the map's mean, less for coarse maps. Only pixels above
+ * it are looked at, so a map of soft light loses nothing.
  *
  * The disc has the light and the integral of the squared radiance of what was
  * taken: its solid angle is (int L dO)^2 / int L^2 dO. A source of one pixel

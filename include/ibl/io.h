@@ -280,12 +280,14 @@ typedef struct ibl_pixels {
 /*
  * Opens a map in memory, which is then mended or refused, turned from any
  * layout and changed in colour as a file would be. Without primaries of its own
- * it is in Rec. 709. name    for messages; copied pixels  copied, but not its
- * data, which must stay and must not change until the source is closed. A
- * program's own data, which bakes take as they are in an ibl_image, need no
- * source if they are finite and not negative opts    NULL for defaults; alpha:
- * with FILE colours are multiplied by it IBL_ERR_ARGUMENT: pixels of no such
- * kind, or a layer, part or hash in opts. Other errors as in ibl_image_read.
+ * it is in Rec. 709. A program's own data that are finite and not negative need
+ * no source: bakes take them as they are in an ibl_image.
+ *   name    for messages; copied
+ *   pixels  copied, but not its data, which must stay and must not change until
+ *           the source is closed
+ *   opts    NULL for defaults; alpha: with FILE colours are multiplied by it
+ * IBL_ERR_ARGUMENT: pixels of no such kind, or a layer, part or hash in opts.
+ * Other errors as in ibl_image_read.
  */
 ibl_status ibl_source_of_pixels(ibl_ctx *ctx, const char *name,
                                 const ibl_pixels *pixels,

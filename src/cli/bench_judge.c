@@ -95,10 +95,14 @@ static bool take_map(judging *j, int source, const ibl_verify_files *files,
     j->source = source;
     j->yaw_deg = files->yaw_deg;
     j->lights = files->lights;
-    return ibl_judged_map_read(j->ctx, j->b->sources[source].path,
-                               &j->b->opts->common.read, files->yaw_deg,
-                               files->lights, &j->map) &&
-           ibl_judged_map_prepare(j->ctx, options, &j->map);
+    ibl_source *rows = NULL;
+    const bool ok = !ibl_source_open(j->ctx, j->b->sources[source].path,
+                                     &j->b->opts->common.read, &rows) &&
+                    ibl_judged_map_read(j->ctx, rows, files->yaw_deg,
+                                        files->lights, &j->map) &&
+                    ibl_judged_map_prepare(j->ctx, options, &j->map);
+    ibl_source_close(rows);
+    return ok;
 }
 
 /* ---- verdicts -------------------------------------------------------- */

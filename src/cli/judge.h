@@ -133,12 +133,13 @@ typedef struct ibl_judged_map {
     ibl_judge *by_env, *by_rest; /* by_rest: NULL with rest empty */
 } ibl_judged_map;
 
-/* Reads the environment; most is the number of lights to take out, 0 for none.
- * False: after a message through ctx. ibl_judged_map_free is needed also
- * then. */
-bool ibl_judged_map_read(ibl_ctx *ctx, const char *path,
-                         const ibl_read_options *read, double yaw_deg, int most,
-                         ibl_judged_map *map);
+/* Reads the environment; most is the number of lights to take out, 0 or less
+ * for none. False: after a message through ctx. ibl_judged_map_free is needed
+ * also then. */
+bool ibl_judged_map_read(ibl_ctx *ctx, ibl_source *source, double yaw_deg,
+                         int most, ibl_judged_map *map);
+/* Bytes that it takes. */
+size_t ibl_judged_map_bytes(const ibl_source *source, int most);
 /* Makes the judges. False: no memory, or after a message through ctx. */
 bool ibl_judged_map_prepare(ibl_ctx *ctx, const ibl_judge_options *opts,
                             ibl_judged_map *map);

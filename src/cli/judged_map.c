@@ -15,12 +15,20 @@ static bool take_lights(ibl_ctx *ctx, int most, ibl_judged_map *map)
                                   map->lights, &map->light_count);
 }
 
-bool ibl_judged_map_read(ibl_ctx *ctx, const char *path,
-                         const ibl_read_options *read, double yaw_deg, int most,
-                         ibl_judged_map *map)
+size_t ibl_judged_map_bytes(const ibl_source *source, int most)
+{
+    const size_t pixels =
+        (size_t)ibl_source_width(source) * (size_t)ibl_source_height(source);
+
+    return ibl_source_memory(source) +
+           pixels * 3 * sizeof(float) * (most > 0 ? 2 : 1);
+}
+
+bool ibl_judged_map_read(ibl_ctx *ctx, ibl_source *source, double yaw_deg,
+                         int most, ibl_judged_map *map)
 {
     *map = (ibl_judged_map){.yaw_deg = yaw_deg};
-    return !ibl_image_read(ctx, path, read, &map->env, NULL) &&
+    return !ibl_source_image(source, &map->env) &&
            (most <= 0 || take_lights(ctx, most, map));
 }
 

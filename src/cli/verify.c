@@ -349,9 +349,18 @@ static bool read_map(verify *v)
 {
     const ibl_verify_opts *o = v->opts;
 
+    ibl_source *source = NULL;
+
     ibl_console_progress(v->console, "decode", 0);
-    return ibl_judged_map_read(v->ctx, o->input, &v->files.read,
-                               v->files.yaw_deg, v->files.lights, &v->map);
+    const bool ok =
+        !ibl_source_open(v->ctx, o->input, &v->files.read, &source) &&
+        ibl_verify_fits(
+            o, v->console, &v->files, o->input,
+            (double)ibl_judged_map_bytes(source, v->files.lights)) &&
+        ibl_judged_map_read(v->ctx, source, v->files.yaw_deg, v->files.lights,
+                            &v->map);
+    ibl_source_close(source);
+    return ok;
 }
 
 static bool judge_rendered(verify *v)

@@ -566,6 +566,38 @@ static bool read_texture(reader *r, ibl_texture *tex)
                             r->path, tex->layers, ibl_output_content(r->kind));
 }
 
+static double level_bytes(ibl_projection projection, int size, int levels)
+{
+    double texels = 0;
+
+    for (int l = 0; l < levels; l++) {
+        const ibl_level_shape s =
+            ibl_level_shape_of(projection, ibl_cube_edge(size, l));
+        texels += (double)s.width * s.height * s.faces;
+    }
+    return 3 * sizeof(float) * texels;
+}
+
+bool ibl_verify_fits(const ibl_verify_opts *opts, ibl_console *console,
+                     const ibl_verify_files *files, const char *name,
+                     double more)
+{
+    const size_t most = ibl_memory_most(&opts->common);
+    double need = IBL_PROGRAM_BYTES + more;
+
+    for (int i = 0; i < files->owned_count; i++)
+        need += level_bytes(files->owned[i].projection, files->owned[i].size,
+                            files->owned[i].levels);
+    return !most || need <= (double)most ||
+           ibl_console_fail(console,
+                            "%s: takes %.0f MiB of memory with what was read "
+                            "before, more than the %.0f of --max-memory: judge "
+                            "fewer files at once, by --specular and its like, "
+                            "or scale the map down",
+                            name, ceil(need / (1 << 20)),
+                            floor((double)most / (1 << 20)));
+}
+
 /* Keeps a cube whose levels were added, or frees it if they were copied. */
 static void keep(const reader *r, ibl_cube *cube)
 {
@@ -573,6 +605,14 @@ static void keep(const reader *r, ibl_cube *cube)
         ibl_cube_free(cube);
     else
         r->files->owned[r->files->owned_count++] = *cube;
+}
+
+/* Bytes of its texels as floats; all levels have at most 4/3 of the first. */
+static double as_floats(const ibl_texture *tex)
+{
+    const double first = (double)tex->width * tex->height * tex->faces;
+
+    return 3 * sizeof(float) * first * (tex->levels > 1 ? 4 / 3.0 : 1);
 }
 
 static bool read_container(reader *r, ibl_texture *tex)
@@ -585,6 +625,8 @@ static bool read_container(reader *r, ibl_texture *tex)
             "%s: has %%l but no %%f: put %%f where the names of the faces are",
             r->path);
     bool ok = read_texture(r, tex) && check_axes(r) &&
+              ibl_verify_fits(r->opts, r->console, r->files, r->path,
+                              (double)tex->bytes + as_floats(tex)) &&
               !ibl_texture_to_cube(r->ctx, tex, &cube);
     ibl_bytes_free(tex->data); /* from here on, only its keys are needed */
     tex->data = NULL;

@@ -89,6 +89,11 @@ typedef struct ibl_verify_files {
  * after one message. ibl_verify_files_free is needed also then. */
 bool ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
                            ibl_console *console, ibl_verify_files *files);
+/* Whether `more` bytes for the file of that name have room in --max-memory
+ * beside what was read. False after a message. */
+bool ibl_verify_fits(const ibl_verify_opts *opts, ibl_console *console,
+                     const ibl_verify_files *files, const char *name,
+                     double more);
 void ibl_verify_files_free(ibl_verify_files *files);
 
 /* Judges every level and the table by the report's options. map was read with

@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <poll.h>
 #include <stdarg.h>
 #include <stdbool.h>
@@ -46,6 +47,19 @@ ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
     vsnprintf(text, sizeof text, fmt, ap);
     va_end(ap);
     return ibl_fail(in->ctx, status, "%s: %s", in->name, text);
+}
+
+ibl_status ibl_allow(const ibl_input *in, size_t bytes)
+{
+    const size_t most = ibl_ctx_memory(in->ctx);
+
+    if (bytes <= most)
+        return IBL_OK;
+    return ibl_reject(in, IBL_ERR_MEMORY,
+                      "takes %.0f MiB of memory, more than the %.0f that are "
+                      "allowed: allow more",
+                      ceil((double)bytes / (1 << 20)),
+                      floor((double)most / (1 << 20)));
 }
 
 const char *ibl_quote(const char *text, char out[IBL_QUOTE_BYTES])
@@ -193,6 +207,9 @@ static ibl_status load(loading *l, ibl_input *in)
     l->room = FIRST_BYTES;
     if (l->file_size >= FIRST_BYTES)
         l->room = (size_t)l->file_size + 1;
+    const ibl_status fits = ibl_allow(&l->in, l->room);
+    if (fits)
+        return fits;
     l->bytes = ibl_alloc_array(l->room, 1);
     if (!l->bytes)
         return ibl_reject(&l->in, IBL_ERR_MEMORY, "no memory for its %zu bytes",

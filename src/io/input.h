@@ -32,6 +32,8 @@ ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
 #define ibl_bad_file(in, ...) ibl_reject(in, IBL_ERR_FORMAT, __VA_ARGS__)
 #define ibl_unsupported(in, ...)                                               \
     ibl_reject(in, IBL_ERR_UNSUPPORTED, __VA_ARGS__)
+/* Refuses what takes more bytes at once than the context allows. */
+ibl_status ibl_allow(const ibl_input *in, size_t bytes);
 enum {
     IBL_QUOTE_BYTES = 48
 };
