@@ -65,8 +65,11 @@ static ibl_texture encode_with(ibl_ctx *by, const ibl_cube *cube,
 static ibl_texture encode(ibl_ctx *by, const ibl_cube *cube, ibl_pixel pixel,
                           ibl_quality quality)
 {
-    return encode_with(by, cube,
-                       (ibl_texel_options){.pixel = pixel, .quality = quality});
+    return encode_with(
+        by, cube,
+        (ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
+                            .pixel = pixel,
+                            .quality = quality});
 }
 
 /* Of a file with Zstandard 19. */
@@ -190,9 +193,12 @@ TEST(read_by_others)
     NEED(file_save(file_path("b.dds"), b, size));
     NEED(file_run("oiiotool b.dds --ch R,G,B -d half --fullpixels "
                   "--compression none -o b.exr"));
-    NEED(!ibl_image_read(ctx, file_path("b.exr"),
-                         &(ibl_read_options){.part = -1, .any_aspect = 1}, &got,
-                         NULL));
+    NEED(!ibl_image_read(
+        ctx, file_path("b.exr"),
+        &(ibl_read_options){.struct_size = sizeof(ibl_read_options),
+                            .part = -1,
+                            .any_aspect = 1},
+        &got, NULL));
     test_image(got);
     NEED(got.width == 10 && got.height == 60);
     CHECK(!memcmp(got.data, want.data, cube_floats(&want) * sizeof(float)));
@@ -228,7 +234,8 @@ TEST(limits)
 {
     for (int i = 0; i < PIXELS; i++) {
         ibl_cube cube = make_cube(5, 1);
-        const ibl_texel_options opts = {.pixel = pixels[i],
+        const ibl_texel_options opts = {.struct_size = sizeof opts,
+                                        .pixel = pixels[i],
                                         .overflow = IBL_OVERFLOW_CLIP};
         ibl_overflow_report report;
         ibl_texture tex;
@@ -269,8 +276,10 @@ TEST(alike)
     const ibl_cube cube = make_cube(64, 2);
     const ibl_quality normal = IBL_QUALITY_NORMAL;
     for (int i = 0; i < PIXELS; i++) {
-        ibl_texel_options opts = {
-            .pixel = pixels[i], .quality = normal, .alike = 1};
+        ibl_texel_options opts = {.struct_size = sizeof opts,
+                                  .pixel = pixels[i],
+                                  .quality = normal,
+                                  .alike = 1};
         const ibl_texture plain = encode(ctx, &cube, pixels[i], normal);
         const ibl_texture a = encode_with(ctx, &cube, opts);
         const ibl_texture b = encode_with(test_ctx(7, IBL_ISA_C), &cube, opts);
@@ -288,7 +297,9 @@ TEST(alike)
 /* The best quality has none. */
 TEST_SLOW(best_is_not_alike)
 {
-    ibl_texel_options opts = {IBL_PIXEL_UASTC_HDR, .quality = IBL_QUALITY_BEST};
+    ibl_texel_options opts = {.struct_size = sizeof opts,
+                              .pixel = IBL_PIXEL_UASTC_HDR,
+                              .quality = IBL_QUALITY_BEST};
     const ibl_cube cube = make_cube(64, 1);
     const ibl_texture plain = encode_with(ctx, &cube, opts);
     opts.alike = 1;

@@ -429,3 +429,37 @@ TEST(default_options)
     ibl_cube_free(&a);
     ibl_cube_free(&b);
 }
+
+/* Options say their size; what is beyond the size of this library's must be 0.
+ * check-install.sh has programs with shorter structs. */
+TEST(sizes_of_options)
+{
+    struct {
+        ibl_lut_options opts;
+        char more[16];
+    } o = {.opts = ibl_lut_options_default()};
+    ibl_bake_options bake = ibl_bake_options_default();
+    test_messages kept = {0};
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
+    ibl_image img = map_constant(ctx, 4, 2, 1);
+    const ibl_environment env = {.image = &img};
+    ibl_bake_result made;
+    ibl_lut lut = {0};
+
+    o.opts.size = 4;
+    o.opts.struct_size = sizeof o;
+    CHECK(!ibl_bake_lut(ctx, &o.opts, &lut) && lut.size == 4);
+    ibl_lut_free(&lut);
+    o.more[15] = 1;
+    CHECK(ibl_bake_lut(ctx, &o.opts, &lut) == IBL_ERR_ARGUMENT);
+    CHECK(test_said(&kept, "a member that this version"));
+    o.opts.struct_size = 0;
+    CHECK(ibl_bake_lut(ctx, &o.opts, &lut) == IBL_ERR_ARGUMENT);
+    CHECK(test_said(&kept, "*_options_default"));
+    bake.irradiance_options.struct_size = 0;
+    CHECK(ibl_bake_environment(ctx, &env, &bake, &made) == IBL_ERR_ARGUMENT);
+    bake = ibl_bake_options_default();
+    bake.struct_size = sizeof bake.specular_options;
+    CHECK(ibl_bake_environment(ctx, &env, &bake, &made) == IBL_ERR_ARGUMENT);
+    CHECK(test_said(&kept, "that have others of"));
+}

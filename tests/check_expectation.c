@@ -208,7 +208,7 @@ TEST(ladders)
 TEST(tables)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    const ibl_lut_options o = {.size = 64};
+    const ibl_lut_options o = {.struct_size = sizeof o, .size = 64};
     ibl_materials m = {.weight = {{0}}};
     double power[LAST + 1];
     ibl_lut lut;
@@ -285,7 +285,7 @@ static void make_set(ibl_ctx *ctx, const ibl_image *map,
                      const ibl_specular_layout *layout, int irradiance,
                      baked *s)
 {
-    const ibl_lut_options lut = {.size = 24};
+    const ibl_lut_options lut = {.struct_size = sizeof lut, .size = 24};
     const ibl_environment env = {.image = map};
     ibl_lobe_table_options lobes = ibl_lobe_table_options_default();
     ibl_bake_options o = ibl_bake_options_default();

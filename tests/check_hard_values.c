@@ -35,7 +35,9 @@ static void check_encoded(ibl_ctx *ctx, const ibl_cube *cube, ibl_pixel pixel)
     const double top = ibl_pixel_max(pixel);
     NEED(!ibl_texture_from_cube(
         ctx, cube,
-        &(ibl_texel_options){.pixel = pixel, .overflow = IBL_OVERFLOW_CLIP},
+        &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
+                             .pixel = pixel,
+                             .overflow = IBL_OVERFLOW_CLIP},
         &tex, &report));
     NEED(!ibl_texture_to_cube(ctx, &tex, &back));
     for (size_t i = 0; i < cube_floats(cube); i++) {

@@ -280,7 +280,8 @@ TEST(octahedral_texture)
                              sin(from_top) * sin(azimuth)};
         put_direction(map_pixel(&map, i % 256, i / 256), d);
     }
-    const ibl_texel_options opts = {.pixel = IBL_PIXEL_RGBA32F};
+    const ibl_texel_options opts = {.struct_size = sizeof opts,
+                                    .pixel = IBL_PIXEL_RGBA32F};
     ibl_texture tex = {0};
     ibl_cube flat = {0};
     size_t size;
@@ -328,7 +329,7 @@ static bool save_texture(const char *path, const ibl_image *strip,
                          ibl_container container, ibl_pixel pixel)
 {
     const ibl_cube cube = {.size = N, .levels = 1, .data = strip->data};
-    const ibl_texel_options opts = {.pixel = pixel};
+    const ibl_texel_options opts = {.struct_size = sizeof opts, .pixel = pixel};
     ibl_texture tex = {0};
     size_t size;
 

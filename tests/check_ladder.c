@@ -110,8 +110,11 @@ static double rendered(ibl_ctx *ctx, const ibl_specular_layout *layout,
                        const double *power)
 {
     static const double at[] = {0.1, 0.2, 0.3, 0.5, 0.7};
-    const ibl_lobe_table_options o = {
-        .size = 16, .layout = *layout, .power = power, .power_degree = LAST};
+    const ibl_lobe_table_options o = {.struct_size = sizeof o,
+                                      .size = 16,
+                                      .layout = *layout,
+                                      .power = power,
+                                      .power_degree = LAST};
     ibl_expected_error error[5];
     ibl_lobe_table table = {0};
     double sum = 0;

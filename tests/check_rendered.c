@@ -503,7 +503,8 @@ static void as_expected(map_kind kind, double chance)
     test_random rnd = {5};
     bake *b = bake_of_size(ctx, map_of_kind(ctx, &rnd, kind, 32, 16), 64);
     ibl_rendered_options o = ibl_rendered_options_default();
-    const ibl_lobe_table_options of = {.size = 16,
+    const ibl_lobe_table_options of = {.struct_size = sizeof of,
+                                       .size = 16,
                                        .layout = b->layout,
                                        .power = b->power,
                                        .power_degree = b->power_degree};

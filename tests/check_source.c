@@ -346,7 +346,8 @@ TEST(arguments)
     CHECK(ibl_source_open(ctx, file_path("a.hdr"), &opts, &s) ==
           IBL_ERR_FORMAT);
     CHECK(!s);
-    opts = (ibl_read_options){.part = -2};
+    opts =
+        (ibl_read_options){.struct_size = sizeof(ibl_read_options), .part = -2};
     CHECK(ibl_source_open(ctx, file_path("a.hdr"), &opts, &s) ==
           IBL_ERR_ARGUMENT);
     CHECK(ibl_source_open(ctx, "/nonexistent/x.hdr", NULL, &s) == IBL_ERR_IO);

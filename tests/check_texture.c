@@ -79,19 +79,25 @@ TEST(cubes)
         if (ibl_pixel_channels(p) == 2) {
             CHECK(ibl_texture_from_cube(
                       quiet, &cube,
-                      &(ibl_texel_options){.pixel = p,
+                      &(ibl_texel_options){.struct_size =
+                                               sizeof(ibl_texel_options),
+                                           .pixel = p,
                                            .overflow = IBL_OVERFLOW_CLIP},
                       &a, NULL) == IBL_ERR_ARGUMENT);
             continue;
         }
         NEED(!ibl_texture_from_cube(
             ctx, &cube,
-            &(ibl_texel_options){.pixel = p, .overflow = IBL_OVERFLOW_CLIP}, &a,
-            &beyond_a));
+            &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
+                                 .pixel = p,
+                                 .overflow = IBL_OVERFLOW_CLIP},
+            &a, &beyond_a));
         NEED(!ibl_texture_from_cube(
             one, &cube,
-            &(ibl_texel_options){.pixel = p, .overflow = IBL_OVERFLOW_CLIP}, &b,
-            &beyond_b));
+            &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
+                                 .pixel = p,
+                                 .overflow = IBL_OVERFLOW_CLIP},
+            &b, &beyond_b));
         CHECK(texture_same(&a, &b) && beyond_a.values == beyond_b.values);
         CHECK((beyond_a.values > 0) == (p != IBL_PIXEL_RGBA32F));
         NEED(!ibl_texture_to_cube(ctx, &a, &back));

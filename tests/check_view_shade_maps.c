@@ -162,7 +162,8 @@ TEST(small_pictures_of_the_sky)
         if (own)
             NEED(!ibl_texture_from_cube(
                 shade_ctx(), &set->specular,
-                &(ibl_texel_options){.pixel = IBL_PIXEL_RGBA32F,
+                &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
+                                     .pixel = IBL_PIXEL_RGBA32F,
                                      .overflow = IBL_OVERFLOW_CLIP},
                 &set->set.texture[VIEW_SKY], NULL));
         float *picture = shade_draw(&set->set, &s);

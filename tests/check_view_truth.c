@@ -804,6 +804,7 @@ TEST(map)
     CHECK(!strcmp(view_renderer_environment(on.renderer), "level 0"));
     save_twice(&map);
     on.set.source = strdup(file_path("twice.exr"));
+    on.set.source_read = ibl_read_options_default();
     on.set.source_yaw = -90;
     NEED(view_renderer_load(on.renderer, &on.set));
     const double off = share_off(&map, add(1));

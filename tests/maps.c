@@ -306,7 +306,8 @@ ibl_cube cube_level0(ibl_ctx *ctx, const ibl_image *map, double yaw, int n)
 
 ibl_cube cube_irradiance(ibl_ctx *ctx, const ibl_image *map, double yaw, int n)
 {
-    const ibl_irradiance_options o = {.size = n, .yaw_deg = yaw};
+    const ibl_irradiance_options o = {
+        .struct_size = sizeof o, .size = n, .yaw_deg = yaw};
     ibl_cube cube = {0};
     if (ibl_bake_irradiance(ctx, map, &o, &cube))
         exit(1);

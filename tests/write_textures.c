@@ -115,7 +115,9 @@ static void write_cubes(const char *dir, int size, int levels)
         ibl_texture tex;
         need(ibl_texture_from_cube(
             ctx, &cube,
-            &(ibl_texel_options){.pixel = p, .overflow = IBL_OVERFLOW_CLIP},
+            &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
+                                 .pixel = p,
+                                 .overflow = IBL_OVERFLOW_CLIP},
             &tex, NULL));
         need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
         need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));
@@ -139,7 +141,9 @@ static void write_alpha(const char *dir)
         ibl_texture tex;
         need(ibl_texture_from_cube(
             ctx, &cube,
-            &(ibl_texel_options){.pixel = p, .overflow = IBL_OVERFLOW_CLIP},
+            &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
+                                 .pixel = p,
+                                 .overflow = IBL_OVERFLOW_CLIP},
             &tex, NULL));
         need(ibl_texture_set_alpha(ctx, &tex, &alpha));
         need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));

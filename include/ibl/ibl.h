@@ -33,6 +33,13 @@
  *                says otherwise, an ARGUMENT error leaves its output
  *                unchanged, and after any error the output holds nothing to
  *                free.
+ *   Options      structs named *_options begin with their size, by which a
+ *                library that is newer than the program knows which members
+ *                that has; the others have their defaults. *_options_default
+ *                makes them, for C and C++; *_options_init writes those of
+ *                struct_size bytes, for other languages. Without a size, or
+ *                with a member set that this library does not know, they are
+ *                an ARGUMENT error.
  *   NULL         is allowed only where a comment says so. Elsewhere, functions
  *                that return ibl_status return IBL_ERR_ARGUMENT, without a log
  *                line if the context, or an object that holds it, is NULL.
@@ -126,6 +133,7 @@ typedef void ibl_progress_fn(void *cookie, const char *stage, double done,
                              double whole);
 
 typedef struct ibl_ctx_options {
+    size_t struct_size;        /* see CONVENTIONS */
     int threads;               /* 1..1024; 0: ibl_cpu_count() */
     ibl_isa isa;               /* default IBL_ISA_AUTO */
     ibl_log_fn *log;           /* NULL: silence */
@@ -149,7 +157,13 @@ int ibl_cpu_count(void);
  * allows. 0: unknown. */
 size_t ibl_memory_allowed(void);
 
-ibl_ctx_options ibl_ctx_options_default(void);
+void ibl_ctx_options_init(ibl_ctx_options *opts, size_t struct_size);
+static inline ibl_ctx_options ibl_ctx_options_default(void)
+{
+    ibl_ctx_options opts;
+    ibl_ctx_options_init(&opts, sizeof opts);
+    return opts;
+}
 
 /*
  * Makes a context with its pool of threads. These threads block all signals
@@ -482,6 +496,7 @@ const char *ibl_method_name(ibl_method method);
 #define IBL_TOLERANCE_DEFAULT 5e-5
 
 typedef struct ibl_specular_options {
+    size_t struct_size;        /* see CONVENTIONS */
     ibl_projection projection; /* default IBL_PROJECTION_CUBE; flat levels are
                                   never sampled */
     ibl_method method;         /* default IBL_METHOD_AUTO */
@@ -514,7 +529,13 @@ typedef struct ibl_specular_options {
                         many tutorials; default 1 */
 } ibl_specular_options;
 
-ibl_specular_options ibl_specular_options_default(void);
+void ibl_specular_options_init(ibl_specular_options *opts, size_t struct_size);
+static inline ibl_specular_options ibl_specular_options_default(void)
+{
+    ibl_specular_options opts;
+    ibl_specular_options_init(&opts, sizeof opts);
+    return opts;
+}
 
 /*
  * The levels of a specular chain, and the lod of a roughness r in a shader:
@@ -658,6 +679,7 @@ ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
                                     ibl_cube *out, ibl_specular_report *report);
 
 typedef struct ibl_irradiance_options {
+    size_t struct_size;        /* see CONVENTIONS */
     ibl_projection projection; /* default IBL_PROJECTION_CUBE; needs step 0 */
     int size;       /* edge of the faces, 1..IBL_MAX_CUBE_SIZE, default 32 */
     double step;    /* 0 (default): exact. > 0, at most 0.5: the classic grid
@@ -667,7 +689,14 @@ typedef struct ibl_irradiance_options {
     double yaw_deg; /* as in ibl_cube_from_latlong */
 } ibl_irradiance_options;
 
-ibl_irradiance_options ibl_irradiance_options_default(void);
+void ibl_irradiance_options_init(ibl_irradiance_options *opts,
+                                 size_t struct_size);
+static inline ibl_irradiance_options ibl_irradiance_options_default(void)
+{
+    ibl_irradiance_options opts;
+    ibl_irradiance_options_init(&opts, sizeof opts);
+    return opts;
+}
 
 /*
  * The diffuse map: irradiance / pi,
@@ -784,8 +813,9 @@ typedef struct ibl_environment {
 
 /* The outputs of one reading of an environment. */
 typedef struct ibl_bake_options {
-    int skybox; /* edge of a cube of the environment with all its mips,
-                   1..IBL_MAX_CUBE_SIZE; default 0: none */
+    size_t struct_size; /* see CONVENTIONS */
+    int skybox;         /* edge of a cube of the environment with all its mips,
+                           1..IBL_MAX_CUBE_SIZE; default 0: none */
     ibl_projection skybox_projection; /* default IBL_PROJECTION_CUBE; a flat
                                          one has as many mips as halve */
     int specular;                     /* 0: none; default 1 */
@@ -797,7 +827,8 @@ typedef struct ibl_bake_options {
                        best mapping implies it */
     double yaw_deg; /* replaces those in the options above */
     const ibl_specular_options *more; /* further chains, with or without
-                                         specular; default NULL */
+                                         specular, all of the size that the
+                                         first one says; default NULL */
     int more_count;                   /* 0..IBL_MAX_MORE_CHAINS, default 0 */
     const ibl_cube *level0; /* copied to level 0 of specular, not turned, if
                                that has roughness 0; then the environment must
@@ -805,7 +836,15 @@ typedef struct ibl_bake_options {
                                Default NULL: made from the environment */
 } ibl_bake_options;
 
-ibl_bake_options ibl_bake_options_default(void);
+void ibl_bake_options_init(ibl_bake_options *opts, size_t struct_size,
+                           size_t specular_size, size_t irradiance_size);
+static inline ibl_bake_options ibl_bake_options_default(void)
+{
+    ibl_bake_options opts;
+    ibl_bake_options_init(&opts, sizeof opts, sizeof opts.specular_options,
+                          sizeof opts.irradiance_options);
+    return opts;
+}
 
 typedef struct ibl_bake_result {
     ibl_cube skybox, specular, irradiance; /* empty if not requested */
@@ -893,6 +932,7 @@ const char *ibl_lut_name(ibl_lut_kind kind);
 int ibl_lut_channels(ibl_lut_kind kind);
 
 typedef struct ibl_lut_options {
+    size_t struct_size;    /* see CONVENTIONS */
     int size;              /* edge, 1..4096, default 256 */
     ibl_geometry geometry; /* default IBL_GEOMETRY_SMITH; SPLIT only */
     int samples;           /* 0 (default): deterministic quadrature; else
@@ -901,7 +941,13 @@ typedef struct ibl_lut_options {
     ibl_lut_kind kind;     /* default IBL_LUT_SPLIT */
 } ibl_lut_options;
 
-ibl_lut_options ibl_lut_options_default(void);
+void ibl_lut_options_init(ibl_lut_options *opts, size_t struct_size);
+static inline ibl_lut_options ibl_lut_options_default(void)
+{
+    ibl_lut_options opts;
+    ibl_lut_options_init(&opts, sizeof opts);
+    return opts;
+}
 
 /* size * size texels of ibl_lut_channels floats; see ibl_bake_lut. */
 typedef struct ibl_lut {
@@ -956,6 +1002,7 @@ typedef enum ibl_f0 {
 } ibl_f0;
 
 typedef struct ibl_lobe_table_options {
+    size_t struct_size;         /* see CONVENTIONS */
     int size;                   /* edge, 4..256, default 16 */
     ibl_specular_layout layout; /* of the chain, made with IBL_LOBE_GGX, its
                                    roughnesses rising; default: the chain of
@@ -967,7 +1014,14 @@ typedef struct ibl_lobe_table_options {
     ibl_f0 f0;                  /* default BOTH */
 } ibl_lobe_table_options;
 
-ibl_lobe_table_options ibl_lobe_table_options_default(void);
+void ibl_lobe_table_options_init(ibl_lobe_table_options *opts,
+                                 size_t struct_size);
+static inline ibl_lobe_table_options ibl_lobe_table_options_default(void)
+{
+    ibl_lobe_table_options opts;
+    ibl_lobe_table_options_init(&opts, sizeof opts);
+    return opts;
+}
 
 /* Layers of size * size texels of 4 floats; see ibl_bake_lobe_table. */
 typedef struct ibl_lobe_table {

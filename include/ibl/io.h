@@ -89,6 +89,7 @@ typedef ibl_status ibl_unpack_fn(ibl_ctx *ctx, const char *name,
 
 /* Colours are repaired, then converted, then exposed, then clamped. */
 typedef struct ibl_read_options {
+    size_t struct_size;      /* see CONVENTIONS */
     const char *layer;       /* EXR: channels LAYER.R, LAYER.G, ...; NULL: the
                                 unnamed layer, else the file's only one. Other
                                 formats have no layers: IBL_ERR_FORMAT */
@@ -112,7 +113,13 @@ typedef struct ibl_read_options {
                            not; NULL: they are refused */
 } ibl_read_options;
 
-ibl_read_options ibl_read_options_default(void);
+void ibl_read_options_init(ibl_read_options *opts, size_t struct_size);
+static inline ibl_read_options ibl_read_options_default(void)
+{
+    ibl_read_options opts;
+    ibl_read_options_init(&opts, sizeof opts);
+    return opts;
+}
 
 enum {
     IBL_FILE_HASH = 33 /* 32 hexadecimal digits and a 0 */
@@ -562,6 +569,7 @@ typedef struct ibl_overflow_report {
 
 /* How the texels of a cube are encoded. */
 typedef struct ibl_texel_options {
+    size_t struct_size;    /* see CONVENTIONS */
     ibl_pixel pixel;       /* of 3 channels; default IBL_PIXEL_RGBA16F */
     ibl_overflow overflow; /* default IBL_OVERFLOW_SPREAD */
     double largest;        /* if above 0 and below the pixel's largest value, in
@@ -574,7 +582,13 @@ typedef struct ibl_texel_options {
     int alike;
 } ibl_texel_options;
 
-ibl_texel_options ibl_texel_options_default(void);
+void ibl_texel_options_init(ibl_texel_options *opts, size_t struct_size);
+static inline ibl_texel_options ibl_texel_options_default(void)
+{
+    ibl_texel_options opts;
+    ibl_texel_options_init(&opts, sizeof opts);
+    return opts;
+}
 
 /*
  * Cube or LUT to texture and back. A flat map (ibl_projection) becomes a flat

@@ -628,9 +628,13 @@ ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
         from.width = from.image->width;
         from.height = from.image->height;
     }
-    b.opts = opts ? *opts : ibl_bake_options_default();
+    ibl_taken_options own;
+    ibl_status status = ibl_bake_take_options(ctx, opts, &own);
+    if (status)
+        return status;
+    b.opts = own.bake;
     b.opts.irradiance_options.yaw_deg = b.opts.yaw_deg;
-    ibl_status status = ibl_check_bake(ctx, &from, &b.opts);
+    status = ibl_check_bake(ctx, &from, &b.opts);
     if (!status)
         status = make_all(&b);
     ibl_spectral_free(b.spectral);

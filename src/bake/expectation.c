@@ -327,7 +327,8 @@ static ibl_status judge(judging *j)
 
 static ibl_status check_set(ibl_ctx *ctx, const ibl_expected_set *set)
 {
-    const ibl_lobe_table_options o = {.size = 16, .layout = set->layout};
+    const ibl_lobe_table_options o = {
+        .struct_size = sizeof o, .size = 16, .layout = set->layout};
     if (set->irradiance < -1 || set->irradiance > IBL_MAX_CUBE_SIZE ||
         !(set->step >= 0) || !(set->slope >= 0) ||
         (set->lut && (set->lut->kind != IBL_LUT_SPLIT || set->lut->size < 2)) ||
@@ -444,20 +445,19 @@ static ibl_status judge_all(ibl_expectation *e, judging *j,
 }
 
 ibl_status ibl_bake_expected_error(ibl_ctx *ctx,
-                                   const ibl_lobe_table_options *opts,
+                                   const ibl_lobe_table_options *given,
                                    const ibl_lobe_table *table,
                                    const double *roughness, int count,
                                    ibl_expected_error *errors)
 {
-    const ibl_lobe_table_options defaults = ibl_lobe_table_options_default();
+    ibl_lobe_table_options own;
+    const ibl_lobe_table_options *opts = &own;
     if (!ctx || !roughness || !errors || (table && !table->data))
         return ibl_missing(ctx, "ibl_bake_expected_error: table's data, "
                                 "roughness or errors");
-    if (!opts)
-        opts = &defaults;
     ibl_status status = check_roughness(ctx, roughness, count);
     if (!status)
-        status = ibl_lobe_table_check(ctx, opts);
+        status = ibl_lobe_table_take(ctx, given, &own);
     if (status)
         return status;
     ibl_expectation *e = ibl_alloc_zeroed(1, sizeof *e);
@@ -481,7 +481,7 @@ ibl_status ibl_bake_expected_error(ibl_ctx *ctx,
 
 static ibl_status make(ibl_expectation *e)
 {
-    const ibl_lut_options lut = {.size = TABLE};
+    const ibl_lut_options lut = {.struct_size = sizeof lut, .size = TABLE};
     ibl_status status =
         ibl_lobe_kernels_make(e->ctx, &none, e->given, e->degree, &e->kernels);
     if (!status)

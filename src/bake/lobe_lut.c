@@ -135,12 +135,13 @@ static void row_job(void *arg, int job, int worker)
 
 /* ---- the call ----------------------------------------------------------- */
 
-ibl_lobe_table_options ibl_lobe_table_options_default(void)
+void ibl_lobe_table_options_init(ibl_lobe_table_options *opts,
+                                 size_t struct_size)
 {
     ibl_lobe_table_options o = {.size = 16};
     const ibl_specular_options specular = ibl_specular_options_default();
     (void)ibl_specular_layout_of(&specular, &o.layout);
-    return o;
+    ibl_give_options(opts, struct_size, &o, sizeof o);
 }
 
 void ibl_lobe_table_free(ibl_lobe_table *t)
@@ -154,6 +155,7 @@ void ibl_lobe_table_free(ibl_lobe_table *t)
 ibl_status ibl_lobe_table_check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
 {
     const ibl_specular_layout *l = &o->layout;
+
     if (o->size < MIN_SIZE || o->size > MAX_SIZE)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a lobe table of size %d: must be %d to %d", o->size,
@@ -179,6 +181,14 @@ ibl_status ibl_lobe_table_check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
     return IBL_OK;
 }
 
+ibl_status ibl_lobe_table_take(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
+                               ibl_lobe_table_options *own)
+{
+    *own = ibl_lobe_table_options_default();
+    const ibl_status status = ibl_take_options(ctx, opts, own, sizeof *own);
+    return status ? status : ibl_lobe_table_check(ctx, own);
+}
+
 static ibl_status make(ibl_ctx *ctx, const ibl_lobe_table_options *o,
                        struct bake *b)
 {
@@ -196,15 +206,15 @@ static ibl_status make(ibl_ctx *ctx, const ibl_lobe_table_options *o,
     return status;
 }
 
-ibl_status ibl_bake_lobe_table(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
+ibl_status ibl_bake_lobe_table(ibl_ctx *ctx,
+                               const ibl_lobe_table_options *given,
                                ibl_lobe_table *out)
 {
-    const ibl_lobe_table_options defaults = ibl_lobe_table_options_default();
+    ibl_lobe_table_options own;
+    const ibl_lobe_table_options *opts = &own;
     if (!ctx || !out)
         return ibl_missing(ctx, "ibl_bake_lobe_table: out");
-    if (!opts)
-        opts = &defaults;
-    ibl_status status = ibl_lobe_table_check(ctx, opts);
+    ibl_status status = ibl_lobe_table_take(ctx, given, &own);
     if (status)
         return status;
     const size_t size = (size_t)opts->size;

@@ -250,9 +250,13 @@ int ibl_lut_channels(ibl_lut_kind kind)
     return kind == IBL_LUT_MULTISCATTER ? 3 : 2;
 }
 
-ibl_lut_options ibl_lut_options_default(void)
+static const ibl_lut_options defaults = {.struct_size = sizeof defaults,
+                                         .size = 256,
+                                         .geometry = IBL_GEOMETRY_SMITH};
+
+void ibl_lut_options_init(ibl_lut_options *opts, size_t struct_size)
 {
-    return (ibl_lut_options){.size = 256, .geometry = IBL_GEOMETRY_SMITH};
+    ibl_give_options(opts, struct_size, &defaults, sizeof defaults);
 }
 
 void ibl_lut_free(ibl_lut *lut)
@@ -334,17 +338,19 @@ static ibl_status make_multiscatter(ibl_ctx *ctx, const ibl_lut_options *opts,
     return status;
 }
 
-ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *opts, ibl_lut *out)
+ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *given,
+                        ibl_lut *out)
 {
-    const ibl_lut_options defaults = ibl_lut_options_default();
+    ibl_lut_options own = defaults;
+    const ibl_lut_options *opts = &own;
     float *data = NULL;
     ibl_status status;
 
     if (!ctx || !out)
         return ibl_missing(ctx, "ibl_bake_lut: out");
-    if (!opts)
-        opts = &defaults;
-    status = check_options(ctx, opts);
+    status = ibl_take_options(ctx, given, &own, sizeof own);
+    if (!status)
+        status = check_options(ctx, opts);
     if (status)
         return status;
     if (opts->kind == IBL_LUT_MULTISCATTER)

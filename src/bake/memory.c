@@ -111,8 +111,10 @@ static double reading_bytes(const estimate *e, const ibl_spectral_plan *plan)
 }
 
 ibl_status ibl_bake_memory(ibl_ctx *ctx, int width, int height,
-                           const ibl_bake_options *opts, size_t *bytes)
+                           const ibl_bake_options *given, size_t *bytes)
 {
+    ibl_taken_options own;
+    const ibl_bake_options *opts = &own.bake;
     static float nothing;
     ibl_image none = {width, height, &nothing};
     const ibl_environment env = {
@@ -120,9 +122,11 @@ ibl_status ibl_bake_memory(ibl_ctx *ctx, int width, int height,
     estimate e = {.width = width, .height = height};
     ibl_spectral_plan plan = {0};
 
-    if (!ctx || !opts || !bytes)
-        return ibl_missing(ctx, "ibl_bake_memory: opts or bytes");
-    ibl_status status = ibl_check_bake(ctx, &env, opts);
+    if (!ctx || !bytes)
+        return ibl_missing(ctx, "ibl_bake_memory: bytes");
+    ibl_status status = ibl_bake_take_options(ctx, given, &own);
+    if (!status)
+        status = ibl_check_bake(ctx, &env, opts);
     if (!status)
         status = ibl_spectral_plan_make(ctx, width, height, opts, &plan);
     e.threads = ibl_ctx_threads(ctx);

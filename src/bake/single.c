@@ -7,12 +7,11 @@
 #include "image/image.h"
 
 /* Options with no output; the caller then adds one. */
-static ibl_bake_options nothing(double yaw_deg)
+static ibl_bake_options nothing(void)
 {
     ibl_bake_options o = ibl_bake_options_default();
     o.specular = o.irradiance = 0;
     o.sh_degree = -1;
-    o.yaw_deg = yaw_deg;
     return o;
 }
 
@@ -33,14 +32,15 @@ ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
                                     const ibl_specular_options *opts,
                                     ibl_cube *out, ibl_specular_report *report)
 {
-    ibl_bake_options o = nothing(opts ? opts->yaw_deg : 0);
+    ibl_bake_options o = nothing();
     ibl_bake_result made;
+    ibl_status status = ibl_take_options(ctx, opts, &o.specular_options,
+                                         sizeof o.specular_options);
 
     o.specular = 1;
-    if (opts)
-        o.specular_options = *opts;
-    const ibl_status status =
-        bake(ctx, env, &o, out, "ibl_bake_specular: out", &made);
+    o.yaw_deg = o.specular_options.yaw_deg;
+    if (!status)
+        status = bake(ctx, env, &o, out, "ibl_bake_specular: out", &made);
     if (status)
         return status;
     *out = made.specular;
@@ -61,14 +61,15 @@ ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,
                                const ibl_irradiance_options *opts,
                                ibl_cube *out)
 {
-    ibl_bake_options o = nothing(opts ? opts->yaw_deg : 0);
+    ibl_bake_options o = nothing();
     ibl_bake_result made;
+    ibl_status status = ibl_take_options(ctx, opts, &o.irradiance_options,
+                                         sizeof o.irradiance_options);
 
     o.irradiance = 1;
-    if (opts)
-        o.irradiance_options = *opts;
-    const ibl_status status =
-        bake(ctx, env, &o, out, "ibl_bake_irradiance: out", &made);
+    o.yaw_deg = o.irradiance_options.yaw_deg;
+    if (!status)
+        status = bake(ctx, env, &o, out, "ibl_bake_irradiance: out", &made);
     if (!status)
         *out = made.irradiance;
     return status;
@@ -78,7 +79,7 @@ ibl_status ibl_bake_sh(ibl_ctx *ctx, const ibl_image *env, int degree,
                        double yaw_deg, double *coeffs)
 {
     const size_t edge = (size_t)degree + 1;
-    ibl_bake_options o = nothing(yaw_deg);
+    ibl_bake_options o = nothing();
     ibl_bake_result made;
 
     if (degree < 0)
@@ -86,6 +87,7 @@ ibl_status ibl_bake_sh(ibl_ctx *ctx, const ibl_image *env, int degree,
                         "spherical harmonics of degree %d: must be 0 to %d",
                         degree, IBL_MAX_SH_DEGREE);
     o.sh_degree = degree;
+    o.yaw_deg = yaw_deg;
     const ibl_status status =
         bake(ctx, env, &o, coeffs, "ibl_bake_sh: coeffs", &made);
     if (status)

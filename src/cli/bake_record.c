@@ -634,7 +634,8 @@ static json_t *expected_of(const ibl_bake *b, int f,
 /* NULL, after a message, if it fails. */
 static json_t *expected(const ibl_bake *b)
 {
-    const ibl_lobe_table_options o = {.size = 16,
+    const ibl_lobe_table_options o = {.struct_size = sizeof o,
+                                      .size = 16,
                                       .layout = b->made.report.layout,
                                       .power = b->made.power,
                                       .power_degree = b->made.power_degree};

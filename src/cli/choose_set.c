@@ -138,7 +138,8 @@ size_t ibl_set_bytes(ibl_search *s, const ibl_pick *p)
 static bool make_lut(ibl_search *s, const ibl_pick *p, const ibl_lut **lut)
 {
     ibl_lut *own = &s->luts[p->at[IBL_SET_LUT]];
-    const ibl_lut_options of = {.size = ibl_set_value(s, p, IBL_SET_LUT)};
+    const ibl_lut_options of = {.struct_size = sizeof of,
+                                .size = ibl_set_value(s, p, IBL_SET_LUT)};
 
     *lut = NULL;
     if (!ibl_opts_want(s->o, IBL_OUTPUT_LUT) ||

@@ -194,6 +194,7 @@ static bool set_lod(const reader *r, ibl_lod *lod, ibl_roughness_map map,
 {
     const bool babylon = map == IBL_ROUGHNESS_BABYLON;
     const ibl_specular_options o = {
+        .struct_size = sizeof o,
         .size = babylon ? r->files->level[r->first].size : IBL_MAX_CUBE_SIZE,
         .levels = r->files->count - r->first,
         .mapping = map,
@@ -662,7 +663,8 @@ static char *expand(const char *pattern, int level, const char *face)
 static bool read_face(const reader *r, const char *path, int face,
                       ibl_cube *cube, size_t *mended)
 {
-    const ibl_read_options read = {.part = -1, .any_aspect = 1};
+    const ibl_read_options read = {
+        .struct_size = sizeof read, .part = -1, .any_aspect = 1};
     ibl_image image = {0};
     ibl_read_report report = {0};
     bool ok = !ibl_image_read(r->ctx, path, &read, &image, &report);

@@ -42,9 +42,12 @@ struct ibl_source {
     char name[];
 };
 
-ibl_read_options ibl_read_options_default(void)
+static const ibl_read_options defaults = {.struct_size = sizeof defaults,
+                                          .part = -1};
+
+void ibl_read_options_init(ibl_read_options *opts, size_t struct_size)
 {
-    return (ibl_read_options){.part = -1};
+    ibl_give_options(opts, struct_size, &defaults, sizeof defaults);
 }
 
 const char *ibl_alpha_name(ibl_alpha alpha)
@@ -562,10 +565,15 @@ static ibl_status open_source(ibl_ctx *ctx, const origin *from,
                               const ibl_read_options *given, ibl_source **out)
 {
     const char *name = from->name;
-    const ibl_read_options opts = given ? *given : ibl_read_options_default();
+    ibl_read_options opts = defaults;
     const size_t name_bytes = strlen(name) + 1;
-    ibl_status status = check_options(ctx, &opts);
+    ibl_status status = ibl_take_options(ctx, given, &opts, sizeof opts);
 
+    if (!status)
+        status = check_options(ctx, &opts);
+    if (!status && from->pixels && (opts.layer || opts.part > 0 || opts.hash))
+        status = ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                          "%s: pixels have no layer, part or hash", name);
     if (status)
         return status;
     ibl_source *s = ibl_alloc_zeroed(1, sizeof *s + name_bytes);
@@ -615,9 +623,6 @@ ibl_status ibl_source_of_pixels(ibl_ctx *ctx, const char *name,
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "%s: %d channels: must be 3 or 4", name,
                         pixels->channels);
-    if (opts && (opts->layer || opts->part > 0 || opts->hash))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%s: pixels have no layer, part or hash", name);
     return open_source(ctx, &(origin){.name = name, .pixels = pixels}, opts,
                        out);
 }

@@ -98,12 +98,14 @@ ibl_status ibl_texture_describe_specular(ibl_ctx *ctx, ibl_texture *tex,
                                          const ibl_specular_options *opts,
                                          const ibl_specular_report *report)
 {
-    const ibl_specular_options o =
-        opts ? *opts : ibl_specular_options_default();
+    ibl_specular_options o = ibl_specular_options_default();
     setter s = {ctx, tex, IBL_OK};
 
     if (!tex || !report)
         return ibl_missing(ctx, "ibl_texture_describe_specular: tex or report");
+    const ibl_status status = ibl_take_options(ctx, opts, &o, sizeof o);
+    if (status)
+        return status;
     set_levels(&s, o.lobe, &report->layout);
     set_made(&s, &o, report);
     return s.status;
@@ -123,11 +125,14 @@ ibl_status ibl_texture_describe_irradiance(ibl_ctx *ctx, ibl_texture *tex)
 ibl_status ibl_texture_describe_lut(ibl_ctx *ctx, ibl_texture *tex,
                                     const ibl_lut_options *opts)
 {
-    const ibl_lut_options o = opts ? *opts : ibl_lut_options_default();
+    ibl_lut_options o = ibl_lut_options_default();
     setter s = {ctx, tex, IBL_OK};
 
     if (!tex)
         return ibl_missing(ctx, "ibl_texture_describe_lut: tex");
+    const ibl_status status = ibl_take_options(ctx, opts, &o, sizeof o);
+    if (status)
+        return status;
     set(&s, "iblbake.content", "brdf_lut");
     set(&s, "iblbake.axes", "u=N.V,v=roughness");
     if (!o.kind)

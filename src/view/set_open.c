@@ -353,7 +353,8 @@ static bool turn_back(const opener *o, ibl_texture *tex, const ibl_about *about)
  * size, which looks the same. Keeps the keys. */
 static bool make_cube(const opener *o, const char *path, ibl_texture *tex)
 {
-    const ibl_texel_options as = {.pixel = tex->pixel};
+    const ibl_texel_options as = {.struct_size = sizeof as,
+                                  .pixel = tex->pixel};
     ibl_cube flat = {0}, cube = {0};
     ibl_texture made = {0};
 
