@@ -5,6 +5,13 @@
 #include "kern/lanes.h"
 #include "kern/radial.h"
 
+enum {
+    /* Vectors of texels that share a light's numbers, with their points and
+     * sums in registers: nine for each. */
+    AT_ONCE = REGISTERS / 16
+};
+_Static_assert(IBL_RADIAL_BLOCK % (AT_ONCE * VF) == 0, "whole blocks");
+
 /* Adds to VF texels of four floats; their fourth float is unchanged. */
 static inline void add_rgb(float *rgba, vf r, vf g, vf b)
 {
@@ -81,28 +88,51 @@ static inline vf tabulated(const ibl_radial *lobe, vf q)
     return vf_fma(vf_fma(vf_fma(c[3], x, c[2]), x, c[1]), x, c[0]);
 }
 
+/* Adds to AT_ONCE vectors of texels. */
+static inline void add_texels(const ibl_radial *lobe,
+                              const ibl_radial_light *lights, int count,
+                              const float *point, int stride, float *rgba)
+{
+    const vf zero = vf_all(0);
+    vf p[AT_ONCE][6], sum[AT_ONCE][3];
+
+#pragma GCC unroll 2
+    for (int n = 0; n < AT_ONCE; n++) {
+#pragma GCC unroll 6
+        for (int k = 0; k < 6; k++)
+            p[n][k] = vf_load(point + k * stride + n * VF);
+        sum[n][0] = sum[n][1] = sum[n][2] = zero;
+    }
+    for (const ibl_radial_light *s = lights; s < lights + count; s++) {
+        vf q[AT_ONCE];
+        vi above[AT_ONCE], any = {0};
+#pragma GCC unroll 2
+        for (int n = 0; n < AT_ONCE; n++) {
+            q[n] = distance(p[n], s);
+            above[n] = q[n] < vf_all(2);
+            any |= above[n];
+        }
+        if (!vi_any(any))
+            continue;
+#pragma GCC unroll 2
+        for (int n = 0; n < AT_ONCE; n++) {
+            const vf k = lobe->coef ? (vf)(above[n] & (vi)tabulated(lobe, q[n]))
+                                    : rational(lobe, q[n]);
+#pragma GCC unroll 3
+            for (int c = 0; c < 3; c++)
+                sum[n][c] = vf_fma(k, vf_all(s->rgb[c]), sum[n][c]);
+        }
+    }
+#pragma GCC unroll 2
+    for (int n = 0; n < AT_ONCE; n++)
+        add_rgb(rgba + 4 * n * VF, sum[n][0], sum[n][1], sum[n][2]);
+}
+
 static void add(const ibl_radial *lobe, const ibl_radial_light *lights,
                 int count, const float *point, int stride, float *rgba)
 {
-    const vf horizon = vf_all(2);
-    for (int i = 0; i < stride; i += VF) {
-        vf p[6], r = vf_all(0), g = r, b = r;
-        for (int k = 0; k < 6; k++)
-            p[k] = vf_load(point + k * stride + i);
-        for (int l = 0; l < count; l++) {
-            const ibl_radial_light *s = &lights[l];
-            const vf q = distance(p, s);
-            const vi above = q < horizon;
-            if (!vi_any(above))
-                continue;
-            const vf k = lobe->coef ? (vf)(above & (vi)tabulated(lobe, q))
-                                    : rational(lobe, q);
-            r = vf_fma(k, vf_all(s->rgb[0]), r);
-            g = vf_fma(k, vf_all(s->rgb[1]), g);
-            b = vf_fma(k, vf_all(s->rgb[2]), b);
-        }
-        add_rgb(rgba + 4 * i, r, g, b);
-    }
+    for (int i = 0; i < stride; i += AT_ONCE * VF)
+        add_texels(lobe, lights, count, point + i, stride, rgba + 4 * i);
 }
 
 IBL_VECTOR_KERNEL(ibl_radial, points, add)
