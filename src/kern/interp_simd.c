@@ -92,13 +92,22 @@ static void weights(const ibl_interp_weights *taps, double shift, double scale,
     }
 }
 
-/* Adds weight times a ring's samples. */
-static inline void add_ring(const float *grid, float weight, vf along[VECTORS])
+/* Adds weight times a ring's samples; the first ring begins the sums. */
+static inline void add_ring(const float *grid, float weight, bool first,
+                            vf along[VECTORS])
 {
     const vf w = vf_all(weight);
-#pragma GCC unroll 8
-    for (int k = 0; k < VECTORS; k++)
-        along[k] = vf_fma(vf_load(grid + k * VF), w, along[k]);
+#pragma GCC unroll 2
+    for (int k = 0; k < VECTORS; k += 4) {
+        vf v[4];
+        vf_load_four(grid + k * VF, v);
+#pragma GCC unroll 4
+        for (int i = 0; i < 4; i++)
+            if (first)
+                along[k + i] = v[i] * w;
+            else
+                along[k + i] = vf_fma(v[i], w, along[k + i]);
+    }
 }
 
 /* Sums across the columns; even and odd vectors have separate sums. */
@@ -122,15 +131,12 @@ static void row(const ibl_interp_row *row)
             a.grid + a.ring[r] * stride + 4 * (ptrdiff_t)a.column[c];
         const float *w = a.ring_weight + r * IBL_TAPS;
         vf along[VECTORS];
-#pragma GCC unroll 8
-        for (int k = 0; k < VECTORS; k++)
-            along[k] = vf_all(0);
         /* Prefetch for the following texels and rows. */
         __builtin_prefetch(grid + 8 * stride + 16);
         __builtin_prefetch(grid - stride + 16);
 #pragma GCC unroll 8
         for (int k = 0; k < IBL_TAPS; k++)
-            add_ring(grid + k * stride, w[k], along);
+            add_ring(grid + k * stride, w[k], k == 0, along);
         vq_store(a.rgba + 4 * (size_t)i,
                  vf_fold(across(along, a.column_weight + c * IBL_TAPS)));
     }

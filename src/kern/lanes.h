@@ -11,7 +11,8 @@
  *
  * Arithmetic, comparisons and masks use the operators of gcc and clang. Only a
  * fused multiply-add has a name, vf_fma(a, b, c) = a b + c; it is a product and
- * a sum where the CPU has none.
+ * a sum where the CPU has none. vf_min(a, b) and vf_max(a, b) are b where a is
+ * NaN; b is not.
  */
 #ifndef IBL_KERN_LANES_H
 #define IBL_KERN_LANES_H
@@ -91,6 +92,16 @@ static inline vf vf_all(float x)
 static inline vf vf_sqrt(vf v)
 {
     return (vf){sqrtf(v[0]), sqrtf(v[1]), sqrtf(v[2]), sqrtf(v[3])};
+}
+
+static inline vf vf_min(vf a, vf b)
+{
+    return vf_either(a < b, a, b);
+}
+
+static inline vf vf_max(vf a, vf b)
+{
+    return vf_either(a > b, a, b);
 }
 
 static inline vd vd_load(const double *p)
@@ -175,6 +186,16 @@ static inline vd vd_fma(vd a, vd b, vd c)
     return vfmaq_f64(c, a, b);
 }
 
+static inline vf vf_min(vf a, vf b)
+{
+    return vminnmq_f32(a, b);
+}
+
+static inline vf vf_max(vf a, vf b)
+{
+    return vmaxnmq_f32(a, b);
+}
+
 static inline vi vi_max(vi a, vi b)
 {
     return vmaxq_s32(a, b);
@@ -214,7 +235,6 @@ static inline vf vf_sqrt(vf v)
     return MM(sqrt_ps)(v);
 }
 
-/* b where a or b is NaN. */
 static inline vf vf_min(vf a, vf b)
 {
     return MM(min_ps)(a, b);
@@ -264,17 +284,6 @@ static inline void vf_transpose(vf v[4])
 #endif
 
 #ifndef MM
-/* b where a or b is NaN. */
-static inline vf vf_min(vf a, vf b)
-{
-    return vf_either(a < b, a, b);
-}
-
-static inline vf vf_max(vf a, vf b)
-{
-    return vf_either(a > b, a, b);
-}
-
 /* Transposes 4x4 floats, separately in each quad of the four vectors. */
 static inline void vf_transpose(vf v[4])
 {
@@ -288,6 +297,21 @@ static inline void vf_transpose(vf v[4])
     v[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
 }
 #endif
+
+/* Loads four vectors, by one instruction where there is one. */
+static inline void vf_load_four(const float *p, vf v[4])
+{
+#ifdef IBL_NEON
+    const float32x4x4_t four = vld1q_f32_x4(p);
+#endif
+#pragma GCC unroll 4
+    for (size_t i = 0; i < 4; i++)
+#ifdef IBL_NEON
+        v[i] = four.val[i];
+#else
+        v[i] = vf_load(p + i * VF);
+#endif
+}
 
 static inline vd vd_abs(vd v)
 {
@@ -483,11 +507,15 @@ static inline vf vf_spread(const float *w, int k)
 /* Stores VF pixels as R G B R G B ... and writes one float beyond them. */
 static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
 {
+#ifdef IBL_NEON
+    vst3q_f32(dst, (float32x4x3_t){{r, g, b}});
+#else
     vf v[4] = {r, g, b, b};
     vf_transpose(v); /* pixels 0 4, 1 5, ... */
 #pragma GCC unroll 8
     for (size_t i = 0; i < VF; i++)
         vq_store(dst + 3 * i, vf_quad(v[i % 4], i / 4));
+#endif
 }
 #endif
 

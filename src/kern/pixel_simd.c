@@ -9,13 +9,11 @@
  * *beyond where v was outside. */
 static inline vf clamp(vf v, vi *beyond)
 {
-    const vi sign_bit = (vi)vf_all(-0.0f);
     const vf limit = vf_all(IBL_HALF_MAX);
-    const vi bits = (vi)v & (vi)(v == v);
-    const vf size = (vf)(bits & ~sign_bit);
+    const vf number = (vf)((vi)v & (vi)(v == v));
 
-    *beyond += (vi)(size > limit);
-    return (vf)((vi)vf_min(size, limit) | (bits & sign_bit));
+    *beyond += (vi)((vf)((vi)number & ~(vi)vf_all(-0.0f)) > limit);
+    return vf_max(vf_min(number, limit), -limit);
 }
 
 #ifndef HALVES
@@ -34,13 +32,34 @@ static inline void vf_store_halves(void *out, vf v)
 }
 #endif
 
-/* VF / 4 texels of R, G, B and an alpha of 1. Reads one float beyond them. */
-static inline vf load_rgba(const float *src)
+#ifdef IBL_NEON
+enum {
+    RGB_TEXELS = VF /* that are encoded at a time */
+};
+
+static inline void encode_rgb(const float *src, unsigned char *out, vi *beyond)
+{
+    const float32x4x3_t rgb = vld3q_f32(src);
+    uint16x4x4_t texels = {.val[3] = vdup_n_u16(0x3C00)}; /* alpha: 1 */
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++)
+        vf_store_halves(&texels.val[c], clamp(rgb.val[c], beyond));
+    vst4_u16((uint16_t *)(void *)out, texels);
+}
+#else
+enum {
+    RGB_TEXELS = VF / 4
+};
+
+/* With an alpha of 1. Reads one float beyond the texels. */
+static inline void encode_rgb(const float *src, unsigned char *out, vi *beyond)
 {
     const float *const at[] = {src, src + 3};
     const vi alpha = vf_all_quads((vq){0, 0, 0, 1}) != vf_all(0);
-    return vf_either(alpha, vf_all(1), vf_load_quads(at));
+    const vf rgba = vf_either(alpha, vf_all(1), vf_load_quads(at));
+    vf_store_halves(out, clamp(rgba, beyond));
 }
+#endif
 
 enum {
     BLOCK = 1 << 24 /* texels without overflow of the lanes' counts */
@@ -51,15 +70,18 @@ enum {
 static inline size_t encode(const float *src, size_t count, bool rgb,
                             unsigned char *out, size_t *done)
 {
-    const size_t step = rgb ? VF / 4 : VF / 2, least = step + rgb;
+    const size_t step = rgb ? RGB_TEXELS : VF / 2, least = step + rgb;
     size_t sum = 0, i = 0;
     while (count - i >= least) {
         const size_t end = count - i < BLOCK ? count : i + BLOCK;
         vi beyond = {0};
-        for (; i + least <= end; i += step, out += 2 * VF)
-            vf_store_halves(
-                out, clamp(rgb ? load_rgba(src + 3 * i) : vf_load(src + 2 * i),
-                           &beyond));
+        for (; i + least <= end; i += step) {
+            if (rgb)
+                encode_rgb(src + 3 * i, out + 8 * i, &beyond);
+            else
+                vf_store_halves(out + 4 * i,
+                                clamp(vf_load(src + 2 * i), &beyond));
+        }
         for (int k = 0; k < VF; k++)
             sum -= (size_t)beyond[k];
     }
@@ -83,7 +105,21 @@ static size_t encode_rg16f(const float *src, size_t count, void *dst)
     return beyond + ibl_encode_rg16f_c(src + 2 * i, count - i, out + 4 * i);
 }
 
-#ifdef HALVES
+#ifdef IBL_NEON
+static void decode_rgba16f(const void *src, size_t count, float *dst)
+{
+    const uint16_t *in = src;
+    size_t i = 0;
+
+    for (; i + VF <= count; i += VF) {
+        const uint16x4x4_t rgba = vld4_u16(in + 4 * i);
+        vf_store_rgb(dst + 3 * i, vf_load_halves(&rgba.val[0]),
+                     vf_load_halves(&rgba.val[1]),
+                     vf_load_halves(&rgba.val[2]));
+    }
+    ibl_decode_rgba16f_c(in + 4 * i, count - i, dst + 3 * i);
+}
+#elif defined HALVES
 /* VF / 4 texels at a time; each store has one float more, which the next one
  * replaces. */
 static void decode_rgba16f(const void *src, size_t count, float *dst)

@@ -9,12 +9,17 @@
 /* The components of VF texels. Reads one float beyond them. */
 static inline void load(const float *texels, vf rgb[4])
 {
+#ifdef IBL_NEON
+    const float32x4x3_t three = vld3q_f32(texels);
+    memcpy(rgb, &three, sizeof three);
+#else
 #pragma GCC unroll 4
     for (size_t k = 0; k < 4; k++) {
         const float *const at[] = {texels + 3 * k, texels + 3 * (k + 4)};
         rgb[k] = vf_load_quads(at);
     }
     vf_transpose(rgb);
+#endif
 }
 
 static inline vf square(const vf v[3])
