@@ -1,11 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-/* Memory: alignment, zeroes, sizes around where huge pages begin, refusals. */
+/* Memory: alignment, zeroes, sizes around where huge pages begin, refusals; a
+ * program's own. */
 #include "core/alloc.h"
 
 #include <malloc.h>
+#include <pthread.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "files.h"
+#include "ibl/io.h"
 #include "test.h"
 
 static const size_t sizes[] = {0,
@@ -144,4 +149,205 @@ TEST(too_much)
     CHECK(!ibl_alloc_array(SIZE_MAX / 2, 3));
     CHECK(!ibl_alloc_array(1, SIZE_MAX - 62));
     CHECK(!ibl_alloc_array((size_t)1 << 33, (size_t)1 << 33));
+}
+
+/* ---- a program's allocator --------------------------------------------- */
+
+/* In front of each block that the library takes. */
+typedef struct head {
+    void *start;
+    size_t bytes, mark;
+} head;
+
+enum {
+    MARK = 0x1b1b1b
+};
+
+static struct {
+    pthread_mutex_t lock;
+    size_t blocks, bytes, most; /* now, and the most bytes so far */
+    int calls, fails;           /* the call that fails, from 1; 0: none */
+    bool bad;                   /* a block that is none, or is misaligned */
+} own = {.lock = PTHREAD_MUTEX_INITIALIZER};
+
+/* What is not written before it is read is not 0 by chance. */
+static void *own_alloc(void *cookie, size_t bytes, size_t alignment)
+{
+    pthread_mutex_lock(&own.lock);
+    const bool ok = ++own.calls != own.fails;
+    own.bad |= cookie != &own || !bytes || alignment < sizeof(head);
+    own.blocks += ok;
+    own.bytes += ok ? bytes : 0;
+    own.most = own.bytes > own.most ? own.bytes : own.most;
+    pthread_mutex_unlock(&own.lock);
+    char *start = ok ? malloc(bytes + 2 * alignment) : NULL;
+    if (!start)
+        return NULL;
+    char *p = start + 2 * alignment - (uintptr_t)start % alignment;
+    ((head *)p)[-1] = (head){start, bytes, MARK};
+    return memset(p, 0xa5, bytes);
+}
+
+static void own_release(void *cookie, void *p)
+{
+    const head h = ((head *)p)[-1];
+
+    pthread_mutex_lock(&own.lock);
+    own.bad |= cookie != &own || h.mark != MARK;
+    own.blocks--;
+    own.bytes -= h.bytes;
+    pthread_mutex_unlock(&own.lock);
+    free(h.start);
+}
+
+static const ibl_allocator owns = {own_alloc, own_release, &own};
+
+/* Reads a small EXR, bakes it, writes a file to memory, which kept gets, and
+ * reads that. */
+static ibl_status use(int threads, test_messages *said, char kept[1 << 14])
+{
+    ibl_ctx_options with = ibl_ctx_options_default();
+    ibl_bake_options o = ibl_bake_options_default();
+    ibl_lut_options lo = ibl_lut_options_default();
+    ibl_lobe_table_options to = ibl_lobe_table_options_default();
+    ibl_ctx *ctx = NULL;
+    ibl_image map = {0};
+    ibl_bake_result made = {0};
+    ibl_lut lut = {0};
+    ibl_lobe_table table = {0};
+    ibl_texture tex = {0}, read = {0};
+    void *bytes = NULL;
+    size_t count = 0;
+
+    with.threads = threads;
+    with.log = test_keep;
+    with.log_cookie = said;
+    o.specular_options.size = o.irradiance_options.size = o.skybox = 8;
+    o.specular_options.level_samples[1] = 4;
+    lo.size = to.size = 4;
+    ibl_status status = ibl_ctx_create(&with, &ctx);
+    if (!status)
+        status = ibl_image_read(ctx, file_path("a.exr"), NULL, &map, NULL);
+    const ibl_environment env = {.image = &map};
+    if (!status)
+        status = ibl_bake_environment(ctx, &env, &o, &made);
+    if (!status)
+        status = ibl_bake_lut(ctx, &lo, &lut);
+    if (!status)
+        status = ibl_bake_lobe_table(ctx, &to, &table);
+    if (!status)
+        status = ibl_texture_from_cube(ctx, &made.specular, NULL, &tex, NULL);
+    if (!status)
+        status = ibl_texture_describe_specular(ctx, &tex, NULL, &made.report);
+    if (!status)
+        status =
+            ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &bytes, &count);
+    if (!status)
+        status = ibl_texture_decode(ctx, "texture", bytes, count, &read, NULL);
+    if (!status)
+        memcpy(kept, bytes, count < 1 << 14 ? count : 1 << 14);
+    ibl_bytes_free(bytes);
+    ibl_texture_free(&read);
+    ibl_texture_free(&tex);
+    ibl_lobe_table_free(&table);
+    ibl_lut_free(&lut);
+    ibl_bake_result_free(&made);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+    return status;
+}
+
+static void make_file(void)
+{
+    float data[3 * 8 * 4];
+    const ibl_image map = {8, 4, data};
+
+    for (int i = 0; i < 3 * 8 * 4; i++)
+        data[i] = (float)(i % 7);
+    if (!file_save_exr(file_path("a.exr"), &map, NULL))
+        exit(1);
+}
+
+TEST(program_has_all_memory)
+{
+    static char first[1 << 14], second[1 << 14];
+    const ibl_allocator half = {own_alloc, NULL, NULL};
+    test_messages said = {0};
+    ibl_ctx *ctx;
+
+    make_file();
+    NEED(!use(1, &said, first));
+    CHECK(ibl_set_allocator(&half) == IBL_ERR_ARGUMENT);
+    NEED(!ibl_set_allocator(&owns));
+    NEED(!use(2, &said, second));
+    CHECK(!memcmp(first, second, sizeof first));
+    CHECK_MSG(!own.bad && !own.blocks && !own.bytes && own.calls > 100,
+              "%zu blocks of %zu bytes left of %d", own.blocks, own.bytes,
+              own.calls);
+    NEED(!ibl_ctx_create(NULL, &ctx));
+    CHECK(own.blocks > 0);
+    CHECK(ibl_set_allocator(NULL) == IBL_ERR_ARGUMENT);
+    ibl_ctx_free(ctx);
+    CHECK(!own.blocks && !ibl_set_allocator(NULL));
+}
+
+/* Each is told as a lack of memory, once, and leaves nothing. */
+TEST(program_has_no_memory)
+{
+    static char kept[1 << 14];
+    test_messages said = {0};
+    int first = 1;
+
+    make_file();
+    NEED(!ibl_set_allocator(&owns));
+    for (int n = 1;; n += TEST_SANITIZED ? 7 : 1) {
+        own.calls = 0;
+        own.fails = n;
+        memset(&said, 0, sizeof said);
+        const ibl_status status = use(1, &said, kept);
+        CHECK_MSG(!own.bad && !own.blocks, "call %d: %zu blocks left", n,
+                  own.blocks);
+        if (own.calls < n)
+            break;
+        CHECK_MSG(status == IBL_ERR_MEMORY && strstr(said.text[0], "memory"),
+                  "call %d: status %d: %s", n, status, said.text[0]);
+        first = n;
+    }
+    own.fails = 0;
+    CHECK(first > 100);
+    CHECK(!ibl_set_allocator(NULL));
+}
+
+/* Also in what the allocator of the C library would not show. */
+TEST_SLOW(thousand_bakes_are_flat)
+{
+    ibl_specular_options o = ibl_specular_options_default();
+    ibl_ctx_options with = ibl_ctx_options_default();
+    ibl_ctx *ctx;
+    ibl_cube cube;
+    size_t blocks = 0, bytes = 0, most = 0;
+
+    o.size = 32;
+    with.threads = 2;
+    NEED(!ibl_set_allocator(&owns));
+    NEED(!ibl_ctx_create(&with, &ctx));
+    ibl_image map = {0};
+    NEED(!ibl_image_alloc(ctx, 64, 32, &map));
+    for (int i = 0; i < 3 * 64 * 32; i++)
+        map.data[i] = (float)(i % 97);
+    for (int i = 0; i < (TEST_SANITIZED ? 100 : 1000); i++) {
+        NEED(!ibl_bake_specular(ctx, &map, &o, &cube));
+        ibl_cube_free(&cube);
+        if (i == 1) {
+            blocks = own.blocks;
+            bytes = own.bytes;
+            most = own.most;
+        }
+    }
+    CHECK(own.blocks == blocks && own.bytes == bytes);
+    /* Which jobs run at once differs. */
+    CHECK(own.most <= most + most / 8);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+    CHECK(!own.bad && !own.blocks && !ibl_set_allocator(NULL));
 }

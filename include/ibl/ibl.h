@@ -132,6 +132,27 @@ typedef void ibl_log_fn(void *cookie, ibl_log_level level, const char *text);
 typedef void ibl_progress_fn(void *cookie, const char *stage, double done,
                              double whole);
 
+/*
+ * Where the library takes memory: for all that it allocates itself, results
+ * too, from any thread. OpenEXRCore takes its own there as well; Zstandard,
+ * libdeflate, jansson and the image bridge use the C library's.
+ */
+typedef struct ibl_allocator {
+    /* `bytes`, 1 or more, aligned to a power of two; NULL: there are none */
+    void *(*alloc)(void *cookie, size_t bytes, size_t alignment);
+    void (*release)(void *cookie, void *memory); /* never NULL */
+    void *cookie;
+} ibl_allocator;
+
+/*
+ * Sets it for the whole process; copied. NULL: the C library's, in huge pages
+ * where it is much, and some is kept between calls while there is a context.
+ * Call it before the first context and while nothing that the library allocated
+ * is left: memory goes back to what is set then.
+ * IBL_ERR_ARGUMENT: a function is NULL, or there is a context.
+ */
+ibl_status ibl_set_allocator(const ibl_allocator *allocator);
+
 typedef struct ibl_ctx_options {
     size_t struct_size;        /* see CONVENTIONS */
     int threads;               /* 1..1024; 0: ibl_cpu_count() */

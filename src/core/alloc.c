@@ -11,6 +11,8 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "ibl/ibl.h"
+
 enum {
     ALIGNMENT = 64,
     HUGE_PAGE = 1 << 21, /* bytes; on x86-64 and on arm64 with pages of 4 KiB */
@@ -49,7 +51,21 @@ typedef struct block {
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static block *kept; /* guarded by lock, as the next two */
 static size_t kept_bytes;
-static int holders; /* number of contexts */
+static int holders;        /* number of contexts */
+static ibl_allocator hook; /* a program's, if it has functions; changes only
+                              without contexts */
+
+ibl_status ibl_set_allocator(const ibl_allocator *allocator)
+{
+    if (allocator && (!allocator->alloc || !allocator->release))
+        return IBL_ERR_ARGUMENT;
+    pthread_mutex_lock(&lock);
+    const bool used = holders;
+    if (!used)
+        hook = allocator ? *allocator : (ibl_allocator){NULL, NULL, NULL};
+    pthread_mutex_unlock(&lock);
+    return used ? IBL_ERR_ARGUMENT : IBL_OK;
+}
 
 /* Takes the smallest kept block of bytes..most bytes; NULL: none. */
 static void *take_kept(size_t bytes, size_t most)
@@ -144,11 +160,13 @@ static void *alloc_huge(size_t bytes)
     return p;
 }
 
-/* Memory from the C library, without huge pages. */
+/* Memory from the program or the C library, without huge pages. */
 static void *alloc_plain(size_t bytes)
 {
     if (!bytes)
         bytes = 1;
+    if (hook.alloc)
+        return hook.alloc(hook.cookie, bytes, ALIGNMENT);
     bytes = (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     return aligned_alloc(ALIGNMENT, bytes);
 }
@@ -163,6 +181,8 @@ void *ibl_alloc_array(size_t n, size_t size)
     if (!fits(n, size))
         return NULL;
     size_t bytes = n * size;
+    if (hook.alloc)
+        return alloc_plain(bytes);
     if (bytes >= HUGE_FROM)
         return alloc_huge(bytes);
     void *p = bytes >= KEPT_FROM ? take_kept(bytes, 2 * HUGE_PAGE) : NULL;
@@ -186,6 +206,8 @@ void *ibl_alloc_zeroed(size_t n, size_t size)
 
 void ibl_free(void *p)
 {
-    if ((uintptr_t)p % HUGE_PAGE || !p || !keep(p))
+    if (p && hook.release)
+        hook.release(hook.cookie, p);
+    else if ((uintptr_t)p % HUGE_PAGE || !p || !keep(p))
         free(p);
 }

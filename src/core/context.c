@@ -150,10 +150,12 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *given, ibl_ctx **out)
                         "this CPU has no %s; the best it has is %s",
                         ibl_isa_name(isa), ibl_isa_name(ibl_isa_best()));
 
-    ibl_ctx *ctx = ibl_alloc_zeroed(1, sizeof *ctx);
-    if (!ctx)
-        return ibl_fail(&early, IBL_ERR_MEMORY, "no memory for a context");
     ibl_alloc_hold();
+    ibl_ctx *ctx = ibl_alloc_zeroed(1, sizeof *ctx);
+    if (!ctx) {
+        ibl_alloc_release();
+        return ibl_fail(&early, IBL_ERR_MEMORY, "no memory for a context");
+    }
     ctx->opts = *opts;
     ctx->opts.isa = isa;
     ctx->whole = -1;

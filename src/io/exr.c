@@ -55,6 +55,11 @@ static void error_fn(exr_const_context_t exr, exr_result_t code,
     snprintf(file->text, sizeof file->text, "%s", text);
 }
 
+static void *allocate(size_t bytes)
+{
+    return ibl_alloc_sparse(bytes, 1);
+}
+
 static ibl_status open_file(ibl_exr_file *file)
 {
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
@@ -62,6 +67,8 @@ static ibl_status open_file(ibl_exr_file *file)
     init.user_data = file;
     init.read_fn = read_fn;
     init.size_fn = size_fn;
+    init.alloc_fn = allocate;
+    init.free_fn = ibl_free;
     init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     file->text[0] = 0;
     const exr_result_t rv = exr_start_read(&file->exr, "input", &init);
