@@ -101,6 +101,7 @@ static void add_points(const ibl_lobe_view *v, const ibl_true_lobe *lobe,
         four_bits row;
         four t;
         places_of(0.25f * (dx * dx + y * y + dz * dz), &row, &t);
+#pragma GCC unroll 4
         for (int k = 0; k < 4; k++) {
             const float *low = table + row[k];
             const four at = load(low), next = load(low + IBL_LOBE_SLOTS);

@@ -20,12 +20,14 @@ enum {
     WAVES = 32, /* that represent the spectrum */
     NODES = IBL_TAPS_DEGREE + 1
 };
+_Static_assert(NODES % 2 == 0, "no node in the middle");
 
 static const double noise_power = 1e-14;
 
 typedef struct waves {
     int count;
     double angle[WAVES]; /* radians per sample */
+    double turn[WAVES];  /* 2 cos(angle) */
     double power[WAVES]; /* sum 1 */
 } waves;
 
@@ -45,6 +47,7 @@ static void make_waves(const double *spectrum, int degree, double circle,
         const double amplitude =
             spectrum ? spectrum[l] : pow(10, -5.0 * l / degree);
         s->angle[i] = 2 * IBL_PI * l / circle;
+        s->turn[i] = 2 * cos(s->angle[i]);
         s->power[i] = amplitude * amplitude;
     }
     for (int i = s->count - 2; i >= 0; i--)
@@ -100,9 +103,9 @@ static void make_matrix(const waves *s, double lag[IBL_TAPS],
 
 /* Adds p cos(w (g - x_k)) for every k, by cos(a + w) = 2 cos(w) cos(a)
  * - cos(a - w). */
-static void add_wave(double p, double w, double g, double b[IBL_TAPS])
+static void add_wave(double p, double w, double turn, double g,
+                     double b[IBL_TAPS])
 {
-    const double turn = 2 * cos(w);
     double last = p * cos(w * (sample_place(0) - g));
     double next = p * cos(w * (sample_place(1) - g));
     for (int k = 0; k < IBL_TAPS; k++) {
@@ -143,7 +146,7 @@ static double weights_at(const waves *s, const double lag[IBL_TAPS],
 {
     double b[IBL_TAPS] = {0};
     for (int i = 0; i < s->count; i++)
-        add_wave(s->power[i], s->angle[i], g, b);
+        add_wave(s->power[i], s->angle[i], s->turn[i], g, b);
     memcpy(c, b, sizeof b);
     solve(a, c);
     const double mu = (sum_of(c) - 1) / sum_of(ones);
@@ -172,7 +175,7 @@ double ibl_interp_weights_design(const double *spectrum, int degree,
                                  double circle, ibl_interp_weights *taps)
 {
     double a[IBL_TAPS][IBL_TAPS], lag[IBL_TAPS], ones[IBL_TAPS], g[NODES];
-    double c[NODES][IBL_TAPS], error = 0, whole = 0;
+    double c[NODES / 2][IBL_TAPS], error = 0, whole = 0;
     waves s;
     make_waves(spectrum, degree, circle, &s);
     make_matrix(&s, lag, a);
@@ -180,17 +183,21 @@ double ibl_interp_weights_design(const double *spectrum, int degree,
     for (int k = 0; k < IBL_TAPS; k++)
         ones[k] = 1;
     solve(a, ones);
-    for (int i = 0; i < NODES; i++) {
+    /* The others are their mirror images, and the weights are, too. */
+    for (int i = 0; i < NODES / 2; i++) {
         /* The sine compensates for the denser nodes near the ends. */
         const double angle = IBL_PI * (i + 0.5) / NODES;
         g[i] = 0.5 * cos(angle);
+        g[NODES - 1 - i] = -g[i];
         error += sin(angle) * weights_at(&s, lag, a, ones, g[i], c[i]);
         whole += sin(angle);
     }
     for (int k = 0; k < IBL_TAPS / 2; k++) {
         double f[NODES];
-        for (int i = 0; i < NODES; i++)
-            f[i] = 0.5 * (c[i][k] + c[NODES - 1 - i][IBL_TAPS - 1 - k]);
+        for (int i = 0; i < NODES / 2; i++) {
+            f[i] = c[i][k];
+            f[NODES - 1 - i] = c[i][IBL_TAPS - 1 - k];
+        }
         through(g, f);
         for (int d = 0; d < NODES; d++) {
             taps->coef[d][k] = f[d];
