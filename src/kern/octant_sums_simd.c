@@ -12,6 +12,11 @@ static inline void widen(vq x, four *to)
 {
 #if VD == 4
     *to = (four)_mm256_cvtps_pd(x);
+#elif defined IBL_NEON
+    vd half[2];
+    vf_widen(x, half);
+    vd_store((double *)to, half[0]);
+    vd_store((double *)to + VD, half[1]);
 #else
     *to = __builtin_convertvector(x, four);
 #endif
@@ -30,6 +35,15 @@ static inline vq load_rgb(const float *p)
 /* One pixel of four images, one vector per channel. */
 static inline void collect_four(const float *row, const int *offset, vq rgb[3])
 {
+#ifdef IBL_NEON
+    float32x4x3_t v = vld3q_dup_f32(row + offset[0]);
+    v = vld3q_lane_f32(row + offset[1], v, 1);
+    v = vld3q_lane_f32(row + offset[2], v, 2);
+    v = vld3q_lane_f32(row + offset[3], v, 3);
+    rgb[0] = v.val[0];
+    rgb[1] = v.val[1];
+    rgb[2] = v.val[2];
+#else
     const vq a = load_rgb(row + offset[0]), b = load_rgb(row + offset[1]);
     const vq c = load_rgb(row + offset[2]), d = load_rgb(row + offset[3]);
     const vq ab = __builtin_shufflevector(a, b, 0, 4, 1, 5);
@@ -39,6 +53,7 @@ static inline void collect_four(const float *row, const int *offset, vq rgb[3])
     rgb[2] = __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 6, 3, 7),
                                      __builtin_shufflevector(c, d, 2, 6, 3, 7),
                                      0, 1, 4, 5);
+#endif
 }
 
 static void collect(const float *row, const int *offset, int count,
@@ -97,25 +112,25 @@ static void blend(const ibl_octant_blend *row, const int *column, int count,
 
 /* Vectors of a pixel that are summed at a time: as many as registers hold. */
 enum {
-    CHAINS = 6,
-    OF_A_PIXEL = IBL_OCTANT_RGB / VD
+    OF_A_PIXEL = IBL_OCTANT_RGB / VD,
+    CHAINS = REGISTERS / OF_A_PIXEL > 1 ? OF_A_PIXEL : 6
 };
 
 static inline void add_span(const ibl_octant_span *s, const double *p,
                             double *sum)
 {
     vd v[CHAINS];
-#pragma GCC unroll 6
+#pragma GCC unroll 12
     for (int k = 0; k < CHAINS; k++)
         v[k] = vd_load(p + k * VD);
     for (int i = 1; i < s->count; i++) {
         p += IBL_OCTANT_RGB;
-#pragma GCC unroll 6
+#pragma GCC unroll 12
         for (int k = 0; k < CHAINS; k++)
             v[k] += vd_load(p + k * VD);
     }
     const vd w = vd_all(s->weight);
-#pragma GCC unroll 6
+#pragma GCC unroll 12
     for (int k = 0; k < CHAINS; k++)
         vd_store(sum + k * VD, vd_load(sum + k * VD) + w * v[k]);
 }
