@@ -109,20 +109,29 @@ bool ibl_bright_take(ibl_bright_pixels *b, const float *rgb, int y, float most)
 
 /* ---- the sum ---------------------------------------------------------- */
 
-static void direction_of(const ibl_bright_pixels *b, int x, int y, double d[3])
-{
-    const double phi = 2 * IBL_PI * ((x + 0.5) / b->width - 0.5);
-    const double theta = IBL_PI * (y + 0.5) / b->height;
+typedef struct row {
+    int y;
+    double sine, cosine; /* of the angle from +Y */
+    double solid_angle;  /* of a pixel */
+} row;
 
-    d[0] = cos(phi) * sin(theta);
-    d[1] = cos(theta);
-    d[2] = sin(phi) * sin(theta);
+static row row_of(const ibl_bright_pixels *b, int y)
+{
+    const double theta = IBL_PI * (y + 0.5) / b->height;
+    const double height =
+        cos(IBL_PI * y / b->height) - cos(IBL_PI * (y + 1) / b->height);
+
+    return (row){y, sin(theta), cos(theta), 2 * IBL_PI / b->width * height};
 }
 
-static double solid_angle(const ibl_bright_pixels *b, int y)
+static void direction_of(const ibl_bright_pixels *b, const row *r, int x,
+                         double d[3])
 {
-    return 2 * IBL_PI / b->width *
-           (cos(IBL_PI * y / b->height) - cos(IBL_PI * (y + 1) / b->height));
+    const double phi = 2 * IBL_PI * ((x + 0.5) / b->width - 0.5);
+
+    d[0] = cos(phi) * r->sine;
+    d[1] = r->cosine;
+    d[2] = sin(phi) * r->sine;
 }
 
 void ibl_bright_sum(const ibl_bright_pixels *b, ibl_brightest *out)
@@ -136,23 +145,26 @@ void ibl_bright_sum(const ibl_bright_pixels *b, ibl_brightest *out)
     if (!out->found)
         return;
     out->share = (double)share;
-    direction_of(b, b->peak_x, b->peak_y, peak);
+    row r = row_of(b, b->peak_y);
+    direction_of(b, &r, b->peak_x, peak);
     for (size_t i = 0; i < b->count; i++) {
         const ibl_bright_pixel *p = &b->list[i];
-        const double size = solid_angle(b, p->y);
         double d[3], light = 0;
 
-        direction_of(b, p->x, p->y, d);
-        if (largest(p->rgb) < share * b->peak ||
-            d[0] * peak[0] + d[1] * peak[1] + d[2] * peak[2] < near)
+        if (largest(p->rgb) < share * b->peak)
+            continue;
+        if (p->y != r.y)
+            r = row_of(b, p->y);
+        direction_of(b, &r, p->x, d);
+        if (d[0] * peak[0] + d[1] * peak[1] + d[2] * peak[2] < near)
             continue;
         for (int c = 0; c < 3; c++) {
-            out->irradiance[c] += size * (double)p->rgb[c];
-            light += size * (double)p->rgb[c];
+            out->irradiance[c] += r.solid_angle * (double)p->rgb[c];
+            light += r.solid_angle * (double)p->rgb[c];
         }
         for (int k = 0; k < 3; k++)
             out->direction[k] += light * d[k];
-        out->solid_angle += size;
+        out->solid_angle += r.solid_angle;
     }
     for (int k = 0; k < 3; k++)
         length += out->direction[k] * out->direction[k];
