@@ -19,6 +19,10 @@ void ibl_true_lobe_rule_init(ibl_true_lobe_rule *rule)
 {
     for (int n = LEAST; n <= MOST; n++)
         ibl_gauss_points(n, rule->at[n], rule->weight[n]);
+    for (int k = 0; k < ANGLES; k++) {
+        rule->cosine[k] = cos(IBL_PI * rule->at[ANGLES][k]);
+        rule->sine[k] = sin(IBL_PI * rule->at[ANGLES][k]);
+    }
 }
 
 /* Adds the point of a half vector; mass is the measure du dphi / pi of
@@ -51,9 +55,12 @@ static void add_radius(const ibl_true_lobe_rule *rule, const ibl_split_view *v,
     const double t = v->alpha * sinh(y), cos_h = 1 / sqrt(1 + t * t);
     const double mass = length * arc * 8 * tanh_y * e / ((1 + e) * (1 + e));
     for (int k = 0; k < ANGLES; k++) {
-        const double phi = arc * rule->at[ANGLES][k];
-        add(v, t * cos_h, cos_h, cos(phi), sin(phi),
-            mass * rule->weight[ANGLES][k], lobe);
+        double c = rule->cosine[k], s = rule->sine[k];
+        if (arc < IBL_PI) {
+            c = cos(arc * rule->at[ANGLES][k]);
+            s = sin(arc * rule->at[ANGLES][k]);
+        }
+        add(v, t * cos_h, cos_h, c, s, mass * rule->weight[ANGLES][k], lobe);
     }
 }
 

@@ -29,6 +29,8 @@ enum {
 typedef struct ibl_true_lobe_rule {
     double at[IBL_TRUE_LOBE_MOST + 1][IBL_TRUE_LOBE_MOST];
     double weight[IBL_TRUE_LOBE_MOST + 1][IBL_TRUE_LOBE_MOST];
+    double cosine[IBL_TRUE_LOBE_ANGLES]; /* of the points on half a ring */
+    double sine[IBL_TRUE_LOBE_ANGLES];
 } ibl_true_lobe_rule;
 
 /* Unit directions L, and their shares of the lobe for F0 = 1 and for F0 = .04:
