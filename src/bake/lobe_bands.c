@@ -41,6 +41,23 @@ void ibl_bands_rule_init(ibl_bands_rule *rule)
     }
 }
 
+/* Two numbers, in one vector on most CPUs. */
+typedef double two __attribute__((vector_size(16)));
+
+_Static_assert(RINGS % 2 == 0 && ORDERS % 2 == 0 && EXTRA % 2 == 0, "pairs");
+
+static two load(const double *p)
+{
+    two v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+static void store(double *p, two v)
+{
+    memcpy(p, &v, sizeof v);
+}
+
 /* f N.L at a direction, for F0 = 1 and .04. */
 static void lobe_at(const view *v, const double l[3], double value[2])
 {
@@ -61,7 +78,7 @@ static void lobe_at(const view *v, const double l[3], double value[2])
 static void transform_ring(const ibl_bands_rule *rule, const view *v, rings *r,
                            int i)
 {
-    double sum[2][ORDERS] = {{0}};
+    two sum[2][ORDERS / 2] = {{{0}}};
     for (int k = 0; k < COLUMNS; k++) {
         const double *wave = rule->wave[k];
         const double across = r->sine[i] * wave[1];
@@ -70,14 +87,16 @@ static void transform_ring(const ibl_bands_rule *rule, const view *v, rings *r,
                              v->cosine * r->cosine[i] + v->sine * across};
         double value[2];
         lobe_at(v, l, value);
-        for (int m = 0; m < ORDERS; m++) {
-            sum[0][m] += value[0] * wave[m];
-            sum[1][m] += value[1] * wave[m];
+#pragma GCC unroll 6
+        for (int m = 0; m < ORDERS / 2; m++) {
+            sum[0][m] += value[0] * load(wave + 2 * m);
+            sum[1][m] += value[1] * load(wave + 2 * m);
         }
     }
     for (int m = 0; m < ORDERS; m++)
         for (int f = 0; f < 2; f++)
-            r->f[m][f][i] = sum[f][m] * r->weight[i] * 2 * IBL_PI / COLUMNS;
+            r->f[m][f][i] =
+                sum[f][m / 2][m % 2] * r->weight[i] * 2 * IBL_PI / COLUMNS;
 }
 
 /* Rings at angles alpha sinh(u): dense at the peak, sparse in the tail. */
@@ -98,31 +117,36 @@ static void make_rings(const ibl_bands_rule *rule, const view *v, rings *r)
 /* Legendre's normalised functions of an order m at some points. */
 typedef struct legendre {
     int m, l;
-    double last; /* the recurrence's factor of before */
-    double here[RINGS], before[RINGS];
+    double last; /* the recurrence's factor of l - 1 */
+    double value[2][RINGS];
 } legendre;
 
-/* first: P_mm */
+/* Those of degree l; the other half of value is of l - 1. */
+static inline const double *here(const legendre *p)
+{
+    return p->value[p->l & 1];
+}
+
+/* first: P_mm; count: points, an even number */
 static void start_order(int m, const double *first, int count, legendre *p)
 {
     p->m = p->l = m;
     p->last = 0;
     for (int i = 0; i < count; i++) {
-        p->here[i] = first[i];
-        p->before[i] = 0;
+        p->value[m & 1][i] = first[i];
+        p->value[~m & 1][i] = 0;
     }
 }
 
 static inline void next_degree(legendre *p, const double *cosine, int count)
 {
-    const double n = ++p->l;
+    const double *now = here(p);
+    const double n = ++p->l, last = p->last;
     const double factor = sqrt((4 * n * n - 1) / (n * n - p->m * p->m));
-    for (int i = 0; i < count; i++) {
-        const double next =
-            factor * (cosine[i] * p->here[i] - p->last * p->before[i]);
-        p->before[i] = p->here[i];
-        p->here[i] = next;
-    }
+    double *next = p->value[p->l & 1];
+    for (int i = 0; i < count; i += 2)
+        store(next + i, factor * (load(cosine + i) * load(now + i) -
+                                  last * load(next + i)));
     p->last = 1 / factor;
 }
 
@@ -142,17 +166,17 @@ static int first_degree(const ibl_lobe_bands *b, int m)
 }
 
 /* Adds the harmonics of order m at the degree of index at. */
-static void add_harmonics(const rings *r, int m, const double here[RINGS],
+static void add_harmonics(const rings *r, int m, const double value[RINGS],
                           int at, ibl_lobe_bands *b)
 {
     const double twice = m ? 2 : 1; /* sqrt(2) cos(m phi), squared */
+    two part[2] = {{0}};
+    for (int i = 0; i < RINGS; i += 2)
+        for (int f = 0; f < 2; f++)
+            part[f] += load(r->f[m][f] + i) * load(value + i);
     for (int f = 0; f < 2; f++) {
-        double part[2] = {0, 0};
-        for (int i = 0; i < RINGS; i += 2)
-            for (int k = 0; k < 2; k++)
-                part[k] += r->f[m][f][i + k] * here[i + k];
-        const double t = twice * (part[0] + part[1]);
-        b->power[f][at] += t * (part[0] + part[1]);
+        const double sum = part[f][0] + part[f][1], t = twice * sum;
+        b->power[f][at] += t * sum;
         b->order[f][m][at] = t;
     }
 }
@@ -209,8 +233,9 @@ void ibl_bands_fill(const double *power, int last, int part, ibl_lobe_bands *b)
 
 void ibl_lobe_bands_toward(double n_dot_v, int first, ibl_lobe_bands *b)
 {
-    const int count = b->directions - first;
-    double cosine[EXTRA], sine[EXTRA], sign[EXTRA], start[EXTRA];
+    const int count = b->directions - first, even = count + count % 2;
+    double cosine[EXTRA] = {0}, sine[EXTRA] = {0}, sign[EXTRA];
+    double start[EXTRA] = {0};
     legendre p;
     for (int k = 0; k < count; k++) {
         const double psi = acos(n_dot_v) - b->angle[first + k];
@@ -222,16 +247,17 @@ void ibl_lobe_bands_toward(double n_dot_v, int first, ibl_lobe_bands *b)
             memset(b->toward[f][first + k], 0, sizeof b->toward[f][first + k]);
     }
     for (int m = 0; m < b->orders; m++) {
-        start_order(m, start, count, &p);
+        start_order(m, start, even, &p);
         for (int at = first_degree(b, m); at < b->count; at++) {
             while (p.l < b->degree[at])
-                next_degree(&p, cosine, count);
+                next_degree(&p, cosine, even);
             for (int f = 0; f < 2; f++)
                 for (int k = 0; k < count; k++)
-                    b->toward[f][first + k][at] +=
-                        b->order[f][m][at] * p.here[k] * (m % 2 ? sign[k] : 1);
+                    b->toward[f][first + k][at] += b->order[f][m][at] *
+                                                   here(&p)[k] *
+                                                   (m % 2 ? sign[k] : 1);
         }
-        next_order(m, sine, count, start);
+        next_order(m, sine, even, start);
     }
 }
 
@@ -253,7 +279,7 @@ void ibl_lobe_bands_make(const ibl_bands_rule *rule, double n_dot_v,
         for (int at = first_degree(b, m); at < b->count; at++) {
             while (p.l < b->degree[at])
                 next_degree(&p, r.cosine, RINGS);
-            add_harmonics(&r, m, p.here, at, b);
+            add_harmonics(&r, m, here(&p), at, b);
         }
         next_order(m, r.sine, RINGS, first);
     }
