@@ -5,6 +5,8 @@
  * finished before the next, so that a block that fits a cache stays there. If
  * the number of stages is odd, the last step has three.
  */
+#include <string.h>
+
 #include "kern/fft.h"
 #define IBL_LANES_16
 #include "kern/lanes.h"
@@ -52,14 +54,14 @@ static inline vc vc_sub_i(vc a, vc b)
 static inline vc vc_mul(vc a, const float w[2])
 {
     const vf c = vf_all(w[0]), s = vf_all(w[1]);
-    return (vc){vf_fma(a.re, c, -(a.im * s)), vf_fma(a.im, c, a.re * s)};
+    return (vc){vf_less(a.re, c, a.im, s), vf_fma(a.im, c, a.re * s)};
 }
 
 /* a conj(w) */
 static inline vc vc_mul_conj(vc a, const float w[2])
 {
     const vf c = vf_all(w[0]), s = vf_all(w[1]);
-    return (vc){vf_fma(a.re, c, a.im * s), vf_fma(a.im, c, -(a.re * s))};
+    return (vc){vf_fma(a.re, c, a.im * s), vf_less(a.im, c, a.re, s)};
 }
 
 /* Two stages of a block of four values without factors, and their inverse. */
@@ -151,18 +153,21 @@ static inline void turn_three(vc v[4], const float *w, bool back)
 static inline void pass(float *z, size_t size, const float *w, bool back)
 {
     const size_t q = size / 4;
-    for (size_t j = 0; j < q; j++, w += 6)
+    for (size_t j = 0; j < q; j++, w += 6) {
+        float turns[6];
+        memcpy(turns, w, sizeof turns);
         for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
             float *at = z + j * IBL_FFT_VALUE + l;
             vc v[4];
             load_four(at, q, v);
             if (!back)
                 quarter(v);
-            turn_three(v, w, back);
+            turn_three(v, turns, back);
             if (back)
                 quarter_inverse(v);
             store_four(at, q, v);
         }
+    }
 }
 
 static void transform(float *const *passes, float *z, int size, bool back)
@@ -189,36 +194,40 @@ static inline vc combine(const ibl_fft_pair *p, const float *x, const float *y,
     const vf br = vf_all(p->b[0]), bi = vf_all(p->b[1]);
     const vf xr = vf_load(x), xi = vf_load(x + part);
     const vf yr = vf_load(y), yi = vf_load(y + part);
-    return (vc){vf_fma(ar, xr, br * yr) + vf_fma(bi, yi, -(ai * xi)),
-                vf_fma(ar, xi, ai * xr) + vf_fma(bi, yr, -(br * yi))};
+    return (vc){vf_fma(ar, xr, br * yr) + vf_less(bi, yi, ai, xi),
+                vf_fma(ar, xi, ai * xr) + vf_less(bi, yr, br, yi)};
 }
 
 static void split(const float *z, const ibl_fft_pair *pairs, int count,
                   const ibl_fft_spectrum *out)
 {
-    for (int m = 0; m < count; m++)
+    const ibl_fft_spectrum to = *out;
+
+    for (int m = 0; m < count; m++) {
+        const ibl_fft_pair p = pairs[m];
+        const float *x = z + (size_t)p.first * IBL_FFT_VALUE;
+        const float *y = z + (size_t)p.second * IBL_FFT_VALUE;
+        float *re = to.data + (size_t)m * to.bin, *im = re + to.part;
         for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
-            const ibl_fft_pair *p = &pairs[m];
-            float *to = out->data + (size_t)m * out->bin + l;
-            const vc v = combine(p, z + (size_t)p->first * IBL_FFT_VALUE + l,
-                                 z + (size_t)p->second * IBL_FFT_VALUE + l,
-                                 IBL_FFT_LANES);
-            vf_store(to, v.re);
-            vf_store(to + out->part, v.im);
+            const vc v = combine(&p, x + l, y + l, IBL_FFT_LANES);
+            vf_store(re + l, v.re);
+            vf_store(im + l, v.im);
         }
+    }
 }
 
 static void merge(const ibl_fft_spectrum *in, const ibl_fft_pair *pairs,
                   int count, float *z)
 {
-    for (int k = 0; k < count; k++)
-        for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
-            const ibl_fft_pair *p = &pairs[k];
-            vc_store(z + l, (size_t)k,
-                     combine(p, in->data + (size_t)p->first * in->bin + l,
-                             in->data + (size_t)p->second * in->bin + l,
-                             in->part));
-        }
+    const ibl_fft_spectrum from = *in;
+
+    for (int k = 0; k < count; k++) {
+        const ibl_fft_pair p = pairs[k];
+        const float *x = from.data + (size_t)p.first * from.bin;
+        const float *y = from.data + (size_t)p.second * from.bin;
+        for (size_t l = 0; l < IBL_FFT_LANES; l += VF)
+            vc_store(z + l, (size_t)k, combine(&p, x + l, y + l, from.part));
+    }
 }
 
 static void forward(const ibl_fft *fft, float *z)

@@ -351,6 +351,16 @@ static inline vi vi_max(vi a, vi b)
 }
 #endif
 
+/* a b - c d; one of the products is rounded. */
+static inline vf vf_less(vf a, vf b, vf c, vf d)
+{
+#ifdef IBL_NEON
+    return vfmsq_f32(a * b, c, d);
+#else
+    return vf_fma(a, b, -(c * d));
+#endif
+}
+
 #if VF == 8
 #define HALVES
 static inline vf vf_load_halves(const void *p)
