@@ -140,7 +140,8 @@ EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/exr.o tes
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/exr_chunks.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/io/zstd_frames.o: LOCAL = $(ZSTD_CFLAGS)
-$(BUILD)/obj/src/json/%.o $(BUILD)/obj/src/io/probe_index.o: LOCAL = $(JSON_CFLAGS)
+$(addprefix $(BUILD)/obj/src/,json/%.o io/probe_index.o io/sidecar_outputs.o \
+    io/sidecar_text.o): LOCAL = $(JSON_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
 $(BUILD)/obj/src/view/write_exr.o: LOCAL = $(VIEW_CFLAGS) $(EXR_CFLAGS)
@@ -162,8 +163,8 @@ $(BUILD)/used-cc $(BUILD)/used-libdir $(BUILD)/used-revision \
 $(BUILD)/obj/src/io/bridge.o: $(BUILD)/used-libdir
 $(addprefix $(BUILD)/obj/src/,io/exr_chunks.o engine/png.o): \
     $(BUILD)/used-deflate
-$(addprefix $(BUILD)/obj/src/cli/,common_options.o json_text.o probes_hash.o): \
-    $(BUILD)/used-revision
+$(addprefix $(BUILD)/obj/src/cli/,bake_record.o common_options.o \
+    probes_hash.o probes_index.o): $(BUILD)/used-revision
 
 define COMPILE
 @mkdir -p $(@D)

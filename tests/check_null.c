@@ -5,6 +5,7 @@
 #include "ibl/io.h"
 #include "ibl/probes.h"
 #include "ibl/reference.h"
+#include "ibl/sidecar.h"
 #include "maps.h"
 #include "test.h"
 
@@ -324,6 +325,8 @@ TEST(files_and_tiles)
     unsigned long long mask;
     ibl_probe probe = {.layer = 0};
     ibl_probe_index index;
+    const ibl_sidecar_options facts = ibl_sidecar_options_default();
+    char *text;
     ibl_outputs *out;
 
     REFUSES(ibl_outputs_create(ctx, NULL));
@@ -346,6 +349,10 @@ TEST(files_and_tiles)
     SILENT(ibl_tiles_cull(NULL, &probe, 1, &mask));
     SILENT(ibl_tiles_cull(&tiles, NULL, 1, &mask));
     SILENT(ibl_tiles_cull(&tiles, &probe, 1, NULL));
+    REFUSES(ibl_sidecar_text(ctx, NULL, &text));
+    REFUSES(ibl_sidecar_text(ctx, &facts, &text));
+    REFUSES(ibl_sidecar_text(ctx, &facts, NULL));
+    SILENT(ibl_sidecar_text(NULL, &facts, &text));
     REFUSES(ibl_probe_index_read(ctx, NULL, &index));
     REFUSES(ibl_probe_index_read(ctx, "x", NULL));
     SILENT(ibl_probe_index_read(NULL, NULL, &index));

@@ -782,6 +782,7 @@ TEST(described_as_by_the_program)
 {
     ibl_specular_options o = ibl_specular_options_default();
     ibl_specular_report made;
+    ibl_lobe_table_options table = ibl_lobe_table_options_default();
     ibl_texture tex = {0};
     ibl_image map;
     ibl_cube cube;
@@ -805,6 +806,10 @@ TEST(described_as_by_the_program)
     ibl_texture_free(&tex);
     NEED(!ibl_texture_describe_lut(ctx, &tex, NULL));
     check_described(&tex, "brdf_lut.ktx2");
+    ibl_texture_free(&tex);
+    table.layout = made.layout;
+    NEED(!ibl_texture_describe_lobe_table(ctx, &tex, &table));
+    check_described(&tex, "sky_lobe_lut.ktx2");
     ibl_texture_free(&tex);
     ibl_cube_free(&cube);
     ibl_image_free(&map);

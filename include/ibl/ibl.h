@@ -135,7 +135,8 @@ typedef void ibl_progress_fn(void *cookie, const char *stage, double done,
 /*
  * Where the library takes memory: for all that it allocates itself, results
  * too, from any thread. OpenEXRCore takes its own there as well; Zstandard,
- * libdeflate, jansson and the image bridge use the C library's.
+ * libdeflate, the image bridge, and JSON while it is read or written, use the C
+ * library's.
  */
 typedef struct ibl_allocator {
     /* `bytes`, 1 or more, aligned to a power of two; NULL: there are none */
@@ -442,6 +443,10 @@ typedef struct ibl_axes {
     ibl_mirror mirror;
     ibl_up up;
 } ibl_axes;
+
+/* "none", "x", "z" or "xz"; "y" or "z"; else "unknown". */
+const char *ibl_mirror_name(ibl_mirror mirror);
+const char *ibl_up_name(ibl_up up);
 
 /* A direction of the world in other axes; back: 1 for the reverse. `from` and
  * `to` may be the same. axes must be in range. */

@@ -232,20 +232,14 @@ static bool write_lut(ibl_bake *b)
 
 static bool write_lobes(ibl_bake *b)
 {
-    ibl_lobe_table_options o = ibl_lobe_table_options_default();
     ibl_texture tex = {0};
 
-    o.size = b->opts->lobe_table_size;
-    o.f0 = b->opts->lobe_f0;
-    if (b->opts->lobe_table == IBL_LOBES_FITTED) {
-        o.power = b->made.power;
-        o.power_degree = b->made.power_degree;
-    }
-    o.layout = b->made.report.layout;
+    b->lobe_layout = b->made.report.layout;
     if (!b->opts->bake.specular &&
-        ibl_specular_layout_of(&b->opts->bake.specular_options, &o.layout))
+        ibl_specular_layout_of(&b->opts->bake.specular_options,
+                               &b->lobe_layout))
         return false;
-    b->lobe_layout = o.layout;
+    const ibl_lobe_table_options o = ibl_bake_lobe_options(b);
     ibl_console_progress(b->console, "lobe table", 0);
     const bool ok = !ibl_bake_lobe_table(b->ctx, &o, &b->lobes) &&
                     !ibl_texture_from_lobe_table(b->ctx, &b->lobes, &tex);
@@ -282,6 +276,17 @@ static bool write_preview(ibl_bake *b)
     return write_bytes(b, b->opts->preview, png, size, "the preview");
 }
 
+static bool write_sidecar(ibl_bake *b)
+{
+    ibl_console_progress(b->console, "write", 0);
+    char *text = ibl_bake_sidecar(b);
+    const bool ok =
+        text && !ibl_outputs_add(b->outputs, b->files[IBL_OUTPUT_JSON].path,
+                                 text, strlen(text));
+    ibl_bytes_free(text);
+    return ok;
+}
+
 static bool write_output(ibl_bake *b, ibl_output_kind kind)
 {
     if (is_taken(b, kind))
@@ -298,9 +303,7 @@ static bool write_output(ibl_bake *b, ibl_output_kind kind)
     case IBL_OUTPUT_LOBES:
         return write_lobes(b);
     case IBL_OUTPUT_JSON:
-        ibl_console_progress(b->console, "write", 0);
-        return write_text(b, b->files[kind].path, ibl_sidecar_text(b),
-                          "the sidecar");
+        return write_sidecar(b);
     case IBL_OUTPUT_COUNT:
         break;
     }

@@ -223,10 +223,13 @@ bool ibl_bake_without_lights(const ibl_bake *b, ibl_output_kind kind);
 bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
                           ibl_texture *tex);
 
+/* Those of the lobe table, of b->lobe_layout. */
+ibl_lobe_table_options ibl_bake_lobe_options(const ibl_bake *b);
+
 /* The text of NAME.json: see FILES in the manual page. Without --timings it has
  * neither threads nor times, so equal bakes give equal bytes. The caller must
- * free it; NULL: no memory. */
-char *ibl_sidecar_text(const ibl_bake *b);
+ * free it with ibl_bytes_free; NULL: no memory, perhaps after a message. */
+char *ibl_bake_sidecar(const ibl_bake *b);
 
 /*
  * A contact sheet as a PNG file: the environment, each specular level, the

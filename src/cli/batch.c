@@ -18,11 +18,11 @@
 #include <time.h>
 
 #include "cli/batch.h"
-#include "cli/json_text.h"
 #include "common/clock.h"
 #include "common/path.h"
 #include "common/sidecar.h"
 #include "common/signals.h"
+#include "json/json_text.h"
 #include "json/text.h"
 
 #define LARGE_PIXELS (4096.0 * 2048) /* more are baked by all threads */

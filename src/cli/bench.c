@@ -7,10 +7,10 @@
 
 #include "cli/child.h"
 #include "cli/console.h"
-#include "cli/json_text.h"
 #include "cli/shell_words.h"
 #include "common/path.h"
 #include "common/signals.h"
+#include "json/json_text.h"
 
 static void free_bench(ibl_bench *b)
 {

@@ -6,10 +6,10 @@
 
 #include "cli/bench.h"
 #include "cli/console.h"
-#include "cli/json_text.h"
 #include "cli/rendered.h"
 #include "cli/shell_words.h"
 #include "cli/verify_files.h"
+#include "json/json_text.h"
 #include "json/text.h"
 
 /* State of judging the points. The map's judges keep the reference values, for

@@ -12,9 +12,9 @@
 
 #include "cli/bench.h"
 #include "cli/child.h"
-#include "cli/json_text.h"
 #include "common/clock.h"
 #include "json/json_load.h"
+#include "json/json_text.h"
 
 /* ---- machine --------------------------------------------------------- */
 

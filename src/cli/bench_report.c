@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "cli/bench.h"
-#include "cli/json_text.h"
+#include "json/json_text.h"
 #include "json/text.h"
 
 /* ---- JSON ------------------------------------------------------------ */

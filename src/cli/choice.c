@@ -3,7 +3,7 @@
 
 #include <stdarg.h>
 
-#include "cli/json_text.h"
+#include "json/json_text.h"
 
 static ibl_choice_row *add_row(ibl_choice *c, const char *name)
 {

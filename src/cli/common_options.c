@@ -9,6 +9,8 @@
 #include <zlib.h>
 #include <zstd.h>
 
+#include <ibl/sidecar.h>
+
 #include "cli/common_options.h"
 #include "common/names.h"
 #include "common/path.h"
@@ -69,9 +71,10 @@ const char *ibl_output_name(ibl_output_kind kind)
 
 const char *ibl_output_content(ibl_output_kind kind)
 {
-    return kind == IBL_OUTPUT_LUT     ? "brdf_lut"
-           : kind == IBL_OUTPUT_LOBES ? "lobe_lut"
-                                      : ibl_output_name(kind);
+    _Static_assert((int)IBL_OUTPUT_LOBES == (int)IBL_CONTENT_LOBE_TABLE,
+                   "outputs begin with the contents of textures");
+    return kind == IBL_OUTPUT_JSON ? ibl_output_name(kind)
+                                   : ibl_content_name((ibl_content)kind);
 }
 
 ibl_pixel ibl_lut_pixel(ibl_pixel cubes, ibl_lut_kind kind)

@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/json_text.h"
 #include "cli/sheet.h"
 #include "engine/png.h"
+#include "json/json_text.h"
 
 bool ibl_report_add(ibl_report *report, ibl_judge *judge,
                     const ibl_judge_level *level)

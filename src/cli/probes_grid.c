@@ -6,11 +6,11 @@
 #include <string.h>
 
 #include "cli/console.h"
-#include "cli/json_text.h"
 #include "cli/probes.h"
 #include "cli/shell_words.h"
 #include "common/signals.h"
 #include "json/json_at.h"
+#include "json/json_text.h"
 
 enum {
     MOST_ALONG = 1000 /* cells along an axis */

@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/json_text.h"
 #include "cli/probes.h"
 #include "common/path.h"
 #include "json/json_load.h"
+#include "json/json_text.h"
 
 enum {
     VERSION = 1
@@ -380,7 +380,7 @@ char *ibl_probes_index_text(const ibl_probes_bake *p)
         append(&probes, entry(p, i));
     json_t *root = json_pack(
         "{si so ss so so so so}", "version", VERSION, "generator",
-        ibl_json_generator(p->isa), "world",
+        ibl_json_generator(p->isa, IBL_REVISION), "world",
         "right-handed, +Y up; faces +X -X +Y -Y +Z -Z, row 0 on top", "files",
         files(p), "specular", specular(&options->specular_options, &p->layout),
         "irradiance", irradiance(options), "probes", probes);

@@ -7,9 +7,9 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include "cli/json_text.h"
 #include "cli/probes.h"
 #include "common/path.h"
+#include "json/json_text.h"
 
 /* ---- a shard ------------------------------------------------------------ */
 

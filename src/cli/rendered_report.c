@@ -3,10 +3,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "cli/json_text.h"
 #include "cli/rendered.h"
 #include "cli/sheet.h"
 #include "engine/png.h"
+#include "json/json_text.h"
 
 bool ibl_rendered_passes(const ibl_rendered *rendered, double most, char *why,
                          size_t size)

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/json_text.h"
+#include "json/json_text.h"
 
 enum {
     BINS = IBL_SURVEY_BINS

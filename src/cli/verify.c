@@ -5,11 +5,11 @@
 #include <string.h>
 
 #include "cli/console.h"
-#include "cli/json_text.h"
 #include "cli/rendered.h"
 #include "cli/verify_files.h"
 #include "common/names.h"
 #include "common/signals.h"
+#include "json/json_text.h"
 
 /* ---- options --------------------------------------------------------- */
 

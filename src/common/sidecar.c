@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "common/names.h"
+#include "json/json_text.h"
 
 /* The inverse of ibl_json_encoded, in place. */
 static void decode(char *name)

@@ -7,10 +7,6 @@
 
 #include "json/json_load.h"
 
-/* The value of "names" in a sidecar if one of its file names is not UTF-8. All
- * of them then have %XX for '%' and for bytes that are not UTF-8. */
-#define IBL_NAMES_ENCODED "percent-encoded"
-
 /* ibl_json_load of a sidecar; decodes its file names, to any bytes. */
 json_t *ibl_sidecar_load(const char *path, ibl_json_why *why);
 

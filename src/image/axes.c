@@ -16,6 +16,21 @@ static void mirror(ibl_mirror across, double d[3])
     d[2] = across == IBL_MIRROR_XZ ? x : across == IBL_MIRROR_Z ? -z : z;
 }
 
+const char *ibl_mirror_name(ibl_mirror mirror)
+{
+    static const char *const names[] = {[IBL_MIRROR_NONE] = "none",
+                                        [IBL_MIRROR_X] = "x",
+                                        [IBL_MIRROR_Z] = "z",
+                                        [IBL_MIRROR_XZ] = "xz"};
+
+    return (unsigned)mirror <= IBL_MIRROR_XZ ? names[mirror] : "unknown";
+}
+
+const char *ibl_up_name(ibl_up up)
+{
+    return up == IBL_UP_Y ? "y" : up == IBL_UP_Z ? "z" : "unknown";
+}
+
 void ibl_axes_turn(ibl_axes axes, int back, const double from[3], double to[3])
 {
     double d[3] = {from[0], from[1], from[2]};

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* Keys that say what a texture holds, and how shaders look it up. */
+#include "io/texture_keys.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "core/context.h"
-#include "ibl/io.h"
 
 /* Sets keys until one fails; status keeps that failure. */
 typedef struct setter {
@@ -140,5 +141,51 @@ ibl_status ibl_texture_describe_lut(ibl_ctx *ctx, ibl_texture *tex,
     set(&s, "iblbake.method", "%s", o.samples ? "hammersley" : "quadrature");
     if (o.samples)
         set(&s, "iblbake.samples", "%d", o.samples);
+    return s.status;
+}
+
+/* ---- lobe tables ----------------------------------------------------------
+ */
+
+const char *ibl_lobe_fitted_to(const ibl_lobe_table_options *opts)
+{
+    return opts->power ? "map" : "photographs";
+}
+
+const char *ibl_lobe_layer_name(ibl_f0 f0, int i)
+{
+    static const char *const names[IBL_LOBE_LAYERS] = {
+        "one tap, F0 = 1", "one tap, F0 = 0.04", "two taps, F0 = 1",
+        "two taps, F0 = 0.04"};
+
+    if (f0 != IBL_F0_BOTH)
+        i = 2 * i + (f0 == IBL_F0_DIELECTRICS);
+    return i < IBL_LOBE_LAYERS ? names[i] : NULL;
+}
+
+ibl_status ibl_texture_describe_lobe_table(ibl_ctx *ctx, ibl_texture *tex,
+                                           const ibl_lobe_table_options *opts)
+{
+    ibl_lobe_table_options o = ibl_lobe_table_options_default();
+    char roughness[IBL_MAX_LEVELS * 24] = "", layers[96] = "";
+    setter s = {ctx, tex, IBL_OK};
+
+    if (!tex)
+        return ibl_missing(ctx, "ibl_texture_describe_lobe_table: tex");
+    const ibl_status status = ibl_take_options(ctx, opts, &o, sizeof o);
+    if (status)
+        return status;
+    for (int i = 0; ibl_lobe_layer_name(o.f0, i); i++) {
+        const size_t used = strlen(layers);
+        snprintf(layers + used, sizeof layers - used, "%s%s", i ? ";" : "",
+                 ibl_lobe_layer_name(o.f0, i));
+    }
+    for (int l = 0; l < o.layout.levels; l++)
+        add_number(roughness, sizeof roughness, 9, o.layout.roughness[l]);
+    set(&s, "iblbake.content", "lobe_lut");
+    set(&s, "iblbake.fitted_to", "%s", ibl_lobe_fitted_to(&o));
+    set(&s, "iblbake.axes", "u=N.V,v=roughness");
+    set(&s, "iblbake.layers", "%s", layers);
+    set(&s, "iblbake.roughness", "%s", roughness);
     return s.status;
 }

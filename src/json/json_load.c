@@ -52,7 +52,7 @@ static FILE *open_file(const char *path, ibl_json_why *why)
 }
 
 /* jansson says of a failed allocation that the text is wrong, or nothing. So
- * one that notes failures stands before its allocator while a file is parsed.
+ * one that notes failures stands before its allocator while it parses.
  */
 static pthread_mutex_t one_file = PTHREAD_MUTEX_INITIALIZER;
 static json_malloc_t ask;
@@ -66,7 +66,9 @@ static void *allocate(size_t size)
     return p;
 }
 
-static json_t *parse(FILE *file, size_t flags, json_error_t *error)
+/* Parses text or, if that is NULL, a file. */
+static json_t *parse(const char *text, FILE *file, size_t flags,
+                     json_error_t *error)
 {
     json_free_t give_back;
 
@@ -75,7 +77,8 @@ static json_t *parse(FILE *file, size_t flags, json_error_t *error)
     json_set_alloc_funcs(allocate, give_back);
     out_of_memory = false;
     errno = 0;
-    json_t *root = json_loadf(file, flags, error);
+    json_t *root =
+        text ? json_loads(text, flags, error) : json_loadf(file, flags, error);
     json_set_alloc_funcs(ask, give_back);
     pthread_mutex_unlock(&one_file);
     return root;
@@ -88,7 +91,7 @@ json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why)
 
     if (!file)
         return NULL;
-    json_t *root = parse(file, flags, &error);
+    json_t *root = parse(NULL, file, flags, &error);
     const int failed = ferror(file) ? errno : 0;
     fclose(file);
     if (root && !out_of_memory && !failed)
@@ -101,6 +104,18 @@ json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why)
                     strerror(failed));
     return fail(why, IBL_ERR_FORMAT, "%s:%d:%d: no JSON: %s", path, error.line,
                 error.column, error.text);
+}
+
+ibl_status ibl_json_parse(const char *text, size_t flags, json_t **root)
+{
+    json_error_t error;
+
+    *root = parse(text, NULL, flags, &error);
+    if (*root && !out_of_memory)
+        return IBL_OK;
+    json_decref(*root);
+    *root = NULL;
+    return out_of_memory ? IBL_ERR_MEMORY : IBL_ERR_FORMAT;
 }
 
 bool ibl_json_numbers(const json_t *list, double *to, int count)

@@ -25,6 +25,9 @@ typedef struct ibl_json_why {
 /* Reads a regular file of at most IBL_JSON_BYTES, with jansson's flags. The
  * caller must json_decref the result; NULL: see why. */
 json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why);
+/* The same of a text; *root is NULL after an error, IBL_ERR_MEMORY or
+ * IBL_ERR_FORMAT. */
+ibl_status ibl_json_parse(const char *text, size_t flags, json_t **root);
 
 /* Reads count numbers; false if they are not that, or not finite. */
 bool ibl_json_numbers(const json_t *list, double *to, int count);

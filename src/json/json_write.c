@@ -15,7 +15,16 @@ static void break_line(int depth, FILE *to)
     fprintf(to, "\n%*s", 2 * depth, "");
 }
 
-/* Keys come from the program only: none needs escapes. */
+static bool write_key(const char *key, FILE *to)
+{
+    json_t *text = json_string(key);
+    const bool ok = text && !json_dumpf(text, to, JSON_ENCODE_ANY);
+
+    json_decref(text);
+    fputs(": ", to);
+    return ok;
+}
+
 static bool write_object(json_t *object, int depth, FILE *to)
 {
     const char *key, *between = "";
@@ -28,8 +37,7 @@ static bool write_object(json_t *object, int depth, FILE *to)
         fputs(between, to);
         between = ",";
         break_line(depth + 1, to);
-        fprintf(to, "\"%s\": ", key);
-        ok &= write_value(value, depth + 1, to);
+        ok = ok && write_key(key, to) && write_value(value, depth + 1, to);
     }
     if (json_object_size(object))
         break_line(depth, to);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/json_text.h"
+#include "json/json_text.h"
 
 #include <math.h>
 

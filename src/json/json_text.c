@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/json_text.h"
+#include "json/json_text.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -55,14 +55,14 @@ json_t *ibl_json_encoded(const char *bytes)
     return mend(bytes, true);
 }
 
-json_t *ibl_json_generator(ibl_isa isa)
+json_t *ibl_json_generator(ibl_isa isa, const char *revision)
 {
     json_t *j = json_object();
 
     put(&j, "name", json_string("iblbake"));
     put(&j, "version", json_string(IBL_VERSION));
-    if (*IBL_REVISION)
-        put(&j, "revision", json_string(IBL_REVISION));
+    if (revision && *revision)
+        put(&j, "revision", ibl_json_string(revision));
     put(&j, "isa", json_string(ibl_isa_name(isa)));
     return j;
 }

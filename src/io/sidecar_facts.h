@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT */
+/* What a sidecar is made of, checked and with all members. */
+#ifndef IBL_IO_SIDECAR_FACTS_H
+#define IBL_IO_SIDECAR_FACTS_H
+
+#include <stdbool.h>
+
+#include "ibl/sidecar.h"
+#include "json/json_text.h"
+
+typedef struct ibl_sidecar_facts {
+    ibl_ctx *ctx;
+    ibl_sidecar_options o;
+    ibl_read_options read;
+    ibl_specular_options specular;
+    ibl_irradiance_options irradiance;
+    ibl_lut_options lut;
+    ibl_lobe_table_options lobe_table;
+    bool encoded; /* a file name is not UTF-8 */
+} ibl_sidecar_facts;
+
+/* In a radian. */
+static const double ibl_degrees = 57.295779513082320877;
+
+/* A file name or path; NULL: no memory, as of the next. */
+json_t *ibl_sidecar_name(const ibl_sidecar_facts *f, const char *name);
+/* The entry of an output with a texture. */
+json_t *ibl_sidecar_file(const ibl_sidecar_facts *f,
+                         const ibl_sidecar_output *o,
+                         const ibl_texel_options *texels);
+
+#endif

@@ -1,0 +1,490 @@
+/* SPDX-License-Identifier: MIT */
+/* The text of a sidecar. */
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "core/pi.h"
+#include "image/axes.h"
+#include "io/sidecar_facts.h"
+
+const char *ibl_content_name(ibl_content content)
+{
+    static const char *const names[] = {[IBL_CONTENT_SKYBOX] = "skybox",
+                                        [IBL_CONTENT_SPECULAR] = "specular",
+                                        [IBL_CONTENT_IRRADIANCE] = "irradiance",
+                                        [IBL_CONTENT_LUT] = "brdf_lut",
+                                        [IBL_CONTENT_LOBE_TABLE] = "lobe_lut"};
+
+    return (unsigned)content <= IBL_CONTENT_LOBE_TABLE ? names[content]
+                                                       : "unknown";
+}
+
+static const ibl_sidecar_options defaults = {
+    .struct_size = sizeof defaults, .light_count = -1, .sh_degree = 2};
+
+void ibl_sidecar_options_init(ibl_sidecar_options *opts, size_t struct_size)
+{
+    ibl_give_options(opts, struct_size, &defaults, sizeof defaults);
+}
+
+/* All file names are encoded if one of them is not UTF-8. */
+json_t *ibl_sidecar_name(const ibl_sidecar_facts *f, const char *name)
+{
+    return f->encoded ? ibl_json_encoded(name) : json_string(name);
+}
+
+static json_t *numbers(const double *x, int count)
+{
+    json_t *j = json_array();
+    for (int i = 0; i < count; i++)
+        append(&j, json_real(x[i] + 0.0)); /* no negative zero */
+    return j;
+}
+
+/* ---- the environment ----------------------------------------------------- */
+
+static json_t *source(const ibl_sidecar_facts *f)
+{
+    const ibl_read_report *r = f->o.report;
+    json_t *j = json_pack("{so so si si sf sI sI sb sb}", "path",
+                          ibl_sidecar_name(f, f->o.source), "format",
+                          ibl_json_string(r->format), "width", f->o.width,
+                          "height", f->o.height, "peak", (double)r->peak,
+                          "nonfinite_pixels", (json_int_t)r->nonfinite,
+                          "negative_pixels", (json_int_t)r->negative,
+                          "low_range", r->low_range, "bridged", r->bridged);
+
+    if (*r->hash)
+        put(&j, "xxh3_128", json_string(r->hash));
+    put(&j, "primaries",
+        *r->primaries_name ? ibl_json_string(r->primaries_name)
+                           : numbers(r->primaries, 8));
+    if (r->layout != IBL_INPUT_EQUIRECT)
+        put(&j, "layout", json_string(ibl_input_layout_name(r->layout)));
+    return j;
+}
+
+/* What was done to the colours of the source. */
+static json_t *colour(const ibl_sidecar_facts *f)
+{
+    const ibl_read_options *o = &f->read;
+    const ibl_read_report *r = f->o.report;
+    json_t *j =
+        json_pack("{ss sf}", "primaries", ibl_primaries_name(o->primaries),
+                  "exposure_ev", o->exposure);
+
+    if (o->primaries)
+        put(&j, "outside_pixels", json_integer((json_int_t)r->outside));
+    if (o->clamp > 0)
+        put_all(&j, json_pack("{sf sI sf}", "clamp", o->clamp, "clamped_pixels",
+                              (json_int_t)r->clamped, "clamp_removed",
+                              r->clamp_removed));
+    return j;
+}
+
+/* The luminance of the environment: the constant of its harmonics, with the
+ * lights that were taken out of it. */
+static double mean_luminance(const ibl_sidecar_facts *f)
+{
+    const double constant = 0.28209479177387814; /* sqrt(1 / 4 pi) */
+    double sum = 0;
+
+    for (int c = 0; c < 3; c++) {
+        double mean = constant * f->o.made->sh[c];
+        for (int i = 0; i < f->o.light_count; i++)
+            mean += f->o.lights[i].irradiance[c] / (4 * IBL_PI);
+        sum += f->o.report->luma[c] * mean;
+    }
+    return sum;
+}
+
+/* Turned as the outputs are. */
+static json_t *brightest(const ibl_sidecar_facts *f)
+{
+    const ibl_brightest *s = &f->o.report->brightest;
+    const double yaw = f->o.yaw_deg / ibl_degrees, *d = s->direction;
+    double turned[3] = {cos(yaw) * d[0] + sin(yaw) * d[2], d[1],
+                        cos(yaw) * d[2] - sin(yaw) * d[0]};
+
+    ibl_axes_turn(f->o.axes, 0, turned, turned);
+    if (!s->found)
+        return json_null();
+    return json_pack("{so so sf sf ss}", "direction", numbers(turned, 3),
+                     "irradiance", numbers(s->irradiance, 3), "solid_angle_sr",
+                     s->solid_angle, "share", round(s->share * 10) / 10, "is",
+                     "the pixels within 10 degrees of the brightest that have "
+                     "that share of it or more");
+}
+
+static json_t *environment(const ibl_sidecar_facts *f)
+{
+    json_t *j = json_object();
+
+    if (f->o.made->sh)
+        put(&j, "mean_luminance", json_real(mean_luminance(f)));
+    put(&j, "luminance_weights", numbers(f->o.report->luma, 3));
+    put(&j, "brightest", brightest(f));
+    return j;
+}
+
+/* ---- what was made of it --------------------------------------------------
+ */
+
+/* The choices of a user. */
+static json_t *options(const ibl_sidecar_facts *f)
+{
+    json_t *j = json_object();
+
+    for (int i = 0; i < f->o.option_count; i++) {
+        const ibl_key_value *o = &f->o.options[i];
+        put(&j, o->key, o->value ? ibl_json_string(o->value) : json_true());
+    }
+    return j;
+}
+
+static const char *axes_text(const ibl_axes *axes)
+{
+    static const char *const text[2][4] = {
+        {"x, y, z", "-x, y, z", "x, y, -z", "z, y, x"},
+        {"x, -z, y", "-x, -z, y", "x, z, y", "z, -x, y"}};
+    return text[axes->up][axes->mirror];
+}
+
+static json_t *orientation(const ibl_sidecar_facts *f)
+{
+    const ibl_axes *axes = &f->o.axes;
+    json_t *j =
+        json_pack("{ss ss ss sf}", "world", "right-handed, +Y up", "equirect",
+                  "row 0 is +Y, u = atan2(z, x) / 2pi + 1/2", "faces",
+                  "+X -X +Y -Y +Z -Z, row 0 on top", "yaw_deg", f->o.yaw_deg);
+    if (axes->mirror)
+        put(&j, "mirror", json_string(ibl_mirror_name(axes->mirror)));
+    if (axes->up)
+        put(&j, "up", json_string(ibl_up_name(axes->up)));
+    if (axes->mirror || axes->up)
+        put(&j, "outputs",
+            json_sprintf("(x, y, z) of the world is (%s) in cubes, sh and "
+                         "lights",
+                         axes_text(axes)));
+    return j;
+}
+
+/* The sum up to l = 2, with the basis as polynomials in n (Ramamoorthi and
+ * Hanrahan 2001, eq. 3): sqrt(1/4pi), sqrt(3/4pi), sqrt(15/4pi),
+ * sqrt(5/16pi), sqrt(15/16pi). */
+static json_t *glsl(int degree)
+{
+    static const char *const terms[] = {
+        "0.28209479 * c[0]",
+        " + 0.48860251 * (n.y * c[1] + n.z * c[2] + n.x * c[3])",
+        " + 1.09254843 * (n.x * n.y * c[4] + n.y * n.z * c[5] + n.z * n.x * "
+        "c[7]) + 0.31539157 * (3.0 * n.z * n.z - 1.0) * c[6] + 0.54627422 * "
+        "(n.x * n.x - n.y * n.y) * c[8]"};
+    const int last = degree < 2 ? degree : 2;
+
+    return json_sprintf("vec3 irradiance(vec3 n, vec3 c[%d]) { return %s%s%s; "
+                        "}",
+                        (last + 1) * (last + 1), terms[0],
+                        last > 0 ? terms[1] : "", last > 1 ? terms[2] : "");
+}
+
+static json_t *spherical_harmonics(const ibl_sidecar_facts *f)
+{
+    const int degree = f->o.sh_degree;
+    json_t *j = json_object();
+
+    ibl_json_put_basis(&j, degree);
+    put(&j, "radiance", ibl_json_harmonics(f->o.made->sh, degree, false));
+    put(&j, "irradiance_scale", json_string("E/pi"));
+    put(&j, "irradiance", ibl_json_harmonics(f->o.made->sh, degree, true));
+    put(&j, "glsl", glsl(degree));
+    put(&j, "glsl_use",
+        json_string("c: the first of \"irradiance\", n: unit normal in the "
+                    "world; gives E/pi up to l = 2"));
+    return j;
+}
+
+static void put_lights(const ibl_sidecar_facts *f, json_t **root)
+{
+    const int count = f->o.light_count;
+    ibl_light lights[IBL_MAX_LIGHTS];
+
+    for (int i = 0; i < count; i++) {
+        lights[i] = f->o.lights[i];
+        ibl_axes_turn(f->o.axes, 0, lights[i].direction, lights[i].direction);
+    }
+    put(root, "lights", ibl_lights_json(lights, count));
+    if (count)
+        put(root, "gltf", ibl_lights_gltf(lights, count));
+}
+
+static const double expected_at[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 0.85, 1};
+
+enum {
+    EXPECTED = sizeof expected_at / sizeof *expected_at
+};
+
+/* What can be expected of what is rendered with F0 = 1 or .04. */
+static json_t *expected_of(const ibl_sidecar_facts *f, int dielectric,
+                           const ibl_expected_error error[EXPECTED])
+{
+    static const char *const names[IBL_LOOKUP_COUNT] = {"split", "table",
+                                                        "two_taps"};
+    json_t *j = json_object();
+
+    put(&j, "f0", json_real(dielectric ? 0.04 : 1));
+    for (int way = 0; way < (f->o.lobes ? IBL_LOOKUP_COUNT : 1); way++) {
+        json_t *list = json_array();
+        for (int i = 0; i < EXPECTED; i++)
+            append(
+                &list,
+                json_real(round(error[i].nrmse[dielectric][way] * 1e4) / 1e4));
+        put(&j, names[way], list);
+    }
+    return j;
+}
+
+static ibl_status put_expected(const ibl_sidecar_facts *f, json_t **root)
+{
+    const ibl_bake_result *made = f->o.made;
+    ibl_lobe_table_options o = ibl_lobe_table_options_default();
+    ibl_expected_error error[EXPECTED];
+    json_t *j = json_object(), *at = json_array(), *of = json_array();
+
+    o.layout = made->report.layout;
+    o.power = made->power;
+    o.power_degree = made->power_degree;
+    const ibl_status status = ibl_bake_expected_error(
+        f->ctx, &o, f->o.lobes, expected_at, EXPECTED, error);
+    for (int i = 0; i < EXPECTED; i++)
+        append(&at, json_real(expected_at[i]));
+    for (int i = 0; i < 2 && !status; i++)
+        append(&of, expected_of(f, i, error));
+    put(&j, "measure",
+        json_string("nRMSE of what a shader draws, over all rotations of the "
+                    "map and the views of a sphere, from the map's spectrum"));
+    put(&j, "roughness", at);
+    put(&j, "errors", of);
+    put(root, "expected_rendered_error", j);
+    return status;
+}
+
+/* ---- the whole ------------------------------------------------------------
+ */
+
+/* Takes output i. */
+static ibl_status take_output(ibl_ctx *ctx, const ibl_sidecar_options *o, int i,
+                              ibl_sidecar_output *own,
+                              ibl_texel_options *texels)
+{
+    const char *first = (const char *)o->outputs;
+    ibl_status status = ibl_take_options(
+        ctx, first + (size_t)i * o->outputs->struct_size, own, sizeof *own);
+
+    *texels = ibl_texel_options_default();
+    if (!status)
+        status = ibl_take_options(ctx, own->texels, texels, sizeof *texels);
+    return status;
+}
+
+static ibl_status check_output(const ibl_sidecar_facts *f,
+                               const ibl_sidecar_output *o)
+{
+    if (!o->file || !o->container || !o->texture)
+        return ibl_missing(f->ctx, "ibl_sidecar_text: an output's file, "
+                                   "container or texture");
+    if ((unsigned)o->content > IBL_CONTENT_LOBE_TABLE)
+        return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
+                        "%s: content %d: must be 0 to %d", o->file,
+                        (int)o->content, IBL_CONTENT_LOBE_TABLE);
+    const int most = o->content == IBL_CONTENT_SPECULAR
+                         ? f->o.made->report.layout.levels
+                         : IBL_MAX_LEVELS;
+    if (o->texture->levels < 1 || o->texture->levels > most)
+        return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
+                        "%s: %d levels: must be 1 to %d", o->file,
+                        o->texture->levels, most);
+    return IBL_OK;
+}
+
+static ibl_status put_outputs(const ibl_sidecar_facts *f, json_t **root)
+{
+    json_t *j = json_array();
+    ibl_status status = IBL_OK;
+
+    for (int i = 0; i < f->o.output_count && !status; i++) {
+        ibl_sidecar_output o = {0};
+        ibl_texel_options texels;
+        status = take_output(f->ctx, &f->o, i, &o, &texels);
+        if (!status)
+            status = check_output(f, &o);
+        if (!status)
+            append(&j, ibl_sidecar_file(f, &o, &texels));
+    }
+    put(root, "outputs", j);
+    return status;
+}
+
+/* Members of a program. */
+static ibl_status put_more(const ibl_sidecar_facts *f, json_t **root)
+{
+    json_t *more;
+    const ibl_status status =
+        ibl_json_parse(f->o.more, JSON_REJECT_DUPLICATES, &more);
+
+    if (status == IBL_ERR_MEMORY)
+        return ibl_no_memory(f->ctx, "a sidecar");
+    if (!json_is_object(more)) {
+        json_decref(more);
+        return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
+                        "more of a sidecar: must be the text of a JSON object");
+    }
+    put_all(root, more);
+    return IBL_OK;
+}
+
+static ibl_status put_everything(const ibl_sidecar_facts *f, json_t **root)
+{
+    const ibl_sidecar_options *o = &f->o;
+
+    put(root, "generator",
+        ibl_json_generator(ibl_ctx_isa(f->ctx), o->revision));
+    if (o->target)
+        put(root, "target", ibl_json_string(o->target));
+    if (f->encoded)
+        put(root, "names", json_string(IBL_NAMES_ENCODED));
+    put(root, "source", source(f));
+    put(root, "colour", colour(f));
+    put(root, "options", options(f));
+    put(root, "environment", environment(f));
+    put(root, "orientation", orientation(f));
+    ibl_status status = put_outputs(f, root);
+    if (o->made->sh)
+        put(root, "sh", spherical_harmonics(f));
+    if (o->light_count >= 0)
+        put_lights(f, root);
+    if (!status && o->made->power && o->made->specular.data)
+        status = put_expected(f, root);
+    if (!status && o->more)
+        status = put_more(f, root);
+    return status;
+}
+
+/* Numbers by which arrays are read. */
+static ibl_status check_counts(const ibl_sidecar_facts *f)
+{
+    const ibl_sidecar_options *o = &f->o;
+    const struct {
+        const char *what;
+        int value, low, high;
+    } all[] = {
+        {"lights", o->light_count, -1, IBL_MAX_LIGHTS},
+        {"degree of sh", o->sh_degree, 0, IBL_MAX_SH_DEGREE},
+        {"outputs", o->output_count, 0, INT_MAX},
+        {"options", o->option_count, 0, INT_MAX},
+        {"kind of table", (int)f->lut.kind, 0, IBL_LUT_CHARLIE},
+        {"F0 of the lobe table", (int)f->lobe_table.f0, 0, IBL_F0_DIELECTRICS},
+        {"levels of the lobe table", f->lobe_table.layout.levels, 0,
+         IBL_MAX_LEVELS},
+        {"levels", o->made->report.layout.levels, 0, IBL_MAX_LEVELS},
+    };
+
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+        if (all[i].value < all[i].low || all[i].value > all[i].high)
+            return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
+                            "%s of a sidecar: %d: must be %d to %d",
+                            all[i].what, all[i].value, all[i].low, all[i].high);
+    if ((o->light_count > 0 && !o->lights) ||
+        (o->output_count && !o->outputs) || (o->option_count && !o->options))
+        return ibl_missing(f->ctx, "ibl_sidecar_text: lights, outputs or "
+                                   "options that are counted");
+    return ibl_check_axes(f->ctx, o->axes);
+}
+
+static ibl_status check_names(ibl_sidecar_facts *f)
+{
+    const ibl_sidecar_options *o = &f->o;
+    ibl_status status = IBL_OK;
+
+    f->encoded = !ibl_json_is_text(o->source);
+    for (int i = 0; i < o->output_count && !status; i++) {
+        ibl_sidecar_output own = {0};
+        ibl_texel_options texels;
+        status = take_output(f->ctx, o, i, &own, &texels);
+        if (!status)
+            status = check_output(f, &own);
+        f->encoded |= !status && !ibl_json_is_text(own.file);
+    }
+    for (int i = 0; i < o->option_count && !status; i++)
+        if (!o->options[i].key || !ibl_json_is_text(o->options[i].key))
+            status = ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
+                              "options of a sidecar: a key is no UTF-8");
+    return status;
+}
+
+static ibl_status take_facts(ibl_ctx *ctx, const ibl_sidecar_options *facts,
+                             ibl_sidecar_facts *f)
+{
+    f->ctx = ctx;
+    f->o = defaults;
+    f->read = ibl_read_options_default();
+    f->specular = ibl_specular_options_default();
+    f->irradiance = ibl_irradiance_options_default();
+    f->lut = ibl_lut_options_default();
+    f->lobe_table = ibl_lobe_table_options_default();
+    ibl_status status = ibl_take_options(ctx, facts, &f->o, sizeof f->o);
+    const struct {
+        const void *given;
+        void *own;
+        size_t size;
+    } all[] = {
+        {f->o.read, &f->read, sizeof f->read},
+        {f->o.specular, &f->specular, sizeof f->specular},
+        {f->o.irradiance, &f->irradiance, sizeof f->irradiance},
+        {f->o.lut, &f->lut, sizeof f->lut},
+        {f->o.lobe_table, &f->lobe_table, sizeof f->lobe_table},
+    };
+
+    for (size_t i = 0; i < sizeof all / sizeof *all && !status; i++)
+        status = ibl_take_options(ctx, all[i].given, all[i].own, all[i].size);
+    if (!status && (!f->o.source || !f->o.report || !f->o.made))
+        status = ibl_missing(ctx, "ibl_sidecar_text: source, report or made");
+    if (!status)
+        status = check_counts(f);
+    return status ? status : check_names(f);
+}
+
+/* Memory of the library with what is in malloc's, which is freed. */
+static char *move_text(char *from)
+{
+    const size_t size = from ? strlen(from) + 1 : 0;
+    char *to = from ? ibl_alloc_array(size, 1) : NULL;
+
+    if (to)
+        memcpy(to, from, size);
+    free(from);
+    return to;
+}
+
+ibl_status ibl_sidecar_text(ibl_ctx *ctx, const ibl_sidecar_options *facts,
+                            char **text)
+{
+    ibl_sidecar_facts f = {0};
+
+    if (!ctx || !facts || !text)
+        return ibl_missing(ctx, "ibl_sidecar_text: facts or text");
+    *text = NULL;
+    ibl_status status = take_facts(ctx, facts, &f);
+    if (status)
+        return status;
+    json_t *root = json_object();
+    status = put_everything(&f, &root);
+    if (!status)
+        *text = move_text(ibl_json_text(root));
+    json_decref(root);
+    return status || *text ? status : ibl_no_memory(ctx, "a sidecar");
+}

@@ -1,0 +1,517 @@
+/* SPDX-License-Identifier: MIT */
+/* The sidecar of a bake by the library is that of the program, for the same
+ * map and options, to a reader of JSON that others wrote; and what is refused.
+ */
+#include <jansson.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "files.h"
+#include "ibl/sidecar.h"
+#include "test.h"
+
+enum {
+    SIZE = 32,
+    OUTPUTS = 5
+};
+
+/* A bake like the program's; members that are 0 are its defaults. */
+typedef struct like {
+    const char *options; /* of the program, "--" and all */
+    ibl_key_value given[12];
+    ibl_axes axes;
+    double yaw_deg, exposure, clamp;
+    int most; /* lights; 0: none are taken */
+    ibl_pixel pixel;
+    int zstd, fitted;
+    ibl_projection projection;
+} like;
+
+/* What a sidecar needs, kept. */
+typedef struct bake {
+    ibl_ctx *ctx;
+    const like *of;
+    ibl_read_options read;
+    ibl_read_report report;
+    ibl_bake_options options;
+    ibl_bake_result made;
+    ibl_light lights[IBL_MAX_LIGHTS];
+    int light_count, width, height;
+    ibl_texel_options texels;
+    ibl_lut_options lut_options;
+    ibl_lobe_table_options lobe_options;
+    ibl_lobe_table lobes;
+    ibl_texture texture[OUTPUTS];
+    ibl_overflow_report overflow[OUTPUTS];
+    ibl_pixel_error error[OUTPUTS][IBL_MAX_LEVELS];
+    ibl_sidecar_output output[OUTPUTS];
+    ibl_sidecar_options facts;
+} bake;
+
+/* ---- a bake by the library ----------------------------------------------- */
+
+static void read_and_bake(bake *b, const char *map)
+{
+    ibl_image env, rest;
+
+    b->read.hash = 1;
+    b->read.exposure = b->of->exposure;
+    b->read.clamp = b->of->clamp;
+    NEED(!ibl_image_read(b->ctx, map, &b->read, &env, &b->report));
+    b->width = env.width;
+    b->height = env.height;
+    b->options.skybox = SIZE;
+    b->options.skybox_projection = b->of->projection;
+    b->options.specular_options.projection = b->of->projection;
+    b->options.irradiance_options.projection = b->of->projection;
+    b->options.specular_options.size = SIZE;
+    b->options.power = 1;
+    b->options.yaw_deg = b->of->yaw_deg;
+    NEED(!ibl_image_alloc(b->ctx, env.width, env.height, &rest));
+    memcpy(rest.data, env.data,
+           (size_t)env.width * (size_t)env.height * 3 * sizeof *env.data);
+    if (b->of->most)
+        NEED(!ibl_image_take_lights(b->ctx, &rest, b->of->yaw_deg, b->of->most,
+                                    b->lights, &b->light_count));
+    NEED(!ibl_bake_environment(b->ctx, &(ibl_environment){.image = &rest},
+                               &b->options, &b->made));
+    ibl_image_free(&rest);
+    ibl_cube_free(&b->made.skybox);
+    NEED(!ibl_cube_alloc_as(b->ctx, b->of->projection, SIZE, 1,
+                            &b->made.skybox));
+    /* The skybox keeps the lights. */
+    ibl_bake_options sky = b->options;
+    ibl_bake_result only;
+    sky.specular = sky.irradiance = sky.power = 0;
+    sky.sh_degree = -1;
+    NEED(!ibl_bake_environment(b->ctx, &(ibl_environment){.image = &env}, &sky,
+                               &only));
+    ibl_cube_free(&b->made.skybox);
+    b->made.skybox = only.skybox;
+    ibl_image_free(&env);
+}
+
+static void encode(bake *b, ibl_content content, const ibl_cube *cube)
+{
+    ibl_cube turned = {0};
+
+    if (b->of->axes.mirror || b->of->axes.up) {
+        NEED(!ibl_cube_turn_axes(b->ctx, cube, b->of->axes, 0, &turned));
+        cube = &turned;
+    }
+    NEED(!ibl_texture_from_cube(b->ctx, cube, &b->texels, &b->texture[content],
+                                &b->overflow[content]));
+    NEED(!ibl_texture_errors(b->ctx, &b->texture[content], cube,
+                             b->error[content]));
+    ibl_cube_free(&turned);
+}
+
+static void make_tables(bake *b)
+{
+    ibl_lut lut;
+
+    b->lobe_options.layout = b->made.report.layout;
+    if (b->of->fitted) {
+        b->lobe_options.power = b->made.power;
+        b->lobe_options.power_degree = b->made.power_degree;
+    }
+    NEED(!ibl_bake_lut(b->ctx, &b->lut_options, &lut));
+    NEED(!ibl_texture_from_lut(b->ctx, &lut, IBL_PIXEL_RG16F,
+                               &b->texture[IBL_CONTENT_LUT], NULL));
+    ibl_lut_free(&lut);
+    NEED(!ibl_bake_lobe_table(b->ctx, &b->lobe_options, &b->lobes));
+    NEED(!ibl_texture_from_lobe_table(b->ctx, &b->lobes,
+                                      &b->texture[IBL_CONTENT_LOBE_TABLE]));
+}
+
+/* Files of the folder "out", whose sizes are the program's. */
+static void list_outputs(bake *b)
+{
+    static const char *const files[OUTPUTS] = {
+        "map_skybox.ktx2", "map_specular.ktx2", "map_irradiance.ktx2",
+        "brdf_lut.ktx2", "map_lobe_lut.ktx2"};
+    struct stat st;
+
+    for (int i = 0; i < OUTPUTS; i++) {
+        const bool found = !stat(file_path(test_text("out/%s", files[i])), &st);
+        CHECK_MSG(found, "no %s", files[i]);
+        b->texture[i].zstd = b->of->zstd;
+        b->output[i] = (ibl_sidecar_output){
+            .struct_size = sizeof b->output[i],
+            .content = (ibl_content)i,
+            .file = files[i],
+            .container = ibl_container_name(IBL_CONTAINER_KTX2),
+            .texture = &b->texture[i],
+            .bytes = found ? (size_t)st.st_size : 0,
+            .projection = b->of->projection,
+            .texels = &b->texels,
+            .overflow = &b->overflow[i],
+            .error = b->error[i],
+        };
+    }
+}
+
+static void free_bake(void *bake_of)
+{
+    bake *b = bake_of;
+
+    for (int i = 0; i < OUTPUTS; i++)
+        ibl_texture_free(&b->texture[i]);
+    ibl_lobe_table_free(&b->lobes);
+    ibl_bake_result_free(&b->made);
+    free(b);
+}
+
+static bake *bake_like(const like *of, const char *map)
+{
+    bake *b = calloc(1, sizeof *b);
+    int given = 0;
+
+    NEED(b);
+    test_defer(free_bake, b);
+    b->ctx = test_ctx(2, IBL_ISA_AUTO);
+    b->of = of;
+    b->read = ibl_read_options_default();
+    b->options = ibl_bake_options_default();
+    b->texels = ibl_texel_options_default();
+    b->texels.pixel = of->pixel;
+    b->lut_options = ibl_lut_options_default();
+    b->lobe_options = ibl_lobe_table_options_default();
+    read_and_bake(b, map);
+    encode(b, IBL_CONTENT_SKYBOX, &b->made.skybox);
+    encode(b, IBL_CONTENT_SPECULAR, &b->made.specular);
+    encode(b, IBL_CONTENT_IRRADIANCE, &b->made.irradiance);
+    make_tables(b);
+    NEED(!ibl_sh_turn_axes(b->ctx, 2, of->axes, 0, b->made.sh));
+    while (of->given[given].key)
+        given++;
+    b->facts = ibl_sidecar_options_default();
+    b->facts.source = map;
+    b->facts.width = b->width;
+    b->facts.height = b->height;
+    b->facts.read = &b->read;
+    b->facts.report = &b->report;
+    b->facts.specular = &b->options.specular_options;
+    b->facts.lobe_table = &b->lobe_options;
+    b->facts.yaw_deg = of->yaw_deg;
+    b->facts.axes = of->axes;
+    b->facts.made = &b->made;
+    b->facts.lights = b->lights;
+    b->facts.light_count = of->most ? b->light_count : -1;
+    b->facts.lobes = &b->lobes;
+    b->facts.outputs = b->output;
+    b->facts.output_count = OUTPUTS;
+    b->facts.options = of->given;
+    b->facts.option_count = given;
+    return b;
+}
+
+/* ---- the same -------------------------------------------------------------
+ */
+
+static void save_text(const bake *b, const char *name)
+{
+    char *text;
+
+    NEED(!ibl_sidecar_text(b->ctx, &b->facts, &text));
+    NEED(file_save(file_path(name), text, strlen(text)));
+    ibl_bytes_free(text);
+}
+
+/* But for the program's revision. */
+static void expect_same(const char *a, const char *b, const char *what)
+{
+    static const char compare[] =
+        "import json, sys\n"
+        "def same(a, b, at):\n"
+        "    if type(a) != type(b):\n"
+        "        sys.exit(at + ': %s, %s' % (a, b))\n"
+        "    if isinstance(a, dict):\n"
+        "        if list(a) != list(b):\n"
+        "            sys.exit(at + ': %s, %s' % (list(a), list(b)))\n"
+        "        for k in a: same(a[k], b[k], at + '.' + k)\n"
+        "    elif isinstance(a, list):\n"
+        "        if len(a) != len(b): sys.exit(at + ': lengths')\n"
+        "        for i in range(len(a)): same(a[i], b[i], at + '[%d]' % i)\n"
+        "    elif a != b:\n"
+        "        sys.exit(at + ': %s, %s' % (a, b))\n"
+        "a, b = [json.load(open(p, encoding='utf-8')) for p in sys.argv[1:]]\n"
+        "for x in a, b: x['generator'].pop('revision', None)\n"
+        "same(a, b, '')\n";
+    size_t size;
+
+    if (file_have("python3")) {
+        NEED(file_save(file_path("same.py"), compare, strlen(compare)));
+        if (file_run("python3 same.py %s %s", a, b))
+            return;
+        char *said = (char *)file_load(file_path("command.log"), &size);
+        test_fail(__FILE__, __LINE__, "%s: %.*s", what, (int)size, said);
+        return;
+    }
+    json_t *x = json_load_file(file_path(a), 0, NULL);
+    json_t *y = json_load_file(file_path(b), 0, NULL);
+    json_object_del(json_object_get(x, "generator"), "revision");
+    json_object_del(json_object_get(y, "generator"), "revision");
+    CHECK_MSG(json_equal(x, y), "%s", what);
+    json_decref(x);
+    json_decref(y);
+}
+
+TEST(what_the_library_says_the_program_says)
+{
+    static const like all[] = {
+        {"", {{0}}, .pixel = IBL_PIXEL_RGBA16F},
+        {"--lights 3 --mirror x --up z --rotate 30 --exposure 12 --pixel "
+         "rgb9e5",
+         {{"lights", "3"},
+          {"mirror", "x"},
+          {"up", "z"},
+          {"rotate", "30"},
+          {"exposure", "12"},
+          {"pixel", "rgb9e5"}},
+         .most = 3,
+         .axes = {IBL_MIRROR_X, IBL_UP_Z},
+         .yaw_deg = 30,
+         .exposure = 12,
+         .pixel = IBL_PIXEL_RGB9E5},
+        {"--clamp 4 --pixel bc6h --zstd 3 --lobe-table fitted",
+         {{"clamp", "4"},
+          {"pixel", "bc6h"},
+          {"zstd", "3"},
+          {"lobe-table", "fitted"}},
+         .clamp = 4,
+         .pixel = IBL_PIXEL_BC6H,
+         .zstd = 3,
+         .fitted = 1},
+        {"--layout octahedral",
+         {{"layout", "octahedral"}},
+         .pixel = IBL_PIXEL_RGBA16F,
+         .projection = IBL_PROJECTION_OCTAHEDRAL},
+    };
+    const char *map = file_path("map.exr");
+
+    NEED(file_run("cp '%s/data/sky.exr' map.exr", getenv("PWD")));
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        like of = all[i];
+        ibl_key_value *o = of.given;
+        while (o->key)
+            o++;
+        *o++ = (ibl_key_value){"size", "32"};
+        *o++ = (ibl_key_value){"skybox", "32"};
+        *o = (ibl_key_value){NULL, NULL};
+        NEED(file_run("rm -rf out; '%s' '%s' -q -o out %s --size 32 --skybox "
+                      "32",
+                      file_built("iblbake"), map, all[i].options));
+        bake *b = bake_like(&of, map);
+        list_outputs(b);
+        save_text(b, "ours.json");
+        expect_same("out/map.json", "ours.json", all[i].options);
+    }
+}
+
+/* ---- what is said in words -------------------------------------------------
+ */
+
+static int lines;
+
+static void count_line(void *cookie, ibl_log_level level, const char *text)
+{
+    lines += level == IBL_LOG_ERROR && !strchr(text, '\n');
+    test_keep(cookie, level, text);
+}
+
+static ibl_ctx *counting(test_messages *kept)
+{
+    ibl_ctx_options o = ibl_ctx_options_default();
+
+    o.threads = 1;
+    o.log = count_line;
+    o.log_cookie = kept;
+    lines = 0;
+    return test_ctx_of(&o);
+}
+
+static const ibl_read_report no_report;
+static const ibl_bake_result no_bake;
+
+/* As little as there can be. */
+static ibl_sidecar_options least(void)
+{
+    ibl_sidecar_options o = ibl_sidecar_options_default();
+
+    o.source = "a map";
+    o.report = &no_report;
+    o.made = &no_bake;
+    return o;
+}
+
+TEST(strings_of_any_bytes)
+{
+    static const ibl_key_value options[] = {{"a \"key\"\n", "\xff"},
+                                            {"plain", NULL}};
+    const ibl_texture flat = {.pixel = IBL_PIXEL_RG16F,
+                              .width = 4,
+                              .height = 4,
+                              .levels = 1,
+                              .layers = 1,
+                              .faces = 1};
+    const ibl_sidecar_output output = {.struct_size = sizeof output,
+                                       .content = IBL_CONTENT_LUT,
+                                       .file = "50%\xfe.dds",
+                                       .container = "dds",
+                                       .texture = &flat};
+    ibl_sidecar_options o = least();
+    test_messages kept;
+    char *text;
+    const char *source, *file, *names, *revision, *target, *value, *own;
+    int plain, count;
+
+    o.outputs = &output;
+    o.output_count = 1;
+    o.options = options;
+    o.option_count = 2;
+    o.revision = "r \xc3\xa9";
+    o.target = "\xfd";
+    o.more = "{\"mine\": {\"of\": \"a program\"}}";
+    NEED(!ibl_sidecar_text(counting(&kept), &o, &text));
+    json_t *root = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
+    NEED(root);
+    CHECK(text[strlen(text) - 1] == '\n');
+    CHECK(!json_unpack(root,
+                       "{s:{s:s}, s:[{s:s}], s:s, s:{s:s}, s:s, s:{s:s, s:b}, "
+                       "s:{s:s}}",
+                       "source", "path", &source, "outputs", "file", &file,
+                       "names", &names, "generator", "revision", &revision,
+                       "target", &target, "options", options[0].key, &value,
+                       "plain", &plain, "mine", "of", &own));
+    CHECK(!strcmp(source, "a map") && !strcmp(file, "50%25%FE.dds"));
+    CHECK(!strcmp(names, "percent-encoded") && !strcmp(own, "a program"));
+    CHECK(!strcmp(revision, "r \xc3\xa9") && plain);
+    CHECK(!strcmp(target, "\xef\xbf\xbd") && !strcmp(value, "\xef\xbf\xbd"));
+    count = (int)json_object_size(root);
+    CHECK_MSG(count == 10 && !json_object_get(root, "sh") &&
+                  !json_object_get(root, "lights"),
+              "%d members", count);
+    json_decref(root);
+    ibl_bytes_free(text);
+}
+
+/* ---- what will not do
+ * -------------------------------------------------------- */
+
+TEST(wrong_facts_are_refused_in_one_line)
+{
+    const ibl_texture cube = {.levels = 3}, none = {.levels = 0};
+    const ibl_sidecar_output outputs[] = {
+        {.struct_size = sizeof *outputs, .file = "a", .container = "ktx2"},
+        {.struct_size = sizeof *outputs,
+         .file = "a",
+         .container = "ktx2",
+         .texture = &none},
+        {.struct_size = sizeof *outputs,
+         .file = "a",
+         .container = "ktx2",
+         .texture = &cube,
+         .content = IBL_CONTENT_SPECULAR},
+        {.struct_size = sizeof *outputs,
+         .file = "a",
+         .container = "ktx2",
+         .texture = &cube,
+         .content = (ibl_content)5},
+        {.struct_size = 0},
+    };
+    static const char *const said[] = {
+        "texture is NULL", "a: 0 levels: must be 1 to 15",
+        "a: 3 levels: must be 1 to 0", "a: content 5: must be 0 to 4",
+        "struct_size of 0"};
+    static const ibl_key_value option = {"\xff", "1"};
+    struct {
+        ibl_sidecar_options o;
+        const char *said;
+    } more[] = {{least(), "made is NULL"},
+                {least(), "source, report"},
+                {least(), "source, report"},
+                {least(), "lights of a sidecar: 65"},
+                {least(), "lights, outputs"},
+                {least(), "outputs of a sidecar: -1"},
+                {least(), "mirror 9"},
+                {least(), "a key is no UTF-8"},
+                {least(), "more of a sidecar"},
+                {least(), "more of a sidecar"},
+                {least(), "degree of sh of a side"}};
+    ibl_read_options read = ibl_read_options_default();
+    test_messages kept;
+    ibl_ctx *ctx = counting(&kept);
+    char *text = "";
+
+    more[0].o.made = NULL;
+    more[1].o.source = NULL;
+    more[2].o.report = NULL;
+    more[3].o.light_count = 65;
+    more[4].o.light_count = 1;
+    more[5].o.output_count = -1;
+    more[6].o.axes.mirror = (ibl_mirror)9;
+    more[7].o.options = &option;
+    more[7].o.option_count = 1;
+    more[8].o.more = "[]";
+    more[9].o.more = "{";
+    more[10].o.sh_degree = IBL_MAX_SH_DEGREE + 1;
+    for (size_t i = 0; i < sizeof more / sizeof *more; i++) {
+        lines = 0;
+        CHECK(ibl_sidecar_text(ctx, &more[i].o, &text) == IBL_ERR_ARGUMENT);
+        CHECK_MSG(lines == 1 && !text && test_said(&kept, more[i].said),
+                  "%d lines: %s", lines, kept.text[IBL_LOG_ERROR]);
+    }
+    for (size_t i = 0; i < sizeof outputs / sizeof *outputs; i++) {
+        ibl_sidecar_options o = least();
+        o.outputs = &outputs[i];
+        o.output_count = 1;
+        lines = 0;
+        CHECK(ibl_sidecar_text(ctx, &o, &text) == IBL_ERR_ARGUMENT);
+        CHECK_MSG(lines == 1 && !text && test_said(&kept, said[i]),
+                  "%d lines: %s", lines, kept.text[IBL_LOG_ERROR]);
+    }
+    read.struct_size = 0;
+    more[1].o = least();
+    more[1].o.read = &read;
+    CHECK(ibl_sidecar_text(ctx, &more[1].o, &text) == IBL_ERR_ARGUMENT);
+}
+
+static int left = -1; /* of jansson's allocations, until one fails */
+
+static void *scarce(size_t size)
+{
+    return left >= 0 && left-- == 0 ? NULL : malloc(size);
+}
+
+/* Whichever allocation fails: all of it, or nothing and a line. */
+TEST(memory_may_run_out)
+{
+    ibl_sidecar_options o = least();
+    test_messages kept;
+    ibl_ctx *ctx = counting(&kept);
+    char *whole = NULL;
+    int failures = 0;
+
+    o.light_count = 0;
+    o.more = "{\"a\": [1, {\"b\": \"c\"}], \"d\": \"e\"}";
+    NEED(!ibl_sidecar_text(ctx, &o, &whole));
+    json_set_alloc_funcs(scarce, free);
+    left = 0;
+    for (int n = 0; left < 0 || n == 0; n++) {
+        char *text;
+        left = n;
+        lines = 0;
+        const ibl_status status = ibl_sidecar_text(ctx, &o, &text);
+        CHECK_MSG(status ? !text && lines == 1 && status == IBL_ERR_MEMORY
+                         : !strcmp(text, whole) && !lines,
+                  "after %d: %s", n, ibl_status_text(status));
+        failures += status != IBL_OK;
+        ibl_bytes_free(text);
+    }
+    left = -1;
+    CHECK_MSG(failures > 50, "%d failures", failures);
+    ibl_bytes_free(whole);
+}
