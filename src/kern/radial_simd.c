@@ -88,8 +88,8 @@ static inline vf tabulated(const ibl_radial *lobe, vf q)
     return vf_fma(vf_fma(vf_fma(c[3], x, c[2]), x, c[1]), x, c[0]);
 }
 
-/* Adds to AT_ONCE vectors of texels. */
-static inline void add_texels(const ibl_radial *lobe,
+/* Adds to AT_ONCE vectors of texels; table: the lobe is one. */
+static inline void add_texels(const ibl_radial *lobe, bool table,
                               const ibl_radial_light *lights, int count,
                               const float *point, int stride, float *rgba)
 {
@@ -116,8 +116,8 @@ static inline void add_texels(const ibl_radial *lobe,
             continue;
 #pragma GCC unroll 2
         for (int n = 0; n < AT_ONCE; n++) {
-            const vf k = lobe->coef ? (vf)(above[n] & (vi)tabulated(lobe, q[n]))
-                                    : rational(lobe, q[n]);
+            const vf k = table ? (vf)(above[n] & (vi)tabulated(lobe, q[n]))
+                               : rational(lobe, q[n]);
 #pragma GCC unroll 3
             for (int c = 0; c < 3; c++)
                 sum[n][c] = vf_fma(k, vf_all(s->rgb[c]), sum[n][c]);
@@ -131,8 +131,14 @@ static inline void add_texels(const ibl_radial *lobe,
 static void add(const ibl_radial *lobe, const ibl_radial_light *lights,
                 int count, const float *point, int stride, float *rgba)
 {
+    const bool table = lobe->coef;
     for (int i = 0; i < stride; i += AT_ONCE * VF)
-        add_texels(lobe, lights, count, point + i, stride, rgba + 4 * i);
+        if (table)
+            add_texels(lobe, true, lights, count, point + i, stride,
+                       rgba + 4 * i);
+        else
+            add_texels(lobe, false, lights, count, point + i, stride,
+                       rgba + 4 * i);
 }
 
 IBL_VECTOR_KERNEL(ibl_radial, points, add)

@@ -11,7 +11,9 @@ static inline void load(const float *texels, vf rgb[4])
 {
 #ifdef IBL_NEON
     const float32x4x3_t three = vld3q_f32(texels);
-    memcpy(rgb, &three, sizeof three);
+    rgb[0] = three.val[0];
+    rgb[1] = three.val[1];
+    rgb[2] = three.val[2];
 #else
 #pragma GCC unroll 4
     for (size_t k = 0; k < 4; k++) {
