@@ -168,6 +168,7 @@ struct work {
     int from_block[CHUNK_VECTORS];  /* first block in which a lane joins */
     int until_block[CHUNK_VECTORS]; /* last block in which one does */
     int vectors, active;            /* vectors before `active` never join */
+    int late;                       /* those from here on join at once */
     /* In floats, for blocks from `single` on and rings that have joined: */
     int single;
     float *rows; /* [k][ROW] */
@@ -226,21 +227,24 @@ static inline vd counting(double from, double by)
 static void fill_roots(struct work *w)
 {
     const vd m = vd_all(w->o->m), one = vd_all(1.0);
+    const int count = w->blocks * BLOCK;
+    double *alpha = w->alpha, *beta = w->beta;
+    double *before = w->before, *even = w->even;
 
-    for (int k = 0; k < (w->blocks + 1) * BLOCK; k += VD) {
+    for (int k = 0; k < count + BLOCK; k += VD) {
         const vd i = counting(2.0 * k, 2.0), l = i + m, l2 = l + l;
         const vd low = l2 - one, high = l2 + vd_all(3.0);
         const vd inverse = one / (low * (l2 + one) * high);
         const vd e = i * (l + m) * high * inverse;
         const vd e1 = (i + one) * (l + m + one) * low * inverse;
-        vd_store(w->before + k, vd_sqrt(e));
-        vd_store(w->even + k, vd_sqrt(e1));
-        vd_store(w->beta + k, e1);
-        vd_store(w->alpha + k, e);
+        vd_store(before + k, vd_sqrt(e));
+        vd_store(even + k, vd_sqrt(e1));
+        vd_store(beta + k, e1);
+        vd_store(alpha + k, e);
     }
-    for (int k = 0; k < w->blocks * BLOCK; k += VD)
-        vd_store(w->beta + k, vd_all(0.0) - vd_load(w->beta + k) -
-                                  vd_load(w->alpha + k + 1));
+    for (int k = 0; k < count; k += VD)
+        vd_store(beta + k,
+                 vd_all(0.0) - vd_load(beta + k) - vd_load(alpha + k + 1));
 }
 
 /* A_k, computed from before and even. */
@@ -268,19 +272,21 @@ static void fill_scales(struct work *w)
 
 static void fill_coefficients(struct work *w)
 {
-    const double *a = w->sums; /* A_k, left by fill_scales */
+    const double *a = w->sums, *odd = w->odd; /* A_k, left by fill_scales */
+    double *alpha = w->alpha, *beta = w->beta;
+    double *before = w->before, *even = w->even;
 
     fill_roots(w);
     fill_scales(w);
     w->first = w->rings->start[w->o->m] / (w->even[0] * w->odd[0]);
     for (int k = w->blocks * BLOCK - VD; k >= 0; k -= VD) {
-        const vd s = vd_load(w->odd + k), next = vd_load(w->odd + k + 1);
-        const vd alpha = s / (vd_load(a + k) * next);
-        vd_store(w->alpha + k, alpha);
-        vd_store(w->beta + k, vd_load(w->beta + k) * alpha);
-        vd_store(w->even + k, vd_load(w->even + k) * s);
+        const vd s = vd_load(odd + k), next = vd_load(odd + k + 1);
+        const vd of_x2 = s / (vd_load(a + k) * next);
+        vd_store(alpha + k, of_x2);
+        vd_store(beta + k, vd_load(beta + k) * of_x2);
+        vd_store(even + k, vd_load(even + k) * s);
         /* The s of before[k + 1] is that of k. */
-        vd_store(w->before + k + 1, vd_load(w->before + k + 1) * s);
+        vd_store(before + k + 1, vd_load(before + k + 1) * s);
     }
     w->before[0] = 0.0;
 }
@@ -464,6 +470,7 @@ static void start_chunk(struct work *w, int j)
         w->from_block[v] = 0;
         w->until_block[v] = 0;
     }
+    w->late = v + 1;
     while (v >= w->active) {
         const int joined = start_pair(w, j, v);
         if (joined < 2 && v - joined >= w->active)

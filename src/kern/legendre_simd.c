@@ -182,10 +182,11 @@ static void become_single(struct work *w, int j, int v)
             vd_store_floats(w->now_single + (v + i) * VD, vd_all(0.0));
             vd_store_floats(w->last_single + (v + i) * VD, vd_all(0.0));
         }
+        const vl none = (vl)vd_all(0.0);
+        const vl joins = v + i < w->active ? none : ~none;
         for (int p = 0; p < SUMS; p++)
-            vd_store_floats(to + p * VF + i * VD, v + i < w->active
-                                                      ? vd_all(0.0)
-                                                      : vd_load(from + p * VD));
+            vd_store_floats(to + p * VF + i * VD,
+                            vd_only(joins, vd_load(from + p * VD)));
     }
 }
 
@@ -198,8 +199,8 @@ static void analyse_chunk(struct work *w, int j)
     memset(w->data + (size_t)doubles * SUMS * VD, 0,
            (size_t)(w->vectors - doubles) * SUMS * VD * sizeof *w->data);
     for (int b = 0; b < w->blocks; b++) {
-        int v = w->vectors;
-        for (int i = w->active; i < single; i++) {
+        int v = w->late;
+        for (int i = w->active; i < w->late && i < single; i++) {
             if (b)
                 come_in(w, i, b);
             if (w->from_block[i] <= b && i < v)
@@ -222,6 +223,7 @@ static void analyse_chunk(struct work *w, int j)
 static inline void blend_six(double p, const double *a, double q,
                              const double *b, double *restrict to)
 {
+#pragma GCC unroll 6
     for (int i = 0; i < 6; i++)
         to[i] = p * a[i] + q * b[i];
 }
