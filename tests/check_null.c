@@ -326,6 +326,8 @@ TEST(files_and_tiles)
     ibl_probe probe = {.layer = 0};
     ibl_probe_index index;
     const ibl_sidecar_options facts = ibl_sidecar_options_default();
+    const ibl_sidecar_output output = {.struct_size = sizeof output,
+                                       .content = IBL_CONTENT_IRRADIANCE};
     char *text;
     ibl_outputs *out;
 
@@ -353,6 +355,10 @@ TEST(files_and_tiles)
     REFUSES(ibl_sidecar_text(ctx, &facts, &text));
     REFUSES(ibl_sidecar_text(ctx, &facts, NULL));
     SILENT(ibl_sidecar_text(NULL, &facts, &text));
+    REFUSES(ibl_texture_describe(ctx, NULL, &facts, &output));
+    REFUSES(ibl_texture_describe(ctx, &none, NULL, &output));
+    REFUSES(ibl_texture_describe(ctx, &none, &facts, NULL));
+    REFUSES(ibl_texture_describe(ctx, &none, &facts, &output)); /* no bake */
     REFUSES(ibl_probe_index_read(ctx, NULL, &index));
     REFUSES(ibl_probe_index_read(ctx, "x", NULL));
     SILENT(ibl_probe_index_read(NULL, NULL, &index));

@@ -259,6 +259,31 @@ static void expect_same(const char *a, const char *b, const char *what)
     json_decref(y);
 }
 
+/* The keys of the program's files are the library's, but for KTX's own. */
+static void expect_same_keys(bake *b)
+{
+    for (int i = 0; i < OUTPUTS; i++) {
+        ibl_texture *ours = &b->texture[i], file;
+        int count = 0;
+        NEED(!ibl_texture_describe(b->ctx, ours, &b->facts, &b->output[i]));
+        NEED(!ibl_texture_read(
+            b->ctx, file_path(test_text("out/%s", b->output[i].file)), &file,
+            NULL));
+        for (int k = 0; k < file.key_count; k++) {
+            const char *key = file.keys[k].key;
+            const char *mine = ibl_texture_get(ours, key);
+            const bool own = strncmp(key, "iblbake.", 8) != 0;
+            CHECK_MSG(own || (mine && !strcmp(mine, file.keys[k].value)),
+                      "%s: %s is %s, not %s", b->output[i].file, key,
+                      mine ? mine : "not set", file.keys[k].value);
+            count += !own;
+        }
+        CHECK_MSG(count >= 2 && count == ours->key_count, "%s: %d keys of %d",
+                  b->output[i].file, count, ours->key_count);
+        ibl_texture_free(&file);
+    }
+}
+
 TEST(what_the_library_says_the_program_says)
 {
     static const like all[] = {
@@ -308,6 +333,7 @@ TEST(what_the_library_says_the_program_says)
         list_outputs(b);
         save_text(b, "ours.json");
         expect_same("out/map.json", "ours.json", all[i].options);
+        expect_same_keys(b);
     }
 }
 
@@ -473,6 +499,18 @@ TEST(wrong_facts_are_refused_in_one_line)
         CHECK_MSG(lines == 1 && !text && test_said(&kept, said[i]),
                   "%d lines: %s", lines, kept.text[IBL_LOG_ERROR]);
     }
+    ibl_texture tex = {0};
+    ibl_sidecar_output own = {.struct_size = sizeof own,
+                              .content = (ibl_content)5};
+    more[0].o = least();
+    CHECK(ibl_texture_describe(ctx, &tex, &more[0].o, &own) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(test_said(&kept, "content 5: must be 0 to 4"));
+    own.content = IBL_CONTENT_SKYBOX;
+    CHECK(ibl_texture_describe(ctx, &tex, &more[6].o, &own) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(test_said(&kept, "mirror 9"));
+    ibl_texture_free(&tex);
     read.struct_size = 0;
     more[1].o = least();
     more[1].o.read = &read;

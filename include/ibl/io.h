@@ -76,7 +76,7 @@ typedef enum ibl_primaries {
     IBL_PRIMARIES_REC2020 /* ITU-R BT.2020, white D65 */
 } ibl_primaries;
 
-/* "keep", "rec709", "acescg" or "rec2020". */
+/* "keep", "rec709", "acescg" or "rec2020"; else "unknown". */
 const char *ibl_primaries_name(ibl_primaries primaries);
 
 #define IBL_MAX_EXPOSURE 64 /* of ibl_read_options, up and down */

@@ -101,6 +101,20 @@ static inline ibl_sidecar_options ibl_sidecar_options_default(void)
 ibl_status ibl_sidecar_text(ibl_ctx *ctx, const ibl_sidecar_options *facts,
                             char **text);
 
+/*
+ * Sets all keys that iblbake's textures carry, by the facts of the sidecar:
+ * what it holds, its orientation, changes of colour, lights that were taken
+ * out, its encoder, and those of ibl_texture_describe_specular and its like.
+ *   facts   made only for a specular cube and for irradiance; neither a source
+ *           nor a report
+ *   output  its content, and texels if the pixel is of blocks
+ * IBL_ERR_ARGUMENT: a pointer is NULL, or the content is none. Others as of
+ * ibl_texture_set.
+ */
+ibl_status ibl_texture_describe(ibl_ctx *ctx, ibl_texture *tex,
+                                const ibl_sidecar_options *facts,
+                                const ibl_sidecar_output *output);
+
 IBL_API_END
 #ifdef __cplusplus
 }

@@ -2,7 +2,6 @@
 #include "cli/bake_record.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,64 +15,6 @@ bool ibl_bake_without_lights(const ibl_bake *b, ibl_output_kind kind)
 {
     return b->opts->lights &&
            (kind == IBL_OUTPUT_SPECULAR || kind == IBL_OUTPUT_IRRADIANCE);
-}
-
-/* ---- keys ------------------------------------------------------------ */
-
-/* Sets keys until one fails; status keeps that failure. */
-typedef struct setter {
-    ibl_ctx *ctx;
-    ibl_texture *tex;
-    ibl_status status;
-} setter;
-
-static void set(setter *s, const char *key, const char *fmt, ...)
-    __attribute__((format(printf, 3, 4)));
-static void set(setter *s, const char *key, const char *fmt, ...)
-{
-    char value[512];
-    va_list ap;
-
-    va_start(ap, fmt);
-    vsnprintf(value, sizeof value, fmt, ap);
-    va_end(ap);
-    if (!s->status)
-        s->status = ibl_texture_set(s->ctx, s->tex, key, value);
-}
-
-/* Filament takes its harmonics from the KTX file of the levels. */
-static void set_harmonics(setter *s, const ibl_bake *b)
-{
-    char *text = ibl_sh_key(b->made.sh);
-
-    if (!text || (!s->status && ibl_texture_set(s->ctx, s->tex, "sh", text)))
-        s->status = IBL_ERR_MEMORY;
-    free(text);
-}
-
-static void set_specular(setter *s, const ibl_bake *b)
-{
-    if (b->opts->format == IBL_CONTAINER_KTX && b->opts->bake.sh_degree >= 2)
-        set_harmonics(s, b);
-    if (!s->status)
-        s->status = ibl_texture_describe_specular(
-            s->ctx, s->tex, &b->opts->bake.specular_options, &b->made.report);
-}
-
-static void set_irradiance(setter *s, const ibl_bake *b)
-{
-    set(s, "iblbake.method", "%s",
-        b->made.irradiance_degree ? "spectral" : "hemisphere grid");
-    if (b->opts->bake.irradiance_options.step > 0)
-        set(s, "iblbake.step", "%.9g", b->opts->bake.irradiance_options.step);
-    if (!s->status)
-        s->status = ibl_texture_describe_irradiance(s->ctx, s->tex);
-}
-
-static void set_lut(setter *s, const ibl_bake *b)
-{
-    if (!s->status)
-        s->status = ibl_texture_describe_lut(s->ctx, s->tex, &b->opts->lut);
 }
 
 ibl_lobe_table_options ibl_bake_lobe_options(const ibl_bake *b)
@@ -90,68 +31,63 @@ ibl_lobe_table_options ibl_bake_lobe_options(const ibl_bake *b)
     return o;
 }
 
-static void set_lobes(setter *s, const ibl_bake *b)
+/* What keys and the sidecar say of the bake; lobe_table: its options. */
+static ibl_sidecar_options facts_of(const ibl_bake *b,
+                                    const ibl_lobe_table_options *lobe_table)
 {
-    const ibl_lobe_table_options o = ibl_bake_lobe_options(b);
+    const ibl_opts *o = b->opts;
 
-    if (!s->status)
-        s->status = ibl_texture_describe_lobe_table(s->ctx, s->tex, &o);
+    return (ibl_sidecar_options){.struct_size = sizeof(ibl_sidecar_options),
+                                 .source = o->input,
+                                 .width = b->from->width,
+                                 .height = b->from->height,
+                                 .read = &o->common.read,
+                                 .report = &b->from->report,
+                                 .specular = &o->bake.specular_options,
+                                 .irradiance = &o->bake.irradiance_options,
+                                 .lut = &o->lut,
+                                 .lobe_table = lobe_table,
+                                 .yaw_deg = o->bake.yaw_deg,
+                                 .axes = o->axes,
+                                 .sh_degree = o->bake.sh_degree,
+                                 .made = &b->made,
+                                 .lights = b->from->lights,
+                                 .light_count =
+                                     o->lights ? b->from->light_count : -1,
+                                 .lobes = b->lobes.data ? &b->lobes : NULL,
+                                 .revision = IBL_REVISION,
+                                 .target = o->of ? o->of->name : NULL};
 }
 
-/* Tables are of no environment's orientation and have one level. */
-static bool is_table(ibl_output_kind kind)
-{
-    return kind == IBL_OUTPUT_LUT || kind == IBL_OUTPUT_LOBES;
-}
+/* ---- keys ------------------------------------------------------------ */
 
-static void set_colour(setter *s, const ibl_read_options *o)
+/* Filament takes its harmonics from the KTX file of the levels. */
+static bool set_harmonics(const ibl_bake *b, ibl_texture *tex)
 {
-    if (o->primaries)
-        set(s, "iblbake.primaries", "%s", ibl_primaries_name(o->primaries));
-    if (o->exposure < 0 || o->exposure > 0)
-        set(s, "iblbake.exposure", "%.17g", o->exposure);
-    if (o->clamp > 0)
-        set(s, "iblbake.clamp", "%.17g", o->clamp);
-}
+    char *text = ibl_sh_key(b->made.sh);
+    const bool ok = text && !ibl_texture_set(b->ctx, tex, "sh", text);
 
-static void set_orientation(setter *s, const ibl_bake *b)
-{
-    const ibl_axes *axes = &b->opts->axes;
-    set(s, "iblbake.yaw_deg", "%.9g", b->opts->bake.yaw_deg);
-    if (axes->mirror)
-        set(s, "iblbake.mirror", "%s", ibl_mirror_name(axes->mirror));
-    if (axes->up)
-        set(s, "iblbake.up", "%s", ibl_up_name(axes->up));
+    free(text);
+    return ok;
 }
 
 bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
                           ibl_texture *tex)
 {
-    setter s = {b->ctx, tex, IBL_OK};
+    const ibl_opts *o = b->opts;
+    const ibl_lobe_table_options lobe_table = ibl_bake_lobe_options(b);
+    const ibl_sidecar_options facts = facts_of(b, &lobe_table);
+    const ibl_sidecar_output output = {.struct_size = sizeof output,
+                                       .content = (ibl_content)kind,
+                                       .texels = &o->texels};
+    char writer[32];
 
-    if (b->opts->zstd)
-        set(&s, "KTXwriterScParams", "--zstd %d", b->opts->zstd);
-    set(&s, "iblbake.content", "%s", ibl_output_content(kind));
-    if (!is_table(kind))
-        set_orientation(&s, b);
-    if (!is_table(kind))
-        set_colour(&s, &b->opts->common.read);
-    if (ibl_bake_without_lights(b, kind))
-        set(&s, "iblbake.lights", "%d", b->from->light_count);
-    if (ibl_pixel_block(tex->pixel) > 1) {
-        set(&s, "iblbake.pixel", "%s", ibl_pixel_name(tex->pixel));
-        set(&s, "iblbake.quality", "%s",
-            ibl_quality_name(b->opts->texels.quality));
-    }
-    if (kind == IBL_OUTPUT_SPECULAR)
-        set_specular(&s, b);
-    else if (kind == IBL_OUTPUT_IRRADIANCE)
-        set_irradiance(&s, b);
-    else if (kind == IBL_OUTPUT_LUT)
-        set_lut(&s, b);
-    else if (kind == IBL_OUTPUT_LOBES)
-        set_lobes(&s, b);
-    return !s.status;
+    snprintf(writer, sizeof writer, "--zstd %d", o->zstd);
+    return (!o->zstd ||
+            !ibl_texture_set(b->ctx, tex, "KTXwriterScParams", writer)) &&
+           !ibl_texture_describe(b->ctx, tex, &facts, &output) &&
+           (kind != IBL_OUTPUT_SPECULAR || o->format != IBL_CONTAINER_KTX ||
+            o->bake.sh_degree < 2 || set_harmonics(b, tex));
 }
 
 /* ---- the sidecar ------------------------------------------------------ */
@@ -254,8 +190,8 @@ static ibl_sidecar_output output(const ibl_bake *b, ibl_output_kind kind,
 
 char *ibl_bake_sidecar(const ibl_bake *b)
 {
-    const ibl_bake_source *from = b->from;
     const ibl_lobe_table_options lobe_table = ibl_bake_lobe_options(b);
+    ibl_sidecar_options facts = facts_of(b, &lobe_table);
     ibl_texture shapes[IBL_OUTPUT_JSON];
     ibl_sidecar_output outputs[IBL_OUTPUT_JSON];
     ibl_key_value given[IBL_MOST_GIVEN];
@@ -269,31 +205,11 @@ char *ibl_bake_sidecar(const ibl_bake *b)
             outputs[count] = output(b, (ibl_output_kind)i, &shapes[count]);
             count++;
         }
-    const ibl_sidecar_options facts = {
-        .struct_size = sizeof facts,
-        .source = b->opts->input,
-        .width = from->width,
-        .height = from->height,
-        .read = &b->opts->common.read,
-        .report = &from->report,
-        .specular = &b->opts->bake.specular_options,
-        .irradiance = &b->opts->bake.irradiance_options,
-        .lut = &b->opts->lut,
-        .lobe_table = &lobe_table,
-        .yaw_deg = b->opts->bake.yaw_deg,
-        .axes = b->opts->axes,
-        .sh_degree = b->opts->bake.sh_degree,
-        .made = &b->made,
-        .lights = from->lights,
-        .light_count = b->opts->lights ? from->light_count : -1,
-        .lobes = b->lobes.data ? &b->lobes : NULL,
-        .outputs = outputs,
-        .output_count = count,
-        .revision = IBL_REVISION,
-        .target = b->opts->of ? b->opts->of->name : NULL,
-        .options = given,
-        .option_count = options,
-        .more = own};
+    facts.outputs = outputs;
+    facts.output_count = count;
+    facts.options = given;
+    facts.option_count = options;
+    facts.more = own;
     if (ok && options >= 0)
         ibl_sidecar_text(b->ctx, &facts, &text);
     free(own);

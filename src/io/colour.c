@@ -22,7 +22,8 @@ static const double rounding = 1e-6;
 const char *ibl_primaries_name(ibl_primaries primaries)
 {
     static const char *const names[] = {"keep", "rec709", "acescg", "rec2020"};
-    return names[primaries];
+    return (unsigned)primaries <= IBL_PRIMARIES_REC2020 ? names[primaries]
+                                                        : "unknown";
 }
 
 /* ---- a pixel ---------------------------------------------------------- */

@@ -4,10 +4,13 @@
 
 #include <math.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "core/context.h"
+#include "ibl/sidecar.h"
+#include "image/axes.h"
 
 /* Sets keys until one fails; status keeps that failure. */
 typedef struct setter {
@@ -188,4 +191,97 @@ ibl_status ibl_texture_describe_lobe_table(ibl_ctx *ctx, ibl_texture *tex,
     set(&s, "iblbake.layers", "%s", layers);
     set(&s, "iblbake.roughness", "%s", roughness);
     return s.status;
+}
+
+/* ---- all keys ------------------------------------------------------------ */
+
+static void set_orientation(setter *s, const ibl_sidecar_options *o)
+{
+    set(s, "iblbake.yaw_deg", "%.9g", o->yaw_deg);
+    if (o->axes.mirror)
+        set(s, "iblbake.mirror", "%s", ibl_mirror_name(o->axes.mirror));
+    if (o->axes.up)
+        set(s, "iblbake.up", "%s", ibl_up_name(o->axes.up));
+}
+
+static void set_colour(setter *s, const ibl_read_options *o)
+{
+    if (o->primaries)
+        set(s, "iblbake.primaries", "%s", ibl_primaries_name(o->primaries));
+    if (o->exposure < 0 || o->exposure > 0)
+        set(s, "iblbake.exposure", "%.17g", o->exposure);
+    if (o->clamp > 0)
+        set(s, "iblbake.clamp", "%.17g", o->clamp);
+}
+
+/* The content's own keys. */
+static ibl_status set_content(setter *s, const ibl_sidecar_options *o,
+                              const ibl_irradiance_options *irradiance,
+                              ibl_content content)
+{
+    switch (content) {
+    case IBL_CONTENT_SPECULAR:
+        return ibl_texture_describe_specular(s->ctx, s->tex, o->specular,
+                                             &o->made->report);
+    case IBL_CONTENT_IRRADIANCE:
+        set(s, "iblbake.method", "%s",
+            o->made->irradiance_degree ? "spectral" : "hemisphere grid");
+        if (irradiance->step > 0)
+            set(s, "iblbake.step", "%.9g", irradiance->step);
+        return s->status ? s->status
+                         : ibl_texture_describe_irradiance(s->ctx, s->tex);
+    case IBL_CONTENT_LUT:
+        return ibl_texture_describe_lut(s->ctx, s->tex, o->lut);
+    case IBL_CONTENT_LOBE_TABLE:
+        return ibl_texture_describe_lobe_table(s->ctx, s->tex, o->lobe_table);
+    case IBL_CONTENT_SKYBOX:
+        return IBL_OK;
+    }
+    return ibl_fail(s->ctx, IBL_ERR_ARGUMENT, "content %d: must be 0 to %d",
+                    (int)content, IBL_CONTENT_LOBE_TABLE);
+}
+
+ibl_status ibl_texture_describe(ibl_ctx *ctx, ibl_texture *tex,
+                                const ibl_sidecar_options *facts,
+                                const ibl_sidecar_output *output)
+{
+    ibl_sidecar_options o = ibl_sidecar_options_default();
+    ibl_sidecar_output out = {0};
+    ibl_read_options read = ibl_read_options_default();
+    ibl_irradiance_options irradiance = ibl_irradiance_options_default();
+    ibl_texel_options texels = ibl_texel_options_default();
+    setter s = {ctx, tex, IBL_OK};
+
+    if (!tex || !facts || !output)
+        return ibl_missing(ctx, "ibl_texture_describe: tex, facts or output");
+    ibl_status status = ibl_take_options(ctx, facts, &o, sizeof o);
+    if (!status)
+        status = ibl_take_options(ctx, output, &out, sizeof out);
+    if (!status)
+        status = ibl_take_options(ctx, o.read, &read, sizeof read);
+    if (!status)
+        status =
+            ibl_take_options(ctx, o.irradiance, &irradiance, sizeof irradiance);
+    if (!status)
+        status = ibl_take_options(ctx, out.texels, &texels, sizeof texels);
+    const bool table = out.content >= IBL_CONTENT_LUT;
+    const bool lit = !table && out.content != IBL_CONTENT_SKYBOX;
+    if (!status)
+        status = ibl_check_axes(ctx, o.axes);
+    if (!status && lit && !o.made)
+        status = ibl_missing(ctx, "ibl_texture_describe: made");
+    if (status)
+        return status;
+    set(&s, "iblbake.content", "%s", ibl_content_name(out.content));
+    if (!table) {
+        set_orientation(&s, &o);
+        set_colour(&s, &read);
+    }
+    if (lit && o.light_count >= 0)
+        set(&s, "iblbake.lights", "%d", o.light_count);
+    if (ibl_pixel_block(tex->pixel) > 1) {
+        set(&s, "iblbake.pixel", "%s", ibl_pixel_name(tex->pixel));
+        set(&s, "iblbake.quality", "%s", ibl_quality_name(texels.quality));
+    }
+    return s.status ? s.status : set_content(&s, &o, &irradiance, out.content);
 }
