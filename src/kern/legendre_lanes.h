@@ -42,6 +42,8 @@ typedef unsigned long long vu __attribute__((vector_size(8 * VD)));
 
 /* ---- what lanes.h has not ------------------------------------------- */
 
+/* vd_signs(mask) is not 0 if a lane of a mask is set. */
+
 #if VD == 8
 static inline unsigned vd_signs(vd v)
 {
@@ -93,9 +95,13 @@ static inline vd vd_totals(const vd v[VD])
 #else
 static inline unsigned vd_signs(vd v)
 {
+#ifdef IBL_NEON
+    return vmaxvq_u32((uint32x4_t)v);
+#else
     const vl signs = (vl)v < 0;
 
     return (unsigned)((signs[0] & 1) | (signs[1] & 2));
+#endif
 }
 
 static inline vd vd_reverse(vd v)
