@@ -518,7 +518,8 @@ static inline vf vf_spread(const float *w, int k)
 static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
 {
 #ifdef IBL_NEON
-    vst3q_f32(dst, (float32x4x3_t){{r, g, b}});
+    const float32x4x3_t rgb = {{r, g, b}};
+    vst3q_f32(dst, rgb);
 #else
     vf v[4] = {r, g, b, b};
     vf_transpose(v); /* pixels 0 4, 1 5, ... */
