@@ -74,7 +74,7 @@ test_batch() {
 # Most of what asks for memory, where little is baked.
 test_small_batch() {
     begin
-    faults 3 -1 -p -k memory -- iblbake a.exr b.hdr -j 1 -o o \
+    faults 3 -1 -p -k memory -- iblbake a.exr b.hdr -j 1 -o o --depfile d \
         --target three --only lut,json -q --lut-size 1
 }
 

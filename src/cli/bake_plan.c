@@ -121,15 +121,17 @@ int ibl_bake_files(const ibl_bake *b, bool shared,
     return count;
 }
 
-bool ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES], int *count)
+ibl_status ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES],
+                           int *count)
 {
     const char *input = b->opts->input;
 
     *count = 0;
     for (int f = 0; f < IBL_FACES; f++)
         files[f] = NULL;
-    return !input || !strcmp(input, "-") ||
-           !ibl_input_files(b->ctx, input, files, count);
+    return input && strcmp(input, "-") != 0
+               ? ibl_input_files(b->ctx, input, files, count)
+               : IBL_OK;
 }
 
 static bool check_inputs(const ibl_bake *b, const char *path)
@@ -138,7 +140,7 @@ static bool check_inputs(const ibl_bake *b, const char *path)
     const ibl_scenes *scenes = b->from->scenes;
     char *files[IBL_FACES];
     int count;
-    bool ok = ibl_bake_inputs(b, files, &count);
+    bool ok = !ibl_bake_inputs(b, files, &count);
 
     for (int i = 0; i < count && ok; i++)
         ok = ibl_console_differ(b->console, files[i], path, other);
@@ -349,7 +351,7 @@ char *ibl_depfile_text(const ibl_bake *sets, int count)
         return NULL;
     put_outputs(to, sets, count);
     fputc(':', to);
-    const bool ok = ibl_bake_inputs(sets, inputs, &input_count);
+    const bool ok = !ibl_bake_inputs(sets, inputs, &input_count);
     for (int i = 0; i < input_count && ok; i++) {
         fputs(input_count > 1 ? " \\\n  " : " ", to);
         put_path(to, inputs[i]);
@@ -411,9 +413,12 @@ bool ibl_bake_check_depfile(const ibl_bake *sets, int count)
     const char *depfile = sets->opts->depfile;
     char *inputs[IBL_FACES];
     int input_count;
+    const ibl_status status = ibl_bake_inputs(sets, inputs, &input_count);
     bool ok = true;
 
-    if (!ibl_bake_inputs(sets, inputs, &input_count))
+    if (status == IBL_ERR_MEMORY)
+        return ibl_console_fail(sets->console, "no memory for names of files");
+    if (status)
         input_count = 0; /* the bake says what is missing */
     for (int i = 0; i < count && ok; i++)
         ok = check_set_depfile(&sets[i], depfile);
@@ -432,7 +437,7 @@ bool ibl_bake_plan(ibl_bake *sets, int count)
     const ibl_opts *o = sets->opts;
     char *inputs[IBL_FACES];
     int input_count;
-    bool ok = ibl_bake_inputs(sets, inputs, &input_count);
+    bool ok = !ibl_bake_inputs(sets, inputs, &input_count);
 
     ibl_input_files_free(inputs);
     for (int i = 0; i < count && ok; i++)

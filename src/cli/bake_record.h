@@ -251,9 +251,10 @@ enum {
 int ibl_bake_files(const ibl_bake *b, bool shared,
                    const char *paths[IBL_SET_PATHS]);
 /* Lists the files of the environment: 1 or 6, 0 for standard input or nothing;
- * free them with ibl_input_files_free. False, after a message: a pattern fits
- * none. */
-bool ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES], int *count);
+ * free them with ibl_input_files_free. IBL_ERR_IO, after a message: a pattern
+ * fits none. */
+ibl_status ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES],
+                           int *count);
 
 /* Sets the path of every wanted file. False, after a message: no memory. */
 bool ibl_bake_name_files(ibl_bake *b);

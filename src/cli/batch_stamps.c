@@ -83,7 +83,7 @@ static bool add_file(ibl_stamp *s, const char *path)
 static bool add_files(const ibl_map_bake *r, ibl_stamp *s)
 {
     char *inputs[IBL_FACES];
-    bool ok = ibl_bake_inputs(r->sets, inputs, &s->inputs);
+    bool ok = !ibl_bake_inputs(r->sets, inputs, &s->inputs);
 
     for (int i = 0; i < s->inputs && ok; i++)
         ok = add_file(s, inputs[i]);
