@@ -264,7 +264,7 @@ $(BUILD)/tests/check_expectation: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_expectation: $(addprefix $(BUILD)/obj/src/cli/, \
     faces.o lookup.o)
 
-$(BUILD)/tests/check_engine: TEST_LIBS = $(LIB)
+$(BUILD)/tests/check_engine: TEST_LIBS = -Wl,--wrap=realloc $(LIB)
 $(BUILD)/tests/check_engine: $(call obj,$(wildcard src/engine/*.c)) \
     $(addprefix $(BUILD)/obj/src/common/,path.o names.o)
 

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "engine/rgbd.h"
+#include "engine/set.h"
 #include "files.h"
 #include "test.h"
 #include "textures.h"
@@ -240,4 +241,38 @@ TEST(gltf_files)
     CHECK(reread(path, "{\"scenes\":[{}]}", 15) == IBL_ERR_FORMAT);
     CHECK(test_said(&kept, "EXT_lights_image_based"));
     CHECK(reread(path, "{]", 2) == IBL_ERR_FORMAT);
+}
+
+/* ---- no memory ------------------------------------------------------------
+ */
+
+void *__real_realloc(void *p, size_t size);
+void *__wrap_realloc(void *p, size_t size);
+static int left = -1; /* calls before the one that fails; -1: none does */
+void *__wrap_realloc(void *p, size_t size)
+{
+    return left < 0 || left-- ? __real_realloc(p, size) : NULL;
+}
+
+/* Whichever piece of the text has no memory, and if the next one has. */
+TEST(text_is_whole_or_none)
+{
+    int fails = 0;
+
+    for (bool whole = false; !whole && fails < 99; fails += !whole) {
+        json_t *j = json_object();
+        ibl_blob text = {0};
+        for (int i = 0; i < 20; i++)
+            json_object_set_new(j, test_text("key \"%d\"", i),
+                                json_string("a \"word\" or two"));
+        left = fails;
+        whole = ibl_engine_put_json(j, &text);
+        left = -1;
+        json_t *back = json_loadb((char *)text.bytes, text.size, 0, NULL);
+        CHECK_MSG(!whole || json_object_size(back) == 20, "without call %d",
+                  fails);
+        json_decref(back);
+        ibl_blob_free(&text);
+    }
+    CHECK(fails > 4);
 }

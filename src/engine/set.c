@@ -56,18 +56,29 @@ ibl_status ibl_engine_set_roughness(ibl_ctx *ctx, const double *roughness,
                   : ibl_texture_set(ctx, tex, "iblbake.content", "specular");
 }
 
-static int add_text(const char *bytes, size_t size, void *out)
+typedef struct json_out {
+    ibl_blob *blob;
+    bool ok; /* there was memory for all */
+} json_out;
+
+static int add_text(const char *bytes, size_t size, void *data)
 {
-    return ibl_blob_add(out, bytes, size) ? 0 : -1;
+    json_out *out = data;
+
+    out->ok = out->ok && ibl_blob_add(out->blob, bytes, size);
+    return out->ok ? 0 : -1;
 }
 
-/* json_dumps does not notice missing memory. */
-bool ibl_engine_put_json(json_t *root, ibl_blob *out)
+/* json_dumps does not notice missing memory, and goes on in the middle of a
+ * string when the callback fails. */
+bool ibl_engine_put_json(json_t *root, ibl_blob *blob)
 {
-    const bool ok =
-        root && !json_dump_callback(root, add_text, out,
-                                    JSON_COMPACT | JSON_REAL_PRECISION(9));
+    json_out out = {blob, root != NULL};
+    const int status =
+        root ? json_dump_callback(root, add_text, &out,
+                                  JSON_COMPACT | JSON_REAL_PRECISION(9))
+             : -1;
 
     json_decref(root);
-    return ok;
+    return !status && out.ok;
 }

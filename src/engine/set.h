@@ -29,7 +29,7 @@ ibl_status ibl_engine_set_keys(ibl_ctx *ctx, const json_t *keys,
 ibl_status ibl_engine_set_roughness(ibl_ctx *ctx, const double *roughness,
                                     ibl_texture *tex);
 /* Adds an object's text; takes its reference, too. False: no memory. */
-bool ibl_engine_put_json(json_t *root, ibl_blob *out);
+bool ibl_engine_put_json(json_t *root, ibl_blob *blob);
 
 /* Writers: see ibl_engine_encode. */
 ibl_status ibl_env_encode(ibl_ctx *ctx, const ibl_engine_set *set,
