@@ -104,10 +104,15 @@ trap 'cd "$work"; stop; rm -rf "$work"' EXIT
 trap 'exit 1' INT TERM HUP
 missing() { # why there is no Slurm here
     local program
-    [ "$(id -u)" = 0 ] || echo 'Slurm with its files in a directory needs root'
-    for program in munged slurmctld slurmd sbatch; do
-        command -v $program >/dev/null || echo "$program is not installed"
-    done | head -n 1
+    {
+        [ "$(id -u)" = 0 ] ||
+            echo 'Slurm with its files in a directory needs root'
+        for program in munged slurmctld slurmd sbatch; do
+            command -v $program >/dev/null || echo "$program is not installed"
+        done
+        grep -q ' /sys/fs/cgroup' /proc/mounts ||
+            echo 'slurmd needs /sys/fs/cgroup, where nothing is mounted'
+    } | head -n 1
 }
 is_up() { sinfo -h -o %t 2>/dev/null | grep -qx idle; }
 in_background() { # NAME COMMAND...

@@ -53,6 +53,7 @@ procps:finds_what_runs_on
 slurm-wlm:a_cluster_of_one_machine
 munge:its_authentication
 parallel:runs_an_example_of_the_manual
+time:measures_in_another
 xvfb:display_of_the_window_test
 xdotool:presses_its_keys
 libx11-dev:drops_files_on_it
