@@ -7,6 +7,7 @@ set -u
 need node
 need make
 need script
+repeats='same_bytes'
 use iblbake
 options='--size 16 --lut-size 16 --irradiance-size 4 --lobe-table-size 8'
 

@@ -19,6 +19,7 @@
 set -u
 . tests/lib.sh
 slow='interrupted|scenes|fewest'
+repeats='number_of_threads'
 program=$build/iblbake
 need node
 use iblbake

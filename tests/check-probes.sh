@@ -6,6 +6,7 @@
 set -u
 . tests/lib.sh
 slow='options_change|cubes|mended|alpha_ch|interrupted|sixty'
+repeats='shards_are_even|sixty_four'
 need node
 use iblbake
 mkenv hdr 32 16 >"$work/sun.hdr"

@@ -6,6 +6,7 @@
 set -u
 . tests/lib.sh
 slow='lobes|every_thread|damage_is|figures_of|containers_and|tenth|heatmap|in_spite|rendered_at'
+repeats='thread|tenth|figures_of|estimates|rendered_best|rendered_bound'
 need node
 use iblbake
 cp tests/cli/damage.mjs "$work/bin"

@@ -136,12 +136,18 @@ preload() {
 }
 
 # Whether a test is wanted: with ONLY those whose name it matches, else all, but
-# with IBL_TEST_QUICK those that do not match slow, which a script may set.
+# with IBL_TEST_QUICK those that do not match slow, and with a sanitizer those
+# that do not match repeats, which run no code that others do not. A script may
+# set both.
 slow=
+repeats=
+sanitized=no
 picked() { # NAME
     [[ $1 =~ ${ONLY:-} ]] || return
-    [ -n "${ONLY:-}" ] || [ -z "${IBL_TEST_QUICK:-}" ] || [ -z "$slow" ] ||
-        [[ ! $1 =~ $slow ]]
+    [ -z "${ONLY:-}" ] || return 0
+    [ -z "${IBL_TEST_QUICK:-}" ] || [ -z "$slow" ] || [[ ! $1 =~ $slow ]] ||
+        return
+    [ $sanitized = no ] || [ -z "$repeats" ] || [[ ! $1 =~ $repeats ]]
 }
 
 # Of many alike cases whether to take this one: each third with a sanitizer or
