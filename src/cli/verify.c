@@ -348,7 +348,6 @@ typedef struct verify {
 static bool read_map(verify *v)
 {
     const ibl_verify_opts *o = v->opts;
-
     ibl_source *source = NULL;
 
     ibl_console_progress(v->console, "decode", 0);

@@ -567,16 +567,12 @@ static bool read_texture(reader *r, ibl_texture *tex)
                             r->path, tex->layers, ibl_output_content(r->kind));
 }
 
-static double level_bytes(ibl_projection projection, int size, int levels)
+/* Bytes of texels as floats; all levels have at most 4/3 of the first. */
+static double as_floats(int width, int height, int faces, int levels)
 {
-    double texels = 0;
+    const double first = (double)width * height * faces;
 
-    for (int l = 0; l < levels; l++) {
-        const ibl_level_shape s =
-            ibl_level_shape_of(projection, ibl_cube_edge(size, l));
-        texels += (double)s.width * s.height * s.faces;
-    }
-    return 3 * sizeof(float) * texels;
+    return 3 * sizeof(float) * first * (levels > 1 ? 4 / 3.0 : 1);
 }
 
 bool ibl_verify_fits(const ibl_verify_opts *opts, ibl_console *console,
@@ -586,9 +582,12 @@ bool ibl_verify_fits(const ibl_verify_opts *opts, ibl_console *console,
     const size_t most = ibl_memory_most(&opts->common);
     double need = IBL_PROGRAM_BYTES + more;
 
-    for (int i = 0; i < files->owned_count; i++)
-        need += level_bytes(files->owned[i].projection, files->owned[i].size,
-                            files->owned[i].levels);
+    for (int i = 0; i < files->owned_count; i++) {
+        const ibl_cube *map = &files->owned[i];
+        const ibl_level_shape s =
+            ibl_level_shape_of(map->projection, map->size);
+        need += as_floats(s.width, s.height, s.faces, map->levels);
+    }
     return !most || need <= (double)most ||
            ibl_console_fail(console,
                             "%s: takes %.0f MiB of memory with what was read "
@@ -608,14 +607,6 @@ static void keep(const reader *r, ibl_cube *cube)
         r->files->owned[r->files->owned_count++] = *cube;
 }
 
-/* Bytes of its texels as floats; all levels have at most 4/3 of the first. */
-static double as_floats(const ibl_texture *tex)
-{
-    const double first = (double)tex->width * tex->height * tex->faces;
-
-    return 3 * sizeof(float) * first * (tex->levels > 1 ? 4 / 3.0 : 1);
-}
-
 static bool read_container(reader *r, ibl_texture *tex)
 {
     ibl_cube cube = {0};
@@ -627,7 +618,9 @@ static bool read_container(reader *r, ibl_texture *tex)
             r->path);
     bool ok = read_texture(r, tex) && check_axes(r) &&
               ibl_verify_fits(r->opts, r->console, r->files, r->path,
-                              (double)tex->bytes + as_floats(tex)) &&
+                              (double)tex->bytes +
+                                  as_floats(tex->width, tex->height, tex->faces,
+                                            tex->levels)) &&
               !ibl_texture_to_cube(r->ctx, tex, &cube);
     ibl_bytes_free(tex->data); /* from here on, only its keys are needed */
     tex->data = NULL;
