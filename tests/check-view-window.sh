@@ -218,10 +218,11 @@ test_panel() {
     xdotool mousemove --window "$window" 292 125 mousedown 1 \
         mousemove_relative 30 0 mouseup 1
     shows '| exposure 8 |'
+    press P
     snap panel.png
     still off.png --size 320x240 --ev 8 baked
     same panel.png off.png 'after the slider was dragged'
-    press P Home
+    press Home
     away
     on_screen first.png
 }

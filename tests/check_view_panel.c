@@ -9,6 +9,7 @@
 #include "test.h"
 #include "view.h"
 #include "view/app.h"
+#include "view/errors.h"
 #include "view/key_bindings.h"
 
 enum {
@@ -123,6 +124,35 @@ TEST(drags)
     app.mouse[0] = WIDTH + 99;
     view_panel_point(&app, true);
     CHECK_NEAR(app.settings.ev, 8, 1e-9);
+}
+
+/* The panel covers no sphere, and all are seen. */
+TEST(covers_no_sphere)
+{
+    static const int sizes[][2] = {{1280, 720}, {640, 480}, {500, 900}};
+
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        const int width = sizes[i][0], height = sizes[i][1];
+        bool seen[VIEW_MAX_GRID * VIEW_MAX_GRID] = {false};
+        int *shown = malloc(sizeof *shown * (size_t)(width * height)),
+            count = 0;
+        NEED(shown);
+        begin(VIEW_SPHERES);
+        app.settings = options.settings;
+        app.width = width;
+        app.height = height;
+        app.settings.covered = view_panel_share(&app);
+        view_errors_spheres(&app.settings, width, height, shown);
+        for (int k = 0; k < width * height; k++) {
+            if (shown[k] < 0)
+                continue;
+            CHECK(k % width < (1 - app.settings.covered) * width);
+            count += !seen[shown[k]];
+            seen[shown[k]] = true;
+        }
+        CHECK(count == app.settings.rows * app.settings.columns);
+        free(shown);
+    }
 }
 
 /* Nothing happens beside the panel; hidden, only its title is there. */

@@ -298,6 +298,7 @@ bool view_app_draw(view_app *app, bool spread)
         gl.Clear(GL_COLOR_BUFFER_BIT);
         return true;
     }
+    app->settings.covered = view_panel_share(app);
     if (!draw_as_set(app, spread) &&
         !(go_back(app) && draw_as_set(app, spread)))
         return false;

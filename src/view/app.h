@@ -98,6 +98,8 @@ void view_app_notice_path(view_app *app, const char *path);
  * if they are hidden and the pointer is in that quarter. Between
  * view_overlay_begin and _end. */
 void view_panel_draw(const view_app *app);
+/* The share of the width, at the right, that the controls cover. */
+double view_panel_share(const view_app *app);
 /* Handles a press of the left button at the pointer, or with drag a motion
  * while it is held. False: no control is there. */
 bool view_panel_point(view_app *app, bool drag);

@@ -78,6 +78,11 @@ static place place_of(const view_app *app)
     return p;
 }
 
+double view_panel_share(const view_app *app)
+{
+    return app->settings.panel ? 1 - place_of(app).x / app->width : 0;
+}
+
 /* The row at the pointer, -1 for the title or -2 for none; *x: the place in it,
  * at a scale of 1. */
 static int find(const view_app *app, double *x)

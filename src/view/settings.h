@@ -102,6 +102,8 @@ typedef struct view_settings {
     double border;     /* share of height and width that a picture that fits
                           leaves free on each side */
     double fov;        /* vertical, degrees */
+    double covered;    /* share of the width, at the right, that controls cover:
+                          the grid is in the middle of the rest */
     /* environment */
     double turn; /* degrees about +Y, counter-clockwise seen from above */
     bool sky;    /* show it; false: the background is black */

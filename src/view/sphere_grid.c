@@ -147,18 +147,20 @@ view_camera view_camera_of(const view_settings *s, int width, int height)
     const double yaw = s->yaw * degree, pitch = s->pitch * degree;
     const double tan_y = tan(0.5 * s->fov * degree);
     const double tan_x = tan_y * width / height;
+    const double covered = s->mode == VIEW_SPHERES ? s->covered : 0;
     const double axes[3][3] = {
         {cos(yaw), 0, -sin(yaw)},
         {-sin(yaw) * sin(pitch), cos(pitch), -cos(yaw) * sin(pitch)},
         {sin(yaw) * cos(pitch), sin(pitch), cos(yaw) * cos(pitch)}};
-    const double distance = s->distance > 0 ? s->distance
-                            : s->mode == VIEW_MODEL
-                                ? model_distance(s, tan_x, tan_y)
-                                : fitting_distance(s, axes, tan_x, tan_y);
+    const double distance =
+        s->distance > 0 ? s->distance
+        : s->mode == VIEW_MODEL
+            ? model_distance(s, tan_x, tan_y)
+            : fitting_distance(s, axes, tan_x * (1 - covered), tan_y);
     view_camera c = {
         .near = 0.01,
         .far = 1000 + 2 * distance,
-        .shift = {2 * s->pixel[0] / width, 2 * s->pixel[1] / height}};
+        .shift = {2 * s->pixel[0] / width + covered, 2 * s->pixel[1] / height}};
 
     for (int k = 0; k < 3; k++) {
         c.eye[k] = distance * axes[2][k];

@@ -39,8 +39,8 @@ int view_grid(const view_settings *s,
 typedef struct view_camera {
     double eye[3], right[3], up[3], forward[3];
     double near, far;
-    double shift[2]; /* of view_settings.pixel: what is at x + shift appears at
-                        x */
+    double shift[2]; /* of view_settings.pixel and .covered: what is at
+                        x + shift appears at x */
 } view_camera;
 
 view_camera view_camera_of(const view_settings *s, int width, int height);

@@ -91,7 +91,7 @@ static void *read_picture(const view_app *app, const view_settings *s,
 static bool write_picture(const view_app *app)
 {
     const view_options *o = app->options;
-    void *rgb = read_picture(app, &o->settings, o->offscreen, "");
+    void *rgb = read_picture(app, &app->settings, o->offscreen, "");
     const bool ok = rgb && view_picture_write(app->ctx, o->offscreen,
                                               o->size[0], o->size[1], rgb);
     free(rgb);
@@ -104,14 +104,14 @@ static bool draw_picture(view_app *app)
     view_renderer *r = app->renderer;
     double ms;
 
-    if (!view_still_draw(r, o, &o->settings, &ms, &app->stats))
+    if (!view_still_draw(r, o, &app->settings, &ms, &app->stats))
         return false;
     if (o->verbose)
         printf("%.1f ms a frame\n", ms);
     if (!o->quiet)
-        view_report_print(r, &o->settings, app->set);
+        view_report_print(r, &app->settings, app->set);
     return write_picture(app) &&
-           (!o->stats || view_stats_end(&app->stats, r, &o->settings));
+           (!o->stats || view_stats_end(&app->stats, r, &app->settings));
 }
 
 /* ---- a sheet ------------------------------------------------------------- */
@@ -284,11 +284,13 @@ static bool draw(view_app *app)
     return ok;
 }
 
-static void print_texel(const view_options *o, const baked_set *set)
+static void print_texel(const view_app *app)
 {
+    const view_options *o = app->options;
     char text[200];
-    const view_texel t = view_inspect(set, &o->settings, o->size[0], o->size[1],
-                                      o->texel[0] + 0.5, o->texel[1] + 0.5);
+    const view_texel t =
+        view_inspect(app->set, &app->settings, app->width, app->height,
+                     o->texel[0] + 0.5, o->texel[1] + 0.5);
 
     view_texel_text(&t, text, sizeof text);
     printf("%s\n", t.inside ? text : "nothing of a map is there");
@@ -314,10 +316,12 @@ bool view_still_run(ibl_ctx *ctx, const view_options *o)
     ok = ok && view_options_suit(o, set);
     if (ok && o->verbose)
         view_report_set(set);
+    if (!o->contact_sheet)
+        app.settings.covered = view_panel_share(&app);
     if (ok && (o->offscreen || o->contact_sheet))
         ok = draw(&app);
     if (ok && o->texel[0] >= 0)
-        print_texel(o, set);
+        print_texel(&app);
     view_set_free(set);
     return ok;
 }
