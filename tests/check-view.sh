@@ -534,6 +534,8 @@ test_misuse() {
     wrong 2 '*--offscreen -: *.png*' x --offscreen -
     wrong 2 '*--contact-sheet png: *.png*' x --contact-sheet png
     wrong 2 '*choose one*' x --offscreen a.png --contact-sheet b.png
+    wrong 2 '*--panel*choose one*' x --panel --contact-sheet b.png
+    wrong 2 '*--panel: *write a .png*' x --panel --offscreen a.exr
     wrong 2 '*choose one*' x -qv
     wrong 2 '*choose one*' x --offscreen a.png --frames 2 --samples 2
     wrong 2 '*--frames: only with*' x --frames 2

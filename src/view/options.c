@@ -150,6 +150,10 @@ static bool check_pairs(const view_options *o)
     } rules[] = {
         {sheet && o->offscreen, "--offscreen and --contact-sheet", one},
         {sheet && texel, "--texel and --contact-sheet", one},
+        {sheet && o->settings.panel, "--panel and --contact-sheet", one},
+        {o->offscreen && view_picture_is_linear(o->offscreen) &&
+             o->settings.panel,
+         "--panel", "linear pictures have none: write a .png"},
         {o->probe_set && o->settings.probes, "--probe-set and --probes", one},
         {o->quiet && o->verbose, "--quiet and --verbose", one},
         {o->quiet && o->stats, "--quiet and --stats", one},

@@ -316,8 +316,7 @@ bool view_still_run(ibl_ctx *ctx, const view_options *o)
     ok = ok && view_options_suit(o, set);
     if (ok && o->verbose)
         view_report_set(set);
-    if (!o->contact_sheet)
-        app.settings.covered = view_panel_share(&app);
+    app.settings.covered = view_panel_share(&app);
     if (ok && (o->offscreen || o->contact_sheet))
         ok = draw(&app);
     if (ok && o->texel[0] >= 0)
