@@ -10,11 +10,13 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
+#include "core/two.h"
 #include "kern/legendre.h"
 
 enum {
     LINE = 16, /* floats in a cache line */
     PARTS = 6,
+    PAIRS = PARTS / 2,
     ORDERS = 4 /* in a job: a few milliseconds of the largest analysis */
 };
 
@@ -65,12 +67,12 @@ void ibl_sht_power(const ibl_harmonics *h, double *power)
         power[l] = 0.0;
     for (int m = 0; m <= h->degree; m++) {
         const double *a = ibl_harmonics_at(h, m);
-        for (int l = m; l <= h->degree; l++, a += 6) {
-            double square = 0.0;
-#pragma GCC unroll 6
-            for (int part = 0; part < 6; part++)
-                square += a[part] * a[part];
-            power[l] += m ? 2.0 * square : square;
+        for (int l = m; l <= h->degree; l++, a += PARTS) {
+            ibl_two square = {0};
+#pragma GCC unroll 3
+            for (int p = 0; p < PARTS; p += 2)
+                square += ibl_two_at(a + p) * ibl_two_at(a + p);
+            power[l] += (m ? 2 : 1) * (square[0] + square[1]);
         }
     }
 }
@@ -141,6 +143,12 @@ static void next_order(const row_integrals *r, int m, double *state)
     while (j + 1 < r->edges && power[j + 1] < nothing)
         j++;
     state[0] = j;
+    for (; j + 2 <= r->edges; j += 2) {
+        const ibl_two p = ibl_two_at(power + j) * ibl_two_at(r->sine + j);
+        ibl_two_put(power + j, p);
+        ibl_two_put(s + j, ibl_two_at(r->x + j) * p * inverse +
+                               ibl_two_at(s + j) * share);
+    }
     for (; j < r->edges; j++) {
         power[j] *= r->sine[j];
         s[j] = r->x[j] * power[j] * inverse + s[j] * share;
@@ -257,26 +265,27 @@ static void integrate(const struct transform *t, double *state, int m,
 static void finish_order(const struct transform *t, double *state, int m)
 {
     const double scale = t->width[m];
+    double sum[PARTS], last = 0;
     double *a = ibl_harmonics_at(t->harmonics, m);
-    double now[PARTS], older[PARTS] = {0}, before[PARTS], last = 0;
+    ibl_two now[PAIRS], older[PAIRS] = {{0}}, before[PAIRS];
 
-    integrate(t, state, m, now);
-    for (int p = 0; p < PARTS; p++) {
-        now[p] *= t->rings.start[m] * scale;
-        before[p] = a[p];
-        a[p] = now[p];
+    integrate(t, state, m, sum);
+    for (int p = 0; p < PAIRS; p++) {
+        now[p] = ibl_two_at(sum + 2 * p) * (t->rings.start[m] * scale);
+        before[p] = ibl_two_at(a + 2 * p);
+        ibl_two_put(a + 2 * p, now[p]);
     }
     for (int l = m + 1; l <= t->degree; l++) {
         const double e = ratio(l, m), inverse = 1 / ((l + 1) * e);
         const double keep = (l - 2) * last * inverse, add = scale * inverse;
         a += PARTS;
-#pragma GCC unroll 6
-        for (int p = 0; p < PARTS; p++) {
-            const double next = keep * older[p] - add * before[p];
+#pragma GCC unroll 3
+        for (int p = 0; p < PAIRS; p++) {
+            const ibl_two next = keep * older[p] - add * before[p];
             older[p] = now[p];
             now[p] = next;
-            before[p] = a[p];
-            a[p] = next;
+            before[p] = ibl_two_at(a + 2 * p);
+            ibl_two_put(a + 2 * p, next);
         }
         last = e;
     }
