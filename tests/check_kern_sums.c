@@ -776,6 +776,46 @@ static void near_the_pole_of(ibl_isa isa)
 
 KERN_TEST(near_the_pole)
 
+/* With factors 2, -2, 2 ... Q_m+k is +-sin((k + 1) t) / sin t at x = cos t, a
+ * Chebyshev polynomial of the second kind. */
+static void legendre_values_of(ibl_isa isa)
+{
+    enum {
+        ALL = 3 * IBL_LEGENDRE_VALUES_POINTS,
+        STRIDE = ALL + 1,
+        DEGREES = 8,
+        M = 3
+    };
+    static const int degree[DEGREES] = {3, 4, 6, 7, 8, 11, 50, 53};
+    test_random r = {43};
+    double factor[53], t[ALL], x[ALL], start[ALL];
+    ibl_legendre_sums_dsp dsp;
+    ibl_legendre_sums_dsp_init(&dsp, isa);
+    for (int l = 0; l < 53; l++)
+        factor[l] = l < M ? NAN : (l - M) % 2 ? -2 : 2;
+    for (int i = 0; i < ALL; i++) {
+        t[i] = test_random_between(&r, 0.1, 3);
+        x[i] = cos(t[i]);
+        start[i] = test_random_between(&r, -1, 1);
+    }
+    for (int n = IBL_LEGENDRE_VALUES_POINTS; n <= ALL;
+         n += IBL_LEGENDRE_VALUES_POINTS) {
+        double *v = kern_alloc(DEGREES * STRIDE * sizeof *v, 64);
+        dsp.values(x, start, n, factor, M, degree, DEGREES, STRIDE, v);
+        for (int d = 0; d < DEGREES; d++)
+            for (int i = 0; i < n; i++) {
+                const int k = degree[d] - M;
+                const double sign = k % 4 < 2 ? 1 : -1;
+                CHECK_NEAR(v[d * STRIDE + i],
+                           sign * start[i] * sin((k + 1) * t[i]) / sin(t[i]),
+                           1e-12);
+            }
+        kern_free(v);
+    }
+}
+
+KERN_TEST(legendre_values)
+
 /* ---- the table of the BRDF ---------------------------------------------- */
 
 /* From the smallest to the largest of a table of 4096, and beyond, against

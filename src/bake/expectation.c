@@ -262,7 +262,7 @@ static void add_directions(const ibl_expectation *e, int job, int known,
     ibl_lookup_legendre(angle + known, IBL_LOOKUP_ANGLES - known, &v->bands,
                         v->p + known);
     if (e->node[job / VIEWS].roughness > 0)
-        ibl_lobe_bands_toward(n_v, known, &v->bands);
+        ibl_lobe_bands_toward(&e->rule, n_v, known, &v->bands);
     else
         mirror_bands(n_v, &v->bands);
 }
@@ -391,7 +391,7 @@ static ibl_status make_views(ibl_expectation *e)
     if (!e->view)
         return ibl_no_memory(e->ctx, "the expected error");
     ibl_gauss_points(VIEWS, e->at, e->weight);
-    ibl_bands_rule_init(&e->rule);
+    ibl_bands_rule_init(&e->rule, ibl_ctx_isa(e->ctx));
     return ibl_run(e->ctx, NULL, e->nodes * VIEWS, view_job, e);
 }
 

@@ -292,7 +292,7 @@ static ibl_status fit(ibl_ctx *ctx, struct fit *f)
     for (int m = 0; m < f->layout->levels; m++)
         ibl_lobe_blur(f->layout, m, f->blur[m]);
     ibl_bands_degrees(f->weight, f->knot[1], &f->all);
-    ibl_bands_rule_init(&f->rule);
+    ibl_bands_rule_init(&f->rule, ibl_ctx_isa(ctx));
     ibl_gauss_points(VIEWS, f->view, f->view_weight);
     if (!status)
         status = ibl_run(ctx, NULL, f->count, knot_job, f);

@@ -7,6 +7,7 @@
 #include "bake/lobe_kernels.h"
 #include "bake/true_lobe.h"
 #include "brdf/ggx.h"
+#include "core/two.h"
 #include "kern/brdf_quadrature.h"
 
 enum {
@@ -30,8 +31,27 @@ typedef struct view {
     double sine, cosine, alpha;
 } view;
 
-void ibl_bands_rule_init(ibl_bands_rule *rule)
+/*
+ * The normalised functions have
+ *     P_l+1 = a_l x P_l - a_l / a_l-1 P_l-1,
+ *     a_l = sqrt((4 n^2 - 1) / (n^2 - m^2)), n = l + 1.
+ * P_l = s_l Q_l with s_l+1 = a_l / s_l, of alternating sign, leaves one factor:
+ *     Q_l+1 = +-s_l^2 x Q_l + Q_l-1.
+ */
+static void fill_recurrence(int m, double *factor, double *scale)
 {
+    scale[m] = 1;
+    for (int l = m; l < IBL_LOBE_DEGREE; l++) {
+        const double n = l + 1, sign = (l - m) % 2 ? -1 : 1;
+        factor[l] = sign * scale[l] * scale[l];
+        scale[l + 1] =
+            sqrt((4 * n * n - 1) / (n * n - m * m)) / (sign * scale[l]);
+    }
+}
+
+void ibl_bands_rule_init(ibl_bands_rule *rule, ibl_isa isa)
+{
+    ibl_legendre_sums_dsp_init(&rule->dsp, isa);
     ibl_gauss_points(RINGS, rule->at, rule->weight);
     for (int k = 0; k < COLUMNS; k++) {
         const double phi = IBL_PI * (k + 0.5) / COLUMNS;
@@ -39,24 +59,14 @@ void ibl_bands_rule_init(ibl_bands_rule *rule)
         for (int m = 0; m < ORDERS; m++)
             rule->wave[k][m] = cos(m * phi);
     }
+    for (int m = 0; m < ORDERS; m++)
+        fill_recurrence(m, rule->factor[m], rule->scale[m]);
 }
 
-/* Two numbers, in one vector on most CPUs. */
-typedef double two __attribute__((vector_size(16)));
-
-_Static_assert(RINGS % 2 == 0 && ORDERS % 2 == 0 && EXTRA % 2 == 0, "pairs");
-
-static two load(const double *p)
-{
-    two v;
-    memcpy(&v, p, sizeof v);
-    return v;
-}
-
-static void store(double *p, two v)
-{
-    memcpy(p, &v, sizeof v);
-}
+_Static_assert(RINGS % IBL_LEGENDRE_VALUES_POINTS == 0 &&
+                   (int)EXTRA == (int)IBL_LEGENDRE_VALUES_POINTS &&
+                   ORDERS % 2 == 0,
+               "vectors");
 
 /* f N.L at a direction, for F0 = 1 and .04. */
 static void lobe_at(const view *v, const double l[3], double value[2])
@@ -78,7 +88,7 @@ static void lobe_at(const view *v, const double l[3], double value[2])
 static void transform_ring(const ibl_bands_rule *rule, const view *v, rings *r,
                            int i)
 {
-    two sum[2][ORDERS / 2] = {{{0}}};
+    ibl_two sum[2][ORDERS / 2] = {{{0}}};
     for (int k = 0; k < COLUMNS; k++) {
         const double *wave = rule->wave[k];
         const double across = r->sine[i] * wave[1];
@@ -89,8 +99,8 @@ static void transform_ring(const ibl_bands_rule *rule, const view *v, rings *r,
         lobe_at(v, l, value);
 #pragma GCC unroll 6
         for (int m = 0; m < ORDERS / 2; m++) {
-            sum[0][m] += value[0] * load(wave + 2 * m);
-            sum[1][m] += value[1] * load(wave + 2 * m);
+            sum[0][m] += value[0] * ibl_two_at(wave + 2 * m);
+            sum[1][m] += value[1] * ibl_two_at(wave + 2 * m);
         }
     }
     for (int m = 0; m < ORDERS; m++)
@@ -114,70 +124,58 @@ static void make_rings(const ibl_bands_rule *rule, const view *v, rings *r)
     }
 }
 
-/* Legendre's normalised functions of an order m at some points. */
+/* Points, and Legendre's normalised functions there, of order m and at the
+ * degrees of bands from index at on. */
 typedef struct legendre {
-    int m, l;
-    double last; /* the recurrence's factor of l - 1 */
-    double value[2][RINGS];
+    int count; /* points */
+    double cosine[RINGS], sine[RINGS];
+    int m, at;
+    double first[RINGS];                 /* of degree m */
+    double value[IBL_BANDS_MOST][RINGS]; /* over the rule's scale */
 } legendre;
 
-/* Those of degree l; the other half of value is of l - 1. */
-static inline const double *here(const legendre *p)
+static void find_values(const ibl_bands_rule *rule, const ibl_lobe_bands *b,
+                        legendre *p)
 {
-    return p->value[p->l & 1];
+    while (p->at < b->count && b->degree[p->at] < p->m)
+        p->at++;
+    rule->dsp.values(p->cosine, p->first, p->count, rule->factor[p->m], p->m,
+                     b->degree + p->at, b->count - p->at, RINGS,
+                     p->value[p->at]);
 }
 
-/* first: P_mm; count: points, an even number */
-static void start_order(int m, const double *first, int count, legendre *p)
+static void start_orders(legendre *p)
 {
-    p->m = p->l = m;
-    p->last = 0;
-    for (int i = 0; i < count; i++) {
-        p->value[m & 1][i] = first[i];
-        p->value[~m & 1][i] = 0;
-    }
+    p->m = p->at = 0;
+    for (int i = 0; i < p->count; i++)
+        p->first[i] = sqrt(1 / (4 * IBL_PI));
 }
 
-static inline void next_degree(legendre *p, const double *cosine, int count)
+static void next_order(legendre *p)
 {
-    const double *now = here(p);
-    const double n = ++p->l, last = p->last;
-    const double factor = sqrt((4 * n * n - 1) / (n * n - p->m * p->m));
-    double *next = p->value[p->l & 1];
-    for (int i = 0; i < count; i += 2)
-        store(next + i, factor * (load(cosine + i) * load(now + i) -
-                                  last * load(next + i)));
-    p->last = 1 / factor;
+    for (int i = 0; i < p->count; i++)
+        p->first[i] *= p->sine[i] * sqrt((2 * p->m + 3) / (2.0 * p->m + 2));
+    p->m++;
 }
 
-/* P_mm of order m + 1, given that of m. */
-static void next_order(int m, const double *sine, int count, double *first)
+/* Adds the harmonics of an order. */
+static void add_harmonics(const ibl_bands_rule *rule, const rings *r,
+                          const legendre *p, ibl_lobe_bands *b)
 {
-    for (int i = 0; i < count; i++)
-        first[i] *= sine[i] * sqrt((2 * m + 3) / (2.0 * m + 2));
-}
-
-static int first_degree(const ibl_lobe_bands *b, int m)
-{
-    int at = 0;
-    while (at < b->count && b->degree[at] < m)
-        at++;
-    return at;
-}
-
-/* Adds the harmonics of order m at the degree of index at. */
-static void add_harmonics(const rings *r, int m, const double value[RINGS],
-                          int at, ibl_lobe_bands *b)
-{
+    const int m = p->m;
     const double twice = m ? 2 : 1; /* sqrt(2) cos(m phi), squared */
-    two part[2] = {{0}};
-    for (int i = 0; i < RINGS; i += 2)
-        for (int f = 0; f < 2; f++)
-            part[f] += load(r->f[m][f] + i) * load(value + i);
-    for (int f = 0; f < 2; f++) {
-        const double sum = part[f][0] + part[f][1], t = twice * sum;
-        b->power[f][at] += t * sum;
-        b->order[f][m][at] = t;
+    for (int at = p->at; at < b->count; at++) {
+        const double scale = rule->scale[m][b->degree[at]];
+        ibl_two part[2] = {{0}};
+        for (int i = 0; i < RINGS; i += 2)
+            for (int f = 0; f < 2; f++)
+                part[f] +=
+                    ibl_two_at(r->f[m][f] + i) * ibl_two_at(p->value[at] + i);
+        for (int f = 0; f < 2; f++) {
+            const double sum = scale * (part[f][0] + part[f][1]);
+            b->power[f][at] += twice * sum * sum;
+            b->order[f][m][at] = twice * scale * sum;
+        }
     }
 }
 
@@ -231,33 +229,27 @@ void ibl_bands_fill(const double *power, int last, int part, ibl_lobe_bands *b)
     }
 }
 
-void ibl_lobe_bands_toward(double n_dot_v, int first, ibl_lobe_bands *b)
+void ibl_lobe_bands_toward(const ibl_bands_rule *rule, double n_dot_v,
+                           int first, ibl_lobe_bands *b)
 {
-    const int count = b->directions - first, even = count + count % 2;
-    double cosine[EXTRA] = {0}, sine[EXTRA] = {0}, sign[EXTRA];
-    double start[EXTRA] = {0};
     legendre p;
-    for (int k = 0; k < count; k++) {
+    p.count = EXTRA;
+    memset(p.cosine, 0, sizeof p.cosine);
+    memset(p.sine, 0, sizeof p.sine);
+    for (int k = 0; k < b->directions - first; k++) {
         const double psi = acos(n_dot_v) - b->angle[first + k];
-        cosine[k] = cos(psi);
-        sine[k] = fabs(sin(psi));
-        sign[k] = psi < 0 ? -1 : 1; /* towards or away from N */
-        start[k] = sqrt(1 / (4 * IBL_PI));
+        p.cosine[k] = cos(psi);
+        p.sine[k] = sin(psi); /* towards N: phi = 0 */
         for (int f = 0; f < 2; f++)
             memset(b->toward[f][first + k], 0, sizeof b->toward[f][first + k]);
     }
-    for (int m = 0; m < b->orders; m++) {
-        start_order(m, start, even, &p);
-        for (int at = first_degree(b, m); at < b->count; at++) {
-            while (p.l < b->degree[at])
-                next_degree(&p, cosine, even);
-            for (int f = 0; f < 2; f++)
-                for (int k = 0; k < count; k++)
-                    b->toward[f][first + k][at] += b->order[f][m][at] *
-                                                   here(&p)[k] *
-                                                   (m % 2 ? sign[k] : 1);
-        }
-        next_order(m, sine, even, start);
+    for (start_orders(&p); p.m < b->orders; next_order(&p)) {
+        find_values(rule, b, &p);
+        for (int f = 0; f < 2; f++)
+            for (int k = 0; k < b->directions - first; k++)
+                for (int at = p.at; at < b->count; at++)
+                    b->toward[f][first + k][at] +=
+                        b->order[f][p.m][at] * p.value[at][k];
     }
 }
 
@@ -265,23 +257,18 @@ void ibl_lobe_bands_make(const ibl_bands_rule *rule, double n_dot_v,
                          double alpha, ibl_lobe_bands *b)
 {
     const view v = {sqrt((1 - n_dot_v) * (1 + n_dot_v)), n_dot_v, alpha};
-    double first[RINGS];
     legendre p;
     rings r;
+    p.count = RINGS;
     make_rings(rule, &v, &r);
     normalise(&r, b->energy);
     b->orders = orders_of(&r);
     memset(b->power, 0, sizeof b->power);
-    for (int i = 0; i < RINGS; i++)
-        first[i] = sqrt(1 / (4 * IBL_PI));
-    for (int m = 0; m < b->orders; m++) {
-        start_order(m, first, RINGS, &p);
-        for (int at = first_degree(b, m); at < b->count; at++) {
-            while (p.l < b->degree[at])
-                next_degree(&p, r.cosine, RINGS);
-            add_harmonics(&r, m, here(&p), at, b);
-        }
-        next_order(m, r.sine, RINGS, first);
+    memcpy(p.cosine, r.cosine, sizeof p.cosine);
+    memcpy(p.sine, r.sine, sizeof p.sine);
+    for (start_orders(&p); p.m < b->orders; next_order(&p)) {
+        find_values(rule, b, &p);
+        add_harmonics(rule, &r, &p, b);
     }
-    ibl_lobe_bands_toward(n_dot_v, 0, b);
+    ibl_lobe_bands_toward(rule, n_dot_v, 0, b);
 }

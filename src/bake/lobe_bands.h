@@ -9,7 +9,9 @@
 #ifndef IBL_BAKE_LOBE_BANDS_H
 #define IBL_BAKE_LOBE_BANDS_H
 
+#include "bake/lobe_kernels.h"
 #include "ibl/ibl.h"
+#include "kern/legendre_sums.h"
 
 enum {
     IBL_BANDS_DIRECTIONS = 8,
@@ -19,14 +21,19 @@ enum {
     IBL_BANDS_ORDERS = 12
 };
 
-/* Points of rings around the mirror direction, the same for all lobes. */
+/* What is the same for all lobes: points of rings around the mirror direction,
+ * and the recurrence of what they are summed with. */
 typedef struct ibl_bands_rule {
+    ibl_legendre_sums_dsp dsp;
     double at[IBL_BANDS_RINGS], weight[IBL_BANDS_RINGS]; /* on 0..1 */
     double sine[IBL_BANDS_COLUMNS];                      /* of phi */
     double wave[IBL_BANDS_COLUMNS][IBL_BANDS_ORDERS];    /* cos(m phi) */
+    /* Of Legendre's functions, for degrees m.. of an order m. */
+    double factor[IBL_BANDS_ORDERS][IBL_LOBE_DEGREE + 1];
+    double scale[IBL_BANDS_ORDERS][IBL_LOBE_DEGREE + 1];
 } ibl_bands_rule;
 
-void ibl_bands_rule_init(ibl_bands_rule *rule);
+void ibl_bands_rule_init(ibl_bands_rule *rule, ibl_isa isa);
 
 typedef struct ibl_lobe_bands {
     int count;
@@ -60,6 +67,7 @@ void ibl_lobe_bands_make(const ibl_bands_rule *rule, double n_dot_v,
                          double alpha, ibl_lobe_bands *bands);
 
 /* The same for the directions from `first` on, which were added since. */
-void ibl_lobe_bands_toward(double n_dot_v, int first, ibl_lobe_bands *bands);
+void ibl_lobe_bands_toward(const ibl_bands_rule *rule, double n_dot_v,
+                           int first, ibl_lobe_bands *bands);
 
 #endif
