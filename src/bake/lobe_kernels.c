@@ -14,8 +14,16 @@ enum {
     DIFFUSE = IBL_LOBE_DIFFUSE,
     DEGREE = IBL_LOBE_DEGREE,
     PRODUCTS = 4, /* of a lobe: point, same, next, diffuse */
+    AT_ONCE = 4,  /* rows */
     ROWS_IN_JOB = 32
 };
+
+/* The products of a lobe or numbers of the rows at once, in vectors on most
+ * CPUs. */
+typedef float four __attribute__((vector_size(16)));
+typedef double four_doubles __attribute__((vector_size(32)));
+
+_Static_assert(ROWS_IN_JOB % AT_ONCE == 0, "whole steps");
 
 /* Coefficients below this have no effect. */
 static const double nothing = 2e-5;
@@ -23,10 +31,10 @@ static const double nothing = 2e-5;
 struct making {
     ibl_lobe_kernels *out;
     int lobes;                  /* levels and, last, the cosine */
-    double *k;                  /* DEGREE + 1 of each lobe */
-    float *terms;               /* for each degree: products of each lobe */
+    four (*terms)[DEGREE + 1];  /* of each lobe: its products */
+    int end[SLOTS];             /* of each lobe: degrees that have terms */
+    int degrees;                /* the most of these */
     double inverse[DEGREE + 1]; /* 1 / (l + 1) */
-    int active[DEGREE + 1];     /* lobes, from the first, that have terms */
 };
 
 /* ---- the spectrum ------------------------------------------------------ */
@@ -117,53 +125,53 @@ static ibl_status fill_lobes(ibl_ctx *ctx, const ibl_lobe_kernels *out)
 
 static void fill_terms(struct making *m)
 {
-    const double *cosine = m->out->lobe + (size_t)(m->lobes - 1) * (DEGREE + 1);
-    int most = 0;
-    for (int l = DEGREE; l >= 0; l--) {
+    const double *cosine = ibl_lobe_of(m->out, m->lobes - 1);
+    for (int l = 0; l <= DEGREE; l++) {
         m->inverse[l] = 1.0 / (l + 1);
         const double c = l ? (2 * l + 1) / (4 * IBL_PI) * m->out->power[l] : 0;
-        float *to = m->terms + (size_t)l * PRODUCTS * SLOTS;
         for (int a = 0; a < m->lobes; a++) {
-            const double *k = m->out->lobe + (size_t)a * (DEGREE + 1);
+            const double *k = ibl_lobe_of(m->out, a);
             const double next = a + 2 < m->lobes ? k[DEGREE + 1 + l] : 0;
-            to[PRODUCTS * a] = (float)(c * k[l]);
-            to[PRODUCTS * a + 1] = (float)(c * k[l] * k[l]);
-            to[PRODUCTS * a + 2] = (float)(c * k[l] * next);
-            to[PRODUCTS * a + 3] = (float)(c * k[l] * cosine[l]);
-            if (fabs(k[l]) > nothing && a >= most)
-                most = a + 1;
+            m->terms[a][l] =
+                (four){(float)(c * k[l]), (float)(c * k[l] * k[l]),
+                       (float)(c * k[l] * next), (float)(c * k[l] * cosine[l])};
+            if (fabs(k[l]) > nothing)
+                m->end[a] = l + 1;
+            if (m->end[a] > m->degrees)
+                m->degrees = m->end[a];
         }
-        m->active[l] = most;
     }
 }
 
 /* ---- tables ------------------------------------------------------------ */
 
-static inline void add_products(const float *restrict terms, float factor,
-                                float *restrict sum)
-{
-    for (int i = 0; i < PRODUCTS; i++)
-        sum[i] += terms[i] * factor;
-}
-
-/* The sums over l for P_l(1 - y), with the recurrence of
+/* P_l(1 - y) of the rows from the first on, with the recurrence of
  * kern/legendre_sums.h. */
-static void sum_row(const struct making *m, double y,
-                    float sum[PRODUCTS * SLOTS])
+static void find_legendre(const struct making *m, int first, four *legendre)
 {
-    double p = 1, e = 0;
-    memset(sum, 0, PRODUCTS * SLOTS * sizeof *sum);
-    for (int l = 0; l <= DEGREE && m->active[l]; l++) {
-        const float *terms = m->terms + (size_t)l * PRODUCTS * SLOTS;
-        const float f = (float)p;
-        for (int a = 0; a < m->active[l]; a++)
-            add_products(terms + PRODUCTS * a, f, sum + PRODUCTS * a);
+    four_doubles y, p = {1, 1, 1, 1}, e = {0};
+    for (int i = 0; i < AT_ONCE; i++)
+        y[i] = 2 * fmin((double)ibl_lobe_row_at(first + i), 1);
+    for (int l = 0; l < m->degrees; l++) {
+        legendre[l] = __builtin_convertvector(p, four);
         e -= (2 * l + 1) * y * p;
         p += e * m->inverse[l];
     }
 }
 
-static void put(const struct making *m, int lobe, const float *sum, int row)
+/* The sums of a lobe over l. */
+static void sum_rows(const struct making *m, const four *legendre, int lobe,
+                     four sum[AT_ONCE])
+{
+    four s[AT_ONCE] = {{0}};
+    for (int l = 0; l < m->end[lobe]; l++)
+#pragma GCC unroll 4
+        for (int i = 0; i < AT_ONCE; i++)
+            s[i] += m->terms[lobe][l] * legendre[l][i];
+    memcpy(sum, s, sizeof s);
+}
+
+static void put(const struct making *m, int lobe, four sum, int row)
 {
     ibl_lobe_kernels *out = m->out;
     const int slot = lobe + 1 < m->lobes ? lobe : DIFFUSE;
@@ -174,17 +182,23 @@ static void put(const struct making *m, int lobe, const float *sum, int row)
     out->diffuse[at] = sum[3];
 }
 
+static void make_rows(const struct making *m, int first)
+{
+    four legendre[DEGREE + 1], sum[AT_ONCE];
+    find_legendre(m, first, legendre);
+    for (int a = 0; a < m->lobes; a++) {
+        sum_rows(m, legendre, a, sum);
+        for (int i = 0; i < AT_ONCE && first + i < ROWS; i++)
+            put(m, a, sum[i], first + i);
+    }
+}
+
 static void rows_job(void *arg, int job, int worker)
 {
-    const struct making *m = arg;
     (void)worker;
     for (int row = ROWS_IN_JOB * job;
-         row < ROWS_IN_JOB * (job + 1) && row < ROWS; row++) {
-        float sum[PRODUCTS * SLOTS];
-        sum_row(m, 2 * fmin((double)ibl_lobe_row_at(row), 1), sum);
-        for (int a = 0; a < m->lobes; a++)
-            put(m, a, sum + PRODUCTS * a, row);
-    }
+         row < ROWS_IN_JOB * (job + 1) && row < ROWS; row += AT_ONCE)
+        make_rows(arg, row);
 }
 
 void ibl_lobe_kernels_free(ibl_lobe_kernels *k)
@@ -226,7 +240,7 @@ ibl_status ibl_lobe_kernels_tables(ibl_ctx *ctx, ibl_lobe_kernels *k)
     const size_t table = ROWS * SLOTS;
     struct making m = {.out = k, .lobes = k->layout.levels + 1};
     k->point = ibl_alloc_zeroed(PRODUCTS * table, sizeof *k->point);
-    m.terms = ibl_alloc_array(DEGREE + 1, PRODUCTS * SLOTS * sizeof *m.terms);
+    m.terms = ibl_alloc_array((size_t)m.lobes, sizeof *m.terms);
     if (!k->point || !m.terms) {
         ibl_free(m.terms);
         return ibl_no_memory(ctx, "the lobes of the levels");
