@@ -73,6 +73,7 @@ typedef struct ibl_legendre_order {
     int single;      /* from this degree on floats may do; > degree: nowhere */
     double *scratch; /* ibl_legendre_scratch(degree) doubles, 64-byte aligned,
                         contents undefined */
+    int first, end;  /* pairs of an analysis; the differences are 0 in others */
 } ibl_legendre_order;
 
 size_t ibl_legendre_scratch(int degree);
@@ -94,11 +95,11 @@ typedef struct ibl_legendre_dsp {
     void (*synthesise)(const ibl_legendre_order *o, const double *a,
                        const double *factor, float *g, size_t stride);
     /*
-     * sum[part] += sum over j = from..rows / 2 - 1 of
-     * (edge[j] - edge[j + 1]) (f_j + f_rows-1-j), in double.
+     * sum[part] += sum over j = from..until - 1 of
+     * (edge[j] - edge[j + 1]) (f_j + f_rows-1-j), in double; until <= rows / 2.
      */
-    void (*add_rows)(const double *edge, int from, int rows, const float *f,
-                     size_t stride, double sum[6]);
+    void (*add_rows)(const double *edge, int from, int until, int rows,
+                     const float *f, size_t stride, double sum[6]);
 } ibl_legendre_dsp;
 
 IBL_DECLARE_KERNEL(ibl_legendre);

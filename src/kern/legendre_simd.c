@@ -45,9 +45,11 @@ static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
 {
     const ibl_legendre_rings *r = w->rings;
 
-    w->active = 0;
-    w->vectors = (ring_pairs(w, j) + VD - 1) / VD;
-    for (int v = 0; v < w->vectors; v++) {
+    const int begin = w->o->first - j, end = w->o->end - j;
+
+    w->active = begin > 0 ? begin / VD : 0;
+    w->vectors = ((end < CHUNK ? end : CHUNK) + VD - 1) / VD;
+    for (int v = w->active; v < w->vectors; v++) {
         const int at = j + v * VD;
         const bool whole = at + VD <= r->count / 2;
         const size_t mirror = (size_t)(r->count - VD - at);
@@ -69,25 +71,6 @@ static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
             vd_store(to + 6 * VD, x * (n - s));
         }
     }
-}
-
-static bool is_zero(const struct work *w, int v)
-{
-    const double *data = w->data + (size_t)v * SUMS * VD;
-    vl any = (vl)vd_all(0.0);
-    for (int i = 0; i < SUMS; i++)
-        any |= (vl)(vd_load(data + i * VD) != vd_all(0.0));
-    return !vd_signs((vd)any);
-}
-
-/* Leaves out vectors without data at both ends: a map of lights is zero but for
- * some rows. */
-static void skip_zeros(struct work *w)
-{
-    while (w->active < w->vectors && is_zero(w, w->active))
-        w->active++;
-    while (w->active < w->vectors && is_zero(w, w->vectors - 1))
-        w->vectors--;
 }
 
 /* Adds vectors v..until - 1 to the sums of AT_ONCE k, from k on. */
@@ -250,22 +233,21 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
 
     fill_coefficients(&w);
     memset(w.sums, 0, (size_t)w.blocks * BLOCK * SUMS * sizeof *w.sums);
-    for (int j = 0; j < o->rings->pairs; j += CHUNK) {
+    for (int j = o->first / CHUNK * CHUNK; j < o->end; j += CHUNK) {
         gather_chunk(&w, j, f, stride);
-        skip_zeros(&w);
         start_chunk(&w, j);
         analyse_chunk(&w, j);
     }
     finish(&w, a);
 }
 
-static void add_rows(const double *edge, int from, int rows, const float *f,
-                     size_t stride, double sum[6])
+static void add_rows(const double *edge, int from, int until, int rows,
+                     const float *f, size_t stride, double sum[6])
 {
     vd sums[6] = {{0}};
     int j = from;
 
-    for (; j + VD <= rows / 2; j += VD) {
+    for (; j + VD <= until; j += VD) {
         const vd mass = vd_load(edge + j) - vd_load(edge + j + 1);
         const float *north = f + j, *south = f + rows - VD - j;
 #pragma GCC unroll 6
@@ -277,7 +259,7 @@ static void add_rows(const double *edge, int from, int rows, const float *f,
     for (int p = 0; p < 6; p++, f += stride) {
         for (int i = 0; i < VD; i++)
             sum[p] += sums[p][i];
-        for (int i = j; i < rows / 2; i++)
+        for (int i = j; i < until; i++)
             sum[p] += (edge[i] - edge[i + 1]) *
                       ((double)f[i] + (double)f[rows - 1 - i]);
     }

@@ -217,6 +217,21 @@ static void add_mean(const ibl_spectral *s, ibl_harmonics *sum)
         a[2 * c] += (double)s->mean[c] * sqrt(4 * IBL_PI);
 }
 
+/* Leaves all rows without lights out of an analysis. */
+static void set_rows(const ibl_spectral *s, ibl_ring_spectra *rows)
+{
+    rows->first = rows->end;
+    rows->end = 0;
+    for (int i = 0; i < s->light_count; i++) {
+        const int j = s->lights[i].row, mirror = s->height - 1 - j;
+        const int from_pole = j < mirror ? j : mirror;
+        if (from_pole < rows->first)
+            rows->first = from_pole;
+        if (from_pole >= rows->end)
+            rows->end = from_pole + 1;
+    }
+}
+
 /* Analyses only the lights. */
 static ibl_status analyse_lights(const ibl_spectral *s, ibl_harmonics *out)
 {
@@ -226,6 +241,7 @@ static ibl_status analyse_lights(const ibl_spectral *s, ibl_harmonics *out)
     if (status)
         return status;
     out->single = s->single;
+    set_rows(s, &rows);
     memset(rows.data, 0,
            6 * (size_t)rows.orders * rows.stride * sizeof *rows.data);
     status = ibl_spectral_add_lights(s, s->lights, s->light_count, &rows);
