@@ -25,50 +25,49 @@ static inline vd differences(const float *rows)
     return vd_load_floats(rows + 1) - vd_load_floats(rows);
 }
 
-/* The same beside fewer edges, from north j on, and their mirror images. */
-static inline void last_pairs(const ibl_legendre_rings *r, int j,
-                              const float *ring, vd *north, vd *south)
+/* What gather_chunk computes, for fewer than VD edges from north j on. */
+static void gather_last(const ibl_legendre_rings *r, int j, const float *f,
+                        size_t stride, double *to)
 {
-    const int mirror = r->count - 1 - j;
-
-    *north = *south = vd_all(0.0);
-    for (int i = 0; i < VD && j + i < r->pairs; i++) {
-        const float *n = ring + j + i, *s = ring + mirror - i;
-        (*north)[i] = (double)n[1] - (double)n[0];
-        if (j + i < r->count / 2)
-            (*south)[i] = (double)s[1] - (double)s[0];
-    }
+    memset(to, 0, SUMS * VD * sizeof *to);
+    for (int i = j; i < j + VD && i < r->pairs; i++, to++)
+        for (size_t part = 0; part < 6; part++) {
+            const float *north = f + part * stride + i;
+            const float *south = f + part * stride + (r->count - 1 - i);
+            const double weight = r->sine[i] * r->sine[i];
+            const double n = ((double)north[1] - (double)north[0]) * weight;
+            const double s = ((double)south[1] - (double)south[0]) * weight;
+            const bool twin = i < r->count / 2; /* its mirror image */
+            to[part * VD] = twin ? n + s : n;
+            to[(6 + part) * VD] = r->x[i] * (twin ? n - s : n);
+        }
 }
 
 /* Computes north + south, x (north - south) for the chunk from ring j on. */
 static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
 {
     const ibl_legendre_rings *r = w->rings;
-
     const int begin = w->o->first - j, end = w->o->end - j;
 
     w->active = begin > 0 ? begin / VD : 0;
     w->vectors = ((end < CHUNK ? end : CHUNK) + VD - 1) / VD;
     for (int v = w->active; v < w->vectors; v++) {
         const int at = j + v * VD;
-        const bool whole = at + VD <= r->count / 2;
-        const size_t mirror = (size_t)(r->count - VD - at);
-        const vd x = vd_load(r->x + at);
         const vd sine = vd_load(r->sine + at), weight = sine * sine;
+        const vd x = vd_load(r->x + at);
+        const float *north = f + at, *south = f + (r->count - VD - at);
         double *to = w->data + (size_t)v * SUMS * VD;
-        const float *ring = f;
-        for (int part = 0; part < 6; part++, to += VD, ring += stride) {
-            vd n, s;
-            if (whole) {
-                n = differences(ring + at);
-                s = vd_reverse(differences(ring + mirror));
-            } else {
-                last_pairs(r, at, ring, &n, &s);
-            }
-            n *= weight;
-            s *= weight;
-            vd_store(to, n + s);
-            vd_store(to + 6 * VD, x * (n - s));
+
+        if (at + VD > r->count / 2) {
+            gather_last(r, at, f, stride, to);
+            continue;
+        }
+#pragma GCC unroll 6
+        for (int p = 0; p < 6; p++, north += stride, south += stride) {
+            const vd n = differences(north) * weight;
+            const vd s = vd_reverse(differences(south)) * weight;
+            vd_store(to + p * VD, n + s);
+            vd_store(to + (6 + p) * VD, x * (n - s));
         }
     }
 }
@@ -132,12 +131,14 @@ static void sum_singles(struct work *w, int k, int v)
             r[i + 2] = vf_fma(vf_fma(alpha[i], x, beta[i]), r[i + 1], r[i]);
         vf_store(last, r[AT_ONCE]);
         vf_store(now, r[AT_ONCE + 1]);
-#pragma GCC unroll 12
-        for (int p = 0; p < SUMS; p++) {
-            const vf d = vf_load(data + p * VF);
-#pragma GCC unroll 2
-            for (int i = 0; i < AT_ONCE; i++)
-                sums[i][p] = vf_fma(r[i + 1], d, sums[i][p]);
+#pragma GCC unroll 3
+        for (int p = 0; p < SUMS; p += 4) {
+            vf d[4];
+            vf_load_four(data + p * VF, d);
+#pragma GCC unroll 8
+            for (int n = 0; n < 4 * AT_ONCE; n++)
+                sums[n / 4][p + n % 4] =
+                    vf_fma(r[n / 4 + 1], d[n % 4], sums[n / 4][p + n % 4]);
         }
     }
 #pragma GCC unroll 2
@@ -167,6 +168,7 @@ static void become_single(struct work *w, int j, int v)
         }
         const vl none = (vl)vd_all(0.0);
         const vl joins = v + i < w->active ? none : ~none;
+#pragma GCC unroll 12
         for (int p = 0; p < SUMS; p++)
             vd_store_floats(to + p * VF + i * VD,
                             vd_only(joins, vd_load(from + p * VD)));
@@ -363,33 +365,33 @@ static void sum_over_k(struct work *w, int j, int v, int from, int until,
 }
 
 /* Stores fewer than VD rings, from north j on, and their mirror images. */
-static inline void store_last(const ibl_legendre_rings *r, int j, float *ring,
-                              vd north, vd south)
+static void store_last(const ibl_legendre_rings *r, int j, const vd acc[SUMS],
+                       float *g, size_t stride)
 {
-    const int mirror = r->count - 1 - j;
-
-    for (int i = 0; i < VD && j + i < r->pairs; i++) {
-        ring[j + i] = (float)north[i];
-        ring[mirror - i] = (float)south[i];
-    }
+    for (int i = 0; i < VD && j + i < r->pairs; i++)
+        for (size_t part = 0; part < 6; part++) {
+            const double odd = r->x[j + i] * acc[6 + part][i];
+            float *ring = g + part * stride;
+            ring[j + i] = (float)(acc[part][i] + odd);
+            ring[r->count - 1 - j - i] = (float)(acc[part][i] - odd);
+        }
 }
 
 static void store_vector(const ibl_legendre_rings *r, int j, const vd acc[SUMS],
                          float *g, size_t stride)
 {
-    const bool whole = j + VD <= r->count / 2;
-    const size_t mirror = (size_t)(r->count - VD - j);
     const vd x = vd_load(r->x + j);
+    float *north = g + j, *south = g + (r->count - VD - j);
 
-    for (int part = 0; part < 6; part++, g += stride) {
+    if (j + VD > r->count / 2) {
+        store_last(r, j, acc, g, stride);
+        return;
+    }
+#pragma GCC unroll 6
+    for (int part = 0; part < 6; part++, north += stride, south += stride) {
         const vd odd = x * acc[6 + part];
-        const vd north = acc[part] + odd, south = acc[part] - odd;
-        if (whole) {
-            vd_store_floats(g + j, north);
-            vd_store_floats(g + mirror, vd_reverse(south));
-        } else {
-            store_last(r, j, g, north, south);
-        }
+        vd_store_floats(north, acc[part] + odd);
+        vd_store_floats(south, vd_reverse(acc[part] - odd));
     }
 }
 
