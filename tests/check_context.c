@@ -5,6 +5,7 @@
 #include <sched.h>
 #include <signal.h>
 #include <stdatomic.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -428,6 +429,36 @@ TEST(default_options)
                   3 * sizeof *a.data * ibl_cube_texels(a.size, a.levels)));
     ibl_cube_free(&a);
     ibl_cube_free(&b);
+}
+
+/* An older program's struct leaves later members at their defaults, a newer
+ * one's members must be 0, to their last byte; and what was taken has this
+ * library's size. */
+TEST(members_of_options)
+{
+    typedef struct options {
+        size_t struct_size;
+        double a, b;
+    } options;
+    struct {
+        options known;
+        char later[8];
+    } given = {{sizeof given, -2, -3}, {0}};
+    options own = {sizeof own, 1, 1};
+    test_messages kept = {0};
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
+
+    CHECK(!ibl_take_options(ctx, &given, &own, sizeof own));
+    CHECK(own.struct_size == sizeof own && own.a == -2 && own.b == -3);
+    for (size_t i = 0; i < sizeof given.later; i++) {
+        given.later[i] = 1;
+        CHECK(ibl_take_options(ctx, &given, &own, sizeof own));
+        given.later[i] = 0;
+    }
+    own = (options){sizeof own, 1, 1};
+    given.known.struct_size = offsetof(options, b);
+    CHECK(!ibl_take_options(ctx, &given, &own, sizeof own));
+    CHECK(own.struct_size == sizeof own && own.a == -2 && own.b == 1);
 }
 
 /* Options say their size; what is beyond the size of this library's must be 0.

@@ -539,13 +539,18 @@ TEST(chains_out_of_range)
     const ibl_environment env = {.image = &map};
     ibl_bake_options o = ibl_bake_options_default();
     ibl_specular_options more = o.specular_options;
+    ibl_specular_options many[IBL_MAX_MORE_CHAINS + 1];
     ibl_bake_result out = {0};
     o.more_count = 1;
     CHECK(ibl_bake_environment(ctx, &env, &o, &out) == IBL_ERR_ARGUMENT);
     CHECK(test_said(&said, "1 more specular chains"));
-    o.more = &more;
+    for (int i = 0; i <= IBL_MAX_MORE_CHAINS; i++)
+        many[i] = more;
+    o.more = many;
     o.more_count = IBL_MAX_MORE_CHAINS + 1;
     CHECK(ibl_bake_environment(ctx, &env, &o, &out) == IBL_ERR_ARGUMENT);
+    CHECK(test_said(&said, "32 more specular chains"));
+    o.more = &more;
     o.more_count = 1;
     more.tolerance = 0;
     CHECK(ibl_bake_environment(ctx, &env, &o, &out) == IBL_ERR_ARGUMENT);

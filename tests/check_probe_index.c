@@ -218,6 +218,11 @@ TEST(damaged_ones_are_refused_in_one_line)
         {"sed 's/\"layer\": 3/\"layer\": 4/' sums/index.json >bad.json",
          "bad.json: global.layer: expected a whole number from 0 to 3, found 4",
          IBL_ERR_FORMAT},
+        {"sed '/\"irradiance\": {/,/}/s/\"layers\": 4/\"layers\": 5/' "
+         "cubes/index.json >bad.json",
+         "bad.json: files.irradiance.layers: expected 4, as many as "
+         "files.specular has, found 5",
+         IBL_ERR_FORMAT},
         {"sed 's/: \"probes_/: \"..\\/probes_/' sums/index.json >bad.json",
          "bad.json: files.specular.file: expected the name of a file beside "
          "the index",
@@ -232,6 +237,7 @@ TEST(damaged_ones_are_refused_in_one_line)
     ibl_probe_index x;
 
     bake("sums", "filament", "--irradiance sh");
+    bake("cubes", "filament", "--irradiance 2");
     o.log = keep;
     o.log_cookie = &kept;
     ibl_ctx *ctx = test_ctx_of(&o);

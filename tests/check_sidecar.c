@@ -220,6 +220,23 @@ static void save_text(const bake *b, const char *name)
     ibl_bytes_free(text);
 }
 
+/* As a program does whose outputs have one more member. */
+static void save_of_newer(const bake *b, const char *name)
+{
+    struct {
+        ibl_sidecar_output known;
+        double later;
+    } newer[OUTPUTS] = {0};
+    bake of = *b;
+
+    for (int i = 0; i < OUTPUTS; i++) {
+        newer[i].known = b->output[i];
+        newer[i].known.struct_size = sizeof *newer;
+    }
+    of.facts.outputs = &newer->known;
+    save_text(&of, name);
+}
+
 /* But for the program's revision. */
 static void expect_same(const char *a, const char *b, const char *what)
 {
@@ -333,6 +350,8 @@ TEST(what_the_library_says_the_program_says)
         list_outputs(b);
         save_text(b, "ours.json");
         expect_same("out/map.json", "ours.json", all[i].options);
+        save_of_newer(b, "newer.json");
+        expect_same("ours.json", "newer.json", "of a longer struct");
         expect_same_keys(b);
     }
 }

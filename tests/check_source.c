@@ -559,6 +559,25 @@ TEST(long_header)
 
 /* ---- memory --------------------------------------------------------- */
 
+/* A whole map takes at most what the context may: 12 bytes a pixel. */
+TEST(whole_maps_are_bounded)
+{
+    ibl_ctx_options with = ibl_ctx_options_default();
+    ibl_image img;
+
+    save_hdr(file_path("a.hdr"), "-Y 150 +X 300", false);
+    with.log = test_keep;
+    with.log_cookie = &kept;
+    with.memory = 12 * W * H;
+    CHECK(!ibl_image_read(test_ctx_of(&with), file_path("a.hdr"), NULL, &img,
+                          NULL));
+    ibl_image_free(&img);
+    with.memory--;
+    CHECK(ibl_image_read(test_ctx_of(&with), file_path("a.hdr"), NULL, &img,
+                         NULL) == IBL_ERR_MEMORY);
+    CHECK(test_said(&kept, "a.hdr: 300x150 pixels at once take"));
+}
+
 /* The child: reads path by 64 rows; prints nothing, ends with the peak of its
  * resident memory in MiB, or 255. */
 static int child(const char *path)

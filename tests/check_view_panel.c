@@ -126,7 +126,18 @@ TEST(drags)
     CHECK_NEAR(app.settings.ev, 8, 1e-9);
 }
 
-/* The panel covers no sphere, and all are seen. */
+/* The leftmost place with a control, at the height of the first one. */
+static double left_of_panel(void)
+{
+    double x = 0;
+
+    while (x < app.width && !press(x, 40 * app.width / 1280.0))
+        x += 1;
+    return x;
+}
+
+/* The panel covers no sphere, and all are seen, in more than half of the rest.
+ */
 TEST(covers_no_sphere)
 {
     static const int sizes[][2] = {{1280, 720}, {640, 480}, {500, 900}};
@@ -138,19 +149,22 @@ TEST(covers_no_sphere)
             count = 0;
         NEED(shown);
         begin(VIEW_SPHERES);
-        app.settings = options.settings;
         app.width = width;
         app.height = height;
+        const double left = left_of_panel();
+        int right = 0;
+        app.settings = options.settings;
         app.settings.covered = view_panel_share(&app);
         view_errors_spheres(&app.settings, width, height, shown);
         for (int k = 0; k < width * height; k++) {
             if (shown[k] < 0)
                 continue;
-            CHECK(k % width < (1 - app.settings.covered) * width);
+            right = k % width > right ? k % width : right;
             count += !seen[shown[k]];
             seen[shown[k]] = true;
         }
         CHECK(count == app.settings.rows * app.settings.columns);
+        CHECK_MSG(right < left && right > 0.5 * left, "%d, %g", right, left);
         free(shown);
     }
 }
