@@ -142,13 +142,13 @@ TEST(covers_no_sphere)
 {
     static const int sizes[][2] = {{1280, 720}, {640, 480}, {500, 900}};
 
+    begin(VIEW_SPHERES);
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
         const int width = sizes[i][0], height = sizes[i][1];
         bool seen[VIEW_MAX_GRID * VIEW_MAX_GRID] = {false};
         int *shown = malloc(sizeof *shown * (size_t)(width * height)),
             count = 0;
         NEED(shown);
-        begin(VIEW_SPHERES);
         app.width = width;
         app.height = height;
         const double left = left_of_panel();
