@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "files.h"
-#include "ibl/io.h"
+#include "ibl/sidecar.h"
 #include "test.h"
 
 static const size_t sizes[] = {0,
@@ -210,6 +210,7 @@ static ibl_status use(int threads, test_messages *said, char kept[1 << 14])
     ibl_bake_options o = ibl_bake_options_default();
     ibl_lut_options lo = ibl_lut_options_default();
     ibl_lobe_table_options to = ibl_lobe_table_options_default();
+    ibl_sidecar_options facts = ibl_sidecar_options_default();
     ibl_ctx *ctx = NULL;
     ibl_image map = {0};
     ibl_bake_result made = {0};
@@ -219,6 +220,7 @@ static ibl_status use(int threads, test_messages *said, char kept[1 << 14])
     void *bytes = NULL;
     size_t count = 0;
 
+    facts.made = &made;
     with.threads = threads;
     with.log = test_keep;
     with.log_cookie = said;
@@ -238,7 +240,10 @@ static ibl_status use(int threads, test_messages *said, char kept[1 << 14])
     if (!status)
         status = ibl_texture_from_cube(ctx, &made.specular, NULL, &tex, NULL);
     if (!status)
-        status = ibl_texture_describe_specular(ctx, &tex, NULL, &made.report);
+        status = ibl_texture_describe(
+            ctx, &tex, &facts,
+            &(ibl_sidecar_output){.struct_size = sizeof(ibl_sidecar_output),
+                                  .content = IBL_CONTENT_SPECULAR});
     if (!status)
         status =
             ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &bytes, &count);

@@ -358,7 +358,6 @@ TEST(files_and_tiles)
     REFUSES(ibl_texture_describe(ctx, NULL, &facts, &output));
     REFUSES(ibl_texture_describe(ctx, &none, NULL, &output));
     REFUSES(ibl_texture_describe(ctx, &none, &facts, NULL));
-    REFUSES(ibl_texture_describe(ctx, &none, &facts, &output)); /* no bake */
     REFUSES(ibl_probe_index_read(ctx, NULL, &index));
     REFUSES(ibl_probe_index_read(ctx, "x", NULL));
     SILENT(ibl_probe_index_read(NULL, NULL, &index));

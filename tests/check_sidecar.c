@@ -469,23 +469,25 @@ TEST(wrong_facts_are_refused_in_one_line)
     };
     static const char *const said[] = {
         "texture is NULL", "a: 0 levels: must be 1 to 15",
-        "a: 3 levels: must be 1 to 0", "a: content 5: must be 0 to 4",
+        "a: 3 levels: must be 1 to 0", "content 5: must be 0 to 4",
         "struct_size of 0"};
     static const ibl_key_value option = {"\xff", "1"};
+    static double sh[3];
+    const ibl_bake_result lit = {.sh = sh};
     struct {
         ibl_sidecar_options o;
         const char *said;
     } more[] = {{least(), "made is NULL"},
                 {least(), "source, report"},
                 {least(), "source, report"},
-                {least(), "lights of a sidecar: 65"},
+                {least(), "facts of a bake: lights: 65"},
                 {least(), "lights, outputs"},
-                {least(), "outputs of a sidecar: -1"},
+                {least(), "bake: outputs: -1"},
                 {least(), "mirror 9"},
                 {least(), "a key is no UTF-8"},
                 {least(), "more of a sidecar"},
                 {least(), "more of a sidecar"},
-                {least(), "degree of sh of a side"}};
+                {least(), "degree of sh: "}};
     ibl_read_options read = ibl_read_options_default();
     test_messages kept;
     ibl_ctx *ctx = counting(&kept);
@@ -503,6 +505,7 @@ TEST(wrong_facts_are_refused_in_one_line)
     more[8].o.more = "[]";
     more[9].o.more = "{";
     more[10].o.sh_degree = IBL_MAX_SH_DEGREE + 1;
+    more[10].o.made = &lit;
     for (size_t i = 0; i < sizeof more / sizeof *more; i++) {
         lines = 0;
         CHECK(ibl_sidecar_text(ctx, &more[i].o, &text) == IBL_ERR_ARGUMENT);
@@ -529,6 +532,19 @@ TEST(wrong_facts_are_refused_in_one_line)
     CHECK(ibl_texture_describe(ctx, &tex, &more[6].o, &own) ==
           IBL_ERR_ARGUMENT);
     CHECK(test_said(&kept, "mirror 9"));
+    ibl_lobe_table_options table = ibl_lobe_table_options_default();
+    more[0].o.lobe_table = &table;
+    own.content = IBL_CONTENT_LOBE_TABLE;
+    table.f0 = (ibl_f0)3;
+    CHECK(ibl_texture_describe(ctx, &tex, &more[0].o, &own) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(test_said(&kept, "F0 of the lobe table: 3: must be 0 to 2"));
+    table = ibl_lobe_table_options_default();
+    table.layout.levels = IBL_MAX_LEVELS + 1;
+    CHECK(ibl_texture_describe(ctx, &tex, &more[0].o, &own) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(test_said(&kept, "levels of the lobe table: 16"));
+    CHECK(!tex.key_count);
     ibl_texture_free(&tex);
     read.struct_size = 0;
     more[1].o = least();

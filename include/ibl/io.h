@@ -511,30 +511,6 @@ size_t ibl_utf8_length(const void *text, size_t n);
  * keys, else IBL_ERR_ARGUMENT). */
 ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
                            const char *value);
-/*
- * Set the keys by which iblbake's textures say what they hold, for viewers, for
- * iblbake verify, and for loaders that make their shaders' constants of them
- * (manual: iblbake-engines). Bakes by the library have none until then.
- *   levels       a specular chain: content, lobe, mapping, roughness of the
- *                levels, lod_scale and lod_offset
- *   specular     the same, and how each level was made, of the bake's report
- *   irradiance   content, irradiance_scale
- *   lut          content, axes, geometry, method
- *   lobe_table   content, fitted_to, axes, layers, roughness
- * opts are those of the bake, NULL for the defaults.
- * IBL_ERR_ARGUMENT: a pointer is NULL. Others as of ibl_texture_set.
- */
-ibl_status ibl_texture_describe_levels(ibl_ctx *ctx, ibl_texture *tex,
-                                       ibl_lobe lobe,
-                                       const ibl_specular_layout *layout);
-ibl_status ibl_texture_describe_specular(ibl_ctx *ctx, ibl_texture *tex,
-                                         const ibl_specular_options *opts,
-                                         const ibl_specular_report *report);
-ibl_status ibl_texture_describe_irradiance(ibl_ctx *ctx, ibl_texture *tex);
-ibl_status ibl_texture_describe_lut(ibl_ctx *ctx, ibl_texture *tex,
-                                    const ibl_lut_options *opts);
-ibl_status ibl_texture_describe_lobe_table(ibl_ctx *ctx, ibl_texture *tex,
-                                           const ibl_lobe_table_options *opts);
 /* The value of a key, owned by tex; NULL if there is no such key. */
 const char *ibl_texture_get(const ibl_texture *tex, const char *key);
 

@@ -102,13 +102,20 @@ ibl_status ibl_sidecar_text(ibl_ctx *ctx, const ibl_sidecar_options *facts,
                             char **text);
 
 /*
- * Sets all keys that iblbake's textures carry, by the facts of the sidecar:
- * what it holds, its orientation, changes of colour, lights that were taken
- * out, its encoder, and those of ibl_texture_describe_specular and its like.
- *   facts   made only for a specular cube and for irradiance; neither a source
- *           nor a report
- *   output  its content, and texels if the pixel is of blocks
- * IBL_ERR_ARGUMENT: a pointer is NULL, or the content is none. Others as of
+ * Sets the keys by which iblbake's textures say what they hold, for viewers,
+ * for iblbake verify, and for loaders that make their shaders' constants of
+ * them (manual: iblbake-engines). Textures of the library have none until then.
+ *   all of a bake   content, orientation, changes of colour, lights that were
+ *                   taken out; pixel and quality of blocks
+ *   specular        lobe, mapping, roughness of the levels, lod_scale and
+ *                   lod_offset; of a bake how each level was made
+ *   irradiance      irradiance_scale; of a bake method and step
+ *   lut             axes, geometry, method
+ *   lobe_table      fitted_to, axes, layers, roughness
+ *   facts    those of the sidecar, without source and report. made NULL: keys
+ *            that follow from the options alone, as of arrays of many bakes
+ *   output   its content, and texels if the pixel is of blocks
+ * IBL_ERR_ARGUMENT: a pointer is NULL or a number out of range. Others as of
  * ibl_texture_set.
  */
 ibl_status ibl_texture_describe(ibl_ctx *ctx, ibl_texture *tex,

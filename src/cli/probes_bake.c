@@ -9,6 +9,7 @@
 #include "cli/probes.h"
 #include "common/path.h"
 #include "common/signals.h"
+#include "ibl/sidecar.h"
 
 bool ibl_probes_no_memory(const ibl_probes_bake *p)
 {
@@ -316,13 +317,16 @@ static bool make_layers(ibl_probes_bake *p)
 static bool set_keys(const ibl_probes_bake *p, ibl_probes_kind kind,
                      ibl_texture *tex)
 {
-    const ibl_lobe lobe = p->set.bake.options.specular_options.lobe;
+    static const ibl_content contents[IBL_PROBES_ARRAYS + 1] = {
+        [IBL_PROBES_SPECULAR] = IBL_CONTENT_SPECULAR,
+        [IBL_PROBES_IRRADIANCE] = IBL_CONTENT_IRRADIANCE,
+        [IBL_PROBES_LUT] = IBL_CONTENT_LUT};
+    ibl_sidecar_options facts = ibl_sidecar_options_default();
+    const ibl_sidecar_output output = {.struct_size = sizeof output,
+                                       .content = contents[kind]};
 
-    return !(kind == IBL_PROBES_LUT
-                 ? ibl_texture_describe_lut(p->ctx, tex, NULL)
-             : kind == IBL_PROBES_IRRADIANCE
-                 ? ibl_texture_describe_irradiance(p->ctx, tex)
-                 : ibl_texture_describe_levels(p->ctx, tex, lobe, &p->layout));
+    facts.specular = &p->set.bake.options.specular_options;
+    return !ibl_texture_describe(p->ctx, tex, &facts, &output);
 }
 
 /* Hashes and writes a texture that is compressed: once, not for each. */

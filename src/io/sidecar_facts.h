@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What a sidecar is made of, checked and with all members. */
+/* What sidecars and keys are made of, checked and with all members. */
 #ifndef IBL_IO_SIDECAR_FACTS_H
 #define IBL_IO_SIDECAR_FACTS_H
 
@@ -18,6 +18,14 @@ typedef struct ibl_sidecar_facts {
     ibl_lobe_table_options lobe_table;
     bool encoded; /* a file name is not UTF-8 */
 } ibl_sidecar_facts;
+
+/* Takes a program's facts, and checks the numbers by which arrays are read. */
+ibl_status ibl_sidecar_take(ibl_ctx *ctx, const ibl_sidecar_options *facts,
+                            ibl_sidecar_facts *f);
+/* Takes an output at `given`, and how it was encoded. */
+ibl_status ibl_sidecar_take_output(ibl_ctx *ctx, const void *given,
+                                   ibl_sidecar_output *own,
+                                   ibl_texel_options *texels);
 
 /* In a radian. */
 static const double ibl_degrees = 57.295779513082320877;

@@ -276,19 +276,31 @@ static ibl_status put_expected(const ibl_sidecar_facts *f, json_t **root)
 /* ---- the whole ------------------------------------------------------------
  */
 
-/* Takes output i. */
-static ibl_status take_output(ibl_ctx *ctx, const ibl_sidecar_options *o, int i,
-                              ibl_sidecar_output *own,
-                              ibl_texel_options *texels)
+ibl_status ibl_sidecar_take_output(ibl_ctx *ctx, const void *given,
+                                   ibl_sidecar_output *own,
+                                   ibl_texel_options *texels)
 {
-    const char *first = (const char *)o->outputs;
-    ibl_status status = ibl_take_options(
-        ctx, first + (size_t)i * o->outputs->struct_size, own, sizeof *own);
+    *own = (ibl_sidecar_output){0};
+    ibl_status status = ibl_take_options(ctx, given, own, sizeof *own);
 
     *texels = ibl_texel_options_default();
     if (!status)
         status = ibl_take_options(ctx, own->texels, texels, sizeof *texels);
+    if (!status && (unsigned)own->content > IBL_CONTENT_LOBE_TABLE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "content %d: must be 0 to %d",
+                        (int)own->content, IBL_CONTENT_LOBE_TABLE);
     return status;
+}
+
+/* Takes output i. */
+static ibl_status take_output(const ibl_sidecar_facts *f, int i,
+                              ibl_sidecar_output *own,
+                              ibl_texel_options *texels)
+{
+    const char *first = (const char *)f->o.outputs;
+
+    return ibl_sidecar_take_output(
+        f->ctx, first + (size_t)i * f->o.outputs->struct_size, own, texels);
 }
 
 static ibl_status check_output(const ibl_sidecar_facts *f,
@@ -297,10 +309,6 @@ static ibl_status check_output(const ibl_sidecar_facts *f,
     if (!o->file || !o->container || !o->texture)
         return ibl_missing(f->ctx, "ibl_sidecar_text: an output's file, "
                                    "container or texture");
-    if ((unsigned)o->content > IBL_CONTENT_LOBE_TABLE)
-        return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
-                        "%s: content %d: must be 0 to %d", o->file,
-                        (int)o->content, IBL_CONTENT_LOBE_TABLE);
     const int most = o->content == IBL_CONTENT_SPECULAR
                          ? f->o.made->report.layout.levels
                          : IBL_MAX_LEVELS;
@@ -317,9 +325,9 @@ static ibl_status put_outputs(const ibl_sidecar_facts *f, json_t **root)
     ibl_status status = IBL_OK;
 
     for (int i = 0; i < f->o.output_count && !status; i++) {
-        ibl_sidecar_output o = {0};
+        ibl_sidecar_output o;
         ibl_texel_options texels;
-        status = take_output(f->ctx, &f->o, i, &o, &texels);
+        status = take_output(f, i, &o, &texels);
         if (!status)
             status = check_output(f, &o);
         if (!status)
@@ -374,33 +382,34 @@ static ibl_status put_everything(const ibl_sidecar_facts *f, json_t **root)
     return status;
 }
 
-/* Numbers by which arrays are read. */
 static ibl_status check_counts(const ibl_sidecar_facts *f)
 {
     const ibl_sidecar_options *o = &f->o;
+    const ibl_bake_result *made = o->made;
     const struct {
         const char *what;
         int value, low, high;
     } all[] = {
         {"lights", o->light_count, -1, IBL_MAX_LIGHTS},
-        {"degree of sh", o->sh_degree, 0, IBL_MAX_SH_DEGREE},
+        {"degree of sh", made && made->sh ? o->sh_degree : 0, 0,
+         IBL_MAX_SH_DEGREE},
         {"outputs", o->output_count, 0, INT_MAX},
         {"options", o->option_count, 0, INT_MAX},
         {"kind of table", (int)f->lut.kind, 0, IBL_LUT_CHARLIE},
         {"F0 of the lobe table", (int)f->lobe_table.f0, 0, IBL_F0_DIELECTRICS},
         {"levels of the lobe table", f->lobe_table.layout.levels, 0,
          IBL_MAX_LEVELS},
-        {"levels", o->made->report.layout.levels, 0, IBL_MAX_LEVELS},
+        {"levels", made ? made->report.layout.levels : 0, 0, IBL_MAX_LEVELS},
     };
 
     for (size_t i = 0; i < sizeof all / sizeof *all; i++)
         if (all[i].value < all[i].low || all[i].value > all[i].high)
             return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
-                            "%s of a sidecar: %d: must be %d to %d",
+                            "facts of a bake: %s: %d: must be %d to %d",
                             all[i].what, all[i].value, all[i].low, all[i].high);
     if ((o->light_count > 0 && !o->lights) ||
         (o->output_count && !o->outputs) || (o->option_count && !o->options))
-        return ibl_missing(f->ctx, "ibl_sidecar_text: lights, outputs or "
+        return ibl_missing(f->ctx, "facts of a bake: lights, outputs or "
                                    "options that are counted");
     return ibl_check_axes(f->ctx, o->axes);
 }
@@ -412,9 +421,9 @@ static ibl_status check_names(ibl_sidecar_facts *f)
 
     f->encoded = !ibl_json_is_text(o->source);
     for (int i = 0; i < o->output_count && !status; i++) {
-        ibl_sidecar_output own = {0};
+        ibl_sidecar_output own;
         ibl_texel_options texels;
-        status = take_output(f->ctx, o, i, &own, &texels);
+        status = take_output(f, i, &own, &texels);
         if (!status)
             status = check_output(f, &own);
         f->encoded |= !status && !ibl_json_is_text(own.file);
@@ -426,8 +435,8 @@ static ibl_status check_names(ibl_sidecar_facts *f)
     return status;
 }
 
-static ibl_status take_facts(ibl_ctx *ctx, const ibl_sidecar_options *facts,
-                             ibl_sidecar_facts *f)
+ibl_status ibl_sidecar_take(ibl_ctx *ctx, const ibl_sidecar_options *facts,
+                            ibl_sidecar_facts *f)
 {
     f->ctx = ctx;
     f->o = defaults;
@@ -451,11 +460,7 @@ static ibl_status take_facts(ibl_ctx *ctx, const ibl_sidecar_options *facts,
 
     for (size_t i = 0; i < sizeof all / sizeof *all && !status; i++)
         status = ibl_take_options(ctx, all[i].given, all[i].own, all[i].size);
-    if (!status && (!f->o.source || !f->o.report || !f->o.made))
-        status = ibl_missing(ctx, "ibl_sidecar_text: source, report or made");
-    if (!status)
-        status = check_counts(f);
-    return status ? status : check_names(f);
+    return status ? status : check_counts(f);
 }
 
 /* Memory of the library with what is in malloc's, which is freed. */
@@ -478,7 +483,11 @@ ibl_status ibl_sidecar_text(ibl_ctx *ctx, const ibl_sidecar_options *facts,
     if (!ctx || !facts || !text)
         return ibl_missing(ctx, "ibl_sidecar_text: facts or text");
     *text = NULL;
-    ibl_status status = take_facts(ctx, facts, &f);
+    ibl_status status = ibl_sidecar_take(ctx, facts, &f);
+    if (!status && (!f.o.source || !f.o.report || !f.o.made))
+        status = ibl_missing(ctx, "ibl_sidecar_text: source, report or made");
+    if (!status)
+        status = check_names(&f);
     if (status)
         return status;
     json_t *root = json_object();

@@ -9,8 +9,7 @@
 #include <string.h>
 
 #include "core/context.h"
-#include "ibl/sidecar.h"
-#include "image/axes.h"
+#include "io/sidecar_facts.h"
 
 /* Sets keys until one fails; status keeps that failure. */
 typedef struct setter {
@@ -47,24 +46,11 @@ static void set_levels(setter *s, ibl_lobe lobe,
 
     for (int l = 0; l < layout->levels; l++)
         add_number(roughness, sizeof roughness, 9, layout->roughness[l]);
-    set(s, "iblbake.content", "specular");
     set(s, "iblbake.lobe", "%s", ibl_lobe_name(lobe));
     set(s, "iblbake.mapping", "%s", ibl_roughness_map_name(layout->mapping));
     set(s, "iblbake.roughness", "%s", roughness);
     set(s, "iblbake.lod_scale", "%.9g", layout->lod_scale);
     set(s, "iblbake.lod_offset", "%.9g", layout->lod_offset);
-}
-
-ibl_status ibl_texture_describe_levels(ibl_ctx *ctx, ibl_texture *tex,
-                                       ibl_lobe lobe,
-                                       const ibl_specular_layout *layout)
-{
-    setter s = {ctx, tex, IBL_OK};
-
-    if (!tex || !layout)
-        return ibl_missing(ctx, "ibl_texture_describe_levels: tex or layout");
-    set_levels(&s, lobe, layout);
-    return s.status;
 }
 
 /* How the levels were made. */
@@ -98,53 +84,39 @@ static void set_made(setter *s, const ibl_specular_options *o,
     set(s, "iblbake.pdf_mip", "%s", o->pdf_mip ? "yes" : "no");
 }
 
-ibl_status ibl_texture_describe_specular(ibl_ctx *ctx, ibl_texture *tex,
-                                         const ibl_specular_options *opts,
-                                         const ibl_specular_report *report)
+static void set_specular(setter *s, const ibl_sidecar_facts *f)
 {
-    ibl_specular_options o = ibl_specular_options_default();
-    setter s = {ctx, tex, IBL_OK};
+    ibl_specular_layout layout;
 
-    if (!tex || !report)
-        return ibl_missing(ctx, "ibl_texture_describe_specular: tex or report");
-    const ibl_status status = ibl_take_options(ctx, opts, &o, sizeof o);
-    if (status)
-        return status;
-    set_levels(&s, o.lobe, &report->layout);
-    set_made(&s, &o, report);
-    return s.status;
+    if (f->o.made) {
+        set_levels(s, f->specular.lobe, &f->o.made->report.layout);
+        set_made(s, &f->specular, &f->o.made->report);
+    } else if (!ibl_specular_layout_of(&f->specular, &layout)) {
+        set_levels(s, f->specular.lobe, &layout);
+    } else {
+        s->status = ibl_fail(s->ctx, IBL_ERR_ARGUMENT,
+                             "specular options that give no levels");
+    }
 }
 
-ibl_status ibl_texture_describe_irradiance(ibl_ctx *ctx, ibl_texture *tex)
+static void set_irradiance(setter *s, const ibl_sidecar_facts *f)
 {
-    setter s = {ctx, tex, IBL_OK};
-
-    if (!tex)
-        return ibl_missing(ctx, "ibl_texture_describe_irradiance: tex");
-    set(&s, "iblbake.content", "irradiance");
-    set(&s, "iblbake.irradiance_scale", "E/pi");
-    return s.status;
+    if (f->o.made)
+        set(s, "iblbake.method", "%s",
+            f->o.made->irradiance_degree ? "spectral" : "hemisphere grid");
+    if (f->o.made && f->irradiance.step > 0)
+        set(s, "iblbake.step", "%.9g", f->irradiance.step);
+    set(s, "iblbake.irradiance_scale", "E/pi");
 }
 
-ibl_status ibl_texture_describe_lut(ibl_ctx *ctx, ibl_texture *tex,
-                                    const ibl_lut_options *opts)
+static void set_lut(setter *s, const ibl_lut_options *o)
 {
-    ibl_lut_options o = ibl_lut_options_default();
-    setter s = {ctx, tex, IBL_OK};
-
-    if (!tex)
-        return ibl_missing(ctx, "ibl_texture_describe_lut: tex");
-    const ibl_status status = ibl_take_options(ctx, opts, &o, sizeof o);
-    if (status)
-        return status;
-    set(&s, "iblbake.content", "brdf_lut");
-    set(&s, "iblbake.axes", "u=N.V,v=roughness");
-    if (!o.kind)
-        set(&s, "iblbake.geometry", "%s", ibl_geometry_name(o.geometry));
-    set(&s, "iblbake.method", "%s", o.samples ? "hammersley" : "quadrature");
-    if (o.samples)
-        set(&s, "iblbake.samples", "%d", o.samples);
-    return s.status;
+    set(s, "iblbake.axes", "u=N.V,v=roughness");
+    if (!o->kind)
+        set(s, "iblbake.geometry", "%s", ibl_geometry_name(o->geometry));
+    set(s, "iblbake.method", "%s", o->samples ? "hammersley" : "quadrature");
+    if (o->samples)
+        set(s, "iblbake.samples", "%d", o->samples);
 }
 
 /* ---- lobe tables ----------------------------------------------------------
@@ -166,31 +138,21 @@ const char *ibl_lobe_layer_name(ibl_f0 f0, int i)
     return i < IBL_LOBE_LAYERS ? names[i] : NULL;
 }
 
-ibl_status ibl_texture_describe_lobe_table(ibl_ctx *ctx, ibl_texture *tex,
-                                           const ibl_lobe_table_options *opts)
+static void set_lobe_table(setter *s, const ibl_lobe_table_options *o)
 {
-    ibl_lobe_table_options o = ibl_lobe_table_options_default();
     char roughness[IBL_MAX_LEVELS * 24] = "", layers[96] = "";
-    setter s = {ctx, tex, IBL_OK};
 
-    if (!tex)
-        return ibl_missing(ctx, "ibl_texture_describe_lobe_table: tex");
-    const ibl_status status = ibl_take_options(ctx, opts, &o, sizeof o);
-    if (status)
-        return status;
-    for (int i = 0; ibl_lobe_layer_name(o.f0, i); i++) {
+    for (int i = 0; ibl_lobe_layer_name(o->f0, i); i++) {
         const size_t used = strlen(layers);
         snprintf(layers + used, sizeof layers - used, "%s%s", i ? ";" : "",
-                 ibl_lobe_layer_name(o.f0, i));
+                 ibl_lobe_layer_name(o->f0, i));
     }
-    for (int l = 0; l < o.layout.levels; l++)
-        add_number(roughness, sizeof roughness, 9, o.layout.roughness[l]);
-    set(&s, "iblbake.content", "lobe_lut");
-    set(&s, "iblbake.fitted_to", "%s", ibl_lobe_fitted_to(&o));
-    set(&s, "iblbake.axes", "u=N.V,v=roughness");
-    set(&s, "iblbake.layers", "%s", layers);
-    set(&s, "iblbake.roughness", "%s", roughness);
-    return s.status;
+    for (int l = 0; l < o->layout.levels; l++)
+        add_number(roughness, sizeof roughness, 9, o->layout.roughness[l]);
+    set(s, "iblbake.fitted_to", "%s", ibl_lobe_fitted_to(o));
+    set(s, "iblbake.axes", "u=N.V,v=roughness");
+    set(s, "iblbake.layers", "%s", layers);
+    set(s, "iblbake.roughness", "%s", roughness);
 }
 
 /* ---- all keys ------------------------------------------------------------ */
@@ -214,74 +176,57 @@ static void set_colour(setter *s, const ibl_read_options *o)
         set(s, "iblbake.clamp", "%.17g", o->clamp);
 }
 
-/* The content's own keys. */
-static ibl_status set_content(setter *s, const ibl_sidecar_options *o,
-                              const ibl_irradiance_options *irradiance,
-                              ibl_content content)
+/* What was done to the environment, and by which encoder. */
+static void set_bake(setter *s, const ibl_sidecar_facts *f,
+                     const ibl_sidecar_output *output,
+                     const ibl_texel_options *texels)
 {
-    switch (content) {
-    case IBL_CONTENT_SPECULAR:
-        return ibl_texture_describe_specular(s->ctx, s->tex, o->specular,
-                                             &o->made->report);
-    case IBL_CONTENT_IRRADIANCE:
-        set(s, "iblbake.method", "%s",
-            o->made->irradiance_degree ? "spectral" : "hemisphere grid");
-        if (irradiance->step > 0)
-            set(s, "iblbake.step", "%.9g", irradiance->step);
-        return s->status ? s->status
-                         : ibl_texture_describe_irradiance(s->ctx, s->tex);
-    case IBL_CONTENT_LUT:
-        return ibl_texture_describe_lut(s->ctx, s->tex, o->lut);
-    case IBL_CONTENT_LOBE_TABLE:
-        return ibl_texture_describe_lobe_table(s->ctx, s->tex, o->lobe_table);
-    case IBL_CONTENT_SKYBOX:
-        return IBL_OK;
+    if (output->content < IBL_CONTENT_LUT) {
+        set_orientation(s, &f->o);
+        set_colour(s, &f->read);
+        if (output->content != IBL_CONTENT_SKYBOX && f->o.light_count >= 0)
+            set(s, "iblbake.lights", "%d", f->o.light_count);
     }
-    return ibl_fail(s->ctx, IBL_ERR_ARGUMENT, "content %d: must be 0 to %d",
-                    (int)content, IBL_CONTENT_LOBE_TABLE);
+    if (ibl_pixel_block(s->tex->pixel) > 1) {
+        set(s, "iblbake.pixel", "%s", ibl_pixel_name(s->tex->pixel));
+        set(s, "iblbake.quality", "%s", ibl_quality_name(texels->quality));
+    }
 }
 
 ibl_status ibl_texture_describe(ibl_ctx *ctx, ibl_texture *tex,
                                 const ibl_sidecar_options *facts,
                                 const ibl_sidecar_output *output)
 {
-    ibl_sidecar_options o = ibl_sidecar_options_default();
-    ibl_sidecar_output out = {0};
-    ibl_read_options read = ibl_read_options_default();
-    ibl_irradiance_options irradiance = ibl_irradiance_options_default();
-    ibl_texel_options texels = ibl_texel_options_default();
+    ibl_sidecar_facts f = {0};
+    ibl_sidecar_output out;
+    ibl_texel_options texels;
     setter s = {ctx, tex, IBL_OK};
 
     if (!tex || !facts || !output)
         return ibl_missing(ctx, "ibl_texture_describe: tex, facts or output");
-    ibl_status status = ibl_take_options(ctx, facts, &o, sizeof o);
-    if (!status)
-        status = ibl_take_options(ctx, output, &out, sizeof out);
-    if (!status)
-        status = ibl_take_options(ctx, o.read, &read, sizeof read);
-    if (!status)
-        status =
-            ibl_take_options(ctx, o.irradiance, &irradiance, sizeof irradiance);
-    if (!status)
-        status = ibl_take_options(ctx, out.texels, &texels, sizeof texels);
-    const bool table = out.content >= IBL_CONTENT_LUT;
-    const bool lit = !table && out.content != IBL_CONTENT_SKYBOX;
-    if (!status)
-        status = ibl_check_axes(ctx, o.axes);
-    if (!status && lit && !o.made)
-        status = ibl_missing(ctx, "ibl_texture_describe: made");
-    if (status)
-        return status;
+    s.status = ibl_sidecar_take(ctx, facts, &f);
+    if (!s.status)
+        s.status = ibl_sidecar_take_output(ctx, output, &out, &texels);
+    if (s.status)
+        return s.status;
     set(&s, "iblbake.content", "%s", ibl_content_name(out.content));
-    if (!table) {
-        set_orientation(&s, &o);
-        set_colour(&s, &read);
+    if (f.o.made)
+        set_bake(&s, &f, &out, &texels);
+    switch (out.content) {
+    case IBL_CONTENT_SKYBOX:
+        break;
+    case IBL_CONTENT_SPECULAR:
+        set_specular(&s, &f);
+        break;
+    case IBL_CONTENT_IRRADIANCE:
+        set_irradiance(&s, &f);
+        break;
+    case IBL_CONTENT_LUT:
+        set_lut(&s, &f.lut);
+        break;
+    case IBL_CONTENT_LOBE_TABLE:
+        set_lobe_table(&s, &f.lobe_table);
+        break;
     }
-    if (lit && o.light_count >= 0)
-        set(&s, "iblbake.lights", "%d", o.light_count);
-    if (ibl_pixel_block(tex->pixel) > 1) {
-        set(&s, "iblbake.pixel", "%s", ibl_pixel_name(tex->pixel));
-        set(&s, "iblbake.quality", "%s", ibl_quality_name(texels.quality));
-    }
-    return s.status ? s.status : set_content(&s, &o, &irradiance, out.content);
+    return s.status;
 }
