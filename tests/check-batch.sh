@@ -81,8 +81,13 @@ test_lists() {
     bake --from some m/map?.hdr -o a
     bake --from - -o b < <(cat some others)
     bake --from <(find m -type f -print0) -o c
-    bake m/sun.hdr m/mild.exr --from others -o d
+    bake m/sun.hdr m/mild.exr --from <(printf 'm/map1.hdr\nm/map2.hdr') -o d
     for how in a b c d; do diff -r wanted $how || echo "list $how"; done
+    mkdir capitals
+    cp m/sun.hdr capitals/SUN.HDR
+    cp m/sun.hdr $'return.hdr\r'
+    bake capitals --from <(printf 'return.hdr\r\0') -o e
+    ls e/{SUN,return}_specular.ktx2 >ls || echo 'capitals or a carriage return'
     mkdir none
     touch none/notes.txt none/.hidden.hdr
     refused 1 '*none: is a directory without environments*' \

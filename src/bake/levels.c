@@ -39,7 +39,8 @@ const char *ibl_specular_report_method(const ibl_specular_report *report)
     return spectral ? "spectral" : "environment";
 }
 
-double ibl_roughness_x(ibl_roughness_map map, double r)
+/* The quantity that grows in equal steps from level to level. */
+static double x_of(ibl_roughness_map map, double r)
 {
     return map == IBL_ROUGHNESS_LINEAR ? r : r * (2 - r);
 }
@@ -95,7 +96,7 @@ int ibl_default_levels(int size)
  */
 static double edge_for(ibl_roughness_map map, int size, double r)
 {
-    const double lod = ibl_roughness_x(map, r) * (ibl_default_levels(size) - 1);
+    const double lod = x_of(map, r) * (ibl_default_levels(size) - 1);
     const double chain = size * exp2(-lod);
     return r > 0 ? fmin(chain, 5 * IBL_PI / (2 * r * r)) : size;
 }
@@ -138,7 +139,7 @@ double ibl_lod_of_roughness(const ibl_specular_layout *l, double r)
     const double x = l->mapping == IBL_ROUGHNESS_BEST ? level_of(l, r)
                      : l->mapping == IBL_ROUGHNESS_BABYLON
                          ? 2 * log2(fmax(r, 1e-6))
-                         : ibl_roughness_x(l->mapping, r);
+                         : x_of(l->mapping, r);
     return fmin(fmax(x * l->lod_scale + l->lod_offset, 0), l->levels - 1);
 }
 
@@ -172,8 +173,8 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
     }
     const double edge = edge_for(o->mapping, o->size, o->roughness_min);
     const int levels = o->levels ? o->levels : default_levels(o, edge);
-    const double low = ibl_roughness_x(o->mapping, o->roughness_min);
-    const double range = ibl_roughness_x(o->mapping, o->roughness_max) - low;
+    const double low = x_of(o->mapping, o->roughness_min);
+    const double range = x_of(o->mapping, o->roughness_max) - low;
     ibl_specular_layout l = {
         .size = o->size, .levels = levels, .mapping = o->mapping};
     if (o->roughness_min > 0 && round_up(edge, levels) < o->size)

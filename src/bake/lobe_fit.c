@@ -316,17 +316,6 @@ static double best_of(const ibl_lobe_view *v, int which,
     return least + p.same[0] * (bend_cost * b * b + half_cost * h * h);
 }
 
-double ibl_lobe_cost(const ibl_lobe_view *v, int which,
-                     const ibl_lobe_lookup *lookup)
-{
-    const ibl_lobe_products p = products_of(v, which, lookup);
-    int a = (int)lookup->lod - v->base;
-    a = a < 0 ? 0 : a > v->count - 2 ? v->count - 2 : a;
-    const quadratic q = quadratic_of(&p, a);
-    return value(&q, (lookup->lod - v->base - a) * (1 - lookup->weight),
-                 lookup->weight);
-}
-
 /* ---- the search --------------------------------------------------------- */
 
 typedef struct search {

@@ -52,10 +52,6 @@ void ibl_lobe_view_make(const ibl_lobe_kernels *k,
                         const ibl_true_lobe_rule *rule, double n_dot_v,
                         double roughness, ibl_lobe_view *view);
 
-/* <S, S> - 2 <S, true lobe>; which: 0 for F0 = 1, 1 for F0 = .04. */
-double ibl_lobe_cost(const ibl_lobe_view *view, int which,
-                     const ibl_lobe_lookup *lookup);
-
 /* The least cost over the weights x of level a + 1, at[0], and w of the cosine,
  * at[1]; level a has the rest. */
 double ibl_lobe_least(const ibl_lobe_products *p, int a, double at[2]);

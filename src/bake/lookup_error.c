@@ -110,7 +110,8 @@ static double sharp_kernel(const ibl_lobe_kernels *k, int level, int degree)
                : 0;
 }
 
-double ibl_lookup_kernel(const ibl_lobe_kernels *k, int level, int degree)
+/* k_l of a level at any degree, 0 or more. */
+static double kernel(const ibl_lobe_kernels *k, int level, int degree)
 {
     if (is_mirror(k, level))
         return sharp_kernel(k, level, degree) *
@@ -228,9 +229,9 @@ double ibl_lookup_error(const ibl_lobe_kernels *k, const ibl_lookup_view *v,
     double sum = k->mean * (set->table - 1) * (set->table - 1);
     for (int i = b->count - 1; i >= 0; i--) {
         const int l = b->degree[i];
-        const double lobe = own * ((1 - t) * ibl_lookup_kernel(k, a, l) +
-                                   t * ibl_lookup_kernel(k, a + 1, l));
-        const double cosine = ibl_lookup_kernel(k, k->layout.levels, l);
+        const double lobe =
+            own * ((1 - t) * kernel(k, a, l) + t * kernel(k, a + 1, l));
+        const double cosine = kernel(k, k->layout.levels, l);
         /* The surface's own diffuse light is taken from both. */
         const double even =
             cosine *
@@ -256,7 +257,7 @@ double ibl_lookup_power(const ibl_lobe_kernels *k, const ibl_lookup_view *v,
     double power = k->mean * (1 + diffuse) * (1 + diffuse);
     for (int i = b->count - 1; i >= 0; i--) {
         const int l = b->degree[i];
-        const double cosine = ibl_lookup_kernel(k, k->layout.levels, l);
+        const double cosine = kernel(k, k->layout.levels, l);
         const double n = (2 * l + 1) / (4 * IBL_PI);
         power +=
             b->share[i] * ((b->power[f][i] +

@@ -64,9 +64,6 @@ ibl_lookup_use ibl_lookup_by_table(const ibl_lobe_table *t,
 void ibl_lookup_legendre(const double *angle, int count,
                          const ibl_lobe_bands *b, double p[][IBL_BANDS_MOST]);
 
-/* k_l of a level at any degree, 0 or more. */
-double ibl_lookup_kernel(const ibl_lobe_kernels *k, int level, int degree);
-
 /* The mean square of what bilinear lookups in faces of an edge add to the mean
  * blur of a wave of a degree; mirror: texels are means. */
 double ibl_lookup_scatter(int edge, bool mirror, int degree);

@@ -11,12 +11,6 @@
 #include "ibl/sidecar.h"
 #include "json/json_text.h"
 
-bool ibl_bake_without_lights(const ibl_bake *b, ibl_output_kind kind)
-{
-    return b->opts->lights &&
-           (kind == IBL_OUTPUT_SPECULAR || kind == IBL_OUTPUT_IRRADIANCE);
-}
-
 ibl_lobe_table_options ibl_bake_lobe_options(const ibl_bake *b)
 {
     ibl_lobe_table_options o = ibl_lobe_table_options_default();

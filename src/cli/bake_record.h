@@ -215,10 +215,6 @@ bool ibl_bake_source_power(ibl_bake_source *s, double power[IBL_POWER + 1],
 bool ibl_bake_source_make(ibl_bake_source *s);
 void ibl_bake_source_free(ibl_bake_source *s);
 
-/* Whether the bake takes lights out of what this output is made of: the skybox
- * keeps them. */
-bool ibl_bake_without_lights(const ibl_bake *b, ibl_output_kind kind);
-
 /* Sets the keys of a texture: see FILES in the manual page. */
 bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
                           ibl_texture *tex);

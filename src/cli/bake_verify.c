@@ -21,7 +21,7 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
     const ibl_opts *o = b->opts;
     ibl_cube cube = {0};
 
-    const bool rest = ibl_bake_without_lights(b, kind);
+    const bool rest = o->lights && kind != IBL_OUTPUT_SKYBOX;
     ibl_judge **judge = &b->from->judge[rest];
 
     if (!*judge)

@@ -160,7 +160,8 @@ bool ibl_rotate_parse(void *yaw_deg, const char *value)
     return ibl_number_real(value, -360, 360, yaw, &end) && !*end;
 }
 
-bool ibl_size_parse(void *bytes, const char *value)
+/* Parses bytes, with K, M or G for powers of 1024, into a size_t. */
+static bool parse_size(void *bytes, const char *value)
 {
     static const char units[] = "KMG";
     const char *end, *unit;
@@ -218,7 +219,7 @@ static const ibl_option running[] = {
     {"isa", 0, IBL_CHOICE(isa, isa_names),
      .help = "instruction set of the hot loops; auto: the best of this CPU",
      .aside = true},
-    {"max-memory", 0, IBL_OTHER(max_memory, "SIZE", ibl_size_parse),
+    {"max-memory", 0, IBL_OTHER(max_memory, "SIZE", parse_size),
      .allowed = "1M or more, in bytes or with K, M or G",
      .standard = "3/4 of the machine's or its control group's",
      .help = "memory that may be taken; what needs more is refused before it "

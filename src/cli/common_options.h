@@ -30,8 +30,6 @@ extern const ibl_section ibl_running_section; /* the rest, --help, --version */
 extern const ibl_section ibl_threads_section, ibl_messages_section;
 
 ibl_common ibl_common_default(void);
-/* Parses bytes, with K, M or G for powers of 1024, into a size_t. */
-bool ibl_size_parse(void *bytes, const char *value);
 /* Bytes of the program and its libraries. */
 #define IBL_PROGRAM_BYTES (12.0 * (1 << 20))
 /* Bytes that may be taken; 0: no limit is known. */

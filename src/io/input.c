@@ -57,7 +57,7 @@ ibl_status ibl_allow(const ibl_input *in, size_t bytes)
         return IBL_OK;
     return ibl_reject(in, IBL_ERR_MEMORY,
                       "takes %.0f MiB of memory, more than the %.0f that are "
-                      "allowed: allow more",
+                      "allowed: scale it down, or allow more",
                       ceil((double)bytes / (1 << 20)),
                       floor((double)most / (1 << 20)));
 }

@@ -79,14 +79,10 @@ ibl_status ibl_map_alloc(const ibl_input *in, int width, int height,
                          ibl_image *img)
 {
     const size_t pixels = (size_t)width * (size_t)height;
-    const size_t most = ibl_ctx_memory(in->ctx) / (3 * sizeof(float));
+    const ibl_status fits = ibl_allow(in, 3 * sizeof(float) * pixels);
 
-    if (pixels > most)
-        return ibl_reject(in, IBL_ERR_MEMORY,
-                          "%dx%d pixels at once take %.1f GiB, more than the "
-                          "%.1f that are allowed: scale it down, or allow more",
-                          width, height, (double)pixels * 12 / (1 << 30),
-                          (double)ibl_ctx_memory(in->ctx) / (1 << 30));
+    if (fits)
+        return fits;
     float *data = ibl_alloc_array(pixels, 3 * sizeof *data);
     if (!data)
         return ibl_reject(in, IBL_ERR_MEMORY,

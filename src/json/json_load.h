@@ -40,8 +40,7 @@ bool ibl_json_numbers(const json_t *list, double *to, int count);
  */
 char *ibl_json_text(const json_t *root);
 
-/* [x, y, z], and the members that ibl_json_probe reads. NULL: no memory. */
-json_t *ibl_json_triple_of(const double v[3]);
+/* The members that ibl_json_probe reads. NULL: no memory. */
 json_t *ibl_json_probe_of(const ibl_probe *p);
 
 #endif

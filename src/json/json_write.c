@@ -99,7 +99,7 @@ char *ibl_json_text(const json_t *root)
     return NULL;
 }
 
-json_t *ibl_json_triple_of(const double v[3])
+static json_t *triple_of(const double v[3])
 {
     return json_pack("[fff]", v[0], v[1], v[2]);
 }
@@ -107,17 +107,16 @@ json_t *ibl_json_triple_of(const double v[3])
 static json_t *volume_of(const ibl_volume *v)
 {
     if (v->shape == IBL_SHAPE_BOX)
-        return json_pack("{s{so so}}", "box", "centre",
-                         ibl_json_triple_of(v->centre), "half",
-                         ibl_json_triple_of(v->half));
-    return json_pack("{s{so sf}}", "sphere", "centre",
-                     ibl_json_triple_of(v->centre), "radius", v->half[0]);
+        return json_pack("{s{so so}}", "box", "centre", triple_of(v->centre),
+                         "half", triple_of(v->half));
+    return json_pack("{s{so sf}}", "sphere", "centre", triple_of(v->centre),
+                     "radius", v->half[0]);
 }
 
 json_t *ibl_json_probe_of(const ibl_probe *p)
 {
     json_t *j = json_pack("{si so so sf}", "priority", p->priority, "position",
-                          ibl_json_triple_of(p->position), "influence",
+                          triple_of(p->position), "influence",
                           volume_of(&p->influence), "blend", p->blend);
 
     if (p->has_proxy)

@@ -42,7 +42,9 @@ void ibl_astc_find_subsets(int pattern, int subsets,
     }
 }
 
-int ibl_astc_value_range(int values, int bits)
+/* The largest range of which a sequence has at most this many bits; -1 if none
+ * has. */
+static int range_of(int values, int bits)
 {
     int range = IBL_ISE_256;
     while (range >= IBL_ISE_6 && ibl_ise_bits(range, values) > bits)
@@ -116,7 +118,7 @@ int ibl_astc_unpack(ibl_bits128 bits, ibl_astc_block *b)
         b->values += 2 * (b->mode[i] / 4 + 1);
     if (b->values > IBL_ASTC_VALUES)
         return 0;
-    b->value_range = ibl_astc_value_range(b->values, below - start);
+    b->value_range = range_of(b->values, below - start);
     if (b->value_range < 0)
         return 0;
     ibl_ise_get(bits, start, b->value_range, b->values, b->value);

@@ -33,8 +33,4 @@ ibl_bits128 ibl_astc_pack(const ibl_astc_block *b);
 void ibl_astc_find_subsets(int pattern, int subsets,
                            unsigned char of[IBL_ASTC_TEXELS]);
 
-/* The largest range of which a sequence has at most this many bits; -1 if none
- * has. */
-int ibl_astc_value_range(int values, int bits);
-
 #endif
