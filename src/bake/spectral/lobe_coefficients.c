@@ -272,9 +272,11 @@ ibl_status ibl_lobe_degree(ibl_ctx *ctx, const ibl_lobe_shape *shape,
 {
     assert(tail >= 1e-12 && tail <= 1);
     const double corner = corner_of(shape);
-    /* Somewhat above the l where GGX's exp(-2 alpha l) is the tail. */
-    const double guess = fmin(-0.8 * log(tail) / shape->alpha, 2.0 * limit);
-    for (double n = fmax(guess, 16);; n *= 2) {
+    /* Twice the l where GGX, which falls as exp(-2 alpha l), is the tail: the
+     * second half of the degrees shows that. */
+    const double guess =
+        fmin((1.25 - 1.2 * log(tail)) / shape->alpha, 2.0 * limit);
+    for (double n = guess < 64 ? 16 : guess;; n *= 2) {
         const int tried = (int)n;
         double *k = ibl_alloc_array((size_t)tried + 1, sizeof *k);
         if (!k)

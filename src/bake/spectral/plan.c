@@ -93,7 +93,7 @@ static ibl_status add_degree(const struct request *q,
     ibl_status status = IBL_OK;
 
     plan->degree = degree > plan->degree ? degree : plan->degree;
-    if (spectral && degree > min_degree)
+    if (spectral && degree > min_degree && degree > plan->single)
         status = ibl_lobe_degree(q->ctx, shape, single_tail, degree, &single);
     plan->single = single > plan->single ? single : plan->single;
     return status;
