@@ -57,8 +57,9 @@ VIEW_LIBS = $(shell pkg-config --libs glfw3 2>/dev/null)
 HAVE_OIIO = $(shell pkg-config --exists OpenImageIO 2>/dev/null && echo yes)
 
 REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
-            -ffp-contract=off -fPIC -fno-semantic-interposition \
-            -fvisibility=hidden '-ffile-prefix-map=$(CURDIR)=.' -MMD -MP
+            -ffp-contract=off -fno-math-errno -fPIC \
+            -fno-semantic-interposition -fvisibility=hidden \
+            '-ffile-prefix-map=$(CURDIR)=.' -MMD -MP
 # Of the shared library; raised by each change that breaks a program.
 SOVERSION := 0
 VERSION := $(shell sed -n 's/^.define IBL_VERSION "\(.*\)"/\1/p' \
