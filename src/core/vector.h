@@ -31,17 +31,18 @@ static inline double distance3(const double a[3], const double b[3])
     return sqrt(dot3(d, d));
 }
 
-/* Normalises v of any length except 0: then false, and v is unchanged. Scales
- * by a power of two first, so that no square overflows or underflows. */
+/* Normalises v of any length except 0: then false, and v is unchanged. */
 static inline bool unit3(double v[3])
 {
     const double most = fmax(fmax(fabs(v[0]), fabs(v[1])), fabs(v[2]));
 
     if (!(most > 0))
         return false;
-    const int exponent = ilogb(most);
-    for (int i = 0; i < 3; i++)
-        v[i] = ldexp(v[i], -exponent);
+    if (most < 0x1p-500 || most > 0x1p500) { /* squares would overflow */
+        const int exponent = ilogb(most);
+        for (int i = 0; i < 3; i++)
+            v[i] = ldexp(v[i], -exponent);
+    }
     const double length = sqrt(dot3(v, v));
     for (int i = 0; i < 3; i++)
         v[i] /= length;
