@@ -86,21 +86,6 @@ static void solve(double a[IBL_TAPS][IBL_TAPS], double x[IBL_TAPS])
     }
 }
 
-/* A_jk is lag[|j - k|]. */
-static void make_matrix(const waves *s, double lag[IBL_TAPS],
-                        double a[IBL_TAPS][IBL_TAPS])
-{
-    lag[0] = 1 + noise_power;
-    for (int k = 1; k < IBL_TAPS; k++) {
-        lag[k] = 0;
-        for (int i = 0; i < s->count; i++)
-            lag[k] += s->power[i] * cos(s->angle[i] * k);
-    }
-    for (int i = 0; i < IBL_TAPS; i++)
-        for (int j = 0; j < IBL_TAPS; j++)
-            a[i][j] = lag[i > j ? i - j : j - i];
-}
-
 /* Adds p cos(w (g - x_k)) for every k, by cos(a + w) = 2 cos(w) cos(a)
  * - cos(a - w). */
 static void add_wave(double p, double w, double turn, double g,
@@ -114,6 +99,19 @@ static void add_wave(double p, double w, double turn, double g,
         last = next;
         next = after;
     }
+}
+
+/* A_jk is lag[|j - k|]. */
+static void make_matrix(const waves *s, double lag[IBL_TAPS],
+                        double a[IBL_TAPS][IBL_TAPS])
+{
+    memset(lag, 0, IBL_TAPS * sizeof *lag);
+    for (int i = 0; i < s->count; i++)
+        add_wave(s->power[i], s->angle[i], s->turn[i], sample_place(0), lag);
+    lag[0] += noise_power;
+    for (int i = 0; i < IBL_TAPS; i++)
+        for (int j = 0; j < IBL_TAPS; j++)
+            a[i][j] = lag[i > j ? i - j : j - i];
 }
 
 static double sum_of(const double x[IBL_TAPS])
