@@ -2,6 +2,7 @@
 #include "bake/lobe_bands.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "bake/lobe_kernels.h"
@@ -68,20 +69,20 @@ _Static_assert(RINGS % IBL_LEGENDRE_VALUES_POINTS == 0 &&
                    ORDERS % 2 == 0,
                "vectors");
 
-/* f N.L at a direction, for F0 = 1 and .04. */
-static void lobe_at(const view *v, const double l[3], double value[2])
+/* f N.L at a direction, for F0 = 1 and .04; false: it is 0. */
+static bool lobe_at(const view *v, const double l[3], double value[2])
 {
     const double h[3] = {l[0] - v->sine, l[1], l[2] + v->cosine};
     const double flat = h[0] * h[0] + h[1] * h[1], square = flat + h[2] * h[2];
     const double a2 = v->alpha * v->alpha;
-    value[0] = value[1] = 0;
     if (!(l[2] > 0 && square > 0))
-        return;
+        return false;
     const double d = ibl_ggx_d((flat + a2 * h[2] * h[2]) / square, v->alpha);
     const double fresnel = ibl_fresnel_weight(0.5 * sqrt(square));
     value[0] = d * ibl_smith_visibility(l[2], v->cosine, v->alpha) * l[2];
     value[1] =
         value[0] * (IBL_DIELECTRIC_F0 + (1 - IBL_DIELECTRIC_F0) * fresnel);
+    return true;
 }
 
 /* Integrals of the lobe on a ring with cos(m phi). */
@@ -96,7 +97,8 @@ static void transform_ring(const ibl_bands_rule *rule, const view *v, rings *r,
                              r->sine[i] * rule->sine[k],
                              v->cosine * r->cosine[i] + v->sine * across};
         double value[2];
-        lobe_at(v, l, value);
+        if (!lobe_at(v, l, value))
+            continue;
 #pragma GCC unroll 6
         for (int m = 0; m < ORDERS / 2; m++) {
             sum[0][m] += value[0] * ibl_two_at(wave + 2 * m);
@@ -167,6 +169,7 @@ static void add_harmonics(const ibl_bands_rule *rule, const rings *r,
     for (int at = p->at; at < b->count; at++) {
         const double scale = rule->scale[m][b->degree[at]];
         ibl_two part[2] = {{0}};
+#pragma GCC unroll 4
         for (int i = 0; i < RINGS; i += 2)
             for (int f = 0; f < 2; f++)
                 part[f] +=
