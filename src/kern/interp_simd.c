@@ -78,6 +78,7 @@ static void weights(const ibl_interp_weights *taps, double shift, double scale,
         vd lost = vd_all(0);
         for (int k = 0; k < PARTS; k++) {
             vd exact = vd_load(taps->coef[IBL_TAPS_DEGREE] + k * VD);
+#pragma GCC unroll 9
             for (int d = IBL_TAPS_DEGREE - 1; d >= 0; d--)
                 exact =
                     vd_fma(exact, vd_all(t), vd_load(taps->coef[d] + k * VD));

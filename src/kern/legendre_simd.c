@@ -430,6 +430,7 @@ static void synthesise_pair(struct work *w, int j, int v, float *g,
         vf rest[SUMS];
         to_single(w, j, v);
         sum_singles_over_k(w, v, end, rest);
+#pragma GCC unroll 12
         for (int p = 0; p < SUMS; p++) {
             vd half[2];
             vf_widen(rest[p], half);
