@@ -343,13 +343,11 @@ static inline struct scaled at_first(const struct work *w, int j)
     return normalised(s);
 }
 
-static inline void recur(const struct work *w, int k, vd x2, vd *now, vd *last)
+/* R_k-1, in last, becomes R_k+1. */
+static inline void recur(const struct work *w, int k, vd x2, vd now, vd *last)
 {
     const vd t = vd_fma(vd_all(w->alpha[k]), x2, vd_all(w->beta[k]));
-    const vd next = vd_fma(t, *now, *last);
-
-    *last = *now;
-    *now = next;
+    *last = vd_fma(t, now, *last);
 }
 
 /* Sizes of `now` from which a lane joins or must be normalised; infinite for
@@ -423,10 +421,13 @@ static inline void follow(const struct work *w, struct follower *f,
 {
     for (int b = 0; b < w->blocks; b++) {
         const struct scaled begin = f->s, begin_g = g->s;
-#pragma GCC unroll 8
-        for (int i = 0; i < BLOCK; i++) {
-            recur(w, b * BLOCK + i, f->x2, &f->s.now, &f->s.last);
-            recur(w, b * BLOCK + i, g->x2, &g->s.now, &g->s.last);
+#pragma GCC unroll 4
+        for (int i = 0; i < BLOCK; i += 2) {
+            const int k = b * BLOCK + i;
+            recur(w, k, f->x2, f->s.now, &f->s.last);
+            recur(w, k, g->x2, g->s.now, &g->s.last);
+            recur(w, k + 1, f->x2, f->s.last, &f->s.now);
+            recur(w, k + 1, g->x2, g->s.last, &g->s.now);
         }
         join(f, begin, b);
         join(g, begin_g, b);

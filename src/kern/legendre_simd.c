@@ -326,6 +326,31 @@ static void sum_singles_over_k(const struct work *w, int v, int k, vf out[SUMS])
         out[p] = sums[p];
 }
 
+/* Adds the term of R_k to the sums; R_k-1 becomes R_k+1. */
+static inline void add_term(const struct work *w, int k, const double *c,
+                            const vd x[AT_ONCE], const vd now[AT_ONCE],
+                            vd last[AT_ONCE], vd sums[AT_ONCE][SUMS])
+{
+#pragma GCC unroll 2
+    for (int i = 0; i < AT_ONCE; i++)
+#pragma GCC unroll 6
+        for (int p = 0; p < SUMS; p += 2)
+            vd_add_two(now[i], c + p, sums[i] + p);
+#pragma GCC unroll 2
+    for (int i = 0; i < AT_ONCE; i++)
+        recur(w, k, x[i], now[i], &last[i]);
+}
+
+static inline void swap(vd a[AT_ONCE], vd b[AT_ONCE])
+{
+#pragma GCC unroll 2
+    for (int i = 0; i < AT_ONCE; i++) {
+        const vd v = a[i];
+        a[i] = b[i];
+        b[i] = v;
+    }
+}
+
 /* Adds the terms k = from..until - 1 for AT_ONCE vectors, from v on, to acc. */
 static void sum_over_k(struct work *w, int j, int v, int from, int until,
                        vd acc[AT_ONCE][SUMS])
@@ -344,15 +369,12 @@ static void sum_over_k(struct work *w, int j, int v, int from, int until,
         for (int p = 0; p < SUMS; p++)
             sums[i][p] = acc[i][p];
     }
-    for (int k = from; k < until; k++, c += SUMS) {
-#pragma GCC unroll 2
-        for (int i = 0; i < AT_ONCE; i++)
-#pragma GCC unroll 6
-            for (int p = 0; p < SUMS; p += 2)
-                vd_add_two(r[i], c + p, sums[i] + p);
-#pragma GCC unroll 2
-        for (int i = 0; i < AT_ONCE; i++)
-            recur(w, k, x[i], &r[i], &r_last[i]);
+    for (int k = from; k < until; k += 2, c += 2 * SUMS) {
+        add_term(w, k, c, x, r, r_last, sums);
+        if (k + 1 < until)
+            add_term(w, k + 1, c + SUMS, x, r_last, r, sums);
+        else
+            swap(r, r_last);
     }
 #pragma GCC unroll 2
     for (int i = 0; i < AT_ONCE; i++) {
