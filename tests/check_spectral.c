@@ -247,6 +247,44 @@ TEST(one_pixel_suns)
     }
 }
 
+/* A level has the mean of the map. */
+static void check_mean(const suns *s, const level *l, const char *where)
+{
+    double sum = 0;
+
+    for (int i = 0; i < 6 * l->size * l->size; i++)
+        sum +=
+            (double)l->texels[3 * i] *
+            ibl_cube_solid_angle(l->size, i % l->size, i / l->size % l->size);
+    CHECK_MSG(fabs(sum / s->total - 1) <= nrmse_bound, "%s, %s: mean %g of %g",
+              where, l->name, sum, s->total);
+}
+
+/* Pixels that are much of the sphere are no lights: the series holds them, and
+ * no texel takes long. What it leaves is relative to the mean. */
+TEST(huge_pixels)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+
+    for (int width = 2; width <= 16; width *= 2) {
+        ibl_image map = map_constant(ctx, width, width / 2, 0);
+        char where[32];
+        light(&map, width / 3, width / 4);
+        snprintf(where, sizeof where, "of %d columns", width);
+        if (width == 16) {
+            check_suns(ctx, &map, 1, where);
+            continue;
+        }
+        const suns s = suns_of(&map);
+        ibl_bake_result r =
+            bake(ctx, &map, IBL_METHOD_SPECTRAL, IBL_LOBE_GGX, 0);
+        for (int k = 0; k < JUDGED; k++) {
+            const level l = level_of(&r, IBL_LOBE_GGX, k);
+            check_mean(&s, &l, where);
+        }
+    }
+}
+
 /* 2x2, 3x3 and 10x10 pixels: in the open, over the seam, at a pole; of a map
  * of 4 WIDE columns and, 14 degrees wide, of WIDE. */
 TEST_SLOW(square_suns)

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bake/spectral/patch.h"
 #include "core/alloc.h"
 #include "core/context.h"
 
@@ -136,6 +137,16 @@ static int scale_of(const float high[3])
     return peak > 0x1p64f ? -64 : peak > 0 && peak < 0x1p-64f ? 64 : 0;
 }
 
+/* A light is cut at the horizon, whose curve a larger pixel would show. The
+ * harmonics hold what such pixels have. */
+static bool has_lights(const ibl_spectral *s, const ibl_spectral_group *group,
+                       int rows)
+{
+    return 2 * IBL_PI <= ibl_patch_widest * s->width &&
+           IBL_PI <= ibl_patch_widest * s->height &&
+           ibl_lights_any(&group->range, (size_t)s->width * (size_t)rows);
+}
+
 static void group_job(void *arg, int job, int worker)
 {
     ibl_spectral *s = arg;
@@ -155,7 +166,7 @@ static void group_job(void *arg, int job, int worker)
     group->exponent = scale_of(group->range.high);
     in.change.scale = ldexpf(1, group->exponent);
     memcpy(in.change.subtract, s->base, sizeof in.change.subtract);
-    if (ibl_lights_any(&group->range, (size_t)s->width * (size_t)in.count))
+    if (has_lights(s, group, in.count))
         take_lights(s, &in, first / GROUP, own, squares);
     for (int j = 0; j < in.count; j++)
         group->squares += squares[j] * s->weight[first + j];
