@@ -83,8 +83,12 @@ test_lists() {
     bake --from <(find m -type f -print0) -o c
     bake m/sun.hdr m/mild.exr --from <(printf 'm/map1.hdr\nm/map2.hdr') -o d
     for how in a b c d; do diff -r wanted $how || echo "list $how"; done
-    mkdir capitals
+    # Folders in a folder, a byte order mark and blank lines do not count.
+    mkdir -p capitals/folder.hdr
     cp m/sun.hdr capitals/SUN.HDR
+    printf '\xEF\xBB\xBFm/%s\n \t\n' sun.hdr >marked
+    bake --from marked -o f
+    ls f/sun_specular.ktx2 >ls || echo 'a list with a byte order mark'
     cp m/sun.hdr $'return.hdr\r'
     bake capitals --from <(printf 'return.hdr\r\0') -o e
     ls e/{SUN,return}_specular.ktx2 >ls || echo 'capitals or a carriage return'

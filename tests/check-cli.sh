@@ -136,6 +136,14 @@ test_help_fits_80_columns() {
     [ "$(wc -l <err)" = 1 ] || cat err
 }
 
+test_a_table_that_cannot_be_printed() {
+    iblbake env.hdr -o full --size 8 --pixel rgba32f --verify >/dev/full 2>err &&
+        echo 'a full stdout is not noticed'
+    [ "$(cat err)" = 'iblbake: standard output cannot be written: No space left on device' ] ||
+        cat err
+    [ ! -e full ] || ls full
+}
+
 test_version() {
     iblbake --version >version 2>&1 || echo "status $?"
     grep -qE '^iblbake [0-9]+\.[0-9]+' version || cat version

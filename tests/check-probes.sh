@@ -890,6 +890,10 @@ END
 test_grid() {
     iblbake probes --grid room.json -o grid.json || echo 'failed '
     iblbake probes --grid room.json | cmp - grid.json
+    cp room.json kept.json
+    refused 1 'iblbake: room.json: is both input and output: choose another *' \
+        iblbake probes --grid room.json -o room.json
+    cmp room.json kept.json
     node -e "const s = JSON.parse(require('fs').readFileSync('grid.json'));
         const want = ['0_0_0', '2_0_0', '0_0_1', '1_0_1', '2_0_1'];
         if (s.probes.map(p => p.name.slice(6)).join() !== want.join() ||

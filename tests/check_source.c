@@ -310,9 +310,19 @@ TEST(pixels_in_memory)
     ibl_source *none;
     const ibl_pixels bad[] = {{rgba, WIDE, HIGH, 2, 0, 0},
                               {rgba, WIDE, WIDE, 4, 0, 0},
-                              {rgba, -WIDE, HIGH, 4, 0, 0}};
-    for (int k = 0; k < 3; k++)
-        CHECK(ibl_source_of_pixels(ctx, "bad", &bad[k], NULL, &none) && !none);
+                              {rgba, -WIDE, HIGH, 4, 0, 0},
+                              {rgba, WIDE, HIGH, 4, 2, 0},
+                              {rgba, WIDE, HIGH, 4, 0, 16 * WIDE - 4},
+                              {rgba, WIDE, HIGH, 4, 0, 4 - 16 * WIDE},
+                              {rgba, WIDE, HIGH, 4, 0, (ptrdiff_t)1 << 62},
+                              {rgba, WIDE, HIGH, 4, 0, PTRDIFF_MIN}};
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+        const ibl_status status =
+            ibl_source_of_pixels(ctx, "bad", &bad[k], NULL, &none);
+        CHECK_MSG(!none &&
+                      status == (k == 1 ? IBL_ERR_FORMAT : IBL_ERR_ARGUMENT),
+                  "pixels %zu: %s", k, ibl_status_text(status));
+    }
 }
 
 /* ---- calls ---------------------------------------------------------- */

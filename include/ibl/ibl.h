@@ -215,7 +215,8 @@ void ibl_ctx_cancel(ibl_ctx *ctx);
 /*
  * An equirectangular map: height rows of width texels of 3 floats R, G, B,
  * tightly packed, row 0 at the zenith. The bake calls accept any aspect ratio.
- * All values must be finite and >= 0; ibl_image_read in ibl/io.h ensures this.
+ * All values must be finite and >= 0, which bakes do not check: ibl_image_read
+ * and ibl_source_of_pixels in ibl/io.h ensure it.
  */
 typedef struct ibl_image {
     int width;   /* 1..IBL_MAX_EDGE */

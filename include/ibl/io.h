@@ -276,7 +276,7 @@ ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
 
 /* Pixels in a program's memory, rows from the top. */
 typedef struct ibl_pixels {
-    const void *data;
+    const void *data; /* need not be aligned */
     int width, height;
     int channels;        /* 3: R, G, B; 4: R, G, B, A */
     int half;            /* 1: halves; 0: floats */

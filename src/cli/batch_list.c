@@ -40,6 +40,13 @@ static bool add(ibl_maps *maps, char *input, ibl_console *c)
     return true;
 }
 
+static bool is_folder(const char *path)
+{
+    struct stat st;
+
+    return !stat(path, &st) && S_ISDIR(st.st_mode);
+}
+
 /* Whether a file in a folder is an environment, by its name: those of high
  * range, and no textures, which may be outputs. */
 static bool is_environment(const char *name)
@@ -69,9 +76,15 @@ static bool add_folder(ibl_maps *maps, const char *folder, ibl_console *c)
     if (!dir)
         return ibl_console_fail(c, "%s: cannot be listed: %s", folder,
                                 strerror(errno));
-    while (ok && (entry = readdir(dir)))
-        if (is_environment(entry->d_name))
-            ok = add(maps, ibl_path_join(folder, entry->d_name), c);
+    while (ok && (entry = readdir(dir))) {
+        if (!is_environment(entry->d_name))
+            continue;
+        char *path = ibl_path_join(folder, entry->d_name);
+        if (path && is_folder(path))
+            free(path);
+        else
+            ok = add(maps, path, c);
+    }
     closedir(dir);
     if (ok && maps->count == first)
         return ibl_console_fail(c,
@@ -87,12 +100,10 @@ static bool add_folder(ibl_maps *maps, const char *folder, ibl_console *c)
 
 static bool add_given(ibl_maps *maps, const char *given, ibl_console *c)
 {
-    struct stat st;
-
     if (!strcmp(given, "-"))
         return ibl_console_fail(c, "-: standard input is one environment: bake "
                                    "it alone, or give ./- if that is its name");
-    if (!stat(given, &st) && S_ISDIR(st.st_mode))
+    if (is_folder(given))
         return add_folder(maps, given, c);
     return add(maps, strdup(given), c);
 }
@@ -128,13 +139,15 @@ static char *read_list(const char *path, FILE *from, size_t *size,
     return NULL;
 }
 
-/* Names end in line breaks, or in NULs if there are any. */
+/* Names end in line breaks, or in NULs if there are any. Lines may be blank,
+ * and the first have a byte order mark before it. */
 static bool add_names(ibl_maps *maps, char *text, size_t size, ibl_console *c)
 {
     const char last = memchr(text, '\0', size) ? '\0' : '\n';
+    const size_t mark = strncmp(text, "\xEF\xBB\xBF", 3) ? 0 : 3;
     bool ok = true;
 
-    for (char *at = text; ok && at < text + size;) {
+    for (char *at = text + mark; ok && at < text + size;) {
         char *end = memchr(at, last, (size_t)(text + size - at));
         if (!end)
             end = text + size;
@@ -142,7 +155,7 @@ static bool add_names(ibl_maps *maps, char *text, size_t size, ibl_console *c)
         if (last && end > at && end[-1] == '\r')
             end--;
         *end = '\0';
-        ok = !*at || add_given(maps, at, c);
+        ok = !at[strspn(at, last ? " \t" : "")] || add_given(maps, at, c);
         at = next;
     }
     return ok;

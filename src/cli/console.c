@@ -272,10 +272,10 @@ void ibl_warn_of_overflow(ibl_console *console, const char *file,
         return;
     if (sum->moved > 0)
         snprintf(moved, sizeof moved,
-                 ": %.2g %% of a level's light went to the texels around %s",
+                 ": %.3g %% of a level's light went to the texels around %s",
                  100 * sum->moved, sum->texels == 1 ? "it" : "them");
     if (sum->lost > 0)
-        snprintf(lost, sizeof lost, ": %.2g %% of a level's light is lost%s",
+        snprintf(lost, sizeof lost, ": %.3g %% of a level's light is lost%s",
                  100 * sum->lost,
                  texels->overflow == IBL_OVERFLOW_CLIP ? ""
                                                        : " for want of room");

@@ -2,6 +2,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "cli/common_options.h"
 
@@ -27,8 +28,10 @@ int main(int argc, char **argv)
     fill_closed_streams();
     int status = ibl_command_main(argc, argv);
 
-    if (fflush(stdout) || ferror(stdout)) {
-        perror("iblbake: standard output");
+    errno = 0;
+    if ((fflush(stdout) || ferror(stdout)) && !status) {
+        fprintf(stderr, "iblbake: standard output cannot be written%s%s\n",
+                errno ? ": " : "", errno ? strerror(errno) : "");
         status = 1;
     }
     return status;

@@ -322,7 +322,11 @@ int ibl_probes_grid(const ibl_probes_opts *opts)
     g.root = ibl_json_root(&file);
     if (there && take_grid(g.root, &g))
         text = make_set(&g);
-    const bool ok = text && write_set(opts, &console, text);
+    const bool ok =
+        text &&
+        (!opts->output ||
+         ibl_console_differ(&console, opts->input, opts->output, "file")) &&
+        write_set(opts, &console, text);
     const int status = ibl_console_end(&console, ok);
     if (ok)
         ibl_console_info(&console, "placed %d probes, left out %d solid cells",

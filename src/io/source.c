@@ -612,6 +612,31 @@ ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
     return open_source(ctx, &(origin){.name = path}, opts, out);
 }
 
+static ibl_status check_pixels(ibl_ctx *ctx, const char *name,
+                               const ibl_pixels *p)
+{
+    const size_t bytes = p->half ? 2 : 4;
+    const size_t row =
+        p->row_bytes < 0 ? 0 - (size_t)p->row_bytes : (size_t)p->row_bytes;
+
+    if (p->channels != 3 && p->channels != 4)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%s: %d channels: must be 3 or 4", name, p->channels);
+    if ((unsigned)p->half > 1)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "%s: half %d: must be 0 or 1",
+                        name, p->half);
+    if (p->width < 1 || p->height < 1)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%s: %dx%d pixels: must be 1x1 or more", name, p->width,
+                        p->height);
+    const size_t least = (size_t)p->width * (size_t)p->channels * bytes;
+    if (row && (row < least || row > PTRDIFF_MAX / (size_t)p->height))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%s: row_bytes %td: must be 0 or from %zu to %zu", name,
+                        p->row_bytes, least, PTRDIFF_MAX / (size_t)p->height);
+    return IBL_OK;
+}
+
 ibl_status ibl_source_of_pixels(ibl_ctx *ctx, const char *name,
                                 const ibl_pixels *pixels,
                                 const ibl_read_options *opts, ibl_source **out)
@@ -619,10 +644,9 @@ ibl_status ibl_source_of_pixels(ibl_ctx *ctx, const char *name,
     if (!ctx || !name || !pixels || !pixels->data || !out)
         return ibl_missing(ctx, "ibl_source_of_pixels: name, pixels or out");
     *out = NULL;
-    if (pixels->channels != 3 && pixels->channels != 4)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%s: %d channels: must be 3 or 4", name,
-                        pixels->channels);
+    const ibl_status status = check_pixels(ctx, name, pixels);
+    if (status)
+        return status;
     return open_source(ctx, &(origin){.name = name, .pixels = pixels}, opts,
                        out);
 }
@@ -750,7 +774,7 @@ static ibl_status report_mended(const ibl_source *s)
     if (r->nonfinite)
         ibl_warn(s->ctx,
                  "%s: %zu pixels were not finite; each became its brightest "
-                 "neighbour",
+                 "neighbour that is, or black if NaN and 65504 if infinite",
                  s->in.name, r->nonfinite);
     if (r->negative)
         ibl_warn(s->ctx, "%s: %zu pixels were negative and became 0",
