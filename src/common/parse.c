@@ -259,8 +259,9 @@ static bool store(line *l, const ibl_option *opt, const char *value)
     if (ok && !*end)
         return true;
     ibl_option_allowed(opt, allowed, sizeof allowed);
-    return ibl_misuse("--%s %s: not a value of that option: it takes %s",
-                      opt->name, value, allowed);
+    const char *quote = value[strcspn(value, " \t\n")] || !*value ? "'" : "";
+    return ibl_misuse("--%s %s%s%s: not a value of that option: it takes %s",
+                      opt->name, quote, value, quote, allowed);
 }
 
 static bool set(line *l, const ibl_option *opt, const char *value)

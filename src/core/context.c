@@ -149,6 +149,8 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *given, ibl_ctx **out)
         return ibl_fail(&early, IBL_ERR_UNSUPPORTED,
                         "this CPU has no %s; the best it has is %s",
                         ibl_isa_name(isa), ibl_isa_name(ibl_isa_best()));
+    const int cpus = ibl_cpu_count();
+    const int threads = opts->threads ? opts->threads : cpus;
 
     ibl_alloc_hold();
     ibl_ctx *ctx = ibl_alloc_zeroed(1, sizeof *ctx);
@@ -166,8 +168,6 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *given, ibl_ctx **out)
             goto no_memory;
         memcpy(ctx->bridge, opts->bridge, bytes);
     }
-    const int cpus = ibl_cpu_count();
-    const int threads = opts->threads ? opts->threads : cpus;
     ctx->pool = ibl_pool_create(threads, threads <= cpus);
     if (!ctx->pool)
         goto no_memory;
@@ -177,7 +177,9 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *given, ibl_ctx **out)
 no_memory:
     ibl_ctx_free(ctx);
     return ibl_fail(&early, IBL_ERR_MEMORY,
-                    "no memory or threads for a context");
+                    "no memory or threads for a context of %d threads: "
+                    "ask for fewer",
+                    threads);
 }
 
 void ibl_ctx_free(ibl_ctx *ctx)
