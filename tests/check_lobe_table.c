@@ -510,12 +510,20 @@ TEST(refused)
     o.layout.levels = 0;
     CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
     o = usual;
+    o.layout.size = 0;
+    CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
+    CHECK(test_said(&kept, "from 0 texels"));
+    o = usual;
     o.layout.roughness[3] = o.layout.roughness[2] - 0.1;
     CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
     CHECK(test_said(&kept, "rising"));
     o = usual;
     o.power = power;
     CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
+    o.power = (const double[]){1, NAN};
+    o.power_degree = 1;
+    CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
+    CHECK(test_said(&kept, "a power of nan"));
     CHECK(!t.data);
     CHECK(ibl_bake_lobe_table(ctx, NULL, NULL) == IBL_ERR_ARGUMENT);
 }

@@ -162,8 +162,9 @@ ibl_status ibl_lobe_table_check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
                         MIN_SIZE, MAX_SIZE);
     if (l->levels < 1 || l->levels > IBL_MAX_LEVELS || l->size < 1)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a chain of %d levels: must be 1 to %d", l->levels,
-                        IBL_MAX_LEVELS);
+                        "a chain of %d levels from %d texels: must be 1 to %d, "
+                        "from 1 or more",
+                        l->levels, l->size, IBL_MAX_LEVELS);
     for (int i = 0; i < l->levels; i++)
         if (!(l->roughness[i] >= (i ? l->roughness[i - 1] : 0) &&
               l->roughness[i] <= 1))
@@ -175,6 +176,12 @@ ibl_status ibl_lobe_table_check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a spectrum of degree %d: must be 1 or more",
                         o->power_degree);
+    for (int i = 0; o->power && i <= o->power_degree; i++)
+        if (!(o->power[i] >= 0 && isfinite(o->power[i])))
+            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                            "a spectrum with a power of %g: must be finite and "
+                            "0 or more",
+                            o->power[i]);
     if ((unsigned)o->f0 > IBL_F0_DIELECTRICS)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT, "no such ibl_f0: %d",
                         (int)o->f0);
