@@ -104,13 +104,6 @@ static ibl_status wrong(const reader *r, ibl_status status, const char *what)
     return ibl_fail(r->ctx, status, "%s: %s", r->name, what);
 }
 
-static uint64_t longest(const unsigned char *bytes, size_t size)
-{
-    (void)bytes;
-    (void)size;
-    return 0;
-}
-
 /* Reads the file of an image into memory. */
 static ibl_status open_image(reader *r, const json_t *index)
 {
@@ -131,7 +124,7 @@ static ibl_status open_image(reader *r, const json_t *index)
         name && ibl_uri_decode(name) ? ibl_path_beside(r->name, name) : NULL;
     ibl_input *in = &r->input[r->opened];
     ibl_status status =
-        path ? ibl_input_open(r->ctx, path, longest, in)
+        path ? ibl_input_open(r->ctx, path, NULL, in)
              : wrong(r, IBL_ERR_FORMAT, "damaged: an image has no name");
     if (path && !status) {
         r->opened++;

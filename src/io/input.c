@@ -132,8 +132,9 @@ static ibl_status too_long(const loading *l, uint64_t most, const char *why)
 /* Doubles the room, up to one byte over the limit for the kind of the file. */
 static ibl_status make_room(loading *l)
 {
-    const uint64_t longest =
-        l->stream ? l->longest(l->bytes, l->size) : IBL_LONGEST;
+    const uint64_t longest = !l->stream   ? IBL_LONGEST
+                             : l->longest ? l->longest(l->bytes, l->size)
+                                          : 0;
     const uint64_t kind = longest ? longest : longest_unknown;
     const uint64_t allowed = ibl_ctx_memory(l->in.ctx) / 2;
     const uint64_t most = kind < allowed ? kind : allowed;

@@ -48,7 +48,7 @@ ibl_status ibl_input_unread(const ibl_input *in, int error);
  * second. Directories, devices, terminals, other pipes and empty files are
  * refused. Large regular files stay open; everything else is read into memory.
  *   path    the name in messages; must live as long as in
- *   longest gives the limit for streams; 256 MiB for unknown kinds
+ *   longest gives the limit for streams; 256 MiB for unknown kinds, and if NULL
  *   in      the caller must close it with ibl_input_close, unless this fails
  * IBL_ERR_IO, IBL_ERR_FORMAT (empty), IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
  */

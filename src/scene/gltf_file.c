@@ -7,7 +7,6 @@
 #include "common/names.h"
 #include "common/path.h"
 #include "core/alloc.h"
-#include "core/context.h"
 #include "scene/gltf_reader.h"
 #include "json/text.h"
 
@@ -44,13 +43,6 @@ static uint32_t word(const unsigned char *p)
 }
 
 /* ---- files and data URIs ---------------------------------------------- */
-
-static uint64_t longest(const unsigned char *bytes, size_t size)
-{
-    (void)bytes;
-    (void)size;
-    return 0;
-}
 
 /* Adds an input that the scene keeps; NULL: no memory. */
 static ibl_input *add_input(ibl_gltf *g)
@@ -89,7 +81,7 @@ static bool read_file(ibl_gltf *g, const char *path, ibl_gltf_bytes *out)
     if (!in || !add_path(g, path))
         return false;
     g->status = ibl_input_open(
-        g->ctx, g->scene->files[g->scene->file_count - 1], longest, in);
+        g->ctx, g->scene->files[g->scene->file_count - 1], NULL, in);
     if (!g->status)
         g->status = ibl_input_load(in);
     *out = (ibl_gltf_bytes){in->bytes, in->size};
