@@ -11,6 +11,7 @@
  * divided differences.
  */
 #include "bake/spectral/interp_weights.h"
+#include "bake/spectral/gauss.h"
 #include "core/pi.h"
 
 #include <math.h>
@@ -153,22 +154,6 @@ static double weights_at(const waves *s, const double lag[IBL_TAPS],
     return error_of(lag, b, c);
 }
 
-/* Replaces f by the coefficients of the polynomial through (g[i], f[i]). */
-static void through(const double g[NODES], double f[NODES])
-{
-    double poly[NODES] = {0};
-    for (int j = 1; j < NODES; j++)
-        for (int i = NODES - 1; i >= j; i--)
-            f[i] = (f[i] - f[i - 1]) / (g[i] - g[i - j]);
-    for (int i = NODES - 1; i >= 0; i--) {
-        for (int k = NODES - 1; k > 0; k--)
-            poly[k] = poly[k - 1] - g[i] * poly[k];
-        poly[0] = f[i] - g[i] * poly[0];
-    }
-    for (int k = 0; k < NODES; k++)
-        f[k] = poly[k];
-}
-
 double ibl_interp_weights_design(const double *spectrum, int degree,
                                  double circle, ibl_interp_weights *taps)
 {
@@ -196,7 +181,7 @@ double ibl_interp_weights_design(const double *spectrum, int degree,
             f[i] = c[i][k];
             f[NODES - 1 - i] = c[i][IBL_TAPS - 1 - k];
         }
-        through(g, f);
+        ibl_polynomial_through(NODES, g, f);
         for (int d = 0; d < NODES; d++) {
             taps->coef[d][k] = f[d];
             taps->coef[d][IBL_TAPS - 1 - k] = d % 2 ? -f[d] : f[d];

@@ -2,7 +2,6 @@
 #include "bake/spectral/lobe_table.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "bake/spectral/gauss.h"
 #include "core/alloc.h"
@@ -72,19 +71,9 @@ static void fit(const side *s, int bits, int piece, double c[4])
     const double width = octave / (1 << bits);
     const double from =
         octave + width * (piece & ((1 << bits) - 1)) - start_of(s);
-    double f[NODES], poly[NODES] = {0};
     for (int k = 0; k < NODES; k++)
-        f[k] = value(s, from + ibl_gauss_node[k] * width);
-    for (int j = 1; j < NODES; j++)
-        for (int i = NODES - 1; i >= j; i--)
-            f[i] =
-                (f[i] - f[i - 1]) / (ibl_gauss_node[i] - ibl_gauss_node[i - j]);
-    for (int i = NODES - 1; i >= 0; i--) {
-        for (int k = NODES - 1; k > 0; k--)
-            poly[k] = poly[k - 1] - ibl_gauss_node[i] * poly[k];
-        poly[0] = f[i] - ibl_gauss_node[i] * poly[0];
-    }
-    memcpy(c, poly, sizeof poly);
+        c[k] = value(s, from + ibl_gauss_node[k] * width);
+    ibl_polynomial_through(NODES, ibl_gauss_node, c);
 }
 
 /* Whether a piece is as exact as ibl_radial_table promises. Below the first
