@@ -12,19 +12,15 @@
 #include <math.h>
 
 #include "brdf/ggx.h"
+#include "core/vector.h"
 #include "ibl/ibl.h"
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 /* a + b, normalised. */
 static void add_unit(const double a[3], const double b[3], double h[3])
 {
     for (int c = 0; c < 3; c++)
         h[c] = a[c] + b[c];
-    const double length = fmax(sqrt(dot(h, h)), 1e-9);
+    const double length = fmax(sqrt(dot3(h, h)), 1e-9);
     for (int c = 0; c < 3; c++)
         h[c] /= length;
 }
@@ -39,8 +35,8 @@ static angles angles_of(const double n[3], const double v[3], const double l[3])
     double h[3];
 
     add_unit(v, l, h);
-    return (angles){dot(n, l), fmax(dot(n, v), 1e-4), fmax(dot(n, h), 0.05),
-                    fmax(dot(v, h), 1e-3)};
+    return (angles){dot3(n, l), fmax(dot3(n, v), 1e-4), fmax(dot3(n, h), 0.05),
+                    fmax(dot3(v, h), 1e-3)};
 }
 
 /* The positive root of nu^3 = m nu^2 + n nu + k, k >= 0, at most `most`. */
@@ -102,9 +98,9 @@ double ibl_disc_brdf(ibl_geometry geometry, double alpha, double f0,
     /* From the middle towards the mirror direction, as far as the disc goes and
      * as far as the lobe is narrower than the disc. */
     for (int c = 0; c < 3; c++)
-        mirror[c] = 2 * dot(normal, view) * normal[c] - view[c] - light[c];
+        mirror[c] = 2 * dot3(normal, view) * normal[c] - view[c] - light[c];
     const double step =
-        share * fmin(1, radius / fmax(sqrt(dot(mirror, mirror)), 1e-9));
+        share * fmin(1, radius / fmax(sqrt(dot3(mirror, mirror)), 1e-9));
     for (int c = 0; c < 3; c++)
         mirror[c] *= step;
     add_unit(light, mirror, to);

@@ -39,14 +39,6 @@ typedef struct ibl_best_lookups {
     double best[IBL_MAX_LEVELS][TARGETS][2]; /* ibl_lobe_least's at */
 } ladder;
 
-static ibl_status fill_lobe(ibl_ctx *ctx, double r, double *k)
-{
-    for (int l = 0; l < DEGREES; l++)
-        k[l] = 1;
-    const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, r * r);
-    return r > 0 ? ibl_lobe_coefficients(ctx, &shape, DEGREES - 1, k) : IBL_OK;
-}
-
 /* What the texels of a level do, for its size and whether it is a mirror. */
 static void blur_level(ladder *s, int m)
 {
@@ -175,7 +167,7 @@ static ibl_status grid_lobe(ibl_expectation *e, int at)
     if (!e->lobe)
         return ibl_no_memory(e->ctx, "the fit of a ladder");
     e->has_lobe[at] = true;
-    return fill_lobe(e->ctx, (double)at / GRID, e->lobe[at]);
+    return ibl_lobe_ggx(e->ctx, (double)at / GRID, e->lobe[at]);
 }
 
 /* Sets the roughnesses of the levels first.. last anew, and what depends on
@@ -305,7 +297,7 @@ ibl_status ibl_best_lookups_of(const ibl_expectation *e,
         return ibl_no_memory(e->ctx, "the expected error");
     s->layout = *layout;
     for (int m = 0; m < s->layout.levels && !status; m++) {
-        status = fill_lobe(s->e->ctx, s->layout.roughness[m], k);
+        status = ibl_lobe_ggx(s->e->ctx, s->layout.roughness[m], k);
         if (!status)
             make_level(s, m, k);
     }

@@ -275,20 +275,12 @@ static void place_knots(struct fit *f)
         f->ladder[m] = m * f->fine - f->first;
 }
 
-static ibl_status fill_lobe(ibl_ctx *ctx, double r, double *k)
-{
-    for (int l = 0; l < DEGREES; l++)
-        k[l] = 1;
-    const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, r * r);
-    return r > 0 ? ibl_lobe_coefficients(ctx, &shape, DEGREES - 1, k) : IBL_OK;
-}
-
 static ibl_status fit(ibl_ctx *ctx, struct fit *f)
 {
-    ibl_status status = fill_lobe(ctx, 1, f->cosine);
+    ibl_status status = ibl_lobe_ggx(ctx, 1, f->cosine);
     place_knots(f);
     for (int i = 0; i < f->count && !status; i++)
-        status = fill_lobe(ctx, f->knot[i], f->lobe[i]);
+        status = ibl_lobe_ggx(ctx, f->knot[i], f->lobe[i]);
     for (int m = 0; m < f->layout->levels; m++)
         ibl_lobe_blur(f->layout, m, f->blur[m]);
     ibl_bands_degrees(f->weight, f->knot[1], &f->all);

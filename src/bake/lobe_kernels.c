@@ -97,6 +97,17 @@ static int degree_of(double r)
     return (int)fmin(DEGREE, 8 / (r * r) + 100);
 }
 
+ibl_status ibl_lobe_ggx(ibl_ctx *ctx, double roughness, double *k)
+{
+    const ibl_lobe_shape shape =
+        ibl_lobe_shape_of(IBL_LOBE_GGX, roughness * roughness);
+
+    for (int l = 0; l <= DEGREE; l++)
+        k[l] = 1;
+    return roughness > 0 ? ibl_lobe_coefficients(ctx, &shape, DEGREE, k)
+                         : IBL_OK;
+}
+
 static ibl_status fill_lobes(ibl_ctx *ctx, const ibl_lobe_kernels *out)
 {
     const ibl_specular_layout *layout = &out->layout;

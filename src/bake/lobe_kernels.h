@@ -46,6 +46,9 @@ typedef struct ibl_lobe_kernels {
     double *power;  /* C_l, l = 0..IBL_LOBE_DEGREE, in units of the tables */
 } ibl_lobe_kernels;
 
+/* k_0..k_IBL_LOBE_DEGREE of GGX; roughness 0: a mirror's, 1. */
+ibl_status ibl_lobe_ggx(ibl_ctx *ctx, double roughness, double *k);
+
 /*
  * Without tables.
  *   layout  of a chain of GGX lobes
