@@ -170,8 +170,8 @@ static ibl_status fill_grid(struct level *v)
     if (!status)
         status = ibl_ring_grid_alloc(s->ctx, v->rings, v->columns, &v->grid);
     if (!status)
-        status = ibl_sht_synthesise(s->ctx, NULL, &s->harmonics, v->kernel,
-                                    v->degree, &v->spectra);
+        status = ibl_sht_synthesise(s->ctx, &s->harmonics, v->kernel, v->degree,
+                                    &v->spectra);
     if (!status)
         status = ibl_row_fft_create_inverse(s->ctx, v->columns, v->degree + 1,
                                             &v->azimuth);

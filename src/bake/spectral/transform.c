@@ -366,9 +366,9 @@ static int small_from(const double *factor, int degree)
     return l;
 }
 
-ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const char *stage,
-                              const ibl_harmonics *in, const double *factor,
-                              int degree, ibl_ring_spectra *out)
+ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const ibl_harmonics *in,
+                              const double *factor, int degree,
+                              ibl_ring_spectra *out)
 {
     struct transform t = {.degree = degree,
                           .single = small_from(factor, degree),
@@ -379,7 +379,7 @@ ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const char *stage,
     assert(degree >= 0 && degree <= in->degree && degree < out->orders);
     ibl_status status = prepare(ctx, &t, IBL_RINGS_CENTRES, out->rings);
     if (!status)
-        status = ibl_run(ctx, stage, degree / ORDERS + 1, synthesise_job, &t);
+        status = ibl_run(ctx, NULL, degree / ORDERS + 1, synthesise_job, &t);
     release(&t);
     return status;
 }

@@ -115,9 +115,9 @@ ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
  * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The same bytes for any
  * number of threads.
  */
-ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const char *stage,
-                              const ibl_harmonics *in, const double *factor,
-                              int degree, ibl_ring_spectra *out);
+ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const ibl_harmonics *in,
+                              const double *factor, int degree,
+                              ibl_ring_spectra *out);
 
 /* The power in each degree l = 0..h->degree: power[l] is the sum of |a_lm|^2
  * over m = -l..l and the channels. */
