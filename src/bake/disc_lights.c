@@ -9,7 +9,6 @@
  *    if it is small enough and strong enough.
  * 3. The strongest are taken, one after the other.
  */
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -14,7 +14,6 @@
 #include <assert.h>
 #include <math.h>
 #include <stdbool.h>
-#include <string.h>
 
 #include "brdf/hammersley.h"
 #include "core/alloc.h"

@@ -4,7 +4,6 @@
 #include <math.h>
 
 #include "bake/options.h"
-#include "bake/spectral/engine.h"
 #include "bake/spectral/plan.h"
 #include "core/context.h"
 #include "image/cube.h"

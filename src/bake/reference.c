@@ -21,7 +21,6 @@
  * added with compensation.
  */
 #include <float.h>
-#include <stdbool.h>
 #include <string.h>
 
 #include "bake/reference_sums.h"

@@ -19,7 +19,6 @@
  */
 #include <stdbool.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "bake/reference_sums.h"
 #include "core/alloc.h"

@@ -2,7 +2,6 @@
 /* The calls that bake one thing from an image in memory. */
 #include <string.h>
 
-#include "core/alloc.h"
 #include "core/context.h"
 #include "image/image.h"
 

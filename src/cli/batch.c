@@ -20,7 +20,6 @@
 #include "cli/batch.h"
 #include "common/clock.h"
 #include "common/path.h"
-#include "common/sidecar.h"
 #include "common/signals.h"
 #include "json/json_text.h"
 #include "json/text.h"

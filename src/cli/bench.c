@@ -7,7 +7,6 @@
 
 #include "cli/child.h"
 #include "cli/console.h"
-#include "cli/shell_words.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "json/json_text.h"

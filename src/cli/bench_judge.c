@@ -2,7 +2,6 @@
 /* Judges the output of the last round. */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "cli/bench.h"
 #include "cli/console.h"

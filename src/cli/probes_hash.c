@@ -8,7 +8,6 @@
 #include <sys/file.h>
 
 #include "cli/probes.h"
-#include "common/path.h"
 #include "json/json_load.h"
 #include "json/text.h"
 

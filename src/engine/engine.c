@@ -3,7 +3,6 @@
 
 #include <string.h>
 
-#include "core/context.h"
 #include "engine/rgbd.h"
 #include "io/input.h"
 #include "json/text.h"

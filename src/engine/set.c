@@ -2,7 +2,6 @@
 #include "engine/set.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 json_t *ibl_engine_triples(const double (*triples)[3], int count)
 {

@@ -3,7 +3,6 @@
 #include "io/container.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "core/alloc.h"
 #include "core/context.h"

@@ -8,7 +8,6 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge.h"
-#include "kern/max_finite.h"
 
 enum {
     ROWS = 8 /* in a job */

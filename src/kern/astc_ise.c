@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/astc_ise.h"
 
-#include <stddef.h>
-
 ibl_bits128 ibl_bits128_load(const unsigned char block[16])
 {
     ibl_bits128 b = {0, 0};

@@ -6,7 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "common/names.h"
 #include "core/alloc.h"
 #include "scene/gltf_reader.h"
 

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/names.h"
 #include "scene/gltf_reader.h"
 
 #define AT(field) offsetof(ibl_scene_material, field)

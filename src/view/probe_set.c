@@ -2,7 +2,6 @@
 #include "view/probe_set.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
