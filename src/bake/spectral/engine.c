@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bake/spectral/patch.h"
 #include "core/alloc.h"
 #include "core/context.h"
 
@@ -137,13 +136,16 @@ static int scale_of(const float high[3])
     return peak > 0x1p64f ? -64 : peak > 0 && peak < 0x1p-64f ? 64 : 0;
 }
 
-/* A light is cut at the horizon, whose curve a larger pixel would show. The
- * harmonics hold what such pixels have. */
+/* A pixel of this solid angle is no light: it is cut at the horizon of many
+ * texels, in many parts, and the harmonics hold it. */
+static const double largest_light = 0.05;
+
 static bool has_lights(const ibl_spectral *s, const ibl_spectral_group *group,
                        int rows)
 {
-    return 2 * IBL_PI <= ibl_patch_widest * s->width &&
-           IBL_PI <= ibl_patch_widest * s->height &&
+    const double pixels = (double)s->width * s->height;
+
+    return 2 * IBL_PI * IBL_PI < largest_light * pixels &&
            ibl_lights_any(&group->range, (size_t)s->width * (size_t)rows);
 }
 

@@ -122,8 +122,8 @@ int ibl_patch_points(const ibl_patch *p, double reach, double error,
 
 /* ---- the horizon -------------------------------------------------------- */
 
-/* A patch, seen from d. */
-struct seen {
+/* A part of a patch, seen from d. */
+struct part {
     const ibl_lobe_shape *shape;
     const ibl_rule *rule;
     double theta[2], sin_theta[2], cos_theta[2];
@@ -151,7 +151,7 @@ static void end_at_horizon(double up, double across, double theta[2])
 
 /* int K sin(theta) dtheta along a meridian above the horizon, which it crosses
  * at most once. across: d's component along the meridian's foot. */
-static double meridian_sum(const struct seen *p, double across)
+static double meridian_sum(const struct part *p, double across)
 {
     const double up = p->up;
     double theta[2] = {p->theta[0], p->theta[1]}, sum = 0;
@@ -181,7 +181,7 @@ static double meridian_sum(const struct seen *p, double across)
 /* Writes the azimuths where the horizon crosses the rows' edges, since the
  * integral over a meridian has corners there: sorted, with both ends. Returns
  * their number. */
-static int corners(const struct seen *p, double out[6])
+static int corners(const struct part *p, double out[6])
 {
     const double middle = cos(p->from + 0.5 * p->width);
     int count = 0;
@@ -209,33 +209,48 @@ static int corners(const struct seen *p, double out[6])
     return count;
 }
 
+static double part_sum(const struct part *p)
+{
+    double at[6], sum = 0;
+    const int count = corners(p, at);
+
+    for (int i = 1; i < count; i++) {
+        const double half = 0.5 * (at[i] - at[i - 1]), middle = at[i] - half;
+        const double sine = p->sine * sin(middle);
+        const double cosine = p->sine * cos(middle);
+        for (int k = 0; half > 0 && k < p->rule->count; k++) {
+            double sin_x, cos_x;
+            small_turn(half * p->rule->node[k], &sin_x, &cos_x);
+            sum += half * p->rule->mass[k] *
+                   meridian_sum(p, cosine * cos_x - sine * sin_x);
+        }
+    }
+    return sum;
+}
+
 double ibl_patch_lobe(const ibl_patch *patch, const ibl_lobe_shape *shape,
                       const ibl_rule *rule, const double d[3])
 {
-    struct seen p = {.shape = shape,
+    const double height = height_of(patch), width = patch->width;
+    const double from = patch->phi - 0.5 * width - atan2(d[2], d[0]);
+    const int down = (int)ceil(height / ibl_patch_widest);
+    const int across = (int)ceil(width / ibl_patch_widest);
+    struct part p = {.shape = shape,
                      .rule = rule,
-                     .from =
-                         patch->phi - 0.5 * patch->width - atan2(d[2], d[0]),
-                     .width = patch->width,
+                     .width = width / across,
                      .up = d[1],
                      .sine = hypot(d[0], d[2])};
-    double at[6], sum = 0;
+    double sum = 0;
 
-    for (int k = 0; k < 2; k++) {
-        p.theta[k] = patch->theta[k];
-        p.sin_theta[k] = sin(p.theta[k]);
-        p.cos_theta[k] = cos(p.theta[k]);
-    }
-    const int count = corners(&p, at);
-    for (int i = 1; i < count; i++) {
-        const double half = 0.5 * (at[i] - at[i - 1]), middle = at[i] - half;
-        const double sine = p.sine * sin(middle);
-        const double cosine = p.sine * cos(middle);
-        for (int k = 0; half > 0 && k < p.rule->count; k++) {
-            double sin_x, cos_x;
-            small_turn(half * p.rule->node[k], &sin_x, &cos_x);
-            sum += half * p.rule->mass[k] *
-                   meridian_sum(&p, cosine * cos_x - sine * sin_x);
+    for (int j = 0; j < down; j++) {
+        for (int k = 0; k < 2; k++) {
+            p.theta[k] = patch->theta[0] + height * (j + k) / down;
+            p.sin_theta[k] = sin(p.theta[k]);
+            p.cos_theta[k] = cos(p.theta[k]);
+        }
+        for (int i = 0; i < across; i++) {
+            p.from = from + width * i / across;
+            sum += part_sum(&p);
         }
     }
     return sum;

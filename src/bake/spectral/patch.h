@@ -14,8 +14,8 @@ typedef struct ibl_patch {
     float rgb[3];      /* radiance */
 } ibl_patch;
 
-/* Width and height of the widest patches that are cut at the horizon. */
-static const double ibl_patch_widest = 0.25;
+/* In wider patches the horizon is too curved. */
+static const double ibl_patch_widest = 0.4;
 
 /* Unit vector to the middle. */
 void ibl_patch_middle(const ibl_patch *patch, double d[3]);
@@ -60,8 +60,8 @@ typedef struct ibl_patch_rules {
 int ibl_patch_points(const ibl_patch *patch, double reach, double error,
                      ibl_patch_rules *rules, ibl_patch_light *out);
 
-/* Integral over a patch of at most ibl_patch_widest of the lobe around d, above
- * the horizon, as exact as `rule`. */
+/* Integral over a patch of the lobe around d, above the horizon, as exact as
+ * `rule`. */
 double ibl_patch_lobe(const ibl_patch *patch, const ibl_lobe_shape *shape,
                       const ibl_rule *rule, const double d[3]);
 
