@@ -88,9 +88,9 @@ bool ibl_bake_judged(const ibl_bake *b)
         errno = 0;
         ibl_report_print(&b->judged, b->from->print);
         if (fflush(b->from->print) || ferror(b->from->print))
-            return ibl_console_fail(b->console,
-                                    "standard output cannot be written: %s",
-                                    errno ? strerror(errno) : "it is closed");
+            return ibl_console_fail(
+                b->console, "standard output cannot be written: %s",
+                errno ? strerror(errno) : "an earlier write failed");
     }
     return ibl_report_passes(&b->judged, b->opts->max_error, why, sizeof why) ||
            ibl_console_fail(b->console, "%s: nothing was written", why);
