@@ -4,7 +4,6 @@
  * texels, and the lights on top.
  */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "bake/spectral/engine.h"
@@ -258,10 +257,32 @@ static ibl_status fill_texels(const struct level *v)
     return ibl_spectral_texels(s->ctx, "resampling", &sum, t->cube, t->level);
 }
 
-static int falling(const void *a, const void *b)
+/* The n-th smallest of v, from 0; changes the order of v (Hoare 1961,
+ * "Algorithm 65: find", Communications of the ACM 4). */
+static double smallest(double *v, size_t count, size_t n)
 {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? 1 : x > y ? -1 : 0;
+    size_t low = 0, high = count;
+
+    while (high - low > 1) {
+        const double middle = v[low + (high - low) / 2];
+        size_t below = low, above = high;
+        for (size_t i = low; i < above;) {
+            const double x = v[i];
+            if (x < middle) {
+                v[i++] = v[below];
+                v[below++] = x;
+            } else if (x > middle) {
+                v[i] = v[--above];
+                v[above] = x;
+            } else {
+                i++;
+            }
+        }
+        if (n >= below && n < above)
+            return middle;
+        *(n < below ? &high : &low) = n < below ? below : above;
+    }
+    return v[low];
 }
 
 /*
@@ -291,8 +312,7 @@ static double estimate(const struct level *v)
         const double least = fmax(sqrt(sum), IBL_RELATIVE_FLOOR * mean);
         errors[i] = least > 0 ? v->rms / least + v->around + other : 0;
     }
-    qsort(errors, count, sizeof *errors, falling);
-    return errors[count / 20];
+    return smallest(errors, count, count - 1 - count / 20);
 }
 
 static ibl_status allocate(struct level *v)
