@@ -131,6 +131,7 @@ TEST(reserved_modes)
         unsigned char block[BYTES];
         halves got;
         memset(block, 0xFF, sizeof block);
+        memset(got, 0xFF, sizeof got);
         block[0] = (unsigned char)(0xE0 | mode);
         CHECK(!ibl_bc6h_decode_block(block, got));
         for (int i = 0; i < 3 * N; i++)

@@ -294,6 +294,35 @@ TEST(alike)
     }
 }
 
+/* Blocks are nearly those four rows of blocks above, an octave brighter. */
+static ibl_cube four_rows(int size)
+{
+    ibl_cube cube = cube_alloc(ctx, size, 1);
+    test_random r = {3};
+
+    for (int y = 0; y < 6 * size; y++)
+        for (int x = 0; x < 3 * size; x++) {
+            float *v = cube.data + (size_t)y * 3 * (size_t)size + x;
+            const double near = 1 + 0.01 * test_random_unit(&r);
+            *v = (float)(y % size < 16 ? 0.2 + 0.1 * test_random_unit(&r)
+                                       : 2 * near * (double)v[-48 * size]);
+        }
+    return cube;
+}
+
+/* Those are found, which a call of the encoder does not reach. */
+TEST(alike_beyond_calls)
+{
+    const ibl_cube cube = four_rows(128);
+    ibl_texel_options opts = ibl_texel_options_default();
+    opts.pixel = IBL_PIXEL_UASTC_HDR;
+    opts.quality = IBL_QUALITY_NORMAL;
+    const ibl_texture plain = encode_with(ctx, &cube, opts);
+    opts.alike = 1;
+    const ibl_texture a = encode_with(ctx, &cube, opts);
+    CHECK(packed_bytes(&a) < 0.9 * packed_bytes(&plain));
+}
+
 /* The best quality has none. */
 TEST_SLOW(best_is_not_alike)
 {
