@@ -944,21 +944,24 @@ test_fewest() {
     make_scene black '[{"pbrMetallicRoughness": {"metallicFactor": 0,
         "roughnessFactor": 0.5, "baseColorFactor": [0, 0, 0, 1]}}]'
     make_scene matte '[{"pbrMetallicRoughness": {"metallicFactor": 0}}]'
-    compare() { # MAP SCENE ERROR OPTION...
-        local map=$OLDPWD/data/$1.exr scene=$2.gltf error=$3
-        shift 3
-        iblbake "$map" --scene "$scene" --rendered-error "$error" --dry-run \
+    compare() { # MAP [--scene FILE] ERROR OPTION...
+        local map=$OLDPWD/data/$1.exr scene=
+        shift
+        [ "$1" != --scene ] || { scene="$1 $2"; shift 2; }
+        iblbake "$map" $scene --rendered-error "$1" --dry-run \
             >chosen 2>err || cat err
-        iblbake "$map" --scene "$scene" --rendered-error "$error" --dry-run \
-            "$@" >there 2>err || cat err
+        iblbake "$map" $scene --rendered-error "$1" --dry-run "${@:2}" \
+            >there 2>err || cat err
         cat there chosen | awk '/^bytes/ { bytes[n++] = $4 }
             /cannot be reached/ || /^bytes/ && $4 == 0
             END { if (!(n == 2 && bytes[1] <= 1.3 * bytes[0])) print n,
                 bytes[0], bytes[1] }'
     }
-    compare forest black .135 --size 10 --levels 2 --pixel r11g11b10f \
+    compare forest .2 --size 80 --levels 4 --pixel rgb9e5 --lut-size 8 \
+        --lobe-table-size 8
+    compare forest --scene black.gltf .135 --size 10 --levels 2 --pixel r11g11b10f \
         --lut-size 8 --lobe-table-size 8
-    compare sky matte .005 --size 16 --levels 3 --mapping linear \
+    compare sky --scene matte.gltf .005 --size 16 --levels 3 --mapping linear \
         --pixel rgba16f --irradiance-size 24 --lut-size 24 --lobe-table-size 16
     # The error is that of the set as it is told, with the levels of a mapping.
     value() { sed -n "s/^\(chosen\)\? *$1 *\([^ ]*\) .*/\2/p" chosen; }
