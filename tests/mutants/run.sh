@@ -83,8 +83,9 @@ look() {
 
 # A test that fails or does not end sees the mutant.
 sees() {
-    local name=${1%%:*} only='' what=all
+    local name=${1%%:*} only='' what=all bridge=
     [ "$1" = "$name" ] || only=${1#*:}
+    [[ $file != *bridge.cpp ]] || bridge=bridge
     case $name in
     *.sh)
         [ "$name" != check-fuzz.sh ] || what=fuzzers
@@ -92,8 +93,9 @@ sees() {
         ! ONLY=$only timeout 600 bash "tests/$name" >/dev/null 2>&1
         ;;
     *)
-        make -s -j"$(nproc)" DEPS=no "build/tests/$name" >/dev/null 2>&1 ||
-            return 2
+        # shellcheck disable=SC2086
+        make -s -j"$(nproc)" DEPS=no $bridge "build/tests/$name" \
+            >/dev/null 2>&1 || return 2
         # shellcheck disable=SC2086
         ! timeout 600 "build/tests/$name" $only >/dev/null 2>&1
         ;;
