@@ -309,19 +309,18 @@ static void free_rows(float *rows[ROWS])
 
 static size_t rows_to_lanes(ibl_isa isa, test_random *r, int n, void *out)
 {
-    const ibl_row_block_change change = {{0.25f, -3, 0}, 0.5f};
+    const float scale = 0.5f;
     const size_t channel = (size_t)n * ROWS;
     float *rows[ROWS], *lanes = out;
     ibl_row_block_dsp dsp;
     make_rows(r, n, 3, rows);
     if (isa) {
         ibl_row_block_dsp_init(&dsp, isa);
-        dsp.load((const float *const *)rows, n, &change, lanes, channel);
+        dsp.load((const float *const *)rows, n, scale, lanes, channel);
     }
     for (size_t k = 0; !isa && k < 3 * channel; k++) {
         const size_t c = k / channel, i = k % channel / ROWS;
-        lanes[k] =
-            (rows[k % ROWS][3 * i + c] - change.subtract[c]) * change.scale;
+        lanes[k] = rows[k % ROWS][3 * i + c] * scale;
     }
     free_rows(rows);
     return 0;

@@ -41,7 +41,6 @@ typedef struct fixture {
     double turn;
     size_t stride;
     float *rgb;
-    float subtract[3];
     ibl_ring_spectra out;
 } fixture;
 
@@ -59,8 +58,6 @@ static void fixture_init(ibl_ctx *ctx, fixture *x, int width, int orders,
         for (int i = 0; i < 3 * width; i++)
             x->rgb[(size_t)j * x->stride + (size_t)i] =
                 (float)(2 * test_random_unit(&r) - 1);
-    for (int c = 0; c < 3; c++)
-        x->subtract[c] = (float)(0.3 * c - 0.1);
     if (ibl_ring_spectra_alloc(ctx, RINGS, orders, &x->out))
         exit(1);
     const size_t n = (size_t)orders * 6 * x->out.stride;
@@ -81,11 +78,7 @@ static void forward(ibl_ctx *ctx, fixture *x)
         exit(1);
     const size_t n = ibl_row_fft_scratch(plan);
     float *scratch = floats(n + GUARD);
-    const ibl_row_fft_rows rows = {
-        x->rgb,
-        x->stride,
-        x->count,
-        {{x->subtract[0], x->subtract[1], x->subtract[2]}, 1}};
+    const ibl_row_fft_rows rows = {x->rgb, x->stride, x->count, 1};
     ibl_row_fft_forward(plan, &rows, scratch, &x->out, BEFORE);
     for (size_t i = n; i < n + GUARD; i++)
         CHECK(scratch[i] == marker);
@@ -103,8 +96,7 @@ static void direct(const fixture *x, int m, int row, int channel, double f[2])
     f[0] = f[1] = 0;
     for (int i = 0; i < x->width; i++) {
         const double phi = 2 * PI * (i + 0.5) / x->width - PI;
-        const double v =
-            (double)pixel(x, row, i, channel) - x->subtract[channel];
+        const double v = (double)pixel(x, row, i, channel);
         f[0] += v * cos(m * (phi - x->turn));
         f[1] -= v * sin(m * (phi - x->turn));
     }
@@ -123,7 +115,7 @@ static worst compare(const fixture *x, int step)
         double f[2], l1 = 0, l2 = 0;
         direct(x, m, row, c, f);
         for (int i = 0; i < x->width; i++) {
-            const double v = (double)pixel(x, row, i, c) - x->subtract[c];
+            const double v = (double)pixel(x, row, i, c);
             l1 += fabs(v);
             l2 += v * v;
         }
@@ -234,7 +226,6 @@ static void impulses(ibl_ctx *ctx)
     for (int k = 0; k < 2; k++) {
         fixture x;
         fixture_init(ctx, &x, widths[k], 65, ROWS);
-        memset(x.subtract, 0, sizeof x.subtract);
         double worst_error = 0;
         for (int from = 0; from < x.width; from += rarer * (k ? 1 : 61)) {
             memset(x.rgb, 0, x.stride * ROWS * sizeof *x.rgb);
@@ -277,7 +268,6 @@ TEST(high_frequencies)
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     fixture x;
     fixture_init(ctx, &x, WIDTH, ORDERS, ROWS);
-    memset(x.subtract, 0, sizeof x.subtract);
     double leak = 0;
     for (int k = ORDERS; k <= WIDTH / 2; k += 3 * ROWS * 7 + 1) {
         for (int j = 0; j < ROWS; j++)
@@ -302,30 +292,6 @@ TEST(high_frequencies)
     CHECK_MSG(leak <= IBL_ROW_FFT_STOP * WIDTH * 2 / PI, "leak %.3g of l1",
               leak / (WIDTH * 2 / PI));
     fixture_free(&x);
-}
-
-static void constants(ibl_ctx *ctx)
-{
-    static const int widths[] = {1, 2, 3, 4, 64, 100, 512, 1021};
-    for (size_t k = 0; k < sizeof widths / sizeof widths[0]; k++) {
-        fixture x;
-        fixture_init(ctx, &x, widths[k], 33, ROWS);
-        for (int j = 0; j < ROWS; j++)
-            for (int i = 0; i < 3 * x.width; i++)
-                x.rgb[(size_t)j * x.stride + (size_t)i] = x.subtract[i % 3];
-        forward(ctx, &x);
-        for (int m = 0; m < x.orders; m++)
-            for (int part = 0; part < 6; part++)
-                for (int j = 0; j < ROWS; j++)
-                    CHECK(ibl_ring_spectra_at(&x.out, m, part)[BEFORE + j] ==
-                          0);
-        fixture_free(&x);
-    }
-}
-
-TEST(constant_rows_vanish)
-{
-    each_isa(constants);
 }
 
 /* A row gives the same bytes in any lane, beside any others. */

@@ -401,6 +401,24 @@ TEST_SLOW(noise_of_five_decades)
     check_map(ctx, &map, IBL_METHOD_SPECTRAL, 0, "noise");
 }
 
+/* A sun that fills the first rows, or the last, 200,000 times as bright as
+ * the floor. */
+TEST(sun_at_a_pole)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+
+    for (int nadir = 0; nadir < 2; nadir++) {
+        ibl_image map = map_constant(ctx, WIDE, HIGH, 0.05f);
+        for (int i = 0; i < WIDE * HIGH / 2; i++)
+            map_set(&map, i % WIDE, i / WIDE, 0.5f, 0.6f, 0.9f);
+        for (int i = 0; i < 2 * WIDE; i++)
+            map_set(&map, i % WIDE, nadir ? HIGH - 1 - i / WIDE : i / WIDE,
+                    1e4f, 1e4f, 1e4f);
+        check_map(ctx, &map, IBL_METHOD_SPECTRAL, 0,
+                  nadir ? "nadir" : "zenith");
+    }
+}
+
 /* A dark floor, a sky that falls by 1e3 to the horizon, and 400 lamps of up
  * to 1e5 times the floor, more than can be taken out one by one; turned. */
 TEST_SLOW(lamps_on_a_sky)

@@ -444,10 +444,9 @@ static void near_level(const chain *c, int level)
     const ibl_level_shape shape = ibl_map_shape(c->cube, level);
     const size_t count = ibl_level_texels(&shape);
     const double *sums = ibl_near_sums(c->near[level]);
-    const float *base = ibl_near_base(c->near[level]);
     float *rgb = ibl_cube_face(c->cube, level, 0);
     for (size_t i = 0; i < 3 * count; i++)
-        rgb[i] = fmaxf((float)sums[i] + base[i % 3], 0);
+        rgb[i] = fmaxf((float)sums[i], 0);
 }
 
 static ibl_status spectral_level(const bake *b, const chain *c, int level)

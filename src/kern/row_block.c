@@ -2,14 +2,13 @@
 #include "kern/row_block.h"
 
 void ibl_row_block_load_c(const float *const rows[IBL_ROW_BLOCK_LANES],
-                          int count, const ibl_row_block_change *change,
-                          float *lanes, size_t channel)
+                          int count, float scale, float *lanes, size_t channel)
 {
     for (size_t i = 0; i < (size_t)count; i++)
         for (size_t c = 0; c < 3; c++)
             for (size_t r = 0; r < IBL_ROW_BLOCK_LANES; r++)
                 lanes[c * channel + i * IBL_ROW_BLOCK_LANES + r] =
-                    (rows[r][3 * i + c] - change->subtract[c]) * change->scale;
+                    rows[r][3 * i + c] * scale;
 }
 
 void ibl_row_block_store_c(const float *lanes, size_t channel, int count,

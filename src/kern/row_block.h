@@ -18,12 +18,6 @@ enum {
     IBL_ROW_BLOCK_TAPS = 9 /* samples that one pixel is spread over */
 };
 
-/* Change of pixels before their transform: (value - subtract) scale. */
-typedef struct ibl_row_block_change {
-    float subtract[3]; /* one per channel */
-    float scale;       /* a power of two */
-} ibl_row_block_change;
-
 /* How pixels are spread: pixel i = k period + p adds its value times tap t of p
  * to sample k step + first[p] + t. */
 typedef struct ibl_row_block_spread {
@@ -36,13 +30,13 @@ typedef struct ibl_row_block_spread {
 typedef struct ibl_row_block_dsp {
     /*
      * Loads count pixels of sixteen rows of interleaved RGB into lanes:
-     *     lanes[c * channel + i * 16 + r] = rows[r][3 i + c], changed.
+     *     lanes[c * channel + i * 16 + r] = scale rows[r][3 i + c].
      *   rows   no alignment; nothing beyond 3 count floats is read
+     *   scale  a power of two
      *   lanes  64-byte aligned; channel, in floats, a multiple of 16
      */
     void (*load)(const float *const rows[IBL_ROW_BLOCK_LANES], int count,
-                 const ibl_row_block_change *change, float *lanes,
-                 size_t channel);
+                 float scale, float *lanes, size_t channel);
     /*
      * Stores count texels of each of the first `used` rows:
      *     rows[r][4 i + c] = lanes[c * channel + i * 16 + r],
@@ -66,8 +60,7 @@ IBL_DECLARE_KERNEL(ibl_row_block);
 
 /* The plain versions, for the rest of rows after whole vectors. */
 void ibl_row_block_load_c(const float *const rows[IBL_ROW_BLOCK_LANES],
-                          int count, const ibl_row_block_change *change,
-                          float *lanes, size_t channel);
+                          int count, float scale, float *lanes, size_t channel);
 void ibl_row_block_store_c(const float *lanes, size_t channel, int count,
                            float *const rows[IBL_ROW_BLOCK_LANES], int used);
 

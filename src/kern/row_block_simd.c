@@ -20,9 +20,8 @@ static inline vf quads(const float *const *rows, size_t at)
 }
 
 /* Loads four pixels of VF rows, four floats at a time. */
-static inline void load_four(const float *const *rows, size_t i,
-                             const ibl_row_block_change *change, float *to,
-                             size_t channel)
+static inline void load_four(const float *const *rows, size_t i, float scale,
+                             float *to, size_t channel)
 {
 #pragma GCC unroll 3
     for (size_t at = 0; at < 12; at += 4) {
@@ -35,25 +34,23 @@ static inline void load_four(const float *const *rows, size_t i,
         for (size_t k = 0; k < 4; k++) {
             const size_t c = (at + k) % 3, pixel = (at + k) / 3;
             vf_store(to + c * channel + pixel * IBL_ROW_BLOCK_LANES,
-                     (v[k] - vf_all(change->subtract[c])) *
-                         vf_all(change->scale));
+                     v[k] * vf_all(scale));
         }
     }
 }
 
 static void load(const float *const rows[IBL_ROW_BLOCK_LANES], int count,
-                 const ibl_row_block_change *change, float *lanes,
-                 size_t channel)
+                 float scale, float *lanes, size_t channel)
 {
     const float *ends[IBL_ROW_BLOCK_LANES];
     const int whole = count - count % 4;
     for (size_t l = 0; l < IBL_ROW_BLOCK_LANES; l += VF)
         for (size_t i = 0; i < (size_t)whole; i += 4)
-            load_four(rows + l, i, change, lanes + i * IBL_ROW_BLOCK_LANES + l,
+            load_four(rows + l, i, scale, lanes + i * IBL_ROW_BLOCK_LANES + l,
                       channel);
     for (int r = 0; r < IBL_ROW_BLOCK_LANES; r++)
         ends[r] = rows[r] + 3 * (size_t)whole;
-    ibl_row_block_load_c(ends, count - whole, change,
+    ibl_row_block_load_c(ends, count - whole, scale,
                          lanes + (size_t)whole * IBL_ROW_BLOCK_LANES, channel);
 }
 

@@ -122,7 +122,7 @@ static void take_lights(const ibl_spectral *s, ibl_row_fft_rows *in, int number,
         copy, s->width, in->count, number * GROUP, &group->range,
         s->reading.taken + (size_t)number * IBL_LIGHTS_GROUP);
     if (group->lights)
-        ibl_row_range_of(copy, s->width, in->count, s->base, &rest, squares);
+        ibl_row_range_of(copy, s->width, in->count, &rest, squares);
 }
 
 /*
@@ -163,11 +163,9 @@ static void group_job(void *arg, int job, int worker)
                            .count = left < GROUP ? left : GROUP};
     double squares[GROUP];
 
-    ibl_row_range_of(in.rgb, s->width, in.count, s->base, &group->range,
-                     squares);
+    ibl_row_range_of(in.rgb, s->width, in.count, &group->range, squares);
     group->exponent = scale_of(group->range.high);
-    in.change.scale = ldexpf(1, group->exponent);
-    memcpy(in.change.subtract, s->base, sizeof in.change.subtract);
+    in.scale = ldexpf(1, group->exponent);
     if (has_lights(s, group, in.count))
         take_lights(s, &in, first / GROUP, own, squares);
     for (int j = 0; j < in.count; j++)
@@ -175,24 +173,9 @@ static void group_job(void *arg, int job, int worker)
     ibl_row_fft_forward(r->azimuth, &in, scratch, &r->rows, first);
 }
 
-/*
- * Sets the constant that is subtracted from every pixel and added to every
- * texel: the least value of the first row. A constant map stays exact.
- */
-static void choose_base(ibl_spectral *s, const float *rgb)
-{
-    for (int c = 0; c < 3; c++) {
-        s->base[c] = rgb[c];
-        for (int i = 1; i < s->width; i++)
-            s->base[c] = fminf(s->base[c], rgb[3 * i + c]);
-    }
-}
-
 void ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
 {
     ibl_spectral_reading *r = &s->reading;
-    if (!r->added)
-        choose_base(s, rgb);
     r->rgb = rgb;
     r->first = r->added;
     r->added += rows;
@@ -209,8 +192,7 @@ static double energy_of_rows(const ibl_spectral *s)
     for (int j = 0; j < s->height; j++)
         for (int c = 0; c < 3; c++)
             sum += s->weight[j] *
-                   ((double)ibl_ring_spectra_at(&s->reading.rows, 0, 2 * c)[j] +
-                    (double)s->base[c] * s->scale * s->width);
+                   (double)ibl_ring_spectra_at(&s->reading.rows, 0, 2 * c)[j];
     return sum;
 }
 
@@ -328,10 +310,9 @@ static void take_mean(ibl_spectral *s)
 {
     double *a = ibl_harmonics_at(&s->harmonics, 0);
     for (int c = 0; c < 3; c++) {
-        const double rest = a[2 * c] / sqrt(4 * IBL_PI) / s->scale;
-        s->mean[c] = (float)((double)s->base[c] + rest);
-        a[2 * c] -= ((double)s->mean[c] - (double)s->base[c]) * s->scale *
-                    sqrt(4 * IBL_PI);
+        const double whole = sqrt(4 * IBL_PI) * s->scale;
+        s->mean[c] = (float)(a[2 * c] / whole);
+        a[2 * c] -= (double)s->mean[c] * whole;
     }
 }
 

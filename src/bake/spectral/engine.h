@@ -27,7 +27,7 @@
 /* Results for IBL_SPECTRAL_GROUP rows. */
 typedef struct ibl_spectral_group {
     ibl_row_range range;
-    double squares; /* sum of (pixel - base)^2, by solid angle */
+    double squares; /* sum of pixel^2, by solid angle */
     int exponent;   /* its Fourier coefficients are scaled by 2^exponent */
     int lights;     /* number of lights taken out of it */
 } ibl_spectral_group;
@@ -56,7 +56,6 @@ typedef struct ibl_spectral {
     double scale;          /* of the lights and harmonics: see choose_scale */
     float mean[3];         /* without lights; in no harmonic, but added to every
                               texel */
-    float base[3];         /* subtracted from every pixel */
     double *power;         /* of the harmonics in each degree */
     double unresolved;     /* mean square that the harmonics lack */
     float low[3], high[3]; /* the range of the map */

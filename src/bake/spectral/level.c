@@ -196,19 +196,14 @@ static void free_grid(struct level *v)
 
 /* ---- texels ------------------------------------------------------------ */
 
-/* Sets the constant of every texel: the mean, and the near part's base. */
+/* Sets the constant of every texel: the mean, but for its near part. */
 static void set_offset(const struct level *v, ibl_level_sum *sum)
 {
     const ibl_spectral *s = v->s;
     const ibl_near *near = v->target->near;
-    for (int c = 0; c < 3; c++) {
-        const double mean = (double)s->mean[c];
-        sum->range.offset[c] = s->mean[c];
-        if (near)
-            sum->range.offset[c] =
-                (float)(mean + ((double)ibl_near_base(near)[c] - mean) *
-                                   ibl_near_whole(near));
-    }
+    const double far = near ? 1 - ibl_near_whole(near) : 1;
+    for (int c = 0; c < 3; c++)
+        sum->range.offset[c] = (float)(far * (double)s->mean[c]);
 }
 
 static ibl_patch patch_of(const ibl_spectral *s, const ibl_pixel_light *l)

@@ -19,56 +19,50 @@ typedef struct lanes {
     float sum[3 * LANES], square[3 * LANES]; /* of a row */
 } lanes;
 
-static void add_float(const float *rgb, int k, float base, lanes *s)
+static void add_float(const float *rgb, int k, lanes *s)
 {
-    const float v = rgb[k], above = v - base;
+    const float v = rgb[k];
     s->low[k] = v < s->low[k] ? v : s->low[k];
     s->high[k] = v > s->high[k] ? v : s->high[k];
     s->sum[k] += v;
-    s->square[k] += above * above;
+    s->square[k] += v * v;
 }
 
 /* If gcc 12 inlines it, the sums do not stay in registers. */
 __attribute__((noinline)) static void add_pixels(const float *rgb, int pixels,
-                                                 const float base[3], lanes *to)
+                                                 lanes *to)
 {
     const int blocks = pixels / LANES;
-    float from[3 * LANES];
     lanes s = *to;
 
-    for (int k = 0; k < 3 * LANES; k++)
-        from[k] = base[k % 3];
     for (int b = 0; b < blocks; b++, rgb += 3 * LANES)
 #pragma GCC unroll 3
         for (int at = 0; at < 3 * LANES; at += LANES)
             for (int k = at; k < at + LANES; k++)
-                add_float(rgb, k, from[k], &s);
+                add_float(rgb, k, &s);
     for (int k = 0; k < 3 * (pixels - blocks * LANES); k++)
-        add_float(rgb, k, from[k], &s);
+        add_float(rgb, k, &s);
     *to = s;
 }
 
 /* Squares of such values may overflow or underflow in floats. */
-static bool is_extreme(const ibl_row_range *range, const float base[3])
+static bool is_extreme(const ibl_row_range *range)
 {
-    float most = 0;
-    for (int c = 0; c < 3; c++)
-        most = fmaxf(most, fmaxf(range->high[c], base[c]));
+    const float most =
+        fmaxf(range->high[0], fmaxf(range->high[1], range->high[2]));
     return most > 0x1p50f || (most > 0 && most < 0x1p-50f);
 }
 
 /* The same sums in doubles. */
 static void sum_in_doubles(const float *rgb, int width, int rows,
-                           const float base[3], double total[3],
-                           double *squares)
+                           double total[3], double *squares)
 {
     double sum[3] = {0};
     for (int j = 0; j < rows; j++) {
         squares[j] = 0;
         for (int k = 0; k < 3 * width; k++, rgb++) {
-            const double above = (double)*rgb - (double)base[k % 3];
             sum[k % 3] += (double)*rgb;
-            squares[j] += above * above;
+            squares[j] += (double)*rgb * (double)*rgb;
         }
     }
     for (int c = 0; c < 3; c++)
@@ -77,8 +71,7 @@ static void sum_in_doubles(const float *rgb, int width, int rows,
 }
 
 void ibl_row_range_of(const float *rgb, int width, int rows,
-                      const float base[3], ibl_row_range *range,
-                      double *squares)
+                      ibl_row_range *range, double *squares)
 {
     double total[3] = {0};
     lanes s = {.high = {0}};
@@ -88,7 +81,7 @@ void ibl_row_range_of(const float *rgb, int width, int rows,
     for (int j = 0; j < rows; j++) {
         memset(s.sum, 0, sizeof s.sum);
         memset(s.square, 0, sizeof s.square);
-        add_pixels(rgb + 3 * (size_t)width * (size_t)j, width, base, &s);
+        add_pixels(rgb + 3 * (size_t)width * (size_t)j, width, &s);
         squares[j] = 0;
         for (int k = 0; k < 3 * LANES; k++) {
             total[k % 3] += (double)s.sum[k];
@@ -103,8 +96,8 @@ void ibl_row_range_of(const float *rgb, int width, int rows,
             range->high[c] = fmaxf(range->high[c], s.high[k]);
         }
     }
-    if (is_extreme(range, base))
-        sum_in_doubles(rgb, width, rows, base, total, squares);
+    if (is_extreme(range))
+        sum_in_doubles(rgb, width, rows, total, squares);
     for (int c = 0; c < 3; c++)
         range->mean[c] = total[c] / width / rows;
 }

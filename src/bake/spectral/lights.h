@@ -31,13 +31,11 @@ typedef struct ibl_row_range {
 
 /*
  * Finds the range of `rows` rows of `width` pixels.
- *   squares  written: for each row, the sum over all channels of
- *            (value - base)^2. Values below 2^-60 of the group's high or
- *            of base may be left out.
+ *   squares  written: for each row, the sum over all channels of value^2.
+ *            Values below 2^-60 of the group's high may be left out.
  */
 void ibl_row_range_of(const float *rgb, int width, int rows,
-                      const float base[3], ibl_row_range *range,
-                      double *squares);
+                      ibl_row_range *range, double *squares);
 
 /* Whether a group of that many pixels may contain lights. */
 bool ibl_lights_any(const ibl_row_range *range, size_t pixels);

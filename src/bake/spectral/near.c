@@ -177,7 +177,6 @@ struct ibl_near {
     half *point; /* half the phi of the points of each pixel */
     half *row;   /* half the theta of each row's upper edge and its points */
     double *sum; /* three for each texel */
-    float base[3];
     float *last; /* row above the batch */
     const float *rgb;
     int first, rows; /* the batch */
@@ -503,9 +502,10 @@ static void add_row(const ibl_near *a, const texel *t, int j)
     const size_t stride = 3 * (size_t)a->map.width;
     const float *row = a->rgb + stride * (size_t)(j - a->first);
     const float *above = j > a->first ? row - stride : a->last;
+    static const float black[3] = {0};
 
     if (j == t->row)
-        add_step(t, a->base, row + 3 * (ptrdiff_t)t->column, ibl_near_whole(a));
+        add_step(t, black, row + 3 * (ptrdiff_t)t->column, ibl_near_whole(a));
     add_meridians(a, t, j, row);
     if (j)
         add_parallels(a, t, j, above, row);
@@ -638,8 +638,6 @@ void ibl_near_add(ibl_near *a, int rows, const float *rgb)
     if (next)
         memcpy(a->last, a->rgb + stride * (size_t)(a->rows - 1),
                stride * sizeof *a->last);
-    else
-        memcpy(a->base, rgb, sizeof a->base);
     a->first = next;
     a->rows = rows;
     a->rgb = rgb;
@@ -650,11 +648,6 @@ void ibl_near_add(ibl_near *a, int rows, const float *rgb)
 double ibl_near_whole(const ibl_near *a)
 {
     return 2 * IBL_PI * a->table.peak;
-}
-
-const float *ibl_near_base(const ibl_near *a)
-{
-    return a->base;
 }
 
 const double *ibl_near_sums(const ibl_near *a)

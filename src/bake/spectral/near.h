@@ -41,8 +41,6 @@ void ibl_near_add(ibl_near *near, int rows, const float *rgb);
 double ibl_near_reach(const ibl_near *near);
 /* Integral of the part over the sphere: the result for a map of 1. */
 double ibl_near_whole(const ibl_near *near);
-/* The R, G, B that is subtracted from every pixel. */
-const float *ibl_near_base(const ibl_near *near);
 /* Sums of every texel, 3 numbers each in the order of the level, after all rows
  * were added. Valid until ibl_near_free. */
 const double *ibl_near_sums(const ibl_near *near);

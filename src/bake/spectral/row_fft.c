@@ -311,14 +311,14 @@ static void close_ring(const ibl_row_fft *plan, float *samples)
 }
 
 static void load_spread(const ibl_row_fft *plan, const float **rows,
-                        const ibl_row_block_change *change, float *ring)
+                        float scale, float *ring)
 {
     const size_t channel = channel_floats(plan);
     float *pixels = ring + 3 * channel;
     for (int start = 0; start < plan->width; start += BLOCK) {
         const int left = plan->width - start;
         const int count = left < BLOCK ? left : BLOCK;
-        plan->block_dsp.load(rows, count, change, pixels, BLOCK * LANES);
+        plan->block_dsp.load(rows, count, scale, pixels, BLOCK * LANES);
         for (size_t c = 0; c < 3; c++)
             plan->block_dsp.spread(&plan->spread, pixels + c * BLOCK * LANES,
                                    start, count, ring + c * channel);
@@ -342,9 +342,9 @@ void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
         row[r] = rows->rgb + (size_t)from * rows->stride;
     }
     if (plan->spreads)
-        load_spread(plan, row, &rows->change, scratch);
+        load_spread(plan, row, rows->scale, scratch);
     else
-        plan->block_dsp.load(row, plan->width, &rows->change, scratch, channel);
+        plan->block_dsp.load(row, plan->width, rows->scale, scratch, channel);
     for (int c = 0; c < 3; c++) {
         const ibl_fft_spectrum to = {ibl_ring_spectra_at(out, 0, 2 * c) +
                                          first_ring,

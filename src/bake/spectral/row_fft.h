@@ -64,7 +64,7 @@ typedef struct ibl_row_fft_rows {
     const float *rgb; /* interleaved, finite; row j begins at rgb + j stride */
     size_t stride;    /* floats from row to row */
     int count;        /* 1..IBL_ROW_FFT_ROWS */
-    ibl_row_block_change change; /* applied to pixels first */
+    float scale;      /* of pixels, first: a power of two */
 } ibl_row_fft_rows;
 
 /*
@@ -73,7 +73,7 @@ typedef struct ibl_row_fft_rows {
  *   plan        of ibl_row_fft_create
  *   out         at least the plan's orders; those beyond do not change
  *   first_ring  a multiple of IBL_ROW_FFT_ROWS
- * Rows equal to change.subtract give exact zeros; F_0 is exactly real.
+ * F_0 is exactly real.
  */
 void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
                          float *scratch, ibl_ring_spectra *out, int first_ring);
