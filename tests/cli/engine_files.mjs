@@ -131,6 +131,10 @@ function checkRectangle(data, left, top, width, level, by) {
             const theta = pi * (0.5 - (y - 0.5) / (height - 2));
             for (let c = 0; c < 3; c++)
                 got.push((data[at + c] / 255 * scale) ** 2);
+            // No step of 7 / 255 is wasted on the range.
+            if (scale > 1 && Math.max(...data.slice(at, at + 3)) <
+                254 - 7 / scale)
+                console.log('a range of', scale, data.slice(at, at + 4));
             wanted.push(...nearest(level, [Math.cos(theta) * Math.cos(phi),
                 Math.sin(theta), Math.cos(theta) * Math.sin(phi)]));
         }
