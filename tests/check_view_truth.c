@@ -789,6 +789,18 @@ static double share_off(const ibl_image *map, const float *rgb)
     return (double)off / all;
 }
 
+/* The mean difference of a picture from twice another, over its mean. */
+static double share_apart(const float *twice, const float *rgb)
+{
+    double apart = 0, all = 0;
+
+    for (size_t i = 0; i < count_floats(); ++i) {
+        apart += fabs(twice[i] - 2.0 * rgb[i]);
+        all += 2.0 * rgb[i];
+    }
+    return apart / all;
+}
+
 /* The map, if it is at hand, with the turn that it was baked with and constant
  * over each pixel, or level 0 with a note. */
 TEST(map)
@@ -802,11 +814,15 @@ TEST(map)
     on.settings.roughness[0] = on.settings.roughness[1] = 0;
     const float *level0 = add(1);
     CHECK(!strcmp(view_renderer_environment(on.renderer), "level 0"));
+    on.settings.roughness[0] = on.settings.roughness[1] = 0.5;
+    const float *rough = add(256);
     save_twice(&map);
     on.set.source = strdup(file_path("twice.exr"));
     on.set.source_read = ibl_read_options_default();
     on.set.source_yaw = -90;
     NEED(view_renderer_load(on.renderer, &on.set));
+    CHECK(share_apart(add(256), rough) < 0.2);
+    on.settings.roughness[0] = on.settings.roughness[1] = 0;
     const double off = share_off(&map, add(1));
     ibl_image_free(&map);
     CHECK(view_renderer_environment(on.renderer) == on.set.source);

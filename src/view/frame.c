@@ -49,7 +49,6 @@ static void fill_set(view_frame *f, const baked_set *set)
         f->ladder[l / 4][l % 4] = (float)set->roughness[l];
     f->diffuse[0] = (float)set->irradiance_scale;
     f->diffuse[1] = (float)set->geometry;
-    f->diffuse[2] = (float)(set->source_yaw / 360);
     for (int i = 0; i < terms; i++)
         copy3(f->sh[i], set->sh + 3 * i);
     for (int i = 0; i < set->light_count; i++) {
