@@ -7,7 +7,8 @@
 
 enum {
     WIDTH = 37, /* no multiple of anything that is looked at together */
-    ROWS = 5
+    ROWS = 5,
+    MOST = 64
 };
 
 static double sums[ROWS];
@@ -49,9 +50,10 @@ TEST(equal)
         for (int i = 0; i < 3 * WIDTH * ROWS; i++)
             rgb[i] = ldexpf(1, e);
         ibl_row_range_of(rgb, WIDTH, ROWS, &range, sums);
-        CHECK(!ibl_lights_any(&range, WIDTH * ROWS));
-        ibl_pixel_light lights[IBL_LIGHTS_GROUP];
-        const int n = ibl_lights_take(rgb, WIDTH, ROWS, 0, &range, lights);
+        CHECK(!ibl_lights_any(&range, WIDTH * ROWS, MOST));
+        ibl_pixel_light lights[MOST];
+        const int n =
+            ibl_lights_take(rgb, WIDTH, ROWS, 0, &range, MOST, lights);
         CHECK(n == 0);
     }
 }
@@ -59,7 +61,7 @@ TEST(equal)
 TEST(taken)
 {
     float rgb[3 * WIDTH * ROWS];
-    ibl_pixel_light lights[IBL_LIGHTS_GROUP];
+    ibl_pixel_light lights[MOST];
     test_random r = {2};
     ibl_row_range range;
     const int at = 2 * WIDTH + 11;
@@ -67,9 +69,9 @@ TEST(taken)
     fill(rgb, &r, 1);
     rgb[3 * at] = 1000;
     ibl_row_range_of(rgb, WIDTH, ROWS, &range, sums);
-    CHECK(ibl_lights_any(&range, WIDTH * ROWS));
+    CHECK(ibl_lights_any(&range, WIDTH * ROWS, MOST));
     const float red = rgb[3 * at], green = rgb[3 * at + 1];
-    NEED(ibl_lights_take(rgb, WIDTH, ROWS, 48, &range, lights) == 1);
+    NEED(ibl_lights_take(rgb, WIDTH, ROWS, 48, &range, MOST, lights) == 1);
     CHECK(lights[0].row == 50 && lights[0].column == 11);
     CHECK_NEAR(lights[0].rgb[0] + rgb[3 * at], red, 1e-4);
     CHECK_NEAR(lights[0].rgb[1] + rgb[3 * at + 1], green, 1e-6);

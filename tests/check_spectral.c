@@ -307,12 +307,7 @@ TEST_SLOW(square_suns)
     }
 }
 
-/*
- * Disks of 5 degrees. Within about 25 degrees of a pole they are more pixels
- * than are taken out one by one; what the series leaves of them is relative
- * to the mean, not to the dark, and the worst that an analysis is planned for:
- * 4 times the default tolerance of 5e-5.
- */
+/* Disks of 5 degrees. At a pole they are more pixels than anywhere else. */
 TEST_SLOW(wide_suns)
 {
     static const double at[][2] = {{90, 17}, {40, 179}, {15, 100}, {0, 0}};
@@ -332,7 +327,7 @@ TEST_SLOW(wide_suns)
                 light(&map, x, y);
         }
         snprintf(where, sizeof where, "disk at %g, %g", at[k][0], at[k][1]);
-        check_suns(ctx, &map, at[k][0] < 25 ? 1 : IBL_RELATIVE_FLOOR, where);
+        check_suns(ctx, &map, IBL_RELATIVE_FLOOR, where);
     }
 }
 
@@ -401,7 +396,7 @@ TEST_SLOW(noise_of_five_decades)
     check_map(ctx, &map, IBL_METHOD_SPECTRAL, 0, "noise");
 }
 
-/* A sun that fills the first rows, or the last, 200,000 times as bright as
+/* A sun that fills the first rows, or the last, two million times as bright as
  * the floor. */
 TEST(sun_at_a_pole)
 {
@@ -413,7 +408,7 @@ TEST(sun_at_a_pole)
             map_set(&map, i % WIDE, i / WIDE, 0.5f, 0.6f, 0.9f);
         for (int i = 0; i < 2 * WIDE; i++)
             map_set(&map, i % WIDE, nadir ? HIGH - 1 - i / WIDE : i / WIDE,
-                    1e4f, 1e4f, 1e4f);
+                    1e5f, 1e5f, 1e5f);
         check_map(ctx, &map, IBL_METHOD_SPECTRAL, 0,
                   nadir ? "nadir" : "zenith");
     }

@@ -22,6 +22,17 @@ static size_t group_floats(const ibl_spectral *s)
     return (3 * (size_t)s->width * GROUP + 15) / 16 * 16;
 }
 
+static int rows_of(const ibl_spectral *s, int group)
+{
+    const int left = s->height - group * GROUP;
+    return left < GROUP ? left : GROUP;
+}
+
+static int most_lights(const ibl_spectral *s, int group)
+{
+    return ibl_lights_most(s->height, group * GROUP, rows_of(s, group));
+}
+
 static ibl_status allocate(ibl_spectral *s)
 {
     ibl_spectral_reading *r = &s->reading;
@@ -33,7 +44,9 @@ static ibl_status allocate(ibl_spectral *s)
     s->widths = ibl_alloc_array((size_t)s->degree + 1, sizeof *s->widths);
     s->power = ibl_alloc_array((size_t)s->degree + 1, sizeof *s->power);
     r->group = ibl_alloc_zeroed(groups, sizeof *r->group);
-    r->taken = ibl_alloc_sparse(groups, IBL_LIGHTS_GROUP * sizeof *r->taken);
+    /* Those at the poles have most. */
+    r->room = (size_t)fmax(most_lights(s, 0), most_lights(s, s->groups - 1));
+    r->taken = ibl_alloc_sparse(groups, r->room * sizeof *r->taken);
     r->worker_floats = (scratch + 15) / 16 * 16 + group_floats(s);
     r->scratch = ibl_alloc_array(threads * r->worker_floats, sizeof(float));
     if (!s->weight || !s->widths || !s->power || !r->group || !r->taken ||
@@ -120,7 +133,8 @@ static void take_lights(const ibl_spectral *s, ibl_row_fft_rows *in, int number,
     in->rgb = copy;
     group->lights = ibl_lights_take(
         copy, s->width, in->count, number * GROUP, &group->range,
-        s->reading.taken + (size_t)number * IBL_LIGHTS_GROUP);
+        most_lights(s, number),
+        s->reading.taken + (size_t)number * s->reading.room);
     if (group->lights)
         ibl_row_range_of(copy, s->width, in->count, &rest, squares);
 }
@@ -140,13 +154,14 @@ static int scale_of(const float high[3])
  * texels, in many parts, and the harmonics hold it. */
 static const double largest_light = 0.05;
 
-static bool has_lights(const ibl_spectral *s, const ibl_spectral_group *group,
-                       int rows)
+static bool has_lights(const ibl_spectral *s, int group)
 {
     const double pixels = (double)s->width * s->height;
 
     return 2 * IBL_PI * IBL_PI < largest_light * pixels &&
-           ibl_lights_any(&group->range, (size_t)s->width * (size_t)rows);
+           ibl_lights_any(&s->reading.group[group].range,
+                          (size_t)s->width * (size_t)rows_of(s, group),
+                          most_lights(s, group));
 }
 
 static void group_job(void *arg, int job, int worker)
@@ -166,7 +181,7 @@ static void group_job(void *arg, int job, int worker)
     ibl_row_range_of(in.rgb, s->width, in.count, &group->range, squares);
     group->exponent = scale_of(group->range.high);
     in.scale = ldexpf(1, group->exponent);
-    if (has_lights(s, group, in.count))
+    if (has_lights(s, first / GROUP))
         take_lights(s, &in, first / GROUP, own, squares);
     for (int j = 0; j < in.count; j++)
         group->squares += squares[j] * s->weight[first + j];
@@ -221,7 +236,7 @@ static ibl_status gather_lights(ibl_spectral *s, int *count)
     for (int g = 0; g < s->groups; g++)
         for (int i = 0; i < r->group[g].lights; i++) {
             ibl_pixel_light *l = &s->lights[n++];
-            *l = r->taken[(size_t)g * IBL_LIGHTS_GROUP + (size_t)i];
+            *l = r->taken[(size_t)g * r->room + (size_t)i];
             for (int c = 0; c < 3; c++)
                 l->rgb[c] *= (float)s->scale;
             l->energy =

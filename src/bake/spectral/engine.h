@@ -41,7 +41,8 @@ typedef struct ibl_spectral_reading {
     float *scratch; /* worker_floats for each worker */
     size_t worker_floats;
     ibl_spectral_group *group;
-    ibl_pixel_light *taken; /* IBL_LIGHTS_GROUP for each group */
+    size_t room;            /* for lights of a group */
+    ibl_pixel_light *taken; /* room for each group */
 } ibl_spectral_reading;
 
 typedef struct ibl_spectral {

@@ -5,9 +5,12 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "core/pi.h"
+
 enum {
     LANES = 4,     /* pixels at a time: their results stay in registers */
     OUTSHINE = 64, /* times the mean of the other pixels */
+    AT_EQUATOR = 256, /* most lights of a group there */
     MOST_STEPS = 40
 };
 
@@ -114,11 +117,17 @@ static double brightness(const float *p)
     return (double)p[0] + (double)p[1] + (double)p[2];
 }
 
-bool ibl_lights_any(const ibl_row_range *r, size_t pixels)
+int ibl_lights_most(int height, int first_row, int rows)
+{
+    const double middle = IBL_PI * (first_row + 0.5 * rows) / height;
+    return (int)fmin(AT_EQUATOR / sin(middle), IBL_LIGHTS_GROUP);
+}
+
+bool ibl_lights_any(const ibl_row_range *r, size_t pixels, int most)
 {
     /* The most that can be taken, and the least mean of the rest. */
     const double high = brightness(r->high);
-    const double taken = IBL_LIGHTS_GROUP * high / (double)pixels;
+    const double taken = most * high / (double)pixels;
     return high > brightness(r->low) &&
            high > OUTSHINE * (sum_of(r->mean) - taken);
 }
@@ -147,12 +156,12 @@ static struct split split_at(const float *rgb, size_t pixels,
 /* The lowest of some thresholds above which all pixels outshine the rest and
  * are not too many; infinite if there is none. */
 static double find_threshold(const float *rgb, size_t pixels,
-                             const ibl_row_range *range)
+                             const ibl_row_range *range, int most)
 {
     double at = brightness(range->high) / 2, found = INFINITY;
     for (int step = 0; step < MOST_STEPS; step++, at /= 2) {
         const struct split s = split_at(rgb, pixels, range, at);
-        if (s.above > IBL_LIGHTS_GROUP || s.above > pixels / 2)
+        if (s.above > (size_t)most || s.above > pixels / 2)
             break;
         if (at > OUTSHINE * s.rest)
             found = at;
@@ -179,10 +188,11 @@ static void mean_without(const ibl_row_range *range, size_t pixels,
 }
 
 int ibl_lights_take(float *rgb, int width, int rows, int first_row,
-                    const ibl_row_range *range, ibl_pixel_light *lights)
+                    const ibl_row_range *range, int most,
+                    ibl_pixel_light *lights)
 {
     const size_t w = (size_t)width, pixels = w * (size_t)rows;
-    const double threshold = find_threshold(rgb, pixels, range);
+    const double threshold = find_threshold(rgb, pixels, range, most);
     float rest[3];
     int count = 0;
 

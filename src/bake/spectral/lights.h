@@ -12,8 +12,8 @@
 #include "ibl/ibl.h"
 
 enum {
-    IBL_LIGHTS_GROUP = 256, /* most lights of a group of rows */
-    IBL_LIGHTS_MOST = 1024  /* most lights of the whole map */
+    IBL_LIGHTS_GROUP = 4096, /* most lights of a group of rows */
+    IBL_LIGHTS_MOST = 4096   /* most lights of the whole map */
 };
 
 /* A pixel, and its radiance above the value that replaced it. */
@@ -37,16 +37,23 @@ typedef struct ibl_row_range {
 void ibl_row_range_of(const float *rgb, int width, int rows,
                       ibl_row_range *range, double *squares);
 
-/* Whether a group of that many pixels may contain lights. */
-bool ibl_lights_any(const ibl_row_range *range, size_t pixels);
+/* Most lights that are taken out of rows: 256 at the equator, and as many more
+ * towards a pole as pixels are narrower, up to IBL_LIGHTS_GROUP.
+ *   height     rows of the map
+ *   first_row  the first row's index in the map */
+int ibl_lights_most(int height, int first_row, int rows);
+
+/* Whether a group of that many pixels may contain lights, `most` at most. */
+bool ibl_lights_any(const ibl_row_range *range, size_t pixels, int most);
 
 /*
  * Takes the brightest pixels out of rows, if each is 64 times as bright as the
  * mean of the rest, which replaces them. Returns their number.
  *   first_row  the first row's index in the map
- *   lights     room for IBL_LIGHTS_GROUP
+ *   lights     room for `most`
  */
 int ibl_lights_take(float *rgb, int width, int rows, int first_row,
-                    const ibl_row_range *range, ibl_pixel_light *lights);
+                    const ibl_row_range *range, int most,
+                    ibl_pixel_light *lights);
 
 #endif
