@@ -131,10 +131,10 @@ static void take_lights(const ibl_spectral *s, ibl_row_fft_rows *in, int number,
 
     memcpy(copy, in->rgb, in->stride * (size_t)in->count * sizeof *copy);
     in->rgb = copy;
-    group->lights = ibl_lights_take(
-        copy, s->width, in->count, number * GROUP, &group->range,
-        most_lights(s, number),
-        s->reading.taken + (size_t)number * s->reading.room);
+    group->lights =
+        ibl_lights_take(copy, s->width, in->count, number * GROUP,
+                        &group->range, most_lights(s, number),
+                        s->reading.taken + (size_t)number * s->reading.room);
     if (group->lights)
         ibl_row_range_of(copy, s->width, in->count, &rest, squares);
 }

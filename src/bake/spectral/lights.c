@@ -8,8 +8,8 @@
 #include "core/pi.h"
 
 enum {
-    LANES = 4,     /* pixels at a time: their results stay in registers */
-    OUTSHINE = 64, /* times the mean of the other pixels */
+    LANES = 4,        /* pixels at a time: their results stay in registers */
+    OUTSHINE = 64,    /* times the mean of the other pixels */
     AT_EQUATOR = 256, /* most lights of a group there */
     MOST_STEPS = 40
 };
