@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-#include <errno.h>
 #include <stdio.h>
-#include <string.h>
 
 #include "cli/bake_record.h"
+#include "common/stderr_line.h"
 
 static bool judge_lut(ibl_bake *b, ibl_texture *tex)
 {
@@ -85,12 +84,14 @@ bool ibl_bake_judged(const ibl_bake *b)
 
     ibl_console_finish(b->console);
     if (!b->opts->common.quiet) {
-        errno = 0;
         ibl_report_print(&b->judged, b->from->print);
-        if (fflush(b->from->print) || ferror(b->from->print))
-            return ibl_console_fail(
-                b->console, "standard output cannot be written: %s",
-                errno ? strerror(errno) : "an earlier write failed");
+        const char *unwritten = ibl_unwritten(b->from->print);
+        if (unwritten)
+            return ibl_console_fail(b->console, "%s cannot be written: %s",
+                                    b->from->print == stdout
+                                        ? "standard output"
+                                        : "what is printed",
+                                    unwritten);
     }
     return ibl_report_passes(&b->judged, b->opts->max_error, why, sizeof why) ||
            ibl_console_fail(b->console, "%s: nothing was written", why);

@@ -2,9 +2,9 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
-#include <string.h>
 
 #include "cli/common_options.h"
+#include "common/stderr_line.h"
 
 static const ibl_command *const commands[] = {
     &ibl_bake_command,   &ibl_verify_command, &ibl_bench_command,
@@ -28,11 +28,10 @@ int main(int argc, char **argv)
     fill_closed_streams();
     int status = ibl_command_main(argc, argv);
 
-    errno = 0;
-    if ((fflush(stdout) || ferror(stdout)) && !status) {
-        fprintf(stderr, "iblbake: standard output cannot be written%s%s\n",
-                errno ? ": " : "", errno ? strerror(errno) : "");
-        status = 1;
-    }
-    return status;
+    const char *why = ibl_unwritten(stdout);
+
+    if (!why || status)
+        return status;
+    fprintf(stderr, "iblbake: standard output cannot be written: %s\n", why);
+    return 1;
 }

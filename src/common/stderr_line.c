@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "common/stderr_line.h"
 
-#include <stdio.h>
+#include <errno.h>
+#include <string.h>
 
 #include "common/option.h"
 
@@ -19,4 +20,12 @@ void ibl_print_line(const char *kind, const char *text)
     snprintf(line, sizeof line, "%s%s", kind, text);
     ibl_one_line(line);
     fprintf(stderr, "%s: %s\n", ibl_this_program.name, line);
+}
+
+const char *ibl_unwritten(FILE *stream)
+{
+    errno = 0;
+    if (!fflush(stream) && !ferror(stream))
+        return NULL;
+    return errno ? strerror(errno) : "an earlier write failed";
 }

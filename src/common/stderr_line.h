@@ -2,6 +2,8 @@
 #ifndef COMMON_STDERR_LINE_H
 #define COMMON_STDERR_LINE_H
 
+#include <stdio.h>
+
 #include "json/text.h"
 
 /* Replaces control characters, which would break the line or act on the
@@ -11,5 +13,9 @@ void ibl_one_line(char *text);
 /* Prints "PROGRAM: ", kind and text as one such line on standard error, in one
  * write, so that lines of other programs do not mix with it. */
 void ibl_print_line(const char *kind, const char *text);
+
+/* Flushes a stream. NULL if all that was printed to it is written, else why
+ * not. */
+const char *ibl_unwritten(FILE *stream);
 
 #endif

@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* iblview: shows what a material looks like under a baked environment. */
-#include <errno.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "common/path.h"
 #include "common/signals.h"
+#include "common/stderr_line.h"
 #include "view/app.h"
 #include "view/message.h"
 
@@ -59,9 +57,9 @@ int main(int argc, char **argv)
     ibl_signals_catch();
     if (view_options_parse(argc > 0 ? argv + 1 : argv, &o, &status))
         status = run(&o) ? 0 : 1;
-    if (fflush(stdout) || ferror(stdout)) {
-        view_fail("standard output cannot be written: %s", strerror(errno));
-        return 1;
-    }
-    return status;
+    const char *why = ibl_unwritten(stdout);
+    if (!why || status)
+        return status;
+    view_fail("standard output cannot be written: %s", why);
+    return 1;
 }
