@@ -161,7 +161,8 @@ iblbake: failed: m/sic.hdr" ] || cat err
     refused 1 '*: no_%f.hdr: no file has *' \
         iblbake $options no_%f.hdr -o none --incremental --only specular
     # Nothing is left where nothing was done.
-    iblbake -q $options m/n_bad.hdr gone.hdr --only specular -o none 2>err
+    iblbake -q $options m/n_bad.hdr gone.hdr -o none 2>err
+    iblbake -q $options m/*_bad.hdr m/sic.hdr -o none --keep-going 2>err
     [ ! -e none ] || ls -A none
 }
 

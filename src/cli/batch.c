@@ -68,6 +68,7 @@ typedef struct batch {
     int baked, kept, failed, printed;
     double pixels; /* of the maps that are done */
     bool stopped;
+    bool shared; /* the files of the tables are there, if there are any */
 } batch;
 
 /* ---- signals ------------------------------------------------------------- */
@@ -254,6 +255,24 @@ static bool end(worker *w, bool ok)
     return ibl_console_end(&w->run.console, ok) == 0;
 }
 
+/* Writes the tables with the first map, so that nothing is left where all maps
+ * fail. The maps' threads take turns. */
+static bool share_tables(worker *w)
+{
+    batch *b = w->batch;
+
+    pthread_mutex_lock(&b->lock);
+    const bool ok = b->shared || commit(b->tables);
+    b->shared = ok;
+    pthread_mutex_unlock(&b->lock);
+    if (!ok) {
+        w->run.console.failed = true;
+        memcpy(w->run.console.error, b->tables->run.console.error,
+               sizeof w->run.console.error);
+    }
+    return ok;
+}
+
 static bool bake_map(worker *w, ibl_map *m)
 {
     const batch *b = w->batch;
@@ -263,7 +282,8 @@ static bool bake_map(worker *w, ibl_map *m)
     w->since = real_time();
     bool ok = print && ibl_map_line(b->line, m->input, &w->line);
     w->run.console.failed = print && !ok; /* the line was refused */
-    ok = ok && begin(w, w->ctx, print) && ibl_bake_make(&w->run) && commit(w);
+    ok = ok && begin(w, w->ctx, print) && ibl_bake_make(&w->run) &&
+         share_tables(w) && commit(w);
     if (ok && b->opts->depfile)
         ok = (m->rule = ibl_depfile_text(w->run.sets, w->run.count)) != NULL;
     ok = end(w, ok);
@@ -569,8 +589,8 @@ static unsigned reduce(ibl_opts *o)
     return shared;
 }
 
-/* Makes the tables that all maps share, and their files unless these exist and
- * are unchanged. */
+/* Makes the tables that all maps share. Their files are written here if maps
+ * are kept, else with the first map; unchanged ones are kept, too. */
 static bool make_tables(batch *b)
 {
     worker *w = &b->workers[b->count + 1];
@@ -582,6 +602,7 @@ static bool make_tables(batch *b)
     shared = reduce(&w->line.one);
     for (int i = 0; i < w->line.count; i++)
         shared |= reduce(&w->line.set[i]);
+    b->shared = !shared;
     if (!shared)
         return true;
     bool ok = begin(w, w->ctx, NULL) && ibl_bake_names(&w->run);
@@ -590,8 +611,11 @@ static bool make_tables(batch *b)
             ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
     if (ok && (b->to_bake || !holds)) {
         w->since = real_time();
-        ok = ibl_bake_make(&w->run) && (holds || commit(w));
+        ok = ibl_bake_make(&w->run);
+        if (ok && !holds && (!b->to_bake || b->to_bake < b->maps.count))
+            ok = holds = commit(w);
     }
+    b->shared = holds;
     ibl_stamp_free(&s);
     b->tables = w;
     ok = end(w, ok);
