@@ -631,8 +631,8 @@ static void APIENTRY draw_late(GLenum kind, GLsizei count, GLenum type,
     draw_elements(kind, count, type, indices);
 }
 
-/* After a slow picture the next has one sample of a pixel, for it moves. At rest
- * it has all. */
+/* After a slow picture the next has one sample of a pixel, for it moves. At
+ * rest it has all. */
 TEST(samples_of_what_moves)
 {
     begin();
