@@ -663,8 +663,12 @@ static bool check_paths(const ibl_opts *o)
         return ibl_misuse(
             "no environment: iblbake [options] ENV... -o DIR, see "
             "iblbake --help");
-    return o->directory || o->dry_run ||
-           ibl_misuse("no output directory: add -o DIR");
+    if (o->directory || o->dry_run)
+        return true;
+    if (ibl_is_command(o->input))
+        return ibl_misuse("%s: a command comes first: iblbake %s [options]",
+                          o->input, o->input);
+    return ibl_misuse("no output directory: add -o DIR");
 }
 
 static bool check_choice(ibl_opts *o)

@@ -117,6 +117,9 @@ typedef struct ibl_program {
 } ibl_program;
 extern const ibl_program ibl_this_program;
 
+/* Whether a word, or NULL, is the name of a command. */
+bool ibl_is_command(const char *word);
+
 /* Runs the command that the first argument names, else the first command.
  * Returns the exit status. */
 int ibl_command_main(int argc, char **argv);

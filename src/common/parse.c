@@ -376,6 +376,11 @@ static const ibl_command *find_command(const char *word)
     return all[0];
 }
 
+bool ibl_is_command(const char *word)
+{
+    return find_command(word) != *ibl_this_program.commands;
+}
+
 int ibl_command_main(int argc, char **argv)
 {
     char **words = argc > 0 ? argv + 1 : argv;
