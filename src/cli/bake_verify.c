@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include <errno.h>
 #include <stdio.h>
 
 #include "cli/bake_record.h"
@@ -84,6 +85,7 @@ bool ibl_bake_judged(const ibl_bake *b)
 
     ibl_console_finish(b->console);
     if (!b->opts->common.quiet) {
+        errno = 0;
         ibl_report_print(&b->judged, b->from->print);
         const char *unwritten = ibl_unwritten(b->from->print);
         if (unwritten)

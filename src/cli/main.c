@@ -28,6 +28,7 @@ int main(int argc, char **argv)
     fill_closed_streams();
     int status = ibl_command_main(argc, argv);
 
+    errno = 0;
     const char *why = ibl_unwritten(stdout);
 
     if (!why || status)

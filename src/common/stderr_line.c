@@ -24,7 +24,6 @@ void ibl_print_line(const char *kind, const char *text)
 
 const char *ibl_unwritten(FILE *stream)
 {
-    errno = 0;
     if (!fflush(stream) && !ferror(stream))
         return NULL;
     return errno ? strerror(errno) : "an earlier write failed";

@@ -14,8 +14,8 @@ void ibl_one_line(char *text);
  * write, so that lines of other programs do not mix with it. */
 void ibl_print_line(const char *kind, const char *text);
 
-/* Flushes a stream. NULL if all that was printed to it is written, else why
- * not. */
+/* Flushes a stream. NULL if all that was printed is written, else why not:
+ * errno, which the caller sets to 0 before. */
 const char *ibl_unwritten(FILE *stream);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* iblview: shows what a material looks like under a baked environment. */
+#include <errno.h>
 #include <stdio.h>
 #include <unistd.h>
 
@@ -57,6 +58,7 @@ int main(int argc, char **argv)
     ibl_signals_catch();
     if (view_options_parse(argc > 0 ? argv + 1 : argv, &o, &status))
         status = run(&o) ? 0 : 1;
+    errno = 0;
     const char *why = ibl_unwritten(stdout);
     if (!why || status)
         return status;
