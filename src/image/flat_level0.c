@@ -145,10 +145,11 @@ static void equirect_row(void *arg, int y, int worker)
 
 /* ---- octahedral --------------------------------------------------------- */
 
-/* An edge of a texel, u = at or v = at, is part of a great circle. With x, the
- * azimuth, or what is left of it to 90 degrees for v, from `zero` on, its
- * height falls with x: k cos(x) / sqrt(cos(x)^2 + rest sin(x)^2),   rest = 1 -
- * k^2. */
+/*
+ * An edge of a texel, u = at or v = at, is part of a great circle. x is the
+ * azimuth, for v what is left of it to 90 degrees, less `zero`. The height
+ * falls with x: k cos(x) / sqrt(cos(x)^2 + rest sin(x)^2),   rest = 1 - k^2
+ */
 typedef struct edge {
     double k, rest, zero;
     bool of_v;
@@ -295,7 +296,6 @@ static void integrate(const source *s, texel *p)
     const double knot[4] = {azimuth_of(p->u[1], p->v[0], below),
                             fmin(low, high), fmax(low, high),
                             azimuth_of(p->u[0], p->v[1], below)};
-
     const edge top[2] = {edge_at(p->u[0], below, false),
                          edge_at(p->v[0], below, true)};
     const edge bottom[2] = {edge_at(p->u[1], !above, false),
