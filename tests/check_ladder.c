@@ -37,19 +37,18 @@ static ibl_specular_layout layout_of(int size, int levels)
 /* Before the fit the roughnesses are Filament's. After it the ends are, and all
  * rise. */
 static void check_ladder(const ibl_specular_layout *before,
-                         const ibl_specular_layout *after, int kept)
+                         const ibl_specular_layout *after)
 {
     const int last = after->levels - 1;
     for (int l = 0; l <= last; l++) {
         const double usual =
             ibl_level_roughness(IBL_ROUGHNESS_FILAMENT, l, last + 1);
         CHECK_NEAR(before->roughness[l], usual, 1e-12);
-        if (l < kept || l == last)
+        if (!l || l == last)
             CHECK_NEAR(after->roughness[l], usual, 1e-12);
         CHECK(!l || after->roughness[l] > after->roughness[l - 1]);
     }
-    CHECK(kept > last ||
-          after->roughness[kept] > before->roughness[kept] - 1e-9);
+    CHECK(last < 1 || after->roughness[1] > before->roughness[1] - 1e-9);
 }
 
 TEST(ends_stay)
@@ -57,13 +56,12 @@ TEST(ends_stay)
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     double power[LAST + 1];
     fill_spectrum(1.2, power);
-    for (int levels = 1; levels <= 9; levels += levels == 3 ? 3 : 1)
-        for (int kept = 1; kept <= 3; kept += 2) {
-            const ibl_specular_layout before = layout_of(256, levels);
-            ibl_specular_layout after = before;
-            NEED(!ibl_ladder_fit(ctx, power, LAST, kept, &after));
-            check_ladder(&before, &after, kept);
-        }
+    for (int levels = 1; levels <= 9; levels += levels == 3 ? 3 : 1) {
+        const ibl_specular_layout before = layout_of(256, levels);
+        ibl_specular_layout after = before;
+        NEED(!ibl_ladder_fit(ctx, power, LAST, &after));
+        check_ladder(&before, &after);
+    }
 }
 
 /* ---- the least sum --------------------------------------------------------
@@ -86,7 +84,6 @@ TEST(least_of_all_ladders)
         NEED(f);
         test_defer(free_fit, f);
         f->layout = &layout;
-        f->kept = 1;
         fill_spectrum(falls[i], power);
         ibl_lobe_power(power, LAST, f->weight);
         NEED(!fit(ctx, f));
@@ -136,7 +133,7 @@ TEST_SLOW(no_worse_than_filament)
             ibl_specular_layout best = usual;
             double power[LAST + 1];
             fill_spectrum(falls[i], power);
-            NEED(!ibl_ladder_fit(ctx, power, LAST, 1, &best));
+            NEED(!ibl_ladder_fit(ctx, power, LAST, &best));
             const double was = rendered(ctx, &usual, power);
             const double is = rendered(ctx, &best, power);
             test_measured("error, best over Filament's", is / was, 1.002);
@@ -210,7 +207,7 @@ TEST(levels_of_a_map)
     const ibl_bake_result *usual = bake(ctx, &map, IBL_ROUGHNESS_FILAMENT);
     const ibl_specular_layout *layout = &best->report.layout;
     CHECK(best->power && !usual->power);
-    check_ladder(&usual->report.layout, layout, 1);
+    check_ladder(&usual->report.layout, layout);
     CHECK(memcmp(layout->roughness, usual->report.layout.roughness,
                  sizeof layout->roughness) != 0);
     NEED(!ibl_reference_create(ctx, &map, 0, &ref));
@@ -235,8 +232,8 @@ TEST(same_with_any_threads)
     ibl_specular_layout a = layout_of(256, 6), b = a;
     double power[LAST + 1];
     fill_spectrum(0.4, power);
-    NEED(!ibl_ladder_fit(ctx, power, LAST, 1, &a));
-    NEED(!ibl_ladder_fit(other, power, LAST, 1, &b));
+    NEED(!ibl_ladder_fit(ctx, power, LAST, &a));
+    NEED(!ibl_ladder_fit(other, power, LAST, &b));
     CHECK(!memcmp(a.roughness, b.roughness, sizeof a.roughness));
 }
 

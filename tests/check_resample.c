@@ -340,36 +340,6 @@ TEST(constants)
     }
 }
 
-/* What texels have of their own is added to what is scaled. */
-TEST(local)
-{
-    enum {
-        N = 11,
-        TEXELS = 6 * N * N
-    };
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_ring_grid grid = grid_of(ctx, 40, 64);
-    ibl_cube cube = cube_alloc(ctx, N, 1);
-    static double own[3 * TEXELS];
-    field f;
-    field_init(&f, 8, 1e-3, 8);
-    sample(&f, &grid);
-    for (int i = 0; i < 3 * TEXELS; i++)
-        own[i] = i;
-    const ibl_level_sum sum = {.grid = &grid,
-                               .spectrum = f.spectrum,
-                               .degree = 8,
-                               .local = own,
-                               .range.gain = 0.5f,
-                               .range.low = {-INFINITY, -INFINITY, -INFINITY},
-                               .range.high = {INFINITY, INFINITY, INFINITY}};
-    ibl_ring_grid_close(&grid, 0, grid.rings);
-    CHECK(!ibl_spectral_texels(ctx, NULL, &sum, &cube, 0));
-    for (int i = 0; i < 3 * TEXELS; i++)
-        cube.data[i] = 2 * (cube.data[i] - (float)own[i]);
-    CHECK(compare(&f, &cube).worst <= 2e-6 * TEXELS);
-}
-
 /* The same bytes from any number of threads, on every level of a chain; what
  * lies outside of the level is left alone. */
 TEST(threads)

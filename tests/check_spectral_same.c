@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -71,7 +72,7 @@ TEST(constant_maps)
 }
 
 /* Channels have nothing to do with each other: a constant one stays that
- * beside suns in the others, also where all of a lobe is its near part. */
+ * beside suns in the others. */
 TEST(constant_channel)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -282,13 +283,15 @@ static int bake_made_rows(int width, int height)
     return (int)((after.ru_maxrss - before.ru_maxrss) / 1024);
 }
 
-/* In a process of its own, whose memory is what it starts with. */
+/* In a process of its own, whose memory is what it starts with. Huge pages
+ * would count whole, however little of them is used. */
 static void within(int width, int height, int most)
 {
     int code;
     const pid_t child = fork();
 
     if (!child) {
+        prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
         const int mib = bake_made_rows(width, height);
         _exit(mib >= 0 && mib < 255 ? mib : 255);
     }
@@ -305,7 +308,7 @@ TEST(memory)
     if (TEST_SANITIZED)
         test_skip("sanitizers need memory of their own");
     else
-        within(4096, 2048, 48);
+        within(4096, 2048, 64);
 }
 
 /* 1.5 GiB. */

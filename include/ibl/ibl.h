@@ -623,12 +623,11 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
  * environment itself (ibl_cube_from_latlong).
  *
  * A spectral level is that integral to the tolerance, for every lobe and any
- * size of the map, from roughness 0.02 up. It is a product for each degree of
+ * size of the map, from roughness 0.05 up. It is a product for each degree of
  * the spherical harmonics of the map, with as many degrees as the tolerance
  * needs. The few pixels much brighter than their surroundings are integrated
- * by the lobe's formula. If a narrow lobe would need too high a degree, the
- * harmonics give its far part, and the pixels in reach of its near part are
- * integrated one by one (Ewald's split).
+ * by the lobe's formula. A level has at most 4,096 degrees; what a narrower
+ * lobe loses is in its estimated error.
  *
  * Levels are sampled only on request: all by IBL_METHOD_SAMPLED, single levels
  * by level_samples with IBL_METHOD_AUTO. IBL_METHOD_SPECTRAL ignores samples.
@@ -664,13 +663,11 @@ ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
 double ibl_relative_error(const double rgb[3], const double truth[3],
                           const double mean[3]);
 
-/* How a level of a specular chain was made: with samples; or with a degree, a
- * reach or both. A level without these is the environment itself. */
+/* How a level of a specular chain was made: with samples, or with a degree. A
+ * level without these is the environment itself. */
 typedef struct ibl_specular_level {
     int samples;  /* of each texel; 0: not sampled */
     int degree;   /* of the spherical harmonics; 0: none */
-    double reach; /* angle around R, in radians, within which pixels were
-                     integrated one by one; 0: none were */
     double error; /* estimated error of the degrees left out, see
                      ibl_bake_specular_report; -1: no degree */
 } ibl_specular_level;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The driver of a bake. It reads the environment once and gives each batch of
- * rows to level 0, the sky, the spectral analysis and the near parts. It keeps
- * the whole map only if samples need it.
+ * rows to level 0, the sky and the spectral analysis. It keeps the whole map
+ * only if samples need it.
  */
 #include <assert.h>
 #include <math.h>
@@ -29,13 +29,12 @@ enum {
 
 /* A specular chain in progress. */
 typedef struct chain {
-    ibl_specular_options opts; /* with the bake's yaw */
-    const ibl_cube *given;     /* its level 0, or NULL */
-    ibl_chain_plan plan;
+    ibl_specular_options opts;      /* with the bake's yaw */
+    const ibl_cube *given;          /* its level 0, or NULL */
+    ibl_method how[IBL_MAX_LEVELS]; /* AUTO: the environment itself */
     ibl_specular_layout layout;
     ibl_level0 *level0;
-    ibl_near *near[IBL_MAX_LEVELS]; /* NULL: the level has no near part */
-    ibl_cube *cube;                 /* the result's */
+    ibl_cube *cube; /* the result's */
     ibl_specular_report *report;
 } chain;
 
@@ -89,7 +88,7 @@ static bool is_best(const chain *c)
 
 static bool is_spectral(const chain *c, int level)
 {
-    return c->plan.level[level] == IBL_METHOD_SPECTRAL;
+    return c->how[level] == IBL_METHOD_SPECTRAL;
 }
 
 /* Whether two levels have the same texels. Fitted levels are not known before
@@ -217,23 +216,8 @@ static ibl_status prepare_sky(bake *b)
 
 static ibl_status plan_chain(bake *b, chain *c)
 {
-    return ibl_spectral_plan_chain(b->ctx, b->env->width, b->env->height,
-                                   &c->opts, &c->layout, &c->plan, &b->plan);
-}
-
-static ibl_status prepare_near(const bake *b, chain *c)
-{
-    const ibl_near_map map = {b->env->width, b->env->height,
-                              b->opts.yaw_deg / 180 * IBL_PI};
-    ibl_status status = IBL_OK;
-
-    for (int l = 0; l < c->layout.levels && !status; l++) {
-        const ibl_level_shape shape = ibl_map_shape(c->cube, l);
-        if (c->plan.parts[l].near && !is_copied(b, c, l))
-            status = ibl_near_create(b->ctx, &map, &c->plan.shape[l], &shape,
-                                     &c->near[l]);
-    }
-    return status;
+    return ibl_spectral_plan_chain(b->ctx, &c->opts, &c->layout, c->how,
+                                   &b->plan);
 }
 
 static ibl_status prepare(bake *b)
@@ -244,16 +228,13 @@ static ibl_status prepare(bake *b)
     if (!status && b->opts.skybox)
         status = prepare_sky(b);
     if (!status)
-        status = ibl_spectral_plan_make(b->ctx, b->env->width, b->env->height,
-                                        &b->opts, &b->plan);
+        status = ibl_spectral_plan_make(b->ctx, &b->opts, &b->plan);
     for (int i = 0; i < b->chain_count && !status; i++)
         status = plan_chain(b, &b->chains[i]);
     if (!status && b->plan.degree >= 0)
         status = ibl_spectral_create(b->ctx, b->env->width, b->env->height,
                                      b->opts.yaw_deg, b->plan.degree,
                                      b->plan.single, &b->spectral);
-    for (int i = 0; i < b->chain_count && !status; i++)
-        status = prepare_near(b, &b->chains[i]);
     return status;
 }
 
@@ -270,24 +251,14 @@ static ibl_status read_rows(const bake *b, int row, int rows, float *rgb)
     return status;
 }
 
-static ibl_status give_chain(const chain *c, int rows, const float *rgb)
-{
-    ibl_status status = IBL_OK;
-    if (c->level0)
-        status = ibl_level0_add(c->level0, rows, rgb);
-    for (int l = 0; l < IBL_MAX_LEVELS && !status; l++)
-        if (c->near[l])
-            ibl_near_add(c->near[l], rows, rgb);
-    return status;
-}
-
 /* Starts the jobs for these rows after those of the previous call have ended.
  * rgb must stay valid until the next call returns. */
 static ibl_status give_rows(bake *b, int rows, const float *rgb)
 {
     ibl_status status = ibl_run_end(b->ctx);
     for (int i = 0; i < b->chain_count && !status; i++)
-        status = give_chain(&b->chains[i], rows, rgb);
+        if (b->chains[i].level0)
+            status = ibl_level0_add(b->chains[i].level0, rows, rgb);
     if (!status && b->sky)
         status = ibl_level0_add(b->sky, rows, rgb);
     if (!status && b->spectral)
@@ -429,7 +400,7 @@ static ibl_status sample_levels(const bake *b, const chain *c)
     bool any = false;
     for (int l = 0; l < c->layout.levels; l++) {
         const int own = o->level_samples[l];
-        if (c->plan.level[l] != IBL_METHOD_SAMPLED)
+        if (c->how[l] != IBL_METHOD_SAMPLED)
             continue;
         report->level[l].samples = own ? own : o->samples;
         any = true;
@@ -438,34 +409,18 @@ static ibl_status sample_levels(const bake *b, const chain *c)
                : IBL_OK;
 }
 
-/* Makes a level from its near part only. */
-static void near_level(const chain *c, int level)
-{
-    const ibl_level_shape shape = ibl_map_shape(c->cube, level);
-    const size_t count = ibl_level_texels(&shape);
-    const double *sums = ibl_near_sums(c->near[level]);
-    float *rgb = ibl_cube_face(c->cube, level, 0);
-    for (size_t i = 0; i < 3 * count; i++)
-        rgb[i] = fmaxf((float)sums[i], 0);
-}
-
 static ibl_status spectral_level(const bake *b, const chain *c, int level)
 {
     const double tolerance = c->opts.tolerance;
-    const ibl_spectral_target target = {.shape = &c->plan.shape[level],
-                                        .near = c->near[level],
+    const double r = c->layout.roughness[level];
+    const ibl_lobe_shape shape = ibl_lobe_shape_of(c->opts.lobe, r * r);
+    const ibl_spectral_target target = {.shape = &shape,
                                         .tolerance = tolerance,
                                         .cube = c->cube,
                                         .level = level};
     ibl_specular_level *made = &c->report->level[level];
     char stage[32];
     snprintf(stage, sizeof stage, "specular %d", level);
-    if (c->near[level])
-        made->reach = ibl_near_reach(c->near[level]);
-    if (!c->plan.parts[level].spectral) {
-        near_level(c, level);
-        return IBL_OK;
-    }
     const ibl_status status = ibl_spectral_bake(b->spectral, stage, &target,
                                                 &made->degree, &made->error);
     if (!status && tolerance > IBL_TOLERANCE_DEFAULT && made->error > tolerance)
@@ -551,16 +506,13 @@ static ibl_status make_power(bake *b)
     return ibl_spectral_power(b->spectral, degree, b->out->power);
 }
 
-/* Fits the roughnesses of the levels, other than those whose near part is
- * already there, and plans them anew: they need no more degrees than before. */
+/* Fits the roughnesses of the levels and plans them anew: they need no more
+ * degrees than before. */
 static ibl_status fit_ladder(bake *b, chain *c)
 {
     const int degree = b->plan.degree;
-    int kept = 1;
-    while (kept < c->layout.levels && c->near[kept])
-        kept++;
-    ibl_status status = ibl_ladder_fit(b->ctx, b->out->power,
-                                       b->out->power_degree, kept, &c->layout);
+    ibl_status status =
+        ibl_ladder_fit(b->ctx, b->out->power, b->out->power_degree, &c->layout);
     if (!status)
         status = plan_chain(b, c);
     assert(status || b->plan.degree <= degree);
@@ -637,9 +589,6 @@ ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
     if (!status)
         status = make_all(&b);
     ibl_spectral_free(b.spectral);
-    for (int i = 0; i < b.chain_count; i++)
-        for (int l = 0; l < IBL_MAX_LEVELS; l++)
-            ibl_near_free(b.chains[i].near[l]);
     free_cubes(&b);
     ibl_free(b.chains);
     ibl_image_free(&b.own);

@@ -34,11 +34,11 @@ enum {
 static const double roughnesses[ROUGHNESSES] = {
     0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6, 0.75, 1};
 
-/* Knots are roughnesses in equal steps of r (2 - r), from that of the last
- * level that is kept to 1; `fine` steps are one of Filament's. */
+/* Knots are roughnesses in equal steps of r (2 - r), from 0 to 1; `fine` steps
+ * are one of Filament's. */
 struct fit {
     ibl_specular_layout *layout;
-    int kept, count, first, fine;
+    int count, fine;
     int ladder[IBL_MAX_LEVELS]; /* the levels' knots */
     double knot[MOST];
     double lobe[MOST][DEGREES]; /* of knots */
@@ -81,7 +81,7 @@ static void knot_job(void *arg, int i, int worker)
     const ibl_lobe_bands *b = &f->all;
     double a[IBL_BANDS_MOST], next[IBL_BANDS_MOST];
     (void)worker;
-    for (int m = f->kept - 1; m < f->layout->levels; m++) {
+    for (int m = 0; m < f->layout->levels; m++) {
         const bool last = m + 1 == f->layout->levels;
         for (int k = 0; k < b->count; k++) {
             const int l = b->degree[k];
@@ -117,7 +117,7 @@ static int nearest(const struct fit *f, const struct target *t)
     double least = HUGE_VAL;
     int best = 0;
     for (int i = 0; i < f->count; i++) {
-        const double error = error_of(f, t, f->kept, i, f->kept, i);
+        const double error = error_of(f, t, 1, i, 1, i);
         if (error < least)
             least = error, best = i;
     }
@@ -145,7 +145,7 @@ static void multiply(const struct fit *f, const ibl_lobe_bands *b,
                      const double *seen, const double *p, struct target *t)
 {
     double with[IBL_BANDS_MOST], even[IBL_BANDS_MOST];
-    for (int m = f->kept - 1; m < f->layout->levels; m++) {
+    for (int m = 0; m < f->layout->levels; m++) {
         for (int k = 0; k < b->count; k++) {
             const int l = b->degree[k];
             with[k] = f->blur[m][l] * seen[k];
@@ -207,7 +207,7 @@ static bool is_between(const struct fit *f, const struct target *t, int a,
 
 static double target_error(const struct fit *f, const struct target *t)
 {
-    for (int m = f->kept; m < f->layout->levels; m++)
+    for (int m = 1; m < f->layout->levels; m++)
         if (is_between(f, t, f->ladder[m - 1], f->ladder[m]))
             return error_of(f, t, m - 1, f->ladder[m - 1], m, f->ladder[m]);
     return 0;
@@ -244,20 +244,20 @@ static void choose(struct fit *f)
     const int levels = f->layout->levels, last = f->count - 1;
     double sum[IBL_MAX_LEVELS][MOST];
     int from[IBL_MAX_LEVELS][MOST] = {{0}};
-    for (int m = f->kept; m < levels; m++) {
-        const int first = m == f->kept ? 0 : m - f->kept - 1 + f->fine;
-        for (int b = m + 1 < levels ? m - f->kept + f->fine : last;
+    for (int m = 1; m < levels; m++) {
+        const int first = m == 1 ? 0 : m - 2 + f->fine;
+        for (int b = m + 1 < levels ? m - 1 + f->fine : last;
              b < last + (m + 1 == levels); b++) {
             sum[m][b] = HUGE_VAL;
-            for (int a = first; a < (m == f->kept ? 1 : b); a++) {
-                const double all = (m == f->kept ? 0 : sum[m - 1][a]) +
-                                   segment(f, m - 1, a, b);
+            for (int a = first; a < (m == 1 ? 1 : b); a++) {
+                const double all =
+                    (m == 1 ? 0 : sum[m - 1][a]) + segment(f, m - 1, a, b);
                 if (all < sum[m][b])
                     sum[m][b] = all, from[m][b] = a;
             }
         }
     }
-    for (int m = levels - 1, b = last; m >= f->kept; b = from[m--][b])
+    for (int m = levels - 1, b = last; m >= 1; b = from[m--][b])
         f->ladder[m] = b;
 }
 
@@ -267,12 +267,11 @@ static void place_knots(struct fit *f)
 {
     const int n = f->layout->levels - 1;
     f->fine = (STEPS + n - 1) / n;
-    f->first = (f->kept - 1) * f->fine;
-    f->count = n * f->fine - f->first + 1;
+    f->count = n * f->fine + 1;
     for (int i = 0; i < f->count; i++)
-        f->knot[i] = 1 - sqrt(1 - (double)(f->first + i) / (n * f->fine));
-    for (int m = f->kept - 1; m <= n; m++)
-        f->ladder[m] = m * f->fine - f->first;
+        f->knot[i] = 1 - sqrt(1 - (double)i / (n * f->fine));
+    for (int m = 0; m <= n; m++)
+        f->ladder[m] = m * f->fine;
 }
 
 static ibl_status fit(ibl_ctx *ctx, struct fit *f)
@@ -294,21 +293,20 @@ static ibl_status fit(ibl_ctx *ctx, struct fit *f)
         set_slopes(f);
         choose(f);
     }
-    for (int m = f->kept; m < f->layout->levels && !status; m++)
+    for (int m = 1; m < f->layout->levels && !status; m++)
         f->layout->roughness[m] = f->knot[f->ladder[m]];
     return status;
 }
 
 ibl_status ibl_ladder_fit(ibl_ctx *ctx, const double *power, int degree,
-                          int kept, ibl_specular_layout *layout)
+                          ibl_specular_layout *layout)
 {
-    if (kept >= layout->levels - 1)
+    if (layout->levels <= 2)
         return IBL_OK;
     struct fit *f = ibl_alloc_zeroed(1, sizeof *f);
     if (!f)
         return ibl_no_memory(ctx, "the fit of the levels' roughnesses");
     f->layout = layout;
-    f->kept = kept;
     ibl_lobe_power(power, degree, f->weight);
     const ibl_status status = fit(ctx, f);
     ibl_free(f);

@@ -7,17 +7,17 @@
 #include "ibl/ibl.h"
 
 /*
- * Replaces the roughnesses of the levels kept..levels - 2 of a layout, whose
+ * Replaces the roughnesses of the levels 1..levels - 2 of a layout, whose
  * roughnesses are Filament's. Sought is the least sum of the nRMSE of what
  * surfaces reflect, over roughnesses .1 to 1 and F0 1 and .04, each the mean
  * over views (ibl_bake_expected_error). Levels are chosen among roughnesses in
  * equal steps of r (2 - r), Filament's included, by dynamic programming: for
  * the tangents to the sum at the last choice, no other choice is better. So no
  * step from Filament's makes the sum larger. None is below the present
- * roughness of level `kept`. power, degree  as of ibl_lobe_kernels_make kept 1
- * or more
+ * roughness of level 1.
+ *   power, degree  as of ibl_lobe_kernels_make
  */
 ibl_status ibl_ladder_fit(ibl_ctx *ctx, const double *power, int degree,
-                          int kept, ibl_specular_layout *layout);
+                          ibl_specular_layout *layout);
 
 #endif

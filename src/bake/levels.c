@@ -32,7 +32,7 @@ const char *ibl_specular_report_method(const ibl_specular_report *report)
     for (int l = 0; l < report->layout.levels; l++) {
         const ibl_specular_level *level = &report->level[l];
         sampled |= level->samples > 0;
-        spectral |= level->degree > 0 || level->reach > 0;
+        spectral |= level->degree > 0;
     }
     if (sampled)
         return spectral ? "mixed" : "sampled";

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What a bake takes: the largest arrays of its stages, as level0_octants.c,
- * spectral/engine.c, transform.c, level.c and near.c allocate them. */
+ * spectral/engine.c, transform.c and level.c allocate them. */
 #include <math.h>
 
 #include "bake/options.h"
@@ -17,7 +17,6 @@ typedef struct estimate {
     int width, height, threads;
     double results; /* cubes */
     double reading; /* beside them, while rows are read */
-    double near;    /* sums of near parts */
     int degree;     /* of levels */
 } estimate;
 
@@ -49,13 +48,12 @@ static double level0_bytes(const estimate *e, int size)
 static ibl_status add_chain(ibl_ctx *ctx, const ibl_specular_options *o,
                             ibl_spectral_plan *plan, estimate *e)
 {
-    ibl_chain_plan chain = {0};
+    ibl_method how[IBL_MAX_LEVELS];
     ibl_specular_layout layout;
     ibl_status status = ibl_specular_layout_of(o, &layout);
 
     if (!status)
-        status = ibl_spectral_plan_chain(ctx, e->width, e->height, o, &layout,
-                                         &chain, plan);
+        status = ibl_spectral_plan_chain(ctx, o, &layout, how, plan);
     if (status)
         return status;
     e->results += chain_bytes(o->projection, layout.size, layout.levels);
@@ -65,10 +63,6 @@ static ibl_status add_chain(ibl_ctx *ctx, const ibl_specular_options *o,
                           : 0;
     plan->whole |=
         layout.roughness[0] <= 0 && o->projection != IBL_PROJECTION_CUBE;
-    for (int l = 0; l < layout.levels; l++)
-        if (chain.parts[l].near)
-            e->near += 2 * chain_bytes(o->projection,
-                                       ibl_cube_edge(layout.size, l), 1);
     e->degree = plan->degree;
     return IBL_OK;
 }
@@ -127,7 +121,7 @@ ibl_status ibl_bake_memory(ibl_ctx *ctx, int width, int height,
     if (!status)
         status = ibl_check_bake(ctx, &env, opts);
     if (!status)
-        status = ibl_spectral_plan_make(ctx, width, height, opts, &plan);
+        status = ibl_spectral_plan_make(ctx, opts, &plan);
     e.threads = ibl_ctx_threads(ctx);
     e.degree = opts->irradiance ? 32 : 0;
     if (!status && opts->specular)
@@ -147,7 +141,7 @@ ibl_status ibl_bake_memory(ibl_ctx *ctx, int width, int height,
     /* Samples are taken from the map and its mips. */
     const double whole = plan.whole ? 16.0 * width * height : 0;
     *bytes =
-        (size_t)(e.results + whole + e.near +
+        (size_t)(e.results + whole +
                  fmax(reading_bytes(&e, &plan), analysis_bytes(&e, &plan)));
     return IBL_OK;
 }

@@ -62,8 +62,7 @@ static double ggx_integral(double alpha)
 
 ibl_lobe_shape ibl_lobe_shape_of(ibl_lobe lobe, double alpha)
 {
-    ibl_lobe_shape s = {
-        .lobe = lobe, .alpha = fmax(alpha, 1e-75), .reach = 0.5, .end = 1};
+    ibl_lobe_shape s = {.lobe = lobe, .alpha = fmax(alpha, 1e-75), .end = 1};
 
     switch (lobe) {
     case IBL_LOBE_CHARLIE:
@@ -75,7 +74,6 @@ ibl_lobe_shape ibl_lobe_shape_of(ibl_lobe lobe, double alpha)
         s.kind = IBL_LOBE_COMPACT;
         s.power = (1 / s.alpha - 1) * (1 / s.alpha + 1) / 2;
         s.scale = (s.power + 2) / (2 * IBL_PI);
-        s.reach = -0.5 * expm1(-20 / (s.power + 2));
         s.end = s.power + 1;
         break;
     case IBL_LOBE_GGX:

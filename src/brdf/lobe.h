@@ -37,10 +37,8 @@ typedef struct ibl_lobe_shape {
     double alpha;
     double power; /* Charlie's s, Phong's n */
     double scale;
-    double split; /* see ibl_lobe_near_share; 0: the whole lobe */
     ibl_lobe_kind kind;
-    double reach; /* q beyond which K is less than e^-20 of its peak */
-    double end;   /* K falls as this power of N.L on the horizon */
+    double end; /* K falls as this power of N.L on the horizon */
 } ibl_lobe_shape;
 
 /* Returns IBL_ERR_ARGUMENT if there is no such lobe. */
@@ -75,29 +73,6 @@ static inline double ibl_lobe_value(const ibl_lobe_shape *s, double q,
                                     double cosine)
 {
     return cosine > 0 ? s->scale * ibl_lobe_d(s, q, cosine) * cosine : 0;
-}
-
-/*
- * Splits GGX into two parts, as in Ewald summation. With t = q + alpha^2
- * (1 - q) and x = split t,
- *     near = K (1 + x) exp(-x),  far = K (1 - (1 + x) exp(-x)).
- * The near part ends like a Gaussian, a few times 1 / sqrt(split) from R. In
- * the far part alpha^2 / t^2 becomes a smooth function of t of the same width:
- * its harmonics end like a Gaussian at a few times sqrt(split).
- */
-static inline double ibl_lobe_near_share(const ibl_lobe_shape *s, double q)
-{
-    const double x = s->split * (q + s->alpha * s->alpha * (1 - q));
-    return (1 + x) * exp(-x);
-}
-
-/* K, or its far part if split > 0. */
-static inline double ibl_lobe_far(const ibl_lobe_shape *s, double q,
-                                  double cosine)
-{
-    const double k = ibl_lobe_value(s, q, cosine);
-    const double x = s->split * (q + s->alpha * s->alpha * (1 - q));
-    return s->split > 0 ? k * (-expm1(-x) - x * exp(-x)) : k;
 }
 
 /* Derivative of ln D with respect to q. Charlie's has no limit at q = 0. */

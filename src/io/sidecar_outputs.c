@@ -13,7 +13,7 @@ static const char *level_method(const ibl_specular_level *level)
 {
     if (level->samples)
         return "sampled";
-    return level->degree || level->reach > 0 ? "spectral" : "environment";
+    return level->degree ? "spectral" : "environment";
 }
 
 /* How a specular level was made. */
@@ -27,8 +27,6 @@ static void put_made(json_t **j, const ibl_specular_report *report, int l)
         put(j, "samples", json_integer(made->samples));
     if (made->degree)
         put(j, "degree", json_integer(made->degree));
-    if (made->reach > 0)
-        put(j, "reach_deg", json_real(made->reach * ibl_degrees));
     /* JSON has no infinity. */
     if (made->error >= 0)
         put(j, "estimated_error", json_real(fmin(made->error, DBL_MAX)));

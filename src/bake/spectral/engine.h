@@ -16,7 +16,6 @@
 #include <stdbool.h>
 
 #include "bake/spectral/lights.h"
-#include "bake/spectral/near.h"
 #include "bake/spectral/resample.h"
 #include "bake/spectral/row_fft.h"
 #include "bake/spectral/transform.h"
@@ -85,11 +84,10 @@ void ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb);
 ibl_status ibl_spectral_finish(ibl_spectral *s);
 
 typedef struct ibl_spectral_target {
-    const ibl_lobe_shape *shape; /* the lobe, or its far part */
-    ibl_near *near;              /* the near part, all rows added; NULL: none */
-    double tolerance;            /* of the relative error */
-    ibl_cube *cube;              /* allocated */
-    int level;                   /* the level of cube to write */
+    const ibl_lobe_shape *shape;
+    double tolerance; /* of the relative error */
+    ibl_cube *cube;   /* allocated */
+    int level;        /* the level of cube to write */
 } ibl_spectral_target;
 
 /*

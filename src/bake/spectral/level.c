@@ -196,16 +196,6 @@ static void free_grid(struct level *v)
 
 /* ---- texels ------------------------------------------------------------ */
 
-/* Sets the constant of every texel: the mean, but for its near part. */
-static void set_offset(const struct level *v, ibl_level_sum *sum)
-{
-    const ibl_spectral *s = v->s;
-    const ibl_near *near = v->target->near;
-    const double far = near ? 1 - ibl_near_whole(near) : 1;
-    for (int c = 0; c < 3; c++)
-        sum->range.offset[c] = (float)(far * (double)s->mean[c]);
-}
-
 static ibl_patch patch_of(const ibl_spectral *s, const ibl_pixel_light *l)
 {
     const double height = IBL_PI / s->height;
@@ -243,10 +233,9 @@ static ibl_status fill_texels(const struct level *v)
                          .spectrum = v->field,
                          .degree = v->degree,
                          .bright = v->bright,
-                         .local = t->near ? ibl_near_sums(t->near) : NULL,
                          .range.gain = (float)(1 / s->scale)};
 
-    set_offset(v, &sum);
+    memcpy(sum.range.offset, s->mean, sizeof s->mean);
     memcpy(sum.range.low, s->low, sizeof s->low);
     memcpy(sum.range.high, s->high, sizeof s->high);
     return ibl_spectral_texels(s->ctx, "resampling", &sum, t->cube, t->level);

@@ -103,7 +103,7 @@ static void add_point(points *p, double angle, double mass)
     p->y[p->count] = 2 * q;
     /* sin(psi) = 2 sqrt(q (1 - q)). */
     p->w[p->count++] = mass * 4 * IBL_PI * sqrt(q * (1 - q)) *
-                       ibl_lobe_far(&p->shape, q, cosine);
+                       ibl_lobe_value(&p->shape, q, cosine);
 }
 
 static void add_panel(points *p, double from, double to, bend bent)

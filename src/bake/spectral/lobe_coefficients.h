@@ -13,9 +13,9 @@
 #include "brdf/lobe.h"
 
 /*
- * Computes k[0..degree] of a lobe or of its far part (brdf/lobe.h), to about
- * 1e-14; 0 < alpha <= 1. The quadrature has about 0.9 degree + 64 points. Takes
- * some tens of microseconds at degree 512, and grows as the square.
+ * Computes k[0..degree] of a lobe, to about 1e-14; 0 < alpha <= 1. The
+ * quadrature has about 0.9 degree + 64 points. Takes some tens of microseconds
+ * at degree 512, and grows as the square.
  */
 ibl_status ibl_lobe_coefficients(ibl_ctx *ctx, const ibl_lobe_shape *shape,
                                  int degree, double *k);

@@ -155,7 +155,7 @@ ibl_status ibl_radial_table(ibl_ctx *ctx, ibl_chord_fn *at, const void *arg,
 static double lobe_at(double chord, const void *shape)
 {
     const double q = chord * chord / 4;
-    return ibl_lobe_far(shape, q, 1 - 2 * q);
+    return ibl_lobe_value(shape, q, 1 - 2 * q);
 }
 
 /* sin^2 h + alpha^2 cos^2 h = alpha^2 + (1 - alpha^2) q / 4, q = chord^2. */
@@ -164,7 +164,7 @@ ibl_status ibl_radial_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
 {
     const double a2 = shape->alpha * shape->alpha;
 
-    if (shape->lobe != IBL_LOBE_GGX || shape->split > 0)
+    if (shape->lobe != IBL_LOBE_GGX)
         return ibl_radial_table(ctx, lobe_at, shape, out);
     *out = (ibl_radial){.peak = (float)ibl_lobe_value(shape, 0, 1),
                         .slope = (float)(0.25 * (1 - a2) / a2)};

@@ -3,8 +3,7 @@
  * GGX as a function of the angle has its nearest singularities 2 alpha i from
  * the peak. n points leave rho^-2n of an integral over a length e, with
  * rho = r + sqrt(1 + r^2), r = 4 alpha / e (the largest ellipse around the
- * interval without a singularity). Phong is about a Gaussian of that width; the
- * far part of a lobe is a smooth function of that width.
+ * interval without a singularity). Phong is about a Gaussian of that width.
  */
 #include "bake/spectral/patch.h"
 
@@ -173,7 +172,7 @@ static double meridian_sum(const struct part *p, double across)
         const double cosine =
             (cos_middle * cos_x - sin_middle * sin_x) * up + sine * across;
         sum += p->rule->mass[k] * sine *
-               ibl_lobe_far(p->shape, 0.5 - 0.5 * cosine, cosine);
+               ibl_lobe_value(p->shape, 0.5 - 0.5 * cosine, cosine);
     }
     return half * sum;
 }

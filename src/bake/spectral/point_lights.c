@@ -93,15 +93,6 @@ struct maker {
 /* Allows for the rounding of points to floats. */
 static const double slack = 1e-6;
 
-/* Distance of the nearest singularities from the peak. */
-static double reach_of(const ibl_lobe_shape *shape)
-{
-    const double size = shape->split > 0
-                            ? fmax(shape->alpha, 1 / sqrt(shape->split))
-                            : shape->alpha;
-    return 2 * size;
-}
-
 static double far_reach_of(const ibl_lobe_shape *shape, double near)
 {
     switch (shape->kind) {
@@ -472,7 +463,7 @@ ibl_status ibl_point_lights_create(ibl_ctx *ctx, const ibl_patch *patches,
     struct maker m = {.b = b, .error = error};
     ibl_status status = b ? IBL_OK : IBL_ERR_MEMORY;
 
-    m.reach[NEAR] = reach_of(shape);
+    m.reach[NEAR] = 2 * shape->alpha;
     m.reach[FAR] = far_reach_of(shape, m.reach[NEAR]);
     if (b) {
         b->shape = *shape;
@@ -596,7 +587,7 @@ static void cut_pixel(const ibl_point_lights *b, const struct pixel *p,
             at[k] = (double)l->at[k] + (double)l->rest[k];
         const double cosine = dot3(d, at);
         const double point =
-            ibl_lobe_far(&b->shape, 0.5 - 0.5 * cosine, cosine);
+            ibl_lobe_value(&b->shape, 0.5 - 0.5 * cosine, cosine);
         for (int k = 0; k < 3; k++)
             rgba[k] -= (float)(point * (double)l->rgb[k]);
     }

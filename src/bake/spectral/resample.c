@@ -216,14 +216,6 @@ static void interpolate(const level *a, const tile *t, float *rgba)
     a->dsp.row(&row);
 }
 
-/* Divides by gain, since ibl_interp_finish multiplies by it. */
-static void add_local(const double *local, int count, float gain, float *rgba)
-{
-    for (int i = 0; i < count; i++)
-        for (int c = 0; c < 3; c++)
-            rgba[4 * i + c] += (float)(local[3 * i + c] / (double)gain);
-}
-
 /* rgba has room for whole blocks. */
 static void add_lights(const level *a, const tile *t, int count, float *rgba)
 {
@@ -245,9 +237,6 @@ static void make_tile(const level *a, const tile *t)
     interpolate(a, t, rgba);
     if (a->sum->bright)
         add_lights(a, t, count, rgba);
-    if (a->sum->local)
-        add_local(a->sum->local + 3 * (at + (size_t)t->begin), count,
-                  a->sum->range.gain, rgba);
     ibl_interp_finish(rgba, &a->sum->range, count,
                       a->texels + 3 * (at + (size_t)t->begin));
 }
@@ -378,8 +367,6 @@ static void make_flat_tile(const level *a, int y, int x, int count)
     for (int i = 0; a->sum->bright && i < count; i += IBL_RADIAL_BLOCK)
         ibl_point_lights_add_at(a->sum->bright, &a->radial,
                                 points[i / IBL_RADIAL_BLOCK], rgba + 4 * i);
-    if (a->sum->local)
-        add_local(a->sum->local + 3 * at, count, a->sum->range.gain, rgba);
     ibl_interp_finish(rgba, &a->sum->range, count, a->texels + 3 * at);
 }
 

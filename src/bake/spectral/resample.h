@@ -76,7 +76,7 @@ double ibl_ring_grid_error(const double *spectrum, int degree, int rings,
 
 /*
  * The parts of a level: at each texel's centre d, in each channel
- *     clamp(offset + gain (field(d) + lights(d)) + local).
+ *     clamp(offset + gain (field(d) + lights(d))).
  */
 typedef struct ibl_level_sum {
     const ibl_ring_grid *grid; /* the field, borders filled */
@@ -85,7 +85,6 @@ typedef struct ibl_level_sum {
                                   exponentially to 1e-5 at degree */
     int degree;                /* of the field, >= 0 */
     const ibl_point_lights *bright; /* NULL: no lights */
-    const double *local;            /* of each texel, 3 numbers; NULL: 0 */
     ibl_interp_range range;         /* gain a power of two; low may be
                                        -INFINITY, high INFINITY; NaN becomes
                                        low */
