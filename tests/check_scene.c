@@ -393,7 +393,7 @@ TEST(damaged)
     } cases[] = {
         {"{}", "asset.version: expected a string"},
         {"{\"asset\":{\"version\":\"1.0\"}}", "expected glTF 2.0"},
-        {"[", "no glTF"},
+        {"[", ":1:1: no JSON"},
         {"{\"asset\":{\"version\":\"2.0\"}}", "has no triangles"},
         {"{\"asset\":{\"version\":\"2.0\"},\"extensionsRequired\":"
          "[\"KHR_draco_mesh_compression\"]}",

@@ -11,6 +11,7 @@
 #include "core/context.h"
 #include "engine/rgbd.h"
 #include "engine/set.h"
+#include "json/json_load.h"
 
 static const unsigned char magic[8] = {0x86, 0x16, 0x87, 0x96,
                                        0xF6, 0xD6, 0x96, 0x36};
@@ -163,8 +164,12 @@ ibl_status ibl_env_decode(ibl_ctx *ctx, const char *name, const void *bytes,
     const size_t left = size - sizeof magic;
     const char *end = memchr(text, '\0', left < JSON_BYTES ? left : JSON_BYTES);
     reader r = {.ctx = ctx, .name = name};
+    ibl_json_why why = {IBL_ERR_FORMAT, ""};
 
-    json_t *root = end ? json_loadb(text, (size_t)(end - text), 0, NULL) : NULL;
+    json_t *root =
+        end ? ibl_json_parse(name, text, (size_t)(end - text), 0, &why) : NULL;
+    if (!root && why.status == IBL_ERR_MEMORY)
+        return ibl_no_memory(ctx, name);
     if (!json_is_object(root)) {
         json_decref(root);
         return wrong(&r, "no JSON with a NUL behind it");

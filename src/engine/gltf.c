@@ -258,9 +258,12 @@ ibl_status ibl_gltf_decode(ibl_ctx *ctx, const char *name,
                            const unsigned char *bytes, size_t size,
                            ibl_texture *tex)
 {
-    json_t *root = json_loadb((const char *)bytes, size, 0, NULL);
+    ibl_json_why why;
+    json_t *root = ibl_json_parse(name, bytes, size, 0, &why);
     reader r = {.ctx = ctx, .name = name, .root = root};
 
+    if (!root && why.status == IBL_ERR_MEMORY)
+        return ibl_no_memory(ctx, name);
     r.light = find_light(root);
     ibl_status status = find_shape(&r);
     if (!status)

@@ -340,11 +340,11 @@ static ibl_status put_outputs(const ibl_sidecar_facts *f, json_t **root)
 /* Members of a program. */
 static ibl_status put_more(const ibl_sidecar_facts *f, json_t **root)
 {
-    json_t *more;
-    const ibl_status status =
-        ibl_json_parse(f->o.more, JSON_REJECT_DUPLICATES, &more);
+    ibl_json_why why;
+    json_t *more = ibl_json_parse("more", f->o.more, strlen(f->o.more),
+                                  JSON_REJECT_DUPLICATES, &why);
 
-    if (status == IBL_ERR_MEMORY)
+    if (!more && why.status == IBL_ERR_MEMORY)
         return ibl_no_memory(f->ctx, "a sidecar");
     if (!json_is_object(more)) {
         json_decref(more);

@@ -12,7 +12,8 @@
 
 enum {
     /* A sidecar with spherical harmonics of the highest degree has 115 MB. */
-    IBL_JSON_BYTES = 1 << 28
+    IBL_JSON_BYTES = 1 << 28,
+    IBL_JSON_MEMORY = 1 << 30 /* that jansson may ask for, of one text */
 };
 
 /* Why a file cannot be used. */
@@ -25,9 +26,9 @@ typedef struct ibl_json_why {
 /* Reads a regular file of at most IBL_JSON_BYTES, with jansson's flags. The
  * caller must json_decref the result; NULL: see why. */
 json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why);
-/* The same of a text; *root is NULL after an error, IBL_ERR_MEMORY or
- * IBL_ERR_FORMAT. */
-ibl_status ibl_json_parse(const char *text, size_t flags, json_t **root);
+/* The same of a text, which why calls name. */
+json_t *ibl_json_parse(const char *name, const void *text, size_t size,
+                       size_t flags, ibl_json_why *why);
 
 /* Reads count numbers; false if they are not that, or not finite. */
 bool ibl_json_numbers(const json_t *list, double *to, int count);

@@ -8,6 +8,7 @@
 #include "common/path.h"
 #include "core/alloc.h"
 #include "scene/gltf_reader.h"
+#include "json/json_load.h"
 #include "json/text.h"
 
 enum {
@@ -181,14 +182,15 @@ static bool find_chunks(ibl_gltf *g, ibl_gltf_bytes all, ibl_gltf_bytes *json)
 
 static bool parse(ibl_gltf *g, ibl_gltf_bytes json)
 {
-    json_error_t error;
+    ibl_json_why why;
 
     while (json.size && !json.bytes[json.size - 1])
         json.size--;
-    g->json.root = json_loadb((const char *)json.bytes, json.size, 0, &error);
+    g->json.root = ibl_json_parse(g->json.name, json.bytes, json.size, 0, &why);
     g->root = ibl_json_root(&g->json);
-    return g->json.root || ibl_json_complain(g->root, "no glTF: %s in line %d",
-                                             error.text, error.line);
+    if (!g->json.root)
+        g->json.fail(g->json.cookie, why.line);
+    return g->json.root;
 }
 
 static bool check_version(ibl_gltf *g)
