@@ -218,7 +218,7 @@ test_incremental_options() {
     grep -q 'kept 1' err || echo 'baked again for -j'
     # A stamp that is none.
     rm out/.iblbake/sun.map && mkfifo out/.iblbake/sun.map
-    timeout 60 iblbake -q $options m/sun.hdr -o out --incremental 2>err
+    timeout 300 iblbake -q $options m/sun.hdr -o out --incremental 2>err
     grep -q 'out/.iblbake/sun.map: is a pipe' err || echo "a pipe: $(cat err)"
 }
 
@@ -341,15 +341,20 @@ test_shards() {
         iblbake m -o out --shard 6/6
 }
 
-# Another run that locks bytes, until it is killed; sets other.
+# Another run that locks bytes, until released PID; sets other.
 hold() { # FLOCK
     rm -f ready
     perl -MFcntl -e 'open(my $lock, "+<", "out/.iblbake/lock") or die;
         my $bytes = '"$1"';
         fcntl($lock, F_SETLK, $bytes) or die;
-        open(my $ready, ">", "ready"); sleep 60' &
+        open(my $ready, ">", "ready"); sleep' &
     other=$!
-    within test -e ready
+    within test -e ready || echo 'no lock is held'
+}
+# Its locks are gone with it, and not yet when it has been sent a signal.
+released() { # PID
+    kill "$1"
+    { wait "$1"; } 2>/dev/null
 }
 # Two runs wait for the same byte of the lock.
 both_wait() {
@@ -369,7 +374,7 @@ test_two_runs() {
     done
     within both_wait || cat /proc/locks
     times out | grep -v tmp | diff was - || echo 'files are new'
-    kill $other
+    released $other
     wait $! || echo 'failed'
     wait
     bake m/sun.hdr -o one --levels 1
@@ -382,7 +387,7 @@ test_two_runs() {
             m/mild.exr -o out --incremental 2>err && echo 'is committed'
         [ -e out/.iblbake/lock ] || echo 'the lock is gone'
     }
-    kill $other
+    released $other
     # One that removes the lock while this one waits, and another that has a
     # new one: this one waits for that, too.
     hold 'pack("ssx4qql", F_WRLCK, 0, 0, 0, 0)'
@@ -394,11 +399,11 @@ test_two_runs() {
     touch out/.iblbake/lock
     first=$other
     hold 'pack("ssx4qql", F_WRLCK, 0, 0, 0, 0)'
-    kill $first
+    released $first
     sleep 0.2
     kill -0 $run 2>/dev/null || echo 'does not wait for the new lock'
     rm out/.iblbake/lock
-    kill $other
+    released $other
     wait $run || echo 'failed'
     [ -e out/.iblbake/lock ] || echo 'what was locked has no name'
 }

@@ -781,7 +781,7 @@ test_other_mistakes() {
     echo '{"version": 1, "version": 1}' >twice.json
     while IFS='|' read -r command status glob; do
         # shellcheck disable=SC2086
-        refused "$status" "iblbake: $glob" timeout 60 iblbake probes $command
+        refused "$status" "iblbake: $glob" timeout 300 iblbake probes $command
     done <<'END'
 no.json -o bad|1|no.json: cannot be read: No such file or directory
 bin -o bad|1|bin: is a directory: give the name of a file in it
@@ -939,11 +939,11 @@ test_no_index() {
     truncate -s 1G inc/index.json
     iblbake probes -q set.json -o inc && diff -r out inc
     rm inc/index.json && mkfifo inc/index.json
-    timeout 60 iblbake probes -q set.json -o inc 2>err
+    timeout 300 iblbake probes -q set.json -o inc 2>err
     [ $? -eq 1 ] || echo "a FIFO: status $?"
     grep -q 'inc/index.json: is a pipe' err || cat err
     ln -sf /dev/zero inc/index.json
-    timeout 60 iblbake probes -q set.json -o inc 2>err
+    timeout 300 iblbake probes -q set.json -o inc 2>err
     [ $? -eq 1 ] || echo "a device: status $?"
     grep -q 'inc/index.json: is a device' err || cat err
 }

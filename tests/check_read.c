@@ -274,9 +274,8 @@ static void is_the_hdr(const ibl_image *img, int width, int height)
         CHECK(fabsf(img->data[3 * i] - (float)(128 + i % 100) / 128) < 0.01f);
 }
 
-/* Writes to fd, or to a named pipe, after a pause that is short beside the half
- * second for which a pipe's writer is waited for, in parts; returns the
- * writer. */
+/* Writes to fd after a pause, or to a named pipe as soon as it is read, in parts;
+ * returns the writer. */
 static pid_t writer(const char *fifo, int fd, const void *bytes, size_t size)
 {
     const struct timespec pause = {0, 20000000}, nap = {0, 1000000};
@@ -284,9 +283,13 @@ static pid_t writer(const char *fifo, int fd, const void *bytes, size_t size)
     if (child)
         return child;
     close(STDIN_FILENO); /* maybe the other end */
-    nanosleep(&pause, NULL);
+    if (!fifo)
+        nanosleep(&pause, NULL);
+    while (fifo && (fd = open(fifo, O_WRONLY | O_NONBLOCK)) < 0 &&
+           errno == ENXIO)
+        nanosleep(&nap, NULL);
     if (fifo)
-        fd = open(fifo, O_WRONLY);
+        fcntl(fd, F_SETFL, 0);
     for (size_t done = 0; done < size;) {
         const size_t n = size - done < 50000 ? size - done : 50000;
         const ssize_t wrote = write(fd, (const char *)bytes + done, n);

@@ -69,13 +69,14 @@ within() {
 # interrupt SIGNAL COMMAND...: sends it the signal when its bake is under way,
 # as the half second of processors says that it has taken; sets status. What
 # would take minutes must then end by the signal before it has taken some
-# seconds, whatever else the machine does meanwhile.
+# seconds, whatever else the machine does meanwhile; on a busy one the signal
+# may come late.
 interrupt() {
     local signal=$1 pid
     shift
     # What runs in the background of a script would ignore INT, and under nohup
     # HUP.
-    (ulimit -t 6; exec env --default-signal "$@") </dev/null &
+    (ulimit -t 20; exec env --default-signal "$@") </dev/null &
     pid=$!
     while took=$(awk '{ print $14 + $15 }' "/proc/$pid/stat" 2>/dev/null) &&
         [ "${took:-50}" -lt 50 ]; do
