@@ -56,7 +56,8 @@ programs() {
         */tsan/tests/check_view_* | */tsan/tests/check_kern | \
             */tsan/tests/check_kern_* | \
             */tsan/tests/check_row_fft | */tsan/tests/check_truth | \
-            */tsan/tests/check_probe_alpha | */tsan/tests/check_null) ;;
+            */tsan/tests/check_probe_alpha | */tsan/tests/check_null | \
+            */tsan/tests/check_test) ;;
         *) [ -x "$program" ] && tests+=("$program") ;;
         esac
     done

@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <setjmp.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -159,6 +160,93 @@ static void run(const test *t)
     release_until(before);
 }
 
+/* ---- a test that ends the program ------------------------------------ */
+
+_Atomic(const char *) test_at;
+static pid_t process;
+
+static void say(const char *text)
+{
+    if (write(STDOUT_FILENO, text, strlen(text)) < 0)
+        return;
+}
+
+/* Says once where the running test was; may be called by signal handlers. */
+static void tell_end(const char *how)
+{
+    const char *name = running;
+
+    running = NULL;
+    if (!name || getpid() != process)
+        return;
+    say(atomic_load_explicit(&test_at, memory_order_relaxed));
+    say(": ");
+    say(name);
+    say(": ended here or after it by ");
+    say(how);
+    say("\n");
+}
+
+static void tell_exit(void)
+{
+    tell_end("exit()");
+}
+
+static void tell_sanitizer(void)
+{
+    tell_end("a sanitizer");
+}
+
+static struct {
+    int number;
+    const char *name;
+    struct sigaction before;
+} deadly[] = {
+    {.number = SIGSEGV, .name = "SIGSEGV"},
+    {.number = SIGBUS, .name = "SIGBUS"},
+    {.number = SIGABRT, .name = "SIGABRT"},
+    {.number = SIGFPE, .name = "SIGFPE"},
+    {.number = SIGILL, .name = "SIGILL"},
+    {.number = SIGTRAP, .name = "SIGTRAP"},
+};
+
+/* What was to come without us then comes: what the signal is for is done
+ * again. */
+static void tell_signal(int number, siginfo_t *info, void *context)
+{
+    (void)context;
+    for (size_t i = 0; i < sizeof deadly / sizeof *deadly; i++)
+        if (deadly[i].number == number) {
+            tell_end(deadly[i].name);
+            sigaction(number, &deadly[i].before, NULL);
+        }
+    if (info->si_code <= 0)
+        raise(number);
+}
+
+/* Sanitizers have it, and call the function before they end the program. */
+void __sanitizer_set_death_callback(void (*call)(void)) __attribute__((weak));
+
+static void tell_of_ends(void)
+{
+    static char stack[1 << 16]; /* where the test's own is used up */
+    const stack_t own = {.ss_sp = stack, .ss_size = sizeof stack};
+    struct sigaction tell = {.sa_sigaction = tell_signal,
+                             .sa_flags = SA_SIGINFO | SA_ONSTACK};
+    stack_t before;
+
+    process = getpid();
+    atexit(tell_exit);
+    if (__sanitizer_set_death_callback)
+        __sanitizer_set_death_callback(tell_sanitizer);
+    if (!sigaltstack(NULL, &before) && before.ss_flags & SS_DISABLE)
+        sigaltstack(&own, NULL);
+    for (size_t i = 0; i < sizeof deadly / sizeof *deadly; i++)
+        sigaction(deadly[i].number, &tell, &deadly[i].before);
+}
+
+/* ---- all of them ------------------------------------------------------ */
+
 static bool picked(int argc, char **argv, const test *t)
 {
     for (int i = 1; i < argc; i++) {
@@ -188,6 +276,22 @@ void test_add(test *t)
     *at = t;
 }
 
+/* Whether each name is a test's. */
+static bool known(int argc, char **argv)
+{
+    bool all = true;
+
+    for (int i = 1; i < argc; i++) {
+        const test *t = tests;
+        while (t && strcmp(argv[i], t->name) != 0)
+            t = t->next;
+        if (!t)
+            printf("%s: no test has that name\n", argv[i]);
+        all &= t != NULL;
+    }
+    return all;
+}
+
 __attribute__((weak)) void test_setup(void)
 {
 }
@@ -197,11 +301,15 @@ int test_main(int argc, char **argv)
     const bool times = getenv("IBL_TEST_TIMES") != NULL;
     int n_passed = 0, n_failed = 0, n_skipped = 0;
     setvbuf(stdout, NULL, _IOLBF, 0);
+    if (!known(argc, argv))
+        return 1;
+    tell_of_ends();
     test_setup();
     for (const test *t = tests; t; t = t->next) {
         if (!picked(argc, argv, t))
             continue;
         running = t->name;
+        test_at = t->place;
         failed = skipped = false;
         const double begin = cpu_seconds();
         run(t);
@@ -216,6 +324,7 @@ int test_main(int argc, char **argv)
             n_passed++;
         }
     }
+    running = NULL;
     release_until(NULL);
     printf("%d passed, %d failed, %d skipped\n", n_passed, n_failed, n_skipped);
     return n_failed > 0 || n_passed + n_skipped == 0;

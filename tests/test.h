@@ -8,11 +8,14 @@
  *     }
  *
  * Arguments pick tests by name; none runs all. The last line printed is
- * "N passed, N failed, N skipped"; the exit status is 1 if any failed.
+ * "N passed, N failed, N skipped"; the exit status is 1 if any failed, or a
+ * name is none. A test that ends the program, by a signal, a sanitizer or
+ * exit(), is named with the last check that it came to.
  */
 #ifndef TEST_H
 #define TEST_H
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -43,6 +46,7 @@
 typedef struct test {
     const char *name;
     void (*run)(void);
+    const char *place;
     bool slow; /* not run where IBL_TEST_QUICK is set, unless by name */
     int line;
     struct test *next;
@@ -55,25 +59,33 @@ typedef struct test {
     static void f(void);                                                       \
     __attribute__((constructor)) static void add_##f(void)                     \
     {                                                                          \
-        static test t = {name, f, slow, __LINE__, NULL};                       \
+        static test t = {name, f, TEST_PLACE, slow, __LINE__, NULL};           \
         test_add(&t);                                                          \
     }                                                                          \
     static void f(void)
 void test_add(test *t);
+
+/* Where the running test is, by its checks. */
+extern _Atomic(const char *) test_at;
+#define TEST_PLACE __FILE__ ":" TEST_TEXT(__LINE__)
+#define TEST_TEXT(line) TEST_TEXT_OF(line)
+#define TEST_TEXT_OF(line) #line
+#define TEST_HERE                                                              \
+    atomic_store_explicit(&test_at, TEST_PLACE, memory_order_relaxed)
+
 /* Runs before the tests, where a program has it. */
 void test_setup(void);
 
 /* A failed check ends nothing: the test goes on and counts as failed once. */
-#define CHECK(expr) test_check((expr), __FILE__, __LINE__, #expr)
+#define CHECK(expr) (TEST_HERE, test_check((expr), __FILE__, __LINE__, #expr))
 /* CHECK, with a printf-style text of what was seen. */
 #define CHECK_MSG(expr, ...)                                                   \
-    ((expr) ? (void)0 : test_fail(__FILE__, __LINE__, __VA_ARGS__))
+    (TEST_HERE, (expr) ? (void)0 : test_fail(__FILE__, __LINE__, __VA_ARGS__))
 /* |a - b| <= tol, printing both; NaN fails. */
 #define CHECK_NEAR(a, b, tol)                                                  \
-    test_near((a), (b), (tol), __FILE__, __LINE__, #a " = " #b)
+    (TEST_HERE, test_near((a), (b), (tol), __FILE__, __LINE__, #a " = " #b))
 /* Ends the running test if expr is false: for what later lines need. */
-#define NEED(expr)                                                             \
-    (test_check((expr), __FILE__, __LINE__, #expr) ? (void)0 : test_leave())
+#define NEED(expr) (CHECK(expr) ? (void)0 : test_leave())
 
 bool test_check(bool ok, const char *file, int line, const char *expr);
 void test_fail(const char *file, int line, const char *fmt, ...)
