@@ -14,9 +14,7 @@ libjpeg-dev libjansson-dev libxxhash-dev'
 arm=$build/arm64
 sysroot=$arm/sysroot
 
-for tool in aarch64-linux-gnu-gcc qemu-aarch64 apt-get dpkg-deb node; do
-    command -v $tool >/dev/null 2>&1 || skip_all "$tool is not there"
-done
+need aarch64-linux-gnu-gcc qemu-aarch64 apt-get dpkg-deb node
 
 # An apt of its own: nothing of the system is changed, and no root is needed.
 apt() { APT_CONFIG=$work/apt.conf apt-get -qq "$@"; }

@@ -4,9 +4,7 @@
 # names the build.
 set -u
 . tests/lib.sh
-need node
-need make
-need script
+need node make script
 repeats='same_bytes'
 use iblbake
 options='--size 16 --lut-size 16 --irradiance-size 4 --lobe-table-size 8'

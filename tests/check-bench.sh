@@ -264,8 +264,7 @@ for (const word of [j.machine.cpu, j.machine.compiler, j.date])
 JS
     verdict reports "$(cat "$work/node")"
 else
-    skipped=$((skipped + 1))
-    echo 'skipped: reports: no node (nodejs)'
+    verdict reports "$(have node)"
 fi
 # Every combination, but of samples only with methods that take them.
 "$program" bench -q --full "$env" --methods spectral,sampled --samples 4,16 \

@@ -38,7 +38,6 @@ small='--size 16 --lut-size 16 --irradiance-size 4'
 reachable=yes
 unprivileged iblbake --version >/dev/null 2>&1 || reachable=no
 
-skip() { skipped=$((skipped + 1)); echo "skipped: $1: $2"; }
 fresh() { # a new directory with the environments
     cd "$top"
     chmod -R u+rwX "$work/case" 2>/dev/null
@@ -61,8 +60,11 @@ run_case() {
     picked "$name" || return
     case $command in
     *unprivileged*)
-        [ $reachable = yes ] ||
-            { skip "$name" 'no unprivileged user can run the program'; return; }
+        [ $reachable = yes ] || {
+            verdict "$name" \
+                'skipped: no unprivileged user can run the program'
+            return
+        }
     esac
     [ -n "$pristine" ] && [ -z "$setup" ] && cd "$work/case" || fresh
     [ -z "$setup" ] || { eval "$setup"; pristine=; }
@@ -398,6 +400,7 @@ test_depfile_of_standard_input() {
 
 # The table as values: the smoothest row is below, with R near 1 and G near 0.
 test_preview_of_the_table() {
+    have oiiotool file || return
     iblbake -q --only lut --lut-size 32 -o out --preview p.png
     file p.png | grep -q 'PNG image data, [0-9]* x [0-9]*, 8-bit/color RGB' ||
         file p.png
@@ -419,6 +422,7 @@ test_preview_of_the_table() {
 # Half of the map is 4, half 1/64: its mean 2.008 becomes 0.35, the bright half
 # 0.697. The film curve and sRGB make 234 of it.
 test_preview_exposure() {
+    have oiiotool || return
     map_of 64 '\200\200\200\203' 64 '\200\200\200\173' >two.hdr
     iblbake -q --only specular --size 8 --levels 1 two.hdr -o out \
         --preview p.png

@@ -10,10 +10,7 @@
 set -u
 . tests/lib.sh
 
-for program in node npm chromium; do
-    command -v $program >/dev/null 2>&1 ||
-        skip_all "$program is not there to run engines with"
-done
+need node npm chromium
 # Fetched once: a network that is not there is no fault of our files.
 engines='three@0.187.0 babylonjs@9.34.0 filament@1.53.4 playcanvas@2.23.3'
 readers='ktx-parse@1.1.0 pngjs@7.0.0 gltf-validator@2.0.0-dev.3.10'

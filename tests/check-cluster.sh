@@ -244,14 +244,13 @@ for name in $(sed -n 's/^\(test_[a-z_]*\)() {$/\1/p' \
     "$top/tests/check-cluster.sh"); do
     picked "$name" || continue
     case $name in
-    test_parallel) lack=$(command -v parallel >/dev/null || echo no parallel) ;;
-    test_measure) lack=$([ -x /usr/bin/time ] || echo no /usr/bin/time) ;;
-    test_slurm_*) lack=$why ;;
+    test_parallel) lack=$(have parallel) ;;
+    test_measure) lack=$([ -x /usr/bin/time ] || echo 'skipped: no /usr/bin/time') ;;
+    test_slurm_*) lack=${why:+skipped: $why} ;;
     *) lack= ;;
     esac
     if [ -n "$lack" ]; then
-        echo "skipped $name: $lack"
-        skipped=$((skipped + 1))
+        verdict "$name" "$lack"
         continue
     fi
     if [[ $name == test_slurm_* ]] && [ ! -e "$SLURM_CONF" ] && ! start; then

@@ -251,8 +251,7 @@ most=40 # lines
 for t in $(compgen -A function test_); do
     picked "$t" || continue
     if [ "$t" = test_small_disk ] && ! unshare -rm true 2>/dev/null; then
-        echo "skipped $t: no disk can be mounted"
-        skipped=$((skipped + 1))
+        verdict "$t" 'skipped: no disk can be mounted'
         continue
     fi
     verdict "$t" "$($t 2>&1 | head -n $most)"

@@ -8,9 +8,8 @@ programs=$(ls "$build"/fuzz/fuzz_* 2>/dev/null)
 [ -n "$programs" ] || skip_all 'no harnesses: make fuzzers'
 for program in $programs; do
     harness=${program##*/fuzz_}
-    case $harness in
-    *"${ONLY:-}"*) ok "$harness" env SEED=1 bash tests/fuzz/run.sh "$build" \
-        "${TIME:-10}" "$harness" ;;
-    esac
+    picked "$harness" || continue
+    ok "$harness" env SEED=1 bash tests/fuzz/run.sh "$build" "${TIME:-10}" \
+        "$harness"
 done
 end

@@ -4,8 +4,7 @@
 # driver, in both languages that they are for; each must be called here.
 set -u
 . tests/lib.sh
-command -v glslangValidator >/dev/null ||
-    skip_all 'no glslangValidator (glslang-tools)'
+need glslangValidator
 
 cat >"$work/use.glsl" <<'GLSL'
 uniform samplerBuffer probes;

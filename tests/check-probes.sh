@@ -238,6 +238,7 @@ END
 # The maps of --layer and --part: two layers in one part.
 test_layers_of_maps() {
     local options
+    have oiiotool || return
     mkenv exr 64 32 BGR 0.5 >dim.exr
     oiiotool mild.exr dim.exr --chappend --chnames R,G,B,l.R,l.G,l.B \
         -o two.exr

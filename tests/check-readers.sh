@@ -7,11 +7,12 @@ set -eu
 build=${BUILD:-build}
 textures=$build/textures
 
-if ! command -v node >/dev/null 2>&1 || ! command -v npm >/dev/null 2>&1; then
-    echo 'skipped: node or npm is not there to read textures with'
+for program in node npm file; do
+    command -v $program >/dev/null 2>&1 && continue
+    echo "skipped: $program is missing (make deps, tests/deps.sh)"
     echo '0 passed, 0 failed, 1 skipped'
     exit 0
-fi
+done
 
 make -s DEPS=no BUILD="$build" "$build/tests/write_textures"
 rm -rf "$textures"

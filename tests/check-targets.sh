@@ -4,8 +4,8 @@
 # Targets: what --target writes and prints. BUILD names the build.
 set -u
 . tests/lib.sh
-use iblbake
 need node
+use iblbake
 mkenv hdr 64 32 >"$work/env.hdr"
 small='--size 32 --irradiance-size 4'
 targets=$(iblbake --target list | sed -n 's/^\([a-z-]*\): .*/\1/p')

@@ -7,10 +7,7 @@
 set -u
 . tests/lib.sh
 [ -x "$build/iblview" ] || skip_all 'iblview was not built'
-for tool in Xvfb xdotool; do
-    command -v $tool >/dev/null ||
-        skip_all "$tool is missing (packages xvfb and xdotool)"
-done
+need Xvfb xdotool
 server='' viewer=''
 tidy() {
     [ -z "$viewer" ] || kill -KILL "$viewer" 2>/dev/null

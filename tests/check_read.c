@@ -274,7 +274,7 @@ static void is_the_hdr(const ibl_image *img, int width, int height)
         CHECK(fabsf(img->data[3 * i] - (float)(128 + i % 100) / 128) < 0.01f);
 }
 
-/* Writes to fd after a pause, or to a named pipe as soon as it is read, in parts;
+/* Writes to fd after a pause, or to a named pipe once it is read, in parts;
  * returns the writer. */
 static pid_t writer(const char *fifo, int fd, const void *bytes, size_t size)
 {

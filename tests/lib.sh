@@ -9,13 +9,26 @@ work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
 passed=0 failed=0 skipped=0
 
-verdict() { # NAME [WHY]: no reason, no failure
-    if [ $# -eq 1 ] || [ -z "$2" ]; then
-        passed=$((passed + 1))
-    else
+verdict() { # NAME [WHY]: no reason, no failure; or `skipped: WHY`
+    case ${2-} in
+    '') passed=$((passed + 1)) ;;
+    'skipped: '*)
+        skipped=$((skipped + 1))
+        echo "skipped $1: ${2#skipped: }"
+        ;;
+    *)
         failed=$((failed + 1))
         echo "FAILED: $1: $2"
-    fi
+        ;;
+    esac
+}
+have() { # PROGRAM...: false, with the reason for a verdict, where one is not
+    local program
+    for program; do
+        command -v "$program" >/dev/null && continue
+        echo "skipped: $program is missing (make deps, tests/deps.sh)"
+        return 1
+    done
 }
 ok() { # NAME [command]: it works
     local name=$1 log
@@ -26,8 +39,11 @@ ok() { # NAME [command]: it works
         verdict "$name" "$*: $log"
     fi
 }
-# The last line, and whether nothing failed.
+# The last line, and whether nothing failed. ONLY that no test is like is a
+# mistake.
 end() {
+    [ -z "${ONLY:-}" ] || [ $matched = yes ] ||
+        verdict "ONLY=$ONLY" 'no test has such a name'
     echo "$passed passed, $failed failed, $skipped skipped"
     [ $failed -eq 0 ]
 }
@@ -109,8 +125,9 @@ END
         cat
     } | node - "$@"
 }
-need() { # PROGRAM
-    command -v "$1" >/dev/null || { echo "$1 is missing"; exit 1; }
+need() { # PROGRAM...: without one of them nothing is tested
+    local why
+    why=$(have "$@") || skip_all "${why#skipped: }"
 }
 
 # Programs of the build, by name, and mkenv, which makes environments. Sets
@@ -143,8 +160,10 @@ preload() {
 slow=
 repeats=
 sanitized=no
+matched=no
 picked() { # NAME
     [[ $1 =~ ${ONLY:-} ]] || return
+    matched=yes
     [ -z "${ONLY:-}" ] || return 0
     [ -z "${IBL_TEST_QUICK:-}" ] || [ -z "$slow" ] || [[ ! $1 =~ $slow ]] ||
         return
