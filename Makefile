@@ -107,9 +107,9 @@ endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all lib deps deps-named tests benches demo check check-run check-quick \
+.PHONY: all lib deps deps-named tests benches demo check check-run check-quick try \
         check-arm64 check-clients mutants check-cycles soak bench \
-        bench-probes fuzz fuzzers lint format install uninstall dist clean list \
+        bench-probes fuzz fuzzers lint format install uninstall dist clean list budget \
         FORCE
 
 ## all: the program and its image bridge (default)
@@ -438,6 +438,16 @@ check-quick:
 	+@$(STRICT)
 	@bash tests/run.sh --quick $(BUILD)
 
+## try: one test after a change: make try T=check_mips, or T=check-cli ONLY=help
+try:
+	@ls tests/$(T:.sh=).c tests/$(T:.sh=).sh 2>/dev/null | grep -q check || { \
+	    echo "iblbake: make try T=check_mips or T=check-cli: T is no test" >&2; \
+	    exit 2; }
+	+@$(MAKE) -s $(JOBS) DEPS=no all $(TRIED)
+	@$(if $(TRIED),$(TRIED) $(ONLY), \
+	    BUILD=$(BUILD) ONLY='$(ONLY)' bash tests/$(T:.sh=).sh)
+TRIED = $(patsubst %,$(BUILD)/tests/%,$(filter check_%,$(T)))
+
 ## check-arm64: kernels, bakes and containers for aarch64, by qemu-user (minutes)
 check-arm64:
 	@DEPS=$(DEPS) sh tests/deps.sh check
@@ -480,6 +490,9 @@ check-cycles: deps
 ## lint: formatting, headers alone, symbol prefix, layers, man pages
 lint: $(LIB) $(SHARED)
 	@BUILD=$(BUILD) sh tests/lint.sh
+## budget: count lines anew, which lint then allows of each folder
+budget:
+	sh tests/budget.sh >tests/budget.new && mv tests/budget.new tests/budget.txt
 format:
 	clang-format -i $$(git ls-files '*.c' '*.h' '*.cpp')
 	sed -E -f include/ibl/hlsl.sed include/ibl/ibl.glsl | \

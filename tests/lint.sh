@@ -135,6 +135,9 @@ grep -rn pthread_create src | grep -vE '^src/(core/pool|cli/batch|view/baker)\.c
     complain 'threads are started in core/pool.c, cli/batch.c and view/baker.c
 only'
 
+# Small is a feature.
+sh tests/budget.sh tests/budget.txt || complain 'more lines than there may be'
+
 # Mutants fit the source as it is.
 bash tests/mutants/run.sh --check >"$build/mutants.txt" || {
     cat "$build/mutants.txt"
