@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <unistd.h>
 
 #include "common/names.h"
 #include "common/option.h"
@@ -381,10 +382,24 @@ bool ibl_is_command(const char *word)
     return find_command(word) != *ibl_this_program.commands;
 }
 
+/* A first word like a command's, of a program that has some. */
+static bool is_of_none(const char *word)
+{
+    return ibl_this_program.commands[1] && word && islower(*word) &&
+           !word[strspn(word, "abcdefghijklmnopqrstuvwxyz-")] &&
+           !ibl_is_command(word) && access(word, F_OK) && errno == ENOENT;
+}
+
 int ibl_command_main(int argc, char **argv)
 {
     char **words = argc > 0 ? argv + 1 : argv;
     const ibl_command *cmd = find_command(words[0]);
+
+    if (is_of_none(words[0])) {
+        ibl_misuse("%s: no such command or file: see %s --help", words[0],
+                   ibl_this_program.name);
+        return 2;
+    }
     void *settings = calloc(1, cmd->settings_size);
     int status;
 
