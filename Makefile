@@ -368,46 +368,38 @@ tests: $(TESTS)
 benches: $(BENCHES)
 fuzzers: $(FUZZERS) $(BUILD)/fuzz/seeds
 
-## demo: set up, bake data/forest.exr, leave pictures in build/demo
+## demo: set up, bake data/forest.exr, leave the README's pictures in build/demo
+DEMO = build/demo
 demo: deps
 	@echo "iblbake: building"
 	+@$(MAKE) -s $(JOBS) DEPS=no all
-	$(BIN) data/forest.exr -o build/demo/forest --skybox 512 -v \
-	    --preview build/demo/forest.png
-	+@$(MAKE) -s DEPS=no demo-view
+	+@$(MAKE) --no-print-directory DEPS=no demo-pictures
+	@ls -l $(DEMO) $(DEMO)/forest
+	@echo "iblbake: look at the pictures in $(DEMO), or run" \
+	    "$(VIEW) $(DEMO)/forest"
 
-# The same environment on spheres: the README's picture, and a sheet. The room
-# is under one with a sun.
-.PHONY: demo-view
+# By the programs as they are: check-readme.sh runs these lines.
+.PHONY: demo-pictures
+demo-pictures:
+	$(BIN) data/forest.exr -o $(DEMO)/forest -v --preview $(DEMO)/preview.png
 ifeq ($(HAVE_VIEW),yes)
-demo-view: $(VIEW)
-	$(VIEW) build/demo/forest --offscreen build/demo/spheres.png $(SPHERES)
-	$(VIEW) build/demo/forest --contact-sheet build/demo/sheet.png
-	$(BIN) data/sky.exr -q -o build/demo/sky --skybox 512 --sun
-	$(VIEW) build/demo/sky --mode scene --offscreen build/demo/scene.png $(ROOM)
-	@ls -l build/demo build/demo/forest
-	@echo "iblbake: look at forest.png, spheres.png, sheet.png and scene.png" \
-	    "in build/demo, or run $(VIEW) build/demo/forest"
+	$(VIEW) $(DEMO)/forest --offscreen $(DEMO)/iblview.png $(SPHERES)
+	$(VIEW) $(DEMO)/forest --contact-sheet $(DEMO)/sheet.png
+	$(BIN) data/sky.exr -q -o $(DEMO)/sky --sun
+	$(VIEW) $(DEMO)/sky --offscreen $(DEMO)/scene-parallax.png $(ROOM)
+	$(VIEW) $(DEMO)/sky --offscreen $(DEMO)/scene-infinite.png $(ROOM) \
+	    --no-parallax
 else
-demo-view:
-	@ls -l build/demo build/demo/forest
-	@echo "iblbake: look at build/demo/forest.png; there are no spheres, because" \
-	    "iblview was not built"
+	@echo "iblbake: there are no spheres, because iblview was not built"
 endif
-SPHERES = --size 896x504 --grid 4x8 --turn 250 --pitch 4 --no-labels \
-          --antialias 4
-ROOM = --size 896x504 --turn 215 --pitch 16 --distance 4.6 --fov 65 --seconds 3 \
-       --probes 16
+SPHERES = -q --size 896x504 --grid 4x8 --turn 250 --pitch 4 --no-labels
+ROOM = -q --mode scene --size 480x270 --turn 215 --distance 4.6 --fov 65 \
+       --seconds 3 --pitch 16 --probe-size 128 --no-labels
 
-## pictures: the README's, from the demo's environments, into data/
-SCENE = $(VIEW) build/demo/sky -q --mode scene --size 480x270 --turn 215 \
-        --distance 4.6 --fov 65 --seconds 3 --pitch 16 --no-labels --offscreen data/scene
+## pictures: the README's, those of the demo and rough metals, into data/
 .PHONY: pictures
 pictures: demo
-	$(BIN) data/forest.exr -q -o build/pictures --preview data/preview.png
-	cp build/demo/spheres.png data/iblview.png
-	$(SCENE)-infinite.png --no-parallax
-	$(SCENE)-parallax.png
+	cd $(DEMO) && cp preview.png iblview.png scene-*.png $(CURDIR)/data
 	sh tests/pictures.sh $(BUILD)
 
 # Every build that must pass, then everything in it.

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 # Runs the examples of README.md as they stand there: the shell line, the
 # Makefile rule (with -j), the CMake list, the C program, and the shader lines
-# through glslang. What it and the other documents link to is there.
+# through glslang. What it and the other documents link to is there, and its
+# pictures are of today.
 set -u
 . tests/lib.sh
 # The first fenced block of a language.
@@ -84,6 +85,23 @@ ok c cc -Wall -Wextra -Werror -I"$top/include" light.c "$build/libiblbake.a" \
     libzstd) \
     -ldl -lm -pthread -o light
 ok c-runs ./light
+
+# The pictures are what the demo and `make pictures` make today, but for the
+# integral's rows, which take too long.
+as_today() {
+    local picture
+    [ -x "$build/iblview" ] || { echo 'skipped: iblview was not built'; return; }
+    have node oiiotool || return
+    cp "$top"/tests/cli/*png.mjs .
+    mkdir pictures
+    (cd "$top" && make -n DEPS=no BUILD="$build" DEMO="$work/pictures" \
+        demo-pictures | sed 's/ -v / -q /' | grep -v contact-sheet | sh -e &&
+        sh tests/pictures.sh "$build" "$work/pictures" 'split two-taps')
+    for picture in pictures/*.png; do
+        node png.mjs "$top/data/${picture##*/}@0,0,0" "$picture" 255 0.5
+    done
+}
+verdict pictures "$(as_today 2>&1)"
 
 if have glslangValidator >why; then
     { echo '#version 330 core'; cat "$top/include/ibl/ibl.glsl"; block glsl

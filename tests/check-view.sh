@@ -31,7 +31,7 @@ draw() {
     [ -s "$out" ] || echo "$*: no picture"
     [ ! -s said ] || echo "$*: $(head -n 1 said)"
 }
-size() { file "$1" | sed 's/.*PNG image data, \([0-9]* x [0-9]*\),.*/\1/'; }
+size() { od -An -td4 -j16 -N8 --endian=big "$1" | awk '{ print $1 " x " $2 }'; }
 same() { cmp "$1" "$2"; }
 differ() { ! cmp -s "$1" "$2" || echo "$1 and $2 are the same"; }
 
@@ -260,8 +260,7 @@ test_maps_are_baked() {
     iblbake -q "$top/data/sky.exr" --size 64 -o cube
     draw cube.png -q cube --no-sky --no-labels
     for d in equirect octahedral; do
-        oiiotool --fail 0.1 --failpercent 0 --diff \
-            $d.png cube.png >diff || cat diff
+        near $d.png cube.png 25.5 25.5
     done
 }
 
