@@ -170,7 +170,8 @@ test_same_bytes_for_any_number_of_threads() {
 test_zstd() {
     local z sizes
     for z in 0 1 9; do
-        iblbake env.hdr -q $small -o $z --zstd $z --only specular,lut,json
+        iblbake env.hdr -q --size 16 --lut-size 16 -o $z --zstd $z \
+            --only specular,lut,json
         verified=$(iblbake verify env.hdr $z --all --json - 2>&1 |
             sed '/"directory"\|"[a-z_]*": "[^"]*ktx2"/d')
         [ $z = 0 ] && first=$verified
@@ -221,8 +222,8 @@ test_interrupted_leaves_nothing() {
 
 # Descriptor 2, closed, must not become an output's and take the messages.
 test_closed_descriptors() {
-    iblbake env.hdr $small -o out --only specular && mv out ok
-    iblbake env.hdr $small -v -o out --only specular <&- >&- 2>&- ||
+    iblbake env.hdr --size 16 -o out --only specular && mv out ok
+    iblbake env.hdr --size 16 -v -o out --only specular <&- >&- 2>&- ||
         echo "status $?"
     diff -r ok out
     iblbake - $small -o out <&- 2>err && echo 'reads a closed input'
@@ -676,10 +677,10 @@ END
 # file of floats holds; the same for any threads; a light above their largest
 # value is told.
 test_engine_files() {
-    local to='--size 32 --irradiance-size 16 --pixel rgba32f --format dds'
+    local to='--size 32 --pixel rgba32f --format dds'
     cp "$top"/tests/cli/*_png.mjs "$top/tests/cli/engine_files.mjs" .
     iblbake -q $to --mapping babylon --only specular,json env.exr -o a
-    iblbake -q $to --mapping linear --levels 6 env.exr -o b
+    iblbake -q $to --mapping linear --levels 6 --irradiance-size 16 env.exr -o b
     for j in 1 3; do
         iblbake -q -j $j --size 32 --format env --mapping babylon env.exr -o $j
         iblbake -q -j $j --size 32 --levels 6 --format gltf --mapping linear \
@@ -760,7 +761,7 @@ test_overflow() {
             --overflow $how -o $how 2>$how/err || echo "$how: failed"
         [ "$(grep -c 'texels are brighter' $how/err)" = 2 ] || cat $how/err
         iblbake -q sun.hdr --only specular,json --size 4 --pixel rgba32f \
-            --overflow $how -o $how.32
+            -o $how.32
     done
     cmp spread.32/sun_specular.ktx2 clip.32/sun_specular.ktx2
     iblbake -q sun.hdr --only specular,skybox --size 4 --skybox 4 -o default
@@ -986,7 +987,7 @@ test_fewest() {
 }
 
 test_narrow_lobes() {
-    iblbake $small --levels 3 --roughness-range 0.03:1 --method spectral \
+    iblbake --size 16 --levels 3 --roughness-range 0.03:1 --method spectral \
         --only specular,json env.exr -o out 2>&1
     js <<'END'
 const [s] = json('out/env.json').outputs;

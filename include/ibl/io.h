@@ -617,6 +617,8 @@ typedef struct ibl_pixel_error {
     double nrmse;    /* sqrt(sum |d - t|^2 / sum |t|^2) */
     double relative; /* mean of |d - t| / |t|; for a black t 0 if d is black,
                         else 1 */
+    double lost;     /* share of the level's light, summed over texels and
+                        components, in components that the format makes 0 */
 } ibl_pixel_error;
 
 /*

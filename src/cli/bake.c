@@ -49,18 +49,26 @@ static bool turn_harmonics(ibl_bake *b)
 
 /* ---- write ------------------------------------------------------------ */
 
-static void warn_of_overflow(const ibl_bake *b, const ibl_baked *file)
+/* Warns of light beyond what the format holds. */
+static void warn_of_format(const ibl_bake *b, const ibl_baked *file)
 {
+    const ibl_texel_options *texels = &b->opts->texels;
+    const char *packed =
+        b->opts->engine ? ibl_engine_pixel(b->opts->engine) : NULL;
     ibl_overflow_level sum = {0};
+    double dark = 0;
 
-    for (int l = 0; l < file->shape.levels; l++)
+    for (int l = 0; l < file->shape.levels; l++) {
         ibl_overflow_add(&file->overflow.level[l], &sum);
+        dark = fmax(dark, file->error[l].lost);
+    }
+    ibl_warn_of_underflow(b->console, file->path,
+                          packed ? packed : ibl_pixel_name(texels->pixel),
+                          dark);
     /* What was asked for is no reason to warn. */
-    if (!b->opts->engine && b->opts->texels.largest > 0 && sum.lost == 0)
-        return;
-    ibl_warn_of_overflow(
-        b->console, file->path, &b->opts->texels,
-        b->opts->engine ? ibl_engine_pixel(b->opts->engine) : NULL, &sum);
+    if (packed || sum.lost > 0 || !(texels->largest > 0) ||
+        texels->largest > (double)ibl_pixel_max(texels->pixel))
+        ibl_warn_of_overflow(b->console, file->path, texels, packed, &sum);
 }
 
 /* Keeps the texture's shape for the record. */
@@ -86,7 +94,7 @@ static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
                                          b->opts->format, &file->bytes);
     ibl_texture_free(tex);
     if (ok)
-        warn_of_overflow(b, file);
+        warn_of_format(b, file);
     return ok;
 }
 
@@ -132,7 +140,7 @@ static bool write_engine(ibl_bake *b, const ibl_cube *cube, ibl_texture *tex)
     ok = add_engine_files(b, &main, faces, ok);
     ibl_cube_free(&turned);
     if (ok)
-        warn_of_overflow(b, file);
+        warn_of_format(b, file);
     return ok;
 }
 
@@ -165,7 +173,7 @@ static void warn_of_skybox(const ibl_bake *b)
 {
     const char *file = ibl_path_name(b->files[IBL_OUTPUT_SPECULAR].path);
 
-    if (b->opts->engine && ibl_opts_given(b->opts, "skybox"))
+    if (b->opts->engine && ibl_is_given(&b->opts->given, "skybox"))
         ibl_console_warn(b->console,
                          "--skybox: not in %s, whose level 0 is the "
                          "background: for a file of its own take --only "
@@ -175,19 +183,10 @@ static void warn_of_skybox(const ibl_bake *b)
 
 static bool write_specular(ibl_bake *b)
 {
-    char given[IBL_SAMPLING_BYTES];
-
     /* Engines know their last level. */
     if (!b->opts->of && !b->opts->engine)
         ibl_warn_of_small_faces(b->console, &b->made.report.layout);
     warn_of_skybox(b);
-    ibl_sampling_given(b->opts, given);
-    if (*given &&
-        !strcmp(ibl_specular_report_method(&b->made.report), "spectral"))
-        ibl_console_warn(b->console,
-                         "%s: without effect, since no level is sampled: add "
-                         "--method sampled or leave it out",
-                         given);
     return write_cube(b, IBL_OUTPUT_SPECULAR, &b->made.specular);
 }
 

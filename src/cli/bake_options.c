@@ -426,14 +426,6 @@ void ibl_opts_select(ibl_opts *o)
                          o->engine == IBL_ENGINE_PLAYCANVAS;
 }
 
-bool ibl_opts_given(const ibl_opts *o, const char *name)
-{
-    for (int i = 0; i < o->given.count; i++)
-        if (!strcmp(o->given.list[i].option->name, name))
-            return true;
-    return false;
-}
-
 static bool check_lobes(const ibl_opts *o)
 {
     const bool asked =
@@ -452,13 +444,6 @@ static bool check_lobes(const ibl_opts *o)
                           "--lobe-table no",
                           ibl_lobe_name(o->bake.specular_options.lobe));
     return true;
-}
-
-static bool check_zstd(const ibl_opts *o)
-{
-    return !o->zstd || (o->format == IBL_CONTAINER_KTX2 && !o->engine) ||
-           ibl_misuse("--zstd %d: %s files cannot hold it: take --format ktx2",
-                      o->zstd, ibl_format_names[o->file]);
 }
 
 /* Whether the levels are of the map that the table is written for. */
@@ -490,17 +475,12 @@ static bool check_texels(const ibl_opts *o)
 {
     const ibl_texel_options *t = &o->texels;
 
-    if (!ibl_container_holds(o->format, t->pixel))
-        return ibl_misuse("--pixel %s: %s files cannot hold it: take %s",
-                          ibl_pixel_name(t->pixel),
-                          ibl_container_name(o->format),
-                          ibl_container_holds(IBL_CONTAINER_KTX, t->pixel)
-                              ? "--format ktx2 or ktx"
-                              : "--format ktx2");
-    return ibl_pixel_block(t->pixel) > 1 || t->quality == IBL_QUALITY_NORMAL ||
-           ibl_misuse("--quality %s: %s has none: it is for bc6h, uastc-hdr "
-                      "and astc4x4hdr",
-                      ibl_quality_name(t->quality), ibl_pixel_name(t->pixel));
+    return ibl_container_holds(o->format, t->pixel) ||
+           ibl_misuse("--pixel %s: %s files cannot hold it: take %s",
+                      ibl_pixel_name(t->pixel), ibl_container_name(o->format),
+                      ibl_container_holds(IBL_CONTAINER_KTX, t->pixel)
+                          ? "--format ktx2 or ktx"
+                          : "--format ktx2");
 }
 
 /* Whether every level of a flat map halves the one before. */
@@ -533,9 +513,11 @@ static bool set_layout(ibl_opts *o)
     if (layout == IBL_PROJECTION_CUBE)
         return true;
     if (sampled || o->bake.irradiance_options.step > 0)
-        return ibl_misuse("--layout %s: is never sampled: leave out --method "
-                          "sampled, --level-samples and --irradiance-step",
-                          ibl_projection_names[layout]);
+        return ibl_misuse("--layout %s: is never sampled: leave out --%s",
+                          ibl_projection_names[layout],
+                          !sampled                          ? "irradiance-step"
+                          : s->method == IBL_METHOD_SAMPLED ? "method sampled"
+                                                            : "level-samples");
     return check_halves(o) &&
            (o->axes.up == IBL_UP_Y ||
             ibl_misuse("--up z: turns cubes: leave out --layout %s",
@@ -556,13 +538,6 @@ static bool check_harmonics(const ibl_opts *o)
            ibl_misuse("--sh-format %s: takes nine coefficients: leave out --sh "
                       "%d",
                       ibl_sh_format_names[o->sh_format], o->bake.sh_degree);
-}
-
-static bool check_lights(const ibl_opts *o)
-{
-    return !o->lights || (o->only & 1u << IBL_OUTPUT_JSON) ||
-           ibl_misuse("--lights %d: the sidecar lists them: add json to --only",
-                      o->lights);
 }
 
 /* What the engine looks the levels up by. */
@@ -603,6 +578,8 @@ static bool settle_file(ibl_opts *o)
 
     o->format = o->file < IBL_CONTAINER_COUNT ? (ibl_container)o->file
                                               : IBL_CONTAINER_KTX2;
+    if (o->format != IBL_CONTAINER_KTX2 || o->file != (int)o->format)
+        o->zstd = 0;
     if (o->file < IBL_CONTAINER_COUNT)
         return true;
     o->engine = (ibl_engine)(o->file - IBL_CONTAINER_COUNT + IBL_ENGINE_ENV);
@@ -612,10 +589,9 @@ static bool settle_file(ibl_opts *o)
         return ibl_misuse("--format %s: is one file, with --only specular,json "
                           "at most",
                           ibl_format_names[o->file]);
-    if (o->texels.pixel != IBL_PIXEL_RGBA16F)
-        return ibl_misuse("--pixel %s: %s files pack their own texels: leave "
-                          "it out",
-                          ibl_pixel_name(o->texels.pixel),
+    if (o->bake.skybox_projection)
+        return ibl_misuse("--layout %s: %s files hold cubes: leave it out",
+                          ibl_projection_names[o->bake.skybox_projection],
                           ibl_format_names[o->file]);
     o->texels.pixel = IBL_PIXEL_RGBA32F;
     const double most = (double)ibl_engine_max(o->engine);
@@ -643,16 +619,7 @@ static bool is_of_none(const ibl_opts *o)
     unsigned tables = 1u << IBL_OUTPUT_LUT;
     if (o->lobe_table == IBL_LOBES_PRIOR)
         tables |= 1u << IBL_OUTPUT_LOBES;
-    return !(o->only & ~tables) && !o->sh_format;
-}
-
-static bool check_table(const ibl_opts *o)
-{
-    return !o->lut.kind || !(o->lut.samples || o->lut.geometry) ||
-           ibl_misuse("--%s: not with --lut-kind %s, which is integrated "
-                      "exactly, with its own geometry",
-                      o->lut.samples ? "lut-samples" : "geometry",
-                      ibl_lut_name(o->lut.kind));
+    return !(o->only & ~tables) && !o->sh_format && !o->bake.skybox;
 }
 
 static bool check_paths(const ibl_opts *o)
@@ -677,9 +644,6 @@ static bool check_choice(ibl_opts *o)
 
     if (o->scenes.count && isnan(o->rendered_error))
         o->rendered_error = 0.01;
-    if (o->dry_run && isnan(o->rendered_error))
-        return ibl_misuse("--dry-run: nothing is chosen: add --rendered-error "
-                          "E or --scene FILE");
     if (isnan(o->rendered_error))
         return true;
     if (o->scenes.count)
@@ -706,15 +670,174 @@ static bool check_skybox(const ibl_opts *o)
            ibl_misuse("--only skybox: its size is not known: add --skybox N");
 }
 
-static bool check_set(ibl_opts *o)
+/* ---- what options mean something ---------------------------------------- */
+
+/* Facts of what a command line makes, of all sets together. */
+enum {
+    LEVELS = 1 << 0,
+    TABLED_LEVELS = 1 << 1, /* levels, or a lobe table for such */
+    TAKES_SAMPLES = 1 << 2, /* by --samples */
+    SAMPLED = 1 << 3,       /* a level is sampled */
+    EXACT = 1 << 4,         /* levels or irradiance are not */
+    IRRADIANCE = 1 << 5,
+    LUT = 1 << 6,
+    SPLIT = 1 << 7, /* a LUT for the split sum */
+    LOBES = 1 << 8,
+    MAY_HAVE_LOBES = 1 << 9, /* but for --lobe-table no */
+    JSON = 1 << 10,
+    CUBES = 1 << 11,
+    PIXELS = 1 << 12,  /* textures that --pixel is for */
+    BLOCKS = 1 << 13,  /* cubes of pixels with a quality */
+    LIMITED = 1 << 14, /* cubes of pixels with a largest value */
+    LOWERED = 1 << 15, /* below that of the format */
+    TEXTURES = 1 << 16,
+    ZSTD = 1 << 17, /* files that can be compressed */
+    HARMONICS = 1 << 18,
+    OF_MAP = 1 << 19,  /* something depends on the environment */
+    OF_NAME = 1 << 20, /* something is named by it */
+    JUDGED = 1 << 21,  /* by --verify */
+    CHOSEN = 1 << 22,  /* by --rendered-error */
+    UNCHOSEN = 1 << 23,
+    MANY = 1 << 24, /* environments */
+    ONE = 1 << 25,
+    ONE_GIVEN = 1 << 26, /* by its name */
+    ONE_SET = 1 << 27,
+    TARGET = 1 << 28
+};
+
+#define OR_LEAVE_IT " to --only, or leave it out"
+
+static const ibl_rule rules[] = {
+    {"keep-going progress shard", MANY,
+     "is for many environments: add them, or a folder or --from LIST"},
+    {"preview explain scene rendered-error", ONE,
+     "is for one environment: bake it alone, without --from and "
+     "--incremental"},
+    {"name", ONE_GIVEN, "is for one environment: bake it alone"},
+    {"explain", TARGET, "the lines of which engine? Add --target NAME"},
+    {"preview", ONE_SET, "shows one set: give one --target"},
+    {"dry-run", CHOSEN,
+     "nothing is chosen: add --rendered-error E or --scene FILE"},
+    {"level-samples", UNCHOSEN,
+     "the levels are chosen, and exact: leave it out"},
+    {"method samples level-samples", LEVELS,
+     "there are no levels: add specular" OR_LEAVE_IT},
+    {"size levels lobe mapping roughness-range", TABLED_LEVELS,
+     "there are no levels: add specular" OR_LEAVE_IT},
+    {"samples", TAKES_SAMPLES,
+     "no level takes so many: add --method sampled, or leave it out"},
+    {"lod-bias jitter pdf-mip", SAMPLED,
+     "no level is sampled: add --method sampled, or leave it out"},
+    {"tolerance", EXACT, "nothing is made by the exact method: leave it out"},
+    {"irradiance-size irradiance-step", IRRADIANCE,
+     "there is no irradiance map: add irradiance" OR_LEAVE_IT},
+    {"sh", HARMONICS, "there are no harmonics: add json" OR_LEAVE_IT},
+    {"lut-kind lut-size lut-samples geometry", LUT,
+     "there is no BRDF table: add lut" OR_LEAVE_IT},
+    {"lut-samples geometry", SPLIT,
+     "is of --lut-kind split: the others are integrated exactly, with their "
+     "own geometry"},
+    {"lobe-table", MAY_HAVE_LOBES,
+     "there is no lobe table: add lobe-table" OR_LEAVE_IT},
+    {"lobe-table-size", LOBES,
+     "there is no lobe table: add lobe-table" OR_LEAVE_IT},
+    {"lights sun", JSON, "the sidecar lists them: add json to --only"},
+    {"timings", JSON, "the sidecar has them: add json to --only"},
+    {"layout overflow largest quality", CUBES,
+     "no map is made: add specular, irradiance or skybox" OR_LEAVE_IT},
+    {"pixel", PIXELS, "no texels of that format are made: leave it out"},
+    {"quality", BLOCKS,
+     "is for --pixel bc6h, uastc-hdr and astc4x4hdr: leave it out"},
+    {"overflow", LIMITED, "rgba32f holds all light: leave it out"},
+    {"largest", LOWERED, "the pixel format holds no more: leave it out"},
+    {"format zstd", TEXTURES, "no texture is made: leave it out"},
+    {"zstd", ZSTD, "only ktx2 files can hold it: take --format ktx2"},
+    {"rotate mirror up", CUBES | HARMONICS,
+     "nothing that is made has directions: leave it out"},
+    {"layer part any-aspect input-layout strict primaries exposure clamp",
+     OF_MAP, "nothing that is made depends on the environment: leave it out"},
+    {"name", OF_NAME, "no file has a name of its own: leave it out"},
+    {"verify max-error", JUDGED,
+     "nothing that is made can be judged: add a map or lut to --only"},
+    {.options = NULL}};
+
+/* A fact, if it holds. */
+static unsigned fact(bool holds, unsigned bit)
+{
+    return holds ? bit : 0;
+}
+
+static unsigned facts_of_levels(const ibl_opts *o)
+{
+    const ibl_specular_options *s = &o->bake.specular_options;
+    bool sampled = s->method == IBL_METHOD_SAMPLED;
+
+    if (!o->bake.specular)
+        return 0;
+    for (int l = 0; l < IBL_MAX_LEVELS; l++)
+        sampled |= s->level_samples[l] != 0;
+    return LEVELS | TABLED_LEVELS | fact(sampled, SAMPLED) |
+           (s->method == IBL_METHOD_SAMPLED ? TAKES_SAMPLES : EXACT);
+}
+
+static unsigned facts_of_texels(const ibl_opts *o)
+{
+    const ibl_texel_options *t = &o->texels;
+    const double most = o->engine ? (double)ibl_engine_max(o->engine)
+                                  : (double)ibl_pixel_max(t->pixel);
+    const bool lowered = t->largest > 0 && t->largest < most;
+
+    return CUBES | fact(!o->engine, PIXELS) |
+           fact(ibl_pixel_block(t->pixel) > 1, BLOCKS) |
+           fact(lowered, LOWERED) |
+           fact(lowered || o->engine || t->pixel != IBL_PIXEL_RGBA32F, LIMITED);
+}
+
+/* Of a set whose outputs are selected. */
+static unsigned facts_of(const ibl_opts *o)
+{
+    const unsigned cubes = 1u << IBL_OUTPUT_SKYBOX | 1u << IBL_OUTPUT_SPECULAR |
+                           1u << IBL_OUTPUT_IRRADIANCE;
+    const bool table = o->only & 1u << IBL_OUTPUT_LUT;
+    const bool textures = o->only & ~(1u << IBL_OUTPUT_JSON);
+    bool named = o->sh_format;
+
+    for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
+        named |= o->only & 1u << kind &&
+                 !ibl_bake_is_shared(o, (ibl_output_kind)kind);
+    return facts_of_levels(o) |
+           (o->only & cubes ? facts_of_texels(o) | JUDGED : 0) |
+           fact(o->bake.irradiance, IRRADIANCE) |
+           fact(o->bake.irradiance && !(o->bake.irradiance_options.step > 0),
+                EXACT) |
+           fact(table, LUT | PIXELS | JUDGED) |
+           fact(table && !o->lut.kind, SPLIT) |
+           fact(o->only & 1u << IBL_OUTPUT_LOBES, LOBES | TABLED_LEVELS) |
+           fact(o->only & 1u << IBL_OUTPUT_JSON, JSON) |
+           fact(textures, TEXTURES) |
+           fact(textures && o->file == IBL_CONTAINER_KTX2, ZSTD) |
+           fact(o->bake.sh_degree >= 0, HARMONICS) |
+           fact(!is_of_none(o), OF_MAP) | fact(named, OF_NAME) |
+           (isnan(o->rendered_error) ? UNCHOSEN : CHOSEN);
+}
+
+static unsigned facts_of_line(const ibl_bake_line *line)
+{
+    const bool one = line->given_count == 1 && !line->one.from;
+
+    return (line->batch ? MANY : ONE) | fact(one || !line->batch, ONE_GIVEN) |
+           fact(line->count < 2, ONE_SET) | fact(line->count, TARGET);
+}
+
+/* Adds the set's facts. */
+static bool check_set(ibl_opts *o, unsigned *facts)
 {
     if (!settle_file(o))
         return false;
     choose_lobes(o);
-    if (!check_table(o) || !check_paths(o) || !check_skybox(o) ||
-        !check_choice(o) || !ibl_common_validate(&o->common) ||
-        !check_mapping(o) || !check_lobes(o) || !check_zstd(o) ||
-        !check_texels(o) || !check_lights(o) || !check_harmonics(o) ||
+    if (!check_paths(o) || !check_skybox(o) || !check_choice(o) ||
+        !ibl_common_validate(&o->common) || !check_mapping(o) ||
+        !check_lobes(o) || !check_texels(o) || !check_harmonics(o) ||
         !check_levels(&o->bake.specular_options))
         return false;
     if (!o->name) {
@@ -726,11 +849,13 @@ static bool check_set(ibl_opts *o)
         return ibl_misuse("--name %s: has a '/': the directory is set by "
                           "--output",
                           o->name);
+    *facts |= fact(o->only & 1u << IBL_OUTPUT_LOBES, MAY_HAVE_LOBES);
     ibl_opts_select(o);
     o->texels.alike = o->zstd > 0;
     if (!set_layout(o))
         return false;
     o->verify |= !isnan(o->max_error);
+    *facts |= facts_of(o);
     return true;
 }
 
@@ -783,17 +908,18 @@ static void drop_unfit(ibl_opts *o)
 {
     ibl_specular_options *s = &o->bake.specular_options;
 
-    if (o->file != IBL_CONTAINER_KTX2 && !ibl_opts_given(o, "zstd"))
-        o->zstd = 0;
     if (o->file >= IBL_CONTAINER_COUNT) /* level 0 is the background */
         o->bake.skybox = 0;
-    if (ibl_pixel_block(o->texels.pixel) == 1 && !ibl_opts_given(o, "quality"))
-        o->texels.quality = IBL_QUALITY_NORMAL;
-    if (s->levels > ibl_most_levels(s->size) && !ibl_opts_given(o, "levels"))
+    if (o->file < IBL_CONTAINER_COUNT && !ibl_is_given(&o->given, "pixel") &&
+        !ibl_container_holds((ibl_container)o->file, o->texels.pixel))
+        o->texels.pixel = IBL_PIXEL_RGBA16F;
+    if (s->levels > ibl_most_levels(s->size) &&
+        !ibl_is_given(&o->given, "levels"))
         s->levels = 0;
 }
 
-static bool add_set(ibl_bake_line *line, const ibl_target *target)
+static bool add_set(ibl_bake_line *line, const ibl_target *target,
+                    unsigned *facts)
 {
     ibl_opts *o = &line->set[line->count++];
     char prefix[32];
@@ -807,7 +933,7 @@ static bool add_set(ibl_bake_line *line, const ibl_target *target)
     drop_unfit(o);
     snprintf(prefix, sizeof prefix, "--target %s: ", target->name);
     ibl_misuse_prefix(prefix);
-    const bool ok = check_set(o);
+    const bool ok = check_set(o, facts);
     ibl_misuse_prefix("");
     return ok;
 }
@@ -821,21 +947,6 @@ static bool is_folder(const char *path)
 /* Whether the options fit many environments, or one that may be many. */
 static bool check_batch(const ibl_bake_line *line)
 {
-    const ibl_opts *o = &line->one;
-    const bool one = line->given_count == 1 && !o->from;
-    const char *alone = o->preview                  ? "preview"
-                        : o->explain                ? "explain"
-                        : o->scenes.count           ? "scene"
-                        : !isnan(o->rendered_error) ? "rendered-error"
-                        : o->name && !one           ? "name"
-                                                    : NULL;
-
-    if (alone)
-        return ibl_misuse("--%s: is for one environment: bake it alone%s",
-                          alone,
-                          o->from          ? ", without --from"
-                          : o->incremental ? ", without --incremental"
-                                           : "");
     for (int i = 0; i < line->given_count; i++)
         if (!strcmp(line->given[i], "-"))
             return ibl_misuse("-: standard input is one environment: bake it "
@@ -852,12 +963,6 @@ static bool settle_batch(ibl_bake_line *line)
                   is_folder(o->input);
     if (o->incremental && !o->input && !o->from)
         return ibl_misuse("--incremental: of which environments? Add them");
-    if (!line->batch && (o->keep_going || o->progress || o->shard.count))
-        return ibl_misuse("--%s: is for many environments: add them, or a "
-                          "folder or --from LIST",
-                          o->keep_going ? "keep-going"
-                          : o->progress ? "progress"
-                                        : "shard");
     if (!line->batch)
         return true;
     if (!o->input)
@@ -869,39 +974,27 @@ static bool validate(void *settings)
 {
     ibl_bake_line *line = settings;
     const unsigned targets = line->one.targets;
+    unsigned facts = 0;
 
+    if (targets & 1u << IBL_MAX_TARGETS)
+        return line->one.given.count == 1 && !line->given_count
+                   ? true
+                   : ibl_misuse("--target list: prints what targets set, and "
+                                "nothing else: leave out the rest");
     if (!settle_batch(line))
         return false;
-    if (!targets && line->one.explain)
-        return ibl_misuse("--explain: the lines of which engine? Add --target "
-                          "NAME");
-    if (!targets)
-        return check_set(&line->one);
+    if (!targets && !check_set(&line->one, &facts))
+        return false;
     for (int i = 0; i < IBL_MAX_TARGETS; i++)
-        if (targets & 1u << i && !add_set(line, &ibl_targets[i]))
+        if (targets & 1u << i && !add_set(line, &ibl_targets[i], &facts))
             return false;
-    return line->count < 2 || !line->one.preview ||
-           ibl_misuse("--preview %s: shows one set: give one --target",
-                      line->one.preview);
+    return ibl_check_rules(&line->one.given, rules,
+                           facts | facts_of_line(line));
 }
 
 static void keep_words(void *settings, char **words)
 {
     ((ibl_bake_line *)settings)->words = words;
-}
-
-void ibl_sampling_given(const ibl_opts *o, char text[IBL_SAMPLING_BYTES])
-{
-    const ibl_specular_options *s = &o->bake.specular_options;
-    const ibl_specular_options usual = ibl_specular_options_default();
-    const bool biased = fabs(s->lod_bias - usual.lod_bias) > 0;
-
-    snprintf(text, IBL_SAMPLING_BYTES, "%s%s%s%s",
-             s->samples != usual.samples ? ", --samples" : "",
-             biased ? ", --lod-bias" : "", s->jitter ? ", --jitter" : "",
-             s->pdf_mip != usual.pdf_mip ? ", --pdf-mip" : "");
-    const char *first = text + strspn(text, ", ");
-    memmove(text, first, strlen(first) + 1);
 }
 
 const ibl_command ibl_bake_command = {

@@ -118,7 +118,7 @@ static int list_options(const ibl_bake *b, ibl_key_value list[IBL_MOST_GIVEN])
     ibl_bake_command.defaults(usual);
     for (int i = 0; i < given->count; i++) {
         const ibl_option *o = given->list[i].option;
-        if (b->opts->of || !is_usual(usual, b->opts, o))
+        if (!o->aside && (b->opts->of || !is_usual(usual, b->opts, o)))
             list[count++] =
                 (ibl_key_value){(char *)o->name, (char *)given->list[i].value};
     }

@@ -168,15 +168,6 @@ size_t ibl_bake_bytes(const ibl_map_bake *r, ibl_ctx *ctx, size_t reader,
 /* False, after a message, if that is more than --max-memory. */
 bool ibl_bake_fits(const ibl_map_bake *r, size_t reader, int width, int height);
 
-/* Lists the options that affect only sampled levels and differ from their
- * defaults: "--samples, --jitter"; "" for none. */
-enum {
-    IBL_SAMPLING_BYTES = 64
-};
-void ibl_sampling_given(const ibl_opts *o, char text[IBL_SAMPLING_BYTES]);
-
-/* Whether the user gave an option. */
-bool ibl_opts_given(const ibl_opts *o, const char *name);
 /* Switches off the parts of the bake that no output needs. */
 void ibl_opts_select(ibl_opts *o);
 

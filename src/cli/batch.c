@@ -584,7 +584,7 @@ static unsigned reduce(ibl_opts *o)
     o->only = shared;
     o->input = o->depfile = NULL;
     o->sh_format = IBL_SH_NONE;
-    o->lights = 0;
+    o->lights = o->bake.skybox = 0;
     ibl_opts_select(o);
     return shared;
 }

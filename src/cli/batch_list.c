@@ -188,7 +188,7 @@ bool ibl_maps_list(const ibl_bake_line *line, ibl_console *console,
     for (int i = 0; i < line->given_count && ok; i++)
         ok = add_given(maps, line->given[i], console);
     ok = ok && (!line->one.from || add_list(maps, line->one.from, console));
-    return ok && (maps->count == 1 || !ibl_opts_given(&line->one, "name") ||
+    return ok && (maps->count == 1 || !ibl_is_given(&line->one.given, "name") ||
                   ibl_console_fail(console,
                                    "--name: is for one environment, and "
                                    "these are %d: leave it out",
@@ -227,7 +227,7 @@ void ibl_maps_free(ibl_maps *maps)
 static bool aim(ibl_opts *o, const char *input)
 {
     o->input = input;
-    if (o->name && o->given.count && ibl_opts_given(o, "name"))
+    if (o->name && o->given.count && ibl_is_given(&o->given, "name"))
         return true;
     o->name = o->stem;
     return ibl_stem(input, o->stem, sizeof o->stem);

@@ -44,7 +44,8 @@ static void put_given(FILE *to, const ibl_given *given)
             return;
         last = given->list[next].option;
         const char *value = given->list[next].value;
-        fprintf(to, "--%s=%s\n", last->name, value ? value : "");
+        if (!last->aside)
+            fprintf(to, "--%s=%s\n", last->name, value ? value : "");
     }
 }
 

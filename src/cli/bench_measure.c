@@ -115,7 +115,8 @@ static void note_loss(ibl_bench_point *p, const json_t *sidecar)
         sum.nrmse += nrmse * nrmse / (double)count;
         sum.relative += relative / (double)count;
     }
-    p->loss = (ibl_pixel_error){sqrt(sum.nrmse), sum.relative};
+    p->loss =
+        (ibl_pixel_error){.nrmse = sqrt(sum.nrmse), .relative = sum.relative};
 }
 
 /* Records the stage times from the sidecar of a bake of ours, if it wrote one,

@@ -599,11 +599,13 @@ static bool search_open(ibl_search *s, ibl_bake_source *from,
     set_table(s);
     if (!judge_usual(s, choice))
         return false;
-    s->most_bytes =
-        ibl_opts_given(o, "rendered-error") ? SIZE_MAX : choice->usual_bytes;
-    s->fits = s->table && !ibl_opts_given(o, "mapping") &&
-              !ibl_opts_given(o, "roughness-range") && !o->of && !o->engine;
-    if (s->table && !ibl_opts_given(o, "lobe-table"))
+    s->most_bytes = ibl_is_given(&o->given, "rendered-error")
+                        ? SIZE_MAX
+                        : choice->usual_bytes;
+    s->fits = s->table && !ibl_is_given(&o->given, "mapping") &&
+              !ibl_is_given(&o->given, "roughness-range") && !o->of &&
+              !o->engine;
+    if (s->table && !ibl_is_given(&o->given, "lobe-table"))
         o->lobe_table = IBL_LOBES_FITTED;
     o->lobe_f0 = f0_of(materials);
     set_table(s);

@@ -67,7 +67,7 @@ static void list_pixels(ibl_search *s)
 static void list_irradiance(ibl_search *s)
 {
     s->part[IBL_SET_IRRADIANCE].count = 0;
-    if (s->o->bake.sh_degree >= 2 && !ibl_opts_given(s->o, "only"))
+    if (s->o->bake.sh_degree >= 2 && !ibl_is_given(&s->o->given, "only"))
         add_value(&s->part[IBL_SET_IRRADIANCE], 0);
     add_edges(&s->part[IBL_SET_IRRADIANCE], 4, 32, 4);
 }
@@ -77,21 +77,21 @@ static void list_all(ibl_search *s, const ibl_materials *materials)
     const ibl_opts *o = s->o;
     const bool fixed = o->of || o->engine;
 
-    if (!ibl_opts_given(o, "size"))
+    if (!ibl_is_given(&o->given, "size"))
         list_sizes(s, materials);
     if (!o->bake.specular_options.levels && !fixed)
         list_levels(s);
-    if (!ibl_opts_given(o, "pixel") && !fixed)
+    if (!ibl_is_given(&o->given, "pixel") && !fixed)
         list_pixels(s);
-    if (o->bake.irradiance && !ibl_opts_given(o, "irradiance-size") && !fixed &&
-        !(o->bake.irradiance_options.step > 0))
+    if (o->bake.irradiance && !ibl_is_given(&o->given, "irradiance-size") &&
+        !fixed && !(o->bake.irradiance_options.step > 0))
         list_irradiance(s);
     if (o->lut.kind == IBL_LUT_SPLIT && ibl_opts_want(o, IBL_OUTPUT_LUT) &&
-        !ibl_opts_given(o, "lut-size")) {
+        !ibl_is_given(&o->given, "lut-size")) {
         s->part[IBL_SET_LUT].count = 0;
         add_edges(&s->part[IBL_SET_LUT], 4, 256, 4);
     }
-    if (s->table && !ibl_opts_given(o, "lobe-table-size")) {
+    if (s->table && !ibl_is_given(&o->given, "lobe-table-size")) {
         s->part[IBL_SET_LOBES].count = 0;
         add_edges(&s->part[IBL_SET_LOBES], 4, 32, 2);
     }

@@ -238,6 +238,9 @@ bool ibl_console_commit(ibl_console *console, ibl_outputs *outputs)
 
 /* ---- warnings --------------------------------------------------------- */
 
+/* A pure colour in rgb9e5 can lose half of 1/511 of each other component. */
+static const double LEAST_LOST = 0.01;
+
 void ibl_warn_of_small_faces(ibl_console *console,
                              const ibl_specular_layout *layout)
 {
@@ -262,9 +265,8 @@ void ibl_warn_of_overflow(ibl_console *console, const char *file,
                           const ibl_texel_options *texels, const char *packed,
                           const ibl_overflow_level *sum)
 {
-    const double max = texels->largest > 0
-                           ? texels->largest
-                           : (double)ibl_pixel_max(texels->pixel);
+    const double most = (double)ibl_pixel_max(texels->pixel);
+    const double max = texels->largest > 0 ? fmin(texels->largest, most) : most;
     char moved[96] = "", lost[96] = "";
 
     if (!sum->texels)
@@ -285,4 +287,15 @@ void ibl_warn_of_overflow(ibl_console *console, const char *file,
                      sum->texels == 1 ? "texel is" : "texels are", max,
                      packed ? packed : ibl_pixel_name(texels->pixel), moved,
                      lost, packed ? "a texture's --format" : "--pixel rgba32f");
+}
+
+void ibl_warn_of_underflow(ibl_console *console, const char *file,
+                           const char *pixel, double lost)
+{
+    if (lost > LEAST_LOST)
+        ibl_console_warn(console,
+                         "%s: %.3g %% of a level's light is less than %s can "
+                         "hold, and lost: a larger --exposure or --pixel "
+                         "rgba32f keeps it",
+                         file, 100 * lost, pixel);
 }

@@ -79,6 +79,10 @@ void ibl_overflow_add(const ibl_overflow_level *level, ibl_overflow_level *sum);
 void ibl_warn_of_overflow(ibl_console *console, const char *file,
                           const ibl_texel_options *texels, const char *packed,
                           const ibl_overflow_level *sum);
+/* Warns if a level lost that share of its light, in components that the format
+ * makes 0. */
+void ibl_warn_of_underflow(ibl_console *console, const char *file,
+                           const char *pixel, double lost);
 
 /* Warns if the last level has too few texels to interpolate between them. */
 void ibl_warn_of_small_faces(ibl_console *console,

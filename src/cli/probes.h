@@ -212,6 +212,7 @@ bool ibl_probes_plan(ibl_probes_bake *p);
 typedef struct ibl_probes_loss {
     size_t values;             /* components above the largest value */
     ibl_overflow_level beyond; /* over all cubes and levels */
+    double dark;               /* largest share of light that became 0 */
     bool blocks;               /* of texels: then the errors are known */
     int levels;                /* of the specular cube */
     ibl_pixel_error error[IBL_MAX_LEVELS];

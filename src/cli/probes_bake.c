@@ -112,28 +112,32 @@ static bool take_texture(ibl_probes_bake *p, int kind, int layer,
     return ok;
 }
 
-/* Encodes a cube as a layer; adds its overflow to loss, and of specular blocks
- * the errors. Empty alpha means 1. */
+/* Encodes a cube as a layer; adds what its format loses to loss, and of
+ * specular blocks the errors. Empty alpha means 1. */
 static bool take_cube(ibl_probes_bake *p, int kind, int layer,
                       const ibl_cube *cube, const ibl_cube *alpha,
                       ibl_probes_loss *loss)
 {
     const ibl_set_bake *b = &p->set.bake;
     ibl_overflow_report report = {0};
+    ibl_pixel_error error[IBL_MAX_LEVELS] = {0};
     ibl_texture tex = {0};
 
     ibl_console_progress(p->console, "texels", 0);
     loss->blocks = ibl_pixel_block(b->texels.pixel) > 1;
     const bool ok =
         !ibl_texture_from_cube(p->ctx, cube, &b->texels, &tex, &report) &&
-        (!loss->blocks || kind != IBL_PROBES_SPECULAR ||
-         !ibl_texture_errors(p->ctx, &tex, cube, loss->error)) &&
+        !ibl_texture_errors(p->ctx, &tex, cube, error) &&
         (!alpha->data || !ibl_texture_set_alpha(p->ctx, &tex, alpha)) &&
         take_texture(p, kind, layer, &tex);
     ibl_texture_free(&tex);
     loss->values += report.values;
-    for (int i = 0; i < cube->levels; i++)
+    for (int i = 0; i < cube->levels; i++) {
         ibl_overflow_add(&report.level[i], &loss->beyond);
+        loss->dark = fmax(loss->dark, error[i].lost);
+    }
+    if (kind == IBL_PROBES_SPECULAR)
+        memcpy(loss->error, error, sizeof error);
     return ok;
 }
 
@@ -162,6 +166,8 @@ static bool take_capture(ibl_probes_bake *p, int layer,
         return false;
     snprintf(name, sizeof name, "%s: %s", p->opts->input, l->capture.place);
     ibl_warn_of_overflow(p->console, name, &b->texels, NULL, &loss.beyond);
+    ibl_warn_of_underflow(p->console, name, ibl_pixel_name(b->texels.pixel),
+                          loss.dark);
     l->note = ibl_probes_note(made, &loss);
     return l->note || ibl_probes_no_memory(p);
 }

@@ -19,7 +19,7 @@ void ibl_scenes_drop(const ibl_scenes *s, ibl_opts *o, ibl_choice *c)
     const bool lit = ibl_survey_share(s->survey.dielectric) > 0;
 
     c->usual_bytes = c->bytes = ibl_opts_bytes(o);
-    if (o->of || o->engine || ibl_opts_given(o, "only")) {
+    if (o->of || o->engine || ibl_is_given(&o->given, "only")) {
         ibl_choice_chose(c, "outputs", "as asked", "though nothing reflects");
         return;
     }

@@ -37,7 +37,7 @@ typedef struct ibl_option {
     const char *standard; /* the default in words; NULL: from the field;
                              "": not shown */
     const char *help;
-    bool aside; /* does not decide what is made: not among ibl_given */
+    bool aside; /* does not decide what is made: not in sidecars */
 } ibl_option;
 
 enum {
@@ -52,6 +52,14 @@ typedef struct ibl_given {
         const char *value; /* NULL: it takes none */
     } list[IBL_MOST_GIVEN];
 } ibl_given;
+
+/* Options that mean something only where some facts of the command line hold,
+ * bits that each program defines, and what to say of them elsewhere. */
+typedef struct ibl_rule {
+    const char *options; /* names with blanks between them */
+    unsigned where;      /* one of these facts is enough */
+    const char *why;     /* and what to do */
+} ibl_rule;
 
 /* Members of a table's row, for a field of IBL_SETTINGS, the settings' type. */
 #define IBL_AT(field) .offset = offsetof(IBL_SETTINGS, field)
@@ -133,6 +141,13 @@ bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
 
 /* Prints --help from the tables; at most 80 columns. */
 void ibl_command_help(const ibl_command *cmd, FILE *to);
+
+/* Whether an option was given. */
+bool ibl_is_given(const ibl_given *given, const char *name);
+/* Refuses the first option that was given where its rules, which end with
+ * options NULL, have no place for it: false after "--NAME VALUE: WHY". */
+bool ibl_check_rules(const ibl_given *given, const ibl_rule *rules,
+                     unsigned facts);
 
 /* Prints "PROGRAM: ..." on stderr; returns false. */
 bool ibl_misuse(const char *fmt, ...) __attribute__((format(printf, 1, 2)));

@@ -205,7 +205,7 @@ static void note(line *l, const ibl_option *opt, const char *value)
     ibl_given *given = (ibl_given *)((char *)l->settings + l->cmd->given);
     int i = 0;
 
-    if (!l->cmd->given || opt->aside)
+    if (!l->cmd->given)
         return;
     while (i < given->count && given->list[i].option != opt)
         i++;
@@ -345,6 +345,41 @@ static bool parse(line *l)
             return true;
     }
     return l->cmd->validate(l->settings);
+}
+
+bool ibl_is_given(const ibl_given *given, const char *name)
+{
+    for (int i = 0; i < given->count; i++)
+        if (!strcmp(given->list[i].option->name, name))
+            return true;
+    return false;
+}
+
+/* Whether a list of names, with blanks between them, has one. */
+static bool lists(const char *names, const char *name)
+{
+    const size_t length = strlen(name);
+
+    for (; *names; names += strspn(names, " ")) {
+        if (strcspn(names, " ") == length && !memcmp(names, name, length))
+            return true;
+        names += strcspn(names, " ");
+    }
+    return false;
+}
+
+bool ibl_check_rules(const ibl_given *given, const ibl_rule *rules,
+                     unsigned facts)
+{
+    for (const ibl_rule *r = rules; r->options; r++)
+        for (int i = 0; i < given->count && !(r->where & facts); i++) {
+            const char *name = given->list[i].option->name;
+            const char *value = given->list[i].value;
+            if (lists(r->options, name))
+                return ibl_misuse("--%s%s%s: %s", name, value ? " " : "",
+                                  value ? value : "", r->why);
+        }
+    return true;
 }
 
 bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,

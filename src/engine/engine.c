@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "core/context.h"
 #include "engine/rgbd.h"
 #include "io/input.h"
 #include "json/text.h"
@@ -61,7 +62,15 @@ ibl_status ibl_engine_encode(ibl_ctx *ctx, ibl_engine engine,
                              const ibl_engine_set *set, ibl_blob *main,
                              ibl_blob *faces)
 {
+    const ibl_texture *tex = set->specular;
+
     *main = (ibl_blob){0};
+    if (tex->faces != IBL_FACES || tex->pixel != IBL_PIXEL_RGBA32F ||
+        (engine == IBL_ENGINE_PLAYCANVAS && set->irradiance->projection))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "an engine's file of %d face(s) of %s: must be cubes, "
+                        "of rgba32f",
+                        tex->faces, ibl_pixel_name(tex->pixel));
     if (engine == IBL_ENGINE_ENV)
         return ibl_env_encode(ctx, set, main);
     return engine == IBL_ENGINE_GLTF ? ibl_gltf_encode(ctx, set, main, faces)

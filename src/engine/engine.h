@@ -43,6 +43,7 @@ char *ibl_engine_face_name(const char *stem, int index);
  * number of threads.
  *   faces  ibl_engine_faces() of them
  * main and faces must be freed by the caller, after errors too.
+ * IBL_ERR_ARGUMENT: set has no cubes, or other texels than RGBA32F.
  */
 ibl_status ibl_engine_encode(ibl_ctx *ctx, ibl_engine engine,
                              const ibl_engine_set *set, ibl_blob *main,

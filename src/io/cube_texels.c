@@ -2,6 +2,7 @@
 /* Decodes images of a level in strips of rows, each a job. */
 #include "io/container.h"
 
+#include <float.h>
 #include <math.h>
 
 #include "core/alloc.h"
@@ -180,6 +181,7 @@ typedef struct comparing {
     const float *truth;
     float *scratch;       /* of a strip for each worker */
     ibl_error_sums *sums; /* of each job */
+    double (*light)[2];   /* of each job: all, and what became 0 */
 } comparing;
 
 static void compare_job(void *arg, int job, int worker)
@@ -189,17 +191,27 @@ static void compare_job(void *arg, int job, int worker)
     float *rgb = c->scratch + (size_t)worker * 3 * STRIP * c->level.width;
 
     decode_strip(&c->level, &s, rgb);
-    c->dsp.add(c->truth + 3 * s.texel, rgb, s.rows * c->level.width,
-               &c->sums[job]);
+    const float *truth = c->truth + 3 * s.texel;
+    const size_t texels = s.rows * c->level.width;
+    c->dsp.add(truth, rgb, texels, &c->sums[job]);
+    for (size_t i = 0; i < 3 * texels; i++)
+        if (truth[i] > 0 && truth[i] <= FLT_MAX) {
+            c->light[job][0] += (double)truth[i];
+            c->light[job][1] += rgb[i] > 0 ? 0 : (double)truth[i];
+        }
 }
 
 /* Adds the sums of the strips, in order. */
-static ibl_pixel_error error_of(const ibl_error_sums *s, size_t strips)
+static ibl_pixel_error error_of(const comparing *c)
 {
-    double wrong = 0, truth = 0, relative = 0, count = 0;
+    double wrong = 0, truth = 0, relative = 0, count = 0, light[2] = {0};
 
-    for (size_t i = 0; i < strips * IBL_ERROR_LANES; i++) {
-        const ibl_error_sums *one = &s[i / IBL_ERROR_LANES];
+    for (size_t i = 0; i < c->level.strips; i++) {
+        light[0] += c->light[i][0];
+        light[1] += c->light[i][1];
+    }
+    for (size_t i = 0; i < c->level.strips * IBL_ERROR_LANES; i++) {
+        const ibl_error_sums *one = &c->sums[i / IBL_ERROR_LANES];
         const size_t lane = i % IBL_ERROR_LANES;
         wrong += one->wrong[lane];
         truth += one->truth[lane];
@@ -208,7 +220,8 @@ static ibl_pixel_error error_of(const ibl_error_sums *s, size_t strips)
     }
     return (ibl_pixel_error){.nrmse =
                                  truth > 0 ? sqrt(wrong / truth) : wrong > 0,
-                             .relative = count > 0 ? relative / count : 0};
+                             .relative = count > 0 ? relative / count : 0,
+                             .lost = light[0] > 0 ? light[1] / light[0] : 0};
 }
 
 static ibl_status compare(ibl_ctx *ctx, const ibl_texture *tex, int l,
@@ -223,14 +236,16 @@ static ibl_status compare(ibl_ctx *ctx, const ibl_texture *tex, int l,
     c.scratch =
         ibl_alloc_array(workers * c.level.width, 3 * STRIP * sizeof *c.scratch);
     c.sums = ibl_alloc_zeroed(c.level.strips, sizeof *c.sums);
-    if (c.scratch && c.sums)
+    c.light = ibl_alloc_zeroed(c.level.strips, sizeof *c.light);
+    if (c.scratch && c.sums && c.light)
         status = ibl_run(ctx, NULL, (int)c.level.strips, compare_job, &c);
     else
         status = ibl_no_memory(ctx, "the errors of a texture");
     if (!status)
-        *error = error_of(c.sums, c.level.strips);
+        *error = error_of(&c);
     ibl_free(c.scratch);
     ibl_free(c.sums);
+    ibl_free(c.light);
     return status;
 }
 
