@@ -31,7 +31,7 @@ ${CC:-cc} -std=c11 -Itests -o "$work/mkenv" tests/cli/mkenv.c \
     --variant 'two=--levels 2 --size 32 --lut-size 8' \
     --variant 'sheen=--method spectral --lobe charlie' \
     --variant 'turned=--method spectral --rotate 90' \
-    --peer "self='$program' -q --size 16 --samples 16 --isa c -o {out} {env} \
+    --peer "self='$program' -q --size 16 --isa c -o {out} {env} \
         --lut-size 16 --irradiance-size 8 --levels 3" \
     --peer-output 'self={out} --name {name}' \
     --peer "true=dd if=/dev/zero of=/dev/null bs=1 count=200000 2>/dev/null;
@@ -49,7 +49,7 @@ for name in auto spectral 'sampled 16' 'sampled-nomip 64' 'auto, size 32' \
 done
 
 # The same errors as iblbake verify finds in the same bake.
-"$program" -q --size 16 --samples 16 --isa c -o "$work/out" "$env" \
+"$program" -q --size 16 --isa c -o "$work/out" "$env" \
     --lut-size 16 --irradiance-size 8 --levels 3
 "$program" verify -q "$env" "$work/out" --texels 24 \
     --json "$work/verify.json"

@@ -634,19 +634,20 @@ static int bake_one(const ibl_bake_line *line)
                      line->one.common.verbose);
     ibl_signals_catch();
     const bool only_explains = line->one.explain && !line->one.input;
-    const bool ok =
-        ibl_bake_begin(&r) &&
-        (only_explains
-             ? ibl_bake_names(&r)
-             : !ibl_start(&line->one.common, &r.console, &r.from.ctx) &&
-                   ibl_bake_make(&r) && ibl_bake_commit(&r));
+    bool ok = ibl_bake_begin(&r) &&
+              (only_explains
+                   ? ibl_bake_names(&r)
+                   : !ibl_start(&line->one.common, &r.console, &r.from.ctx) &&
+                         ibl_bake_make(&r));
+    ibl_console_finish(&r.console);
+    for (int i = 0; i < r.count && ok && line->one.explain; i++)
+        explain(&r.sets[i], r.count > 1);
+    ok = ok && ibl_bake_commit(&r);
     const int status = ibl_console_end(&r.console, ok);
     if (ok && line->one.common.verbose && !line->one.dry_run) {
         ibl_bake_log(&r);
         ibl_console_print_times(&r.console);
     }
-    for (int i = 0; i < r.count && ok && line->one.explain; i++)
-        explain(&r.sets[i], r.count > 1);
     ibl_bake_end(&r);
     ibl_ctx_free(r.from.ctx);
     return status;

@@ -81,10 +81,12 @@ static char *bake_command(const ibl_bench *b, const ibl_bench_point *p)
         fprintf(to, " --exposure=%.17g", read->exposure);
     if (read->clamp > 0)
         fprintf(to, " --clamp=%.17g", read->clamp);
-    fprintf(to, " --method=%s --pdf-mip=%s",
+    fprintf(to, " --method=%s%s",
             ibl_bench_method_names[nomip ? IBL_BENCH_SAMPLED : method],
-            nomip ? "no" : "yes");
-    for (int axis = IBL_BENCH_SAMPLES; axis < IBL_BENCH_SOURCE; axis++) {
+            nomip ? " --pdf-mip=no" : "");
+    for (int axis = ibl_bench_takes_samples(method) ? IBL_BENCH_SAMPLES
+                                                    : IBL_BENCH_SIZE;
+         axis < IBL_BENCH_SOURCE; axis++) {
         char value[16];
         ibl_bench_value(axis, p->at[axis], value, sizeof value);
         fprintf(to, " --%s=%s", ibl_bench_axis_name(axis), value);
@@ -273,8 +275,9 @@ static bool plan_format(ibl_bench *b, ibl_bench_point p, ibl_pixel pixel,
 
     p.kind = IBL_BENCH_FORMAT;
     p.given = options;
-    snprintf(options, sizeof options, "--pixel %s --quality %s --zstd %d",
-             ibl_pixel_name(pixel), ibl_quality_name(quality), zstd);
+    snprintf(options, sizeof options, "--pixel %s%s%s --zstd %d",
+             ibl_pixel_name(pixel), usual ? "" : " --quality ",
+             usual ? "" : ibl_quality_name(quality), zstd);
     snprintf(p.name, sizeof p.name, "%s%s%s%s", ibl_pixel_name(pixel),
              usual ? "" : " ", usual ? "" : ibl_quality_name(quality),
              zstd ? " zstd" : "");

@@ -91,6 +91,7 @@ size_t ibl_opts_bytes(const ibl_opts *o)
 
     ibl_set_given(o, value);
     ibl_specular_layout_of(&o->bake.specular_options, &l);
+    value[IBL_SET_SIZE] = l.size; /* of a part of a chain, its first level */
     value[IBL_SET_LEVELS] = l.levels;
     return bytes_with(o, value);
 }

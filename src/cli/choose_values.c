@@ -25,11 +25,11 @@ static void add_edges(ibl_values *v, int first, int last, int steps)
                 add_value(v, octave + octave * i / steps);
 }
 
-/* Edges up to twice the map's detail, or twice what the sharpest lobe needs
- * (ibl_specular_layout_of). */
+/* Edges up to twice the map's detail, or the default, or twice what the
+ * sharpest lobe needs (ibl_specular_layout_of). */
 static void list_sizes(ibl_search *s, const ibl_materials *m)
 {
-    double edge = s->from->width / 2.0;
+    double edge = fmax(s->from->width / 2.0, s->o->bake.specular_options.size);
     int sharpest = 0, last = s->fits ? 8 : 32;
 
     while (m->weight[sharpest][0] <= 0 && m->weight[sharpest][1] <= 0)

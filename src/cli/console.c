@@ -12,6 +12,7 @@
 #include "common/clock.h"
 #include "common/path.h"
 #include "common/signals.h"
+#include "common/stderr_line.h"
 
 #define REDRAW_SECONDS 0.2
 
@@ -232,6 +233,11 @@ ibl_status ibl_start(const ibl_common *common, ibl_console *console,
 
 bool ibl_console_commit(ibl_console *console, ibl_outputs *outputs)
 {
+    errno = 0;
+    const char *why = ibl_unwritten(stdout);
+    if (why)
+        return ibl_console_fail(console,
+                                "standard output cannot be written: %s", why);
     ibl_console_progress(console, "write", 1);
     return !ibl_outputs_wait(outputs) && !ibl_commit_outputs(outputs);
 }

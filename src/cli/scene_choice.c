@@ -58,6 +58,7 @@ static void set_sheen(const ibl_scenes *s, const ibl_opts *o, ibl_opts *sheen)
     sheen->only &= 1u << IBL_OUTPUT_SPECULAR | 1u << IBL_OUTPUT_LUT |
                    1u << IBL_OUTPUT_JSON;
     sheen->lobe_table = IBL_LOBES_NO;
+    sheen->lut = ibl_lut_options_default(); /* what was given is of split */
     sheen->lut.kind = IBL_LUT_CHARLIE;
     sheen->lut.size = SHEEN_TABLE;
     sheen->bake.skybox = 0;

@@ -465,7 +465,7 @@ static bool put_results(verify *v, bool passed)
     ibl_console_finish(v->console);
     if (!o->common.quiet && !(o->json && !strcmp(o->json, "-")))
         print(v);
-    return !ibl_commit_outputs(v->outputs);
+    return ibl_console_commit(v->console, v->outputs);
 }
 
 static void free_verify(verify *v)

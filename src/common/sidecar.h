@@ -7,7 +7,8 @@
 
 #include "json/json_load.h"
 
-/* ibl_json_load of a sidecar; decodes its file names, to any bytes. */
+/* ibl_json_load of a sidecar; decodes its file names, to any bytes. Of
+ * harmonics it has those up to degree 10, and one more. */
 json_t *ibl_sidecar_load(const char *path, ibl_json_why *why);
 
 /* The entry of the output whose member has that value; NULL: none. */
