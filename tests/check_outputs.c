@@ -13,6 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/mount.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -831,6 +832,46 @@ TEST(unwritable)
     NEED(!chmod(at("u/file"), 0444));
     in_child(write_unwritable);
     CHECK(holds(at("u/file"), "f") && entries(at("u")) == 1);
+}
+
+/* ---- other processes ------------------------------------------------- */
+
+static int write_one(void)
+{
+    ibl_outputs *out;
+
+    if (ibl_outputs_create(ctx, &out) || add(out, at("two/file"), "x") ||
+        ibl_outputs_commit(out))
+        return 1;
+    ibl_outputs_free(out);
+    return 0;
+}
+
+/* A commit waits for that of another process, which may remove its lock. */
+TEST(two_at_once)
+{
+    const struct timespec nap = {0, 30000000};
+    int result;
+
+    NEED(!mkdir(at("two"), 0777));
+    for (int removes = 0; removes < 2; removes++) {
+        const int fd = open(at("two/.iblbake.lock"), O_RDWR | O_CREAT, 0666);
+        NEED(fd >= 0 && !flock(fd, LOCK_EX));
+        const pid_t child = fork();
+        NEED(child >= 0);
+        if (!child) {
+            close(fd);
+            _exit(write_one());
+        }
+        nanosleep(&nap, NULL);
+        CHECK(access(at("two/file"), F_OK));
+        if (removes)
+            remove(at("two/.iblbake.lock"));
+        close(fd);
+        waitpid(child, &result, 0);
+        CHECK(!result && holds(at("two/file"), "x") && entries(at("two")) == 1);
+        remove(at("two/file"));
+    }
 }
 
 /* ---- signals -------------------------------------------------------- */

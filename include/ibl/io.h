@@ -727,7 +727,8 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
  * then hold an old file. The next set with a target in the same directory
  * removes them, unless another set is in that directory, a process has their
  * PID, or the file system has no locks: sets lock the directories of their
- * targets with flock, shared, until they are freed.
+ * targets with flock, shared, until they are freed. Commits in a directory
+ * follow one another, by a lock on a file .iblbake.lock, which is there as long.
  *
  * If a target is a symbolic link, the file that it names is replaced or made.
  * Targets that are not files (directories, devices, pipes) and files without

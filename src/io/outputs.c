@@ -12,7 +12,8 @@
  *
  * A process that is killed leaves temporaries, so each set locks the
  * directories of its targets (flock, shared). The first set in a directory that
- * nobody has locked removes what killed processes left there.
+ * nobody has locked removes what killed processes left there. Commits in a
+ * directory follow one another, so that the files there are all of one set.
  *
  * ibl_outputs_abort may run in a signal handler at any point. It uses only
  * arrays of fixed size. A name is recorded before its file is made. Which of
@@ -69,8 +70,14 @@ typedef struct slot {
 typedef struct held_dir {
     dev_t device;
     ino_t inode;
-    int fd; /* locked, or -1 */
+    int fd;            /* locked, or -1 */
+    atomic_int commit; /* the lock of its commits, NONE or OPENING */
 } held_dir;
+
+enum {
+    NONE = -1,
+    OPENING = -2 /* it may be there, not yet locked */
+};
 
 typedef struct made_dir {
     atomic_bool used;
@@ -263,7 +270,63 @@ static void lock_dir(ibl_outputs *out, const char *dir, const struct stat *st)
         close(fd);
         fd = -1;
     }
-    out->held[out->held_count++] = (held_dir){st->st_dev, st->st_ino, fd};
+    /* In an order that all processes have, so that none waits for another. */
+    int i = out->held_count++;
+    for (; i > 0 && (out->held[i - 1].device > st->st_dev ||
+                     (out->held[i - 1].device == st->st_dev &&
+                      out->held[i - 1].inode > st->st_ino));
+         i--)
+        out->held[i] = out->held[i - 1];
+    out->held[i] = (held_dir){st->st_dev, st->st_ino, fd, NONE};
+}
+
+/* A file, for the time of a commit: directories are locked for longer. */
+static const char commit_lock[] = ".iblbake.lock";
+
+static int open_lock(int dir, int flags)
+{
+    return openat(dir, commit_lock,
+                  O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | flags, 0666);
+}
+
+/* Waits until no other set is being committed in a directory. Without the file
+ * there is no lock. */
+static void lock_commits(held_dir *h)
+{
+    struct stat named, opened;
+
+    for (int i = 0; i < MAX_TRIES; i++) {
+        atomic_store(&h->commit, OPENING);
+        const int fd = open_lock(h->fd, O_CREAT);
+        atomic_store(&h->commit, fd < 0 ? NONE : fd);
+        if (fd < 0)
+            return;
+        while (flock(fd, LOCK_EX) && errno == EINTR)
+            ;
+        /* The one before may have removed the file. */
+        if (!fstatat(h->fd, commit_lock, &named, AT_SYMLINK_NOFOLLOW) &&
+            !fstat(fd, &opened) && named.st_dev == opened.st_dev &&
+            named.st_ino == opened.st_ino)
+            return;
+        atomic_store(&h->commit, NONE);
+        close(fd);
+    }
+}
+
+/* Only system calls. Leaves the file to one who has locked it. */
+static void unlock_commits(ibl_outputs *out)
+{
+    for (int i = 0; i < out->held_count; i++) {
+        held_dir *h = &out->held[i];
+        int fd = atomic_load(&h->commit);
+        if (fd == OPENING)
+            fd = open_lock(h->fd, 0);
+        if (fd >= 0 && !flock(fd, LOCK_EX | LOCK_NB))
+            unlinkat(h->fd, commit_lock, 0);
+        if (fd >= 0)
+            close(fd);
+        atomic_store(&h->commit, NONE);
+    }
 }
 
 static void unlock_dirs(ibl_outputs *out)
@@ -663,6 +726,7 @@ void ibl_outputs_abort(ibl_outputs *out)
         return;
     const int saved = errno;
     if (atomic_load(&out->committed)) {
+        unlock_commits(out);
         remove_old(out);
         errno = saved;
         return;
@@ -670,6 +734,7 @@ void ibl_outputs_abort(ibl_outputs *out)
     atomic_store(&out->aborted, true);
     for (int i = IBL_MAX_OUTPUTS - 1; i >= 0; i--)
         undo(&out->slots[i]);
+    unlock_commits(out);
     for (int i = IBL_MAX_OUTPUT_DIRS - 1; i >= 0; i--) {
         if (atomic_load(&out->dirs[i].used))
             rmdir(out->dirs[i].path); /* fails if other files are in it */
@@ -755,6 +820,9 @@ static ibl_status flush_dirs(ibl_outputs *out)
 ibl_status ibl_outputs_commit(ibl_outputs *out)
 {
     ibl_status status = ibl_outputs_wait(out);
+    for (int i = 0; !status && i < out->held_count; i++)
+        if (out->held[i].fd >= 0)
+            lock_commits(&out->held[i]);
     for (int i = 0; !status && i < out->count; i++) {
         if (ibl_cancelled(out->ctx) || atomic_load(&out->aborted))
             status = IBL_ERR_CANCELLED;
@@ -769,6 +837,7 @@ ibl_status ibl_outputs_commit(ibl_outputs *out)
         return status;
     }
     atomic_store(&out->committed, true);
+    unlock_commits(out);
     remove_old(out);
     out->count = out->dir_count = 0;
     atomic_store(&out->committed, false);
