@@ -897,7 +897,7 @@ test_rendered_misuse() {
         '--directions 99' '--max-rendered-error 1' '--plot a.png' \
         '--lobe-table a.ktx2'; do
         # shellcheck disable=SC2086
-        wrong 2 '*need --rendered' $way env.exr out
+        wrong 2 '*add --rendered' $way env.exr out
     done
     for way in '--lod 0.5:1,0.5:2' '--lod 0:1,' '--lod 1' '--roughness 0.5,0.5' \
         '--f0 1.5' '--directions 23'; do

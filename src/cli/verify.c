@@ -263,33 +263,43 @@ static bool take(void *settings, const char *word)
     return true;
 }
 
-static bool is_default(const ibl_rendered_options *a)
+/* Facts of what is judged, for the rules. */
+enum {
+    OF_TEXELS = 1 << 0,
+    SOME_TEXELS = 1 << 1, /* not all of each level */
+    OF_RENDERED = 1 << 2,
+    PATTERN = 1 << 3, /* names of faces in the names of files */
+    OF_MAP = 1 << 4,
+    IN_DIRECTORY = 1 << 5
+};
+
+static const ibl_rule rules[] = {
+    {"texels all max-error heatmap skybox", OF_TEXELS,
+     "--rendered judges no texels: leave one of them out"},
+    {"texels seed", SOME_TEXELS | OF_RENDERED, "--all judges every texel"},
+    {"shader lobe-table lod roughness f0 directions max-rendered-error plot",
+     OF_RENDERED, "is for what is drawn: add --rendered"},
+    {"face-names", PATTERN, "no file is named by a pattern with %f"},
+    {"rotate lights layer part any-aspect input-layout strict primaries "
+     "exposure clamp",
+     OF_MAP, "a table needs no environment: leave it out"},
+    {"name", IN_DIRECTORY, "is of files in a directory: add it"},
+    {.options = NULL}};
+
+static bool check_rules(const ibl_verify_opts *o)
 {
-    const ibl_rendered_options b = ibl_rendered_options_default();
+    unsigned facts = o->rendered    ? OF_RENDERED
+                     : o->judge.all ? OF_TEXELS
+                                    : OF_TEXELS | SOME_TEXELS;
 
-    return a->shader == b.shader && a->directions == b.directions &&
-           a->roughness_count == b.roughness_count &&
-           a->f0_count == b.f0_count &&
-           !memcmp(a->roughness, b.roughness, sizeof b.roughness) &&
-           !memcmp(a->f0, b.f0, sizeof b.f0);
-}
-
-/* Options of one way of judging are refused with the other. */
-static bool check_way(const ibl_verify_opts *o)
-{
-    const ibl_judge_options texels = ibl_judge_options_default();
-
-    if (o->rendered)
-        return (!o->judge.all && o->judge.texels == texels.texels &&
-                isnan(o->max_error) && !o->heatmap) ||
-               ibl_misuse("--rendered judges no texels: leave out --texels, "
-                          "--all, --max-error and --heatmap");
-    return (is_default(&o->shading) && !o->lod.given &&
-            isnan(o->max_rendered_error) && !o->plot &&
-            !o->files[IBL_OUTPUT_LOBES]) ||
-           ibl_misuse("--shader, --lobe-table, --lod, --roughness, --f0, "
-                      "--directions, --max-rendered-error and --plot need "
-                      "--rendered");
+    for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
+        if (o->files[kind] && strstr(o->files[kind], "%f"))
+            facts |= PATTERN;
+    if (o->input && strstr(o->input, "%f"))
+        facts |= PATTERN;
+    return ibl_check_rules(&o->given, rules,
+                           facts | (o->input ? OF_MAP : 0) |
+                               (o->directory ? IN_DIRECTORY : 0));
 }
 
 /* A table has lods of its own. */
@@ -322,7 +332,7 @@ static bool validate(void *settings)
         return ibl_misuse("nothing to judge: add the directory of the bake, or "
                           "--specular, --irradiance, --skybox or --lut");
     o->shading.seed = o->judge.seed;
-    if (!ibl_common_validate(&o->common) || !check_way(o) || !settle_lod(o))
+    if (!ibl_common_validate(&o->common) || !check_rules(o) || !settle_lod(o))
         return false;
     if (!o->name) {
         if (!ibl_stem(o->input, o->stem, sizeof o->stem))
@@ -516,6 +526,7 @@ const ibl_command ibl_verify_command = {
     .statuses = "0 done, 1 failed or above --max-error, 2 wrong usage",
     .sections = sections,
     .settings_size = sizeof(ibl_verify_opts),
+    .given = offsetof(ibl_verify_opts, given),
     .defaults = defaults,
     .take = take,
     .validate = validate,

@@ -65,6 +65,7 @@ typedef struct ibl_verify_opts {
     const char *heatmap;       /* NULL: none */
     double max_error;          /* largest accepted error; NAN: no limit */
     char stem[256];            /* buffer of name if it comes from input */
+    ibl_given given;
 } ibl_verify_opts;
 
 typedef struct ibl_verify_files {
