@@ -728,7 +728,7 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
  * removes them, unless another set is in that directory, a process has their
  * PID, or the file system has no locks: sets lock the directories of their
  * targets with flock, shared, until they are freed. Commits in a directory
- * follow one another, by a lock on a file .iblbake.lock, which is there as long.
+ * follow one another, by a lock on a file .iblbake.lock, there as long as one.
  *
  * If a target is a symbolic link, the file that it names is replaced or made.
  * Targets that are not files (directories, devices, pipes) and files without

@@ -69,8 +69,8 @@ void ibl_console_print_times(const ibl_console *c);
 ibl_status ibl_start(const ibl_common *common, ibl_console *console,
                      ibl_ctx **ctx);
 
-/* Waits until the outputs are written, then commits them, unless standard output
- * has lost what was printed. */
+/* Waits until the outputs are written, then commits them, unless what
+ * was printed on standard output is lost. */
 bool ibl_console_commit(ibl_console *console, ibl_outputs *outputs);
 
 /* Adds a level's texels to those of sum, which keeps the largest shares. */

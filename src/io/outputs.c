@@ -321,10 +321,11 @@ static void unlock_commits(ibl_outputs *out)
         int fd = atomic_load(&h->commit);
         if (fd == OPENING)
             fd = open_lock(h->fd, 0);
-        if (fd >= 0 && !flock(fd, LOCK_EX | LOCK_NB))
-            unlinkat(h->fd, commit_lock, 0);
-        if (fd >= 0)
+        if (fd >= 0) {
+            if (!flock(fd, LOCK_EX | LOCK_NB))
+                unlinkat(h->fd, commit_lock, 0);
             close(fd);
+        }
         atomic_store(&h->commit, NONE);
     }
 }

@@ -91,16 +91,6 @@ static bool parse_probe_size(void *field, const char *value)
     return true;
 }
 
-/* Shows the model, unless a later --mode says otherwise. */
-static bool parse_model(void *options, const char *value)
-{
-    view_options *o = options;
-
-    o->model = value;
-    o->settings.mode = VIEW_MODEL;
-    return *value;
-}
-
 static bool parse_material(void *field, const char *value)
 {
     for (int i = 0; i < VIEW_MATERIALS; i++)
@@ -175,6 +165,61 @@ static bool check_pairs(const view_options *o)
     return true;
 }
 
+/* Facts of what is shown, for the rules: bits of modes, and these. A window can
+ * come to show everything. */
+enum {
+    SPHERES = 1 << VIEW_SPHERES,
+    MODEL = 1 << VIEW_MODEL,
+    SCENE = 1 << VIEW_SCENE,
+    LEVELS = 1 << VIEW_LEVELS,
+    FLAT = LEVELS | 1 << VIEW_IRRADIANCE_MAP | 1 << VIEW_TABLE,
+    LIT = SPHERES | MODEL,
+    TONED = 1 << VIEW_MODES, /* not in linear floats */
+    COMPARES = 2 << VIEW_MODES,
+    NO_SHEET = 4 << VIEW_MODES,
+    REFERENCE = 8 << VIEW_MODES /* samples of it are drawn */
+};
+
+static const ibl_rule rules[] = {
+    {"model", MODEL, "is shown with --mode model: leave --mode out"},
+    {"grid metallic", SPHERES, "is of --mode spheres"},
+    {"material roughness reference light compare against-set no-sky blur sky "
+     "map",
+     LIT, "is of --mode spheres and model"},
+    {"diffuse multiscatter no-multiscatter reflection distance", LIT | SCENE,
+     "is of --mode spheres, model and scene"},
+    {"material", NO_SHEET | MODEL, "the sheet has all of them"},
+    {"level", NO_SHEET | SPHERES, "the sheet has all of them"},
+    {"tone", NO_SHEET | LIT | SCENE | LEVELS, "the sheet has all of them"},
+    {"reflection reference", NO_SHEET | SPHERES | SCENE,
+     "the sheet has all of them"},
+    {"samples", REFERENCE, "is of the reference: add --reference"},
+    {"level", LEVELS, "is of --mode levels"},
+    {"layout zoom", FLAT, "is of --mode levels, irradiance and table"},
+    {"pan", FLAT | MODEL, "is of --mode levels, irradiance, table and model"},
+    {"seconds no-parallax no-blend no-walls probes probe-set probe-size "
+     "probe-capture probe-filter probe-limit volumes no-capture-shadows",
+     SCENE, "is of --mode scene"},
+    {"turn", LIT | SCENE, "is of --mode spheres, model and scene"},
+    {"against split gain", COMPARES, "compares: add --compare"},
+    {"ev tone false-colour", TONED, "linear floats have none: write a .png"},
+    {.options = NULL}};
+
+static unsigned facts_of(const view_options *o)
+{
+    const char *file = o->offscreen ? o->offscreen : o->contact_sheet;
+
+    if (!file)
+        return ~0u;
+    return 1u << o->settings.mode |
+           (view_picture_is_linear(file) ? 0 : (unsigned)TONED) |
+           (o->settings.compare ? (unsigned)COMPARES : 0) |
+           (o->contact_sheet ? 0 : (unsigned)NO_SHEET) |
+           (o->contact_sheet || view_wants_reference(&o->settings)
+                ? (unsigned)REFERENCE
+                : 0);
+}
+
 static bool validate(void *options)
 {
     static const int window[2] = {1280, 720}, tile[2] = {320, 240};
@@ -195,7 +240,9 @@ static bool validate(void *options)
     }
     if (o->labels && (sheet || o->offscreen))
         o->settings.border = LABEL_BORDER;
-    if (!check_pairs(o))
+    if (o->model && !ibl_is_given(&o->given, "mode"))
+        o->settings.mode = VIEW_MODEL;
+    if (!check_pairs(o) || !ibl_check_rules(&o->given, rules, facts_of(o)))
         return false;
     if (!o->request.path)
         return view_fail("nothing to show: iblview [options] PATH, see "
@@ -264,8 +311,8 @@ static const ibl_option shows[] = {
     {"mode", 0, IBL_CHOICE(settings.mode, view_mode_names),
      .help = "spheres, the maps themselves, a scene with a probe, or the model "
              "of --model, without which it is a ball of the material"},
-    {"model", 0, .kind = IBL_OPTION_OTHER, .value = "FILE",
-     .parse = parse_model, .allowed = "a scene of glTF 2.0: .gltf, .glb",
+    {"model", 0, IBL_TEXT(model, "FILE"),
+     .allowed = "a scene of glTF 2.0: .gltf, .glb",
      .standard = "none",
      .help = "show a model by the set; implies --mode model"},
     {"layout", 0, IBL_CHOICE(settings.layout, view_layout_names),
@@ -454,6 +501,7 @@ static const ibl_command show = {
     .statuses = "0 done, 1 failed, 2 wrong usage",
     .sections = sections,
     .settings_size = sizeof(view_options),
+    .given = offsetof(view_options, given),
     .defaults = set_defaults,
     .take = take,
     .validate = validate,

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+#include "common/option.h"
 #include "view/baked_set.h"
 #include "view/settings.h"
 
@@ -23,6 +24,7 @@ typedef struct view_options {
     bool labels;               /* in pictures */
     bool quiet, verbose, stats;
     view_settings settings;
+    ibl_given given;
 } view_options;
 
 enum {
