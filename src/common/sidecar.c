@@ -51,7 +51,7 @@ enum {
 /* Loads a large file without the harmonics of high degrees, which nobody reads
  * again: of lists with a triple on each line, as ibl_json_text has them, the
  * first ones and the last. NULL: it is not large, or not read. */
-static json_t *load_short(const char *path)
+static json_t *load_short(const char *path, ibl_json_why *why)
 {
     FILE *from = NULL;
     ibl_memory_file memory;
@@ -72,7 +72,7 @@ static json_t *load_short(const char *path)
     }
     char *text = to ? ibl_memory_close(to, &memory) : NULL;
     if (text && !ferror(from))
-        ibl_json_parse(text, 0, &root);
+        root = ibl_json_parse(path, text, strlen(text), 0, why);
     fclose(from);
     free(line);
     free(text);
@@ -81,7 +81,7 @@ static json_t *load_short(const char *path)
 
 json_t *ibl_sidecar_load(const char *path, ibl_json_why *why)
 {
-    json_t *root = load_short(path), *output;
+    json_t *root = load_short(path, why), *output;
 
     if (!root)
         root = ibl_json_load(path, 0, why);
