@@ -684,10 +684,11 @@ END
 test_engine_files() {
     local to='--size 32 --pixel rgba32f --format dds'
     cp "$top"/tests/cli/*_png.mjs "$top/tests/cli/engine_files.mjs" .
-    iblbake -q $to --mapping babylon --only specular,json env.exr -o a
+    iblbake -q $to --mapping babylon --irradiance-size 16 env.exr -o a
     iblbake -q $to --mapping linear --levels 6 --irradiance-size 16 env.exr -o b
     for j in 1 3; do
-        iblbake -q -j $j --size 32 --format env --mapping babylon env.exr -o $j
+        iblbake -q -j $j --size 32 --format env --mapping babylon \
+            --irradiance-size 16 env.exr -o $j
         iblbake -q -j $j --size 32 --levels 6 --format gltf --mapping linear \
             --name 'a b' env.exr -o $j
         iblbake -q -j $j --size 32 --levels 6 --format playcanvas \
@@ -695,7 +696,8 @@ test_engine_files() {
     done
     diff -r 1 3
     ls 1 | grep -c png | grep -qx 37 || ls 1
-    node engine_files.mjs a/env_specular.dds a/env.json 1/env.env
+    node engine_files.mjs a/env_specular.dds a/env.json 1/env.env \
+        a/env_irradiance.dds
     node engine_files.mjs b/env_specular.dds b/env.json '1/a b.gltf'
     node engine_files.mjs b/env_specular.dds b/env.json 1/env_envatlas.png \
         b/env_irradiance.dds

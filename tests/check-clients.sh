@@ -4,10 +4,11 @@
 # Chromium with software GL: drawn by the lines that --explain prints, compared
 # with what exact levels give by the engine's own lookups. Engines that do not
 # run here (Bevy, Cesium, glTF's extension) are readers that we wrote from their
-# rules. BUILD: where to build. SUN: a map of a sun. PICTURE: also write a
+# rules. BUILD: where to build. MAPS: names of the maps. PICTURE: also write a
 # picture of the engines side by side there. The last line is "N passed, N
 # failed, N skipped".
 set -u
+MAPS=${MAPS:-quarry royal dusk blaze}
 . tests/lib.sh
 
 need node npm chromium
@@ -23,9 +24,6 @@ if [ "$(cat "$npm/fetched" 2>/dev/null)" != "$engines $readers" ]; then
     echo "$engines $readers" >"$npm/fetched"
 fi
 
-sun=${SUN:-../shared/data/quarry_01_1k.hdr}
-[ -f "$sun" ] || sun=data/sky.exr
-node tests/clients/lamps.mjs >"$work/lamps.hdr"
 targets=$("$build/iblbake" --target list | sed -n 's/^\([a-z-]*\): .*/\1/p' |
     paste -sd,)
 bake() { "$build/iblbake" -q --name map "$@"; }
@@ -36,28 +34,37 @@ exact() { # MAP ENV OPTIONS
     shift 2
     name=${*//--/}
     bake "$env" -o "$work/$map/exact-${name// /-}" "$@" --pixel rgba32f \
-        --lut-size 64 --only specular,irradiance,lut,json
+        --only specular,irradiance,json
 }
-for map in lamps sun soft; do
+for map in lamps $MAPS; do
     case $map in
-    lamps) env=$work/lamps.hdr ;;
-    sun) env=$sun ;;
-    soft) env=data/forest.exr ;;
+    quarry) env=../shared/data/quarry_01_1k.hdr other=data/sky.exr ;;
+    royal) env=../shared/data/royal_esplanade_1k.hdr other=data/studio.exr ;;
+    *)
+        env=$work/$map.hdr
+        node tests/clients/maps.mjs $map >"$env"
+        ;;
     esac
+    [ -f "$env" ] || env=$other
     ok "$map" bake --target $targets "$env" -o "$work/$map"
     for target in ${targets//,/ }; do
         "$build/iblbake" --target "$target" --name map --explain \
             >"$work/$map/$target.js"
     done
     [ $map != lamps ] || continue
-    for chain in 'filament --size 256 --levels 6' 'babylon --size 256' \
+    for chain in 'filament --size 384 --levels 6' 'babylon --size 256' \
         'linear --size 256 --levels 6' 'linear --size 256 --levels 5'; do
         # shellcheck disable=SC2086
         ok "$map, $chain" exact $map "$env" --mapping $chain
     done
+    ok "$map for three" bake "$env" -o "$work/$map/three-half" \
+        --only specular --size 384 ${HALF:---levels 5} --mirror x
+    ok "$map for Filament" bake "$env" -o "$work/$map/filament-half" \
+        --only specular --format ktx --sh 2
 done
 
-node tests/clients/drive.mjs "$npm" "$work" "$(command -v chromium)" \
+MAPS=$MAPS \
+    node tests/clients/drive.mjs "$npm" "$work" "$(command -v chromium)" \
     ${PICTURE:+"$PICTURE"} >"$work/report" 2>&1
 grep -v '^[0-9]* passed, [0-9]* failed$' "$work/report"
 last=$(tail -n 1 "$work/report")

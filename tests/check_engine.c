@@ -50,10 +50,16 @@ static ibl_texture make(int levels)
 static const char *save(ibl_engine engine, ibl_texture *tex)
 {
     const double sh[27] = {1, 2, 3, 0.5};
-    const ibl_engine_set set = {tex, NULL, sh, "a b%"};
+    ibl_cube matte = {0};
+    const ibl_engine_set set = {tex, &matte, sh, "a b%"};
     ibl_blob file, faces[MAX_FILES] = {0};
 
+    NEED(!ibl_cube_alloc(ctx, 4, 1, &matte));
+    for (int i = 0; i < 6 * 4 * 4 * 3; i++)
+        matte.data[i] = 0.5f;
+
     NEED(!ibl_engine_encode(ctx, engine, &set, &file, faces));
+    ibl_cube_free(&matte);
     const char *path = file_path(engine == IBL_ENGINE_ENV ? "x.env" : "x.gltf");
     NEED(file_save(path, file.bytes, file.size));
     ibl_blob_free(&file);

@@ -187,6 +187,8 @@ static bool write_specular(ibl_bake *b)
     if (!b->opts->of && !b->opts->engine)
         ibl_warn_of_small_faces(b->console, &b->made.report.layout);
     warn_of_skybox(b);
+    if (b->opts->of && b->opts->of->harmonics)
+        ibl_warn_of_harmonics(b);
     return write_cube(b, IBL_OUTPUT_SPECULAR, &b->made.specular);
 }
 
@@ -395,16 +397,18 @@ static void log_set(const ibl_bake *b)
         ibl_console_info(b->console, "wrote %s", b->sh_path);
 }
 
-/* Prints the lines that load a set's files. */
+/* Prints the program that loads a set's files. */
 static void explain(const ibl_bake *b, bool several)
 {
     const ibl_target *target = b->opts->of;
     const ibl_baked *specular = &b->files[IBL_OUTPUT_SPECULAR];
     const ibl_baked *irradiance = &b->files[IBL_OUTPUT_IRRADIANCE];
+    const char *skybox = b->files[IBL_OUTPUT_SKYBOX].path;
     const ibl_target_files files = {
         .specular = specular->path ? ibl_path_name(specular->path) : "",
         .irradiance = irradiance->path ? ibl_path_name(irradiance->path) : "",
         .sh = b->sh_path ? ibl_path_name(b->sh_path) : "",
+        .skybox = skybox ? ibl_path_name(skybox) : NULL,
         .lights = b->opts->input ? b->from->lights : NULL,
         .light_count = b->opts->input ? b->from->light_count : b->opts->lights};
 

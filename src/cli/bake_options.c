@@ -112,8 +112,8 @@ static const ibl_option outputs[] = {
              "defaults, which list prints. Several are written to DIR/TARGET",
      .aside = true},
     {"explain", 0, IBL_FLAG(explain),
-     .help = "print the lines that load the files of --target; without ENV, "
-             "only that",
+     .help = "print the program that loads the files of --target; without "
+             "ENV, only that",
      .aside = true},
     {"format", 0, IBL_CHOICE(file, ibl_format_names),
      .help = "container, and the extension of its files; env, gltf and "
@@ -422,8 +422,9 @@ void ibl_opts_select(ibl_opts *o)
     o->bake.power = expects || ((o->only & 1u << IBL_OUTPUT_LOBES) &&
                                 o->lobe_table == IBL_LOBES_FITTED);
     o->bake.specular = (o->only & 1u << IBL_OUTPUT_SPECULAR) != 0;
-    o->bake.irradiance = o->only & 1u << IBL_OUTPUT_IRRADIANCE ||
-                         o->engine == IBL_ENGINE_PLAYCANVAS;
+    o->bake.irradiance =
+        o->only & 1u << IBL_OUTPUT_IRRADIANCE || o->engine == IBL_ENGINE_ENV ||
+        o->engine == IBL_ENGINE_PLAYCANVAS || (o->of && o->of->harmonics);
 }
 
 static bool check_lobes(const ibl_opts *o)
@@ -565,6 +566,11 @@ static bool check_engine_levels(const ibl_opts *o)
     if (s->size & (s->size - 1))
         return ibl_misuse("--size %d: %s files need a power of two", s->size,
                           name);
+    const int matte = o->bake.irradiance_options.size;
+    if (o->engine == IBL_ENGINE_ENV && matte & (matte - 1))
+        return ibl_misuse("--irradiance-size %d: .env files need a power of "
+                          "two",
+                          matte);
     return o->engine != IBL_ENGINE_ENV || 1 == s->size >> (layout.levels - 1) ||
            ibl_misuse("--levels %d: .env files have all down to 1x1",
                       layout.levels);
@@ -913,8 +919,14 @@ static void drop_unfit(ibl_opts *o)
     if (o->file < IBL_CONTAINER_COUNT && !ibl_is_given(&o->given, "pixel") &&
         !ibl_container_holds((ibl_container)o->file, o->texels.pixel))
         o->texels.pixel = IBL_PIXEL_RGBA16F;
-    if (s->levels > ibl_most_levels(s->size) &&
-        !ibl_is_given(&o->given, "levels"))
+    if (ibl_is_given(&o->given, "levels"))
+        return;
+    /* The last one lights matte surfaces, which show blocks of 8x8 texels. */
+    const int least = ibl_pixel_block(o->texels.pixel) > 1 ? 16 : 8;
+    while (o->file != IBL_CONTAINER_COUNT + IBL_ENGINE_PLAYCANVAS - 1 &&
+           s->levels > 2 && s->size >> (s->levels - 1) < least)
+        s->levels--;
+    if (s->levels > ibl_most_levels(s->size))
         s->levels = 0;
 }
 
@@ -922,9 +934,12 @@ static bool add_set(ibl_bake_line *line, const ibl_target *target,
                     unsigned *facts)
 {
     ibl_opts *o = &line->set[line->count++];
+    static char *none[] = {NULL};
+    ibl_opts want;
     char prefix[32];
 
-    if (!read_words(target->options, line->words, o))
+    if (!read_words(target->options, none, &want) ||
+        !read_words(target->options, line->words, o))
         return false;
     o->given = line->one.given;
     o->input = line->one.input;
@@ -933,7 +948,7 @@ static bool add_set(ibl_bake_line *line, const ibl_target *target,
     drop_unfit(o);
     snprintf(prefix, sizeof prefix, "--target %s: ", target->name);
     ibl_misuse_prefix(prefix);
-    const bool ok = check_set(o, facts);
+    const bool ok = ibl_opts_fit_target(o, &want) && check_set(o, facts);
     ibl_misuse_prefix("");
     return ok;
 }

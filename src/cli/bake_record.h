@@ -168,6 +168,10 @@ size_t ibl_bake_bytes(const ibl_map_bake *r, ibl_ctx *ctx, size_t reader,
 /* False, after a message, if that is more than --max-memory. */
 bool ibl_bake_fits(const ibl_map_bake *r, size_t reader, int width, int height);
 
+/* Checks them beside a target, whose own options are those of want. False,
+ * after ibl_misuse: its engine would not load the files, or show them wrongly.
+ */
+bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want);
 /* Switches off the parts of the bake that no output needs. */
 void ibl_opts_select(ibl_opts *o);
 
@@ -242,6 +246,10 @@ int ibl_bake_files(const ibl_bake *b, bool shared,
  * fits none. */
 ibl_status ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES],
                            int *count);
+
+/* Warns of the harmonics of a baked set if somewhere they have less than half
+ * the least irradiance of a channel. */
+void ibl_warn_of_harmonics(const ibl_bake *b);
 
 /* Sets the path of every wanted file. False, after a message: no memory. */
 bool ibl_bake_name_files(ibl_bake *b);

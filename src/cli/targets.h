@@ -17,15 +17,22 @@ enum {
 typedef struct ibl_target {
     const char *name, *engine;
     const char *options; /* words that stand before those of the user */
-    const char *load;    /* lines with {specular}, {irradiance} and {sh}: the
-                            files */
+    const char *takes;   /* words: what its loader takes of --format/--pixel,
+                            and zstd if that may compress them */
+    /* The program before its lights, with {specular}, {irradiance}, {skybox}
+     * and {sh}: the files; {skybox} is that of the levels if there is none. */
+    const char *load;
+    const char *background; /* what follows of it then; NULL: nothing */
+    const char *skybox;     /* what follows if there is one; NULL: the same */
     /* Lines for a light, with {x} {y} {z}: the unit vector towards it, {-x}
      * {-y} {-z}: the way it shines, {r} {g} {b}: its colour, at most 1,
-     * {intensity}, {degrees}, its radius, and {n}, its number from 1. NULL:
-     * none */
+     * {intensity}, {degrees}, its radius, and {n}, its number from 1 */
     const char *light;
+    const char *end;  /* of the program; NULL: nothing */
     const char *axes; /* the world's axis of each of the engine's: "-z y x" */
     bool filament;    /* the member of ibl_texture */
+    bool whole;       /* levels must be all, from a power of two */
+    bool harmonics;   /* matte surfaces are lit by nine coefficients */
     double intensity; /* of a light with an irradiance of 1 */
 } ibl_target;
 
@@ -42,14 +49,15 @@ bool ibl_targets_parse(void *targets, const char *value);
 /* Prints what each target sets. */
 void ibl_targets_print(FILE *to);
 
-/* What lines name: files, and lights in the world's axes. */
+/* What a program names: files, and lights in the world's axes. */
 typedef struct ibl_target_files {
     const char *specular, *irradiance, *sh;
+    const char *skybox;      /* NULL: there is none */
     const ibl_light *lights; /* NULL: unknown; their lines are not filled in */
     int light_count;
 } ibl_target_files;
 
-/* Prints the lines that load the files and add the lights. */
+/* Prints the program that loads the files and adds the lights. */
 void ibl_target_explain(const ibl_target *target, const ibl_target_files *files,
                         FILE *to);
 

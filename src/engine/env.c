@@ -37,30 +37,53 @@ static json_t *irradiance(const double *sh)
     return j;
 }
 
+/* The places of count images, the first of which is at *position. */
+static json_t *places(const ibl_blob *images, int count, size_t *position)
+{
+    json_t *list = json_array();
+
+    for (int i = 0; i < count; i++) {
+        append(&list, json_pack("{sI sI}", "length", (json_int_t)images[i].size,
+                                "position", (json_int_t)*position));
+        *position += images[i].size;
+    }
+    return list;
+}
+
 static json_t *manifest(const ibl_engine_set *set, const ibl_blob *faces)
 {
-    json_t *images = json_array();
+    const int count = IBL_FACES * set->specular->levels;
+    json_t *matte = irradiance(set->sh);
     size_t position = 0;
+    json_t *levels = places(faces, count, &position);
 
-    for (int i = 0; i < IBL_FACES * set->specular->levels; i++) {
-        append(&images,
-               json_pack("{sI sI}", "length", (json_int_t)faces[i].size,
-                         "position", (json_int_t)position));
-        position += faces[i].size;
-    }
+    put(&matte, "irradianceTexture",
+        json_pack("{si so}", "size", set->irradiance->size, "faces",
+                  places(faces + count, IBL_FACES, &position)));
     return json_pack("{si si ss so s{so sf} so}", "version", 2, "width",
                      set->specular->width, "imageType", "image/png",
-                     "irradiance", irradiance(set->sh), "specular", "mipmaps",
-                     images, "lodGenerationScale", usual_scale, "iblbake",
+                     "irradiance", matte, "specular", "mipmaps", levels,
+                     "lodGenerationScale", usual_scale, "iblbake",
                      ibl_engine_keys(set->specular));
 }
 
 ibl_status ibl_env_encode(ibl_ctx *ctx, const ibl_engine_set *set,
                           ibl_blob *main)
 {
-    const int count = IBL_FACES * set->specular->levels;
-    ibl_blob faces[MAX_FACES] = {0};
-    const ibl_status status = ibl_rgbd_faces(ctx, set->specular, faces);
+    const int levels = IBL_FACES * set->specular->levels;
+    const int count = levels + IBL_FACES;
+    ibl_blob faces[MAX_FACES + IBL_FACES] = {0};
+    ibl_texel_options texels = ibl_texel_options_default();
+    ibl_texture matte = {0};
+
+    texels.pixel = IBL_PIXEL_RGBA32F;
+    ibl_status status =
+        ibl_texture_from_cube(ctx, set->irradiance, &texels, &matte, NULL);
+    if (!status)
+        status = ibl_rgbd_faces(ctx, set->specular, faces);
+    if (!status)
+        status = ibl_rgbd_faces(ctx, &matte, faces + levels);
+    ibl_texture_free(&matte);
     bool ok = !status && ibl_blob_add(main, magic, sizeof magic) &&
               ibl_engine_put_json(manifest(set, faces), main) &&
               ibl_blob_add(main, "", 1);
@@ -145,7 +168,16 @@ static ibl_status read_set(reader *r, ibl_texture *tex)
         levels++;
     if (json_array_size(mipmaps) != (size_t)(IBL_FACES * levels))
         return wrong(r, "it has not six images for each level");
-    ibl_status status = find_faces(r, mipmaps);
+    /* Babylon's light on matte surfaces is there, but is not read. */
+    const json_t *matte =
+        json_object_get(json_object_get(json_object_get(r->root, "irradiance"),
+                                        "irradianceTexture"),
+                        "faces");
+    if (matte && json_array_size(matte) != IBL_FACES)
+        return wrong(r, "its irradianceTexture has not six images");
+    ibl_status status = find_faces(r, matte);
+    if (!status)
+        status = find_faces(r, mipmaps);
     if (!status)
         status =
             ibl_rgbd_cube(r->ctx, r->name, (int)width, levels, r->faces, tex);

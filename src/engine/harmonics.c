@@ -20,11 +20,7 @@ static const double square[IBL_SH_NINE] = {1.0 / 4,  3.0 / 4,  3.0 / 4,
                                            3.0 / 4,  15.0 / 4, 15.0 / 4,
                                            5.0 / 16, 15.0 / 4, 15.0 / 16};
 
-/*
- * The shader form: E/pi is the sum of shader[i] times 1, y, z, x, xy, yz,
- * 3zz - 1, zx, xx - yy. Filament calls it pre-scaled.
- */
-static void shader_form(const double *sh, double shader[IBL_SH_NINE][3])
+void ibl_sh_shader(const double *sh, double shader[IBL_SH_NINE][3])
 {
     for (int i = 0; i < IBL_SH_NINE; i++)
         for (int c = 0; c < 3; c++)
@@ -39,7 +35,7 @@ void ibl_sh_polynomial(const double *sh, double polynomial[IBL_SH_NINE][3])
     const double one = ibl_sh_cosine(1), two = ibl_sh_cosine(2);
     double s[IBL_SH_NINE][3];
 
-    shader_form(sh, s);
+    ibl_sh_shader(sh, s);
     for (int c = 0; c < 3; c++) {
         const double p[IBL_SH_NINE] = {one * s[3][c],
                                        one * s[1][c],
@@ -73,7 +69,7 @@ char *ibl_sh_key(const double *sh)
 
     if (!to)
         return NULL;
-    shader_form(sh, s);
+    ibl_sh_shader(sh, s);
     for (int i = 0; i < IBL_SH_NINE; i++)
         fprintf(to, "%.9g %.9g %.9g\n", s[i][0], s[i][1], s[i][2]);
     return ibl_memory_close(to, &file);
@@ -105,7 +101,7 @@ char *ibl_sh_text(ibl_sh_format format, const double *sh)
 
     if (!to)
         return NULL;
-    shader_form(sh, s);
+    ibl_sh_shader(sh, s);
     for (int i = 0; i < IBL_SH_NINE && format == IBL_SH_THREE; i++)
         for (int c = 0; c < 3; c++)
             s[i][c] = sh[3 * i + c] + 0.0;

@@ -23,6 +23,10 @@ typedef enum ibl_sh_format {
 /* Indexed by ibl_sh_format, ended by NULL. */
 extern const char *const ibl_sh_format_names[];
 
+/* The shader form: E/pi is the sum of shader[i] times 1, y, z, x, xy, yz,
+ * 3zz - 1, zx, xx - yy. Filament calls it pre-scaled. */
+void ibl_sh_shader(const double *sh, double shader[IBL_SH_NINE][3]);
+
 /*
  * Babylon's polynomial, in the order x y z xx yy zz yz zx xy. Its shader turns
  * it back into harmonics and takes the cosine's factors 1, 2/3, 1/4 off, so

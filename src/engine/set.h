@@ -13,7 +13,7 @@
 typedef struct ibl_engine_set {
     ibl_texture *specular; /* cube of RGBA32F with keys; gets what the files
                               give back */
-    const ibl_cube *irradiance; /* E/pi: only of PLAYCANVAS */
+    const ibl_cube *irradiance; /* E/pi: of ENV and PLAYCANVAS */
     const double *sh;           /* nine coefficients of radiance or more, as of
                                    ibl_bake_sh: not of PLAYCANVAS */
     const char *stem;           /* of face names */

@@ -37,8 +37,8 @@ function close(what, got, wanted, by) {
 }
 
 // Babylon's fromRGBD of a face whose rows are from the bottom.
-function checkFace(png, level, face) {
-    const {n, faces} = want[level];
+function checkFace(png, level, face, cube = want) {
+    const {n, faces} = cube[level];
     const {width, height, data} = decodePng(png, name, 6);
     if (width !== n || height !== n)
         return console.log(`${name}: a face of ${width}x${height}, not ${n}`);
@@ -75,6 +75,13 @@ function checkEnv() {
     info.specular.mipmaps.forEach(({length, position}, i) => checkFace(
         b.subarray(end + 1 + position, end + 1 + position + length),
         Math.floor(i / 6), i % 6));
+    // What matte surfaces look up.
+    const matte = info.irradiance.irradianceTexture;
+    if (matte.size !== 16 || matte.faces.length !== 6)
+        console.log('another irradianceTexture', matte);
+    matte.faces.forEach(({length, position}, face) => checkFace(b.subarray(
+        end + 1 + position, end + 1 + position + length), 0, face,
+        readDds(diffuse)));
     // SphericalHarmonics.FromPolynomial.
     const p = info.irradiance, add = (k, ...terms) => [0, 1, 2].map(
         (c) => pi * k * terms.reduce((s, [w, v]) => s + w * v[c], 0));

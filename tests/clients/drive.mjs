@@ -2,10 +2,11 @@
 /*
  * node tests/clients/drive.mjs NPM DIR CHROMIUM [PICTURE]
  *
- * Draws the sets of files DIR/MAP/TARGET in the engines installed under
- * NPM/node_modules, in one browser, each loaded by the lines that
- * DIR/MAP/TARGET.js has for it, and compares the screen with what the exact
- * levels DIR/MAP/exact-N give by that engine's lookups (engines.mjs).
+ * Draws the sets of files DIR/MAP/SET in the engines installed under
+ * NPM/node_modules, in one browser, each by the program that DIR/MAP/TARGET.js
+ * has for its target, and compares the screen block by block with the same
+ * engine's of half floats (DIR/MAP/SET-half) and with what the exact levels
+ * DIR/MAP/exact-OPTIONS give by the engine's lookups (engines.mjs).
  * Prints a table; the last line is "N passed, N failed". PICTURE: a PNG to
  * write, of what the engines draw.
  */
@@ -16,27 +17,17 @@ import {createServer} from 'node:http';
 import path from 'node:path';
 import {fileURLToPath} from 'node:url';
 
+import {compare, spheres, views} from './looks.mjs';
 import {readExact} from './exact.mjs';
 import {engines, harmonics} from './engines.mjs';
-import {lamps} from './lamps.mjs';
+import {lamps} from './maps.mjs';
 import {lookup} from './cube.mjs';
 import {lightProbe, rules} from './rules.mjs';
 
 const [npm, dir, chromium, picture] = process.argv.slice(2);
 const here = path.dirname(fileURLToPath(import.meta.url));
 const modules = path.resolve(npm, 'node_modules');
-const SIZE = 192, SECONDS = 120;
-/* Of all light, so that little of it is beyond white. */
-const EXPOSURE = {lamps: 1, sun: 0.4, soft: 0.4};
-
-/* The screen's mean difference of a sphere, of 255. Mirrors of PlayCanvas are
- * of a size that the screen decides. */
-const MOST = 2;
-const spheres = [
-    ...[0, 0.2, 0.4, 0.6, 0.8, 1].map(roughness =>
-        ({name: String(roughness), metal: 1, roughness})),
-    {name: 'diffuse', metal: 0, roughness: 1}];
-const ROUGH = spheres.slice(1, 6).map(s => s.name);
+const SECONDS = 240;
 
 let passed = 0, failed = 0;
 function verdict(good, what) {
@@ -47,31 +38,56 @@ function verdict(good, what) {
 
 /* ---- pages ---------------------------------------------------------------- */
 
-const MAPS = ['lamps', 'sun', 'soft'], jobs = [];
-for (const map of MAPS)
-    for (const target of Object.keys(engines))
-        jobs.push({map, target, saved: {}, said: []});
+/* Without lamps, which tells axes apart. */
+const MAPS = (process.env.MAPS || 'quarry royal dusk blaze').split(' ');
+const jobs = [];
+for (const map of ['lamps', ...MAPS])
+    for (const [target, engine] of Object.entries(engines).filter(e => !process.env.T || process.env.T.split(' ').includes(e[0])))
+        for (const set of [target, ...map === 'lamps' || !engine.half ? [] :
+            [engine.half]])
+            if (!jobs.some(job => job.map === map && job.set === set))
+                jobs.push({map, target: set in engines ? set : target, set,
+                           saved: {}, said: []});
 let current = -1;
 
-function page({map, target}) {
-    const lines = readFileSync(path.join(dir, map, target + '.js'), 'utf8');
+function page({map, target, set}) {
+    let lines = readFileSync(path.join(dir, map, target + '.js'), 'utf8');
+    if (set === 'three-half')
+        lines = lines.replaceAll('loader.loadAsync', 'halfFloats');
     return readFileSync(path.join(here, engines[target].page), 'utf8')
-        .replace('/* SNIPPET */', () => lines);
+        .replace('/* PROGRAM */', () => lines);
 }
-const drawn = ({map}) => map === 'lamps' ? spheres.slice(0, 1) : spheres;
+const exactOf = ({map, target}) =>
+    readExact(modules, path.join(dir, map), engines[target].chain);
+/* What a page draws: spheres from each side; of lamps a mirror, and what is
+ * behind it. */
+function shots(job) {
+    const {eye} = engines[job.target];
+    return views(eye).flatMap(({eye, fov}, view) => {
+        const look = {fov, from: eye, to: [0, 0, 0]};
+        if (job.map !== 'lamps')
+            return spheres.map(s => ({...s, ...look, name: `${view}/${s.name}`}));
+        const mirror = {...look, metal: 1, roughness: 0, gloss: 1};
+        return [{...mirror, name: `${view}/mirror`},
+                {...mirror, background: true, fov: 120, from: [0, 0, 0],
+                 to: eye.map(x => -x), name: `${view}/background`}];
+    });
+}
+/* A mean luminance of 0.4, so that little of the light is beyond white. */
+const exposure = job => job.map === 'lamps' ? 1 :
+    0.4 / exactOf(job).mean;
 
 /* What the picture has: a row for each engine. */
-const PICTURED = ['0', '0.4', 'diffuse'];
+const PICTURED = ['matte', 'gloss .5', 'metal .25', 'metal .75'];
 function tiles() {
     const rows = Object.keys(engines).map(target => ({
-        label: target, tiles: ['sun', 'soft'].flatMap(map => {
+        label: target, tiles: MAPS.flatMap(map => {
             const i = jobs.findIndex(job => job.map === map &&
-                job.target === target && job.done);
+                job.set === target && job.done);
             return i < 0 ? [] : PICTURED.map(name =>
-                ({name: /^d/.test(name) ? name : 'r = ' + name,
-                  at: `/tile/${i}/${name}`}));
+                ({name, at: `/tile/${i}/0/${name}`}));
         })})).filter(row => row.tiles.length);
-    return JSON.stringify({rows, size: SIZE});
+    return JSON.stringify({rows, size: views.SIZE});
 }
 
 /* The bytes of a path, or undefined. */
@@ -81,15 +97,17 @@ function file(where) {
     if (where === '/tiles')
         return tiles();
     if (first === 'tile')
-        return jobs[rest[0]].saved[rest[1]];
+        return jobs[rest[0]].saved[rest.slice(1).join('/')];
     if (where === '/picture.html')
         return readFileSync(path.join(here, 'picture.html'));
     if (where === '/clients/page.js')
         return readFileSync(path.join(here, 'page.js'), 'utf8')
-            .replace('/* SPHERES */ []', JSON.stringify(drawn(job)))
-            .replace('/* EYE */ [4, 4, 4]',
-                     JSON.stringify(engines[job.target].eye))
-            .replace('/* EXPOSURE */ 1', EXPOSURE[job.map]);
+            .replace('/* JOB */ {}', () => JSON.stringify({size: views.SIZE,
+                exposure: exposure(job), shots: shots(job)}));
+    // The package has no module: a page's names of its global one.
+    if (where === '/clients/babylonjs.js')
+        return `import '/npm/babylonjs/babylon.js';
+export const {${[...new Set(page(job).match(/(?<=BABYLON\.)\w+/g))]}} = BABYLON;`;
     if (rest[rest.length - 1] === 'page.html')
         return page(job);
     const basis = rest.indexOf('basis');
@@ -124,6 +142,7 @@ function answer(request, response) {
 /* What a page tells; gives the address of the next page. */
 function told(where, body) {
     const job = jobs[current];
+    if (process.env.DEBUG) console.log(where, where === "/said" || where === "/failed" ? body.toString().slice(0, 300) : "", Date.now() % 1e6);
     if (where.startsWith('/saved/'))
         job.saved[where.slice(7)] = body;
     else if (where === '/said')
@@ -173,8 +192,9 @@ function advance() {
         return 'about:blank';
     }
     jobs[current].since = Date.now();
+    if (process.env.DEBUG) console.log(jobs[current].map, jobs[current].set, Date.now() % 1e6);
     timer = setTimeout(() => fail(`nothing for ${SECONDS} s`), SECONDS * 1000);
-    return `/${jobs[current].map}/${jobs[current].target}/page.html`;
+    return `/${jobs[current].map}/${jobs[current].set}/page.html`;
 }
 /* A page that failed may hang: a new browser has the next. */
 function fail(why) {
@@ -188,106 +208,81 @@ function fail(why) {
 
 /* ---- the screen ----------------------------------------------------------- */
 
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const unit = a => a.map(x => x / Math.hypot(...a));
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                         a[0] * b[1] - a[1] * b[0]];
-
-/* Normal and view of each pixel that the unit sphere covers, but its rim, in
- * the engine's axes; null elsewhere. */
-function sight({left, eye}) {
-    const ahead = unit(eye.map(x => -x));
-    const side = (a, b) => left ? cross(b, a) : cross(a, b);
-    const right = unit(side(ahead, [0, 1, 0])), up = side(right, ahead);
-    const tan = Math.tan(Math.PI / 18), pixels = [];
-    for (let y = 0; y < SIZE; y++)
-        for (let x = 0; x < SIZE; x++) {
-            const across = tan * (2 * (x + 0.5) / SIZE - 1);
-            const upwards = tan * (1 - 2 * (y + 0.5) / SIZE);
-            const ray = unit(ahead.map((a, i) =>
-                a + across * right[i] + upwards * up[i]));
-            const b = dot(eye, ray), in2 = b * b - dot(eye, eye) + 1;
-            const n = eye.map((e, i) => e + (-b - Math.sqrt(in2)) * ray[i]);
-            const v = ray.map(r => -r);
-            pixels.push(in2 > 0 && dot(n, v) > 0.15 ? {n, v} : null);
-        }
-    return pixels;
-}
-
-/* How much a normal differs from the next pixels', the most of an axis. */
-function slope(pixels, i) {
-    const x = i % SIZE & ~1, y = Math.floor(i / SIZE) & ~1;
-    const [a, b, c] = [[x, y], [x + 1, y], [x, y + 1]].map(
-        ([u, v]) => pixels[v * SIZE + u] || pixels[i]);
-    return Math.max(...a.n.map((n, k) => Math.max(
-        Math.abs(b.n[k] - n), Math.abs(c.n[k] - n))));
-}
-
-/* Mean difference in 8 bits between a picture and what is expected. */
-function difference(engine, exact, exposure, sphere, picture) {
-    const pixels = sight(engine);
-    let sum = 0, count = 0;
-    pixels.forEach((pixel, i) => {
-        if (!pixel)
-            return;
-        const {n, v} = pixel;
-        const light = sphere.metal ?
-            engine.radiance(exact, n, v, sphere.roughness, slope(pixels, i)) :
-            engine.diffuse(exact, n, v);
-        for (let c = 0; c < 3; c++) {
-            const held = Math.min(1, Math.max(0, exposure * light[c]));
-            sum += Math.abs(picture[4 * i + c] - 255 * engine.encode(held));
-            count++;
-        }
-    });
-    return sum / count;
-}
-
-/* The lamps that are not where they belong in the picture of a mirror. */
-function misplaced(engine, picture) {
-    const pixels = sight(engine);
-    return lamps.filter(({axis, colour}) => {
-        let best = -1, at = -1;
-        pixels.forEach((pixel, i) => {
-            if (!pixel)
-                return;
-            const {n, v} = pixel;
-            const r = n.map((x, k) => 2 * dot(n, v) * x - v[k]);
-            const near = dot(engine.world(r), axis);
-            if (near > best)
-                [best, at] = [near, i];
-        });
-        return colour.some((c, k) => (picture[4 * at + k] > 200) !== c > 0 );
-    }).map(({axis}) => axis.join(' '));
-}
-
 /* ---- what was drawn ------------------------------------------------------- */
 
+/* The lamps that are not where they belong in a picture of a mirror or of the
+ * background. */
+function misplaced(engine, saved) {
+    const seen = new Map();
+    views(engine.eye).forEach((view, k) => {
+        for (const [name, rays] of [
+            ['mirror', view.pixels(engine.left).map(p => p && p.n.map((x, i) =>
+                2 * p.n.reduce((sum, y, j) => sum + y * p.v[j], 0) * x -
+                p.v[i]))],
+            ['background', view.background(engine.left)]])
+            for (const {axis, colour} of lamps) {
+                let best = -1, at = -1;
+                rays.forEach((ray, i) => {
+                    const near = ray ? engine.world(ray).reduce(
+                        (sum, x, j) => sum + x * axis[j], 0) : -1;
+                    if (near > best)
+                        [best, at] = [near, i];
+                });
+                if (best > 0.999)
+                    seen.set(`${name} ${axis.join(' ')}`, colour.every((c, i) =>
+                        (saved[`${k}/${name}`][4 * at + i] > 200) === c > 0));
+            }
+    });
+    return [...seen].filter(([, right]) => !right).map(([name]) => name).concat(
+        seen.size === 12 ? [] : `only ${seen.size} of 12 seen`);
+}
+
+const BARS = [4, 3, 6];
+/* Compares the pictures of a sphere from all sides with others; the worst of
+ * each measure. */
+function worst(engine, sphere, saved, other) {
+    const out = [0, 0, 0];
+    views(engine.eye).forEach((view, k) => compare(
+        saved[`${k}/${sphere.name}`], other(view, k), view.pixels(engine.left))
+        .forEach((x, i) => out[i] = Math.max(out[i], x)));
+    return out;
+}
+const shown = off => off.map(x => x.toFixed(1)).join('/').padStart(13);
+
 function judge(job) {
-    const {map, target, saved} = job;
-    const name = `${target} ${map}`;
+    const {map, target, set, saved} = job, name = `${target} ${map}`;
     verdict(job.done && !job.failed, `${name}: ${job.failed || 'not drawn'}`);
-    verdict(!job.said.length, `${name}: ${job.said[0]}`);
-    if (!job.done)
+    if (!job.done || set !== target)
         return;
+    verdict(!job.said.length, `${name}: ${job.said[0]}`);
     const engine = engines[target];
     if (map === 'lamps') {
-        const wrong = misplaced(engine, saved[0]);
+        const wrong = misplaced(engine, saved);
         verdict(!wrong.length, `${name}: not right at ${wrong.join(', ')}`);
         return;
     }
-    const exact = readExact(modules, path.join(dir, map), engine.chain);
-    let row = target.padEnd(12) + map.padEnd(6);
-    for (const sphere of drawn(job)) {
-        const off = difference(engine, exact, EXPOSURE[map], sphere,
-                               saved[sphere.name]);
-        row += off.toFixed(2).padStart(8);
-        if (ROUGH.includes(sphere.name) || sphere.name === 'diffuse')
-            verdict(off <= (sphere.roughness === 1 && sphere.metal &&
-                engine.roughest || MOST), `${name} ${sphere.name}: ` +
-                `${off.toFixed(2)} of 255 from the exact levels`);
+    const half = jobs.find(j => j.map === map && j.set === engine.half);
+    const exact = exactOf(job), light = exposure(job);
+    const rows = {};
+    for (const sphere of spheres) {
+        const lit = engine.lit(exact, sphere);
+        const tell = (to, off, bars) => {
+            (rows[to] = rows[to] || {})[sphere.name] = off;
+            verdict(off.every((x, i) => !(x > bars[i])), `${name} ` +
+                `${sphere.name}: ${shown(off).trim()} from ${to}`);
+        };
+        if (half && half.done)
+            tell('half', worst(engine, sphere, saved,
+                (_, k) => half.saved[`${k}/${sphere.name}`]), BARS);
+        if (lit)
+            tell('exact', worst(engine, sphere, saved, view =>
+                view.draw(engine, p => lit(p).map(x => light * x))),
+                engine.exact(sphere) || [Infinity, Infinity, Infinity]);
     }
-    console.log(row + `   ${((job.until - job.since) / 1000).toFixed(1)} s`);
+    for (const [to, row] of Object.entries(rows))
+        console.log(((job.until - job.since) / 1000).toFixed(1) + target.padEnd(12) + map.padEnd(7) + to.padEnd(6) +
+            spheres.map(s => row[s.name] ? shown(row[s.name]) :
+                ' '.repeat(13)).join(''));
 }
 
 /* ---- what has only rules -------------------------------------------------- */
@@ -335,7 +330,7 @@ async function judgeRule(map, target) {
     console.log(target.padEnd(12) + map.padEnd(6) +
         errors.map(e => (100 * e).toFixed(2).padStart(8)).join(''));
     errors.forEach((e, i) => verdict(e <= rule.most,
-        `${name} ${spheres[i].name}: ${(100 * e).toFixed(2)} %`));
+        `${name} ${i < 6 ? i / 5 : 'diffuse'}: ${(100 * e).toFixed(2)} %`));
 }
 
 async function judgeProbe(map) {
@@ -350,16 +345,17 @@ start(advance());
 await finished;
 stop();
 server.close();
-console.log('mean difference from the exact levels, of 255');
-console.log('target      map   ' +
-    spheres.map(s => s.name.padStart(8)).join(''));
+console.log('block bias / chroma shift / step, of 255, from half floats in ' +
+    'the engine and exact levels by its lookups');
+console.log(' '.repeat(25) +
+    spheres.map(s => s.name.padStart(13)).join(''));
 jobs.forEach(judge);
 rmSync(profile, {recursive: true, force: true, maxRetries: 5});
 console.log('readers after the rules: relative error in per cent');
-for (const map of MAPS.slice(1))
+for (const map of MAPS)
     await judgeProbe(map).catch(e =>
         verdict(false, `three's LightProbe ${map}: ${e.stack}`));
-for (const map of MAPS)
+for (const map of ['lamps', ...MAPS])
     for (const target of Object.keys(rules))
         await judgeRule(map, target).catch(e =>
             verdict(false, `${target} ${map}: ${e.stack}`));

@@ -3,17 +3,17 @@
  * What each engine makes of exact levels: the lookups of its shaders, after
  * their source. Of each target
  *   page      draws it
+ *   half      the set of half floats that it is compared with
  *   world     the direction of our world that a direction of the engine shows
  *   eye       the camera: the same place of our world in all
  *   chain     options of the exact levels
  *   left      whether the engine is left-handed
- *   radiance(exact, n, v, roughness)   of a white metal, linear
- *   diffuse(exact, n, v)               of what is white and no metal
+ *   lit(exact, sphere)   a function of {n, v}, what the sphere shows, linear;
+ *             nothing for spheres whose shader is not here
+ *   exact(sphere)   how much it may be off; nothing: any
  *   encode    the screen's value of a linear one
- *   roughest  the difference allowed at roughness 1, if it is another
  * n, v: normal and view in the engine's axes; exact: {levels, irradiance
- * (a level of E/pi), sh (nine coefficients of E/pi), albedo(nv, roughness)
- * (split sum: scale and bias)}.
+ * (a level of E/pi), sh (nine coefficients of E/pi)}.
  */
 import {lookup, mix} from './cube.mjs';
 
@@ -23,25 +23,16 @@ const srgb = x => x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055;
 const power = x => x ** (1 / 2.2);
 const same = d => d;
 
-/* three and Filament turn rough reflections towards the normal. */
-const bent = (n, v, r) => mix(reflect(n, v), n, r ** 4);
-const filamentLod = (exact, r) => (exact.levels.length - 1) * r * (2 - r);
-const roughest = exact => exact.levels.length - 1;
+const matte = s => !s.metal && !s.gloss;
+const MATTE = [4, 3, Infinity], ALL = [4, 3, 6];
+/* E/pi in the world's axes. */
+const diffuse = (exact, world, n) => lookup([exact.irradiance], world(n), 0);
 
 const three = {
-    page: 'three.html', world: same, eye: [4, 4, 4], encode: srgb,
-    chain: '--mapping filament --size 256 --levels 6',
-    // The roughness that it adds for the screen's sake is what n is off by
-    // from pixel to pixel.
-    radiance(exact, n, v, roughness, slope) {
-        const r = Math.min(1, Math.max(0.0525, roughness) + slope);
-        const [scale, bias] = exact.albedo(dot(n, v), r);
-        const light = lookup(exact.levels, bent(n, v, r),
-                             filamentLod(exact, r));
-        const rest = lookup(exact.levels, n, roughest(exact));
-        return mix(rest, light, scale + bias);
-    },
-    diffuse: (exact, n) => lookup(exact.levels, n, roughest(exact))
+    page: 'three.html', half: 'three-half', world: same, eye: [4, 4, 4],
+    encode: srgb, chain: '--mapping filament --size 384 --levels 6',
+    lit: (exact, s) => matte(s) && (({n}) => diffuse(exact, same, n)),
+    exact: () => MATTE
 };
 
 /* Irradiance of nine coefficients of E/pi, as <ibl/ibl.h> orders them. */
@@ -54,50 +45,41 @@ export function harmonics(sh, [x, y, z]) {
     return [0, 1, 2].map(c =>
         basis.reduce((sum, b, i) => sum + b * sh[i][c], 0));
 }
-/* Babylon mixes the harmonics into rough reflections. */
+/* Babylon mixes the irradiance into rough reflections. */
 const babylon = {
     page: 'babylon.html', world: ([x, y, z]) => [z, y, x], left: true,
     eye: [4, 4, 4], encode: power, chain: '--mapping babylon --size 256',
-    radiance(exact, n, v, r) {
-        const alpha = r * r + 0.0005;
-        const light = lookup(exact.levels, babylon.world(reflect(n, v)),
-                             0.8 * Math.log2(256 * alpha));
-        return mix(light, babylon.diffuse(exact, n), Math.min(1, alpha));
-    },
-    diffuse: (exact, n) => harmonics(exact.sh, babylon.world(n))
+    lit: (exact, s) => matte(s) ?
+        ({n}) => diffuse(exact, babylon.world, n) :
+        s.metal && (({n, v}) => {
+            const alpha = s.roughness ** 2 + 0.0005;
+            const light = lookup(exact.levels, babylon.world(reflect(n, v)),
+                                 0.8 * Math.log2(256 * alpha));
+            return mix(light, diffuse(exact, babylon.world, n),
+                       Math.min(1, alpha));
+        }),
+    exact: s => matte(s) ? MATTE : ALL
 };
 
 const filament = {
-    page: 'filament.html', world: same, eye: [4, 4, 4], encode: srgb,
-    chain: three.chain,
-    radiance: (exact, n, v, roughness) => {
-        const r = Math.max(0.045, roughness);
-        return lookup(exact.levels, bent(n, v, r), filamentLod(exact, r));
-    },
-    // Its glTF material reflects 4 % besides.
-    diffuse(exact, n, v) {
-        const [scale, bias] = exact.albedo(dot(n, v), 1);
-        const e = mix([bias], [scale + bias], 0.04)[0];
-        const more = 1 + 0.04 * (1 / (scale + bias) - 1);
-        const light = lookup(exact.levels, n, roughest(exact));
-        const gloss = lookup(exact.levels, n, roughest(exact));
-        return light.map((x, c) => x * (1 - e) + e * more * gloss[c]);
-    }
+    page: 'filament.html', half: 'filament-half', world: same,
+    eye: [4, 4, 4], encode: srgb, chain: three.chain,
+    lit: () => null
 };
 
 const playcanvas = {
     page: 'playcanvas.html', world: ([x, y, z]) => [z, y, -x],
     eye: [-4, 4, 4], encode: power,
     chain: '--mapping linear --size 256 --levels 6',
-    // It joins 14 x 6 texels by lines there: a low sun takes 2.25, others 1.5.
-    roughest: 2.5,
-    radiance: (exact, n, v, r) =>
-        lookup(exact.levels, playcanvas.world(reflect(n, v)), 5 * r),
     // What is no metal reflects 4 % besides, from any side.
-    diffuse: (exact, n, v) =>
-        mix(lookup([exact.irradiance], playcanvas.world(n), 0),
-            playcanvas.radiance(exact, n, v, 1), 0.04)
+    lit: (exact, s) => !matte(s) && (({n, v}) => {
+        const light = lookup(exact.levels, playcanvas.world(reflect(n, v)),
+                             5 * s.roughness);
+        return s.metal ? light :
+            mix(diffuse(exact, playcanvas.world, n), light, 0.04);
+    }),
+    exact: () => ALL
 };
 
-export const engines = {three, babylon, 'babylon-env': babylon, filament,
-                        playcanvas};
+export const engines = {three, babylon,
+    'babylon-env': {...babylon, half: 'babylon'}, filament, playcanvas};

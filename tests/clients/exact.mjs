@@ -20,27 +20,21 @@ function floats(modules, name) {
 const cube = (modules, name) => floats(modules, name).map(data =>
     level(Math.sqrt(data.length / 24), 4, data));
 
-/* The split sum of a table of two floats, nearest texel. */
-function albedo([table]) {
-    const n = Math.sqrt(table.length / 2);
-    const index = x => Math.min(n - 1, Math.max(0, Math.floor(x * n)));
-    return (nv, roughness) => {
-        const at = 2 * (index(roughness) * n + index(nv));
-        return [table[at], table[at + 1]];
-    };
-}
-
 const kept = new Map();
 export function readExact(modules, dir, chain) {
     const from = path.join(dir,
         'exact-' + chain.replace(/--/g, '').replace(/ /g, '-'));
-    if (!kept.has(from))
+    if (!kept.has(from)) {
+        const {irradiance} = JSON.parse(
+            readFileSync(path.join(from, 'map.json'), 'utf8')).sh;
         kept.set(from, {
             levels: cube(modules, path.join(from, 'map_specular.ktx2')),
             irradiance: cube(modules,
                              path.join(from, 'map_irradiance.ktx2'))[0],
-            albedo: albedo(floats(modules, path.join(from, 'brdf_lut.ktx2'))),
-            sh: JSON.parse(readFileSync(path.join(from, 'map.json'), 'utf8'))
-                .sh.irradiance});
+            sh: irradiance,
+            // Luminance of all light.
+            mean: 0.28209479 * [0.2126, 0.7152, 0.0722].reduce(
+                (sum, w, c) => sum + w * irradiance[0][c], 0)});
+    }
     return kept.get(from);
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 /*
- * What the pages of the engines share. A page loads one set of files by the
- * lines that the manual gives, draws clients.spheres one after the other, each
- * of radius 1 at the origin, from clients.eye with a field of view of 20 degrees,
- * and gives each to save().
+ * What the pages of the engines share. A page runs the program that --explain
+ * prints as it stands. The lines below it in the page, which share its
+ * variables, draw: shots of a sphere of radius 1 at the origin, or of the
+ * background (no sphere) from the origin, each given to save().
  */
 window.clients = (() => {
     const post = (path, body) => fetch(path, {method: 'POST', body});
@@ -21,17 +21,25 @@ window.clients = (() => {
         };
     }
 
-    const SIZE = 192;
-    const canvas = document.querySelector('canvas');
-    canvas.width = canvas.height = SIZE;
+    // Pictures are taken when frames were shown, too.
+    const context = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = function(kind, options) {
+        return context.call(this, kind,
+                            {...options, preserveDrawingBuffer: true});
+    };
 
-    /* A picture of the canvas, as it is on the screen. */
-    async function save(name) {
-        const copy = document.createElement('canvas');
-        copy.width = copy.height = SIZE;
-        const to = copy.getContext('2d', {willReadFrequently: true});
-        to.drawImage(canvas, 0, 0);
-        await post('/saved/' + name, to.getImageData(0, 0, SIZE, SIZE).data);
+    const job = /* JOB */ {};
+    const size = job.size;
+    const copy = new OffscreenCanvas(size, size);
+    const to = copy.getContext('2d', {willReadFrequently: true});
+    const canvas = document.querySelector('canvas');
+    if (canvas)
+        canvas.width = canvas.height = size;
+
+    /* Posts the canvas, in the same task as it was drawn in. */
+    async function save(name, from = canvas) {
+        to.drawImage(from, 0, 0);
+        await post('/saved/' + name, to.getImageData(0, 0, size, size).data);
     }
     /* Until test() gives something. */
     async function until(test) {
@@ -46,6 +54,5 @@ window.clients = (() => {
     async function next() {
         location = await (await post('/next')).text();
     }
-    return {SIZE, canvas, save, until, next, fail, fov: 20, eye: /* EYE */ [4, 4, 4],
-            exposure: /* EXPOSURE */ 1, spheres: /* SPHERES */ []};
+    return {...job, canvas, save, until, next};
 })();
