@@ -58,9 +58,9 @@ for map in lamps $MAPS; do
         ok "$map, $chain" exact $map "$env" --mapping $chain
     done
     ok "$map for three" bake "$env" -o "$work/$map/three-half" \
-        --only specular --size 384 ${HALF:---levels 5} --mirror x
+        --only specular --size 384 --levels 5 --mirror x
     ok "$map for Filament" bake "$env" -o "$work/$map/filament-half" \
-        --only specular --format ktx --sh 2
+        --only specular --levels 5 --format ktx --sh 2
 done
 
 MAPS=$MAPS \

@@ -60,7 +60,7 @@ test_preview() {
 test_targets() {
     begin
     # shellcheck disable=SC2086
-    faults 97 -- iblbake b.hdr -j 2 $small -o n/o --target three,babylon-env \
+    faults 97 -- iblbake b.hdr -j 2 $small -o n/o --size 8 --target three,babylon-env \
         --lights 1
 }
 

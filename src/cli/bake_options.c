@@ -916,9 +916,6 @@ static void drop_unfit(ibl_opts *o)
 
     if (o->file >= IBL_CONTAINER_COUNT) /* level 0 is the background */
         o->bake.skybox = 0;
-    if (o->file < IBL_CONTAINER_COUNT && !ibl_is_given(&o->given, "pixel") &&
-        !ibl_container_holds((ibl_container)o->file, o->texels.pixel))
-        o->texels.pixel = IBL_PIXEL_RGBA16F;
     if (ibl_is_given(&o->given, "levels"))
         return;
     /* The last one lights matte surfaces, which show blocks of 8x8 texels. */

@@ -125,43 +125,27 @@ bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want)
 
 /* ---- harmonics -------------------------------------------------------- */
 
-/* E/pi in a direction of the world by nine coefficients of radiance. */
-static void irradiance(const double *sh, const double d[3], double e[3])
-{
-    const double basis[IBL_SH_NINE] = {1,
-                                       d[1],
-                                       d[2],
-                                       d[0],
-                                       d[0] * d[1],
-                                       d[1] * d[2],
-                                       3 * d[2] * d[2] - 1,
-                                       d[2] * d[0],
-                                       d[0] * d[0] - d[1] * d[1]};
-    double s[IBL_SH_NINE][3];
-
-    ibl_sh_shader(sh, s);
-    for (int c = 0; c < 3; c++) {
-        e[c] = 0;
-        for (int i = 0; i < IBL_SH_NINE; i++)
-            e[c] += s[i][c] * basis[i];
-    }
-}
-
 void ibl_warn_of_harmonics(const ibl_bake *b)
 {
     const ibl_cube *cube = &b->made.irradiance;
-    double exact[3] = {INFINITY, INFINITY, INFINITY}, least[3], d[3], e[3];
+    double exact[3] = {INFINITY, INFINITY, INFINITY}, least[3], d[3];
+    double s[IBL_SH_NINE][3];
     const int n = cube->size;
     int worst = 0;
 
     memcpy(least, exact, sizeof least);
+    ibl_sh_shader(b->from->made.sh, s);
     for (int i = 0; i < IBL_FACES * n * n; i++) {
         ibl_cube_direction(n, i / (n * n), i % n, i / n % n, d);
-        irradiance(b->from->made.sh, d, e);
+        const double x = d[0], y = d[1], z = d[2];
         for (int c = 0; c < 3; c++) {
+            const double e = s[0][c] + s[1][c] * y + s[2][c] * z + s[3][c] * x +
+                             s[4][c] * x * y + s[5][c] * y * z +
+                             s[6][c] * (3 * z * z - 1) + s[7][c] * z * x +
+                             s[8][c] * (x * x - y * y);
             exact[c] =
                 fmin(exact[c], (double)ibl_cube_face(cube, 0, 0)[3 * i + c]);
-            least[c] = fmin(least[c], e[c]);
+            least[c] = fmin(least[c], e);
         }
     }
     for (int c = 1; c < 3; c++)

@@ -4,6 +4,7 @@
  * sides, compared block by block. A mean over a picture would hide it.
  */
 const SIZE = 336, BALL = 320, BLOCK = 16, STEP = 8, GRID = 4;
+const LUMA = [0.2126, 0.7152, 0.0722];
 const RIM = 0.3; // of the cosine between normal and view
 
 const number = r => String(r).replace(/^0/, '');
@@ -111,8 +112,8 @@ function squares(a, b, pixels, edge) {
 /*
  * How much two pictures differ, where pixels are not null and b has something
  * (alpha): the worst difference of the mean of a block, of 255; the worst shift
- * of its chroma, in Lab; and the worst step of the difference over 8 pixels,
- * between means of 4x4, since a picture is rounded.
+ * of its chroma, in Lab; and the worst step over 8 pixels of the difference in
+ * luma, between means of 4x4, since a picture is rounded.
  */
 export function compare(a, b, pixels) {
     let bias = 0, shift = 0, step = 0;
@@ -122,13 +123,13 @@ export function compare(a, b, pixels) {
         const [s, t] = [chroma(p), chroma(q)];
         shift = Math.max(shift, Math.hypot(s[0] - t[0], s[1] - t[1]));
     }
+    const off = m => LUMA.reduce((sum, w, c) => sum + w * (m[c] - m[3 + c]), 0);
     const cells = squares(a, b, pixels, GRID);
     for (const [key, mean] of cells)
         for (const by of [STEP / GRID, STEP / GRID * SIZE]) {
             const next = cells.get(key + by);
-            for (let c = 0; c < 3 && next; c++)
-                step = Math.max(step, Math.abs(
-                    mean[c] - mean[3 + c] - next[c] + next[3 + c]));
+            if (next)
+                step = Math.max(step, Math.abs(off(mean) - off(next)));
         }
     return [bias, shift, step];
 }
