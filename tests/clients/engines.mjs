@@ -3,6 +3,7 @@
  * What each engine makes of exact levels: the lookups of its shaders, after
  * their source. Of each target
  *   page      draws it
+ *   maps      those that it draws beside lamps; nothing: all
  *   half      the set of half floats that it is compared with
  *   world     the direction of our world that a direction of the engine shows
  *   eye       the camera: the same place of our world in all
@@ -10,7 +11,7 @@
  *   left      whether the engine is left-handed
  *   lit(exact, sphere)   a function of {n, v}, what the sphere shows, linear;
  *             nothing for spheres whose shader is not here
- *   exact(sphere)   how much it may be off; nothing: any
+ *   exact(sphere, map)   how much it may be off; nothing: any
  *   encode    the screen's value of a linear one
  * n, v: normal and view in the engine's axes; exact: {levels, irradiance
  * (a level of E/pi), sh (nine coefficients of E/pi)}.
@@ -64,6 +65,7 @@ const babylon = {
 const filament = {
     page: 'filament.html', half: 'filament-half', world: same,
     eye: [4, 4, 4], encode: srgb, chain: three.chain,
+    maps: ['quarry', 'dusk'], // its pages are the slowest
     lit: () => null
 };
 
@@ -78,7 +80,9 @@ const playcanvas = {
         return s.metal ? light :
             mix(diffuse(exact, playcanvas.world, n), light, 0.04);
     }),
-    exact: () => ALL
+    // It joins 64x32 texels of diffuse light by lines, and 28x12 of r = 0.75:
+    // the edge of a strong sun's light is off.
+    exact: (_, map) => map === 'blaze' ? [9, 3, 16] : ALL
 };
 
 export const engines = {three, babylon,
