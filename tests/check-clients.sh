@@ -3,10 +3,10 @@
 # The files of iblbake --target in the engines themselves, as npm has them, in
 # Chromium with software GL: drawn by the programs that --explain prints, and
 # compared block by block with what half floats give in the same engine and
-# exact levels by its lookups. Engines that do not run here (Bevy, Cesium, glTF's extension) are readers that we wrote from their
-# rules. BUILD: where to build. MAPS: names of the maps. PICTURE: also write a
-# picture of the engines side by side there. The last line is "N passed, N
-# failed, N skipped".
+# exact levels by its lookups. Engines that do not run here (Bevy, Cesium,
+# glTF's extension) are readers that we wrote from their rules. BUILD: where to
+# build. MAPS: names of the maps. PICTURE: also write a picture of the engines
+# side by side there. The last line is "N passed, N failed, N skipped".
 set -u
 MAPS=${MAPS:-quarry royal dusk blaze}
 . tests/lib.sh
