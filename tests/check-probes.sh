@@ -36,7 +36,7 @@ cat >set.json <<'END'
  "global": {"capture": {"equirect": "other.exr"}},
  "probes": [
   {"name": "hall", "position": [0, 1, 0], "capture": {"equirect": "mild.exr"},
-   "influence": {"box": {"centre": [0, 1, 0], "half": [4, 2, 4]}}, "blend": 1,
+   "influence": {"box": {"centre": [0, 1, 0], "half": [8, 7, 8]}}, "blend": 1,
    "proxy": {"sphere": {"centre": [0, 1, 0], "radius": 6}}},
   {"name": "lamp", "position": [1, 1, 0], "capture": {"equirect": "sun.hdr"},
    "influence": {"sphere": {"centre": [1, 1, 0], "radius": 1}}}
@@ -78,7 +78,7 @@ test_index() {
         same(i.probes.map(p => [p.name, p.layer]), [['lamp', 0], ['hall', 1]]);
         same(i.global.layer, 2);
         same(i.probes[1].influence, {box: {centre: [0, 1, 0],
-            half: [4, 2, 4]}});
+            half: [8, 7, 8]}});
         same([i.probes[1].blend, i.probes[0].blend], [1, 0]);
         same(i.probes[1].proxy, {sphere: {centre: [0, 1, 0], radius: 6}});
         same(i.probes[0].proxy, undefined);
@@ -750,7 +750,7 @@ s.probes[0].influence.box.radius = 1|probes[[]0].influence.box.radius: expected 
 delete s.probes[1].influence.sphere.radius|probes[[]1].influence.sphere.radius: expected *, found nothing
 s.probes[1].influence.sphere.radius = -2|probes[[]1].influence.sphere.radius: expected a number above 0, *, found -2
 s.probes[0].blend = -1|probes[[]0].blend: expected a number from 0 to *, found -1
-s.probes[0].blend = 2.5|probes[[]0].blend: expected at most 2, half the influence's least width, found 2.5
+s.probes[0].blend = 7.5|probes[[]0].blend: expected at most 7, half the influence's least width, found 7.5
 s.probes[0].proxy.sphere.centre = [9, 0, 0]|probes[[]0].proxy: expected a volume around the probe's position, found it outside
 s.probes[0].proxy = null|probes[[]0].proxy: expected an object *, found null
 s.probes[0].priority = 0.5|probes[[]0].priority: expected a whole number *, found 0.5
@@ -899,7 +899,8 @@ test_grid() {
         const want = ['0_0_0', '2_0_0', '0_0_1', '1_0_1', '2_0_1'];
         if (s.probes.map(p => p.name.slice(6)).join() !== want.join() ||
             s.probes[3].position.join() !== '0,1.5,2' ||
-            s.probes[3].influence.box.half.join() !== '2.75,2.25,2.75' ||
+            s.probes[3].influence.box.centre.join() !== '0,1.5,0' ||
+            s.probes[3].influence.box.half.join() !== '2.75,3,5.5' ||
             s.probes[3].blend !== 1.5 ||
             s.probes[3].capture.equirect !== 'grid/probe_1_0_1.exr')
             console.log(JSON.stringify(s))"
@@ -907,7 +908,7 @@ test_grid() {
     for name in 0_0_0 2_0_0 0_0_1 1_0_1 2_0_1; do
         cp mild.exr grid/probe_$name.exr
     done
-    expect 'probe_0_0_0' grid.json -o gridded
+    expect 'probe_0_0_1' grid.json -o gridded
     local change glob n=0
     cat >mistakes <<'END'
 s.max[1] = 0|max[[]1]: expected a number above min's 0, found 0
@@ -932,6 +933,121 @@ END
         n=$((n + 1))
         refused 1 "iblbake: bad.json: $glob" iblbake probes --grid bad.json
     done <mistakes
+}
+
+# The light that a set leaves to the outside, by the manual's words: of walls,
+# as boxes or spheres, at points of a finer grid than what is tested has.
+cat >outside.mjs <<'END'
+const influence = (p, x) => {
+    const {box, sphere} = p.influence, c = (box ?? sphere).centre;
+    const off = c.map((v, k) => Math.abs(x[k] - v));
+    const depth = box ? Math.min(...box.half.map((h, k) => h - off[k]))
+                      : sphere.radius - Math.hypot(...off);
+    const t = Math.min(Math.max(depth / (p.blend || 1e-12), 0), 1);
+    return t * t * (3 - 2 * t);
+};
+export function outside(probes, volume, hidden = () => false, n = 40) {
+    const {box, sphere} = volume, {centre} = box ?? sphere;
+    let worst = 0;
+    for (let i = 0; i < 6 * (n + 1) ** 2; i++) {
+        const d = [i % 2 ? 1 : -1, (i / 6 | 0) % (n + 1) * 2 / n - 1,
+            (i / 6 / (n + 1) | 0) * 2 / n - 1], axis = (i / 2 | 0) % 3;
+        d.unshift(...d.splice(3 - axis, axis));
+        const l = sphere ? Math.hypot(...d) / sphere.radius : 1;
+        const x = centre.map((c, k) => c + d[k] / l * (box ? box.half[k] : 1));
+        const sum = probes.reduce((s, p) => s + influence(p, x), 0);
+        if (!hidden(x)) worst = Math.max(worst, 1 - sum);
+    }
+    return worst;
+}
+export const box = ({min, max}) => ({box: {
+    centre: min.map((a, k) => (a + max[k]) / 2),
+    half: min.map((a, k) => (max[k] - a) / 2)}});
+END
+# The examples of the manual: of a hall with proxies, and of a room as a grid.
+test_manual_lights_its_walls() {
+    sed -n '/^A hall/,/^\.Ed/{/^[{} ]/p}' "$top/man/iblbake-probes.1" \
+        >hall_manual.json
+    sed -n '/^\$ cat room/,/^\.Ed/{/^[{} ]/p}' "$top/man/iblbake-probes.1" \
+        >room_manual.json
+    iblbake probes --grid room_manual.json -o room_set.json || echo 'failed '
+    iblbake probes --grid room.json -o grid.json || echo 'failed '
+    js <<'END'
+import('./outside.mjs').then(({outside, box}) => {
+    const hall = json('hall_manual.json').probes;
+    for (const p of hall)
+        near('hall: ' + p.name, outside(hall, p.proxy), 0, 1e-9);
+    for (const [set, grid] of [['room_set.json', 'room_manual.json'],
+        ['grid.json', 'room.json']]) {
+        const {probes} = json(set), g = json(grid);
+        const out = x => x.some((v, k) => v < g.min[k] || v > g.max[k]);
+        const hidden = x => out(x) || g.solid.some(s => x.every((v, k) =>
+            v > s.min[k] && v < s.max[k]));
+        for (const part of [g, ...g.solid])
+            near(grid, outside(probes, box(part), hidden), 0, 1e-9);
+    }
+});
+END
+}
+# A change of a set and what is said of it. Strictly it is refused. What is said,
+# done to each probe as long as there is something, makes the walls right.
+test_walls() {
+    js <<'END'
+const cases = `
+1|"a".*100 % .*"influence": {"box": {"centre": [0, 2, 0], "half": [7, 3, 10]}}
+a.influence.box.half = [7, 3, 10]|
+a.influence.box.half = [7, 2.5, 10]|"a".*50 % .*"half": [7, 3, 10]}}
+a.blend = 0|"a".*100 % .*"half": [6.02, 2.02, 9.02]}}
+a.blend = 0; a.influence.box.half = [6.1, 2.1, 9.1]|
+a.influence = ball(0, 2, 0, 10)|100 % .*{"sphere": {"centre": [0, 2, 0], "radius": 12}}
+a.influence = ball(0, 2, 0, 12)|
+a.proxy = ball(0, 2, 1, 2)|100 % .*"half": [6, 3, 9]}}
+b.proxy = ball(50, 1, 0, 3); a.influence.box.half = [7, 3, 10]|"b".*100 % .*"radius": 4.03}}
+delete a.proxy|
+a.proxy.box.half = [600, 200, 900]|
+b.influence = box(0, 2, 0, 6, 3, 9); a.influence.box.half = [9, 3, 10]|
+b.influence = box(6, 2, 0, 1, 3, 10); a.influence = box(-2, 2, 0, 8, 2, 10); b.blend = 1|"a".*100 % .*"half": [8, 3, 10]}}
+b.proxy = box(50, 2, 0, 2, 2, 2)|100 % .*; 1 more such probe
+b.proxy = a.proxy; b.position = [-3, 2, 0]; a.position = [3, 2, 0]; b.influence = box(-3, 2, 0, 3.5, 2.5, 9.5); a.influence = box(3, 2, 0, 3.5, 2.5, 9.5); b.blend = 1|50 % .*; 1 more such probe
+`.trim().split('\n');
+const ball = (x, y, z, radius) => ({sphere: {centre: [x, y, z], radius}});
+const box = (x, y, z, ...half) => ({box: {centre: [x, y, z], half}});
+const probes = (s, ...options) => {
+    fs.writeFileSync('walls.json', JSON.stringify(s));
+    return require('child_process').spawnSync('iblbake', ['probes',
+        'walls.json', ...options], {encoding: 'utf8'});
+};
+const capture = {equirect: 'other.exr'}, hall = box(0, 2, 0, 6, 2, 9);
+import('./outside.mjs').then(({outside}) => cases.forEach(line => {
+    const [change, want] = line.split('|');
+    const s = JSON.parse(JSON.stringify({version: 1,
+        defaults: {size: 4, levels: 1, irradiance: 1, lut_size: 1}, probes: [
+            {name: 'a', position: [0, 2, 0], capture, influence: hall,
+                blend: 1, proxy: hall},
+            {name: 'b', position: [50, 2, 0], capture,
+                influence: ball(50, 2, 0, 2)}]})), [a, b] = s.probes;
+    eval(change);
+    let run = probes(s, '-o', 'walls');
+    const said = run.stderr.trim();
+    if (run.status || (want ? !RegExp('^iblbake: warning: walls.json: probe ' +
+        '.*' + want.replace(/[[\]]/g, '\\$&') + '$').test(said) : said))
+        console.log(`${change}: ${run.status}: ${said}`);
+    if (!want) return;
+    run = probes(s, '-o', 'bad', '--strict');
+    if (run.status !== 1 || run.stderr.trim() !== said.replace('warning: ', ''))
+        console.log(`${change}: strictly ${run.status}: ${run.stderr}`);
+    for (let text = said; text && s.probes.tries !== 3;) {
+        s.probes.tries = (s.probes.tries ?? 0) + 1;
+        const [, name, to] = text.match(/probe "(.*?)".*"influence": (.*}})/);
+        s.probes.find(p => p.name === name).influence = JSON.parse(to);
+        text = probes(s, '-o', 'walls').stderr;
+        if (text && s.probes.tries === 3) console.log(`${change}: still ${text}`);
+    }
+    for (const p of s.probes.filter(p => p.proxy))
+        near(change + ': ' + p.name, outside(s.probes, p.proxy), 0, .01);
+}));
+END
+    [ ! -e bad ] || echo 'left something'
 }
 
 # What stands where the old index should be is none, and hangs nothing.

@@ -193,6 +193,9 @@ typedef enum ibl_capture_part {
 bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
                       ibl_bake_result made[IBL_CAPTURE_PARTS]);
 
+/* Warns of probes whose walls, those of their proxies, get light from outside,
+ * and says which influence would do. With --strict fails. */
+bool ibl_probes_check_walls(const ibl_probes_bake *p);
 /* With --shard, keeps only the layers of that shard. */
 bool ibl_probes_take_shard(ibl_probes_bake *p);
 /* Pixels that are read for a layer. */

@@ -439,7 +439,7 @@ static bool prepare(ibl_probes_bake *p)
 
     p->isa = isa == IBL_ISA_AUTO ? ibl_isa_best() : isa;
     if (!ibl_probe_set_read(p->opts->input, p->console, &p->set) ||
-        !find_options(p) || !name_files(p) ||
+        !find_options(p) || !ibl_probes_check_walls(p) || !name_files(p) ||
         !ibl_probes_check_input(p, p->opts->input))
         return false;
     ibl_console_progress(p->console, "look", 0);

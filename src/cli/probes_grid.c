@@ -174,6 +174,11 @@ static bool take_grid(ibl_json_at root, grid *g)
 
 /* ---- making ------------------------------------------------------------ */
 
+static double middle(const grid *g, int axis, int at)
+{
+    return g->low[axis] + (at + 0.5) * g->cell[axis];
+}
+
 static bool is_solid(const grid *g, const double p[3])
 {
     bool inside = false;
@@ -211,27 +216,57 @@ static json_t *make_capture(const grid *g, const char *name)
     return json_pack("{so}", kind, files);
 }
 
-/* Adds a probe in the middle p of its cell. Its influence reaches half the
- * blend width into each neighbour, so that their weights sum to 1. */
+static bool is_free(const grid *g, const int at[3], int axis, int away)
+{
+    double p[3];
+
+    for (int k = 0; k < 3; k++) {
+        const int cell = at[k] + (k == axis ? away : 0);
+        if (cell < 0 || cell >= g->counts[k])
+            return false;
+        p[k] = middle(g, k, cell);
+    }
+    return !is_solid(g, p);
+}
+
+/* How far the influence of a cell's probe reaches beyond its cell to a side:
+ * half the blend into a neighbour, so that their weights sum to 1. Where there
+ * is none its weight is 1 on the walls: of the grid, or in a solid cell up to
+ * its middle, or all of it if nothing reaches there from behind. */
+static double reach(const grid *g, const int at[3], int axis, int side)
+{
+    const int there = at[axis] + side;
+
+    if (is_free(g, at, axis, side))
+        return g->blend / 2;
+    if (there < 0 || there >= g->counts[axis])
+        return g->blend;
+    return g->blend + g->cell[axis] / (is_free(g, at, axis, 2 * side) ? 2 : 1);
+}
+
+/* Adds a probe in the middle p of its cell. */
 static bool add_probe(grid *g, const int at[3], const double p[3])
 {
     char number[3][16];
     const ibl_placeholder holders[] = {
         {"x", number[0]}, {"y", number[1]}, {"z", number[2]}};
     json_t *probe = NULL;
-    double half[3];
+    double centre[3], half[3];
 
     for (int k = 0; k < 3; k++) {
+        const double below = reach(g, at, k, -1), above = reach(g, at, k, 1);
         snprintf(number[k], sizeof number[k], "%d", at[k]);
-        half[k] = (g->cell[k] + g->blend) / 2;
+        centre[k] = p[k] + (above - below) / 2;
+        half[k] = (g->cell[k] + above + below) / 2;
     }
     char *name = ibl_words_fill(g->name, holders, 3);
     if (name)
-        probe = json_pack("{ss s[fff] so s{s{s[fff] s[fff]}} sf sO*}", "name",
-                          name, "position", p[0], p[1], p[2], "capture",
-                          make_capture(g, name), "influence", "box", "centre",
-                          p[0], p[1], p[2], "half", half[0], half[1], half[2],
-                          "blend", g->blend, "proxy", g->proxy);
+        probe =
+            json_pack("{ss s[fff] so s{s{s[fff] s[fff]}} sf sO*}", "name", name,
+                      "position", p[0], p[1], p[2], "capture",
+                      make_capture(g, name), "influence", "box", "centre",
+                      centre[0], centre[1], centre[2], "half", half[0], half[1],
+                      half[2], "blend", g->blend, "proxy", g->proxy);
     free(name);
     if (g->priority)
         put(&probe, "priority", json_integer(g->priority));
@@ -248,7 +283,7 @@ static bool add_probes(grid *g)
         const int at[3] = {cell % n[0], cell / n[0] % n[1], cell / n[0] / n[1]};
         double p[3];
         for (int k = 0; k < 3; k++)
-            p[k] = g->low[k] + (at[k] + 0.5) * g->cell[k];
+            p[k] = middle(g, k, at[k]);
         if (is_solid(g, p)) {
             g->skipped++;
             continue;
