@@ -418,8 +418,9 @@ static void sunny(void *cookie, const double direction[3], float rgba[4])
 }
 
 /* What the scene's probes have captured, baked, lights it as they do, with
- * walls that hide probes and without. What is left is 64 samples a texel
- * against the exact levels, blocks, and nine harmonics. */
+ * walls that hide probes and without, where the mirror's comes before them; on
+ * its own it does not. What is left is 64 samples a texel against the exact
+ * levels, blocks, and nine harmonics. */
 TEST(a_scene_is_lit_the_same)
 {
     static const struct {
@@ -457,6 +458,12 @@ TEST(a_scene_is_lit_the_same)
         view_probe_set *set = load("baked");
         NEED(set);
         view_scene_use(on.stage, set);
+        on.s.mirror_priority = VIEW_MIRROR_AUTO;
+        NEED(i || room_stage_draw(&on));
+        CHECK(i ||
+              view_scene_state_of(on.stage)->draw.dynamic.probe->priority ==
+                  -1);
+        on.s.mirror_priority = 1;
         for (int walls = 0; walls < 2; walls++) {
             on.s.walls = walls;
             const double by = apart(room_stage_draw(&on), shown[walls]);

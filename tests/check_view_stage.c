@@ -290,21 +290,86 @@ TEST_SLOW(moves_among_locals)
     CHECK_MSG(changed() < 1e-6, "%g", changed());
 }
 
-/* Captures that end at the box of a local probe see the white environment where
- * the dark walls beyond are. */
+/* Of the texels of a local probe's cube those that have not the alpha of what a
+ * ray meets: 1 before the far plane of its face, else 0. *seen: of all. */
+static double wrong_alpha(const float *rgba, int size, int i, double *seen)
+{
+    const view_room_draw *draw = &view_scene_state_of(on.stage)->draw;
+    const ibl_probe *p = &draw->locals.probe[i];
+    view_room_draw still = *draw;
+    double far = 0, wrong = 0;
+
+    still.moving = false;
+    for (int k = 0; k < 3; k++)
+        far += pow(fabs(p->position[k] - p->influence.centre[k]) +
+                       p->influence.half[k],
+                   2);
+    for (int t = 0; t < IBL_FACES * size * size; t++) {
+        const int face = t / size / size;
+        double d[3];
+        ibl_cube_direction(size, face, t % size, t / size % size, d);
+        const room_hit hit = room_cast(&still, p->position, d);
+        const bool near = hit.what >= 0 &&
+                          hit.distance * fabs(d[face / 2]) < 1.01 * sqrt(far);
+        *seen += near;
+        wrong += !(fabsf(rgba[4 * t + 3] - (near ? 1 : 0)) < 1e-3F);
+    }
+    return wrong / (IBL_FACES * size * size);
+}
+
+/* Captures that end at the box of a local probe have alpha 0 beyond, where the
+ * mirror's fills in: the white environment does not light the dark room. */
 TEST(limited_captures)
 {
-    double sum[2] = {0};
+    const int size = 32, texels = IBL_FACES * size * size;
+    float full[FLOATS], *level[VIEW_PROBE_FILTERS];
+    double sum = 0, off = 0, seen = 0, apart = 0;
 
     begin();
     on.s.probes = 9;
-    for (int i = 0; i < 2; i++) {
-        on.s.probe_limit = i;
+    draw(0);
+    memcpy(full, rgb, sizeof full);
+    on.s.probe_limit = true;
+    for (int i = VIEW_PROBE_FILTERS - 1; i >= 0; i--) {
+        on.s.probe_filter = (view_probe_filter)i;
         draw(0);
-        for (int k = 0; k < FLOATS; k++)
-            sum[i] += (double)rgb[k];
+        level[i] =
+            room_cubes_read(view_scene_state_of(on.stage)->draw.locals.specular,
+                            9, 2, size / 4);
     }
-    CHECK_MSG(fabs(sum[1] - sum[0]) > 0.01 * sum[0], "%g, %g", sum[1], sum[0]);
+    const view_room_draw *drawn = &view_scene_state_of(on.stage)->draw;
+    const float *rgba = room_cubes_read(drawn->locals.specular, 9, 0, size);
+    for (int i = 0; i < 9; i++) {
+        const double wrong = wrong_alpha(rgba + 4 * texels * i, size, i, &seen);
+        CHECK_MSG(wrong < 0.02, "probe %d: %g of the texels", i, wrong);
+    }
+    CHECK_MSG(seen < 0.95 * 9 * texels, "%g of %d", seen, 9 * texels);
+    for (int i = 0; i < FLOATS; i++) {
+        sum += (double)full[i];
+        off += fabs((double)rgb[i] - (double)full[i]);
+    }
+    CHECK_MSG(off < 0.1 * sum, "%g of %g", off, sum);
+    CHECK(drawn->dynamic.probe->priority == -1);
+    /* Filtered alike by OpenGL and the library. */
+    for (int i = 3; i < 4 * 9 * texels / 16; i += 4)
+        apart += fabs((double)level[0][i] - (double)level[1][i]);
+    apart /= 9 * texels / 16;
+    CHECK_MSG(apart < 0.01, "%g", apart);
+}
+
+/* The mirror's probe is before those of --probes, after those of a set, or
+ * where it is told to be. */
+TEST(priority_of_the_mirror)
+{
+    begin();
+    on.s.probes = 4;
+    on.s.mirror_priority = -3;
+    draw(0);
+    CHECK(view_scene_state_of(on.stage)->draw.dynamic.probe->priority == -3);
+    on.s.mirror_priority = VIEW_MIRROR_AUTO;
+    view_scene_use(on.stage, NULL);
+    draw(0);
+    CHECK(view_scene_state_of(on.stage)->draw.dynamic.probe->priority == 1);
 }
 
 /* Frames until an update is shown, each with a probe more than the one before,

@@ -236,27 +236,35 @@ static void use_lookups(const view_capture *c, int first, int last)
 
 /* ---- filters of the library -------------------------------------------- */
 
-/* The colours of level 0 of the lookups as a map. False, with a message. The
- * caller must free map either way. */
-static bool read_map(const view_capture *c, ibl_ctx *ctx, ibl_image *map)
+/* The colours of level 0 of the lookups as a map, or its alpha as greys. False,
+ * with a message. The caller must free map either way. */
+static bool read_map(const view_capture *c, ibl_ctx *ctx, bool alpha,
+                     ibl_image *map)
 {
     const int n = c->size, width = ibl_latlong_width(n);
+    float *rgba = malloc(4 * (size_t)n * n * sizeof *rgba);
     ibl_cube cube = {0};
-    bool ok = !ibl_image_alloc(ctx, width, width / 2, map) &&
+    bool ok = (rgba || view_fail("no memory for a face of a capture")) &&
+              !ibl_image_alloc(ctx, width, width / 2, map) &&
               !ibl_cube_alloc(ctx, n, 1, &cube);
 
     gl.BindFramebuffer(GL_FRAMEBUFFER, c->target);
     for (int f = 0; f < IBL_FACES && ok; f++) {
         attach(GL_FRAMEBUFFER, c->lookup, 0, 0, f);
-        gl.ReadPixels(0, 0, n, n, GL_RGB, GL_FLOAT, ibl_cube_face(&cube, 0, f));
+        gl.ReadPixels(0, 0, n, n, GL_RGBA, GL_FLOAT, rgba);
+        for (int i = 0; i < 3 * n * n; i++)
+            ibl_cube_face(&cube, 0, f)[i] =
+                rgba[4 * (i / 3) + (alpha ? 3 : i % 3)];
     }
     ok = ok && !ibl_latlong_from_cube(ctx, &cube, map);
     ibl_cube_free(&cube);
+    free(rgba);
     return ok;
 }
 
 /* Bakes levels and irradiance from the lookups. */
-static bool bake(const view_capture *c, ibl_ctx *ctx, ibl_bake_result *result)
+static bool bake(const view_capture *c, ibl_ctx *ctx, bool alpha,
+                 ibl_bake_result *result)
 {
     ibl_image map = {0};
     const ibl_environment env = {.image = &map};
@@ -267,14 +275,15 @@ static bool bake(const view_capture *c, ibl_ctx *ctx, ibl_bake_result *result)
     opts.specular_options.levels = c->levels;
     opts.irradiance_options.size = VIEW_CAPTURE_IRRADIANCE;
     opts.sh_degree = -1;
-    const bool ok = read_map(c, ctx, &map) &&
+    const bool ok = read_map(c, ctx, alpha, &map) &&
                     !ibl_bake_environment(ctx, &env, &opts, result);
     ibl_image_free(&map);
     return ok;
 }
 
-/* Uploads levels from `first` on into a layer, with an alpha of 1. */
-static bool upload(const ibl_cube *rgb, int first, GLuint cubes, int layer)
+/* Uploads levels from `first` on into a layer; empty alpha is 1. */
+static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
+                   GLuint cubes, int layer)
 {
     const size_t most = (size_t)IBL_FACES * rgb->size * rgb->size;
     const float largest = ibl_pixel_max(IBL_PIXEL_RGBA16F);
@@ -286,10 +295,11 @@ static bool upload(const ibl_cube *rgb, int first, GLuint cubes, int layer)
     for (int l = first; l < rgb->levels; l++) {
         const int n = ibl_cube_edge(rgb->size, l);
         const float *from = ibl_cube_face(rgb, l, 0);
+        const float *seen = alpha->data ? ibl_cube_face(alpha, l, 0) : NULL;
         for (int i = 0; i < IBL_FACES * n * n; i++) {
             for (int k = 0; k < 3; k++)
                 rgba[4 * i + k] = fminf(from[3 * i + k], largest);
-            rgba[4 * i + 3] = 1;
+            rgba[4 * i + 3] = alpha->data ? fminf(seen[3 * i], 1) : 1;
         }
         gl.TexSubImage3D(GL_TEXTURE_CUBE_MAP_ARRAY, l, 0, 0, IBL_FACES * layer,
                          n, n, IBL_FACES, GL_RGBA, GL_FLOAT, rgba);
@@ -305,12 +315,16 @@ static bool filter_by_library(const view_capture *c,
                               const view_capture_shot *shot)
 {
     const view_cubes *to = shot->to;
-    ibl_bake_result rgb = {0};
-    const bool ok = bake(c, shot->cpu, &rgb) &&
-                    upload(&rgb.specular, 1, to->specular, shot->layer) &&
-                    upload(&rgb.irradiance, 0, to->irradiance, shot->layer);
+    ibl_bake_result rgb = {0}, alpha = {0};
+    const bool ok =
+        bake(c, shot->cpu, false, &rgb) &&
+        (!shot->draw.bare || bake(c, shot->cpu, true, &alpha)) &&
+        upload(&rgb.specular, &alpha.specular, 1, to->specular, shot->layer) &&
+        upload(&rgb.irradiance, &alpha.irradiance, 0, to->irradiance,
+               shot->layer);
 
     ibl_bake_result_free(&rgb);
+    ibl_bake_result_free(&alpha);
     return ok;
 }
 

@@ -377,8 +377,12 @@ static const ibl_option scene[] = {
      IBL_CHOICE(settings.probe_filter, view_probe_filter_names),
      .help = "what filters captures: OpenGL, or the library on the CPU"},
     {"probe-limit", 0, FLAG(settings.probe_limit),
-     .help = "a capture ends where its probe's influence ends; farther off it "
-              "sees the environment"},
+     .help = "a capture ends where its probe's influence ends; farther off, "
+              "other probes and the environment fill in"},
+    {"mirror-priority", 0,
+     IBL_INT(settings.mirror_priority, -VIEW_MAX_PRIORITY, VIEW_MAX_PRIORITY),
+     .standard = "-1 with --probe-set, else 1",
+     .help = "priority of the mirror's probe among local probes"},
     {"volumes", 0, FLAG(settings.volumes),
      .help = "draw the influence volumes of probes as wires, and the walls of "
               "their parallax correction"},

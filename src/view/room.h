@@ -98,6 +98,7 @@ typedef struct view_room_draw {
      * no more by it. */
     bool walls;
     bool map;        /* the sky is the environment's map; not for captures */
+    bool bare;       /* no sky: what it would cover is 0, alpha too */
     double widening; /* view_widening; 0 for captures */
     bool sharp;      /* as if blend was 0: the first probe gets all weight */
 } view_room_draw;

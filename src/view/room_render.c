@@ -464,12 +464,14 @@ void view_room_render(view_room *r, const view_room_draw *d)
     gl.FrontFace(mirrored ? GL_CW : GL_CCW);
     if (d->paraboloid)
         gl.Enable(GL_CLIP_DISTANCE0);
-    gl.Clear(GL_DEPTH_BUFFER_BIT);
+    gl.ClearColor(0, 0, 0, 0);
+    gl.Clear(GL_DEPTH_BUFFER_BIT | (d->bare ? GL_COLOR_BUFFER_BIT : 0));
     draw_surfaces(r, d);
     gl.Disable(GL_CLIP_DISTANCE0);
     gl.Disable(GL_CULL_FACE);
     gl.FrontFace(GL_CCW);
-    view_gl_draw_full(r->sky);
+    if (!d->bare)
+        view_gl_draw_full(r->sky);
     gl.DepthFunc(GL_LESS);
     gl.Disable(GL_DEPTH_TEST);
 }

@@ -20,8 +20,8 @@ static const double from_wall = 0.3; /* minimum for the camera */
 static const double whole_room_far = 100; /* far plane of captures */
 /* Margin of a whole-room influence beyond the walls. */
 static const double beyond = 1;
-/* Influence of the mirror's probe beside local probes. It comes first there,
- * since local probes leave out moving objects. */
+/* Influence of the mirror's probe beside local probes. It comes before those
+ * that leave out moving objects, but not before a set's. */
 static const double near_half[3] = {1.5, 1.8, 1.5}, near_blend = 0.6;
 
 struct view_scene {
@@ -150,18 +150,20 @@ static bool make_captures(view_scene *st, const view_settings *s)
 
 /* ---- the probe --------------------------------------------------------- */
 
-/* The mirror's probe. It comes last and covers the room while local probes are
- * missing, or where they leave holes. */
+/* The mirror's probe. It covers the room, and comes last unless asked
+ * otherwise, while local probes are missing or where they leave holes. */
 static ibl_probe mirror_probe(const view_scene *st)
 {
     const view_probe_maps *l = &st->now.draw.locals;
     const bool whole = !l->count || st->seen < st->local_count || l->holes;
     ibl_probe p = {.has_proxy = 1,
                    .blend = whole ? 0 : near_blend,
-                   .priority = whole ? -1 : 1,
+                   .priority = st->made.mirror_priority,
                    .layer = st->shown};
     double radius;
 
+    if (p.priority == VIEW_MIRROR_AUTO)
+        p.priority = whole || st->set ? -1 : 1;
     view_room_sphere(VIEW_SCENE_MIRROR, 0, p.position, &radius);
     for (int k = 0; k < 3; k++) {
         p.proxy.centre[k] = view_room_centre[k];
@@ -172,7 +174,8 @@ static ibl_probe mirror_probe(const view_scene *st)
     return p;
 }
 
-/* A limited capture ends a little behind the farthest corner of its box. */
+/* A limited capture ends a little behind the farthest corner of its box. It has
+ * alpha 0 beyond, as where it sees the environment. */
 static double far_plane(const view_scene *st, const ibl_probe *p)
 {
     double sum = 0;
@@ -203,6 +206,7 @@ static view_capture_shot probe_shot(const view_scene *st, const ibl_probe *p,
     d->moving = false;
     d->widening = 0;
     d->map = false;
+    d->bare = st->made.probe_limit;
     d->seconds = st->begun_at; /* the same for all steps of an update */
     d->shadows = st->made.capture_shadows;
     memcpy(d->eye, p->position, sizeof d->eye);
@@ -240,6 +244,7 @@ static view_probe_maps maps_of(const view_scene *st, const view_cubes *cubes,
 
     return (view_probe_maps){.count = count,
                              .probe = probe,
+                             .holes = st->made.probe_limit,
                              .specular = cubes->specular,
                              .irradiance = cubes->irradiance,
                              .lod_scale = last,

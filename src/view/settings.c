@@ -32,6 +32,7 @@ view_settings view_settings_default(void)
         .probe_size = 256,
         .probe_interval = 0.5,
         .capture_shadows = true,
+        .mirror_priority = VIEW_MIRROR_AUTO,
     };
     for (int i = 0; i < VIEW_MAX_LIGHTS; i++) {
         view_light *l = &s.light[i];
