@@ -374,6 +374,26 @@ test_baked_probes() {
     [ $status = 0 ] || echo "status $status: $(cat said)"
 }
 
+# A key shows the next layer, up to the last.
+test_arrays() {
+    cat >two.json <<'END'
+{"version": 1, "defaults": {"size": 16}, "global":
+ {"capture": {"equirect": "sun.hdr"}}, "probes": [{"name": "a", "position":
+ [0, 0, 0], "capture": {"equirect": "env.exr"}, "influence":
+ {"sphere": {"centre": [0, 0, 0], "radius": 1}}}]}
+END
+    iblbake probes -q two.json -o two
+    still second.png --size 320x240 two --array-layer 1
+    open two || return
+    press a a a
+    on_screen second.png
+    press A
+    within not_shown second.png || echo 'does not go back'
+    press q
+    ended
+    [ $status = 0 ] || echo "status $status: $(cat said)"
+}
+
 # A map is baked beside the window; it can be closed meanwhile.
 test_map() {
     open env.exr || return
@@ -457,7 +477,7 @@ run opens_and_equals_offscreen
 if [ -n "$viewer" ]; then
     run keys help texel_under_the_pointer mouse panel light resize uncovered \
         reload reload_of_what_is_broken drop quit \
-        baked_probes map map_that_changes stalled_pipe fine_display
+        baked_probes arrays map map_that_changes stalled_pipe fine_display
 fi
 stop_server
 run no_display

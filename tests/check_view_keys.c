@@ -36,6 +36,7 @@ static const key_case cases[] = {
     PLAIN(VIEW_KEY(GLFW_KEY_TAB), 'M', mode),
     PLAIN('l', 'L', layout),
     PLAIN(']', '[', level),
+    PLAIN('a', 'A', layer),
     PLAIN('r', 'R', reflection),
     PLAIN('f', 'F', compare),
     PLAIN('D', 0, against),
@@ -94,6 +95,7 @@ static void begin(void)
     app.height = 48;
     sets_white(&app.sets[0]);
     app.set = &app.sets[0];
+    app.set->layers = 3;
 }
 
 /* Whether a and b differ in the field alone, or, with no size, at all. */

@@ -68,19 +68,40 @@ TEST(tables_of_two_geometries)
     }
 }
 
-/* What a probe set holds. */
+/* What a probe set holds: each layer is what was put there. */
 TEST(arrays)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    ibl_texture one = {0};
-    NEED(sets_bake("one", ""));
-    NEED(
-        !ibl_texture_read(ctx, file_path("one/sky_specular.ktx2"), &one, NULL));
-    texture_owned(one);
-    const ibl_texture *const layers[] = {&one, &one};
+    ibl_texture one[2] = {{0}}, lut = {0};
+    baked_set set;
+
+    for (int i = 0; i < 2; i++) {
+        NEED(sets_bake("one", i ? "--exposure 1" : ""));
+        NEED(!ibl_texture_read(ctx, file_path("one/sky_specular.ktx2"), &one[i],
+                               NULL));
+        texture_owned(one[i]);
+    }
+    const ibl_texture *const layers[] = {&one[0], &one[1]};
     const ibl_texture two = texture_array(ctx, layers, 2);
-    NEED(sets_save(ctx, "array.ktx2", &two, IBL_CONTAINER_KTX2));
-    sets_refused(ctx, file_path("array.ktx2"), "has 2 layers");
+    NEED(sets_save(ctx, "a_specular.ktx2", &two, IBL_CONTAINER_KTX2));
+    view_request what = {.path = file_path("a_specular.ktx2")};
+    for (; what.layer < 2; what.layer++) {
+        const ibl_texture *tex = &set.texture[VIEW_SPECULAR];
+        NEED(view_set_open(ctx, &what, &set));
+        CHECK(set.layers == 2 && set.layer == what.layer && tex->layers == 1);
+        CHECK(tex->bytes == one[what.layer].bytes &&
+              !memcmp(tex->data, one[what.layer].data, tex->bytes));
+        view_set_free(&set);
+    }
+    view_test_catch();
+    CHECK(!view_set_open(ctx, &what, &set));
+    CHECK(strstr(view_test_caught(), "has no layer 2: take one from 0 to 1"));
+    NEED(!ibl_texture_read(ctx, file_path("one/brdf_lut.ktx2"), &lut, NULL));
+    texture_owned(lut);
+    const ibl_texture *const tables[] = {&lut, &lut};
+    const ibl_texture more = texture_array(ctx, tables, 2);
+    NEED(sets_save(ctx, "tables.ktx2", &more, IBL_CONTAINER_KTX2));
+    sets_refused(ctx, file_path("tables.ktx2"), "flat texture");
 }
 
 TEST(wrong_kinds)

@@ -55,6 +55,7 @@ typedef struct baked_set {
     ibl_texture texture[VIEW_CONTENTS];
     ibl_pixel pixel[VIEW_CONTENTS]; /* of the files */
     char *path[VIEW_FILES];         /* NULL: none */
+    int layer, layers; /* of an array that iblbake probes wrote; 0, 0: none */
     char *source; /* the map of the set, if its file is at hand, or NULL */
     ibl_read_options source_read; /* how its colours were changed */
     double source_yaw;            /* its turn, as of ibl_cube_from_latlong */
@@ -87,6 +88,7 @@ typedef struct view_request {
     const char *map;         /* that was baked; NULL: where the sidecar says */
     ibl_input_layout layout; /* of a map; AUTO: by its content, and a cube
                                 texture is no map */
+    int layer;               /* of arrays of cubes */
 } view_request;
 
 /* Whether path is a map rather than a baked set: "-", a pipe, a file whose

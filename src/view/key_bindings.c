@@ -141,6 +141,8 @@ const view_control view_controls[] = {
      CYCLE(layout, VIEW_LAYOUTS), CHOICE(MAPS, "layout", view_layout_names)},
     {"] [", "next level, the one before", ']', '[',
      COUNT(level, 0, IBL_MAX_LEVELS - 1), SHOWN(LEVELS, "level")},
+    {"a A", "next layer of an array, the one before", 'a', 'A',
+     COUNT(layer, 0, VIEW_MAX_LAYER)},
     {"r R", "reflection: split sum, bent, fit, table, two taps, reference", 'r',
      'R', CYCLE(reflection, VIEW_REFLECTIONS),
      CHOICE(MATERIALS, "reflection", view_reflection_names)},

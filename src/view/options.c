@@ -242,6 +242,7 @@ static bool validate(void *options)
         o->settings.border = LABEL_BORDER;
     if (o->model && !ibl_is_given(&o->given, "mode"))
         o->settings.mode = VIEW_MODEL;
+    o->request.layer = o->settings.layer;
     if (!check_pairs(o) || !ibl_check_rules(&o->given, rules, facts_of(o)))
         return false;
     if (!o->request.path)
@@ -319,6 +320,8 @@ static const ibl_option shows[] = {
      .help = "flat layout of a cube"},
     {"level", 0, IBL_INT(settings.level, 0, IBL_MAX_LEVELS - 1),
      .help = "level of the specular cube"},
+    {"array-layer", 0, IBL_INT(settings.layer, 0, VIEW_MAX_LAYER),
+     .help = "layer of an array, as iblbake probes writes it"},
     {"zoom", 0, REAL(zoom, "Z", 0.25, 10000),
      .help = "zoom of maps; 1: the whole map fits"},
     {"pan", 0, OTHER(pan, "X,Y", parse_pan), .allowed = "-0.5,-0.5 to 0.5,0.5",
@@ -527,6 +530,7 @@ bool view_options_may(const view_options *o)
                          : r->lut      ? "--lut"
                          : r->sky      ? "--sky"
                          : r->map      ? "--map"
+                         : r->layer    ? "--array-layer"
                                        : NULL;
     const bool map = view_is_map(r->path, r->layout);
 

@@ -73,6 +73,7 @@ typedef enum view_probe_filter {
 #define VIEW_MAX_LOCALS 64 /* static probes of the scene */
 #define VIEW_MAX_LIGHTS 4
 #define VIEW_MAX_PRIORITY 1000000
+#define VIEW_MAX_LAYER (IBL_MAX_LAYERS / IBL_FACES - 1) /* of cubes */
 #define VIEW_MIRROR_AUTO (-VIEW_MAX_PRIORITY - 1)
 #define VIEW_MAX_GRID 16
 #define VIEW_MAX_ANTIALIAS 8
@@ -143,6 +144,7 @@ typedef struct view_settings {
     view_probe_filter probe_filter;
     bool spread;          /* capture one local probe per frame */
     bool probe_limit;     /* captures end where their influence ends */
+    int layer;            /* of an array of cubes */
     int mirror_priority;  /* of the mirror's probe, or VIEW_MIRROR_AUTO */
     bool walls;           /* walls hide probes from points behind them */
     bool volumes;         /* draw volumes of probes as wires */
