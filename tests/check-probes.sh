@@ -593,6 +593,38 @@ END
     [ ! -s err ] || cat err
 }
 
+# Each layer is judged by its own capture, with alpha and of cubes, too: a layer
+# of another is not right.
+test_verify() {
+    iblbake probes -q hole.json -o alpha && iblbake probes -q cubes.json -o cubes
+    for set in hole.json/alpha cubes.json/cubes; do
+        iblbake verify -q --texels 24 --max-error 0.02 ${set%/*} ${set#*/} ||
+            echo "$set: failed"
+    done
+    iblbake verify --texels 24 set.json alpha --max-error 0.02 >said 2>err
+    [ $? -eq 1 ] || echo 'what was seen through a hole is right'
+    grep -qx 'lamp, layer 0: sun.hdr' said && grep -qx 'hall, layer 1: mild.exr' \
+        said && grep -q '^the global environment, layer 2: other.exr' said ||
+        cat said
+    [ "$(grep -c '^BRDF table' said)" = 1 ] || echo 'not one table'
+    [ "$(wc -l <err)" = 1 ] && grep -q '^iblbake: lamp: level 0 of spec' err ||
+        cat err
+    iblbake verify -q --texels 24 --max-error 0.02 other.exr --array-layer 2 \
+        --specular alpha/probes_specular.ktx2 || echo 'layer 2: failed'
+    edit set.json 's.probes[0].name = "room"' moved.json
+    while IFS='|' read -r command status glob; do
+        # shellcheck disable=SC2086
+        refused "$status" "iblbake: $glob" iblbake verify -q $command
+    done <<'END'
+moved.json alpha|1|moved.json: "room" is not in the index of alpha: bake *
+set.json sub|1|sub/index.json: cannot be read: *
+set.json|2|set.json: a set of probes is judged by the directory of its bake, *
+set.json alpha --json x|2|set.json: a set of probes *
+other.exr --specular alpha/probes_specular.ktx2|1|*: an array of 3 layers: *--array-layer*
+other.exr --array-layer 3 --specular alpha/probes_specular.ktx2|1|layer 3 of a texture: must be 0 to 2
+END
+}
+
 # ---- shards ------------------------------------------------------------------
 # Bakes shards 1 to COUNT into part1 and so on, and merges them.
 shards() { # COUNT SET [options]

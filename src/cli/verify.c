@@ -5,9 +5,11 @@
 #include <string.h>
 
 #include "cli/console.h"
+#include "cli/probes.h"
 #include "cli/rendered.h"
 #include "cli/verify_files.h"
 #include "common/names.h"
+#include "common/path.h"
 #include "common/signals.h"
 #include "json/json_text.h"
 
@@ -140,6 +142,9 @@ static const ibl_option files[] = {
      .help = "the environment as a cube, or a pattern with %f"},
     {"lut", 0, IBL_TEXT(files[IBL_OUTPUT_LUT], "FILE"), .standard = "",
      .help = "a BRDF table; without other files it needs no ENV"},
+    {"array-layer", 0, IBL_INT(layer, 0, IBL_MAX_PROBES - 1),
+     .standard = "none",
+     .help = "the layer that is judged of arrays of cubes"},
     {"face-names", 0, IBL_OTHER(face_names, "LIST", parse_face_names),
      .allowed = "six names in the order +X -X +Y -Y +Z -Z",
      .standard = "px,nx,py,ny,pz,nz", .help = "names that replace %f"},
@@ -239,6 +244,7 @@ static void defaults(void *settings)
     *o = (ibl_verify_opts){.common = ibl_common_default(),
                            .yaw_deg = NAN,
                            .lights = -1,
+                           .layer = -1,
                            .judge = ibl_judge_options_default(),
                            .shading = ibl_rendered_options_default(),
                            .max_rendered_error = NAN,
@@ -302,6 +308,27 @@ static bool check_rules(const ibl_verify_opts *o)
                                (o->directory ? IN_DIRECTORY : 0));
 }
 
+/* A set of probes, as of iblbake probes, in place of an environment. */
+static bool is_set(const ibl_verify_opts *o)
+{
+    const char *dot = o->input ? strrchr(o->input, '.') : NULL;
+
+    return dot && !strcmp(dot, ".json");
+}
+
+static bool check_set(const ibl_verify_opts *o)
+{
+    bool other = o->json || o->heatmap || o->plot || o->layer >= 0 || o->name;
+
+    for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
+        other = other || o->files[kind];
+    return (o->directory && !other) ||
+           ibl_misuse("%s: a set of probes is judged by the directory of its "
+                      "bake, without --name, --array-layer, files, --json, "
+                      "--heatmap and --plot",
+                      o->input);
+}
+
 /* A table has lods of its own. */
 static bool settle_lod(ibl_verify_opts *o)
 {
@@ -325,6 +352,8 @@ static bool validate(void *settings)
                        o->files[IBL_OUTPUT_IRRADIANCE];
     const bool lut = o->files[IBL_OUTPUT_LUT] != NULL;
 
+    if (is_set(o) && !check_set(o))
+        return false;
     if (!o->input && (cubes || !lut))
         return ibl_misuse("no environment: iblbake verify [options] ENV DIR, "
                           "see iblbake verify --help");
@@ -487,9 +516,8 @@ static void free_verify(verify *v)
     ibl_ctx_free(v->ctx);
 }
 
-static int run(const void *settings)
+static int run_one(const ibl_verify_opts *opts)
 {
-    const ibl_verify_opts *opts = settings;
     ibl_console console;
     verify v = {.opts = opts, .console = &console};
     char why[160] = "";
@@ -506,12 +534,87 @@ static int run(const void *settings)
          ibl_rendered_passes(&v.rendered, opts->max_rendered_error, why,
                              sizeof why));
     ok = ok && put_results(&v, passed) &&
-         (passed || ibl_console_fail(&console, "%s", why));
+         (passed ||
+          ibl_console_fail(&console, "%s%s%s", opts->probe ? opts->probe : "",
+                           opts->probe ? ": " : "", why));
     const int status = ibl_console_end(&console, ok);
     if (ok && opts->common.verbose)
         ibl_console_print_times(&console);
     free_verify(&v);
     return status;
+}
+
+/* Judges a layer by its capture, whose files are one environment. */
+static bool judge_layer(const ibl_verify_opts *opts, const ibl_probe_set *set,
+                        const ibl_set_entry *e, int layer)
+{
+    ibl_verify_opts one = *opts;
+    char capture[IBL_FACES * 1024] = "", name[128];
+
+    for (int i = 0; i < e->capture.count; i++)
+        snprintf(capture + strlen(capture), sizeof capture - strlen(capture),
+                 "%s%s", i ? "," : "", e->capture.file[i]);
+    snprintf(name, sizeof name, "%s",
+             *e->name ? e->name : "the global environment");
+    one.input = capture;
+    one.directory = NULL;
+    one.probe = name;
+    one.layer = layer;
+    one.common.read.alpha = *e->name ? set->bake.alpha : IBL_ALPHA_IGNORE;
+    if (!opts->common.quiet)
+        printf("%s, layer %d: %s\n", name, layer, capture);
+    return !run_one(&one);
+}
+
+/* Judges all layers of a set, the table with the first. Returns the status. */
+static int run_set(const ibl_verify_opts *opts)
+{
+    ibl_console console;
+    ibl_probe_set set = {0};
+    ibl_probe_index index = {0};
+    ibl_verify_opts o = *opts;
+    ibl_ctx *ctx = NULL;
+    char *path[3] = {ibl_path_join(opts->directory, "index.json")};
+    bool passed = true;
+
+    ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
+    bool ok = path[0] && !ibl_start(&opts->common, &console, &ctx) &&
+              ibl_probe_set_read(opts->input, &console, &set) &&
+              !ibl_probe_index_read(ctx, path[0], &index);
+    const char *const names[] = {index.specular.name, index.irradiance.name,
+                                 index.lut};
+    static const ibl_output_kind kinds[] = {
+        IBL_OUTPUT_SPECULAR, IBL_OUTPUT_IRRADIANCE, IBL_OUTPUT_LUT};
+    for (int k = 0; k < 3 && ok; k++) {
+        free(path[k]);
+        path[k] = names[k] ? ibl_path_join(opts->directory, names[k]) : NULL;
+        o.files[kinds[k]] = path[k];
+        ok = path[k] || !names[k];
+    }
+    for (int i = 0; i < set.layers && ok; i++) {
+        int layer = i < set.count ? -1 : index.global;
+        for (int k = 0; k < index.count && i < set.count; k++)
+            if (index.name[k] && !strcmp(index.name[k], set.entry[i].name))
+                layer = index.probe[k].layer;
+        ok = layer >= 0 ||
+             ibl_console_fail(&console,
+                              "%s: \"%.60s\" is not in the index of %s: bake "
+                              "the set again",
+                              opts->input, set.entry[i].name, opts->directory);
+        passed = ok && judge_layer(&o, &set, &set.entry[i], layer) && passed;
+        o.files[IBL_OUTPUT_LUT] = NULL;
+    }
+    for (int k = 0; k < 3; k++)
+        free(path[k]);
+    ibl_probe_set_free(&set);
+    ibl_probe_index_free(&index);
+    ibl_ctx_free(ctx);
+    return ibl_console_end(&console, ok) || !passed;
+}
+
+static int run(const void *settings)
+{
+    return (is_set(settings) ? run_set : run_one)(settings);
 }
 
 const ibl_command ibl_verify_command = {

@@ -535,12 +535,25 @@ static void read_about(reader *r, const ibl_texture *tex)
     ibl_about_read(tex, r->sidecar, find_output(r), &r->about);
 }
 
+/* Puts one layer of an array of cubes in its place, with its keys. */
+static bool take_layer(const reader *r, ibl_texture *tex)
+{
+    ibl_texture array = *tex;
+
+    if (tex->layers == 1 || r->opts->layer < 0)
+        return true;
+    *tex = (ibl_texture){0};
+    const bool ok = !ibl_texture_layer(r->ctx, &array, r->opts->layer, tex);
+    ibl_texture_free(&array);
+    return ok;
+}
+
 /* Reads a texture and checks its shape: one layer, a cube or a table. */
 static bool read_texture(reader *r, ibl_texture *tex)
 {
     const bool cube = r->kind != IBL_OUTPUT_LUT;
 
-    if (ibl_engine_read(r->ctx, r->path, tex, NULL))
+    if (ibl_engine_read(r->ctx, r->path, tex, NULL) || !take_layer(r, tex))
         return false;
     read_about(r, tex);
     if (!cube && !name_kind(r, tex))
@@ -563,7 +576,8 @@ static bool read_texture(reader *r, ibl_texture *tex)
                                 r->path);
     return tex->layers == 1 ||
            ibl_console_fail(r->console,
-                            "%s: an array of %d layers: %s is a single one",
+                            "%s: an array of %d layers: %s is a single one: "
+                            "name it by --array-layer, or all by SET.json",
                             r->path, tex->layers, ibl_output_content(r->kind));
 }
 

@@ -44,6 +44,8 @@ typedef struct ibl_verify_opts {
     const char *input;     /* the environment; NULL: judge only a table */
     const char *directory; /* NULL: use only files */
     const char *name;      /* base name of the files in directory */
+    const char *probe;     /* for messages: of a set's probe, or NULL */
+    int layer;             /* of arrays of cubes; -1: none */
     const char *files[IBL_VERIFY_KINDS]; /* by kind; NULL: search */
     char face_names[IBL_FACES][16];
     ibl_verify_map roughness;
