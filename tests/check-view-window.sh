@@ -385,7 +385,11 @@ END
     iblbake probes -q two.json -o two
     still second.png --size 320x240 two --array-layer 1
     open two || return
-    press a a a
+    press a
+    on_screen second.png
+    press a
+    within grep -q 'has no layer 2' said || cat said
+    press x
     on_screen second.png
     press A
     within not_shown second.png || echo 'does not go back'

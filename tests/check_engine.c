@@ -108,7 +108,7 @@ TEST(round_trips)
     for (ibl_engine e = IBL_ENGINE_ENV; e <= IBL_ENGINE_GLTF; e++) {
         ibl_texture tex = make(e == IBL_ENGINE_ENV ? 4 : 2), back;
         const char *path = save(e, &tex);
-        NEED(!ibl_engine_read(ctx, path, &back, NULL));
+        NEED(!ibl_engine_read(ctx, path, -1, &back));
         texture_owned(back);
         CHECK(texture_same(&tex, &back));
         CHECK(texture_has(&back, "iblbake.content", "specular") &&
@@ -122,7 +122,7 @@ static ibl_status reread(const char *path, const void *bytes, size_t size)
     ibl_texture back;
 
     NEED(file_save(path, bytes, size));
-    const ibl_status status = ibl_engine_read(quiet, path, &back, NULL);
+    const ibl_status status = ibl_engine_read(quiet, path, -1, &back);
     ibl_texture_free(&back);
     return status;
 }
@@ -237,7 +237,7 @@ TEST(gltf_files)
     unsigned char *b = file_load(path, &size);
 
     NEED(!unlink(file_path("a b%_0_pz.png")));
-    CHECK(ibl_engine_read(quiet, path, &back, NULL) == IBL_ERR_IO);
+    CHECK(ibl_engine_read(quiet, path, -1, &back) == IBL_ERR_IO);
     CHECK(test_said(&kept, "a b%_0_pz.png"));
     const size_t at = find(b, size, "a%20b");
     memcpy(b + at, "data:", 5);

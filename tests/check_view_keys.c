@@ -95,7 +95,7 @@ static void begin(void)
     app.height = 48;
     sets_white(&app.sets[0]);
     app.set = &app.sets[0];
-    app.set->layers = 3;
+    app.set->path[VIEW_SPECULAR] = strdup("white");
 }
 
 /* Whether a and b differ in the field alone, or, with no size, at all. */

@@ -88,14 +88,14 @@ TEST(arrays)
     for (; what.layer < 2; what.layer++) {
         const ibl_texture *tex = &set.texture[VIEW_SPECULAR];
         NEED(view_set_open(ctx, &what, &set));
-        CHECK(set.layers == 2 && set.layer == what.layer && tex->layers == 1);
+        CHECK(set.layer == what.layer && tex->layers == 1);
         CHECK(tex->bytes == one[what.layer].bytes &&
               !memcmp(tex->data, one[what.layer].data, tex->bytes));
         view_set_free(&set);
     }
     view_test_catch();
     CHECK(!view_set_open(ctx, &what, &set));
-    CHECK(strstr(view_test_caught(), "has no layer 2: take one from 0 to 1"));
+    CHECK(strstr(view_test_caught(), "has no layer 2, but 0 to 1: choose"));
     NEED(!ibl_texture_read(ctx, file_path("one/brdf_lut.ktx2"), &lut, NULL));
     texture_owned(lut);
     const ibl_texture *const tables[] = {&lut, &lut};

@@ -216,32 +216,27 @@ static json_t *make_capture(const grid *g, const char *name)
     return json_pack("{so}", kind, files);
 }
 
-static bool is_free(const grid *g, const int at[3], int axis, int away)
-{
-    double p[3];
-
-    for (int k = 0; k < 3; k++) {
-        const int cell = at[k] + (k == axis ? away : 0);
-        if (cell < 0 || cell >= g->counts[k])
-            return false;
-        p[k] = middle(g, k, cell);
-    }
-    return !is_solid(g, p);
-}
-
 /* How far the influence of a cell's probe reaches beyond its cell to a side:
  * half the blend into a neighbour, so that their weights sum to 1. Where there
  * is none its weight is 1 on the walls: of the grid, or in a solid cell up to
  * its middle, or all of it if nothing reaches there from behind. */
 static double reach(const grid *g, const int at[3], int axis, int side)
 {
-    const int there = at[axis] + side;
+    bool free[2];
+    double p[3];
 
-    if (is_free(g, at, axis, side))
+    for (int k = 0; k < 3; k++)
+        p[k] = middle(g, k, at[k]);
+    for (int n = 0; n < 2; n++) {
+        const int there = at[axis] + (n + 1) * side;
+        p[axis] = middle(g, axis, there);
+        free[n] = there >= 0 && there < g->counts[axis] && !is_solid(g, p);
+    }
+    if (free[0])
         return g->blend / 2;
-    if (there < 0 || there >= g->counts[axis])
+    if (at[axis] == (side < 0 ? 0 : g->counts[axis] - 1))
         return g->blend;
-    return g->blend + g->cell[axis] / (is_free(g, at, axis, 2 * side) ? 2 : 1);
+    return g->blend + g->cell[axis] / (free[1] ? 2 : 1);
 }
 
 /* Adds a probe in the middle p of its cell. */

@@ -18,10 +18,17 @@ static const double far = 1000;
 
 /* Points that are lit from outside and nearest to a probe. */
 typedef struct leak {
-    double sum, most; /* of the weights from outside */
+    double most; /* of their weights from outside; 0: there are none */
     double low[3], high[3];
     double away; /* largest distance from the middle of the influence */
 } leak;
+
+typedef struct walls {
+    int count;
+    ibl_probe probe[IBL_MAX_PROBES];
+    int order[IBL_MAX_PROBES]; /* as they are */
+    leak leak[IBL_MAX_PROBES];
+} walls;
 
 static double distance(const double a[3], const double b[3])
 {
@@ -43,108 +50,95 @@ static void wall_point(const ibl_volume *v, int n, double p[3])
         p[k] = v->centre[k] + scale * at[k] * v->half[k];
 }
 
-static bool share_walls(const ibl_probe *a, const ibl_probe *b)
+/* Of the probes with the walls of probe i the first, or, with a point, the
+ * nearest. */
+static int find(const walls *w, int i, const double *p)
 {
-    const ibl_volume *v = &a->proxy, *w = &b->proxy;
+    const ibl_probe *a = w->probe;
+    int best = -1;
 
-    return a->has_proxy && b->has_proxy && v->shape == w->shape &&
-           !memcmp(v->centre, w->centre, sizeof v->centre) &&
-           !memcmp(v->half, w->half, sizeof v->half);
-}
-
-/* Of the probes with the walls of probe i, the nearest to a point. */
-static int nearest(const ibl_probe *probes, int count, int i, const double p[3])
-{
-    int best = i;
-
-    for (int j = i + 1; j < count; j++)
-        if (share_walls(&probes[i], &probes[j]) &&
-            distance(probes[j].position, p) <
-                distance(probes[best].position, p))
+    for (int j = 0; j < w->count && (p || best < 0); j++)
+        if (a[j].has_proxy && a[j].proxy.shape == a[i].proxy.shape &&
+            !memcmp(a[j].proxy.centre, a[i].proxy.centre, sizeof(double[3])) &&
+            !memcmp(a[j].proxy.half, a[i].proxy.half, sizeof(double[3])) &&
+            (best < 0 ||
+             distance(a[j].position, p) < distance(a[best].position, p)))
             best = j;
     return best;
 }
 
-static void find_leaks(const ibl_probe *probes, const int *order, int count,
-                       int i, leak *leaks)
+static void find_leaks(walls *w, int i)
 {
-    const ibl_volume *walls = &probes[i].proxy;
+    const ibl_volume *proxy = &w->probe[i].proxy;
     double p[3], behind[3]; /* there an influence that ends at p is over */
     ibl_probe_mix mix;
 
     for (int n = 0; n < POINTS; n++) {
-        wall_point(walls, n, p);
+        wall_point(proxy, n, p);
         for (int k = 0; k < 3; k++)
-            behind[k] = p[k] + 1e-9 * (p[k] - walls->centre[k]);
-        ibl_probes_blend(probes, count, order, behind, NULL, &mix);
+            behind[k] = p[k] + 1e-9 * (p[k] - proxy->centre[k]);
+        ibl_probes_blend(w->probe, w->count, w->order, behind, NULL, &mix);
         if (mix.rest <= least)
             continue;
-        const int owner = nearest(probes, count, i, p);
-        leak *l = &leaks[owner];
+        const int owner = find(w, i, p);
+        leak *l = &w->leak[owner];
         for (int k = 0; k < 3; k++) {
-            l->low[k] = l->sum > 0 ? fmin(l->low[k], p[k]) : p[k];
-            l->high[k] = l->sum > 0 ? fmax(l->high[k], p[k]) : p[k];
+            l->low[k] = l->most > 0 ? fmin(l->low[k], p[k]) : p[k];
+            l->high[k] = l->most > 0 ? fmax(l->high[k], p[k]) : p[k];
         }
-        l->away = fmax(l->away, distance(p, probes[owner].influence.centre));
+        l->away = fmax(l->away, distance(p, w->probe[owner].influence.centre));
         l->most = fmax(l->most, mix.rest);
-        l->sum += mix.rest;
     }
 }
 
 /* Writes the influence, with these points, as a member of the set. */
-static void write_influence(const ibl_probe *p, const leak *l, char *to,
-                            size_t size)
+static void write_influence(const ibl_probe *p, const leak *l, char to[256])
 {
-    const ibl_volume *v = &p->influence, *w = &p->proxy;
+    const ibl_volume *v = &p->influence;
+    const double *w = p->proxy.half, *h = v->half;
     const double beyond =
-        p->blend > 0 ? p->blend
-                     : 0.01 * fmin(w->half[0], fmin(w->half[1], w->half[2]));
-    double centre[3], half[3];
+        p->blend > 0 ? p->blend : 0.01 * fmin(w[0], fmin(w[1], w[2]));
+    double c[3], half[3];
 
     for (int k = 0; k < 3; k++) {
-        const double low = fmin(v->centre[k] - v->half[k], l->low[k] - beyond);
-        const double high =
-            fmax(v->centre[k] + v->half[k], l->high[k] + beyond);
-        centre[k] = (low + high) / 2;
+        const double low = fmin(v->centre[k] - h[k], l->low[k] - beyond);
+        const double high = fmax(v->centre[k] + h[k], l->high[k] + beyond);
+        c[k] = v->shape == IBL_SHAPE_BOX ? (low + high) / 2 : v->centre[k];
         half[k] = (high - low) / 2;
     }
-    if (v->shape == IBL_SHAPE_SPHERE)
-        snprintf(to, size,
-                 "{\"sphere\": {\"centre\": [%.8g, %.8g, %.8g], "
-                 "\"radius\": %.8g}}",
-                 v->centre[0], v->centre[1], v->centre[2],
-                 fmax(v->half[0], l->away + beyond));
+    const int length =
+        snprintf(to, 256, "{\"%s\": {\"centre\": [%.8g, %.8g, %.8g], ",
+                 ibl_shape_name(v->shape), c[0], c[1], c[2]);
+    if (v->shape == IBL_SHAPE_BOX)
+        snprintf(to + length, 256 - length, "\"half\": [%.8g, %.8g, %.8g]}}",
+                 half[0], half[1], half[2]);
     else
-        snprintf(to, size,
-                 "{\"box\": {\"centre\": [%.8g, %.8g, %.8g], "
-                 "\"half\": [%.8g, %.8g, %.8g]}}",
-                 centre[0], centre[1], centre[2], half[0], half[1], half[2]);
+        snprintf(to + length, 256 - length, "\"radius\": %.8g}}",
+                 fmax(h[0], l->away + beyond));
 }
 
-/* Reports the probe with the most light from outside, and how many have some.
+/* Tells of the probe with the most light from outside, and how many have some.
  */
-static bool report(const ibl_probes_bake *p, const ibl_probe *probes,
-                   const leak *leaks)
+static bool report(const ibl_probes_bake *p, const walls *w)
 {
     char influence[256], others[64] = "", line[IBL_LINE_BYTES];
-    int worst = 0, count = 0;
+    int worst = 0, more = -1;
 
-    for (int i = 0; i < p->set.count; i++) {
-        count += leaks[i].sum > 0;
-        worst = leaks[i].sum > leaks[worst].sum ? i : worst;
+    for (int i = 0; i < w->count; i++) {
+        more += w->leak[i].most > 0;
+        worst = w->leak[i].most > w->leak[worst].most ? i : worst;
     }
-    if (!count)
+    if (more < 0)
         return true;
-    write_influence(&probes[worst], &leaks[worst], influence, sizeof influence);
-    if (count > 1)
-        snprintf(others, sizeof others, "; %d more such probe%s", count - 1,
-                 count > 2 ? "s" : "");
+    write_influence(&w->probe[worst], &w->leak[worst], influence);
+    if (more)
+        snprintf(others, sizeof others, "; such probes: %d more", more);
     snprintf(line, sizeof line,
              "%s: probe \"%.60s\": up to %.0f %% of the light on the walls of "
              "its proxy comes from outside all probes: make it "
              "\"influence\": %s%s",
-             p->opts->input, p->set.entry[worst].name, 100 * leaks[worst].most,
-             influence, others);
+             p->opts->input, p->set.entry[worst].name,
+             100 * w->leak[worst].most, influence, others);
     if (p->opts->common.read.strict)
         return ibl_console_fail(p->console, "%s", line);
     ibl_console_warn(p->console, "%s", line);
@@ -153,27 +147,21 @@ static bool report(const ibl_probes_bake *p, const ibl_probe *probes,
 
 bool ibl_probes_check_walls(const ibl_probes_bake *p)
 {
-    const int count = p->set.count;
-    ibl_probe *probes = calloc((size_t)count, sizeof *probes);
-    leak *leaks = calloc((size_t)count, sizeof *leaks);
-    int *order = calloc((size_t)count, sizeof *order);
-    bool ok = probes && leaks && order;
+    walls *w = calloc(1, sizeof *w);
 
-    for (int i = 0; i < count && ok; i++) {
-        probes[i] = p->set.entry[i].probe;
-        order[i] = i;
+    if (!w)
+        return ibl_probes_no_memory(p);
+    for (int i = 0; i < p->set.count; i++) {
+        w->probe[i] = p->set.entry[i].probe;
+        w->order[i] = i;
     }
-    for (int i = 0; i < count && ok; i++) {
-        bool first = probes[i].has_proxy;
-        for (int j = 0; j < i && first; j++)
-            first = !share_walls(&probes[j], &probes[i]);
-        if (first && ibl_volume_size(&probes[i].proxy) <
-                         far * ibl_volume_size(&probes[i].influence))
-            find_leaks(probes, order, count, i, leaks);
-    }
-    ok = ok ? report(p, probes, leaks) : ibl_probes_no_memory(p);
-    free(probes);
-    free(leaks);
-    free(order);
+    w->count = p->set.count;
+    for (int i = 0; i < w->count; i++)
+        if (find(w, i, NULL) == i &&
+            ibl_volume_size(&w->probe[i].proxy) <
+                far * ibl_volume_size(&w->probe[i].influence))
+            find_leaks(w, i);
+    const bool ok = report(p, w);
+    free(w);
     return ok;
 }

@@ -321,7 +321,7 @@ static bool check_set(const ibl_verify_opts *o)
     bool other = o->json || o->heatmap || o->plot || o->layer >= 0 || o->name;
 
     for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
-        other = other || o->files[kind];
+        other |= o->files[kind] != NULL;
     return (o->directory && !other) ||
            ibl_misuse("%s: a set of probes is judged by the directory of its "
                       "bake, without --name, --array-layer, files, --json, "
@@ -545,28 +545,21 @@ static int run_one(const ibl_verify_opts *opts)
 }
 
 /* Judges a layer by its capture, whose files are one environment. */
-static bool judge_layer(const ibl_verify_opts *opts, const ibl_probe_set *set,
-                        const ibl_set_entry *e, int layer)
+static bool judge_layer(ibl_verify_opts o, const ibl_set_entry *e)
 {
-    ibl_verify_opts one = *opts;
-    char capture[IBL_FACES * 1024] = "", name[128];
+    char capture[IBL_FACES * 1024] = "";
 
     for (int i = 0; i < e->capture.count; i++)
         snprintf(capture + strlen(capture), sizeof capture - strlen(capture),
                  "%s%s", i ? "," : "", e->capture.file[i]);
-    snprintf(name, sizeof name, "%s",
-             *e->name ? e->name : "the global environment");
-    one.input = capture;
-    one.directory = NULL;
-    one.probe = name;
-    one.layer = layer;
-    one.common.read.alpha = *e->name ? set->bake.alpha : IBL_ALPHA_IGNORE;
-    if (!opts->common.quiet)
-        printf("%s, layer %d: %s\n", name, layer, capture);
-    return !run_one(&one);
+    o.input = capture;
+    o.probe = *e->name ? e->name : "(global)";
+    if (!o.common.quiet)
+        printf("%.60s, layer %d: %s\n", o.probe, o.layer, capture);
+    return !run_one(&o);
 }
 
-/* Judges all layers of a set, the table with the first. Returns the status. */
+/* Judges all layers of a set, the table with the first. */
 static int run_set(const ibl_verify_opts *opts)
 {
     ibl_console console;
@@ -574,37 +567,36 @@ static int run_set(const ibl_verify_opts *opts)
     ibl_probe_index index = {0};
     ibl_verify_opts o = *opts;
     ibl_ctx *ctx = NULL;
-    char *path[3] = {ibl_path_join(opts->directory, "index.json")};
+    char *path[4] = {ibl_path_join(o.directory, "index.json")};
     bool passed = true;
 
-    ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
-    bool ok = path[0] && !ibl_start(&opts->common, &console, &ctx) &&
-              ibl_probe_set_read(opts->input, &console, &set) &&
+    ibl_console_init(&console, o.common.quiet, o.common.verbose);
+    bool ok = path[0] && !ibl_start(&o.common, &console, &ctx) &&
+              ibl_probe_set_read(o.input, &console, &set) &&
               !ibl_probe_index_read(ctx, path[0], &index);
     const char *const names[] = {index.specular.name, index.irradiance.name,
                                  index.lut};
-    static const ibl_output_kind kinds[] = {
-        IBL_OUTPUT_SPECULAR, IBL_OUTPUT_IRRADIANCE, IBL_OUTPUT_LUT};
-    for (int k = 0; k < 3 && ok; k++) {
-        free(path[k]);
-        path[k] = names[k] ? ibl_path_join(opts->directory, names[k]) : NULL;
-        o.files[kinds[k]] = path[k];
-        ok = path[k] || !names[k];
-    }
+    for (int k = 0; k < 3 && ok; k++)
+        ok = !names[k] || (path[k + 1] = ibl_path_join(o.directory, names[k]));
+    o.directory = NULL;
+    o.files[IBL_OUTPUT_SPECULAR] = path[1];
+    o.files[IBL_OUTPUT_IRRADIANCE] = path[2];
+    o.files[IBL_OUTPUT_LUT] = path[3];
     for (int i = 0; i < set.layers && ok; i++) {
-        int layer = i < set.count ? -1 : index.global;
-        for (int k = 0; k < index.count && i < set.count; k++)
-            if (index.name[k] && !strcmp(index.name[k], set.entry[i].name))
-                layer = index.probe[k].layer;
-        ok = layer >= 0 ||
-             ibl_console_fail(&console,
-                              "%s: \"%.60s\" is not in the index of %s: bake "
-                              "the set again",
-                              opts->input, set.entry[i].name, opts->directory);
-        passed = ok && judge_layer(&o, &set, &set.entry[i], layer) && passed;
+        const ibl_set_entry *e = &set.entry[i]; /* in the index's order */
+        ok = i == set.count ? i == index.global
+                            : i < index.count && index.name[i] &&
+                                  !strcmp(index.name[i], e->name);
+        if (!ok)
+            ibl_console_fail(&console,
+                             "%s: is not the set of %s: bake it again", o.input,
+                             path[0]);
+        o.layer = i;
+        o.common.read.alpha = ibl_probes_alpha(&set, i);
+        passed = ok && judge_layer(o, e) && passed;
         o.files[IBL_OUTPUT_LUT] = NULL;
     }
-    for (int k = 0; k < 3; k++)
+    for (int k = 0; k < 4; k++)
         free(path[k]);
     ibl_probe_set_free(&set);
     ibl_probe_index_free(&index);

@@ -535,25 +535,12 @@ static void read_about(reader *r, const ibl_texture *tex)
     ibl_about_read(tex, r->sidecar, find_output(r), &r->about);
 }
 
-/* Puts one layer of an array of cubes in its place, with its keys. */
-static bool take_layer(const reader *r, ibl_texture *tex)
-{
-    ibl_texture array = *tex;
-
-    if (tex->layers == 1 || r->opts->layer < 0)
-        return true;
-    *tex = (ibl_texture){0};
-    const bool ok = !ibl_texture_layer(r->ctx, &array, r->opts->layer, tex);
-    ibl_texture_free(&array);
-    return ok;
-}
-
 /* Reads a texture and checks its shape: one layer, a cube or a table. */
 static bool read_texture(reader *r, ibl_texture *tex)
 {
     const bool cube = r->kind != IBL_OUTPUT_LUT;
 
-    if (ibl_engine_read(r->ctx, r->path, tex, NULL) || !take_layer(r, tex))
+    if (ibl_engine_read(r->ctx, r->path, r->opts->layer, tex))
         return false;
     read_about(r, tex);
     if (!cube && !name_kind(r, tex))
@@ -810,7 +797,7 @@ static bool read_lobes(reader *r)
                               "cube's";
     ibl_texture tex = {0};
     bool ok =
-        !ibl_engine_read(r->ctx, r->path, &tex, NULL) && check_lobes(r, &tex);
+        !ibl_engine_read(r->ctx, r->path, -1, &tex) && check_lobes(r, &tex);
 
     if (ok && is_of_chain(r, &tex))
         ok = decode_lobes(r->files, &tex);

@@ -93,8 +93,7 @@ static bool is_png(const unsigned char *bytes, size_t size)
     return ibl_png_size(bytes, size, &width, &height);
 }
 
-static ibl_status decode(ibl_ctx *ctx, const ibl_input *in, ibl_texture *tex,
-                         ibl_container *container)
+static ibl_status decode(ibl_ctx *ctx, const ibl_input *in, ibl_texture *tex)
 {
     if (ibl_env_is(in->bytes, in->size))
         return ibl_env_decode(ctx, in->name, in->bytes, in->size, tex);
@@ -102,8 +101,7 @@ static ibl_status decode(ibl_ctx *ctx, const ibl_input *in, ibl_texture *tex,
         return ibl_gltf_decode(ctx, in->name, in->bytes, in->size, tex);
     if (is_png(in->bytes, in->size))
         return ibl_atlas_decode(ctx, in->name, in->bytes, in->size, tex);
-    return ibl_texture_decode(ctx, in->name, in->bytes, in->size, tex,
-                              container);
+    return ibl_texture_decode(ctx, in->name, in->bytes, in->size, tex, NULL);
 }
 
 /* Of kinds that are not known, as much is read as ibl_input_open does. */
@@ -115,8 +113,8 @@ static uint64_t longest(const unsigned char *bytes, size_t size)
                : IBL_LONGEST;
 }
 
-ibl_status ibl_engine_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
-                           ibl_container *container)
+ibl_status ibl_engine_read(ibl_ctx *ctx, const char *path, int layer,
+                           ibl_texture *tex)
 {
     ibl_input in;
 
@@ -126,7 +124,20 @@ ibl_status ibl_engine_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
         return status;
     status = ibl_input_load(&in);
     if (!status)
-        status = decode(ctx, &in, tex, container);
+        status = decode(ctx, &in, tex);
     ibl_input_close(&in);
+    if (status || tex->faces == 1 || layer < 0 || (tex->layers == 1 && !layer))
+        return status;
+    ibl_texture all = *tex;
+    if (layer < all.layers)
+        status = ibl_texture_layer(ctx, &all, layer, tex);
+    else
+        status = ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                          "%s: has no layer %d, but 0 to %d: choose one by "
+                          "--array-layer",
+                          path, layer, all.layers - 1);
+    if (status)
+        *tex = (ibl_texture){0};
+    ibl_texture_free(&all);
     return status;
 }

@@ -54,8 +54,9 @@ ibl_status ibl_engine_encode(ibl_ctx *ctx, ibl_engine engine,
  * RGBA32F, with keys as iblbake writes them. Of files by others the keys have
  * the roughness of the levels. IBL_ERR_UNSUPPORTED: images that are not PNG, a
  * rotation, or images inside of a .gltf.
+ *   layer  of an array of cubes, to read alone; -1: all
  */
-ibl_status ibl_engine_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
-                           ibl_container *container);
+ibl_status ibl_engine_read(ibl_ctx *ctx, const char *path, int layer,
+                           ibl_texture *tex);
 
 #endif

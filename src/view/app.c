@@ -51,8 +51,8 @@ void view_app_fit(view_app *app)
 {
     const int levels = app->set->texture[VIEW_SPECULAR].levels;
 
-    if (app->settings.layer >= app->set->layers)
-        app->settings.layer = app->set->layers ? app->set->layers - 1 : 0;
+    if (!app->set->path[VIEW_SPECULAR]) /* a map's */
+        app->settings.layer = 0;
     if (app->settings.level >= levels)
         app->settings.level = levels - 1;
     if (app->settings.diffuse == VIEW_DIFFUSE_SH && app->set->sh_degree < 0) {
@@ -255,7 +255,8 @@ void view_app_tend_files(view_app *app)
     if (app->set && !app->baker && app->settings.layer != app->set->layer) {
         app->request.layer = app->settings.layer;
         if (!view_app_open(app, &app->request))
-            view_app_notice_path(app, app->request.path);
+            view_app_notice(app, "no layer %d", app->settings.layer);
+        app->settings.layer = app->request.layer = app->set->layer;
     }
     if (app->set && !app->baker && view_set_changed(app->set, SETTLE_S)) {
         view_set_seen(app->set);

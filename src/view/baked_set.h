@@ -55,8 +55,8 @@ typedef struct baked_set {
     ibl_texture texture[VIEW_CONTENTS];
     ibl_pixel pixel[VIEW_CONTENTS]; /* of the files */
     char *path[VIEW_FILES];         /* NULL: none */
-    int layer, layers; /* of an array that iblbake probes wrote; 0, 0: none */
-    char *source;      /* the map of the set, if its file is at hand, or NULL */
+    int layer;                      /* of arrays of cubes; 0: or no array */
+    char *source; /* the map of the set, if its file is at hand, or NULL */
     ibl_read_options source_read; /* how its colours were changed */
     double source_yaw;            /* its turn, as of ibl_cube_from_latlong */
     double source_peak;           /* its largest value, to know it by, or 0 */

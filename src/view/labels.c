@@ -71,9 +71,8 @@ void view_labels_title(const view_settings *s, const view_renderer *r,
                        const baked_set *set, char text[VIEW_LABEL_BYTES])
 {
     snprintf(text, VIEW_LABEL_BYTES, "%.80s", set->name);
-    if (set->layers)
-        view_add(text, VIEW_LABEL_BYTES, ", layer %d of %d", set->layer,
-                 set->layers);
+    if (set->layer)
+        view_add(text, VIEW_LABEL_BYTES, ", layer %d", set->layer);
     if (s->mode == VIEW_SPHERES)
         view_add(text, VIEW_LABEL_BYTES, ", %s",
                  view_materials[s->material].name);

@@ -203,7 +203,6 @@ typedef struct opener {
     baked_set *set;
     json_t *sidecar; /* or NULL */
     ibl_axes axes;   /* of the specular file */
-    int layer;       /* to take of arrays of cubes */
 } opener;
 
 /* ---- the other files -------------------------------------------------- */
@@ -380,26 +379,6 @@ static bool make_cube(const opener *o, const char *path, ibl_texture *tex)
     return ok;
 }
 
-/* Takes a layer of an array of cubes, and its keys. */
-static bool take_layer(const opener *o, const char *path, ibl_texture *tex)
-{
-    ibl_texture one = {0};
-    const int layers = tex->layers;
-
-    if (o->layer >= layers)
-        return view_fail("%s: has no layer %d: take one from 0 to %d by "
-                         "--array-layer",
-                         path, o->layer, layers - 1);
-    if (layers == 1 || tex->faces == 1)
-        return true;
-    const bool ok = !ibl_texture_layer(o->ctx, tex, o->layer, &one);
-    ibl_texture_free(tex);
-    *tex = one;
-    o->set->layer = o->layer;
-    o->set->layers = layers;
-    return ok;
-}
-
 /* Reads the file of a content and how it was baked. */
 static bool load(opener *o, view_content content, ibl_about *about)
 {
@@ -412,8 +391,8 @@ static bool load(opener *o, view_content content, ibl_about *about)
     if (kind != VIEW_FILE_TEXTURE && kind != VIEW_FILE_PIPE)
         return wrong(path, content, "is no KTX2, KTX or DDS");
     view_set_see(o->set, content);
-    if (ibl_engine_read(o->ctx, path, tex, NULL) ||
-        (content <= VIEW_IRRADIANCE && !take_layer(o, path, tex)) ||
+    if (ibl_engine_read(o->ctx, path,
+                        content <= VIEW_IRRADIANCE ? o->set->layer : -1, tex) ||
         !check_shape(tex, path, content))
         return false;
     o->set->pixel[content] = tex->pixel;
@@ -592,10 +571,12 @@ static bool open_sheen(const opener *o)
 
 bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
 {
-    opener o = {.ctx = ctx, .set = set, .layer = what->layer};
+    opener o = {.ctx = ctx, .set = set};
 
-    *set = (baked_set){
-        .sh_degree = -1, .irradiance_scale = 1, .own_sky = what->sky};
+    *set = (baked_set){.sh_degree = -1,
+                       .irradiance_scale = 1,
+                       .own_sky = what->sky,
+                       .layer = what->layer};
     const bool ok = open_specular(&o, what->path) &&
                     open_other(&o, VIEW_IRRADIANCE, what->irradiance) &&
                     open_other(&o, VIEW_LUT, what->lut) &&
