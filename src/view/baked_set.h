@@ -55,7 +55,6 @@ typedef struct baked_set {
     ibl_texture texture[VIEW_CONTENTS];
     ibl_pixel pixel[VIEW_CONTENTS]; /* of the files */
     char *path[VIEW_FILES];         /* NULL: none */
-    int layer;                      /* of arrays of cubes; 0: or no array */
     char *source; /* the map of the set, if its file is at hand, or NULL */
     ibl_read_options source_read; /* how its colours were changed */
     double source_yaw;            /* its turn, as of ibl_cube_from_latlong */
@@ -67,6 +66,7 @@ typedef struct baked_set {
     ibl_roughness_map mapping;
     double lod_scale, lod_offset;     /* as in ibl_specular_layout */
     double roughness[IBL_MAX_LEVELS]; /* of each level */
+    int layer;                        /* of arrays of cubes; 0: or no array */
     ibl_lobe lobe;
     ibl_geometry geometry;   /* of the table */
     double irradiance_scale; /* factor from the map to E/pi; 1 for maps made
@@ -84,11 +84,11 @@ typedef struct baked_set {
 typedef struct view_request {
     const char *path; /* a directory, a specular file or, by its content, an
                          environment to bake */
+    int layer;        /* of arrays of cubes */
     const char *irradiance, *lut, *sky; /* NULL: searched beside path */
     const char *map;         /* that was baked; NULL: where the sidecar says */
     ibl_input_layout layout; /* of a map; AUTO: by its content, and a cube
                                 texture is no map */
-    int layer;               /* of arrays of cubes */
 } view_request;
 
 /* Whether path is a map rather than a baked set: "-", a pipe, a file whose

@@ -198,7 +198,8 @@ static const ibl_rule rules[] = {
     {"layout zoom", FLAT, "is of --mode levels, irradiance and table"},
     {"pan", FLAT | MODEL, "is of --mode levels, irradiance, table and model"},
     {"seconds no-parallax no-blend no-walls probes probe-set probe-size "
-     "probe-capture probe-filter probe-limit volumes no-capture-shadows",
+     "probe-capture probe-filter probe-limit volumes no-capture-shadows "
+     "mirror-priority",
      SCENE, "is of --mode scene"},
     {"turn", LIT | SCENE, "is of --mode spheres, model and scene"},
     {"against split gain", COMPARES, "compares: add --compare"},
@@ -234,6 +235,7 @@ static bool validate(void *options)
         o->settings.compare = VIEW_SPLIT;
     if (o->against_set && o->settings.against == VIEW_REFERENCE)
         o->settings.against = o->settings.reflection;
+    o->request.layer = o->settings.layer;
     if (o->grid[0]) {
         o->settings.rows = o->grid[0];
         o->settings.columns = o->grid[1];
@@ -242,7 +244,6 @@ static bool validate(void *options)
         o->settings.border = LABEL_BORDER;
     if (o->model && !ibl_is_given(&o->given, "mode"))
         o->settings.mode = VIEW_MODEL;
-    o->request.layer = o->settings.layer;
     if (!check_pairs(o) || !ibl_check_rules(&o->given, rules, facts_of(o)))
         return false;
     if (!o->request.path)
