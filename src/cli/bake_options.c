@@ -813,7 +813,8 @@ static unsigned facts_of(const ibl_opts *o)
                  !ibl_bake_is_shared(o, (ibl_output_kind)kind);
     return facts_of_levels(o) |
            (o->only & cubes ? facts_of_texels(o) | JUDGED : 0) |
-           fact(o->bake.irradiance, IRRADIANCE) |
+           fact(o->bake.irradiance && !(o->of && o->of->harmonics),
+                IRRADIANCE) |
            fact(o->bake.irradiance && !(o->bake.irradiance_options.step > 0),
                 EXACT) |
            fact(table, LUT | PIXELS | JUDGED) |
