@@ -29,9 +29,9 @@ enum {
 
 /* A specular chain in progress. */
 typedef struct chain {
-    ibl_specular_options opts;      /* with the bake's yaw */
-    const ibl_cube *given;          /* its level 0, or NULL */
-    ibl_method how[IBL_MAX_LEVELS]; /* AUTO: the environment itself */
+    ibl_specular_options opts; /* with the bake's yaw */
+    const ibl_cube *given;     /* its level 0, or NULL */
+    ibl_chain_plan plan;
     ibl_specular_layout layout;
     ibl_level0 *level0;
     ibl_cube *cube; /* the result's */
@@ -88,7 +88,7 @@ static bool is_best(const chain *c)
 
 static bool is_spectral(const chain *c, int level)
 {
-    return c->how[level] == IBL_METHOD_SPECTRAL;
+    return c->plan.level[level] == IBL_METHOD_SPECTRAL;
 }
 
 /* Whether two levels have the same texels. Fitted levels are not known before
@@ -216,7 +216,7 @@ static ibl_status prepare_sky(bake *b)
 
 static ibl_status plan_chain(bake *b, chain *c)
 {
-    return ibl_spectral_plan_chain(b->ctx, &c->opts, &c->layout, c->how,
+    return ibl_spectral_plan_chain(b->ctx, &c->opts, &c->layout, &c->plan,
                                    &b->plan);
 }
 
@@ -400,7 +400,7 @@ static ibl_status sample_levels(const bake *b, const chain *c)
     bool any = false;
     for (int l = 0; l < c->layout.levels; l++) {
         const int own = o->level_samples[l];
-        if (c->how[l] != IBL_METHOD_SAMPLED)
+        if (c->plan.level[l] != IBL_METHOD_SAMPLED)
             continue;
         report->level[l].samples = own ? own : o->samples;
         any = true;
@@ -415,6 +415,7 @@ static ibl_status spectral_level(const bake *b, const chain *c, int level)
     const double r = c->layout.roughness[level];
     const ibl_lobe_shape shape = ibl_lobe_shape_of(c->opts.lobe, r * r);
     const ibl_spectral_target target = {.shape = &shape,
+                                        .most = c->plan.degree[level],
                                         .tolerance = tolerance,
                                         .cube = c->cube,
                                         .level = level};
@@ -474,6 +475,7 @@ static ibl_status make_irradiance(bake *b)
     if (b->plan.irradiance == IBL_METHOD_SAMPLED)
         return ibl_irradiance_grid(b->ctx, b->image, o, &b->out->irradiance);
     const ibl_spectral_target target = {.shape = &cosine,
+                                        .most = b->plan.irradiance_degree,
                                         .tolerance =
                                             b->opts.specular_options.tolerance,
                                         .cube = &b->out->irradiance};

@@ -48,12 +48,12 @@ static double level0_bytes(const estimate *e, int size)
 static ibl_status add_chain(ibl_ctx *ctx, const ibl_specular_options *o,
                             ibl_spectral_plan *plan, estimate *e)
 {
-    ibl_method how[IBL_MAX_LEVELS];
+    ibl_chain_plan chain;
     ibl_specular_layout layout;
     ibl_status status = ibl_specular_layout_of(o, &layout);
 
     if (!status)
-        status = ibl_spectral_plan_chain(ctx, o, &layout, how, plan);
+        status = ibl_spectral_plan_chain(ctx, o, &layout, &chain, plan);
     if (status)
         return status;
     e->results += chain_bytes(o->projection, layout.size, layout.levels);

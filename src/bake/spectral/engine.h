@@ -85,6 +85,7 @@ ibl_status ibl_spectral_finish(ibl_spectral *s);
 
 typedef struct ibl_spectral_target {
     const ibl_lobe_shape *shape;
+    int most;         /* of its degrees, so that it does not depend on others */
     double tolerance; /* of the relative error */
     ibl_cube *cube;   /* allocated */
     int level;        /* the level of cube to write */

@@ -36,7 +36,7 @@ static const double rounding = 5e-6;
 struct level {
     ibl_spectral *s;
     const ibl_spectral_target *target;
-    double *kernel; /* ibl_spectral_known(s->degree) + 1 */
+    double *kernel; /* ibl_spectral_known(target->most) + 1 */
     int degree, rings, columns;
     double *field;            /* amplitude of the level in each degree */
     double margin;            /* see wanted_rms */
@@ -52,24 +52,25 @@ struct level {
 
 /* ---- the degree -------------------------------------------------------- */
 
-/* Estimates the mean square that the degrees beyond the analysis would add.
- * Where the kernel is known, they have twice the largest power of the analysis'
- * last degrees; beyond that, all unresolved power at the kernel's last
- * values. */
+/* Estimates the mean square that degrees beyond the level's most would add.
+ * Where the kernel is known, they have twice the largest power of the last
+ * degrees; beyond that, all power that is left at the kernel's last values. */
 static double unresolved_power(const struct level *v)
 {
     const ibl_spectral *s = v->s;
-    const int known = ibl_spectral_known(s->degree);
-    double power = 0, sum = 0, end = 0;
+    const int most = v->target->most, known = ibl_spectral_known(most);
+    double power = 0, sum = 0, end = 0, left = 0;
 
-    for (int l = s->degree - s->degree / 8; l <= s->degree; l++)
+    for (int l = most - most / 8; l <= most; l++)
         power = fmax(power, s->power[l]);
-    for (int l = s->degree + 1; l <= known; l++)
+    for (int l = s->degree; l > most; l--)
+        left += s->power[l] / (4 * IBL_PI);
+    for (int l = most + 1; l <= known; l++)
         sum += v->kernel[l] * v->kernel[l];
     for (int l = known - LAST; l <= known; l++)
         end = fmax(end, fabs(v->kernel[l]));
     return sum * 2 * power / (4 * IBL_PI) +
-           end * end * s->unresolved * s->scale * s->scale;
+           end * end * (left + s->unresolved * s->scale * s->scale);
 }
 
 /* Norm of the mean radiance. */
@@ -97,10 +98,9 @@ static double wanted_rms(const struct level *v)
 /* Chooses the smallest degree that leaves at most the wanted rms. */
 static void choose_degree(struct level *v)
 {
-    const ibl_spectral *s = v->s;
     const double wanted = wanted_rms(v);
     double left;
-    int l = s->degree;
+    int l = v->target->most;
 
     left = unresolved_power(v);
     while (l > LEAST_DEGREE) {
@@ -301,7 +301,7 @@ static double estimate(const struct level *v)
 
 static ibl_status allocate(struct level *v)
 {
-    const int degree = ibl_spectral_known(v->s->degree);
+    const int degree = ibl_spectral_known(v->target->most);
     const size_t count = (size_t)degree + 1;
     v->kernel = ibl_alloc_array(2 * count, sizeof *v->kernel);
     if (!v->kernel)
@@ -341,7 +341,7 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
         *degree = v.degree;
         *error = status ? INFINITY : estimate(&v);
         enough = *error <= target->tolerance || v.margin >= MOST_MARGIN ||
-                 v.degree == s->degree;
+                 v.degree == target->most;
         /* The dark texels are known now. No degree reduces the rounding. */
         const double asked =
             fmax(target->tolerance - rounding, 0.5 * target->tolerance);

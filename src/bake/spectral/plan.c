@@ -30,23 +30,24 @@ static double tail_of(double tolerance)
 /* Share of a point light from which floats do. */
 static const double single_tail = 0.2;
 
-/* Adds the degree that a lobe needs. */
+/* Adds the degree that a lobe needs, at *degree. */
 static ibl_status add_lobe(ibl_ctx *ctx, const ibl_lobe_shape *shape,
-                           double tolerance, ibl_spectral_plan *plan)
+                           double tolerance, ibl_spectral_plan *plan,
+                           int *degree)
 {
     const double narrow = fmin(corner_from / shape->alpha, most_degree);
     const double most = shape->kind == IBL_LOBE_RING
                             ? most_of_ring
                             : fmax(narrow, most_of_corner);
-    int degree, single = 0;
+    int single = 0;
     ibl_status status =
-        ibl_lobe_degree(ctx, shape, tail_of(tolerance), (int)most, &degree);
+        ibl_lobe_degree(ctx, shape, tail_of(tolerance), (int)most, degree);
 
-    if (degree < min_degree)
-        degree = min_degree;
-    if (!status && degree > min_degree && degree > plan->single)
-        status = ibl_lobe_degree(ctx, shape, single_tail, degree, &single);
-    plan->degree = degree > plan->degree ? degree : plan->degree;
+    if (*degree < min_degree)
+        *degree = min_degree;
+    if (!status && *degree > min_degree && *degree > plan->single)
+        status = ibl_lobe_degree(ctx, shape, single_tail, *degree, &single);
+    plan->degree = *degree > plan->degree ? *degree : plan->degree;
     plan->single = single > plan->single ? single : plan->single;
     return status;
 }
@@ -63,12 +64,13 @@ ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, const ibl_bake_options *opts,
         plan->irradiance = IBL_METHOD_SAMPLED;
         plan->whole = true;
     } else if (opts->irradiance) {
-        status = add_lobe(ctx, &cosine, opts->specular_options.tolerance, plan);
+        status = add_lobe(ctx, &cosine, opts->specular_options.tolerance, plan,
+                          &plan->irradiance_degree);
     }
     if (opts->sh_degree > plan->degree)
         plan->degree = opts->sh_degree;
     plan->single = opts->sh_degree + 1;
-    if (opts->power && plan->degree < least_power)
+    if ((opts->power || opts->specular) && plan->degree < least_power)
         plan->degree = least_power;
     return status;
 }
@@ -76,7 +78,7 @@ ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, const ibl_bake_options *opts,
 ibl_status ibl_spectral_plan_chain(ibl_ctx *ctx,
                                    const ibl_specular_options *opts,
                                    const ibl_specular_layout *layout,
-                                   ibl_method level[IBL_MAX_LEVELS],
+                                   ibl_chain_plan *chain,
                                    ibl_spectral_plan *plan)
 {
     ibl_status status = IBL_OK;
@@ -84,16 +86,16 @@ ibl_status ibl_spectral_plan_chain(ibl_ctx *ctx,
     for (int l = 0; l < layout->levels && !status; l++) {
         const double r = layout->roughness[l];
         const ibl_lobe_shape shape = ibl_lobe_shape_of(opts->lobe, r * r);
-        level[l] = IBL_METHOD_AUTO;
+        chain->level[l] = r > 0 ? IBL_METHOD_SPECTRAL : IBL_METHOD_AUTO;
         if (r <= 0)
             continue;
-        level[l] = IBL_METHOD_SPECTRAL;
         if (opts->method == IBL_METHOD_SAMPLED ||
             (opts->method == IBL_METHOD_AUTO && opts->level_samples[l])) {
-            level[l] = IBL_METHOD_SAMPLED;
+            chain->level[l] = IBL_METHOD_SAMPLED;
             plan->whole = true;
         } else {
-            status = add_lobe(ctx, &shape, opts->tolerance, plan);
+            status =
+                add_lobe(ctx, &shape, opts->tolerance, plan, &chain->degree[l]);
         }
     }
     return status;

@@ -8,9 +8,16 @@
 #include "brdf/lobe.h"
 #include "ibl/ibl.h"
 
+/* Of the levels of a chain. */
+typedef struct ibl_chain_plan {
+    ibl_method level[IBL_MAX_LEVELS]; /* AUTO: the environment itself */
+    int degree[IBL_MAX_LEVELS];       /* of SPECTRAL levels, the most */
+} ibl_chain_plan;
+
 /* Of a whole bake. */
 typedef struct ibl_spectral_plan {
     ibl_method irradiance; /* SAMPLED: the classic grid */
+    int irradiance_degree; /* the most */
     int degree;            /* of the analysis; -1: none */
     int single;            /* degree from which floats do, in all levels */
     bool whole;            /* the whole map must be kept */
@@ -23,12 +30,11 @@ ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, const ibl_bake_options *opts,
 /*
  * Plans a chain and adds what it needs to the plan. A level is spectral unless
  * the method is IBL_METHOD_SAMPLED, or AUTO with level_samples for it.
- *   level  written: how each is made; AUTO: it is the environment itself
  */
 ibl_status ibl_spectral_plan_chain(ibl_ctx *ctx,
                                    const ibl_specular_options *opts,
                                    const ibl_specular_layout *layout,
-                                   ibl_method level[IBL_MAX_LEVELS],
+                                   ibl_chain_plan *chain,
                                    ibl_spectral_plan *plan);
 
 #endif
