@@ -259,9 +259,10 @@ TEST(parts)
         compare(name, NULL, 1, NULL, &a);
         compare(name, NULL, 2, NULL, &b);
         CHECK(a.data && b.data && !test_exr_same(&a, &b));
-        CHECK(!test_exr_decode(name, NULL, -1, &b, NULL));
-        CHECK(a.data && b.data &&
-              test_exr_same(&a, &b)); /* the first with colour */
+        CHECK(!test_exr_decode(name, "beauty", -1, &b, NULL));
+        CHECK(a.data && b.data && test_exr_same(&a, &b));
+        test_exr_refused(name, NULL, -1, IBL_ERR_FORMAT,
+                         "beauty (part 1), other (part 2)");
     }
     test_exr_refused("parts.exr", NULL, 0, IBL_ERR_FORMAT, "no colour");
     test_exr_refused("parts.exr", NULL, 3, IBL_ERR_FORMAT,

@@ -577,7 +577,7 @@ TEST(refused_shapes)
     NEED(file_save_exr(path, &img, NULL));
     refused(path, IBL_INPUT_AUTO, "is square");
     refused(path, IBL_INPUT_VCROSS, "layout vcross");
-    refused(path, IBL_INPUT_CUBE, "no texture");
+    refused(path, IBL_INPUT_CUBE, "does not say that it holds a cube");
     refused(path, IBL_INPUT_FACES, "one file");
 }
 

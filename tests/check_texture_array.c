@@ -205,7 +205,7 @@ TEST(dds_structure)
 }
 
 /* One layer is written as no array, and an array of one is read as one layer:
- * in KTX its cube has another imageSize. */
+ * in KTX its cube has another imageSize, or that of a cube alone. */
 TEST(arrays_of_one)
 {
     ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 1, 6), back;
@@ -215,8 +215,9 @@ TEST(arrays_of_one)
         CHECK(file_u32(b + count_at[c]) == (c == IBL_CONTAINER_DDS));
         file_set_u32(b + count_at[c], 1);
         if (c == IBL_CONTAINER_KTX) {
-            CHECK(ibl_texture_decode(quiet, "one", b, size, &back, NULL) ==
-                  IBL_ERR_FORMAT);
+            CHECK(!ibl_texture_decode(quiet, "one", b, size, &back, NULL) &&
+                  back.faces == 6 && back.layers == 1);
+            ibl_texture_free(&back);
             unsigned char *level = b + 64 + file_u32(b + 60);
             CHECK(file_u32(level) == 128 && file_u32(level + 4 + 768) == 32);
             file_set_u32(level, 768);

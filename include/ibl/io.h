@@ -87,6 +87,29 @@ typedef ibl_status ibl_unpack_fn(ibl_ctx *ctx, const char *name,
                                  const void *bytes, size_t size,
                                  struct ibl_texture *tex);
 
+/* How the integers of a file become light. Floats are linear. */
+typedef enum ibl_transfer {
+    IBL_TRANSFER_FILE,   /* sRGB's curve, or what the file says: a PNG may be
+                            linear by its gAMA */
+    IBL_TRANSFER_LINEAR, /* they are proportional to light */
+    IBL_TRANSFER_SRGB
+} ibl_transfer;
+
+enum {
+    IBL_FACE_ORDER = 64 /* bytes of its text */
+};
+
+/*
+ * What the faces of a cube are, in the order in which a layout has them: for
+ * each, +X -X +Y -Y +Z -Z as 0 to 5, and 6 for each quarter by which it is
+ * turned clockwise; 24 more if it is mirrored left to right before. As text
+ * "px,nx,py,ny,pz,nz", each with one of /90 /180 /270 /m /m90 /m180 /m270
+ * behind it if it is turned. 0: the text is no order of the six faces.
+ */
+int ibl_face_order_parse(const char *text, unsigned char order[IBL_FACES]);
+void ibl_face_order_text(const unsigned char order[IBL_FACES],
+                         char text[IBL_FACE_ORDER]);
+
 /* Colours are repaired, then converted, then exposed, then clamped. */
 typedef struct ibl_read_options {
     size_t struct_size;      /* see CONVENTIONS */
@@ -111,6 +134,9 @@ typedef struct ibl_read_options {
     int hash;     /* 1: the report gets the hash of the file */
     ibl_unpack_fn *env; /* reads Babylon's .env, whose images this library does
                            not; NULL: they are refused */
+    ibl_transfer transfer;               /* default IBL_TRANSFER_FILE */
+    unsigned char face_order[IBL_FACES]; /* of layouts with faces; zeros: as the
+                                            layout says (default) */
 } ibl_read_options;
 
 void ibl_read_options_init(ibl_read_options *opts, size_t struct_size);
@@ -142,8 +168,8 @@ typedef struct ibl_read_report {
     size_t nonfinite; /* pixels that held Inf or NaN */
     size_t negative;  /* pixels that held a finite value below 0 */
     float peak;       /* largest component after repair, before conversion */
-    int low_range;    /* 1: 8 or 16-bit integers, decoded from sRGB */
-    int bridged;      /* 1: read by OpenImageIO */
+    int low_range; /* 8 or 16-bit integers, 1: decoded from sRGB, 2: linear */
+    int bridged;   /* 1: read by OpenImageIO */
     ibl_input_layout layout; /* of the file */
     int has_alpha;           /* 1: the file has alpha, and it was read */
     float alpha_least; /* the smallest and largest alpha after repair; both 1 */
@@ -445,6 +471,8 @@ typedef struct ibl_key_value {
  * face. All layers of an array have the same shape; other textures have 1
  * layer. A zeroed texture is empty. Free with ibl_texture_free.
  */
+#define IBL_UNKNOWN_PRIMARIES (-1)
+
 typedef struct ibl_texture {
     ibl_pixel pixel;
     int width, height; /* of level 0, in texels, >= 1 */
@@ -463,6 +491,10 @@ typedef struct ibl_texture {
                           glType and glBaseInternalFormat, with a glTypeSize of
                           1: Filament reads only that. 0: what the
                           specification says, as after reading */
+    int primaries;     /* colorPrimaries of KTX2 files, by the Khronos data
+                          format specification; IBL_UNKNOWN_PRIMARIES: none of
+                          these. 0: Rec.709's, as after reading KTX and DDS,
+                          which cannot store any */
     ibl_key_value *keys; /* metadata, sorted by key, no key twice */
     int key_count;
 } ibl_texture;

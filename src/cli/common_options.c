@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The options that every command has. */
+#include <ctype.h>
 #include <jansson.h>
 #include <png.h>
 #include <stdlib.h>
@@ -107,6 +108,8 @@ static bool is_list(const char *name)
 static void drop_face(char *stem)
 {
     char *at = strstr(stem, "%f");
+    while (at && isalnum((unsigned char)at[2]))
+        at = strstr(at + 2, "%f");
     char *end = at ? at + 2 : stem;
 
     if (at && at > stem && strchr("_-.", at[-1]))
@@ -183,6 +186,11 @@ size_t ibl_memory_most(const ibl_common *c)
     return c->max_memory ? c->max_memory : ibl_memory_allowed() / 4 * 3;
 }
 
+static bool parse_face_order(void *order, const char *value)
+{
+    return ibl_face_order_parse(value, order);
+}
+
 #define IBL_SETTINGS ibl_common
 
 /* clang-format off */
@@ -197,6 +205,13 @@ static const ibl_option input[] = {
     {"input-layout", 0, IBL_CHOICE(read.layout, ibl_input_names),
      .help = "how the file holds the environment; auto: by its kind and shape. "
              "Squares are equirect or octahedral, so they need this"},
+    {"face-order", 0, IBL_OTHER(read.face_order, "LIST", parse_face_order),
+     .allowed = "px, nx, py, ny, pz and nz in any order, each with /90, /180, "
+                "/270, /m, /m90, /m180 or /m270 where it is turned",
+     .standard = "the layout's",
+     .help = "which faces a cube's are: turned clockwise, mirrored before"},
+    {"input-transfer", 0, IBL_CHOICE(read.transfer, ibl_transfer_names),
+     .help = "the curve of integers; file: sRGB, or what a PNG says"},
     {"strict", 0, IBL_FLAG(read.strict),
      .help = "refuse infinite, NaN and negative pixels, which are otherwise "
              "repaired"},

@@ -66,6 +66,10 @@ const char *const ibl_primaries_names[] = {[IBL_PRIMARIES_KEEP] = "keep",
                                            [IBL_PRIMARIES_ACESCG] = "acescg",
                                            [IBL_PRIMARIES_REC2020] = "rec2020",
                                            NULL};
+const char *const ibl_transfer_names[] = {[IBL_TRANSFER_FILE] = "file",
+                                          [IBL_TRANSFER_LINEAR] = "linear",
+                                          [IBL_TRANSFER_SRGB] = "srgb",
+                                          NULL};
 const char *const ibl_lut_stems[] = {[IBL_GEOMETRY_SMITH] = "brdf_lut",
                                      [IBL_GEOMETRY_SCHLICK_IBL] =
                                          "brdf_lut_schlick-ibl",

@@ -26,6 +26,7 @@ extern const char *const ibl_lobe_names[];
 extern const char *const ibl_geometry_names[];
 extern const char *const ibl_lut_names[]; /* ibl_lut_kind */
 extern const char *const ibl_primaries_names[];
+extern const char *const ibl_transfer_names[];
 extern const char *const ibl_input_names[];
 
 /* The LUT's file name without extension, indexed by ibl_geometry. */

@@ -13,6 +13,7 @@
 #include "core/context.h"
 #include "io/bridge/bridge.h"
 #include "io/colour_space.h"
+#include "io/container.h"
 
 #ifndef IBL_BRIDGE
 #define IBL_BRIDGE "/usr/local/lib/iblbake/libiblbridge.so"
@@ -157,8 +158,10 @@ static ibl_status check_claims(const ibl_input *in, size_t size,
     const double most = 2048.0 * (double)size;
     const double map = 12.0 * info->width * info->height;
     const double data = 12.0 * info->data_width * info->data_height;
+    const bool lies = info->orientation > 4; /* rows are columns */
     const ibl_status status =
-        ibl_map_check_size(in, opts, info->width, info->height);
+        ibl_map_check_size(in, opts, lies ? info->height : info->width,
+                           lies ? info->width : info->height);
     if (status || (map <= 1e8 && info->raw_bytes <= 1e8))
         return status;
     if (map > 64 * data || info->raw_bytes > most)
@@ -252,16 +255,27 @@ static ibl_status open_either(bridge_rows *r, ibl_bridge_info *info)
     return translate(&r->source, result, message);
 }
 
-/* Keeps only the chunks that libpng needs: see io/truncation_check.h. */
-static ibl_status clean_png(bridge_rows *r)
+/* Copies a file whose bytes OpenImageIO would not understand as they are. */
+static ibl_status clean(bridge_rows *r)
 {
+    static const struct {
+        const char *reader;
+        size_t (*copy)(const unsigned char *, size_t, unsigned char *);
+    } kinds[] = {{"png", ibl_png_picture},
+                 {"pnm", ibl_pnm_picture},
+                 {"dds", ibl_dds_picture}};
     ibl_bridge_request *request = &r->source.request;
 
-    r->picture = ibl_alloc_array(request->size, 1);
-    if (!r->picture)
-        return ibl_no_memory(r->rows.ctx, "a PNG");
-    request->size = ibl_png_picture(request->bytes, request->size, r->picture);
-    request->bytes = r->picture;
+    for (size_t i = 0; request->reader && i < 3; i++) {
+        if (strcmp(request->reader, kinds[i].reader) != 0)
+            continue;
+        r->picture = ibl_alloc_array(request->size, 1);
+        if (!r->picture)
+            return ibl_no_memory(r->rows.ctx, "an image");
+        request->size =
+            kinds[i].copy(request->bytes, request->size, r->picture);
+        request->bytes = r->picture;
+    }
     return IBL_OK;
 }
 
@@ -282,8 +296,11 @@ static ibl_status check_and_open(bridge_rows *r, const ibl_read_options *opts)
     request->size = in->size;
     request->want_alpha = opts->alpha != IBL_ALPHA_IGNORE;
     request->threads = ibl_ctx_threads(in->ctx);
-    if (request->reader && !strcmp(request->reader, "png"))
-        status = clean_png(r);
+    if (!request->encoded)
+        request->encoded = opts->transfer == IBL_TRANSFER_FILE     ? -1
+                           : opts->transfer == IBL_TRANSFER_LINEAR ? 1
+                                                                   : 0;
+    status = clean(r);
     if (!status)
         status = open_either(r, &info);
     if (!status)
@@ -295,6 +312,9 @@ static ibl_status check_and_open(bridge_rows *r, const ibl_read_options *opts)
     r->rows.straight = info.straight;
     report->bridged = 1;
     report->low_range = info.low_range;
+    if (info.cube)
+        report->layout = IBL_INPUT_CUBE;
+    r->rows.orientation = info.orientation;
     snprintf(report->format, sizeof report->format, "%s by OpenImageIO",
              info.format);
     return info.has_alpha ? ibl_rows_alloc_alpha(&r->rows) : IBL_OK;

@@ -35,9 +35,12 @@ const char *ibl_truncation_check(const char *reader, const unsigned char *bytes,
                                  size_t size);
 
 /* Copies the chunks of a complete PNG that libpng needs for the picture, so
- * that it prints no warnings. dst has room for size bytes. Returns the bytes
- * written. */
+ * that it prints no warnings, and gAMA. dst has room for size bytes. Returns
+ * the bytes written. */
 size_t ibl_png_picture(const unsigned char *bytes, size_t size,
+                       unsigned char *dst);
+/* The same of a PNM or PFM: without the CR of a CRLF before the pixels. */
+size_t ibl_pnm_picture(const unsigned char *bytes, size_t size,
                        unsigned char *dst);
 
 #endif

@@ -61,15 +61,21 @@ bool ibl_colour_space(const double xy[8], double rgb_from_xyz[9], float luma[3])
 static const struct {
     const char *name;
     double xy[8];
+    int khronos; /* number in the data format specification 1.3, 5.6 */
 } spaces[] = {
-    {"Rec.709", {.64, .33, .30, .60, .15, .06, .3127, .3290}},
-    {"ACEScg", {.713, .293, .165, .830, .128, .044, .32168, .33767}},
-    {"Rec.2020", {.708, .292, .170, .797, .131, .046, .3127, .3290}},
-    {"ACES2065-1", {.7347, .2653, 0, 1, .0001, -.077, .32168, .33767}},
-    {"Display P3", {.680, .320, .265, .690, .150, .060, .3127, .3290}},
-    {"DCI-P3", {.680, .320, .265, .690, .150, .060, .314, .351}},
-    {"Adobe RGB", {.64, .33, .21, .71, .15, .06, .3127, .3290}},
-    {"Radiance's", {.640, .330, .290, .600, .150, .060, 1 / 3., 1 / 3.}},
+    {"Rec.709", {.64, .33, .30, .60, .15, .06, .3127, .3290}, 1},
+    {"ACEScg", {.713, .293, .165, .830, .128, .044, .32168, .33767}, 7},
+    {"Rec.2020", {.708, .292, .170, .797, .131, .046, .3127, .3290}, 4},
+    {"ACES2065-1", {.7347, .2653, 0, 1, .0001, -.077, .32168, .33767}, 6},
+    {"Display P3", {.680, .320, .265, .690, .150, .060, .3127, .3290}, 10},
+    {"DCI-P3", {.680, .320, .265, .690, .150, .060, .314, .351}, 0},
+    {"Adobe RGB", {.64, .33, .21, .71, .15, .06, .3127, .3290}, 11},
+    {"Radiance's", {.640, .330, .290, .600, .150, .060, 1 / 3., 1 / 3.}, 0},
+    {"Rec.601 (625 lines)", {.64, .33, .29, .60, .15, .06, .3127, .3290}, 2},
+    {"Rec.601 (525 lines)", {.63, .34, .31, .595, .155, .07, .3127, .3290}, 3},
+    {"CIE XYZ", {1, 0, 0, 1, 0, 0, 1 / 3., 1 / 3.}, 5},
+    {"NTSC 1953", {.67, .33, .21, .71, .14, .08, .310, .316}, 8},
+
 };
 
 const double *ibl_primaries_xy(ibl_primaries primaries)
@@ -92,6 +98,25 @@ const char *ibl_colour_space_name(const double xy[8])
             return spaces[i].name;
     }
     return NULL;
+}
+
+const double *ibl_khronos_xy(int number)
+{
+    for (size_t i = 0; i < sizeof spaces / sizeof spaces[0]; i++)
+        if (number > 0 && spaces[i].khronos == number)
+            return spaces[i].xy;
+    return NULL;
+}
+
+int ibl_khronos_number(const double xy[8])
+{
+    const char *name = ibl_colour_space_name(xy);
+    size_t i = 0;
+
+    while (name && spaces[i].name != name)
+        i++;
+    return name && spaces[i].khronos ? spaces[i].khronos
+                                     : IBL_UNKNOWN_PRIMARIES;
 }
 
 static void multiply(const double a[9], const double b[9], double out[9])

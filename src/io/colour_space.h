@@ -24,6 +24,11 @@ const double *ibl_display_p3_xy(void);
  * in x or y, more than files round. */
 const char *ibl_colour_space_name(const double xy[8]);
 
+/* The xy of a colorPrimaries of KTX2, NULL: not known; and the reverse, for
+ * ibl_texture. */
+const double *ibl_khronos_xy(int number);
+int ibl_khronos_number(const double xy[8]);
+
 /*
  * Computes the matrix (row-major) from one RGB to another. White becomes white,
  * by Bradford's adaptation (Lam 1985; the matrix of ICC.1:2022, annex E).

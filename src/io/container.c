@@ -63,7 +63,7 @@ static ibl_status unsupported(const ibl_input *in, const char *what,
 
 static ibl_status check_shape(const ibl_input *in, const ibl_shape *s)
 {
-    if (s->depth)
+    if (s->depth > 1)
         return unsupported(in, "a 3D texture, by its depth", s->depth);
     if (s->width && !s->height)
         return unsupported(in, "a 1D texture, by its width", s->width);

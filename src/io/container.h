@@ -97,6 +97,11 @@ ibl_container ibl_container_of(const unsigned char *bytes, size_t size);
 ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex);
 ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex);
 ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex);
+/* Copies a DDS file that the bridge is to read, with a header that OpenImageIO
+ * understands: of four bytes per texel by masks, a cube's by the old flags.
+ * dst: of size bytes. Returns the bytes written. */
+size_t ibl_dds_picture(const unsigned char *bytes, size_t size,
+                       unsigned char *dst);
 /* Whether the first bytes of a DDS file name no DX10 header. */
 bool ibl_dds_is_legacy(const unsigned char *bytes, size_t size);
 

@@ -37,6 +37,7 @@ enum {
     HAS_DEPTH = 0x800000,
 
     PF_HAS_FOURCC = 0x4,
+    PF_HAS_RGBA = 0x41,
 
     CAPS_COMPLEX = 0x8,
     CAPS_TEXTURE = 0x1000,
@@ -122,6 +123,33 @@ ibl_status ibl_dds_legacy_encode(ibl_ctx *ctx, const ibl_texture *tex,
     return encode(ctx, tex, ibl_layouts[tex->pixel].d3d, HEADER_BYTES, file);
 }
 
+size_t ibl_dds_picture(const unsigned char *bytes, size_t size,
+                       unsigned char *dst)
+{
+    static const uint32_t rgba[] = {0xff, 0xff00, 0xff0000, 0xff000000};
+    static const uint32_t bgra[] = {0xff0000, 0xff00, 0xff, 0xff000000};
+    header h = {.dxgi = 0};
+    size_t head = sizeof h;
+
+    memcpy(dst, bytes, size);
+    if (size < sizeof h || ibl_dds_is_legacy(bytes, size))
+        return size;
+    memcpy(&h, bytes, sizeof h);
+    if (h.misc & MISC_CUBE)
+        h.caps2 |= CAPS2_CUBE | CAPS2_FACES;
+    const bool is_rgba = h.dxgi == 28 || h.dxgi == 29;
+    if (is_rgba || h.dxgi == 87 || h.dxgi == 91) {
+        h.pf_flags = PF_HAS_RGBA;
+        h.pf_fourcc = 0;
+        h.pf_bits = 32;
+        memcpy(h.pf_masks, is_rgba ? rgba : bgra, sizeof rgba);
+        head = HEADER_BYTES;
+    }
+    memcpy(dst, &h, head);
+    memcpy(dst + head, bytes + sizeof h, size - sizeof h);
+    return size - sizeof h + head;
+}
+
 bool ibl_dds_is_legacy(const unsigned char *bytes, size_t size)
 {
     const size_t at = offsetof(header, pf_fourcc);
@@ -156,6 +184,41 @@ static ibl_status read_dx10(const ibl_input *in, const header *h,
     if (h->misc & MISC_CUBE)
         shape->faces = IBL_FACES;
     return IBL_OK;
+}
+
+/* Whether the file has the texels of so many images. */
+static bool has_images(const ibl_input *in, const ibl_shape *shape,
+                       const ibl_place *place, uint64_t images)
+{
+    const ibl_input silent = {.size = in->size};
+    ibl_texture tex;
+    uint64_t bytes = 0;
+
+    if (ibl_texture_shape(&silent, shape, place, &tex))
+        return false;
+    for (int l = 0; l < tex.levels; l++)
+        bytes += images * ibl_place_bytes(place, &tex, l);
+    return ibl_input_has(in, place->at, bytes);
+}
+
+/* Some writers mark a cube in the old header only, or count its faces as the
+ * elements of an array: it is one if the file has so many texels. */
+static void settle_faces(const ibl_input *in, const header *h,
+                         const ibl_place *place, ibl_shape *shape)
+{
+    const bool cube = shape->faces == IBL_FACES;
+    const bool six = shape->layers == IBL_FACES;
+    const uint64_t layers = shape->layers;
+
+    if ((cube || h->caps2 & CAPS2_CUBE) && six &&
+        !has_images(in, shape, place, IBL_FACES * layers) &&
+        has_images(in, shape, place, layers)) {
+        shape->layers = 1;
+        shape->faces = IBL_FACES;
+    } else if (h->caps2 & CAPS2_CUBE && shape->width == shape->height &&
+               has_images(in, shape, place, IBL_FACES * layers)) {
+        shape->faces = IBL_FACES;
+    }
 }
 
 static ibl_status read_direct3d9(const ibl_input *in, const header *h,
@@ -213,6 +276,8 @@ ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex)
     if (h.pf_fourcc == fourcc_dx10) {
         place.at = sizeof h;
         status = read_dx10(in, &h, &place.layout, &shape);
+        if (!status)
+            settle_faces(in, &h, &place, &shape);
     } else {
         status = read_direct3d9(in, &h, &place.layout, &shape);
     }

@@ -294,10 +294,17 @@ static ibl_status open_rows(ibl_exr_decoder *d, ibl_rows **rows)
 static ibl_status choose(const ibl_read_options *opts, ibl_exr_decoder *d)
 {
     ibl_status status = open_file(&d->file);
+    ibl_read_options own = *opts;
     if (!status)
         status = ibl_exr_choose(&d->file, opts, &d->pick);
+    if (d->pick.cube && !own.layout)
+        own.layout = IBL_INPUT_CUBE;
+    d->pick.cube = own.layout == IBL_INPUT_CUBE && d->pick.cube;
+    if (!status && own.layout == IBL_INPUT_CUBE && !d->pick.cube)
+        status = ibl_bad_file(d->file.in, "is an OpenEXR file that does not "
+                                          "say that it holds a cube");
     if (!status)
-        status = ibl_map_check_size(d->file.in, opts, d->pick.display.width,
+        status = ibl_map_check_size(d->file.in, &own, d->pick.display.width,
                                     d->pick.display.height);
     if (!status)
         status = ibl_exr_list_chunks(&d->file, &d->pick, &d->table);
@@ -391,13 +398,17 @@ static ibl_status open_bridged(const ibl_exr_pick *pick, ibl_input *in,
     return ibl_bridge_rows(&source, opts, rows);
 }
 
+/* The faces of OpenEXR's cubes (ImfEnvmap.h), turned so that a cube shows what
+ * its latitude-longitude map does when that is read. */
+static const char envmap_faces[] = "nz/m,pz/m,py/m90,ny/m270,px/m,nx/m";
+
 ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
                         ibl_rows **rows)
 {
     ibl_exr_decoder *d = ibl_alloc_zeroed(1, sizeof *d);
     char format[64];
     double primaries[8];
-    bool named;
+    bool named, cube;
     ibl_status status;
 
     *rows = NULL;
@@ -409,6 +420,7 @@ ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
         goto done;
     describe(&d->pick, format);
     named = d->pick.has_primaries;
+    cube = d->pick.cube;
     memcpy(primaries, d->pick.primaries, sizeof primaries);
     if (!ibl_exr_can_decode(d)) {
         status = open_bridged(&d->pick, in, opts, rows);
@@ -422,6 +434,10 @@ ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
         memcpy((*rows)->report.format, format, sizeof format);
         memcpy((*rows)->primaries, primaries, sizeof primaries);
         (*rows)->has_primaries = named;
+        if (cube) {
+            (*rows)->report.layout = IBL_INPUT_CUBE;
+            ibl_face_order_parse(envmap_faces, (*rows)->face_order);
+        }
     }
 done:
     ibl_exr_decoder_free(d);

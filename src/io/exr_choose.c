@@ -5,8 +5,10 @@
  * A channel's name is LAYER.NAME, where the layer is everything before the
  * last dot. Names without a dot belong to the unnamed layer. A layer has
  * colour if it has R, G and B, or Y, or Y, RY and BY ("Technical Introduction
- * to OpenEXR").
+ * to OpenEXR"). The Y of X, Y, Z is a coordinate, and layers of Cryptomatte
+ * hold numbers.
  */
+#define _GNU_SOURCE /* strcasestr */
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -111,38 +113,13 @@ static bool find_colour(const exr_attr_chlist_t *list, const char *layer,
     const int y = find(list, layer, length, "Y", NULL);
     const int ry = find(list, layer, length, "RY", NULL);
     const int by = find(list, layer, length, "BY", NULL);
-    if (y < 0)
+    if (y < 0 || find(list, layer, length, "X", NULL) >= 0)
         return false;
     pick->colour = ry >= 0 && by >= 0 ? IBL_EXR_LUMA_CHROMA : IBL_EXR_LUMA;
     memcpy(pick->channel,
            pick->colour == IBL_EXR_LUMA ? (int[]){y, y, y} : (int[]){y, ry, by},
            sizeof pick->channel);
     return true;
-}
-
-/* Lists the layers with colour, stores the last one in pick and returns their
- * number. Channels are sorted by name, but those of one layer need not be
- * adjacent ("a-b.R" sorts between "a" and "a.R"), so a layer is listed only at
- * its first channel. */
-static int list_layers(const exr_attr_chlist_t *list, text_list *out,
-                       ibl_exr_pick *pick)
-{
-    int count = 0;
-    for (int i = 0; i < list->num_channels; i++) {
-        const char *channel = list->entries[i].name.str;
-        const size_t length = layer_length(channel);
-        bool seen = false;
-        for (int j = 0; j < i && !seen; j++)
-            seen = in_layer(list->entries[j].name.str, channel, length);
-        if (seen || !find_colour(list, channel, length, pick))
-            continue;
-        if (length)
-            list_add(out, "%.*s", (int)(length > 255 ? 255 : length), channel);
-        else
-            list_add(out, "(unnamed)");
-        count++;
-    }
-    return count;
 }
 
 static bool is_deep(exr_storage_t storage)
@@ -159,14 +136,14 @@ static const exr_attr_chlist_t *channels_of(const ibl_exr_file *file, int part)
     return list && list->num_channels <= MAX_CHANNELS ? list : NULL;
 }
 
-/* The contents of the parts that were searched. */
+/* What was found in the parts that were searched. */
 typedef struct found {
     text_list layers, names; /* layers with colour, all channels */
     int deep, flat;          /* number of such parts */
-    bool ambiguous;          /* a part has several layers with colour */
+    int rank, count;         /* of the best layers; pick has the first */
 } found;
 
-/* Reports why no part has the wanted colour. */
+/* Reports why no layer, or no single one, is the picture. */
 static ibl_status explain(const ibl_exr_file *file, const char *layer,
                           const found *f)
 {
@@ -179,7 +156,7 @@ static ibl_status explain(const ibl_exr_file *file, const char *layer,
                             "no colour in this EXR: it has %s; R, G and B or Y "
                             "alone are needed",
                             f->names.count ? f->names.text : "no channels");
-    if (f->ambiguous)
+    if (f->count)
         return ibl_bad_file(
             file->in,
             "several layers have colour: %s; pick one with the layer option",
@@ -188,29 +165,77 @@ static ibl_status explain(const ibl_exr_file *file, const char *layer,
                         layer ? layer : "", f->layers.text);
 }
 
-/* Searches one part for the requested colour: that of the layer, else of the
- * unnamed layer, else of the only layer that has it. */
-static bool look_in_part(const exr_attr_chlist_t *list, const char *layer,
-                         ibl_exr_pick *pick, found *f)
+/* The name of a part that is not the only one, or "". */
+static const char *part_name(const ibl_exr_file *file, int part)
 {
-    pick->channels = list;
-    if (find_colour(list, layer ? layer : "", layer ? strlen(layer) : 0, pick))
-        return true;
-    const int count = list_layers(list, &f->layers, pick);
-    for (int i = 0; i < list->num_channels; i++)
-        list_add(&f->names, "%s", list->entries[i].name.str);
-    f->ambiguous |= !layer && count > 1;
-    return !layer && count == 1;
+    const char *name = NULL;
+    return exr_get_name(file->exr, part, &name) || !name ? "" : name;
+}
+
+/* How well a layer, by its own name and its part's, is the one that was asked
+ * for: 0: it is not. Without a name R, G and B come before Y, and the unnamed
+ * layer before others. */
+static int rank_of(const char *asked, const char *layer, const char *part,
+                   bool luma)
+{
+    const size_t length = strlen(layer);
+
+    if (!asked)
+        return 1 + 2 * !luma + !length;
+    if (!strcmp(asked, layer))
+        return 6;
+    if (*part && !strcmp(asked, part))
+        return 3 + 2 * !luma - (length > 0);
+    const size_t tail = strlen(asked);
+    return length > tail && layer[length - tail - 1] == '.' &&
+           !strcmp(layer + length - tail, asked);
+}
+
+/* Adds the layers of a part. Channels are sorted by name, but those of one
+ * layer need not be adjacent ("a-b.R" sorts between "a" and "a.R"), so a layer
+ * counts only at its first channel. */
+static void look_in_part(const ibl_exr_file *file, const ibl_exr_pick *part,
+                         bool alone, const char *asked, ibl_exr_pick *pick,
+                         found *f)
+{
+    const exr_attr_chlist_t *list = part->channels;
+    const char *of = part_name(file, part->part);
+
+    for (int i = 0; i < list->num_channels; i++) {
+        const char *channel = list->entries[i].name.str;
+        const size_t length = layer_length(channel);
+        ibl_exr_pick this = *part;
+        char layer[256];
+        bool seen = false;
+
+        list_add(&f->names, "%s", channel);
+        snprintf(layer, sizeof layer, "%.*s", (int)length, channel);
+        for (int j = 0; j < i && !seen; j++)
+            seen = in_layer(list->entries[j].name.str, channel, length);
+        if (seen || strcasestr(layer, "crypto") ||
+            !find_colour(list, channel, length, &this))
+            continue;
+        const char *name = *layer ? layer : *of ? of : "(unnamed)";
+        if (alone)
+            list_add(&f->layers, "%s", *layer ? layer : "(unnamed)");
+        else
+            list_add(&f->layers, "%s (part %d)", name, part->part);
+        const int rank = rank_of(asked, layer, of, this.colour == IBL_EXR_LUMA);
+        if (rank > f->rank) {
+            f->rank = rank;
+            f->count = 0;
+            *pick = this;
+        }
+        f->count += rank && rank == f->rank;
+    }
 }
 
 static ibl_status no_such_part(const ibl_exr_file *file, int part, int parts)
 {
     text_list names = {.count = 0};
     for (int p = 0; p < parts; p++) {
-        const char *name = NULL;
-        if (exr_get_name(file->exr, p, &name) || !name)
-            name = "(unnamed)";
-        list_add(&names, "%d %s", p, name);
+        const char *name = part_name(file, p);
+        list_add(&names, "%d %s", p, *name ? name : "(unnamed)");
     }
     return ibl_bad_file(file->in, "no part %d; there are: %s", part,
                         names.text);
@@ -232,16 +257,16 @@ static ibl_status choose_part(const ibl_exr_file *file,
             exr_get_storage(file->exr, p, &storage))
             continue;
         const bool deep = is_deep(storage);
-        const exr_attr_chlist_t *list = deep ? NULL : channels_of(file, p);
+        const ibl_exr_pick part = {.part = p,
+                                   .tiled = storage == EXR_STORAGE_TILED,
+                                   .channels =
+                                       deep ? NULL : channels_of(file, p)};
         f.deep += deep;
         f.flat += !deep;
-        if (list && look_in_part(list, opts->layer, pick, &f)) {
-            pick->part = p;
-            pick->tiled = storage == EXR_STORAGE_TILED;
-            return IBL_OK;
-        }
+        if (part.channels)
+            look_in_part(file, &part, parts == 1, opts->layer, pick, &f);
     }
-    return explain(file, opts->layer, &f);
+    return f.count == 1 ? IBL_OK : explain(file, opts->layer, &f);
 }
 
 /* Accepts a rate of 1, or 2 for both chroma channels. Other channels may have
@@ -341,21 +366,11 @@ static ibl_status read_primaries(const ibl_exr_file *file, ibl_exr_pick *pick)
     return IBL_OK;
 }
 
-static ibl_status refuse_cube(const ibl_exr_file *file, int part)
-{
-    exr_envmap_t kind;
-    if (exr_attr_get_envmap(file->exr, part, "envmap", &kind) ||
-        kind != EXR_ENVMAP_CUBE)
-        return IBL_OK;
-    return ibl_unsupported(
-        file->in, "this EXR holds the six faces of a cube; a "
-                  "latitude-longitude map is needed (exrenvmap makes one)");
-}
-
 ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
                           ibl_exr_pick *pick)
 {
     exr_attr_box2i_t display, data;
+    exr_envmap_t kind;
     int *width = &pick->block_width, *height = &pick->block_height;
     ibl_status status;
 
@@ -373,9 +388,9 @@ ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
              ? exr_get_tile_sizes(file->exr, pick->part, 0, 0, width, height)
              : exr_get_scanlines_per_chunk(file->exr, pick->part, height)))
         return ibl_bad_file(file->in, "damaged EXR header: %s", file->text);
-    status = refuse_cube(file, pick->part);
-    if (!status)
-        status = read_window(file, &display, "display window", &pick->display);
+    if (!exr_attr_get_envmap(file->exr, pick->part, "envmap", &kind))
+        pick->cube = kind == EXR_ENVMAP_CUBE;
+    status = read_window(file, &display, "display window", &pick->display);
     if (!status)
         status = read_window(file, &data, "data window", &pick->data);
     if (!pick->tiled)

@@ -47,6 +47,7 @@ typedef struct ibl_exr_pick {
     const exr_attr_chlist_t *channels; /* owned by OpenEXRCore */
     exr_compression_t compression;
     bool tiled;
+    bool cube;                     /* the file says that it holds six faces */
     int block_width, block_height; /* of a tile, or a block of scan lines */
     ibl_exr_window display, data;
     float luma[3];      /* weights of R, G and B in Y; of IBL_EXR_LUMA_CHROMA */

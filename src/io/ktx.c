@@ -139,7 +139,8 @@ static ibl_status read_header(ibl_input *in, header *h)
 }
 
 /* Reads a level at place->at and moves place->at behind it. array: the file
- * declares an array, even one of a single element. */
+ * declares an array. One of a single element is a cube for some writers, which
+ * then state the size of a face. */
 static ibl_status read_level(const ibl_input *in, ibl_place *place, bool array,
                              ibl_texture *tex, int level)
 {
@@ -147,6 +148,7 @@ static ibl_status read_level(const ibl_input *in, ibl_place *place, bool array,
         return ibl_input_short(in, "one of its levels");
     const uint32_t bytes = ibl_input_u32(in, place->at);
     place->at += sizeof bytes;
+    array &= tex->layers > 1 || bytes != ibl_place_bytes(place, tex, level);
     return ibl_place_read_level(in, place, tex, level,
                                 array ? tex->layers * tex->faces : 1, bytes);
 }

@@ -62,7 +62,10 @@ static descriptor descriptor_of(const ibl_texture *tex)
 {
     const uint8_t edge = (uint8_t)(ibl_pixel_block(tex->pixel) - 1);
     descriptor d = {.model = (uint8_t)ibl_pixel_model(tex->pixel),
-                    .primaries = PRIMARIES_BT709,
+                    .primaries =
+                        (uint8_t)(tex->primaries < 0    ? 0
+                                  : tex->primaries == 0 ? PRIMARIES_BT709
+                                                        : tex->primaries),
                     .transfer = TRANSFER_LINEAR,
                     .flags = tex->premultiplied ? ALPHA_PREMULTIPLIED : 0,
                     .edge_less_one = {edge, edge},
@@ -167,8 +170,8 @@ static ibl_status check_header(const ibl_input *in, const header *h,
             in, "damaged: global data of a supercompression that has none");
     if (!ibl_input_has(in, h->dfd, h->dfd_bytes))
         return ibl_input_short(in, "its data format descriptor");
-    if (h->dfd_bytes < offsetof(descriptor, samples) ||
-        ibl_input_u32(in, h->dfd) != h->dfd_bytes)
+    if (h->dfd_bytes && (h->dfd_bytes < offsetof(descriptor, samples) ||
+                         ibl_input_u32(in, h->dfd) != h->dfd_bytes))
         return ibl_bad_file(
             in,
             "damaged: a data format descriptor of %u bytes that says otherwise",
@@ -176,11 +179,13 @@ static ibl_status check_header(const ibl_input *in, const header *h,
     return IBL_OK;
 }
 
-/* UASTC HDR and ASTC have the same number in Vulkan. */
+/* UASTC HDR and ASTC have the same number in Vulkan. Without a descriptor the
+ * number alone counts. */
 static const ibl_layout *settle_astc(const ibl_input *in, const header *h,
                                      const ibl_layout *layout)
 {
-    const int model = in->bytes[h->dfd + offsetof(descriptor, model)];
+    const int model =
+        h->dfd_bytes ? in->bytes[h->dfd + offsetof(descriptor, model)] : 0;
 
     return layout->pixel == IBL_PIXEL_UASTC_HDR && model != IBL_MODEL_UASTC_HDR
                ? &ibl_layouts[IBL_PIXEL_ASTC4X4HDR]
@@ -297,10 +302,14 @@ ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex)
         return status;
     status = ibl_keys_read(in, h.kvd, h.kvd_bytes, rows_down, rows_up, tex,
                            &place.bottom_up);
+    const unsigned char *d = h.dfd_bytes ? in->bytes + h.dfd : NULL;
+    tex->primaries = d && d[offsetof(descriptor, primaries)]
+                         ? d[offsetof(descriptor, primaries)]
+                         : IBL_UNKNOWN_PRIMARIES;
     tex->premultiplied =
-        place.layout->block_bytes == (int)ibl_pixel_bytes(tex->pixel) &&
+        d && place.layout->block_bytes == (int)ibl_pixel_bytes(tex->pixel) &&
         ibl_pixel_has_alpha(tex->pixel) &&
-        in->bytes[h.dfd + offsetof(descriptor, flags)] & ALPHA_PREMULTIPLIED;
+        d[offsetof(descriptor, flags)] & ALPHA_PREMULTIPLIED;
     for (int l = 0; !status && l < tex->levels; l++)
         status = h.scheme == SCHEME_ZSTD ? unpack_level(in, &place, tex, l)
                                          : read_level(in, &place, tex, l);

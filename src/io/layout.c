@@ -10,21 +10,24 @@
 typedef struct sheet {
     int columns, rows;
     signed char place[IBL_FACES][2];
-    bool turned; /* -Z is turned by 180 degrees */
+    unsigned char last; /* the code of -Z */
 } sheet;
 
 /* clang-format off */
 #define FACES_DOWN {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 5}}
+enum {
+    NZ = 5, NZ_180 = 2 * IBL_FACES + NZ
+};
 static const sheet sheets[] = {
-    [IBL_INPUT_CUBE] = {1, 6, FACES_DOWN, false},
-    [IBL_INPUT_FACES] = {1, 6, FACES_DOWN, false},
+    [IBL_INPUT_CUBE] = {1, 6, FACES_DOWN, NZ},
+    [IBL_INPUT_FACES] = {1, 6, FACES_DOWN, NZ},
     [IBL_INPUT_HCROSS] =
-        {4, 3, {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {3, 1}}, false},
+        {4, 3, {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {3, 1}}, NZ},
     [IBL_INPUT_VCROSS] =
-        {3, 4, {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {1, 3}}, true},
+        {3, 4, {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {1, 3}}, NZ_180},
     [IBL_INPUT_HSTRIP] =
-        {6, 1, {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}}, false},
-    [IBL_INPUT_VSTRIP] = {1, 6, FACES_DOWN, false},
+        {6, 1, {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}}, NZ},
+    [IBL_INPUT_VSTRIP] = {1, 6, FACES_DOWN, NZ},
 };
 /* clang-format on */
 
@@ -66,32 +69,25 @@ ibl_input_layout ibl_input_layout_of(const ibl_read_options *opts,
 
 /* ---- faces ------------------------------------------------------------- */
 
-static void cut_face(const sheet *s, const ibl_image *img, int face,
-                     ibl_cube *cube)
-{
-    const int n = cube->size;
-    const bool turned = s->turned && face == IBL_FACES - 1;
-    float *to = ibl_cube_face(cube, 0, face);
-
-    for (int y = 0; y < n; y++) {
-        const int row = n * s->place[face][1] + (turned ? n - 1 - y : y);
-        const float *from = img->data + 3 * ((size_t)row * (size_t)img->width +
-                                             (size_t)(n * s->place[face][0]));
-        for (int x = 0; x < n; x++, to += 3)
-            memcpy(to, from + 3 * (turned ? n - 1 - x : x), 3 * sizeof *to);
-    }
-}
-
-static ibl_status unwrap_sheet(ibl_ctx *ctx, const sheet *s,
+/* A strip is stored as a cube's faces are, so it is one if none moves. */
+static ibl_status unwrap_sheet(ibl_ctx *ctx, const char *name, const sheet *s,
+                               const unsigned char given[IBL_FACES],
                                const ibl_image *img, ibl_image *map)
 {
-    const bool strip = s->columns == 1; /* stored as a cube's faces are */
+    const unsigned char usual[IBL_FACES] = {0, 1, 2, 3, 4, s->last};
+    const unsigned char *order = given[0] + given[1] ? given : usual;
     const int n = img->width / s->columns, width = ibl_latlong_width(n);
+    const size_t row = 3 * (size_t)img->width;
+    const bool strip = s->columns == 1 && !memcmp(order, usual, sizeof usual);
     ibl_cube cube = {.size = n, .levels = 1, .data = img->data};
     ibl_status status = strip ? IBL_OK : ibl_cube_alloc(ctx, n, 1, &cube);
 
     for (int f = 0; f < IBL_FACES && !strip && !status; f++)
-        cut_face(s, img, f, &cube);
+        ibl_face_put(img->data + row * (size_t)(n * s->place[f][1]) +
+                         3 * (size_t)(n * s->place[f][0]),
+                     row, order[f], &cube);
+    if (!status && name)
+        status = ibl_faces_check(ctx, name, &cube, order);
     if (!status)
         status = ibl_image_alloc(ctx, width, width / 2, map);
     if (!status)
@@ -110,13 +106,14 @@ static ibl_status unwrap_octahedral(ibl_ctx *ctx, const ibl_image *img,
     return status ? status : ibl_latlong_from_octahedral(ctx, img, map);
 }
 
-ibl_status ibl_unwrap(ibl_ctx *ctx, ibl_input_layout layout,
+ibl_status ibl_unwrap(ibl_ctx *ctx, const char *name, ibl_input_layout layout,
+                      const unsigned char order[IBL_FACES],
                       const ibl_image *img, ibl_image *map)
 {
     const ibl_status status =
         layout == IBL_INPUT_OCTAHEDRAL
             ? unwrap_octahedral(ctx, img, map)
-            : unwrap_sheet(ctx, &sheets[layout], img, map);
+            : unwrap_sheet(ctx, name, &sheets[layout], order, img, map);
 
     if (status)
         ibl_image_free(map);

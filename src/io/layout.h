@@ -13,9 +13,20 @@ ibl_input_layout ibl_input_layout_of(const ibl_read_options *opts,
                                      long long width, long long height);
 
 /* Makes the map of an image in another layout than equirectangular; its shape
- * is that layout's. map: empty, filled here. */
-ibl_status ibl_unwrap(ibl_ctx *ctx, ibl_input_layout layout,
+ * is that layout's.
+ *   name   of the file whose faces are checked; NULL: they are not
+ *   order  as in ibl_read_options
+ *   map    empty, filled here */
+ibl_status ibl_unwrap(ibl_ctx *ctx, const char *name, ibl_input_layout layout,
+                      const unsigned char order[IBL_FACES],
                       const ibl_image *img, ibl_image *map);
+
+/* Copies a face, whose rows are `row` floats apart, to where its code says. */
+void ibl_face_put(const float *from, size_t row, int code, ibl_cube *cube);
+/* Warns if the faces of a cube do not meet but would in another order. order:
+ * the codes by which the file's faces came to their places */
+ibl_status ibl_faces_check(ibl_ctx *ctx, const char *name, const ibl_cube *cube,
+                           const unsigned char order[IBL_FACES]);
 
 /* Opens six files, one for each face: reads the faces one below the other,
  * mended and converted to opts' primaries and exposure, but not clamped. The

@@ -12,7 +12,8 @@
 #include "kern/pixel.h"
 
 enum {
-    ROWS = 16 /* in a job */
+    ROWS = 16,    /* in a job */
+    SAMPLES = 128 /* of the light of a row */
 };
 
 /* Renderers and filters round 0 and 1; such values are not errors. */
@@ -36,13 +37,14 @@ typedef struct batch {
     float *rgb;
     int width, count;
     uint32_t *most; /* for each row */
+    float *below;   /* the sum of what was below 0 */
     atomic_size_t nonfinite, negative;
     atomic_uint peak; /* bits of a float */
 } batch;
 
 /* Sets negative values of a row to 0; counts negative and non-finite pixels.
  * Returns the bits of the largest value, or infinity's if one is not finite. */
-static uint32_t mend_signs(batch *b, float *p)
+static uint32_t mend_signs(batch *b, float *p, float *below)
 {
     size_t nonfinite = 0, negative = 0;
     float peak = 0;
@@ -54,6 +56,7 @@ static uint32_t mend_signs(batch *b, float *p)
                 is_nonfinite = true;
             } else if (p[c] <= 0) { /* -0 too */
                 is_negative |= p[c] < 0;
+                *below -= p[c];
                 p[c] = 0;
             } else if (p[c] > peak) {
                 peak = p[c];
@@ -79,13 +82,16 @@ static void signs_job(void *arg, int job, int worker)
     (void)worker;
     for (int y = job * ROWS; y < b->count && y < (job + 1) * ROWS; y++) {
         if (is_dirty(b->most[y]))
-            b->most[y] = mend_signs(b, b->rgb + floats * (size_t)y);
+            b->most[y] =
+                mend_signs(b, b->rgb + floats * (size_t)y, &b->below[y]);
     }
 }
 
 /* Sets negative values to 0 in rows that need it; keeps non-finite ones. */
-static ibl_status mend_batch(ibl_ctx *ctx, batch *b, ibl_read_report *report)
+static ibl_status mend_batch(ibl_mender *m, batch *b)
 {
+    ibl_read_report *report = &m->rows->report;
+    const int step = b->width / SAMPLES + 1;
     const int jobs = (b->count + ROWS - 1) / ROWS;
     ibl_status status = IBL_OK;
     bool needed = false;
@@ -98,7 +104,19 @@ static ibl_status mend_batch(ibl_ctx *ctx, batch *b, ibl_read_report *report)
             b->peak = b->most[y];
     }
     if (needed)
-        status = ibl_run(ctx, NULL, jobs, signs_job, b);
+        status = ibl_run(m->rows->ctx, NULL, jobs, signs_job, b);
+    for (int y = 0; y < b->count; y++) {
+        const float *p = b->rgb + 3 * (size_t)b->width * (size_t)y;
+        double light = 0; /* a sun between the samples counts once */
+        for (int x = 0; x < b->width; x += step)
+            for (int c = 0; c < 3; c++)
+                light +=
+                    is_finite(p[3 * x + c]) ? (double)p[3 * x + c] * step : 0;
+        m->light += is_dirty(b->most[y])
+                        ? light
+                        : fmax(light, (double)ibl_float_of(b->most[y]));
+        m->removed += (double)b->below[y];
+    }
     report->peak = ibl_float_of(b->peak);
     report->nonfinite += b->nonfinite;
     report->negative += b->negative;
@@ -178,10 +196,11 @@ ibl_status ibl_mender_init(ibl_mender *m, ibl_rows *rows)
 
     *m = (ibl_mender){.rows = rows};
     m->most = ibl_alloc_array((size_t)rows->height, sizeof *m->most);
+    m->below = ibl_alloc_zeroed((size_t)rows->height, sizeof *m->below);
     m->before[0] = ibl_alloc_array(1, bytes);
     m->before[1] = ibl_alloc_array(1, bytes);
     m->ahead = ibl_alloc_array(1, bytes);
-    if (!m->most || !m->before[0] || !m->before[1] || !m->ahead)
+    if (!m->most || !m->below || !m->before[0] || !m->before[1] || !m->ahead)
         return ibl_no_memory(rows->ctx, "rows of an image");
     return IBL_OK;
 }
@@ -193,11 +212,12 @@ static ibl_status read_new(ibl_mender *m, int count, float *rgb)
     batch b = {.rgb = rgb,
                .width = rows->width,
                .count = count,
-               .most = m->most + rows->row};
+               .most = m->most + rows->row,
+               .below = m->below + rows->row};
     if (!count)
         return IBL_OK;
     const ibl_status status = ibl_rows_read(rows, count, rgb, b.most);
-    return status ? status : mend_batch(rows->ctx, &b, &rows->report);
+    return status ? status : mend_batch(m, &b);
 }
 
 ibl_status ibl_mender_read(ibl_mender *m, int count, float *rgb)
@@ -224,6 +244,7 @@ void ibl_mender_free(ibl_mender *m)
     ibl_free(m->ahead);
     ibl_free(m->before[1]);
     ibl_free(m->before[0]);
+    ibl_free(m->below);
     ibl_free(m->most);
     *m = (ibl_mender){0};
 }

@@ -21,6 +21,9 @@ typedef struct ibl_mender {
     int turn;
     float *ahead; /* the next row, if has_ahead */
     bool has_ahead;
+    double light;   /* about the sum of the components that are left */
+    double removed; /* the sum of the negative ones */
+    float *below;   /* of each row of the map, that sum */
 } ibl_mender;
 
 /* The caller must free m, after errors too, and still owns the rows. */

@@ -170,6 +170,60 @@ ibl_status ibl_rows_of_image(ibl_ctx *ctx, ibl_image *img, ibl_rows **out)
     return IBL_OK;
 }
 
+/* Where the pixel (x, y) of the upright image lies in width x height ones. */
+static size_t lies_at(int orientation, int width, int height, int x, int y)
+{
+    const bool lies = orientation > 4;
+    const int a = lies ? y : x, b = lies ? x : y;
+    const bool right = orientation == 2 || orientation == 3 || orientation > 6;
+    const bool low = orientation == 3 || orientation == 4 || orientation == 6 ||
+                     orientation == 7;
+
+    return (size_t)(low ? height - 1 - b : b) * (size_t)width +
+           (size_t)(right ? width - 1 - a : a);
+}
+
+ibl_status ibl_rows_upright(const ibl_input *in, ibl_rows **rows)
+{
+    ibl_rows *r = *rows, *made = NULL;
+    const int w = r->width, h = r->height, o = r->orientation;
+    const int width = o > 4 ? h : w, height = o > 4 ? w : h;
+    const size_t pixels = (size_t)w * (size_t)h, row = (size_t)width;
+    ibl_image from = {0}, to = {0};
+    uint32_t *most = ibl_alloc_array((size_t)h, sizeof *most);
+    ibl_status status = most ? ibl_map_alloc(in, w, h, &from)
+                             : ibl_no_memory(in->ctx, "an image");
+
+    if (!status)
+        status = ibl_rows_read(r, h, from.data, most);
+    if (!status)
+        status = ibl_map_alloc(in, width, height, &to);
+    for (size_t i = 0; i < pixels && !status; i++)
+        memcpy(to.data + 3 * i,
+               from.data + 3 * lies_at(o, w, h, (int)(i % row), (int)(i / row)),
+               3 * sizeof *to.data);
+    ibl_image_free(&from);
+    ibl_free(most);
+    if (!status)
+        status = ibl_rows_of_image(in->ctx, &to, &made);
+    if (!status && r->alpha)
+        status = ibl_rows_alloc_alpha(made);
+    if (status) {
+        ibl_rows_close(made);
+        return status;
+    }
+    for (size_t i = 0; i < pixels && r->alpha; i++)
+        made->alpha[i] =
+            r->alpha[lies_at(o, w, h, (int)(i % row), (int)(i / row))];
+    made->report = r->report;
+    made->straight = r->straight;
+    made->has_primaries = r->has_primaries;
+    memcpy(made->primaries, r->primaries, sizeof made->primaries);
+    ibl_rows_close(r);
+    *rows = made;
+    return IBL_OK;
+}
+
 /* ---- pixels of a program --------------------------------------------- */
 
 typedef struct pixel_rows {

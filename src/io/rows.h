@@ -46,6 +46,8 @@ struct ibl_rows {
     /* xy of red, green, blue and white; zeros: Rec.709's. */
     double primaries[8];
     bool has_primaries; /* the file names them */
+    int orientation;    /* of EXIF, 1 to 8: how the rows lie; 0: as 1 */
+    unsigned char face_order[IBL_FACES]; /* the file's own; zeros: none */
 };
 
 /* Calls rows->read, reports progress and advances row. */
@@ -58,6 +60,10 @@ ibl_status ibl_rows_alloc_alpha(ibl_rows *rows);
 
 /* Turns an image into rows, which then own it, even after an error. */
 ibl_status ibl_rows_of_image(ibl_ctx *ctx, ibl_image *img, ibl_rows **out);
+
+/* Turns rows to lie as they should be seen: reads them all and replaces them.
+ * rows stay the caller's after an error. */
+ibl_status ibl_rows_upright(const ibl_input *in, ibl_rows **rows);
 
 /* The pixels of a program, which are checked. */
 ibl_status ibl_rows_of_pixels(ibl_ctx *ctx, const ibl_pixels *pixels,

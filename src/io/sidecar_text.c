@@ -50,13 +50,13 @@ static json_t *numbers(const double *x, int count)
 static json_t *source(const ibl_sidecar_facts *f)
 {
     const ibl_read_report *r = f->o.report;
-    json_t *j = json_pack("{so so si si sf sI sI sb sb}", "path",
-                          ibl_sidecar_name(f, f->o.source), "format",
-                          ibl_json_string(r->format), "width", f->o.width,
-                          "height", f->o.height, "peak", (double)r->peak,
-                          "nonfinite_pixels", (json_int_t)r->nonfinite,
-                          "negative_pixels", (json_int_t)r->negative,
-                          "low_range", r->low_range, "bridged", r->bridged);
+    json_t *j = json_pack(
+        "{so so si si sf sI sI sb sb}", "path",
+        ibl_sidecar_name(f, f->o.source), "format", ibl_json_string(r->format),
+        "width", f->o.width, "height", f->o.height, "peak", (double)r->peak,
+        "nonfinite_pixels", (json_int_t)r->nonfinite, "negative_pixels",
+        (json_int_t)r->negative, "low_range", r->low_range != 0, "bridged",
+        r->bridged);
 
     if (*r->hash)
         put(&j, "xxh3_128", json_string(r->hash));

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/layout.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -13,15 +14,26 @@
 
 /* ---- names ------------------------------------------------------------- */
 
-/* Names of the faces in the order +X -X +Y -Y +Z -Z. */
+/* Names of the faces in the order +X -X +Y -Y +Z -Z, for files also with a
+ * capital or in capitals. Where a program turns some of its faces, they do not
+ * meet, which is warned of. */
 static const char *const face_names[][IBL_FACES] = {
     {"px", "nx", "py", "ny", "pz", "nz"},
     {"posx", "negx", "posy", "negy", "posz", "negz"},
+    {"posX", "negX", "posY", "negY", "posZ", "negZ"},
+    {"+x", "-x", "+y", "-y", "+z", "-z"},
     {"right", "left", "top", "bottom", "front", "back"},
+    {"right", "left", "up", "down", "front", "back"},
+    {"rt", "lf", "up", "dn", "ft", "bk"},
+    {"r", "l", "u", "d", "f", "b"},
+    {"c00", "c01", "c02", "c03", "c04", "c05"}, /* HDRShop's */
+    {"0", "1", "2", "3", "4", "5"},
+    {"1", "2", "3", "4", "5", "6"},
 };
 
 enum {
-    SETS = sizeof face_names / sizeof *face_names
+    SETS = sizeof face_names / sizeof *face_names,
+    WAYS = 3 /* as above, with a capital, in capitals */
 };
 
 static char *joined(const char *a, size_t length, const char *b, const char *c)
@@ -33,23 +45,45 @@ static char *joined(const char *a, size_t length, const char *b, const char *c)
     return text;
 }
 
-/* path with name in place of the %f at `at`. */
-static char *replaced(const char *path, const char *at, const char *name)
+/* The %f of a pattern, which no letter or digit follows; NULL: none. */
+static const char *find_pattern(const char *path)
 {
+    const char *at = strstr(path, "%f");
+
+    while (at && isalnum((unsigned char)at[2]))
+        at = strstr(at + 2, "%f");
+    return at;
+}
+
+/* path with the name of a face in place of the %f at `at`. set: of names, in
+ * one of the ways. */
+static char *replaced(const char *path, const char *at, int set, int face)
+{
+    char name[16];
+
+    strcpy(name, face_names[set / WAYS][face]);
+    for (int i = 0; name[i] && (set % WAYS == 2 || i < set % WAYS); i++)
+        name[i] = (char)toupper((unsigned char)name[i]);
     return joined(path, (size_t)(at - path), name, at + 2);
 }
 
-/* The set of names that the first file has; SETS: none. */
+/* The first set of names that most files have; SETS * WAYS: no file has any. */
 static int find_set(const char *path, const char *at)
 {
-    for (int set = 0; set < SETS; set++) {
-        char *first = replaced(path, at, face_names[set][0]);
-        const bool found = first && !access(first, F_OK);
-        ibl_free(first);
-        if (found)
-            return set;
+    int best = SETS * WAYS, most = 0;
+
+    for (int set = 0; set < SETS * WAYS && most < IBL_FACES; set++) {
+        int count = 0;
+        for (int f = 0; f < IBL_FACES; f++) {
+            char *file = replaced(path, at, set, f);
+            count += file && !access(file, F_OK);
+            ibl_free(file);
+        }
+        if (count > most)
+            best = set;
+        most = count > most ? count : most;
     }
-    return SETS;
+    return best;
 }
 
 /* The part of a list before its next comma; *list moves behind the comma. */
@@ -76,20 +110,21 @@ ibl_status ibl_input_files(ibl_ctx *ctx, const char *path,
 {
     if (!ctx || !path || !files || !count)
         return ibl_missing(ctx, "ibl_input_files: path, files or count");
-    const char *at = strstr(path, "%f");
+    const char *at = find_pattern(path);
     const bool one = !access(path, F_OK) || (!at && count_commas(path) != 5);
     const int set = one || !at ? 0 : find_set(path, at);
 
     for (int f = 0; f < IBL_FACES; f++)
         files[f] = NULL;
-    if (set == SETS)
+    if (set == SETS * WAYS)
         return ibl_fail(ctx, IBL_ERR_IO,
-                        "%s: no file has px, posx or right in place of %%f",
+                        "%s: no file has px, posx, +x, right, rt, c00 or 0 in "
+                        "place of %%f",
                         path);
     *count = one ? 1 : IBL_FACES;
     for (int f = 0; f < *count; f++) {
         files[f] = one  ? joined(path, strlen(path), "", "")
-                   : at ? replaced(path, at, face_names[set][f])
+                   : at ? replaced(path, at, set, f)
                         : next_of(&path);
         if (!files[f])
             break;
@@ -133,7 +168,7 @@ static void add_report(const ibl_read_report *r, ibl_read_report *sum)
     sum->nonfinite += r->nonfinite;
     sum->negative += r->negative;
     sum->peak = fmaxf(sum->peak, r->peak);
-    sum->low_range |= r->low_range;
+    sum->low_range = r->low_range ? r->low_range : sum->low_range;
     sum->bridged |= r->bridged;
     sum->has_alpha |= r->has_alpha;
     sum->alpha_least = fminf(sum->alpha_least, r->alpha_least);
@@ -214,6 +249,7 @@ ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
 
     flat.layout = IBL_INPUT_EQUIRECT; /* as they are */
     flat.clamp = 0;                   /* the caller clamps all of them */
+    memset(flat.face_order, 0, sizeof flat.face_order);
     if (opts->layout && opts->layout != IBL_INPUT_FACES)
         status = ibl_fail(ctx, IBL_ERR_FORMAT,
                           "%s: are files of faces, not in the layout %s", name,

@@ -3,12 +3,14 @@
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge.h"
 #include "io/brightest.h"
 #include "io/colour.h"
+#include "io/colour_space.h"
 #include "io/container.h"
 #include "io/exr.h"
 #include "io/input.h"
@@ -168,6 +170,26 @@ static ibl_status check_curve(const ibl_input *in, const char *kind)
                  : IBL_OK;
 }
 
+/* Names what downloads often are in place of the file. */
+static ibl_status check_text(const ibl_input *in)
+{
+    char first[256] = "";
+    const char *text = first;
+
+    memcpy(first, in->bytes,
+           in->size < sizeof first ? in->size : sizeof first - 1);
+    text += !strncmp(text, "\xef\xbb\xbf", 3) ? 3 : 0;
+    text += strspn(text, " \t\r\n");
+    if (!strncmp(text, "version https://git-lfs", 23))
+        return ibl_bad_file(in, "is a pointer of Git LFS, not the file itself: "
+                                "fetch it with git lfs pull");
+    if (!strncasecmp(text, "<!doctype html", 14) ||
+        !strncasecmp(text, "<html", 5) || !strncasecmp(text, "<head", 5))
+        return ibl_bad_file(in, "is a web page (HTML), not an image: download "
+                                "the file itself");
+    return IBL_OK;
+}
+
 static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
 {
     const ibl_status status = ibl_input_load(&s->in);
@@ -175,6 +197,11 @@ static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
         return status;
     ibl_bridge_source source = {.in = &s->in};
     const signature *known = sniff(s->in.bytes, s->in.size);
+    if (!known) {
+        const ibl_status text = check_text(&s->in);
+        if (text)
+            return text;
+    }
     if (known && !strcmp(known->reader, "jpeg")) {
         const ibl_status hdr = ibl_ultra_hdr_open(&s->in, opts, &s->rows);
         if (hdr || s->rows)
@@ -259,6 +286,36 @@ static ibl_read_options texture_options(const ibl_texture *tex,
     return own;
 }
 
+/* What iblbake baked would be blurred once more. */
+static void warn_if_baked(const ibl_source *s, const ibl_texture *tex)
+{
+    const char *content = ibl_texture_get(tex, "iblbake.content");
+
+    if (!content || !strcmp(content, "skybox"))
+        return;
+    ibl_warn(
+        s->ctx,
+        !strcmp(content, "specular")
+            ? "%s: is a baked map, of which level 0 is taken for the "
+              "environment: bake the map that it was made of"
+            : "%s: is a baked map (%s), not an environment, and is blurred "
+              "already: bake the map that it was made of",
+        s->in.name, content);
+}
+
+/* By our keys, since KTX and DDS say nothing else, or by KTX2's descriptor. */
+static void take_primaries(const ibl_texture *tex, ibl_rows *rows)
+{
+    static const char *const names[] = {"", "rec709", "acescg", "rec2020"};
+    const int key = find_value(tex, "iblbake.primaries", names, 4);
+    const double *xy = key > 0 ? ibl_primaries_xy((ibl_primaries)key)
+                               : ibl_khronos_xy(tex->primaries);
+
+    rows->has_primaries = xy != NULL;
+    if (xy)
+        memcpy(rows->primaries, xy, sizeof rows->primaries);
+}
+
 /* Level 0 as an image; the faces of a cube are below one another. */
 static ibl_status texture_rows(ibl_source *s, const ibl_texture *tex,
                                const ibl_read_options *opts)
@@ -285,6 +342,8 @@ static ibl_status texture_rows(ibl_source *s, const ibl_texture *tex,
         ibl_image_free(&img);
     else
         status = ibl_rows_of_image(s->ctx, &img, &s->rows);
+    if (!status)
+        take_primaries(tex, s->rows);
     return status ? status : texture_alpha(tex, opts, s->rows);
 }
 
@@ -303,15 +362,12 @@ static ibl_status open_texture(ibl_source *s, ibl_container container,
             env ? opts->env(s->ctx, s->in.name, s->in.bytes, s->in.size, &tex)
                 : ibl_texture_decode(s->ctx, s->in.name, s->in.bytes,
                                      s->in.size, &tex, NULL);
-    if (!status && tex.faces == IBL_FACES && opts->layout &&
-        opts->layout != IBL_INPUT_CUBE)
-        status = ibl_bad_file(&s->in, "is a cube, not in the layout %s",
-                              ibl_input_layout_name(opts->layout));
     const ibl_read_options own = texture_options(&tex, opts);
     if (!status)
         status = texture_rows(s, &tex, &own);
     if (!status) {
         ibl_read_report *r = &s->rows->report;
+        warn_if_baked(s, &tex);
         snprintf(r->format, sizeof r->format, "%s, %s",
                  env                               ? "Babylon .env"
                  : container == IBL_CONTAINER_KTX2 ? "KTX2"
@@ -345,7 +401,8 @@ static ibl_status open_image(ibl_source *s, const unsigned char *first,
     if (opts->layout == IBL_INPUT_FACES)
         return ibl_bad_file(&s->in, "is one file; six of faces are named by a "
                                     "pattern with %%f or a list with commas");
-    if (opts->layout == IBL_INPUT_CUBE)
+    if (opts->layout == IBL_INPUT_CUBE && !ibl_exr_is(first, size) &&
+        ibl_container_of(first, size) == IBL_CONTAINER_COUNT)
         return ibl_bad_file(
             &s->in, "is no texture that can be read, KTX2, KTX or DDS, where "
                     "the layout cube was asked for");
@@ -374,6 +431,15 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
     if (!status)
         status = texture ? open_texture(s, container, opts)
                          : open_image(s, first, size, opts);
+    if (!status && s->rows->report.layout == IBL_INPUT_CUBE && opts->layout &&
+        opts->layout != IBL_INPUT_CUBE)
+        status = ibl_bad_file(&s->in, "is a cube, not in the layout %s",
+                              ibl_input_layout_name(opts->layout));
+    if (!status && opts->transfer && !s->rows->report.low_range)
+        status = ibl_bad_file(&s->in, "holds floats, which are linear: leave "
+                                      "out the option input-transfer");
+    if (!status && s->rows->orientation > 1 && s->rows->orientation <= 8)
+        status = ibl_rows_upright(&s->in, &s->rows);
     return status;
 }
 
@@ -395,6 +461,11 @@ static ibl_status open_files(ibl_source *s, const ibl_read_options *opts)
         status = open_any(s, opts);
     ibl_input_files_free(files);
     return status;
+}
+
+static bool is_ordered(const ibl_read_options *opts)
+{
+    return opts->face_order[0] + opts->face_order[1] > 0;
 }
 
 static ibl_status check_options(ibl_ctx *ctx, const ibl_read_options *opts)
@@ -423,6 +494,20 @@ static ibl_status check_options(ibl_ctx *ctx, const ibl_read_options *opts)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "input layout %d: must be at most %d",
                         (int)opts->layout, IBL_INPUT_OCTAHEDRAL);
+    if (opts->transfer > IBL_TRANSFER_SRGB)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "transfer %d: must be at most %d", (int)opts->transfer,
+                        IBL_TRANSFER_SRGB);
+    if (is_ordered(opts)) {
+        unsigned found = 0;
+        for (int i = 0; i < IBL_FACES; i++)
+            found |= opts->face_order[i] < 8 * IBL_FACES
+                         ? 1u << opts->face_order[i] % IBL_FACES
+                         : 0;
+        if (found != (1u << IBL_FACES) - 1)
+            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                            "face order: must have each of six faces once");
+    }
     return IBL_OK;
 }
 
@@ -487,8 +572,9 @@ ibl_status ibl_source_image(ibl_source *s, ibl_image *img)
 }
 
 /* Makes the map of alpha, in the memory of the file's colours. */
-static ibl_status unwrap_alpha(const ibl_source *s, ibl_image *grey,
-                               float **alpha)
+static ibl_status unwrap_alpha(const ibl_source *s,
+                               const unsigned char order[IBL_FACES],
+                               ibl_image *grey, float **alpha)
 {
     const size_t pixels = (size_t)grey->width * (size_t)grey->height;
     ibl_image map = {0};
@@ -496,7 +582,7 @@ static ibl_status unwrap_alpha(const ibl_source *s, ibl_image *grey,
     for (size_t i = 0; i < 3 * pixels; i++)
         grey->data[i] = s->rows->alpha[i / 3];
     const ibl_status status =
-        ibl_unwrap(s->ctx, s->rows->report.layout, grey, &map);
+        ibl_unwrap(s->ctx, NULL, s->rows->report.layout, order, grey, &map);
     for (size_t i = 0; i < (size_t)map.width * (size_t)map.height; i++)
         map.data[i] = map.data[3 * i];
     *alpha = map.data;
@@ -504,16 +590,20 @@ static ibl_status unwrap_alpha(const ibl_source *s, ibl_image *grey,
 }
 
 /* Replaces the rows of another layout by those of its map. */
-static ibl_status unwrap(ibl_source *s)
+static ibl_status unwrap(ibl_source *s, const ibl_read_options *opts)
 {
+    const ibl_input_layout layout = s->rows->report.layout;
+    unsigned char order[IBL_FACES];
     ibl_image flat = {0}, map = {0};
     float *alpha = NULL;
-    ibl_status status = ibl_source_image(s, &flat);
 
+    memcpy(order, is_ordered(opts) ? opts->face_order : s->rows->face_order,
+           sizeof order);
+    ibl_status status = ibl_source_image(s, &flat);
     if (!status)
-        status = ibl_unwrap(s->ctx, s->rows->report.layout, &flat, &map);
+        status = ibl_unwrap(s->ctx, s->in.name, layout, order, &flat, &map);
     if (!status && s->rows->alpha)
-        status = unwrap_alpha(s, &flat, &alpha);
+        status = unwrap_alpha(s, order, &flat, &alpha);
     ibl_image_free(&flat);
     if (status) {
         ibl_image_free(&map);
@@ -594,8 +684,16 @@ static ibl_status open_source(ibl_ctx *ctx, const origin *from,
             ibl_input_layout_of(&opts, s->rows->width, s->rows->height);
     if (!status)
         status = begin(s, &opts);
-    if (!status && s->rows->report.layout != IBL_INPUT_EQUIRECT)
-        status = unwrap(s);
+    const ibl_input_layout layout = status ? 0 : s->rows->report.layout;
+    const bool flat =
+        layout == IBL_INPUT_EQUIRECT || layout == IBL_INPUT_OCTAHEDRAL;
+    if (!status && flat && is_ordered(&opts))
+        status = ibl_bad_file(&s->in,
+                              "is %s, which has no faces to order: leave out "
+                              "the option face-order",
+                              ibl_input_layout_name(layout));
+    if (!status && layout != IBL_INPUT_EQUIRECT)
+        status = unwrap(s, &opts);
     if (status)
         ibl_source_close(s);
     else
@@ -761,6 +859,9 @@ static void report_colour(const ibl_source *s)
                  100 * r->clamp_removed);
 }
 
+/* The share of a map's light that is worth a word. */
+static const double notable = 1e-4;
+
 /* After the last row: warns of mended values or, if strict, refuses them. */
 static ibl_status report_mended(const ibl_source *s)
 {
@@ -776,14 +877,17 @@ static ibl_status report_mended(const ibl_source *s)
                  "%s: %zu pixels were not finite; each became its brightest "
                  "neighbour that is, or black if NaN and 65504 if infinite",
                  s->in.name, r->nonfinite);
-    if (r->negative)
-        ibl_warn(s->ctx, "%s: %zu pixels were negative and became 0",
-                 s->in.name, r->negative);
+    if (s->mender.removed > notable * s->mender.light)
+        ibl_warn(s->ctx,
+                 "%s: %zu pixels were negative and became 0: %.2g %% of the "
+                 "map's light",
+                 s->in.name, r->negative,
+                 100 * fmin(s->mender.removed / s->mender.light, 1));
     if (r->low_range)
         ibl_warn(s->ctx,
-                 "%s: low dynamic range (integers, taken for sRGB): lamps and "
+                 "%s: low dynamic range (integers, taken for %s): lamps and "
                  "the sun are clipped, so it cannot light well",
-                 s->in.name);
+                 s->in.name, r->low_range == 1 ? "sRGB" : "linear");
     return report_alpha(s);
 }
 
@@ -829,6 +933,10 @@ static ibl_status end_rows(ibl_source *s)
         ibl_colour_end(&s->colour);
     if (is_map(s))
         ibl_bright_sum(&s->bright, &s->rows->report.brightest);
+    /* A square may be a face, one of six. */
+    if (is_map(s) && !(s->rows->report.peak > 0) &&
+        s->rows->width != s->rows->height)
+        ibl_warn(s->ctx, "%s: is black everywhere", s->in.name);
     const ibl_status status = s->mended ? IBL_OK : report_mended(s);
     if (!status && !s->unwrapped)
         report_colour(s);

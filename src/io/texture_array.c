@@ -15,7 +15,8 @@ static ibl_status begin(ibl_ctx *ctx, const ibl_texture *tex, int layers,
                          .levels = tex->levels,
                          .layers = layers,
                          .faces = tex->faces,
-                         .premultiplied = tex->premultiplied};
+                         .premultiplied = tex->premultiplied,
+                         .primaries = tex->primaries};
     const size_t layer_bytes = tex->bytes / (size_t)tex->layers;
     out->data = ibl_alloc_array(layer_bytes, (size_t)layers);
     if (!out->data)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Keys that say what a texture holds, and how shaders look it up. */
 #include "io/texture_keys.h"
+#include "io/colour_space.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -183,6 +184,10 @@ static void set_bake(setter *s, const ibl_sidecar_facts *f,
     if (output->content < IBL_CONTENT_LUT) {
         set_orientation(s, &f->o);
         set_colour(s, &f->read);
+        if (f->read.primaries || f->o.report)
+            s->tex->primaries = ibl_khronos_number(
+                f->read.primaries ? ibl_primaries_xy(f->read.primaries)
+                                  : f->o.report->primaries);
         if (output->content != IBL_CONTENT_SKYBOX && f->o.light_count >= 0)
             set(s, "iblbake.lights", "%d", f->o.light_count);
     }

@@ -3,6 +3,8 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "io/input.h"
@@ -79,7 +81,9 @@ static const char *check_png(const ibl_input *in)
 size_t ibl_png_picture(const unsigned char *bytes, size_t size,
                        unsigned char *dst)
 {
-    static const char kept[][5] = {"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
+    static const char kept[][5] = {"IHDR", "PLTE", "tRNS",
+                                   "IDAT", "IEND", "gAMA"};
+    bool has_curve = false; /* gAMA counts without sRGB or iCCP before it */
     ibl_input v = ibl_input_of(NULL, NULL, bytes, size);
     v.swap = true;
     size_t done = png_header;
@@ -88,16 +92,41 @@ size_t ibl_png_picture(const unsigned char *bytes, size_t size,
     for (uint64_t at = png_header; ibl_input_has(&v, at, 12);) {
         const uint64_t whole = get(&v, at, 4) + 12;
         for (size_t i = 0; i < sizeof kept / sizeof kept[0]; i++) {
-            if (!is_chunk(&v, at, kept[i]))
+            if (!is_chunk(&v, at, kept[i]) ||
+                (i == 5 && (has_curve || whole != 16)))
                 continue;
             memcpy(dst + done, bytes + at, (size_t)whole);
             done += (size_t)whole;
         }
+        has_curve |= is_chunk(&v, at, "sRGB") || is_chunk(&v, at, "iCCP") ||
+                     is_chunk(&v, at, "gAMA");
         if (is_chunk(&v, at, "IEND"))
             break;
         at += whole;
     }
     return done;
+}
+
+size_t ibl_pnm_picture(const unsigned char *bytes, size_t size,
+                       unsigned char *dst)
+{
+    char text[128] = "", kind, most[16];
+    int width, height, end = 0;
+
+    memcpy(dst, bytes, size);
+    memcpy(text, bytes, size < sizeof text - 1 ? size : sizeof text - 1);
+    if (sscanf(text, "P%c %d %d %15s%n", &kind, &width, &height, most, &end) <
+            4 ||
+        memcmp(text + end, "\r\n", 2) != 0)
+        return size;
+    const double bytes_each =
+        kind == 'F'   ? 12
+        : kind == 'f' ? 4
+                      : (kind == '6' ? 3 : 1) * (atoi(most) > 255 ? 2 : 1);
+    if (end + 2 + bytes_each * width * height != (double)size)
+        return size;
+    memcpy(dst + end, bytes + end + 1, size - (size_t)end - 1);
+    return size - 1;
 }
 
 /* ---- JPEG: ITU T.81, annex B ----------------------------------------- */

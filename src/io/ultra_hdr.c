@@ -362,6 +362,7 @@ static ibl_status open_parts(hdr_rows *r, const ibl_input *in,
     r->base->silent = true;
     r->rows.width = r->base->width;
     r->rows.height = r->base->height;
+    r->rows.orientation = r->base->orientation;
     r->rows.report.bridged = 1;
     snprintf(r->rows.report.format, sizeof r->rows.report.format,
              "Ultra HDR JPEG, gain map of %s",

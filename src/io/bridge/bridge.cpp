@@ -43,6 +43,7 @@ struct ibl_bridge {
     int alpha = -1; // index of the alpha channel; -1: none
     storage kind = storage::floats;
     bool encoded = false;
+    bool cube = false; // the faces lie below one another
     int x0 = 0, y0 = 0, width = 0, height = 0; // display window
     // Rows strip_y..strip_end-1 of the data window, channels first..last.
     std::vector<float> strip;
@@ -249,6 +250,11 @@ void seek(ibl_bridge &b)
     if (b.spec.deep)
         throw failure{IBL_BRIDGE_FORMAT, "deep data has no one colour per "
                                          "pixel"};
+    if (b.spec.get_int_attribute("tiff:PhotometricInterpretation") >> 1 ==
+        32844 >> 1)
+        throw failure{IBL_BRIDGE_FORMAT,
+                      "LogLuv, of which OpenImageIO keeps 8 bits: convert it "
+                      "to EXR"};
     if (b.spec.depth > 1)
         throw failure{IBL_BRIDGE_FORMAT, "it is a volume, not an image"};
 }
@@ -284,7 +290,12 @@ void describe(const ibl_bridge &b, ibl_bridge_info *info)
     info->data_height = b.spec.height;
     info->raw_bytes = double(b.spec.width) * double(b.spec.height) *
                       double(b.spec.pixel_bytes(true));
-    info->low_range = b.kind == storage::shorts || b.kind == storage::fractions;
+    info->low_range =
+        b.kind == storage::shorts || b.kind == storage::fractions
+            ? 1 + int(b.encoded)
+            : 0;
+    info->orientation = b.spec.get_int_attribute("Orientation", 1);
+    info->cube = b.cube;
     info->has_alpha = b.alpha >= 0;
     // The reader sets it if the colours are straight and it obeyed the hint.
     info->straight = b.spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
@@ -447,7 +458,11 @@ EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
         choose_channels(*b, *request);
         choose_alpha(*b, *request);
         b->kind = storage_of(*b);
-        b->encoded = request->encoded != 0;
+        b->encoded = request->encoded > 0 ||
+                     (request->encoded < 0 &&
+                      Strutil::iequals(
+                          b->spec.get_string_attribute("oiio:ColorSpace"),
+                          "linear"));
         b->first = *std::min_element(b->channel, b->channel + 3);
         b->last = *std::max_element(b->channel, b->channel + 3);
         if (b->alpha >= 0) {
@@ -460,6 +475,15 @@ EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
         b->y0 = b->spec.full_y;
         b->width = b->spec.full_width;
         b->height = b->spec.full_height;
+        b->cube = b->spec.get_string_attribute("textureformat") ==
+                      "CubeFace Environment" &&
+                  !std::strcmp(b->input->format_name(), "dds");
+        if (b->cube) {
+            b->x0 = b->spec.x;
+            b->y0 = b->spec.y;
+            b->width = b->spec.width;
+            b->height = b->spec.height;
+        }
         const placement p = place(*b);
         if (b->spec.width < 1 || b->spec.height < 1 || p.x1 <= p.x0 ||
             p.y1 <= p.y0)

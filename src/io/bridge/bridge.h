@@ -17,7 +17,7 @@ extern "C" {
 #endif
 
 /* Increase it with every change of the interface. */
-#define IBL_BRIDGE_ABI 4
+#define IBL_BRIDGE_ABI 5
 #define IBL_BRIDGE_MESSAGE 512
 
 typedef enum ibl_bridge_result {
@@ -39,8 +39,9 @@ typedef struct ibl_bridge_request {
     int want_alpha;
     const char *alpha; /* name of the channel; NULL: the file's own alpha, or
                           none where channels are named */
-    int encoded; /* integers become fractions of the largest, not decoded from
-                    sRGB */
+    int encoded; /* integers become fractions of the largest: 1: always; 0:
+                    they are decoded from sRGB; -1: where the file says that
+                    they are linear, else they are decoded */
     int threads;
 } ibl_bridge_request;
 
@@ -48,9 +49,11 @@ typedef struct ibl_bridge_info {
     int width, height; /* pixels of the display window, which is the map */
     int data_width, data_height; /* pixels of the data window */
     double raw_bytes;            /* size of all channels after decoding */
-    int low_range;               /* integers, which are decoded as sRGB */
+    int low_range;               /* integers: 1: decoded from sRGB, 2: not */
     int has_alpha;               /* alpha was requested and the file has it */
     int straight;                /* colours are not multiplied by alpha */
+    int orientation;             /* of EXIF, 1 to 8 */
+    int cube;                    /* six faces below one another */
     char format[32];             /* "tiff, uint16" */
 } ibl_bridge_info;
 
