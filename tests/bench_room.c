@@ -146,8 +146,8 @@ int main(int argc, char **argv)
         return 2;
     }
     lit_begin(width, height);
-    if (view_set_bake(test_ctx(0, IBL_ISA_AUTO), test_data("sky.exr"),
-                      IBL_INPUT_AUTO, &set)) {
+    if (view_set_bake(test_ctx(0, IBL_ISA_AUTO),
+                      &(view_request){.path = test_data("sky.exr")}, &set)) {
         const view_camera camera = room_camera(eye, at, 65, width, height);
         b.draw = room_draw_by(&camera);
         if (load(&set, &b.draw)) {

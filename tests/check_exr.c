@@ -270,6 +270,35 @@ TEST(parts)
     test_exr_refused("one.exr", NULL, 1, IBL_ERR_FORMAT, "part");
 }
 
+/* Combined of Combined, Depth and Normal; no coordinates, no Cryptomatte; of
+ * parts the one with R, G and B. */
+TEST(what_is_colour)
+{
+    static const char *const combined[] = {"V.Combined.R", "V.Combined.G",
+                                           "V.Combined.B"};
+    ibl_image a, b;
+
+    test_exr_begin(2, W, H);
+    NEED(file_run(
+        "oiiotool s.pfm --chnames V.Combined.R,V.Combined.G,V.Combined.B "
+        "s.pfm --chnames V.Normal.X,V.Normal.Y,V.Normal.Z --chappend s.pfm "
+        "--chnames V.CryptoObject00.r,V.CryptoObject00.g,V.CryptoObject00.b "
+        "--chappend -d half --compression zip -o blender.exr "
+        "s.pfm --chnames X,Y,Z -o xyz.exr s.pfm --ch R --chnames Y --attrib "
+        "oiio:subimagename matte s.pfm --attrib oiio:subimagename beauty "
+        "--siappend -d half -o matte.exr"));
+    compare("blender.exr", NULL, -1, combined, &a);
+    CHECK(!test_exr_decode("blender.exr", "Combined", -1, &b, NULL) &&
+          test_exr_same(&a, &b));
+    test_exr_refused("xyz.exr", NULL, -1, IBL_ERR_FORMAT, "no colour*X, Y, Z");
+    compare("matte.exr", NULL, 1, NULL, &a);
+    CHECK(!test_exr_decode("matte.exr", NULL, -1, &b, NULL) &&
+          test_exr_same(&a, &b));
+    CHECK(!test_exr_decode("matte.exr", "matte", -1, &b, NULL));
+    test_exr_refused("matte.exr", "list", -1, IBL_ERR_FORMAT,
+                     "matte (part 0), beauty (part 1)");
+}
+
 /* img placed at (x, y) of the map, computed here. */
 static void check_placed(const char *file, const ibl_image *img, int x, int y,
                          int width, int height)

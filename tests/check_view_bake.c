@@ -30,7 +30,7 @@ TEST(bake_is_that_of_the_program)
     NEED(file_run("'%s' -q '%s' --sh 4 -o same", file_built("iblbake"),
                   sets_file()));
     sets_open(ctx, "same", &read);
-    NEED(view_set_bake(ctx, sets_file(), IBL_INPUT_AUTO, &made));
+    NEED(view_set_bake(ctx, &(view_request){.path = sets_file()}, &made));
     sets_check_same(&read, &made, "baked");
     CHECK(made.path[VIEW_MAP] && !strcmp(made.path[VIEW_MAP], sets_file()));
     CHECK(!view_set_changed(&made, 0));
@@ -53,8 +53,8 @@ TEST(bake_fails_with_a_line)
     static const char *const names[] = {"map.hdr", "no.hdr"};
     for (int i = 0; i < 2; i++) {
         view_test_catch();
-        const bool ok =
-            view_set_bake(ctx, file_path(names[i]), IBL_INPUT_AUTO, &set);
+        const bool ok = view_set_bake(
+            ctx, &(view_request){.path = file_path(names[i])}, &set);
         const char *said = view_test_caught();
         CHECK_MSG(!ok && sets_lines(said) == 1 && strstr(said, names[i]), "%s",
                   said);
@@ -80,7 +80,8 @@ TEST(bake_without_memory_for_names_fails)
     for (bool ok = false; !ok && fails < 99; fails += !ok) {
         view_test_catch();
         left = fails;
-        ok = view_set_bake(ctx, file_path("map.hdr"), IBL_INPUT_AUTO, &set);
+        ok = view_set_bake(ctx, &(view_request){.path = file_path("map.hdr")},
+                           &set);
         left = -1;
         const char *said = view_test_caught();
         if (ok)
@@ -138,7 +139,8 @@ TEST(baker_bakes)
     /* Who looks may be late, but not each time. */
     for (int attempt = 0; seen <= 2 && attempt < 10; attempt++) {
         double done, before = 0;
-        view_baker *baker = view_baker_start(large_map(), IBL_INPUT_AUTO);
+        view_baker *baker =
+            view_baker_start(&(view_request){.path = large_map()});
         NEED(baker);
         if (attempt)
             view_set_free(&set);
@@ -153,7 +155,7 @@ TEST(baker_bakes)
         NEED(view_baker_finish(baker, &set));
     }
     CHECK_MSG(seen > 2, "progress was seen to move %d times", seen);
-    NEED(view_set_bake(ctx, large_map(), IBL_INPUT_AUTO, &made));
+    NEED(view_set_bake(ctx, &(view_request){.path = large_map()}, &made));
     sets_check_same(&made, &set, "beside the window");
     view_set_free(&made);
     view_set_free(&set);
@@ -181,7 +183,7 @@ TEST(only_the_main_thread_takes_signals)
 {
     static const unsigned long long ends =
         1ull << (SIGTERM - 1) | 1ull << (SIGINT - 1) | 1ull << (SIGHUP - 1);
-    view_baker *baker = view_baker_start(large_map(), IBL_INPUT_AUTO);
+    view_baker *baker = view_baker_start(&(view_request){.path = large_map()});
     char main_thread[32], stage[64] = "";
     const struct dirent *entry;
     double done;
@@ -220,11 +222,12 @@ TEST(baker_is_cancelled)
     const char *path = large_map();
     baked_set set;
     double spent = -processor_seconds();
-    NEED(view_baker_finish(view_baker_start(path, IBL_INPUT_AUTO), &set));
+    NEED(view_baker_finish(view_baker_start(&(view_request){.path = path}),
+                           &set));
     spent += processor_seconds();
     view_set_free(&set);
     for (int i = 0; i < 4; i++) {
-        view_baker *baker = view_baker_start(path, IBL_INPUT_AUTO);
+        view_baker *baker = view_baker_start(&(view_request){.path = path});
         NEED(baker);
         pause_for(after[i]);
         view_test_catch();
@@ -237,7 +240,7 @@ TEST(baker_is_cancelled)
                   spent);
     }
     /* One that has ended already. */
-    view_baker *baker = view_baker_start(sets_file(), IBL_INPUT_AUTO);
+    view_baker *baker = view_baker_start(&(view_request){.path = sets_file()});
     char stage[64];
     double done;
     NEED(baker);
@@ -253,7 +256,8 @@ TEST(baker_fails)
 
     memset(&set, 1, sizeof set);
     view_test_catch();
-    baker = view_baker_start(file_path("not there.hdr"), IBL_INPUT_AUTO);
+    baker =
+        view_baker_start(&(view_request){.path = file_path("not there.hdr")});
     const bool ok = baker && view_baker_finish(baker, &set);
     const char *said = view_test_caught();
     CHECK(!ok && !set.name && !set.texture[VIEW_LUT].data);

@@ -32,31 +32,24 @@ char *ibl_bench_fill(const ibl_bench *b, const ibl_bench_point *p,
     char *env = ibl_words_quote(path), *out = ibl_words_quote(p->directory);
     char *name =
         ibl_stem(path, stem, sizeof stem) ? ibl_words_quote(stem) : NULL;
-    char *layer =
-        ibl_words_quote(o->common.read.layer ? o->common.read.layer : "");
 
-    if (env && out && name && layer) {
+    if (env && out && name) {
         const ibl_placeholder holders[] = {{"env", env},
                                            {"out", out},
                                            {"name", name},
-                                           {"layer", layer},
                                            {"bake", o->bake ? o->bake : ""},
                                            {"variant", p->given}};
-        filled = ibl_words_fill(text, holders, peer ? 3 : 6);
+        filled = ibl_words_fill(text, holders, peer ? 3 : 5);
     }
     free(env);
     free(out);
     free(name);
-    free(layer);
     return filled;
 }
 
 /* The command of a bake by this program. */
 static char *bake_command(const ibl_bench *b, const ibl_bench_point *p)
 {
-    const ibl_read_options plain = {.part = -1, .any_aspect = 1};
-    const ibl_read_options *read =
-        b->sources[p->source].resampled ? &plain : &b->opts->common.read;
     const int method = p->at[IBL_BENCH_METHOD];
     const bool nomip = method == IBL_BENCH_SAMPLED_NOMIP;
     ibl_memory_file file;
@@ -64,23 +57,7 @@ static char *bake_command(const ibl_bench *b, const ibl_bench_point *p)
 
     if (!to)
         return NULL;
-    fputs("/proc/self/exe --quiet --timings --output={out} --name=bake", to);
-    if (read->layer)
-        fputs(" --layer={layer}", to);
-    if (read->part >= 0)
-        fprintf(to, " --part=%d", read->part);
-    if (read->any_aspect)
-        fputs(" --any-aspect", to);
-    if (read->layout)
-        fprintf(to, " --input-layout=%s", ibl_input_layout_name(read->layout));
-    if (read->strict)
-        fputs(" --strict", to);
-    if (read->primaries)
-        fprintf(to, " --primaries=%s", ibl_primaries_name(read->primaries));
-    if (fabs(read->exposure) > 0)
-        fprintf(to, " --exposure=%.17g", read->exposure);
-    if (read->clamp > 0)
-        fprintf(to, " --clamp=%.17g", read->clamp);
+    fputs(" --quiet --timings --output={out} --name=bake", to);
     fprintf(to, " --method=%s%s",
             ibl_bench_method_names[nomip ? IBL_BENCH_SAMPLED : method],
             nomip ? " --pdf-mip=no" : "");
@@ -93,7 +70,15 @@ static char *bake_command(const ibl_bench *b, const ibl_bench_point *p)
     }
     fputs(" {bake} {variant} -- {env}", to);
     char *text = ibl_memory_close(to, &file);
-    char *command = text ? ibl_bench_fill(b, p, text) : NULL;
+    char *filled = text ? ibl_bench_fill(b, p, text) : NULL;
+    char *reading = b->sources[p->source].resampled
+                        ? strdup(" --any-aspect")
+                        : ibl_common_reading(&b->opts->common);
+    char *command = filled && reading
+                        ? ibl_format("/proc/self/exe%s%s", reading, filled)
+                        : NULL;
+    free(reading);
+    free(filled);
     free(text);
     return command;
 }

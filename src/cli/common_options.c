@@ -13,9 +13,11 @@
 #include <ibl/sidecar.h>
 
 #include "cli/common_options.h"
+#include "cli/shell_words.h"
 #include "common/names.h"
 #include "common/path.h"
 #include "engine/set.h"
+#include "json/text.h"
 
 #if defined(__clang__)
 #define COMPILER "clang " __clang_version__
@@ -206,8 +208,7 @@ static const ibl_option input[] = {
      .help = "how the file holds the environment; auto: by its kind and shape. "
              "Squares are equirect or octahedral, so they need this"},
     {"face-order", 0, IBL_OTHER(read.face_order, "LIST", parse_face_order),
-     .allowed = "px, nx, py, ny, pz and nz in any order, each with /90, /180, "
-                "/270, /m, /m90, /m180 or /m270 where it is turned",
+     .allowed = IBL_FACE_ORDER_ALLOWED,
      .standard = "the layout's",
      .help = "which faces a cube's are: turned clockwise, mirrored before"},
     {"input-transfer", 0, IBL_CHOICE(read.transfer, ibl_transfer_names),
@@ -260,6 +261,62 @@ const ibl_section ibl_running_section = {"Running", running,
 const ibl_section ibl_threads_section = {"Running", running, 1};
 const ibl_section ibl_messages_section = {"Running", running + 3,
                                           sizeof running / sizeof *running - 3};
+
+/* Prints an option if its field is not the default. */
+static void put_given(FILE *to, const ibl_option *o, const void *field,
+                      const void *usual)
+{
+    const size_t size = o->kind == IBL_OPTION_REAL    ? sizeof(double)
+                        : o->kind == IBL_OPTION_TEXT  ? sizeof(char *)
+                        : o->kind == IBL_OPTION_OTHER ? IBL_FACES
+                                                      : sizeof(int);
+    char order[IBL_FACE_ORDER];
+    const char *text;
+    char *quoted = NULL;
+    double real;
+    int n;
+
+    if (!memcmp(field, usual, size))
+        return;
+    memcpy(&n, field, sizeof n);
+    fprintf(to, " --%s", o->name);
+    switch (o->kind) {
+    case IBL_OPTION_TEXT:
+        memcpy(&text, field, sizeof text);
+        quoted = ibl_words_quote(text);
+        fprintf(to, "=%s", quoted ? quoted : "");
+        free(quoted);
+        break;
+    case IBL_OPTION_REAL:
+        memcpy(&real, field, sizeof real);
+        fprintf(to, "=%.17g", real);
+        break;
+    case IBL_OPTION_INT:
+        fprintf(to, "=%d", n);
+        break;
+    case IBL_OPTION_CHOICE:
+        fprintf(to, "=%s", o->choices[n]);
+        break;
+    case IBL_OPTION_OTHER: /* the only one */
+        ibl_face_order_text(field, order);
+        fprintf(to, "=%s", order);
+        break;
+    default: /* a flag */
+        break;
+    }
+}
+
+char *ibl_common_reading(const ibl_common *c)
+{
+    const ibl_common usual = ibl_common_default();
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
+
+    for (size_t i = 0; to && i < sizeof input / sizeof *input; i++)
+        put_given(to, &input[i], (const char *)c + input[i].offset,
+                  (const char *)&usual + input[i].offset);
+    return to ? ibl_memory_close(to, &file) : NULL;
+}
 
 ibl_common ibl_common_default(void)
 {

@@ -44,22 +44,26 @@ static char *describe(const ibl_probes_bake *p, int layer, const char *files)
 {
     const ibl_set_bake *b = &p->set.bake;
     const ibl_specular_options *s = &b->options.specular_options;
-    const ibl_read_options *r = &p->opts->common.read;
-
-    return ibl_format(
+    char *reading = ibl_common_reading(&p->opts->common);
+    char *text = ibl_format(
         "iblbake %s %s %s\nsize %d levels %d mapping %d method %d samples %d "
         "tolerance %.17g pixel %s overflow %d quality %d irradiance %d\n"
-        "part %d strict %d any_aspect %d layout %d %s alpha %s layer %s\n"
-        "primaries %d exposure %.17g clamp %.17g\n%s",
+        "%s alpha %s%s\n%s",
         IBL_VERSION, IBL_REVISION, ibl_isa_name(p->isa), s->size, s->levels,
         (int)s->mapping, (int)s->method, s->samples, s->tolerance,
         ibl_pixel_name(b->texels.pixel), (int)b->texels.overflow,
         ibl_pixel_block(b->texels.pixel) > 1 ? (int)b->texels.quality : 0,
-        b->options.irradiance_options.size, r->part, r->strict, r->any_aspect,
-        (int)r->layout, ibl_capture_name(p->set.entry[layer].capture.kind),
+        b->options.irradiance_options.size,
+        ibl_capture_name(p->set.entry[layer].capture.kind),
         ibl_alpha_name(ibl_probes_alpha(&p->set, layer)),
-        r->layer ? r->layer : "", (int)r->primaries, r->exposure, r->clamp,
-        files);
+        reading ? reading : "", files);
+
+    if (!reading) {
+        free(text);
+        return NULL;
+    }
+    free(reading);
+    return text;
 }
 
 static bool hash_capture(const ibl_probes_bake *p, const ibl_capture *c, int i,

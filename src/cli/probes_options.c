@@ -130,19 +130,12 @@ static bool take(void *settings, const char *word)
 /* False, after a line on stderr: an option for bakes was given with --grid. */
 static bool check_grid(const ibl_probes_opts *o)
 {
-    const ibl_read_options *r = &o->common.read;
-    const char *baking = o->force                ? "force"
-                         : o->shard.count        ? "shard"
-                         : r->layer              ? "layer"
-                         : r->part >= 0          ? "part"
-                         : r->any_aspect         ? "any-aspect"
-                         : r->layout             ? "input-layout"
-                         : r->strict             ? "strict"
-                         : r->primaries          ? "primaries"
-                         : fabs(r->exposure) > 0 ? "exposure"
-                         : r->clamp > 0          ? "clamp"
-                                                 : NULL;
+    char *reading = ibl_common_reading(&o->common), name[32];
+    const char *baking = o->force ? "force" : o->shard.count ? "shard" : NULL;
 
+    if (!baking && reading && sscanf(reading, " --%31[^ =]", name) == 1)
+        baking = name;
+    free(reading);
     for (size_t i = 0; i < OVERRIDES; i++)
         if (*said_field(o, i) >= 0)
             baking = overrides[i].name;

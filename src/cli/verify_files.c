@@ -399,6 +399,8 @@ static void settle_colour(const reader *r)
     const ibl_read_options *asked = &r->opts->common.read;
     ibl_read_options *read = &r->files->read;
 
+    if (asked->transfer)
+        read->transfer = asked->transfer;
     if (asked->primaries)
         read->primaries = asked->primaries;
     if (fabs(asked->exposure) > 0)

@@ -27,6 +27,9 @@ extern const char *const ibl_geometry_names[];
 extern const char *const ibl_lut_names[]; /* ibl_lut_kind */
 extern const char *const ibl_primaries_names[];
 extern const char *const ibl_transfer_names[];
+#define IBL_FACE_ORDER_ALLOWED                                                 \
+    "px, nx, py, ny, pz and nz in any order, each with /90, /180, /270, /m, "  \
+    "/m90, /m180 or /m270 where it is turned"
 extern const char *const ibl_input_names[];
 
 /* The LUT's file name without extension, indexed by ibl_geometry. */

@@ -149,11 +149,18 @@ void ibl_sidecar_colour(const json_t *sidecar, ibl_read_options *read)
     const double exposure =
         json_number_value(json_object_get(colour, "exposure_ev"));
     const double clamp = json_number_value(json_object_get(colour, "clamp"));
+    const json_t *transfer = json_object_get(colour, "transfer");
+    const int curve =
+        json_is_string(transfer)
+            ? ibl_names_find(ibl_transfer_names, json_string_value(transfer))
+            : -1;
     const int found =
         json_is_string(primaries)
             ? ibl_names_find(ibl_primaries_names, json_string_value(primaries))
             : -1;
 
+    if (curve > 0)
+        read->transfer = (ibl_transfer)curve;
     if (found > 0)
         read->primaries = (ibl_primaries)found;
     if (fabs(exposure) > 0 && fabs(exposure) <= IBL_MAX_EXPOSURE)

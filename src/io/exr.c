@@ -436,6 +436,7 @@ ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
         (*rows)->has_primaries = named;
         if (cube) {
             (*rows)->report.layout = IBL_INPUT_CUBE;
+            (*rows)->to_edges = true;
             ibl_face_order_parse(envmap_faces, (*rows)->face_order);
         }
     }

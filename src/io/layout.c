@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "core/alloc.h"
 #include "core/context.h"
 #include "image/image.h"
 
@@ -68,6 +69,38 @@ ibl_input_layout ibl_input_layout_of(const ibl_read_options *opts,
 }
 
 /* ---- faces ------------------------------------------------------------- */
+
+ibl_status ibl_faces_from_edges(ibl_ctx *ctx, ibl_image *strip)
+{
+    const int n = strip->width;
+    const size_t row = 3 * (size_t)n;
+    float *line = ibl_alloc_array(row, sizeof *line);
+
+    if (!line)
+        return ibl_no_memory(ctx, "a row of a cube");
+    for (int i = 0; i < 2 * IBL_FACES * n && n > 1; i++) {
+        /* rows of all faces, then columns of each */
+        const bool is_row = i < IBL_FACES * n;
+        const size_t k = (size_t)(i - (is_row ? 0 : IBL_FACES * n));
+        const size_t step = is_row ? 3 : row;
+        float *to = strip->data + (is_row ? k * row
+                                          : k / (size_t)n * row * (size_t)n +
+                                                3 * (k % (size_t)n));
+        for (size_t x = 0; x < row; x++)
+            line[x] = to[x / 3 * step + x % 3];
+        for (int x = 0; x < n; x++) {
+            const double at = (x + .5) * (n - 1) / n;
+            const int from = (int)at;
+            for (int c = 0; c < 3; c++) {
+                const float *p = line + 3 * from + c;
+                to[(size_t)x * step + (size_t)c] =
+                    (float)((double)p[0] + (at - from) * (double)(p[3] - p[0]));
+            }
+        }
+    }
+    ibl_free(line);
+    return IBL_OK;
+}
 
 /* A strip is stored as a cube's faces are, so it is one if none moves. */
 static ibl_status unwrap_sheet(ibl_ctx *ctx, const char *name, const sheet *s,

@@ -21,6 +21,10 @@ ibl_status ibl_unwrap(ibl_ctx *ctx, const char *name, ibl_input_layout layout,
                       const unsigned char order[IBL_FACES],
                       const ibl_image *img, ibl_image *map);
 
+/* Takes faces below one another, whose first and last texels lie on the edges,
+ * to texels that are centres: bilinear. */
+ibl_status ibl_faces_from_edges(ibl_ctx *ctx, ibl_image *strip);
+
 /* Copies a face, whose rows are `row` floats apart, to where its code says. */
 void ibl_face_put(const float *from, size_t row, int code, ibl_cube *cube);
 /* Warns if the faces of a cube do not meet but would in another order. order:

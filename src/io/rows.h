@@ -48,6 +48,7 @@ struct ibl_rows {
     bool has_primaries; /* the file names them */
     int orientation;    /* of EXIF, 1 to 8: how the rows lie; 0: as 1 */
     unsigned char face_order[IBL_FACES]; /* the file's own; zeros: none */
+    bool to_edges; /* the first and last texels of its faces lie on edges */
 };
 
 /* Calls rows->read, reports progress and advances row. */

@@ -50,13 +50,13 @@ static json_t *numbers(const double *x, int count)
 static json_t *source(const ibl_sidecar_facts *f)
 {
     const ibl_read_report *r = f->o.report;
-    json_t *j = json_pack(
-        "{so so si si sf sI sI sb sb}", "path",
-        ibl_sidecar_name(f, f->o.source), "format", ibl_json_string(r->format),
-        "width", f->o.width, "height", f->o.height, "peak", (double)r->peak,
-        "nonfinite_pixels", (json_int_t)r->nonfinite, "negative_pixels",
-        (json_int_t)r->negative, "low_range", r->low_range != 0, "bridged",
-        r->bridged);
+    json_t *j = json_pack("{so so si si sf sI sI sb sb}", "path",
+                          ibl_sidecar_name(f, f->o.source), "format",
+                          ibl_json_string(r->format), "width", f->o.width,
+                          "height", f->o.height, "peak", (double)r->peak,
+                          "nonfinite_pixels", (json_int_t)r->nonfinite,
+                          "negative_pixels", (json_int_t)r->negative,
+                          "low_range", r->low_range, "bridged", r->bridged);
 
     if (*r->hash)
         put(&j, "xxh3_128", json_string(r->hash));
@@ -65,6 +65,11 @@ static json_t *source(const ibl_sidecar_facts *f)
                            : numbers(r->primaries, 8));
     if (r->layout != IBL_INPUT_EQUIRECT)
         put(&j, "layout", json_string(ibl_input_layout_name(r->layout)));
+    if (f->read.face_order[0] + f->read.face_order[1]) {
+        char order[IBL_FACE_ORDER];
+        ibl_face_order_text(f->read.face_order, order);
+        put(&j, "face_order", json_string(order));
+    }
     return j;
 }
 
@@ -77,6 +82,10 @@ static json_t *colour(const ibl_sidecar_facts *f)
         json_pack("{ss sf}", "primaries", ibl_primaries_name(o->primaries),
                   "exposure_ev", o->exposure);
 
+    if (o->transfer)
+        put(&j, "transfer",
+            json_string(o->transfer == IBL_TRANSFER_LINEAR ? "linear"
+                                                           : "srgb"));
     if (o->primaries)
         put(&j, "outside_pixels", json_integer((json_int_t)r->outside));
     if (o->clamp > 0)

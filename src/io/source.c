@@ -601,6 +601,9 @@ static ibl_status unwrap(ibl_source *s, const ibl_read_options *opts)
            sizeof order);
     ibl_status status = ibl_source_image(s, &flat);
     if (!status)
+        status =
+            s->rows->to_edges ? ibl_faces_from_edges(s->ctx, &flat) : IBL_OK;
+    if (!status)
         status = ibl_unwrap(s->ctx, s->in.name, layout, order, &flat, &map);
     if (!status && s->rows->alpha)
         status = unwrap_alpha(s, order, &flat, &alpha);

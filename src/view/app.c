@@ -107,7 +107,7 @@ static bool start_bake(view_app *app, const view_request *what)
 {
     stop_bake(app);
     snprintf(app->baking, sizeof app->baking, "%s", what->path);
-    app->baker = view_baker_start(app->baking, what->layout);
+    app->baker = view_baker_start(what);
     app->baked = 0;
     snprintf(app->stage, sizeof app->stage, "starting");
     app->redraw = true;
@@ -176,7 +176,7 @@ static bool load_other(view_app *app)
     baked_set set;
 
     if (!(view_is_map(what.path, IBL_INPUT_AUTO)
-              ? view_set_bake(app->ctx, what.path, IBL_INPUT_AUTO, &set)
+              ? view_set_bake(app->ctx, &what, &set)
               : view_set_open(app->ctx, &what, &set)))
         return false;
     view_set_free(&app->other);

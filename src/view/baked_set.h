@@ -89,6 +89,8 @@ typedef struct view_request {
     const char *map;         /* that was baked; NULL: where the sidecar says */
     ibl_input_layout layout; /* of a map; AUTO: by its content, and a cube
                                 texture is no map */
+    unsigned char face_order[IBL_FACES]; /* of a map, as ibl_read_options */
+    ibl_transfer transfer;
 } view_request;
 
 /* Whether path is a map rather than a baked set: "-", a pipe, a file whose
@@ -115,8 +117,7 @@ void view_set_free(baked_set *set); /* zeroed is fine */
 
 /* Makes the set of a map: the defaults of the library, rgba16f, sky from level
  * 0, harmonics to VIEW_SH_DEGREE. Progress goes to ctx's callback. */
-bool view_set_bake(ibl_ctx *ctx, const char *path, ibl_input_layout layout,
-                   baked_set *set);
+bool view_set_bake(ibl_ctx *ctx, const view_request *what, baked_set *set);
 /* Adds the textures of env to a set that has its name, or NULL after strdup had
  * no memory. specular NULL: defaults, with lobes. The caller frees set after a
  * failure. */
@@ -153,7 +154,7 @@ void view_set_seen(baked_set *set);
 typedef struct view_baker view_baker;
 
 /* NULL, with a message. */
-view_baker *view_baker_start(const char *path, ibl_input_layout layout);
+view_baker *view_baker_start(const view_request *what);
 /* Gives the present stage and the share of the whole bake that is done, 0..1,
  * never decreasing; returns true once it has ended. stage: room for 64. */
 bool view_baker_poll(view_baker *baker, char *stage, double *done);

@@ -18,7 +18,7 @@ enum {
 
 struct view_baker {
     char *path;
-    ibl_input_layout layout;
+    view_request what;
     ibl_ctx *ctx;
     pthread_t thread;
     baked_set set; /* belongs to the thread until it is joined */
@@ -75,7 +75,7 @@ static void *run(void *cookie)
 {
     view_baker *b = cookie;
 
-    b->ok = view_set_bake(b->ctx, b->path, b->layout, &b->set);
+    b->ok = view_set_bake(b->ctx, &b->what, &b->set);
     pthread_mutex_lock(&b->lock);
     b->ended = true;
     pthread_mutex_unlock(&b->lock);
@@ -90,8 +90,9 @@ static void baker_free(view_baker *b)
     free(b);
 }
 
-view_baker *view_baker_start(const char *path, ibl_input_layout layout)
+view_baker *view_baker_start(const view_request *what)
 {
+    const char *path = what->path;
     ibl_ctx_options opts = ibl_ctx_options_default();
     view_baker *b = calloc(1, sizeof *b);
 
@@ -107,7 +108,8 @@ view_baker *view_baker_start(const char *path, ibl_input_layout layout)
     opts.progress_cookie = b;
     opts.bridge = ibl_bridge_beside();
     b->path = strdup(path);
-    b->layout = layout;
+    b->what = *what;
+    b->what.path = b->path;
     ibl_signals_hold(); /* the threads never run the handler */
     const bool ok = b->path && !ibl_ctx_create(&opts, &b->ctx) &&
                     !pthread_create(&b->thread, NULL, run, b);

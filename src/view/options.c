@@ -265,6 +265,11 @@ static bool validate(void *options)
     IBL_OTHER(field, "OUT.png", parse_picture),                                \
         .allowed = "a name that ends in .png, or in .exr for linear floats",   \
         .standard = ""
+static bool parse_face_order(void *order, const char *value)
+{
+    return ibl_face_order_parse(value, order);
+}
+
 #define REAL(field, what, lo, hi) IBL_REAL(settings.field, what, lo, hi)
 #define OTHER(field, what, function) IBL_OTHER(settings.field, what, function)
 
@@ -277,6 +282,11 @@ static const ibl_option files[] = {
     {"input-layout", 0, IBL_CHOICE(request.layout, ibl_input_names),
      .help = "how PATH holds an environment to bake: as of iblbake; with "
              "cube, a texture is one"},
+    {"face-order", 0, IBL_OTHER(request.face_order, "LIST", parse_face_order),
+     .allowed = IBL_FACE_ORDER_ALLOWED, .standard = "the layout's",
+     .help = "which faces those of an environment are, as of iblbake"},
+    {"input-transfer", 0, IBL_CHOICE(request.transfer, ibl_transfer_names),
+     .help = "the curve of an environment's integers, as of iblbake"},
     {"map", 0, IBL_TEXT(request.map, "FILE"), .standard = "",
      .help = "the map that PATH was baked from, if it is not where it was: the "
              "backdrop and the reference"},
@@ -542,6 +552,11 @@ bool view_options_may(const view_options *o)
     if (strcmp(r->path, "-") != 0 && !map &&
         view_file_look(r->path) == VIEW_FILE_MISSING)
         return view_fail("%s: cannot be opened: %s", r->path, strerror(errno));
+    if (!map && (r->transfer || r->face_order[0] + r->face_order[1]))
+        return view_fail("%s: is a baked set: %s is for an environment, which "
+                         "a texture is with --input-layout cube",
+                         r->path,
+                         r->transfer ? "--input-transfer" : "--face-order");
     return !option || !map ||
            view_fail("%s: %s is baked here, with all that belongs to it: the "
                      "option is for baked files",

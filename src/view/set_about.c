@@ -216,6 +216,9 @@ static bool take_source(const json_t *root, baked_set *set)
     set->source_read.env = ibl_env_decode;
     ibl_sidecar_colour(root, &set->source_read);
     set->source_read.layout = source_layout(source);
+    const char *order = text_of(source, "face_order");
+    if (order && !ibl_face_order_parse(order, set->source_read.face_order))
+        memset(set->source_read.face_order, 0, IBL_FACES);
     if (path && set->source_read.layout == IBL_INPUT_FACES) {
         set->source = strdup(path);
         return set->source || view_file_no_memory(path);

@@ -270,15 +270,18 @@ static bool bake_source(ibl_ctx *ctx, const char *path, baked_set *set)
     return ok;
 }
 
-bool view_set_bake(ibl_ctx *ctx, const char *path, ibl_input_layout layout,
-                   baked_set *set)
+bool view_set_bake(ibl_ctx *ctx, const view_request *what, baked_set *set)
 {
+    const char *path = what->path;
     const bool six =
         strcmp(path, "-") != 0 && view_file_look(path) == VIEW_FILE_MISSING;
 
     *set = (baked_set){.name = view_file_stem(path),
                        .source_read = ibl_read_options_default()};
-    set->source_read.layout = layout;
+    set->source_read.layout = what->layout;
+    set->source_read.transfer = what->transfer;
+    memcpy(set->source_read.face_order, what->face_order,
+           sizeof what->face_order);
     set->path[VIEW_MAP] = strdup(path);
     view_set_see(set, VIEW_MAP);
     const bool is_again = set->seen[VIEW_MAP].size >= 0 || six;

@@ -311,7 +311,7 @@ bool view_still_run(ibl_ctx *ctx, const view_options *o)
     if (!view_options_may(o))
         return false;
     ok = view_is_map(o->request.path, o->request.layout)
-             ? view_set_bake(ctx, o->request.path, o->request.layout, set)
+             ? view_set_bake(ctx, &o->request, set)
              : view_set_open(ctx, &o->request, set);
     ok = ok && view_options_suit(o, set);
     if (ok && o->verbose)

@@ -290,10 +290,9 @@ void describe(const ibl_bridge &b, ibl_bridge_info *info)
     info->data_height = b.spec.height;
     info->raw_bytes = double(b.spec.width) * double(b.spec.height) *
                       double(b.spec.pixel_bytes(true));
-    info->low_range =
-        b.kind == storage::shorts || b.kind == storage::fractions
-            ? 1 + int(b.encoded)
-            : 0;
+    info->low_range = b.kind == storage::shorts || b.kind == storage::fractions
+                          ? 1 + int(b.encoded)
+                          : 0;
     info->orientation = b.spec.get_int_attribute("Orientation", 1);
     info->cube = b.cube;
     info->has_alpha = b.alpha >= 0;
@@ -458,11 +457,10 @@ EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
         choose_channels(*b, *request);
         choose_alpha(*b, *request);
         b->kind = storage_of(*b);
-        b->encoded = request->encoded > 0 ||
-                     (request->encoded < 0 &&
-                      Strutil::iequals(
-                          b->spec.get_string_attribute("oiio:ColorSpace"),
-                          "linear"));
+        b->encoded = request->encoded > 0;
+        if (request->encoded < 0)
+            b->encoded = Strutil::iequals(
+                b->spec.get_string_attribute("oiio:ColorSpace"), "linear");
         b->first = *std::min_element(b->channel, b->channel + 3);
         b->last = *std::max_element(b->channel, b->channel + 3);
         if (b->alpha >= 0) {

@@ -1,0 +1,558 @@
+/* SPDX-License-Identifier: MIT */
+/* Files as people have them: faces in any order, curves, orientations, and what
+ * is no image at all. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/pi.h"
+#include "exr.h"
+#include "files.h"
+#include "ibl/io.h"
+#include "maps.h"
+#include "textures.h"
+
+enum {
+    N = 32 /* edge of faces */
+};
+
+static ibl_ctx *ctx;
+static test_messages kept;
+
+static void begin(const char *bridge)
+{
+    memset(&kept, 0, sizeof kept);
+    ctx = file_ctx(2, &kept, bridge);
+}
+
+static ibl_image read_as(const char *name, const ibl_read_options *opts)
+{
+    ibl_image map = {0};
+
+    memset(&kept, 0, sizeof kept);
+    CHECK_MSG(!ibl_image_read(ctx, file_path(name), opts, &map, NULL), "%s: %s",
+              name, kept.text[IBL_LOG_ERROR]);
+    return map;
+}
+
+static void refused(const char *name, const char *why)
+{
+    ibl_image map = {0};
+
+    memset(&kept, 0, sizeof kept);
+    CHECK_MSG(ibl_image_read(ctx, file_path(name), NULL, &map, NULL) &&
+                  test_said(&kept, why),
+              "%s: %s", name, kept.text[IBL_LOG_ERROR]);
+}
+
+static bool warned(const char *words)
+{
+    return strstr(kept.text[IBL_LOG_WARNING], words);
+}
+
+/* ---- faces --------------------------------------------------------------- */
+
+/* The map of faces in memory, as opts say. */
+static ibl_image map_of(const float *faces, const ibl_read_options *opts)
+{
+    const ibl_pixels strip = {
+        .data = faces, .width = N, .height = 6 * N, .channels = 3};
+    ibl_source *source = NULL;
+    ibl_image map = {0};
+
+    memset(&kept, 0, sizeof kept);
+    NEED(!ibl_source_of_pixels(ctx, "cube", &strip, opts, &source));
+    CHECK(!ibl_source_image(source, &map));
+    ibl_source_close(source);
+    return map;
+}
+
+static bool same_map(const ibl_image *a, const ibl_image *b)
+{
+    return a->width == b->width &&
+           !memcmp(a->data, b->data, map_floats(a) * sizeof *a->data);
+}
+
+/* Face `from` of a cube at another place, turned clockwise by quarters after it
+ * was mirrored. */
+static void put_face(const ibl_cube *cube, int from, int quarters,
+                     bool mirrored, float *to)
+{
+    const float *face = ibl_cube_face(cube, 0, from);
+
+    for (int y = 0; y < N; y++)
+        for (int x = 0; x < N; x++) {
+            int u = mirrored ? N - 1 - x : x, v = y;
+            for (int q = 0; q < quarters; q++) {
+                const int t = u; /* of the face, clockwise */
+                u = N - 1 - v;
+                v = t;
+            }
+            memcpy(to + 3 * (v * N + u), face + 3 * (y * N + x),
+                   3 * sizeof *to);
+        }
+}
+
+/* A cube in a wrong order, its file's faces by letter, with quarters and `m`;
+ * and what mends it. */
+static const struct {
+    const char *faces, *mend;
+} orders[] = {
+    {"1 0 2 3 4 5", "nx,px,py,ny,pz,nz"},
+    {"4 5 0 1 2 3", "pz,nz,px,nx,py,ny"},
+    {"0 1 2 3 4 52", "px,nx,py,ny,pz,nz/180"},
+    {"0 1 21 3 4 5", "px,nx,py/270,ny,pz,nz"},
+    {"0 1 3 2 4 5", "px,nx,ny,py,pz,nz"},
+    {"4 0 5 1 2 3", "pz,px,nz,nx,py,ny"},
+    {"5 3 4 1 0 2", "nz,ny,pz,nx,px,py"},
+};
+
+static void check_orders(const char *name)
+{
+    static float faces[6 * N * N * 3];
+    ibl_image photograph = {0};
+
+    NEED(!ibl_image_read(ctx, name, NULL, &photograph, NULL));
+    for (double yaw = 10; yaw < 360; yaw += 90) {
+        const ibl_cube turned = cube_level0(ctx, &photograph, yaw, N);
+        ibl_image map = map_of(turned.data, NULL);
+        CHECK_MSG(!*kept.text[IBL_LOG_WARNING], "%s: %s", name,
+                  kept.text[IBL_LOG_WARNING]);
+        ibl_image_free(&map);
+    }
+    const ibl_cube cube = cube_level0(ctx, &photograph, 20, N);
+    ibl_image_free(&photograph);
+    ibl_read_options opts = ibl_read_options_default();
+    ibl_image right = map_of(cube.data, NULL);
+
+    CHECK_MSG(!*kept.text[IBL_LOG_WARNING], "%s", kept.text[IBL_LOG_WARNING]);
+    for (size_t i = 0; i < sizeof orders / sizeof *orders; i++) {
+        const char *t = orders[i].faces;
+        char words[80];
+        for (int f = 0; f < 6; f++, t += *t == ' ') {
+            const int from = *t++ - '0';
+            const int quarters = *t > ' ' ? *t++ - '0' : 0;
+            put_face(&cube, from, quarters, false, faces + 3 * N * N * f);
+        }
+        snprintf(words, sizeof words, "--face-order=%s", orders[i].mend);
+        ibl_image map = map_of(faces, NULL);
+        CHECK_MSG(warned("do not meet") && warned(words), "%s: %s: %s", name,
+                  orders[i].faces, kept.text[IBL_LOG_WARNING]);
+        ibl_image_free(&map);
+        NEED(ibl_face_order_parse(orders[i].mend, opts.face_order));
+        map = map_of(faces, &opts);
+        CHECK_MSG(!*kept.text[IBL_LOG_WARNING] && same_map(&map, &right),
+                  "%s: %s: %s", name, orders[i].faces,
+                  kept.text[IBL_LOG_WARNING]);
+        ibl_image_free(&map);
+    }
+    ibl_image_free(&right);
+}
+
+/* Right cubes are silent, and wrong ones mended. */
+TEST(wrong_orders)
+{
+    file_need_oiio(); /* the photographs are DWA */
+    begin(file_bridge());
+    check_orders(test_data("sky.exr"));
+    check_orders(test_data("forest.exr"));
+    check_orders(test_data("studio.exr"));
+}
+
+/* Cubes of which nobody can say. */
+TEST(silent_cubes)
+{
+    static float faces[6 * N * N * 3];
+    test_random r = {5};
+    begin(NULL);
+    for (int kind = 0; kind < 4; kind++) {
+        for (int i = 0; i < 6 * N * N * 3; i++) {
+            const int face = i / (3 * N * N);
+            faces[i] = kind == 0   ? 1
+                       : kind == 1 ? (float)(face == 0 || face == 2)
+                       : kind == 2 ? (float)test_random_unit(&r)
+                                   : 1e-3f;
+        }
+        faces[3000] = 1e6f; /* a sun */
+        ibl_image map = map_of(faces, NULL);
+        CHECK_MSG(!*kept.text[IBL_LOG_WARNING], "%d: %s", kind,
+                  kept.text[IBL_LOG_WARNING]);
+        ibl_image_free(&map);
+    }
+}
+
+TEST(face_order_text)
+{
+    static const char *const wrong[] = {"",
+                                        "px,nx,py,ny,pz",
+                                        "px,nx,py,ny,pz,pz",
+                                        "px,nx,py,ny,pz,nz,",
+                                        "px,nx,py,ny,pz,nz/45",
+                                        "px,nx,py,ny,pz,nz/m/90",
+                                        "px,nx,py,ny,pz, nz"};
+    unsigned char order[6];
+    char text[IBL_FACE_ORDER];
+
+    CHECK(ibl_face_order_parse("nx/m,PX/m90,py/m180,ny/m270,nz/180,pz/270",
+                               order));
+    CHECK(order[0] == 25 && order[1] == 30 && order[5] == 22);
+    ibl_face_order_text(order, text);
+    CHECK(!strcmp(text, "nx/m,px/m90,py/m180,ny/m270,nz/180,pz/270"));
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        CHECK_MSG(!ibl_face_order_parse(wrong[i], order), "%s", wrong[i]);
+}
+
+/* ---- OpenEXR's cubes ----------------------------------------------------- */
+
+/* The direction of a place of a face, x and y from 0 to 1, by ImfEnvmap.h:
+ * CubeMap::pixelPosition(), solved for the position in the face, and
+ * direction(). */
+static void envmap_direction(int face, double x, double y, double d[3])
+{
+    const double a = face == 1 ? 1 - 2 * x : 2 * x - 1, b = 1 - 2 * y;
+    const double all[6][3] = {{1, b, a},   {-1, b, a}, {a, 1, b},
+                              {a, -1, -b}, {-a, b, 1}, {a, b, -1}};
+    memcpy(d, all[face], sizeof all[face]);
+}
+
+/* Its latitude-longitude maps have +Z in the centre and -X to the right of it;
+ * ours +X and +Z. */
+TEST(envmap_cubes)
+{
+    static float planes[3][6 * N * N];
+    const test_exr_channel channels[] = {{"B", EXR_PIXEL_HALF, 1, planes[2]},
+                                         {"G", EXR_PIXEL_HALF, 1, planes[1]},
+                                         {"R", EXR_PIXEL_HALF, 1, planes[0]}};
+    double worst = 0;
+
+    begin(NULL);
+    test_exr_ctx = ctx;
+    for (int i = 0; i < 6 * N * N; i++) {
+        double d[3];
+        envmap_direction(i / (N * N), i % N / (N - 1.0), i / N % N / (N - 1.0),
+                         d);
+        const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        planes[0][i] = (float)(1 + d[2] / length);
+        planes[1][i] = (float)(1 + d[1] / length);
+        planes[2][i] = (float)(1 - d[0] / length);
+    }
+    NEED(test_exr_write(file_path("cube.exr"), N, 6 * N, EXR_COMPRESSION_ZIP,
+                        channels, 3, NULL, EXR_ENVMAP_CUBE));
+    ibl_image map = read_as("cube.exr", NULL);
+    for (int y = 0; y < map.height; y++)
+        for (int x = 0; x < map.width; x++) {
+            const double theta = IBL_PI * (y + .5) / map.height;
+            const double phi = 2 * IBL_PI * ((x + .5) / map.width - .5);
+            const double d[3] = {sin(theta) * cos(phi), cos(theta),
+                                 sin(theta) * sin(phi)};
+            for (int k = 0; k < 3; k++)
+                worst = fmax(worst,
+                             fabs((double)map_pixel(&map, x, y)[k] - 1 - d[k]));
+        }
+    /* of a texel about 2 / N wide */
+    CHECK_MSG(worst < 1.2 / N, "%g", worst);
+    CHECK(!warned("do not meet"));
+    ibl_image_free(&map);
+}
+
+/* ---- how pixels lie, and their curve --------------------------------------
+ */
+
+/* What was turned back before it was said to be turned. */
+TEST(orientations)
+{
+    static const char *const back[] = {"",
+                                       "--flop",
+                                       "--rotate180",
+                                       "--flip",
+                                       "--transpose",
+                                       "--rotate270",
+                                       "--rotate180 --transpose",
+                                       "--rotate90"};
+    file_need_oiio();
+    begin(file_bridge());
+    char command[1024] = "oiiotool --pattern noise:seed=3 16x8 4 -d float -o "
+                         "u.tif";
+    for (int o = 1; o <= 8; o++) {
+        char *end = command + strlen(command);
+        snprintf(end, sizeof command - (size_t)(end - command),
+                 " u.tif %s --attrib:type=int Orientation %d -o o%d.tif",
+                 back[o - 1], o, o);
+    }
+    NEED(file_run("%s", command));
+    ibl_read_options opts = ibl_read_options_default();
+    for (int o = 1; o <= 8; o++) {
+        char name[16];
+        snprintf(name, sizeof name, "o%d.tif", o);
+        opts.alpha = o % 2 ? IBL_ALPHA_FILE : IBL_ALPHA_IGNORE;
+        ibl_image got = read_as(name, &opts), want = read_as("u.tif", &opts);
+        CHECK_MSG(got.width == 16 && same_map(&got, &want), "%d", o);
+        ibl_image_free(&got);
+        ibl_image_free(&want);
+    }
+}
+
+TEST(transfer)
+{
+    static const struct {
+        const char *file;
+        ibl_transfer transfer;
+        bool linear;
+    } cases[] = {{"l.png", IBL_TRANSFER_FILE, true},
+                 {"l.png", IBL_TRANSFER_SRGB, false},
+                 {"l.png", IBL_TRANSFER_LINEAR, true},
+                 {"s.png", IBL_TRANSFER_FILE, false},
+                 {"s.png", IBL_TRANSFER_LINEAR, true},
+                 {"l.tif", IBL_TRANSFER_FILE, false},
+                 {"l.tif", IBL_TRANSFER_LINEAR, true}};
+    file_need_oiio();
+    begin(file_bridge());
+    ibl_read_options opts = ibl_read_options_default();
+    ibl_image map = {0};
+    NEED(file_run("oiiotool --create 4x2 3 --fill:color=.25,.5,.75 4x2 -d "
+                  "uint16 -o l.tif --attrib oiio:ColorSpace Linear -o l.png "
+                  "--attrib oiio:ColorSpace sRGB -o s.png -d float -o f.tif"));
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        opts.transfer = cases[i].transfer;
+        map = read_as(cases[i].file, &opts);
+        const double want = cases[i].linear ? .25 : pow(.305 / 1.055, 2.4);
+        CHECK_MSG(fabs((double)map.data[0] - want) < 1e-4, "%s %d: %g",
+                  cases[i].file, (int)cases[i].transfer, (double)map.data[0]);
+        CHECK(warned(cases[i].linear ? "taken for linear" : "taken for sRGB"));
+        ibl_image_free(&map);
+    }
+    CHECK(ibl_image_read(ctx, file_path("f.tif"), &opts, &map, NULL) ==
+          IBL_ERR_FORMAT);
+    CHECK(test_said(&kept, "holds floats"));
+}
+
+/* ---- textures -------------------------------------------------------------
+ */
+
+/* A grey cube of halves. */
+static ibl_texture grey(void)
+{
+    ibl_texture tex =
+        texture_random(ctx, IBL_PIXEL_RGBA16F, (int[]){8, 8, 1, 6}, 1);
+
+    for (size_t i = 0; i < tex.bytes; i += 2)
+        memcpy(tex.data + i, "\x00\x3c", 2);
+    return tex;
+}
+
+TEST(primaries_of_ktx2)
+{
+    static const struct {
+        int number;
+        const char *name;
+    } cases[] = {{0, "Rec.709"}, {1, "Rec.709"},    {4, "Rec.2020"},
+                 {7, "ACEScg"},  {6, "ACES2065-1"}, {10, "Display P3"},
+                 {-1, "Rec.709"}};
+    begin(NULL);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        ibl_texture tex = grey();
+        ibl_read_report report;
+        ibl_image map = {0};
+        size_t size;
+        tex.primaries = cases[i].number;
+        const unsigned char *b =
+            texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &size);
+        const int stored = b[file_u32(b + 48) + 13];
+        CHECK(stored == (cases[i].number < 0    ? 0
+                         : cases[i].number == 0 ? 1
+                                                : cases[i].number));
+        memset(&kept, 0, sizeof kept);
+        NEED(!ibl_image_decode(ctx, "cube", b, size, NULL, &map, &report));
+        CHECK_MSG(!strcmp(report.primaries_name, cases[i].name), "%d: %s",
+                  cases[i].number, report.primaries_name);
+        CHECK(warned("its primaries are") ==
+              (strcmp(cases[i].name, "Rec.709") != 0));
+        ibl_image_free(&map);
+        texture_owned(tex);
+    }
+}
+
+/* DDS cubes of 8 bits, of which OpenImageIO is told what it does not know, and
+ * cubes whose headers say so in one place or count faces. */
+TEST(dds_cubes)
+{
+    static const struct {
+        int at;
+        uint32_t value;
+        int at2;
+        uint32_t value2;
+        bool cube;
+    } cases[] = {{136, 0, 112, 0xfe00, true}, /* old flags alone */
+                 {136, 4, 112, 0, true},      /* new one alone */
+                 {140, 6, 112, 0xfe00, true}, /* faces counted */
+                 {140, 6, 136, 0, true},      /* and old flags */
+                 {136, 0, 112, 0, false}};
+    begin(NULL);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const ibl_texture tex = grey();
+        ibl_texture back = {0};
+        size_t size;
+        unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_DDS, &size);
+        file_set_u32(b + cases[i].at, cases[i].value);
+        file_set_u32(b + cases[i].at2, cases[i].value2);
+        CHECK(!ibl_texture_decode(ctx, "dds", b, size, &back, NULL));
+        CHECK_MSG((back.faces == 6) == cases[i].cube && back.layers == 1,
+                  "%zu: %d faces, %d layers", i, back.faces, back.layers);
+        ibl_texture_free(&back);
+        texture_owned(tex);
+    }
+}
+
+TEST(dds_of_bytes)
+{
+    static unsigned char dds[148 + 6 * 8 * 8 * 4];
+    file_need_oiio();
+    begin(file_bridge());
+    memcpy(dds, "DDS \x7c", 5);
+    file_set_u32(dds + 8, 0x1007);
+    file_set_u32(dds + 12, 8);
+    file_set_u32(dds + 16, 8);
+    file_set_u32(dds + 76, 32);
+    file_set_u32(dds + 80, 4);
+    memcpy(dds + 84, "DX10", 4);
+    file_set_u32(dds + 108, 0x1008);
+    file_set_u32(dds + 132, 3);
+    file_set_u32(dds + 136, 4);
+    file_set_u32(dds + 140, 1);
+    for (int dxgi = 28; dxgi <= 87; dxgi += 59) {
+        file_set_u32(dds + 128, (uint32_t)dxgi);
+        for (int i = 0; i < 6 * 64; i++)
+            memcpy(dds + 148 + 4 * i, "\xff\x80\x00\xff", 4);
+        NEED(file_save(file_path("b.dds"), dds, sizeof dds));
+        ibl_image map = read_as("b.dds", NULL);
+        const bool bgr = dxgi == 87;
+        CHECK(map.width == 256 && warned("low dynamic range"));
+        CHECK(map.data[bgr ? 2 : 0] > .999f && map.data[bgr ? 0 : 2] <= 0 &&
+              fabsf(map.data[1] - .2158f) < 1e-3f);
+        ibl_image_free(&map);
+    }
+    ibl_read_options opts = ibl_read_options_default();
+    ibl_image map = {0};
+    opts.layout = IBL_INPUT_VSTRIP;
+    CHECK(ibl_image_read(ctx, file_path("b.dds"), &opts, &map, NULL) ==
+          IBL_ERR_FORMAT);
+    CHECK(test_said(&kept, "is a cube"));
+}
+
+TEST(baked_maps)
+{
+    begin(NULL);
+    static const char *const contents[] = {"skybox", "specular", "irradiance"};
+    for (int i = 0; i < 3; i++) {
+        ibl_texture tex = grey();
+        size_t size;
+        NEED(!ibl_texture_set(ctx, &tex, "iblbake.content", contents[i]));
+        const unsigned char *b =
+            texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &size);
+        NEED(file_save(file_path("c.ktx"), b, size));
+        ibl_image map = read_as("c.ktx", NULL);
+        CHECK(warned("is a baked map") == (i > 0));
+        ibl_image_free(&map);
+        texture_owned(tex);
+    }
+}
+
+/* ---- names and other files ------------------------------------------------
+ */
+
+TEST(names_of_faces)
+{
+    static const char *const sets[][6] = {
+        {"px", "nx", "py", "ny", "pz", "nz"},
+        {"PX", "NX", "PY", "NY", "PZ", "NZ"},
+        {"posX", "negX", "posY", "negY", "posZ", "negZ"},
+        {"+X", "-X", "+Y", "-Y", "+Z", "-Z"},
+        {"Right", "Left", "Up", "Down", "Front", "Back"},
+        {"right", "left", "top", "bottom", "front", "back"},
+        {"rt", "lf", "up", "dn", "ft", "bk"},
+        {"0", "1", "2", "3", "4", "5"},
+        {"c00", "c01", "c02", "c03", "c04", "c05"}};
+    begin(NULL);
+    for (size_t i = 0; i < sizeof sets / sizeof *sets; i++) {
+        char *files[6], pattern[32];
+        int count;
+        snprintf(pattern, sizeof pattern, "set%zu_%%f.hdr", i);
+        for (int f = 0; f < 6; f++) {
+            char name[32];
+            snprintf(name, sizeof name, "set%zu_%s.hdr", i, sets[i][f]);
+            NEED(file_save(file_path(name), "", 0));
+        }
+        NEED(!ibl_input_files(ctx, file_path(pattern), files, &count));
+        CHECK(count == 6);
+        for (int f = 0; f < count; f++) {
+            char want[32];
+            snprintf(want, sizeof want, "set%zu_%s.hdr", i, sets[i][f]);
+            CHECK_MSG(!strcmp(files[f], file_path(want)), "%s", files[f]);
+        }
+        ibl_input_files_free(files);
+    }
+    char *files[6];
+    int count;
+    NEED(!ibl_input_files(ctx, file_path("100%final.hdr"), files, &count));
+    CHECK(count == 1);
+    ibl_input_files_free(files);
+}
+
+TEST(not_the_file)
+{
+    begin(NULL);
+    const char lfs[] = "version https://git-lfs.github.com/spec/v1\noid sha256:"
+                       "4d7a214614ab\nsize 12345\n";
+    const char html[] = "\xef\xbb\xbf\n<!DOCTYPE HTML>\n<html><head><title>404";
+    const char plain[] = "<html lang=\"en\">";
+    NEED(file_save(file_path("a.hdr"), lfs, sizeof lfs - 1));
+    NEED(file_save(file_path("b.hdr"), html, sizeof html - 1));
+    NEED(file_save(file_path("c.hdr"), plain, sizeof plain - 1));
+    refused("a.hdr", "Git LFS");
+    refused("b.hdr", "HTML");
+    refused("c.hdr", "HTML");
+}
+
+TEST(crlf_in_pfm)
+{
+    static const char *const heads[] = {"PF\r\n4 2\r\n-1.0\r\n",
+                                        "PF\n4 2\n-1.0\n", "PF\n4 2\n-1.0\r\n"};
+    unsigned char file[64 + 96];
+    float texels[24];
+
+    file_need_oiio();
+    begin(file_bridge());
+    for (int i = 0; i < 24; i++)
+        texels[i] = 1 + (float)i;
+    for (int i = 0; i < 3; i++) {
+        const size_t head = strlen(heads[i]);
+        memcpy(file, heads[i], head);
+        memcpy(file + head, texels, sizeof texels);
+        NEED(file_save(file_path("c.pfm"), file, head + sizeof texels));
+        ibl_image map = read_as("c.pfm", NULL);
+        CHECK(map.data[0] == 13 && map.data[12] == 1);
+        ibl_image_free(&map);
+    }
+}
+
+/* Negative pixels are worth a word by their share of the light. */
+TEST(dark_maps)
+{
+    begin(NULL);
+    ibl_image map = map_constant(ctx, 16, 8, 0);
+    NEED(file_save_exr(file_path("black.exr"), &map, NULL));
+    ibl_image got = read_as("black.exr", NULL);
+    CHECK(warned("black everywhere"));
+    ibl_image_free(&got);
+    for (int loud = 0; loud < 2; loud++) {
+        for (size_t i = 0; i < map_floats(&map); i++)
+            map.data[i] = 1;
+        map.data[7] = loud ? -.1f : -.01f; /* of 384 */
+        NEED(file_save_exr(file_path("negative.exr"), &map, NULL));
+        got = read_as("negative.exr", NULL);
+        CHECK_MSG(warned("negative") == loud, "%s", kept.text[IBL_LOG_WARNING]);
+        CHECK(got.data[7] == 0);
+        ibl_image_free(&got);
+    }
+}
