@@ -556,3 +556,98 @@ TEST(dark_maps)
         ibl_image_free(&got);
     }
 }
+
+/* ---- files that users met --------------------------------------------------
+ */
+
+/* The means of a map and of its colours times direction. */
+static void moments(const ibl_image *map, double m[4][3])
+{
+    memset(m, 0, sizeof(double[4][3]));
+    for (int y = 0; y < map->height; y++)
+        for (int x = 0; x < map->width; x++) {
+            const double theta = IBL_PI * (y + .5) / map->height;
+            const double phi = 2 * IBL_PI * ((x + .5) / map->width - .5);
+            const double w[4] = {1, sin(theta) * cos(phi), cos(theta),
+                                 sin(theta) * sin(phi)};
+            for (int k = 0; k < 12; k++)
+                m[k / 3][k % 3] += w[k / 3] * sin(theta) *
+                                   (double)map_pixel(map, x, y)[k % 3] /
+                                   map->width / map->height;
+        }
+}
+
+static const struct {
+    const char *file, *error, *warning;
+    double most; /* of the moments' difference from those of base.hdr */
+} met[] = {
+    {"acescg.exr", NULL, "ACEScg", .01},
+    {"black.exr", NULL, "black everywhere", 2},
+    {"d_bc1.dds", NULL, "low dynamic range", 2},
+    {"d_rgba8_mask.dds", NULL, "low dynamic range", .2},
+    {"ddx10_gli171.dds", NULL, NULL, .02},
+    {"exr_envcube.exr", NULL, NULL, .03},
+    {"exr_xyz.exr", "X, Y, Z", NULL, 0},
+    {"hstrip_dx.exr", NULL, "--face-order=pz,px,nz,nx,py,ny", 2},
+    {"vcross_nt.exr", NULL, "--face-order=px,nx,py,ny,pz,nz", 2},
+    {"k1_d1_a1_s0.ktx", NULL, NULL, .02},
+    {"k2_dfdlen0.ktx2", NULL, NULL, .02},
+    {"k2_primbt2020.ktx2", NULL, "Rec.2020", .02},
+    {"lin16.png", NULL, "linear", .2},
+    {"logluv.tif", "LogLuv", NULL, 0},
+    {"mp_mono.exr", NULL, NULL, .01},
+    {"mp_two.exr", "specular (part 0), beauty (part 1)", NULL, 0},
+    {"no_lfs.hdr", "Git LFS", NULL, 0},
+    {"orient4.tif", NULL, NULL, .01},
+    {"orient6.jpg", NULL, "low dynamic range", 2},
+    {"pf_crlf.pfm", NULL, NULL, .01},
+    {"sunsat.exr", NULL, NULL, 1e3},
+};
+
+TEST(files_that_users_met)
+{
+    ibl_image map = {0};
+    double base[4][3], m[4][3];
+
+    file_need_oiio();
+    begin(file_bridge());
+    const char *path = test_shared_data("../cases/inputs/base.hdr");
+    if (!path) {
+        printf("skipped files_that_users_met: no ../shared/cases\n");
+        return;
+    }
+    NEED(!ibl_image_read(ctx, path, NULL, &map, NULL));
+    moments(&map, base);
+    ibl_image_free(&map);
+    for (size_t i = 0; i < sizeof met / sizeof *met; i++) {
+        char name[64];
+        double wrong = 0, all = 0;
+        snprintf(name, sizeof name, "../cases/inputs/%s", met[i].file);
+        path = test_shared_data(name);
+        if (!path)
+            continue;
+        memset(&kept, 0, sizeof kept);
+        const bool failed = ibl_image_read(ctx, path, NULL, &map, NULL);
+        CHECK_MSG(failed == (met[i].error != NULL), "%s: %s", met[i].file,
+                  kept.text[IBL_LOG_ERROR]);
+        if (met[i].error)
+            CHECK_MSG(test_said(&kept, met[i].error), "%s: %s", met[i].file,
+                      kept.text[IBL_LOG_ERROR]);
+        if (met[i].warning)
+            CHECK_MSG(warned(met[i].warning), "%s: %s", met[i].file,
+                      kept.text[IBL_LOG_WARNING]);
+        else
+            CHECK_MSG(!*kept.text[IBL_LOG_WARNING], "%s: %s", met[i].file,
+                      kept.text[IBL_LOG_WARNING]);
+        if (failed)
+            continue;
+        moments(&map, m);
+        for (int k = 0; k < 12; k++) {
+            wrong += pow(m[k / 3][k % 3] - base[k / 3][k % 3], 2);
+            all += pow(base[k / 3][k % 3], 2);
+        }
+        CHECK_MSG(sqrt(wrong / all) < met[i].most, "%s: %g", met[i].file,
+                  sqrt(wrong / all));
+        ibl_image_free(&map);
+    }
+}

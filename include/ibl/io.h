@@ -113,11 +113,13 @@ void ibl_face_order_text(const unsigned char order[IBL_FACES],
 /* Colours are repaired, then converted, then exposed, then clamped. */
 typedef struct ibl_read_options {
     size_t struct_size;      /* see CONVENTIONS */
-    const char *layer;       /* EXR: channels LAYER.R, LAYER.G, ...; NULL: the
-                                unnamed layer, else the file's only one. Other
-                                formats have no layers: IBL_ERR_FORMAT */
+    const char *layer;       /* EXR: channels LAYER.R, LAYER.G, ..., a part of
+                                that name, or a layer whose name ends in
+                                .LAYER; NULL: the only one with R, G and B, else
+                                with Y alone, and of several the unnamed one.
+                                Other formats have none: IBL_ERR_FORMAT */
     int part;                /* EXR: part of a multi-part file, from 0; -1: the
-                                first with colour (default). Others: part 0 */
+                                one with that layer (default). Others: 0 */
     int strict;              /* 1: refuse non-finite and negative pixels */
     int any_aspect;          /* 1: accept maps that are not 2:1: with AUTO,
                                 images of any shape are equirectangular */
@@ -202,20 +204,26 @@ typedef struct ibl_read_report {
  *                  flat, all eight orientations; EXPOSURE and COLORCORR are
  *                  undone
  *   OpenEXR        scan lines and tiles (level 0); half, float and uint;
- *                  R G B, or Y, or Y RY BY. The map is the display window;
- *                  pixels outside the data window are black
+ *                  R G B, or Y, or Y RY BY; an X beside Y makes it no
+ *                  colour. The map is the display window; pixels outside the
+ *                  data window are black. With the attribute envmap it may be
+ *                  a cube, which is turned so that it shows what its
+ *                  latitude-longitude map would
  *   Ultra HDR JPEG through the bridge: the JPEG and its gain map, by Android's
  *                  metadata or those of ISO 21496-1, at the full gain. 1 is
  *                  the white of the JPEG alone
  *   others         all formats of OpenImageIO, and EXR compressions that
  *                  OpenEXRCore lacks, through the bridge: a shared object
  *                  that is opened only if needed. 8 and 16-bit integers are
- *                  decoded from sRGB; AVIF and HEIF whose values are linear,
+ *                  decoded as opts->transfer says, and EXIF's orientation is
+ *                  obeyed; AVIF and HEIF whose values are linear,
  *                  PQ's or HLG's are refused
  *   textures       KTX2, KTX and DDS of one layer, in the formats of
  *                  ibl_texture_decode: level 0 of a cube, or of a flat texture
  *                  as an image. iblbake's keys for other axes and layouts are
- *                  honoured. The bridge reads DDS files in other formats
+ *                  honoured, as are KTX2's primaries. What has their key of a
+ *                  baked map is warned of. The bridge reads DDS files, and
+ *                  cubes, in other formats
  * Images of 2:1 are equirectangular maps, others what their shape says: 4:3 and
  * 3:4 are crosses, 6:1 and 1:6 strips. A square is ambiguous, so opts must say
  * the layout. The map of a cube has the width ibl_latlong_width; its pixels are
@@ -228,15 +236,17 @@ typedef struct ibl_read_report {
  * by alpha. To read alpha, see ibl_source_alpha.
  * A non-finite component becomes the largest finite one among the 8 neighbours
  * (columns wrap). If there is none, +Inf becomes 65504, others 0. Negative
- * components become 0. Both repairs are counted, with a warning. Another
- * warning names primaries that are not Rec.709's and are kept.
+ * components become 0. Both repairs are counted, with a warning; of negative
+ * ones only above 1e-4 of the light. Others name primaries that are not
+ * Rec.709's and are kept, a map that is black, and faces of a cube that do not
+ * meet though they would in another order.
  *   path     a file, or "-" for standard input. A pipe by name (a FIFO,
  *            /dev/stdin, a shell's <(command)) is read if a process has it
  *            open for writing. Devices and directories are refused. If there is
  *            no such file, six files of square faces of the same size: a
- *            pattern, whose %f stands for px nx py ny pz nz, for posx negx posy
- *            negy posz negz or for right left top bottom front back; or six
- *            names separated by commas, +X -X +Y -Y +Z -Z
+ *            pattern, whose %f, no letter or digit behind it, stands for px nx
+ *            py ny pz nz or another set of names (iblbake(1)), also in capitals
+ *            or with one; or six names separated by commas, +X -X +Y -Y +Z -Z
  *   opts     NULL for defaults
  *   img      empty; filled here, to be freed with ibl_image_free
  *   report   may be NULL
