@@ -283,7 +283,7 @@ TEST(orientations)
     NEED(file_run("%s", command));
     ibl_read_options opts = ibl_read_options_default();
     for (int o = 1; o <= 8; o++) {
-        char name[16];
+        char name[24];
         snprintf(name, sizeof name, "o%d.tif", o);
         opts.alpha = o % 2 ? IBL_ALPHA_FILE : IBL_ALPHA_IGNORE;
         ibl_image got = read_as(name, &opts), want = read_as("u.tif", &opts);

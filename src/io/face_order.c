@@ -25,7 +25,7 @@ enum {
     MIRRORED = CODES / 2,
     EDGE = 64,           /* samples along a border, at most */
     LEAST_EDGE = 8,      /* smaller faces are not judged */
-    MOST_STEPS = 1 << 19 /* of a search */
+    MOST_STEPS = 1 << 17 /* of a search */
 };
 
 /* Ratios of steps. Those of six photographs as cubes of 8 to 512 texels, turned

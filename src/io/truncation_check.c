@@ -110,12 +110,12 @@ size_t ibl_png_picture(const unsigned char *bytes, size_t size,
 size_t ibl_pnm_picture(const unsigned char *bytes, size_t size,
                        unsigned char *dst)
 {
-    char text[128] = "", kind, most[16];
+    char text[132] = "", kind, most[16];
     int width, height, end = 0;
 
     memcpy(dst, bytes, size);
-    memcpy(text, bytes, size < sizeof text - 1 ? size : sizeof text - 1);
-    if (sscanf(text, "P%c %d %d %15s%n", &kind, &width, &height, most, &end) <
+    memcpy(text, bytes, size < 128 ? size : 128);
+    if (sscanf(text, "P%c %9d %9d %15s%n", &kind, &width, &height, most, &end) <
             4 ||
         memcmp(text + end, "\r\n", 2) != 0)
         return size;

@@ -118,6 +118,31 @@ seed image env '\x0\x02\x0\x0\x0\x0' made/babylon-env/s.env
     --size 32 --any-aspect
 seed engine atlas '' made/atlas/s_envatlas.png
 
+# What others write: a cube by the old flags alone, one whose array counts
+# faces, no descriptor, faces in another order; bytes, for the bridge.
+patch() { # FROM TO OFFSET BYTES ...
+    cp "$1" "$2"
+    local to=$2
+    shift 2
+    for (( ; $#; )); do
+        printf "$2" | dd of="$to" bs=1 seek="$1" conv=notrunc status=none
+        shift 2
+    done
+}
+dds=made/rgba16f-dds/map_specular.dds ktx2=made/rgba16f-ktx2/map_specular.ktx2
+patch $dds made/flags.dds 136 '\0'
+patch $dds made/six.dds 140 '\6'
+patch $ktx2 made/bare.ktx2 48 '\0\0\0\0\0\0\0\0'
+patch $dds made/bytes.dds 128 '\x1d'
+for file in made/{flags.dds,six.dds,bare.ktx2,bytes.dds}; do
+    seed texture "$(basename "$file")" '\x0\x0\x0' "$file"
+    seed image "$(basename "$file")" '\x0\x02\x40\x0\x0\x0' "$file"
+done
+oiiotool --create 4x24 3 --fill:color=.5,.2,.1 4x24 -d half --tile 4 4 --attrib \
+    textureformat "CubeFace Environment" -o made/envmap.exr
+seed image envmap.exr '\x0\x02\x0\x0\x0\x0' made/envmap.exr
+printf 'PF\r\n2 1\r\n-1.0\r\n%024d' 0 | seed image crlf.pfm '\x0\x02\x0\x0\x0\x0'
+
 # ---- JSON: the choice is the reader ------------------------------------------
 cat >made/set.json <<'END'
 {"version": 1, "defaults": {"size": 16, "levels": 3, "irradiance": 4,
