@@ -188,6 +188,7 @@ TEST(face_order_text)
                                         "px,nx,py,ny,pz",
                                         "px,nx,py,ny,pz,pz",
                                         "px,nx,py,ny,pz,nz,",
+                                        ",px,nx,py,ny,pz",
                                         "px,nx,py,ny,pz,nz/45",
                                         "px,nx,py,ny,pz,nz/m/90",
                                         "px,nx,py,ny,pz, nz"};

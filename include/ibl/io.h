@@ -329,7 +329,8 @@ typedef struct ibl_pixels {
  *   pixels  copied, but not its data, which must stay and must not change until
  *           the source is closed
  *   opts    NULL for defaults; alpha: with FILE colours are multiplied by it
- * IBL_ERR_ARGUMENT: pixels of no such kind, or a layer, part or hash in opts.
+ * IBL_ERR_ARGUMENT: pixels of no such kind, or a layer, part, hash or transfer
+ * in opts.
  * Other errors as in ibl_image_read.
  */
 ibl_status ibl_source_of_pixels(ibl_ctx *ctx, const char *name,

@@ -266,44 +266,39 @@ const ibl_section ibl_messages_section = {"Running", running + 3,
 static void put_given(FILE *to, const ibl_option *o, const void *field,
                       const void *usual)
 {
-    const size_t size = o->kind == IBL_OPTION_REAL    ? sizeof(double)
-                        : o->kind == IBL_OPTION_TEXT  ? sizeof(char *)
-                        : o->kind == IBL_OPTION_OTHER ? IBL_FACES
-                                                      : sizeof(int);
+    const bool is_real = o->kind == IBL_OPTION_REAL;
+    const bool is_text = o->kind == IBL_OPTION_TEXT;
+    const bool is_order = o->kind == IBL_OPTION_OTHER; /* the only one */
+    const size_t size = is_real    ? sizeof(double)
+                        : is_text  ? sizeof(char *)
+                        : is_order ? IBL_FACES
+                                   : sizeof(int);
+    union {
+        int n;
+        double real;
+        const char *text;
+        unsigned char order[IBL_FACES];
+    } value = {0};
     char order[IBL_FACE_ORDER];
-    const char *text;
-    char *quoted = NULL;
-    double real;
-    int n;
 
     if (!memcmp(field, usual, size))
         return;
-    memcpy(&n, field, sizeof n);
+    memcpy(&value, field, size);
+    char *quoted = is_text ? ibl_words_quote(value.text) : NULL;
+    if (is_order)
+        ibl_face_order_text(value.order, order);
     fprintf(to, " --%s", o->name);
-    switch (o->kind) {
-    case IBL_OPTION_TEXT:
-        memcpy(&text, field, sizeof text);
-        quoted = ibl_words_quote(text);
-        fprintf(to, "=%s", quoted ? quoted : "");
-        free(quoted);
-        break;
-    case IBL_OPTION_REAL:
-        memcpy(&real, field, sizeof real);
-        fprintf(to, "=%.17g", real);
-        break;
-    case IBL_OPTION_INT:
-        fprintf(to, "=%d", n);
-        break;
-    case IBL_OPTION_CHOICE:
-        fprintf(to, "=%s", o->choices[n]);
-        break;
-    case IBL_OPTION_OTHER: /* the only one */
-        ibl_face_order_text(field, order);
-        fprintf(to, "=%s", order);
-        break;
-    default: /* a flag */
-        break;
-    }
+    if (is_real)
+        fprintf(to, "=%.17g", value.real);
+    else if (o->kind == IBL_OPTION_INT)
+        fprintf(to, "=%d", value.n);
+    else if (o->kind != IBL_OPTION_FLAG)
+        fprintf(to, "=%s",
+                quoted     ? quoted
+                : is_order ? order
+                : is_text  ? ""
+                           : o->choices[value.n]);
+    free(quoted);
 }
 
 char *ibl_common_reading(const ibl_common *c)

@@ -48,14 +48,15 @@ int ibl_face_order_parse(const char *text, unsigned char order[IBL_FACES])
 
     for (int i = 0; i < IBL_FACES; i++) {
         const size_t length = strcspn(text, ",");
-        int code = -1;
-        char item[16] = "";
-        while (strlen(item) != length || strncasecmp(item, text, length)) {
-            if (++code == CODES)
-                return 0;
+        int code = 0;
+        for (char item[16]; code < CODES; code++) {
             sprintf(item, "%s%s", names[code % IBL_FACES],
                     turns[code / IBL_FACES]);
+            if (strlen(item) == length && !strncasecmp(item, text, length))
+                break;
         }
+        if (code == CODES)
+            return 0;
         order[i] = (unsigned char)code;
         found |= 1u << code % IBL_FACES;
         text += length + (text[length] == ',' && i + 1 < IBL_FACES);

@@ -664,9 +664,11 @@ static ibl_status open_source(ibl_ctx *ctx, const origin *from,
 
     if (!status)
         status = check_options(ctx, &opts);
-    if (!status && from->pixels && (opts.layer || opts.part > 0 || opts.hash))
-        status = ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                          "%s: pixels have no layer, part or hash", name);
+    if (!status && from->pixels &&
+        (opts.layer || opts.part > 0 || opts.hash || opts.transfer))
+        status =
+            ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                     "%s: pixels have no layer, part, hash or transfer", name);
     if (status)
         return status;
     ibl_source *s = ibl_alloc_zeroed(1, sizeof *s + name_bytes);
