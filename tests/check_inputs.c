@@ -506,7 +506,7 @@ TEST(not_the_file)
     const char lfs[] = "version https://git-lfs.github.com/spec/v1\noid sha256:"
                        "4d7a214614ab\nsize 12345\n";
     const char html[] = "\xef\xbb\xbf\n<!DOCTYPE HTML>\n<html><head><title>404";
-    const char plain[] = "<html lang=\"en\">";
+    const char plain[] = "<?xml version=\"1.0\"?><Error>";
     NEED(file_save(file_path("a.hdr"), lfs, sizeof lfs - 1));
     NEED(file_save(file_path("b.hdr"), html, sizeof html - 1));
     NEED(file_save(file_path("c.hdr"), plain, sizeof plain - 1));

@@ -198,9 +198,10 @@ static bool parse_face_order(void *order, const char *value)
 /* clang-format off */
 static const ibl_option input[] = {
     {"layer", 0, IBL_TEXT(read.layer, "NAME"),
-     .standard = "the unnamed or only one", .help = "layer of an EXR file"},
+     .standard = "the unnamed or only one",
+     .help = "layer or part of an EXR file"},
     {"part", 0, IBL_INT(read.part, 0, 65535),
-     .standard = "the first with colour",
+     .standard = "the one with colour",
      .help = "part of a multi-part EXR file, from 0"},
     {"any-aspect", 0, IBL_FLAG(read.any_aspect),
      .help = "accept maps whose width is not twice their height"},

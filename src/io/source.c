@@ -3,7 +3,6 @@
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
-#include <strings.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
@@ -183,10 +182,9 @@ static ibl_status check_text(const ibl_input *in)
     if (!strncmp(text, "version https://git-lfs", 23))
         return ibl_bad_file(in, "is a pointer of Git LFS, not the file itself: "
                                 "fetch it with git lfs pull");
-    if (!strncasecmp(text, "<!doctype html", 14) ||
-        !strncasecmp(text, "<html", 5) || !strncasecmp(text, "<head", 5))
-        return ibl_bad_file(in, "is a web page (HTML), not an image: download "
-                                "the file itself");
+    if (*text == '<')
+        return ibl_bad_file(in, "is a web page (HTML or XML), not an image: "
+                                "download the file itself");
     return IBL_OK;
 }
 
