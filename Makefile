@@ -56,6 +56,13 @@ VIEW_CFLAGS = $(shell pkg-config --cflags glfw3 gl stb libpng jansson 2>/dev/nul
 VIEW_LIBS = $(shell pkg-config --libs glfw3 2>/dev/null)
 HAVE_OIIO = $(shell pkg-config --exists OpenImageIO 2>/dev/null && echo yes)
 
+# What libiblscene.so is built with: a header, its macro, its library.
+has = $(shell echo '\#include <$(1)>' | $(CXX) -std=c++17 -E -x c++ - \
+        >/dev/null 2>&1 && echo $(2) -l$(3))
+SCENE_HAS = $(call has,meshoptimizer.h,-DIBL_HAS_MESHOPT=1,meshoptimizer) \
+            $(call has,draco/compression/decode.h,-DIBL_HAS_DRACO=1,draco) \
+            $(call has,webp/decode.h,-DIBL_HAS_WEBP=1,webp)
+
 REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
             -ffp-contract=off -fno-math-errno -fPIC \
             -fno-semantic-interposition -fvisibility=hidden \
@@ -89,6 +96,7 @@ LIB := $(BUILD)/libiblbake.a
 SHARED := $(BUILD)/libiblbake.so
 BIN := $(BUILD)/iblbake
 BRIDGE := $(BUILD)/libiblbridge.so
+SCENE_BRIDGE := $(BUILD)/libiblscene.so
 VIEW_SRC := $(COMMON_SRC) $(wildcard src/view/*.c)
 SHADERS := $(sort $(wildcard src/view/shaders/* include/ibl/*.glsl))
 VIEW := $(BUILD)/iblview
@@ -114,7 +122,7 @@ endif
 
 ## all: the program and its image bridge (default)
 ifeq ($(DEPS),no)
-all: $(BIN) $(SHARED) bridge view
+all: $(BIN) $(SHARED) bridge $(SCENE_BRIDGE) view
 else
 all: deps-named
 	+@$(MAKE) --no-print-directory DEPS=no all
@@ -149,6 +157,8 @@ $(BUILD)/obj/src/view/write_exr.o: LOCAL = $(VIEW_CFLAGS) $(EXR_CFLAGS)
 $(BUILD)/obj/src/common/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/engine/%.o: LOCAL = $(CLI_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/scene/%.o: LOCAL = $(CLI_CFLAGS)
+$(BUILD)/obj/src/scene/gltf_packed.o: LOCAL = $(CLI_CFLAGS) \
+    -DIBL_SCENE_BRIDGE='"$(LIBDIR)/iblbake/libiblscene.so"'
 $(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
 
 # What else was built with is built again: these files hold what was used and
@@ -161,7 +171,8 @@ $(BUILD)/used-cc $(BUILD)/used-libdir $(BUILD)/used-revision \
     $(BUILD)/used-deflate: FORCE
 	@mkdir -p $(@D)
 	@echo "$$USED" | cmp -s - $@ || echo "$$USED" >$@
-$(BUILD)/obj/src/io/bridge.o: $(BUILD)/used-libdir
+$(BUILD)/obj/src/io/bridge.o $(BUILD)/obj/src/scene/gltf_packed.o: \
+    $(BUILD)/used-libdir
 $(addprefix $(BUILD)/obj/src/,io/exr_chunks.o engine/png.o): \
     $(BUILD)/used-deflate
 $(addprefix $(BUILD)/obj/src/cli/,bake_record.o common_options.o \
@@ -214,6 +225,15 @@ $(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
 	    $(WARN) $$(pkg-config --cflags OpenImageIO | sed "s/-I/-isystem /g") \
 	    $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ $< \
 	    $$(pkg-config --libs OpenImageIO)
+
+# Decoders of models, without those that are not installed.
+$(SCENE_BRIDGE): src/scene/bridge/scene_bridge.cpp \
+    src/scene/bridge/scene_bridge.h
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -Isrc -fPIC -shared -fvisibility=hidden \
+	    '-ffile-prefix-map=$(CURDIR)=.' $(WARN) -Wno-undef \
+	    $(filter -D%,$(SCENE_HAS)) $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ \
+	    $< $(filter -l%,$(SCENE_HAS))
 
 # The viewer, with its shaders inside. Left out, with a word, without GLFW,
 # OpenGL's header or stb.
@@ -364,9 +384,9 @@ $(FUZZERS): $(BUILD)/fuzz/%: $(call fuzz_obj,tests/fuzz/fuzz.c) \
 $(BUILD)/fuzz/seeds: tests/fuzz/seeds.sh | $(BIN) $(VIEW)
 	bash $< $(BUILD) $@
 
-tests: $(TESTS)
+tests: $(TESTS) $(SCENE_BRIDGE)
 benches: $(BENCHES)
-fuzzers: $(FUZZERS) $(BUILD)/fuzz/seeds
+fuzzers: $(FUZZERS) $(SCENE_BRIDGE) $(BUILD)/fuzz/seeds
 
 ## demo: set up, bake data/forest.exr, leave the README's pictures in build/demo
 DEMO = build/demo
@@ -519,6 +539,7 @@ install: all
 	$(INSTALL) -m 644 man/*.7 "$(DESTDIR)$(MANDIR)/man7"
 	if [ -e $(BRIDGE) ]; then $(INSTALL) -m 755 $(BRIDGE) \
 	    "$(DESTDIR)$(LIBDIR)/iblbake"; fi
+	$(INSTALL) -m 755 $(SCENE_BRIDGE) "$(DESTDIR)$(LIBDIR)/iblbake"
 	$(INSTALL) -m 755 $(SHARED) "$(DESTDIR)$(LIBDIR)/libiblbake.so.$(VERSION)"
 	ln -sf libiblbake.so.$(VERSION) "$(DESTDIR)$(LIBDIR)/libiblbake.so.$(SOVERSION)"
 	ln -sf libiblbake.so.$(SOVERSION) "$(DESTDIR)$(LIBDIR)/libiblbake.so"
@@ -536,6 +557,7 @@ uninstall:
 	    "$(DESTDIR)$(LIBDIR)/cmake/iblbake/iblbakeConfig.cmake" \
 	    "$(DESTDIR)$(LIBDIR)/cmake/iblbake/iblbakeConfigVersion.cmake" \
 	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblbridge.so" \
+	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblscene.so" \
 	    "$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc" \
 	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,$(wildcard include/ibl/*.h include/ibl/*.glsl include/ibl/*.hlsl)) \
 	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man1"/%,$(wildcard man/*.1)) \

@@ -72,7 +72,7 @@ static void find_sphere(bench *b)
 static bool load(bench *b, const char *set, const char *model)
 {
     if (!view_set_open(b->ctx, &(view_request){.path = set}, &b->set) ||
-        ibl_scene_read(b->ctx, model, &b->scene))
+        ibl_scene_read(b->ctx, model, false, &b->scene))
         return false;
     ibl_scene *s = &b->scene;
     for (int i = 0; i < s->material_count; i++) {
@@ -113,7 +113,7 @@ static void turn_draw(const bench *b, const double m[3][3],
             sum += m[i % 4][k] * (from->to_world[i / 4 * 4 + k] -
                                   (i < 12 ? 0 : b->middle[k]));
         if (i % 4 < 3)
-            to->to_world[i] = (float)sum;
+            to->to_world[i] = sum;
     }
 }
 

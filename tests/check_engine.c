@@ -242,7 +242,9 @@ TEST(gltf_files)
     const size_t at = find(b, size, "a%20b");
     memcpy(b + at, "data:", 5);
     CHECK(reread(path, b, size) == IBL_ERR_UNSUPPORTED);
-    memcpy(b + at, "a%zzb", 5);
+    memcpy(b + at, "a%zzb", 5); /* a name, which no file has */
+    CHECK(reread(path, b, size) == IBL_ERR_IO);
+    memcpy(b + at, "a%00b", 5);
     CHECK(reread(path, b, size) == IBL_ERR_FORMAT);
     CHECK(reread(path, "{\"scenes\":[{}]}", 15) == IBL_ERR_FORMAT);
     CHECK(test_said(&kept, "EXT_lights_image_based"));

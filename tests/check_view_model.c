@@ -26,7 +26,7 @@ static const ibl_scene_texture none = {.image = -1,
                                        .wrap_t = GL_REPEAT,
                                        .filter_min = GL_NEAREST,
                                        .filter_mag = GL_NEAREST};
-static const float identity[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
+static const double identity[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
 
 /* Of the running test: up to three squares, or a sphere. */
 static struct {
@@ -545,7 +545,7 @@ static double sphere_error(double stretch, view_reflection reflection)
     double sum = 0, all = 0;
 
     sphere(squeeze);
-    on.draw[0].to_world[0] = (float)stretch;
+    on.draw[0].to_world[0] = stretch;
     on.settings.reflection = reflection;
     on.settings.metallic[0] = on.material[0].metallic = 1;
     on.settings.roughness[0] = 0.25;

@@ -385,7 +385,7 @@ static float roughness_of(int material)
 
 static bool read_model(ibl_ctx *ctx, const char *path, ibl_scene *out)
 {
-    if (ibl_scene_read(ctx, path, out))
+    if (ibl_scene_read(ctx, path, false, out))
         return false;
     for (int i = 0; i < out->material_count; i++) {
         ibl_scene_material *m = &out->materials[i];

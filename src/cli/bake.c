@@ -518,7 +518,8 @@ static bool read_scenes(ibl_map_bake *r)
     ibl_console_progress(&r->console, "scene", 0);
     r->from.scenes = calloc(1, sizeof *r->from.scenes);
     return r->from.scenes &&
-           ibl_scenes_read(r->from.ctx, &r->opts->scenes, r->from.scenes);
+           ibl_scenes_read(r->from.ctx, &r->opts->scenes,
+                           r->opts->common.read.strict, r->from.scenes);
 }
 
 /* Chooses what --rendered-error leaves open, and prints it. */

@@ -29,14 +29,15 @@ static bool take_files(ibl_scenes *s, ibl_scene *scene)
     return true;
 }
 
-bool ibl_scenes_read(ibl_ctx *ctx, const ibl_scene_list *list, ibl_scenes *out)
+bool ibl_scenes_read(ibl_ctx *ctx, const ibl_scene_list *list, bool strict,
+                     ibl_scenes *out)
 {
     bool ok = true;
 
     *out = (ibl_scenes){0};
     for (int i = 0; i < list->count && ok; i++) {
         ibl_scene scene;
-        ok = !ibl_scene_read(ctx, list->path[i], &scene) &&
+        ok = !ibl_scene_read(ctx, list->path[i], strict, &scene) &&
              !ibl_scene_survey_add(ctx, &scene, &out->survey) &&
              take_files(out, &scene);
         ibl_scene_free(&scene);

@@ -23,9 +23,10 @@ typedef struct ibl_scenes {
     int file_count;
 } ibl_scenes;
 
-/* Reads scenes and surveys them. ibl_scenes_free is needed also after
- * a failure. */
-bool ibl_scenes_read(ibl_ctx *ctx, const ibl_scene_list *list, ibl_scenes *out);
+/* Reads scenes, strict as in ibl_scene_read, and surveys them. ibl_scenes_free
+ * is needed also after a failure. */
+bool ibl_scenes_read(ibl_ctx *ctx, const ibl_scene_list *list, bool strict,
+                     ibl_scenes *out);
 void ibl_scenes_free(ibl_scenes *s); /* NULL is fine */
 
 /* For the choice: the materials that reflect. False: none does. */

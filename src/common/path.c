@@ -51,41 +51,48 @@ bool ibl_path_is_open(const char *path)
     return ok;
 }
 
-bool ibl_uri_decode(char *text)
+size_t ibl_uri_bytes(char *text)
 {
     char *to = text;
 
     for (const char *at = text; *at; at++) {
         unsigned byte = (unsigned char)*at;
-        if (*at == '%') {
-            if (strspn(at + 1, "0123456789abcdefABCDEF") < 2 ||
-                sscanf(at + 1, "%2x", &byte) != 1 || !byte)
-                return false;
+        if (*at == '%' && strspn(at + 1, "0123456789abcdefABCDEF") >= 2 &&
+            sscanf(at + 1, "%2x", &byte) == 1)
             at += 2;
-        }
         *to++ = (char)byte;
     }
     *to = '\0';
-    return true;
+    return (size_t)(to - text);
 }
 
-const char *ibl_bridge_beside(void)
+bool ibl_uri_decode(char *text)
 {
-    /* In a build; installed under any prefix. */
-    static const char *const places[] = {"libiblbridge.so",
-                                         "../lib/iblbake/libiblbridge.so"};
-    static char path[2304];
+    return ibl_uri_bytes(text) == strlen(text);
+}
+
+bool ibl_path_of_part(const char *name, char path[IBL_PART_BYTES])
+{
+    /* In a build, and of its tests; installed under any prefix. */
+    static const char *const places[] = {"", "../lib/iblbake/", "../"};
     char program[2048];
     const ssize_t length = readlink("/proc/self/exe", program, sizeof program);
 
     if (length <= 0 || (size_t)length >= sizeof program)
-        return NULL;
+        return false;
     program[length] = '\0';
     *strrchr(program, '/') = '\0';
     for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
-        snprintf(path, sizeof path, "%s/%s", program, places[i]);
+        snprintf(path, IBL_PART_BYTES, "%s/%s%s", program, places[i], name);
         if (!access(path, R_OK))
-            return path;
+            return true;
     }
-    return NULL;
+    return false;
+}
+
+const char *ibl_bridge_beside(void)
+{
+    static char path[IBL_PART_BYTES];
+
+    return ibl_path_of_part("libiblbridge.so", path) ? path : NULL;
 }

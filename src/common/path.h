@@ -3,6 +3,7 @@
 #define COMMON_PATH_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 /* The part after the last slash. */
 const char *ibl_path_name(const char *path);
@@ -18,12 +19,20 @@ char *ibl_path_join(const char *directory, const char *name);
 /* name in the directory of file; an absolute name stays. */
 char *ibl_path_beside(const char *file, const char *name);
 
-/* Decodes %XX of a URI in place. False: no such code, or a NUL. */
+/* Decodes %XX of a URI in place, as browsers do: a % that encodes nothing
+ * stays. Returns the number of bytes, which may be any. */
+size_t ibl_uri_bytes(char *text);
+/* The same of a name. False: it has a NUL. */
 bool ibl_uri_decode(char *text);
 
-/* Path of the image bridge beside the program (in a build) or in ../lib/iblbake
- * (installed), not to be freed. NULL: not found, so the library's compiled-in
- * path applies. */
+enum {
+    IBL_PART_BYTES = 2304
+};
+/* Finds a part of the program that is loaded on demand: beside it (in a build)
+ * or in ../lib/iblbake (installed). False: not found, so the path that was
+ * compiled in applies. */
+bool ibl_path_of_part(const char *name, char path[IBL_PART_BYTES]);
+/* The same for the image bridge; not to be freed, or NULL. */
 const char *ibl_bridge_beside(void);
 
 #endif

@@ -175,9 +175,9 @@ bool ibl_json_real(ibl_json_at at, double low, double high, bool open,
 
 bool ibl_json_int(ibl_json_at at, int low, int high, int *value)
 {
-    const json_int_t n = json_integer_value(at.value);
+    const double n = json_number_value(at.value); /* 5126.0 is one, too */
 
-    if (!json_is_integer(at.value) || n < low || n > high)
+    if (!json_is_number(at.value) || !(n >= low && n <= high) || n != (int)n)
         return low == high ? ibl_json_wrong(at, "%d", low)
                            : ibl_json_wrong(at, "a whole number from %d to %d",
                                             low, high);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Accessors of glTF, section 3.6.2: typed numbers in a buffer, some of which
  * another list may replace. */
-#include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <string.h>
@@ -28,6 +27,11 @@ typedef struct elements {
     uint32_t count;
 } elements;
 
+static bool is_index(component type)
+{
+    return type == U8 || type == U16 || type == U32;
+}
+
 static size_t size_of(component type)
 {
     return type <= U8 ? 1 : type <= U16 ? 2 : 4;
@@ -42,10 +46,21 @@ static uint32_t word_of(const unsigned char *p, component type)
     return word;
 }
 
+static bool is_signed(component type)
+{
+    return type == I8 || type == I16;
+}
+
+static double unit_of(const elements *e)
+{
+    const int bits = 8 * (int)size_of(e->type) - is_signed(e->type);
+
+    return e->normalized && e->type != F32 ? (double)((1ull << bits) - 1) : 1;
+}
+
 static float number_of(const unsigned char *p, const elements *e)
 {
     const uint32_t word = word_of(p, e->type);
-    const int sign = e->type == I8 || e->type == I16;
     const int bits = 8 * (int)size_of(e->type);
     double x = word;
     float f;
@@ -54,11 +69,9 @@ static float number_of(const unsigned char *p, const elements *e)
         memcpy(&f, &word, sizeof f);
         return f;
     }
-    if (sign && word >> (bits - 1))
+    if (is_signed(e->type) && word >> (bits - 1))
         x -= (double)(1ull << bits);
-    if (e->normalized)
-        x = fmax(x / (double)((1ull << (bits - sign)) - 1), -1);
-    return (float)x;
+    return (float)(e->normalized ? fmax(x / unit_of(e), -1) : x);
 }
 
 /* ---- the JSON --------------------------------------------------------- */
@@ -81,6 +94,8 @@ static bool take_bytes(ibl_gltf *g, ibl_json_at at, elements *e)
     ibl_gltf_bytes view;
     int offset = 0, stride = 0;
 
+    if (!e->count)
+        return true;
     if (!ibl_gltf_view(g, ibl_json_member(&at, "bufferView"), &view, &stride) ||
         !ibl_json_int(ibl_json_optional(&at, "byteOffset"), 0, INT_MAX,
                       &offset))
@@ -99,112 +114,165 @@ static bool take_bytes(ibl_gltf *g, ibl_json_at at, elements *e)
 
 static bool take_form(ibl_json_at at, elements *e)
 {
-    static const char *const names[] = {"SCALAR", "VEC2", "VEC3", "VEC4", NULL};
-    const ibl_json_at normalized = ibl_json_optional(&at, "normalized");
+    static const char *const names[] = {"SCALAR", "VEC2", "VEC3", "VEC4",
+                                        "MAT2",   "MAT3", "MAT4", NULL};
+    static const int components[] = {1, 2, 3, 4, 4, 9, 16};
     int kind = 0, count = 0;
 
     if (!take_type(at, &e->type) ||
         !ibl_json_choice(ibl_json_member(&at, "type"), names, &kind) ||
-        !ibl_json_int(ibl_json_member(&at, "count"), 1, IBL_SCENE_VALUES,
+        !ibl_json_int(ibl_json_member(&at, "count"), 0, IBL_SCENE_VALUES,
                       &count))
         return false;
-    e->components = kind + 1;
+    e->components = components[kind];
     e->count = (uint32_t)count;
-    e->normalized = json_is_true(normalized.value);
-    return json_is_boolean(normalized.value) ||
-           ibl_json_wrong(normalized, "true or false");
+    e->normalized = json_is_true(json_object_get(at.value, "normalized"));
+    return true;
 }
 
-/* Finds an accessor with least to most components. */
-static bool find(ibl_gltf *g, ibl_json_at index, int least, int most,
-                 ibl_json_at *at, elements *e)
+static bool find(ibl_gltf *g, ibl_json_at index, ibl_json_at *at, elements *e)
 {
     ibl_json_at array;
-    int count, i;
+    const int count = ibl_gltf_array(g, "accessors", &array);
+    int i;
 
     *e = (elements){0};
-    if (!ibl_gltf_array(g, "accessors", &array, &count) ||
-        !ibl_gltf_index(index, count, &i))
+    if (!ibl_gltf_index(index, count, &i))
         return false;
     *at = ibl_json_element(&array, (size_t)i);
-    if (!take_form(*at, e))
-        return false;
-    if (ibl_json_member(at, "sparse").value)
-        return ibl_json_complain(*at, "sparse, which is not read");
-    if (e->components < least || e->components > most)
-        return ibl_json_complain(index,
-                                 "expected %d to %d components, found "
-                                 "%d in %s",
-                                 least, most, e->components, at->path);
-    g->values += (uint64_t)e->count * (unsigned)most;
-    if (g->values > IBL_SCENE_VALUES)
-        return ibl_json_complain(g->root,
-                                 "over %d million numbers: simplify it",
+    return take_form(*at, e);
+}
+
+double ibl_gltf_unit(ibl_gltf *g, ibl_json_at index)
+{
+    ibl_json_at at;
+    elements e;
+
+    return find(g, index, &at, &e) ? unit_of(&e) : 1;
+}
+
+bool ibl_gltf_count(ibl_gltf *g, ibl_json_at at, uint64_t values)
+{
+    if (values > IBL_SCENE_VALUES - g->values)
+        return ibl_json_complain(at, "over %d million numbers: simplify it",
                                  IBL_SCENE_VALUES / 1000000);
-    return !ibl_json_member(at, "bufferView").value || take_bytes(g, *at, e);
+    g->values += values;
+    return true;
 }
 
 /* ---- values ----------------------------------------------------------- */
 
-static float mended(ibl_gltf *g, float x)
+void ibl_gltf_mend(ibl_gltf *g, float *values, size_t count)
 {
-    if (x >= -FLT_MAX && x <= FLT_MAX)
-        return x;
-    g->mended++;
-    return 0;
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(values[i])) {
+            values[i] = 0;
+            g->mended++;
+        }
 }
 
-static void copy_element(ibl_gltf *g, const elements *e, uint32_t i, int most,
-                         float *to)
+/* Numbers that are asked for: floats, or else indices. */
+typedef struct wanted {
+    bool floats;
+    int most;
+    void *out;
+} wanted;
+
+/* Puts element i in the place of number to. */
+static void put(const elements *e, uint32_t i, const wanted *w, size_t to)
 {
     const unsigned char *p = e->bytes ? e->bytes + i * e->stride : NULL;
+    float *f = (float *)w->out + to * (size_t)w->most;
 
-    for (int c = 0; c < most; c++)
-        if (c >= e->components)
-            to[c] = 1;
-        else
-            to[c] =
-                p ? mended(g, number_of(p + (size_t)c * size_of(e->type), e))
-                  : 0;
+    if (!w->floats) {
+        ((uint32_t *)w->out)[to] = p ? word_of(p, e->type) : 0;
+        return;
+    }
+    for (int c = 0; c < w->most; c++)
+        f[c] = c >= e->components ? 1
+               : p ? number_of(p + (size_t)c * size_of(e->type), e)
+                   : 0;
 }
 
-static bool is_index(component type)
+/* Replaces the elements that "sparse" lists: section 3.6.2.3. */
+static bool replace(ibl_gltf *g, ibl_json_at at, const elements *e,
+                    const wanted *w)
 {
-    return type == U8 || type == U16 || type == U32;
+    const ibl_json_at indices = ibl_json_member(&at, "indices");
+    elements from = *e, where = {.components = 1};
+    int count = 0;
+
+    if (!ibl_json_int(ibl_json_member(&at, "count"), 0, (int)e->count,
+                      &count) ||
+        !take_type(indices, &where.type))
+        return false;
+    if (!is_index(where.type))
+        return ibl_json_complain(indices, "expected unsigned numbers");
+    from.count = where.count = (uint32_t)count;
+    if (!take_bytes(g, indices, &where) ||
+        !take_bytes(g, ibl_json_member(&at, "values"), &from))
+        return false;
+    for (uint32_t i = 0; i < from.count; i++) {
+        const uint32_t to = word_of(where.bytes + i * where.stride, where.type);
+        if (to >= e->count)
+            return ibl_json_complain(indices, "damaged: element %u of %u", to,
+                                     e->count);
+        put(&from, i, w, to);
+    }
+    return true;
+}
+
+/* Reads an accessor with least to most components. */
+static bool read(ibl_gltf *g, ibl_json_at index, int least, wanted *w,
+                 uint32_t *count)
+{
+    ibl_json_at at;
+    elements e;
+
+    if (!find(g, index, &at, &e))
+        return false;
+    if (e.components < least || e.components > w->most)
+        return ibl_json_complain(index,
+                                 "expected %d to %d components, found "
+                                 "%d in %s",
+                                 least, w->most, e.components, at.path);
+    if (!w->floats && !is_index(e.type))
+        return ibl_json_complain(at, "expected unsigned numbers");
+    if (!ibl_gltf_count(g, at, (uint64_t)e.count * (unsigned)w->most))
+        return false;
+    e.bytes = NULL;
+    if (ibl_json_member(&at, "bufferView").value && !take_bytes(g, at, &e))
+        return false;
+    *count = e.count;
+    w->out = ibl_alloc_array((size_t)e.count * (size_t)w->most + 1, 4);
+    if (!w->out)
+        return ibl_gltf_no_memory(g);
+    for (uint32_t i = 0; i < e.count; i++)
+        put(&e, i, w, i);
+    const ibl_json_at sparse = ibl_json_member(&at, "sparse");
+    if (!sparse.value || replace(g, sparse, &e, w))
+        return true;
+    ibl_free(w->out);
+    w->out = NULL;
+    return false;
 }
 
 bool ibl_gltf_floats(ibl_gltf *g, ibl_json_at index, int least, int most,
                      float **out, uint32_t *count)
 {
-    ibl_json_at at;
-    elements e;
+    wanted w = {.floats = true, .most = most};
+    const bool ok = read(g, index, least, &w, count);
 
-    if (!find(g, index, least, most, &at, &e))
-        return false;
-    *count = e.count;
-    *out = ibl_alloc_array((size_t)e.count * (size_t)most, sizeof **out);
-    if (!*out)
-        return ibl_gltf_no_memory(g);
-    for (uint32_t i = 0; i < e.count; i++)
-        copy_element(g, &e, i, most, *out + (size_t)i * (size_t)most);
-    return true;
+    *out = w.out;
+    return ok;
 }
 
 bool ibl_gltf_indices(ibl_gltf *g, ibl_json_at index, uint32_t **out,
                       uint32_t *count)
 {
-    ibl_json_at at;
-    elements e;
+    wanted w = {.most = 1};
+    const bool ok = read(g, index, 1, &w, count);
 
-    if (!find(g, index, 1, 1, &at, &e))
-        return false;
-    if (!is_index(e.type))
-        return ibl_json_complain(at, "expected unsigned numbers");
-    *count = e.count;
-    *out = ibl_alloc_array(e.count, sizeof **out);
-    if (!*out)
-        return ibl_gltf_no_memory(g);
-    for (uint32_t i = 0; i < e.count; i++)
-        (*out)[i] = e.bytes ? word_of(e.bytes + i * e.stride, e.type) : 0;
-    return true;
+    *out = w.out;
+    return ok;
 }

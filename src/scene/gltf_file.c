@@ -1,12 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /* The JSON of a .gltf or .glb file, its buffers, and the bytes of its images.
  */
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
-#include "common/names.h"
 #include "common/path.h"
 #include "core/alloc.h"
+#include "core/context.h"
 #include "scene/gltf_reader.h"
 #include "json/json_load.h"
 #include "json/text.h"
@@ -16,26 +20,45 @@ enum {
     CHUNK = 8    /* bytes of a chunk before its data */
 };
 
-/* What is known, or can be left out of a scene that needs it. */
-static const char *const known[] = {"EXT_mesh_manifold",
-                                    "KHR_animation_pointer",
-                                    "KHR_lights_punctual",
-                                    "KHR_materials_anisotropy",
-                                    "KHR_materials_clearcoat",
-                                    "KHR_materials_dispersion",
-                                    "KHR_materials_emissive_strength",
-                                    "KHR_materials_ior",
-                                    "KHR_materials_iridescence",
-                                    "KHR_materials_sheen",
-                                    "KHR_materials_specular",
-                                    "KHR_materials_transmission",
-                                    "KHR_materials_unlit",
-                                    "KHR_materials_variants",
-                                    "KHR_materials_volume",
-                                    "KHR_mesh_quantization",
-                                    "KHR_texture_transform",
-                                    "KHR_xmp_json_ld",
-                                    NULL};
+/* Extensions. NULL: what they say is read; else what it means that they are
+ * not. */
+static const struct {
+    const char *name, *lost;
+} extensions[] = {
+    {"EXT_mesh_gpu_instancing", NULL},
+    {"EXT_meshopt_compression", NULL},
+    {"EXT_texture_webp", NULL},
+    {"KHR_draco_mesh_compression", NULL},
+    {"KHR_materials_anisotropy", NULL},
+    {"KHR_materials_clearcoat", NULL},
+    {"KHR_materials_emissive_strength", NULL},
+    {"KHR_materials_ior", NULL},
+    {"KHR_materials_pbrSpecularGlossiness", NULL},
+    {"KHR_materials_sheen", NULL},
+    {"KHR_materials_specular", NULL},
+    {"KHR_materials_transmission", NULL},
+    {"KHR_materials_unlit", NULL},
+    {"KHR_mesh_quantization", NULL},
+    {"KHR_node_visibility", NULL},
+    {"KHR_texture_transform", NULL},
+    {"EXT_lights_ies", "its lights are left out"},
+    {"EXT_lights_image_based", "its light is left out"},
+    {"EXT_mesh_manifold", "it changes nothing that is drawn"},
+    {"EXT_texture_avif", "its images give way to others, or to their factors"},
+    {"KHR_animation_pointer", "nothing moves"},
+    {"KHR_lights_punctual", "its lights are left out"},
+    {"KHR_materials_diffuse_transmission", "no light comes through surfaces"},
+    {"KHR_materials_dispersion", "light that is refracted keeps its colours"},
+    {"KHR_materials_iridescence", "reflections keep their colours"},
+    {"KHR_materials_variants", "the material of no variant is taken"},
+    {"KHR_materials_volume", "what transmits light has no thickness"},
+    {"KHR_meshopt_compression", "what it packs is left out"},
+    {"KHR_texture_basisu",
+     "its images give way to others, or to their factors"},
+    {"KHR_xmp_json_ld", "it changes nothing that is drawn"},
+    {"MSFT_lod", "the first of its levels is taken"},
+    {"MSFT_texture_dds", "its images give way to others, or to their factors"},
+};
 
 static uint32_t word(const unsigned char *p)
 {
@@ -60,92 +83,113 @@ static ibl_input *add_input(ibl_gltf *g)
     return &s->in;
 }
 
-static bool add_path(ibl_gltf *g, const char *path)
+unsigned char *ibl_gltf_keep(ibl_gltf *g, size_t size)
 {
-    ibl_scene *s = g->scene;
-    char **files =
-        realloc(s->files, ((size_t)s->file_count + 1) * sizeof *files);
+    ibl_input *in = add_input(g);
 
-    if (files)
-        s->files = files;
-    if (!files || !(files[s->file_count] = strdup(path)))
-        return ibl_gltf_no_memory(g);
-    s->file_count++;
-    return true;
+    if (!in)
+        return NULL;
+    in->owned = ibl_alloc_zeroed(size + 1, 1);
+    if (!in->owned)
+        ibl_gltf_no_memory(g);
+    return in->owned;
 }
 
 /* Reads a file, which the scene keeps. */
 static bool read_file(ibl_gltf *g, const char *path, ibl_gltf_bytes *out)
 {
+    ibl_scene *s = g->scene;
     ibl_input *in = add_input(g);
+    char **files =
+        realloc(s->files, ((size_t)s->file_count + 1) * sizeof *files);
 
-    if (!in || !add_path(g, path))
-        return false;
-    g->status = ibl_input_open(
-        g->ctx, g->scene->files[g->scene->file_count - 1], NULL, in);
+    if (files)
+        s->files = files;
+    if (!in || !files || !(files[s->file_count] = strdup(path)))
+        return ibl_gltf_no_memory(g);
+    g->status = ibl_input_open(g->ctx, files[s->file_count++], NULL, in);
     if (!g->status)
         g->status = ibl_input_load(in);
     *out = (ibl_gltf_bytes){in->bytes, in->size};
     return !g->status;
 }
 
-/* RFC 4648; text may end in '='. Returns the bytes, or SIZE_MAX. */
-static size_t decode_base64(const char *text, unsigned char *out)
+/* RFC 4648, as the Infra standard forgives: blanks do not count, text may end
+ * in '='. Returns the bytes, in place, or SIZE_MAX. */
+static size_t decode_base64(char *text)
 {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopq"
                                  "rstuvwxyz0123456789+/";
     uint32_t bits = 0;
-    size_t size = 0;
+    char *first = text, *to = text;
     int count = 0;
 
     for (; *text && *text != '='; text++) {
         const char *digit = strchr(digits, *text);
+        if (strchr(" \t\n\f\r", *text))
+            continue;
         if (!digit)
             return SIZE_MAX;
         bits = bits << 6 | (uint32_t)(digit - digits);
         if ((count += 6) < 8)
             continue;
         count -= 8;
-        out[size++] = (unsigned char)(bits >> count);
+        *to++ = (char)(bits >> count);
     }
-    return text[strspn(text, "=")] ? SIZE_MAX : size;
+    return text[strspn(text, "= \t\n\f\r")] ? SIZE_MAX : (size_t)(to - first);
 }
 
+/* A data URI: the Fetch standard, "data: URL processor". */
 static bool read_data(ibl_gltf *g, ibl_json_at at, const char *uri,
                       ibl_gltf_bytes *out)
 {
     const char *comma = strchr(uri, ',');
-    ibl_input *in = add_input(g);
 
-    if (!in)
-        return false;
-    if (!comma || comma - uri < 7 || strncmp(comma - 7, ";base64", 7) != 0)
-        return ibl_json_complain(at, "expected a data URI of base64");
-    unsigned char *bytes = ibl_alloc_array(strlen(comma), 1);
+    if (!comma)
+        return ibl_json_complain(at, "damaged: a data URI without a comma");
+    char *bytes = (char *)ibl_gltf_keep(g, strlen(comma));
     if (!bytes)
-        return ibl_gltf_no_memory(g);
-    in->owned = bytes;
-    *out = (ibl_gltf_bytes){bytes, decode_base64(comma + 1, bytes)};
+        return false;
+    strcpy(bytes, comma + 1);
+    *out = (ibl_gltf_bytes){(unsigned char *)bytes, ibl_uri_bytes(bytes)};
+    while (comma > uri && comma[-1] == ' ')
+        comma--;
+    if (comma - uri >= 6 && !strncasecmp(comma - 6, "base64", 6))
+        out->size = decode_base64(bytes);
     return out->size != SIZE_MAX ||
            ibl_json_complain(at, "damaged: its data are no base64");
 }
 
-/* Reads what a URI names. */
+/* Reads what a URI names, as browsers do: a backslash is a slash, and what
+ * follows ? or # is no part of the name of a file. */
 static bool read_uri(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *out)
 {
     const char *uri;
 
     if (!ibl_json_text_at(at, &uri))
         return false;
-    if (!strncmp(uri, "data:", 5))
+    if (!strncasecmp(uri, "data:", 5))
         return read_data(g, at, uri, out);
     char *name = strdup(uri), *path = NULL;
     bool ok = name || ibl_gltf_no_memory(g);
-    ok = ok &&
-         (ibl_uri_decode(name) || ibl_json_wrong(at, "a URI without %%00"));
     if (ok) {
+        name[strcspn(name, "?#")] = '\0';
+        for (char *c = name; *c; c++)
+            *c = *c == '\\' ? '/' : *c;
+        ok = ibl_uri_decode(name) || ibl_json_wrong(at, "a URI without %%00");
+    }
+    if (ok) {
+        struct stat st;
         path = ibl_path_beside(g->path, name);
-        ok = path ? read_file(g, path, out) : ibl_gltf_no_memory(g);
+        if (!path)
+            ok = ibl_gltf_no_memory(g);
+        else if (access(path, R_OK) || stat(path, &st))
+            ok = ibl_json_complain(at, "%.200s cannot be read: %s", path,
+                                   strerror(errno));
+        else if (!S_ISREG(st.st_mode) || !st.st_size)
+            ok = ibl_json_complain(at, "%.200s is empty, or no file", path);
+        else
+            ok = read_file(g, path, out);
     }
     free(name);
     free(path);
@@ -163,19 +207,21 @@ static bool find_chunks(ibl_gltf *g, ibl_gltf_bytes all, ibl_gltf_bytes *json)
     if (all.size < HEADER || memcmp(b, "glTF", 4) != 0)
         return true;
     if (word(b + 4) != 2)
-        return ibl_json_complain(g->root, "glTF of version %u: only 2 is read",
-                                 word(b + 4));
+        return ibl_gltf_refuse(g,
+                               "glTF of version %u: only 2 is read, to "
+                               "which converters make it",
+                               word(b + 4));
     const size_t end = word(b + 8);
     if (end > all.size || end < HEADER + CHUNK ||
         memcmp(b + HEADER + 4, "JSON", 4) != 0 ||
         word(b + HEADER) > end - HEADER - CHUNK)
-        return ibl_json_complain(g->root, "damaged: a .glb that is cut short");
+        return ibl_gltf_refuse(g, "damaged: a .glb that is cut short");
     *json = (ibl_gltf_bytes){b + HEADER + CHUNK, word(b + HEADER)};
     const size_t at = HEADER + CHUNK + json->size;
     if (end - at < CHUNK || memcmp(b + at + 4, "BIN\0", 4) != 0)
         return true;
     if (word(b + at) > end - at - CHUNK)
-        return ibl_json_complain(g->root, "damaged: its bytes are cut short");
+        return ibl_gltf_refuse(g, "damaged: its bytes are cut short");
     g->chunk = (ibl_gltf_bytes){b + at + CHUNK, word(b + at)};
     return true;
 }
@@ -186,104 +232,132 @@ static bool parse(ibl_gltf *g, ibl_gltf_bytes json)
 
     while (json.size && !json.bytes[json.size - 1])
         json.size--;
-    g->json.root = ibl_json_parse(g->json.name, json.bytes, json.size, 0, &why);
+    if (json.size >= 3 && !memcmp(json.bytes, "\xef\xbb\xbf", 3))
+        json = (ibl_gltf_bytes){json.bytes + 3, json.size - 3};
+    g->json.root = ibl_json_parse("glTF", json.bytes, json.size, JSON_ALLOW_NUL,
+                                  &why);
     g->root = ibl_json_root(&g->json);
-    if (!g->json.root)
-        g->json.fail(g->json.cookie, why.line);
-    return g->json.root;
+    if (!g->json.root && why.status == IBL_ERR_MEMORY)
+        return ibl_gltf_no_memory(g);
+    return json_is_object(g->json.root) ||
+           ibl_gltf_refuse(g, "no glTF: %s",
+                           g->json.root ? "no object" : why.line);
 }
 
+/* Of 1.0 the version may be absent, and meshes are no array. */
 static bool check_version(ibl_gltf *g)
 {
-    const ibl_json_at asset = ibl_json_member(&g->root, "asset");
-    const ibl_json_at at = ibl_json_member(&asset, "version");
-    const char *version;
+    const json_t *asset = json_object_get(g->json.root, "asset");
+    const char *version = json_string_value(json_object_get(asset, "version"));
+    char quoted[IBL_QUOTE_BYTES];
 
-    return ibl_json_text_at(at, &version) &&
-           (!strncmp(version, "2.", 2) ||
-            ibl_json_wrong(at, "glTF 2.0, to which others are converted"));
+    if (!version && json_is_object(json_object_get(g->json.root, "meshes")))
+        version = "1.0";
+    if (version && version[0] == '2')
+        return true;
+    return ibl_gltf_refuse(g,
+                           "%s%s: only glTF 2.0 is read, to which "
+                           "converters make others",
+                           version ? "glTF "
+                                   : "no glTF, since it has no "
+                                     "asset.version",
+                           version ? ibl_quote(version, quoted) : "");
 }
 
-static bool check_extensions(ibl_gltf *g)
+/* Names each extension once that is not read. */
+static void check_extensions(ibl_gltf *g, const char *key, bool needed)
 {
     ibl_json_at array;
-    int count;
+    const int count = ibl_gltf_array(g, key, &array);
+    const json_t *used = json_object_get(g->json.root, "extensionsUsed");
 
-    if (!ibl_gltf_array(g, "extensionsRequired", &array, &count))
-        return false;
     for (int i = 0; i < count; i++) {
-        const ibl_json_at at = ibl_json_element(&array, (size_t)i);
-        const char *name;
-        if (!ibl_json_text_at(at, &name))
-            return false;
-        if (ibl_names_find(known, name) < 0)
-            return ibl_json_complain(at, "%.60s is not read: export it without",
-                                     name);
+        const json_t *item = json_array_get(array.value, (size_t)i);
+        const char *name = json_string_value(item);
+        const char *lost = "what it adds is left out";
+        char quoted[IBL_QUOTE_BYTES];
+        bool told = !name || g->status;
+        for (size_t k = 0; k < (size_t)i && !told; k++)
+            told = json_equal(json_array_get(array.value, k), item);
+        for (size_t k = 0; k < json_array_size(used) && !told && needed; k++)
+            told = !g->strict && json_equal(json_array_get(used, k), item);
+        for (size_t k = 0; k < sizeof extensions / sizeof *extensions && !told;
+             k++)
+            if (!strcmp(name, extensions[k].name)) {
+                lost = extensions[k].lost;
+                told = !lost;
+            }
+        if (told)
+            continue;
+        if (g->strict && needed)
+            ibl_gltf_refuse(g, "it needs %s, which is not read: %s",
+                            ibl_quote(name, quoted), lost);
+        else
+            ibl_warn(g->ctx, "%s: %s is not read: %s", g->path,
+                     ibl_quote(name, quoted), lost);
     }
-    return true;
 }
 
 /* ---- buffers ---------------------------------------------------------- */
 
-static bool read_buffer(ibl_gltf *g, ibl_json_at at, int i)
+static void read_buffer(ibl_gltf *g, ibl_json_at at, int i)
 {
     const ibl_json_at uri = ibl_json_member(&at, "uri");
-    ibl_gltf_bytes *b = &g->buffers[i];
+    ibl_gltf_bytes *b = &g->buffers[i], bytes = {0};
     int size = 0;
 
-    if (!ibl_json_int(ibl_json_member(&at, "byteLength"), 1, INT32_MAX, &size))
-        return false;
+    if (!ibl_json_int(ibl_json_member(&at, "byteLength"), 0, INT32_MAX, &size))
+        return;
     if (uri.value) {
-        if (!read_uri(g, uri, b))
-            return false;
+        if (!read_uri(g, uri, &bytes))
+            return;
     } else if (i == 0 && g->chunk.bytes) {
-        *b = g->chunk;
+        bytes = g->chunk;
+    } else if (json_object_get(at.value, "extensions")) {
+        return; /* what EXT_meshopt_compression has in place of its bytes */
     } else {
-        return ibl_json_wrong(uri, "a URI, since there is no binary chunk");
+        ibl_json_wrong(uri, "a URI, since there is no binary chunk");
+        return;
     }
-    if ((size_t)size > b->size)
-        return ibl_json_complain(ibl_json_member(&at, "byteLength"),
-                                 "damaged: %d bytes, but there are only %zu",
-                                 size, b->size);
-    b->size = (size_t)size;
-    return true;
+    if ((size_t)size > bytes.size) {
+        ibl_json_complain(ibl_json_member(&at, "byteLength"),
+                          "damaged: %d bytes, but there are only %zu", size,
+                          bytes.size);
+        return;
+    }
+    *b = (ibl_gltf_bytes){bytes.bytes, (size_t)size};
 }
 
 bool ibl_gltf_open(ibl_gltf *g)
 {
     ibl_gltf_bytes all, json;
-    ibl_json_at array;
+    ibl_json_at array, views;
 
     if (!read_file(g, g->path, &all) || !find_chunks(g, all, &json) ||
-        !parse(g, json) || !check_version(g) || !check_extensions(g) ||
-        !ibl_gltf_array(g, "buffers", &array, &g->buffer_count))
+        !parse(g, json) || !check_version(g))
         return false;
+    check_extensions(g, "extensionsUsed", false);
+    check_extensions(g, "extensionsRequired", true);
+    g->buffer_count = ibl_gltf_array(g, "buffers", &array);
+    const int count = ibl_gltf_array(g, "bufferViews", &views);
     g->buffers = calloc((size_t)g->buffer_count + 1, sizeof *g->buffers);
-    if (!g->buffers)
+    g->views = calloc((size_t)count + 1, sizeof *g->views);
+    if (!g->buffers || !g->views)
         return ibl_gltf_no_memory(g);
-    for (int i = 0; i < g->buffer_count; i++)
-        if (!read_buffer(g, ibl_json_element(&array, (size_t)i), i))
-            return false;
-    return true;
+    for (int i = 0; i < g->buffer_count && !g->status; i++)
+        read_buffer(g, ibl_json_element(&array, (size_t)i), i);
+    return !g->status;
 }
 
-bool ibl_gltf_view(ibl_gltf *g, ibl_json_at index, ibl_gltf_bytes *view,
-                   int *stride)
+bool ibl_gltf_slice(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *slice)
 {
-    ibl_json_at array;
-    int count, i, buffer, offset = 0, size;
+    int buffer, offset = 0, size;
 
-    if (!ibl_gltf_array(g, "bufferViews", &array, &count) ||
-        !ibl_gltf_index(index, count, &i))
-        return false;
-    const ibl_json_at at = ibl_json_element(&array, (size_t)i);
     if (!ibl_gltf_index(ibl_json_member(&at, "buffer"), g->buffer_count,
                         &buffer) ||
         !ibl_json_int(ibl_json_optional(&at, "byteOffset"), 0, INT32_MAX,
                       &offset) ||
-        !ibl_json_int(ibl_json_member(&at, "byteLength"), 1, INT32_MAX,
-                      &size) ||
-        !ibl_json_int(ibl_json_optional(&at, "byteStride"), 0, 4096, stride))
+        !ibl_json_int(ibl_json_member(&at, "byteLength"), 1, INT32_MAX, &size))
         return false;
     const ibl_gltf_bytes *b = &g->buffers[buffer];
     if ((size_t)offset > b->size || (size_t)size > b->size - (size_t)offset)
@@ -291,44 +365,65 @@ bool ibl_gltf_view(ibl_gltf *g, ibl_json_at index, ibl_gltf_bytes *view,
                                  "damaged: bytes %d to %lld of a buffer "
                                  "of %zu",
                                  offset, (long long)offset + size, b->size);
-    *view = (ibl_gltf_bytes){b->bytes + offset, (size_t)size};
+    *slice = (ibl_gltf_bytes){b->bytes + offset, (size_t)size};
     return true;
+}
+
+bool ibl_gltf_view(ibl_gltf *g, ibl_json_at index, ibl_gltf_bytes *view,
+                   int *stride)
+{
+    ibl_json_at array, packed;
+    const int count = ibl_gltf_array(g, "bufferViews", &array);
+    int i;
+
+    if (!ibl_gltf_index(index, count, &i))
+        return false;
+    const ibl_json_at at = ibl_json_element(&array, (size_t)i);
+    if (!ibl_gltf_extension(at, "EXT_meshopt_compression", &packed))
+        return false;
+    if (packed.value) {
+        if (!ibl_gltf_unpack(g, packed, &g->views[i], stride))
+            return false;
+        *view = g->views[i];
+        return true;
+    }
+    return ibl_json_int(ibl_json_optional(&at, "byteStride"), 0, 4096,
+                        stride) &&
+           ibl_gltf_slice(g, at, view);
 }
 
 /* ---- images ----------------------------------------------------------- */
 
-static bool read_image(ibl_gltf *g, ibl_json_at at, int i)
+static void read_image(ibl_gltf *g, ibl_json_at at, int i)
 {
     const ibl_json_at uri = ibl_json_member(&at, "uri");
     ibl_scene_image *image = &g->scene->images[i];
-    const int files = g->scene->file_count;
-    ibl_gltf_bytes bytes;
+    const char *data = json_string_value(uri.value);
+    ibl_gltf_bytes bytes = {0};
     int stride = 0;
 
     if (uri.value ? !read_uri(g, uri, &bytes)
                   : !ibl_gltf_view(g, ibl_json_member(&at, "bufferView"),
                                    &bytes, &stride))
-        return false;
+        bytes = (ibl_gltf_bytes){0};
     image->encoded = bytes.bytes;
     image->encoded_size = bytes.size;
-    image->name = g->scene->file_count > files
-                      ? strdup(g->scene->files[files])
+    image->name = data && strncasecmp(data, "data:", 5) != 0
+                      ? ibl_format("%s: %s: %.200s", g->path, at.path, data)
                       : ibl_format("%s: %s", g->path, at.path);
-    return image->name || ibl_gltf_no_memory(g);
+    if (!image->name)
+        ibl_gltf_no_memory(g);
 }
 
-bool ibl_gltf_images(ibl_gltf *g)
+void ibl_gltf_images(ibl_gltf *g)
 {
     ibl_scene *s = g->scene;
     ibl_json_at array;
 
-    if (!ibl_gltf_array(g, "images", &array, &s->image_count))
-        return false;
+    s->image_count = ibl_gltf_array(g, "images", &array);
     s->images = calloc((size_t)s->image_count + 1, sizeof *s->images);
     if (!s->images)
-        return ibl_gltf_no_memory(g);
-    for (int i = 0; i < s->image_count; i++)
-        if (!read_image(g, ibl_json_element(&array, (size_t)i), i))
-            return false;
-    return true;
+        ibl_gltf_no_memory(g);
+    for (int i = 0; i < s->image_count && !g->status; i++)
+        read_image(g, ibl_json_element(&array, (size_t)i), i);
 }

@@ -8,6 +8,8 @@
 
 #define AT(field) offsetof(ibl_scene_material, field)
 
+#define GLOSSY "KHR_materials_pbrSpecularGlossiness"
+
 enum {
     REPEAT = 10497 /* OpenGL's number */
 };
@@ -40,6 +42,9 @@ static const struct {
     {"KHR_materials_anisotropy", "anisotropyStrength", AT(anisotropy), 1, 0, 1},
     {"KHR_materials_transmission", "transmissionFactor", AT(transmission), 1, 0,
      1},
+    {GLOSSY, "diffuseFactor", AT(base_colour), 4, 0, 1},
+    {GLOSSY, "specularFactor", AT(specular_colour), 3, 0, 1},
+    {GLOSSY, "glossinessFactor", AT(roughness), 1, 0, 1}, /* till it is read */
 };
 
 static const struct {
@@ -65,31 +70,23 @@ static const struct {
      AT(sheen_roughness_texture)},
     {"KHR_materials_transmission", "transmissionTexture",
      AT(transmission_texture)},
+    {GLOSSY, "diffuseTexture", AT(base_colour_texture)},
+    {GLOSSY, "specularGlossinessTexture", AT(specular_colour_texture)},
+    {GLOSSY, "specularGlossinessTexture", AT(metallic_roughness_texture)},
 };
 
-/* A member that is absent or an object. */
-static bool object_in(ibl_json_at at, const char *key, ibl_json_at *object)
-{
-    *object = ibl_json_optional(&at, key);
-    return !object->value || json_is_object(object->value) ||
-           ibl_json_wrong(*object, "an object");
-}
-
-static bool extension_in(ibl_json_at at, const char *name, ibl_json_at *object)
-{
-    ibl_json_at all;
-
-    return object_in(at, "extensions", &all) && object_in(all, name, object);
-}
-
-/* The object of a table's row: "" is the material itself. */
-static bool part_of(ibl_json_at at, const char *in, ibl_json_at *object)
+/* The object of a table's row: "" is the material itself. False: it does not
+ * count, or is wrong. One with specular and glossiness has no other of them. */
+static bool part_of(ibl_json_at at, const char *in, bool glossy,
+                    ibl_json_at *object)
 {
     *object = at;
     if (!*in)
         return true;
-    return strncmp(in, "KHR_", 4) ? object_in(at, in, object)
-                                  : extension_in(at, in, object);
+    if (glossy && !strcmp(in, "pbrMetallicRoughness"))
+        return false;
+    return strncmp(in, "KHR_", 4) ? ibl_gltf_object(at, in, object)
+                                  : ibl_gltf_extension(at, in, object);
 }
 
 /* ---- textures --------------------------------------------------------- */
@@ -97,10 +94,10 @@ static bool part_of(ibl_json_at at, const char *in, ibl_json_at *object)
 static bool read_sampler(ibl_gltf *g, ibl_json_at index, ibl_scene_texture *t)
 {
     ibl_json_at array;
-    int count, i;
+    const int count = ibl_gltf_array(g, "samplers", &array);
+    int i;
 
-    if (!ibl_gltf_array(g, "samplers", &array, &count) ||
-        !ibl_gltf_index(index, count, &i))
+    if (!ibl_gltf_index(index, count, &i))
         return false;
     if (i < 0)
         return true;
@@ -115,37 +112,88 @@ static bool read_sampler(ibl_gltf *g, ibl_json_at index, ibl_scene_texture *t)
                         &t->filter_mag);
 }
 
-static bool read_transform(ibl_json_at at, ibl_scene_texture *t)
+/* *set: the file's number of the texture coordinates. */
+static bool read_transform(ibl_json_at at, ibl_scene_texture *t, int *set)
 {
+    double offset[2] = {0}, scale[2] = {1, 1}, rotation = 0;
     ibl_json_at k;
 
-    return extension_in(at, "KHR_texture_transform", &k) &&
-           (!k.value || (ibl_gltf_reals(ibl_json_optional(&k, "offset"), 2,
-                                        -1e30, 1e30, t->offset) &&
-                         ibl_gltf_reals(ibl_json_optional(&k, "scale"), 2,
-                                        -1e30, 1e30, t->scale) &&
-                         ibl_gltf_reals(ibl_json_optional(&k, "rotation"), 1,
-                                        -1e30, 1e30, &t->rotation) &&
-                         ibl_json_int(ibl_json_optional(&k, "texCoord"), 0,
-                                      INT32_MAX, &t->texcoord)));
+    if (!ibl_gltf_extension(at, "KHR_texture_transform", &k))
+        return false;
+    if (!k.value)
+        return true;
+    if (!ibl_gltf_reals(ibl_json_optional(&k, "offset"), 2, -1e30, 1e30,
+                        offset) ||
+        !ibl_gltf_reals(ibl_json_optional(&k, "scale"), 2, -1e30, 1e30,
+                        scale) ||
+        !ibl_gltf_reals(ibl_json_optional(&k, "rotation"), 1, -1e30, 1e30,
+                        &rotation) ||
+        !ibl_json_int(ibl_json_optional(&k, "texCoord"), 0, INT32_MAX, set))
+        return false;
+    for (int i = 0; i < 2; i++) {
+        t->offset[i] = (float)offset[i];
+        t->scale[i] = (float)scale[i];
+    }
+    t->rotation = (float)rotation;
+    return true;
 }
 
-static bool read_texture(ibl_gltf *g, ibl_json_at at, ibl_scene_texture *t)
+/* The image of a texture, by an extension or its source. Of WebP the source is
+ * taken where there is no decoder; else in place of what is not read. */
+static bool read_source(ibl_gltf *g, ibl_json_at at, int *image)
+{
+    static const char *const names[] = {"EXT_texture_webp", "EXT_texture_avif",
+                                        "KHR_texture_basisu",
+                                        "MSFT_texture_dds"};
+    const int count = g->scene->image_count;
+    ibl_json_at in;
+    const char *why;
+
+    if (!ibl_gltf_index(ibl_json_optional(&at, "source"), count, image))
+        return false;
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        if (!ibl_gltf_extension(at, names[i], &in))
+            return false;
+        if (!in.value || (*image >= 0 &&
+                          (i || !ibl_scene_decoders_for(IBL_SCENE_WEBP, &why))))
+            continue;
+        if (!ibl_gltf_index(ibl_json_member(&in, "source"), count, image))
+            return false;
+        break;
+    }
+    if (*image >= 0 && !g->scene->images[*image].encoded)
+        *image = -1; /* a warning said so */
+    return true;
+}
+
+static bool read_texture(ibl_gltf *g, ibl_json_at at, ibl_scene_material *m,
+                         ibl_scene_texture *t)
 {
     ibl_json_at array;
-    int count, i;
+    const int count = ibl_gltf_array(g, "textures", &array);
+    int i, set = 0, slot = 0;
 
     if (!at.value)
         return true;
-    if (!ibl_gltf_array(g, "textures", &array, &count) ||
-        !ibl_gltf_index(ibl_json_member(&at, "index"), count, &i) ||
-        !ibl_json_int(ibl_json_optional(&at, "texCoord"), 0, 1, &t->texcoord) ||
-        !read_transform(at, t))
+    if (!ibl_gltf_index(ibl_json_member(&at, "index"), count, &i) ||
+        !ibl_json_int(ibl_json_optional(&at, "texCoord"), 0, INT32_MAX, &set) ||
+        !read_transform(at, t, &set))
         return false;
+    while (slot < IBL_SCENE_TEXCOORDS && m->sets[slot] >= 0 &&
+           m->sets[slot] != set)
+        slot++;
+    if (slot == IBL_SCENE_TEXCOORDS)
+        return ibl_json_complain(at,
+                                 "its material uses over %d sets of texture "
+                                 "coordinates",
+                                 IBL_SCENE_TEXCOORDS);
     const ibl_json_at texture = ibl_json_element(&array, (size_t)i);
-    return read_sampler(g, ibl_json_optional(&texture, "sampler"), t) &&
-           ibl_gltf_index(ibl_json_optional(&texture, "source"),
-                          g->scene->image_count, &t->image);
+    if (!read_sampler(g, ibl_json_optional(&texture, "sampler"), t) ||
+        !read_source(g, texture, &t->image))
+        return false;
+    m->sets[slot] = set;
+    t->texcoord = slot;
+    return true;
 }
 
 /* ---- materials -------------------------------------------------------- */
@@ -171,88 +219,102 @@ static bool set_default(ibl_gltf *g, ibl_scene_material *m, const char *name)
                               .specular = 1,
                               .specular_colour = {1, 1, 1},
                               .clearcoat_normal_scale = 1};
+    for (int i = 1; i < IBL_SCENE_TEXCOORDS; i++)
+        m->sets[i] = -1;
     for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
         *texture_at(m, (int)i) = no_texture;
     return m->name || ibl_gltf_no_memory(g);
 }
 
-static bool read_factors(ibl_json_at at, ibl_scene_material *m)
+static void read_factors(ibl_json_at at, ibl_scene_material *m)
 {
     for (size_t i = 0; i < sizeof factors / sizeof *factors; i++) {
         float *to = (float *)(void *)((char *)m + factors[i].at);
+        const int count = factors[i].count;
         ibl_json_at in;
-        if (!part_of(at, factors[i].in, &in) ||
-            !ibl_gltf_reals(ibl_json_optional(&in, factors[i].key),
-                            factors[i].count, factors[i].low, factors[i].high,
-                            to))
-            return false;
+        double x[4];
+        if (!part_of(at, factors[i].in, m->glossy, &in) ||
+            !json_object_get(in.value, factors[i].key) ||
+            !ibl_gltf_reals(ibl_json_member(&in, factors[i].key), count,
+                            factors[i].low, factors[i].high, x))
+            continue;
+        for (int k = 0; k < count; k++)
+            to[k] = (float)x[k];
     }
-    return true;
 }
 
-static bool read_textures(ibl_gltf *g, ibl_json_at at, ibl_scene_material *m)
+static void read_textures(ibl_gltf *g, ibl_json_at at, ibl_scene_material *m)
 {
     for (size_t i = 0; i < sizeof textures / sizeof *textures; i++) {
+        ibl_scene_texture *t = texture_at(m, (int)i);
         ibl_json_at in, texture;
-        if (!part_of(at, textures[i].in, &in) ||
-            !object_in(in, textures[i].key, &texture) ||
-            !read_texture(g, texture, texture_at(m, (int)i)))
-            return false;
+        if (part_of(at, textures[i].in, m->glossy, &in) &&
+            (!ibl_gltf_object(in, textures[i].key, &texture) ||
+             !read_texture(g, texture, m, t)))
+            *t = no_texture;
     }
-    return true;
 }
 
-static bool read_switches(ibl_json_at at, ibl_scene_material *m)
+static void read_switches(ibl_json_at at, ibl_scene_material *m)
 {
     static const char *const modes[] = {"OPAQUE", "MASK", "BLEND", NULL};
     ibl_json_at unlit, strength;
-    float times = 1;
+    double times = 1;
 
-    if (!ibl_json_choice(ibl_json_optional(&at, "alphaMode"), modes,
-                         &m->alpha_mode) ||
-        !extension_in(at, "KHR_materials_unlit", &unlit) ||
-        !extension_in(at, "KHR_materials_emissive_strength", &strength) ||
-        !ibl_gltf_reals(ibl_json_optional(&strength, "emissiveStrength"), 1, 0,
-                        1e30, &times))
-        return false;
-    m->unlit = unlit.value;
+    ibl_json_choice(ibl_json_optional(&at, "alphaMode"), modes, &m->alpha_mode);
+    if (ibl_gltf_extension(at, "KHR_materials_unlit", &unlit))
+        m->unlit = unlit.value;
+    if (ibl_gltf_extension(at, "KHR_materials_emissive_strength", &strength))
+        ibl_gltf_reals(ibl_json_optional(&strength, "emissiveStrength"), 1, 0,
+                       1e30, &times);
     m->double_sided = json_is_true(json_object_get(at.value, "doubleSided"));
     for (int k = 0; k < 3; k++)
-        m->emissive[k] *= times;
-    return true;
+        m->emissive[k] = (float)(m->emissive[k] * times);
+    if (m->glossy) {
+        m->roughness = 1 - m->roughness;
+        m->metallic = m->ior = 0;
+    }
 }
 
-static bool read_material(ibl_gltf *g, ibl_json_at at)
+static void read_material(ibl_gltf *g, ibl_json_at at)
 {
     ibl_scene *s = g->scene;
     ibl_scene_material *m = &s->materials[s->material_count];
+    ibl_json_at glossy;
 
-    if (!json_is_object(at.value))
-        return ibl_json_wrong(at, "an object");
     if (!set_default(g, m,
                      json_string_value(json_object_get(at.value, "name"))))
-        return false;
+        return;
     s->material_count++;
-    return read_factors(at, m) && read_textures(g, at, m) &&
-           read_switches(at, m);
+    if (!json_is_object(at.value)) {
+        ibl_json_wrong(at, "an object");
+        return;
+    }
+    m->glossy = ibl_gltf_extension(at, GLOSSY, &glossy) && glossy.value;
+    read_factors(at, m);
+    read_textures(g, at, m);
+    read_switches(at, m);
 }
 
-bool ibl_gltf_materials(ibl_gltf *g)
+void ibl_gltf_materials(ibl_gltf *g)
 {
     ibl_scene *s = g->scene;
     ibl_json_at array;
-    int count;
+    const int count = ibl_gltf_array(g, "materials", &array);
 
-    if (!ibl_gltf_array(g, "materials", &array, &count))
-        return false;
     s->materials = calloc((size_t)count + 1, sizeof *s->materials);
     if (!s->materials)
-        return ibl_gltf_no_memory(g);
-    for (int i = 0; i < count; i++)
-        if (!read_material(g, ibl_json_element(&array, (size_t)i)))
-            return false;
-    if (!set_default(g, &s->materials[count], NULL))
-        return false;
-    s->material_count++;
-    return true;
+        ibl_gltf_no_memory(g);
+    for (int i = 0; i < count && !g->status; i++)
+        read_material(g, ibl_json_element(&array, (size_t)i));
+    if (!g->status && set_default(g, &s->materials[count], NULL))
+        s->material_count++;
+}
+
+void ibl_scene_forget(ibl_scene *s, int image)
+{
+    for (int i = 0; i < s->material_count; i++)
+        for (size_t k = 0; k < sizeof textures / sizeof *textures; k++)
+            if (texture_at(&s->materials[i], (int)k)->image == image)
+                texture_at(&s->materials[i], (int)k)->image = -1;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Meshes of glTF, section 3.7.2, as lists of triangles. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,7 +14,8 @@ typedef enum mode {
     FAN
 } mode;
 
-/* The attributes of a vertex, with what a file must have at least. */
+/* The attributes of a vertex, with what a file must have at least. The number
+ * of a set of texture coordinates is the material's. */
 static const struct {
     const char *name;
     size_t at;
@@ -22,13 +24,21 @@ static const struct {
     {"POSITION", offsetof(ibl_scene_primitive, position), 3, 3},
     {"NORMAL", offsetof(ibl_scene_primitive, normal), 3, 3},
     {"TANGENT", offsetof(ibl_scene_primitive, tangent), 4, 4},
-    {"TEXCOORD_0", offsetof(ibl_scene_primitive, texcoord[0]), 2, 2},
-    {"TEXCOORD_1", offsetof(ibl_scene_primitive, texcoord[1]), 2, 2},
     {"COLOR_0", offsetof(ibl_scene_primitive, colour), 3, 4},
+    {"JOINTS_0", offsetof(ibl_scene_primitive, joints[0]), 4, 4},
+    {"JOINTS_1", offsetof(ibl_scene_primitive, joints[1]), 4, 4},
+    {"WEIGHTS_0", offsetof(ibl_scene_primitive, weights[0]), 4, 4},
+    {"WEIGHTS_1", offsetof(ibl_scene_primitive, weights[1]), 4, 4},
+    {"TEXCOORD_%d", offsetof(ibl_scene_primitive, texcoord[0]), 2, 2},
+    {"TEXCOORD_%d", offsetof(ibl_scene_primitive, texcoord[1]), 2, 2},
+    {"TEXCOORD_%d", offsetof(ibl_scene_primitive, texcoord[2]), 2, 2},
+    {"TEXCOORD_%d", offsetof(ibl_scene_primitive, texcoord[3]), 2, 2},
 };
 
 enum {
-    ATTRIBUTES = sizeof attributes / sizeof *attributes
+    ATTRIBUTES = sizeof attributes / sizeof *attributes,
+    JOINTS = 4,    /* the first that skins need */
+    TEXCOORDS = 8, /* the first set */
 };
 
 static float **field(ibl_scene_primitive *p, int i)
@@ -36,41 +46,89 @@ static float **field(ibl_scene_primitive *p, int i)
     return (float **)(void *)((char *)p + attributes[i].at);
 }
 
-static bool read_attributes(ibl_gltf *g, ibl_json_at at, ibl_scene_primitive *p)
+/* Reads an attribute from its accessor, or from what was packed. */
+static bool read_attribute(ibl_gltf *g, ibl_json_at index, ibl_json_at id,
+                           const ibl_draco *packed, int i,
+                           ibl_scene_primitive *p)
 {
-    for (int i = 0; i < ATTRIBUTES; i++) {
-        const ibl_json_at index = ibl_json_member(&at, attributes[i].name);
-        uint32_t count = p->vertex_count;
-        if (!index.value)
-            continue;
-        if (!ibl_gltf_floats(g, index, attributes[i].least, attributes[i].most,
-                             field(p, i), &count))
+    float **to = field(p, i);
+    const int most = attributes[i].most;
+    uint32_t count = p->vertex_count;
+    const char *why;
+
+    if (!id.value) {
+        if (!ibl_gltf_floats(g, index, attributes[i].least, most, to, &count))
             return false;
-        if (i > 0 && count != p->vertex_count)
-            return ibl_json_complain(index,
-                                     "damaged: %u elements for %u vertices",
-                                     count, p->vertex_count);
-        p->vertex_count = count;
+    } else if (ibl_gltf_count(g, id, (uint64_t)count * (unsigned)most)) {
+        int number = -1;
+        *to = ibl_alloc_array((size_t)count * (size_t)most + 1, sizeof **to);
+        if (!*to)
+            return ibl_gltf_no_memory(g);
+        if (!ibl_json_int(id, 0, INT32_MAX, &number))
+            return false;
+        if (!ibl_scene_decoders_for(IBL_SCENE_DRACO, &why)
+                 ->draco_floats(packed, number, ibl_gltf_unit(g, index), most,
+                                *to))
+            return ibl_json_complain(id, "damaged: Draco has no such numbers");
+    } else {
+        return false;
+    }
+    if (i > 0)
+        ibl_gltf_mend(g, *to, (size_t)count * (size_t)most);
+    if ((i > 0 || packed) && count != p->vertex_count)
+        return ibl_json_complain(index, "damaged: %u elements for %u vertices",
+                                 count, p->vertex_count);
+    p->vertex_count = count;
+    return true;
+}
+
+/* An attribute that is wrong is left out, but for positions. */
+static bool read_attributes(ibl_gltf *g, ibl_json_at at, ibl_json_at ids,
+                            const ibl_draco *packed, ibl_scene_primitive *p)
+{
+    const ibl_scene_material *m = &g->scene->materials[p->material];
+    const bool skins = json_array_size(json_object_get(g->json.root, "skins"));
+
+    for (int i = 0; i < ATTRIBUTES; i++) {
+        const int set = i < TEXCOORDS ? 0 : m->sets[i - TEXCOORDS];
+        char name[32];
+        snprintf(name, sizeof name, attributes[i].name, set);
+        const ibl_json_at index = ibl_json_member(&at, name);
+        if (!index.value || set < 0 || (i >= JOINTS && i < TEXCOORDS && !skins))
+            continue;
+        if (read_attribute(g, index, ibl_json_member(&ids, name), packed, i, p))
+            continue;
+        ibl_free(*field(p, i));
+        *field(p, i) = NULL;
+        if (!i || g->status)
+            return false;
     }
     return true;
 }
 
 /* The indices as the file has them, or all vertices in order. */
-static bool read_indices(ibl_gltf *g, ibl_json_at at, ibl_scene_primitive *p)
+static bool read_indices(ibl_gltf *g, ibl_json_at at, const ibl_draco *packed,
+                         ibl_scene_primitive *p)
 {
     const ibl_json_at index = ibl_json_member(&at, "indices");
+    const char *why;
 
-    if (!index.value) {
-        p->index = ibl_alloc_array(p->vertex_count, sizeof *p->index);
+    if (!packed && index.value) {
+        if (!ibl_gltf_indices(g, index, &p->index, &p->index_count))
+            return false;
+    } else {
+        if (!packed)
+            p->index_count = p->vertex_count;
+        p->index =
+            ibl_alloc_array((size_t)p->index_count + 1, sizeof *p->index);
         if (!p->index)
             return ibl_gltf_no_memory(g);
-        for (uint32_t i = 0; i < p->vertex_count; i++)
+        for (uint32_t i = 0; i < p->index_count && !packed; i++)
             p->index[i] = i;
-        p->index_count = p->vertex_count;
-        return true;
+        if (packed)
+            ibl_scene_decoders_for(IBL_SCENE_DRACO, &why)
+                ->draco_indices(packed, p->index);
     }
-    if (!ibl_gltf_indices(g, index, &p->index, &p->index_count))
-        return false;
     for (uint32_t i = 0; i < p->index_count; i++)
         if (p->index[i] >= p->vertex_count)
             return ibl_json_complain(index,
@@ -78,6 +136,40 @@ static bool read_indices(ibl_gltf *g, ibl_json_at at, ibl_scene_primitive *p)
                                      "with 0",
                                      p->index[i], p->vertex_count);
     return true;
+}
+
+/* Reads what a primitive has, packed or not. Where the first cannot be had, the
+ * accessors may have bytes of their own. */
+static bool read_arrays(ibl_gltf *g, ibl_json_at at, ibl_scene_primitive *p)
+{
+    const ibl_json_at list = ibl_json_member(&at, "attributes");
+    ibl_json_at extension, ids;
+    ibl_draco *packed = NULL;
+    const char *why;
+
+    if (!ibl_gltf_extension(at, "KHR_draco_mesh_compression", &extension) ||
+        !ibl_gltf_object(extension, "attributes", &ids))
+        return false;
+    if (extension.value &&
+        !ibl_gltf_draco(g, extension, &packed, &p->vertex_count,
+                        &p->index_count) &&
+        g->status)
+        return false;
+    if (!packed)
+        ids.value = NULL;
+    if (extension.value && !packed) {
+        ibl_json_at all;
+        int i = -1, count = ibl_gltf_array(g, "accessors", &all);
+        if (!ibl_gltf_index(ibl_json_member(&list, "POSITION"), count, &i) ||
+            !json_object_get(json_array_get(all.value, (size_t)i),
+                             "bufferView"))
+            return false;
+    }
+    const bool ok = read_attributes(g, list, ids, packed, p) &&
+                    read_indices(g, at, packed, p);
+    if (packed)
+        ibl_scene_decoders_for(IBL_SCENE_DRACO, &why)->draco_free(packed);
+    return ok;
 }
 
 /* Makes triangles of strips and fans: figure of section 3.7.2.1. */
@@ -89,7 +181,7 @@ static bool unroll(ibl_gltf *g, mode m, ibl_scene_primitive *p)
         p->index_count -= p->index_count % 3;
         return true;
     }
-    uint32_t *all = ibl_alloc_array(3 * (size_t)count, sizeof *all);
+    uint32_t *all = ibl_alloc_array(3 * (size_t)count + 1, sizeof *all);
     if (!all)
         return ibl_gltf_no_memory(g);
     for (uint32_t i = 0; i < count; i++) {
@@ -163,64 +255,89 @@ static bool flatten(ibl_gltf *g, ibl_scene_primitive *p)
 
 /* ---- the calls -------------------------------------------------------- */
 
-static bool read_primitive(ibl_gltf *g, ibl_json_at at)
+static bool is_somewhere(const float p[3])
+{
+    return isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]);
+}
+
+bool ibl_gltf_drop_nowhere(ibl_gltf *g, ibl_scene_primitive *p)
+{
+    uint32_t kept = 0;
+
+    for (uint32_t i = 0; i < p->index_count; i += 3) {
+        const uint32_t *v = p->index + i;
+        if (!is_somewhere(p->position + 3 * (size_t)v[0]) ||
+            !is_somewhere(p->position + 3 * (size_t)v[1]) ||
+            !is_somewhere(p->position + 3 * (size_t)v[2]))
+            continue;
+        memmove(p->index + kept, v, 3 * sizeof *v);
+        kept += 3;
+    }
+    p->index_count = kept;
+    /* No triangle has them: they stand where another does. */
+    for (size_t i = 0; i < p->vertex_count && kept; i++)
+        if (!is_somewhere(p->position + 3 * i)) {
+            memcpy(p->position + 3 * i, p->position + 3 * (size_t)p->index[0],
+                   3 * sizeof(float));
+            g->mended++;
+        }
+    return kept;
+}
+
+static void read_primitive(ibl_gltf *g, ibl_json_at at)
 {
     ibl_scene *s = g->scene;
     const ibl_json_at list = ibl_json_member(&at, "attributes");
     int m = TRIANGLES, material;
 
     if (!ibl_json_int(ibl_json_optional(&at, "mode"), 0, FAN, &m))
-        return false;
-    if (!json_is_object(list.value))
-        return ibl_json_wrong(list, "an object");
+        return;
+    if (!json_is_object(list.value)) {
+        ibl_json_wrong(list, "an object");
+        return;
+    }
     if (m < TRIANGLES || !json_object_get(list.value, "POSITION")) {
         g->left_out++;
-        return true;
+        return;
     }
     if (!ibl_gltf_index(ibl_json_optional(&at, "material"),
                         s->material_count - 1, &material))
-        return false;
-    ibl_scene_primitive *p = &s->primitives[s->primitive_count++];
+        material = -1;
+    ibl_scene_primitive *p = &s->primitives[s->primitive_count];
     *p = (ibl_scene_primitive){.material = material < 0 ? s->material_count - 1
                                                         : material};
-    return read_attributes(g, list, p) && read_indices(g, at, p) &&
-           unroll(g, (mode)m, p) && (p->normal || flatten(g, p));
+    if (read_arrays(g, at, p) && unroll(g, (mode)m, p) &&
+        ibl_gltf_drop_nowhere(g, p) && (p->normal || flatten(g, p)))
+        s->primitive_count++;
+    else
+        ibl_scene_primitive_free(p);
 }
 
-static bool read_mesh(ibl_gltf *g, ibl_json_at at)
+void ibl_gltf_meshes(ibl_gltf *g)
 {
     ibl_scene *s = g->scene;
-    const ibl_json_at list = ibl_json_member(&at, "primitives");
-
-    if (!ibl_json_array(list, 1, INT32_MAX))
-        return false;
-    const size_t count = json_array_size(list.value);
-    ibl_scene_primitive *all = realloc(
-        s->primitives, ((size_t)s->primitive_count + count) * sizeof *all);
-    if (!all)
-        return ibl_gltf_no_memory(g);
-    s->primitives = all;
-    for (size_t i = 0; i < count; i++)
-        if (!read_primitive(g, ibl_json_element(&list, i)))
-            return false;
-    return true;
-}
-
-bool ibl_gltf_meshes(ibl_gltf *g)
-{
-    const ibl_scene *s = g->scene;
     ibl_json_at meshes;
 
-    if (!ibl_gltf_array(g, "meshes", &meshes, &g->mesh_count))
-        return false;
-    g->mesh_first = malloc(((size_t)g->mesh_count + 1) * sizeof(int));
+    g->mesh_count = ibl_gltf_array(g, "meshes", &meshes);
+    g->mesh_first = calloc((size_t)g->mesh_count + 1, sizeof(int));
     if (!g->mesh_first)
-        return ibl_gltf_no_memory(g);
-    for (int i = 0; i < g->mesh_count; i++) {
-        g->mesh_first[i] = s->primitive_count;
-        if (!read_mesh(g, ibl_json_element(&meshes, (size_t)i)))
-            return false;
+        ibl_gltf_no_memory(g);
+    for (int i = 0; i < g->mesh_count && !g->status; i++) {
+        const ibl_json_at mesh = ibl_json_element(&meshes, (size_t)i);
+        const ibl_json_at list = ibl_json_member(&mesh, "primitives");
+        const size_t count = ibl_json_array(list, 0, INT32_MAX)
+                                 ? json_array_size(list.value)
+                                 : 0;
+        ibl_scene_primitive *all =
+            realloc(s->primitives,
+                    ((size_t)s->primitive_count + count + 1) * sizeof *all);
+        if (!all) {
+            ibl_gltf_no_memory(g);
+            return;
+        }
+        s->primitives = all;
+        for (size_t k = 0; k < count && !g->status; k++)
+            read_primitive(g, ibl_json_element(&list, k));
+        g->mesh_first[i + 1] = s->primitive_count;
     }
-    g->mesh_first[g->mesh_count] = s->primitive_count;
-    return true;
 }

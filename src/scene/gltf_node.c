@@ -4,14 +4,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/alloc.h"
 #include "scene/gltf_reader.h"
 
-/* A node of the scene; its matrix is stored by columns. */
+/* A node of the scene. */
 typedef struct placed {
     int node;
     int mesh; /* -1: none */
-    double to_world[16];
+    bool hidden;
 } placed;
+
+static const double unit[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
 
 /* The nodes that were found, each once; their children follow. */
 typedef struct nodes {
@@ -21,6 +24,7 @@ typedef struct nodes {
     placed *list;
     int count;
     bool *seen;
+    double (*world)[16]; /* of each node of the file, by columns */
 } nodes;
 
 static void multiply(const double a[16], const double b[16], double out[16])
@@ -33,11 +37,11 @@ static void multiply(const double a[16], const double b[16], double out[16])
 }
 
 /* Rotation by the quaternion q, with scale and translation. */
-static void compose(const float t[3], const float q[4], const float s[3],
+static void compose(const double t[3], const double q[4], const double s[3],
                     double m[16])
 {
-    const double x = (double)q[0], y = (double)q[1], z = (double)q[2];
-    const double w = (double)q[3], n = x * x + y * y + z * z + w * w;
+    const double x = q[0], y = q[1], z = q[2], w = q[3];
+    const double n = x * x + y * y + z * z + w * w;
     const double k = n > 0 ? 2 / n : 0;
     const double columns[3][3] = {
         {1 - k * (y * y + z * z), k * (x * y + z * w), k * (x * z - y * w)},
@@ -46,8 +50,8 @@ static void compose(const float t[3], const float q[4], const float s[3],
 
     for (int c = 0; c < 3; c++)
         for (int r = 0; r < 3; r++) {
-            m[4 * c + r] = columns[c][r] * (double)s[c];
-            m[12 + c] = (double)t[c];
+            m[4 * c + r] = columns[c][r] * s[c];
+            m[12 + c] = t[c];
         }
     m[3] = m[7] = m[11] = 0;
     m[15] = 1;
@@ -55,16 +59,11 @@ static void compose(const float t[3], const float q[4], const float s[3],
 
 static bool read_local(ibl_json_at at, double m[16])
 {
-    float t[3] = {0}, q[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1}, all[16];
+    double t[3] = {0}, q[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1};
     const ibl_json_at matrix = ibl_json_member(&at, "matrix");
 
-    if (matrix.value) {
-        if (!ibl_gltf_reals(matrix, 16, -1e30, 1e30, all))
-            return false;
-        for (int i = 0; i < 16; i++)
-            m[i] = (double)all[i];
-        return true;
-    }
+    if (matrix.value)
+        return ibl_gltf_reals(matrix, 16, -1e30, 1e30, m);
     if (!ibl_gltf_reals(ibl_json_optional(&at, "translation"), 3, -1e30, 1e30,
                         t) ||
         !ibl_gltf_reals(ibl_json_optional(&at, "rotation"), 4, -1, 1, q) ||
@@ -75,64 +74,67 @@ static bool read_local(ibl_json_at at, double m[16])
 }
 
 /* Adds a node below a parent, whose matrix is above. */
-static bool add_node(nodes *n, ibl_json_at index, const double above[16])
+static void add_node(nodes *n, ibl_json_at index, const double above[16],
+                     bool hidden)
 {
     double local[16];
+    ibl_json_at visibility;
     int i;
 
     if (!ibl_gltf_index(index, n->total, &i))
-        return false;
-    if (n->seen[i])
-        return ibl_json_complain(index, "damaged: node %d is in two places", i);
+        return;
+    if (n->seen[i]) {
+        ibl_json_complain(index, "damaged: node %d is in two places", i);
+        return;
+    }
     n->seen[i] = true;
     const ibl_json_at at = ibl_json_element(&n->array, (size_t)i);
-    placed *p = &n->list[n->count++];
-    p->node = i;
+    placed *p = &n->list[n->count];
+    *p = (placed){.node = i, .hidden = hidden};
+    if (!read_local(at, local))
+        return;
     if (!ibl_gltf_index(ibl_json_optional(&at, "mesh"), n->g->mesh_count,
-                        &p->mesh) ||
-        !read_local(at, local))
-        return false;
-    multiply(above, local, p->to_world);
-    return true;
+                        &p->mesh))
+        p->mesh = -1;
+    if (ibl_gltf_extension(at, "KHR_node_visibility", &visibility) &&
+        json_is_false(json_object_get(visibility.value, "visible")))
+        p->hidden = true;
+    multiply(above, local, n->world[i]);
+    n->count++;
 }
 
-static bool add_all(nodes *n, ibl_json_at list, const double above[16])
+static void add_all(nodes *n, ibl_json_at list, const double above[16],
+                    bool hidden)
 {
-    bool ok = !list.value || ibl_json_array(list, 0, INT32_MAX);
-
-    for (size_t i = 0; i < json_array_size(list.value) && ok; i++)
-        ok = add_node(n, ibl_json_element(&list, i), above);
-    return ok;
+    if (!list.value || !ibl_json_array(list, 0, INT32_MAX))
+        return;
+    for (size_t i = 0; i < json_array_size(list.value); i++)
+        add_node(n, ibl_json_element(&list, i), above, hidden);
 }
 
 /* Finds all nodes of the default scene, or of the first. */
 static bool find_nodes(nodes *n)
 {
-    static const double unit[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
     ibl_json_at scenes;
-    int count, scene;
+    const int count = ibl_gltf_array(n->g, "scenes", &scenes);
+    int scene;
 
-    if (!ibl_gltf_array(n->g, "scenes", &scenes, &count))
-        return false;
     if (!count)
-        return true;
+        return ibl_gltf_refuse(n->g, "it has no scenes, so that nothing is "
+                                     "shown, as glTF allows: export it with "
+                                     "one");
     if (!ibl_gltf_index(ibl_json_optional(&n->g->root, "scene"), count, &scene))
-        return false;
+        scene = 0;
     const ibl_json_at at =
         ibl_json_element(&scenes, scene < 0 ? 0 : (size_t)scene);
-    if (!add_all(n, ibl_json_member(&at, "nodes"), unit))
-        return false;
+    add_all(n, ibl_json_member(&at, "nodes"), unit, false);
     for (int i = 0; i < n->count; i++) {
-        const ibl_json_at node =
-            ibl_json_element(&n->array, (size_t)n->list[i].node);
-        if (!add_all(n, ibl_json_member(&node, "children"),
-                     n->list[i].to_world))
-            return false;
-        /* A skin moves its mesh in place of the node. */
-        if (json_object_get(node.value, "skin"))
-            memcpy(n->list[i].to_world, unit, sizeof unit);
+        const placed p = n->list[i];
+        const ibl_json_at node = ibl_json_element(&n->array, (size_t)p.node);
+        add_all(n, ibl_json_member(&node, "children"), n->world[p.node],
+                p.hidden);
     }
-    return true;
+    return !n->g->status;
 }
 
 /* ---- draws ------------------------------------------------------------ */
@@ -143,9 +145,9 @@ static void widen(ibl_scene *s, const ibl_scene_draw *d, bool first)
 
     for (size_t v = 0; v < p->vertex_count; v++) {
         for (int k = 0; k < 3; k++) {
-            double x = (double)d->to_world[12 + k];
+            double x = d->to_world[12 + k];
             for (int c = 0; c < 3; c++)
-                x += (double)d->to_world[4 * c + k] *
+                x += d->to_world[4 * c + k] *
                      (double)p->position[3 * v + (size_t)c];
             s->bounds[0][k] = first ? x : fmin(x, s->bounds[0][k]);
             s->bounds[1][k] = first ? x : fmax(x, s->bounds[1][k]);
@@ -154,55 +156,148 @@ static void widen(ibl_scene *s, const ibl_scene_draw *d, bool first)
     }
 }
 
-static void add_draws(nodes *n, const placed *p)
+/* Draws primitives first to end at a place. */
+static bool add_draws(ibl_gltf *g, int first, int end, const double world[16])
 {
-    ibl_scene *s = n->g->scene;
+    ibl_scene *s = g->scene;
 
-    for (int i = n->g->mesh_first[p->mesh]; i < n->g->mesh_first[p->mesh + 1];
-         i++) {
+    for (int i = first; i < end; i++) {
+        const ibl_scene_primitive *p = &s->primitives[i];
+        g->drawn += (uint64_t)p->vertex_count + p->index_count;
+        if (s->draw_count == IBL_SCENE_DRAWS || g->drawn > IBL_SCENE_VALUES)
+            return ibl_gltf_refuse(g,
+                                   "over %d parts, or %d million vertices in "
+                                   "all of them: simplify it",
+                                   IBL_SCENE_DRAWS, IBL_SCENE_VALUES / 1000000);
+        if (!(s->draw_count & (s->draw_count - 1))) {
+            ibl_scene_draw *more = realloc(
+                s->draws, (size_t)(2 * s->draw_count + 1) * sizeof *more);
+            if (!more)
+                return ibl_gltf_no_memory(g);
+            s->draws = more;
+        }
         ibl_scene_draw *d = &s->draws[s->draw_count++];
         d->primitive = i;
-        for (int k = 0; k < 16; k++)
-            d->to_world[k] = (float)p->to_world[k];
+        memcpy(d->to_world, world, sizeof d->to_world);
         widen(s, d, s->draw_count == 1);
     }
-}
-
-static bool make_draws(nodes *n)
-{
-    ibl_gltf *g = n->g;
-    const int *first = g->mesh_first;
-    uint64_t count = 0;
-
-    for (int i = 0; i < n->count; i++)
-        if (n->list[i].mesh >= 0)
-            count +=
-                (uint64_t)(first[n->list[i].mesh + 1] - first[n->list[i].mesh]);
-    if (!count)
-        return ibl_json_complain(g->root, "its scene has no triangles");
-    if (count > IBL_SCENE_DRAWS)
-        return ibl_json_complain(g->root, "over %d parts: join its meshes",
-                                 IBL_SCENE_DRAWS);
-    g->scene->draws = calloc((size_t)count, sizeof *g->scene->draws);
-    if (!g->scene->draws)
-        return ibl_gltf_no_memory(g);
-    for (int i = 0; i < n->count; i++)
-        if (n->list[i].mesh >= 0)
-            add_draws(n, &n->list[i]);
     return true;
 }
 
-bool ibl_gltf_nodes(ibl_gltf *g)
+/* EXT_mesh_gpu_instancing: translation, rotation and scale of each. */
+static bool add_instances(nodes *n, const placed *p, ibl_json_at list)
 {
+    static const char *const names[] = {"TRANSLATION", "ROTATION", "SCALE"};
+    static const int sizes[] = {3, 4, 3};
+    ibl_gltf *g = n->g;
+    float *values[3] = {NULL};
+    uint32_t count = 0, all = 0;
+    bool ok = true;
+
+    for (int i = 0; i < 3 && ok; i++) {
+        const ibl_json_at index = ibl_json_member(&list, names[i]);
+        if (!index.value)
+            continue;
+        ok = ibl_gltf_floats(g, index, sizes[i], sizes[i], &values[i], &count);
+        if (ok && all && count != all)
+            ok = ibl_json_complain(index, "damaged: %u of %u instances", count,
+                                   all);
+        if (ok)
+            ibl_gltf_mend(g, values[i], (size_t)count * (size_t)sizes[i]);
+        all = count;
+    }
+    for (uint32_t i = 0; i < all && ok; i++) {
+        double v[3][4] = {{0}, {0, 0, 0, 1}, {1, 1, 1}}, local[16], world[16];
+        for (int k = 0; k < 3; k++)
+            for (int c = 0; c < sizes[k] && values[k]; c++)
+                v[k][c] = (double)values[k][i * (size_t)sizes[k] + (size_t)c];
+        compose(v[0], v[1], v[2], local);
+        multiply(n->world[p->node], local, world);
+        ok = add_draws(g, g->mesh_first[p->mesh], g->mesh_first[p->mesh + 1],
+                       world);
+    }
+    for (int i = 0; i < 3; i++)
+        ibl_free(values[i]);
+    return ok;
+}
+
+/* A skin moves its mesh in place of the node. */
+static void draw_node(nodes *n, const placed *p)
+{
+    ibl_gltf *g = n->g;
+    const ibl_json_at at = ibl_json_element(&n->array, (size_t)p->node);
+    ibl_json_at instances;
+    int first = g->mesh_first[p->mesh], end = g->mesh_first[p->mesh + 1];
+    double world[16];
+
+    if (!ibl_gltf_extension(at, "EXT_mesh_gpu_instancing", &instances))
+        return;
+    memcpy(world, n->world[p->node], sizeof world);
+    if (json_object_get(at.value, "skin")) {
+        memcpy(world, unit, sizeof world);
+        if (!ibl_gltf_skin(g, at, p->mesh, (const double(*)[16])n->world,
+                           n->total, &first, world + 12))
+            return;
+        end = g->scene->primitive_count;
+    } else if (instances.value) {
+        add_instances(n, p, ibl_json_member(&instances, "attributes"));
+        return;
+    }
+    add_draws(g, first, end, world);
+}
+
+/* Frees the primitives that nothing draws, and what only skins needed. */
+static void keep_drawn(ibl_scene *s, int *number)
+{
+    int kept = 0;
+
+    for (int i = 0; i < s->draw_count; i++)
+        number[s->draws[i].primitive] = 1;
+    for (int i = 0; i < s->primitive_count; i++) {
+        ibl_scene_primitive p = s->primitives[i];
+        if (!number[i]) {
+            ibl_scene_primitive_free(&p);
+            continue;
+        }
+        for (int k = 0; k < IBL_SCENE_JOINTS; k++) {
+            ibl_free(p.joints[k]);
+            ibl_free(p.weights[k]);
+            p.joints[k] = p.weights[k] = NULL;
+        }
+        number[i] = kept;
+        s->primitives[kept++] = p;
+    }
+    s->primitive_count = kept;
+    for (int i = 0; i < s->draw_count; i++)
+        s->draws[i].primitive = number[s->draws[i].primitive];
+}
+
+void ibl_gltf_nodes(ibl_gltf *g)
+{
+    ibl_scene *s = g->scene;
     nodes n = {.g = g};
 
-    if (!ibl_gltf_array(g, "nodes", &n.array, &n.total))
-        return false;
+    n.total = ibl_gltf_array(g, "nodes", &n.array);
     n.list = malloc(((size_t)n.total + 1) * sizeof *n.list);
     n.seen = calloc((size_t)n.total + 1, sizeof *n.seen);
-    const bool ok = n.list && n.seen ? find_nodes(&n) && make_draws(&n)
-                                     : ibl_gltf_no_memory(g);
+    n.world = malloc(((size_t)n.total + 1) * sizeof *n.world);
+    for (int i = 0; i < n.total && n.world; i++)
+        memcpy(n.world[i], unit, sizeof unit);
+    if (!n.list || !n.seen || !n.world)
+        ibl_gltf_no_memory(g);
+    else if (find_nodes(&n))
+        for (int i = 0; i < n.count && !g->status; i++)
+            if (n.list[i].mesh >= 0 && !n.list[i].hidden)
+                draw_node(&n, &n.list[i]);
+    if (!g->status && !s->draw_count)
+        ibl_gltf_refuse(g, "its scene has no triangles");
+    int *number = calloc((size_t)s->primitive_count + 1, sizeof *number);
+    if (number)
+        keep_drawn(s, number);
+    else
+        ibl_gltf_no_memory(g);
+    free(number);
     free(n.list);
     free(n.seen);
-    return ok;
+    free(n.world);
 }

@@ -2,10 +2,16 @@
 #include "scene/gltf_reader.h"
 
 #include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
+
+enum {
+    MOST_WARNINGS = 8 /* of parts that are wrong, a line each */
+};
 
 /* ---- helpers of the reader -------------------------------------------- */
 
@@ -15,20 +21,35 @@ bool ibl_gltf_no_memory(ibl_gltf *g)
     return false;
 }
 
+bool ibl_gltf_refuse(ibl_gltf *g, const char *fmt, ...)
+{
+    char text[1024];
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(text, sizeof text, fmt, ap);
+    va_end(ap);
+    g->status = ibl_fail(g->ctx, IBL_ERR_FORMAT, "%s: %s", g->path, text);
+    return false;
+}
+
 /* `fail` of an ibl_json_file. */
 static void fail(void *cookie, const char *text)
 {
     ibl_gltf *g = cookie;
 
-    g->status = ibl_fail(g->ctx, IBL_ERR_FORMAT, "%s", text);
+    if (g->strict)
+        g->status = ibl_fail(g->ctx, IBL_ERR_FORMAT, "%s", text);
+    else if (g->wrong++ < MOST_WARNINGS)
+        ibl_warn(g->ctx, "%s: left out", text);
 }
 
-bool ibl_gltf_array(ibl_gltf *g, const char *key, ibl_json_at *array,
-                    int *count)
+int ibl_gltf_array(ibl_gltf *g, const char *key, ibl_json_at *array)
 {
     *array = ibl_json_optional(&g->root, key);
-    *count = (int)json_array_size(array->value);
-    return !array->value || ibl_json_array(*array, 0, INT32_MAX);
+    return !array->value || ibl_json_array(*array, 0, INT32_MAX)
+               ? (int)json_array_size(array->value)
+               : 0;
 }
 
 bool ibl_gltf_index(ibl_json_at at, int count, int *index)
@@ -41,7 +62,7 @@ bool ibl_gltf_index(ibl_json_at at, int count, int *index)
 }
 
 bool ibl_gltf_reals(ibl_json_at at, int count, double low, double high,
-                    float *out)
+                    double *out)
 {
     if (!at.value && at.optional)
         return true;
@@ -53,9 +74,24 @@ bool ibl_gltf_reals(ibl_json_at at, int count, double low, double high,
         double x;
         if (!ibl_json_real(part, -1e30, 1e30, false, &x))
             return false;
-        out[i] = (float)fmin(fmax(x, low), high);
+        out[i] = fmin(fmax(x, low), high);
     }
     return true;
+}
+
+bool ibl_gltf_object(ibl_json_at at, const char *key, ibl_json_at *object)
+{
+    *object = ibl_json_optional(&at, key);
+    return !object->value || json_is_object(object->value) ||
+           ibl_json_wrong(*object, "an object");
+}
+
+bool ibl_gltf_extension(ibl_json_at at, const char *name, ibl_json_at *object)
+{
+    ibl_json_at all;
+
+    return ibl_gltf_object(at, "extensions", &all) &&
+           ibl_gltf_object(all, name, object);
 }
 
 /* ---- the calls -------------------------------------------------------- */
@@ -69,43 +105,57 @@ static void warn(const ibl_gltf *g)
                  "left out",
                  g->path, g->left_out);
     if (g->mended)
-        ibl_warn(g->ctx, "%s: %llu values are no numbers: taken as 0", g->path,
-                 (unsigned long long)g->mended);
+        ibl_warn(g->ctx,
+                 "%s: %llu values are no numbers: triangles with such a vertex "
+                 "are left out, the others taken as 0",
+                 g->path, (unsigned long long)g->mended);
+    if (g->wrong > MOST_WARNINGS)
+        ibl_warn(g->ctx, "%s: %d other parts are wrong, too: left out", g->path,
+                 g->wrong - MOST_WARNINGS);
 }
 
-ibl_status ibl_scene_read(ibl_ctx *ctx, const char *path, ibl_scene *out)
+ibl_status ibl_scene_read(ibl_ctx *ctx, const char *path, bool strict,
+                          ibl_scene *out)
 {
-    ibl_gltf g = {.ctx = ctx, .path = path, .scene = out};
+    static void (*const parts[])(ibl_gltf *) = {
+        ibl_gltf_images, ibl_gltf_materials, ibl_gltf_meshes, ibl_gltf_nodes};
+    ibl_gltf g = {.ctx = ctx, .path = path, .scene = out, .strict = strict};
 
-    *out = (ibl_scene){0};
+    *out = (ibl_scene){.strict = strict};
     g.json = (ibl_json_file){.name = path, .fail = fail, .cookie = &g};
     g.root = ibl_json_root(&g.json);
-    const bool ok = ibl_gltf_open(&g) && ibl_gltf_images(&g) &&
-                    ibl_gltf_materials(&g) && ibl_gltf_meshes(&g) &&
-                    ibl_gltf_nodes(&g);
-    if (ok)
+    if (ibl_gltf_open(&g))
+        for (size_t i = 0; i < sizeof parts / sizeof *parts && !g.status; i++)
+            parts[i](&g);
+    if (!g.status)
         warn(&g);
     json_decref(g.json.root);
     free(g.buffers);
+    free(g.views);
     free(g.mesh_first);
-    return ok ? IBL_OK : g.status;
+    return g.status;
 }
 
-static void free_primitive(ibl_scene_primitive *p)
+void ibl_scene_primitive_free(ibl_scene_primitive *p)
 {
+    for (int i = 0; i < IBL_SCENE_TEXCOORDS; i++)
+        ibl_free(p->texcoord[i]);
+    for (int i = 0; i < IBL_SCENE_JOINTS; i++) {
+        ibl_free(p->joints[i]);
+        ibl_free(p->weights[i]);
+    }
     ibl_free(p->position);
     ibl_free(p->normal);
     ibl_free(p->tangent);
-    ibl_free(p->texcoord[0]);
-    ibl_free(p->texcoord[1]);
     ibl_free(p->colour);
     ibl_free(p->index);
+    *p = (ibl_scene_primitive){0};
 }
 
 void ibl_scene_free(ibl_scene *s)
 {
     for (int i = 0; i < s->primitive_count; i++)
-        free_primitive(&s->primitives[i]);
+        ibl_scene_primitive_free(&s->primitives[i]);
     for (int i = 0; i < s->material_count; i++)
         free(s->materials[i].name);
     for (int i = 0; i < s->image_count && s->images; i++) {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Images of scenes: PNG by libpng, JPEG by libjpeg. */
+/* Images of scenes: PNG by libpng, JPEG by libjpeg, WebP by libwebp, which is
+ * loaded on demand. */
 #include <setjmp.h>
 #include <stdio.h>
 #include <string.h>
@@ -10,13 +11,17 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "engine/png.h"
-#include "scene/scene.h"
+#include "scene/gltf_reader.h"
 
 enum {
     /* Texels, 1 GiB of them. */
     MOST_TEXELS = 1 << 28,
     /* Pixels that a byte of a JPEG can stand for: a block of 64 takes a bit */
-    MOST_PACKED = 512
+    MOST_PACKED = 512,
+    /* Texels of a WebP, which may be packed without limit: 4096 x 4096, or so
+     * many of a byte */
+    MOST_WEBP = 1 << 24,
+    MOST_WEBP_PACKED = 4096
 };
 
 static const char damaged[] = "a damaged image, or one that is cut short";
@@ -75,6 +80,8 @@ static const char *read_rows(reader *r, ibl_scene_image *i, int reduce)
     if ((uint64_t)j->image_width * j->image_height / MOST_PACKED >
         i->encoded_size)
         return damaged;
+    if (j->num_components == 4)
+        return "a JPEG in CMYK: save it in RGB";
     j->out_color_space = JCS_EXT_RGBA;
     j->scale_denom = (unsigned)reduce;
     jpeg_calc_output_dimensions(j);
@@ -105,6 +112,26 @@ static const char *decode_jpeg(ibl_scene_image *i, int reduce)
     return why;
 }
 
+/* ---- WebP ------------------------------------------------------------- */
+
+static const char *decode_webp(ibl_scene_image *i)
+{
+    const char *why;
+    const ibl_scene_decoders *d = ibl_scene_decoders_for(IBL_SCENE_WEBP, &why);
+    int width, height;
+
+    if (!d)
+        return why;
+    if (!d->webp_size(i->encoded, i->encoded_size, &width, &height) ||
+        (uint64_t)width * (uint64_t)height >
+            MOST_WEBP + MOST_WEBP_PACKED * (uint64_t)i->encoded_size)
+        return damaged;
+    why = make_room(i, width, height);
+    if (!why && !d->webp(i->encoded, i->encoded_size, width, height, i->rgba))
+        why = "a damaged WebP, or one that moves";
+    return why;
+}
+
 /* ---- the calls -------------------------------------------------------- */
 
 static bool begins(const ibl_scene_image *i, const char *bytes, size_t size)
@@ -114,7 +141,7 @@ static bool begins(const ibl_scene_image *i, const char *bytes, size_t size)
 
 static const char *decode(ibl_scene_image *i, int reduce)
 {
-    const char *why = "neither PNG nor JPEG: convert it";
+    const char *why = "neither PNG nor JPEG nor WebP: convert it";
 
     if (i->rgba)
         return NULL;
@@ -122,6 +149,12 @@ static const char *decode(ibl_scene_image *i, int reduce)
         why = decode_png(i);
     else if (begins(i, "\xff\xd8\xff", 3))
         why = decode_jpeg(i, reduce);
+    else if (begins(i, "RIFF", 4))
+        why = decode_webp(i);
+    else if (begins(i, "\xabKTX", 4))
+        why = "a KTX texture, for which there is no decoder: use PNG or JPEG";
+    else if (i->encoded_size > 12 && !memcmp(i->encoded + 4, "ftypavi", 7))
+        why = "AVIF, for which there is no decoder: use PNG, JPEG or WebP";
     if (why) {
         ibl_free(i->rgba);
         i->rgba = NULL;
@@ -153,10 +186,16 @@ ibl_status ibl_scene_decode_all(ibl_ctx *ctx, ibl_scene *scene,
     if (!all)
         return ibl_no_memory(ctx, "images");
     ibl_status status = ibl_run(ctx, NULL, count, job, &w);
-    for (int i = 0; i < count && !status; i++)
-        if (all[i])
-            status = ibl_fail(ctx, IBL_ERR_FORMAT, "%s: %s",
-                              scene->images[images[i]].name, all[i]);
+    for (int i = 0; i < count && !status; i++) {
+        const char *name = scene->images[images[i]].name;
+        if (!all[i])
+            continue;
+        if (scene->strict)
+            status = ibl_fail(ctx, IBL_ERR_FORMAT, "%s: %s", name, all[i]);
+        else
+            ibl_warn(ctx, "%s: %s; its factor stands for it", name, all[i]);
+        ibl_scene_forget(scene, images[i]);
+    }
     ibl_free(all);
     return status;
 }

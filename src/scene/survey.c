@@ -40,7 +40,7 @@ static int wrap(double x, int size, int how)
 
 /* The texel at texture coordinates, or white; colours are of sRGB. */
 static void look_up(const surveyor *y, const ibl_scene_texture *t,
-                    const double uv[2][2], bool colours, double texel[4])
+                    const double uv[][2], bool colours, double texel[4])
 {
     const ibl_scene_image *image =
         t->image < 0 ? NULL : &y->scene->images[t->image];
@@ -66,7 +66,7 @@ static void look_up(const surveyor *y, const ibl_scene_texture *t,
 
 /* A place on a surface. */
 typedef struct place {
-    double uv[2][2];
+    double uv[IBL_SCENE_TEXCOORDS][2];
     double colour[4];
 } place;
 
@@ -143,7 +143,8 @@ static void add_base(const surveyor *y, const ibl_scene_material *m,
 
     look_up(y, &m->metallic_roughness_texture, p->uv, false, mr);
     look_up(y, &m->transmission_texture, p->uv, false, through);
-    const double roughness = (double)m->roughness * mr[1];
+    const double roughness = m->glossy ? 1 - (1 - (double)m->roughness) * mr[3]
+                                       : (double)m->roughness * mr[1];
     const double metallic = (double)m->metallic * mr[2];
     const double f0 = reflectance(y, m, p), tint = luminance(base);
     /* an ior of 1.5 is not exactly .04 in float */
@@ -191,9 +192,9 @@ static double area_of(const ibl_scene_draw *d, const ibl_scene_primitive *p,
                          (double)p->position[3 * (size_t)corner[0] + k];
     for (int k = 0; k < 3; k++)
         for (int e = 0; e < 2; e++)
-            world[e][k] = (double)d->to_world[k] * edge[e][0] +
-                          (double)d->to_world[4 + k] * edge[e][1] +
-                          (double)d->to_world[8 + k] * edge[e][2];
+            world[e][k] = d->to_world[k] * edge[e][0] +
+                          d->to_world[4 + k] * edge[e][1] +
+                          d->to_world[8 + k] * edge[e][2];
     for (int k = 0; k < 3; k++) {
         const int a = (k + 1) % 3, b = (k + 2) % 3;
         square += pow(world[0][a] * world[1][b] - world[0][b] * world[1][a], 2);
@@ -206,7 +207,7 @@ static double area_of(const ibl_scene_draw *d, const ibl_scene_primitive *p,
 static void blend(const ibl_scene_primitive *p, uint32_t vertex, double share,
                   place *to)
 {
-    for (int i = 0; i < 2; i++)
+    for (int i = 0; i < IBL_SCENE_TEXCOORDS; i++)
         for (size_t k = 0; k < 2 && p->texcoord[i]; k++)
             to->uv[i][k] +=
                 share * (double)p->texcoord[i][2 * (size_t)vertex + k];

@@ -123,7 +123,7 @@ static bool load_model(view_app *app, const char *path)
     if (path != file)
         snprintf(file, sizeof app->model_path, "%s", path);
     view_files_see(&file, 1, &app->model_seen);
-    if (!ibl_scene_read(app->ctx, path, &scene))
+    if (!ibl_scene_read(app->ctx, path, false, &scene))
         model = view_model_create(app->ctx, &scene, path);
     ibl_scene_free(&scene);
     if (!model)

@@ -53,7 +53,8 @@ enum {
     HAS_SHEEN = 32 << SLOTS,
     DEPTH_ONLY = 64 << SLOTS,
     HARMONICS = 128 << SLOTS,
-    FEATURE_BITS = SLOTS + 8
+    HAS_GLOSS = 256 << SLOTS,
+    FEATURE_BITS = SLOTS + 9
 };
 
 static const struct {
@@ -62,16 +63,15 @@ static const struct {
 } features[] = {{HAS_MASK, "MASK"},   {HAS_BLEND, "BLEND"},
                 {HAS_UNLIT, "UNLIT"}, {HAS_TANGENTS, "TANGENTS"},
                 {HAS_COAT, "COAT"},   {HAS_SHEEN, "SHEEN"},
-                {DEPTH_ONLY, "DEPTH"}};
+                {HAS_GLOSS, "GLOSS"}, {DEPTH_ONLY, "DEPTH"}};
 
 /* Attributes of model.vert. */
 enum {
     POSITION,
     NORMAL,
     TANGENT,
-    TEXCOORD0,
-    TEXCOORD1,
-    COLOUR,
+    TEXCOORD,
+    COLOUR = TEXCOORD + IBL_SCENE_TEXCOORDS,
     TO_WORLD
 };
 
@@ -315,7 +315,8 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
     to->key = (s->alpha_mode == IBL_SCENE_MASK ? HAS_MASK : 0) |
               (to->blended ? HAS_BLEND : 0) | (s->unlit ? HAS_UNLIT : 0) |
               (s->clearcoat > 0 && !s->unlit ? HAS_COAT : 0) |
-              (has_sheen(s) && !s->unlit ? HAS_SHEEN : 0);
+              (has_sheen(s) && !s->unlit ? HAS_SHEEN : 0) |
+              (s->glossy && !s->unlit ? HAS_GLOSS : 0);
     to->block = block_of(s, i);
     upload_block(m, i);
     gl.GetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &left);
@@ -362,12 +363,12 @@ static void make_part(const ibl_scene_primitive *p, model_part *to)
     gl.GenVertexArrays(1, &to->array);
     gl.BindVertexArray(to->array);
     to->vertices =
-        view_gl_buffer(GL_ARRAY_BUFFER, (size_t)n * 18 * sizeof(float), NULL);
+        view_gl_buffer(GL_ARRAY_BUFFER, (size_t)n * 22 * sizeof(float), NULL);
     add_attribute(POSITION, 3, p->position, n, &offset);
     add_attribute(NORMAL, 3, p->normal, n, &offset);
     add_attribute(TANGENT, 4, p->tangent, n, &offset);
-    add_attribute(TEXCOORD0, 2, p->texcoord[0], n, &offset);
-    add_attribute(TEXCOORD1, 2, p->texcoord[1], n, &offset);
+    for (GLuint i = 0; i < IBL_SCENE_TEXCOORDS; i++)
+        add_attribute(TEXCOORD + i, 2, p->texcoord[i], n, &offset);
     add_attribute(COLOUR, 4, p->colour, n, &offset);
     to->indices = view_gl_buffer(GL_ELEMENT_ARRAY_BUFFER,
                                  p->index_count * sizeof *p->index, p->index);
@@ -402,11 +403,14 @@ static double radius_of(const ibl_scene *scene, const double middle[3])
         const ibl_scene_draw *d = &scene->draws[i];
         const ibl_scene_primitive *p = &scene->primitives[d->primitive];
         for (uint32_t v = 0; v < p->vertex_count; v++) {
-            float at[3];
+            const float *at = p->position + 3 * (size_t)v;
             double sum = 0;
-            place(d->to_world, p->position + 3 * (size_t)v, at);
-            for (int k = 0; k < 3; k++)
-                sum += (at[k] - middle[k]) * (at[k] - middle[k]);
+            for (int k = 0; k < 3; k++) {
+                const double *m = d->to_world + k;
+                sum += pow(m[0] * at[0] + m[4] * at[1] + m[8] * at[2] +
+                               (m[12] - middle[k]),
+                           2);
+            }
             most = fmax(most, sum);
         }
     }

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Scenes of glTF and GLB: what is read must be safe to draw. */
+#include <math.h>
+
 #include "fuzz.h"
 #include "scene/survey.h"
 
@@ -17,7 +19,7 @@ void fuzz_begin(void)
 static void check_texture(const ibl_scene *s, const ibl_scene_texture *t)
 {
     FUZZ_NEED(t->image >= -1 && t->image < s->image_count);
-    FUZZ_NEED(t->texcoord == 0 || t->texcoord == 1);
+    FUZZ_NEED(t->texcoord >= 0 && t->texcoord < IBL_SCENE_TEXCOORDS);
 }
 
 static void check_scene(const ibl_scene *s)
@@ -30,8 +32,11 @@ static void check_scene(const ibl_scene *s)
         const ibl_scene_primitive *p = &s->primitives[i];
         FUZZ_NEED(p->material >= 0 && p->material < s->material_count);
         FUZZ_NEED(p->index_count % 3 == 0);
+        FUZZ_NEED(p->index_count > 0 && p->normal && !p->joints[0]);
         for (uint32_t k = 0; k < p->index_count; k++)
             FUZZ_NEED(p->index[k] < p->vertex_count);
+        for (uint32_t k = 0; k < 3 * p->vertex_count; k++)
+            FUZZ_NEED(isfinite(p->position[k]));
     }
     for (int i = 0; i < s->material_count; i++) {
         check_texture(s, &s->materials[i].base_colour_texture);
@@ -41,12 +46,13 @@ static void check_scene(const ibl_scene *s)
 
 void fuzz_one(fuzz_input in)
 {
-    const bool survey = fuzz_choice(&in, 64) == 0;
+    const int choice = fuzz_choice(&in, 64);
+    const bool survey = choice % 32 == 0, strict = choice / 32;
     ibl_scene_survey sum = {.scenes = 0};
     ibl_scene scene;
 
     const ibl_status status = ibl_scene_read(
-        fuzz_ctx, fuzz_save("s.gltf", in.bytes, in.size), &scene);
+        fuzz_ctx, fuzz_save("s.gltf", in.bytes, in.size), strict, &scene);
     fuzz_said(status);
     if (!status)
         check_scene(&scene);

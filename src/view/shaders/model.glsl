@@ -29,6 +29,7 @@ in vec3 at;
 in vec3 at_normal;
 in vec4 at_tangent;
 in vec4 at_texcoord;
+in vec4 at_texcoord2;
 in vec4 at_colour;
 
 layout(location = 0) out vec4 colour;
@@ -54,7 +55,8 @@ vec3 lit_sheen(layer s, vec3 view, vec2 sheen);
 vec2 placed(int texture)
 {
     vec4 u = rows[2 * texture], v = rows[2 * texture + 1];
-    vec3 t = vec3(u.w != 0.0 ? at_texcoord.zw : at_texcoord.xy, 1.0);
+    vec4 sets = u.w < 2.0 ? at_texcoord : at_texcoord2;
+    vec3 t = vec3(u.w == 1.0 || u.w == 3.0 ? sets.zw : sets.xy, 1.0);
     return vec2(dot(u.xyz, t), dot(v.xyz, t));
 }
 
@@ -121,8 +123,12 @@ void main()
     float weight = mix(specular_factors.w * look_weight.a, 1.0, metallic);
     vec3 dielectric = min(specular_factors.rgb * look_f0.rgb, 1.0);
     vec3 albedo = base.rgb * (1.0 - metallic);
-    layer s = layer_of(n, view, mix(dielectric, base.rgb, metallic),
-                       surface_factors.y * look_rough.g);
+#ifdef GLOSS
+    float roughness = 1.0 - (1.0 - surface_factors.y) * look_rough.a;
+#else
+    float roughness = surface_factors.y * look_rough.g;
+#endif
+    layer s = layer_of(n, view, mix(dielectric, base.rgb, metallic), roughness);
     vec2 rg = ibl_brdf(lut_map, s.n_v, s.roughness);
     vec3 k = mix(albedo, diffuse_factor(s.f0, albedo, rg), weight);
     vec3 specular, light;

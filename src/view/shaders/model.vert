@@ -7,13 +7,16 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 tangent;
 layout(location = 3) in vec2 texcoord0;
 layout(location = 4) in vec2 texcoord1;
-layout(location = 5) in vec4 colour;
-layout(location = 6) in mat4 to_world;
+layout(location = 5) in vec2 texcoord2;
+layout(location = 6) in vec2 texcoord3;
+layout(location = 7) in vec4 colour;
+layout(location = 8) in mat4 to_world;
 
 out vec3 at; // in the world
 out vec3 at_normal;
 out vec4 at_tangent; // with the sign of the bitangent
-out vec4 at_texcoord; // both
+out vec4 at_texcoord; // the first two sets
+out vec4 at_texcoord2; // the others
 out vec4 at_colour;
 
 invariant gl_Position;
@@ -29,6 +32,7 @@ void main()
     at_normal = side * (k * normal);
     at_tangent = vec4(m * tangent.xyz, side * tangent.w);
     at_texcoord = vec4(texcoord0, texcoord1);
+    at_texcoord2 = vec4(texcoord2, texcoord3);
     at_colour = colour;
     gl_Position = clip * p;
 }
