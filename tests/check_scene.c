@@ -13,6 +13,7 @@
 
 #include "engine/png.h"
 #include "files.h"
+#include "scene/packed.h"
 #include "test.h"
 
 static ibl_ctx *quiet; /* keeps its messages in kept */
@@ -410,6 +411,722 @@ TEST(jpeg)
           strstr(kept.text[IBL_LOG_WARNING], "CMYK"));
 }
 
+/* ---- skins ------------------------------------------------------------- */
+
+enum {
+    SKINNED = 40, /* vertices, of which each three are a triangle */
+    BONES = 3
+};
+
+typedef struct bone {
+    double translation[3], rotation[4], scale[3]; /* quaternion x y z w */
+} bone;
+
+/* As the file has them: positions and normals, joints and two sets of weights
+ * of four for each vertex, then the inverse binds by columns. */
+typedef struct skinned {
+    float position[SKINNED][3], normal[SKINNED][3];
+    unsigned char joints[2][SKINNED][4];
+    float weights[2][SKINNED][4];
+    unsigned char small[2][SKINNED][4]; /* the same, of 255 in all */
+    float inverse[BONES][16];
+    int16_t place[SKINNED][4]; /* positions of 1 / 32767 */
+} skinned;
+
+static void cross(const double a[3], const double b[3], double to[3])
+{
+    for (int k = 0; k < 3; k++)
+        to[k] =
+            a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+/* A point, or with w = 0 a direction, through a bone: scaled, turned, moved. */
+static void through(const bone *b, double w, double v[3])
+{
+    double once[3], twice[3];
+
+    for (int k = 0; k < 3; k++)
+        v[k] *= b->scale[k];
+    cross(b->rotation, v, once);
+    cross(b->rotation, once, twice);
+    for (int k = 0; k < 3; k++)
+        v[k] +=
+            2 * (b->rotation[3] * once[k] + twice[k]) + w * b->translation[k];
+}
+
+/* The mean over joints of where they take it, by weights, whose sum is 1 but
+ * for their rounding. Bone 0 is the parent of the others and stands below root.
+ */
+static void skin(const skinned *s, const bone all[BONES], const bone *root,
+                 int v, bool small, double w, const double p[3], double to[3])
+{
+    double sum = 0;
+
+    to[0] = to[1] = to[2] = 0;
+    for (int i = 0; i < 8; i++) {
+        const double weight = small ? s->small[i / 4][v][i % 4] / 255.0
+                                    : (double)s->weights[i / 4][v][i % 4];
+        const int j = s->joints[i / 4][v][i % 4];
+        double at[3];
+        for (int k = 0; k < 3; k++)
+            at[k] = (double)s->inverse[j][k] * p[0] +
+                    (double)s->inverse[j][4 + k] * p[1] +
+                    (double)s->inverse[j][8 + k] * p[2] +
+                    w * (double)s->inverse[j][12 + k];
+        through(&all[j], w, at);
+        if (j)
+            through(&all[0], w, at);
+        through(root, w, at);
+        for (int k = 0; k < 3; k++)
+            to[k] += weight * at[k];
+        sum += weight;
+    }
+    CHECK_NEAR(sum, 1, 1e-6);
+    for (int k = 0; k < 3; k++)
+        to[k] /= sum;
+}
+
+static double spin(void)
+{
+    static uint32_t state = 1;
+
+    state = state * 1664525u + 1013904223u;
+    return (state >> 8) / 16777216.0 * 2 - 1;
+}
+
+static bone make_bone(double far, bool mirrored)
+{
+    bone b;
+    double length = 0;
+
+    for (int k = 0; k < 4; k++) {
+        b.rotation[k] = spin();
+        length += b.rotation[k] * b.rotation[k];
+    }
+    for (int k = 0; k < 4; k++)
+        b.rotation[k] /= sqrt(length);
+    for (int k = 0; k < 3; k++) {
+        b.translation[k] = spin() + far;
+        b.scale[k] = 1.5 + spin();
+    }
+    b.scale[0] *= mirrored ? -1 : 1;
+    return b;
+}
+
+static void make_skinned(skinned *s)
+{
+    for (int v = 0; v < SKINNED; v++) {
+        int left[2] = {0, 255};
+        for (int k = 0; k < 3; k++) {
+            s->place[v][k] = (int16_t)(32767 * spin());
+            s->position[v][k] = (float)(s->place[v][k] / 32767.0);
+        }
+        for (int i = 0; i < 8; i++) {
+            const int part =
+                i < 7 ? (int)(left[1] * (spin() + 1) / 4) : left[1];
+            s->joints[i / 4][v][i % 4] = (unsigned char)(v + i) % BONES;
+            s->small[i / 4][v][i % 4] = (unsigned char)part;
+            s->weights[i / 4][v][i % 4] = (float)(part / 255.0);
+            left[1] -= part;
+        }
+    }
+    /* The normals of the triangles. */
+    for (int v = 0; v < SKINNED; v++) {
+        const int t = v / 3 * 3 + 2 < SKINNED ? v / 3 * 3 : 0;
+        double e[2][3], n[3];
+        for (int k = 0; k < 6; k++)
+            e[k / 3][k % 3] = (double)s->position[t + 1 + k / 3][k % 3] -
+                              (double)s->position[t][k % 3];
+        cross(e[0], e[1], n);
+        const double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        for (int k = 0; k < 3; k++)
+            s->normal[v][k] = (float)(n[k] / length);
+    }
+    for (int i = 0; i < BONES; i++)
+        for (int k = 0; k < 16; k++)
+            s->inverse[i][k] =
+                (float)(k % 4 == 3 ? k == 15 : spin() + (k % 5 == 0));
+}
+
+static const char *node_text(const bone *b, const char *more)
+{
+    return test_text("{\"translation\":[%.17g,%.17g,%.17g],\"rotation\":[%.17g,"
+                     "%.17g,%.17g,%.17g],\"scale\":[%.17g,%.17g,%.17g]%s}",
+                     b->translation[0], b->translation[1], b->translation[2],
+                     b->rotation[0], b->rotation[1], b->rotation[2],
+                     b->rotation[3], b->scale[0], b->scale[1], b->scale[2],
+                     more);
+}
+
+/* Accessor i of 8: view, type of its numbers, kind, normalized. */
+static const char *accessors_text(bool small, bool places)
+{
+    return test_text(
+        "{\"bufferView\":%d,\"componentType\":%d,\"count\":%d,\"type\":\"VEC3\""
+        ",\"normalized\":%s},"
+        "{\"bufferView\":1,\"componentType\":5126,\"count\":%d,\"type\":"
+        "\"VEC3\"},"
+        "{\"bufferView\":2,\"componentType\":5121,\"count\":%d,\"type\":"
+        "\"VEC4\"},"
+        "{\"bufferView\":3,\"componentType\":5121,\"count\":%d,\"type\":"
+        "\"VEC4\"},"
+        "{\"bufferView\":%d,\"componentType\":%d,\"count\":%d,\"type\":\"VEC4\""
+        ",\"normalized\":%s},"
+        "{\"bufferView\":%d,\"componentType\":%d,\"count\":%d,\"type\":\"VEC4\""
+        ",\"normalized\":%s},"
+        "{\"bufferView\":8,\"componentType\":5126,\"count\":%d,\"type\":"
+        "\"MAT4\"}",
+        places ? 9 : 0, places ? 5122 : 5126, SKINNED,
+        places ? "true" : "false", SKINNED, SKINNED, SKINNED, small ? 6 : 4,
+        small ? 5121 : 5126, SKINNED, small ? "true" : "false", small ? 7 : 5,
+        small ? 5121 : 5126, SKINNED, small ? "true" : "false", BONES);
+}
+
+static const char *views_text(void)
+{
+    static const size_t at[] = {
+        offsetof(skinned, position),   offsetof(skinned, normal),
+        offsetof(skinned, joints[0]),  offsetof(skinned, joints[1]),
+        offsetof(skinned, weights[0]), offsetof(skinned, weights[1]),
+        offsetof(skinned, small[0]),   offsetof(skinned, small[1]),
+        offsetof(skinned, inverse),    offsetof(skinned, place)};
+    const char *text = "";
+
+    for (int i = 0; i < 10; i++)
+        text =
+            test_text("%s%s{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu"
+                      "%s}",
+                      text, i ? "," : "", at[i],
+                      (i < 9 ? at[i + 1] : sizeof(skinned)) - at[i],
+                      i == 9 ? ",\"byteStride\":8" : "");
+    return text;
+}
+
+/* The mean of the corners' normals is not that of the triangle: what is
+ * compared is where a tangent of the vertex goes, which stays at right angles.
+ */
+static void check_skinned(const ibl_scene *s, const skinned *from,
+                          const bone all[BONES], const bone *root, bool small)
+{
+    const ibl_scene_primitive *p = s->primitives;
+    double size = 0;
+
+    NEED(s->draw_count == 1 && p->vertex_count == SKINNED && !p->joints[0]);
+    for (int k = 0; k < 3; k++)
+        size = fmax(size, s->bounds[1][k] - s->bounds[0][k]);
+    for (int v = 0; v < SKINNED; v++) {
+        const double at[3] = {(double)from->position[v][0],
+                              (double)from->position[v][1],
+                              (double)from->position[v][2]};
+        const float *n = p->normal + 3 * v;
+        const double normal[3] = {(double)from->normal[v][0],
+                                  (double)from->normal[v][1],
+                                  (double)from->normal[v][2]};
+        double world[3], axis[3] = {0}, tangent[3], moved[3];
+        skin(from, all, root, v, small, 1, at, world);
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR((double)p->position[3 * v + k] +
+                           s->draws->to_world[12 + k],
+                       world[k], 1e-6 * size);
+        axis[v % 3] = 1;
+        cross(normal, axis, tangent);
+        skin(from, all, root, v, small, 0, tangent, moved);
+        const double length = sqrt(moved[0] * moved[0] + moved[1] * moved[1] +
+                                   moved[2] * moved[2]);
+        CHECK_NEAR((double)(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), 1, 1e-5);
+        CHECK_NEAR((double)n[0] * moved[0] + (double)n[1] * moved[1] +
+                       (double)n[2] * moved[2],
+                   0, 1e-5 * length);
+    }
+}
+
+/* A skin against the same in double; the node's own place does not count. */
+TEST(skins)
+{
+    skinned *from = test_alloc(1, sizeof *from);
+    const bone own = make_bone(7, false);
+
+    make_skinned(from);
+    NEED(file_save(file_path("skin.bin"), from, sizeof *from));
+    for (int i = 0; i < 16; i++) {
+        const bool small = i & 1, places = i & 2, mirrored = i & 4;
+        const double far = i & 8 ? 4e6 : 0; /* from the middle of the earth */
+        const bone root = make_bone(far, mirrored);
+        bone all[BONES];
+        for (int b = 0; b < BONES; b++)
+            all[b] = make_bone(0, false);
+        const char *nodes = test_text(
+            "%s,%s,%s,%s,%s", node_text(&root, ",\"children\":[1]"),
+            node_text(&all[0], ",\"children\":[2,3]"), node_text(&all[1], ""),
+            node_text(&all[2], ""), node_text(&own, ",\"mesh\":0,\"skin\":0"));
+        const ibl_scene *s = read_text(test_text(
+            "{\"asset\":{\"version\":\"2.0\"},\"scenes\":[{\"nodes\":[0,4]}],"
+            "\"nodes\":[%s],\"buffers\":[{\"uri\":\"skin.bin\",\"byteLength\":"
+            "%zu}],\"bufferViews\":[%s],\"accessors\":[%s],\"skins\":[{"
+            "\"joints\":[1,2,3],\"inverseBindMatrices\":6}],\"meshes\":[{"
+            "\"primitives\":[{\"attributes\":{\"POSITION\":0,\"NORMAL\":1,"
+            "\"JOINTS_0\":2,\"JOINTS_1\":3,\"WEIGHTS_0\":4,\"WEIGHTS_1\":5}}]}]"
+            "}",
+            nodes, sizeof *from, views_text(), accessors_text(small, places)));
+        check_skinned(s, from, all, &root, small);
+    }
+}
+
+/* ---- extensions, and what files have in place of what they should ------ */
+
+#define FILE_OF(nodes, more)                                                   \
+    "{" BUFFER "," ACCESSORS ",\"scenes\":[{\"nodes\":[0]}],\"nodes\":[" nodes \
+    "],\"meshes\":[{\"primitives\":[" STRIP "}]}]" more "}"
+
+TEST(far_from_the_origin)
+{
+    save_mesh();
+    const ibl_scene *s = read_text(FILE_OF(
+        "{\"children\":[1,2],\"translation\":[4131346.164399078,0,0]},{"
+        "\"mesh\":0,\"translation\":[0.3,0,0]},{\"mesh\":0,\"translation\":"
+        "[0.7,4659713.478714659,0]}",
+        ""));
+
+    CHECK_NEAR(s->draws[1].to_world[12] - s->draws[0].to_world[12], 0.4, 1e-8);
+    CHECK_NEAR(s->draws[1].to_world[13], 4659713.478714659, 1e-8);
+    CHECK_NEAR(s->bounds[1][0] - s->bounds[0][0], 2.4, 1e-8);
+}
+
+/* A turn by 90 degrees about z, moved and made larger. */
+TEST(instances)
+{
+    static const float values[2][10] = {
+        {0, 0, 0, 0, 0, 0, 1, 1, 1, 1},
+        {5, 6, 7, 0, 0, 0.70710678f, 0.70710678f, 2, 3, 4}};
+    static const double expected[16] = {0, 2, 0, 0, -3,  0, 0, 0,
+                                        0, 0, 4, 0, 105, 6, 7, 1};
+
+    save_mesh();
+    NEED(file_save(file_path("i.bin"), values, sizeof values));
+    const ibl_scene *s = read_text(test_text(
+        "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"uri\":\"mesh.bin\","
+        "\"byteLength\":76},{\"uri\":\"i.bin\",\"byteLength\":80}],"
+        "\"bufferViews\":[{\"buffer\":0,\"byteLength\":48},{\"buffer\":1,"
+        "\"byteStride\":40,\"byteLength\":80}],\"accessors\":[{\"bufferView\":"
+        "0,"
+        "\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},{\"bufferView\":"
+        "1,"
+        "\"componentType\":5126,\"count\":2,\"type\":\"VEC3\"},{\"bufferView\":"
+        "1,"
+        "\"componentType\":5126,\"count\":2,\"type\":\"VEC4\",\"byteOffset\":"
+        "12},"
+        "{\"bufferView\":1,\"componentType\":5126,\"count\":2,\"type\":"
+        "\"VEC3\","
+        "\"byteOffset\":28}],\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":"
+        "0,"
+        "\"translation\":[100,0,0],\"extensions\":{\"EXT_mesh_gpu_instancing\":"
+        "{"
+        "\"attributes\":{\"TRANSLATION\":1,\"ROTATION\":2,\"SCALE\":3}}}}],"
+        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}]}"));
+    NEED(s->draw_count == 2);
+    CHECK_NEAR(s->draws[0].to_world[12], 100, 0);
+    for (int i = 0; i < 16; i++)
+        CHECK_NEAR(s->draws[1].to_world[i], expected[i], 1e-6);
+}
+
+TEST(hidden_nodes)
+{
+    save_mesh();
+    const ibl_scene *s = read_text(FILE_OF(
+        "{\"mesh\":0,\"children\":[1,3]},{\"children\":[2],\"extensions\":{"
+        "\"KHR_node_visibility\":{\"visible\":false}}},{\"mesh\":0},{\"mesh\":"
+        "0,"
+        "\"extensions\":{\"KHR_node_visibility\":{\"visible\":true}}}",
+        ""));
+
+    CHECK(s->draw_count == 2);
+}
+
+/* One vertex of z = 7 in place of 2, among zeros where there is no view. */
+TEST(sparse_accessors)
+{
+    static const struct {
+        float place[3];
+        uint16_t index, pad;
+    } values = {{1, -1, 7}, 1, 0};
+
+    save_mesh();
+    NEED(file_save(file_path("s.bin"), &values, sizeof values));
+    for (int i = 0; i < 2; i++) {
+        const ibl_scene *s = read_text(test_text(
+            "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"uri\":\"mesh."
+            "bin\","
+            "\"byteLength\":76},{\"uri\":\"s.bin\",\"byteLength\":16}],"
+            "\"bufferViews\":[{\"buffer\":0,\"byteLength\":48},{\"buffer\":1,"
+            "\"byteLength\":16}],\"accessors\":[{%s\"componentType\":5126,"
+            "\"count\":4,\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":"
+            "{"
+            "\"bufferView\":1,\"byteOffset\":12,\"componentType\":5123},"
+            "\"values\":{\"bufferView\":1}}}]," SCENE ",\"meshes\":[{"
+            "\"primitives\":[{\"mode\":5,\"attributes\":{\"POSITION\":0}}]}]}",
+            i ? "" : "\"bufferView\":0,"));
+        const float *p = s->primitives->position; /* of 0 1 2, 2 1 3 */
+        CHECK_NEAR(p[3 + 2], 7, 0);
+        CHECK_NEAR(p[3 + 0], 1, 0);
+        CHECK_NEAR(p[2], i ? 0 : 2, 0);
+        CHECK_NEAR(s->bounds[1][2], 7, 0);
+    }
+}
+
+/* The triangles of a vertex that is nowhere are dropped; an empty primitive and
+ * a mesh without any do no harm. */
+TEST(vertices_that_are_nowhere)
+{
+    float places[12] = {NAN, -1, 2, 1, -1, 2, -1, 1, 2, 1, 1, 2};
+
+    save_mesh();
+    NEED(file_save(file_path("n.bin"), places, sizeof places));
+    const ibl_scene *s = read_text(
+        "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"uri\":\"n.bin\","
+        "\"byteLength\":48}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":48}]"
+        ","
+        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":4,"
+        "\"type\":\"VEC3\"},{\"componentType\":5123,\"count\":0,\"type\":"
+        "\"SCALAR\"}]," SCENE ",\"meshes\":[{\"primitives\":[{\"attributes\":{"
+        "\"POSITION\":0},\"indices\":1},{\"mode\":5,\"attributes\":{"
+        "\"POSITION\":"
+        "0}}]},{\"primitives\":[]}]}");
+
+    CHECK(s->primitive_count == 1 && s->primitives->index_count == 3);
+    CHECK(strstr(kept.text[IBL_LOG_WARNING], "1 values are no numbers"));
+    CHECK_NEAR(s->bounds[0][0], -2, 1e-6);
+    CHECK_NEAR(s->bounds[0][2], 2, 1e-6);
+}
+
+/* Sets 2 and 7 of texture coordinates, the second by the transform. */
+TEST(sets_of_coordinates)
+{
+    save_texels(two);
+    save_mesh();
+    ibl_scene *s = read_text(
+        "{" BUFFER "," ACCESSORS "," SCENE ",\"meshes\":[{\"primitives\":[{"
+        "\"mode\":5,\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":0,"
+        "\"TEXCOORD_2\":1,\"TEXCOORD_7\":1},\"indices\":2,\"material\":0}]}],"
+        "\"images\":[{\"uri\":\"x.png\"}],\"textures\":[{\"source\":0}],"
+        "\"materials\":[{\"occlusionTexture\":{\"index\":0,\"texCoord\":2},"
+        "\"pbrMetallicRoughness\":{\"metallicRoughnessTexture\":{\"index\":0,"
+        "\"texCoord\":4,\"extensions\":{\"KHR_texture_transform\":{"
+        "\"texCoord\":"
+        "7}}}}}]}");
+    const ibl_scene_material *m = s->materials;
+    const int seventh = m->metallic_roughness_texture.texcoord;
+    ibl_scene_survey survey = {0};
+
+    CHECK(m->sets[m->occlusion_texture.texcoord] == 2 && m->sets[seventh] == 7);
+    CHECK(s->primitives->texcoord[seventh]);
+    NEED(!ibl_scene_survey_add(quiet, s, &survey));
+    CHECK_NEAR(survey.metal[16].share, 0.5, 1e-4);
+}
+
+/* As browsers read them: each is the square. */
+TEST(names_and_numbers)
+{
+    static const char *const buffers[] = {"mesh.bin",       "./a/../mesh.bin",
+                                          "mesh%2ebin",     ".\\\\mesh.bin",
+                                          "mesh.bin?v=1#x", "100%_%zz.bin"};
+
+    NEED(file_run("mkdir -p a"));
+    save_mesh();
+    NEED(file_run("cp mesh.bin '100%%_%%zz.bin'"));
+    for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) {
+        const ibl_scene *s = read_text(test_text(
+            "\xef\xbb\xbf{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{"
+            "\"uri\":\"%s\",\"byteLength\":76.0}],\"bufferViews\":[{\"buffer\":"
+            "0,"
+            "\"byteLength\":4.8e1}],\"accessors\":[{\"bufferView\":0.0,"
+            "\"componentType\":5126.0,\"count\":4.0,\"type\":\"VEC3\"}]," SCENE
+            ",\"meshes\":[{\"primitives\":[{\"mode\":5.0,\"attributes\":{"
+            "\"POSITION\":0}}]}]}",
+            buffers[i]));
+        CHECK_NEAR(s->bounds[1][0], 2, 1e-6);
+    }
+}
+
+/* Three floats 1, 2, 3 as bytes in URIs, in the first corner. */
+TEST(data_uris)
+{
+    static const char *const uris[] = {
+        "data:application/octet-stream;base64,AACAPwAAAEAAAEBA",
+        "data:;base64,AACAPwAAAEAAAEBA==", "data:;BASE64 ,AACA%50wAAAEAAAEBA",
+        "DATA:;base64, AACAPwAA%0A AEAAAEBA",
+        "data:,%00%00%80%3f%00%00%00@%00%00@@"};
+
+    for (size_t i = 0; i < sizeof uris / sizeof *uris; i++) {
+        const ibl_scene *s = read_text(test_text(
+            "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"uri\":\"%s\","
+            "\"byteLength\":12}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":"
+            "12"
+            "}],\"accessors\":[{\"componentType\":5126,\"count\":3,\"type\":"
+            "\"VEC3\",\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":0,"
+            "\"componentType\":5121},\"values\":{\"bufferView\":0}}}],"
+            "\"scenes\":"
+            "[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{"
+            "\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}]}",
+            uris[i]));
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(s->primitives->position[k], k + 1, 0);
+    }
+}
+
+/* Specular and glossiness, alone and by a texture: the left texel has A = 9 /
+ * 255, the right one 0. */
+TEST(specular_glossiness)
+{
+    static const unsigned char texels[8] = {255, 255, 255, 255, 0, 0, 0, 0};
+#define GLOSS(more)                                                            \
+    "{\"pbrMetallicRoughness\":{\"metallicFactor\":1,\"baseColorFactor\":[0,"  \
+    "0,"                                                                       \
+    "0,1]},\"extensions\":{\"KHR_materials_pbrSpecularGlossiness\":{"          \
+    "\"diffuseFactor\":[0.5,0.5,0.5,1]," more "}}}"
+
+    save_texels(texels);
+    const ibl_scene_survey plain = survey_square(
+        GLOSS("\"specularFactor\":[0.04,0.04,0.04],\"glossinessFactor\":0.75"));
+    CHECK_NEAR(plain.dielectric[16].share, 1, 1e-6);
+    CHECK_NEAR(plain.dielectric[16].power, 1, 1e-3);
+    CHECK_NEAR(plain.dielectric[16].diffuse, 0.5, 1e-6);
+    /* F0 of 1 at roughness 1/2, and of 0 at 1. */
+    const ibl_scene_survey half = survey_square(
+        GLOSS("\"glossinessFactor\":0.5,\"specularGlossinessTexture\":{"
+              "\"index\":0}"));
+    CHECK_NEAR(half.metal[32].share, 0.5, 1e-4);
+    CHECK_NEAR(half.dielectric[64].share, 0.5, 1e-4);
+    CHECK_NEAR(half.dielectric[64].power, 0, 1e-9);
+}
+
+static int named; /* lines that name what is looked for */
+static const char *looked_for;
+
+static void count_names(void *cookie, ibl_log_level level, const char *text)
+{
+    (void)cookie;
+    named += level == IBL_LOG_WARNING && strstr(text, looked_for);
+}
+
+/* Each that is not read is named once, whichever lists have it; strict, one
+ * that the file needs is an error. */
+TEST(extensions)
+{
+    static const struct {
+        const char *name;
+        int named;
+    } cases[] = {{"KHR_texture_basisu", 1},
+                 {"X_new", 1},
+                 {"KHR_mesh_quantization", 0},
+                 {"KHR_materials_pbrSpecularGlossiness", 0}};
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    ibl_ctx *ctx;
+
+    opts.log = count_names;
+    ctx = test_ctx_of(&opts);
+    save_mesh();
+    for (size_t i = 0; i < 2 * (sizeof cases / sizeof *cases); i++) {
+        ibl_scene s;
+        looked_for = cases[i / 2].name;
+        named = 0;
+        const char *path = save(
+            "x.gltf", test_text(FILE_OF("{\"mesh\":0}",
+                                        ",\"extensionsUsed\":[\"%s\",\"%s\",7],"
+                                        "\"extensionsRequired\":[\"%s\"]"),
+                                looked_for, looked_for, looked_for));
+        const bool refused = i % 2 && cases[i / 2].named;
+        CHECK(!ibl_scene_read(ctx, path, i % 2, &s) == !refused);
+        CHECK_MSG(named == cases[i / 2].named, "%s: %d", looked_for, named);
+        ibl_scene_free(&s);
+    }
+}
+
+/* ---- what is packed ---------------------------------------------------- */
+
+static void need_decoder(ibl_scene_decoder d)
+{
+    const char *why;
+
+    if (!ibl_scene_decoders_for(d, &why))
+        test_skip("%s", why);
+}
+
+/* A file whose buffer has these bytes, with a view of all of them. */
+static const char *packed_text(const char *base64, const char *more)
+{
+    return test_text("{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"uri\":"
+                     "\"data:;base64,%s\",\"byteLength\":%zu}]," SCENE ",%s}",
+                     base64, strlen(base64) / 4 * 3 - 2, more);
+}
+
+/* The square's triangles, 0 1 2 and 2 1 3, in any order and turn. */
+static void check_square(const ibl_scene *s, double tolerance)
+{
+    static const double low[3] = {-2, -1, 2}, high[3] = {2, 1, 2};
+    const ibl_scene_primitive *p = s->primitives;
+    double area = 0;
+
+    NEED(p->index_count == 6);
+    for (int t = 0; t < 6; t += 3) {
+        double e[2][3], n[3];
+        for (int k = 0; k < 6; k++)
+            e[k / 3][k % 3] =
+                (double)p->position[3 * p->index[t + 1 + k / 3] + k % 3] -
+                (double)p->position[3 * p->index[t] + k % 3];
+        cross(e[0], e[1], n);
+        area += n[2] / 2;
+    }
+    CHECK_NEAR(area, 4, tolerance);
+    for (int k = 0; k < 3; k++) {
+        CHECK_NEAR(s->bounds[0][k], low[k], tolerance);
+        CHECK_NEAR(s->bounds[1][k], high[k], tolerance);
+    }
+}
+
+/* As draco::Encoder made them: floats in sequence, and quantized to 11 bits. */
+TEST(draco)
+{
+    static const struct {
+        const char *bytes;
+        double tolerance;
+    } cases[] = {{"RFJBQ08CAgEAAAACBAEAAQICAQMBAgAJAwAAAwICAAEAAQAAgL8AAIC/"
+                  "AAAAQAAAgD8AAI"
+                  "C/AAAAQAAAgL8AAIA/AAAAQAAAgD8AAIA/"
+                  "AAAAQAABAQADAwEwARADACiCpgEAAAAA/wAA"
+                  "AA==",
+                  1e-6},
+                 {"RFJBQ08CAgEBAAAABAIBAgAAAR//ARH/AREC/"
+                  "wAAAAAAAQAJAwAAAgEDAgIAAQEBAQEAAw"
+                  "MBMAEQAwAkgkoEAAAAAP8HAAAAAIC/"
+                  "AACAvwAAAEAAAABACwEBAQADAwEwARADACiCjAAA"
+                  "AAAA/wAAAA==",
+                  2e-3}};
+
+    need_decoder(IBL_SCENE_DRACO);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const ibl_scene *s = read_text(packed_text(
+            cases[i].bytes,
+            test_text(
+                "\"bufferViews\":[{\"buffer\":0,\"byteLength\":%zu}],"
+                "\"accessors\":[{\"componentType\":5126,\"count\":4,\"type\":"
+                "\"VEC3\"},{\"componentType\":5121,\"count\":4,\"type\":"
+                "\"VEC2\","
+                "\"normalized\":true},{\"componentType\":5123,\"count\":6,"
+                "\"type\":\"SCALAR\"}],\"meshes\":[{\"primitives\":[{"
+                "\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1},\"indices\":"
+                "2,"
+                "\"extensions\":{\"KHR_draco_mesh_compression\":{"
+                "\"bufferView\":0"
+                ",\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1}}}}]}]",
+                strlen(cases[i].bytes) / 4 * 3 - 2)));
+        const ibl_scene_primitive *p = s->primitives;
+        check_square(s, cases[i].tolerance);
+        for (size_t v = 0; v < p->vertex_count; v++)
+            CHECK_NEAR(p->texcoord[0][2 * v], (p->position[3 * v] + 1) / 2,
+                       cases[i].tolerance);
+    }
+}
+
+/* As meshopt_encode made them, one behind the other: positions, the normal
+ * .6 0 .8 in octahedra, triangles, and the strip 0 1 2 3. */
+TEST(meshopt)
+{
+    static const char *const streams[] = {
+        "oAAAAAE/AAAA////AAAAAQwAAAD/"
+        "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAACAvwAAgL8A"
+        "AABA",
+        "oAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAANgB/AA==",
+        "4fAQAHaHVmd4qYZliWiYAWkAAA==", "0QAEBAQAAAAA"};
+    static const int sizes[] = {57, 37, 19, 9}, counts[] = {4, 4, 6, 4},
+                     strides[] = {12, 4, 2, 2};
+    static const char *const modes[] = {"ATTRIBUTES",
+                                        "ATTRIBUTES\",\"filter\":\"OCTAHEDRAL",
+                                        "TRIANGLES", "INDICES"};
+    const char *buffers = "", *views = "";
+
+    need_decoder(IBL_SCENE_MESHOPT);
+    for (int i = 0; i < 4; i++) {
+        buffers =
+            test_text("%s{\"uri\":\"data:;base64,%s\",\"byteLength\":%d},",
+                      buffers, streams[i], sizes[i]);
+        views = test_text(
+            "%s%s{\"buffer\":4,\"byteLength\":%d,\"extensions\":{"
+            "\"EXT_meshopt_compression\":{\"buffer\":%d,\"byteLength\":%d,"
+            "\"byteStride\":%d,\"count\":%d,\"mode\":\"%s\"}}}",
+            views, i ? "," : "", counts[i] * strides[i], i, sizes[i],
+            strides[i], counts[i], modes[i]);
+    }
+    for (int i = 0; i < 2; i++) {
+        const ibl_scene *s = read_text(test_text(
+            "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[%s{\"byteLength\":"
+            "999,"
+            "\"extensions\":{\"EXT_meshopt_compression\":{\"fallback\":true}}}]"
+            ","
+            "\"bufferViews\":[%s],\"accessors\":[{\"bufferView\":0,"
+            "\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},{"
+            "\"bufferView\":1,\"componentType\":5120,\"normalized\":true,"
+            "\"count\":4,\"type\":\"VEC3\"},{\"bufferView\":%d,"
+            "\"componentType\":"
+            "5123,\"count\":%d,\"type\":\"SCALAR\"}]," SCENE ",\"meshes\":[{"
+            "\"primitives\":[{\"attributes\":{\"POSITION\":0,\"NORMAL\":1},"
+            "\"indices\":2,\"mode\":%d}]}]}",
+            buffers, views, 2 + i, counts[2 + i], 4 + i));
+        const float *n = s->primitives->normal;
+        check_square(s, 1e-6);
+        CHECK(s->primitives->vertex_count == 4);
+        CHECK_NEAR(n[0], 0.6, 0.02);
+        CHECK_NEAR(n[2], 0.8, 0.02);
+    }
+}
+
+TEST(webp)
+{
+    static const char *const text = "\"materials\":[" MR(
+        "") "],\"textures\":[{\"extensions\":{"
+            "\"EXT_texture_webp\":{\"source\":0}}}],"
+            "\"images\":[{\"uri\":\"data:image/webp;base64,"
+            "UklGRiAAAABXRUJQVlA4TBMAAAAvAQAAAA/woP9JmP/5"
+            "jyVkRP8DAA==\"}]";
+    ibl_scene_survey survey = {0};
+
+    need_decoder(IBL_SCENE_WEBP);
+    NEED(!ibl_scene_survey_add(quiet, read_square(text), &survey));
+    CHECK_NEAR(survey.metal[16].share, 0.5, 1e-4);
+    CHECK_NEAR(survey.dielectric[64].share, 0.5, 1e-4);
+}
+
+/* Each packed stream cut short or changed at each byte: read or warned of. */
+TEST(packed_damage)
+{
+    static const char draco[] = "RFJBQ08CAgEBAAAABAIBAgAAAR//ARH/AREC/"
+                                "wAAAAAAAQAJAwAAAgEDAgIAAQEBAQEAAwMB"
+                                "MAEQAwAkgkoEAAAAAP8HAAAAAIC/"
+                                "AACAvwAAAEAAAABACwEBAQADAwEwARADACiCjAAAAAAA"
+                                "/wAAAA==";
+    char changed[sizeof draco];
+
+    need_decoder(IBL_SCENE_DRACO);
+    for (size_t i = 0; i < sizeof draco - 3; i++) {
+        ibl_status status;
+        memcpy(changed, draco, sizeof draco);
+        changed[i] = changed[i] == '/' ? 'A' : '/';
+        const ibl_scene *s = read_scene(
+            save("x.gltf",
+                 packed_text(
+                     changed,
+                     "\"bufferViews\":[{\"buffer\":0,\"byteLength\":112}],"
+                     "\"accessors\":[{\"componentType\":5126,\"count\":4,"
+                     "\"type\":\"VEC3\"}],\"meshes\":[{\"primitives\":[{"
+                     "\"attributes\":{\"POSITION\":0},\"extensions\":{"
+                     "\"KHR_draco_mesh_compression\":{\"bufferView\":0,"
+                     "\"attributes\":{\"POSITION\":0}}}}]}]")),
+            &status);
+        CHECK(!status || strstr(kept.text[IBL_LOG_ERROR], "no triangles"));
+        for (uint32_t k = 0; !status && k < s->primitives->index_count; k++)
+            CHECK(s->primitives->index[k] < s->primitives->vertex_count);
+    }
+}
+
 /* ---- what is no scene ------------------------------------------------- */
 
 /* A part that is wrong is warned of and left out, or, strict, an error; some
@@ -526,6 +1243,51 @@ static bool is_among(const char *path, const char *const names[])
     while (names[i] && !strstr(path, names[i]))
         i++;
     return names[i];
+}
+
+/* The same scene in two files: both are surveyed as the same. */
+static void check_same(const char *a, const char *b)
+{
+    const char *const names[] = {a, b};
+    ibl_scene_survey survey[2] = {0};
+
+    for (int i = 0; i < 2; i++) {
+        ibl_status status;
+        ibl_scene *s = read_scene(
+            test_text("../shared/cases/models/%s", names[i]), &status);
+        NEED(!status && !ibl_scene_survey_add(quiet, s, &survey[i]));
+    }
+    CHECK_NEAR(survey[0].area / survey[1].area, 1, 1e-5);
+    for (int i = 0; i < IBL_SURVEY_BINS; i++)
+        CHECK_NEAR(survey[0].dielectric[i].share, survey[1].dielectric[i].share,
+                   1e-5);
+}
+
+/* Small files as users have them: all are drawn but one, whose Draco is made
+ * up. */
+TEST(cases_of_users)
+{
+    char path[512];
+    int count = 0;
+    FILE *list = popen("ls ../shared/cases/models/* 2>/dev/null", "r");
+
+    NEED(list);
+    while (fgets(path, sizeof path, list)) {
+        ibl_scene_survey survey = {0};
+        ibl_status status;
+        path[strcspn(path, "\n")] = '\0';
+        ibl_scene *s = read_scene(path, &status);
+        if (!status)
+            status = ibl_scene_survey_add(quiet, s, &survey);
+        CHECK_MSG(!status == !strstr(path, "/61_"), "%s: %s", path,
+                  kept.text[IBL_LOG_ERROR]);
+        count++;
+    }
+    pclose(list);
+    if (!count)
+        test_skip("no ../shared/cases/models");
+    check_same("13c_skin_cm.glb", "13cr_reference.glb");
+    check_same("03a_ecef.glb", "03r_reference.glb");
 }
 
 /* Assimp's models of glTF 2: those that have no triangles or are damaged on
