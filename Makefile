@@ -56,12 +56,15 @@ VIEW_CFLAGS = $(shell pkg-config --cflags glfw3 gl stb libpng jansson 2>/dev/nul
 VIEW_LIBS = $(shell pkg-config --libs glfw3 2>/dev/null)
 HAVE_OIIO = $(shell pkg-config --exists OpenImageIO 2>/dev/null && echo yes)
 
-# What libiblscene.so is built with: a header, its macro, its library.
-has = $(shell echo '\#include <$(1)>' | $(CXX) -std=c++17 -E -x c++ - \
-        >/dev/null 2>&1 && echo $(2) -l$(3))
-SCENE_HAS = $(call has,meshoptimizer.h,-DIBL_HAS_MESHOPT=1,meshoptimizer) \
-            $(call has,draco/compression/decode.h,-DIBL_HAS_DRACO=1,draco) \
-            $(call has,webp/decode.h,-DIBL_HAS_WEBP=1,webp)
+# What libiblscene.so is built with: of each library that is there its macro and
+# its name.
+hash := \#
+ask = '$(hash)if __has_include(<$(1)>)' '-DIBL_HAS_$(2)=1 -l$(3)' '$(hash)endif'
+SCENE_HAS := $(shell printf '%s\n' $(call ask,meshoptimizer.h,MESHOPT,meshoptimizer) \
+               $(call ask,draco/compression/decode.h,DRACO,draco) \
+               $(call ask,webp/decode.h,WEBP,webp) | \
+               $(CXX) -std=c++17 -E -P -x c++ - 2>/dev/null)
+HAVE_CXX := $(shell command -v $(firstword $(CXX)) 2>/dev/null)
 
 REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
             -ffp-contract=off -fno-math-errno -fPIC \
@@ -120,9 +123,9 @@ endif
         bench-probes fuzz fuzzers lint format install uninstall dist clean list budget \
         FORCE
 
-## all: the program and its image bridge (default)
+## all: the programs and the parts that they load (default)
 ifeq ($(DEPS),no)
-all: $(BIN) $(SHARED) bridge $(SCENE_BRIDGE) view
+all: $(BIN) $(SHARED) bridge scene-bridge view
 else
 all: deps-named
 	+@$(MAKE) --no-print-directory DEPS=no all
@@ -167,8 +170,9 @@ $(BUILD)/used-cc: export USED = $(CC) $(REQUIRED) $(CPPFLAGS) $(CFLAGS)
 $(BUILD)/used-libdir: export USED = $(LIBDIR)
 $(BUILD)/used-revision: export USED = $(REVISION)
 $(BUILD)/used-deflate: export USED = $(DEFLATE)
+$(BUILD)/used-scene: export USED = $(SCENE_HAS)
 $(BUILD)/used-cc $(BUILD)/used-libdir $(BUILD)/used-revision \
-    $(BUILD)/used-deflate: FORCE
+    $(BUILD)/used-deflate $(BUILD)/used-scene: FORCE
 	@mkdir -p $(@D)
 	@echo "$$USED" | cmp -s - $@ || echo "$$USED" >$@
 $(BUILD)/obj/src/io/bridge.o $(BUILD)/obj/src/scene/gltf_packed.o: \
@@ -227,11 +231,16 @@ $(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
 	    $$(pkg-config --libs OpenImageIO)
 
 # Decoders of models, without those that are not installed.
+.PHONY: scene-bridge
+scene-bridge: $(if $(HAVE_CXX),$(SCENE_BRIDGE))
+	@case '$(SCENE_HAS)' in *MESHOPT*DRACO*WEBP*) ;; *) \
+	    echo "iblbake: built without decoders of models: package" \
+	        "libmeshoptimizer-dev, libdraco-dev or libwebp-dev is missing";; esac
 $(SCENE_BRIDGE): src/scene/bridge/scene_bridge.cpp \
-    src/scene/bridge/scene_bridge.h
+    src/scene/bridge/scene_bridge.h $(BUILD)/used-scene
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -Isrc -fPIC -shared -fvisibility=hidden \
-	    '-ffile-prefix-map=$(CURDIR)=.' $(WARN) -Wno-undef \
+	    '-ffile-prefix-map=$(CURDIR)=.' $(WARN) \
 	    $(filter -D%,$(SCENE_HAS)) $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ \
 	    $< $(filter -l%,$(SCENE_HAS))
 
@@ -384,9 +393,9 @@ $(FUZZERS): $(BUILD)/fuzz/%: $(call fuzz_obj,tests/fuzz/fuzz.c) \
 $(BUILD)/fuzz/seeds: tests/fuzz/seeds.sh | $(BIN) $(VIEW)
 	bash $< $(BUILD) $@
 
-tests: $(TESTS) $(SCENE_BRIDGE)
+tests: $(TESTS) scene-bridge
 benches: $(BENCHES)
-fuzzers: $(FUZZERS) $(SCENE_BRIDGE) $(BUILD)/fuzz/seeds
+fuzzers: $(FUZZERS) scene-bridge $(BUILD)/fuzz/seeds
 
 ## demo: set up, bake data/forest.exr, leave the README's pictures in build/demo
 DEMO = build/demo
@@ -539,7 +548,8 @@ install: all
 	$(INSTALL) -m 644 man/*.7 "$(DESTDIR)$(MANDIR)/man7"
 	if [ -e $(BRIDGE) ]; then $(INSTALL) -m 755 $(BRIDGE) \
 	    "$(DESTDIR)$(LIBDIR)/iblbake"; fi
-	$(INSTALL) -m 755 $(SCENE_BRIDGE) "$(DESTDIR)$(LIBDIR)/iblbake"
+	if [ -e $(SCENE_BRIDGE) ]; then $(INSTALL) -m 755 $(SCENE_BRIDGE) \
+	    "$(DESTDIR)$(LIBDIR)/iblbake"; fi
 	$(INSTALL) -m 755 $(SHARED) "$(DESTDIR)$(LIBDIR)/libiblbake.so.$(VERSION)"
 	ln -sf libiblbake.so.$(VERSION) "$(DESTDIR)$(LIBDIR)/libiblbake.so.$(SOVERSION)"
 	ln -sf libiblbake.so.$(SOVERSION) "$(DESTDIR)$(LIBDIR)/libiblbake.so"

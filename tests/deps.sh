@@ -10,7 +10,7 @@ set -eu
 
 build='
 gcc:C_compiler
-g++:C++_compiler_of_the_image_bridge
+g++:C++_compiler_of_the_bridges
 libc6-dev:C_library
 make:make
 pkg-config:finds_the_libraries
@@ -20,6 +20,9 @@ libzstd-dev:supercompresses_KTX2
 libopenimageio-dev:image_bridge,_reads_other_formats
 libpng-dev:writes_previews,_reads_textures_of_models
 libjpeg-dev:reads_textures_of_models
+libwebp-dev:reads_WebP_of_models
+libmeshoptimizer-dev:reads_models_that_it_packed
+libdraco-dev:reads_models_that_it_packed
 libjansson-dev:reads_and_writes_JSON
 libxxhash-dev:tells_probes_that_changed
 libglfw3-dev:window_of_the_viewer

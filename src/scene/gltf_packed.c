@@ -38,7 +38,8 @@ static void load(void)
         strcpy(path, IBL_SCENE_BRIDGE);
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library)
-        snprintf(reason, sizeof reason, "%s", dlerror());
+        snprintf(reason, sizeof reason,
+                 "%.180s: install or build iblbake again", dlerror());
     else if (!find(library, "ibl_scene_bridge_abi", &abi) ||
              abi() != IBL_SCENE_BRIDGE_ABI ||
              !find(library, "ibl_scene_bridge_has", &d.has) ||
@@ -70,6 +71,23 @@ const ibl_scene_decoders *ibl_scene_decoders_for(ibl_scene_decoder d,
     return loaded.has && loaded.has(d) ? &loaded : NULL;
 }
 
+/* The same, reported for the first part that needs it. */
+static const ibl_scene_decoders *decoders(ibl_gltf *g, ibl_json_at at,
+                                          ibl_scene_decoder d)
+{
+    const char *why;
+    const ibl_scene_decoders *all = ibl_scene_decoders_for(d, &why);
+
+    if (all)
+        return all;
+    if (g->lacked & 1u << d)
+        g->wrong++;
+    else
+        ibl_json_complain(at, "%s; all such parts are", why);
+    g->lacked |= 1u << d;
+    return NULL;
+}
+
 /* ---- meshoptimizer ---------------------------------------------------- */
 
 bool ibl_gltf_unpack(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *out,
@@ -81,16 +99,14 @@ bool ibl_gltf_unpack(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *out,
                                           "EXPONENTIAL", NULL};
     int mode = 0, filter = 0, count = 0;
     ibl_gltf_bytes packed;
-    const char *why;
 
     if (!ibl_json_int(ibl_json_member(&at, "byteStride"), 1, 256, stride))
         return false;
     if (out->bytes)
         return true;
-    const ibl_scene_decoders *d =
-        ibl_scene_decoders_for(IBL_SCENE_MESHOPT, &why);
+    const ibl_scene_decoders *d = decoders(g, at, IBL_SCENE_MESHOPT);
     if (!d)
-        return ibl_json_complain(at, "%s", why);
+        return false;
     if (!ibl_json_choice(ibl_json_member(&at, "mode"), modes, &mode) ||
         !ibl_json_choice(ibl_json_optional(&at, "filter"), filters, &filter) ||
         !ibl_json_int(ibl_json_member(&at, "count"), 1, IBL_SCENE_VALUES,
@@ -121,13 +137,11 @@ bool ibl_gltf_draco(ibl_gltf *g, ibl_json_at at, ibl_draco **mesh,
 {
     ibl_gltf_bytes packed;
     uint32_t triangles;
-    const char *why;
     int stride = 0;
-    const ibl_scene_decoders *d = ibl_scene_decoders_for(IBL_SCENE_DRACO, &why);
+    const ibl_scene_decoders *d = decoders(g, at, IBL_SCENE_DRACO);
 
-    if (!d)
-        return ibl_json_complain(at, "%s", why);
-    if (!ibl_gltf_view(g, ibl_json_member(&at, "bufferView"), &packed, &stride))
+    if (!d ||
+        !ibl_gltf_view(g, ibl_json_member(&at, "bufferView"), &packed, &stride))
         return false;
     *mesh = d->draco(packed.bytes, packed.size, vertices, &triangles);
     if (!*mesh)

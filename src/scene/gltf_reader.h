@@ -47,6 +47,7 @@ typedef struct ibl_gltf {
     uint64_t drawn;  /* vertices and corners of all draws */
     uint64_t mended; /* values that were no numbers */
     int left_out;    /* primitives that are no triangles */
+    unsigned lacked; /* bits of decoders that are not there */
     int wrong;       /* parts that were warned of */
 } ibl_gltf;
 

@@ -8,6 +8,16 @@
 #include <memory>
 #include <new>
 
+#ifndef IBL_HAS_MESHOPT
+#define IBL_HAS_MESHOPT 0
+#endif
+#ifndef IBL_HAS_WEBP
+#define IBL_HAS_WEBP 0
+#endif
+#ifndef IBL_HAS_DRACO
+#define IBL_HAS_DRACO 0
+#endif
+
 #if IBL_HAS_MESHOPT
 #include <meshoptimizer.h>
 #endif
