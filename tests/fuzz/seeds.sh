@@ -226,6 +226,57 @@ while [ $((${#json} % 4)) -ne 0 ]; do json="$json "; done
     head -c $size made/bin
 } | seed scene glb '\x0'
 
+# What else a node, an accessor, a material and a primitive may have. What is
+# packed was made by meshoptimizer's, Draco's and libwebp's encoders.
+scene() { # NAME: the members after the nodes
+    { printf '{"asset":{"version":"2.0"},"scenes":[{"nodes":[0,1,2]}],' && cat; } |
+        tr -d '\n' | seed scene "$1" '\x0'
+}
+scene skin <<'END'
+"nodes":[{"children":[3]},{"mesh":0,"skin":0},{"mesh":0,"extensions":{
+"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0,"SCALE":0}},
+"KHR_node_visibility":{"visible":true}}},{"translation":[1,2,3]}],"skins":[{
+"joints":[3,0],"inverseBindMatrices":4}],"buffers":[{"uri":"b.bin","byteLength":
+68}],"bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":60,
+"byteLength":8}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,
+"type":"VEC3","sparse":{"count":1,"indices":{"bufferView":1,"componentType":5123
+},"values":{"bufferView":0}}},{"bufferView":1,"componentType":5123,"count":3,
+"type":"SCALAR"},{"componentType":5121,"count":3,"type":"VEC4","normalized":true,
+"sparse":{"count":2,"indices":{"bufferView":1,"componentType":5121},"values":{
+"bufferView":0}}},{"componentType":5121,"count":3,"type":"VEC4"},{
+"componentType":5126,"count":2,"type":"MAT4"}],"meshes":[{"primitives":[{
+"attributes":{"POSITION":0,"NORMAL":0,"JOINTS_0":3,"WEIGHTS_0":2,"JOINTS_1":3,
+"WEIGHTS_1":2,"TEXCOORD_3":0},"material":0}]}],"extensionsUsed":["X_new",
+"KHR_texture_basisu"],"materials":[{"occlusionTexture":{"index":0,"texCoord":3},
+"extensions":{"KHR_materials_pbrSpecularGlossiness":{"diffuseFactor":[1,1,1,1],
+"glossinessFactor":0.5,"specularGlossinessTexture":{"index":0,"texCoord":1}}}}],
+"textures":[{"extensions":{"EXT_texture_webp":{"source":0}}}],"images":[{"uri":
+"data:image/webp;base64,UklGRiAAAABXRUJQVlA4TBMAAAAvAQAAAA/woP9JmP/5jyVkRP8DAA=="}]}
+END
+scene draco <<'END'
+"nodes":[{"mesh":0},{},{}],"buffers":[{"uri":"data:;base64,RFJBQ08CAgEBAAAABAIBAg
+AAAR//ARH/AREC/wAAAAAAAQAJAwAAAgEDAgIAAQEBAQEAAwMBMAEQAwAkgkoEAAAAAP8HAAAAAIC/AAC
+AvwAAAEAAAABACwEBAQADAwEwARADACiCjAAAAAAA/wAAAA==","byteLength":112}],
+"bufferViews":[{"buffer":0,"byteLength":112}],"accessors":[{"componentType":5126,
+"count":4,"type":"VEC3"},{"componentType":5121,"count":4,"type":"VEC2",
+"normalized":true},{"componentType":5123,"count":6,"type":"SCALAR"}],"meshes":[{
+"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},"indices":2,
+"extensions":{"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{
+"POSITION":0,"TEXCOORD_0":1}}}}]}]}
+END
+scene meshopt <<'END'
+"nodes":[{"mesh":0},{},{}],"buffers":[{"uri":"data:;base64,oAAAAAE/AAAA////AAAAAQ
+wAAAD/AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAACAvwAAgL8AAABA","byteLength":57},{"uri":
+"data:;base64,4fAQAHaHVmd4qYZliWiYAWkAAA==","byteLength":19}],"bufferViews":[{
+"buffer":0,"byteLength":48,"extensions":{"EXT_meshopt_compression":{"buffer":0,
+"byteLength":57,"byteStride":12,"count":4,"mode":"ATTRIBUTES","filter":"NONE"}}},
+{"buffer":0,"byteLength":12,"extensions":{"EXT_meshopt_compression":{"buffer":1,
+"byteLength":19,"byteStride":2,"count":6,"mode":"TRIANGLES"}}}],"accessors":[{
+"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},{"bufferView":1,
+"componentType":5123,"count":6,"type":"SCALAR"}],"meshes":[{"primitives":[{
+"attributes":{"POSITION":0},"indices":1}]}]}
+END
+
 # ---- command lines, a word a line: the choice is the command -----------------
 line() { # CHOICE NAME WORD...
     printf '%s\n' "${@:3}" | seed options "$2" "$1"
