@@ -878,6 +878,16 @@ for (const [name, pixel] of [['three', 'uastc-hdr'], ['bevy', 'rgb9e5'],
 END
 }
 
+# A texture that is not there costs a warning, or, strict, the bake.
+test_strict_scenes() {
+    make_scene poor '[{"occlusionTexture": {"index": 9}}]'
+    iblbake "$OLDPWD/data/forest.exr" --scene poor.gltf --dry-run >out.txt 2>warn.txt
+    grep -q 'warning: poor.gltf: materials\[0\].occlusionTexture.index: .* left out' \
+        warn.txt || cat warn.txt
+    refused 1 '*poor.gltf: materials?0?.occlusionTexture.index: *' iblbake \
+        --scene poor.gltf --strict --dry-run "$OLDPWD/data/forest.exr"
+}
+
 # What a person would decide.
 test_scenes() {
     local no_metal='"metallicFactor": 0' extensions='"extensions": {"KHR_'

@@ -16,8 +16,9 @@
 #include "json/text.h"
 
 enum {
-    HEADER = 12, /* bytes of .glb before its chunks */
-    CHUNK = 8    /* bytes of a chunk before its data */
+    HEADER = 12,     /* bytes of .glb before its chunks */
+    CHUNK = 8,       /* bytes of a chunk before its data */
+    MOST_NAMES = 256 /* of extensions that are looked at */
 };
 
 /* Extensions. NULL: what they say is read; else what it means that they are
@@ -236,6 +237,16 @@ static bool parse(ibl_gltf *g, ibl_gltf_bytes json)
         json = (ibl_gltf_bytes){json.bytes + 3, json.size - 3};
     g->json.root = ibl_json_parse("glTF", json.bytes, json.size, JSON_ALLOW_NUL,
                                   &why);
+    if (!g->json.root && why.status == IBL_ERR_FORMAT) {
+        /* Names may be in another encoding, which browsers do not mind. */
+        unsigned char *ascii = ibl_gltf_keep(g, json.size);
+        if (!ascii)
+            return false;
+        for (size_t i = 0; i < json.size; i++)
+            ascii[i] = json.bytes[i] < 0x80 ? json.bytes[i] : '?';
+        g->json.root =
+            ibl_json_parse("glTF", ascii, json.size, JSON_ALLOW_NUL, &why);
+    }
     g->root = ibl_json_root(&g->json);
     if (!g->json.root && why.status == IBL_ERR_MEMORY)
         return ibl_gltf_no_memory(g);
@@ -271,7 +282,7 @@ static void check_extensions(ibl_gltf *g, const char *key, bool needed)
     const int count = ibl_gltf_array(g, key, &array);
     const json_t *used = json_object_get(g->json.root, "extensionsUsed");
 
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < count && i < MOST_NAMES; i++) {
         const json_t *item = json_array_get(array.value, (size_t)i);
         const char *name = json_string_value(item);
         const char *lost = "what it adds is left out";
@@ -319,13 +330,14 @@ static void read_buffer(ibl_gltf *g, ibl_json_at at, int i)
         ibl_json_wrong(uri, "a URI, since there is no binary chunk");
         return;
     }
-    if ((size_t)size > bytes.size) {
+    *b = bytes;
+    if ((size_t)size > bytes.size)
         ibl_json_complain(ibl_json_member(&at, "byteLength"),
-                          "damaged: %d bytes, but there are only %zu", size,
-                          bytes.size);
-        return;
-    }
-    *b = (ibl_gltf_bytes){bytes.bytes, (size_t)size};
+                          "damaged: %d bytes, but there are only %zu: what is "
+                          "behind them is",
+                          size, bytes.size);
+    else
+        b->size = (size_t)size;
 }
 
 bool ibl_gltf_open(ibl_gltf *g)

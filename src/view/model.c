@@ -507,6 +507,28 @@ static bool make_materials(view_model *m, const ibl_scene *scene)
     return true;
 }
 
+/* Names what is read of materials but not drawn. */
+static void tell_left_out(const view_model *m, const ibl_scene *scene,
+                          const char *name)
+{
+    bool clear = false, brushed = false;
+
+    for (int i = 0; i < m->draw_count; i++) {
+        const ibl_scene_material *s =
+            &scene->materials[m->draws[i].part->material];
+        clear = clear || s->transmission > 0;
+        brushed = brushed || s->anisotropy > 0;
+    }
+    if (clear)
+        view_note("%s: KHR_materials_transmission is not drawn: what transmits "
+                  "light is opaque",
+                  name);
+    if (brushed)
+        view_note("%s: KHR_materials_anisotropy is not drawn: reflections are "
+                  "round",
+                  name);
+}
+
 static bool make_model(ibl_ctx *ctx, view_model *m, ibl_scene *scene,
                        const char *name)
 {
@@ -519,6 +541,7 @@ static bool make_model(ibl_ctx *ctx, view_model *m, ibl_scene *scene,
         make_part(&scene->primitives[i], &m->parts[i]);
     make_draws(m, scene);
     m->draw_count = scene->draw_count;
+    tell_left_out(m, scene, name);
     return decode_images(ctx, m, scene) && make_materials(m, scene) &&
            view_gl_check(name);
 }
