@@ -236,8 +236,8 @@ scene-bridge: $(if $(HAVE_CXX),$(SCENE_BRIDGE))
 	@case '$(SCENE_HAS)' in *MESHOPT*DRACO*WEBP*) ;; *) \
 	    echo "iblbake: built without decoders of models: package" \
 	        "libmeshoptimizer-dev, libdraco-dev or libwebp-dev is missing";; esac
-$(SCENE_BRIDGE): src/scene/bridge/scene_bridge.cpp \
-    src/scene/bridge/scene_bridge.h $(BUILD)/used-scene
+$(SCENE_BRIDGE): src/io/bridge/models.cpp \
+    src/io/bridge/models.h $(BUILD)/used-scene
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -Isrc -fPIC -shared -fvisibility=hidden \
 	    '-ffile-prefix-map=$(CURDIR)=.' $(WARN) \

@@ -13,7 +13,7 @@
 
 #include "engine/png.h"
 #include "files.h"
-#include "scene/packed.h"
+#include "scene/gltf_reader.h"
 #include "test.h"
 
 static ibl_ctx *quiet; /* keeps its messages in kept */
@@ -943,13 +943,11 @@ TEST(extensions)
 
 /* ---- what is packed ---------------------------------------------------- */
 
-static void need_decoder(ibl_scene_decoder d)
-{
-    const char *why;
-
-    if (!ibl_scene_decoders_for(d, &why))
-        test_skip("%s", why);
-}
+#define NEED_DECODER(name)                                                     \
+    do                                                                         \
+        if (!ibl_gltf_decoders()->name)                                        \
+            test_skip("built without " #name);                                 \
+    while (0)
 
 /* A file whose buffer has these bytes, with a view of all of them. */
 static const char *packed_text(const char *base64, const char *more)
@@ -1002,7 +1000,7 @@ TEST(draco)
                   "AAAA/wAAAA==",
                   2e-3}};
 
-    need_decoder(IBL_SCENE_DRACO);
+    NEED_DECODER(draco);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const ibl_scene *s = read_text(packed_text(
             cases[i].bytes,
@@ -1044,7 +1042,7 @@ TEST(meshopt)
                                         "TRIANGLES", "INDICES"};
     const char *buffers = "", *views = "";
 
-    need_decoder(IBL_SCENE_MESHOPT);
+    NEED_DECODER(meshopt);
     for (int i = 0; i < 4; i++) {
         buffers =
             test_text("%s{\"uri\":\"data:;base64,%s\",\"byteLength\":%d},",
@@ -1089,7 +1087,7 @@ TEST(webp)
             "jyVkRP8DAA==\"}]";
     ibl_scene_survey survey = {0};
 
-    need_decoder(IBL_SCENE_WEBP);
+    NEED_DECODER(webp);
     NEED(!ibl_scene_survey_add(quiet, read_square(text), &survey));
     CHECK_NEAR(survey.metal[16].share, 0.5, 1e-4);
     CHECK_NEAR(survey.dielectric[64].share, 0.5, 1e-4);
@@ -1105,7 +1103,7 @@ TEST(packed_damage)
                                 "/wAAAA==";
     char changed[sizeof draco];
 
-    need_decoder(IBL_SCENE_DRACO);
+    NEED_DECODER(draco);
     for (size_t i = 0; i < sizeof draco - 3; i++) {
         ibl_status status;
         memcpy(changed, draco, sizeof draco);

@@ -46,21 +46,10 @@ static uint32_t word_of(const unsigned char *p, component type)
     return word;
 }
 
-static bool is_signed(component type)
-{
-    return type == I8 || type == I16;
-}
-
-static double unit_of(const elements *e)
-{
-    const int bits = 8 * (int)size_of(e->type) - is_signed(e->type);
-
-    return e->normalized && e->type != F32 ? (double)((1ull << bits) - 1) : 1;
-}
-
 static float number_of(const unsigned char *p, const elements *e)
 {
     const uint32_t word = word_of(p, e->type);
+    const int sign = e->type == I8 || e->type == I16;
     const int bits = 8 * (int)size_of(e->type);
     double x = word;
     float f;
@@ -69,9 +58,11 @@ static float number_of(const unsigned char *p, const elements *e)
         memcpy(&f, &word, sizeof f);
         return f;
     }
-    if (is_signed(e->type) && word >> (bits - 1))
+    if (sign && word >> (bits - 1))
         x -= (double)(1ull << bits);
-    return (float)(e->normalized ? fmax(x / unit_of(e), -1) : x);
+    if (e->normalized)
+        x = fmax(x / (double)((1ull << (bits - sign)) - 1), -1);
+    return (float)x;
 }
 
 /* ---- the JSON --------------------------------------------------------- */
@@ -143,12 +134,12 @@ static bool find(ibl_gltf *g, ibl_json_at index, ibl_json_at *at, elements *e)
     return take_form(*at, e);
 }
 
-double ibl_gltf_unit(ibl_gltf *g, ibl_json_at index)
+bool ibl_gltf_normalized(ibl_gltf *g, ibl_json_at index)
 {
     ibl_json_at at;
     elements e;
 
-    return find(g, index, &at, &e) ? unit_of(&e) : 1;
+    return find(g, index, &at, &e) && e.normalized;
 }
 
 bool ibl_gltf_count(ibl_gltf *g, ibl_json_at at, uint64_t values)

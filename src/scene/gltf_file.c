@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "common/names.h"
 #include "common/path.h"
 #include "core/alloc.h"
 #include "core/context.h"
@@ -16,49 +17,42 @@
 #include "json/text.h"
 
 enum {
-    HEADER = 12,     /* bytes of .glb before its chunks */
-    CHUNK = 8,       /* bytes of a chunk before its data */
-    MOST_NAMES = 256 /* of extensions that are looked at */
+    HEADER = 12,    /* bytes of .glb before its chunks */
+    CHUNK = 8,      /* bytes of a chunk before its data */
+    MOST_NAMES = 64 /* of extensions */
 };
 
-/* Extensions. NULL: what they say is read; else what it means that they are
- * not. */
+/* Extensions that are read, and what it means that another is not, by words in
+ * its name. */
+static const char *const known[] = {"EXT_mesh_gpu_instancing",
+                                    "EXT_meshopt_compression",
+                                    "EXT_texture_webp",
+                                    "KHR_draco_mesh_compression",
+                                    "KHR_materials_anisotropy",
+                                    "KHR_materials_clearcoat",
+                                    "KHR_materials_emissive_strength",
+                                    "KHR_materials_ior",
+                                    "KHR_materials_pbrSpecularGlossiness",
+                                    "KHR_materials_sheen",
+                                    "KHR_materials_specular",
+                                    "KHR_materials_transmission",
+                                    "KHR_materials_unlit",
+                                    "KHR_mesh_quantization",
+                                    "KHR_node_visibility",
+                                    "KHR_texture_transform",
+                                    NULL};
 static const struct {
-    const char *name, *lost;
-} extensions[] = {
-    {"EXT_mesh_gpu_instancing", NULL},
-    {"EXT_meshopt_compression", NULL},
-    {"EXT_texture_webp", NULL},
-    {"KHR_draco_mesh_compression", NULL},
-    {"KHR_materials_anisotropy", NULL},
-    {"KHR_materials_clearcoat", NULL},
-    {"KHR_materials_emissive_strength", NULL},
-    {"KHR_materials_ior", NULL},
-    {"KHR_materials_pbrSpecularGlossiness", NULL},
-    {"KHR_materials_sheen", NULL},
-    {"KHR_materials_specular", NULL},
-    {"KHR_materials_transmission", NULL},
-    {"KHR_materials_unlit", NULL},
-    {"KHR_mesh_quantization", NULL},
-    {"KHR_node_visibility", NULL},
-    {"KHR_texture_transform", NULL},
-    {"EXT_lights_ies", "its lights are left out"},
-    {"EXT_lights_image_based", "its light is left out"},
-    {"EXT_mesh_manifold", "it changes nothing that is drawn"},
-    {"EXT_texture_avif", "its images give way to others, or to their factors"},
-    {"KHR_animation_pointer", "nothing moves"},
-    {"KHR_lights_punctual", "its lights are left out"},
-    {"KHR_materials_diffuse_transmission", "no light comes through surfaces"},
-    {"KHR_materials_dispersion", "light that is refracted keeps its colours"},
-    {"KHR_materials_iridescence", "reflections keep their colours"},
-    {"KHR_materials_variants", "the material of no variant is taken"},
-    {"KHR_materials_volume", "what transmits light has no thickness"},
-    {"KHR_meshopt_compression", "what it packs is left out"},
-    {"KHR_texture_basisu",
-     "its images give way to others, or to their factors"},
-    {"KHR_xmp_json_ld", "it changes nothing that is drawn"},
-    {"MSFT_lod", "the first of its levels is taken"},
-    {"MSFT_texture_dds", "its images give way to others, or to their factors"},
+    const char *word, *lost;
+} meanings[] = {
+    {"variants", "the materials of no variant are taken"},
+    {"materials", "surfaces are drawn without it"},
+    {"texture", "its images give way to others, or to their factors"},
+    {"light", "its light is left out"},
+    {"compression", "what it packs is left out"},
+    {"animation", "nothing moves"},
+    {"xmp", "it changes nothing that is drawn"},
+    {"manifold", "it changes nothing that is drawn"},
+    {"", "what it adds is left out"},
 };
 
 static uint32_t word(const unsigned char *p)
@@ -275,37 +269,35 @@ static bool check_version(ibl_gltf *g)
                            version ? ibl_quote(version, quoted) : "");
 }
 
-/* Names each extension once that is not read. */
-static void check_extensions(ibl_gltf *g, const char *key, bool needed)
+/* Names each extension once that is not read; strict, refuses one that the file
+ * needs. */
+static void check_extensions(ibl_gltf *g)
 {
-    ibl_json_at array;
-    const int count = ibl_gltf_array(g, key, &array);
-    const json_t *used = json_object_get(g->json.root, "extensionsUsed");
+    ibl_json_at list[2];
+    const int used = ibl_gltf_array(g, "extensionsUsed", &list[0]);
+    const int all = used + ibl_gltf_array(g, "extensionsRequired", &list[1]);
+    const char *told[MOST_NAMES], *name;
+    int count = 0, k;
 
-    for (int i = 0; i < count && i < MOST_NAMES; i++) {
-        const json_t *item = json_array_get(array.value, (size_t)i);
-        const char *name = json_string_value(item);
-        const char *lost = "what it adds is left out";
-        char quoted[IBL_QUOTE_BYTES];
-        bool told = !name || g->status;
-        for (size_t k = 0; k < (size_t)i && !told; k++)
-            told = json_equal(json_array_get(array.value, k), item);
-        for (size_t k = 0; k < json_array_size(used) && !told && needed; k++)
-            told = !g->strict && json_equal(json_array_get(used, k), item);
-        for (size_t k = 0; k < sizeof extensions / sizeof *extensions && !told;
-             k++)
-            if (!strcmp(name, extensions[k].name)) {
-                lost = extensions[k].lost;
-                told = !lost;
-            }
-        if (told)
+    for (int i = 0; i < all && count < MOST_NAMES && !g->status; i++) {
+        const bool needed = i >= used;
+        name = json_string_value(json_array_get(
+            list[needed].value, (size_t)(needed ? i - used : i)));
+        for (k = 0; name && k < count && strcmp(name, told[k]); k++)
+            ;
+        if (!name || ibl_names_find(known, name) >= 0 ||
+            (k < count && !(needed && g->strict)))
             continue;
-        if (g->strict && needed)
+        char quoted[IBL_QUOTE_BYTES];
+        told[count++] = name;
+        for (k = 0; !strstr(name, meanings[k].word); k++)
+            ;
+        if (needed && g->strict)
             ibl_gltf_refuse(g, "it needs %s, which is not read: %s",
-                            ibl_quote(name, quoted), lost);
+                            ibl_quote(name, quoted), meanings[k].lost);
         else
             ibl_warn(g->ctx, "%s: %s is not read: %s", g->path,
-                     ibl_quote(name, quoted), lost);
+                     ibl_quote(name, quoted), meanings[k].lost);
     }
 }
 
@@ -348,8 +340,7 @@ bool ibl_gltf_open(ibl_gltf *g)
     if (!read_file(g, g->path, &all) || !find_chunks(g, all, &json) ||
         !parse(g, json) || !check_version(g))
         return false;
-    check_extensions(g, "extensionsUsed", false);
-    check_extensions(g, "extensionsRequired", true);
+    check_extensions(g);
     g->buffer_count = ibl_gltf_array(g, "buffers", &array);
     const int count = ibl_gltf_array(g, "bufferViews", &views);
     g->buffers = calloc((size_t)g->buffer_count + 1, sizeof *g->buffers);

@@ -115,27 +115,16 @@ static bool read_sampler(ibl_gltf *g, ibl_json_at index, ibl_scene_texture *t)
 /* *set: the file's number of the texture coordinates. */
 static bool read_transform(ibl_json_at at, ibl_scene_texture *t, int *set)
 {
-    double offset[2] = {0}, scale[2] = {1, 1}, rotation = 0;
     ibl_json_at k;
 
-    if (!ibl_gltf_extension(at, "KHR_texture_transform", &k))
-        return false;
-    if (!k.value)
-        return true;
-    if (!ibl_gltf_reals(ibl_json_optional(&k, "offset"), 2, -1e30, 1e30,
-                        offset) ||
-        !ibl_gltf_reals(ibl_json_optional(&k, "scale"), 2, -1e30, 1e30,
-                        scale) ||
-        !ibl_gltf_reals(ibl_json_optional(&k, "rotation"), 1, -1e30, 1e30,
-                        &rotation) ||
-        !ibl_json_int(ibl_json_optional(&k, "texCoord"), 0, INT32_MAX, set))
-        return false;
-    for (int i = 0; i < 2; i++) {
-        t->offset[i] = (float)offset[i];
-        t->scale[i] = (float)scale[i];
-    }
-    t->rotation = (float)rotation;
-    return true;
+    return ibl_gltf_extension(at, "KHR_texture_transform", &k) &&
+           ibl_gltf_reals(ibl_json_optional(&k, "offset"), 2, -1e30, 1e30,
+                          t->offset) &&
+           ibl_gltf_reals(ibl_json_optional(&k, "scale"), 2, -1e30, 1e30,
+                          t->scale) &&
+           ibl_gltf_reals(ibl_json_optional(&k, "rotation"), 1, -1e30, 1e30,
+                          &t->rotation) &&
+           ibl_json_int(ibl_json_optional(&k, "texCoord"), 0, INT32_MAX, set);
 }
 
 /* The image of a texture, by an extension or its source. Of WebP the source is
@@ -147,15 +136,13 @@ static bool read_source(ibl_gltf *g, ibl_json_at at, int *image)
                                         "MSFT_texture_dds"};
     const int count = g->scene->image_count;
     ibl_json_at in;
-    const char *why;
 
     if (!ibl_gltf_index(ibl_json_optional(&at, "source"), count, image))
         return false;
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         if (!ibl_gltf_extension(at, names[i], &in))
             return false;
-        if (!in.value || (*image >= 0 &&
-                          (i || !ibl_scene_decoders_for(IBL_SCENE_WEBP, &why))))
+        if (!in.value || (*image >= 0 && (i || !ibl_gltf_decoders()->webp)))
             continue;
         if (!ibl_gltf_index(ibl_json_member(&in, "source"), count, image))
             return false;

@@ -54,7 +54,6 @@ static bool read_attribute(ibl_gltf *g, ibl_json_at index, ibl_json_at id,
     float **to = field(p, i);
     const int most = attributes[i].most;
     uint32_t count = p->vertex_count;
-    const char *why;
 
     if (!id.value) {
         if (!ibl_gltf_floats(g, index, attributes[i].least, most, to, &count))
@@ -66,9 +65,8 @@ static bool read_attribute(ibl_gltf *g, ibl_json_at index, ibl_json_at id,
             return ibl_gltf_no_memory(g);
         if (!ibl_json_int(id, 0, INT32_MAX, &number))
             return false;
-        if (!ibl_scene_decoders_for(IBL_SCENE_DRACO, &why)
-                 ->draco_floats(packed, number, ibl_gltf_unit(g, index), most,
-                                *to))
+        if (!ibl_gltf_decoders()->draco_floats(
+                packed, number, ibl_gltf_normalized(g, index), most, *to))
             return ibl_json_complain(id, "damaged: Draco has no such numbers");
     } else {
         return false;
@@ -84,17 +82,18 @@ static bool read_attribute(ibl_gltf *g, ibl_json_at index, ibl_json_at id,
 
 /* An attribute that is wrong is left out, but for positions. */
 static bool read_attributes(ibl_gltf *g, ibl_json_at at, ibl_json_at ids,
-                            const ibl_draco *packed, ibl_scene_primitive *p)
+                            bool skinned, const ibl_draco *packed,
+                            ibl_scene_primitive *p)
 {
     const ibl_scene_material *m = &g->scene->materials[p->material];
-    const bool skins = json_array_size(json_object_get(g->json.root, "skins"));
 
     for (int i = 0; i < ATTRIBUTES; i++) {
         const int set = i < TEXCOORDS ? 0 : m->sets[i - TEXCOORDS];
         char name[32];
         snprintf(name, sizeof name, attributes[i].name, set);
         const ibl_json_at index = ibl_json_member(&at, name);
-        if (!index.value || set < 0 || (i >= JOINTS && i < TEXCOORDS && !skins))
+        if (!index.value || set < 0 ||
+            (i >= JOINTS && i < TEXCOORDS && !skinned))
             continue;
         if (read_attribute(g, index, ibl_json_member(&ids, name), packed, i, p))
             continue;
@@ -111,7 +110,6 @@ static bool read_indices(ibl_gltf *g, ibl_json_at at, const ibl_draco *packed,
                          ibl_scene_primitive *p)
 {
     const ibl_json_at index = ibl_json_member(&at, "indices");
-    const char *why;
 
     if (!packed && index.value) {
         if (!ibl_gltf_indices(g, index, &p->index, &p->index_count))
@@ -126,8 +124,7 @@ static bool read_indices(ibl_gltf *g, ibl_json_at at, const ibl_draco *packed,
         for (uint32_t i = 0; i < p->index_count && !packed; i++)
             p->index[i] = i;
         if (packed)
-            ibl_scene_decoders_for(IBL_SCENE_DRACO, &why)
-                ->draco_indices(packed, p->index);
+            ibl_gltf_decoders()->draco_indices(packed, p->index);
     }
     for (uint32_t i = 0; i < p->index_count; i++)
         if (p->index[i] >= p->vertex_count)
@@ -140,12 +137,12 @@ static bool read_indices(ibl_gltf *g, ibl_json_at at, const ibl_draco *packed,
 
 /* Reads what a primitive has, packed or not. Where the first cannot be had, the
  * accessors may have bytes of their own. */
-static bool read_arrays(ibl_gltf *g, ibl_json_at at, ibl_scene_primitive *p)
+static bool read_arrays(ibl_gltf *g, ibl_json_at at, bool skinned,
+                        ibl_scene_primitive *p)
 {
     const ibl_json_at list = ibl_json_member(&at, "attributes");
     ibl_json_at extension, ids;
     ibl_draco *packed = NULL;
-    const char *why;
 
     if (!ibl_gltf_extension(at, "KHR_draco_mesh_compression", &extension) ||
         !ibl_gltf_object(extension, "attributes", &ids))
@@ -165,10 +162,10 @@ static bool read_arrays(ibl_gltf *g, ibl_json_at at, ibl_scene_primitive *p)
                              "bufferView"))
             return false;
     }
-    const bool ok = read_attributes(g, list, ids, packed, p) &&
+    const bool ok = read_attributes(g, list, ids, skinned, packed, p) &&
                     read_indices(g, at, packed, p);
     if (packed)
-        ibl_scene_decoders_for(IBL_SCENE_DRACO, &why)->draco_free(packed);
+        ibl_gltf_decoders()->draco_free(packed);
     return ok;
 }
 
@@ -284,7 +281,7 @@ bool ibl_gltf_drop_nowhere(ibl_gltf *g, ibl_scene_primitive *p)
     return kept;
 }
 
-static void read_primitive(ibl_gltf *g, ibl_json_at at)
+static void read_primitive(ibl_gltf *g, ibl_json_at at, bool skinned)
 {
     ibl_scene *s = g->scene;
     const ibl_json_at list = ibl_json_member(&at, "attributes");
@@ -306,38 +303,46 @@ static void read_primitive(ibl_gltf *g, ibl_json_at at)
     ibl_scene_primitive *p = &s->primitives[s->primitive_count];
     *p = (ibl_scene_primitive){.material = material < 0 ? s->material_count - 1
                                                         : material};
-    if (read_arrays(g, at, p) && unroll(g, (mode)m, p) &&
+    if (read_arrays(g, at, skinned, p) && unroll(g, (mode)m, p) &&
         ibl_gltf_drop_nowhere(g, p) && (p->normal || flatten(g, p)))
         s->primitive_count++;
     else
         ibl_scene_primitive_free(p);
 }
 
-void ibl_gltf_meshes(ibl_gltf *g)
+bool ibl_gltf_mesh(ibl_gltf *g, int i, bool skinned, int *first, int *end)
 {
     ibl_scene *s = g->scene;
     ibl_json_at meshes;
+    const int total = ibl_gltf_array(g, "meshes", &meshes);
 
-    g->mesh_count = ibl_gltf_array(g, "meshes", &meshes);
-    g->mesh_first = calloc((size_t)g->mesh_count + 1, sizeof(int));
-    if (!g->mesh_first)
-        ibl_gltf_no_memory(g);
-    for (int i = 0; i < g->mesh_count && !g->status; i++) {
-        const ibl_json_at mesh = ibl_json_element(&meshes, (size_t)i);
-        const ibl_json_at list = ibl_json_member(&mesh, "primitives");
-        const size_t count = ibl_json_array(list, 0, INT32_MAX)
-                                 ? json_array_size(list.value)
-                                 : 0;
-        ibl_scene_primitive *all =
-            realloc(s->primitives,
-                    ((size_t)s->primitive_count + count + 1) * sizeof *all);
-        if (!all) {
-            ibl_gltf_no_memory(g);
-            return;
-        }
-        s->primitives = all;
-        for (size_t k = 0; k < count && !g->status; k++)
-            read_primitive(g, ibl_json_element(&list, k));
-        g->mesh_first[i + 1] = s->primitive_count;
+    if (!g->mesh) {
+        g->mesh = calloc((size_t)total + 1, sizeof *g->mesh);
+        if (!g->mesh)
+            return ibl_gltf_no_memory(g);
     }
+    *first = g->mesh[i][0];
+    *end = g->mesh[i][1] - 1;
+    if (*end >= 0 && !skinned)
+        return true;
+    const ibl_json_at mesh = ibl_json_element(&meshes, (size_t)i);
+    const ibl_json_at list = ibl_json_member(&mesh, "primitives");
+    const size_t count = json_array_size(list.value);
+    if (!ibl_json_array(list, 0, INT32_MAX) ||
+        !ibl_gltf_count(g, list, 64 * count))
+        return false;
+    const size_t all = (size_t)s->primitive_count + count + 1;
+    ibl_scene_primitive *more = realloc(s->primitives, all * sizeof *more);
+    if (!more)
+        return ibl_gltf_no_memory(g);
+    s->primitives = more;
+    *first = s->primitive_count;
+    for (size_t k = 0; k < count && !g->status; k++)
+        read_primitive(g, ibl_json_element(&list, k), skinned);
+    *end = s->primitive_count;
+    if (!skinned) {
+        g->mesh[i][0] = *first;
+        g->mesh[i][1] = *end + 1;
+    }
+    return !g->status;
 }

@@ -20,7 +20,7 @@ static const double unit[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
 typedef struct nodes {
     ibl_gltf *g;
     ibl_json_at array;
-    int total;
+    int total, meshes;
     placed *list;
     int count;
     bool *seen;
@@ -93,8 +93,7 @@ static void add_node(nodes *n, ibl_json_at index, const double above[16],
     *p = (placed){.node = i, .hidden = hidden};
     if (!read_local(at, local))
         return;
-    if (!ibl_gltf_index(ibl_json_optional(&at, "mesh"), n->g->mesh_count,
-                        &p->mesh))
+    if (!ibl_gltf_index(ibl_json_optional(&at, "mesh"), n->meshes, &p->mesh))
         p->mesh = -1;
     if (ibl_gltf_extension(at, "KHR_node_visibility", &visibility) &&
         json_is_false(json_object_get(visibility.value, "visible")))
@@ -185,7 +184,8 @@ static bool add_draws(ibl_gltf *g, int first, int end, const double world[16])
 }
 
 /* EXT_mesh_gpu_instancing: translation, rotation and scale of each. */
-static bool add_instances(nodes *n, const placed *p, ibl_json_at list)
+static void add_instances(nodes *n, const placed *p, ibl_json_at list,
+                          int first, int end)
 {
     static const char *const names[] = {"TRANSLATION", "ROTATION", "SCALE"};
     static const int sizes[] = {3, 4, 3};
@@ -213,12 +213,10 @@ static bool add_instances(nodes *n, const placed *p, ibl_json_at list)
                 v[k][c] = (double)values[k][i * (size_t)sizes[k] + (size_t)c];
         compose(v[0], v[1], v[2], local);
         multiply(n->world[p->node], local, world);
-        ok = add_draws(g, g->mesh_first[p->mesh], g->mesh_first[p->mesh + 1],
-                       world);
+        ok = add_draws(g, first, end, world);
     }
     for (int i = 0; i < 3; i++)
         ibl_free(values[i]);
-    return ok;
 }
 
 /* A skin moves its mesh in place of the node. */
@@ -226,57 +224,30 @@ static void draw_node(nodes *n, const placed *p)
 {
     ibl_gltf *g = n->g;
     const ibl_json_at at = ibl_json_element(&n->array, (size_t)p->node);
+    const ibl_json_at skin = ibl_json_member(&at, "skin");
     ibl_json_at instances;
-    int first = g->mesh_first[p->mesh], end = g->mesh_first[p->mesh + 1];
+    int first, end;
     double world[16];
 
-    if (!ibl_gltf_extension(at, "EXT_mesh_gpu_instancing", &instances))
+    if (!ibl_gltf_extension(at, "EXT_mesh_gpu_instancing", &instances) ||
+        !ibl_gltf_mesh(g, p->mesh, skin.value, &first, &end))
         return;
-    memcpy(world, n->world[p->node], sizeof world);
-    if (json_object_get(at.value, "skin")) {
-        memcpy(world, unit, sizeof world);
-        if (!ibl_gltf_skin(g, at, p->mesh, (const double(*)[16])n->world,
-                           n->total, &first, world + 12))
-            return;
-        end = g->scene->primitive_count;
-    } else if (instances.value) {
-        add_instances(n, p, ibl_json_member(&instances, "attributes"));
-        return;
-    }
-    add_draws(g, first, end, world);
-}
-
-/* Frees the primitives that nothing draws, and what only skins needed. */
-static void keep_drawn(ibl_scene *s, int *number)
-{
-    int kept = 0;
-
-    for (int i = 0; i < s->draw_count; i++)
-        number[s->draws[i].primitive] = 1;
-    for (int i = 0; i < s->primitive_count; i++) {
-        ibl_scene_primitive p = s->primitives[i];
-        if (!number[i]) {
-            ibl_scene_primitive_free(&p);
-            continue;
-        }
-        for (int k = 0; k < IBL_SCENE_JOINTS; k++) {
-            ibl_free(p.joints[k]);
-            ibl_free(p.weights[k]);
-            p.joints[k] = p.weights[k] = NULL;
-        }
-        number[i] = kept;
-        s->primitives[kept++] = p;
-    }
-    s->primitive_count = kept;
-    for (int i = 0; i < s->draw_count; i++)
-        s->draws[i].primitive = number[s->draws[i].primitive];
+    memcpy(world, skin.value ? unit : n->world[p->node], sizeof world);
+    if (instances.value && !skin.value)
+        add_instances(n, p, ibl_json_member(&instances, "attributes"), first,
+                      end);
+    else if (!skin.value ||
+             ibl_gltf_skin(g, skin, (const double(*)[16])n->world, n->total,
+                           first, world + 12))
+        add_draws(g, first, skin.value ? g->scene->primitive_count : end,
+                  world);
 }
 
 void ibl_gltf_nodes(ibl_gltf *g)
 {
-    ibl_scene *s = g->scene;
     nodes n = {.g = g};
 
+    n.meshes = ibl_gltf_array(g, "meshes", &n.array);
     n.total = ibl_gltf_array(g, "nodes", &n.array);
     n.list = malloc(((size_t)n.total + 1) * sizeof *n.list);
     n.seen = calloc((size_t)n.total + 1, sizeof *n.seen);
@@ -289,14 +260,8 @@ void ibl_gltf_nodes(ibl_gltf *g)
         for (int i = 0; i < n.count && !g->status; i++)
             if (n.list[i].mesh >= 0 && !n.list[i].hidden)
                 draw_node(&n, &n.list[i]);
-    if (!g->status && !s->draw_count)
+    if (!g->status && !g->scene->draw_count)
         ibl_gltf_refuse(g, "its scene has no triangles");
-    int *number = calloc((size_t)s->primitive_count + 1, sizeof *number);
-    if (number)
-        keep_drawn(s, number);
-    else
-        ibl_gltf_no_memory(g);
-    free(number);
     free(n.list);
     free(n.seen);
     free(n.world);

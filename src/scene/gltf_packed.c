@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* What is packed in glTF: EXT_meshopt_compression and
- * KHR_draco_mesh_compression; and the decoders for it, which are loaded when
- * a file needs them. */
-#include "scene/packed.h"
-
+ * KHR_draco_mesh_compression; and the decoders for it and for WebP, which are
+ * loaded when a file needs them. */
 #include <dlfcn.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "common/path.h"
@@ -15,80 +14,53 @@
 #define IBL_SCENE_BRIDGE "/usr/local/lib/iblbake/libiblscene.so"
 #endif
 
-static ibl_scene_decoders loaded;
+static const ibl_decoders none;
+static const ibl_decoders *loaded = &none;
 static char reason[256];
-static pthread_once_t once = PTHREAD_ONCE_INIT;
-
-/* POSIX lets a pointer from dlsym become a function pointer; C has no cast. */
-static bool find(void *library, const char *name, void *call)
-{
-    void *symbol = dlsym(library, name);
-    memcpy(call, &symbol, sizeof symbol);
-    return symbol != NULL;
-}
 
 /* It stays open: statics of its libraries do not survive unloading. */
 static void load(void)
 {
+    const ibl_decoders *(*of)(int) = NULL;
     char path[IBL_PART_BYTES];
-    int (*abi)(void);
-    ibl_scene_decoders d;
 
     if (!ibl_path_of_part("libiblscene.so", path))
         strcpy(path, IBL_SCENE_BRIDGE);
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    if (!library)
-        snprintf(reason, sizeof reason,
-                 "%.180s: install or build iblbake again", dlerror());
-    else if (!find(library, "ibl_scene_bridge_abi", &abi) ||
-             abi() != IBL_SCENE_BRIDGE_ABI ||
-             !find(library, "ibl_scene_bridge_has", &d.has) ||
-             !find(library, "ibl_scene_meshopt", &d.meshopt) ||
-             !find(library, "ibl_scene_webp_size", &d.webp_size) ||
-             !find(library, "ibl_scene_webp", &d.webp) ||
-             !find(library, "ibl_scene_draco", &d.draco) ||
-             !find(library, "ibl_scene_draco_floats", &d.draco_floats) ||
-             !find(library, "ibl_scene_draco_indices", &d.draco_indices) ||
-             !find(library, "ibl_scene_draco_free", &d.draco_free))
-        snprintf(reason, sizeof reason, "%.200s is of another version", path);
+    void *symbol = library ? dlsym(library, "ibl_decoders_of") : NULL;
+    /* POSIX lets it become a function pointer; C has no cast. */
+    memcpy(&of, &symbol, sizeof of);
+    if (of && of(IBL_DECODERS_ABI))
+        loaded = of(IBL_DECODERS_ABI);
     else
-        loaded = d;
+        snprintf(reason, sizeof reason,
+                 "%.180s: install or build iblbake again",
+                 library ? "libiblscene.so is of another version" : dlerror());
 }
 
-const ibl_scene_decoders *ibl_scene_decoders_for(ibl_scene_decoder d,
-                                                 const char **why)
+const ibl_decoders *ibl_gltf_decoders(void)
 {
-    static const char *const missing[] = {
-        [IBL_SCENE_MESHOPT] = "built without meshoptimizer: install "
-                              "libmeshoptimizer-dev and build iblbake again",
-        [IBL_SCENE_DRACO] = "built without Draco: install libdraco-dev and "
-                            "build iblbake again",
-        [IBL_SCENE_WEBP] = "built without WebP: install libwebp-dev and build "
-                           "iblbake again"};
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
 
     pthread_once(&once, load);
-    *why = loaded.has ? missing[d] : reason;
-    return loaded.has && loaded.has(d) ? &loaded : NULL;
+    return loaded;
 }
 
-/* The same, reported for the first part that needs it. */
-static const ibl_scene_decoders *decoders(ibl_gltf *g, ibl_json_at at,
-                                          ibl_scene_decoder d)
+/* Reports that a decoder is missing, for the first part that needs it. */
+static bool lacks(ibl_gltf *g, ibl_json_at at, int decoder, const char *package)
 {
-    const char *why;
-    const ibl_scene_decoders *all = ibl_scene_decoders_for(d, &why);
-
-    if (all)
-        return all;
-    if (g->lacked & 1u << d)
+    if (g->lacked & 1u << decoder)
         g->wrong++;
+    else if (*reason)
+        ibl_json_complain(at, "%s; all such parts are", reason);
     else
-        ibl_json_complain(at, "%s; all such parts are", why);
-    g->lacked |= 1u << d;
-    return NULL;
+        ibl_json_complain(at,
+                          "built without its decoder: install %s and build "
+                          "iblbake again; all such parts are",
+                          package);
+    g->lacked |= 1u << decoder;
+    return false;
 }
-
-/* ---- meshoptimizer ---------------------------------------------------- */
 
 bool ibl_gltf_unpack(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *out,
                      int *stride)
@@ -97,6 +69,7 @@ bool ibl_gltf_unpack(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *out,
                                         NULL};
     static const char *const filters[] = {"NONE", "OCTAHEDRAL", "QUATERNION",
                                           "EXPONENTIAL", NULL};
+    const ibl_decoders *d = ibl_gltf_decoders();
     int mode = 0, filter = 0, count = 0;
     ibl_gltf_bytes packed;
 
@@ -104,9 +77,8 @@ bool ibl_gltf_unpack(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *out,
         return false;
     if (out->bytes)
         return true;
-    const ibl_scene_decoders *d = decoders(g, at, IBL_SCENE_MESHOPT);
-    if (!d)
-        return false;
+    if (!d->meshopt)
+        return lacks(g, at, 0, "libmeshoptimizer-dev");
     if (!ibl_json_choice(ibl_json_member(&at, "mode"), modes, &mode) ||
         !ibl_json_choice(ibl_json_optional(&at, "filter"), filters, &filter) ||
         !ibl_json_int(ibl_json_member(&at, "count"), 1, IBL_SCENE_VALUES,
@@ -130,27 +102,25 @@ bool ibl_gltf_unpack(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *out,
     return true;
 }
 
-/* ---- Draco ------------------------------------------------------------ */
-
 bool ibl_gltf_draco(ibl_gltf *g, ibl_json_at at, ibl_draco **mesh,
                     uint32_t *vertices, uint32_t *corners)
 {
+    const ibl_decoders *d = ibl_gltf_decoders();
     ibl_gltf_bytes packed;
     uint32_t triangles;
     int stride = 0;
-    const ibl_scene_decoders *d = decoders(g, at, IBL_SCENE_DRACO);
 
-    if (!d ||
-        !ibl_gltf_view(g, ibl_json_member(&at, "bufferView"), &packed, &stride))
+    if (!d->draco)
+        return lacks(g, at, 1, "libdraco-dev");
+    if (!ibl_gltf_view(g, ibl_json_member(&at, "bufferView"), &packed, &stride))
         return false;
     *mesh = d->draco(packed.bytes, packed.size, vertices, &triangles);
     if (!*mesh)
         return ibl_json_complain(at, "damaged: no triangles of Draco");
+    *corners = 3 * triangles;
     if (triangles <= UINT32_MAX / 3 &&
-        ibl_gltf_count(g, at, 3 * (uint64_t)triangles + *vertices)) {
-        *corners = 3 * triangles;
+        ibl_gltf_count(g, at, 3 * (uint64_t)triangles + *vertices))
         return true;
-    }
     d->draco_free(*mesh);
     *mesh = NULL;
     return false;

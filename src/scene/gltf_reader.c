@@ -118,7 +118,7 @@ ibl_status ibl_scene_read(ibl_ctx *ctx, const char *path, bool strict,
                           ibl_scene *out)
 {
     static void (*const parts[])(ibl_gltf *) = {
-        ibl_gltf_images, ibl_gltf_materials, ibl_gltf_meshes, ibl_gltf_nodes};
+        ibl_gltf_images, ibl_gltf_materials, ibl_gltf_nodes};
     ibl_gltf g = {.ctx = ctx, .path = path, .scene = out, .strict = strict};
 
     *out = (ibl_scene){.strict = strict};
@@ -132,7 +132,7 @@ ibl_status ibl_scene_read(ibl_ctx *ctx, const char *path, bool strict,
     json_decref(g.json.root);
     free(g.buffers);
     free(g.views);
-    free(g.mesh_first);
+    free(g.mesh);
     return g.status;
 }
 

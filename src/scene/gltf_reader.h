@@ -6,8 +6,8 @@
 #ifndef SCENE_GLTF_READER_H
 #define SCENE_GLTF_READER_H
 
+#include "io/bridge/models.h"
 #include "io/input.h"
-#include "scene/packed.h"
 #include "scene/scene.h"
 #include "json/json_at.h"
 
@@ -39,8 +39,8 @@ typedef struct ibl_gltf {
     ibl_gltf_bytes chunk; /* the binary chunk of .glb */
     ibl_gltf_bytes *buffers;
     int buffer_count;
-    int *mesh_first; /* primitive with which a mesh begins; one more in all */
-    int mesh_count;
+    int (*mesh)[2]; /* of each the first primitive and the last's number + 2;
+                       0: it is not read yet */
     ibl_gltf_bytes *views; /* that were unpacked; else without bytes */
     bool strict;     /* what is wrong with a part is an error of the file */
     uint64_t values; /* that were read */
@@ -85,14 +85,15 @@ bool ibl_gltf_floats(ibl_gltf *g, ibl_json_at index, int least, int most,
                      float **out, uint32_t *count);
 bool ibl_gltf_indices(ibl_gltf *g, ibl_json_at index, uint32_t **out,
                       uint32_t *count);
-/* What integers of an accessor are divided by: 1 if they are not normalized. */
-double ibl_gltf_unit(ibl_gltf *g, ibl_json_at index);
+bool ibl_gltf_normalized(ibl_gltf *g, ibl_json_at index);
 /* Makes 0 of what is not finite, and counts it. */
 void ibl_gltf_mend(ibl_gltf *g, float *values, size_t count);
 /* Counts numbers before they take memory. False: they are too many. */
 bool ibl_gltf_count(ibl_gltf *g, ibl_json_at at, uint64_t values);
 
-/* gltf_packed.c */
+/* gltf_packed.c: decoders that are loaded on demand, on any thread; those that
+ * are missing are NULL. */
+const ibl_decoders *ibl_gltf_decoders(void);
 /* Unpacks the bytes of a bufferView with EXT_meshopt_compression. */
 bool ibl_gltf_unpack(ibl_gltf *g, ibl_json_at extension, ibl_gltf_bytes *out,
                      int *stride);
@@ -104,14 +105,16 @@ bool ibl_gltf_draco(ibl_gltf *g, ibl_json_at extension, ibl_draco **mesh,
 void ibl_gltf_materials(ibl_gltf *g); /* gltf_material.c */
 /* Takes an image out of all materials. */
 void ibl_scene_forget(ibl_scene *s, int image);
-void ibl_gltf_meshes(ibl_gltf *g); /* gltf_mesh.c */
+/* gltf_mesh.c: adds the primitives of a mesh, once; skinned: anew, with joints
+ * and weights. */
+bool ibl_gltf_mesh(ibl_gltf *g, int mesh, bool skinned, int *first, int *end);
 /* Drops triangles with a vertex that is nowhere. False: none is left. */
 bool ibl_gltf_drop_nowhere(ibl_gltf *g, ibl_scene_primitive *p);
 void ibl_gltf_nodes(ibl_gltf *g); /* gltf_node.c */
-/* gltf_skin.c: adds the primitives of a mesh as a node's skin moves them. */
-bool ibl_gltf_skin(ibl_gltf *g, ibl_json_at node, int mesh,
-                   const double (*world)[16], int nodes, int *first,
-                   double origin[3]);
+/* gltf_skin.c: moves the primitives from the first to the last as a skin does,
+ * by the places of nodes; they stand at origin then. False: they are freed. */
+bool ibl_gltf_skin(ibl_gltf *g, ibl_json_at skin, const double (*world)[16],
+                   int nodes, int first, double origin[3]);
 void ibl_scene_primitive_free(ibl_scene_primitive *p);
 
 #endif

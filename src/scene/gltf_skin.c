@@ -119,53 +119,13 @@ static double move(const joints *j, ibl_scene_primitive *p, size_t vertex,
     return sign;
 }
 
-static void *copy(const void *from, size_t size)
+/* Moves a primitive, which then needs its joints no longer. False: nothing is
+ * left of it. */
+static bool move_all(ibl_gltf *g, const joints *j, ibl_scene_primitive *p,
+                     const double origin[3])
 {
-    void *to = from ? ibl_alloc_array(size, 1) : NULL;
-
-    return to ? memcpy(to, from, size) : NULL;
-}
-
-/* A primitive of its own; false: no memory. */
-static bool copy_primitive(const ibl_scene_primitive *p,
-                           ibl_scene_primitive *to)
-{
-    const size_t four = 4 * sizeof(float) * (size_t)p->vertex_count;
-    const size_t three = four / 4 * 3, two = four / 2;
-    bool ok = true;
-
-    *to = *p;
-    to->position = copy(p->position, three);
-    to->normal = copy(p->normal, three);
-    to->tangent = copy(p->tangent, four);
-    to->colour = copy(p->colour, four);
-    to->index = copy(p->index, p->index_count * sizeof *p->index);
-    for (int i = 0; i < IBL_SCENE_TEXCOORDS; i++) {
-        to->texcoord[i] = copy(p->texcoord[i], two);
-        ok = ok && !to->texcoord[i] == !p->texcoord[i];
-    }
-    for (int i = 0; i < IBL_SCENE_JOINTS; i++) {
-        to->joints[i] = copy(p->joints[i], four);
-        to->weights[i] = copy(p->weights[i], four);
-        ok = ok && !to->joints[i] == !p->joints[i] &&
-             !to->weights[i] == !p->weights[i];
-    }
-    return ok && to->position && to->normal && to->index &&
-           !to->tangent == !p->tangent && !to->colour == !p->colour;
-}
-
-static bool add_moved(ibl_gltf *g, ibl_json_at node, const joints *j,
-                      const ibl_scene_primitive *from, const double origin[3])
-{
-    ibl_scene *s = g->scene;
-    ibl_scene_primitive *p = &s->primitives[s->primitive_count];
     double sign = 0;
 
-    if (!ibl_gltf_count(g, node, (uint64_t)from->vertex_count * 34))
-        return false;
-    s->primitive_count++;
-    if (!copy_primitive(from, p))
-        return ibl_gltf_no_memory(g);
     for (size_t v = 0; v < p->vertex_count; v++)
         sign += move(j, p, v, origin);
     /* A mirror image shows its other side. */
@@ -174,39 +134,35 @@ static bool add_moved(ibl_gltf *g, ibl_json_at node, const joints *j,
         p->index[i + 1] = p->index[i + 2];
         p->index[i + 2] = second;
     }
-    if (!ibl_gltf_drop_nowhere(g, p)) {
-        ibl_scene_primitive_free(p);
-        s->primitive_count--;
+    for (int k = 0; k < IBL_SCENE_JOINTS; k++) {
+        ibl_free(p->joints[k]);
+        ibl_free(p->weights[k]);
+        p->joints[k] = p->weights[k] = NULL;
     }
-    return true;
+    return ibl_gltf_drop_nowhere(g, p);
 }
 
-bool ibl_gltf_skin(ibl_gltf *g, ibl_json_at node, int mesh,
-                   const double (*world)[16], int nodes, int *first,
-                   double origin[3])
+bool ibl_gltf_skin(ibl_gltf *g, ibl_json_at index, const double (*world)[16],
+                   int nodes, int first, double origin[3])
 {
     ibl_scene *s = g->scene;
-    const int begin = g->mesh_first[mesh], end = g->mesh_first[mesh + 1];
     ibl_json_at skins;
     const int count = ibl_gltf_array(g, "skins", &skins);
     joints j = {0};
-    int i;
+    int i, kept = first;
 
-    *first = s->primitive_count;
-    if (!ibl_gltf_index(ibl_json_member(&node, "skin"), count, &i))
-        return false;
-    const size_t all = (size_t)(s->primitive_count + end - begin + 1);
-    ibl_scene_primitive *more = realloc(s->primitives, all * sizeof *more);
-    if (!more)
-        return ibl_gltf_no_memory(g);
-    s->primitives = more;
-    bool ok =
+    const bool ok =
+        ibl_gltf_index(index, count, &i) &&
         read_joints(g, ibl_json_element(&skins, (size_t)i), world, nodes, &j);
     /* Floats stay exact far from the world's origin. */
     for (int k = 0; k < 3 && ok; k++)
         origin[k] = isfinite(j.matrix[0][12 + k]) ? j.matrix[0][12 + k] : 0;
-    for (i = begin; i < end && ok; i++)
-        ok = add_moved(g, node, &j, &s->primitives[i], origin);
+    for (i = first; i < s->primitive_count; i++)
+        if (ok && move_all(g, &j, &s->primitives[i], origin))
+            s->primitives[kept++] = s->primitives[i];
+        else
+            ibl_scene_primitive_free(&s->primitives[i]);
+    s->primitive_count = kept;
     free(j.matrix);
     return ok;
 }

@@ -26,7 +26,7 @@ typedef struct ibl_scene_texture {
     int texcoord; /* the set, of the primitive's texcoord */
     int wrap_s, wrap_t, filter_min, filter_mag; /* OpenGL's numbers; the
                                                    filters may be 0: any */
-    float offset[2], scale[2], rotation;        /* radians */
+    double offset[2], scale[2], rotation;       /* radians */
 } ibl_scene_texture;
 
 typedef enum ibl_scene_alpha {

@@ -116,17 +116,16 @@ static const char *decode_jpeg(ibl_scene_image *i, int reduce)
 
 static const char *decode_webp(ibl_scene_image *i)
 {
-    const char *why;
-    const ibl_scene_decoders *d = ibl_scene_decoders_for(IBL_SCENE_WEBP, &why);
+    const ibl_decoders *d = ibl_gltf_decoders();
     int width, height;
 
-    if (!d)
-        return why;
+    if (!d->webp)
+        return "a WebP, and iblbake was built without libwebp-dev";
     if (!d->webp_size(i->encoded, i->encoded_size, &width, &height) ||
         (uint64_t)width * (uint64_t)height >
             MOST_WEBP + MOST_WEBP_PACKED * (uint64_t)i->encoded_size)
         return damaged;
-    why = make_room(i, width, height);
+    const char *why = make_room(i, width, height);
     if (!why && !d->webp(i->encoded, i->encoded_size, width, height, i->rgba))
         why = "a damaged WebP, or one that moves";
     return why;

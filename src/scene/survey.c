@@ -49,13 +49,13 @@ static void look_up(const surveyor *y, const ibl_scene_texture *t,
     if (!image)
         return;
     const double *at = uv[t->texcoord];
-    const double u = (double)t->scale[0] * at[0];
-    const double v = (double)t->scale[1] * at[1];
-    const double c = cos((double)t->rotation), s = sin((double)t->rotation);
+    const double u = t->scale[0] * at[0];
+    const double v = t->scale[1] * at[1];
+    const double c = cos(t->rotation), s = sin(t->rotation);
     const int column =
-        wrap((double)t->offset[0] + c * u + s * v, image->width, t->wrap_s);
+        wrap(t->offset[0] + c * u + s * v, image->width, t->wrap_s);
     const int row =
-        wrap((double)t->offset[1] - s * u + c * v, image->height, t->wrap_t);
+        wrap(t->offset[1] - s * u + c * v, image->height, t->wrap_t);
     const unsigned char *p =
         image->rgba + 4 * ((size_t)row * (size_t)image->width + (size_t)column);
     for (int k = 0; k < 4; k++)

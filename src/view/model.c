@@ -258,13 +258,13 @@ static GLuint texture_of(view_model *m, const ibl_scene *scene, int image,
 /* offset + R(rotation) (scale t), R turning from +v to +u. */
 static void fill_rows(const ibl_scene_texture *t, float rows[2][4])
 {
-    const float c = cosf(t->rotation), s = sinf(t->rotation);
-    const float turn[2][2] = {{c, s}, {-s, c}};
+    const double c = cos(t->rotation), s = sin(t->rotation);
+    const double turn[2][2] = {{c, s}, {-s, c}};
 
     for (int i = 0; i < 2; i++) {
         for (int k = 0; k < 2; k++)
-            rows[i][k] = turn[i][k] * t->scale[k];
-        rows[i][2] = t->offset[i];
+            rows[i][k] = (float)(turn[i][k] * t->scale[k]);
+        rows[i][2] = (float)t->offset[i];
         rows[i][3] = (float)t->texcoord;
     }
 }
@@ -483,6 +483,8 @@ static bool decode_images(ibl_ctx *ctx, view_model *m, ibl_scene *scene)
 
 static bool make_materials(view_model *m, const ibl_scene *scene)
 {
+    bool beyond = false;
+
     m->material_count = scene->material_count;
     m->image_count = scene->image_count;
     gl.GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &m->block_step);
@@ -503,30 +505,13 @@ static bool make_materials(view_model *m, const ibl_scene *scene)
         if (m->materials[material].block.emissive[3] == 0 &&
             !make_material(m, scene, material))
             return false;
+        beyond = beyond || scene->materials[material].transmission > 0 ||
+                 scene->materials[material].anisotropy > 0;
     }
+    if (beyond)
+        view_note("KHR_materials_transmission and _anisotropy are not drawn: "
+                  "surfaces are opaque, reflections round");
     return true;
-}
-
-/* Names what is read of materials but not drawn. */
-static void tell_left_out(const view_model *m, const ibl_scene *scene,
-                          const char *name)
-{
-    bool clear = false, brushed = false;
-
-    for (int i = 0; i < m->draw_count; i++) {
-        const ibl_scene_material *s =
-            &scene->materials[m->draws[i].part->material];
-        clear = clear || s->transmission > 0;
-        brushed = brushed || s->anisotropy > 0;
-    }
-    if (clear)
-        view_note("%s: KHR_materials_transmission is not drawn: what transmits "
-                  "light is opaque",
-                  name);
-    if (brushed)
-        view_note("%s: KHR_materials_anisotropy is not drawn: reflections are "
-                  "round",
-                  name);
 }
 
 static bool make_model(ibl_ctx *ctx, view_model *m, ibl_scene *scene,
@@ -541,7 +526,6 @@ static bool make_model(ibl_ctx *ctx, view_model *m, ibl_scene *scene,
         make_part(&scene->primitives[i], &m->parts[i]);
     make_draws(m, scene);
     m->draw_count = scene->draw_count;
-    tell_left_out(m, scene, name);
     return decode_images(ctx, m, scene) && make_materials(m, scene) &&
            view_gl_check(name);
 }
