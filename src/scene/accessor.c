@@ -229,10 +229,11 @@ static bool read(ibl_gltf *g, ibl_json_at index, int least, wanted *w,
                                  least, w->most, e.components, at.path);
     if (!w->floats && !is_index(e.type))
         return ibl_json_complain(at, "expected unsigned numbers");
-    if (!ibl_gltf_count(g, at, (uint64_t)e.count * (unsigned)w->most))
-        return false;
-    e.bytes = NULL;
-    if (ibl_json_member(&at, "bufferView").value && !take_bytes(g, at, &e))
+    /* Zeros cost a file nothing. */
+    const bool stored = ibl_json_member(&at, "bufferView").value;
+    if (!ibl_gltf_count(
+            g, at, (stored ? 1 : 16) * (uint64_t)e.count * (unsigned)w->most) ||
+        (stored && !take_bytes(g, at, &e)))
         return false;
     *count = e.count;
     w->out = ibl_alloc_array((size_t)e.count * (size_t)w->most + 1, 4);

@@ -329,7 +329,7 @@ bool ibl_gltf_mesh(ibl_gltf *g, int i, bool skinned, int *first, int *end)
     const ibl_json_at list = ibl_json_member(&mesh, "primitives");
     const size_t count = json_array_size(list.value);
     if (!ibl_json_array(list, 0, INT32_MAX) ||
-        !ibl_gltf_count(g, list, 64 * count))
+        !ibl_gltf_count(g, list, 256 * count))
         return false;
     const size_t all = (size_t)s->primitive_count + count + 1;
     ibl_scene_primitive *more = realloc(s->primitives, all * sizeof *more);

@@ -24,7 +24,7 @@ static bool read_joints(ibl_gltf *g, ibl_json_at skin,
     uint32_t count = 0;
 
     if (!ibl_json_array(list, 1, 1 << 20) ||
-        !ibl_gltf_count(g, list, 16 * json_array_size(list.value)))
+        !ibl_gltf_count(g, list, 64 * json_array_size(list.value)))
         return false;
     j->count = (int)json_array_size(list.value);
     j->matrix = malloc((size_t)j->count * sizeof *j->matrix);
