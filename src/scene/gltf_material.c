@@ -8,7 +8,8 @@
 
 #define AT(field) offsetof(ibl_scene_material, field)
 
-#define GLOSSY "KHR_materials_pbrSpecularGlossiness"
+#define K "KHR_materials_"
+#define GLOSSY K "pbrSpecularGlossiness"
 
 enum {
     REPEAT = 10497 /* OpenGL's number */
@@ -29,19 +30,16 @@ static const struct {
     {"", "alphaCutoff", AT(alpha_cutoff), 1, 0, 1e30},
     {"normalTexture", "scale", AT(normal_scale), 1, -1e30, 1e30},
     {"occlusionTexture", "strength", AT(occlusion_strength), 1, 0, 1},
-    {"KHR_materials_ior", "ior", AT(ior), 1, 0, 1e30},
-    {"KHR_materials_specular", "specularFactor", AT(specular), 1, 0, 1},
-    {"KHR_materials_specular", "specularColorFactor", AT(specular_colour), 3, 0,
-     1e30},
-    {"KHR_materials_clearcoat", "clearcoatFactor", AT(clearcoat), 1, 0, 1},
-    {"KHR_materials_clearcoat", "clearcoatRoughnessFactor",
-     AT(clearcoat_roughness), 1, 0, 1},
-    {"KHR_materials_sheen", "sheenColorFactor", AT(sheen_colour), 3, 0, 1},
-    {"KHR_materials_sheen", "sheenRoughnessFactor", AT(sheen_roughness), 1, 0,
+    {K "ior", "ior", AT(ior), 1, 0, 1e30},
+    {K "specular", "specularFactor", AT(specular), 1, 0, 1},
+    {K "specular", "specularColorFactor", AT(specular_colour), 3, 0, 1e30},
+    {K "clearcoat", "clearcoatFactor", AT(clearcoat), 1, 0, 1},
+    {K "clearcoat", "clearcoatRoughnessFactor", AT(clearcoat_roughness), 1, 0,
      1},
-    {"KHR_materials_anisotropy", "anisotropyStrength", AT(anisotropy), 1, 0, 1},
-    {"KHR_materials_transmission", "transmissionFactor", AT(transmission), 1, 0,
-     1},
+    {K "sheen", "sheenColorFactor", AT(sheen_colour), 3, 0, 1},
+    {K "sheen", "sheenRoughnessFactor", AT(sheen_roughness), 1, 0, 1},
+    {K "anisotropy", "anisotropyStrength", AT(anisotropy), 1, 0, 1},
+    {K "transmission", "transmissionFactor", AT(transmission), 1, 0, 1},
     {GLOSSY, "diffuseFactor", AT(base_colour), 4, 0, 1},
     {GLOSSY, "specularFactor", AT(specular_colour), 3, 0, 1},
     {GLOSSY, "glossinessFactor", AT(roughness), 1, 0, 1}, /* till it is read */
@@ -57,19 +55,15 @@ static const struct {
     {"", "normalTexture", AT(normal_texture)},
     {"", "occlusionTexture", AT(occlusion_texture)},
     {"", "emissiveTexture", AT(emissive_texture)},
-    {"KHR_materials_specular", "specularTexture", AT(specular_texture)},
-    {"KHR_materials_specular", "specularColorTexture",
-     AT(specular_colour_texture)},
-    {"KHR_materials_clearcoat", "clearcoatTexture", AT(clearcoat_texture)},
-    {"KHR_materials_clearcoat", "clearcoatRoughnessTexture",
+    {K "specular", "specularTexture", AT(specular_texture)},
+    {K "specular", "specularColorTexture", AT(specular_colour_texture)},
+    {K "clearcoat", "clearcoatTexture", AT(clearcoat_texture)},
+    {K "clearcoat", "clearcoatRoughnessTexture",
      AT(clearcoat_roughness_texture)},
-    {"KHR_materials_clearcoat", "clearcoatNormalTexture",
-     AT(clearcoat_normal_texture)},
-    {"KHR_materials_sheen", "sheenColorTexture", AT(sheen_colour_texture)},
-    {"KHR_materials_sheen", "sheenRoughnessTexture",
-     AT(sheen_roughness_texture)},
-    {"KHR_materials_transmission", "transmissionTexture",
-     AT(transmission_texture)},
+    {K "clearcoat", "clearcoatNormalTexture", AT(clearcoat_normal_texture)},
+    {K "sheen", "sheenColorTexture", AT(sheen_colour_texture)},
+    {K "sheen", "sheenRoughnessTexture", AT(sheen_roughness_texture)},
+    {K "transmission", "transmissionTexture", AT(transmission_texture)},
     {GLOSSY, "diffuseTexture", AT(base_colour_texture)},
     {GLOSSY, "specularGlossinessTexture", AT(specular_colour_texture)},
     {GLOSSY, "specularGlossinessTexture", AT(metallic_roughness_texture)},

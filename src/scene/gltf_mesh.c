@@ -252,30 +252,23 @@ static bool flatten(ibl_gltf *g, ibl_scene_primitive *p)
 
 /* ---- the calls -------------------------------------------------------- */
 
-static bool is_somewhere(const float p[3])
-{
-    return isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]);
-}
-
 bool ibl_gltf_drop_nowhere(ibl_gltf *g, ibl_scene_primitive *p)
 {
+    float *all = p->position;
     uint32_t kept = 0;
 
     for (uint32_t i = 0; i < p->index_count; i += 3) {
-        const uint32_t *v = p->index + i;
-        if (!is_somewhere(p->position + 3 * (size_t)v[0]) ||
-            !is_somewhere(p->position + 3 * (size_t)v[1]) ||
-            !is_somewhere(p->position + 3 * (size_t)v[2]))
-            continue;
-        memmove(p->index + kept, v, 3 * sizeof *v);
-        kept += 3;
+        double sum = 0;
+        for (int k = 0; k < 9; k++)
+            sum += (double)all[3 * (size_t)p->index[i + k / 3] + k % 3];
+        memmove(p->index + kept, p->index + i, 3 * sizeof *p->index);
+        kept += isfinite(sum) ? 3 : 0;
     }
     p->index_count = kept;
     /* No triangle has them: they stand where another does. */
-    for (size_t i = 0; i < p->vertex_count && kept; i++)
-        if (!is_somewhere(p->position + 3 * i)) {
-            memcpy(p->position + 3 * i, p->position + 3 * (size_t)p->index[0],
-                   3 * sizeof(float));
+    for (float *v = all; v < all + 3 * (size_t)p->vertex_count && kept; v += 3)
+        if (!isfinite((double)v[0] + (double)v[1] + (double)v[2])) {
+            memcpy(v, all + 3 * (size_t)p->index[0], 3 * sizeof *v);
             g->mended++;
         }
     return kept;
