@@ -320,7 +320,13 @@ bool ibl_gltf_mesh(ibl_gltf *g, int i, bool skinned, int *first, int *end)
         return true;
     const ibl_json_at mesh = ibl_json_element(&meshes, (size_t)i);
     const ibl_json_at list = ibl_json_member(&mesh, "primitives");
+    const ibl_json_at weights = ibl_json_member(&mesh, "weights");
     const size_t count = json_array_size(list.value);
+    for (size_t k = 0; k < json_array_size(weights.value); k++)
+        if (json_number_value(json_array_get(weights.value, k)) != 0) {
+            ibl_json_complain(weights, "targets of morphs are not read");
+            break;
+        }
     if (!ibl_json_array(list, 0, INT32_MAX) ||
         !ibl_gltf_count(g, list, 256 * count))
         return false;

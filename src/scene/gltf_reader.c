@@ -127,6 +127,9 @@ ibl_status ibl_scene_read(ibl_ctx *ctx, const char *path, bool strict,
     if (ibl_gltf_open(&g))
         for (size_t i = 0; i < sizeof parts / sizeof *parts && !g.status; i++)
             parts[i](&g);
+    if (!g.status && strict && g.mended)
+        ibl_gltf_refuse(&g, "%llu values are no numbers",
+                        (unsigned long long)g.mended);
     if (!g.status)
         warn(&g);
     json_decref(g.json.root);
