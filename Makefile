@@ -119,7 +119,7 @@ endif
 .DELETE_ON_ERROR:
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick try \
-        check-arm64 check-clients mutants check-cycles soak bench \
+        check-arm64 check-clients check-pairs mutants check-cycles soak bench \
         bench-probes fuzz fuzzers lint format install uninstall dist clean list budget \
         FORCE
 
@@ -480,6 +480,14 @@ check-clients:
 	@DEPS=$(DEPS) sh tests/deps.sh check
 	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake
 	@BUILD=$(BUILD) bash tests/check-clients.sh
+
+## check-pairs: all pairs of options, gcc and asan (half an hour)
+check-pairs:
+	@DEPS=$(DEPS) sh tests/deps.sh check
+	+@$(STRICT)
+	+@$(STRICT) config=asan
+	@BUILD=build bash tests/check-pairs.sh all
+	@BUILD=build/asan bash tests/check-pairs.sh all
 
 ## bench: set up, then compare with stb_image and cmgen (minutes)
 bench:

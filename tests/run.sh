@@ -70,6 +70,9 @@ scripts() {
             yes:*/check-clients.sh | yes:*/check-view-window.sh | \
             yes:*/check-fuzz.sh | yes:*/check-cluster.sh | \
             yes:*/check-arm64.sh) ;;
+        # A sample, of what finds most.
+        *asan:*/check-pairs.sh) tests+=("$build: $script") ;;
+        *:*/check-pairs.sh) ;;
         # Builds the program anew that the other scripts run.
         *:"$first":*/check-install.sh) alone+=("$build: $script") ;;
         *:"$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh | \
