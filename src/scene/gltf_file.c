@@ -229,8 +229,8 @@ static bool parse(ibl_gltf *g, ibl_gltf_bytes json)
         json.size--;
     if (json.size >= 3 && !memcmp(json.bytes, "\xef\xbb\xbf", 3))
         json = (ibl_gltf_bytes){json.bytes + 3, json.size - 3};
-    g->json.root = ibl_json_parse("glTF", json.bytes, json.size, JSON_ALLOW_NUL,
-                                  &why);
+    g->json.root =
+        ibl_json_parse("glTF", json.bytes, json.size, JSON_ALLOW_NUL, &why);
     if (!g->json.root && why.status == IBL_ERR_FORMAT) {
         /* Names may be in another encoding, which browsers do not mind. */
         unsigned char *ascii = ibl_gltf_keep(g, json.size);
