@@ -406,10 +406,6 @@ static ibl_status open_image(ibl_source *s, const unsigned char *first,
                     "the layout cube was asked for");
     if (ibl_exr_is(first, size))
         return ibl_exr_open(&s->in, opts, &s->rows);
-    if (opts->layer || opts->part > 0)
-        return ibl_bad_file(
-            &s->in, "has no %s: only OpenEXR files do, so do not ask for one",
-            opts->layer ? "layers" : "parts");
     if (ibl_rgbe_is(first, size))
         return ibl_rgbe_open(&s->in, opts, &s->rows);
     return open_bridged(s, opts);
@@ -426,6 +422,10 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
     bool texture = container != IBL_CONTAINER_COUNT || is_env(first, size);
     ibl_status status =
         container == IBL_CONTAINER_DDS ? look_into_dds(s, &texture) : IBL_OK;
+    if (!status && (opts->layer || opts->part >= 0) && !ibl_exr_is(first, size))
+        status = ibl_bad_file(
+            &s->in, "has no %s: only OpenEXR files do, so do not ask for one",
+            opts->layer ? "layers" : "parts");
     if (!status)
         status = texture ? open_texture(s, container, opts)
                          : open_image(s, first, size, opts);
