@@ -828,15 +828,18 @@ huge -o bad|1|huge: over 256 MiB, which no such file has
 comma.json -o bad|1|comma.json:1:15: no JSON: *
 twice.json -o bad|1|twice.json:1:*: no JSON: duplicate*
 -o bad|2|no set: *
---grid set.json --pixel rgba16f|2|--pixel: --grid bakes nothing: *
+--grid set.json --pixel rgba16f|2|--pixel rgba16f: --grid bakes nothing: *
 set.json|2|no output directory: *
 set.json set.json -o bad|2|set.json: a second set *
 set.json -o bad --shard 3/2|2|--shard 3/2: not a value *
---grid set.json --shard 1/2|2|--shard: --grid bakes nothing: *
-set.json -o bad --levels 9|1|--levels 9: a cube of size 16 has 1 to 5 levels
-set.json -o bad --pixel uastc-hdr --container dds|1|--pixel uastc-hdr: dds files cannot hold it: take --container ktx2
-set.json -o bad --zstd 1 --container dds|1|--zstd 1: dds files cannot hold it: take --container ktx2
-set.json -o bad --quality best|1|--quality best: rgba16f has none: it is for bc6h, uastc-hdr and astc4x4hdr
+--grid set.json --shard 1/2|2|--shard 1/2: --grid bakes nothing: *
+set.json -o bad --levels 9|1|levels 9: a cube of size 16 has 1 to 5 levels
+set.json -o bad --pixel uastc-hdr --container dds|1|pixel uastc-hdr: dds files cannot hold it: take the container ktx2
+set.json -o bad --zstd 1 --container dds|1|zstd 1: dds files cannot hold it: take the container ktx2
+set.json -o bad --quality best|1|quality best: rgba16f has none: it is for bc6h, uastc-hdr and astc4x4hdr
+set.json -o bad --quality normal|1|quality normal: rgba16f has none: *
+set.json -o bad --pixel rgba32f --overflow clip|1|--overflow clip: rgba32f holds all light: leave it out
+--grid room.json --sync|2|--sync: standard output is no file: add -o FILE
 set.json -o bad --alpha no|2|--alpha no: not a value *
 set.json -o bad --irradiance 0|2|--irradiance 0: not a value *
 self/index.json -o self|1|self/index.json: is both input and output: *

@@ -376,9 +376,11 @@ static bool search_all(ibl_search *s, ibl_choice *choice, ibl_pick *best)
             return false;
         if (least.error == HUGE_VAL)
             return ibl_console_fail(s->from->console,
-                                    "--rendered-error %g: there is no chain of "
-                                    "such sizes and levels",
-                                    choice->asked);
+                                    "--size %d: has no levels of %dx%d or "
+                                    "more to choose from: add --levels N, or "
+                                    "take a larger one",
+                                    ibl_set_value(s, &least, IBL_SET_SIZE),
+                                    IBL_SET_LEAST_EDGE, IBL_SET_LEAST_EDGE);
         if (least.error < best->error)
             *best = least;
         choice->least = sqrt(best->error);

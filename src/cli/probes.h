@@ -97,6 +97,7 @@ typedef struct ibl_probes_opts {
     int sync;
     ibl_shard shard;
     ibl_set_bake said; /* -1 in fields not given: the set's value stays */
+    ibl_given given;
 } ibl_probes_opts;
 
 /* Replaces the set's settings by those of the command line. */

@@ -28,17 +28,25 @@ static bool check_texels(const ibl_probes_bake *p)
     if (b->zstd && b->container != IBL_CONTAINER_KTX2)
         return ibl_console_fail(
             p->console,
-            "--zstd %d: %s files cannot hold it: take --container ktx2",
+            "zstd %d: %s files cannot hold it: take the container ktx2",
             b->zstd, ibl_container_name(b->container));
     if (!ibl_container_holds(b->container, t->pixel))
         return ibl_console_fail(p->console,
-                                "--pixel %s: %s files cannot hold it: take "
-                                "--container ktx2",
+                                "pixel %s: %s files cannot hold it: take the "
+                                "container ktx2",
                                 ibl_pixel_name(t->pixel),
                                 ibl_container_name(b->container));
-    return ibl_pixel_block(t->pixel) > 1 || t->quality == IBL_QUALITY_NORMAL ||
+    if (t->pixel == IBL_PIXEL_RGBA32F &&
+        ibl_is_given(&p->opts->given, "overflow"))
+        return ibl_console_fail(p->console,
+                                "--overflow %s: rgba32f holds all light: leave "
+                                "it out",
+                                ibl_overflow_name(t->overflow));
+    return ibl_pixel_block(t->pixel) > 1 ||
+           (t->quality == IBL_QUALITY_NORMAL &&
+            !ibl_is_given(&p->opts->given, "quality")) ||
            ibl_console_fail(p->console,
-                            "--quality %s: %s has none: it is for bc6h, "
+                            "quality %s: %s has none: it is for bc6h, "
                             "uastc-hdr and astc4x4hdr",
                             ibl_quality_name(t->quality),
                             ibl_pixel_name(t->pixel));
@@ -57,7 +65,7 @@ static bool find_options(ibl_probes_bake *p)
     p->lut_pixel = ibl_lut_pixel(b->texels.pixel, IBL_LUT_SPLIT);
     if (ibl_specular_layout_of(&o->specular_options, &p->layout))
         return ibl_console_fail(
-            p->console, "--levels %d: a cube of size %d has 1 to %d levels",
+            p->console, "levels %d: a cube of size %d has 1 to %d levels",
             o->specular_options.levels, o->specular_options.size,
             ibl_most_levels(o->specular_options.size));
     if (!check_texels(p))

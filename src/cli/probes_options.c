@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* The command line of iblbake probes. */
-#include <math.h>
 #include <string.h>
 
 #include "cli/probes.h"
@@ -127,22 +126,18 @@ static bool take(void *settings, const char *word)
     return true;
 }
 
-/* False, after a line on stderr: an option for bakes was given with --grid. */
-static bool check_grid(const ibl_probes_opts *o)
-{
-    char *reading = ibl_common_reading(&o->common), name[32];
-    const char *baking = o->force ? "force" : o->shard.count ? "shard" : NULL;
+enum {
+    BAKES = 1 << 0,
+    WRITES = 1 << 1 /* files */
+};
 
-    if (!baking && reading && sscanf(reading, " --%31[^ =]", name) == 1)
-        baking = name;
-    free(reading);
-    for (size_t i = 0; i < OVERRIDES; i++)
-        if (*said_field(o, i) >= 0)
-            baking = overrides[i].name;
-    return !baking || ibl_misuse("--%s: --grid bakes nothing: leave out one of "
-                                 "them",
-                                 baking);
-}
+static const ibl_rule rules[] = {
+    {"force shard alpha container zstd pixel quality overflow size levels "
+     "irradiance layer part any-aspect input-layout strict primaries exposure "
+     "clamp",
+     BAKES, "--grid bakes nothing: leave out one of them"},
+    {"sync", WRITES, "standard output is no file: add -o FILE"},
+    {.options = NULL}};
 
 static bool validate(void *settings)
 {
@@ -153,9 +148,10 @@ static bool validate(void *settings)
                           "see iblbake probes --help");
     if (!o->output && !o->grid)
         return ibl_misuse("no output directory: add -o DIR");
-    if (o->grid && !check_grid(o))
-        return false;
-    return ibl_common_validate(&o->common);
+    return ibl_check_rules(&o->given, rules,
+                           (o->grid ? 0 : (unsigned)BAKES) |
+                               (o->output ? (unsigned)WRITES : 0)) &&
+           ibl_common_validate(&o->common);
 }
 
 const ibl_command ibl_probes_command = {
@@ -173,6 +169,7 @@ const ibl_command ibl_probes_command = {
     .statuses = "0 done, 1 failed, 2 wrong usage",
     .sections = sections,
     .settings_size = sizeof(ibl_probes_opts),
+    .given = offsetof(ibl_probes_opts, given),
     .defaults = defaults,
     .take = take,
     .validate = validate,
