@@ -611,6 +611,29 @@ test_misuse() {
     wrong 2 '*choose one' env.exr out -q -v
 }
 
+# Options about files that are not there.
+test_options_without_files() {
+    local options
+    iblbake -q --only skybox --skybox 8 env.exr -o sky
+    iblbake -q --only lut --lut-size 4 --lut-kind charlie -o sky
+    for options in '--lobe ggx' '--roughness-map linear' '--lights 1' \
+        '--irradiance-scale E' '--geometry smith'; do
+        # shellcheck disable=SC2086
+        wrong 1 "iblbake: $options: there is no *leave it out" env.exr sky \
+            --lut sky/brdf_lut_charlie.ktx2 $options
+    done
+    for options in '--lut-kind split' '--geometry smith'; do
+        # shellcheck disable=SC2086
+        wrong 1 "iblbake: $options: there is no table*" env.exr \
+            --skybox sky/env_skybox.ktx2 $options
+    done
+    for options in '--rotate 3' '--axes x,y,z' --strict '--exposure 1'; do
+        # shellcheck disable=SC2086
+        wrong 1 "iblbake: $options: there is no map: *" env.exr \
+            --lut sky/brdf_lut_charlie.ktx2 $options
+    done
+}
+
 test_malformed() {
     wrong 1 '*gone: No such file*' env.exr gone
     wrong 1 '*env.exr: not a directory: *environment first*' env.exr env.exr

@@ -276,8 +276,14 @@ enum {
     OF_RENDERED = 1 << 2,
     PATTERN = 1 << 3, /* names of faces in the names of files */
     OF_MAP = 1 << 4,
-    IN_DIRECTORY = 1 << 5
+    IN_DIRECTORY = 1 << 5,
+    SPLIT = 1 << 6, /* a table of the split sum */
+    FILES = 7       /* and bits from here of the files there are, by kind */
 };
+#define FILE_OF(kind) (1u << (FILES + (kind)))
+#define LIT_FILES                                                              \
+    (FILE_OF(IBL_OUTPUT_SPECULAR) | FILE_OF(IBL_OUTPUT_IRRADIANCE))
+#define MAP_FILES (LIT_FILES | FILE_OF(IBL_OUTPUT_SKYBOX))
 
 static const ibl_rule rules[] = {
     {"texels all max-error heatmap skybox", OF_TEXELS,
@@ -290,6 +296,22 @@ static const ibl_rule rules[] = {
      "exposure clamp",
      OF_MAP, "a table needs no environment: leave it out"},
     {"name", IN_DIRECTORY, "is of files in a directory: add it"},
+    {.options = NULL}};
+
+/* The same, once the files are found. */
+static const ibl_rule rules_of_files[] = {
+    {"lobe roughness-map", FILE_OF(IBL_OUTPUT_SPECULAR),
+     "there is no specular map: leave it out"},
+    {"irradiance-scale", FILE_OF(IBL_OUTPUT_IRRADIANCE),
+     "there is no irradiance map: leave it out"},
+    {"lut-kind", FILE_OF(IBL_OUTPUT_LUT), "there is no table: leave it out"},
+    {"geometry", SPLIT | OF_RENDERED,
+     "there is no table of the split sum: leave it out"},
+    {"lights", LIT_FILES,
+     "there is no specular or irradiance map: leave it out"},
+    {"rotate axes layer part any-aspect input-layout strict primaries exposure "
+     "clamp",
+     MAP_FILES, "there is no map: leave it out"},
     {.options = NULL}};
 
 static bool check_rules(const ibl_verify_opts *o)
@@ -383,6 +405,20 @@ typedef struct verify {
     ibl_report report;
     ibl_rendered rendered;
 } verify;
+
+static bool check_files(verify *v)
+{
+    unsigned facts = v->opts->rendered ? OF_RENDERED : 0;
+
+    for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
+        facts |= v->files.path[kind] ? FILE_OF(kind) : 0;
+    if (v->files.lut.data && v->files.lut.kind == IBL_LUT_SPLIT)
+        facts |= SPLIT;
+    ibl_console_finish(v->console);
+    v->console->failed =
+        !ibl_check_rules(&v->opts->given, rules_of_files, facts);
+    return !v->console->failed;
+}
 
 static bool read_map(verify *v)
 {
@@ -527,6 +563,7 @@ static int run_one(const ibl_verify_opts *opts)
     bool ok = !ibl_start(&opts->common, &console, &v.ctx) &&
               !ibl_start_outputs(v.ctx, 0, &v.outputs) &&
               ibl_verify_files_read(opts, v.ctx, &console, &v.files) &&
+              check_files(&v) &&
               (opts->rendered ? judge_rendered(&v) : judge_texels(&v));
     const bool passed =
         ok && ibl_report_passes(&v.report, opts->max_error, why, sizeof why) &&
