@@ -560,6 +560,53 @@ test_misuse() {
     wrong 2 '*--texel 0,720: outside*1280x720' x --texel 0,720
 }
 
+# Options that change nothing in a picture: OPTIONS|WHAT IS SHOWN.
+test_options_without_effect() {
+    local options shown
+    while IFS='|' read -r options shown; do
+        # shellcheck disable=SC2086
+        wrong 2 "iblview: $options: *" x --offscreen a.png $shown $options
+    done <<'END'
+--grid 3x3|--mode levels
+--metallic 0:1|--mode scene
+--material copper|--mode table
+--roughness 0:1|--mode scene
+--light 0,0,3,9,9,9|--mode irradiance
+--map m.hdr|--mode levels
+--sky s.ktx2|--mode table
+--diffuse sh|--mode levels
+--distance 9|--mode irradiance
+--reflection fit|--mode levels
+--samples 4|
+--frames 2|
+--frames 2|--mode levels
+--level 1|
+--level 1|--mode irradiance
+--layout strip|--mode model
+--zoom 2|
+--pan 0,0|
+--probes 2|
+--seconds 1|--mode model
+--turn 5|--mode table
+--yaw 5|--mode levels
+--pitch 5|--mode irradiance
+--fov 50|--mode table
+--antialias 3|--mode levels
+--irradiance i.ktx2|--mode levels
+--irradiance i.ktx2|--mode table
+--lut l.ktx2|--mode levels
+--lut l.ktx2|--mode irradiance
+--split 0.3|
+--gain 3|--mode model
+--against fit|
+--model m.glb|--mode spheres
+END
+    wrong 2 'iblview: --tone aces: linear floats*' x --offscreen a.exr \
+        --tone aces
+    wrong 2 'iblview: --material gold: the sheet has all*' x \
+        --contact-sheet a.png --material gold
+}
+
 test_missing_and_wrong_files() {
     local to='--offscreen a.png'
     wrong 1 '*nowhere*' nowhere $to

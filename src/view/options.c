@@ -177,7 +177,8 @@ enum {
     TONED = 1 << VIEW_MODES, /* not in linear floats */
     COMPARES = 2 << VIEW_MODES,
     NO_SHEET = 4 << VIEW_MODES,
-    REFERENCE = 8 << VIEW_MODES /* samples of it are drawn */
+    REFERENCE = 8 << VIEW_MODES, /* samples of it are drawn */
+    TIMED = 16 << VIEW_MODES
 };
 
 static const ibl_rule rules[] = {
@@ -201,7 +202,14 @@ static const ibl_rule rules[] = {
      "probe-capture probe-filter probe-limit volumes no-capture-shadows "
      "mirror-priority",
      SCENE, "is of --mode scene"},
-    {"turn", LIT | SCENE, "is of --mode spheres, model and scene"},
+    {"turn yaw pitch fov antialias", LIT | SCENE,
+     "is of --mode spheres, model and scene"},
+    {"irradiance", LIT | SCENE | 1 << VIEW_IRRADIANCE_MAP,
+     "is not shown in this mode: leave it out"},
+    {"lut", LIT | SCENE | 1 << VIEW_TABLE,
+     "is not shown in this mode: leave it out"},
+    {"frames", REFERENCE | SCENE | TIMED,
+     "draws one picture again and again: add --reference or --verbose"},
     {"against split gain", COMPARES, "compares: add --compare"},
     {"ev tone false-colour", TONED, "linear floats have none: write a .png"},
     {.options = NULL}};
@@ -213,6 +221,7 @@ static unsigned facts_of(const view_options *o)
     if (!file)
         return ~0u;
     return 1u << o->settings.mode |
+           (o->stats || o->verbose ? (unsigned)TIMED : 0) |
            (view_picture_is_linear(file) ? 0 : (unsigned)TONED) |
            (o->settings.compare ? (unsigned)COMPARES : 0) |
            (o->contact_sheet ? 0 : (unsigned)NO_SHEET) |
