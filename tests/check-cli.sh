@@ -759,6 +759,27 @@ END
 
 # A sun of 2^20 on 1, a pixel to a texel: its light is moved, or lost, as much
 # of it, or there is room for it.
+# A map of 1 everywhere, darkened below half of each format's least value.
+test_light_that_vanishes() {
+    local pixel ev least
+    map_of 128 '\200\200\200\201' >one.hdr
+    while read -r pixel ev least; do
+        iblbake one.hdr --only irradiance --irradiance-size 4 -o out \
+            --pixel "$pixel" --exposure "$ev" 2>err || echo "$pixel: failed"
+        grep -q "one_irradiance.ktx2: 100 % .* less than $pixel can hold" err ||
+            echo "$pixel: $(cat err)"
+        iblbake one.hdr --only irradiance --irradiance-size 4 -o out \
+            --pixel "$pixel" --exposure "$least" 2>err || echo "$pixel: failed"
+        [ ! -s err ] || echo "$pixel at $least: $(cat err)"
+    done <<'END'
+r11g11b10f -22 -10
+rgba16f -30 -14
+rgb9e5 -30 -14
+bc6h -30 -10
+uastc-hdr -30 -10
+END
+}
+
 test_overflow() {
     map_of 40 '\200\200\200\201' 1 '\200\200\200\225' 87 '\200\200\200\201' \
         >sun.hdr

@@ -21,8 +21,11 @@ picture() { # NAME MAP OPTIONS
     ln -s "$name-two-taps" "$work/$name-reference"
     for row in $rows; do
         n=$((n + 1))
+        samples=
+        [ "$row" != reference ] || samples='--samples 1024'
+        # shellcheck disable=SC2086
         "$build/iblview" -q "$work/$name-$row" --reflection "$row" \
-            --samples 1024 --size 720x160 --grid 1x6 --metallic 1:1 \
+            $samples --size 720x160 --grid 1x6 --metallic 1:1 \
             --material white --fov 12 --roughness 0.2:0.9 --no-labels \
             --offscreen "$work/$name-$n.png" "$@"
     done

@@ -54,10 +54,15 @@ static char *bake_command(const ibl_bench *b, const ibl_bench_point *p)
     const bool nomip = method == IBL_BENCH_SAMPLED_NOMIP;
     ibl_memory_file file;
     FILE *to = ibl_memory_open(&file);
+    const char *only = p->given ? strstr(p->given, "--only") : NULL;
 
     if (!to)
         return NULL;
-    fputs(" --quiet --timings --output={out} --name=bake", to);
+    if (!only && b->opts->bake)
+        only = strstr(b->opts->bake, "--only");
+    fputs(" --quiet --output={out} --name=bake", to);
+    if (!only || strstr(only, "json")) /* the sidecar has them */
+        fputs(" --timings", to);
     fprintf(to, " --method=%s%s",
             ibl_bench_method_names[nomip ? IBL_BENCH_SAMPLED : method],
             nomip ? " --pdf-mip=no" : "");
