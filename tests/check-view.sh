@@ -583,6 +583,8 @@ test_options_without_effect() {
 --level 1|
 --level 1|--mode irradiance
 --layout strip|--mode model
+--layout strip|--mode table
+--no-multiscatter|--mode scene
 --zoom 2|
 --pan 0,0|
 --probes 2|
@@ -601,6 +603,8 @@ test_options_without_effect() {
 --against fit|
 --model m.glb|--mode spheres
 END
+    wrong 2 'iblview: --samples 4: is of the reference*' x --samples 4 \
+        --contact-sheet a.png --mode irradiance
     wrong 2 'iblview: --tone aces: linear floats*' x --offscreen a.exr \
         --tone aces
     wrong 2 'iblview: --material gold: the sheet has all*' x \

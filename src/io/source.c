@@ -422,7 +422,7 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
     bool texture = container != IBL_CONTAINER_COUNT || is_env(first, size);
     ibl_status status =
         container == IBL_CONTAINER_DDS ? look_into_dds(s, &texture) : IBL_OK;
-    if (!status && (opts->layer || opts->part >= 0) && !ibl_exr_is(first, size))
+    if (!status && (opts->layer || opts->part > 0) && !ibl_exr_is(first, size))
         status = ibl_bad_file(
             &s->in, "has no %s: only OpenEXR files do, so do not ask for one",
             opts->layer ? "layers" : "parts");

@@ -185,9 +185,9 @@ static const ibl_rule rules[] = {
     {"model", MODEL, "is shown with --mode model: leave --mode out"},
     {"grid metallic", SPHERES, "is of --mode spheres"},
     {"material roughness reference light compare against-set no-sky blur sky "
-     "map",
+     "map multiscatter no-multiscatter",
      LIT, "is of --mode spheres and model"},
-    {"diffuse multiscatter no-multiscatter reflection distance", LIT | SCENE,
+    {"diffuse reflection distance", LIT | SCENE,
      "is of --mode spheres, model and scene"},
     {"material", NO_SHEET | MODEL, "the sheet has all of them"},
     {"level", NO_SHEET | SPHERES, "the sheet has all of them"},
@@ -196,7 +196,9 @@ static const ibl_rule rules[] = {
      "the sheet has all of them"},
     {"samples", REFERENCE, "is of the reference: add --reference"},
     {"level", LEVELS, "is of --mode levels"},
-    {"layout zoom", FLAT, "is of --mode levels, irradiance and table"},
+    {"layout", LEVELS | 1 << VIEW_IRRADIANCE_MAP,
+     "is of --mode levels and irradiance"},
+    {"zoom", FLAT, "is of --mode levels, irradiance and table"},
     {"pan", FLAT | MODEL, "is of --mode levels, irradiance, table and model"},
     {"seconds no-parallax no-blend no-walls probes probe-set probe-size "
      "probe-capture probe-filter probe-limit volumes no-capture-shadows "
@@ -225,7 +227,8 @@ static unsigned facts_of(const view_options *o)
            (view_picture_is_linear(file) ? 0 : (unsigned)TONED) |
            (o->settings.compare ? (unsigned)COMPARES : 0) |
            (o->contact_sheet ? 0 : (unsigned)NO_SHEET) |
-           (o->contact_sheet || view_wants_reference(&o->settings)
+           ((o->contact_sheet && o->settings.mode == VIEW_MODEL) ||
+                    view_wants_reference(&o->settings)
                 ? (unsigned)REFERENCE
                 : 0);
 }
