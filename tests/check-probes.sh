@@ -552,7 +552,7 @@ test_alpha_of_no_account() {
     iblbake probes -q round.json -o inc --pixel rgb9e5 || echo 'rounding'
     edit set.json 's.global.capture.equirect = "blind.exr"' sky.json
     iblbake probes sky.json -o inc --pixel rgb9e5 2>err || echo 'sky failed'
-    [ ! -s err ] || cat err
+    grep -v 'is black everywhere$' err
     iblbake probes -q hole.json -o inc --pixel rgb9e5 --alpha ignore ||
         echo 'ignored, but failed'
 }

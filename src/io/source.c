@@ -936,8 +936,8 @@ static ibl_status end_rows(ibl_source *s)
         ibl_colour_end(&s->colour);
     if (is_map(s))
         ibl_bright_sum(&s->bright, &s->rows->report.brightest);
-    /* A square may be a face, one of six. */
-    if (is_map(s) && !(s->rows->report.peak > 0) &&
+    /* A square may be a face, one of six; what alpha hides is black. */
+    if (is_map(s) && !(s->rows->report.peak > 0) && !s->rows->alpha &&
         s->rows->width != s->rows->height)
         ibl_warn(s->ctx, "%s: is black everywhere", s->in.name);
     const ibl_status status = s->mended ? IBL_OK : report_mended(s);
