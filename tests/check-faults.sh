@@ -49,19 +49,16 @@ test_bake() {
 # Drawing takes most of the time.
 test_preview() {
     begin
-    # shellcheck disable=SC2086
-    iblbake a.exr $small --only lut,json -o o --preview p.png
-    # shellcheck disable=SC2086
-    faults 197 -- iblbake b.hdr -j 1 $small --only lut,json -o o \
+    iblbake a.exr -q --lut-size 4 --only lut,json -o o --preview p.png
+    faults 197 -- iblbake b.hdr -j 1 -q --lut-size 4 --only lut,json -o o \
         --preview p.png
 }
 
 # Into a new folder, files of several engines, by two threads.
 test_targets() {
     begin
-    # shellcheck disable=SC2086
-    faults 97 -- iblbake b.hdr -j 2 $small -o n/o --size 8 --target three,babylon-env \
-        --lights 1
+    faults 97 -- iblbake b.hdr -j 2 -q --size 8 -o n/o \
+        --target three,babylon-env --lights 1
 }
 
 # Two maps side by side, of which what is finished stays.

@@ -322,7 +322,7 @@ static void unlock_commits(ibl_outputs *out)
         if (fd == OPENING)
             fd = open_lock(h->fd, 0);
         if (fd >= 0) {
-            if (!flock(fd, LOCK_EX | LOCK_NB))
+            if (!flock(fd, LOCK_EX | LOCK_NB) || errno != EWOULDBLOCK)
                 unlinkat(h->fd, commit_lock, 0);
             close(fd);
         }

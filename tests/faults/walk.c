@@ -177,8 +177,9 @@ static bool is_temporary(const char *path)
     const char *name = strrchr(path, '/');
 
     name = name ? name + 1 : path;
-    return *name == '.' && strstr(name, ".iblbake-") && n > 4 &&
-           !strcmp(path + n - 4, ".tmp");
+    return !strcmp(name, ".iblbake.lock") ||
+           (*name == '.' && strstr(name, ".iblbake-") && n > 4 &&
+            !strcmp(path + n - 4, ".tmp"));
 }
 
 /* What is in a but not the same in b; NULL: nothing. */
