@@ -263,7 +263,7 @@ static void put_row(const atlas *a, int i, int y)
  * stored: square roots. */
 
 enum {
-    FITTED = 32, /* the widest of them */
+    FITTED = 64, /* the widest of them */
     POINTS = 4,  /* along an edge of a texel */
     ROUNDS = 5
 };

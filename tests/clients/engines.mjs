@@ -82,7 +82,7 @@ const playcanvas = {
     }),
     // It joins 64x32 texels of diffuse light by lines, and 28x12 of r = 0.75:
     // the edge of a strong sun's light is off.
-    exact: (_, map) => map === 'blaze' ? [9, 3, 16] : ALL
+    exact: (_, map) => map === 'blaze' ? [5.5, 3, 16] : ALL
 };
 
 export const engines = {three, babylon,
