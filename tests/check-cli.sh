@@ -1036,14 +1036,14 @@ test_fewest() {
 }
 
 test_narrow_lobes() {
-    iblbake --size 16 --levels 3 --roughness-range 0.03:1 --method spectral \
+    iblbake --size 16 --levels 3 --roughness-range 0.06:1 --method spectral \
         --only specular,json env.exr -o out 2>&1
     js <<'END'
 const [s] = json('out/env.json').outputs;
 for (const l of s.levels)
     if (l.method !== 'spectral' || 'samples' in l)
         console.log(JSON.stringify(l));
-if (s.levels[0].degree !== 4096 || s.levels[2].degree > 99 ||
+if (s.levels[0].degree < 500 || s.levels[2].degree > 99 ||
     s.tolerance !== 5e-5)
     console.log(JSON.stringify(s.levels));
 END

@@ -626,7 +626,7 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
  * size of the map, from roughness 0.05 up. It is a product for each degree of
  * the spherical harmonics of the map, with as many degrees as the tolerance
  * needs. The few pixels much brighter than their surroundings are integrated
- * by the lobe's formula. A level has at most 4,096 degrees; what a narrower
+ * by the lobe's formula. A level has at most 4,095 degrees; what a narrower
  * lobe loses is in its estimated error.
  *
  * Levels are sampled only on request: all by IBL_METHOD_SAMPLED, single levels

@@ -9,10 +9,11 @@
 static const int min_degree = 32;
 static const int least_power = 128; /* the degree of ibl_bake_result's power */
 
-/* Highest degree of a level. GGX needs it from roughness 0.032 down. The corner
- * of a wide lobe on the horizon, a ring around the sphere, averages what lower
- * degrees omit, so it does not count. */
-static const double most_degree = 4096, most_of_ring = 1536;
+/* Highest degree of a level: a power of two less 1, for the columns of its
+ * grid. GGX needs it from roughness 0.032 down. The corner of a wide lobe on
+ * the horizon, a ring around the sphere, averages what lower degrees omit, so
+ * it does not count. */
+static const double most_degree = 4095, most_of_ring = 1536;
 static const double most_of_corner = 768, corner_from = 20; /* / alpha */
 
 /* Share of a point light that degrees may leave out, over the tolerance: maps
