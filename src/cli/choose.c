@@ -375,12 +375,15 @@ static bool search_all(ibl_search *s, ibl_choice *choice, ibl_pick *best)
         if (!judge_finest(s, &least))
             return false;
         if (least.error == HUGE_VAL)
-            return ibl_console_fail(s->from->console,
-                                    "--size %d: has no levels of %dx%d or "
-                                    "more to choose from: add --levels N, or "
-                                    "take a larger one",
-                                    ibl_set_value(s, &least, IBL_SET_SIZE),
-                                    IBL_SET_LEAST_EDGE, IBL_SET_LEAST_EDGE);
+            return ibl_console_fail(
+                s->from->console,
+                "--%s: leaves no levels of %dx%d or more "
+                "to choose from: add --levels N, or take "
+                "a larger one",
+                ibl_is_given(&s->o->given, "roughness-range")
+                    ? "roughness-range"
+                    : "size",
+                IBL_SET_LEAST_EDGE, IBL_SET_LEAST_EDGE);
         if (least.error < best->error)
             *best = least;
         choice->least = sqrt(best->error);
