@@ -69,6 +69,8 @@ facts() {
 # texel in some thousands is rounded the other way.
 test_several_are_single_ones() {
     local t f
+    # Some of these have harmonics, of others the axes differ.
+    bake --target all --only specular -o some
     bake --target all --sun -o all
     [ "$(ls all | tr '\n' ' ')" = \
         "$(printf '%s\n' $targets | sort | tr '\n' ' ')" ] || ls all

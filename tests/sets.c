@@ -91,9 +91,16 @@ const char *sets_file(void)
 
 bool sets_bake(const char *directory, const char *options)
 {
-    return file_run("'%s' -q '%s' --size 32 --irradiance-size 8 --lut-size 16 "
-                    "-o %s %s",
-                    file_built("iblbake"), sets_file(), directory, options);
+    static const char *const alone[] = {"--only", "env ", "gltf ",
+                                        "playcanvas "};
+    const char *others = "--irradiance-size 8 --lut-size 16";
+
+    /* Sizes of what is not made are refused. */
+    for (int i = 0; i < 4; i++)
+        if (strstr(options, alone[i]))
+            others = "";
+    return file_run("'%s' -q '%s' --size 32 %s -o %s %s", file_built("iblbake"),
+                    sets_file(), others, directory, options);
 }
 
 bool sets_save(ibl_ctx *ctx, const char *name, const ibl_texture *tex,

@@ -31,12 +31,15 @@ bool ibl_bake_turn_back(const ibl_bake *b, ibl_cube *cube)
     return ok;
 }
 
-/* Gives the set harmonics of its own in the axes of its outputs. */
+/* Gives the set harmonics of its own in the axes of its outputs. Those that
+ * others want are not its. */
 static bool turn_harmonics(ibl_bake *b)
 {
     const int degree = b->opts->bake.sh_degree;
     const size_t edge = (size_t)degree + 1, bytes = 3 * edge * edge * 8;
 
+    if (degree < 0)
+        b->made.sh = NULL;
     if (!has_axes(b) || !b->made.sh)
         return true;
     b->sh = malloc(bytes);
