@@ -23,10 +23,9 @@ static const struct {
 
 static const char *typed(const ibl_opts *o, const char *name)
 {
-    for (int i = 0; i < o->given.count; i++)
-        if (!strcmp(o->given.list[i].option->name, name))
-            return o->given.list[i].value;
-    return "";
+    const char *value = ibl_given_value(&o->given, name);
+
+    return value ? value : "";
 }
 
 /* Whether a list of words has one, or one that begins with it and a '/'. */

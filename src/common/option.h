@@ -142,6 +142,8 @@ bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
 /* Prints --help from the tables; at most 80 columns. */
 void ibl_command_help(const ibl_command *cmd, FILE *to);
 
+/* The value of an option that was given, "" if it takes none; else NULL. */
+const char *ibl_given_value(const ibl_given *given, const char *name);
 /* Whether an option was given. */
 bool ibl_is_given(const ibl_given *given, const char *name);
 /* Refuses the first option that was given where its rules, which end with

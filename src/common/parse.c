@@ -347,12 +347,17 @@ static bool parse(line *l)
     return l->cmd->validate(l->settings);
 }
 
-bool ibl_is_given(const ibl_given *given, const char *name)
+const char *ibl_given_value(const ibl_given *given, const char *name)
 {
     for (int i = 0; i < given->count; i++)
         if (!strcmp(given->list[i].option->name, name))
-            return true;
-    return false;
+            return given->list[i].value ? given->list[i].value : "";
+    return NULL;
+}
+
+bool ibl_is_given(const ibl_given *given, const char *name)
+{
+    return ibl_given_value(given, name);
 }
 
 /* Whether a list of names, with blanks between them, has one. */
