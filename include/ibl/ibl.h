@@ -518,7 +518,7 @@ typedef enum ibl_method {
 const char *ibl_method_name(ibl_method method);
 
 /* A fifth of the rounding error of a half float. */
-#define IBL_TOLERANCE_DEFAULT 5e-5
+#define IBL_TOLERANCE_DEFAULT 1e-4
 
 typedef struct ibl_specular_options {
     size_t struct_size;        /* see CONVENTIONS */

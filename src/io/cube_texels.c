@@ -181,7 +181,6 @@ typedef struct comparing {
     const float *truth;
     float *scratch;       /* of a strip for each worker */
     ibl_error_sums *sums; /* of each job */
-    double (*light)[2];   /* of each job: all, and what became 0 */
 } comparing;
 
 static void compare_job(void *arg, int job, int worker)
@@ -194,22 +193,13 @@ static void compare_job(void *arg, int job, int worker)
     const float *truth = c->truth + 3 * s.texel;
     const size_t texels = s.rows * c->level.width;
     c->dsp.add(truth, rgb, texels, &c->sums[job]);
-    for (size_t i = 0; i < 3 * texels; i++)
-        if (truth[i] > 0 && truth[i] <= FLT_MAX) {
-            c->light[job][0] += (double)truth[i];
-            c->light[job][1] += rgb[i] > 0 ? 0 : (double)truth[i];
-        }
 }
 
 /* Adds the sums of the strips, in order. */
 static ibl_pixel_error error_of(const comparing *c)
 {
-    double wrong = 0, truth = 0, relative = 0, count = 0, light[2] = {0};
+    double wrong = 0, truth = 0, relative = 0, count = 0, light = 0, lost = 0;
 
-    for (size_t i = 0; i < c->level.strips; i++) {
-        light[0] += c->light[i][0];
-        light[1] += c->light[i][1];
-    }
     for (size_t i = 0; i < c->level.strips * IBL_ERROR_LANES; i++) {
         const ibl_error_sums *one = &c->sums[i / IBL_ERROR_LANES];
         const size_t lane = i % IBL_ERROR_LANES;
@@ -217,11 +207,13 @@ static ibl_pixel_error error_of(const comparing *c)
         truth += one->truth[lane];
         relative += one->relative[lane];
         count += one->count[lane];
+        light += one->light[lane];
+        lost += one->lost[lane];
     }
     return (ibl_pixel_error){.nrmse =
                                  truth > 0 ? sqrt(wrong / truth) : wrong > 0,
                              .relative = count > 0 ? relative / count : 0,
-                             .lost = light[0] > 0 ? light[1] / light[0] : 0};
+                             .lost = light > 0 ? lost / light : 0};
 }
 
 static ibl_status compare(ibl_ctx *ctx, const ibl_texture *tex, int l,
@@ -236,8 +228,7 @@ static ibl_status compare(ibl_ctx *ctx, const ibl_texture *tex, int l,
     c.scratch =
         ibl_alloc_array(workers * c.level.width, 3 * STRIP * sizeof *c.scratch);
     c.sums = ibl_alloc_zeroed(c.level.strips, sizeof *c.sums);
-    c.light = ibl_alloc_zeroed(c.level.strips, sizeof *c.light);
-    if (c.scratch && c.sums && c.light)
+    if (c.scratch && c.sums)
         status = ibl_run(ctx, NULL, (int)c.level.strips, compare_job, &c);
     else
         status = ibl_no_memory(ctx, "the errors of a texture");
@@ -245,7 +236,6 @@ static ibl_status compare(ibl_ctx *ctx, const ibl_texture *tex, int l,
         *error = error_of(&c);
     ibl_free(c.scratch);
     ibl_free(c.sums);
-    ibl_free(c.light);
     return status;
 }
 

@@ -7,8 +7,11 @@
 
 enum {
     VECTORS = 4 * IBL_TAPS / VF, /* vectors for a ring's samples */
-    PARTS = IBL_TAPS / VD        /* vectors for the weights */
+    PARTS = IBL_TAPS / VD,       /* vectors for the weights */
+    DEGREE = 5                   /* of the weights' polynomials */
 };
+
+static const double PI = 3.14159265358979323846;
 
 /*
  * Arc tangent of |x| <= sqrt(2), within 1e-12. Half the angle has the tangent
@@ -30,33 +33,55 @@ static inline vd arc_tangent(vd x)
     return 2.0 * t * s;
 }
 
-/* u of texels i..i + VD - 1. */
-static inline vd coordinates(int i, int size)
-{
-    static const double odd[8] = {1, 3, 5, 7, 9, 11, 13, 15};
-    return (vd_load(odd) + 2.0 * i) / (double)size - 1.0;
-}
-
-static void latitudes(double v, int size, int count, double *angle)
+/* The azimuth is measured from the diagonal of its quadrant: its tangent is
+ * (|z| - |x|) / (|z| + |x|), at most 1; at the pole it is 0 / 1e-300. */
+static void angles(const float *point, int stride, int count, double *theta,
+                   double *phi)
 {
     for (int i = 0; i < count; i += VD) {
-        const vd u = coordinates(i, size);
-        vd_store(angle + i, arc_tangent(v / vd_sqrt(1.0 + u * u)));
+        vd p[3];
+        for (int k = 0; k < 3; k++)
+            p[k] = vd_load_floats(point + k * stride + i) +
+                   vd_load_floats(point + (k + 3) * stride + i);
+        const vd x = vd_abs(p[0]), y = vd_abs(p[1]), z = vd_abs(p[2]);
+        const vd r = vd_sqrt(p[0] * p[0] + p[2] * p[2]);
+        const vd down = arc_tangent((r - y) / (r + y)) + 0.25 * PI;
+        const vd turn = arc_tangent((z - x) / (z + x + 1e-300)) + 0.25 * PI;
+        const vd around = vd_either(p[0] < 0, PI - turn, turn);
+        vd_store(theta + i, vd_either(p[1] < 0, PI - down, down));
+        vd_store(phi + i, vd_either(p[2] < 0, -around, around));
     }
 }
 
-/* The azimuth is measured from the diagonal: its tangent is (|v| - |u|) / (|v|
- * + |u|), at most 1; at the pole it is 0 / 1e-300. */
-static void polar(double v, int size, int count, double *angle, double *azimuth)
-{
-    const vd b = vd_abs(vd_all(v));
-    for (int i = 0; i < count; i += VD) {
-        const vd u = coordinates(i, size), a = vd_abs(u);
-        const vd turn = arc_tangent((b - a) / (b + a + 1e-300));
-        vd_store(angle + i, arc_tangent(vd_sqrt(u * u + v * v)));
-        vd_store(azimuth + i, turn + 0.78539816339744830962);
-    }
-}
+/*
+ * The weight of tap k at whole + t, 0 <= t < 1, is a polynomial in t - 1/2,
+ * with these coefficients, constant first; tap 7 - k is tap k mirrored. They
+ * sum to
+ * 1. They interpolate a field at three samples a wave of its degree, whose
+ * amplitude falls exponentially to 1e-5 there, with the least mean square error
+ * (Wiener): 2e-5 of the field without its mean, and less at more samples.
+ * tests/design_taps.c makes them.
+ */
+static const double taps[][IBL_TAPS] = {
+    {-0.00401042465348296, 0.0310095351514452, -0.13153261994387,
+     0.604533509445908, 0.604533509445908, -0.13153261994387,
+     0.0310095351514452, -0.00401042465348296},
+    {0.00123621840421597, -0.0128955432049063, 0.0889283815128346,
+     -1.21095799657047, 1.21095799657047, -0.0889283815128346,
+     0.0128955432049063, -0.00123621840421597},
+    {0.0185831807802341, -0.141420990257477, 0.563076919211716,
+     -0.440239109734473, -0.440239109734473, 0.563076919211716,
+     -0.141420990257477, 0.0185831807802341},
+    {-0.00573548287935413, 0.0588861711390463, -0.38122939140027,
+     0.889391755955098, -0.889391755955098, 0.38122939140027,
+     -0.0588861711390463, 0.00573548287935413},
+    {-0.0101779767417419, 0.0695883224573149, -0.147884535069881,
+     0.0884741893543074, 0.0884741893543074, -0.147884535069881,
+     0.0695883224573149, -0.0101779767417419},
+    {0.00316566554269894, -0.0292374427253299, 0.102125704785305,
+     -0.182341155698905, 0.182341155698905, -0.102125704785305,
+     0.0292374427253299, -0.00316566554269894},
+};
 
 /* Rounds the weights to float; returns the rounding errors. */
 static inline vd round_weights(vd exact, float *w)
@@ -65,8 +90,8 @@ static inline vd round_weights(vd exact, float *w)
     return exact - vd_load_floats(w);
 }
 
-static void weights(const ibl_interp_weights *taps, double shift, double scale,
-                    const double *angle, int count, int *first, float *weight)
+static void weights(double shift, double scale, const double *angle, int count,
+                    int *first, float *weight)
 {
     for (int i = 0; i < count; i++) {
         /* Casts round towards zero, and positions are above -64. */
@@ -77,11 +102,10 @@ static void weights(const ibl_interp_weights *taps, double shift, double scale,
         double rest[VD];
         vd lost = vd_all(0);
         for (int k = 0; k < PARTS; k++) {
-            vd exact = vd_load(taps->coef[IBL_TAPS_DEGREE] + k * VD);
-#pragma GCC unroll 9
-            for (int d = IBL_TAPS_DEGREE - 1; d >= 0; d--)
-                exact =
-                    vd_fma(exact, vd_all(t), vd_load(taps->coef[d] + k * VD));
+            vd exact = vd_load(taps[DEGREE] + k * VD);
+#pragma GCC unroll 5
+            for (int d = DEGREE - 1; d >= 0; d--)
+                exact = vd_fma(exact, vd_all(t), vd_load(taps[d] + k * VD));
             lost += round_weights(exact, w + k * VD);
         }
         vd_store(rest, lost);
@@ -127,10 +151,9 @@ static void row(const ibl_interp_row *row)
     const ibl_interp_row a = *row;
     const ptrdiff_t stride = a.stride;
     for (int i = 0; i < a.count; i++) {
-        const ptrdiff_t r = i * a.ring_step, c = i * a.column_step;
         const float *grid =
-            a.grid + a.ring[r] * stride + 4 * (ptrdiff_t)a.column[c];
-        const float *w = a.ring_weight + r * IBL_TAPS;
+            a.grid + a.ring[i] * stride + 4 * (ptrdiff_t)a.column[i];
+        const float *w = a.ring_weight + (ptrdiff_t)i * IBL_TAPS;
         vf along[VECTORS];
         /* Prefetch for the following texels and rows. */
         __builtin_prefetch(grid + 8 * stride + 16);
@@ -138,9 +161,10 @@ static void row(const ibl_interp_row *row)
 #pragma GCC unroll 8
         for (int k = 0; k < IBL_TAPS; k++)
             add_ring(grid + k * stride, w[k], k == 0, along);
-        vq_store(a.rgba + 4 * (size_t)i,
-                 vf_fold(across(along, a.column_weight + c * IBL_TAPS)));
+        vq_store(
+            a.rgba + 4 * (size_t)i,
+            vf_fold(across(along, a.column_weight + (ptrdiff_t)i * IBL_TAPS)));
     }
 }
 
-IBL_VECTOR_KERNEL(ibl_interp, latitudes, polar, weights, row)
+IBL_VECTOR_KERNEL(ibl_interp, angles, weights, row)

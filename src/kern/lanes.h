@@ -71,6 +71,11 @@ static inline vf vf_either(vi mask, vf yes, vf no)
     return (vf)((mask & (vi)yes) | (~mask & (vi)no));
 }
 
+static inline vd vd_either(vl mask, vd yes, vd no)
+{
+    return (vd)((mask & (vl)yes) | (~mask & (vl)no));
+}
+
 #ifdef IBL_PLAIN
 static inline vf vf_load(const float *p)
 {

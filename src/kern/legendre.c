@@ -27,15 +27,17 @@ static void split(double value, double *mantissa, double *exponent)
     *exponent = e;
 }
 
-static void fill_pair(ibl_legendre_rings *r, ibl_ring_kind kind, int j)
+/* Ring `ring` of count becomes pair j. */
+static void fill_pair(const ibl_legendre_rings *r, ibl_ring_kind kind,
+                      int count, int ring, int j)
 {
     const int edges = kind == IBL_RINGS_EDGES;
-    const double half = 0.5 * pi / (r->count + edges);
+    const double half = 0.5 * pi / (count + edges);
 
     /* Written as the sine of the latitude: exact also near the equator. */
-    r->x[j] = sin(half * (r->count - 1 - 2 * j));
+    r->x[j] = sin(half * (count - 1 - 2 * ring));
     r->x2[j] = r->x[j] * r->x[j];
-    r->sine[j] = sin(half * (2 * j + 1 + edges));
+    r->sine[j] = sin(half * (2 * ring + 1 + edges));
     split(r->sine[j], &r->mantissa[j], &r->exponent[j]);
     /* The mantissa's power is at most 2^256. */
     split(pow(r->mantissa[j], 512.0), &r->mantissa_512[j], &r->exponent_512[j]);
@@ -50,9 +52,9 @@ static void fill_start(double *start, int degree)
 }
 
 bool ibl_legendre_rings_init(ibl_legendre_rings *r, ibl_ring_kind kind,
-                             int count, int degree)
+                             int count, int first, int end, int degree)
 {
-    const int pairs = (count + 1) / 2;
+    const int pairs = end - first, middle = 2 * end > count;
     const size_t padded = ((size_t)pairs + PAD - 1) / PAD * PAD;
     double *memory =
         ibl_alloc_array(ARRAYS * padded + (size_t)degree + 1, sizeof *memory);
@@ -61,7 +63,7 @@ bool ibl_legendre_rings_init(ibl_legendre_rings *r, ibl_ring_kind kind,
     if (!memory)
         return false;
     *r = (ibl_legendre_rings){
-        count,
+        2 * pairs - middle,
         pairs,
         memory,
         memory + padded,
@@ -73,7 +75,7 @@ bool ibl_legendre_rings_init(ibl_legendre_rings *r, ibl_ring_kind kind,
         memory + ARRAYS * padded,
     };
     for (int j = 0; j < pairs; j++)
-        fill_pair(r, kind, j);
+        fill_pair(r, kind, count, first + j, j);
     for (size_t j = (size_t)pairs; j < padded; j++) {
         r->x[j] = r->x2[j] = 0.0;
         r->sine[j] = r->mantissa[j] = r->mantissa_512[j] = 1.0;

@@ -61,9 +61,10 @@ typedef struct ibl_legendre_rings {
     double *start; /* P_mm / (sin theta)^m, m = 0..degree */
 } ibl_legendre_rings;
 
-/* count: 0 or more. False if there is no memory; then r is empty. */
+/* Pairs first..end - 1 of `count` rings, as if there were no others;
+ * end <= (count + 1) / 2. False if there is no memory; then r is empty. */
 bool ibl_legendre_rings_init(ibl_legendre_rings *r, ibl_ring_kind kind,
-                             int count, int degree);
+                             int count, int first, int end, int degree);
 void ibl_legendre_rings_free(ibl_legendre_rings *r);
 
 /* The order to work on. */

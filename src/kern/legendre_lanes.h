@@ -147,11 +147,6 @@ static inline vd vd_only(vl mask, vd v)
     return (vd)(mask & (vl)v);
 }
 
-static inline vd vd_either(vl mask, vd yes, vd no)
-{
-    return (vd)((mask & (vl)yes) | (~mask & (vl)no));
-}
-
 /* ---- an order's coefficients ---------------------------------------- */
 
 /* Arrays are in the caller's scratch. Tables over k have `blocks` whole blocks

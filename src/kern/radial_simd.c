@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* In vectors of any width. */
-#include <string.h>
-
 #include "kern/lanes.h"
 #include "kern/radial.h"
 
@@ -42,56 +40,157 @@ static void points(double v, int size, int first, int stride, float *point)
     }
 }
 
-/* Squared distance of VF points from a light. */
-static inline vf distance(const vf p[6], const ibl_radial_light *s)
+/* Squared distance of VF points from a light, which may be far. */
+static inline vf distance(const vf p[6], const ibl_radial_light *s, bool far)
 {
-    const vf x = (p[0] - vf_all(s->at[0])) + (p[3] - vf_all(s->rest[0]));
-    const vf y = (p[1] - vf_all(s->at[1])) + (p[4] - vf_all(s->rest[1]));
-    const vf z = (p[2] - vf_all(s->at[2])) + (p[5] - vf_all(s->rest[2]));
-    return vf_fma(x, x, vf_fma(y, y, z * z));
+    vf d[3];
+
+#pragma GCC unroll 3
+    for (int k = 0; k < 3; k++) {
+        d[k] = p[k] - vf_all(s->at[k]);
+        if (!far)
+            d[k] += p[k + 3] - vf_all(s->rest[k]);
+    }
+    return vf_fma(d[0], d[0], vf_fma(d[1], d[1], d[2] * d[2]));
 }
 
-static inline vf rational(const ibl_radial *lobe, vf q)
+/* Of x > 0, to 1e-7 of the value: 2 atanh((m - 1) / (m + 1)) for m in
+ * sqrt(1/2)..sqrt(2). */
+static inline vf log2_of(vf x)
 {
-    const vf level = vf_fma(q, vf_all(-0.5f), vf_all(1));
+    const vi bits = (vi)x, exponent = (bits - 0x3f3504f3) >> 23;
+    const vf m = (vf)(bits - (exponent << 23));
+    const vf s = (m - 1.0f) / (m + 1.0f), z = s * s;
+    vf p = vf_fma(z, vf_all(1 / 9.0f), vf_all(1 / 7.0f));
+    p = vf_fma(z, p, vf_all(1 / 5.0f));
+    p = vf_fma(z, p, vf_all(1 / 3.0f));
+    p = vf_fma(z, p, vf_all(1));
+    return vf_fma(s * p, vf_all(2.885390082f),
+                  __builtin_convertvector(exponent, vf));
+}
+
+/* Of t <= 1, to 2e-7; below -126 that of -126. */
+static inline vf exp2_of(vf t)
+{
+    static const float c[] = {1.5403530e-4f,
+                              1.3333558e-3f,
+                              9.6181291e-3f,
+                              5.5504109e-2f,
+                              2.4022651e-1f,
+                              6.9314718e-1f,
+                              1};
+    const vf shifted = vf_max(t, vf_all(-126)) + 0x1.8p23f;
+    const vf f = vf_max(t, vf_all(-126)) - (shifted - 0x1.8p23f);
+    vf p = vf_all(c[0]);
+    for (int i = 1; i < 7; i++)
+        p = vf_fma(p, f, vf_all(c[i]));
+    return (vf)((vi)p + ((vi)shifted << 23));
+}
+
+/* D times the scale. */
+static inline vf density(const ibl_radial *lobe, ibl_lobe kind, vf q)
+{
+    const vf z = 0.5f * q, y = vf_max(1.0f - z, vf_all(1e-30f));
     const vf t = vf_fma(q, vf_all(lobe->slope), vf_all(1));
-    return vf_max(level, vf_all(0)) * vf_all(lobe->peak) / (t * t);
+
+    switch (kind) {
+    case IBL_LOBE_GGX:
+        return vf_all(lobe->scale) / (t * t);
+    case IBL_LOBE_CHARLIE:
+        return lobe->scale *
+               exp2_of(lobe->power * log2_of(vf_max(z, vf_all(1e-30f))));
+    case IBL_LOBE_PHONG:
+        break;
+    }
+    /* 1 - z is rounded; log(1 - z) / z hardly depends on that. */
+    const vi rounded = y < vf_all(1);
+    const vf slope =
+        vf_either(rounded, log2_of(y) / (1.0f - y), vf_all(-1.442695041f));
+    return lobe->scale *
+           exp2_of(lobe->power * vf_max(slope * z, vf_all(-1e4f)));
 }
 
-static inline vf tabulated(const ibl_radial *lobe, vf q)
+/* N.L changes by up to that over the sides of a rectangle. */
+static inline void changes(const vf p[6], const ibl_radial_light *s, vf side[2])
 {
-    const int shift = 23 - lobe->bits;
-    const vi far = q > vf_all(1);
-    /* 2 - q is less than q exactly when q > 1. */
-    const vf other = vf_all(2) - q;
-    const vf v = vf_max(vf_either(far, other, q), vf_all(0));
-    const vf start =
-        vf_either(far, vf_all(lobe->start[1]), vf_all(lobe->start[0]));
-    const vi base = (lobe->base[1] & far) | (lobe->base[0] & ~far);
-    const vi word = (vi)(v + start);
-    const vi at = ((word >> shift) - base) << 2;
-    const vf x = __builtin_convertvector(word & ((1 << shift) - 1), vf) *
-                 (1 / (float)(1 << shift));
-    int piece[VF];
-    memcpy(piece, &at, sizeof piece);
-    /* Transposes four coefficients per texel to one vector per coefficient. */
-    vf c[4];
+#pragma GCC unroll 2
+    for (int k = 0; k < 2; k++)
+        side[k] = vf_fma(
+            p[0], vf_all(s->side[k][0]),
+            vf_fma(p[1], vf_all(s->side[k][1]), p[2] * vf_all(s->side[k][2])));
+}
+
+/*
+ * The mean of GGX over a rectangle. q has there the mean q + c v, c = N.L, and
+ * the variance 4 (a^2 + b^2) / 3, with a and b the changes of N.L and v the sum
+ * of the squares of the sides / 3. With t = 1 + slope q, the second derivative
+ * of (1 - q/2) / t^2 is (6 c slope^2 / t^2 + 2 slope / t) / t^2.
+ */
+static inline vf far_value(const ibl_radial *lobe, const vf p[6],
+                           const ibl_radial_light *s, vf q)
+{
+    const vf slope = vf_all(lobe->slope), zero = vf_all(0);
+    const vf level = vf_fma(q, vf_all(-0.5f), vf_all(1));
+    const vf mean = vf_fma(level, vf_all(s->rgb[3]), q);
+    const vf c = vf_max(vf_fma(mean, vf_all(-0.5f), vf_all(1)), zero);
+    const vf inverse = 1.0f / vf_fma(mean, slope, vf_all(1));
+    const vf steep = slope * inverse;
+    vf side[2];
+
+    changes(p, s, side);
+    const vf half = (side[0] * side[0] + side[1] * side[1]) * (4 / 3.0f);
+    const vf bend = vf_fma(c * steep, vf_all(3), vf_all(1)) * steep;
+    return lobe->scale * inverse * inverse * vf_fma(half, bend, c);
+}
+
+/*
+ * With h = N.L of a point of a rectangle, c in its middle and changing by up to
+ * a and b along its sides, the mean of max(h, 0)^n is
+ *     sum over the corners of +-max(c +- a +- b, 0)^(n+2)
+ *         2 n! / (n + 2)! / (8 a b) 2,
+ * plus for the corners with two equal signs. Returns that of n = 1 and replaces
+ * q by where K / N.L is taken: at h of the mean of h max(h, 0) over that of
+ * max(h, 0).
+ */
+static inline vf cut(const vf p[6], const ibl_radial_light *s, vf *q, vi *whole)
+{
+    const vf c = vf_fma(*q, vf_all(-0.5f), vf_all(1)), zero = vf_all(0);
+    vf side[2];
+
+    changes(p, s, side);
+    for (int k = 0; k < 2; k++)
+        side[k] = vf_max(side[k], zero - side[k]);
+    /* A side that is nearly on the horizon would cancel in the sum. */
+    const vf a = vf_max(vf_max(side[0], side[1]), vf_all(1e-12f));
+    const vf b = vf_max(vf_min(side[0], side[1]), 0.03f * a);
+    const vf h[4] = {vf_max(c + a + b, zero), vf_max(c + a - b, zero),
+                     vf_max(c - a + b, zero), vf_max(c - a - b, zero)};
+    vf third = zero, fourth = zero;
 #pragma GCC unroll 4
     for (int i = 0; i < 4; i++) {
-        const float *from[VF / 4];
-#pragma GCC unroll 4
-        for (int k = 0; k < VF / 4; k++)
-            from[k] = lobe->coef + piece[4 * k + i];
-        c[i] = vf_load_quads(from);
+        const vf cube = h[i] * h[i] * h[i];
+        third = i % 3 ? third - cube : third + cube;
+        fourth = i % 3 ? vf_fma(zero - cube, h[i], fourth)
+                       : vf_fma(cube, h[i], fourth);
     }
-    vf_transpose(c);
-    return vf_fma(vf_fma(vf_fma(c[3], x, c[2]), x, c[1]), x, c[0]);
+    *whole = c > a + b;
+    const vf part = vf_max(third / (24.0f * a * b), zero);
+    const vf at = 0.5f * fourth / vf_max(third, vf_all(1e-30f));
+    *q = vf_either(*whole, *q, vf_max(2.0f - 2.0f * at, zero));
+    return vf_either(*whole, c, part);
 }
 
-/* Adds to AT_ONCE vectors of texels; table: the lobe is one. */
-static inline void add_texels(const ibl_radial *lobe, bool table,
-                              const ibl_radial_light *lights, int count,
-                              const float *point, int stride, float *rgba)
+enum form {
+    POINT,
+    SPREAD,
+    CUT
+};
+
+/* Adds to AT_ONCE vectors of texels. */
+static inline void add_texels(const ibl_radial *lobe, ibl_lobe kind,
+                              enum form form, const ibl_radial_light *lights,
+                              int count, const float *point, int stride,
+                              float *rgba)
 {
     const vf zero = vf_all(0);
     vf p[AT_ONCE][6], sum[AT_ONCE][3];
@@ -104,23 +203,30 @@ static inline void add_texels(const ibl_radial *lobe, bool table,
         sum[n][0] = sum[n][1] = sum[n][2] = zero;
     }
     for (const ibl_radial_light *s = lights; s < lights + count; s++) {
-        vf q[AT_ONCE];
-        vi above[AT_ONCE], any = {0};
+        vf q[AT_ONCE], c[AT_ONCE];
+        vi any = {0}, whole[AT_ONCE] = {{0}};
 #pragma GCC unroll 2
         for (int n = 0; n < AT_ONCE; n++) {
-            q[n] = distance(p[n], s);
-            above[n] = q[n] < vf_all(2);
-            any |= above[n];
+            q[n] = distance(p[n], s, form == SPREAD);
+            c[n] = form == CUT
+                       ? cut(p[n], s, &q[n], &whole[n])
+                       : vf_max(vf_fma(q[n], vf_all(-0.5f), vf_all(1)), zero);
+            any |= c[n] > zero;
         }
         if (!vi_any(any))
             continue;
 #pragma GCC unroll 2
         for (int n = 0; n < AT_ONCE; n++) {
-            const vf k = table ? (vf)(above[n] & (vi)tabulated(lobe, q[n]))
-                               : rational(lobe, q[n]);
+            vf k = zero;
+            if (form != SPREAD)
+                k = density(lobe, kind, q[n]) * c[n];
+            if (form == SPREAD)
+                k = far_value(lobe, p[n], s, q[n]);
+            else if (form == CUT && kind == IBL_LOBE_GGX)
+                k = vf_either(whole[n], far_value(lobe, p[n], s, q[n]), k);
 #pragma GCC unroll 3
-            for (int c = 0; c < 3; c++)
-                sum[n][c] = vf_fma(k, vf_all(s->rgb[c]), sum[n][c]);
+            for (int i = 0; i < 3; i++)
+                sum[n][i] = vf_fma(k, vf_all(s->rgb[i]), sum[n][i]);
         }
     }
 #pragma GCC unroll 2
@@ -128,17 +234,43 @@ static inline void add_texels(const ibl_radial *lobe, bool table,
         add_rgb(rgba + 4 * n * VF, sum[n][0], sum[n][1], sum[n][2]);
 }
 
+static inline void add_lights(const ibl_radial *lobe, enum form form,
+                              const ibl_radial_light *lights, int count,
+                              const float *point, int stride, float *rgba)
+{
+    for (int i = 0; i < IBL_RADIAL_BLOCK; i += AT_ONCE * VF)
+        switch (lobe->lobe) {
+        case IBL_LOBE_GGX:
+            add_texels(lobe, IBL_LOBE_GGX, form, lights, count, point + i,
+                       stride, rgba + 4 * i);
+            break;
+        case IBL_LOBE_CHARLIE:
+            add_texels(lobe, IBL_LOBE_CHARLIE, form == CUT ? CUT : POINT,
+                       lights, count, point + i, stride, rgba + 4 * i);
+            break;
+        case IBL_LOBE_PHONG:
+            add_texels(lobe, IBL_LOBE_PHONG, form == CUT ? CUT : POINT, lights,
+                       count, point + i, stride, rgba + 4 * i);
+            break;
+        }
+}
+
 static void add(const ibl_radial *lobe, const ibl_radial_light *lights,
                 int count, const float *point, int stride, float *rgba)
 {
-    const bool table = lobe->coef;
-    for (int i = 0; i < stride; i += AT_ONCE * VF)
-        if (table)
-            add_texels(lobe, true, lights, count, point + i, stride,
-                       rgba + 4 * i);
-        else
-            add_texels(lobe, false, lights, count, point + i, stride,
-                       rgba + 4 * i);
+    add_lights(lobe, POINT, lights, count, point, stride, rgba);
 }
 
-IBL_VECTOR_KERNEL(ibl_radial, points, add)
+static void add_far(const ibl_radial *lobe, const ibl_radial_light *lights,
+                    int count, const float *point, int stride, float *rgba)
+{
+    add_lights(lobe, SPREAD, lights, count, point, stride, rgba);
+}
+
+static void add_cut(const ibl_radial *lobe, const ibl_radial_light *lights,
+                    int count, const float *point, int stride, float *rgba)
+{
+    add_lights(lobe, CUT, lights, count, point, stride, rgba);
+}
+
+IBL_VECTOR_KERNEL(ibl_radial, points, add, add_far, add_cut)

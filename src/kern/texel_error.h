@@ -19,6 +19,8 @@ typedef struct ibl_error_sums {
     double truth[IBL_ERROR_LANES];    /* |t|^2 */
     double relative[IBL_ERROR_LANES]; /* |d - t| / |t|; for |t| = 0 0 if |d| is
                                          0, else 1 */
+    double light[IBL_ERROR_LANES];    /* t's components above 0, */
+    double lost[IBL_ERROR_LANES];     /* and those of them that are 0 in d */
     double count[IBL_ERROR_LANES];    /* of texels; where |t|^2 is not finite,
                                          they are left out of all sums */
 } ibl_error_sums;

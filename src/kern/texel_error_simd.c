@@ -58,6 +58,12 @@ static inline void add_texels(const float *t, const float *d, size_t lane,
     add_lanes(sums->relative + lane,
               vf_either(finite, vf_either(black, of_black, ratio), zero));
     add_lanes(sums->count + lane, vf_either(finite, one, zero));
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) {
+        const vf light = vf_either(finite, vf_max(a[c], zero), zero);
+        add_lanes(sums->light + lane, light);
+        add_lanes(sums->lost + lane, vf_either(b[c] > zero, zero, light));
+    }
 }
 
 static void add(const float *t, const float *d, size_t count,

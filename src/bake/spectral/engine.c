@@ -42,15 +42,13 @@ static ibl_status allocate(ibl_spectral *s)
 
     s->weight = ibl_alloc_array((size_t)s->height, sizeof *s->weight);
     s->widths = ibl_alloc_array((size_t)s->degree + 1, sizeof *s->widths);
-    s->power = ibl_alloc_array((size_t)s->degree + 1, sizeof *s->power);
     r->group = ibl_alloc_zeroed(groups, sizeof *r->group);
     /* Those at the poles have most. */
     r->room = (size_t)fmax(most_lights(s, 0), most_lights(s, s->groups - 1));
     r->taken = ibl_alloc_sparse(groups, r->room * sizeof *r->taken);
     r->worker_floats = (scratch + 15) / 16 * 16 + group_floats(s);
     r->scratch = ibl_alloc_array(threads * r->worker_floats, sizeof(float));
-    if (!s->weight || !s->widths || !s->power || !r->group || !r->taken ||
-        !r->scratch)
+    if (!s->weight || !s->widths || !r->group || !r->taken || !r->scratch)
         return ibl_no_memory(s->ctx, "the analysis");
     return ibl_ring_spectra_alloc(s->ctx, s->height, s->degree + 1, &r->rows);
 }
@@ -114,7 +112,6 @@ void ibl_spectral_free(ibl_spectral *s)
     free_reading(&s->reading);
     ibl_free(s->weight);
     ibl_free(s->widths);
-    ibl_free(s->power);
     ibl_free(s->lights);
     ibl_harmonics_free(&s->harmonics);
     ibl_free(s);
@@ -124,10 +121,9 @@ void ibl_spectral_free(ibl_spectral *s)
 
 /* Takes the lights out of a copy, which replaces the group's rows. */
 static void take_lights(const ibl_spectral *s, ibl_row_fft_rows *in, int number,
-                        float *copy, double *squares)
+                        float *copy)
 {
     ibl_spectral_group *group = &s->reading.group[number];
-    ibl_row_range rest;
 
     memcpy(copy, in->rgb, in->stride * (size_t)in->count * sizeof *copy);
     in->rgb = copy;
@@ -135,8 +131,6 @@ static void take_lights(const ibl_spectral *s, ibl_row_fft_rows *in, int number,
         ibl_lights_take(copy, s->width, in->count, number * GROUP,
                         &group->range, most_lights(s, number),
                         s->reading.taken + (size_t)number * s->reading.room);
-    if (group->lights)
-        ibl_row_range_of(copy, s->width, in->count, &rest, squares);
 }
 
 /*
@@ -176,15 +170,12 @@ static void group_job(void *arg, int job, int worker)
     ibl_row_fft_rows in = {.rgb = r->rgb + row * (size_t)(job * GROUP),
                            .stride = row,
                            .count = left < GROUP ? left : GROUP};
-    double squares[GROUP];
 
-    ibl_row_range_of(in.rgb, s->width, in.count, &group->range, squares);
+    ibl_row_range_of(in.rgb, s->width, in.count, &group->range);
     group->exponent = scale_of(group->range.high);
     in.scale = ldexpf(1, group->exponent);
     if (has_lights(s, first / GROUP))
-        take_lights(s, &in, first / GROUP, own, squares);
-    for (int j = 0; j < in.count; j++)
-        group->squares += squares[j] * s->weight[first + j];
+        take_lights(s, &in, first / GROUP, own);
     ibl_row_fft_forward(r->azimuth, &in, scratch, &r->rows, first);
 }
 
@@ -285,20 +276,6 @@ ibl_status ibl_spectral_add_lights(const ibl_spectral *s,
                  : IBL_OK;
 }
 
-/* Adds the squares of lights that return to their rows. What remained of such a
- * pixel is negligible beside its light. */
-static void return_squares(const ibl_spectral *s, int count)
-{
-    for (int i = s->light_count; i < count; i++) {
-        const ibl_pixel_light *l = &s->lights[i];
-        for (int c = 0; c < 3; c++) {
-            const double v = (double)l->rgb[c] / s->scale;
-            s->reading.group[l->row / GROUP].squares +=
-                v * v * s->weight[l->row];
-        }
-    }
-}
-
 /* Chooses the lights that are added to texels; the rest return to their
  * rows. */
 static ibl_status choose_lights(ibl_spectral *s)
@@ -313,7 +290,6 @@ static ibl_status choose_lights(ibl_spectral *s)
     while (s->light_count < count && s->light_count < IBL_LIGHTS_MOST &&
            s->lights[s->light_count].energy > least_share * total)
         s->light_count++;
-    return_squares(s, count);
     return ibl_spectral_add_lights(s, s->lights + s->light_count,
                                    count - s->light_count, &s->reading.rows);
 }
@@ -329,18 +305,6 @@ static void take_mean(ibl_spectral *s)
         s->mean[c] = (float)(a[2 * c] / whole);
         a[2 * c] -= (double)s->mean[c] * whole;
     }
-}
-
-/* Finds the mean square that the harmonics lack, unscaled (Parseval). */
-static void find_unresolved(ibl_spectral *s)
-{
-    double sum = 0, held = 0;
-    ibl_sht_power(&s->harmonics, s->power);
-    for (int g = 0; g < s->groups; g++)
-        sum += s->reading.group[g].squares;
-    for (int l = 0; l <= s->degree; l++)
-        held += s->power[l];
-    s->unresolved = fmax(sum - held / s->scale / s->scale, 0) / (4 * IBL_PI);
 }
 
 static void merge_ranges(ibl_spectral *s)
@@ -389,11 +353,7 @@ ibl_status ibl_spectral_finish(ibl_spectral *s)
                              &s->harmonics);
     if (status)
         return status;
-    find_unresolved(s);
     take_mean(s);
-    s->power[0] = 0;
-    for (int c = 0; c < 3; c++)
-        s->power[0] += pow(ibl_harmonics_at(&s->harmonics, 0)[2 * c], 2);
     free_reading(&s->reading);
     return IBL_OK;
 }

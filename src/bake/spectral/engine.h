@@ -26,9 +26,8 @@
 /* Results for IBL_SPECTRAL_GROUP rows. */
 typedef struct ibl_spectral_group {
     ibl_row_range range;
-    double squares; /* sum of pixel^2, by solid angle */
-    int exponent;   /* its Fourier coefficients are scaled by 2^exponent */
-    int lights;     /* number of lights taken out of it */
+    int exponent; /* its Fourier coefficients are scaled by 2^exponent */
+    int lights;   /* number of lights taken out of it */
 } ibl_spectral_group;
 
 /* State while rows are added. */
@@ -56,8 +55,6 @@ typedef struct ibl_spectral {
     double scale;          /* of the lights and harmonics: see choose_scale */
     float mean[3];         /* without lights; in no harmonic, but added to every
                               texel */
-    double *power;         /* of the harmonics in each degree */
-    double unresolved;     /* mean square that the harmonics lack */
     float low[3], high[3]; /* the range of the map */
     double *weight;        /* solid angle of a pixel of each row */
     double *widths;        /* for each m: int e^(-i m phi) over a pixel */
@@ -92,8 +89,8 @@ typedef struct ibl_spectral_target {
 } ibl_spectral_target;
 
 /*
- * Makes a level at the smallest degree that keeps the tolerance. Reports its
- * synthesis under stage, then "resampling".
+ * Makes a level at the smallest degree that keeps the tolerance. Reports as
+ * `stage`.
  *   degree   written: that degree
  *   error    written: estimated bound of the 95th percentile of
  *            ibl_relative_error over the level's texels
@@ -109,12 +106,6 @@ ibl_status ibl_spectral_sh(const ibl_spectral *s, int degree, double *coeffs);
 ibl_status ibl_spectral_power(const ibl_spectral *s, int degree, double *power);
 
 /* ---- between the files of the engine ---- */
-
-/* Highest degree in which kernels are computed: about 1.5 times `degree`. */
-static inline int ibl_spectral_known(int degree)
-{
-    return degree + degree / 2 + 8;
-}
 
 /* The azimuth of a light's centre in the world's axes. */
 double ibl_spectral_azimuth(const ibl_spectral *s, const ibl_pixel_light *l);

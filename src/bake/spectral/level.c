@@ -16,35 +16,33 @@
 enum {
     GROUP = IBL_ROW_FFT_ROWS,
     MIN_COLUMNS = 64,
+    BAND_BYTES = 4 << 20, /* of rings that are held */
+    MIN_PAIRS = 96,
     LEAST_DEGREE = 8,
-    MOST_MARGIN = 10000, /* darker texels are measured by the floor */
-    LAST = 8,            /* degrees at the kernel's end, to extrapolate it */
-    PICKED = 1024
+    PROBES = 64,  /* on each of GROUP rings */
+    SMALLEST = 16 /* degree that is tried */
 };
 
-/* Part of the tolerance that the points of lights may use. */
-static const double lights_part = 0.2;
+/* Parts of the tolerance: what degrees leave out, which twice covers what is
+ * measured at the probes, and the points of lights. */
+static const double degrees_part = 0.5, lights_part = 0.1;
 
-/* Part of that, times the mean radiance, that one light may miss where the
- * horizon cuts it: texels may be darker than the mean, and lights many. */
-static const double horizon_part = 0.5;
-
-/* Relative error of the transforms, in floats. */
-static const double rounding = 5e-6;
+/* Error of the transforms, in floats: relative, and beside light that is
+ * brighter on a ring as a part of its rms. */
+static const double rounding = 5e-6, noise_part = 1e-7;
 
 /* A level in progress. */
 struct level {
     ibl_spectral *s;
     const ibl_spectral_target *target;
-    double *kernel; /* ibl_spectral_known(target->most) + 1 */
-    int degree, rings, columns;
-    double *field;            /* amplitude of the level in each degree */
-    double margin;            /* see wanted_rms */
-    double rms;               /* estimate of the error, absolute */
-    double around;            /* and as a share of what is around a texel */
+    double *kernel; /* most + 1, and room for as many factors */
+    int degree;
+    double error;             /* of the degrees, relative, */
+    double noise;             /* and of floats beside brighter light */
     ibl_point_lights *bright; /* NULL: no lights */
-    ibl_ring_spectra spectra;
     ibl_ring_grid grid;
+    int first;                /* pair of the spectra's first ring */
+    ibl_ring_spectra spectra; /* of the bands and what is around them */
     ibl_row_fft *azimuth;
     float *scratch;
     size_t scratch_floats;
@@ -52,26 +50,17 @@ struct level {
 
 /* ---- the degree -------------------------------------------------------- */
 
-/* Estimates the mean square that degrees beyond the level's most would add.
- * Where the kernel is known, they have twice the largest power of the last
- * degrees; beyond that, all power that is left at the kernel's last values. */
-static double unresolved_power(const struct level *v)
-{
-    const ibl_spectral *s = v->s;
-    const int most = v->target->most, known = ibl_spectral_known(most);
-    double power = 0, sum = 0, end = 0, left = 0;
+typedef float probe_rings __attribute__((vector_size(4 * GROUP), may_alias));
 
-    for (int l = most - most / 8; l <= most; l++)
-        power = fmax(power, s->power[l]);
-    for (int l = s->degree; l > most; l--)
-        left += s->power[l] / (4 * IBL_PI);
-    for (int l = most + 1; l <= known; l++)
-        sum += v->kernel[l] * v->kernel[l];
-    for (int l = known - LAST; l <= known; l++)
-        end = fmax(end, fabs(v->kernel[l]));
-    return sum * 2 * power / (4 * IBL_PI) +
-           end * end * (left + s->unresolved * s->scale * s->scale);
-}
+/* Places at which the level is made to see what its degrees add. */
+struct probes {
+    ibl_ring_spectra spectra; /* of GROUP rings */
+    double *factor;
+    probe_rings rgb[PROBES][3];
+    double size[PROBES][GROUP]; /* of the level, at least the floor */
+    double around[GROUP];       /* rms of a ring, without lights */
+    double area[GROUP];         /* of a probe, in any unit */
+};
 
 /* Norm of the mean radiance. */
 static double mean_of(const ibl_spectral *s)
@@ -88,103 +77,252 @@ static double mean_of(const ibl_spectral *s)
     return sqrt(sum);
 }
 
-/* The target rms error, scaled: tolerance times mean / margin. Texels that are
- * darker than the mean by the margin still keep the tolerance. */
-static double wanted_rms(const struct level *v)
+/* The sum over the degrees from..until, scaled. Orders that are the same at the
+ * probes are added up before their waves are. */
+static ibl_status make_probes(const struct level *v, struct probes *p, int from,
+                              int until)
 {
-    return v->target->tolerance / v->margin * mean_of(v->s) * v->s->scale;
+    probe_rings folded[PROBES][2][3] = {{{{0}}}};
+
+    for (int l = 0; l <= until; l++)
+        p->factor[l] = l < from ? 0 : v->kernel[l];
+    const ibl_status status = ibl_sht_synthesise(
+        v->s->ctx, &v->s->harmonics, p->factor, until, GROUP, 0, &p->spectra);
+    if (status)
+        return status;
+    for (int m = 0; m <= until; m++)
+        for (int part = 0; part < 6; part++)
+            folded[m % PROBES][part % 2][part / 2] +=
+                (m ? 2.0f : 1.0f) *
+                *(const probe_rings *)ibl_ring_spectra_at(&p->spectra, m, part);
+    memset(p->rgb, 0, sizeof p->rgb);
+    for (int i = 0; i < PROBES; i++)
+        for (int m = 0; m < PROBES; m++) {
+            const double turn = 2 * IBL_PI * (m * i % PROBES) / PROBES;
+            const float re = (float)cos(turn), im = (float)sin(turn);
+            for (int c = 0; c < 3; c++)
+                p->rgb[i][c] += re * folded[m][0][c] - im * folded[m][1][c];
+        }
+    return IBL_OK;
 }
 
-/* Chooses the smallest degree that leaves at most the wanted rms. */
-static void choose_degree(struct level *v)
+/* Finds how bright the level is at the probes, from the sum over all degrees.
+ */
+static void find_sizes(const struct level *v, struct probes *p)
 {
-    const double wanted = wanted_rms(v);
-    double left;
-    int l = v->target->most;
+    const ibl_spectral *s = v->s;
+    const double floor_of = IBL_RELATIVE_FLOOR * mean_of(s);
+    float point[6 * PROBES] = {0}, light[4 * PROBES];
+    ibl_radial_dsp dsp;
 
-    left = unresolved_power(v);
-    while (l > LEAST_DEGREE) {
-        const double k = v->kernel[l];
-        const double more = left + k * k * v->s->power[l] / (4 * IBL_PI);
-        if (more > wanted * wanted)
-            break;
-        left = more;
-        l--;
+    ibl_radial_dsp_init(&dsp, ibl_ctx_isa(s->ctx));
+    for (int j = 0; j < GROUP; j++) {
+        const double theta = IBL_PI * (j + 0.5) / GROUP;
+        for (int i = 0; i < PROBES; i++) {
+            const double phi = 2 * IBL_PI * i / PROBES;
+            point[i] = (float)(sin(theta) * cos(phi));
+            point[PROBES + i] = (float)cos(theta);
+            point[2 * PROBES + i] = (float)(sin(theta) * sin(phi));
+        }
+        memset(light, 0, sizeof light);
+        for (int i = 0; v->bright && i < PROBES; i += IBL_RADIAL_BLOCK)
+            ibl_point_lights_add(v->bright, &dsp, point + i, PROBES,
+                                 light + 4 * (ptrdiff_t)i);
+        p->area[j] = sin(theta);
+        p->around[j] = 0;
+        for (int i = 0; i < PROBES; i++) {
+            double sum = 0;
+            for (int c = 0; c < 3; c++) {
+                const double field = (double)p->rgb[i][c][j];
+                const double whole =
+                    (field + (double)light[4 * i + c]) / s->scale +
+                    (double)s->mean[c];
+                p->around[j] += field * field / PROBES;
+                sum += whole * whole;
+            }
+            p->size[i][j] = fmax(sqrt(sum), floor_of);
+        }
+        p->around[j] = sqrt(p->around[j]);
     }
-    v->degree = l;
-    v->rms = sqrt(left);
+}
+
+/* The 95th percentile of relative errors at the probes: halves the range of its
+ * logarithm. */
+static double measure(const struct level *v, const struct probes *p)
+{
+    double at[PROBES][GROUP], whole = 0, low = -100, high = 100;
+
+    for (int i = 0; i < PROBES; i++)
+        for (int j = 0; j < GROUP; j++) {
+            const double size = p->size[i][j] * v->s->scale;
+            double sum = 0;
+            for (int c = 0; c < 3; c++)
+                sum += (double)p->rgb[i][c][j] * (double)p->rgb[i][c][j];
+            at[i][j] = size > 0 ? sum / size / size : 0;
+        }
+    for (int j = 0; j < GROUP; j++)
+        whole += PROBES * p->area[j];
+    for (int step = 0; step < 20; step++) {
+        const double middle = 0.5 * (low + high), limit = exp2(middle);
+        double above = 0;
+        for (int i = 0; i < PROBES; i++)
+            for (int j = 0; j < GROUP; j++)
+                above += at[i][j] > limit ? p->area[j] : 0;
+        *(above > 0.05 * whole ? &low : &high) = middle;
+    }
+    return exp2(0.5 * high);
+}
+
+/* The 95th percentile of the rounding of floats at the probes. */
+static double measure_noise(const struct level *v, struct probes *p)
+{
+    memset(p->rgb, 0, sizeof p->rgb);
+    for (int i = 0; i < PROBES; i++)
+        for (int j = 0; j < GROUP; j++)
+            p->rgb[i][0][j] = (float)(noise_part * p->around[j]);
+    return measure(v, p);
+}
+
+/*
+ * Chooses the smallest degree that leaves at most its part of the tolerance.
+ * What a degree leaves is about what the next octave adds. Degrees are tried an
+ * octave apart, and one between the last and the most. The logarithm of the
+ * error is interpolated, and extrapolated to the most.
+ */
+static ibl_status try_degrees(struct level *v, struct probes *p)
+{
+    const int most = v->target->most;
+    const double wanted = 0.5 * degrees_part * v->target->tolerance;
+    double error = INFINITY, before = INFINITY;
+    int low = 0, degree = most, next = most;
+
+    while (next / 2 >= SMALLEST && next > most / 4)
+        next /= 2;
+    ibl_status status = make_probes(v, p, 0, next);
+    if (!status) {
+        find_sizes(v, p);
+        v->noise = measure_noise(v, p);
+    }
+    while (!status && next < most && error > wanted) {
+        const int until = 2 * next < most ? 2 * next : most;
+        low = degree < most ? degree : 0;
+        degree = next;
+        status = make_probes(v, p, degree + 1, until);
+        before = error;
+        error = measure(v, p);
+        next = until < most        ? until
+               : 2 * low >= degree ? most
+                                   : (degree + most) / 2;
+    }
+    if (error > wanted && low > 0) {
+        const double ends = (double)(most - degree) / (degree - low);
+        const double last = error * pow(fmin(error / before, 1), ends);
+        before = error;
+        error = last;
+        low = degree;
+        degree = most;
+    }
+    if (error < wanted && before > wanted && before < INFINITY) {
+        const double part = log(before / wanted) / log(before / error);
+        degree = low + (int)ceil(part * (degree - low));
+        error = wanted;
+    }
+    v->degree = degree;
+    v->error = error < INFINITY ? 2 * error : 0;
+    return status;
+}
+
+static ibl_status choose_degree(struct level *v)
+{
+    const int most = v->target->most;
+    struct probes *p = ibl_alloc_array(1, sizeof *p);
+    ibl_status status =
+        p ? ibl_ring_spectra_alloc(v->s->ctx, GROUP, most + 1, &p->spectra)
+          : ibl_no_memory(v->s->ctx, "the degree of a level");
+    if (!status) {
+        p->factor = v->kernel + most + 1;
+        status = try_degrees(v, p);
+        ibl_ring_spectra_free(&p->spectra);
+    }
+    ibl_free(p);
+    return status;
 }
 
 /* ---- the grid ---------------------------------------------------------- */
 
-/* Chooses the coarsest grid, of 2 to 8 samples for the shortest wave, that
- * leaves at most the wanted rms or a quarter of what the degrees leave; or, of
- * the field around each texel, twice the share of the mean that the degrees
- * leave. */
-static void choose_grid(struct level *v)
+/* Three samples for the shortest wave, in bands. */
+static ibl_status make_grid(struct level *v)
 {
-    static const double samples[] = {2, 2.25, 2.5, 3, 4, 5, 6, 8};
-    const double wanted = fmax(wanted_rms(v), 0.25 * v->rms);
-    const double mean = mean_of(v->s) * v->s->scale;
-    double field = 0, left = 0;
+    const double needed = IBL_GRID_SAMPLES * v->degree;
+    int columns = MIN_COLUMNS;
 
-    for (int l = 0; l <= v->degree; l++) {
-        const double k = v->kernel[l];
-        const double square = k * k * v->s->power[l] / (4 * IBL_PI);
-        v->field[l] = sqrt(square / (2 * l + 1));
-        field += l ? square : 0;
-    }
-    for (size_t i = 0; i < sizeof samples / sizeof *samples; i++) {
-        const double needed = samples[i] * v->degree;
-        v->columns = MIN_COLUMNS;
-        while (v->columns < needed || v->columns < 2 * (v->degree + 1))
-            v->columns *= 2;
-        v->rings = GROUP * (int)ceil(needed / (2 * GROUP));
-        left = sqrt(field) *
-               ibl_ring_grid_error(v->field, v->degree, v->rings, v->columns);
-        v->around = 2 * left / fmax(sqrt(field), mean);
-        if (left <= wanted || v->around * mean <= 4 * v->rms)
-            break;
-    }
-    v->rms = 2 * v->rms / v->s->scale;
+    while (columns < needed)
+        columns *= 2;
+    const int half = GROUP / 2 * (int)ceil(needed / 2 / GROUP);
+    const int fit = BAND_BYTES / (32 * columns);
+    const int least = fit > MIN_PAIRS ? fit : MIN_PAIRS;
+    return ibl_ring_grid_alloc(v->s->ctx, 2 * half, columns,
+                               half < least ? half : least, &v->grid);
 }
 
 static void rings_job(void *arg, int job, int worker)
 {
     const struct level *v = arg;
-    const int first = job * GROUP, left = v->rings - first;
-    const ibl_row_fft_samples out = {.rgba = ibl_ring_grid_at(&v->grid, first),
-                                     .stride = v->grid.stride,
-                                     .count = left < GROUP ? left : GROUP};
-    ibl_row_fft_inverse(v->azimuth, &v->spectra, first,
-                        v->scratch + (size_t)worker * v->scratch_floats, &out);
-    ibl_ring_grid_close(&v->grid, first, out.count);
+    const int first = job * GROUP, rings = v->spectra.rings;
+    const int count = rings - first < GROUP ? rings - first : GROUP;
+    int south[GROUP], ring[GROUP];
+    float *row[GROUP] = {NULL};
+
+    for (int i = 0; i < count; i++) {
+        const int at = first + i;
+        south[i] = at >= rings / 2;
+        ring[i] = v->first + (south[i] ? rings - 1 - at : at);
+        row[i] = ibl_ring_grid_at(&v->grid, south[i], ring[i]);
+    }
+    ibl_row_fft_inverse(v->azimuth, &v->spectra, first, count,
+                        v->scratch + (size_t)worker * v->scratch_floats, row);
+    for (int i = 0; i < count; i++)
+        ibl_ring_grid_close(&v->grid, south[i], ring[i]);
 }
 
-static ibl_status fill_grid(struct level *v)
+static ibl_status prepare_rings(struct level *v)
 {
     const ibl_spectral *s = v->s;
+    const int most = v->grid.pairs + 2 * IBL_GRID_BORDER;
+    const int half = v->grid.rings / 2, pairs = most < half ? most : half;
     ibl_status status =
-        ibl_ring_spectra_alloc(s->ctx, v->rings, v->degree + 1, &v->spectra);
+        ibl_ring_spectra_alloc(s->ctx, 2 * pairs, v->degree + 1, &v->spectra);
     if (!status)
-        status = ibl_ring_grid_alloc(s->ctx, v->rings, v->columns, &v->grid);
-    if (!status)
-        status = ibl_sht_synthesise(s->ctx, &s->harmonics, v->kernel, v->degree,
-                                    &v->spectra);
-    if (!status)
-        status = ibl_row_fft_create_inverse(s->ctx, v->columns, v->degree + 1,
-                                            &v->azimuth);
+        status = ibl_row_fft_create_inverse(s->ctx, v->grid.columns,
+                                            v->degree + 1, &v->azimuth);
     if (status)
         return status;
     v->scratch_floats = (ibl_row_fft_scratch(v->azimuth) + 15) / 16 * 16;
     v->scratch = ibl_alloc_array((size_t)ibl_ctx_threads(s->ctx),
                                  v->scratch_floats * sizeof(float));
-    if (!v->scratch)
-        return ibl_no_memory(s->ctx, "the rings of a level");
-    return ibl_run(s->ctx, NULL, (v->rings + GROUP - 1) / GROUP, rings_job, v);
+    return v->scratch ? IBL_OK : ibl_no_memory(s->ctx, "the rings of a level");
 }
 
-static void free_grid(struct level *v)
+/* Fills the bands and what is around them. */
+static ibl_status fill_bands(struct level *v)
+{
+    const ibl_ring_grid *g = &v->grid;
+    const int before = g->first - IBL_GRID_BORDER;
+    const int after = g->first + g->pairs + IBL_GRID_BORDER;
+    const int end = after < g->rings / 2 ? after : g->rings / 2;
+
+    v->first = before > 0 ? before : 0;
+    v->spectra.rings = 2 * (end - v->first);
+    const ibl_status status =
+        ibl_sht_synthesise(v->s->ctx, &v->s->harmonics, v->kernel, v->degree,
+                           g->rings, v->first, &v->spectra);
+    return status
+               ? status
+               : ibl_run(v->s->ctx, NULL,
+                         (v->spectra.rings + GROUP - 1) / GROUP, rings_job, v);
+}
+
+static void free_rings(struct level *v)
 {
     ibl_ring_spectra_free(&v->spectra);
     ibl_ring_grid_free(&v->grid);
@@ -219,110 +357,44 @@ static ibl_status make_lights(struct level *v)
     for (int i = 0; i < s->light_count; i++)
         patches[i] = patch_of(s, &s->lights[i]);
     const ibl_status status = ibl_point_lights_create(
-        s->ctx, patches, s->light_count, v->target->shape, error,
-        horizon_part * error * mean_of(s) * s->scale, &v->bright);
+        s->ctx, patches, s->light_count, v->target->shape, error, &v->bright);
     ibl_free(patches);
     return status;
 }
 
-static ibl_status fill_texels(const struct level *v)
+/* Makes the texels, band by band. */
+static ibl_status fill_texels(struct level *v, const char *stage)
 {
     const ibl_spectral *s = v->s;
     const ibl_spectral_target *t = v->target;
+    const int half = v->grid.rings / 2, pairs = v->grid.pairs;
+    const ibl_level_shape shape = ibl_map_shape(t->cube, t->level);
+    const size_t rows = (size_t)shape.faces * (size_t)shape.height;
+    const size_t tiles = (size_t)(shape.width - 1) / IBL_LEVEL_TILE + 1;
     ibl_level_sum sum = {.grid = &v->grid,
-                         .spectrum = v->field,
-                         .degree = v->degree,
                          .bright = v->bright,
                          .range.gain = (float)(1 / s->scale)};
+    ibl_status status = IBL_OK;
 
     memcpy(sum.range.offset, s->mean, sizeof s->mean);
     memcpy(sum.range.low, s->low, sizeof s->low);
     memcpy(sum.range.high, s->high, sizeof s->high);
-    return ibl_spectral_texels(s->ctx, "resampling", &sum, t->cube, t->level);
-}
-
-/* The n-th smallest of v, from 0; changes the order of v (Hoare 1961,
- * "Algorithm 65: find", Communications of the ACM 4). */
-static double smallest(double *v, size_t count, size_t n)
-{
-    size_t low = 0, high = count;
-
-    while (high - low > 1) {
-        const double middle = v[low + (high - low) / 2];
-        size_t below = low, above = high;
-        for (size_t i = low; i < above;) {
-            const double x = v[i];
-            if (x < middle) {
-                v[i++] = v[below];
-                v[below++] = x;
-            } else if (x > middle) {
-                v[i] = v[--above];
-                v[above] = x;
-            } else {
-                i++;
-            }
-        }
-        if (n >= below && n < above)
-            return middle;
-        *(n < below ? &high : &low) = n < below ? below : above;
+    if (pairs < half) {
+        sum.reach = ibl_alloc_array(rows, tiles * sizeof *sum.reach);
+        if (!sum.reach)
+            return ibl_no_memory(s->ctx, "the rings of a level");
     }
-    return v[low];
-}
-
-/*
- * Estimates the 95th percentile of relative errors, from twice the rms that is
- * left, over texels spread evenly over the level. Includes rounding of floats.
- */
-static double estimate(const struct level *v)
-{
-    const ibl_cube *cube = v->target->cube;
-    const ibl_level_shape shape = ibl_map_shape(cube, v->target->level);
-    const size_t texels = ibl_level_texels(&shape);
-    const size_t count = texels < PICKED ? texels : PICKED;
-    const float *p = ibl_cube_face(cube, v->target->level, 0);
-    const double mean = mean_of(v->s);
-    /* At the default tolerance the error of the points is invisible. */
-    const double other =
-        v->bright && v->target->tolerance > IBL_TOLERANCE_DEFAULT
-            ? rounding + lights_part * v->target->tolerance
-            : rounding;
-    double errors[PICKED];
-
-    for (size_t i = 0; i < count; i++) {
-        const float *rgb = p + 3 * (i * texels / count);
-        double sum = 0;
-        for (int c = 0; c < 3; c++)
-            sum += (double)rgb[c] * (double)rgb[c];
-        const double least = fmax(sqrt(sum), IBL_RELATIVE_FLOOR * mean);
-        errors[i] = least > 0 ? v->rms / least + v->around + other : 0;
+    for (int first = 0; first < half && !status; first += pairs) {
+        ibl_progress(s->ctx, stage, first / (double)half);
+        v->grid.first = first;
+        v->grid.pairs = half - first < pairs ? half - first : pairs;
+        status = fill_bands(v);
+        if (!status)
+            status = ibl_spectral_texels(s->ctx, &sum, t->cube, t->level);
     }
-    return smallest(errors, count, count - 1 - count / 20);
-}
-
-static ibl_status allocate(struct level *v)
-{
-    const int degree = ibl_spectral_known(v->target->most);
-    const size_t count = (size_t)degree + 1;
-    v->kernel = ibl_alloc_array(2 * count, sizeof *v->kernel);
-    if (!v->kernel)
-        return ibl_no_memory(v->s->ctx, "a lobe");
-    v->field = v->kernel + count;
-    return ibl_lobe_coefficients(v->s->ctx, v->target->shape, degree,
-                                 v->kernel);
-}
-
-/* Makes the level for the current margin. */
-static ibl_status make_level(struct level *v, const char *stage)
-{
-    ibl_progress(v->s->ctx, stage, 0);
-    choose_degree(v);
-    choose_grid(v);
-    ibl_status status = fill_grid(v);
     if (!status)
-        ibl_progress(v->s->ctx, stage, 1);
-    if (!status)
-        status = fill_texels(v);
-    free_grid(v);
+        ibl_progress(s->ctx, stage, 1);
+    ibl_free(sum.reach);
     return status;
 }
 
@@ -330,25 +402,27 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
                              const ibl_spectral_target *target, int *degree,
                              double *error)
 {
-    struct level v = {.s = s, .target = target, .margin = 20};
-    bool enough = false;
+    struct level v = {.s = s, .target = target};
+    const size_t count = (size_t)target->most + 1;
 
-    ibl_status status = allocate(&v);
+    v.kernel = ibl_alloc_array(2 * count, sizeof *v.kernel);
+    ibl_status status = v.kernel ? ibl_lobe_coefficients(s->ctx, target->shape,
+                                                         target->most, v.kernel)
+                                 : ibl_no_memory(s->ctx, "a lobe");
     if (!status)
         status = make_lights(&v);
-    while (!status && !enough) {
-        status = make_level(&v, stage);
-        *degree = v.degree;
-        *error = status ? INFINITY : estimate(&v);
-        enough = *error <= target->tolerance || v.margin >= MOST_MARGIN ||
-                 v.degree == target->most;
-        /* The dark texels are known now. No degree reduces the rounding. */
-        const double asked =
-            fmax(target->tolerance - rounding, 0.5 * target->tolerance);
-        const double more = (*error - rounding) / asked;
-        enough = enough || more <= 1;
-        v.margin = fmin(v.margin * fmax(1.1 * more, 2), MOST_MARGIN);
-    }
+    if (!status)
+        status = choose_degree(&v);
+    if (!status)
+        status = make_grid(&v);
+    if (!status)
+        status = prepare_rings(&v);
+    if (!status)
+        status = fill_texels(&v, stage);
+    *degree = v.degree;
+    *error = v.error + v.noise + IBL_GRID_ERROR + rounding +
+             (v.bright ? lights_part * target->tolerance : 0);
+    free_rings(&v);
     ibl_point_lights_free(v.bright);
     ibl_free(v.kernel);
     return status;

@@ -19,7 +19,7 @@ enum {
 /* Results for each float of LANES pixels. */
 typedef struct lanes {
     float low[3 * LANES], high[3 * LANES];
-    float sum[3 * LANES], square[3 * LANES]; /* of a row */
+    float sum[3 * LANES]; /* of a row */
 } lanes;
 
 static void add_float(const float *rgb, int k, lanes *s)
@@ -28,7 +28,6 @@ static void add_float(const float *rgb, int k, lanes *s)
     s->low[k] = v < s->low[k] ? v : s->low[k];
     s->high[k] = v > s->high[k] ? v : s->high[k];
     s->sum[k] += v;
-    s->square[k] += v * v;
 }
 
 /* If gcc 12 inlines it, the sums do not stay in registers. */
@@ -48,33 +47,8 @@ __attribute__((noinline)) static void add_pixels(const float *rgb, int pixels,
     *to = s;
 }
 
-/* Squares of such values may overflow or underflow in floats. */
-static bool is_extreme(const ibl_row_range *range)
-{
-    const float most =
-        fmaxf(range->high[0], fmaxf(range->high[1], range->high[2]));
-    return most > 0x1p50f || (most > 0 && most < 0x1p-50f);
-}
-
-/* The same sums in doubles. */
-static void sum_in_doubles(const float *rgb, int width, int rows,
-                           double total[3], double *squares)
-{
-    double sum[3] = {0};
-    for (int j = 0; j < rows; j++) {
-        squares[j] = 0;
-        for (int k = 0; k < 3 * width; k++, rgb++) {
-            sum[k % 3] += (double)*rgb;
-            squares[j] += (double)*rgb * (double)*rgb;
-        }
-    }
-    for (int c = 0; c < 3; c++)
-        if (!isfinite(total[c]))
-            total[c] = sum[c];
-}
-
 void ibl_row_range_of(const float *rgb, int width, int rows,
-                      ibl_row_range *range, double *squares)
+                      ibl_row_range *range)
 {
     double total[3] = {0};
     lanes s = {.high = {0}};
@@ -83,13 +57,9 @@ void ibl_row_range_of(const float *rgb, int width, int rows,
         s.low[k] = INFINITY;
     for (int j = 0; j < rows; j++) {
         memset(s.sum, 0, sizeof s.sum);
-        memset(s.square, 0, sizeof s.square);
         add_pixels(rgb + 3 * (size_t)width * (size_t)j, width, &s);
-        squares[j] = 0;
-        for (int k = 0; k < 3 * LANES; k++) {
+        for (int k = 0; k < 3 * LANES; k++)
             total[k % 3] += (double)s.sum[k];
-            squares[j] += (double)s.square[k];
-        }
     }
     for (int c = 0; c < 3; c++) {
         range->low[c] = s.low[c];
@@ -98,11 +68,14 @@ void ibl_row_range_of(const float *rgb, int width, int rows,
             range->low[c] = fminf(range->low[c], s.low[k]);
             range->high[c] = fmaxf(range->high[c], s.high[k]);
         }
-    }
-    if (is_extreme(range))
-        sum_in_doubles(rgb, width, rows, total, squares);
-    for (int c = 0; c < 3; c++)
+        /* A row of the largest floats. */
+        if (!isfinite(total[c])) {
+            total[c] = 0;
+            for (int k = c; k < 3 * width * rows; k += 3)
+                total[c] += (double)rgb[k];
+        }
         range->mean[c] = total[c] / width / rows;
+    }
 }
 
 /* ---- lights ------------------------------------------------------------ */

@@ -29,13 +29,9 @@ typedef struct ibl_row_range {
     double mean[3];
 } ibl_row_range;
 
-/*
- * Finds the range of `rows` rows of `width` pixels.
- *   squares  written: for each row, the sum over all channels of value^2.
- *            Values below 2^-60 of the group's high may be left out.
- */
+/* Finds the range of `rows` rows of `width` pixels, at most 2^31 floats. */
 void ibl_row_range_of(const float *rgb, int width, int rows,
-                      ibl_row_range *range, double *squares);
+                      ibl_row_range *range);
 
 /* Most lights that are taken out of rows: 256 at the equator, and as many more
  * towards a pole as pixels are narrower, up to IBL_LIGHTS_GROUP.

@@ -18,7 +18,7 @@ static const double most_of_corner = 768, corner_from = 20; /* / alpha */
 
 /* Share of a point light that degrees may leave out, over the tolerance: maps
  * are smoother than points, and the brightest pixels are taken out. */
-static const double slack = 4;
+static const double slack = 1;
 /* If the tolerance grows by a factor, this share grows by its square root: dark
  * texels must keep the tolerance, too. */
 static double tail_of(double tolerance)

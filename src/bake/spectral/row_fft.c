@@ -358,15 +358,15 @@ void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
 }
 
 void ibl_row_fft_inverse(const ibl_row_fft *plan, const ibl_ring_spectra *in,
-                         int first_ring, float *scratch,
-                         const ibl_row_fft_samples *out)
+                         int first_ring, int count, float *scratch,
+                         float *const rgba[])
 {
     const size_t channel = channel_floats(plan);
     float *row[LANES];
-    assert(out->count >= 1 && out->count <= LANES);
+    assert(count >= 1 && count <= LANES);
     assert(first_ring % LANES == 0 && in->orders >= plan->orders);
     for (int r = 0; r < LANES; r++)
-        row[r] = out->rgba + (size_t)(r < out->count ? r : 0) * out->stride;
+        row[r] = rgba[r < count ? r : 0];
     for (int c = 0; c < 3; c++) {
         const ibl_fft_spectrum from = {ibl_ring_spectra_at(in, 0, 2 * c) +
                                            first_ring,
@@ -375,5 +375,5 @@ void ibl_row_fft_inverse(const ibl_row_fft *plan, const ibl_ring_spectra *in,
         plan->fft_dsp.merge(&from, plan->pairs, plan->fft.size, z);
         plan->fft_dsp.inverse(&plan->fft, z);
     }
-    plan->block_dsp.store(scratch, channel, plan->width, row, out->count);
+    plan->block_dsp.store(scratch, channel, plan->width, row, count);
 }

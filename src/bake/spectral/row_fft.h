@@ -78,22 +78,16 @@ typedef struct ibl_row_fft_rows {
 void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
                          float *scratch, ibl_ring_spectra *out, int first_ring);
 
-/* Target of the samples of up to IBL_ROW_FFT_ROWS rings. */
-typedef struct ibl_row_fft_samples {
-    float *rgba;   /* row j begins at rgba + j stride; A becomes 0 */
-    size_t stride; /* floats from row to row, at least 4 columns */
-    int count;     /* 1..IBL_ROW_FFT_ROWS */
-} ibl_row_fft_samples;
-
 /*
- * Writes the samples of rings first_ring, first_ring + 1, ... of in: columns
- * texels per row, without a border.
+ * Writes the samples of rings first_ring..first_ring + count - 1 of in to
+ * rgba[0], ...: columns texels of R, G, B, 0 each.
  *   plan        of ibl_row_fft_create_inverse
  *   in          at least the plan's orders; those beyond are ignored
  *   first_ring  a multiple of IBL_ROW_FFT_ROWS
+ *   count       1..IBL_ROW_FFT_ROWS
  */
 void ibl_row_fft_inverse(const ibl_row_fft *plan, const ibl_ring_spectra *in,
-                         int first_ring, float *scratch,
-                         const ibl_row_fft_samples *out);
+                         int first_ring, int count, float *scratch,
+                         float *const rgba[]);
 
 #endif

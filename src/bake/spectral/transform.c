@@ -217,14 +217,14 @@ static size_t scratch_of(const struct transform *t)
 }
 
 static ibl_status prepare(ibl_ctx *ctx, struct transform *t, ibl_ring_kind kind,
-                          int rings)
+                          int rings, int first, int end)
 {
     const size_t workers = (size_t)ibl_ctx_threads(ctx);
 
     ibl_legendre_dsp_init(&t->dsp, ibl_ctx_isa(ctx));
     t->scratch = ibl_alloc_array(workers, scratch_of(t) * sizeof *t->scratch);
     if (!t->scratch ||
-        !ibl_legendre_rings_init(&t->rings, kind, rings, t->degree))
+        !ibl_legendre_rings_init(&t->rings, kind, rings, first, end, t->degree))
         return ibl_no_memory(ctx, "a spherical harmonic transform");
     return IBL_OK;
 }
@@ -335,7 +335,7 @@ ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
     assert(in->orders == out->degree + 1);
     if (!row_integrals_init(&t.integrals, in, out->degree))
         return ibl_no_memory(ctx, "a spherical harmonic transform");
-    status = prepare(ctx, &t, IBL_RINGS_EDGES, in->rings - 1);
+    status = prepare(ctx, &t, IBL_RINGS_EDGES, in->rings - 1, 0, in->rings / 2);
     if (!status)
         status = ibl_run(ctx, stage, t.degree / ORDERS + 1, analyse_job, &t);
     release(&t);
@@ -367,8 +367,8 @@ static int small_from(const double *factor, int degree)
 }
 
 ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const ibl_harmonics *in,
-                              const double *factor, int degree,
-                              ibl_ring_spectra *out)
+                              const double *factor, int degree, int rings,
+                              int first, ibl_ring_spectra *out)
 {
     struct transform t = {.degree = degree,
                           .single = small_from(factor, degree),
@@ -377,7 +377,8 @@ ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const ibl_harmonics *in,
                           .factor = factor};
 
     assert(degree >= 0 && degree <= in->degree && degree < out->orders);
-    ibl_status status = prepare(ctx, &t, IBL_RINGS_CENTRES, out->rings);
+    ibl_status status = prepare(ctx, &t, IBL_RINGS_CENTRES, rings, first,
+                                first + (out->rings + 1) / 2);
     if (!status)
         status = ibl_run(ctx, NULL, degree / ORDERS + 1, synthesise_job, &t);
     release(&t);

@@ -102,22 +102,21 @@ ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
                            ibl_harmonics *out);
 
 /* Share of a level from which floats do. */
-#define IBL_SHT_SMALL 0.1
+#define IBL_SHT_SMALL 0.2
 
 /*
- * The synthesis:
- *     G_m(j) = sum over l = m..degree of factor[l] a_lm P_lm(cos theta_j)
- * for m <= degree; orders of out beyond that do not change.
- * Sums in floats from where all factors are below IBL_SHT_SMALL times the
- * largest: errors of 1e-6 of the terms.
- *   factor  one for each l <= degree, finite
- *   degree  at most that of in and below out->orders
- * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The same bytes for any
- * number of threads.
+ * The synthesis on `rings` rings, or on some pairs of them, which out holds as
+ * if there were no others: pair first + j in the rings j and out->rings - 1 -
+ * j. G_m(j) = sum over l = m..degree of factor[l] a_lm P_lm(cos theta_j) for m
+ * <= degree; orders of out beyond that do not change. Sums in floats from where
+ * all factors are below IBL_SHT_SMALL times the largest: errors of 1e-6 of the
+ * terms. factor  one for each l <= degree, finite degree  at most that of in
+ * and below out->orders IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The
+ * same bytes for any number of threads.
  */
 ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const ibl_harmonics *in,
-                              const double *factor, int degree,
-                              ibl_ring_spectra *out);
+                              const double *factor, int degree, int rings,
+                              int first, ibl_ring_spectra *out);
 
 /* The power in each degree l = 0..h->degree: power[l] is the sum of |a_lm|^2
  * over m = -l..l and the channels. */
