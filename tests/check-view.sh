@@ -63,36 +63,6 @@ test_same_bytes_in_every_run() {
     same a.png b.png
 }
 
-# Straight lines between the sidecar's, where it knows them, and only against
-# the reference.
-test_expected_errors() {
-    local how now
-    iblbake -q env.exr -o out --size 32
-    now='"roughness": [0.5, 0.6, 1], "errors": [{"split": [0.2, 0.36, 0.4],'
-    now="$now \"two_taps\": [1, 1.4, 2]}, {\"split\": [0.3, 0.2, 0.1]}]"
-    sed -i "s/\"expected_rendered_error\"/&: {$now}, \"old\"/" out/env.json
-    for how in split two-taps; do
-        iblview out --offscreen a.png $small --grid 2x5 --compare split \
-            --reflection $how | grep expected >$how
-    done
-    diff split - <<'END'
-    expected, F0 = 1       -       -  0.2000  0.3750  0.4000
- expected, F0 = 0.04       -       -  0.3000  0.1625  0.1000
-END
-    diff two-taps - <<'END'
-    expected, F0 = 1       -       -  1.0000  1.6250  2.0000
- expected, F0 = 0.04       -       -       -       -       -
-END
-    [ $sanitized = no ] || return 0
-    for how in '--reflection table' '--reflection fit' '--against fit'; do
-        iblview out --offscreen a.png $small --compare split $how
-    done | grep -v expected | grep -c RMSE | grep -qx 3 || echo 'not 3 reports'
-    iblview out --offscreen a.png $small --compare split --against fit |
-        grep expected
-    iblview out --offscreen a.png $small --compare split --reflection fit |
-        grep expected
-}
-
 test_containers_look_the_same() {
     draw a.png "$work/ktx2" -q
     draw b.png "$work/ktx" -q

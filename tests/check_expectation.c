@@ -49,30 +49,6 @@ static ibl_expected_set usual_set(ibl_lookup lookup)
         .layout = o.layout, .lookup = lookup, .irradiance = -1};
 }
 
-/* One roughness without diffuse light is ibl_bake_expected_error, but for what
- * lookups between texels add. */
-TEST(of_one_roughness)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_lobe_table_options o = ibl_lobe_table_options_default();
-    double power[LAST + 1];
-    fill_power(1.2, power);
-    o.power = power;
-    o.power_degree = LAST;
-    for (int bin = 16; bin <= 64; bin += 24)
-        for (int f = 0; f < 2; f++) {
-            const double r = bin / 64.0;
-            ibl_materials m = {.weight = {{0}}};
-            ibl_expected_error want;
-            m.weight[bin][f] = 3;
-            NEED(!ibl_bake_expected_error(ctx, &o, NULL, &r, 1, &want));
-            const ibl_expected_set set = usual_set(IBL_LOOKUP_SPLIT);
-            CHECK_NEAR(error_of(expect(ctx, &m, power), &set) /
-                           want.nrmse[f][IBL_LOOKUP_SPLIT],
-                       1, 0.01);
-        }
-}
-
 /* Of a white surface of roughness 1 without levels, nothing is off but the
  * reflection, of which irradiance takes the place; harmonics of degree 2 lack
  * what sum (2 l + 1) C_l k_l^2 / 4 pi says, k_4 = -1/24 of k_0 and so on. */

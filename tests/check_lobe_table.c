@@ -586,35 +586,35 @@ static void sum_views(const ibl_lobe_table *table, struct truth *t, double r,
         nrmse[way] = sqrt(sum[way] / power);
 }
 
-TEST_SLOW(expected_error)
+TEST_SLOW(as_expected)
 {
-    static const double at[] = {0.5, 0.75, 1};
+    static const int bins[] = {32, 48, 64};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_lobe_table_options o = ibl_lobe_table_options_default();
     const ibl_lobe_table table = bake(ctx, &o);
     struct truth *t = truth_of(&o.layout);
     double power[257] = {30};
-    ibl_expected_error got[3], alone[3];
     for (int l = 1; l <= 256; l++)
         power[l] = c_of(l);
-    o.power = power;
-    o.power_degree = 256;
-    NEED(!ibl_bake_expected_error(ctx, &o, &table, at, 3, got));
-    NEED(!ibl_bake_expected_error(ctx, &o, NULL, at, 3, alone));
     for (int i = 0; i < 3; i++)
         for (int f = 0; f < 2; f++) {
+            ibl_materials m = {.weight = {{0}}};
+            ibl_expectation *e;
             double want[IBL_LOOKUP_COUNT];
-            sum_views(&table, t, at[i], f, power[0], want);
-            for (int way = 0; way < IBL_LOOKUP_COUNT; way++)
-                CHECK_NEAR(got[i].nrmse[f][way] / want[way], 1, 0.05);
-            CHECK_NEAR(alone[i].nrmse[f][0], got[i].nrmse[f][0], 0);
-            CHECK(alone[i].nrmse[f][1] < 0 && alone[i].nrmse[f][2] < 0);
+            m.weight[bins[i]][f] = 3;
+            NEED(!ibl_expectation_create(ctx, &m, power, 256, 512, 0, &e));
+            sum_views(&table, t, bins[i] / 64.0, f, power[0], want);
+            for (int way = 0; way < IBL_LOOKUP_COUNT; way++) {
+                const ibl_expected_set set = {.layout = o.layout,
+                                              .lookup = (ibl_lookup)way,
+                                              .lobes = &table,
+                                              .irradiance = -1};
+                double got;
+                NEED(!ibl_expectation_of(e, &set, &got));
+                CHECK_NEAR(got / want[way], 1, 0.05);
+            }
+            ibl_expectation_free(e);
         }
-    CHECK(ibl_bake_expected_error(ctx, &o, NULL, at, 0, got) ==
-          IBL_ERR_ARGUMENT);
-    const double mirror = 0;
-    CHECK(ibl_bake_expected_error(ctx, &o, NULL, &mirror, 1, got) ==
-          IBL_ERR_ARGUMENT);
 }
 
 /* ---- of a map -------------------------------------------------------------

@@ -132,13 +132,6 @@ TEST(bakes)
     SILENT(ibl_bake_lut(NULL, NULL, &lut));
     REFUSES(ibl_bake_lobe_table(ctx, NULL, NULL));
     SILENT(ibl_bake_lobe_table(NULL, NULL, &lobes));
-    const double roughness = 0.5;
-    ibl_expected_error expected;
-    REFUSES(ibl_bake_expected_error(ctx, NULL, NULL, NULL, 1, &expected));
-    REFUSES(ibl_bake_expected_error(ctx, NULL, NULL, &roughness, 1, NULL));
-    REFUSES(
-        ibl_bake_expected_error(ctx, NULL, &lobes, &roughness, 1, &expected));
-    SILENT(ibl_bake_expected_error(NULL, NULL, NULL, &roughness, 1, &expected));
     const ibl_materials all = ibl_materials_all();
     const double power[2] = {1, 1};
     ibl_expectation *e;

@@ -405,38 +405,6 @@ TEST(lights_of_a_sidecar)
     }
 }
 
-TEST(expected_errors_of_a_sidecar)
-{
-    static const char errors[] =
-        "\"expected_rendered_error\": {\"roughness\": [0.1, 1], "
-        "\"errors\": [{\"split\": [0.5, 0.25]}, {\"split\": [1, 2], "
-        "\"two_taps\": [3, 4]}]}";
-    static const char *const wrong[] = {"s/0\\.25/\"x\"/", "s/, 4\\]/]/",
-                                        "s/: .0\\.1, /: [{}, /"};
-    ibl_ctx *ctx = view_test_ctx(2);
-    baked_set set;
-    const view_expected *e = &set.expected;
-
-    NEED(sets_bake("told", "--format dds"));
-    sets_open(ctx, "told", &set);
-    CHECK(e->count == 8 && e->roughness[7] == 1 && e->nrmse[1][2][0] > 0);
-    NEED(file_run("sed -i 's/\"expected_rendered_error\"/\"old\"/; "
-                  "s/\"orientation\"/%s, \"orientation\"/' told/sky.json && "
-                  "cp told/sky.json t",
-                  errors));
-    sets_open(ctx, "told", &set);
-    CHECK(e->count == 2 && e->roughness[0] == 0.1 && e->roughness[1] == 1 &&
-          e->nrmse[0][0][1] == 0.25 && e->nrmse[0][1][0] < 0 &&
-          e->nrmse[1][0][1] == 2 && e->nrmse[1][2][1] == 4);
-    for (int i = 0; i < 3; i++) {
-        NEED(file_run("sed '%s' t >told/sky.json", wrong[i]));
-        sets_refused(ctx, file_path("told"), "expected errors");
-    }
-    NEED(file_run("rm told/sky.json"));
-    sets_open(ctx, "told", &set);
-    CHECK(!e->count);
-}
-
 /* Whatever a sidecar holds: a set, or one line. */
 TEST(hostile_sidecars)
 {

@@ -573,7 +573,7 @@ static inline ibl_specular_options ibl_specular_options_default(void)
  *
  * The best mapping has the roughnesses, in steps of a sixtieth of r (2 - r),
  * with the least error of what shaders with the lobe table draw of the map that
- * is baked (ibl_bake_expected_error), as a mean over roughnesses. No level is
+ * is baked (as ibl_expectation_of), as a mean over roughnesses. No level is
  * narrower than Filament's level 1, and levels that the spectral method makes
  * with a near part stay as Filament's. The table has the lod for each view; the
  * straight lines are for shaders without it.
@@ -1099,33 +1099,7 @@ typedef enum ibl_lookup {
     IBL_LOOKUP_COUNT
 } ibl_lookup;
 
-/* nRMSE for F0 = 1 (0) and F0 = .04 (1); -1 without a table. */
-typedef struct ibl_expected_error {
-    double nrmse[2][IBL_LOOKUP_COUNT];
-} ibl_expected_error;
-
 #define IBL_EXPECTED_LEAST 0.05
-
-/*
- * The error of what a shader draws that can be expected from the spectrum of a
- * map, without rendering: the root of the sum of |S - T|^2 over that of |T|^2,
- * over R, G, B, all rotations of the map, and N.V with the density 2 N.V of a
- * sphere's picture. T is the integral of L f N.L (GGX, height-correlated Smith,
- * Schlick's Fresnel), S = light (F0 scale + bias). The levels are taken as
- * exact and are blended as the GPU does; of the interpolation between texels
- * its mean blur counts.
- *   opts       the chain and, for a map, its power; size is not used. NULL: the
- *              default
- *   table      for that chain; NULL: only IBL_LOOKUP_SPLIT is judged
- *   roughness  count of them, 1..64, each IBL_EXPECTED_LEAST..1
- *   errors     count of them, written
- * IBL_ERR_ARGUMENT: a roughness, a count or an option out of range.
- */
-ibl_status ibl_bake_expected_error(ibl_ctx *ctx,
-                                   const ibl_lobe_table_options *opts,
-                                   const ibl_lobe_table *table,
-                                   const double *roughness, int count,
-                                   ibl_expected_error *errors);
 
 #define IBL_MATERIAL_STEPS 64
 
@@ -1160,11 +1134,12 @@ typedef struct ibl_expected_set {
  * The error that can be expected of what is drawn with a distribution of
  * materials: the root of the sum of w |S - T|^2 over that of w |T|^2, with T
  * all the light that a surface sends out, also diffuse, S what a shader draws,
- * and w the weights of the materials; over the rotations of a map and the views
- * of a sphere, as ibl_bake_expected_error. What is counted is named in
- * ibl_expected_set, and of the interpolation between texels its blur, what it
- * adds to that, and the light that it mistakes beyond the map's or faces'
- * degrees. A roughness below IBL_EXPECTED_LEAST / 2 is a mirror.
+ * and w the weights of the materials; over R, G, B, all rotations of a map, and
+ * N.V with the density 2 N.V of a sphere's picture. It follows from the map's
+ * spectrum, without rendering. What is counted is named in ibl_expected_set,
+ * and of the interpolation between texels its blur, what it adds to that, and
+ * the light that it mistakes beyond the map's or faces' degrees. A roughness
+ * below IBL_EXPECTED_LEAST / 2 is a mirror.
  */
 typedef struct ibl_expectation ibl_expectation;
 

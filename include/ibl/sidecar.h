@@ -93,8 +93,6 @@ static inline ibl_sidecar_options ibl_sidecar_options_default(void)
 /*
  * The text of a sidecar, the same for the same facts.
  *   *text  UTF-8, ended by a newline and NUL; free it with ibl_bytes_free
- * The error to expect of what is rendered is among it if made has power and a
- * specular cube; it takes some milliseconds.
  * IBL_ERR_ARGUMENT: made, report, source or text is NULL; a number is out of
  * range; or more is no object. IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
  */

@@ -25,8 +25,7 @@ enum {
     DEGREES = IBL_EXPECTED_DEGREES,
     BENT = IBL_EXPECTED_BENT,
     TABLE = 128, /* edge of the BRDF table that counts as the truth */
-    MOST_ROUGHNESSES = 64,
-    BEYOND = 8 /* half octaves beyond the degrees that are known */
+    BEYOND = 8   /* half octaves beyond the degrees that are known */
 };
 
 static const ibl_specular_layout none = {
@@ -163,7 +162,7 @@ static void fill_target(const ibl_expectation *e, int job, int f,
     *t = (ibl_expected_target){.weight = n->weight[f] * e->weight[job % VIEWS] *
                                          2 * n_v * b->energy[f] * b->energy[f],
                                .diffuse = n->diffuse[f] / b->energy[f]};
-    for (int i = 0; i < b->count && !e->exact; i++) {
+    for (int i = 0; i < b->count; i++) {
         const int l = b->degree[i];
         const double k = l < DEGREES ? cosine[l] : 0;
         const double c = 4 * IBL_PI / (2 * l + 1) * b->share[i];
@@ -186,9 +185,9 @@ static void view_job(void *arg, int job, int worker)
         ibl_bands_degrees(e->kernels.power, r, b);
     else
         mirror_degrees(e, b);
-    ibl_lookup_direction(b, n_v, 1);         /* IBL_TO_N */
-    ibl_lookup_direction(b, n_v, 0);         /* IBL_TO_R */
-    for (int f = 0; f < 2 && !e->exact; f++) /* BENT */
+    ibl_lookup_direction(b, n_v, 1); /* IBL_TO_N */
+    ibl_lookup_direction(b, n_v, 0); /* IBL_TO_R */
+    for (int f = 0; f < 2; f++)      /* BENT */
         ibl_lookup_direction(b, n_v,
                              (f ? 1.4 : 3.3) * r * r * r * (1 - r) * (1 - n_v));
     ibl_lookup_legendre(b->angle, b->directions, b, e->view[job].p);
@@ -205,7 +204,7 @@ typedef struct judging {
     const ibl_expected_set *set;
     ibl_lobe_kernels kernels;
     ibl_best_lookups *best; /* NULL: lookups follow from the set */
-    double sum[IBL_LOOKUP_COUNT][TARGETS];
+    double sum[TARGETS];
 } judging;
 
 /* A BRDF table's F0 A + B, for F0 = 1 and .04. */
@@ -227,7 +226,7 @@ static void fetch_table(const ibl_lut *t, double n_v, double r, double to[2])
     to[1] = IBL_DIELECTRIC_F0 * ab[0] + ab[1];
 }
 
-static ibl_lookup_use use_of(const judging *j, int way, int job, int f,
+static ibl_lookup_use use_of(const judging *j, int job, int f,
                              ibl_lobe_bands *b)
 {
     const ibl_expectation *e = j->e;
@@ -235,12 +234,12 @@ static ibl_lookup_use use_of(const judging *j, int way, int job, int f,
     ibl_lookup_use use = {.taps = 1, .at = {IBL_TO_R, IBL_TO_R}};
     if (!j->set->layout.levels) {
         use.weight = 1;
-    } else if (way == IBL_LOOKUP_SPLIT) {
+    } else if (j->set->lookup == IBL_LOOKUP_SPLIT) {
         use.lod = ibl_lod_of_roughness(&j->kernels.layout, r);
     } else if (j->set->lobes) {
-        use =
-            ibl_lookup_by_table(j->set->lobes, &j->kernels, f,
-                                way == IBL_LOOKUP_TWO_TAPS ? 2 : 1, n_v, r, b);
+        use = ibl_lookup_by_table(j->set->lobes, &j->kernels, f,
+                                  j->set->lookup == IBL_LOOKUP_TWO_TAPS ? 2 : 1,
+                                  n_v, r, b);
     } else {
         ibl_best_lookup(j->best, 2 * job + f, &use.lod, &use.weight);
         use.at[0] = use.at[1] = BENT + f;
@@ -267,28 +266,19 @@ static void add_directions(const ibl_expectation *e, int job, int known,
         mirror_bands(n_v, &v->bands);
 }
 
-/* The last way to look up that is judged. */
-static int last_way(const judging *j)
-{
-    return j->e->exact && j->set->lobes ? IBL_LOOKUP_COUNT - 1
-                                        : (int)j->set->lookup;
-}
-
 static void judge_job(void *arg, int job, int worker)
 {
     judging *j = arg;
     const ibl_expectation *e = j->e;
     const double r = e->node[job / VIEWS].roughness, n_v = e->at[job % VIEWS];
-    const int first = (int)j->set->lookup, last = last_way(j);
     ibl_lookup_view v = e->view[job];
-    ibl_lookup_use use[IBL_LOOKUP_COUNT][2];
+    ibl_lookup_use use[2];
     double apart[2] = {0, 0}, truth[2] = {1, 1}, own[2] = {1, 1};
     (void)worker;
-    for (int i = 0; i < 2 * (last - first + 1); i++) {
-        ibl_lookup_use *u = &use[first + i / 2][i % 2];
-        *u = use_of(j, first + i / 2, job, i % 2, &v.bands);
-        apart[i % 2] =
-            v.bands.angle[u->at[0]] - v.bands.angle[u->at[u->taps - 1]];
+    for (int f = 0; f < 2; f++) {
+        ibl_lookup_use *u = &use[f];
+        *u = use_of(j, job, f, &v.bands);
+        apart[f] = v.bands.angle[u->at[0]] - v.bands.angle[u->at[u->taps - 1]];
     }
     add_directions(e, job, e->view[job].bands.directions, apart, &v);
     if (j->set->lut) {
@@ -302,10 +292,9 @@ static void judge_job(void *arg, int job, int worker)
                                     .irradiance = j->set->irradiance,
                                     .step = j->set->step,
                                     .slope = j->set->slope};
-        for (int way = first; way <= last && t->weight > 0; way++)
-            j->sum[way][2 * job + f] =
-                t->weight * ibl_lookup_error(&j->kernels, &v, f, &use[way][f],
-                                             e->exact ? NULL : &set);
+        if (t->weight > 0)
+            j->sum[2 * job + f] =
+                t->weight * ibl_lookup_error(&j->kernels, &v, f, &use[f], &set);
     }
 }
 
@@ -358,126 +347,25 @@ ibl_status ibl_expectation_of(const ibl_expectation *e,
         status = judge(&j);
     double sum = 0;
     for (int i = 0; i < 2 * e->nodes * VIEWS && !status; i++)
-        sum += j.sum[set->lookup][i];
+        sum += j.sum[i];
     if (!status)
         *nrmse = sqrt(sum / e->total);
     ibl_lobe_kernels_free(&j.kernels);
     return status;
 }
 
-/* ---- single roughnesses ---------------------------------------------------
+/* ---- the call -------------------------------------------------------------
  */
-
-/* The power of targets and the errors of each way to look up, of the nodes. */
-static void divide(const ibl_expectation *e, const double *sum, int way,
-                   ibl_expected_error *errors)
-{
-    for (int n = 0; n < e->nodes; n++)
-        for (int f = 0; f < 2; f++) {
-            double power = 0, error = 0;
-            for (int v = n * VIEWS; v < (n + 1) * VIEWS; v++) {
-                power += e->target[2 * v + f].weight *
-                         ibl_lookup_power(&e->kernels, &e->view[v], f, 0);
-                error += sum[2 * v + f];
-            }
-            errors[n].nrmse[f][way] = power > 0 ? sqrt(error / power) : 0;
-        }
-}
 
 static ibl_status make_views(ibl_expectation *e)
 {
-    if (!e->view)
-        e->view = ibl_alloc_array((size_t)e->nodes * VIEWS, sizeof *e->view);
+    e->view = ibl_alloc_array((size_t)e->nodes * VIEWS, sizeof *e->view);
     if (!e->view)
         return ibl_no_memory(e->ctx, "the expected error");
     ibl_gauss_points(VIEWS, e->at, e->weight);
     ibl_bands_rule_init(&e->rule, ibl_ctx_isa(e->ctx));
     return ibl_run(e->ctx, NULL, e->nodes * VIEWS, view_job, e);
 }
-
-static ibl_status judge_nodes(ibl_expectation *e, judging *j,
-                              ibl_expected_error *errors)
-{
-    ibl_status status = make_views(e);
-    if (!status)
-        status = judge(j);
-    for (int way = 0; way < IBL_LOOKUP_COUNT && !status; way++) {
-        if (way <= last_way(j))
-            divide(e, j->sum[way], way, errors);
-        for (int n = 0; n < e->nodes && way > last_way(j); n++)
-            errors[n].nrmse[0][way] = errors[n].nrmse[1][way] = -1;
-    }
-    return status;
-}
-
-static ibl_status check_roughness(ibl_ctx *ctx, const double *roughness,
-                                  int count)
-{
-    if (count < 1 || count > MOST_ROUGHNESSES)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "the error at %d roughnesses: must be 1 to %d", count,
-                        MOST_ROUGHNESSES);
-    for (int i = 0; i < count; i++)
-        if (!(roughness[i] >= IBL_EXPECTED_LEAST && roughness[i] <= 1))
-            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                            "the error at roughness %g: must be %g to 1",
-                            roughness[i], IBL_EXPECTED_LEAST);
-    return IBL_OK;
-}
-
-static ibl_status judge_all(ibl_expectation *e, judging *j,
-                            const double *roughness, int count,
-                            ibl_expected_error *errors)
-{
-    ibl_status status =
-        ibl_lobe_kernels_make(e->ctx, &none, e->given, e->degree, &e->kernels);
-    if (!status)
-        status = ibl_lobe_kernels_make(e->ctx, &j->set->layout, e->given,
-                                       e->degree, &j->kernels);
-    for (int i = 0; i < count && !status; i += NODES) {
-        e->nodes = count - i < NODES ? count - i : NODES;
-        for (int n = 0; n < e->nodes; n++)
-            e->node[n] = (ibl_expected_node){roughness[i + n], {1, 1}, {0, 0}};
-        status = judge_nodes(e, j, &errors[i]);
-    }
-    ibl_lobe_kernels_free(&j->kernels);
-    return status;
-}
-
-ibl_status ibl_bake_expected_error(ibl_ctx *ctx,
-                                   const ibl_lobe_table_options *given,
-                                   const ibl_lobe_table *table,
-                                   const double *roughness, int count,
-                                   ibl_expected_error *errors)
-{
-    ibl_lobe_table_options own;
-    const ibl_lobe_table_options *opts = &own;
-    if (!ctx || !roughness || !errors || (table && !table->data))
-        return ibl_missing(ctx, "ibl_bake_expected_error: table's data, "
-                                "roughness or errors");
-    ibl_status status = check_roughness(ctx, roughness, count);
-    if (!status)
-        status = ibl_lobe_table_take(ctx, given, &own);
-    if (status)
-        return status;
-    ibl_expectation *e = ibl_alloc_zeroed(1, sizeof *e);
-    if (!e)
-        return ibl_no_memory(ctx, "the expected error");
-    const ibl_expected_set set = {
-        .layout = opts->layout, .lobes = table, .lookup = IBL_LOOKUP_SPLIT};
-    judging j = {.e = e, .set = &set};
-    e->ctx = ctx;
-    e->exact = true;
-    e->given = opts->power;
-    e->degree = opts->power_degree;
-    status = judge_all(e, &j, roughness, count, errors);
-    e->given = NULL; /* the caller's */
-    ibl_expectation_free(e);
-    return status;
-}
-
-/* ---- the call -------------------------------------------------------------
- */
 
 static ibl_status make(ibl_expectation *e)
 {

@@ -40,11 +40,10 @@ typedef struct ibl_expected_target {
 
 struct ibl_expectation {
     ibl_ctx *ctx;
-    bool exact; /* only lookups are judged, each way, and no ladders */
     ibl_bands_rule rule;
     double at[IBL_EXPECTED_VIEWS], weight[IBL_EXPECTED_VIEWS];
     ibl_lobe_kernels kernels; /* of no chain: the spectrum and the cosine */
-    const double *given;      /* C_l as given, or NULL */
+    const double *given;      /* C_l as given */
     int degree, most;         /* its last; the map's */
     double beyond;            /* power beyond `degree`, of that up to it */
     ibl_lut truth;

@@ -10,7 +10,7 @@
  * Replaces the roughnesses of the levels 1..levels - 2 of a layout, whose
  * roughnesses are Filament's. Sought is the least sum of the nRMSE of what
  * surfaces reflect, over roughnesses .1 to 1 and F0 1 and .04, each the mean
- * over views (ibl_bake_expected_error). Levels are chosen among roughnesses in
+ * over views (as of ibl_expectation_of). Levels are chosen among roughnesses in
  * equal steps of r (2 - r), Filament's included, by dynamic programming: for
  * the tangents to the sum at the last choice, no other choice is better. So no
  * step from Filament's makes the sum larger. None is below the present

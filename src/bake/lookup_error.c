@@ -217,10 +217,8 @@ static double irradiance_kept(int edge, int degree)
 
 double ibl_lookup_error(const ibl_lobe_kernels *k, const ibl_lookup_view *v,
                         int f, const ibl_lookup_use *s,
-                        const ibl_lookup_set *given)
+                        const ibl_lookup_set *set)
 {
-    static const ibl_lookup_set exact = {.table = 1, .irradiance = -1};
-    const ibl_lookup_set *set = given ? given : &exact;
     const ibl_lobe_bands *b = &v->bands;
     const int a = (int)fmin(s->lod, k->layout.levels - 2);
     const int first = s->at[0], last = s->at[s->taps - 1];
@@ -247,7 +245,7 @@ double ibl_lookup_error(const ibl_lobe_kernels *k, const ibl_lookup_view *v,
         sum += b->share[i] * (ss + (b->power[f][i] - 2 * st) / n);
     }
     const double part[3] = {own * (1 - t), own * t, even_share};
-    return fmax(sum, 0) + (given ? texels_error(k, b, a, part, set) : 0);
+    return fmax(sum, 0) + texels_error(k, b, a, part, set);
 }
 
 double ibl_lookup_power(const ibl_lobe_kernels *k, const ibl_lookup_view *v,

@@ -72,7 +72,7 @@ double ibl_lookup_scatter(int edge, bool mirror, int degree);
  * degree is `most`, 0 if it is not known: see ibl_cube_from_latlong. */
 double ibl_lookup_pixels(int edge, int most, int degree);
 
-/* |drawn - sent|^2; set: NULL for an exact set without diffuse light. */
+/* |drawn - sent|^2. */
 double ibl_lookup_error(const ibl_lobe_kernels *k, const ibl_lookup_view *v,
                         int f, const ibl_lookup_use *use,
                         const ibl_lookup_set *set);

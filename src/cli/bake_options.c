@@ -416,11 +416,8 @@ void ibl_opts_select(ibl_opts *o)
         o->bake.sh_degree = -1;
     if (o->lobe_table == IBL_LOBES_NO)
         o->only &= ~(1u << IBL_OUTPUT_LOBES);
-    const bool expects = !o->of && (o->only & 1u << IBL_OUTPUT_JSON) &&
-                         (o->only & 1u << IBL_OUTPUT_SPECULAR) &&
-                         o->bake.specular_options.lobe == IBL_LOBE_GGX;
-    o->bake.power = expects || ((o->only & 1u << IBL_OUTPUT_LOBES) &&
-                                o->lobe_table == IBL_LOBES_FITTED);
+    o->bake.power =
+        (o->only & 1u << IBL_OUTPUT_LOBES) && o->lobe_table == IBL_LOBES_FITTED;
     o->bake.specular = (o->only & 1u << IBL_OUTPUT_SPECULAR) != 0;
     o->bake.irradiance =
         o->only & 1u << IBL_OUTPUT_IRRADIANCE || o->engine == IBL_ENGINE_ENV ||

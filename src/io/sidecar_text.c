@@ -231,57 +231,6 @@ static void put_lights(const ibl_sidecar_facts *f, json_t **root)
         put(root, "gltf", ibl_lights_gltf(lights, count));
 }
 
-static const double expected_at[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 0.85, 1};
-
-enum {
-    EXPECTED = sizeof expected_at / sizeof *expected_at
-};
-
-/* What can be expected of what is rendered with F0 = 1 or .04. */
-static json_t *expected_of(const ibl_sidecar_facts *f, int dielectric,
-                           const ibl_expected_error error[EXPECTED])
-{
-    static const char *const names[IBL_LOOKUP_COUNT] = {"split", "table",
-                                                        "two_taps"};
-    json_t *j = json_object();
-
-    put(&j, "f0", json_real(dielectric ? 0.04 : 1));
-    for (int way = 0; way < (f->o.lobes ? IBL_LOOKUP_COUNT : 1); way++) {
-        json_t *list = json_array();
-        for (int i = 0; i < EXPECTED; i++)
-            append(
-                &list,
-                json_real(round(error[i].nrmse[dielectric][way] * 1e4) / 1e4));
-        put(&j, names[way], list);
-    }
-    return j;
-}
-
-static ibl_status put_expected(const ibl_sidecar_facts *f, json_t **root)
-{
-    const ibl_bake_result *made = f->o.made;
-    ibl_lobe_table_options o = ibl_lobe_table_options_default();
-    ibl_expected_error error[EXPECTED];
-    json_t *j = json_object(), *at = json_array(), *of = json_array();
-
-    o.layout = made->report.layout;
-    o.power = made->power;
-    o.power_degree = made->power_degree;
-    const ibl_status status = ibl_bake_expected_error(
-        f->ctx, &o, f->o.lobes, expected_at, EXPECTED, error);
-    for (int i = 0; i < EXPECTED; i++)
-        append(&at, json_real(expected_at[i]));
-    for (int i = 0; i < 2 && !status; i++)
-        append(&of, expected_of(f, i, error));
-    put(&j, "measure",
-        json_string("nRMSE of what a shader draws, over all rotations of the "
-                    "map and the views of a sphere, from the map's spectrum"));
-    put(&j, "roughness", at);
-    put(&j, "errors", of);
-    put(root, "expected_rendered_error", j);
-    return status;
-}
-
 /* ---- the whole ------------------------------------------------------------
  */
 
@@ -384,8 +333,6 @@ static ibl_status put_everything(const ibl_sidecar_facts *f, json_t **root)
         put(root, "sh", spherical_harmonics(f));
     if (o->light_count >= 0)
         put_lights(f, root);
-    if (!status && o->made->power && o->made->specular.data)
-        status = put_expected(f, root);
     if (!status && o->more)
         status = put_more(f, root);
     return status;

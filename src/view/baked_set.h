@@ -36,15 +36,6 @@ enum {
     VIEW_FILES
 };
 
-#define VIEW_EXPECTED 16
-
-/* nRMSE of what shaders draw, as of ibl_bake_expected_error. */
-typedef struct view_expected {
-    int count;                       /* of roughnesses, 0: unknown */
-    double roughness[VIEW_EXPECTED]; /* rising */
-    double nrmse[2][IBL_LOOKUP_COUNT][VIEW_EXPECTED]; /* below 0: none */
-} view_expected;
-
 typedef struct baked_set {
     char *name; /* for titles, such as "sky" */
     /* Texels as in the files, in the world's axes; blocks as rgba16f. Only the
@@ -71,7 +62,6 @@ typedef struct baked_set {
     ibl_geometry geometry;   /* of the table */
     double irradiance_scale; /* factor from the map to E/pi; 1 for maps made
                                 here */
-    view_expected expected;  /* the sidecar's */
     int light_count; /* that --lights took out of the maps, not of the sky */
     ibl_light light[IBL_MAX_LIGHTS];
     /* Irradiance E/pi, not radiance: 3 for each (l, m) to sh_degree, ordered

@@ -89,7 +89,7 @@ static void take_picture(view_app *app, int step)
 static void print_errors(view_app *app, int step)
 {
     (void)step;
-    if (!view_report_print(app->renderer, &app->settings, app->set))
+    if (!view_report_print(app->renderer, &app->settings))
         view_app_notice(app, "no errors yet: compare (f)");
 }
 

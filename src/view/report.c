@@ -19,38 +19,7 @@ static void print_error(double rmse)
         printf(" %7.4f", rmse);
 }
 
-/* The expected error at a roughness; -1: unknown. */
-static double expected_at(const view_expected *e, const double *nrmse, double r)
-{
-    if (nrmse[0] < 0 || r < e->roughness[0] || r > e->roughness[e->count - 1])
-        return -1;
-    const double at = view_level_at(e->roughness, e->count, r);
-    const int i = (int)at;
-    return i < e->count - 1 ? nrmse[i] + (at - i) * (nrmse[i + 1] - nrmse[i])
-                            : nrmse[i];
-}
-
-static void print_expected(const view_settings *s, const view_sphere *spheres,
-                           const view_expected *e)
-{
-    static const ibl_lookup ways[VIEW_REFLECTIONS] = {
-        [VIEW_TABLE_LOBES] = IBL_LOOKUP_TABLE,
-        [VIEW_TWO_TAPS] = IBL_LOOKUP_TWO_TAPS};
-    const ibl_lookup way = ways[s->reflection];
-
-    if (!e->count || s->against != VIEW_REFERENCE ||
-        (way == IBL_LOOKUP_SPLIT && s->reflection != VIEW_SPLIT_SUM))
-        return;
-    for (int f = 0; f < 2; f++) {
-        printf("%20s", f ? "expected, F0 = 0.04" : "expected, F0 = 1");
-        for (int i = 0; i < s->columns; i++)
-            print_error(expected_at(e, e->nrmse[f][way], spheres[i].roughness));
-        putchar('\n');
-    }
-}
-
-static void print_grid(const view_settings *s, const baked_set *set,
-                       const view_error *errors)
+static void print_grid(const view_settings *s, const view_error *errors)
 {
     view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
 
@@ -65,7 +34,6 @@ static void print_grid(const view_settings *s, const baked_set *set,
             print_error(view_error_rmse(errors[row * s->columns + i]));
         putchar('\n');
     }
-    print_expected(s, spheres, &set->expected);
 }
 
 static void print_material(const char *name, view_error e)
@@ -95,8 +63,7 @@ static void print_materials(const view_renderer *r, const view_error *errors,
     print_material("(all)", all);
 }
 
-bool view_report_print(view_renderer *r, const view_settings *s,
-                       const baked_set *set)
+bool view_report_print(view_renderer *r, const view_settings *s)
 {
     view_error *errors;
     char side[2][200];
@@ -121,7 +88,7 @@ bool view_report_print(view_renderer *r, const view_settings *s,
     if (s->mode == VIEW_MODEL)
         print_materials(r, errors, count);
     else
-        print_grid(s, set, errors);
+        print_grid(s, errors);
     free(errors);
     fflush(stdout);
     return true;

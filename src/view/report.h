@@ -7,11 +7,9 @@
 #include "view/renderer.h"
 
 /* Prints the error of the last draw against what it was compared with, for each
- * sphere, arranged as on the screen, with the set's expected errors below, if
- * that was the reference; or for each material of the model. False: nothing was
- * compared. */
-bool view_report_print(view_renderer *r, const view_settings *s,
-                       const baked_set *set);
+ * sphere, arranged as on the screen, or for each material of the model. False:
+ * nothing was compared. */
+bool view_report_print(view_renderer *r, const view_settings *s);
 /* Prints the textures of a set. */
 void view_report_set(const baked_set *set);
 

@@ -166,30 +166,6 @@ static bool take_lights(const json_t *root, ibl_axes axes, baked_set *set)
            damaged(set->path[VIEW_SIDECAR], "its lights are not such");
 }
 
-static bool take_expected(const json_t *root, baked_set *set)
-{
-    static const char *const ways[IBL_LOOKUP_COUNT] = {"split", "table",
-                                                       "two_taps"};
-    const json_t *all = json_object_get(root, "expected_rendered_error");
-    const json_t *at = json_object_get(all, "roughness");
-    const json_t *errors = json_object_get(all, "errors");
-    view_expected *e = &set->expected;
-    const size_t count = json_array_size(at);
-    bool ok = count <= VIEW_EXPECTED &&
-              ibl_json_numbers(at, e->roughness, (int)count);
-
-    for (size_t f = 0; f < 2 && ok && count; f++)
-        for (size_t way = 0; way < IBL_LOOKUP_COUNT && ok; way++) {
-            const json_t *list =
-                json_object_get(json_array_get(errors, f), ways[way]);
-            e->nrmse[f][way][0] = -1;
-            ok = !list || ibl_json_numbers(list, e->nrmse[f][way], (int)count);
-        }
-    e->count = (int)count;
-    return ok ||
-           damaged(set->path[VIEW_SIDECAR], "its expected errors are not such");
-}
-
 /* As iblbake found it, AUTO if that is not known. */
 static ibl_input_layout source_layout(const json_t *source)
 {
@@ -234,7 +210,7 @@ bool view_sidecar_read(ibl_ctx *ctx, const json_t *root, ibl_axes axes,
 {
     set->sh_degree = -1;
     return take_sh(ctx, root, axes, set) && take_lights(root, axes, set) &&
-           take_expected(root, set) && take_source(root, set);
+           take_source(root, set);
 }
 
 bool view_about_read(const baked_set *set, view_content content,

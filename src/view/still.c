@@ -109,7 +109,7 @@ static bool draw_picture(view_app *app)
     if (o->verbose)
         printf("%.1f ms a frame\n", ms);
     if (!o->quiet)
-        view_report_print(r, &app->settings, app->set);
+        view_report_print(r, &app->settings);
     return write_picture(app) &&
            (!o->stats || view_stats_end(&app->stats, r, &app->settings));
 }
