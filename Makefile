@@ -109,7 +109,8 @@ ifneq ($(HAVE_VIEW),yes)
 TESTS := $(filter-out $(BUILD)/tests/check_view_%,$(TESTS))
 endif
 LIB_OBJ := $(call obj,$(LIB_SRC)) $(PLAIN_SRC:%.c=$(BUILD)/obj/%_plain.o) \
-           $(foreach isa,$(ISAS),$(SIMD_SRC:%.c=$(BUILD)/obj/%_$(isa).o))
+           $(foreach isa,$(ISAS),$(SIMD_SRC:%.c=$(BUILD)/obj/%_$(isa).o)) \
+           $(BUILD)/obj/gen/lobe_tables.o
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 ifneq ($(HAVE_VIEW),yes)
 BENCHES := $(filter-out $(BUILD)/tests/bench_room $(BUILD)/tests/bench_capture \
@@ -120,7 +121,7 @@ endif
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick try \
         check-arm64 check-clients check-pairs mutants check-cycles soak bench \
-        bench-probes fuzz fuzzers lint format install uninstall dist clean list budget \
+        bench-probes fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
         FORCE
 
 ## all: the programs and the parts that they load (default)
@@ -259,6 +260,11 @@ $(BUILD)/gen/bench_page.c: src/cli/bench_page.html
 	{ echo 'extern const char ibl_bench_page[];'; \
 	    echo 'const char ibl_bench_page[] ='; \
 	    sed 's/[\\"]/\\&/g; s/.*/"&\\n"/' $<; echo ';'; } >$@
+$(BUILD)/gen/lobe_tables.c: src/bake/lobe_tables.f16
+	@mkdir -p $(@D)
+	{ echo '#include "bake/lobe_fit.h"'; \
+	    echo 'const unsigned char ibl_lobe_tables[] = {'; \
+	    od -An -v -tu1 $< | sed 's/[0-9][0-9]*/&,/g'; echo '};'; } >$@
 $(BUILD)/gen/shaders.c: src/view/embed.awk $(SHADERS)
 	@mkdir -p $(@D)
 	awk -f src/view/embed.awk $(SHADERS) >$@
@@ -522,6 +528,9 @@ lint: $(LIB) $(SHARED)
 ## budget: count lines anew, which lint then allows of each folder
 budget:
 	sh tests/budget.sh >tests/budget.new && mv tests/budget.new tests/budget.txt
+## lobe-tables: compute the tables of lobes that are not computed in bakes anew
+lobe-tables: $(BUILD)/tests/write_lobe_tables
+	$< >$(BUILD)/lobe_tables && cp $(BUILD)/lobe_tables src/bake/lobe_tables.f16
 format:
 	clang-format -i $$(git ls-files '*.c' '*.h' '*.cpp')
 	sed -E -f include/ibl/hlsl.sed include/ibl/ibl.glsl | \

@@ -9,7 +9,7 @@ export GIT_CEILING_DIRECTORIES="$PWD/.."
 lines() {
     { git ls-files 2>/dev/null || find src include tests -type f; } |
         grep -E '^(src|include|tests)/' |
-        grep -vE '^tests/(budget\.(txt|new)|fuzz/finds/)' | xargs awk '
+        grep -vE '\.f16$|^tests/(budget\.(txt|new)|fuzz/finds/)' | xargs awk '
         FNR == 1 { folder = FILENAME; sub(/\/[^\/]*$/, "", folder) }
         { n[folder]++ }
         END { for (folder in n) print folder, n[folder] }' | LC_ALL=C sort

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bake/lobe_fit.h"
 #include "ibl/io.h"
 #include "maps.h"
 #include "reference.h"
@@ -447,10 +448,28 @@ TEST(of_one_f0)
 
 TEST(thread_counts)
 {
-    const ibl_lobe_table_options o = ibl_lobe_table_options_default();
+    ibl_lobe_table_options o = ibl_lobe_table_options_default();
+    o.size = 15; /* one that is not known */
     const ibl_lobe_table one = bake(test_ctx(1, IBL_ISA_AUTO), &o);
     const ibl_lobe_table three = bake(test_ctx(3, IBL_ISA_AUTO), &o);
     CHECK(!memcmp(one.data, three.data, floats(&one) * sizeof *one.data));
+}
+
+/* Those of lobe_tables.f16 are what a fit says. */
+TEST(known_tables)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    for (int i = 0; i < IBL_LOBE_KNOWN; i++) {
+        ibl_lobe_table_options o = ibl_lobe_table_options_default();
+        ibl_specular_options s = ibl_specular_options_default();
+        static float fit[IBL_LOBE_KNOWN_BYTES / 2];
+        s.size = IBL_LOBE_KNOWN_SIZE << i;
+        NEED(!ibl_specular_layout_of(&s, &o.layout) &&
+             !ibl_lobe_table_fit(ctx, &o, fit));
+        const ibl_lobe_table t = bake(ctx, &o);
+        CHECK_MSG(!memcmp(t.data, fit, sizeof fit), "size %d: make lobe-tables",
+                  s.size);
+    }
 }
 
 /* A spectrum counts by its shape alone; one without detail is no map's. */

@@ -25,7 +25,7 @@ sed -E -f include/ibl/hlsl.sed include/ibl/ibl.glsl |
     complain 'ibl.hlsl is not what ibl.glsl says: make format'
 
 # White space at line ends, tabs, and a newline at the end of every text.
-grep -vE '\.(exr|hdr|png)$|^tests/fuzz/finds/' "$build/files.txt" | xargs perl -ne '
+grep -vE '\.(exr|f16|hdr|png)$|^tests/fuzz/finds/' "$build/files.txt" | xargs perl -ne '
     warn("$ARGV:$.: trailing blanks\n"), $bad = 1 if /[ \t]$/;
     warn("$ARGV: no newline\n"), $bad = 1 if eof && !/\n\z/;
     close ARGV if eof;

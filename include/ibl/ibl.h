@@ -1082,7 +1082,8 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
  * one lookup, layer 1 for two. Shaders take them for all surfaces.
  *
  * The table depends on the roughnesses and sizes of the levels, but not on the
- * number format of their texels. It is smooth, so that it can be interpolated.
+ * number format of their texels. It is smooth, so that it can be interpolated;
+ * its values are those of halves.
  *   out   empty; allocated here, to be freed with ibl_lobe_table_free
  * IBL_ERR_ARGUMENT: an option out of range.
  * Source: the error of a lookup over all rotations of a map of power C_l is

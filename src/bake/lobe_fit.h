@@ -19,6 +19,21 @@ enum {
     IBL_LOBE_WINDOW = 4   /* levels that come into question */
 };
 
+/* lobe_tables.f16, which `make lobe-tables` writes: the tables of the default
+ * chains of cubes of 64, 128 and so on, halves of the lower byte first. */
+enum {
+    IBL_LOBE_KNOWN = 5,
+    IBL_LOBE_KNOWN_SIZE = 64,
+    IBL_LOBE_KNOWN_BYTES = 2 * 4 * IBL_LOBE_LAYERS * 16 * 16
+};
+
+extern const unsigned char
+    ibl_lobe_tables[IBL_LOBE_KNOWN * IBL_LOBE_KNOWN_BYTES];
+
+/* Fits a table, also one that is known; options are checked. */
+ibl_status ibl_lobe_table_fit(ibl_ctx *ctx, const ibl_lobe_table_options *o,
+                              float *data);
+
 /* The true lobe of a view and roughness in products with the levels'. */
 typedef struct ibl_lobe_view {
     const ibl_lobe_kernels *kernels;

@@ -2,14 +2,16 @@
 /*
  * The lobe table: fits at some views and roughnesses (bake/lobe_fit.h), each
  * column of one view from the smoothest roughness upwards, and monotone cubics
- * between them.
+ * between them. Those of the default chains are in lobe_tables.f16.
  */
 #include <math.h>
+#include <string.h>
 
 #include "bake/lobe_fit.h"
 #include "bake/options.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/half.h"
 
 enum {
     MIN_SIZE = 4,
@@ -128,8 +130,8 @@ static void row_job(void *arg, int job, int worker)
             across[v] = cubic(x, y, ROUGHS + 1, (row + 0.5) / b->size);
         }
         for (int i = 0; i < b->size; i++)
-            out[4 * i + c] =
-                (float)cubic(view_at, across, VIEWS, (i + 0.5) / b->size);
+            out[4 * i + c] = ibl_half_to_float(ibl_half_from_float(
+                (float)cubic(view_at, across, VIEWS, (i + 0.5) / b->size)));
     }
 }
 
@@ -213,6 +215,44 @@ static ibl_status make(ibl_ctx *ctx, const ibl_lobe_table_options *o,
     return status;
 }
 
+static int layers_of(const ibl_lobe_table_options *o)
+{
+    return IBL_LOBE_LAYERS / (o->f0 == IBL_F0_BOTH ? 1 : 2);
+}
+
+ibl_status ibl_lobe_table_fit(ibl_ctx *ctx, const ibl_lobe_table_options *o,
+                              float *data)
+{
+    struct bake *b = ibl_alloc_zeroed(1, sizeof *b);
+    if (!b)
+        return ibl_no_memory(ctx, "the lobe table");
+    b->f0 = o->f0;
+    b->size = o->size;
+    b->layers = layers_of(o);
+    b->levels = o->layout.levels;
+    b->out = data;
+    const ibl_status status = make(ctx, o, b);
+    ibl_free(b);
+    return status;
+}
+
+/* The halves of lobe_tables.f16 for these options, or NULL. */
+static const unsigned char *known(const ibl_lobe_table_options *o)
+{
+    const ibl_lobe_table_options usual = ibl_lobe_table_options_default();
+    ibl_specular_options s = ibl_specular_options_default();
+    ibl_specular_layout l;
+    s.size = o->layout.size;
+    if (o->size != usual.size || o->power || o->f0 != usual.f0 ||
+        ibl_specular_layout_of(&s, &l) || l.levels != o->layout.levels ||
+        memcmp(l.roughness, o->layout.roughness, sizeof l.roughness) != 0)
+        return NULL;
+    for (int i = 0; i < IBL_LOBE_KNOWN; i++)
+        if (l.size == IBL_LOBE_KNOWN_SIZE << i)
+            return ibl_lobe_tables + i * IBL_LOBE_KNOWN_BYTES;
+    return NULL;
+}
+
 ibl_status ibl_bake_lobe_table(ibl_ctx *ctx,
                                const ibl_lobe_table_options *given,
                                ibl_lobe_table *out)
@@ -224,24 +264,20 @@ ibl_status ibl_bake_lobe_table(ibl_ctx *ctx,
     ibl_status status = ibl_lobe_table_take(ctx, given, &own);
     if (status)
         return status;
-    const size_t size = (size_t)opts->size;
-    const int layers = IBL_LOBE_LAYERS / (opts->f0 == IBL_F0_BOTH ? 1 : 2);
-    struct bake *b = ibl_alloc_zeroed(1, sizeof *b);
-    float *data =
-        ibl_alloc_array((size_t)layers * size * size, 4 * sizeof *data);
-    status = b && data ? IBL_OK : ibl_no_memory(ctx, "the lobe table");
-    if (!status) {
-        b->f0 = opts->f0;
-        b->size = opts->size;
-        b->layers = layers;
-        b->levels = opts->layout.levels;
-        b->out = data;
-        status = make(ctx, opts, b);
-    }
-    ibl_free(b);
+    const unsigned char *halves = known(opts);
+    const size_t count =
+        4 * (size_t)layers_of(opts) * (size_t)opts->size * (size_t)opts->size;
+    float *data = ibl_alloc_array(count, sizeof *data);
+    if (!data)
+        return ibl_no_memory(ctx, "the lobe table");
+    for (size_t i = 0; i < count && halves; i++)
+        data[i] = ibl_half_to_float(
+            (uint16_t)(halves[2 * i] | halves[2 * i + 1] << 8));
+    if (!halves)
+        status = ibl_lobe_table_fit(ctx, opts, data);
     if (status)
         ibl_free(data);
     else
-        *out = (ibl_lobe_table){opts->size, data, layers};
+        *out = (ibl_lobe_table){opts->size, data, layers_of(opts)};
     return status;
 }
