@@ -138,10 +138,10 @@ TEST(one_pixel_low)
     one_pixel(40, 7, 5);
 }
 
-TEST_SLOW(one_pixel_high)
+TEST(one_pixel_high)
 {
-    one_pixel(200, 50, 25);
-    one_pixel(TEST_SANITIZED ? 300 : IBL_MAX_SH_DEGREE, 4096, 2048);
+    one_pixel(IBL_MAX_SH_DEGREE, 50, 25);
+    one_pixel(IBL_MAX_SH_DEGREE, 4096, 2048);
 }
 
 /* Several blocks of rows and of orders give what one does. */
@@ -152,7 +152,7 @@ TEST(tall_map)
 
     map_fill(&env, 8);
     double *low = bake(ctx, &env, 3, 5.0);
-    double *high = bake(ctx, &env, TEST_SANITIZED ? 200 : 600, 5.0);
+    double *high = bake(ctx, &env, IBL_MAX_SH_DEGREE, 5.0);
     for (size_t k = 0; k < count(3); k++)
         CHECK_NEAR(low[k], high[k], floats * low[k % 3]);
 }
@@ -214,7 +214,7 @@ TEST(bad_arguments)
     ibl_image env = map_constant(ctx, 4, 2, 0);
     CHECK(ibl_bake_sh(ctx, &env, -1, 0.0, c) == IBL_ERR_ARGUMENT);
     CHECK(strstr(kept.text[IBL_LOG_ERROR], "degree -1"));
-    CHECK(ibl_bake_sh(ctx, &env, 1001, 0.0, c) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_bake_sh(ctx, &env, 65, 0.0, c) == IBL_ERR_ARGUMENT);
     CHECK(ibl_bake_sh(ctx, &env, 0, NAN, c) == IBL_ERR_ARGUMENT);
     CHECK(c[0] == 7 && c[2] == 7);
     ibl_ctx_cancel(ctx);

@@ -463,11 +463,9 @@ ibl_status ibl_cube_turn_axes(ibl_ctx *ctx, const ibl_cube *from, ibl_axes axes,
 
 /*
  * Spherical harmonics in other axes, changed in place: exact to the rounding of
- * doubles. A mirror of one axis changes signs; IBL_UP_Z and IBL_MIRROR_XZ take
- * degree^3 / 3 steps each: 3 seconds of a processor for IBL_MAX_SH_DEGREE.
+ * doubles. Takes some 100 degree^4 steps: a second for IBL_MAX_SH_DEGREE.
  *   coeffs  3 (degree + 1)^2 doubles as in ibl_bake_sh
- * IBL_ERR_ARGUMENT: degree or axes out of range. IBL_ERR_MEMORY,
- * IBL_ERR_CANCELLED: coeffs are unspecified.
+ * IBL_ERR_ARGUMENT: degree or axes out of range. IBL_ERR_MEMORY.
  */
 ibl_status ibl_sh_turn_axes(ibl_ctx *ctx, int degree, ibl_axes axes, int back,
                             double *coeffs);
@@ -733,7 +731,7 @@ ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,
                                const ibl_irradiance_options *opts,
                                ibl_cube *out);
 
-#define IBL_MAX_SH_DEGREE 1000
+#define IBL_MAX_SH_DEGREE 64
 
 /*
  * Spherical harmonics of the radiance, a_lm = int L Y_lm dO, with pixels as

@@ -19,7 +19,7 @@
 #include "core/context.h"
 
 enum {
-    MAX_DEGREE = 64,
+    MAX_DEGREE = IBL_MAX_SH_DEGREE,
     PARTS = 6 /* R, G, B of the cosine terms, then of the sine terms */
 };
 

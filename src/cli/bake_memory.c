@@ -11,16 +11,13 @@
  * made, and a share that the C library keeps. */
 #define KEPT_BYTES (32.0 * (1 << 20))
 #define KEPT_SHARE 0.1
-/* A component of a coefficient in the sidecar: its text, and its tree. */
-#define HARMONIC_BYTES 300.0
 
 /* Bytes by what asks for them, and the option that lowers each. */
 typedef struct needs {
     double map;    /* if it stays in memory */
     double reader; /* of the file */
     double bake;
-    double files;     /* beside the results */
-    double harmonics; /* of these, for the sidecar */
+    double files; /* beside the results */
 } needs;
 
 static double cube_texels(const ibl_opts *o, int size, int levels)
@@ -103,8 +100,6 @@ static const char *advice(const ibl_opts *o, const needs *n)
                  ", which need the map in memory, or scale the map down");
         return text;
     }
-    if (n->harmonics > fmax(bake - n->harmonics, n->reader))
-        return "ask for a smaller --sh";
     if (n->reader > bake)
         return "convert the file to .hdr or to EXR in ZIP, which are read row "
                "by row, or scale it down";
@@ -136,13 +131,8 @@ size_t ibl_bake_bytes(const ibl_map_bake *r, ibl_ctx *ctx, size_t reader,
         n.map = pixels * (!s->opts->lights                     ? 12
                           : s->bake.skybox || s->opts->preview ? 26
                                                                : 14);
-    for (int i = 0; i < r->count; i++) {
-        const ibl_opts *o = r->sets[i].opts;
+    for (int i = 0; i < r->count; i++)
         n.files = fmax(n.files, files_of(&r->sets[i]));
-        if (o->only & 1u << IBL_OUTPUT_JSON)
-            n.harmonics = 3 * HARMONIC_BYTES * pow(o->bake.sh_degree + 1, 2);
-    }
-    n.files += n.harmonics;
     *lower = advice(s->opts, &n);
     const double results = results_of(s);
     const double files =

@@ -141,7 +141,7 @@ static bool take_sh(ibl_ctx *ctx, const json_t *root, ibl_axes axes,
         return true;
     const json_int_t most = json_integer_value(degree);
     const int used = most < VIEW_SH_DEGREE ? (int)most : VIEW_SH_DEGREE;
-    if (!json_is_integer(degree) || most < 0 || most > IBL_MAX_SH_DEGREE ||
+    if (!json_is_integer(degree) || most < 0 ||
         json_array_size(radiance) < (size_t)((used + 1) * (used + 1)))
         return damaged(set->path[VIEW_SIDECAR],
                        "its harmonics are not as many as their degree says");
