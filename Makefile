@@ -81,7 +81,7 @@ REVISION := $(shell git describe --always --dirty 2>/dev/null || cat REVISION 2>
 comma := ,
 blank := $(subst ,, )
 # Vector versions; none for other CPUs.
-ISAS_x86_64 := sse2 avx2 avx512
+ISAS_x86_64 := sse2 avx2
 ISAS_aarch64 := neon
 ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null))))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
@@ -146,8 +146,6 @@ ISA =
 %_plain.o: ISA := -DIBL_PLAIN
 %_sse2.o: ISA := -DIBL_SUFFIX=_sse2
 %_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c
-%_avx512.o: ISA := -DIBL_SUFFIX=_avx512 -mavx512f -mavx512bw -mavx512dq \
-                   -mavx512vl -mavx2 -mfma -mf16c -mprefer-vector-width=512
 %_neon.o: ISA := -DIBL_SUFFIX=_neon
 EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/exr.o tests/check_exr.o tests/check_exr_chroma.o tests/check_exr_damage.o tests/check_source.o tests/check_bc6h.o)
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
@@ -193,8 +191,6 @@ $(BUILD)/obj/%_simd_plain.o: %_simd.c $(BUILD)/used-cc
 $(BUILD)/obj/%_simd_sse2.o: %_simd.c $(BUILD)/used-cc
 	$(COMPILE)
 $(BUILD)/obj/%_simd_avx2.o: %_simd.c $(BUILD)/used-cc
-	$(COMPILE)
-$(BUILD)/obj/%_simd_avx512.o: %_simd.c $(BUILD)/used-cc
 	$(COMPILE)
 $(BUILD)/obj/%_simd_neon.o: %_simd.c $(BUILD)/used-cc
 	$(COMPILE)

@@ -97,13 +97,12 @@ typedef enum ibl_isa {
     IBL_ISA_AUTO = 0, /* the best that this CPU has */
     IBL_ISA_C,        /* for every CPU */
     IBL_ISA_SSE2,
-    IBL_ISA_AVX2,   /* AVX2 + FMA + F16C */
-    IBL_ISA_AVX512, /* AVX-512 F, BW, DQ, VL */
-    IBL_ISA_NEON,   /* of every aarch64 */
+    IBL_ISA_AVX2, /* AVX2 + FMA + F16C */
+    IBL_ISA_NEON, /* of every aarch64 */
     IBL_ISA_COUNT
 } ibl_isa;
 
-/* "auto", "c", "sse2", "avx2", "avx512" or "neon"; else "unknown". */
+/* "auto", "c", "sse2", "avx2" or "neon"; else "unknown". */
 const char *ibl_isa_name(ibl_isa isa);
 /* The best set that this CPU and build have; never IBL_ISA_AUTO. */
 ibl_isa ibl_isa_best(void);

@@ -15,8 +15,7 @@ const char *const ibl_bench_method_names[] = {"auto", "spectral", "sampled",
                                               "sampled-nomip", NULL};
 const char *const ibl_bench_kind_names[] = {"bake", "variant", "format",
                                             "peer"};
-static const char *const isa_names[] = {"c",      "sse2", "avx2",
-                                        "avx512", "neon", NULL};
+static const char *const isa_names[] = {"c", "sse2", "avx2", "neon", NULL};
 
 bool ibl_bench_takes_samples(int method)
 {
@@ -137,7 +136,7 @@ static const ibl_option sweep[] = {
      .standard = "powers of two up to the CPUs for this process, and those",
      .help = "threads of a bake"},
     {"isa", 0, LIST(IBL_BENCH_ISA),
-     .allowed = "a list of c, sse2, avx2, avx512, neon",
+     .allowed = "a list of c, sse2, avx2, neon",
      .standard = "those of this CPU",
      .help = "instruction sets of the hot loops"},
     {"source-sizes", 0, LIST(IBL_BENCH_SOURCE),

@@ -62,8 +62,8 @@ void ibl_version_print(FILE *to)
     fprintf(to, "threads       %d\n", ibl_cpu_count());
 }
 
-static const char *const isa_names[] = {"auto",   "c",    "sse2", "avx2",
-                                        "avx512", "neon", NULL};
+static const char *const isa_names[] = {"auto", "c",    "sse2",
+                                        "avx2", "neon", NULL};
 
 const char *ibl_output_name(ibl_output_kind kind)
 {

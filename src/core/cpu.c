@@ -14,14 +14,9 @@
 ibl_isa ibl_isa_best(void)
 {
 #if IBL_X86
-    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
-        return IBL_ISA_SSE2;
-    return __builtin_cpu_supports("avx512f") &&
-                   __builtin_cpu_supports("avx512bw") &&
-                   __builtin_cpu_supports("avx512dq") &&
-                   __builtin_cpu_supports("avx512vl")
-               ? IBL_ISA_AVX512
-               : IBL_ISA_AVX2;
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")
+               ? IBL_ISA_AVX2
+               : IBL_ISA_SSE2;
 #elif IBL_ARM64
     return IBL_ISA_NEON;
 #else
@@ -39,8 +34,7 @@ int ibl_isa_supported(ibl_isa isa)
 
 const char *ibl_isa_name(ibl_isa isa)
 {
-    static const char *const names[] = {"auto", "c",      "sse2",
-                                        "avx2", "avx512", "neon"};
+    static const char *const names[] = {"auto", "c", "sse2", "avx2", "neon"};
     const size_t i = (size_t)isa;
     return i < sizeof names / sizeof names[0] ? names[i] : "unknown";
 }

@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "kern/brdf_quadrature.h"
-#define IBL_LANES_16
 #include "kern/lanes.h"
 
 typedef struct views {

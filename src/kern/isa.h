@@ -18,15 +18,12 @@
     void name##_dsp_init(name##_dsp *dsp, ibl_isa isa);                        \
     void name##_init_sse2(name##_dsp *dsp);                                    \
     void name##_init_avx2(name##_dsp *dsp);                                    \
-    void name##_init_avx512(name##_dsp *dsp);                                  \
     void name##_init_neon(name##_dsp *dsp)
 
 /* Replaces the plain functions of a table by those for isa. */
 #if IBL_X86
 #define IBL_INIT_VECTORS(name, dsp, isa)                                       \
-    if ((isa) >= IBL_ISA_AVX512)                                               \
-        name##_init_avx512(dsp);                                               \
-    else if ((isa) >= IBL_ISA_AVX2)                                            \
+    if ((isa) >= IBL_ISA_AVX2)                                                 \
         name##_init_avx2(dsp);                                                 \
     else if ((isa) >= IBL_ISA_SSE2)                                            \
     name##_init_sse2(dsp)

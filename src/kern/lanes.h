@@ -2,9 +2,6 @@
 /*
  * Vectors as wide as the instruction set of the including file allows. Kernels
  * whose versions differ only in width are written once with them: see isa.h.
- * With AVX-512 a vector has 8 floats, since unaligned loads and shuffles gain
- * nothing from 16. A file dominated by arithmetic on aligned data defines
- * IBL_LANES_16 first.
  *
  * With IBL_PLAIN there are no intrinsics, and vectors are of 16 bytes: the
  * compiler makes of them what the CPU has.
@@ -29,14 +26,8 @@
 #include <immintrin.h>
 #endif
 
-#if defined(__AVX512F__) && defined(IBL_LANES_16)
-#define VF 16 /* floats in a vf */
-#define MM(operation) _mm512_##operation
-typedef __m512 vf;
-typedef __m512d vd;
-#define VI __m512i
-#elif defined(__AVX2__) && defined(__FMA__)
-#define VF 8
+#if defined(__AVX2__) && defined(__FMA__)
+#define VF 8 /* floats in a vf */
 #define MM(operation) _mm256_##operation
 typedef __m256 vf;
 typedef __m256d vd;
@@ -55,7 +46,7 @@ typedef double vd __attribute__((vector_size(16)));
 #define VD (VF / 2) /* doubles in a vd */
 
 /* Registers for vectors. Plain C counts on what all CPUs have. */
-#if defined(IBL_NEON) || VF == 16
+#ifdef IBL_NEON
 #define REGISTERS 32
 #else
 #define REGISTERS 16
@@ -270,12 +261,10 @@ static inline vd vd_sqrt(vd v)
     return MM(sqrt_pd)(v);
 }
 
-#if VF <= 8
 static inline bool vi_any(vi mask)
 {
     return MM(movemask_ps)((vf)mask) != 0;
 }
-#endif
 
 static inline void vf_transpose(vf v[4])
 {
@@ -518,7 +507,6 @@ static inline vf vf_spread(const float *w, int k)
 }
 #endif
 
-#if VF <= 8
 /* Stores VF pixels as R G B R G B ... and writes one float beyond them. */
 static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
 {
@@ -533,9 +521,7 @@ static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
         vq_store(dst + 3 * i, vf_quad(v[i % 4], i / 4));
 #endif
 }
-#endif
 
-#if VF <= 8
 /* Sixteen lanes as four: halves are added, and their halves. */
 static inline vq vf_fold_16(const vf v[16 / VF])
 {
@@ -545,6 +531,5 @@ static inline vq vf_fold_16(const vf v[16 / VF])
     return (v[0] + v[2]) + (v[1] + v[3]);
 #endif
 }
-#endif
 
 #endif

@@ -24,7 +24,6 @@
 #include <math.h>
 #include <string.h>
 
-#define IBL_LANES_16
 #include "kern/lanes.h"
 #include "kern/legendre.h"
 
@@ -44,37 +43,7 @@ typedef unsigned long long vu __attribute__((vector_size(8 * VD)));
 
 /* vd_signs(mask) is not 0 if a lane of a mask is set. */
 
-#if VD == 8
-static inline unsigned vd_signs(vd v)
-{
-    return _mm512_movepi64_mask(_mm512_castpd_si512(v));
-}
-
-static inline vd vd_reverse(vd v)
-{
-    return _mm512_permutexvar_pd(_mm512_setr_epi64(7, 6, 5, 4, 3, 2, 1, 0), v);
-}
-
-/* a0 + a1, b0 + b1, a2 + a3, b2 + b3, ... */
-static inline vd add_pairs(vd a, vd b)
-{
-    return _mm512_unpacklo_pd(a, b) + _mm512_unpackhi_pd(a, b);
-}
-
-/* a0 + a1, a2 + a3, b0 + b1, b2 + b3 of quarters of 128 bits. */
-static inline vd add_quarters(vd a, vd b)
-{
-    return _mm512_shuffle_f64x2(a, b, 0x88) + _mm512_shuffle_f64x2(a, b, 0xDD);
-}
-
-/* Lane i is the sum of the lanes of v[i], for VD vectors. */
-static inline vd vd_totals(const vd v[VD])
-{
-    return add_quarters(
-        add_quarters(add_pairs(v[0], v[1]), add_pairs(v[2], v[3])),
-        add_quarters(add_pairs(v[4], v[5]), add_pairs(v[6], v[7])));
-}
-#elif VD == 4
+#if VD == 4
 static inline unsigned vd_signs(vd v)
 {
     return (unsigned)_mm256_movemask_pd(v);

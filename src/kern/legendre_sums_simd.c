@@ -2,7 +2,6 @@
 /* AT_ONCE vectors of points stay in registers for all l; each l has a vector of
  * sums, whose lanes are added at the end. The recurrence is linear: started
  * with the weight it gives weighted P_l. */
-#define IBL_LANES_16
 #include "kern/lanes.h"
 #include "kern/legendre_sums.h"
 

@@ -152,7 +152,7 @@ static int ring_of(int width, int orders)
 }
 
 /* Whether rows of a power of two are better spread. From four pixels a sample
- * on it takes less time than a straight transform with AVX2 and AVX-512 (as
+ * on it takes less time than a straight transform with AVX2 (as
  * much with SSE2), and a fourth of the scratch or less. */
 static bool spreading_pays(int width, int ring)
 {
