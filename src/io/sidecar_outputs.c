@@ -29,7 +29,8 @@ static void put_made(json_t **j, const ibl_specular_report *report, int l)
         put(j, "degree", json_integer(made->degree));
     /* JSON has no infinity. */
     if (made->error >= 0)
-        put(j, "estimated_error", json_real(fmin(made->error, DBL_MAX)));
+        put(j, "estimated_error",
+            json_real(fmin(ibl_json_digits(made->error), DBL_MAX)));
 }
 
 static json_t *level(const ibl_sidecar_facts *f, const ibl_sidecar_output *o,
