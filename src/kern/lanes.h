@@ -345,14 +345,10 @@ static inline vi vi_max(vi a, vi b)
 }
 #endif
 
-/* a b - c d; one of the products is rounded. */
+/* a b - c d; the first product is rounded. */
 static inline vf vf_less(vf a, vf b, vf c, vf d)
 {
-#ifdef IBL_NEON
-    return vfmsq_f32(a * b, c, d);
-#else
-    return vf_fma(a, b, -(c * d));
-#endif
+    return vf_fma(-c, d, a * b);
 }
 
 #if VF == 8
