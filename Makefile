@@ -99,6 +99,7 @@ LIB := $(BUILD)/libiblbake.a
 SHARED := $(BUILD)/libiblbake.so
 BIN := $(BUILD)/iblbake
 BRIDGE := $(BUILD)/libiblbridge.so
+EXR_BRIDGE := $(BUILD)/libiblexr.so
 SCENE_BRIDGE := $(BUILD)/libiblscene.so
 VIEW_SRC := $(COMMON_SRC) $(wildcard src/view/*.c)
 SHADERS := $(sort $(wildcard src/view/shaders/* include/ibl/*.glsl))
@@ -126,7 +127,7 @@ endif
 
 ## all: the programs and the parts that they load (default)
 ifeq ($(DEPS),no)
-all: $(BIN) $(SHARED) bridge scene-bridge view
+all: $(BIN) $(SHARED) bridge exr-bridge scene-bridge view
 else
 all: deps-named
 	+@$(MAKE) --no-print-directory DEPS=no all
@@ -210,14 +211,14 @@ $(BIN): $(call obj,$(CLI_SRC)) $(BUILD)/obj/gen/bench_page.o $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(IO_LIBS) $(CLI_LIBS) \
 	    -lm -ldl $(LDLIBS)
 
-# The one C++ file. Left out, with a word, where OpenImageIO is not installed.
+# C++. Left out, with a word, where OpenImageIO is not installed.
 .PHONY: bridge
 ifeq ($(HAVE_OIIO),yes)
 bridge: $(BRIDGE)
 else
 bridge:
 	@echo "iblbake: built without the image bridge: package" \
-	    "libopenimageio-dev is missing (TIFF, PNG, ... and EXR DWAA/DWAB)"
+	    "libopenimageio-dev is missing (TIFF, PNG, ...)"
 endif
 $(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
 	@mkdir -p $(@D)
@@ -226,6 +227,17 @@ $(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
 	    $(WARN) $$(pkg-config --cflags OpenImageIO | sed "s/-I/-isystem /g") \
 	    $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ $< \
 	    $$(pkg-config --libs OpenImageIO)
+
+# EXR's DWAA and DWAB, by the library of which OpenEXRCore is a part.
+.PHONY: exr-bridge
+exr-bridge: $(if $(HAVE_CXX),$(EXR_BRIDGE))
+$(EXR_BRIDGE): src/io/bridge/openexr.cpp src/io/bridge/openexr.h
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -Isrc -fPIC -shared -fvisibility=hidden \
+	    '-ffile-prefix-map=$(CURDIR)=.' $(WARN) \
+	    $$(pkg-config --cflags OpenEXR | sed "s/-I/-isystem /g") \
+	    $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ $< \
+	    $$(pkg-config --libs OpenEXR)
 
 # Decoders of models, without those that are not installed.
 .PHONY: scene-bridge
@@ -395,9 +407,9 @@ $(FUZZERS): $(BUILD)/fuzz/%: $(call fuzz_obj,tests/fuzz/fuzz.c) \
 $(BUILD)/fuzz/seeds: tests/fuzz/seeds.sh | $(BIN) $(VIEW)
 	bash $< $(BUILD) $@
 
-tests: $(TESTS) scene-bridge
+tests: $(TESTS) exr-bridge scene-bridge
 benches: $(BENCHES)
-fuzzers: $(FUZZERS) scene-bridge $(BUILD)/fuzz/seeds
+fuzzers: $(FUZZERS) exr-bridge scene-bridge $(BUILD)/fuzz/seeds
 
 ## demo: set up, bake data/forest.exr, leave the README's pictures in build/demo
 DEMO = build/demo
@@ -559,10 +571,8 @@ install: all
 	$(INSTALL) -m 644 include/ibl/*.h include/ibl/*.glsl include/ibl/*.hlsl \
 	    "$(DESTDIR)$(INCLUDEDIR)/ibl"
 	$(INSTALL) -m 644 man/*.7 "$(DESTDIR)$(MANDIR)/man7"
-	if [ -e $(BRIDGE) ]; then $(INSTALL) -m 755 $(BRIDGE) \
-	    "$(DESTDIR)$(LIBDIR)/iblbake"; fi
-	if [ -e $(SCENE_BRIDGE) ]; then $(INSTALL) -m 755 $(SCENE_BRIDGE) \
-	    "$(DESTDIR)$(LIBDIR)/iblbake"; fi
+	for part in $(wildcard $(BRIDGE) $(EXR_BRIDGE) $(SCENE_BRIDGE)); do \
+	    $(INSTALL) -m 755 $$part "$(DESTDIR)$(LIBDIR)/iblbake" || exit 1; done
 	$(INSTALL) -m 755 $(SHARED) "$(DESTDIR)$(LIBDIR)/libiblbake.so.$(VERSION)"
 	ln -sf libiblbake.so.$(VERSION) "$(DESTDIR)$(LIBDIR)/libiblbake.so.$(SOVERSION)"
 	ln -sf libiblbake.so.$(SOVERSION) "$(DESTDIR)$(LIBDIR)/libiblbake.so"
@@ -580,6 +590,7 @@ uninstall:
 	    "$(DESTDIR)$(LIBDIR)/cmake/iblbake/iblbakeConfig.cmake" \
 	    "$(DESTDIR)$(LIBDIR)/cmake/iblbake/iblbakeConfigVersion.cmake" \
 	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblbridge.so" \
+	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblexr.so" \
 	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblscene.so" \
 	    "$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc" \
 	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,$(wildcard include/ibl/*.h include/ibl/*.glsl include/ibl/*.hlsl)) \

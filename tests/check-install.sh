@@ -270,7 +270,7 @@ if git diff --quiet HEAD 2>/dev/null; then
     ok dist-builds env PATH="$work/bin:$PATH" make -s -j"$(nproc)" -C "$tarball" \
         DEPS=no all
     for file in iblbake iblview libiblbake.a libiblbake.so libiblbridge.so \
-        libiblscene.so; do
+        libiblexr.so libiblscene.so; do
         [ ! -e "$build/$file" ] || ok "same-$file" cmp "$build/$file" \
             "$tarball/build/$file"
     done

@@ -208,16 +208,16 @@ typedef struct ibl_read_report {
  *                  colour. The map is the display window; pixels outside the
  *                  data window are black. With the attribute envmap it may be
  *                  a cube, which is turned so that it shows what its
- *                  latitude-longitude map would
+ *                  latitude-longitude map would. DWAA and DWAB take
+ *                  libiblexr.so, beside the bridge, if OpenEXRCore lacks them
  *   Ultra HDR JPEG through the bridge: the JPEG and its gain map, by Android's
  *                  metadata or those of ISO 21496-1, at the full gain. 1 is
  *                  the white of the JPEG alone
- *   others         all formats of OpenImageIO, and EXR compressions that
- *                  OpenEXRCore lacks, through the bridge: a shared object
- *                  that is opened only if needed. 8 and 16-bit integers are
- *                  decoded as opts->transfer says, and EXIF's orientation is
- *                  obeyed; AVIF and HEIF whose values are linear,
- *                  PQ's or HLG's are refused
+ *   others         all formats of OpenImageIO, through the bridge: a shared
+ *                  object that is opened only if needed. 8 and 16-bit integers
+ *                  are decoded as opts->transfer says, and EXIF's orientation
+ *                  is obeyed; AVIF and HEIF of linear, PQ's or HLG's values
+ *                  are refused
  *   textures       KTX2, KTX and DDS of one layer, in the formats of
  *                  ibl_texture_decode: level 0 of a cube, or of a flat texture
  *                  as an image. iblbake's keys for other axes and layouts are
@@ -253,7 +253,8 @@ typedef struct ibl_read_report {
  * IBL_ERR_IO: cannot be opened or read. IBL_ERR_FORMAT: not an image,
  * corrupt, truncated, of no layout's shape, not of the layout that opts says,
  * repaired pixels with strict.
- * IBL_ERR_UNSUPPORTED: needs the bridge, which is missing or cannot read it.
+ * IBL_ERR_UNSUPPORTED: needs the bridge or libiblexr.so, which is missing or
+ * cannot read it.
  * IBL_ERR_MEMORY: the pixels, or a file that must be read as a whole, exceed
  * the machine's memory. A stream is IBL_ERR_FORMAT if it continues over 1 MiB
  * beyond the longest size that its header allows (Radiance), or exceeds 65 GiB

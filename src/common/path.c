@@ -92,7 +92,11 @@ bool ibl_path_of_part(const char *name, char path[IBL_PART_BYTES])
 
 const char *ibl_bridge_beside(void)
 {
-    static char path[IBL_PART_BYTES];
+    static char path[IBL_PART_BYTES + 16];
 
-    return ibl_path_of_part("libiblbridge.so", path) ? path : NULL;
+    /* libiblexr.so is looked for beside it, and is in every build. */
+    if (!ibl_path_of_part("libiblexr.so", path))
+        return NULL;
+    strcpy(strrchr(path, '/'), "/libiblbridge.so");
+    return path;
 }

@@ -12,7 +12,6 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge/bridge.h"
-#include "io/colour_space.h"
 #include "io/container.h"
 
 #ifndef IBL_BRIDGE
@@ -148,8 +147,7 @@ static ibl_status translate(const ibl_bridge_source *source,
 /*
  * Limits the memory by the size of the file. Map and unpacked data of up to
  * 100 MB each are always accepted; else the map may be 64 times the data
- * window, and the data 2048 times the file. zlib reaches at most 1032:1, DWA
- * 64 times that on constant pictures.
+ * window, and the data 2048 times the file. zlib reaches at most 1032:1.
  */
 static ibl_status check_claims(const ibl_input *in, size_t size,
                                const ibl_read_options *opts,
@@ -177,8 +175,8 @@ static ibl_status check_claims(const ibl_input *in, size_t size,
 
 enum {
     CALL_ROWS = 64, /* read between two checks of the cancel flag */
-    DECODED = 34    /* bytes of a pixel that OpenImageIO takes at most, measured
-                       with DWAB: floats of 4 channels, twice */
+    DECODED = 34    /* bytes of a pixel that OpenImageIO takes at most: floats
+                       of 4 channels, twice */
 };
 
 typedef struct bridge_rows {
@@ -209,8 +207,6 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
         const ibl_bridge_result result =
             r->calls.read(r->bridge, rows->row + done, n, dst, alpha, message);
         ibl_status status = translate(&r->source, result, message);
-        if (!status && r->source.is_luma)
-            ibl_luma_to_rgb(r->source.luma, dst, n * rows->width);
         if (!status)
             status = ibl_rows_look(rows->ctx, dst, rows->width, n, most + done);
         if (status)

@@ -9,8 +9,6 @@
 typedef struct ibl_bridge_source {
     const ibl_input *in; /* loaded into memory */
     char kind[64];       /* kind of the file, for messages; "": unknown */
-    bool is_luma;        /* the channels are Y RY BY, with the weights luma */
-    float luma[3];
     /* Format, part and channels are set; ibl_bridge_rows fills in the rest. */
     ibl_bridge_request request;
 } ibl_bridge_source;

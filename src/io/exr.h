@@ -15,9 +15,10 @@ bool ibl_exr_is(const void *bytes, size_t size);
 /*
  * Opens the colour of one part and layer, as ibl_image_read says, for reading
  * by rows. Pixels are not yet mended. If OpenEXRCore cannot decode DWAA and
- * DWAB, the bridge does. With half-size chroma the whole image is decoded
+ * DWAB, libiblexr.so does. With half-size chroma the whole image is decoded
  * first.
- *   in    must live as long as rows; loaded into memory for the bridge
+ *   in    must live as long as rows
+ * IBL_ERR_UNSUPPORTED: also if libiblexr.so is needed and missing.
  */
 ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
                         ibl_rows **rows);

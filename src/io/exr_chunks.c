@@ -4,15 +4,17 @@
  *
  * OpenEXRCore reads the chunk table. The layout of the pixels is computed here
  * and compared with OpenEXRCore's, so that a header cannot make either write
- * out of bounds. libdeflate undoes ZIP if the build has it; OpenEXRCore undoes
- * all other compressions.
+ * out of bounds. libdeflate undoes ZIP if the build has it, OpenEXR's C++
+ * library DWA if OpenEXRCore does not, and OpenEXRCore all other compressions.
  *
  * A chunk stores its lines from the top; a line its channels in the list's
  * order; a channel the samples whose coordinates are multiples of its sampling
  * rates.
  */
+#include <dlfcn.h>
 #include <errno.h>
 #include <limits.h>
+#include <stdio.h>
 #include <string.h>
 
 #if IBL_LIBDEFLATE
@@ -222,11 +224,12 @@ ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
 /* A worker's state. */
 struct ibl_exr_unpacker {
     exr_decode_pipeline_t pipeline;
-    bool made; /* pipeline is initialised */
+    bool made;                /* pipeline is initialised */
+    ibl_openexr_file *opened; /* by d->library */
     unsigned char *packed;
     const unsigned char *bytes;  /* packed bytes of the current chunk */
     const unsigned char *pixels; /* next line of the chunk, unless ZIP */
-    /* For ZIP: an inflated chunk, and one line of it. */
+    /* For ZIP and d->library: an unpacked chunk; for ZIP, one line of it. */
     struct libdeflate_decompressor *inflater;
     unsigned char *inflated, *line;
     const unsigned char *even, *odd; /* bytes of the next line; NULL: not ZIP */
@@ -300,6 +303,34 @@ static exr_result_t unzip(const ibl_exr_decoder *d,
 }
 #endif
 
+static int library_reads(const void *cookie, uint64_t offset, size_t size,
+                         void *dst)
+{
+    size_t got;
+    return ibl_input_read(cookie, offset, size, dst, &got) && got == size;
+}
+
+/* Undoes the compression with OpenEXR's C++ library. */
+static exr_result_t run_library(const ibl_exr_decoder *d,
+                                const exr_chunk_info_t *chunk,
+                                ibl_exr_unpacker *u)
+{
+    const ibl_input *in = d->file.in;
+
+    if (!u->inflated)
+        u->inflated = ibl_alloc_array(d->table.most_unpacked, 1);
+    if (u->inflated && !u->opened)
+        u->opened = d->library->open(library_reads, in, in->size, d->pick.part,
+                                     d->pick.tiled);
+    u->pixels = u->inflated;
+    return u->opened &&
+                   d->library->unpack(u->opened, chunk->start_x, chunk->start_y,
+                                      chunk->width, chunk->height, u->inflated,
+                                      chunk->unpacked_size)
+               ? EXR_ERR_SUCCESS
+               : EXR_ERR_CORRUPT_CHUNK;
+}
+
 /* Undoes the compression with OpenEXRCore. */
 static exr_result_t run_pipeline(const ibl_exr_decoder *d,
                                  const exr_chunk_info_t *chunk,
@@ -340,6 +371,8 @@ static exr_result_t unpack(const ibl_exr_decoder *d,
         d->pick.compression == EXR_COMPRESSION_ZIPS)
         return unzip(d, chunk, u);
 #endif
+    if (d->library)
+        return run_library(d, chunk, u);
     const exr_result_t rv = run_pipeline(d, chunk, u);
     u->pixels = u->pipeline.unpacked_buffer;
     return rv;
@@ -372,6 +405,56 @@ static bool is_halves(const ibl_exr_pick *pick)
     return all;
 }
 
+/* Whether this OpenEXRCore can undo the compression; tries one chunk. */
+static bool can_decode(ibl_exr_decoder *d)
+{
+    int error;
+
+    if (d->pick.compression < EXR_COMPRESSION_DWAA)
+        return true;
+    for (int i = 0; i < d->table.count; i++) {
+        const exr_chunk_info_t *chunk = &d->table.chunks[i];
+        if (chunk->packed_size == chunk->unpacked_size)
+            continue;
+        return !fetch(&d->file, chunk, &d->unpackers[0], &error) ||
+               unpack(d, chunk, &d->unpackers[0]) !=
+                   EXR_ERR_FEATURE_NOT_IMPLEMENTED;
+    }
+    return true;
+}
+
+/* It stays open: statics of C++ libraries do not survive unloading. */
+static ibl_status load_library(ibl_exr_decoder *d)
+{
+    const ibl_input *in = d->file.in;
+    const char *compression = ibl_exr_compression_name(d->pick.compression);
+    const char *given = ibl_ctx_bridge(in->ctx);
+    const char *bridge = given ? given : ibl_bridge_path();
+    const char *slash = strrchr(bridge, '/');
+    const ibl_openexr *(*of)(int) = NULL;
+    char path[4096];
+
+    if (d->pick.chroma_step != 1)
+        return ibl_unsupported(in,
+                               "%s with half-size RY and BY is not read: save "
+                               "it as RGB",
+                               compression);
+    snprintf(path, sizeof path, "%.*slibiblexr.so",
+             slash ? (int)(slash + 1 - bridge) : 0, bridge);
+    void *object = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    void *symbol = object ? dlsym(object, "ibl_openexr_of") : NULL;
+    /* POSIX lets it become a function pointer; C has no cast. */
+    memcpy(&of, &symbol, sizeof of);
+    d->library = of ? of(IBL_OPENEXR_ABI) : NULL;
+    if (d->library)
+        return IBL_OK;
+    return ibl_unsupported(in,
+                           "is OpenEXR, %s, which needs libiblexr.so: %s: "
+                           "install or build iblbake again",
+                           compression,
+                           object ? "it is of another version" : dlerror());
+}
+
 ibl_status ibl_exr_decoder_init(ibl_exr_decoder *d)
 {
     ibl_ctx *ctx = d->file.in->ctx;
@@ -391,7 +474,7 @@ ibl_status ibl_exr_decoder_init(ibl_exr_decoder *d)
         if (!d->unpackers[i].packed)
             return ibl_no_memory(ctx, "decoding an EXR");
     }
-    return IBL_OK;
+    return can_decode(d) ? IBL_OK : load_library(d);
 }
 
 void ibl_exr_decoder_free(ibl_exr_decoder *d)
@@ -401,6 +484,8 @@ void ibl_exr_decoder_free(ibl_exr_decoder *d)
     for (int i = 0; d->unpackers && i < d->threads; i++) {
         if (d->unpackers[i].made)
             exr_decoding_destroy(d->file.exr, &d->unpackers[i].pipeline);
+        if (d->library)
+            d->library->close(d->unpackers[i].opened);
 #if IBL_LIBDEFLATE
         libdeflate_free_decompressor(d->unpackers[i].inflater);
 #endif
@@ -413,23 +498,6 @@ void ibl_exr_decoder_free(ibl_exr_decoder *d)
     if (d->file.exr)
         exr_finish(&d->file.exr);
     ibl_free(d);
-}
-
-bool ibl_exr_can_decode(ibl_exr_decoder *d)
-{
-    int error;
-
-    if (d->pick.compression < EXR_COMPRESSION_DWAA)
-        return true;
-    for (int i = 0; i < d->table.count; i++) {
-        const exr_chunk_info_t *chunk = &d->table.chunks[i];
-        if (chunk->packed_size == chunk->unpacked_size)
-            continue;
-        return !fetch(&d->file, chunk, &d->unpackers[0], &error) ||
-               unpack(d, chunk, &d->unpackers[0]) !=
-                   EXR_ERR_FEATURE_NOT_IMPLEMENTED;
-    }
-    return true;
 }
 
 /* ---- pixels --------------------------------------------------------- */

@@ -9,6 +9,7 @@
 
 #include <OpenEXR/openexr.h>
 
+#include "io/bridge/openexr.h"
 #include "io/input.h"
 #include "io/rows.h"
 #include "kern/half_planes.h"
@@ -96,6 +97,7 @@ typedef struct ibl_exr_decoder {
     ibl_exr_table table;
     /* ibl_exr_decoder_init sets the members from here on. */
     ibl_exr_unpacker *unpackers; /* one for each thread */
+    const ibl_openexr *library;  /* NULL: OpenEXRCore does without */
     ibl_max_finite_fn *look;
     ibl_half_planes_dsp dsp;
     bool halves; /* the three channels are halves at full size */
@@ -103,13 +105,11 @@ typedef struct ibl_exr_decoder {
     int per_job; /* chunks */
 } ibl_exr_decoder;
 
-/* file, pick and table must be set. ibl_exr_decoder_free also closes the file
- * and frees d, which must come from ibl_alloc_zeroed. */
+/* file, pick and table must be set. IBL_ERR_UNSUPPORTED: the compression needs
+ * libiblexr.so, which is missing or cannot undo it here. ibl_exr_decoder_free
+ * also closes the file and frees d, which must come from ibl_alloc_zeroed. */
 ibl_status ibl_exr_decoder_init(ibl_exr_decoder *d);
 void ibl_exr_decoder_free(ibl_exr_decoder *d); /* accepts NULL */
-
-/* Whether this OpenEXRCore can undo the compression; tries one chunk. */
-bool ibl_exr_can_decode(ibl_exr_decoder *d);
 
 /* Rows of the map that receive the decoded chunks. */
 typedef struct ibl_exr_target {

@@ -25,8 +25,8 @@ struct ibl_rows {
     ibl_ctx *ctx;
     int width, height;
     int row; /* the next row to read */
-    /* Readers set format, low_range and bridged after the last row; io/repair.h
-     * and source.c set the rest. */
+    /* Readers set format, low_range and bridged; io/repair.h and source.c set
+     * the rest. */
     ibl_read_report report;
     /* Reads count rows from `row` on, using the pool; the caller then adds
      * count to row. most: receives ibl_max_finite of each row. Do not call it

@@ -776,7 +776,7 @@ size_t ibl_source_memory(const ibl_source *source)
                         (r->alpha ? sizeof(float) : 0);
 
     return (size_t)(pixels * each) + (6 << 20) +
-           (r->held > 0 ? BRIDGE_BYTES : 0) +
+           (r->report.bridged ? BRIDGE_BYTES : 0) +
            (source->in.bytes ? source->in.size : 0);
 }
 

@@ -47,8 +47,11 @@ ibl_status __wrap_ibl_bridge_rows(const ibl_bridge_source *source,
     ibl_image img = {0};
 
     FUZZ_NEED(source->in->bytes && source->in->size);
+    const int orientation = source->in->bytes[source->in->size - 1] % 16;
+    const bool lies = orientation > 4 && orientation <= 8;
     copy_picture(source);
-    ibl_status status = ibl_map_check_size(source->in, opts, 16, 8);
+    ibl_status status =
+        ibl_map_check_size(source->in, opts, lies ? 8 : 16, lies ? 16 : 8);
     if (!status)
         status = ibl_map_alloc(source->in, 16, 8, &img);
     if (status)
@@ -58,7 +61,7 @@ ibl_status __wrap_ibl_bridge_rows(const ibl_bridge_source *source,
                       (source->request.encoded ? 255 : 1);
     status = ibl_rows_of_image(source->in->ctx, &img, rows);
     if (!status)
-        (*rows)->orientation = source->in->bytes[source->in->size - 1] % 16;
+        (*rows)->orientation = orientation;
     return status;
 }
 

@@ -17,6 +17,8 @@ trap 'rm -rf "$work"' EXIT
 mkdir -p "$build/fuzz/finds"
 export TMPDIR=$work ASAN_OPTIONS=allocator_may_return_null=1
 export UBSAN_OPTIONS=print_stacktrace=1
+LD_LIBRARY_PATH=$(cd "$build" && pwd) # for libiblexr.so
+export LD_LIBRARY_PATH
 
 status=0
 for harness in "$@"; do

@@ -41,6 +41,9 @@ topright=.5,2,.1,.5:bottomleft=0,.1,9,.2:bottomright=.1,.2,.3,1 16x8 \
     made/map.exr --ch R -d uint32 --chnames Y -o made/grey.exr \
     made/map.exr -d float --ch R,G,B --attrib:type=float\[8\] chromaticities \
     .713,.293,.165,.83,.128,.044,.32168,.33767 -o made/acescg.exr \
+    --create 64x32 4 --fill:top=1,.1,.2,1:bottom=0,.1,9,.2 64x32 -d half \
+    --compression dwaa -o made/dwaa.exr --tile 32 32 --compression dwab \
+    -o made/dwab.exr \
     --create 2x2 3 --fill:color=.5,.2,.1 2x2 -d half -o made/flat.exr \
     -o made/face.hdr -d uint8 -o made/dot.png -o made/dot.jpg
 for packing in $packings; do
@@ -49,6 +52,8 @@ for packing in $packings; do
     seed image tile-$packing.exr '\x07\x03\x0\x0\x0\x0' \
         "made/tile-$packing.exr"
 done
+seed image dwaa.exr '\x0\x02\x0\x0\x0\x01' made/dwaa.exr
+seed image dwab.exr '\x07\x03\x0\x0\x0\x0' made/dwab.exr
 seed image acescg.exr '\x09\x03\x14\x0\x02\x0' made/acescg.exr
 seed image parts.exr '\x0\x02\x0\x0\x0\x01' made/parts.exr
 seed image face.exr '\x0\x01\x0\x0\x0\x0' made/flat.exr

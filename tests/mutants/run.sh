@@ -85,7 +85,7 @@ look() {
 sees() {
     local name=${1%%:*} only='' what=all bridge=
     [ "$1" = "$name" ] || only=${1#*:}
-    [[ $file != *bridge.cpp ]] || bridge=bridge
+    [[ $file != src/io/bridge/* ]] || bridge='bridge exr-bridge scene-bridge'
     case $name in
     *.sh)
         [ "$name" != check-fuzz.sh ] || what=fuzzers

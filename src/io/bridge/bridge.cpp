@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The only C++ file: OpenImageIO behind the C calls of bridge.h. It becomes a
+// OpenImageIO behind the C calls of bridge.h. It becomes a
 // shared object of its own, because a program that links OpenImageIO takes
 // 170 ms to start.
 #include "io/bridge/bridge.h"
@@ -56,8 +56,6 @@ namespace
 {
 
 const int strip_rows = 64;
-// Longer rows are decoded by one thread, to bound the memory.
-const int wide_pixels = 8192;
 
 // ThreadSanitizer cannot see the synchronisation of OpenImageIO's task queue,
 // which is not built for it.
@@ -223,16 +221,12 @@ void choose_channels(ibl_bridge &b, const ibl_bridge_request &r)
         b.channel[c] = grey ? 0 : c;
 }
 
-// Chooses alpha: the requested name, else the reader's alpha channel.
 void choose_alpha(ibl_bridge &b, const ibl_bridge_request &r)
 {
     if (!r.want_alpha)
         return;
-    if (r.alpha)
-        b.alpha = find_channel(b.spec, r.alpha);
-    else if (!r.channels[0])
-        b.alpha = b.spec.alpha_channel >= 0 ? b.spec.alpha_channel
-                                            : find_channel(b.spec, "A");
+    b.alpha = b.spec.alpha_channel >= 0 ? b.spec.alpha_channel
+                                        : find_channel(b.spec, "A");
     if (b.alpha >= b.spec.nchannels)
         b.alpha = -1;
     for (int c = 0; c < 3; c++) {
@@ -420,18 +414,6 @@ void read_map(ibl_bridge &b, int row, int rows, float *rgb, float *alpha)
     }
 }
 
-std::unique_ptr<ibl_bridge> open(const ibl_bridge_request &request,
-                                 int exr_threads)
-{
-    std::unique_ptr<ibl_bridge> b(new ibl_bridge);
-    attribute("exr_threads", exr_threads > 1 ? exr_threads : -1);
-    if (request.reader)
-        open_as(*b, request, request.reader);
-    else
-        open_any(*b, request);
-    return b;
-}
-
 } // namespace
 
 EXPORT int ibl_bridge_abi(void)
@@ -445,13 +427,13 @@ EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
 {
     *bridge = nullptr;
     return guarded(message, [&] {
-        const int threads = threads_of(*request);
-        attribute("threads", threads);
+        std::unique_ptr<ibl_bridge> b(new ibl_bridge);
+        attribute("threads", threads_of(*request));
         attribute("try_all_readers", 0);
-        std::unique_ptr<ibl_bridge> b = open(*request, threads);
-        // Each OpenEXR thread keeps two blocks of up to 256 rows.
-        if (threads > 1 && b->spec.width > wide_pixels)
-            b = open(*request, 1);
+        if (request->reader)
+            open_as(*b, *request, request->reader);
+        else
+            open_any(*b, *request);
         b->subimage = request->subimage;
         seek(*b);
         choose_channels(*b, *request);

@@ -17,7 +17,7 @@ extern "C" {
 #endif
 
 /* Increase it with every change of the interface. */
-#define IBL_BRIDGE_ABI 5
+#define IBL_BRIDGE_ABI 6
 #define IBL_BRIDGE_MESSAGE 512
 
 typedef enum ibl_bridge_result {
@@ -37,8 +37,6 @@ typedef struct ibl_bridge_request {
     int subimage;
     const char *channels[3]; /* three names or three NULLs; a name may repeat */
     int want_alpha;
-    const char *alpha; /* name of the channel; NULL: the file's own alpha, or
-                          none where channels are named */
     int encoded; /* integers become fractions of the largest: 1: always; 0:
                     they are decoded from sRGB; -1: where the file says that
                     they are linear, else they are decoded */
