@@ -224,8 +224,7 @@ ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
 /* A worker's state. */
 struct ibl_exr_unpacker {
     exr_decode_pipeline_t pipeline;
-    bool made;                /* pipeline is initialised */
-    ibl_openexr_file *opened; /* by d->library */
+    bool made; /* pipeline is initialised */
     unsigned char *packed;
     const unsigned char *bytes;  /* packed bytes of the current chunk */
     const unsigned char *pixels; /* next line of the chunk, unless ZIP */
@@ -303,30 +302,16 @@ static exr_result_t unzip(const ibl_exr_decoder *d,
 }
 #endif
 
-static int library_reads(const void *cookie, uint64_t offset, size_t size,
-                         void *dst)
-{
-    size_t got;
-    return ibl_input_read(cookie, offset, size, dst, &got) && got == size;
-}
-
 /* Undoes the compression with OpenEXR's C++ library. */
 static exr_result_t run_library(const ibl_exr_decoder *d,
                                 const exr_chunk_info_t *chunk,
                                 ibl_exr_unpacker *u)
 {
-    const ibl_input *in = d->file.in;
-
     if (!u->inflated)
         u->inflated = ibl_alloc_array(d->table.most_unpacked, 1);
-    if (u->inflated && !u->opened)
-        u->opened = d->library->open(library_reads, in, in->size, d->pick.part,
-                                     d->pick.tiled);
     u->pixels = u->inflated;
-    return u->opened &&
-                   d->library->unpack(u->opened, chunk->start_x, chunk->start_y,
-                                      chunk->width, chunk->height, u->inflated,
-                                      chunk->unpacked_size)
+    return u->inflated &&
+                   d->library(d->pick.channels, chunk, u->bytes, u->inflated)
                ? EXR_ERR_SUCCESS
                : EXR_ERR_CORRUPT_CHUNK;
 }
@@ -431,21 +416,21 @@ static ibl_status load_library(ibl_exr_decoder *d)
     const char *given = ibl_ctx_bridge(in->ctx);
     const char *bridge = given ? given : ibl_bridge_path();
     const char *slash = strrchr(bridge, '/');
-    const ibl_openexr *(*of)(int) = NULL;
     char path[4096];
 
-    if (d->pick.chroma_step != 1)
-        return ibl_unsupported(in,
-                               "%s with half-size RY and BY is not read: save "
-                               "it as RGB",
-                               compression);
+    for (int i = 0; i < d->pick.channels->num_channels; i++)
+        if (d->pick.channels->entries[i].x_sampling != 1 ||
+            d->pick.channels->entries[i].y_sampling != 1)
+            return ibl_unsupported(in,
+                                   "%s with channels of a smaller size is not "
+                                   "read: save all at full size",
+                                   compression);
     snprintf(path, sizeof path, "%.*slibiblexr.so",
              slash ? (int)(slash + 1 - bridge) : 0, bridge);
     void *object = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    void *symbol = object ? dlsym(object, "ibl_openexr_of") : NULL;
+    void *symbol = object ? dlsym(object, IBL_OPENEXR_UNPACK) : NULL;
     /* POSIX lets it become a function pointer; C has no cast. */
-    memcpy(&of, &symbol, sizeof of);
-    d->library = of ? of(IBL_OPENEXR_ABI) : NULL;
+    memcpy(&d->library, &symbol, sizeof symbol);
     if (d->library)
         return IBL_OK;
     return ibl_unsupported(in,
@@ -484,8 +469,6 @@ void ibl_exr_decoder_free(ibl_exr_decoder *d)
     for (int i = 0; d->unpackers && i < d->threads; i++) {
         if (d->unpackers[i].made)
             exr_decoding_destroy(d->file.exr, &d->unpackers[i].pipeline);
-        if (d->library)
-            d->library->close(d->unpackers[i].opened);
 #if IBL_LIBDEFLATE
         libdeflate_free_decompressor(d->unpackers[i].inflater);
 #endif

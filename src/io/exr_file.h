@@ -97,7 +97,7 @@ typedef struct ibl_exr_decoder {
     ibl_exr_table table;
     /* ibl_exr_decoder_init sets the members from here on. */
     ibl_exr_unpacker *unpackers; /* one for each thread */
-    const ibl_openexr *library;  /* NULL: OpenEXRCore does without */
+    ibl_openexr_unpack *library; /* NULL: OpenEXRCore does without */
     ibl_max_finite_fn *look;
     ibl_half_planes_dsp dsp;
     bool halves; /* the three channels are halves at full size */

@@ -1,147 +1,82 @@
 // SPDX-License-Identifier: MIT
-// OpenEXR's C++ library behind a C interface. A block that has not the place
-// and size in both libraries is refused.
+//
+// OpenEXR's C++ library behind a C function. It unpacks whole files only, so it
+// gets each block as the one tile of a file of that size: what a damaged header
+// says does not reach it.
 #include "io/bridge/openexr.h"
 
-#include <memory>
+#include <sstream>
 
 #include <OpenEXR/Iex.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfIO.h>
-#include <OpenEXR/ImfInputPart.h>
-#include <OpenEXR/ImfMultiPartInputFile.h>
-#include <OpenEXR/ImfTiledInputPart.h>
+#include <OpenEXR/ImfStdIO.h>
+#include <OpenEXR/ImfTiledInputFile.h>
+#include <OpenEXR/ImfVersion.h>
+#include <OpenEXR/ImfXdr.h>
 
-namespace
+static std::string file_of(const exr_attr_chlist_t *channels,
+                           const exr_chunk_info_t *chunk, const void *packed)
 {
-class stream : public Imf::IStream
-{
-  public:
-    stream(ibl_openexr_read *by, const void *of, uint64_t bytes)
-        : IStream("input"), fetch(by), cookie(of), size(bytes)
-    {
-    }
-    bool read(char *to, int count) override
-    {
-        if (count < 0 || at > size || uint64_t(count) > size - at ||
-            !fetch(cookie, at, size_t(count), to))
-            throw Iex::InputExc("cut short");
-        at += uint64_t(count);
-        return at < size;
-    }
-    uint64_t tellg() override
-    {
-        return at;
-    }
-    void seekg(uint64_t to) override
-    {
-        at = to;
-    }
+    const int width = chunk->width, height = chunk->height;
+    Imf::Header header(width, height);
+    Imf::StdOSStream out;
 
-  private:
-    ibl_openexr_read *fetch;
-    const void *cookie;
-    uint64_t size, at = 0;
-};
-} // namespace
-
-struct ibl_openexr_file {
-    stream in;
-    Imf::MultiPartInputFile file;
-    const Imf::Header &header;
-    std::unique_ptr<Imf::TiledInputPart> tiles;
-    std::unique_ptr<Imf::InputPart> lines;
-
-    ibl_openexr_file(ibl_openexr_read *read, const void *cookie, uint64_t size,
-                     int part, int tiled)
-        : in(read, cookie, size), file(in, 0, false), header(file.header(part))
-    {
-        if (tiled)
-            tiles.reset(new Imf::TiledInputPart(file, part));
-        else
-            lines.reset(new Imf::InputPart(file, part));
-    }
-};
-
-static ibl_openexr_file *open_part(ibl_openexr_read *read, const void *cookie,
-                                   uint64_t size, int part, int tiled)
-{
-    try {
-        return new ibl_openexr_file(read, cookie, size, part, tiled);
-    } catch (...) {
-        return nullptr;
-    }
+    header.compression() = Imf::Compression(chunk->compression);
+    header.setTileDescription(
+        Imf::TileDescription(unsigned(width), unsigned(height)));
+    for (int i = 0; i < channels->num_channels; i++)
+        header.channels().insert(
+            channels->entries[i].name.str,
+            Imf::Channel(Imf::PixelType(channels->entries[i].pixel_type), 1, 1,
+                         channels->entries[i].p_linear != 0));
+    Imf::Xdr::write<Imf::StreamIO>(out, Imf::MAGIC);
+    Imf::Xdr::write<Imf::StreamIO>(out, Imf::EXR_VERSION | Imf::TILED_FLAG);
+    header.writeTo(out, true);
+    Imf::Xdr::write<Imf::StreamIO>(out, out.tellp() + 8); // of the tile
+    for (int i = 0; i < 4; i++)                           // where it lies
+        Imf::Xdr::write<Imf::StreamIO>(out, 0);
+    Imf::Xdr::write<Imf::StreamIO>(out, int(chunk->packed_size));
+    out.write(static_cast<const char *>(packed), int(chunk->packed_size));
+    return out.str();
 }
 
-static size_t bytes_of(const Imf::Channel &channel)
+static void unpack(const exr_attr_chlist_t *channels,
+                   const exr_chunk_info_t *chunk, const void *packed,
+                   char *pixels)
 {
-    if (channel.xSampling != 1 || channel.ySampling != 1)
-        throw Iex::InputExc("subsampled");
-    return channel.type == Imf::HALF ? 2 : 4;
-}
-
-static void unpack_to(ibl_openexr_file &f, const Imath::Box2i &box,
-                      size_t width, char *pixels, size_t bytes)
-{
-    const Imath::Box2i &data = f.header.dataWindow();
-    const Imf::ChannelList &channels = f.header.channels();
-    Imath::Box2i expected = data;
+    Imf::StdISStream in;
+    in.str(file_of(channels, chunk, packed));
+    Imf::TiledInputFile file(in, 0);
+    const size_t width = size_t(chunk->width);
+    const Imf::ChannelList &all = file.header().channels();
     Imf::FrameBuffer frame;
     size_t line = 0;
-    int column = 0, row = 0;
 
-    expected.min.y = box.min.y;
-    expected.max.y = box.max.y;
-    if (f.tiles) {
-        column = (box.min.x - data.min.x) / int(f.tiles->tileXSize());
-        row = (box.min.y - data.min.y) / int(f.tiles->tileYSize());
-        expected = f.tiles->dataWindowForTile(column, row);
-    }
-    for (auto c = channels.begin(); c != channels.end(); ++c)
-        line += bytes_of(c.channel()) * width;
-    if (box != expected || line * (size_t(box.size().y) + 1) != bytes)
+    for (auto c = all.begin(); c != all.end(); ++c)
+        line += width * (c.channel().type == Imf::HALF ? 2 : 4);
+    if (line * size_t(chunk->height) != chunk->unpacked_size)
         throw Iex::InputExc("another size");
-    for (auto c = channels.begin(); c != channels.end(); ++c) {
-        const size_t size = bytes_of(c.channel());
-        frame.insert(c.name(), Imf::Slice::Make(c.channel().type, pixels, box,
-                                                size, line));
+    for (auto c = all.begin(); c != all.end(); ++c) {
+        const size_t size = c.channel().type == Imf::HALF ? 2 : 4;
+        frame.insert(c.name(),
+                     Imf::Slice(c.channel().type, pixels, size, line));
         pixels += width * size;
     }
-    if (f.tiles) {
-        f.tiles->setFrameBuffer(frame);
-        f.tiles->readTile(column, row);
-    } else {
-        f.lines->setFrameBuffer(frame);
-        f.lines->readPixels(box.min.y, box.max.y);
-    }
+    file.setFrameBuffer(frame);
+    file.readTile(0, 0);
 }
 
-static int unpack(ibl_openexr_file *file, int x, int y, int width, int height,
-                  void *pixels, size_t bytes)
+extern "C" __attribute__((visibility("default"))) int
+ibl_openexr_unpack_1(const exr_attr_chlist_t *channels,
+                     const exr_chunk_info_t *chunk, const void *packed,
+                     void *pixels)
 {
     try {
-        const Imath::V2i first(x, y), last(x + width - 1, y + height - 1);
-        unpack_to(*file, Imath::Box2i(first, last), size_t(width),
-                  static_cast<char *>(pixels), bytes);
+        unpack(channels, chunk, packed, static_cast<char *>(pixels));
         return 1;
     } catch (...) {
         return 0;
     }
-}
-
-static void close_part(ibl_openexr_file *file)
-{
-    try {
-        delete file;
-    } catch (...) {
-    }
-}
-
-extern "C" __attribute__((visibility("default"))) const ibl_openexr *
-ibl_openexr_of(int abi)
-{
-    static const ibl_openexr calls = {open_part, unpack, close_part};
-    return abi == IBL_OPENEXR_ABI ? &calls : nullptr;
 }
