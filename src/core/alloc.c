@@ -2,7 +2,6 @@
 #define _DEFAULT_SOURCE
 #include "core/alloc.h"
 
-#include <malloc.h>
 #include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -15,42 +14,45 @@
 
 enum {
     ALIGNMENT = 64,
-    HUGE_PAGE = 1 << 21, /* bytes; on x86-64 and on arm64 with pages of 4 KiB */
-    HUGE_FROM = HUGE_PAGE / 4,
-    KEPT_FROM = HUGE_PAGE / 8 /* smaller requests get no kept block */
+    PAGE = 1 << 16,      /* whole pages on every system */
+    HUGE_PAGE = 1 << 21, /* on x86-64 and on arm64 with pages of 4 KiB */
+    FROM = 1 << 17,      /* bytes of the smallest block in the heap */
+    UP_TO = 1 << 25,     /* and of the largest */
+    HEAP = 1 << 28,
+    KEPT = 1 << 25, /* most free bytes behind the last block */
+    BLOCKS = 500
 };
 
-/* Most bytes of kept blocks; 0 with sanitizers, which check each block. */
+/* Sanitizers are to see each block. */
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define KEPT_BYTES 0
+#define HAS_HEAP false
 #elif defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define KEPT_BYTES 0
+#define HAS_HEAP false
 #endif
 #endif
-#ifndef KEPT_BYTES
-#define KEPT_BYTES ((size_t)32 << 20)
+#ifndef HAS_HEAP
+#define HAS_HEAP true
 #endif
 
 /*
- * Large memory is allocated in huge pages. The first touch of a page costs
- * about the same for any page size, and makes most of the cost of short-lived
- * buffers: measured 0.4 ms per MiB with 4 KiB pages, 0.05 ms with huge pages.
- * Rounding up wastes at most 1.5 MiB per block; without huge pages the waste is
- * never touched.
- *
- * Some freed blocks are kept for reuse, since a bake allocates one after the
- * other: without this a bake of a 1k map takes 7 % longer. Allocations do not
- * know their context, so contexts share the kept blocks; the last frees them.
+ * Large blocks lie in a heap of huge pages, each in the smallest gap that it
+ * fits in. The first touch of a page costs about the same for any size of page,
+ * and is most of the cost of short-lived buffers: measured .4 ms for each MiB
+ * in pages of 4 KiB, .05 in huge ones. A stage of a bake begins with what the
+ * one before it freed, so a process grows to what it needs at once. Blocks know
+ * no context, so contexts share the heap; without any, what is free in it goes
+ * back to the system.
  */
 typedef struct block {
-    struct block *next;
-    size_t bytes;
-} block; /* header at the start of a kept block */
+    size_t at, end;
+} block;
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static block *kept; /* guarded by lock, as the next two */
-static size_t kept_bytes;
+static char *heap;           /* NULL: not yet. Guarded by lock, as the rest */
+static block blocks[BLOCKS]; /* in the heap, by place */
+static int count;
+static size_t touched;     /* behind it the heap takes no memory */
 static int holders;        /* number of contexts */
 static ibl_allocator hook; /* a program's, if it has functions; changes only
                               without contexts */
@@ -67,51 +69,92 @@ ibl_status ibl_set_allocator(const ibl_allocator *allocator)
     return used ? IBL_ERR_ARGUMENT : IBL_OK;
 }
 
-/* Takes the smallest kept block of bytes..most bytes; NULL: none. */
-static void *take_kept(size_t bytes, size_t most)
+/* Reserves addresses for the heap. */
+static bool make_heap(void)
 {
-    block **best = NULL, *at = NULL;
-
-    pthread_mutex_lock(&lock);
-    for (block **b = &kept; *b; b = &(*b)->next)
-        if ((*b)->bytes >= bytes && (*b)->bytes <= most &&
-            (!best || (*b)->bytes < (*best)->bytes))
-            best = b;
-    if (best) {
-        at = *best;
-        *best = at->next;
-        kept_bytes -= at->bytes;
-    }
-    pthread_mutex_unlock(&lock);
-    return at;
+    char *p = mmap(NULL, HEAP + HUGE_PAGE, PROT_READ | PROT_WRITE,
+                   MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (p == MAP_FAILED)
+        return false;
+    const size_t skip = -(uintptr_t)p % HUGE_PAGE;
+    if (skip)
+        munmap(p, skip);
+    munmap(p + skip + HEAP, HUGE_PAGE - skip);
+    heap = p + skip;
+#ifdef MADV_HUGEPAGE
+    madvise(heap, HEAP, MADV_HUGEPAGE); /* failure does no harm */
+#endif
+    return true;
 }
 
-/* Keeps a block for reuse if possible; false: the caller must free it. The
- * block has the alignment of alloc_huge. */
-static bool keep(void *at)
+/* Where gap i begins, before block i or behind the last. */
+static size_t gap(int i)
 {
-    const size_t bytes = malloc_usable_size(at) / HUGE_PAGE * HUGE_PAGE;
-
-    pthread_mutex_lock(&lock);
-    const bool stays = bytes && holders && bytes <= KEPT_BYTES - kept_bytes;
-    if (stays) {
-        *(block *)at = (block){kept, bytes};
-        kept = at;
-        kept_bytes += bytes;
-    }
-    pthread_mutex_unlock(&lock);
-    return stays;
+    return i ? blocks[i - 1].end : 0;
 }
 
-/* Returns the kept blocks to the system. The caller holds the lock. */
+static void *take(size_t bytes)
+{
+    int best = count;
+
+    bytes = (bytes + PAGE - 1) / PAGE * PAGE;
+    if (count == BLOCKS || (!heap && !make_heap()))
+        return NULL;
+    for (int i = 0; i < count; i++) {
+        const size_t room = blocks[i].at - gap(i);
+        if (room >= bytes &&
+            (best == count || room < blocks[best].at - gap(best)))
+            best = i;
+    }
+    const block b = {gap(best), gap(best) + bytes};
+    if (b.end > HEAP)
+        return NULL;
+    memmove(&blocks[best + 1], &blocks[best],
+            (size_t)(count++ - best) * sizeof *blocks);
+    blocks[best] = b;
+    touched = b.end > touched ? b.end : touched;
+    return heap + b.at;
+}
+
+/* Returns pages of the heap to the system. */
+static void drop(size_t at, size_t end)
+{
+    if (at < end)
+        madvise(heap + at, end - at, MADV_DONTNEED);
+}
+
+/* Returns what is free to the system: all without a context. */
 static void trim(void)
 {
-    while (kept) {
-        block *b = kept;
-        kept = b->next;
-        free(b);
+    const size_t kept = gap(count) + (holders ? KEPT : 0);
+
+    for (int i = 0; i < count && !holders; i++)
+        drop(gap(i), blocks[i].at);
+    if (kept < touched) {
+        drop(kept, touched);
+        touched = kept;
     }
-    kept_bytes = 0;
+    if (heap && !count && !holders) {
+        munmap(heap, HEAP);
+        heap = NULL;
+    }
+}
+
+/* False: it is not in the heap. */
+static bool release(const char *p)
+{
+    pthread_mutex_lock(&lock);
+    const bool inside = heap && p >= heap && p < heap + HEAP;
+    int i = 0;
+    while (inside && heap + blocks[i].at != p)
+        i++;
+    if (inside) {
+        memmove(&blocks[i], &blocks[i + 1],
+                (size_t)(--count - i) * sizeof *blocks);
+        trim();
+    }
+    pthread_mutex_unlock(&lock);
+    return inside;
 }
 
 void ibl_alloc_hold(void)
@@ -124,8 +167,8 @@ void ibl_alloc_hold(void)
 void ibl_alloc_release(void)
 {
     pthread_mutex_lock(&lock);
-    if (!--holders)
-        trim();
+    holders--;
+    trim();
     pthread_mutex_unlock(&lock);
 }
 
@@ -134,30 +177,6 @@ static size_t physical(void)
 {
     const long pages = sysconf(_SC_PHYS_PAGES), size = sysconf(_SC_PAGESIZE);
     return pages > 0 && size > 0 ? (size_t)pages * (size_t)size : SIZE_MAX;
-}
-
-static void *alloc_huge(size_t bytes)
-{
-    bytes = (bytes + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
-    /* An overcommitting system might allocate it and kill the program later. */
-    if (bytes > physical())
-        return NULL;
-    void *p = take_kept(bytes, 2 * bytes);
-    if (p)
-        return p;
-    p = aligned_alloc(HUGE_PAGE, bytes);
-    if (!p) {
-        pthread_mutex_lock(&lock);
-        trim();
-        pthread_mutex_unlock(&lock);
-        p = aligned_alloc(HUGE_PAGE, bytes);
-    }
-    if (!p)
-        return NULL;
-#ifdef MADV_HUGEPAGE
-    madvise(p, bytes, MADV_HUGEPAGE); /* failure does no harm */
-#endif
-    return p;
 }
 
 /* Memory from the program or the C library, without huge pages. */
@@ -180,15 +199,25 @@ void *ibl_alloc_array(size_t n, size_t size)
 {
     if (!fits(n, size))
         return NULL;
-    size_t bytes = n * size;
-    if (hook.alloc)
+    const size_t bytes = n * size, pages = ((bytes - 1) | (HUGE_PAGE - 1)) + 1;
+    void *p = NULL;
+    if (bytes < FROM || hook.alloc)
         return alloc_plain(bytes);
-    if (bytes >= HUGE_FROM)
-        return alloc_huge(bytes);
-    void *p = bytes >= KEPT_FROM ? take_kept(bytes, 2 * HUGE_PAGE) : NULL;
-    if (p)
+    pthread_mutex_lock(&lock);
+    if (HAS_HEAP && bytes <= UP_TO)
+        p = take(bytes);
+    pthread_mutex_unlock(&lock);
+    /* An overcommitting system might allocate it and kill the program later. */
+    if (p || bytes > physical())
         return p;
-    return alloc_plain(bytes);
+    if (!HAS_HEAP)
+        return alloc_plain(bytes);
+    p = aligned_alloc(HUGE_PAGE, pages);
+#ifdef MADV_HUGEPAGE
+    if (p)
+        madvise(p, pages, MADV_HUGEPAGE); /* failure does no harm */
+#endif
+    return p;
 }
 
 void *ibl_alloc_sparse(size_t n, size_t size)
@@ -208,6 +237,6 @@ void ibl_free(void *p)
 {
     if (p && hook.release)
         hook.release(hook.cookie, p);
-    else if ((uintptr_t)p % HUGE_PAGE || !p || !keep(p))
+    else if (!p || (uintptr_t)p % PAGE || !release(p))
         free(p);
 }

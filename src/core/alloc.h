@@ -14,8 +14,8 @@ void *ibl_alloc_zeroed(size_t n, size_t size);
  * cost nothing. */
 void *ibl_alloc_sparse(size_t n, size_t size);
 void ibl_free(void *p); /* NULL is allowed */
-/* Between the first hold and the last release, up to 32 MiB of freed memory are
- * kept for later allocations. */
+/* Between the first hold and the last release freed memory is kept for later
+ * allocations: what lies between blocks, and 32 MiB. */
 void ibl_alloc_hold(void);
 void ibl_alloc_release(void);
 
