@@ -231,9 +231,8 @@ static long growth(int w, int h, double yaw, int n)
 
 /* Sums are kept of the lines of texels that a row crosses: at the cube's
  * corners 0.3 n / 2 of the 2 n from pole to pole. In double, and with room for
- * texels beyond the diagonal of a pole's face, that is a fifth of the cube,
- * and up to 16 MiB more if each part's sums end within a huge page. Tables are
- * of the size of a row. */
+ * texels beyond the diagonal of a pole's face, that is a fifth of the cube.
+ * Tables are of the size of a row. */
 TEST(memory)
 {
     if (TEST_SANITIZED)

@@ -11,7 +11,6 @@
 /* The grid of a level has 2 to 8 samples for the shortest wave, as its map
  * needs: photographs need up to 2.5, the hardest maps of the tests 4. */
 #define GRID_SAMPLES 4.0
-#define KEPT_SPANS (20.0 * (1 << 20)) /* most bytes that level 0 keeps */
 
 typedef struct estimate {
     int width, height, threads;
@@ -30,7 +29,7 @@ static double chain_bytes(ibl_projection projection, int size, int levels)
     return 12 * texels * (projection == IBL_PROJECTION_CUBE ? 6 : 8);
 }
 
-/* Sums of level 0 around the row that is read, and the cuts of half a map. */
+/* Sums of level 0 around the row that is read. */
 static double level0_bytes(const estimate *e, int size)
 {
     double columns = e->width, rows = e->height;
@@ -39,10 +38,8 @@ static double level0_bytes(const estimate *e, int size)
         columns *= 2;
         rows *= 2;
     }
-    const double cuts = 1.5 * (columns / 8 + size / 2.0) * (rows / 2) * 16;
     const double lines = 0.4 * size * fmin(size / rows, 1) + 24;
-    return (cuts < KEPT_SPANS ? cuts : 0) + lines * size / 2 * 200 +
-           e->threads * columns * 40;
+    return lines * size / 2 * 200 + e->threads * columns * 40;
 }
 
 static ibl_status add_chain(ibl_ctx *ctx, const ibl_specular_options *o,

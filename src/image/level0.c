@@ -39,7 +39,6 @@ enum {
 /* A fine row, or its part on one side of the equator. */
 struct work_row {
     ibl_wedge_row cut;
-    int from_pole; /* rows between it and its pole */
     ibl_octant_blend between;
 };
 
@@ -49,7 +48,6 @@ struct adder {
     const ibl_octants_dsp *dsp;
     double *pixels;
     ibl_octant_sums *sums; /* the job's sums */
-    bool keeps;            /* whether the row's spans are kept */
 };
 
 struct ibl_level0 {
@@ -65,26 +63,14 @@ struct ibl_level0 {
     struct adder *adders; /* one for each worker */
 };
 
-static void add_spans(const struct adder *a, const ibl_octant_span *spans,
-                      int count)
-{
-    const ibl_octant_sums *s = a->sums;
-    for (int i = 0; i < count; i++)
-        s->weights[spans[i].slot] += spans[i].weight * spans[i].count;
-    a->dsp->add(spans, count, a->pixels, s->sums);
-}
-
 static void take_spans(ibl_wedge_sink *sink)
 {
     struct adder *a = (struct adder *)(void *)sink;
-    ibl_octant_spans *kept = &a->sums->kept;
-    add_spans(a, sink->spans, sink->count);
-    a->keeps = a->keeps && sink->count <= kept->room - kept->count;
-    if (a->keeps) {
-        memcpy(kept->span + kept->count, sink->spans,
-               (size_t)sink->count * sizeof *sink->spans);
-        kept->count += sink->count;
-    }
+    const ibl_octant_sums *s = a->sums;
+    for (int i = 0; i < sink->count; i++)
+        s->weights[sink->spans[i].slot] +=
+            sink->spans[i].weight * sink->spans[i].count;
+    a->dsp->add(sink->spans, sink->count, a->pixels, s->sums);
     sink->count = 0;
 }
 
@@ -97,36 +83,18 @@ static void collect(const ibl_level0 *l, const struct work_row *r,
         l->set.dsp.collect(r->between.source[0], column, count, pixels);
 }
 
-/* Cuts strips of a row, adds its spans, and keeps them if there is room. */
-static void cut_row(const struct work_row *r, const ibl_wedge *w, int begin,
-                    int end, struct adder *a)
-{
-    ibl_octant_spans *kept = &a->sums->kept;
-    a->keeps = !r->cut.south && r->from_pole == kept->rows;
-    if (begin < end)
-        ibl_wedge_cut(w, &r->cut, &a->sums->part, begin, end, &a->sink);
-    if (a->keeps)
-        kept->begin[++kept->rows] = kept->count;
-}
-
 static void add_row(const ibl_level0 *l, const struct work_row *r,
                     const ibl_octant_group *g, struct adder *a)
 {
     int begin, end;
     const ibl_wedge_strips *strips =
         ibl_wedge_range(&g->wedge, &r->cut, &a->sums->part, &begin, &end);
-    if (begin < end) {
-        const int first = strips->pixel[begin];
-        collect(l, r, g->column + (size_t)first * IBL_OCTANTS,
-                strips->pixel[end - 1] + 1 - first, g->octants, a->pixels);
-    }
-    const ibl_octant_spans *kept = &a->sums->kept;
-    const int i = r->from_pole;
-    if (r->cut.south && i < kept->rows)
-        add_spans(a, kept->span + kept->begin[i],
-                  kept->begin[i + 1] - kept->begin[i]);
-    else
-        cut_row(r, &g->wedge, begin, end, a);
+    if (begin >= end)
+        return;
+    const int first = strips->pixel[begin];
+    collect(l, r, g->column + (size_t)first * IBL_OCTANTS,
+            strips->pixel[end - 1] + 1 - first, g->octants, a->pixels);
+    ibl_wedge_cut(&g->wedge, &r->cut, &a->sums->part, begin, end, &a->sink);
 }
 
 static void add_rows(void *arg, int job, int worker)
@@ -177,7 +145,6 @@ static bool next_row(ibl_level0 *l, int rows, const float *rgb)
                                                        (size_t)(j - l->added);
     }
     for (int south = 0; south < 2; south++) {
-        r.from_pole = south ? l->fine.rows - 1 - l->done : l->done;
         if (ibl_wedge_row_init(&l->set.group[0].wedge, l->fine.rows, l->done,
                                south, &r.cut))
             l->rows[l->row_count++] = r;

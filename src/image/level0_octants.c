@@ -8,9 +8,7 @@
 #include "core/context.h"
 
 enum {
-    SHARED = IBL_OCTANT_RGB + 1, /* doubles of a shared texel: sums, weight */
-    MOST_KEPT = 20 << 20 /* bytes of spans: enough for 4096x2048 pixels and
-                            faces 512 texels wide */
+    SHARED = IBL_OCTANT_RGB + 1 /* doubles of a shared texel: sums, weight */
 };
 
 /* ---- where octants are ------------------------------------------------ */
@@ -79,27 +77,13 @@ static int ring_size(const ibl_wedge *w, int rows)
     return most;
 }
 
-/* Room for the spans of a group's northern rows: 1.5 for each strip, or 0 above
- * the limit. For larger maps reading the file takes longer. */
-static int kept_room(const ibl_wedge *w, int rows, int groups)
-{
-    const double spans = 1.5 * w->cut.count * (rows / 2 + 1);
-    const double most = MOST_KEPT / (double)sizeof(ibl_octant_span) / groups;
-    return spans < most ? (int)spans : 0;
-}
-
 /* Parts differ in width, as near the poles all pixels are in the first part. */
-static bool init_parts(ibl_octant_group *g, int rows, int ring, int groups)
+static bool init_parts(ibl_octant_group *g, int ring)
 {
     static const int ends[IBL_OCTANT_PARTS] = {1, 2, 4, 6, 8, 10, 13, 16};
-    const int half = g->wedge.half;
-    const int room = kept_room(&g->wedge, rows, groups);
     int begin = 0;
-    g->kept = ibl_alloc_array((size_t)room, sizeof *g->kept);
-    if (!g->kept)
-        return false;
     for (int i = 0; i < IBL_OCTANT_PARTS; i++) {
-        const int end = half * ends[i] / 16;
+        const int end = g->wedge.half * ends[i] / 16;
         if (end == begin)
             continue;
         ibl_octant_sums *s = &g->sums[g->parts++];
@@ -107,11 +91,7 @@ static bool init_parts(ibl_octant_group *g, int rows, int ring, int groups)
         s->part = (ibl_wedge_part){begin, end, ring};
         s->sums = ibl_alloc_zeroed(slots, IBL_OCTANT_RGB * sizeof(double));
         s->weights = ibl_alloc_zeroed(slots, sizeof(double));
-        s->kept = (ibl_octant_spans){
-            .span = g->kept + room / IBL_OCTANT_PARTS * i,
-            .room = room / IBL_OCTANT_PARTS,
-            .begin = ibl_alloc_zeroed((size_t)rows / 2 + 2, sizeof(int))};
-        if (!s->sums || !s->weights || !s->kept.begin)
+        if (!s->sums || !s->weights)
             return false;
         begin = end;
     }
@@ -119,7 +99,7 @@ static bool init_parts(ibl_octant_group *g, int rows, int ring, int groups)
 }
 
 static ibl_status init_group(ibl_ctx *ctx, int columns, int rows,
-                             double yaw_deg, int size, bool offsets, int groups,
+                             double yaw_deg, int size, bool offsets,
                              ibl_octant_group *g)
 {
     int column;
@@ -133,7 +113,7 @@ static ibl_status init_group(ibl_ctx *ctx, int columns, int rows,
                                 IBL_OCTANTS * sizeof *g->column);
     g->shared = ibl_alloc_array((size_t)g->wedge.lines * (1 + size % 2),
                                 SHARED * sizeof *g->shared);
-    if (!g->column || !g->shared || !init_parts(g, rows, ring, groups))
+    if (!g->column || !g->shared || !init_parts(g, ring))
         return ibl_no_memory(ctx, "level 0's sums");
     set_columns(g, columns, yaw_deg, offsets ? 3 : 1);
     return IBL_OK;
@@ -163,7 +143,7 @@ ibl_status ibl_octants_init(ibl_ctx *ctx, const ibl_cube *cube, int columns,
     }
     for (int i = 0; i < set->groups && !status; i++) {
         status = init_group(ctx, columns, rows, yaw_deg, cube->size, offsets,
-                            set->groups, &set->group[i]);
+                            &set->group[i]);
     }
     if (status)
         ibl_octants_free(set);
@@ -177,9 +157,7 @@ void ibl_octants_free(ibl_octant_set *set)
         for (int k = 0; k < g->parts; k++) {
             ibl_free(g->sums[k].sums);
             ibl_free(g->sums[k].weights);
-            ibl_free(g->sums[k].kept.begin);
         }
-        ibl_free(g->kept);
         ibl_free(g->column);
         ibl_free(g->shared);
         ibl_wedge_free(&g->wedge);

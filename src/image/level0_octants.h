@@ -16,22 +16,12 @@
 #include "image/cube.h"
 #include "image/level0_geometry.h"
 
-/* Spans of a part's northern rows, kept for their mirrors in the south: of the
- * first rows from the pole, as many as fit. */
-typedef struct ibl_octant_spans {
-    ibl_octant_span *span;
-    int count, room;
-    int *begin; /* rows + 1: start of each row's spans */
-    int rows;
-} ibl_octant_spans;
-
 /* Sums of a part of a wedge for its latest part.ring lines. */
 typedef struct ibl_octant_sums {
     ibl_wedge_part part;
     double *sums;    /* IBL_OCTANT_RGB for each slot */
     double *weights; /* one for each slot */
     int written;     /* lines before this one are in the cube */
-    ibl_octant_spans kept;
 } ibl_octant_sums;
 
 enum {
@@ -46,8 +36,7 @@ typedef struct ibl_octant_group {
                     their offsets in floats */
     int parts;
     ibl_octant_sums sums[IBL_OCTANT_PARTS];
-    ibl_octant_span *kept; /* memory for the kept spans of all parts */
-    double *shared;        /* sums of texels in two octants or more */
+    double *shared; /* sums of texels in two octants or more */
 } ibl_octant_group;
 
 typedef struct ibl_octant_set {

@@ -7,14 +7,19 @@
 #include "core/alloc.h"
 #include "core/pi.h"
 
+enum {
+    MOST = 1 << 17 /* pixels; a lamp of 3 degrees in a map of 16384 */
+};
+
 /* Of the peak, for a pixel of the source: the most is for maps where too many
  * pixels have the least. */
 static const float least_share = 0.1f, most_share = 0.5f;
 
-/* Of the map: a cap of 10 degrees has 1 / 130 of the sphere. */
+/* A cap of 10 degrees has 1 / 130 of the sphere. */
 static size_t most_pixels(const ibl_bright_pixels *b)
 {
-    return (size_t)b->width * (size_t)b->height / 64 + 64;
+    const size_t most = (size_t)b->width * (size_t)b->height / 64 + 64;
+    return most < MOST ? most : MOST;
 }
 
 static float largest(const float *p)
@@ -51,33 +56,19 @@ static void thin_out(ibl_bright_pixels *b)
     set_least(b);
 }
 
-static bool grow(ibl_bright_pixels *b)
-{
-    const size_t room = b->room ? 2 * b->room : 256;
-    ibl_bright_pixel *list = ibl_alloc_array(room, sizeof *list);
-
-    if (!list)
-        return false;
-    if (b->count)
-        memcpy(list, b->list, b->count * sizeof *list);
-    ibl_free(b->list);
-    b->list = list;
-    b->room = room;
-    return true;
-}
-
-/* Makes room for one more pixel. */
+/* Makes room for one more pixel. Memory that is not touched costs nothing. */
 static bool make_room(ibl_bright_pixels *b)
 {
-    if (b->count < b->room)
-        return true;
-    prune(b);
-    if (b->room && b->count <= b->room / 2)
-        return true;
-    if (b->room < most_pixels(b))
-        return grow(b);
-    thin_out(b);
-    return true;
+    if (!b->list) {
+        b->room = most_pixels(b);
+        b->list = ibl_alloc_sparse(b->room, sizeof *b->list);
+    }
+    if (b->list && b->count == b->room) {
+        prune(b);
+        if (b->count > b->room / 2)
+            thin_out(b);
+    }
+    return b->list;
 }
 
 static bool add(ibl_bright_pixels *b, const float *p, int x, int y)
@@ -93,7 +84,8 @@ static bool add(ibl_bright_pixels *b, const float *p, int x, int y)
     if (!make_room(b))
         return false;
     if (value >= b->least)
-        b->list[b->count++] = (ibl_bright_pixel){x, y, {p[0], p[1], p[2]}};
+        b->list[b->count++] =
+            (ibl_bright_pixel){(uint16_t)x, (uint16_t)y, {p[0], p[1], p[2]}};
     return true;
 }
 

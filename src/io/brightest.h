@@ -10,7 +10,7 @@
 #include "ibl/io.h"
 
 typedef struct ibl_bright_pixel {
-    int x, y;
+    uint16_t x, y; /* IBL_MAX_EDGE allows it */
     float rgb[3];
 } ibl_bright_pixel;
 

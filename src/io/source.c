@@ -766,14 +766,14 @@ void ibl_source_close(ibl_source *source)
 
 /* ---- reading -------------------------------------------------------- */
 
-/* Beside the reader's, the bytes of a file in memory, alpha, the brightest
- * pixels (at most a 64th of them, in a list that doubles) and buffers. */
+/* Beside the reader's, the bytes of a file in memory, alpha, and 6 MiB of the
+ * brightest pixels and buffers. */
 size_t ibl_source_memory(const ibl_source *source)
 {
     const ibl_rows *r = source->rows;
     const double pixels = (double)r->width * (double)r->height;
-    const double each = r->held + 1.5 + (r->whole.data ? 12 : 0) +
-                        (r->alpha ? sizeof(float) : 0);
+    const double each =
+        r->held + (r->whole.data ? 12 : 0) + (r->alpha ? sizeof(float) : 0);
 
     return (size_t)(pixels * each) + (6 << 20) +
            (r->report.bridged ? BRIDGE_BYTES : 0) +
