@@ -266,15 +266,15 @@ static ibl_status give_rows(bake *b, int rows, const float *rgb)
     return status;
 }
 
-/* Rows in a batch: whole groups, one for each thread if MOST_BYTES allows it.
- * The results do not depend on this number. */
+/* Rows in a batch: whole groups, one for each thread in two batches if
+ * MOST_BYTES allows it. The results do not depend on this number. */
 static int batch_rows(const bake *b)
 {
     const int threads = ibl_ctx_threads(b->ctx);
     const size_t row = 3 * sizeof(float) * (size_t)b->env->width;
     const int fit = (int)(BATCH_BYTES / row) / GROUP;
     const int most = (int)(MOST_BYTES / row) / GROUP;
-    int groups = threads;
+    int groups = (threads + 1) / 2;
     if (groups > most)
         groups = most > 1 ? most : 1;
     return GROUP * (fit > groups ? fit : groups);
@@ -384,9 +384,9 @@ static ibl_status read_all(bake *b)
     if (!status)
         status = finish_cubes(b);
     free_cubes(b);
+    ibl_free(b->rows);
     if (!status && b->spectral)
         status = ibl_spectral_finish(b->spectral);
-    ibl_free(b->rows);
     return status;
 }
 

@@ -92,7 +92,8 @@ static double analysis_bytes(const estimate *e, const ibl_spectral_plan *plan)
 static double reading_bytes(const estimate *e, const ibl_spectral_plan *plan)
 {
     const double row = 12.0 * e->width, whole = row * e->height;
-    const double batch = fmin(fmax(1 << 20, e->threads * 32 * row), 16 << 20);
+    const double batch =
+        fmin(fmax(1 << 20, (e->threads + 1) / 2 * 32 * row), 16 << 20);
 
     return e->reading + fmin(2 * fmax(batch, 32 * row), whole) +
            (plan->degree < 0 ? 0

@@ -216,6 +216,16 @@ static ibl_status next_rows(exr_rows *r, int row, int *end, float *rgb,
     return IBL_OK;
 }
 
+static void free_decoder(exr_rows *r)
+{
+    ibl_exr_decoder_free(r->d);
+    ibl_free(r->band);
+    ibl_free(r->band_most);
+    r->d = NULL;
+    r->band = NULL;
+    r->band_most = NULL;
+}
+
 static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
                             uint32_t *most)
 {
@@ -232,16 +242,15 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
         done += end - row;
         ibl_rows_progress(rows, done);
     }
+    if (rows->row + count == rows->height)
+        free_decoder(r);
     return IBL_OK;
 }
 
 static void rows_close(ibl_rows *rows)
 {
-    exr_rows *r = (exr_rows *)rows;
-    ibl_exr_decoder_free(r->d);
-    ibl_free(r->band);
-    ibl_free(r->band_most);
-    ibl_free(r);
+    free_decoder((exr_rows *)rows);
+    ibl_free(rows);
 }
 
 static void lay_out(exr_rows *r)

@@ -471,6 +471,14 @@ static ibl_status decode(step *s, int count)
     return IBL_OK;
 }
 
+static void free_packs(rgbe_rows *r)
+{
+    ibl_free(r->packs[0].bytes);
+    ibl_free(r->packs[1].bytes);
+    ibl_free(r->scratch);
+    r->packs[0].bytes = r->packs[1].bytes = r->scratch = NULL;
+}
+
 static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
                             uint32_t *most)
 {
@@ -478,18 +486,17 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
     step s = step_of(r, rgb);
     s.most = most;
     const ibl_status status = decode(&s, count);
-    if (!status && rows->row + count == rows->height)
-        describe(r, rows->report.format);
-    return status;
+    if (status || rows->row + count < rows->height)
+        return status;
+    describe(r, rows->report.format);
+    free_packs(r);
+    return IBL_OK;
 }
 
 static void rows_close(ibl_rows *rows)
 {
-    rgbe_rows *r = (rgbe_rows *)rows;
-    ibl_free(r->packs[0].bytes);
-    ibl_free(r->packs[1].bytes);
-    ibl_free(r->scratch);
-    ibl_free(r);
+    free_packs((rgbe_rows *)rows);
+    ibl_free(rows);
 }
 
 /* ---- opening -------------------------------------------------------- */

@@ -30,7 +30,7 @@ struct ibl_rows {
     ibl_read_report report;
     /* Reads count rows from `row` on, using the pool; the caller then adds
      * count to row. most: receives ibl_max_finite of each row. Do not call it
-     * again after an error. */
+     * again after an error. With the last row it frees what it decoded with. */
     ibl_status (*read)(ibl_rows *rows, int count, float *rgb, uint32_t *most);
     void (*close)(ibl_rows *rows); /* also frees the struct */
     /* The whole image, if the reader decodes it at once. A caller that takes it
