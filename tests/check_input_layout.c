@@ -257,7 +257,7 @@ TEST(octahedral_energy)
         const ibl_image map =
             read_map(path, IBL_INPUT_OCTAHEDRAL, IBL_INPUT_OCTAHEDRAL);
         const double want = 1000 * octahedral_angle(n, at[i][1], at[i][2]);
-        CHECK_NEAR(energy(&map) / want, 1, 0.02);
+        CHECK_NEAR(energy(&map) / want, 1, 1e-4);
     }
     ibl_image even = map_constant(ctx, 5, 5, 0.7f);
     NEED(file_save_exr(path, &even, NULL));

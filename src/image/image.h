@@ -8,9 +8,9 @@
  * range. Else IBL_ERR_ARGUMENT. */
 ibl_status ibl_check_image(ibl_ctx *ctx, const ibl_image *img);
 
-/* Fills map, of any size, from a square octahedral image. Each pixel is the
- * mean over its solid angle of the texels, as patches of constant radiance;
- * exact along four meridians for each column. */
+/* Fills map, whose width is a multiple of 4, from a square octahedral image.
+ * Each pixel is the mean over its solid angle of the texels, as patches of
+ * constant radiance. */
 ibl_status ibl_latlong_from_octahedral(ibl_ctx *ctx, const ibl_image *from,
                                        ibl_image *map);
 

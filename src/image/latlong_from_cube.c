@@ -1,17 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Maps a cube to an equirectangular map: the reverse of image/level0.c.
+ * Maps a cube to an equirectangular map: the reverse of image/level0.c. The
+ * cuts that give a pixel's light to the texels that it meets give it theirs.
  *
- * Along a meridian, solid angle is proportional to z, the sine of the latitude.
- * The z at which a meridian leaves a texel is known in closed form. By symmetry
- * it is the same in sixteen octants: eight of the horizon, north and south. So
- * one octant is walked, and 16 x RGB, a bundle of the mirrored texels, is added
- * at once. The walked octant is north, with azimuths from 0 (+X) to pi/4. It
- * covers half of the +X face's upper half, whose bundles are by column from the
- * middle and row from the top, and an eighth of +Y, whose bundles are by steps
- * from the middle along +X and along +Z.
- *
- * A job is some columns of the octant, and writes only their pixels.
+ * They are the same in sixteen octants: eight of the horizon, north and south.
+ * So one is cut, and a bundle of the texels at one place in all is added at
+ * once. A job is a row of the north and its mirror.
  */
 #include <math.h>
 #include <string.h>
@@ -21,33 +15,32 @@
 #include "core/pi.h"
 #include "image/cube.h"
 #include "image/image.h"
+#include "image/level0_geometry.h"
 
 enum {
-    SUBDIVISIONS = 4,
     LEAST_WIDTH = 256,
-    WAYS = 16,
-    BUNDLE = 3 * WAYS,
-    JOB_COLUMNS = 4
+    LEAST_COLUMNS = 512,    /* as image/level0_geometry.h needs */
+    WAYS = 2 * IBL_OCTANTS, /* those of the north, then those of the south */
+    BUNDLE = 3 * WAYS
 };
 
 typedef struct mapper {
     const ibl_cube *cube;
     ibl_image *map;
-    int half; /* texels from a face's middle to its edge; a middle one counts */
-    double
-        *lines; /* half + 1 borders of texels, from a face's middle, 0, to 1 */
-    double *edges;      /* azimuths of the borders between columns: half + 1 */
-    double *z;          /* z of the borders of rows, height / 2 + 1 */
-    float *side, *pole; /* half x half bundles each */
-    ibl_octant_place place[WAYS / 2][3];
-    double *sums; /* for each worker one bundle per row */
+    ibl_wedge wedge;
+    ibl_wedge_part part;  /* all of it */
+    int scale_x, scale_y; /* pixels and rows that are cut, in one of the map */
+    ibl_octant_place place[IBL_OCTANTS][3];
+    struct summing *workers;
 } mapper;
 
-/* The sixteen octants: eight in the north, then eight in the south. */
-static bool is_south(int way)
-{
-    return way >= WAYS / 2;
-}
+/* A row of the map. */
+typedef struct summing {
+    ibl_wedge_sink sink; /* must be first: take_spans casts it to summing */
+    const mapper *m;
+    int first;    /* the pixel from which spans count */
+    double *sums; /* a bundle for each pixel of the octant */
+} summing;
 
 int ibl_latlong_width(int size)
 {
@@ -56,196 +49,108 @@ int ibl_latlong_width(int size)
     return 8 * size > LEAST_WIDTH ? 8 * size : LEAST_WIDTH;
 }
 
-/* ---- bundles ----------------------------------------------------------- */
-
-static const float *texel(const mapper *m, int way, bool side, int line, int z)
+/* The texels of a line, from the pole, in all octants. */
+static void gather(const mapper *m, int line, int z, double bundle[BUNDLE])
 {
-    const ibl_octant_face face = side            ? IBL_OCTANT_SIDE
-                                 : is_south(way) ? IBL_OCTANT_BOTTOM
-                                                 : IBL_OCTANT_TOP;
-    const ibl_octant_place *p = &m->place[way % 8][face];
-    if (side && is_south(way))
-        line = m->cube->size - 1 - line;
-    return p->base + line * p->line + z * p->step;
-}
-
-static void bundle_row(void *arg, int row, int worker)
-{
-    const mapper *m = arg;
-    const size_t first = (size_t)row * (size_t)m->half * BUNDLE;
-
-    (void)worker;
-    for (int i = 0; i < m->half; i++)
-        for (int k = 0; k < WAYS; k++) {
-            const size_t at = first + (size_t)(BUNDLE * i + 3 * k);
-            memcpy(m->side + at, texel(m, k, true, i, row), 3 * sizeof(float));
-            memcpy(m->pole + at, texel(m, k, false, row, i), 3 * sizeof(float));
-        }
-}
-
-/* ---- meridians --------------------------------------------------------- */
-
-/* State of the walk along a meridian from +Y down. */
-typedef struct walker {
-    const mapper *m;
-    double *sums;
-    double width; /* of the meridian, in radians */
-    double z;
-    int row;
-} walker;
-
-static void add(double *restrict sums, const float *restrict bundle,
-                double weight)
-{
-    for (int k = 0; k < BUNDLE; k++)
-        sums[k] += weight * (double)bundle[k];
-}
-
-/* Moves down to z through one bundle. */
-static void go(walker *w, double z, const float *bundle)
-{
-    const int last = w->m->map->height / 2 - 1;
-
-    while (w->z > z) {
-        const bool over = w->row < last && w->m->z[w->row + 1] >= z;
-        const double to = over ? w->m->z[w->row + 1] : z;
-        add(w->sums + (size_t)w->row * BUNDLE, bundle, w->width * (w->z - to));
-        w->z = to;
-        w->row += over;
-    }
-}
-
-/* At distance rho from the middle of +Y, z = 1 / sqrt(1 + rho^2). */
-static void walk_pole(walker *w, double along_x, double along_z)
-{
-    const mapper *m = w->m;
-    const double by_x = 1 / along_x, by_z = 1 / along_z;
-    int p = 0, q = 0;
-
-    while (p < m->half) {
-        const double to_p = m->lines[p + 1] * by_x;
-        const double to_q = m->lines[q + 1] * by_z;
-        const double rho = to_p < to_q ? to_p : to_q;
-        go(w, 1 / sqrt(1 + rho * rho),
-           m->pole + ((size_t)p * (size_t)m->half + (size_t)q) * BUNDLE);
-        p += to_p <= rho;
-        /* On the diagonal, rounding may choose the other side. */
-        q += to_q <= rho && q + 1 < m->half;
-    }
-}
-
-static void walk_side(walker *w, double along_x, int column)
-{
-    const mapper *m = w->m;
-    const float *bundle = m->side + (size_t)column * (size_t)m->half * BUNDLE;
-
-    for (int y = 0; y < m->half; y++, bundle += BUNDLE) {
-        const double t = m->lines[m->half - 1 - y] * along_x;
-        go(w, t / sqrt(1 + t * t), bundle);
-    }
-}
-
-/* ---- columns ----------------------------------------------------------- */
-
-/* Sums column x of the octant. *texels is the column of texels at its start. */
-static void sum_column(const mapper *m, int x, int *texels, double *sums)
-{
-    const int w = m->map->width;
-    const double end = 2 * IBL_PI * (x + 1) / w;
-
-    memset(sums, 0, (size_t)(m->map->height / 2) * BUNDLE * sizeof *sums);
-    for (double from = 2 * IBL_PI * x / w; from < end;) {
-        while (*texels + 1 < m->half && m->edges[*texels + 1] <= from)
-            ++*texels;
-        const bool last = *texels + 1 == m->half;
-        const double to = last ? end : fmin(end, m->edges[*texels + 1]);
-        const double width = (to - from) / SUBDIVISIONS;
-        for (int i = 0; i < SUBDIVISIONS; i++) {
-            const double azimuth = from + (i + 0.5) * width;
-            walker at = {m, sums, width, 1, 0};
-            walk_pole(&at, cos(azimuth), sin(azimuth));
-            walk_side(&at, cos(azimuth), *texels);
-        }
-        from = to;
-    }
-}
-
-/* Writes the pixels of one row in all sixteen octants from its sums. */
-static void put_row(const mapper *m, const size_t column[WAYS], int row,
-                    const double *sums)
-{
-    const size_t width = (size_t)m->map->width;
-    const double scale =
-        (double)width / (2 * IBL_PI * (m->z[row] - m->z[row + 1]));
-
-    for (int k = 0; k < WAYS; k++, sums += 3) {
-        const int y = is_south(k) ? m->map->height - 1 - row : row;
-        float *pixel = m->map->data + 3 * ((size_t)y * width + column[k]);
-        for (int c = 0; c < 3; c++)
-            pixel[c] = (float)(sums[c] * scale);
-    }
-}
-
-static void put_column(const mapper *m, int x, const double *sums)
-{
-    const int width = m->map->width;
-    size_t column[WAYS];
+    const bool side = line >= m->wedge.half;
+    const int i = side ? line - m->wedge.half : line;
 
     for (int k = 0; k < WAYS; k++) {
-        const int from = width / 2 + (k % 8 + 1) / 2 * (width / 4);
-        column[k] = (size_t)((from + (k % 2 ? -1 - x : x)) % width);
+        const bool south = k >= IBL_OCTANTS;
+        const ibl_octant_place *p =
+            &m->place[k % IBL_OCTANTS][side    ? IBL_OCTANT_SIDE
+                                       : south ? IBL_OCTANT_BOTTOM
+                                               : IBL_OCTANT_TOP];
+        const int down = side && south ? m->cube->size - 1 - i : i;
+        const float *texel = p->base + down * p->line + z * p->step;
+        for (int c = 0; c < 3; c++)
+            bundle[3 * k + c] = (double)texel[c];
     }
-    for (int r = 0; r < m->map->height / 2; r++)
-        put_row(m, column, r, sums + (size_t)r * BUNDLE);
 }
 
-static void fill_columns(void *arg, int job, int worker)
+static void take_spans(ibl_wedge_sink *sink)
+{
+    const summing *s = (const summing *)(void *)sink;
+    const mapper *m = s->m;
+    double bundle[BUNDLE];
+
+    for (int i = 0; i < sink->count; i++) {
+        const ibl_octant_span *span = &sink->spans[i];
+        gather(m, span->slot / m->wedge.half, span->slot % m->wedge.half,
+               bundle);
+        for (int p = 0; p < span->count; p++) {
+            const int x = (s->first + span->pixel + p) / m->scale_x;
+            double *to = s->sums + (ptrdiff_t)BUNDLE * x;
+            for (int k = 0; k < BUNDLE; k++)
+                to[k] += span->weight * bundle[k];
+        }
+    }
+    sink->count = 0;
+}
+
+static void put_rows(const mapper *m, int y, const double *sums)
+{
+    const int w = m->map->width, h = m->map->height;
+    const double height = cos(IBL_PI * y / h) - cos(IBL_PI * (y + 1) / h);
+    const double scale = w / (2 * IBL_PI * height);
+
+    for (int i = 0; i < w / 8 * WAYS; i++, sums += 3) {
+        const int x = i / WAYS, way = i % WAYS, k = way % IBL_OCTANTS;
+        const int from = w / 2 + (k + 1) / 2 * (w / 4);
+        const int column = (from + (k % 2 ? -1 - x : x)) % w;
+        const int row = way < IBL_OCTANTS ? y : h - 1 - y;
+        float *to =
+            m->map->data + 3 * ((size_t)row * (size_t)w + (size_t)column);
+        for (int c = 0; c < 3; c++)
+            to[c] = (float)(sums[c] * scale);
+    }
+}
+
+static void rows_job(void *arg, int y, int worker)
 {
     const mapper *m = arg;
-    const int all = m->map->width / 8, from = job * JOB_COLUMNS;
-    const int to = from + JOB_COLUMNS < all ? from + JOB_COLUMNS : all;
-    double *sums =
-        m->sums + (size_t)worker * (size_t)(m->map->height / 2) * BUNDLE;
-    int texels = 0;
+    summing *s = &m->workers[worker];
+    const int rows = m->map->height * m->scale_y;
 
-    for (int x = from; x < to; x++) {
-        sum_column(m, x, &texels, sums);
-        put_column(m, x, sums);
+    memset(s->sums, 0, (size_t)(m->map->width / 8) * BUNDLE * sizeof *s->sums);
+    for (int j = y * m->scale_y; j < (y + 1) * m->scale_y; j++) {
+        ibl_wedge_row row;
+        int begin, end;
+        if (!ibl_wedge_row_init(&m->wedge, rows, j, false, &row))
+            continue;
+        const ibl_wedge_strips *strips =
+            ibl_wedge_range(&m->wedge, &row, &m->part, &begin, &end);
+        s->first = strips->pixel[begin];
+        ibl_wedge_cut(&m->wedge, &row, &m->part, begin, end, &s->sink);
     }
+    put_rows(m, y, s->sums);
 }
-
-/* ---- the whole --------------------------------------------------------- */
 
 static bool make(mapper *m, int threads)
 {
-    const size_t h = (size_t)m->half, rows = (size_t)(m->map->height / 2);
-    const double height = m->map->height;
+    const size_t strips = (size_t)(m->wedge.pixels + m->wedge.half) + 2;
 
-    m->edges = ibl_alloc_array(h + 1, sizeof *m->edges);
-    m->lines = ibl_alloc_array(h + 1, sizeof *m->lines);
-    m->z = ibl_alloc_array(rows + 1, sizeof *m->z);
-    m->side = ibl_alloc_array(h * h, BUNDLE * sizeof *m->side);
-    m->pole = ibl_alloc_array(h * h, BUNDLE * sizeof *m->pole);
-    m->sums = ibl_alloc_array(rows * (size_t)threads, BUNDLE * sizeof *m->sums);
-    if (!m->edges || !m->lines || !m->z || !m->side || !m->pole || !m->sums)
-        return false;
-    for (int k = 0; k < 3 * WAYS / 2; k++)
+    for (int k = 0; k < 3 * IBL_OCTANTS; k++)
         m->place[k / 3][k % 3] =
             ibl_octant_place_of(m->cube, k / 3, (ibl_octant_face)(k % 3));
-    for (int c = 0; c <= m->half; c++) {
-        m->lines[c] =
-            c ? 2.0 * (m->cube->size - m->half + c) / m->cube->size - 1 : 0;
-        m->edges[c] = atan(m->lines[c]);
+    m->workers = ibl_alloc_zeroed((size_t)threads, sizeof *m->workers);
+    for (int i = 0; m->workers && i < threads; i++) {
+        summing *s = &m->workers[i];
+        s->m = m;
+        s->sink.full = take_spans;
+        s->sink.zone = ibl_alloc_array(2 * strips, sizeof *s->sink.zone);
+        s->sums = ibl_alloc_array((size_t)m->map->width / 8,
+                                  BUNDLE * sizeof *s->sums);
+        if (!s->sink.zone || !s->sums)
+            return false;
     }
-    for (size_t y = 0; y < rows; y++)
-        m->z[y] = cos(IBL_PI * (double)y / height);
-    m->z[rows] = 0;
-    return true;
+    return m->workers;
 }
 
 ibl_status ibl_latlong_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  ibl_image *map)
 {
+    mapper m = {.cube = cube, .map = map};
     ibl_status status = ibl_check_cube(ctx, cube);
 
     if (!status)
@@ -257,20 +162,22 @@ ibl_status ibl_latlong_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                         "a map of %dx%d for a cube: its width must be a "
                         "multiple of 8, its height even",
                         map->width, map->height);
-    mapper m = {.cube = cube, .map = map, .half = (cube->size + 1) / 2};
-    const int columns = map->width / 8;
-    if (!make(&m, ibl_ctx_threads(ctx)))
+    const int columns =
+        4 * cube->size > LEAST_COLUMNS ? 4 * cube->size : LEAST_COLUMNS;
+    m.scale_x = (columns - 1) / map->width + 1;
+    m.scale_y = (columns / 2 - 1) / map->height + 1;
+    status =
+        ibl_wedge_init(ctx, cube->size, m.scale_x * map->width, 0, &m.wedge);
+    m.part = (ibl_wedge_part){0, m.wedge.half, 2 * m.wedge.half};
+    if (!status && !make(&m, ibl_ctx_threads(ctx)))
         status = ibl_no_memory(ctx, "the map of a cube");
     if (!status)
-        status = ibl_run(ctx, NULL, m.half, bundle_row, &m);
-    if (!status)
-        status = ibl_run(ctx, "map", (columns + JOB_COLUMNS - 1) / JOB_COLUMNS,
-                         fill_columns, &m);
-    ibl_free(m.edges);
-    ibl_free(m.lines);
-    ibl_free(m.z);
-    ibl_free(m.side);
-    ibl_free(m.pole);
-    ibl_free(m.sums);
+        status = ibl_run(ctx, "map", map->height / 2, rows_job, &m);
+    for (int i = 0; m.workers && i < ibl_ctx_threads(ctx); i++) {
+        ibl_free(m.workers[i].sink.zone);
+        ibl_free(m.workers[i].sums);
+    }
+    ibl_free(m.workers);
+    ibl_wedge_free(&m.wedge);
     return status;
 }
