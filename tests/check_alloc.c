@@ -134,20 +134,24 @@ TEST(many_large)
         EDGE = 1 << 20
     };
     static unsigned char *p[BLOCKS];
+    size_t last[BLOCKS];
     test_random rnd = {5};
 
     ibl_alloc_hold();
     for (int n = 0; n < 1500; n++) {
         const int i = (int)(test_random_u64(&rnd) % BLOCKS);
         if (p[i]) {
-            CHECK(p[i][0] == i && p[i][EDGE - 1] == i);
+            CHECK(p[i][0] == i && p[i][last[i]] == i);
             ibl_free(p[i]);
             p[i] = NULL;
         } else {
-            const size_t more = (size_t)(test_random_u64(&rnd) % (3 * EDGE));
-            p[i] = ibl_alloc_array(EDGE + more, 1);
+            last[i] = EDGE + (size_t)(test_random_u64(&rnd) % (3 * EDGE));
+            p[i] = ibl_alloc_array(last[i] + 1, 1);
             NEED(p[i]);
-            p[i][0] = p[i][EDGE - 1] = (unsigned char)i;
+            for (int k = 0; k < BLOCKS; k++)
+                CHECK(k == i || !p[k] || p[i] + last[i] < p[k] ||
+                      p[k] + last[k] < p[i]);
+            p[i][0] = p[i][last[i]] = (unsigned char)i;
         }
         if (n % 100 == 99) {
             ibl_alloc_release();

@@ -19,7 +19,7 @@ enum {
     FROM = 1 << 17,      /* bytes of the smallest block in the heap */
     UP_TO = 1 << 25,     /* and of the largest */
     HEAP = 1 << 28,
-    KEPT = 1 << 25, /* most free bytes behind the last block */
+    KEPT = 1 << 25, /* most bytes of a gap that are kept */
     BLOCKS = 500
 };
 
@@ -116,24 +116,20 @@ static void *take(size_t bytes)
     return heap + b.at;
 }
 
-/* Returns pages of the heap to the system. */
-static void drop(size_t at, size_t end)
-{
-    if (at < end)
-        madvise(heap + at, end - at, MADV_DONTNEED);
-}
-
-/* Returns what is free to the system: all without a context. */
+/* Returns to the system what is free in the heap, but for the beginning of each
+ * gap while there is a context. */
 static void trim(void)
 {
-    const size_t kept = gap(count) + (holders ? KEPT : 0);
+    const size_t kept = holders ? KEPT : 0;
 
-    for (int i = 0; i < count && !holders; i++)
-        drop(gap(i), blocks[i].at);
-    if (kept < touched) {
-        drop(kept, touched);
-        touched = kept;
+    for (int i = 0; i <= count; i++) {
+        const size_t at = gap(i) + kept;
+        const size_t end = i < count ? blocks[i].at : touched;
+        if (at < end)
+            madvise(heap + at, end - at, MADV_DONTNEED);
     }
+    if (touched > gap(count) + kept)
+        touched = gap(count) + kept;
     if (heap && !count && !holders) {
         munmap(heap, HEAP);
         heap = NULL;

@@ -15,7 +15,7 @@ void *ibl_alloc_zeroed(size_t n, size_t size);
 void *ibl_alloc_sparse(size_t n, size_t size);
 void ibl_free(void *p); /* NULL is allowed */
 /* Between the first hold and the last release freed memory is kept for later
- * allocations: what lies between blocks, and 32 MiB. */
+ * allocations: 32 MiB behind a block, or what lies before the next. */
 void ibl_alloc_hold(void);
 void ibl_alloc_release(void);
 
