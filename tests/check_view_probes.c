@@ -24,8 +24,8 @@ static const char vertex_text[] =
     "    gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);\n"
     "}\n";
 
-/* what: 0 blend of count, 1 of a mask, 2 the k nearest: part 0 the weights, 1
- * the probes, 2 rest, count and the nearest. 3 parallax, 4 a tile's mask. */
+/* what: 0 blend of count, 1 of a mask, 2 the k nearest: part 0 and 2 weights, 1
+ * and 3 probes, 4 rest, count and the nearest. 3 parallax, 4 a tile's mask. */
 static const char fragment_text[] =
     "uniform samplerBuffer probes;\n"
     "uniform usampler2D mask;\n"
@@ -35,9 +35,10 @@ static const char fragment_text[] =
     "vec4 of_mix(ibl_mix m, int nearest)\n"
     "{\n"
     "    vec4 v = vec4(m.rest, m.count, nearest, 0);\n"
-    "    for (int i = 0; i < 4 && part < 2; i++)\n"
-    "        v[i] = i >= m.count ? 0.0\n"
-    "             : part == 0 ? m.weight[i] : float(m.probe[i]);\n"
+    "    for (int i = 0; i < 4 && part < 4; i++)\n"
+    "        v[i] = 4 * (part / 2) + i >= m.count ? 0.0\n"
+    "             : part % 2 == 0 ? m.weight[4 * (part / 2) + i]\n"
+    "                             : float(m.probe[4 * (part / 2) + i]);\n"
     "    return v;\n"
     "}\n"
     "void main()\n"
@@ -194,7 +195,7 @@ static void random_probes(test_random *r, int count, bool crowded)
     for (int i = 0; i < count; i++) {
         ibl_probe *p = &on.probes[i];
 
-        *p = (ibl_probe){.blend = crowded ? test_random_between(r, 3, 6)
+        *p = (ibl_probe){.blend = crowded ? test_random_between(r, 3, 12)
                                           : test_random_between(r, 0.1, 1.5)};
         p->influence.shape = (ibl_shape)test_random_below(r, 2);
         p->priority = test_random_below(r, 5) == 0;
@@ -238,15 +239,17 @@ static void draw_mixes(int what, mixes *m)
     static texel weights[PIXELS];
 
     memset(m, 0, sizeof *m);
-    draw(what, 0);
-    memcpy(weights, on.seen, sizeof weights);
-    draw(what, 1);
-    for (int i = 0; i < PIXELS; i++) {
-        for (int k = 0; k < 4; k++)
-            m->weight[i][(int)on.seen[i][k] & (MOST - 1)] +=
-                (double)weights[i][k];
+    for (int half = 0; half < IBL_MAX_PROBES_AT / 4; half++) {
+        draw(what, 2 * half);
+        memcpy(weights, on.seen, sizeof weights);
+        draw(what, 2 * half + 1);
+        for (int i = 0; i < PIXELS; i++) {
+            for (int k = 0; k < 4; k++)
+                m->weight[i][(int)on.seen[i][k] & (MOST - 1)] +=
+                    (double)weights[i][k];
+        }
     }
-    draw(what, 2);
+    draw(what, IBL_MAX_PROBES_AT / 2);
     for (int i = 0; i < PIXELS; i++) {
         m->rest[i] = (double)on.seen[i][0];
         m->nearest[i] = (int)on.seen[i][2];
@@ -279,7 +282,7 @@ TEST(blends)
 
     begin();
     for (int n = 0; n < (TEST_SANITIZED ? 4 : 6); n++) {
-        const int count = 1 + test_random_below(&r, 16);
+        const int count = n % 2 ? 16 : 1 + test_random_below(&r, 16);
         random_probes(&r, count, n % 2);
         random_texels(&r, on.points, 2.5);
         upload(POINTS, EDGE, EDGE, on.points);

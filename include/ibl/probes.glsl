@@ -45,16 +45,16 @@ struct ibl_probe {
 };
 
 const int ibl_probe_texels = 5;
-const int ibl_max_probes_at = 4;
+const int ibl_max_probes_at = 8;
 
-// Of a point, the global environment's share being rest. fifth is the largest
+// Of a point, the global environment's share being rest. next is the largest
 // share that found no room, until ibl_mix_end.
 struct ibl_mix {
     int count;
     int probe[ibl_max_probes_at];
     float weight[ibl_max_probes_at];
     float rest;
-    float fifth;
+    float next;
 };
 
 // ---- a probe ----------------------------------------------------------------
@@ -172,8 +172,9 @@ bool ibl_probe_parallax(ibl_probe probe, vec3 point, vec3 direction,
 
 ibl_mix ibl_mix_none()
 {
-    return ibl_mix(0, int[ibl_max_probes_at](0, 0, 0, 0),
-                   float[ibl_max_probes_at](0.0, 0.0, 0.0, 0.0), 1.0, 0.0);
+    return ibl_mix(0, int[ibl_max_probes_at](0, 0, 0, 0, 0, 0, 0, 0),
+                   float[ibl_max_probes_at](0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+                                            0.0), 1.0, 0.0);
 }
 
 void ibl_mix_drop(inout ibl_mix m, int at)
@@ -201,7 +202,7 @@ void ibl_mix_add(inout ibl_mix m, int probe, float influence)
             if (m.weight[i] <= m.weight[least])
                 least = i;
         }
-        m.fifth = max(m.fifth, min(share, m.weight[least]));
+        m.next = max(m.next, min(share, m.weight[least]));
         if (share <= m.weight[least])
             return;
         ibl_mix_drop(m, least);
@@ -215,16 +216,19 @@ void ibl_mix_end(inout ibl_mix m)
 {
     float sum = 0.0;
 
+    for (int i = 0; i < m.count; i++)
+        sum += m.weight[i] - m.next;
+    if (!(sum > 0.0)) { // all are equal
+        sum += float(m.count) * m.next;
+        m.next = 0.0;
+    }
     for (int i = ibl_max_probes_at - 1; i >= 0; i--) {
         if (i >= m.count)
             continue;
-        m.weight[i] -= m.fifth;
+        m.weight[i] = (m.weight[i] - m.next) / sum * (1.0 - m.rest);
         if (!(m.weight[i] > 0.0))
             ibl_mix_drop(m, i);
     }
-    for (int i = 0; i < m.count; i++)
-        sum += m.weight[i];
-    m.rest = max(1.0 - sum, 0.0);
 }
 
 void ibl_mix_add_fetched(inout ibl_mix m, samplerBuffer probes, int i,
@@ -276,8 +280,9 @@ struct ibl_near {
 
 ibl_near ibl_near_none()
 {
-    return ibl_near(0, int[ibl_max_probes_at + 1](0, 0, 0, 0, 0),
-                    float[ibl_max_probes_at + 1](0.0, 0.0, 0.0, 0.0, 0.0));
+    return ibl_near(0, int[ibl_max_probes_at + 1](0, 0, 0, 0, 0, 0, 0, 0, 0),
+                    float[ibl_max_probes_at + 1](0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+                                                 0.0, 0.0, 0.0));
 }
 
 // A probe at a distance; the first `most` are kept, k + 1 for k nearest.
@@ -323,7 +328,7 @@ ibl_mix ibl_near_mix(ibl_near n, int k)
     return m;
 }
 
-// k is 1..4.
+// k is 1..ibl_max_probes_at.
 ibl_mix ibl_probes_near(samplerBuffer probes, int count, vec3 point, int k)
 {
     ibl_near n = ibl_near_none();

@@ -52,8 +52,9 @@ typedef struct ibl_probe {
     int layer;            /* in the cube array */
 } ibl_probe;
 
-/* Largest number of probes that light a point. */
-#define IBL_MAX_PROBES_AT 4
+/* Largest number of probes that light a point: as many as the cells of a grid
+ * that meet in a corner. */
+#define IBL_MAX_PROBES_AT 8
 
 /* The probes of a point, with weights > 0 (of ibl_probes_near: >= 0). The sum
  * of the weights and rest is 1, to rounding. */
@@ -113,13 +114,13 @@ void ibl_probes_near(const ibl_probe *probes, int count, const double point[3],
  * probes fill in. A probe that a wall hides from the point has an alpha of 0:
  * volumes do not know walls. If more than IBL_MAX_PROBES_AT have a share, the
  * largest are kept, each reduced by the largest share that is not kept, so that
- * a probe appears and disappears with weight 0; the global environment gets the
- * difference.
+ * a probe appears and disappears with weight 0; then they are scaled to have
+ * what all had. Where that leaves 0 of each, they stay as they were.
  *
- * Continuous if no blend is 0 and alpha is continuous. With G the sum of
- * 1.5 / blend of the probes in whose blend width the point is, no weight is
- * steeper than G; where more than IBL_MAX_PROBES_AT have a share, 2 G, and rest
- * 5 G.
+ * Continuous, but there, if no blend is 0 and alpha is continuous. With G the
+ * sum of 1.5 / blend of the probes in whose blend width the point is, neither a
+ * weight nor rest is steeper than G; where more than IBL_MAX_PROBES_AT have a
+ * share a weight may have 12 G / D, D being the sum of the shares so reduced.
  */
 void ibl_probes_blend(const ibl_probe *probes, int count, const int *order,
                       const double point[3], const double *alpha,

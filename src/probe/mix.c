@@ -102,7 +102,7 @@ void ibl_probes_blend(const ibl_probe *probes, int count, const int *order,
                       ibl_probe_mix *mix)
 {
     int probe[IBL_MAX_PROBES_AT + 1], n = 0;
-    double share[IBL_MAX_PROBES_AT + 1], left = 1, fifth = 0, sum = 0;
+    double share[IBL_MAX_PROBES_AT + 1], left = 1, next = 0, sum = 0;
 
     *mix = (ibl_probe_mix){0};
     for (int i = 0; i < count && left > 0; i++) {
@@ -115,16 +115,21 @@ void ibl_probes_blend(const ibl_probe *probes, int count, const int *order,
             continue;
         left -= share[n++];
         if (n > IBL_MAX_PROBES_AT)
-            fifth = fmax(fifth, drop_least(probe, share, n--));
+            next = fmax(next, drop_least(probe, share, n--));
+    }
+    for (int i = 0; i < n; i++)
+        sum += share[i] - next;
+    if (!(sum > 0)) { /* all are equal */
+        sum += n * next;
+        next = 0;
     }
     for (int i = 0; i < n; i++) {
-        if (!(share[i] - fifth > 0))
+        if (!(share[i] - next > 0))
             continue;
         mix->probe[mix->count] = probe[i];
-        mix->weight[mix->count] = share[i] - fifth;
-        sum += mix->weight[mix->count++];
+        mix->weight[mix->count++] = (share[i] - next) / sum * (1 - left);
     }
-    mix->rest = fmax(1 - sum, 0);
+    mix->rest = left;
 }
 
 /* ---- the nearest -------------------------------------------------------- */
