@@ -81,7 +81,9 @@ const playcanvas = {
             mix(diffuse(exact, playcanvas.world, n), light, 0.04);
     }),
     // It joins 64x32 texels of diffuse light by lines, and 28x12 of r = 0.75:
-    // the edge of a strong sun's light is off.
+    // the edge of a strong sun's light is off. Texels that were sought for these
+    // two pictures alone still had 4.8 and 9.0, with a free range each 4.1 and
+    // 7.8, and an atlas of twice the edge 0.6 and 7.6.
     exact: (_, map) => map === 'blaze' ? [5.5, 3, 16] : ALL
 };
 
