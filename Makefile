@@ -207,7 +207,8 @@ $(SHARED): $(LIB_OBJ)
 	    $(if $(SANITIZE),,-Wl$(comma)-z$(comma)defs) -pthread -o $@ $^ \
 	    $(IO_LIBS) -lm -ldl $(LDLIBS)
 
-$(BIN): $(call obj,$(CLI_SRC)) $(BUILD)/obj/gen/bench_page.o $(LIB)
+CLI_GEN := $(BUILD)/obj/gen/bench_page.o $(BUILD)/obj/gen/programs.o
+$(BIN): $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(IO_LIBS) $(CLI_LIBS) \
 	    -lm -ldl $(LDLIBS)
 
@@ -273,6 +274,9 @@ $(BUILD)/gen/lobe_tables.c: src/bake/lobe_tables.f16
 	{ echo '#include "bake/lobe_fit.h"'; \
 	    echo 'const unsigned char ibl_lobe_tables[] = {'; \
 	    od -An -v -tu1 $< | sed 's/[0-9][0-9]*/&,/g'; echo '};'; } >$@
+$(BUILD)/gen/programs.c: src/cli/programs.awk man/iblbake-engines.7
+	@mkdir -p $(@D)
+	awk -f $^ >$@
 $(BUILD)/gen/shaders.c: src/view/embed.awk $(SHADERS)
 	@mkdir -p $(@D)
 	awk -f src/view/embed.awk $(SHADERS) >$@
@@ -302,7 +306,7 @@ $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
 $(BUILD)/obj/tests/bench_choice.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/tests/bench_choice: TEST_LIBS = $(LIB)
 $(BUILD)/tests/bench_choice: $(filter-out %/main.o %/choose.o, \
-    $(call obj,$(CLI_SRC))) $(BUILD)/obj/gen/bench_page.o
+    $(call obj,$(CLI_SRC))) $(CLI_GEN)
 
 $(BUILD)/tests/check_expectation: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_expectation: $(addprefix $(BUILD)/obj/src/cli/, \
@@ -394,7 +398,7 @@ $(BUILD)/fuzz/libfuzzed.a: $(call fuzz_obj,$(FUZZED))
 	@rm -f $@
 	$(AR) rcs $@ $^
 $(BUILD)/fuzz/librest.a: $(filter-out %/main.o,$(call obj,$(wildcard \
-    src/cli/*.c))) $(VIEW_OBJ) $(BUILD)/obj/gen/bench_page.o
+    src/cli/*.c))) $(VIEW_OBJ) $(CLI_GEN)
 	@rm -f $@
 	$(AR) rcs $@ $^
 $(FUZZERS): $(BUILD)/fuzz/%: $(call fuzz_obj,tests/fuzz/fuzz.c) \

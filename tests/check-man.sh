@@ -142,7 +142,7 @@ while read -r target; do
     awk -v target="$target" '
         /^\.S[sh] / { on = $2 == target }
         /^\.Ed/ { literal = 0 }
-        on && literal
+        on && literal && !/^\.\\"/
         /^\.Bd -literal/ { literal = 1 }' "$page" |
         sed "s/\\\\(aq/'/g; s/\\\\e/\\\\/g" | diff "$work/printed" - >"$work/why"
     verdict "$page: $target" "$(cat "$work/why")"

@@ -930,11 +930,12 @@ static bool add_set(ibl_bake_line *line, const ibl_target *target,
 {
     ibl_opts *o = &line->set[line->count++];
     static char *none[] = {NULL};
+    const char *options = ibl_target_program_of(target)->options;
     ibl_opts want;
     char prefix[32];
 
-    if (!read_words(target->options, none, &want) ||
-        !read_words(target->options, line->words, o))
+    if (!read_words(options, none, &want) ||
+        !read_words(options, line->words, o))
         return false;
     o->given = line->one.given;
     o->input = line->one.input;

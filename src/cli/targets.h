@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Targets: the engines that load what is baked. Each is a row of a table:
+/* Targets: the engines that load what is baked. Each is a row of a table; its
  * options of the command line, and the lines of the engine's language that load
- * the files. */
+ * the files, are those of man/iblbake-engines.7. */
 #ifndef CLI_TARGETS_H
 #define CLI_TARGETS_H
 
@@ -16,11 +16,20 @@ enum {
 
 typedef struct ibl_target {
     const char *name, *engine;
+    const char *takes; /* words: what its loader takes of --format/--pixel, and
+                          zstd if that may compress them */
+    const char *axes;  /* the world's axis of each of the engine's: "-z y x" */
+    bool filament;     /* the member of ibl_texture */
+    bool whole;        /* levels must be all, from a power of two */
+    bool harmonics;    /* matte surfaces are lit by nine coefficients */
+    double intensity;  /* of a light with an irradiance of 1 */
+} ibl_target;
+
+/* Lines of the manual page of engines, of a target. */
+typedef struct ibl_target_program {
     const char *options; /* words that stand before those of the user */
-    const char *takes;   /* words: what its loader takes of --format/--pixel,
-                            and zstd if that may compress them */
     /* The program before its lights, with {specular}, {irradiance}, {skybox}
-     * and {sh}: the files; {skybox} is that of the levels if there is none. */
+     * and {sh}: the files. */
     const char *load;
     const char *background; /* what follows of it then; NULL: nothing */
     const char *skybox;     /* what follows if there is one; NULL: the same */
@@ -28,16 +37,19 @@ typedef struct ibl_target {
      * {-y} {-z}: the way it shines, {r} {g} {b}: its colour, at most 1,
      * {intensity}, {degrees}, its radius, and {n}, its number from 1 */
     const char *light;
-    const char *end;  /* of the program; NULL: nothing */
-    const char *axes; /* the world's axis of each of the engine's: "-z y x" */
-    bool filament;    /* the member of ibl_texture */
-    bool whole;       /* levels must be all, from a power of two */
-    bool harmonics;   /* matte surfaces are lit by nine coefficients */
-    double intensity; /* of a light with an irradiance of 1 */
-} ibl_target;
+    const char *end; /* of the program; NULL: nothing */
+} ibl_target_program;
 
 /* Rows of the table, by the bits of a set of targets. */
 extern const ibl_target ibl_targets[IBL_MAX_TARGETS];
+/* Generated from the page by the build. */
+extern const ibl_target_program ibl_target_programs[IBL_MAX_TARGETS];
+
+static inline const ibl_target_program *
+ibl_target_program_of(const ibl_target *target)
+{
+    return &ibl_target_programs[target - ibl_targets];
+}
 
 /* For an option: the targets of a list of their names as an unsigned, or all
  * of them; 1 << IBL_MAX_TARGETS for "list". False: another word. */
