@@ -97,6 +97,7 @@ COMMON_SRC := $(wildcard src/common/*.c src/engine/*.c src/scene/*.c)
 CLI_SRC := $(COMMON_SRC) $(wildcard src/cli/*.c)
 LIB := $(BUILD)/libiblbake.a
 SHARED := $(BUILD)/libiblbake.so
+HLSL := $(BUILD)/gen/ibl.hlsl
 BIN := $(BUILD)/iblbake
 BRIDGE := $(BUILD)/libiblbridge.so
 EXR_BRIDGE := $(BUILD)/libiblexr.so
@@ -127,14 +128,14 @@ endif
 
 ## all: the programs and the parts that they load (default)
 ifeq ($(DEPS),no)
-all: $(BIN) $(SHARED) bridge exr-bridge scene-bridge view
+all: $(BIN) $(SHARED) $(HLSL) bridge exr-bridge scene-bridge view
 else
 all: deps-named
 	+@$(MAKE) --no-print-directory DEPS=no all
 endif
 
 ## lib: the library alone, static and shared
-lib: $(LIB) $(SHARED)
+lib: $(LIB) $(SHARED) $(HLSL)
 
 deps-named:
 	@CC="$(CC)" sh tests/deps.sh name
@@ -274,6 +275,9 @@ $(BUILD)/gen/lobe_tables.c: src/bake/lobe_tables.f16
 	{ echo '#include "bake/lobe_fit.h"'; \
 	    echo 'const unsigned char ibl_lobe_tables[] = {'; \
 	    od -An -v -tu1 $< | sed 's/[0-9][0-9]*/&,/g'; echo '};'; } >$@
+$(HLSL): include/ibl/hlsl.sed include/ibl/ibl.glsl
+	@mkdir -p $(@D)
+	sed -E -f $^ >$@
 $(BUILD)/gen/programs.c: src/cli/programs.awk man/iblbake-engines.7
 	@mkdir -p $(@D)
 	awk -f $^ >$@
@@ -545,8 +549,6 @@ lobe-tables: $(BUILD)/tests/write_lobe_tables
 	$< >$(BUILD)/lobe_tables && cp $(BUILD)/lobe_tables src/bake/lobe_tables.f16
 format:
 	clang-format -i $$(git ls-files '*.c' '*.h' '*.cpp')
-	sed -E -f include/ibl/hlsl.sed include/ibl/ibl.glsl | \
-	    clang-format --assume-filename=ibl.c >include/ibl/ibl.hlsl
 
 # A file of the library's users: pkg-config wants blanks of paths escaped.
 STATIC_LIBS = $(strip $(IO_LIBS)) -lm -ldl -pthread
@@ -572,7 +574,7 @@ install: all
 	    $(INSTALL) -m 755 $(VIEW) "$(DESTDIR)$(BINDIR)/iblview"; \
 	    $(INSTALL) -m 644 man/iblview.1 "$(DESTDIR)$(MANDIR)/man1"; fi
 	$(INSTALL) -m 644 $(LIB) "$(DESTDIR)$(LIBDIR)/libiblbake.a"
-	$(INSTALL) -m 644 include/ibl/*.h include/ibl/*.glsl include/ibl/*.hlsl \
+	$(INSTALL) -m 644 include/ibl/*.h include/ibl/*.glsl $(HLSL) \
 	    "$(DESTDIR)$(INCLUDEDIR)/ibl"
 	$(INSTALL) -m 644 man/*.7 "$(DESTDIR)$(MANDIR)/man7"
 	for part in $(wildcard $(BRIDGE) $(EXR_BRIDGE) $(SCENE_BRIDGE)); do \
@@ -597,7 +599,7 @@ uninstall:
 	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblexr.so" \
 	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblscene.so" \
 	    "$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc" \
-	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,$(wildcard include/ibl/*.h include/ibl/*.glsl include/ibl/*.hlsl)) \
+	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,include/ibl/ibl.hlsl $(wildcard include/ibl/*.h include/ibl/*.glsl)) \
 	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man1"/%,$(wildcard man/*.1)) \
 	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man7"/%,$(wildcard man/*.7))
 	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(LIBDIR)/cmake/iblbake" \

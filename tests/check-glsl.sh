@@ -86,7 +86,7 @@ for version in '330 core' '430 core' '310 es' '320 es'; do
         >"$work/ibl.frag"
     ok "ibl-${version// /-}" glslangValidator "$work/ibl.frag"
 done
-{ cat include/ibl/ibl.hlsl
+{ cat "$build/gen/ibl.hlsl"
   sed -E -f include/ibl/hlsl.sed tests/shader_use.glsl
   cat "$work/main.hlsl"; } >"$work/ibl.hlsl"
 ok hlsl glslangValidator -D -V -e main -S frag --auto-map-bindings \

@@ -464,9 +464,9 @@ static void use_hlsl(void)
     NEED(getcwd(tree, sizeof tree));
     NEED(file_save(file_path("main.hlsl"), hlsl_text, strlen(hlsl_text)));
     NEED(file_run("sed -E -f '%s/include/ibl/hlsl.sed' "
-                  "'%s/tests/shader_use.glsl' >use.hlsl && "
-                  "cat '%s/include/ibl/ibl.hlsl' use.hlsl main.hlsl >all.hlsl "
-                  "&& glslangValidator -D -e main -S frag -V "
+                  "'%s/include/ibl/ibl.glsl' '%s/tests/shader_use.glsl' | "
+                  "cat - main.hlsl >all.hlsl && "
+                  "glslangValidator -D -e main -S frag -V "
                   "--auto-map-bindings -o all.spv all.hlsl && "
                   "spirv-cross all.spv --version 330 --no-es | "
                   "sed 1d >all.frag",

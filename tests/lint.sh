@@ -13,16 +13,12 @@ git ls-files >"$build/files.txt" 2>/dev/null ||
 files() { grep -E "$1" "$build/files.txt"; }
 code=$(files '\.(c|h|cpp)$')
 shaders=$(files '^src/view/shaders/')
-public=$(files '^include/.*\.(glsl|hlsl)$')
+public=$(files '^include/.*\.glsl$')
 
 clang-format --dry-run -Werror $code 2>"$build/format.txt" || {
     sed 's/:.*//' "$build/format.txt" | grep '/' | sort -u
     complain 'not in the format, or no clang-format'
 }
-
-sed -E -f include/ibl/hlsl.sed include/ibl/ibl.glsl |
-    clang-format --assume-filename=ibl.c | cmp - include/ibl/ibl.hlsl ||
-    complain 'ibl.hlsl is not what ibl.glsl says: make format'
 
 # White space at line ends, tabs, and a newline at the end of every text.
 grep -vE '\.(exr|f16|hdr|png)$|^tests/fuzz/finds/' "$build/files.txt" | xargs perl -ne '

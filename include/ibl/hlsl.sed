@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Makes ibl.hlsl of ibl.glsl, for make format. Each texture NAME comes with its
+# Makes ibl.hlsl of ibl.glsl, for the build. Each texture NAME comes with its
 # sampler NAME_sampler.
 s/^\/\/ GLSL 3\.30 or later.*/\/\/ HLSL of shader model 4 or later, made from ibl.glsl by hlsl.sed; it/
 s/ ibl\.hlsl is the same file$//

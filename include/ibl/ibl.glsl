@@ -42,7 +42,7 @@
 //
 // Of flat maps (--layout) the functions ibl_octahedral and ibl_equirect stand
 // in for textureLod(specular, direction, lod) and, with lod 0, for irradiance
-// and skybox. Their sampler2D is filtered linearly, between levels too, with
+// and skybox. They take a sampler2D, filtered linearly, between levels too, and
 // coordinates clamped or repeated: near seams the functions find the texels
 // that meet there themselves. edge: texels along a column of level 0.
 //     vec3 r = mix(reflect(-v, n), n, q.bend);
