@@ -579,6 +579,8 @@ END
         --tone aces
     wrong 2 'iblview: --material gold: the sheet has all*' x \
         --contact-sheet a.png --material gold
+    wrong 2 'iblview: --frames 7: changes nothing in a sheet*' x \
+        --contact-sheet a.png --mode scene --frames 7
 }
 
 test_missing_and_wrong_files() {

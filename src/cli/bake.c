@@ -71,7 +71,8 @@ static void warn_of_format(const ibl_bake *b, const ibl_baked *file)
     /* What was asked for is no reason to warn. */
     if (packed || sum.lost > 0 || !(texels->largest > 0) ||
         texels->largest > (double)ibl_pixel_max(texels->pixel))
-        ibl_warn_of_overflow(b->console, file->path, texels, packed, &sum);
+        ibl_warn_of_overflow(b->console, file->path, texels, packed,
+                             packed || b->opts->of, &sum);
 }
 
 /* Keeps the texture's shape for the record. */

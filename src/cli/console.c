@@ -269,7 +269,7 @@ void ibl_overflow_add(const ibl_overflow_level *level, ibl_overflow_level *sum)
 
 void ibl_warn_of_overflow(ibl_console *console, const char *file,
                           const ibl_texel_options *texels, const char *packed,
-                          const ibl_overflow_level *sum)
+                          bool fixed, const ibl_overflow_level *sum)
 {
     const double most = (double)ibl_pixel_max(texels->pixel);
     const double max = texels->largest > 0 ? fmin(texels->largest, most) : most;
@@ -286,13 +286,14 @@ void ibl_warn_of_overflow(ibl_console *console, const char *file,
                  100 * sum->lost,
                  texels->overflow == IBL_OVERFLOW_CLIP ? ""
                                                        : " for want of room");
-    ibl_console_warn(console,
-                     "%s: %zu %s brighter than %.9g, the most that %s "
-                     "holds%s%s: %s keeps it in its place",
-                     file, sum->texels,
-                     sum->texels == 1 ? "texel is" : "texels are", max,
-                     packed ? packed : ibl_pixel_name(texels->pixel), moved,
-                     lost, packed ? "a texture's --format" : "--pixel rgba32f");
+    ibl_console_warn(
+        console,
+        "%s: %zu %s brighter than %.9g, the most that %s "
+        "holds%s%s: %s",
+        file, sum->texels, sum->texels == 1 ? "texel is" : "texels are", max,
+        packed ? packed : ibl_pixel_name(texels->pixel), moved, lost,
+        fixed ? "take suns out with --sun, or lower --exposure"
+              : "--pixel rgba32f keeps it in its place");
 }
 
 void ibl_warn_of_underflow(ibl_console *console, const char *file,
@@ -301,7 +302,6 @@ void ibl_warn_of_underflow(ibl_console *console, const char *file,
     if (lost > LEAST_LOST)
         ibl_console_warn(console,
                          "%s: %.3g %% of a level's light is less than %s can "
-                         "hold, and lost: a larger --exposure or --pixel "
-                         "rgba32f keeps it",
+                         "hold, and lost: a larger --exposure keeps it",
                          file, 100 * lost, pixel);
 }

@@ -75,11 +75,12 @@ bool ibl_console_commit(ibl_console *console, ibl_outputs *outputs);
 
 /* Adds a level's texels to those of sum, which keeps the largest shares. */
 void ibl_overflow_add(const ibl_overflow_level *level, ibl_overflow_level *sum);
-/* packed: what an engine's file packs the texels into, or NULL.
- * Warns if sum, over the levels of a file, has texels that overflow. */
+/* packed: what an engine's file packs the texels into, or NULL. fixed: the
+ * pixel format is an engine's. Warns if sum, over the levels of a file, has
+ * texels that overflow. */
 void ibl_warn_of_overflow(ibl_console *console, const char *file,
                           const ibl_texel_options *texels, const char *packed,
-                          const ibl_overflow_level *sum);
+                          bool fixed, const ibl_overflow_level *sum);
 /* Warns if a level lost that share of its light, in components that the format
  * makes 0. */
 void ibl_warn_of_underflow(ibl_console *console, const char *file,

@@ -173,7 +173,8 @@ static bool take_capture(ibl_probes_bake *p, int layer,
                     &alpha->irradiance, &loss)))
         return false;
     snprintf(name, sizeof name, "%s: %s", p->opts->input, l->capture.place);
-    ibl_warn_of_overflow(p->console, name, &b->texels, NULL, &loss.beyond);
+    ibl_warn_of_overflow(p->console, name, &b->texels, NULL, false,
+                         &loss.beyond);
     ibl_warn_of_underflow(p->console, name, ibl_pixel_name(b->texels.pixel),
                           loss.dark);
     l->note = ibl_probes_note(made, &loss);

@@ -194,6 +194,7 @@ static const ibl_rule rules[] = {
     {"tone", NO_SHEET | LIT | SCENE | LEVELS, "the sheet has all of them"},
     {"reflection reference", NO_SHEET | SPHERES | SCENE,
      "the sheet has all of them"},
+    {"frames", NO_SHEET | REFERENCE | TIMED, "changes nothing in a sheet"},
     {"samples", REFERENCE, "is of the reference: add --reference"},
     {"level", LEVELS, "is of --mode levels"},
     {"layout", LEVELS | 1 << VIEW_IRRADIANCE_MAP,
