@@ -140,8 +140,9 @@ test_help_fits_80_columns() {
 
 test_a_table_that_cannot_be_printed() {
     local set
-    for set in '--verify --only lut' '--rendered-error 1 --target bevy' \
-        '--target three --explain'; do
+    for set in '--verify --only lut --lut-size 16' \
+        '--rendered-error 1 --target bevy --size 32' \
+        '--target cesium --size 32 --explain'; do
         # shellcheck disable=SC2086
         iblbake env.exr -o full $set >/dev/full 2>err &&
             echo "$set: a full stdout is not noticed"

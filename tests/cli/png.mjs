@@ -11,14 +11,15 @@ import {readPng} from './read_png.mjs';
 // Of each part and channel.
 function means({width, height, data}) {
     const sums = Array(48).fill(0), counts = Array(48).fill(0);
-    for (let i = 0; i < data.length; i++) {
-        const texel = Math.floor(i / 3);
-        const x = Math.floor((texel % width) * 4 / width);
-        const y = Math.floor(Math.floor(texel / width) * 4 / height);
-        const at = 3 * (4 * y + x) + i % 3;
-        sums[at] += data[i];
-        counts[at]++;
-    }
+    for (let y = 0, i = 0; y < height; y++)
+        for (let x = 0; x < width; x++) {
+            const part = 4 * Math.floor(y * 4 / height) +
+                Math.floor(x * 4 / width);
+            for (let at = 3 * part; at < 3 * part + 3; at++, i++) {
+                sums[at] += data[i];
+                counts[at]++;
+            }
+        }
     return sums.map((sum, i) => counts[i] ? sum / counts[i] : 0);
 }
 

@@ -10,8 +10,8 @@ const predict = [
     (a, b) => b,
     (a, b) => (a + b) >> 1,
     (a, b, c) => {
-        const p = a + b - c;
-        const [pa, pb, pc] = [a, b, c].map((x) => Math.abs(p - x));
+        const pa = Math.abs(b - c), pb = Math.abs(a - c);
+        const pc = Math.abs(a + b - 2 * c);
         return pa <= pb && pa <= pc ? a : pb <= pc ? b : c;
     },
 ];
