@@ -87,5 +87,13 @@ const playcanvas = {
     exact: (_, map) => map === 'blaze' ? [5.5, 3, 16] : ALL
 };
 
+/* By Babylon's loader. Matte surfaces are lit by nine harmonics. */
+const gltf = {
+    page: 'babylon.html', world: same, eye: [4, 4, 4], encode: power,
+    chain: '--mapping linear --size 256 --levels 5', maps: ['quarry'],
+    lit: (exact, s) => matte(s) && (({n}) => harmonics(exact.sh, n)),
+    exact: () => MATTE
+};
+
 export const engines = {three, babylon,
-    'babylon-env': {...babylon, half: 'babylon'}, filament, playcanvas};
+    'babylon-env': {...babylon, half: 'babylon'}, filament, playcanvas, gltf};
