@@ -4,9 +4,9 @@
 # Chromium with software GL: drawn by the programs that --explain prints, and
 # compared block by block with what half floats give in the same engine and
 # exact levels by its lookups. Engines that do not run here (Bevy, Cesium),
-# and glTF's extension besides, have readers that we wrote from their rules. BUILD: where to
-# build. MAPS: names of the maps. PICTURE: also write a picture of the engines
-# side by side there. The last line is "N passed, N failed, N skipped".
+# and glTF's extension besides, have readers that we wrote from their rules.
+# BUILD: where to build. MAPS: names of the maps. PICTURE: also write a picture of
+# the engines side by side there. The last line is "N passed, N failed, N skipped".
 set -u
 MAPS=${MAPS:-quarry royal dusk blaze}
 . tests/lib.sh

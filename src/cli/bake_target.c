@@ -28,31 +28,20 @@ static const char *typed(const ibl_opts *o, const char *name)
     return value ? value : "";
 }
 
-/* Whether a list of words has one, or one that begins with it and a '/'. */
-static bool lists(const char *list, const char *word, bool whole)
-{
-    const size_t length = strlen(word);
-
-    for (const char *at = list; (at = strstr(at, word)); at += length)
-        if ((at == list || at[-1] == ' ') &&
-            (!at[length] || at[length] == ' ' || (!whole && at[length] == '/')))
-            return true;
-    return false;
-}
-
+/* No word of what is taken is a part of another. */
 static bool check_files(const ibl_opts *o)
 {
     const char *takes = o->of->takes, *format = ibl_format_names[o->file];
     const char *pixel = ibl_pixel_name(o->texels.pixel);
+    const bool texture = o->file < IBL_CONTAINER_COUNT;
     char pair[64];
 
-    snprintf(pair, sizeof pair, "%s/%s", format, pixel);
-    if (!lists(takes, format, false))
+    snprintf(pair, sizeof pair, "%s%s", format, texture ? "/" : "");
+    if (!strstr(takes, pair))
         return ibl_misuse("--format %s: the engine loads %s", format, takes);
-    if (o->file < IBL_CONTAINER_COUNT && !lists(takes, pair, true))
+    if (texture && !strstr(takes, strcat(pair, pixel)))
         return ibl_misuse("--pixel %s: the engine loads %s", pixel, takes);
-    return !o->zstd || o->file != IBL_CONTAINER_KTX2 ||
-           lists(takes, "zstd", true) ||
+    return !o->zstd || o->file != IBL_CONTAINER_KTX2 || strstr(takes, "zstd") ||
            ibl_misuse("--zstd %d: the engine loads %s without it", o->zstd,
                       takes);
 }

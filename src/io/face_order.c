@@ -11,7 +11,6 @@
  */
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
@@ -111,20 +110,13 @@ typedef struct faces {
     float texels[];
 } faces;
 
-static int compare(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 /* Takes means over the texels of each place. Logarithms are of what is above a
- * share of the median: suns count little, and noise in the dark nothing. */
-static void look(const ibl_cube *cube, faces *f, float *sorted)
+ * share of a mean in which suns count little: noise in the dark is nothing. */
+static void look(const ibl_cube *cube, faces *f)
 {
     const int n = f->n;
     const size_t size = (size_t)cube->size, count = (size_t)(IBL_FACES * n * n);
-    float *to = f->at[0];
-    double sum = 0;
+    double roots = 0;
 
     for (size_t i = 0; i < count; i++) {
         const size_t face = i / (size_t)(n * n);
@@ -139,15 +131,13 @@ static void look(const ibl_cube *cube, faces *f, float *sorted)
                     cube->data + 3 * ((face * size + v) * size + u);
                 light += (double)(p[0] + 2 * p[1] + p[2]);
             }
-        sorted[i] = to[i] = (float)(light / (double)(4 * texels));
-        sum += (double)to[i];
+        light = fmax(light, 0) / (double)(4 * texels);
+        f->at[0][i] = (float)light;
+        roots += sqrt(light) / (double)count;
     }
-    qsort(sorted, count, sizeof *sorted, compare);
-    const double median = (double)sorted[count / 2];
-    const double least =
-        .05 * (median > 0 ? median : sum / (double)count) + 1e-30;
     for (size_t i = 0; i < count; i++)
-        to[i] = (float)log((double)to[i] + least);
+        f->at[0][i] =
+            (float)log((double)f->at[0][i] + .05 * roots * roots + 1e-30);
 }
 
 /* Sample i of an edge, clockwise. */
@@ -314,13 +304,13 @@ ibl_status ibl_faces_check(ibl_ctx *ctx, const char *name, const ibl_cube *cube,
 
     if (n < LEAST_EDGE)
         return IBL_OK;
-    faces *f = ibl_alloc_zeroed(1, sizeof *f + 2 * count * sizeof(float));
+    faces *f = ibl_alloc_zeroed(1, sizeof *f + count * sizeof(float));
     if (!f)
         return ibl_no_memory(ctx, "the faces of a cube");
     f->n = n;
     for (int i = 0; i < IBL_FACES; i++)
         f->at[i] = f->texels + (size_t)i * count / IBL_FACES;
-    look(cube, f, f->texels + count);
+    look(cube, f);
     measure(f);
     judge(ctx, name, f, order);
     ibl_free(f);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /*
- * Bevy, Cesium and glTF's EXT_lights_image_based do not run here: these are
- * readers after their rules. Of each target
+ * Bevy and Cesium do not run here, and Babylon alone reads glTF's
+ * EXT_lights_image_based: these are readers after their rules. Of each target
  *   chain   options of the exact levels
  *   most    the relative error that its texels may have
  *   largest value of a texel, if that is little
