@@ -274,11 +274,6 @@ typedef struct fit {
     double wrong[FITTED * FITTED / 2][4]; /* sums with weights; the weights' */
 } fit;
 
-static bool is_fitted(int i)
-{
-    return i >= LEVELS && rectangle_of(i).width <= FITTED;
-}
-
 /* Adds what is wrong at u, v to the texels that it lies between. */
 static void add_wrong(const faces *f, int width, double u, double v, fit *t)
 {
@@ -319,19 +314,6 @@ static void improve(const faces *f, int width, fit *t)
             t->texel[i][c] += STEP * t->wrong[i][c] / t->wrong[i][3];
 }
 
-/* Of what is below 0, as of 0. */
-static double squared(double x)
-{
-    return x > 0 ? x * x : 0;
-}
-
-static void map_texels(fit *t, int count, double (*to)(double))
-{
-    for (int i = 0; i < count; i++)
-        for (int c = 0; c < 3; c++)
-            t->texel[i][c] = to(t->texel[i][c]);
-}
-
 static void put_fitted(const atlas *a, int i)
 {
     const rectangle r = rectangle_of(i);
@@ -341,12 +323,16 @@ static void put_fitted(const atlas *a, int i)
 
     for (int y = 0; y < r.width / 2; y++)
         take_row(a, i, y, t.texel + y * r.width);
-    map_texels(&t, count, sqrt);
+    for (int k = 0; k < 3 * count; k++)
+        t.texel[k / 3][k % 3] = sqrt(t.texel[k / 3][k % 3]);
     for (int k = 0; k < ROUNDS; k++)
         improve(&f, r.width, &t);
-    map_texels(&t, count, squared);
-    for (int k = 0; k < count; k++)
-        put_texel(t.texel[k], place_of(a, &r, k % r.width, k / r.width));
+    for (int k = 0; k < count; k++) {
+        double rgb[3];
+        for (int c = 0; c < 3; c++)
+            rgb[c] = t.texel[k][c] * fmax(t.texel[k][c], 0);
+        put_texel(rgb, place_of(a, &r, k % r.width, k / r.width));
+    }
 }
 
 /* ---- all of them ----------------------------------------------------------
@@ -362,7 +348,8 @@ static void row_job(void *arg, int job, int worker)
     for (int i = 0; i < RECTANGLES; i++) {
         const rectangle r = rectangle_of(i);
         const bool here = job >= r.y && job < r.y + r.width / 2;
-        if (here && !is_fitted(i))
+        const bool fitted = i >= LEVELS && r.width <= FITTED;
+        if (here && !fitted)
             put_row(a, i, job - r.y);
         else if (here && job == r.y)
             put_fitted(a, i);
