@@ -19,7 +19,7 @@ enum {
     BAND_BYTES = 4 << 20, /* of rings that are held */
     MIN_PAIRS = 96,
     LEAST_DEGREE = 8,
-    PROBES = 64,  /* on each of GROUP rings */
+    PROBES = 32,  /* on each of GROUP rings */
     SMALLEST = 16 /* degree that is tried */
 };
 

@@ -10,6 +10,7 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
@@ -38,6 +39,8 @@ static const double far_away = 20;
 /* Sides of the parts of a pixel that the horizon may cut: flat, and the lobe is
  * about linear over them. */
 static const double flat = 0.0062;
+
+typedef float block __attribute__((vector_size(4 * BLOCK)));
 
 /* Allows for the rounding of points to floats. */
 static const double slack = 1e-6;
@@ -224,17 +227,22 @@ void ibl_point_lights_add(const ibl_point_lights *p, const ibl_radial_dsp *dsp,
 {
     double centre[3] = {0}, cosine = 1;
     int from = 0; /* far points that are not added yet */
+    block x, y, z, along;
 
     /* A cap around the directions, at most half the sphere. */
-    for (int k = 0; k < 3; k++)
-        for (int i = 0; i < BLOCK; i++)
-            centre[k] += (double)point[k * stride + i];
+    memcpy(&x, point, sizeof x);
+    memcpy(&y, point + stride, sizeof y);
+    memcpy(&z, point + 2 * stride, sizeof z);
+    for (int i = 0; i < BLOCK; i++) {
+        centre[0] += (double)x[i];
+        centre[1] += (double)y[i];
+        centre[2] += (double)z[i];
+    }
     if (!unit3(centre))
         centre[1] = 1;
+    along = (float)centre[0] * x + (float)centre[1] * y + (float)centre[2] * z;
     for (int i = 0; i < BLOCK; i++)
-        cosine = fmin(cosine, centre[0] * (double)point[i] +
-                                  centre[1] * (double)point[stride + i] +
-                                  centre[2] * (double)point[2 * stride + i]);
+        cosine = (double)along[i] < cosine ? (double)along[i] : cosine;
     cosine = fmax(cosine, 0);
     const double sine = sqrt(1 - cosine * cosine);
     for (int i = 0; i < p->count; i++) {
