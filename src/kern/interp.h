@@ -49,7 +49,7 @@ typedef struct ibl_interp_dsp {
     /*
      * Weights at the positions shift + scale angle[i], above -64. first[i] is
      * the lowest tap's index, weight[8 i ..] are the weights of this tap and
-     * the next seven. Their sum is 1 within the rounding of the largest one.
+     * the next seven. Their sum is 1 within 2e-7.
      */
     void (*weights)(double shift, double scale, const double *angle, int count,
                     int *first, float *weight);

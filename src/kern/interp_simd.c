@@ -7,7 +7,6 @@
 
 enum {
     VECTORS = 4 * IBL_TAPS / VF, /* vectors for a ring's samples */
-    PARTS = IBL_TAPS / VD,       /* vectors for the weights */
     DEGREE = 5                   /* of the weights' polynomials */
 };
 
@@ -62,33 +61,26 @@ static void angles(const float *point, int stride, int count, double *theta,
  * (Wiener): 2e-5 of the field without its mean, and less at more samples.
  * tests/design_taps.c makes them.
  */
-static const double taps[][IBL_TAPS] = {
-    {-0.00401042465348296, 0.0310095351514452, -0.13153261994387,
-     0.604533509445908, 0.604533509445908, -0.13153261994387,
-     0.0310095351514452, -0.00401042465348296},
-    {0.00123621840421597, -0.0128955432049063, 0.0889283815128346,
-     -1.21095799657047, 1.21095799657047, -0.0889283815128346,
-     0.0128955432049063, -0.00123621840421597},
-    {0.0185831807802341, -0.141420990257477, 0.563076919211716,
-     -0.440239109734473, -0.440239109734473, 0.563076919211716,
-     -0.141420990257477, 0.0185831807802341},
-    {-0.00573548287935413, 0.0588861711390463, -0.38122939140027,
-     0.889391755955098, -0.889391755955098, 0.38122939140027,
-     -0.0588861711390463, 0.00573548287935413},
-    {-0.0101779767417419, 0.0695883224573149, -0.147884535069881,
-     0.0884741893543074, 0.0884741893543074, -0.147884535069881,
-     0.0695883224573149, -0.0101779767417419},
-    {0.00316566554269894, -0.0292374427253299, 0.102125704785305,
-     -0.182341155698905, 0.182341155698905, -0.102125704785305,
-     0.0292374427253299, -0.00316566554269894},
+static const float taps[][IBL_TAPS] = {
+    {-0.00401042465348296f, 0.0310095351514452f, -0.13153261994387f,
+     0.604533509445908f, 0.604533509445908f, -0.13153261994387f,
+     0.0310095351514452f, -0.00401042465348296f},
+    {0.00123621840421597f, -0.0128955432049063f, 0.0889283815128346f,
+     -1.21095799657047f, 1.21095799657047f, -0.0889283815128346f,
+     0.0128955432049063f, -0.00123621840421597f},
+    {0.0185831807802341f, -0.141420990257477f, 0.563076919211716f,
+     -0.440239109734473f, -0.440239109734473f, 0.563076919211716f,
+     -0.141420990257477f, 0.0185831807802341f},
+    {-0.00573548287935413f, 0.0588861711390463f, -0.38122939140027f,
+     0.889391755955098f, -0.889391755955098f, 0.38122939140027f,
+     -0.0588861711390463f, 0.00573548287935413f},
+    {-0.0101779767417419f, 0.0695883224573149f, -0.147884535069881f,
+     0.0884741893543074f, 0.0884741893543074f, -0.147884535069881f,
+     0.0695883224573149f, -0.0101779767417419f},
+    {0.00316566554269894f, -0.0292374427253299f, 0.102125704785305f,
+     -0.182341155698905f, 0.182341155698905f, -0.102125704785305f,
+     0.0292374427253299f, -0.00316566554269894f},
 };
-
-/* Rounds the weights to float; returns the rounding errors. */
-static inline vd round_weights(vd exact, float *w)
-{
-    vd_store_floats(w, exact);
-    return exact - vd_load_floats(w);
-}
 
 static void weights(double shift, double scale, const double *angle, int count,
                     int *first, float *weight)
@@ -97,22 +89,14 @@ static void weights(double shift, double scale, const double *angle, int count,
         /* Casts round towards zero, and positions are above -64. */
         const double position = shift + scale * angle[i];
         const int whole = (int)(position + 64) - 64;
-        const double t = position - whole - 0.5;
-        float *w = weight + (size_t)i * IBL_TAPS;
-        double rest[VD];
-        vd lost = vd_all(0);
-        for (int k = 0; k < PARTS; k++) {
-            vd exact = vd_load(taps[DEGREE] + k * VD);
+        const vf t = vf_all((float)(position - whole - 0.5));
+        for (int k = 0; k < IBL_TAPS; k += VF) {
+            vf w = vf_load(taps[DEGREE] + k);
 #pragma GCC unroll 5
             for (int d = DEGREE - 1; d >= 0; d--)
-                exact = vd_fma(exact, vd_all(t), vd_load(taps[d] + k * VD));
-            lost += round_weights(exact, w + k * VD);
+                w = vf_fma(w, t, vf_load(taps[d] + k));
+            vf_store(weight + (size_t)i * IBL_TAPS + k, w);
         }
-        vd_store(rest, lost);
-        for (int n = VD / 2; n; n /= 2)
-            for (int k = 0; k < n; k++)
-                rest[k] += rest[k + n];
-        w[t < 0 ? IBL_TAPS_FIRST : IBL_TAPS_FIRST + 1] += (float)rest[0];
         first[i] = whole - IBL_TAPS_FIRST;
     }
 }

@@ -23,9 +23,9 @@ enum {
     SMALLEST = 16 /* degree that is tried */
 };
 
-/* Parts of the tolerance: what degrees leave out, which twice covers what is
- * measured at the probes, and the points of lights. */
-static const double degrees_part = 0.5, lights_part = 0.1;
+/* Parts of the tolerance: what degrees leave out, which is measured at the
+ * probes and exceeded elsewhere, and the points of lights. */
+static const double degrees_part = 0.4, elsewhere = 1.5, lights_part = 0.1;
 
 /* Error of the transforms, in floats: relative, and beside light that is
  * brighter on a ring as a part of its rms. */
@@ -185,50 +185,44 @@ static double measure_noise(const struct level *v, struct probes *p)
 
 /*
  * Chooses the smallest degree that leaves at most its part of the tolerance.
- * What a degree leaves is about what the next octave adds. Degrees are tried an
- * octave apart, and one between the last and the most. The logarithm of the
- * error is interpolated, and extrapolated to the most.
+ * What a degree leaves is about what the next octave adds. Degrees are tried
+ * from three quarters of the most down by octaves; what the most leave follows
+ * from the kernel's fall. In between, the logarithm of the error is
+ * interpolated.
  */
 static ibl_status try_degrees(struct level *v, struct probes *p)
 {
     const int most = v->target->most;
-    const double wanted = 0.5 * degrees_part * v->target->tolerance;
-    double error = INFINITY, before = INFINITY;
-    int low = 0, degree = most, next = most;
+    const double wanted = degrees_part * v->target->tolerance;
+    const int few = most / 4 > SMALLEST ? most / 4 : most;
+    int high = most, low = most - most / 4;
+    double left = INFINITY, error = 0;
+    ibl_status status = make_probes(v, p, 0, few);
 
-    while (next / 2 >= SMALLEST && next > most / 4)
-        next /= 2;
-    ibl_status status = make_probes(v, p, 0, next);
     if (!status) {
         find_sizes(v, p);
         v->noise = measure_noise(v, p);
     }
-    while (!status && next < most && error > wanted) {
-        const int until = 2 * next < most ? 2 * next : most;
-        low = degree < most ? degree : 0;
-        degree = next;
-        status = make_probes(v, p, degree + 1, until);
-        before = error;
-        error = measure(v, p);
-        next = until < most        ? until
-               : 2 * low >= degree ? most
-                                   : (degree + most) / 2;
+    while (!status && low >= SMALLEST / 2) {
+        const int until = 2 * low < most ? 2 * low : most;
+        status = make_probes(v, p, low + 1, until);
+        error = status ? 0 : measure(v, p);
+        if (high == most)
+            left = error * fmin(fabs(v->kernel[most] / v->kernel[low]), 1);
+        if (error > wanted)
+            break;
+        high = low;
+        left = error;
+        low /= 2;
     }
-    if (error > wanted && low > 0) {
-        const double ends = (double)(most - degree) / (degree - low);
-        const double last = error * pow(fmin(error / before, 1), ends);
-        before = error;
-        error = last;
-        low = degree;
-        degree = most;
+    v->degree = high;
+    v->error = left < INFINITY ? elsewhere * left : 0;
+    if (error > wanted && left < wanted) {
+        const double part =
+            log(error / wanted) / log(error / fmax(left, 1e-20));
+        v->degree = low + (int)ceil(part * (high - low));
+        v->error = elsewhere * wanted;
     }
-    if (error < wanted && before > wanted && before < INFINITY) {
-        const double part = log(before / wanted) / log(before / error);
-        degree = low + (int)ceil(part * (degree - low));
-        error = wanted;
-    }
-    v->degree = degree;
-    v->error = error < INFINITY ? 2 * error : 0;
     return status;
 }
 
@@ -250,13 +244,14 @@ static ibl_status choose_degree(struct level *v)
 
 /* ---- the grid ---------------------------------------------------------- */
 
-/* Three samples for the shortest wave, in bands. */
+/* A grid for the shortest wave, in bands. Columns are a power of two, and many
+ * enough but at the equator if they are just above two a wave. */
 static ibl_status make_grid(struct level *v)
 {
     const double needed = IBL_GRID_SAMPLES * v->degree;
     int columns = MIN_COLUMNS;
 
-    while (columns < needed)
+    while (columns < 2.05 * v->degree)
         columns *= 2;
     const int half = GROUP / 2 * (int)ceil(needed / 2 / GROUP);
     const int fit = BAND_BYTES / (32 * columns);
