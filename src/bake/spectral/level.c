@@ -18,14 +18,16 @@ enum {
     MIN_COLUMNS = 64,
     BAND_BYTES = 4 << 20, /* of rings that are held */
     MIN_PAIRS = 96,
-    LEAST_DEGREE = 8,
-    PROBES = 32,  /* on each of GROUP rings */
-    SMALLEST = 16 /* degree that is tried */
+    PROBES = 32, /* on each of GROUP rings */
+    SMALLEST = 8 /* degree that is tried */
 };
 
 /* Parts of the tolerance: what degrees leave out, which is measured at the
  * probes and exceeded elsewhere, and the points of lights. */
 static const double degrees_part = 0.4, elsewhere = 1.5, lights_part = 0.1;
+
+/* Value of the kernel from which on degrees are tried. */
+static const double small = 1e-2;
 
 /* Error of the transforms, in floats: relative, and beside light that is
  * brighter on a ring as a part of its rms. */
@@ -185,44 +187,45 @@ static double measure_noise(const struct level *v, struct probes *p)
 
 /*
  * Chooses the smallest degree that leaves at most its part of the tolerance.
- * What a degree leaves is about what the next octave adds. Degrees are tried
- * from three quarters of the most down by octaves; what the most leave follows
- * from the kernel's fall. In between, the logarithm of the error is
- * interpolated.
+ * What a degree leaves is about what the next octave adds. Octaves are tried
+ * from where the kernel is small; what the most leave follows from its fall. In
+ * between, the logarithm of the error is interpolated.
  */
 static ibl_status try_degrees(struct level *v, struct probes *p)
 {
     const int most = v->target->most;
     const double wanted = degrees_part * v->target->tolerance;
-    const int few = most / 4 > SMALLEST ? most / 4 : most;
-    int high = most, low = most - most / 4;
-    double left = INFINITY, error = 0;
-    ibl_status status = make_probes(v, p, 0, few);
+    int low = 0, high = SMALLEST;
+    double error = INFINITY, before = INFINITY;
 
+    while (high < most && fabs(v->kernel[high]) > small)
+        high++;
+    ibl_status status = make_probes(v, p, 0, high < most ? high : most);
     if (!status) {
         find_sizes(v, p);
         v->noise = measure_noise(v, p);
     }
-    while (!status && low >= SMALLEST / 2) {
-        const int until = 2 * low < most ? 2 * low : most;
-        status = make_probes(v, p, low + 1, until);
-        error = status ? 0 : measure(v, p);
-        if (high == most)
-            left = error * fmin(fabs(v->kernel[most] / v->kernel[low]), 1);
-        if (error > wanted)
+    while (!status && high < most) {
+        status = make_probes(v, p, high + 1, 2 * high < most ? 2 * high : most);
+        error = measure(v, p);
+        if (error <= wanted)
             break;
-        high = low;
-        left = error;
-        low /= 2;
+        before = error;
+        low = high;
+        high *= 2;
+    }
+    if (high >= most) {
+        high = most;
+        error =
+            low ? before * fmin(fabs(v->kernel[most] / v->kernel[low]), 1) : 0;
+    }
+    if (error < wanted && low > 0) {
+        const double fall = log(before / fmax(error, 1e-20));
+        high = low + (int)ceil(log(before / wanted) / fall * (high - low));
+        error = wanted;
     }
     v->degree = high;
-    v->error = left < INFINITY ? elsewhere * left : 0;
-    if (error > wanted && left < wanted) {
-        const double part =
-            log(error / wanted) / log(error / fmax(left, 1e-20));
-        v->degree = low + (int)ceil(part * (high - low));
-        v->error = elsewhere * wanted;
-    }
+    v->error = elsewhere * error;
     return status;
 }
 
