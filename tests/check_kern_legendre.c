@@ -71,7 +71,8 @@ static void make(fixture *x, ibl_isa isa, ibl_ring_kind kind, int rings,
         x->order.scratch[i] = NAN;
     for (size_t i = 0; i < PARTS * x->stride; i++)
         x->f[i] = i % x->stride < (size_t)x->rows ? 0 : NAN;
-    if (!ibl_legendre_rings_init(&x->rings, kind, rings, degree))
+    if (!ibl_legendre_rings_init(&x->rings, kind, rings, 0, (rings + 1) / 2,
+                                 degree))
         exit(1);
     x->order.end = x->rings.pairs;
 }

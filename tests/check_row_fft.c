@@ -338,8 +338,10 @@ static void inverse(ibl_ctx *ctx, int columns, int orders, int count, int step)
         in.data[i] = (float)(2 * test_random_unit(&r) - 1);
     float *rgba = floats(stride * ROWS);
     float *scratch = floats(ibl_row_fft_scratch(plan));
-    const ibl_row_fft_samples out = {rgba + BORDER, stride, count};
-    ibl_row_fft_inverse(plan, &in, BEFORE, scratch, &out);
+    float *row[ROWS];
+    for (int j = 0; j < count; j++)
+        row[j] = rgba + (size_t)(count - 1 - j) * stride + BORDER;
+    ibl_row_fft_inverse(plan, &in, BEFORE, count, scratch, row);
 
     double error = 0, truth = 0;
     for (int k = 0; k < columns * count * 3; k += step) {
@@ -352,7 +354,7 @@ static void inverse(ibl_ctx *ctx, int columns, int orders, int count, int step)
                 ibl_ring_spectra_at(&in, m, 2 * c + 1)[BEFORE + j];
             f += m ? 2 * (re * cos(m * phi) - im * sin(m * phi)) : re;
         }
-        const double e = out.rgba[(size_t)j * stride + (size_t)(4 * i + c)] - f;
+        const double e = row[j][4 * i + c] - f;
         error += e * e;
         truth += f * f;
     }

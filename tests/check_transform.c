@@ -132,6 +132,31 @@ static void check_synthesis(const ibl_harmonics *h, const double *factor,
     ibl_free(p);
 }
 
+/* Some pairs of rings have the same floats as among all. */
+static void check_pairs(ibl_ctx *ctx, const ibl_harmonics *h,
+                        const double *factor, int degree,
+                        const ibl_ring_spectra *all)
+{
+    const int half = (all->rings + 1) / 2, first = half / 3;
+    const int end = half - half / 4, middle = 2 * end > all->rings;
+    const int count = 2 * (end - first) - middle;
+    ibl_ring_spectra some = make_spectra(ctx, count, degree + 1);
+
+    CHECK(
+        !ibl_sht_synthesise(ctx, h, factor, degree, all->rings, first, &some));
+    for (int i = 0; i < PARTS * (degree + 1); i++) {
+        const float *want = ibl_ring_spectra_at(all, i / PARTS, i % PARTS);
+        const float *got = ibl_ring_spectra_at(&some, i / PARTS, i % PARTS);
+        int bad = 0;
+        for (int j = 0; j < end - first; j++)
+            bad += got[j] != want[first + j] ||
+                   got[count - 1 - j] != want[all->rings - 1 - first - j];
+        CHECK_MSG(!bad, "pairs %d..%d of %d rings: %d differ", first, end,
+                  all->rings, bad);
+    }
+    ibl_ring_spectra_free(&some);
+}
+
 static void check_rings(ibl_ctx *ctx, int rings, int degree, int step)
 {
     test_random rnd = {(uint64_t)(rings * 1000 + degree)};
@@ -143,10 +168,11 @@ static void check_rings(ibl_ctx *ctx, int rings, int degree, int step)
     random_harmonics(&h, &rnd);
     for (int l = 0; l <= degree; l++)
         factor[l] = test_random_unit(&rnd);
-    CHECK(ibl_sht_synthesise(ctx, &h, factor, less, &out) == IBL_OK);
+    CHECK(!ibl_sht_synthesise(ctx, &h, factor, less, rings, 0, &out));
     for (int m = 0; m <= less; m += step)
         check_synthesis(&h, factor, less, &out, m);
     CHECK(isnan(ibl_ring_spectra_at(&out, less + 1, 0)[0]));
+    check_pairs(ctx, &h, factor, less, &out);
     ibl_ring_spectra_free(&out);
     ibl_harmonics_free(&h);
     ibl_free(factor);
@@ -386,7 +412,7 @@ TEST(any_threads)
         memset(s[at].data, 0, floats * sizeof(float));
         random_spectra(&in, &rnd);
         CHECK(!ibl_sht_analyse(ctx, NULL, &in, ones, &h[at]));
-        CHECK(!ibl_sht_synthesise(ctx, &h[at], ones, DEGREE, &s[at]));
+        CHECK(!ibl_sht_synthesise(ctx, &h[at], ones, DEGREE, RINGS, 0, &s[at]));
         CHECK(!memcmp(h[0].data, h[at].data,
                       3 * (DEGREE + 1) * (DEGREE + 2) * sizeof(double)));
         CHECK(!memcmp(s[0].data, s[at].data, floats * sizeof(float)));
