@@ -150,9 +150,10 @@ static inline vf far_value(const ibl_radial *lobe, const vf p[6],
  *         2 n! / (n + 2)! / (8 a b) 2,
  * plus for the corners with two equal signs. Returns that of n = 1 and replaces
  * q by where K / N.L is taken: at h of the mean of h max(h, 0) over that of
- * max(h, 0).
+ * max(h, 0). Of a whole rectangle these are c and q; half is then half the
+ * variance of h, else 0.
  */
-static inline vf cut(const vf p[6], const ibl_radial_light *s, vf *q, vi *whole)
+static inline vf cut(const vf p[6], const ibl_radial_light *s, vf *q, vf *half)
 {
     const vf c = vf_fma(*q, vf_all(-0.5f), vf_all(1)), zero = vf_all(0);
     vf side[2];
@@ -173,11 +174,25 @@ static inline vf cut(const vf p[6], const ibl_radial_light *s, vf *q, vi *whole)
         fourth = i % 3 ? vf_fma(zero - cube, h[i], fourth)
                        : vf_fma(cube, h[i], fourth);
     }
-    *whole = c > a + b;
+    const vi whole = c > a + b;
+    *half = vf_either(whole, (a * a + b * b) * (1 / 6.0f), zero);
     const vf part = vf_max(third / (24.0f * a * b), zero);
     const vf at = 0.5f * fourth / vf_max(third, vf_all(1e-30f));
-    *q = vf_either(*whole, *q, vf_max(2.0f - 2.0f * at, zero));
-    return vf_either(*whole, c, part);
+    *q = vf_either(whole, *q, vf_max(2.0f - 2.0f * at, zero));
+    return vf_either(whole, c, part);
+}
+
+/* The second derivative of h (1 - h)^power or, Phong, h h^power in parts of the
+ * value. */
+static inline vf bend_of(const ibl_radial *lobe, ibl_lobe kind, vf q)
+{
+    const vf least = vf_all(1e-6f), z = vf_max(0.5f * q, least);
+    const vf h = vf_max(1.0f - z, least);
+    const float n = lobe->power;
+
+    if (kind == IBL_LOBE_PHONG)
+        return n * (n + 1) / (h * h);
+    return (n * (n - 1) / z - 2 * n / h) / z;
 }
 
 enum form {
@@ -203,13 +218,14 @@ static inline void add_texels(const ibl_radial *lobe, ibl_lobe kind,
         sum[n][0] = sum[n][1] = sum[n][2] = zero;
     }
     for (const ibl_radial_light *s = lights; s < lights + count; s++) {
-        vf q[AT_ONCE], c[AT_ONCE];
-        vi any = {0}, whole[AT_ONCE] = {{0}};
+        vf q[AT_ONCE], c[AT_ONCE], half[AT_ONCE];
+        vi any = {0};
 #pragma GCC unroll 2
         for (int n = 0; n < AT_ONCE; n++) {
             q[n] = distance(p[n], s, form == SPREAD);
+            half[n] = zero;
             c[n] = form == CUT
-                       ? cut(p[n], s, &q[n], &whole[n])
+                       ? cut(p[n], s, &q[n], &half[n])
                        : vf_max(vf_fma(q[n], vf_all(-0.5f), vf_all(1)), zero);
             any |= c[n] > zero;
         }
@@ -223,7 +239,10 @@ static inline void add_texels(const ibl_radial *lobe, ibl_lobe kind,
             if (form == SPREAD)
                 k = far_value(lobe, p[n], s, q[n]);
             else if (form == CUT && kind == IBL_LOBE_GGX)
-                k = vf_either(whole[n], far_value(lobe, p[n], s, q[n]), k);
+                k = vf_either(half[n] > zero, far_value(lobe, p[n], s, q[n]),
+                              k);
+            else if (form == CUT)
+                k *= vf_fma(half[n], bend_of(lobe, kind, q[n]), vf_all(1));
 #pragma GCC unroll 3
             for (int i = 0; i < 3; i++)
                 sum[n][i] = vf_fma(k, vf_all(s->rgb[i]), sum[n][i]);

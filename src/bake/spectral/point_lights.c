@@ -66,7 +66,7 @@ struct ibl_point_lights {
 static int nodes_of(double extent, double reach, double error)
 {
     const int least = extent * extent * 2 > 3 * error * reach * reach ? 2 : 1;
-    const double left = -log(fmin(0.6 * error, 0.1));
+    const double left = -log(fmin(0.06 * error, 0.1));
     const double n = ceil(0.5 * left / asinh(2 * reach / extent));
     return (int)fmin(fmax(n, least), MOST_NODES);
 }
@@ -150,6 +150,7 @@ static void plan(const ibl_lobe_shape *shape, double error, struct light *l)
     const double radius = 0.5 * hypot(side[0], side[1]);
     const double near[2] = {fmin(far_away * radius, 1), radius};
     const double reach = 2 * shape->alpha;
+    const double taper = 2 * side[0] / fabs(tan(middle)); /* at a pole */
 
     l->middle[0] = sin(middle) * cos(p->phi);
     l->middle[1] = cos(middle);
@@ -157,7 +158,8 @@ static void plan(const ibl_lobe_shape *shape, double error, struct light *l)
     for (int k = 0; k < 2; k++) {
         l->nodes[NEAR][k] = nodes_of(side[k], reach, error);
         l->nodes[FAR][k] = shape->lobe == IBL_LOBE_GGX ? 1 : l->nodes[NEAR][k];
-        l->nodes[CUT][k] = (int)fmin(ceil(side[k] / flat), MOST_PARTS);
+        l->nodes[CUT][k] =
+            (int)fmin(ceil(fmax(side[k] / flat, k ? 0 : taper)), MOST_PARTS);
         l->sine[k] = sin(near[k]);
         l->cosine[k] = cos(near[k]);
     }
