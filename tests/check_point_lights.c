@@ -242,7 +242,11 @@ TEST(pixels)
                 const pixel *p = &pixels[k];
                 double error[TEXELS];
                 errors_of(l, p, (enum where)at, error);
-                CHECK_MSG(error[TEXELS / 20] <= 1e-5 && error[0] <= 1e-3,
+                /* The middle of Charlie bends. */
+                const bool bent =
+                    l->of == IBL_LOBE_CHARLIE && at != LOBE && at != FAR;
+                CHECK_MSG(error[TEXELS / 20] <= (bent ? 1e-3 : 7e-5) &&
+                              error[0] <= (bent ? 1e-3 : 1e-4),
                           "%s %g, pixel %d, %d of %d rows, %s: 95th %.2e, "
                           "worst %.2e",
                           ibl_lobe_name(l->of), l->alpha, p->column, p->row,

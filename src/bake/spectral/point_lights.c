@@ -21,7 +21,9 @@
 enum {
     BLOCK = IBL_RADIAL_BLOCK,
     MOST_NODES = 16, /* along a side of a pixel */
-    MOST_PARTS = 12
+    KINK = 6,
+    MOST_PARTS = 12,
+    MOST_LIGHTS = 4096 /* that may come of splitting pixels */
 };
 
 /* For texels to which it is near, far, or on the horizon. */
@@ -123,23 +125,17 @@ static void put_points(const ibl_patch *p, const int nodes[2],
         }
 }
 
-/* Writes the parts of a pixel that the horizon may cut. */
-static void put_parts(const ibl_patch *p, const int parts[2],
-                      ibl_radial_light *out)
+/* Part k of parts[0] x parts[1] of a pixel. */
+static ibl_patch part_of(const ibl_patch *p, const int parts[2], int k)
 {
     const double height = (p->theta[1] - p->theta[0]) / parts[0];
-    const double width = p->width / parts[1];
-    static const int one[2] = {1, 1};
+    ibl_patch part = *p;
 
-    for (int j = 0; j < parts[0]; j++)
-        for (int i = 0; i < parts[1]; i++) {
-            ibl_patch part = *p;
-            part.theta[0] += height * j;
-            part.theta[1] = part.theta[0] + height;
-            part.width = width;
-            part.phi += width * (i + 0.5) - 0.5 * p->width;
-            put_points(&part, one, out++);
-        }
+    part.theta[0] += height * (k / parts[1]);
+    part.theta[1] = part.theta[0] + height;
+    part.width /= parts[1];
+    part.phi += part.width * (k % parts[1] + 0.5) - 0.5 * p->width;
+    return part;
 }
 
 static void plan(const ibl_lobe_shape *shape, double error, struct light *l)
@@ -148,7 +144,9 @@ static void plan(const ibl_lobe_shape *shape, double error, struct light *l)
     const double middle = 0.5 * (p->theta[0] + p->theta[1]);
     const double side[2] = {p->theta[1] - p->theta[0], p->width * sin(middle)};
     const double radius = 0.5 * hypot(side[0], side[1]);
-    const double near[2] = {fmin(far_away * radius, 1), radius};
+    const bool ggx = shape->lobe == IBL_LOBE_GGX;
+    const double near[2] = {ggx ? fmin(far_away * radius, 1) : 6 * radius,
+                            radius};
     const double reach = 2 * shape->alpha;
     const double taper = 2 * side[0] / fabs(tan(middle)); /* at a pole */
 
@@ -156,8 +154,11 @@ static void plan(const ibl_lobe_shape *shape, double error, struct light *l)
     l->middle[1] = cos(middle);
     l->middle[2] = sin(middle) * sin(p->phi);
     for (int k = 0; k < 2; k++) {
-        l->nodes[NEAR][k] = nodes_of(side[k], reach, error);
-        l->nodes[FAR][k] = shape->lobe == IBL_LOBE_GGX ? 1 : l->nodes[NEAR][k];
+        const int nodes = nodes_of(side[k], reach, error);
+        /* Charlie may have a kink in its middle. */
+        l->nodes[NEAR][k] =
+            shape->lobe == IBL_LOBE_CHARLIE && nodes < KINK ? KINK : nodes;
+        l->nodes[FAR][k] = ggx ? 1 : nodes;
         l->nodes[CUT][k] =
             (int)fmin(ceil(fmax(side[k] / flat, k ? 0 : taper)), MOST_PARTS);
         l->sine[k] = sin(near[k]);
@@ -176,20 +177,29 @@ ibl_status ibl_point_lights_create(ibl_ctx *ctx, const ibl_patch *patches,
 {
     static const enum range order[] = {FAR, NEAR, CUT};
     ibl_point_lights *p = *out = ibl_alloc_zeroed(1, sizeof *p);
-    int points = 0;
+    /* Pixels that are too large for MOST_NODES are lights in parts. */
+    const double most = fmax(floor(sqrt((double)MOST_LIGHTS / count)), 1);
+    int points = 0, split = 1;
 
+    for (int i = 0; i < count; i++) {
+        const double height = patches[i].theta[1] - patches[i].theta[0];
+        split = (int)fmax(split, ceil(height / (8 * shape->alpha)));
+    }
+    split = (int)fmin(split, most);
+    const int parts[2] = {split, split}, lights = count * split * split;
     if (p)
-        p->light = ibl_alloc_array((size_t)count, sizeof *p->light);
+        p->light = ibl_alloc_array((size_t)lights, sizeof *p->light);
     if (!p || !p->light)
         goto fail;
-    p->count = count;
+    p->count = lights;
     p->lobe = ibl_radial_of(shape);
-    for (int i = 0; i < count; i++) {
-        p->light[i].patch = patches[i];
+    for (int i = 0; i < lights; i++) {
+        p->light[i].patch =
+            part_of(&patches[i / (split * split)], parts, i % (split * split));
         plan(shape, error, &p->light[i]);
     }
     for (int r = 0; r < RANGES; r++) {
-        for (int i = 0; i < count; i++) {
+        for (int i = 0; i < lights; i++) {
             p->light[i].first[order[r]] = points;
             points += points_of(&p->light[i], order[r]);
         }
@@ -198,10 +208,14 @@ ibl_status ibl_point_lights_create(ibl_ctx *ctx, const ibl_patch *patches,
     p->point = ibl_alloc_array((size_t)points, sizeof *p->point);
     if (!p->point)
         goto fail;
-    for (struct light *l = p->light; l < p->light + count; l++) {
+    for (struct light *l = p->light; l < p->light + lights; l++) {
         put_points(&l->patch, l->nodes[FAR], p->point + l->first[FAR]);
         put_points(&l->patch, l->nodes[NEAR], p->point + l->first[NEAR]);
-        put_parts(&l->patch, l->nodes[CUT], p->point + l->first[CUT]);
+        for (int k = 0; k < points_of(l, CUT); k++) {
+            static const int one[2] = {1, 1};
+            const ibl_patch part = part_of(&l->patch, l->nodes[CUT], k);
+            put_points(&part, one, p->point + l->first[CUT] + k);
+        }
     }
     return IBL_OK;
 fail:
@@ -254,7 +268,7 @@ void ibl_point_lights_add(const ibl_point_lights *p, const ibl_radial_dsp *dsp,
             fabs(c) <= sine * l->cosine[1] + cosine * l->sine[1] + slack;
         const bool near = !cut && c > cosine * l->cosine[0] - sine * l->sine[0];
 
-        if (!cut && (!near || p->lobe.lobe != IBL_LOBE_GGX))
+        if (!cut && !near)
             continue;
         dsp->add_far(&p->lobe, p->point + from, l->first[FAR] - from, point,
                      stride, rgba);
