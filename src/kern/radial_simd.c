@@ -120,18 +120,22 @@ static inline void changes(const vf p[6], const ibl_radial_light *s, vf side[2])
             vf_fma(p[1], vf_all(s->side[k][1]), p[2] * vf_all(s->side[k][2])));
 }
 
+/* The mean of q: q + c v, c = N.L, v the sum of the squares of the sides / 3. */
+static inline vf mean_of(const ibl_radial_light *s, vf q)
+{
+    return vf_fma(vf_fma(q, vf_all(-0.5f), vf_all(1)), vf_all(s->rgb[3]), q);
+}
+
 /*
- * The mean of GGX over a rectangle. q has there the mean q + c v, c = N.L, and
- * the variance 4 (a^2 + b^2) / 3, with a and b the changes of N.L and v the sum
- * of the squares of the sides / 3. With t = 1 + slope q, the second derivative
- * of (1 - q/2) / t^2 is (6 c slope^2 / t^2 + 2 slope / t) / t^2.
+ * The mean of GGX over a rectangle, from that of q. Its variance is
+ * 4 (a^2 + b^2) / 3, with a and b the changes of N.L. With t = 1 + slope q, the
+ * second derivative of (1 - q/2) / t^2 is (6 c slope^2 / t^2 + 2 slope / t) /
+ * t^2.
  */
 static inline vf far_value(const ibl_radial *lobe, const vf p[6],
-                           const ibl_radial_light *s, vf q)
+                           const ibl_radial_light *s, vf mean)
 {
     const vf slope = vf_all(lobe->slope), zero = vf_all(0);
-    const vf level = vf_fma(q, vf_all(-0.5f), vf_all(1));
-    const vf mean = vf_fma(level, vf_all(s->rgb[3]), q);
     const vf c = vf_max(vf_fma(mean, vf_all(-0.5f), vf_all(1)), zero);
     const vf inverse = 1.0f / vf_fma(mean, slope, vf_all(1));
     const vf steep = slope * inverse;
@@ -223,6 +227,8 @@ static inline void add_texels(const ibl_radial *lobe, ibl_lobe kind,
 #pragma GCC unroll 2
         for (int n = 0; n < AT_ONCE; n++) {
             q[n] = distance(p[n], s, form == SPREAD);
+            if (form != POINT)
+                q[n] = mean_of(s, q[n]);
             half[n] = zero;
             c[n] = form == CUT
                        ? cut(p[n], s, &q[n], &half[n])

@@ -77,7 +77,7 @@ typedef struct level {
 } level;
 
 /* The directions of TILE texels of a row from x on, as from points(). Those
- * beyond the row repeat the last one, or go on. */
+ * beyond the row repeat the last one. */
 static void directions(const level *a, int face, int y, int x, float *point)
 {
     const int n = a->shape.width;
@@ -87,6 +87,9 @@ static void directions(const level *a, int face, int y, int x, float *point)
 
     if (a->shape.projection == IBL_PROJECTION_CUBE) {
         a->radial.points((2 * y + 1) / (double)n - 1, n, x, TILE, own);
+        for (int i = 0; i < 6 * TILE; i++)
+            if (x + i % TILE >= n)
+                own[i] = own[i - 1];
         for (int j = 0; j < 3; j++)
             for (int k = 0; k < 3; k++)
                 for (int i = 0; i < TILE && axis[j][k]; i++) {
