@@ -506,7 +506,7 @@ TEST(chains)
     o.yaw_deg = one.yaw_deg = 20;
     o.more = more;
     o.more_count = 5;
-    o.power = one.power = 1;
+    o.power = one.power = 128;
     ibl_bake_result all = map_bake(ctx, &map, &o);
     CHECK(all.more_count == 5);
     one.specular_options = o.specular_options;

@@ -123,8 +123,7 @@ TEST(of_a_mirror)
         ibl_bake_options o = ibl_bake_options_default();
         for (int i = 0; i < 30 && kind == 2; i++) /* a window */
             map_set(&map, 16 + i % 6, 8 + i / 6, 6, 5, 4);
-        o.power = 1;
-        o.sh_degree = 32;
+        o.power = 32;
         const ibl_bake_result spectrum = map_bake(ctx, &map, &o);
         for (int size = 4; size <= 64; size *= TEST_SANITIZED ? 16 : 2) {
             const ibl_expected_set set = {
@@ -370,8 +369,7 @@ TEST_SLOW(as_measured)
         ibl_reference *ref;
         for (int i = 0; i < 30 && k == 2; i++) /* a window */
             map_set(&map, 16 + i % 6, 4 + i / 6, 6, 5, 4);
-        o.power = 1;
-        o.sh_degree = LAST;
+        o.power = LAST;
         const ibl_bake_result spectrum = map_bake(ctx, &map, &o);
         memset(&p, 0, sizeof p);
         draw_pairs(&rnd, &p);

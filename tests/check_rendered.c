@@ -227,7 +227,7 @@ static bake *bake_of_size(ibl_ctx *ctx, ibl_image env, int size)
     o.specular_options.size = size;
     o.specular_options.levels = LEVELS;
     o.irradiance_options.size = size / 2;
-    o.power = 1;
+    o.power = 256;
     table.size = 64;
     const ibl_bake_result made = map_bake(ctx, &b->env, &o);
     b->layout = made.report.layout;

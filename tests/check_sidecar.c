@@ -67,7 +67,7 @@ static void read_and_bake(bake *b, const char *map)
     b->options.specular_options.projection = b->of->projection;
     b->options.irradiance_options.projection = b->of->projection;
     b->options.specular_options.size = SIZE;
-    b->options.power = 1;
+    b->options.power = 128;
     b->options.yaw_deg = b->of->yaw_deg;
     NEED(!ibl_image_alloc(b->ctx, env.width, env.height, &rest));
     memcpy(rest.data, env.data,

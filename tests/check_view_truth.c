@@ -453,13 +453,12 @@ static double expected_error(void)
     double nrmse;
 
     chain.size = 16;
-    o.power = 1;
-    o.sh_degree = 64;
+    o.power = 64;
     NEED(!ibl_image_alloc(on.ctx, 64, 32, &map));
     lights(&map);
     const ibl_bake_result spectrum = map_bake(on.ctx, &map, &o);
     NEED(!ibl_specular_layout_of(&chain, &set.layout) &&
-         !ibl_expectation_create(on.ctx, &m, spectrum.power, o.sh_degree, 32, 0,
+         !ibl_expectation_create(on.ctx, &m, spectrum.power, o.power, 32, 0,
                                  &e) &&
          !ibl_expectation_of(e, &set, &nrmse));
     ibl_expectation_free(e);

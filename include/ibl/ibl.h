@@ -826,6 +826,8 @@ typedef struct ibl_environment {
 
 #define IBL_MAX_MORE_CHAINS 31
 
+#define IBL_MAX_POWER_DEGREE 512
+
 /* The outputs of one reading of an environment. */
 typedef struct ibl_bake_options {
     size_t struct_size; /* see CONVENTIONS */
@@ -838,8 +840,9 @@ typedef struct ibl_bake_options {
     int irradiance; /* 0: none; default 1 */
     ibl_irradiance_options irradiance_options;
     int sh_degree;  /* 0..IBL_MAX_SH_DEGREE; -1: none; default 2 */
-    int power;      /* 1: the power of the harmonics; default 0. The
-                       best mapping implies it */
+    int power;      /* degree to which the power of the harmonics is made,
+                       0..IBL_MAX_POWER_DEGREE; default 0: it is not. The best
+                       mapping needs 256 */
     double yaw_deg; /* replaces those in the options above */
     const ibl_specular_options *more; /* further chains, with or without
                                          specular, all of the size that the
@@ -872,7 +875,7 @@ typedef struct ibl_bake_result {
     double *power;    /* of the map's spherical harmonics, or NULL: for each
                          degree l = 0..power_degree the mean of |a_lm|^2
                          over m, of R, G and B together */
-    int power_degree; /* at least 128 */
+    int power_degree; /* that of the options */
 } ibl_bake_result;
 
 void ibl_bake_result_free(ibl_bake_result *r); /* NULL and zeroed are fine */

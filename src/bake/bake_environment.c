@@ -21,7 +21,7 @@
 #include "image/level0.h"
 
 enum {
-    MOST_POWER = 256, /* degree of the power */
+    BEST_POWER = 256, /* degree of the power for the best mapping */
     GROUP = 2 * IBL_SPECTRAL_GROUP,
     BATCH_BYTES = 1 << 20, /* least size of a batch: about a core's cache */
     MOST_BYTES = 16 << 20  /* largest size of a batch, for many threads */
@@ -170,7 +170,8 @@ static ibl_status list_chains(bake *b)
     b->chain_count = first + more;
     for (int i = 0; i < b->chain_count; i++) {
         b->chains[i].opts.yaw_deg = o->yaw_deg;
-        b->opts.power |= is_best(&b->chains[i]);
+        if (is_best(&b->chains[i]) && b->opts.power < BEST_POWER)
+            b->opts.power = BEST_POWER;
     }
     return IBL_OK;
 }
@@ -499,8 +500,7 @@ static ibl_status make_sh(bake *b)
 
 static ibl_status make_power(bake *b)
 {
-    const int degree =
-        b->plan.degree < MOST_POWER ? b->plan.degree : MOST_POWER;
+    const int degree = b->opts.power;
     b->out->power = ibl_alloc_array((size_t)degree + 1, sizeof *b->out->power);
     if (!b->out->power)
         return ibl_no_memory(b->ctx, "the power of the spherical harmonics");

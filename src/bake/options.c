@@ -272,6 +272,10 @@ ibl_status ibl_check_bake(ibl_ctx *ctx, const ibl_environment *env,
     if (!isfinite(o->yaw_deg))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a yaw of %g degrees: must be finite", o->yaw_deg);
+    if (o->power < 0 || o->power > IBL_MAX_POWER_DEGREE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "power to degree %d: must be 0 to %d", o->power,
+                        IBL_MAX_POWER_DEGREE);
     if (o->sh_degree < -1 || o->sh_degree > IBL_MAX_SH_DEGREE)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "spherical harmonics of degree %d: must be 0 to %d, "

@@ -416,8 +416,9 @@ void ibl_opts_select(ibl_opts *o)
         o->bake.sh_degree = -1;
     if (o->lobe_table == IBL_LOBES_NO)
         o->only &= ~(1u << IBL_OUTPUT_LOBES);
-    o->bake.power =
+    const bool fits =
         (o->only & 1u << IBL_OUTPUT_LOBES) && o->lobe_table == IBL_LOBES_FITTED;
+    o->bake.power = fits ? 256 : 0;
     o->bake.specular = (o->only & 1u << IBL_OUTPUT_SPECULAR) != 0;
     o->bake.irradiance =
         o->only & 1u << IBL_OUTPUT_IRRADIANCE || o->engine == IBL_ENGINE_ENV ||

@@ -198,13 +198,11 @@ void ibl_bake_source_add(ibl_bake_source *s, ibl_bake *set);
 bool ibl_bake_source_read(ibl_bake_source *s);
 
 /* The power of what is baked as in ibl_bake_result, l = 0..*degree, to the
- * detail of its pixels or IBL_POWER, and its square as of
+ * detail of its pixels or IBL_MAX_POWER_DEGREE, and its square as of
  * ibl_expectation_create. The environment must have been read. */
-enum {
-    IBL_POWER = 512
-};
-bool ibl_bake_source_power(ibl_bake_source *s, double power[IBL_POWER + 1],
-                           int *degree, double *square);
+bool ibl_bake_source_power(ibl_bake_source *s,
+                           double power[IBL_MAX_POWER_DEGREE + 1], int *degree,
+                           double *square);
 
 /* Reads the environment, if there is one and it was not read, and bakes. */
 bool ibl_bake_source_make(ibl_bake_source *s);

@@ -25,7 +25,8 @@ void ibl_bake_source_add(ibl_bake_source *s, ibl_bake *set)
     set->chain = o->specular ? take_chain(s, &o->specular_options) : -1;
     all->skybox = o->skybox > all->skybox ? o->skybox : all->skybox;
     all->irradiance |= o->irradiance;
-    all->power |= o->power;
+    if (o->power > all->power)
+        all->power = o->power;
     if (o->sh_degree > all->sh_degree)
         all->sh_degree = o->sh_degree;
 }
@@ -138,24 +139,24 @@ static double mean_square(const ibl_image *map)
     return sum / (2.0 * map->width);
 }
 
-bool ibl_bake_source_power(ibl_bake_source *s, double power[IBL_POWER + 1],
-                           int *degree, double *square)
+bool ibl_bake_source_power(ibl_bake_source *s,
+                           double power[IBL_MAX_POWER_DEGREE + 1], int *degree,
+                           double *square)
 {
     const ibl_environment env = {.image = s->opts->lights ? &s->rest : &s->env};
     const int nyquist = s->width / 2;
     ibl_bake_options o = ibl_bake_options_default();
     ibl_bake_result made = {0};
 
-    *degree = nyquist < 8 ? 8 : nyquist < IBL_POWER ? nyquist : IBL_POWER;
+    *degree = nyquist < 8                      ? 8
+              : nyquist < IBL_MAX_POWER_DEGREE ? nyquist
+                                               : IBL_MAX_POWER_DEGREE;
     o.specular = o.irradiance = 0;
-    o.sh_degree = *degree;
+    o.sh_degree = -1;
+    o.power = *degree;
     const bool ok = !ibl_bake_environment(s->ctx, &env, &o, &made);
-    for (int l = 0; l <= *degree && ok; l++) {
-        const double *band = made.sh + 3 * (size_t)(l * l);
-        power[l] = 0;
-        for (int i = 0; i < 3 * (2 * l + 1); i++)
-            power[l] += band[i] * band[i] / (2 * l + 1);
-    }
+    for (int l = 0; l <= *degree && ok; l++)
+        power[l] = made.power[l];
     ibl_bake_result_free(&made);
     *square = mean_square(env.image);
     return ok;

@@ -54,7 +54,7 @@ typedef struct ibl_search {
     ibl_bake_source *from;
     ibl_opts *o;
     ibl_expectation *e;
-    double power[IBL_POWER + 1];
+    double power[IBL_MAX_POWER_DEGREE + 1];
     int degree; /* of the power */
     size_t most_bytes;
     double most_parts; /* squared error that the parts may add */

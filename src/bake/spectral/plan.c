@@ -7,7 +7,7 @@
 #include "core/pi.h"
 
 static const int min_degree = 32;
-static const int least_power = 128; /* the degree of ibl_bake_result's power */
+static const int least_degree = 128; /* of an analysis for levels */
 
 /* Highest degree of a level: a power of two less 1, for the columns of its
  * grid. GGX needs it from roughness 0.032 down. The corner of a wide lobe on
@@ -71,8 +71,10 @@ ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, const ibl_bake_options *opts,
     if (opts->sh_degree > plan->degree)
         plan->degree = opts->sh_degree;
     plan->single = opts->sh_degree + 1;
-    if ((opts->power || opts->specular) && plan->degree < least_power)
-        plan->degree = least_power;
+    if (opts->power > plan->degree)
+        plan->degree = opts->power;
+    if (opts->specular && plan->degree < least_degree)
+        plan->degree = least_degree;
     return status;
 }
 
