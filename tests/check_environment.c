@@ -502,7 +502,8 @@ TEST(chains)
     more[2].lobe = IBL_LOBE_PHONG;
     more[3].method = IBL_METHOD_SAMPLED;
     more[3].samples = 16;
-    more[4].mapping = IBL_ROUGHNESS_BEST;
+    more[4].levels = 4;
+    more[4].roughness = (const double[]){0, 0.2, 0.5, 1};
     o.yaw_deg = one.yaw_deg = 20;
     o.more = more;
     o.more_count = 5;

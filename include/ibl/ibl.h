@@ -338,18 +338,17 @@ typedef enum ibl_roughness_map {
     IBL_ROUGHNESS_LINEAR,   /* r = t: a shader uses lod = r (levels - 1) */
     IBL_ROUGHNESS_FILAMENT, /* t = r (2 - r), r = 1 - sqrt(1 - t): a shader
                                uses lod = r (2 - r) (levels - 1) */
-    IBL_ROUGHNESS_BEST,     /* fitted to each map, of GGX levels over the whole
-                               range 0..1: see ibl_specular_layout */
-    IBL_ROUGHNESS_BABYLON   /* alpha = min(2^(level / 0.8) / size, 1), level 0
+    IBL_ROUGHNESS_BABYLON,  /* alpha = min(2^(level / 0.8) / size, 1), level 0
                                of roughness 0, whatever their number: a shader
                                uses lod = 0.8 log2(size alpha), as Babylon.js
                                does */
+    IBL_ROUGHNESS_BEST      /* of a layout whose roughnesses were given: see
+                               ibl_specular_options; no option */
 } ibl_roughness_map;
 
-/* "linear", "filament", "best" or "babylon". */
+/* "linear", "filament", "babylon" or "best". */
 const char *ibl_roughness_map_name(ibl_roughness_map map);
 /* Perceptual roughness of a level, for a chain over the whole range 0..1. Of
- * IBL_ROUGHNESS_BEST, that before the fit: Filament's. Of
  * IBL_ROUGHNESS_BABYLON, for all levels down to 1x1: size 2^(levels - 1). */
 double ibl_level_roughness(ibl_roughness_map map, int level, int levels);
 /* The default number of levels: the last level is the smallest of at least 8x8
@@ -564,12 +563,8 @@ static inline ibl_specular_options ibl_specular_options_default(void)
  *                                          x = log2(r^2)     (Babylon's)
  * clamped to 0..levels - 1.
  *
- * The best mapping has the roughnesses, in steps of a sixtieth of r (2 - r),
- * with the least error of what shaders with the lobe table draw of the map that
- * is baked (as ibl_expectation_of), as a mean over roughnesses. No level is
- * narrower than Filament's level 1, and levels that the spectral method makes
- * with a near part stay as Filament's. The table has the lod for each view; the
- * straight lines are for shaders without it.
+ * The best mapping is that of roughnesses which were given. Its lobe table has
+ * the lod for each view; the straight lines are for shaders without it.
  */
 typedef struct ibl_specular_layout {
     int size, levels; /* of the cube that ibl_bake_specular makes */
@@ -583,13 +578,11 @@ double ibl_lod_of_roughness(const ibl_specular_layout *layout,
                             double roughness);
 
 /*
- * The layout for these options. Only this function defines a level's roughness;
- * with the best mapping it gives Filament's, and a bake fits them: see the
- * layout of its report. The levels have equal steps of x from roughness_min to
- * roughness_max; Babylon's are for the whole range only. For the whole range,
- * 0..1, this gives r = ibl_level_roughness(mapping, level, levels), the given
- * size and, by default, ibl_default_levels(size); with Babylon's mapping all
- * levels.
+ * The layout for these options. Only this function defines a level's roughness.
+ * The levels have equal steps of x from roughness_min to roughness_max;
+ * Babylon's are for the whole range only. For the whole range, 0..1, this gives
+ * r = ibl_level_roughness(mapping, level, levels), the given size and, by
+ * default, ibl_default_levels(size); with Babylon's mapping all levels.
  *
  * For a part of the range:
  *   size    the given one if roughness_min is 0: level 0 is the environment.
@@ -841,8 +834,7 @@ typedef struct ibl_bake_options {
     ibl_irradiance_options irradiance_options;
     int sh_degree;  /* 0..IBL_MAX_SH_DEGREE; -1: none; default 2 */
     int power;      /* degree to which the power of the harmonics is made,
-                       0..IBL_MAX_POWER_DEGREE; default 0: it is not. The best
-                       mapping needs 256 */
+                       0..IBL_MAX_POWER_DEGREE; default 0: it is not */
     double yaw_deg; /* replaces those in the options above */
     const ibl_specular_options *more; /* further chains, with or without
                                          specular, all of the size that the

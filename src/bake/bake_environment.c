@@ -4,12 +4,10 @@
  * rows to level 0, the sky and the spectral analysis. It keeps the whole map
  * only if samples need it.
  */
-#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "bake/ladder.h"
 #include "bake/options.h"
 #include "bake/sampled.h"
 #include "bake/spectral/engine.h"
@@ -21,7 +19,6 @@
 #include "image/level0.h"
 
 enum {
-    BEST_POWER = 256, /* degree of the power for the best mapping */
     GROUP = 2 * IBL_SPECTRAL_GROUP,
     BATCH_BYTES = 1 << 20, /* least size of a batch: about a core's cache */
     MOST_BYTES = 16 << 20  /* largest size of a batch, for many threads */
@@ -81,18 +78,12 @@ static bool needs_flat_level0(const chain *c)
            c->opts.projection != IBL_PROJECTION_CUBE;
 }
 
-static bool is_best(const chain *c)
-{
-    return c->opts.mapping == IBL_ROUGHNESS_BEST;
-}
-
 static bool is_spectral(const chain *c, int level)
 {
     return c->plan.level[level] == IBL_METHOD_SPECTRAL;
 }
 
-/* Whether two levels have the same texels. Fitted levels are not known before
- * the map is. */
+/* Whether two levels have the same texels. */
 static bool are_same(const chain *a, int i, const chain *b, int j)
 {
     const double r = a->layout.roughness[i], s = b->layout.roughness[j];
@@ -102,8 +93,8 @@ static bool are_same(const chain *a, int i, const chain *b, int j)
         return false;
     if (r <= 0 || s <= 0)
         return r <= 0 && s <= 0;
-    return is_spectral(a, i) && is_spectral(b, j) && !is_best(a) &&
-           !is_best(b) && r <= s && s <= r && a->opts.lobe == b->opts.lobe &&
+    return is_spectral(a, i) && is_spectral(b, j) && r <= s && s <= r &&
+           a->opts.lobe == b->opts.lobe &&
            a->opts.tolerance <= b->opts.tolerance &&
            b->opts.tolerance <= a->opts.tolerance;
 }
@@ -168,11 +159,8 @@ static ibl_status list_chains(bake *b)
                                        .cube = &b->out->more[i],
                                        .report = &b->out->more_report[i]};
     b->chain_count = first + more;
-    for (int i = 0; i < b->chain_count; i++) {
+    for (int i = 0; i < b->chain_count; i++)
         b->chains[i].opts.yaw_deg = o->yaw_deg;
-        if (is_best(&b->chains[i]) && b->opts.power < BEST_POWER)
-            b->opts.power = BEST_POWER;
-    }
     return IBL_OK;
 }
 
@@ -508,21 +496,6 @@ static ibl_status make_power(bake *b)
     return ibl_spectral_power(b->spectral, degree, b->out->power);
 }
 
-/* Fits the roughnesses of the levels and plans them anew: they need no more
- * degrees than before. */
-static ibl_status fit_ladder(bake *b, chain *c)
-{
-    const int degree = b->plan.degree;
-    ibl_status status =
-        ibl_ladder_fit(b->ctx, b->out->power, b->out->power_degree, &c->layout);
-    if (!status)
-        status = plan_chain(b, c);
-    assert(status || b->plan.degree <= degree);
-    (void)degree;
-    c->report->layout = c->layout;
-    return status;
-}
-
 /* Shares of the time, as measured for a map of 8192 pixels and, sampled, of
  * 1024. */
 static void begin_progress(const bake *b)
@@ -551,8 +524,6 @@ static ibl_status make_all(bake *b)
     if (!status && b->opts.power)
         status = make_power(b);
     for (int i = 0; i < b->chain_count && !status; i++) {
-        if (is_best(&b->chains[i]))
-            status = fit_ladder(b, &b->chains[i]);
         ibl_progress_numbered(b->ctx, b->chains[i].layout.levels - 1,
                               (double)i / b->chain_count,
                               (i + 1.0) / b->chain_count);

@@ -190,12 +190,11 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
     if (o->roughness) {
         l.size = o->size;
         l.mapping = IBL_ROUGHNESS_BEST;
+        l.lod_scale = 1;
         l.lod_offset = 0;
         memcpy(l.roughness, o->roughness,
                (size_t)levels * sizeof *o->roughness);
     }
-    if (l.mapping == IBL_ROUGHNESS_BEST)
-        l.lod_scale = 1;
     *layout = l;
     return IBL_OK;
 }

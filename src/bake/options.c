@@ -151,10 +151,9 @@ ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
     if (o->mapping < IBL_ROUGHNESS_LINEAR || o->mapping > IBL_ROUGHNESS_BABYLON)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "roughness mapping %d: must be linear (%d), filament "
-                        "(%d), best (%d) or babylon (%d)",
+                        "(%d) or babylon (%d)",
                         (int)o->mapping, IBL_ROUGHNESS_LINEAR,
-                        IBL_ROUGHNESS_FILAMENT, IBL_ROUGHNESS_BEST,
-                        IBL_ROUGHNESS_BABYLON);
+                        IBL_ROUGHNESS_FILAMENT, IBL_ROUGHNESS_BABYLON);
     if (!(o->roughness_min >= 0 && o->roughness_min <= o->roughness_max &&
           o->roughness_max <= 1))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -165,7 +164,7 @@ ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "%d levels of the one roughness %g: must be 1",
                         o->levels, o->roughness_min);
-    if (o->mapping >= IBL_ROUGHNESS_BEST &&
+    if (o->mapping == IBL_ROUGHNESS_BABYLON &&
         (o->roughness_min > 0 || o->roughness_max < 1))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "the %s mapping for a roughness range of %g to %g: "
@@ -173,7 +172,7 @@ ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
                         ibl_roughness_map_name(o->mapping), o->roughness_min,
                         o->roughness_max);
     if (o->roughness && (o->levels < 1 || o->levels > IBL_MAX_LEVELS ||
-                         o->mapping >= IBL_ROUGHNESS_BEST))
+                         o->mapping == IBL_ROUGHNESS_BABYLON))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a list of the roughnesses of %d levels: must be of 1 "
                         "to %d, with the linear mapping or Filament's",
@@ -184,10 +183,6 @@ ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
             return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                             "roughness %g of level %d: must be 0 to 1, rising",
                             o->roughness[l], l);
-    if (o->mapping == IBL_ROUGHNESS_BEST && o->lobe != IBL_LOBE_GGX)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "the best mapping for the lobe %s: must be GGX",
-                        ibl_lobe_name(o->lobe));
     return IBL_OK;
 }
 

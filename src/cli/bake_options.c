@@ -229,7 +229,7 @@ static const ibl_option specular[] = {
     {"lobe", 0, IBL_CHOICE(bake.specular_options.lobe, ibl_lobe_names),
      .help = "lobe of the convolution: GGX, the sheen of glTF, or a cosine "
              "power"},
-    {"mapping", 0, IBL_CHOICE(bake.specular_options.mapping, ibl_mapping_names),
+    {"mapping", 0, IBL_CHOICE(bake.specular_options.mapping, ibl_formula_names),
      .help = "roughness of the levels: lod = r (levels - 1), or "
              "r (2 - r) (levels - 1), or fitted to the map, for shaders with "
              "its lobe table, or 0.8 log2(size r r) as Babylon.js has it"},
@@ -445,29 +445,15 @@ static bool check_lobes(const ibl_opts *o)
     return true;
 }
 
-/* Whether the levels are of the map that the table is written for. */
 static bool check_mapping(const ibl_opts *o)
 {
     const ibl_specular_options *s = &o->bake.specular_options;
-    const unsigned wanted = 1u << IBL_OUTPUT_SPECULAR | 1u << IBL_OUTPUT_LOBES;
 
-    if (s->mapping >= IBL_ROUGHNESS_BEST &&
-        (s->roughness_min > 0 || s->roughness_max < 1))
-        return ibl_misuse("--mapping %s: is for the whole range of roughness: "
-                          "leave --roughness-range out",
-                          ibl_roughness_map_name(s->mapping));
-    if (s->mapping != IBL_ROUGHNESS_BEST)
-        return true;
-    if (s->lobe != IBL_LOBE_GGX)
-        return ibl_misuse("--mapping best: is for GGX, not --lobe %s",
-                          ibl_lobe_name(s->lobe));
-    if (o->lobe_table == IBL_LOBES_NO)
-        return ibl_misuse("--mapping best: its lod is in the lobe table: leave "
-                          "--lobe-table no out");
-    if ((o->only & wanted) != wanted)
-        return ibl_misuse("--mapping best: the levels and their lobe table go "
-                          "together: add specular and lobe-table to --only");
-    return true;
+    return s->mapping != IBL_ROUGHNESS_BABYLON ||
+           (s->roughness_min <= 0 && s->roughness_max >= 1) ||
+           ibl_misuse("--mapping %s: is for the whole range of roughness: "
+                      "leave --roughness-range out",
+                      ibl_roughness_map_name(s->mapping));
 }
 
 static bool check_texels(const ibl_opts *o)
@@ -661,10 +647,7 @@ static bool check_choice(ibl_opts *o)
         return ibl_misuse("%s: is for GGX levels: leave out --lobe, and --only "
                           "without specular",
                           what);
-    return o->bake.specular_options.mapping != IBL_ROUGHNESS_BEST ||
-           ibl_misuse("--mapping best: is fitted after the choice: leave it "
-                      "out, %s fits the levels too",
-                      what);
+    return true;
 }
 
 static bool check_skybox(const ibl_opts *o)

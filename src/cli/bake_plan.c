@@ -23,7 +23,7 @@ static bool is_usual_table(const ibl_opts *o)
     return o->lobe_table == IBL_LOBES_PRIOR && o->lobe_f0 == IBL_F0_BOTH &&
            !ibl_specular_layout_of(&usual, &a) &&
            !ibl_specular_layout_of(&o->bake.specular_options, &b) &&
-           a.size == b.size && a.levels == b.levels && a.mapping == b.mapping &&
+           a.size == b.size && a.levels == b.levels &&
            !memcmp(a.roughness, b.roughness, sizeof a.roughness);
 }
 

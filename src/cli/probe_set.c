@@ -150,6 +150,8 @@ static bool take_int(ibl_json_at at, const char *key, int low, int high,
     return ibl_json_int(ibl_json_optional(&at, key), low, high, value);
 }
 
+static const char *const mappings[] = {"linear", "filament", NULL};
+
 static bool take_choice(ibl_json_at at, const char *key,
                         const char *const *names, void *value)
 {
@@ -181,7 +183,7 @@ static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
     return ibl_json_object(at, keys) &&
            take_int(at, "size", 1, IBL_MAX_CUBE_SIZE, &s->size) &&
            take_int(at, "levels", 1, ibl_most_levels(s->size), &s->levels) &&
-           take_choice(at, "mapping", ibl_formula_names, &s->mapping) &&
+           take_choice(at, "mapping", mappings, &s->mapping) &&
            take_choice(at, "method", ibl_method_names, &s->method) &&
            take_int(at, "samples", 1, 1048576, &s->samples) &&
            ibl_json_real(ibl_json_optional(&at, "tolerance"), 1e-6, 1, false,

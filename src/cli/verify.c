@@ -39,17 +39,10 @@ static bool parse_face_names(void *field, const char *value)
     return true;
 }
 
-/* The mapping of that name; -1: none, or one without a formula. */
-static int find_formula(const char *value)
-{
-    const int named = ibl_names_find(ibl_mapping_names, value);
-    return named == IBL_ROUGHNESS_BEST ? -1 : named;
-}
-
 static bool parse_roughness_map(void *field, const char *value)
 {
     ibl_verify_map *m = field;
-    const int named = find_formula(value);
+    const int named = ibl_names_find(ibl_formula_names, value);
 
     *m = (ibl_verify_map){.given = 1};
     if (named >= 0)
@@ -63,7 +56,7 @@ static bool parse_roughness_map(void *field, const char *value)
 static bool parse_lod(void *field, const char *value)
 {
     ibl_verify_lod *l = field;
-    const int named = find_formula(value);
+    const int named = ibl_names_find(ibl_formula_names, value);
     ibl_lod *lod = &l->lod;
     const char *end = value;
 

@@ -79,7 +79,8 @@ void ibl_json_put_basis(json_t **object, int degree)
 json_t *ibl_json_overflow(const ibl_overflow_level *level)
 {
     return json_pack("{s:I,s:f,s:f}", "texels", (json_int_t)level->texels,
-                     "moved", level->moved, "lost", level->lost);
+                     "moved", ibl_json_digits(level->moved), "lost",
+                     ibl_json_digits(level->lost));
 }
 
 json_t *ibl_json_pixel_error(const ibl_pixel_error *error)
