@@ -11,6 +11,7 @@
  * and the borders of the source's columns it is between two of them, and what
  * an edge has above a border of rows has an exact integral.
  */
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
@@ -350,25 +351,25 @@ static void octahedral_row(void *arg, int y, int worker)
 typedef struct unfolding {
     source map;
     const ibl_image *from;
-    bool odd; /* opposite quadrants, so that no two jobs meet; the others */
+    int n, line; /* of quadrants of n x n texels, and from their first */
+    bool odd;    /* the quadrants +X -Z and -X +Z, else the others */
 } unfolding;
 
-/* Adds a quadrant's texels to the map. Those of an odd map, which the axes
- * divide, are four of twice the size. */
+/* Adds a line of a quadrant to the map. Two opposite ones have no pixel in
+ * common. Of an odd map, which the axes divide, each texel counts as four. */
 static void quadrant_job(void *arg, int job, int worker)
 {
     const unfolding *u = arg;
-    const int width = u->from->width, n = width % 2 ? width : width / 2;
-    const int left = job ? n : 0, top = (job != 0) == u->odd ? n : 0;
+    const size_t width = (size_t)u->from->width;
+    const int left = job ? u->n : 0, top = (job != 0) == u->odd ? 0 : u->n;
+    const int divide = width % 2 ? 2 : 1, y = top + u->line;
     texel p = {.row = 0};
 
     (void)worker;
-    for (int k = 0; k < n * n; k++) {
-        const int x = left + k % n, y = top + k / n;
-        const size_t column = (size_t)(x * width / (2 * n));
-        const size_t row = (size_t)(y * width / (2 * n));
-        p.light = u->from->data + 3 * (row * (size_t)width + column);
-        integrate_at(&u->map, n, x, y, &p);
+    for (int x = left; x < left + u->n; x++) {
+        const size_t at = (size_t)(y / divide) * width + (size_t)(x / divide);
+        p.light = u->from->data + 3 * at;
+        integrate_at(&u->map, u->n, x, y, &p);
     }
 }
 
@@ -376,26 +377,32 @@ ibl_status ibl_latlong_from_octahedral(ibl_ctx *ctx, const ibl_image *from,
                                        ibl_image *map)
 {
     const size_t floats = 3 * (size_t)map->width;
-    unfolding u = {
-        {map->width, map->height, map->data, NULL, NULL, 0}, from, false};
+    const int width = from->width, n = width % 2 ? width : width / 2;
     double *height = ibl_alloc_array((size_t)map->height + 1, sizeof *height);
+    unfolding u = {.map = {map->width, map->height, map->data, NULL, height, 0},
+                   .from = from,
+                   .n = n};
+    ibl_status status = IBL_OK;
 
     if (!height)
         return ibl_no_memory(ctx, "the map of an octahedral image");
     for (int j = 0; j <= map->height; j++)
         height[j] = cos(IBL_PI * j / map->height);
-    u.map.height = height;
     memset(map->data, 0, floats * (size_t)map->height * sizeof *map->data);
-    ibl_status status = ibl_run(ctx, NULL, 2, quadrant_job, &u);
-    u.odd = true;
-    if (!status)
-        status = ibl_run(ctx, "map", 2, quadrant_job, &u);
-    for (size_t i = 0; i < floats * (size_t)map->height; i++) {
+    for (int i = 0; i < 2 * n && !status; i++) {
+        ibl_progress(ctx, "map", i / (2.0 * n));
+        u.odd = i >= n;
+        u.line = i % n;
+        status = ibl_run(ctx, NULL, 2, quadrant_job, &u);
+    }
+    for (size_t i = 0; i < floats * (size_t)map->height && !status; i++) {
         const size_t j = i / floats;
         const double angle =
             2 * IBL_PI / map->width * (height[j] - height[j + 1]);
-        map->data[i] = (float)((double)map->data[i] / angle);
+        map->data[i] = (float)fmin((double)map->data[i] / angle, FLT_MAX);
     }
+    if (!status)
+        ibl_progress(ctx, "map", 1);
     ibl_free(height);
     return status;
 }
