@@ -57,9 +57,9 @@ static bool check_chain(const ibl_opts *o)
                           "all roughnesses: leave it out",
                           typed(o, "roughness-range"));
     if (levels < 2)
-        return ibl_misuse("--levels %d: is a mirror, for every roughness: "
-                          "take 2 or more",
-                          levels);
+        return ibl_misuse("--%s 1: is a mirror, for every roughness: take 2 or "
+                          "more",
+                          most < 2 ? "size" : "levels");
     if (o->of->whole && s->size & (s->size - 1))
         return ibl_misuse("--size %d: the engine needs a power of two",
                           s->size);

@@ -358,9 +358,18 @@ static bool validate(void *settings)
         return ibl_misuse("--rendered %d: too few to tell: %d or more, or 0 "
                           "for none",
                           o->rendered, IBL_RENDERED_LEAST);
-    if (o->rendered && !o->texels)
-        return ibl_misuse("--rendered needs --texels above 0");
+    if (!o->texels && (o->rendered || o->outputs.count))
+        return ibl_misuse("--%s: --texels 0 judges nothing: leave one of them "
+                          "out",
+                          o->rendered ? "rendered" : "peer-output");
+    bool sampled = !o->lists[IBL_BENCH_SAMPLES].count;
     fill_defaults(o);
+    for (int i = 0; i < o->lists[IBL_BENCH_METHOD].count; i++)
+        sampled |=
+            ibl_bench_takes_samples(o->lists[IBL_BENCH_METHOD].values[i]);
+    if (!sampled)
+        return ibl_misuse("--samples: no method takes so many: add sampled to "
+                          "--methods, or leave it out");
     return check_isas(o) && check_names(o) && ibl_common_validate(&o->common);
 }
 

@@ -55,8 +55,9 @@ static void set_charlie(const ibl_survey_bin sheen[BINS],
 static void set_sheen(const ibl_scenes *s, const ibl_opts *o, ibl_opts *sheen)
 {
     *sheen = *o;
-    sheen->only &= 1u << IBL_OUTPUT_SPECULAR | 1u << IBL_OUTPUT_LUT |
-                   1u << IBL_OUTPUT_JSON;
+    sheen->only &= 1u << IBL_OUTPUT_SPECULAR | 1u << IBL_OUTPUT_JSON |
+                   /* which a set of that table has */
+                   (o->lut.kind != IBL_LUT_CHARLIE) << IBL_OUTPUT_LUT;
     sheen->lobe_table = IBL_LOBES_NO;
     sheen->lut = ibl_lut_options_default(); /* what was given is of split */
     sheen->lut.kind = IBL_LUT_CHARLIE;

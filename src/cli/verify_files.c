@@ -515,8 +515,8 @@ static bool is_tilted(const ibl_verify_opts *o)
     return o->axes[0] && abs(o->axes[1]) != 2;
 }
 
-/* Gives a table the key of its kind, which DDS files and those of other tools
- * lack. */
+/* Checks the shape of a table, and gives it the key of its kind, which DDS
+ * files and those of other tools lack. */
 static bool name_kind(const reader *r, ibl_texture *tex)
 {
     const char *word = r->about.word[IBL_ABOUT_TABLE];
@@ -526,6 +526,14 @@ static bool name_kind(const reader *r, ibl_texture *tex)
     if (kind < 0)
         return ibl_console_fail(r->console, "%s: of an unknown kind, %.40s",
                                 r->path, word);
+    const int channels = ibl_lut_channels((ibl_lut_kind)kind);
+    if (tex->faces != 1 || tex->width != tex->height ||
+        ibl_pixel_channels(tex->pixel) != channels)
+        return ibl_console_fail(r->console,
+                                "%s: no table of --lut-kind %s: it must be "
+                                "flat, square and of %d channels",
+                                r->path, ibl_lut_name((ibl_lut_kind)kind),
+                                channels);
     return (!word && !kind) ||
            !ibl_texture_set(r->ctx, tex, "iblbake.table",
                             ibl_lut_name((ibl_lut_kind)kind));
@@ -556,13 +564,6 @@ static bool read_texture(reader *r, ibl_texture *tex)
         return ibl_console_fail(
             r->console, "%s: a flat texture: with --axes its Y must be y or -y",
             r->path);
-    if (!cube && (tex->faces != 1 || tex->width != tex->height ||
-                  (ibl_pixel_channels(tex->pixel) != 2 &&
-                   !ibl_texture_get(tex, "iblbake.table"))))
-        return ibl_console_fail(r->console,
-                                "%s: no BRDF table: it must be flat, square "
-                                "and of two channels",
-                                r->path);
     return tex->layers == 1 ||
            ibl_console_fail(r->console,
                             "%s: an array of %d layers: %s is a single one: "

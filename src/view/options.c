@@ -17,9 +17,6 @@
 #include "view/sphere_grid.h"
 #include "view/truth.h"
 
-/* Room for labels around the grid. */
-static const double LABEL_BORDER = 0.08;
-
 /* ---- values of their own kind ------------------------------------------ */
 
 static bool parse_pair(int to[2], int high, const char *value)
@@ -149,11 +146,14 @@ static bool check_pairs(const view_options *o)
         {o->quiet && o->stats, "--quiet and --stats", one},
         {o->stats && !picture && texel, "--stats",
          "no picture is drawn: add --offscreen or --contact-sheet"},
-        {o->frames && !picture, "--frames",
-         "only with --offscreen or --contact-sheet"},
-        {o->samples && !picture, "--samples",
+        {(o->frames || o->samples) && !picture,
+         o->frames ? "--frames" : "--samples",
          "only with --offscreen or --contact-sheet"},
         {o->frames && o->samples, "--frames and --samples", one},
+        {picture && o->settings.mode == VIEW_SCENE &&
+             o->settings.reflection == VIEW_REFERENCE &&
+             ibl_is_given(&o->given, "reflection"),
+         "--reflection reference", "is of --mode spheres and model"},
         {o->settings.compare && !o->against_set &&
              o->settings.reflection == o->settings.against,
          "--compare", "a reflection with itself: choose another --against"},
@@ -184,8 +184,8 @@ enum {
 static const ibl_rule rules[] = {
     {"model", MODEL, "is shown with --mode model: leave --mode out"},
     {"grid metallic", SPHERES, "is of --mode spheres"},
-    {"material roughness reference light compare against-set no-sky blur sky "
-     "map multiscatter no-multiscatter",
+    {"material roughness reference samples light compare against-set no-sky "
+     "blur sky map multiscatter no-multiscatter",
      LIT, "is of --mode spheres and model"},
     {"diffuse reflection distance", LIT | SCENE,
      "is of --mode spheres, model and scene"},
@@ -254,7 +254,7 @@ static bool validate(void *options)
         o->settings.columns = o->grid[1];
     }
     if (o->labels && (sheet || o->offscreen))
-        o->settings.border = LABEL_BORDER;
+        o->settings.border = 0.08; /* room for them around the grid */
     if (o->model && !ibl_is_given(&o->given, "mode"))
         o->settings.mode = VIEW_MODEL;
     if (!check_pairs(o) || !ibl_check_rules(&o->given, rules, facts_of(o)))
