@@ -75,8 +75,8 @@ const probes = map => ({version: 1,
     global: {capture: {equirect: map}},
     probes: [
         {name: 'hall', position: [0, 1, 0], capture: {equirect: map},
-            influence: {box: {centre: [0, 1, 0], half: [4, 2, 4]}}, blend: 1,
-            proxy: {sphere: {centre: [0, 1, 0], radius: 6}}},
+            influence: {box: {centre: [0, 1, 0], half: [6, 6, 6]}}, blend: 1,
+            proxy: {sphere: {centre: [0, 1, 0], radius: 4}}},
         {name: 'lamp', position: [1, 1, 0], capture: {equirect: 'sun.hdr'},
             influence: {sphere: {centre: [1, 1, 0], radius: 1}}}]});
 
@@ -97,6 +97,7 @@ export function makeInputs(bake) {
         for (const [k, face] of ['px', 'nx', 'py', 'ny', 'pz', 'nz'].entries())
             hdr(`${level}_${face}.hdr`, 16 >> level, 16 >> level,
                 (u, v) => [1 + u, 1 + v, 1 + k / 6]);
+    fs.mkdirSync('empty');
     fs.mkdirSync('folder');
     fs.copyFileSync('mild.exr', 'folder/mild.exr');
     fs.copyFileSync('sun.hdr', 'folder/sun.hdr');
@@ -117,7 +118,8 @@ export function makeInputs(bake) {
     bake('-q', '--only', 'lut', '--geometry', 'schlick-ibl', '--lut-size', '8',
         '-o', 'schlick');
     bake('sun.hdr', '-o', 'sunset', ...small, '--sun', '--format', 'dds',
-        '--pixel', 'rgba32f');
+        '--pixel', 'rgba32f', '--lobe-table-size', '8');
+    bake('mild.exr', '-o', 'png', '-q', '--target', 'gltf', '--size', '16');
     bake('mild.exr', '-o', 'flat', ...small, '--layout', 'octahedral');
     fs.copyFileSync('set/mild_skybox.ktx2', 'cube.ktx2');
     bake('probes', 'set.json', '-o', 'probes', '-q');

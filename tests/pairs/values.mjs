@@ -3,11 +3,15 @@
 // here is what it cannot know. 'A B' is the value A with the word B
 // beside it: a value that needs another option brings it with it, or an input
 // (+ one beside those that there are). ENV are the
-// inputs. What is in `silent` changes nothing that a single run shows.
+// inputs. What is in `silent` need not change what a single run shows.
 const inputs = { // of each command that reads a map
     layer: ['wide ../layers.exr', 'none'], part: ['0', '1'],
     'any-aspect': ['../wide.exr'], strict: ['', '../nan.exr'],
     'input-layout': [], // by ENV
+    'face-order': ['px,nx,py,ny,pz,nz',
+        'nx,px,py/m,ny/90,pz,nz --input-layout cube ../cube.ktx2'],
+    'input-transfer': ['file', 'linear', 'srgb']
+        .map(s => s + ' --input-layout faces ../png/mild_0_%f.png'),
     exposure: ['-64', '-1', '0', '3'], clamp: ['1e-06', '1', '1e+30'],
 };
 const layouts = ['equirect ../square.exr', 'octahedral ../square.exr',
@@ -19,6 +23,8 @@ const running = {
     quiet: ['', '../nan.exr'],
 };
 const silentRunning = {threads: 'the same bytes for any number', sync: 'waits'};
+const drawn = s => s + ' --rendered --directions 24';
+const schlick = '../schlick/brdf_lut_schlick-ibl.ktx2';
 const sizes = ['1', '8', '20', '33'];
 const scene = '--mode scene --probes 1 --probe-size 16';
 const sampled = s => [1, 16, 200].map(n => `${n} --method sampled`);
@@ -26,16 +32,17 @@ const sampled = s => [1, 16, 200].map(n => `${n} --method sampled`);
 export const commands = {
     bake: {
         words: [], page: ['iblbake'], env: '../mild.exr', tail: '-o out',
-        row: 12, usual: ['size', 'irradiance-size', 'lut-size'],
+        row: 20, usual: ['size', 'irradiance-size', 'lut-size'],
         values: {
-            ENV: ['../sun.hdr', '../mild.exr ../sun.hdr', '../folder', '-', ...layouts],
+            ENV: ['../sun.hdr', '../mild.exr ../sun.hdr', '../folder', '-',
+                ...layouts],
             name: ['x', 'ü', 'a%l'], target: [], explain: ['--target three'],
             only: ['specular', 'irradiance', 'lut', 'lobe-table', 'json',
                 'specular,json', 'skybox --skybox 8'],
             largest: ['1e-06', '1', '70000'], skybox: sizes,
             preview: ['p.png'], depfile: ['d.d'], zstd: ['0', '3', '9'],
             verify: ['--size 16'],
-            'max-error': ['0', '.01', '1000'].map(e => e + ' --size 16'),
+            'max-error': ['0', '1000 --size 16'],
             'rendered-error': ['.001', '.05', '1'],
             scene: ['../ball.gltf', '../sheen.gltf'],
             'dry-run': ['', '--rendered-error .1'], from: ['../list.txt'],
@@ -56,71 +63,77 @@ export const commands = {
             quality: ['normal', 'fast --pixel bc6h', 'best --pixel astc4x4hdr'],
             'irradiance-size': sizes, 'irradiance-step': ['.05', '.5'],
             sh: ['0', '1', '3', '20'], 'lut-size': ['1', '2', '16', '33'],
-            'lut-samples': ['0', '1', '64'], 'lobe-table-size': ['4', '7', '20'],
-            ...running,
+            'lut-samples': ['0', '1', '64'],
+            'lobe-table-size': ['4', '7', '20'], ...running,
         },
-        silent: {...silentRunning},
+        silent: {...silentRunning, incremental: 'all are baked the first time'},
     },
     verify: {
         words: ['verify'], page: ['iblbake', 'verify'],
-        env: '../mild.exr ../set', tail: '', row: 10, usual: ['texels'],
+        env: '../mild.exr ../set', tail: '', row: 16, usual: ['texels'],
         values: {
             ENV: ['../sun.hdr ../sunset', '../mild.exr ../flat',
-                ...layouts.map(s => s + ' ../set')],
+                ...layouts.map(s => s + ' ../set --name mild')],
             name: ['mild', 'x'], specular: ['../set/mild_specular.ktx2',
                 '../%l_%f.hdr'], irradiance: ['../set/mild_irradiance.ktx2',
                 '../0_%f.hdr'],
             skybox: ['../set/mild_skybox.ktx2', '../0_%f.hdr'],
-            lut: ['../set/brdf_lut.ktx2', '../schlick/brdf_lut.ktx2'],
+            lut: ['../set/brdf_lut.ktx2', schlick],
             'face-names': ['px,nx,py,ny,pz,nz',
                 'nx,px,py,ny,pz,nz --specular ../%l_%f.hdr'],
             'roughness-map': ['linear', 'filament', 'babylon', '0,1', '0'],
             rotate: ['0', '45', 'cmgen'], lights: ['0', '1', '64'],
-            axes: ['x,y,z', '-x,y,z', 'y,z,x'], ...inputs,
+            axes: ['x,y,z', '-x,y,z', 'y,z,x'],
+            ...Object.fromEntries(Object.entries(inputs).map(([n, all]) =>
+                [n, all.map(s => /\.\./.test(s) ? s + ' --name mild' : s)])),
             'array-layer': ['0', '1 --specular ../probes/probes_specular.ktx2'],
             texels: ['24', '100', '2000'], seed: ['0', '1', '1000000000'],
-            'max-error': ['0', '.5', '1000'],
-            shader: ['auto', 'split --rendered', 'bent --rendered',
-                'table --rendered', 'two-taps --rendered'],
-            'lobe-table': ['../set/mild_lobe_lut.ktx2 --rendered'],
-            lod: ['linear --rendered', 'filament --rendered',
-                '0:0,1:1 --rendered'],
-            roughness: ['0', '.3 --rendered', '.1,.9 --rendered'],
-            f0: ['1', '.5,1 --rendered'],
+            'max-error': ['0', '1000'],
+            shader: ['auto',
+                ...['split', 'bent', 'table', 'two-taps'].map(drawn)],
+            'lobe-table': [drawn('../sunset/sun_lobe_lut.dds')],
+            lod: ['linear', 'filament', '0:0,1:1'].map(drawn),
+            roughness: ['0', drawn('.3'), drawn('.1,.9')],
+            f0: ['1', drawn('.5,1')],
             directions: ['24', '24 --rendered', '100 --rendered'],
-            'max-rendered-error': ['0', '0 --rendered', '1 --rendered'],
-            plot: ['p.png', 'p.png --rendered'],
+            'max-rendered-error': ['1', drawn('1')],
+            rendered: ['--directions 24'], plot: ['p.png', drawn('p.png')],
             json: ['j.json', '-'], heatmap: ['h.png'], ...running,
         },
-        silent: {...silentRunning},
+        silent: {...silentRunning, isa: 'the same digits'},
     },
     probes: {
         words: ['probes'], page: ['iblbake', 'probes'], env: '../set.json',
-        tail: '-o out', row: 8, usual: ['size'],
+        tail: '-o out', row: 14, usual: ['size'],
         values: {
             ENV: ['../sh.json'], shard: ['1/1', '1/2', '2/2'],
             grid: ['', '../grid.json'], size: ['1', '16', '32'],
             levels: ['1', '3', '15'], irradiance: ['1', '9', 'sh'],
             zstd: ['0', '3', '9'],
             quality: ['normal', 'fast --pixel bc6h', 'best --pixel astc4x4hdr'],
-            ...inputs, layer: ['none'], 'any-aspect': ['../wide.json'],
+            ...inputs, 'face-order': ['px,nx,py,ny,pz,nz'],
+            'input-transfer': ['file', 'srgb'], layer: ['none'],
+            'any-aspect': ['../wide.json'],
             strict: ['', '../nan.json'], ...running,
             quiet: ['', '../nan.json'],
         },
         silent: {...silentRunning, force: 'all are baked the first time'},
     },
     view: {
-        words: [], page: ['iblview'], env: '../set', tail: '', row: 9,
+        words: [], page: ['iblview'], env: '../set', tail: '', row: 16,
         usual: [],
         values: {
             ENV: ['../mild.exr', '../set/mild_specular.ktx2', '../flat',
                 '../hcross.exr --input-layout hcross'],
             'input-layout': [],
+            'face-order': inputs['face-order'].slice(1),
+            'input-transfer': inputs['input-transfer'].slice(1),
             irradiance: ['../sunset/sun_irradiance.dds'],
-            lut: ['../schlick/brdf_lut.ktx2'], map: ['../mild.exr', '../sun.hdr'],
+            lut: [schlick], map: ['../mild.exr', '../sun.hdr'],
             sky: ['../sunset/sun_skybox.dds', '../cube.ktx2'],
             offscreen: ['p.exr'], 'contact-sheet': ['s.png', 's.exr'],
-            size: ['1x1', '50x37'], frames: ['1', '3', '3 --reflection reference'],
+            size: ['1x1', '50x37'],
+            frames: ['1', '3', '3 --reflection reference'],
             samples: ['1', '4 --reflection reference'],
             texel: ['0,0', '9,9 --mode levels'],
             model: ['../ball.gltf', '../sheen.gltf'],
@@ -158,7 +171,7 @@ export const commands = {
                 'bent --compare difference'],
             quiet: [''],
         },
-        silent: {multiscatter: 'is the default',
+        silent: {multiscatter: 'is the default', quiet: 'there is no note',
             'probe-interval': 'of windows', 'probe-faces': 'of windows'},
     },
 };
