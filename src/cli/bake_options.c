@@ -933,36 +933,25 @@ static bool add_set(ibl_bake_line *line, const ibl_target *target,
     return ok;
 }
 
-static bool is_folder(const char *path)
-{
-    struct stat st;
-    return path && !stat(path, &st) && S_ISDIR(st.st_mode);
-}
-
-/* Whether the options fit many environments, or one that may be many. */
-static bool check_batch(const ibl_bake_line *line)
-{
-    for (int i = 0; i < line->given_count; i++)
-        if (!strcmp(line->given[i], "-"))
-            return ibl_misuse("-: standard input is one environment: bake it "
-                              "alone, or give ./- if that is its name");
-    return true;
-}
-
 /* Decides whether the line is a batch. */
 static bool settle_batch(ibl_bake_line *line)
 {
     ibl_opts *o = &line->one;
+    struct stat st;
 
     line->batch = line->given_count > 1 || o->from || o->incremental ||
-                  is_folder(o->input);
+                  (o->input && !stat(o->input, &st) && S_ISDIR(st.st_mode));
     if (o->incremental && !o->input && !o->from)
         return ibl_misuse("--incremental: of which environments? Add them");
     if (!line->batch)
         return true;
     if (!o->input)
         o->input = o->from;
-    return check_batch(line);
+    for (int i = 0; i < line->given_count; i++)
+        if (!strcmp(line->given[i], "-"))
+            return ibl_misuse("-: standard input is one environment: bake it "
+                              "alone, or give ./- if that is its name");
+    return true;
 }
 
 static bool validate(void *settings)
