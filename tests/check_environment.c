@@ -247,6 +247,11 @@ static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
                   "estimated %.3g",
                   map->width, map->height, ibl_lobe_name(lobe), tolerance, l,
                   report.level[l].degree, seen, report.level[l].error);
+        CHECK_MSG(tolerance > IBL_TOLERANCE_DEFAULT || seen <= 1e-5 ||
+                      report.level[l].error <= 10 * seen,
+                  "%dx%d, %s, tolerance %g: level %d, %.3g, estimated %.3g",
+                  map->width, map->height, ibl_lobe_name(lobe), tolerance, l,
+                  seen, report.level[l].error);
     }
     ibl_cube_free(&cube);
 }

@@ -418,7 +418,9 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
     if (!status)
         status = fill_texels(&v, stage);
     *degree = v.degree;
-    *error = v.error + v.noise + IBL_GRID_ERROR + rounding +
+    /* The taps spoil waves next to the degree, which are as large as those that
+     * it leaves out. */
+    *error = 1.25 * v.error + v.noise + IBL_GRID_ERROR + rounding +
              (v.bright ? lights_part * target->tolerance : 0);
     free_rings(&v);
     ibl_point_lights_free(v.bright);
