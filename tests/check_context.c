@@ -24,7 +24,7 @@ TEST(refusals)
         {-1, IBL_ISA_AUTO, "-1 threads"},
         {1025, IBL_ISA_AUTO, "1025 threads"},
         {1, -1, "instruction set -1"},
-        {1, IBL_ISA_COUNT, "instruction set 6"},
+        {1, IBL_ISA_COUNT, "instruction set 5"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ibl_ctx_options opts = ibl_ctx_options_default();

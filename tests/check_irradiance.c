@@ -51,7 +51,7 @@ static void against_truth(const ibl_image *env, const ibl_cube *cube,
         for (int ch = 0; ch < 3; ch++) {
             const double got = texel(cube, face, x, y)[ch];
             CHECK_MSG(fabs(got - rgb[ch]) <=
-                          IBL_TOLERANCE_DEFAULT * fmax(rgb[ch], mean[ch]),
+                          3 * IBL_TOLERANCE_DEFAULT * fmax(rgb[ch], mean[ch]),
                       "%dx%d yaw %g, face %d (%d, %d): %.9g, not %.9g",
                       env->width, env->height, yaw_deg, face, x, y, got,
                       rgb[ch]);

@@ -15,16 +15,17 @@
 
 enum {
     GROUP = IBL_ROW_FFT_ROWS,
-    MIN_COLUMNS = 64,
+    MIN_COLUMNS = 128,
     BAND_BYTES = 4 << 20, /* of rings that are held */
     MIN_PAIRS = 96,
-    PROBES = 32, /* on each of GROUP rings */
-    SMALLEST = 8 /* degree that is tried */
+    PROBES = 32,  /* on each of GROUP rings */
+    SMALLEST = 16 /* degree that is tried */
 };
 
 /* Parts of the tolerance: what degrees leave out, which is measured at the
- * probes and exceeded elsewhere, and the points of lights. */
-static const double degrees_part = 0.4, elsewhere = 1.5, lights_part = 0.1;
+ * probes and exceeded elsewhere, and by what the taps spoil next to the degree,
+ * and the points of lights. */
+static const double degrees_part = 0.25, elsewhere = 2, lights_part = 0.1;
 
 /* Value of the kernel from which on degrees are tried. */
 static const double small = 1e-2;
@@ -188,8 +189,9 @@ static double measure_noise(const struct level *v, struct probes *p)
 /*
  * Chooses the smallest degree that leaves at most its part of the tolerance.
  * What a degree leaves is about what the next octave adds. Octaves are tried
- * from where the kernel is small; what the most leave follows from its fall. In
- * between, the logarithm of the error is interpolated.
+ * from where the kernel is small, and one degree between the last and the most.
+ * In between, the logarithm of what they leave is interpolated, and
+ * extrapolated to the most.
  */
 static ibl_status try_degrees(struct level *v, struct probes *p)
 {
@@ -216,8 +218,15 @@ static ibl_status try_degrees(struct level *v, struct probes *p)
     }
     if (high >= most) {
         high = most;
-        error =
-            low ? before * fmin(fabs(v->kernel[most] / v->kernel[low]), 1) : 0;
+        error = 0;
+    }
+    if (!status && high == most && low > 0) {
+        const int middle = (low + most) / 2;
+        status = make_probes(v, p, middle + 1, most);
+        const double there = measure(v, p);
+        error = there <= wanted ? there : there * fmin(there / before, 1);
+        before = there <= wanted ? before : there;
+        *(there <= wanted ? &high : &low) = middle;
     }
     if (error < wanted && low > 0) {
         const double fall = log(before / fmax(error, 1e-20));
@@ -256,7 +265,8 @@ static ibl_status make_grid(struct level *v)
 
     while (columns < 2.05 * v->degree)
         columns *= 2;
-    const int half = GROUP / 2 * (int)ceil(needed / 2 / GROUP);
+    const int half =
+        GROUP / 2 * (int)ceil(fmax(needed, MIN_COLUMNS) / 2 / GROUP);
     const int fit = BAND_BYTES / (32 * columns);
     const int least = fit > MIN_PAIRS ? fit : MIN_PAIRS;
     return ibl_ring_grid_alloc(v->s->ctx, 2 * half, columns,
@@ -418,9 +428,7 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
     if (!status)
         status = fill_texels(&v, stage);
     *degree = v.degree;
-    /* The taps spoil waves next to the degree, which are as large as those that
-     * it leaves out. */
-    *error = 1.25 * v.error + v.noise + IBL_GRID_ERROR + rounding +
+    *error = v.error + v.noise + IBL_GRID_ERROR + rounding +
              (v.bright ? lights_part * target->tolerance : 0);
     free_rings(&v);
     ibl_point_lights_free(v.bright);
