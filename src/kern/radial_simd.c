@@ -120,7 +120,8 @@ static inline void changes(const vf p[6], const ibl_radial_light *s, vf side[2])
             vf_fma(p[1], vf_all(s->side[k][1]), p[2] * vf_all(s->side[k][2])));
 }
 
-/* The mean of q: q + c v, c = N.L, v the sum of the squares of the sides / 3. */
+/* The mean of q: q + c v, c = N.L, v a third of the sum of the sides' squares.
+ */
 static inline vf mean_of(const ibl_radial_light *s, vf q)
 {
     return vf_fma(vf_fma(q, vf_all(-0.5f), vf_all(1)), vf_all(s->rgb[3]), q);
