@@ -7,10 +7,11 @@
  *
  * A comma of its own stands between commands, which run without a shell. One
  * round is not counted. Prints a line for each,
- *     NAME ROUNDS wall MEDIAN MIN cpu MEDIAN MIN said MEDIAN MIN
+ *     NAME ROUNDS wall MEDIAN MIN cpu MEDIAN MIN said MEDIAN MIN peak MIB
  * in milliseconds: whole processes from start to end, their user and system
  * time, and what they said of themselves in a line "ms NUMBER" on standard
- * output, or - -. A command that fails ends all, with its name.
+ * output, or - -, and the most memory of a round. A command that fails ends
+ * all, with its name.
  */
 #define _GNU_SOURCE /* wait4, pipe2 */
 
@@ -39,6 +40,7 @@ typedef enum measure {
     WALL,
     CPU,
     SAID,
+    PEAK,
     MEASURES
 } measure;
 
@@ -90,6 +92,7 @@ static bool run(const command *c, double ms[MEASURES])
         wait4(pid, &status, 0, &used);
         ms[WALL] = test_ms(CLOCK_MONOTONIC) - begin;
         ms[CPU] = timeval_ms(used.ru_utime) + timeval_ms(used.ru_stime);
+        ms[PEAK] = (double)used.ru_maxrss / 1024;
     }
     close(ends[0]);
     posix_spawn_file_actions_destroy(&actions);
@@ -154,7 +157,8 @@ int main(int argc, char **argv)
         print("wall", commands[i].ms[WALL], rounds);
         print("cpu", commands[i].ms[CPU], rounds);
         print("said", commands[i].ms[SAID], rounds);
-        putchar('\n');
+        test_median(commands[i].ms[PEAK], rounds);
+        printf(" peak %.1f\n", commands[i].ms[PEAK][rounds - 1]);
     }
     return 0;
 }

@@ -231,8 +231,8 @@ static const ibl_option specular[] = {
              "power"},
     {"mapping", 0, IBL_CHOICE(bake.specular_options.mapping, ibl_formula_names),
      .help = "roughness of the levels: lod = r (levels - 1), or "
-             "r (2 - r) (levels - 1), or fitted to the map, for shaders with "
-             "its lobe table, or 0.8 log2(size r r) as Babylon.js has it"},
+             "r (2 - r) (levels - 1), or 0.8 log2(size r r) as Babylon.js has "
+             "it"},
     {"roughness-range", 0, IBL_OTHER(bake.specular_options, "A:B", parse_range),
      .allowed = "two numbers from 0 to 1, the smaller first",
      .standard = "0:1",
