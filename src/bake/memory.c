@@ -8,10 +8,6 @@
 #include "core/context.h"
 #include "image/cube.h"
 
-/* The grid of a level has 2 to 8 samples for the shortest wave, as its map
- * needs: photographs need up to 2.5, the hardest maps of the tests 4. */
-#define GRID_SAMPLES 4.0
-
 typedef struct estimate {
     int width, height, threads;
     double results; /* cubes */
@@ -77,15 +73,17 @@ static double analysis_bytes(const estimate *e, const ibl_spectral_plan *plan)
     const double harmonics = 24.0 * (plan->degree + 1) * (plan->degree + 2);
     const double rows =
         spectra_bytes(e->height, plan->degree) + 4.0 * e->height * plan->degree;
-    const double rings = GRID_SAMPLES / 2 * e->degree + 32;
-    double columns = 64;
+    double columns = 128;
 
     if (plan->degree < 0)
         return 0;
-    while (columns < GRID_SAMPLES * e->degree)
+    while (columns < 2.05 * e->degree)
         columns *= 2;
+    /* Bands of level.c. */
+    const double pairs =
+        fmin(fmax((4 << 20) / (32 * columns), 96), 1.1 * e->degree + 32) + 8;
     const double grid =
-        16 * (columns + 16) * (rings + 16) + spectra_bytes(rings, e->degree);
+        32 * (columns + 8) * pairs + spectra_bytes(2 * pairs, e->degree);
     return harmonics + fmax(rows, grid);
 }
 
