@@ -355,7 +355,7 @@ wrong placed 2 'iblbake: --variant -ox: -o is set by*' "$sky" \
 wrong method 2 'iblbake: --methods magic: not a value*' "$sky" \
     --methods magic
 wrong no-peer 2 'iblbake: --peer-output x=*: there is no --peer*' \
-    "$sky" --peer-output x=y
+    "$sky" --texels 24 --peer-output x=y
 wrong peer-arguments 1 'iblbake: --bogus: unknown option*' "$sky" \
     --texels 24 --peer x=true --peer-output 'x=--bogus {out}'
 wrong stdin 2 'iblbake: -: standard input*' -
