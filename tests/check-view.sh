@@ -396,7 +396,7 @@ test_samples_and_frames() {
     draw b.png "$work/ktx2" --reference --samples 33 -q
     differ a.png b.png
     iblview "$work/ktx2" --offscreen c.png $small --compare split >table
-    [ "$(wc -l <table)" = 6 ] || cat table
+    [ "$(wc -l <table)" = 4 ] || cat table
     head -n 1 table | grep -q ' 256 samples' || head -n 1 table
     iblview "$work/ktx2" --offscreen c.png $small --compare difference \
         --samples 33 |
