@@ -11,6 +11,10 @@ import os from 'node:os';
 import path from 'node:path';
 
 const build = process.argv[2] ?? 'build';
+if (!fs.existsSync(path.join(build, 'tests/bench_turns'))) {
+    console.error(`${build}/tests/bench_turns: not built: make all benches`);
+    process.exit(1);
+}
 const work = fs.mkdtempSync(path.join(os.tmpdir(), 'cliffs-'));
 process.on('exit', () => fs.rmSync(work, {recursive: true, force: true}));
 
@@ -52,7 +56,7 @@ function measure(width, options) {
 
 let marked = 0;
 const median = list => [...list].sort((a, b) => a - b)[list.length >> 1];
-const start = measure(64, ['--size', '16', '--only', 'irradiance']).ms;
+const start = measure(64, ['--only', 'irradiance']).ms;
 function sweep(title, ordered, cells) {
     console.log(`\n${title.padEnd(34)}  CPU ms   peak MiB   ns a unit`);
     const rows = cells.map(([name, width, options]) =>

@@ -429,6 +429,7 @@ EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
     return guarded(message, [&] {
         std::unique_ptr<ibl_bridge> b(new ibl_bridge);
         attribute("threads", threads_of(*request));
+        attribute("exr_threads", -1); // none of OpenEXR's own
         attribute("try_all_readers", 0);
         if (request->reader)
             open_as(*b, *request, request->reader);
