@@ -456,10 +456,10 @@ TEST(thread_counts)
 }
 
 /* Those of lobe_tables.f16 are what a fit says. */
-TEST(known_tables)
+TEST_SLOW(known_tables)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    for (int i = 0; i < IBL_LOBE_KNOWN; i++) {
+    for (int i = 0; i < (TEST_SANITIZED ? 1 : IBL_LOBE_KNOWN); i++) {
         ibl_lobe_table_options o = ibl_lobe_table_options_default();
         ibl_specular_options s = ibl_specular_options_default();
         static float fit[IBL_LOBE_KNOWN_BYTES / 2];
