@@ -5,6 +5,7 @@
 
 #include "bake/options.h"
 #include "bake/spectral/plan.h"
+#include "bake/spectral/resample.h"
 #include "core/context.h"
 #include "image/cube.h"
 
@@ -73,17 +74,12 @@ static double analysis_bytes(const estimate *e, const ibl_spectral_plan *plan)
     const double harmonics = 24.0 * (plan->degree + 1) * (plan->degree + 2);
     const double rows =
         spectra_bytes(e->height, plan->degree) + 4.0 * e->height * plan->degree;
-    double columns = 128;
-
     if (plan->degree < 0)
         return 0;
-    while (columns < 2.05 * e->degree)
-        columns *= 2;
-    /* Bands of level.c. */
-    const double pairs =
-        fmin(fmax((4 << 20) / (32 * columns), 96), 1.1 * e->degree + 32) + 8;
-    const double grid =
-        32 * (columns + 8) * pairs + spectra_bytes(2 * pairs, e->degree);
+    const ibl_ring_grid held = ibl_ring_grid_for(e->degree);
+    const double pairs = held.pairs + 2 * IBL_GRID_BORDER;
+    const double grid = 32.0 * (held.columns + 2 * IBL_GRID_BORDER) * pairs +
+                        spectra_bytes(2 * pairs, e->degree);
     return harmonics + fmax(rows, grid);
 }
 

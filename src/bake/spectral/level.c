@@ -15,9 +15,6 @@
 
 enum {
     GROUP = IBL_ROW_FFT_ROWS,
-    MIN_COLUMNS = 128,
-    BAND_BYTES = 4 << 20, /* of rings that are held */
-    MIN_PAIRS = 96,
     PROBES = 32,  /* on each of GROUP rings */
     SMALLEST = 16 /* degree that is tried */
 };
@@ -59,6 +56,7 @@ typedef float probe_rings __attribute__((vector_size(4 * GROUP), may_alias));
 struct probes {
     ibl_ring_spectra spectra; /* of GROUP rings */
     double *factor;
+    float wave[PROBES][2]; /* cos and sin of the azimuths */
     probe_rings rgb[PROBES][3];
     double size[PROBES][GROUP]; /* of the level, at least the floor */
     double around[GROUP];       /* rms of a ring, without lights */
@@ -101,16 +99,15 @@ static ibl_status make_probes(const struct level *v, struct probes *p, int from,
     memset(p->rgb, 0, sizeof p->rgb);
     for (int i = 0; i < PROBES; i++)
         for (int m = 0; m < PROBES; m++) {
-            const double turn = 2 * IBL_PI * (m * i % PROBES) / PROBES;
-            const float re = (float)cos(turn), im = (float)sin(turn);
+            const float *wave = p->wave[m * i % PROBES];
             for (int c = 0; c < 3; c++)
-                p->rgb[i][c] += re * folded[m][0][c] - im * folded[m][1][c];
+                p->rgb[i][c] +=
+                    wave[0] * folded[m][0][c] - wave[1] * folded[m][1][c];
         }
     return IBL_OK;
 }
 
-/* Finds how bright the level is at the probes, from the sum over all degrees.
- */
+/* Finds how bright the level is at the probes, from its low degrees. */
 static void find_sizes(const struct level *v, struct probes *p)
 {
     const ibl_spectral *s = v->s;
@@ -247,6 +244,10 @@ static ibl_status choose_degree(struct level *v)
           : ibl_no_memory(v->s->ctx, "the degree of a level");
     if (!status) {
         p->factor = v->kernel + most + 1;
+        for (int i = 0; i < PROBES; i++) {
+            p->wave[i][0] = (float)cos(2 * IBL_PI * i / PROBES);
+            p->wave[i][1] = (float)sin(2 * IBL_PI * i / PROBES);
+        }
         status = try_degrees(v, p);
         ibl_ring_spectra_free(&p->spectra);
     }
@@ -255,23 +256,6 @@ static ibl_status choose_degree(struct level *v)
 }
 
 /* ---- the grid ---------------------------------------------------------- */
-
-/* A grid for the shortest wave, in bands. Columns are a power of two, and many
- * enough but at the equator if they are just above two a wave. */
-static ibl_status make_grid(struct level *v)
-{
-    const double needed = IBL_GRID_SAMPLES * v->degree;
-    int columns = MIN_COLUMNS;
-
-    while (columns < 2.05 * v->degree)
-        columns *= 2;
-    const int half =
-        GROUP / 2 * (int)ceil(fmax(needed, MIN_COLUMNS) / 2 / GROUP);
-    const int fit = BAND_BYTES / (32 * columns);
-    const int least = fit > MIN_PAIRS ? fit : MIN_PAIRS;
-    return ibl_ring_grid_alloc(v->s->ctx, 2 * half, columns,
-                               half < least ? half : least, &v->grid);
-}
 
 static void rings_job(void *arg, int job, int worker)
 {
@@ -421,8 +405,10 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
         status = make_lights(&v);
     if (!status)
         status = choose_degree(&v);
+    const ibl_ring_grid grid = ibl_ring_grid_for(v.degree);
     if (!status)
-        status = make_grid(&v);
+        status = ibl_ring_grid_alloc(s->ctx, grid.rings, grid.columns,
+                                     grid.pairs, &v.grid);
     if (!status)
         status = prepare_rings(&v);
     if (!status)

@@ -2,7 +2,6 @@
 #include "bake/spectral/resample.h"
 
 #include <assert.h>
-#include <limits.h>
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
@@ -16,11 +15,31 @@ enum {
     ROWS = 8, /* in a job */
     TILE = IBL_LEVEL_TILE,
     BLOCK = IBL_RADIAL_BLOCK,
-    BORDER = IBL_GRID_BORDER
+    BORDER = IBL_GRID_BORDER,
+    MIN_COLUMNS = 128,
+    BAND_BYTES = 4 << 20, /* of rings that are held */
+    MIN_PAIRS = 96,
+    MULTIPLE = 16 /* of the rings */
 };
 _Static_assert(TILE % BLOCK == 0, "whole blocks");
 
 /* ---- grids -------------------------------------------------------------- */
+
+ibl_ring_grid ibl_ring_grid_for(int degree)
+{
+    const double needed = IBL_GRID_SAMPLES * degree;
+    int columns = MIN_COLUMNS;
+
+    while (columns < 2.05 * degree)
+        columns *= 2;
+    const int half =
+        MULTIPLE / 2 * (int)ceil(fmax(needed, MIN_COLUMNS) / 2 / MULTIPLE);
+    const int fit = BAND_BYTES / (32 * columns);
+    const int least = fit > MIN_PAIRS ? fit : MIN_PAIRS;
+    return (ibl_ring_grid){.rings = 2 * half,
+                           .columns = columns,
+                           .pairs = half < least ? half : least};
+}
 
 ibl_status ibl_ring_grid_alloc(ibl_ctx *ctx, int rings, int columns, int pairs,
                                ibl_ring_grid *grid)

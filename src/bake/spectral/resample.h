@@ -40,6 +40,11 @@ typedef struct ibl_ring_grid {
     float *data;         /* 4 floats a sample, 64-byte aligned */
 } ibl_ring_grid;
 
+/* The grid of a level of a degree, in bands, without data. Columns are a power
+ * of two, and many enough but at the equator if they are just above two a
+ * wave. */
+ibl_ring_grid ibl_ring_grid_for(int degree);
+
 /* Allocates a grid for at most `pairs` pairs at a time, contents undefined. It
  * is empty after an error. Free with ibl_ring_grid_free. */
 ibl_status ibl_ring_grid_alloc(ibl_ctx *ctx, int rings, int columns, int pairs,
