@@ -25,9 +25,9 @@ OPT_release := -O2 -g -DNDEBUG
 OPT_debug := -O0 -g
 # Undefined behaviour traps: the texts that would describe it are 5 MB of a
 # program, which each start relocates and each search for leaks reads.
-OPT_asan := -O1 -g1 -fsanitize=address,undefined,float-cast-overflow \
+OPT_asan := -O2 -g1 -fsanitize=address,undefined,float-cast-overflow \
             -fsanitize-undefined-trap-on-error -fno-omit-frame-pointer
-OPT_tsan := -O1 -g1 -fsanitize=thread
+OPT_tsan := -O2 -g1 -fsanitize=thread
 $(if $(OPT_$(config)),,$(error config=$(config): must be release, debug, asan or tsan))
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion \
         -Wvla -Wundef $(WERROR)
