@@ -42,13 +42,15 @@ static ibl_status allocate(ibl_spectral *s)
 
     s->weight = ibl_alloc_array((size_t)s->height, sizeof *s->weight);
     s->widths = ibl_alloc_array((size_t)s->degree + 1, sizeof *s->widths);
+    s->power = ibl_alloc_array((size_t)s->degree + 1, sizeof *s->power);
     r->group = ibl_alloc_zeroed(groups, sizeof *r->group);
     /* Those at the poles have most. */
     r->room = (size_t)fmax(most_lights(s, 0), most_lights(s, s->groups - 1));
     r->taken = ibl_alloc_sparse(groups, r->room * sizeof *r->taken);
     r->worker_floats = (scratch + 15) / 16 * 16 + group_floats(s);
     r->scratch = ibl_alloc_array(threads * r->worker_floats, sizeof(float));
-    if (!s->weight || !s->widths || !r->group || !r->taken || !r->scratch)
+    if (!s->weight || !s->widths || !s->power || !r->group || !r->taken ||
+        !r->scratch)
         return ibl_no_memory(s->ctx, "the analysis");
     return ibl_ring_spectra_alloc(s->ctx, s->height, s->degree + 1, &r->rows);
 }
@@ -112,6 +114,7 @@ void ibl_spectral_free(ibl_spectral *s)
     free_reading(&s->reading);
     ibl_free(s->weight);
     ibl_free(s->widths);
+    ibl_free(s->power);
     ibl_free(s->lights);
     ibl_harmonics_free(&s->harmonics);
     ibl_free(s);
@@ -354,6 +357,7 @@ ibl_status ibl_spectral_finish(ibl_spectral *s)
     if (status)
         return status;
     take_mean(s);
+    ibl_sht_power(&s->harmonics, s->power);
     free_reading(&s->reading);
     return IBL_OK;
 }

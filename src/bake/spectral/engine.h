@@ -61,6 +61,7 @@ typedef struct ibl_spectral {
     ibl_pixel_light *lights; /* added to each texel, scaled */
     int light_count;
     ibl_harmonics harmonics; /* without the mean and the lights */
+    double *power;           /* of the harmonics in each degree */
 } ibl_spectral;
 
 /*

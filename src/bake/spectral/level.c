@@ -4,6 +4,7 @@
  * texels, and the lights on top.
  */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "bake/spectral/engine.h"
@@ -15,8 +16,9 @@
 
 enum {
     GROUP = IBL_ROW_FFT_ROWS,
-    PROBES = 32,  /* on each of GROUP rings */
-    SMALLEST = 16 /* degree that is tried */
+    PROBES = 32,   /* on each of GROUP rings */
+    SMALLEST = 16, /* degree that is tried */
+    TRIES = 3
 };
 
 /* Parts of the tolerance: what degrees leave out, which is measured at the
@@ -24,8 +26,8 @@ enum {
  * and the points of lights. */
 static const double degrees_part = 0.25, elsewhere = 2, lights_part = 0.1;
 
-/* Value of the kernel from which on degrees are tried. */
-static const double small = 1e-2;
+/* Value of the kernel to which degrees show how bright a level is. */
+static const double small = 0.03;
 
 /* Error of the transforms, in floats: relative, and beside light that is
  * brighter on a ring as a part of its rms. */
@@ -35,7 +37,7 @@ static const double rounding = 5e-6, noise_part = 1e-7;
 struct level {
     ibl_spectral *s;
     const ibl_spectral_target *target;
-    double *kernel; /* most + 1, and room for as many factors */
+    double *kernel; /* most + 1, and room for as many factors and tails */
     int degree;
     double error;             /* of the degrees, relative, */
     double noise;             /* and of floats beside brighter light */
@@ -183,56 +185,73 @@ static double measure_noise(const struct level *v, struct probes *p)
     return measure(v, p);
 }
 
+/* Fills tail[l], l = 0..most, with the rms of what the degrees above l add.
+ * What those above the most would add is extrapolated from its last quarters.
+ */
+static void find_tails(const struct level *v, double *tail)
+{
+    const int most = v->target->most;
+    double sum = 0;
+
+    for (int l = most; l >= 0; l--) {
+        tail[l] = sum;
+        sum += v->kernel[l] * v->kernel[l] * v->s->power[l];
+    }
+    const double half = tail[most / 2], quarter = tail[most - most / 4];
+    const double beyond = half > 0 ? quarter * quarter / half : 0;
+    for (int l = 0; l <= most; l++)
+        tail[l] = sqrt((tail[l] + beyond) / (4 * IBL_PI));
+}
+
+/* The first degree from SMALLEST on whose tail is at most `limit`, or the most.
+ */
+static int degree_below(const struct level *v, const double *tail, double limit)
+{
+    int l = SMALLEST < v->target->most ? SMALLEST : v->target->most;
+    while (l < v->target->most && tail[l] > limit)
+        l++;
+    return l;
+}
+
 /*
  * Chooses the smallest degree that leaves at most its part of the tolerance.
- * What a degree leaves is about what the next octave adds. Octaves are tried
- * from where the kernel is small, and one degree between the last and the most.
- * In between, the logarithm of what they leave is interpolated, and
- * extrapolated to the most.
+ * How what a degree leaves falls is known from the power in each; how the 95th
+ * percentile of its relative error compares with its rms is measured at the
+ * probes, from the next octave.
  */
-static ibl_status try_degrees(struct level *v, struct probes *p)
+static ibl_status try_degrees(struct level *v, struct probes *p,
+                              const double *tail)
 {
     const int most = v->target->most;
     const double wanted = degrees_part * v->target->tolerance;
-    int low = 0, high = SMALLEST;
-    double error = INFINITY, before = INFINITY;
+    double ratio = 0;
+    int seen = 0, last, next;
 
-    while (high < most && fabs(v->kernel[high]) > small)
-        high++;
-    ibl_status status = make_probes(v, p, 0, high < most ? high : most);
-    if (!status) {
-        find_sizes(v, p);
-        v->noise = measure_noise(v, p);
-    }
-    while (!status && high < most) {
-        status = make_probes(v, p, high + 1, 2 * high < most ? 2 * high : most);
-        error = measure(v, p);
-        if (error <= wanted)
+    while (seen < most && fabs(v->kernel[seen]) > small)
+        seen++;
+    ibl_status status = make_probes(v, p, 0, seen);
+    if (status)
+        return status;
+    find_sizes(v, p);
+    v->noise = measure_noise(v, p);
+    next = degree_below(v, tail, wanted * mean_of(v->s) * v->s->scale);
+    for (int i = 0; i < TRIES; i++) {
+        last = next;
+        const int from = last < most - most / 4 ? last : most - most / 4;
+        const int until = 2 * from < most ? 2 * from : most;
+        status = make_probes(v, p, from + 1, until);
+        if (status)
+            return status;
+        const double rms =
+            sqrt(tail[from] * tail[from] - tail[until] * tail[until]);
+        ratio = rms > 0 ? measure(v, p) / rms : 0;
+        next = degree_below(v, tail, ratio > 0 ? wanted / ratio : INFINITY);
+        if (abs(next - last) <= last / 8)
             break;
-        before = error;
-        low = high;
-        high *= 2;
     }
-    if (high >= most) {
-        high = most;
-        error = 0;
-    }
-    if (!status && high == most && low > 0) {
-        const int middle = (low + most) / 2;
-        status = make_probes(v, p, middle + 1, most);
-        const double there = measure(v, p);
-        error = there <= wanted ? there : there * fmin(there / before, 1);
-        before = there <= wanted ? before : there;
-        *(there <= wanted ? &high : &low) = middle;
-    }
-    if (error < wanted && low > 0) {
-        const double fall = log(before / fmax(error, 1e-20));
-        high = low + (int)ceil(log(before / wanted) / fall * (high - low));
-        error = wanted;
-    }
-    v->degree = high;
-    v->error = elsewhere * error;
-    return status;
+    v->degree = next;
+    v->error = elsewhere * ratio * tail[next];
+    return IBL_OK;
 }
 
 static ibl_status choose_degree(struct level *v)
@@ -248,7 +267,8 @@ static ibl_status choose_degree(struct level *v)
             p->wave[i][0] = (float)cos(2 * IBL_PI * i / PROBES);
             p->wave[i][1] = (float)sin(2 * IBL_PI * i / PROBES);
         }
-        status = try_degrees(v, p);
+        find_tails(v, p->factor + most + 1);
+        status = try_degrees(v, p, p->factor + most + 1);
         ibl_ring_spectra_free(&p->spectra);
     }
     ibl_free(p);
@@ -397,7 +417,7 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
     struct level v = {.s = s, .target = target};
     const size_t count = (size_t)target->most + 1;
 
-    v.kernel = ibl_alloc_array(2 * count, sizeof *v.kernel);
+    v.kernel = ibl_alloc_array(3 * count, sizeof *v.kernel);
     ibl_status status = v.kernel ? ibl_lobe_coefficients(s->ctx, target->shape,
                                                          target->most, v.kernel)
                                  : ibl_no_memory(s->ctx, "a lobe");
