@@ -106,7 +106,7 @@ static void directions(const level *a, int face, int y, int x, float *point)
 
     if (a->shape.projection == IBL_PROJECTION_CUBE) {
         a->radial.points((2 * y + 1) / (double)n - 1, n, x, TILE, own);
-        for (int i = 0; i < 6 * TILE; i++)
+        for (int i = 0; i < 6 * TILE && x + TILE > n; i++)
             if (x + i % TILE >= n)
                 own[i] = own[i - 1];
         for (int j = 0; j < 3; j++)
@@ -137,8 +137,8 @@ static bool find_reach(const level *a, const double *theta, int count,
     double least = IBL_PI, most = 0;
 
     for (int i = 0; i < count; i++) {
-        least = fmin(least, theta[i]);
-        most = fmax(most, theta[i]);
+        least = theta[i] < least ? theta[i] : least;
+        most = theta[i] > most ? theta[i] : most;
     }
     reach[0] = (int)(least * grid->rings / IBL_PI - 0.5);
     reach[1] = (int)(most * grid->rings / IBL_PI - 0.5);
