@@ -1,9 +1,9 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # The library and the program for aarch64, built by Debian's cross compiler
-# against Debian's own arm64 packages and run by qemu-user: the kernels, bakes
-# whose texels are those of this machine's build, and containers that are so byte
-# for byte. BUILD names that build; what is fetched and built is in BUILD/arm64.
+# against Debian's own arm64 packages and run by qemu-user: the kernels, and
+# bakes and containers that are byte for byte those of this machine's build.
+# BUILD names that build; what is fetched and built is in BUILD/arm64.
 # `check-arm64.sh count MAP` counts the instructions of a bake instead, by plain C
 # and by NEON.
 set -u
@@ -14,7 +14,7 @@ libjpeg-dev libjansson-dev libxxhash-dev'
 arm=$build/arm64
 sysroot=$arm/sysroot
 
-need aarch64-linux-gnu-gcc qemu-aarch64 apt-get dpkg-deb node
+need aarch64-linux-gnu-gcc qemu-aarch64 apt-get dpkg-deb
 
 # An apt of its own: nothing of the system is changed, and no root is needed.
 apt() { APT_CONFIG=$work/apt.conf apt-get -qq "$@"; }
@@ -103,60 +103,29 @@ ok containers diff -r "$work/here" "$work/arm"
 
 # ---- bakes -----------------------------------------------------------------
 
-bake() { # FOLDER RUN... : bakes as floats into it
-    local folder=$work/$1
-    shift
-    "$@" -q --pixel rgba32f --lut-size 32 --size 64 --skybox 64 \
-        -o "$folder" --name map
+# The same files from both machines: those of AVX2 and NEON, and those of plain C.
+same() { # ISA_HERE ISA_THERE MAP [OPTION...]
+    local here=$1 there=$2
+    shift 2
+    rm -rf "$work/here" "$work/there"
+    ok "$* by $here" "$build/iblbake" -q --isa "$here" --lut-size 32 "$@" \
+        -o "$work/here"
+    ok "$* by $there" emulate "$arm/iblbake" -q --isa "$there" --lut-size 32 \
+        "$@" -o "$work/there"
+    ok "$*: $here and $there" diff -r "$work/here" "$work/there"
 }
-# Files whose texels are farther apart than 1e-5 of themselves or of their
-# level's mean, and files with the same texels that differ.
-compare() { # FOLDER FOLDER
-    js "$@" <<'END'
-const texels = bytes => {
-    const levels = Math.max(bytes.readUInt32LE(40), 1), all = [];
-    for (let i = 0; i < levels; i++) {
-        const at = Number(bytes.readBigUInt64LE(80 + 24 * i));
-        const size = Number(bytes.readBigUInt64LE(88 + 24 * i));
-        all.push(new Float32Array(bytes.buffer.slice(
-            bytes.byteOffset + at, bytes.byteOffset + at + size)));
-    }
-    return all;
-};
-const [one, two] = process.argv.slice(2);
-const names = fs.readdirSync(one).filter(name => name.endsWith('.ktx2'));
-if (names.length < 4 || `${fs.readdirSync(two)}` != `${fs.readdirSync(one)}`)
-    console.log(`${fs.readdirSync(one)} and ${fs.readdirSync(two)}`);
-for (const name of names) {
-    const a = fs.readFileSync(`${one}/${name}`);
-    const b = fs.readFileSync(`${two}/${name}`);
-    let differs = 0, worst = 0;
-    const others = texels(b);
-    texels(a).forEach((level, i) => {
-        const mean = level.reduce((sum, x) => sum + Math.abs(x), 0) /
-            level.length;
-        level.forEach((x, k) => {
-            const off = Math.abs(x - others[i][k]);
-            differs += !(off == 0);
-            worst = Math.max(worst, off / Math.max(Math.abs(x), mean));
-        });
-    });
-    if (!(worst <= 1e-5))
-        console.log(`${name}: ${worst} apart`);
-    if (!differs && a.compare(b))
-        console.log(`${name}: the texels are the same, the file is not`);
-}
-END
-}
-for env in data/sky.exr data/forest.exr; do
-    name=$(basename $env)
-    rm -rf "$work/here" "$work/c" "$work/neon" "$work/three"
-    ok "$name here" bake here "$build/iblbake" $env
-    ok "$name by NEON" bake neon emulate "$arm/iblbake" --threads 1 $env
-    verdict "$name" "$(compare "$work/here" "$work/neon")"
-done
-ok 'plain C' bake c emulate "$arm/iblbake" --isa c $env
-verdict 'plain C' "$(compare "$work/here" "$work/c")"
-ok '3 threads' bake three emulate "$arm/iblbake" --threads 3 $env
-ok '3 threads' diff -r "$work/neon" "$work/three"
+case $("$build/iblbake" --version) in
+*'instructions  avx2'*)
+    same avx2 neon data/forest.exr --size 64 --skybox 64 --pixel rgba32f
+    same avx2 neon data/sky.exr --size 32 --lobe charlie --pixel rgba32f \
+        --layout equirect
+    same avx2 neon data/forest.exr --size 32 --method sampled --samples 64
+    same avx2 neon data/sky.exr --size 48 --sh 3 --pixel bc6h --quality fast
+    ;;
+*) skip 'AVX2 and NEON' 'this CPU has no AVX2' ;;
+esac
+same c c data/sky.exr --size 32 --pixel rgba32f
+ok '3 threads' emulate "$arm/iblbake" -q --isa c --threads 3 --lut-size 32 \
+    data/sky.exr --size 32 --pixel rgba32f -o "$work/three"
+ok '3 threads' diff -r "$work/there" "$work/three"
 end

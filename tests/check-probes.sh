@@ -716,7 +716,7 @@ merge part1 part2 part1 -o bad|part1: is shard 1/2, as part1 is: give each once
 merge part1 odd/size -o bad|odd/size: is of another set or of other options than part1: *
 merge part1 odd/of -o bad|odd/of: is of another set or of other options than part1: *
 merge part1 odd/set -o bad|odd/set: is of another set or of other options than part1: *
-merge part1 odd/isa -o bad|odd/isa: is of another version or instruction set than part1: *
+merge part1 odd/isa -o bad|odd/isa: is of another version or arithmetic than part1: *
 merge part1 odd/cut -o bad|odd/cut/probes_irradiance.ktx2: is not the file that its index.json describes: bake shard 2/2 again
 merge part1 odd/none -o bad|odd/none/index.json: cannot be read: No such file or directory
 merge part1 out -o bad|out: has a whole set, no shard: *

@@ -45,6 +45,8 @@ TEST(names)
 {
     CHECK(!strcmp(ibl_isa_name(IBL_ISA_AUTO), "auto"));
     CHECK(!strcmp(ibl_isa_name(IBL_ISA_NEON), "neon"));
+    CHECK(!strcmp(ibl_isa_arithmetic(IBL_ISA_NEON), "fused"));
+    CHECK(!strcmp(ibl_isa_arithmetic(IBL_ISA_SSE2), "plain"));
     CHECK(!strcmp(ibl_isa_name((ibl_isa)99), "unknown"));
     CHECK(!strcmp(ibl_isa_name((ibl_isa)-1), "unknown"));
     for (int s = IBL_OK; s <= IBL_ERR_CANCELLED; s++)

@@ -59,14 +59,9 @@ static void make(fixture *x, ibl_isa isa, ibl_ring_kind kind, int rings,
     x->f = kern_alloc(PARTS * x->stride * sizeof *x->f, 64);
     x->a = kern_alloc(PARTS * x->terms * sizeof *x->a, 8);
     x->p = kern_alloc(x->terms * sizeof *x->p, sizeof *x->p);
-    x->order =
-        (ibl_legendre_order){&x->rings,
-                             m,
-                             degree,
-                             degree + 1,
-                             kern_alloc(scratch * sizeof *x->order.scratch, 64),
-                             0,
-                             0};
+    x->order = (ibl_legendre_order){
+        &x->rings, m, degree, degree + 1,
+        kern_alloc(scratch * sizeof *x->order.scratch, 64)};
     for (size_t i = 0; i < scratch; i++)
         x->order.scratch[i] = NAN;
     for (size_t i = 0; i < PARTS * x->stride; i++)
@@ -74,7 +69,6 @@ static void make(fixture *x, ibl_isa isa, ibl_ring_kind kind, int rings,
     if (!ibl_legendre_rings_init(&x->rings, kind, rings, 0, (rings + 1) / 2,
                                  degree))
         exit(1);
-    x->order.end = x->rings.pairs;
 }
 
 static float *ring_of(const fixture *x, int part, int j)

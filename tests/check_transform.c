@@ -343,48 +343,6 @@ TEST_SLOW(rows_of_patches)
     each_isa(rows_of);
 }
 
-/* Rows that an analysis leaves out count as the zeros that they are. */
-static void some_rows_of(ibl_ctx *ctx)
-{
-    enum {
-        DEGREE = 70
-    };
-    static const int of[][3] = {{1, 0, 1},      {40, 0, 1},   {40, 3, 4},
-                                {40, 13, 20},   {65, 32, 33}, {65, 31, 32},
-                                {400, 130, 141}};
-    double ones[DEGREE + 1];
-
-    for (int l = 0; l <= DEGREE; l++)
-        ones[l] = 1;
-    for (size_t k = 0; k < sizeof of / sizeof *of; k++) {
-        const int rows = of[k][0], first = of[k][1], end = of[k][2];
-        ibl_ring_spectra in = make_spectra(ctx, rows, DEGREE + 1);
-        ibl_harmonics all = make_harmonics(ctx, DEGREE);
-        ibl_harmonics some = make_harmonics(ctx, DEGREE);
-        test_random rnd = {5};
-        random_spectra(&in, &rnd);
-        for (size_t part = 0; part < 6 * (DEGREE + 1); part++)
-            for (int j = 0; j < rows; j++)
-                if ((j < first || j >= end) &&
-                    (j < rows - end || j >= rows - first))
-                    in.data[part * in.stride + (size_t)j] = 0;
-        CHECK(!ibl_sht_analyse(ctx, NULL, &in, ones, &all));
-        in.first = first;
-        in.end = end;
-        CHECK(!ibl_sht_analyse(ctx, NULL, &in, ones, &some));
-        for (size_t i = 0; i < 3 * (DEGREE + 1) * (DEGREE + 2); i++)
-            CHECK_NEAR(some.data[i], all.data[i], 1e-14);
-        ibl_ring_spectra_free(&in);
-        ibl_harmonics_free(&all);
-        ibl_harmonics_free(&some);
-    }
-}
-
-TEST(rows_without_light)
-{
-    each_isa(some_rows_of);
-}
-
 /* ---- threads -------------------------------------------------------- */
 
 /* Everything that both directions write, the same for any threads. */

@@ -91,8 +91,8 @@ const char *ibl_status_text(ibl_status status);
 
 /* ---- context -------------------------------------------------------- */
 
-/* Instruction sets of the hot loops. Results of different sets differ by
- * rounding. */
+/* Instruction sets of the hot loops. Those of the same arithmetic give the same
+ * bytes; fused and plain results differ by rounding. */
 typedef enum ibl_isa {
     IBL_ISA_AUTO = 0, /* the best that this CPU has */
     IBL_ISA_C,        /* for every CPU */
@@ -104,6 +104,8 @@ typedef enum ibl_isa {
 
 /* "auto", "c", "sse2", "avx2" or "neon"; else "unknown". */
 const char *ibl_isa_name(ibl_isa isa);
+/* "fused", products and sums rounded once (AVX2, NEON), or "plain". */
+const char *ibl_isa_arithmetic(ibl_isa isa);
 /* The best set that this CPU and build have; never IBL_ISA_AUTO. */
 ibl_isa ibl_isa_best(void);
 /* 1 if they have isa, else 0; 0 for IBL_ISA_AUTO. */

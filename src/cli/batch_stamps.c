@@ -59,7 +59,7 @@ static bool hash_options(const ibl_map_bake *r, ibl_isa isa,
     if (!to)
         return false;
     fprintf(to, "iblbake %s %s %s\n%s\nverify %d %.17g timings %d\n",
-            IBL_VERSION, ibl_version_revision(), ibl_isa_name(isa),
+            IBL_VERSION, ibl_version_revision(), ibl_isa_arithmetic(isa),
             o->input ? o->input : "", o->verify, o->max_error, o->timings);
     for (int i = 0; i < r->count; i++)
         if (r->sets[i].opts->of)

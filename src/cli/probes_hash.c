@@ -49,8 +49,8 @@ static char *describe(const ibl_probes_bake *p, int layer, const char *files)
         "iblbake %s %s %s\nsize %d levels %d mapping %d method %d samples %d "
         "tolerance %.17g pixel %s overflow %d quality %d irradiance %d\n"
         "%s alpha %s%s\n%s",
-        IBL_VERSION, IBL_REVISION, ibl_isa_name(p->isa), s->size, s->levels,
-        (int)s->mapping, (int)s->method, s->samples, s->tolerance,
+        IBL_VERSION, IBL_REVISION, ibl_isa_arithmetic(p->isa), s->size,
+        s->levels, (int)s->mapping, (int)s->method, s->samples, s->tolerance,
         ibl_pixel_name(b->texels.pixel), (int)b->texels.overflow,
         ibl_pixel_block(b->texels.pixel) > 1 ? (int)b->texels.quality : 0,
         b->options.irradiance_options.size,
@@ -125,7 +125,7 @@ bool ibl_probes_hash_inputs(ibl_probes_bake *p)
         ok = hash_layer(p, i);
     const int n =
         snprintf(lut, sizeof lut, "iblbake %s %s %s\nlut %d %d", IBL_VERSION,
-                 IBL_REVISION, ibl_isa_name(p->isa), p->set.bake.lut_size,
+                 IBL_REVISION, ibl_isa_arithmetic(p->isa), p->set.bake.lut_size,
                  p->set.bake.texels.pixel == IBL_PIXEL_RGBA32F);
     ibl_hash_bytes(lut, (size_t)n, p->lut_inputs);
     return ok;

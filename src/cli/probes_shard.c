@@ -157,7 +157,7 @@ static bool check_shard(const merge *m, const shard *s)
     if (!json_equal(json_object_get(s->index, "generator"),
                     json_object_get(first->index, "generator")))
         return ibl_console_fail(console,
-                                "%s: is of another version or instruction set "
+                                "%s: is of another version or arithmetic "
                                 "than %s: bake all shards with one, such as "
                                 "--isa avx2",
                                 s->directory, first->directory);

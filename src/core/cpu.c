@@ -39,6 +39,11 @@ const char *ibl_isa_name(ibl_isa isa)
     return i < sizeof names / sizeof names[0] ? names[i] : "unknown";
 }
 
+const char *ibl_isa_arithmetic(ibl_isa isa)
+{
+    return isa == IBL_ISA_AVX2 || isa == IBL_ISA_NEON ? "fused" : "plain";
+}
+
 /* Reads a small system file as text; false if it is missing or empty. */
 static bool read_text(const char *path, char *text, size_t size)
 {

@@ -63,7 +63,7 @@ json_t *ibl_json_generator(ibl_isa isa, const char *revision)
     put(&j, "version", json_string(IBL_VERSION));
     if (revision && *revision)
         put(&j, "revision", ibl_json_string(revision));
-    put(&j, "isa", json_string(ibl_isa_name(isa)));
+    put(&j, "arithmetic", json_string(ibl_isa_arithmetic(isa)));
     return j;
 }
 

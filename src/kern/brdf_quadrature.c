@@ -43,14 +43,3 @@ ibl_brdf_limits ibl_brdf_limits_of(const ibl_split_view *v)
 
     return (ibl_brdf_limits){inner, fmax(inner, outer)};
 }
-
-void ibl_brdf_mix_c(const float *table, size_t stride, const float *pair,
-                    int terms, int count, float *out)
-{
-    for (int i = 0; i < count; i++) {
-        float sum = 0;
-        for (int k = 0; k < terms; k++)
-            sum += table[(size_t)k * stride + (size_t)i] * pair[2 * k + i % 2];
-        out[i] = sum;
-    }
-}

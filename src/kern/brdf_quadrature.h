@@ -65,8 +65,4 @@ typedef struct ibl_brdf_dsp {
 
 IBL_DECLARE_KERNEL(ibl_brdf);
 
-/* The plain version, for the rest after whole vectors. */
-void ibl_brdf_mix_c(const float *table, size_t stride, const float *pair,
-                    int terms, int count, float *out);
-
 #endif

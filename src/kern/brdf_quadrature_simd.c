@@ -233,14 +233,14 @@ static void split_mix(const float *table, size_t stride, const float *pair,
         for (int j = 0; j < 4; j++)
             vf_store(out + i + j * VF, sum[j]);
     }
-    for (; i + VF <= count; i += VF) {
+    for (; i < count; i += 2) {
         vf sum = vf_all(0);
         for (int k = 0; k < terms; k++)
-            sum = vf_fma(vf_load(table + (size_t)k * stride + (size_t)i),
+            sum = vf_fma(both_of(table + (size_t)k * stride + (size_t)i),
                          both_of(pair + 2 * k), sum);
-        vf_store(out + i, sum);
+        out[i] = sum[0];
+        out[i + 1] = sum[1];
     }
-    ibl_brdf_mix_c(table + i, stride, pair, terms, count - i, out + i);
 }
 
 IBL_VECTOR_KERNEL(ibl_brdf, split_sums, split_mix)

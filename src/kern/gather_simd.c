@@ -10,6 +10,10 @@
 
 #include "kern/lanes.h"
 
+enum {
+    CHAINS = 16 / VF
+};
+
 /* Lookups of VF samples in one mip. The weights of sample i, w00 w01 w10 w11,
  * are quarter i / 4 of vector i % 4. */
 typedef struct taps {
@@ -80,11 +84,10 @@ static inline void make_taps(const points *p, const ibl_gather_level *level,
         vf_store(t->weight + k * VF, v[k]);
 }
 
-/* Adds one sample's texels to two sums, which shortens the chain of dependent
- * additions. */
+/* Adds one sample's texels, in sixteen lanes: four for each of them. */
 #if VF == 8
 static inline void add_taps(const taps *t, int i, const float *texels,
-                            size_t row, vf sums[2])
+                            size_t row, vf sums[CHAINS])
 {
     const float *p = texels + (size_t)t->at[i], *w = t->weight + i % 4 * VF;
     sums[0] = vf_fma(vf_load(p), vf_spread(w, i / 4 * 2), sums[0]);
@@ -92,18 +95,19 @@ static inline void add_taps(const taps *t, int i, const float *texels,
 }
 #else
 static inline void add_taps(const taps *t, int i, const float *texels,
-                            size_t row, vf sums[2])
+                            size_t row, vf sums[CHAINS])
 {
-    const float *p = texels + (size_t)t->at[i];
+    const float *p = texels + (size_t)t->at[i], *q = p + row;
     const float *w = t->weight + VF * i;
-    sums[0] += vf_load(p) * vf_all(w[0]) + vf_load(p + 4) * vf_all(w[1]);
-    p += row;
-    sums[1] += vf_load(p) * vf_all(w[2]) + vf_load(p + 4) * vf_all(w[3]);
+    sums[0] = vf_fma(vf_load(p), vf_all(w[0]), sums[0]);
+    sums[1] = vf_fma(vf_load(p + 4), vf_all(w[1]), sums[1]);
+    sums[2] = vf_fma(vf_load(q), vf_all(w[2]), sums[2]);
+    sums[3] = vf_fma(vf_load(q + 4), vf_all(w[3]), sums[3]);
 }
 #endif
 
 static inline void add_batch(const taps *t, int count,
-                             const ibl_gather_level *level, vf sums[2])
+                             const ibl_gather_level *level, vf sums[CHAINS])
 {
     const size_t row = 4 * ((size_t)level->edge + 2);
     if (count >= VF) {
@@ -123,7 +127,7 @@ static void gather(const ibl_gather_samples *s, const ibl_gather_level *levels,
     for (int g = 0; g < s->group_count; g++) {
         const ibl_gather_group group = s->groups[g];
         const ibl_gather_level *level = &levels[group.level];
-        vf fine[2] = {vf_all(0), vf_all(0)}, coarse[2] = {vf_all(0), vf_all(0)};
+        vf fine[CHAINS] = {{0}}, coarse[CHAINS] = {{0}};
         for (int done = 0; done < group.count; done += VF) {
             const int first = group.first + done, left = group.count - done;
             const points p = project(s, first, frame);
@@ -136,7 +140,10 @@ static void gather(const ibl_gather_samples *s, const ibl_gather_level *levels,
             }
         }
         float sum[4];
-        vq_store(sum, vf_fold((fine[0] + fine[1]) + (coarse[0] + coarse[1])));
+#pragma GCC unroll 4
+        for (int k = 0; k < CHAINS; k++)
+            fine[k] += coarse[k];
+        vq_store(sum, vf_fold_16(fine));
         for (int c = 0; c < 3; c++)
             rgb[c] += (double)sum[c];
     }

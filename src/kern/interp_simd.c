@@ -7,7 +7,8 @@
 
 enum {
     VECTORS = 4 * IBL_TAPS / VF, /* vectors for a ring's samples */
-    DEGREE = 5                   /* of the weights' polynomials */
+    CHAINS = 16 / VF,
+    DEGREE = 5 /* of the weights' polynomials */
 };
 
 static const double PI = 3.14159265358979323846;
@@ -118,14 +119,18 @@ static inline void add_ring(const float *grid, float weight, bool first,
     }
 }
 
-/* Sums across the columns; even and odd vectors have separate sums. */
-static inline vf across(const vf along[VECTORS], const float *w)
+/* Sums across the columns, in sixteen lanes. */
+static inline vq across(const vf along[VECTORS], const float *w)
 {
-    vf sum[2] = {along[0] * vf_spread(w, 0), along[1] * vf_spread(w, 1)};
+    vf sum[CHAINS];
 #pragma GCC unroll 8
-    for (int k = 2; k < VECTORS; k++)
-        sum[k % 2] = vf_fma(along[k], vf_spread(w, k), sum[k % 2]);
-    return sum[0] + sum[1];
+    for (int k = 0; k < VECTORS; k++)
+        if (k < CHAINS)
+            sum[k] = along[k] * vf_spread(w, k);
+        else
+            sum[k % CHAINS] =
+                vf_fma(along[k], vf_spread(w, k), sum[k % CHAINS]);
+    return vf_fold_16(sum);
 }
 
 /* Sums down the rings per channel and column first, then across columns. */
@@ -144,9 +149,8 @@ static void row(const ibl_interp_row *row)
 #pragma GCC unroll 8
         for (int k = 0; k < IBL_TAPS; k++)
             add_ring(grid + k * stride, w[k], k == 0, along);
-        vq_store(
-            a.rgba + 4 * (size_t)i,
-            vf_fold(across(along, a.column_weight + (ptrdiff_t)i * IBL_TAPS)));
+        vq_store(a.rgba + 4 * (size_t)i,
+                 across(along, a.column_weight + (ptrdiff_t)i * IBL_TAPS));
     }
 }
 

@@ -74,7 +74,6 @@ typedef struct ibl_legendre_order {
     int single;      /* from this degree on floats may do; > degree: nowhere */
     double *scratch; /* ibl_legendre_scratch(degree) doubles, 64-byte aligned,
                         contents undefined */
-    int first, end;  /* pairs of an analysis; the differences are 0 in others */
 } ibl_legendre_order;
 
 size_t ibl_legendre_scratch(int degree);

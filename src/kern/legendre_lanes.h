@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Legendre functions on vectors of VD rings: an order's coefficients, and how
- * rings start. The sums are in legendre_simd.c.
+ * Legendre functions on groups of RINGS rings, in vectors of VD: an order's
+ * coefficients, and how rings start. What a group does depends on all of its
+ * rings, so that results do not depend on VD. The sums are in legendre_simd.c.
  *
  * Even and odd l - m from one recurrence in x^2 (Ishioka 2018, "A new
  * recurrence formula for efficient computation of spherical harmonic
@@ -28,9 +29,11 @@
 #include "kern/legendre.h"
 
 enum {
-    BLOCK = 8,   /* in k: rings join at multiples of it */
+    RINGS = 4,          /* in a group */
+    PARTS = RINGS / VD, /* vectors of a group */
+    BLOCK = 8,          /* in k: rings join at multiples of it */
     CHUNK = 256, /* pairs of rings, whose data fit the first-level cache */
-    CHUNK_VECTORS = CHUNK / VD,
+    CHUNK_GROUPS = CHUNK / RINGS,
     SUMS = 12,       /* 6 parts for even l - m, 6 for odd */
     ROW = 16,        /* floats for a k in the synthesis: SUMS, alpha, beta */
     NEVER = 1 << 30, /* block of rings that never join */
@@ -88,15 +91,6 @@ static inline vd vd_totals(const vd v[VD])
 }
 #endif
 
-/* Lane i is the sum of the lanes i and VD + i of v, as doubles. */
-static inline vd vf_halves_added(vf v)
-{
-    vd half[2];
-
-    vf_widen(v, half);
-    return half[0] + half[1];
-}
-
 /* The e with |v| = f 2^e, 1 <= f < 2; v must be normal. */
 static inline vd vd_exponent(vd v)
 {
@@ -131,14 +125,14 @@ struct work {
     double first;          /* R_0 / (sin theta)^m */
     double *sums;          /* [k][SUMS] */
     /* for a chunk of rings: */
-    double *now, *last;             /* R_k and R_k-1; 0 before the ring joins */
-    double *late_now, *late_last;   /* their values when it joins */
-    double *block;                  /* block in which it joins, or NEVER */
-    double *data;                   /* [vector][SUMS][VD] */
-    int from_block[CHUNK_VECTORS];  /* first block in which a lane joins */
-    int until_block[CHUNK_VECTORS]; /* last block in which one does */
-    int vectors, active;            /* vectors before `active` never join */
-    int late;                       /* those from here on join at once */
+    double *now, *last;            /* R_k and R_k-1; 0 before the ring joins */
+    double *late_now, *late_last;  /* their values when it joins */
+    double *block;                 /* block in which it joins, or NEVER */
+    double *data;                  /* [vector][SUMS][VD] */
+    int from_block[CHUNK_GROUPS];  /* first block in which a ring joins */
+    int until_block[CHUNK_GROUPS]; /* last block in which one does */
+    int groups, active;            /* groups before `active` never join */
+    int late;                      /* those from here on join at once */
     /* In floats, for blocks from `single` on and rings that have joined: */
     int single;
     float *rows; /* [k][ROW] */
@@ -324,13 +318,12 @@ static inline vd look_at(vd exponent, vl done)
                      vd_power_of_two(vd_either((vl)(left < most), left, most)));
 }
 
-/* A vector some of whose rings do not matter yet at k = 0. A ring joins with
- * the first block in which it matters. */
+/* A vector of a group some of whose rings do not matter yet at k = 0. A ring
+ * joins with the first block in which it matters. */
 struct follower {
-    struct scaled s;
+    struct scaled s, begin; /* now, and when the block began */
     vd x2, late_now, late_last, at, look;
     vl done;
-    int from, until;
 };
 
 static inline struct follower follower_of(struct scaled s, vd x2)
@@ -342,78 +335,93 @@ static inline struct follower follower_of(struct scaled s, vd x2)
                              .late_last = zero,
                              .at = vd_all(NEVER),
                              .look = look_at(s.exponent, (vl)zero),
-                             .done = (vl)zero,
-                             .from = NEVER,
-                             .until = -1};
+                             .done = (vl)zero};
 }
 
-/* Lets rings join that matter after block b, which began with `begin`. */
-static inline void join(struct follower *f, struct scaled begin, int b)
+/* Lets rings of group v join that matter after block b. */
+static inline void join(struct work *w, int v, struct follower f[PARTS], int b)
 {
-    if (!vd_signs((vd)(vl)(vd_abs(f->s.now) >= f->look)))
+    unsigned some = 0;
+
+#pragma GCC unroll 2
+    for (int h = 0; h < PARTS; h++)
+        some |= vd_signs((vd)(vl)(vd_abs(f[h].s.now) >= f[h].look));
+    if (!some)
         return;
-    f->s = normalised(f->s);
-    const vl in = (vl)(f->s.exponent >= vd_all(STARTS_AT)) & ~f->done;
-    f->done |= in;
-    f->look = look_at(f->s.exponent, f->done);
-    if (!vd_signs((vd)in))
+    some = 0;
+#pragma GCC unroll 2
+    for (int h = 0; h < PARTS; h++) {
+        struct follower *g = &f[h];
+        g->s = normalised(g->s);
+        const vl in = (vl)(g->s.exponent >= vd_all(STARTS_AT)) & ~g->done;
+        const vd scale = vd_power_of_two(g->begin.exponent);
+        g->done |= in;
+        g->look = look_at(g->s.exponent, g->done);
+        g->late_now = vd_either(in, g->begin.now * scale, g->late_now);
+        g->late_last = vd_either(in, g->begin.last * scale, g->late_last);
+        g->at = vd_either(in, vd_all(b), g->at);
+        some |= vd_signs((vd)in);
+    }
+    if (!some)
         return;
-    const vd scale = vd_power_of_two(begin.exponent);
-    f->late_now = vd_either(in, begin.now * scale, f->late_now);
-    f->late_last = vd_either(in, begin.last * scale, f->late_last);
-    f->at = vd_either(in, vd_all(b), f->at);
-    f->from = f->from == NEVER ? b : f->from;
-    f->until = b;
+    if (w->from_block[v] == NEVER)
+        w->from_block[v] = b;
+    w->until_block[v] = b;
 }
 
-static inline void keep(struct work *w, int v, const struct follower *f)
+static inline void keep(struct work *w, int v, const struct follower f[PARTS])
 {
-    const vl first = (vl)(f->at == vd_all(0.0));
-    vd_store(w->now + v * VD, vd_only(first, f->late_now));
-    vd_store(w->last + v * VD, vd_only(first, f->late_last));
-    vd_store(w->late_now + v * VD, f->late_now);
-    vd_store(w->late_last + v * VD, f->late_last);
-    vd_store(w->block + v * VD, f->at);
-    w->from_block[v] = f->from;
-    w->until_block[v] = f->until;
-}
-
-/* Runs two followers along k until all their rings have joined, or to the end:
- * a step waits for the last one. */
-static inline void follow(const struct work *w, struct follower *f,
-                          struct follower *g)
-{
-    for (int b = 0; b < w->blocks; b++) {
-        const struct scaled begin = f->s, begin_g = g->s;
-#pragma GCC unroll 4
-        for (int i = 0; i < BLOCK; i += 2) {
-            const int k = b * BLOCK + i;
-            recur(w, k, f->x2, f->s.now, &f->s.last);
-            recur(w, k, g->x2, g->s.now, &g->s.last);
-            recur(w, k + 1, f->x2, f->s.last, &f->s.now);
-            recur(w, k + 1, g->x2, g->s.last, &g->s.now);
-        }
-        join(f, begin, b);
-        join(g, begin_g, b);
-        if (!vd_signs((vd) ~(f->done & g->done)))
-            break;
+#pragma GCC unroll 2
+    for (int h = 0; h < PARTS; h++) {
+        const int i = v * RINGS + h * VD;
+        const vl first = (vl)(f[h].at == vd_all(0.0));
+        vd_store(w->now + i, vd_only(first, f[h].late_now));
+        vd_store(w->last + i, vd_only(first, f[h].late_last));
+        vd_store(w->late_now + i, f[h].late_now);
+        vd_store(w->late_last + i, f[h].late_last);
+        vd_store(w->block + i, f[h].at);
     }
 }
 
-/* Starts vectors v and v - 1, if that is a vector, by following them. Returns
- * how many of them join. */
+/* Starts groups v and v - 1, if that is a group, by following them along k
+ * until all their rings have joined, or to the end: a step waits for the last
+ * one. Returns how many of them join. */
 static int start_pair(struct work *w, int j, int v)
 {
-    const int u = v > w->active ? v - 1 : v;
-    const double *x2 = w->rings->x2 + j;
-    struct follower f =
-        follower_of(at_first(w, j + v * VD), vd_load(x2 + v * VD));
-    struct follower g =
-        follower_of(at_first(w, j + u * VD), vd_load(x2 + u * VD));
-    follow(w, &f, &g);
-    keep(w, v, &f);
-    keep(w, u, &g);
-    return f.from == NEVER ? 0 : u < v && g.from != NEVER ? 2 : 1;
+    const int group[2] = {v, v > w->active ? v - 1 : v};
+    struct follower f[2 * PARTS];
+    vl done = (vl)vd_all(0.0);
+
+#pragma GCC unroll 4
+    for (int i = 0; i < 2 * PARTS; i++) {
+        const int at = j + group[i / PARTS] * RINGS + i % PARTS * VD;
+        f[i] = follower_of(at_first(w, at), vd_load(w->rings->x2 + at));
+    }
+    w->from_block[v] = w->from_block[group[1]] = NEVER;
+    w->until_block[v] = w->until_block[group[1]] = -1;
+    for (int b = 0; b < w->blocks && vd_signs((vd)~done); b++) {
+#pragma GCC unroll 4
+        for (int i = 0; i < 2 * PARTS; i++)
+            f[i].begin = f[i].s;
+#pragma GCC unroll 4
+        for (int k = b * BLOCK; k < (b + 1) * BLOCK; k += 2)
+#pragma GCC unroll 4
+            for (int i = 0; i < 2 * PARTS; i++) {
+                recur(w, k, f[i].x2, f[i].s.now, &f[i].s.last);
+                recur(w, k + 1, f[i].x2, f[i].s.last, &f[i].s.now);
+            }
+        join(w, v, f, b);
+        join(w, group[1], f + PARTS, b);
+        done = f[0].done;
+#pragma GCC unroll 4
+        for (int i = 1; i < 2 * PARTS; i++)
+            done &= f[i].done;
+    }
+    keep(w, v, f);
+    keep(w, group[1], f + PARTS);
+    return w->from_block[v] == NEVER                          ? 0
+           : group[1] < v && w->from_block[group[1]] != NEVER ? 2
+                                                              : 1;
 }
 
 /* Pairs of rings in the chunk that begins with ring j. */
@@ -423,21 +431,31 @@ static inline int ring_pairs(const struct work *w, int j)
     return left < CHUNK ? left : CHUNK;
 }
 
-/* Starts the vectors active..vectors - 1 of the chunk that begins with ring j:
+/* Starts the groups active..groups - 1 of the chunk that begins with ring j:
  * R_0 of the rings that matter at k = 0, and the later start values of the
- * other rings. Runs from the equator to the pole and stops at the first vector
+ * other rings. Runs from the equator to the pole and stops at the first group
  * whose rings never join: those nearer to the pole do not join either. */
 static void start_chunk(struct work *w, int j)
 {
     const vd nothing = vd_all(STARTS_AT);
 
-    int v = w->vectors - 1;
+    int v = w->groups - 1;
     for (; v >= w->active; v--) {
-        const struct scaled s = at_first(w, j + v * VD);
-        if (vd_signs((vd)(vl)(s.exponent < nothing)))
+        struct scaled s[PARTS];
+        unsigned early = 0;
+#pragma GCC unroll 2
+        for (int h = 0; h < PARTS; h++) {
+            s[h] = at_first(w, j + v * RINGS + h * VD);
+            early |= vd_signs((vd)(vl)(s[h].exponent < nothing));
+        }
+        if (early)
             break;
-        vd_store(w->now + v * VD, s.now * vd_power_of_two(s.exponent));
-        vd_store(w->last + v * VD, vd_all(0.0));
+#pragma GCC unroll 2
+        for (int h = 0; h < PARTS; h++) {
+            const int i = v * RINGS + h * VD;
+            vd_store(w->now + i, s[h].now * vd_power_of_two(s[h].exponent));
+            vd_store(w->last + i, vd_all(0.0));
+        }
         w->from_block[v] = 0;
         w->until_block[v] = 0;
     }
@@ -450,18 +468,16 @@ static void start_chunk(struct work *w, int j)
     }
 }
 
-/* Adds vectors without rings to a multiple of n. */
-static inline void pad_vectors(struct work *w, int n)
+/* Makes v a group without rings. */
+static inline void make_empty(struct work *w, int v)
 {
-    for (; w->vectors % n; w->vectors++) {
-        w->from_block[w->vectors] = NEVER;
-        w->until_block[w->vectors] = -1;
-        vd_store(w->now + w->vectors * VD, vd_all(0.0));
-        vd_store(w->last + w->vectors * VD, vd_all(0.0));
-    }
+    w->from_block[v] = NEVER;
+    w->until_block[v] = -1;
+    memset(w->now + v * RINGS, 0, RINGS * sizeof *w->now);
+    memset(w->last + v * RINGS, 0, RINGS * sizeof *w->last);
 }
 
-/* The block from which vectors v and v + 1 are summed in floats. Those that
+/* The block from which groups v and v + 1 are summed in floats. Those that
  * never join may be, too. */
 static inline int single_from(const struct work *w, int v)
 {
@@ -472,26 +488,28 @@ static inline int single_from(const struct work *w, int v)
     return b;
 }
 
-/* Turns the state of vectors v and v + 1 into floats. */
+/* Turns the state of groups v and v + 1 into floats. */
 static inline void to_single(struct work *w, int j, int v)
 {
-    for (int i = v * VD; i < (v + 2) * VD; i += VD) {
+    for (int i = v * RINGS; i < (v + 2) * RINGS; i += VD) {
         vd_store_floats(w->x2_single + i, vd_load(w->rings->x2 + j + i));
         vd_store_floats(w->now_single + i, vd_load(w->now + i));
         vd_store_floats(w->last_single + i, vd_load(w->last + i));
     }
 }
 
-/* Starts the rings of vector v that join with block b > 0. */
+/* Starts the rings of group v that join with block b > 0. */
 static inline void come_in(struct work *w, int v, int b)
 {
     if (b < w->from_block[v] || b > w->until_block[v] || !w->until_block[v])
         return;
-    const vl in = (vl)(vd_load(w->block + v * VD) == vd_all(b));
-    vd_store(w->now + v * VD, vd_either(in, vd_load(w->late_now + v * VD),
-                                        vd_load(w->now + v * VD)));
-    vd_store(w->last + v * VD, vd_either(in, vd_load(w->late_last + v * VD),
-                                         vd_load(w->last + v * VD)));
+    for (int i = v * RINGS; i < (v + 1) * RINGS; i += VD) {
+        const vl in = (vl)(vd_load(w->block + i) == vd_all(b));
+        vd_store(w->now + i,
+                 vd_either(in, vd_load(w->late_now + i), vd_load(w->now + i)));
+        vd_store(w->last + i, vd_either(in, vd_load(w->late_last + i),
+                                        vd_load(w->last + i)));
+    }
 }
 
 #endif

@@ -2,20 +2,16 @@
 /*
  * legendre.h for vectors of VD rings: sums with the functions of
  * legendre_lanes.h. As many sums as possible stay in registers, so that
- * multiply-adds take most of the time. The analysis sums over rings, for two k
- * at a time with 32 registers; the synthesis sums over k, for two vectors of
- * rings.
+ * multiply-adds take most of the time. Sums over rings are of four lanes of
+ * doubles or eight of floats, whatever VD is.
  */
 #include <string.h>
 
 #include "kern/legendre_lanes.h"
 
 enum {
-    /* k in the analysis, vectors of rings in the synthesis: 32 registers hold
-     * 24 sums, 16 hold 12. */
-    AT_ONCE = REGISTERS / 16
+    VECTORS = 2 * RINGS / VF /* of floats, in two groups */
 };
-_Static_assert(AT_ONCE *SUMS % VD == 0, "analysis adds whole vectors");
 
 /* ---- analysis ------------------------------------------------------- */
 
@@ -47,11 +43,10 @@ static void gather_last(const ibl_legendre_rings *r, int j, const float *f,
 static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
 {
     const ibl_legendre_rings *r = w->rings;
-    const int begin = w->o->first - j, end = w->o->end - j;
 
-    w->active = begin > 0 ? begin / VD : 0;
-    w->vectors = ((end < CHUNK ? end : CHUNK) + VD - 1) / VD;
-    for (int v = w->active; v < w->vectors; v++) {
+    w->active = 0;
+    w->groups = (ring_pairs(w, j) + RINGS - 1) / RINGS;
+    for (int v = 0; v < w->groups * PARTS; v++) {
         const int at = j + v * VD;
         const vd sine = vd_load(r->sine + at), weight = sine * sine;
         const vd x = vd_load(r->x + at);
@@ -72,117 +67,114 @@ static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
     }
 }
 
-/* Adds vectors v..until - 1 to the sums of AT_ONCE k, from k on. */
+/* Adds the lanes of sums to those of k: (0 + 1) + (2 + 3). */
+static inline void add_lanes(struct work *w, int k, vd sums[PARTS][SUMS])
+{
+#pragma GCC unroll 12
+    for (int i = 0; i < SUMS; i += VD) {
+        double *to = w->sums + (size_t)k * SUMS + i;
+        vd total = vd_totals(sums[0] + i);
+#pragma GCC unroll 2
+        for (int h = 1; h < PARTS; h++)
+            total += vd_totals(sums[h] + i);
+        vd_store(to, vd_load(to) + total);
+    }
+}
+
+/* Adds groups v..until - 1 to the sums of k. */
 static void sum_over_rings(struct work *w, int j, int k, int v, int until)
 {
-    const double *x2 = w->rings->x2 + j + v * VD;
-    double *now = w->now + v * VD, *last = w->last + v * VD;
-    const double *data = w->data + (size_t)v * SUMS * VD;
-    const double *end = w->data + (size_t)until * SUMS * VD;
-    vd alpha[AT_ONCE], beta[AT_ONCE], sums[AT_ONCE][SUMS] = {{{0}}};
+    const vd alpha = vd_all(w->alpha[k]), beta = vd_all(w->beta[k]);
+    vd all[PARTS][SUMS];
 
-#pragma GCC unroll 2
-    for (int i = 0; i < AT_ONCE; i++) {
-        alpha[i] = vd_all(w->alpha[k + i]);
-        beta[i] = vd_all(w->beta[k + i]);
-    }
-    for (; data < end; data += SUMS * VD, now += VD, last += VD, x2 += VD) {
-        const vd x = vd_load(x2);
-        vd r[AT_ONCE + 2] = {vd_load(last), vd_load(now)};
-#pragma GCC unroll 2
-        for (int i = 0; i < AT_ONCE; i++)
-            r[i + 2] = vd_fma(vd_fma(alpha[i], x, beta[i]), r[i + 1], r[i]);
-        vd_store(last, r[AT_ONCE]);
-        vd_store(now, r[AT_ONCE + 1]);
-#pragma GCC unroll 2
-        for (int i = 0; i < AT_ONCE; i++)
+    for (int h = 0; h < PARTS; h++) {
+        vd sums[SUMS] = {{0}};
+        for (int i = v * PARTS + h; i < until * PARTS; i += PARTS) {
+            const double *data = w->data + (size_t)i * SUMS * VD;
+            const vd now = vd_load(w->now + i * VD);
+            const vd t =
+                vd_fma(alpha, vd_load(w->rings->x2 + j + i * VD), beta);
+            vd_store(w->now + i * VD,
+                     vd_fma(t, now, vd_load(w->last + i * VD)));
+            vd_store(w->last + i * VD, now);
 #pragma GCC unroll 12
             for (int p = 0; p < SUMS; p++)
-                sums[i][p] =
-                    vd_fma(r[i + 1], vd_load(data + p * VD), sums[i][p]);
+                sums[p] = vd_fma(now, vd_load(data + p * VD), sums[p]);
+        }
+        memcpy(all[h], sums, sizeof sums);
     }
-#pragma GCC unroll 12
-    for (int i = 0; i < AT_ONCE * SUMS; i += VD) {
-        double *to = w->sums + (size_t)k * SUMS + i;
-        vd_store(to, vd_load(to) + vd_totals(sums[0] + i));
-    }
+    add_lanes(w, k, all);
 }
 
-/* The same in floats for the vectors from v on. */
+/* The same in floats for the groups from v on; lane i + 4 is added to lane i.
+ */
 static void sum_singles(struct work *w, int k, int v)
 {
-    const float *x2 = w->x2_single + v * VD;
-    float *now = w->now_single + v * VD, *last = w->last_single + v * VD;
-    const float *data = w->data_single + (size_t)v * SUMS * VD;
-    const float *end = w->data_single + (size_t)w->vectors * SUMS * VD;
-    vf alpha[AT_ONCE], beta[AT_ONCE], sums[AT_ONCE][SUMS] = {{{0}}};
-    vd total[AT_ONCE * SUMS];
+    const vf alpha = vf_all((float)w->alpha[k]),
+             beta = vf_all((float)w->beta[k]);
+    vd all[PARTS][SUMS] = {{{0}}};
 
-#pragma GCC unroll 2
-    for (int i = 0; i < AT_ONCE; i++) {
-        alpha[i] = vf_all((float)w->alpha[k + i]);
-        beta[i] = vf_all((float)w->beta[k + i]);
-    }
-    for (; data < end; data += SUMS * VF, now += VF, last += VF, x2 += VF) {
-        const vf x = vf_load(x2);
-        vf r[AT_ONCE + 2] = {vf_load(last), vf_load(now)};
-#pragma GCC unroll 2
-        for (int i = 0; i < AT_ONCE; i++)
-            r[i + 2] = vf_fma(vf_fma(alpha[i], x, beta[i]), r[i + 1], r[i]);
-        vf_store(last, r[AT_ONCE]);
-        vf_store(now, r[AT_ONCE + 1]);
+    for (int u = 0; u < VECTORS; u++) {
+        vf sums[SUMS] = {{0}};
+        for (int i = v * RINGS + u * VF; i < w->groups * RINGS;
+             i += 2 * RINGS) {
+            const float *data = w->data_single + (size_t)i * SUMS;
+            const vf now = vf_load(w->now_single + i);
+            const vf t = vf_fma(alpha, vf_load(w->x2_single + i), beta);
+            vf_store(w->now_single + i,
+                     vf_fma(t, now, vf_load(w->last_single + i)));
+            vf_store(w->last_single + i, now);
 #pragma GCC unroll 3
-        for (int p = 0; p < SUMS; p += 4) {
-            vf d[4];
-            vf_load_four(data + p * VF, d);
-#pragma GCC unroll 8
-            for (int n = 0; n < 4 * AT_ONCE; n++)
-                sums[n / 4][p + n % 4] =
-                    vf_fma(r[n / 4 + 1], d[n % 4], sums[n / 4][p + n % 4]);
+            for (int p = 0; p < SUMS; p += 4) {
+                vf d[4];
+                vf_load_four(data + p * VF, d);
+#pragma GCC unroll 4
+                for (int n = 0; n < 4; n++)
+                    sums[p + n] = vf_fma(now, d[n], sums[p + n]);
+            }
+        }
+#pragma GCC unroll 12
+        for (int p = 0; p < SUMS; p++) {
+            vd half[2];
+            vf_widen(sums[p], half);
+            all[0][p] += half[0];
+            all[PARTS - 1][p] += half[1];
         }
     }
-#pragma GCC unroll 2
-    for (int i = 0; i < AT_ONCE; i++)
-#pragma GCC unroll 12
-        for (int p = 0; p < SUMS; p++)
-            total[i * SUMS + p] = vf_halves_added(sums[i][p]);
-#pragma GCC unroll 12
-    for (int i = 0; i < AT_ONCE * SUMS; i += VD) {
-        double *to = w->sums + (size_t)k * SUMS + i;
-        vd_store(to, vd_load(to) + vd_totals(total + i));
-    }
+    add_lanes(w, k, all);
 }
 
-/* Turns vectors v and v + 1 and their data into floats. Lanes of rings that
- * never join are zero. */
+/* Turns groups v and v + 1 and their data into floats. Rings that never join
+ * are zero. */
 static void become_single(struct work *w, int j, int v)
 {
-    const double *from = w->data + (size_t)v * SUMS * VD;
-    float *to = w->data_single + (size_t)v * SUMS * VD;
-
     to_single(w, j, v);
-    for (int i = 0; i < 2; i++, from += SUMS * VD) {
-        if (v + i < w->active) {
-            vd_store_floats(w->now_single + (v + i) * VD, vd_all(0.0));
-            vd_store_floats(w->last_single + (v + i) * VD, vd_all(0.0));
+    for (int i = v * RINGS; i < (v + 2) * RINGS; i += VD) {
+        const double *from = w->data + (size_t)i * SUMS;
+        float *to = w->data_single + (size_t)(i / VF * VF) * SUMS + i % VF;
+        if (i < w->active * RINGS) {
+            vd_store_floats(w->now_single + i, vd_all(0.0));
+            vd_store_floats(w->last_single + i, vd_all(0.0));
         }
         const vl none = (vl)vd_all(0.0);
-        const vl joins = v + i < w->active ? none : ~none;
+        const vl joins = i < w->active * RINGS ? none : ~none;
 #pragma GCC unroll 12
         for (int p = 0; p < SUMS; p++)
-            vd_store_floats(to + p * VF + i * VD,
+            vd_store_floats(to + p * VF,
                             vd_only(joins, vd_load(from + p * VD)));
     }
 }
 
 static void analyse_chunk(struct work *w, int j)
 {
-    const int doubles = w->vectors;
-    int single = (w->vectors + 1) / 2 * 2;
+    int single;
 
-    pad_vectors(w, 2);
-    memset(w->data + (size_t)doubles * SUMS * VD, 0,
-           (size_t)(w->vectors - doubles) * SUMS * VD * sizeof *w->data);
+    if (w->groups % 2) {
+        make_empty(w, w->groups);
+        memset(w->data + (size_t)w->groups++ * SUMS * RINGS, 0,
+               SUMS * RINGS * sizeof *w->data);
+    }
+    single = w->groups;
     for (int b = 0; b < w->blocks; b++) {
         int v = w->late;
         for (int i = w->active; i < w->late && i < single; i++) {
@@ -194,11 +186,10 @@ static void analyse_chunk(struct work *w, int j)
         for (; single > w->active && single_from(w, single - 2) <= b;
              single -= 2)
             become_single(w, j, single - 2);
-        for (int k = b * BLOCK; k < (b + 1) * BLOCK && k < w->terms;
-             k += AT_ONCE) {
+        for (int k = b * BLOCK; k < (b + 1) * BLOCK && k < w->terms; k++) {
             if (v < single)
                 sum_over_rings(w, j, k, v, single);
-            if (single < w->vectors)
+            if (single < w->groups)
                 sum_singles(w, k, single);
         }
     }
@@ -235,7 +226,7 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
 
     fill_coefficients(&w);
     memset(w.sums, 0, (size_t)w.blocks * BLOCK * SUMS * sizeof *w.sums);
-    for (int j = o->first / CHUNK * CHUNK; j < o->end; j += CHUNK) {
+    for (int j = 0; j < o->rings->pairs; j += CHUNK) {
         gather_chunk(&w, j, f, stride);
         start_chunk(&w, j);
         analyse_chunk(&w, j);
@@ -246,21 +237,25 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
 static void add_rows(const double *edge, int from, int until, int rows,
                      const float *f, size_t stride, double sum[6])
 {
-    vd sums[6] = {{0}};
+    vd sums[PARTS][6] = {{{0}}};
     int j = from;
 
-    for (; j + VD <= until; j += VD) {
-        const vd mass = vd_load(edge + j) - vd_load(edge + j + 1);
-        const float *north = f + j, *south = f + rows - VD - j;
+    for (; j + RINGS <= until; j += RINGS)
+#pragma GCC unroll 2
+        for (int h = 0; h < PARTS; h++) {
+            const int at = j + h * VD;
+            const vd mass = vd_load(edge + at) - vd_load(edge + at + 1);
+            const float *north = f + at, *south = f + rows - VD - at;
 #pragma GCC unroll 6
-        for (int p = 0; p < 6; p++, north += stride, south += stride)
-            sums[p] = vd_fma(
-                mass, vd_load_floats(north) + vd_reverse(vd_load_floats(south)),
-                sums[p]);
-    }
+            for (int p = 0; p < 6; p++, north += stride, south += stride)
+                sums[h][p] = vd_fma(mass,
+                                    vd_load_floats(north) +
+                                        vd_reverse(vd_load_floats(south)),
+                                    sums[h][p]);
+        }
     for (int p = 0; p < 6; p++, f += stride) {
-        for (int i = 0; i < VD; i++)
-            sum[p] += sums[p][i];
+        for (int i = 0; i < RINGS; i++)
+            sum[p] += sums[i / VD][p][i % VD];
         for (int i = j; i < until; i++)
             sum[p] += (edge[i] - edge[i + 1]) *
                       ((double)f[i] + (double)f[rows - 1 - i]);
@@ -302,13 +297,13 @@ static void fill_rows(struct work *w)
     memset(w->rows + (size_t)w->terms * ROW, 0, ROW * sizeof *w->rows);
 }
 
-/* Sums the terms from k on, which is even, in floats for vectors v and v + 1.
- * Two values take turns as the last one. */
-static void sum_singles_over_k(const struct work *w, int v, int k, vf out[SUMS])
+/* Sums the terms from k on, which is even, in floats for the vector of rings
+ * from i on. Two values take turns as the last one. */
+static void sum_singles_over_k(const struct work *w, int i, int k, vf out[SUMS])
 {
-    const vf x2 = vf_load(w->x2_single + v * VD);
-    vf r = vf_load(w->now_single + v * VD);
-    vf last = vf_load(w->last_single + v * VD), sums[SUMS] = {{0}};
+    const vf x2 = vf_load(w->x2_single + i);
+    vf r = vf_load(w->now_single + i);
+    vf last = vf_load(w->last_single + i), sums[SUMS] = {{0}};
 
     for (const float *row = w->rows + (size_t)k * ROW; k < w->terms; k += 2)
 #pragma GCC unroll 2
@@ -327,63 +322,42 @@ static void sum_singles_over_k(const struct work *w, int v, int k, vf out[SUMS])
 }
 
 /* Adds the term of R_k to the sums; R_k-1 becomes R_k+1. */
-static inline void add_term(const struct work *w, int k, const double *c,
-                            const vd x[AT_ONCE], const vd now[AT_ONCE],
-                            vd last[AT_ONCE], vd sums[AT_ONCE][SUMS])
+static inline void add_term(const struct work *w, int k, const double *c, vd x,
+                            vd now, vd *last, vd sums[SUMS])
 {
-#pragma GCC unroll 2
-    for (int i = 0; i < AT_ONCE; i++)
 #pragma GCC unroll 6
-        for (int p = 0; p < SUMS; p += 2)
-            vd_add_two(now[i], c + p, sums[i] + p);
-#pragma GCC unroll 2
-    for (int i = 0; i < AT_ONCE; i++)
-        recur(w, k, x[i], now[i], &last[i]);
+    for (int p = 0; p < SUMS; p += 2)
+        vd_add_two(now, c + p, sums + p);
+    recur(w, k, x, now, last);
 }
 
-static inline void swap(vd a[AT_ONCE], vd b[AT_ONCE])
-{
-#pragma GCC unroll 2
-    for (int i = 0; i < AT_ONCE; i++) {
-        const vd v = a[i];
-        a[i] = b[i];
-        b[i] = v;
-    }
-}
-
-/* Adds the terms k = from..until - 1 for AT_ONCE vectors, from v on, to acc. */
-static void sum_over_k(struct work *w, int j, int v, int from, int until,
-                       vd acc[AT_ONCE][SUMS])
+/* Adds the terms k = from..until - 1 for the vector of rings from i on to acc.
+ */
+static void sum_over_k(struct work *w, int j, int i, int from, int until,
+                       vd acc[SUMS])
 {
     const double *c = w->sums + (size_t)from * SUMS;
-    const double *x2 = w->rings->x2 + j + v * VD;
-    double *now = w->now + v * VD, *last = w->last + v * VD;
-    vd x[AT_ONCE], r[AT_ONCE], r_last[AT_ONCE], sums[AT_ONCE][SUMS];
+    const vd x = vd_load(w->rings->x2 + j + i);
+    vd r = vd_load(w->now + i), last = vd_load(w->last + i), sums[SUMS];
 
-#pragma GCC unroll 2
-    for (int i = 0; i < AT_ONCE; i++) {
-        x[i] = vd_load(x2 + i * VD);
-        r[i] = vd_load(now + i * VD);
-        r_last[i] = vd_load(last + i * VD);
 #pragma GCC unroll 12
-        for (int p = 0; p < SUMS; p++)
-            sums[i][p] = acc[i][p];
-    }
+    for (int p = 0; p < SUMS; p++)
+        sums[p] = acc[p];
     for (int k = from; k < until; k += 2, c += 2 * SUMS) {
-        add_term(w, k, c, x, r, r_last, sums);
-        if (k + 1 < until)
-            add_term(w, k + 1, c + SUMS, x, r_last, r, sums);
-        else
-            swap(r, r_last);
+        add_term(w, k, c, x, r, &last, sums);
+        if (k + 1 < until) {
+            add_term(w, k + 1, c + SUMS, x, last, &r, sums);
+        } else {
+            const vd next = last;
+            last = r;
+            r = next;
+        }
     }
-#pragma GCC unroll 2
-    for (int i = 0; i < AT_ONCE; i++) {
-        vd_store(now + i * VD, r[i]);
-        vd_store(last + i * VD, r_last[i]);
+    vd_store(w->now + i, r);
+    vd_store(w->last + i, last);
 #pragma GCC unroll 12
-        for (int p = 0; p < SUMS; p++)
-            acc[i][p] = sums[i][p];
-    }
+    for (int p = 0; p < SUMS; p++)
+        acc[p] = sums[p];
 }
 
 /* Stores fewer than VD rings, from north j on, and their mirror images. */
@@ -417,59 +391,56 @@ static void store_vector(const ibl_legendre_rings *r, int j, const vd acc[SUMS],
     }
 }
 
-/* Adds the terms before k = end for AT_ONCE vectors, from v on, to acc, block
- * by block while rings join. */
-static void synthesise_side(struct work *w, int j, int v, int end,
-                            vd acc[AT_ONCE][SUMS])
+/* Adds the terms before k = end for group v to acc, block by block while rings
+ * join. */
+static void synthesise_group(struct work *w, int j, int v, int end,
+                             vd acc[PARTS][SUMS])
 {
-    int b = w->blocks, until = 0;
+    const int until = w->until_block[v];
 
-    for (int i = v; i < v + AT_ONCE; i++) {
-        b = w->from_block[i] < b ? w->from_block[i] : b;
-        until = w->until_block[i] > until ? w->until_block[i] : until;
+    for (int b = w->from_block[v]; b <= until && b * BLOCK < end; b++) {
+        const int to = b < until ? (b + 1) * BLOCK : end;
+        if (b)
+            come_in(w, v, b);
+        for (int h = 0; h < PARTS; h++)
+            sum_over_k(w, j, v * RINGS + h * VD, b * BLOCK, to, acc[h]);
     }
-    for (; b < until; b++) {
-        for (int i = v; i < v + AT_ONCE; i++)
-            come_in(w, i, b);
-        sum_over_k(w, j, v, b * BLOCK, (b + 1) * BLOCK, acc);
-    }
-    for (int i = v; i < v + AT_ONCE && b; i++)
-        come_in(w, i, b);
-    sum_over_k(w, j, v, b * BLOCK, end, acc);
 }
 
-/* Writes the rings of vectors v and v + 1. */
+/* Writes the rings of groups v and v + 1. */
 static void synthesise_pair(struct work *w, int j, int v, float *g,
                             size_t stride)
 {
     const int from = single_from(w, v) * BLOCK;
     const int end = from < w->terms ? from : w->terms;
-    vd acc[2][SUMS] = {{{0}}};
+    vd acc[2 * PARTS][SUMS] = {{{0}}};
 
-    for (int i = 0; i < 2; i += AT_ONCE)
-        synthesise_side(w, j, v + i, end, acc + i);
+    for (int i = 0; i < 2; i++)
+        synthesise_group(w, j, v + i, end, acc + i * PARTS);
     if (end < w->terms) {
-        vf rest[SUMS];
         to_single(w, j, v);
-        sum_singles_over_k(w, v, end, rest);
+        for (int u = 0; u < VECTORS; u++) {
+            vf rest[SUMS];
+            sum_singles_over_k(w, v * RINGS + u * VF, end, rest);
 #pragma GCC unroll 12
-        for (int p = 0; p < SUMS; p++) {
-            vd half[2];
-            vf_widen(rest[p], half);
-            acc[0][p] += half[0];
-            acc[1][p] += half[1];
+            for (int p = 0; p < SUMS; p++) {
+                vd half[2];
+                vf_widen(rest[p], half);
+                acc[2 * u][p] += half[0];
+                acc[2 * u + 1][p] += half[1];
+            }
         }
     }
-    for (int i = 0; i < 2; i++)
-        store_vector(w->rings, j + (v + i) * VD, acc[i], g, stride);
+    for (int i = 0; i < 2 * PARTS; i++)
+        store_vector(w->rings, j + v * RINGS + i * VD, acc[i], g, stride);
 }
 
-/* Writes zeros to the rings of `vectors` vectors, from north j on. */
-static void store_nothing(const ibl_legendre_rings *r, int j, int vectors,
+/* Writes zeros to the rings of `groups` groups, from north j on. */
+static void store_nothing(const ibl_legendre_rings *r, int j, int groups,
                           float *g, size_t stride)
 {
     const int left = r->pairs - j;
-    const size_t n = (size_t)(left < vectors * VD ? left : vectors * VD);
+    const size_t n = (size_t)(left < groups * RINGS ? left : groups * RINGS);
 
     for (int part = 0; part < 6; part++, g += stride) {
         memset(g + j, 0, n * sizeof *g);
@@ -482,16 +453,13 @@ static void synthesise_chunk(struct work *w, int j, float *g, size_t stride)
     const int active = w->active / 2 * 2;
 
     store_nothing(w->rings, j, active, g, stride);
-    /* Round to pairs; the added vectors never join. */
-    for (int v = active; v < w->active; v++) {
-        w->from_block[v] = NEVER;
-        w->until_block[v] = -1;
-        vd_store(w->now + v * VD, vd_all(0.0));
-        vd_store(w->last + v * VD, vd_all(0.0));
-    }
+    /* Rounded to pairs. */
+    if (w->active > active)
+        make_empty(w, active);
     w->active = active;
-    pad_vectors(w, 2);
-    for (int v = active; v < w->vectors; v += 2)
+    if (w->groups % 2)
+        make_empty(w, w->groups++);
+    for (int v = active; v < w->groups; v += 2)
         synthesise_pair(w, j, v, g, stride);
 }
 
@@ -505,7 +473,7 @@ static void synthesise(const ibl_legendre_order *o, const double *a,
     fill_rows(&w);
     for (int j = 0; j < o->rings->pairs; j += CHUNK) {
         w.active = 0;
-        w.vectors = (ring_pairs(&w, j) + VD - 1) / VD;
+        w.groups = (ring_pairs(&w, j) + RINGS - 1) / RINGS;
         start_chunk(&w, j);
         synthesise_chunk(&w, j, g, stride);
     }

@@ -19,7 +19,7 @@
 
 enum {
     IBL_LEGENDRE_SUMS_POINTS = 32, /* divides the number of points */
-    IBL_LEGENDRE_SUMS_SCRATCH = 8, /* doubles for each degree */
+    IBL_LEGENDRE_SUMS_SCRATCH = 4, /* doubles for each degree */
     IBL_LEGENDRE_VALUES_POINTS = 8 /* divides that of values */
 };
 

@@ -1,26 +1,32 @@
 /* SPDX-License-Identifier: MIT */
-/* AT_ONCE vectors of points stay in registers for all l; each l has a vector of
- * sums, whose lanes are added at the end. The recurrence is linear: started
- * with the weight it gives weighted P_l. */
+/* AT_ONCE vectors of points stay in registers for all l; each l has LANES sums,
+ * which are added at the end. The recurrence is linear: started with the weight
+ * it gives weighted P_l. */
+#include <string.h>
+
 #include "kern/lanes.h"
 #include "kern/legendre_sums.h"
 
 enum {
-    AT_ONCE = VF == 4 ? REGISTERS / 4 : 4
+    LANES = 4,
+    PARTS = LANES / VD, /* vectors of them */
+    AT_ONCE = REGISTERS / 4
 };
 enum {
     OF_VALUES = IBL_LEGENDRE_VALUES_POINTS / VD /* vectors at once */
 };
 _Static_assert(IBL_LEGENDRE_SUMS_POINTS % (AT_ONCE * VD) == 0, "whole blocks");
 
-static inline vd total(const vd p[AT_ONCE])
+/* Adds sixteen points, or fewer, to the lanes: four to each. */
+static inline void add_lanes(const vd p[AT_ONCE], double *sums)
 {
-    vd sum = (p[0] + p[1]) + (p[2] + p[3]);
-
-#pragma GCC unroll 4
-    for (int n = 4; n < AT_ONCE; n += 4)
-        sum += (p[n] + p[n + 1]) + (p[n + 2] + p[n + 3]);
-    return sum;
+#pragma GCC unroll 2
+    for (int h = 0; h < PARTS; h++) {
+        vd sum = p[h] + p[h + PARTS];
+        if (AT_ONCE == 4 * PARTS)
+            sum += p[h + 2 * PARTS] + p[h + 3 * PARTS];
+        vd_store(sums + h * VD, vd_load(sums + h * VD) + sum);
+    }
 }
 
 static inline void add_block(const double *y, const double *w,
@@ -35,16 +41,15 @@ static inline void add_block(const double *y, const double *w,
         p[n] = vd_load(w + n * VD);
         e[n] = vd_all(0);
     }
-    vd_store(sums, vd_load(sums) + total(p));
+    add_lanes(p, sums);
     for (int l = 0; l < degree; l++) {
         const vd part = vd_all(inverse[l]);
-        double *to = sums + (size_t)(l + 1) * VD;
 #pragma GCC unroll 8
         for (int n = 0; n < AT_ONCE; n++) {
             e[n] = vd_fma(minus, at[n] * p[n], e[n]);
             p[n] = vd_fma(e[n], part, p[n]);
         }
-        vd_store(to, vd_load(to) + total(p));
+        add_lanes(p, sums + (size_t)(l + 1) * LANES);
         minus -= two;
     }
 }
@@ -53,14 +58,13 @@ static void sums_of_points(const double *y, const double *w, int count,
                            const double *inverse, int degree, double *scratch,
                            double *k)
 {
-    for (int l = 0; l <= degree; l++)
-        vd_store(scratch + (size_t)l * VD, vd_all(0));
+    memset(scratch, 0, ((size_t)degree + 1) * LANES * sizeof *scratch);
     for (int i = 0; i < count; i += AT_ONCE * VD)
         add_block(y + i, w + i, inverse, degree, scratch);
     for (int l = 0; l <= degree; l++) {
-        const double *from = scratch + (size_t)l * VD;
+        const double *from = scratch + (size_t)l * LANES;
         double sum = 0;
-        for (int i = 0; i < VD; i++)
+        for (int i = 0; i < LANES; i++)
             sum += from[i];
         k[l] = sum;
     }

@@ -33,7 +33,7 @@ ibl_status ibl_ring_spectra_alloc(ibl_ctx *ctx, int rings, int orders,
     float *data = ibl_alloc_array(6 * (size_t)orders, stride * sizeof *data);
     if (!data)
         return ibl_no_memory(ctx, "the spectra of the rings");
-    *out = (ibl_ring_spectra){rings, orders, stride, data, 0, (rings + 1) / 2};
+    *out = (ibl_ring_spectra){rings, orders, stride, data};
     return IBL_OK;
 }
 
@@ -105,10 +105,10 @@ static const double nothing = 1e-30;
 /* Constant after creation. */
 typedef struct row_integrals {
     int rows;
-    int first, edges; /* from the pole to the equator, that matter */
-    double *x;        /* cos theta of each */
-    double *sine;     /* sin theta */
-    double *states;   /* of the first order of each job */
+    int edges;      /* from the pole to the equator */
+    double *x;      /* cos theta of each */
+    double *sine;   /* sin theta */
+    double *states; /* of the first order of each job */
 } row_integrals;
 
 /* Doubles in a state: (sin theta)^m, S_m and S_m+-1 for each edge; before
@@ -125,8 +125,8 @@ static double *sums_of(const row_integrals *r, int m, double *state)
 
 static void begin(const row_integrals *r, double *state)
 {
-    state[0] = r->first;
-    for (int j = r->first; j < r->edges; j++) {
+    state[0] = 0;
+    for (int j = 0; j < r->edges; j++) {
         state[1 + j] = 1;
         sums_of(r, 0, state)[j] = r->x[j];
         /* S_-1 is the latitude. */
@@ -155,14 +155,10 @@ static void next_order(const row_integrals *r, int m, double *state)
     }
 }
 
-static bool row_integrals_init(row_integrals *r, const ibl_ring_spectra *in,
-                               int degree)
+static bool row_integrals_init(row_integrals *r, int rows, int degree)
 {
     const size_t kept = (size_t)degree / ORDERS + 1;
-    const int rows = in->rings, equator = rows / 2;
-    *r = (row_integrals){.rows = rows,
-                         .first = in->first,
-                         .edges = (in->end < equator ? in->end : equator) + 1};
+    *r = (row_integrals){.rows = rows, .edges = rows / 2 + 1};
     const size_t edges = (size_t)r->edges, each = state_size(r);
     r->x = ibl_alloc_array(2 * edges + kept * each, sizeof *r->x);
     if (!r->x)
@@ -244,13 +240,8 @@ static int last_order(const struct transform *t, int job)
 
 static ibl_legendre_order order(const struct transform *t, int m, int worker)
 {
-    const ibl_ring_spectra *f = t->spectra;
     return (ibl_legendre_order){&t->rings, m, t->degree, t->single,
-                                t->scratch + (size_t)worker * scratch_of(t),
-                                /* Edges of the rows. */
-                                f->first > 0 ? f->first - 1 : 0,
-                                f->end < t->rings.pairs ? f->end
-                                                        : t->rings.pairs};
+                                t->scratch + (size_t)worker * scratch_of(t)};
 }
 
 /* Sums over all rows with the integrals of (sin theta)^m. */
@@ -264,7 +255,7 @@ static void integrate(const struct transform *t, double *state, int m,
 
     memset(sum, 0, PARTS * sizeof *sum);
     t->dsp.add_rows(s, (int)state[0], r->edges - 1, r->rows, f, stride, sum);
-    if (r->rows % 2 == 0 || r->edges <= r->rows / 2)
+    if (r->rows % 2 == 0)
         return;
     /* A row across the equator. */
     for (size_t p = 0; p < PARTS; p++)
@@ -333,7 +324,7 @@ ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
     ibl_status status;
 
     assert(in->orders == out->degree + 1);
-    if (!row_integrals_init(&t.integrals, in, out->degree))
+    if (!row_integrals_init(&t.integrals, in->rings, out->degree))
         return ibl_no_memory(ctx, "a spherical harmonic transform");
     status = prepare(ctx, &t, IBL_RINGS_EDGES, in->rings - 1, 0, in->rings / 2);
     if (!status)

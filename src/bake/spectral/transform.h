@@ -41,13 +41,11 @@
  * Floats between the rings and the stride may be written and are never used.
  */
 typedef struct ibl_ring_spectra {
-    int rings;      /* 1..IBL_MAX_EDGE */
-    int orders;     /* 1..IBL_SHT_MAX_DEGREE + 1 */
-    size_t stride;  /* floats: a multiple of 16, and an odd one, so that the
-                       parts of a ring do not share the sets of a cache */
-    float *data;    /* 64-byte aligned, 6 * orders * stride floats */
-    int first, end; /* rings, and their mirror images, that an analysis takes;
-                       the others are zero */
+    int rings;     /* 1..IBL_MAX_EDGE */
+    int orders;    /* 1..IBL_SHT_MAX_DEGREE + 1 */
+    size_t stride; /* floats: a multiple of 16, and an odd one, so that the
+                      parts of a ring do not share the sets of a cache */
+    float *data;   /* 64-byte aligned, 6 * orders * stride floats */
 } ibl_ring_spectra;
 
 /* Allocates the spectra of rings, contents undefined, of all rings. out is
