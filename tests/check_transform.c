@@ -56,6 +56,26 @@ static double *at(const ibl_harmonics *h, int l, int m)
     return ibl_harmonics_at(h, m) + 6 * (size_t)(l - m);
 }
 
+/* The analysis of rows, whose spectra are those of rings. */
+static ibl_status analyse(ibl_ctx *ctx, const ibl_ring_spectra *in,
+                          const double *width, ibl_harmonics *out)
+{
+    ibl_row_spectra rows;
+
+    if (ibl_row_spectra_alloc(ctx, in->rings, in->orders - 1, &rows))
+        exit(1);
+    for (int g = 0; g < rows.groups; g++)
+        for (int i = 0; i < ibl_row_spectra_orders(&rows, g) * PARTS; i++)
+            for (int j = 0; j < IBL_ROW_GROUP; j++) {
+                const int row = g * IBL_ROW_GROUP + j;
+                ibl_row_spectra_at(&rows, g, 0, i)[j] =
+                    row < in->rings ? ibl_ring_spectra_at(in, 0, i)[row] : NAN;
+            }
+    const ibl_status status = ibl_sht_analyse(ctx, NULL, &rows, width, out);
+    ibl_row_spectra_free(&rows);
+    return status;
+}
+
 static void random_spectra(const ibl_ring_spectra *s, test_random *rnd)
 {
     for (int m = 0; m < s->orders; m++) {
@@ -317,7 +337,7 @@ static void check_rows(ibl_ctx *ctx, int rows, int degree, int step)
         /* A sun, on a row that is not the same for all. */
         ibl_ring_spectra_at(&in, m, 2)[m % rows] = 1e5f;
     }
-    CHECK(ibl_sht_analyse(ctx, NULL, &in, width, &h) == IBL_OK);
+    CHECK(analyse(ctx, &in, width, &h) == IBL_OK);
     for (int m = 0; m <= degree; m += step)
         check_patches(&in, width, &h, m);
     ibl_ring_spectra_free(&in);
@@ -369,7 +389,7 @@ TEST(any_threads)
         const size_t floats = 6 * (size_t)s[at].orders * s[at].stride;
         memset(s[at].data, 0, floats * sizeof(float));
         random_spectra(&in, &rnd);
-        CHECK(!ibl_sht_analyse(ctx, NULL, &in, ones, &h[at]));
+        CHECK(!analyse(ctx, &in, ones, &h[at]));
         CHECK(!ibl_sht_synthesise(ctx, &h[at], ones, DEGREE, RINGS, 0, &s[at]));
         CHECK(!memcmp(h[0].data, h[at].data,
                       3 * (DEGREE + 1) * (DEGREE + 2) * sizeof(double)));

@@ -6,6 +6,7 @@
 #include "bake/options.h"
 #include "bake/spectral/plan.h"
 #include "bake/spectral/resample.h"
+#include "bake/spectral/transform.h"
 #include "core/context.h"
 #include "image/cube.h"
 
@@ -67,15 +68,24 @@ static double spectra_bytes(double rings, int degree)
     return 24.0 * (degree + 1) * (rings + 32);
 }
 
+/* Spectra of the rows of a map up to a degree. */
+static double rows_bytes(const estimate *e, int degree)
+{
+    double orders = 0;
+    for (int g = 0; g * IBL_ROW_GROUP < e->height; g++)
+        orders += ibl_row_orders((int)e->height, degree, g);
+    return 24.0 * IBL_ROW_GROUP * orders;
+}
+
 /* The harmonics, and beside them the rows that they come from, or the grid of
  * a level. */
 static double analysis_bytes(const estimate *e, const ibl_spectral_plan *plan)
 {
     const double harmonics = 24.0 * (plan->degree + 1) * (plan->degree + 2);
-    const double rows =
-        spectra_bytes(e->height, plan->degree) + 4.0 * e->height * plan->degree;
     if (plan->degree < 0)
         return 0;
+    const double rows =
+        rows_bytes(e, plan->degree) + 1.0 * e->height * plan->degree;
     const ibl_ring_grid held = ibl_ring_grid_for(e->degree);
     const double pairs = held.pairs + 2 * IBL_GRID_BORDER;
     const double grid = 32.0 * (held.columns + 2 * IBL_GRID_BORDER) * pairs +
@@ -90,9 +100,9 @@ static double reading_bytes(const estimate *e, const ibl_spectral_plan *plan)
         fmin(fmax(1 << 20, (e->threads + 1) / 2 * 32 * row), 16 << 20);
 
     return e->reading + fmin(2 * fmax(batch, 32 * row), whole) +
-           (plan->degree < 0 ? 0
-                             : e->threads * 40 * row +
-                                   spectra_bytes(e->height, plan->degree));
+           (plan->degree < 0
+                ? 0
+                : e->threads * 40 * row + rows_bytes(e, plan->degree));
 }
 
 ibl_status ibl_bake_memory(ibl_ctx *ctx, int width, int height,

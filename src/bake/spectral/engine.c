@@ -52,7 +52,7 @@ static ibl_status allocate(ibl_spectral *s)
     if (!s->weight || !s->widths || !s->power || !r->group || !r->taken ||
         !r->scratch)
         return ibl_no_memory(s->ctx, "the analysis");
-    return ibl_ring_spectra_alloc(s->ctx, s->height, s->degree + 1, &r->rows);
+    return ibl_row_spectra_alloc(s->ctx, s->height, s->degree, &r->rows);
 }
 
 /* Fills the solid angles of each row's pixels, as a product without
@@ -100,7 +100,7 @@ ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
 static void free_reading(ibl_spectral_reading *r)
 {
     ibl_row_fft_free(r->azimuth);
-    ibl_ring_spectra_free(&r->rows);
+    ibl_row_spectra_free(&r->rows);
     ibl_free(r->scratch);
     ibl_free(r->group);
     ibl_free(r->taken);
@@ -179,7 +179,7 @@ static void group_job(void *arg, int job, int worker)
     in.scale = ldexpf(1, group->exponent);
     if (has_lights(s, first / GROUP))
         take_lights(s, &in, first / GROUP, own);
-    ibl_row_fft_forward(r->azimuth, &in, scratch, &r->rows, first);
+    ibl_row_fft_forward(r->azimuth, &in, scratch, &r->rows, first / GROUP);
 }
 
 void ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
@@ -200,8 +200,9 @@ static double energy_of_rows(const ibl_spectral *s)
     double sum = 0;
     for (int j = 0; j < s->height; j++)
         for (int c = 0; c < 3; c++)
-            sum += s->weight[j] *
-                   (double)ibl_ring_spectra_at(&s->reading.rows, 0, 2 * c)[j];
+            sum += s->weight[j] * (double)ibl_row_spectra_at(&s->reading.rows,
+                                                             j / GROUP, 0,
+                                                             2 * c)[j % GROUP];
     return sum;
 }
 
@@ -246,7 +247,7 @@ struct add_lights {
     const ibl_spectral *s;
     const ibl_pixel_light *lights;
     int count;
-    ibl_ring_spectra *to;
+    ibl_row_spectra *to;
 };
 
 double ibl_spectral_azimuth(const ibl_spectral *s, const ibl_pixel_light *l)
@@ -261,21 +262,25 @@ static void add_lights_job(void *arg, int m, int worker)
     (void)worker;
     for (int i = 0; i < a->count; i++) {
         const ibl_pixel_light *l = &a->lights[i];
+        const int group = l->row / GROUP;
+        if (m >= ibl_row_spectra_orders(a->to, group))
+            continue;
         const double angle = m * ibl_spectral_azimuth(s, l);
         const float re = (float)cos(angle), im = (float)-sin(angle);
         for (int c = 0; c < 3; c++) {
-            ibl_ring_spectra_at(a->to, m, 2 * c)[l->row] += re * l->rgb[c];
-            ibl_ring_spectra_at(a->to, m, 2 * c + 1)[l->row] += im * l->rgb[c];
+            float *to = ibl_row_spectra_at(a->to, group, m, 2 * c);
+            to[l->row % GROUP] += re * l->rgb[c];
+            to[l->row % GROUP + GROUP] += im * l->rgb[c];
         }
     }
 }
 
 ibl_status ibl_spectral_add_lights(const ibl_spectral *s,
                                    const ibl_pixel_light *lights, int count,
-                                   ibl_ring_spectra *to)
+                                   ibl_row_spectra *to)
 {
     struct add_lights a = {s, lights, count, to};
-    return count ? ibl_run(s->ctx, NULL, to->orders, add_lights_job, &a)
+    return count ? ibl_run(s->ctx, NULL, to->degree + 1, add_lights_job, &a)
                  : IBL_OK;
 }
 
@@ -326,18 +331,14 @@ static void merge_ranges(ibl_spectral *s)
 /* Brings every group to the scale of the map. */
 static void choose_scale(ibl_spectral *s)
 {
-    ibl_ring_spectra *rows = &s->reading.rows;
-    const size_t parts = 6 * (size_t)rows->orders;
+    const ibl_row_spectra *rows = &s->reading.rows;
     const int exponent = scale_of(s->high);
 
     s->scale = ldexp(1, exponent);
     for (int g = 0; g < s->groups; g++) {
         const int change = exponent - s->reading.group[g].exponent;
-        for (size_t part = 0; change && part < parts; part++) {
-            float *f = rows->data + part * rows->stride + (size_t)g * GROUP;
-            for (int j = 0; j < GROUP; j++)
-                f[j] = ldexpf(f[j], change);
-        }
+        for (size_t i = rows->at[g]; change && i < rows->at[g + 1]; i++)
+            rows->data[i] = ldexpf(rows->data[i], change);
     }
 }
 

@@ -35,7 +35,7 @@ typedef struct ibl_spectral_reading {
     const float *rgb; /* the rows added last: first..added - 1 */
     int first, added;
     ibl_row_fft *azimuth;
-    ibl_ring_spectra rows;
+    ibl_row_spectra rows;
     float *scratch; /* worker_floats for each worker */
     size_t worker_floats;
     ibl_spectral_group *group;
@@ -114,6 +114,6 @@ double ibl_spectral_azimuth(const ibl_spectral *s, const ibl_pixel_light *l);
 /* Adds the Fourier coefficients of lights to those of their rows. */
 ibl_status ibl_spectral_add_lights(const ibl_spectral *s,
                                    const ibl_pixel_light *lights, int count,
-                                   ibl_ring_spectra *to);
+                                   ibl_row_spectra *to);
 
 #endif

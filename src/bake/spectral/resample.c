@@ -17,7 +17,7 @@ enum {
     BLOCK = IBL_RADIAL_BLOCK,
     BORDER = IBL_GRID_BORDER,
     MIN_COLUMNS = 128,
-    BAND_BYTES = 4 << 20, /* of rings that are held */
+    BAND_BYTES = 3 << 20, /* of rings that are held */
     MIN_PAIRS = 96,
     MULTIPLE = 16 /* of the rings */
 };

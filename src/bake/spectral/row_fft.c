@@ -330,12 +330,12 @@ static void load_spread(const ibl_row_fft *plan, const float **rows,
 }
 
 void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
-                         float *scratch, ibl_ring_spectra *out, int first_ring)
+                         float *scratch, ibl_row_spectra *out, int group)
 {
     const size_t channel = channel_floats(plan);
+    const int orders = ibl_row_spectra_orders(out, group);
     const float *row[LANES];
-    assert(rows->count >= 1 && rows->count <= LANES);
-    assert(first_ring % LANES == 0 && out->orders >= plan->orders);
+    assert(rows->count >= 1 && rows->count <= LANES && orders <= plan->orders);
     /* Lanes without a row repeat the last one. */
     for (int r = 0; r < LANES; r++) {
         const int from = r < rows->count ? r : rows->count - 1;
@@ -346,12 +346,11 @@ void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
     else
         plan->block_dsp.load(row, plan->width, rows->scale, scratch, channel);
     for (int c = 0; c < 3; c++) {
-        const ibl_fft_spectrum to = {ibl_ring_spectra_at(out, 0, 2 * c) +
-                                         first_ring,
-                                     6 * out->stride, out->stride};
+        const ibl_fft_spectrum to = {ibl_row_spectra_at(out, group, 0, 2 * c),
+                                     6 * LANES, LANES};
         float *z = scratch + (size_t)c * channel;
         plan->fft_dsp.forward(&plan->fft, z);
-        plan->fft_dsp.split(z, plan->pairs, plan->orders, &to);
+        plan->fft_dsp.split(z, plan->pairs, orders, &to);
         /* A real row's mean is real, without rounding errors. */
         memset(to.data + to.part, 0, LANES * sizeof *to.data);
     }

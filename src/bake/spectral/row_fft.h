@@ -26,9 +26,9 @@
 #include "ibl/ibl.h"
 #include "kern/row_block.h"
 
-#define IBL_ROW_FFT_ROWS 16   /* rows in a batch */
-#define IBL_ROW_FFT_OVER 4    /* samples of the spread ring an order */
-#define IBL_ROW_FFT_STOP 1e-7 /* stop band of the spreading */
+#define IBL_ROW_FFT_ROWS IBL_ROW_GROUP /* rows in a batch */
+#define IBL_ROW_FFT_OVER 4             /* samples of the spread ring an order */
+#define IBL_ROW_FFT_STOP 1e-7          /* stop band of the spreading */
 
 /* Constant after creation: any number of threads may use one. */
 typedef struct ibl_row_fft ibl_row_fft;
@@ -68,15 +68,12 @@ typedef struct ibl_row_fft_rows {
 } ibl_row_fft_rows;
 
 /*
- * Writes F_m of rows to rings first_ring, first_ring + 1, ... of out. The rest
- * of these IBL_ROW_FFT_ROWS rings becomes undefined.
- *   plan        of ibl_row_fft_create
- *   out         at least the plan's orders; those beyond do not change
- *   first_ring  a multiple of IBL_ROW_FFT_ROWS
- * F_0 is exactly real.
+ * Writes F_m of rows to a group of out, in the orders that it has; lanes
+ * without a row become undefined. F_0 is exactly real. plan  of
+ * ibl_row_fft_create, with at least those orders
  */
 void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
-                         float *scratch, ibl_ring_spectra *out, int first_ring);
+                         float *scratch, ibl_row_spectra *out, int group);
 
 /*
  * Writes the samples of rings first_ring..first_ring + count - 1 of in to

@@ -10,18 +10,17 @@
 /* Analyses only the lights. */
 static ibl_status analyse_lights(const ibl_spectral *s, ibl_harmonics *out)
 {
-    ibl_ring_spectra rows;
+    ibl_row_spectra rows;
     ibl_status status =
-        ibl_ring_spectra_alloc(s->ctx, s->height, out->degree + 1, &rows);
+        ibl_row_spectra_alloc(s->ctx, s->height, out->degree, &rows);
     if (status)
         return status;
     out->single = s->single;
-    memset(rows.data, 0,
-           6 * (size_t)rows.orders * rows.stride * sizeof *rows.data);
+    memset(rows.data, 0, rows.at[rows.groups] * sizeof *rows.data);
     status = ibl_spectral_add_lights(s, s->lights, s->light_count, &rows);
     if (!status)
         status = ibl_sht_analyse(s->ctx, NULL, &rows, s->widths, out);
-    ibl_ring_spectra_free(&rows);
+    ibl_row_spectra_free(&rows);
     return status;
 }
 

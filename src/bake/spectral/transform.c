@@ -17,7 +17,8 @@ enum {
     LINE = 16, /* floats in a cache line */
     PARTS = 6,
     PAIRS = PARTS / 2,
-    ORDERS = 4 /* in a job: a few milliseconds of the largest analysis */
+    ORDERS = 4, /* in a job: a few milliseconds of the largest analysis */
+    KEPT = 4    /* jobs that share a state */
 };
 
 /* ---- what is transformed ------------------------------------------------ */
@@ -41,6 +42,48 @@ void ibl_ring_spectra_free(ibl_ring_spectra *s)
 {
     ibl_free(s->data);
     *s = (ibl_ring_spectra){0};
+}
+
+/* Beyond the turning point m = l sin theta, P_lm falls like an Airy function of
+ * a width that grows with the cube root of the degree. */
+int ibl_row_orders(int rows, int degree, int group)
+{
+    const double first = group * IBL_ROW_GROUP, equator = 0.5 * rows;
+    const double nearest = fmax(fmin(equator, first + IBL_ROW_GROUP), first);
+    const double orders =
+        degree * sin(IBL_PI * nearest / rows) + 7 * cbrt(degree) + 2;
+    return orders <= degree ? (int)orders : degree + 1;
+}
+
+ibl_status ibl_row_spectra_alloc(ibl_ctx *ctx, int rows, int degree,
+                                 ibl_row_spectra *out)
+{
+    const int groups = (rows + IBL_ROW_GROUP - 1) / IBL_ROW_GROUP;
+
+    assert(rows >= 1 && rows <= IBL_MAX_EDGE);
+    assert(degree >= 0 && degree <= IBL_SHT_MAX_DEGREE);
+    *out = (ibl_row_spectra){.rows = rows, .degree = degree, .groups = groups};
+    out->at = ibl_alloc_array((size_t)groups + 1, sizeof *out->at);
+    if (out->at) {
+        out->at[0] = 0;
+        for (int g = 0; g < groups; g++)
+            out->at[g + 1] =
+                out->at[g] +
+                (size_t)ibl_row_orders(rows, degree, g) * PARTS * IBL_ROW_GROUP;
+        out->data = ibl_alloc_array(out->at[groups], sizeof *out->data);
+    }
+    if (!out->data) {
+        ibl_row_spectra_free(out);
+        return ibl_no_memory(ctx, "the spectra of the rows");
+    }
+    return IBL_OK;
+}
+
+void ibl_row_spectra_free(ibl_row_spectra *s)
+{
+    ibl_free(s->at);
+    ibl_free(s->data);
+    *s = (ibl_row_spectra){0};
 }
 
 ibl_status ibl_harmonics_alloc(ibl_ctx *ctx, int degree, ibl_harmonics *out)
@@ -108,7 +151,7 @@ typedef struct row_integrals {
     int edges;      /* from the pole to the equator */
     double *x;      /* cos theta of each */
     double *sine;   /* sin theta */
-    double *states; /* of the first order of each job */
+    double *states; /* of the first order of every KEPT jobs */
 } row_integrals;
 
 /* Doubles in a state: (sin theta)^m, S_m and S_m+-1 for each edge; before
@@ -157,7 +200,7 @@ static void next_order(const row_integrals *r, int m, double *state)
 
 static bool row_integrals_init(row_integrals *r, int rows, int degree)
 {
-    const size_t kept = (size_t)degree / ORDERS + 1;
+    const size_t kept = (size_t)degree / (KEPT * ORDERS) + 1;
     *r = (row_integrals){.rows = rows, .edges = rows / 2 + 1};
     const size_t edges = (size_t)r->edges, each = state_size(r);
     r->x = ibl_alloc_array(2 * edges + kept * each, sizeof *r->x);
@@ -173,7 +216,8 @@ static bool row_integrals_init(row_integrals *r, int rows, int degree)
     for (size_t k = 1; k < kept; k++) {
         double *state = r->states + k * each;
         memcpy(state, state - each, each * sizeof *state);
-        for (int m = (int)(k - 1) * ORDERS; m < (int)k * ORDERS; m++)
+        for (int m = (int)(k - 1) * KEPT * ORDERS; m < (int)k * KEPT * ORDERS;
+             m++)
             next_order(r, m, state);
     }
     return true;
@@ -199,17 +243,26 @@ struct transform {
     int degree, single; /* see ibl_legendre_order */
     double *scratch;    /* for each worker */
     const ibl_harmonics *harmonics;
-    const ibl_ring_spectra *spectra;
+    const ibl_ring_spectra *spectra; /* of a synthesis */
     const double *factor;
-    const double *width; /* for each order, if rows are patches */
+    const ibl_row_spectra *rows; /* of an analysis */
+    const double *width;         /* for each order */
     row_integrals integrals;
 };
 
-/* Doubles of scratch for a worker. */
+/* Floats between the parts of an order of all rows. */
+static size_t row_stride(const struct transform *t)
+{
+    return ((size_t)t->rows->groups | 1) * IBL_ROW_GROUP;
+}
+
+/* Doubles of scratch for a worker: of an analysis also a state and the rows of
+ * an order. */
 static size_t scratch_of(const struct transform *t)
 {
     return ibl_legendre_scratch(t->degree) +
-           (t->width ? state_size(&t->integrals) : 0);
+           (t->rows ? state_size(&t->integrals) + PARTS * row_stride(t) / 2
+                    : 0);
 }
 
 static ibl_status prepare(ibl_ctx *ctx, struct transform *t, ibl_ring_kind kind,
@@ -246,12 +299,11 @@ static ibl_legendre_order order(const struct transform *t, int m, int worker)
 
 /* Sums over all rows with the integrals of (sin theta)^m. */
 static void integrate(const struct transform *t, double *state, int m,
-                      double sum[PARTS])
+                      const float *f, double sum[PARTS])
 {
     const row_integrals *r = &t->integrals;
     const double *s = sums_of(r, m, state);
-    const float *f = ibl_ring_spectra_at(t->spectra, m, 0);
-    const size_t stride = t->spectra->stride;
+    const size_t stride = row_stride(t);
 
     memset(sum, 0, PARTS * sizeof *sum);
     t->dsp.add_rows(s, (int)state[0], r->edges - 1, r->rows, f, stride, sum);
@@ -264,14 +316,15 @@ static void integrate(const struct transform *t, double *state, int m,
 
 /* Turns B_l of order m, in a[6 (l - m) + part] for l = m..degree of the
  * harmonics, into A_l times the order's width. */
-static void finish_order(const struct transform *t, double *state, int m)
+static void finish_order(const struct transform *t, double *state, int m,
+                         const float *f)
 {
     const double scale = t->width[m];
     double sum[PARTS], last = 0;
     double *a = ibl_harmonics_at(t->harmonics, m);
     ibl_two now[PAIRS], older[PAIRS] = {{0}}, before[PAIRS];
 
-    integrate(t, state, m, sum);
+    integrate(t, state, m, f, sum);
     for (int p = 0; p < PAIRS; p++) {
         now[p] = ibl_two_at(sum + 2 * p) * (t->rings.start[m] * scale);
         before[p] = ibl_two_at(a + 2 * p);
@@ -293,40 +346,58 @@ static void finish_order(const struct transform *t, double *state, int m)
     }
 }
 
+/* Copies F_m of all rows, 0 where it does not reach them. */
+static void collect_rows(const struct transform *t, int m, float *to)
+{
+    const size_t stride = row_stride(t);
+    for (int g = 0; g < t->rows->groups; g++, to += IBL_ROW_GROUP)
+        for (int p = 0; p < PARTS; p++) {
+            float *row = to + (size_t)p * stride;
+            if (m < ibl_row_spectra_orders(t->rows, g))
+                memcpy(row, ibl_row_spectra_at(t->rows, g, m, p),
+                       IBL_ROW_GROUP * sizeof *row);
+            else
+                memset(row, 0, IBL_ROW_GROUP * sizeof *row);
+        }
+}
+
 static void analyse_job(void *arg, int job, int worker)
 {
     const struct transform *t = arg;
+    const size_t each = state_size(&t->integrals);
     double *state = t->scratch + (size_t)worker * scratch_of(t) +
                     ibl_legendre_scratch(t->degree);
+    float *rows = (float *)(state + each);
 
-    const size_t each = state_size(&t->integrals);
-
-    memcpy(state, t->integrals.states + (size_t)job * each,
+    memcpy(state, t->integrals.states + (size_t)(job / KEPT) * each,
            each * sizeof *state);
+    for (int m = job / KEPT * KEPT * ORDERS; m < job * ORDERS; m++)
+        next_order(&t->integrals, m, state);
     for (int m = job * ORDERS; m <= last_order(t, job); m++) {
         const ibl_legendre_order o = order(t, m, worker);
-        t->dsp.analyse(&o, ibl_ring_spectra_at(t->spectra, m, 0),
-                       t->spectra->stride, ibl_harmonics_at(t->harmonics, m));
-        finish_order(t, state, m);
+        collect_rows(t, m, rows);
+        t->dsp.analyse(&o, rows, row_stride(t),
+                       ibl_harmonics_at(t->harmonics, m));
+        finish_order(t, state, m, rows);
         next_order(&t->integrals, m, state);
     }
 }
 
 ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
-                           const ibl_ring_spectra *in, const double *width,
+                           const ibl_row_spectra *in, const double *width,
                            ibl_harmonics *out)
 {
     struct transform t = {.degree = out->degree,
                           .single = out->single,
                           .harmonics = out,
-                          .spectra = in,
+                          .rows = in,
                           .width = width};
     ibl_status status;
 
-    assert(in->orders == out->degree + 1);
-    if (!row_integrals_init(&t.integrals, in->rings, out->degree))
+    assert(in->degree == out->degree);
+    if (!row_integrals_init(&t.integrals, in->rows, out->degree))
         return ibl_no_memory(ctx, "a spherical harmonic transform");
-    status = prepare(ctx, &t, IBL_RINGS_EDGES, in->rings - 1, 0, in->rings / 2);
+    status = prepare(ctx, &t, IBL_RINGS_EDGES, in->rows - 1, 0, in->rows / 2);
     if (!status)
         status = ibl_run(ctx, stage, t.degree / ORDERS + 1, analyse_job, &t);
     release(&t);

@@ -61,6 +61,43 @@ static inline float *ibl_ring_spectra_at(const ibl_ring_spectra *s, int m,
     return s->data + ((size_t)m * 6 + (size_t)part) * s->stride;
 }
 
+enum {
+    IBL_ROW_GROUP = 16 /* rows */
+};
+
+/*
+ * The same of the rows of a map, for an analysis, in groups of rows. A group
+ * has the orders that reach it: P_lm is below 1e-12 there for the others, up to
+ * the degree. Part p of F_m on row i of a group is
+ *     data[at[group] + (m * 6 + p) * IBL_ROW_GROUP + i].
+ */
+typedef struct ibl_row_spectra {
+    int rows, degree, groups;
+    size_t *at;  /* groups + 1 */
+    float *data; /* 64-byte aligned */
+} ibl_row_spectra;
+
+/* Number of orders that a group of the rows of a map has. */
+int ibl_row_orders(int rows, int degree, int group);
+
+/* Contents undefined; out is empty after an error. */
+ibl_status ibl_row_spectra_alloc(ibl_ctx *ctx, int rows, int degree,
+                                 ibl_row_spectra *out);
+void ibl_row_spectra_free(ibl_row_spectra *s); /* zeroed is fine */
+
+static inline int ibl_row_spectra_orders(const ibl_row_spectra *s, int group)
+{
+    return (int)((s->at[group + 1] - s->at[group]) / (6 * IBL_ROW_GROUP));
+}
+
+/* Part `part` of F_m of a group that has it: IBL_ROW_GROUP floats. */
+static inline float *ibl_row_spectra_at(const ibl_row_spectra *s, int group,
+                                        int m, int part)
+{
+    return s->data + s->at[group] +
+           ((size_t)m * 6 + (size_t)part) * IBL_ROW_GROUP;
+}
+
 /*
  * Coefficients a_lm of three channels, order after order: for each m the
  * degrees l = m..degree, 6 doubles each (R re, R im, G re, G im, B re, B im).
@@ -89,14 +126,13 @@ static inline double *ibl_harmonics_at(const ibl_harmonics *h, int m)
  * as points at their centres. The coefficients are the integrals over the
  * patches,
  *     a_lm = width[m] sum over rows j of F_m(j) int P_lm dx,
- * x = cos theta over the row, for l <= out->degree. in has the orders up to
- * that. Runs on ctx's pool and reports progress under stage (NULL: silently).
- *   width  for each m, the integral of e^(-i m phi) over a pixel's width
- * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The same bytes for any
- * number of threads.
+ * x = cos theta over the row, for l <= out->degree, which is that of in. Runs
+ * on ctx's pool and reports progress under stage (NULL: silently). width  for
+ * each m, the integral of e^(-i m phi) over a pixel's width IBL_ERR_MEMORY,
+ * IBL_ERR_CANCELLED: out unspecified. The same bytes for any number of threads.
  */
 ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
-                           const ibl_ring_spectra *in, const double *width,
+                           const ibl_row_spectra *in, const double *width,
                            ibl_harmonics *out);
 
 /* Share of a level from which floats do. */
