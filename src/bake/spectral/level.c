@@ -9,6 +9,7 @@
 
 #include "bake/spectral/engine.h"
 #include "bake/spectral/lobe_coefficients.h"
+#include "bake/spectral/plan.h"
 #include "brdf/lobe.h"
 #include "core/alloc.h"
 #include "core/context.h"
@@ -21,17 +22,12 @@ enum {
     TRIES = 3
 };
 
-/* Parts of the tolerance: what degrees leave out, which is measured at the
- * probes and exceeded elsewhere, and by what the taps spoil next to the degree,
- * and the points of lights. */
-static const double degrees_part = 0.25, elsewhere = 2, lights_part = 0.1;
-
 /* Value of the kernel to which degrees show how bright a level is. */
 static const double small = 0.03;
 
-/* Error of the transforms, in floats: relative, and beside light that is
- * brighter on a ring as a part of its rms. */
-static const double rounding = 5e-6, noise_part = 1e-7;
+/* Error of floats beside light that is brighter on a ring, as a part of its
+ * rms. */
+static const double noise_part = 1e-7;
 
 /* A level in progress. */
 struct level {
@@ -223,7 +219,7 @@ static ibl_status try_degrees(struct level *v, struct probes *p,
                               const double *tail)
 {
     const int most = v->target->most;
-    const double wanted = degrees_part * v->target->tolerance;
+    const double wanted = ibl_error_parts.degrees * v->target->tolerance;
     double ratio = 0;
     int seen = 0, last, next;
 
@@ -250,7 +246,7 @@ static ibl_status try_degrees(struct level *v, struct probes *p,
             break;
     }
     v->degree = next;
-    v->error = elsewhere * ratio * tail[next];
+    v->error = ibl_error_parts.elsewhere * ratio * tail[next];
     return IBL_OK;
 }
 
@@ -358,7 +354,7 @@ static ibl_patch patch_of(const ibl_spectral *s, const ibl_pixel_light *l)
 static ibl_status make_lights(struct level *v)
 {
     const ibl_spectral *s = v->s;
-    const double error = lights_part * v->target->tolerance;
+    const double error = ibl_error_parts.lights * v->target->tolerance;
     ibl_patch *patches;
 
     if (!s->light_count)
@@ -434,8 +430,10 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
     if (!status)
         status = fill_texels(&v, stage);
     *degree = v.degree;
-    *error = v.error + v.noise + IBL_GRID_ERROR + rounding +
-             (v.bright ? lights_part * target->tolerance : 0);
+    *error = v.error + v.noise +
+             (ibl_error_parts.taps + ibl_error_parts.rounding) *
+                 IBL_TOLERANCE_DEFAULT +
+             (v.bright ? ibl_error_parts.lights * target->tolerance : 0);
     free_rings(&v);
     ibl_point_lights_free(v.bright);
     ibl_free(v.kernel);

@@ -16,15 +16,12 @@ static const int least_degree = 128; /* of an analysis for levels */
 static const double most_degree = 4095, most_of_ring = 1536;
 static const double most_of_corner = 768, corner_from = 20; /* / alpha */
 
-/* Share of a point light that degrees may leave out, over the tolerance: maps
- * are smoother than points, and the brightest pixels are taken out. */
-static const double slack = 1;
 /* If the tolerance grows by a factor, this share grows by its square root: dark
  * texels must keep the tolerance, too. */
 static double tail_of(double tolerance)
 {
     const double factor = tolerance / IBL_TOLERANCE_DEFAULT;
-    const double tail = slack * IBL_TOLERANCE_DEFAULT;
+    const double tail = ibl_error_parts.tail * IBL_TOLERANCE_DEFAULT;
     return fmin(tail * (factor > 1 ? sqrt(factor) : factor), 1);
 }
 

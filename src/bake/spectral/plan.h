@@ -8,6 +8,18 @@
 #include "brdf/lobe.h"
 #include "ibl/ibl.h"
 
+/* How the tolerance is divided, in units of it. */
+static const struct ibl_error_parts {
+    double degrees;   /* what degrees leave out where it is measured, */
+    double elsewhere; /* and how many times as much there is elsewhere */
+    double lights;    /* by their points */
+    double tail;      /* share of a point light beyond the analysis: maps are
+                         smoother, and the brightest pixels are taken out */
+    /* In units of the default, whatever is asked: */
+    double taps;     /* of the interpolation between rings */
+    double rounding; /* of floats */
+} ibl_error_parts = {0.25, 2, 0.1, 1, 0.35, 0.05};
+
 /* Of the levels of a chain. */
 typedef struct ibl_chain_plan {
     ibl_method level[IBL_MAX_LEVELS]; /* AUTO: the environment itself */

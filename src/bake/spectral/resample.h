@@ -18,11 +18,9 @@ enum {
     IBL_GRID_BORDER = 4 /* columns and rings around a band */
 };
 
-/* Samples a wave of the field's degree on the equator and along a meridian, and
- * the error that the taps then leave, relative to the field around a texel; see
+/* Samples a wave of the field's degree on the equator and along a meridian; see
  * kern/interp_simd.c. */
 #define IBL_GRID_SAMPLES 2.2
-#define IBL_GRID_ERROR 3.5e-5
 
 /*
  * Samples of a function on the sphere: ring j at theta = pi (j + 1/2) / rings
