@@ -92,5 +92,7 @@ sweep('lobe', false, of('--lobe', ['ggx', 'charlie', 'phong'],
     '--lobe-table', 'no'));
 sweep('mapping', false, of('--mapping', ['filament', 'linear', 'babylon']));
 sweep('layout', false, of('--layout', ['cube', 'equirect', 'octahedral']));
-sweep('method', false, of('--method', ['spectral', 'sampled', 'auto']));
+sweep('method', false, of('--method', ['spectral', 'auto']));
+sweep('samples', true, of('--samples', doubled(16, 1024), '--method',
+    'sampled'));
 console.log(`\n${marked} marked`);

@@ -46,7 +46,7 @@ typedef struct bench {
 /* ---- copies --------------------------------------------------------------
  */
 
-static void place(const float m[16], const float p[3], double to[3])
+static void place(const double m[16], const float p[3], double to[3])
 {
     for (int k = 0; k < 3; k++)
         to[k] = m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k];

@@ -163,13 +163,23 @@ enum {
     V
 };
 
-/* A texel in its quadrant. */
+enum {
+    QUADRANTS = 4
+};
+
+/* A texel in its quadrant, and its images in others whose columns have the same
+ * borders. */
 typedef struct texel {
     double u[2], v[2];
-    double zero, step; /* column = zero + step * azimuth */
+    double zero, step; /* column c = zero + step * azimuth */
     const edge *top, *bottom;
     int row; /* of the source, found last */
-    mean mean;
+    int images;
+    struct {
+        int base; /* its column is base + c or, backwards, base - 1 - c */
+        bool backwards;
+        mean mean;
+    } image[QUADRANTS];
     const float *light; /* added to the source instead of the mean, or NULL */
 } texel;
 
@@ -257,9 +267,15 @@ static double azimuth_of(double u, double v, bool below)
 static void add_between(const source *s, texel *p, double from, double to)
 {
     arc top = arc_of(p->top, from, to), bottom = arc_of(p->bottom, from, to);
-    const int turned =
-        (int)floor(p->zero + p->step * 0.5 * (from + to)) % s->columns;
-    const size_t column = (size_t)(turned < 0 ? turned + s->columns : turned);
+    const int c = (int)floor(p->zero + p->step * 0.5 * (from + to));
+    size_t column[QUADRANTS];
+
+    for (int i = 0; i < p->images; i++) {
+        const int base = p->image[i].base;
+        const int turned =
+            (p->image[i].backwards ? base - 1 - c : base + c) % s->columns;
+        column[i] = (size_t)(turned < 0 ? turned + s->columns : turned);
+    }
 
     while (p->row > 0 && s->height[p->row] < top.top)
         p->row--;
@@ -269,11 +285,12 @@ static void add_between(const source *s, texel *p, double from, double to)
         const double low = s->height[j + 1], high = s->height[j];
         const double area =
             area_under(&top, low, high) - area_under(&bottom, low, high);
-        float *patch = s->rgb + 3 * ((size_t)j * (size_t)s->columns + column);
-        if (!p->light)
-            add(&p->mean, patch, fmax(area, 0));
-        for (int c = 0; c < 3 && p->light && area > 0; c++)
-            patch[c] += (float)(area * (double)p->light[c]);
+        float *row = s->rgb + 3 * (size_t)j * (size_t)s->columns;
+        for (int i = 0; i < p->images && !p->light; i++)
+            add(&p->image[i].mean, row + 3 * column[i], fmax(area, 0));
+        for (int k = 0; k < 3 && p->light && area > 0; k++)
+            row[3 * column[0] + (size_t)k] +=
+                (float)(area * (double)p->light[k]);
     }
 }
 
@@ -317,32 +334,67 @@ static void integrate(const source *s, texel *p)
     }
 }
 
-/* Integrates texel x, y of an octahedral map of 2 n x 2 n. */
-static void integrate_at(const source *s, int n, int x, int y, texel *p)
+/* Integrates a texel of a quadrant of n x n, counted from its pole. */
+static void integrate_at(const source *s, int n, int i, int j, texel *p)
 {
-    const bool south = y >= n, east = x >= n; /* +Z, +X */
-    const int i = east ? x - n : n - 1 - x, j = south ? y - n : n - 1 - y;
-
     p->u[0] = (double)i / n;
     p->u[1] = (i + 1.0) / n;
     p->v[0] = (double)j / n;
     p->v[1] = (j + 1.0) / n;
-    p->zero = ((east ? 0.5 : 1) + s->turns) * s->columns;
-    p->step = (east == south ? 1 : -1) * s->columns / (2 * IBL_PI);
     integrate(s, p);
 }
 
-static void octahedral_row(void *arg, int y, int worker)
+/* Begins a texel of one quadrant: bit 0 is towards +X, bit 1 +Z. */
+static texel begin_in(const source *s, int quadrant)
+{
+    const bool forwards = quadrant == 0 || quadrant == 3;
+    return (texel){
+        .zero = ((quadrant % 2 ? 0.5 : 1) + s->turns) * s->columns,
+        .step = (forwards ? 1 : -1) * s->columns / (2 * IBL_PI),
+        .images = 1,
+    };
+}
+
+/* Begins a texel of all quadrants, if a column begins at their azimuth 0, else
+ * of one. */
+static texel begin(const source *s, int quadrant)
+{
+    const double turned = s->turns * s->columns, whole = floor(turned + 0.5);
+    texel p = begin_in(s, quadrant);
+
+    if (s->columns % 4 || fabs(turned - whole) > 1e-9)
+        return p;
+    p.zero = 0;
+    p.step = s->columns / (2 * IBL_PI);
+    p.images = QUADRANTS;
+    for (int q = 0; q < QUADRANTS; q++) {
+        p.image[q].base = (int)whole + s->columns / (q % 2 ? 2 : 1);
+        p.image[q].backwards = q == 1 || q == 2;
+    }
+    return p;
+}
+
+/* Line j of all quadrants, from their pole. */
+static void octahedral_line(void *arg, int j, int worker)
 {
     const target *t = arg;
     const int n = t->shape.width / 2;
-    texel p = {.row = 0};
+    texel p;
 
     (void)worker;
-    for (int x = 0; x < 2 * n; x++) {
-        p.mean = (mean){0};
-        integrate_at(t->from, n, x, y, &p);
-        put(&p.mean, t->rgb + 3 * ((size_t)y * 2 * (size_t)n + (size_t)x));
+    for (int first = 0; first < QUADRANTS; first += p.images) {
+        p = begin(t->from, first);
+        for (int i = 0; i < n; i++) {
+            for (int k = 0; k < p.images; k++)
+                p.image[k].mean = (mean){0};
+            integrate_at(t->from, n, i, j, &p);
+            for (int k = 0; k < p.images; k++) {
+                const int x = (first + k) % 2 ? n + i : n - 1 - i;
+                const int y = (first + k) / 2 ? n + j : n - 1 - j;
+                put(&p.image[k].mean,
+                    t->rgb + 3 * ((size_t)y * 2 * (size_t)n + (size_t)x));
+            }
+        }
     }
 }
 
@@ -362,14 +414,15 @@ static void quadrant_job(void *arg, int job, int worker)
     const unfolding *u = arg;
     const size_t width = (size_t)u->from->width;
     const int left = job ? u->n : 0, top = (job != 0) == u->odd ? 0 : u->n;
-    const int divide = width % 2 ? 2 : 1, y = top + u->line;
-    texel p = {.row = 0};
+    const int divide = width % 2 ? 2 : 1, y = top + u->line, n = u->n;
+    texel p = begin_in(&u->map, (left > 0) + 2 * (top > 0));
 
     (void)worker;
-    for (int x = left; x < left + u->n; x++) {
+    for (int x = left; x < left + n; x++) {
         const size_t at = (size_t)(y / divide) * width + (size_t)(x / divide);
         p.light = u->from->data + 3 * at;
-        integrate_at(&u->map, u->n, x, y, &p);
+        integrate_at(&u->map, n, left ? x - n : n - 1 - x,
+                     top ? y - n : n - 1 - y, &p);
     }
 }
 
@@ -427,11 +480,11 @@ ibl_status ibl_flat_from_latlong(ibl_ctx *ctx, const ibl_image *env,
     status = open_source(ctx, env, yaw_deg, map->size, &from);
     for (int l = 0; l < map->levels && !status; l++) {
         target t = {&from, ibl_map_shape(map, l), ibl_cube_face(map, l, 0)};
-        status =
-            ibl_run(ctx, l ? NULL : "level 0", t.shape.height,
-                    map->projection == IBL_PROJECTION_EQUIRECT ? equirect_row
-                                                               : octahedral_row,
-                    &t);
+        status = map->projection == IBL_PROJECTION_EQUIRECT
+                     ? ibl_run(ctx, l ? NULL : "level 0", t.shape.height,
+                               equirect_row, &t)
+                     : ibl_run(ctx, l ? NULL : "level 0", t.shape.height / 2,
+                               octahedral_line, &t);
     }
     close_source(&from);
     return status;
