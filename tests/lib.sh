@@ -10,6 +10,7 @@ trap 'rm -rf "$work"' EXIT
 passed=0 failed=0 skipped=0
 
 verdict() { # NAME [WHY]: no reason, no failure; or `skipped: WHY`
+    [ -z "${IBL_TEST_TIMES:-}" ] || spent "$1"
     case ${2-} in
     '') passed=$((passed + 1)) ;;
     'skipped: '*)
@@ -21,6 +22,17 @@ verdict() { # NAME [WHY]: no reason, no failure; or `skipped: WHY`
         echo "FAILED: $1: $2"
         ;;
     esac
+}
+# Prints what processors worked for NAME: since the last one.
+spent=0
+spent() { # NAME
+    local now
+    builtin times >"$work/times"
+    now=$(awk -F '[ms ]+' 'NR == 2 {
+        print ($1 + $3) * 6000 + int(($2 + $4) * 100) }' "$work/times")
+    printf '%5d.%02d s %s\n' $(((now - spent) / 100)) \
+        $(((now - spent) % 100)) "$1"
+    spent=$now
 }
 have() { # PROGRAM...: false, with the reason for a verdict, where one is not
     local program
