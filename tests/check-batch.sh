@@ -303,6 +303,7 @@ END
 test_words_in_order() {
     local f
     iblbake $options m -o out --verify >printed
+    [ $sanitized = no ] || return 0
     for f in m/*; do
         echo "$f"
         iblbake $options "$f" -o out --verify

@@ -19,7 +19,7 @@
 set -u
 . tests/lib.sh
 slow='interrupted|scenes|fewest'
-repeats='number_of_threads'
+repeats='number_of_threads|fewest|depfile_characters'
 program=$build/iblbake
 need node
 use iblbake
@@ -223,13 +223,12 @@ ended_by() { # SIGNAL STATUS
     ls | tr '\n' ' ' | grep -qx 'env.exr env.hdr ' || ls -R
 }
 test_interrupted_leaves_nothing() {
-    ended_by INT 130
-    ended_by TERM 143
-    ended_by HUP 129
-    ended_by QUIT 131
-    ended_by USR1 138
-    ended_by XCPU 152
-    ended_by ABRT 134 # as a library that gives up does
+    local ends
+    # ABRT as a library that gives up does.
+    for ends in INT:130 TERM:143 HUP:129 QUIT:131 USR1:138 XCPU:152 ABRT:134; do
+        taken || continue
+        ended_by ${ends%:*} ${ends#*:}
+    done
 }
 
 # Descriptor 2, closed, must not become an output's and take the messages.
@@ -934,7 +933,8 @@ test_scenes() {
     for scene in matte mirror all unlit sheen; do
         iblbake env.exr --scene $scene.gltf --depfile $scene.d -o $scene \
             >$scene.txt || cat $scene.txt
-        iblbake env.exr --scene $scene.gltf --dry-run | cmp - $scene.txt
+        [ $sanitized = yes ] ||
+            iblbake env.exr --scene $scene.gltf --dry-run | cmp - $scene.txt
         [ "$(sed -n '$s/ *//p' $scene.d)" = $scene.gltf ] || cat $scene.d
     done
     js <<'END'

@@ -1,13 +1,44 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Installs into an empty root and uses what is there as a user would: the
-# program, the man page, the library from C and from C++, shared and static,
-# through pkg-config and through CMake, then uninstalls and finds nothing left.
+# Builds what the tarball has, in a folder of its own, installs that into an
+# empty root and uses what is there as a user would: the program, the man page,
+# the library from C and from C++, shared and static, through pkg-config and
+# through CMake, then uninstalls and finds nothing left.
 set -u
 . tests/lib.sh
 prefix="$work/a prefix"
-# By the name that it was built by, or all would be built anew.
-make=(make --no-print-directory DEPS=no BUILD="${BUILD:-build}" PREFIX="$prefix")
+
+# The tarball has all there is, builds without git and in a folder with a blank
+# in its name, and where it is built does not matter. What is not committed is
+# installed, too.
+mkdir "$work/bin" "$work/a folder"
+printf '#!/bin/sh\nexit 127\n' >"$work/bin/git"
+chmod +x "$work/bin/git"
+if git diff --quiet HEAD 2>/dev/null; then
+    ok dist make -s DEPS=no BUILD="$work/dist" dist
+    tar -xzf "$work"/dist/iblbake-*.tar.gz -C "$work/a folder"
+    tarball=$(echo "$work/a folder"/iblbake-*)
+    (cd "$tarball" && find . -type f ! -name REVISION | sed 's|^\./||' | sort) |
+        cmp - <(git ls-files | LC_ALL=C sort)
+    verdict dist-files "$([ $? = 0 ] || echo 'not the files of git')"
+    same='iblbake iblview libiblbake.a libiblbake.so libiblbridge.so libiblexr.so
+        libiblscene.so'
+else
+    same=
+    verdict dist 'skipped: there are changes that are not committed, or no git'
+    tarball="$work/a folder/iblbake"
+    mkdir "$tarball"
+    tar -c --exclude=./build --exclude=./.git . | tar -x -C "$tarball"
+fi
+make=(env PATH="$work/bin:$PATH" make --no-print-directory DEPS=no
+    -C "$tarball" PREFIX="$prefix")
+ok dist-builds "${make[@]}" -s -j"$(nproc)" PREFIX=/usr/local all
+for file in $same; do
+    [ ! -e "$build/$file" ] || ok "same-$file" cmp "$build/$file" \
+        "$tarball/build/$file"
+done
+
+# The library remembers the PREFIX.
 ok install "${make[@]}" install
 ok version "$prefix/bin/iblbake" --version
 ok bake "$prefix/bin/iblbake" -q data/sky.exr -o "$work/out" --size 16
@@ -20,7 +51,7 @@ for f in probes.glsl ibl.glsl ibl.hlsl; do
     ok "$f" test -s "$prefix/include/ibl/$f"
 done
 
-if [ -x "$build/iblview" ]; then
+if [ -x "$tarball/build/iblview" ]; then
     ok view-manual test -s "$prefix/share/man/man1/iblview.1"
     ok view "$prefix/bin/iblview" "$work/out/sky_specular.ktx2" --texel 0,0
     ok view-bridge "$prefix/bin/iblview" data/studio.exr --texel 0,0
@@ -237,7 +268,6 @@ for kind in older newer; do
 done
 
 # make names packages that are missing, and installs none.
-mkdir "$work/bin"
 printf '#!/bin/sh\necho absent\n' >"$work/bin/dpkg-query"
 printf '#!/bin/sh\n: >"%s/called"\n' "$work" >"$work/bin/apt-get"
 cp "$work/bin/apt-get" "$work/bin/sudo"
@@ -252,29 +282,4 @@ ok make-changes-nothing test ! -e "$work/called" -a ! -e "$work/none"
 ok uninstall "${make[@]}" uninstall
 left=$(find "$prefix" ! -type d)
 ok nothing-left test -z "$left"
-# The library remembers the PREFIX: back to the default one.
-ok as-before make -s DEPS=no BUILD="${BUILD:-build}" all
-
-# The tarball has all there is, builds without git and in a folder with a blank
-# in its name, and where it is built does not matter.
-if git diff --quiet HEAD 2>/dev/null; then
-    ok dist make -s DEPS=no BUILD="$work/dist" dist
-    mkdir "$work/a folder"
-    tar -xzf "$work"/dist/iblbake-*.tar.gz -C "$work/a folder"
-    tarball=$(echo "$work/a folder"/iblbake-*)
-    (cd "$tarball" && find . -type f ! -name REVISION | sed 's|^\./||' | sort) |
-        cmp - <(git ls-files | LC_ALL=C sort)
-    verdict dist-files "$([ $? = 0 ] || echo 'not the files of git')"
-    printf '#!/bin/sh\nexit 127\n' >"$work/bin/git"
-    rm "$work"/bin/[!g]*
-    ok dist-builds env PATH="$work/bin:$PATH" make -s -j"$(nproc)" -C "$tarball" \
-        DEPS=no all
-    for file in iblbake iblview libiblbake.a libiblbake.so libiblbridge.so \
-        libiblexr.so libiblscene.so; do
-        [ ! -e "$build/$file" ] || ok "same-$file" cmp "$build/$file" \
-            "$tarball/build/$file"
-    done
-else
-    verdict dist 'skipped: there are changes that are not committed, or no git'
-fi
 end

@@ -178,6 +178,7 @@ test_names_of_captures() {
 test_options_change() {
     local change options layers
     while IFS='|' read -r change options layers; do
+        taken || continue
         rm -rf inc && cp -a out inc
         edit set.json "$change" changed.json
         # shellcheck disable=SC2086

@@ -6,7 +6,7 @@
 set -u
 . tests/lib.sh
 slow='lobes|every_thread|damage_is|figures_of|containers_and|tenth|heatmap|in_spite|rendered_at'
-repeats='thread|tenth|figures_of|estimates|rendered_best|rendered_bound'
+repeats='thread|tenth|damage_is|figures_of|estimates|rendered_best|rendered_bound'
 need node
 use iblbake
 cp tests/cli/damage.mjs "$work/bin"
@@ -68,12 +68,13 @@ test_layouts() {
     local layout format
     for layout in equirect octahedral; do
         for format in ktx2 ktx dds; do
+            [ $sanitized = no ] || [ $format = ktx2 ] || continue
             iblbake -q $small --layout $layout --format $format --skybox 16 \
                 --pixel rgba32f --mirror x --rotate 20 env.exr -o $format
             MAX=3e-3 accept env.exr $format
         done
         grep -q "\"layout\": \"$layout\"" ktx2/env.json || echo "no layout"
-        MAX=3e-3 refuse --rotate 60 env.exr dds
+        MAX=3e-3 refuse --rotate 60 env.exr ktx2
         iblbake verify -q --rendered --roughness 0.5 --directions 24 env.exr \
             ktx2 || echo "not rendered"
         iblbake -q $small --layout $layout --verify --max-error 3e-3 env.exr \
@@ -113,6 +114,7 @@ test_babylon() {
     MAX=2e-3 accept env.exr out
     iblbake verify env.exr out --rendered --directions 48 --shader split \
         --json told >/dev/null
+    [ $sanitized = no ] || return 0
     rm out/env.json
     iblbake verify env.exr out --rendered --directions 48 --shader split \
         --lod babylon --roughness-map babylon --json named >/dev/null
@@ -197,6 +199,7 @@ test_containers_and_pixels() {
 test_blocks() {
     local format pixel
     for format in ktx2 ktx dds; do
+        [ $sanitized = no ] || [ $format = ktx2 ] || break
         for pixel in bc6h uastc-hdr astc4x4hdr; do
             rm -rf out
             iblbake -q env.exr -o out --size 16 --irradiance-size 4 \
@@ -214,7 +217,7 @@ test_blocks() {
             mv out "$format-$pixel"
         done
     done
-    [ "$(echo ktx*-* dds-*)" = "ktx-astc4x4hdr ktx-bc6h ktx2-astc4x4hdr \
+    [ $sanitized = yes ] || [ "$(echo ktx*-* dds-*)" = "ktx-astc4x4hdr ktx-bc6h ktx2-astc4x4hdr \
 ktx2-bc6h ktx2-uastc-hdr dds-bc6h" ] || ls
 }
 
@@ -728,6 +731,7 @@ test_lights() {
     local format
     mkenv hdr 128 64 >sunny.hdr
     for format in ktx2 dds; do
+        [ $sanitized = no ] || [ $format = dds ] || continue
         rm -rf out
         iblbake -q $small sunny.hdr --pixel rgba32f --format $format \
             --skybox 32 --sun --rotate 50 -o out --max-error 0.001 >table ||
@@ -842,6 +846,7 @@ test_rendered_with_lights() {
     iblbake -q $small --size 64 sunny.hdr --rotate 50 --sun -o rest
     iblbake verify -q $few sunny.hdr rest --max-rendered-error 0.08 2>err ||
         cat err
+    [ $sanitized = no ] || return 0
     iblbake -q $small --size 64 sunny.hdr --rotate 50 -o all
     iblbake verify -q $few sunny.hdr all --max-rendered-error 0.3 2>err &&
         echo 'a sun is right without its disc'

@@ -232,7 +232,8 @@ test_maps_are_baked() {
         mkenv exr 16 16 BGR >"f_$d.exr"
     done
     draw e.png -q 'f_%f.exr'
-    iblbake -q 'f_%f.exr' -o six && draw f.png -q six && same e.png f.png
+    [ $sanitized = yes ] ||
+        { iblbake -q 'f_%f.exr' -o six && draw f.png -q six && same e.png f.png; }
     # Through the image bridge, which is found beside the program.
     [ ! -e "$build/libiblbridge.so" ] || draw d.png -q "$top/data/studio.exr"
     iblbake -q --layout equirect "$top/data/sky.exr" --size 64 -o equirect

@@ -36,12 +36,13 @@ export TMPDIR=$work/tmp
 mkdir "$TMPDIR"
 chmod 755 "$work"
 
-# A map of gigabytes is read by one test at a time.
-slots=$(nproc)
+# Some wait for others, for a disk, a display or a browser. A map of gigabytes
+# is read by one test at a time.
+slots=$(($(nproc) + 1))
 [ -z "${IBL_TEST_LARGE:-}" ] || slots=1
 
 # ---- what there is to run: a name, a build and a script, or a program ------
-tests=() alone=()
+tests=() long=()
 first=$1
 programs() {
     local build=$1 program
@@ -73,8 +74,8 @@ scripts() {
         # A sample, of what finds most.
         *asan:*/check-pairs.sh) tests+=("$build: $script") ;;
         *:*/check-pairs.sh) ;;
-        # Builds the program anew that the other scripts run.
-        *:"$first":*/check-install.sh) alone+=("$build: $script") ;;
+        *:"$first":*/check-install.sh | *:"$first":*/check-clients.sh)
+            long+=("$build: $script") ;;
         *:"$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh | \
             *asan:*/check-view.sh | *asan:*/check-view-window.sh | \
             *asan:*/check-probes.sh | *asan:*/check-batch.sh)
@@ -82,15 +83,13 @@ scripts() {
         esac
     done
 }
-# The longest tests must not be the last to begin: the slowest builds, which
-# are the last ones, come first, and of each build the scripts.
+# The longest tests must not be the last to begin: after two that take minutes
+# the slowest builds, which are the last ones, and of each build the scripts.
 for ((i = $#; i > 0; i--)); do
     scripts "${!i}"
     programs "${!i}"
 done
-
-shared=${#tests[@]}
-tests+=("${alone[@]}")
+tests=("${long[@]}" "${tests[@]}")
 
 # ---- running them ----------------------------------------------------------
 # Each has a session of its own, by which all of it can be killed; and what
@@ -166,7 +165,6 @@ show() { # NUMBER
 
 next=0 active=0 shown=0
 while ((next < ${#tests[@]} || active > 0)); do
-    ((next < shared)) || slots=1
     if ((next < ${#tests[@]} && active < slots)); then
         start $((next++))
         active=$((active + 1))
