@@ -497,11 +497,12 @@ check-arm64:
 	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake $(BUILD)/tests/write_textures
 	@BUILD=$(BUILD) bash tests/check-arm64.sh
 
-## check-clients: our files in three, Babylon, Filament and PlayCanvas (a minute)
+## check-clients: our files in three, Babylon, Filament, PlayCanvas (two minutes)
+MAPS ?= quarry royal dusk blaze
 check-clients:
 	@DEPS=$(DEPS) sh tests/deps.sh check
 	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake
-	@BUILD=$(BUILD) bash tests/check-clients.sh
+	@BUILD=$(BUILD) MAPS='$(MAPS)' bash tests/check-clients.sh
 
 ## check-pairs: all pairs of options, gcc and asan (half an hour)
 check-pairs:
