@@ -505,7 +505,7 @@ static void compare_walls(look *l, int view, int seen[3])
 }
 
 /* Each point has the light of the first probe that it can see. */
-TEST(walls_hide_probes)
+TEST_SLOW(walls_hide_probes)
 {
     look *l = begin_walls();
     int seen[3] = {0};

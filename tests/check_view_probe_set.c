@@ -453,7 +453,8 @@ TEST(a_scene_is_lit_the_same)
     NEED(l->count == 8);
     save("scene", l->probe, 8, 32, room_cubes_read(l->specular, 8, 0, 32));
     CHECK(apart(alone, shown[1]) > 0.05 && apart(shown[0], shown[1]) > 0.005);
-    for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
+    for (size_t i = 0; i < sizeof ways / sizeof *ways;
+         i += TEST_SANITIZED ? 3 : 1) {
         NEED(bake_set("scene", "baked", ways[i].options));
         view_probe_set *set = load("baked");
         NEED(set);
