@@ -58,7 +58,9 @@ programs() {
             */tsan/tests/check_kern_* | \
             */tsan/tests/check_row_fft | */tsan/tests/check_truth | \
             */tsan/tests/check_probe_alpha | */tsan/tests/check_null | \
-            */tsan/tests/check_test) ;;
+            */tsan/tests/check_point_lights | \
+            */tsan/tests/check_lobe_coefficients | */tsan/tests/check_pixel | \
+            */tsan/tests/check_probes | */tsan/tests/check_test) ;;
         *) [ -x "$program" ] && tests+=("$program") ;;
         esac
     done
@@ -105,9 +107,9 @@ start() { # NUMBER
             "BUILD=${name%%: *}" bash "${name#*: }")
         ;;
     *': '*) command=(env "BUILD=${name%%: *}" bash "${name#*: }") ;;
-    # The numbers of slow tests depend neither on the compiler nor on what looks
-    # for races.
-    */clang/* | */tsan/*) command=(env IBL_TEST_QUICK=1 "$name") ;;
+    # The numbers of slow tests do not depend on the compiler, and they run no
+    # code that others do not.
+    */clang/* | *san/*) command=(env IBL_TEST_QUICK=1 "$name") ;;
     esac
     (
         TIMEFORMAT='%R %U %S'
