@@ -13,8 +13,8 @@ static const int least_degree = 128; /* of an analysis for levels */
  * grid. GGX needs it from roughness 0.032 down. The corner of a wide lobe on
  * the horizon, a ring around the sphere, averages what lower degrees omit, so
  * it does not count. */
-static const double most_degree = 4095, most_of_ring = 1536;
-static const double most_of_corner = 768, corner_from = 20; /* / alpha */
+static const double most_degree = 4095, most_of_corner = 768;
+static const double corner_from = 20; /* / alpha */
 
 /* If the tolerance grows by a factor, this share grows by its square root: dark
  * texels must keep the tolerance, too. */
@@ -34,9 +34,10 @@ static ibl_status add_lobe(ibl_ctx *ctx, const ibl_lobe_shape *shape,
                            int *degree)
 {
     const double narrow = fmin(corner_from / shape->alpha, most_degree);
-    const double most = shape->kind == IBL_LOBE_RING
-                            ? most_of_ring
-                            : fmax(narrow, most_of_corner);
+    const double ring =
+        tolerance < IBL_TOLERANCE_DEFAULT ? 2 * most_of_corner : most_of_corner;
+    const double most =
+        shape->kind == IBL_LOBE_RING ? ring : fmax(narrow, most_of_corner);
     int single = 0;
     ibl_status status =
         ibl_lobe_degree(ctx, shape, tail_of(tolerance), (int)most, degree);
