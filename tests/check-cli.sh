@@ -1044,21 +1044,6 @@ test_fewest() {
         table || cat table
 }
 
-test_narrow_lobes() {
-    iblbake --size 16 --levels 3 --roughness-range 0.06:1 --method spectral \
-        --only specular,json env.exr -o out 2>&1
-    js <<'END'
-const [s] = json('out/env.json').outputs;
-for (const l of s.levels)
-    if (l.method !== 'spectral' || 'samples' in l)
-        console.log(JSON.stringify(l));
-if (s.levels[0].degree < 500 || s.levels[2].degree > 99 ||
-    s.tolerance !== 1e-4)
-    console.log(JSON.stringify(s.levels));
-END
-    iblbake verify -q --max-error 0.001 env.exr out
-}
-
 # env.exr is a sum of known harmonics: band 1 in red, band 2 in green and
 # blue. E/pi keeps 2/3 of band 1 and 1/4 of band 2. The GLSL of the sidecar is
 # run as awk, over its own coefficients.

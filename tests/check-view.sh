@@ -9,7 +9,6 @@ use_viewer
 # With a sanitizer most of each run is the start of OpenGL, so these are left
 # out: their calls are those of other tests, and only their pictures differ.
 repeats='same_bytes|containers_look|samples_and_frames|errors_of_what'
-repeats=$repeats'|old_picture'
 mkenv hdr 32 16 >"$work/env.hdr"
 mkenv exr 64 32 BGR >"$work/env.exr"
 bake="iblbake -q $work/env.exr --size 16 --irradiance-size 8 --lut-size 16"
@@ -283,17 +282,6 @@ test_every_option_counts() {
     same plain.png a.png
     draw a.png "$work/ktx2" --diffuse sh -q
     node "$work/bin/png.mjs" plain.png a.png 2
-}
-
-# DDS has no keys: the sidecar tells of files whose names are no text, too.
-test_names_of_any_bytes() {
-    local odd
-    odd=$(printf 'a%%25\377')
-    cp "$top/data/sky.exr" "$odd.exr"
-    iblbake -q "$odd.exr" --format dds --mapping filament --size 16 \
-        --lut-size 16 -o odd
-    iblview odd --offscreen a.png $small 2>err || echo "status $?"
-    [ ! -s err ] || cat err
 }
 
 # A bake's table of another kind is left out, and said to be.
@@ -617,13 +605,6 @@ test_unwritable_outputs() {
         --mode table
     iblview --materials >/dev/full 2>err
     [ $? = 1 ] && [ "$(wc -l <err)" = 1 ] || echo "full: $(cat err)"
-}
-
-test_a_failure_leaves_the_old_picture() {
-    draw a.png "$work/ktx2"
-    cp a.png old.png
-    wrong 1 '*--level 5*' "$work/ktx2" --mode levels --level 5 $small --offscreen a.png
-    same a.png old.png
 }
 
 # A file-size limit is an error like another, and a signal in the midst of
