@@ -722,7 +722,7 @@ static const kern_same kernels[] = {
     {"octants: write", write, 16 * IBL_OCTANTS, 4, 40, 1, 0},
 };
 
-TEST_SLOW(same_bytes)
+TEST_OF(same_bytes, "same_bytes", TEST_RACES || !TEST_SANITIZED)
 {
     for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++)
         kern_check_same(&kernels[i]);

@@ -67,7 +67,7 @@ TEST(default_size)
 }
 
 /* Corners and random texels, of sizes with and without interpolation. */
-TEST_SLOW(other_sizes)
+TEST_OF(other_sizes, "other_sizes", TEST_RACES || !TEST_SANITIZED)
 {
     static const int sizes[] = {1, 2, 3, 17, 28, 29, 64, 100, 511, 4096};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);

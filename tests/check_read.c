@@ -322,7 +322,7 @@ static ibl_status read_stdin(ibl_ctx *ctx, const char *name, const void *bytes,
     return status;
 }
 
-TEST_SLOW(streams)
+TEST_OF(streams, "streams", TEST_RACES || !TEST_SANITIZED)
 {
     static unsigned char bytes[400000];
     const size_t size = make_hdr(bytes, 300, 150);

@@ -358,7 +358,7 @@ static void rows_of(ibl_ctx *ctx)
         check_rows(ctx, 40, 260, 129);
 }
 
-TEST_SLOW(rows_of_patches)
+TEST_OF(rows_of_patches, "rows_of_patches", TEST_RACES || !TEST_SANITIZED)
 {
     each_isa(rows_of);
 }

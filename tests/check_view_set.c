@@ -237,7 +237,7 @@ TEST(table_is_made)
  * here); harmonics to degree 4 miss at most 5 % of a sun (l = 6: 13/64 of 17/4
  * at the pole); a level of roughness 0.3 has its light 2 alpha, 10 degrees,
  * away from where it was, and some of it in GGX's tails. */
-TEST_SLOW(irradiance_is_made)
+TEST_OF(irradiance_is_made, "irradiance_is_made", TEST_RACES || !TEST_SANITIZED)
 {
     static const struct {
         const char *options, *from;
