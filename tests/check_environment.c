@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-/* One reading of an environment, by rows or from memory: the same bytes, what
- * errors do, and what a level's estimate is worth. */
+/* One reading of an environment, by rows or from memory: the same bytes, the
+ * memory that it takes, and what errors do. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "reference.h"
 #include "truth.h"
@@ -215,98 +219,72 @@ TEST_SLOW(harmonics)
     }
 }
 
-/* ---- estimates --------------------------------------------------------- */
+/* ---- memory ------------------------------------------------------------ */
 
-static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
-                  double tolerance)
+/* A sky with small lights that no file has to hold; cookie is its width. */
+static ibl_status make_rows(void *cookie, int rows, float *rgb)
 {
-    ibl_specular_options o = ibl_specular_options_default();
-    ibl_specular_report report;
-    ibl_cube cube;
+    const int *width = cookie;
 
-    o.method = IBL_METHOD_SPECTRAL;
-    o.mapping = IBL_ROUGHNESS_LINEAR;
-    o.lobe = lobe;
-    o.size = 32;
-    o.levels = 4;
-    o.samples = 8;
-    o.tolerance = tolerance;
-    NEED(!ibl_bake_specular_report(ctx, map, &o, &cube, &report));
-    ibl_reference *ref = reference_of(ctx, map, 0);
-    for (int l = 1; l < o.levels; l++) {
-        if (!report.level[l].degree)
-            continue;
-        CHECK_MSG(tolerance <= IBL_TOLERANCE_DEFAULT ||
-                      report.level[l].error <= tolerance,
-                  "%dx%d, tolerance %g: level %d, estimated %.3g", map->width,
-                  map->height, tolerance, l, report.level[l].error);
-        const double seen = percentile_95(ref, lobe, report.layout.roughness[l],
-                                          &cube, l, NULL);
-        CHECK_MSG(seen <= report.level[l].error,
-                  "%dx%d, %s, tolerance %g: level %d, degree %d: %.3g, "
-                  "estimated %.3g",
-                  map->width, map->height, ibl_lobe_name(lobe), tolerance, l,
-                  report.level[l].degree, seen, report.level[l].error);
-        CHECK_MSG(tolerance > IBL_TOLERANCE_DEFAULT || seen <= 1e-5 ||
-                      report.level[l].error <= 10 * seen,
-                  "%dx%d, %s, tolerance %g: level %d, %.3g, estimated %.3g",
-                  map->width, map->height, ibl_lobe_name(lobe), tolerance, l,
-                  seen, report.level[l].error);
-    }
-    ibl_cube_free(&cube);
+    for (size_t i = 0; i < 3 * (size_t)*width * (size_t)rows; i++)
+        rgb[i] = i % 100003 ? 0.5f + (float)(i % 7) / 8 : 1e5f;
+    return IBL_OK;
 }
 
-TEST_SLOW(estimates_hold)
+/* The peak growth of memory of a default bake of that size, in MiB, or -1. */
+static int bake_made_rows(int width, int height)
 {
-    static const int sizes[][2] = {{128, 64}, {101, 53}};
-    static const double tolerances[] = {IBL_TOLERANCE_DEFAULT, 0.02};
-    ibl_ctx *ctx = test_ctx_of(NULL); /* samples miss these tolerances */
-    test_random r = {14};
-    for (int kind = 0; kind < MAP_KINDS; kind += TEST_SANITIZED ? 3 : 1)
-        for (int i = TEST_RACES; i < 2; i++) {
-            ibl_image map =
-                map_of_kind(ctx, &r, (map_kind)kind, sizes[i][0], sizes[i][1]);
-            for (int t = 0; t < 2; t++)
-                judge(ctx, &map, IBL_LOBE_GGX, tolerances[t]);
-        }
-}
-
-/* The irradiance keeps a tolerance, too, and takes fewer degrees for it: also
- * of a sun, and beside levels of any lobe. */
-static void check_irradiance(ibl_ctx *ctx, map_kind kind)
-{
-    static const double tolerances[] = {IBL_TOLERANCE_DEFAULT, 0.01, 0.05, 0.2,
-                                        1};
-    test_random r = {18};
-    ibl_image map = map_of_kind(ctx, &r, kind, 64, 32);
-    ibl_bake_options o = options(16);
-    int degree = 0;
-
-    o.skybox = 0;
-    o.sh_degree = -1;
-    ibl_reference *ref = reference_of(ctx, &map, o.yaw_deg);
-    for (int k = 0; k < 5 + 3; k++) {
-        const double tolerance = tolerances[k < 5 ? k : 2];
-        o.specular_options.tolerance = tolerance;
-        o.specular_options.lobe = (ibl_lobe)(k < 5 ? 0 : k - 5);
-        o.specular = k >= 5;
-        const ibl_bake_result made = map_bake(ctx, &map, &o);
-        const double error =
-            percentile_95(ref, IBL_LOBE_GGX, 1, &made.irradiance, 0, NULL);
-        CHECK_MSG(error <= tolerance, "tolerance %g, %s, degree %d: %g",
-                  tolerance, ibl_lobe_name(o.specular_options.lobe),
-                  made.irradiance_degree, error);
-        CHECK_MSG(!k || kind == MAP_SMOOTH || made.irradiance_degree < degree,
-                  "tolerance %g: degree %d", tolerance, made.irradiance_degree);
-        degree = k ? degree : made.irradiance_degree;
-    }
-}
-
-TEST(irradiance_kept)
-{
+    const ibl_bake_options o = ibl_bake_options_default();
+    const ibl_environment env = {
+        .width = width, .height = height, .read = make_rows, .cookie = &width};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    check_irradiance(ctx, MAP_SUNNY);
-    check_irradiance(ctx, MAP_SMOOTH);
+    ibl_bake_result r = {0};
+    struct rusage before, after;
+
+    getrusage(RUSAGE_SELF, &before);
+    if (ibl_bake_environment(ctx, &env, &o, &r))
+        return -1;
+    getrusage(RUSAGE_SELF, &after);
+    return (int)((after.ru_maxrss - before.ru_maxrss) / 1024);
+}
+
+/* In a process of its own, whose memory is what it starts with. Huge pages
+ * would count whole, however little of them is used. */
+static void takes(int width, int height, int most)
+{
+    int code;
+    const pid_t child = fork();
+
+    if (!child) {
+        prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
+        const int mib = bake_made_rows(width, height);
+        _exit(mib >= 0 && mib < 255 ? mib : 255);
+    }
+    NEED(child > 0 && waitpid(child, &code, 0) == child);
+    const int mib = WIFEXITED(code) ? WEXITSTATUS(code) : 255;
+    test_measured("MiB", mib, most);
+    CHECK_MSG(mib <= most, "%dx%d: %d MiB, more than %d", width, height, mib,
+              most);
+}
+
+/* The map as floats would take 96 MiB. */
+TEST(memory)
+{
+    if (TEST_SANITIZED)
+        test_skip("sanitizers need memory of their own");
+    else
+        takes(4096, 2048, 64);
+}
+
+/* 1.5 GiB. */
+TEST(memory_large)
+{
+    const char *large = getenv("IBL_TEST_LARGE");
+
+    if (TEST_SANITIZED || !large || !*large || *large == '0')
+        test_skip("16384x8192: make check LARGE=1 bakes it");
+    else
+        takes(16384, 8192, 200);
 }
 
 /* ---- progress ---------------------------------------------------------- */

@@ -155,27 +155,6 @@ static double mean_of(const ibl_cube *map, int level, int channel)
     return sum / (4 * M_PI);
 }
 
-TEST(a_constant_map_is_constant_in_every_texel)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    const ibl_image map = map_constant(ctx, 37, 19, 0.7F);
-
-    for (int k = 0; k < FLAT; k++) {
-        ibl_bake_options o = all_in(flat[k], 16);
-        o.yaw_deg = 33;
-        const ibl_bake_result r = map_bake(ctx, &map, &o);
-        const ibl_cube *all[] = {&r.skybox, &r.specular, &r.irradiance};
-        CHECK(r.skybox.levels == 5);
-        for (int c = 0; c < 3; c++)
-            for (int l = 0; l < all[c]->levels; l++) {
-                const ibl_level_shape s = shape_of(all[c], l);
-                const float *rgb = ibl_cube_face(all[c], l, 0);
-                for (size_t i = 0; i < 3 * texels_of(&s); i++)
-                    NEED(fabs((double)rgb[i] - (double)0.7F) < 2 * u);
-            }
-    }
-}
-
 /* A source in the layout of the level is the level. */
 TEST(an_equirectangular_level_0_of_the_same_size_is_the_map)
 {
@@ -252,74 +231,6 @@ TEST(flat_environments_are_the_means_over_their_texels)
             CHECK_MSG(worst <= 1e-6, "%s, level %d: %g",
                       ibl_projection_name(to.projection), l, worst);
         }
-    }
-}
-
-/* The levels of all lobes and the irradiance, against the sums over all pixels:
- * with a sun that is taken out of the harmonics. */
-TEST_SLOW(levels_are_the_exact_sums_in_their_directions)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    test_random rnd = {11};
-    const ibl_image map = map_of_kind(ctx, &rnd, MAP_SUNNY, 128, 64);
-    const double list[] = {0.06, 0.12, 0.4, 1};
-    ibl_reference *ref = reference_of(ctx, &map, -70);
-    double mean[3];
-
-    map_set(&map, 40, 12, 1e5F, 9e4F, 7e4F);
-    NEED(!ibl_reference_mean(ref, mean));
-    for (int k = 0; k < FLAT; k++) {
-        ibl_bake_options o = all_in(flat[k], 16);
-        o.yaw_deg = -70;
-        o.specular_options.roughness = list;
-        const ibl_bake_result r = map_bake(ctx, &map, &o);
-        CHECK(r.report.level[0].degree > r.report.level[2].degree);
-        for (int l = 0; l < 5; l++) {
-            const ibl_cube *of = l < 4 ? &r.specular : &r.irradiance;
-            const ibl_level_shape s = shape_of(of, l % 4);
-            double worst = 0;
-            int above = 0, count = 0;
-            for (size_t i = 0; i < texels_of(&s); i += l < 2 ? 7 : 1, count++) {
-                const float *x = ibl_cube_face(of, l % 4, 0) + 3 * i;
-                const double seen[] = {(double)x[0], (double)x[1],
-                                       (double)x[2]};
-                double d[3], truth[3];
-                ibl_level_direction(&s, 0, (int)i % s.width, (int)i / s.width,
-                                    d);
-                NEED(!(l < 4 ? ibl_reference_specular(ref, list[l], d, 1, truth)
-                             : ibl_reference_irradiance(ref, d, 1, truth)));
-                const double error = ibl_relative_error(seen, truth, mean);
-                worst = fmax(worst, error);
-                above += error > 2 * IBL_TOLERANCE_DEFAULT;
-            }
-            CHECK_MSG(above <= count / 20,
-                      "%s, level %d: %d of %d texels, worst %g",
-                      ibl_projection_name(flat[k]), l, above, count, worst);
-            test_measured("worst texel", worst, 1);
-        }
-    }
-}
-
-/* ---- bytes --------------------------------------------------------------- */
-
-TEST(flat_bakes_have_the_same_bytes_on_any_number_of_threads)
-{
-    test_random rnd = {13};
-
-    for (int k = 0; k < FLAT; k++) {
-        const ibl_bake_options o = all_in(flat[k], 16);
-        ibl_bake_result r[2];
-        for (int t = 0; t < 2; t++) {
-            ibl_ctx *ctx = test_ctx(1 + 2 * t, IBL_ISA_AUTO);
-            test_random same = rnd;
-            const ibl_image map = map_of_kind(ctx, &same, MAP_SUNNY, 96, 48);
-            r[t] = map_bake(ctx, &map, &o);
-        }
-        const size_t floats = 3 * 4 * (16 * 16 + 8 * 8 + 4 * 4 + 2 * 2);
-        CHECK(!memcmp(r[0].specular.data, r[1].specular.data,
-                      floats * sizeof(float)));
-        CHECK(!memcmp(r[0].skybox.data, r[1].skybox.data,
-                      floats * sizeof(float)));
     }
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The hard cases of values: constants, pixel formats at both ends, pixels of
- * .hdr files without an exponent. See check_hard.c.
+ * .hdr files without an exponent.
  */
 #include <float.h>
 #include <math.h>
@@ -109,7 +109,7 @@ TEST(overflow)
 
 /* A map of denormal halves bakes to what a float has of it, and halves keep
  * what is above half of their smallest. Scaled by 2^20 it is normal, and the
- * same (check_property, powers_of_two), so nothing is lost on the way. */
+ * same (check_levels: scaled), so nothing is lost on the way. */
 TEST(denormal_halves)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);

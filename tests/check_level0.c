@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Level 0: each texel against the reference, and the light of all; the same
- * bytes however rows come, on any number of threads, by every instruction set;
- * memory that does not grow with the map.
+ * Level 0: each texel against the reference; the same bytes however rows come,
+ * on any number of threads; memory that does not grow with the map.
  */
 #include <math.h>
 #include <stdio.h>
@@ -91,22 +90,6 @@ TEST(any_batch_and_threads)
     }
 }
 
-TEST(any_isa)
-{
-    test_random r = {4};
-    for (int k = 0; k < 12; k++) {
-        ibl_ctx *plain = test_ctx(1, IBL_ISA_C);
-        struct subject s = make(plain, &r);
-        ibl_cube want = by_rows(plain, &s, &r, 0);
-        for (ibl_isa isa = test_next_isa(IBL_ISA_C); isa < IBL_ISA_COUNT;
-             isa = test_next_isa(isa)) {
-            ibl_ctx *ctx = test_ctx(1, isa);
-            ibl_cube got = by_rows(ctx, &s, &r, 0);
-            same_bytes(&s, &want, &got, ibl_isa_name(isa));
-        }
-    }
-}
-
 /* The largest relative difference to the reference at some texels. */
 static double worst_texel(ibl_ctx *ctx, const struct subject *s, test_random *r)
 {
@@ -142,7 +125,7 @@ static double worst_texel(ibl_ctx *ctx, const struct subject *s, test_random *r)
 
 /* Noise of 0.5 to 1.5, at most half a texel's value away from it: what a border
  * of texels is off by moves at most that much light, relative to the texel's
- * solid angle. check_property computes 1.3e-5 for pieces of a whole column;
+ * solid angle. check_levels has 1.3e-5 for pieces of a whole column;
  * rows cut them shorter. */
 static double off_reference(ibl_ctx *ctx, struct subject *s, int w, int h,
                             test_random *r)
@@ -262,74 +245,7 @@ TEST(arguments)
     ibl_level0_free(NULL);
 }
 
-/* ---- maps that say what comes out --------------------------------------- */
-
-static const int sizes[][3] = {/* map, faces */
-                               {1, 1, 1},     {1, 1, 8},    {2, 1, 4},
-                               {3, 2, 5},     {7, 5, 3},    {8, 4, 1},
-                               {8, 4, 2},     {17, 9, 16},  {64, 32, 16},
-                               {64, 32, 17},  {101, 53, 7}, {256, 128, 64},
-                               {200, 37, 24}, {31, 200, 9}, {640, 320, 33}};
-
-enum {
-    SIZES = sizeof sizes / sizeof sizes[0]
-};
-
-TEST(constant_map)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    for (int k = 0; k < SIZES; k++) {
-        ibl_image map = map_constant(ctx, sizes[k][0], sizes[k][1], 0.7f);
-        ibl_cube cube = cube_level0(ctx, &map, 11.5 * k, sizes[k][2]);
-        int off = 0;
-        for (size_t i = 0; i < cube_floats(&cube); i++)
-            off += cube.data[i] != 0.7f;
-        CHECK_MSG(off == 0, "%dx%d to %d: %d components off", sizes[k][0],
-                  sizes[k][1], sizes[k][2], off);
-    }
-}
-
-/* The texels partition the sphere, so what the map holds the cube holds. Two
- * terms are left: texels divide by the solid angle of their pieces, which are
- * right to fourth order (see check_property: up to 1e-5 in a few texels, of
- * either sign: 1e-7 over the sphere), and floats round (6e-8). */
-TEST(energy)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    for (int k = 0; k < SIZES; k++) {
-        const int w = sizes[k][0], h = sizes[k][1];
-        ibl_image map = map_constant(ctx, w, h, 0);
-        test_random r = {7 + (uint64_t)k};
-        double want[3];
-        for (size_t i = 0; i < map_floats(&map); i++)
-            map.data[i] = (float)exp(8 * test_random_unit(&r) - 4);
-        map_set(&map, w / 3, h / 3, 1e6f, 5e5f, 2.5e5f);
-        truth_mean(&map, want);
-        ibl_cube cube = cube_level0(ctx, &map, 77 * k, sizes[k][2]);
-        for (int c = 0; c < 3; c++)
-            CHECK_NEAR(cube_mean(&cube, 0, c), want[c], 1e-6 * want[c]);
-    }
-}
-
-/* A yaw of whole columns is the same as rolling the map; 360 is none. */
-TEST(yaw_is_a_roll)
-{
-    enum {
-        W = 96,
-        N = 12
-    };
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image map = map_constant(ctx, W, W / 2, 0);
-    map_fill(&map, 6);
-    for (int roll = 0; roll < W; roll++) {
-        ibl_image rolled = map_turned(ctx, &map, roll);
-        ibl_cube a =
-            cube_level0(ctx, &map, 360.0 * roll / W - 720 * (roll % 3 - 1), N);
-        ibl_cube b = cube_level0(ctx, &rolled, 0, N);
-        CHECK_MSG(!memcmp(a.data, b.data, 12 * ibl_cube_texels(N, 1)),
-                  "%d columns", roll);
-    }
-}
+/* ---- conventions -------------------------------------------------------- */
 
 /* Solid angles cover the sphere; directions are those of the conventions. */
 TEST(cube_geometry)

@@ -394,3 +394,111 @@ TEST(default_levels)
                   "size %d: %d levels", known[i][0],
                   ibl_default_levels(known[i][0]));
 }
+
+static ibl_specular_layout layout_of(int size, int levels, double low,
+                                     double high, ibl_roughness_map map)
+{
+    ibl_specular_options o = ibl_specular_options_default();
+    ibl_specular_layout l = {0};
+    o.method = IBL_METHOD_SAMPLED;
+    o.size = size;
+    o.levels = levels;
+    o.mapping = map;
+    o.roughness_min = low;
+    o.roughness_max = high;
+    CHECK(!ibl_specular_layout_of(&o, &l));
+    return l;
+}
+
+TEST(whole_range_is_the_chain)
+{
+    for (int map = 0; map < 2; map++) {
+        for (int size = 1; size < 600; size++) {
+            const ibl_specular_layout l =
+                layout_of(size, 0, 0, 1, (ibl_roughness_map)map);
+            CHECK(l.size == size && l.levels == ibl_default_levels(size));
+            for (int i = 0; i < l.levels; i++)
+                CHECK(l.roughness[i] ==
+                      ibl_level_roughness((ibl_roughness_map)map, i, l.levels));
+        }
+    }
+}
+
+TEST(layouts_follow_their_lod)
+{
+    test_random random = {8};
+    for (int i = 0; i < 3000; i++) {
+        const int map = i % 2, size = 1 << (4 + i % 9);
+        double a = test_random_unit(&random), b = test_random_unit(&random);
+        if (a > b || i % 5 == 0) {
+            const double c = b;
+            b = a;
+            a = i % 5 ? c : 0;
+        }
+        const ibl_specular_layout l =
+            layout_of(size, 0, a, b, (ibl_roughness_map)map);
+        const int last = ibl_cube_edge(l.size, l.levels - 1);
+        const double need = 5 * 3.14159265358979 / 2;
+        CHECK(l.size <= size && l.size >= 1 << (l.levels - 1));
+        CHECK(a > 0 ? l.size <= need / (a * a) + (1 << (l.levels - 1))
+                    : l.size == size);
+        CHECK(l.levels == 2 || last >= 0.7 * need / (b * b) - 1 ||
+              last >= 0.7 * size *
+                              exp2(-(map ? b * (2 - b) : b) *
+                                   (ibl_default_levels(size) - 1)) -
+                          1);
+        /* Half an octave up or down, and a texel of rounding. */
+        CHECK(last <=
+              1 + sqrt(2) * fmin(need / (b * b),
+                                 size * exp2(-(map ? b * (2 - b) : b) *
+                                             (ibl_default_levels(size) - 1))));
+        CHECK(l.lod_offset <= 0 && (a > 0 || !signbit(l.lod_offset)));
+        CHECK_NEAR(l.roughness[0], a, 1e-12);
+        CHECK_NEAR(l.roughness[l.levels - 1], b, 1e-12);
+        for (int k = 0; k < l.levels; k++) {
+            const double r = l.roughness[k], x = map ? r * (2 - r) : r;
+            CHECK_NEAR(x * l.lod_scale + l.lod_offset, k, 1e-6);
+        }
+        if (a > 0)
+            CHECK(l.size % (1 << (l.levels - 1)) == 0 || l.size == size);
+    }
+    /* What the whole chain has for these roughnesses. */
+    const ibl_specular_layout l = layout_of(256, 0, 0.2, 1, 0);
+    CHECK(l.size == 128 && l.levels == 5);
+    const ibl_specular_layout m = layout_of(4096, 0, 0.5, 1, 0);
+    CHECK(m.size == 32 && m.levels == 3);
+    const ibl_specular_layout one = layout_of(256, 0, 0.5, 0.5, 0);
+    CHECK(one.levels == 1 && one.roughness[0] == 0.5 && one.lod_scale == 0);
+}
+
+TEST(bad_ranges)
+{
+    static const double ranges[][2] = {
+        {-0.1, 1}, {0, 1.1}, {0.6, 0.5}, {(double)NAN, 1}, {0, (double)NAN}};
+    test_messages kept = {0};
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
+    ibl_specular_options o = ibl_specular_options_default();
+    ibl_specular_layout layout;
+    ibl_cube cube = {0};
+    ibl_image env = map_constant(ctx, 8, 4, 1);
+    o.method = IBL_METHOD_SAMPLED;
+    o.size = 16;
+    for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++) {
+        o.roughness_min = ranges[i][0];
+        o.roughness_max = ranges[i][1];
+        CHECK(ibl_bake_specular(ctx, &env, &o, &cube) == IBL_ERR_ARGUMENT);
+        CHECK(strstr(kept.text[IBL_LOG_ERROR], "roughness range"));
+        CHECK(ibl_specular_layout_of(&o, &layout) == IBL_ERR_ARGUMENT);
+    }
+    o.roughness_min = o.roughness_max = 0.5;
+    o.levels = 2;
+    CHECK(ibl_bake_specular(ctx, &env, &o, &cube) == IBL_ERR_ARGUMENT);
+    o = ibl_specular_options_default();
+    o.method = IBL_METHOD_SAMPLED;
+    o.tolerance = 2;
+    CHECK(ibl_bake_specular(ctx, &env, &o, &cube) == IBL_ERR_ARGUMENT);
+    CHECK(strstr(kept.text[IBL_LOG_ERROR], "tolerance of 2"));
+    o.tolerance = (double)NAN;
+    CHECK(ibl_bake_specular(ctx, &env, &o, &cube) == IBL_ERR_ARGUMENT);
+    CHECK(!cube.data);
+}

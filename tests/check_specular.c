@@ -46,141 +46,7 @@ static ibl_cube bake(ibl_ctx *ctx, const ibl_image *map,
     return test_cube(cube);
 }
 
-/* Of every step-th texel of a level, over all channels. */
-static double lobe_error(const ibl_image *map, const ibl_cube *cube, int level,
-                         ibl_lobe lobe, double roughness, int step)
-{
-    const int n = ibl_cube_edge(cube->size, level);
-    const float *p = ibl_cube_face(cube, level, 0);
-    double error = 0, norm = 0;
-    for (int i = 0; i < IBL_FACES * n * n; i += step) {
-        double d[3], want[3];
-        truth_cube_direction(n, i / (n * n), i % n, i / n % n, d);
-        truth_lobe(map, d, lobe, roughness, want);
-        for (int c = 0; c < 3; c++) {
-            error += pow((double)p[3 * i + c] - want[c], 2);
-            norm += want[c] * want[c];
-        }
-    }
-    return sqrt(error / norm);
-}
-
-/* ---- against the truth ------------------------------------------------ */
-
-/* A smooth map, and suns on the seam, at both poles, and towards an edge and a
- * corner of the cube; each lobe, jitter and lookups in level 0 alone. */
-TEST_SLOW(near_truth)
-{
-    static const struct {
-        ibl_lobe lobe;
-        int x, y; /* of the sun; -1: a smooth map */
-        int jitter, pdf_mip;
-    } cases[] = {
-        {IBL_LOBE_GGX, -1, 0, 0, 1},    {IBL_LOBE_CHARLIE, -1, 0, 0, 1},
-        {IBL_LOBE_PHONG, -1, 0, 0, 1},  {IBL_LOBE_GGX, -1, 0, 1, 1},
-        {IBL_LOBE_GGX, -1, 0, 0, 0},    {IBL_LOBE_CHARLIE, 80, 19, 0, 1},
-        {IBL_LOBE_PHONG, 80, 19, 0, 1}, {IBL_LOBE_GGX, 0, 32, 0, 1},
-        {IBL_LOBE_GGX, 64, 0, 0, 1},    {IBL_LOBE_GGX, 10, 63, 0, 1},
-        {IBL_LOBE_GGX, 80, 19, 0, 1}};
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    for (size_t k = 0; k < sizeof cases / sizeof *cases;
-         k += TEST_RACES ? 5 : 1) {
-        const bool smooth = cases[k].x < 0;
-        test_random r = {11};
-        ibl_image map = smooth ? map_of_kind(ctx, &r, MAP_SMOOTH, 128, 64)
-                               : sun_map(ctx, 128, 64, cases[k].x, cases[k].y);
-        ibl_specular_options o = options(32, 4, 1024);
-        o.lobe = cases[k].lobe;
-        o.jitter = cases[k].jitter;
-        o.pdf_mip = cases[k].pdf_mip;
-        ibl_cube cube = bake(ctx, &map, &o);
-        /* A ring all along the horizon is a larger place than a peak. */
-        const double worse = o.lobe == IBL_LOBE_CHARLIE ? 4 : 1;
-        /* Samples miss more of a sun near a pole in narrow lobes. */
-        for (int l = smooth || cases[k].x == 80 ? 1 : 2; l < 4; l++) {
-            const double e = lobe_error(&map, &cube, l, o.lobe, l / 3.0, 17);
-            CHECK_MSG(e < (smooth ? 6e-3 : 0.05) * worse,
-                      "case %zu, %s, level %d: %.4f", k, ibl_lobe_name(o.lobe),
-                      l, e);
-        }
-    }
-}
-
-/*
- * Standard deviation, as a share, of what a small sun at that angle from R
- * gives if N samples are drawn at random: 1 / sqrt(4 pi v N pdf) with v the
- * variance of a lookup's footprint along an axis (bake/samples.c): of the
- * level chosen, or that of level 0 where no finer is left, and of the pixel.
- */
-static double random_error(double cosine, double alpha, int count, int edge,
-                           double pixel)
-{
-    const double q = (1 - cosine) / 2, a2 = alpha * alpha;
-    const double t = q + a2 * (1 - q), part = 1 / (1 + a2);
-    const double pdf = a2 / (t * t) / M_PI / (4 * part);
-    const double h2 = 4 * M_PI / (6.0 * edge * edge);
-    const double texels = 4 / (count * pdf * h2); /* 4^lod, lod_bias 1 */
-    const double variance =
-        (texels > 1 ? h2 * (texels * 5 / 12 - 1.0 / 6) : h2 / 4) + pixel / 12;
-    return 1 / sqrt(4 * M_PI * variance * count * pdf);
-}
-
-/*
- * Against the truth the sampled levels come closer as samples grow, at each
- * count better than random ones would: the bound is their deviation, weighted
- * by the square of what each texel sees of the sun. What stays is the blur of
- * lookups in level 0 itself; its first order is taken back by moved samples,
- * all of it would be half its variance times the lobe's Laplacian over itself,
- * at most 8 / (4 alpha^2). (Of 16 samples the footprints are as wide as the
- * lobe, which no first order takes back: 64 is where the bound begins.)
- */
-TEST_SLOW(samples_converge)
-{
-    static const int counts[] = {64, 512, 4096, 32768};
-    enum {
-        W = 128,
-        H = 64,
-        N = 8
-    };
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    const double pixel = 4 * M_PI / (W * H), alpha = 0.25;
-    ibl_image map = sun_map(ctx, W, H, W * 5 / 8, H * 2 / 5);
-    double sun[3], last = 1;
-    truth_latlong_direction(W, H, W * 5 / 8, H * 2 / 5, sun);
-    const size_t steps = TEST_RACES ? 2 : sizeof counts / sizeof counts[0];
-    for (size_t k = 0; k < steps; k++) {
-        ibl_specular_options o = options(2 * N, 3, 1);
-        double error = 0, bound = 0, norm = 0;
-        o.level_samples[1] = counts[k];
-        ibl_cube cube = bake(ctx, &map, &o);
-        for (int i = 0; i < IBL_FACES * N * N; i++) {
-            double d[3], want[3];
-            truth_cube_direction(N, i / (N * N), i % N, i / N % N, d);
-            const double c = d[0] * sun[0] + d[1] * sun[1] + d[2] * sun[2];
-            truth_specular(&map, d, 0.5, want);
-            error += pow(ibl_cube_face(&cube, 1, 0)[3 * i] - want[0], 2);
-            norm += want[0] * want[0];
-            if (c > 0) /* 64: the most that the source is worth */
-                bound += pow(
-                    want[0] * random_error(c, alpha, counts[k], 64, pixel), 2);
-        }
-        const double h2 = 4 * M_PI / (6 * 64 * 64);
-        const double blur =
-            0.5 * (h2 / 4 + pixel / 6) * 8 / (4 * alpha * alpha);
-        const double e = sqrt(error / norm), most = sqrt(bound / norm) + blur;
-        char what[64];
-        snprintf(what, sizeof what, "samples_converge, %d", counts[k]);
-        test_measured(what, e, most);
-        CHECK_MSG(e <= most, "%d samples: %.4f, random ones %.4f", counts[k], e,
-                  most);
-        CHECK_MSG(e < last || e <= blur, "%d samples: %.5f after %.5f",
-                  counts[k], e, last);
-        last = e;
-    }
-    CHECK_MSG(TEST_RACES ||
-                  last <= 0.5 * (4 * M_PI / (6 * 64 * 64) / 4 + pixel / 6) * 32,
-              "32768 samples leave %.5f", last);
-}
+/* ---- a photograph ------------------------------------------------------ */
 
 /* Promised for this map; a tenth of cmgen 1.9's: 0.025, 0.017, 0.015, 0.014. */
 TEST_SLOW(quarry)
@@ -220,20 +86,6 @@ TEST_SLOW(quarry)
 }
 
 /* ---- ends of the options ----------------------------------------------- */
-
-/* r = 0 is no lobe at all: level 0, byte for byte, alone or in a chain. */
-TEST(mirror_is_level0)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image map = sun_map(ctx, 60, 31, 37, 12);
-    const ibl_specular_options o = options(24, 1, 16), p = options(24, 4, 16);
-    ibl_cube a = bake(ctx, &map, &o), b = bake(ctx, &map, &p);
-    ibl_cube c = cube_level0(ctx, &map, 0, 24);
-    CHECK(!memcmp(a.data, c.data, cube_floats(&c) * sizeof(float)));
-    CHECK(!memcmp(b.data, c.data, cube_floats(&c) * sizeof(float)));
-    CHECK(ibl_level_roughness(IBL_ROUGHNESS_LINEAR, 0, 4) == 0 &&
-          ibl_level_roughness(IBL_ROUGHNESS_FILAMENT, 0, 4) == 0);
-}
 
 /*
  * r = 1e-4, alpha = 1e-8, and towards 0. All N half vectors are within
@@ -377,32 +229,6 @@ TEST(jitter_differs)
             differ += fabsf(level[i] / level[4 * face + i] - 1) > 1e-4f;
         CHECK_MSG(jitter ? differ > 32 : !differ, "jitter %d: %d texels differ",
                   jitter, differ);
-    }
-}
-
-/* Sets share lookup positions and weights to the last bit (kern/gather.h), so
- * two of them differ by the rounding of two sums of the same terms. Level 0
- * has one version. */
-TEST(every_isa)
-{
-    const ibl_specular_options o = options(32, 5, 700);
-    ibl_cube plain = {0};
-    for (ibl_isa isa = IBL_ISA_C; isa < IBL_ISA_COUNT;
-         isa = test_next_isa(isa)) {
-        ibl_ctx *ctx = test_ctx(2, isa);
-        ibl_image map = sun_map(ctx, 97, 53, 60, 21);
-        ibl_cube cube = bake(ctx, &map, &o);
-        double worst = 0;
-        if (!plain.data) {
-            plain = cube;
-            continue;
-        }
-        CHECK(!memcmp(cube.data, plain.data, 18 * 32 * 32 * sizeof(float)));
-        for (size_t i = 0; i < cube_floats(&cube); i++)
-            worst = fmax(
-                worst, fabs((double)cube.data[i] / (double)plain.data[i] - 1));
-        CHECK_MSG(worst <= 2 * gathered, "%s: %.3g", ibl_isa_name(isa), worst);
-        test_measured(ibl_isa_name(isa), worst, 2 * gathered);
     }
 }
 

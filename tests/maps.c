@@ -87,14 +87,6 @@ void map_range(const ibl_image *map, int channel, double *low, double *high)
 
 /* ---- random maps ------------------------------------------------------ */
 
-const char *map_kind_name(map_kind kind)
-{
-    static const char *const names[MAP_KINDS] = {
-        "noise",  "decades",    "suns",     "sunny",
-        "smooth", "black rows", "denormal", "checkerboard"};
-    return names[kind];
-}
-
 static void fill_noise(ibl_image *map, test_random *r)
 {
     for (size_t i = 0; i < map_floats(map); i++)
@@ -249,36 +241,6 @@ void cube_range(const ibl_cube *cube, int level, int channel, double *low,
         *low = *p < *low ? *p : *low;
         *high = *p > *high ? *p : *high;
     }
-}
-
-static int texel_at(int n, const double d[3])
-{
-    const double ax = fabs(d[0]), ay = fabs(d[1]), az = fabs(d[2]);
-    const double rule[6][3] = {{ax, -d[2], -d[1]}, {ax, d[2], -d[1]},
-                               {ay, d[0], d[2]},   {ay, d[0], -d[2]},
-                               {az, d[0], -d[1]},  {az, -d[0], -d[1]}};
-    const int face = ax > ay && ax > az ? d[0] < 0
-                     : ay > az          ? 2 + (d[1] < 0)
-                                        : 4 + (d[2] < 0);
-    const double *p = rule[face];
-    const int x = (int)floor((p[1] / p[0] + 1) / 2 * n);
-    const int y = (int)floor((p[2] / p[0] + 1) / 2 * n);
-    return (face * n + y) * n + x;
-}
-
-int cube_turned_from(int n, int i)
-{
-    double d[3];
-    truth_cube_direction(n, i / (n * n), i % n, i / n % n, d);
-    /* What is at +X now was at +Z, what is at +Z was at -X. */
-    return texel_at(n, (const double[3]){-d[2], d[1], d[0]});
-}
-
-int cube_mirrored_from(int n, int i)
-{
-    double d[3];
-    truth_cube_direction(n, i / (n * n), i % n, i / n % n, d);
-    return texel_at(n, (const double[3]){d[0], d[1], -d[2]});
 }
 
 double cube_nrmse(const ibl_cube *a, const ibl_cube *b, int level)

@@ -36,7 +36,6 @@ typedef enum map_kind {
     MAP_KINDS
 } map_kind;
 
-const char *map_kind_name(map_kind kind);
 /* 1 to 64 columns, 1 to 40 rows, half of them 2:1; any kind. */
 ibl_image map_random(ibl_ctx *ctx, test_random *r, map_kind *kind);
 /* The same of a given size and kind. */
@@ -59,12 +58,6 @@ double cube_mean(const ibl_cube *cube, int level, int channel);
 void cube_range(const ibl_cube *cube, int level, int channel, double *low,
                 double *high);
 size_t cube_floats(const ibl_cube *cube);
-
-/* Texel i (of 6 n n) of a cube looks where `from` of it looked before the
- * world was turned by 90 degrees counter-clockwise seen from above (what was
- * at +Z comes to +X), or mirrored in z. */
-int cube_turned_from(int n, int i);
-int cube_mirrored_from(int n, int i);
 
 /* sqrt(sum |a - b|^2 / sum b^2) over all channels of the texels of a level. */
 double cube_nrmse(const ibl_cube *a, const ibl_cube *b, int level);

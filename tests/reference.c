@@ -49,41 +49,6 @@ void random_direction(test_random *rnd, double d[3])
     polar_direction(theta, 2 * (double)pi_l * test_random_unit(rnd), d);
 }
 
-static int rising(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-double percentile_95(const ibl_reference *ref, ibl_lobe lobe, double roughness,
-                     const ibl_cube *cube, int level, double *worst)
-{
-    enum {
-        MOST = 128
-    };
-    const int n = ibl_cube_edge(cube->size, level), all = IBL_FACES * n * n;
-    const int count = all < MOST ? all : MOST;
-    double dirs[3 * MOST], want[3 * MOST], errors[MOST], mean[3];
-
-    for (int i = 0; i < count; i++) {
-        const int at = (int)((long)i * all / count);
-        ibl_cube_direction(n, at / (n * n), at % n, at / n % n, dirs + 3 * i);
-    }
-    if (ibl_reference_mean(ref, mean) ||
-        ibl_reference_lobe(ref, lobe, roughness, dirs, (size_t)count, want))
-        return NAN;
-    for (int i = 0; i < count; i++) {
-        const float *p = ibl_cube_face(cube, level, 0) +
-                         3 * (ptrdiff_t)((long)i * all / count);
-        const double rgb[3] = {(double)p[0], (double)p[1], (double)p[2]};
-        errors[i] = ibl_relative_error(rgb, want + 3 * i, mean);
-    }
-    qsort(errors, (size_t)count, sizeof *errors, rising);
-    if (worst)
-        *worst = errors[count - 1];
-    return errors[(count - 1) * 19 / 20];
-}
-
 long double row_angle(int w, int h, int j)
 {
     return 2 * pi_l / w * 2 * sinl(pi_l * (j + 0.5L) / h) * sinl(pi_l / 2 / h);

@@ -27,14 +27,6 @@ void random_direction(test_random *rnd, double d[3]);
 
 extern const long double pi_l;
 
-/*
- * The 95th percentile of the relative errors of a level of cube, over texels
- * that are spread evenly; NaN if the reference fails.
- *   worst  the largest of these; may be NULL
- */
-double percentile_95(const ibl_reference *ref, ibl_lobe lobe, double roughness,
-                     const ibl_cube *cube, int level, double *worst);
-
 /* Exact solid angle of a pixel in row j of a w x h map. */
 long double row_angle(int w, int h, int j);
 

@@ -50,13 +50,13 @@ programs() {
         case $program in
         # Pictures are drawn by Mesa, whatever compiles the viewer; and long
         # sums do not depend on the compiler.
-        */clang/tests/check_view_* | */clang/tests/check_spectral_same) ;;
+        */clang/tests/check_view_* | */clang/tests/check_levels) ;;
         # Without threads of ours there are no races to be found.
         */tsan/tests/check_view_bake | */tsan/tests/check_view_sun | \
             */tsan/tests/check_view_probe_set) tests+=("$program") ;;
         */tsan/tests/check_view_* | */tsan/tests/check_kern | \
             */tsan/tests/check_kern_* | \
-            */tsan/tests/check_row_fft | */tsan/tests/check_truth | \
+            */tsan/tests/check_truth | \
             */tsan/tests/check_probe_alpha | */tsan/tests/check_null | \
             */tsan/tests/check_point_lights | \
             */tsan/tests/check_lobe_coefficients | */tsan/tests/check_pixel | \
