@@ -17,10 +17,15 @@
 
 enum {
     GROUP = IBL_ROW_FFT_ROWS,
-    PROBES = 32,   /* on each of GROUP rings */
-    SMALLEST = 16, /* degree that is tried */
+    RINGS = GROUP + 1, /* of the probes, all but the middle one */
+    PROBES = 32,       /* on each of them */
+    SMALLEST = 16,     /* degree that is tried */
     TRIES = 3
 };
+
+/* Azimuth of the first probe, in distances between them. Places must not lie
+ * where a grid of pixels puts nothing of what degrees add. */
+static const double first_probe = 0.381966;
 
 /* Value of the kernel to which degrees show how bright a level is. */
 static const double small = 0.03;
@@ -82,18 +87,26 @@ static ibl_status make_probes(const struct level *v, struct probes *p, int from,
                               int until)
 {
     probe_rings folded[PROBES][2][3] = {{{{0}}}};
+    const double turn = 2 * IBL_PI / PROBES * first_probe;
 
     for (int l = 0; l <= until; l++)
         p->factor[l] = l < from ? 0 : v->kernel[l];
     const ibl_status status = ibl_sht_synthesise(
-        v->s->ctx, &v->s->harmonics, p->factor, until, GROUP, 0, &p->spectra);
+        v->s->ctx, &v->s->harmonics, p->factor, until, RINGS, 0, &p->spectra);
     if (status)
         return status;
-    for (int m = 0; m <= until; m++)
-        for (int part = 0; part < 6; part++)
-            folded[m % PROBES][part % 2][part / 2] +=
-                (m ? 2.0f : 1.0f) *
+    for (int m = 0; m <= until; m++) {
+        const float both = m ? 2 : 1, c = both * (float)cos(m * turn);
+        const float s = both * (float)sin(m * turn);
+        for (int part = 0; part < 6; part += 2) {
+            const probe_rings re =
                 *(const probe_rings *)ibl_ring_spectra_at(&p->spectra, m, part);
+            const probe_rings im = *(const probe_rings *)ibl_ring_spectra_at(
+                &p->spectra, m, part + 1);
+            folded[m % PROBES][0][part / 2] += c * re - s * im;
+            folded[m % PROBES][1][part / 2] += s * re + c * im;
+        }
+    }
     memset(p->rgb, 0, sizeof p->rgb);
     for (int i = 0; i < PROBES; i++)
         for (int m = 0; m < PROBES; m++) {
@@ -115,9 +128,10 @@ static void find_sizes(const struct level *v, struct probes *p)
 
     ibl_radial_dsp_init(&dsp, ibl_ctx_isa(s->ctx));
     for (int j = 0; j < GROUP; j++) {
-        const double theta = IBL_PI * (j + 0.5) / GROUP;
+        const int ring = j < GROUP / 2 ? j : j + 1;
+        const double theta = IBL_PI * (ring + 0.5) / RINGS;
         for (int i = 0; i < PROBES; i++) {
-            const double phi = 2 * IBL_PI * i / PROBES;
+            const double phi = 2 * IBL_PI * (i + first_probe) / PROBES;
             point[i] = (float)(sin(theta) * cos(phi));
             point[PROBES + i] = (float)cos(theta);
             point[2 * PROBES + i] = (float)(sin(theta) * sin(phi));
