@@ -552,8 +552,11 @@ for (const o of s.outputs) {
     same('roughness', o.levels.map(l => digits(9, l.roughness)));
     same('samples', o.levels.map(l => l.samples ?? 0));
     same('degrees', o.levels.map(l => l.degree ?? 0));
-    keys.estimate = keys.estimate.split(',').map(Number).join();
-    same('estimate', o.levels.map(l => digits(3, l.estimated_error ?? 0)));
+    keys.estimate.split(',').forEach((x, l) => { // three digits and four
+        const e = o.levels[l].estimated_error ?? 0;
+        if (Math.abs(x - e) > 0.006 * e)
+            console.log(`level ${l}: estimate is ${x}, not ${e}`);
+    });
     same('roughness_range', o.roughness_range.join(':'));
     for (const k of ['jitter', 'pdf_mip']) same(k, o[k] ? 'yes' : 'no');
     if (o.levels.map(l => l.samples).join() !== ',8,,9' ||
