@@ -19,7 +19,7 @@
 #include "image/level0.h"
 
 enum {
-    GROUP = 2 * IBL_SPECTRAL_GROUP,
+    GROUP = 2 * IBL_ROW_GROUP,
     BATCH_BYTES = 1 << 20, /* least size of a batch: about a core's cache */
     MOST_BYTES = 16 << 20  /* largest size of a batch, for many threads */
 };

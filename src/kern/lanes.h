@@ -432,8 +432,8 @@ static inline void vf_widen(vf v, vd half[2])
 /*
  * Quads are the groups of four floats in a vector, VF / 4 of them.
  * vf_all_quads: the same quad everywhere. vf_load_quads: quad i from p[i].
- * vf_quad: quad k. vf_fold: the sum of all quads. vf_spread: quad i is filled
- * with w[VF / 4 k + i]; w has eight floats. vi_any: whether any lane is set.
+ * vf_quad: quad k. vf_spread: quad i is filled with w[VF / 4 k + i]; w has
+ * eight floats. vi_any: whether any lane is set.
  */
 static inline vq vq_load(const float *p)
 {
@@ -464,11 +464,6 @@ static inline __m128 vf_quad(vf v, size_t k)
     return k ? _mm256_extractf128_ps(v, 1) : _mm256_castps256_ps128(v);
 }
 
-static inline __m128 vf_fold(vf v)
-{
-    return _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
-}
-
 static inline vf vf_spread(const float *w, int k)
 {
     const __m256i which = _mm256_add_epi32(
@@ -489,11 +484,6 @@ static inline vf vf_load_quads(const float *const p[VF / 4])
 static inline vq vf_quad(vf v, size_t k)
 {
     (void)k;
-    return v;
-}
-
-static inline vq vf_fold(vf v)
-{
     return v;
 }
 
@@ -522,7 +512,8 @@ static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
 static inline vq vf_fold_16(const vf v[16 / VF])
 {
 #if VF == 8
-    return vf_fold(v[0] + v[1]);
+    const vf sum = v[0] + v[1];
+    return vf_quad(sum, 0) + vf_quad(sum, 1);
 #else
     return (v[0] + v[2]) + (v[1] + v[3]);
 #endif

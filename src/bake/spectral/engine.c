@@ -9,7 +9,7 @@
 #include "core/context.h"
 
 enum {
-    GROUP = IBL_SPECTRAL_GROUP
+    GROUP = IBL_ROW_GROUP
 };
 
 /* Least share of the map's energy of a light that is added to texels. */

@@ -21,9 +21,7 @@
 #include "bake/spectral/transform.h"
 #include "ibl/ibl.h"
 
-#define IBL_SPECTRAL_GROUP IBL_ROW_FFT_ROWS /* in one job */
-
-/* Results for IBL_SPECTRAL_GROUP rows. */
+/* Results for IBL_ROW_GROUP rows. */
 typedef struct ibl_spectral_group {
     ibl_row_range range;
     int exponent; /* its Fourier coefficients are scaled by 2^exponent */
@@ -47,7 +45,7 @@ typedef struct ibl_spectral {
     ibl_ctx *ctx;
     int width, height, degree;
     int single; /* see ibl_harmonics */
-    int groups; /* of IBL_SPECTRAL_GROUP rows */
+    int groups; /* of IBL_ROW_GROUP rows */
     double yaw; /* radians, 0..2 pi */
     ibl_spectral_reading reading;
 
@@ -74,7 +72,7 @@ ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
                                ibl_spectral **out);
 void ibl_spectral_free(ibl_spectral *s); /* NULL is fine */
 
-/* Adds the next rows from the zenith, RGB: a multiple of IBL_SPECTRAL_GROUP,
+/* Adds the next rows from the zenith, RGB: a multiple of IBL_ROW_GROUP,
  * except for the last rows. Starts jobs on the context's pool: ibl_run_end must
  * come before the next call for s; rgb must stay valid until then. */
 void ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb);

@@ -16,7 +16,7 @@
 #include "image/cube.h"
 
 enum {
-    GROUP = IBL_ROW_FFT_ROWS,
+    GROUP = IBL_ROW_GROUP,
     RINGS = GROUP + 1, /* of the probes, all but the middle one */
     PROBES = 32,       /* on each of them */
     SMALLEST = 16,     /* degree that is tried */

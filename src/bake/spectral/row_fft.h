@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Along the rows of a map: Fourier coefficients of each row, and back. One
- * call is one batch of up to IBL_ROW_FFT_ROWS rows on one thread, without
+ * call is one batch of up to IBL_ROW_GROUP rows on one thread, without
  * allocation: made to be called from jobs, each with its worker's scratch.
  * A row's result depends on nothing but the row.
  *
@@ -26,9 +26,8 @@
 #include "ibl/ibl.h"
 #include "kern/row_block.h"
 
-#define IBL_ROW_FFT_ROWS IBL_ROW_GROUP /* rows in a batch */
-#define IBL_ROW_FFT_OVER 4             /* samples of the spread ring an order */
-#define IBL_ROW_FFT_STOP 1e-7          /* stop band of the spreading */
+#define IBL_ROW_FFT_OVER 4    /* samples of the spread ring an order */
+#define IBL_ROW_FFT_STOP 1e-7 /* stop band of the spreading */
 
 /* Constant after creation: any number of threads may use one. */
 typedef struct ibl_row_fft ibl_row_fft;
@@ -59,18 +58,18 @@ void ibl_row_fft_free(ibl_row_fft *plan); /* NULL is fine */
  * contents irrelevant before and after. */
 size_t ibl_row_fft_scratch(const ibl_row_fft *plan);
 
-/* Up to IBL_ROW_FFT_ROWS rows of a map. */
+/* Up to IBL_ROW_GROUP rows of a map. */
 typedef struct ibl_row_fft_rows {
     const float *rgb; /* interleaved, finite; row j begins at rgb + j stride */
     size_t stride;    /* floats from row to row */
-    int count;        /* 1..IBL_ROW_FFT_ROWS */
+    int count;        /* 1..IBL_ROW_GROUP */
     float scale;      /* of pixels, first: a power of two */
 } ibl_row_fft_rows;
 
 /*
- * Writes F_m of rows to a group of out, in the orders that it has; lanes
- * without a row become undefined. F_0 is exactly real. plan  of
- * ibl_row_fft_create, with at least those orders
+ * Writes F_m of rows to a group of out, in the orders that it has. Lanes
+ * without a row become undefined. F_0 is exactly real.
+ *   plan  of ibl_row_fft_create, with at least those orders
  */
 void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
                          float *scratch, ibl_row_spectra *out, int group);
@@ -80,8 +79,8 @@ void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
  * rgba[0], ...: columns texels of R, G, B, 0 each.
  *   plan        of ibl_row_fft_create_inverse
  *   in          at least the plan's orders; those beyond are ignored
- *   first_ring  a multiple of IBL_ROW_FFT_ROWS
- *   count       1..IBL_ROW_FFT_ROWS
+ *   first_ring  a multiple of IBL_ROW_GROUP
+ *   count       1..IBL_ROW_GROUP
  */
 void ibl_row_fft_inverse(const ibl_row_fft *plan, const ibl_ring_spectra *in,
                          int first_ring, int count, float *scratch,

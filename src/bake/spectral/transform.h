@@ -127,9 +127,10 @@ static inline double *ibl_harmonics_at(const ibl_harmonics *h, int m)
  * patches,
  *     a_lm = width[m] sum over rows j of F_m(j) int P_lm dx,
  * x = cos theta over the row, for l <= out->degree, which is that of in. Runs
- * on ctx's pool and reports progress under stage (NULL: silently). width  for
- * each m, the integral of e^(-i m phi) over a pixel's width IBL_ERR_MEMORY,
- * IBL_ERR_CANCELLED: out unspecified. The same bytes for any number of threads.
+ * on ctx's pool and reports progress under stage (NULL: silently).
+ *   width  for each m, the integral of e^(-i m phi) over a pixel's width
+ * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The same bytes for any
+ * number of threads.
  */
 ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
                            const ibl_row_spectra *in, const double *width,
@@ -144,9 +145,11 @@ ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
  * j. G_m(j) = sum over l = m..degree of factor[l] a_lm P_lm(cos theta_j) for m
  * <= degree; orders of out beyond that do not change. Sums in floats from where
  * all factors are below IBL_SHT_SMALL times the largest: errors of 1e-6 of the
- * terms. factor  one for each l <= degree, finite degree  at most that of in
- * and below out->orders IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The
- * same bytes for any number of threads.
+ * terms.
+ *   factor  one for each l <= degree, finite
+ *   degree  at most that of in, and below out->orders
+ * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The same bytes for any
+ * number of threads.
  */
 ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const ibl_harmonics *in,
                               const double *factor, int degree, int rings,
