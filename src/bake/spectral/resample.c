@@ -106,16 +106,17 @@ static void directions(const level *a, int face, int y, int x, float *point)
 
     if (a->shape.projection == IBL_PROJECTION_CUBE) {
         a->radial.points((2 * y + 1) / (double)n - 1, n, x, TILE, own);
-        for (int i = 0; i < 6 * TILE && x + TILE > n; i++)
-            if (x + i % TILE >= n)
-                own[i] = own[i - 1];
-        for (int j = 0; j < 3; j++)
-            for (int k = 0; k < 3; k++)
-                for (int i = 0; i < TILE && axis[j][k]; i++) {
-                    point[k * TILE + i] = axis[j][k] * own[j * TILE + i];
-                    point[(k + 3) * TILE + i] =
-                        axis[j][k] * own[(j + 3) * TILE + i];
-                }
+        for (int k = 0; k < 6; k++)
+            for (int i = n - x; i < TILE; i++)
+                own[k * TILE + i] = own[k * TILE + n - x - 1];
+        for (int j = 0; j < 6; j++)
+            for (int k = 0; k < 3; k++) {
+                const float sign = axis[j % 3][k];
+                float *to = point + (k + j / 3 * 3) * TILE;
+                if (sign)
+                    for (int i = 0; i < TILE; i++)
+                        to[i] = sign * own[j * TILE + i];
+            }
         return;
     }
     for (int i = 0; i < TILE; i++) {
@@ -129,19 +130,21 @@ static void directions(const level *a, int face, int y, int x, float *point)
     }
 }
 
-/* Finds the rings that texels need; true if some are in the bands. */
-static bool find_reach(const level *a, const double *theta, int count,
-                       int *reach)
+/* Finds the rings that texels need, to two, from the range of |y|; true if some
+ * are in the bands. */
+static bool find_reach(const level *a, const float *y, int count, int *reach)
 {
     const ibl_ring_grid *grid = a->sum->grid;
-    double least = IBL_PI, most = 0;
+    const double per_radian = grid->rings / IBL_PI;
+    float least = 1, most = 0;
 
     for (int i = 0; i < count; i++) {
-        least = theta[i] < least ? theta[i] : least;
-        most = theta[i] > most ? theta[i] : most;
+        const float height = fabsf(y[i]);
+        least = height < least ? height : least;
+        most = height > most ? height : most;
     }
-    reach[0] = (int)(least * grid->rings / IBL_PI - 0.5);
-    reach[1] = (int)(most * grid->rings / IBL_PI - 0.5);
+    reach[0] = (int)(acos(fmin((double)most, 1)) * per_radian - 2.5);
+    reach[1] = (int)(acos((double)least) * per_radian + 1.5);
     return reach[1] >= grid->first && reach[0] < grid->first + grid->pairs;
 }
 
@@ -166,11 +169,11 @@ static void make_tile(const level *a, int face, int y, int x, int *reach,
     if (known && (reach[1] < grid->first || reach[0] >= last))
         return;
     directions(a, face, y, x, point);
+    if (!find_reach(a, point + TILE, all, reach))
+        return;
     a->dsp.angles(point, TILE, (all + 7) / 8 * 8, theta, phi);
     for (int i = 0; i < all; i++)
         theta[i] = theta[i] > IBL_PI / 2 ? IBL_PI - theta[i] : theta[i];
-    if (!find_reach(a, theta, all, reach))
-        return;
     /* Those inside move together. */
     for (int i = 0; i < all; i++) {
         const int at = (int)(theta[i] * grid->rings / IBL_PI + 0.5) - 1;
