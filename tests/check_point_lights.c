@@ -253,3 +253,48 @@ TEST(pixels)
                           p->height, names[at], error[TEXELS / 20], error[0]);
             }
 }
+
+/* Many at once give the sum of each. */
+TEST(groups)
+{
+    enum {
+        SIDE = 6,
+        LIGHTS = SIDE * SIDE + 2
+    };
+    static const lobe ggx = {.of = IBL_LOBE_GGX, .alpha = 0.3};
+    const ibl_lobe_shape shape = ibl_lobe_shape_of(ggx.of, ggx.alpha);
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_point_lights *all, *one[LIGHTS];
+    ibl_patch patches[LIGHTS];
+    test_random r = {7};
+    ibl_radial_dsp dsp;
+
+    ibl_radial_dsp_init(&dsp, ibl_ctx_isa(ctx));
+    for (int i = 0; i < LIGHTS; i++) {
+        const pixel p = {256, i < LIGHTS - 2 ? 90 + i / SIDE : 3 * i,
+                         200 + i % SIDE};
+        patches[i] = patch_of(&p);
+        NEED(!ibl_point_lights_create(ctx, &patches[i], 1, &shape, 1e-5,
+                                      &one[i]));
+    }
+    NEED(!ibl_point_lights_create(ctx, patches, LIGHTS, &shape, 1e-5, &all));
+    for (int n = 0; n < LIGHTS * PLACES; n++) {
+        float point[6 * BLOCK], got[4 * BLOCK] = {0}, sum[4 * BLOCK] = {0};
+        double d[BLOCK][3];
+        place(&r, &ggx, &patches[n % LIGHTS], (enum where)(n / LIGHTS), d);
+        for (int i = 0; i < 3 * BLOCK; i++) {
+            const double x = d[i % BLOCK][i / BLOCK];
+            point[i] = (float)x;
+            point[3 * BLOCK + i] = (float)(x - (double)point[i]);
+        }
+        ibl_point_lights_add(all, &dsp, point, BLOCK, got);
+        for (int i = 0; i < LIGHTS; i++)
+            ibl_point_lights_add(one[i], &dsp, point, BLOCK, sum);
+        for (int i = 0; i < 4 * BLOCK; i++)
+            CHECK_NEAR((double)got[i], (double)sum[i],
+                       3e-5 * (double)sum[i] + 1e-12);
+    }
+    for (int i = 0; i < LIGHTS; i++)
+        ibl_point_lights_free(one[i]);
+    ibl_point_lights_free(all);
+}

@@ -206,15 +206,20 @@ static double energy_of_rows(const ibl_spectral *s)
     return sum;
 }
 
-/* By falling energy, then in the order of the map. */
+/* In the order of the map. */
+static int by_place(const void *a, const void *b)
+{
+    const ibl_pixel_light *x = a, *y = b;
+    return x->row != y->row ? x->row - y->row : x->column - y->column;
+}
+
+/* By falling energy, then by place. */
 static int stronger_first(const void *a, const void *b)
 {
     const ibl_pixel_light *x = a, *y = b;
     if (x->energy < y->energy || x->energy > y->energy)
         return x->energy < y->energy ? 1 : -1;
-    if (x->row != y->row)
-        return x->row > y->row ? 1 : -1;
-    return x->column > y->column ? 1 : -1;
+    return by_place(a, b);
 }
 
 /* Collects all lights that were taken out: scaled, the strongest first. */
@@ -298,6 +303,7 @@ static ibl_status choose_lights(ibl_spectral *s)
     while (s->light_count < count && s->light_count < IBL_LIGHTS_MOST &&
            s->lights[s->light_count].energy > least_share * total)
         s->light_count++;
+    qsort(s->lights, (size_t)s->light_count, sizeof *s->lights, by_place);
     return ibl_spectral_add_lights(s, s->lights + s->light_count,
                                    count - s->light_count, &s->reading.rows);
 }

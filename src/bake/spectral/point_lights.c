@@ -20,6 +20,7 @@
 
 enum {
     BLOCK = IBL_RADIAL_BLOCK,
+    GROUP = 16,      /* lights */
     MOST_NODES = 16, /* along a side of a pixel */
     KINK = 6,
     MOST_PARTS = 12,
@@ -38,6 +39,9 @@ enum range {
  * the light is enough for GGX, to 2e-5. */
 static const double far_away = 20;
 
+/* Most distance of a group's lights from its first. */
+static const double most_apart = 0.05;
+
 /* Sides of the parts of a pixel that the horizon may cut: flat, and the lobe is
  * about linear over them. */
 static const double flat = 0.0062;
@@ -50,16 +54,22 @@ static const double slack = 1e-6;
 struct light {
     ibl_patch patch;
     double middle[3];
-    double sine[2], cosine[2]; /* of the angle up to which it is near, and of
-                                  its radius */
-    int nodes[RANGES][2], first[RANGES]; /* its points */
+    double angle[2]; /* up to which it is near, and its radius */
+    int nodes[RANGES][2];
+};
+
+/* Lights that lie close together are near, far or cut together. */
+struct group {
+    double middle[3];
+    double sine[2], cosine[2]; /* of the angles that hold its lights' */
+    int lights, first[RANGES]; /* how many, and its points */
 };
 
 struct ibl_point_lights {
     ibl_radial lobe;
-    int count, far; /* points that are far */
-    struct light *light;
-    ibl_radial_light *point; /* the far ones of all lights first */
+    int count;
+    struct group *group;     /* count, and one more: the points' end */
+    ibl_radial_light *point; /* all FAR, then all NEAR, then all CUT */
 };
 
 /* Nodes that keep the relative error of an integral over a length `extent`. One
@@ -145,14 +155,14 @@ static void plan(const ibl_lobe_shape *shape, double error, struct light *l)
     const double side[2] = {p->theta[1] - p->theta[0], p->width * sin(middle)};
     const double radius = 0.5 * hypot(side[0], side[1]);
     const bool ggx = shape->lobe == IBL_LOBE_GGX;
-    const double near[2] = {ggx ? fmin(far_away * radius, 1) : 6 * radius,
-                            radius};
     const double reach = 2 * shape->alpha;
     const double taper = 2 * side[0] / fabs(tan(middle)); /* at a pole */
 
     l->middle[0] = sin(middle) * cos(p->phi);
     l->middle[1] = cos(middle);
     l->middle[2] = sin(middle) * sin(p->phi);
+    l->angle[0] = ggx ? fmin(far_away * radius, 1) : 6 * radius;
+    l->angle[1] = radius;
     for (int k = 0; k < 2; k++) {
         const int nodes = nodes_of(side[k], reach, error);
         /* Charlie may have a kink in its middle. */
@@ -161,21 +171,53 @@ static void plan(const ibl_lobe_shape *shape, double error, struct light *l)
         l->nodes[FAR][k] = ggx ? 1 : nodes;
         l->nodes[CUT][k] =
             (int)fmin(ceil(fmax(side[k] / flat, k ? 0 : taper)), MOST_PARTS);
-        l->sine[k] = sin(near[k]);
-        l->cosine[k] = cos(near[k]);
     }
 }
 
-static int points_of(const struct light *l, enum range range)
+/* Makes a group of the first lights. */
+static void make_group(const struct light *l, int count, struct group *g)
 {
-    return l->nodes[range][0] * l->nodes[range][1];
+    double angle[2] = {0};
+
+    *g = (struct group){0};
+    while (g->lights < count && g->lights < GROUP &&
+           distance3(l[0].middle, l[g->lights].middle) <= most_apart) {
+        for (int k = 0; k < 3; k++)
+            g->middle[k] += l[g->lights].middle[k];
+        g->lights++;
+    }
+    unit3(g->middle);
+    for (int i = 0; i < g->lights; i++)
+        for (int k = 0; k < 2; k++)
+            angle[k] = fmax(angle[k],
+                            2 * asin(0.5 * distance3(g->middle, l[i].middle)) +
+                                l[i].angle[k]);
+    for (int k = 0; k < 2; k++) {
+        g->sine[k] = sin(angle[k]);
+        g->cosine[k] = cos(angle[k]);
+    }
+}
+
+/* Writes down the points of a light for a range and returns their number. */
+static int put_range(const struct light *l, enum range range,
+                     ibl_radial_light *out)
+{
+    static const int one[2] = {1, 1};
+    const int *nodes = l->nodes[range], count = nodes[0] * nodes[1];
+
+    if (range != CUT)
+        put_points(&l->patch, nodes, out);
+    for (int k = 0; k < count && range == CUT; k++) {
+        const ibl_patch part = part_of(&l->patch, nodes, k);
+        put_points(&part, one, out + k);
+    }
+    return count;
 }
 
 ibl_status ibl_point_lights_create(ibl_ctx *ctx, const ibl_patch *patches,
                                    int count, const ibl_lobe_shape *shape,
                                    double error, ibl_point_lights **out)
 {
-    static const enum range order[] = {FAR, NEAR, CUT};
     ibl_point_lights *p = *out = ibl_alloc_zeroed(1, sizeof *p);
     /* Pixels that are too large for MOST_NODES are lights in parts. */
     const double most = fmax(floor(sqrt((double)MOST_LIGHTS / count)), 1);
@@ -187,38 +229,39 @@ ibl_status ibl_point_lights_create(ibl_ctx *ctx, const ibl_patch *patches,
     }
     split = (int)fmin(split, most);
     const int parts[2] = {split, split}, lights = count * split * split;
+    struct light *light = ibl_alloc_array((size_t)lights, sizeof *light);
     if (p)
-        p->light = ibl_alloc_array((size_t)lights, sizeof *p->light);
-    if (!p || !p->light)
+        p->group = ibl_alloc_array((size_t)lights + 1, sizeof *p->group);
+    if (!p || !p->group || !light)
         goto fail;
-    p->count = lights;
     p->lobe = ibl_radial_of(shape);
     for (int i = 0; i < lights; i++) {
-        p->light[i].patch =
+        light[i].patch =
             part_of(&patches[i / (split * split)], parts, i % (split * split));
-        plan(shape, error, &p->light[i]);
-    }
-    for (int r = 0; r < RANGES; r++) {
-        for (int i = 0; i < lights; i++) {
-            p->light[i].first[order[r]] = points;
-            points += points_of(&p->light[i], order[r]);
-        }
-        p->far = order[r] == FAR ? points : p->far;
+        plan(shape, error, &light[i]);
+        for (int r = 0; r < RANGES; r++)
+            points += light[i].nodes[r][0] * light[i].nodes[r][1];
     }
     p->point = ibl_alloc_array((size_t)points, sizeof *p->point);
     if (!p->point)
         goto fail;
-    for (struct light *l = p->light; l < p->light + lights; l++) {
-        put_points(&l->patch, l->nodes[FAR], p->point + l->first[FAR]);
-        put_points(&l->patch, l->nodes[NEAR], p->point + l->first[NEAR]);
-        for (int k = 0; k < points_of(l, CUT); k++) {
-            static const int one[2] = {1, 1};
-            const ibl_patch part = part_of(&l->patch, l->nodes[CUT], k);
-            put_points(&part, one, p->point + l->first[CUT] + k);
+    for (int i = 0; i < lights; i += p->group[p->count++].lights)
+        make_group(light + i, lights - i, &p->group[p->count]);
+    p->group[p->count].lights = 0;
+    points = 0;
+    for (int r = 0; r < RANGES; r++) {
+        const struct light *l = light;
+        for (int i = 0; i <= p->count; i++) {
+            struct group *g = &p->group[i];
+            g->first[r] = points;
+            for (int k = 0; k < g->lights; k++)
+                points += put_range(l++, r, p->point + points);
         }
     }
+    ibl_free(light);
     return IBL_OK;
 fail:
+    ibl_free(light);
     ibl_point_lights_free(p);
     *out = NULL;
     return ibl_no_memory(ctx, "the lights");
@@ -228,57 +271,67 @@ void ibl_point_lights_free(ibl_point_lights *p)
 {
     if (!p)
         return;
-    ibl_free(p->light);
+    ibl_free(p->group);
     ibl_free(p->point);
     ibl_free(p);
 }
 
-int ibl_point_lights_count(const ibl_point_lights *p)
+/* A cap on the sphere. */
+struct cap {
+    double centre[3], cosine, sine;
+};
+
+/* Around BLOCK directions, at most half the sphere. */
+static struct cap cap_of(const float *point, int stride)
 {
-    return p->far;
+    struct cap cap = {.cosine = 1};
+    block x, y, z, along;
+
+    memcpy(&x, point, sizeof x);
+    memcpy(&y, point + stride, sizeof y);
+    memcpy(&z, point + 2 * stride, sizeof z);
+    for (int i = 0; i < BLOCK; i++) {
+        cap.centre[0] += (double)x[i];
+        cap.centre[1] += (double)y[i];
+        cap.centre[2] += (double)z[i];
+    }
+    if (!unit3(cap.centre))
+        cap.centre[1] = 1;
+    along = (float)cap.centre[0] * x + (float)cap.centre[1] * y +
+            (float)cap.centre[2] * z;
+    for (int i = 0; i < BLOCK; i++)
+        cap.cosine =
+            (double)along[i] < cap.cosine ? (double)along[i] : cap.cosine;
+    cap.cosine = fmax(cap.cosine, 0);
+    cap.sine = sqrt(1 - cap.cosine * cap.cosine);
+    return cap;
+}
+
+static enum range range_of(const struct group *g, const struct cap *cap)
+{
+    const double c = dot3(cap->centre, g->middle);
+    const double *sine = g->sine, *cosine = g->cosine;
+
+    if (fabs(c) <= cap->sine * cosine[1] + cap->cosine * sine[1] + slack)
+        return CUT;
+    return c > cap->cosine * cosine[0] - cap->sine * sine[0] ? NEAR : FAR;
 }
 
 void ibl_point_lights_add(const ibl_point_lights *p, const ibl_radial_dsp *dsp,
                           const float *point, int stride, float *rgba)
 {
-    double centre[3] = {0}, cosine = 1;
-    int from = 0; /* far points that are not added yet */
-    block x, y, z, along;
+    const struct cap cap = cap_of(point, stride);
+    const struct group *end = p->group + p->count, *g = p->group;
 
-    /* A cap around the directions, at most half the sphere. */
-    memcpy(&x, point, sizeof x);
-    memcpy(&y, point + stride, sizeof y);
-    memcpy(&z, point + 2 * stride, sizeof z);
-    for (int i = 0; i < BLOCK; i++) {
-        centre[0] += (double)x[i];
-        centre[1] += (double)y[i];
-        centre[2] += (double)z[i];
-    }
-    if (!unit3(centre))
-        centre[1] = 1;
-    along = (float)centre[0] * x + (float)centre[1] * y + (float)centre[2] * z;
-    for (int i = 0; i < BLOCK; i++)
-        cosine = (double)along[i] < cosine ? (double)along[i] : cosine;
-    cosine = fmax(cosine, 0);
-    const double sine = sqrt(1 - cosine * cosine);
-    for (int i = 0; i < p->count; i++) {
-        const struct light *l = &p->light[i];
-        const double c = dot3(centre, l->middle);
-        const bool cut =
-            fabs(c) <= sine * l->cosine[1] + cosine * l->sine[1] + slack;
-        const bool near = !cut && c > cosine * l->cosine[0] - sine * l->sine[0];
-
-        if (!cut && !near)
+    while (g < end) {
+        const enum range range = range_of(g, &cap);
+        const int first = g->first[range];
+        while (++g < end && range_of(g, &cap) == range)
             continue;
-        dsp->add_far(&p->lobe, p->point + from, l->first[FAR] - from, point,
-                     stride, rgba);
-        from = l->first[FAR] + points_of(l, FAR);
-        if (cut)
-            dsp->add_cut(&p->lobe, p->point + l->first[CUT], points_of(l, CUT),
-                         point, stride, rgba);
-        else
-            dsp->add(&p->lobe, p->point + l->first[NEAR], points_of(l, NEAR),
-                     point, stride, rgba);
+        (range == NEAR  ? dsp->add
+         : range == FAR ? dsp->add_far
+                        : dsp->add_cut)(&p->lobe, p->point + first,
+                                        g->first[range] - first, point, stride,
+                                        rgba);
     }
-    dsp->add_far(&p->lobe, p->point + from, p->far - from, point, stride, rgba);
 }

@@ -28,8 +28,6 @@ ibl_status ibl_point_lights_create(ibl_ctx *ctx, const ibl_patch *patches,
                                    int count, const ibl_lobe_shape *shape,
                                    double error, ibl_point_lights **out);
 void ibl_point_lights_free(ibl_point_lights *p); /* NULL is fine */
-/* Points that most texels see. */
-int ibl_point_lights_count(const ibl_point_lights *p);
 /* Adds the lights to rgba of IBL_RADIAL_BLOCK directions in the world's axes,
  * as ibl_radial_dsp's points() has them. */
 void ibl_point_lights_add(const ibl_point_lights *p, const ibl_radial_dsp *dsp,
