@@ -312,7 +312,9 @@ static enum range range_of(const struct group *g, const struct cap *cap)
     const double c = dot3(cap->centre, g->middle);
     const double *sine = g->sine, *cosine = g->cosine;
 
-    if (fabs(c) <= cap->sine * cosine[1] + cap->cosine * sine[1] + slack)
+    /* Both together may reach around a quarter of the sphere. */
+    if (cap->cosine * cosine[1] <= cap->sine * sine[1] + slack ||
+        fabs(c) <= cap->sine * cosine[1] + cap->cosine * sine[1] + slack)
         return CUT;
     return c > cap->cosine * cosine[0] - cap->sine * sine[0] ? NEAR : FAR;
 }
