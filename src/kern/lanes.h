@@ -396,13 +396,16 @@ static inline void vd_add_two(vd r, const double *w, vd sums[2])
 #endif
 }
 
-/* Loads VD floats as doubles, and stores doubles as VD floats. */
+/* Loads VD floats as doubles, and stores doubles as VD floats. gcc 12 converts
+ * vectors of another size in halves or single lanes. */
 typedef float vd_floats
     __attribute__((vector_size(4 * VD), aligned(4), may_alias));
 
 static inline vd vd_load_floats(const float *p)
 {
-#ifdef IBL_NEON /* for which gcc 12 converts single lanes */
+#if VD == 4
+    return _mm256_cvtps_pd(_mm_loadu_ps(p));
+#elif defined(IBL_NEON)
     return vcvt_f64_f32(vld1_f32(p));
 #else
     return __builtin_convertvector(*(const vd_floats *)p, vd);
@@ -411,7 +414,13 @@ static inline vd vd_load_floats(const float *p)
 
 static inline void vd_store_floats(float *p, vd v)
 {
+#if VD == 4
+    _mm_storeu_ps(p, _mm256_cvtpd_ps(v));
+#elif defined(IBL_NEON)
+    vst1_f32(p, vcvt_f32_f64(v));
+#else
     *(vd_floats *)p = __builtin_convertvector(v, vd_floats);
+#endif
 }
 
 /* The first and the last VD lanes as doubles. */
@@ -420,6 +429,9 @@ static inline void vf_widen(vf v, vd half[2])
 #ifdef IBL_NEON
     half[0] = vcvt_f64_f32(vget_low_f32(v));
     half[1] = vcvt_high_f64_f32(v);
+#elif VD == 4
+    half[0] = _mm256_cvtps_pd(_mm256_castps256_ps128(v));
+    half[1] = _mm256_cvtps_pd(_mm256_extractf128_ps(v, 1));
 #else
     float floats[VF] __attribute__((aligned(64)));
 
