@@ -41,9 +41,10 @@ typedef struct fixture {
     ibl_legendre_order order;
     size_t stride, terms;
     ibl_ring_kind kind;
-    int rows; /* rings or, of edges, what is between them */
-    float *f; /* PARTS x stride: 0, and NaN beyond the rows */
-    double *a;
+    int rows;       /* rings or, of edges, what is between them */
+    float *f;       /* PARTS x stride: 0, and NaN beyond the rows */
+    double *a;      /* of an analysis, */
+    float *given;   /* and of a synthesis */
     long double *p; /* terms */
 } fixture;
 
@@ -58,6 +59,7 @@ static void make(fixture *x, ibl_isa isa, ibl_ring_kind kind, int rings,
     ibl_legendre_dsp_init(&x->dsp, isa);
     x->f = kern_alloc(PARTS * x->stride * sizeof *x->f, 64);
     x->a = kern_alloc(PARTS * x->terms * sizeof *x->a, 8);
+    x->given = kern_alloc(PARTS * x->terms * sizeof *x->given, 4);
     x->p = kern_alloc(x->terms * sizeof *x->p, sizeof *x->p);
     x->order = (ibl_legendre_order){
         &x->rings, m, degree, degree + 1,
@@ -86,6 +88,7 @@ static void drop(fixture *x)
     kern_free(x->order.scratch);
     kern_free(x->f);
     kern_free(x->a);
+    kern_free(x->given);
     kern_free(x->p);
 }
 
@@ -258,7 +261,8 @@ static double true_synthesis(const fixture *x, const double *factor, int j,
     long double sum = 0;
     *bound = 0;
     for (size_t l = 0; l < x->terms; l++) {
-        const double c = factor[(size_t)m + l] * x->a[PARTS * l + (size_t)part];
+        const double c =
+            factor[(size_t)m + l] * (double)x->given[PARTS * l + (size_t)part];
         sum += c * x->p[l];
         *bound += fabs(c) * value_bound(x, j, m + (int)l);
     }
@@ -278,9 +282,9 @@ static void synthesis_from(ibl_isa isa, int single)
         for (int l = 0; l <= degree; l++)
             factor[l] = hostile(&r);
         for (size_t l = 0; l < PARTS * x.terms; l++)
-            x.a[l] = test_random_between(&r, -0.5, 0.5);
+            x.given[l] = (float)test_random_between(&r, -0.5, 0.5);
         x.order.single = single;
-        x.dsp.synthesise(&x.order, x.a, factor, x.f, x.stride);
+        x.dsp.synthesise(&x.order, x.given, factor, x.f, x.stride);
         for (int j = 0; j < rings; j++) {
             true_legendre(x.kind, rings, j, m, degree, x.p);
             for (int part = 0; part < PARTS; part++) {

@@ -81,7 +81,7 @@ static double rows_bytes(const estimate *e, int degree)
  * a level. */
 static double analysis_bytes(const estimate *e, const ibl_spectral_plan *plan)
 {
-    const double harmonics = 24.0 * (plan->degree + 1) * (plan->degree + 2);
+    const double harmonics = 12.0 * (plan->degree + 1) * (plan->degree + 2);
     if (plan->degree < 0)
         return 0;
     const double rows =

@@ -92,7 +92,7 @@ typedef struct ibl_legendre_dsp {
      * factor[l] a[6 (l - m) + part] P_lm(cos theta_j). Nothing beyond the rings
      * is written.
      */
-    void (*synthesise)(const ibl_legendre_order *o, const double *a,
+    void (*synthesise)(const ibl_legendre_order *o, const float *a,
                        const double *factor, float *g, size_t stride);
     /*
      * sum[part] += sum over j = from..until - 1 of

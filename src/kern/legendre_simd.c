@@ -266,20 +266,34 @@ static void add_rows(const double *edge, int from, int until, int rows,
 
 /* Computes the coefficients of R_k in the sums: from P_m+2k and P_m+2k+2, which
  * both contain R_k, and from P_m+2k+1. */
-static void combine(struct work *w, const double *a, const double *factor)
+static void combine(struct work *w, const float *a, const double *factor)
 {
     const int count = w->o->degree - w->o->m + 1;
+    float end[2 * SUMS] = {0}; /* the last three degrees, and zeros */
     double *c = w->sums;
 
     factor += w->o->m;
     for (int l = 0; l < count; l += 2, a += SUMS, c += SUMS) {
         const int k = l / 2;
-        const bool odd = l + 1 < count, after = l + 2 < count;
-        blend_six(w->even[k] * factor[l], a,
-                  after ? w->before[k + 1] * factor[l + 2] : 0.0,
-                  after ? a + SUMS : a, c);
-        blend_six(odd ? w->odd[k] * factor[l + 1] : 0.0, odd ? a + 6 : a, 0.0,
-                  a, c + 6);
+        const double even = w->even[k] * factor[l];
+        const double odd = l + 1 < count ? w->odd[k] * factor[l + 1] : 0;
+        const double next =
+            l + 2 < count ? w->before[k + 1] * factor[l + 2] : 0;
+        const float *from = a;
+        if (l + 3 >= count)
+            from = memcpy(end, a, (size_t)(count - l) * 6 * sizeof *a);
+#pragma GCC unroll 6
+        for (int i = 0; i < SUMS; i += VD) {
+            vd p = vd_all(even), q = vd_all(next);
+#pragma GCC unroll 4
+            for (int n = 0; n < VD; n++)
+                if (i + n >= 6) {
+                    p[n] = odd;
+                    q[n] = 0;
+                }
+            vd_store(c + i, p * vd_load_floats(from + i) +
+                                q * vd_load_floats(from + SUMS + i));
+        }
     }
 }
 
@@ -463,7 +477,7 @@ static void synthesise_chunk(struct work *w, int j, float *g, size_t stride)
         synthesise_pair(w, j, v, g, stride);
 }
 
-static void synthesise(const ibl_legendre_order *o, const double *a,
+static void synthesise(const ibl_legendre_order *o, const float *a,
                        const double *factor, float *g, size_t stride)
 {
     struct work w = layout(o);

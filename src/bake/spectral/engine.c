@@ -313,11 +313,11 @@ static ibl_status choose_lights(ibl_spectral *s)
 /* Moves the mean out of the harmonics: it is the same in every texel. */
 static void take_mean(ibl_spectral *s)
 {
-    double *a = ibl_harmonics_at(&s->harmonics, 0);
+    float *a = ibl_harmonics_at(&s->harmonics, 0);
     for (int c = 0; c < 3; c++) {
         const double whole = sqrt(4 * IBL_PI) * s->scale;
-        s->mean[c] = (float)(a[2 * c] / whole);
-        a[2 * c] -= (double)s->mean[c] * whole;
+        s->mean[c] = (float)((double)a[2 * c] / whole);
+        a[2 * c] -= (float)((double)s->mean[c] * whole);
     }
 }
 

@@ -35,13 +35,13 @@ static ibl_status add_all(const ibl_spectral *s, int degree, ibl_harmonics *sum)
     if (s->light_count)
         status = analyse_lights(s, sum);
     for (int m = 0; m <= degree && !status; m++) {
-        const double *from = ibl_harmonics_at(&s->harmonics, m);
-        double *to = ibl_harmonics_at(sum, m);
+        const float *from = ibl_harmonics_at(&s->harmonics, m);
+        float *to = ibl_harmonics_at(sum, m);
         for (int i = 0; i < 6 * (degree - m + 1); i++)
-            to[i] = (to[i] + from[i]) / s->scale;
+            to[i] = (float)(((double)to[i] + (double)from[i]) / s->scale);
     }
     for (int c = 0; c < 3; c++)
-        sum->data[2 * c] += (double)s->mean[c] * sqrt(4 * IBL_PI);
+        sum->data[2 * c] += (float)((double)s->mean[c] * sqrt(4 * IBL_PI));
     if (status)
         ibl_harmonics_free(sum);
     return status;
@@ -55,11 +55,11 @@ ibl_status ibl_spectral_sh(const ibl_spectral *s, int degree, double *coeffs)
     for (int m = 0; m <= degree && !status; m++)
         for (int l = m; l <= degree; l++)
             for (int c = 0; c < 3; c++) {
-                const double *a =
+                const float *a =
                     ibl_harmonics_at(&sum, m) + 6 * (l - m) + 2 * c;
                 const double g = m ? sqrt(2) : 1;
-                coeffs[3 * (l * (l + 1) - m) + c] = g * a[1];
-                coeffs[3 * (l * (l + 1) + m) + c] = g * a[0];
+                coeffs[3 * (l * (l + 1) - m) + c] = g * (double)a[1];
+                coeffs[3 * (l * (l + 1) + m) + c] = g * (double)a[0];
             }
     if (!status)
         status = ibl_sh_turn_axes(s->ctx, degree, about_y, 1, coeffs);

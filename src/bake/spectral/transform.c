@@ -91,7 +91,7 @@ ibl_status ibl_harmonics_alloc(ibl_ctx *ctx, int degree, ibl_harmonics *out)
     *out = (ibl_harmonics){0};
     assert(degree >= 0 && degree <= IBL_SHT_MAX_DEGREE);
     const size_t n = (size_t)degree + 1;
-    double *data = ibl_alloc_array(n * (n + 1) / 2, 6 * sizeof *data);
+    float *data = ibl_alloc_array(n * (n + 1) / 2, 6 * sizeof *data);
     if (!data)
         return ibl_no_memory(ctx, "spherical harmonics");
     *out = (ibl_harmonics){degree, degree + 1, data};
@@ -109,12 +109,12 @@ void ibl_sht_power(const ibl_harmonics *h, double *power)
     for (int l = 0; l <= h->degree; l++)
         power[l] = 0.0;
     for (int m = 0; m <= h->degree; m++) {
-        const double *a = ibl_harmonics_at(h, m);
+        const float *a = ibl_harmonics_at(h, m);
         for (int l = m; l <= h->degree; l++, a += PARTS) {
             ibl_two square = {0};
 #pragma GCC unroll 3
             for (int p = 0; p < PARTS; p += 2)
-                square += ibl_two_at(a + p) * ibl_two_at(a + p);
+                square += ibl_two_at_floats(a + p) * ibl_two_at_floats(a + p);
             power[l] += (m ? 2 : 1) * (square[0] + square[1]);
         }
     }
@@ -256,12 +256,13 @@ static size_t row_stride(const struct transform *t)
     return ((size_t)t->rows->groups | 1) * IBL_ROW_GROUP;
 }
 
-/* Doubles of scratch for a worker: of an analysis also a state and the rows of
- * an order. */
+/* Doubles of scratch for a worker: of an analysis also a state, and the rows
+ * and the sums of an order. */
 static size_t scratch_of(const struct transform *t)
 {
     return ibl_legendre_scratch(t->degree) +
-           (t->rows ? state_size(&t->integrals) + PARTS * row_stride(t) / 2
+           (t->rows ? state_size(&t->integrals) + PARTS * row_stride(t) / 2 +
+                          PARTS * ((size_t)t->degree + 1)
                     : 0);
 }
 
@@ -314,33 +315,34 @@ static void integrate(const struct transform *t, double *state, int m,
         sum[p] += 2 * s[r->rows / 2] * (double)f[p * stride + r->rows / 2];
 }
 
-/* Turns B_l of order m, in a[6 (l - m) + part] for l = m..degree of the
- * harmonics, into A_l times the order's width. */
+/* Fills order m of the harmonics with A_l times the order's width, from B_l in
+ * b[6 (l - m) + part]. */
 static void finish_order(const struct transform *t, double *state, int m,
-                         const float *f)
+                         const float *f, const double *b)
 {
     const double scale = t->width[m];
     double sum[PARTS], last = 0;
-    double *a = ibl_harmonics_at(t->harmonics, m);
+    float *a = ibl_harmonics_at(t->harmonics, m);
     ibl_two now[PAIRS], older[PAIRS] = {{0}}, before[PAIRS];
 
     integrate(t, state, m, f, sum);
     for (int p = 0; p < PAIRS; p++) {
         now[p] = ibl_two_at(sum + 2 * p) * (t->rings.start[m] * scale);
-        before[p] = ibl_two_at(a + 2 * p);
-        ibl_two_put(a + 2 * p, now[p]);
+        before[p] = ibl_two_at(b + 2 * p);
+        ibl_two_put_floats(a + 2 * p, now[p]);
     }
     for (int l = m + 1; l <= t->degree; l++) {
         const double e = ratio(l, m), inverse = 1 / ((l + 1) * e);
         const double keep = (l - 2) * last * inverse, add = scale * inverse;
         a += PARTS;
+        b += PARTS;
 #pragma GCC unroll 3
         for (int p = 0; p < PAIRS; p++) {
             const ibl_two next = keep * older[p] - add * before[p];
             older[p] = now[p];
             now[p] = next;
-            before[p] = ibl_two_at(a + 2 * p);
-            ibl_two_put(a + 2 * p, next);
+            before[p] = ibl_two_at(b + 2 * p);
+            ibl_two_put_floats(a + 2 * p, next);
         }
         last = e;
     }
@@ -367,7 +369,8 @@ static void analyse_job(void *arg, int job, int worker)
     const size_t each = state_size(&t->integrals);
     double *state = t->scratch + (size_t)worker * scratch_of(t) +
                     ibl_legendre_scratch(t->degree);
-    float *rows = (float *)(state + each);
+    double *sums = state + each;
+    float *rows = (float *)(sums + PARTS * ((size_t)t->degree + 1));
 
     memcpy(state, t->integrals.states + (size_t)(job / KEPT) * each,
            each * sizeof *state);
@@ -376,9 +379,8 @@ static void analyse_job(void *arg, int job, int worker)
     for (int m = job * ORDERS; m <= last_order(t, job); m++) {
         const ibl_legendre_order o = order(t, m, worker);
         collect_rows(t, m, rows);
-        t->dsp.analyse(&o, rows, row_stride(t),
-                       ibl_harmonics_at(t->harmonics, m));
-        finish_order(t, state, m, rows);
+        t->dsp.analyse(&o, rows, row_stride(t), sums);
+        finish_order(t, state, m, rows, sums);
         next_order(&t->integrals, m, state);
     }
 }

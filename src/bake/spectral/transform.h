@@ -100,21 +100,21 @@ static inline float *ibl_row_spectra_at(const ibl_row_spectra *s, int group,
 
 /*
  * Coefficients a_lm of three channels, order after order: for each m the
- * degrees l = m..degree, 6 doubles each (R re, R im, G re, G im, B re, B im).
+ * degrees l = m..degree, 6 floats each (R re, R im, G re, G im, B re, B im).
  */
 typedef struct ibl_harmonics {
-    int degree;   /* 0..IBL_SHT_MAX_DEGREE */
-    int single;   /* from this degree on an analysis may use floats */
-    double *data; /* 64-byte aligned, 6 (degree + 1)(degree + 2) / 2 doubles */
+    int degree;  /* 0..IBL_SHT_MAX_DEGREE */
+    int single;  /* from this degree on an analysis may use floats */
+    float *data; /* 64-byte aligned, 3 (degree + 1)(degree + 2) floats */
 } ibl_harmonics;
 
-/* Allocates coefficients, contents undefined, for sums in doubles. out is empty
+/* Allocates coefficients, contents undefined. out is empty
  * after an error; free with ibl_harmonics_free. */
 ibl_status ibl_harmonics_alloc(ibl_ctx *ctx, int degree, ibl_harmonics *out);
 void ibl_harmonics_free(ibl_harmonics *h); /* zeroed is fine */
 
-/* The coefficients of order m: 6 doubles each for l = m, m + 1, ..., degree. */
-static inline double *ibl_harmonics_at(const ibl_harmonics *h, int m)
+/* The coefficients of order m: 6 floats each for l = m, m + 1, ..., degree. */
+static inline float *ibl_harmonics_at(const ibl_harmonics *h, int m)
 {
     return h->data +
            (size_t)m * (size_t)(2 * (ptrdiff_t)h->degree + 3 - m) / 2 * 6;
