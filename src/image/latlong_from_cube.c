@@ -38,7 +38,6 @@ typedef struct mapper {
 typedef struct summing {
     ibl_wedge_sink sink; /* must be first: take_spans casts it to summing */
     const mapper *m;
-    int first;    /* the pixel from which spans count */
     double *sums; /* a bundle for each pixel of the octant */
 } summing;
 
@@ -79,10 +78,10 @@ static void take_spans(ibl_wedge_sink *sink)
         gather(m, span->slot / m->wedge.half, span->slot % m->wedge.half,
                bundle);
         for (int p = 0; p < span->count; p++) {
-            const int x = (s->first + span->pixel + p) / m->scale_x;
+            const int x = (span->pixel + p) / m->scale_x;
             double *to = s->sums + (ptrdiff_t)BUNDLE * x;
             for (int k = 0; k < BUNDLE; k++)
-                to[k] += span->weight * bundle[k];
+                to[k] += (double)span->weight * bundle[k];
         }
     }
     sink->count = 0;
@@ -118,9 +117,7 @@ static void rows_job(void *arg, int y, int worker)
         int begin, end;
         if (!ibl_wedge_row_init(&m->wedge, rows, j, false, &row))
             continue;
-        const ibl_wedge_strips *strips =
-            ibl_wedge_range(&m->wedge, &row, &m->part, &begin, &end);
-        s->first = strips->pixel[begin];
+        ibl_wedge_range(&m->wedge, &row, &m->part, &begin, &end);
         ibl_wedge_cut(&m->wedge, &row, &m->part, begin, end, &s->sink);
     }
     put_rows(m, y, s->sums);
@@ -128,8 +125,6 @@ static void rows_job(void *arg, int y, int worker)
 
 static bool make(mapper *m, int threads)
 {
-    const size_t strips = (size_t)(m->wedge.pixels + m->wedge.half) + 2;
-
     for (int k = 0; k < 3 * IBL_OCTANTS; k++)
         m->place[k / 3][k % 3] =
             ibl_octant_place_of(m->cube, k / 3, (ibl_octant_face)(k % 3));
@@ -138,10 +133,9 @@ static bool make(mapper *m, int threads)
         summing *s = &m->workers[i];
         s->m = m;
         s->sink.full = take_spans;
-        s->sink.zone = ibl_alloc_array(2 * strips, sizeof *s->sink.zone);
         s->sums = ibl_alloc_array((size_t)m->map->width / 8,
                                   BUNDLE * sizeof *s->sums);
-        if (!s->sink.zone || !s->sums)
+        if (!s->sums)
             return false;
     }
     return m->workers;
@@ -173,10 +167,8 @@ ibl_status ibl_latlong_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
         status = ibl_no_memory(ctx, "the map of a cube");
     if (!status)
         status = ibl_run(ctx, "map", map->height / 2, rows_job, &m);
-    for (int i = 0; m.workers && i < ibl_ctx_threads(ctx); i++) {
-        ibl_free(m.workers[i].sink.zone);
+    for (int i = 0; m.workers && i < ibl_ctx_threads(ctx); i++)
         ibl_free(m.workers[i].sums);
-    }
     ibl_free(m.workers);
     ibl_wedge_free(&m.wedge);
     return status;

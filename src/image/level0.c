@@ -7,7 +7,7 @@
  * is a rectangle, and a texel is a region bounded by four curves. Each pixel
  * is cut by the curves that cross it (image/level0_geometry.h). Its parts are
  * added to their texels, in double and with weights >= 0 that sum to the
- * pixel's area: nothing is lost, and nothing cancels. Sums are kept only for
+ * pixel's area, but for rounding: nothing cancels. Sums are kept only for
  * texels that later rows can still reach; the texels before are in the cube
  * (image/level0_octants.h). Dividing by the sum of weights gives the average,
  * and keeps a constant map constant to rounding.
@@ -39,6 +39,7 @@ enum {
 /* A fine row, or its part on one side of the equator. */
 struct work_row {
     ibl_wedge_row cut;
+    int from_pole; /* rows between it and its pole */
     ibl_octant_blend between;
 };
 
@@ -48,6 +49,7 @@ struct adder {
     const ibl_octants_dsp *dsp;
     double *pixels;
     ibl_octant_sums *sums; /* the job's sums */
+    bool keeps;            /* whether the row's spans are kept */
 };
 
 struct ibl_level0 {
@@ -66,11 +68,14 @@ struct ibl_level0 {
 static void take_spans(ibl_wedge_sink *sink)
 {
     struct adder *a = (struct adder *)(void *)sink;
-    const ibl_octant_sums *s = a->sums;
-    for (int i = 0; i < sink->count; i++)
-        s->weights[sink->spans[i].slot] +=
-            sink->spans[i].weight * sink->spans[i].count;
-    a->dsp->add(sink->spans, sink->count, a->pixels, s->sums);
+    ibl_octant_sums *s = a->sums;
+    a->dsp->add(sink->spans, sink->count, a->pixels, s->sums, s->weights);
+    a->keeps = a->keeps && sink->count < s->room - s->kept_spans;
+    if (a->keeps) {
+        memcpy(s->kept + s->kept_spans, sink->spans,
+               (size_t)sink->count * sizeof *sink->spans);
+        s->kept_spans += sink->count;
+    }
     sink->count = 0;
 }
 
@@ -83,18 +88,51 @@ static void collect(const ibl_level0 *l, const struct work_row *r,
         l->set.dsp.collect(r->between.source[0], column, count, pixels);
 }
 
+/* Cuts strips of a row, adds its spans, and keeps them if there is room. */
+static void cut_row(const struct work_row *r, const ibl_wedge *w, int begin,
+                    int end, struct adder *a)
+{
+    ibl_octant_sums *s = a->sums;
+    const int before = s->kept_spans;
+    a->keeps =
+        !r->cut.south && r->from_pole == s->kept_rows && before < s->room;
+    if (begin < end)
+        ibl_wedge_cut(w, &r->cut, &s->part, begin, end, &a->sink);
+    if (!a->keeps) {
+        s->kept_spans = before;
+        return;
+    }
+    s->kept[s->kept_spans].slot = s->kept_spans - before;
+    s->kept_spans++;
+    s->kept_rows++;
+}
+
+/* Adds the spans of the last row that is kept, and drops them. */
+static void add_kept(struct adder *a)
+{
+    ibl_octant_sums *s = a->sums;
+    const int count = s->kept[s->kept_spans - 1].slot;
+    s->kept_rows--;
+    s->kept_spans -= 1 + count;
+    a->dsp->add(s->kept + s->kept_spans, count, a->pixels, s->sums, s->weights);
+}
+
 static void add_row(const ibl_level0 *l, const struct work_row *r,
                     const ibl_octant_group *g, struct adder *a)
 {
     int begin, end;
     const ibl_wedge_strips *strips =
         ibl_wedge_range(&g->wedge, &r->cut, &a->sums->part, &begin, &end);
-    if (begin >= end)
-        return;
-    const int first = strips->pixel[begin];
-    collect(l, r, g->column + (size_t)first * IBL_OCTANTS,
-            strips->pixel[end - 1] + 1 - first, g->octants, a->pixels);
-    ibl_wedge_cut(&g->wedge, &r->cut, &a->sums->part, begin, end, &a->sink);
+    if (begin < end) {
+        const int first = strips->strip[begin].pixel;
+        collect(l, r, g->column + (size_t)first * IBL_OCTANTS,
+                strips->strip[end - 1].pixel + 1 - first, g->octants,
+                a->pixels + (size_t)first * IBL_OCTANT_RGB);
+    }
+    if (r->cut.south && r->from_pole < a->sums->kept_rows)
+        add_kept(a);
+    else
+        cut_row(r, &g->wedge, begin, end, a);
 }
 
 static void add_rows(void *arg, int job, int worker)
@@ -145,6 +183,7 @@ static bool next_row(ibl_level0 *l, int rows, const float *rgb)
                                                        (size_t)(j - l->added);
     }
     for (int south = 0; south < 2; south++) {
+        r.from_pole = south ? l->fine.rows - 1 - l->done : l->done;
         if (ibl_wedge_row_init(&l->set.group[0].wedge, l->fine.rows, l->done,
                                south, &r.cut))
             l->rows[l->row_count++] = r;
@@ -208,16 +247,14 @@ static bool init_adders(ibl_level0 *l)
 {
     const int threads = ibl_ctx_threads(l->ctx);
     const size_t pixels = (size_t)l->fine.columns / 8 + 2;
-    const size_t strips = pixels + (size_t)l->set.group[0].wedge.half;
     l->adders = ibl_alloc_zeroed((size_t)threads, sizeof *l->adders);
     for (int i = 0; l->adders && i < threads; i++) {
         struct adder *a = &l->adders[i];
         a->dsp = &l->set.dsp;
         a->pixels =
             ibl_alloc_zeroed(pixels, IBL_OCTANT_RGB * sizeof *a->pixels);
-        a->sink.zone = ibl_alloc_array(2 * strips, sizeof *a->sink.zone);
         a->sink.full = take_spans;
-        if (!a->pixels || !a->sink.zone)
+        if (!a->pixels)
             return false;
     }
     return l->adders;
@@ -257,10 +294,8 @@ void ibl_level0_free(ibl_level0 *l)
 {
     if (!l)
         return;
-    for (int i = 0; l->adders && i < ibl_ctx_threads(l->ctx); i++) {
+    for (int i = 0; l->adders && i < ibl_ctx_threads(l->ctx); i++)
         ibl_free(l->adders[i].pixels);
-        ibl_free(l->adders[i].sink.zone);
-    }
     ibl_free(l->adders);
     ibl_free(l->rows);
     ibl_free(l->last);

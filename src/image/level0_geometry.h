@@ -33,20 +33,24 @@
  * the same spans. */
 typedef struct ibl_wedge_row {
     bool south;
-    ibl_coverage_row cut; /* cosines and tangents of the borders */
-    double top_cot, bottom_cot;
+    ibl_coverage_row cut;
     bool top_lines, side;      /* whether it can touch the top, the side */
     int first_line, last_line; /* that it can touch, counted from its pole */
 } ibl_wedge_row;
 
+typedef struct ibl_wedge_strip {
+    double cosine, sine; /* of psi where it begins */
+    double width;        /* in psi, radians */
+    int pixel, column;   /* column of the texel on the side, or 0 */
+    int run; /* strips from here on with consecutive pixels, equal width and the
+                same column */
+} ibl_wedge_strip;
+
 /* Strips of a row, in order of psi. */
 typedef struct ibl_wedge_strips {
     int count;
-    double *cosine, *sine, *secant; /* of psi at count + 1 borders */
-    double *width;                  /* count; in psi, radians */
-    int *pixel, *column; /* count; column of the texel on the side, or 0 */
-    int *run;   /* count: the end of the run of strips with consecutive pixels,
-                   equal width and the same column */
+    ibl_wedge_strip *strip; /* count + 1; the last is the end of the one before
+                               it */
     int *first; /* half + 1: first strip of each column, if cut by columns */
 } ibl_wedge_strips;
 
@@ -102,10 +106,9 @@ typedef struct ibl_wedge_sink {
     ibl_octant_span spans[IBL_WEDGE_SPANS];
     int count;
     void (*full)(struct ibl_wedge_sink *sink);
-    double *zone; /* scratch of the caller: 2 doubles for every strip */
 } ibl_wedge_sink;
 
-/* Cuts the strips begin..end - 1. Pixels count from that of strip begin. */
+/* Cuts the strips begin..end - 1. */
 void ibl_wedge_cut(const ibl_wedge *w, const ibl_wedge_row *row,
                    const ibl_wedge_part *part, int begin, int end,
                    ibl_wedge_sink *sink);

@@ -8,6 +8,7 @@
 #include "core/context.h"
 
 enum {
+    MOST_KEPT = 3 << 19,        /* bytes of spans */
     SHARED = IBL_OCTANT_RGB + 1 /* doubles of a shared texel: sums, weight */
 };
 
@@ -78,7 +79,7 @@ static int ring_size(const ibl_wedge *w, int rows)
 }
 
 /* Parts differ in width, as near the poles all pixels are in the first part. */
-static bool init_parts(ibl_octant_group *g, int ring)
+static bool init_parts(ibl_octant_group *g, int ring, int room)
 {
     static const int ends[IBL_OCTANT_PARTS] = {1, 2, 4, 6, 8, 10, 13, 16};
     int begin = 0;
@@ -91,7 +92,9 @@ static bool init_parts(ibl_octant_group *g, int ring)
         s->part = (ibl_wedge_part){begin, end, ring};
         s->sums = ibl_alloc_zeroed(slots, IBL_OCTANT_RGB * sizeof(double));
         s->weights = ibl_alloc_zeroed(slots, sizeof(double));
-        if (!s->sums || !s->weights)
+        s->kept = ibl_alloc_sparse((size_t)room, sizeof *s->kept);
+        s->room = room;
+        if (!s->sums || !s->weights || !s->kept)
             return false;
         begin = end;
     }
@@ -99,7 +102,7 @@ static bool init_parts(ibl_octant_group *g, int ring)
 }
 
 static ibl_status init_group(ibl_ctx *ctx, int columns, int rows,
-                             double yaw_deg, int size, bool offsets,
+                             double yaw_deg, int size, bool offsets, int room,
                              ibl_octant_group *g)
 {
     int column;
@@ -113,7 +116,7 @@ static ibl_status init_group(ibl_ctx *ctx, int columns, int rows,
                                 IBL_OCTANTS * sizeof *g->column);
     g->shared = ibl_alloc_array((size_t)g->wedge.lines * (1 + size % 2),
                                 SHARED * sizeof *g->shared);
-    if (!g->column || !g->shared || !init_parts(g, ring))
+    if (!g->column || !g->shared || !init_parts(g, ring, room))
         return ibl_no_memory(ctx, "level 0's sums");
     set_columns(g, columns, yaw_deg, offsets ? 3 : 1);
     return IBL_OK;
@@ -143,6 +146,8 @@ ibl_status ibl_octants_init(ibl_ctx *ctx, const ibl_cube *cube, int columns,
     }
     for (int i = 0; i < set->groups && !status; i++) {
         status = init_group(ctx, columns, rows, yaw_deg, cube->size, offsets,
+                            MOST_KEPT / (int)sizeof(ibl_octant_span) /
+                                IBL_OCTANT_PARTS / set->groups,
                             &set->group[i]);
     }
     if (status)
@@ -157,6 +162,7 @@ void ibl_octants_free(ibl_octant_set *set)
         for (int k = 0; k < g->parts; k++) {
             ibl_free(g->sums[k].sums);
             ibl_free(g->sums[k].weights);
+            ibl_free(g->sums[k].kept);
         }
         ibl_free(g->column);
         ibl_free(g->shared);
@@ -183,7 +189,7 @@ static ibl_octant_face face_of(const ibl_wedge *w, int *line)
 /* Writes the texels of a line from z on, in the octants of all lanes. */
 static void write_texels(const ibl_octant_set *set, const ibl_octant_group *g,
                          ibl_octant_face face, int line, int z, int count,
-                         const double *sums, const double *weights)
+                         double *sums, double *weights)
 {
     float nowhere[3], *out[IBL_OCTANTS];
     ptrdiff_t step[IBL_OCTANTS];
@@ -200,11 +206,13 @@ static void write_texels(const ibl_octant_set *set, const ibl_octant_group *g,
 }
 
 static void keep_shared(const ibl_octant_group *g, int line, bool axis,
-                        const double *sum, double weight)
+                        double *sum, double *weight)
 {
     double *to = shared_texel(g, line, axis);
     memcpy(to, sum, IBL_OCTANT_RGB * sizeof *to);
-    to[IBL_OCTANT_RGB] = weight;
+    memset(sum, 0, IBL_OCTANT_RGB * sizeof *to);
+    to[IBL_OCTANT_RGB] = *weight;
+    *weight = 0;
 }
 
 /* Writes a line of a part to the cube and clears its sums. Half texels at its
@@ -223,17 +231,15 @@ static void finish_line(const ibl_octant_set *set, ibl_octant_group *g,
         end = i - s->part.first_z;
         if (end >= 0)
             keep_shared(g, line, false, sums + IBL_OCTANT_RGB * (size_t)end,
-                        weights[end]);
+                        weights + end);
     }
     if (g->wedge.size % 2 && s->part.first_z == 0 && end > 0) {
-        keep_shared(g, line, true, sums, weights[0]);
+        keep_shared(g, line, true, sums, weights);
         begin = 1;
     }
     if (end > begin)
         write_texels(set, g, face, i, s->part.first_z + begin, end - begin,
                      sums + IBL_OCTANT_RGB * (size_t)begin, weights + begin);
-    memset(sums, 0, (size_t)width * IBL_OCTANT_RGB * sizeof *sums);
-    memset(weights, 0, (size_t)width * sizeof *weights);
 }
 
 void ibl_octants_finish(const ibl_octant_set *set, ibl_octant_group *g,

@@ -22,6 +22,10 @@ typedef struct ibl_octant_sums {
     double *sums;    /* IBL_OCTANT_RGB for each slot */
     double *weights; /* one for each slot */
     int written;     /* lines before this one are in the cube */
+    /* Spans of northern rows for their mirrors in the south: of the first rows
+     * from the pole, as many as fit, each followed by their number. */
+    ibl_octant_span *kept;
+    int kept_rows, kept_spans, room;
 } ibl_octant_sums;
 
 enum {

@@ -16,22 +16,8 @@
 /* A row of pixels between two angles theta of at most 90 degrees. */
 typedef struct ibl_coverage_row {
     double top, bottom;         /* cosines, top > bottom */
-    double per_cosine;          /* 1 / (top - bottom) */
-    double top_tan, bottom_tan; /* 0 to infinite */
+    double top_cot, bottom_cot; /* cotangents, infinite to 0 */
 } ibl_coverage_row;
-
-/* A point of a border: q and r of psi, cosine(theta) and its slope. */
-typedef struct ibl_border_point {
-    double q, r;
-    double cosine, slope;
-} ibl_border_point;
-
-static inline ibl_border_point ibl_border_point_at(double a, double q, double r)
-{
-    const double inverse = 1 / sqrt(a * a + q * q);
-    const double slope = -(r * (a * a)) * (inverse * inverse * inverse);
-    return (ibl_border_point){q, r, q * inverse, slope};
-}
 
 /* Angle from one direction to another, at most 0.02 radians. */
 static inline double ibl_coverage_angle(double q0, double r0, double q1,
@@ -41,15 +27,34 @@ static inline double ibl_coverage_angle(double q0, double r0, double q1,
     return s * (1 + s2 * (1.0 / 6 + s2 * (3.0 / 40)));
 }
 
+/* The mean cosine(theta) of a border between q0, r0 and q1, r1, `width` of psi
+ * apart: from its value and its curvature in the middle, to fourth order. */
+static inline double ibl_coverage_mean(double a, double q0, double r0,
+                                       double q1, double r1, double width)
+{
+    const double q = q0 + q1, r = r0 + r1;
+    const double inverse = 1 / sqrt(a * a * (q * q + r * r) + q * q);
+    const double cosine = q * inverse, p = r * inverse;
+    return cosine - width * width * (1.0 / 24) *
+                        (cosine - cosine * cosine * cosine) * (1 + 3 * p * p);
+}
+
+/* The area of a strip above a border that enters or leaves the row in it. */
+double ibl_coverage_clipped(const ibl_coverage_row *row, double a, double q0,
+                            double r0, double q1, double r1, double width);
+
 /*
- * The part of a strip of a row above a border, 0..1. The border enters the
- * strip at `high` and leaves it at `low`, `width` of psi later, at most 0.02
- * radians. Within the row it is a straight line plus a correction for its
- * curvature: the area is right to fourth order (Hermite's end correction of the
- * trapezium rule).
+ * The area in psi and cosine(theta) of the part of a strip above a border: 0 to
+ * all of it, but for rounding. The border enters the strip at q0, r0 and leaves
+ * it at q1, r1, `width` of psi later, at most 0.02 radians.
  */
-double ibl_coverage_share(const ibl_coverage_row *row, double a,
-                          const ibl_border_point *high,
-                          const ibl_border_point *low, double width);
+static inline double ibl_coverage_above(const ibl_coverage_row *row, double a,
+                                        double q0, double r0, double q1,
+                                        double r1, double width)
+{
+    if (q0 > a * row->top_cot || q1 < a * row->bottom_cot)
+        return ibl_coverage_clipped(row, a, q0, r0, q1, r1, width);
+    return width * (row->top - ibl_coverage_mean(a, q0, r0, q1, r1, width));
+}
 
 #endif

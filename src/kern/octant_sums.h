@@ -21,7 +21,7 @@ enum {
 
 /* A weight for a run of pixels that is added to one sum. */
 typedef struct ibl_octant_span {
-    double weight;
+    float weight;
     int slot;              /* index of the sum */
     uint16_t pixel, count; /* the first pixel, and how many: >= 1 */
 } ibl_octant_span;
@@ -58,18 +58,19 @@ typedef struct ibl_octants_dsp {
     void (*blend)(const ibl_octant_blend *row, const int *column, int count,
                   int lanes, double *pixels);
     /*
-     * sums[slot] += weight * (sum of the run's pixels, from first to last),
-     * span after span.
+     * sums[slot] += weight * (sum of the run's pixels, from first to last) and
+     * weights[slot] += weight * count, span after span.
      *   pixels, sums  arrays of IBL_OCTANT_RGB doubles, 64-byte aligned
      */
     void (*add)(const ibl_octant_span *spans, int count, const double *pixels,
-                double *sums);
+                double *sums, double *weights);
     /*
-     * Writes sums * (1 / weight) as floats: lane m of sum i becomes the RGB at
-     * out[m] + i * step[m]. Unused lanes may share a dummy place.
+     * Writes sums * (1 / weight) as floats, and clears both: lane m of sum i
+     * becomes the RGB at out[m] + i * step[m]. Unused lanes may share a dummy
+     * place.
      *   sums  count of IBL_OCTANT_RGB doubles, 64-byte aligned
      */
-    void (*write)(const double *sums, const double *weights, int count,
+    void (*write)(double *sums, double *weights, int count,
                   float *const out[IBL_OCTANTS],
                   const ptrdiff_t step[IBL_OCTANTS]);
 } ibl_octants_dsp;

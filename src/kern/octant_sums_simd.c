@@ -129,16 +129,17 @@ static inline void add_span(const ibl_octant_span *s, const double *p,
         for (int k = 0; k < CHAINS; k++)
             v[k] += vd_load(p + k * VD);
     }
-    const vd w = vd_all(s->weight);
+    const vd w = vd_all((double)s->weight);
 #pragma GCC unroll 12
     for (int k = 0; k < CHAINS; k++)
         vd_store(sum + k * VD, vd_load(sum + k * VD) + w * v[k]);
 }
 
 static void add_spans(const ibl_octant_span *spans, int count,
-                      const double *pixels, double *sums)
+                      const double *pixels, double *sums, double *weights)
 {
     for (const ibl_octant_span *s = spans; s < spans + count; s++) {
+        weights[s->slot] += (double)s->weight * s->count;
         const double *p = pixels + IBL_OCTANT_RGB * (size_t)s->pixel;
         double *sum = sums + IBL_OCTANT_RGB * (size_t)s->slot;
 #pragma GCC unroll 2
@@ -174,7 +175,7 @@ static inline void write_four(float *const out[4], const ptrdiff_t step[4],
     write_rgb(out[3] + i * step[3], high[1], b[3]);
 }
 
-static void write_sums(const double *sums, const double *weights, int count,
+static void write_sums(double *sums, double *weights, int count,
                        float *const out[IBL_OCTANTS],
                        const ptrdiff_t step[IBL_OCTANTS])
 {
@@ -184,6 +185,10 @@ static void write_sums(const double *sums, const double *weights, int count,
             write_four(out + m, step + m, i, four_floats(sums + m, scale),
                        four_floats(sums + IBL_OCTANTS + m, scale),
                        four_floats(sums + 2 * IBL_OCTANTS + m, scale));
+        weights[i] = 0;
+#pragma GCC unroll 12
+        for (int k = 0; k < OF_A_PIXEL; k++)
+            vd_store(sums + k * VD, vd_all(0));
         sums += IBL_OCTANT_RGB;
     }
 }
