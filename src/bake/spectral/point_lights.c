@@ -281,28 +281,22 @@ struct cap {
     double centre[3], cosine, sine;
 };
 
-/* Around BLOCK directions, at most half the sphere. */
+/* Around BLOCK directions from one in their middle, at most half the sphere. */
 static struct cap cap_of(const float *point, int stride)
 {
-    struct cap cap = {.cosine = 1};
-    block x, y, z, along;
+    struct cap cap;
+    float cosine = 1;
+    block d[3], along;
 
-    memcpy(&x, point, sizeof x);
-    memcpy(&y, point + stride, sizeof y);
-    memcpy(&z, point + 2 * stride, sizeof z);
-    for (int i = 0; i < BLOCK; i++) {
-        cap.centre[0] += (double)x[i];
-        cap.centre[1] += (double)y[i];
-        cap.centre[2] += (double)z[i];
+    for (int k = 0; k < 3; k++) {
+        memcpy(&d[k], point + k * stride, sizeof d[k]);
+        cap.centre[k] = (double)d[k][BLOCK / 2];
     }
-    if (!unit3(cap.centre))
-        cap.centre[1] = 1;
-    along = (float)cap.centre[0] * x + (float)cap.centre[1] * y +
-            (float)cap.centre[2] * z;
+    along = d[0][BLOCK / 2] * d[0] + d[1][BLOCK / 2] * d[1] +
+            d[2][BLOCK / 2] * d[2];
     for (int i = 0; i < BLOCK; i++)
-        cap.cosine =
-            (double)along[i] < cap.cosine ? (double)along[i] : cap.cosine;
-    cap.cosine = fmax(cap.cosine, 0);
+        cosine = along[i] < cosine ? along[i] : cosine;
+    cap.cosine = fmax((double)cosine, 0);
     cap.sine = sqrt(1 - cap.cosine * cap.cosine);
     return cap;
 }
