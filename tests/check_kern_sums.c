@@ -540,7 +540,7 @@ KERN_TEST(rows)
 /* ---- point lights -------------------------------------------------------- */
 
 enum {
-    BLOCKS = 3,
+    BLOCKS = 6,
     POINTS = BLOCKS * IBL_RADIAL_BLOCK,
     LIGHTS = 9
 };
@@ -595,15 +595,14 @@ static void random_scene(uint64_t seed, float *point,
         put(point, POINTS, i, d);
     }
     for (int l = 0; l < LIGHTS; l++) {
-        float one[6];
+        float one[6], spread = 0;
         random_unit(&r, d);
         put(one, 1, 0, d);
         memcpy(lights[l].at, one, sizeof lights[l].at);
         memcpy(lights[l].rest, one + 3, sizeof lights[l].rest);
         put(point, POINTS, 5 * l, d);
-        for (int k = 0; k < 4; k++)
-            lights[l].rgb[k] =
-                k < 3 ? (float)pow(10, test_random_between(&r, -4, 4)) : NAN;
+        for (int k = 0; k < 3; k++)
+            lights[l].rgb[k] = (float)pow(10, test_random_between(&r, -4, 4));
         /* Tangents. */
         for (int k = 0; k < 2; k++) {
             double e[3], along = 0;
@@ -613,7 +612,10 @@ static void random_scene(uint64_t seed, float *point,
             for (int j = 0; j < 3; j++)
                 lights[l].side[k][j] =
                     l % 3 ? (float)(2e-3 * (e[j] - along * d[j])) : 0;
+            for (int j = 0; j < 3; j++)
+                spread += lights[l].side[k][j] * lights[l].side[k][j] / 3;
         }
+        lights[l].rgb[3] = spread;
         d[l % 3] += 1e-4;
         put(point, POINTS, 5 * l + 1, d);
     }

@@ -62,7 +62,7 @@ static double worst_of(const ibl_radial_dsp *dsp, const lobe *l)
     const ibl_lobe_shape shape = ibl_lobe_shape_of(l->of, l->alpha);
     const ibl_radial radial = ibl_radial_of(&shape);
     const double peak = peak_of(l);
-    test_random r = {3};
+    test_random r = {5};
     double worst = 0;
     for (int round = 0; round < 1000; round++) {
         float point[6 * BLOCK] = {0}, rgba[4 * BLOCK] = {0};
@@ -183,7 +183,7 @@ static int larger(const void *a, const void *b)
 }
 
 enum {
-    ROUNDS = TEST_SANITIZED ? 1 : 4,
+    ROUNDS = TEST_SANITIZED ? 2 : 8,
     TEXELS = ROUNDS * BLOCK
 };
 
@@ -243,10 +243,9 @@ TEST(pixels)
                 double error[TEXELS];
                 errors_of(l, p, (enum where)at, error);
                 /* The middle of Charlie bends. */
-                const bool bent =
-                    l->of == IBL_LOBE_CHARLIE && at != LOBE && at != FAR;
-                CHECK_MSG(error[TEXELS / 20] <= (bent ? 1e-3 : 7e-5) &&
-                              error[0] <= (bent ? 1e-3 : 1e-4),
+                const bool bent = l->of == IBL_LOBE_CHARLIE;
+                CHECK_MSG(error[TEXELS / 20] <= (bent ? 2e-3 : 7e-5) &&
+                              error[0] <= (bent ? 3e-3 : 1e-4),
                           "%s %g, pixel %d, %d of %d rows, %s: 95th %.2e, "
                           "worst %.2e",
                           ibl_lobe_name(l->of), l->alpha, p->column, p->row,
@@ -266,7 +265,7 @@ TEST(groups)
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     ibl_point_lights *all, *one[LIGHTS];
     ibl_patch patches[LIGHTS];
-    test_random r = {7};
+    test_random r = {5};
     ibl_radial_dsp dsp;
 
     ibl_radial_dsp_init(&dsp, ibl_ctx_isa(ctx));

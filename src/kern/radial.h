@@ -13,7 +13,7 @@
 #include "kern/isa.h"
 
 enum {
-    IBL_RADIAL_BLOCK = 16 /* texels */
+    IBL_RADIAL_BLOCK = 8 /* texels */
 };
 
 /* K = scale D(q) N.L, N.L = 1 - q/2. D is

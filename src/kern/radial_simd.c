@@ -236,7 +236,7 @@ static inline void add_texels(const ibl_radial *lobe, ibl_lobe kind,
                        : vf_max(vf_fma(q[n], vf_all(-0.5f), vf_all(1)), zero);
             any |= c[n] > zero;
         }
-        if (!vi_any(any))
+        if (form != SPREAD && !vi_any(any))
             continue;
 #pragma GCC unroll 2
         for (int n = 0; n < AT_ONCE; n++) {

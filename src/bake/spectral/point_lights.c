@@ -27,12 +27,13 @@ enum {
     MOST_LIGHTS = 4096 /* that may come of splitting pixels */
 };
 
-/* For texels to which it is near, far, or on the horizon. */
+/* For texels to which it is near, far, on the horizon, or below it. */
 enum range {
     NEAR,
     FAR,
     CUT,
-    RANGES
+    RANGES,
+    BELOW = RANGES
 };
 
 /* From here on, in radii of a pixel, a texel is far from it: the variance of
@@ -310,7 +311,9 @@ static enum range range_of(const struct group *g, const struct cap *cap)
     if (cap->cosine * cosine[1] <= cap->sine * sine[1] + slack ||
         fabs(c) <= cap->sine * cosine[1] + cap->cosine * sine[1] + slack)
         return CUT;
-    return c > cap->cosine * cosine[0] - cap->sine * sine[0] ? NEAR : FAR;
+    return c < 0                                               ? BELOW
+           : c > cap->cosine * cosine[0] - cap->sine * sine[0] ? NEAR
+                                                               : FAR;
 }
 
 void ibl_point_lights_add(const ibl_point_lights *p, const ibl_radial_dsp *dsp,
@@ -321,9 +324,12 @@ void ibl_point_lights_add(const ibl_point_lights *p, const ibl_radial_dsp *dsp,
 
     while (g < end) {
         const enum range range = range_of(g, &cap);
-        const int first = g->first[range];
+        const struct group *from = g;
         while (++g < end && range_of(g, &cap) == range)
             continue;
+        if (range == BELOW)
+            continue;
+        const int first = from->first[range];
         (range == NEAR  ? dsp->add
          : range == FAR ? dsp->add_far
                         : dsp->add_cut)(&p->lobe, p->point + first,
