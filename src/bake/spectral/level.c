@@ -247,7 +247,7 @@ static ibl_status try_degrees(struct level *v, struct probes *p,
     next = degree_below(v, tail, wanted * mean_of(v->s) * v->s->scale);
     for (int i = 0; i < TRIES; i++) {
         last = next;
-        const int from = last < most / 2 ? last : most / 2;
+        const int from = last < most / 3 ? last : most / 3;
         const int until = 3 * from / 2 < most ? 3 * from / 2 : most;
         status = make_probes(v, p, from + 1, until);
         if (status)

@@ -18,7 +18,7 @@ static const struct ibl_error_parts {
     /* In units of the default, whatever is asked: */
     double taps;     /* of the interpolation between rings */
     double rounding; /* of floats */
-} ibl_error_parts = {0.15, 3, 0.1, 1, 0.35, 0.05};
+} ibl_error_parts = {0.25, 2, 0.1, 1, 0.35, 0.05};
 
 /* Of the levels of a chain. */
 typedef struct ibl_chain_plan {
