@@ -23,11 +23,14 @@ void ibl_texel_error_add_c(const float *t, const float *d, size_t first,
         sums->relative[lane] +=
             truth > 0 ? (double)(sqrtf(wrong) / sqrtf(truth)) : wrong > 0;
         sums->count[lane]++;
+        float light = 0, lost = 0;
         for (int c = 0; c < 3; c++) {
-            const double light = a[c] > 0 ? (double)a[c] : 0;
-            sums->light[lane] += light;
-            sums->lost[lane] += b[c] > 0 ? 0 : light;
+            const float own = a[c] > 0 ? a[c] : 0;
+            light += own;
+            lost += b[c] > 0 ? 0 : own;
         }
+        sums->light[lane] += (double)light;
+        sums->lost[lane] += (double)lost;
     }
 }
 

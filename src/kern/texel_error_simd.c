@@ -58,12 +58,15 @@ static inline void add_texels(const float *t, const float *d, size_t lane,
     add_lanes(sums->relative + lane,
               vf_either(finite, vf_either(black, of_black, ratio), zero));
     add_lanes(sums->count + lane, vf_either(finite, one, zero));
+    vf light = zero, lost = zero;
 #pragma GCC unroll 3
     for (int c = 0; c < 3; c++) {
-        const vf light = vf_either(finite, vf_max(a[c], zero), zero);
-        add_lanes(sums->light + lane, light);
-        add_lanes(sums->lost + lane, vf_either(b[c] > zero, zero, light));
+        const vf own = vf_either(finite, vf_max(a[c], zero), zero);
+        light += own;
+        lost += vf_either(b[c] > zero, zero, own);
     }
+    add_lanes(sums->light + lane, light);
+    add_lanes(sums->lost + lane, lost);
 }
 
 static void add(const float *t, const float *d, size_t count,
