@@ -92,7 +92,7 @@ static bool init_parts(ibl_octant_group *g, int ring, int room)
         s->part = (ibl_wedge_part){begin, end, ring};
         s->sums = ibl_alloc_zeroed(slots, IBL_OCTANT_RGB * sizeof(double));
         s->weights = ibl_alloc_zeroed(slots, sizeof(double));
-        s->kept = ibl_alloc_sparse((size_t)room, sizeof *s->kept);
+        s->kept = ibl_alloc_array((size_t)room, sizeof *s->kept);
         s->room = room;
         if (!s->sums || !s->weights || !s->kept)
             return false;
