@@ -21,13 +21,15 @@
 #include "core/pi.h"
 #include "image/cube.h"
 #include "image/image.h"
+#include "image/strip_coverage.h"
 #include "image/upsample.h"
 
 typedef struct source {
     int columns, rows;
     float *rgb;     /* patches */
     float *own;     /* them, if they are finer than the map; NULL */
-    double *height; /* cosines of the borders of rows, rows + 1 */
+    double *height; /* cosines of the borders of rows, rows + 1, and */
+    double *cot;    /* cotangents, finite */
     double turns;   /* of the yaw */
 } source;
 
@@ -57,6 +59,21 @@ static void put(const mean *m, float *rgb)
 
 /* ---- the source --------------------------------------------------------- */
 
+static bool set_borders(source *s)
+{
+    const size_t borders = (size_t)s->rows + 1;
+    s->height = ibl_alloc_array(2 * borders, sizeof *s->height);
+    if (!s->height)
+        return false;
+    s->cot = s->height + borders;
+    for (int j = 0; j <= s->rows; j++) {
+        s->height[j] = cos(IBL_PI * j / s->rows);
+        s->cot[j] = s->height[j] / fmax(sin(IBL_PI * j / s->rows), 1e-300);
+    }
+    s->cot[s->rows] = -s->cot[0];
+    return true;
+}
+
 /* A row of patches, interpolated as <ibl/ibl.h> says. */
 static void refine_row(const ibl_upsample *f, const ibl_image *env, int row,
                        float *to)
@@ -85,17 +102,16 @@ static ibl_status open_source(ibl_ctx *ctx, const ibl_image *env,
         ibl_upsample_init(ctx, env->width, env->height, size, &f);
     if (status)
         return status;
-    *s = (source){f.columns, f.rows, env->data,
-                  NULL,      NULL,   yaw_deg / 360 - floor(yaw_deg / 360)};
-    s->height = ibl_alloc_array((size_t)f.rows + 1, sizeof *s->height);
+    *s = (source){.columns = f.columns,
+                  .rows = f.rows,
+                  .rgb = env->data,
+                  .turns = yaw_deg / 360 - floor(yaw_deg / 360)};
     if (f.taps)
         s->rgb = s->own = ibl_alloc_array((size_t)f.rows * (size_t)f.columns,
                                           3 * sizeof *s->own);
-    const bool ok = s->height && s->rgb;
+    const bool ok = set_borders(s) && s->rgb;
     for (int j = 0; ok && s->own && j < f.rows; j++)
         refine_row(&f, env, j, s->own + 3 * (size_t)j * (size_t)f.columns);
-    for (int j = 0; ok && j <= f.rows; j++)
-        s->height[j] = cos(IBL_PI * j / f.rows);
     ibl_upsample_free(&f);
     return ok ? IBL_OK : ibl_no_memory(ctx, "the patches of a map");
 }
@@ -149,14 +165,17 @@ static void equirect_row(void *arg, int y, int worker)
 /* ---- octahedral --------------------------------------------------------- */
 
 /*
- * An edge of a texel, u = at or v = at, is part of a great circle. x is the
- * azimuth, for v what is left of it to 90 degrees, less `zero`. The height
- * falls with x: k cos(x) / sqrt(cos(x)^2 + rest sin(x)^2),   rest = 1 - k^2
+ * An edge of a texel, u = at or v = at, is part of a great circle: a border of
+ * image/strip_coverage.h. Its psi is the azimuth, for v what is left of it to
+ * 90 degrees, less `zero`.
  */
 typedef struct edge {
-    double k, rest, zero;
+    double a, cosine, sine; /* of zero */
     bool of_v;
 } edge;
+
+/* Most width of a piece, see ibl_coverage_above. */
+static const double widest = 0.02;
 
 enum {
     U,
@@ -186,75 +205,47 @@ typedef struct texel {
 /* below: of a texel below the equator. */
 static edge edge_at(double at, bool below, bool of_v)
 {
-    const double base = below ? 1 - at : at;
-    const double circle = (1 - at) * (1 - at) + at * at;
-    const double rest = base * base / (base * base + circle);
-    return (edge){sqrt(1 - rest), rest, atan2(-at, 1 - at), of_v};
+    const double inverse = 1 / sqrt((1 - at) * (1 - at) + at * at);
+    return (edge){(below ? 1 - at : at) * inverse, (1 - at) * inverse,
+                  -at * inverse, of_v};
 }
 
-static double along(const edge *e, double azimuth)
+/* Cosine and sine of psi, from those of an azimuth. */
+static void psi_of(const edge *e, const double azimuth[2], double psi[2])
 {
-    return (e->of_v ? IBL_PI / 2 - azimuth : azimuth) - e->zero;
+    const double c = azimuth[e->of_v], s = azimuth[!e->of_v];
+    psi[0] = c * e->cosine + s * e->sine;
+    psi[1] = s * e->cosine - c * e->sine;
 }
 
-/* Cosine of the angle from +Y. */
-static double height_at(const edge *e, double x)
-{
-    const double c = cos(x), s = sin(x);
-    return e->k * c / sqrt(c * c + e->rest * s * s);
-}
-
-/* The x at a height. */
-static double crossing(const edge *e, double height)
-{
-    const double square = (1 - height * height) * (1 - e->rest);
-    const double c = square > 0 ? height * sqrt(e->rest / square) : height;
-    return acos(fmin(fmax(c, -1), 1));
-}
-
-/* A part of an edge, and how far its integral has come down. */
+/* A part of an edge, and the cosines and sines of its psi. */
 typedef struct arc {
-    const edge *of;
-    double first, last;  /* x */
-    double top, bottom;  /* heights there */
-    double at, integral; /* x, and the height's integral from zero on */
+    double a, first[2], last[2];
 } arc;
 
-static arc arc_of(const edge *e, double from, double to)
+static arc arc_of(const edge *e, const double from[2], const double to[2])
 {
-    const double a = along(e, from), b = along(e, to);
-    const double first = fmin(a, b), last = fmax(a, b);
-    return (arc){.of = e,
-                 .first = first,
-                 .last = last,
-                 .top = height_at(e, first),
-                 .bottom = height_at(e, last),
-                 .at = first,
-                 .integral = asin(e->k * sin(first))};
+    arc part = {.a = e->a};
+    psi_of(e, e->of_v ? to : from, part.first);
+    psi_of(e, e->of_v ? from : to, part.last);
+    return part;
 }
 
-/* Integral of what the arc is above low, up to high. Calls go down without
- * gaps, the first with a high that is not below the arc. */
-static double area_under(arc *a, double low, double high)
+static double area_above(const ibl_coverage_row *row, const arc *e,
+                         double width)
 {
-    const double whole = high - low, at = a->at, integral = a->integral;
-    if (a->bottom >= high)
-        return whole * (a->last - a->first);
-    if (a->top <= low)
-        return 0;
-    a->at = a->bottom < low ? fmin(fmax(crossing(a->of, low), at), a->last)
-                            : a->last;
-    a->integral = asin(a->of->k * sin(a->at));
-    return whole * (at - a->first) + a->integral - integral -
-           low * (a->at - at);
+    return ibl_coverage_above(row, e->a, e->first[0], e->first[1], e->last[0],
+                              e->last[1], width);
 }
 
 /* The higher, or the lower, of two edges at an azimuth. */
 static const edge *outer(const edge pair[2], double azimuth, bool lower)
 {
-    const double u = height_at(&pair[U], along(&pair[U], azimuth));
-    const double v = height_at(&pair[V], along(&pair[V], azimuth));
-    return &pair[(u < v) == lower ? U : V];
+    const double at[2] = {cos(azimuth), sin(azimuth)};
+    double u[2], v[2];
+    psi_of(&pair[U], at, u);
+    psi_of(&pair[V], at, v);
+    return &pair[(u[0] * pair[V].a < v[0] * pair[U].a) == lower ? U : V];
 }
 
 /* Azimuth of a corner; below: of a texel below the equator. */
@@ -263,11 +254,13 @@ static double azimuth_of(double u, double v, bool below)
     return below ? atan2(1 - u, 1 - v) : atan2(v, u);
 }
 
-/* Adds the azimuths from..to, in one column. */
-static void add_between(const source *s, texel *p, double from, double to)
+/* Adds a piece of column c between two azimuths, given by their cosines and
+ * sines. */
+static void add_piece(const source *s, texel *p, int c, const double from[2],
+                      const double to[2], double width)
 {
-    arc top = arc_of(p->top, from, to), bottom = arc_of(p->bottom, from, to);
-    const int c = (int)floor(p->zero + p->step * 0.5 * (from + to));
+    const arc top = arc_of(p->top, from, to),
+              bottom = arc_of(p->bottom, from, to);
     size_t column[QUADRANTS];
 
     for (int i = 0; i < p->images; i++) {
@@ -277,18 +270,22 @@ static void add_between(const source *s, texel *p, double from, double to)
         column[i] = (size_t)(turned < 0 ? turned + s->columns : turned);
     }
 
-    while (p->row > 0 && s->height[p->row] < top.top)
+    while (p->row > 0 && top.a * s->cot[p->row] < top.first[0])
         p->row--;
-    while (p->row < s->rows - 1 && s->height[p->row + 1] >= top.top)
+    while (p->row < s->rows - 1 && top.a * s->cot[p->row + 1] >= top.first[0])
         p->row++;
-    for (int j = p->row; j < s->rows && s->height[j] > bottom.bottom; j++) {
-        const double low = s->height[j + 1], high = s->height[j];
+    for (int j = p->row; j < s->rows && bottom.a * s->cot[j] > bottom.last[0];
+         j++) {
+        const ibl_coverage_row cut = {s->height[j], s->height[j + 1], s->cot[j],
+                                      s->cot[j + 1]};
         const double area =
-            area_under(&top, low, high) - area_under(&bottom, low, high);
+            area_above(&cut, &bottom, width) - area_above(&cut, &top, width);
         float *row = s->rgb + 3 * (size_t)j * (size_t)s->columns;
+        if (area <= 0)
+            continue;
         for (int i = 0; i < p->images && !p->light; i++)
-            add(&p->image[i].mean, row + 3 * column[i], fmax(area, 0));
-        for (int k = 0; k < 3 && p->light && area > 0; k++)
+            add(&p->image[i].mean, row + 3 * column[i], area);
+        for (int k = 0; k < 3 && p->light; k++)
             row[3 * column[0] + (size_t)k] +=
                 (float)(area * (double)p->light[k]);
     }
@@ -301,13 +298,17 @@ static void add_columns(const source *s, texel *p, double from, double to)
     const double at = p->zero + p->step * from;
     const int sign = p->step > 0 ? 1 : -1;
     int border = sign > 0 ? (int)floor(at) + 1 : (int)ceil(at) - 1;
+    double begin[2] = {cos(from), sin(from)};
 
     while (from < to) {
-        const double next = fmin((border - p->zero) / p->step, to);
+        const double column_end = (border - p->zero) / p->step;
+        const double next = fmin(fmin(column_end, from + widest), to);
+        const double end[2] = {cos(next), sin(next)};
         if (from < next)
-            add_between(s, p, from, next);
+            add_piece(s, p, border - (sign > 0), begin, end, next - from);
+        border += next >= column_end ? sign : 0;
+        memcpy(begin, end, sizeof begin);
         from = fmax(from, next);
-        border += sign;
     }
 }
 
@@ -431,16 +432,14 @@ ibl_status ibl_latlong_from_octahedral(ibl_ctx *ctx, const ibl_image *from,
 {
     const size_t floats = 3 * (size_t)map->width;
     const int width = from->width, n = width % 2 ? width : width / 2;
-    double *height = ibl_alloc_array((size_t)map->height + 1, sizeof *height);
-    unfolding u = {.map = {map->width, map->height, map->data, NULL, height, 0},
-                   .from = from,
-                   .n = n};
+    unfolding u = {
+        .map = {.columns = map->width, .rows = map->height, .rgb = map->data},
+        .from = from,
+        .n = n};
     ibl_status status = IBL_OK;
 
-    if (!height)
+    if (!set_borders(&u.map))
         return ibl_no_memory(ctx, "the map of an octahedral image");
-    for (int j = 0; j <= map->height; j++)
-        height[j] = cos(IBL_PI * j / map->height);
     memset(map->data, 0, floats * (size_t)map->height * sizeof *map->data);
     for (int i = 0; i < 2 * n && !status; i++) {
         ibl_progress(ctx, "map", i / (2.0 * n));
@@ -451,12 +450,12 @@ ibl_status ibl_latlong_from_octahedral(ibl_ctx *ctx, const ibl_image *from,
     for (size_t i = 0; i < floats * (size_t)map->height && !status; i++) {
         const size_t j = i / floats;
         const double angle =
-            2 * IBL_PI / map->width * (height[j] - height[j + 1]);
+            2 * IBL_PI / map->width * (u.map.height[j] - u.map.height[j + 1]);
         map->data[i] = (float)fmin((double)map->data[i] / angle, FLT_MAX);
     }
     if (!status)
         ibl_progress(ctx, "map", 1);
-    ibl_free(height);
+    ibl_free(u.map.height);
     return status;
 }
 
