@@ -10,6 +10,7 @@
 
 #include "bake/spectral/transform.h"
 #include "core/alloc.h"
+#include "kern/legendre.h"
 #include "test.h"
 #include "truth.h"
 
@@ -114,7 +115,7 @@ static double legendre_bound(int rings, int j, int l)
 {
     const double s = sin(M_PI * (j + 0.5) / rings), n = l + 1.0;
 
-    return DBL_EPSILON * (n * sqrt(n) * fmin(n, 2.0 / s) + 1.0);
+    return DBL_EPSILON * n * sqrt(n) * fmin(n, 2.0 / s) + IBL_LEGENDRE_NOTHING;
 }
 
 /* ---- direct sums ---------------------------------------------------- */

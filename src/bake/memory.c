@@ -27,7 +27,7 @@ static double chain_bytes(ibl_projection projection, int size, int levels)
     return 12 * texels * (projection == IBL_PROJECTION_CUBE ? 6 : 8);
 }
 
-/* Sums of level 0 around the row that is read, and 1.5 MiB of cuts. */
+/* Sums of level 0 around the row that is read, and 2 MiB of cuts. */
 static double level0_bytes(const estimate *e, int size)
 {
     double columns = e->width, rows = e->height;
@@ -37,7 +37,7 @@ static double level0_bytes(const estimate *e, int size)
         rows *= 2;
     }
     const double lines = 0.4 * size * fmin(size / rows, 1) + 24;
-    return lines * size / 2 * 200 + e->threads * columns * 40 + (3 << 19);
+    return lines * size / 2 * 200 + e->threads * columns * 40 + (2 << 20);
 }
 
 static ibl_status add_chain(ibl_ctx *ctx, const ibl_specular_options *o,

@@ -8,7 +8,7 @@
 #include "core/context.h"
 
 enum {
-    MOST_KEPT = 3 << 19,        /* bytes of spans */
+    MOST_KEPT = 2 << 20,        /* bytes of spans */
     SHARED = IBL_OCTANT_RGB + 1 /* doubles of a shared texel: sums, weight */
 };
 

@@ -31,8 +31,8 @@
 #include "ibl/ibl.h"
 #include "kern/isa.h"
 
-/* Values below this are lost when added to P_00 in a double. */
-#define IBL_LEGENDRE_NOTHING 0x1p-54
+/* Values below this are lost among the roundings of floats. */
+#define IBL_LEGENDRE_NOTHING 0x1p-28
 
 /*
  * CENTRES: theta_j = pi (j + 1/2) / count, of rows of equal height.

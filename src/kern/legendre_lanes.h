@@ -37,7 +37,7 @@ enum {
     SUMS = 12,       /* 6 parts for even l - m, 6 for odd */
     ROW = 16,        /* floats for a k in the synthesis: SUMS, alpha, beta */
     NEVER = 1 << 30, /* block of rings that never join */
-    STARTS_AT = -62  /* exponent of R_k from which rings join: s_k <= 2^7 */
+    STARTS_AT = -36  /* exponent of R_k from which rings join: s_k <= 2^7 */
 };
 
 typedef unsigned long long vu __attribute__((vector_size(8 * VD)));

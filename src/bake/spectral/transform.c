@@ -51,7 +51,7 @@ int ibl_row_orders(int rows, int degree, int group)
     const double first = group * IBL_ROW_GROUP, equator = 0.5 * rows;
     const double nearest = fmax(fmin(equator, first + IBL_ROW_GROUP), first);
     const double orders =
-        degree * sin(IBL_PI * nearest / rows) + 7 * cbrt(degree) + 2;
+        degree * sin(IBL_PI * nearest / rows) + 4.5 * cbrt(degree) + 2;
     return orders <= degree ? (int)orders : degree + 1;
 }
 
