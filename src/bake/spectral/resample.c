@@ -113,7 +113,7 @@ static void directions(const level *a, int face, int y, int x, float *point)
             for (int k = 0; k < 3; k++) {
                 const float sign = axis[j % 3][k];
                 float *to = point + (k + j / 3 * 3) * TILE;
-                if (sign)
+                if (sign != 0)
                     for (int i = 0; i < TILE; i++)
                         to[i] = sign * own[j * TILE + i];
             }
