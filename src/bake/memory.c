@@ -20,11 +20,7 @@ typedef struct estimate {
 /* Bytes of a chain of so many levels. */
 static double chain_bytes(ibl_projection projection, int size, int levels)
 {
-    double texels = 0;
-
-    for (int l = 0; l < levels; l++)
-        texels += pow(ibl_cube_edge(size, l), 2);
-    return 12 * texels * (projection == IBL_PROJECTION_CUBE ? 6 : 8);
+    return 12.0 * (double)ibl_map_texels(projection, size, levels);
 }
 
 /* Sums of level 0 around the row that is read, and 2 MiB of cuts. */
