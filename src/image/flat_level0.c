@@ -9,7 +9,7 @@
  * point of the map above the equator, and (1 - v, 1 - u - v, 1 - u) to one
  * below: edges are great circles. Between the azimuths of the texel's corners
  * and the borders of the source's columns it is between two of them, and what
- * an edge has above a border of rows has an exact integral.
+ * is above an edge in a row of the source is an area of image/strip_coverage.h.
  */
 #include <float.h>
 #include <math.h>
@@ -70,7 +70,6 @@ static bool set_borders(source *s)
         s->height[j] = cos(IBL_PI * j / s->rows);
         s->cot[j] = s->height[j] / fmax(sin(IBL_PI * j / s->rows), 1e-300);
     }
-    s->cot[s->rows] = -s->cot[0];
     return true;
 }
 

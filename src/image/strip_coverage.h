@@ -4,7 +4,7 @@
  *
  * With psi an azimuth, q = cos(psi), r = sin(psi), every border is
  *     cosine(theta) = q / sqrt(a^2 + q^2),
- * which falls as psi grows to 90 degrees. (A rising border is treated from the
+ * which falls as psi grows from 0. (A rising border is treated from the
  * other end: with q and r, and the strip's ends, exchanged.) It crosses
  * cosine(theta) where q = a / tan(theta).
  */
@@ -13,10 +13,11 @@
 
 #include <math.h>
 
-/* A row of pixels between two angles theta of at most 90 degrees. */
+/* A row of pixels between two angles theta. Below the equator its cosines and
+ * cotangents are negative, and so is q of the borders there. */
 typedef struct ibl_coverage_row {
     double top, bottom;         /* cosines, top > bottom */
-    double top_cot, bottom_cot; /* cotangents, infinite to 0 */
+    double top_cot, bottom_cot; /* cotangents; infinite at the pole */
 } ibl_coverage_row;
 
 /* Angle from one direction to another, at most 0.02 radians. */

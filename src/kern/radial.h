@@ -61,7 +61,8 @@ typedef struct ibl_radial_dsp {
     void (*add)(const ibl_radial *lobe, const ibl_radial_light *lights,
                 int count, const float *point, int stride, float *rgba);
     /* The same with the second derivatives of GGX over the rectangles: for
-     * those that are small beside their distance or alpha. */
+     * those that are small beside their distance or alpha, and above the
+     * horizon of all points. */
     void (*add_far)(const ibl_radial *lobe, const ibl_radial_light *lights,
                     int count, const float *point, int stride, float *rgba);
     /* The same for rectangles that the horizon may cut. */

@@ -227,7 +227,7 @@ static int degree_below(const struct level *v, const double *tail, double limit)
  * Chooses the smallest degree that leaves at most its part of the tolerance.
  * How what a degree leaves falls is known from the power in each; how the 95th
  * percentile of its relative error compares with its rms is measured at the
- * probes, from the next octave.
+ * probes, from the degrees up to half as high again.
  */
 static ibl_status try_degrees(struct level *v, struct probes *p,
                               const double *tail)
