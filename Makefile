@@ -304,7 +304,7 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 # Judges, as the program does. The library serves them, too.
 $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
-    faces.o judge.o judge_picks.o judged_map.o lookup.o rendered.o)
+    faces.o lookup.o rendered.o)
 
 # The whole command, with another choice.
 $(BUILD)/obj/tests/bench_choice.o: LOCAL = $(CLI_CFLAGS)
