@@ -306,15 +306,9 @@ $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
     faces.o lookup.o rendered.o)
 
-# The whole command, with another choice.
-$(BUILD)/obj/tests/bench_choice.o: LOCAL = $(CLI_CFLAGS)
-$(BUILD)/tests/bench_choice: TEST_LIBS = $(LIB)
-$(BUILD)/tests/bench_choice: $(filter-out %/main.o %/choose.o, \
-    $(call obj,$(CLI_SRC))) $(CLI_GEN)
-
-$(BUILD)/tests/check_expectation: TEST_LIBS = $(LIB)
-$(BUILD)/tests/check_expectation: $(addprefix $(BUILD)/obj/src/cli/, \
-    faces.o lookup.o)
+# The whole command, with other samples.
+$(BUILD)/tests/bench_choice: TEST_LIBS = -Wl,--wrap=ibl_truth_make $(LIB)
+$(BUILD)/tests/bench_choice: $(call obj,$(CLI_SRC)) $(CLI_GEN)
 
 $(BUILD)/tests/check_engine: TEST_LIBS = -Wl,--wrap=realloc $(LIB)
 $(BUILD)/tests/check_engine: $(call obj,$(wildcard src/engine/*.c)) \

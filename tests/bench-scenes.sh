@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # What --scene chooses for the controllers of npm's @webxr-input-profiles/assets
-# in a map: a Markdown table of bytes of texels and expected errors, without
+# in a map: a Markdown table of bytes of texels and rendered errors, without
 # and with blocks (--pixel bc6h), and how many need an eighth and a twentieth of
 # the default's bytes.
 #   bench-scenes.sh [BUILD [MAP [FOLDER]]]
@@ -23,11 +23,11 @@ fi
 choose() {
     for pixel in '' '--pixel bc6h'; do
         # shellcheck disable=SC2086
-        "$build/iblbake" --scene "$1" "$map" --dry-run $pixel
+        "$build/iblbake" --scene "$1" "$map" --dry-run --rendered-error .01 $pixel
     done | awk -v name="$2" -v n=0 '
         /^ *limit / && !n { sub(/.*the least is [^ ]* %  /, ""); limit = $0 }
         /^bytes of texels/ { bytes[n] = $4; if (!n) usual = $5 }
-        /^expected error/ { error[n++] = $3; if (n == 1) least = $5 }
+        /^rendered error/ { error[n++] = $3; if (n == 1) least = $5 }
         END {
             printf "%s|%d|%s|%d|%s|%d|%s|%s\n", name, usual, least, bytes[0],
                    error[0], bytes[1], error[1], limit

@@ -57,7 +57,7 @@ test_same_bytes_as_single_bakes() {
 test_same_bytes_with_options() {
     local set options=
     for set in '--target three,babylon-env,filament --size 16' \
-        '--lobe-table fitted --size 16 --lut-size 16' \
+        '--mapping linear --size 16 --lut-size 16' \
         '--levels 2 --sun --size 16 --lut-size 16' \
         '--verify --only specular,irradiance,lut,json --size 16 --lut-size 16' \
         '--only irradiance --sh-format cmgen --irradiance-size 4' \

@@ -486,11 +486,10 @@ TEST(chains)
     more[3].method = IBL_METHOD_SAMPLED;
     more[3].samples = 16;
     more[4].levels = 4;
-    more[4].roughness = (const double[]){0, 0.2, 0.5, 1};
+    more[4].roughness_max = 0.8;
     o.yaw_deg = one.yaw_deg = 20;
     o.more = more;
     o.more_count = 5;
-    o.power = one.power = 128;
     ibl_bake_result all = map_bake(ctx, &map, &o);
     CHECK(all.more_count == 5);
     one.specular_options = o.specular_options;

@@ -184,8 +184,6 @@ enum {
 
 /* ---- bakes -------------------------------------------------------------- */
 
-static const double narrow[] = {0.12, 0.16, 0.25}, wide[] = {0.2, 0.45, 1};
-
 typedef struct bake_row {
     const char *name;
     ibl_lobe lobe;
@@ -193,7 +191,7 @@ typedef struct bake_row {
     ibl_projection projection;
     int size, levels, samples; /* samples > 0: the method */
     double tolerance, yaw;     /* tolerance 0: the default */
-    const double *roughness;   /* of a list */
+    double roughest;           /* 0: 1 */
     int jitter;
 } bake_row;
 
@@ -207,20 +205,20 @@ typedef struct bake_row {
 #define FLAT IBL_PROJECTION_EQUIRECT
 #define FOLDED IBL_PROJECTION_OCTAHEDRAL
 static const bake_row bakes[] = {
-    {"ggx", GGX, LINEAR, CUBE, 32, 4, 0, 0, 0, NULL, 0},
-    {"ggx, equirect", GGX, FILAMENT, FLAT, 16, 5, 0, 0, -70, NULL, 0},
-    {"ggx, octahedral", GGX, LINEAR, FOLDED, 16, 4, 0, 0, 25, NULL, 0},
-    {"ggx, narrow", GGX, LINEAR, CUBE, 44, 3, 0, 0, 10, narrow, 0},
-    {"ggx, to 1e-5", GGX, LINEAR, FLAT, 16, 3, 0, 1e-5, 0, wide, 0},
-    {"ggx, to .02", GGX, FILAMENT, CUBE, 27, 4, 0, 0.02, 180, NULL, 0},
-    {"sheen", SHEEN, LINEAR, CUBE, 24, 3, 0, 0, 90, NULL, 0},
-    {"sheen, octahedral", SHEEN, FILAMENT, FOLDED, 16, 3, 0, 0, 0, NULL, 0},
-    {"phong", PHONG, BABYLON, CUBE, 32, 6, 0, 0, 33, NULL, 0},
-    {"phong, equirect", PHONG, LINEAR, FLAT, 8, 4, 0, 0, 0, NULL, 0},
-    {"phong, narrow", PHONG, LINEAR, FOLDED, 20, 3, 0, 0, 0, narrow, 0},
-    {"ggx, sampled", GGX, LINEAR, CUBE, 16, 3, 128, 0, 0, NULL, 0},
-    {"sheen, sampled", SHEEN, FILAMENT, CUBE, 13, 3, 500, 0, 0, NULL, 1},
-    {"phong, sampled", PHONG, LINEAR, CUBE, 8, 3, 400, 0, 0, NULL, 0},
+    {"ggx", GGX, LINEAR, CUBE, 32, 4, 0, 0, 0, 0, 0},
+    {"ggx, equirect", GGX, FILAMENT, FLAT, 16, 5, 0, 0, -70, 0, 0},
+    {"ggx, octahedral", GGX, LINEAR, FOLDED, 16, 4, 0, 0, 25, 0, 0},
+    {"ggx, narrow", GGX, LINEAR, CUBE, 44, 3, 0, 0, 10, 0.25, 0},
+    {"ggx, to 1e-5", GGX, LINEAR, FLAT, 16, 3, 0, 1e-5, 0, 0.9, 0},
+    {"ggx, to .02", GGX, FILAMENT, CUBE, 27, 4, 0, 0.02, 180, 0, 0},
+    {"sheen", SHEEN, LINEAR, CUBE, 24, 3, 0, 0, 90, 0, 0},
+    {"sheen, octahedral", SHEEN, FILAMENT, FOLDED, 16, 3, 0, 0, 0, 0, 0},
+    {"phong", PHONG, BABYLON, CUBE, 32, 6, 0, 0, 33, 0, 0},
+    {"phong, equirect", PHONG, LINEAR, FLAT, 8, 4, 0, 0, 0, 0, 0},
+    {"phong, narrow", PHONG, LINEAR, FOLDED, 20, 3, 0, 0, 0, 0.25, 0},
+    {"ggx, sampled", GGX, LINEAR, CUBE, 16, 3, 128, 0, 0, 0, 0},
+    {"sheen, sampled", SHEEN, FILAMENT, CUBE, 13, 3, 500, 0, 0, 0, 1},
+    {"phong, sampled", PHONG, LINEAR, CUBE, 8, 3, 400, 0, 0, 0, 0},
 };
 
 enum {
@@ -251,7 +249,7 @@ static ibl_bake_options options_of(const bake_row *b)
     s->projection = o.irradiance_options.projection = b->projection;
     s->size = b->size;
     s->levels = b->levels;
-    s->roughness = b->roughness;
+    s->roughness_max = b->roughest > 0 ? b->roughest : 1;
     s->tolerance = b->tolerance > 0 ? b->tolerance : IBL_TOLERANCE_DEFAULT;
     s->method = b->samples ? IBL_METHOD_SAMPLED : IBL_METHOD_AUTO;
     s->samples = b->samples ? b->samples : s->samples;

@@ -472,32 +472,6 @@ TEST_SLOW(known_tables)
     }
 }
 
-/* A spectrum counts by its shape alone; one without detail is no map's. */
-TEST(spectra)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_lobe_table_options o = ibl_lobe_table_options_default();
-    double power[513] = {7};
-    o.size = 16;
-    const ibl_lobe_table prior = bake(ctx, &o);
-    o.power = power;
-    o.power_degree = 512;
-    const ibl_lobe_table flat = bake(ctx, &o);
-    for (int l = 1; l <= 512; l++)
-        power[l] = 1e6 * pow(l, -1.2);
-    const ibl_lobe_table same = bake(ctx, &o);
-    o.power_degree = 128;
-    const ibl_lobe_table shorter = bake(ctx, &o);
-    double worst = 0, off = 0;
-    for (size_t i = 0; i < floats(&prior); i++) {
-        worst = fmax(worst, fabs((double)(prior.data[i] - same.data[i])));
-        off = fmax(off, fabs((double)(prior.data[i] - shorter.data[i])));
-    }
-    CHECK(!memcmp(prior.data, flat.data, floats(&prior) * sizeof *flat.data));
-    CHECK_NEAR(worst, 0, 1e-3);
-    CHECK_NEAR(off, 0, 0.1);
-}
-
 /* Any chain has a table in range: one level, many, parts of the range. */
 TEST(chains)
 {
@@ -529,7 +503,6 @@ TEST(refused)
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     const ibl_lobe_table_options usual = ibl_lobe_table_options_default();
     ibl_lobe_table t = {0};
-    const double power[2] = {1, 1};
     ibl_lobe_table_options o = usual;
     o.size = 3;
     CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
@@ -551,124 +524,8 @@ TEST(refused)
     CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
     CHECK(test_said(&kept, "rising"));
     o = usual;
-    o.power = power;
-    CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
-    o.power = (const double[]){1, NAN};
-    o.power_degree = 1;
-    CHECK(ibl_bake_lobe_table(ctx, &o, &t) == IBL_ERR_ARGUMENT);
-    CHECK(test_said(&kept, "a power of nan"));
     CHECK(!t.data);
     CHECK(ibl_bake_lobe_table(ctx, NULL, NULL) == IBL_ERR_ARGUMENT);
-}
-
-/* ---- what is expected of it --------------------------------------------- */
-
-/* The table's value between texels. */
-static void between(const ibl_lobe_table *t, int layer, double u, double v,
-                    float q[CHANNELS])
-{
-    const int last = t->size - 1;
-    const double x = fmin(fmax(u * t->size - 0.5, 0), last);
-    const double y = fmin(fmax(v * t->size - 0.5, 0), last);
-    const int i = (int)fmin(x, last - 1), j = (int)fmin(y, last - 1);
-    for (int c = 0; c < CHANNELS; c++)
-        q[c] =
-            (float)((1 - (x - i)) * ((1 - (y - j)) * texel(t, layer, i, j)[c] +
-                                     (y - j) * texel(t, layer, i, j + 1)[c]) +
-                    (x - i) * ((1 - (y - j)) * texel(t, layer, i + 1, j)[c] +
-                               (y - j) * texel(t, layer, i + 1, j + 1)[c]));
-}
-
-/* Sums the errors of the three lookups and the power over views; mean is C_0.
- */
-static void sum_views(const ibl_lobe_table *table, struct truth *t, double r,
-                      int f, double mean, double nrmse[IBL_LOOKUP_COUNT])
-{
-    const int views = 16;
-    double sum[IBL_LOOKUP_COUNT] = {0}, power = 0;
-    for (int i = 0; i < views; i++) {
-        const double n_v = (i + 0.5) / views;
-        float q[CHANNELS];
-        double none = 0;
-        view(t, n_v, r, f ? 0.04 : 1);
-        const double weight = n_v * t->energy * t->energy;
-        const struct lookup split = {t->angle, t->angle,
-                                     r * (2 - r) * (t->layout.levels - 1)};
-        power += weight * (t->power + mean / (4 * pi));
-        sum[0] += weight * t->power * error_of(t, &split, &none);
-        for (int taps = 1; taps <= 2; taps++) {
-            between(table, 2 * (taps - 1) + f, n_v, r, q);
-            sum[taps] += weight * t->power * entry_error(t, q);
-        }
-    }
-    for (int way = 0; way < IBL_LOOKUP_COUNT; way++)
-        nrmse[way] = sqrt(sum[way] / power);
-}
-
-TEST_SLOW(as_expected)
-{
-    static const int bins[] = {32, 48, 64};
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_lobe_table_options o = ibl_lobe_table_options_default();
-    const ibl_lobe_table table = bake(ctx, &o);
-    struct truth *t = truth_of(&o.layout);
-    double power[257] = {30};
-    for (int l = 1; l <= 256; l++)
-        power[l] = c_of(l);
-    for (int i = 0; i < 3; i++)
-        for (int f = 0; f < 2; f++) {
-            ibl_materials m = {.weight = {{0}}};
-            ibl_expectation *e;
-            double want[IBL_LOOKUP_COUNT];
-            m.weight[bins[i]][f] = 3;
-            NEED(!ibl_expectation_create(ctx, &m, power, 256, 512, 0, &e));
-            sum_views(&table, t, bins[i] / 64.0, f, power[0], want);
-            for (int way = 0; way < IBL_LOOKUP_COUNT; way++) {
-                const ibl_expected_set set = {.layout = o.layout,
-                                              .lookup = (ibl_lookup)way,
-                                              .lobes = &table,
-                                              .irradiance = -1};
-                double got;
-                NEED(!ibl_expectation_of(e, &set, &got));
-                CHECK_NEAR(got / want[way], 1, 0.05);
-            }
-            ibl_expectation_free(e);
-        }
-}
-
-/* ---- of a map -------------------------------------------------------------
- */
-
-static void free_result(void *result)
-{
-    ibl_bake_result_free(result);
-}
-
-/* The power is that of the map's coefficients, lights and mean included. */
-TEST(power_of_map)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image map;
-    NEED(!ibl_image_alloc(ctx, 48, 24, &map));
-    map = test_image(map);
-    map_fill(&map, 5);
-    map_set(&map, 16, 10, 2e5f, 1e5f, 1e4f);
-    const ibl_environment env = {.image = &map};
-    ibl_bake_options o = ibl_bake_options_default();
-    ibl_bake_result *r = test_alloc(1, sizeof *r);
-    static double sh[3 * 25 * 25];
-    o.specular = 0;
-    o.power = 24;
-    NEED(!ibl_bake_environment(ctx, &env, &o, r));
-    test_defer(free_result, r);
-    NEED(r->power && r->power_degree == 24);
-    NEED(!ibl_reference_sh(reference_of(ctx, &map, 0), 24, sh));
-    for (int l = 0; l <= 24; l += 3) {
-        double sum = 0;
-        for (int i = 3 * l * l; i < 3 * (l + 1) * (l + 1); i++)
-            sum += sh[i] * sh[i];
-        CHECK_NEAR(r->power[l] * (2 * l + 1) / sum, 1, 1e-6);
-    }
 }
 
 /* ---- textures -------------------------------------------------------------

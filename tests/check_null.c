@@ -132,16 +132,6 @@ TEST(bakes)
     SILENT(ibl_bake_lut(NULL, NULL, &lut));
     REFUSES(ibl_bake_lobe_table(ctx, NULL, NULL));
     SILENT(ibl_bake_lobe_table(NULL, NULL, &lobes));
-    const ibl_materials all = ibl_materials_all();
-    const double power[2] = {1, 1};
-    ibl_expectation *e;
-    REFUSES(ibl_expectation_create(ctx, NULL, power, 1, 1, 1, &e));
-    REFUSES(ibl_expectation_create(ctx, &all, NULL, 1, 1, 1, &e));
-    REFUSES(ibl_expectation_create(ctx, &all, power, 1, 1, 1, NULL));
-    SILENT(ibl_expectation_create(NULL, &all, power, 1, 1, 1, &e));
-    SILENT(ibl_expectation_of(NULL, NULL, NULL));
-    SILENT(ibl_expectation_fit(NULL, 8, 1, NULL, NULL));
-    ibl_expectation_free(NULL);
 }
 
 TEST(references)

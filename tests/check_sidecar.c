@@ -25,7 +25,7 @@ typedef struct like {
     double yaw_deg, exposure, clamp;
     int most; /* lights; 0: none are taken */
     ibl_pixel pixel;
-    int zstd, fitted;
+    int zstd;
     ibl_projection projection;
 } like;
 
@@ -67,7 +67,6 @@ static void read_and_bake(bake *b, const char *map)
     b->options.specular_options.projection = b->of->projection;
     b->options.irradiance_options.projection = b->of->projection;
     b->options.specular_options.size = SIZE;
-    b->options.power = 128;
     b->options.yaw_deg = b->of->yaw_deg;
     NEED(!ibl_image_alloc(b->ctx, env.width, env.height, &rest));
     memcpy(rest.data, env.data,
@@ -84,7 +83,7 @@ static void read_and_bake(bake *b, const char *map)
     /* The skybox keeps the lights. */
     ibl_bake_options sky = b->options;
     ibl_bake_result only;
-    sky.specular = sky.irradiance = sky.power = 0;
+    sky.specular = sky.irradiance = 0;
     sky.sh_degree = -1;
     NEED(!ibl_bake_environment(b->ctx, &(ibl_environment){.image = &env}, &sky,
                                &only));
@@ -113,10 +112,6 @@ static void make_tables(bake *b)
     ibl_lut lut;
 
     b->lobe_options.layout = b->made.report.layout;
-    if (b->of->fitted) {
-        b->lobe_options.power = b->made.power;
-        b->lobe_options.power_degree = b->made.power_degree;
-    }
     NEED(!ibl_bake_lut(b->ctx, &b->lut_options, &lut));
     NEED(!ibl_texture_from_lut(b->ctx, &lut, IBL_PIXEL_RG16F,
                                &b->texture[IBL_CONTENT_LUT], NULL));
@@ -200,7 +195,6 @@ static bake *bake_like(const like *of, const char *map)
     b->facts.made = &b->made;
     b->facts.lights = b->lights;
     b->facts.light_count = of->most ? b->light_count : -1;
-    b->facts.lobes = &b->lobes;
     b->facts.outputs = b->output;
     b->facts.output_count = OUTPUTS;
     b->facts.options = of->given;
@@ -318,17 +312,12 @@ TEST(what_the_library_says_the_program_says)
          .yaw_deg = 30,
          .exposure = 12,
          .pixel = IBL_PIXEL_RGB9E5},
-        {"--exposure -1 --clamp 4 --pixel bc6h --zstd 3 --lobe-table fitted",
-         {{"exposure", "-1"},
-          {"clamp", "4"},
-          {"pixel", "bc6h"},
-          {"zstd", "3"},
-          {"lobe-table", "fitted"}},
+        {"--exposure -1 --clamp 4 --pixel bc6h --zstd 3",
+         {{"exposure", "-1"}, {"clamp", "4"}, {"pixel", "bc6h"}, {"zstd", "3"}},
          .exposure = -1,
          .clamp = 4,
          .pixel = IBL_PIXEL_BC6H,
-         .zstd = 3,
-         .fitted = 1},
+         .zstd = 3},
         {"--layout octahedral",
          {{"layout", "octahedral"}},
          .pixel = IBL_PIXEL_RGBA16F,

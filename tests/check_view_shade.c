@@ -261,28 +261,6 @@ TEST(harmonics_in_double)
     }
 }
 
-/* Straight lines between the roughnesses of levels, in all four vectors. */
-TEST(best_mapping)
-{
-    static const double knots[] = {0, 0.1, 0.25, 0.3, 0.6, 0.7, 1};
-    ibl_specular_options opts = ibl_specular_options_default();
-
-    shade_begin(96, 96);
-    opts.size = 64;
-    opts.levels = 7;
-    ibl_image map = smooth_map(6);
-    shade_bake(set, &map, &opts);
-    set->set.mapping = IBL_ROUGHNESS_BEST;
-    set->set.lod_scale = 1;
-    memcpy(set->set.roughness, knots, sizeof knots);
-    view_settings s = view_settings_default();
-    s.columns = 6;
-    for (int i = 0; i < 3; i++) {
-        s.roughness[0] = 0.05 * i;
-        against_double(&s, 1e-4);
-    }
-}
-
 /* A scale of the irradiance map that another baker chose. */
 TEST(irradiance_scale)
 {

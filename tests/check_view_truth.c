@@ -439,64 +439,6 @@ TEST(schlick_geometry)
     compare(0.01);
 }
 
-/* ---- expected errors ---------------------------------------------------- */
-
-/* What a metal's split sum is expected to be off by, of the map's spectrum. */
-static double expected_error(void)
-{
-    ibl_materials m = {.weight = {[32] = {1, 0}}}; /* roughness 1/2 */
-    ibl_specular_options chain = ibl_specular_options_default();
-    ibl_expected_set set = {.lookup = IBL_LOOKUP_SPLIT, .irradiance = -1};
-    ibl_bake_options o = ibl_bake_options_default();
-    ibl_expectation *e = NULL;
-    ibl_image map;
-    double nrmse;
-
-    chain.size = 16;
-    o.power = 64;
-    NEED(!ibl_image_alloc(on.ctx, 64, 32, &map));
-    lights(&map);
-    const ibl_bake_result spectrum = map_bake(on.ctx, &map, &o);
-    NEED(!ibl_specular_layout_of(&chain, &set.layout) &&
-         !ibl_expectation_create(on.ctx, &m, spectrum.power, o.power, 32, 0,
-                                 &e) &&
-         !ibl_expectation_of(e, &set, &nrmse));
-    ibl_expectation_free(e);
-    ibl_image_free(&map);
-    return nrmse;
-}
-
-/* Squares of all pixels over views and turns; of a sphere, which has all
- * normals, these are all rotations of the map; few views, so within 1.2.
- * tests/bench-model.sh measures models. */
-TEST(as_expected)
-{
-    test_random random = {3};
-    double sum[2] = {0};
-
-    begin(lights, 1, 1);
-    on.settings.metallic[0] = 1;
-    on.settings.roughness[0] = 0.5;
-    on.settings.multiscatter = on.settings.sky = false;
-    on.settings.material = shade_material("white");
-    for (int i = 0; i < (TEST_SANITIZED ? 4 : 16); i++) {
-        on.settings.pitch =
-            asin(test_random_between(&random, -1, 1)) * 180 / M_PI;
-        on.settings.turn = test_random_between(&random, 0, 360);
-        const float *truth = add(24);
-        float *drawn = test_alloc(count_floats(), sizeof *drawn);
-        NEED(view_renderer_read(on.renderer, false, drawn));
-        for (size_t k = 0; k < count_floats(); k++) {
-            sum[0] += pow((double)drawn[k] - (double)truth[k], 2);
-            sum[1] += pow(truth[k], 2);
-        }
-    }
-    const double ratio = sqrt(sum[0] / sum[1]) / expected_error();
-    test_measured("measured over or under the expected", fmax(ratio, 1 / ratio),
-                  1.2);
-    CHECK_MSG(ratio < 1.2 && ratio > 1 / 1.2, "ratio %g", ratio);
-}
-
 /* ---- closed forms ------------------------------------------------------- */
 
 /* Under light of 1 from everywhere white spheres, of whatever roughness and

@@ -381,15 +381,9 @@ static void turn(double deg, const double from[3], double to[3])
 /* x of ibl_specular_layout. */
 static double mapped(const shade_set *s, double r)
 {
-    const double *knot = s->set.roughness;
-    int l = 0;
     if (s->set.mapping == IBL_ROUGHNESS_BABYLON)
         return log2(fmax(r * r, 1e-12));
-    if (s->set.mapping != IBL_ROUGHNESS_BEST)
-        return s->set.mapping == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
-    while (l + 2 < s->specular.levels && r > knot[l + 1])
-        l++;
-    return l + (r - knot[l]) / (knot[l + 1] - knot[l]);
+    return s->set.mapping == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
 }
 
 void shade_look_up(const shade_set *s, const view_settings *settings,

@@ -145,24 +145,12 @@ vec3 ibl_irradiance_sh4(vec4 sh[25], vec3 n)
 // ---- specular ---------------------------------------------------------------
 
 // Level of a roughness. chain: lod_scale and lod_offset of the sidecar, the
-// number of levels - 1, and the mapping: 0 linear, 1 filament, 2 babylon,
-// 3 best. A best one has no formula: IBL_LADDER is the name of a vec4[4] with
-// the roughnesses of the levels, to be defined before this file.
+// number of levels - 1, and the mapping: 0 linear, 1 filament, 2 babylon.
 float ibl_lod(vec4 chain, float roughness)
 {
     float x = chain.w == 1.0   ? roughness * (2.0 - roughness)
               : chain.w == 2.0 ? 2.0 * log2(max(roughness, 1e-6))
                                : roughness;
-#ifdef IBL_LADDER
-    if (chain.w == 3.0) {
-        x = 0.0;
-        for (int i = 1; i <= int(chain.z); i++) {
-            float low = IBL_LADDER[(i - 1) / 4][(i - 1) % 4];
-            float high = IBL_LADDER[i / 4][i % 4];
-            x += clamp((roughness - low) / max(high - low, 1e-6), 0.0, 1.0);
-        }
-    }
-#endif
     return clamp(x * chain.x + chain.y, 0.0, chain.z);
 }
 

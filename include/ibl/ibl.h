@@ -340,15 +340,13 @@ typedef enum ibl_roughness_map {
     IBL_ROUGHNESS_LINEAR,   /* r = t: a shader uses lod = r (levels - 1) */
     IBL_ROUGHNESS_FILAMENT, /* t = r (2 - r), r = 1 - sqrt(1 - t): a shader
                                uses lod = r (2 - r) (levels - 1) */
-    IBL_ROUGHNESS_BABYLON,  /* alpha = min(2^(level / 0.8) / size, 1), level 0
+    IBL_ROUGHNESS_BABYLON   /* alpha = min(2^(level / 0.8) / size, 1), level 0
                                of roughness 0, whatever their number: a shader
                                uses lod = 0.8 log2(size alpha), as Babylon.js
                                does */
-    IBL_ROUGHNESS_BEST      /* of a layout whose roughnesses were given: see
-                               ibl_specular_options; no option */
 } ibl_roughness_map;
 
-/* "linear", "filament", "babylon" or "best". */
+/* "linear", "filament" or "babylon". */
 const char *ibl_roughness_map_name(ibl_roughness_map map);
 /* Perceptual roughness of a level, for a chain over the whole range 0..1. Of
  * IBL_ROUGHNESS_BABYLON, for all levels down to 1x1: size 2^(levels - 1). */
@@ -527,11 +525,6 @@ typedef struct ibl_specular_options {
     ibl_roughness_map mapping; /* default IBL_ROUGHNESS_FILAMENT */
     double roughness_min;      /* the range of roughness, in 0..1, default */
     double roughness_max;      /*   all of it: see ibl_specular_layout */
-    const double *roughness;   /* NULL; else the roughness of each of `levels`
-                                  levels (then not 0), rising in 0..1 and from
-                                  level 1 on above 0, in place of the mapping's
-                                  over the range. The layout says the best
-                                  mapping, whose lod any list has */
     double tolerance; /* 1e-6..1, default IBL_TOLERANCE_DEFAULT: the largest
                          relative error (95th percentile) accepted for every
                          spectral level and for irradiance */
@@ -560,13 +553,8 @@ static inline ibl_specular_options ibl_specular_options_default(void)
  * The levels of a specular chain, and the lod of a roughness r in a shader:
  *     lod = x lod_scale + lod_offset,   x = r       (linear mapping)
  *                                       x = r (2 - r)     (Filament's)
- *     x = the level whose roughness is r, with straight lines between levels
- *                                                       (the best mapping)
- *                                          x = log2(r^2)     (Babylon's)
+ *                                       x = log2(r^2)     (Babylon's)
  * clamped to 0..levels - 1.
- *
- * The best mapping is that of roughnesses which were given. Its lobe table has
- * the lod for each view; the straight lines are for shaders without it.
  */
 typedef struct ibl_specular_layout {
     int size, levels; /* of the cube that ibl_bake_specular makes */
@@ -821,8 +809,6 @@ typedef struct ibl_environment {
 
 #define IBL_MAX_MORE_CHAINS 31
 
-#define IBL_MAX_POWER_DEGREE 512
-
 /* The outputs of one reading of an environment. */
 typedef struct ibl_bake_options {
     size_t struct_size; /* see CONVENTIONS */
@@ -835,8 +821,6 @@ typedef struct ibl_bake_options {
     int irradiance; /* 0: none; default 1 */
     ibl_irradiance_options irradiance_options;
     int sh_degree;  /* 0..IBL_MAX_SH_DEGREE; -1: none; default 2 */
-    int power;      /* degree to which the power of the harmonics is made,
-                       0..IBL_MAX_POWER_DEGREE; default 0: it is not */
     double yaw_deg; /* replaces those in the options above */
     const ibl_specular_options *more; /* further chains, with or without
                                          specular, all of the size that the
@@ -866,10 +850,6 @@ typedef struct ibl_bake_result {
     int more_count;
     int irradiance_degree; /* of the spherical harmonics; 0: not spectral */
     double *sh;            /* 3 (sh_degree + 1)^2 as in ibl_bake_sh, or NULL */
-    double *power;    /* of the map's spherical harmonics, or NULL: for each
-                         degree l = 0..power_degree the mean of |a_lm|^2
-                         over m, of R, G and B together */
-    int power_degree; /* that of the options */
 } ibl_bake_result;
 
 void ibl_bake_result_free(ibl_bake_result *r); /* NULL and zeroed are fine */
@@ -1019,10 +999,6 @@ typedef struct ibl_lobe_table_options {
     ibl_specular_layout layout; /* of the chain, made with IBL_LOBE_GGX, its
                                    roughnesses rising; default: the chain of
                                    ibl_specular_options_default */
-    const double *power;        /* of the map, as in ibl_bake_result: the table
-                                   is fitted to it. NULL (default): to what
-                                   photographs have, l^-1.2 */
-    int power_degree;           /* the last of power, at least 1 */
     ibl_f0 f0;                  /* default BOTH */
 } ibl_lobe_table_options;
 
@@ -1081,86 +1057,6 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
  */
 ibl_status ibl_bake_lobe_table(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
                                ibl_lobe_table *out);
-
-/* What a shader does with a specular chain. */
-typedef enum ibl_lookup {
-    IBL_LOOKUP_SPLIT,    /* one lookup at R, at the lod of the roughness */
-    IBL_LOOKUP_TABLE,    /* one, by the lobe table */
-    IBL_LOOKUP_TWO_TAPS, /* two, by the lobe table */
-    IBL_LOOKUP_COUNT
-} ibl_lookup;
-
-#define IBL_EXPECTED_LEAST 0.05
-
-#define IBL_MATERIAL_STEPS 64
-
-/* The materials of what is drawn; [i]: those of roughness i / 64; [0]: of F0 =
- * 1, times the square of their tint, [1]: of F0 = .04. */
-typedef struct ibl_materials {
-    double weight[IBL_MATERIAL_STEPS + 1][2];  /* share of the surfaces in view,
-                                                  0 or more; any sum above 0 */
-    double diffuse[IBL_MATERIAL_STEPS + 1][2]; /* their mean diffuse albedo */
-} ibl_materials;
-
-/* All roughnesses and both F0 in equal parts; F0 = .04 has an albedo of .18. */
-ibl_materials ibl_materials_all(void);
-
-/* What shaders draw with. */
-typedef struct ibl_expected_set {
-    ibl_specular_layout layout; /* of GGX levels; levels 0: there are none, and
-                                   irradiance takes their place */
-    ibl_lookup lookup;
-    const ibl_lobe_table *lobes; /* of IBL_LOOKUP_TABLE and TWO_TAPS; of TABLE
-                                    NULL is the best that there could be */
-    int irradiance;     /* edge of its cube; 0: harmonics of degree 2; -1: as
-                           exact */
-    const ibl_lut *lut; /* of IBL_LUT_SPLIT and an edge of 2 or more; NULL: as
-                           exact */
-    double step;        /* relative root mean square error of texels by their
-                           format: wherever they are, */
-    double slope;       /* and for each relative difference of neighbours */
-} ibl_expected_set;
-
-/*
- * The error that can be expected of what is drawn with a distribution of
- * materials: the root of the sum of w |S - T|^2 over that of w |T|^2, with T
- * all the light that a surface sends out, also diffuse, S what a shader draws,
- * and w the weights of the materials; over R, G, B, all rotations of a map, and
- * N.V with the density 2 N.V of a sphere's picture. It follows from the map's
- * spectrum, without rendering. What is counted is named in ibl_expected_set,
- * and of the interpolation between texels its blur, what it adds to that, and
- * the light that it mistakes beyond the map's or faces' degrees. A roughness
- * below IBL_EXPECTED_LEAST / 2 is a mirror.
- */
-typedef struct ibl_expectation ibl_expectation;
-
-/*
- *   power   of the map, as in ibl_bake_result, to `degree`, 1 or more
- *   most    highest degree of the map: half its width
- *   square  of the map: the mean over the sphere of R^2 + G^2 + B^2; what power
- *           lacks of it has degrees beyond `degree`, which mirrors show
- * IBL_ERR_ARGUMENT: no material has a weight, or a degree. *out is NULL after
- * an error. ctx must outlive it.
- */
-ibl_status ibl_expectation_create(ibl_ctx *ctx, const ibl_materials *materials,
-                                  const double *power, int degree, int most,
-                                  double square, ibl_expectation **out);
-void ibl_expectation_free(ibl_expectation *e); /* NULL is fine */
-
-/* nrmse is written. IBL_ERR_ARGUMENT: a member of the set out of range. */
-ibl_status ibl_expectation_of(const ibl_expectation *e,
-                              const ibl_expected_set *set, double *nrmse);
-
-/*
- * The roughnesses of a chain, with the least error that its lobe table could
- * have: those of the materials, in steps of 1/128. Level 0 is the environment
- * if a material is sharp enough for it.
- *   size, levels   as in ibl_cube
- *   layout, nrmse  written; of the levels alone
- * IBL_ERR_ARGUMENT: there are no such levels.
- */
-ibl_status ibl_expectation_fit(ibl_expectation *e, int size, int levels,
-                               ibl_specular_layout *layout, double *nrmse);
 
 IBL_API_END
 #ifdef __cplusplus

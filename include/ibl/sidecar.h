@@ -68,7 +68,6 @@ typedef struct ibl_sidecar_options {
     const ibl_bake_result *made;
     const ibl_light *lights; /* that were taken out, in the axes of the world */
     int light_count; /* 0..IBL_MAX_LIGHTS; default -1: none were looked for */
-    const ibl_lobe_table *lobes; /* for the error to expect with it, or NULL */
 
     const ibl_sidecar_output *outputs; /* all of the size that the first says */
     int output_count;
@@ -109,7 +108,7 @@ ibl_status ibl_sidecar_text(ibl_ctx *ctx, const ibl_sidecar_options *facts,
  *                   lod_offset; of a bake how each level was made
  *   irradiance      irradiance_scale; of a bake method and step
  *   lut             axes, geometry, method
- *   lobe_table      fitted_to, axes, layers, roughness
+ *   lobe_table      axes, layers, roughness
  *   facts    those of the sidecar, without source and report. made NULL: keys
  *            that follow from the options alone, as of arrays of many bakes
  *   output   its content, and texels if the pixel is of blocks

@@ -63,7 +63,6 @@ void ibl_bake_result_free(ibl_bake_result *r)
     ibl_free(r->more);
     ibl_free(r->more_report);
     ibl_free(r->sh);
-    ibl_free(r->power);
     *r = (ibl_bake_result){0};
 }
 
@@ -486,16 +485,6 @@ static ibl_status make_sh(bake *b)
     return status;
 }
 
-static ibl_status make_power(bake *b)
-{
-    const int degree = b->opts.power;
-    b->out->power = ibl_alloc_array((size_t)degree + 1, sizeof *b->out->power);
-    if (!b->out->power)
-        return ibl_no_memory(b->ctx, "the power of the spherical harmonics");
-    b->out->power_degree = degree;
-    return ibl_spectral_power(b->spectral, degree, b->out->power);
-}
-
 /* Shares of the time, as measured for a map of 8192 pixels and, sampled, of
  * 1024. */
 static void begin_progress(const bake *b)
@@ -521,8 +510,6 @@ static ibl_status make_all(bake *b)
         status = read_all(b);
     if (!status && b->opts.skybox && !has_flat_sky(b))
         status = ibl_cube_build_mips(b->ctx, &b->out->skybox);
-    if (!status && b->opts.power)
-        status = make_power(b);
     for (int i = 0; i < b->chain_count && !status; i++) {
         ibl_progress_numbered(b->ctx, b->chains[i].layout.levels - 1,
                               (double)i / b->chain_count,

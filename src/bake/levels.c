@@ -2,7 +2,6 @@
 /* Sizes and roughnesses of the levels of the specular chain. */
 #include <math.h>
 #include <stdbool.h>
-#include <string.h>
 
 #include "bake/options.h"
 #include "core/context.h"
@@ -14,7 +13,6 @@ const char *ibl_roughness_map_name(ibl_roughness_map map)
 {
     return map == IBL_ROUGHNESS_LINEAR     ? "linear"
            : map == IBL_ROUGHNESS_FILAMENT ? "filament"
-           : map == IBL_ROUGHNESS_BEST     ? "best"
                                            : "babylon";
 }
 
@@ -123,21 +121,9 @@ static int round_up(double edge, int levels)
     return (int)ceil((edge - 1e-6) / step) * step;
 }
 
-/* The level whose roughness is r, with straight lines between levels. */
-static double level_of(const ibl_specular_layout *l, double r)
-{
-    double level = 0;
-    for (int i = 1; i < l->levels; i++) {
-        const double low = l->roughness[i - 1], high = l->roughness[i];
-        level += fmin(fmax((r - low) / fmax(high - low, 1e-6), 0), 1);
-    }
-    return level;
-}
-
 double ibl_lod_of_roughness(const ibl_specular_layout *l, double r)
 {
-    const double x = l->mapping == IBL_ROUGHNESS_BEST ? level_of(l, r)
-                     : l->mapping == IBL_ROUGHNESS_BABYLON
+    const double x = l->mapping == IBL_ROUGHNESS_BABYLON
                          ? 2 * log2(fmax(r, 1e-6))
                          : x_of(l->mapping, r);
     return fmin(fmax(x * l->lod_scale + l->lod_offset, 0), l->levels - 1);
@@ -186,14 +172,6 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
     if (levels > 1) {
         l.lod_scale = (levels - 1) / range;
         l.lod_offset = 0 - low * l.lod_scale; /* 0, not -0 */
-    }
-    if (o->roughness) {
-        l.size = o->size;
-        l.mapping = IBL_ROUGHNESS_BEST;
-        l.lod_scale = 1;
-        l.lod_offset = 0;
-        memcpy(l.roughness, o->roughness,
-               (size_t)levels * sizeof *o->roughness);
     }
     *layout = l;
     return IBL_OK;

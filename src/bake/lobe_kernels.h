@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Scalar products of the lobes of a chain, weighted by the spectrum of a map.
+ * Scalar products of the lobes of a chain, weighted by what photographs show.
  *
- * For a map whose harmonics of degree l have the mean power C_l, the mean
- * square, over all rotations of the map, of what a function f of the sphere
- * sees of it is <f, f>, with
+ * For a map whose harmonics of degree l have the mean power C_l, of
+ * photographs l^-1.2, the mean square, over all rotations of the map, of what a
+ * function f of the sphere sees of it is <f, f>, with
  *     <f, g> = sum over l, m of C_l f_lm g_lm.
  * For zonal lobes a about d and b about d', c = d.d',
  *     <a, b> = sum over l of (2 l + 1) / 4 pi C_l k_a(l) k_b(l) P_l(c),
@@ -33,49 +33,22 @@ enum {
  * slot a is level a. */
 typedef struct ibl_lobe_kernels {
     ibl_specular_layout layout;
-    double mean; /* C_0 in units of the tables */
-    int most;    /* highest degree of the map; 0: not known */
-    /* The tables, or NULL: */
     float *point;   /* <a, point> */
     float *same;    /* <a, a> */
     float *next;    /* <a, a + 1> */
     float *diffuse; /* <a, cosine> */
     double *lobe;   /* k_l of each level and, last, of the cosine: see
                        ibl_lobe_of */
-    double *sharp;  /* the same without the blur of texels */
-    double *power;  /* C_l, l = 0..IBL_LOBE_DEGREE, in units of the tables */
 } ibl_lobe_kernels;
 
-/* k_0..k_IBL_LOBE_DEGREE of GGX; roughness 0: a mirror's, 1. */
-ibl_status ibl_lobe_ggx(ibl_ctx *ctx, double roughness, double *k);
-
 /*
- * Without tables.
  *   layout  of a chain of GGX lobes
- *   power   C_l, l = 0..degree; NULL: of photographs, l^-1.2
- * To be freed with ibl_lobe_kernels_free, zeroed after an error.
+ * To be freed with ibl_lobe_kernels_free, also after an error.
  */
 ibl_status ibl_lobe_kernels_make(ibl_ctx *ctx,
                                  const ibl_specular_layout *layout,
-                                 const double *power, int degree,
                                  ibl_lobe_kernels *out);
-
-/* Adds the tables. After an error the kernels are to be freed all the same. */
-ibl_status ibl_lobe_kernels_tables(ibl_ctx *ctx, ibl_lobe_kernels *k);
 void ibl_lobe_kernels_free(ibl_lobe_kernels *k); /* zeroed is fine */
-
-/* C_l, l = 0..IBL_LOBE_DEGREE, of a map's power or, NULL, of photographs;
- * scaled, so that a point without the mean has the power 1. */
-void ibl_lobe_power(const double *power, int degree, double *out);
-
-/* Factors of k_l, l = 0..IBL_LOBE_DEGREE, for the texels of a level. Bilinear
- * lookups blur by t (1 - t) of a texel's square on average, and the texels of
- * the environment are means of a square. The lobes are those of infinitely many
- * texels else. */
-void ibl_lobe_blur(const ibl_specular_layout *layout, int level, double *k);
-/* The same at one degree, of any size. */
-double ibl_lobe_blur_at(const ibl_specular_layout *layout, int level,
-                        int degree);
 
 /* k_l, l = 0..IBL_LOBE_DEGREE, of a level, or of the cosine: level is then the
  * number of levels. */

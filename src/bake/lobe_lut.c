@@ -174,16 +174,6 @@ ibl_status ibl_lobe_table_check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
                             "a level of roughness %g: must be 0 to 1, in "
                             "rising order",
                             l->roughness[i]);
-    if (o->power && o->power_degree < 1)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a spectrum of degree %d: must be 1 or more",
-                        o->power_degree);
-    for (int i = 0; o->power && i <= o->power_degree; i++)
-        if (!(o->power[i] >= 0 && isfinite(o->power[i])))
-            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                            "a spectrum with a power of %g: must be finite and "
-                            "0 or more",
-                            o->power[i]);
     if ((unsigned)o->f0 > IBL_F0_DIELECTRICS)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT, "no such ibl_f0: %d",
                         (int)o->f0);
@@ -201,12 +191,8 @@ ibl_status ibl_lobe_table_take(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
 static ibl_status make(ibl_ctx *ctx, const ibl_lobe_table_options *o,
                        struct bake *b)
 {
-    ibl_status status = ibl_lobe_kernels_make(ctx, &o->layout, o->power,
-                                              o->power_degree, &b->kernels);
-    if (status)
-        return status;
+    ibl_status status = ibl_lobe_kernels_make(ctx, &o->layout, &b->kernels);
     ibl_true_lobe_rule_init(&b->rule);
-    status = ibl_lobe_kernels_tables(ctx, &b->kernels);
     if (!status)
         status = ibl_run(ctx, "lobe table", VIEWS, column_job, b);
     if (!status)
@@ -243,7 +229,7 @@ static const unsigned char *known(const ibl_lobe_table_options *o)
     ibl_specular_options s = ibl_specular_options_default();
     ibl_specular_layout l;
     s.size = o->layout.size;
-    if (o->size != usual.size || o->power || o->f0 != usual.f0 ||
+    if (o->size != usual.size || o->f0 != usual.f0 ||
         ibl_specular_layout_of(&s, &l) || l.levels != o->layout.levels ||
         memcmp(l.roughness, o->layout.roughness, sizeof l.roughness) != 0)
         return NULL;

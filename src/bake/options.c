@@ -171,18 +171,6 @@ ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
                         "must be 0 to 1",
                         ibl_roughness_map_name(o->mapping), o->roughness_min,
                         o->roughness_max);
-    if (o->roughness && (o->levels < 1 || o->levels > IBL_MAX_LEVELS ||
-                         o->mapping == IBL_ROUGHNESS_BABYLON))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a list of the roughnesses of %d levels: must be of 1 "
-                        "to %d, with the linear mapping or Filament's",
-                        o->levels, IBL_MAX_LEVELS);
-    for (int l = 0; o->roughness && l < o->levels; l++)
-        if (!(o->roughness[l] >= (l ? o->roughness[l - 1] : 0) &&
-              o->roughness[l] <= 1 && (!l || o->roughness[l] > 0)))
-            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                            "roughness %g of level %d: must be 0 to 1, rising",
-                            o->roughness[l], l);
     return IBL_OK;
 }
 
@@ -267,10 +255,6 @@ ibl_status ibl_check_bake(ibl_ctx *ctx, const ibl_environment *env,
     if (!isfinite(o->yaw_deg))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a yaw of %g degrees: must be finite", o->yaw_deg);
-    if (o->power < 0 || o->power > IBL_MAX_POWER_DEGREE)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "power to degree %d: must be 0 to %d", o->power,
-                        IBL_MAX_POWER_DEGREE);
     if (o->sh_degree < -1 || o->sh_degree > IBL_MAX_SH_DEGREE)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "spherical harmonics of degree %d: must be 0 to %d, "

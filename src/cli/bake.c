@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "cli/batch.h"
-#include "cli/scene_choice.h"
+#include "cli/choose.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "json/text.h"
@@ -510,8 +510,11 @@ static bool choose(ibl_map_bake *r, ibl_bake *b)
         ok = ibl_choose(&r->from, &materials, o, b->choice);
     if (ok && scenes)
         ok = add_sheen(r, b);
-    if (scenes)
-        ibl_scenes_advise(scenes, o, b->choice);
+    if (scenes && !o->bake.skybox)
+        ibl_choice_add(b->choice, true, "skybox", "none\tadd --skybox N %s",
+                       scenes->survey.transmission > 0
+                           ? "for what transmits light, which shows it"
+                           : "to draw it behind");
     return ok;
 }
 

@@ -114,6 +114,7 @@ size_t ibl_bake_bytes(const ibl_map_bake *r, ibl_ctx *ctx, size_t reader,
 {
     const ibl_bake_source *s = &r->from;
     const double pixels = (double)width * (double)height;
+    const bool chooses = !isnan(s->opts->rendered_error);
     ibl_bake_options all = s->bake;
     needs n = {.reader = (double)reader};
     size_t bake = 0;
@@ -128,9 +129,11 @@ size_t ibl_bake_bytes(const ibl_map_bake *r, ibl_ctx *ctx, size_t reader,
         return 0;
     n.bake = (double)bake;
     if (keeps_map(s->opts)) /* and what was taken out of it, or is left */
-        n.map = pixels * (!s->opts->lights                     ? 12
-                          : s->bake.skybox || s->opts->preview ? 26
-                                                               : 14);
+        n.map =
+            pixels * (!s->opts->lights                                ? 12
+                      : s->bake.skybox || s->opts->preview || chooses ? 26
+                                                                      : 14) +
+            (chooses ? 4 * pixels : 0); /* the map's halves */
     for (int i = 0; i < r->count; i++)
         n.files = fmax(n.files, files_of(&r->sets[i]));
     *lower = advice(s->opts, &n);

@@ -16,7 +16,7 @@ enum {
 
 static const char *const progress_names[] = {"auto", "json", NULL};
 static const char *const no_yes[] = {"no", "yes", NULL};
-static const char *const lobes_names[] = {"prior", "fitted", "no", NULL};
+static const char *const lobes_names[] = {"prior", "no", NULL};
 
 /* ---- values ---------------------------------------------------------- */
 
@@ -166,14 +166,14 @@ static const ibl_option outputs[] = {
     {"rendered-error", 0, IBL_REAL(rendered_error, "E", 1e-4, 1),
      .standard = "none",
      .help = "choose size, levels, mapping, texels, irradiance and tables of "
-             "the fewest bytes with which shaders draw with an expected error "
-             "of at most E (.01: 1 %), print what was chosen; options that are "
-             "given are kept"},
+             "the fewest bytes with which shaders draw with a measured error "
+             "of at most E (.01: 1 %), print what was chosen; options that "
+             "are given are kept"},
     {"scene", 0, IBL_OTHER(scenes, "FILE", parse_scene),
      .allowed = "a .gltf or .glb file, at most 64 times",
      .standard = "",
      .help = "choose for the materials of a model of glTF, by the area that "
-             "they cover, with --rendered-error .01 unless it is given; can be "
+             "they cover, with --rendered-error .03 unless it is given; can be "
              "repeated",
      .aside = true},
     {"dry-run", 0, IBL_FLAG(dry_run),
@@ -229,7 +229,7 @@ static const ibl_option specular[] = {
     {"lobe", 0, IBL_CHOICE(bake.specular_options.lobe, ibl_lobe_names),
      .help = "lobe of the convolution: GGX, the sheen of glTF, or a cosine "
              "power"},
-    {"mapping", 0, IBL_CHOICE(bake.specular_options.mapping, ibl_formula_names),
+    {"mapping", 0, IBL_CHOICE(bake.specular_options.mapping, ibl_mapping_names),
      .help = "roughness of the levels: lod = r (levels - 1), or "
              "r (2 - r) (levels - 1), or 0.8 log2(size r r) as Babylon.js has "
              "it"},
@@ -294,8 +294,7 @@ static const ibl_option lobes[] = {
     {"lobe-table", 0, IBL_CHOICE(lobe_table, lobes_names),
      .standard = "prior",
      .help = "where a shader looks up reflections of any view, fitted to the "
-             "levels and to what photographs have (prior) or to this map; of "
-             "GGX levels only"},
+             "levels; of GGX levels only"},
     {"lobe-table-size", 0, IBL_INT(lobe_table_size, 4, 256),
      .help = "edge in texels"},
 };
@@ -416,9 +415,6 @@ void ibl_opts_select(ibl_opts *o)
         o->bake.sh_degree = -1;
     if (o->lobe_table == IBL_LOBES_NO)
         o->only &= ~(1u << IBL_OUTPUT_LOBES);
-    const bool fits =
-        (o->only & 1u << IBL_OUTPUT_LOBES) && o->lobe_table == IBL_LOBES_FITTED;
-    o->bake.power = fits ? 256 : 0;
     o->bake.specular = (o->only & 1u << IBL_OUTPUT_SPECULAR) != 0;
     o->bake.irradiance =
         o->only & 1u << IBL_OUTPUT_IRRADIANCE || o->engine == IBL_ENGINE_ENV ||
@@ -633,7 +629,7 @@ static bool check_choice(ibl_opts *o)
     char what[64];
 
     if (o->scenes.count && isnan(o->rendered_error))
-        o->rendered_error = 0.01;
+        o->rendered_error = 0.03;
     if (isnan(o->rendered_error))
         return true;
     if (o->scenes.count)
@@ -994,7 +990,7 @@ const ibl_command ibl_bake_command = {
         "roughness\n"
         "  DIR/lobe_lut.EXT         --lobe-table: where to look up reflections "
         "of any\n"
-        "                           view (NAME_lobe_lut.EXT if fitted to ENV "
+        "                           view (NAME_lobe_lut.EXT of other levels "
         "or of\n"
         "                           other levels than the default ones)\n"
         "  DIR/NAME.json            spherical harmonics and what was done\n",

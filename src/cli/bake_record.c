@@ -17,10 +17,6 @@ ibl_lobe_table_options ibl_bake_lobe_options(const ibl_bake *b)
 
     o.size = b->opts->lobe_table_size;
     o.f0 = b->opts->lobe_f0;
-    if (b->opts->lobe_table == IBL_LOBES_FITTED) {
-        o.power = b->made.power;
-        o.power_degree = b->made.power_degree;
-    }
     o.layout = b->lobe_layout;
     return o;
 }
@@ -48,7 +44,6 @@ static ibl_sidecar_options facts_of(const ibl_bake *b,
                                  .lights = b->from->lights,
                                  .light_count =
                                      o->lights ? b->from->light_count : -1,
-                                 .lobes = b->lobes.data ? &b->lobes : NULL,
                                  .revision = IBL_REVISION,
                                  .target = o->of ? o->of->name : NULL};
 }

@@ -12,12 +12,11 @@
 #include "engine/engine.h"
 #include "engine/harmonics.h"
 
-/* What the lobe table is fitted to. */
+/* Whether there is a lobe table. */
 typedef enum ibl_lobes {
-    IBL_LOBES_PRIOR,  /* photographs */
-    IBL_LOBES_FITTED, /* the map */
-    IBL_LOBES_NO,     /* there is none */
-    IBL_LOBES_USUAL   /* photographs, if the levels are GGX */
+    IBL_LOBES_PRIOR,
+    IBL_LOBES_NO,
+    IBL_LOBES_USUAL /* if the levels are GGX */
 } ibl_lobes;
 
 enum {
@@ -69,7 +68,6 @@ typedef struct ibl_opts {
     ibl_shard shard;
     int incremental;
     ibl_progress_kind progress;
-    double roughness[IBL_MAX_LEVELS]; /* of the levels, if chosen */
     ibl_judge_options judge;
     char stem[256]; /* input's name without directory and extension */
     ibl_given given;
@@ -196,13 +194,6 @@ void ibl_bake_source_add(ibl_bake_source *s, ibl_bake *set);
 /* Reads the environment, and takes lights out of it. ibl_bake_source_free is
  * needed also after a failure. */
 bool ibl_bake_source_read(ibl_bake_source *s);
-
-/* The power of what is baked as in ibl_bake_result, l = 0..*degree, to the
- * detail of its pixels or IBL_MAX_POWER_DEGREE, and its square as of
- * ibl_expectation_create. The environment must have been read. */
-bool ibl_bake_source_power(ibl_bake_source *s,
-                           double power[IBL_MAX_POWER_DEGREE + 1], int *degree,
-                           double *square);
 
 /* Reads the environment, if there is one and it was not read, and bakes. */
 bool ibl_bake_source_make(ibl_bake_source *s);

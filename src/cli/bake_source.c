@@ -25,8 +25,6 @@ void ibl_bake_source_add(ibl_bake_source *s, ibl_bake *set)
     set->chain = o->specular ? take_chain(s, &o->specular_options) : -1;
     all->skybox = o->skybox > all->skybox ? o->skybox : all->skybox;
     all->irradiance |= o->irradiance;
-    if (o->power > all->power)
-        all->power = o->power;
     if (o->sh_degree > all->sh_degree)
         all->sh_degree = o->sh_degree;
 }
@@ -36,7 +34,8 @@ static bool copy_environment(ibl_bake_source *s)
 {
     const ibl_image *env = &s->env;
 
-    if (!s->bake.skybox && !s->opts->preview) {
+    if (!s->bake.skybox && !s->opts->preview &&
+        isnan(s->opts->rendered_error)) {
         s->rest = *env;
         s->env = (ibl_image){0};
         return true;
@@ -121,45 +120,6 @@ bool ibl_bake_source_read(ibl_bake_source *s)
             !ibl_image_take_lights(s->ctx, &s->rest, s->bake.yaw_deg,
                                    s->opts->lights, s->lights,
                                    &s->light_count));
-}
-
-static double mean_square(const ibl_image *map)
-{
-    const double pi = 3.14159265358979323846;
-    const size_t row = 3 * (size_t)map->width;
-    double sum = 0;
-
-    for (int y = 0; y < map->height; y++) {
-        const float *f = map->data + row * (size_t)y;
-        const double share =
-            cos(pi * y / map->height) - cos(pi * (y + 1) / map->height);
-        for (size_t i = 0; i < row; i++)
-            sum += share * f[i] * f[i];
-    }
-    return sum / (2.0 * map->width);
-}
-
-bool ibl_bake_source_power(ibl_bake_source *s,
-                           double power[IBL_MAX_POWER_DEGREE + 1], int *degree,
-                           double *square)
-{
-    const ibl_environment env = {.image = s->opts->lights ? &s->rest : &s->env};
-    const int nyquist = s->width / 2;
-    ibl_bake_options o = ibl_bake_options_default();
-    ibl_bake_result made = {0};
-
-    *degree = nyquist < 8                      ? 8
-              : nyquist < IBL_MAX_POWER_DEGREE ? nyquist
-                                               : IBL_MAX_POWER_DEGREE;
-    o.specular = o.irradiance = 0;
-    o.sh_degree = -1;
-    o.power = *degree;
-    const bool ok = !ibl_bake_environment(s->ctx, &env, &o, &made);
-    for (int l = 0; l <= *degree && ok; l++)
-        power[l] = made.power[l];
-    ibl_bake_result_free(&made);
-    *square = mean_square(env.image);
-    return ok;
 }
 
 /* Keeps the map in memory, for lights, --verify, --preview and the choice. */

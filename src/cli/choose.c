@@ -1,653 +1,801 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The search. The error of a chain with the best table that it could have is
- * known at once; that of a table's size, format, irradiance and the BRDF table
- * is what they add to a usual chain's. So the cheapest set is found by these
- * sums. Then its lobe table is made and the whole set is judged; what it has
- * more than the sum says is remembered for that chain, and the search goes on
- * until a set has the error that is asked. At last its parts are made coarser
- * one at a time, while the judged error allows: the sums overstate that of some
- * sets.
+ * The choice by measuring. The truth of many samples is found once; then sets
+ * are baked in memory and measured along the same samples (cli/rendered.h). For
+ * each number of levels the smallest chain that holds is looked for, all else
+ * as fine as by default. Then that part is made coarser which saves most bytes
+ * for the error it adds, one after the other.
  */
 #include "cli/choose.h"
 
 #include <math.h>
-#include <stdint.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/choose_set.h"
+#include "cli/candidate.h"
+
+/* What a set is made of. */
+enum {
+    EDGE, /* of the first level */
+    LEVELS,
+    PIXEL,
+    LOBES, /* edge of the lobe table */
+    IRRADIANCE,
+    LUT,
+    PARTS
+};
 
 enum {
-    ROUNDS = 48 /* sets whose lobe table is made */
+    SAMPLES = 1024,
+    STEPS = 128,    /* of roughness */
+    SHARPEST = 12,  /* of these, but 0: sharper lobes take long */
+    OCTAVE = 8,     /* edges of levels in an octave */
+    LEAST_EDGE = 4, /* of a level */
+    FIT_EDGE = 64,  /* up to which roughnesses are fitted to the materials */
+    MOST_LEVELS = 7,
+    MOST_EDGE = 2048,
+    VALUES = 96,
+    SHEEN_LEAST = 5,  /* bin: shaders take smaller roughnesses for it */
+    SHEEN_SIZE = 128, /* of Charlie's whole chain, of which a part is made */
+    SHEEN_TABLE = 64,
+    TABLES = 64, /* that are remembered */
+    SCALES = 4
 };
 
 /* How near to the least error a set must be if that asked cannot be had. */
-static const double near = 1.2;
+static const double near_least = 1.3;
 
-/* What a chain may have of the squared error that others make one expect. */
-static const double far = 0.8;
+/* Values that a part may take, the coarsest first. */
+typedef struct values {
+    int count, value[VALUES];
+} values;
 
-/* ---- by the sums ----------------------------------------------------------
+/* A set: indices of values. Errors are squared. */
+typedef struct pick {
+    int at[PARTS];
+    int low, high; /* roughnesses of the first and last level, / STEPS */
+    size_t bytes;
+    double error; /* HUGE_VAL: there are no such levels */
+    double added; /* by all parts but the levels, as they were made coarser */
+} pick;
+
+/* A table that was made. */
+typedef struct table {
+    ibl_output_kind kind;
+    int size;
+    ibl_specular_layout layout; /* that lobes are for */
+    ibl_candidate made;
+} table;
+
+typedef struct search {
+    const ibl_bake_source *from;
+    ibl_ctx *ctx;
+    ibl_opts *o;
+    ibl_image map[SCALES]; /* that is baked; each half as wide as the one before
+                              it, of which the first is borrowed */
+    int scales;
+    ibl_truth truth;
+    bool fits, lobes;   /* the levels' roughnesses are free; there are tables */
+    double first, last; /* roughness of the materials */
+    double most, asked; /* squared: of a set; what parts may add */
+    size_t most_bytes;
+    values part[PARTS];
+    table tables[TABLES];
+    int table_count;
+} search;
+
+static bool wants(const ibl_opts *o, ibl_output_kind kind)
+{
+    return o->only & 1u << kind;
+}
+
+static int value_of(const search *s, const pick *p, int part)
+{
+    return s->part[part].value[p->at[part]];
+}
+
+/* The index of the least value that is not below one, or of the last. */
+static int index_of(const values *v, int value)
+{
+    int at = 0;
+
+    while (at < v->count - 1 && v->value[at] < value)
+        at++;
+    return at;
+}
+
+/* Options of the set, whose first level has at least its edge. False: there are
+ * no such levels. */
+static bool set_options(const search *s, const pick *p, ibl_opts *o)
+{
+    ibl_specular_options *to = &o->bake.specular_options;
+    ibl_specular_layout l;
+
+    *o = *s->o;
+    if (!o->engine)
+        o->texels.pixel = (ibl_pixel)value_of(s, p, PIXEL);
+    o->lut.size = value_of(s, p, LUT);
+    o->lobe_table_size = value_of(s, p, LOBES);
+    if (value_of(s, p, IRRADIANCE))
+        o->bake.irradiance_options.size = value_of(s, p, IRRADIANCE);
+    else
+        o->only &= ~(1u << IBL_OUTPUT_IRRADIANCE);
+    ibl_opts_select(o);
+    to->levels = value_of(s, p, LEVELS);
+    to->size = value_of(s, p, EDGE);
+    if (!s->fits)
+        return !ibl_specular_layout_of(to, &l);
+    to->roughness_min = (double)p->low / STEPS;
+    to->roughness_max = (double)p->high / STEPS;
+    if (p->low > p->high || (p->low > 0 && p->low < SHARPEST) ||
+        (p->low == p->high) != (to->levels == 1))
+        return false;
+    /* The smallest whole chain of which they are a part, or a large one. */
+    for (; to->size <= 2 * MOST_EDGE; to->size += 1 + to->size / 16)
+        if (!ibl_specular_layout_of(to, &l) &&
+            (l.size >= value_of(s, p, EDGE) || to->size > MOST_EDGE))
+            return s->part[LEVELS].count < 2 ||
+                   l.size >> (l.levels - 1) >= LEAST_EDGE;
+    return false;
+}
+
+/* ---- the map --------------------------------------------------------------
  */
 
-static double error_by_sums(const ibl_search *s, const ibl_pick *p, int part)
+/* Halves the map while that is whole: means of two by two pixels. */
+static bool halve_map(search *s)
 {
-    return s->part[part].error[p->at[part]];
-}
-
-static void add_errors(const ibl_search *s, ibl_pick *p)
-{
-    p->sum = 0;
-    for (int i = IBL_SET_PIXEL; i < IBL_SET_PARTS; i++)
-        p->sum += error_by_sums(s, p, i);
-}
-
-static int by_bytes(const void *a, const void *b)
-{
-    const ibl_pick *x = a, *y = b;
-
-    if (x->at[IBL_SET_PIXEL] != y->at[IBL_SET_PIXEL])
-        return x->at[IBL_SET_PIXEL] < y->at[IBL_SET_PIXEL] ? -1 : 1;
-    if (x->bytes != y->bytes)
-        return x->bytes < y->bytes ? -1 : 1;
-    return x->sum < y->sum ? -1 : x->sum > y->sum;
-}
-
-/* Lists what may be had besides a chain that no other of the same format is
- * better than, in bytes and error. */
-static void list_small(ibl_search *s)
-{
-    ibl_pick p = {.ladder = 0}, *all = s->small;
-    int count = 0;
-
-    do {
-        add_errors(s, &p);
-        if (p.sum - error_by_sums(s, &p, IBL_SET_LOBES) > s->most_parts ||
-            count == IBL_SET_SMALL)
-            continue;
-        p.bytes = ibl_set_bytes(s, &p);
-        all[count++] = p;
-    } while (ibl_set_next(s, IBL_SET_PIXEL, IBL_SET_PARTS, &p));
-    qsort(all, (size_t)count, sizeof *all, by_bytes);
-    s->small_count = 0;
-    for (int i = 0; i < count; i++) {
-        const ibl_pick *last = &all[s->small_count - 1];
-        if (!s->small_count ||
-            all[i].at[IBL_SET_PIXEL] != last->at[IBL_SET_PIXEL] ||
-            all[i].sum < last->sum)
-            all[s->small_count++] = all[i];
-    }
-}
-
-/* A chain that was not judged is taken to be off from its least error as the
- * best of all: none is passed over that may do. */
-static double own_error(const ibl_search *s, const ibl_chain *c, int table)
-{
-    const double finest = c->own[s->part[IBL_SET_LOBES].count - 1];
-
-    return c->own[table] > 0 ? c->own[table]
-           : finest > 0      ? finest
-                             : c->least * (s->ratio > 0 ? s->ratio : 1);
-}
-
-static ibl_pick with_chain(const ibl_pick *of, const ibl_pick *small)
-{
-    ibl_pick p = *small;
-
-    p.at[IBL_SET_SIZE] = of->at[IBL_SET_SIZE];
-    p.at[IBL_SET_LEVELS] = of->at[IBL_SET_LEVELS];
-    return p;
-}
-
-/* Keeps the set of fewest bytes with a chain and an error of at most `most`. */
-static void try_small(ibl_search *s, double most, const ibl_pick *of,
-                      ibl_pick *best)
-{
-    const ibl_chain *c = ibl_chain_of(s, of);
-
-    for (int i = 0; i < s->small_count; i++) {
-        ibl_pick p = with_chain(of, &s->small[i]);
-        p.error = own_error(s, c, p.at[IBL_SET_LOBES]) + p.sum;
-        if (p.error > most)
-            continue;
-        p.bytes = ibl_set_bytes(s, &p);
-        if (p.bytes <= s->most_bytes &&
-            (p.bytes < best->bytes ||
-             (p.bytes == best->bytes && p.error < best->error)))
-            *best = p;
-    }
-}
-
-/* The set of fewest bytes that promises a squared error of at most `most`.
- * False: there is none. */
-static bool find(ibl_search *s, double most, ibl_pick *best)
-{
-    const ibl_values *pixel = &s->part[IBL_SET_PIXEL];
-    ibl_pick p = {.ladder = 0};
-
-    *best = (ibl_pick){.bytes = SIZE_MAX};
-    do {
-        const size_t least =
-            ibl_chain_bytes(ibl_set_value(s, &p, IBL_SET_SIZE), 1,
-                            (ibl_pixel)pixel->value[pixel->count - 1]);
-        if (least <= s->most_bytes && least < best->bytes &&
-            ibl_chain_make(s, &p))
-            try_small(s, most, &p, best);
-    } while (ibl_chain_next(s, &p));
-    return best->bytes < SIZE_MAX;
-}
-
-/* The set of a chain whose parts add the least, of no more bytes than there may
- * be. False: there is none. */
-static bool finest_of(ibl_search *s, const ibl_pick *of, ibl_pick *finest)
-{
-    *finest = (ibl_pick){.sum = HUGE_VAL};
-    if (!ibl_chain_make(s, of))
-        return false;
-    for (int i = 0; i < s->small_count; i++) {
-        const ibl_pick p = with_chain(of, &s->small[i]);
-        if (p.sum < finest->sum && ibl_set_bytes(s, &p) <= s->most_bytes)
-            *finest = p;
-    }
-    return finest->sum < HUGE_VAL;
-}
-
-/* ---- by judging -----------------------------------------------------------
- */
-
-/* Sets *sum to what format, irradiance and BRDF table add to a set that was
- * judged, and takes that for what they add to others. */
-static bool sum_of_added(ibl_search *s, const ibl_pick *p, double *sum)
-{
-    bool ok = true;
-
-    *sum = 0;
-    for (int i = 0; i < IBL_SET_PARTS && ok; i++)
-        if (ibl_set_is_small(s, i) && i != IBL_SET_LOBES) {
-            double *added = &s->part[i].error[p->at[i]];
-            ok = ibl_set_added(s, p, i, added);
-            *sum += *added;
-        }
-    return ok;
-}
-
-/* Whether a set that was judged has an error of at most `most`, and its parts
- * add no more than they may. */
-static bool is_enough(ibl_search *s, double most, const ibl_pick *p,
-                      bool *enough)
-{
-    double sum = 0;
-    const bool ok = p->error > most || s->most_parts == HUGE_VAL ||
-                    sum_of_added(s, p, &sum);
-
-    *enough = p->error <= most && sum <= s->most_parts;
-    return ok;
-}
-
-/* Judges a pick, and keeps what its chain has of the error. The finest table
- * comes first: *p then has that. */
-static bool judge_pick(ibl_search *s, ibl_pick *p)
-{
-    const int finest = s->part[IBL_SET_LOBES].count - 1;
-    ibl_chain *c = ibl_chain_of(s, p);
-
-    if (!(c->own[finest] > 0))
-        p->at[IBL_SET_LOBES] = finest;
-    add_errors(s, p);
-    if (!ibl_set_judge(s, p))
-        return false;
-    c->own[p->at[IBL_SET_LOBES]] = fmax(p->error - p->sum, 1e-12);
-    const double ratio = c->own[finest] / c->least;
-    s->ratio = s->ratio > 0 ? fmin(s->ratio, ratio) : ratio;
-    return true;
-}
-
-/* Judges of each number of levels the chain of least error with its best table,
- * with the finest parts, unless it is far from the best so far. *best is that
- * of least error; HUGE_VAL: there is none. False: after a message. */
-static bool judge_finest(ibl_search *s, ibl_pick *best)
-{
-    *best = (ibl_pick){.error = HUGE_VAL};
-    for (int k = s->part[IBL_SET_LEVELS].count - 1; k >= 0; k--) {
-        ibl_pick of = {.at = {[IBL_SET_LEVELS] = k}};
-        ibl_pick p, finest = {.ladder = 0};
-        double least = HUGE_VAL;
-        for (of.at[IBL_SET_SIZE] = 0;
-             of.at[IBL_SET_SIZE] < s->part[IBL_SET_SIZE].count;
-             of.at[IBL_SET_SIZE]++)
-            if (finest_of(s, &of, &p) && ibl_chain_of(s, &p)->least < least) {
-                least = ibl_chain_of(s, &p)->least;
-                finest = p;
-            }
-        if (least == HUGE_VAL || far * least * s->ratio > best->error)
-            continue;
-        if (!judge_pick(s, &finest))
-            return false;
-        if (finest.error < best->error)
-            *best = finest;
-    }
-    return true;
-}
-
-/* Judges the sets that promise the fewest bytes with a squared error of at most
- * `most`, until no other promises fewer. *best is the one that holds or, before
- * there is any, the one of least error. False: after a message. */
-static bool judge_sets(ibl_search *s, double most, ibl_pick *best)
-{
-    bool holds = best->error <= most, now;
-    ibl_pick p;
-
-    for (int i = 0; i < ROUNDS && find(s, most, &p); i++) {
-        if (holds && p.bytes >= best->bytes)
+    s->map[0] = s->o->lights ? s->from->rest : s->from->env;
+    for (s->scales = 1; s->scales < SCALES; s->scales++) {
+        const ibl_image *from = &s->map[s->scales - 1];
+        ibl_image *to = &s->map[s->scales];
+        if (from->width < 128 || from->width % 2 || from->height % 2)
             return true;
-        if (!judge_pick(s, &p) || !is_enough(s, most, &p, &now))
+        if (ibl_image_alloc(s->ctx, from->width / 2, from->height / 2, to))
             return false;
-        if (now > holds || (now == holds && (now ? p.bytes < best->bytes
-                                                 : p.error < best->error)))
-            *best = p;
-        holds |= now;
-        if (p.error <= most && !now)
-            list_small(s);
+        const size_t row = 3 * (size_t)from->width;
+        float *out = to->data;
+        for (int y = 0; y < to->height; y++) {
+            const float *a = from->data + 2 * row * (size_t)y, *b = a + row;
+            for (size_t x = 0; x < row; x += x % 6 == 2 ? 4 : 1)
+                *out++ = 0.25F * (a[x] + a[x + 3] + b[x] + b[x + 3]);
+        }
     }
     return true;
 }
 
-/* Takes the ladder of a named mapping where the set as a whole has less error
- * with it: the fit does not know the lobe table's size. */
-static bool try_mappings(ibl_search *s, ibl_pick *best)
+/* The smallest map in which levels are those of the whole one, but for some
+ * thousandths: whose pixels are a seventh of alpha wide, and a fourth of a
+ * texel of the environment. */
+static const ibl_image *map_for(const search *s, const ibl_specular_layout *l)
 {
-    ibl_pick p = *best;
+    const double r = l->roughness[l->roughness[0] <= 0 && l->levels > 1];
+    const double width =
+        fmax(42 / fmax(r * r, 1e-3), l->roughness[0] > 0 ? 0 : 16 * l->size);
+    int scale = 0;
 
-    if (!s->fits || ibl_chain_of(s, best)->layout.levels < 2)
+    while (scale + 1 < s->scales && s->map[scale + 1].width >= width)
+        scale++;
+    return &s->map[scale];
+}
+
+/* ---- measuring ------------------------------------------------------------
+ */
+
+/* A table of o as the files give it back, made once. */
+static bool find_table(search *s, const ibl_opts *o, ibl_output_kind kind,
+                       ibl_candidate *out)
+{
+    const int count = s->table_count < TABLES ? s->table_count : TABLES;
+    table key = {.kind = kind, .size = o->lut.size};
+    ibl_opts alone = *o;
+    int i = 0;
+
+    if (kind == IBL_OUTPUT_LOBES) {
+        key.size = o->lobe_table_size;
+        ibl_specular_layout_of(&o->bake.specular_options, &key.layout);
+    }
+    while (i < count && memcmp(&s->tables[i], &key, offsetof(table, made)) != 0)
+        i++;
+    if (i == count) {
+        i = s->table_count++ % TABLES;
+        ibl_candidate_free(&s->tables[i].made);
+        alone.only = 1u << kind;
+        alone.bake.specular = alone.bake.irradiance = 0;
+        alone.bake.sh_degree = -1;
+        s->tables[i] = key;
+        if (ibl_candidate_bake(s->ctx, NULL, &alone, &s->tables[i].made) ||
+            ibl_candidate_round(s->ctx, &alone, &s->tables[i].made))
+            return false;
+    }
+    *out = s->tables[i].made;
+    return true;
+}
+
+/* Measures the set of some options; whole: of the whole map, as it is baked. */
+static bool measure(search *s, const ibl_opts *o, bool whole, ibl_measured *m)
+{
+    ibl_specular_options *levels;
+    ibl_specular_layout l;
+    ibl_opts cubes = *o;
+    ibl_candidate c = {0}, lut = {0}, lobes = {0};
+    ibl_drawn d = {.shader = s->lobes ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT,
+                   .irradiance_scale = 1,
+                   .sh_degree = 2,
+                   .lights = s->from->lights,
+                   .light_count = s->from->light_count};
+
+    /* Cubes stand for flat levels, and all sets have light that is diffuse. */
+    cubes.only &= ~(1u << IBL_OUTPUT_LUT | 1u << IBL_OUTPUT_LOBES);
+    levels = &cubes.bake.specular_options;
+    levels->projection = IBL_PROJECTION_CUBE;
+    cubes.bake.irradiance_options.projection = IBL_PROJECTION_CUBE;
+    cubes.bake.irradiance |= cubes.bake.sh_degree < 2;
+    bool ok = !ibl_specular_layout_of(levels, &l) &&
+              !ibl_candidate_bake(s->ctx, whole ? s->map : map_for(s, &l),
+                                  &cubes, &c) &&
+              !ibl_candidate_round(s->ctx, &cubes, &c);
+    if (wants(o, IBL_OUTPUT_LUT) && !o->lut.kind && o->lut.size > 1)
+        ok = ok && find_table(s, o, IBL_OUTPUT_LUT, &lut);
+    if (s->lobes)
+        ok = ok && find_table(s, o, IBL_OUTPUT_LOBES, &lobes);
+    if (ok) {
+        d.lut = lut.lut;
+        d.lobes = lobes.lobes;
+        ibl_drawn_chain(&d, &c.made.specular, &l);
+        d.irradiance = c.made.irradiance;
+        if (!d.irradiance.data || (o->of && o->of->harmonics))
+            d.sh = c.made.sh;
+        ok = ibl_measure(&s->truth, &d, NULL, m, NULL);
+    }
+    ibl_candidate_free(&c);
+    return ok;
+}
+
+static double square(double x)
+{
+    return x * x;
+}
+
+static bool try_pick(search *s, pick *p)
+{
+    ibl_specular_layout l;
+    ibl_measured m;
+    ibl_opts o;
+
+    p->error = HUGE_VAL;
+    if (!set_options(s, p, &o) ||
+        ibl_specular_layout_of(&o.bake.specular_options, &l))
         return true;
-    for (p.ladder = 1; p.ladder < 3; p.ladder++) {
-        if (!ibl_set_judge(s, &p))
-            return false;
-        if (p.error < best->error)
-            *best = p;
-    }
+    p->bytes = ibl_candidate_bytes(&o);
+    if (s->fits)
+        p->at[EDGE] = index_of(&s->part[EDGE], l.size);
+    if (!measure(s, &o, false, &m))
+        return false;
+    p->error = square(m.value[IBL_FIGURE_NRMSE]);
     return true;
 }
 
-/* Makes one of the parts of a set coarser by steps of its values. False: there
- * is no such set, or it has no fewer bytes. */
-static bool coarsen(ibl_search *s, int part, int steps, ibl_pick *p)
-{
-    const size_t before = p->bytes;
-    int *at = &p->at[part];
+/* ---- what may be chosen ---------------------------------------------------
+ */
 
-    *at += part == IBL_SET_PIXEL ? steps : -steps;
-    if (*at < 0 || *at >= s->part[part].count || !ibl_chain_make(s, p))
-        return false;
-    if (part == IBL_SET_SIZE || part == IBL_SET_LEVELS)
-        p->ladder = 0;
-    p->bytes = ibl_set_bytes(s, p);
-    return p->bytes < before;
+/* Lists edges from a power of two to a last one, in steps of a part of each
+ * octave: whole numbers. */
+static void list_edges(values *v, int first, double last, int steps)
+{
+    for (int octave = first; octave <= last; octave *= 2)
+        for (int i = 0; i < steps && v->count < VALUES; i++)
+            if (octave * i % steps == 0 && octave + octave * i / steps <= last)
+                v->value[v->count++] = octave + octave * i / steps;
 }
 
-/* Bytes saved for the error that it costs. */
-static double saving(const ibl_pick *from, const ibl_pick *to)
+/* Lists the values of the parts that neither the user nor the target fixed. */
+static void list_values(search *s)
 {
-    return (double)(from->bytes - to->bytes) /
-           fmax(to->error - from->error, 1e-12);
+    const ibl_opts *o = s->o;
+    const ibl_specular_options *levels = &o->bake.specular_options;
+    const ibl_given *given = &o->given;
+    const bool open = !o->of && !o->engine,
+               cube = wants(o, IBL_OUTPUT_IRRADIANCE);
+    const int irradiance = cube ? o->bake.irradiance_options.size : 0;
+    const int as_given[PARTS] = {levels->size,         levels->levels,
+                                 (int)o->texels.pixel, o->lobe_table_size,
+                                 irradiance,           o->lut.size};
+    values *all = s->part;
+    /* Twice the default, or the map's detail, or twice what the sharpest lobe
+     * needs. */
+    double edge = fmax(s->from->width / 4.0, 2 * levels->size);
+
+    if (s->first > 0)
+        edge = fmin(edge, 10 * M_PI / square(s->first));
+    if (!ibl_is_given(given, "size"))
+        list_edges(&all[EDGE], s->fits ? LEAST_EDGE : 32,
+                   fmin(fmax(edge, s->fits ? 8 : 32), MOST_EDGE),
+                   s->fits ? OCTAVE : 1);
+    for (int l = 1; l <= MOST_LEVELS && s->fits && !levels->levels; l++)
+        all[LEVELS].value[all[LEVELS].count++] = l;
+    if (open && !ibl_is_given(given, "pixel"))
+        all[PIXEL] = (values){2,
+                              {ibl_container_holds(o->format, IBL_PIXEL_RGB9E5)
+                                   ? IBL_PIXEL_RGB9E5
+                                   : IBL_PIXEL_R11G11B10F,
+                               IBL_PIXEL_RGBA16F}};
+    if (s->lobes && !ibl_is_given(given, "lobe-table-size"))
+        list_edges(&all[LOBES], 4, 16, 2);
+    if (cube && open && !ibl_is_given(given, "irradiance-size") &&
+        !(o->bake.irradiance_options.step > 0)) {
+        /* 0: harmonics, in the sidecar. */
+        all[IRRADIANCE].count =
+            o->bake.sh_degree >= 2 && wants(o, IBL_OUTPUT_JSON);
+        list_edges(&all[IRRADIANCE], 4, 32, 4);
+    }
+    if (!o->lut.kind && wants(o, IBL_OUTPUT_LUT) &&
+        !ibl_is_given(given, "lut-size"))
+        list_edges(&all[LUT], 4, 256, 4);
+    for (int i = 0; i < PARTS; i++)
+        if (!all[i].count)
+            all[i] = (values){1, {as_given[i]}};
+}
+
+/* ---- the search -----------------------------------------------------------
+ */
+
+/* Moves the roughnesses of the first and last level to where a set of at most
+ * so many bytes has less error. */
+static bool fit_roughness(search *s, int step, size_t bytes, pick *best)
+{
+    static const int moves[][2] = {{-1, 0}, {1, 0}, {0, -1},
+                                   {0, 1},  {1, 1}, {-1, -1}};
+
+    for (; step >= 4 && s->fits; step /= 2)
+        for (int i = 0; i < 6; i++) {
+            pick p = *best;
+            p.low += step * moves[i][0];
+            p.low = p.low < SHARPEST ? 0 : p.low;
+            p.high = (int)fmin(p.high + step * moves[i][1], STEPS);
+            if (p.low == best->low && p.high == best->high)
+                continue;
+            if (!try_pick(s, &p))
+                return false;
+            if (p.bytes <= bytes && p.error < 0.99 * best->error)
+                *best = p;
+        }
+    return true;
+}
+
+static bool holds(const search *s, const pick *p)
+{
+    return p->error <= s->most && p->added <= s->asked &&
+           p->bytes <= s->most_bytes;
 }
 
 /* Makes a part of a set coarser by at most *steps, which are halved until it
- * holds: *p; 0: it does not. */
-static bool try_part(ibl_search *s, double most, const ibl_pick *from, int part,
-                     int *steps, ibl_pick *p)
+ * holds; 0: it does not. */
+static bool coarsen(search *s, const pick *from, int part, int *steps, pick *p)
 {
-    for (bool enough = false; *steps; *steps /= 2) {
+    for (; *steps; *steps /= 2) {
         *p = *from;
-        if (!coarsen(s, part, *steps, p))
+        p->at[part] = *steps < p->at[part] ? p->at[part] - *steps : 0;
+        if (p->at[part] == from->at[part])
             continue;
-        if (!ibl_set_judge(s, p) || !is_enough(s, most, p, &enough))
+        if (part == LEVELS && value_of(s, p, LEVELS) == 1)
+            p->low = p->high = (p->low + p->high) / 2;
+        if (!try_pick(s, p))
             return false;
-        if (enough)
+        if (part > LEVELS)
+            p->added += fmax(p->error - from->error, 0);
+        if (p->bytes < from->bytes && holds(s, p))
             break;
     }
     return true;
 }
 
-/* Makes the parts of a set coarser while it holds, each time that part which
- * saves most bytes for the error. Its next steps are twice as many. */
-static bool shrink(ibl_search *s, double most, ibl_pick *best)
+/* Bytes saved for the error that it costs. */
+static double saving(const pick *from, const pick *to)
 {
-    int steps[IBL_SET_PARTS] = {1, 1, 1, 1, 1, 1};
-
-    for (;;) {
-        ibl_pick next = *best, p;
-        int which = -1;
-        for (int part = 0; part < IBL_SET_PARTS; part++) {
-            if (!try_part(s, most, best, part, &steps[part], &p))
-                return false;
-            if (steps[part] &&
-                (which < 0 || saving(best, &p) > saving(best, &next))) {
-                next = p;
-                which = part;
-            }
-        }
-        if (which < 0)
-            return true;
-        *best = next;
-        steps[which] *= 2;
-    }
+    return (double)(from->bytes - to->bytes) /
+           fmax(to->error - from->error, 1e-9);
 }
 
-static bool finish(ibl_search *s, double most, ibl_pick *best)
+/* Makes the parts of a set coarser while it holds, each time that which saves
+ * most for its error. What was tried of another set is taken to save as much of
+ * this one, and tried again when it is its turn. */
+static bool shrink(search *s, const int first[PARTS], pick *best)
 {
-    return try_mappings(s, best) && shrink(s, most, best);
-}
+    pick tried[PARTS], from[PARTS];
+    bool known[PARTS] = {false};
+    int steps[PARTS], which;
 
-/* Starts from small chains that hold with the finest parts, too, and not only
- * from the set of least error. */
-static bool try_chains(ibl_search *s, double most, ibl_pick *best)
-{
-    ibl_pick of = {.ladder = 0};
-
+    memcpy(steps, first, sizeof steps);
     do {
-        const int edge = ibl_set_value(s, &of, IBL_SET_SIZE);
-        ibl_pick p;
-        if (!ibl_is_power(edge) ||
-            ibl_chain_bytes(edge, 1, IBL_PIXEL_RGB9E5) >= best->bytes ||
-            !finest_of(s, &of, &p))
-            continue;
-        if (!ibl_set_judge(s, &p) || (p.error <= most && !finish(s, most, &p)))
-            return false;
-        if (p.error <= most && p.bytes < best->bytes)
-            *best = p;
-    } while (ibl_chain_next(s, &of));
+        which = -1;
+        for (int part = 0; part < PARTS; part++) {
+            if (!known[part]) {
+                from[part] = *best;
+                if (!coarsen(s, best, part, &steps[part], &tried[part]))
+                    return false;
+            }
+            known[part] = true;
+            if (steps[part] &&
+                (which < 0 || saving(&from[part], &tried[part]) >
+                                  saving(&from[which], &tried[which])))
+                which = part;
+        }
+        if (which >= 0) {
+            known[which] = false;
+            if (!memcmp(&from[which], best, sizeof *best))
+                *best = tried[which];
+        }
+    } while (which >= 0);
     return true;
 }
 
-/* Finds the set of fewest bytes with the error that is asked or, if that cannot
- * be had, near to the least. */
-static bool search_all(ibl_search *s, ibl_choice *choice, ibl_pick *best)
+/* The set that is as fine as by default, or finer, with levels for the
+ * materials. */
+static bool make_fine(search *s, size_t usual, pick *fine)
 {
-    double most = choice->asked * choice->asked;
-    ibl_pick least;
+    const int low = (int)(0.6 * s->first * STEPS);
+    pick p = {.low = low < SHARPEST ? 0 : low,
+              .high = (int)fmin(1.1 * s->last * STEPS, STEPS)};
 
-    *best = (ibl_pick){.error = HUGE_VAL};
-    if (!judge_sets(s, most, best))
+    for (int i = 0; i < PARTS; i++)
+        p.at[i] = s->part[i].count - 1;
+    p.at[EDGE] = index_of(&s->part[EDGE], FIT_EDGE);
+    do {
+        if (value_of(s, &p, LEVELS) == 1)
+            p.low = p.high = (p.low + p.high) / 2;
+        if (!try_pick(s, &p))
+            return false;
+    } while (p.error == HUGE_VAL && p.at[LEVELS]-- > 0);
+    if (p.error == HUGE_VAL)
+        return ibl_console_fail(s->from->console,
+                                "--%s: leaves no levels of %dx%d or more to "
+                                "choose from: add --levels N, or take a larger "
+                                "one",
+                                ibl_is_given(&s->o->given, "roughness-range")
+                                    ? "roughness-range"
+                                    : "size",
+                                LEAST_EDGE, LEAST_EDGE);
+    if (!fit_roughness(s, 16, SIZE_MAX, &p))
         return false;
-    if (best->error > most) {
-        if (!judge_finest(s, &least))
+    /* Larger faces, beyond the default's bytes only for the error that was
+     * asked. */
+    for (*fine = p; p.error > s->asked; *fine = p.bytes <= usual ? p : *fine) {
+        p.at[EDGE] += s->fits ? OCTAVE : 1;
+        if (p.at[EDGE] >= s->part[EDGE].count)
+            return true;
+        if (!try_pick(s, &p))
             return false;
-        if (least.error == HUGE_VAL)
-            return ibl_console_fail(
-                s->from->console,
-                "--%s: leaves no levels of %dx%d or more "
-                "to choose from: add --levels N, or take "
-                "a larger one",
-                ibl_is_given(&s->o->given, "roughness-range")
-                    ? "roughness-range"
-                    : "size",
-                IBL_SET_LEAST_EDGE, IBL_SET_LEAST_EDGE);
-        if (least.error < best->error)
-            *best = least;
-        choice->least = sqrt(best->error);
-        if (best->error <= most &&
-            !(finish(s, most, best) && try_chains(s, most, best)))
-            return false;
+        if (p.bytes > s->most_bytes)
+            return true;
     }
-    choice->reached = best->error <= most;
-    if (!choice->reached) {
-        if (!sum_of_added(s, &least, &s->most_parts))
+    *fine = p;
+    return true;
+}
+
+/* Fits the roughnesses of the best to its size, then makes other parts coarser
+ * for one that is made finer. */
+static bool polish(search *s, pick *best)
+{
+    static const int steps[PARTS] = {4, 1, 1, 1, 1, 1};
+
+    for (int part = -2; part < PARTS; part++) {
+        pick p = *best;
+        if (part == EDGE ||
+            (part > EDGE && ++p.at[part] == s->part[part].count))
+            continue;
+        if (part < 0 ? !fit_roughness(s, 8, p.bytes, &p) : !try_pick(s, &p))
             return false;
-        s->most_parts = fmax(s->most_parts, most);
-        list_small(s);
-        most = near * near * best->error;
-        if (!judge_sets(s, most, best))
+        if (!holds(s, &p))
+            continue;
+        if (!shrink(s, steps, &p))
             return false;
+        if (p.bytes < best->bytes)
+            *best = p;
     }
-    return finish(s, most, best);
+    return true;
+}
+
+/* Looks for the smallest chain of a number of levels with which a set holds
+ * that is fine else, and makes the set coarser. */
+static bool try_levels(search *s, const pick *fine, int levels, pick *best)
+{
+    static const int steps[PARTS] = {OCTAVE / 2, 0, 1, 4, 16, 16};
+    pick p = *fine;
+
+    p.at[LEVELS] = levels;
+    if (s->fits && value_of(s, &p, LEVELS) == 1)
+        p.low = p.high = (p.low + p.high) / 2;
+    for (int edge = 0; edge < s->part[EDGE].count;
+         edge += s->fits ? OCTAVE : 1) {
+        ibl_opts beside;
+        p.at[EDGE] = edge;
+        if (!try_pick(s, &p))
+            return false;
+        if (p.error == HUGE_VAL || !set_options(s, &p, &beside))
+            continue;
+        beside.only &= ~(1u << IBL_OUTPUT_SPECULAR);
+        if ((p.bytes - ibl_candidate_bytes(&beside)) / 2 > best->bytes)
+            break; /* texels may have half the bytes */
+        if (!holds(s, &p) && p.error < 9 * s->most &&
+            value_of(s, &p, EDGE) <= FIT_EDGE &&
+            !fit_roughness(s, 16, SIZE_MAX, &p))
+            return false;
+        if (!holds(s, &p))
+            continue;
+        if (!shrink(s, steps, &p) || !polish(s, &p))
+            return false;
+        if (p.bytes < best->bytes)
+            *best = p;
+        break;
+    }
+    return true;
 }
 
 /* ---- what was chosen ------------------------------------------------------
  */
 
-static bool set_options(ibl_search *s, const ibl_pick *p)
-{
-    ibl_opts *o = s->o;
-    ibl_specular_options *to = &o->bake.specular_options;
-    const int irradiance = ibl_set_value(s, p, IBL_SET_IRRADIANCE);
-    ibl_specular_layout layout;
-
-    if (!ibl_set_layout(s, p, &layout))
-        return false;
-    if (ibl_opts_want(o, IBL_OUTPUT_SPECULAR)) {
-        to->size = ibl_set_value(s, p, IBL_SET_SIZE);
-        to->levels = ibl_set_value(s, p, IBL_SET_LEVELS);
-    }
-    if (ibl_opts_want(o, IBL_OUTPUT_SPECULAR) && s->fits) {
-        memcpy(o->roughness, layout.roughness, sizeof o->roughness);
-        to->roughness = o->roughness;
-    }
-    if (!o->engine)
-        o->texels.pixel = (ibl_pixel)ibl_set_value(s, p, IBL_SET_PIXEL);
-    if (irradiance > 0)
-        o->bake.irradiance_options.size = irradiance;
-    else
-        o->only &= ~(1u << IBL_OUTPUT_IRRADIANCE);
-    o->lut.size = ibl_set_value(s, p, IBL_SET_LUT);
-    o->lobe_table_size = ibl_set_value(s, p, IBL_SET_LOBES);
-    ibl_opts_select(o);
-    return true;
-}
-
-static void tell_chain(ibl_search *s, const ibl_pick *p, ibl_choice *choice)
-{
-    ibl_specular_layout l;
-    char text[IBL_CHOICE_BYTES];
-
-    if (!ibl_set_layout(s, p, &l))
-        return;
-    int used = snprintf(text, sizeof text, "%d level%s:", l.levels,
-                        l.levels > 1 ? "s" : "");
-    for (int i = 0; i < l.levels; i++)
-        used += snprintf(text + used, sizeof text - (size_t)used, " %.3g",
-                         l.roughness[i]);
-    ibl_choice_chose(choice, "roughness", text, "%s",
-                     !s->fits    ? "as asked"
-                     : p->ladder ? "exacter than the fitted ones"
-                                 : "fitted to map and materials");
-    snprintf(text, sizeof text, "%d", l.size);
-    ibl_choice_chose(choice, "size", text, "%s",
-                     s->part[IBL_SET_SIZE].count > 1
-                         ? "the smallest exact enough"
-                         : "as asked");
-}
-
-static bool tell_added(ibl_search *s, const ibl_pick *p, int part,
-                       const char *name, ibl_choice *choice)
-{
-    char text[16] = "harmonics";
-    double added;
-
-    if (!ibl_set_added(s, p, part, &added))
-        return false;
-    if (ibl_set_value(s, p, part))
-        snprintf(text, sizeof text, "%d", ibl_set_value(s, p, part));
-    ibl_choice_chose(choice, name, text, "adds %.2g %% of error",
-                     100 * sqrt(added));
-    return true;
-}
-
-static bool tell(ibl_search *s, const ibl_pick *p, ibl_choice *choice)
+/* Adds rows of the parts, with what each adds to the error of a set that has
+ * its finest value. */
+static bool tell(search *s, const pick *p, const ibl_opts *o, ibl_choice *c)
 {
     static const char *const of_f0[] = {"", ", for metals only",
                                         ", for dielectrics only"};
-    const ibl_opts *o = s->o;
-    char text[16];
+    const char *pixel = o->engine ? ibl_engine_pixel(o->engine)
+                                  : ibl_pixel_name(o->texels.pixel);
+    const int irradiance = value_of(s, p, IRRADIANCE);
+    char list[160] = "", why[PARTS][40];
+    ibl_specular_layout l;
 
-    if (ibl_opts_want(o, IBL_OUTPUT_SPECULAR))
-        tell_chain(s, p, choice);
-    ibl_choice_chose(choice, "texels",
-                     o->engine ? ibl_engine_pixel(o->engine)
-                               : ibl_pixel_name(o->texels.pixel),
-                     "%s",
-                     s->part[IBL_SET_PIXEL].count > 1
-                         ? "the smallest exact enough"
-                         : "as asked");
-    bool ok = tell_added(s, p, IBL_SET_IRRADIANCE, "irradiance", choice) &&
-              (!ibl_opts_want(o, IBL_OUTPUT_LUT) ||
-               tell_added(s, p, IBL_SET_LUT, "BRDF table", choice));
-    snprintf(text, sizeof text, "%d", o->lobe_table_size);
-    if (s->table)
-        ibl_choice_chose(choice, "lobe table", text, "fitted to the levels%s",
-                         of_f0[o->lobe_f0]);
-    return ok;
+    if (ibl_specular_layout_of(&o->bake.specular_options, &l))
+        return false;
+    for (int part = 0; part < PARTS; part++) {
+        pick fine = *p;
+        fine.at[part] = s->part[part].count - 1;
+        if (part > LEVELS && fine.at[part] && !try_pick(s, &fine))
+            return false;
+        snprintf(why[part], sizeof why[part], "as asked");
+        if (part > LEVELS && fine.at[part])
+            snprintf(why[part], sizeof why[part], "adds %.2g %% of error",
+                     100 * sqrt(fmax(p->error - fine.error, 0)));
+    }
+    for (int i = 0, used = 0; i < l.levels; i++)
+        used += snprintf(list + used, sizeof list - (size_t)used, " %.3g",
+                         l.roughness[i]);
+    ibl_choice_add(c, true, "roughness", "%d level%s:%s\t%s", l.levels,
+                   l.levels > 1 ? "s" : "", list,
+                   s->fits ? "fitted to map and materials" : "as asked");
+    ibl_choice_add(c, true, "size", "%d\t%s", l.size,
+                   s->part[EDGE].count > 1 ? "the smallest exact enough"
+                                           : "as asked");
+    ibl_choice_add(c, true, "texels", "%s\t%s", pixel, why[PIXEL]);
+    if (irradiance)
+        ibl_choice_add(c, true, "irradiance", "%d\t%s", irradiance,
+                       why[IRRADIANCE]);
+    else
+        ibl_choice_add(c, true, "irradiance", "harmonics\t%s", why[IRRADIANCE]);
+    if (wants(o, IBL_OUTPUT_LUT))
+        ibl_choice_add(c, true, "BRDF table", "%d\t%s", o->lut.size, why[LUT]);
+    if (s->lobes)
+        ibl_choice_add(c, true, "lobe table", "%d\t%s%s", o->lobe_table_size,
+                       why[LOBES], of_f0[o->lobe_f0]);
+    return true;
 }
 
-/* The least error of chains of a size. */
-static double least_of_size(ibl_search *s, int size)
+/* What stands in the way of a smaller error than that of the finest set:
+ * levels, if half their edge costs much, or what they are looked up by. */
+static bool tell_limit(search *s, const pick *fine, double least, ibl_choice *c)
 {
-    double least = HUGE_VAL;
-    ibl_pick p = {.at = {[IBL_SET_SIZE] = size}};
+    pick half = *fine;
 
-    for (; p.at[IBL_SET_LEVELS] < s->part[IBL_SET_LEVELS].count;
-         p.at[IBL_SET_LEVELS]++)
-        if (ibl_chain_make(s, &p))
-            least = fmin(least, ibl_chain_of(s, &p)->least);
-    return least;
-}
-
-/* Why the error that was asked is not reached: larger faces would, or none. */
-static void tell_limit(ibl_search *s, ibl_choice *choice)
-{
-    const ibl_values *size = &s->part[IBL_SET_SIZE];
-    const int last = size->count - 1;
-    int half = last;
-    char text[IBL_CHOICE_BYTES];
-
-    while (half > 0 && 2 * size->value[half] > size->value[last])
-        half--;
-    snprintf(text, sizeof text,
-             "%.3g %% cannot be reached, the least is %.3g %%",
-             100 * choice->asked, 100 * choice->least);
-    const char *why =
-        least_of_size(s, half) <= 1.2 * least_of_size(s, last)
-            ? "with any size: a lookup sees another lobe than the surface "
-              "reflects; under suns --lights helps"
-        : s->most_bytes < SIZE_MAX
-            ? "in the default's bytes: --rendered-error E may take more"
-            : "without larger faces";
-    ibl_choice_chose(choice, "limit", text, "%s", why);
+    half.at[EDGE] -= s->fits ? OCTAVE : 1;
+    half.error = HUGE_VAL;
+    if (half.at[EDGE] >= 0 && !try_pick(s, &half))
+        return false;
+    ibl_choice_add(
+        c, true, "limit", "%.3g %% cannot be reached, the least is %.3g %%\t%s",
+        100 * c->asked, 100 * least,
+        half.error < square(1.2) * fine->error
+            ? "the lookup: it sees another lobe than the surface reflects; "
+              "under suns --lights helps"
+        : ibl_is_given(&s->o->given, "rendered-error")
+            ? "the levels: larger faces, or more of them, help"
+            : "the levels, in the default's bytes: --rendered-error E may take "
+              "more");
+    return true;
 }
 
 /* ---- the call -------------------------------------------------------------
  */
 
-/* The figures of the options as they are, whose parts are the only values so
- * far. */
-static bool judge_usual(ibl_search *s, ibl_choice *choice)
+ibl_materials ibl_materials_all(void)
 {
-    ibl_pick p = {.ladder = 0};
-    int value[IBL_SET_PARTS];
-
-    ibl_set_given(s->o, value);
-    for (int i = 0; i < IBL_SET_PARTS; i++)
-        s->part[i] = (ibl_values){.count = 1, .value = {value[i]}};
-    if (!ibl_chain_make(s, &p) || !ibl_set_judge(s, &p))
-        return false;
-    choice->usual_error = sqrt(p.error);
-    choice->usual_bytes = p.bytes;
-    memset(s->chain, 0, sizeof s->chain);
-    ibl_lut_free(&s->luts[0]);
-    return true;
-}
-
-/* The options of lobe tables, but for their size and chain. */
-static void set_table(ibl_search *s)
-{
-    ibl_lobe_table_options *of = &s->made;
-    *of = ibl_lobe_table_options_default();
-    of->f0 = s->o->lobe_f0;
-    if (s->o->lobe_table == IBL_LOBES_FITTED) {
-        of->power = s->power;
-        of->power_degree = s->degree;
-    }
-    ibl_lobe_table_free(&s->lobes);
-}
-
-/* The layers that no material looks up are left out. */
-static ibl_f0 f0_of(const ibl_materials *m)
-{
-    bool has[2] = {false, false};
+    ibl_materials m;
 
     for (int i = 0; i <= IBL_MATERIAL_STEPS; i++)
-        for (int f = 0; f < 2; f++)
-            has[f] |= m->weight[i][f] > 0;
-    return has[0] && has[1] ? IBL_F0_BOTH
-           : has[0]         ? IBL_F0_METALS
-                            : IBL_F0_DIELECTRICS;
+        for (int f = 0; f < 2; f++) {
+            m.weight[i][f] = 1;
+            m.diffuse[i][f] = f ? 0.18 : 0;
+        }
+    return m;
 }
 
-/* Lists what may be chosen of options o, which lives as long as the search, and
- * sets the default's figures. search_close is needed also after a failure. */
-static bool search_open(ibl_search *s, ibl_bake_source *from,
-                        const ibl_materials *materials, ibl_opts *o,
-                        ibl_choice *choice)
+/* Finds the truth and the figures of the options as they are, then what may be
+ * chosen. Layers that no material looks up are left out. */
+static bool begin(search *s, const ibl_materials *m, ibl_choice *c)
 {
-    double square;
+    ibl_opts *o = s->o;
+    ibl_truth_options of = ibl_truth_options_default();
+    ibl_measured usual;
+    bool has[2] = {false, false};
 
-    s->from = from;
-    s->o = o;
-    s->most_parts = HUGE_VAL;
-    s->table = ibl_opts_want(o, IBL_OUTPUT_SPECULAR) &&
-               ibl_opts_want(o, IBL_OUTPUT_LOBES);
-    if (!ibl_bake_source_power(from, s->power, &s->degree, &square) ||
-        ibl_expectation_create(from->ctx, materials, s->power, s->degree,
-                               from->width / 2, square, &s->e))
+    of.directions = SAMPLES;
+    of.geometry = o->lut.geometry;
+    of.materials = m;
+    if (!halve_map(s) ||
+        !ibl_truth_make(s->ctx, &s->from->env, o->bake.yaw_deg, &of,
+                        &s->truth) ||
+        !measure(s, o, true, &usual))
         return false;
-    set_table(s);
-    if (!judge_usual(s, choice))
-        return false;
-    s->most_bytes = ibl_is_given(&o->given, "rendered-error")
-                        ? SIZE_MAX
-                        : choice->usual_bytes;
-    s->fits = s->table && !ibl_is_given(&o->given, "mapping") &&
-              !ibl_is_given(&o->given, "roughness-range") && !o->of &&
-              !o->engine;
-    if (s->table && !ibl_is_given(&o->given, "lobe-table"))
-        o->lobe_table = IBL_LOBES_FITTED;
-    o->lobe_f0 = f0_of(materials);
-    set_table(s);
-    if (!ibl_search_list(s, materials))
-        return false;
-    list_small(s);
+    c->usual_bytes = c->bytes = ibl_candidate_bytes(o);
+    c->usual_error = c->error = usual.value[IBL_FIGURE_NRMSE];
+    c->standard_error = usual.error[IBL_FIGURE_NRMSE];
+    s->most_bytes =
+        ibl_is_given(&o->given, "rendered-error") ? SIZE_MAX : c->usual_bytes;
+    for (int i = IBL_MATERIAL_STEPS; i >= 0; i--)
+        for (int f = 0; f < 2; f++)
+            if (m->weight[i][f] > 0) {
+                has[f] = true;
+                s->first = (double)i / IBL_MATERIAL_STEPS;
+                s->last = fmax(s->last, s->first);
+            }
+    o->lobe_f0 = has[0] && has[1] ? IBL_F0_BOTH
+                 : has[0]         ? IBL_F0_METALS
+                                  : IBL_F0_DIELECTRICS;
+    list_values(s);
     return true;
 }
 
-static void search_close(ibl_search *s)
+static bool search_all(search *s, ibl_choice *c)
 {
-    for (int i = 0; i < IBL_SET_VALUES; i++)
-        ibl_lut_free(&s->luts[i]);
-    ibl_lobe_table_free(&s->lobes);
-    ibl_expectation_free(s->e);
+    pick fine, best = {.bytes = SIZE_MAX};
+    ibl_measured m;
+    ibl_opts o;
+
+    if (!make_fine(s, c->usual_bytes, &fine))
+        return false;
+    double least = fmin(sqrt(fine.error), c->usual_error);
+    c->reached = least <= c->asked;
+    if (!c->reached) {
+        s->most = square(near_least * least);
+        s->most_bytes = c->usual_bytes;
+    }
+    for (int l = 0; l < s->part[LEVELS].count; l++)
+        if (!try_levels(s, &fine, l, &best))
+            return false;
+    if (best.bytes == SIZE_MAX && c->reached && fine.error > s->asked) {
+        ibl_choice_add(c, true, "outputs", "as usual");
+        return true;
+    }
+    if (best.bytes == SIZE_MAX)
+        best = fine;
+    /* The map was reduced for the search. */
+    for (int i = 0;; i++, best.at[EDGE]++) {
+        if (!set_options(s, &best, &o) || !measure(s, &o, true, &m))
+            return false;
+        best.error = square(m.value[IBL_FIGURE_NRMSE]);
+        if (best.error <= s->most || i == OCTAVE ||
+            best.at[EDGE] + 1 >= s->part[EDGE].count)
+            break;
+    }
+    c->bytes = ibl_candidate_bytes(&o);
+    c->error = m.value[IBL_FIGURE_NRMSE];
+    c->standard_error = m.error[IBL_FIGURE_NRMSE];
+    least = fmin(least, c->error);
+    const bool ok =
+        tell(s, &best, &o, c) && (c->reached || tell_limit(s, &fine, least, c));
+    *s->o = o;
+    return ok;
 }
 
-bool ibl_choose(ibl_bake_source *from, const ibl_materials *materials,
+bool ibl_choose(const ibl_bake_source *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice)
 {
-    ibl_search *s = calloc(1, sizeof *s);
-    ibl_pick best;
+    search *s = calloc(1, sizeof *s);
 
-    choice->asked = o->rendered_error;
     if (!s)
         return ibl_console_fail(from->console, "no memory for the search");
     ibl_console_progress(from->console, "choice", 0);
-    const bool ok = search_open(s, from, materials, o, choice) &&
-                    search_all(s, choice, &best) && set_options(s, &best) &&
-                    tell(s, &best, choice);
-    if (ok) {
-        choice->bytes = best.bytes;
-        choice->error = sqrt(best.error);
-    }
-    if (ok && !choice->reached)
-        tell_limit(s, choice);
-    search_close(s);
+    choice->asked = o->rendered_error;
+    s->from = from;
+    s->ctx = from->ctx;
+    s->o = o;
+    s->asked = s->most = square(choice->asked);
+    s->lobes = wants(o, IBL_OUTPUT_SPECULAR) && wants(o, IBL_OUTPUT_LOBES);
+    s->fits = !ibl_is_given(&o->given, "mapping") &&
+              !ibl_is_given(&o->given, "roughness-range") && !o->of &&
+              !o->engine;
+    const bool ok = begin(s, materials, choice) && search_all(s, choice);
+    for (int i = 1; i < SCALES; i++)
+        ibl_image_free(&s->map[i]);
+    for (int i = 0; i < TABLES; i++)
+        ibl_candidate_free(&s->tables[i].made);
+    ibl_truth_free(&s->truth);
     free(s);
     return ok;
+}
+
+/* ---- what follows from the materials alone --------------------------------
+ */
+
+void ibl_scenes_drop(const ibl_scenes *s, ibl_opts *o, ibl_choice *c)
+{
+    const unsigned tables = 1u << IBL_OUTPUT_LUT | 1u << IBL_OUTPUT_LOBES;
+    const bool lit = ibl_survey_share(s->survey.dielectric) > 0;
+
+    c->usual_bytes = c->bytes = ibl_candidate_bytes(o);
+    if (o->of || o->engine || ibl_is_given(&o->given, "only")) {
+        ibl_choice_add(c, true, "outputs", "as asked\tthough nothing reflects");
+        return;
+    }
+    o->only &= ~(tables | 1u << IBL_OUTPUT_SPECULAR);
+    if (!lit)
+        o->only &= ~(1u << IBL_OUTPUT_IRRADIANCE);
+    ibl_choice_add(c, true, "specular", "none\tnothing reflects");
+    ibl_choice_add(c, true, "irradiance", "%s",
+                   lit ? "as usual" : "none\tall is unlit");
+    ibl_opts_select(o);
+    c->bytes = ibl_candidate_bytes(o);
+}
+
+bool ibl_scenes_sheen(const ibl_scenes *s, const ibl_opts *o, ibl_opts *sheen,
+                      ibl_choice *c)
+{
+    const ibl_survey_bin *bins = s->survey.sheen;
+    ibl_specular_options *levels = &sheen->bake.specular_options;
+    ibl_specular_layout l;
+    int first = 0, last = IBL_SURVEY_BINS - 1;
+
+    if (!(ibl_survey_share(bins) > 0))
+        return false;
+    if (o->of || o->engine || !(o->only & 1u << IBL_OUTPUT_SPECULAR)) {
+        ibl_choice_add(c, true, "sheen",
+                       "none\tnot in such files: bake it apart with --lobe "
+                       "charlie");
+        return false;
+    }
+    *sheen = *o;
+    sheen->only &= 1u << IBL_OUTPUT_SPECULAR | 1u << IBL_OUTPUT_JSON |
+                   /* which a set of that table has */
+                   (o->lut.kind != IBL_LUT_CHARLIE) << IBL_OUTPUT_LUT;
+    sheen->lobe_table = IBL_LOBES_NO;
+    sheen->lut = ibl_lut_options_default(); /* what was given is of split */
+    sheen->lut.kind = IBL_LUT_CHARLIE;
+    sheen->lut.size = SHEEN_TABLE;
+    sheen->bake.skybox = 0;
+    sheen->sh_format = IBL_SH_NONE;
+    sheen->preview = NULL;
+    /* Levels for the roughnesses of sheen alone. */
+    while (bins[first].share <= 0)
+        first++;
+    while (bins[last].share <= 0)
+        last--;
+    *levels = ibl_specular_options_default();
+    levels->lobe = IBL_LOBE_CHARLIE;
+    levels->size = SHEEN_SIZE;
+    levels->projection = o->bake.specular_options.projection;
+    levels->roughness_min = fmax(first, SHEEN_LEAST) / (IBL_SURVEY_BINS - 1.0);
+    levels->roughness_max = fmax(last, SHEEN_LEAST) / (IBL_SURVEY_BINS - 1.0);
+    ibl_opts_select(sheen);
+    snprintf(sheen->stem, sizeof sheen->stem, "%.240s_charlie", o->name);
+    sheen->name = sheen->stem;
+    if (ibl_specular_layout_of(levels, &l))
+        return false;
+    c->bytes += ibl_candidate_bytes(sheen);
+    ibl_choice_add(c, true, "sheen",
+                   "Charlie, size %d, %d level%s\tfitted to its roughness; not "
+                   "in the rendered error",
+                   l.size, l.levels, l.levels > 1 ? "s" : "");
+    return true;
 }

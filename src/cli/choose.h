@@ -1,23 +1,33 @@
 /* SPDX-License-Identifier: MIT */
-/* Chooses the outputs of fewest bytes whose expected rendered error is at most
- * that of --rendered-error. */
+/* Chooses the outputs of fewest bytes whose rendered error, as measured, is at
+ * most that of --rendered-error. */
 #ifndef CLI_CHOOSE_H
 #define CLI_CHOOSE_H
 
 #include "cli/bake_record.h"
-#include "cli/choice.h"
+#include "cli/rendered.h"
+
+/* All roughnesses and both F0 in equal parts; F0 = .04 has an albedo of .18. */
+ibl_materials ibl_materials_all(void);
 
 /*
- * Chooses size, levels, mapping, pixel format, irradiance or harmonics and the
- * sizes of the tables, other than those that the user or the target fixed, and
- * changes the options accordingly. If the error cannot be reached, the set is
- * that of fewest bytes within 1.2 times the least error, in which format,
- * irradiance and BRDF table add no more than the error that was asked or, if
- * that is more, than the finest do. Without --rendered-error, as of a scene,
- * there are no more bytes than the default's.
+ * Chooses size, levels and their roughnesses, pixel format, irradiance or
+ * harmonics and the sizes of the tables, other than those that the user or the
+ * target fixed, and changes the options accordingly. If the error cannot be
+ * reached, the set is that of fewest bytes within 1.3 times the least, to which
+ * texels, irradiance and tables add no more than the error that was asked.
+ * Without --rendered-error, as of a scene, there are no more bytes than the
+ * default's. False after a message.
  *   from  its environment was read
  */
-bool ibl_choose(ibl_bake_source *from, const ibl_materials *materials,
+bool ibl_choose(const ibl_bake_source *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice);
+
+/* Leaves out of o what a scene in which nothing reflects does not need. */
+void ibl_scenes_drop(const ibl_scenes *s, ibl_opts *o, ibl_choice *choice);
+/* Whether sheen needs a set of its own beside o; sets its options, which are
+ * those of o, chosen or not, for Charlie's lobe. */
+bool ibl_scenes_sheen(const ibl_scenes *s, const ibl_opts *o, ibl_opts *sheen,
+                      ibl_choice *choice);
 
 #endif

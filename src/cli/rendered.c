@@ -219,11 +219,13 @@ static void pick_material(const ibl_materials *m, double u, ibl_sample *s)
     double sum = 0, share[IBL_MATERIAL_STEPS + 1][2];
     int at = 0;
 
-    /* In proportion to what they add to a picture. */
+    /* In proportion to what they add to a picture, and to how wrong sharp
+     * reflections are. */
     for (int i = 0; i < 2 * (IBL_MATERIAL_STEPS + 1); i++)
         sum += share[i / 2][i % 2] =
             m->weight[i / 2][i % 2] *
-            (i % 2 ? m->diffuse[i / 2][1] + 0.1 : m->diffuse[i / 2][0] + 1);
+            (i % 2 ? m->diffuse[i / 2][1] + 0.1 : m->diffuse[i / 2][0] + 1) /
+            (i / 2 + 0.05 * IBL_MATERIAL_STEPS);
     for (u *= sum; at < 2 * IBL_MATERIAL_STEPS + 1; at++) {
         if (u < share[at / 2][at % 2])
             break;

@@ -53,6 +53,16 @@ void ibl_drawn_chain(ibl_drawn *set, const ibl_cube *chain,
 /* Whether the shader looks up irradiance. */
 bool ibl_drawn_needs_irradiance(const ibl_drawn *set);
 
+#define IBL_MATERIAL_STEPS 64
+
+/* The materials of what is drawn; [i]: those of roughness i / 64; [0]: of F0 =
+ * 1, times the square of their tint, [1]: of F0 = .04. */
+typedef struct ibl_materials {
+    double weight[IBL_MATERIAL_STEPS + 1][2];  /* share of the surfaces in view,
+                                                  0 or more; any sum above 0 */
+    double diffuse[IBL_MATERIAL_STEPS + 1][2]; /* their mean diffuse albedo */
+} ibl_materials;
+
 /* ---- the truth ----------------------------------------------------------- */
 
 enum {

@@ -74,11 +74,6 @@ bool ibl_scenes_materials(const ibl_scenes *s, ibl_materials *m)
 
 /* ---- what was found --------------------------------------------------- */
 
-static double share_at(const ibl_scene_survey *y, int i)
-{
-    return y->metal[i].share + y->dielectric[i].share;
-}
-
 /* The roughness that a share of what reflects does not exceed. */
 static double quantile(const ibl_scene_survey *y, double share)
 {
@@ -87,48 +82,52 @@ static double quantile(const ibl_scene_survey *y, double share)
     double below = 0;
     int i = -1;
 
-    while (i < BINS - 1 && below <= share * all)
-        below += share_at(y, ++i);
+    while (i < BINS - 1 && below <= share * all) {
+        i++;
+        below += y->metal[i].share + y->dielectric[i].share;
+    }
     return i / (BINS - 1.0);
-}
-
-static void tell_share(ibl_choice *c, const char *name, double share)
-{
-    if (share > 0)
-        ibl_choice_found(c, name, "%.3g %% of the area", 100 * share);
 }
 
 void ibl_scenes_tell(const ibl_scenes *s, ibl_choice *c)
 {
     const ibl_scene_survey *y = &s->survey;
+    const double metals = ibl_survey_share(y->metal);
+    const double others = ibl_survey_share(y->dielectric);
+    const struct {
+        const char *name;
+        double share;
+    } shares[] = {{"metals", metals},
+                  {"dielectrics", others},
+                  {"clearcoat", ibl_survey_share(y->clearcoat)},
+                  {"sheen", ibl_survey_share(y->sheen)},
+                  {"transmission", y->transmission},
+                  {"anisotropic", y->anisotropic},
+                  {"unlit", y->unlit}};
     double diffuse = 0;
-    const double rest = ibl_survey_share(y->dielectric);
 
     for (int i = 0; i < BINS; i++)
         diffuse += y->dielectric[i].diffuse;
-    ibl_choice_found(c, "scene",
-                     "%d file%s: %d material%s, %d triangles, %d image%s",
-                     y->scenes, y->scenes > 1 ? "s" : "", y->materials,
-                     y->materials > 1 ? "s" : "", y->triangles, y->images,
-                     y->images != 1 ? "s" : "");
-    if (ibl_survey_share(y->metal) + rest > 0 &&
-        quantile(y, 0) >= quantile(y, 1 - 1e-9))
-        ibl_choice_found(c, "roughness", "%.2g", quantile(y, 0));
-    else if (ibl_survey_share(y->metal) + rest > 0)
-        ibl_choice_found(c, "roughness",
-                         "%.2g to %.2g, half of it %.2g to %.2g",
-                         quantile(y, 0), quantile(y, 1 - 1e-9),
-                         quantile(y, 0.25), quantile(y, 0.75));
-    tell_share(c, "metals", ibl_survey_share(y->metal));
-    if (rest > 0)
-        ibl_choice_found(c, "dielectrics",
-                         "%.3g %% of the area, mean albedo %.2g", 100 * rest,
-                         diffuse / rest);
-    tell_share(c, "clearcoat", ibl_survey_share(y->clearcoat));
-    tell_share(c, "sheen", ibl_survey_share(y->sheen));
-    tell_share(c, "transmission", y->transmission);
-    tell_share(c, "anisotropic", y->anisotropic);
-    tell_share(c, "unlit", y->unlit);
+    ibl_choice_add(c, false, "scene",
+                   "%d file%s: %d material%s, %d triangles, %d image%s",
+                   y->scenes, y->scenes > 1 ? "s" : "", y->materials,
+                   y->materials > 1 ? "s" : "", y->triangles, y->images,
+                   y->images != 1 ? "s" : "");
+    if (metals + others > 0 && quantile(y, 0) >= quantile(y, 1 - 1e-9))
+        ibl_choice_add(c, false, "roughness", "%.2g", quantile(y, 0));
+    else if (metals + others > 0)
+        ibl_choice_add(c, false, "roughness",
+                       "%.2g to %.2g, half of it %.2g to %.2g", quantile(y, 0),
+                       quantile(y, 1 - 1e-9), quantile(y, 0.25),
+                       quantile(y, 0.75));
+    for (size_t i = 0; i < sizeof shares / sizeof *shares; i++)
+        if (shares[i].share > 0 && i == 1)
+            ibl_choice_add(c, false, "dielectrics",
+                           "%.3g %% of the area, mean albedo %.2g",
+                           100 * others, diffuse / others);
+        else if (shares[i].share > 0)
+            ibl_choice_add(c, false, shares[i].name, "%.3g %% of the area",
+                           100 * shares[i].share);
 }
 
 /* ---- the sidecar ------------------------------------------------------ */

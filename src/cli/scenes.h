@@ -4,6 +4,7 @@
 #define CLI_SCENES_H
 
 #include "cli/choice.h"
+#include "cli/rendered.h"
 #include "scene/survey.h"
 
 enum {
@@ -33,7 +34,6 @@ void ibl_scenes_free(ibl_scenes *s); /* NULL is fine */
 bool ibl_scenes_materials(const ibl_scenes *s, ibl_materials *materials);
 /* Adds rows of what was found. */
 void ibl_scenes_tell(const ibl_scenes *s, ibl_choice *choice);
-
 json_t *ibl_scenes_json(const ibl_scenes *s); /* NULL: no memory */
 
 #endif

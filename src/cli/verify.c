@@ -42,7 +42,7 @@ static bool parse_face_names(void *field, const char *value)
 static bool parse_roughness_map(void *field, const char *value)
 {
     ibl_verify_map *m = field;
-    const int named = ibl_names_find(ibl_formula_names, value);
+    const int named = ibl_names_find(ibl_mapping_names, value);
 
     *m = (ibl_verify_map){.given = 1};
     if (named >= 0)
@@ -56,7 +56,7 @@ static bool parse_roughness_map(void *field, const char *value)
 static bool parse_lod(void *field, const char *value)
 {
     ibl_verify_lod *l = field;
-    const int named = ibl_names_find(ibl_formula_names, value);
+    const int named = ibl_names_find(ibl_mapping_names, value);
     ibl_lod *lod = &l->lod;
     const char *end = value;
 

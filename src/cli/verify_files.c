@@ -257,7 +257,6 @@ static void find_lod(const reader *r, const double *roughness, int levels)
     if (o->lod.given ? set_lod(r, lod, lod->layout.mapping, 0, 1)
         : m->given   ? !m->count && set_lod(r, lod, m->map, 0, 1)
                      : r->about.word[IBL_ABOUT_MAPPING] && found >= 0 &&
-                         found != IBL_ROUGHNESS_BEST &&
                          set_lod(r, lod, (ibl_roughness_map)found, roughness[0],
                                  roughness[levels - 1]))
         return;

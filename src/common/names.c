@@ -38,9 +38,7 @@ const char *const ibl_overflow_names[] = {
 const char *const ibl_mapping_names[] = {[IBL_ROUGHNESS_LINEAR] = "linear",
                                          [IBL_ROUGHNESS_FILAMENT] = "filament",
                                          [IBL_ROUGHNESS_BABYLON] = "babylon",
-                                         [IBL_ROUGHNESS_BEST] = "best",
                                          NULL};
-const char *const ibl_formula_names[] = {"linear", "filament", "babylon", NULL};
 const char *const ibl_mirror_names[] = {[IBL_MIRROR_NONE] = "none",
                                         [IBL_MIRROR_X] = "x",
                                         [IBL_MIRROR_Z] = "z",

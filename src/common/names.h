@@ -16,8 +16,6 @@ extern const char *const ibl_pixel_names[];
 extern const char *const ibl_quality_names[];
 extern const char *const ibl_overflow_names[];
 extern const char *const ibl_mapping_names[];
-extern const char *const ibl_formula_names[]; /* of mappings that are formulas
-                                               */
 extern const char *const ibl_mirror_names[];
 extern const char *const ibl_up_names[];
 extern const char *const ibl_method_names[];

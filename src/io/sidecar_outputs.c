@@ -75,9 +75,6 @@ static json_t *lod(const ibl_sidecar_facts *f)
     if (map == IBL_ROUGHNESS_BABYLON)
         return json_sprintf("%.9g * log2(%d * roughness * roughness)",
                             layout->lod_scale, layout->size);
-    if (map == IBL_ROUGHNESS_BEST)
-        return json_string("of the lobe table; without it, straight lines "
-                           "between the levels' roughnesses");
     if (!is_part(&f->specular))
         return json_sprintf("%s * (levels - 1)", x);
     return json_sprintf("%s * %.9g + %.9g", x, layout->lod_scale,
@@ -168,7 +165,6 @@ static void put_lobes(const ibl_lobe_table_options *o, json_t **j)
                     "B: share of irradiance at N, A: half the difference of "
                     "the bends of two taps"));
     put(j, "layers", layers);
-    put(j, "fitted_to", json_string(ibl_lobe_fitted_to(o)));
     put(j, "level_roughness", roughness);
 }
 

@@ -122,11 +122,6 @@ static void set_lut(setter *s, const ibl_lut_options *o)
 /* ---- lobe tables ----------------------------------------------------------
  */
 
-const char *ibl_lobe_fitted_to(const ibl_lobe_table_options *opts)
-{
-    return opts->power ? "map" : "photographs";
-}
-
 const char *ibl_lobe_layer_name(ibl_f0 f0, int i)
 {
     static const char *const names[IBL_LOBE_LAYERS] = {
@@ -149,7 +144,6 @@ static void set_lobe_table(setter *s, const ibl_lobe_table_options *o)
     }
     for (int l = 0; l < o->layout.levels; l++)
         add_number(roughness, sizeof roughness, 9, o->layout.roughness[l]);
-    set(s, "iblbake.fitted_to", "%s", ibl_lobe_fitted_to(o));
     set(s, "iblbake.axes", "u=N.V,v=roughness");
     set(s, "iblbake.layers", "%s", layers);
     set(s, "iblbake.roughness", "%s", roughness);

@@ -5,8 +5,6 @@
 
 #include "ibl/io.h"
 
-/* "map" or "photographs". */
-const char *ibl_lobe_fitted_to(const ibl_lobe_table_options *opts);
 /* What layer i of a table is for; NULL after the last. f0 must be in range. */
 const char *ibl_lobe_layer_name(ibl_f0 f0, int i);
 

@@ -45,8 +45,6 @@ static void fill_set(view_frame *f, const baked_set *set)
     f->lod[1] = (float)set->lod_offset;
     f->lod[2] = (float)(set->texture[VIEW_SPECULAR].levels - 1);
     f->lod[3] = (float)set->mapping;
-    for (int l = 0; l < IBL_MAX_LEVELS; l++)
-        f->ladder[l / 4][l % 4] = (float)set->roughness[l];
     f->diffuse[0] = (float)set->irradiance_scale;
     f->diffuse[1] = (float)set->geometry;
     for (int i = 0; i < terms; i++)

@@ -20,14 +20,13 @@ typedef struct view_frame {
     float eye[4];
     float right[4], up[4], forward[4]; /* of view_camera */
     float viewport[4];                 /* width, height, 1/width, 1/height */
-    float turn[4];      /* cosine and sine of settings.turn, view_widening,
-                           width of a place in pixels */
-    float lod[4];       /* scale, offset, last level, mapping (baked_set) */
-    float ladder[4][4]; /* roughness of each level */
-    float diffuse[4];   /* scale of the irradiance map, geometry of the table
-                           (ibl_geometry), yaw of the map in turns,
-                           settings.blur */
-    float sh[25][4];    /* RGB of each (l, m), E/pi; zeros beyond sh_degree */
+    float turn[4];    /* cosine and sine of settings.turn, view_widening,
+                         width of a place in pixels */
+    float lod[4];     /* scale, offset, last level, mapping (baked_set) */
+    float diffuse[4]; /* scale of the irradiance map, geometry of the table
+                         (ibl_geometry), yaw of the map in turns,
+                         settings.blur */
+    float sh[25][4];  /* RGB of each (l, m), E/pi; zeros beyond sh_degree */
     float disc_direction[IBL_MAX_LIGHTS][4]; /* of the set's lights, in the
                                                 environment; their radius */
     float disc_irradiance[IBL_MAX_LIGHTS][4];

@@ -101,9 +101,6 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
 /* The coefficients of ibl_bake_sh, up to the degree of the analysis. */
 ibl_status ibl_spectral_sh(const ibl_spectral *s, int degree, double *coeffs);
 
-/* Their mean square in each degree 0..degree, of all channels together. */
-ibl_status ibl_spectral_power(const ibl_spectral *s, int degree, double *power);
-
 /* ---- between the files of the engine ---- */
 
 /* The azimuth of a light's centre in the world's axes. */

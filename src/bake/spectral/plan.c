@@ -69,8 +69,6 @@ ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, const ibl_bake_options *opts,
     if (opts->sh_degree > plan->degree)
         plan->degree = opts->sh_degree;
     plan->single = opts->sh_degree + 1;
-    if (opts->power > plan->degree)
-        plan->degree = opts->power;
     if (opts->specular && plan->degree < least_degree)
         plan->degree = least_degree;
     return status;

@@ -66,16 +66,3 @@ ibl_status ibl_spectral_sh(const ibl_spectral *s, int degree, double *coeffs)
     ibl_harmonics_free(&sum);
     return status;
 }
-
-ibl_status ibl_spectral_power(const ibl_spectral *s, int degree, double *power)
-{
-    ibl_harmonics sum;
-    const ibl_status status = add_all(s, degree, &sum);
-    if (status)
-        return status;
-    ibl_sht_power(&sum, power);
-    for (int l = 0; l <= degree; l++)
-        power[l] /= 2 * l + 1;
-    ibl_harmonics_free(&sum);
-    return IBL_OK;
-}

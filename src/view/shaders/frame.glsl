@@ -7,7 +7,6 @@ layout(std140) uniform Frame {
     vec4 viewport;
     vec4 turn;
     vec4 lod;
-    vec4 ladder[4];
     vec4 diffuse;
     vec4 sh[25];
     vec4 disc_direction[64];
@@ -22,4 +21,3 @@ layout(std140) uniform Frame {
     ivec4 show;
     ivec4 sampling;
 };
-#define IBL_LADDER ladder
