@@ -9,6 +9,7 @@
 
 #include "files.h"
 #include "maps.h"
+#include "reference.h"
 #include "sets.h"
 #include "test.h"
 #include "truth.h"
@@ -194,7 +195,7 @@ static void check_irradiance(ibl_ctx *ctx, const baked_set *set, double bound)
             const float *p = rgb + 3 * (face * tex->width * tex->width + i);
             truth_cube_direction(tex->width, face, i % tex->width,
                                  i / tex->width, n);
-            truth_irradiance(&map, n, truth);
+            reference_irradiance(&map, n, truth);
             for (int c = 0; c < 3; c++)
                 worst = fmax(
                     worst,
@@ -224,8 +225,8 @@ TEST(table_is_made)
                          tex->data + ibl_pixel_bytes(tex->pixel) *
                                          ((size_t)i * tex->width + 40),
                          1, pair);
-        truth_lut(40.5 / tex->width, (i + 0.5) / tex->width, IBL_GEOMETRY_SMITH,
-                  truth);
+        reference_lut(40.5 / tex->width, (i + 0.5) / tex->width,
+                      IBL_GEOMETRY_SMITH, truth);
         /* The quadrature's 5e-5 and half a bit of a half. */
         CHECK_NEAR((double)pair[0], truth[0], 5e-5 + 0x1p-12);
         CHECK_NEAR((double)pair[1], truth[1], 5e-5 + 0x1p-12);
@@ -298,7 +299,7 @@ TEST(clipped_sun)
     for (int i = 0; i < 6 * 64; i += 5) {
         double n[3], truth[3];
         truth_cube_direction(8, i / 64, i % 8, i / 8 % 8, n);
-        truth_irradiance(&map, n, truth);
+        reference_irradiance(&map, n, truth);
         CHECK_NEAR((double)last[3 * i], truth[0], 0.02 * truth[0]);
     }
     view_set_free(&baked);
