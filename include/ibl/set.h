@@ -23,17 +23,16 @@ enum {
 
 /* Bits of ibl_set_facts.known. */
 enum {
-    IBL_KNOWN_CONTENT = 1 << 0, /* that it holds what it was taken for */
-    IBL_KNOWN_MAPPING = 1 << 1,
-    IBL_KNOWN_ROUGHNESS = 1 << 2,
-    IBL_KNOWN_LOD = 1 << 3,
-    IBL_KNOWN_LOBE = 1 << 4,
-    IBL_KNOWN_SCALE = 1 << 5,
-    IBL_KNOWN_TABLE = 1 << 6,
-    IBL_KNOWN_GEOMETRY = 1 << 7,
-    IBL_KNOWN_AXES = 1 << 8,
-    IBL_KNOWN_YAW = 1 << 9,
-    IBL_KNOWN_LIGHTS = 1 << 10
+    IBL_KNOWN_MAPPING = 1 << 0,
+    IBL_KNOWN_ROUGHNESS = 1 << 1,
+    IBL_KNOWN_LOD = 1 << 2,
+    IBL_KNOWN_LOBE = 1 << 3,
+    IBL_KNOWN_SCALE = 1 << 4,
+    IBL_KNOWN_TABLE = 1 << 5,
+    IBL_KNOWN_GEOMETRY = 1 << 6,
+    IBL_KNOWN_AXES = 1 << 7,
+    IBL_KNOWN_YAW = 1 << 8,
+    IBL_KNOWN_LIGHTS = 1 << 9
 };
 
 /* How a texture was baked. What is not known is as said here, or 0. */
@@ -72,6 +71,10 @@ typedef struct ibl_set_file {
     ibl_texture texture;
     ibl_pixel pixel; /* of the file */
     ibl_set_facts facts;
+    int holds;   /* the ibl_content that it says it holds, or else its name; -1:
+                    neither says. Only files of the options hold another one
+                    than they were taken for */
+    int missing; /* 1: the sidecar names path, but it is not there */
     int differs; /* 1: its keys and the sidecar differ, and the keys hold */
     double pixel_error[IBL_MAX_LEVELS]; /* nRMSE of a level by its pixel format,
                                            as the sidecar says; else NAN */
