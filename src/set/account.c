@@ -301,7 +301,7 @@ static bool decode(json_t *object, const char *key)
     return ok;
 }
 
-json_t *ibl_sidecar_load(const char *path, ibl_json_why *why)
+json_t *ibl_sidecar_read(const char *path, ibl_json_why *why)
 {
     json_t *root = ibl_json_load(path, 0, why), *output;
     const char *names = json_string_value(json_object_get(root, "names"));

@@ -60,7 +60,7 @@ ibl_set_facts ibl_account_facts(const ibl_account *known,
 /* ---- sidecars ---------------------------------------------------------- */
 
 /* ibl_json_load of a sidecar; decodes its file names, to any bytes. */
-json_t *ibl_sidecar_load(const char *path, ibl_json_why *why);
+json_t *ibl_sidecar_read(const char *path, ibl_json_why *why);
 
 /* The entry of the output whose member has that value; NULL: none. */
 json_t *ibl_sidecar_entry(const json_t *sidecar, const char *member,

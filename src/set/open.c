@@ -201,7 +201,7 @@ static ibl_status read_sidecar(opener *o, const char *path, bool asked)
         return IBL_OK;
     if (o->o.reading)
         o->o.reading(o->o.cookie, IBL_CONTENTS, path);
-    json_t *root = ibl_sidecar_load(path, &why);
+    json_t *root = ibl_sidecar_read(path, &why);
     if (!root)
         return ibl_fail(o->ctx, why.status, "%s%s", why.line,
                         why.status == IBL_ERR_FORMAT
@@ -402,6 +402,7 @@ static ibl_status check(const opener *o, int content, const json_t *entry)
                         t->width, t->height, IBL_MAX_CUBE_SIZE);
     if (map && json_is_integer(height) && json_is_array(levels) &&
         !(o->asked.known & IBL_KNOWN_ROUGHNESS) &&
+        !ibl_engine_of_name(f->path) &&
         (json_integer_value(height) != t->height ||
          json_array_size(levels) != (size_t)t->levels))
         return ibl_fail(o->ctx, IBL_ERR_FORMAT,
@@ -456,27 +457,25 @@ static ibl_status turn(const opener *o, ibl_set_file *f)
 }
 
 /* Finds out what is not said of levels, and can be told from what is. */
-static ibl_status complete(const opener *o, ibl_set_file *f, const char *who)
+static ibl_status complete(const opener *o, ibl_set_file *f)
 {
     ibl_set_facts *a = &f->facts;
     const int levels = f->texture.levels;
-    const bool formula = a->mapping <= IBL_ROUGHNESS_BABYLON;
     ibl_specular_layout layout;
 
     if (a->known & IBL_KNOWN_ROUGHNESS && a->levels != levels)
         return ibl_fail(o->ctx, IBL_ERR_FORMAT,
-                        "%s: has %d levels, but %s says the roughness of %d: "
-                        "bake it again, or say what it is",
-                        f->path, levels, who, a->levels);
+                        "%s: has %d levels, and the roughness of %d: bake it "
+                        "again, or say what it is",
+                        f->path, levels, a->levels);
     if (!(a->known & (IBL_KNOWN_MAPPING | IBL_KNOWN_ROUGHNESS)) &&
         ibl_texture_get(&f->texture, "sh")) /* cmgen */
         a->mapping = IBL_ROUGHNESS_FILAMENT;
     a->levels = levels;
     for (int l = 0; l < levels && !(a->known & IBL_KNOWN_ROUGHNESS); l++)
         a->roughness[l] = ibl_level_roughness(a->mapping, l, levels);
-    if (a->known & IBL_KNOWN_LOD && formula)
+    if (a->known & IBL_KNOWN_LOD)
         return IBL_OK;
-    a->lod_scale = a->lod_offset = 0;
     const bool babylon = a->mapping == IBL_ROUGHNESS_BABYLON;
     const ibl_specular_options chain = {
         .struct_size = sizeof chain,
@@ -485,8 +484,7 @@ static ibl_status complete(const opener *o, ibl_set_file *f, const char *who)
         .mapping = a->mapping,
         .roughness_min = babylon ? 0 : a->roughness[0],
         .roughness_max = babylon ? 1 : a->roughness[levels - 1]};
-    if (formula &&
-        (a->known & IBL_KNOWN_MAPPING || !(a->known & IBL_KNOWN_ROUGHNESS)) &&
+    if ((a->known & IBL_KNOWN_MAPPING || !(a->known & IBL_KNOWN_ROUGHNESS)) &&
         !ibl_specular_layout_of(&chain, &layout)) {
         a->lod_scale = layout.lod_scale;
         a->lod_offset = layout.lod_offset;
@@ -619,7 +617,7 @@ static ibl_status read_file(opener *o, int content)
                    : IBL_OK;
     status = ibl_texture_unblock(o->ctx, &f->texture);
     if (!status && content == IBL_CONTENT_SPECULAR)
-        status = complete(o, f, f->path);
+        status = complete(o, f);
     return status ? status : turn(o, f);
 }
 
@@ -804,6 +802,7 @@ double ibl_set_lod(const ibl_set_facts *facts, double roughness)
                                   .lod_offset = facts->lod_offset};
     int l = 0;
 
+    memcpy(layout.roughness, r, sizeof layout.roughness);
     if (facts->lod_scale > 0)
         return ibl_lod_of_roughness(&layout, roughness);
     while (l + 2 < facts->levels && roughness > r[l + 1])
