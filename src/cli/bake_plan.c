@@ -11,7 +11,7 @@
 
 #include "common/names.h"
 #include "common/path.h"
-#include "set/account.h"
+#include "set/about.h"
 #include "json/text.h"
 
 /* Whether the lobe table is the one of the default levels. */

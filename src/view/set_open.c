@@ -112,13 +112,6 @@ static void see(void *set_of, int content, const char *path)
     set->seen[views[content]] = view_file_stamp_of(path, NULL);
 }
 
-static void see_sheen(void *set_of, int content, const char *path)
-{
-    baked_set *set = set_of;
-    if (content == IBL_CONTENT_SPECULAR)
-        set->seen[VIEW_SHEEN] = view_file_stamp_of(path, NULL);
-}
-
 /* Turns a flat map, equirectangular or octahedral, into a cube of twice its
  * size, which looks the same. Keeps the keys. */
 static bool make_cube(ibl_ctx *ctx, const char *path, ibl_texture *tex)
@@ -163,17 +156,6 @@ static bool take_file(ibl_ctx *ctx, ibl_set_file *f, view_content content,
     return copy(f->path, &set->path[content]) &&
            (tex->faces == IBL_FACES || content == VIEW_LUT ||
             content == VIEW_LOBES || make_cube(ctx, f->path, tex));
-}
-
-/* Refuses files that an option names and that hold something else: any cube is
- * a sky. */
-static bool check_named(const ibl_set_file *f, const char *option, int content)
-{
-    return f->holds < 0 || f->holds == content ||
-           view_fail("%s: holds %s, where --%s wants %s: name another file, or "
-                     "leave --%s out",
-                     f->path, ibl_content_name((ibl_content)f->holds), option,
-                     ibl_content_name((ibl_content)content), option);
 }
 
 /* Reports properties that make the spheres inexact. */
@@ -233,42 +215,37 @@ static bool take_facts(const ibl_set *from, baked_set *set)
     return copy(from->source, &set->source);
 }
 
-/* A table of another kind than the split sum is left out. */
-static bool check_table(ibl_set_file *f, bool named)
-{
-    const char *kind = ibl_lut_name(f->facts.table);
-
-    if (!f->path || f->facts.table == IBL_LUT_SPLIT)
-        return true;
-    if (named)
-        return view_fail("%s: is a table of kind %s, not the split one: name "
-                         "the brdf_lut file, or leave --lut out",
-                         f->path, kind);
-    view_note("%s: a table of kind %s: not used", f->path, kind);
-    ibl_texture_free(&f->texture);
-    return true;
-}
-
 static bool take_set(ibl_ctx *ctx, const view_request *what, ibl_set *from,
                      baked_set *set)
 {
-    ibl_set_file *f = from->file;
+    ibl_set_file *f = from->file, *table = &f[IBL_CONTENT_LUT];
+    const ibl_set_file *matte = &f[IBL_CONTENT_IRRADIANCE];
 
     if (!f[IBL_CONTENT_SPECULAR].texture.data)
         return view_fail("%s: has no specular levels: bake the set again, or "
                          "name its NAME_specular file",
                          what->path);
-    if (!copy(from->name ? from->name : what->path, &set->name) ||
-        !copy(from->sidecar, &set->path[VIEW_SIDECAR]) ||
-        (what->irradiance &&
-         !check_named(&f[IBL_CONTENT_IRRADIANCE], "irradiance",
-                      IBL_CONTENT_IRRADIANCE)) ||
-        !check_table(&f[IBL_CONTENT_LUT], what->lut))
-        return false;
-    for (int c = 0; c < IBL_CONTENTS; c++)
-        if (!take_file(ctx, &f[c], (view_content)views[c], set))
-            return false;
-    return take_facts(from, set);
+    /* Any cube is a sky. */
+    if (what->irradiance && matte->holds >= 0 &&
+        matte->holds != IBL_CONTENT_IRRADIANCE)
+        return view_fail("%s: holds %s, where an irradiance map is wanted: "
+                         "name another file, or leave --irradiance out",
+                         matte->path,
+                         ibl_content_name((ibl_content)matte->holds));
+    if (table->facts.table && what->lut)
+        return view_fail("%s: is a table of kind %s, not the split one: name "
+                         "the brdf_lut file, or leave --lut out",
+                         table->path, ibl_lut_name(table->facts.table));
+    if (table->facts.table) {
+        view_note("%s: a table of kind %s: not used", table->path,
+                  ibl_lut_name(table->facts.table));
+        ibl_texture_free(&table->texture);
+    }
+    bool ok = copy(from->name ? from->name : what->path, &set->name) &&
+              copy(from->sidecar, &set->path[VIEW_SIDECAR]);
+    for (int c = 0; c < IBL_CONTENTS && ok; c++)
+        ok = take_file(ctx, &f[c], (view_content)views[c], set);
+    return ok && take_facts(from, set);
 }
 
 /* Takes the map that is named, whatever it is, in place of the sidecar's. */
@@ -287,32 +264,30 @@ static bool open_sheen(ibl_ctx *ctx, baked_set *set)
 {
     ibl_set_options o = ibl_set_options_default();
     ibl_set sheen = {0};
+    ibl_set_file *f = &sheen.file[IBL_CONTENT_SPECULAR];
     bool ok = true;
 
     o.leave = ~(1u << IBL_CONTENT_SPECULAR);
-    o.reading = see_sheen;
-    o.cookie = set;
-    for (int i = 0; ibl_array_container_names[i] && ok && !sheen.name; i++) {
+    for (int i = 0; ibl_array_container_names[i] && ok && !f->path; i++) {
         char name[1024];
         snprintf(name, sizeof name, "%.900s_charlie_specular.%s", set->name,
                  ibl_array_container_names[i]);
         char *path = ibl_path_beside(set->path[VIEW_SPECULAR], name);
-        ok = path || no_memory(name);
-        if (ok && view_file_stamp_of(path, NULL).size >= 0)
-            ok = !ibl_set_open(ctx, path, &o, &sheen);
+        set->seen[VIEW_SHEEN] = view_file_stamp_of(path, NULL);
+        ok = path ? set->seen[VIEW_SHEEN].size < 0 ||
+                        !ibl_set_open(ctx, path, &o, &sheen)
+                  : no_memory(name);
         free(path);
     }
-    ibl_set_file *f = &sheen.file[IBL_CONTENT_SPECULAR];
     if (ok && f->path)
-        ok = (f->facts.lobe == IBL_LOBE_CHARLIE ||
-              view_fail("%s: is not of the lobe charlie: bake it again",
-                        f->path)) &&
-             (f->facts.known & IBL_KNOWN_ROUGHNESS ||
-              view_fail("%s: does not say the roughness of its levels: bake it "
-                        "again",
-                        f->path)) &&
-             take_file(ctx, f, VIEW_SHEEN, set) &&
-             view_set_fill_sheen(ctx, f->facts.roughness, f->facts.levels, set);
+        ok = (f->facts.lobe == IBL_LOBE_CHARLIE &&
+              f->facts.known & IBL_KNOWN_ROUGHNESS)
+                 ? take_file(ctx, f, VIEW_SHEEN, set) &&
+                       view_set_fill_sheen(ctx, f->facts.roughness,
+                                           f->facts.levels, set)
+                 : view_fail("%s: does not say the roughness of its levels, or "
+                             "is not of the lobe charlie: bake it again",
+                             f->path);
     ibl_set_free(&sheen);
     return ok;
 }
