@@ -29,7 +29,8 @@ TEST(directories)
     sets_refused(ctx, file_path("several"), "from night to sky");
     NEED(
         file_run("for i in $(seq 100); do : >many/map${i}_specular.dds; done"));
-    sets_refused(ctx, file_path("many"), "holds several sets, from map100 to map9");
+    sets_refused(ctx, file_path("many"),
+                 "holds several sets, from map100 to map9");
     NEED(file_run("cp one/sky_specular.ktx hidden/.old_specular.ktx"));
     sets_refused(ctx, file_path("hidden"), "has no NAME_specular");
     /* One of several, by name; a slash at the end; a file of another name. */

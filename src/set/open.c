@@ -335,7 +335,8 @@ static bool fits(const ibl_texture *t, int content, ibl_lut_kind kind)
         return t->faces == 1 && square && t->pixel <= IBL_PIXEL_RGBA32F &&
                (t->layers == IBL_LOBE_LAYERS ||
                 2 * t->layers == IBL_LOBE_LAYERS);
-    return channels == 3 && t->layers == 1 && t->height <= IBL_MAX_CUBE_SIZE &&
+    return channels == 3 && t->layers == 1 && t->levels <= IBL_MAX_LEVELS &&
+           t->height <= IBL_MAX_CUBE_SIZE &&
            (t->faces == IBL_FACES || square || t->width == 2 * t->height);
 }
 
@@ -472,6 +473,8 @@ static ibl_status learn(opener *o, int content)
         status = ibl_about_add(o->ctx, &known, &side, &f->differs);
     if (!status)
         status = ibl_about_add(o->ctx, &o->all, &known, &ignored);
+    if (status)
+        return status;
     f->facts = ibl_about_facts(&known);
     if (o->o.facts && o->o.facts->known & IBL_KNOWN_AXES)
         memcpy(f->facts.axes, o->o.facts->axes, sizeof f->facts.axes);
@@ -483,7 +486,7 @@ static ibl_status learn(opener *o, int content)
                         "{s:{s:F}}", "pixel_error", "nrmse",
                         &f->pixel_error[l]))
             f->pixel_error[l] = NAN;
-    return status;
+    return IBL_OK;
 }
 
 /* Leaves out a lobe table for other levels: several bakes in one directory
@@ -630,6 +633,8 @@ static ibl_status read_environment(opener *o)
     int ignored;
 
     ibl_status status = ibl_about_add(o->ctx, &o->all, &side, &ignored);
+    if (status)
+        return status;
     const ibl_axes axes = {(ibl_mirror)v[IBL_FACT_MIRROR],
                            (ibl_up)v[IBL_FACT_UP]};
     read->primaries = (ibl_primaries)v[IBL_FACT_PRIMARIES];
@@ -637,8 +642,7 @@ static ibl_status read_environment(opener *o)
     read->exposure = v[IBL_FACT_EXPOSURE];
     read->clamp = v[IBL_FACT_CLAMP];
     o->set->yaw_deg = v[IBL_FACT_YAW];
-    if (!status)
-        status = read_harmonics(o, axes);
+    status = read_harmonics(o, axes);
     if (!status)
         status = read_lights(o, axes);
     return status ? status : find_source(o);
