@@ -653,7 +653,7 @@ static ibl_status read_environment(opener *o)
 /* The texture that was named comes first. */
 static ibl_status open_set(opener *o)
 {
-    bool found = !o->path;
+    bool found = false;
     ibl_status status = o->path ? locate(o) : IBL_OK;
 
     for (int i = -1; i < IBL_CONTENTS && !status; i++) {
@@ -663,10 +663,12 @@ static ibl_status open_set(opener *o)
         status = find(o, c);
         if (!status && o->set->file[c].path && !o->set->file[c].missing)
             status = read_file(o, c);
-        found |= o->set->file[c].path && (c < IBL_CONTENT_LUT || i < 0);
+        found |=
+            o->set->file[c].path && (c < IBL_CONTENT_LUT || i < 0 || !o->path);
     }
     if (!status && !found)
-        status = no_set(o);
+        status = o->path ? no_set(o)
+                         : ibl_missing(o->ctx, "ibl_set_open: path or files");
     return status ? status : read_environment(o);
 }
 
