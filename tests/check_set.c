@@ -327,6 +327,28 @@ TEST(probes)
           test_said(&said, "has no layer 2, but 0 to 1"));
 }
 
+/* Flat textures that no map has the shape of, which are to be turned. */
+TEST(odd_shapes)
+{
+    static const int shapes[][4] = {
+        {6, 3, 1, 1}, {8, 4, 4, 1}, {2, 2, 2, 1}, {1, 1, 1, 1}};
+    ibl_ctx *ctx = context();
+
+    for (int i = 0; i < 4; i++) {
+        ibl_texture tex = texture_random(ctx, IBL_PIXEL_RGBA16F, shapes[i], 1);
+        size_t size;
+        ibl_set set;
+        NEED(!ibl_texture_set(ctx, &tex, "iblbake.mirror", "x"));
+        texture_owned(tex);
+        const void *bytes =
+            texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &size);
+        NEED(file_save(file_path("odd.ktx2"), bytes, size));
+        CHECK(ibl_set_open(ctx, file_path("odd.ktx2"), NULL, &set) ==
+                  IBL_ERR_FORMAT &&
+              test_said(&said, "where a specular chain"));
+    }
+}
+
 /* What is wrong is said in one line, and leaves nothing. */
 TEST(what_is_refused)
 {

@@ -326,6 +326,9 @@ static bool fits(const ibl_texture *t, int content, ibl_lut_kind kind)
 {
     const bool square = t->width == t->height;
     const int channels = ibl_pixel_channels(t->pixel);
+    const ibl_level_shape one =
+        ibl_level_shape_of(ibl_texture_projection(t), 1);
+    const int n = t->width / one.width;
 
     if (content == IBL_CONTENT_LUT)
         return t->faces == 1 && square && t->layers == 1 &&
@@ -335,9 +338,9 @@ static bool fits(const ibl_texture *t, int content, ibl_lut_kind kind)
         return t->faces == 1 && square && t->pixel <= IBL_PIXEL_RGBA32F &&
                (t->layers == IBL_LOBE_LAYERS ||
                 2 * t->layers == IBL_LOBE_LAYERS);
-    return channels == 3 && t->layers == 1 && t->levels <= IBL_MAX_LEVELS &&
-           t->height <= IBL_MAX_CUBE_SIZE &&
-           (t->faces == IBL_FACES || square || t->width == 2 * t->height);
+    return channels == 3 && t->layers == 1 && n <= IBL_MAX_CUBE_SIZE &&
+           n >> (t->levels - 1) && t->width == n * one.width &&
+           t->height == n * one.height;
 }
 
 /* Checks that a texture is what it was taken for, and that the sidecar tells of
