@@ -377,7 +377,9 @@ TEST(what_is_refused)
         {"rm out/*_irradiance*; sed -i s/filament/filAment/ "
          "out/sky_specular.ktx2 "
          "out/sky_specular.dds out/sky.json",
-         "out", "its mapping is \"filAment\", which is none of linear, "},
+         "out",
+         "its mapping is \"filAment\", which this version does not know, but "
+         "linear, "},
         {"sed -i 's/\"lod_scale\": [0-9.]*/\"lod_scale\": -1/' out/sky.json",
          "dds", "has lod_scale -1, which no bake has: bake it again"},
         {"sed -i 's/\"roughness\": 1.0/\"roughness\": 2/' out/sky.json", "dds",

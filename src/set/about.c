@@ -179,8 +179,8 @@ static ibl_status check(ibl_ctx *ctx, const ibl_about *a, int i)
                         a->who, facts[i].member, x);
     ibl_names_text(facts[i].names, text, sizeof text);
     return ibl_fail(ctx, IBL_ERR_FORMAT,
-                    "%s: its %s is \"%.40s\", which is none of %s: bake it "
-                    "again with iblbake " IBL_VERSION ", or say what it is",
+                    "%s: its %s is \"%.40s\", which this version does not "
+                    "know, but %s: bake it again, or say what it is",
                     a->who, facts[i].member, a->word[i], text);
 }
 
