@@ -83,7 +83,7 @@ typedef struct ibl_set_file {
 typedef struct ibl_set {
     char *name;    /* what its files' names begin with, such as "sky"; NULL:
                       files were named one by one */
-    char *sidecar; /* path; NULL: there is none */
+    char *sidecar; /* path of it, or of an index; NULL: there is none */
     ibl_set_file file[IBL_CONTENTS];
 
     /* The environment, as keys or the sidecar say. */
@@ -130,22 +130,24 @@ static inline ibl_set_options ibl_set_options_default(void)
 
 /*
  * Finds and reads a set.
- *   path  a directory: the set of that name in it. NAME.json, its sidecar. Or
- *         one texture, of any content: those with the same NAME beside it are
- *         of the set, too. NULL: only the files in opts
+ *   path  a directory: the set of that name in it. Or NAME.json, its sidecar.
+ *         Or one of its textures: of the content that its name says, else
+ *         specular levels; the others of that NAME beside it are of the set,
+ *         too. Or, of probes, index.json or its directory. NULL: only the files
+ *         in opts
  *   opts  NULL for defaults
  *   set   to be freed with ibl_set_free; empty after an error
- * Files have the names in the sidecar, else NAME_specular, NAME_irradiance,
- * NAME_skybox, brdf_lut (brdf_lut_schlick-ibl, ...) and NAME_lobe_lut or
- * lobe_lut with .ktx2, .ktx or .dds, else NAME.env, NAME.gltf or
- * NAME_envatlas.png. If the same content is there in several containers, that
- * of the texture that path names is taken. Of probes, which are arrays of
- * cubes, path is index.json or its directory. The keys of a texture hold before
- * what the sidecar says. What neither says is not known, and no error. A lobe
- * table for other levels than the specular ones is left out, with a warning,
- * unless opts names it. IBL_ERR_IO: there is no such set, or several, or a file
- * cannot be read. IBL_ERR_FORMAT: a file is damaged, holds something else, or
- * is of another bake or version. IBL_ERR_ARGUMENT: no such layer.
+ * Files are those that the sidecar or index names, else NAME_specular,
+ * NAME_irradiance, NAME_skybox, brdf_lut (brdf_lut_schlick-ibl, ...) and
+ * NAME_lobe_lut or lobe_lut with .ktx2, .ktx or .dds, else NAME.env, NAME.gltf
+ * or NAME_envatlas.png; of several the one in the container of the texture that
+ * path names. A sidecar that another program wrote is left out, with a warning,
+ * and so is a lobe table for other levels than the specular ones.
+ * The keys of a texture hold before what the sidecar says. What neither says is
+ * not known, and no error.
+ * IBL_ERR_IO: there is no such set, or several, or a file cannot be read.
+ * IBL_ERR_FORMAT: a file is damaged, holds something else, or is of another
+ * bake or version. IBL_ERR_ARGUMENT: no such layer, or nothing to open.
  * IBL_ERR_UNSUPPORTED as of ibl_texture_read. All say in one line what is wrong
  * and what to do.
  */
