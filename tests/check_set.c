@@ -112,6 +112,7 @@ static void check_table(ibl_ctx *ctx, const ibl_set_file *f, const char *what)
     NEED(!ibl_bake_lut(ctx, &o, &truth));
     CHECK_MSG(!ibl_texture_to_lut(ctx, &f->texture, &lut), "%s: %s", what,
               said.text[IBL_LOG_ERROR]);
+    CHECK(lut.kind == f->facts.table);
     for (int i = 0; lut.data && i < lut.size * lut.size; i++)
         CHECK_NEAR((double)lut.data[2 * i], (double)truth.data[2 * i], 1e-3);
     ibl_lut_free(&truth);
@@ -309,7 +310,7 @@ TEST(probes)
     NEED(file_save_exr(file_path("twice.exr"), &twice, NULL));
     NEED(file_run(
         "rm -rf out; echo '{\"version\": 1, \"defaults\": {\"size\": 16, "
-        "\"levels\": 2, \"irradiance\": 8, \"lut_size\": 16, \"container\": "
+        "\"levels\": 3, \"irradiance\": 8, \"lut_size\": 16, \"container\": "
         "\"dds\"}, "
         "\"global\": {\"capture\": {\"equirect\": \"twice.exr\"}}, "
         "\"probes\": [{\"name\": \"a\", \"position\": [0, 0, 0], \"capture\": "
@@ -325,6 +326,52 @@ TEST(probes)
     o.layer = 2;
     CHECK(ibl_set_open(ctx, file_path("out"), &o, &wrong) == IBL_ERR_ARGUMENT &&
           test_said(&said, "has no layer 2, but 0 to 1"));
+}
+
+/* Keys that no bake writes. */
+TEST(wrong_keys)
+{
+    static const char *const all[][3] = {
+        {"iblbake.roughness", "0,0.5,1",
+         "has 2 levels, and the roughness of 3"},
+        {"iblbake.roughness", "0", "has 2 levels, and the roughness of 1"},
+        {"iblbake.roughness", "0,1x", "roughness of levels is damaged"},
+        {"iblbake.lod_scale", "1.5x", "has lod_scale nan"},
+        {"iblbake.lod_offset", "", "has lod_offset nan"},
+        {"iblbake.lobe", "wax", "its lobe is \"wax\", which"},
+        {"iblbake.lights", "99", "has lights 99"},
+        {"iblbake.content", "wood", "its content is \"wood\", which"}};
+    ibl_ctx *ctx = context();
+    const char *map = saved_sky(ctx);
+
+    NEED(file_run("rm -rf out; '%s' -q '%s' -o out --levels 2 " SMALL,
+                  file_built("iblbake"), map));
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        ibl_set_options o = ibl_set_options_default();
+        ibl_texture tex = {0};
+        size_t size;
+        ibl_set set;
+        NEED(!ibl_texture_read(ctx, file_path("out/sky_specular.ktx2"), &tex,
+                               NULL) &&
+             !ibl_texture_set(ctx, &tex, all[i][0], all[i][1]));
+        texture_owned(tex);
+        const void *bytes =
+            texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &size);
+        NEED(file_save(file_path("key_specular.ktx2"), bytes, size));
+        CHECK_MSG(ibl_set_open(ctx, file_path("key_specular.ktx2"), NULL,
+                               &set) == IBL_ERR_FORMAT &&
+                      test_said(&said, all[i][2]),
+                  "%s %s: %s", all[i][0], all[i][1], said.text[IBL_LOG_ERROR]);
+        /* Unless a program knows better. */
+        o.facts = &(ibl_set_facts){.known = IBL_KNOWN_MAPPING | IBL_KNOWN_LOBE |
+                                            IBL_KNOWN_LIGHTS};
+        if (i < 7)
+            open_it(ctx, "key_specular.ktx2", &o);
+    }
+    NEED(file_run("echo '{\"name\": \"sky\"}' >out/sky.json"));
+    const ibl_set *set = open_it(ctx, "out", NULL);
+    CHECK(!set->sidecar && set->sh_degree < 0 &&
+          strstr(said.text[IBL_LOG_WARNING], "not written by iblbake"));
 }
 
 /* Flat textures that no map has the shape of, which are to be turned. */
@@ -384,6 +431,9 @@ TEST(what_is_refused)
          "dds", "has lod_scale -1, which no bake has: bake it again"},
         {"sed -i 's/\"roughness\": 1.0/\"roughness\": 2/' out/sky.json", "dds",
          "has roughness 2 at level 1, which has to be 0 to 1"},
+        {"sed -i 's/\"roughness\": 1.0/\"roughness\": 0.5/; "
+         "s/\"roughness\": 0.0/\"roughness\": 0.9/' out/sky.json",
+         "dds", "has roughness 0.5 at level 1, which has to be 0.9 to 1"},
         {"sed -i 's/\"roughness\": 1.0/\"roughness\": \"\"/' out/sky.json",
          "dds", "roughness of levels is damaged: bake it again"},
         {"sed -i 's/\"degree\": 2/\"degree\": 3/' out/sky.json", "out",
