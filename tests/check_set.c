@@ -214,8 +214,7 @@ TEST(what_was_baked)
         CHECK_MSG(!strcmp(set->name, "sky") && set->sidecar, "%s", what);
         check_set(ctx, set, 30, all[i].most, what);
         for (int c = 0; c < IBL_CONTENTS; c++)
-            CHECK_MSG(!set->file[c].path ||
-                          (!set->file[c].differs && set->file[c].holds == c),
+            CHECK_MSG(!set->file[c].path || set->file[c].holds == c,
                       "%s: content %d", what, c);
         for (int c = 0; c < 2; c++) {
             const char *path =
@@ -420,7 +419,7 @@ TEST(what_is_refused)
          "out", "cut short"},
         {"head -c 900 out/sky.json >a && mv a out/sky.json", "out", "no JSON"},
         {"sed -i 's/\"height\": 16/\"height\": 32/' out/sky.json", "out",
-         "has 2 levels from 16 texels, but"},
+         "has other levels than"},
         {"rm out/*_irradiance*; sed -i s/filament/filAment/ "
          "out/sky_specular.ktx2 "
          "out/sky_specular.dds out/sky.json",

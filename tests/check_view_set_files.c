@@ -218,10 +218,7 @@ TEST(two_accounts)
         baked_set set;
         NEED(file_run("sed '%s' k >keys/sky.json; sed '%s' n >none/sky.json",
                       seds[i], seds[i]));
-        const char *said = sets_open(ctx, "keys", &set);
-        CHECK_MSG(strstr(said, "taken as the file says") &&
-                      sets_lines(said) == 1,
-                  "%s: %s", seds[i], said);
+        sets_open(ctx, "keys", &set);
         sets_check_same(&set, &keys, seds[i]);
         CHECK(set.roughness[0] == 0 && set.irradiance_scale == 1);
         sets_open(ctx, "none", &side);

@@ -159,12 +159,6 @@ ibl_about ibl_about_asked(const ibl_set_facts *asked)
 /* ---- what is known in the end ---------------------------------------------
  */
 
-/* Keys have nine digits. */
-static int is_other(double x, double y)
-{
-    return fabs(x - y) > 1e-6 * (1 + fabs(x));
-}
-
 static ibl_status check(ibl_ctx *ctx, const ibl_about *a, int i)
 {
     const double x = a->value[i];
@@ -185,44 +179,35 @@ static ibl_status check(ibl_ctx *ctx, const ibl_about *a, int i)
 }
 
 static ibl_status add_levels(ibl_ctx *ctx, ibl_about *known,
-                             const ibl_about *other, int *differs)
+                             const ibl_about *other)
 {
     const double *r = other->roughness;
 
-    if (known->levels)
-        *differs |= other->levels && other->levels != known->levels;
-    else if (other->levels < 0)
+    if (other->levels < 0)
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: its list of the roughness of levels is damaged: "
                         "bake it again, or say what it is",
                         other->who);
-    for (int l = 0; l < other->levels; l++) {
-        if (known->levels > l)
-            *differs |= is_other(known->roughness[l], r[l]);
-        else if (!known->levels && !(r[l] >= (l ? r[l - 1] : 0) && r[l] <= 1))
+    for (int l = 0; l < other->levels; l++)
+        if (!(r[l] >= (l ? r[l - 1] : 0) && r[l] <= 1))
             return ibl_fail(ctx, IBL_ERR_FORMAT,
                             "%s: has roughness %g at level %d, which has to be "
                             "%g to 1: bake it again, or say what it is",
                             other->who, r[l], l, l ? r[l - 1] : 0);
-    }
-    if (!known->levels && (known->levels = other->levels))
-        memcpy(known->roughness, r, sizeof known->roughness);
+    memcpy(known->roughness, r, sizeof known->roughness);
+    known->levels = other->levels;
     return IBL_OK;
 }
 
-ibl_status ibl_about_add(ibl_ctx *ctx, ibl_about *known, const ibl_about *other,
-                         int *differs)
+ibl_status ibl_about_add(ibl_ctx *ctx, ibl_about *known, const ibl_about *other)
 {
-    const unsigned heard = other->said & ~known->firm;
-    ibl_status status = known->firm >> IBL_FACTS
+    const unsigned fresh = other->said & ~known->said & ~known->firm;
+    ibl_status status = known->levels || known->firm >> IBL_FACTS
                             ? IBL_OK
-                            : add_levels(ctx, known, other, differs);
+                            : add_levels(ctx, known, other);
 
     for (int i = 0; i < IBL_FACTS && !status; i++)
-        if (heard & known->said & 1u << i) {
-            *differs |= i != IBL_FACT_CONTENT &&
-                        is_other(known->value[i], other->value[i]);
-        } else if (heard >> i & 1) {
+        if (fresh >> i & 1) {
             status = check(ctx, other, i);
             say(known, i, other->value[i], other->word[i]);
         }

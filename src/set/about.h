@@ -47,11 +47,10 @@ ibl_about ibl_about_sidecar(const json_t *sidecar, const json_t *entry,
                             const char *path);
 ibl_about ibl_about_asked(const ibl_set_facts *facts);
 
-/* Adds what another says. What is known already holds; *differs is set where
- * the other says something else. IBL_ERR_FORMAT: it says what has no meaning.
- */
-ibl_status ibl_about_add(ibl_ctx *ctx, ibl_about *known, const ibl_about *other,
-                         int *differs);
+/* Adds what another says. What is known already holds. IBL_ERR_FORMAT: it says
+ * what has no meaning. */
+ibl_status ibl_about_add(ibl_ctx *ctx, ibl_about *known,
+                         const ibl_about *other);
 
 ibl_set_facts ibl_about_facts(const ibl_about *a);
 

@@ -180,9 +180,8 @@ static ibl_status find_name(const opener *o)
     return status;
 }
 
-/* Reads NAME.json, or an index of probes. What another program wrote is left
- * out, if it was not asked for. */
-static ibl_status read_sidecar(opener *o, const char *path, bool asked)
+/* Reads a sidecar, or an index of probes. */
+static ibl_status read_sidecar(opener *o, const char *path)
 {
     ibl_json_why why;
     const char *writer;
@@ -201,11 +200,6 @@ static ibl_status read_sidecar(opener *o, const char *path, bool asked)
         return keep(o, path, strlen(path), &o->set->sidecar);
     }
     json_decref(root);
-    if (asked)
-        return ibl_fail(o->ctx, IBL_ERR_FORMAT,
-                        "%s: was not written by iblbake: name a directory or a "
-                        "texture",
-                        path);
     ibl_warn(o->ctx, "%s: was not written by iblbake and is left out", path);
     return IBL_OK;
 }
@@ -214,7 +208,7 @@ static ibl_status read_sidecar(opener *o, const char *path, bool asked)
 static ibl_status locate(opener *o)
 {
     const char *path = o->path, *file = ibl_path_name(path);
-    const char *dot = strrchr(file, '.');
+    const char *dot = strrchr(file, '.'), *name = o->o.name;
     char side[PATH_BYTES];
     ibl_status status = IBL_OK;
     size_t length = strlen(path);
@@ -229,25 +223,21 @@ static ibl_status locate(opener *o)
     snprintf(o->folder, PATH_BYTES, "%.*s%s",
              (int)(directory ? length : (size_t)(file - path)), path,
              directory && *file ? "/" : "");
-    if (directory && !o->o.name && beside(o, side, "index.json"))
-        return read_sidecar(o, side, true);
-    if (directory)
-        status = o->o.name
-                     ? keep(o, o->o.name, strlen(o->o.name), &o->set->name)
-                     : find_name(o);
-    else if (dot && !strcmp(dot, ".json")) {
-        status = keep(o, file, (size_t)(dot - file), &o->set->name);
-        return status ? status : read_sidecar(o, path, true);
+    if (directory) {
+        if (!name && beside(o, side, "index.json"))
+            name = "index";
+        status =
+            name ? keep(o, name, strlen(name), &o->set->name) : find_name(o);
     } else {
-        o->named = content_of(file, &length);
-        if (o->named < 0)
-            o->named = IBL_CONTENT_SPECULAR;
+        const int content = content_of(file, &length);
+        if (!dot || strcmp(dot, ".json") != 0)
+            o->named = content < 0 ? IBL_CONTENT_SPECULAR : content;
         if (length)
             status = keep(o, file, length, &o->set->name);
     }
     return status || !o->set->name || !beside(o, side, "%s.json", o->set->name)
                ? status
-               : read_sidecar(o, side, false);
+               : read_sidecar(o, side);
 }
 
 /* Takes a file that is there as the only one. */
@@ -374,11 +364,9 @@ static ibl_status check(const opener *o, int content)
          json_array_size(levels) == (size_t)t->levels))
         return IBL_OK;
     return ibl_fail(o->ctx, IBL_ERR_FORMAT,
-                    "%s: has %d levels from %d texels, but %s tells of %zu "
-                    "from %lld: bake the set again, or take that file away",
-                    f->path, t->levels, t->height, o->set->sidecar,
-                    json_array_size(levels),
-                    (long long)json_integer_value(height));
+                    "%s: has other levels than %s tells of: bake the set "
+                    "again, or take that file away",
+                    f->path, o->set->sidecar);
 }
 
 /* Turns the texels of a map to the world's axes. */
@@ -466,16 +454,15 @@ static ibl_status learn(opener *o, int content)
     const ibl_about side =
         ibl_about_sidecar(entry ? o->sidecar : NULL, entry, o->set->sidecar);
     ibl_about known = o->asked;
-    int ignored = 0;
     size_t length;
 
     if (content == IBL_CONTENT_LOBE_TABLE)
         known = (ibl_about){0};
-    ibl_status status = ibl_about_add(o->ctx, &known, &keys, &ignored);
+    ibl_status status = ibl_about_add(o->ctx, &known, &keys);
     if (!status)
-        status = ibl_about_add(o->ctx, &known, &side, &f->differs);
+        status = ibl_about_add(o->ctx, &known, &side);
     if (!status)
-        status = ibl_about_add(o->ctx, &o->all, &known, &ignored);
+        status = ibl_about_add(o->ctx, &o->all, &known);
     if (status)
         return status;
     f->facts = ibl_about_facts(&known);
@@ -633,9 +620,8 @@ static ibl_status read_environment(opener *o)
     const ibl_about side = ibl_about_sidecar(o->sidecar, NULL, o->set->sidecar);
     ibl_read_options *read = &o->set->read;
     const double *v = o->all.value;
-    int ignored;
 
-    ibl_status status = ibl_about_add(o->ctx, &o->all, &side, &ignored);
+    ibl_status status = ibl_about_add(o->ctx, &o->all, &side);
     if (status)
         return status;
     const ibl_axes axes = {(ibl_mirror)v[IBL_FACT_MIRROR],

@@ -113,7 +113,7 @@ static void see(void *set_of, int content, const char *path)
 }
 
 /* Turns a flat map, equirectangular or octahedral, into a cube of twice its
- * size, which looks the same. Keeps the keys. */
+ * size, which looks the same. */
 static bool make_cube(ibl_ctx *ctx, const char *path, ibl_texture *tex)
 {
     const ibl_texel_options as = {.struct_size = sizeof as,
@@ -127,10 +127,6 @@ static bool make_cube(ibl_ctx *ctx, const char *path, ibl_texture *tex)
     if (ok) {
         view_note("%s: %dx%d texels, shown by way of a cube of %d", path,
                   tex->width, tex->height, made.width);
-        made.keys = tex->keys;
-        made.key_count = tex->key_count;
-        tex->keys = NULL;
-        tex->key_count = 0;
         ibl_texture_free(tex);
         *tex = made;
     }
@@ -150,9 +146,6 @@ static bool take_file(ibl_ctx *ctx, ibl_set_file *f, view_content content,
     *tex = f->texture;
     f->texture = (ibl_texture){0};
     set->pixel[content] = f->pixel;
-    if (f->differs)
-        view_note("%s: does not say what %s says of it: taken as the file says",
-                  f->path, set->path[VIEW_SIDECAR]);
     return copy(f->path, &set->path[content]) &&
            (tex->faces == IBL_FACES || content == VIEW_LUT ||
             content == VIEW_LOBES || make_cube(ctx, f->path, tex));
