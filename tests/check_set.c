@@ -437,6 +437,9 @@ TEST(what_is_refused)
          "dds", "roughness of levels is damaged: bake it again"},
         {"sed -i 's/\"degree\": 2/\"degree\": 3/' out/sky.json", "out",
          "harmonics are not as many"},
+        {"sed -i 's/\"degree\": 2/\"degree\": -9223372036854775807/' "
+         "out/sky.json",
+         "out", "harmonics are not as many"},
         {"sed -i 's/\"orientation\"/\"lights\": [3], \"orientation\"/' "
          "out/sky.json",
          "out", "lights are damaged: bake the set again"},

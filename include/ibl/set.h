@@ -75,8 +75,6 @@ typedef struct ibl_set_file {
                     neither says. Only files of the options hold another one
                     than they were taken for */
     int missing; /* 1: the sidecar names path, but it is not there */
-    double pixel_error[IBL_MAX_LEVELS]; /* nRMSE of a level by its pixel format,
-                                           as the sidecar says; else NAN */
 } ibl_set_file;
 
 typedef struct ibl_set {

@@ -471,11 +471,6 @@ static ibl_status learn(opener *o, int content)
     f->holds = known.said >> IBL_FACT_CONTENT & 1
                    ? (int)known.value[IBL_FACT_CONTENT]
                    : content_of(ibl_path_name(f->path), &length);
-    for (size_t l = 0; l < IBL_MAX_LEVELS; l++)
-        if (json_unpack(json_array_get(json_object_get(entry, "levels"), l),
-                        "{s:{s:F}}", "pixel_error", "nrmse",
-                        &f->pixel_error[l]))
-            f->pixel_error[l] = NAN;
     return IBL_OK;
 }
 
@@ -555,16 +550,17 @@ static ibl_status read_harmonics(const opener *o, ibl_axes axes)
 
     if (!sh)
         return IBL_OK;
-    set->sh_degree = most < IBL_SET_DEGREE ? (int)most : IBL_SET_DEGREE;
-    const int count = (set->sh_degree + 1) * (set->sh_degree + 1);
-    if (!json_is_integer(degree) || most < 0 ||
+    const int used = most < IBL_SET_DEGREE ? (int)most : IBL_SET_DEGREE;
+    const int count = most < 0 ? 0 : (used + 1) * (used + 1);
+    if (!json_is_integer(degree) || !count ||
         json_array_size(radiance) < (size_t)count)
         return damaged(o, "harmonics are not as many as their degree says");
     for (int i = 0; i < count; i++)
         if (!ibl_json_numbers(json_array_get(radiance, (size_t)i),
                               set->sh + 3 * i, 3))
             return damaged(o, "harmonics are not all numbers");
-    return ibl_sh_turn_axes(o->ctx, set->sh_degree, axes, 1, set->sh);
+    set->sh_degree = used;
+    return ibl_sh_turn_axes(o->ctx, used, axes, 1, set->sh);
 }
 
 /* Reads the lights that were taken out of the map, unless it was said how many
