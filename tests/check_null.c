@@ -5,7 +5,7 @@
 #include "ibl/io.h"
 #include "ibl/probes.h"
 #include "ibl/reference.h"
-#include "ibl/sidecar.h"
+#include "ibl/set.h"
 #include "maps.h"
 #include "test.h"
 
@@ -322,6 +322,7 @@ TEST(files_and_tiles)
     const ibl_sidecar_output output = {.struct_size = sizeof output,
                                        .content = IBL_CONTENT_IRRADIANCE};
     char *text;
+    ibl_set set;
     ibl_outputs *out;
 
     REFUSES(ibl_outputs_create(ctx, NULL));
@@ -351,6 +352,10 @@ TEST(files_and_tiles)
     REFUSES(ibl_texture_describe(ctx, NULL, &facts, &output));
     REFUSES(ibl_texture_describe(ctx, &none, NULL, &output));
     REFUSES(ibl_texture_describe(ctx, &none, &facts, NULL));
+    REFUSES(ibl_set_open(ctx, NULL, NULL, &set));
+    REFUSES(ibl_set_open(ctx, "x", NULL, NULL));
+    SILENT(ibl_set_open(NULL, "x", NULL, &set));
+    ibl_set_free(NULL);
     REFUSES(ibl_probe_index_read(ctx, NULL, &index));
     REFUSES(ibl_probe_index_read(ctx, "x", NULL));
     SILENT(ibl_probe_index_read(NULL, NULL, &index));
