@@ -160,9 +160,9 @@ TEST(references)
     REFUSES(ibl_reference_create(ctx, &map, 0, NULL));
     SILENT(ibl_reference_create(NULL, &map, 0, &ref));
     NEED(!ibl_reference_create(ctx, &map, 0, &ref));
-    REFUSES(ibl_reference_specular(ref, 1, NULL, 1, rgb));
-    REFUSES(ibl_reference_specular(ref, 1, dir, 1, NULL));
-    SILENT(ibl_reference_specular(NULL, 1, dir, 1, rgb));
+    REFUSES(ibl_reference_lobe(ref, IBL_LOBE_GGX, 1, NULL, 1, rgb));
+    REFUSES(ibl_reference_lobe(ref, IBL_LOBE_GGX, 1, dir, 1, NULL));
+    SILENT(ibl_reference_lobe(NULL, IBL_LOBE_GGX, 1, dir, 1, rgb));
     REFUSES(ibl_reference_lobe(ref, IBL_LOBE_PHONG, 1, NULL, 1, rgb));
     REFUSES(ibl_reference_lobe(ref, IBL_LOBE_PHONG, 1, dir, 1, NULL));
     REFUSES(ibl_reference_brdf(ref, smith, &one, 1, NULL, dir, 1, sums));

@@ -271,20 +271,23 @@ TEST(ends)
             CHECK(rgb[0] == (double)p[0] && rgb[1] == (double)p[1] &&
                   rgb[2] == (double)p[2]);
         }
-        CHECK(!ibl_reference_specular(subject_ref(it), 1e-5, d, 1, rgb));
+        CHECK(!ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX, 1e-5, d, 1,
+                                  rgb));
         CHECK_NEAR(rgb[0], (double)p[0], 1e-7);
-        CHECK(!ibl_reference_specular(subject_ref(it), 1e-36, d, 1, rgb));
+        CHECK(!ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX, 1e-36, d, 1,
+                                  rgb));
         CHECK_NEAR(rgb[0], (double)p[0], 1e-15);
         if (k % 21)
             continue;
         CHECK(!ibl_reference_irradiance(subject_ref(it), d, 1, want));
-        CHECK(!ibl_reference_specular(subject_ref(it), 1, d, 1, rgb));
+        CHECK(!ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX, 1, d, 1, rgb));
         CHECK(same(rgb, want, 3));
         CHECK(
             !ibl_reference_lobe(subject_ref(it), IBL_LOBE_PHONG, 1, d, 1, rgb));
         for (int c = 0; c < 3; c++)
             CHECK_NEAR(rgb[c], want[c], 1e-13);
-        CHECK(!ibl_reference_specular(subject_ref(it), 0.3, d, 1, want));
+        CHECK(!ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX, 0.3, d, 1,
+                                  want));
         CHECK(
             !ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX, 0.3, d, 1, rgb));
         CHECK(same(rgb, want, 3));
@@ -373,8 +376,10 @@ TEST(threads)
         ibl_texel t[20];
         for (int m = 0; m < 20; m++)
             t[m] = (ibl_texel){m % 6, m, 19 - m};
-        CHECK(!ibl_reference_specular(subject_ref(it), 0.5, dirs, 20, rgb[0]));
-        CHECK(!ibl_reference_specular(subject_ref(it), 0.1, dirs, 20, rgb[1]));
+        CHECK(!ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX, 0.5, dirs, 20,
+                                  rgb[0]));
+        CHECK(!ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX, 0.1, dirs, 20,
+                                  rgb[1]));
         CHECK(!ibl_reference_irradiance(subject_ref(it), dirs, 20, rgb[2]));
         CHECK(!ibl_reference_texels(subject_ref(it), IBL_PROJECTION_CUBE, 20,
                                     20, t, 20, rgb[3]));
@@ -397,13 +402,15 @@ TEST(alone)
 
     for (int k = 0; k < 20; k++)
         random_direction(&rnd, dirs + 3 * k);
-    CHECK(!ibl_reference_specular(subject_ref(it), 0.3, dirs, 20, rgb));
+    CHECK(
+        !ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX, 0.3, dirs, 20, rgb));
     for (int k = 0; k < 20; k++) {
-        CHECK(!ibl_reference_specular(subject_ref(it), 0.3, dirs + 3 * k, 1,
-                                      one));
+        CHECK(!ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX, 0.3,
+                                  dirs + 3 * k, 1, one));
         CHECK(same(one, rgb + 3 * k, 3));
     }
-    CHECK(!ibl_reference_specular(subject_ref(it), 0.3, dirs, 0, NULL));
+    CHECK(
+        !ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX, 0.3, dirs, 0, NULL));
 }
 
 /* Pixels in four parts are what they were: within 1e-7 of a pixel's weight
@@ -426,10 +433,10 @@ TEST(in_four)
             double d[15], a[15], b[15];
             for (int i = 0; i < 5; i++)
                 random_direction(&rnd, d + 3 * i);
-            CHECK(!ibl_reference_specular(subject_ref(one), roughness[m], d, 5,
-                                          a));
-            CHECK(!ibl_reference_specular(subject_ref(all), roughness[m], d, 5,
-                                          b));
+            CHECK(!ibl_reference_lobe(subject_ref(one), IBL_LOBE_GGX,
+                                      roughness[m], d, 5, a));
+            CHECK(!ibl_reference_lobe(subject_ref(all), IBL_LOBE_GGX,
+                                      roughness[m], d, 5, b));
             for (int i = 0; i < 15; i++)
                 CHECK_NEAR(a[i], b[i], 1e-5 * a[i]);
         }
@@ -462,14 +469,18 @@ TEST(bad_arguments)
     CHECK(ibl_reference_create(ctx, &env, INFINITY, &ref) == IBL_ERR_ARGUMENT);
     CHECK(!ref);
     NEED(!ibl_reference_create(ctx, &env, -1000, &ref));
-    CHECK(ibl_reference_specular(ref, -0.1, up, 1, rgb) == IBL_ERR_ARGUMENT);
-    CHECK(ibl_reference_specular(ref, 1.1, up, 1, rgb) == IBL_ERR_ARGUMENT);
-    CHECK(ibl_reference_specular(ref, NAN, up, 1, rgb) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_reference_lobe(ref, IBL_LOBE_GGX, -0.1, up, 1, rgb) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(ibl_reference_lobe(ref, IBL_LOBE_GGX, 1.1, up, 1, rgb) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(ibl_reference_lobe(ref, IBL_LOBE_GGX, NAN, up, 1, rgb) ==
+          IBL_ERR_ARGUMENT);
     CHECK(ibl_reference_lobe(ref, (ibl_lobe)3, 0.5, up, 1, rgb) ==
           IBL_ERR_ARGUMENT);
     CHECK(ibl_reference_lobe(ref, (ibl_lobe)-1, 0.5, up, 1, rgb) ==
           IBL_ERR_ARGUMENT);
-    CHECK(ibl_reference_specular(ref, 0.5, zero, 1, rgb) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_reference_lobe(ref, IBL_LOBE_GGX, 0.5, zero, 1, rgb) ==
+          IBL_ERR_ARGUMENT);
     CHECK(ibl_reference_irradiance(ref, nan3, 1, rgb) == IBL_ERR_ARGUMENT);
     for (int k = 0; k < 4; k++)
         CHECK(ibl_reference_texels(ref, IBL_PROJECTION_CUBE, 4, 4, &bad[k], 1,
@@ -499,7 +510,7 @@ TEST(cancel)
 
     ibl_ctx_cancel(ctx);
     for (int k = 0; k < 3; k++)
-        CHECK(ibl_reference_specular(ref, 0.05 * k, up, 1, out) ==
+        CHECK(ibl_reference_lobe(ref, IBL_LOBE_GGX, 0.05 * k, up, 1, out) ==
               IBL_ERR_CANCELLED);
     CHECK(ibl_reference_irradiance(ref, up, 1, out) == IBL_ERR_CANCELLED);
     CHECK(ibl_reference_texels(ref, IBL_PROJECTION_CUBE, 4, 4, &t, 1, out) ==

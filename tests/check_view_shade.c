@@ -327,8 +327,8 @@ static void centres(const ibl_image *map, const view_settings *s)
         CHECK(!ibl_reference_lut(shade_ctx(), p->n_v, r, IBL_GEOMETRY_SMITH,
                                  light.table));
         if (r > 0)
-            CHECK(!ibl_reference_specular(ref, r, p->reflected, 1,
-                                          light.specular));
+            CHECK(!ibl_reference_lobe(ref, IBL_LOBE_GGX, r, p->reflected, 1,
+                                      light.specular));
         else /* pixels, where level 0 is smooth */
             shade_cube(&set->specular, 0, p->reflected, light.specular);
         shade_split_sum(s, &spheres[i], &light, rgb);

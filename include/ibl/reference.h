@@ -33,21 +33,14 @@ ibl_status ibl_reference_create(ibl_ctx *ctx, const ibl_image *env,
 void ibl_reference_free(ibl_reference *ref); /* NULL is fine */
 
 /*
- * int L w dO / int w dO for `count` directions R (any length but 0), with
- * w = D_ggx(N.H; alpha) max(N.L, 0), N = V = R, alpha = roughness^2, and each
- * pixel a patch of constant radiance: sum L_i W_i / sum W_i, W_i the integral
- * of w over pixel i. The relative error is about 1e-5, mostly less. A roughness
- * below 3e-4 gives the pixel that contains R.
+ * int L w dO / int w dO for `count` directions R (any length but 0), w being a
+ * lobe's density times max(N.L, 0) with N = V = R, alpha = roughness^2, and
+ * each pixel a patch of constant radiance: sum L_i W_i / sum W_i, W_i the
+ * integral of w over pixel i. The relative error is about 1e-5, mostly less. A
+ * roughness below 3e-4 gives the pixel that contains R; Charlie below alpha =
+ * 1e-3 is as at 1e-3, and at 0 the pixel, too.
  *   dirs   3 * count doubles     rgb   3 * count doubles, written
  * IBL_ERR_ARGUMENT: roughness outside 0..1, a direction of length 0.
- */
-ibl_status ibl_reference_specular(const ibl_reference *ref, double roughness,
-                                  const double *dirs, size_t count,
-                                  double *rgb);
-
-/*
- * The same for any ibl_lobe; GGX is ibl_reference_specular. Charlie below alpha
- * = 1e-3 is as at 1e-3; of roughness 0 it is the pixel, too.
  */
 ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
                               double roughness, const double *dirs,
@@ -77,7 +70,7 @@ ibl_status ibl_reference_brdf(const ibl_reference *ref, ibl_geometry geometry,
                               size_t count, double *out);
 
 /*
- * ibl_reference_specular for many roughnesses.
+ * ibl_reference_lobe of GGX for many roughnesses.
  *   roughness  n values for each direction, n * count in all
  *   rgb        3 * n * count doubles, written
  */

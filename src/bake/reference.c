@@ -1076,12 +1076,6 @@ ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
     return run_all(&all, rgb);
 }
 
-ibl_status ibl_reference_specular(const ibl_reference *ref, double roughness,
-                                  const double *dirs, size_t count, double *rgb)
-{
-    return ibl_reference_lobe(ref, IBL_LOBE_GGX, roughness, dirs, count, rgb);
-}
-
 ibl_status ibl_reference_lobes(const ibl_reference *ref,
                                const double *roughness, int n,
                                const double *dirs, size_t count, double *rgb)
