@@ -378,7 +378,7 @@ FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
             common_options.c probe_set.c probes_grid.c probes_index.c \
             probes_options.c probes_shard.c shell_words.c \
             targets.c verify.c verify_files.c) \
-          $(addprefix src/view/,harmonics.c options.c probe_set.c set_about.c \
+          $(addprefix src/view/,harmonics.c options.c probe_set.c \
             set_open.c settings.c)
 FUZZ_WRAP = read pread ibl_print_line
 $(BUILD)/fuzz/fuzz_image: FUZZ_WRAP += ibl_bridge_rows
