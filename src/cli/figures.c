@@ -207,15 +207,14 @@ ibl_spot *ibl_spots_of(const ibl_image *env, double yaw_deg)
         if (!(s->share > 0))
             continue;
         const double length = sqrt(ibl_dot(s->direction, s->direction));
-        s->spread =
-            fmax(1 - length / s->share, 0) / 4 + pixel * pixel / 64 + 1e-6;
+        s->spread = fmax(1 - length / s->share, 0) + pixel * pixel / 16 + 4e-6;
         ibl_normalise(s->direction);
         light += s->share;
-        squares += s->share * s->share / (s->spread + 1e-4);
+        squares += s->share * s->share / (s->spread + 4e-4);
     }
     /* Half by light, half by its square over the room that it takes. */
     for (ibl_spot *s = spots; light > 0 && s < spots + IBL_SPOTS; s++)
-        s->share *= 0.5 / light + 0.5 * s->share / (s->spread + 1e-4) / squares;
+        s->share *= 0.5 / light + 0.5 * s->share / (s->spread + 4e-4) / squares;
     return spots;
 }
 
@@ -231,14 +230,13 @@ const ibl_spot *ibl_spot_at(const ibl_spot *spots, double u)
     return last;
 }
 
-double ibl_spot_draw(const ibl_spot *spot, double u)
+double ibl_spot_draw(double spread, double u)
 {
-    return 1 + spot->spread - spot->spread * pow(2 / spot->spread + 1, u);
+    return 1 + spread - spread * pow(2 / spread + 1, u);
 }
 
-double ibl_spot_density(const ibl_spot *spot, double cosine)
+double ibl_spot_density(double spread, double cosine)
 {
-    const double e = spot->spread, x = fmax(1 - cosine, 0);
-
-    return 1 / (2 * M_PI * (x + e) * log((2 + e) / e));
+    return 1 /
+           (2 * M_PI * (fmax(1 - cosine, 0) + spread) * log(2 / spread + 1));
 }

@@ -89,9 +89,9 @@ enum {
 ibl_spot *ibl_spots_of(const ibl_image *env, double yaw_deg);
 /* The spot at u, 0..1, of the shares; NULL: it is dark. */
 const ibl_spot *ibl_spot_at(const ibl_spot *spots, double u);
-/* Draws the cosine of a distance from a spot by u, 0..1, so that each octave of
- * the distance has the same number; and its density by solid angle. */
-double ibl_spot_draw(const ibl_spot *spot, double u);
-double ibl_spot_density(const ibl_spot *spot, double cosine);
+/* Draws the cosine of a distance by u, 0..1, so that each octave of it beyond
+ * the spread has the same number; and its density by solid angle. */
+double ibl_spot_draw(double spread, double u);
+double ibl_spot_density(double spread, double cosine);
 
 #endif

@@ -77,14 +77,14 @@ static double draw(const ibl_judge *j, const double *u, double dir[3])
     double density = 0;
 
     if (spot && u[0] < 0.5)
-        ibl_around(spot->direction, ibl_spot_draw(spot, u[1]), 2 * M_PI * u[2],
-                   dir);
+        ibl_around(spot->direction, ibl_spot_draw(spot->spread, u[1]),
+                   2 * M_PI * u[2], dir);
     else
         ibl_around(NULL, 1 - 2 * u[1], 2 * M_PI * u[2], dir);
     for (const ibl_spot *s = j->spots; spot && s < j->spots + IBL_SPOTS; s++)
         if (s->share > 0)
-            density +=
-                s->share * ibl_spot_density(s, ibl_dot(s->direction, dir));
+            density += s->share *
+                       ibl_spot_density(s->spread, ibl_dot(s->direction, dir));
     return spot ? 0.5 * density + 0.5 * even : even;
 }
 

@@ -42,21 +42,34 @@ static void half_of(const double a[3], const double b[3], double half[3])
     ibl_normalise(half);
 }
 
+enum {
+    GRAZING = 10 /* the most that small V.H are drawn more often than others */
+};
+#define LIT 0.65 /* share of the samples that lights have */
+
+/* What a spot spreads of half vectors, which turn by half its angle, across the
+ * plane of V and L by 1 / V.H times that. */
+static double half_spread(const ibl_spot *spot, double c)
+{
+    return fmin(spot->spread / (4 * c * c), 0.1);
+}
+
 /* Draws a normal and a view; returns what they stand for: their density,
  * N.V / 4 pi^2, over that by which they are drawn. 0: from below the surface.
  */
 static double draw(const ibl_spot *spots, const double u[IBL_DIMENSIONS],
                    ibl_sample *s)
 {
-    const ibl_spot *spot = ibl_spot_at(spots, 2 * u[0]);
+    const ibl_spot *spot = ibl_spot_at(spots, u[0] / LIT);
     const double even = 1 / M_PI;
     double half[3], density = 0;
 
-    if (spot && u[0] < 0.5) {
-        ibl_around(spot->direction, 2 * u[1] * u[1] - 1, 2 * M_PI * u[2],
-                   s->view);
+    if (spot && u[0] < LIT) { /* V, then N around the half vector */
+        const double c = (pow(1 + GRAZING, u[1]) - 1) / GRAZING;
+        ibl_around(spot->direction, 2 * c * c - 1, 2 * M_PI * u[2], s->view);
         half_of(spot->direction, s->view, half);
-        ibl_around(half, ibl_spot_draw(spot, u[3]), 2 * M_PI * u[4], s->normal);
+        ibl_around(half, ibl_spot_draw(half_spread(spot, c), u[3]),
+                   2 * M_PI * u[4], s->normal);
     } else { /* R, then N, then V */
         ibl_around(NULL, 1 - 2 * u[1], 2 * M_PI * u[2], s->mirror);
         ibl_around(s->mirror, u[3], 2 * M_PI * u[4], s->normal);
@@ -71,10 +84,14 @@ static double draw(const ibl_spot *spots, const double u[IBL_DIMENSIONS],
     for (const ibl_spot *p = spots; spot && p < spots + IBL_SPOTS; p++)
         if (p->share > 0) {
             half_of(p->direction, s->view, half);
-            density += p->share / fmax(ibl_dot(half, s->view), 1e-9) *
-                       ibl_spot_density(p, ibl_dot(half, s->normal));
+            const double c = fmax(ibl_dot(half, s->view), 1e-6);
+            density +=
+                p->share *
+                ibl_spot_density(half_spread(p, c), ibl_dot(half, s->normal)) /
+                (c * (c + 1.0 / GRAZING) * log(1 + GRAZING));
         }
-    return 2 * s->n_dot_v / M_PI / (spot ? 0.5 * even + 0.5 * density : even);
+    return 2 * s->n_dot_v / M_PI /
+           (spot ? (1 - LIT) * even + LIT * density : even);
 }
 
 /* The material at u, 0..1, of all, in proportion to what they add to a picture.

@@ -8,9 +8,10 @@
  *
  * What is estimated is over normals that are uniform over the sphere, N.V with
  * the density 2 N.V (that of the pixels of a sphere) and any azimuth of the
- * view. Half of the samples are drawn so that reflections and N.V are even; the
- * others so that the half vector of the view and a light of the map lies near
- * the normal, at distances of every order. Weights undo that.
+ * view. A third of the samples are drawn so that reflections and N.V are even;
+ * the others so that the half vector of the view and a light of the map lies
+ * near the normal, at distances of every order, and more of them at grazing
+ * angles. Weights undo that.
  */
 #ifndef CLI_RENDERED_H
 #define CLI_RENDERED_H
