@@ -821,10 +821,10 @@ static unsigned facts_of(const ibl_opts *o)
            fact(textures && o->file == IBL_CONTAINER_KTX2, ZSTD) |
            fact(o->bake.sh_degree >= 0, HARMONICS) |
            fact(!is_of_none(o), OF_MAP) | fact(named, OF_NAME) |
-           fact(!o->of && isnan(o->rendered_error) &&
-                    o->only & (1u << IBL_OUTPUT_SPECULAR |
-                               1u << IBL_OUTPUT_IRRADIANCE |
-                               1u << IBL_OUTPUT_LUT),
+           fact(!o->preset || (!o->of && isnan(o->rendered_error) &&
+                               o->only & (1u << IBL_OUTPUT_SPECULAR |
+                                          1u << IBL_OUTPUT_IRRADIANCE |
+                                          1u << IBL_OUTPUT_LUT)),
                 PRESETS) |
            (isnan(o->rendered_error) ? UNCHOSEN : CHOSEN);
 }
