@@ -263,6 +263,7 @@ static const ibl_option specular[] = {
      .help = "relative error accepted for 95 % of the texels of each level; "
              "a larger one takes less time"},
     {"lod-bias", 0, IBL_REAL(bake.specular_options.lod_bias, "BIAS", -4, 4),
+     .standard = "by the number of samples",
      .help = "added to the mip level of each sample's lookup"},
     {"jitter", 0, IBL_FLAG(bake.specular_options.jitter),
      .help = "rotate the sample pattern from texel to texel: noise instead "
