@@ -312,7 +312,7 @@ test_every_thread_count() {
     iblbake -q $small env.exr -o out
     iblbake verify env.exr out -j 1 --json 1.json --heatmap 1.png >1.txt
     iblbake verify env.exr out -j 3 --json 3.json --heatmap 3.png >3.txt
-    cmp 1.json 3.json && cmp 1.png 3.png && cmp 1.txt 3.txt
+    cmp 1.json 3.json && cmp 1.txt 3.txt
     iblbake verify -q env.exr out --json 2.json --seed 2
     cmp -s 1.json 2.json && echo 'another seed, the same texels'
     return 0
@@ -829,9 +829,10 @@ near('means', means.length, 2, 0);
 if (shader !== process.argv[2]) console.log(shader);
 for (const row of [...rows, ...means]) {
     near('nrmse', row.nrmse, 0, 0.03);
-    near('ratio', row.mean_ratio, 1, 0.03);
-    for (const part of ['view', 'levels', 'texels'])
-        near(part, row.parts[part], 0, 1e-3);
+    near('ratio', row.ratio, 1, 0.03);
+    near('view', row.view, 0, 1e-3);
+    near('set', row.set, 0, 1e-3);
+    if (!(row.standard_error.nrmse < 0.01)) console.log(row.standard_error);
 }
 END
         [ "$(wc -l <table)" = 8 ] || cat table
@@ -854,9 +855,9 @@ test_rendered_with_lights() {
 
 test_rendered_at_any_thread_count() {
     iblbake -q $small env.exr -o out
-    iblbake verify $few env.exr out -j 1 --json 1.json --plot 1.png >1.txt
-    iblbake verify $few env.exr out -j 3 --json 3.json --plot 3.png >3.txt
-    cmp 1.json 3.json && cmp 1.png 3.png && cmp 1.txt 3.txt
+    iblbake verify $few env.exr out -j 1 --json 1.json >1.txt
+    iblbake verify $few env.exr out -j 3 --json 3.json >3.txt
+    cmp 1.json 3.json && cmp 1.txt 3.txt
     iblbake verify -q $few env.exr out --json 2.json --seed 2
     cmp -s 1.json 2.json && echo 'another seed, the same directions'
     return 0
@@ -924,8 +925,7 @@ test_rendered_misuse() {
         wrong 2 '*--rendered judges no texels*' --rendered $way env.exr out
     done
     for way in '--shader bent' '--lod linear' '--f0 1' '--roughness 1' \
-        '--directions 99' '--max-rendered-error 1' '--plot a.png' \
-        '--lobe-table a.ktx2'; do
+        '--directions 99' '--max-rendered-error 1' '--lobe-table a.ktx2'; do
         # shellcheck disable=SC2086
         wrong 2 '*add --rendered' $way env.exr out
     done

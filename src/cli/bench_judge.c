@@ -5,7 +5,7 @@
 
 #include "cli/bench.h"
 #include "cli/console.h"
-#include "cli/rendered.h"
+#include "cli/rendered_report.h"
 #include "cli/shell_words.h"
 #include "cli/verify_files.h"
 #include "json/json_text.h"
@@ -164,13 +164,15 @@ static bool keep_rendered(ibl_bench_point *p, const ibl_rendered *rendered)
     for (int i = 0; i < rendered->count; i++) {
         const ibl_rendered_row *row = &rendered->rows[i];
         if (isnan(row->roughness))
-            p->rendered += row->nrmse / rendered->options.f0_count;
+            p->rendered += row->measured.value[IBL_FIGURE_NRMSE] /
+                           rendered->options.f0_count;
         else
             append(&p->rendered_rows,
                    json_pack("{ss sf sf sf sf sf}", "content", "rendered", "f0",
                              row->f0, "roughness", row->roughness, "nrmse",
-                             row->nrmse, "median", row->median, "p95",
-                             row->p95));
+                             row->measured.value[IBL_FIGURE_NRMSE], "median",
+                             row->measured.value[IBL_FIGURE_MEDIAN], "p95",
+                             row->measured.value[IBL_FIGURE_P95]));
     }
     return p->rendered_rows;
 }
@@ -190,12 +192,15 @@ static bool judge_rendered(judging *j, ibl_bench_point *p,
                            const ibl_verify_opts *opts,
                            const ibl_verify_files *files)
 {
-    ibl_rendered rendered;
+    ibl_rendered rendered = {0};
+    const bool ok =
+        !is_drawn(j, files) ||
+        (ibl_rendered_judge(files, j->ctx, &j->map, &opts->shading,
+                            opts->shader, j->b->console, &rendered) &&
+         keep_rendered(p, &rendered));
 
-    return !is_drawn(j, files) ||
-           (ibl_rendered_judge(files, j->ctx, &j->map, &opts->shading,
-                               j->b->console, &rendered) &&
-            keep_rendered(p, &rendered));
+    ibl_rendered_free(&rendered);
+    return ok;
 }
 
 static bool judge_files(judging *j, ibl_bench_point *p,

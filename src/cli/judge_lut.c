@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "cli/judge.h"
+#include "cli/lookup.h"
 
 /* A row or column of the table and how many of them it represents. */
 typedef struct line {

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "cli/faces.h"
+#include "cli/lookup.h"
 
 enum {
     BLOCKS = 32 /* along a row of the map; half as many along a column */
@@ -20,19 +21,6 @@ typedef enum kind {
     REST,
     KINDS
 } kind;
-
-double ibl_pick_random(int seed, unsigned long long stream,
-                       unsigned long long index)
-{
-    /* splitmix64, Steele et al. 2014. */
-    unsigned long long x = (unsigned long long)seed * 0xD1B54A32D192ED03u +
-                           stream * 0x8CB92BA72F3D8DD7u +
-                           (index + 1) * 0x9E3779B97F4A7C15u;
-    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
-    x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
-    x ^= x >> 31;
-    return (double)(x >> 11) / 9007199254740992.0;
-}
 
 /* ---- the brightest pixels -------------------------------------------- */
 

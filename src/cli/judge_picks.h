@@ -47,8 +47,4 @@ bool ibl_picks(const ibl_pick_scene *scene, const ibl_judge_options *opts,
 int ibl_find_lights(const ibl_image *env, double yaw_deg, int most,
                     double dirs[][3]);
 
-/* A pseudo-random number 0 <= x < 1 that depends only on the arguments. */
-double ibl_pick_random(int seed, unsigned long long stream,
-                       unsigned long long index);
-
 #endif

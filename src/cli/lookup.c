@@ -2,6 +2,7 @@
 #include "cli/lookup.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "cli/faces.h"
 
@@ -67,6 +68,40 @@ void ibl_lookup_chain(const ibl_cube *levels, int count, const double dir[3],
     ibl_lookup_cube(&levels[l + 1], dir, next);
     for (int c = 0; c < 3; c++)
         rgb[c] += (at - l) * (next[c] - rgb[c]);
+}
+
+/* ---- harmonics ------------------------------------------------------- */
+
+void ibl_lookup_sh(const double *sh, int degree, const double normal[3],
+                   double rgb[3])
+{
+    /* (x + i y)^m times what normalises it, P_mm */
+    double re = sqrt(0.25 / M_PI), im = 0;
+
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int m = 0; m <= degree; m++) {
+        double p = 1, before = 0; /* P_lm / P_mm of l and of l - 1 */
+        for (int l = m; l <= degree; l++) {
+            const double *at = sh + (ptrdiff_t)3 * (l * (l + 1));
+            const double y = p * ibl_sh_cosine(l) * (m ? sqrt(2) : 1);
+            for (int c = 0; c < 3; c++)
+                rgb[c] +=
+                    y * (re * at[3 * m + c] + (m ? im * at[c - 3 * m] : 0));
+            const double n = l + 1, m2 = (double)m * m;
+            const double next =
+                sqrt((4 * n * n - 1) / (n * n - m2)) *
+                (normal[2] * p -
+                 sqrt((l * (double)l - m2) / fmax(4.0 * l * l - 1, 1)) *
+                     before);
+            before = p;
+            p = next;
+        }
+        const double x = re, scale = sqrt((2 * m + 3) / (2 * m + 2.0));
+        re = scale * (normal[0] * x - normal[1] * im);
+        im = scale * (normal[0] * im + normal[1] * x);
+    }
+    for (int c = 0; c < 3; c++)
+        rgb[c] = fmax(rgb[c], 0);
 }
 
 /* ---- tables ---------------------------------------------------------- */
@@ -137,4 +172,19 @@ double ibl_lod_of(const ibl_lod *lod, double roughness)
         return lod->lod[0];
     return lod->count ? on_curve(lod, roughness)
                       : ibl_lod_of_roughness(&lod->layout, roughness);
+}
+
+/* ---- chance ------------------------------------------------------------ */
+
+double ibl_pick_random(int seed, unsigned long long stream,
+                       unsigned long long index)
+{
+    /* splitmix64, Steele et al. 2014. */
+    unsigned long long x = (unsigned long long)seed * 0xD1B54A32D192ED03u +
+                           stream * 0x8CB92BA72F3D8DD7u +
+                           (index + 1) * 0x9E3779B97F4A7C15u;
+    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
+    x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
+    x ^= x >> 31;
+    return (double)(x >> 11) / 9007199254740992.0;
 }

@@ -31,6 +31,11 @@ void ibl_lookup_cube(const ibl_cube *level, const double dir[3], double rgb[3]);
 void ibl_lookup_chain(const ibl_cube *levels, int count, const double dir[3],
                       double lod, double rgb[3]);
 
+/* Irradiance / pi from the radiance's harmonics, as ibl_bake_sh has them, not
+ * below 0: ibl_irradiance_sh of any degree. normal is a unit vector. */
+void ibl_lookup_sh(const double *sh, int degree, const double normal[3],
+                   double rgb[3]);
+
 /* texture(lut, vec2(n_dot_v, roughness)): bilinear, clamped to the edge. */
 void ibl_lookup_lut(const ibl_lut *lut, double n_dot_v, double roughness,
                     double scale_bias[2]);
@@ -53,5 +58,9 @@ typedef struct ibl_lod {
 } ibl_lod;
 
 double ibl_lod_of(const ibl_lod *lod, double roughness);
+
+/* A pseudo-random number 0 <= x < 1 that depends only on the arguments. */
+double ibl_pick_random(int seed, unsigned long long stream,
+                       unsigned long long index);
 
 #endif

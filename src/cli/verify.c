@@ -6,7 +6,7 @@
 
 #include "cli/console.h"
 #include "cli/probes.h"
-#include "cli/rendered.h"
+#include "cli/rendered_report.h"
 #include "cli/verify_files.h"
 #include "common/names.h"
 #include "common/path.h"
@@ -80,7 +80,7 @@ static bool parse_lod(void *field, const char *value)
 
 static bool parse_roughness(void *field, const char *value)
 {
-    ibl_rendered_options *o = field;
+    ibl_truth_options *o = field;
     const int n =
         ibl_number_list(value, ',', 0, 1, o->roughness, IBL_RENDERED_LIST);
 
@@ -93,7 +93,7 @@ static bool parse_roughness(void *field, const char *value)
 
 static bool parse_f0(void *field, const char *value)
 {
-    ibl_rendered_options *o = field;
+    ibl_truth_options *o = field;
 
     return (o->f0_count =
                 ibl_number_list(value, ',', 0, 1, o->f0, IBL_RENDERED_LIST));
@@ -185,7 +185,7 @@ static const ibl_option judging[] = {
 static const ibl_option rendering[] = {
     {"rendered", 0, IBL_FLAG(rendered),
      .help = "judge what a shader draws with the files, not their texels"},
-    {"shader", 0, IBL_CHOICE(shading.shader, ibl_shader_names),
+    {"shader", 0, IBL_CHOICE(shader, ibl_shader_names),
      .help = "how the shader looks up reflections, as in ibl.glsl; auto: by "
              "the lobe table if there is one and no --lod, else split"},
     {"lobe-table", 0, IBL_TEXT(files[IBL_OUTPUT_LOBES], "FILE"),
@@ -207,8 +207,6 @@ static const ibl_option rendering[] = {
      .standard = "none",
      .help = "exit with status 1 if the nRMSE of an F0, the mean over the "
              "roughnesses, is above E"},
-    {"plot", 0, IBL_PNG(plot, "FILE"),
-     .help = "a PNG picture of the error and its parts over roughness"},
 };
 
 static const ibl_option results[] = {
@@ -239,7 +237,7 @@ static void defaults(void *settings)
                            .lights = -1,
                            .layer = -1,
                            .judge = ibl_judge_options_default(),
-                           .shading = ibl_rendered_options_default(),
+                           .shading = ibl_truth_options_default(),
                            .max_rendered_error = NAN,
                            .max_error = NAN};
     parse_face_names(o->face_names, "px,nx,py,ny,pz,nz");
@@ -282,7 +280,7 @@ static const ibl_rule rules[] = {
     {"texels all max-error heatmap skybox", OF_TEXELS,
      "--rendered judges no texels: leave one of them out"},
     {"texels seed", SOME_TEXELS | OF_RENDERED, "--all judges every texel"},
-    {"shader lobe-table lod roughness f0 directions max-rendered-error plot",
+    {"shader lobe-table lod roughness f0 directions max-rendered-error",
      OF_RENDERED, "is for what is drawn: add --rendered"},
     {"face-names", PATTERN, "no file is named by a pattern with %f"},
     {"rotate lights layer part any-aspect input-layout strict primaries "
@@ -333,21 +331,21 @@ static bool is_set(const ibl_verify_opts *o)
 
 static bool check_set(const ibl_verify_opts *o)
 {
-    bool other = o->json || o->heatmap || o->plot || o->layer >= 0 || o->name;
+    bool other = o->json || o->heatmap || o->layer >= 0 || o->name;
 
     for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
         other |= o->files[kind] != NULL;
     return (o->directory && !other) ||
            ibl_misuse("%s: a set of probes is judged by the directory of its "
-                      "bake, without --name, --array-layer, files, --json, "
-                      "--heatmap and --plot",
+                      "bake, without --name, --array-layer, files, --json "
+                      "and --heatmap",
                       o->input);
 }
 
 /* A table has lods of its own. */
 static bool settle_lod(ibl_verify_opts *o)
 {
-    ibl_shader *shader = &o->shading.shader;
+    ibl_shader *shader = &o->shader;
 
     if (!o->lod.given)
         return true;
@@ -433,9 +431,10 @@ static bool read_map(verify *v)
 static bool judge_rendered(verify *v)
 {
     return v->opts->input
-               ? read_map(v) && ibl_rendered_judge(&v->files, v->ctx, &v->map,
-                                                   &v->opts->shading,
-                                                   v->console, &v->rendered)
+               ? read_map(v) &&
+                     ibl_rendered_judge(&v->files, v->ctx, &v->map,
+                                        &v->opts->shading, v->opts->shader,
+                                        v->console, &v->rendered)
                : ibl_console_fail(v->console, "no environment: --rendered "
                                               "compares with its light");
 }
@@ -499,18 +498,14 @@ static bool put_json(verify *v, bool passed)
     return ok;
 }
 
-static bool put_picture(verify *v)
+static bool put_heatmap(verify *v)
 {
-    const ibl_verify_opts *o = v->opts;
     void *png = NULL;
     size_t size;
 
-    ibl_console_progress(v->console, o->heatmap ? "heatmap" : "plot", 0);
-    const bool made = o->heatmap ? ibl_heatmap_png(&v->report, &png, &size)
-                                 : ibl_rendered_png(&v->rendered, &png, &size);
-    const bool ok =
-        made && !ibl_outputs_add(v->outputs, o->heatmap ? o->heatmap : o->plot,
-                                 png, size);
+    ibl_console_progress(v->console, "heatmap", 0);
+    const bool ok = ibl_heatmap_png(&v->report, &png, &size) &&
+                    !ibl_outputs_add(v->outputs, v->opts->heatmap, png, size);
     free(png);
     return ok;
 }
@@ -527,8 +522,7 @@ static bool put_results(verify *v, bool passed)
 {
     const ibl_verify_opts *o = v->opts;
 
-    if ((o->json && !put_json(v, passed)) ||
-        ((o->heatmap || o->plot) && !put_picture(v)))
+    if ((o->json && !put_json(v, passed)) || (o->heatmap && !put_heatmap(v)))
         return false;
     ibl_console_finish(v->console);
     if (!o->common.quiet && !(o->json && !strcmp(o->json, "-")))
@@ -540,6 +534,7 @@ static void free_verify(verify *v)
 {
     ibl_end_outputs(v->outputs);
     ibl_report_free(&v->report);
+    ibl_rendered_free(&v->rendered);
     ibl_judged_map_free(&v->map);
     ibl_verify_files_free(&v->files);
     ibl_ctx_free(v->ctx);

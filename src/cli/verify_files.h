@@ -5,7 +5,7 @@
 
 #include "cli/console.h"
 #include "cli/judge_report.h"
-#include "cli/lookup.h"
+#include "cli/rendered.h"
 
 enum {
     IBL_VERIFY_KINDS = IBL_OUTPUT_LOBES + 1 /* outputs that can be judged */
@@ -24,19 +24,6 @@ typedef struct ibl_verify_lod {
     int given;   /* 0: use the files' */
     ibl_lod lod; /* of layout only the mapping */
 } ibl_verify_lod;
-
-enum {
-    IBL_RENDERED_LIST = 32,  /* roughnesses, values of F0 */
-    IBL_RENDERED_LEAST = 24, /* directions */
-    IBL_RENDERED_DIRECTIONS = 512
-};
-
-typedef struct ibl_rendered_options {
-    ibl_shader shader;
-    int directions, seed;
-    int roughness_count, f0_count;
-    double roughness[IBL_RENDERED_LIST], f0[IBL_RENDERED_LIST];
-} ibl_rendered_options;
 
 /* The command line of iblbake verify. */
 typedef struct ibl_verify_opts {
@@ -59,10 +46,10 @@ typedef struct ibl_verify_opts {
     int lights;     /* -1: use the files', else 0 */
     ibl_judge_options judge;
     int rendered; /* 1: judge what a shader draws, not texels */
-    ibl_rendered_options shading;
+    ibl_truth_options shading;
+    ibl_shader shader;
     ibl_verify_lod lod;
     double max_rendered_error; /* NAN: no limit */
-    const char *plot;          /* NULL: none */
     const char *json;          /* "-": standard output */
     const char *heatmap;       /* NULL: none */
     double max_error;          /* largest accepted error; NAN: no limit */
