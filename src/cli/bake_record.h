@@ -5,7 +5,7 @@
 #define CLI_BAKE_RECORD_H
 
 #include "cli/console.h"
-#include "cli/judge_report.h"
+#include "cli/judge.h"
 #include "cli/scenes.h"
 #include "cli/shard.h"
 #include "cli/targets.h"

@@ -5,21 +5,10 @@
 
 #include "cli/bench.h"
 #include "cli/console.h"
-#include "cli/rendered_report.h"
 #include "cli/shell_words.h"
-#include "cli/verify_files.h"
+#include "cli/verify.h"
 #include "json/json_text.h"
 #include "json/text.h"
-
-/* State of judging the points. The map's judges keep the reference values, for
- * later points with the same map, rotation and lights. */
-typedef struct judging {
-    const ibl_bench *b;
-    ibl_ctx *ctx;
-    ibl_judged_map map; /* zeroed, or of these: */
-    int source, lights;
-    double yaw_deg;
-} judging;
 
 /* The arguments after ENV for judging a point's output; NULL: not judged. */
 static const char *output_of(const ibl_bench *b, const ibl_bench_point *p)
@@ -67,7 +56,7 @@ static bool settings_of(const ibl_bench *b, const ibl_bench_point *p,
     opts->common = b->opts->common;
     opts->judge.texels = b->opts->texels;
     if (b->opts->rendered)
-        opts->shading.directions = b->opts->rendered;
+        opts->directions = b->opts->rendered;
     return true;
 }
 
@@ -81,174 +70,109 @@ bool ibl_bench_check_output(const ibl_bench *b, const ibl_bench_point *p)
     return ok;
 }
 
-/* ---- truths ---------------------------------------------------------- */
-
-/* Makes j->map that of a source with a rotation and lights. */
-static bool take_map(judging *j, int source, const ibl_verify_files *files,
-                     const ibl_judge_options *options)
-{
-    if (j->map.by_env && j->source == source && j->yaw_deg == files->yaw_deg &&
-        j->lights == files->lights)
-        return true;
-    ibl_judged_map_free(&j->map);
-    j->source = source;
-    j->yaw_deg = files->yaw_deg;
-    j->lights = files->lights;
-    ibl_source *rows = NULL;
-    const bool ok = !ibl_source_open(j->ctx, j->b->sources[source].path,
-                                     &j->b->opts->common.read, &rows) &&
-                    ibl_judged_map_read(j->ctx, rows, files->yaw_deg,
-                                        files->lights, &j->map) &&
-                    ibl_judged_map_prepare(j->ctx, options, &j->map);
-    ibl_source_close(rows);
-    return ok;
-}
-
 /* ---- verdicts -------------------------------------------------------- */
 
-static json_t *level_json(const ibl_verdict *v)
+static json_t *row_json(const char *content, int level, int size,
+                        double roughness, const ibl_measured *m)
 {
-    const bool irradiance = v->level.content == IBL_OUTPUT_IRRADIANCE;
-
-    /* Irradiance has the lobe of roughness 1. */
-    return json_pack("{ss si si sf sf sf sf sf sf}", "content",
-                     ibl_output_content(v->level.content), "level",
-                     v->level.number, "size", v->level.size, "roughness",
-                     irradiance ? 1 : v->level.roughness, "nrmse", v->nrmse,
-                     "median", v->error.median, "p95", v->error.p95, "worst",
-                     v->error.worst, "bias", v->bias);
-}
-
-static json_t *lut_json(const ibl_lut_verdict *v)
-{
-    return json_pack("{ss si si sn sf sn sn sf sn}", "content", "lut", "level",
-                     0, "size", v->size, "roughness", "nrmse", v->rms, "median",
-                     "p95", "worst", v->max, "bias");
+    return json_pack(
+        "{ss si si sf sf sf sf sf}", "content", content, "level", level, "size",
+        size, "roughness", roughness, "nrmse", m->value[IBL_FIGURE_NRMSE],
+        "median", m->value[IBL_FIGURE_MEDIAN], "p95", m->value[IBL_FIGURE_P95],
+        "bias", m->value[IBL_FIGURE_BIAS]);
 }
 
 /* Copies the errors of a point from its report. */
 static bool keep(ibl_bench_point *p, const ibl_report *report)
 {
-    double sum = 0, worst = 0, all = 0;
+    double sum = 0, all = 0;
     int rough = 0, specular = 0;
 
     p->levels = json_array();
     for (int i = 0; i < report->count; i++) {
         const ibl_verdict *v = &report->rows[i];
-        append(&p->levels, level_json(v));
-        if (v->level.content == IBL_OUTPUT_SPECULAR) {
-            all += v->nrmse * v->nrmse;
-            specular++;
-        }
-        if (v->level.content == IBL_OUTPUT_SPECULAR && v->level.roughness > 0) {
-            sum += v->nrmse * v->nrmse;
-            worst = fmax(worst, v->error.p95);
+        const double nrmse = v->measured.value[IBL_FIGURE_NRMSE];
+        const bool irradiance = v->level.content == IBL_OUTPUT_IRRADIANCE;
+        if (v->level.content == IBL_OUTPUT_JSON)
+            continue;
+        /* Irradiance has the lobe of roughness 1. */
+        json_t *row =
+            row_json(ibl_output_name(v->level.content), v->level.number,
+                     v->level.texels.size, irradiance ? 1 : v->level.roughness,
+                     &v->measured);
+        put(&row, "worst", json_real(v->worst));
+        append(&p->levels, row);
+        if (v->level.content != IBL_OUTPUT_SPECULAR)
+            continue;
+        all += nrmse * nrmse;
+        specular++;
+        if (v->level.roughness > 0) {
+            sum += nrmse * nrmse;
+            p->worst_p95 =
+                fmax(p->worst_p95, v->measured.value[IBL_FIGURE_P95]);
             rough++;
         }
     }
-    if (report->has_lut)
-        append(&p->levels, lut_json(&report->lut));
     p->judged = rough > 0;
     if (rough) {
         p->error = sqrt(sum / rough);
-        p->worst_p95 = worst;
         p->whole_error = sqrt(all / specular);
     }
     return p->levels;
 }
 
 /* Copies the rendered errors. */
-static bool keep_rendered(ibl_bench_point *p, const ibl_rendered *rendered)
+static bool keep_rendered(ibl_bench_point *p, const ibl_report *report)
 {
     p->rendered_rows = json_array();
-    for (int i = 0; i < rendered->count; i++) {
-        const ibl_rendered_row *row = &rendered->rows[i];
-        if (isnan(row->roughness))
-            p->rendered += row->measured.value[IBL_FIGURE_NRMSE] /
-                           rendered->options.f0_count;
-        else
-            append(&p->rendered_rows,
-                   json_pack("{ss sf sf sf sf sf}", "content", "rendered", "f0",
-                             row->f0, "roughness", row->roughness, "nrmse",
-                             row->measured.value[IBL_FIGURE_NRMSE], "median",
-                             row->measured.value[IBL_FIGURE_MEDIAN], "p95",
-                             row->measured.value[IBL_FIGURE_P95]));
+    for (int i = 0; i < report->drawn_count; i++) {
+        const ibl_drawn_row *d = &report->drawn[i];
+        if (isnan(d->roughness)) {
+            p->rendered += d->measured.value[IBL_FIGURE_NRMSE] / 2;
+            continue;
+        }
+        json_t *row = row_json("rendered", 0, 0, d->roughness, &d->measured);
+        put(&row, "f0", json_real(d->f0));
+        append(&p->rendered_rows, row);
     }
     return p->rendered_rows;
 }
 
-/* Only GGX has a truth to be rendered. */
-static bool is_drawn(const judging *j, const ibl_verify_files *files)
-{
-    bool ggx = false;
-
-    for (int i = 0; i < files->count; i++)
-        if (files->level[i].content == IBL_OUTPUT_SPECULAR)
-            ggx = files->level[i].lobe == IBL_LOBE_GGX;
-    return j->b->opts->rendered && ggx;
-}
-
-static bool judge_rendered(judging *j, ibl_bench_point *p,
-                           const ibl_verify_opts *opts,
-                           const ibl_verify_files *files)
-{
-    ibl_rendered rendered = {0};
-    const bool ok =
-        !is_drawn(j, files) ||
-        (ibl_rendered_judge(files, j->ctx, &j->map, &opts->shading,
-                            opts->shader, j->b->console, &rendered) &&
-         keep_rendered(p, &rendered));
-
-    ibl_rendered_free(&rendered);
-    return ok;
-}
-
-static bool judge_files(judging *j, ibl_bench_point *p,
-                        const ibl_verify_opts *opts, ibl_verify_files *files,
-                        ibl_report *report)
-{
-    ibl_console *console = j->b->console;
-
-    if (!ibl_verify_files_read(opts, j->ctx, console, files))
-        return false;
-    if (!take_map(j, p->source, files, &opts->judge) ||
-        !judge_rendered(j, p, opts, files))
-        return false;
-    /* The swept settings do not affect the table. */
-    if ((p->kind == IBL_BENCH_BAKE && !p->base) || p->kind == IBL_BENCH_FORMAT)
-        ibl_lut_free(&files->lut);
-    report->options = opts->judge;
-    return ibl_verify_judge(files, j->ctx, &j->map, console, report) &&
-           keep(p, report);
-}
-
-static bool judge_point(judging *j, ibl_bench_point *p)
+static bool judge_point(const ibl_bench *b, ibl_ctx *ctx, ibl_bench_point *p)
 {
     ibl_verify_opts opts;
-    ibl_verify_files files = {0};
-    ibl_report report = {0};
+    ibl_report *report = calloc(1, sizeof *report);
+    json_t *about = json_object();
     char **words = NULL;
-    bool ok = settings_of(j->b, p, &opts, &words);
+    bool ok = report && settings_of(b, p, &opts, &words);
 
-    if (ok && !judge_files(j, p, &opts, &files, &report))
-        ok = ibl_console_fail(j->b->console,
-                              "%s: its output cannot be judged: %s", p->name,
-                              ibl_status_text(IBL_ERR_MEMORY));
-    ibl_report_free(&report);
-    ibl_verify_files_free(&files);
+    opts.rendered = 0;
+    ok = ok && ibl_verify(&opts, ctx, b->console, report, about) &&
+         keep(p, report);
+    if (ok && b->opts->rendered && p->judged &&
+        report->rows[0].level.lobe == IBL_LOBE_GGX) {
+        opts.rendered = 1;
+        ok = ibl_verify(&opts, ctx, b->console, report, about) &&
+             keep_rendered(p, report);
+    }
+    if (report)
+        ibl_report_free(report);
+    free(report);
+    json_decref(about);
     free(words);
-    return ok;
+    return ok ||
+           ibl_console_fail(b->console, "%s: its output cannot be judged: %s",
+                            p->name, ibl_status_text(IBL_ERR_MEMORY));
 }
 
 bool ibl_bench_judge(ibl_bench *b)
 {
-    judging j = {.b = b};
-    bool ok = !ibl_start(&b->opts->common, b->console, &j.ctx);
+    ibl_ctx *ctx = NULL;
+    bool ok = !ibl_start(&b->opts->common, b->console, &ctx);
 
     for (int i = 0; i < b->point_count && ok; i++)
         if (is_judged(b, &b->points[i]))
-            ok = judge_point(&j, &b->points[i]);
-    ibl_judged_map_free(&j.map);
-    ibl_ctx_free(j.ctx);
+            ok = judge_point(b, ctx, &b->points[i]);
+    ibl_ctx_free(ctx);
     return ok;
 }

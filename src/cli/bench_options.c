@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "cli/bench.h"
+#include "cli/rendered.h"
 #include "cli/shell_words.h"
-#include "cli/verify_files.h"
 #include "common/names.h"
 
 #define STANDARD_METHODS "auto,spectral,sampled,sampled-nomip"
@@ -350,10 +350,10 @@ static bool validate(void *settings)
     if (!o->env_count)
         return ibl_misuse("no environment: iblbake bench [options] ENV..., see "
                           "iblbake bench --help");
-    if (o->texels && o->texels < IBL_JUDGE_MIN_TEXELS)
+    if (o->texels && o->texels < 24)
         return ibl_misuse("--texels %d: too few to tell: %d or more, or 0 for "
                           "none",
-                          o->texels, IBL_JUDGE_MIN_TEXELS);
+                          o->texels, 24);
     if (o->rendered && o->rendered < IBL_RENDERED_LEAST)
         return ibl_misuse("--rendered %d: too few to tell: %d or more, or 0 "
                           "for none",
