@@ -93,3 +93,4 @@ set xrange [*:30]
 plot "$out/bench.csv" using "wall_s":"nrmse" with points pointtype 7, \\
     "" using "wall_s":"nrmse":"name" with labels offset 1 left
 END
+sed -i 's/[[:blank:]]*$//' "$out/bench.svg"
