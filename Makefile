@@ -307,7 +307,7 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 # Judges, as the program does. The library serves them, too.
 $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
-    faces.o judge.o judge_picks.o judged_map.o lookup.o rendered.o)
+    faces.o figures.o lookup.o rendered.o)
 
 # The whole command, with another choice.
 $(BUILD)/obj/tests/bench_choice.o: LOCAL = $(CLI_CFLAGS)
@@ -374,10 +374,9 @@ FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
           $(addprefix src/kern/,astc_hdr_block.c astc_hdr_decode.c \
             astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
             max_finite.c pixel.c rgbe.c) \
-          $(addprefix src/cli/,bake_options.c bench_options.c \
-            common_options.c probe_set.c probes_grid.c probes_index.c \
+          $(addprefix src/cli/,bake_options.c common_options.c probe_set.c probes_grid.c probes_index.c \
             probes_options.c probes_shard.c shell_words.c \
-            targets.c verify.c verify_files.c) \
+            targets.c verify.c) \
           $(addprefix src/view/,harmonics.c options.c probe_set.c \
             set_open.c settings.c)
 FUZZ_WRAP = read pread ibl_print_line

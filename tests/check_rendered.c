@@ -4,35 +4,12 @@
  * second implementations that are written here from the definitions.
  */
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli/rendered.h"
-#include "cli/verify_files.h"
 #include "maps.h"
 #include "test.h"
-
-/* The console of the program, which this test is not. */
-void ibl_console_progress(ibl_console *console, const char *stage, double done)
-{
-    (void)console;
-    (void)stage;
-    (void)done;
-}
-
-static char said[256];
-
-bool ibl_console_fail(ibl_console *c, const char *fmt, ...)
-{
-    va_list args;
-    (void)c;
-    va_start(args, fmt);
-    vsnprintf(said, sizeof said, fmt, args);
-    va_end(args);
-    return false;
-}
 
 /* ---- lookups ----------------------------------------------------------- */
 
@@ -178,38 +155,64 @@ TEST(lookup_between_levels)
     }
 }
 
-TEST(lods)
+/* Radiance 1 + y + x^2: irradiance / pi is known in closed form. */
+TEST(lookup_of_harmonics)
 {
-    const ibl_lod filament = {.layout = {.levels = 6,
-                                         .mapping = IBL_ROUGHNESS_FILAMENT,
-                                         .lod_scale = 5}};
-    const ibl_lod curve = {
-        .count = 3, .roughness = {0.2, 0.4, 1}, .lod = {1, 2, 6}};
+    static double sh[3 * 25];
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    test_random r = {7};
+    double want[3], got[3], d[3];
 
-    CHECK_NEAR(ibl_lod_of(&filament, 0.5), 0.75 * 5, 1e-15);
-    CHECK_NEAR(ibl_lod_of(&curve, 0.1), 1, 1e-15);
-    CHECK_NEAR(ibl_lod_of(&curve, 0.3), 1.5, 1e-15);
-    CHECK_NEAR(ibl_lod_of(&curve, 0.7), 4, 1e-15);
-    CHECK_NEAR(ibl_lod_of(&curve, 1), 6, 1e-15);
+    for (int c = 0; c < 3; c++) {
+        sh[c] = sqrt(4 * M_PI) * (1 + 1 / 3.0);
+        sh[3 + c] = sqrt(4 * M_PI / 3);
+        sh[3 * 6 + c] = -sqrt(16 * M_PI / 5) / 6; /* x^2 - 1/3, in 3 z^2 - 1 */
+        sh[3 * 8 + c] = sqrt(16 * M_PI / 15) / 2; /* and in x^2 - y^2 */
+    }
+    for (int k = 0; k < 50; k++) {
+        random_dir(&r, d);
+        const double length = sqrt(test_dot(d, d));
+        for (int c = 0; c < 3; c++)
+            d[c] /= length;
+        ibl_lookup_sh(sh, 4, d, got);
+        CHECK_NEAR(got[1],
+                   1 + 2 * d[1] / 3 + 1 / 3.0 + (d[0] * d[0] - 1 / 3.0) / 4,
+                   1e-12);
+    }
+    /* All degrees of a sun, far from its horizon, against the integral. */
+    const ibl_image sun = map_constant(ctx, 16, 8, 0);
+    static double all[3 * 65 * 65];
+    ibl_reference *ref;
+    map_set(&sun, 3, 2, 1, 2, 3);
+    NEED(!ibl_bake_sh(ctx, &sun, 64, 0, all));
+    NEED(!ibl_reference_create(ctx, &sun, 0, &ref));
+    for (int k = 0; k < 50; k++) {
+        random_dir(&r, d);
+        const double length = sqrt(test_dot(d, d));
+        for (int c = 0; c < 3; c++)
+            d[c] /= length;
+        CHECK(!ibl_reference_irradiance(ref, d, 1, want));
+        ibl_lookup_sh(all, 64, d, got);
+        for (int c = 0; c < 3; c++)
+            CHECK_NEAR(got[c], want[c], 2e-4);
+    }
+    ibl_reference_free(ref);
 }
 
 /* ---- what is rendered -------------------------------------------------- */
 
 enum {
     LEVELS = 4,
-    FEW = TEST_SANITIZED ? 6 : 24, /* directions, where none is off */
-    MANY = TEST_SANITIZED ? 20 : 60
+    FEW = TEST_SANITIZED ? 24 : 48, /* directions, where none is off */
+    MANY = TEST_SANITIZED ? 48 : 96,
+    ROWS = 6
 };
 
-/* A bake, as verify reads it. */
+/* A baked map, as a shader has it. */
 typedef struct bake {
     ibl_ctx *ctx;
     ibl_image env;
-    ibl_verify_files files;
-    ibl_lut lut;
-    ibl_specular_layout layout;
-    double *power; /* the result's */
-    int power_degree;
+    ibl_drawn set;
 } bake;
 
 static void free_lut(void *lut)
@@ -217,118 +220,109 @@ static void free_lut(void *lut)
     ibl_lut_free(lut);
 }
 
-static bake *bake_of_size(ibl_ctx *ctx, ibl_image env, int size)
+static bake bake_of(ibl_ctx *ctx, ibl_image env)
 {
-    bake *b = test_alloc(1, sizeof *b);
+    bake b = {.ctx = ctx, .env = env};
     ibl_bake_options o = ibl_bake_options_default();
     ibl_lut_options table = ibl_lut_options_default();
 
-    *b = (bake){.ctx = ctx, .env = env};
-    o.specular_options.size = size;
+    o.specular_options.size = 16;
     o.specular_options.levels = LEVELS;
-    o.irradiance_options.size = size / 2;
-    o.power = 256;
+    o.irradiance_options.size = 8;
     table.size = 64;
-    const ibl_bake_result made = map_bake(ctx, &b->env, &o);
-    b->layout = made.report.layout;
-    b->power = made.power;
-    b->power_degree = made.power_degree;
-    NEED(!ibl_bake_lut(ctx, &table, &b->files.lut));
-    b->lut = b->files.lut;
-    test_defer(free_lut, &b->lut);
-    for (int l = 0; l <= LEVELS; l++) {
-        ibl_cube *cube = &b->files.cube[l];
-        if (l == LEVELS) {
-            *cube = made.irradiance;
-        } else {
-            *cube = cube_alloc(ctx, size >> l, 1);
-            memcpy(cube->data, ibl_cube_face(&made.specular, l, 0),
-                   cube_floats(cube) * sizeof(float));
-        }
-        b->files.level[l] = (ibl_judge_level){
-            .content = l < LEVELS ? IBL_OUTPUT_SPECULAR : IBL_OUTPUT_IRRADIANCE,
-            .lobe = IBL_LOBE_GGX,
-            .roughness = made.report.layout.roughness[l < LEVELS ? l : 0],
-            .scale = 1,
-            .size = cube->size,
-            .texels = cube->data};
-    }
-    b->files.count = LEVELS + 1;
-    b->files.lod = (ibl_lod){.layout = {.levels = LEVELS,
-                                        .mapping = IBL_ROUGHNESS_LINEAR,
-                                        .lod_scale = LEVELS - 1}};
+    const ibl_bake_result made = map_bake(ctx, &b.env, &o);
+    ibl_drawn_chain(&b.set, &made.specular, &made.report.layout);
+    b.set.shader = IBL_SHADER_SPLIT;
+    b.set.irradiance = made.irradiance;
+    b.set.irradiance_scale = 1;
+    NEED(!ibl_bake_lut(ctx, &table, &b.set.lut));
+    test_defer_copy(free_lut, &b.set.lut, sizeof b.set.lut);
     return b;
 }
 
-static bake *bake_of(ibl_ctx *ctx, ibl_image env)
+static void free_truth(void *truth)
 {
-    return bake_of_size(ctx, env, 16);
+    ibl_truth_free(truth);
 }
 
-static ibl_rendered *rendered(const bake *b, ibl_shader shader, int directions)
+static ibl_truth truth_by(ibl_ctx *ctx, const ibl_image *env,
+                          const ibl_truth_options *o)
 {
-    ibl_rendered *out = test_alloc(1, sizeof *out);
-    ibl_rendered_options o = ibl_rendered_options_default();
+    ibl_truth truth;
 
-    o.shader = shader;
+    NEED(ibl_truth_make(ctx, env, 0, o, &truth));
+    test_defer_copy(free_truth, &truth, sizeof truth);
+    return truth;
+}
+
+/* Roughness .1, .45 and 1 of F0 1 and .04. */
+static ibl_truth truth_of(const bake *b, int directions)
+{
+    ibl_truth_options o = ibl_truth_options_default();
+
     o.directions = directions;
-    o.roughness_count = 3;
+    o.roughness_count = ROWS / 2;
     o.roughness[1] = 0.45;
     o.roughness[2] = 1;
-    CHECK_MSG(ibl_rendered_judge(&b->files, b->ctx,
-                                 &(ibl_judged_map){.env = b->env}, &o, NULL,
-                                 out),
-              "%s", said);
-    return out;
+    return truth_by(b->ctx, &b->env, &o);
 }
 
-/* Nothing but the table is wrong then, whatever is looked up. */
+static void measure(const ibl_truth *truth, const bake *b,
+                    ibl_measured rows[ROWS])
+{
+    ibl_reference *rest;
+
+    NEED(!ibl_reference_create(b->ctx, &b->env, 0, &rest));
+    CHECK(ibl_measure(truth, &b->set, rest, rows, NULL));
+    ibl_reference_free(rest);
+}
+
+/* Nothing but the table is wrong then, whatever is looked up. All that is found
+ * times 1.25 is an error of .25. */
 TEST(constant_map)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    bake *b = bake_of(ctx, map_constant(ctx, 16, 8, 0.5f));
-
-    for (int shader = IBL_SHADER_SPLIT; shader <= IBL_SHADER_FIT; shader++)
-        for (int table = 0; table < 2; table++) {
-            b->files.lut = table ? b->lut : (ibl_lut){0};
-            const ibl_rendered *r = rendered(b, (ibl_shader)shader, FEW);
-            for (int i = 0; i < r->count; i++) {
-                const ibl_rendered_row *row = &r->rows[i];
-                const double most = table ? 5e-2 : 1e-6;
-                CHECK_NEAR(row->nrmse, 0, most);
-                CHECK_NEAR(row->p95, 0, most);
-                CHECK_NEAR(row->ratio, 1, most);
-                CHECK_NEAR(row->part[IBL_PART_VIEW], 0, 1e-6);
-                CHECK_NEAR(row->part[IBL_PART_LEVELS], 0, 1e-6);
-                CHECK_NEAR(row->part[IBL_PART_TEXELS], 0, 1e-6);
-                CHECK_NEAR(row->part[IBL_PART_TABLE], row->nrmse,
-                           1e-6 + 0.2 * row->nrmse);
-            }
-        }
-}
-
-/* A table that floods everything with irradiance, or looks nowhere else. */
-TEST(constant_map_by_a_lobe_table)
-{
+    bake b = bake_of(ctx, map_constant(ctx, 16, 8, 0.5f));
+    const ibl_truth truth = truth_of(&b, FEW);
     static float lobes[IBL_LOBE_LAYERS * 4];
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    bake *b = bake_of(ctx, map_constant(ctx, 16, 8, 0.5f));
+    ibl_measured rows[ROWS];
 
-    b->files.lut = (ibl_lut){0};
+    /* A table that floods everything with irradiance, or looks nowhere else. */
     for (int k = 0; k < 16; k++)
         lobes[k] = k % 4 < 3 ? 0.1f * (float)(k % 7) : k > 7 ? 0.2f : 0;
-    b->files.lobes = (ibl_lobe_table){1, lobes, IBL_LOBE_LAYERS};
-    for (int shader = IBL_SHADER_TABLE; shader <= IBL_SHADER_TWO_TAPS;
-         shader++) {
-        const ibl_rendered *r = rendered(b, (ibl_shader)shader, FEW);
-        for (int i = 0; i < r->count; i++)
-            CHECK_NEAR(r->rows[i].nrmse, 0, 1e-6);
-    }
-    CHECK(rendered(b, IBL_SHADER_AUTO, FEW)->options.shader ==
-          IBL_SHADER_TABLE);
-    b->files.lobes = (ibl_lobe_table){0};
-    CHECK(rendered(b, IBL_SHADER_AUTO, FEW)->options.shader ==
-          IBL_SHADER_SPLIT);
+    b.set.lobes = (ibl_lobe_table){1, lobes, IBL_LOBE_LAYERS};
+    const ibl_lut lut = b.set.lut;
+    for (int shader = IBL_SHADER_SPLIT; shader <= IBL_SHADER_TWO_TAPS; shader++)
+        for (int table = 0; table < 2; table++) {
+            b.set.shader = (ibl_shader)shader;
+            b.set.lut = table ? lut : (ibl_lut){0};
+            measure(&truth, &b, rows);
+            for (int i = 0; i < ROWS; i++) {
+                const double *v = rows[i].value, most = table ? 5e-2 : 1e-5;
+                CHECK_NEAR(v[IBL_FIGURE_NRMSE], 0, most);
+                CHECK_NEAR(v[IBL_FIGURE_P95], 0, most);
+                CHECK_NEAR(v[IBL_FIGURE_BIAS], 0, most);
+                CHECK_NEAR(v[IBL_FIGURE_VIEW], 0, 1e-5);
+                CHECK_NEAR(v[IBL_FIGURE_SET], 0, 1e-5);
+                CHECK_NEAR(v[IBL_FIGURE_TABLE], v[IBL_FIGURE_NRMSE], 1e-4);
+            }
+        }
+    for (int l = 0; l < LEVELS; l++)
+        for (size_t i = 0; i < cube_floats(&b.set.level[l]); i++)
+            b.set.level[l].data[i] *= 1.25f;
+    b.set.shader = IBL_SHADER_SPLIT;
+    b.set.lut = (ibl_lut){0};
+    measure(&truth, &b, rows);
+    for (int i = 0; i < ROWS; i++)
+        for (int f = 0; f < IBL_FIGURES; f++) {
+            const bool right = f == IBL_FIGURE_VIEW || f == IBL_FIGURE_TABLE;
+            CHECK_NEAR(rows[i].value[f],
+                       right                  ? 0
+                       : f == IBL_FIGURE_BIAS ? 0.25
+                                              : 0.25,
+                       1e-5);
+            CHECK_NEAR(rows[i].error[f], 0, 1e-5);
+        }
 }
 
 /* A lobe table that says what the split sum does: the same colours. */
@@ -339,19 +333,23 @@ TEST(split_by_a_lobe_table)
     };
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     test_random rnd = {4};
-    bake *b = bake_of(ctx, map_of_kind(ctx, &rnd, MAP_SMOOTH, 16, 8));
+    bake b = bake_of(ctx, map_of_kind(ctx, &rnd, MAP_SMOOTH, 16, 8));
+    const ibl_truth truth = truth_of(&b, FEW);
     float *lobes = test_alloc(IBL_LOBE_LAYERS * N * N * 4, sizeof *lobes);
+    ibl_measured split[ROWS], table[ROWS];
 
     for (int i = 0; i < IBL_LOBE_LAYERS * N * N; i++)
-        lobes[4 * i + 1] = (float)((i / N % N + 0.5) / N);
-    b->files.lobes = (ibl_lobe_table){N, lobes, IBL_LOBE_LAYERS};
-    const ibl_rendered *split = rendered(b, IBL_SHADER_SPLIT, FEW);
-    const ibl_rendered *table = rendered(b, IBL_SHADER_TABLE, FEW);
+        lobes[4 * i + 1] =
+            (float)ibl_set_lod(&b.set.chain, (i / N % N + 0.5) / N) /
+            (LEVELS - 1);
+    b.set.lobes = (ibl_lobe_table){N, lobes, IBL_LOBE_LAYERS};
+    measure(&truth, &b, split);
+    b.set.shader = IBL_SHADER_TABLE;
+    measure(&truth, &b, table);
     /* Roughness 1 is beyond the centre of the last row. */
-    for (int i = 0; i < 2; i++) {
-        CHECK_NEAR(table->rows[i].nrmse, split->rows[i].nrmse, 1e-6);
-        CHECK_NEAR(table->rows[i].ratio, split->rows[i].ratio, 1e-6);
-    }
+    for (int i = 0; i < 2; i++)
+        for (int f = 0; f < IBL_FIGURES; f++)
+            CHECK_NEAR(table[i].value[f], split[i].value[f], 2e-4);
 }
 
 /* ---- brute force ------------------------------------------------------- */
@@ -362,8 +360,8 @@ static double squared(double x)
 }
 
 /* f N.L dO over the pixels in 3 x 3 parts. */
-static void truth_of(const ibl_image *env, const double n[3], const double v[3],
-                     double r, double f0, double rgb[4])
+static void truth_of_pair(const ibl_image *env, const double n[3],
+                          const double v[3], double r, double f0, double rgb[4])
 {
     const int w = 3 * env->width, h = 3 * env->height;
     const double a2 = pow(r, 4), nv = test_dot(n, v);
@@ -395,23 +393,18 @@ static void truth_of(const ibl_image *env, const double n[3], const double v[3],
     }
 }
 
-/* A shader that looks at the nearest texel of a level, which is what the other
- * does if every face has one value. */
+/* A shader that looks up a level, or between two, with its lod. */
 static void shade(const bake *b, const double n[3], const double v[3], double r,
                   double exact, double rgb[3])
 {
-    const double lod = r * (LEVELS - 1);
-    const int l = lod < LEVELS - 1 ? (int)lod : LEVELS - 2;
+    const double lod = r * (2 - r) * (LEVELS - 1);
     double reflected[3];
 
     for (int k = 0; k < 3; k++)
         reflected[k] = 2 * test_dot(n, v) * n[k] - v[k];
-    for (int c = 0; c < 3; c++) {
-        double got[2][3];
-        for (int k = 0; k < 2; k++)
-            ibl_lookup_cube(&b->files.cube[l + k], reflected, got[k]);
-        rgb[c] = exact * (got[0][c] + (lod - l) * (got[1][c] - got[0][c]));
-    }
+    ibl_lookup_chain(b->set.level, LEVELS, reflected, lod, rgb);
+    for (int c = 0; c < 3; c++)
+        rgb[c] *= exact;
 }
 
 /* No direction is more likely than another. */
@@ -420,6 +413,26 @@ static void random_in_ball(test_random *r, double d[3])
     do
         random_dir(r, d);
     while (test_dot(d, d) > 1);
+}
+
+/* A normal and a view, uniform and with the density 2 N.V. */
+static void random_pair(test_random *rnd, double n[3], double v[3])
+{
+    double t[3];
+
+    random_in_ball(rnd, n);
+    const double length = sqrt(test_dot(n, n));
+    for (int c = 0; c < 3; c++)
+        n[c] /= length;
+    do {
+        random_in_ball(rnd, t);
+        const double along = test_dot(t, n);
+        for (int c = 0; c < 3; c++)
+            t[c] -= along * n[c];
+    } while (test_dot(t, t) < 0.01);
+    const double nv = sqrt(test_random_unit(rnd));
+    for (int c = 0; c < 3; c++)
+        v[c] = nv * n[c] + sqrt((1 - nv * nv) / test_dot(t, t)) * t[c];
 }
 
 /* Plain random pairs without weights, as many as make the difference of the two
@@ -431,43 +444,29 @@ TEST_SLOW(by_brute_force)
         PAIRS = TEST_SANITIZED ? 250 : 4000,
         CHANCE = TEST_SANITIZED ? 4 : 1
     };
-    static const double roughness[2] = {0.7, 1};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     test_random rnd = {11};
     const ibl_image map = map_of_kind(ctx, &rnd, MAP_SMOOTH, 16, 8);
     map_set(&map, 3, 2, 5, 5, 3);
-    bake *b = bake_of(ctx, map);
-    ibl_rendered_options o = {.shader = IBL_SHADER_SPLIT,
-                              .directions = TEST_SANITIZED ? 96 : 1536,
-                              .seed = 3,
-                              .roughness_count = 2,
-                              .roughness = {roughness[0], roughness[1]},
-                              .f0_count = 1,
-                              .f0 = {0.3}};
-    ibl_rendered out;
+    bake b = bake_of(ctx, map);
+    const ibl_truth_options o = {.directions = TEST_SANITIZED ? 96 : 1536,
+                                 .seed = 3,
+                                 .roughness_count = 2,
+                                 .roughness = {0.7, 1},
+                                 .f0_count = 1,
+                                 .f0 = {0.3}};
+    const ibl_truth truth_made = truth_by(ctx, &map, &o);
+    ibl_measured rows[2];
 
-    b->files.lut = (ibl_lut){0};
-    CHECK(ibl_rendered_judge(&b->files, ctx, &(ibl_judged_map){.env = b->env},
-                             &o, NULL, &out));
+    b.set.lut = (ibl_lut){0};
+    CHECK(ibl_measure(&truth_made, &b.set, NULL, rows, NULL));
     for (int k = 0; k < 2; k++) {
         double wrong = 0, all = 0, light[2] = {0};
         for (int i = 0; i < PAIRS; i++) {
-            double n[3], t[3], v[3], truth[4], rgb[3];
-            random_in_ball(&rnd, n);
-            const double length = sqrt(test_dot(n, n));
-            for (int c = 0; c < 3; c++)
-                n[c] /= length;
-            do {
-                random_in_ball(&rnd, t);
-                const double along = test_dot(t, n);
-                for (int c = 0; c < 3; c++)
-                    t[c] -= along * n[c];
-            } while (test_dot(t, t) < 0.01);
-            const double nv = sqrt(test_random_unit(&rnd));
-            for (int c = 0; c < 3; c++)
-                v[c] = nv * n[c] + sqrt((1 - nv * nv) / test_dot(t, t)) * t[c];
-            truth_of(&b->env, n, v, roughness[k], 0.3, truth);
-            shade(b, n, v, roughness[k], truth[3], rgb);
+            double n[3], v[3], truth[4], rgb[3];
+            random_pair(&rnd, n, v);
+            truth_of_pair(&b.env, n, v, o.roughness[k], 0.3, truth);
+            shade(&b, n, v, o.roughness[k], truth[3], rgb);
             for (int c = 0; c < 3; c++) {
                 wrong += squared(rgb[c] - truth[c]);
                 all += squared(truth[c]);
@@ -475,101 +474,11 @@ TEST_SLOW(by_brute_force)
                 light[1] += rgb[c];
             }
         }
-        CHECK_NEAR(out.rows[k].nrmse, sqrt(wrong / all),
+        CHECK_NEAR(rows[k].value[IBL_FIGURE_NRMSE], sqrt(wrong / all),
                    CHANCE * 0.05 * sqrt(wrong / all));
-        CHECK_NEAR(out.rows[k].ratio, light[1] / light[0],
-                   CHANCE * 0.03 * light[1] / light[0]);
+        CHECK_NEAR(rows[k].value[IBL_FIGURE_BIAS], light[1] / light[0] - 1,
+                   CHANCE * 0.03);
     }
-}
-
-/* ---- as expected ------------------------------------------------------- */
-
-static void free_table(void *table)
-{
-    ibl_lobe_table_free(table);
-}
-
-/* Of surfaces of roughness bin / 64, F0 = 1 (0) or .04 (1). */
-static double expected(ibl_ctx *ctx, const bake *b, int bin, int f,
-                       const ibl_expected_set *set)
-{
-    ibl_materials m = {.weight = {{0}}};
-    ibl_expectation *e;
-    double nrmse;
-    m.weight[bin][f] = 1;
-    NEED(
-        !ibl_expectation_create(ctx, &m, b->power, b->power_degree, 16, 0, &e));
-    NEED(!ibl_expectation_of(e, set, &nrmse));
-    ibl_expectation_free(e);
-    return nrmse;
-}
-
-/* Random pairs of a normal and a view are all rotations of the map. What is
- * left is chance, most of it with small suns (up to 1.35 in five seeds; 3,000
- * directions leave 1.05, and take half a minute), and texels, of which only the
- * mean blur is expected. */
-static void as_expected(map_kind kind, double chance)
-{
-    if (TEST_RACES)
-        test_skip("takes minutes, and has no threads of its own");
-    if (TEST_SANITIZED) /* an eighth of the directions */
-        chance = 1 + 4 * (chance - 1);
-    static const int bins[3] = {29, 45, 64};
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    test_random rnd = {5};
-    bake *b = bake_of_size(ctx, map_of_kind(ctx, &rnd, kind, 32, 16), 64);
-    ibl_rendered_options o = ibl_rendered_options_default();
-    const ibl_lobe_table_options of = {.struct_size = sizeof of,
-                                       .size = 16,
-                                       .layout = b->layout,
-                                       .power = b->power,
-                                       .power_degree = b->power_degree};
-    ibl_lobe_table table = {0};
-
-    NEED(!ibl_bake_lobe_table(ctx, &of, &table));
-    test_defer_copy(free_table, &table, sizeof table);
-    b->files.lut = (ibl_lut){0}; /* exact */
-    b->files.lobes = table;
-    b->files.lod.layout.mapping = IBL_ROUGHNESS_FILAMENT;
-    o.directions = TEST_SANITIZED ? 50 : 400;
-    o.roughness_count = 3;
-    for (int i = 0; i < 3; i++)
-        o.roughness[i] = bins[i] / 64.0;
-    for (int way = 0; way < IBL_LOOKUP_COUNT; way++) {
-        static const ibl_shader shaders[] = {IBL_SHADER_SPLIT, IBL_SHADER_TABLE,
-                                             IBL_SHADER_TWO_TAPS};
-        ibl_rendered out;
-        o.shader = shaders[way];
-        NEED(ibl_rendered_judge(
-            &b->files, ctx, &(ibl_judged_map){.env = b->env}, &o, NULL, &out));
-        for (int i = 0; i < 2 * 4; i++) {
-            if (i % 4 == 3)
-                continue; /* the mean */
-            const double want =
-                expected(ctx, b, bins[i % 4], i / 4,
-                         &(ibl_expected_set){.layout = b->layout,
-                                             .lookup = (ibl_lookup)way,
-                                             .lobes = way ? &table : NULL,
-                                             .irradiance = -1});
-            const double share = out.rows[i].nrmse / want;
-            test_measured("nRMSE over or under the expected",
-                          fmax(share, 1 / share), chance);
-            CHECK_MSG(fmax(share, 1 / share) < chance,
-                      "way %d F0 %g r %g: nRMSE %g, expected %g", way,
-                      out.rows[i].f0, out.rows[i].roughness, out.rows[i].nrmse,
-                      want);
-        }
-    }
-}
-
-TEST_SLOW(as_expected_of_noise)
-{
-    as_expected(MAP_NOISE, 1.12);
-}
-
-TEST_SLOW(as_expected_under_suns)
-{
-    as_expected(MAP_SUNS, 1.45);
 }
 
 /* ---- parts ------------------------------------------------------------- */
@@ -579,34 +488,34 @@ TEST(damage_shows_in_its_part)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     test_random rnd = {6};
-    bake *b = bake_of(ctx, map_of_kind(ctx, &rnd, MAP_SMOOTH, 32, 16));
-    const ibl_rendered_row before =
-        *ibl_rendered_mean(rendered(b, IBL_SHADER_SPLIT, MANY), 0);
-    ibl_rendered_row row;
+    bake b = bake_of(ctx, map_of_kind(ctx, &rnd, MAP_SMOOTH, 32, 16));
+    const ibl_truth truth = truth_of(&b, MANY);
+    ibl_measured before[ROWS], now[ROWS];
 
+    measure(&truth, &b, before);
     for (size_t i = 0; i < 2 * 64 * 64; i++)
-        b->files.lut.data[i] *= 1.2f;
-    row = *ibl_rendered_mean(rendered(b, IBL_SHADER_SPLIT, MANY), 0);
-    CHECK(!memcmp(row.part, before.part, 3 * sizeof *row.part));
-    CHECK_NEAR(row.part[IBL_PART_TABLE], 0.2, 0.05);
-
+        b.set.lut.data[i] *= 1.2f;
+    measure(&truth, &b, now);
+    for (int i = 0; i < ROWS; i++) {
+        const double *x = now[i].value, *y = before[i].value;
+        CHECK_NEAR(x[IBL_FIGURE_VIEW], y[IBL_FIGURE_VIEW], 1e-12);
+        CHECK_NEAR(x[IBL_FIGURE_SET], y[IBL_FIGURE_SET], 1e-12);
+        CHECK_NEAR(x[IBL_FIGURE_TABLE], 0.2, 0.06);
+    }
     for (int l = 0; l < LEVELS; l++) {
-        ibl_cube *cube = &b->files.cube[l];
-        const size_t face = cube_floats(cube) / 6;
+        const size_t face = cube_floats(&b.set.level[l]) / 6;
         for (size_t i = 0; i < face; i++) {
-            const float kept = cube->data[i];
-            cube->data[i] = cube->data[face + i];
-            cube->data[face + i] = kept;
+            const float kept = b.set.level[l].data[i];
+            b.set.level[l].data[i] = b.set.level[l].data[face + i];
+            b.set.level[l].data[face + i] = kept;
         }
     }
-    row = *ibl_rendered_mean(rendered(b, IBL_SHADER_SPLIT, MANY), 0);
-    CHECK(!memcmp(row.part, before.part, 2 * sizeof *row.part));
-    CHECK(row.part[IBL_PART_TEXELS] > 3 * before.part[IBL_PART_TEXELS]);
-
-    b->files.lod.layout.lod_scale *= 0.5;
-    row = *ibl_rendered_mean(rendered(b, IBL_SHADER_SPLIT, MANY), 0);
-    CHECK(row.part[IBL_PART_VIEW] == before.part[IBL_PART_VIEW]);
-    CHECK(row.part[IBL_PART_LEVELS] > 1.5 * before.part[IBL_PART_LEVELS]);
+    measure(&truth, &b, now);
+    for (int i = 0; i < ROWS; i++) {
+        const double *x = now[i].value, *y = before[i].value;
+        CHECK_NEAR(x[IBL_FIGURE_VIEW], y[IBL_FIGURE_VIEW], 1e-12);
+        CHECK(x[IBL_FIGURE_SET] > 2 * y[IBL_FIGURE_SET]);
+    }
 }
 
 /* N = V = R of one map is wrong at the limb, where the formula is better. */
@@ -614,43 +523,73 @@ TEST(bent_is_nearer)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     test_random rnd = {8};
-    const bake *b = bake_of(ctx, map_of_kind(ctx, &rnd, MAP_SMOOTH, 32, 16));
-    const ibl_rendered *split = rendered(b, IBL_SHADER_SPLIT, MANY);
-    const ibl_rendered *bent = rendered(b, IBL_SHADER_BENT, MANY);
-    const ibl_rendered *fit = rendered(b, IBL_SHADER_FIT, MANY);
+    bake b = bake_of(ctx, map_of_kind(ctx, &rnd, MAP_SMOOTH, 32, 16));
+    const ibl_truth truth = truth_of(&b, MANY);
+    double error[3][2];
 
-    CHECK(ibl_rendered_mean(bent, 0)->part[IBL_PART_LEVELS] >
-          0.3 * ibl_rendered_mean(split, 0)->part[IBL_PART_LEVELS]);
-    CHECK(ibl_rendered_mean(bent, 0)->nrmse <
-          0.7 * ibl_rendered_mean(split, 0)->nrmse);
-    CHECK(ibl_rendered_mean(fit, 0)->nrmse <
-          0.5 * ibl_rendered_mean(split, 0)->nrmse);
-    CHECK(ibl_rendered_mean(fit, 1)->nrmse <
-          0.8 * ibl_rendered_mean(bent, 1)->nrmse);
+    for (int k = 0; k < 3; k++) {
+        ibl_measured rows[ROWS];
+        b.set.shader = (ibl_shader)(IBL_SHADER_SPLIT + k);
+        CHECK(ibl_measure(&truth, &b.set, NULL, rows, NULL));
+        for (int f = 0; f < 2; f++)
+            error[k][f] = ibl_measured_mean(rows + f * ROWS / 2, ROWS / 2)
+                              .value[IBL_FIGURE_NRMSE];
+    }
+    CHECK(error[1][0] < 0.7 * error[0][0]);
+    CHECK(error[2][0] < 0.5 * error[0][0]);
+    CHECK(error[2][1] < 0.8 * error[1][1]);
 }
 
-/* Whether judging fails with these words. */
-static bool fails(const bake *b, ibl_shader shader, const char *words)
+/* ---- materials ----------------------------------------------------------- */
+
+/* One material is a row of a grid; its diffuse light is found, too, also in
+ * harmonics. Of two, each has its share. */
+TEST(materials)
 {
-    const ibl_judged_map map = {.env = b->env};
-    ibl_rendered_options o = ibl_rendered_options_default();
-    ibl_rendered out;
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random rnd = {9};
+    bake b = bake_of(ctx, map_of_kind(ctx, &rnd, MAP_SMOOTH, 16, 8));
+    ibl_materials m = {.weight = {{0}}};
+    ibl_truth_options o = {.directions = MANY,
+                           .seed = 5,
+                           .roughness_count = 1,
+                           .roughness = {0.5},
+                           .f0_count = 2,
+                           .f0 = {1, 0.04}};
+    const ibl_truth grid = truth_by(ctx, &b.env, &o);
+    ibl_measured want[2], got;
+    double sh[3 * 25];
 
-    o.shader = shader;
-    return !ibl_rendered_judge(&b->files, b->ctx, &map, &o, NULL, &out) &&
-           strstr(said, words);
-}
-
-TEST(refuses)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    bake *b = bake_of(ctx, map_constant(ctx, 8, 4, 1));
-
-    CHECK(fails(b, IBL_SHADER_TWO_TAPS, "no lobe table"));
-    b->files.count = LEVELS;
-    CHECK(fails(b, IBL_SHADER_FIT, "no irradiance map"));
-    b->files.level[0].lobe = IBL_LOBE_PHONG;
-    CHECK(fails(b, IBL_SHADER_SPLIT, "of the lobe phong"));
-    b->files.count = 0;
-    CHECK(fails(b, IBL_SHADER_SPLIT, "no specular cube"));
+    CHECK(ibl_measure(&grid, &b.set, NULL, want, NULL));
+    o.materials = &m;
+    for (int f = 0; f < 2; f++) {
+        memset(m.weight, 0, sizeof m.weight);
+        m.weight[32][f] = 3;
+        const ibl_truth one = truth_by(ctx, &b.env, &o);
+        CHECK(ibl_measure(&one, &b.set, NULL, &got, NULL));
+        for (int k = 0; k <= IBL_FIGURE_BIAS; k++) {
+            CHECK_NEAR(got.value[k], want[f].value[k], 1e-9);
+            CHECK_NEAR(got.error[k], want[f].error[k], 1e-9);
+        }
+    }
+    m.diffuse[32][1] = 1; /* now most light is diffuse, and found */
+    const ibl_truth lit = truth_by(ctx, &b.env, &o);
+    CHECK(ibl_measure(&lit, &b.set, NULL, &got, NULL));
+    CHECK(got.value[IBL_FIGURE_NRMSE] < 0.3 * want[1].value[IBL_FIGURE_NRMSE]);
+    const double by_cube = got.value[IBL_FIGURE_NRMSE];
+    CHECK(!ibl_bake_sh(ctx, &b.env, 4, 0, sh));
+    b.set.irradiance = (ibl_cube){0};
+    b.set.sh = sh;
+    b.set.sh_degree = 4;
+    CHECK(ibl_measure(&lit, &b.set, NULL, &got, NULL));
+    CHECK_NEAR(got.value[IBL_FIGURE_NRMSE], by_cube, 0.2 * by_cube);
+    /* Without diffuse light, half of the surfaces in view are metals. */
+    m.diffuse[32][1] = 0;
+    m.weight[32][0] = 3;
+    o.directions = 8 * MANY;
+    const ibl_truth both = truth_by(ctx, &b.env, &o);
+    double weight[2] = {0};
+    for (int i = 0; i < o.directions; i++)
+        weight[both.sample[i].f0 < 1] += both.sample[i].weight;
+    CHECK_NEAR(weight[0] / weight[1], 1, 0.3);
 }

@@ -2,6 +2,7 @@
 #include "cli/lookup.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "cli/faces.h"
 
@@ -69,6 +70,40 @@ void ibl_lookup_chain(const ibl_cube *levels, int count, const double dir[3],
         rgb[c] += (at - l) * (next[c] - rgb[c]);
 }
 
+/* ---- harmonics ------------------------------------------------------- */
+
+void ibl_lookup_sh(const double *sh, int degree, const double normal[3],
+                   double rgb[3])
+{
+    /* (x + i y)^m times what normalises it, P_mm */
+    double re = sqrt(0.25 / M_PI), im = 0;
+
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int m = 0; m <= degree; m++) {
+        double p = 1, before = 0; /* P_lm / P_mm of l and of l - 1 */
+        for (int l = m; l <= degree; l++) {
+            const double *at = sh + (ptrdiff_t)3 * (l * (l + 1));
+            const double y = p * ibl_sh_cosine(l) * (m ? sqrt(2) : 1);
+            for (int c = 0; c < 3; c++)
+                rgb[c] +=
+                    y * (re * at[3 * m + c] + (m ? im * at[c - 3 * m] : 0));
+            const double n = l + 1, m2 = (double)m * m;
+            const double next =
+                sqrt((4 * n * n - 1) / (n * n - m2)) *
+                (normal[2] * p -
+                 sqrt((l * (double)l - m2) / fmax(4.0 * l * l - 1, 1)) *
+                     before);
+            before = p;
+            p = next;
+        }
+        const double x = re, scale = sqrt((2 * m + 3) / (2 * m + 2.0));
+        re = scale * (normal[0] * x - normal[1] * im);
+        im = scale * (normal[0] * im + normal[1] * x);
+    }
+    for (int c = 0; c < 3; c++)
+        rgb[c] = fmax(rgb[c], 0);
+}
+
 /* ---- tables ---------------------------------------------------------- */
 
 /* The two texels along an edge of n around x in 0..1, and the share of the
@@ -116,25 +151,4 @@ void ibl_lookup_lobes(const ibl_lobe_table *lobes, int taps, double metallic,
     for (int k = 0; k < 2; k++)
         add_table(lobes->data + 4 * (size_t)layer[k] * (size_t)(n * n), n, 4,
                   n_dot_v, roughness, k ? 1 - metallic : metallic, q);
-}
-
-/* ---- lod ------------------------------------------------------------- */
-
-static double on_curve(const ibl_lod *lod, double r)
-{
-    int k = 1;
-
-    while (k + 1 < lod->count && r > lod->roughness[k])
-        k++;
-    const double *x = lod->roughness + k - 1, *y = lod->lod + k - 1;
-    const double t = x[1] > x[0] ? (r - x[0]) / (x[1] - x[0]) : 1;
-    return y[0] + fmin(fmax(t, 0), 1) * (y[1] - y[0]);
-}
-
-double ibl_lod_of(const ibl_lod *lod, double roughness)
-{
-    if (lod->count == 1)
-        return lod->lod[0];
-    return lod->count ? on_curve(lod, roughness)
-                      : ibl_lod_of_roughness(&lod->layout, roughness);
 }

@@ -31,6 +31,11 @@ void ibl_lookup_cube(const ibl_cube *level, const double dir[3], double rgb[3]);
 void ibl_lookup_chain(const ibl_cube *levels, int count, const double dir[3],
                       double lod, double rgb[3]);
 
+/* Irradiance / pi from the radiance's harmonics, as ibl_bake_sh has them, not
+ * below 0: ibl_irradiance_sh of any degree. normal is a unit vector. */
+void ibl_lookup_sh(const double *sh, int degree, const double normal[3],
+                   double rgb[3]);
+
 /* texture(lut, vec2(n_dot_v, roughness)): bilinear, clamped to the edge. */
 void ibl_lookup_lut(const ibl_lut *lut, double n_dot_v, double roughness,
                     double scale_bias[2]);
@@ -40,18 +45,5 @@ void ibl_lookup_lut(const ibl_lut *lut, double n_dot_v, double roughness,
  * by metallic. */
 void ibl_lookup_lobes(const ibl_lobe_table *lobes, int taps, double metallic,
                       double n_dot_v, double roughness, double q[4]);
-
-enum {
-    IBL_LOD_POINTS = 32
-};
-
-/* The lod of a roughness. */
-typedef struct ibl_lod {
-    int count; /* points of a curve of straight lines; 0: as of layout */
-    double roughness[IBL_LOD_POINTS], lod[IBL_LOD_POINTS]; /* rising */
-    ibl_specular_layout layout;
-} ibl_lod;
-
-double ibl_lod_of(const ibl_lod *lod, double roughness);
 
 #endif

@@ -1,90 +1,106 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What a shader draws with baked files, against the light that the surface
- * reflects.
+ * What a shader draws with baked light, against what the surface reflects.
  *
- * Pairs of a normal and a view are drawn so that normals are uniform over the
- * sphere, N.V has the density 2 N.V (that of the pixels of a sphere) and the
- * view's azimuth is uniform; but half of the reflected directions are within 20
- * degrees of the environment's brightest pixel, a quarter of all within 7 and a
- * tenth within 2.5, and grazing views are as frequent as others. Weights undo
- * that.
+ * A truth is made once for a map: samples, each a normal and a view with a
+ * material, its weight and its exact colour. It then measures any number of
+ * sets in memory along the same samples.
  *
- * With S the shader's colour and T the truth, |.| over R, G and B,
- *     nRMSE = sqrt(sum w |S - T|^2 / sum w |T|^2).
- * From T to S, one exact thing after the other is replaced by that of the
- * shader. A part is the nRMSE of two neighbouring stages:
- *   0  T, the integral of the BRDF
- *   1  the exact lobes that the shader looks up, with the roughness and in the
- *      directions that it takes, and its share of exact irradiance; times
- *      F0 A + B by the exact table
- *   2  the same with the exact lobes of the levels' roughnesses, blended by the
- *      lod
- *   3  lookups in the files
- *   4  S: F0 A + B by the files' table
+ * What is estimated is over normals that are uniform over the sphere, N.V with
+ * the density 2 N.V (that of the pixels of a sphere) and any azimuth of the
+ * view. A third of the samples are drawn so that reflections and N.V are even;
+ * the others so that the half vector of the view and a light of the map lies
+ * near the normal, at distances of every order, and more of them at grazing
+ * angles. Weights undo that.
  */
 #ifndef CLI_RENDERED_H
 #define CLI_RENDERED_H
 
-#include <jansson.h>
-#include <stdio.h>
+#include <ibl/reference.h>
+#include <ibl/set.h>
 
-#include "cli/verify_files.h"
+#include "cli/figures.h"
+#include "cli/lookup.h"
 
-extern const char *const ibl_shader_names[];
+/* What a shader draws with, in the world's axes. Nothing in it is owned. */
+typedef struct ibl_drawn {
+    ibl_shader shader;   /* not AUTO */
+    ibl_set_facts chain; /* levels of GGX, their roughness and lod; levels 0:
+                            there are none, irradiance takes their place */
+    ibl_cube level[IBL_MAX_LEVELS]; /* of one level each */
+    ibl_cube irradiance;            /* one level; data NULL: none */
+    double irradiance_scale;        /* 1: irradiance / pi; pi: irradiance */
+    const double *sh; /* in place of the cube, radiance as in ibl_bake_sh, to
+                         sh_degree; NULL: none */
+    int sh_degree;
+    ibl_lut lut;             /* of IBL_LUT_SPLIT; data NULL: as exact */
+    ibl_lobe_table lobes;    /* of IBL_SHADER_TABLE and TWO_TAPS */
+    const ibl_light *lights; /* that the bake took out of the map */
+    int light_count;
+} ibl_drawn;
 
-typedef enum ibl_part {
-    IBL_PART_VIEW,   /* stage 1 - stage 0 */
-    IBL_PART_LEVELS, /* 2 - 1 */
-    IBL_PART_TEXELS, /* 3 - 2 */
-    IBL_PART_TABLE,  /* 4 - 3 */
-    IBL_PARTS
-} ibl_part;
+/* Sets the levels to those of a chain, whose texels stay where they are. */
+void ibl_drawn_chain(ibl_drawn *set, const ibl_cube *chain,
+                     const ibl_specular_layout *layout);
 
-/* "view", "levels", "texels", "table" */
-extern const char *const ibl_part_names[];
+enum {
+    IBL_RENDERED_LIST = 32,  /* roughnesses, values of F0 */
+    IBL_RENDERED_LEAST = 24, /* directions */
+    IBL_RENDERED_DIRECTIONS = 512
+};
 
-/* 512 directions, roughness .1 .2 .3 .4 .5 .7 .85 1, F0 1 and .04. */
-ibl_rendered_options ibl_rendered_options_default(void);
+/* Of a grid there is a row of samples for each F0 and roughness, all along the
+ * same directions. Of materials there is one row, whose samples have materials
+ * drawn from the weights; they have diffuse light, too. */
+typedef struct ibl_truth_options {
+    int directions, seed;
+    ibl_geometry geometry;
+    const ibl_materials *materials; /* NULL: a grid of: */
+    int roughness_count, f0_count;
+    double roughness[IBL_RENDERED_LIST], f0[IBL_RENDERED_LIST];
+} ibl_truth_options;
 
-typedef struct ibl_rendered_row {
-    double f0, roughness; /* roughness NAN: means over the roughnesses */
-    double nrmse;
-    double median, p95; /* of the relative error, ibl_relative_error */
-    double ratio;       /* of the means of R + G + B over all pairs */
-    double part[IBL_PARTS];
-} ibl_rendered_row;
+/* 512 directions, a grid of roughness .1 .2 .3 .4 .5 .7 .85 1, F0 1 and .04. */
+ibl_truth_options ibl_truth_options_default(void);
 
-typedef struct ibl_rendered {
-    ibl_rendered_options options; /* shader: not AUTO */
-    /* For each F0 its roughnesses, then their mean. */
-    int count;
-    ibl_rendered_row rows[IBL_RENDERED_LIST * (IBL_RENDERED_LIST + 1)];
-} ibl_rendered;
+typedef struct ibl_sample {
+    double normal[3], view[3], mirror[3]; /* mirror: R */
+    double n_dot_v, weight;
+    double roughness, f0, albedo; /* albedo: of diffuse light */
+    double table[2];              /* exact scale and bias of F0 */
+    double truth[3];              /* T: reflected and diffuse */
+} ibl_sample;
 
-/* Judges the specular chain of files. Lights that were taken out of the map are
- * added in stages 1 to 4, by ibl_disc_brdf. False: no memory, or after a
- * message through ctx or console. */
-bool ibl_rendered_judge(const ibl_verify_files *files, ibl_ctx *ctx,
-                        const ibl_judged_map *map,
-                        const ibl_rendered_options *options,
-                        ibl_console *console, ibl_rendered *out);
+typedef struct ibl_truth {
+    ibl_truth_options options; /* materials: NULL */
+    int rows;                  /* by F0, then by roughness; 1 of materials */
+    ibl_sample *sample;        /* [rows][directions] */
+    double mean[3];            /* of the map */
+} ibl_truth;
 
-/* The mean row of an F0, by its index. */
-const ibl_rendered_row *ibl_rendered_mean(const ibl_rendered *rendered, int f0);
-
-/* Whether the mean nRMSE of every F0 is at most `most` (NAN: no limit). If not,
- * writes the reason to why, in one line. */
-bool ibl_rendered_passes(const ibl_rendered *rendered, double most, char *why,
-                         size_t size);
-
-void ibl_rendered_print(const ibl_rendered *rendered, FILE *to);
-json_t *ibl_rendered_json(const ibl_rendered *rendered); /* NULL: no memory */
+/* env is turned by yaw_deg as in a bake. False: no memory, or after a message
+ * through ctx. ibl_truth_free is needed also then. */
+bool ibl_truth_make(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
+                    const ibl_truth_options *options, ibl_truth *out);
+void ibl_truth_free(ibl_truth *t); /* zeroed is allowed */
 
 /*
- * Draws nRMSE and its parts over roughness as a PNG file, a panel for each F0.
- * The caller must free *png. False: no memory.
+ * Measures a set, with S the shader's colour.
+ *   rest    makes the parts: of what lights left of the map, or of the map; or
+ *           NULL
+ *   rows    of the truth, written
+ *   square  w |S - T|^2 of each sample, written; or NULL
+ * From T to S, one exact thing after the other is replaced by that of the
+ * shader. A part is the nRMSE of two neighbouring stages:
+ *           T, the integral of the BRDF
+ *   view    the exact lobes that the shader looks up, with the roughness and in
+ *           the directions that it takes, and its share of exact irradiance;
+ *           times the exact F0 A + B; the exact diffuse light; lights as discs
+ *   set     lookups in the set
+ *   table   S: F0 A + B by the set's table
+ * False: no memory, or after a message.
  */
-bool ibl_rendered_png(const ibl_rendered *rendered, void **png, size_t *size);
+bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
+                 const ibl_reference *rest, ibl_measured *rows, double *square);
 
 #endif
