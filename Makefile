@@ -47,10 +47,11 @@ ZSTD_CFLAGS = $(shell pkg-config --cflags libzstd 2>/dev/null)
 JSON_CFLAGS = $(shell pkg-config --cflags jansson 2>/dev/null)
 IO_LIBS = $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
             sed 's/^/-L/') -lOpenEXRCore \
-          $(shell pkg-config --libs $(DEFLATE) libzstd jansson 2>/dev/null)
+          $(shell pkg-config --libs $(DEFLATE) libzstd jansson libpng zlib \
+              2>/dev/null)
 CLI_CFLAGS = $(shell pkg-config --cflags libpng libjpeg zlib jansson libxxhash \
                libzstd 2>/dev/null)
-CLI_LIBS = $(shell pkg-config --libs libpng libjpeg zlib libxxhash 2>/dev/null)
+CLI_LIBS = $(shell pkg-config --libs libjpeg libxxhash 2>/dev/null)
 HAVE_VIEW := $(shell pkg-config --exists glfw3 gl stb 2>/dev/null && echo yes)
 VIEW_CFLAGS = $(shell pkg-config --cflags glfw3 gl stb libpng jansson 2>/dev/null)
 VIEW_LIBS = $(shell pkg-config --libs glfw3 2>/dev/null)
@@ -86,14 +87,15 @@ ISAS_aarch64 := neon
 ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null))))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
-                      src/io/*.c src/json/*.c)
+                      src/io/*.c src/json/*.c src/engine/*.c src/set/*.c) \
+           src/common/names.c src/common/path.c
 # Each of these is compiled for every instruction set, and for any CPU if it has
 # no plain version beside it: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
 PLAIN_SRC := $(filter-out $(patsubst %.c,%_simd.c, \
                $(shell grep -l ^IBL_KERNEL src/kern/*.c)),$(SIMD_SRC))
 LIB_SRC := $(filter-out %_simd.c,$(LIB_SRC))
-COMMON_SRC := $(wildcard src/common/*.c src/engine/*.c src/scene/*.c)
+COMMON_SRC := $(filter-out $(LIB_SRC),$(wildcard src/common/*.c src/scene/*.c))
 CLI_SRC := $(COMMON_SRC) $(wildcard src/cli/*.c)
 LIB := $(BUILD)/libiblbake.a
 SHARED := $(BUILD)/libiblbake.so
@@ -160,6 +162,7 @@ $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
 $(BUILD)/obj/src/view/write_exr.o: LOCAL = $(VIEW_CFLAGS) $(EXR_CFLAGS)
 $(BUILD)/obj/src/common/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/engine/%.o: LOCAL = $(CLI_CFLAGS) $(DEFLATE_CFLAGS)
+$(BUILD)/obj/src/set/%.o: LOCAL = $(JSON_CFLAGS)
 $(BUILD)/obj/src/scene/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/scene/gltf_packed.o: LOCAL = $(CLI_CFLAGS) \
     -DIBL_SCENE_BRIDGE='"$(LIBDIR)/iblbake/libiblscene.so"'
@@ -304,20 +307,16 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 # Judges, as the program does. The library serves them, too.
 $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
-    faces.o lookup.o rendered.o)
+    faces.o figures.o lookup.o rendered.o)
 
 # The whole command, with other samples.
 $(BUILD)/tests/bench_choice: TEST_LIBS = -Wl,--wrap=ibl_truth_make $(LIB)
 $(BUILD)/tests/bench_choice: $(call obj,$(CLI_SRC)) $(CLI_GEN)
 
 $(BUILD)/tests/check_engine: TEST_LIBS = -Wl,--wrap=realloc $(LIB)
-$(BUILD)/tests/check_engine: $(call obj,$(wildcard src/engine/*.c)) \
-    $(addprefix $(BUILD)/obj/src/common/,path.o names.o)
 
 $(BUILD)/tests/check_scene: TEST_LIBS = $(LIB)
-$(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c)) \
-    $(BUILD)/obj/src/engine/png.o \
-    $(addprefix $(BUILD)/obj/src/common/,path.o names.o)
+$(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c))
 
 # Gives OpenEXRCore its memory.
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read
@@ -365,15 +364,14 @@ FUZZ_OPT := -O1 -gline-tables-only -fno-omit-frame-pointer \
             -fno-sanitize-recover=all \
             -fsanitize=address,undefined,float-cast-overflow
 FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
-                     src/engine/*.c src/scene/*.c) \
+                     src/engine/*.c src/scene/*.c src/set/*.c) \
           $(addprefix src/kern/,astc_hdr_block.c astc_hdr_decode.c \
             astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
             max_finite.c pixel.c rgbe.c) \
-          $(addprefix src/cli/,bake_options.c bench_options.c \
-            common_options.c probe_set.c probes_grid.c probes_index.c \
+          $(addprefix src/cli/,bake_options.c common_options.c probe_set.c probes_grid.c probes_index.c \
             probes_options.c probes_shard.c shell_words.c \
-            targets.c verify.c verify_files.c) \
-          $(addprefix src/view/,harmonics.c options.c probe_set.c set_about.c \
+            targets.c verify.c) \
+          $(addprefix src/view/,harmonics.c options.c probe_set.c \
             set_open.c settings.c)
 FUZZ_WRAP = read pread ibl_print_line
 $(BUILD)/fuzz/fuzz_image: FUZZ_WRAP += ibl_bridge_rows

@@ -20,6 +20,7 @@ for f in "$program" "$turns" "$stb"; do
     [ -x "$f" ] || { echo "$f: not built: make all benches"; exit 1; }
 done
 [ -r "$env" ] || { echo "skipped: $env is not here"; exit 0; }
+command -v node >/dev/null || { echo 'skipped: node is not here'; exit 0; }
 work=$(mktemp -d "${TMPDIR:-/tmp}/iblbake-spectral-XXXXXX")
 trap 'rm -rf "$work"' EXIT
 name=$(basename "$env")
@@ -65,8 +66,9 @@ ratio() {
 
 # Content, level, texels, nRMSE and worst of each level of a bake.
 levels() { # DIR
-    "$program" verify --texels 400 "$env" "$1" |
-        awk '/^darkest/ { exit } NR > 1 { print $1, $2, $5, $6, $9 }'
+    "$program" verify -q --texels 400 "$env" "$1" --json "$work/levels.json"
+    node -p "JSON.parse(fs.readFileSync('$work/levels.json')).levels.map(l =>
+        [l.content, l.level, l.texels, l.nrmse, l.worst].join(' ')).join('\n')"
 }
 largest() { # FILE FIELD: of every level but the environment itself
     awk -v f="$2" '($1 != "specular" || $2 > 0) && $f > most { most = $f }
@@ -143,14 +145,13 @@ ratio "4 times as wide: -j 1 / -j 2; two cores give $two_cores" \
 "$turns" "$rounds" lut "$program" -q -j 1 --only lut -o "$work/o" \
     >"$work/times"
 judge 'table of 256: CPU ms of the whole process' "$(field lut 7)" 10
-table_errors() { # DIR: rms, and what rounding alone leaves
-    "$program" verify --lut "$1/brdf_lut.ktx2" | sed -n \
-        's/.*rms \([^ ]*\) (rounding alone \([^ )]*\)).*/\1 \2/p'
+table_error() { # DIR
+    "$program" verify -q --lut "$1/brdf_lut.ktx2" --json "$work/lut.json"
+    node -p "JSON.parse(fs.readFileSync('$work/lut.json')).lut.nrmse"
 }
 "$program" -q --only lut --pixel rgba32f -o "$work/l32"
-judge 'table of 256, before rounding to RG16F: rms error' \
-    "$(table_errors "$work/l32" | cut -d ' ' -f 1)" \
-    "$(table_errors "$work/o" | cut -d ' ' -f 2)"
+judge 'table of 256, before rounding: rms error, to that of RG16F' \
+    "$(table_error "$work/l32")" "$(table_error "$work/o")"
 
 echo
 stat -c 'bytes of the map: %s' -L "$env"

@@ -15,4 +15,4 @@ echo "== cliffs"
 node tests/bench-cliffs.mjs "$build"
 
 echo '== whole processes: settings, the classic tutorial, cmgen'
-sh tests/bench-peers.sh "$build"
+bash tests/bench-peers.sh "$build"

@@ -473,13 +473,11 @@ test_memory_is_refused() {
       cat lines; } >old.hdr
     refused 1 '*old.hdr: takes 2* MiB of memory, more than the 4096 of *' \
         iblbake old.hdr -o out --preview p.png --max-memory 4G
-    refused 1 '*old.hdr: takes 2???? MiB *, more than the 4096 of --max-*' \
+    refused 1 '*old.hdr: takes 2???? MiB *, more than the 4096 that *' \
         iblbake verify old.hdr lit --max-memory 4G
     iblbake -q sky.hdr -o big --size 512 --skybox 512 --only specular,skybox
-    refused 1 '*big/sky_skybox.ktx2: takes 52 MiB *, more than the 40 of *' \
+    refused 1 '*big: takes 60 MiB *, more than the 40 of *judge fewer files*' \
         iblbake verify sky.hdr big --max-memory 40M
-    refused 1 '*big/sky_specular.ktx2: takes 76 MiB * with what was read before*' \
-        iblbake verify sky.hdr big --max-memory 60M
     refused 1 '*big/sky_skybox.ktx2: takes 17 MiB *, more than the 10 that *' \
         iblbake verify sky.hdr big --max-memory 10M
     # What begins as a map is not read for ever.

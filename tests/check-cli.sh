@@ -568,6 +568,38 @@ for (const o of s.outputs) {
 END
 }
 
+# The tutorial's own figures, and the bytes of its options spelled out; what is
+# typed beside it counts more.
+test_preset() {
+    local few='--samples 4 --irradiance-size 2'
+    iblbake -q env.exr --preset learnopengl $few --lut-samples 2 -o out
+    iblbake -q env.exr $few -o long --method sampled --size 128 --levels 5 \
+        --mapping linear --lod-bias 0 --irradiance-step 0.025 --lut-size 512 \
+        --lut-samples 2 --geometry schlick-ibl --lobe-table no
+    for f in out/*.ktx2; do cmp "$f" "long/${f#*/}"; done
+    iblbake -q env.exr --size 16 --levels 2 --irradiance-step 0.5 --lut-size 4 \
+        --preset learnopengl -o rest
+    js <<'END'
+const of = (dir, content) =>
+    json(dir + '/env.json').outputs.find(o => o.content === content);
+const same = (what, a, b) => String(a) === String(b) ||
+    console.log(`${what}: ${a}, not ${b}`);
+const levels = of('out', 'specular'), rest = of('rest', 'specular');
+same('roughness', levels.levels.map(l => l.roughness), [0, .25, .5, .75, 1]);
+same('size', levels.width, 128);
+same('given samples', levels.levels[1].samples, 4);
+same('samples', rest.levels[1].samples, 1024);
+same('levels', rest.levels.length, 2);
+same('mips', [levels.pdf_mip, levels.lod_bias], [true, 0]);
+same('step', of('out', 'irradiance').step_rad, .025);
+same('irradiance', of('rest', 'irradiance').width, 32);
+const table = of('out', 'brdf_lut');
+same('table', [table.width, table.geometry], [512, 'schlick-ibl']);
+same('table samples', of('rest', 'brdf_lut').samples, 1024);
+same('lobe table', of('out', 'lobe_lut'), undefined);
+END
+}
+
 # Names that are no text are told so that their bytes can be found out.
 test_sidecar_names() {
     local odd

@@ -6,7 +6,7 @@
 # names, and with names of any bytes. BUILD names the build.
 set -u
 . tests/lib.sh
-slow='bench|verify|map|saved|small_disk'
+slow='verify|map|saved|small_disk'
 use iblbake
 ! [ -x "$build/iblview" ] || ln -s "$build/iblview" "$work/bin"
 [ $sanitized = no ] || skip_all 'a sanitizer replaces the same calls'
@@ -111,14 +111,6 @@ test_verify() {
     # shellcheck disable=SC2086
     iblbake a.exr $small -o o
     faults 397 -k memory -k read -k write -- iblbake verify -q -j 1 a.exr o --texels 24 --json v.json
-}
-
-# What it measures differs from run to run.
-test_bench() {
-    begin
-    faults 999 -q -1 -k memory -- iblbake bench -q a.exr --sizes 4 \
-        --methods spectral --threads 1 --isa c --source-sizes none \
-        --rounds 1 --texels 24
 }
 
 # Not in OpenGL, whose own failures are not ours.

@@ -63,7 +63,7 @@ fi
 export PKG_CONFIG_PATH=$prefix/lib/pkgconfig
 cat >"$work/use.c" <<'C'
 #include <ibl/ibl.h>
-#include <ibl/io.h>
+#include <ibl/set.h>
 #include <stdio.h>
 #include <string.h>
 #if IBL_VERSION_NUMBER < 200
@@ -74,12 +74,16 @@ int main(int argc, char **argv)
     ibl_ctx *ctx;
     ibl_image env;
     double sh[27];
-    if (argc != 2 || strcmp(ibl_version(), IBL_VERSION) ||
+    ibl_set set;
+    if (argc != 3 || strcmp(ibl_version(), IBL_VERSION) ||
         ibl_ctx_create(NULL, &ctx))
         return 1;
     if (ibl_image_read(ctx, argv[1], NULL, &env, NULL) ||
         ibl_bake_sh(ctx, &env, 2, 0, sh))
         return 1;
+    if (ibl_set_open(ctx, argv[2], NULL, &set) || set.sh_degree != 2)
+        return 1;
+    ibl_set_free(&set);
     printf("%g\n", sh[0]);
     ibl_image_free(&env);
     ibl_ctx_free(ctx);
@@ -92,7 +96,7 @@ uses() {
     local found
     found=$(ldd "$2" 2>&1 | sed -n 's/.*\(libiblbake\.so\.[0-9]*\) => \/.*/\1/p')
     [ "${found:-none}" = "$3" ] || verdict "$1-library" "$found, not $3"
-    ok "$1-runs" "$2" data/sky.exr
+    ok "$1-runs" "$2" data/sky.exr "$work/out/sky.json"
 }
 # pkg-config's words are for a shell.
 flags() { pkg-config "$@" iblbake; }
@@ -105,7 +109,7 @@ for c in cc:c c++:cpp; do
         $(flags --static --cflags --libs | sed 's/-liblbake/-l:libiblbake.a/')"
     uses "${c#*:}-static" "$work/use" none
 done
-ok c-bridge "$work/use" data/studio.exr
+ok c-bridge "$work/use" data/studio.exr "$work/out/studio.json"
 mkdir "$work/cmake"
 cat >"$work/cmake/CMakeLists.txt" <<'CMAKE'
 cmake_minimum_required(VERSION 3.18)

@@ -5,8 +5,8 @@
 # programs, and on nonsense. BUILD names the build.
 set -u
 . tests/lib.sh
-slow='lobes|every_thread|damage_is|figures_of|containers_and|tenth|heatmap|in_spite|rendered_at'
-repeats='thread|tenth|damage_is|figures_of|estimates|rendered_best|rendered_bound'
+slow='lobes|every_thread|damage_is|figures_of|containers_and|heatmap|in_spite|rendered_at'
+repeats='thread|damage_is|figures_of|estimates|rendered_bound'
 need node
 use iblbake
 cp tests/cli/damage.mjs "$work/bin"
@@ -50,7 +50,7 @@ test_own_bakes_pass() {
     iblbake -q $small env.exr -o out --name other
     MAX=0.003 accept --name other env.exr out
     rm out/env*
-    wrong 1 '*: out: has no env_specular*--name*' env.exr out
+    wrong 1 '*: out: has no env_specular*another name*' env.exr out
 }
 
 # A cube in the axes of the bake is not copied: 14 MB of texels and 42 MB of
@@ -75,8 +75,7 @@ test_layouts() {
         done
         grep -q "\"layout\": \"$layout\"" ktx2/env.json || echo "no layout"
         MAX=3e-3 refuse --rotate 60 env.exr ktx2
-        iblbake verify -q --rendered --roughness 0.5 --directions 24 env.exr \
-            ktx2 || echo "not rendered"
+        iblbake verify -q --rendered --directions 24 env.exr ktx2 || echo "not rendered"
         iblbake -q $small --layout $layout --verify --max-error 3e-3 env.exr \
             -o again || echo "not verified"
     done
@@ -105,7 +104,7 @@ test_axes() {
     MAX=2e-3 accept env.exr --specular dds/env_specular.dds --axes -x,-z,y
     MAX=0.1 refuse env.exr --specular dds/env_specular.dds
     sed -i 's/"mirror": "x"/"mirror": "q"/' dds/env.json
-    wrong 1 '*its mirror is q, which is not known*' env.exr dds
+    wrong 1 '*its mirror is "q", which is none of*' env.exr dds
 }
 
 # All levels of Babylon's, whose lod is a formula of the size.
@@ -117,11 +116,8 @@ test_babylon() {
     [ $sanitized = no ] || return 0
     rm out/env.json
     iblbake verify env.exr out --rendered --directions 48 --shader split \
-        --lod babylon --roughness-map babylon --json named >/dev/null
+        --roughness-map babylon --json named >/dev/null
     diff <(grep nrmse told) <(grep nrmse named)
-    iblbake verify env.exr out --rendered --directions 48 --shader split \
-        --lod linear --json other >/dev/null
-    ! diff -q <(grep nrmse told) <(grep nrmse other) >/dev/null || echo linear
 }
 
 # What engines' own files give back, as the sidecar or their keys tell of it.
@@ -194,8 +190,7 @@ test_containers_and_pixels() {
     done
 }
 
-# Blocks of texels lose some percent, which the sidecar says; without it nothing
-# tells that loss from other errors.
+# Blocks of texels lose some percent.
 test_blocks() {
     local format pixel
     for format in ktx2 ktx dds; do
@@ -207,13 +202,6 @@ test_blocks() {
             MAX=0.15 accept env.exr out
             MAX=1e-4 refuse env.exr out
             grep -q '"quality": "normal"' out/env.json || echo "$pixel: quality"
-            iblbake verify env.exr out --texels 24 >table
-            grep -q ' -$' table && echo "$pixel: not told"
-            rm out/env.json
-            iblbake verify env.exr out --texels 24 >table
-            [ "$(grep -c ' -$' table)" = 7 ] || cat table
-            iblbake verify env.exr out --texels 24 --json - |
-                grep -q '"rounding_share": null' || echo "$pixel: in JSON"
             mv out "$format-$pixel"
         done
     done
@@ -279,7 +267,7 @@ test_lobes() {
     iblbake -q $levels $exact $alone env.exr -o out
     sed 's/"lobe": "ggx"/"lobe": "beckmann"/' out/env.json >json
     mv json out/env.json
-    wrong 1 '*: of a lobe beckmann, *--lobe' env.exr out
+    wrong 1 '*lobe is "beckmann", which is none of*' env.exr out
     MAX=0.003 accept env.exr out --lobe ggx
 }
 
@@ -339,7 +327,7 @@ test_damage_is_found() {
     # Whatever the bound.
     damage out/env_specular.dds nan s.dds
     MAX=1000 refuse env.exr out --specular s.dds
-    grep -q 'level 2 of specular has 1 texel' err || cat err
+    grep -q 'specular 2 has 1 texels of NaN' err || cat err
     iblbake -q $floats env.exr -o out --mapping filament
     rm out/env.json
     MAX=0.003 refuse env.exr out
@@ -355,7 +343,7 @@ test_figures() {
     # Estimates: an eighth of 0.245.
     iblbake verify one.hdr --specular s.dds --json some.json >table
     js <<'END'
-for (const [file, slack] of [['all.json', 0.001], ['some.json', 0.03]]) {
+for (const [file, slack] of [['all.json', 0.001], ['some.json', 0.04]]) {
     const levels = json(file).levels;
     near('levels', levels.length, 3, 0);
     for (const l of levels) {
@@ -363,17 +351,18 @@ for (const [file, slack] of [['all.json', 0.001], ['some.json', 0.03]]) {
         near('median', l.median, 0, 1e-4);
         near('p95', l.p95, 0.6, 1e-3);
         near('worst', l.worst, 0.6, 1e-3);
-        near('bias', l.bias, 0.1, 1e-3);
+        near('bias', l.bias, 0.1, slack);
         near('nonfinite', l.nonfinite, 0, 0);
-        const [x, y, z] = l.worst_direction;
+        const [x, y, z] = l.worst_at;
+        if (file === 'all.json' && l.standard_error.nrmse > 0)
+            console.log('no matter of chance');
         if (!(x > Math.abs(y) - 1e-3 && x > Math.abs(z) - 1e-3))
             console.log(`worst towards ${x} ${y} ${z}`);
     }
 }
 END
-    awk 'NR > 1 && NR < 5 && (NF != 16 || $6 < 0.2 || $6 > 0.3)' table
-    awk 'NR > 5 && NF != 6' table
-    [ "$(wc -l <table)" = 8 ] || cat table
+    awk 'NR > 1 && NF != 14' table
+    [ "$(wc -l <table)" = 4 ] || cat table
 }
 
 # With half of +X wrong, a twelfth of all, above which there are 5 % but not 10.
@@ -390,68 +379,31 @@ for (const l of json('all.json').levels) {
 END
 }
 
-# A colour that blue of r11g11b10f misses by 1 of 129, with +X's red off by 2 of
-# 130: rounding has 1 of the 1 + 4 / 6 parts of the squared error.
-test_rounding() {
-    map_of 128 '\202\202\201\201' >off.hdr
-    iblbake -q --only specular --size 8 --levels 1 --pixel r11g11b10f \
-        --format dds off.hdr -o out
-    js <<'END'
-const b = fs.readFileSync('out/off_specular.dds');
-for (let i = 0; i < 64; i++)
-    b.writeUInt32LE(b.readUInt32LE(148 + 4 * i) + 1, 148 + 4 * i);
-fs.writeFileSync('s.dds', b);
-END
-    iblbake verify off.hdr --specular s.dds --all --json v.json >table
-    js <<'END'
-const [l] = json('v.json').levels;
-const light = Math.sqrt(2 * 130 ** 2 + 129 ** 2);
-const is = (what, want) => near(what, l[what], want, 1e-3 * want);
-is('nrmse', Math.sqrt(1 + 4 / 6) / light);
-is('rounding_nrmse', 1 / light);
-is('rounding_share', 0.6);
-is('median', 1 / light);
-is('worst', Math.sqrt(5) / light);
-END
-    sed -n 2p table | grep -q ' 60.0 %$' || cat table
-}
-
-# A table whose first row, the smoothest, is off by 0.1: an error that every row
-# but this one is without, whatever rows were chosen. Of halves the rounding is
-# that of each value to 11 binary digits.
+# A table whose first row, the smoothest, is off by 0.1: all texels tell it
+# exactly, some within four standard errors.
 test_figures_of_tables() {
     iblbake -q --only lut --lut-size 24 --format dds --pixel rgba32f -o out
     js <<'END'
 const b = fs.readFileSync('out/brdf_lut.dds'), n = 24;
-let off = 0;
-for (let i = 0; i < 2 * n * n; i++) {
-    const x = b.readFloatLE(148 + 4 * i);
-    const step = 2 ** (Math.max(Math.floor(Math.log2(x)), -14) - 10);
-    off += (Math.round(x / step) * step - x) ** 2;
-}
 for (let x = 0; x < n; x++)
     b.writeFloatLE(b.readFloatLE(148 + 8 * x) + 0.1, 148 + 8 * x);
 fs.writeFileSync('lut.dds', b);
-fs.writeFileSync('rounding', String(Math.sqrt(off / (2 * n * n))));
 END
     iblbake verify --lut lut.dds --json some.json >table
-    iblbake -q --only lut --lut-size 24 -o half
-    iblbake verify -q --lut half/brdf_lut.ktx2 --all --json half.json
+    iblbake verify -q --lut lut.dds --all --json all.json
     js <<'END'
-const some = json('some.json').lut, half = json('half.json').lut;
-near('max', some.max, 0.1, 1e-4);
-near('r', some.worst_roughness, 0.5 / 24, 2e-5);
-near('rms', some.rms, 0.1 * Math.sqrt(1 / 48), 1e-5);
-const rounding = json('rounding');
-near('rounding', half.rounding_rms, rounding, 0.01 * rounding);
-near('rms of halves', half.rms, half.rounding_rms, 0.01 * rounding);
-if (!(some.texels < 200 && half.texels === 576)) console.log(some, half);
+const some = json('some.json').lut, all = json('all.json').lut;
+const rms = 0.1 * Math.sqrt(1 / 48);
+near('worst', some.worst, 0.1, 1e-4);
+near('r', some.worst_at[1], 0.5 / 24, 2e-5);
+near('rms', all.nrmse, rms, 1e-5);
+near('estimate', some.nrmse, rms, 4 * some.standard_error.nrmse);
+if (!(some.texels === 256 && all.texels === 576)) console.log(some, all);
 END
     MAX=0.05 refuse --lut lut.dds
 }
 
-# A sun of 2^20 on 1, a pixel to a texel, is more than half floats hold: that is
-# all that is wrong, wherever its light went, and is not called rounding. Spread
+# A sun of 2^20 on 1, a pixel to a texel, is more than half floats hold. Spread
 # it is all there.
 test_overflow() {
     local how
@@ -460,10 +412,11 @@ test_overflow() {
     for how in spread clip; do
         iblbake -q sun.hdr --only specular --size 4 --overflow $how -o $how
         iblbake verify sun.hdr $how --json $how.json >table
-        grep -q '^specular *0 light above 65504, the most that rgba16f holds' \
-            table || cat table
+        grep -q 'has light above 65504, the most that rgba16f holds' table ||
+            cat table
         MAX=0.5 refuse sun.hdr $how
-        grep -q 'its pixel cannot hold: use --pixel rgba32f' err || cat err
+        grep -q 'more light than its pixel can hold: use --pixel rgba32f' err ||
+            cat err
     done
     iblbake -q sun.hdr --only specular --size 4 --pixel rgba32f -o full
     iblbake verify sun.hdr full --json full.json >table
@@ -471,129 +424,91 @@ test_overflow() {
     js <<'END'
 const level = how => json(how + '.json').levels[0];
 const [spread, clip, full] = ['spread', 'clip', 'full'].map(level);
-for (const l of [spread, clip])
-    if (!(l.nrmse > 0.5 && l.overflow_share > 0.999 &&
-        l.rounding_share < 1e-6 && Math.abs(l.overflow_nrmse - l.nrmse) < 1e-3))
-        console.log(JSON.stringify(l));
-if (!(Math.abs(spread.bias) < 1e-4 && clip.bias < -0.5))
+if (!(spread.nrmse > 0.5 && clip.nrmse > 0.5 && full.nrmse < 1e-5))
+    console.log(spread, clip, full);
+if (!(Math.abs(spread.bias) < 0.1 && clip.bias < -0.5))
     console.log(`bias ${spread.bias}, ${clip.bias}`);
-if (!(full.overflow_nrmse === 0 && full.nrmse < 1e-5))
-    console.log(JSON.stringify(full));
 END
 }
 
-# A map that darkens downwards: the darkest tenth lies in the disk of -Y, which
-# is a sixth of pi / 4 of the texels. That face 60 % too bright is an error of
-# 0.6 at all of them, any other face none; the sampled method's own is 1e-2.
-test_darkest_tenth() {
-    local m rows=()
-    for m in 360 322 264 226 170 132 74 36; do
-        rows+=(16 "\\$m\\$m\\$m\\201")
-    done
-    map_of "${rows[@]}" >down.hdr
-    iblbake -q $floats down.hdr -o out
-    damage out/down_specular.dds times=1.6@3 low.dds
-    damage out/down_specular.dds times=1.6@2 high.dds
-    damage out/down_specular.dds times=1.6@3/3 some.dds
-    for m in low high some; do
-        iblbake verify -q down.hdr --specular $m.dds --all --json $m.json
-    done
-    js <<'END'
-for (const [name, median, p95] of
-    [['low', 0.6, 0.6], ['some', 0, 0.6], ['high', 0, 0]])
-    for (const l of json(name + '.json').levels) {
-        const dark = l.darkest_tenth;
-        const share = dark.texels / l.texels;
-        if (!(share >= 0.1 && share < 0.12)) console.log(`share ${share}`);
-        near(name + ' median', dark.median, median, 0.02);
-        near(name + ' p95', dark.p95, p95, 0.02);
-        near(name + ' worst', dark.worst, p95, 0.02);
-        near(name + ' worst of all', l.worst, 0.6, 0.02);
-    }
-END
-    iblbake verify down.hdr --specular high.dds >table
-    awk '/^darkest/ { on = 1; next } on && $4 > 0.02' table
-    iblbake -q $floats down.hdr -o out --verify
-    grep -q darkest_tenth out/down.json || echo 'not in the sidecar'
-}
-
-# Whatever texels are chosen, those where the sun is are among them.
+# Whatever texels are chosen, that where the sun is is among them.
 test_lights_are_judged() {
-    iblbake -q $levels $exact --size 16 env.hdr --only specular,json --rotate 60 -o out
-    damage out/env_specular.dds peak=1.5 s.dds
-    iblbake verify env.hdr out --specular s.dds --texels 24 --json v.json >table
-    js <<'END'
+    local seed
+    mkenv hdr 128 64 >sunny.hdr
+    iblbake -q $levels $exact sunny.hdr --only specular,json --rotate 60 -o out
+    damage out/sunny_specular.dds peak=1.5 s.dds
+    for seed in 1 2 3; do
+        iblbake verify sunny.hdr out --specular s.dds --texels 24 --seed $seed \
+            --json v.json >table
+        js <<'END'
 for (const l of json('v.json').levels) near('worst', l.worst, 0.4, 0.1);
 END
+    done
 }
 
-# The chosen texels tell of all of them.
+# The chosen texels tell of all of them, as well as their standard errors say.
 test_estimates() {
-    mkenv hdr 32 16 >env.hdr
-    iblbake -q $small --size 16 env.hdr -o out --method sampled --samples 64
-    iblbake verify env.hdr out --json some.json --texels 200 -q
+    local seed
+    mkenv hdr 64 32 >env.hdr
+    iblbake -q $small --size 64 env.hdr -o out --method sampled --samples 64
     iblbake verify env.hdr out --json all.json --all -q
+    for seed in 1 2 3 4 5; do
+        iblbake verify env.hdr out --json $seed.json --seed $seed -q
+    done
     js <<'END'
-const some = json('some.json').levels, all = json('all.json').levels;
-all.forEach((a, i) => {
-    for (const what of ['nrmse', 'median', 'p95']) {
-        const ratio = some[i][what] / a[what];
-        if (!(ratio > 0.6 && ratio < 1.7))
-            console.log(`${a.content} ${a.level}: ${what} ${some[i][what]}, ` +
-                `of all ${a[what]}`);
-    }
-    if (!(some[i].worst <= a.worst && some[i].texels <= a.texels))
-        console.log('more than all');
-    if (some[i].bias !== a.bias) console.log('bias is of all texels');
-});
+const all = json('all.json').levels;
+let within = 0, count = 0;
+for (const seed of [1, 2, 3, 4, 5])
+    json(seed + '.json').levels.forEach((l, i) => {
+        for (const what of ['nrmse', 'median', 'p95', 'bias']) {
+            const off = Math.abs(l[what] - all[i][what]);
+            const error = l.standard_error[what] + 1e-6;
+            count++;
+            within += off <= 2 * error;
+            if (off > 4.5 * error && what !== 'p95')
+                console.log(`${l.content} ${l.level}, seed ${seed}: ${what} ` +
+                    `${l[what]} +- ${error}, of all ${all[i][what]}`);
+        }
+        if (l.worst > all[i].worst || l.texels > all[i].texels)
+            console.log('more than all');
+    });
+if (within < 0.85 * count) console.log(`${within} of ${count}`);
 END
+}
+
+# Harmonics are found in the sidecar, in other axes, too: theirs is the error of
+# their degree; coefficients that are wrong are found.
+test_harmonics() {
+    mkenv hdr 64 32 >env.hdr
+    iblbake -q $small env.hdr --mirror x --up z --rotate 20 -o out
+    iblbake verify env.hdr out --json v.json >table
+    MAX=0.02 accept env.hdr out
+    js <<'END'
+const h = json('v.json').harmonics;
+near('coefficients', h.coefficients, 0, 1e-6);
+if (!(h.nrmse > 0.01 && h.nrmse < 0.3 && h.level === 2)) console.log(h);
+const s = json('out/env.json');
+s.sh.radiance[2][1] *= 1.1;
+fs.writeFileSync('out/env.json', JSON.stringify(s));
+END
+    MAX=0.01 refuse env.hdr out
+    grep -q 'harmonics' err || cat err
 }
 
 # ---- files of other programs -------------------------------------------
 
 # cmgen's faces look along axes that are ours by (x, y, z) = (-z, y, x).
-# RGBE cuts values to 8 bits: 2e-3.
-test_six_images() {
-    iblbake -q $floats env.exr -o out --rotate cmgen --mapping filament
-    damage out/env_specular.dds images m%l_%f.hdr
-    damage out/env_irradiance.dds images i_%f.hdr
-    MAX=0.005 accept env.exr --specular m%l_%f.hdr --irradiance i_%f.hdr \
-        --rotate cmgen --roughness-map filament
-    MAX=0.005 accept env.exr --specular m%l_%f.hdr --irradiance i_%f.hdr \
-        --axes -z,y,x --roughness-map filament
-    MAX=0.02 refuse env.exr --specular m%l_%f.hdr --roughness-map filament
-    MAX=0.02 refuse env.exr --specular m%l_%f.hdr --rotate cmgen
-    for f in px:right nx:left py:up ny:down pz:front nz:back; do
-        mv "m1_${f%:*}.hdr" "only_${f#*:}.hdr"
-    done
-    MAX=0.005 accept env.exr --specular only_%f.hdr --rotate cmgen \
-        --face-names right,left,up,down,front,back --roughness-map 0.29289322
-    wrong 1 '*only_px.hdr*' env.exr --specular only_%f.hdr
-    rm m2_py.hdr
-    mv only_right.hdr m1_px.hdr
-    wrong 1 '*m1_nx.hdr*' env.exr --specular m%l_%f.hdr
-    wrong 1 '*m%l.hdr: has %l but no %f*' env.exr --specular m%l.hdr
-    cp m0_px.hdr only_left.hdr
-    wrong 1 '*only_left.hdr: 32 pixels wide*' env.exr \
-        --specular only_%f.hdr --face-names up,left,up,down,front,back
+test_axes_of_cmgen() {
+    iblbake -q $floats env.exr -o out --rotate cmgen
+    MAX=0.003 accept env.exr --specular out/env_specular.dds --axes -z,y,x
+    MAX=0.02 refuse env.exr --specular out/env_specular.dds
 }
 
-# Of a chain the first level is the irradiance; of pictures one texel is none.
+# Of a chain the first level is the irradiance.
 test_other_irradiance() {
-    local face
     iblbake -q $small env.exr -o out
     iblbake verify env.exr --irradiance out/env_specular.ktx2 --json - >v.json
     [ "$(grep -c '"content"' v.json)" = 1 ] || cat v.json
-    for face in px nx py ny pz nz; do
-        mkenv exr 8 8 BGR >i_$face.exr
-    done
-    js <<'END'
-const b = fs.readFileSync('i_ny.exr');
-b.writeFloatLE(NaN, b.length - 4);
-fs.writeFileSync('i_ny.exr', b);
-END
-    MAX=1000 refuse env.exr --irradiance i_%f.exr
-    grep -q 'level 0 of irradiance has 1 texel' err || cat err
 }
 
 # ---- nonsense ----------------------------------------------------------
@@ -606,7 +521,6 @@ test_misuse() {
     wrong 2 '*--axes x,y,x: not a value*' env.exr out --axes x,y,x
     wrong 2 '*--roughness-map 0,2: not a value*' env.exr out \
         --roughness-map 0,2
-    wrong 2 '*--face-names a,b: not a value*' env.exr out --face-names a,b
     wrong 2 '*--heatmap h.jpg: pictures are PNG*.png' env.exr out \
         --heatmap h.jpg
     wrong 2 '*did you mean --heatmap?' env.exr out --heetmap p.png
@@ -638,8 +552,8 @@ test_options_without_files() {
 }
 
 test_malformed() {
-    wrong 1 '*gone: No such file*' env.exr gone
-    wrong 1 '*env.exr: not a directory: *environment first*' env.exr env.exr
+    wrong 1 '*gone: *No such file*' env.exr gone
+    wrong 1 '*env.exr: not a texture*' env.exr env.exr
     mkdir empty
     wrong 1 '*empty: has no env_specular*' env.exr empty
     iblbake -q $small env.exr -o out
@@ -647,12 +561,12 @@ test_malformed() {
     cp out/env_specular.ktx2 out/env_specular.dds
     cp out/env.json .
     rm out/env.json
-    wrong 1 '*is there, too: name the one to judge with --specular' env.exr out
+    wrong 1 '*is there, too: name the one*' env.exr out
     rm out/env_specular.dds
-    wrong 1 '*has 3 levels, but --roughness-map lists 2' env.exr out \
+    wrong 1 '*has 3 levels, and the roughness of 2*' env.exr out \
         --roughness-map 0,1
     echo '{"outputs": [' >out/env.json
-    wrong 1 '*out/env.json:2:0: no JSON: *bake again*' env.exr out
+    wrong 1 '*out/env.json:2:0: no JSON: *bake the set again*' env.exr out
     ln -sf /dev/null out/env.json
     wrong 1 '*out/env.json: is no file*' env.exr out
     rm out/env.json
@@ -661,8 +575,8 @@ test_malformed() {
     cp env.json out
     rm out/env_specular.ktx2
     wrong 1 '*env_specular.ktx2*names it*' env.exr out
-    wrong 1 '*a flat texture*' env.exr --specular out/brdf_lut.ktx2
-    wrong 1 '*no table of --lut-kind split: it must*' --lut out/env_irradiance.ktx2
+    wrong 1 '*flat texture*' env.exr --specular out/brdf_lut.ktx2
+    wrong 1 '*where a BRDF table * is wanted*' --lut out/env_irradiance.ktx2
     iblbake -q $small env.exr -o dds --format dds
     for name in env_irradiance brdf_lut; do # two layers of the same
         {
@@ -672,9 +586,9 @@ test_malformed() {
             tail -c +149 "dds/$name.dds"
         } >"array_$name.dds"
     done
-    wrong 1 '*array_env_irradiance.dds: an array of 2 layers*' env.exr \
+    wrong 1 '*array_env_irradiance.dds: *2 layers*' env.exr \
         --irradiance array_env_irradiance.dds
-    wrong 1 '*array_brdf_lut.dds: an array of 2 layers*' \
+    wrong 1 '*array_brdf_lut.dds: *2 layers*' \
         --lut array_brdf_lut.dds
     head -c 300 out/env_irradiance.ktx2 >cut.ktx2
     wrong 1 '*cut.ktx2*' env.exr --irradiance cut.ktx2
@@ -691,13 +605,12 @@ test_levels_that_disagree() {
     cp out/env_specular.ktx own.ktx
     sed 's/\x000,0.5,1\x00/\x000,0,1,1\x00/' own.ktx >out/env_specular.ktx
     cmp -s own.ktx out/env_specular.ktx && echo 'the key was not found'
-    wrong 1 '*out/env_specular.ktx: has 3 levels, but its key iblbake.roughness lists the roughness of 4: bake it again, *--roughness-map' \
-        env.exr out
-    wrong 1 '*has 3 levels, but its key*' env.exr \
+    wrong 1 '*has 3 levels, and the roughness of 4: bake it again*' env.exr out
+    wrong 1 '*has 3 levels, and the roughness of 4*' env.exr \
         --specular out/env_specular.ktx
     MAX=0.003 accept env.exr out --roughness-map linear
     sed 's/\x000,0.5,1\x00/\x000;0.5,1\x00/' own.ktx >out/env_specular.ktx
-    wrong 1 '*its key iblbake.roughness lists no roughness*' env.exr out
+    wrong 1 '*its list of the roughness of levels is damaged*' env.exr out
     rm -r out
     iblbake -q $floats env.exr -o out
     cp out/env.json own.json
@@ -706,8 +619,7 @@ test_levels_that_disagree() {
         node -e "const s = JSON.parse(require('fs').readFileSync('own.json'));
             s.outputs[0].levels.$change;
             console.log(JSON.stringify(s))" >out/env.json
-        wrong 1 '*out/env_specular.dds: *out/env.json lists *--roughness-map' \
-            env.exr out
+        wrong 1 '*out/env*: has *bake * again*' env.exr out
     done
     MAX=0.003 accept env.exr out --roughness-map 0,0.5,1
 }
@@ -718,11 +630,6 @@ test_rotations_that_disagree() {
     wrong 1 '*another file with*judge one at a time' env.exr \
         --specular out/env_specular.ktx2 \
         --irradiance turned/env_irradiance.ktx2
-    iblbake verify env.exr out --rotate 90 2>err >table
-    grep -q 'warning: .*says --rotate 0, but is judged by --rotate 90' err ||
-        cat err
-    iblbake verify env.exr turned --rotate 90 2>err >table
-    [ ! -s err ] || cat err
 }
 
 # Files say how many lights were taken out of what they are made from, by keys
@@ -742,10 +649,10 @@ test_lights() {
             --specular out/sunny_specular.$format --roughness-map linear
     done
     sed -i 's/"radius_rad"/"radius"/' out/sunny.json
-    wrong 1 '*sunny.json: its lights are damaged: bake again*' sunny.hdr out
+    wrong 1 '*sunny.json: its lights are damaged*' sunny.hdr out
     iblbake -q $small sunny.hdr -o lit
     iblbake -q $small sunny.hdr -o dark --sun
-    wrong 1 '*baked with 1 lights taken out, another file with 0: judge one*' \
+    wrong 1 '*baked with * lights taken out, another file with * 1: judge one*' \
         sunny.hdr --specular lit/sunny_specular.ktx2 \
         --irradiance dark/sunny_irradiance.ktx2
 }
@@ -794,13 +701,13 @@ test_bake_and_verify() {
     iblbake $small env.exr -o out --rotate 40 --mapping filament \
         --geometry schlick-ibl --verify >table 2>err || echo "status $?"
     [ ! -s err ] || cat err
-    # The same as verify says of the files.
-    iblbake verify env.exr out | cmp - table
+    # The same as verify says of the files, and of the sidecar's harmonics.
+    iblbake verify env.exr out | grep -v '^harmonics\|^  of degree' | cmp - table
     js <<'END'
 const v = json('out/env.json').verify;
 const got = v.levels.map(l => l.content + l.level).join();
 if (got !== 'specular0,specular1,specular2,irradiance0') console.log(got);
-if (!(v.levels[1].nrmse < 0.003 && v.lut.max < 0.0003)) console.log(v);
+if (!(v.levels[1].nrmse < 0.003 && v.lut.worst < 0.0003)) console.log(v);
 END
     iblbake -q $small env.exr -o out2 --max-error 0.003 || echo "status $?"
     grep -q '"verify"' out2/env.json || echo 'nothing in the sidecar'
@@ -814,7 +721,7 @@ test_bake_above_the_bound_leaves_nothing() {
 
 # ---- what is rendered --------------------------------------------------
 
-few='--rendered --directions 48 --roughness 0.4,1'
+few='--rendered --directions 48'
 
 # On a constant map only the table is wrong, by its roundings at most.
 test_rendered() {
@@ -824,18 +731,18 @@ test_rendered() {
         iblbake verify $few --shader $shader one.hdr out --json v.json >table
         js $shader <<'END'
 const { shader, rows, means } = json('v.json').rendered;
-near('rows', rows.length, 4, 0);
+near('rows', rows.length, 16, 0);
 near('means', means.length, 2, 0);
 if (shader !== process.argv[2]) console.log(shader);
 for (const row of [...rows, ...means]) {
     near('nrmse', row.nrmse, 0, 0.03);
-    near('ratio', row.ratio, 1, 0.03);
+    near('bias', row.bias, 0, 0.03);
     near('view', row.view, 0, 1e-3);
     near('set', row.set, 0, 1e-3);
     if (!(row.standard_error.nrmse < 0.01)) console.log(row.standard_error);
 }
 END
-        [ "$(wc -l <table)" = 8 ] || cat table
+        [ "$(wc -l <table)" = 20 ] || cat table
     done
     sed -n 1p table | grep -q 'by two-taps: 48 directions' || cat table
     iblbake verify $few one.hdr out | grep -q 'by table:' || echo 'no table'
@@ -873,50 +780,6 @@ test_rendered_bound() {
     grep -q '"passed": false' v.json || cat v.json
 }
 
-# A sidecar, a mapping, a list and a curve that say the same; and a wrong one.
-test_rendered_lod() {
-    local given
-    iblbake -q $floats --mapping filament --levels 2 --lobe-table no env.exr -o out
-    iblbake verify $few env.exr out >sidecar
-    mv out/env.json .
-    for given in '--roughness-map filament' \
-        '--roughness-map 0,1 --lod filament' \
-        '--roughness-map 0,1 --lod 0:0,0.4:0.64,1:1'; do
-        # shellcheck disable=SC2086
-        iblbake verify $few $given env.exr out | diff sidecar - ||
-            echo "$given"
-    done
-    iblbake verify $few --roughness-map 0,1 env.exr out | cmp -s sidecar - &&
-        echo 'straight lines between levels are the same'
-    return 0
-}
-
-# Fitted levels, by their keys and by the sidecar: straight lines without the
-# table.
-test_rendered_best() {
-    local r
-    mkenv hdr 64 32 >env.hdr
-    iblbake -q --pixel rgba32f --rendered-error .9 --size 64 --levels 4 \
-        --irradiance-size 4 --format ktx2 env.hdr -o out >choice
-    grep -q '"mapping": "best"' out/env.json || echo 'no levels of its own'
-    MAX=0.003 accept env.hdr out
-    iblbake verify $few env.hdr out --shader table >table
-    iblbake verify $few env.hdr out --shader split >split
-    r=$(js <<'END'
-console.log(json('out/env.json').outputs.find(o => o.content === 'specular')
-    .levels.map(l => l.roughness).join());
-END
-    )
-    iblbake verify $few env.hdr out --shader split --roughness-map "$r" |
-        diff split -
-    mv out/env.json .
-    iblbake verify $few env.hdr out --shader table | diff table -
-    iblbake verify $few env.hdr out --shader split | diff split -
-    cmp -s table split && echo 'the table is as straight lines'
-    wrong 2 '*it takes*' --roughness-map best env.hdr out
-    wrong 2 '*it takes*' --rendered --lod best env.hdr out
-}
-
 test_rendered_misuse() {
     local way
     iblbake -q $small env.exr -o out
@@ -924,36 +787,30 @@ test_rendered_misuse() {
         # shellcheck disable=SC2086
         wrong 2 '*--rendered judges no texels*' --rendered $way env.exr out
     done
-    for way in '--shader bent' '--lod linear' '--f0 1' '--roughness 1' \
-        '--directions 99' '--max-rendered-error 1' '--lobe-table a.ktx2'; do
+    for way in '--shader bent' '--directions 99' '--max-rendered-error 1' \
+        '--lobe-table a.ktx2'; do
         # shellcheck disable=SC2086
         wrong 2 '*add --rendered' $way env.exr out
     done
-    for way in '--lod 0.5:1,0.5:2' '--lod 0:1,' '--lod 1' '--roughness 0.5,0.5' \
-        '--f0 1.5' '--directions 23'; do
-        # shellcheck disable=SC2086
-        wrong 2 '*it takes*' --rendered $way env.exr out
-    done
-    wrong 2 '*--lod: --shader table has those*' --rendered --shader table \
-        --lod linear env.exr out
+    wrong 2 '*it takes*' --rendered --directions 23 env.exr out
     wrong 1 '*no environment*' --rendered --lut out/brdf_lut.ktx2
     wrong 1 '*no specular cube*' --rendered env.exr \
         --irradiance out/env_irradiance.ktx2
-    wrong 1 '*no lobe table*' --rendered env.exr out --lobe-table \
-        out/brdf_lut.ktx2
+    wrong 1 '*where a lobe table * is wanted*' --rendered env.exr out \
+        --lobe-table out/brdf_lut.ktx2
 }
 
 # An error that is no number would be below any bound.
 test_rendered_not_finite() {
     iblbake -q $floats --lobe-table prior --lobe-table-size 4 env.exr -o out
-    damage out/env_specular.dds nan nan.dds
-    wrong 1 '*nan.dds: holds values that are not finite*' $few env.exr out \
+    damage out/env_specular.dds scale=NaN nan.dds
+    wrong 1 '*holds values that are not finite*' $few env.exr out \
         --specular nan.dds
     lobes() { # HALF: every value of a lobe table
         head -c 148 out/env_lobe_lut.dds && printf "$1%.0s" {1..256}
     }
     lobes '\377\377' >nan.dds
-    wrong 1 '*nan.dds: holds*not finite*' $few env.exr out --lobe-table nan.dds
+    wrong 1 '*not finite*' $few env.exr out --lobe-table nan.dds
     lobes '\000\274' >below.dds # -1: a GPU takes level 0
     iblbake verify -q $few env.exr out --lobe-table below.dds || echo $?
 }

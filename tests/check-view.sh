@@ -594,7 +594,7 @@ test_missing_and_wrong_files() {
     wrong 1 '*--lut*baked files' env.exr --lut x $to
     cp -r "$work/ktx2" both
     cp "$work/ktx/env_specular.ktx" both/other_specular.ktx
-    wrong 1 '*other_specular.ktx*' both $to
+    wrong 1 '*from env to other: name one*' both $to
 }
 
 test_unwritable_outputs() {

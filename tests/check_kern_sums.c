@@ -16,7 +16,6 @@
 #include "kern/interp.h"
 #include "kern/legendre_sums.h"
 #include "kern/radial.h"
-#include "kern/reflection.h"
 #include "kern/row_block.h"
 
 static float *random_floats(test_random *r, size_t count, size_t align)
@@ -967,66 +966,3 @@ static void mix_of(ibl_isa isa)
 KERN_TEST(mix)
 
 /* ---- reflection --------------------------------------------------------- */
-
-/* Whether a and b differ by no more than roundings of sums of size `of`. */
-static bool near_sums(double a, double b, double of)
-{
-    return fabs(a - b) <= 1e-13 * of;
-}
-
-static void reflection_of(ibl_isa isa)
-{
-    enum {
-        BLOCK = IBL_REFLECTION_BLOCK
-    };
-    test_random r = {9};
-    ibl_reflection_dsp plain, dsp;
-    double cosine[BLOCK], sine[BLOCK], rgb[3 * BLOCK];
-    ibl_reflection_row row = {.sv = 0.6,
-                              .nv = 0.8,
-                              .solid_angle = 0.1,
-                              .wide = 1e-3,
-                              .least = 0.2,
-                              .low = 0.1};
-
-    ibl_reflection_dsp_init(&plain, IBL_ISA_C);
-    ibl_reflection_dsp_init(&dsp, isa);
-    for (int k = 0; k < 3; k++) {
-        row.at[k] = test_random_between(&r, -0.5, 0.5);
-        row.ahead[k] = test_random_between(&r, -0.5, 0.5);
-        row.aside[k] = test_random_between(&r, -0.5, 0.5);
-    }
-    for (int i = 0; i < BLOCK; i++) {
-        cosine[i] = cos(0.1 * i);
-        sine[i] = sin(0.1 * i);
-        for (int c = 0; c < 3; c++)
-            rgb[c * BLOCK + i] = test_random_unit(&r);
-    }
-    ibl_reflection_points a, b;
-    const int n = BLOCK - 3, whole = plain.place(&row, cosine, sine, n, &a);
-    CHECK(dsp.place(&row, cosine, sine, n, &b) == whole);
-    int left_out = 0;
-    for (int i = 0; i < BLOCK; i++) {
-        CHECK(near_sums(a.z[i], b.z[i], 1) && near_sums(a.s2[i], b.s2[i], 1) &&
-              near_sums(a.c2[i], b.c2[i], 1) && near_sums(a.fc[i], b.fc[i], 1));
-        CHECK(near_sums(a.mass[i], b.mass[i], 1) &&
-              !(a.mass[i] > 0) == !(b.mass[i] > 0));
-        left_out += !(a.mass[i] > 0);
-    }
-    CHECK(left_out > 3 && left_out == BLOCK - whole && whole > 0);
-    CHECK(a.mass[n] == 0);
-    for (int k = 0; k < 3; k++) {
-        const ibl_reflection_shape shape = {(ibl_reflection_kind)k, 0.01, 0.8,
-                                            0.3};
-        double want[8] = {1, 2, 3, 4, 5, 6, 7, 8}, got[8];
-        memcpy(got, want, sizeof got);
-        plain.add(&shape, &a, rgb, BLOCK, BLOCK, want);
-        dsp.add(&shape, &a, rgb, BLOCK, BLOCK, got);
-        for (int c = 0; c < 8; c++)
-            CHECK_MSG(near_sums(got[c], want[c], want[c]),
-                      "%s: sum %d is %.17g, must be %.17g", ibl_isa_name(isa),
-                      c, got[c], want[c]);
-    }
-}
-
-KERN_TEST(reflection)

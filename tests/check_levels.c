@@ -547,7 +547,7 @@ static void energy(ibl_ctx *ctx, pair *p)
         return;
     const ibl_bake_result r = map_bake(ctx, &p->map, &p->options);
     const int count = levels_of(&r, p, l);
-    truth_mean(&p->map, mean);
+    reference_mean(&p->map, mean);
     for (int k = 0; k < count; k++) {
         if (l[k].count > 2100)
             continue;
@@ -642,7 +642,7 @@ static void check_moved(const pair *p, const ibl_bake_result *before,
     const int count = levels_of(before, p, a);
     double mean[3];
     levels_of(after, p, b);
-    truth_mean(&p->map, mean);
+    reference_mean(&p->map, mean);
     for (int k = 0; k < count; k++) {
         const difference d = moved(&a[k], &b[k], from, mean);
         const double bound =
@@ -743,7 +743,7 @@ static void linear(ibl_ctx *ctx, pair *p)
         r[k] = map_bake(ctx, &map[k], &p->options);
         count = levels_of(&r[k], p, l[k]);
     }
-    truth_mean(&map[2], mean);
+    reference_mean(&map[2], mean);
     for (int k = 0; k < count; k++) {
         const level *at = &l[2][k];
         double *sum = test_alloc(6 * (size_t)at->count, sizeof *sum);
@@ -954,7 +954,7 @@ static difference judge(const pair *p, const level *l)
         NEED(!ibl_reference_texels(p->truth, l->shape.projection, p->row->size,
                                    p->row->size, at, (size_t)count, want));
     }
-    truth_mean(&p->map, mean);
+    reference_mean(&p->map, mean);
     for (int c = 0; c < 3; c++)
         mean[c] *= fmax(floor_at / IBL_RELATIVE_FLOOR, 1);
     return differ(seen, want, count, mean);

@@ -5,6 +5,7 @@
 
 #include "ibl/io.h"
 #include "ibl/reference.h"
+#include "reference.h"
 #include "test.h"
 #include "truth.h"
 
@@ -41,7 +42,7 @@ static double error(const ibl_lut *lut, ibl_geometry geometry, int i, int j)
     const double n = lut->size;
     double want[2];
 
-    truth_lut((i + 0.5) / n, (j + 0.5) / n, geometry, want);
+    reference_lut((i + 0.5) / n, (j + 0.5) / n, geometry, want);
     return fmax(fabs(texel(lut, i, j)[0] - want[0]),
                 fabs(texel(lut, i, j)[1] - want[1]));
 }

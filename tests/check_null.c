@@ -5,7 +5,7 @@
 #include "ibl/io.h"
 #include "ibl/probes.h"
 #include "ibl/reference.h"
-#include "ibl/sidecar.h"
+#include "ibl/set.h"
 #include "maps.h"
 #include "test.h"
 
@@ -150,9 +150,9 @@ TEST(references)
     REFUSES(ibl_reference_create(ctx, &map, 0, NULL));
     SILENT(ibl_reference_create(NULL, &map, 0, &ref));
     NEED(!ibl_reference_create(ctx, &map, 0, &ref));
-    REFUSES(ibl_reference_specular(ref, 1, NULL, 1, rgb));
-    REFUSES(ibl_reference_specular(ref, 1, dir, 1, NULL));
-    SILENT(ibl_reference_specular(NULL, 1, dir, 1, rgb));
+    REFUSES(ibl_reference_lobe(ref, IBL_LOBE_GGX, 1, NULL, 1, rgb));
+    REFUSES(ibl_reference_lobe(ref, IBL_LOBE_GGX, 1, dir, 1, NULL));
+    SILENT(ibl_reference_lobe(NULL, IBL_LOBE_GGX, 1, dir, 1, rgb));
     REFUSES(ibl_reference_lobe(ref, IBL_LOBE_PHONG, 1, NULL, 1, rgb));
     REFUSES(ibl_reference_lobe(ref, IBL_LOBE_PHONG, 1, dir, 1, NULL));
     REFUSES(ibl_reference_brdf(ref, smith, &one, 1, NULL, dir, 1, sums));
@@ -312,6 +312,7 @@ TEST(files_and_tiles)
     const ibl_sidecar_output output = {.struct_size = sizeof output,
                                        .content = IBL_CONTENT_IRRADIANCE};
     char *text;
+    ibl_set set;
     ibl_outputs *out;
 
     REFUSES(ibl_outputs_create(ctx, NULL));
@@ -341,6 +342,10 @@ TEST(files_and_tiles)
     REFUSES(ibl_texture_describe(ctx, NULL, &facts, &output));
     REFUSES(ibl_texture_describe(ctx, &none, NULL, &output));
     REFUSES(ibl_texture_describe(ctx, &none, &facts, NULL));
+    REFUSES(ibl_set_open(ctx, NULL, NULL, &set));
+    REFUSES(ibl_set_open(ctx, "x", NULL, NULL));
+    SILENT(ibl_set_open(NULL, "x", NULL, &set));
+    ibl_set_free(NULL);
     REFUSES(ibl_probe_index_read(ctx, NULL, &index));
     REFUSES(ibl_probe_index_read(ctx, "x", NULL));
     SILENT(ibl_probe_index_read(NULL, NULL, &index));

@@ -132,7 +132,7 @@ static void compare(int w, int h, double yaw_deg, double r, double nv, int sub)
     add_pair(&p, &rnd, nv);
     for (int g = 0; g < 2; g++) {
         double want[SUMS] = {0};
-        const double *got = brdf(it->ref, (ibl_geometry)g, &r, 1, &p);
+        const double *got = brdf(subject_ref(it), (ibl_geometry)g, &r, 1, &p);
         for (int i = 0; i < w * h; i++)
             add_pixel(&it->env, yaw_deg * M_PI / 180, (ibl_geometry)g, r,
                       p.normal, p.view, sub, i % w, i / w, want);
@@ -169,7 +169,8 @@ TEST(pixel_on_the_horizon)
         polar_direction(M_PI * (20.5 / 64 + 0.5) - 0.5, phi + 0.3, p.view);
         add_pixel(&it->env, 0, IBL_GEOMETRY_SMITH, r, p.normal, p.view, 128, 40,
                   20, want);
-        const double *got = brdf(it->ref, IBL_GEOMETRY_SMITH, &r, 1, &p);
+        const double *got =
+            brdf(subject_ref(it), IBL_GEOMETRY_SMITH, &r, 1, &p);
         CHECK_NEAR(got[0], want[0], 2e-3 * want[0] + 2e-8);
         CHECK_NEAR(got[4], want[4], 2e-3 * want[4] + 2e-8);
     }
@@ -188,8 +189,10 @@ TEST(finer_map_of_the_same_patches)
         memcpy(fine->env.data + 3 * i,
                map_pixel(&coarse->env, i % 640 / 40, i / 640 / 40),
                3 * sizeof(float));
-    const double *a = brdf(coarse->ref, IBL_GEOMETRY_SMITH, roughness, 5, &p);
-    const double *b = brdf(fine->ref, IBL_GEOMETRY_SMITH, roughness, 5, &p);
+    const double *a =
+        brdf(subject_ref(coarse), IBL_GEOMETRY_SMITH, roughness, 5, &p);
+    const double *b =
+        brdf(subject_ref(fine), IBL_GEOMETRY_SMITH, roughness, 5, &p);
     for (size_t k = 0; k < p.count * 5 * SUMS; k++)
         CHECK_MSG(fabs(a[k] - b[k]) <= 1e-3 * (fabs(b[k]) + b[k & ~7u]),
                   "sum %zu of pair %zu, r %g: %.9g, not %.9g", k % SUMS,
@@ -210,7 +213,7 @@ TEST(constant_map_is_the_table)
         const ibl_geometry g = (ibl_geometry)(m % 2);
         for (size_t k = 0; k < map_floats(&it->env); k++)
             it->env.data[k] = 0.75f;
-        const double *got = brdf(it->ref, g, roughness, 6, &p);
+        const double *got = brdf(subject_ref(it), g, roughness, 6, &p);
         for (size_t k = 0; k < p.count * 6; k++, got += SUMS) {
             double lut[2];
             const double nv =
@@ -220,8 +223,8 @@ TEST(constant_map_is_the_table)
             CHECK_NEAR(got[3], lut[0], 5e-4);
             CHECK_NEAR(got[7], lut[1], 5e-4);
             for (int c = 0; c < 3; c++) {
-                CHECK_NEAR(got[c], 0.75 * got[3], 1e-12);
-                CHECK_NEAR(got[4 + c], 0.75 * got[7], 1e-12);
+                CHECK_NEAR(got[c], 0.75 * got[3], 1e-7);
+                CHECK_NEAR(got[4 + c], 0.75 * got[7], 1e-7);
             }
         }
     }
@@ -236,7 +239,7 @@ TEST(one_pixel_at_roughness_1)
     const double one = 1;
 
     map_set(&it->env, 40, 20, 8, 4, 2);
-    const double *got = brdf(it->ref, IBL_GEOMETRY_SMITH, &one, 1, &p);
+    const double *got = brdf(subject_ref(it), IBL_GEOMETRY_SMITH, &one, 1, &p);
     double l[3];
     polar_direction(M_PI * 20.5 / 64, 2 * M_PI * (40.5 / 128 - 0.5), l);
     for (size_t i = 0; i < p.count; i++, got += SUMS) {
@@ -268,7 +271,8 @@ TEST(reciprocal)
         memset(it->env.data, 0, map_floats(&it->env) * sizeof(float));
         map_set(&it->env, column[k], row[k], 1, 1, 1);
         memcpy(p.view, dir[!k], sizeof dir[k]);
-        memcpy(sum[k], brdf(it->ref, IBL_GEOMETRY_SMITH, roughness, 3, &p),
+        memcpy(sum[k],
+               brdf(subject_ref(it), IBL_GEOMETRY_SMITH, roughness, 3, &p),
                sizeof sum[k]);
         for (int r = 0; r < 3; r++)
             for (int c = 0; c < SUMS; c++)
@@ -295,8 +299,9 @@ TEST(mirror)
     memcpy(p.view, v, sizeof v);
     for (int k = 0; k < 3; k++)
         r[k] = 2 * test_dot(n, v) / test_dot(n, n) * n[k] - v[k];
-    CHECK(!ibl_reference_specular(it->ref, 0, r, 1, rgb));
-    const double *got = brdf(it->ref, IBL_GEOMETRY_SMITH, roughness, 4, &p);
+    CHECK(!ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX, 0, r, 1, rgb));
+    const double *got =
+        brdf(subject_ref(it), IBL_GEOMETRY_SMITH, roughness, 4, &p);
     for (int k = 0; k < 4; k++, got += SUMS)
         for (int c = 0; c < 3; c++) {
             const double off = k < 2 ? 1e-12 : 5e-3;
@@ -319,10 +324,11 @@ TEST(lobes_are_those_of_one_roughness)
         map_set(&it->env, 1, 1, 500, 50, 5);
         for (size_t k = 0; k < 5 * p.count; k++)
             r[k] = roughness[k % 5];
-        CHECK(!ibl_reference_lobes(it->ref, r, 5, p.normal, p.count, got));
+        CHECK(!ibl_reference_lobes(subject_ref(it), r, 5, p.normal, p.count,
+                                   got));
         for (size_t k = 0; k < 5; k++) {
-            CHECK(!ibl_reference_specular(it->ref, roughness[k], p.normal,
-                                          p.count, want));
+            CHECK(!ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX,
+                                      roughness[k], p.normal, p.count, want));
             for (size_t i = 0; i < 3 * p.count; i++)
                 CHECK_NEAR(got[(i / 3 * 5 + k) * 3 + i % 3], want[i],
                            1e-3 * want[i]);
@@ -340,8 +346,10 @@ TEST(any_threads_and_isa)
     ibl_ctx *plain = test_ctx(2, IBL_ISA_C);
     const pairs p = some_pairs(4);
     const size_t n = p.count * 3 * SUMS;
-    const double *a = brdf(one->ref, IBL_GEOMETRY_SMITH, roughness, 3, &p);
-    const double *b = brdf(three->ref, IBL_GEOMETRY_SMITH, roughness, 3, &p);
+    const double *a =
+        brdf(subject_ref(one), IBL_GEOMETRY_SMITH, roughness, 3, &p);
+    const double *b =
+        brdf(subject_ref(three), IBL_GEOMETRY_SMITH, roughness, 3, &p);
     const double *c = brdf(reference_of(plain, &one->env, 0),
                            IBL_GEOMETRY_SMITH, roughness, 3, &p);
 

@@ -109,9 +109,10 @@ io io core image kern json
 json json
 common common json
 engine engine core common image io json
+set set core common engine io json
 scene scene core common io engine json
-cli cli common engine scene json
-view view common engine scene json
+cli cli common engine scene set json
+view view common engine scene set json
 ROOMS
 [ ! -s "$build/layers.txt" ] || {
     cat "$build/layers.txt"

@@ -31,8 +31,13 @@ subject *subject_make(int threads, int width, int height, uint64_t seed,
     s->env = map_constant(s->ctx, width, height, 0);
     for (size_t k = 0; seed && k < map_floats(&s->env); k++)
         s->env.data[k] = (float)pow(test_random_unit(&rnd), 6.0);
-    s->ref = reference_of(s->ctx, &s->env, yaw_deg);
+    s->yaw_deg = yaw_deg;
     return s;
+}
+
+ibl_reference *subject_ref(const subject *s)
+{
+    return reference_of(s->ctx, &s->env, s->yaw_deg);
 }
 
 void polar_direction(double theta, double phi, double d[3])
@@ -52,4 +57,35 @@ void random_direction(test_random *rnd, double d[3])
 long double row_angle(int w, int h, int j)
 {
     return 2 * pi_l / w * 2 * sinl(pi_l * (j + 0.5L) / h) * sinl(pi_l / 2 / h);
+}
+
+/* A context for the whole program. */
+static ibl_ctx *any_ctx(void)
+{
+    static ibl_ctx *ctx;
+
+    if (!ctx && ibl_ctx_create(NULL, &ctx))
+        exit(1);
+    return ctx;
+}
+
+void reference_mean(const ibl_image *map, double rgb[3])
+{
+    if (ibl_reference_mean(reference_of(any_ctx(), map, 0), rgb))
+        exit(1);
+}
+
+void reference_irradiance(const ibl_image *map, const double normal[3],
+                          double rgb[3])
+{
+    if (ibl_reference_irradiance(reference_of(any_ctx(), map, 0), normal, 1,
+                                 rgb))
+        exit(1);
+}
+
+void reference_lut(double n_dot_v, double roughness, ibl_geometry geometry,
+                   double scale_bias[2])
+{
+    if (ibl_reference_lut(any_ctx(), n_dot_v, roughness, geometry, scale_bias))
+        exit(1);
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Nothing but truth_lut uses the library's code: the cube rule, the latlong
- * rule and GGX are written again from the conventions in ibl/ibl.h, so that a
- * mistake in one of the two shows.
+ * Nothing here uses the library's code: the cube rule, the latlong rule and the
+ * lobes are written again from the conventions in ibl/ibl.h, so that a mistake
+ * in one of the two shows.
  */
 #include "truth.h"
 
@@ -10,26 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "ibl/reference.h"
 #include "test.h"
-
-/* A sum that carries what rounding dropped (Neumaier 1974). */
-typedef struct sum {
-    double value, rest;
-} sum;
-
-static void add(sum *s, double x)
-{
-    const double t = s->value + x;
-    s->rest +=
-        fabs(s->value) >= fabs(x) ? (s->value - t) + x : (x - t) + s->value;
-    s->value = t;
-}
-
-static double total(const sum *s)
-{
-    return s->value + s->rest;
-}
 
 /* ---- directions ------------------------------------------------------ */
 
@@ -73,27 +54,6 @@ void truth_cube_direction(int n, int face, double x, double y, double dir[3])
     cube_point(face, u, v, dir);
     for (int k = 0; k < 3; k++)
         dir[k] /= length;
-}
-
-/* ---- sums over a map ------------------------------------------------- */
-
-static const float *row_of(const ibl_image *env, int j)
-{
-    return env->data + 3 * (size_t)env->width * (size_t)j;
-}
-
-/* Adds a row's sums of L w (3) and w to s. Plain inside the row: all terms
- * are >= 0, so a row of w pixels is off by at most w roundings. */
-static void add_row(sum s[4], const double row[4], double solid_angle)
-{
-    for (int k = 0; k < 4; k++)
-        add(&s[k], row[k] * solid_angle);
-}
-
-static void quotient(const sum s[4], double rgb[3])
-{
-    for (int k = 0; k < 3; k++)
-        rgb[k] = total(&s[k]) / total(&s[3]);
 }
 
 /*
@@ -310,97 +270,6 @@ double truth_pixel_weight(int w, int h, int i, int j, const double dir[3],
     const struct seen r = seen_from(dir, lobe, roughness, 0.01);
     const struct span theta = row_span(&r, h, j), phi = column_span(&r, w, i);
     return patch_weight(&r, &theta, &phi);
-}
-
-void truth_lobe(const ibl_image *env, const double dir[3], ibl_lobe lobe,
-                double roughness, double rgb[3])
-{
-    const int w = env->width, h = env->height;
-    const struct seen r = seen_from(dir, lobe, roughness, 0.03);
-    struct span *phi = malloc((size_t)w * sizeof *phi);
-    sum s[4] = {{0, 0}};
-
-    if (!phi)
-        abort();
-    for (int i = 0; i < w; i++)
-        phi[i] = column_span(&r, w, i);
-    for (int j = 0; j < h; j++) {
-        const float *px = row_of(env, j);
-        const struct span theta = row_span(&r, h, j);
-        double row[4] = {0};
-        for (int i = 0; i < w; i++) {
-            const double weight = patch_weight(&r, &theta, &phi[i]);
-            for (int k = 0; k < 3; k++)
-                row[k] += weight * px[3 * i + k];
-            row[3] += weight;
-        }
-        add_row(s, row, 1.0);
-    }
-    free(phi);
-    quotient(s, rgb);
-}
-
-void truth_specular(const ibl_image *env, const double dir[3], double roughness,
-                    double rgb[3])
-{
-    truth_lobe(env, dir, IBL_LOBE_GGX, roughness, rgb);
-}
-
-void truth_irradiance(const ibl_image *env, const double normal[3],
-                      double rgb[3])
-{
-    truth_lobe(env, normal, IBL_LOBE_GGX, 1.0, rgb);
-}
-
-void truth_mean(const ibl_image *env, double rgb[3])
-{
-    const int w = env->width, h = env->height;
-    sum s[4] = {{0, 0}};
-    for (int j = 0; j < h; j++) {
-        const float *px = row_of(env, j);
-        double row[4] = {0};
-        for (int i = 0; i < w; i++)
-            for (int k = 0; k < 3; k++)
-                row[k] += px[3 * i + k];
-        add_row(s, row, truth_latlong_solid_angle(w, h, j));
-    }
-    for (int k = 0; k < 3; k++)
-        rgb[k] = total(&s[k]) / (4.0 * M_PI);
-}
-
-void truth_texel(const ibl_image *env, int n, int face, int x, int y, int sub,
-                 double rgb[3])
-{
-    sum s[4] = {{0, 0}};
-    for (int b = 0; b < sub; b++) {
-        for (int a = 0; a < sub; a++) {
-            const double u = 2.0 * (x + (a + 0.5) / sub) / n - 1.0;
-            const double v = 2.0 * (y + (b + 0.5) / sub) / n - 1.0;
-            const double weight = pow(1.0 + u * u + v * v, -1.5);
-            double p[3];
-            int i, j;
-            cube_point(face, u, v, p);
-            truth_latlong_pixel(env->width, env->height, p, &i, &j);
-            const float *px = row_of(env, j) + 3 * i;
-            for (int k = 0; k < 3; k++)
-                add(&s[k], weight * px[k]);
-            add(&s[3], weight);
-        }
-    }
-    quotient(s, rgb);
-}
-
-/* ---- split-sum integrals --------------------------------------------- */
-
-/* check_reference_lut judges it by closed forms and by sums over grids. */
-void truth_lut(double n_dot_v, double roughness, ibl_geometry geometry,
-               double scale_bias[2])
-{
-    static ibl_ctx *ctx; /* for the whole program */
-
-    if ((!ctx && ibl_ctx_create(NULL, &ctx)) ||
-        ibl_reference_lut(ctx, n_dot_v, roughness, geometry, scale_bias))
-        exit(1);
 }
 
 /* ---- spherical harmonics --------------------------------------------- */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Truth for the tests: the sums of the conventions in ibl/ibl.h written out
- * in double precision, slowly, sharing no code with the library but truth_lut.
+ * in double precision, slowly, sharing no code with the library.
  * Directions are unit vectors, colours RGB.
  */
 #ifndef TRUTH_H
@@ -17,13 +17,6 @@ void truth_latlong_pixel(int w, int h, const double dir[3], int *i, int *j);
 /* Centre of a cube texel; (x, y) may have fractions: (x + .5) / n. */
 void truth_cube_direction(int n, int face, double x, double y, double dir[3]);
 
-/* integral of L w / integral of w, w = D_ggx(N.H) N.L, N = V = R = dir, L
- * constant over each pixel: within 1e-6. roughness in (0, 1]. */
-void truth_specular(const ibl_image *env, const double dir[3], double roughness,
-                    double rgb[3]);
-/* The same of any lobe of ibl_lobe, alpha = roughness^2. */
-void truth_lobe(const ibl_image *env, const double dir[3], ibl_lobe lobe,
-                double roughness, double rgb[3]);
 /* The lobe's weight at the angle psi from R, q = sin^2(psi / 2), up to a
  * factor, and its integral over the sphere. */
 double truth_lobe_weight(ibl_lobe lobe, double alpha, double q);
@@ -31,18 +24,6 @@ double truth_lobe_integral(ibl_lobe lobe, double alpha);
 /* The integral of that weight, seen from dir, over pixel (i, j) of a map. */
 double truth_pixel_weight(int w, int h, int i, int j, const double dir[3],
                           ibl_lobe lobe, double roughness);
-/* The same with w = max(N.L, 0). */
-void truth_irradiance(const ibl_image *env, const double normal[3],
-                      double rgb[3]);
-/* Mean radiance over the sphere: sum L dO / 4 pi. */
-void truth_mean(const ibl_image *env, double rgb[3]);
-/* Average of the map, as constant pixels, over texel (x, y) of a face, by
- * sub x sub midpoints weighted by solid angle. */
-void truth_texel(const ibl_image *env, int n, int face, int x, int y, int sub,
-                 double rgb[3]);
-/* The split-sum integrals of <ibl/reference.h>. */
-void truth_lut(double n_dot_v, double roughness, ibl_geometry geometry,
-               double scale_bias[2]);
 /* Real orthonormal spherical harmonic of ibl_bake_sh, l <= 4, from its
  * Cartesian polynomial or a direct recurrence. */
 double truth_sh(int l, int m, const double dir[3]);

@@ -532,9 +532,11 @@ typedef struct ibl_specular_options {
     /* Only for sampled levels: */
     int samples;                       /* per texel, 1..1048576, default 1024 */
     int level_samples[IBL_MAX_LEVELS]; /* > 0 overrides samples there */
-    double lod_bias; /* added to the lookups' mip level, -4..4, default 1; a
-                        smaller value shows single samples, a larger one blurs
-                        the horizon */
+    double lod_bias; /* added to the lookups' mip level, -4..4; a smaller value
+                        shows single samples, a larger one blurs the horizon.
+                        Default NAN: log2(samples / 64) / 6 of each level, but
+                        within 0..1, the best in measurements of 32 to 4096
+                        samples */
     int jitter;      /* 1: rotate the sample pattern by a hash of the texel;
                         default 0 */
     int pdf_mip;     /* 0: every lookup is at mip 0, as in the first version of

@@ -645,6 +645,10 @@ ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
 ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_lut *lut);
 
+/* How a texture lies on the sphere, if it is of one: by its faces, the key or
+ * its aspect, as ibl_texture_to_cube has it. */
+ibl_projection ibl_texture_projection(const ibl_texture *tex);
+
 /* Replaces blocks by RGBA16F texels of the same values, in place; other pixels
  * stay as they are. tex is unchanged after an error. */
 ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex);

@@ -23,8 +23,14 @@ static const ibl_specular_options specular = {.struct_size = sizeof specular,
                                               .tolerance =
                                                   IBL_TOLERANCE_DEFAULT,
                                               .samples = 1024,
-                                              .lod_bias = 1,
+                                              .lod_bias = NAN,
                                               .pdf_mip = 1};
+
+double ibl_lod_bias_of(const ibl_specular_options *opts, int samples)
+{
+    return isnan(opts->lod_bias) ? fmin(fmax(log2(samples / 64.0) / 6, 0), 1)
+                                 : opts->lod_bias;
+}
 
 void ibl_specular_options_init(ibl_specular_options *opts, size_t struct_size)
 {
@@ -199,7 +205,7 @@ static ibl_status check_specular(ibl_ctx *ctx, const ibl_specular_options *o)
     if (!(o->tolerance >= 1e-6 && o->tolerance <= 1))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a tolerance of %g: must be 1e-6 to 1", o->tolerance);
-    if (!(o->lod_bias >= -4 && o->lod_bias <= 4))
+    if (o->lod_bias < -4 || o->lod_bias > 4)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a lod bias of %g: must be -4 to 4", o->lod_bias);
     ibl_status status = ibl_lobe_check(ctx, o->lobe);

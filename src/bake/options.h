@@ -21,6 +21,8 @@ ibl_status ibl_check_bake(ibl_ctx *ctx, const ibl_environment *env,
                           const ibl_bake_options *opts);
 /* Checks the mapping and the range of roughness. ctx NULL: no message. */
 ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *opts);
+/* Of the lookups of a level with so many samples. */
+double ibl_lod_bias_of(const ibl_specular_options *opts, int samples);
 /* The chain, the size and the spectrum of a lobe table. */
 ibl_status ibl_lobe_table_check(ibl_ctx *ctx, const ibl_lobe_table_options *o);
 /* A program's options, NULL for the defaults, and that check. */

@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "bake/options.h"
 #include "brdf/lobe.h"
 #include "core/context.h"
 #include "core/pi.h"
@@ -172,7 +173,7 @@ static int lookup_edge(const bake *b)
         const ibl_lobe_shape shape = ibl_lobe_shape_of(b->opts->lobe, r * r);
         const double edge =
             sqrt(levels[l].samples / 6.0 * 4 * IBL_PI * ibl_lobe_peak(&shape)) /
-            exp2(b->opts->lod_bias - 1);
+            exp2(ibl_lod_bias_of(b->opts, levels[l].samples) - 1);
         const double n = ibl_cube_edge(size, l);
         wanted = fmax(wanted, edge);
         lookups += IBL_FACES * n * n * levels[l].samples;
@@ -221,7 +222,7 @@ static ibl_status bake_level(const bake *b, int level)
         .count = b->report->level[level].samples,
         .edge = b->pyramid.size,
         .levels = b->pyramid.levels,
-        .lod_bias = b->opts->lod_bias,
+        .lod_bias = ibl_lod_bias_of(b->opts, b->report->level[level].samples),
         .pdf_mip = b->opts->pdf_mip,
         .footprint = footprint(b->env, b->pyramid.size),
     };

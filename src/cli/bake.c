@@ -213,8 +213,9 @@ static bool take_table(ibl_bake *b, ibl_output_kind kind)
     if (kind == IBL_OUTPUT_LUT) {
         b->lut = from->lut;
         b->judged.options = b->opts->judge;
-        b->judged.has_lut = from->judged.has_lut;
-        b->judged.lut = from->judged.lut;
+        for (int i = 0; i < from->judged.count; i++)
+            if (from->judged.rows[i].level.content == IBL_OUTPUT_LUT)
+                b->judged.rows[b->judged.count++] = from->judged.rows[i];
     } else {
         b->lobes = from->lobes;
         b->lobe_layout = from->lobe_layout;

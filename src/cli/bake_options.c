@@ -18,6 +18,14 @@ static const char *const progress_names[] = {"auto", "json", NULL};
 static const char *const no_yes[] = {"no", "yes", NULL};
 static const char *const lobes_names[] = {"prior", "no", NULL};
 
+/* Options of the bakes that tutorials describe; 0: none. */
+static const char *const preset_names[] = {"none", "learnopengl", NULL};
+static const char *const preset_options[] = {
+    "",
+    "--method sampled --size 128 --levels 5 --mapping linear --samples 1024 "
+    "--lod-bias 0 --irradiance-size 32 --irradiance-step .025 "
+    "--lut-size 512 --lut-samples 1024 --geometry schlick-ibl --lobe-table no"};
+
 /* ---- values ---------------------------------------------------------- */
 
 static bool parse_only(void *field, const char *value)
@@ -115,6 +123,9 @@ static const ibl_option outputs[] = {
      .help = "print the program that loads the files of --target; without "
              "ENV, only that",
      .aside = true},
+    {"preset", 0, IBL_CHOICE(preset, preset_names),
+     .help = "learnopengl: levels, irradiance and table as its tutorial makes "
+             "them, to be compared; options beside it count more"},
     {"format", 0, IBL_CHOICE(file, ibl_format_names),
      .help = "container, and the extension of its files; env, gltf and "
              "playcanvas: one set for Babylon, glTF or PlayCanvas"},
@@ -252,6 +263,7 @@ static const ibl_option specular[] = {
      .help = "relative error accepted for 95 % of the texels of each level; "
              "a larger one takes less time"},
     {"lod-bias", 0, IBL_REAL(bake.specular_options.lod_bias, "BIAS", -4, 4),
+     .standard = "by the number of samples",
      .help = "added to the mip level of each sample's lookup"},
     {"jitter", 0, IBL_FLAG(bake.specular_options.jitter),
      .help = "rotate the sample pattern from texel to texel: noise instead "
@@ -685,7 +697,8 @@ enum {
     ONE = 1 << 25,
     ONE_GIVEN = 1 << 26, /* by its name */
     ONE_SET = 1 << 27,
-    TARGET = 1 << 28
+    TARGET = 1 << 28,
+    PRESETS = 1 << 29 /* something that a preset sets */
 };
 
 #define OR_LEAVE_IT " to --only, or leave it out"
@@ -701,6 +714,9 @@ static const ibl_rule rules[] = {
     {"preview", ONE_SET, "shows one set: give one --target"},
     {"dry-run", CHOSEN,
      "nothing is chosen: add --rendered-error E or --scene FILE"},
+    {"preset", PRESETS,
+     "sets levels, irradiance and BRDF table: leave out --target, --scene, "
+     "--rendered-error, and --only without these"},
     {"level-samples", UNCHOSEN,
      "the levels are chosen, and exact: leave it out"},
     {"method samples level-samples", LEVELS,
@@ -802,6 +818,11 @@ static unsigned facts_of(const ibl_opts *o)
            fact(textures && o->file == IBL_CONTAINER_KTX2, ZSTD) |
            fact(o->bake.sh_degree >= 0, HARMONICS) |
            fact(!is_of_none(o), OF_MAP) | fact(named, OF_NAME) |
+           fact(!o->preset || (!o->of && isnan(o->rendered_error) &&
+                               o->only & (1u << IBL_OUTPUT_SPECULAR |
+                                          1u << IBL_OUTPUT_IRRADIANCE |
+                                          1u << IBL_OUTPUT_LUT)),
+                PRESETS) |
            (isnan(o->rendered_error) ? UNCHOSEN : CHOSEN);
 }
 
@@ -929,6 +950,31 @@ static bool add_set(ibl_bake_line *line, const ibl_target *target,
     return ok;
 }
 
+/* Reads the options of the preset before those of the command line. */
+static bool add_preset(ibl_bake_line *line)
+{
+    const int preset = line->one.preset;
+    ibl_opts o;
+    char prefix[32];
+
+    if (!read_words(preset_options[preset], line->words, &o))
+        return false;
+    if (o.bake.skybox_projection)
+        return ibl_misuse("--preset %s: samples cubes: leave out --layout %s",
+                          preset_names[preset],
+                          ibl_projection_names[o.bake.skybox_projection]);
+    if (o.lut.kind) { /* others have no more than their integrals */
+        o.lut.samples = 0;
+        o.lut.geometry = IBL_GEOMETRY_SMITH;
+    }
+    o.given = line->one.given;
+    o.input = line->one.input;
+    line->one = o;
+    snprintf(prefix, sizeof prefix, "--preset %s: ", preset_names[preset]);
+    ibl_misuse_prefix(prefix);
+    return true;
+}
+
 /* Decides whether the line is a batch. */
 static bool settle_batch(ibl_bake_line *line)
 {
@@ -961,10 +1007,12 @@ static bool validate(void *settings)
                    ? true
                    : ibl_misuse("--target list: prints what targets set, and "
                                 "nothing else: leave out the rest");
-    if (!settle_batch(line))
+    if (!settle_batch(line) ||
+        (line->one.preset && !targets && !add_preset(line)))
         return false;
     if (!targets && !check_set(&line->one, &facts))
         return false;
+    ibl_misuse_prefix("");
     for (int i = 0; i < IBL_MAX_TARGETS; i++)
         if (targets & 1u << i && !add_set(line, &ibl_targets[i], &facts))
             return false;

@@ -11,7 +11,7 @@
 
 #include "common/names.h"
 #include "common/path.h"
-#include "common/sidecar.h"
+#include "set/about.h"
 #include "json/text.h"
 
 /* Whether the lobe table is the one of the default levels. */
@@ -227,7 +227,7 @@ static bool check_sidecar(const ibl_bake *b, const char *path)
 
     if (stat(path, &st) || !S_ISREG(st.st_mode))
         return true;
-    json_t *sidecar = ibl_sidecar_load(path, &why);
+    json_t *sidecar = ibl_sidecar_read(path, &why);
     const bool ok =
         json_unpack(sidecar, "{s:{s:s},s:{s:s}}", "generator", "name", &writer,
                     "source", "path", &was) ||

@@ -5,7 +5,7 @@
 #define CLI_BAKE_RECORD_H
 
 #include "cli/console.h"
-#include "cli/judge_report.h"
+#include "cli/judge.h"
 #include "cli/scenes.h"
 #include "cli/shard.h"
 #include "cli/targets.h"
@@ -35,6 +35,7 @@ typedef struct ibl_opts {
     ibl_common common;
     unsigned targets;     /* those of --target, of ibl_targets_parse */
     int explain;          /* 1: print how the target loads its files */
+    int preset;           /* in the names of --preset; 0: none */
     const ibl_target *of; /* the one of this set; NULL: none */
     const char *input;    /* "-": standard input; NULL: none (only the LUT) */
     const char *directory;

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include <math.h>
 #include <stdio.h>
 
 #include "cli/bake_record.h"
@@ -7,14 +8,13 @@ static bool judge_lut(ibl_bake *b, ibl_texture *tex)
 {
     ibl_lut lut = {0};
 
-    b->judged.has_lut =
+    const bool ok =
         !ibl_texture_set(b->ctx, tex, "iblbake.table",
                          ibl_lut_name(b->opts->lut.kind)) &&
         !ibl_texture_to_lut(b->ctx, tex, &lut) &&
-        ibl_judge_lut(b->ctx, &lut, tex->pixel, b->opts->lut.geometry,
-                      &b->opts->judge, &b->judged.lut);
+        ibl_report_lut(&b->judged, b->ctx, &lut, b->opts->lut.geometry);
     ibl_lut_free(&lut);
-    return b->judged.has_lut;
+    return ok;
 }
 
 static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
@@ -40,13 +40,11 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
                              ? b->made.report.layout.roughness[l]
                              : 0,
             .scale = 1,
-            .projection = cube.projection,
-            .size = ibl_cube_edge(cube.size, l),
+            .texels = {ibl_cube_edge(cube.size, l), 1,
+                       ibl_cube_face(&cube, l, 0), cube.projection},
             .base = cube.size,
-            .texels = ibl_cube_face(&cube, l, 0),
-            .pixel = tex->pixel,
-            .loss = b->files[kind].error[l].nrmse};
-        ok = ibl_report_add(&b->judged, *judge, &level);
+            .pixel = tex->pixel};
+        ok = ibl_report_level(&b->judged, *judge, &level);
     }
     ibl_cube_free(&cube);
     return ok;
@@ -84,6 +82,7 @@ bool ibl_bake_judged(const ibl_bake *b)
     ibl_console_finish(b->console);
     if (!b->opts->common.quiet)
         ibl_report_print(&b->judged, b->from->print);
-    return ibl_report_passes(&b->judged, b->opts->max_error, why, sizeof why) ||
+    return ibl_report_passes(&b->judged, b->opts->max_error, NAN, why,
+                             sizeof why) ||
            ibl_console_fail(b->console, "%s: nothing was written", why);
 }

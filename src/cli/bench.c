@@ -1,158 +1,687 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/bench.h"
-
+/*
+ * Bakes maps with a table of settings, in turns, and judges each.
+ *
+ * What is measured is a document of JSON,
+ *     {"date", "cpu", .., "maps": [{"map", "width", "height", "settings":
+ *         [{"group", "value", "options", FIGURE.., "report"}, ..]}, ..]}
+ * A figure is [value, low, high]: of times the median and the quartiles, of
+ * errors the value less and plus its standard error. "report" has the error of
+ * each level, as iblbake verify writes it.
+ */
+#define _GNU_SOURCE /* wait4, nftw */
 #include <errno.h>
+#include <ftw.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
 
-#include "cli/child.h"
-#include "cli/console.h"
+#include "cli/candidate.h"
+#include "cli/judge.h"
+#include "cli/rendered.h"
+#include "cli/shell_words.h"
+#include "common/clock.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "json/json_text.h"
 
-static void free_bench(ibl_bench *b)
+/* The settings: the options of a group with each of its values. Most make one
+ * part of a set, whose time and bytes are then measured; the first of all is
+ * the default, which has the other parts that it is drawn with. */
+#define LEVELS "--only specular,lobe-table "
+static const struct {
+    const char *options, *values;
+} groups[] = {
+    {"--preset", "none learnopengl"},
+    {LEVELS "--method sampled --samples", "16 64 256 1024 4096"},
+    {LEVELS "--method sampled --pdf-mip no --samples", "64 256 1024 4096"},
+    {LEVELS "--tolerance", ".1 .01 .001 .0001 .00001"},
+    {"--only irradiance --irradiance-step", ".2 .1 .05 .025"},
+    {"--only irradiance --irradiance-size", "8 16 32 64"},
+    {"--only lut --lut-samples", "16 64 256 1024 4096 0"},
+    {"--size", "64 128 256 512"},
+    {"--pixel", "rgba32f rgba16f rgb9e5 r11g11b10f bc6h uastc-hdr astc4x4hdr"},
+};
+static const char *const group_names[] = {"all",
+                                          "preset",
+                                          "samples",
+                                          "samples-nomip",
+                                          "tolerance",
+                                          "irradiance-step",
+                                          "irradiance-size",
+                                          "lut-samples",
+                                          "size",
+                                          "pixel",
+                                          NULL};
+
+enum {
+    GROUPS = sizeof groups / sizeof *groups,
+    MAX_MAPS = 16,
+    MAX_ROUNDS = 99,
+    MAX_SETTINGS = 64,
+    USUAL = 1 /* the number of the default */
+};
+
+typedef struct bench_opts {
+    ibl_common common;
+    int map_count;
+    const char *maps[MAX_MAPS];
+    int only; /* in group_names */
+    int rounds, texels, directions;
+    const char *csv, *json, *html;
+} bench_opts;
+
+typedef struct setting {
+    const char *group, *value; /* value: the end of options */
+    char *options;
+    ibl_opts opts;
+    double time_s[MAX_ROUNDS];
+    json_t *json; /* of this map */
+} setting;
+
+typedef struct bench {
+    const bench_opts *opts;
+    ibl_console console;
+    ibl_ctx *ctx;
+    setting settings[MAX_SETTINGS];
+    int count; /* the first is the default in a process of its own */
+    double peak_bytes[MAX_MAPS][MAX_ROUNDS]; /* of that */
+    /* Of this map: */
+    ibl_image env;
+    ibl_judge *judge;
+    ibl_truth truth[2];  /* of a geometry, made when it is needed */
+    ibl_candidate usual; /* the default's */
+} bench;
+
+/* ---- settings -------------------------------------------------------- */
+
+/* Reads the options of a bake that reads and writes nothing. */
+static bool read_options(const char *options, ibl_opts *o)
 {
-    for (int i = 0; i < b->point_count; i++) {
-        ibl_bench_point *p = &b->points[i];
-        for (int k = 0; k < p->series_count; k++)
-            free(p->series[k].rounds);
-        json_decref(p->levels);
-        json_decref(p->rendered_rows);
-        free(p->argv);
-        free(p->directory);
-    }
-    for (int i = 0; i < b->source_count; i++)
-        free(b->sources[i].path);
-    free(b->points);
-    json_decref(b->machine);
+    char *text = ibl_format("%s -o. -", options);
+    char **words = text ? ibl_words_split(text) : NULL;
+    ibl_bake_line *line = calloc(1, sizeof *line);
+    const bool ok =
+        words && line && ibl_command_line(&ibl_bake_command, words, line, NULL);
+
+    if (ok)
+        *o = line->one;
+    if (line)
+        ibl_bake_command.release(line);
+    free(line);
+    free(words);
+    free(text);
+    return ok;
 }
 
-/* ---- files ----------------------------------------------------------- */
-
-typedef struct report {
-    const char *path;
-    char *(*text)(const json_t *document);
-} report;
-
-/* Checks the report files before the minutes of work, not after them. */
-static bool check_reports(const ibl_bench *b, const report *reports, int count)
+static bool plan(bench *b)
 {
-    for (int i = 0; i < count; i++) {
-        const char *path = reports[i].path;
-        if (path && !ibl_path_is_open(path)) {
-            ibl_console_fail(b->console,
-                             "%s: cannot be written: %s: choose another "
-                             "directory",
-                             path, strerror(errno));
-            return false;
+    bool ok = true;
+
+    b->settings[b->count++] = (setting){.group = "process", .value = "default"};
+    for (int g = 0; g < GROUPS && ok; g++) {
+        const bool wanted = !b->opts->only || b->opts->only == g + 1;
+        char **values = ibl_words_split(groups[g].values);
+        /* The default is needed also where its group is not. */
+        for (int i = 0;
+             values && values[i] && ok && (wanted || b->count == USUAL); i++) {
+            setting *s = &b->settings[b->count++];
+            s->group = group_names[g + 1];
+            s->options = ibl_format("%s %s", groups[g].options, values[i]);
+            ok = s->options && read_options(s->options, &s->opts);
+            s->value = s->options + strlen(groups[g].options) + 1;
+            ibl_console_info(&b->console, "%s", s->options);
+        }
+        ok = ok && values;
+        free(values);
+    }
+    return ok;
+}
+
+/* ---- figures --------------------------------------------------------- */
+
+static void put_figure(setting *s, const char *name, double value, double low,
+                       double high)
+{
+    json_object_set_new(s->json, name,
+                        json_pack("[f, f, f]", value, low, high));
+}
+
+static int by_value(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The q-quantile of n sorted values, interpolated as R's type 7. */
+static double quantile(const double *sorted, int n, double q)
+{
+    const double at = q * (n - 1);
+    const int i = (int)at, next = i + 1 < n ? i + 1 : i;
+
+    return sorted[i] + (at - i) * (sorted[next] - sorted[i]);
+}
+
+/* Sorts the rounds; their median and quartiles. */
+static void put_rounds(setting *s, const char *name, double *rounds, int n)
+{
+    qsort(rounds, (size_t)n, sizeof *rounds, by_value);
+    put_figure(s, name, quantile(rounds, n, .5), quantile(rounds, n, .25),
+               quantile(rounds, n, .75));
+}
+
+/* The mean nRMSE of some rows, if there are any. */
+static void put_mean(setting *s, const char *name, const ibl_measured *rows,
+                     int n)
+{
+    const ibl_measured m = n ? ibl_measured_mean(rows, n) : (ibl_measured){0};
+    const double e = m.value[IBL_FIGURE_NRMSE];
+    const double error = m.error[IBL_FIGURE_NRMSE];
+
+    if (n)
+        put_figure(s, name, e, e - error, e + error);
+}
+
+/* ---- times ----------------------------------------------------------- */
+
+/* Bakes what a setting makes, to texels as its files have them. */
+static bool time_setting(const bench *b, setting *s, int round)
+{
+    const double begun = ibl_now();
+    ibl_candidate c;
+    ibl_status status = ibl_candidate_bake(b->ctx, &b->env, &s->opts, &c);
+    const ibl_cube *cubes[] = {&c.made.specular, &c.made.irradiance};
+
+    for (int i = 0; i < 2 && !status; i++) {
+        ibl_texture tex = {0};
+        if (cubes[i]->data)
+            status = ibl_texture_from_cube(b->ctx, cubes[i], &s->opts.texels,
+                                           &tex, NULL);
+        ibl_texture_free(&tex);
+    }
+    s->time_s[round] = ibl_now() - begun;
+    ibl_candidate_free(&c);
+    return !status;
+}
+
+static int remove_entry(const char *path, const struct stat *st, int kind,
+                        struct FTW *where)
+{
+    (void)st, (void)kind, (void)where;
+    return remove(path);
+}
+
+/* Bakes a map by default in a process of its own. On Linux the peak has what
+ * this process had when it forked, so those that count are run before that is
+ * much. A signal has to wait, so that no file is left. */
+static bool run_fresh(bench *b, const char *map, double *time_s,
+                      double *peak_bytes)
+{
+    const ibl_common *c = &b->opts->common;
+    const char *tmp = getenv("TMPDIR");
+    char *reading = ibl_common_reading(c);
+    char *dir =
+        ibl_format("%s/iblbake-bench-XXXXXX", tmp && *tmp ? tmp : "/tmp");
+    char *text = reading
+                     ? ibl_format("iblbake -q -j%d --isa=%s -o DIR%s -- MAP",
+                                  c->threads, ibl_isa_name(c->isa), reading)
+                     : NULL;
+    char **words = text ? ibl_words_split(text) : NULL;
+    struct rusage usage = {0};
+    int status = -1, last = 0;
+
+    ibl_signals_hold();
+    if (dir && words && !mkdtemp(dir)) {
+        ibl_console_fail(&b->console, "%s: cannot be made: %s: set TMPDIR", dir,
+                         strerror(errno));
+    } else if (dir && words) {
+        const double begun = ibl_now();
+        while (words[last + 1])
+            last++;
+        memcpy(&words[last], &map, sizeof map);
+        words[5] = dir;
+        const pid_t pid = fork();
+        if (pid == 0) {
+            ibl_signals_pass(SIG_DFL);
+            ibl_signals_release();
+            execv("/proc/self/exe", words);
+            _exit(127);
+        }
+        while (pid > 0 && wait4(pid, &status, 0, &usage) < 0 && errno == EINTR)
+            ;
+        *time_s = ibl_now() - begun;
+        *peak_bytes = 1024.0 * (double)usage.ru_maxrss;
+        nftw(dir, remove_entry, 16, FTW_DEPTH | FTW_PHYS);
+    }
+    ibl_signals_release();
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 1)
+        b->console.failed = true; /* it said why */
+    else if (status)
+        ibl_console_fail(&b->console, "%s: the process of its bake failed",
+                         map);
+    free(words);
+    free(text);
+    free(dir);
+    free(reading);
+    return !status;
+}
+
+/* ---- errors ---------------------------------------------------------- */
+
+/* Draws with what a candidate has. */
+static void draw_with(ibl_drawn *set, const ibl_candidate *c)
+{
+    if (c->made.specular.data) {
+        ibl_drawn_chain(set, &c->made.specular, &c->made.report.layout);
+        set->lobes = c->lobes;
+        set->shader = c->lobes.data ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT;
+    }
+    if (c->made.irradiance.data)
+        set->irradiance = c->made.irradiance;
+    if (c->lut.data)
+        set->lut = c->lut;
+}
+
+/* What a shader draws with a candidate and, where it lacks parts, those of the
+ * default. */
+static bool judge_drawn(bench *b, setting *s, const ibl_candidate *c)
+{
+    ibl_truth_options options = ibl_truth_options_default();
+    ibl_drawn set = {.irradiance_scale = 1};
+    ibl_report report = {.count = 0};
+
+    options.directions = b->opts->directions;
+    if (c->lut.data)
+        options.geometry = s->opts.lut.geometry;
+    ibl_truth *truth = &b->truth[options.geometry];
+    draw_with(&set, &b->usual);
+    draw_with(&set, c);
+    const bool ok = (truth->sample ||
+                     ibl_truth_make(b->ctx, &b->env, 0, &options, truth)) &&
+                    ibl_report_drawn(&report, truth, &set, NULL);
+    for (int i = 0; i < report.drawn_count && ok; i++) {
+        const ibl_drawn_row *row = &report.drawn[i];
+        if (isnan(row->roughness))
+            put_mean(s, row->f0 < 1 ? "dielectrics" : "metals", &row->measured,
+                     1);
+    }
+    ibl_report_free(&report);
+    return ok;
+}
+
+/* Bakes what a setting makes into c and judges it. */
+static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
+{
+    static const struct {
+        const char *name;
+        ibl_output_kind content;
+    } parts[] = {{"specular", IBL_OUTPUT_SPECULAR},
+                 {"irradiance", IBL_OUTPUT_IRRADIANCE},
+                 {"table", IBL_OUTPUT_LUT}};
+    const ibl_opts *o = &s->opts;
+    const ibl_specular_layout *layout = &c->made.report.layout;
+    ibl_report report = {.options = ibl_judge_options_default()};
+
+    report.options.texels = b->opts->texels;
+    bool ok = !ibl_candidate_bake(b->ctx, &b->env, o, c) &&
+              !ibl_candidate_round(b->ctx, o, c);
+    /* The levels, then irradiance. */
+    const int levels = c->made.specular.data ? layout->levels : 0;
+    for (int i = 0; i <= levels && ok; i++) {
+        const bool last = i == levels;
+        const ibl_cube *cube = last ? &c->made.irradiance : &c->made.specular;
+        const int l = last ? 0 : i;
+        if (!cube->data || (!last && layout->roughness[l] <= 0))
+            continue;
+        const ibl_judge_level level = {
+            .content = last ? IBL_OUTPUT_IRRADIANCE : IBL_OUTPUT_SPECULAR,
+            .number = l,
+            .roughness = last ? 1 : layout->roughness[l],
+            .scale = 1,
+            .texels = {.size = ibl_cube_edge(cube->size, l),
+                       .levels = 1,
+                       .data = ibl_cube_face(cube, l, 0)},
+            .pixel = IBL_PIXEL_COUNT,
+            .loss = NAN};
+        ok = ibl_report_level(&report, b->judge, &level);
+    }
+    ok = ok && (!c->lut.data ||
+                ibl_report_lut(&report, b->ctx, &c->lut, o->lut.geometry));
+    if (ok) {
+        const double bytes = (double)c->bytes;
+        put_figure(s, "bytes", bytes, bytes, bytes);
+        for (int k = 0; k < 3; k++) {
+            ibl_measured rows[IBL_REPORT_ROWS];
+            int n = 0;
+            for (int i = 0; i < report.count; i++)
+                if (report.rows[i].level.content == parts[k].content)
+                    rows[n++] = report.rows[i].measured;
+            put_mean(s, parts[k].name, rows, n);
+        }
+        json_object_set_new(s->json, "report", ibl_report_json(&report));
+        ok = judge_drawn(b, s, c);
+    }
+    ibl_report_free(&report);
+    return ok;
+}
+
+/* ---- reports --------------------------------------------------------- */
+
+static const struct {
+    const char *name, *head; /* head: in the printed table */
+    double scale;
+} columns[] = {
+    {"time_s", "time ms", 1e3},         {"bytes", "kB", 1e-3},
+    {"specular", "specular %", 100},    {"irradiance", "irradiance %", 100},
+    {"table", "table %", 100},          {"metals", "metals %", 100},
+    {"dielectrics", "plastics %", 100}, {"peak_bytes", "peak MB", 1e-6},
+};
+enum {
+    COLUMNS = sizeof columns / sizeof *columns
+};
+
+/* The settings of all maps, a line each: for people, or as CSV. */
+static void put_rows(const json_t *document, bool csv, FILE *to)
+{
+    json_t *map, *s;
+    size_t m, i;
+    double f[3];
+
+    json_array_foreach(json_object_get(document, "maps"), m, map)
+    {
+        const char *path = text_of(map, "map");
+        if (!csv)
+            fprintf(to, "\n%-26s", ibl_path_name(path));
+        for (int k = 0; !csv && k < COLUMNS; k++)
+            fprintf(to, " %17s", columns[k].head);
+        json_array_foreach(json_object_get(map, "settings"), i, s)
+        {
+            fputs(csv ? "\n\"" : "\n", to);
+            for (; csv && *path; path++)
+                fprintf(to, *path == '"' ? "\"\"" : "%c", *path);
+            path = text_of(map, "map");
+            fputs(csv ? "\"" : "", to);
+            fprintf(to, csv ? ",%s,%s,\"%s\"" : "%-16s%-10s%.0s",
+                    text_of(s, "group"), text_of(s, "value"),
+                    text_of(s, "options"));
+            for (int k = 0; k < COLUMNS; k++) {
+                json_t *figure = json_object_get(s, columns[k].name);
+                const double x = columns[k].scale;
+                if (!figure ||
+                    json_unpack(figure, "[F, F, F]", &f[0], &f[1], &f[2]))
+                    fputs(csv ? ",,," : "                  ", to);
+                else if (csv)
+                    fprintf(to, ",%.6g,%.6g,%.6g", f[0], f[1], f[2]);
+                else
+                    fprintf(to, " %7.4g +-%-7.2g", x * f[0],
+                            x * (f[2] - f[1]) / 2);
+            }
         }
     }
-    return true;
+    fputc('\n', to);
 }
 
-static bool write_reports(const ibl_bench *b, const report *reports, int count)
+static void print_document(const json_t *document, FILE *to)
 {
-    json_t *document = ibl_bench_document(b);
-    ibl_ctx *ctx = NULL;
-    ibl_outputs *outputs = NULL;
-    bool ok = document && !ibl_start(&b->opts->common, b->console, &ctx) &&
-              !ibl_start_outputs(ctx, 0, &outputs);
+    fprintf(to, "%s, %d threads; iblbake %s, %s\n", text_of(document, "cpu"),
+            (int)json_integer_value(json_object_get(document, "threads")),
+            IBL_VERSION, text_of(document, "date"));
+    put_rows(document, false, to);
+    fputs("\nTimes are medians, +- half the distance of the quartiles; of "
+          "errors +- is a\nstandard error. Levels, irradiance and table: nRMSE "
+          "of texels; metals and\nplastics: of what a shader draws with F0 of "
+          "1 and .04, with the parts of\nthe default where a setting makes "
+          "only one.\n",
+          to);
+}
 
-    for (int i = 0; i < count && ok; i++) {
-        const char *path = reports[i].path;
-        char *text = path ? reports[i].text(document) : NULL;
-        if (path)
-            ok = text && !ibl_outputs_add(outputs, path, text, strlen(text));
-        free(text);
-    }
-    ok = ok && !ibl_commit_outputs(outputs);
-    if (!ok)
-        ibl_console_fail(b->console, "the reports: %s",
-                         ibl_status_text(IBL_ERR_MEMORY));
-    ibl_end_outputs(outputs);
-    ibl_ctx_free(ctx);
-    json_decref(document);
-    return ok;
+static void put_csv(const json_t *document, FILE *to)
+{
+    fputs("map,group,value,options", to); /* and figures: */
+    for (int k = 0; k < COLUMNS; k++)
+        fprintf(to, ",%1$s,%1$s_low,%1$s_high", columns[k].name);
+    put_rows(document, true, to);
+}
+
+/* Also for a page, whose element "<" would end. */
+static void put_json(const json_t *document, FILE *to)
+{
+    char *text = ibl_json_text(document);
+
+    for (const char *c = text ? text : ""; *c; c++)
+        fprintf(to, *c == '<' ? "\\u003c" : "%c", *c);
+    free(text);
+}
+
+/* Generated from bench_page.html by the build. */
+extern const char ibl_bench_page[];
+
+static void put_page(const json_t *document, FILE *to)
+{
+    const char *place = strstr(ibl_bench_page, "@JSON@");
+
+    fwrite(ibl_bench_page, 1, (size_t)(place - ibl_bench_page), to);
+    put_json(document, to);
+    fputs(place + strlen("@JSON@"), to);
 }
 
 /* ---- the run --------------------------------------------------------- */
 
-/* Whether q is as fast and good as p, and strictly better in one of them. */
-static bool is_beaten(const ibl_bench_point *p, const ibl_bench_point *q)
+/* Measures map number m and adds it to the list. */
+static bool measure_map(bench *b, int m, json_t *maps)
 {
-    const double time = p->series[IBL_BENCH_WALL_S].median;
-    const double other = q->series[IBL_BENCH_WALL_S].median;
+    const int n = b->opts->rounds;
+    const char *path = b->opts->maps[m];
+    ibl_judge_options options = ibl_judge_options_default();
+    json_t *list = json_array();
+    double unused;
 
-    return q->source == p->source && q->error <= p->error && other <= time &&
-           (q->error < p->error || other < time);
-}
-
-/* Marks the Pareto front of each map: points that no other point beats. */
-static void mark_front(ibl_bench *b)
-{
-    for (int i = 0; i < b->point_count; i++) {
-        ibl_bench_point *p = &b->points[i];
-        p->pareto = ibl_bench_is_rival(b, p);
-        for (int k = 0; k < b->point_count && p->pareto; k++)
-            p->pareto = !ibl_bench_is_rival(b, &b->points[k]) ||
-                        !is_beaten(p, &b->points[k]);
+    options.texels = b->opts->texels;
+    bool ok =
+        !ibl_image_read(b->ctx, path, &b->opts->common.read, &b->env, NULL) &&
+        (b->judge = ibl_judge_create(b->ctx, &b->env, 0, &options));
+    b->console.quiet = true; /* of warnings, with each bake anew */
+    for (int i = 0; i < b->count && ok; i++) {
+        setting *s = &b->settings[i];
+        ibl_candidate own = {0};
+        ibl_console_progress(&b->console, "judge", (double)i / b->count);
+        s->json = json_pack("{ss ss ss*}", "group", s->group, "value", s->value,
+                            "options", s->options);
+        ok = s->json &&
+             (i < USUAL || judge_setting(b, s, i == USUAL ? &b->usual : &own));
+        ibl_candidate_free(&own);
     }
+    for (int i = 0; i < n * b->count && ok; i++) {
+        const int k = i % b->count, round = i / b->count;
+        setting *s = &b->settings[k];
+        ibl_console_progress(&b->console, "measure", i / (n * b->count + 0.));
+        ok = k < USUAL ? run_fresh(b, path, &s->time_s[round], &unused)
+                       : time_setting(b, s, round);
+    }
+    b->console.quiet = b->opts->common.quiet;
+    for (int i = 0; i < b->count && ok; i++) {
+        setting *s = &b->settings[i];
+        put_rounds(s, "time_s", s->time_s, n);
+        if (i < USUAL)
+            put_rounds(s, "peak_bytes", b->peak_bytes[m], n);
+        json_array_append(list, s->json);
+    }
+    json_array_append_new(maps, json_pack("{so si si so}", "map",
+                                          ibl_json_string(path), "width",
+                                          b->env.width, "height", b->env.height,
+                                          "settings", list));
+    for (int i = 0; i < b->count; i++) {
+        json_decref(b->settings[i].json);
+        b->settings[i].json = NULL;
+    }
+    for (int i = 0; i < 2; i++)
+        ibl_truth_free(&b->truth[i]);
+    memset(b->truth, 0, sizeof b->truth);
+    ibl_candidate_free(&b->usual);
+    ibl_judge_free(b->judge);
+    b->judge = NULL;
+    ibl_image_free(&b->env);
+    return ok;
 }
 
-bool ibl_bench_is_rival(const ibl_bench *b, const ibl_bench_point *p)
+/* The document of bench.h; NULL: after a message, or no memory. */
+static json_t *measure(bench *b)
 {
-    if (!p->judged || b->sources[p->source].resampled ||
-        p->kind == IBL_BENCH_FORMAT)
-        return false;
-    if (p->kind != IBL_BENCH_BAKE)
-        return true;
-    for (int axis = IBL_BENCH_SIZE; axis < IBL_BENCH_SOURCE; axis++)
-        if (p->at[axis] != b->base[axis])
-            return false;
+    const bench_opts *o = b->opts;
+    char cpu[128] = "", date[32] = "", line[512];
+    FILE *f = fopen("/proc/cpuinfo", "r");
+    const time_t now = time(NULL);
+    struct tm utc;
+    json_t *maps = json_array();
+    bool ok = plan(b);
+    double unused;
+
+    for (int i = 0; i < o->map_count * o->rounds && ok; i++)
+        ok = run_fresh(b, o->maps[i / o->rounds], &unused,
+                       &b->peak_bytes[i / o->rounds][i % o->rounds]);
+    ok = ok && !ibl_start(&o->common, &b->console, &b->ctx);
+    for (int m = 0; m < o->map_count && ok; m++)
+        ok = measure_map(b, m, maps);
+    while (f && !*cpu && fgets(line, sizeof line, f))
+        sscanf(line, "model name : %127[^\n]", cpu);
+    if (f)
+        fclose(f);
+    if (gmtime_r(&now, &utc))
+        strftime(date, sizeof date, "%Y-%m-%d %H:%M UTC", &utc);
+    json_t *document = json_pack(
+        "{ss ss so ss ss si si ss si si si so}", "version", IBL_VERSION,
+        "revision", ibl_version_revision(), "cpu", ibl_json_string(cpu),
+        "compiler", ibl_version_compiler(), "date", date, "cpus",
+        ibl_cpu_count(), "threads", ok ? ibl_ctx_threads(b->ctx) : 0, "isa",
+        ok ? ibl_isa_name(ibl_ctx_isa(b->ctx)) : "", "rounds", o->rounds,
+        "texels", o->texels, "directions", o->directions, "maps", maps);
+    if (ok)
+        return document;
+    json_decref(document);
+    return NULL;
+}
+
+static int run(const void *settings)
+{
+    const bench_opts *o = settings;
+    const struct {
+        const char *path;
+        void (*write)(const json_t *document, FILE *to);
+    } reports[] = {{o->csv, put_csv}, {o->json, put_json}, {o->html, put_page}};
+    static bench whole;
+    bench *b = &whole;
+    ibl_outputs *outputs = NULL;
+    bool ok = true;
+
+    b->opts = o;
+    ibl_console_init(&b->console, o->common.quiet, o->common.verbose);
+    ibl_signals_catch();
+    /* Before the minutes of work, not after them. */
+    for (int i = 0; i < 3 && ok; i++)
+        ok = !reports[i].path || ibl_path_is_open(reports[i].path) ||
+             ibl_console_fail(&b->console,
+                              "%s: cannot be written: %s: choose another "
+                              "directory",
+                              reports[i].path, strerror(errno));
+    json_t *document = ok ? measure(b) : NULL;
+    ibl_console_finish(&b->console);
+    ok = document && !ibl_start_outputs(b->ctx, 0, &outputs);
+    for (int i = 0; i < 3 && ok; i++) {
+        ibl_memory_file file;
+        FILE *to = reports[i].path ? ibl_memory_open(&file) : NULL;
+        if (to)
+            reports[i].write(document, to);
+        char *text = ibl_memory_close(to, &file);
+        if (reports[i].path)
+            ok = text &&
+                 !ibl_outputs_add(outputs, reports[i].path, text, file.size);
+        free(text);
+    }
+    if (ok)
+        print_document(document, stdout);
+    ok = ok && ibl_console_commit(&b->console, outputs);
+    ibl_end_outputs(outputs);
+    json_decref(document);
+    for (int i = 0; i < b->count; i++)
+        free(b->settings[i].options);
+    ibl_ctx_free(b->ctx);
+    return ibl_console_end(&b->console, ok);
+}
+
+/* ---- options --------------------------------------------------------- */
+
+#define IBL_SETTINGS bench_opts
+/* clang-format off */
+static const ibl_option measuring[] = {
+    {"only", 0, IBL_CHOICE(only, group_names),
+     .help = "measure the default and these settings"},
+    {"rounds", 0, IBL_INT(rounds, 1, MAX_ROUNDS),
+     .help = "times that each is baked, in turns"},
+    {"texels", 0, IBL_INT(texels, 24, 1048576),
+     .help = "texels of each level that are compared with the exact sums"},
+    {"directions", 0, IBL_INT(directions, IBL_RENDERED_LEAST, 65536),
+     .help = "directions along which what a shader draws is compared"},
+};
+
+static const ibl_option reports[] = {
+    {"csv", 0, IBL_TEXT(csv, "FILE"), .standard = "",
+     .help = "the table for programs, a line for each setting"},
+    {"json", 0, IBL_TEXT(json, "FILE"), .standard = "",
+     .help = "the same, with the errors of each level"},
+    {"html", 0, IBL_TEXT(html, "FILE"), .standard = "",
+     .help = "a page that draws it, in one file"},
+};
+/* clang-format on */
+
+static const ibl_section *const sections[] = {
+    IBL_SECTION("Measuring", measuring), IBL_SECTION("Reports", reports),
+    &ibl_input_section, &ibl_running_section, NULL};
+
+static void defaults(void *settings)
+{
+    *(bench_opts *)settings = (bench_opts){.common = ibl_common_default(),
+                                           .rounds = 5,
+                                           .texels = 128,
+                                           .directions = 256};
+}
+
+static bool take(void *settings, const char *word)
+{
+    bench_opts *o = settings;
+
+    if (o->map_count == MAX_MAPS || !strcmp(word, "-"))
+        return ibl_misuse("%s: give at most %d files: standard input can be "
+                          "read only once",
+                          word, MAX_MAPS);
+    o->maps[o->map_count++] = word;
     return true;
 }
 
-bool ibl_bench_is_special(const ibl_bench *b, const ibl_bench_point *p)
+static bool validate(void *settings)
 {
-    return p->base || p->kind == IBL_BENCH_VARIANT ||
-           p->kind == IBL_BENCH_PEER ||
-           (p->sweeps & 1u << IBL_BENCH_METHOD &&
-            !b->sources[p->source].resampled);
+    const bench_opts *o = settings;
+
+    return o->map_count ? ibl_common_validate(&o->common)
+                        : ibl_misuse("no map: iblbake bench [options] MAP..., "
+                                     "see iblbake bench --help");
 }
 
-/* Does the work in the private directory. */
-static int work(const void *cookie, const char *directory)
-{
-    const ibl_bench_opts *opts = cookie;
-    const report reports[] = {{opts->csv, ibl_bench_csv},
-                              {opts->json, ibl_json_text},
-                              {opts->html, ibl_bench_html}};
-    const int count = (int)(sizeof reports / sizeof *reports);
-    ibl_console console;
-    ibl_bench b = {.opts = opts,
-                   .console = &console,
-                   .directory = directory,
-                   .machine = ibl_bench_machine()};
-    const time_t now = time(NULL);
-    struct tm utc;
-
-    ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
-    if (gmtime_r(&now, &utc))
-        strftime(b.date, sizeof b.date, "%Y-%m-%d %H:%M UTC", &utc);
-    bool ok = check_reports(&b, reports, count) && ibl_bench_sources_make(&b) &&
-              ibl_bench_plan(&b) && ibl_bench_measure(&b) &&
-              ibl_bench_judge(&b);
-    ibl_console_finish(&console);
-    mark_front(&b);
-    ok = ok && write_reports(&b, reports, count);
-    if (ok)
-        ibl_bench_print(&b, stdout);
-    free_bench(&b);
-    return ok ? 0 : 1;
-}
-
-int ibl_bench_run(const void *opts)
-{
-    return ibl_scratch_run(work, opts);
-}
+const ibl_command ibl_bench_command = {
+    .name = "bench",
+    .usage = "[options] MAP...",
+    .brief = "measure bakes with other settings by time and by error",
+    .intro = "Bakes maps with a table of settings, in turns, and prints the "
+             "time of each and\nhow far it is off what is exact, with the "
+             "uncertainty of every figure.\n",
+    .statuses = "0 done, 1 failed, 2 wrong usage",
+    .sections = sections,
+    .settings_size = sizeof(bench_opts),
+    .defaults = defaults,
+    .take = take,
+    .validate = validate,
+    .run = run,
+};

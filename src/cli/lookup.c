@@ -152,39 +152,3 @@ void ibl_lookup_lobes(const ibl_lobe_table *lobes, int taps, double metallic,
         add_table(lobes->data + 4 * (size_t)layer[k] * (size_t)(n * n), n, 4,
                   n_dot_v, roughness, k ? 1 - metallic : metallic, q);
 }
-
-/* ---- lod ------------------------------------------------------------- */
-
-static double on_curve(const ibl_lod *lod, double r)
-{
-    int k = 1;
-
-    while (k + 1 < lod->count && r > lod->roughness[k])
-        k++;
-    const double *x = lod->roughness + k - 1, *y = lod->lod + k - 1;
-    const double t = x[1] > x[0] ? (r - x[0]) / (x[1] - x[0]) : 1;
-    return y[0] + fmin(fmax(t, 0), 1) * (y[1] - y[0]);
-}
-
-double ibl_lod_of(const ibl_lod *lod, double roughness)
-{
-    if (lod->count == 1)
-        return lod->lod[0];
-    return lod->count ? on_curve(lod, roughness)
-                      : ibl_lod_of_roughness(&lod->layout, roughness);
-}
-
-/* ---- chance ------------------------------------------------------------ */
-
-double ibl_pick_random(int seed, unsigned long long stream,
-                       unsigned long long index)
-{
-    /* splitmix64, Steele et al. 2014. */
-    unsigned long long x = (unsigned long long)seed * 0xD1B54A32D192ED03u +
-                           stream * 0x8CB92BA72F3D8DD7u +
-                           (index + 1) * 0x9E3779B97F4A7C15u;
-    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
-    x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
-    x ^= x >> 31;
-    return (double)(x >> 11) / 9007199254740992.0;
-}

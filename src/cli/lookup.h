@@ -46,21 +46,4 @@ void ibl_lookup_lut(const ibl_lut *lut, double n_dot_v, double roughness,
 void ibl_lookup_lobes(const ibl_lobe_table *lobes, int taps, double metallic,
                       double n_dot_v, double roughness, double q[4]);
 
-enum {
-    IBL_LOD_POINTS = 32
-};
-
-/* The lod of a roughness. */
-typedef struct ibl_lod {
-    int count; /* points of a curve of straight lines; 0: as of layout */
-    double roughness[IBL_LOD_POINTS], lod[IBL_LOD_POINTS]; /* rising */
-    ibl_specular_layout layout;
-} ibl_lod;
-
-double ibl_lod_of(const ibl_lod *lod, double roughness);
-
-/* A pseudo-random number 0 <= x < 1 that depends only on the arguments. */
-double ibl_pick_random(int seed, unsigned long long stream,
-                       unsigned long long index);
-
 #endif

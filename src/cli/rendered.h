@@ -8,35 +8,28 @@
  *
  * What is estimated is over normals that are uniform over the sphere, N.V with
  * the density 2 N.V (that of the pixels of a sphere) and any azimuth of the
- * view. Half of the samples are drawn so that reflections and N.V are even; the
- * others so that the half vector of the view and a light of the map lies near
- * the normal, at distances of every order. Weights undo that. The samples are
- * IBL_BATCHES batches, each a randomised sequence of its own, evenly spread:
- * what changes when one of them is left out gives the standard errors
- * (jackknife).
- *
- * With S the shader's colour and T the truth, |.| over R, G and B,
- *     nRMSE = sqrt(sum w |S - T|^2 / sum w |T|^2).
+ * view. A third of the samples are drawn so that reflections and N.V are even;
+ * the others so that the half vector of the view and a light of the map lies
+ * near the normal, at distances of every order, and more of them at grazing
+ * angles. Weights undo that.
  */
 #ifndef CLI_RENDERED_H
 #define CLI_RENDERED_H
 
 #include <ibl/reference.h>
+#include <ibl/set.h>
 
+#include "cli/figures.h"
 #include "cli/lookup.h"
 
-/* ---- what a shader draws with ------------------------------------------ */
-
-/* In the world's axes. Nothing in it is owned. */
+/* What a shader draws with, in the world's axes. Nothing in it is owned. */
 typedef struct ibl_drawn {
-    ibl_shader shader; /* not AUTO */
-    int levels;        /* of the chain of GGX lobes; 0: none, irradiance takes
-                          its place */
-    ibl_cube level[IBL_MAX_LEVELS];   /* of one level each */
-    double roughness[IBL_MAX_LEVELS]; /* of these */
-    ibl_lod lod;                      /* of a roughness */
-    ibl_cube irradiance;              /* one level; data NULL: none */
-    double irradiance_scale;          /* 1: irradiance / pi; pi: irradiance */
+    ibl_shader shader;   /* not AUTO */
+    ibl_set_facts chain; /* levels of GGX, their roughness and lod; levels 0:
+                            there are none, irradiance takes their place */
+    ibl_cube level[IBL_MAX_LEVELS]; /* of one level each */
+    ibl_cube irradiance;            /* one level; data NULL: none */
+    double irradiance_scale;        /* 1: irradiance / pi; pi: irradiance */
     const double *sh; /* in place of the cube, radiance as in ibl_bake_sh, to
                          sh_degree; NULL: none */
     int sh_degree;
@@ -46,12 +39,9 @@ typedef struct ibl_drawn {
     int light_count;
 } ibl_drawn;
 
-/* Makes `levels` of the levels of a chain, whose texels stay where they are. */
+/* Sets the levels to those of a chain, whose texels stay where they are. */
 void ibl_drawn_chain(ibl_drawn *set, const ibl_cube *chain,
                      const ibl_specular_layout *layout);
-
-/* Whether the shader looks up irradiance. */
-bool ibl_drawn_needs_irradiance(const ibl_drawn *set);
 
 #define IBL_MATERIAL_STEPS 64
 
@@ -63,13 +53,10 @@ typedef struct ibl_materials {
     double diffuse[IBL_MATERIAL_STEPS + 1][2]; /* their mean diffuse albedo */
 } ibl_materials;
 
-/* ---- the truth ----------------------------------------------------------- */
-
 enum {
     IBL_RENDERED_LIST = 32,  /* roughnesses, values of F0 */
     IBL_RENDERED_LEAST = 24, /* directions */
-    IBL_RENDERED_DIRECTIONS = 512,
-    IBL_BATCHES = 16
+    IBL_RENDERED_DIRECTIONS = 512
 };
 
 /* Of a grid there is a row of samples for each F0 and roughness, all along the
@@ -97,9 +84,8 @@ typedef struct ibl_sample {
 typedef struct ibl_truth {
     ibl_truth_options options; /* materials: NULL */
     int rows;                  /* by F0, then by roughness; 1 of materials */
-    ibl_sample *sample; /* [rows][directions]; direction i is of the batch
-                           i IBL_BATCHES / directions */
-    double mean[3];     /* of the map */
+    ibl_sample *sample;        /* [rows][directions] */
+    double mean[3];            /* of the map */
 } ibl_truth;
 
 /* env is turned by yaw_deg as in a bake. False: no memory, or after a message
@@ -108,54 +94,23 @@ bool ibl_truth_make(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
                     const ibl_truth_options *options, ibl_truth *out);
 void ibl_truth_free(ibl_truth *t); /* zeroed is allowed */
 
-/* ---- measuring ------------------------------------------------------------
- */
-
-/* From T to S, one exact thing after the other is replaced by that of the
- * shader. A part is the nRMSE of two neighbouring stages:
- *     T, the integral of the BRDF
- *     the exact lobes that the shader looks up, with the roughness and in the
- *       directions that it takes, and its share of exact irradiance; times
- *       the exact F0 A + B; the exact diffuse light
- *     lookups in the set
- *     S: F0 A + B by the set's table */
-typedef enum ibl_figure {
-    IBL_FIGURE_NRMSE,
-    IBL_FIGURE_MEDIAN, /* of the relative error, ibl_relative_error */
-    IBL_FIGURE_P95,
-    IBL_FIGURE_RATIO, /* of the means of R + G + B of S and T */
-    IBL_FIGURE_VIEW,  /* these parts are 0 unless asked for: the lookup */
-    IBL_FIGURE_SET,   /* levels, texels and irradiance */
-    IBL_FIGURE_TABLE,
-    IBL_FIGURES
-} ibl_figure;
-
-/* "nrmse", "median", "p95", "ratio", "view", "set", "table" */
-extern const char *const ibl_figure_names[];
-
-typedef struct ibl_measured {
-    double value[IBL_FIGURES];
-    double error[IBL_FIGURES];                /* standard errors of these */
-    double without[IBL_BATCHES][IBL_FIGURES]; /* without a batch: differences
-                                                 of two sets have errors by
-                                                 ibl_jackknife, too */
-} ibl_measured;
-
 /*
- * Measures a set.
+ * Measures a set, with S the shader's colour.
  *   rest    makes the parts: of what lights left of the map, or of the map; or
  *           NULL
  *   rows    of the truth, written
  *   square  w |S - T|^2 of each sample, written; or NULL
+ * From T to S, one exact thing after the other is replaced by that of the
+ * shader. A part is the nRMSE of two neighbouring stages:
+ *           T, the integral of the BRDF
+ *   view    the exact lobes that the shader looks up, with the roughness and in
+ *           the directions that it takes, and its share of exact irradiance;
+ *           times the exact F0 A + B; the exact diffuse light; lights as discs
+ *   set     lookups in the set
+ *   table   S: F0 A + B by the set's table
  * False: no memory, or after a message.
  */
 bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
                  const ibl_reference *rest, ibl_measured *rows, double *square);
-
-/* The mean of figures of some rows, with its errors. */
-ibl_measured ibl_measured_mean(const ibl_measured *rows, int count);
-
-/* The standard error of a figure, from its values without each batch. */
-double ibl_jackknife(const double without[IBL_BATCHES]);
 
 #endif

@@ -1,107 +1,48 @@
 /* SPDX-License-Identifier: MIT */
 /* iblbake verify: compares baked files with the exact sums. */
+#include "cli/verify.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
-#include "cli/console.h"
 #include "cli/probes.h"
-#include "cli/rendered_report.h"
-#include "cli/verify_files.h"
 #include "common/names.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "json/json_text.h"
 
+enum {
+    LEAST_TEXELS = 24
+};
+
 /* ---- options --------------------------------------------------------- */
 
-static const char *const scale_names[] = {"E/pi", "E", NULL};
+static const char *const scale_names[] = {"auto", "E/pi", "E", NULL};
 static const char *const lobe_names[] = {"auto", IBL_LOBE_NAMES, NULL};
 static const char *const table_names[] = {"auto", IBL_LUT_NAMES, NULL};
 static const char *const geometry_names[] = {"auto", "smith", "schlick-ibl",
                                              NULL};
 
-static bool parse_face_names(void *field, const char *value)
-{
-    char(*names)[16] = field;
-
-    for (int face = 0; face < IBL_FACES; face++) {
-        const size_t length = strcspn(value, ",");
-        if (length < 1 || length >= sizeof names[face])
-            return false;
-        memcpy(names[face], value, length);
-        names[face][length] = '\0';
-        value += length;
-        if (*value != (face == IBL_FACES - 1 ? '\0' : ','))
-            return false;
-        value++;
-    }
-    return true;
-}
-
 static bool parse_roughness_map(void *field, const char *value)
 {
-    ibl_verify_map *m = field;
+    ibl_set_facts *f = field;
     const int named = ibl_names_find(ibl_mapping_names, value);
 
-    *m = (ibl_verify_map){.given = 1};
-    if (named >= 0)
-        m->map = (ibl_roughness_map)named;
-    else
-        m->count = ibl_number_list(value, ',', 0, 1, m->list, IBL_MAX_LEVELS);
-    return named >= 0 || m->count;
-}
-
-/* "0:0,0.5:2.5,1:5": roughness and lod, rising. */
-static bool parse_lod(void *field, const char *value)
-{
-    ibl_verify_lod *l = field;
-    const int named = ibl_names_find(ibl_mapping_names, value);
-    ibl_lod *lod = &l->lod;
-    const char *end = value;
-
-    *l = (ibl_verify_lod){.given = 1};
-    if (named >= 0) {
-        lod->layout.mapping = (ibl_roughness_map)named;
-        return true;
-    }
-    for (int k = 0; k < IBL_LOD_POINTS; k++, value = end + 1) {
-        if (!ibl_number_real(value, 0, 1, &lod->roughness[k], &end) ||
-            *end != ':' ||
-            !ibl_number_real(end + 1, 0, IBL_MAX_LEVELS, &lod->lod[k], &end) ||
-            (k && lod->roughness[k] <= lod->roughness[k - 1]))
-            return false;
-        lod->count = k + 1;
-        if (*end != ',')
-            return !*end;
-    }
-    return false;
-}
-
-static bool parse_roughness(void *field, const char *value)
-{
-    ibl_truth_options *o = field;
-    const int n =
-        ibl_number_list(value, ',', 0, 1, o->roughness, IBL_RENDERED_LIST);
-
-    o->roughness_count = n;
-    for (int k = 1; k < n; k++)
-        if (o->roughness[k] <= o->roughness[k - 1])
-            return false;
-    return n;
-}
-
-static bool parse_f0(void *field, const char *value)
-{
-    ibl_truth_options *o = field;
-
-    return (o->f0_count =
-                ibl_number_list(value, ',', 0, 1, o->f0, IBL_RENDERED_LIST));
+    f->known &= ~(unsigned)(IBL_KNOWN_MAPPING | IBL_KNOWN_ROUGHNESS);
+    f->known |= named >= 0 ? IBL_KNOWN_MAPPING : IBL_KNOWN_ROUGHNESS;
+    f->mapping = named >= 0 ? (ibl_roughness_map)named : IBL_ROUGHNESS_LINEAR;
+    f->levels = named >= 0 ? 0
+                           : ibl_number_list(value, ',', 0, 1, f->roughness,
+                                             IBL_MAX_LEVELS);
+    return named >= 0 || f->levels;
 }
 
 static bool parse_axes(void *field, const char *value)
 {
-    int axes[3] = {0}, seen = 0;
+    ibl_set_facts *f = field;
+    int seen = 0;
 
     for (int k = 0; k < 3; k++) {
         const int sign = *value == '-' ? -1 : 1;
@@ -109,12 +50,11 @@ static bool parse_axes(void *field, const char *value)
         if (*value < 'x' || *value > 'z' || seen & 1 << (*value - 'x'))
             return false;
         seen |= 1 << (*value - 'x');
-        axes[k] = sign * (*value - 'x' + 1);
-        if (*++value != (k == 2 ? '\0' : ','))
+        f->axes[k] = sign * (*value++ - 'x' + 1);
+        if (*value++ != (k == 2 ? '\0' : ','))
             return false;
-        value++;
     }
-    memcpy(field, axes, sizeof axes);
+    f->known |= IBL_KNOWN_AXES;
     return true;
 }
 
@@ -126,27 +66,24 @@ static const ibl_option files[] = {
      .standard = "ENV without directory and extension",
      .help = "the files in DIR are NAME_specular.EXT and so on"},
     {"specular", 0,
-     IBL_TEXT(files[IBL_OUTPUT_SPECULAR], "FILE"), .standard = "",
+     IBL_TEXT(files[IBL_CONTENT_SPECULAR], "FILE"), .standard = "",
      .help = "a specular cube: KTX2, KTX or DDS, or six images a level, named "
              "by a pattern with %l for the level and %f for the face"},
-    {"irradiance", 0, IBL_TEXT(files[IBL_OUTPUT_IRRADIANCE], "FILE"),
+    {"irradiance", 0, IBL_TEXT(files[IBL_CONTENT_IRRADIANCE], "FILE"),
      .standard = "", .help = "a diffuse cube, or a pattern with %f"},
-    {"skybox", 0, IBL_TEXT(files[IBL_OUTPUT_SKYBOX], "FILE"), .standard = "",
+    {"skybox", 0, IBL_TEXT(files[IBL_CONTENT_SKYBOX], "FILE"), .standard = "",
      .help = "the environment as a cube, or a pattern with %f"},
-    {"lut", 0, IBL_TEXT(files[IBL_OUTPUT_LUT], "FILE"), .standard = "",
+    {"lut", 0, IBL_TEXT(files[IBL_CONTENT_LUT], "FILE"), .standard = "",
      .help = "a BRDF table; without other files it needs no ENV"},
     {"array-layer", 0, IBL_INT(layer, 0, IBL_MAX_PROBES - 1),
      .standard = "none",
      .help = "the layer that is judged of arrays of cubes"},
-    {"face-names", 0, IBL_OTHER(face_names, "LIST", parse_face_names),
-     .allowed = "six names in the order +X -X +Y -Y +Z -Z",
-     .standard = "px,nx,py,ny,pz,nz", .help = "names that replace %f"},
 };
 
 static const ibl_option meaning[] = {
     {"lobe", 0, IBL_CHOICE(lobe, lobe_names),
      .help = "lobe of the specular levels; auto: what the files say, else ggx"},
-    {"roughness-map", 0, IBL_OTHER(roughness, "MAP", parse_roughness_map),
+    {"roughness-map", 0, IBL_OTHER(facts, "MAP", parse_roughness_map),
      .allowed = "linear, filament, babylon or a list of each level's, as "
                 "0,0.5,1",
      .standard = "what the files say, else linear",
@@ -158,7 +95,7 @@ static const ibl_option meaning[] = {
     {"lights", 0, IBL_INT(lights, 0, IBL_MAX_LIGHTS),
      .standard = "what the files say, else 0",
      .help = "compact sources that the bake took out of all but the skybox"},
-    {"axes", 0, IBL_OTHER(axes, "LIST", parse_axes),
+    {"axes", 0, IBL_OTHER(facts, "LIST", parse_axes),
      .allowed = "a permutation of x, y and z, each with or without a minus",
      .standard = "what the files say, else x,y,z",
      .help = "axes of iblbake's world that +X, +Y and +Z of the files are"},
@@ -172,14 +109,15 @@ static const ibl_option meaning[] = {
 };
 
 static const ibl_option judging[] = {
-    {"texels", 0, IBL_INT(judge.texels, IBL_JUDGE_MIN_TEXELS, 1000000),
+    {"texels", 0, IBL_INT(judge.texels, LEAST_TEXELS, 1000000),
      .help = "approximate number of texels to judge in each level"},
     {"all", 0, IBL_FLAG(judge.all), .help = "judge every texel; slow"},
     {"seed", 0, IBL_INT(judge.seed, 0, 1000000000),
      .help = "another seed judges other texels"},
     {"max-error", 0, IBL_REAL(max_error, "E", 0, 1000), .standard = "none",
-     .help = "exit with status 1 if the nRMSE of a level or the largest "
-             "error of the table is above E, or a texel is not finite"},
+     .help = "exit with status 1 if the nRMSE of a level, the largest error "
+             "of the table or that of the harmonics is above E, or a texel is "
+             "not finite"},
 };
 
 static const ibl_option rendering[] = {
@@ -187,21 +125,10 @@ static const ibl_option rendering[] = {
      .help = "judge what a shader draws with the files, not their texels"},
     {"shader", 0, IBL_CHOICE(shader, ibl_shader_names),
      .help = "how the shader looks up reflections, as in ibl.glsl; auto: by "
-             "the lobe table if there is one and no --lod, else split"},
-    {"lobe-table", 0, IBL_TEXT(files[IBL_OUTPUT_LOBES], "FILE"),
+             "the lobe table if there is one, else split"},
+    {"lobe-table", 0, IBL_TEXT(files[IBL_CONTENT_LOBE_TABLE], "FILE"),
      .standard = "", .help = "the lobe table"},
-    {"lod", 0, IBL_OTHER(lod, "LOD", parse_lod),
-     .allowed = "linear, filament, babylon or a list of ROUGHNESS:LOD",
-     .standard = "what the files say, else their levels' roughness",
-     .help = "the shader's lod of a roughness; straight lines join a list"},
-    {"roughness", 0, IBL_OTHER(shading, "LIST", parse_roughness),
-     .allowed = "rising numbers from 0 to 1",
-     .standard = "0.1,0.2,0.3,0.4,0.5,0.7,0.85,1",
-     .help = "roughnesses of the surface"},
-    {"f0", 0, IBL_OTHER(shading, "LIST", parse_f0),
-     .allowed = "numbers from 0 to 1", .standard = "1,0.04",
-     .help = "reflectances of the surface at normal incidence"},
-    {"directions", 0, IBL_INT(shading.directions, IBL_RENDERED_LEAST, 65536),
+    {"directions", 0, IBL_INT(directions, IBL_RENDERED_LEAST, 65536),
      .help = "pairs of a normal and a view"},
     {"max-rendered-error", 0, IBL_REAL(max_rendered_error, "E", 0, 1000),
      .standard = "none",
@@ -230,17 +157,15 @@ static const ibl_section *const sections[] = {
 
 static void defaults(void *settings)
 {
-    ibl_verify_opts *o = settings;
-
-    *o = (ibl_verify_opts){.common = ibl_common_default(),
-                           .yaw_deg = NAN,
-                           .lights = -1,
-                           .layer = -1,
-                           .judge = ibl_judge_options_default(),
-                           .shading = ibl_truth_options_default(),
-                           .max_rendered_error = NAN,
-                           .max_error = NAN};
-    parse_face_names(o->face_names, "px,nx,py,ny,pz,nz");
+    *(ibl_verify_opts *)settings =
+        (ibl_verify_opts){.common = ibl_common_default(),
+                          .yaw_deg = NAN,
+                          .lights = -1,
+                          .layer = -1,
+                          .judge = ibl_judge_options_default(),
+                          .directions = IBL_RENDERED_DIRECTIONS,
+                          .max_rendered_error = NAN,
+                          .max_error = NAN};
 }
 
 static bool take(void *settings, const char *word)
@@ -249,14 +174,11 @@ static bool take(void *settings, const char *word)
 
     if (!*word)
         return ibl_misuse("an empty argument: verify takes ENV and DIR");
-    if (!o->input)
-        o->input = word;
-    else if (!o->directory)
-        o->directory = word;
-    else
+    if (o->directory)
         return ibl_misuse("%s: a third argument after %s and %s: verify takes "
                           "ENV and DIR",
                           word, o->input, o->directory);
+    *(o->input ? &o->directory : &o->input) = word;
     return true;
 }
 
@@ -265,37 +187,32 @@ enum {
     OF_TEXELS = 1 << 0,
     SOME_TEXELS = 1 << 1, /* not all of each level */
     OF_RENDERED = 1 << 2,
-    PATTERN = 1 << 3, /* names of faces in the names of files */
-    OF_MAP = 1 << 4,
-    IN_DIRECTORY = 1 << 5,
-    SPLIT = 1 << 6, /* a table of the split sum */
-    FILES = 7       /* and bits from here of the files there are, by kind */
+    OF_MAP = 1 << 3,
+    IN_DIRECTORY = 1 << 4,
+    SPLIT = 1 << 5, /* a table of the split sum */
+    FILES = 6       /* and bits from here of the files there are, by content */
 };
-#define FILE_OF(kind) (1u << (FILES + (kind)))
+#define FILE_OF(content) (1u << (FILES + (content)))
 #define LIT_FILES                                                              \
-    (FILE_OF(IBL_OUTPUT_SPECULAR) | FILE_OF(IBL_OUTPUT_IRRADIANCE))
-#define MAP_FILES (LIT_FILES | FILE_OF(IBL_OUTPUT_SKYBOX))
+    (FILE_OF(IBL_CONTENT_SPECULAR) | FILE_OF(IBL_CONTENT_IRRADIANCE))
+#define MAP_FILES (LIT_FILES | FILE_OF(IBL_CONTENT_SKYBOX))
+#define ALL_FILES (SPLIT | ~0u << FILES) /* before they are known */
 
 static const ibl_rule rules[] = {
     {"texels all max-error heatmap skybox", OF_TEXELS,
      "--rendered judges no texels: leave one of them out"},
     {"texels seed", SOME_TEXELS | OF_RENDERED, "--all judges every texel"},
-    {"shader lobe-table lod roughness f0 directions max-rendered-error",
-     OF_RENDERED, "is for what is drawn: add --rendered"},
-    {"face-names", PATTERN, "no file is named by a pattern with %f"},
+    {"shader lobe-table directions max-rendered-error", OF_RENDERED,
+     "is for what is drawn: add --rendered"},
     {"rotate lights layer part any-aspect input-layout strict primaries "
      "exposure clamp",
      OF_MAP, "a table needs no environment: leave it out"},
     {"name", IN_DIRECTORY, "is of files in a directory: add it"},
-    {.options = NULL}};
-
-/* The same, once the files are found. */
-static const ibl_rule rules_of_files[] = {
-    {"lobe roughness-map", FILE_OF(IBL_OUTPUT_SPECULAR),
+    {"lobe roughness-map", FILE_OF(IBL_CONTENT_SPECULAR),
      "there is no specular map: leave it out"},
-    {"irradiance-scale", FILE_OF(IBL_OUTPUT_IRRADIANCE),
+    {"irradiance-scale", FILE_OF(IBL_CONTENT_IRRADIANCE),
      "there is no irradiance map: leave it out"},
-    {"lut-kind", FILE_OF(IBL_OUTPUT_LUT), "there is no table: leave it out"},
+    {"lut-kind", FILE_OF(IBL_CONTENT_LUT), "there is no table: leave it out"},
     {"geometry", SPLIT | OF_RENDERED,
      "there is no table of the split sum: leave it out"},
     {"lights", LIT_FILES,
@@ -305,324 +222,498 @@ static const ibl_rule rules_of_files[] = {
      MAP_FILES, "there is no map: leave it out"},
     {.options = NULL}};
 
-static bool check_rules(const ibl_verify_opts *o)
+static bool check_rules(const ibl_verify_opts *o, unsigned there)
 {
-    unsigned facts = o->rendered    ? OF_RENDERED
-                     : o->judge.all ? OF_TEXELS
-                                    : OF_TEXELS | SOME_TEXELS;
-
-    for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
-        if (o->files[kind] && strstr(o->files[kind], "%f"))
-            facts |= PATTERN;
-    if (o->input && strstr(o->input, "%f"))
-        facts |= PATTERN;
     return ibl_check_rules(&o->given, rules,
-                           facts | (o->input ? OF_MAP : 0) |
-                               (o->directory ? IN_DIRECTORY : 0));
+                           (o->rendered    ? OF_RENDERED
+                            : o->judge.all ? OF_TEXELS
+                                           : OF_TEXELS | SOME_TEXELS) |
+                               (o->input ? OF_MAP : 0) |
+                               (o->directory ? IN_DIRECTORY : 0) | there);
 }
 
 /* A set of probes, as of iblbake probes, in place of an environment. */
-static bool is_set(const ibl_verify_opts *o)
+static bool is_of_probes(const ibl_verify_opts *o)
 {
     const char *dot = o->input ? strrchr(o->input, '.') : NULL;
 
     return dot && !strcmp(dot, ".json");
 }
 
-static bool check_set(const ibl_verify_opts *o)
-{
-    bool other = o->json || o->heatmap || o->layer >= 0 || o->name;
-
-    for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
-        other |= o->files[kind] != NULL;
-    return (o->directory && !other) ||
-           ibl_misuse("%s: a set of probes is judged by the directory of its "
-                      "bake, without --name, --array-layer, files, --json "
-                      "and --heatmap",
-                      o->input);
-}
-
-/* A table has lods of its own. */
-static bool settle_lod(ibl_verify_opts *o)
-{
-    ibl_shader *shader = &o->shader;
-
-    if (!o->lod.given)
-        return true;
-    if (*shader == IBL_SHADER_AUTO)
-        *shader = IBL_SHADER_SPLIT;
-    return *shader < IBL_SHADER_TABLE ||
-           ibl_misuse("--lod: --shader %s has those of the lobe table: leave "
-                      "one out",
-                      ibl_shader_names[*shader]);
-}
-
 static bool validate(void *settings)
 {
     ibl_verify_opts *o = settings;
-    const bool cubes = o->files[IBL_OUTPUT_SKYBOX] ||
-                       o->files[IBL_OUTPUT_SPECULAR] ||
-                       o->files[IBL_OUTPUT_IRRADIANCE];
-    const bool lut = o->files[IBL_OUTPUT_LUT] != NULL;
+    const bool lut = o->files[IBL_CONTENT_LUT];
+    bool cubes = false;
 
-    if (is_set(o) && !check_set(o))
-        return false;
+    for (int c = 0; c < IBL_CONTENT_LUT; c++)
+        cubes |= o->files[c] != NULL;
+    if (is_of_probes(o) && (!o->directory || cubes || lut || o->json ||
+                            o->heatmap || o->layer >= 0 || o->name))
+        return ibl_misuse("%s: a set of probes is judged by the directory of "
+                          "its bake, without --name, --array-layer, files, "
+                          "--json and --heatmap",
+                          o->input);
     if (!o->input && (cubes || !lut))
         return ibl_misuse("no environment: iblbake verify [options] ENV DIR, "
                           "see iblbake verify --help");
     if (!o->directory && !cubes && !lut)
         return ibl_misuse("nothing to judge: add the directory of the bake, or "
                           "--specular, --irradiance, --skybox or --lut");
-    o->shading.seed = o->judge.seed;
-    if (!ibl_common_validate(&o->common) || !check_rules(o) || !settle_lod(o))
+    if (!ibl_common_validate(&o->common) || !check_rules(o, ALL_FILES))
         return false;
-    if (!o->name) {
+    if (!o->name && !is_of_probes(o)) {
         if (!ibl_stem(o->input, o->stem, sizeof o->stem))
             return false;
         o->name = o->stem;
     }
+    const struct {
+        bool given;
+        unsigned bit;
+    } known[] = {{o->lobe, IBL_KNOWN_LOBE},
+                 {o->scale, IBL_KNOWN_SCALE},
+                 {o->table, IBL_KNOWN_TABLE},
+                 {o->geometry, IBL_KNOWN_GEOMETRY},
+                 {o->lights >= 0, IBL_KNOWN_LIGHTS},
+                 {!isnan(o->yaw_deg), IBL_KNOWN_YAW}};
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+        o->facts.known |= known[i].given ? known[i].bit : 0;
+    o->facts.lobe = (ibl_lobe)(o->lobe ? o->lobe - 1 : 0);
+    o->facts.irradiance_scale = o->scale == 2 ? 1 / M_PI : 1;
+    o->facts.table = (ibl_lut_kind)(o->table ? o->table - 1 : 0);
+    o->facts.geometry = (ibl_geometry)(o->geometry ? o->geometry - 1 : 0);
+    o->facts.lights = o->lights;
+    o->facts.yaw_deg = o->yaw_deg;
+    o->judge.grid = o->heatmap != NULL;
     return true;
+}
+
+/* ---- files ----------------------------------------------------------- */
+
+typedef struct verify {
+    const ibl_verify_opts *o;
+    ibl_console *console;
+    ibl_ctx *ctx;
+    ibl_set set;
+    ibl_cube cube[IBL_CONTENT_LUT]; /* of the set, without textures */
+    ibl_lut lut;
+    ibl_image env, rest; /* rest: without the lights */
+    double yaw_deg;
+    ibl_light lights[IBL_MAX_LIGHTS];
+    int light_count;
+} verify;
+
+/* Reads the set, and what of it is judged as cubes and a table. */
+static bool read_files(verify *v)
+{
+    const ibl_verify_opts *o = v->o;
+    ibl_set_options opts = ibl_set_options_default();
+    bool ok = true;
+    unsigned there = 0;
+
+    opts.name = o->name;
+    opts.layer = o->layer;
+    opts.facts = &o->facts;
+    opts.leave = o->leave | 1u << (o->rendered ? IBL_CONTENT_SKYBOX
+                                               : IBL_CONTENT_LOBE_TABLE);
+    memcpy(opts.file, o->files, sizeof opts.file);
+    ibl_console_progress(v->console, "read", 0);
+    if (ibl_set_open(v->ctx, o->directory, &opts, &v->set))
+        return false;
+    double need = IBL_PROGRAM_BYTES;
+    for (int c = 0; c < IBL_CONTENTS; c++)
+        need += 3.0 * sizeof(float) * (double)v->set.file[c].texture.bytes /
+                (double)ibl_pixel_bytes(v->set.file[c].texture.pixel);
+    const double most = (double)ibl_memory_most(&o->common);
+    if (most > 0 && need > most)
+        return ibl_console_fail(
+            v->console,
+            "%s: takes %.0f MiB of memory, more than the %.0f of "
+            "--max-memory: judge fewer files at once, by --specular and its "
+            "like",
+            o->directory ? o->directory : o->input, ceil(need / (1 << 20)),
+            floor(most / (1 << 20)));
+    for (int c = 0; c < IBL_CONTENTS && ok; c++) {
+        ibl_set_file *f = &v->set.file[c];
+        if (f->missing)
+            ok = ibl_console_fail(
+                v->console, "%s: %s names it, but it is not there: bake again",
+                f->path, v->set.sidecar);
+        else if (f->path && c < IBL_CONTENT_LUT)
+            ok = !ibl_texture_to_cube(v->ctx, &f->texture, &v->cube[c]);
+        else if (f->path && c == IBL_CONTENT_LUT)
+            ok = !ibl_texture_to_lut(v->ctx, &f->texture, &v->lut);
+        there |= f->path ? FILE_OF(c) : 0;
+        if (c < IBL_CONTENT_LUT) { /* as floats from here on */
+            ibl_bytes_free(f->texture.data);
+            f->texture.data = NULL;
+        }
+    }
+    ibl_console_finish(v->console);
+    there |= v->lut.data && !v->lut.kind ? SPLIT : 0;
+    if (ok && !check_rules(o, there))
+        ok = !(v->console->failed = true);
+    return ok;
+}
+
+/* Reads the environment, as the files say that it was read. */
+static bool read_map(verify *v)
+{
+    const ibl_read_options *said = &v->set.read;
+    ibl_read_options read = v->o->common.read;
+    const ibl_set_facts *first = NULL;
+    int lights = 0;
+
+    v->yaw_deg = isnan(v->o->yaw_deg) ? v->set.yaw_deg : v->o->yaw_deg;
+    for (int c = IBL_CONTENT_LUT - 1; c >= 0; c--) {
+        const ibl_set_facts *f = &v->set.file[c].facts;
+        if (!v->cube[c].data)
+            continue;
+        if (first && (fabs(f->yaw_deg - first->yaw_deg) > 0 ||
+                      (c && f->lights != first->lights)))
+            return ibl_console_fail(
+                v->console,
+                "%s: baked with --rotate %g and %d lights taken out, another "
+                "file with %g and %d: judge one at a time",
+                v->set.file[c].path, f->yaw_deg, f->lights, first->yaw_deg,
+                first->lights);
+        first = f;
+        lights = c == IBL_CONTENT_SKYBOX ? lights : f->lights;
+    }
+    read.transfer = read.transfer ? read.transfer : said->transfer;
+    read.primaries = read.primaries ? read.primaries : said->primaries;
+    read.exposure = fabs(read.exposure) > 0 ? read.exposure : said->exposure;
+    read.clamp = read.clamp > 0 ? read.clamp : said->clamp;
+    ibl_console_progress(v->console, "decode", 0);
+    if (ibl_image_read(v->ctx, v->o->input, &read, &v->env, NULL))
+        return false;
+    if (lights <= 0)
+        return true;
+    const size_t n = (size_t)v->env.width * (size_t)v->env.height;
+    if (ibl_image_alloc(v->ctx, v->env.width, v->env.height, &v->rest))
+        return false;
+    memcpy(v->rest.data, v->env.data, 3 * sizeof(float) * n);
+    return !ibl_image_take_lights(v->ctx, &v->rest, v->yaw_deg, lights,
+                                  v->lights, &v->light_count);
 }
 
 /* ---- judging --------------------------------------------------------- */
 
-typedef struct verify {
-    const ibl_verify_opts *opts;
-    ibl_console *console;
-    ibl_ctx *ctx;
-    ibl_outputs *outputs;
-    ibl_judged_map map;
-    ibl_verify_files files;
-    ibl_report report;
-    ibl_rendered rendered;
-} verify;
-
-static bool check_files(verify *v)
+static ibl_cube level_of(const ibl_cube *cube, int level)
 {
-    unsigned facts = v->opts->rendered ? OF_RENDERED : 0;
-
-    for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
-        facts |= v->files.path[kind] ? FILE_OF(kind) : 0;
-    if (v->files.lut.data && v->files.lut.kind == IBL_LUT_SPLIT)
-        facts |= SPLIT;
-    ibl_console_finish(v->console);
-    v->console->failed =
-        !ibl_check_rules(&v->opts->given, rules_of_files, facts);
-    return !v->console->failed;
+    return (ibl_cube){ibl_cube_edge(cube->size, level), 1,
+                      ibl_cube_face(cube, level, 0), cube->projection};
 }
 
-static bool read_map(verify *v)
+static bool judge_texels(const verify *v, ibl_report *report)
 {
-    const ibl_verify_opts *o = v->opts;
-    ibl_source *source = NULL;
+    const ibl_image *images[2] = {&v->env, &v->rest};
+    ibl_judge *judges[2] = {NULL, NULL};
+    bool ok = true;
 
-    ibl_console_progress(v->console, "decode", 0);
-    const bool ok =
-        !ibl_source_open(v->ctx, o->input, &v->files.read, &source) &&
-        ibl_verify_fits(
-            o, v->console, &v->files, o->input,
-            (double)ibl_judged_map_bytes(source, v->files.lights)) &&
-        ibl_judged_map_read(v->ctx, source, v->files.yaw_deg, v->files.lights,
-                            &v->map);
-    ibl_source_close(source);
+    for (int k = 0; k < 2 && ok; k++)
+        ok = !images[k]->data ||
+             (judges[k] = ibl_judge_create(v->ctx, images[k], v->yaw_deg,
+                                           &v->o->judge));
+    const ibl_judge *rest = judges[v->rest.data != NULL];
+    for (int c = 0; c < IBL_CONTENT_LUT; c++) {
+        const ibl_set_file *f = &v->set.file[c];
+        const ibl_cube *cube = &v->cube[c];
+        /* Mips of an irradiance map serve minification and are not judged. */
+        const int levels =
+            c == IBL_CONTENT_IRRADIANCE && cube->data ? 1 : cube->levels;
+        for (int l = 0; l < levels && ok; l++) {
+            const ibl_judge_level level = {
+                .content = (ibl_output_kind)c,
+                .number = l,
+                .lobe = f->facts.lobe,
+                .roughness =
+                    c == IBL_CONTENT_SPECULAR ? f->facts.roughness[l] : 0,
+                .scale = c == IBL_CONTENT_IRRADIANCE
+                             ? 1 / f->facts.irradiance_scale
+                             : 1,
+                .texels = level_of(cube, l),
+                .base = cube->size,
+                .pixel = f->pixel};
+            char stage[32];
+            snprintf(stage, sizeof stage, "%s %d",
+                     ibl_output_name(level.content), l);
+            ibl_console_progress(v->console, stage, 0);
+            ok = ibl_report_level(
+                report, c == IBL_CONTENT_SKYBOX ? judges[0] : rest, &level);
+        }
+    }
+    if (ok && rest && v->set.sh_degree >= 0)
+        ok = ibl_report_sh(report, rest, v->set.sh_degree, v->set.sh);
+    ibl_console_progress(v->console, "lut", 0);
+    if (ok && v->lut.data)
+        ok = ibl_report_lut(report, v->ctx, &v->lut,
+                            v->set.file[IBL_CONTENT_LUT].facts.geometry);
+    ibl_judge_free(judges[0]);
+    ibl_judge_free(judges[1]);
     return ok;
 }
 
-static bool judge_rendered(verify *v)
+/* RGBA decodes without alpha: each texel is two of two channels. */
+static bool decode_lobes(const verify *v, ibl_lobe_table *lobes)
 {
-    return v->opts->input
-               ? read_map(v) &&
-                     ibl_rendered_judge(&v->files, v->ctx, &v->map,
-                                        &v->opts->shading, v->opts->shader,
-                                        v->console, &v->rendered)
-               : ibl_console_fail(v->console, "no environment: --rendered "
-                                              "compares with its light");
+    const ibl_texture *t = &v->set.file[IBL_CONTENT_LOBE_TABLE].texture;
+    const size_t texels =
+        (size_t)t->layers * (size_t)t->width * (size_t)t->width;
+
+    *lobes = (ibl_lobe_table){t->width, malloc(texels * 4 * sizeof(float)),
+                              t->layers};
+    if (lobes->data)
+        ibl_pixel_decode(t->pixel == IBL_PIXEL_RGBA16F ? IBL_PIXEL_RG16F
+                                                       : IBL_PIXEL_RG32F,
+                         t->data, 2 * texels, lobes->data);
+    for (size_t i = 0; lobes->data && i < 4 * texels; i++)
+        if (!isfinite(lobes->data[i]))
+            return ibl_console_fail(v->console,
+                                    "%s: holds values that are not finite",
+                                    v->set.file[IBL_CONTENT_LOBE_TABLE].path);
+    return lobes->data;
 }
 
-static bool judge_texels(verify *v)
+/* Finds what the shader draws with. */
+static bool find_drawn(const verify *v, ibl_drawn *set)
 {
-    const ibl_verify_opts *o = v->opts;
-    ibl_judge_options *options = &v->report.options;
+    const ibl_set_file *file = v->set.file;
+    const ibl_cube *specular = &v->cube[IBL_CONTENT_SPECULAR];
+    const ibl_cube *irradiance = &v->cube[IBL_CONTENT_IRRADIANCE];
+    bool ok = true;
 
-    *options = o->judge;
-    if (o->heatmap)
-        options->grid = IBL_HEATMAP_GRID;
-    if (v->files.count &&
-        !(read_map(v) && ibl_judged_map_prepare(v->ctx, options, &v->map)))
-        return false;
-    return ibl_verify_judge(&v->files, v->ctx, &v->map, v->console, &v->report);
+    if (!specular->data)
+        return ibl_console_fail(v->console,
+                                "no specular cube, which is what --rendered "
+                                "judges: add --specular");
+    if (file[IBL_CONTENT_SPECULAR].facts.lobe != IBL_LOBE_GGX)
+        return ibl_console_fail(
+            v->console, "%s: of the lobe %s: --rendered judges ggx",
+            file[IBL_CONTENT_SPECULAR].path,
+            ibl_lobe_name(file[IBL_CONTENT_SPECULAR].facts.lobe));
+    *set = (ibl_drawn){.shader = v->o->shader,
+                       .chain = file[IBL_CONTENT_SPECULAR].facts,
+                       .irradiance_scale = 1,
+                       .lights = v->lights,
+                       .light_count = v->light_count};
+    if (file[IBL_CONTENT_LOBE_TABLE].path)
+        ok = decode_lobes(v, &set->lobes);
+    if (!v->lut.kind)
+        set->lut = v->lut;
+    if (irradiance->data) {
+        set->irradiance = level_of(irradiance, 0);
+        set->irradiance_scale =
+            1 / file[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale;
+    } else if (v->set.sh_degree >= 0) {
+        set->sh = v->set.sh;
+        set->sh_degree = v->set.sh_degree;
+    }
+    for (int l = 0; l < specular->levels; l++)
+        set->level[l] = level_of(specular, l);
+    const bool lit = irradiance->data || set->sh;
+    if (set->shader == IBL_SHADER_AUTO)
+        set->shader =
+            set->lobes.data && lit ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT;
+    if (ok && set->shader >= IBL_SHADER_TABLE && !set->lobes.data)
+        ok = ibl_console_fail(v->console,
+                              "--shader %s: there is no lobe table: name it "
+                              "with --lobe-table",
+                              ibl_shader_names[set->shader]);
+    return ok && (set->shader < IBL_SHADER_FIT || lit ||
+                  ibl_console_fail(v->console,
+                                   "--shader %s: there is no irradiance map: "
+                                   "name it with --irradiance",
+                                   ibl_shader_names[set->shader]));
+}
+
+static bool judge_rendered(const verify *v, ibl_report *report)
+{
+    ibl_truth_options o = ibl_truth_options_default();
+    ibl_truth truth = {0};
+    ibl_reference *rest = NULL;
+    ibl_drawn set = {.chain = {.levels = 0}};
+
+    o.directions = v->o->directions;
+    o.seed = v->o->judge.seed;
+    o.geometry = v->o->geometry ? v->o->facts.geometry
+                 : v->lut.data  ? v->set.file[IBL_CONTENT_LUT].facts.geometry
+                                : IBL_GEOMETRY_SMITH;
+    ibl_console_progress(v->console, "truth", 0);
+    bool ok = find_drawn(v, &set) &&
+              ibl_truth_make(v->ctx, &v->env, v->yaw_deg, &o, &truth) &&
+              !ibl_reference_create(v->ctx, v->rest.data ? &v->rest : &v->env,
+                                    v->yaw_deg, &rest) &&
+              ibl_report_drawn(report, &truth, &set, rest);
+    for (int i = 0; i < report->drawn_count && ok; i++)
+        if (!isfinite(report->drawn[i].measured.value[IBL_FIGURE_NRMSE]))
+            ok = ibl_console_fail(v->console,
+                                  "%s: it or what is drawn with it holds "
+                                  "values that are not finite",
+                                  v->set.file[IBL_CONTENT_SPECULAR].path);
+    ibl_reference_free(rest);
+    ibl_truth_free(&truth);
+    free(set.lobes.data);
+    return ok;
+}
+
+bool ibl_verify(const ibl_verify_opts *opts, ibl_ctx *ctx, ibl_console *console,
+                ibl_report *report, json_t *about)
+{
+    verify v = {.o = opts, .console = console, .ctx = ctx};
+    json_t *paths = json_object();
+    bool ok = read_files(&v);
+    bool map = opts->rendered;
+
+    report->options = opts->judge;
+    for (int c = 0; c < IBL_CONTENT_LUT; c++)
+        map |= v.cube[c].data != NULL;
+    if (ok && map && !opts->input)
+        ok = ibl_console_fail(console, "no environment: --rendered compares "
+                                       "with its light");
+    ok = ok && (!map || read_map(&v)) &&
+         (opts->rendered ? judge_rendered(&v, report)
+                         : judge_texels(&v, report));
+    for (int c = 0; c < IBL_CONTENTS; c++)
+        if (v.set.file[c].path)
+            put(&paths, ibl_content_name((ibl_content)c),
+                ibl_json_string(v.set.file[c].path));
+    json_object_set_new(about, "files", paths);
+    json_object_set_new(about, "yaw_deg", json_real(v.yaw_deg));
+    for (int c = 0; c < IBL_CONTENT_LUT; c++)
+        ibl_cube_free(&v.cube[c]);
+    ibl_lut_free(&v.lut);
+    ibl_image_free(&v.env);
+    ibl_image_free(&v.rest);
+    ibl_set_free(&v.set);
+    return ok;
 }
 
 /* ---- results --------------------------------------------------------- */
 
-/* The report, preceded by its inputs; NULL: no memory. */
-static char *json_report(const verify *v, bool passed)
+static bool put_json(const ibl_verify_opts *o, const ibl_report *report,
+                     bool passed, json_t *about, ibl_outputs *outputs)
 {
-    const ibl_verify_opts *o = v->opts;
-    json_t *root = json_object(), *paths = json_object();
+    json_t *root = json_object();
 
     if (o->input)
         put(&root, "environment", ibl_json_string(o->input));
-    put(&root, "yaw_deg", json_real(v->files.yaw_deg));
-    for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
-        if (v->files.path[kind])
-            put(&paths, ibl_output_content((ibl_output_kind)kind),
-                ibl_json_string(v->files.path[kind]));
-    put(&root, "files", paths);
+    put_all(&root, json_incref(about));
     if (!isnan(o->max_error))
         put(&root, "max_error", json_real(o->max_error));
     if (!isnan(o->max_rendered_error))
         put(&root, "max_rendered_error", json_real(o->max_rendered_error));
     if (!isnan(o->max_error) || !isnan(o->max_rendered_error))
         put(&root, "passed", json_boolean(passed));
-    if (o->rendered)
-        put(&root, "rendered", ibl_rendered_json(&v->rendered));
-    else
-        put_all(&root, ibl_report_json(&v->report));
+    put_all(&root, ibl_report_json(report));
     char *text = ibl_json_text(root);
-    json_decref(root);
-    return text;
-}
-
-static bool put_json(verify *v, bool passed)
-{
-    const char *path = v->opts->json;
-    char *text = json_report(v, passed);
     bool ok = text;
 
-    if (ok && !strcmp(path, "-"))
+    if (ok && !strcmp(o->json, "-"))
         fputs(text, stdout);
     else
-        ok = ok && !ibl_outputs_add(v->outputs, path, text, strlen(text));
+        ok = ok && !ibl_outputs_add(outputs, o->json, text, strlen(text));
     free(text);
+    json_decref(root);
     return ok;
 }
 
-static bool put_heatmap(verify *v)
+static bool put_heatmap(const ibl_verify_opts *o, const ibl_report *report,
+                        ibl_outputs *outputs)
 {
     void *png = NULL;
     size_t size;
+    const bool ok = ibl_heatmap_png(report, &png, &size) &&
+                    !ibl_outputs_add(outputs, o->heatmap, png, size);
 
-    ibl_console_progress(v->console, "heatmap", 0);
-    const bool ok = ibl_heatmap_png(&v->report, &png, &size) &&
-                    !ibl_outputs_add(v->outputs, v->opts->heatmap, png, size);
     free(png);
     return ok;
 }
 
-static void print(const verify *v)
-{
-    if (v->opts->rendered)
-        ibl_rendered_print(&v->rendered, stdout);
-    else
-        ibl_report_print(&v->report, stdout);
-}
-
-static bool put_results(verify *v, bool passed)
-{
-    const ibl_verify_opts *o = v->opts;
-
-    if ((o->json && !put_json(v, passed)) || (o->heatmap && !put_heatmap(v)))
-        return false;
-    ibl_console_finish(v->console);
-    if (!o->common.quiet && !(o->json && !strcmp(o->json, "-")))
-        print(v);
-    return ibl_console_commit(v->console, v->outputs);
-}
-
-static void free_verify(verify *v)
-{
-    ibl_end_outputs(v->outputs);
-    ibl_report_free(&v->report);
-    ibl_rendered_free(&v->rendered);
-    ibl_judged_map_free(&v->map);
-    ibl_verify_files_free(&v->files);
-    ibl_ctx_free(v->ctx);
-}
-
-static int run_one(const ibl_verify_opts *opts)
+static int run_one(const ibl_verify_opts *o)
 {
     ibl_console console;
-    verify v = {.opts = opts, .console = &console};
-    char why[160] = "";
+    ibl_ctx *ctx = NULL;
+    ibl_outputs *outputs = NULL;
+    ibl_report *report = calloc(1, sizeof *report);
+    json_t *about = json_object();
+    char why[200] = "";
 
-    ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
+    ibl_console_init(&console, o->common.quiet, o->common.verbose);
     ibl_signals_catch();
-    bool ok = !ibl_start(&opts->common, &console, &v.ctx) &&
-              !ibl_start_outputs(v.ctx, 0, &v.outputs) &&
-              ibl_verify_files_read(opts, v.ctx, &console, &v.files) &&
-              check_files(&v) &&
-              (opts->rendered ? judge_rendered(&v) : judge_texels(&v));
+    bool ok = report && !ibl_start(&o->common, &console, &ctx) &&
+              !ibl_start_outputs(ctx, 0, &outputs) &&
+              ibl_verify(o, ctx, &console, report, about);
     const bool passed =
-        ok && ibl_report_passes(&v.report, opts->max_error, why, sizeof why) &&
-        (!opts->rendered ||
-         ibl_rendered_passes(&v.rendered, opts->max_rendered_error, why,
-                             sizeof why));
-    ok = ok && put_results(&v, passed) &&
-         (passed ||
-          ibl_console_fail(&console, "%s%s%s", opts->probe ? opts->probe : "",
-                           opts->probe ? ": " : "", why));
+        ok && ibl_report_passes(report, o->max_error, o->max_rendered_error,
+                                why, sizeof why);
+    ok = ok && (!o->json || put_json(o, report, passed, about, outputs)) &&
+         (!o->heatmap || put_heatmap(o, report, outputs));
+    if (ok) {
+        ibl_console_finish(&console);
+        if (!o->common.quiet && !(o->json && !strcmp(o->json, "-")))
+            ibl_report_print(report, stdout);
+        ok = ibl_console_commit(&console, outputs) &&
+             (passed ||
+              ibl_console_fail(&console, "%s%s%s", o->probe ? o->probe : "",
+                               o->probe ? ": " : "", why));
+    }
     const int status = ibl_console_end(&console, ok);
-    if (ok && opts->common.verbose)
+    if (ok && o->common.verbose)
         ibl_console_print_times(&console);
-    free_verify(&v);
+    ibl_end_outputs(outputs);
+    if (report)
+        ibl_report_free(report);
+    free(report);
+    json_decref(about);
+    ibl_ctx_free(ctx);
     return status;
 }
 
-/* Judges a layer by its capture, whose files are one environment. */
-static bool judge_layer(ibl_verify_opts o, const ibl_set_entry *e)
-{
-    char capture[IBL_FACES * 1024] = "";
-
-    for (int i = 0; i < e->capture.count; i++)
-        snprintf(capture + strlen(capture), sizeof capture - strlen(capture),
-                 "%s%s", i ? "," : "", e->capture.file[i]);
-    o.input = capture;
-    o.probe = *e->name ? e->name : "(global)";
-    if (!o.common.quiet)
-        printf("%.60s, layer %d: %s\n", o.probe, o.layer, capture);
-    return !run_one(&o);
-}
-
-/* Judges all layers of a set, the table with the first. */
-static int run_set(const ibl_verify_opts *opts)
+/* Judges all layers of a set of probes by their captures, the table with the
+ * first. */
+static int run_probes(const ibl_verify_opts *opts)
 {
     ibl_console console;
     ibl_probe_set set = {0};
     ibl_probe_index index = {0};
     ibl_verify_opts o = *opts;
     ibl_ctx *ctx = NULL;
-    char *path[4] = {ibl_path_join(o.directory, "index.json")};
+    char *path = ibl_path_join(o.directory, "index.json");
     bool passed = true;
 
     ibl_console_init(&console, o.common.quiet, o.common.verbose);
-    bool ok = path[0] && !ibl_start(&o.common, &console, &ctx) &&
+    bool ok = path && !ibl_start(&o.common, &console, &ctx) &&
               ibl_probe_set_read(o.input, &console, &set) &&
-              !ibl_probe_index_read(ctx, path[0], &index);
-    const char *const names[] = {index.specular.name, index.irradiance.name,
-                                 index.lut};
-    for (int k = 0; k < 3 && ok; k++)
-        ok = !names[k] || (path[k + 1] = ibl_path_join(o.directory, names[k]));
-    o.directory = NULL;
-    o.files[IBL_OUTPUT_SPECULAR] = path[1];
-    o.files[IBL_OUTPUT_IRRADIANCE] = path[2];
-    o.files[IBL_OUTPUT_LUT] = path[3];
+              !ibl_probe_index_read(ctx, path, &index);
+    o.directory = path;
     for (int i = 0; i < set.layers && ok; i++) {
         const ibl_set_entry *e = &set.entry[i]; /* in the index's order */
+        char capture[IBL_FACES * 1024] = "";
         ok = i == set.count ? i == index.global
                             : i < index.count && index.name[i] &&
                                   !strcmp(index.name[i], e->name);
-        if (!ok)
+        if (!ok) {
             ibl_console_fail(&console,
                              "%s: is not the set of %s: bake it again", o.input,
-                             path[0]);
+                             path);
+            break;
+        }
+        for (int k = 0; k < e->capture.count; k++)
+            snprintf(capture + strlen(capture),
+                     sizeof capture - strlen(capture), "%s%s", k ? "," : "",
+                     e->capture.file[k]);
+        o.input = capture;
         o.layer = i;
+        o.probe = *e->name ? e->name : "(global)";
         o.common.read.alpha = ibl_probes_alpha(&set, i);
-        passed = ok && judge_layer(o, e) && passed;
-        o.files[IBL_OUTPUT_LUT] = NULL;
+        if (!o.common.quiet)
+            printf("%.60s, layer %d: %s\n", o.probe, o.layer, capture);
+        passed = !run_one(&o) && passed;
+        o.leave = 1u << IBL_CONTENT_LUT;
+        o.input = opts->input;
     }
-    for (int k = 0; k < 4; k++)
-        free(path[k]);
+    free(path);
     ibl_probe_set_free(&set);
     ibl_probe_index_free(&index);
     ibl_ctx_free(ctx);
@@ -631,7 +722,7 @@ static int run_set(const ibl_verify_opts *opts)
 
 static int run(const void *settings)
 {
-    return (is_set(settings) ? run_set : run_one)(settings);
+    return (is_of_probes(settings) ? run_probes : run_one)(settings);
 }
 
 const ibl_command ibl_verify_command = {

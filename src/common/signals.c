@@ -4,25 +4,18 @@
 #include <errno.h>
 #include <stdatomic.h>
 #include <stddef.h>
-#include <sys/wait.h>
 
 /* Signals from outside that end a program, and ABRT, raised by libraries. */
 static const int caught[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGABRT, SIGUSR1,
                              SIGUSR2, SIGPIPE, SIGALRM, SIGTERM, SIGXCPU};
 static _Atomic(ibl_outputs *) guarded; /* a signal aborts these */
-static _Atomic(pid_t) running;         /* see ibl_signals_group */
 
 /* The handler. The signal is blocked while it runs, so the raised one arrives
  * when it returns, with the default action. */
 static void die(int number)
 {
     const int saved = errno;
-    const pid_t group = atomic_load(&running);
 
-    if (group > 0) {
-        kill(-group, SIGKILL);
-        waitpid(group, NULL, 0);
-    }
     ibl_outputs_abort(atomic_load(&guarded));
     signal(number, SIG_DFL);
     raise(number);
@@ -51,11 +44,6 @@ void ibl_signals_catch(void)
     ibl_signals_pass(die);
     /* write() then fails at a file-size limit, and that is reported. */
     signal(SIGXFSZ, SIG_IGN);
-}
-
-void ibl_signals_group(pid_t group)
-{
-    atomic_store(&running, group);
 }
 
 void ibl_signals_hold(void)

@@ -5,7 +5,6 @@
 #define COMMON_SIGNALS_H
 
 #include <signal.h>
-#include <sys/types.h>
 
 #include "ibl/io.h"
 
@@ -14,9 +13,6 @@
 void ibl_signals_catch(void);
 /* Sets another handler, SIG_DFL or SIG_IGN for those signals. */
 void ibl_signals_pass(void (*handler)(int number));
-/* Sets the process group that a signal also kills; a child of this process
- * leads it. 0: none. */
-void ibl_signals_group(pid_t group);
 /* Block and unblock those signals. */
 void ibl_signals_hold(void);
 void ibl_signals_release(void);

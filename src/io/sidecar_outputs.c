@@ -112,7 +112,9 @@ static void put_specular(const ibl_sidecar_facts *f, json_t **j)
     if (!made->lookup_size)
         return;
     put(j, "lookup_size", json_integer(made->lookup_size));
-    put(j, "lod_bias", json_real(o->lod_bias));
+    put(j, "lod_bias",
+        isnan(o->lod_bias) ? json_string(IBL_LOD_BIAS_USUAL)
+                           : json_real(o->lod_bias));
     put(j, "jitter", json_boolean(o->jitter));
     put(j, "pdf_mip", json_boolean(o->pdf_mip));
 }

@@ -333,8 +333,7 @@ static ibl_status check_single(ibl_ctx *ctx, const ibl_texture *tex)
                     tex->layers);
 }
 
-/* By the faces, the key or the aspect. */
-static ibl_projection projection_of(const ibl_texture *tex)
+ibl_projection ibl_texture_projection(const ibl_texture *tex)
 {
     const char *word = ibl_texture_get(tex, layout_key);
 
@@ -354,7 +353,7 @@ ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
     ibl_status status = ibl_texture_check(ctx, tex);
     if (status)
         return status;
-    const ibl_projection projection = projection_of(tex);
+    const ibl_projection projection = ibl_texture_projection(tex);
     const ibl_level_shape one = ibl_level_shape_of(projection, 1);
     if (tex->faces != one.faces || ibl_pixel_channels(tex->pixel) != 3 ||
         tex->width % one.width ||

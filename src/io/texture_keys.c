@@ -79,7 +79,10 @@ static void set_made(setter *s, const ibl_specular_options *o,
     if (!sampled)
         return;
     set(s, "iblbake.samples", "%s", samples);
-    set(s, "iblbake.lod_bias", "%.9g", o->lod_bias);
+    if (isnan(o->lod_bias))
+        set(s, "iblbake.lod_bias", "%s", IBL_LOD_BIAS_USUAL);
+    else
+        set(s, "iblbake.lod_bias", "%.9g", o->lod_bias);
     set(s, "iblbake.jitter", "%s", o->jitter ? "yes" : "no");
     set(s, "iblbake.pdf_mip", "%s", o->pdf_mip ? "yes" : "no");
 }

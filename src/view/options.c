@@ -563,7 +563,7 @@ bool view_options_may(const view_options *o)
                          "it, and this with --model",
                          r->path);
     if (strcmp(r->path, "-") != 0 && !map &&
-        view_file_look(r->path) == VIEW_FILE_MISSING)
+        view_file_stamp_of(r->path, NULL).size < 0)
         return view_fail("%s: cannot be opened: %s", r->path, strerror(errno));
     if (!map && (r->transfer || r->face_order[0] + r->face_order[1]))
         return view_fail("%s: is a baked set: %s is for an environment, which "

@@ -273,17 +273,19 @@ static bool bake_source(ibl_ctx *ctx, const char *path, baked_set *set)
 bool view_set_bake(ibl_ctx *ctx, const view_request *what, baked_set *set)
 {
     const char *path = what->path;
+    const char *name = ibl_path_name(path), *dot = strrchr(name, '.');
+    const size_t stem = dot && dot > name ? (size_t)(dot - name) : strlen(name);
     const bool six =
-        strcmp(path, "-") != 0 && view_file_look(path) == VIEW_FILE_MISSING;
+        strcmp(path, "-") != 0 && view_file_stamp_of(path, NULL).size < 0;
 
-    *set = (baked_set){.name = view_file_stem(path),
+    *set = (baked_set){.name = strndup(name, stem),
                        .source_read = ibl_read_options_default()};
     set->source_read.layout = what->layout;
     set->source_read.transfer = what->transfer;
     memcpy(set->source_read.face_order, what->face_order,
            sizeof what->face_order);
     set->path[VIEW_MAP] = strdup(path);
-    view_set_see(set, VIEW_MAP);
+    view_files_see(&set->path[VIEW_MAP], 1, &set->seen[VIEW_MAP]);
     const bool is_again = set->seen[VIEW_MAP].size >= 0 || six;
     if (is_again)
         set->source = strdup(path);

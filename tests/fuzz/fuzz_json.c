@@ -7,11 +7,11 @@
 
 #include "cli/common_options.h"
 #include "cli/probes.h"
-#include "cli/verify_files.h"
 #include "fuzz.h"
 #include "view/baked_set.h"
 #include "view/gl.h"
 #include "view/probe_set.h"
+#include <ibl/set.h>
 
 /* A set whose index is read. */
 static const char set_json[] =
@@ -131,17 +131,16 @@ static void read_old_index(const fuzz_input *in, ibl_console *console)
     ibl_probe_set_free(&p.set);
 }
 
-static void verify_sidecar(const fuzz_input *in, ibl_console *console)
+static void open_set(const fuzz_input *in, ibl_console *console)
 {
-    ibl_verify_opts opts;
-    ibl_verify_files files;
+    ibl_set_options opts = ibl_set_options_default();
+    ibl_set set;
 
-    ibl_verify_command.defaults(&opts);
-    opts.directory = fuzz_path("");
+    (void)console;
     opts.name = "env";
     fuzz_save("env.json", in->bytes, in->size);
-    fuzz_said(!ibl_verify_files_read(&opts, fuzz_ctx, console, &files));
-    ibl_verify_files_free(&files);
+    fuzz_said(ibl_set_open(fuzz_ctx, fuzz_path(""), &opts, &set));
+    ibl_set_free(&set);
 }
 
 static void view_sidecar(const fuzz_input *in, ibl_console *console)
@@ -189,7 +188,7 @@ static void merge_shard(const fuzz_input *in, ibl_console *console)
 void fuzz_one(fuzz_input in)
 {
     static void (*const readers[])(const fuzz_input *, ibl_console *) = {
-        read_set,     read_grid,  read_old_index, verify_sidecar,
+        read_set,     read_grid,  read_old_index, open_set,
         view_sidecar, view_index, merge_shard};
     const int kind = fuzz_choice(&in, 7);
     ibl_console console;

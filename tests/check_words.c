@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: MIT */
+/* The words of command lines as the shell sees them. */
+#include "json/text.c"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/shell_words.c"
+#include "test.h"
+
+TEST(split)
+{
+    static const struct {
+        const char *text, *words[5];
+    } cases[] = {
+        {"", {NULL}},
+        {"  \t\n ", {NULL}},
+        {"a", {"a"}},
+        {" a  bc\td ", {"a", "bc", "d"}},
+        {"'a b' \"c'd\" e\\ f", {"a b", "c'd", "e f"}},
+        {"'' x''y \"\"", {"", "xy", ""}},
+        {"'\\' \"\\\"\"", {"\\", "\""}},
+        {"a\\", {"a\\"}},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char **words = ibl_words_split(cases[i].text);
+        int n = 0;
+        NEED(words);
+        for (; words[n] && cases[i].words[n]; n++)
+            CHECK_MSG(!strcmp(words[n], cases[i].words[n]), "%s: %s",
+                      cases[i].text, words[n]);
+        CHECK_MSG(!words[n] && !cases[i].words[n], "%s: %d words",
+                  cases[i].text, n);
+        free(words);
+    }
+    CHECK(!ibl_words_split("a 'b"));
+    CHECK(!ibl_words_split("a \"b'"));
+}
+
+/* What is quoted comes back, through our words and through a shell's. */
+TEST(quote)
+{
+    static const char *const words[] = {"a.b-c", "", "a b", "it's",
+                                        "$HOME `x` \\ \"q\" *"};
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
+        char *quoted = ibl_words_quote(words[i]);
+        char command[128], got[64] = "";
+        NEED(quoted);
+        char **back = ibl_words_split(quoted);
+        CHECK(back && back[0] && !strcmp(back[0], words[i]) && !back[1]);
+        snprintf(command, sizeof command, "printf %%s %s", quoted);
+        FILE *shell = popen(command, "r");
+        NEED(shell);
+        got[fread(got, 1, sizeof got - 1, shell)] = '\0';
+        CHECK(!pclose(shell) && !strcmp(got, words[i]));
+        free(back);
+        free(quoted);
+    }
+}
+
+TEST(placeholders)
+{
+    const ibl_placeholder holders[] = {{"env", "E"}, {"out", "O/{env}"}};
+    char *text =
+        ibl_words_fill("{env} {out}/{env}{ {no} ${x} {envy} {env", holders, 2);
+
+    NEED(text);
+    CHECK(!strcmp(text, "E O/{env}/E{ {no} ${x} {envy} {env"));
+    free(text);
+}
