@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* iblbake verify: compares baked files with the exact sums. */
-#include "cli/verify.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "cli/console.h"
+#include "cli/judge.h"
 #include "cli/probes.h"
 #include "common/names.h"
 #include "common/path.h"
@@ -16,6 +16,30 @@
 enum {
     LEAST_TEXELS = 24
 };
+
+typedef struct verify_opts {
+    ibl_common common;
+    const char *input;     /* the environment; NULL: judge only a table */
+    const char *directory; /* NULL: use only files */
+    const char *name;      /* base name of the files in directory */
+    const char *probe;     /* for messages: of a set's probe, or NULL */
+    int layer;             /* of arrays of cubes; -1: none */
+    const char *files[IBL_CONTENTS]; /* NULL: search */
+    unsigned leave;                  /* as in ibl_set_options */
+    ibl_set_facts facts; /* of the options below, and roughness and axes */
+    double yaw_deg;      /* NAN: what the files say; so */
+    int lights;          /* -1, */
+    int lobe, scale, table, geometry; /* 0; else 1 and their value */
+    ibl_judge_options judge;
+    int rendered; /* 1: judge what a shader draws, not texels */
+    int directions;
+    ibl_shader shader;
+    double max_error, max_rendered_error; /* NAN: no limit */
+    const char *json;                     /* "-": standard output */
+    const char *heatmap;                  /* NULL: none */
+    char stem[256]; /* buffer of name if it comes from input */
+    ibl_given given;
+} verify_opts;
 
 /* ---- options --------------------------------------------------------- */
 
@@ -58,7 +82,7 @@ static bool parse_axes(void *field, const char *value)
     return true;
 }
 
-#define IBL_SETTINGS ibl_verify_opts
+#define IBL_SETTINGS verify_opts
 
 /* clang-format off */
 static const ibl_option files[] = {
@@ -157,20 +181,20 @@ static const ibl_section *const sections[] = {
 
 static void defaults(void *settings)
 {
-    *(ibl_verify_opts *)settings =
-        (ibl_verify_opts){.common = ibl_common_default(),
-                          .yaw_deg = NAN,
-                          .lights = -1,
-                          .layer = -1,
-                          .judge = ibl_judge_options_default(),
-                          .directions = IBL_RENDERED_DIRECTIONS,
-                          .max_rendered_error = NAN,
-                          .max_error = NAN};
+    *(verify_opts *)settings =
+        (verify_opts){.common = ibl_common_default(),
+                      .yaw_deg = NAN,
+                      .lights = -1,
+                      .layer = -1,
+                      .judge = ibl_judge_options_default(),
+                      .directions = IBL_RENDERED_DIRECTIONS,
+                      .max_rendered_error = NAN,
+                      .max_error = NAN};
 }
 
 static bool take(void *settings, const char *word)
 {
-    ibl_verify_opts *o = settings;
+    verify_opts *o = settings;
 
     if (!*word)
         return ibl_misuse("an empty argument: verify takes ENV and DIR");
@@ -222,7 +246,7 @@ static const ibl_rule rules[] = {
      MAP_FILES, "there is no map: leave it out"},
     {.options = NULL}};
 
-static bool check_rules(const ibl_verify_opts *o, unsigned there)
+static bool check_rules(const verify_opts *o, unsigned there)
 {
     return ibl_check_rules(&o->given, rules,
                            (o->rendered    ? OF_RENDERED
@@ -233,7 +257,7 @@ static bool check_rules(const ibl_verify_opts *o, unsigned there)
 }
 
 /* A set of probes, as of iblbake probes, in place of an environment. */
-static bool is_of_probes(const ibl_verify_opts *o)
+static bool is_of_probes(const verify_opts *o)
 {
     const char *dot = o->input ? strrchr(o->input, '.') : NULL;
 
@@ -242,7 +266,7 @@ static bool is_of_probes(const ibl_verify_opts *o)
 
 static bool validate(void *settings)
 {
-    ibl_verify_opts *o = settings;
+    verify_opts *o = settings;
     const bool lut = o->files[IBL_CONTENT_LUT];
     bool cubes = false;
 
@@ -291,7 +315,7 @@ static bool validate(void *settings)
 /* ---- files ----------------------------------------------------------- */
 
 typedef struct verify {
-    const ibl_verify_opts *o;
+    const verify_opts *o;
     ibl_console *console;
     ibl_ctx *ctx;
     ibl_set set;
@@ -306,7 +330,7 @@ typedef struct verify {
 /* Reads the set, and what of it is judged as cubes and a table. */
 static bool read_files(verify *v)
 {
-    const ibl_verify_opts *o = v->o;
+    const verify_opts *o = v->o;
     ibl_set_options opts = ibl_set_options_default();
     bool ok = true;
     unsigned there = 0;
@@ -557,48 +581,39 @@ static bool judge_rendered(const verify *v, ibl_report *report)
     return ok;
 }
 
-bool ibl_verify(const ibl_verify_opts *opts, ibl_ctx *ctx, ibl_console *console,
-                ibl_report *report, json_t *about)
+/* Reads what there is, and judges it. */
+static bool judge(verify *v, ibl_report *report)
 {
-    verify v = {.o = opts, .console = console, .ctx = ctx};
-    json_t *paths = json_object();
-    bool ok = read_files(&v);
-    bool map = opts->rendered;
+    bool map = v->o->rendered;
 
-    report->options = opts->judge;
+    report->options = v->o->judge;
+    if (!read_files(v))
+        return false;
     for (int c = 0; c < IBL_CONTENT_LUT; c++)
-        map |= v.cube[c].data != NULL;
-    if (ok && map && !opts->input)
-        ok = ibl_console_fail(console, "no environment: --rendered compares "
-                                       "with its light");
-    ok = ok && (!map || read_map(&v)) &&
-         (opts->rendered ? judge_rendered(&v, report)
-                         : judge_texels(&v, report));
-    for (int c = 0; c < IBL_CONTENTS; c++)
-        if (v.set.file[c].path)
-            put(&paths, ibl_content_name((ibl_content)c),
-                ibl_json_string(v.set.file[c].path));
-    json_object_set_new(about, "files", paths);
-    json_object_set_new(about, "yaw_deg", json_real(v.yaw_deg));
-    for (int c = 0; c < IBL_CONTENT_LUT; c++)
-        ibl_cube_free(&v.cube[c]);
-    ibl_lut_free(&v.lut);
-    ibl_image_free(&v.env);
-    ibl_image_free(&v.rest);
-    ibl_set_free(&v.set);
-    return ok;
+        map |= v->cube[c].data != NULL;
+    if (map && !v->o->input)
+        return ibl_console_fail(v->console, "no environment: --rendered "
+                                            "compares with its light");
+    return (!map || read_map(v)) &&
+           (v->o->rendered ? judge_rendered : judge_texels)(v, report);
 }
 
 /* ---- results --------------------------------------------------------- */
 
-static bool put_json(const ibl_verify_opts *o, const ibl_report *report,
-                     bool passed, json_t *about, ibl_outputs *outputs)
+static bool put_json(const verify *v, const ibl_report *report, bool passed,
+                     ibl_outputs *outputs)
 {
-    json_t *root = json_object();
+    const verify_opts *o = v->o;
+    json_t *root = json_object(), *paths = json_object();
 
     if (o->input)
         put(&root, "environment", ibl_json_string(o->input));
-    put_all(&root, json_incref(about));
+    for (int c = 0; c < IBL_CONTENTS; c++)
+        if (v->set.file[c].path)
+            put(&paths, ibl_content_name((ibl_content)c),
+                ibl_json_string(v->set.file[c].path));
+    put(&root, "files", paths);
+    put(&root, "yaw_deg", json_real(v->yaw_deg));
     if (!isnan(o->max_error))
         put(&root, "max_error", json_real(o->max_error));
     if (!isnan(o->max_rendered_error))
@@ -618,37 +633,26 @@ static bool put_json(const ibl_verify_opts *o, const ibl_report *report,
     return ok;
 }
 
-static bool put_heatmap(const ibl_verify_opts *o, const ibl_report *report,
-                        ibl_outputs *outputs)
-{
-    void *png = NULL;
-    size_t size;
-    const bool ok = ibl_heatmap_png(report, &png, &size) &&
-                    !ibl_outputs_add(outputs, o->heatmap, png, size);
-
-    free(png);
-    return ok;
-}
-
-static int run_one(const ibl_verify_opts *o)
+static int run_one(const verify_opts *o)
 {
     ibl_console console;
-    ibl_ctx *ctx = NULL;
+    verify v = {.o = o, .console = &console};
     ibl_outputs *outputs = NULL;
     ibl_report *report = calloc(1, sizeof *report);
-    json_t *about = json_object();
+    void *png = NULL;
+    size_t size;
     char why[200] = "";
 
     ibl_console_init(&console, o->common.quiet, o->common.verbose);
     ibl_signals_catch();
-    bool ok = report && !ibl_start(&o->common, &console, &ctx) &&
-              !ibl_start_outputs(ctx, 0, &outputs) &&
-              ibl_verify(o, ctx, &console, report, about);
+    bool ok = report && !ibl_start(&o->common, &console, &v.ctx) &&
+              !ibl_start_outputs(v.ctx, 0, &outputs) && judge(&v, report);
     const bool passed =
         ok && ibl_report_passes(report, o->max_error, o->max_rendered_error,
                                 why, sizeof why);
-    ok = ok && (!o->json || put_json(o, report, passed, about, outputs)) &&
-         (!o->heatmap || put_heatmap(o, report, outputs));
+    ok = ok && (!o->json || put_json(&v, report, passed, outputs)) &&
+         (!o->heatmap || (ibl_heatmap_png(report, &png, &size) &&
+                          !ibl_outputs_add(outputs, o->heatmap, png, size)));
     if (ok) {
         ibl_console_finish(&console);
         if (!o->common.quiet && !(o->json && !strcmp(o->json, "-")))
@@ -661,23 +665,29 @@ static int run_one(const ibl_verify_opts *o)
     const int status = ibl_console_end(&console, ok);
     if (ok && o->common.verbose)
         ibl_console_print_times(&console);
+    free(png);
     ibl_end_outputs(outputs);
     if (report)
         ibl_report_free(report);
     free(report);
-    json_decref(about);
-    ibl_ctx_free(ctx);
+    for (int c = 0; c < IBL_CONTENT_LUT; c++)
+        ibl_cube_free(&v.cube[c]);
+    ibl_lut_free(&v.lut);
+    ibl_image_free(&v.env);
+    ibl_image_free(&v.rest);
+    ibl_set_free(&v.set);
+    ibl_ctx_free(v.ctx);
     return status;
 }
 
 /* Judges all layers of a set of probes by their captures, the table with the
  * first. */
-static int run_probes(const ibl_verify_opts *opts)
+static int run_probes(const verify_opts *opts)
 {
     ibl_console console;
     ibl_probe_set set = {0};
     ibl_probe_index index = {0};
-    ibl_verify_opts o = *opts;
+    verify_opts o = *opts;
     ibl_ctx *ctx = NULL;
     char *path = ibl_path_join(o.directory, "index.json");
     bool passed = true;
@@ -736,8 +746,8 @@ const ibl_command ibl_verify_command = {
              "errors of each level.\n",
     .statuses = "0 done, 1 failed or above --max-error, 2 wrong usage",
     .sections = sections,
-    .settings_size = sizeof(ibl_verify_opts),
-    .given = offsetof(ibl_verify_opts, given),
+    .settings_size = sizeof(verify_opts),
+    .given = offsetof(verify_opts, given),
     .defaults = defaults,
     .take = take,
     .validate = validate,
