@@ -37,17 +37,19 @@ static void find_figures(const ibl_seen *samples, size_t count, int batch,
         const double w = weight_of(s, batch);
         all.wrong += w * s->wrong;
         all.truth += w * s->truth;
+        all.part_truth += w * s->part_truth;
         for (int k = 0; k < 2; k++)
             all.light[k] += w * s->light[k];
         for (int k = 0; k < IBL_SEEN_PARTS; k++)
             all.part[k] += w * s->part[k];
     }
-    const double truth = fmax(all.truth, (double)FLT_MIN * (double)FLT_MIN);
-    value[IBL_FIGURE_NRMSE] = sqrt(all.wrong / truth);
+    const double least = (double)FLT_MIN * (double)FLT_MIN;
+    value[IBL_FIGURE_NRMSE] = sqrt(all.wrong / fmax(all.truth, least));
     value[IBL_FIGURE_BIAS] =
         all.light[0] > 0 ? all.light[1] / all.light[0] - 1 : 0;
     for (int k = 0; k < IBL_SEEN_PARTS; k++)
-        value[IBL_FIGURE_VIEW + k] = sqrt(all.part[k] / truth);
+        value[IBL_FIGURE_VIEW + k] =
+            sqrt(all.part[k] / fmax(all.part_truth, least));
 }
 
 /* The least error that a part of the weight does not exceed. The samples are
