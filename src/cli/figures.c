@@ -27,38 +27,71 @@ static double weight_of(const ibl_seen *s, int batch)
                : s->weight * IBL_BATCHES / (IBL_BATCHES - 1);
 }
 
-/* The figures of sorted samples without a batch; IBL_BATCHES: of all. */
+/* The figures without a batch, but quantiles; IBL_BATCHES: of all. */
 static void find_figures(const ibl_seen *samples, size_t count, int batch,
                          double value[IBL_FIGURES])
 {
-    static const double parts[] = {0.5, 0.95};
     ibl_seen all = {0};
-    double sum = 0;
-    int found = 0;
 
     for (const ibl_seen *s = samples; s < samples + count; s++) {
         const double w = weight_of(s, batch);
-        all.weight += w;
         all.wrong += w * s->wrong;
         all.truth += w * s->truth;
+        all.part_truth += w * s->part_truth;
         for (int k = 0; k < 2; k++)
             all.light[k] += w * s->light[k];
         for (int k = 0; k < IBL_SEEN_PARTS; k++)
             all.part[k] += w * s->part[k];
     }
-    const double truth = fmax(all.truth, (double)FLT_MIN * (double)FLT_MIN);
-    value[IBL_FIGURE_NRMSE] = sqrt(all.wrong / truth);
-    value[IBL_FIGURE_MEDIAN] = value[IBL_FIGURE_P95] = 0;
+    const double least = (double)FLT_MIN * (double)FLT_MIN;
+    value[IBL_FIGURE_NRMSE] = sqrt(all.wrong / fmax(all.truth, least));
     value[IBL_FIGURE_BIAS] =
         all.light[0] > 0 ? all.light[1] / all.light[0] - 1 : 0;
     for (int k = 0; k < IBL_SEEN_PARTS; k++)
-        value[IBL_FIGURE_VIEW + k] = sqrt(all.part[k] / truth);
-    /* Each quantile is the least error that its part does not exceed. */
-    for (const ibl_seen *s = samples; s < samples + count && found < 2; s++) {
-        sum += weight_of(s, batch);
-        while (found < 2 && sum >= parts[found] * all.weight)
-            value[IBL_FIGURE_MEDIAN + found++] = s->error;
+        value[IBL_FIGURE_VIEW + k] =
+            sqrt(all.part[k] / fmax(all.part_truth, least));
+}
+
+/* The least error that a part of the weight does not exceed. The samples are
+ * sorted. */
+static double quantile(const ibl_seen *samples, size_t count, double part)
+{
+    double all = 0, sum = 0;
+
+    for (size_t i = 0; i < count; i++)
+        all += samples[i].weight;
+    for (size_t i = 0; i < count; i++)
+        if ((sum += samples[i].weight) >= part * all)
+            return samples[i].error;
+    return count ? samples[count - 1].error : 0;
+}
+
+/* A quantile, and what it would be without each batch: it moves by as much as
+ * the share of weight below it changes, times the slope of quantiles around it
+ * (Woodruff 1952). */
+static void find_quantile(const ibl_seen *samples, size_t count, double part,
+                          ibl_measured *m, ibl_figure figure)
+{
+    const double q = quantile(samples, count, part);
+    double below[IBL_BATCHES], mean = 0;
+
+    for (int b = 0; b < IBL_BATCHES; b++) {
+        double all = 0, sum = 0;
+        for (size_t i = 0; i < count; i++) {
+            const double w = weight_of(&samples[i], b);
+            all += w;
+            sum += samples[i].error <= q ? w : 0;
+        }
+        below[b] = all > 0 ? sum / all : 0;
+        mean += below[b] / IBL_BATCHES;
     }
+    const double step = fmax(ibl_jackknife(below), 1e-9);
+    const double slope = (quantile(samples, count, part + step) -
+                          quantile(samples, count, part - step)) /
+                         (2 * step);
+    m->value[figure] = q;
+    for (int b = 0; b < IBL_BATCHES; b++)
+        m->without[b][figure] = q + (mean - below[b]) * slope;
 }
 
 double ibl_jackknife(const double without[IBL_BATCHES])
@@ -92,6 +125,8 @@ ibl_measured ibl_measured_of(ibl_seen *samples, size_t count)
     find_figures(samples, count, IBL_BATCHES, m.value);
     for (int b = 0; b < IBL_BATCHES; b++)
         find_figures(samples, count, b, m.without[b]);
+    find_quantile(samples, count, 0.5, &m, IBL_FIGURE_MEDIAN);
+    find_quantile(samples, count, 0.95, &m, IBL_FIGURE_P95);
     find_errors(&m);
     return m;
 }

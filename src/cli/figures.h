@@ -26,7 +26,8 @@ typedef struct ibl_seen {
     double error;                /* relative, as of ibl_relative_error */
     double wrong, truth;         /* |S - T|^2, |T|^2 */
     double light[2];             /* R + G + B of T and of S */
-    double part[IBL_SEEN_PARTS]; /* squares of parts of S - T */
+    double part[IBL_SEEN_PARTS]; /* squares of parts of S - T, */
+    double part_truth;           /* and |T|^2 where they are measured */
     int batch;                   /* -1: of none, no matter of chance */
 } ibl_seen;
 

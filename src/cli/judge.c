@@ -23,7 +23,7 @@ struct ibl_judge {
 
 ibl_judge_options ibl_judge_options_default(void)
 {
-    return (ibl_judge_options){.texels = 256, .seed = 1};
+    return (ibl_judge_options){.texels = 128, .seed = 1};
 }
 
 ibl_judge *ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
@@ -232,7 +232,7 @@ bool ibl_report_sh(ibl_report *report, const ibl_judge *judge, int degree,
                    const double *sh)
 {
     enum {
-        N = 8,
+        N = 4,
         TEXELS = IBL_FACES * N * N
     };
     const int count = 3 * (degree + 1) * (degree + 1);

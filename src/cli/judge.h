@@ -21,7 +21,7 @@
 #include "cli/rendered.h"
 
 typedef struct ibl_judge_options {
-    int texels; /* about, of each level; 24 or more, default 256 */
+    int texels; /* about, of each level; 24 or more, default 128 */
     int all;    /* judge every texel instead */
     int seed;   /* default 1 */
     int grid;   /* 1: also a grid of texels, for ibl_heatmap_png */

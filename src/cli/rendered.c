@@ -316,8 +316,12 @@ static void aim(const ibl_drawn *set, const ibl_sample *s, look *l)
 
 /* ---- exact lobes ------------------------------------------------------- */
 
+enum {
+    STEP = 8 /* parts are measured at one sample of so many */
+};
+
 /* What parts are measured by: exact lobes at the looks and irradiance / pi at
- * the normals, of each sample. */
+ * the normals, of each STEP-th sample. */
 static double *find_exact(const ibl_truth *t, const ibl_drawn *set,
                           const ibl_reference *rest)
 {
@@ -337,7 +341,7 @@ static double *find_exact(const ibl_truth *t, const ibl_drawn *set,
         return NULL;
     for (size_t i = 0; i < own; i++) {
         aim(set, &t->sample[i], &l);
-        for (int k = 0; k < l.taps; k++, count++) {
+        for (int k = 0; k < l.taps && i % pairs % STEP == 0; k++, count++) {
             memcpy(dirs + 3 * count, l.dir[k], sizeof l.dir[k]);
             roughness[count] = l.roughness;
         }
@@ -346,16 +350,19 @@ static double *find_exact(const ibl_truth *t, const ibl_drawn *set,
     const double *next = rgb;
     for (size_t i = 0; i < own; i++) {
         aim(set, &t->sample[i], &l);
-        for (int k = 0; k < 3 * l.taps; k++)
+        for (int k = 0; k < 3 * l.taps && i % pairs % STEP == 0; k++)
             exact[6 * i + (size_t)(k % 3)] += *next++ / l.taps;
     }
     for (size_t i = own; i < samples; i++)
         memcpy(exact + 6 * i, exact + 6 * (i - own), 3 * sizeof *exact);
-    for (size_t i = 0; i < pairs; i++)
-        memcpy(dirs + 3 * i, t->sample[i].normal, 3 * sizeof *dirs);
-    ok = ok && !ibl_reference_irradiance(rest, dirs, pairs, rgb);
+    count = 0;
+    for (size_t i = 0; i < pairs; i += STEP)
+        memcpy(dirs + 3 * count++, t->sample[i].normal, 3 * sizeof *dirs);
+    ok = ok && !ibl_reference_irradiance(rest, dirs, count, rgb);
     for (size_t i = 0; i < samples; i++)
-        memcpy(exact + 6 * i + 3, rgb + 3 * (i % pairs), 3 * sizeof *exact);
+        if (i % pairs % STEP == 0)
+            memcpy(exact + 6 * i + 3, rgb + i % pairs / STEP * 3,
+                   3 * sizeof *exact);
     if (ok)
         return exact;
     free(exact);
@@ -461,8 +468,10 @@ bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
             to->light[0] += stage[0][c];
             to->light[1] += stage[LAST][c];
         }
-        for (int k = 0; k < LAST && exact; k++)
+        for (int k = 0; k < LAST && exact && i % n % STEP == 0; k++) {
             to->part[k] = distance2(stage[k], stage[k + 1]);
+            to->part_truth = to->truth;
+        }
         if (square)
             square[i] = to->weight * to->wrong;
         if (i % n == n - 1)
