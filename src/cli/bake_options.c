@@ -954,8 +954,8 @@ static bool add_set(ibl_bake_line *line, const ibl_target *target,
 static bool add_preset(ibl_bake_line *line)
 {
     const int preset = line->one.preset;
+    static char prefix[32]; /* of messages to come */
     ibl_opts o;
-    char prefix[32];
 
     if (!read_words(preset_options[preset], line->words, &o))
         return false;

@@ -39,7 +39,7 @@ enum {
     SHEEN_LEAST = 5,  /* bin: shaders take smaller roughnesses for it */
     SHEEN_SIZE = 128, /* of Charlie's whole chain, of which a part is made */
     SHEEN_TABLE = 64,
-    TABLES = 64, /* that are remembered */
+    TABLES = 64, /* of a kind that are remembered */
     SCALES = 4
 };
 
@@ -81,8 +81,8 @@ typedef struct search {
     double most, asked; /* squared: of a set; what parts may add */
     size_t most_bytes;
     values part[PARTS];
-    table tables[TABLES];
-    int table_count;
+    table tables[2][TABLES]; /* BRDF tables, lobe tables */
+    int table_count[2];
 } search;
 
 static bool wants(const ibl_opts *o, ibl_output_kind kind)
@@ -187,7 +187,9 @@ static const ibl_image *map_for(const search *s, const ibl_specular_layout *l)
 static bool find_table(search *s, const ibl_opts *o, ibl_output_kind kind,
                        ibl_candidate *out)
 {
-    const int count = s->table_count < TABLES ? s->table_count : TABLES;
+    table *made = s->tables[kind == IBL_OUTPUT_LOBES];
+    int *all = &s->table_count[kind == IBL_OUTPUT_LOBES];
+    const int count = *all < TABLES ? *all : TABLES;
     table key = {.kind = kind, .size = o->lut.size};
     ibl_opts alone = *o;
     int i = 0;
@@ -196,20 +198,20 @@ static bool find_table(search *s, const ibl_opts *o, ibl_output_kind kind,
         key.size = o->lobe_table_size;
         ibl_specular_layout_of(&o->bake.specular_options, &key.layout);
     }
-    while (i < count && memcmp(&s->tables[i], &key, offsetof(table, made)) != 0)
+    while (i < count && memcmp(&made[i], &key, offsetof(table, made)) != 0)
         i++;
     if (i == count) {
-        i = s->table_count++ % TABLES;
-        ibl_candidate_free(&s->tables[i].made);
+        i = (*all)++ % TABLES;
+        ibl_candidate_free(&made[i].made);
         alone.only = 1u << kind;
         alone.bake.specular = alone.bake.irradiance = 0;
         alone.bake.sh_degree = -1;
-        s->tables[i] = key;
-        if (ibl_candidate_bake(s->ctx, NULL, &alone, &s->tables[i].made) ||
-            ibl_candidate_round(s->ctx, &alone, &s->tables[i].made))
+        made[i] = key;
+        if (ibl_candidate_bake(s->ctx, NULL, &alone, &made[i].made) ||
+            ibl_candidate_round(s->ctx, &alone, &made[i].made))
             return false;
     }
-    *out = s->tables[i].made;
+    *out = made[i].made;
     return true;
 }
 
@@ -719,8 +721,8 @@ bool ibl_choose(const ibl_bake_source *from, const ibl_materials *materials,
     const bool ok = begin(s, materials, choice) && search_all(s, choice);
     for (int i = 1; i < SCALES; i++)
         ibl_image_free(&s->map[i]);
-    for (int i = 0; i < TABLES; i++)
-        ibl_candidate_free(&s->tables[i].made);
+    for (int i = 0; i < 2 * TABLES; i++)
+        ibl_candidate_free(&s->tables[i / TABLES][i % TABLES].made);
     ibl_truth_free(&s->truth);
     free(s);
     return ok;
