@@ -50,7 +50,7 @@ ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
  * What a surface reflects to a viewer. With F0 its reflectance at normal
  * incidence, the integral of f(V, L) L N.L over the sphere is F0 * A + B; f is
  * the GGX microfacet BRDF with this geometry and Schlick's Fresnel term, single
- * scattering. The relative error is about 1e-4, up to 1e-3 if all light is
+ * scattering. The relative error is about 1e-4, up to 4e-3 if all light is
  * along the horizon.
  *   roughness  n values in 0..1
  *   normals    3 * count doubles of any length but 0

@@ -10,8 +10,9 @@
  *     M_ab = integral L l_a(theta) l_b(phi) sin(theta) dtheta dphi.
  * M is exact, separable, and that of a block follows from those of its four
  * parts. A polynomial of degree 7 on an interval of half length e misses about
- * (2 z)^-8 of a function whose nearest singularity is z e away; NEAR of these
- * lengths leave 1e-6. Other blocks are divided, down to 16 x 16 pixels.
+ * (2 z)^-8 of a function whose nearest singularity is z e away; 4.5 of these
+ * lengths leave 1e-6, 3, for BRDFs, 1e-4. Other blocks are divided, down to 16
+ * x 16 pixels.
  *
  * These are weighed at their centres, but near the peak: there, a pixel is
  * halved until 2 x 2 or 3 x 3 Gauss points are enough, and cut at the horizon.
@@ -40,8 +41,8 @@ enum {
 };
 
 static const double pi = 3.14159265358979323846;
-static const double NEAR = 4.5;      /* half lengths of a block */
 static const double WIDEST = 0.8;    /* half a block, radians */
+static const double DIM = 6;         /* tolerances */
 static const double LOW = 0.25;      /* radians */
 static const double NOTHING = -36;   /* logarithm of a weight */
 static const double SMALLEST = 1e-7; /* alpha; a smaller one is a mirror */
@@ -376,7 +377,8 @@ typedef struct kernel {
     double sv, nv, v; /* v: Smith's of the viewer, or Schlick's k */
     double scale;     /* of the sums */
     double tolerance; /* share of all light that a pixel's centre may miss */
-    double step;      /* 3 x 3 points need no more than reach / step */
+    double step;      /* 3 x 3 points need no more than reach / step, */
+    double near;      /* and nodes reach / near, for half a block */
 } kernel;
 
 /* Directions above the horizon, in the kernel's frame, and their weights. */
@@ -476,8 +478,9 @@ static void shape(kernel *k, enum kind kind, double alpha)
     k->power = kind == CHARLIE ? 0.5 / k->alpha : 1 + 0.5 * (1 / k->a2 - 1);
     k->scale = 1;
     k->v = 0;
-    k->tolerance = kind < SMITH ? 2e-8 : 1e-6;
+    k->tolerance = kind < SMITH ? 2e-8 : 2e-6;
     k->step = kind < SMITH ? 4.5 : 2.5;
+    k->near = kind < SMITH ? 4.5 : 3;
     if (kind == SMITH) {
         k->v = sqrt(k->a2 + (1 - k->a2) * k->nv * k->nv);
         k->scale = k->a2 / (2 * pi);
@@ -489,10 +492,10 @@ static void shape(kernel *k, enum kind kind, double alpha)
 
 /* ---- sums --------------------------------------------------------------- */
 
-/* A block of level 0 that was summed by the centres of its pixels. */
+/* A block that is to be looked at again. */
 typedef struct rough {
-    int row, column;
-    double most; /* weight that a pixel may miss, in parts of its flux */
+    int level, row, column;
+    double most; /* weight that a centre may miss, in parts of a pixel's flux */
 } rough;
 
 typedef struct sum {
@@ -503,8 +506,11 @@ typedef struct sum {
     double value[4][RUN]; /* R, G, B and 1 times a solid angle */
     /* of these, weighed, then the same times Schlick's term; by place in run */
     double part[SUMS][RUN];
-    rough *list; /* room for all blocks */
-    size_t count;
+    /* Blocks of level 0 that were summed by their centres, and smooth ones that
+     * the horizon crosses; each has room for all blocks. */
+    rough *list, *later;
+    size_t count, later_count;
+    double least[4]; /* light that counts; 0: not yet known */
 } sum;
 
 static void local(const kernel *k, double ct, double st, double cp, double sp,
@@ -806,7 +812,7 @@ static void add_centres(sum *s, int row, int column)
             else
                 add_centre(s, &p, rgb, i, 1);
     }
-    s->list[s->count++] = (rough){row, column, most};
+    s->list[s->count++] = (rough){0, row, column, most};
 }
 
 /* Adds exactly, in place of their centres, those that hold much of all light
@@ -857,6 +863,8 @@ static void add_nodes(sum *s, const band *row, const band *column,
             for (int b = 0; b < NODES; b++)
                 l[n][at + b] = up + ahead * column->c[b] + aside * column->s[b];
         }
+        for (int b = 0; b < NODES; b++)
+            l[2][at + b] = l[2][at + b] > 0 ? l[2][at + b] : 0;
         for (int b = 0; b < NODES; b++) {
             for (int c = 0; c < 3; c++)
                 s->value[c][at + b] =
@@ -868,6 +876,25 @@ static void add_nodes(sum *s, const band *row, const band *column,
     }
 }
 
+/* Whether a block of a solid angle cannot give more light than counts. */
+static bool is_dim(const sum *s, const double highest[3], const float *moments,
+                   double angle)
+{
+    run p = {.x = {highest[0]}, .y = {highest[1]}, .z = {highest[2]}};
+    bool dim = true;
+
+    weigh(s->kernel, &p);
+    for (int c = 0; c < 4 && dim; c++) {
+        double flux = c < 3 ? 0 : angle;
+        for (int n = 0; n < NODES * NODES && c < 3; n++)
+            flux += (double)moments[c * NODES * NODES + n];
+        dim = flux * p.f[0][0] < DIM * s->least[c];
+    }
+    return dim;
+}
+
+/* Smooth blocks that the horizon crosses wait until it is known how much light
+ * counts: dim ones are then weighed at their nodes above it. */
 static void add_block(sum *s, int k, int j, int i)
 {
     const level *l = &s->ref->level[k];
@@ -883,8 +910,16 @@ static void add_block(sum *s, int k, int j, int i)
           column->middle[1], at);
     if (fits && at[2] < -radius)
         return;
-    if (fits && at[2] > radius &&
-        NEAR * edge < reach_at(s->kernel, at, radius, LOW)) {
+    const bool smooth =
+        fits && s->kernel->near * edge < reach_at(s->kernel, at, radius, LOW);
+    const bool crossed = at[2] < radius;
+    if (smooth && crossed && !(s->least[3] > 0)) {
+        s->later[s->later_count++] = (rough){k, j, i, 0};
+        return;
+    }
+    at[2] += radius;
+    if (smooth &&
+        (!crossed || is_dim(s, at, moments_at(l, j, i), 4 * tall * wide))) {
         add_nodes(s, row, column, moments_at(l, j, i));
     } else if (k) {
         for (int n = 0; n < 4; n++)
@@ -894,24 +929,32 @@ static void add_block(sum *s, int k, int j, int i)
     }
 }
 
+static void find_least(sum *s)
+{
+    flush(s);
+    for (int c = 0; c < 4; c++)
+        s->least[c] = s->kernel->tolerance * total(s, c) + DBL_MIN;
+}
+
 /* All light by a kernel. */
 static void add_all(sum *s, double out[SUMS])
 {
     const int top = s->ref->levels - 1;
     const level *l = &s->ref->level[top];
-    double all[4];
 
     memset(s->part, 0, sizeof s->part);
     memset(s->value, 0, sizeof s->value);
+    memset(s->least, 0, sizeof s->least);
     memset(&s->run, 0, sizeof s->run);
-    s->count = 0;
+    s->count = s->later_count = 0;
     for (int n = 0; n < l->rows * l->columns; n++)
         add_block(s, top, n / l->columns, n % l->columns);
-    flush(s);
-    for (int c = 0; c < 4; c++)
-        all[c] = s->kernel->tolerance * total(s, c) + DBL_MIN;
+    find_least(s);
+    for (const rough *r = s->later; r < s->later + s->later_count; r++)
+        add_block(s, r->level, r->row, r->column);
+    find_least(s);
     for (size_t n = 0; n < s->count; n++)
-        add_bright(s, &s->list[n], all);
+        add_bright(s, &s->list[n], s->least);
     flush(s);
     for (int n = 0; n < SUMS; n++)
         out[n] = total(s, n);
@@ -965,7 +1008,8 @@ static void view_job(void *arg, int at, int worker)
 
     s.ref = all->ref;
     s.kernel = &k;
-    s.list = all->lists + (size_t)worker * leaves(all->ref);
+    s.list = all->lists + 2 * (size_t)worker * leaves(all->ref);
+    s.later = s.list + leaves(all->ref);
     s.waiting = 0;
     aim(all->ref, all->normals + 3 * i, all->views + 3 * i, &k);
     for (int n = 0; n < all->n; n++) {
@@ -1049,7 +1093,7 @@ static ibl_status run_all(job *all, double *out)
         return status;
     all->out = out;
     all->lists = ibl_alloc_array((size_t)ibl_ctx_threads(ref->ctx),
-                                 leaves(ref) * sizeof *all->lists);
+                                 2 * leaves(ref) * sizeof *all->lists);
     if (!all->lists)
         return ibl_no_memory(ref->ctx, "the reference's sums");
     status = ibl_run(ref->ctx, NULL, (int)all->count, view_job, all);
