@@ -462,12 +462,14 @@ static bool make_fine(search *s, size_t usual, pick *fine)
     /* Larger faces, beyond the default's bytes only for the error that was
      * asked. */
     for (*fine = p; p.error > s->asked; *fine = p.bytes <= usual ? p : *fine) {
+        const int edge = p.at[EDGE];
         p.at[EDGE] += s->fits ? OCTAVE : 1;
         if (p.at[EDGE] >= s->part[EDGE].count)
             return true;
         if (!try_pick(s, &p))
             return false;
-        if (p.bytes > s->most_bytes)
+        /* Of rough levels there are none as large as all edges. */
+        if (p.at[EDGE] <= edge || p.bytes > s->most_bytes)
             return true;
     }
     *fine = p;
