@@ -30,6 +30,7 @@ enum {
     SAMPLES = 1024,
     STEPS = 128,    /* of roughness */
     SHARPEST = 12,  /* of these, but 0: sharper lobes take long */
+    SHARPER = 4,    /* so is the second level, after one of 0 */
     OCTAVE = 8,     /* edges of levels in an octave */
     LEAST_EDGE = 4, /* of a level */
     FIT_EDGE = 64,  /* up to which roughnesses are fitted to the materials */
@@ -136,7 +137,8 @@ static bool set_options(const search *s, const pick *p, ibl_opts *o)
         if (!ibl_specular_layout_of(to, &l) &&
             (l.size >= value_of(s, p, EDGE) || to->size > MOST_EDGE))
             return s->part[LEVELS].count < 2 ||
-                   l.size >> (l.levels - 1) >= LEAST_EDGE;
+                   (l.size >> (l.levels - 1) >= LEAST_EDGE &&
+                    (l.levels < 2 || l.roughness[1] * STEPS >= SHARPER));
     return false;
 }
 
