@@ -30,6 +30,7 @@ enum {
     SAMPLES = 1024,
     STEPS = 128,    /* of roughness */
     SHARPEST = 12,  /* of these, but 0: sharper lobes take long */
+    SHARPER = 4,    /* so is the second level, after one of 0 */
     OCTAVE = 8,     /* edges of levels in an octave */
     LEAST_EDGE = 4, /* of a level */
     FIT_EDGE = 64,  /* up to which roughnesses are fitted to the materials */
@@ -136,7 +137,8 @@ static bool set_options(const search *s, const pick *p, ibl_opts *o)
         if (!ibl_specular_layout_of(to, &l) &&
             (l.size >= value_of(s, p, EDGE) || to->size > MOST_EDGE))
             return s->part[LEVELS].count < 2 ||
-                   l.size >> (l.levels - 1) >= LEAST_EDGE;
+                   (l.size >> (l.levels - 1) >= LEAST_EDGE &&
+                    (l.levels < 2 || l.roughness[1] * STEPS >= SHARPER));
     return false;
 }
 
@@ -464,12 +466,14 @@ static bool make_fine(search *s, size_t usual, pick *fine)
     /* Larger faces, beyond the default's bytes only for the error that was
      * asked. */
     for (*fine = p; p.error > s->asked; *fine = p.bytes <= usual ? p : *fine) {
+        const int edge = p.at[EDGE];
         p.at[EDGE] += s->fits ? OCTAVE : 1;
         if (p.at[EDGE] >= s->part[EDGE].count)
             return true;
         if (!try_pick(s, &p))
             return false;
-        if (p.bytes > s->most_bytes)
+        /* Of rough levels there are none as large as all edges. */
+        if (p.at[EDGE] <= edge || p.bytes > s->most_bytes)
             return true;
     }
     *fine = p;
