@@ -553,8 +553,8 @@ static bool check_engine_levels(const ibl_opts *o)
                           name);
     if (o->engine == IBL_ENGINE_PLAYCANVAS)
         return (layout.levels == 6 && s->size >= 32) ||
-               ibl_misuse("--format playcanvas: has 6 levels, from a --size "
-                          "of 32 or more");
+               ibl_misuse("--format playcanvas: has 6 levels: add --levels 6, "
+                          "and a --size of 32 or more");
     if (s->size & (s->size - 1))
         return ibl_misuse("--size %d: %s files need a power of two", s->size,
                           name);
