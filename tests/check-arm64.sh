@@ -75,7 +75,7 @@ fi
 # as the others of check_kern_legendre, take minutes for a truth in emulated long
 # doubles: the bakes judge those sums.
 sums=gather,angles,weights,rows,points,lights,spread,legendre_coefficients
-sums=$sums,legendre_values,near_the_pole,brdf_sums,mix,reflection
+sums=$sums,legendre_values,near_the_pole,brdf_sums,mix
 kernels="check_kern check_kern_fft check_kern_sums:$sums check_kern_legendre:rows
 check_pixel"
 # shellcheck disable=SC2046
