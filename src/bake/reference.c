@@ -25,6 +25,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bake/reference_check.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/vector.h"
@@ -1140,16 +1141,6 @@ ibl_status ibl_reference_irradiance(const ibl_reference *ref,
     return run_all(&all, rgb);
 }
 
-static ibl_status check_geometry(ibl_ctx *ctx, ibl_geometry geometry)
-{
-    if (geometry == IBL_GEOMETRY_SMITH || geometry == IBL_GEOMETRY_SCHLICK_IBL)
-        return IBL_OK;
-    return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                    "geometry %d: must be smith (%d) or schlick-ibl (%d)",
-                    (int)geometry, IBL_GEOMETRY_SMITH,
-                    IBL_GEOMETRY_SCHLICK_IBL);
-}
-
 ibl_status ibl_reference_brdf(const ibl_reference *ref, ibl_geometry geometry,
                               const double *roughness, int n,
                               const double *normals, const double *views,
@@ -1157,7 +1148,7 @@ ibl_status ibl_reference_brdf(const ibl_reference *ref, ibl_geometry geometry,
 {
     const ibl_status status = check_pointers(ref, 1, ref, ref);
 
-    if (status || check_geometry(ref->ctx, geometry))
+    if (status || ibl_reference_check_geometry(ref->ctx, geometry))
         return status ? status : IBL_ERR_ARGUMENT;
     job all = {ref,       geometry == IBL_GEOMETRY_SMITH ? SMITH : SCHLICK,
                roughness, 0,

@@ -27,8 +27,8 @@
 
 #include <math.h>
 
+#include "bake/reference_check.h"
 #include "core/context.h"
-#include "ibl/reference.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -226,7 +226,7 @@ static struct pair integrate_point(struct point *p)
     return total;
 }
 
-static ibl_status check_geometry(ibl_ctx *ctx, ibl_geometry geometry)
+ibl_status ibl_reference_check_geometry(ibl_ctx *ctx, ibl_geometry geometry)
 {
     if (geometry == IBL_GEOMETRY_SMITH || geometry == IBL_GEOMETRY_SCHLICK_IBL)
         return IBL_OK;
@@ -245,7 +245,7 @@ static ibl_status check(ibl_ctx *ctx, double n_dot_v, double roughness,
     if (!(roughness >= 0 && roughness <= 1))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a roughness of %g: must be 0 to 1", roughness);
-    const ibl_status status = check_geometry(ctx, geometry);
+    const ibl_status status = ibl_reference_check_geometry(ctx, geometry);
     return !status && ibl_cancelled(ctx) ? IBL_ERR_CANCELLED : status;
 }
 

@@ -167,6 +167,12 @@ size_t ibl_bake_bytes(const ibl_map_bake *r, ibl_ctx *ctx, size_t reader,
 /* False, after a message, if that is more than --max-memory. */
 bool ibl_bake_fits(const ibl_map_bake *r, size_t reader, int width, int height);
 
+/* Whether an output is asked for. */
+static inline bool ibl_opts_want(const ibl_opts *o, ibl_output_kind kind)
+{
+    return o->only & 1u << kind;
+}
+
 /* Checks them beside a target, whose own options are those of want. False,
  * after ibl_misuse: its engine would not load the files, or show them wrongly.
  */

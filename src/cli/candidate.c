@@ -1,11 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/candidate.h"
 
-static bool wants(const ibl_opts *o, ibl_output_kind kind)
-{
-    return o->only & 1u << kind;
-}
-
 ibl_status ibl_candidate_bake(ibl_ctx *ctx, const ibl_image *map,
                               const ibl_opts *o, ibl_candidate *out)
 {
@@ -17,9 +12,9 @@ ibl_status ibl_candidate_bake(ibl_ctx *ctx, const ibl_image *map,
     bake.skybox = 0;
     if (bake.specular || bake.irradiance || bake.sh_degree >= 0)
         status = ibl_bake_environment(ctx, &env, &bake, &out->made);
-    if (!status && wants(o, IBL_OUTPUT_LUT))
+    if (!status && ibl_opts_want(o, IBL_OUTPUT_LUT))
         status = ibl_bake_lut(ctx, &o->lut, &out->lut);
-    if (!status && wants(o, IBL_OUTPUT_LOBES)) {
+    if (!status && ibl_opts_want(o, IBL_OUTPUT_LOBES)) {
         ibl_lobe_table_options lobes = ibl_lobe_table_options_default();
         lobes.size = o->lobe_table_size;
         lobes.f0 = o->lobe_f0;
@@ -125,14 +120,14 @@ size_t ibl_candidate_bytes(const ibl_opts *o)
     size_t bytes = 0;
 
     ibl_specular_layout_of(&o->bake.specular_options, &l);
-    if (wants(o, IBL_OUTPUT_SPECULAR))
+    if (ibl_opts_want(o, IBL_OUTPUT_SPECULAR))
         bytes += cube_bytes(o, l.size, l.levels);
-    if (wants(o, IBL_OUTPUT_IRRADIANCE))
+    if (ibl_opts_want(o, IBL_OUTPUT_IRRADIANCE))
         bytes += cube_bytes(o, o->bake.irradiance_options.size, 1);
-    if (wants(o, IBL_OUTPUT_LUT))
+    if (ibl_opts_want(o, IBL_OUTPUT_LUT))
         bytes += image_bytes(o->lut.size, o->lut.size,
                              ibl_lut_pixel(o->texels.pixel, o->lut.kind));
-    if (wants(o, IBL_OUTPUT_LOBES))
+    if (ibl_opts_want(o, IBL_OUTPUT_LOBES))
         bytes +=
             (size_t)layers * image_bytes(o->lobe_table_size, o->lobe_table_size,
                                          IBL_PIXEL_RGBA16F);

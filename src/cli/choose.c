@@ -86,11 +86,6 @@ typedef struct search {
     int table_count[2];
 } search;
 
-static bool wants(const ibl_opts *o, ibl_output_kind kind)
-{
-    return o->only & 1u << kind;
-}
-
 static int value_of(const search *s, const pick *p, int part)
 {
     return s->part[part].value[p->at[part]];
@@ -240,7 +235,7 @@ static bool measure(search *s, const ibl_opts *o, bool whole, ibl_measured *m)
               !ibl_candidate_bake(s->ctx, whole ? s->map : map_for(s, &l),
                                   &cubes, &c) &&
               !ibl_candidate_round(s->ctx, &cubes, &c);
-    if (wants(o, IBL_OUTPUT_LUT) && !o->lut.kind && o->lut.size > 1)
+    if (ibl_opts_want(o, IBL_OUTPUT_LUT) && !o->lut.kind && o->lut.size > 1)
         ok = ok && find_table(s, o, IBL_OUTPUT_LUT, &lut);
     if (s->lobes)
         ok = ok && find_table(s, o, IBL_OUTPUT_LOBES, &lobes);
@@ -301,7 +296,7 @@ static void list_values(search *s)
     const ibl_specular_options *levels = &o->bake.specular_options;
     const ibl_given *given = &o->given;
     const bool open = !o->of && !o->engine,
-               cube = wants(o, IBL_OUTPUT_IRRADIANCE);
+               cube = ibl_opts_want(o, IBL_OUTPUT_IRRADIANCE);
     const int irradiance = cube ? o->bake.irradiance_options.size : 0;
     const int as_given[PARTS] = {levels->size,         levels->levels,
                                  (int)o->texels.pixel, o->lobe_table_size,
@@ -331,10 +326,10 @@ static void list_values(search *s)
         !(o->bake.irradiance_options.step > 0)) {
         /* 0: harmonics, in the sidecar. */
         all[IRRADIANCE].count =
-            o->bake.sh_degree >= 2 && wants(o, IBL_OUTPUT_JSON);
+            o->bake.sh_degree >= 2 && ibl_opts_want(o, IBL_OUTPUT_JSON);
         list_edges(&all[IRRADIANCE], 4, 32, 4);
     }
-    if (!o->lut.kind && wants(o, IBL_OUTPUT_LUT) &&
+    if (!o->lut.kind && ibl_opts_want(o, IBL_OUTPUT_LUT) &&
         !ibl_is_given(given, "lut-size"))
         list_edges(&all[LUT], 4, 256, 4);
     for (int i = 0; i < PARTS; i++)
@@ -581,7 +576,7 @@ static bool tell(search *s, const pick *p, const ibl_opts *o, ibl_choice *c)
                        why[IRRADIANCE]);
     else
         ibl_choice_add(c, true, "irradiance", "harmonics\t%s", why[IRRADIANCE]);
-    if (wants(o, IBL_OUTPUT_LUT))
+    if (ibl_opts_want(o, IBL_OUTPUT_LUT))
         ibl_choice_add(c, true, "BRDF table", "%d\t%s", o->lut.size, why[LUT]);
     if (s->lobes)
         ibl_choice_add(c, true, "lobe table", "%d\t%s%s", o->lobe_table_size,
@@ -718,7 +713,8 @@ bool ibl_choose(const ibl_bake_source *from, const ibl_materials *materials,
     s->ctx = from->ctx;
     s->o = o;
     s->asked = s->most = square(choice->asked);
-    s->lobes = wants(o, IBL_OUTPUT_SPECULAR) && wants(o, IBL_OUTPUT_LOBES);
+    s->lobes = ibl_opts_want(o, IBL_OUTPUT_SPECULAR) &&
+               ibl_opts_want(o, IBL_OUTPUT_LOBES);
     s->fits = !ibl_is_given(&o->given, "mapping") &&
               !ibl_is_given(&o->given, "roughness-range") && !o->of &&
               !o->engine;
@@ -765,7 +761,7 @@ bool ibl_scenes_sheen(const ibl_scenes *s, const ibl_opts *o, ibl_opts *sheen,
 
     if (!(ibl_survey_share(bins) > 0))
         return false;
-    if (o->of || o->engine || !(o->only & 1u << IBL_OUTPUT_SPECULAR)) {
+    if (o->of || o->engine || !ibl_opts_want(o, IBL_OUTPUT_SPECULAR)) {
         ibl_choice_add(c, true, "sheen",
                        "none\tnot in such files: bake it apart with --lobe "
                        "charlie");
