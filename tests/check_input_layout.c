@@ -472,23 +472,6 @@ TEST(colours_change_once)
     }
 }
 
-/* A lamp at +Z of an upright cross, in the map. */
-TEST(brightest_of_a_cross)
-{
-    begin();
-    ibl_image img = map_constant(ctx, 3 * N, 4 * N, 0.1f);
-    ibl_read_report report;
-    ibl_image map = {0};
-
-    for (int i = 0; i < 4; i++)
-        map_set(&img, N + N / 2 - i % 2, N + N / 2 - i / 2, 50, 60, 70);
-    NEED(file_save_exr(file_path("s.exr"), &img, NULL));
-    NEED(!ibl_image_read(ctx, file_path("s.exr"), NULL, &map, &report));
-    ibl_image_free(&map);
-    CHECK(report.brightest.found);
-    CHECK_NEAR(report.brightest.direction[2], 1, 1e-2);
-}
-
 /* ---- alpha, repair, refusal -------------------------------------------- */
 
 TEST(alpha_is_unwrapped)

@@ -27,7 +27,7 @@ enum {
 };
 
 enum {
-    SAMPLES = 1024,
+    SAMPLES = 2048,
     STEPS = 128,    /* of roughness */
     SHARPEST = 16,  /* of these, but 0: sharper lobes take long */
     SHARPER = 4,    /* so is the second level, after one of 0 */
