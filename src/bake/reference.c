@@ -423,8 +423,8 @@ static void weigh(const kernel *k, run *p)
         const double s2 = x * x + p->y[i] * p->y[i], c2 = up * up;
         const double h2 = s2 + c2, t = s2 + a2 * c2;
         const double miss = 1 - 0.5 * sqrt(h2), miss2 = miss * miss;
-        const double g =
-            smith ? v * z + nv * sqrt(a2 + b2 * z * z) : v + (1 - v) * z;
+        const double g = smith ? v * z + nv * sqrt(a2 + b2 * z * z) + DBL_MIN
+                               : v + (1 - v) * z;
         p->reach2[i] = t;
         p->f[0][i] = z * (h2 / t) * (h2 / t) / g;
         p->f[1][i] = p->f[0][i] * miss2 * miss2 * miss;
