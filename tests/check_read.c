@@ -560,56 +560,33 @@ TEST(not_images)
     }
 }
 
-/* Headers that claim much more than the file has. */
-TEST(large_claims)
+/* Cut short, and headers that claim much more than the file has. */
+TEST(damaged_through_bridge)
 {
-    static const char *const pfms[] = {"PF\n60000 30000\n-1.0\n1234567890",
+    static const char *const names[] = {"n.png", "n.tif"};
+    static const char *const pfms[] = {"PF\n64 32\n-1.0\n1234567890",
+                                       "PF\n60000 30000\n-1.0\n1234567890",
                                        "PF\n600000 300000\n-1.0\n1234567890"};
     file_need_oiio();
     ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
-    size_t size;
+    const char *path = file_path("damaged");
 
-    for (int i = 0; i < 2; i++) {
-        NEED(file_save(file_path("big.pfm"), pfms[i], strlen(pfms[i])));
-        refused(ctx, file_path("big.pfm"), IBL_ERR_FORMAT, "");
-    }
-    NEED(file_run(
-        "oiiotool --pattern constant:color=.2,.3,.4 64x32 3 -o c.png"));
-    unsigned char *bytes = file_load(file_path("c.png"), &size);
-    bytes[18] = 200; /* width, with a wrong check sum */
-    NEED(file_save(file_path("c.png"), bytes, size));
-    refused(ctx, file_path("c.png"), IBL_ERR_FORMAT, "");
-}
-
-TEST(cut_through_bridge)
-{
-    file_need_oiio();
-    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
-    static const char *const names[] = {"n.png", "n.tif", "n.pfm", "n.exr"};
-    test_random r = {9};
-    ibl_image img, back;
-
-    NEED(!ibl_image_alloc(ctx, 64, 32, &img));
-    for (int i = 0; i < 3 * 64 * 32; i++)
-        img.data[i] = (float)(test_random_unit(&r) + (i % 64) * 0.02);
-    NEED(file_save_pfm(file_path("n.pfm"), &img));
-    NEED(file_run("oiiotool n.pfm -d uint8 -o n.png n.pfm -d float "
-                  "-o n.tif && oiiotool n.pfm -d half --compression dwaa -o "
-                  "n.exr"));
-    for (int k = 0; k < 4; k++) {
+    NEED(file_run("oiiotool --pattern noise:seed=9 64x32 3 -d float "
+                  "-o n.tif -d uint8 -o n.png"));
+    for (int k = 0; k < 2; k++) {
         size_t size;
         unsigned char *bytes = file_load(file_path(names[k]), &size);
-        for (int part = 1; part < 8; part++) {
-            const size_t cut = size * (size_t)part / 8;
-            memset(&kept, 0, sizeof kept);
-            back = (ibl_image){0};
-            const ibl_status status =
-                ibl_image_decode(ctx, "cut", bytes, cut, NULL, &back, NULL);
-            CHECK_MSG(status == IBL_ERR_FORMAT, "%s cut to %zu: %d %s",
-                      names[k], cut, status, kept.text[0]);
-            CHECK(!strchr(kept.text[0], '\n'));
-            ibl_image_free(&back);
+        for (size_t part = 1; part < 8; part++) {
+            NEED(file_save(path, bytes, size * part / 8));
+            refused(ctx, path, IBL_ERR_FORMAT, "");
         }
+        bytes[18] = 200; /* a PNG's width, with a wrong check sum */
+        NEED(file_save(path, bytes, size));
+        if (!k)
+            refused(ctx, path, IBL_ERR_FORMAT, "");
     }
-    ibl_image_free(&img);
+    for (int i = 0; i < 3; i++) {
+        NEED(file_save(path, pfms[i], strlen(pfms[i])));
+        refused(ctx, path, IBL_ERR_FORMAT, "");
+    }
 }
