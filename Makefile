@@ -151,7 +151,7 @@ ISA =
 %_sse2.o: ISA := -DIBL_SUFFIX=_sse2
 %_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c
 %_neon.o: ISA := -DIBL_SUFFIX=_neon
-EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/exr.o tests/check_exr.o tests/check_exr_chroma.o tests/check_exr_damage.o tests/check_source.o tests/check_bc6h.o)
+EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/exr.o tests/check_exr.o tests/check_exr_damage.o tests/check_source.o tests/check_bc6h.o)
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/exr_chunks.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/io/zstd_frames.o: LOCAL = $(ZSTD_CFLAGS)
@@ -322,7 +322,8 @@ $(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c))
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read
 # A file system that does not answer, or is interrupted.
 $(BUILD)/tests/check_outputs: TEST_LIBS = -Wl,--wrap=lstat \
-    -Wl,--wrap=fsync -Wl,--wrap=write -Wl,--wrap=mkdir
+    -Wl,--wrap=fsync -Wl,--wrap=write -Wl,--wrap=mkdir -Wl,--wrap=close \
+    -Wl,--wrap=rename -Wl,--wrap=renameat2
 # Reads that come short or fail.
 $(BUILD)/tests/check_source: TEST_LIBS = -Wl,--wrap=pread
 
