@@ -401,9 +401,10 @@ void shade_look_up(const shade_set *s, const view_settings *settings,
     shade_cube(&s->specular, level, reflected, light->specular);
     shade_table(&s->lut, p->n_v, r, light->table);
     shade_cube(&s->irradiance, 0, normal, light->irradiance);
-    if (settings->diffuse == VIEW_DIFFUSE_MAP)
-        return;
     for (int k = 0; k < 3; k++) {
+        light->irradiance[k] *= s->set.irradiance_scale;
+        if (settings->diffuse == VIEW_DIFFUSE_MAP)
+            continue;
         light->irradiance[k] = 0;
         for (int l = 0; l <= s->set.sh_degree; l++)
             for (int m = -l; m <= l; m++)
