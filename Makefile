@@ -331,8 +331,6 @@ $(BUILD)/tests/check_view_steady: TEST_LIBS = -Wl,--wrap=malloc \
     -Wl,--wrap=calloc -Wl,--wrap=realloc -Wl,--wrap=aligned_alloc \
     -Wl,--wrap=posix_memalign -Wl,--wrap=strdup
 
-# Names that have no memory.
-$(BUILD)/tests/check_view_bake: TEST_LIBS = -Wl,--wrap=strdup
 # Another machine's clock.
 $(BUILD)/tests/check_view_probe_set: TEST_LIBS = -Wl,--wrap=clock_gettime
 # Its stage's context is to be cancelled.
