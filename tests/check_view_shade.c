@@ -254,39 +254,6 @@ TEST(from_within)
 
 /* ---- lights ------------------------------------------------------------- */
 
-/* Adds a light as Walter, Heitz and Schlick have it, in double: to what is
- * reflected, and to irradiance / pi. */
-static void add_light(const view_sphere *ball, const shade_pixel *p,
-                      const view_light *light, double rgb[3], double diffuse[3])
-{
-    const double r = fmax(ball->roughness, 0.045), a2 = r * r * r * r;
-    double l[3], h[3];
-
-    for (int k = 0; k < 3; k++)
-        l[k] =
-            light->position[k] - ball->centre[k] - ball->radius * p->normal[k];
-    const double d2 = test_dot(l, l), nl = test_dot(l, p->normal) / sqrt(d2);
-    for (int k = 0; k < 3; k++)
-        h[k] = l[k] / sqrt(d2) + p->view[k];
-    if (nl <= 0)
-        return;
-    const double length = sqrt(test_dot(h, h));
-    const double nh = test_dot(h, p->normal) / length;
-    const double vh = test_dot(h, p->view) / length;
-    const double tan2h = 1 / (nh * nh) - 1;
-    const double d = 1 / (M_PI * a2 * pow(nh, 4) * pow(1 + tan2h / a2, 2));
-    const double lambda_l = (sqrt(1 + a2 * (1 / (nl * nl) - 1)) - 1) / 2;
-    const double lambda_v =
-        (sqrt(1 + a2 * (1 / (p->n_v * p->n_v) - 1)) - 1) / 2;
-    const double g = 1 / (1 + lambda_l + lambda_v);
-    for (int k = 0; k < 3; k++) {
-        const double f = ball->f0[k] + (1 - ball->f0[k]) * pow(1 - vh, 5);
-        const double e = light->intensity[k] / d2;
-        rgb[k] += e * d * g * f / (4 * p->n_v);
-        diffuse[k] += e * nl / M_PI;
-    }
-}
-
 /* Distance, back sides, all roughnesses, metals and others. */
 TEST(two_lights)
 {
@@ -302,19 +269,35 @@ TEST(two_lights)
     view_grid(&s, balls);
     const float *picture = shade_draw(&set->set, &s);
     const shade_pixel *pixels = shade_pixels(&s);
-    for (int i = 0; i < EDGE * EDGE; i++) {
-        const shade_pixel *p = &pixels[i];
+    for (int at = 0; at < EDGE * EDGE; at++) {
+        const shade_pixel *p = &pixels[at];
         const view_sphere *ball = &balls[p->sphere < 0 ? 0 : p->sphere];
         shade_light light = {.specular = {0}};
         double direct[3] = {0}, rgb[3];
         if (p->sphere < 0 || p->n_v < 0.02)
             continue;
-        for (int k = 0; k < 2; k++)
-            add_light(ball, p, &s.light[k], direct, light.irradiance);
-        shade_table(&set->lut, p->n_v, ball->roughness, light.table);
+        for (int i = 0; i < 2; i++) {
+            double l[3];
+            for (int k = 0; k < 3; k++)
+                l[k] = s.light[i].position[k] - ball->centre[k] -
+                       ball->radius * p->normal[k];
+            const double d2 = test_dot(l, l);
+            for (int k = 0; k < 3; k++)
+                l[k] /= sqrt(d2);
+            const double n_l = fmax(test_dot(p->normal, l), 0);
+            const double alpha = pow(fmax(ball->roughness, 0.045), 2);
+            for (int k = 0; k < 3; k++) {
+                const double e = s.light[i].intensity[k] / d2;
+                direct[k] +=
+                    e * ibl_disc_brdf(IBL_GEOMETRY_SMITH, alpha, ball->f0[k], 0,
+                                      p->normal, p->view, l);
+                light.irradiance[k] += e * n_l / M_PI;
+            }
+        }
+        ibl_lookup_lut(&set->lut, p->n_v, ball->roughness, light.table);
         shade_split_sum(&s, ball, &light, rgb);
         for (int k = 0; k < 3; k++)
-            worst = fmax(worst, fabs(picture[3 * i + k] - rgb[k] - direct[k]) /
+            worst = fmax(worst, fabs(picture[3 * at + k] - rgb[k] - direct[k]) /
                                     (rgb[k] + direct[k] + 0.01));
     }
     CHECK_MSG(worst < 2e-3, "off by %g", worst);

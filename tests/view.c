@@ -74,6 +74,19 @@ const char *view_test_shader(const char *name)
     return f->text[own];
 }
 
+GLuint view_test_program(const char *fragment)
+{
+    const view_shader_file files[] = {
+        {"full.vert", {view_test_shader("full.vert")}},
+        {"test.frag", {fragment}},
+        {NULL, {NULL}}};
+    const GLuint program =
+        view_program_from(files, "", "full.vert", "test.frag");
+
+    NEED(program);
+    return program;
+}
+
 ibl_ctx *view_test_ctx(int threads)
 {
     ibl_ctx_options opts = ibl_ctx_options_default();

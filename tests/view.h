@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "test.h"
+#include "view/gl.h"
 
 /* Opens a screen in memory until the running test has ended, with gl loaded.
  * The test is skipped where there is no OSMesa, and under the thread
@@ -17,6 +18,9 @@ const char *view_test_about(void);
 
 /* The text of one of the viewer's shaders. */
 const char *view_test_shader(const char *name);
+
+/* A program of this fragment shader for all of what is drawn into. */
+GLuint view_test_program(const char *fragment);
 
 /* A context for the running test, with the viewer's log; exits on failure. */
 ibl_ctx *view_test_ctx(int threads);
