@@ -86,15 +86,7 @@ static view_options options;
 
 static void begin(void)
 {
-    memset(&app, 0, sizeof app);
-    memset(&options, 0, sizeof options);
-    options.settings = view_settings_default();
-    app.options = &options;
-    app.settings = options.settings;
-    app.width = 64;
-    app.height = 48;
-    sets_white(&app.sets[0]);
-    app.set = &app.sets[0];
+    view_test_app(&app, &options, 64, 48);
     app.set->path[VIEW_SPECULAR] = strdup("white");
 }
 

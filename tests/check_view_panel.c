@@ -23,17 +23,9 @@ static view_options options;
 
 static void begin(view_mode mode)
 {
-    memset(&app, 0, sizeof app);
-    memset(&options, 0, sizeof options);
-    options.settings = view_settings_default();
+    view_test_app(&app, &options, WIDTH, HEIGHT);
     options.settings.mode = mode;
     options.settings.panel = true;
-    app.options = &options;
-    app.width = WIDTH;
-    app.height = HEIGHT;
-    app.scale = 1;
-    sets_white(&app.sets[0]);
-    app.set = &app.sets[0];
 }
 
 /* Presses at a place with the settings of the beginning. */

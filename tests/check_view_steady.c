@@ -101,23 +101,14 @@ static void end(void *unused)
 static void begin(void)
 {
     view_test_begin(WIDTH, HEIGHT);
-    memset(&app, 0, sizeof app);
-    memset(&options, 0, sizeof options);
-    options.settings = view_settings_default();
-    options.settings.probe_size = 16;
-    app.options = &options;
-    app.settings = options.settings;
+    view_test_app(&app, &options, WIDTH, HEIGHT);
+    app.settings.probe_size = 16;
     app.mouse[0] = app.mouse[1] = 3; /* a texel is read out */
-    app.width = WIDTH;
-    app.height = HEIGHT;
-    app.scale = 1;
     test_defer(end, NULL);
     count_calls();
     app.renderer = view_renderer_create();
     app.overlay = view_overlay_create();
-    sets_white(&app.sets[0]);
-    NEED(view_renderer_load(app.renderer, &app.sets[0]));
-    app.set = &app.sets[0];
+    NEED(view_renderer_load(app.renderer, app.set));
 }
 
 /* As app.c draws one, a sixtieth of a second after the last. */

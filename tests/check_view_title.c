@@ -30,6 +30,7 @@ double __wrap_ibl_now(void)
 }
 
 static view_app app;
+static view_options options;
 static const char *const title = app.title;
 
 static void end(void *unused)
@@ -41,17 +42,12 @@ static void end(void *unused)
 static void begin(void)
 {
     view_test_begin(WIDTH, HEIGHT);
-    memset(&app, 0, sizeof app);
-    app.width = WIDTH;
-    app.height = HEIGHT;
-    app.settings = view_settings_default();
+    view_test_app(&app, &options, WIDTH, HEIGHT);
     app.settings.mode = VIEW_SCENE;
     app.settings.probe_size = 16;
     app.renderer = view_renderer_create();
     test_defer(end, NULL);
-    sets_white(&app.sets[0]);
-    NEED(app.renderer && view_renderer_load(app.renderer, &app.sets[0]));
-    app.set = &app.sets[0];
+    NEED(app.renderer && view_renderer_load(app.renderer, app.set));
 }
 
 static bool has(const char *part)

@@ -68,22 +68,17 @@ ibl_ctx *shade_ctx(void)
 
 void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut)
 {
+    const ibl_texel_options as = {.struct_size = sizeof as,
+                                  .pixel = cubes,
+                                  .overflow = IBL_OVERFLOW_SPREAD};
     ibl_texture *t = s->set.texture;
 
     for (int i = 0; i < VIEW_CONTENTS; i++)
         ibl_texture_free(&t[i]);
-    need(!ibl_texture_from_cube(
-             shade_ctx(), &s->specular,
-             &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
-                                  .pixel = cubes,
-                                  .overflow = IBL_OVERFLOW_SPREAD},
-             &t[VIEW_SPECULAR], NULL) &&
-             !ibl_texture_from_cube(
-                 shade_ctx(), &s->irradiance,
-                 &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
-                                      .pixel = cubes,
-                                      .overflow = IBL_OVERFLOW_SPREAD},
-                 &t[VIEW_IRRADIANCE], NULL) &&
+    need(!ibl_texture_from_cube(shade_ctx(), &s->specular, &as,
+                                &t[VIEW_SPECULAR], NULL) &&
+             !ibl_texture_from_cube(shade_ctx(), &s->irradiance, &as,
+                                    &t[VIEW_IRRADIANCE], NULL) &&
              !ibl_texture_unblock(shade_ctx(), &t[VIEW_SPECULAR]) &&
              !ibl_texture_unblock(shade_ctx(), &t[VIEW_IRRADIANCE]) &&
              !ibl_texture_from_lut(shade_ctx(), &s->lut, lut, &t[VIEW_LUT],
