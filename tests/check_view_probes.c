@@ -264,7 +264,7 @@ TEST(blends)
     int full = 0;
 
     begin();
-    for (int n = 0; n < (TEST_SANITIZED ? 6 : 10); n++) {
+    for (int n = 0; n < 10; n++) {
         const bool masked = n % 2;
         const int all = masked ? MOST : n % 4 ? 16 : test_random_below(&r, 17);
         random_probes(&r, all, n / 2 % 2);
