@@ -342,7 +342,7 @@ static void sunny(void *cookie, const double direction[3], float rgba[4])
  * walls that hide probes and without, where the mirror's comes before them; on
  * its own it does not. What is left is 64 samples a texel against the exact
  * levels, blocks, and nine harmonics. */
-TEST(a_scene_is_lit_the_same)
+TEST_SLOW(a_scene_is_lit_the_same)
 {
     static const struct {
         const char *options;

@@ -296,7 +296,7 @@ static double wrong_alpha(const float *rgba, int size, int i, double *seen)
 
 /* Captures that end at the box of a local probe have alpha 0 beyond, where the
  * mirror's fills in: the white environment does not light the dark room. */
-TEST(limited_captures)
+TEST_SLOW(limited_captures)
 {
     const int size = 32, texels = IBL_FACES * size * size;
     float full[FLOATS], *level[VIEW_PROBE_FILTERS];
