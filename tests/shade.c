@@ -161,16 +161,6 @@ float *shade_draw(const baked_set *set, const view_settings *s)
     return rgb;
 }
 
-int shade_width(void)
-{
-    return picture_width;
-}
-
-int shade_height(void)
-{
-    return picture_height;
-}
-
 int shade_material(const char *name)
 {
     for (int i = 0; i < VIEW_MATERIALS; i++)

@@ -40,8 +40,6 @@ void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut);
 
 /* Draws; linear RGB, rows from the top, from test_alloc. Exits if it cannot. */
 float *shade_draw(const baked_set *set, const view_settings *s);
-int shade_width(void);
-int shade_height(void);
 /* Index in view_materials; exits if there is none of that name. */
 int shade_material(const char *name);
 
