@@ -123,24 +123,9 @@ test_files_by_name() {
     same a.png b.png
 }
 
-# triangle NAME.gltf [MATERIAL]
-triangle() {
-    local places=AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA
-    cat >"$1" <<END
-{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
- "nodes": [{"mesh": 0}], "materials": [{${2-}"doubleSided": true}],
- "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
- "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3,
-  "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
- "bufferViews": [{"buffer": 0, "byteLength": 36}],
- "buffers": [{"byteLength": 36,
-  "uri": "data:application/octet-stream;base64,$places"}]}
-END
-}
-
 test_models() {
-    triangle a.gltf
-    triangle b.gltf '"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]},'
+    make_scene a '[{}]'
+    make_scene b '[{"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}]'
     draw a.png "$work/ktx2" --model a.gltf
     draw b.png "$work/ktx2" --model b.gltf
     draw c.png "$work/ktx2"
@@ -166,9 +151,8 @@ test_models() {
 # A model with sheen, by a set of that scene: two chains in a directory.
 test_sheen_of_a_scene() {
     local sheen='"sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": 0.5'
-    sheen="\"extensions\": {\"KHR_materials_sheen\": {$sheen}},"
-    triangle a.gltf "$sheen"
-    triangle b.gltf
+    make_scene a "[{\"extensions\": {\"KHR_materials_sheen\": {$sheen}}}]"
+    make_scene b '[{}]'
     iblbake -q --scene a.gltf env.exr -o out >said 2>&1 || cat said
     draw a.png out --model a.gltf -q
     draw b.png out --model b.gltf -q
@@ -181,9 +165,9 @@ test_sheen_of_a_scene() {
 # One line after notes of parts, and no picture.
 test_models_that_cannot_be_drawn() {
     local file
-    triangle good.gltf
+    make_scene good '[{}]'
     printf '{}' >empty.gltf
-    sed 's/"count": 3/"count": 4/' good.gltf >long.gltf
+    sed 's/"count":4/"count":5/' good.gltf >long.gltf
     for file in none.gltf empty.gltf long.gltf env.exr .; do
         iblview "$work/ktx2" --model $file --offscreen no.png 2>said
         [ $? = 1 ] || echo "$file: status $?"
