@@ -332,8 +332,6 @@ $(BUILD)/tests/check_view_steady: TEST_LIBS = -Wl,--wrap=malloc \
     -Wl,--wrap=calloc -Wl,--wrap=realloc -Wl,--wrap=aligned_alloc \
     -Wl,--wrap=posix_memalign -Wl,--wrap=strdup
 
-# Names that have no memory.
-$(BUILD)/tests/check_view_bake: TEST_LIBS = -Wl,--wrap=strdup
 # Another machine's clock.
 $(BUILD)/tests/check_view_probe_set: TEST_LIBS = -Wl,--wrap=clock_gettime
 # Its stage's context is to be cancelled.
@@ -347,7 +345,8 @@ VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_room \
                        $(BUILD)/tests/bench_model, \
                        $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
-        $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c) \
+        $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c \
+                   src/cli/faces.c src/cli/lookup.c) \
         $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(VIEW_LIBS) \
