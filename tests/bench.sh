@@ -11,8 +11,5 @@ map=../shared/data/quarry_01_1k.hdr
 echo '== what the default bake promises'
 bash tests/bench-spectral.sh "$build"
 
-echo "== cliffs"
-node tests/bench-cliffs.mjs "$build"
-
 echo '== whole processes: settings, the classic tutorial, cmgen'
 bash tests/bench-peers.sh "$build"
