@@ -466,7 +466,7 @@ check-quick:
 	+@$(STRICT)
 	@bash tests/run.sh --quick $(BUILD)
 
-## try: one test after a change: make try T=check_mips, or T=check-cli ONLY=help
+## try: one test after a change: make try T=check_mips, or T=check-cli ONLY=zstd
 try:
 	@ls tests/$(T:.sh=).c tests/$(T:.sh=).sh 2>/dev/null | grep -q check || { \
 	    echo "iblbake: make try T=check_mips or T=check-cli: T is no test" >&2; \
