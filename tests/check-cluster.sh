@@ -174,29 +174,15 @@ finish() {
     cat ./*.log
 }
 
-# Task 3 of 4 dies of SIGKILL as it gives its KILL_AT-th file its name.
-cat >kill.c <<'END'
-#define _GNU_SOURCE
-#include <fcntl.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-int rename(const char *from, const char *to)
-{
-    static int count;
-    if (++count == atoi(getenv("KILL_AT")))
-        raise(SIGKILL);
-    return (int)syscall(SYS_renameat, AT_FDCWD, from, AT_FDCWD, to);
-}
-END
-${CC:-cc} -shared -fPIC -o kill.so kill.c || exit 1
+# Task 3 of 4 dies of SIGKILL before KILL_AT files have got their names.
+preload
 mkdir deadly
 cat >deadly/iblbake <<END
 #!/bin/sh
 case "\$*" in
 *'--shard 3/4 '*) echo "\$SLURM_RESTART_COUNT" >>tries
-    [ "\$SLURM_RESTART_COUNT" ] || export LD_PRELOAD=$work/kill.so ;;
+    [ "\$SLURM_RESTART_COUNT" ] ||
+        export LD_PRELOAD=$work/preload.so FAULT="rename -9 \$KILL_AT" ;;
 esac
 exec "$work/quick/iblbake" "\$@"
 END
@@ -205,8 +191,8 @@ chmod +x deadly/iblbake
 test_slurm_task_that_dies() {
     begin dies maps.sh probes.sh submit.sh
     export PATH=$work/deadly:$PATH
-    KILL_AT=9 sbatch maps.sh >submitted
-    KILL_AT=1 sh -e submit.sh >>submitted || cat submitted
+    KILL_AT=8 sbatch maps.sh >submitted
+    KILL_AT=0 sh -e submit.sh >>submitted || cat submitted
     finish | grep -v -e Killed -e 'DUE TO JOB REQUEUE'
     sort tries | diff - <(printf '\n\n1\n1\n') || echo 'not killed and queued again'
     diff -r out ../whole
