@@ -3,7 +3,7 @@
 # Runs the examples of man/iblbake-cluster.7 as they are printed there: GNU
 # parallel, make -j, and job arrays of a Slurm that this script starts on this
 # machine, as root, with all its files in a temporary directory. A task is killed
-# and queued again, and two arrays write at once. BUILD names the build.
+# and queued again. BUILD names the build.
 set -u
 . tests/lib.sh
 need node
@@ -49,7 +49,6 @@ done >maps.txt
 # They are older than the grace of --incremental.
 touch -d '1 hour ago' env/*
 iblbake -q --from maps.txt -o lit || exit 1
-iblbake -q --from maps.txt -o smaller --size 4 || exit 1
 node -e "console.log(JSON.stringify({version: 1,
     defaults: {size: 8, levels: 2, irradiance: 4, lut_size: 16},
     global: {capture: {equirect: 'captures/7.exr'}},
@@ -57,7 +56,6 @@ node -e "console.log(JSON.stringify({version: 1,
         position: [i, 0, 0], capture: {equirect: 'captures/' + i % 8 + '.exr'},
         influence: {sphere: {centre: [i, 0, 0], radius: 1}}}))}))" >set.json
 iblbake probes -q set.json -o whole || exit 1
-iblbake probes -q set.json -o other --size 4 || exit 1
 
 test_parallel() {
     begin parallel shards.sh
@@ -202,29 +200,6 @@ test_slurm_task_that_dies() {
     find lit -type f -printf '%p %i %T@\n' | diff was -
     diff -r -x .iblbake lit ../lit
 }
-# Two arrays with other options: the files of a map, and a shard, are of one of
-# them, and shards that do not fit are named.
-test_slurm_two_arrays() {
-    local name
-    begin two maps.sh probes.sh
-    for name in maps probes; do
-        sbatch $name.sh && sbatch $name.sh --size 4
-    done >submitted || cat submitted
-    finish
-    for ((i = 0; i < 40; i++)); do
-        for name in ../lit ../smaller; do
-            cat $name/map${i}[._]* | cmp -s - <(cat lit/map${i}[._]*) && break
-        done || echo "map$i: is mixed"
-    done
-    if iblbake merge part/* -o out 2>err; then
-        diff -rq out ../whole >/dev/null || diff -rq out ../other
-    else
-        grep -q '^iblbake: part/.: is of another set or of other options' err ||
-            cat err
-        [ ! -e out ] || echo 'something was written'
-    fi
-}
-
 why=$(missing)
 for name in $(sed -n 's/^\(test_[a-z_]*\)() {$/\1/p' \
     "$top/tests/check-cluster.sh"); do
