@@ -202,15 +202,6 @@ test_containers_and_pixels() {
     done
 }
 
-# The sidecar's names are those of the files, whatever bytes they have.
-test_names_of_any_bytes() {
-    local odd
-    odd=$(printf 'a%%25\377')
-    cp env.exr "$odd.exr"
-    iblbake -q $floats "$odd.exr" -o out --mapping filament
-    MAX=0.003 accept "$odd.exr" out
-}
-
 # Tables of both geometries beside each other, with sidecars and without.
 test_tables_of_two_geometries() {
     local part
