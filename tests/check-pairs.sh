@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # Pairs of options by pairs/pairs.mjs: what is listed as misuse, with a sanitizer
-# a sample of all in a minute, or `check-pairs.sh all` of them, and whether each
+# rows for a minute, or `check-pairs.sh all` of them, and whether each
 # changes something by itself. SEED picks the sample (1), BUILD the build; a
 # sanitized one judges crashes and refusals alone.
 set -u
@@ -10,7 +10,7 @@ command -v node >/dev/null || skip_all 'node is missing'
 # OSMesa never frees some 480 bytes.
 echo leak:libOSMesa.so >"$work/leaks"
 export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0
-how=(--list)
+how=(--light --list)
 [ "${1:-}" != all ] || how=(--alone)
 if grep -q __asan_init "$build/iblbake"; then
     how=(--light)
