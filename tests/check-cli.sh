@@ -416,6 +416,20 @@ test_environment_of_faces() {
     iblbake verify -q b/f_skybox.ktx2 c --name f --max-error 0.02
 }
 
+# A skybox in other axes is the same environment, but for where patches of its
+# floats are cut.
+test_environment_in_other_axes() {
+    local axes small="$small --pixel rgba32f --name f"
+    iblbake -q $small env.exr -o a --skybox 32
+    iblbake -q $small a/f_skybox.ktx2 -o b
+    for axes in '--mirror x' '--mirror z --up z' '--up z'; do
+        iblbake -q $small env.exr -o c --skybox 32 $axes
+        iblbake -q $small c/f_skybox.ktx2 -o d
+        cmp b/f_specular.ktx2 d/f_specular.ktx2
+        cmp b/f_irradiance.ktx2 d/f_irradiance.ktx2
+    done
+}
+
 # Of 2,048 pixels 5 are negative, 3 are none; one is 7.
 test_sidecar_counts() {
     js <<'END'
@@ -662,9 +676,6 @@ const [a, b] = ['1', 'back'].map(d => json(d + '/env.json').sh.radiance);
 a.forEach((rgb, i) => rgb.forEach((x, c) =>
     near('read back', b[i][c], x, 0.01 * a[0][c])));
 END
-    head -c -1 1/env.env >cut.env
-    iblbake -q --only json cut.env -o back 2>err
-    grep -q 'cut.env: damaged: an image lies beyond' err || cat err
     iblbake --only specular --size 16 --format env --mapping babylon env.hdr \
         -o c --verify 2>err >table
     grep -q 'brighter than 255, the most that rgbd holds: .* went to' err ||
@@ -793,8 +804,9 @@ END
 
 # The table's figures are those of the files; what is given is kept.
 test_choice() {
-    iblbake env.exr --rendered-error .3 --size 40 --levels 3 --pixel rgba32f \
-        --irradiance-size 5 --lut-size 17 --lobe-table-size 9 -o given >table
+    set -- iblbake env.exr --rendered-error .3 --size 40 --levels 3 \
+        --pixel rgba32f --irradiance-size 5 --lut-size 17 --lobe-table-size 9
+    "$@" -o given >table
     js <<'END'
 const {outputs} = json('given/env.json');
 const of = what => outputs.find(o => o.content === what);
@@ -805,10 +817,8 @@ if (got !== '40,3,rgba32f,5,17,9')
     console.log(got);
 END
     [ $sanitized = no ] || return 0
-    iblbake env.exr --rendered-error .3 --dry-run >dry
-    [ ! -e out ] || ls out
+    "$@" --dry-run | cmp - table
     iblbake env.exr --rendered-error .3 -o out >table
-    cmp dry table
     iblbake env.exr --rendered-error .0001 -o near >table
     grep -q 'cannot be reached, the least is' table || cat table
     iblbake env.exr --rendered-error .5 --target three,playcanvas -o to >table
@@ -846,7 +856,7 @@ END
 # What a person would decide. A texture that is not there costs a warning, or,
 # strict, the bake.
 test_scenes() {
-    local no_metal='"metallicFactor": 0' extensions='"extensions": {"KHR_' scene
+    local no_metal='"metallicFactor": 0' extensions='"extensions": {"KHR_' scene map
     make_scene matte "[{\"pbrMetallicRoughness\": {$no_metal},
         \"occlusionTexture\": {\"index\": 9}}]"
     make_scene mirror '[{"pbrMetallicRoughness": {"roughnessFactor": 0}}]'
@@ -877,10 +887,11 @@ test_scenes() {
         'BEGIN { exit !(told < there && there < told + 20000) }' ||
         cat split.txt
     [ $sanitized = no ] || return 0
-    cp "$OLDPWD/data/forest.exr" map.exr
     for scene in matte mirror all unlit sheen; do
-        iblbake map.exr --scene $scene.gltf --depfile $scene.d -o $scene \
-            >$scene.txt 2>$scene.err || cat $scene.txt
+        map=env.exr
+        [ $scene = sheen ] || map=$OLDPWD/data/forest.exr
+        iblbake "$map" --scene $scene.gltf --depfile $scene.d -o $scene \
+            --name map >$scene.txt 2>$scene.err || cat $scene.txt
         [ "$(sed -n '$s/ *//p' $scene.d)" = $scene.gltf ] || cat $scene.d
     done
     grep -q 'warning: matte.gltf: materials\[0\].occlusionTexture.index: .* left' \
@@ -922,7 +933,7 @@ END
     iblbake env.exr --scene matte.gltf --scene mirror.gltf --dry-run >both 2>err
     grep -q '2 files: 2 materials' both && grep -q 'metals *50 %' both &&
         grep -q 'lobe table *[0-9]*  adds' both || cat both
-    iblbake env.exr --scene sheen.gltf --target bevy,three -o bevy >table
+    iblbake env.exr --scene sheen.gltf --target bevy -o bevy >table
     grep -q 'sheen *none' table || cat table
 }
 

@@ -202,6 +202,15 @@ test_containers_and_pixels() {
     done
 }
 
+# The sidecar's names are those of the files, whatever bytes they have.
+test_names_of_any_bytes() {
+    local odd
+    odd=$(printf 'a%%25\377')
+    cp env.exr "$odd.exr"
+    iblbake -q $floats "$odd.exr" -o out --mapping filament
+    MAX=0.003 accept "$odd.exr" out
+}
+
 # Tables of both geometries beside each other, with sidecars and without.
 test_tables_of_two_geometries() {
     local part
@@ -538,8 +547,6 @@ test_malformed() {
     rm out/env.json
     wrong 1 '*is there, too: name the one*' env.exr out
     rm out/env_specular.dds
-    wrong 1 '*has 3 levels, and the roughness of 2*' env.exr out \
-        --roughness-map 0,1
     echo '{"outputs": [' >out/env.json
     wrong 1 '*out/env.json:2:0: no JSON: *bake the set again*' env.exr out
     ln -sf /dev/null out/env.json
@@ -552,19 +559,6 @@ test_malformed() {
     wrong 1 '*env_specular.ktx2*names it*' env.exr out
     wrong 1 '*flat texture*' env.exr --specular out/brdf_lut.ktx2
     wrong 1 '*where a BRDF table * is wanted*' --lut out/env_irradiance.ktx2
-    iblbake -q $small env.exr -o dds --format dds
-    for name in env_irradiance brdf_lut; do # two layers of the same
-        {
-            head -c 140 "dds/$name.dds"
-            printf '\2\0\0\0'
-            tail -c +145 "dds/$name.dds"
-            tail -c +149 "dds/$name.dds"
-        } >"array_$name.dds"
-    done
-    wrong 1 '*array_env_irradiance.dds: *2 layers*' env.exr \
-        --irradiance array_env_irradiance.dds
-    wrong 1 '*array_brdf_lut.dds: *2 layers*' \
-        --lut array_brdf_lut.dds
     head -c 300 out/env_irradiance.ktx2 >cut.ktx2
     wrong 1 '*cut.ktx2*' env.exr --irradiance cut.ktx2
     wrong 1 '*env.hdr*' env.exr --irradiance env.hdr
