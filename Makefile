@@ -501,7 +501,8 @@ check-pairs:
 bench:
 	@DEPS=$(DEPS) sh tests/deps.sh bench
 	+@$(MAKE) -s $(JOBS) DEPS=no all benches
-	sh tests/bench.sh $(BUILD)
+	bash tests/bench-spectral.sh $(BUILD)
+	bash tests/bench-peers.sh $(BUILD)
 
 ## mutants: break the program in hundreds of ways; which do the tests see? (hours)
 mutants:

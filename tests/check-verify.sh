@@ -243,23 +243,20 @@ test_lobes() {
     local lobe alone='--only specular,json'
     for lobe in charlie phong; do
         taken || continue
-        iblbake -q $levels $exact $alone env.exr -o out --lobe $lobe
+        iblbake -q $levels $exact $alone env.exr -o out --lobe $lobe \
+            --max-error 0.01 || echo "$lobe: bake judges itself: $?"
         MAX=0.01 accept env.exr out
         MAX=0.01 refuse env.exr out --lobe ggx
         MAX=0.01 accept env.exr --specular out/env_specular.dds --lobe $lobe
         MAX=0.01 refuse env.exr --specular out/env_specular.dds
-        rm -rf out
-        iblbake -q $levels $alone env.exr -o out --lobe $lobe
-        MAX=0.01 accept env.exr --specular out/env_specular.ktx2
-        iblbake verify env.exr out --json - | grep -q "\"lobe\": \"$lobe\"" ||
+        iblbake -q $levels --only specular env.exr -o keys --lobe $lobe
+        MAX=0.01 accept env.exr keys
+        iblbake verify env.exr keys --json - | grep -q "\"lobe\": \"$lobe\"" ||
             echo "$lobe: not in the table's JSON"
-        iblbake -q $levels $alone env.exr -o out --lobe $lobe \
-            --max-error 0.01 || echo "$lobe: bake judges itself: $?"
-        rm -rf out
+        rm -rf out keys
     done
     iblbake -q $levels $exact $alone env.exr -o out
-    sed 's/"lobe": "ggx"/"lobe": "beckmann"/' out/env.json >json
-    mv json out/env.json
+    sed -i 's/"lobe": "ggx"/"lobe": "beckmann"/' out/env.json
     wrong 1 '*lobe is "beckmann", which this version does not know*' env.exr out
     MAX=0.003 accept env.exr out --lobe ggx
 }
