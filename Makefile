@@ -116,16 +116,12 @@ LIB_OBJ := $(call obj,$(LIB_SRC)) $(PLAIN_SRC:%.c=$(BUILD)/obj/%_plain.o) \
            $(foreach isa,$(ISAS),$(SIMD_SRC:%.c=$(BUILD)/obj/%_$(isa).o)) \
            $(BUILD)/obj/gen/lobe_tables.o
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
-ifneq ($(HAVE_VIEW),yes)
-BENCHES := $(filter-out $(BUILD)/tests/bench_room $(BUILD)/tests/bench_capture \
-                        $(BUILD)/tests/bench_model, $(BENCHES))
-endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick try \
         check-arm64 check-clients check-pairs mutants check-cycles soak bench \
-        bench-probes fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
+        fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
         FORCE
 
 ## all: the programs and the parts that they load (default)
@@ -340,10 +336,7 @@ $(BUILD)/tests/check_view_stage: TEST_LIBS = -Wl,--wrap=ibl_ctx_create
 $(BUILD)/tests/check_view_title $(BUILD)/tests/check_view_truth: \
     TEST_LIBS = -Wl,--wrap=ibl_now
 
-VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_room \
-                       $(BUILD)/tests/bench_capture \
-                       $(BUILD)/tests/bench_model, \
-                       $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
+VIEW_TESTS := $(filter $(BUILD)/tests/check_view_%,$(TESTS)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c \
                    src/cli/faces.c src/cli/lookup.c) \
@@ -473,7 +466,7 @@ check-quick:
 	+@$(STRICT)
 	@bash tests/run.sh --quick $(BUILD)
 
-## try: one test after a change: make try T=check_mips, or T=check-cli ONLY=help
+## try: one test after a change: make try T=check_mips, or T=check-cli ONLY=zstd
 try:
 	@ls tests/$(T:.sh=).c tests/$(T:.sh=).sh 2>/dev/null | grep -q check || { \
 	    echo "iblbake: make try T=check_mips or T=check-cli: T is no test" >&2; \
@@ -508,13 +501,8 @@ check-pairs:
 bench:
 	@DEPS=$(DEPS) sh tests/deps.sh bench
 	+@$(MAKE) -s $(JOBS) DEPS=no all benches
-	sh tests/bench.sh $(BUILD)
-
-## bench-probes: set up, then measure probes, in the viewer and offline (minutes)
-bench-probes:
-	@DEPS=$(DEPS) sh tests/deps.sh check
-	+@$(MAKE) -s $(JOBS) DEPS=no all benches
-	@bash tests/bench-probes.sh $(BUILD)
+	bash tests/bench-spectral.sh $(BUILD)
+	bash tests/bench-peers.sh $(BUILD)
 
 ## mutants: break the program in hundreds of ways; which do the tests see? (hours)
 mutants:
