@@ -116,6 +116,9 @@ LIB_OBJ := $(call obj,$(LIB_SRC)) $(PLAIN_SRC:%.c=$(BUILD)/obj/%_plain.o) \
            $(foreach isa,$(ISAS),$(SIMD_SRC:%.c=$(BUILD)/obj/%_$(isa).o)) \
            $(BUILD)/obj/gen/lobe_tables.o
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
+ifneq ($(HAVE_VIEW),yes)
+BENCHES := $(filter-out $(BUILD)/tests/bench_model,$(BENCHES))
+endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -336,7 +339,8 @@ $(BUILD)/tests/check_view_stage: TEST_LIBS = -Wl,--wrap=ibl_ctx_create
 $(BUILD)/tests/check_view_title $(BUILD)/tests/check_view_truth: \
     TEST_LIBS = -Wl,--wrap=ibl_now
 
-VIEW_TESTS := $(filter $(BUILD)/tests/check_view_%,$(TESTS)) $(BUILD)/tests/cycles
+VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_model, \
+                       $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c \
                    src/cli/faces.c src/cli/lookup.c) \
