@@ -46,8 +46,9 @@ enum {
     SCALES = 4
 };
 
-/* How near to the least error a set must be if that asked cannot be had. */
-static const double near_least = 1.3;
+/* How near a set must be to the least error if that asked cannot be had: within
+ * this part of it, or of what is drawn right. */
+static const double beyond_least = 0.3;
 
 /* Values that a part may take, the coarsest first. */
 typedef struct values {
@@ -686,7 +687,8 @@ static bool search_all(search *s, ibl_choice *c)
     double least = fmin(sqrt(fine.error), c->usual_error);
     c->reached = least <= c->asked;
     if (!c->reached) {
-        s->most = square(near_least * least);
+        s->most =
+            square(least + beyond_least * fmin(least, fmax(1 - least, 0)));
         s->most_bytes = c->usual_bytes;
     }
     for (int l = 0; l < s->part[LEVELS].count; l++)
