@@ -211,44 +211,9 @@ static void every_length_of(ibl_isa isa)
         compare_forward(isa, n, n / 2 + 1, n * 8 / 24 + 1);
         compare_inverse(isa, n, n / 8, n * 16 / 24 + 1);
     }
-}
-
-KERN_TEST(every_length)
-
-/* Bins are of period n, however many are asked for. */
-static void bins_beyond_the_length_of(ibl_isa isa)
-{
+    /* Bins are of period n, however many are asked for. */
     compare_forward(isa, 4, 37, 1);
-    compare_forward(isa, 8, 29, 1);
     compare_forward(isa, 32, 100, 1);
 }
 
-KERN_TEST(bins_beyond_the_length)
-
-/* Lanes know nothing of each other: infinite ones spoil themselves alone. */
-static void independent_lanes_of(ibl_isa isa)
-{
-    enum {
-        N = 256,
-        BINS = N / 2 + 1
-    };
-    fixture x, y;
-    fixture_init(&x, isa, N, BINS, true);
-    fixture_init(&y, isa, N, BINS, true);
-    for (int i = 0; i < N; i++) {
-        y.rows[i * LANES + 3] = INFINITY;
-        y.rows[i * LANES + 4] = 0;
-    }
-    forward(&x);
-    forward(&y);
-    for (int k = 0; k < BINS * 2 * LANES; k++) {
-        if (k % LANES == 4)
-            CHECK(y.spectrum[k] == 0);
-        else if (k % LANES != 3)
-            CHECK(x.spectrum[k] == y.spectrum[k]);
-    }
-    fixture_free(&x);
-    fixture_free(&y);
-}
-
-KERN_TEST(independent_lanes)
+KERN_TEST(every_length)
