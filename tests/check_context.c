@@ -41,19 +41,6 @@ TEST(refusals)
     }
 }
 
-TEST(names)
-{
-    CHECK(!strcmp(ibl_isa_name(IBL_ISA_AUTO), "auto"));
-    CHECK(!strcmp(ibl_isa_name(IBL_ISA_NEON), "neon"));
-    CHECK(!strcmp(ibl_isa_arithmetic(IBL_ISA_NEON), "fused"));
-    CHECK(!strcmp(ibl_isa_arithmetic(IBL_ISA_SSE2), "plain"));
-    CHECK(!strcmp(ibl_isa_name((ibl_isa)99), "unknown"));
-    CHECK(!strcmp(ibl_isa_name((ibl_isa)-1), "unknown"));
-    for (int s = IBL_OK; s <= IBL_ERR_CANCELLED; s++)
-        CHECK(strcmp(ibl_status_text((ibl_status)s), "unknown status"));
-    CHECK(!strcmp(ibl_status_text((ibl_status)99), "unknown status"));
-}
-
 static void keep_end(void *cookie, ibl_log_level level, const char *text)
 {
     (void)level;
@@ -220,33 +207,6 @@ TEST(every_job)
     }
 }
 
-/* Batch after batch on one pool, with and without a pause in which its threads
- * fall asleep: none is run twice, missed or begun before the last has ended. */
-TEST(many_batches)
-{
-    static struct batch b;
-    const struct timespec nap = {0, 200000};
-    for (int threads = 1; threads <= 8; threads *= 2) {
-        b.ctx = test_ctx(threads, IBL_ISA_AUTO);
-        b.stop_at = -1;
-        memset(b.ran, 0, sizeof b.ran);
-        int want[12] = {0};
-        for (int n = 0; n < 3000; n++) {
-            const int jobs = n % 12;
-            for (int i = 0; i < jobs; i++)
-                want[i]++;
-            CHECK(ibl_run(b.ctx, NULL, jobs, count_job, &b) == IBL_OK);
-            bool right = true;
-            for (int i = 0; i < 12; i++)
-                right &= b.ran[i] == want[i];
-            NEED(right);
-            if (n % 16 == 0)
-                nanosleep(&nap, NULL);
-        }
-        CHECK(!b.wrong);
-    }
-}
-
 struct begun_job {
     struct batch *b; /* that checks workers */
     int first;       /* of its jobs, in b->ran */
@@ -264,6 +224,7 @@ static void begun_job(void *arg, int job, int worker)
 TEST(begun_beside_runs)
 {
     static struct batch b;
+    const struct timespec nap = {0, 200000};
     for (int threads = 1; threads <= 8; threads *= 2) {
         const struct begun_job part[4] = {
             {&b, 0}, {&b, 12}, {&b, 24}, {&b, 36}};
@@ -291,6 +252,8 @@ TEST(begun_beside_runs)
             for (int i = 0; i < 48; i++)
                 right &= b.ran[i] == want[i];
             NEED(right);
+            if (n % 16 == 0) /* the threads fall asleep */
+                nanosleep(&nap, NULL);
         }
         CHECK(!b.wrong);
         b.stop_at = 3;
@@ -399,6 +362,9 @@ TEST(cancel)
 {
     static struct batch b;
     ibl_cube cube = {0};
+    ibl_lut lut = {0};
+    ibl_light light;
+    double sh[3];
 
     b.ctx = test_ctx(1, IBL_ISA_AUTO);
     b.stop_at = 10;
@@ -406,31 +372,15 @@ TEST(cancel)
     for (int i = 0; i < JOBS; i++)
         CHECK(b.ran[i] == (i <= 10));
     CHECK(ibl_run(b.ctx, NULL, 1, count_job, &b) == IBL_ERR_CANCELLED);
-    ibl_image img = map_constant(b.ctx, 2, 1, 0);
+    ibl_image img = map_constant(b.ctx, 4, 2, 1);
     CHECK(ibl_bake_specular(b.ctx, &img, NULL, &cube) == IBL_ERR_CANCELLED);
     CHECK(ibl_bake_irradiance(b.ctx, &img, NULL, &cube) == IBL_ERR_CANCELLED);
     CHECK(!cube.data);
-}
-
-/* NULL for options is what ibl_..._options_default() returns. */
-TEST(default_options)
-{
-    const ibl_specular_options s = ibl_specular_options_default();
-    ibl_ctx *ctx = test_ctx(0, IBL_ISA_AUTO);
-    ibl_cube a = {0}, b = {0};
-
-    if (TEST_SANITIZED)
-        test_skip("two bakes of the default size, as others bake smaller ones");
-    ibl_image img = map_constant(ctx, 4, 2, 0);
-    for (int i = 0; i < 24; i++)
-        img.data[i] = (float)(i * i % 7);
-    NEED(!ibl_bake_specular(ctx, &img, NULL, &a));
-    NEED(!ibl_bake_specular(ctx, &img, &s, &b));
-    NEED(a.size == b.size && a.levels == b.levels);
-    CHECK(!memcmp(a.data, b.data,
-                  3 * sizeof *a.data * ibl_cube_texels(a.size, a.levels)));
-    ibl_cube_free(&a);
-    ibl_cube_free(&b);
+    CHECK(ibl_bake_sh(b.ctx, &img, 0, 0, sh) == IBL_ERR_CANCELLED);
+    CHECK(ibl_bake_lut(b.ctx, NULL, &lut) == IBL_ERR_CANCELLED && !lut.data);
+    map_set(&img, 0, 0, 1e9f, 1e9f, 1e9f);
+    CHECK(ibl_image_take_lights(b.ctx, &img, 0, 1, &light, &b.stop_at) ==
+          IBL_ERR_CANCELLED);
 }
 
 /* An older program's struct leaves later members at their defaults, a newer

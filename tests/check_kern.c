@@ -3,7 +3,6 @@
  * to give by its definition or, where that is a sum, against plain C. */
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -7,7 +7,6 @@
 #include "ibl/reference.h"
 #include "reference.h"
 #include "test.h"
-#include "truth.h"
 
 static const ibl_geometry geometries[] = {IBL_GEOMETRY_SMITH,
                                           IBL_GEOMETRY_SCHLICK_IBL};
@@ -271,42 +270,4 @@ TEST(kinds_in_textures)
         ibl_lut_free(&back);
         ibl_texture_free(&tex);
     }
-}
-
-TEST(bad_options)
-{
-    test_messages kept = {{{0}}};
-    ibl_lut lut = {0};
-
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_lut_options opts = ibl_lut_options_default();
-    CHECK(opts.size == 256 && opts.samples == 0);
-    CHECK(opts.geometry == IBL_GEOMETRY_SMITH);
-    opts.size = 0;
-    CHECK(ibl_bake_lut(ctx, &opts, &lut) == IBL_ERR_ARGUMENT);
-    CHECK(strstr(kept.text[IBL_LOG_ERROR], "size 0"));
-    opts.size = 4097;
-    CHECK(ibl_bake_lut(ctx, &opts, &lut) == IBL_ERR_ARGUMENT);
-    opts = ibl_lut_options_default();
-    opts.samples = -1;
-    CHECK(ibl_bake_lut(ctx, &opts, &lut) == IBL_ERR_ARGUMENT);
-    opts.samples = 1048577;
-    CHECK(ibl_bake_lut(ctx, &opts, &lut) == IBL_ERR_ARGUMENT);
-    opts = ibl_lut_options_default();
-    opts.kind = (ibl_lut_kind)3;
-    CHECK(ibl_bake_lut(ctx, &opts, &lut) == IBL_ERR_ARGUMENT);
-    opts.kind = IBL_LUT_CHARLIE;
-    opts.samples = 4;
-    CHECK(ibl_bake_lut(ctx, &opts, &lut) == IBL_ERR_ARGUMENT);
-    opts = ibl_lut_options_default();
-    opts.geometry = (ibl_geometry)9;
-    CHECK(ibl_bake_lut(ctx, &opts, &lut) == IBL_ERR_ARGUMENT);
-    CHECK(!lut.data);
-    ibl_ctx_cancel(ctx);
-    CHECK(ibl_bake_lut(ctx, NULL, &lut) == IBL_ERR_CANCELLED);
-    CHECK(!lut.data);
-    ibl_lut_free(&lut);
-    ibl_lut_free(NULL);
-    CHECK(!strcmp(ibl_geometry_name(IBL_GEOMETRY_SMITH), "smith"));
-    CHECK(!strcmp(ibl_geometry_name(IBL_GEOMETRY_SCHLICK_IBL), "schlick-ibl"));
 }
