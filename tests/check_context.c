@@ -83,86 +83,74 @@ TEST(bound_to_cpus)
     CHECK(!sched_setaffinity(0, sizeof all, &all));
 }
 
-/* Systems as of the kernel's cgroup-v2.rst, and sched-bwc.rst for version 1. */
+/* Systems as of the kernel's cgroup-v2.rst, and sched-bwc.rst for version 1:
+ * CPUs and memory. */
 TEST(quotas)
 {
     static const struct {
         const char *groups;
         const char *files; /* made by a shell, in /sys/fs/cgroup */
         int cpus;
+        unsigned long long bytes;
     } cases[] = {
-        {"", "true", 0},
-        {"0::/", "true", 0},
-        {"0::/a", "echo max 100000 >a/cpu.max", 0},
-        {"0::/a", "echo 150000 100000 >a/cpu.max", 2},
+        {"0::/a", "echo max >a/memory.max", 0, 0},
+        {"0::/a/b", "echo 9000 >a/b/memory.max; echo 5000 >a/memory.max", 0,
+         5000},
+        {"4:cpu:/a\n3:memory,blkio:/a",
+         "echo 7000 >memory/a/memory.limit_in_bytes;"
+         "echo 9000 >memory/memory.limit_in_bytes",
+         0, 7000},
+        {"4:cpu:/a", "echo 7000 >memory/a/memory.limit_in_bytes", 0, 0},
+        {"", "true", 0, 0},
+        {"0::/", "true", 0, 0},
+        {"0::/a", "echo max 100000 >a/cpu.max", 0, 0},
+        {"0::/a", "echo 150000 100000 >a/cpu.max", 2, 0},
         {"0::/a/b",
-         "echo 900000 100000 >a/b/cpu.max; echo 300000 100000 >a/cpu.max", 3},
+         "echo 900000 100000 >a/b/cpu.max; echo 300000 100000 >a/cpu.max", 3,
+         0},
         {"3:cpu:/a",
          "echo 150000 >cpu/a/cpu.cfs_quota_us;"
          "echo 100000 >cpu/a/cpu.cfs_period_us",
-         2},
+         2, 0},
         {"3:cpu:/a",
          "echo -1 >cpu/a/cpu.cfs_quota_us;"
          "echo 100000 >cpu/a/cpu.cfs_period_us",
-         0},
+         0, 0},
         /* what a container sees: its group is the root of what is there */
         {"5:memory:/z\n4:cpuacct,cpu:/docker/0123\n0::/",
          "echo 400000 >cpu/cpu.cfs_quota_us;"
          "echo 100000 >cpu/cpu.cfs_period_us",
-         4},
+         4, 0},
         {"4:cpu,cpuacct:/a/b",
          "echo 50000 >cpu/a/b/cpu.cfs_quota_us;"
          "echo 50000 >cpu/a/b/cpu.cfs_period_us;"
          "echo 900000 >cpu/a/cpu.cfs_quota_us;"
          "echo 50000 >cpu/a/cpu.cfs_period_us",
-         1},
+         1, 0},
         /* neither another controller's, nor one that is not this process's */
         {"4:cpuset:/a\n3:cpuacct:/a",
          "echo 100000 >cpu/a/cpu.cfs_quota_us;"
          "echo 100000 >cpu/a/cpu.cfs_period_us",
-         0},
+         0, 0},
         {"3:cpu:/a",
          "echo 100000 >cpu/c/cpu.cfs_quota_us;"
          "echo 100000 >cpu/c/cpu.cfs_period_us",
-         0},
+         0, 0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         NEED(file_run("rm -rf sys proc && mkdir -p proc/self && "
                       "printf '%s\n' >proc/self/cgroup && "
                       "mkdir -p sys/fs/cgroup/a/b sys/fs/cgroup/cpu/a/b "
-                      "sys/fs/cgroup/cpu/c && cd sys/fs/cgroup && %s",
+                      "sys/fs/cgroup/cpu/c sys/fs/cgroup/memory/a && cd "
+                      "sys/fs/cgroup && %s",
                       cases[i].groups, cases[i].files));
         const int cpus = ibl_cpu_quota(test_dir());
         CHECK_MSG(cpus == cases[i].cpus, "case %zu: %d", i, cpus);
-    }
-    CHECK(ibl_cpu_quota("nowhere") == 0);
-}
-
-TEST(memory_quota)
-{
-    static const struct {
-        const char *groups;
-        const char *files; /* made by a shell, in /sys/fs/cgroup */
-        unsigned long long bytes;
-    } cases[] = {
-        {"0::/a", "echo max >a/memory.max", 0},
-        {"0::/a/b", "echo 9000 >a/b/memory.max; echo 5000 >a/memory.max", 5000},
-        {"4:cpu:/a\n3:memory,blkio:/a",
-         "echo 7000 >memory/a/memory.limit_in_bytes;"
-         "echo 9000 >memory/memory.limit_in_bytes",
-         7000},
-        {"4:cpu:/a", "echo 7000 >memory/a/memory.limit_in_bytes", 0},
-    };
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        NEED(file_run("rm -rf sys proc && mkdir -p proc/self && "
-                      "printf '%s\n' >proc/self/cgroup && "
-                      "mkdir -p sys/fs/cgroup/a/b sys/fs/cgroup/memory/a && "
-                      "cd sys/fs/cgroup && %s",
-                      cases[i].groups, cases[i].files));
         const uint64_t bytes = ibl_memory_quota(test_dir());
         CHECK_MSG(bytes == cases[i].bytes, "case %zu: %llu", i,
                   (unsigned long long)bytes);
     }
+    CHECK(ibl_cpu_quota("nowhere") == 0);
     CHECK(ibl_memory_allowed() > 0);
 }
 

@@ -187,7 +187,7 @@ static int larger(const void *a, const void *b)
 }
 
 enum {
-    ROUNDS = 4,
+    ROUNDS = 3,
     TEXELS = ROUNDS * BLOCK
 };
 

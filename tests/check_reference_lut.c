@@ -2,7 +2,8 @@
 /* The reference's BRDF table against closed forms and sums written out here. */
 #include <math.h>
 
-#include "reference.h"
+#include "ibl/reference.h"
+#include "test.h"
 
 static void lut(ibl_ctx *ctx, double nv, double r, ibl_geometry g,
                 double out[2])

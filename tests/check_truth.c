@@ -3,20 +3,11 @@
  * The truth itself, against closed forms and against plainer sums, long
  * double where precision could matter; the library is not called.
  */
-#include "test.h"
+#include "reference.h"
 #include "truth.h"
 
 #include <math.h>
 #include <stdlib.h>
-
-static void random_direction(test_random *r, double d[3])
-{
-    const double y = 2.0 * test_random_unit(r) - 1.0;
-    const double phi = 2.0 * M_PI * test_random_unit(r);
-    d[0] = sqrt(1.0 - y * y) * cos(phi);
-    d[1] = y;
-    d[2] = sqrt(1.0 - y * y) * sin(phi);
-}
 
 /* ---- directions ------------------------------------------------------ */
 
