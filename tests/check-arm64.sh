@@ -71,13 +71,12 @@ if [ "${1:-}" = count ]; then
     exit
 fi
 
-# Tests of all versions of the kernels. The others need minutes for a truth in
+# Tests of all versions of the kernels. Others need minutes for a truth in
 # emulated long doubles: the bakes judge those sums.
-kernels='check_kern check_kern_fft check_kern_sums:gather,angles,rows,spread
-check_pixel'
+kernels='check_kern check_kern_fft check_kern_sums check_pixel'
 # shellcheck disable=SC2046
 compile "$arm/iblbake" "$arm/tests/write_textures" \
-    $(for test in $kernels; do echo "$arm/tests/${test%%:*}"; done)
+    $(for test in $kernels; do echo "$arm/tests/$test"; done)
 make -s DEPS=no BUILD="$build" "$build/tests/write_textures" >&2
 
 case $(emulate "$arm/iblbake" --version) in
@@ -85,10 +84,7 @@ case $(emulate "$arm/iblbake" --version) in
 *) verdict chosen 'NEON is not what auto takes' ;;
 esac
 for test in $kernels; do
-    name=${test%%:*} cases=${test#"$name"}
-    cases=${cases#:}
-    # shellcheck disable=SC2086
-    ok "$name" emulate "$arm/tests/$name" ${cases//,/ }
+    ok "$test" emulate "$arm/tests/$test"
 done
 
 # ---- containers ------------------------------------------------------------

@@ -123,17 +123,18 @@ TEST(solid_angles_are_the_integrals_of_the_density)
  * of maps that are finer than the texels and coarser. */
 TEST(flat_environments_are_the_means_over_their_texels)
 {
-    static const int sizes[][2] = {{256, 128}, {37, 19}};
+    /* and by how many degrees they are turned */
+    static const int sizes[][3] = {{256, 128, 25}, {37, 19, 25}, {64, 32, 90}};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     test_random rnd = {5};
 
-    for (int k = 0; k < 2 * FLAT; k++) {
+    for (int k = 0; k < 3 * FLAT; k++) {
         const int *size = sizes[k / FLAT];
         const ibl_image map =
             map_of_kind(ctx, &rnd, MAP_NOISE, size[0], size[1]);
-        ibl_reference *ref = reference_of(ctx, &map, 25);
+        ibl_reference *ref = reference_of(ctx, &map, size[2]);
         const ibl_cube to = flat_alloc(ctx, flat[k % FLAT], 16, 5);
-        NEED(!ibl_flat_from_latlong(ctx, &map, 25, &to));
+        NEED(!ibl_flat_from_latlong(ctx, &map, size[2], &to));
         for (int l = 0; l < 5; l++) {
             const ibl_level_shape s = shape_of(&to, l);
             double worst = 0;
