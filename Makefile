@@ -117,15 +117,14 @@ LIB_OBJ := $(call obj,$(LIB_SRC)) $(PLAIN_SRC:%.c=$(BUILD)/obj/%_plain.o) \
            $(BUILD)/obj/gen/lobe_tables.o
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 ifneq ($(HAVE_VIEW),yes)
-BENCHES := $(filter-out $(BUILD)/tests/bench_room $(BUILD)/tests/bench_capture \
-                        $(BUILD)/tests/bench_model, $(BENCHES))
+BENCHES := $(filter-out $(BUILD)/tests/bench_model,$(BENCHES))
 endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick try \
         check-arm64 check-clients check-pairs mutants check-cycles soak bench \
-        bench-probes fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
+        fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
         FORCE
 
 ## all: the programs and the parts that they load (default)
@@ -151,7 +150,7 @@ ISA =
 %_sse2.o: ISA := -DIBL_SUFFIX=_sse2
 %_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c
 %_neon.o: ISA := -DIBL_SUFFIX=_neon
-EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/exr.o tests/check_exr.o tests/check_exr_chroma.o tests/check_exr_damage.o tests/check_source.o tests/check_bc6h.o)
+EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/exr.o tests/check_exr.o tests/check_exr_damage.o tests/check_source.o tests/check_bc6h.o)
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/exr_chunks.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/io/zstd_frames.o: LOCAL = $(ZSTD_CFLAGS)
@@ -322,7 +321,8 @@ $(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c))
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read
 # A file system that does not answer, or is interrupted.
 $(BUILD)/tests/check_outputs: TEST_LIBS = -Wl,--wrap=lstat \
-    -Wl,--wrap=fsync -Wl,--wrap=write -Wl,--wrap=mkdir
+    -Wl,--wrap=fsync -Wl,--wrap=write -Wl,--wrap=mkdir -Wl,--wrap=close \
+    -Wl,--wrap=rename -Wl,--wrap=renameat2
 # Reads that come short or fail.
 $(BUILD)/tests/check_source: TEST_LIBS = -Wl,--wrap=pread
 
@@ -331,8 +331,6 @@ $(BUILD)/tests/check_view_steady: TEST_LIBS = -Wl,--wrap=malloc \
     -Wl,--wrap=calloc -Wl,--wrap=realloc -Wl,--wrap=aligned_alloc \
     -Wl,--wrap=posix_memalign -Wl,--wrap=strdup
 
-# Names that have no memory.
-$(BUILD)/tests/check_view_bake: TEST_LIBS = -Wl,--wrap=strdup
 # Another machine's clock.
 $(BUILD)/tests/check_view_probe_set: TEST_LIBS = -Wl,--wrap=clock_gettime
 # Its stage's context is to be cancelled.
@@ -341,12 +339,11 @@ $(BUILD)/tests/check_view_stage: TEST_LIBS = -Wl,--wrap=ibl_ctx_create
 $(BUILD)/tests/check_view_title $(BUILD)/tests/check_view_truth: \
     TEST_LIBS = -Wl,--wrap=ibl_now
 
-VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_room \
-                       $(BUILD)/tests/bench_capture \
-                       $(BUILD)/tests/bench_model, \
+VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_model, \
                        $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
-        $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c) \
+        $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c \
+                   src/cli/faces.c src/cli/lookup.c) \
         $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(VIEW_LIBS) \
@@ -473,7 +470,7 @@ check-quick:
 	+@$(STRICT)
 	@bash tests/run.sh --quick $(BUILD)
 
-## try: one test after a change: make try T=check_mips, or T=check-cli ONLY=help
+## try: one test after a change: make try T=check_mips, or T=check-cli ONLY=zstd
 try:
 	@ls tests/$(T:.sh=).c tests/$(T:.sh=).sh 2>/dev/null | grep -q check || { \
 	    echo "iblbake: make try T=check_mips or T=check-cli: T is no test" >&2; \
@@ -508,13 +505,8 @@ check-pairs:
 bench:
 	@DEPS=$(DEPS) sh tests/deps.sh bench
 	+@$(MAKE) -s $(JOBS) DEPS=no all benches
-	sh tests/bench.sh $(BUILD)
-
-## bench-probes: set up, then measure probes, in the viewer and offline (minutes)
-bench-probes:
-	@DEPS=$(DEPS) sh tests/deps.sh check
-	+@$(MAKE) -s $(JOBS) DEPS=no all benches
-	@bash tests/bench-probes.sh $(BUILD)
+	bash tests/bench-spectral.sh $(BUILD)
+	bash tests/bench-peers.sh $(BUILD)
 
 ## mutants: break the program in hundreds of ways; which do the tests see? (hours)
 mutants:

@@ -129,18 +129,9 @@ run_cases() {
 
 # ---- the rest: functions named test_*, failing by a reason on stdout -------
 
-test_help_fits_80_columns() {
-    iblbake --help >help 2>err || echo "status $?"
-    [ ! -s err ] || echo 'on stderr'
-    awk 'length > 80 { print "line " NR " has " length }' help
-    iblbake -h | cmp - help
-    iblbake --help >/dev/full 2>err && echo 'a full stdout is not noticed'
-    [ "$(wc -l <err)" = 1 ] || cat err
-}
-
-test_a_table_that_cannot_be_printed() {
+test_what_cannot_be_printed() {
     local set
-    for set in '--verify --only lut --lut-size 16' \
+    for set in '--help' '--verify --only lut --lut-size 16' \
         '--rendered-error 1 --target bevy --size 32' \
         '--target cesium --size 32 --explain'; do
         # shellcheck disable=SC2086
@@ -150,12 +141,6 @@ test_a_table_that_cannot_be_printed() {
             'iblbake: standard output cannot be written: why' ] || cat err
         [ ! -e full ] || ls full
     done
-}
-
-test_version() {
-    iblbake --version >version 2>&1 || echo "status $?"
-    grep -qE '^iblbake [0-9]+\.[0-9]+' version || cat version
-    grep -q 'OpenEXRCore' version || cat version
 }
 
 test_same_bytes_for_any_number_of_threads() {
@@ -174,19 +159,20 @@ test_same_bytes_for_any_number_of_threads() {
 }
 
 test_zstd() {
-    local z sizes
-    for z in 0 1 9; do
+    local z verified first=
+    for z in 0 9; do
         iblbake env.hdr -q --size 16 --lut-size 16 -o $z --zstd $z \
             --only specular,lut,json
         verified=$(iblbake verify env.hdr $z --all --json - 2>&1 |
             sed '/"directory"\|"[a-z_]*": "[^"]*ktx2"/d')
-        [ $z = 0 ] && first=$verified
-        [ "${#verified}" -gt 999 ] && [ "$verified" = "$first" ] || echo "--zstd $z: other texels"
+        [ "${#verified}" -gt 999 ] && [ "$verified" = "${first:-$verified}" ] ||
+            echo "--zstd $z: other texels"
+        first=$verified
     done
     [ "$(grep -c '"zstd": 9' 9/env.json)" = 2 ] || echo 'not in the sidecar'
     grep -q zstd 0/env.json && echo 'in a sidecar without'
-    sizes=$(stat -c %s 0/env_specular.ktx2 9/env_specular.ktx2 | paste -sd' ')
-    [ "${sizes#* }" -lt "${sizes% *}" ] || echo "sizes $sizes"
+    [ "$(stat -c %s 9/env_specular.ktx2)" -lt \
+        "$(stat -c %s 0/env_specular.ktx2)" ] || echo 'is not smaller'
 }
 
 test_same_bytes_again_and_timings_on_request() {
@@ -225,7 +211,7 @@ ended_by() { # SIGNAL STATUS
 test_interrupted_leaves_nothing() {
     local ends
     # ABRT as a library that gives up does.
-    for ends in INT:130 TERM:143 HUP:129 QUIT:131 USR1:138 XCPU:152 ABRT:134; do
+    for ends in INT:130 HUP:129 XCPU:152 ABRT:134; do
         taken || continue
         ended_by ${ends%:*} ${ends#*:}
     done
@@ -311,15 +297,6 @@ test_interrupted_at_the_end() {
     [ ! -e out ] || ls -A out
 }
 
-test_interrupted_keeps_old_files() {
-    iblbake env.exr -q $small -o out
-    snapshot >"$work/before"
-    interrupt INT iblbake env.exr -q -j 2 -o out --size 1024 \
-        --method sampled --samples 1048576
-    [ $status -eq 130 ] || echo "status $status"
-    snapshot | diff "$work/before" -
-}
-
 test_progress_on_a_terminal() {
     local long='--size 64 --method sampled --samples 8192'
     [ $sanitized = no ] || long='--size 64 --lut-size 64'
@@ -348,40 +325,11 @@ test_verbose_names_what_was_read_and_written() {
     grep -qF 'specular.ktx2: cube, rgba16f, 16 x 16, levels: 2' err || cat err
 }
 
-test_depfile_in_make() {
-    local t=$'\t'
-    mkdir lit
-    cat >Makefile <<END
-lit/env_specular.ktx2: env.exr
-${t}iblbake -q $small \$< -o lit --depfile lit/env.d
--include lit/env.d
-END
-    make -s && cp -p lit/env.json first
-    make | grep -q "up to date" || echo 'made twice'
-    make lit/env_irradiance.ktx2 | grep -q "Nothing to be done\|up to date" ||
-        echo 'an output is not known'
-    mv env.exr gone
-    make lit/env.json 2>&1 | grep -q "No rule to make target 'env.exr'" ||
-        echo 'the input is not a prerequisite'
-}
-
-test_depfile_quotes() {
-    local name='a b#c$d:e\f\ g'
-    cp env.exr "$name.exr"
-    iblbake -q $small "$name.exr" -o 'o p' --depfile env.d --preview 'p q.png'
-    make -f env.d "o p/${name}_specular.ktx2" "o p/$name.json" 'p q.png' \
-        >log 2>&1 || cat log
-    mv "$name.exr" gone
-    make -f env.d 'p q.png' 2>&1 | grep -qF "'$name.exr'" ||
-        make -f env.d 'p q.png'
-    return 0
-}
-
 # What a character may do to make or to ninja is refused; with all others both
 # find the map by the rule.
 test_depfile_characters() {
     local c held= name
-    for c in $'\t' $'\r' $'\001' $'\177' $'\377' ' ' '!' '"' '#' '$' '%' '&' \
+    for c in 'b#c$d:e\f\ g' $'\t' $'\r' $'\001' $'\177' $'\377' ' ' '!' '"' '#' '$' '%' '&' \
         "'" '(' ')' '*' '+' ',' '-' ':' ';' '<' '=' '>' '?' '@' '[' '\' ']' \
         '^' '_' '`' '{' '|' '}' '~'; do
         for name in "a${c}b" "a$c"; do
@@ -402,7 +350,7 @@ test_depfile_characters() {
             rm -f .ninja_*
         done
     done
-    [ "$held" = $'\377 !#$()+,-:@[\\]_{}~' ] || echo "held: $held"
+    [ "$held" = $'b#c$d:e\\f\\ g\377 !#$()+,-:@[\\]_{}~' ] || echo "held: $held"
 }
 
 test_depfile_of_standard_input() {
@@ -445,26 +393,6 @@ test_preview_exposure() {
             want = 1.055 * y ^ (1 / 2.4) - 0.055
             if ($1 - want > 0.004 || want - $1 > 0.004)
                 print $1 ", not " want }'
-}
-
-test_sidecar_is_json() {
-    cp env.exr 'q"u\o.exr'
-    iblbake -q $small 'q"u\o.exr' -o out --skybox 8 --sh 7
-    js <<'END'
-const s = json('out/q"u\\o.json');
-const is = (a, b) => { if (a !== b) console.log(`${a} is not ${b}`); };
-is(s.source.path, 'q"u\\o.exr');
-is(s.source.width, 64);
-is(s.sh.radiance.length, 64);
-is(s.sh.irradiance.length, 64);
-is(s.outputs.map(o => o.content).join(),
-   'skybox,specular,irradiance,brdf_lut,lobe_lut');
-is(s.outputs[1].file, 'q"u\\o_specular.ktx2');
-is(s.outputs[1].levels.map(l => l.roughness).join(), '0,1');
-is(s.outputs[1].levels.map(l => l.method).join(), 'environment,spectral');
-is(s.outputs[1].levels[1].degree > 0, true);
-is(s.outputs[1].bytes, fs.statSync('out/q"u\\o_specular.ktx2').size);
-END
 }
 
 # A skybox, its faces and a list of them are one environment; the set is named
@@ -568,36 +496,21 @@ for (const o of s.outputs) {
 END
 }
 
-# The tutorial's own figures, and the bytes of its options spelled out; what is
-# typed beside it counts more.
+# The bytes of its options spelled out; what is typed beside it counts more.
 test_preset() {
-    local few='--samples 4 --irradiance-size 2'
-    iblbake -q env.exr --preset learnopengl $few --lut-samples 2 -o out
+    local few='--samples 4 --irradiance-size 2 --lut-samples 2' f
+    iblbake -q env.exr --preset learnopengl $few -o out
     iblbake -q env.exr $few -o long --method sampled --size 128 --levels 5 \
         --mapping linear --lod-bias 0 --irradiance-step 0.025 --lut-size 512 \
-        --lut-samples 2 --geometry schlick-ibl --lobe-table no
-    for f in out/*.ktx2; do cmp "$f" "long/${f#*/}"; done
+        --geometry schlick-ibl --lobe-table no
     iblbake -q env.exr --size 16 --levels 2 --irradiance-step 0.5 --lut-size 4 \
-        --preset learnopengl -o rest
-    js <<'END'
-const of = (dir, content) =>
-    json(dir + '/env.json').outputs.find(o => o.content === content);
-const same = (what, a, b) => String(a) === String(b) ||
-    console.log(`${what}: ${a}, not ${b}`);
-const levels = of('out', 'specular'), rest = of('rest', 'specular');
-same('roughness', levels.levels.map(l => l.roughness), [0, .25, .5, .75, 1]);
-same('size', levels.width, 128);
-same('given samples', levels.levels[1].samples, 4);
-same('samples', rest.levels[1].samples, 1024);
-same('levels', rest.levels.length, 2);
-same('mips', [levels.pdf_mip, levels.lod_bias], [true, 0]);
-same('step', of('out', 'irradiance').step_rad, .025);
-same('irradiance', of('rest', 'irradiance').width, 32);
-const table = of('out', 'brdf_lut');
-same('table', [table.width, table.geometry], [512, 'schlick-ibl']);
-same('table samples', of('rest', 'brdf_lut').samples, 1024);
-same('lobe table', of('out', 'lobe_lut'), undefined);
-END
+        --preset learnopengl -o out --name less
+    iblbake -q env.exr --size 16 --levels 2 --irradiance-step 0.5 --lut-size 4 \
+        --method sampled --samples 1024 --mapping linear --lod-bias 0 \
+        --irradiance-size 32 --lut-samples 1024 --geometry schlick-ibl \
+        --lobe-table no -o long --name less
+    for f in out/*.ktx2; do cmp "$f" "long/${f#*/}"; done
+    ls out long | sort | uniq -c | grep ' 1 .*ktx2'
 }
 
 # Names that are no text are told so that their bytes can be found out.
@@ -619,10 +532,15 @@ if (decode(s.source.path) !== name.replace('.json', '.exr'))
     console.log(s.source.path);
 END
     # Of names that are text nothing is encoded.
-    cp env.exr 'a%25é.exr'
-    iblbake -q $small 'a%25é.exr' -o out
-    grep -q '"names"' "out/a%25é.json" && echo encoded
-    grep -qF '"a%25é_specular.ktx2"' "out/a%25é.json" || echo 'another name'
+    odd='a%25é"\o'
+    cp env.exr "$odd.exr"
+    iblbake -q $small "$odd.exr" -o out
+    grep -q '"names"' "out/$odd.json" && echo encoded
+    js "$odd" <<'END'
+const [, , odd] = process.argv, {source, outputs} = json(`out/${odd}.json`);
+if (source.path !== odd + '.exr' || outputs[0].file !== odd + '_specular.ktx2')
+    console.log(source.path, outputs[0].file);
+END
 }
 
 # A light and what it is taken out of have the light of the map; the skybox
@@ -674,7 +592,9 @@ END
 
 # Harmonics in the conventions of others, put together as their shaders do:
 # E/pi of Filament and Cesium, E of three.js, whose factors are of
-# shGetIrradianceAt. All are what the sidecar's glsl gives.
+# shGetIrradianceAt. All are what the sidecar's glsl gives, run as JavaScript:
+# env.exr is a sum of known harmonics, band 1 in red, band 2 in green and blue, of
+# which E/pi keeps 2/3 and 1/4.
 test_sh_formats() {
     for way in cmgen three cesium; do
         iblbake -q --only json --sh-format $way env.exr -o $way
@@ -685,7 +605,7 @@ test_sh_formats() {
     printf '%s:\nenv_specular.ktx\n' key less | sed '2a\\' | diff - names
     grep -aq 'sh.$' less/env_specular.ktx && echo 'a key of four'
     js <<'END'
-const want = json('three/env.json').sh.irradiance;
+const {irradiance: want, glsl} = json('three/env.json').sh;
 const text = way => fs.readFileSync(`${way}/env_sh.txt`, 'utf8');
 const nine = flat => [...Array(9).keys()].map(i => flat.slice(3 * i, 3 * i + 3));
 const cmgen = text('cmgen').trim().split('\n').map(line => {
@@ -705,6 +625,10 @@ const three = (s, [x, y, z], c) => (s[0][c] * 0.886227 +
     (s[4][c] * x * y + s[5][c] * y * z + s[7][c] * x * z) * 2 * 0.429043 +
     s[6][c] * (0.743125 * z * z - 0.247708) +
     s[8][c] * 0.429043 * (x * x - y * y)) / Math.PI;
+const own = new Function('n', 'c', /{ (return .*;) }/.exec(glsl)[1]);
+const light = ([x, y, z]) => [1 + (.5 * x + .2 * y + .1 * z) * 2 / 3,
+    1 + (.4 * x * y + .3 * y * z + .2 * x * z) / 4,
+    1 + (.2 * (3 * z * z - 1) + .3 * (x * x - y * y)) / 4];
 const basis = [0.28209479, 0.48860251, 0.48860251, 0.48860251, 1.09254843,
     1.09254843, 0.31539157, 1.09254843, 0.54627422];
 const scaled = want.map((rgb, i) => rgb.map(x => x * basis[i]));
@@ -713,9 +637,12 @@ const ways = [[cmgen, shader], [key, shader],
     [nine(JSON.parse(text('three'))), three]];
 for (const d of [[1, 0, 0], [0, 1, 0], [0, 0, -1], [-.6, 0, .8], [0, -.8, .6],
     [2 / 3, -2 / 3, 1 / 3]])
-    for (let c = 0; c < 3; c++)
+    for (let c = 0; c < 3; c++) {
+        const [x, y, z] = d;
+        near('glsl', own({x, y, z}, want.map(rgb => rgb[c])), light(d)[c], 2e-3);
         ways.forEach(([s, f], i) =>
             near(`way ${i}`, f(s, d, c), shader(scaled, d, c), 1e-5));
+    }
 END
 }
 
@@ -749,9 +676,6 @@ const [a, b] = ['1', 'back'].map(d => json(d + '/env.json').sh.radiance);
 a.forEach((rgb, i) => rgb.forEach((x, c) =>
     near('read back', b[i][c], x, 0.01 * a[0][c])));
 END
-    head -c -1 1/env.env >cut.env
-    iblbake -q --only json cut.env -o back 2>err
-    grep -q 'cut.env: damaged: an image lies beyond' err || cat err
     iblbake --only specular --size 16 --format env --mapping babylon env.hdr \
         -o c --verify 2>err >table
     grep -q 'brighter than 255, the most that rgbd holds: .* went to' err ||
@@ -798,19 +722,17 @@ test_sidecar_numbers() {
 END
 }
 
-# A sun of 2^20 on 1, a pixel to a texel: its light is moved, or lost, as much
-# of it, or there is room for it.
 # A map of 1 everywhere, darkened below half of each format's least value.
 test_light_that_vanishes() {
     local pixel ev least
     map_of 128 '\200\200\200\201' >one.hdr
     while read -r pixel ev least; do
-        iblbake one.hdr --only irradiance --irradiance-size 4 -o out \
-            --pixel "$pixel" --exposure "$ev" 2>err || echo "$pixel: failed"
+        set -- iblbake one.hdr --only irradiance --irradiance-size 4 -o out \
+            --pixel "$pixel" --exposure
+        "$@" "$ev" 2>err
         grep -q "one_irradiance.ktx2: 100 % .* less than $pixel can hold" err ||
             echo "$pixel: $(cat err)"
-        iblbake one.hdr --only irradiance --irradiance-size 4 -o out \
-            --pixel "$pixel" --exposure "$least" 2>err || echo "$pixel: failed"
+        "$@" "$least" 2>err
         [ ! -s err ] || echo "$pixel at $least: $(cat err)"
     done <<'END'
 r11g11b10f -22 -10
@@ -821,33 +743,31 @@ uastc-hdr -30 -10
 END
 }
 
+# A sun of 2^20 on 1, a pixel to a texel: its light is moved, or lost, as much
+# of it, or there is room for it.
 test_overflow() {
+    local how
     map_of 40 '\200\200\200\201' 1 '\200\200\200\225' 87 '\200\200\200\201' \
         >sun.hdr
-    for how in spread clip; do
-        mkdir $how
+    for how in '' spread clip; do
+        mkdir "to$how"
         iblbake sun.hdr --only specular,skybox,json --size 4 --skybox 4 \
-            --overflow $how -o $how 2>$how/err || echo "$how: failed"
-        [ "$(grep -c 'texels are brighter' $how/err)" = 2 ] || cat $how/err
-        iblbake -q sun.hdr --only specular,json --size 4 --pixel rgba32f \
-            -o $how.32
+            ${how:+--overflow $how} -o "to$how" 2>"to$how/err" || echo "$how: failed"
+        [ "$(grep -c 'texels are brighter' "to$how/err")" = 2 ] || cat "to$how/err"
     done
-    cmp spread.32/sun_specular.ktx2 clip.32/sun_specular.ktx2
-    iblbake -q sun.hdr --only specular,skybox --size 4 --skybox 4 -o default
-    cmp spread/sun_specular.ktx2 default/sun_specular.ktx2
-    cmp spread/sun_skybox.ktx2 default/sun_skybox.ktx2
-    cmp -s spread/sun_specular.ktx2 clip/sun_specular.ktx2 && echo 'no effect'
+    cmp to/sun_specular.ktx2 tospread/sun_specular.ktx2
+    iblbake -q sun.hdr --only specular,json --size 4 --pixel rgba32f -o full
     js <<'END'
 const outputs = how => json(how + '/sun.json').outputs;
 const read = how => outputs(how).map(o => [o.overflow, o.levels[0].beyond]);
 /* Grey, so three values a texel. */
-for (const o of ['spread', 'clip', 'spread.32'].flatMap(outputs)) {
+for (const o of ['tospread', 'toclip', 'full'].flatMap(outputs)) {
     const texels = o.levels.reduce((s, l) => s + (l.beyond?.texels ?? 0), 0);
     if (o.saturated !== 3 * texels) console.log(o.saturated, texels);
 }
-const [spread, clip, full] = ['spread', 'clip', 'spread.32'].map(read);
+const [spread, clip, full] = ['tospread', 'toclip', 'full'].map(read);
 /* What is said is of the level that has the most. */
-for (const how of ['spread', 'clip'])
+for (const how of ['tospread', 'toclip'])
     for (const o of outputs(how)) {
         const said = fs.readFileSync(how + '/err', 'utf8').match(
             o.file + ': .*: ([0-9.e+]+) % of a level')?.[1];
@@ -882,13 +802,26 @@ mixed --levels 3 --level-samples 1=8
 END
 }
 
-# Lobes narrower than a pixel are as exact, and nothing is said of them.
 # The table's figures are those of the files; what is given is kept.
 test_choice() {
-    iblbake env.exr --rendered-error .3 --dry-run >dry
-    [ ! -e out ] && [ "$(ls)" = "$(printf 'dry\nenv.exr\nenv.hdr')" ] || ls
+    set -- iblbake env.exr --rendered-error .3 --size 40 --levels 3 \
+        --pixel rgba32f --irradiance-size 5 --lut-size 17 --lobe-table-size 9
+    "$@" -o given >table
+    js <<'END'
+const {outputs} = json('given/env.json');
+const of = what => outputs.find(o => o.content === what);
+const got = [of('specular').width, of('specular').levels.length,
+    of('specular').pixel, of('irradiance').width, of('brdf_lut').width,
+    of('lobe_lut').width].join();
+if (got !== '40,3,rgba32f,5,17,9')
+    console.log(got);
+END
+    [ $sanitized = no ] || return 0
+    "$@" --dry-run | cmp - table
     iblbake env.exr --rendered-error .3 -o out >table
-    cmp dry table
+    iblbake env.exr --rendered-error .0001 -o near >table
+    grep -q 'cannot be reached, the least is' table || cat table
+    iblbake env.exr --rendered-error .5 --target three,playcanvas -o to >table
     js <<'END'
 const set = json('out/env.json');
 const {choice, outputs} = set;
@@ -899,21 +832,6 @@ if (!choice.reached || choice.set.rendered_error > 0.3 ||
     choice.set.bytes > choice.default.bytes / 8 ||
     choice.default.bytes !== 4512768)
     console.log(JSON.stringify(choice), bytes);
-END
-    iblbake env.exr --rendered-error .3 --size 40 --levels 3 --pixel rgba32f \
-        --irradiance-size 5 --lut-size 17 --lobe-table-size 9 -o given >table
-    js <<'END'
-const {outputs} = json('given/env.json');
-const of = what => outputs.find(o => o.content === what);
-const got = [of('specular').width, of('specular').levels.length,
-    of('specular').pixel, of('irradiance').width, of('brdf_lut').width,
-    of('lobe_lut').width].join();
-if (got !== '40,3,rgba32f,5,17,9')
-    console.log(got);
-END
-    iblbake env.exr --rendered-error .0001 -o near >table
-    grep -q 'cannot be reached, the least is' table || cat table
-    js <<'END'
 const [out, least] = ['out', 'near'].map(d => json(`${d}/env.json`).choice.set);
 if (!(out.bytes < least.bytes / 1.5 &&
     least.rendered_error < out.rendered_error))
@@ -927,35 +845,22 @@ for (const d of ['out', 'near', 'given']) {
             l) < 1e-6)))
         console.log(d, lod_scale, lod_offset, JSON.stringify(levels));
 }
-END
-    iblbake env.exr --rendered-error .5 --target three,bevy,playcanvas \
-        -o targets >table
-    js <<'END'
-for (const [name, pixel] of [['three', 'uastc-hdr'], ['bevy', 'rgb9e5'],
-        ['playcanvas', 'rgbp']]) {
-    const {choice, outputs} = json(`targets/${name}/env.json`);
+for (const [name, pixel] of [['three', 'uastc-hdr'], ['playcanvas', 'rgbp']]) {
+    const {choice, outputs} = json(`to/${name}/env.json`);
     if (outputs[0].pixel !== pixel || !(choice.set.bytes > 0))
         console.log(name, JSON.stringify(choice));
 }
 END
 }
 
-# A texture that is not there costs a warning, or, strict, the bake.
-test_strict_scenes() {
-    make_scene poor '[{"occlusionTexture": {"index": 9}}]'
-    iblbake "$OLDPWD/data/forest.exr" --scene poor.gltf --dry-run >out.txt 2>warn.txt
-    grep -q 'warning: poor.gltf: materials\[0\].occlusionTexture.index: .* left out' \
-        warn.txt || cat warn.txt
-    refused 1 '*poor.gltf: materials?0?.occlusionTexture.index: *' iblbake \
-        --scene poor.gltf --strict --dry-run "$OLDPWD/data/forest.exr"
-}
-
-# What a person would decide.
+# What a person would decide. A texture that is not there costs a warning, or,
+# strict, the bake.
 test_scenes() {
-    local no_metal='"metallicFactor": 0' extensions='"extensions": {"KHR_'
-    make_scene matte "[{\"pbrMetallicRoughness\": {$no_metal}}]"
+    local no_metal='"metallicFactor": 0' extensions='"extensions": {"KHR_' scene map
+    make_scene matte "[{\"pbrMetallicRoughness\": {$no_metal},
+        \"occlusionTexture\": {\"index\": 9}}]"
     make_scene mirror '[{"pbrMetallicRoughness": {"roughnessFactor": 0}}]'
-    make_scene all "[$(for r in 0 0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1; do
+    make_scene all "[$(for r in 0 0.5 1; do
         printf '%s{"pbrMetallicRoughness": {"roughnessFactor": %s}}' \
             "${sep-}" $r
         sep=', '
@@ -964,17 +869,36 @@ test_scenes() {
     make_scene sheen "[{\"pbrMetallicRoughness\": {$no_metal},
         ${extensions}materials_sheen\": {\"sheenColorFactor\": [1, 1, 1],
             \"sheenRoughnessFactor\": 0.5}}}]"
-    cp "$OLDPWD/data/forest.exr" env.exr
+    head -c 200 all.gltf >cut.gltf
+    refused 1 '*cut.gltf: *' iblbake env.exr --scene cut.gltf -o cut
+    refused 1 '*matte.gltf: materials?0?.occlusionTexture.index: *' \
+        iblbake --scene matte.gltf --strict --dry-run env.exr
+    cp mirror.gltf env.gltf
+    iblbake env.exr --scene env.gltf --format gltf --mapping linear -o . \
+        2>err >table && echo written
+    grep -q 'env.gltf: is both input and output' err || cat err
+    cmp mirror.gltf env.gltf
+    # Options of the split sum's table are not of sheen's, and the bytes told
+    # are those of the files but for what says what they are.
+    iblbake env.exr --scene sheen.gltf --geometry schlick-ibl --lut-samples 9 \
+        -o split >split.txt
+    awk -v told="$(sed -n 's/^bytes of texels *\([0-9]*\).*/\1/p' split.txt)" \
+        -v there="$(cat split/*.ktx2 | wc -c)" \
+        'BEGIN { exit !(told < there && there < told + 20000) }' ||
+        cat split.txt
+    [ $sanitized = no ] || return 0
     for scene in matte mirror all unlit sheen; do
-        iblbake env.exr --scene $scene.gltf --depfile $scene.d -o $scene \
-            >$scene.txt || cat $scene.txt
-        [ $sanitized = yes ] ||
-            iblbake env.exr --scene $scene.gltf --dry-run | cmp - $scene.txt
+        map=env.exr
+        [ $scene = sheen ] || map=$OLDPWD/data/forest.exr
+        iblbake "$map" --scene $scene.gltf --depfile $scene.d -o $scene \
+            --name map >$scene.txt 2>$scene.err || cat $scene.txt
         [ "$(sed -n '$s/ *//p' $scene.d)" = $scene.gltf ] || cat $scene.d
     done
+    grep -q 'warning: matte.gltf: materials\[0\].occlusionTexture.index: .* left' \
+        matte.err || cat matte.err
     js <<'END'
 const seen = name => {
-    const set = json(`${name}/env.json`);
+    const set = json(`${name}/map.json`);
     const of = what => set.outputs.find(o => o.content === what);
     return {...set, specular: of('specular'), irradiance: of('irradiance'),
         names: set.outputs.map(o => o.file),
@@ -989,49 +913,28 @@ check(matte.scene.dielectric[64] === 1 && matte.scene.metal[64] === 0,
     matte.scene);
 check(mirror.specular.levels.length === 1 && !mirror.irradiance &&
     mirror.specular.levels[0].roughness === 0, mirror.specular);
-check(all.specular.levels.length > 2 && !all.irradiance &&
+check(all.specular.levels.length > 1 && !all.irradiance &&
     all.specular.levels[0].roughness === 0, all.specular);
 /* Of the lobe table, what the materials look up. */
 check(matte.layers === '0.04,0.04' && mirror.layers === '1,1' &&
     sheen.layers === '0.04,0.04', matte.layers, mirror.layers, sheen.layers);
 check(unlit.names.length === 0 && unlit.scene.unlit === 1, unlit.names);
 check(sheen.specular.width <= 16, sheen.specular);
-const charlie = json('sheen/env_charlie.json');
+const charlie = json('sheen/map_charlie.json');
 check(charlie.outputs[0].lobe === 'charlie' &&
     charlie.outputs[0].levels.map(l => l.roughness).join() === '0.5' &&
     charlie.outputs[0].bytes < 10000, charlie.outputs);
 END
-    # Options of the split sum's table are not of sheen's, and the bytes told
-    # are those of the files but for what says what they are.
-    iblbake env.exr --scene sheen.gltf --geometry schlick-ibl --lut-samples 9 \
-        -o split >split.txt
-    awk -v told="$(sed -n 's/^bytes of texels *\([0-9]*\).*/\1/p' split.txt)" \
-        -v there="$(cat split/*.ktx2 | wc -c)" \
-        'BEGIN { exit !(told < there && there < told + 20000) }' ||
-        cat split.txt
     # The least error is no more than the default's, whose bytes are all there are.
-    iblbake env.exr --scene all.gltf --size 64 --pixel rgb9e5 --dry-run >least
-    awk '/ the least is / { sub(/.* the least is /, ""); least = $1 }
-        /^rendered/ { exit !(least > 0 && least <= $5) }' least || cat least
     iblbake env.hdr --rendered-error 0.0001 --dry-run >least
     awk '/ the least is / { sub(/.* the least is /, ""); least = $1 }
         /^rendered/ { exit !(least > 0 && least <= $5) }' least || cat least
     # Two scenes are one of both; a target takes no second set.
-    iblbake env.exr --scene matte.gltf --scene mirror.gltf --dry-run >both
+    iblbake env.exr --scene matte.gltf --scene mirror.gltf --dry-run >both 2>err
     grep -q '2 files: 2 materials' both && grep -q 'metals *50 %' both &&
         grep -q 'lobe table *[0-9]*  adds' both || cat both
-    iblbake env.exr --scene sheen.gltf --target bevy,three -o bevy >table
+    iblbake env.exr --scene sheen.gltf --target bevy -o bevy >table
     grep -q 'sheen *none' table || cat table
-    # The scene is no output.
-    cp mirror.gltf env.gltf
-    iblbake env.exr --scene env.gltf --format gltf --mapping linear -o . \
-        2>err >table && echo written
-    grep -q 'env.gltf: is both input and output' err || cat err
-    cmp mirror.gltf env.gltf
-    # What is damaged is said in a line.
-    head -c 200 all.gltf >cut.gltf
-    iblbake env.exr --scene cut.gltf -o cut 2>err
-    [ $? = 1 ] && [ "$(wc -l <err)" = 1 ] && [ ! -e cut ] || cat err
 }
 
 # The bytes chosen for an error are at most 1.3 times those of a set that has it,
@@ -1061,12 +964,12 @@ test_fewest() {
         --pixel rgba16f --irradiance-size 24 --lut-size 24 --lobe-table-size 16
     # The error is that of the set as it is told, with the levels of a mapping.
     value() { sed -n "s/^\(chosen\)\? *$1 *\([^ ]*\) .*/\2/p" chosen; }
-    iblbake "$OLDPWD/data/sky.exr" --scene matte.gltf --rendered-error .006 \
-        --mapping linear --levels 3 --dry-run >chosen 2>err
-    iblbake "$OLDPWD/data/sky.exr" --scene matte.gltf --rendered-error .006 \
-        --mapping linear --levels 3 --size "$(value size)" --pixel "$(value texels)" \
-        --irradiance-size "$(value irradiance)" --lut-size "$(value 'BRDF table')" \
-        --lobe-table-size "$(value 'lobe table')" --dry-run 2>err >there
+    set -- iblbake env.exr --scene matte.gltf --rendered-error .006 \
+        --mapping linear --levels 3 --dry-run
+    "$@" >chosen 2>err
+    "$@" --size "$(value size)" --pixel "$(value texels)" \
+        --lut-size "$(value 'BRDF table')" \
+        --lobe-table-size "$(value 'lobe table')" 2>err >there
     cat there chosen | awk '/^rendered/ { is[n++] = $3 }
         END { if (n != 2 || is[0] != is[1]) print n, is[0], is[1] }'
     # Where the error cannot be had, no table adds more, even if irradiance takes
@@ -1077,43 +980,6 @@ test_fewest() {
         --dry-run 2>err >table || cat err
     awk '{ for (i = 1; i < NF; i++) if ($i == "adds") { n++; sum += $(i + 1) ^ 2 } }
         END { exit n != 4 || sum > 1.1 * .2 ^ 2 }' table || cat table
-}
-
-# env.exr is a sum of known harmonics: band 1 in red, band 2 in green and
-# blue. E/pi keeps 2/3 of band 1 and 1/4 of band 2. The GLSL of the sidecar is
-# run as awk, over its own coefficients.
-test_sidecar_glsl() {
-    iblbake -q env.exr --only json -o out
-    sed -n '/"irradiance": \[/,/^ *\],\{0,1\}$/p' out/env.json |
-        sed -n 's/^ *\[\(.*\)\],\{0,1\}$/\1/p' | tr -d , >coefficients
-    [ "$(wc -l <coefficients)" = 9 ] || cat coefficients
-    sed -n 's/.*"glsl": ".*{ return \(.*\); }".*/\1/p' out/env.json |
-        sed 's/n\.\([xyz]\)/\1/g; s/c\[\([0-9]\)\]/c[\1]/g' >formula
-    cat >check.awk <<END
-function light(x, y, z) { return $(cat formula) }
-function near(what, a, b) {
-    if (a - b > .002 || b - a > .002) print what " " a " is not " b
-}
-{ for (k = 1; k <= 3; k++) sh[k, NR - 1] = \$k }
-END
-    cat >>check.awk <<'END'
-END {
-    for (i = 0; i < 50; i++) {
-        z = 2 * (i + .5) / 50 - 1
-        x = sqrt(1 - z * z) * cos(2.4 * i)
-        y = sqrt(1 - z * z) * sin(2.4 * i)
-        for (k = 1; k <= 3; k++) {
-            for (n = 0; n < 9; n++) c[n] = sh[k, n]
-            e[k] = light(x, y, z)
-        }
-        near("red", e[1], 1 + (.5 * x + .2 * y + .1 * z) * 2 / 3)
-        near("green", e[2], 1 + (.4 * x * y + .3 * y * z + .2 * x * z) / 4)
-        near("blue", e[3], 1 + (.2 * (3 * z * z - 1) + \
-            .3 * (x * x - y * y)) / 4)
-    }
-}
-END
-    awk -f check.awk coefficients | head -n 5
 }
 
 for f in tests/cli/*.case; do

@@ -3,8 +3,8 @@
 # The files of iblbake --target in the engines themselves, as npm has them, in
 # Chromium with software GL: drawn by the programs that --explain prints, and
 # compared block by block with what half floats give in the same engine and
-# exact levels by its lookups. Engines that do not run here (Bevy, Cesium),
-# and glTF's extension besides, have readers that we wrote from their rules.
+# exact levels by its lookups. Engines that do not run here (Bevy, Cesium) have
+# readers that we wrote from their rules.
 # BUILD: where to build. MAPS: names of the maps, by default two that differ most;
 # `make check-clients` takes four. PICTURE: also write a picture of the engines
 # side by side there. The last line is "N passed, N failed, N skipped".
@@ -16,7 +16,7 @@ need node npm chromium
 # Fetched once: a network that is not there is no fault of our files.
 engines='three@0.187.0 babylonjs@9.34.0 babylonjs-loaders@9.28.0
     filament@1.53.4 playcanvas@2.23.3'
-readers='ktx-parse@1.1.0 pngjs@7.0.0 gltf-validator@2.0.0-dev.3.10'
+readers='ktx-parse@1.1.0'
 npm=$build/npm-clients
 if [ "$(cat "$npm/fetched" 2>/dev/null)" != "$engines $readers" ]; then
     # shellcheck disable=SC2086

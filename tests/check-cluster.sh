@@ -3,7 +3,7 @@
 # Runs the examples of man/iblbake-cluster.7 as they are printed there: GNU
 # parallel, make -j, and job arrays of a Slurm that this script starts on this
 # machine, as root, with all its files in a temporary directory. A task is killed
-# and queued again, and two arrays write at once. BUILD names the build.
+# and queued again. BUILD names the build.
 set -u
 . tests/lib.sh
 need node
@@ -49,7 +49,6 @@ done >maps.txt
 # They are older than the grace of --incremental.
 touch -d '1 hour ago' env/*
 iblbake -q --from maps.txt -o lit || exit 1
-iblbake -q --from maps.txt -o smaller --size 4 || exit 1
 node -e "console.log(JSON.stringify({version: 1,
     defaults: {size: 8, levels: 2, irradiance: 4, lut_size: 16},
     global: {capture: {equirect: 'captures/7.exr'}},
@@ -57,7 +56,6 @@ node -e "console.log(JSON.stringify({version: 1,
         position: [i, 0, 0], capture: {equirect: 'captures/' + i % 8 + '.exr'},
         influence: {sphere: {centre: [i, 0, 0], radius: 1}}}))}))" >set.json
 iblbake probes -q set.json -o whole || exit 1
-iblbake probes -q set.json -o other --size 4 || exit 1
 
 test_parallel() {
     begin parallel shards.sh
@@ -174,29 +172,15 @@ finish() {
     cat ./*.log
 }
 
-# Task 3 of 4 dies of SIGKILL as it gives its KILL_AT-th file its name.
-cat >kill.c <<'END'
-#define _GNU_SOURCE
-#include <fcntl.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-int rename(const char *from, const char *to)
-{
-    static int count;
-    if (++count == atoi(getenv("KILL_AT")))
-        raise(SIGKILL);
-    return (int)syscall(SYS_renameat, AT_FDCWD, from, AT_FDCWD, to);
-}
-END
-${CC:-cc} -shared -fPIC -o kill.so kill.c || exit 1
+# Task 3 of 4 dies of SIGKILL before KILL_AT files have got their names.
+preload
 mkdir deadly
 cat >deadly/iblbake <<END
 #!/bin/sh
 case "\$*" in
 *'--shard 3/4 '*) echo "\$SLURM_RESTART_COUNT" >>tries
-    [ "\$SLURM_RESTART_COUNT" ] || export LD_PRELOAD=$work/kill.so ;;
+    [ "\$SLURM_RESTART_COUNT" ] ||
+        export LD_PRELOAD=$work/preload.so FAULT="rename -9 \$KILL_AT" ;;
 esac
 exec "$work/quick/iblbake" "\$@"
 END
@@ -205,8 +189,8 @@ chmod +x deadly/iblbake
 test_slurm_task_that_dies() {
     begin dies maps.sh probes.sh submit.sh
     export PATH=$work/deadly:$PATH
-    KILL_AT=9 sbatch maps.sh >submitted
-    KILL_AT=1 sh -e submit.sh >>submitted || cat submitted
+    KILL_AT=8 sbatch maps.sh >submitted
+    KILL_AT=0 sh -e submit.sh >>submitted || cat submitted
     finish | grep -v -e Killed -e 'DUE TO JOB REQUEUE'
     sort tries | diff - <(printf '\n\n1\n1\n') || echo 'not killed and queued again'
     diff -r out ../whole
@@ -216,29 +200,6 @@ test_slurm_task_that_dies() {
     find lit -type f -printf '%p %i %T@\n' | diff was -
     diff -r -x .iblbake lit ../lit
 }
-# Two arrays with other options: the files of a map, and a shard, are of one of
-# them, and shards that do not fit are named.
-test_slurm_two_arrays() {
-    local name
-    begin two maps.sh probes.sh
-    for name in maps probes; do
-        sbatch $name.sh && sbatch $name.sh --size 4
-    done >submitted || cat submitted
-    finish
-    for ((i = 0; i < 40; i++)); do
-        for name in ../lit ../smaller; do
-            cat $name/map${i}[._]* | cmp -s - <(cat lit/map${i}[._]*) && break
-        done || echo "map$i: is mixed"
-    done
-    if iblbake merge part/* -o out 2>err; then
-        diff -rq out ../whole >/dev/null || diff -rq out ../other
-    else
-        grep -q '^iblbake: part/.: is of another set or of other options' err ||
-            cat err
-        [ ! -e out ] || echo 'something was written'
-    fi
-}
-
 why=$(missing)
 for name in $(sed -n 's/^\(test_[a-z_]*\)() {$/\1/p' \
     "$top/tests/check-cluster.sh"); do

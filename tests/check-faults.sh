@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 # Has calls to the C library fail, one at a time, and kills the programs, as
 # faults/walk.c says. Tries some of all runs; with FULL=1 all, which takes long.
-# Then runs them on file systems that are full, read-only or cannot exchange
-# names, and with names of any bytes. BUILD names the build.
+# Then runs them on file systems that are full or read-only, and with names of any
+# bytes. BUILD names the build.
 set -u
 . tests/lib.sh
 slow='verify|map|saved|small_disk'
@@ -163,21 +163,6 @@ judged() {
         grep -q "$2" "$work/err"; } || echo "$3: status $1: $(cat "$work/err")"
     files . | diff <(files ../$want) - || echo "$3: status $1, other files"
 }
-
-# The old file is then replaced, not kept until all are there.
-no_exchange() { # COMMAND
-    local errno
-    for errno in 22 38; do
-        rm -rf run
-        cp -a before run
-        cd run
-        LD_PRELOAD=$work/preload.so FAULT="exchange $errno 0+" $1 >&2 ||
-            echo "$1: status $?"
-        judged 0 '' "$1"
-        cd ..
-    done
-}
-test_no_exchange() { each_writer no_exchange; }
 
 # Some pages are free, until the command has room; then the disk is read-only.
 small_disk() { # COMMAND

@@ -1,20 +1,19 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Pairs of options by pairs/pairs.mjs: a sample of a minute, or `check-pairs.sh
-# all` of them, and whether each changes something by itself. SEED picks the
-# sample (1), BUILD the build; a sanitized one judges crashes and refusals alone.
+# Pairs of options by pairs/pairs.mjs: what is listed as misuse, with a sanitizer
+# rows for a minute, or `check-pairs.sh all` of them, and whether each
+# changes something by itself. SEED picks the sample (1), BUILD the build; a
+# sanitized one judges crashes and refusals alone.
 set -u
 . tests/lib.sh
 command -v node >/dev/null || skip_all 'node is missing'
 # OSMesa never frees some 480 bytes.
 echo leak:libOSMesa.so >"$work/leaks"
 export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0
-how=()
-! grep -q __asan_init "$build/iblbake" || how=(--light)
-if [ "${1:-}" = all ]; then
-    [ ${#how[@]} -gt 0 ] || how=(--alone)
-    node tests/pairs/pairs.mjs "$build" "${how[@]}"
-else
-    node tests/pairs/pairs.mjs "$build" "${how[@]}" --seconds 60 \
-        --seed "${SEED:-1}"
+how=(--light --list)
+[ "${1:-}" != all ] || how=(--alone)
+if grep -q __asan_init "$build/iblbake"; then
+    how=(--light)
+    [ "${1:-}" = all ] || how+=(--seconds 60 --seed "${SEED:-1}")
 fi
+node tests/pairs/pairs.mjs "$build" "${how[@]}"

@@ -5,8 +5,8 @@
 # names the build.
 set -u
 . tests/lib.sh
-slow='options_change|cubes|mended|alpha_ch|interrupted|sixty'
-repeats='shards_are_even|sixty_four'
+slow='options_change|cubes|mended|alpha_ch'
+repeats='shards_are_even'
 need node
 use iblbake
 mkenv hdr 32 16 >"$work/sun.hdr"
@@ -198,13 +198,9 @@ test_options_change() {
 |--alpha ignore|lamp hall
 s.defaults.size = 8
 s.defaults.levels = 2
-s.defaults.mapping = "linear"
-s.defaults.method = "sampled"
 s.defaults.tolerance = 0.5
 s.defaults.pixel = "rgba32f"
-s.defaults.overflow = "clip"
 s.defaults.irradiance = 8
-s.defaults.alpha = "straight"|--alpha ignore|lamp hall
 END
     edit set.json 's.defaults.method = "sampled"; s.defaults.samples = 16' a.json
     edit a.json 's.defaults.samples = 17' b.json
@@ -257,27 +253,22 @@ test_layers_of_maps() {
 # clipping loses what spreading moves.
 test_overflow() {
     iblbake probes -q set.json -o clipped --size 64 --overflow clip
-    edit set.json 's.defaults.overflow = "clip"' clip.json
-    expect '' clip.json -o clipped --size 64
     iblbake probes set.json -o spread --size 64 2>err
     grep -q 'probes.1..capture: [0-9]* texel.* brighter .* light went to' err ||
         cat err
     edit set.json 's.probes.shift()' less.json
     expect '' less.json -o spread --size 64
-    rm -rf new && iblbake probes -q less.json -o new --size 64
-    diff -r new spread
-    node -e "const read = d => JSON.parse(require('fs').readFileSync(d +
-            '/index.json')).probes.map(p => p.beyond);
-        const {specular, probes: [probe]} = JSON.parse(
-            require('fs').readFileSync('spread/index.json'));
-        /* The levels of the set go with its size. */
-        if (specular.roughness.length !== 4) console.log(specular);
-        const [[lost, none], [moved]] = [read('clipped'), read('spread')];
-        if (!(probe.saturated >= moved.texels)) console.log(probe.saturated);
-        if (none || !moved || !(moved.texels > 0) || !(moved.moved > 0) ||
-            moved.lost || lost.moved || lost.lost !== moved.moved)
-            console.log(JSON.stringify([none, moved, lost]))"
+    js <<'END'
+const read = d => json(d + '/index.json').probes.map(p => p.beyond);
+const [probe] = json('spread/index.json').probes;
+const [[lost, none], [moved]] = [read('clipped'), read('spread')];
+if (!(probe.saturated >= moved.texels)) console.log(probe.saturated);
+if (none || !moved || !(moved.texels > 0) || !(moved.moved > 0) ||
+    moved.lost || lost.moved || lost.lost !== moved.moved)
+    console.log(JSON.stringify([none, moved, lost]));
+END
 }
+
 test_force() {
     local before
     rm -rf inc && cp -a out inc
@@ -377,63 +368,25 @@ test_cubes() {
             cubes/probes_irradiance.ktx2 $layer cube/probes_irradiance.ktx2)
     done
     layer "${same[@]}"
-    node -e "const b = require('fs').readFileSync('cube/probes_specular.ktx2');
-        const from = Number(b.readBigUInt64LE(80));
-        for (let i = 0; i < 6 * 256; i++) {
-            const f = i >> 8, y = i >> 4 & 15, x = i & 15;
-            [30 + 40 * f, 20 + 14 * x, 20 + 14 * y].forEach((v, c) => {
-                const got = b.readFloatLE(from + 16 * i + 4 * c);
-                if (Math.abs(got - v / 128) > 0.01 && i % 97 === 0)
-                    console.log('face', f, x, y, c, got, v / 128);
-            });
-        }"
     # Half as large it is its mips, whose edges are as sharp.
     iblbake probes -q cube.json -o half --size 8 --pixel rgba32f
-    node -e "const b = require('fs').readFileSync('half/probes_specular.ktx2');
-        const from = Number(b.readBigUInt64LE(80));
-        for (let i = 0; i < 6 * 64; i++) {
-            const f = i >> 6, y = i >> 3 & 7, x = i & 7;
-            [30 + 40 * f, 27 + 28 * x, 27 + 28 * y].forEach((v, c) => {
-                const got = b.readFloatLE(from + 16 * i + 4 * c);
-                if (Math.abs(got - (v + 0.5) / 128) > 0.01)
-                    console.log('half: face', f, x, y, c, got, v / 128);
-            });
-        }" | head -n 5
+    js <<'END'
+for (const [name, n] of [['cube', 16], ['half', 8]]) {
+    const b = fs.readFileSync(name + '/probes_specular.ktx2');
+    const from = Number(b.readBigUInt64LE(80)), at = x => (x + .5) * 16 / n - .5;
+    for (let i = 0; i < 6 * n * n; i += 13) {
+        const f = i / n / n | 0, y = (i / n | 0) % n, x = i % n;
+        [30 + 40 * f, 20 + 14 * at(x), 20 + 14 * at(y)].forEach((v, c) =>
+            near(`${name}: face ${f} ${x} ${y} ${c}`,
+                b.readFloatLE(from + 16 * i + 4 * c), v / 128, 0.01));
+    }
+}
+END
     iblbake probes -q cube.json -o odd --size 12 || echo 'odd: failed'
     iblbake probes -q cube.json -o twice --size 32 || echo 'twice: failed'
 }
 
 # ---- alpha -------------------------------------------------------------------
-# Prints what is not as in bakes of the colours, and of alpha as a map of greys.
-#   node alpha.mjs ARRAY LAYER COLOURS ALPHA
-cat >alpha.mjs <<'END'
-import fs from 'fs';
-function levels(name) {
-    const b = fs.readFileSync(name);
-    const layers = Math.max(b.readUInt32LE(32), 1), out = [];
-    for (let l = 0; l < Math.max(b.readUInt32LE(40), 1); l++) {
-        const from = Number(b.readBigUInt64LE(80 + 24 * l));
-        const bytes = Number(b.readBigUInt64LE(88 + 24 * l)) / layers;
-        out.push(k => b.subarray(from + k * bytes, from + (k + 1) * bytes));
-    }
-    return out;
-}
-const [array, layer, colours, alpha] = process.argv.slice(2);
-const [a, c, g] = [array, colours, alpha].map(levels);
-const one = 0x3C00;
-a.forEach((at, l) => {
-    const [texels, rgb, grey] = [at(+layer), c[l](0), g[l](0)];
-    let wrong = 0;
-    for (let i = 0; i < texels.length; i += 8) {
-        for (let k = 0; k < 6; k += 2)
-            wrong += texels.readUInt16LE(i + k) !== rgb.readUInt16LE(i + k);
-        wrong += texels.readUInt16LE(i + 6) !==
-            Math.min(grey.readUInt16LE(i), one);
-    }
-    if (wrong || texels.length !== rgb.length)
-        console.log(`${array}: level ${l}: ${wrong} numbers are others`);
-});
-END
 mkenv exr 64 32 ABGR 0 >hole.exr
 mkenv exr 64 32 BGR 0 >hole_colours.exr
 mkenv exr 64 32 Y 0 >hole_alpha.exr
@@ -453,8 +406,8 @@ test_alpha_is_filtered_as_colours() {
         iblbake -q $size hole_$part.exr -o one --name $part || echo 'failed '
     done
     for kind in specular irradiance; do
-        node alpha.mjs alpha/probes_$kind.ktx2 0 one/colours_$kind.ktx2 \
-            one/alpha_$kind.ktx2
+        layer --alpha one/alpha_$kind.ktx2 alpha/probes_$kind.ktx2 0 \
+            one/colours_$kind.ktx2
         layer alpha/probes_$kind.ktx2 1 one/hall_$kind.ktx2 \
             alpha/probes_$kind.ktx2 2 one/global_$kind.ktx2
         node -e "const b = require('fs').readFileSync(
@@ -539,13 +492,6 @@ test_alpha_changes() {
     edit hole.json 's.probes.pop()' less.json
     expect '' less.json -o inc
     like_new less.json
-    # Other containers.
-    for kind in ktx dds; do
-        rm -rf inc && iblbake probes -q hole.json -o inc --container $kind
-        edit hole.json 's.probes[0].priority = 1' first.json
-        expect '' first.json -o inc --container $kind
-        like_new first.json --container $kind
-    done
 }
 test_alpha_of_no_account() {
     # Of renderers' rounding, and of the global environment.
@@ -701,10 +647,7 @@ test_shards_that_do_not_fit() {
     local command glob
     shards 2 set.json
     iblbake probes -q --shard 2/2 set.json -o odd/size --size 8
-    iblbake probes -q --shard 1/1 set.json -o odd/of
     iblbake probes -q --shard 2/2 --isa c set.json -o odd/isa
-    edit set.json 's.probes[1].blend = 0.1' moved.json
-    iblbake probes -q --shard 2/2 moved.json -o odd/set
     cp -r part2 odd/cut && truncate -s -1 odd/cut/probes_irradiance.ktx2
     cp -r part2 odd/edited && sed -i 's/"of": 2/"of": 3/' odd/edited/index.json
     mkdir odd/none
@@ -715,8 +658,6 @@ test_shards_that_do_not_fit() {
 merge part2 -o bad|bad: missing shards of 2: 1: bake them*
 merge part1 part2 part1 -o bad|part1: is shard 1/2, as part1 is: give each once
 merge part1 odd/size -o bad|odd/size: is of another set or of other options than part1: *
-merge part1 odd/of -o bad|odd/of: is of another set or of other options than part1: *
-merge part1 odd/set -o bad|odd/set: is of another set or of other options than part1: *
 merge part1 odd/isa -o bad|odd/isa: is of another version or arithmetic than part1: *
 merge part1 odd/cut -o bad|odd/cut/probes_irradiance.ktx2: is not the file that its index.json describes: bake shard 2/2 again
 merge part1 odd/none -o bad|odd/none/index.json: cannot be read: No such file or directory
@@ -741,62 +682,31 @@ test_mistakes() {
     local change glob n=0
     cat >mistakes <<'END'
 s.version = 2|version: expected 1, found 2
-delete s.version|version: expected *, found nothing
 delete s.probes; s.min = [0, 0, 0]|is a grid: add --grid, *
 s.extra = 1|extra: expected no such member, but version, defaults, global or probes; found "extra"
-s.probes = {}|probes: expected an array of 1 to 340, found an object without members
 s.probes = []|probes: expected *, found an array of 0
-delete s.probes|probes: expected *, found nothing
+s.probes = Array(341).fill(s.probes[0])|probes: expected an array of 1 to 340, *
 s.probes[1] = 7|probes[[]1]: expected an object with name, *, found 7
-s.defaults = []|defaults: expected an object *, found an array of 0
-s.defaults.size = 0|defaults.size: expected a whole number from 1 to 16384, found 0
 s.defaults.size = 1.5|defaults.size: expected a whole number *, found 1.5
-s.defaults.size = "16"|defaults.size: expected a whole number *, found "16"
-s.defaults.levels = 6|defaults.levels: expected a whole number from 1 to 5, found 6
 s.defaults.pixel = "rgb8"|defaults.pixel: expected rgba16f, rgba32f, rgb9e5, r11g11b10f, bc6h, uastc-hdr or astc4x4hdr, found "rgb8"
-s.defaults.overflow = "wrap"|defaults.overflow: expected spread or clip, found "wrap"
-s.defaults.container = null|defaults.container: expected ktx2, ktx or dds, found null
 s.defaults.irradiance = "SH"|defaults.irradiance: expected a whole number from 1 to 16384 or "sh", found "SH"
-s.defaults.mapping = 3|defaults.mapping: expected linear or filament, found 3
-s.defaults.method = "slow"|defaults.method: expected auto, spectral or sampled, found "slow"
-s.defaults.samples = -1|defaults.samples: expected *, found -1
 s.defaults.tolerance = 2|defaults.tolerance: expected a number from 1e-06 to 1, found 2
-s.defaults.zstd = 23|defaults.zstd: expected a whole number from 0 to 22, found 23
-s.defaults.lut_size = 5000|defaults.lut_size: expected a whole number from 1 to 4096, found 5000
-s.defaults.alpha = "yes"|defaults.alpha: expected ignore, file or straight, found "yes"
 s.probes[0].capture.equirect = "blind.exr"|probes[[]0].capture: alpha is 0 everywhere, so nothing *, or take --alpha ignore
 s.probes[0].capture.equirect = "hole.exr"; s.defaults.pixel = "rgb9e5"|probes[[]0].capture: has alpha below 1, which rgb9e5 has no room for: choose --pixel rgba16f or rgba32f, *
-s.probes[0].capture.equirect = "veil.exr"; s.defaults.pixel = "r11g11b10f"|probes[[]0].capture: has alpha below 1, which r11g11b10f has no room for: *
-s.defaults.sise = 1|defaults.sise: expected no such member, *; found "sise"
 s.global = {}|global.capture: expected an object with equirect, cross or faces, found nothing
-s.global.name = "sky"|global.name: expected no such member, *
 delete s.probes[0].name|probes[[]0].name: expected a string that is not empty, found nothing
-s.probes[0].name = ""|probes[[]0].name: expected a string that is not empty, found ""
 s.probes[1].name = "hall"|probes[[]1].name: expected a name of its own, found "hall", which probes[[]0] has
-s.probes[0].positon = 1|probes[[]0].positon: expected no such member, *
 s.probes[0].position = [1, 2]|probes[[]0].position: expected an array of 3 numbers, found an array of 2
 s.probes[0].position[2] = "0"|probes[[]0].position[[]2]: expected a number from *, found "0"
-s.probes[0].position[0] = 1e300|probes[[]0].position[[]0]: expected a number *, found 1e+300
 delete s.probes[0].influence|probes[[]0].influence: expected an object with box or sphere, found nothing
-s.probes[0].influence = {}|probes[[]0].influence: expected one of box and sphere, found *
 s.probes[0].influence.sphere = {}|probes[[]0].influence: expected one of box and sphere, found *
 s.probes[0].influence.box.half[1] = 0|probes[[]0].influence.box.half[[]1]: expected a number above 0, up to *, found 0
-s.probes[0].influence.box.half[1] = true|probes[[]0].influence.box.half[[]1]: expected *, found true
-s.probes[0].influence.box.radius = 1|probes[[]0].influence.box.radius: expected no such member, but centre or half; *
-delete s.probes[1].influence.sphere.radius|probes[[]1].influence.sphere.radius: expected *, found nothing
-s.probes[1].influence.sphere.radius = -2|probes[[]1].influence.sphere.radius: expected a number above 0, *, found -2
-s.probes[0].blend = -1|probes[[]0].blend: expected a number from 0 to *, found -1
 s.probes[0].blend = 7.5|probes[[]0].blend: expected at most 7, half the influence's least width, found 7.5
 s.probes[0].proxy.sphere.centre = [9, 0, 0]|probes[[]0].proxy: expected a volume around the probe's position, found it outside
-s.probes[0].proxy = null|probes[[]0].proxy: expected an object *, found null
 s.probes[0].priority = 0.5|probes[[]0].priority: expected a whole number *, found 0.5
-s.probes[0].capture = "mild.exr"|probes[[]0].capture: expected an object *, found "mild.exr"
 s.probes[0].capture.cross = "x"|probes[[]0].capture: expected one of equirect, cross and faces, found *
 s.probes[0].capture = {faces: ["a"]}|probes[[]0].capture.faces: expected an array of 6 files, *, found an array of 1
-s.probes[0].capture = {faces: [1, 2, 3, 4, 5, 6]}|probes[[]0].capture.faces[[]0]: expected a string *, found 1
-s.probes[0].capture.equirect = 5|probes[[]0].capture.equirect: expected a string *, found 5
 s.probes[0].capture.equirect = "no.exr"|probes[[]0].capture.equirect: expected a file that can be read, found no.exr: No such file or directory
-s.probes[0].capture.equirect = "bin"|probes[[]0].capture.equirect: expected a file *, found bin: Is a directory
 s.probes[0].capture = {cross: "narrow.hdr"}|probes[[]0].capture.cross: narrow.hdr: expected a cross of 4 x 3 or 3 x 4 faces, found 8 x 16
 s.probes[0].capture = {faces: Array(6).fill("narrow.hdr")}|probes[[]0].capture.faces[[]0]: narrow.hdr: expected a square, found 8 x 16
 s.probes[0].capture = {faces: [...Array(5).fill("face0.hdr"), "small.hdr"]}|probes[[]0].capture.faces[[]5]: small.hdr: expected 16 x 16 as faces[[]0], found 8 x 8
@@ -812,64 +722,21 @@ END
 test_other_mistakes() {
     local command status glob
     mkdir self && cp ./*.exr ./*.hdr self && cp set.json self/index.json
-    mkfifo fifo
-    truncate -s 1G huge
     echo '{"version": 1,}' >comma.json
-    echo '{"version": 1, "version": 1}' >twice.json
     while IFS='|' read -r command status glob; do
         # shellcheck disable=SC2086
         refused "$status" "iblbake: $glob" timeout 300 iblbake probes $command
     done <<'END'
 no.json -o bad|1|no.json: cannot be read: No such file or directory
 bin -o bad|1|bin: is a directory: give the name of a file in it
---grid bin|1|bin: is a directory: give the name of a file in it
-fifo -o bad|1|fifo: is no file, but a pipe or a device: *
---grid /dev/zero|1|/dev/zero: is no file, but a pipe or a device: *
-huge -o bad|1|huge: over 256 MiB, which no such file has
 comma.json -o bad|1|comma.json:1:15: no JSON: *
-twice.json -o bad|1|twice.json:1:*: no JSON: duplicate*
 -o bad|2|no set: *
---grid set.json --pixel rgba16f|2|--pixel rgba16f: --grid bakes nothing: *
 set.json|2|no output directory: *
 set.json set.json -o bad|2|set.json: a second set *
-set.json -o bad --shard 3/2|2|--shard 3/2: not a value *
---grid set.json --shard 1/2|2|--shard 1/2: --grid bakes nothing: *
-set.json -o bad --levels 9|1|levels 9: a cube of size 16 has 1 to 5 levels
-set.json -o bad --pixel uastc-hdr --container dds|1|pixel uastc-hdr: dds files cannot hold it: take the container ktx2
-set.json -o bad --zstd 1 --container dds|1|zstd 1: dds files cannot hold it: take the container ktx2
-set.json -o bad --quality best|1|quality best: rgba16f has none: it is for bc6h, uastc-hdr and astc4x4hdr
-set.json -o bad --quality normal|1|quality normal: rgba16f has none: *
-set.json -o bad --pixel rgba32f --overflow clip|1|--overflow clip: rgba32f holds all light: leave it out
 --grid room.json --sync|2|--sync: standard output is no file: add -o FILE
-set.json -o bad --alpha no|2|--alpha no: not a value *
-set.json -o bad --irradiance 0|2|--irradiance 0: not a value *
 self/index.json -o self|1|self/index.json: is both input and output: *
 END
 }
-test_failure_leaves_what_was() {
-    local before
-    rm -rf inc && cp -a out inc
-    before=$(state inc)
-    head -c 300 sun.hdr >cut.hdr
-    edit set.json 's.probes[0].capture.equirect = "cut.hdr"' cut.json
-    iblbake probes cut.json -o inc 2>err && echo 'no failure'
-    [ "$(wc -l <err)" = 1 ] || echo 'several lines or none'
-    [ "$before" = "$(state inc)" ] || echo 'something changed'
-}
-test_interrupted() {
-    local before
-    rm -rf inc && cp -a out inc
-    before=$(state inc)
-    edit set.json 's.defaults.method = "sampled"; s.defaults.samples = 1048576;
-        s.defaults.size = 1024; delete s.defaults.levels' slow.json
-    interrupt TERM iblbake probes -j 2 slow.json -o inc
-    [ $status -eq 143 ] || echo "TERM: status $status"
-    [ "$before" = "$(state inc)" ] || echo 'something changed'
-    interrupt XCPU iblbake probes -j 2 slow.json -o gone
-    [ $status -eq 152 ] || echo "XCPU: status $status"
-    [ ! -e gone ] || echo 'a directory is left'
-}
-
 # ---- two runs at once -------------------------------------------------------
 edit set.json 's.probes[1].priority = -1' late.json
 iblbake probes -q late.json -o late || exit 1
@@ -889,39 +756,7 @@ test_waits_for_another_run() {
     wait $! || echo 'failed '
     diff -r out inc
 }
-test_runs_at_once() {
-    local round first second
-    for ((round = 0; round < 10; round++)); do
-        rm -rf inc
-        [ $((round % 2)) -eq 0 ] || cp -a out inc
-        iblbake probes -q set.json -o inc &
-        first=$!
-        iblbake probes -q late.json -o inc &
-        second=$!
-        iblbake probes -q set.json -o inc || echo 'failed '
-        wait $first && wait $second || echo 'failed '
-        diff -rq out inc >differs || diff -rq late inc || echo 'mixed '
-    done
-}
-
-# ---- many, and grids --------------------------------------------------------
-test_sixty_four() {
-    local begin end
-    edit set.json 's.defaults.irradiance = 4; s.probes = Array.from({length: 64},
-        (_, i) => ({...s.probes[0], name: "p" + i, capture: {equirect:
-        "many/" + i + ".exr"}}))' many.json
-    mkdir many
-    for ((i = 0; i < 64; i++)); do
-        mkenv exr $((32 + i)) $((16 + i / 2)) BGR >many/$i.exr
-    done
-    iblbake probes -q --any-aspect many.json -o lots || echo 'failed '
-    expect '' --any-aspect many.json -o lots
-    mkenv exr 200 100 BGR >many/7.exr
-    expect 'p7' --any-aspect many.json -o lots
-    edit many.json 's.probes = Array(341).fill(s.probes[0])' bad.json
-    refused 1 '*: probes: expected an array of 1 to 340, *' \
-        iblbake probes bad.json -o bad
-}
+# ---- grids ------------------------------------------------------------------
 cat >room.json <<'END'
 {"version": 1, "min": [-6, 0, -4], "max": [6, 3, 4], "spacing": 4,
  "solid": [{"min": [-1, 0, -5], "max": [0, 9, 0]}],
@@ -950,21 +785,15 @@ test_grid() {
     expect 'probe_0_0_1' grid.json -o gridded
     local change glob n=0
     cat >mistakes <<'END'
-s.max[1] = 0|max[[]1]: expected a number above min's 0, found 0
 s.spacing = 0|spacing: expected a number above 0, *, found 0
-s.spacing = [1, 1]|spacing: expected an array of 3 numbers, *
 s.spacing = 0.001|spacing: expected at most 1000 cells along an axis, *
-s.counts = [1, 1, 1]|expected one of spacing and counts, *
 delete s.spacing; s.counts = [1, 0, 1]|counts[[]1]: expected a whole number from 1 to 1000, found 0
 s.spacing = 0.8|expected a grid of at most 341 probes, found more*
 s.solid[0].max = [1]|solid[[]0].max: expected an array of 3 numbers, found an array of 1
-s.solid[0].half = 1|solid[[]0].half: expected no such member, *
 s.solid[0] = {min: [-9, -9, -9], max: [9, 9, 9]}|expected a cell that is free, found all 6 solid
 s.name = "p{x}"|name: expected a name with {z}, *, found "p{x}"
-s.capture = {}|capture: expected one of equirect, cross and faces, *
 s.blend = 9|blend: expected a number from 0 to 3, found 9
 s.probes = []|is a set already: leave out --grid
-s.gap = 1|gap: expected no such member, *
 END
     edits room.json <mistakes
     while IFS='|' read -r change glob; do

@@ -36,32 +36,24 @@ is() {
 ktx2='Khronos KTX2 texture'
 cube="$ktx2, 8 x 8, 6 faces, 4 mipmaps"
 is bc6h-cube8x4.ktx2 "$cube, BC6H_UFLOAT_BLOCK"
-is bc6h-cube8x4.dds 'Microsoft DirectDraw Surface (DDS): 8 x 8, DXGI format: BC6H_UF16'
 is rgba16f-cube8x4.ktx2 "$cube, R16G16B16A16_SFLOAT"
-is rgba32f-cube8x4.ktx2 "$cube, R32G32B32A32_SFLOAT"
 is rgb9e5-cube8x4.ktx2 "$cube, E5B9G9R9_UFLOAT_PACK32"
 is r11g11b10f-cube8x4.ktx2 "$cube, B10G11R11_UFLOAT_PACK32"
-cubes="$ktx2, 8 x 8, 5 layers, 6 faces, 4 mipmaps"
-is rgba16f-cube8x4x5.ktx2 "$cubes, R16G16B16A16_SFLOAT"
-is rgb9e5-cube8x4x5.ktx2 "$cubes, E5B9G9R9_UFLOAT_PACK32"
+is rgba32f-cube8x4x5.ktx2 \
+    "$ktx2, 8 x 8, 5 layers, 6 faces, 4 mipmaps, R32G32B32A32_SFLOAT"
 is rg16f-flat5x1x2.ktx2 "$ktx2, 5 x 5, 2 layers, R16G16_SFLOAT"
-is rg16f-flat5x1.ktx2 "$ktx2, 5 x 5, R16G16_SFLOAT"
-is rgba16f-flat6x1x4.ktx2 "$ktx2, 6 x 6, 4 layers, R16G16B16A16_SFLOAT"
 is rg32f-flat5x1.ktx2 "$ktx2, 5 x 5, R32G32_SFLOAT"
 ktx='Khronos KTX texture (little-endian)'
 is 'rgba*-cube8x4.ktx' "$ktx, 8 x 8, RGBA"
 is 'r[!g]*-cube8x4.ktx' "$ktx, 8 x 8, RGB"
-is rgb9e5-cube8x4.ktx "$ktx, 8 x 8, RGB"
 is 'rg*f-flat5x1.ktx' "$ktx, 5 x 5"
 dds='Microsoft DirectDraw Surface (DDS):'
-is rgba16f-cube8x4.dds "$dds 8 x 8, DXGI format: R16G16B16A16_FLOAT"
+is bc6h-cube8x4.dds "$dds 8 x 8, DXGI format: BC6H_UF16"
+is rgba16f-cube8x4x5.dds "$dds 8 x 8, DXGI format: R16G16B16A16_FLOAT"
 is rgba32f-cube8x4.dds "$dds 8 x 8, DXGI format: R32G32B32A32_FLOAT"
 is rgb9e5-cube8x4.dds "$dds 8 x 8, DXGI format: R9G9B9E5_SHAREDEXP"
 is r11g11b10f-cube8x4.dds "$dds 8 x 8, DXGI format: R11G11B10_FLOAT"
 is rg16f-flat5x1.dds "$dds 5 x 5, DXGI format: R16G16_FLOAT"
-is rgba16f-flat6x1x4.dds "$dds 6 x 6, DXGI format: R16G16B16A16_FLOAT"
-is rg32f-flat5x1.dds "$dds 5 x 5, DXGI format: R32G32_FLOAT"
-is rgba16f-cube8x4x5.dds "$dds 8 x 8, DXGI format: R16G16B16A16_FLOAT"
 
 # Fetched once: a network that is not there is no fault of our textures.
 readers='ktx-parse@1.1.0 three@0.187.0 parse-dds@1.2.1

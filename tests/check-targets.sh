@@ -99,15 +99,6 @@ test_verified() {
     done
 }
 
-test_threads() {
-    local j
-    for j in 1 2 7; do
-        bake --target all -j $j --skybox 16 -o $j
-    done
-    diff -r 1 2
-    diff -r 1 7
-}
-
 # The command line wins, on either side of --target.
 test_overrides() {
     bake --target three --quality best -o after

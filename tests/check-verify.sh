@@ -5,7 +5,7 @@
 # programs, and on nonsense. BUILD names the build.
 set -u
 . tests/lib.sh
-slow='lobes|every_thread|damage_is|figures_of|containers_and|heatmap|in_spite|rendered_at'
+slow='lobes|every_thread|damage_is|figures_of|containers_and|heatmap|in_spite'
 repeats='thread|damage_is|figures_of|estimates|rendered_bound'
 need node
 use iblbake
@@ -17,6 +17,7 @@ levels='--size 32 --levels 3 --mapping linear'
 small="$levels --irradiance-size 2 --lut-size 2"
 exact='--format dds --pixel rgba32f'
 floats="$small $exact"
+few='--rendered --directions 48'
 damage() { node "$work/bin/damage.mjs" "$@"; }
 
 # accept|refuse [options] ENV ...: within --max-error or not, with one line on
@@ -173,40 +174,32 @@ if (Math.abs(e.mean_luminance - 0.25) > 1e-6) console.log(e);
 END
 }
 
+# Blocks of texels lose some percent.
 test_containers_and_pixels() {
-    local format pixel
+    local format pixel bound
     for format in ktx2 ktx dds; do
-        for pixel in rgba16f rgba32f rgb9e5 r11g11b10f; do
+        for pixel in rgba16f rgba32f rgb9e5 r11g11b10f bc6h uastc-hdr astc4x4hdr; do
             taken || continue # each of both at least once
             rm -rf out
             iblbake -q env.exr -o out --size 16 --irradiance-size 4 \
-                --lut-size 8 --skybox 8 --format $format --pixel $pixel \
-                --mapping filament --rotate 30 --geometry schlick-ibl
-            MAX=0.015 accept env.exr out
+                --lut-size 8 --skybox 9 --format $format --pixel $pixel \
+                --mapping filament --rotate 30 --geometry schlick-ibl 2>err || {
+                grep -q 'files cannot hold it: ' err || cat err
+                continue
+            }
+            bound=0.015
+            case $pixel in bc6h | uastc-hdr | astc4x4hdr)
+                bound=0.15
+                MAX=1e-4 refuse env.exr out
+                grep -q '"quality": "normal"' out/env.json || echo "$pixel: quality"
+                ;;
+            esac
+            MAX=$bound accept env.exr out
             [ "$(ls out/*.$format | wc -l)" = 5 ] || ls out
             grep -q "\"pixel\": \"$pixel\"" out/env.json ||
                 echo "$format $pixel: not in the sidecar"
         done
     done
-}
-
-# Blocks of texels lose some percent.
-test_blocks() {
-    local format pixel
-    for format in ktx2 ktx dds; do
-        [ $sanitized = no ] || [ $format = ktx2 ] || break
-        for pixel in bc6h uastc-hdr astc4x4hdr; do
-            rm -rf out
-            iblbake -q env.exr -o out --size 16 --irradiance-size 4 \
-                --skybox 9 --format $format --pixel $pixel 2>err || continue
-            MAX=0.15 accept env.exr out
-            MAX=1e-4 refuse env.exr out
-            grep -q '"quality": "normal"' out/env.json || echo "$pixel: quality"
-            mv out "$format-$pixel"
-        done
-    done
-    [ $sanitized = yes ] || [ "$(echo ktx*-* dds-*)" = "ktx-astc4x4hdr ktx-bc6h ktx2-astc4x4hdr \
-ktx2-bc6h ktx2-uastc-hdr dds-bc6h" ] || ls
 }
 
 # The sidecar's names are those of the files, whatever bytes they have.
@@ -250,23 +243,20 @@ test_lobes() {
     local lobe alone='--only specular,json'
     for lobe in charlie phong; do
         taken || continue
-        iblbake -q $levels $exact $alone env.exr -o out --lobe $lobe
+        iblbake -q $levels $exact $alone env.exr -o out --lobe $lobe \
+            --max-error 0.01 || echo "$lobe: bake judges itself: $?"
         MAX=0.01 accept env.exr out
         MAX=0.01 refuse env.exr out --lobe ggx
         MAX=0.01 accept env.exr --specular out/env_specular.dds --lobe $lobe
         MAX=0.01 refuse env.exr --specular out/env_specular.dds
-        rm -rf out
-        iblbake -q $levels $alone env.exr -o out --lobe $lobe
-        MAX=0.01 accept env.exr --specular out/env_specular.ktx2
-        iblbake verify env.exr out --json - | grep -q "\"lobe\": \"$lobe\"" ||
+        iblbake -q $levels --only specular env.exr -o keys --lobe $lobe
+        MAX=0.01 accept env.exr keys
+        iblbake verify env.exr keys --json - | grep -q "\"lobe\": \"$lobe\"" ||
             echo "$lobe: not in the table's JSON"
-        iblbake -q $levels $alone env.exr -o out --lobe $lobe \
-            --max-error 0.01 || echo "$lobe: bake judges itself: $?"
-        rm -rf out
+        rm -rf out keys
     done
     iblbake -q $levels $exact $alone env.exr -o out
-    sed 's/"lobe": "ggx"/"lobe": "beckmann"/' out/env.json >json
-    mv json out/env.json
+    sed -i 's/"lobe": "ggx"/"lobe": "beckmann"/' out/env.json
     wrong 1 '*lobe is "beckmann", which this version does not know*' env.exr out
     MAX=0.003 accept env.exr out --lobe ggx
 }
@@ -297,13 +287,20 @@ test_kinds_of_tables() {
 }
 
 test_every_thread_count() {
+    local rendered
     iblbake -q $small env.exr -o out
-    iblbake verify env.exr out -j 1 --json 1.json --heatmap 1.png >1.txt
-    iblbake verify env.exr out -j 3 --json 3.json --heatmap 3.png >3.txt
-    cmp 1.json 3.json && cmp 1.txt 3.txt
-    iblbake verify -q env.exr out --json 2.json --seed 2
-    cmp -s 1.json 2.json && echo 'another seed, the same texels'
-    return 0
+    for rendered in '' "$few"; do
+        for j in 1 3; do
+            # shellcheck disable=SC2086
+            iblbake verify $rendered env.exr out -j $j --json $j.json \
+                $([ "$rendered" ] || echo --heatmap $j.png) >$j.txt
+        done
+        cmp 1.json 3.json && cmp 1.txt 3.txt
+        # shellcheck disable=SC2086
+        iblbake verify -q $rendered env.exr out --json 2.json --seed 2
+        cmp -s 1.json 2.json && echo 'another seed, the same numbers'
+    done
+    cmp 1.png 3.png
 }
 
 # ---- damage ------------------------------------------------------------
@@ -335,23 +332,27 @@ test_damage_is_found() {
 
 # Closed forms: where the truth is 1, +X wrong by 0.6 and all else right gives
 # an nRMSE of 0.6 sqrt(1/6), a p95 and a worst of 0.6 towards +X, a median of
-# 0 and a mean of 1.1.
+# 0 and a mean of 1.1. With half of +X wrong, a twelfth of all, there are 5 %
+# above that but not 10.
 test_figures() {
     iblbake -q $floats --size 16 one.hdr -o out
     damage out/one_specular.dds face=0.6 s.dds
     iblbake verify one.hdr --specular s.dds --all --json all.json >all
     # Estimates: an eighth of 0.245.
     iblbake verify one.hdr --specular s.dds --json some.json >table
+    damage out/one_specular.dds upper=0.6 s.dds
+    iblbake verify -q one.hdr --specular s.dds --all --json half.json
     js <<'END'
-for (const [file, slack] of [['all.json', 0.001], ['some.json', 0.06]]) {
+for (const [file, part, slack] of [['all.json', 6, 0.001],
+    ['some.json', 6, 0.06], ['half.json', 12, 0.001]]) {
     const levels = json(file).levels;
     near('levels', levels.length, 3, 0);
     for (const l of levels) {
-        near('nrmse', l.nrmse, 0.6 * Math.sqrt(1 / 6), slack);
+        near('nrmse', l.nrmse, 0.6 * Math.sqrt(1 / part), slack);
         near('median', l.median, 0, 1e-4);
         near('p95', l.p95, 0.6, 1e-3);
         near('worst', l.worst, 0.6, 1e-3);
-        near('bias', l.bias, 0.1, slack);
+        near('bias', l.bias, 0.6 / part, slack);
         near('nonfinite', l.nonfinite, 0, 0);
         const [x, y, z] = l.worst_at;
         if (file === 'all.json' && l.standard_error.nrmse > 0)
@@ -363,20 +364,6 @@ for (const [file, slack] of [['all.json', 0.001], ['some.json', 0.06]]) {
 END
     awk 'NR > 1 && NF != 14' table
     [ "$(wc -l <table)" = 4 ] || cat table
-}
-
-# With half of +X wrong, a twelfth of all, above which there are 5 % but not 10.
-test_percentile() {
-    iblbake -q $floats --size 16 one.hdr -o out
-    damage out/one_specular.dds upper=0.6 s.dds
-    iblbake verify one.hdr --specular s.dds --all --json all.json >table
-    js <<'END'
-for (const l of json('all.json').levels) {
-    near('p95', l.p95, 0.6, 1e-3);
-    near('median', l.median, 0, 1e-4);
-    near('nrmse', l.nrmse, 0.6 * Math.sqrt(1 / 12), 1e-3);
-}
-END
 }
 
 # A table whose first row, the smoothest, is off by 0.1: all texels tell it
@@ -403,31 +390,20 @@ END
     MAX=0.05 refuse --lut lut.dds
 }
 
-# A sun of 2^20 on 1, a pixel to a texel, is more than half floats hold. Spread
-# it is all there.
+# A sun of 2^20 on 1, a pixel to a texel, is more than half floats hold.
 test_overflow() {
-    local how
     map_of 40 '\200\200\200\201' 1 '\200\200\200\225' 87 '\200\200\200\201' \
         >sun.hdr
-    for how in spread clip; do
-        iblbake -q sun.hdr --only specular --size 4 --overflow $how -o $how
-        iblbake verify sun.hdr $how --json $how.json >table
-        grep -q 'has light above 65504, the most that rgba16f holds' table ||
-            cat table
-        MAX=0.5 refuse sun.hdr $how
-        grep -q 'more light than its pixel can hold: use --pixel rgba32f' err ||
-            cat err
-    done
-    iblbake -q sun.hdr --only specular --size 4 --pixel rgba32f -o full
-    iblbake verify sun.hdr full --json full.json >table
-    grep 'light above' table
+    iblbake -q sun.hdr --only specular --size 4 --overflow clip -o out
+    iblbake verify sun.hdr out --json v.json >table
+    grep -q 'has light above 65504, the most that rgba16f holds' table ||
+        cat table
+    MAX=0.5 refuse sun.hdr out
+    grep -q 'more light than its pixel can hold: use --pixel rgba32f' err ||
+        cat err
     js <<'END'
-const level = how => json(how + '.json').levels[0];
-const [spread, clip, full] = ['spread', 'clip', 'full'].map(level);
-if (!(spread.nrmse > 0.5 && clip.nrmse > 0.5 && full.nrmse < 1e-5))
-    console.log(spread, clip, full);
-if (!(Math.abs(spread.bias) < 0.1 && clip.bias < -0.5))
-    console.log(`bias ${spread.bias}, ${clip.bias}`);
+const [{nrmse, bias}] = json('v.json').levels;
+if (!(nrmse > 0.5 && bias < -0.5)) console.log(nrmse, bias);
 END
 }
 
@@ -524,8 +500,13 @@ test_misuse() {
     wrong 2 '*--heatmap h.jpg: pictures are PNG*.png' env.exr out \
         --heatmap h.jpg
     wrong 2 '*did you mean --heatmap?' env.exr out --heetmap p.png
-    wrong 2 '*see iblbake verify --help' env.exr out --quaternion
-    wrong 2 '*choose one' env.exr out -q -v
+    wrong 2 '*it takes*' --rendered --directions 23 env.exr out
+    iblbake -q $small env.exr -o out
+    wrong 1 '*no environment*' --rendered --lut out/brdf_lut.ktx2
+    wrong 1 '*no specular cube*' --rendered env.exr \
+        --irradiance out/env_irradiance.ktx2
+    wrong 1 '*where a lobe table * is wanted*' --rendered env.exr out \
+        --lobe-table out/brdf_lut.ktx2
 }
 
 # Options about files that are not there.
@@ -563,8 +544,6 @@ test_malformed() {
     rm out/env.json
     wrong 1 '*is there, too: name the one*' env.exr out
     rm out/env_specular.dds
-    wrong 1 '*has 3 levels, and the roughness of 2*' env.exr out \
-        --roughness-map 0,1
     echo '{"outputs": [' >out/env.json
     wrong 1 '*out/env.json:2:0: no JSON: *bake the set again*' env.exr out
     ln -sf /dev/null out/env.json
@@ -577,19 +556,6 @@ test_malformed() {
     wrong 1 '*env_specular.ktx2*names it*' env.exr out
     wrong 1 '*flat texture*' env.exr --specular out/brdf_lut.ktx2
     wrong 1 '*where a BRDF table * is wanted*' --lut out/env_irradiance.ktx2
-    iblbake -q $small env.exr -o dds --format dds
-    for name in env_irradiance brdf_lut; do # two layers of the same
-        {
-            head -c 140 "dds/$name.dds"
-            printf '\2\0\0\0'
-            tail -c +145 "dds/$name.dds"
-            tail -c +149 "dds/$name.dds"
-        } >"array_$name.dds"
-    done
-    wrong 1 '*array_env_irradiance.dds: *2 layers*' env.exr \
-        --irradiance array_env_irradiance.dds
-    wrong 1 '*array_brdf_lut.dds: *2 layers*' \
-        --lut array_brdf_lut.dds
     head -c 300 out/env_irradiance.ktx2 >cut.ktx2
     wrong 1 '*cut.ktx2*' env.exr --irradiance cut.ktx2
     wrong 1 '*env.hdr*' env.exr --irradiance env.hdr
@@ -606,16 +572,13 @@ test_levels_that_disagree() {
     sed 's/\x000,0.5,1\x00/\x000,0,1,1\x00/' own.ktx >out/env_specular.ktx
     cmp -s own.ktx out/env_specular.ktx && echo 'the key was not found'
     wrong 1 '*has 3 levels, and the roughness of 4: bake it again*' env.exr out
-    wrong 1 '*has 3 levels, and the roughness of 4*' env.exr \
-        --specular out/env_specular.ktx
     MAX=0.003 accept env.exr out --roughness-map linear
     sed 's/\x000,0.5,1\x00/\x000;0.5,1\x00/' own.ktx >out/env_specular.ktx
     wrong 1 '*its list of the roughness of levels is damaged*' env.exr out
     rm -r out
     iblbake -q $floats env.exr -o out
     cp out/env.json own.json
-    for change in 'pop()' 'push({roughness: 1})' 'fill({roughness: 2})' \
-        'splice(0, 9)'; do
+    for change in 'pop()' 'fill({roughness: 2})' 'splice(0, 9)'; do
         node -e "const s = JSON.parse(require('fs').readFileSync('own.json'));
             s.outputs[0].levels.$change;
             console.log(JSON.stringify(s))" >out/env.json
@@ -721,8 +684,6 @@ test_bake_above_the_bound_leaves_nothing() {
 
 # ---- what is rendered --------------------------------------------------
 
-few='--rendered --directions 48'
-
 # On a constant map only the table is wrong, by its roundings at most.
 test_rendered() {
     local shader
@@ -760,16 +721,6 @@ test_rendered_with_lights() {
         echo 'a sun is right without its disc'
 }
 
-test_rendered_at_any_thread_count() {
-    iblbake -q $small env.exr -o out
-    iblbake verify $few env.exr out -j 1 --json 1.json >1.txt
-    iblbake verify $few env.exr out -j 3 --json 3.json >3.txt
-    cmp 1.json 3.json && cmp 1.txt 3.txt
-    iblbake verify -q $few env.exr out --json 2.json --seed 2
-    cmp -s 1.json 2.json && echo 'another seed, the same directions'
-    return 0
-}
-
 test_rendered_bound() {
     iblbake -q $small env.exr -o out
     iblbake verify -q $few env.exr out --max-rendered-error 5 2>err || cat err
@@ -778,26 +729,6 @@ test_rendered_bound() {
     grep -q 'rendered with F0 = 1, the files have an nRMSE of .*, above 0.001' \
         err || cat err
     grep -q '"passed": false' v.json || cat v.json
-}
-
-test_rendered_misuse() {
-    local way
-    iblbake -q $small env.exr -o out
-    for way in --all '--texels 99' '--max-error 1' '--heatmap a.png'; do
-        # shellcheck disable=SC2086
-        wrong 2 '*--rendered judges no texels*' --rendered $way env.exr out
-    done
-    for way in '--shader bent' '--directions 99' '--max-rendered-error 1' \
-        '--lobe-table a.ktx2'; do
-        # shellcheck disable=SC2086
-        wrong 2 '*add --rendered' $way env.exr out
-    done
-    wrong 2 '*it takes*' --rendered --directions 23 env.exr out
-    wrong 1 '*no environment*' --rendered --lut out/brdf_lut.ktx2
-    wrong 1 '*no specular cube*' --rendered env.exr \
-        --irradiance out/env_irradiance.ktx2
-    wrong 1 '*where a lobe table * is wanted*' --rendered env.exr out \
-        --lobe-table out/brdf_lut.ktx2
 }
 
 # An error that is no number would be below any bound.

@@ -16,7 +16,6 @@ for format in ktx2 ktx dds; do
     $bake -o "$work/$format" --format $format --skybox 32 || exit 1
 done
 small='--size 48x36 --grid 2x2'
-cp tests/cli/png.mjs tests/cli/read_png.mjs "$work/bin"
 near() { node "$work/bin/png.mjs" "$@"; } # PNG PNG MOST MEAN, of 255
 
 # $small is for spheres: without its grid, which other modes refuse.
@@ -92,27 +91,19 @@ test_axes_look_the_same() {
     done
 }
 
-# Blocks of texels, compressed or not, are off by some percent, and each in its
-# own way; in every container they are the same.
+# Blocks of texels are off by some percent, and in every container the same.
 test_blocks_look_alike() {
-    local pixel
+    local format
     draw a.png "$work/ktx2" -q
-    for pixel in bc6h uastc-hdr astc4x4hdr; do
-        [ $sanitized = no ] || [ $pixel = bc6h ] || continue
-        $bake -o $pixel --pixel $pixel --zstd 3 --skybox 32
-        draw $pixel.png $pixel -q
-        near a.png $pixel.png 16 3
-        differ a.png $pixel.png
-        iblview $pixel --offscreen b.png $small -v |
-            grep -q "^specular: .*, $pixel$" || echo "$pixel: not named"
-    done
-    [ $sanitized = no ] || return 0
-    same uastc-hdr.png astc4x4hdr.png
-    differ bc6h.png uastc-hdr.png
-    for pixel in ktx dds; do
-        $bake -o $pixel --pixel bc6h --format $pixel --skybox 32
-        draw b.png $pixel -q
-        same bc6h.png b.png
+    for format in ktx2 ktx dds; do
+        [ $sanitized = no ] || [ $format = ktx2 ] || continue
+        $bake -o $format --pixel bc6h --format $format --skybox 32
+        draw $format.png $format -q
+        near a.png $format.png 16 3
+        differ a.png $format.png
+        same ktx2.png $format.png
+        iblview $format --offscreen b.png $small -v |
+            grep -q '^specular: .*, bc6h$' || echo "$format: not named"
     done
 }
 test_files_by_name() {
@@ -132,24 +123,9 @@ test_files_by_name() {
     same a.png b.png
 }
 
-# triangle NAME.gltf [MATERIAL]
-triangle() {
-    local places=AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA
-    cat >"$1" <<END
-{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
- "nodes": [{"mesh": 0}], "materials": [{${2-}"doubleSided": true}],
- "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
- "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3,
-  "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
- "bufferViews": [{"buffer": 0, "byteLength": 36}],
- "buffers": [{"byteLength": 36,
-  "uri": "data:application/octet-stream;base64,$places"}]}
-END
-}
-
 test_models() {
-    triangle a.gltf
-    triangle b.gltf '"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]},'
+    make_scene a '[{}]'
+    make_scene b '[{"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}]'
     draw a.png "$work/ktx2" --model a.gltf
     draw b.png "$work/ktx2" --model b.gltf
     draw c.png "$work/ktx2"
@@ -175,9 +151,8 @@ test_models() {
 # A model with sheen, by a set of that scene: two chains in a directory.
 test_sheen_of_a_scene() {
     local sheen='"sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": 0.5'
-    sheen="\"extensions\": {\"KHR_materials_sheen\": {$sheen}},"
-    triangle a.gltf "$sheen"
-    triangle b.gltf
+    make_scene a "[{\"extensions\": {\"KHR_materials_sheen\": {$sheen}}}]"
+    make_scene b '[{}]'
     iblbake -q --scene a.gltf env.exr -o out >said 2>&1 || cat said
     draw a.png out --model a.gltf -q
     draw b.png out --model b.gltf -q
@@ -190,9 +165,9 @@ test_sheen_of_a_scene() {
 # One line after notes of parts, and no picture.
 test_models_that_cannot_be_drawn() {
     local file
-    triangle good.gltf
+    make_scene good '[{}]'
     printf '{}' >empty.gltf
-    sed 's/"count": 3/"count": 4/' good.gltf >long.gltf
+    sed 's/"count":4/"count":5/' good.gltf >long.gltf
     for file in none.gltf empty.gltf long.gltf env.exr .; do
         iblview "$work/ktx2" --model $file --offscreen no.png 2>said
         [ $? = 1 ] || echo "$file: status $?"
@@ -484,42 +459,31 @@ test_texels() {
 test_misuse() {
     wrong 2 '*nothing to show*--help' --offscreen a.png
     wrong 2 '*twice*' "$work/ktx2" twice
-    wrong 2 '*empty*' ''
     wrong 2 '*--frobnicate*unknown*--help' --frobnicate x
-    wrong 2 '*-x: unknown*--help' -x
     wrong 2 '*--level*has no value*' "$work/ktx2" --level
     wrong 2 '*--level 15*0 to 14' "$work/ktx2" --level 15
     wrong 2 '*--ev x*-30 to 30' "$work/ktx2" --ev x
     wrong 2 '*--tone filmic*linear, reinhard, aces or neutral' x --tone filmic
     wrong 2 '*--material mud*--materials*' x --material mud
     wrong 2 '*--size 0x9*' x --size 0x9
-    wrong 2 '*--size 9*' x --size 9
-    wrong 2 '*--size 1.5x9*' x --size 1.5x9
     wrong 2 '*--grid 17x1*16x16' x --grid 17x1
     wrong 2 '*--metallic 0:2*' x --metallic 0:2
     wrong 2 '*--light 1,2,3*' x --light 1,2,3
     wrong 2 '*--light 1,2,3,-1,1,1*' x --light 1,2,3,-1,1,1
-    wrong 2 '*--light 1,2,3,1,-1,1*' x --light 1,2,3,1,-1,1
-    wrong 2 '*--light 1,2,3,1,1,-1*' x --light 1,2,3,1,1,-1
     wrong 2 '*--light*up to 4*' x --light 1,1,1,1,1,1 --light 1,1,1,1,1,1 \
         --light 1,1,1,1,1,1 --light 1,1,1,1,1,1 --light 1,1,1,1,1,1
     wrong 2 '*--no-sky=1*takes no value*' x --no-sky=1
     wrong 2 '*--offscreen*.png*' x --offscreen ''
     wrong 2 '*--offscreen a.jpg: *.png, or in .exr*' x --offscreen a.jpg
-    wrong 2 '*--offscreen -: *.png*' x --offscreen -
     wrong 2 '*--contact-sheet png: *.png*' x --contact-sheet png
     wrong 2 '*choose one*' x --offscreen a.png --contact-sheet b.png
-    wrong 2 '*--panel*choose one*' x --panel --contact-sheet b.png
-    wrong 2 '*--panel: *write a .png*' x --panel --offscreen a.exr
-    wrong 2 '*choose one*' x -qv
-    wrong 2 '*choose one*' x --offscreen a.png --frames 2 --samples 2
     wrong 2 '*--frames: only with*' x --frames 2
-    wrong 2 '*--samples: only with*' x --samples 2
     wrong 2 '*--texel 1280,0: outside*1280x720' x --texel 1280,0
     wrong 2 '*--texel 0,720: outside*1280x720' x --texel 0,720
 }
 
-# Options that change nothing in a picture: OPTIONS|WHAT IS SHOWN.
+# Options that change nothing in a picture: OPTIONS|WHAT IS SHOWN. pairs/ has all
+# of them.
 test_options_without_effect() {
     local options shown
     while IFS='|' read -r options shown; do
@@ -527,47 +491,16 @@ test_options_without_effect() {
         wrong 2 "iblview: $options: *" x --offscreen a.png $shown $options
     done <<'END'
 --grid 3x3|--mode levels
---metallic 0:1|--mode scene
---material copper|--mode table
---roughness 0:1|--mode scene
 --light 0,0,3,9,9,9|--mode irradiance
---map m.hdr|--mode levels
---sky s.ktx2|--mode table
---diffuse sh|--mode levels
---distance 9|--mode irradiance
---reflection fit|--mode levels
 --samples 4|
---frames 2|
---frames 2|--mode levels
---level 1|
---level 1|--mode irradiance
---layout strip|--mode model
 --layout strip|--mode table
---no-multiscatter|--mode scene
---zoom 2|
 --pan 0,0|
---probes 2|
---seconds 1|--mode model
---turn 5|--mode table
---yaw 5|--mode levels
---pitch 5|--mode irradiance
---fov 50|--mode table
---antialias 3|--mode levels
---irradiance i.ktx2|--mode levels
 --irradiance i.ktx2|--mode table
---lut l.ktx2|--mode levels
---lut l.ktx2|--mode irradiance
---split 0.3|
 --gain 3|--mode model
---against fit|
 --model m.glb|--mode spheres
 END
-    wrong 2 'iblview: --samples 4: is of --mode spheres and model' x \
-        --samples 4 --contact-sheet a.png --mode irradiance
     wrong 2 'iblview: --tone aces: linear floats*' x --offscreen a.exr \
         --tone aces
-    wrong 2 'iblview: --material gold: the sheet has all*' x \
-        --contact-sheet a.png --material gold
     wrong 2 'iblview: --frames 7: changes nothing in a sheet*' x \
         --contact-sheet a.png --mode scene --frames 7
 }
@@ -575,26 +508,17 @@ END
 test_missing_and_wrong_files() {
     local to='--offscreen a.png'
     wrong 1 '*nowhere*' nowhere $to
-    mkdir empty
-    wrong 1 '*empty*' empty $to
     echo text >text
     wrong 1 '*text*' text $to
     head -c 100 "$work/ktx2/env_specular.ktx2" >cut.ktx2
     wrong 1 '*cut.ktx2*' cut.ktx2 $to
-    wrong 1 '*nowhere*' "$work/ktx2" --irradiance nowhere $to
     wrong 1 '*brdf_lut.ktx2*' "$work/ktx2" $to \
         --irradiance "$work/ktx2/brdf_lut.ktx2"
-    wrong 1 '*env_irradiance.ktx2*' "$work/ktx2" $to \
-        --lut "$work/ktx2/env_irradiance.ktx2"
-    wrong 1 '*brdf_lut.ktx2*' "$work/ktx2/brdf_lut.ktx2" $to
     iblbake -q --only lut --lut-kind charlie --lut-size 4 -o kinds
     wrong 1 '*of kind charlie*split*' "$work/ktx2" $to \
         --lut kinds/brdf_lut_charlie.ktx2
     wrong 1 '*--level 14*0 to 1' "$work/ktx2" --mode levels --level 14 $to
     wrong 1 '*--lut*baked files' env.exr --lut x $to
-    cp -r "$work/ktx2" both
-    cp "$work/ktx/env_specular.ktx" both/other_specular.ktx
-    wrong 1 '*from env to other: name one*' both $to
 }
 
 test_unwritable_outputs() {

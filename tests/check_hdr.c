@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "exr.h"
 #include "files.h"
 #include "io/rgbe.h"
 #include "test.h"
@@ -35,7 +36,7 @@ static test_random rng = {4};
 
 static int below(int n)
 {
-    return (int)(test_random_u64(&rng) % (uint64_t)n);
+    return test_random_below(&rng, n);
 }
 
 static void put(file *f, const void *bytes, size_t size)
@@ -181,13 +182,17 @@ static unsigned char *picture(int w, int h)
 
 /* ---- the decoder ---------------------------------------------------- */
 
-#define HEADER "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
+#define R "#?RADIANCE\n"
+#define FORMAT "FORMAT=32-bit_rle_rgbe\n"
+#define PIXEL "\n-Y 1 +X 1\n"
+#define HEADER R FORMAT "\n"
 
 static test_messages kept;
+static char format[64]; /* of what was decoded last */
 
 /* Decodes a copy of exactly size bytes, so that a read beyond is seen. */
 static ibl_status decode(ibl_ctx *ctx, const void *bytes, size_t size,
-                         ibl_image *img, char format[64])
+                         ibl_image *img)
 {
     unsigned char *copy = malloc(size ? size : 1);
     ibl_input in;
@@ -201,7 +206,7 @@ static ibl_status decode(ibl_ctx *ctx, const void *bytes, size_t size,
     ibl_status status = ibl_rgbe_open(&in, &opts, &rows);
     if (!status) {
         status = file_read_rows(rows, img);
-        memcpy(format, rows->report.format, 64);
+        memcpy(format, rows->report.format, sizeof format);
     }
     ibl_rows_close(rows);
     free(copy);
@@ -227,8 +232,7 @@ static void check_file(ibl_ctx *ctx, const file *f, const unsigned char *px,
                        int w, int h, const char *what)
 {
     ibl_image img;
-    char format[64];
-    const ibl_status status = decode(ctx, f->data, f->size, &img, format);
+    const ibl_status status = decode(ctx, f->data, f->size, &img);
     CHECK_MSG(!status, "%s: %s", what, kept.text[IBL_LOG_ERROR]);
     if (status)
         return;
@@ -239,12 +243,19 @@ static void check_file(ibl_ctx *ctx, const file *f, const unsigned char *px,
     ibl_image_free(&img);
 }
 
+/* Also with bytes after the last pixel; but a file of flat size with a wrong
+ * end is read as flat. */
 TEST(every_variant)
 {
-    static const int sizes[][2] = {{1, 1},   {1, 9},    {9, 1},
-                                   {7, 5},   {8, 8},    {13, 30},
-                                   {40, 17}, {300, 20}, {21, 700}};
-    ibl_ctx *ctxs[IBL_ISA_COUNT] = {0};
+    static const int sizes[][2] = {
+        {1, 1},   {1, 9},    {9, 1},     {7, 5},     {8, 8},     {13, 30},
+        {40, 17}, {300, 20}, {21, 700},  {2, 3},     {3, 3},     {15, 3},
+        {127, 3}, {128, 3},  {129, 3},   {255, 3},   {256, 3},   {257, 3},
+        {511, 3}, {1000, 3}, {32767, 3}, {32768, 3}, {65535, 3}, {65536, 3}};
+    static const char *const formats[MIXED] = {"Radiance RGBE, flat",
+                                               "Radiance RGBE, old run-length",
+                                               "Radiance RGBE, run-length"};
+    ibl_ctx *ctxs[IBL_ISA_COUNT + 1] = {0};
     int n = 0;
 
     for (ibl_isa isa = IBL_ISA_C; isa < IBL_ISA_COUNT;
@@ -260,56 +271,25 @@ TEST(every_variant)
     for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
         const int w = sizes[s][0], h = sizes[s][1];
         unsigned char *px = picture(w, h);
-        for (int k = 0; k < CODINGS; k++) {
-            for (int o = 0; o < 8; o += TEST_RACES       ? 5
-                                        : TEST_SANITIZED ? 3
-                                                         : 1) {
-                file f = encode(HEADER, (coding)k, orientations[o], px, w, h);
-                for (int c = 0; c < n; c++)
-                    check_file(ctxs[c], &f, px, w, h, orientations[o]);
-            }
-        }
-    }
-}
-
-TEST(widths)
-{
-    static const int w[] = {1,   2,     3,     7,     8,    9,   15,
-                            127, 128,   129,   255,   256,  257, 1000,
-                            511, 32767, 32768, 65535, 65536};
-    ibl_ctx *ctx = test_keeping_ctx(2, &kept);
-    for (size_t i = 0; i < sizeof w / sizeof *w; i += TEST_RACES ? 3 : 1) {
-        unsigned char *px = picture(w[i], 3);
-        for (int k = 0; k < CODINGS; k++) {
-            file f = encode(HEADER, (coding)k, orientations[0], px, w[i], 3);
-            check_file(ctx, &f, px, w[i], 3, "width");
+        for (int i = 0; i < 8 * CODINGS; i += TEST_RACES       ? 5
+                                              : TEST_SANITIZED ? 3
+                                                               : 1) {
+            const coding kind = (coding)(i % CODINGS);
+            const char *orientation = orientations[w > 300 ? 0 : i / CODINGS];
+            file f = encode(HEADER, kind, orientation, px, w, h);
+            if (w > 300 && i >= CODINGS)
+                break;
+            for (int c = 0; c < n; c++)
+                check_file(ctxs[c], &f, px, w, h, orientation);
+            CHECK_MSG(h < 17 || w < 9 || kind == MIXED ||
+                          !strcmp(format, formats[kind]),
+                      "%s", format);
             put_text(&f, "and more");
-            /* A file of flat size with a wrong end is read as flat. */
-            if (f.size ==
-                encode(HEADER, FLAT, orientations[0], px, w[i], 3).size)
+            if (f.size == encode(HEADER, FLAT, orientation, px, w, h).size)
                 put_byte(&f, 0);
-            check_file(ctx, &f, px, w[i], 3, "width and more");
+            check_file(ctxs[0], &f, px, w, h, "and more");
         }
     }
-}
-
-TEST(describes_format)
-{
-    static const char *const want[MIXED] = {"Radiance RGBE, flat",
-                                            "Radiance RGBE, old run-length",
-                                            "Radiance RGBE, run-length"};
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    unsigned char *px = picture(500, 9);
-    for (int k = 0; k < MIXED; k++) {
-        file f = encode(HEADER, (coding)k, orientations[0], px, 500, 9);
-        ibl_image img;
-        char format[64] = "";
-        CHECK(!decode(ctx, f.data, f.size, &img, format));
-        CHECK_MSG(!strcmp(format, want[k]), "\"%s\"", format);
-        ibl_image_free(&img);
-    }
-    CHECK(ibl_rgbe_is("#?RGBE", 6) && ibl_rgbe_is("#?", 2));
-    CHECK(!ibl_rgbe_is("#", 1) && !ibl_rgbe_is("\x76/1\1", 4));
 }
 
 /* ---- headers -------------------------------------------------------- */
@@ -319,10 +299,9 @@ static ibl_status one_pixel(ibl_ctx *ctx, const char *header, float rgb[3])
 {
     file f = {0};
     ibl_image img;
-    char format[64];
     put_text(&f, header);
     put(&f, (unsigned char[]){128, 64, 32, 129}, 4);
-    const ibl_status status = decode(ctx, f.data, f.size, &img, format);
+    const ibl_status status = decode(ctx, f.data, f.size, &img);
     if (status)
         return status;
     memcpy(rgb, img.data, 3 * sizeof *rgb);
@@ -337,53 +316,40 @@ TEST(headers)
         float rgb[3];
         const char *warning;
     } cases[] = {
-        {"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n",
-         {1, .5f, .25f},
-         ""},
-        {"#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n", {1, .5f, .25f}, ""},
+        {R FORMAT PIXEL, {1, .5f, .25f}, ""},
+        {"#?RGBE\n" FORMAT PIXEL, {1, .5f, .25f}, ""},
         {"#?AUTOPANO\r\nFORMAT=32-bit_rle_rgbe\r\n\r\n-Y 1 +X 1\r\n",
          {1, .5f, .25f},
          ""},
         {"#?RADIANCE\rFORMAT=32-bit_rle_rgbe\rEXPOSURE=2\r\r-Y 1 +X 1\r",
          {.5f, .25f, .125f},
          ""},
-        {"#?RADIANCE\n\n-Y 1 +X 1\n", {1, .5f, .25f}, "no FORMAT"},
-        {"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n-Y 1 +X 1\n", {1, .5f, .25f}, ""},
-        {"#?RADIANCE\nFORMAT = 32-bit_rle_rgbe \n\n+X   1\t+Y 1  \n",
-         {1, .5f, .25f},
-         ""},
+        {R PIXEL, {1, .5f, .25f}, "no FORMAT"},
+        {R FORMAT "-Y 1 +X 1\n", {1, .5f, .25f}, ""},
+        {R "FORMAT = 32-bit_rle_rgbe \n\n+X   1\t+Y 1  \n", {1, .5f, .25f}, ""},
         /* any order, comments, unknown variables, cumulative factors */
-        {"#?RADIANCE\n# EXPOSURE=9\nEXPOSURE=2\nVIEW= -vtv\nrpict -x 1\n"
-         "PIXASPECT=0.5\nCOLORCORR=.5 1 2\nFORMAT=32-bit_rle_rgbe\n"
-         "EXPOSURE= 4e0\nSOFTWARE=EXPOSURE=3\nCOLORCORR= 1 4 1.0e+0 \n"
-         "PRIMARIES=0 0 0 0 0 0 0 0\n\n-Y 1 +X 1\n",
+        {R "# EXPOSURE=9\nEXPOSURE=2\nVIEW= -vtv\nrpict -x "
+           "1\nPIXASPECT=0.5\nCOLORCORR=.5 1 2\n" FORMAT
+           "EXPOSURE= 4e0\nSOFTWARE=EXPOSURE=3\nCOLORCORR= 1 4 1.0e+0 "
+           "\nPRIMARIES=0 0 0 0 0 0 0 0\n" PIXEL,
          {1 / 4.0f, .5f / 32, .25f / 16},
          ""},
         /* the history of another picture is indented, and is not this one's */
-        {"#?RADIANCE\n\tEXPOSURE=2\n EXPOSURE=2\nEXPOSURE=0.5\n"
-         "FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n",
+        {R "\tEXPOSURE=2\n EXPOSURE=2\nEXPOSURE=0.5\n" FORMAT PIXEL,
          {2, 1, .5f},
          ""},
-        {"#?RADIANCE\nGAMMA=1\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n",
-         {1, .5f, .25f},
-         ""},
-        {"#?RADIANCE\nGAMMA=2.2\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n",
-         {1, .5f, .25f},
-         "GAMMA=2.2"},
-        {"#?RADIANCE\nEXPOSURE=0\nEXPOSURE=2\nFORMAT=32-bit_rle_rgbe\n\n"
-         "-Y 1 +X 1\n",
+        {R "GAMMA=1\n" FORMAT PIXEL, {1, .5f, .25f}, ""},
+        {R "GAMMA=2.2\n" FORMAT PIXEL, {1, .5f, .25f}, "GAMMA=2.2"},
+        {R "EXPOSURE=0\nEXPOSURE=2\n" FORMAT PIXEL,
          {.5f, .25f, .125f},
          "EXPOSURE of 0"},
-        {"#?RADIANCE\nEXPOSURE=0e9999\nEXPOSURE=2\nFORMAT=32-bit_rle_rgbe\n\n"
-         "-Y 1 +X 1\n",
+        {R "EXPOSURE=0e9999\nEXPOSURE=2\n" FORMAT PIXEL,
          {.5f, .25f, .125f},
          "EXPOSURE of 0"},
-        {"#?RADIANCE\nEXPOSURE=0.000244140625000000000000000\n"
-         "FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n",
+        {R "EXPOSURE=0.000244140625000000000000000\n" FORMAT PIXEL,
          {4096, 2048, 1024},
          ""},
-        {"#?RADIANCE\nEXPOSURE=12345678901234567890123e-20\n"
-         "FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n",
+        {R "EXPOSURE=12345678901234567890123e-20\n" FORMAT PIXEL,
          {(float)(1 / 123.45678901234567890123),
           (float)(1 / 123.45678901234567890123) / 2,
           (float)(1 / 123.45678901234567890123) / 4},
@@ -411,7 +377,6 @@ static void xyz_pixel(ibl_ctx *ctx, const char *variables, const double xyz[3],
     int e;
     file f = {0};
     ibl_image img;
-    char format[64] = "";
 
     for (int c = 0; c < 3; c++)
         most = xyz[c] > most ? xyz[c] : most;
@@ -423,7 +388,7 @@ static void xyz_pixel(ibl_ctx *ctx, const char *variables, const double xyz[3],
         put_byte(&f, (int)(ldexp(xyz[c], 8 - e) + 0.5));
     put_byte(&f, e + 128);
     memset(rgb, 0, 3 * sizeof *rgb);
-    CHECK_MSG(!decode(ctx, f.data, f.size, &img, format), "%s",
+    CHECK_MSG(!decode(ctx, f.data, f.size, &img), "%s",
               kept.text[IBL_LOG_ERROR]);
     CHECK(!strcmp(format, "Radiance XYZE, flat"));
     if (img.data)
@@ -431,59 +396,29 @@ static void xyz_pixel(ibl_ctx *ctx, const char *variables, const double xyz[3],
     ibl_image_free(&img);
 }
 
-/*
- * What defines the matrix: a primary's chromaticity gives that primary alone,
- * the white's gives R = G = B = Y. The pixels' 8 bits set the tolerance. Then
- * the matrix of sRGB, as CSS Color 4 has it.
- */
+#define SRGB "PRIMARIES= .64 .33 .3 .6 .15 .06 .3127 .3290\n"
+
+/* By the matrix of sRGB, as CSS Color 4 has it. */
 TEST(xyze)
 {
-    static const double rec2020[8] = {.708, .292, .17,   .797,
-                                      .131, .046, .3127, .329};
-    static const double standard[8] = {.64, .33, .29,     .6,
-                                       .15, .06, 1 / 3.0, 1 / 3.0};
     static const double srgb[3][3] = {{3.2409699, -1.5373832, -0.4986108},
                                       {-0.9692436, 1.8759675, 0.0415551},
                                       {0.0556301, -0.2039770, 1.0569715}};
+    static const char *const none[] = {"PRIMARIES=0 0 0 0 0 0 0 0\n",
+                                       "PRIMARIES=.64 .33\n"};
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    float rgb[3];
+    float rgb[3], other[3];
 
-    for (int k = 0; k < 2; k++) {
-        const double *xy = k ? rec2020 : standard;
-        const char *header =
-            k ? "PRIMARIES=.708 .292 .17 .797 .131 .046 .3127 .329\n" : "";
-        for (int i = 0; i < 4; i++) {
-            const double x = xy[2 * i], y = xy[2 * i + 1];
-            const double xyz[3] = {x / y, 1, (1 - x - y) / y};
-            const double most = fmax(fmax(xyz[0], xyz[2]), 1);
-            xyz_pixel(ctx, header, xyz, rgb);
-            CHECK_MSG(!kept.text[IBL_LOG_WARNING][0], "%s",
-                      kept.text[IBL_LOG_WARNING]);
-            for (int c = 0; c < 3; c++) {
-                if (i == 3)
-                    CHECK_NEAR((double)rgb[c], 1.0, 0.02);
-                else if (i != c)
-                    CHECK_NEAR((double)rgb[c], 0.0, 0.02 * most);
-                else
-                    CHECK((double)rgb[c] > 0.9);
-            }
-        }
-    }
     for (int i = 0; i < 3; i++) {
         double xyz[3] = {0};
         xyz[i] = 1;
-        xyz_pixel(ctx, "PRIMARIES= .64 .33 .3 .6 .15 .06 .3127 .3290\n", xyz,
-                  rgb);
-        for (int c = 0; c < 3; c++)
-            CHECK_NEAR((double)rgb[c], srgb[c][i], 1e-6);
+        xyz_pixel(ctx, SRGB, xyz, rgb);
         /* the file's components are what was exposed and corrected */
-        float exposed[3];
-        xyz_pixel(ctx,
-                  "EXPOSURE=8\nCOLORCORR=2 4 8\n"
-                  "PRIMARIES= .64 .33 .3 .6 .15 .06 .3127 .3290\n",
-                  xyz, exposed);
-        for (int c = 0; c < 3; c++)
-            CHECK(exposed[c] == rgb[c] / (float)(16 << i));
+        xyz_pixel(ctx, "EXPOSURE=8\nCOLORCORR=2 4 8\n" SRGB, xyz, other);
+        for (int c = 0; c < 3; c++) {
+            CHECK_NEAR((double)rgb[c], srgb[c][i], 1e-6);
+            CHECK(other[c] == rgb[c] / (float)(16 << i));
+        }
         /* green and blue the other way round, so are their values */
         xyz_pixel(ctx, "PRIMARIES= .64 .33 .15 .06 .3 .6 .3127 .3290\n", xyz,
                   rgb);
@@ -491,20 +426,21 @@ TEST(xyze)
             CHECK_NEAR((double)rgb[(3 - c) % 3], srgb[c][i], 1e-6);
         /* Radiance's, written out */
         xyz_pixel(ctx, "", xyz, rgb);
+        CHECK(!kept.text[IBL_LOG_WARNING][0]);
         xyz_pixel(ctx,
                   "PRIMARIES=.64 .33 .29 .6 .15 .06 .3333333333333333 "
                   ".3333333333333333\n",
-                  xyz, exposed);
+                  xyz, other);
         for (int c = 0; c < 3; c++)
-            CHECK_NEAR((double)exposed[c], (double)rgb[c], 1e-6);
+            CHECK_NEAR((double)other[c], (double)rgb[c], 1e-6);
     }
     /* no triangle: the default ones, and a word */
-    xyz_pixel(ctx, "PRIMARIES=0 0 0 0 0 0 0 0\n", (double[]){1, 1, 1}, rgb);
-    CHECK(strstr(kept.text[IBL_LOG_WARNING], "PRIMARIES") != NULL);
-    for (int c = 0; c < 3; c++)
-        CHECK_NEAR((double)rgb[c], 1.0, 1e-6);
-    xyz_pixel(ctx, "PRIMARIES=.64 .33\n", (double[]){1, 1, 1}, rgb);
-    CHECK(strstr(kept.text[IBL_LOG_WARNING], "PRIMARIES") != NULL);
+    for (int i = 0; i < 2; i++) {
+        xyz_pixel(ctx, none[i], (double[]){1, 1, 1}, rgb);
+        CHECK(strstr(kept.text[IBL_LOG_WARNING], "PRIMARIES") != NULL);
+        for (int c = 0; c < 3; c++)
+            CHECK_NEAR((double)rgb[c], 1.0, 1e-6);
+    }
 }
 
 /* ---- traps ---------------------------------------------------------- */
@@ -561,24 +497,11 @@ TEST(old_counts)
 
 /* ---- damage --------------------------------------------------------- */
 
-static long peak_kb(void)
-{
-    char line[128];
-    long kb = 0;
-    FILE *f = fopen("/proc/self/status", "r");
-    while (f && fgets(line, sizeof line, f))
-        sscanf(line, "VmPeak: %ld", &kb);
-    if (f)
-        fclose(f);
-    return kb;
-}
-
 static void check_refused(ibl_ctx *ctx, const void *bytes, size_t size,
                           const char *needle)
 {
     ibl_image img = {1, 1, NULL};
-    char format[64];
-    const ibl_status status = decode(ctx, bytes, size, &img, format);
+    const ibl_status status = decode(ctx, bytes, size, &img);
     const char *text = kept.text[IBL_LOG_ERROR];
 
     CHECK_MSG(status != IBL_OK, "taken: needs \"%s\"", needle);
@@ -591,7 +514,7 @@ static void check_refused(ibl_ctx *ctx, const void *bytes, size_t size,
 
 TEST(damaged)
 {
-#define V "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n"
+#define V R FORMAT
 #define B(text) text, sizeof text - 1
     static const struct {
         const char *bytes;
@@ -622,16 +545,15 @@ TEST(damaged)
         {B(V "\nY 2 X 2\nabcdabcdabcdabcd"), "no resolution line"},
         {B(V "\n\n\n-Y 2 +X 2\nabcdabcdabcdabcd"), "no resolution line"},
         {B(V "\n\1\2\3\377\n-Y 2 +X 2\nabcdabcdabcdabcd"), "\"????\""},
-        {B(V "EXPOSURE=-0.5\n\n-Y 1 +X 1\nabcd"), "EXPOSURE is \"-0.5\""},
-        {B(V "EXPOSURE=-1\n\n-Y 1 +X 1\nabcd"), "EXPOSURE"},
-        {B(V "EXPOSURE=\n\n-Y 1 +X 1\nabcd"), "EXPOSURE"},
-        {B(V "EXPOSURE=1e999\n\n-Y 1 +X 1\nabcd"), "EXPOSURE"},
-        {B(V "EXPOSURE=nan\n\n-Y 1 +X 1\nabcd"), "EXPOSURE"},
-        {B(V "EXPOSURE=1e30\nEXPOSURE=1e30\n\n-Y 1 +X 1\nabcd"), "multiply"},
-        {B(V "COLORCORR=1 1\n\n-Y 1 +X 1\nabcd"), "COLORCORR"},
-        {B("#?RADIANCE\nFORMAT=32-bit_rle_rgbex\n\n-Y 1 +X 1\nabcd"),
-         "32-bit_rle_rgbex"},
-        {B("#?RADIANCE\nFORMAT=\n\n-Y 1 +X 1\nabcd"), "FORMAT"},
+        {B(V "EXPOSURE=-0.5\n" PIXEL "abcd"), "EXPOSURE is \"-0.5\""},
+        {B(V "EXPOSURE=-1\n" PIXEL "abcd"), "EXPOSURE"},
+        {B(V "EXPOSURE=\n" PIXEL "abcd"), "EXPOSURE"},
+        {B(V "EXPOSURE=1e999\n" PIXEL "abcd"), "EXPOSURE"},
+        {B(V "EXPOSURE=nan\n" PIXEL "abcd"), "EXPOSURE"},
+        {B(V "EXPOSURE=1e30\nEXPOSURE=1e30\n" PIXEL "abcd"), "multiply"},
+        {B(V "COLORCORR=1 1\n" PIXEL "abcd"), "COLORCORR"},
+        {B(R "FORMAT=32-bit_rle_rgbex\n" PIXEL "abcd"), "32-bit_rle_rgbex"},
+        {B("#?RADIANCE\nFORMAT=\n" PIXEL "abcd"), "FORMAT"},
         /* new run lengths */
         {B(V "\n-Y 1 +X 8\n\2\2\0\10\0"), "run of no pixels"},
         {B(V "\n-Y 1 +X 8\n\2\2\0\10\211a"), "1 pixels beyond its 8"},
@@ -653,10 +575,8 @@ TEST(damaged)
         {B(V "\n-Y 2 +X 65536\nabcdefghijkl"), "scanline 1 of 2"},
     };
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    const long before = peak_kb();
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         check_refused(ctx, cases[i].bytes, cases[i].size, cases[i].needle);
-    CHECK_MSG(peak_kb() - before < 2048, "%ld KB taken", peak_kb() - before);
 }
 
 TEST(cut_everywhere)
@@ -672,89 +592,6 @@ TEST(cut_everywhere)
     }
 }
 
-/* Random damage: an answer with a line, or a picture of the size it says. */
-TEST(noise)
-{
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    const int rounds = TEST_RACES ? 100 : TEST_SANITIZED ? 300 : 1000;
-    int taken = 0, refused = 0;
-    for (int round = 0; round < rounds; round++) {
-        const int w = 1 + below(40), h = 1 + below(12);
-        unsigned char *px = picture(w, h);
-        file f =
-            encode(round % 5 ? HEADER : "#?RADIANCE\nEXPOSURE=2\n\n",
-                   (coding)below(CODINGS), orientations[below(8)], px, w, h);
-        const size_t from = round % 3 ? strlen(HEADER) + 11 : 2;
-        if (round % 7 == 0) {
-            for (size_t i = from; i < f.size; i++)
-                f.data[i] = (unsigned char)below(256);
-        }
-        for (int n = below(4); n > 0 && f.size > from; n--) {
-            const size_t at = from + (size_t)below((int)(f.size - from));
-            f.data[at] = (unsigned char)(below(2) ? below(256) : below(4));
-        }
-        ibl_image img;
-        char format[64];
-        if (decode(ctx, f.data, f.size, &img, format)) {
-            CHECK(!strncmp(kept.text[IBL_LOG_ERROR], "test.hdr: ", 10));
-            CHECK(!img.data);
-            refused++;
-        } else {
-            CHECK(img.width >= 1 && img.height >= 1 && img.data);
-            float sum = 0;
-            for (int i = 0; i < 3 * img.width * img.height; i++)
-                sum += img.data[i];
-            CHECK(sum >= 0 || round % 3 == 0);
-            ibl_image_free(&img);
-            taken++;
-        }
-    }
-    CHECK(taken > rounds / 10 && refused > rounds / 10);
-}
-
-/* ---- OpenImageIO ---------------------------------------------------- */
-
-/* A picture as its scanlines lie in the file, from one as it is seen. exr: what
- * OpenImageIO read, as uncompressed floats. A row there is its number, its
- * size, then blue, green and red, and the rows end the file. */
-static void compare_oiio(ibl_ctx *ctx, const char *hdr, const char *exr,
-                         const char *orientation, float exposure)
-{
-    size_t size, exr_size;
-    int wrong = 0;
-    ibl_image img = {0};
-    char format[64];
-    unsigned char *bytes = file_load(hdr, &size);
-    unsigned char *seen = file_load(exr, &exr_size);
-    const bool by_column = orientation[1] == 'X';
-    const bool y_up = strstr(orientation, "+Y") != NULL;
-    const bool x_down = strstr(orientation, "-X") != NULL;
-
-    CHECK_MSG(!decode(ctx, bytes, size, &img, format), "%s: %s", hdr,
-              kept.text[IBL_LOG_ERROR]);
-    const int w = by_column ? img.height : img.width;
-    const int h = by_column ? img.width : img.height;
-    const size_t row = 8 + 12 * (size_t)w, rows = row * (size_t)h;
-    NEED(img.data && exr_size > rows);
-    for (int i = 0; i < w * h; i++) {
-        int x = by_column ? i / w : i % w, y = by_column ? i % w : i / w;
-        x = x_down ? img.width - 1 - x : x;
-        y = y_up ? img.height - 1 - y : y;
-        const unsigned char *from =
-            seen + exr_size - rows + row * (size_t)(i / w) + 8;
-        CHECK(file_u32(from - 8) == (uint32_t)(i / w));
-        for (int c = 0; c < 3; c++) {
-            float want;
-            memcpy(&want, from + 4 * (w * (2 - c) + i % w), sizeof want);
-            wrong += img.data[3 * ((size_t)y * (size_t)img.width + x) + c] *
-                         exposure !=
-                     want;
-        }
-    }
-    CHECK_MSG(!wrong, "%s: %d components of %dx%d differ", hdr, wrong, w, h);
-    ibl_image_free(&img);
-}
-
 /*
  * OpenImageIO 2.4 reads flat and new run lengths, leaves scanlines as they
  * lie and EXPOSURE alone. It refuses XYZE, CR LF and a missing FORMAT, takes
@@ -767,47 +604,43 @@ TEST(as_openimageio)
                                    {127, 2},   {128, 2},  {129, 2}, {640, 200},
                                    {32767, 2}, {32768, 2}};
     enum {
-        FILES = 16 + sizeof sizes / sizeof *sizes
+        FILES = sizeof sizes / sizeof *sizes
     };
     static const char *const real[] = {"quarry_01_1k.hdr",
                                        "royal_esplanade_1k.hdr"};
-    static char command[FILES * 40 + 1000] =
-        "oiiotool -d float --compression none";
-    ibl_ctx *ctx = test_keeping_ctx(2, &kept);
-    char hdr[32], exr[32];
+    const char *names[FILES + 2], *command = "oiiotool -d float";
+    int count = 0;
 
-    if (!file_have("oiiotool"))
-        test_skip("oiiotool is missing");
-    for (int i = 0; i < FILES; i++) {
-        const int *size = sizes[i < 16 ? 0 : i - 16];
+    file_need_oiio();
+    for (; count < FILES; count++) {
+        const int *size = sizes[count];
         unsigned char *px = picture(size[0], size[1]);
         for (int k = 0; k < size[0] * size[1]; k++) {
             const int e = px[4 * k + 3];
             if (e == 40 || e == 223 || e == 226)
                 px[4 * k + 3]++;
         }
-        file f = encode(i == 3 ? "#?RGBE\nEXPOSURE=4\n# a\n"
-                                 "FORMAT=32-bit_rle_rgbe\n\n"
-                               : HEADER,
-                        i & 8 || i >= 16 ? NEW : FLAT,
-                        orientations[i < 16 ? i & 7 : 0], px, size[0], size[1]);
-        snprintf(hdr, sizeof hdr, "%d.hdr", i);
-        NEED(file_save(file_path(hdr), f.data, f.size));
-        sprintf(command + strlen(command), " %s -o %d.exr", hdr, i);
+        file f = encode(HEADER, count % 4 ? NEW : FLAT, orientations[0], px,
+                        size[0], size[1]);
+        names[count] = file_path(test_text("%d.hdr", count));
+        NEED(file_save(names[count], f.data, f.size));
     }
     for (int i = 0; i < 2 && test_shared_data(real[i]); i++)
-        sprintf(command + strlen(command), " \"$OLDPWD/%s\" -o real%d.exr",
-                test_shared_data(real[i]), i);
+        names[count++] = test_text("%s", test_shared_data(real[i]));
+    for (int i = 0; i < count; i++)
+        command = test_text("%s '%s%s' -o %d.exr", command,
+                            i < FILES ? "" : "'\"$OLDPWD\"'/", names[i], i);
     NEED(file_run("%s", command));
-    for (int i = 0; i < 2 && test_shared_data(real[i]); i++) {
-        snprintf(exr, sizeof exr, "real%d.exr", i);
-        compare_oiio(ctx, test_shared_data(real[i]), file_path(exr),
-                     orientations[0], 1);
-    }
-    for (int i = 0; i < FILES; i++) {
-        snprintf(hdr, sizeof hdr, "%d.hdr", i);
-        snprintf(exr, sizeof exr, "%d.exr", i);
-        compare_oiio(ctx, file_path(hdr), file_path(exr),
-                     orientations[i < 16 ? i & 7 : 0], i == 3 ? 4.0f : 1.0f);
+    test_exr_ctx = test_keeping_ctx(2, &kept);
+    for (int i = 0; i < count; i++) {
+        size_t size;
+        ibl_image ours, theirs;
+        const unsigned char *bytes = file_load(names[i], &size);
+        CHECK_MSG(!decode(test_exr_ctx, bytes, size, &ours), "%s: %s", names[i],
+                  kept.text[IBL_LOG_ERROR]);
+        NEED(ours.data);
+        test_image(ours);
+        NEED(!test_exr_decode(test_text("%d.exr", i), NULL, -1, &theirs, NULL));
+        CHECK_MSG(test_exr_same(&ours, &theirs), "%s differs", names[i]);
     }
 }

@@ -10,20 +10,6 @@
 #include "test.h"
 #include "json/json_load.h"
 
-static const char text[] =
-    "{\"a\": [1, 2.5, \"three\", {\"a long name of a member\": null}],\n"
-    " \"b\": \"a string that is longer than most, \\u00e9 in it\"}\n";
-
-TEST(whole)
-{
-    ibl_json_why why;
-    NEED(file_save(file_path("whole.json"), text, strlen(text)));
-    json_t *root = ibl_json_load(file_path("whole.json"), 0, &why);
-    NEED(root);
-    CHECK(json_array_size(json_object_get(root, "a")) == 4);
-    json_decref(root);
-}
-
 /* Longer than what is read at once. */
 TEST(large)
 {
@@ -74,8 +60,7 @@ TEST(refused)
     }
 }
 
-/* ---- no memory ------------------------------------------------------------
- */
+/* ---- no memory --------------------------------------------------------- */
 
 static int left = -1; /* allocations until one fails, and, if it stays, all */
 static bool stays;

@@ -1,20 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /* Loading, telling kinds apart, mending, and what goes through the bridge. */
-#include <errno.h>
 #include <fcntl.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "files.h"
 #include "ibl/io.h"
-#include "io/bridge.h"
-#include "io/repair.h"
 #include "test.h"
 
 static test_messages kept;
@@ -89,37 +85,35 @@ static ibl_read_report truth(ibl_image *img)
     return count;
 }
 
-/* Mends a test's rows, at most `most` a call, all to the same memory. */
+/* Mends a map, at most `most` rows a call, all to the same memory. */
 static ibl_status mend(ibl_ctx *ctx, ibl_image *img, int most, test_random *r,
                        ibl_read_report *done)
 {
     const size_t floats = 3 * (size_t)img->width;
-    ibl_image copy;
-    ibl_rows *rows = NULL;
-    ibl_mender m = {0};
-    ibl_status status = ibl_image_alloc(ctx, img->width, img->height, &copy);
+    float *from = test_alloc(floats * (size_t)img->height, sizeof *from);
+    float *call = test_alloc(floats * (size_t)most, sizeof *call);
+    const ibl_pixels pixels = {.data = from,
+                               .width = img->width,
+                               .height = img->height,
+                               .channels = 3};
+    ibl_read_options opts = ibl_read_options_default();
+    ibl_source *s;
 
     *done = (ibl_read_report){.format = ""};
-    if (status)
-        return status;
-    float *call = malloc(floats * sizeof(float) * (size_t)most);
-    memcpy(copy.data, img->data, floats * sizeof(float) * (size_t)img->height);
-    status = ibl_rows_of_image(ctx, &copy, &rows);
-    if (!status)
-        status = ibl_mender_init(&m, rows);
+    opts.any_aspect = 1;
+    memcpy(from, img->data, floats * sizeof *from * (size_t)img->height);
+    ibl_status status = ibl_source_of_pixels(ctx, "map", &pixels, &opts, &s);
     for (int y = 0, n; !status && y < img->height; y += n) {
         const int left = img->height - y;
-        n = 1 + (int)(test_random_unit(r) * most);
+        n = 1 + test_random_below(r, most);
         n = n < left ? n : left;
-        status = ibl_mender_read(&m, n, call);
+        status = ibl_source_read(s, n, call);
         memcpy(img->data + floats * (size_t)y, call,
-               floats * sizeof(float) * (size_t)n);
+               floats * sizeof *call * (size_t)n);
     }
-    if (rows)
-        *done = rows->report;
-    ibl_mender_free(&m);
-    ibl_rows_close(rows);
-    free(call);
+    if (!status)
+        *done = *ibl_source_report(s);
+    ibl_source_close(s);
     return status;
 }
 
@@ -169,46 +163,43 @@ TEST(mending)
     }
 }
 
-/* PFM is the plainest way to hand floats in; needs the bridge. */
 TEST(mended_and_strict)
 {
-    if (!file_bridge())
-        test_skip("needs the image bridge");
-    ibl_ctx *ctx = file_ctx(2, &kept, file_bridge());
+    static const float odd[] = {INFINITY, NAN, -3, 3};
+    ibl_ctx *ctx = file_ctx(2, &kept, NULL);
     ibl_read_options opts = ibl_read_options_default();
+    const char *path = file_path("bad.exr");
     ibl_read_report report;
     ibl_image img, back = {0};
     NEED(!ibl_image_alloc(ctx, 8, 4, &img));
+    test_image(img);
     for (int i = 0; i < 96; i++)
         img.data[i] = (float)i;
     img.data[3 * 11] = INFINITY;
     img.data[3 * 12 + 1] = -3;
     img.data[3 * 13 + 2] = NAN;
-    NEED(file_save_pfm(file_path("bad.pfm"), &img));
+    NEED(file_save_exr(path, &img, NULL));
     memset(&kept, 0, sizeof kept);
-    NEED(!ibl_image_read(ctx, file_path("bad.pfm"), &opts, &back, &report));
+    NEED(!ibl_image_read(ctx, path, &opts, &back, &report));
     CHECK(report.nonfinite == 2 && report.negative == 1);
     CHECK(back.data[3 * 11] == 60 && back.data[3 * 12 + 1] == 0);
     CHECK(back.data[3 * 13 + 2] == 68 && report.peak == 95);
     CHECK(strstr(kept.text[IBL_LOG_WARNING], "1 pixels were negative") != NULL);
     ibl_image_free(&back);
     opts.strict = 1;
-    CHECK(ibl_image_read(ctx, file_path("bad.pfm"), &opts, &back, &report) ==
-          IBL_ERR_FORMAT);
+    CHECK(ibl_image_read(ctx, path, &opts, &back, &report) == IBL_ERR_FORMAT);
     CHECK_MSG(strstr(kept.text[0], "2 pixels") && !back.data, "%s",
               kept.text[0]);
     /* One alone, or none. */
-    static const float odd[] = {INFINITY, NAN, -3, 3};
     img.data[3 * 11] = img.data[3 * 13 + 2] = 1;
     for (int i = 0; i < 4; i++) {
         img.data[3 * 12 + 1] = odd[i];
-        NEED(file_save_pfm(file_path("odd.pfm"), &img));
-        CHECK_MSG(ibl_image_read(ctx, file_path("odd.pfm"), &opts, &back,
-                                 NULL) == (i < 3 ? IBL_ERR_FORMAT : IBL_OK),
+        NEED(file_save_exr(path, &img, NULL));
+        CHECK_MSG(ibl_image_read(ctx, path, &opts, &back, NULL) ==
+                      (i < 3 ? IBL_ERR_FORMAT : IBL_OK),
                   "strict with %g", (double)odd[i]);
         ibl_image_free(&back);
     }
-    ibl_image_free(&img);
 }
 
 /* ---- loading -------------------------------------------------------- */
@@ -229,42 +220,12 @@ static void refused(ibl_ctx *ctx, const char *path, ibl_status want,
 TEST(not_to_be_opened)
 {
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
-    const char *fifo = file_path("fifo");
-    char folder[512];
 
     refused(ctx, "/nonexistent/x.hdr", IBL_ERR_IO, "No such file");
-    snprintf(folder, sizeof folder, "%s", test_dir());
-    refused(ctx, folder, IBL_ERR_IO, "is a directory");
+    refused(ctx, test_text("%s", test_dir()), IBL_ERR_IO, "is a directory");
     NEED(file_save(file_path("empty.hdr"), "", 0));
     refused(ctx, file_path("empty.hdr"), IBL_ERR_FORMAT, "is empty");
-    NEED(!mkfifo(fifo, 0600));
-    refused(ctx, fifo, IBL_ERR_IO, "nobody writes");
     refused(ctx, "/dev/zero", IBL_ERR_IO, "is a device");
-    refused(ctx, "/dev/null", IBL_ERR_IO, "is a device");
-}
-
-/* Root may read anything, so the reading is done as nobody. */
-TEST(no_permission)
-{
-    NEED(file_save(file_path("secret.hdr"), "#?RADIANCE\n", 11));
-    NEED(!chmod(file_path("secret.hdr"), 0));
-    NEED(!chmod(test_dir(), 0755));
-    const pid_t child = fork();
-    if (child == 0) {
-        ibl_image img;
-        ibl_ctx *ctx;
-        if (!geteuid() && setuid(65534))
-            _exit(3);
-        ctx = file_ctx(1, &kept, NULL);
-        const ibl_status status =
-            read_file(ctx, file_path("secret.hdr"), &img, NULL);
-        _exit(status == IBL_ERR_IO && strstr(kept.text[0], "Permission denied")
-                  ? 0
-                  : 4);
-    }
-    int code;
-    NEED(waitpid(child, &code, 0) == child);
-    CHECK_MSG(code == 0, "child: %x", (unsigned)code);
 }
 
 static void is_the_hdr(const ibl_image *img, int width, int height)
@@ -274,46 +235,29 @@ static void is_the_hdr(const ibl_image *img, int width, int height)
         CHECK(fabsf(img->data[3 * i] - (float)(128 + i % 100) / 128) < 0.01f);
 }
 
-/* Writes to fd after a pause, or to a named pipe once it is read, in parts;
- * returns the writer. */
-static pid_t writer(const char *fifo, int fd, const void *bytes, size_t size)
-{
-    const struct timespec pause = {0, 20000000}, nap = {0, 1000000};
-    const pid_t child = fork();
-    if (child)
-        return child;
-    close(STDIN_FILENO); /* maybe the other end */
-    if (!fifo)
-        nanosleep(&pause, NULL);
-    while (fifo && (fd = open(fifo, O_WRONLY | O_NONBLOCK)) < 0 &&
-           errno == ENXIO)
-        nanosleep(&nap, NULL);
-    if (fifo)
-        fcntl(fd, F_SETFL, 0);
-    for (size_t done = 0; done < size;) {
-        const size_t n = size - done < 50000 ? size - done : 50000;
-        const ssize_t wrote = write(fd, (const char *)bytes + done, n);
-        if (wrote <= 0)
-            _exit(1);
-        done += (size_t)wrote;
-        nanosleep(&nap, NULL);
-    }
-    _exit(0);
-}
-
-/* Reads what a writer sends to standard input; by its name, or "-". */
+/* Reads what another process sends to standard input after a pause, in parts;
+ * by its name, or "-". */
 static ibl_status read_stdin(ibl_ctx *ctx, const char *name, const void *bytes,
                              size_t size, ibl_image *img)
 {
+    const struct timespec pause = {0, 20000000};
     const int saved = dup(STDIN_FILENO);
     int ends[2], code;
 
     if (pipe(ends) || fflush(NULL))
         exit(1);
-    fcntl(ends[0], F_SETFD, FD_CLOEXEC);
     dup2(ends[0], STDIN_FILENO);
     close(ends[0]);
-    const pid_t child = writer(NULL, ends[1], bytes, size);
+    const pid_t child = fork();
+    if (!child) {
+        close(STDIN_FILENO);
+        nanosleep(&pause, NULL);
+        for (ssize_t n = 1; n > 0 && size; size -= (size_t)n) {
+            n = write(ends[1], bytes, size < 50000 ? size : 50000);
+            bytes = (const char *)bytes + n;
+        }
+        _exit(0);
+    }
     close(ends[1]);
     const ibl_status status = read_file(ctx, name, img, NULL);
     dup2(saved, STDIN_FILENO); /* the writer sees it closed */
@@ -327,17 +271,8 @@ TEST_OF(streams, "streams", TEST_RACES || !TEST_SANITIZED)
     static unsigned char bytes[400000];
     const size_t size = make_hdr(bytes, 300, 150);
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
-    const char *fifo = file_path("stream");
     ibl_image img;
-    int code;
 
-    /* A named pipe whose writer comes a little later. */
-    NEED(!mkfifo(fifo, 0600));
-    const pid_t child = writer(fifo, -1, bytes, size);
-    CHECK_MSG(!read_file(ctx, fifo, &img, NULL), "%s", kept.text[0]);
-    is_the_hdr(&img, 300, 150);
-    ibl_image_free(&img);
-    waitpid(child, &code, 0);
     for (int i = 0; i < 2; i++) {
         CHECK_MSG(!read_stdin(ctx, i ? "/dev/stdin" : "-", bytes, size, &img),
                   "%s", kept.text[0]);
@@ -346,12 +281,6 @@ TEST_OF(streams, "streams", TEST_RACES || !TEST_SANITIZED)
     }
     CHECK(read_stdin(ctx, "-", "", 0, &img) == IBL_ERR_FORMAT);
     CHECK(test_said(&kept, "standard input: is empty"));
-    const int saved = dup(STDIN_FILENO), zero = open("/dev/zero", O_RDONLY);
-    dup2(zero, STDIN_FILENO);
-    close(zero);
-    refused(ctx, "-", IBL_ERR_FORMAT, "over 256 MiB");
-    dup2(saved, STDIN_FILENO);
-    close(saved);
 }
 
 /* What a header has no room for is not waited for: a stream that says 2x1
@@ -401,10 +330,12 @@ TEST(more_than_the_machine_has)
     }
 }
 
-TEST(aspect_and_options)
+TEST(options)
 {
     static unsigned char bytes[40000];
-    size_t size = make_hdr(bytes, 90, 60);
+    const size_t size = make_hdr(bytes, 90, 60);
+    static const ibl_status want[] = {IBL_ERR_ARGUMENT, IBL_OK, IBL_OK,
+                                      IBL_ERR_FORMAT}; /* part -2 to 1 */
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
     ibl_read_options opts = ibl_read_options_default();
     ibl_read_report report;
@@ -413,30 +344,23 @@ TEST(aspect_and_options)
     CHECK(!opts.layer && opts.part == -1 && !opts.strict && !opts.any_aspect);
     CHECK(ibl_image_decode(ctx, "m.hdr", bytes, size, NULL, &img, NULL) ==
           IBL_ERR_FORMAT);
-    CHECK_MSG(strstr(kept.text[0], "m.hdr: 90x60 is not 2:1") &&
-                  strstr(kept.text[0], "120x60"),
-              "%s", kept.text[0]);
-    CHECK(!img.data);
-    size = make_hdr(bytes, 90, 60);
+    CHECK_MSG(test_said(&kept, "m.hdr: 90x60 is not 2:1") && !img.data, "%s",
+              kept.text[0]);
     opts.any_aspect = 1;
-    CHECK(!ibl_image_decode(ctx, "m.hdr", bytes, size, &opts, &img, &report));
-    CHECK(strstr(report.format, "RGBE") && !report.bridged &&
-          !report.low_range && report.peak > 1.7f && report.peak < 1.8f);
-    is_the_hdr(&img, 90, 60);
-    ibl_image_free(&img);
-    opts.part = 1;
-    CHECK(ibl_image_decode(ctx, "m.hdr", bytes, size, &opts, &img, &report) ==
-          IBL_ERR_FORMAT);
-    opts.part = 0; /* all of it */
-    CHECK(!ibl_image_decode(ctx, "m.hdr", bytes, size, &opts, &img, &report));
-    ibl_image_free(&img);
-    opts.part = -2;
-    CHECK(ibl_image_decode(ctx, "m.hdr", bytes, size, &opts, &img, &report) ==
-          IBL_ERR_ARGUMENT);
+    for (int i = 0; i < 4; i++) {
+        opts.part = i - 2;
+        CHECK(ibl_image_decode(ctx, "m.hdr", bytes, size, &opts, &img,
+                               &report) == want[i]);
+        if (want[i])
+            continue;
+        CHECK(strstr(report.format, "RGBE") && !report.bridged &&
+              !report.low_range && report.peak > 1.7f && report.peak < 1.8f);
+        is_the_hdr(&img, 90, 60);
+        ibl_image_free(&img);
+    }
     CHECK(ibl_image_decode(ctx, "m.hdr", bytes, 0, NULL, &img, NULL) ==
           IBL_ERR_FORMAT);
     /* The name means nothing. */
-    size = make_hdr(bytes, 64, 32);
     NEED(file_save(file_path("really_hdr.exr"), bytes, size));
     CHECK(!read_file(ctx, file_path("really_hdr.exr"), &img, &report));
     ibl_image_free(&img);
@@ -444,24 +368,23 @@ TEST(aspect_and_options)
 
 /* ---- the bridge ----------------------------------------------------- */
 
-TEST(without_bridge)
+/* None, a bridge whose OpenImageIO has gone, and what is something else. */
+TEST(no_bridge)
 {
-    ibl_ctx *ctx = file_ctx(1, &kept, NULL);
     static const unsigned char png[] = "\x89PNG\r\n\x1a\n____";
     static const char text[] = "this is no image at all, but some text\n";
+    const char *path = file_path("x.png");
+    ibl_ctx *ctx = file_ctx(1, &kept, NULL);
 
-    NEED(file_save(file_path("x.png"), png, sizeof png));
-    refused(ctx, file_path("x.png"), IBL_ERR_UNSUPPORTED,
+    NEED(file_save(path, png, sizeof png));
+    refused(ctx, path, IBL_ERR_UNSUPPORTED,
             "is PNG, which needs the image bridge");
     CHECK_MSG(strstr(kept.text[0], "libopenimageio-dev"), "%s", kept.text[0]);
+    refused(file_ctx(1, &kept, path), path, IBL_ERR_UNSUPPORTED,
+            "cannot be loaded");
     NEED(file_save(file_path("x.txt"), text, sizeof text - 1));
     refused(ctx, file_path("x.txt"), IBL_ERR_UNSUPPORTED,
             "is no Radiance .hdr or OpenEXR file");
-}
-
-/* A bridge whose OpenImageIO has gone, and one that is something else. */
-TEST(broken_bridge)
-{
     if (!file_run("echo 'int oiio(void) { return 1; }' >o.c && echo 'int "
                   "oiio(void); int x(void) { return oiio(); }' >b.c && cc "
                   "-shared -fPIC -Wl,-soname,libOpenImageIO.so.2.4 -o "
@@ -472,24 +395,10 @@ TEST(broken_bridge)
     /* The real library, where it is installed, would stand in for ours. */
     const bool real =
         access("/usr/lib/x86_64-linux-gnu/libOpenImageIO.so.2.4", F_OK) == 0;
-    static const unsigned char png[] = "\x89PNG\r\n\x1a\n____";
-    NEED(file_save(file_path("x.png"), png, sizeof png));
-    ibl_ctx *ctx = file_ctx(1, &kept, file_path("gone.so"));
-    refused(ctx, file_path("x.png"), IBL_ERR_UNSUPPORTED,
+    refused(file_ctx(1, &kept, file_path("gone.so")), path, IBL_ERR_UNSUPPORTED,
             real ? "image bridge" : "libopenimageio2.4");
-    ctx = file_ctx(1, &kept, file_path("other.so"));
-    refused(ctx, file_path("x.png"), IBL_ERR_UNSUPPORTED, "is not the image");
-    ctx = file_ctx(1, &kept, file_path("x.png"));
-    refused(ctx, file_path("x.png"), IBL_ERR_UNSUPPORTED, "cannot be loaded");
-}
-
-static bool nothing_left(void)
-{
-    /* Other processes have such a file only for a moment. */
-    return file_run(
-        "left() { find /tmp -maxdepth 1 -type f -name "
-        "'iblbake-*'; }; left >first; [ ! -s first ] || { "
-        "sleep 1; left | grep -Fxf first >still; [ ! -s still ]; }");
+    refused(file_ctx(1, &kept, file_path("other.so")), path,
+            IBL_ERR_UNSUPPORTED, "is not the image");
 }
 
 /* Floats come back as they were, right side up. */
@@ -522,7 +431,6 @@ TEST(float_formats)
                   "%s: not what was saved", names[i]);
         ibl_image_free(&back);
     }
-    CHECK(nothing_left());
     ibl_image_free(&img);
 }
 
@@ -587,7 +495,6 @@ TEST(integer_formats)
                   worst);
         ibl_image_free(&img);
     }
-    CHECK(nothing_left());
 }
 
 /* Messages name a file's format by its whole signature, per its standard. */
@@ -600,34 +507,18 @@ TEST(kinds)
         {"PNG", "\x89PNG\r\n\x1a\n", 8},
         {"JPEG", "\xff\xd8\xff", 3},
         {"TIFF", "II\x2a\0", 4},
-        {"TIFF", "MM\0\x2a", 4},
         {"BigTIFF", "II\x2b\0", 4},
-        {"BigTIFF", "MM\0\x2b", 4},
         {"PFM", "PF\n", 3},
-        {"PFM", "Pf\n", 3},
-        {"PNM", "P1\n", 3},
-        {"PNM", "P2 ", 3},
-        {"PNM", "P3\t", 3},
-        {"PNM", "P4#", 3},
-        {"PNM", "P5\r", 3},
         {"PNM", "P6\n", 3},
         {"Photoshop", "8BPS", 4},
-        {"GIF", "GIF87a", 6},
         {"GIF", "GIF89a", 6},
         {"WebP", "RIFF\x1a\0\0\0WEBP", 12},
         {"JPEG 2000", "\0\0\0\x0cjP  \r\n\x87\n", 12},
-        {"JPEG 2000", "\xff\x4f\xff\x51", 4},
         {"HEIF", "\0\0\0\030ftypheic", 12},
-        {"HEIF", "\0\0\0\030ftypheix", 12},
-        {"HEIF", "\0\0\0\030ftypmif1", 12},
         {"AVIF", "\0\0\0\034ftypavif", 12},
         {"DPX", "SDPX", 4},
-        {"DPX", "XPDS", 4},
-        {"Cineon", "\x80\x2a\x5f\xd7", 4},
-        {"FITS", "SIMPLE  =", 9},
         {"SGI", "\x01\xda", 2},
         {"Softimage", "\x53\x80\xf6\x34", 4},
-        {"Maya IFF", "FOR4", 4},
         {"BMP", "BM", 2},
     };
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
@@ -649,115 +540,53 @@ TEST(kinds)
     }
 }
 
-static uint32_t crc_of(const unsigned char *p, size_t n)
-{
-    uint32_t crc = ~0u;
-    for (size_t bit = 0; bit < 8 * n; bit++) {
-        const uint32_t low = (crc ^ (uint32_t)p[bit / 8] >> bit % 8) & 1;
-        crc = crc >> 1 ^ (low ? 0xedb88320u : 0);
-    }
-    return ~crc;
-}
-
-/* Table 11.1 of the standard: only its depths of each colour type are read. */
-TEST(png_headers)
-{
-    static const char *const depths[] = {
-        " 1 2 4 8 16 ", "", " 8 16 ", " 1 2 4 8 ", " 8 16 ", "", " 8 16 "};
-    unsigned char png[45] = "\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR";
-    memcpy(png + 33, "\0\0\0\0IEND\xae\x42\x60\x82", 12);
-    png[19] = png[23] = 1;
-    for (int colour = 0; colour < 9; colour++)
-        for (int depth = 0; depth < 256; depth++) {
-            char number[16];
-            snprintf(number, sizeof number, " %d ", depth);
-            const bool want = colour < 7 && strstr(depths[colour], number);
-            png[24] = (unsigned char)depth;
-            png[25] = (unsigned char)colour;
-            const uint32_t crc = crc_of(png + 12, 17);
-            for (int i = 0; i < 4; i++)
-                png[29 + i] = (unsigned char)(crc >> (24 - 8 * i));
-            const char *text = ibl_truncation_check("png", png, sizeof png);
-            CHECK_MSG(!text == want, "colour %d, depth %d: %s", colour, depth,
-                      text ? text : "taken");
-        }
-}
-
 TEST(not_images)
 {
+    static const struct {
+        const char *bytes;
+        size_t size;
+        const char *said;
+    } cases[] = {
+        {"once upon a time there was a text file\n", 39, "is no image"},
+        {"\7\33\1\5\2\200\377\40\1\2\3", 11, "is no image"},
+        {"\x89PNG\r\n\x1a\n", 8, "PNG"},
+        {"II*\0\x08\0\0\0", 8, "TIFF"}};
     file_need_oiio();
     ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
-    static unsigned char noise[5000];
-    static const char text[] = "once upon a time there was a text file\n";
-    test_random r = {1};
 
-    NEED(file_save(file_path("a.txt"), text, sizeof text - 1));
-    refused(ctx, file_path("a.txt"), IBL_ERR_FORMAT, "is no image");
-    NEED(file_save(file_path("b.png"), text, sizeof text - 1));
-    refused(ctx, file_path("b.png"), IBL_ERR_FORMAT, "is no image");
-    for (int round = 0; round < 5; round++) {
-        for (size_t i = 0; i < sizeof noise; i++)
-            noise[i] = (unsigned char)test_random_u64(&r);
-        NEED(file_save(file_path("noise"), noise, sizeof noise));
-        refused(ctx, file_path("noise"), IBL_ERR_FORMAT, "is no image");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        NEED(file_save(file_path("b.png"), cases[i].bytes, cases[i].size));
+        refused(ctx, file_path("b.png"), IBL_ERR_FORMAT, cases[i].said);
     }
-    NEED(file_save(file_path("c.png"), "\x89PNG\r\n\x1a\n", 8));
-    refused(ctx, file_path("c.png"), IBL_ERR_FORMAT, "PNG");
-    NEED(file_save(file_path("d.tif"), "II*\0\x08\0\0\0", 8));
-    refused(ctx, file_path("d.tif"), IBL_ERR_FORMAT, "TIFF");
-    CHECK(nothing_left());
 }
 
-/* Headers that claim much more than the file has. */
-TEST(large_claims)
+/* Cut short, and headers that claim much more than the file has. */
+TEST(damaged_through_bridge)
 {
-    static const char *const pfms[] = {"PF\n60000 30000\n-1.0\n1234567890",
+    static const char *const names[] = {"n.png", "n.tif"};
+    static const char *const pfms[] = {"PF\n64 32\n-1.0\n1234567890",
+                                       "PF\n60000 30000\n-1.0\n1234567890",
                                        "PF\n600000 300000\n-1.0\n1234567890"};
     file_need_oiio();
     ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
-    size_t size;
+    const char *path = file_path("damaged");
 
-    for (int i = 0; i < 2; i++) {
-        NEED(file_save(file_path("big.pfm"), pfms[i], strlen(pfms[i])));
-        refused(ctx, file_path("big.pfm"), IBL_ERR_FORMAT, "");
-    }
-    NEED(file_run(
-        "oiiotool --pattern constant:color=.2,.3,.4 64x32 3 -o c.png"));
-    unsigned char *bytes = file_load(file_path("c.png"), &size);
-    bytes[18] = 200; /* width, with a wrong check sum */
-    NEED(file_save(file_path("c.png"), bytes, size));
-    refused(ctx, file_path("c.png"), IBL_ERR_FORMAT, "");
-}
-
-TEST(cut_through_bridge)
-{
-    file_need_oiio();
-    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
-    static const char *const names[] = {"n.png", "n.tif", "n.pfm", "n.exr"};
-    test_random r = {9};
-    ibl_image img, back;
-
-    NEED(!ibl_image_alloc(ctx, 64, 32, &img));
-    for (int i = 0; i < 3 * 64 * 32; i++)
-        img.data[i] = (float)(test_random_unit(&r) + (i % 64) * 0.02);
-    NEED(file_save_pfm(file_path("n.pfm"), &img));
-    NEED(file_run("oiiotool n.pfm -d uint8 -o n.png n.pfm -d float "
-                  "-o n.tif && oiiotool n.pfm -d half --compression dwaa -o "
-                  "n.exr"));
-    for (int k = 0; k < 4; k++) {
+    NEED(file_run("oiiotool --pattern noise:seed=9 64x32 3 -d float "
+                  "-o n.tif -d uint8 -o n.png"));
+    for (int k = 0; k < 2; k++) {
         size_t size;
         unsigned char *bytes = file_load(file_path(names[k]), &size);
-        for (int part = 1; part < 8; part++) {
-            const size_t cut = size * (size_t)part / 8;
-            memset(&kept, 0, sizeof kept);
-            back = (ibl_image){0};
-            const ibl_status status =
-                ibl_image_decode(ctx, "cut", bytes, cut, NULL, &back, NULL);
-            CHECK_MSG(status == IBL_ERR_FORMAT, "%s cut to %zu: %d %s",
-                      names[k], cut, status, kept.text[0]);
-            CHECK(!strchr(kept.text[0], '\n'));
-            ibl_image_free(&back);
+        for (size_t part = 1; part < 8; part++) {
+            NEED(file_save(path, bytes, size * part / 8));
+            refused(ctx, path, IBL_ERR_FORMAT, "");
         }
+        bytes[18] = 200; /* a PNG's width, with a wrong check sum */
+        NEED(file_save(path, bytes, size));
+        if (!k)
+            refused(ctx, path, IBL_ERR_FORMAT, "");
     }
-    ibl_image_free(&img);
+    for (int i = 0; i < 3; i++) {
+        NEED(file_save(path, pfms[i], strlen(pfms[i])));
+        refused(ctx, path, IBL_ERR_FORMAT, "");
+    }
 }

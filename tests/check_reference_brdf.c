@@ -338,6 +338,44 @@ TEST(lobes_are_those_of_one_roughness)
 
 /* ---- promises ---------------------------------------------------------- */
 
+/* Under a sun and not: metals, then lobes, of which those of roughness 1 are
+ * irradiance / pi. */
+TEST(coarse)
+{
+    static const double roughness[] = {0.05, 0.1, 0.3, 0.6, 1};
+    const pairs p = some_pairs(3);
+    const size_t n = 5 * p.count;
+    double worst = 0, mean = 0, r[5 * MOST], lobes[2][15 * MOST], rgb[3];
+
+    for (size_t k = 0; k < n; k++)
+        r[k] = roughness[k % 5];
+    for (int sun = 0; sun < 2; sun++) {
+        const subject *it = subject_make(2, 512, 256, 6, 20);
+        const double *out[2];
+        ibl_reference *ref;
+        map_set(&it->env, 100, 80, 5, sun ? 20000 : 5, 5);
+        NEED(!ibl_reference_create(it->ctx, &it->env, 20, &ref));
+        for (int k = 0; k < 2; k++) {
+            out[k] = brdf(ref, IBL_GEOMETRY_SMITH, roughness, 5, &p);
+            CHECK(!ibl_reference_lobes(ref, r, 5, p.normal, p.count, lobes[k]));
+            CHECK(!ibl_reference_irradiance(ref, p.normal, 1, rgb));
+            CHECK_NEAR(lobes[k][12], rgb[0], 1e-9);
+            ibl_reference_coarsen(ref);
+        }
+        for (size_t k = 0; k < 6 * n; k++) {
+            const size_t at = k / 6 * SUMS + k % 3, lobe = k / 6 * 3 + k % 3;
+            const double a = out[0][at] + out[0][at + 4];
+            const double off = k % 6 < 3 ? (out[1][at] + out[1][at + 4]) / a - 1
+                                         : lobes[1][lobe] / lobes[0][lobe] - 1;
+            worst = fmax(worst, fabs(off));
+            mean += fabs(off) / (double)(12 * n);
+        }
+        ibl_reference_free(ref);
+    }
+    CHECK(worst > 1e-6 && worst < 1e-3);
+    CHECK(mean < 1e-4);
+}
+
 TEST(any_threads_and_isa)
 {
     static const double roughness[] = {0.1, 0.5, 1};

@@ -301,27 +301,6 @@ TEST(truncation_and_lies)
     CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
 }
 
-/* Any bytes of the headers may be wrong: one line, or other numbers. */
-TEST(damage)
-{
-    const parts p = make_parts(true);
-    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
-    test_random r = {3};
-
-    for (int by_iso = 0; by_iso < 2; by_iso++) {
-        const file whole = build(&p, &of_three, true, by_iso, 0);
-        for (int i = 0; i < (TEST_RACES ? 4 : 20); i++) {
-            file f = whole;
-            ibl_image img;
-            for (int k = 0; k < 3; k++)
-                f.bytes[test_random_below(&r, i % 2 ? (int)f.size : 160)] =
-                    (unsigned char)test_random_u64(&r);
-            const ibl_status status = decode(ctx, &f, &img, NULL);
-            CHECK(!status || *kept.text[IBL_LOG_ERROR]);
-        }
-    }
-}
-
 /* OpenImageIO would give their code values for sRGB's. */
 TEST(curves_of_heif)
 {

@@ -145,27 +145,6 @@ static void update_bright(const bright *p)
 
 /* ---- filtering --------------------------------------------------------- */
 
-TEST(paraboloids_are_near_faces)
-{
-    /* Of level 0 it is edges, a pixel aside or mixed. */
-    static const double most[4] = {0.3, 0.03, 0.02, 0.02};
-
-    begin(VIEW_PROBE_PARABOLOIDS, 64);
-    room_capture_update(rig.on);
-    read_back();
-    ibl_cube bent = taken();
-    room_capture *faces = room_capture_begin(VIEW_PROBE_FACES, 64, eye);
-    room_capture_update(faces);
-    room_cube_read(faces->cubes.specular, &rig.cube);
-    printf("paraboloids: nRMSE between their levels and faces'");
-    for (int l = 0; l < rig.cube.levels; l++) {
-        const double e = cube_nrmse(&bent, &rig.cube, l);
-        printf(" %.4f", e);
-        CHECK_MSG(e < most[l], "level %d: %g", l, e);
-    }
-    printf("\n");
-}
-
 static double furthest(const ibl_cube *cube, const float rgb[3])
 {
     const size_t count = ibl_cube_texels(cube->size, cube->levels);
@@ -215,15 +194,11 @@ TEST(levels_are_the_librarys)
 TEST_SLOW(levels_with_panels)
 {
     static const bright cases[] = {
-        {"small, middle, 50", {1, 0.02, 0.01}, 0.06, 50, 0.02},
-        {"small, corner, 50", {1, 1, 1}, 0.06, 50, 0.02},
         {"middling, edge, 50", {1, 1, 0.013}, 0.25, 50, 0.02},
         {"large, middle, 50", {1, 0.02, 0.01}, 0.6, 50, 0.02},
-        {"middling, aside, 200", {0.8, -1, 0.3}, 0.12, 200, 0.02},
         {"small, corner, 1000", {1, 1, -1}, 0.06, 1000, 0.025},
         {"middling, aside, 1000", {0.2, 1, 0.55}, 0.25, 1000, 0.025},
         {"tiny, middle, 1000", {1, 0.02, 0.01}, 0.02, 1000, 0.02},
-        {"tiny, aside, 1000", {1, 0.5, 0.3}, 0.02, 1000, 0.02},
     };
 
     begin(VIEW_PROBE_FACES, 64);

@@ -8,14 +8,13 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "brdf/ggx.h"
 #include "files.h"
+#include "maps.h"
 #include "shade.h"
 #include "test.h"
 #include "truth.h"
 #include "view.h"
 #include "view/gl.h"
-#include "view/program.h"
 #include "view/upload.h"
 
 enum {
@@ -49,12 +48,6 @@ enum {
     OCTAHEDRAL = KINDS, /* lod and edge for roughness and metallic */
     EQUIRECT
 };
-
-static const char vertex_text[] =
-    "void main() {\n"
-    "    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);\n"
-    "    gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);\n"
-    "}\n";
 
 static const char glsl_text[] =
     "uniform samplerCube specular, irradiance;\n"
@@ -93,10 +86,10 @@ typedef float texel[4];
 static shade_set *const set = &shade_sets[0];
 
 static struct {
-    GLuint program, frame, vertices, textures[6];
-    texel points[ROWS][COUNT], seen[COUNT];
-    texel lobes[LAYERS][TABLE * TABLE];
-    int layers; /* of it: LAYERS, or 2 of one F0 */
+    GLuint program;
+    view_image image;
+    texel points[ROWS][COUNT], seen[COUNT], texels[LAYERS * TABLE * TABLE];
+    ibl_lobe_table lobes; /* of the texels: LAYERS, or 2 of one F0 */
 } on;
 
 enum {
@@ -104,8 +97,7 @@ enum {
     IRRADIANCE,
     BRDF,
     LOBE,
-    POINTS,
-    SEEN
+    POINTS
 };
 
 /* ---- the same in double -------------------------------------------------- */
@@ -131,20 +123,6 @@ static double level(const float chain[4], double r)
                  0, (double)chain[2]);
 }
 
-static double table_at(int layer, int channel, double x, double y)
-{
-    const int last = TABLE - 1;
-
-    x = clamp(x * TABLE - 0.5, 0, last);
-    y = clamp(y * TABLE - 0.5, 0, last);
-    const int i = (int)fmin(x, last - 1), j = (int)fmin(y, last - 1);
-    const texel *t = on.lobes[layer] + j * TABLE + i;
-    return mix(
-        mix((double)t[0][channel], (double)t[1][channel], x - i),
-        mix((double)t[TABLE][channel], (double)t[TABLE + 1][channel], x - i),
-        y - j);
-}
-
 static lobe lobe_of(int kind, int i, double n_v)
 {
     const double r = (double)on.points[A][i][0], m = (double)on.points[A][i][1];
@@ -166,21 +144,10 @@ static lobe lobe_of(int kind, int i, double n_v)
             fmin(1, mix(0.4 + 0.8 * n_v, 1, m) *
                         pow(r, mix(2.3, 1.5, m) + mix(1.75, 1.95, m) * n_v)),
             0};
-    const bool one = on.layers == 2;
-    const int first = kind == TWO_TAPS ? (one ? 1 : 2) : 0;
-    const int second = one ? first : first + 1;
-    for (int k = 0; k < 4; k++)
-        q[k] = mix(table_at(second, k, n_v, r), table_at(first, k, n_v, r), m);
+    ibl_lookup_lobes(&on.lobes, kind == TWO_TAPS ? 2 : 1, m, n_v, r, q);
     return (lobe){
         q[0], fmin(q[1] * (double)chain[2], level(chain, fmin(1.25 * r, 1))),
         q[2], q[3]};
-}
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int k = 0; k < 3; k++)
-        c[k] =
-            a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
 }
 
 static void unit(double v[3])
@@ -214,81 +181,6 @@ static void widen(const float from[4], double to[3])
         to[k] = (double)from[k];
 }
 
-/* Cosines of a direction with normal and view, and of the half vector. */
-typedef struct angles {
-    double n_l, n_v, n_h, v_h;
-} angles;
-
-static angles angles_of(const double n[3], const double v[3], const double l[3])
-{
-    double h[3];
-
-    for (int k = 0; k < 3; k++)
-        h[k] = v[k] + l[k];
-    unit(h);
-    return (angles){test_dot(n, l), test_dot(n, v), fmax(test_dot(n, h), 0.05),
-                    fmax(test_dot(v, h), 1e-3)};
-}
-
-/* Mean of GGX's D over the ellipse, by the root of its cubic, bisected. */
-static double disc_d(const angles *s, double alpha, double a)
-{
-    const double scale = pow(s->n_h * alpha, 2);
-    const double t = (1 - s->n_h * s->n_h) / scale, b = a / (s->v_h * s->v_h);
-    const double x = fmin(pow(s->n_l - s->n_v, 2) /
-                              (4 * fmax(1 - s->v_h * s->v_h, 1e-6) * scale),
-                          t);
-    const double m = 1 + t - a - b, n = a + b + b * x + a * (t - x) - a * b;
-    double low = 1, high = 1 + t;
-
-    for (int i = 0; i < 100; i++) {
-        const double nu = 0.5 * (low + high);
-        *(((nu - m) * nu - n) * nu < a * b ? &low : &high) = nu;
-    }
-    return sqrt((low + a) * (low + b)) / ((low * low + n) * low + 2 * a * b) /
-           (IBL_PI * scale * s->n_h * s->n_h);
-}
-
-static double shown(double n_l, double radius)
-{
-    const double edge = sin(radius);
-
-    return fabs(n_l) < edge ? pow(n_l + edge, 2) / (4 * edge) : fmax(n_l, 0);
-}
-
-/* Of a light with irradiance 1: reflection for F0, and irradiance / pi. */
-static void reflect_disc(int i, double f0, double radius, double to[2])
-{
-    const double alpha = pow((double)on.points[A][i][0], 2);
-    double n[3], v[3], l[3], mirror[3];
-
-    widen(on.points[NORMAL][i], n);
-    widen(on.points[VIEW][i], v);
-    widen(on.points[LIGHT][i], l);
-    unit(n);
-    unit(v);
-    unit(l);
-    to[0] = 0;
-    to[1] = shown(test_dot(n, l), radius) / IBL_PI;
-    if (to[1] <= 0)
-        return;
-    const angles s = angles_of(n, v, l);
-    const double a = pow(radius / alpha, 2) / (4 * pow(s.n_h, 3));
-    const double share = a / (1 + a);
-    for (int k = 0; k < 3; k++)
-        mirror[k] = 2 * s.n_v * n[k] - v[k] - l[k];
-    const double step =
-        share * fmin(1, radius / fmax(sqrt(test_dot(mirror, mirror)), 1e-6));
-    for (int k = 0; k < 3; k++)
-        l[k] += step * mirror[k];
-    unit(l);
-    const angles at = angles_of(n, v, l);
-    const double n_l = shown(at.n_l, radius * (1 - share));
-    to[0] = n_l * disc_d(&s, alpha, a) * (at.v_h / at.n_h) / (s.v_h / s.n_h) *
-            ibl_smith_visibility(n_l, s.n_v, alpha) *
-            mix(f0, 1, ibl_fresnel_weight(at.v_h));
-}
-
 static void harmonics(int degree, const double n[3], double rgb[3])
 {
     memset(rgb, 0, 3 * sizeof *rgb);
@@ -314,7 +206,7 @@ static void surface(int kind, int i, double result[4])
     widen(on.points[VIEW][i], v);
     const double n_v = clamp(test_dot(n, v), 0, 1);
     shade_cube(&set->irradiance, 0, n, light.irradiance);
-    shade_table(&set->lut, n_v, (double)on.points[A][i][0], light.table);
+    ibl_lookup_lut(&set->lut, n_v, (double)on.points[A][i][0], light.table);
     const lobe q = lobe_of(kind, i, n_v);
     look(&q, n, v, light.irradiance, light.specular);
     shade_split_sum(&s, &ball, &light, result);
@@ -329,7 +221,7 @@ static void numbers(int i, double result[4])
 
     widen(on.points[NORMAL][i], n);
     widen(on.points[VIEW][i], v);
-    shade_table(&set->lut, clamp(test_dot(n, v), 0, 1), r, rg);
+    ibl_lookup_lut(&set->lut, clamp(test_dot(n, v), 0, 1), r, rg);
     result[0] = level(on.points[CHAIN][i], r);
     result[1] =
         clamp((f - 0.04) / 0.96 * (rg[0] + rg[1]) / (f * rg[0] + rg[1]), 0, 1);
@@ -338,9 +230,12 @@ static void numbers(int i, double result[4])
 static void expect(int kind, int i, double result[4])
 {
     const double f0 = (double)on.points[NORMAL][i][3];
-    double n[3], to[2];
+    const double radius = (double)on.points[A][i][3], edge = sin(radius);
+    double n[3], v[3], l[3];
 
     widen(on.points[NORMAL][i], n);
+    widen(on.points[VIEW][i], v);
+    widen(on.points[LIGHT][i], l);
     result[3] = 1;
     if (kind < DISC || kind == BENT)
         surface(kind, i, result);
@@ -349,43 +244,37 @@ static void expect(int kind, int i, double result[4])
     else if (kind != DISC)
         harmonics(kind == SH2 ? 2 : 4, n, result);
     for (int k = 0; k < 3 && kind == DISC; k++) {
-        reflect_disc(i, k == 2 ? 1 : f0 * (1 - 0.5 * k),
-                     (double)on.points[A][i][3], to);
-        result[k] = (k + 1) * to[0];
-        result[3] = 3 * to[1];
+        const double f = k == 2 ? 1 : f0 * (1 - 0.5 * k);
+        const double alpha = pow((double)on.points[A][i][0], 2);
+        result[k] = (k + 1) * ibl_disc_brdf(IBL_GEOMETRY_SMITH, alpha, f,
+                                            radius, n, v, l);
     }
+    const double n_l = test_dot(n, l); /* a part of it may be below */
+    if (kind == DISC)
+        result[3] =
+            3 / M_PI *
+            (fabs(n_l) < edge ? pow(n_l + edge, 2) / (4 * edge) : fmax(n_l, 0));
 }
 
 /* ---- drawing ------------------------------------------------------------- */
 
-static void bind(int unit, GLenum target, GLuint texture)
-{
-    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
-    gl.BindTexture(target, texture);
-}
-
-static void upload(int unit, int width, int height, const void *texels)
-{
-    bind(unit, GL_TEXTURE_2D, on.textures[unit]);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
-                  GL_FLOAT, texels);
-    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
-}
-
-static void upload_set(void)
+static void upload(void)
 {
     static const view_content contents[] = {VIEW_SPECULAR, VIEW_IRRADIANCE,
                                             VIEW_LUT};
+    GLuint lobes;
 
     for (int i = 0; i < 3; i++) {
         gl.ActiveTexture(GL_TEXTURE0 + (GLenum)i);
         NEED(view_upload(&set->set.texture[contents[i]], false, "test"));
     }
-    bind(LOBE, GL_TEXTURE_2D_ARRAY, on.textures[LOBE]);
-    gl.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_RGBA32F, TABLE, TABLE, on.layers,
-                  0, GL_RGBA, GL_FLOAT, on.lobes);
+    gl.GenTextures(1, &lobes);
+    view_gl_bind(LOBE, GL_TEXTURE_2D_ARRAY, lobes);
+    gl.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_RGBA32F, TABLE, TABLE,
+                  on.lobes.layers, 0, GL_RGBA, GL_FLOAT, on.texels);
     view_gl_filter(GL_TEXTURE_2D_ARRAY, GL_LINEAR, 1);
-    upload(POINTS, COUNT, ROWS, on.points);
+    gl.ActiveTexture(GL_TEXTURE0 + POINTS);
+    view_float_image(GL_RGBA, COUNT, ROWS, on.points[0][0]);
 }
 
 /* SPIRV-Cross names a sampler by the texture and its state. */
@@ -405,27 +294,28 @@ static void bind_samplers(void)
     }
 }
 
+static void end(void *unused)
+{
+    (void)unused;
+    view_image_free(&on.image);
+}
+
 static void begin(void)
 {
     shade_begin(16, 16);
     memset(&on, 0, sizeof on);
-    on.layers = LAYERS;
-    gl.GenFramebuffers(1, &on.frame);
-    gl.GenVertexArrays(1, &on.vertices);
-    gl.GenTextures(6, on.textures);
+    on.lobes = (ibl_lobe_table){TABLE, on.texels[0], LAYERS};
+    test_defer(end, NULL);
 }
 
 static void draw(void)
 {
-    upload_set();
-    upload(SEEN, COUNT, 1, NULL);
+    upload();
+    NEED(view_image_make(&on.image, COUNT, 1));
     bind_samplers();
-    gl.BindFramebuffer(GL_FRAMEBUFFER, on.frame);
-    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
-                            on.textures[SEEN], 0);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, on.image.framebuffer);
     gl.Viewport(0, 0, COUNT, 1);
-    gl.BindVertexArray(on.vertices);
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    view_gl_draw_full(on.program);
     gl.ReadPixels(0, 0, COUNT, 1, GL_RGBA, GL_FLOAT, on.seen);
     NEED(view_gl_check("test"));
 }
@@ -439,18 +329,10 @@ static const char *text_of(const char *path)
     return test_text("%.*s", (int)size, (const char *)bytes);
 }
 
-static void use(const char *fragment)
-{
-    const view_shader_file files[] = {
-        {"all.vert", {vertex_text}}, {"use.frag", {fragment}}, {NULL, {NULL}}};
-
-    on.program = view_program_from(files, "", "all.vert", "use.frag");
-    NEED(on.program);
-}
-
 static void use_glsl(void)
 {
-    use(test_text("%s%s%s", view_test_shader("ibl.glsl"),
+    on.program = view_test_program(
+        test_text("%s%s%s", view_test_shader("ibl.glsl"),
                   text_of("tests/shader_use.glsl"), glsl_text));
 }
 
@@ -471,7 +353,7 @@ static void use_hlsl(void)
                   "spirv-cross all.spv --version 330 --no-es | "
                   "sed 1d >all.frag",
                   tree, tree, tree));
-    use(text_of(file_path("all.frag")));
+    on.program = view_test_program(text_of(file_path("all.frag")));
 }
 
 /* ---- what is drawn ------------------------------------------------------- */
@@ -536,25 +418,19 @@ static void random_lobes(void)
 
     for (int i = 0; i < LAYERS * TABLE * TABLE; i++)
         for (int k = 0; k < 4; k++)
-            on.lobes[i / (TABLE * TABLE)][i % (TABLE * TABLE)][k] =
+            on.texels[i][k] =
                 (float)(k < 3 ? test_random_unit(&r)
                               : i % TABLE / 8 * test_random_unit(&r) / 4);
 }
 
-/* A sky with colours, of a few bands. */
 static void bake(void)
 {
     ibl_specular_options opts = ibl_specular_options_default();
-    ibl_image map;
+    test_random r = {3};
+    const ibl_image map = map_of_kind(shade_ctx(), &r, MAP_SMOOTH, 64, 32);
 
-    NEED(!ibl_image_alloc(shade_ctx(), 64, 32, &map));
-    for (int i = 0; i < 3 * map.width * map.height; i++)
-        map.data[i] =
-            1.0F + 0.9F * sinf((float)(i % 192) * 0.098F * (float)(1 + i % 3)) *
-                       sinf((float)(i / 192) * 0.098F);
     opts.size = 32;
     shade_bake(set, &map, &opts);
-    ibl_image_free(&map);
 }
 
 /* The worst of each kind; relative above 1. */
@@ -585,7 +461,8 @@ static void differential(void (*language)(void))
     random_lobes();
     random_points(1);
     language();
-    for (on.layers = 2; on.layers <= LAYERS; on.layers += 2) {
+    for (int layers = 2; layers <= LAYERS; layers += 2) {
+        on.lobes.layers = layers;
         draw();
         compare();
     }
@@ -660,8 +537,8 @@ static void flat_point(ibl_projection projection, test_random *r, double d[3],
     unit(d);
     for (int k = 0; k < 3; k++)
         d[k] = (double)(float)d[k];
-    at[0] = atan2(d[2], d[0]) / (2 * IBL_PI) + 0.5;
-    at[1] = atan2(hypot(d[0], d[2]), d[1]) / IBL_PI;
+    at[0] = atan2(d[2], d[0]) / (2 * M_PI) + 0.5;
+    at[1] = atan2(hypot(d[0], d[2]), d[1]) / M_PI;
     if (projection == IBL_PROJECTION_EQUIRECT)
         return;
     const double sum = fabs(d[0]) + fabs(d[1]) + fabs(d[2]);
@@ -681,7 +558,6 @@ static void flat_lookups(ibl_projection projection, void (*language)(void))
     double worst = 0;
     ibl_cube map;
 
-    begin();
     shade_constant(set, (float[]){0, 0, 0});
     random_points(3);
     NEED(!ibl_cube_alloc_as(shade_ctx(), projection, 16, 5, &map));
@@ -721,23 +597,17 @@ static void flat_lookups(ibl_projection projection, void (*language)(void))
               ibl_projection_name(projection), worst);
 }
 
-TEST(octahedral_maps_are_looked_up_without_seams)
+TEST(flat_maps)
 {
+    begin();
     flat_lookups(IBL_PROJECTION_OCTAHEDRAL, use_glsl);
-}
-
-TEST(equirectangular_maps_are_looked_up_without_seams)
-{
     flat_lookups(IBL_PROJECTION_EQUIRECT, use_glsl);
 }
 
-TEST(octahedral_maps_in_hlsl)
+TEST(flat_maps_in_hlsl)
 {
+    begin();
     flat_lookups(IBL_PROJECTION_OCTAHEDRAL, use_hlsl);
-}
-
-TEST(equirectangular_maps_in_hlsl)
-{
     flat_lookups(IBL_PROJECTION_EQUIRECT, use_hlsl);
 }
 
@@ -773,47 +643,4 @@ TEST(discs_are_finite)
     draw();
     for (int i = 0; i < 4 * COUNT; i++)
         CHECK(on.seen[i / 4][i % 4] >= 0 && isfinite(on.seen[i / 4][i % 4]));
-}
-
-/* A disc by parts of it, without the closed form. */
-static double by_parts(int i, double radius, double f0)
-{
-    enum {
-        PARTS = 24
-    };
-    texel *l = &on.points[LIGHT][i], middle;
-    double d[3], x[3], y[3], sum = 0, one[2];
-
-    memcpy(middle, *l, sizeof middle);
-    widen(middle, d);
-    cross(d, fabs(d[0]) < 0.5 ? (double[]){1, 0, 0} : (double[]){0, 1, 0}, x);
-    unit(x);
-    cross(d, x, y);
-    for (int k = 0; k < PARTS * PARTS; k++) {
-        const double phi = 2 * IBL_PI * (k % PARTS + 0.5) / PARTS;
-        const double s = radius * sqrt((k / PARTS + 0.5) / PARTS);
-        for (int c = 0; c < 3; c++)
-            (*l)[c] = (float)(cos(s) * d[c] +
-                              sin(s) * (cos(phi) * x[c] + sin(phi) * y[c]));
-        reflect_disc(i, f0, 0, one);
-        sum += one[0] / (PARTS * PARTS);
-    }
-    memcpy(*l, middle, sizeof middle);
-    return sum;
-}
-
-TEST(discs_are_their_parts)
-{
-    double square = 0, all = 0, one[2];
-
-    begin();
-    random_points(3);
-    for (int i = 0; i < COUNT; i += 4) {
-        const double radius = 0.005 + 0.03 * (i % 8 / 4);
-        reflect_disc(i, 1, radius, one);
-        const double parts = by_parts(i, radius, 1);
-        square += pow(one[0] - parts, 2);
-        all += parts * parts;
-    }
-    CHECK_MSG(sqrt(square / all) < 0.01, "off by %g", sqrt(square / all));
 }

@@ -11,7 +11,6 @@
 #include "test.h"
 #include "view.h"
 #include "view/key_bindings.h"
-#include "view/scene_captures.h"
 
 /* A key and the setting that it changes; back: what takes that back. */
 typedef struct key_case {
@@ -33,7 +32,8 @@ typedef struct key_case {
 
 static const key_case cases[] = {
     PLAIN('m', 'M', mode),
-    PLAIN(VIEW_KEY(GLFW_KEY_TAB), 'M', mode),
+    PLAIN(VIEW_KEY(GLFW_KEY_TAB), VIEW_KEY_BACK_TAB, mode),
+    PLAIN(VIEW_KEY_BACK_TAB, VIEW_KEY(GLFW_KEY_TAB), mode),
     PLAIN('l', 'L', layout),
     PLAIN(']', '[', level),
     PLAIN('a', 'A', layer),
@@ -86,15 +86,7 @@ static view_options options;
 
 static void begin(void)
 {
-    memset(&app, 0, sizeof app);
-    memset(&options, 0, sizeof options);
-    options.settings = view_settings_default();
-    app.options = &options;
-    app.settings = options.settings;
-    app.width = 64;
-    app.height = 48;
-    sets_white(&app.sets[0]);
-    app.set = &app.sets[0];
+    view_test_app(&app, &options, 64, 48);
     app.set->path[VIEW_SPECULAR] = strdup("white");
 }
 
@@ -149,48 +141,26 @@ TEST(change_one_setting)
         try_case(&cases[i]);
 }
 
+/* A press from the beginning comes to so much. */
+#define COMES_TO(key, field, value)                                            \
+    (app.settings = options.settings, view_keys_press(&app, key),              \
+     CHECK_NEAR(app.settings.field, value, 1e-12))
+
 /* To the first step up, as the list of keys says. */
 TEST(go_the_right_way)
 {
-    static const struct {
-        int key;
-        size_t offset;
-        double value;
-    } reals[] = {
-        {'s', offsetof(view_settings, split), 0.55},
-        {'g', offsetof(view_settings, gain), 20},
-        {'e', offsetof(view_settings, ev), 0.25},
-        {'o', offsetof(view_settings, fov), 35},
-        {'.', offsetof(view_settings, turn), 5},
-        {'j', offsetof(view_settings, probe_interval), 0.75},
-    };
-    static const struct {
-        int key;
-        size_t offset;
-        int value;
-    } numbers[] = {
-        {']', offsetof(view_settings, level), 1},
-        {'}', offsetof(view_settings, columns), 8},
-        {')', offsetof(view_settings, rows), 8},
-        {'i', offsetof(view_settings, light_count), 1},
-        {'h', offsetof(view_settings, probes), 1},
-    };
-
     begin();
-    for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
-        double x;
-        app.settings = options.settings;
-        view_keys_press(&app, reals[i].key);
-        memcpy(&x, (const char *)&app.settings + reals[i].offset, sizeof x);
-        CHECK_MSG(fabs(x - reals[i].value) < 1e-12, "%c: %g", reals[i].key, x);
-    }
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
-        int n;
-        app.settings = options.settings;
-        view_keys_press(&app, numbers[i].key);
-        memcpy(&n, (const char *)&app.settings + numbers[i].offset, sizeof n);
-        CHECK_MSG(n == numbers[i].value, "%c: %d", numbers[i].key, n);
-    }
+    COMES_TO('s', split, 0.55);
+    COMES_TO('g', gain, 20);
+    COMES_TO('e', ev, 0.25);
+    COMES_TO('o', fov, 35);
+    COMES_TO('.', turn, 5);
+    COMES_TO('j', probe_interval, 0.75);
+    COMES_TO(']', level, 1);
+    COMES_TO('}', columns, 8);
+    COMES_TO(')', rows, 8);
+    COMES_TO('i', light_count, 1);
+    COMES_TO('h', probes, 1);
     /* What the command line has of its own goes to the next that there is. */
     app.settings = options.settings;
     for (int up = 0; up < 2; up++) {
@@ -206,62 +176,26 @@ TEST(go_the_right_way)
     }
 }
 
-/* A tenth from where the camera is without a distance of its own. */
-TEST(nearer_by_a_tenth)
+static bool is_in(double x, double least, double most)
 {
-    const view_place at = {640, 480, 0, 0};
-
-    begin();
-    for (int scene = 0; scene < 2; scene++) {
-        view_settings s = options.settings;
-        s.mode = scene ? VIEW_SCENE : VIEW_SPHERES;
-        const view_camera c = scene ? view_scene_camera(&s, 640, 480)
-                                    : view_camera_of(&s, 640, 480);
-        double middle[3] = {0}, away = 0, radius;
-        if (scene)
-            view_room_sphere(VIEW_SCENE_MIRROR, 0, middle, &radius);
-        for (int k = 0; k < 3; k++)
-            away += (c.eye[k] - middle[k]) * (c.eye[k] - middle[k]);
-        view_approach(&s, app.set, at, 1);
-        CHECK_NEAR(s.distance, sqrt(away) / 1.1, 1e-9);
-    }
-}
-
-TEST(tab_goes_back_with_shift)
-{
-    begin();
-    view_keys_press(&app, VIEW_KEY_BACK_TAB);
-    CHECK(app.settings.mode == VIEW_MODEL);
-    view_keys_press(&app, VIEW_KEY(GLFW_KEY_TAB));
-    CHECK(app.settings.mode == VIEW_SPHERES);
+    return x >= least && x <= most;
 }
 
 static void check_ranges(int key)
 {
     const view_settings *s = &app.settings;
 
-    CHECK_MSG(s->rows >= 1 && s->rows <= VIEW_MAX_GRID && s->columns >= 1 &&
-                  s->columns <= VIEW_MAX_GRID,
-              "key %d: %dx%d", key, s->rows, s->columns);
-    CHECK_MSG(s->level >= 0 && s->level < 3, "key %d: level %d", key, s->level);
-    CHECK_MSG(s->light_count >= 0 && s->light_count <= VIEW_MAX_LIGHTS,
-              "key %d: %d lights", key, s->light_count);
-    CHECK_MSG(s->material >= 0 && s->material < VIEW_MATERIALS,
-              "key %d: material %d", key, s->material);
-    CHECK_MSG(s->fov >= 1 && s->fov <= 120, "key %d: fov %g", key, s->fov);
-    CHECK_MSG(s->ev >= -30 && s->ev <= 30, "key %d: ev %g", key, s->ev);
-    CHECK_MSG(s->split >= 0 && s->split <= 1, "key %d: %g", key, s->split);
-    CHECK_MSG(s->gain >= 1e-3 && s->gain <= 1e6, "key %d: gain %g", key,
-              s->gain);
-    CHECK_MSG(s->pitch >= -89 && s->pitch <= 89 && s->yaw > -181 &&
-                  s->yaw < 181 && s->turn > -181 && s->turn < 181,
-              "key %d: angles %g %g %g", key, s->pitch, s->yaw, s->turn);
-    CHECK_MSG(s->probes >= 0 && s->probes <= VIEW_MAX_LOCALS,
-              "key %d: %d probes", key, s->probes);
-    CHECK_MSG(s->probe_interval >= 0 && s->probe_interval <= 2,
-              "key %d: interval %g", key, s->probe_interval);
-    CHECK_MSG(s->distance >= 0 && s->distance <= 1000, "key %d: distance %g",
-              key, s->distance);
+    CHECK_MSG(
+        is_in(s->rows, 1, VIEW_MAX_GRID) &&
+            is_in(s->columns, 1, VIEW_MAX_GRID) && is_in(s->level, 0, 2) &&
+            is_in(s->light_count, 0, VIEW_MAX_LIGHTS) &&
+            is_in(s->material, 0, VIEW_MATERIALS - 1) &&
+            is_in(s->fov, 1, 120) && is_in(s->ev, -30, 30) &&
+            is_in(s->split, 0, 1) && is_in(s->gain, 1e-3, 1e6) &&
+            is_in(s->pitch, -89, 89) && is_in(s->yaw, -181, 181) &&
+            is_in(s->turn, -181, 181) && is_in(s->probes, 0, VIEW_MAX_LOCALS) &&
+            is_in(s->probe_interval, 0, 2) && is_in(s->distance, 0, 1000),
+        "key %d: beyond a range", key);
 }
 
 /* Every key, pressed on and on. */
@@ -328,20 +262,4 @@ TEST(no_harmonics)
     view_keys_press(&app, 'd');
     CHECK(app.settings.diffuse == VIEW_DIFFUSE_MAP);
     CHECK(strstr(app.notice, "harmonics"));
-}
-
-/* Every line fits the columns that --keys and the list on screen have. */
-TEST(list_fits)
-{
-    char text[VIEW_KEYS_BYTES];
-    int lines = 0;
-
-    view_keys_text(text, sizeof text);
-    CHECK(strlen(text) < sizeof text - 80);
-    for (char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) {
-        const char *tab = strchr(line, '\t');
-        CHECK_MSG(tab && tab - line <= 15 && tab[1], "\"%s\"", line);
-        lines++;
-    }
-    CHECK(lines > 30);
 }

@@ -166,7 +166,7 @@ static void expect(const char *what, const float *rgb, const double factor[3],
 /* N.V in the picture's middle is 1 but for half a pixel. */
 static void table(double roughness, double rg[2])
 {
-    shade_table(&shade_sets[0].lut, 1, roughness, rg);
+    ibl_lookup_lut(&shade_sets[0].lut, 1, roughness, rg);
 }
 
 /* ---- layers in closed form ----------------------------------------------- */

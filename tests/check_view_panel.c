@@ -23,17 +23,9 @@ static view_options options;
 
 static void begin(view_mode mode)
 {
-    memset(&app, 0, sizeof app);
-    memset(&options, 0, sizeof options);
-    options.settings = view_settings_default();
+    view_test_app(&app, &options, WIDTH, HEIGHT);
     options.settings.mode = mode;
     options.settings.panel = true;
-    app.options = &options;
-    app.width = WIDTH;
-    app.height = HEIGHT;
-    app.scale = 1;
-    sets_white(&app.sets[0]);
-    app.set = &app.sets[0];
 }
 
 /* Presses at a place with the settings of the beginning. */
@@ -182,24 +174,6 @@ TEST(leaves_the_rest)
     CHECK(reaches(&want, END));
     for (int y = 60; y < HEIGHT; y += STEP)
         CHECK(!press(END, y));
-}
-
-/* A light stays as far away, and goes around and up. */
-TEST(light_by_mouse)
-{
-    view_settings s = view_settings_default();
-    const double *p = s.light[0].position;
-    const double away = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
-
-    s.light_count = 0;
-    const double before = atan2(p[0], p[2]);
-    view_move_light(&s, 30, 0);
-    CHECK(s.light_count == 1);
-    CHECK_NEAR(atan2(p[0], p[2]) - before, M_PI / 6, 1e-12);
-    CHECK_NEAR(p[1], 4, 1e-12);
-    view_move_light(&s, 0, 1000);
-    CHECK_NEAR(p[1] / sqrt(away), sin(89 * M_PI / 180), 1e-12);
-    CHECK_NEAR(p[0] * p[0] + p[1] * p[1] + p[2] * p[2], away, 1e-9);
 }
 
 /* ---- two sets ------------------------------------------------------------ */

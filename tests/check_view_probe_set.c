@@ -18,9 +18,7 @@
 #include "sets.h"
 #include "test.h"
 #include "view.h"
-#include "view/key_bindings.h"
 #include "view/message.h"
-#include "view/picture.h"
 #include "view/probe_set.h"
 #include "json/json_at.h"
 #include "json/json_build.h"
@@ -156,37 +154,6 @@ static const float *texel(const float *rgba, int size, int layer, int face,
     return rgba + 4 * ((((size_t)layer * 6 + face) * size + y) * size + x);
 }
 
-/* ---- pictures ---------------------------------------------------------- */
-
-TEST(pictures_are_exact)
-{
-    static const int sizes[][2] = {{1, 1}, {16, 16}, {37, 41}};
-    test_random r = {7};
-
-    make_context();
-    for (int i = 0; i < 3; i++) {
-        const int width = sizes[i][0], height = sizes[i][1];
-        const size_t floats = (size_t)(3 * width * height);
-        float *rgb = test_alloc(floats, sizeof *rgb);
-        void *bytes = NULL;
-        size_t size = 0;
-        ibl_read_options o = ibl_read_options_default();
-        ibl_read_report report;
-        ibl_image img = {0};
-
-        for (size_t k = 0; k < floats; k++)
-            rgb[k] = (float)test_random_between(&r, 0, 1e6);
-        CHECK(view_exr_encode("a", width, height, rgb, &bytes, &size));
-        o.any_aspect = 1;
-        NEED(!ibl_image_decode(ctx, "a", bytes, size, &o, &img, &report));
-        CHECK_MSG(strstr(report.format, "ZIP"), "%s", report.format);
-        CHECK(img.width == width && img.height == height);
-        CHECK(!memcmp(img.data, rgb, floats * sizeof *rgb));
-        ibl_image_free(&img);
-        free(bytes);
-    }
-}
-
 /* ---- loading ----------------------------------------------------------- */
 
 /* Layer by layer what was painted, to within what a pixel can hold. */
@@ -284,20 +251,6 @@ TEST(harmonics_become_cubes)
     CHECK_MSG(worst < 0.12 && mean < 0.02, "%g, %g", worst, mean);
     view_probe_set_free(cubes);
     view_probe_set_free(sums);
-    /* Whatever their order in the index. */
-    json_t *root = json_load_file(file_path("sums/index.json"), 0, NULL);
-    json_t *probes = json_object_get(root, "probes");
-    for (size_t i = 1; i < PROBES; i++) {
-        json_array_insert(probes, 0, json_array_get(probes, i));
-        json_array_remove(probes, i + 1);
-    }
-    NEED(!json_dump_file(root, file_path("sums/index.json"), 0));
-    json_decref(root);
-    sums = load("sums");
-    NEED(sums);
-    a = room_cubes_read(view_probe_set_locals(sums)->irradiance, PROBES, 0, 16);
-    CHECK(!memcmp(a, b, sizeof *a * 4 * count));
-    view_probe_set_free(sums);
 }
 
 /* Every level of an array is that of its file, bit for bit. */
@@ -358,41 +311,9 @@ TEST(lookups_are_as_told)
 /* ---- a captured room --------------------------------------------------- */
 
 enum {
-    ROOM_EDGE = 64,
     WIDE = 96,
     HIGH = 72
 };
-
-/* Rays from the probe meet what it holds. */
-TEST(a_room_comes_back)
-{
-    static const double eye[3] = {1.11, 2.07, 0.83};
-    const ibl_probe probe = {.position = {eye[0], eye[1], eye[2]},
-                             .influence = {.half = {2, 2, 3}}};
-    int right = 0;
-
-    lit_begin(16, 16);
-    make_context();
-    room_capture *room = room_capture_begin(VIEW_PROBE_FACES, ROOM_EDGE, eye);
-    room_capture_update(room);
-    save("room", &probe, 1, ROOM_EDGE,
-         room_cubes_read(room->cubes.specular, 1, 0, ROOM_EDGE));
-    NEED(bake_set("room", "room/baked", ""));
-    view_probe_set *set = load("room/baked");
-    NEED(set);
-    const float *rgba =
-        room_cubes_read(view_probe_set_locals(set)->specular, 1, 0, ROOM_EDGE);
-    for (int at = 0; at < 6 * ROOM_EDGE * ROOM_EDGE; at++) {
-        double ray[3];
-        ibl_cube_direction(ROOM_EDGE, at / (ROOM_EDGE * ROOM_EDGE),
-                           at % ROOM_EDGE, at / ROOM_EDGE % ROOM_EDGE, ray);
-        const room_hit h = room_cast(&room->shot.draw, eye, ray);
-        right += lit_has_colour(rgba + (size_t)4 * at, &h, 2e-3);
-    }
-    /* But for edges within a texel. */
-    CHECK_MSG(right > 0.97 * 6 * ROOM_EDGE * ROOM_EDGE, "%d", right);
-    view_probe_set_free(set);
-}
 
 /* The mean difference of two pictures of the scene, in parts of their mean. */
 static double apart(const float *a, const float *b)
@@ -421,16 +342,14 @@ static void sunny(void *cookie, const double direction[3], float rgba[4])
  * walls that hide probes and without, where the mirror's comes before them; on
  * its own it does not. What is left is 64 samples a texel against the exact
  * levels, blocks, and nine harmonics. */
-TEST(a_scene_is_lit_the_same)
+TEST_SLOW(a_scene_is_lit_the_same)
 {
     static const struct {
         const char *options;
         double bound; /* of apart */
     } ways[] = {{"", 0.002},
-                {"--container dds --pixel rgba32f", 0.002},
-                {"--container ktx --pixel rgb9e5", 0.002},
                 {"--pixel bc6h --quality fast --zstd 1", 0.003},
-                {"--pixel r11g11b10f --irradiance sh", 0.007}};
+                {"--container dds --pixel r11g11b10f --irradiance sh", 0.007}};
     static const float light[3] = {0.2f, 0.3f, 0.4f}, table[2] = {0.9f, 0.05f};
     static room_stage on;
     const float *shown[2];
@@ -454,7 +373,7 @@ TEST(a_scene_is_lit_the_same)
     save("scene", l->probe, 8, 32, room_cubes_read(l->specular, 8, 0, 32));
     CHECK(apart(alone, shown[1]) > 0.05 && apart(shown[0], shown[1]) > 0.005);
     for (size_t i = 0; i < sizeof ways / sizeof *ways;
-         i += TEST_SANITIZED ? 3 : 1) {
+         i += TEST_SANITIZED ? 2 : 1) {
         NEED(bake_set("scene", "baked", ways[i].options));
         view_probe_set *set = load("baked");
         NEED(set);
@@ -503,11 +422,6 @@ TEST(damaged_indices_are_refused)
     static const struct {
         const char *sed, *words;
     } edits[] = {
-        {"s/\"version\": 1,/\"version\": 2,/", "index.json: version|found 2"},
-        {"s/\"layer\": 1/\"layer\": 3/",
-         "probes[1].layer: expected a whole number from 0 to 2, "
-         "found 3"},
-        {"s/\"layer\": 1/\"layer\": -1/", "probes[1].layer|found -1"},
         {"s/\"linear\"/\"cubic\"/",
          "specular.mapping: expected linear or filament, "
          "found \"cubic\""},
@@ -525,8 +439,6 @@ TEST(damaged_indices_are_refused)
          "10"},
         {"s/\"lod_scale\": 1.0/\"lod_scale\": null/",
          "specular.lod_scale|found null"},
-        {"s/\"file\": \"probes/\"file\": \"..\\/probes/",
-         "files.specular.file|beside the index"},
         {"s/\"file\": \"probes_specular/\"file\": \"probes_none/",
          "probes_none.ktx2"},
         {"s/\"layers\": 3/\"layers\": 300/",
@@ -545,16 +457,10 @@ TEST(damaged_indices_are_refused)
     NEED(file_run("mkfifo bad/pipe && mkdir holes && cd holes && mkfifo "
                   "index.json"));
     refuses("holes", "holes/index.json: is no file");
-    NEED(file_run("head -c 600 whole/index.json >bad/index.json"));
-    refuses("bad", "bad/index.json:|no JSON");
     NEED(file_run("head -c 100000 /dev/zero | tr '\\0' '[' >bad/index.json"));
     refuses("bad", "bad/index.json:|no JSON");
     NEED(file_run("truncate -s 4G bad/index.json"));
     refuses("bad", "bad/index.json: over 256 MiB");
-    NEED(file_run("echo '[]' >bad/index.json"));
-    refuses("bad", "expected an object");
-    NEED(file_run("cp painted/set.json bad/index.json"));
-    refuses("bad", "is a set to bake");
     for (size_t i = 0; i < sizeof edits / sizeof *edits; i++) {
         NEED(file_run("cp whole/index.json bad/ && sed -i -E '%s' "
                       "bad/index.json && ! cmp -s whole/index.json "
@@ -701,23 +607,4 @@ TEST(changes_are_seen)
     NEED(file_run("rm watched/index.json"));
     CHECK(!view_probe_set_changed(set, 0));
     view_probe_set_free(set);
-}
-
-/* Keys do not ask for other probes then. */
-TEST(keys_say_whose_they_are)
-{
-    static view_app app; /* its set is freed after the test */
-
-    begin();
-    app.settings = view_settings_default();
-    NEED(bake("keyed", ""));
-    app.probes = load("keyed");
-    NEED(app.probes);
-    sets_white(&app.sets[0]);
-    app.set = &app.sets[0];
-    view_keys_press(&app, 'h');
-    CHECK(!app.settings.probes);
-    CHECK_MSG(!strcmp(app.notice, "the 3 local probes are of a file"), "%s",
-              app.notice);
-    view_probe_set_free(app.probes);
 }

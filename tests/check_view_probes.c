@@ -10,19 +10,13 @@
 #include "test.h"
 #include "view.h"
 #include "view/gl.h"
-#include "view/program.h"
+#include "view/upload.h"
 
 enum {
     EDGE = 64,
     PIXELS = EDGE * EDGE,
     MOST = IBL_MAX_TILE_PROBES
 };
-
-static const char vertex_text[] =
-    "void main() {\n"
-    "    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);\n"
-    "    gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);\n"
-    "}\n";
 
 /* what: 0 blend of count, 1 of a mask, 2 the k nearest: part 0 and 2 weights, 1
  * and 3 probes, 4 rest, count and the nearest. 3 parallax, 4 a tile's mask. */
@@ -74,7 +68,8 @@ typedef float texel[4];
 
 /* What draws with it: units 0..4 in the order of the samplers. */
 static struct {
-    GLuint program, buffer, frame, vertices, textures[6];
+    GLuint program, buffer, masks, texels;
+    view_image image;
     ibl_probe probes[MOST];
     int order[MOST];
     texel points[PIXELS], directions[PIXELS], seen[PIXELS];
@@ -85,8 +80,7 @@ enum {
     MASK,
     POINTS,
     DIRECTIONS,
-    CAMERA,
-    SEEN
+    CAMERA
 };
 
 static void set(const char *name, int value)
@@ -94,14 +88,10 @@ static void set(const char *name, int value)
     gl.Uniform1i(gl.GetUniformLocation(on.program, name), value);
 }
 
-static void upload(int which, int width, int height, const texel *texels)
+static void upload(int unit, int width, int height, const texel *texels)
 {
-    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)which);
-    gl.BindTexture(GL_TEXTURE_2D, on.textures[which]);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
-                  GL_FLOAT, texels);
+    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
+    view_float_image(GL_RGBA, width, height, texels[0]);
 }
 
 /* Masks of 4 x 4 tiles. */
@@ -113,10 +103,8 @@ static void upload_masks(const unsigned long long *masks)
         words[2 * i] = (unsigned)masks[i];
         words[2 * i + 1] = (unsigned)(masks[i] >> 32);
     }
-    gl.ActiveTexture(GL_TEXTURE0 + MASK);
-    gl.BindTexture(GL_TEXTURE_2D, on.textures[MASK]);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    view_gl_bind(MASK, GL_TEXTURE_2D, on.masks);
+    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RG32UI, 4, 4, 0, GL_RG_INTEGER,
                   GL_UNSIGNED_INT, words);
 }
@@ -131,9 +119,9 @@ static void upload_probes(int count)
     gl.BufferData(GL_TEXTURE_BUFFER,
                   (GLsizeiptr)sizeof(float) * IBL_PROBE_FLOATS * count, texels,
                   GL_DYNAMIC_DRAW);
-    gl.ActiveTexture(GL_TEXTURE0 + BUFFER);
-    gl.BindTexture(GL_TEXTURE_BUFFER, on.textures[BUFFER]);
+    view_gl_bind(BUFFER, GL_TEXTURE_BUFFER, on.texels);
     gl.TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, on.buffer);
+    gl.UseProgram(on.program);
     set("count", count);
 }
 
@@ -141,20 +129,18 @@ static void draw(int what, int part)
 {
     set("what", what);
     set("part", part);
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, on.image.framebuffer);
+    gl.Viewport(0, 0, EDGE, EDGE);
+    view_gl_draw_full(on.program);
     gl.ReadPixels(0, 0, EDGE, EDGE, GL_RGBA, GL_FLOAT, on.seen);
     if (!view_gl_check("test"))
         exit(1);
 }
 
-static GLuint make_program(void)
+static void end(void *unused)
 {
-    const view_shader_file files[] = {
-        {"all.vert", {vertex_text}},
-        {"probes.frag", {view_test_shader("probes.glsl"), fragment_text}},
-        {NULL, {NULL}}};
-
-    return view_program_from(files, "", "all.vert", "probes.frag");
+    (void)unused;
+    view_image_free(&on.image);
 }
 
 static void begin(void)
@@ -164,12 +150,12 @@ static void begin(void)
 
     view_test_begin(EDGE, EDGE);
     memset(&on, 0, sizeof on);
-    on.program = make_program();
-    NEED(on.program);
+    test_defer(end, NULL);
+    on.program = view_test_program(
+        test_text("%s%s", view_test_shader("probes.glsl"), fragment_text));
     gl.GenBuffers(1, &on.buffer);
-    gl.GenFramebuffers(1, &on.frame);
-    gl.GenVertexArrays(1, &on.vertices);
-    gl.GenTextures(6, on.textures);
+    gl.GenTextures(1, &on.masks);
+    gl.GenTextures(1, &on.texels);
     gl.UseProgram(on.program);
     for (int i = 0; i < 5; i++)
         set(names[i], i);
@@ -178,13 +164,8 @@ static void begin(void)
     upload(POINTS, EDGE, EDGE, on.points);
     upload(DIRECTIONS, EDGE, EDGE, on.points);
     upload(CAMERA, 4, 1, on.points);
-    upload(SEEN, EDGE, EDGE, NULL);
     upload_masks((unsigned long long[16]){0});
-    gl.BindFramebuffer(GL_FRAMEBUFFER, on.frame);
-    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
-                            on.textures[SEEN], 0);
-    gl.BindVertexArray(on.vertices);
-    gl.Viewport(0, 0, EDGE, EDGE);
+    NEED(view_image_make(&on.image, EDGE, EDGE));
     NEED(view_gl_check("test"));
 }
 
@@ -272,48 +253,24 @@ static double differ(const mixes *m, int pixel, const ibl_probe_mix *mix)
 
 /* ---- tests -------------------------------------------------------------- */
 
+/* Of all probes, or of those of a tile's mask. */
 TEST(blends)
 {
     mixes *m = test_alloc(1, sizeof *m);
     test_random r = {1};
     ibl_probe_mix mix;
+    unsigned long long masks[16];
     double p[3], worst = 0;
     int full = 0;
 
     begin();
-    for (int n = 0; n < (TEST_SANITIZED ? 4 : 6); n++) {
-        const int count = n % 2 ? 16 : 1 + test_random_below(&r, 16);
-        random_probes(&r, count, n % 2);
+    for (int n = 0; n < 10; n++) {
+        const bool masked = n % 2;
+        const int all = masked ? MOST : n % 4 ? 16 : test_random_below(&r, 17);
+        random_probes(&r, all, n / 2 % 2);
         random_texels(&r, on.points, 2.5);
         upload(POINTS, EDGE, EDGE, on.points);
-        upload_probes(count);
-        draw_mixes(0, m);
-        for (int i = 0; i < PIXELS; i++) {
-            widen(on.points[i], p);
-            ibl_probes_blend(on.probes, count, on.order, p, NULL, &mix);
-            worst = fmax(worst, differ(m, i, &mix));
-            full += mix.count == IBL_MAX_PROBES_AT;
-        }
-    }
-    /* Slopes to 15 a unit, at coordinates to 5, by some roundings. */
-    CHECK_MSG(!(worst > 1e-5), "differs by %g", worst);
-    CHECK(full > 500);
-}
-
-TEST(blends_of_masks)
-{
-    mixes *m = test_alloc(1, sizeof *m);
-    test_random r = {2};
-    ibl_probe_mix mix;
-    unsigned long long masks[16];
-    double p[3], worst = 0;
-
-    begin();
-    for (int n = 0; n < (TEST_SANITIZED ? 2 : 4); n++) {
-        random_probes(&r, MOST, n % 2);
-        random_texels(&r, on.points, 2.5);
-        upload(POINTS, EDGE, EDGE, on.points);
-        upload_probes(MOST);
+        upload_probes(all);
         for (int i = 0; i < 16; i++)
             masks[i] =
                 test_random_u64(&r) & test_random_u64(&r) & test_random_u64(&r);
@@ -321,21 +278,23 @@ TEST(blends_of_masks)
         masks[6] = 1;
         masks[7] = 0;
         upload_masks(masks);
-        draw_mixes(1, m);
+        draw_mixes(masked, m);
         for (int i = 0; i < PIXELS; i++) {
             const unsigned long long mask =
                 masks[i / EDGE / 16 * 4 + i % EDGE / 16];
             int some[MOST], count = 0;
-            for (int k = 0; k < MOST; k++) {
-                if (mask >> k & 1)
+            for (int k = 0; k < all; k++)
+                if (!masked || mask >> k & 1)
                     some[count++] = on.order[k];
-            }
             widen(on.points[i], p);
             ibl_probes_blend(on.probes, count, some, p, NULL, &mix);
             worst = fmax(worst, differ(m, i, &mix));
+            full += mix.count == IBL_MAX_PROBES_AT;
         }
     }
+    /* Slopes to 15 a unit, at coordinates to 5, by some roundings. */
     CHECK_MSG(!(worst > 1e-5), "differs by %g", worst);
+    CHECK(full > 500);
 }
 
 /* Whether the k + 1 nearest are far enough apart for float: what rounding does

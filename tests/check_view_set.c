@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* Sets of the viewer: read from what iblbake writes, and baked here. */
-#include <fcntl.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,34 +14,6 @@
 #include "truth.h"
 #include "view.h"
 #include "view/baked_set.h"
-
-#define PI 3.14159265358979323846
-
-/* ---- what iblbake writes --------------------------------------------- */
-
-TEST(containers_agree)
-{
-    static const char *const names[] = {"ktx2", "ktx", "dds"};
-    ibl_ctx *ctx = view_test_ctx(2);
-    baked_set sets[3];
-
-    for (int i = 0; i < 3; i++) {
-        const char *path = test_text("same_%s", names[i]);
-        NEED(sets_bake(path, test_text("--format %s --skybox 16 --mapping "
-                                       "filament --sh 4",
-                                       names[i])));
-        const char *said = sets_open(ctx, path, &sets[i]);
-        CHECK_MSG(!*said, "%s: said %s", path, said);
-    }
-    CHECK(sets[0].texture[VIEW_SKY].width == 16);
-    CHECK(sets[0].mapping == IBL_ROUGHNESS_FILAMENT);
-    CHECK(sets[0].sh_degree == 4);
-    CHECK(!strcmp(sets[0].name, "sky"));
-    CHECK(sets[0].path[VIEW_SIDECAR] && sets[0].path[VIEW_LUT] &&
-          !sets[0].path[VIEW_MAP]);
-    sets_check_same(&sets[0], &sets[1], "ktx");
-    sets_check_same(&sets[0], &sets[2], "dds");
-}
 
 /* Floats of level 0. */
 static float *decode(const ibl_texture *tex)
@@ -106,24 +77,6 @@ TEST(mappings_and_ranges)
             CHECK(set.sh_degree == (dds ? 2 : -1));
             check_lod(&set, cases[i].low, cases[i].high);
         }
-    }
-}
-
-TEST(lobe_and_geometry)
-{
-    ibl_ctx *ctx = view_test_ctx(2);
-
-    for (int dds = 0; dds < 2; dds++) {
-        baked_set set;
-        NEED(sets_bake("lobe", test_text("--lobe charlie --geometry "
-                                         "schlick-ibl --format %s",
-                                         dds ? "dds" : "ktx2")));
-        if (dds)
-            NEED(file_run("rm lobe/*.ktx2"));
-        sets_open(ctx, "lobe", &set);
-        CHECK(set.lobe == IBL_LOBE_CHARLIE);
-        CHECK(set.geometry == IBL_GEOMETRY_SCHLICK_IBL);
-        CHECK(set.irradiance_scale == 1);
     }
 }
 

@@ -176,35 +176,6 @@ TEST(wires_are_seen)
     CHECK_MSG(count > 50, "%d", count);
 }
 
-/* Time that stands still needs no capture, whatever the interval. */
-TEST_SLOW(settings_count)
-{
-    begin();
-    draw(1);
-    draw(1);
-    CHECK(changed() < 1e-9);
-    on.s.parallax = false;
-    draw(1);
-    CHECK(changed() > 0.01);
-    on.s.parallax = true;
-    draw(1);
-    on.s.probe_capture = VIEW_PROBE_PARABOLOIDS;
-    draw(1);
-    CHECK_MSG(changed() > 0 && changed() < 0.2, "%g", changed());
-    on.s.probe_capture = VIEW_PROBE_FACES;
-    on.s.probe_filter = VIEW_PROBE_CPU;
-    draw(1);
-    on.s.probe_filter = VIEW_PROBE_GPU;
-    draw(1);
-    CHECK_MSG(changed() > 0 && changed() < 0.05, "%g", changed());
-    on.s.probe_size = 64;
-    draw(1);
-    CHECK(changed() > 0);
-    on.s.yaw = 40;
-    draw(1);
-    CHECK(changed() > 0.01);
-}
-
 /* The context that was made last, which is that of the library's filter. */
 static ibl_ctx *newest;
 
@@ -270,7 +241,8 @@ TEST(sun_counts)
     CHECK_MSG(sum[1] < 0.95 * sum[0], "%g, %g", sum[1], sum[0]);
 }
 
-/* The mirror shows what moves with local probes, too, which do not. */
+/* With local probes, which do not, the mirror shows what moves, too. Its probe
+ * is before those, or where it is told to be; without them it is as before. */
 TEST_SLOW(moves_among_locals)
 {
     float alone[FLOATS];
@@ -278,16 +250,21 @@ TEST_SLOW(moves_among_locals)
     begin();
     draw(0);
     memcpy(alone, rgb, sizeof alone);
-    on.s.probes = 9;
+    on.s.probes = 4;
     draw(0);
-    CHECK(view_scene_state_of(on.stage)->draw.locals.count == 9);
+    CHECK(view_scene_state_of(on.stage)->draw.locals.count == 4);
+    CHECK(view_scene_state_of(on.stage)->draw.dynamic.probe->priority == 1);
     draw(2);
     CHECK_MSG(changed() > 0.01, "%g", changed());
-    CHECK(view_scene_state_of(on.stage)->draw.dynamic.probe->priority == 1);
     on.s.probes = 0;
     draw(0);
     memcpy(before, alone, sizeof alone);
     CHECK_MSG(changed() < 1e-6, "%g", changed());
+    on.s.probes = 4;
+    on.s.mirror_priority = -3;
+    view_scene_use(on.stage, NULL);
+    draw(0);
+    CHECK(view_scene_state_of(on.stage)->draw.dynamic.probe->priority == -3);
 }
 
 /* Of the texels of a local probe's cube those that have not the alpha of what a
@@ -319,7 +296,7 @@ static double wrong_alpha(const float *rgba, int size, int i, double *seen)
 
 /* Captures that end at the box of a local probe have alpha 0 beyond, where the
  * mirror's fills in: the white environment does not light the dark room. */
-TEST(limited_captures)
+TEST_SLOW(limited_captures)
 {
     const int size = 32, texels = IBL_FACES * size * size;
     float full[FLOATS], *level[VIEW_PROBE_FILTERS];
@@ -355,21 +332,6 @@ TEST(limited_captures)
         apart += fabs((double)level[0][i] - (double)level[1][i]);
     apart /= 9 * texels / 16;
     CHECK_MSG(apart < 0.01, "%g", apart);
-}
-
-/* The mirror's probe is before those of --probes, after those of a set, or
- * where it is told to be. */
-TEST(priority_of_the_mirror)
-{
-    begin();
-    on.s.probes = 4;
-    on.s.mirror_priority = -3;
-    draw(0);
-    CHECK(view_scene_state_of(on.stage)->draw.dynamic.probe->priority == -3);
-    on.s.mirror_priority = VIEW_MIRROR_AUTO;
-    view_scene_use(on.stage, NULL);
-    draw(0);
-    CHECK(view_scene_state_of(on.stage)->draw.dynamic.probe->priority == 1);
 }
 
 /* Frames until an update is shown, each with a probe more than the one before,

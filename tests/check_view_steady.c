@@ -30,126 +30,60 @@ enum {
 /* Volatile: compilers know that calloc changes no variable. */
 static volatile int allocations, makings, uses;
 
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-void *__real_realloc(void *old, size_t size);
-void *__real_aligned_alloc(size_t alignment, size_t size);
-int __real_posix_memalign(void **to, size_t alignment, size_t size);
-char *__real_strdup(const char *text);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t count, size_t size);
-void *__wrap_realloc(void *old, size_t size);
-void *__wrap_aligned_alloc(size_t alignment, size_t size);
-int __wrap_posix_memalign(void **to, size_t alignment, size_t size);
-char *__wrap_strdup(const char *text);
+/* A function of the C library, of that name, counted. */
+#define COUNT(result, name, parameters, arguments)                             \
+    result __real_##name parameters;                                           \
+    result __wrap_##name parameters;                                           \
+    result __wrap_##name parameters                                            \
+    {                                                                          \
+        allocations++;                                                         \
+        return __real_##name arguments;                                        \
+    }
+COUNT(void *, malloc, (size_t size), (size))
+COUNT(void *, calloc, (size_t count, size_t size), (count, size))
+COUNT(void *, realloc, (void *old, size_t size), (old, size))
+COUNT(void *, aligned_alloc, (size_t to, size_t size), (to, size))
+COUNT(int, posix_memalign, (void **at, size_t to, size_t size), (at, to, size))
+COUNT(char *, strdup, (const char *text), (text))
 
-void *__wrap_malloc(size_t size)
-{
-    allocations++;
-    return __real_malloc(size);
-}
-
-void *__wrap_calloc(size_t count, size_t size)
-{
-    allocations++;
-    return __real_calloc(count, size);
-}
-
-void *__wrap_realloc(void *old, size_t size)
-{
-    allocations++;
-    return __real_realloc(old, size);
-}
-
-void *__wrap_aligned_alloc(size_t alignment, size_t size)
-{
-    allocations++;
-    return __real_aligned_alloc(alignment, size);
-}
-
-int __wrap_posix_memalign(void **to, size_t alignment, size_t size)
-{
-    allocations++;
-    return __real_posix_memalign(to, alignment, size);
-}
-
-char *__wrap_strdup(const char *text)
-{
-    allocations++;
-    return __real_strdup(text);
-}
-
-/* OpenGL as it was loaded. */
+/* OpenGL as it was loaded, and functions of it that are counted. */
 static view_gl real;
-
-static void APIENTRY gen_textures(GLsizei n, GLuint *names)
-{
-    makings++;
-    real.GenTextures(n, names);
-}
-
-static void APIENTRY gen_buffers(GLsizei n, GLuint *names)
-{
-    makings++;
-    real.GenBuffers(n, names);
-}
-
-static void APIENTRY tex_image_2d(GLenum target, GLint level, GLint internal,
-                                  GLsizei width, GLsizei height, GLint border,
-                                  GLenum format, GLenum type,
-                                  const void *texels)
-{
-    makings++;
-    real.TexImage2D(target, level, internal, width, height, border, format,
-                    type, texels);
-}
-
-static void APIENTRY tex_image_3d(GLenum target, GLint level, GLint internal,
-                                  GLsizei width, GLsizei height, GLsizei depth,
-                                  GLint border, GLenum format, GLenum type,
-                                  const void *texels)
-{
-    makings++;
-    real.TexImage3D(target, level, internal, width, height, depth, border,
-                    format, type, texels);
-}
-
-static void APIENTRY buffer_data(GLenum target, GLsizeiptr size,
-                                 const void *data, GLenum usage)
-{
-    makings++;
-    real.BufferData(target, size, data, usage);
-}
-
-static GLuint APIENTRY create_shader(GLenum type)
-{
-    makings++;
-    return real.CreateShader(type);
-}
-
-static GLint APIENTRY get_uniform_location(GLuint program, const GLchar *name)
-{
-    makings++;
-    return real.GetUniformLocation(program, name);
-}
-
-static void APIENTRY use_program(GLuint program)
-{
-    uses++;
-    real.UseProgram(program);
-}
+#define COUNT_GL(counter, result, name, parameters, arguments)                 \
+    static result APIENTRY count_##name parameters                             \
+    {                                                                          \
+        counter++;                                                             \
+        return real.name arguments;                                            \
+    }
+COUNT_GL(makings, void, GenTextures, (GLsizei n, GLuint *to), (n, to))
+COUNT_GL(makings, void, GenBuffers, (GLsizei n, GLuint *to), (n, to))
+COUNT_GL(makings, void, TexImage2D,
+         (GLenum target, GLint level, GLint internal, GLsizei x, GLsizei y,
+          GLint border, GLenum format, GLenum type, const void *texels),
+         (target, level, internal, x, y, border, format, type, texels))
+COUNT_GL(makings, void, TexImage3D,
+         (GLenum target, GLint level, GLint internal, GLsizei x, GLsizei y,
+          GLsizei z, GLint border, GLenum format, GLenum type,
+          const void *texels),
+         (target, level, internal, x, y, z, border, format, type, texels))
+COUNT_GL(makings, void, BufferData,
+         (GLenum target, GLsizeiptr size, const void *data, GLenum usage),
+         (target, size, data, usage))
+COUNT_GL(makings, GLuint, CreateShader, (GLenum type), (type))
+COUNT_GL(makings, GLint, GetUniformLocation,
+         (GLuint program, const GLchar *name), (program, name))
+COUNT_GL(uses, void, UseProgram, (GLuint program), (program))
 
 static void count_calls(void)
 {
     real = gl;
-    gl.GenTextures = gen_textures;
-    gl.GenBuffers = gen_buffers;
-    gl.TexImage2D = tex_image_2d;
-    gl.TexImage3D = tex_image_3d;
-    gl.BufferData = buffer_data;
-    gl.CreateShader = create_shader;
-    gl.GetUniformLocation = get_uniform_location;
-    gl.UseProgram = use_program;
+    gl.GenTextures = count_GenTextures;
+    gl.GenBuffers = count_GenBuffers;
+    gl.TexImage2D = count_TexImage2D;
+    gl.TexImage3D = count_TexImage3D;
+    gl.BufferData = count_BufferData;
+    gl.CreateShader = count_CreateShader;
+    gl.GetUniformLocation = count_GetUniformLocation;
+    gl.UseProgram = count_UseProgram;
 }
 
 /* ---- a window in memory -------------------------------------------------- */
@@ -167,23 +101,14 @@ static void end(void *unused)
 static void begin(void)
 {
     view_test_begin(WIDTH, HEIGHT);
-    memset(&app, 0, sizeof app);
-    memset(&options, 0, sizeof options);
-    options.settings = view_settings_default();
-    options.settings.probe_size = 16;
-    app.options = &options;
-    app.settings = options.settings;
+    view_test_app(&app, &options, WIDTH, HEIGHT);
+    app.settings.probe_size = 16;
     app.mouse[0] = app.mouse[1] = 3; /* a texel is read out */
-    app.width = WIDTH;
-    app.height = HEIGHT;
-    app.scale = 1;
     test_defer(end, NULL);
     count_calls();
     app.renderer = view_renderer_create();
     app.overlay = view_overlay_create();
-    sets_white(&app.sets[0]);
-    NEED(view_renderer_load(app.renderer, &app.sets[0]));
-    app.set = &app.sets[0];
+    NEED(view_renderer_load(app.renderer, app.set));
 }
 
 /* As app.c draws one, a sixtieth of a second after the last. */
@@ -217,8 +142,8 @@ static void stay(const char *what, int most)
 
 /* ---- tests -------------------------------------------------------------- */
 
-/* Of the sky, spheres, display and text. */
-TEST(spheres)
+/* Of the sky, spheres, display and text, or the map. */
+TEST(spheres_and_maps)
 {
     begin();
     stay("spheres", 4);
@@ -228,18 +153,9 @@ TEST(spheres)
     app.settings.help = true;
     view_app_notice(&app, "a notice");
     stay("list of keys", 4);
-}
-
-/* Of the map, display and text. */
-TEST(maps)
-{
-    static const view_mode modes[] = {VIEW_LEVELS, VIEW_IRRADIANCE_MAP,
-                                      VIEW_TABLE};
-
-    begin();
-    for (int i = 0; i < 3; i++) {
-        app.settings.mode = modes[i];
-        stay(view_mode_names[modes[i]], 3);
+    for (int mode = VIEW_LEVELS; mode <= VIEW_TABLE; mode++) {
+        app.settings.mode = (view_mode)mode;
+        stay(view_mode_names[mode], 3);
     }
 }
 

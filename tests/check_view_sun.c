@@ -10,8 +10,6 @@
 
 #include "view/vector.h"
 
-#define PI 3.14159265358979323846
-
 enum {
     WIDTH = 160,
     HEIGHT = 96,
@@ -98,26 +96,17 @@ static void sun_term(const float irradiance[4], const room_hit *h,
                      const double l[3], const double eye_ray[3], double rgb[3])
 {
     const view_room_material *m = h->material;
-    const double r = (double)m->roughness, alpha = r * r, a2 = alpha * alpha;
-    const double n_l = test_dot(h->normal, l),
-                 n_v = -test_dot(h->normal, eye_ray);
-    double half[3];
+    const double v[3] = {-eye_ray[0], -eye_ray[1], -eye_ray[2]};
+    const double alpha = (double)m->roughness * (double)m->roughness;
 
-    for (int k = 0; k < 3; k++)
-        half[k] = l[k] - eye_ray[k];
-    normalise3(half);
-    const double n_h = test_dot(h->normal, half),
-                 v_h = -test_dot(half, eye_ray);
-    const double k2 = 1 - (1 - a2) * n_h * n_h;
-    const double v = 0.5 / (n_v * sqrt(n_l * n_l * (1 - a2) + a2) +
-                            n_l * sqrt(n_v * n_v * (1 - a2) + a2));
     for (int k = 0; k < 3; k++) {
         const double f0 = (double)m->f0[k], albedo = (double)m->albedo[k];
-        const double f = f0 + (1 - f0) * pow(1 - v_h, 5);
-        const double specular =
-            r <= 0 || f0 <= 0 ? 0 : a2 / (PI * k2 * k2) * v * f;
-        rgb[k] =
-            (double)irradiance[k] * n_l * (specular + (1 - f0) * albedo / PI);
+        const double specular = alpha <= 0 || f0 <= 0
+                                    ? 0
+                                    : ibl_disc_brdf(IBL_GEOMETRY_SMITH, alpha,
+                                                    f0, 0, h->normal, v, l);
+        rgb[k] = (double)irradiance[k] *
+                 (specular + (1 - f0) * albedo * test_dot(h->normal, l) / M_PI);
     }
 }
 

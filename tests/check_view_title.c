@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* What the window's title tells: the controls that were changed; how long a
- * capture took by each filter that was tried; --stats; and what is drawn
- * where there is no room for what was asked for. */
+ * capture took; --stats; and what is drawn where there is no room for what was
+ * asked for. */
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -30,6 +30,7 @@ double __wrap_ibl_now(void)
 }
 
 static view_app app;
+static view_options options;
 static const char *const title = app.title;
 
 static void end(void *unused)
@@ -41,50 +42,17 @@ static void end(void *unused)
 static void begin(void)
 {
     view_test_begin(WIDTH, HEIGHT);
-    memset(&app, 0, sizeof app);
-    app.width = WIDTH;
-    app.height = HEIGHT;
-    app.settings = view_settings_default();
+    view_test_app(&app, &options, WIDTH, HEIGHT);
     app.settings.mode = VIEW_SCENE;
     app.settings.probe_size = 16;
     app.renderer = view_renderer_create();
     test_defer(end, NULL);
-    sets_white(&app.sets[0]);
-    NEED(app.renderer && view_renderer_load(app.renderer, &app.sets[0]));
-    app.set = &app.sets[0];
+    NEED(app.renderer && view_renderer_load(app.renderer, app.set));
 }
 
 static bool has(const char *part)
 {
     return strstr(title, part) != NULL;
-}
-
-/* Draws; whether there are times of each filter. */
-static bool timed(bool gpu, bool cpu)
-{
-    CHECK(view_renderer_draw(app.renderer, &app.settings, WIDTH, HEIGHT));
-    const view_scene_state *state =
-        view_scene_state_of(view_renderer_stage(app.renderer));
-    return state->timed[VIEW_PROBE_GPU] == gpu &&
-           state->timed[VIEW_PROBE_CPU] == cpu;
-}
-
-TEST(times_of_both_filters)
-{
-    begin();
-    CHECK(timed(true, false));
-    app.settings.probe_filter = VIEW_PROBE_CPU;
-    app.settings.probe_capture = VIEW_PROBE_FACES;
-    CHECK(timed(true, true));
-    /* Times of another size are no comparison. */
-    app.settings.probe_size = 32;
-    CHECK(timed(false, true));
-    /* Nor are those of another kind. */
-    app.settings.probe_filter = VIEW_PROBE_GPU;
-    CHECK(timed(true, true));
-    app.settings.probe_capture = VIEW_PROBE_PARABOLOIDS;
-    app.settings.probe_filter = VIEW_PROBE_CPU;
-    CHECK(timed(false, true));
 }
 
 /* Each step of an update takes a millisecond: six faces or two paraboloids are
@@ -98,7 +66,7 @@ TEST(times_are_of_one_update)
     for (int i = 0; i < 4; i++) {
         app.settings.probe_capture = (view_probe_capture)(i / 2);
         app.settings.seconds = i;
-        CHECK(timed(true, false));
+        CHECK(view_renderer_draw(app.renderer, &app.settings, WIDTH, HEIGHT));
         const double *ms =
             view_scene_state_of(view_renderer_stage(app.renderer))
                 ->ms[VIEW_PROBE_GPU];
@@ -107,33 +75,6 @@ TEST(times_are_of_one_update)
         CHECK_NEAR(ms[2], 6, 1e-6);
     }
     tick = 0;
-}
-
-/* The longest one is not cut. */
-TEST(has_room)
-{
-    static const size_t room = sizeof app.title - 60;
-    begin();
-    view_settings *s = &app.settings;
-    s->mode = VIEW_SPHERES;
-    s->material = 6;
-    s->rows = s->columns = 16;
-    s->metallic[0] = s->metallic[1] = 0.333;
-    s->roughness[0] = s->roughness[1] = 0.333;
-    s->reflection = VIEW_TWO_TAPS;
-    s->against = VIEW_SPLIT_SUM;
-    s->compare = VIEW_DIFFERENCE;
-    s->split = 0.333;
-    s->diffuse = VIEW_DIFFUSE_SH;
-    s->light_count = 4;
-    s->turn = -123.4;
-    s->sky = false;
-    s->ev = -12.25;
-    s->tone = VIEW_TONE_REINHARD;
-    s->false_colour = true;
-    app.frame_ms = 12345.6;
-    view_app_title(&app);
-    CHECK_MSG(has("12345.6 ms") && strlen(title) < room, "%s", title);
 }
 
 /* The title has part after a change and had not before. */
@@ -316,39 +257,4 @@ TEST(a_line_for_each_second)
     now += 1;
     line = frame(&stats, 1);
     CHECK_MSG(strstr(line, "frames=2 frame=15.0 worst=20.0"), "%s", line);
-}
-
-/* ---- pictures ----------------------------------------------------------- */
-
-static PFNGLFINISHPROC real_finish;
-static int finished;
-
-/* Frame i takes i + 1 ms. */
-static void APIENTRY slow_finish(void)
-{
-    real_finish();
-    now += 1e-3 * ++finished;
-}
-
-/* That of the last one, and the sum and the worst of all. */
-TEST(times_of_frames)
-{
-    view_options o = {.size = {WIDTH, HEIGHT}};
-    double ms;
-
-    begin();
-    real_finish = gl.Finish;
-    gl.Finish = slow_finish;
-    app.settings.mode = VIEW_SPHERES;
-    app.settings.rows = app.settings.columns = 1;
-    for (o.frames = 1; o.frames < 40; o.frames += 19) {
-        view_stats stats = {0};
-        finished = 0;
-        CHECK(view_still_draw(app.renderer, &o, &app.settings, &ms, &stats));
-        CHECK_NEAR(ms, o.frames, 1e-6);
-        CHECK(finished == o.frames && stats.frames == o.frames);
-        CHECK_NEAR(stats.sum, o.frames * (o.frames + 1) / 2, 1e-6);
-        CHECK_NEAR(stats.worst, o.frames, 1e-6);
-    }
-    gl.Finish = real_finish;
 }

@@ -204,32 +204,14 @@ TEST(are_where_volumes_are)
     }
 }
 
-/* A wall's own edges are seen, though they are no nearer than the wall. */
-TEST(show_on_walls)
-{
-    const double eye[3] = {0.3, 2.4, 3.6}, at[3] = {-0.2, 2, -5};
-    int proxy = 0;
-
-    begin();
-    wires *w = look(eye, at);
-    draw(w, some, 1, 0);
-    for (int i = 0; i < PIXELS; i++)
-        proxy += w->drawn[i] == 2;
-    /* Three sides of the far wall, at least. */
-    CHECK_MSG(proxy > WIDTH, "%d pixels", proxy);
-}
-
-TEST(none_without_probes)
+/* Of a proxy that does not count there is none, and at another exposure there
+ * is as much more light. */
+TEST(proxies_and_exposure)
 {
     const double eye[3] = {0.3, 2.4, 4.6}, at[3] = {0, 1, 0};
 
     begin();
     wires *w = look(eye, at);
-    draw(w, some, 0, 0);
-    for (int i = 0; i < PIXELS; i++)
-        CHECK(w->drawn[i] == 0);
-    /* Of one whose proxy does not count, there is none of that colour; and at
-     * another exposure as much more light. */
     ibl_probe p = some[0];
     p.has_proxy = 0;
     draw(w, &p, 1, -2);

@@ -321,15 +321,12 @@ TEST(rgb_floats)
 
 TEST(damaged)
 {
-    size_t places[60], size;
+    size_t size;
     ibl_texture tex = make(IBL_PIXEL_R11G11B10F, 2, 2, 1, 6);
     tex.zstd = 19;
     memset(tex.data + 10, 0, tex.bytes - 20);
     unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &size);
     texture_damage(quiet, b, size);
-    for (size_t k = 0; k < 60; k++)
-        places[k] = 12 + k * 4 % (size - 16);
-    texture_damage_words(quiet, b, size, places, 60, 17);
 }
 
 /* The largest cubes in few bytes: of a header alone, and of frames that claim

@@ -18,23 +18,19 @@ const char *const test_exr_compressions[8] = {"none", "rle",   "zips", "zip",
                                               "piz",  "pxr24", "b44",  "b44a"};
 const char *const test_exr_types[3] = {"half", "float", "uint32"};
 
-static void fill(ibl_image *img, uint64_t seed)
-{
-    test_random r = {seed};
-    for (int i = 0; i < 3 * img->width * img->height; i++) {
-        const double kind = test_random_unit(&r);
-        const double u = test_random_unit(&r);
-        img->data[i] = (float)(kind < 0.4    ? 0.25 * (i % 3) + 0.01 * i
-                               : kind < 0.9  ? exp(u * 16 - 8)
-                               : kind < 0.95 ? -u
-                                             : u * 1e-6);
-    }
-}
-
 ibl_image test_exr_source(ibl_ctx *ctx, int width, int height)
 {
     ibl_image img = map_constant(ctx, width, height, 0);
-    fill(&img, (uint64_t)width * 1000 + (uint64_t)height);
+    test_random r = {(uint64_t)width * 1000 + (uint64_t)height};
+
+    for (int i = 0; i < 3 * width * height; i++) {
+        const double kind = test_random_unit(&r);
+        const double u = test_random_unit(&r);
+        img.data[i] = (float)(kind < 0.4    ? 0.25 * (i % 3) + 0.01 * i
+                              : kind < 0.9  ? exp(u * 16 - 8)
+                              : kind < 0.95 ? -u
+                                            : u * 1e-6);
+    }
     return img;
 }
 

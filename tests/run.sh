@@ -73,14 +73,12 @@ scripts() {
             yes:*/check-clients.sh | yes:*/check-view-window.sh | \
             yes:*/check-fuzz.sh | yes:*/check-cluster.sh | \
             yes:*/check-arm64.sh) ;;
-        # A sample, of what finds most.
-        *asan:*/check-pairs.sh) tests+=("$build: $script") ;;
-        *:*/check-pairs.sh) ;;
         *:"$first":*/check-install.sh | *:"$first":*/check-clients.sh)
             long+=("$build: $script") ;;
         *:"$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh | \
             *asan:*/check-view.sh | *asan:*/check-view-window.sh | \
-            *asan:*/check-probes.sh | *asan:*/check-batch.sh)
+            *asan:*/check-probes.sh | *asan:*/check-batch.sh | \
+            *asan:*/check-pairs.sh)
             tests+=("$build: $script") ;;
         esac
     done

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "sets.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -61,28 +60,12 @@ void sets_white(baked_set *set)
 const char *sets_file(void)
 {
     static char path[512];
-    ibl_ctx *ctx;
-    ibl_image map;
 
     if (*path)
         return path;
-    snprintf(path, sizeof path, "%s/sky.hdr", test_dir());
-    ctx = view_test_ctx(2);
-    map = sets_map(ctx, 64, 60);
-    FILE *f = fopen(path, "wb");
-    if (f)
-        fprintf(f, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32 +X 64\n");
-    for (size_t i = 0; f && i < 64 * 32; i++) {
-        const float *p = map.data + 3 * i;
-        unsigned char rgbe[4];
-        int e;
-        frexp(fmax((double)p[0], fmax((double)p[1], (double)p[2])), &e);
-        for (int c = 0; c < 3; c++)
-            rgbe[c] = (unsigned char)ldexp((double)p[c], 8 - e);
-        rgbe[3] = (unsigned char)(e + 128);
-        fwrite(rgbe, 1, 4, f);
-    }
-    if (!f || fclose(f)) {
+    snprintf(path, sizeof path, "%s/sky.exr", test_dir());
+    const ibl_image map = sets_map(view_test_ctx(2), 64, 60);
+    if (!file_save_exr(path, &map, NULL)) {
         printf("%s: cannot be written\n", path);
         exit(1);
     }

@@ -14,7 +14,7 @@ void sets_white(baked_set *set);
 /* Bakes a map in memory as view_set_bake does; opts NULL: defaults. */
 bool sets_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
                      const ibl_specular_options *opts, baked_set *set);
-/* A map of 64 pixels: its flat Radiance file, and as the library reads it. */
+/* A map of 64 pixels: its file, and as the library reads it. */
 const char *sets_file(void);
 ibl_image sets_read_map(ibl_ctx *ctx);
 

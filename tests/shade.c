@@ -68,22 +68,17 @@ ibl_ctx *shade_ctx(void)
 
 void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut)
 {
+    const ibl_texel_options as = {.struct_size = sizeof as,
+                                  .pixel = cubes,
+                                  .overflow = IBL_OVERFLOW_SPREAD};
     ibl_texture *t = s->set.texture;
 
     for (int i = 0; i < VIEW_CONTENTS; i++)
         ibl_texture_free(&t[i]);
-    need(!ibl_texture_from_cube(
-             shade_ctx(), &s->specular,
-             &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
-                                  .pixel = cubes,
-                                  .overflow = IBL_OVERFLOW_SPREAD},
-             &t[VIEW_SPECULAR], NULL) &&
-             !ibl_texture_from_cube(
-                 shade_ctx(), &s->irradiance,
-                 &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
-                                      .pixel = cubes,
-                                      .overflow = IBL_OVERFLOW_SPREAD},
-                 &t[VIEW_IRRADIANCE], NULL) &&
+    need(!ibl_texture_from_cube(shade_ctx(), &s->specular, &as,
+                                &t[VIEW_SPECULAR], NULL) &&
+             !ibl_texture_from_cube(shade_ctx(), &s->irradiance, &as,
+                                    &t[VIEW_IRRADIANCE], NULL) &&
              !ibl_texture_unblock(shade_ctx(), &t[VIEW_SPECULAR]) &&
              !ibl_texture_unblock(shade_ctx(), &t[VIEW_IRRADIANCE]) &&
              !ibl_texture_from_lut(shade_ctx(), &s->lut, lut, &t[VIEW_LUT],
@@ -166,16 +161,6 @@ float *shade_draw(const baked_set *set, const view_settings *s)
     return rgb;
 }
 
-int shade_width(void)
-{
-    return picture_width;
-}
-
-int shade_height(void)
-{
-    return picture_height;
-}
-
 int shade_material(const char *name)
 {
     for (int i = 0; i < VIEW_MATERIALS; i++)
@@ -219,171 +204,18 @@ shade_pixel *shade_pixels(const view_settings *s)
     return all;
 }
 
-int shade_centre(const view_settings *s, const view_sphere *sphere)
-{
-    const int w = picture_width, h = picture_height;
-    const view_camera c = view_camera_of(s, w, h);
-    double m[16], clip[4];
-
-    view_camera_matrix(&c, m);
-    for (int i = 0; i < 4; i++)
-        clip[i] = m[i] * sphere->centre[0] + m[4 + i] * sphere->centre[1] +
-                  m[8 + i] * sphere->centre[2] + m[12 + i];
-    return (int)((0.5 - 0.5 * clip[1] / clip[3]) * h) * w +
-           (int)((0.5 + 0.5 * clip[0] / clip[3]) * w);
-}
-
 /* ---- lookups ----------------------------------------------------------- */
-
-int shade_face(const double d[3], double *s, double *t)
-{
-    const double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);
-
-    if (x >= y && x >= z) {
-        *s = (d[0] > 0 ? -d[2] : d[2]) / x;
-        *t = -d[1] / x;
-        return d[0] > 0 ? 0 : 1;
-    }
-    if (y >= z) {
-        *s = d[0] / y;
-        *t = (d[1] > 0 ? d[2] : -d[2]) / y;
-        return d[1] > 0 ? 2 : 3;
-    }
-    *s = (d[2] > 0 ? d[0] : -d[0]) / z;
-    *t = -d[1] / z;
-    return d[2] > 0 ? 4 : 5;
-}
-
-static void texel(const ibl_cube *cube, int level, int face, int x, int y,
-                  double rgb[3])
-{
-    const int n = ibl_cube_edge(cube->size, level);
-    const float *px = ibl_cube_face(cube, level, face) + 3 * (y * n + x);
-
-    for (int k = 0; k < 3; k++)
-        rgb[k] = px[k];
-}
-
-/* A texel beyond an edge is the one behind it on the face that is there: the
- * place as far down the side as it was out. */
-static void texel_beyond(const ibl_cube *cube, int level, int face, int x,
-                         int y, double rgb[3])
-{
-    const int n = ibl_cube_edge(cube->size, level);
-    const double in = 1 - 1.0 / n;
-    double middle[3], right[3], down[3], d[3], s, t;
-    double u = 2 * (x + 0.5) / n - 1, v = 2 * (y + 0.5) / n - 1, out = 1;
-
-    truth_cube_direction(1, face, 0, 0, middle);
-    truth_cube_direction(1, face, 0.5, 0, right);
-    truth_cube_direction(1, face, 0, 0.5, down);
-    if (fabs(u) > 1) {
-        u = u > 0 ? 1 : -1;
-        out = in;
-    }
-    if (fabs(v) > 1) {
-        v = v > 0 ? 1 : -1;
-        out = in;
-    }
-    for (int k = 0; k < 3; k++)
-        d[k] = out * middle[k] + u * (right[k] * sqrt(2) - middle[k]) +
-               v * (down[k] * sqrt(2) - middle[k]);
-    const int other = shade_face(d, &s, &t);
-    texel(cube, level, other, (int)floor((s + 1) / 2 * n),
-          (int)floor((t + 1) / 2 * n), rgb);
-}
-
-static void tap(const ibl_cube *cube, int level, int face, int x, int y,
-                double rgb[3])
-{
-    const int n = ibl_cube_edge(cube->size, level);
-    const bool out_x = x < 0 || x >= n, out_y = y < 0 || y >= n;
-    const int at_x = x < 0 ? 0 : n - 1, at_y = y < 0 ? 0 : n - 1;
-    double three[3][3];
-
-    if (!out_x && !out_y) {
-        texel(cube, level, face, x, y, rgb);
-    } else if (!out_x || !out_y) {
-        texel_beyond(cube, level, face, x, y, rgb);
-    } else {
-        /* No texel is at a corner: the mean of the three around it. */
-        texel(cube, level, face, at_x, at_y, three[0]);
-        texel_beyond(cube, level, face, x, at_y, three[1]);
-        texel_beyond(cube, level, face, at_x, y, three[2]);
-        for (int k = 0; k < 3; k++)
-            rgb[k] = (three[0][k] + three[1][k] + three[2][k]) / 3;
-    }
-}
-
-static void bilinear(const ibl_cube *cube, int level, const double dir[3],
-                     double rgb[3])
-{
-    const int n = ibl_cube_edge(cube->size, level);
-    double s, t, four[4][3];
-    const int face = shade_face(dir, &s, &t);
-    const double x = (s + 1) / 2 * n - 0.5, y = (t + 1) / 2 * n - 0.5;
-    const double fx = x - floor(x), fy = y - floor(y);
-
-    for (int i = 0; i < 4; i++)
-        tap(cube, level, face, (int)floor(x) + i % 2, (int)floor(y) + i / 2,
-            four[i]);
-    for (int k = 0; k < 3; k++)
-        rgb[k] = (1 - fy) * ((1 - fx) * four[0][k] + fx * four[1][k]) +
-                 fy * ((1 - fx) * four[2][k] + fx * four[3][k]);
-}
 
 void shade_cube(const ibl_cube *cube, double level, const double dir[3],
                 double rgb[3])
 {
-    const int below = (int)fmin(floor(level), cube->levels - 1);
-    const int above = below + 1 < cube->levels ? below + 1 : below;
-    double a[3], b[3];
+    ibl_cube levels[IBL_MAX_LEVELS];
 
-    bilinear(cube, below, dir, a);
-    bilinear(cube, above, dir, b);
-    for (int k = 0; k < 3; k++)
-        rgb[k] = a[k] + (level - below) * (b[k] - a[k]);
-}
-
-static double clamp(double x, double low, double high)
-{
-    return fmin(fmax(x, low), high);
-}
-
-void shade_table(const ibl_lut *lut, double n_v, double roughness, double rg[2])
-{
-    const int n = lut->size, last = n - 1;
-    const double x = clamp(n_v * n - 0.5, 0, last);
-    const double y = clamp(roughness * n - 0.5, 0, last);
-    const int i = (int)x, j = (int)y;
-    const int i1 = i < last ? i + 1 : i, j1 = j < last ? j + 1 : j;
-
-    for (int k = 0; k < 2; k++) {
-        const float *d = lut->data + k;
-        const double top =
-            d[2 * (j * n + i)] * (1 - (x - i)) + d[2 * (j * n + i1)] * (x - i);
-        const double bottom = d[2 * (j1 * n + i)] * (1 - (x - i)) +
-                              d[2 * (j1 * n + i1)] * (x - i);
-        rg[k] = top + (y - j) * (bottom - top);
-    }
-}
-
-/* Turned by angle about +Y, clockwise seen from above. */
-static void turn(double deg, const double from[3], double to[3])
-{
-    const double a = deg * acos(-1.0) / 180;
-
-    to[0] = cos(a) * from[0] - sin(a) * from[2];
-    to[1] = from[1];
-    to[2] = sin(a) * from[0] + cos(a) * from[2];
-}
-
-/* x of ibl_specular_layout. */
-static double mapped(const shade_set *s, double r)
-{
-    if (s->set.mapping == IBL_ROUGHNESS_BABYLON)
-        return log2(fmax(r * r, 1e-12));
-    return s->set.mapping == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
+    for (int l = 0; l < cube->levels; l++)
+        levels[l] = (ibl_cube){.size = ibl_cube_edge(cube->size, l),
+                               .levels = 1,
+                               .data = ibl_cube_face(cube, l, 0)};
+    ibl_lookup_chain(levels, cube->levels, dir, level, rgb);
 }
 
 void shade_look_up(const shade_set *s, const view_settings *settings,
@@ -391,19 +223,19 @@ void shade_look_up(const shade_set *s, const view_settings *settings,
                    shade_light *light)
 {
     const double r = sphere->roughness;
-    const double level =
-        clamp(mapped(s, r) * s->set.lod_scale + s->set.lod_offset, 0,
-              s->specular.levels - 1);
+    const double x = s->set.mapping == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
     double reflected[3], normal[3];
 
-    turn(settings->turn, p->reflected, reflected);
-    turn(settings->turn, p->normal, normal);
-    shade_cube(&s->specular, level, reflected, light->specular);
-    shade_table(&s->lut, p->n_v, r, light->table);
+    view_turn(settings->turn, p->reflected, reflected);
+    view_turn(settings->turn, p->normal, normal);
+    shade_cube(&s->specular, x * s->set.lod_scale + s->set.lod_offset,
+               reflected, light->specular);
+    ibl_lookup_lut(&s->lut, p->n_v, r, light->table);
     shade_cube(&s->irradiance, 0, normal, light->irradiance);
-    if (settings->diffuse == VIEW_DIFFUSE_MAP)
-        return;
     for (int k = 0; k < 3; k++) {
+        light->irradiance[k] *= s->set.irradiance_scale;
+        if (settings->diffuse == VIEW_DIFFUSE_MAP)
+            continue;
         light->irradiance[k] = 0;
         for (int l = 0; l <= s->set.sh_degree; l++)
             for (int m = -l; m <= l; m++)

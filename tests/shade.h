@@ -4,6 +4,7 @@
 #ifndef SHADE_H
 #define SHADE_H
 
+#include "cli/lookup.h"
 #include "view/baked_set.h"
 #include "view/renderer.h"
 #include "view/sphere_grid.h"
@@ -39,8 +40,6 @@ void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut);
 
 /* Draws; linear RGB, rows from the top, from test_alloc. Exits if it cannot. */
 float *shade_draw(const baked_set *set, const view_settings *s);
-int shade_width(void);
-int shade_height(void);
 /* Index in view_materials; exits if there is none of that name. */
 int shade_material(const char *name);
 
@@ -53,17 +52,10 @@ typedef struct shade_pixel {
 } shade_pixel;
 /* For each pixel of the picture; from test_alloc. */
 shade_pixel *shade_pixels(const view_settings *s);
-/* The pixel under which a sphere's centre is. */
-int shade_centre(const view_settings *s, const view_sphere *sphere);
 
-/* OpenGL 3.3, table 3.20: a direction's face, and s and t in -1..1. */
-int shade_face(const double d[3], double *s, double *t);
 /* Trilinear and seamless; dir in the environment's own frame. */
 void shade_cube(const ibl_cube *cube, double level, const double dir[3],
                 double rgb[3]);
-/* Bilinear, clamped to edges. */
-void shade_table(const ibl_lut *lut, double n_v, double roughness,
-                 double rg[2]);
 /* The split sum's input light, and its result without point lights. */
 typedef struct shade_light {
     double specular[3], irradiance[3]; /* E/pi */

@@ -197,31 +197,21 @@ static void tell_sanitizer(void)
     tell_end("a sanitizer");
 }
 
-static struct {
+static const struct {
     int number;
     const char *name;
-    struct sigaction before;
-} deadly[] = {
-    {.number = SIGSEGV, .name = "SIGSEGV"},
-    {.number = SIGBUS, .name = "SIGBUS"},
-    {.number = SIGABRT, .name = "SIGABRT"},
-    {.number = SIGFPE, .name = "SIGFPE"},
-    {.number = SIGILL, .name = "SIGILL"},
-    {.number = SIGTRAP, .name = "SIGTRAP"},
+} deadly[] = {{SIGABRT, "SIGABRT"}, {SIGSEGV, "SIGSEGV"}, {SIGBUS, "SIGBUS"},
+              {SIGFPE, "SIGFPE"},   {SIGILL, "SIGILL"},   {SIGTRAP, "SIGTRAP"}};
+enum {
+    DEADLY = sizeof deadly / sizeof *deadly
 };
 
-/* What was to come without us then comes: what the signal is for is done
- * again. */
-static void tell_signal(int number, siginfo_t *info, void *context)
+static void tell_signal(int number)
 {
-    (void)context;
-    for (size_t i = 0; i < sizeof deadly / sizeof *deadly; i++)
-        if (deadly[i].number == number) {
+    for (int i = 0; i < DEADLY; i++)
+        if (deadly[i].number == number)
             tell_end(deadly[i].name);
-            sigaction(number, &deadly[i].before, NULL);
-        }
-    if (info->si_code <= 0)
-        raise(number);
+    raise(number);
 }
 
 /* Sanitizers have it, and call the function before they end the program. */
@@ -231,18 +221,21 @@ static void tell_of_ends(void)
 {
     static char stack[1 << 16]; /* where the test's own is used up */
     const stack_t own = {.ss_sp = stack, .ss_size = sizeof stack};
-    struct sigaction tell = {.sa_sigaction = tell_signal,
-                             .sa_flags = SA_SIGINFO | SA_ONSTACK};
-    stack_t before;
+    const struct sigaction tell = {.sa_handler = tell_signal,
+                                   .sa_flags = (int)SA_RESETHAND | SA_ONSTACK};
+    struct sigaction before;
 
     process = getpid();
     atexit(tell_exit);
     if (__sanitizer_set_death_callback)
         __sanitizer_set_death_callback(tell_sanitizer);
-    if (!sigaltstack(NULL, &before) && before.ss_flags & SS_DISABLE)
+    else
         sigaltstack(&own, NULL);
-    for (size_t i = 0; i < sizeof deadly / sizeof *deadly; i++)
-        sigaction(deadly[i].number, &tell, &deadly[i].before);
+    /* But those that a sanitizer has. */
+    for (int i = 0; i < DEADLY; i++)
+        if (!sigaction(deadly[i].number, NULL, &before) &&
+            before.sa_handler == SIG_DFL)
+            sigaction(deadly[i].number, &tell, NULL);
 }
 
 /* ---- all of them ------------------------------------------------------ */

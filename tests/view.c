@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "view.h"
 
+#include "sets.h"
 #include "view/gl.h"
 #include "view/message.h"
 #include "view/overlay.h"
@@ -74,6 +75,19 @@ const char *view_test_shader(const char *name)
     return f->text[own];
 }
 
+GLuint view_test_program(const char *fragment)
+{
+    const view_shader_file files[] = {
+        {"full.vert", {view_test_shader("full.vert")}},
+        {"test.frag", {fragment}},
+        {NULL, {NULL}}};
+    const GLuint program =
+        view_program_from(files, "", "full.vert", "test.frag");
+
+    NEED(program);
+    return program;
+}
+
 ibl_ctx *view_test_ctx(int threads)
 {
     ibl_ctx_options opts = ibl_ctx_options_default();
@@ -81,6 +95,20 @@ ibl_ctx *view_test_ctx(int threads)
     opts.threads = threads;
     opts.log = view_log;
     return test_ctx_of(&opts);
+}
+
+void view_test_app(view_app *app, view_options *options, int width, int height)
+{
+    memset(app, 0, sizeof *app);
+    memset(options, 0, sizeof *options);
+    options->settings = view_settings_default();
+    app->options = options;
+    app->settings = options->settings;
+    app->width = width;
+    app->height = height;
+    app->scale = 1;
+    sets_white(&app->sets[0]);
+    app->set = &app->sets[0];
 }
 
 /* ---- standard error -------------------------------------------------- */

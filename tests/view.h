@@ -6,6 +6,8 @@
 #include <stdbool.h>
 
 #include "test.h"
+#include "view/app.h"
+#include "view/gl.h"
 
 /* Opens a screen in memory until the running test has ended, with gl loaded.
  * The test is skipped where there is no OSMesa, and under the thread
@@ -18,8 +20,15 @@ const char *view_test_about(void);
 /* The text of one of the viewer's shaders. */
 const char *view_test_shader(const char *name);
 
+/* A program of this fragment shader for all of what is drawn into. */
+GLuint view_test_program(const char *fragment);
+
 /* A context for the running test, with the viewer's log; exits on failure. */
 ibl_ctx *view_test_ctx(int threads);
+
+/* A window without OpenGL, by the default settings, with a white set; both must
+ * last until the running test has ended. */
+void view_test_app(view_app *app, view_options *options, int width, int height);
 
 /* Keeps what is written to standard error, until view_test_caught gives it:
  * static storage, overwritten by the next call. */

@@ -104,6 +104,18 @@ static void write_array(const ibl_texture *tex, int count, const char *dir,
         ibl_texture_free(&layer[i]);
 }
 
+/* A texture with keys, alone and in arrays. */
+static void write_set(ibl_texture *tex, bool arrays, const char *dir,
+                      const char *shape)
+{
+    need(ibl_texture_set(ctx, tex, "iblRoughness", "0 0.25 0.5 1"));
+    need(ibl_texture_set(ctx, tex, "Odd", "\xC3\xA9"));
+    write_all(tex, dir, shape);
+    for (int count = 2; arrays && count <= 5; count += 3)
+        write_array(tex, count, dir, shape);
+    ibl_texture_free(tex);
+}
+
 static void write_cubes(const char *dir, int size, int levels)
 {
     char shape[32];
@@ -113,18 +125,10 @@ static void write_cubes(const char *dir, int size, int levels)
     fill(cube.data, 3 * ibl_cube_texels(size, levels));
     for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_ASTC4X4HDR; p++) {
         ibl_texture tex;
-        need(ibl_texture_from_cube(
-            ctx, &cube,
-            &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
-                                 .pixel = p,
-                                 .overflow = IBL_OVERFLOW_CLIP},
-            &tex, NULL));
-        need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
-        need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));
-        write_all(&tex, dir, shape);
-        write_array(&tex, 2, dir, shape);
-        write_array(&tex, 5, dir, shape);
-        ibl_texture_free(&tex);
+        const ibl_texel_options o = {
+            .struct_size = sizeof o, .pixel = p, .overflow = IBL_OVERFLOW_CLIP};
+        need(ibl_texture_from_cube(ctx, &cube, &o, &tex, NULL));
+        write_set(&tex, true, dir, shape);
     }
     ibl_cube_free(&cube);
 }
@@ -139,18 +143,11 @@ static void write_alpha(const char *dir)
         alpha.data[i] = (float)(i % 101) / 100;
     for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_RGBA32F; p++) {
         ibl_texture tex;
-        need(ibl_texture_from_cube(
-            ctx, &cube,
-            &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
-                                 .pixel = p,
-                                 .overflow = IBL_OVERFLOW_CLIP},
-            &tex, NULL));
+        const ibl_texel_options o = {
+            .struct_size = sizeof o, .pixel = p, .overflow = IBL_OVERFLOW_CLIP};
+        need(ibl_texture_from_cube(ctx, &cube, &o, &tex, NULL));
         need(ibl_texture_set_alpha(ctx, &tex, &alpha));
-        need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
-        need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));
-        write_all(&tex, dir, "alpha8x4");
-        write_array(&tex, 2, dir, "alpha8x4");
-        ibl_texture_free(&tex);
+        write_set(&tex, true, dir, "alpha8x4");
     }
     ibl_cube_free(&cube);
     ibl_cube_free(&alpha);
@@ -164,12 +161,7 @@ static void write_luts(const char *dir)
     for (ibl_pixel p = IBL_PIXEL_RG16F; p <= IBL_PIXEL_RG32F; p++) {
         ibl_texture tex;
         need(ibl_texture_from_lut(ctx, &lut, p, &tex, NULL));
-        need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
-        need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));
-        write_all(&tex, dir, "flat5x1");
-        write_array(&tex, 2, dir, "flat5x1");
-        write_array(&tex, 5, dir, "flat5x1");
-        ibl_texture_free(&tex);
+        write_set(&tex, true, dir, "flat5x1");
     }
 }
 
@@ -180,10 +172,7 @@ static void write_lobes(const char *dir)
     fill(data, sizeof data / sizeof data[0]);
     const ibl_lobe_table table = {6, data, IBL_LOBE_LAYERS};
     need(ibl_texture_from_lobe_table(ctx, &table, &tex));
-    need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
-    need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));
-    write_all(&tex, dir, "flat6x1x4");
-    ibl_texture_free(&tex);
+    write_set(&tex, false, dir, "flat6x1x4");
 }
 
 int main(int argc, char **argv)

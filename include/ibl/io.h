@@ -153,17 +153,6 @@ enum {
     IBL_FILE_HASH = 33 /* 32 hexadecimal digits and a 0 */
 };
 
-/* The brightest source of a map: the pixel with the largest component, and all
- * pixels within 10 degrees of it that have a share of that or more. */
-typedef struct ibl_brightest {
-    int found;           /* 0: black, or as bright over too much of the map */
-    double share;        /* 0.1; 0.5 where over a 64th of the map has as much */
-    double direction[3]; /* unit, towards the middle of its light; the map is
-                            not rotated */
-    double irradiance[3]; /* on a surface that faces it: sum of L dO */
-    double solid_angle;   /* of its pixels, in steradians */
-} ibl_brightest;
-
 /* Properties of the file, and counts of repaired pixels. */
 typedef struct ibl_read_report {
     char format[64];  /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
@@ -190,7 +179,6 @@ typedef struct ibl_read_report {
     double clamp_removed; /* the share of the map's luminance, summed over the
                              sphere, that this took away; in other layouts than
                              equirectangular, summed over the pixels */
-    ibl_brightest brightest;
     char hash[IBL_FILE_HASH]; /* with opts->hash: XXH3 of 128 bits of the file's
                                  bytes, as xxh128sum prints it; of six files,
                                  the hash of their hashes' digits; else "" */

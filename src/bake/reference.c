@@ -43,7 +43,6 @@ enum {
 
 static const double pi = 3.14159265358979323846;
 static const double WIDEST = 0.8;    /* half a block, radians */
-static const double DIM = 6;         /* tolerances */
 static const double LOW = 0.25;      /* radians */
 static const double NOTHING = -36;   /* logarithm of a weight */
 static const double SMALLEST = 1e-7; /* alpha; a smaller one is a mirror */
@@ -94,6 +93,7 @@ struct ibl_reference {
     ibl_ctx *ctx;
     const ibl_image *env;
     double yaw; /* radians, 0..2 pi: the map's azimuth minus the world's */
+    bool coarse;
     int levels;
     level level[LEVELS];
     double (*row)[NODES], (*column)[NODES]; /* l's integrals over pixels */
@@ -342,6 +342,11 @@ ibl_status ibl_reference_create(ibl_ctx *ctx, const ibl_image *env,
     return status;
 }
 
+void ibl_reference_coarsen(ibl_reference *ref)
+{
+    ref->coarse = true;
+}
+
 void ibl_reference_free(ibl_reference *ref)
 {
     if (!ref)
@@ -377,7 +382,8 @@ typedef struct kernel {
     double alpha, a2, power;
     double sv, nv, v; /* v: Smith's of the viewer, or Schlick's k */
     double scale;     /* of the sums */
-    double tolerance; /* share of all light that a pixel's centre may miss */
+    double tolerance; /* share of all light that a pixel's centre may miss, */
+    double dim;       /* and that a block on the horizon may have as a whole */
     double step;      /* 3 x 3 points need no more than reach / step, */
     double near;      /* and nodes reach / near, for half a block */
 } kernel;
@@ -417,8 +423,8 @@ static void weigh(const kernel *k, run *p)
         const double s2 = x * x + p->y[i] * p->y[i], c2 = up * up;
         const double h2 = s2 + c2, t = s2 + a2 * c2;
         const double miss = 1 - 0.5 * sqrt(h2), miss2 = miss * miss;
-        const double g =
-            smith ? v * z + nv * sqrt(a2 + b2 * z * z) : v + (1 - v) * z;
+        const double g = smith ? v * z + nv * sqrt(a2 + b2 * z * z) + DBL_MIN
+                               : v + (1 - v) * z;
         p->reach2[i] = t;
         p->f[0][i] = z * (h2 / t) * (h2 / t) / g;
         p->f[1][i] = p->f[0][i] * miss2 * miss2 * miss;
@@ -471,7 +477,7 @@ static void aim(const ibl_reference *ref, const double normal[3],
     cross3(y, z, x);
 }
 
-static void shape(kernel *k, enum kind kind, double alpha)
+static void shape(kernel *k, enum kind kind, double alpha, bool coarse)
 {
     k->kind = kind;
     k->alpha = kind == CHARLIE ? fmax(alpha, 1e-3) : alpha;
@@ -479,9 +485,10 @@ static void shape(kernel *k, enum kind kind, double alpha)
     k->power = kind == CHARLIE ? 0.5 / k->alpha : 1 + 0.5 * (1 / k->a2 - 1);
     k->scale = 1;
     k->v = 0;
-    k->tolerance = kind < SMITH ? 2e-8 : 2e-6;
-    k->step = kind < SMITH ? 4.5 : 2.5;
-    k->near = kind < SMITH ? 4.5 : 3;
+    k->tolerance = coarse ? 1e-5 : kind < SMITH ? 2e-8 : 2e-6;
+    k->dim = coarse ? 1e-2 : 1e-3;
+    k->step = coarse ? 2 : kind < SMITH ? 4.5 : 2.5;
+    k->near = coarse ? 1.8 : kind < SMITH ? 4 : 3;
     if (kind == SMITH) {
         k->v = sqrt(k->a2 + (1 - k->a2) * k->nv * k->nv);
         k->scale = k->a2 / (2 * pi);
@@ -889,7 +896,8 @@ static bool is_dim(const sum *s, const double highest[3], const float *moments,
         double flux = c < 3 ? 0 : angle;
         for (int n = 0; n < NODES * NODES && c < 3; n++)
             flux += (double)moments[c * NODES * NODES + n];
-        dim = flux * p.f[0][0] < DIM * s->least[c];
+        dim = flux * p.f[0][0] * s->kernel->tolerance <
+              s->kernel->dim * s->least[c];
     }
     return dim;
 }
@@ -914,13 +922,14 @@ static void add_block(sum *s, int k, int j, int i)
     const bool smooth =
         fits && s->kernel->near * edge < reach_at(s->kernel, at, radius, LOW);
     const bool crossed = at[2] < radius;
-    if (smooth && crossed && !(s->least[3] > 0)) {
+    if (smooth && crossed && (edge < 0.25 || !k) && !(s->least[3] > 0)) {
         s->later[s->later_count++] = (rough){k, j, i, 0};
         return;
     }
     at[2] += radius;
     if (smooth &&
-        (!crossed || is_dim(s, at, moments_at(l, j, i), 4 * tall * wide))) {
+        (!crossed || (s->least[3] > 0 &&
+                      is_dim(s, at, moments_at(l, j, i), 4 * tall * wide)))) {
         add_nodes(s, row, column, moments_at(l, j, i));
     } else if (k) {
         for (int n = 0; n < 4; n++)
@@ -1020,7 +1029,7 @@ static void view_job(void *arg, int at, int worker)
             all->out + (i * (size_t)all->n + (size_t)n) * (lobe ? 3 : SUMS);
         if (all->kind == COSINE || (r > 0 && r * r >= SMALLEST) ||
             (all->kind == CHARLIE && r > 0)) {
-            shape(&k, all->kind, r * r);
+            shape(&k, all->kind, r * r, all->ref->coarse);
             add_all(&s, sums);
         } else { /* F0 and the rest of Schlick's term */
             const double miss = 1 - k.nv;

@@ -27,9 +27,9 @@ enum {
 };
 
 enum {
-    SAMPLES = 1024,
+    SAMPLES = 2048,
     STEPS = 128,    /* of roughness */
-    SHARPEST = 12,  /* of these, but 0: sharper lobes take long */
+    SHARPEST = 16,  /* of these, but 0: sharper lobes take long */
     SHARPER = 4,    /* so is the second level, after one of 0 */
     OCTAVE = 8,     /* edges of levels in an octave */
     LEAST_EDGE = 4, /* of a level */
@@ -40,7 +40,9 @@ enum {
     SHEEN_LEAST = 5,  /* bin: shaders take smaller roughnesses for it */
     SHEEN_SIZE = 128, /* of Charlie's whole chain, of which a part is made */
     SHEEN_TABLE = 64,
-    TABLES = 64, /* of a kind that are remembered */
+    MADE = 16,       /* of a kind that are remembered; of cubes larger than */
+    KEPT_EDGE = 128, /* one */
+    TRIED = 512,
     SCALES = 4
 };
 
@@ -56,18 +58,21 @@ typedef struct values {
 typedef struct pick {
     int at[PARTS];
     int low, high; /* roughnesses of the first and last level, / STEPS */
+    int size;      /* of the first level; up to here it tells sets apart */
     size_t bytes;
     double error; /* HUGE_VAL: there are no such levels */
     double added; /* by all parts but the levels, as they were made coarser */
 } pick;
 
-/* A table that was made. */
-typedef struct table {
-    ibl_output_kind kind;
-    int size;
-    ibl_specular_layout layout; /* that lobes are for */
-    ibl_candidate made;
-} table;
+/* Cubes, or a table, that were made. */
+typedef struct made {
+    ibl_output_kind kind;       /* SPECULAR: all cubes, and harmonics */
+    int size;                   /* of the table, or of irradiance */
+    ibl_pixel pixel;            /* of cubes */
+    const ibl_image *map;       /* of which they are */
+    ibl_specular_layout layout; /* but of BRDF tables */
+    ibl_candidate set;
+} made;
 
 typedef struct search {
     const ibl_bake_source *from;
@@ -82,8 +87,9 @@ typedef struct search {
     double most, asked; /* squared: of a set; what parts may add */
     size_t most_bytes;
     values part[PARTS];
-    table tables[2][TABLES]; /* BRDF tables, lobe tables */
-    int table_count[2];
+    made made[IBL_OUTPUT_COUNT][MADE];
+    pick tried[TRIED];
+    int made_count[IBL_OUTPUT_COUNT], tried_count;
 } search;
 
 static int value_of(const search *s, const pick *p, int part)
@@ -180,45 +186,48 @@ static const ibl_image *map_for(const search *s, const ibl_specular_layout *l)
 /* ---- measuring ------------------------------------------------------------
  */
 
-/* A table of o as the files give it back, made once. */
-static bool find_table(search *s, const ibl_opts *o, ibl_output_kind kind,
-                       ibl_candidate *out)
+/* Outputs of o as the files give them back, of a map or, NULL, a table. */
+static const ibl_candidate *find_made(search *s, const ibl_opts *o,
+                                      ibl_output_kind kind,
+                                      const ibl_image *map)
 {
-    table *made = s->tables[kind == IBL_OUTPUT_LOBES];
-    int *all = &s->table_count[kind == IBL_OUTPUT_LOBES];
-    const int count = *all < TABLES ? *all : TABLES;
-    table key = {.kind = kind, .size = o->lut.size};
-    ibl_opts alone = *o;
-    int i = 0;
+    made key = {.kind = kind, .map = map};
+    ibl_opts part = *o;
+    made *const all = s->made[kind], *m = all;
 
-    if (kind == IBL_OUTPUT_LOBES) {
-        key.size = o->lobe_table_size;
+    if (kind != IBL_OUTPUT_LUT)
         ibl_specular_layout_of(&o->bake.specular_options, &key.layout);
+    if (map) {
+        key.size = o->bake.irradiance ? o->bake.irradiance_options.size : 0;
+        key.pixel = o->texels.pixel;
+    } else {
+        key.size = kind == IBL_OUTPUT_LUT ? o->lut.size : o->lobe_table_size;
+        part.only = 1u << kind;
+        part.bake.specular = part.bake.irradiance = 0;
+        part.bake.sh_degree = -1;
     }
-    while (i < count && memcmp(&made[i], &key, offsetof(table, made)) != 0)
-        i++;
-    if (i == count) {
-        i = (*all)++ % TABLES;
-        ibl_candidate_free(&made[i].made);
-        alone.only = 1u << kind;
-        alone.bake.specular = alone.bake.irradiance = 0;
-        alone.bake.sh_degree = -1;
-        made[i] = key;
-        if (ibl_candidate_bake(s->ctx, NULL, &alone, &made[i].made) ||
-            ibl_candidate_round(s->ctx, &alone, &made[i].made))
-            return false;
-    }
-    *out = made[i].made;
-    return true;
+    while (m < all + MADE && memcmp(m, &key, offsetof(made, set)) != 0)
+        m++;
+    if (m < all + MADE)
+        return &m->set;
+    m = all;
+    if (!map || key.layout.size <= KEPT_EDGE)
+        m += 1 + s->made_count[kind]++ % (MADE - 1);
+    ibl_candidate_free(&m->set);
+    *m = key;
+    if (!ibl_candidate_bake(s->ctx, map, &part, &m->set) &&
+        !ibl_candidate_round(s->ctx, &part, &m->set))
+        return &m->set;
+    m->kind = IBL_OUTPUT_COUNT;
+    return NULL;
 }
 
 /* Measures the set of some options; whole: of the whole map, as it is baked. */
 static bool measure(search *s, const ibl_opts *o, bool whole, ibl_measured *m)
 {
-    ibl_specular_options *levels;
     ibl_specular_layout l;
     ibl_opts cubes = *o;
-    ibl_candidate c = {0}, lut = {0}, lobes = {0};
+    const ibl_candidate none = {0}, *c, *lut = &none, *lobes = &none;
     ibl_drawn d = {.shader = s->lobes ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT,
                    .irradiance_scale = 1,
                    .sh_degree = 2,
@@ -227,29 +236,26 @@ static bool measure(search *s, const ibl_opts *o, bool whole, ibl_measured *m)
 
     /* Cubes stand for flat levels, and all sets have light that is diffuse. */
     cubes.only &= ~(1u << IBL_OUTPUT_LUT | 1u << IBL_OUTPUT_LOBES);
-    levels = &cubes.bake.specular_options;
-    levels->projection = IBL_PROJECTION_CUBE;
+    cubes.bake.specular_options.projection = IBL_PROJECTION_CUBE;
     cubes.bake.irradiance_options.projection = IBL_PROJECTION_CUBE;
     cubes.bake.irradiance |= cubes.bake.sh_degree < 2;
-    bool ok = !ibl_specular_layout_of(levels, &l) &&
-              !ibl_candidate_bake(s->ctx, whole ? s->map : map_for(s, &l),
-                                  &cubes, &c) &&
-              !ibl_candidate_round(s->ctx, &cubes, &c);
+    if (ibl_specular_layout_of(&cubes.bake.specular_options, &l))
+        return false;
     if (ibl_opts_want(o, IBL_OUTPUT_LUT) && !o->lut.kind && o->lut.size > 1)
-        ok = ok && find_table(s, o, IBL_OUTPUT_LUT, &lut);
+        lut = find_made(s, o, IBL_OUTPUT_LUT, NULL);
     if (s->lobes)
-        ok = ok && find_table(s, o, IBL_OUTPUT_LOBES, &lobes);
-    if (ok) {
-        d.lut = lut.lut;
-        d.lobes = lobes.lobes;
-        ibl_drawn_chain(&d, &c.made.specular, &l);
-        d.irradiance = c.made.irradiance;
-        if (!d.irradiance.data || (o->of && o->of->harmonics))
-            d.sh = c.made.sh;
-        ok = ibl_measure(&s->truth, &d, NULL, m, NULL);
-    }
-    ibl_candidate_free(&c);
-    return ok;
+        lobes = find_made(s, o, IBL_OUTPUT_LOBES, NULL);
+    c = find_made(s, &cubes, IBL_OUTPUT_SPECULAR,
+                  whole ? s->map : map_for(s, &l));
+    if (!lut || !lobes || !c)
+        return false;
+    d.lut = lut->lut;
+    d.lobes = lobes->lobes;
+    ibl_drawn_chain(&d, &c->made.specular, &l);
+    d.irradiance = c->made.irradiance;
+    if (!d.irradiance.data || (o->of && o->of->harmonics))
+        d.sh = c->made.sh;
+    return ibl_measure(&s->truth, &d, NULL, m, NULL);
 }
 
 static double square(double x)
@@ -268,11 +274,18 @@ static bool try_pick(search *s, pick *p)
         ibl_specular_layout_of(&o.bake.specular_options, &l))
         return true;
     p->bytes = ibl_candidate_bytes(&o);
+    p->size = l.size;
     if (s->fits)
         p->at[EDGE] = index_of(&s->part[EDGE], l.size);
+    for (int i = 0; i < TRIED && p->error == HUGE_VAL; i++)
+        if (!memcmp(&s->tried[i], p, offsetof(pick, bytes)))
+            p->error = s->tried[i].error;
+    if (p->error < HUGE_VAL)
+        return true;
     if (!measure(s, &o, false, &m))
         return false;
     p->error = square(m.value[IBL_FIGURE_NRMSE]);
+    s->tried[s->tried_count++ % TRIED] = *p;
     return true;
 }
 
@@ -465,8 +478,12 @@ static bool make_fine(search *s, size_t usual, pick *fine)
         p.at[EDGE] += s->fits ? OCTAVE : 1;
         if (p.at[EDGE] >= s->part[EDGE].count)
             return true;
-        if (!try_pick(s, &p))
+        pick mirror = p; /* which pays from some size on */
+        mirror.low = 0;
+        if (!try_pick(s, &p) || (s->fits && !try_pick(s, &mirror)))
             return false;
+        if (s->fits && mirror.error < p.error)
+            p = mirror;
         /* Of rough levels there are none as large as all edges. */
         if (p.at[EDGE] <= edge || p.bytes > s->most_bytes)
             return true;
@@ -510,15 +527,15 @@ static bool try_levels(search *s, const pick *fine, int levels, pick *best)
         p.low = p.high = (p.low + p.high) / 2;
     for (int edge = 0; edge < s->part[EDGE].count;
          edge += s->fits ? OCTAVE : 1) {
-        ibl_opts beside;
+        ibl_opts o;
         p.at[EDGE] = edge;
+        if (!set_options(s, &p, &o))
+            continue;
+        o.only &= 1u << IBL_OUTPUT_SPECULAR;
+        if (ibl_candidate_bytes(&o) / 2 > best->bytes)
+            break; /* texels may have half the bytes */
         if (!try_pick(s, &p))
             return false;
-        if (p.error == HUGE_VAL || !set_options(s, &p, &beside))
-            continue;
-        beside.only &= ~(1u << IBL_OUTPUT_SPECULAR);
-        if ((p.bytes - ibl_candidate_bytes(&beside)) / 2 > best->bytes)
-            break; /* texels may have half the bytes */
         if (!holds(s, &p) && p.error < 9 * s->most &&
             value_of(s, &p, EDGE) <= FIT_EDGE &&
             !fit_roughness(s, 16, SIZE_MAX, &p))
@@ -675,7 +692,7 @@ static bool search_all(search *s, ibl_choice *c)
     for (int l = 0; l < s->part[LEVELS].count; l++)
         if (!try_levels(s, &fine, l, &best))
             return false;
-    if (best.bytes == SIZE_MAX && c->reached && fine.error > s->asked) {
+    if (best.bytes == SIZE_MAX && fine.error > s->most) {
         ibl_choice_add(c, true, "outputs", "as usual");
         return true;
     }
@@ -721,8 +738,8 @@ bool ibl_choose(const ibl_bake_source *from, const ibl_materials *materials,
     const bool ok = begin(s, materials, choice) && search_all(s, choice);
     for (int i = 1; i < SCALES; i++)
         ibl_image_free(&s->map[i]);
-    for (int i = 0; i < 2 * TABLES; i++)
-        ibl_candidate_free(&s->tables[i / TABLES][i % TABLES].made);
+    for (int i = 0; i < IBL_OUTPUT_COUNT * MADE; i++)
+        ibl_candidate_free(&s->made[i / MADE][i % MADE].set);
     ibl_truth_free(&s->truth);
     free(s);
     return ok;

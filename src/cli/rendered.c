@@ -204,8 +204,10 @@ bool ibl_truth_make(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
         calloc((size_t)(out->rows * options->directions), sizeof *out->sample);
     bool ok =
         spots && out->sample && !ibl_reference_create(ctx, env, yaw_deg, &ref);
-    if (ok)
+    if (ok) {
+        ibl_reference_coarsen(ref);
         draw_samples(spots, materials, out);
+    }
     ok = ok && find_truth(ref, materials, out);
     ibl_reference_free(ref);
     free(spots);

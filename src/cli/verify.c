@@ -566,8 +566,11 @@ static bool judge_rendered(const verify *v, ibl_report *report)
     bool ok = find_drawn(v, &set) &&
               ibl_truth_make(v->ctx, &v->env, v->yaw_deg, &o, &truth) &&
               !ibl_reference_create(v->ctx, v->rest.data ? &v->rest : &v->env,
-                                    v->yaw_deg, &rest) &&
-              ibl_report_drawn(report, &truth, &set, rest);
+                                    v->yaw_deg, &rest);
+    if (ok) {
+        ibl_reference_coarsen(rest);
+        ok = ibl_report_drawn(report, &truth, &set, rest);
+    }
     for (int i = 0; i < report->drawn_count && ok; i++)
         if (!isfinite(report->drawn[i].measured.value[IBL_FIGURE_NRMSE]))
             ok = ibl_console_fail(v->console,

@@ -65,7 +65,6 @@ typedef struct batch {
     const ibl_colour *c;
     float *rgb;
     int first, count;
-    uint32_t *most;
     atomic_size_t outside, clamped;
 } batch;
 
@@ -73,7 +72,7 @@ static void change_row(batch *b, int row)
 {
     const ibl_colour *c = b->c;
     const int width = c->rows->width;
-    float *rgb = b->rgb + 3 * (size_t)width * (size_t)row, peak = 0;
+    float *rgb = b->rgb + 3 * (size_t)width * (size_t)row;
     size_t outside = 0, clamped = 0;
     double light = 0, removed = 0;
 
@@ -89,12 +88,9 @@ static void change_row(batch *b, int row)
             removed += (1 - kept) * luminance(c, p);
             clamped += kept < 1;
         }
-        for (int i = 0; i < 3; i++) {
+        for (int i = 0; i < 3; i++)
             rgb[i] = (float)fmin(kept * p[i], FLT_MAX);
-            peak = rgb[i] > peak ? rgb[i] : peak;
-        }
     }
-    memcpy(&b->most[row], &peak, sizeof peak);
     b->outside += outside;
     b->clamped += clamped;
     if (c->light) {
@@ -112,11 +108,9 @@ static void rows_job(void *arg, int job, int worker)
         change_row(b, y);
 }
 
-ibl_status ibl_colour_apply(ibl_colour *c, int first, int count, float *rgb,
-                            uint32_t *most)
+ibl_status ibl_colour_apply(ibl_colour *c, int first, int count, float *rgb)
 {
-    batch b = {
-        .c = c, .rgb = rgb, .first = first, .count = count, .most = most};
+    batch b = {.c = c, .rgb = rgb, .first = first, .count = count};
 
     if (!c->changes)
         return IBL_OK;

@@ -25,10 +25,8 @@ typedef struct ibl_colour {
  * colour space. */
 ibl_status ibl_colour_init(ibl_colour *c, const ibl_input *in, ibl_rows *rows,
                            const ibl_read_options *opts);
-/* Changes count rows from row `first` of the map, and their most, which becomes
- * the bits of their largest component. Counts in the report. */
-ibl_status ibl_colour_apply(ibl_colour *c, int first, int count, float *rgb,
-                            uint32_t *most);
+/* Changes count rows from row `first` of the map. Counts in the report. */
+ibl_status ibl_colour_apply(ibl_colour *c, int first, int count, float *rgb);
 /* After the last row: sets the report's clamp_removed. */
 void ibl_colour_end(const ibl_colour *c);
 void ibl_colour_free(ibl_colour *c);

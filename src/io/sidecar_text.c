@@ -111,24 +111,6 @@ static double mean_luminance(const ibl_sidecar_facts *f)
     return sum;
 }
 
-/* Turned as the outputs are. */
-static json_t *brightest(const ibl_sidecar_facts *f)
-{
-    const ibl_brightest *s = &f->o.report->brightest;
-    const double yaw = f->o.yaw_deg / ibl_degrees, *d = s->direction;
-    double turned[3] = {cos(yaw) * d[0] + sin(yaw) * d[2], d[1],
-                        cos(yaw) * d[2] - sin(yaw) * d[0]};
-
-    ibl_axes_turn(f->o.axes, 0, turned, turned);
-    if (!s->found)
-        return json_null();
-    return json_pack("{so so sf sf ss}", "direction", numbers(turned, 3),
-                     "irradiance", numbers(s->irradiance, 3), "solid_angle_sr",
-                     s->solid_angle, "share", round(s->share * 10) / 10, "is",
-                     "the pixels within 10 degrees of the brightest that have "
-                     "that share of it or more");
-}
-
 static json_t *environment(const ibl_sidecar_facts *f)
 {
     json_t *j = json_object();
@@ -136,7 +118,6 @@ static json_t *environment(const ibl_sidecar_facts *f)
     if (f->o.made->sh)
         put(&j, "mean_luminance", json_real(mean_luminance(f)));
     put(&j, "luminance_weights", numbers(f->o.report->luma, 3));
-    put(&j, "brightest", brightest(f));
     return j;
 }
 

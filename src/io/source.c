@@ -7,7 +7,6 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge.h"
-#include "io/brightest.h"
 #include "io/colour.h"
 #include "io/colour_space.h"
 #include "io/container.h"
@@ -31,7 +30,6 @@ struct ibl_source {
     ibl_rows *rows;
     ibl_mender mender;
     ibl_colour colour;
-    ibl_bright_pixels bright;
     ibl_alpha_range alpha;
     bool strict;
     bool straight;     /* colours are not multiplied by alpha yet */
@@ -538,8 +536,6 @@ static ibl_status begin(ibl_source *s, const ibl_read_options *opts)
         ibl_input_close(&s->in);
     s->straight = s->rows->straight || opts->alpha == IBL_ALPHA_STRAIGHT;
     s->alpha = (ibl_alpha_range){INFINITY, -INFINITY};
-    s->bright.width = s->rows->width;
-    s->bright.height = s->rows->height;
     s->peak = s->rows->report.peak;
     if (!s->mended) {
         s->rows->report.has_alpha = s->rows->alpha != NULL;
@@ -619,8 +615,6 @@ static ibl_status unwrap(ibl_source *s, const ibl_read_options *opts)
     s->row = 0;
     s->mended = s->unwrapped = true;
     s->peak = report.peak;
-    s->bright.width = map.width;
-    s->bright.height = map.height;
     status = ibl_rows_of_image(s->ctx, &map, &s->rows);
     if (status) {
         ibl_free(alpha);
@@ -758,7 +752,6 @@ void ibl_source_close(ibl_source *source)
         return;
     ibl_mender_free(&source->mender);
     ibl_colour_free(&source->colour);
-    ibl_bright_free(&source->bright);
     ibl_rows_close(source->rows);
     ibl_input_close(&source->in);
     ibl_free(source);
@@ -766,8 +759,8 @@ void ibl_source_close(ibl_source *source)
 
 /* ---- reading -------------------------------------------------------- */
 
-/* Beside the reader's, the bytes of a file in memory, alpha, and 6 MiB of the
- * brightest pixels and buffers. */
+/* Beside the reader's, the bytes of a file in memory, alpha, and 4 MiB of
+ * buffers. */
 size_t ibl_source_memory(const ibl_source *source)
 {
     const ibl_rows *r = source->rows;
@@ -775,7 +768,7 @@ size_t ibl_source_memory(const ibl_source *source)
     const double each =
         r->held + (r->whole.data ? 12 : 0) + (r->alpha ? sizeof(float) : 0);
 
-    return (size_t)(pixels * each) + (6 << 20) +
+    return (size_t)(pixels * each) + (4 << 20) +
            (r->report.bridged ? BRIDGE_BYTES : 0) +
            (source->in.bytes ? source->in.size : 0);
 }
@@ -908,36 +901,13 @@ static void apply_alpha(ibl_source *s, int rows, float *rgb)
                    width * (size_t)rows, s->straight, &s->alpha, report);
 }
 
-static bool is_map(const ibl_source *s)
-{
-    return s->unwrapped || s->rows->report.layout == IBL_INPUT_EQUIRECT;
-}
-
-/* Converts rows that are mended and looks for the brightest source in them. */
-static ibl_status look_at_rows(ibl_source *s, int rows, float *rgb)
-{
-    const size_t floats = 3 * (size_t)s->rows->width;
-    uint32_t *most = s->mender.most + s->row;
-    ibl_status status = ibl_colour_apply(&s->colour, s->row, rows, rgb, most);
-
-    for (int y = 0; is_map(s) && y < rows && !status; y++) {
-        float value;
-        memcpy(&value, &most[y], sizeof value);
-        if (!ibl_bright_take(&s->bright, rgb + floats * (size_t)y, s->row + y,
-                             value))
-            status = ibl_no_memory(s->ctx, "the brightest pixels");
-    }
-    return status;
-}
-
 static ibl_status end_rows(ibl_source *s)
 {
     if (!s->unwrapped)
         ibl_colour_end(&s->colour);
-    if (is_map(s))
-        ibl_bright_sum(&s->bright, &s->rows->report.brightest);
     /* A square may be a face, one of six; what alpha hides is black. */
-    if (is_map(s) && !(s->rows->report.peak > 0) && !s->rows->alpha &&
+    if ((s->unwrapped || s->rows->report.layout == IBL_INPUT_EQUIRECT) &&
+        !(s->rows->report.peak > 0) && !s->rows->alpha &&
         s->rows->width != s->rows->height)
         ibl_warn(s->ctx, "%s: is black everywhere", s->in.name);
     const ibl_status status = s->mended ? IBL_OK : report_mended(s);
@@ -963,7 +933,7 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
     if (s->mended)
         s->rows->report.peak = s->peak;
     if (!s->status)
-        s->status = look_at_rows(s, rows, rgb);
+        s->status = ibl_colour_apply(&s->colour, s->row, rows, rgb);
     if (!s->status && !s->mended)
         apply_alpha(s, rows, rgb);
     s->row += rows;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Changes a rgba32f DDS cube of iblbake as bakers do by mistake, or takes it
-// apart.
+// Changes a rgba32f DDS cube of iblbake as bakers do by mistake.
 //   node damage.mjs IN HOW OUT
 //   swap    faces +X and +Y change places
 //   shift   half a texel to the right, in every level but the first
@@ -9,9 +8,6 @@
 //   face=K  every value of +X plus K
 //   upper=K every value of +X plus K, in its upper half alone
 //   peak=K  the brightest red of each level times K
-//   times=K@F  every value of face F, 0..5, times K
-//   times=K@F/N  in the upper one of N parts of it
-//   images  OUT is a pattern with %l and %f: six .hdr images a level
 import fs from 'fs';
 
 const [input, how, output] = process.argv.slice(2);
@@ -30,33 +26,6 @@ const at = (l, face, x, y, c) => {
     for (let k = 0; k < l; k++) offset += 16 * edge(k) ** 2;
     return offset + 16 * (y * edge(l) + x) + 4 * c;
 };
-
-// Radiance RGBE of one value: the largest shares its exponent.
-function rgbe(rgb) {
-    const most = Math.max(...rgb);
-    if (!(most > 1e-32)) return [0, 0, 0, 0];
-    const e = Math.floor(Math.log2(most)) + 1;
-    return [...rgb.map(v => Math.min(Math.floor(v * 256 / 2 ** e), 255)),
-        e + 128];
-}
-
-function images() {
-    const names = ['px', 'nx', 'py', 'ny', 'pz', 'nz'];
-    for (let l = 0; l < levels; l++)
-        for (let face = 0; face < 6; face++) {
-            const n = edge(l), bytes = [];
-            for (let y = 0; y < n; y++)
-                for (let x = 0; x < n; x++)
-                    // + 1/2 of the last place, as readers have no such half.
-                    bytes.push(...rgbe([0, 1, 2].map(c =>
-                        file.readFloatLE(at(l, face, x, y, c)) * 1.001)));
-            fs.writeFileSync(
-                output.replace('%l', l).replace('%f', names[face]),
-                Buffer.concat([Buffer.from('#?RADIANCE\n' +
-                    `FORMAT=32-bit_rle_rgbe\n\n-Y ${n} +X ${n}\n`),
-                    Buffer.from(bytes)]));
-        }
-}
 
 function each(change) {
     const old = Buffer.from(file);
@@ -81,34 +50,26 @@ function peak(old, l) {
 const value = (old, ...where) => old.readFloatLE(at(...where));
 const [what, k] = how.split('=');
 
-if (what === 'images')
-    images();
-else
-    each((old, l, face, x, y, c) => {
-        const v = value(old, l, face, x, y, c);
-        switch (what) {
-        case 'swap':
-            return value(old, l, [2, 1, 0, 3, 4, 5][face], x, y, c);
-        case 'shift':
-            return l === 0 ? v : (v + value(old, l, face,
-                Math.min(x + 1, edge(l) - 1), y, c)) / 2;
-        case 'nan':
-            return l === levels - 1 && face === 3 && x === 0 && y === 0 &&
-                c === 1 ? NaN : v;
-        case 'scale':
-            return v * k;
-        case 'face':
-            return face === 0 ? v + Number(k) : v;
-        case 'upper':
-            return face === 0 && 2 * y < edge(l) ? v + Number(k) : v;
-        case 'peak':
-            return c === 0 && v === (peaks[l] ??= peak(old, l)) ? v * k : v;
-        case 'times': {
-            const [factor, of, parts] = k.split(/[@/]/);
-            return face === Number(of) && y * (parts ?? 1) < edge(l) ?
-                v * factor : v;
-        }
-        default:
-            throw new Error(how);
-        }
-    });
+each((old, l, face, x, y, c) => {
+    const v = value(old, l, face, x, y, c);
+    switch (what) {
+    case 'swap':
+        return value(old, l, [2, 1, 0, 3, 4, 5][face], x, y, c);
+    case 'shift':
+        return l === 0 ? v : (v + value(old, l, face,
+            Math.min(x + 1, edge(l) - 1), y, c)) / 2;
+    case 'nan':
+        return l === levels - 1 && face === 3 && x === 0 && y === 0 &&
+            c === 1 ? NaN : v;
+    case 'scale':
+        return v * k;
+    case 'face':
+        return face === 0 ? v + Number(k) : v;
+    case 'upper':
+        return face === 0 && 2 * y < edge(l) ? v + Number(k) : v;
+    case 'peak':
+        return c === 0 && v === (peaks[l] ??= peak(old, l)) ? v * k : v;
+    default:
+        throw new Error(how);
+    }
+});

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Compares layers of KTX2 arrays with KTX2 of one layer, texel by texel.
-//   node layer.mjs ARRAY LAYER SINGLE [ARRAY LAYER SINGLE ...]
-// Prints what differs; nothing: the same bytes.
+//   node layer.mjs [--alpha GREY] ARRAY LAYER SINGLE [ARRAY LAYER SINGLE ...]
+// Prints what differs; nothing: the same bytes. With GREY, all of halves, the
+// array has as its alpha what that map is, 1 at most.
 import fs from 'fs';
 
 // The levels of a file: for each the texels of its layers.
@@ -20,6 +21,12 @@ function levels(name) {
 
 function compare(array, layer, single) {
     const a = levels(array), b = levels(single);
+    if (grey)
+        b.level.forEach((texels, l) => {
+            for (let i = 6; i < texels.length; i += 8)
+                texels.writeUInt16LE(Math.min(0x3C00,
+                    grey.level[l].readUInt16LE(i - 6)), i);
+        });
     if (a.size !== b.size || a.level.length !== b.level.length || b.layers !== 1)
         console.log(`${array}: another shape than ${single}`);
     else
@@ -32,5 +39,7 @@ function compare(array, layer, single) {
         });
 }
 
-for (let i = 2; i < process.argv.length; i += 3)
-    compare(...process.argv.slice(i, i + 3));
+const files = process.argv.slice(2);
+const grey = files[0] === '--alpha' ? levels(files.splice(0, 2)[1]) : null;
+for (let i = 0; i < files.length; i += 3)
+    compare(...files.slice(i, i + 3));

@@ -204,8 +204,6 @@ function fail(why) {
         start(url);
 }
 
-/* ---- the screen ----------------------------------------------------------- */
-
 /* ---- what was drawn ------------------------------------------------------- */
 
 /* The lamps that are not where they belong in a picture of a mirror or of the
@@ -292,14 +290,11 @@ const around = [...Array(500).keys()].map(i => {
             Math.sqrt(1 - y * y) * Math.sin(p)];
 });
 
-/* The error of one function of a direction from another, of their mean square,
- * but beside texels that may have been above the largest. */
-function relative(got, want, largest = Infinity) {
+/* The error of one function of a direction from another, of their mean square. */
+function relative(got, want) {
     let sum = 0, all = 0;
     for (const d of around) {
         const a = got(d), b = want(d);
-        if (Math.max(...b) > largest / 4)
-            continue;
         for (let c = 0; c < 3; c++) {
             sum += (a[c] - b[c]) ** 2;
             all += b[c] ** 2;
@@ -321,8 +316,7 @@ async function judgeRule(map, target) {
     const exact = readExact(modules, path.join(dir, map), rule.chain);
     const most = exact.levels.length - 1;
     const errors = [0, 0.2, 0.4, 0.6, 0.8, 1].map(r => relative(
-        d => file.radiance(d, r), d => lookup(exact.levels, d, r * most),
-        rule.largest));
+        d => file.radiance(d, r), d => lookup(exact.levels, d, r * most)));
     errors.push(relative(file.diffuse, n => file.harmonic ?
         harmonics(exact.sh, n) : lookup([exact.irradiance], n, 0)));
     console.log(target.padEnd(12) + map.padEnd(6) +

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 /*
- * Bevy and Cesium do not run here, and Babylon alone reads glTF's
- * EXT_lights_image_based: these are readers after their rules. Of each target
+ * Bevy and Cesium do not run here: these are readers after their rules. Of each
+ * target
  *   chain   options of the exact levels
  *   most    the relative error that its texels may have
- *   largest value of a texel, if that is little
  *   read(modules, dir) gives radiance(d, roughness) and diffuse(n), which is
  *           E/pi (harmonic: of nine coefficients), in the engine's axes, which
  *           are those of our world
@@ -99,68 +98,7 @@ const cesium = {
     }
 };
 
-/* ---- glTF: as Babylon, which the extension is from, reads it -------------- */
-
-const gltf = {
-    // Eight bits of a power of 2.2.
-    chain: '--mapping linear --size 256 --levels 5', most: 0.02, largest: 255,
-    async read(modules, dir) {
-        const {PNG} = need(modules, 'pngjs');
-        const bytes = readFileSync(path.join(dir, 'map.gltf'));
-        const report = await need(modules, 'gltf-validator')
-            .validateBytes(new Uint8Array(bytes), {externalResourceFunction:
-                async uri => new Uint8Array(readFileSync(path.join(dir, uri)))
-            });
-        if (report.issues.numErrors)
-            throw new Error(JSON.stringify(report.issues.messages[0]));
-        const file = JSON.parse(bytes);
-        const of = 'EXT_lights_image_based';
-        const light = file.extensions[of].lights[
-            file.scenes[file.scene || 0].extensions[of].light];
-        const levels = light.specularImages.map((faces, l) => {
-            const n = light.specularImageSize >> l;
-            return level(n, 3, faces.flatMap(face =>
-                rgbd(image(dir, file, face), n, PNG)));
-        });
-        const look = even(levels), sh = light.irradianceCoefficients;
-        return {
-            radiance: ([x, y, z], r) => look([-x, y, z], r),
-            harmonic: true,
-            diffuse([x, y, z]) { // with the Condon-Shortley phase
-                const b = [0.28209479, -0.48860251 * y, 0.48860251 * z,
-                           0.48860251 * x, -1.09254843 * x * y,
-                           -1.09254843 * y * z, 0.31539157 * (3 * z * z - 1),
-                           1.09254843 * x * z, 0.54627422 * (x * x - y * y)];
-                return [0, 1, 2].map(c => b.reduce(
-                    (sum, b, i) => sum + b * sh[i][c], 0) / Math.PI);
-            }};
-    }
-};
-function image(dir, file, index) {
-    const {uri, bufferView} = file.images[index];
-    if (uri)
-        return uri.startsWith('data:') ?
-            Buffer.from(uri.slice(uri.indexOf(',') + 1), 'base64') :
-            readFileSync(path.join(dir, uri));
-    const {buffer, byteOffset, byteLength} = file.bufferViews[bufferView];
-    return readFileSync(path.join(dir, file.buffers[buffer].uri))
-        .subarray(byteOffset || 0, (byteOffset || 0) + byteLength);
-}
-/* Three floats of each texel of an n x n PNG, whose rows are bottom-up. */
-function rgbd(bytes, n, PNG) {
-    const {width, height, data} = PNG.sync.read(bytes), out = [];
-    if (width !== n || height !== n)
-        throw new Error(`a face of ${width} x ${height}, not ${n}`);
-    for (let y = n - 1; y >= 0; y--)
-        for (let x = 0; x < n; x++) {
-            const at = 4 * (y * n + x);
-            for (let c = 0; c < 3; c++)
-                out.push((data[at + c] / 255) ** 2.2 * 255 / data[at + 3]);
-        }
-    return out;
-}
-
-export const rules = {bevy, cesium, gltf};
+export const rules = {bevy, cesium};
 
 /* ---- three's own LightProbe ----------------------------------------------- */
 

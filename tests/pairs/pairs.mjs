@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 // node tests/pairs/pairs.mjs BUILD [--write [--more]] [--alone] [--light]
-//                            [--seed N] [--seconds S] [COMMAND...]
+//                            [--list] [--seed N] [--seconds S] [COMMAND...]
 //
 // Runs every pair of values of the options of bake, verify, probes and view, as
 // their --help lists them, in rows of many options each, and judges each run by
 // the laws below. What is refused stands in refused.txt with its message; rows
 // avoid it, and it is run by itself. --write finds all pairs that are misuse by
-// themselves, then what rows meet beyond them, and writes that list anew; with
-// --more only the latter is added to it. --alone tries what each option changes
-// by itself. --light looks for crashes and refusals alone, --seconds tries a
-// sample. JOBS runs are made at once. The last line is "N passed, N failed".
+// themselves, then what rows meet beyond them, and writes that list anew, or with
+// --more adds the latter. --alone tries what each option changes by itself, --light
+// looks for crashes and refusals, --list only runs what is listed, --seconds a
+// sample of rows. JOBS runs are made at once. The last line is "N passed, N failed".
 import {spawn, spawnSync} from 'node:child_process';
 import {createHash} from 'node:crypto';
 import fs from 'node:fs';
@@ -44,7 +44,7 @@ const shuffled = list => {
     }
     return list;
 };
-const began = Date.now(), seconds = () => (Date.now() - began) / 1000;
+const seconds = () => performance.now() / 1000;
 let end = Infinity;
 function fail(what) {
     failed++;
@@ -426,8 +426,8 @@ class Refused {
 }
 const rowOf = (cmd, items) => Object.fromEntries(items.map(i =>
     [cmd.items[i].option, cmd.items[i].value]));
-const readList = () => fs.existsSync(listName) ?
-    fs.readFileSync(listName, 'utf8').split('\n').filter(l => l) : [];
+const readList = () =>
+    fs.readFileSync(listName, 'utf8').split('\n').filter(l => l);
 // The products of a command's list, those of one item first.
 function read(name, refused) {
     return readList().map(l => l.split('\t')).filter(l => l[0] === name)
@@ -615,9 +615,8 @@ for (const [k, name] of names.entries()) {
         values.map(value => ({option, value})));
     const refused = new Refused(cmd), listed = new Refused(cmd);
     const products = read(name, listed);
-    const share = flags.seconds ?
+    end = flags.seconds ? seconds() +
         (flags.seconds - seconds()) / (names.length - k) : Infinity;
-    end = seconds() + share / 2;
     if (flags.alone) await alone(name, cmd);
     if (flags.write && !flags.more) {
         await find(cmd, refused);
@@ -627,20 +626,19 @@ for (const [k, name] of names.entries()) {
                 refused.add(c.items, c.status, c.message);
         });
         write(name, refused);
-    } else
+    } else if (!flags.seconds)
         // Each value of each product once; with --light what ends soon.
         await each(shuffled(products.flatMap(groups => Array.from(
             {length: Math.max(...groups.map(g => g.length))}, (_, i) =>
                 groups.map(g => g[i % g.length]).sort((a, b) => a - b)))),
             async items => {
                 const c = listed.all.get(String(items));
-                if (!c || seconds() > end || flags.light && c.status === 1)
-                    return;
+                if (!c || flags.light && c.status === 1) return;
                 const [good, why] = await same(cmd, c);
                 if (good) passed++;
                 else fail(why);
             });
-    end += share / 2;
+    if (flags.list) continue; // rows
     await pairs(name, cmd, flags.write && !flags.more ? refused : listed);
 }
 console.log(`${passed} passed, ${failed} failed`);
