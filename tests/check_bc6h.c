@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * BC6H. The decoder against blocks whose texels follow from the specification
- * by hand, and against OpenImageIO's. The encoder by what comes out of that
- * decoder: never worse than the best block of one colour, close where a block
- * can be.
+ * BC6H. The decoder against OpenImageIO's; the encoder by what comes out of
+ * that decoder: never worse than the best block of one colour, close where a
+ * block can be.
  */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/half.h"
@@ -23,121 +21,6 @@ enum {
 };
 
 typedef uint16_t halves[N][3];
-
-/* ---- decoder ----------------------------------------------------------- */
-
-/* Writes bits from *at on, the lowest first. */
-static void put(unsigned char *block, int *at, unsigned value, int count)
-{
-    for (int i = 0; i < count; i++, ++*at)
-        block[*at / 8] |= (unsigned char)((value >> i & 1) << *at % 8);
-}
-
-/* Mode 3: endpoints of 10 bits, 0 1 2 and 1023 1023 512, index i for texel i.
- * Unquantised they are 0 96 160 and 65535 65535 32800: (q 2^16 + 2^15) / 2^10
- * but for the first and last. */
-TEST(one_region_by_hand)
-{
-    static const unsigned ends[] = {0, 1, 2, 1023, 1023, 512};
-    static const uint16_t want[][4] = {
-        {0, 0x0000, 0x002E, 0x004D}, /* 96 31 / 64, 160 31 / 64 */
-        {1, 0x07C0, 0x07EB, 0x0429}, /* 4096, 4186, 2200: weight 4 */
-        {8, 0x41DF, 0x41F5, 0x211C}, /* 34815, 34860, 17500: weight 34 */
-        {15, 0x7BFF, 0x7BFF, 0x3E0F}};
-    unsigned char block[BYTES] = {0};
-    halves got;
-    int at = 0;
-    put(block, &at, 3, 5);
-    for (int i = 0; i < 6; i++)
-        put(block, &at, ends[i], 10);
-    for (unsigned i = 0; i < N; i++)
-        put(block, &at, i, i ? 4 : 3);
-    CHECK(at == 128 && ibl_bc6h_decode_block(block, got));
-    for (int i = 0; i < 4; i++)
-        for (int c = 0; c < 3; c++)
-            CHECK_MSG(got[want[i][0]][c] == want[i][1 + c], "%d %d: %04x", i, c,
-                      got[want[i][0]][c]);
-}
-
-/*
- * Mode 1, partition 13: the lower half is the second region, its anchor texel
- * 15. Red is 64, then 64 - 32, 64 + 31 and 64 - 1 of 7 bits; green is 0, then
- * 0 - 1 = 127 (it wraps), 0 and 0; blue is 127 and 127 + 1 = 0, then 127 twice.
- */
-TEST(two_regions_by_hand)
-{
-    unsigned char block[BYTES] = {0};
-    halves got;
-    int at = 0;
-    put(block, &at, 1, 2);
-    put(block, &at, 0, 3); /* g2[5] g3[4] g3[5] */
-    put(block, &at, 64, 7);
-    put(block, &at, 0, 3); /* b3[0] b3[1] b2[4] */
-    put(block, &at, 0, 7);
-    put(block, &at, 0, 3); /* b2[5] b3[2] g2[4] */
-    put(block, &at, 127, 7);
-    put(block, &at, 0, 3); /* b3[3] b3[5] b3[4] */
-    put(block, &at, 32, 6);
-    put(block, &at, 0, 4);
-    put(block, &at, 63, 6);
-    put(block, &at, 0, 4);
-    put(block, &at, 1, 6);
-    put(block, &at, 0, 4);
-    put(block, &at, 31, 6);
-    put(block, &at, 63, 6);
-    put(block, &at, 13, 5);
-    for (int i = 0; i < N; i++)
-        put(block, &at,
-            i == 0 || i == 15 ? 0
-            : i == 8          ? 4
-                              : 7,
-            i == 0 || i == 15 ? 2 : 3);
-    CHECK(at == 128 && ibl_bc6h_decode_block(block, got));
-    /* Red 64 32 95 63: 33024 16640 48896 32512; index 4: 37 64ths. */
-    CHECK(got[0][0] == 33024 * 31 / 64 && got[1][0] == 16640 * 31 / 64);
-    CHECK(got[15][0] == 48896 * 31 / 64 && got[9][0] == 32512 * 31 / 64);
-    CHECK(got[8][0] == (48896 * 27 + 32512 * 37 + 32) / 64 * 31 / 64);
-    CHECK(got[0][1] == 0 && got[7][1] == 0x7BFF && got[8][1] == 0);
-    CHECK(got[0][2] == 0x7BFF && got[7][2] == 0 && got[15][2] == 0x7BFF);
-}
-
-/* Mode 15, signed: 16 bits, whose upper six are stored backwards. */
-TEST(signed_by_hand)
-{
-    static const int ends[] = {-32768, -1, 2};
-    unsigned char block[BYTES] = {0};
-    halves got;
-    int at = 0;
-    put(block, &at, 15, 5);
-    for (int c = 0; c < 3; c++)
-        put(block, &at, (unsigned)ends[c], 10);
-    for (int c = 0; c < 3; c++) {
-        put(block, &at, c == 2 ? 8 : 0, 4);
-        for (int i = 15; i >= 10; i--)
-            put(block, &at, (unsigned)ends[c] >> i & 1, 1);
-    }
-    put(block, &at, 0, 3);
-    put(block, &at, 15, 4);
-    CHECK(ibl_bc6h_decode_signed_block(block, got));
-    CHECK(got[0][0] == 0xFC00); /* -32768 31 / 32: -Inf */
-    CHECK(got[0][1] == 0);      /* -1 31 / 32: no -0 */
-    CHECK(got[0][2] == 1);
-    CHECK(got[1][2] == (uint16_t)(0x8000 | 5)); /* 2 - 8 = -6 */
-}
-
-TEST(reserved_modes)
-{
-    for (int mode = 19; mode < 32; mode += 4) {
-        unsigned char block[BYTES];
-        halves got;
-        memset(block, 0xFF, sizeof block);
-        memset(got, 0xFF, sizeof got);
-        block[0] = (unsigned char)(0xE0 | mode);
-        CHECK(!ibl_bc6h_decode_block(block, got));
-        for (int i = 0; i < 3 * N; i++)
-            CHECK(got[i / 3][i % 3] == 0);
-    }
-}
 
 /* ---- decoder, against OpenImageIO's ------------------------------------ */
 
@@ -208,7 +91,8 @@ static void compare(const unsigned char *blocks, const ibl_image *img,
             const int column = 4 * x + k / 3 % 4, row = 4 * y + k / 12;
             const float want =
                 img->data[3 * (row * img->width + column) + k % 3];
-            same += ibl_half_to_float(got[k / 3][k % 3]) == want;
+            const float is = ibl_half_to_float(got[k / 3][k % 3]);
+            same += is == want && !signbit(is) == !signbit(want);
         }
         CHECK_MSG(same == 3 * N, "mode %d, partition %d: %d of 48 right",
                   mode_of_row(y), x % 32, same);

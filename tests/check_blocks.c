@@ -178,32 +178,6 @@ TEST(texels)
     }
 }
 
-/* OpenImageIO has the faces of a DDS cube below each other. */
-TEST(read_by_others)
-{
-    const ibl_cube cube = make_cube(10, 1);
-    const ibl_texture tex =
-        encode(ctx, &cube, IBL_PIXEL_BC6H, IBL_QUALITY_NORMAL);
-    const ibl_cube want = decode(&tex);
-    ibl_image got = {0};
-    size_t size;
-
-    file_need_oiio();
-    unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_DDS, &size);
-    NEED(file_save(file_path("b.dds"), b, size));
-    NEED(file_run("oiiotool b.dds --ch R,G,B -d half --fullpixels "
-                  "--compression none -o b.exr"));
-    NEED(!ibl_image_read(
-        ctx, file_path("b.exr"),
-        &(ibl_read_options){.struct_size = sizeof(ibl_read_options),
-                            .part = -1,
-                            .any_aspect = 1},
-        &got, NULL));
-    test_image(got);
-    NEED(got.width == 10 && got.height == 60);
-    CHECK(!memcmp(got.data, want.data, cube_floats(&want) * sizeof(float)));
-}
-
 /* Beyond the edges blocks repeat the last texels: a cube of 4 whose texels do
  * so has the blocks of a smaller one. */
 TEST(edges)
@@ -253,19 +227,6 @@ TEST(limits)
                    0.02 * (double)ibl_pixel_max(pixels[i]));
         for (size_t k = 3 * 25; k < 3 * 75; k++)
             CHECK(back.data[k] == 0);
-    }
-}
-
-TEST(threads)
-{
-    const ibl_cube cube = make_cube(34, 3);
-    for (int i = 0; i < PIXELS; i++) {
-        for (int q = IBL_QUALITY_FAST; q <= IBL_QUALITY_NORMAL; q++) {
-            const ibl_texture a = encode(ctx, &cube, pixels[i], (ibl_quality)q);
-            const ibl_texture b = encode(test_ctx(7, IBL_ISA_C), &cube,
-                                         pixels[i], (ibl_quality)q);
-            CHECK(texture_same(&a, &b));
-        }
     }
 }
 

@@ -3,36 +3,6 @@
 #include "brdf/lobe.h"
 #include "test.h"
 
-static uint32_t reverse_bit_by_bit(uint32_t i)
-{
-    uint32_t r = 0;
-
-    for (int bit = 0; bit < 32; bit++) {
-        if (i >> bit & 1)
-            r |= 1u << (31 - bit);
-    }
-    return r;
-}
-
-TEST(radical_inverse)
-{
-    test_random rnd = {1};
-    int wrong = 0;
-
-    for (uint32_t i = 0; i < 70000; i++) {
-        wrong += ibl_reverse_bits(i) != reverse_bit_by_bit(i);
-        uint32_t any = (uint32_t)test_random_u64(&rnd);
-        wrong += ibl_reverse_bits(any) != reverse_bit_by_bit(any);
-    }
-    for (int bit = 0; bit < 32; bit++)
-        wrong += ibl_reverse_bits(1u << bit) != 1u << (31 - bit);
-    CHECK(wrong == 0);
-    CHECK(ibl_radical_inverse(0) == 0.0);
-    CHECK(ibl_radical_inverse(1) == 0.5);
-    CHECK(ibl_radical_inverse(6) == 0.375);
-    CHECK(ibl_radical_inverse(0xffffffffu) == 1.0 - 0x1p-32);
-}
-
 TEST(hammersley)
 {
     /* n a power of two: each coordinate hits each of n intervals once. */
@@ -50,40 +20,6 @@ TEST(hammersley)
     double u1, u2;
     ibl_hammersley(0, 1, &u1, &u2);
     CHECK(u1 == 0.5 && u2 == 0.0);
-}
-
-static double d_of(double sin_h, double cos_h, double alpha)
-{
-    const double c = alpha * cos_h;
-    return ibl_ggx_d(sin_h * sin_h + c * c, alpha);
-}
-
-/* 2pi integral of D cos sin over the hemisphere is 1 for every width; midpoint
- * in log(tan), which follows the peak. */
-TEST(ggx_normalised)
-{
-    const double alphas[] = {1e-4, 1e-3, 0.01, 0.1, 0.3, 0.5, 0.9, 1.0};
-
-    for (size_t k = 0; k < sizeof alphas / sizeof alphas[0]; k++) {
-        double sum = 0.0, h = 0.01;
-        for (double x = -30.0; x < 30.0; x += h) {
-            double tan_h = alphas[k] * exp(x);
-            double c = 1.0 / sqrt(1.0 + tan_h * tan_h), s = tan_h * c;
-            double w = 2 * IBL_PI * c * s * (h * tan_h * c * c);
-            sum += d_of(s, c, alphas[k]) * w;
-        }
-        CHECK_NEAR(sum, 1.0, 1e-12);
-    }
-}
-
-TEST(ggx_values)
-{
-    /* alpha = 1 is uniform: 1/pi; the peak is 1 / (pi alpha^2). */
-    CHECK_NEAR(d_of(0.6, 0.8, 1), 1 / IBL_PI, 1e-15);
-    CHECK_NEAR(d_of(0, 1, 0.1), 100 / IBL_PI, 1e-12);
-    CHECK_NEAR(d_of(0.8, 0.6, 0.5),
-               0.25 / (IBL_PI * pow(0.36 * -0.75 + 1.0, 2)), 1e-15);
-    CHECK(isfinite(d_of(0, 1, 1e-150)));
 }
 
 /* D against the sampled density: the share of half vectors within an angle is
@@ -153,42 +89,6 @@ TEST(visibility)
     CHECK(isfinite(ibl_smith_visibility(0.0, 1.0, 0.1)));
     CHECK(isfinite(ibl_schlick_visibility(0.0, 0.0, 0.1)));
     CHECK_NEAR(ibl_smith_visibility(0.5, 0.25, 0.0), 2.0, 1e-15);
-}
-
-/*
- * The weak white furnace (Heitz 2014, section 5.3): with masking alone, the
- * integral of D G1(V) max(V.H, 0) over half vectors is N.V for every view.
- * Lambda(N) = 0, so at N.L = 1 the visibility gives G1. D cos dH is du, and
- * u = 1 - t^2 takes the 1/cos of the horizon out of the sum.
- */
-TEST(weak_white_furnace)
-{
-    const double views[] = {0.02, 0.1, 0.5, 0.9, 1.0};
-    const int n = 400;
-
-    for (size_t k = 0; k < sizeof views / sizeof views[0]; k++) {
-        for (double a = 0.1; a <= 1.0; a += 0.3) {
-            double v = views[k], sv = sqrt(1 - v * v), sum = 0.0;
-            double g1 = ibl_smith_visibility(1.0, v, a) * 4 * v;
-            for (int i = 0; i < n; i++) {
-                double t = (i + 0.5) / n, s, c;
-                ibl_ggx_sample_half(1 - t * t, a, &s, &c);
-                for (int j = 0; j < n; j++) {
-                    double x = s * cos(2 * IBL_PI * (j + 0.5) / n);
-                    double vh = sv * x + v * c;
-                    sum += vh > 0.0 ? vh / (c * v) * 2 * t : 0.0;
-                }
-            }
-            CHECK_NEAR(sum * g1 / n / n, 1.0, 1e-4);
-        }
-    }
-}
-
-TEST(fresnel)
-{
-    CHECK(ibl_fresnel_weight(1.0) == 0.0);
-    CHECK(ibl_fresnel_weight(0.0) == 1.0);
-    CHECK_NEAR(ibl_fresnel_weight(0.5), 1 / 32.0, 1e-16);
 }
 
 /* Against differences of D. */

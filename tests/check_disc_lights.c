@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Lights that are taken out of maps. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "ibl/io.h"
@@ -355,46 +354,6 @@ TEST(random_maps)
     }
 }
 
-/* What a bake has less is what the light gives. */
-TEST(bakes_have_as_much_less)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image map = map_constant(ctx, 256, 128, 0);
-    test_random r = {3};
-    ibl_light light;
-    double sh[27], less[27], dir[3], full[3], rest[3];
-    ibl_reference *ref[2];
-
-    map_fill(&map, 7);
-    map_set(&map, 40, 50, 8e4F, 7e4F, 3e4F);
-    const ibl_image before = copy_of(ctx, &map);
-    NEED(take(ctx, &map, 1, &light) == 1);
-    NEED(!ibl_bake_sh(ctx, &before, 2, 0, sh));
-    NEED(!ibl_bake_sh(ctx, &map, 2, 0, less));
-    for (int c = 0; c < 3; c++) {
-        const double taken = (sh[c] - less[c]) * sqrt(4 * M_PI);
-        CHECK_NEAR(taken / light.irradiance[c], 1, 1e-7);
-    }
-    for (int i = 0; i < 2; i++)
-        NEED(!ibl_reference_create(ctx, i ? &map : &before, 0, &ref[i]));
-    for (int k = 0; k < 40; k++) {
-        for (int c = 0; c < 3; c++)
-            dir[c] = test_random_between(&r, -1, 1);
-        const double length = sqrt(test_dot(dir, dir));
-        const double facing =
-            fmax(test_dot(dir, light.direction) / length, 0) / M_PI;
-        CHECK(!ibl_reference_irradiance(ref[0], dir, 1, full));
-        CHECK(!ibl_reference_irradiance(ref[1], dir, 1, rest));
-        for (int c = 0; c < 3; c++)
-            CHECK_NEAR((full[c] - rest[c]) / light.irradiance[c], facing,
-                       facing * M_PI > light.radius
-                           ? 2 * light.radius * light.radius
-                           : 0.1 * light.radius);
-    }
-    ibl_reference_free(ref[0]);
-    ibl_reference_free(ref[1]);
-}
-
 /* ---- directions ---------------------------------------------------------- */
 
 /* The brightest texel of the cube that is turned by the same yaw. */
@@ -486,26 +445,4 @@ TEST(photographs)
     CHECK_NEAR(lights[0].radius / DEGREE, 0.33, 0.05);
     CHECK_NEAR(lights[0].irradiance[1], 4, 0.1);
     CHECK(count_in(ctx, "royal_esplanade_1k.hdr", lights) == 0);
-}
-
-/* ---- misuse -------------------------------------------------------------- */
-
-TEST(misuse)
-{
-    static test_messages kept;
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_image map = map_constant(ctx, 4, 2, 1);
-    ibl_light lights[IBL_MAX_LIGHTS];
-    int count = 7;
-
-    CHECK(ibl_image_take_lights(ctx, &map, 0, 0, lights, &count) ==
-          IBL_ERR_ARGUMENT);
-    CHECK(count == 0 && test_said(&kept, "0 lights: must be 1 to 64"));
-    CHECK(ibl_image_take_lights(ctx, &map, NAN, 1, lights, &count) ==
-          IBL_ERR_ARGUMENT);
-    CHECK(test_said(&kept, "must be finite"));
-    ibl_ctx_cancel(ctx);
-    map_set(&map, 0, 0, 1e9F, 1e9F, 1e9F);
-    CHECK(ibl_image_take_lights(ctx, &map, 0, 1, lights, &count) ==
-          IBL_ERR_CANCELLED);
 }

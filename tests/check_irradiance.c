@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "maps.h"
 #include "truth.h"
@@ -98,37 +97,4 @@ TEST(hemisphere_grid)
         return;
     check_grid(ctx, 32, 128);
     check_grid(ctx, 256, 16);
-}
-
-TEST(bad_options)
-{
-    test_messages kept = {{{0}}};
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_image env = map_constant(ctx, 4, 2, 0);
-    ibl_cube cube = {0};
-    ibl_irradiance_options opts = ibl_irradiance_options_default();
-
-    CHECK(opts.size == 32 && opts.step == 0.0 && opts.yaw_deg == 0.0);
-    opts.size = 0;
-    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_ARGUMENT);
-    CHECK(strstr(kept.text[IBL_LOG_ERROR], "size 0"));
-    opts.size = IBL_MAX_CUBE_SIZE + 1;
-    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_ARGUMENT);
-    opts = ibl_irradiance_options_default();
-    opts.step = 0.6;
-    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_ARGUMENT);
-    opts.step = NAN;
-    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_ARGUMENT);
-    opts.step = 1e-9;
-    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_MEMORY);
-    CHECK(test_said(&kept, "hemisphere"));
-    opts.step = -0.1;
-    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_ARGUMENT);
-    opts = ibl_irradiance_options_default();
-    opts.yaw_deg = INFINITY;
-    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_ARGUMENT);
-    CHECK(!cube.data);
-    ibl_ctx_cancel(ctx);
-    CHECK(ibl_bake_irradiance(ctx, &env, NULL, &cube) == IBL_ERR_CANCELLED);
-    CHECK(!cube.data);
 }

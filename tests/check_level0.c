@@ -7,9 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "core/context.h"
 #include "core/pi.h"
@@ -167,84 +164,6 @@ TEST_SLOW(near_reference)
                magnified);
 }
 
-/* Peak memory in KiB that a process of its own needs more for such a map. */
-static long growth(int w, int h, double yaw, int n)
-{
-    enum {
-        ROWS = 16
-    };
-    int ends[2];
-    long kib = -1;
-    if (pipe(ends))
-        return -1;
-    const pid_t child = fork();
-    if (child == 0) {
-        struct rusage before, after;
-        ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-        const size_t floats = 3 * (size_t)w * ROWS;
-        float *batch = malloc(floats * sizeof *batch);
-        ibl_level0 *l;
-        ibl_cube cube;
-        for (size_t i = 0; i < floats; i++)
-            batch[i] = 1;
-        if (ibl_cube_alloc(ctx, n, 1, &cube))
-            _exit(1);
-        memset(cube.data, 0, 12 * ibl_cube_texels(n, 1));
-        getrusage(RUSAGE_SELF, &before);
-        if (ibl_level0_create(ctx, w, h, yaw, &cube, &l))
-            _exit(1);
-        for (int j = 0; j < h; j += ROWS)
-            if (ibl_level0_add(l, h - j < ROWS ? h - j : ROWS, batch) ||
-                ibl_run_end(ctx))
-                _exit(1);
-        if (ibl_level0_finish(l))
-            _exit(1);
-        getrusage(RUSAGE_SELF, &after);
-        kib = after.ru_maxrss - before.ru_maxrss;
-        _exit(write(ends[1], &kib, sizeof kib) != sizeof kib);
-    }
-    close(ends[1]);
-    if (child < 0 || read(ends[0], &kib, sizeof kib) != sizeof kib)
-        kib = -1;
-    close(ends[0]);
-    if (child > 0)
-        waitpid(child, NULL, 0);
-    return kib;
-}
-
-/* Sums are kept of the lines of texels that a row crosses: at the cube's
- * corners 0.3 n / 2 of the 2 n from pole to pole. In double, and with room for
- * texels beyond the diagonal of a pole's face, that is a fifth of the cube.
- * Tables are of the size of a row. */
-TEST(memory)
-{
-    if (TEST_SANITIZED)
-        test_skip("a sanitizer has memory of its own");
-    const long tall = growth(2048, 8192, 10, 64);
-    const long small = growth(2048, 1024, 10, 64);
-    const long large = growth(4096, 2048, 0, 1024);
-    const long cube = (long)(12 * ibl_cube_texels(1024, 1) / 1024);
-    if (getenv("IBL_TEST_VERBOSE"))
-        printf("memory: %ld, %ld; %ld KiB of %ld\n", small, tall, large, cube);
-    NEED(tall >= 0 && small >= 0 && large >= 0);
-    /* A row is of 24 KiB; the kernel counts pages roughly. */
-    CHECK_MSG(tall <= small + 2048, "%ld KiB for 1024 rows, %ld for 8192",
-              small, tall);
-    CHECK_MSG(large <= cube / 2, "%ld KiB for a cube of %ld", large, cube);
-}
-
-TEST(arguments)
-{
-    test_messages said = {0};
-    ibl_ctx *ctx = test_keeping_ctx(0, &said);
-    ibl_image map = map_constant(ctx, 8, 4, 1);
-    ibl_cube cube = cube_level0(ctx, &map, 0, 4);
-    CHECK(ibl_cube_from_latlong(ctx, &map, INFINITY, &cube) ==
-          IBL_ERR_ARGUMENT);
-    CHECK(test_said(&said, "finite"));
-    ibl_level0_free(NULL);
-}
-
 /* ---- conventions -------------------------------------------------------- */
 
 /* Solid angles cover the sphere; directions are those of the conventions. */
@@ -263,42 +182,4 @@ TEST(cube_geometry)
                        1e-14);
         }
     }
-}
-
-typedef struct told {
-    char stage[32];
-    double done;
-    int calls;
-} told;
-
-static void keep_progress(void *cookie, const char *stage, double done,
-                          double whole)
-{
-    CHECK(whole < 0);
-    told *t = cookie;
-    const bool same = !strcmp(t->stage, stage);
-    CHECK_MSG(done >= (same ? t->done : 0) && done <= 1, "%s: %g after %g",
-              stage, done, t->done);
-    snprintf(t->stage, sizeof t->stage, "%s", stage);
-    t->done = done;
-    t->calls++;
-}
-
-/* Each call's progress ends with 1. */
-TEST(progress)
-{
-    ibl_ctx_options options = ibl_ctx_options_default();
-    told last = {.stage = ""};
-    options.progress = keep_progress;
-    options.progress_cookie = &last;
-    ibl_ctx *other = test_ctx_of(&options);
-    ibl_image img = map_constant(other, 64, 32, 1);
-    ibl_image back = map_constant(other, 64, 32, 0);
-    ibl_cube cube = cube_alloc(other, 16, 5);
-    CHECK(!ibl_cube_from_latlong(other, &img, 0, &cube));
-    CHECK(!strcmp(last.stage, "level 0") && last.done == 1 && last.calls > 9);
-    CHECK(!ibl_cube_build_mips(other, &cube));
-    CHECK(!strcmp(last.stage, "mips") && last.done == 1);
-    CHECK(!ibl_latlong_from_cube(other, &cube, &back));
-    CHECK(!strcmp(last.stage, "map") && last.done == 1);
 }

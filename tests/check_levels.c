@@ -174,6 +174,7 @@ static const map_row maps[] = {
     {"tiles", 128, 64, 0, tiles, {16}},
     {"1 above, 2 below", 128, 64, 0, halves, {32, 1, 2}},
     {"black", 64, 32, 0, square, {0, 0, 0}},
+    {"denormal halves", 64, 32, 0, kind, {MAP_DENORMAL_HALVES}},
     {"denormal floats", 64, 32, 0, kind, {MAP_DENORMAL}},
     {"the largest floats", 64, 32, FLT_MAX, square, {20, 9, 3}},
 };

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* Each call that returns a status refuses missing pointers, in one line. */
-#include <stdlib.h>
+/* Each call that returns a status refuses missing pointers, and options out of
+ * range, in one line. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
 
 #include "ibl/io.h"
 #include "ibl/probes.h"
@@ -10,12 +13,13 @@
 #include "test.h"
 
 static int lines;
+static char last[512];
 
 static void count_line(void *cookie, ibl_log_level level, const char *text)
 {
     (void)cookie;
-    (void)text;
     lines += level == IBL_LOG_ERROR;
+    snprintf(last, sizeof last, "%s", text);
 }
 
 /* With so many lines since the one before. */
@@ -30,6 +34,14 @@ static void expect(ibl_status status, int said, const char *call)
 #define REFUSES(call) expect((call), 1, #call)
 /* Where there is no context to tell. */
 #define SILENT(call) expect((call), 0, #call)
+/* With the default options but for what is set; the line has these words. */
+#define OUT_OF_RANGE(options, set, call, words)                                \
+    do {                                                                       \
+        o = options;                                                           \
+        set;                                                                   \
+        expect((call), 1, #set);                                               \
+        CHECK_MSG(strstr(last, words), "%s: %s", #set, last);                  \
+    } while (0)
 
 static ibl_ctx *counting(void)
 {
@@ -132,6 +144,163 @@ TEST(bakes)
     SILENT(ibl_bake_lut(NULL, NULL, &lut));
     REFUSES(ibl_bake_lobe_table(ctx, NULL, NULL));
     SILENT(ibl_bake_lobe_table(NULL, NULL, &lobes));
+}
+
+#define SPECULAR(set, words)                                                   \
+    OUT_OF_RANGE(usual, set, ibl_bake_specular(ctx, &map, &o, &cube), words)
+
+TEST(specular_options)
+{
+    ibl_ctx *ctx = counting();
+    const ibl_image map = map_constant(ctx, 4, 2, 1);
+    ibl_specular_options usual = ibl_specular_options_default(), o;
+    ibl_specular_layout layout;
+    ibl_cube cube = {0};
+
+    usual.method = IBL_METHOD_SAMPLED;
+    usual.size = 16;
+    usual.levels = 2;
+    SPECULAR(o.size = 0, "size 0");
+    SPECULAR(o.size = 99999, "99999");
+    SPECULAR(o.levels = 6, "6 levels");
+    SPECULAR(o.levels = -1, "-1 levels");
+    SPECULAR(o.samples = 0, "0 samples");
+    SPECULAR(o.samples = 1048577, "1048577");
+    SPECULAR(o.level_samples[1] = -3, "level 1");
+    SPECULAR(o.lod_bias = 4.5, "4.5");
+    SPECULAR(o.lod_bias = -(double)INFINITY, "bias");
+    SPECULAR(o.yaw_deg = (double)INFINITY, "yaw");
+    SPECULAR(o.mapping = (ibl_roughness_map)7, "mapping 7");
+    SPECULAR(o.tolerance = 2, "tolerance of 2");
+    SPECULAR(o.tolerance = (double)NAN, "tolerance");
+    SPECULAR(o.roughness_min = -0.1, "roughness range");
+    SPECULAR(o.roughness_max = 1.1, "roughness range");
+    SPECULAR(o.roughness_max = (double)NAN, "roughness range");
+    SPECULAR(o.roughness_min = o.roughness_max, "2 levels");
+    SPECULAR((o.roughness_min = 0.6, o.roughness_max = 0.5), "roughness range");
+    SILENT(ibl_specular_layout_of(&o, &layout));
+    o = usual;
+    o.projection = IBL_PROJECTION_OCTAHEDRAL;
+    REFUSES(ibl_bake_specular(ctx, &map, &o, &cube)); /* by samples */
+    CHECK(!cube.data);
+}
+
+#define IRRADIANCE(set, words)                                                 \
+    OUT_OF_RANGE(ibl_irradiance_options_default(), set,                        \
+                 ibl_bake_irradiance(ctx, &map, &o, &cube), words)
+
+TEST(irradiance_options)
+{
+    ibl_ctx *ctx = counting();
+    const ibl_image map = map_constant(ctx, 4, 2, 1);
+    ibl_irradiance_options o;
+    ibl_cube cube = {0};
+    double sh[3];
+
+    IRRADIANCE(o.size = 0, "size 0");
+    IRRADIANCE(o.size = IBL_MAX_CUBE_SIZE + 1, "size");
+    IRRADIANCE(o.step = 0.6, "0.6");
+    IRRADIANCE(o.step = -0.1, "-0.1");
+    IRRADIANCE(o.step = (double)NAN, "step");
+    IRRADIANCE(o.yaw_deg = (double)INFINITY, "yaw");
+    IRRADIANCE((o.projection = IBL_PROJECTION_OCTAHEDRAL, o.step = 0.1), "");
+    o = ibl_irradiance_options_default();
+    o.step = 1e-9;
+    CHECK(ibl_bake_irradiance(ctx, &map, &o, &cube) == IBL_ERR_MEMORY);
+    CHECK(strstr(last, "hemisphere") && !cube.data);
+    lines = 0;
+    REFUSES(ibl_bake_sh(ctx, &map, -1, 0, sh));
+    REFUSES(ibl_bake_sh(ctx, &map, IBL_MAX_SH_DEGREE + 1, 0, sh));
+    REFUSES(ibl_bake_sh(ctx, &map, 0, (double)NAN, sh));
+}
+
+#define LUT(set, words)                                                        \
+    OUT_OF_RANGE(ibl_lut_options_default(), set, ibl_bake_lut(ctx, &o, &lut),  \
+                 words)
+
+TEST(lut_options)
+{
+    ibl_ctx *ctx = counting();
+    ibl_lut_options o;
+    ibl_lut lut = {0};
+
+    LUT(o.size = 0, "size 0");
+    LUT(o.size = 4097, "4097");
+    LUT(o.samples = -1, "-1");
+    LUT(o.samples = 1048577, "1048577");
+    LUT(o.kind = (ibl_lut_kind)3, "3");
+    LUT((o.kind = IBL_LUT_CHARLIE, o.samples = 4), "samples");
+    LUT(o.geometry = (ibl_geometry)9, "9");
+    CHECK(!lut.data);
+}
+
+#define LOBES(set, words)                                                      \
+    OUT_OF_RANGE(ibl_lobe_table_options_default(), set,                        \
+                 ibl_bake_lobe_table(ctx, &o, &lobes), words)
+
+TEST(lobe_table_options)
+{
+    ibl_ctx *ctx = counting();
+    ibl_lobe_table_options o;
+    ibl_lobe_table lobes = {0};
+
+    LOBES(o.size = 3, "must be 4 to 256");
+    LOBES(o.size = 257, "must be 4 to 256");
+    LOBES(o.f0 = (ibl_f0)3, "");
+    LOBES(o.layout.levels = 0, "");
+    LOBES(o.layout.size = 0, "from 0 texels");
+    LOBES(o.layout.roughness[3] = o.layout.roughness[2] - 0.1, "rising");
+    CHECK(!lobes.data);
+}
+
+#define BAKE(set, words)                                                       \
+    OUT_OF_RANGE(ibl_bake_options_default(), set,                              \
+                 ibl_bake_environment(ctx, &env, &o, &out), words)
+
+TEST(bake_options)
+{
+    ibl_ctx *ctx = counting();
+    ibl_image map = map_constant(ctx, 8, 4, 1);
+    const ibl_environment env = {.image = &map};
+    const ibl_environment empty = {.width = 0, .height = 4, .cookie = &map};
+    ibl_specular_options more[IBL_MAX_MORE_CHAINS + 1];
+    ibl_bake_options o = ibl_bake_options_default();
+    ibl_bake_result out = {0};
+    ibl_cube cube = {0};
+    ibl_light light;
+    int count;
+
+    for (int i = 0; i <= IBL_MAX_MORE_CHAINS; i++)
+        more[i] = o.specular_options;
+    REFUSES(ibl_bake_environment(ctx, &empty, NULL, &out));
+    BAKE(o.yaw_deg = (double)NAN, "yaw");
+    BAKE(o.sh_degree = IBL_MAX_SH_DEGREE + 1, "65");
+    BAKE(o.level0 = &(ibl_cube){.size = 8}, "a level 0 of size 8");
+    BAKE(o.skybox = IBL_MAX_CUBE_SIZE + 1, "size");
+    BAKE(o.skybox = -1, "size -1");
+    BAKE(o.specular_options.size = 0, "size 0");
+    BAKE(o.specular_options.method = (ibl_method)9, "method 9");
+    BAKE(o.irradiance_options.step = 9, "9");
+    BAKE(o.more_count = 1, "1 more specular chains");
+    BAKE((o.more = more, o.more_count = IBL_MAX_MORE_CHAINS + 1),
+         "32 more specular chains");
+    more[0].tolerance = 0;
+    BAKE((o.more = more, o.more_count = 1), "a tolerance of 0");
+    CHECK(!out.more && !out.specular.data && !out.sh);
+    o = ibl_bake_options_default();
+    o.specular_options.size = 12;
+    o.specular_options.levels = 4;
+    o.specular_options.projection = IBL_PROJECTION_OCTAHEDRAL;
+    REFUSES(ibl_bake_environment(ctx, &env, &o, &out));
+    REFUSES(ibl_cube_alloc_as(ctx, (ibl_projection)3, 8, 1, &cube));
+    NEED(!ibl_cube_alloc_as(ctx, IBL_PROJECTION_EQUIRECT, 8, 1, &cube));
+    REFUSES(ibl_cube_from_latlong(ctx, &map, 0, &cube));
+    REFUSES(ibl_cube_build_mips(ctx, &cube));
+    REFUSES(ibl_flat_from_latlong(ctx, &map, (double)INFINITY, &cube));
+    ibl_cube_free(&cube);
+    REFUSES(ibl_image_take_lights(ctx, &map, 0, 0, &light, &count));
+    REFUSES(ibl_image_take_lights(ctx, &map, (double)NAN, 1, &light, &count));
+    CHECK(count == 0);
 }
 
 TEST(references)

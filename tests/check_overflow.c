@@ -184,7 +184,7 @@ TEST(other_pixels)
     for (int p = 0; p < IBL_PIXEL_COUNT; p++) {
         if (max[p][0] == 0)
             continue;
-        ibl_cube cube = constant(32, 1);
+        ibl_cube cube = constant(64, 1); /* two jobs */
         ibl_overflow_report report;
         set_texel(&cube, 700, 5e5, 6e5, 7e5);
         ibl_cube got =

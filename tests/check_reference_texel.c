@@ -1,17 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* Level 0's reference against points of texels, as ibl/ibl.h defines them. */
 #include <math.h>
-#include <string.h>
 
 #include "reference.h"
-
-/* The cube rule. */
-static void cube_point(int face, double u, double v, double d[3])
-{
-    const double rule[6][3] = {{1, -v, -u}, {-1, -v, u}, {u, 1, v},
-                               {u, -1, -v}, {u, -v, 1},  {-u, -v, -1}};
-    memcpy(d, rule[face], sizeof rule[face]);
-}
+#include "truth.h"
 
 /* The finer pixels of ibl_cube_from_latlong for a cube of n. */
 typedef struct finer {
@@ -94,7 +86,8 @@ static double texel_points(const finer *f, int n, ibl_texel t, double yaw,
             const double u = 2 * (t.x + (a + 0.5) / sub) / n - 1;
             const double v = 2 * (t.y + (b + 0.5) / sub) / n - 1;
             const double density = pow(1 + u * u + v * v, -1.5);
-            cube_point(t.face, u, v, d);
+            truth_cube_direction(n, t.face, t.x + (a + 0.5) / sub - 0.5,
+                                 t.y + (b + 0.5) / sub - 0.5, d);
             const double phi = remainder(atan2(d[2], d[0]) + yaw, 2 * M_PI);
             sum += density * map_value(f, atan2(hypot(d[0], d[2]), d[1]), phi);
             weights += density;
@@ -160,17 +153,9 @@ TEST(texels_energy)
             double rgb[3];
             CHECK(!ibl_reference_texels(subject_ref(it), IBL_PROJECTION_CUBE, n,
                                         n, &t, 1, rgb));
-            /* Corners' asin(uv / ...) in the form of an atan. */
-            const double u[2] = {2.0 * t.x / n - 1, 2.0 * (t.x + 1) / n - 1};
-            const double v[2] = {2.0 * t.y / n - 1, 2.0 * (t.y + 1) / n - 1};
-            double angle = 0;
-            for (int c = 0; c < 4; c++) {
-                const double a = u[c % 2], b = v[c / 2];
-                angle += (c == 0 || c == 3 ? 1 : -1) *
-                         atan2(a * b, sqrt(1 + a * a + b * b));
-            }
             for (int c = 0; c < 3; c++)
-                sum[c] += rgb[c] * angle / (4 * M_PI);
+                sum[c] +=
+                    rgb[c] * ibl_cube_solid_angle(n, t.x, t.y) / (4 * M_PI);
         }
         CHECK(!ibl_reference_mean(subject_ref(it), mean));
         for (int c = 0; c < 3; c++)

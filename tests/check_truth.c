@@ -3,38 +3,21 @@
  * The truth itself, against closed forms and against plainer sums, long
  * double where precision could matter; the library is not called.
  */
-#include "test.h"
+#include "reference.h"
 #include "truth.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-static void random_direction(test_random *r, double d[3])
-{
-    const double y = 2.0 * test_random_unit(r) - 1.0;
-    const double phi = 2.0 * M_PI * test_random_unit(r);
-    d[0] = sqrt(1.0 - y * y) * cos(phi);
-    d[1] = y;
-    d[2] = sqrt(1.0 - y * y) * sin(phi);
-}
-
 /* ---- directions ------------------------------------------------------ */
 
 TEST(solid_angles)
 {
-    static const int sizes[][2] = {
-        {1, 1}, {2, 1}, {3, 2}, {17, 31}, {512, 256}};
-    for (int n = 0; n < 5; n++) {
-        const int w = sizes[n][0], h = sizes[n][1];
-        double sum = 0.0;
-        for (int j = 0; j < h; j++) {
-            const double exact =
-                2.0 * M_PI / w * (cos(M_PI * j / h) - cos(M_PI * (j + 1) / h));
-            CHECK_NEAR(truth_latlong_solid_angle(w, h, j), exact, 1e-14);
-            sum += w * truth_latlong_solid_angle(w, h, j);
-        }
-        CHECK_NEAR(sum, 4.0 * M_PI, 1e-13);
-    }
+    for (int j = 0; j < 31; j++)
+        CHECK_NEAR(truth_latlong_solid_angle(17, 31, j),
+                   2 * M_PI / 17 *
+                       (cos(M_PI * j / 31) - cos(M_PI * (j + 1) / 31)),
+                   1e-14);
 }
 
 /* The centre column looks along +X, u grows towards +Z, row 0 is the zenith. */
@@ -132,27 +115,39 @@ TEST(sh_phases)
     }
 }
 
-TEST(sh_orthonormal)
+/* The addition theorem: the sum over m of products is (2l + 1) / 4pi P_l. */
+TEST(sh_products)
 {
-    enum {
-        W = 128,
-        H = 1024
-    };
-    static double gram[25][25];
-    for (int j = 0; j < H; j++) {
-        const double weight = truth_latlong_solid_angle(W, H, j);
-        for (int i = 0; i < W; i++) {
-            double d[3], y[25];
-            truth_latlong_direction(W, H, i, j, d);
-            for (int k = 0, l = 0; l <= 4; l++)
-                for (int m = -l; m <= l; m++)
-                    y[k++] = truth_sh(l, m, d);
-            for (int a = 0; a < 25; a++)
-                for (int b = 0; b < 25; b++)
-                    gram[a][b] += weight * y[a] * y[b];
+    test_random r = {3};
+    for (int n = 0; n < 20; n++) {
+        double a[3], b[3], p = 1, before = 0;
+        random_direction(&r, a);
+        random_direction(&r, b);
+        for (int l = 0; l <= 64; l++) {
+            const double x = test_dot(a, b);
+            const double next = ((2 * l + 1) * x * p - l * before) / (l + 1);
+            double sum = 0;
+            for (int m = -l; m <= l; m++)
+                sum += truth_sh(l, m, a) * truth_sh(l, m, b);
+            CHECK_NEAR(sum * 4 * M_PI / (2 * l + 1), p, 1e-11);
+            before = p;
+            p = next;
         }
     }
-    for (int a = 0; a < 25; a++)
-        for (int b = 0; b < 25; b++)
-            CHECK_NEAR(gram[a][b], a == b ? 1.0 : 0.0, 2e-5);
+}
+
+/* All pixels together are the whole, from a pole and on the seam, too. */
+TEST(pixels_make_the_integral)
+{
+    static const double d[][3] = {
+        {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0.48, 0.6, -0.64}};
+    for (int k = 0; k < 48; k++) {
+        const ibl_lobe lobe = (ibl_lobe)(k / 16);
+        const double r = 1 - 0.25 * (k / 4 % 4);
+        double sum = 0;
+        for (int i = 0; i < 21 * 10; i++)
+            sum +=
+                truth_pixel_weight(21, 10, i % 21, i / 21, d[k % 4], lobe, r);
+        CHECK_NEAR(sum / truth_lobe_integral(lobe, r * r), 1, 2e-6);
+    }
 }

@@ -2,7 +2,6 @@
 #include "maps.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -87,18 +86,6 @@ void map_range(const ibl_image *map, int channel, double *low, double *high)
 
 /* ---- random maps ------------------------------------------------------ */
 
-static void fill_noise(ibl_image *map, test_random *r)
-{
-    for (size_t i = 0; i < map_floats(map); i++)
-        map->data[i] = (float)test_random_unit(r);
-}
-
-static void fill_decades(ibl_image *map, test_random *r)
-{
-    for (size_t i = 0; i < map_floats(map); i++)
-        map->data[i] = (float)pow(10, 16 * test_random_unit(r) - 8);
-}
-
 static void add_suns(ibl_image *map, test_random *r)
 {
     for (int k = 1 + test_random_below(r, 4); k > 0; k--) {
@@ -143,21 +130,24 @@ static void blacken(ibl_image *map, test_random *r)
     }
 }
 
-/* Halves count in 2^-24 below 2^-14, floats in 2^-149 below 2^-126. */
-static void fill_denormal(ibl_image *map, test_random *r)
+/* Value i of a map that is w wide. */
+static float value_of(map_kind kind, test_random *r, int i, int w)
 {
-    const bool halves = test_random_below(r, 2);
-    for (size_t i = 0; i < map_floats(map); i++)
-        map->data[i] = halves
-                           ? ldexpf((float)test_random_below(r, 1024), -24)
-                           : ldexpf((float)test_random_below(r, 1 << 23), -149);
-}
-
-static void fill_checkerboard(ibl_image *map)
-{
-    for (int i = 0; i < map->width * map->height; i++) {
-        const float v = (float)((i % map->width + i / map->width) & 1);
-        map_set(map, i % map->width, i / map->width, v, 1 - v, v);
+    switch (kind) {
+    case MAP_NOISE:
+    case MAP_SUNNY:
+    case MAP_BLACK_ROWS:
+        return (float)test_random_unit(r);
+    case MAP_DECADES:
+        return (float)pow(10, 16 * test_random_unit(r) - 8);
+    case MAP_DENORMAL:
+        return ldexpf((float)test_random_below(r, 1 << 23), -149);
+    case MAP_DENORMAL_HALVES:
+        return ldexpf((float)test_random_below(r, 1024), -24);
+    case MAP_CHECKERBOARD:
+        return (float)((i / 3 % w + i / 3 / w + (i % 3 == 1)) & 1);
+    default:
+        return 0;
     }
 }
 
@@ -165,20 +155,14 @@ ibl_image map_of_kind(ibl_ctx *ctx, test_random *r, map_kind kind, int width,
                       int height)
 {
     ibl_image map = map_constant(ctx, width, height, 0);
-    if (kind == MAP_NOISE || kind == MAP_SUNNY || kind == MAP_BLACK_ROWS)
-        fill_noise(&map, r);
-    if (kind == MAP_DECADES)
-        fill_decades(&map, r);
+    for (size_t i = 0; i < map_floats(&map); i++)
+        map.data[i] = value_of(kind, r, (int)i, width);
     if (kind == MAP_SUNS || kind == MAP_SUNNY)
         add_suns(&map, r);
     if (kind == MAP_SMOOTH)
         fill_smooth(&map, r);
     if (kind == MAP_BLACK_ROWS)
         blacken(&map, r);
-    if (kind == MAP_DENORMAL)
-        fill_denormal(&map, r);
-    if (kind == MAP_CHECKERBOARD)
-        fill_checkerboard(&map);
     return map;
 }
 
@@ -229,20 +213,6 @@ double cube_mean(const ibl_cube *cube, int level, int channel)
     return sum / (4 * M_PI);
 }
 
-void cube_range(const ibl_cube *cube, int level, int channel, double *low,
-                double *high)
-{
-    const int n = ibl_cube_edge(cube->size, level);
-    const float *p = ibl_cube_face(cube, level, 0) + channel;
-    *low = *high = *p;
-    for (int i = 0; i < IBL_FACES * n * n; i++, p += 3) {
-        if (*p != *p)
-            *low = *high = NAN;
-        *low = *p < *low ? *p : *low;
-        *high = *p > *high ? *p : *high;
-    }
-}
-
 double cube_nrmse(const ibl_cube *a, const ibl_cube *b, int level)
 {
     const int n = ibl_cube_edge(a->size, level);
@@ -264,34 +234,6 @@ ibl_cube cube_level0(ibl_ctx *ctx, const ibl_image *map, double yaw, int n)
     if (ibl_cube_from_latlong(ctx, map, yaw, &cube))
         exit(1);
     return cube;
-}
-
-ibl_cube cube_irradiance(ibl_ctx *ctx, const ibl_image *map, double yaw, int n)
-{
-    const ibl_irradiance_options o = {
-        .struct_size = sizeof o, .size = n, .yaw_deg = yaw};
-    ibl_cube cube = {0};
-    if (ibl_bake_irradiance(ctx, map, &o, &cube))
-        exit(1);
-    return test_cube(cube);
-}
-
-ibl_cube cube_specular(ibl_ctx *ctx, const ibl_image *map, double yaw, int n,
-                       int levels, int samples)
-{
-    ibl_specular_options o = ibl_specular_options_default();
-    ibl_cube cube = {0};
-    o.method = IBL_METHOD_SAMPLED;
-    o.mapping = IBL_ROUGHNESS_LINEAR;
-    o.size = n;
-    o.samples = samples;
-    o.yaw_deg = yaw;
-    o.levels = levels;
-    while (!levels && n >> o.levels)
-        o.levels++;
-    if (ibl_bake_specular(ctx, map, &o, &cube))
-        exit(1);
-    return test_cube(cube);
 }
 
 static void free_result(void *result)

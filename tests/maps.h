@@ -31,8 +31,9 @@ typedef enum map_kind {
     MAP_SUNNY,        /* the same on a sky of noise */
     MAP_SMOOTH,       /* a few broad lobes */
     MAP_BLACK_ROWS,   /* noise with rows and columns of 0 */
-    MAP_DENORMAL,     /* denormal halves and floats */
+    MAP_DENORMAL,     /* denormal floats */
     MAP_CHECKERBOARD, /* 0 and 1 by pixel */
+    MAP_DENORMAL_HALVES,
     MAP_KINDS
 } map_kind;
 
@@ -44,19 +45,13 @@ ibl_image map_of_kind(ibl_ctx *ctx, test_random *r, map_kind kind, int width,
 
 /* Not initialized. */
 ibl_cube cube_alloc(ibl_ctx *ctx, int n, int levels);
-/* The bakes. Specular levels 0: all down to one texel. */
+/* The bakes. */
 ibl_cube cube_level0(ibl_ctx *ctx, const ibl_image *map, double yaw, int n);
-ibl_cube cube_irradiance(ibl_ctx *ctx, const ibl_image *map, double yaw, int n);
-ibl_cube cube_specular(ibl_ctx *ctx, const ibl_image *map, double yaw, int n,
-                       int levels, int samples);
 ibl_bake_result map_bake(ibl_ctx *ctx, const ibl_image *map,
                          const ibl_bake_options *options);
 
 /* Mean of a level's channel by the texels' exact solid angles. */
 double cube_mean(const ibl_cube *cube, int level, int channel);
-/* Smallest and largest value of a level's channel; NaN if any is. */
-void cube_range(const ibl_cube *cube, int level, int channel, double *low,
-                double *high);
 size_t cube_floats(const ibl_cube *cube);
 
 /* sqrt(sum |a - b|^2 / sum b^2) over all channels of the texels of a level. */

@@ -24,22 +24,7 @@ double truth_lobe_integral(ibl_lobe lobe, double alpha);
 /* The integral of that weight, seen from dir, over pixel (i, j) of a map. */
 double truth_pixel_weight(int w, int h, int i, int j, const double dir[3],
                           ibl_lobe lobe, double roughness);
-/* Real orthonormal spherical harmonic of ibl_bake_sh, l <= 4, from its
- * Cartesian polynomial or a direct recurrence. */
+/* Real orthonormal spherical harmonic of ibl_bake_sh, l <= 64. */
 double truth_sh(int l, int m, const double dir[3]);
-/*
- * The 3 (degree + 1)^2 coefficients of ibl_bake_sh, L constant over each
- * pixel: within 1e-7 of the sum of L dO.
- */
-void truth_harmonics(const ibl_image *env, int degree, double yaw_deg,
-                     double *coeffs);
-/*
- * Associated Legendre functions without the Condon-Shortley phase, the
- * integral of the square over -1..1 being 1 / (2 pi): p[l - m] = P_lm(x) for
- * l = m..degree, any m and degree. s = sqrt(1 - x^2) > 0, to its own last
- * bits.
- */
-void truth_legendre(long double x, long double s, int m, int degree,
-                    long double *p);
 
 #endif
