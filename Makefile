@@ -508,7 +508,7 @@ bench:
 	bash tests/bench-spectral.sh $(BUILD)
 	bash tests/bench-peers.sh $(BUILD)
 
-## mutants: break the program in hundreds of ways; which do the tests see? (hours)
+## mutants: break the program in 170 ways; which do the tests see? (an hour)
 mutants:
 	@DEPS=$(DEPS) sh tests/deps.sh check
 	@bash tests/mutants/run.sh

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Legendre coefficients of a function known at some points, and associated
- * Legendre functions there.
+ * Legendre coefficients of a function known at some points.
  *
  * With y = 1 - x the recurrence (l + 1) P_l+1 = (2 l + 1) x P_l - l P_l-1 is
  *     e_l+1 = e_l - (2 l + 1) y P_l,   P_l+1 = P_l + e_l+1 / (l + 1),
@@ -19,8 +18,7 @@
 
 enum {
     IBL_LEGENDRE_SUMS_POINTS = 32, /* divides the number of points */
-    IBL_LEGENDRE_SUMS_SCRATCH = 4, /* doubles for each degree */
-    IBL_LEGENDRE_VALUES_POINTS = 8 /* divides that of values */
+    IBL_LEGENDRE_SUMS_SCRATCH = 4  /* doubles for each degree */
 };
 
 typedef struct ibl_legendre_sums_dsp {
@@ -32,16 +30,6 @@ typedef struct ibl_legendre_sums_dsp {
      */
     void (*sums)(const double *y, const double *w, int count,
                  const double *inverse, int degree, double *scratch, double *k);
-    /*
-     * values[d stride + i] = Q_l(x[i]) for l = degree[d], where Q_m = start[i],
-     * Q_m-1 = 0 and Q_l+1 = factor[l] x Q_l + Q_l-1.
-     *   count    points, a multiple of IBL_LEGENDRE_VALUES_POINTS
-     *   degree   `degrees` of them, m or more, rising
-     *   factor   for l = m..the last degree - 1
-     */
-    void (*values)(const double *x, const double *start, int count,
-                   const double *factor, int m, const int *degree, int degrees,
-                   size_t stride, double *values);
 } ibl_legendre_sums_dsp;
 
 IBL_DECLARE_KERNEL(ibl_legendre_sums);

@@ -12,9 +12,6 @@ enum {
     PARTS = LANES / VD, /* vectors of them */
     AT_ONCE = REGISTERS / 4
 };
-enum {
-    OF_VALUES = IBL_LEGENDRE_VALUES_POINTS / VD /* vectors at once */
-};
 _Static_assert(IBL_LEGENDRE_SUMS_POINTS % (AT_ONCE * VD) == 0, "whole blocks");
 
 /* Adds sixteen points, or fewer, to the lanes: four to each. */
@@ -70,55 +67,4 @@ static void sums_of_points(const double *y, const double *w, int count,
     }
 }
 
-/* Q_l-1 becomes Q_l+1. */
-static inline void next_values(double factor, const vd x[OF_VALUES],
-                               const vd now[OF_VALUES], vd last[OF_VALUES])
-{
-    const vd f = vd_all(factor);
-#pragma GCC unroll 8
-    for (int n = 0; n < OF_VALUES; n++)
-        last[n] = vd_fma(f * x[n], now[n], last[n]);
-}
-
-static inline void swap_values(vd a[OF_VALUES], vd b[OF_VALUES])
-{
-#pragma GCC unroll 8
-    for (int n = 0; n < OF_VALUES; n++) {
-        const vd v = a[n];
-        a[n] = b[n];
-        b[n] = v;
-    }
-}
-
-static void values_at(const double *x, const double *start, int count,
-                      const double *factor, int m, const int *degree,
-                      int degrees, size_t stride, double *values)
-{
-    for (int i = 0; i < count; i += IBL_LEGENDRE_VALUES_POINTS) {
-        vd at[OF_VALUES], now[OF_VALUES], last[OF_VALUES];
-        double *to = values + i;
-        int l = m;
-
-#pragma GCC unroll 8
-        for (int n = 0; n < OF_VALUES; n++) {
-            at[n] = vd_load(x + i + n * VD);
-            now[n] = vd_load(start + i + n * VD);
-            last[n] = vd_all(0);
-        }
-        for (int d = 0; d < degrees; d++, to += stride) {
-            for (; l + 1 < degree[d]; l += 2) {
-                next_values(factor[l], at, now, last);
-                next_values(factor[l + 1], at, last, now);
-            }
-            for (; l < degree[d]; l++) {
-                next_values(factor[l], at, now, last);
-                swap_values(now, last);
-            }
-#pragma GCC unroll 8
-            for (int n = 0; n < OF_VALUES; n++)
-                vd_store(to + n * VD, now[n]);
-        }
-    }
-}
-
-IBL_VECTOR_KERNEL(ibl_legendre_sums, sums_of_points, values_at)
+IBL_VECTOR_KERNEL(ibl_legendre_sums, sums_of_points)
