@@ -687,8 +687,9 @@ static bool search_all(search *s, ibl_choice *c)
     double least = fmin(sqrt(fine.error), c->usual_error);
     c->reached = least <= c->asked;
     if (!c->reached) {
-        s->most =
-            square(least + beyond_least * fmin(least, fmax(1 - least, 0)));
+        const double beyond = beyond_least * fmin(least, fmax(1 - least, 0));
+        s->most = square(least + beyond);
+        s->asked = fmax(s->asked, square(beyond));
         s->most_bytes = c->usual_bytes;
     }
     for (int l = 0; l < s->part[LEVELS].count; l++)
