@@ -1273,10 +1273,14 @@ ibl_status ibl_reference_sh(const ibl_reference *ref, int degree,
 
 ibl_status ibl_reference_mean(const ibl_reference *ref, double rgb[3])
 {
-    const ibl_status status = ibl_reference_sh(ref, 0, rgb);
+    const ibl_status status = check_pointers(ref, 1, ref, rgb);
+    const level *l = status ? NULL : &ref->level[ref->levels - 1];
 
     for (int c = 0; c < 3 && !status; c++)
-        rgb[c] /= sqrt(4 * pi);
+        rgb[c] = 0;
+    for (int k = 0; !status && k < 3 * NODES * NODES * l->rows * l->columns;
+         k++)
+        rgb[k / NODES / NODES % 3] += (double)l->moments[k] / (4 * pi);
     return status;
 }
 

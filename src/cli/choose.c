@@ -361,7 +361,8 @@ static bool fit_roughness(search *s, int step, size_t bytes, pick *best)
     static const int moves[][2] = {{-1, 0}, {1, 0}, {0, -1},
                                    {0, 1},  {1, 1}, {-1, -1}};
 
-    for (; step >= 4 && s->fits; step /= 2)
+    for (const int least = bytes < SIZE_MAX ? 4 : 8; step >= least && s->fits;
+         step /= 2)
         for (int i = 0; i < 6; i++) {
             pick p = *best;
             p.low += step * moves[i][0];
