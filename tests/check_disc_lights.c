@@ -321,8 +321,10 @@ static void mean_of(ibl_ctx *ctx, const ibl_image *map, double rgb[3])
 {
     ibl_reference *ref;
     NEED(!ibl_reference_create(ctx, map, 0, &ref));
-    CHECK(!ibl_reference_mean(ref, rgb));
+    CHECK(!ibl_reference_sh(ref, 0, rgb));
     ibl_reference_free(ref);
+    for (int c = 0; c < 3; c++)
+        rgb[c] /= sqrt(4 * M_PI);
 }
 
 /* Nothing is lost or won, whatever the map; no value leaves the range. */

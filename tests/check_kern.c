@@ -320,7 +320,7 @@ static const kern_same kernels[] = {
     {"ASTC", astc_blocks, 16, 1, 12, 3, 0},
 };
 
-TEST_OF(same_bytes, "same_bytes", TEST_RACES || !TEST_SANITIZED)
+TEST(same_bytes)
 {
     for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++)
         kern_check_same(&kernels[i]);
