@@ -31,8 +31,8 @@ typedef struct ibl_reference ibl_reference;
 ibl_status ibl_reference_create(ibl_ctx *ctx, const ibl_image *env,
                                 double yaw_deg, ibl_reference **out);
 void ibl_reference_free(ibl_reference *ref); /* NULL is fine */
-/* From now on integrals are relative errors of about 1e-4, at worst some 1e-3,
- * in a third of the time: for many directions, whose errors cancel. */
+/* From now on integrals have relative errors of about 1e-4, at worst some 1e-3,
+ * and take a third of the time: for many directions, whose errors cancel. */
 void ibl_reference_coarsen(ibl_reference *ref);
 
 /*

@@ -10,7 +10,7 @@
  *     M_ab = integral L l_a(theta) l_b(phi) sin(theta) dtheta dphi.
  * M is exact, separable, and that of a block follows from those of its four
  * parts. A polynomial of degree 7 on an interval of half length e misses about
- * (2 z)^-8 of a function whose nearest singularity is z e away; 4.5 of these
+ * (2 z)^-8 of a function whose nearest singularity is z e away; 4 of these
  * lengths leave 1e-6, 3, for BRDFs, 1e-4. Other blocks are divided, down to 16
  * x 16 pixels.
  *
@@ -928,8 +928,7 @@ static void add_block(sum *s, int k, int j, int i)
     }
     at[2] += radius;
     if (smooth &&
-        (!crossed || (s->least[3] > 0 &&
-                      is_dim(s, at, moments_at(l, j, i), 4 * tall * wide)))) {
+        (!crossed || is_dim(s, at, moments_at(l, j, i), 4 * tall * wide))) {
         add_nodes(s, row, column, moments_at(l, j, i));
     } else if (k) {
         for (int n = 0; n < 4; n++)

@@ -40,8 +40,8 @@ enum {
     SHEEN_LEAST = 5,  /* bin: shaders take smaller roughnesses for it */
     SHEEN_SIZE = 128, /* of Charlie's whole chain, of which a part is made */
     SHEEN_TABLE = 64,
-    MADE = 16,       /* of a kind that are remembered; of cubes larger than */
-    KEPT_EDGE = 128, /* one */
+    MADE = 16,       /* of a kind that are remembered, */
+    KEPT_EDGE = 128, /* of larger cubes only the last one */
     TRIED = 512,
     SCALES = 4
 };
@@ -279,7 +279,7 @@ static bool try_pick(search *s, pick *p)
     if (s->fits)
         p->at[EDGE] = index_of(&s->part[EDGE], l.size);
     for (int i = 0; i < TRIED && p->error == HUGE_VAL; i++)
-        if (!memcmp(&s->tried[i], p, offsetof(pick, bytes)))
+        if (!memcmp(&s->tried[i], p, offsetof(pick, size) + sizeof p->size))
             p->error = s->tried[i].error;
     if (p->error < HUGE_VAL)
         return true;
