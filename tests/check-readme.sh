@@ -93,7 +93,7 @@ as_today() {
     mkdir pictures
     (cd "$top" && make -n DEPS=no BUILD="$build" DEMO="$work/pictures" \
         demo-pictures | sed 's/ -v / -q /' | grep -v contact-sheet | sh -e &&
-        sh tests/pictures.sh "$build" "$work/pictures" 'split two-taps')
+        sh tests/pictures.sh "$build" "$work/pictures" 'split four-taps')
     for picture in pictures/*.png; do
         node png.mjs "$top/data/${picture##*/}@0,0,0" "$picture" 255 0.5
     done

@@ -688,7 +688,7 @@ test_bake_above_the_bound_leaves_nothing() {
 test_rendered() {
     local shader
     iblbake -q $small --lut-size 128 --lobe-table prior one.hdr -o out
-    for shader in split bent fit table two-taps; do
+    for shader in split bent fit table two-taps three-taps four-taps; do
         iblbake verify $few --shader $shader one.hdr out --json v.json >table
         js $shader <<'END'
 const { shader, rows, means } = json('v.json').rendered;
@@ -705,7 +705,7 @@ for (const row of [...rows, ...means]) {
 END
         [ "$(wc -l <table)" = 20 ] || cat table
     done
-    sed -n 1p table | grep -q 'by two-taps: 48 directions' || cat table
+    sed -n 1p table | grep -q 'by four-taps: 48 directions' || cat table
     iblbake verify $few one.hdr out | grep -q 'by table:' || echo 'no table'
 }
 

@@ -39,13 +39,16 @@ enum {
     FIT,
     TABLE_LOBES,
     TWO_TAPS,
+    THREE_TAPS,
+    FOUR_TAPS,
     DISC,
     SH2,
     SH4,
     NUMBERS,
     BENT,
     KINDS,
-    OCTAHEDRAL = KINDS, /* lod and edge for roughness and metallic */
+    GRADIENT = KINDS,
+    OCTAHEDRAL, /* lod and edge for roughness and metallic */
     EQUIRECT
 };
 
@@ -104,6 +107,7 @@ enum {
 
 typedef struct lobe {
     double bend, lod, diffuse, half_distance;
+    int taps;
 } lobe;
 
 static double clamp(double x, double low, double high)
@@ -130,24 +134,24 @@ static lobe lobe_of(int kind, int i, double n_v)
     double q[4];
 
     if (kind == SPLIT)
-        return (lobe){0, level(chain, r), 0, 0};
+        return (lobe){0, level(chain, r), 0, 0, 1};
     if (kind == BENT)
         return (lobe){
             pow(r, 2.1 + 1.8 * n_v),
-            level(chain, fmin(1, r * (0.75 + 0.28 * n_v + 0.27 * r * r))), 0,
-            0};
+            level(chain, fmin(1, r * (0.75 + 0.28 * n_v + 0.27 * r * r))), 0, 0,
+            1};
     if (kind == FIT)
-        return (lobe){
-            mix(1.4, 3.3, m) * pow(r, 3) * (1 - r) * (1 - n_v),
-            level(chain,
-                  fmin(1, r * (mix(0.56, 0.68, m) + mix(0.53, 0.38, m) * n_v))),
-            fmin(1, mix(0.4 + 0.8 * n_v, 1, m) *
-                        pow(r, mix(2.3, 1.5, m) + mix(1.75, 1.95, m) * n_v)),
-            0};
-    ibl_lookup_lobes(&on.lobes, kind == TWO_TAPS ? 2 : 1, m, n_v, r, q);
-    return (lobe){
-        q[0], fmin(q[1] * (double)chain[2], level(chain, fmin(1.25 * r, 1))),
-        q[2], q[3]};
+        return (lobe){mix(3.1, 5.2, m) * pow(r, 3.5) * (1 - r) * (1 - n_v),
+                      level(chain, r * (1 + clamp(3 * r, 0, 1) *
+                                                (mix(0.55, 0.64, m) - 1 +
+                                                 mix(0.54, 0.44, m) * n_v))),
+                      fmin(1, (mix(0.49, 0.87, m) + mix(0.58, 0.43, m) * n_v) *
+                                  pow(fmax(r - 0.15, 0) / 0.85,
+                                      mix(2.6, 1 + 2.5 * n_v, m))),
+                      0, 1};
+    const int taps = kind - TABLE_LOBES + 1;
+    ibl_lookup_lobes(&on.lobes, taps, m, n_v, r, q);
+    return (lobe){q[0], q[1] * (double)chain[2], q[2], q[3], taps};
 }
 
 static void unit(double v[3])
@@ -158,21 +162,24 @@ static void unit(double v[3])
         v[k] /= length;
 }
 
-/* What one or two taps see. */
+/* What the taps see. */
 static void look(const lobe *q, const double n[3], const double v[3],
                  const double light[3], double seen[3])
 {
-    double taps[2][3], rgb[2][3];
+    double sum[3] = {0};
 
-    for (int i = 0; i < 2; i++) {
-        const double bend =
-            q->bend + (i ? q->half_distance : -q->half_distance);
+    for (int i = 0; i < q->taps; i++) {
+        const double at = q->taps > 1 ? 2.0 * i / (q->taps - 1) - 1 : 0;
+        double tap[3], rgb[3];
         for (int k = 0; k < 3; k++)
-            taps[i][k] = mix(2 * test_dot(n, v) * n[k] - v[k], n[k], bend);
-        shade_cube(&set->specular, q->lod, taps[i], rgb[i]);
+            tap[k] = mix(2 * test_dot(n, v) * n[k] - v[k], n[k],
+                         q->bend + at * q->half_distance);
+        shade_cube(&set->specular, q->lod, tap, rgb);
+        for (int k = 0; k < 3; k++)
+            sum[k] += rgb[k] / q->taps;
     }
     for (int k = 0; k < 3; k++)
-        seen[k] = mix(0.5 * (rgb[0][k] + rgb[1][k]), light[k], q->diffuse);
+        seen[k] = fmax(mix(sum[k], light[k], q->diffuse), 0);
 }
 
 static void widen(const float from[4], double to[3])
@@ -412,15 +419,16 @@ static void random_points(int seed)
 }
 
 /* Channels 0..1, of the last one less, and 0 for some. */
+/* Layers of one tap have no distance. */
 static void random_lobes(void)
 {
     test_random r = {9};
 
     for (int i = 0; i < LAYERS * TABLE * TABLE; i++)
         for (int k = 0; k < 4; k++)
-            on.texels[i][k] =
-                (float)(k < 3 ? test_random_unit(&r)
-                              : i % TABLE / 8 * test_random_unit(&r) / 4);
+            on.texels[i][k] = (float)(k < 3 ? test_random_unit(&r)
+                                            : i / TABLE / TABLE / 2 *
+                                                  test_random_unit(&r) / 4);
 }
 
 static void bake(void)
@@ -611,6 +619,68 @@ TEST(flat_maps_in_hlsl)
     flat_lookups(IBL_PROJECTION_EQUIRECT, use_hlsl);
 }
 
+/* Without anisotropic filtering the level of textureGrad is that of the longer
+ * step. It is the table's for steps of equal length, and for others higher by
+ * the logarithm of the taps, each as long as a texel. */
+TEST(gradient)
+{
+    const ibl_texel_options as = {.struct_size = sizeof as,
+                                  .pixel = IBL_PIXEL_RGBA32F};
+    const double lod = 1.25;
+    double worst = 0;
+
+    begin();
+    bake();
+    ibl_texture *tex = &set->set.texture[VIEW_SPECULAR];
+    const ibl_cube cube = set->specular;
+    for (int l = 0; l < cube.levels; l++) /* each is its number */
+        for (int i = 0; i < 18 * (cube.size >> l) * (cube.size >> l); i++)
+            ibl_cube_face(&cube, l, 0)[i] = (float)l;
+    ibl_texture_free(tex);
+    NEED(!ibl_texture_from_cube(shade_ctx(), &cube, &as, tex, NULL));
+    for (int i = 0; i < LAYERS * TABLE * TABLE; i++)
+        on.texels[i][1] = (float)(lod / (cube.levels - 1));
+    for (int k = 0; k < 3; k++) {
+        const double half = 0.05 * k;
+        for (int i = 0; i < LAYERS * TABLE * TABLE; i++)
+            on.texels[i][3] = (float)half;
+        random_points(5);
+        for (int i = 0; i < COUNT; i++)
+            on.points[A][i][2] = (float)GRADIENT;
+        use_glsl();
+        draw();
+        for (int i = 0; i < COUNT; i++) {
+            double n[3], v[3], r[3], tap[2][3], length = 0;
+            widen(on.points[NORMAL][i], n);
+            widen(on.points[VIEW][i], v);
+            for (int c = 0; c < 3; c++)
+                r[c] = 2 * test_dot(n, v) * n[c] - v[c];
+            int major = 0;
+            for (int c = 1; c < 3; c++)
+                if (fabs(r[c]) > fabs(r[major]))
+                    major = c;
+            for (int c = 0; c < 6; c++)
+                tap[c / 3][c % 3] =
+                    mix(r[c % 3], n[c % 3], c < 3 ? -1e-4 : 1e-4);
+            for (int c = 0; c < 3; c++) {
+                const double d =
+                    tap[1][c] / tap[1][major] - tap[0][c] / tap[0][major];
+                length += d * d;
+            }
+            /* in texels of the level; four taps stand for 8 / 3 halves */
+            length =
+                sqrt(length) / 2e-4 * half * 8 / 3 * cube.size / 2 / exp2(lod);
+            const double taps = fmin(fmax(1, floor(length + 0.5)), 16);
+            if (fabs(length - floor(length) - 0.5) > 0.01)
+                worst =
+                    fmax(worst, fabs((double)on.seen[i][3] -
+                                     fmin(lod + log2(taps), cube.levels - 1)));
+        }
+    }
+    test_measured("level", worst, 0.06);
+    CHECK_MSG(worst < 0.06, "a level is off by %g", worst);
+}
+
 /* Under a constant sky every lobe sees that constant, to rounding. */
 TEST(constant_sky)
 {
@@ -621,7 +691,7 @@ TEST(constant_sky)
     use_glsl();
     draw();
     for (int i = 0; i < COUNT; i++)
-        CHECK((i % KINDS > TWO_TAPS && i % KINDS != BENT) ||
+        CHECK((i % KINDS > FOUR_TAPS && i % KINDS != BENT) ||
               fabsf(on.seen[i][3] - 0.25F) < 6e-8F);
 }
 

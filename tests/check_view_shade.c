@@ -69,18 +69,19 @@ static void bake(ibl_roughness_map mapping, int size)
 static void see_lobe(const view_settings *s, const shade_pixel *p, int taps,
                      shade_light *light)
 {
-    double d[3], env[3], rgb[2][3];
+    double d[3], env[3], rgb[3], sum[3] = {0};
 
-    for (int tap = 0; tap < 2; tap++) {
+    for (int tap = 0; tap < 4; tap++) {
         for (int k = 0; k < 3; k++)
             d[k] = p->reflected[k] +
-                   (0.5 + 0.5 * tap) * (p->normal[k] - p->reflected[k]);
+                   (0.5 + tap / 6.0) * (p->normal[k] - p->reflected[k]);
         view_turn(s->turn, d, env);
-        shade_cube(&set->specular, 0, env, rgb[tap]);
+        shade_cube(&set->specular, 0, env, rgb);
+        for (int k = 0; k < 3; k++)
+            sum[k] += rgb[k] / 4;
     }
     for (int k = 0; k < 3; k++)
-        light->specular[k] =
-            taps == 1 ? light->irradiance[k] : 0.5 * (rgb[0][k] + rgb[1][k]);
+        light->specular[k] = taps == 1 ? light->irradiance[k] : sum[k];
 }
 
 /* A side of the last picture against shade_split_sum, its sky against level 0.
@@ -147,8 +148,8 @@ TEST(pixels_in_double)
     }
 }
 
-/* A table of lobes for which one tap is irradiance, and two are of level 0,
- * half way to the normal and there. */
+/* A table of lobes for which one tap is irradiance, and four are of level 0,
+ * from half way to the normal to there. */
 static void add_lobes(void)
 {
     const float texels[2][4] = {{0, 0, 1, 0}, {0.75F, 0, 0, 0.25F}};
@@ -167,12 +168,12 @@ TEST(lobes_of_a_table)
     add_lobes();
     view_settings s = view_settings_default();
     s.reflection = VIEW_TABLE_LOBES;
-    s.against = VIEW_TWO_TAPS;
+    s.against = VIEW_FOUR_TAPS;
     s.compare = VIEW_SPLIT;
     s.turn = 20;
     shade_draw(&set->set, &s);
     compare(&s, false, 1);
-    compare(&s, true, 2);
+    compare(&s, true, 4);
 }
 
 /* To half a step of theirs: relative to the pixel for floats, to the

@@ -59,7 +59,7 @@ static const struct {
     {"bent", false, VIEW_BENT, 0.8},
     {"fit", false, VIEW_FIT, 1.1},
     {"table", false, VIEW_TABLE_LOBES, 1},
-    {"two-taps", false, VIEW_TWO_TAPS, 0.95},
+    {"four-taps", false, VIEW_FOUR_TAPS, 0.95},
     {"reference", false, VIEW_REFERENCE, 0.5},
 };
 

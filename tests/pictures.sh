@@ -1,14 +1,14 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # Pictures of rough metals, under a sun and under a soft sky: by the
-# split sum, by two taps of the lobe table with the sun as a light, and by the
+# split sum, by four taps of the lobe table with the sun as a light, and by the
 # integral, from top to bottom.
 #   pictures.sh [BUILD [OUT [ROWS]]]
-#                  build, data, "split two-taps reference"
+#                  build, data, "split four-taps reference"
 set -eu
 build=${1:-build}
 out=${2:-data}
-rows=${3:-split two-taps reference}
+rows=${3:-split four-taps reference}
 sun=../shared/data/quarry_01_1k.hdr
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -17,8 +17,8 @@ picture() { # NAME MAP OPTIONS
     name=$1 map=$2 n=0
     shift 2
     "$build/iblbake" -q "$map" -o "$work/$name-split"
-    "$build/iblbake" -q "$map" --sun -o "$work/$name-two-taps" 2>"$work/none"
-    ln -s "$name-two-taps" "$work/$name-reference"
+    "$build/iblbake" -q "$map" --sun -o "$work/$name-four-taps" 2>"$work/none"
+    ln -s "$name-four-taps" "$work/$name-reference"
     for row in $rows; do
         n=$((n + 1))
         samples=

@@ -31,13 +31,14 @@
 // too; tables are filtered linearly and clamped to their edges.
 //
 // The true lobe of a rough surface is neither centred on the mirrored direction
-// nor round. There are five ways to look it up, from cheap to exact; README.md
+// nor round. There are six ways to look it up, from cheap to exact; README.md
 // has their errors:
 //     ibl_lobe_split     the split sum: N = V = R
 //     ibl_lobe_bent      bent towards the normal, by two lines
 //     ibl_lobe_fit       the same, and the irradiance, by four lines
 //     ibl_lobe_table     by the table lobe_lut: one fetch, and the irradiance
-//     ibl_lobe_two_taps  by the table: two fetches, and the irradiance
+//     ibl_lobe_taps      by the table: one to four fetches, and the irradiance
+//     ibl_specular_grad  what four taps see, by one anisotropic fetch
 // Of a local probe correct the direction of each tap for parallax.
 //
 // Of flat maps (--layout) the functions ibl_octahedral and ibl_equirect stand
@@ -158,8 +159,11 @@ float ibl_lod(vec4 chain, float roughness)
 struct ibl_lobe {
     float bend;          // from the mirrored direction, 0, to the normal, 1
     float lod;           // level
-    float diffuse;       // weight of irradiance / pi
-    float half_distance; // 0: one tap; else two, at bend - and + this
+    float diffuse;       // weight of irradiance / pi; more than 1 makes a lobe
+                         // broader than that of irradiance, less some of the
+                         // level's
+    float half_distance; // taps are from bend - this to bend + this
+    int taps;
 };
 
 // The split sum: Karis 2013.
@@ -170,6 +174,7 @@ ibl_lobe ibl_lobe_split(float roughness, vec4 chain)
     q.lod = ibl_lod(chain, roughness);
     q.diffuse = 0.0;
     q.half_distance = 0.0;
+    q.taps = 1;
     return q;
 }
 
@@ -196,58 +201,99 @@ ibl_lobe ibl_lobe_bent(float n_v, float roughness, vec4 chain)
 ibl_lobe ibl_lobe_fit(float n_v, float roughness, float metallic, vec4 chain)
 {
     float r = roughness;
-    vec4 k = mix(vec4(0.56, 0.53, 2.3, 1.75), vec4(0.68, 0.38, 1.5, 1.95),
+    vec4 k = mix(vec4(0.55, 0.54, 0.49, 0.58), vec4(0.64, 0.44, 0.87, 0.43),
                  metallic);
-    ibl_lobe q = ibl_lobe_split(min(r * (k.x + k.y * n_v), 1.0), chain);
-    q.bend = mix(1.4, 3.3, metallic) * r * r * r * (1.0 - r) * (1.0 - n_v);
-    q.diffuse = min(mix(0.4 + 0.8 * n_v, 1.0, metallic) *
-                        pow(r, k.z + k.w * n_v), 1.0);
+    float narrow = min(3.0 * r, 1.0) * (k.x + k.y * n_v - 1.0);
+    ibl_lobe q = ibl_lobe_split(min(r + r * narrow, 1.0), chain);
+    q.bend = mix(3.1, 5.2, metallic) * pow(r, 3.5) * (1.0 - r) * (1.0 - n_v);
+    q.diffuse = min((k.z + k.w * n_v) *
+                        pow(max((r - 0.15) / 0.85, 0.0),
+                            mix(2.6, 1.0 + 2.5 * n_v, metallic)), 1.0);
     return q;
 }
 
-// Of two layers of the table: F0 = 1, F0 = .04. One of two layers in all is of
-// one F0, and has one for each number of taps.
-ibl_lobe ibl_lobe_fetch(sampler2DArray lobe, float n_v, float roughness,
-                        float metallic, float layer, vec4 chain)
+// Of the two layers of the table that are of one tap, or of four: F0 = 1,
+// F0 = .04. A table of one F0 has one of each. The outer texels are of 0 and 1.
+vec4 ibl_lobe_fetch(sampler2DArray lobe, float n_v, float roughness,
+                    float metallic, float four)
 {
-    float layers = float(textureSize(lobe, 0).z);
-    float metal = 0.25 * layers * layer, other = metal + 0.5 * layers - 1.0;
-    vec4 t = mix(textureLod(lobe, vec3(n_v, roughness, other), 0.0),
-                 textureLod(lobe, vec3(n_v, roughness, metal), 0.0), metallic);
+    vec3 size = vec3(textureSize(lobe, 0));
+    vec2 at = (vec2(n_v, roughness) * (size.xy - 1.0) + 0.5) / size.xy;
+    float metal = 0.5 * size.z * four, other = metal + 0.5 * size.z - 1.0;
+    return mix(textureLod(lobe, vec3(at, other), 0.0),
+               textureLod(lobe, vec3(at, metal), 0.0), metallic);
+}
+
+// One to four taps along the plane of n and v, in which lobes are longest. The
+// table is for the chain that it was written with.
+ibl_lobe ibl_lobe_taps(sampler2DArray lobe, float n_v, float roughness,
+                       float metallic, vec4 chain, int taps)
+{
+    vec4 t = vec4(0.0, 0.0, 0.0, 0.0);
+    if (taps < 4)
+        t = ibl_lobe_fetch(lobe, n_v, roughness, metallic, 0.0);
+    if (taps > 1)
+        t = mix(t, ibl_lobe_fetch(lobe, n_v, roughness, metallic, 1.0),
+                (4.0 - 4.0 / float(taps)) / 3.0);
     ibl_lobe q;
     q.bend = t.r;
-    // The first texels are not of mirrors.
-    q.lod = min(t.g * chain.z, ibl_lod(chain, min(1.25 * roughness, 1.0)));
+    q.lod = t.g * chain.z;
     q.diffuse = t.b;
     q.half_distance = t.a;
+    q.taps = taps;
     return q;
 }
 
-// The table is for the chain that it was written with.
 ibl_lobe ibl_lobe_table(sampler2DArray lobe, float n_v, float roughness,
                         float metallic, vec4 chain)
 {
-    return ibl_lobe_fetch(lobe, n_v, roughness, metallic, 0.0, chain);
+    return ibl_lobe_taps(lobe, n_v, roughness, metallic, chain, 1);
 }
 
-ibl_lobe ibl_lobe_two_taps(sampler2DArray lobe, float n_v, float roughness,
-                           float metallic, vec4 chain)
-{
-    return ibl_lobe_fetch(lobe, n_v, roughness, metallic, 2.0, chain);
-}
-
-// What the surface sees, to be reflected by ibl_shade. Taps are in the plane of
-// n and v, along which lobes are longest. irradiance: /pi, at n.
+// What the surface sees, to be reflected by ibl_shade. irradiance: /pi, at n.
 vec3 ibl_specular(samplerCube specular, ibl_lobe q, vec3 n, vec3 v,
                   vec3 irradiance)
 {
-    vec3 r = reflect(-v, n);
-    vec3 first = mix(r, n, q.bend - q.half_distance);
-    vec3 second = mix(r, n, q.bend + q.half_distance);
-    vec3 seen = textureLod(specular, first, q.lod).rgb;
-    if (q.half_distance > 0.0)
-        seen = 0.5 * (seen + textureLod(specular, second, q.lod).rgb);
-    return mix(seen, irradiance, q.diffuse);
+    vec3 r = reflect(-v, n), seen = vec3(0.0, 0.0, 0.0);
+    float gap = 2.0 * q.half_distance / max(float(q.taps - 1), 1.0);
+    for (int i = 0; i < q.taps; i++) {
+        vec3 d = mix(r, n, q.bend - q.half_distance + float(i) * gap);
+        seen += textureLod(specular, d, q.lod).rgb;
+    }
+    return max(mix(seen / float(q.taps), irradiance, q.diffuse), 0.0);
+}
+
+// Length of a step e from the direction d, in widths of a face of the cube.
+float ibl_face_length(vec3 d, vec3 e)
+{
+    vec3 a = abs(d);
+    float most = max(a.x, max(a.y, a.z));
+    vec3 major = step(vec3(most, most, most), a) * sign(d);
+    return 0.5 * length(e - d * (dot(e, major) / most)) / most;
+}
+
+// The same for four taps by one fetch. The sampler filters anisotropically, up
+// to 16, and linearly between levels: it averages along the longer step, which
+// is a whole number of times as long as the shorter one, and a texel of the
+// level is as long as that one.
+vec3 ibl_specular_grad(samplerCube specular, ibl_lobe q, vec3 n, vec3 v,
+                       vec3 irradiance)
+{
+    vec2 size = vec2(textureSize(specular, 0));
+    vec3 r = reflect(-v, n), d = mix(r, n, q.bend);
+    float inverse = 1.0 / length(d);
+    d *= inverse;
+    vec3 along = (n - r) * inverse;
+    along -= d * dot(along, d);
+    if (dot(along, along) < 1e-10)
+        along = cross(d, vec3(d.y, d.z, -d.x)) * 1e-4;
+    vec3 across = cross(d, along);
+    float texel = exp2(q.lod) / size.x, one = ibl_face_length(d, along);
+    float taps = floor(8.0 / 3.0 * q.half_distance * one / texel + 0.5);
+    along *= (clamp(taps, 1.0, 16.0) - 0.01) * texel / one;
+    across *= texel / ibl_face_length(d, across);
+    vec3 seen = textureGrad(specular, d, along, across).rgb;
+    return max(mix(seen, irradiance, q.diffuse), 0.0);
 }
 
 // ---- flat maps --------------------------------------------------------------

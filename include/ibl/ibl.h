@@ -1029,25 +1029,31 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
  * comes nearest to that of f N.L (GGX, height-correlated Smith, Schlick's
  * Fresnel), between two levels as they are blended.
  *
- * Texel (i, j) of a layer is for N.V = (i + .5) / size and the roughness
- * (j + .5) / size (memory row 0 is the smoothest). All values are 0..1:
+ * Texel (i, j) of a layer is for N.V = i / (size - 1) and the roughness
+ * j / (size - 1) (memory row 0 is the smoothest): the outer texels are of 0 and
+ * 1. All values are 0..1; only weights at roughness 1 may be up to 2.5:
  *   R  bend    of the direction, from R (0) to N (1)
  *   G  lod     over levels - 1 (0 in a chain of one level)
- *   B  weight  of irradiance / pi at N, the rest is that of the chain
- *   A  half the difference of the bends of two taps (0 for one)
+ *   B  weight  of irradiance / pi at N, the rest is that of the chain. Where
+ *              it is above 1, the rest is taken away: that lobe is broader than
+ *              the one of irradiance
+ *   A  half the difference of the bends of the outer taps (0 for one)
  * Layers 0 and 1 are for one lookup in the chain, with F0 = 1 and F0 = .04;
- * layers 2 and 3 for two, with the same F0. A shader mixes two layers by how
+ * layers 2 and 3 for four, with the same F0. A shader mixes two layers by how
  * metallic a surface is:
+ *     u, v = (N.V (size - 1) + .5) / size, (roughness (size - 1) + .5) / size
  *     q = mix(layer of .04, layer of 1, metallic)
  *     d = normalize(mix(R, N, q.r))
  *     light = textureLod(specular, d, q.g (levels - 1))
- *     light = mix(light, texture(irradiance, N), q.b)
+ *     light = max(mix(light, texture(irradiance, N), q.b), 0)
  *     colour = light (F0 scale + bias)      as in ibl_bake_lut
- * With two taps the first light is the mean of two lookups, in the directions
- * mix(R, N, q.r - q.a) and mix(R, N, q.r + q.a). These may lie beyond R and N.
+ * With four taps the first light is the mean of four lookups, in the directions
+ * mix(R, N, b) for b in equal steps from q.r - q.a to q.r + q.a. These may lie
+ * beyond R and N. For n = 2 or 3 taps q is (1 - g) times that of one tap and g
+ * times that of four, g = (4 - 4 / n) / 3.
  *
  * A table for metals or dielectrics only has half the layers: layer 0 for
- * one lookup, layer 1 for two. Shaders take them for all surfaces.
+ * one lookup, layer 1 for four. Shaders take them for all surfaces.
  *
  * The table depends on the roughnesses and sizes of the levels, but not on the
  * number format of their texels. It is smooth, so that it can be interpolated;

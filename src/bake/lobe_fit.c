@@ -8,16 +8,23 @@ enum {
     ANGLES = IBL_LOBE_ANGLES,
     WINDOW = IBL_LOBE_WINDOW,
     DIFFUSE = IBL_LOBE_DIFFUSE,
-    STEPS = 3 /* of a search */
+    MOST = IBL_LOBE_MOST_TAPS,
+    STEPS = 7 /* of a search */
 };
 
 /* Half the angles' range, in mean deviations of the lobe from its mean. */
-static const double reach = 2.5;
+static const double reach = 3.5;
 
-/* Costs of a bend, two taps apart and irradiance, each of 1, in the power of a
+/* Costs of a bend, taps apart and irradiance, each of 1, in the power of a
  * level's lobe. They decide where lookups are alike: next to N.V = 1 and r = 1.
  */
 static const double bend_cost = 1e-4, half_cost = 2e-3, weight_cost = 1e-4;
+
+/* The most irradiance at r = 1. More than 1 makes a lobe that is broader than a
+ * cosine, less some of a narrower one. Below r = 1 it is 1: there such lookups
+ * are little better than others, and between the two kinds, where a table is
+ * interpolated, both are wrong. */
+static const double most_weight = 2.5;
 
 /* ---- the true lobe ------------------------------------------------------ */
 
@@ -133,7 +140,8 @@ void ibl_lobe_view_make(const ibl_lobe_kernels *k,
     *v = (ibl_lobe_view){.kernels = k,
                          .angle = acos(n_dot_v),
                          .sine = sqrt((1 - n_dot_v) * (1 + n_dot_v)),
-                         .cosine = n_dot_v};
+                         .cosine = n_dot_v,
+                         .most_weight = roughness < 1 ? 1 : most_weight};
     ibl_true_lobe_make(rule, n_dot_v, roughness * roughness, &lobe);
     choose_window(v, roughness);
     choose_angles(v, &lobe);
@@ -150,6 +158,15 @@ void ibl_lobe_view_make(const ibl_lobe_kernels *k,
 }
 
 /* ---- the cost ----------------------------------------------------------- */
+
+/* Products of the lobes of a window of levels, as means over taps. */
+typedef struct products {
+    double h[WINDOW];      /* with the true lobe */
+    double same[WINDOW];   /* with themselves */
+    double next[WINDOW];   /* with the next level */
+    double cosine[WINDOW]; /* with the cosine */
+    double both, diffuse;  /* of the cosine with itself and the true lobe */
+} products;
 
 /* A direction in the plane of N and V: towards R's side, and along N. */
 typedef struct direction {
@@ -180,7 +197,7 @@ static void weights_at(const ibl_lobe_view *v, double angle, int *from,
 }
 
 static void add_direction(const ibl_lobe_view *v, int which, direction d,
-                          double share, ibl_lobe_products *p)
+                          double share, products *p)
 {
     const float q = (float)(0.5 - 0.5 * d.z);
     const ibl_lobe_place place = ibl_lobe_place_of(q > 0 ? q : 0);
@@ -198,7 +215,7 @@ static void add_direction(const ibl_lobe_view *v, int which, direction d,
 
 /* Directions whose squared distance is 4 q. */
 static void add_apart(const ibl_lobe_view *v, double q, double share,
-                      ibl_lobe_products *p)
+                      products *p)
 {
     const ibl_lobe_place place = ibl_lobe_place_of((float)q);
     for (int l = 0; l < WINDOW; l++) {
@@ -209,22 +226,21 @@ static void add_apart(const ibl_lobe_view *v, double q, double share,
     }
 }
 
-static ibl_lobe_products products_of(const ibl_lobe_view *v, int which,
-                                     const ibl_lobe_lookup *l)
+static products products_of(const ibl_lobe_view *v, int which, int taps,
+                            const ibl_lobe_lookup *l)
 {
-    ibl_lobe_products p = {.both = (double)v->kernels->same[DIFFUSE],
-                           .diffuse = v->diffuse[which]};
-    if (l->half > 0) {
-        const direction a = bent(v, l->bend - l->half);
-        const direction b = bent(v, l->bend + l->half);
-        const double x = a.x - b.x, z = a.z - b.z;
-        add_direction(v, which, a, 0.5, &p);
-        add_direction(v, which, b, 0.5, &p);
-        add_apart(v, 0, 0.5, &p);
-        add_apart(v, 0.25 * (x * x + z * z), 0.5, &p);
-    } else {
-        add_direction(v, which, bent(v, l->bend), 1, &p);
-        add_apart(v, 0, 1, &p);
+    products p = {.both = (double)v->kernels->same[DIFFUSE],
+                  .diffuse = v->diffuse[which]};
+    direction d[MOST];
+    for (int i = 0; i < taps; i++) {
+        const double from_middle = taps > 1 ? 2.0 * i / (taps - 1) - 1 : 0;
+        d[i] = bent(v, l->bend + l->half * from_middle);
+        add_direction(v, which, d[i], 1.0 / taps, &p);
+        for (int j = 0; j <= i; j++) {
+            const double x = d[i].x - d[j].x, z = d[i].z - d[j].z;
+            add_apart(v, 0.25 * (x * x + z * z),
+                      (j < i ? 2.0 : 1.0) / (taps * taps), &p);
+        }
     }
     return p;
 }
@@ -235,7 +251,7 @@ typedef struct quadratic {
     double c, x, w, xx, xw, ww;
 } quadratic;
 
-static quadratic quadratic_of(const ibl_lobe_products *p, int a)
+static quadratic quadratic_of(const products *p, int a)
 {
     const double aa = p->same[a], ab = p->next[a], bb = p->same[a + 1];
     return (quadratic){.c = aa - 2 * p->h[a],
@@ -253,12 +269,14 @@ static double value(const quadratic *q, double x, double w)
            q->ww * w * w;
 }
 
-static double limited(double slope, double bend)
+/* The least of slope x + bow x^2 in 0..most. */
+static double limited(double slope, double bow, double most)
 {
-    return bend > 0 ? fmin(fmax(-0.5 * slope / bend, 0), 1) : slope < 0;
+    if (!(bow > 0))
+        return slope < 0 ? most : 0;
+    return fmin(fmax(-0.5 * slope / bow, 0), most);
 }
 
-/* Least value on an edge, if that is below *least. */
 static void try_at(const quadratic *q, double x, double w, double *least,
                    double at[2])
 {
@@ -270,46 +288,41 @@ static void try_at(const quadratic *q, double x, double w, double *least,
     }
 }
 
-/* Least value for x, w >= 0, x + w <= 1. */
-static double solve(const quadratic *q, double at[2])
+/* Two triangles meet at w = 1: that where level a + 1 has 0..1 - w of the
+ * lookup, and beyond w = 1 that where it has 1 - w..0. The least is in one of
+ * them or on an edge. */
+static double least_of(const products *p, int a, double most, double at[2])
 {
-    const double det = 4 * q->xx * q->ww - q->xw * q->xw;
+    const quadratic q = quadratic_of(p, a);
+    const double det = 4 * q.xx * q.ww - q.xw * q.xw;
     double least = HUGE_VAL;
-    if (det > 1e-9 * q->xx * q->ww) {
-        const double x = (q->xw * q->w - 2 * q->ww * q->x) / det;
-        const double w = (q->xw * q->x - 2 * q->xx * q->w) / det;
-        if (x >= 0 && w >= 0 && x + w <= 1) {
-            try_at(q, x, w, &least, at);
-            return least;
-        }
+    if (det > 1e-9 * q.xx * q.ww) {
+        const double x = (q.xw * q.w - 2 * q.ww * q.x) / det;
+        const double w = (q.xw * q.x - 2 * q.xx * q.w) / det;
+        if (w >= 0 && w <= most && x * (1 - x - w) >= 0)
+            try_at(&q, x, w, &least, at);
     }
-    try_at(q, limited(q->x, q->xx), 0, &least, at);
-    try_at(q, 0, limited(q->w, q->ww), &least, at);
+    try_at(&q, limited(q.x, q.xx, 1), 0, &least, at);
+    try_at(&q, 0, limited(q.w, q.ww, most), &least, at);
     const double s =
-        limited(q->w - q->x + q->xw - 2 * q->xx, q->xx - q->xw + q->ww);
-    try_at(q, 1 - s, s, &least, at);
+        limited(q.w - q.x + q.xw - 2 * q.xx, q.xx - q.xw + q.ww, most);
+    try_at(&q, 1 - s, s, &least, at);
     return least;
 }
 
-double ibl_lobe_least(const ibl_lobe_products *p, int a, double at[2])
-{
-    const quadratic q = quadratic_of(p, a);
-    return solve(&q, at);
-}
-
 /* Least cost of a direction over lods and weights. */
-static double best_of(const ibl_lobe_view *v, int which,
+static double best_of(const ibl_lobe_view *v, int which, int taps,
                       ibl_lobe_lookup *lookup)
 {
-    const ibl_lobe_products p = products_of(v, which, lookup);
+    const products p = products_of(v, which, taps, lookup);
     double least = HUGE_VAL;
     for (int a = 0; a + 1 < v->count; a++) {
         double at[2] = {0, 0};
-        const double cost = ibl_lobe_least(&p, a, at);
+        const double cost = least_of(&p, a, v->most_weight, at);
         if (cost < least) {
             least = cost;
             lookup->weight = at[1];
-            lookup->lod = v->base + a + (at[1] < 1 ? at[0] / (1 - at[1]) : 0);
+            lookup->lod = v->base + a + (at[1] == 1 ? 0 : at[0] / (1 - at[1]));
         }
     }
     const double b = lookup->bend, h = lookup->half;
@@ -320,7 +333,7 @@ static double best_of(const ibl_lobe_view *v, int which,
 
 typedef struct search {
     const ibl_lobe_view *view;
-    int which;
+    int which, taps;
     ibl_lobe_lookup best;
     double cost;
 } search;
@@ -329,7 +342,7 @@ static double attempt(search *s, double bend, double half)
 {
     ibl_lobe_lookup l = {.bend = fmin(fmax(bend, 0), 1),
                          .half = fmin(fmax(half, 0), 1)};
-    const double cost = best_of(s->view, s->which, &l);
+    const double cost = best_of(s->view, s->which, s->taps, &l);
     if (cost < s->cost) {
         s->cost = cost;
         s->best = l;
@@ -340,33 +353,47 @@ static double attempt(search *s, double bend, double half)
 /* Where a parabola through the costs at -1, 0 and 1 is least, within these. */
 static double vertex(double before, double here, double after)
 {
-    const double bend = before - 2 * here + after;
-    if (!(bend > 0))
+    const double bow = before - 2 * here + after;
+    if (!(bow > 0))
         return before < after ? -1 : 1;
-    return fmin(fmax(0.5 * (before - after) / bend, -1), 1);
+    return fmin(fmax(0.5 * (before - after) / bow, -1), 1);
 }
 
-static void improve(search *s, int taps, double step)
+static void improve(search *s, double step)
 {
     const ibl_lobe_lookup at = s->best;
     const double here = s->cost, h = at.half;
     const double dx = vertex(attempt(s, at.bend - step, h), here,
                              attempt(s, at.bend + step, h));
     double dy = 0;
-    if (taps > 1)
+    if (s->taps > 1)
         dy = vertex(attempt(s, at.bend, h - step), here,
                     attempt(s, at.bend, h + step));
     attempt(s, at.bend + dx * step, h + dy * step);
 }
 
-double ibl_lobe_fit(const ibl_lobe_view *v, int which, int taps,
-                    ibl_lobe_lookup *best)
+static void refine(search *s, double step)
 {
-    search s = {.view = v, .which = which, .cost = HUGE_VAL};
-    const double step = fmin(v->step / v->angle, 0.5);
-    attempt(&s, best->bend, taps > 1 ? fmax(best->half, 0.5 * step) : 0);
-    for (int i = 0; i < STEPS; i++)
-        improve(&s, taps, step * exp2(-1 - i));
-    *best = s.best;
-    return s.cost;
+    for (int i = 0; i < STEPS; i++, step *= 0.5)
+        improve(s, step);
+}
+
+/* Bends of one tap are of every order; several are near, and apart by some of
+ * the lobe's deviation. */
+void ibl_lobe_fit(const ibl_lobe_view *v, int which, ibl_lobe_lookup best[2])
+{
+    search s = {.view = v, .which = which, .taps = 1, .cost = HUGE_VAL};
+    attempt(&s, 0, 0);
+    for (double bend = 1; bend > 0.002; bend *= 0.6)
+        attempt(&s, bend, 0);
+    refine(&s, 0.25 * fmax(s.best.bend, 0.004));
+    best[0] = s.best;
+    const double least = 0.25 * fmin(v->step / v->angle, 0.5);
+    s.taps = MOST;
+    s.cost = HUGE_VAL;
+    for (double half = least; half < 40 * least; half *= 2)
+        for (int i = 0; i < 3; i++)
+            attempt(&s, 0.5 * i * best[0].bend, half);
+    refine(&s, 0.5 * s.best.half);
+    best[1] = s.best;
 }

@@ -5,8 +5,9 @@
  * A fetch at a lod between two levels blends their lobes K_a and K_b about a
  * direction d in the plane of N and V; irradiance adds the cosine lobe about N:
  *     S = (1 - w) ((1 - t) K_a(d) + t K_b(d)) + w cosine(N).
- * For a direction, the best t and w are a quadratic problem on a triangle. So
- * only the direction (and the distance of two taps) is searched.
+ * For a direction, the best t and w are a quadratic problem on two triangles.
+ * So only the direction and the distance of taps, whose lobes are averaged, are
+ * searched.
  */
 #ifndef IBL_BAKE_LOBE_FIT_H
 #define IBL_BAKE_LOBE_FIT_H
@@ -15,8 +16,9 @@
 #include "bake/true_lobe.h"
 
 enum {
-    IBL_LOBE_ANGLES = 17, /* directions with products with the true lobe */
-    IBL_LOBE_WINDOW = 4   /* levels that come into question */
+    IBL_LOBE_ANGLES = 25,  /* directions with products with the true lobe */
+    IBL_LOBE_WINDOW = 4,   /* levels that come into question */
+    IBL_LOBE_MOST_TAPS = 4 /* of a lookup */
 };
 
 /* lobe_tables.f16, which `make lobe-tables` writes: the tables of the default
@@ -43,20 +45,11 @@ typedef struct ibl_lobe_view {
     int base, count;    /* window of levels: base..base + count - 1 */
     double h[2][IBL_LOBE_WINDOW][IBL_LOBE_ANGLES];
     double diffuse[2];
+    double most_weight; /* of irradiance */
 } ibl_lobe_view;
 
-/* Products of the lobes of a window of levels about a direction, or the mean of
- * two. */
-typedef struct ibl_lobe_products {
-    double h[IBL_LOBE_WINDOW];      /* with the true lobe */
-    double same[IBL_LOBE_WINDOW];   /* with themselves */
-    double next[IBL_LOBE_WINDOW];   /* with the next level */
-    double cosine[IBL_LOBE_WINDOW]; /* with the cosine */
-    double both, diffuse; /* of the cosine with itself and the true lobe */
-} ibl_lobe_products;
-
-/* What a shader does. Directions are mix(R, N, bend), with two taps at the
- * bends bend - half and bend + half: a tap may be beyond R or N. */
+/* What a shader does. Directions are mix(R, N, bend), of taps in equal steps
+ * from bend - half to bend + half: one may be beyond R or N. */
 typedef struct ibl_lobe_lookup {
     double bend, half; /* both 0..1; half is 0 for one tap */
     double lod;
@@ -67,13 +60,8 @@ void ibl_lobe_view_make(const ibl_lobe_kernels *k,
                         const ibl_true_lobe_rule *rule, double n_dot_v,
                         double roughness, ibl_lobe_view *view);
 
-/* The least cost over the weights x of level a + 1, at[0], and w of the cosine,
- * at[1]; level a has the rest. */
-double ibl_lobe_least(const ibl_lobe_products *p, int a, double at[2]);
-
-/* The lookup of least cost with one or two taps, near the given one. Returns
- * the cost. */
-double ibl_lobe_fit(const ibl_lobe_view *view, int which, int taps,
-                    ibl_lobe_lookup *best);
+/* The lookups of least cost with one tap and with IBL_LOBE_MOST_TAPS. */
+void ibl_lobe_fit(const ibl_lobe_view *view, int which,
+                  ibl_lobe_lookup best[2]);
 
 #endif

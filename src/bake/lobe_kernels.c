@@ -79,14 +79,14 @@ static ibl_status fill_lobes(ibl_ctx *ctx, const ibl_lobe_kernels *out)
     return IBL_OK;
 }
 
-/* The mean power of photographs is C_l = l^-1.2, here scaled so that a point
+/* The mean power of photographs is C_l = l^-1.5, here scaled so that a point
  * has the power 1. */
 static void fill_terms(struct making *m)
 {
     const double *cosine = ibl_lobe_of(m->out, m->lobes - 1);
     double power[DEGREE + 1] = {0}, sum = 0;
     for (int l = 1; l <= DEGREE; l++) {
-        power[l] = (2 * l + 1) * pow(l, -1.2);
+        power[l] = (2 * l + 1) * pow(l, -1.5);
         sum += power[l];
     }
     for (int l = 0; l <= DEGREE; l++) {

@@ -3,7 +3,7 @@
  * Scalar products of the lobes of a chain, weighted by what photographs show.
  *
  * For a map whose harmonics of degree l have the mean power C_l, of
- * photographs l^-1.2, the mean square, over all rotations of the map, of what a
+ * photographs l^-1.5, the mean square, over all rotations of the map, of what a
  * function f of the sphere sees of it is <f, f>, with
  *     <f, g> = sum over l, m of C_l f_lm g_lm.
  * For zonal lobes a about d and b about d', c = d.d',

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The lobe table: fits at some views and roughnesses (bake/lobe_fit.h), each
- * column of one view from the smoothest roughness upwards, and monotone cubics
- * between them. Those of the default chains are in lobe_tables.f16.
+ * The lobe table: each texel is a fit (bake/lobe_fit.h). Texels at the edges
+ * are of 0 and 1. The tables of the default chains are in lobe_tables.f16.
  */
 #include <math.h>
 #include <string.h>
@@ -15,123 +14,51 @@
 
 enum {
     MIN_SIZE = 4,
-    MAX_SIZE = 256,
-    VIEWS = 8,
-    ROUGHS = 20
+    MAX_SIZE = 256
 };
 
-/* N.V of the columns. Below the first one the table is constant; above the last
- * one, too, where R is N. */
-static const double view_at[VIEWS] = {0.03, 0.09, 0.18, 0.3,
-                                      0.46, 0.64, 0.82, 0.96};
-
-typedef struct entry {
-    double value[4]; /* as in a texel */
-} entry;
+/* The N.V that are fitted: at 0 a surface is not seen, at 1 R is N. */
+static const double least_n_v = 0.02, most_n_v = 0.995;
 
 struct bake {
     ibl_lobe_kernels kernels;
     ibl_true_lobe_rule rule;
     ibl_f0 f0;
     int size, levels, layers;
-    entry node[IBL_LOBE_LAYERS][ROUGHS][VIEWS];
     float *out;
 };
 
-static double rough_at(int i)
-{
-    return (i + 1.0) / ROUGHS;
-}
-
-/* ---- nodes -------------------------------------------------------------- */
-
-static entry entry_of(const struct bake *b, const ibl_lobe_lookup *l)
+static void put(const struct bake *b, int layer, int row, int column,
+                const ibl_lobe_lookup *l)
 {
     const double lod = b->levels > 1 ? l->lod / (b->levels - 1) : 0;
-    return (entry){{l->bend, lod, l->weight, l->half}};
+    const double q[4] = {l->bend, lod, l->weight, l->half};
+    float *out =
+        b->out + 4 * ((size_t)(layer * b->size + row) * (size_t)b->size +
+                      (size_t)column);
+    for (int c = 0; c < 4; c++)
+        out[c] = ibl_half_to_float(ibl_half_from_float((float)q[c]));
 }
 
-static void fit_node(struct bake *b, int view, int rough,
-                     ibl_lobe_lookup lookup[IBL_LOBE_LAYERS])
-{
-    ibl_lobe_view v;
-    ibl_lobe_view_make(&b->kernels, &b->rule, view_at[view], rough_at(rough),
-                       &v);
-    for (int layer = 0; layer < b->layers; layer++) {
-        const int f =
-            b->f0 == IBL_F0_BOTH ? layer % 2 : b->f0 == IBL_F0_DIELECTRICS;
-        ibl_lobe_fit(&v, f, 2 * layer / b->layers + 1, &lookup[layer]);
-        b->node[layer][rough][view] = entry_of(b, &lookup[layer]);
-    }
-}
-
-static void column_job(void *arg, int job, int worker)
-{
-    ibl_lobe_lookup lookup[IBL_LOBE_LAYERS] = {{0}};
-    (void)worker;
-    for (int i = 0; i < ROUGHS; i++)
-        fit_node(arg, job, i, lookup);
-}
-
-/* ---- texels ------------------------------------------------------------- */
-
-/* The cubic between y[0] and y[1] with slopes of Fritsch and Butland (1984):
- * no value outside those of the nodes. */
-static double slope_of(double h0, double h1, double d0, double d1)
-{
-    if (d0 * d1 <= 0)
-        return 0;
-    return 3 * (h0 + h1) / ((2 * h1 + h0) / d0 + (h1 + 2 * h0) / d1);
-}
-
-static double cubic(const double *x, const double *y, int count, double at)
-{
-    int i = 0;
-    if (at <= x[0])
-        return y[0];
-    if (at >= x[count - 1])
-        return y[count - 1];
-    while (at > x[i + 1])
-        i++;
-    const double h = x[i + 1] - x[i], d = (y[i + 1] - y[i]) / h;
-    double m0 = d, m1 = d;
-    if (i > 0)
-        m0 = slope_of(x[i] - x[i - 1], h, (y[i] - y[i - 1]) / (x[i] - x[i - 1]),
-                      d);
-    if (i + 2 < count)
-        m1 = slope_of(h, x[i + 2] - x[i + 1], d,
-                      (y[i + 2] - y[i + 1]) / (x[i + 2] - x[i + 1]));
-    const double t = (at - x[i]) / h;
-    return y[i] +
-           h * t * (m0 + t * ((3 * d - 2 * m0 - m1) + t * (m0 + m1 - 2 * d)));
-}
-
-static void column(const struct bake *b, int layer, int c, int view,
-                   double y[ROUGHS + 1])
-{
-    /* A mirror: R itself, level 0. */
-    y[0] = c ? 0 : b->node[layer][0][view].value[c];
-    for (int i = 0; i < ROUGHS; i++)
-        y[i + 1] = b->node[layer][i][view].value[c];
-}
-
-static void row_job(void *arg, int job, int worker)
+static void row_job(void *arg, int row, int worker)
 {
     const struct bake *b = arg;
-    const int layer = job / b->size, row = job % b->size;
-    double x[ROUGHS + 1], y[ROUGHS + 1], across[VIEWS];
-    float *out = b->out + 4 * (size_t)job * (size_t)b->size;
+    const double last = b->size - 1;
     (void)worker;
-    for (int i = 0; i <= ROUGHS; i++)
-        x[i] = (double)i / ROUGHS;
-    for (int c = 0; c < 4; c++) {
-        for (int v = 0; v < VIEWS; v++) {
-            column(b, layer, c, v, y);
-            across[v] = cubic(x, y, ROUGHS + 1, (row + 0.5) / b->size);
+    for (int i = 0; i < b->size; i++) {
+        ibl_lobe_view v;
+        if (row)
+            ibl_lobe_view_make(&b->kernels, &b->rule,
+                               fmin(fmax(i / last, least_n_v), most_n_v),
+                               row / last, &v);
+        for (int f = 0; f < b->layers / 2; f++) {
+            /* A mirror: R, level 0. */
+            ibl_lobe_lookup best[2] = {{0}};
+            if (row)
+                ibl_lobe_fit(&v, b->f0 == IBL_F0_DIELECTRICS ? 1 : f, best);
+            for (int k = 0; k < 2; k++)
+                put(b, k * b->layers / 2 + f, row, i, &best[k]);
         }
-        for (int i = 0; i < b->size; i++)
-            out[4 * i + c] = ibl_half_to_float(ibl_half_from_float(
-                (float)cubic(view_at, across, VIEWS, (i + 0.5) / b->size)));
     }
 }
 
@@ -194,9 +121,7 @@ static ibl_status make(ibl_ctx *ctx, const ibl_lobe_table_options *o,
     ibl_status status = ibl_lobe_kernels_make(ctx, &o->layout, &b->kernels);
     ibl_true_lobe_rule_init(&b->rule);
     if (!status)
-        status = ibl_run(ctx, "lobe table", VIEWS, column_job, b);
-    if (!status)
-        status = ibl_run(ctx, NULL, b->layers * b->size, row_job, b);
+        status = ibl_run(ctx, "lobe table", b->size, row_job, b);
     ibl_lobe_kernels_free(&b->kernels);
     return status;
 }

@@ -9,8 +9,9 @@
 #include "engine/png.h"
 #include "json/json_text.h"
 
-const char *const ibl_shader_names[] = {"auto",  "split",    "bent", "fit",
-                                        "table", "two-taps", NULL};
+const char *const ibl_shader_names[] = {"auto",       "split",     "bent",
+                                        "fit",        "table",     "two-taps",
+                                        "three-taps", "four-taps", NULL};
 
 static const char *content(const ibl_verdict *v)
 {

@@ -117,7 +117,7 @@ static double between(int n, double x, int at[2])
     return y - at[0];
 }
 
-/* Adds a weight times the texel of a table of n x n. */
+/* Adds a weight times the texel at u, v of a table of n x n. */
 static void add_table(const float *data, int n, int channels, double u,
                       double v, double weight, double *out)
 {
@@ -144,11 +144,15 @@ void ibl_lookup_lut(const ibl_lut *lut, double n_dot_v, double roughness,
 void ibl_lookup_lobes(const ibl_lobe_table *lobes, int taps, double metallic,
                       double n_dot_v, double roughness, double q[4])
 {
-    const int n = lobes->size, metal = (taps - 1) * lobes->layers / 2;
-    const int layer[2] = {metal, metal + lobes->layers / 2 - 1};
+    const int n = lobes->size, half = lobes->layers / 2;
+    const double four = (4 - 4.0 / taps) / 3;
 
     q[0] = q[1] = q[2] = q[3] = 0;
-    for (int k = 0; k < 2; k++)
-        add_table(lobes->data + 4 * (size_t)layer[k] * (size_t)(n * n), n, 4,
-                  n_dot_v, roughness, k ? 1 - metallic : metallic, q);
+    for (int k = 0; k < 4; k++) {
+        const int layer = k / 2 * half + k % 2 * (half - 1);
+        add_table(
+            lobes->data + 4 * (size_t)layer * (size_t)(n * n), n, 4,
+            (n_dot_v * (n - 1) + 0.5) / n, (roughness * (n - 1) + 0.5) / n,
+            (k / 2 ? four : 1 - four) * (k % 2 ? 1 - metallic : metallic), q);
+    }
 }

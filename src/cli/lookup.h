@@ -10,12 +10,14 @@
 
 /* The lookups of <ibl/ibl.glsl>. */
 typedef enum ibl_shader {
-    IBL_SHADER_AUTO,    /* the table, if the files have one, else split */
-    IBL_SHADER_SPLIT,   /* along R, with roughness r */
-    IBL_SHADER_BENT,    /* nearer to the normal and blurred, by a formula */
-    IBL_SHADER_FIT,     /* the same and irradiance */
-    IBL_SHADER_TABLE,   /* by the lobe table */
-    IBL_SHADER_TWO_TAPS /* the same, two lookups */
+    IBL_SHADER_AUTO,  /* the table, if the files have one, else split */
+    IBL_SHADER_SPLIT, /* along R, with roughness r */
+    IBL_SHADER_BENT,  /* nearer to the normal and blurred, by a formula */
+    IBL_SHADER_FIT,   /* the same and irradiance */
+    IBL_SHADER_TABLE, /* by the lobe table, one lookup */
+    IBL_SHADER_TWO_TAPS,
+    IBL_SHADER_THREE_TAPS,
+    IBL_SHADER_FOUR_TAPS
 } ibl_shader;
 
 /*
@@ -40,9 +42,8 @@ void ibl_lookup_sh(const double *sh, int degree, const double normal[3],
 void ibl_lookup_lut(const ibl_lut *lut, double n_dot_v, double roughness,
                     double scale_bias[2]);
 
-/* texture(lobes, vec3(n_dot_v, roughness, layer)) of the four channels of a
- * lobe table, its layers mixed from that of F0 = .04, 0, to that of F0 = 1, 1,
- * by metallic. */
+/* The four channels of a lobe table for 1 to 4 taps, as in ibl_bake_lobe_table.
+ */
 void ibl_lookup_lobes(const ibl_lobe_table *lobes, int taps, double metallic,
                       double n_dot_v, double roughness, double q[4]);
 

@@ -222,11 +222,15 @@ void ibl_truth_free(ibl_truth *t)
 
 /* ---- what the shader looks up ------------------------------------------ */
 
+enum {
+    TAPS = 4 /* the most */
+};
+
 /* The light that a shader takes for a sample: the mean of its taps, mixed with
  * a share of irradiance / pi. */
 typedef struct look {
     int taps;
-    double dir[2][3];
+    double dir[TAPS][3];
     double roughness, lod, diffuse;
 } look;
 
@@ -261,21 +265,20 @@ static double roughness_of(const ibl_drawn *set, double lod)
     return 0.5 * (low + high);
 }
 
-/* ibl_lobe_fetch of ibl/ibl.glsl. */
+/* ibl_lobe_taps of ibl/ibl.glsl. */
 static void aim_by_table(const ibl_drawn *set, const ibl_sample *s,
                          double metallic, look *l)
 {
-    const int taps = set->shader == IBL_SHADER_TWO_TAPS ? 2 : 1;
-    const double last = set->chain.levels - 1;
     double q[4];
 
-    ibl_lookup_lobes(&set->lobes, taps, metallic, s->n_dot_v, s->roughness, q);
-    l->taps = q[3] > 0 ? 2 : 1;
-    bend(s, q[0] - q[3], l->dir[0]);
-    bend(s, q[0] + q[3], l->dir[1]);
+    l->taps = 1 + (int)(set->shader - IBL_SHADER_TABLE);
+    ibl_lookup_lobes(&set->lobes, l->taps, metallic, s->n_dot_v, s->roughness,
+                     q);
+    for (int i = 0; i < l->taps; i++)
+        bend(s, q[0] + (l->taps > 1 ? q[3] * (2.0 * i / (l->taps - 1) - 1) : 0),
+             l->dir[i]);
     l->diffuse = q[2];
-    l->lod = fmin(limited(q[1], 0, 1) * last,
-                  ibl_set_lod(&set->chain, fmin(1.25 * s->roughness, 1)));
+    l->lod = q[1] * (set->chain.levels - 1);
     l->roughness = roughness_of(set, l->lod);
 }
 
@@ -304,12 +307,13 @@ static void aim(const ibl_drawn *set, const ibl_sample *s, look *l)
         share = pow(r, 2.1 + 1.8 * nv);
         l->roughness = fmin(r * (0.75 + 0.28 * nv + 0.27 * r * r), 1);
     } else if (set->shader == IBL_SHADER_FIT) {
-        share = mix(1.4, 3.3, m) * pow(r, 3) * (1 - r) * (1 - nv);
-        l->roughness =
-            fmin(r * (mix(0.56, 0.68, m) + mix(0.53, 0.38, m) * nv), 1);
+        const double narrow =
+            fmin(3 * r, 1) * (mix(0.55, 0.64, m) + mix(0.54, 0.44, m) * nv - 1);
+        share = mix(3.1, 5.2, m) * pow(r, 3.5) * (1 - r) * (1 - nv);
+        l->roughness = fmin(r + r * narrow, 1);
         l->diffuse =
-            fmin(mix(0.4 + 0.8 * nv, 1, m) *
-                     pow(r, mix(2.3, 1.5, m) + mix(1.75, 1.95, m) * nv),
+            fmin((mix(0.49, 0.87, m) + mix(0.58, 0.43, m) * nv) *
+                     pow(fmax((r - 0.15) / 0.85, 0), mix(2.6, 1 + 2.5 * nv, m)),
                  1);
     }
     bend(s, share, l->dir[0]);
@@ -333,9 +337,10 @@ static double *find_exact(const ibl_truth *t, const ibl_drawn *set,
     const size_t own = set->shader < IBL_SHADER_FIT && t->rows > 1
                            ? pairs * (size_t)t->options.roughness_count
                            : samples;
-    double *exact = calloc(20 * samples, sizeof *exact);
-    double *dirs = exact + 6 * samples, *roughness = dirs + 6 * samples;
-    double *rgb = roughness + 2 * samples;
+    const size_t looks = TAPS * samples;
+    double *exact = calloc(6 * samples + 7 * looks, sizeof *exact);
+    double *dirs = exact + 6 * samples, *roughness = dirs + 3 * looks;
+    double *rgb = roughness + looks;
     size_t count = 0;
     look l;
 
@@ -427,13 +432,14 @@ static void shade(const ibl_truth *t, const ibl_drawn *set, const ibl_sample *s,
     add_lights(t, set, s, lit);
     const double reflects = s->f0 * s->table[0] + s->table[1];
     for (int c = 0; c < 3; c++) {
-        const double found = mix(seen[c], diffuse[c], l.diffuse);
+        const double found = fmax(mix(seen[c], diffuse[c], l.diffuse), 0);
         const double rest = lit[c] + s->albedo * diffuse[c];
         stage[0][c] = s->truth[c];
         stage[1][c] =
-            exact ? lit[c] + s->albedo * exact[3 + c] +
-                        reflects * mix(exact[c], exact[3 + c], l.diffuse)
-                  : 0;
+            exact
+                ? lit[c] + s->albedo * exact[3 + c] +
+                      reflects * fmax(mix(exact[c], exact[3 + c], l.diffuse), 0)
+                : 0;
         stage[2][c] = rest + reflects * found;
         stage[3][c] = rest + (s->f0 * table[0] + table[1]) * found;
     }

@@ -34,7 +34,7 @@ typedef struct ibl_drawn {
                          sh_degree; NULL: none */
     int sh_degree;
     ibl_lut lut;             /* of IBL_LUT_SPLIT; data NULL: as exact */
-    ibl_lobe_table lobes;    /* of IBL_SHADER_TABLE and TWO_TAPS */
+    ibl_lobe_table lobes;    /* of IBL_SHADER_TABLE and on */
     const ibl_light *lights; /* that the bake took out of the map */
     int light_count;
 } ibl_drawn;

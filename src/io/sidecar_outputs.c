@@ -160,12 +160,12 @@ static void put_lobes(const ibl_lobe_table_options *o, json_t **j)
     for (int l = 0; l < layout->levels; l++)
         append(&roughness, json_real(layout->roughness[l]));
     put(j, "axes",
-        json_string("u = N.V, v = roughness, at texel centres; row 0 is the "
-                    "smoothest"));
+        json_string("u = N.V, v = roughness, 0 and 1 at the centres of the "
+                    "outer texels; row 0 is the smoothest"));
     put(j, "values",
         json_string("R: bend of mix(reflection, N, R), G: lod / (levels - 1), "
                     "B: share of irradiance at N, A: half the difference of "
-                    "the bends of two taps"));
+                    "the bends of the outer taps"));
     put(j, "layers", layers);
     put(j, "level_roughness", roughness);
 }

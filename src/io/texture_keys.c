@@ -128,8 +128,8 @@ static void set_lut(setter *s, const ibl_lut_options *o)
 const char *ibl_lobe_layer_name(ibl_f0 f0, int i)
 {
     static const char *const names[IBL_LOBE_LAYERS] = {
-        "one tap, F0 = 1", "one tap, F0 = 0.04", "two taps, F0 = 1",
-        "two taps, F0 = 0.04"};
+        "one tap, F0 = 1", "one tap, F0 = 0.04", "four taps, F0 = 1",
+        "four taps, F0 = 0.04"};
 
     if (f0 != IBL_F0_BOTH)
         i = 2 * i + (f0 == IBL_F0_DIELECTRICS);

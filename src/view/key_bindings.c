@@ -143,7 +143,7 @@ const view_control view_controls[] = {
      COUNT(level, 0, IBL_MAX_LEVELS - 1), SHOWN(LEVELS, "level")},
     {"a A", "next layer of an array, the one before", 'a', 'A',
      COUNT(layer, 0, VIEW_MAX_LAYER)},
-    {"r R", "reflection: split sum, bent, fit, table, two taps, reference", 'r',
+    {"r R", "reflection: split sum, bent, fit, table, taps, reference", 'r',
      'R', CYCLE(reflection, VIEW_REFLECTIONS),
      CHOICE(MATERIALS, "reflection", view_reflection_names)},
     {"f F", "compare: no, side by side, difference", 'f', 'F',

@@ -458,7 +458,7 @@ static const ibl_option display[] = {
 static const ibl_option reflection[] = {
     {"reflection", 0, IBL_CHOICE(settings.reflection, view_reflection_names),
      .help = "look up lobes by the split sum, by formulas, or by the table, in "
-             "one or two taps; or the integral itself"},
+             "one to four taps; or the integral itself"},
     {"reference", 0, OTHER(reflection, NULL, set_reference),
      .help = "the same as --reflection reference"},
     {"compare", 0, IBL_CHOICE(settings.compare, view_compare_names),

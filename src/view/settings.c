@@ -87,7 +87,7 @@ double view_widening(const view_settings *s)
 
 bool view_needs_lobes(view_reflection reflection)
 {
-    return reflection == VIEW_TABLE_LOBES || reflection == VIEW_TWO_TAPS;
+    return reflection >= VIEW_TABLE_LOBES && reflection <= VIEW_FOUR_TAPS;
 }
 
 const char *const view_mode_names[VIEW_MODES + 1] = {
@@ -102,7 +102,7 @@ const char *const view_tone_names[VIEW_TONES + 1] = {"linear", "reinhard",
 const char *const view_diffuse_names[VIEW_DIFFUSES + 1] = {"map", "sh"};
 
 const char *const view_reflection_names[VIEW_REFLECTIONS + 1] = {
-    "split", "bent", "fit", "table", "two-taps", "reference"};
+    "split", "bent", "fit", "table", "two-taps", "four-taps", "reference"};
 
 const char *const view_compare_names[VIEW_COMPARES + 1] = {"no", "split",
                                                            "difference"};

@@ -44,6 +44,7 @@ typedef enum view_reflection {
     VIEW_FIT,
     VIEW_TABLE_LOBES, /* these need the set's table of lobes */
     VIEW_TWO_TAPS,
+    VIEW_FOUR_TAPS,
     VIEW_REFERENCE, /* the integral itself, progressive */
     VIEW_REFLECTIONS
 } view_reflection;

@@ -87,7 +87,7 @@ export const commands = {
             texels: ['24', '100', '2000'], seed: ['0', '1', '1000000000'],
             'max-error': ['0', '1000'],
             shader: ['auto',
-                ...['split', 'bent', 'table', 'two-taps'].map(drawn)],
+                ...['split', 'bent', 'table', 'four-taps'].map(drawn)],
             'lobe-table': [drawn('../sunset/sun_lobe_lut.dds')],
             directions: ['24', '24 --rendered', '100 --rendered'],
             'max-rendered-error': ['1', drawn('1')],

@@ -10,7 +10,7 @@ uniform sampler2DArray lobe_map;
 #define REFLECTION reflection.x
 #endif
 
-const int BENT = 1, FIT = 2, TABLE = 3, TWO_TAPS = 4;
+const int BENT = 1, FIT = 2, TABLE = 3, TWO_TAPS = 4, FOUR_TAPS = 5;
 
 ibl_lobe lobe_of(float n_v, float roughness, vec3 f0, vec2 rg)
 {
@@ -18,11 +18,9 @@ ibl_lobe lobe_of(float n_v, float roughness, vec3 f0, vec2 rg)
         return ibl_lobe_bent(n_v, roughness, lod);
     if (REFLECTION == FIT)
         return ibl_lobe_fit(n_v, roughness, ibl_metallic(f0, rg), lod);
-    if (REFLECTION == TABLE)
-        return ibl_lobe_table(lobe_map, n_v, roughness, ibl_metallic(f0, rg),
-                              lod);
-    if (REFLECTION == TWO_TAPS)
-        return ibl_lobe_two_taps(lobe_map, n_v, roughness,
-                                 ibl_metallic(f0, rg), lod);
+    if (REFLECTION >= TABLE)
+        return ibl_lobe_taps(lobe_map, n_v, roughness, ibl_metallic(f0, rg),
+                             lod, REFLECTION == FOUR_TAPS ? 4
+                                  : REFLECTION == TWO_TAPS ? 2 : 1);
     return ibl_lobe_split(roughness, lod);
 }
