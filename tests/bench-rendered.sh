@@ -1,8 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # What shaders draw with baked files, by `iblbake verify --rendered`: for each map
-# and way nRMSE, median and 95th percentile of the error, means over the
-# roughnesses from .1 to 1, in percent, for F0 = 1 and F0 = .04.
+# and way nRMSE +- its standard error, median and 95th percentile of the error,
+# means over the roughnesses from .1 to 1, in percent, for F0 = 1 and F0 = .04.
 #   bench-rendered.sh [BUILD [MAP...]]
 #                  build, data/*.exr and ../shared/data/*.hdr
 set -eu
@@ -18,8 +18,13 @@ bake() { # NAME [OPTIONS]: into a directory of that name
 judge() { # TEXT [OPTIONS]
     "$build/iblbake" verify --rendered "$map" "${@:2}" |
         awk -v text="$1" '$2 == "mean" {
-                row = row sprintf("| %.1f / %.1f / %.0f ", 100 * $3,
-                    100 * $4, 100 * $5)
+                split($3, nrmse, /[+]-/)
+                error = 100 * nrmse[2]
+                digits = error > .95 ? 0 : error > .095 ? 1 : 2
+                error = sprintf("%.*f", digits, error)
+                sub(/^0/, "", error)
+                row = row sprintf("| %.*f +- %s / %.1f / %.0f ", digits,
+                    100 * nrmse[1], error, 100 * $4, 100 * $5)
             }
             END { print "| " text " " row "|" }'
 }
@@ -39,10 +44,10 @@ for map; do
     fi
     judge '`--mapping linear`, split sum' "$work/linear" --name env \
         --shader split
-    for shader in split bent fit table two-taps; do
+    for shader in split bent fit table two-taps four-taps; do
         judge "default, $shader" "$work/default" --name env --shader $shader
     done
-    for shader in bent table two-taps; do
+    for shader in table four-taps; do
         judge "\`--sun\`, $shader" "$work/sun" --name env --shader $shader
     done
     echo

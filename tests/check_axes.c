@@ -5,8 +5,7 @@
 
 #include <ibl/io.h>
 
-#include "maps.h"
-#include "test.h"
+#include "reference.h"
 #include "textures.h"
 #include "truth.h"
 
@@ -27,15 +26,6 @@ static void turned(int i, const double from[3], double to[3])
     const double x = i / 2 == 1 ? -a : a, z = i / 2 == 2 ? -b : b;
     const double up_y[3] = {x, y, z}, up_z[3] = {x, -z, y};
     memcpy(to, i % 2 ? up_z : up_y, sizeof up_y);
-}
-
-static void random_direction(test_random *r, double d[3])
-{
-    const double z = test_random_between(r, -1, 1);
-    const double phi = test_random_between(r, 0, 6.283185307179586);
-    d[0] = sqrt(1 - z * z) * cos(phi);
-    d[1] = sqrt(1 - z * z) * sin(phi);
-    d[2] = z;
 }
 
 TEST(directions)

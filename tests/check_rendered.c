@@ -8,8 +8,7 @@
 #include <string.h>
 
 #include "cli/rendered.h"
-#include "maps.h"
-#include "test.h"
+#include "reference.h"
 
 /* ---- lookups ----------------------------------------------------------- */
 
@@ -21,14 +20,6 @@ static ibl_cube random_cube(ibl_ctx *ctx, int n, uint64_t seed)
     for (size_t i = 0; i < cube_floats(&cube); i++)
         cube.data[i] = (float)test_random_unit(&r);
     return cube;
-}
-
-static void random_dir(test_random *r, double d[3])
-{
-    do {
-        for (int k = 0; k < 3; k++)
-            d[k] = test_random_between(r, -1, 1);
-    } while (test_dot(d, d) < 0.01);
 }
 
 /* The texel whose centre is nearest to a direction. */
@@ -123,7 +114,7 @@ TEST(lookup_across_edges)
     test_random r = {2};
     for (int k = 0; k < 500; k++) {
         double d[3];
-        random_dir(&r, d);
+        random_direction(&r, d);
         const int axis = test_random_below(&r, 3), next = (axis + 1) % 3;
         d[next] = d[axis];
         ibl_lookup_cube(&cube, d, got);
@@ -170,10 +161,7 @@ TEST(lookup_of_harmonics)
         sh[3 * 8 + c] = sqrt(16 * M_PI / 15) / 2; /* and in x^2 - y^2 */
     }
     for (int k = 0; k < 50; k++) {
-        random_dir(&r, d);
-        const double length = sqrt(test_dot(d, d));
-        for (int c = 0; c < 3; c++)
-            d[c] /= length;
+        random_direction(&r, d);
         ibl_lookup_sh(sh, 4, d, got);
         CHECK_NEAR(got[1],
                    1 + 2 * d[1] / 3 + 1 / 3.0 + (d[0] * d[0] - 1 / 3.0) / 4,
@@ -187,10 +175,7 @@ TEST(lookup_of_harmonics)
     NEED(!ibl_bake_sh(ctx, &sun, 64, 0, all));
     NEED(!ibl_reference_create(ctx, &sun, 0, &ref));
     for (int k = 0; k < 50; k++) {
-        random_dir(&r, d);
-        const double length = sqrt(test_dot(d, d));
-        for (int c = 0; c < 3; c++)
-            d[c] /= length;
+        random_direction(&r, d);
         CHECK(!ibl_reference_irradiance(ref, d, 1, want));
         ibl_lookup_sh(all, 64, d, got);
         for (int c = 0; c < 3; c++)
@@ -245,11 +230,15 @@ static void free_truth(void *truth)
     ibl_truth_free(truth);
 }
 
+/* That of a grid is made in two steps. */
 static ibl_truth truth_by(ibl_ctx *ctx, const ibl_image *env,
                           const ibl_truth_options *o)
 {
-    ibl_truth truth;
+    ibl_truth truth = {.rows = 0};
+    ibl_truth_options first = *o;
 
+    first.directions /= 3;
+    NEED(o->materials || ibl_truth_make(ctx, env, 0, &first, &truth));
     NEED(ibl_truth_make(ctx, env, 0, o, &truth));
     test_defer_copy(free_truth, &truth, sizeof truth);
     return truth;
@@ -318,11 +307,7 @@ TEST(constant_map)
     for (int i = 0; i < ROWS; i++)
         for (int f = 0; f < IBL_FIGURES; f++) {
             const bool right = f == IBL_FIGURE_VIEW || f == IBL_FIGURE_TABLE;
-            CHECK_NEAR(rows[i].value[f],
-                       right                  ? 0
-                       : f == IBL_FIGURE_BIAS ? 0.25
-                                              : 0.25,
-                       1e-5);
+            CHECK_NEAR(rows[i].value[f], right ? 0 : 0.25, 1e-5);
             CHECK_NEAR(rows[i].error[f], 0, 1e-5);
         }
 }
@@ -408,25 +393,14 @@ static void shade(const bake *b, const double n[3], const double v[3], double r,
         rgb[c] *= exact;
 }
 
-/* No direction is more likely than another. */
-static void random_in_ball(test_random *r, double d[3])
-{
-    do
-        random_dir(r, d);
-    while (test_dot(d, d) > 1);
-}
-
 /* A normal and a view, uniform and with the density 2 N.V. */
 static void random_pair(test_random *rnd, double n[3], double v[3])
 {
     double t[3];
 
-    random_in_ball(rnd, n);
-    const double length = sqrt(test_dot(n, n));
-    for (int c = 0; c < 3; c++)
-        n[c] /= length;
+    random_direction(rnd, n);
     do {
-        random_in_ball(rnd, t);
+        random_direction(rnd, t);
         const double along = test_dot(t, n);
         for (int c = 0; c < 3; c++)
             t[c] -= along * n[c];
@@ -543,8 +517,8 @@ TEST(bent_is_nearer)
 
 /* ---- materials ----------------------------------------------------------- */
 
-/* One material is a row of a grid; its diffuse light is found, too, also in
- * harmonics. Of two, each has its share. */
+/* One material is a row of a grid, whatever its steps; its diffuse light is
+ * found, too, also in harmonics. Of two, each has its share. */
 TEST(materials)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -598,22 +572,31 @@ TEST(materials)
 /* ---- standard errors ------------------------------------------------------
  */
 
-static ibl_measured measured_by(const bake *b, int directions, int seed)
+/* Doubles the directions while a row is vague. */
+static ibl_measured measured_by(const bake *b, int directions, int most,
+                                int seed)
 {
     ibl_truth_options o = ibl_truth_options_default();
+    ibl_truth truth = {.rows = 0};
     ibl_measured rows[2];
+    bool vague = true;
 
-    o.directions = directions;
     o.seed = seed;
     o.roughness_count = 1;
     o.roughness[0] = 0.4;
-    const ibl_truth truth = truth_by(b->ctx, &b->env, &o);
-    CHECK(ibl_measure(&truth, &b->set, NULL, rows, NULL));
+    for (o.directions = directions; o.directions <= most && vague;
+         o.directions *= 2) {
+        NEED(ibl_truth_make(b->ctx, &b->env, 0, &o, &truth));
+        CHECK(ibl_measure(&truth, &b->set, NULL, rows, NULL));
+        vague = ibl_measured_is_vague(rows) || ibl_measured_is_vague(rows + 1);
+    }
+    ibl_truth_free(&truth);
     return ibl_measured_mean(rows, 2);
 }
 
-/* Of ten maps, suns among them, and ten seeds nine of ten figures are within
- * two standard errors of what many directions give, and all within four. */
+/* Of maps, suns among them, and seeds nine of ten figures are within two
+ * standard errors of what many directions give, and all within six, also where
+ * directions are added until errors are small. */
 TEST_SLOW(standard_errors)
 {
     enum {
@@ -628,9 +611,9 @@ TEST_SLOW(standard_errors)
     for (int m = 0; m < MAPS; m++) {
         test_random rnd = {(uint64_t)m};
         bake b = bake_of(ctx, map_of_kind(ctx, &rnd, kinds[m % 5], 16, 8));
-        const ibl_measured all = measured_by(&b, 1200, 99);
+        const ibl_measured all = measured_by(&b, 1200, 1200, 99);
         for (int seed = 1; seed <= SEEDS; seed++) {
-            const ibl_measured some = measured_by(&b, 96, seed);
+            const ibl_measured some = measured_by(&b, 48, 384, seed);
             for (int f = 0; f <= IBL_FIGURE_BIAS; f++) {
                 const double error = hypot(some.error[f], all.error[f]);
                 const double off = fabs(some.value[f] - all.value[f]) / error;

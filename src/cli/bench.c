@@ -520,7 +520,6 @@ static bool measure_map(bench *b, int m, json_t *maps)
     }
     for (int i = 0; i < 2; i++)
         ibl_truth_free(&b->truth[i]);
-    memset(b->truth, 0, sizeof b->truth);
     ibl_candidate_free(&b->usual);
     ibl_judge_free(b->judge);
     b->judge = NULL;

@@ -145,6 +145,12 @@ ibl_measured ibl_measured_mean(const ibl_measured *rows, int count)
     return mean;
 }
 
+bool ibl_measured_is_vague(const ibl_measured *m)
+{
+    return m->value[IBL_FIGURE_NRMSE] >= 1e-4 &&
+           m->error[IBL_FIGURE_NRMSE] > 0.1 * m->value[IBL_FIGURE_NRMSE];
+}
+
 /* ---- samples --------------------------------------------------------------
  */
 

@@ -350,6 +350,7 @@ bool ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
     assert(truth->rows + o->f0_count <= IBL_DRAWN_ROWS);
     report->shader = set->shader;
     report->directions = o->directions;
+    report->drawn_count = report->vague = 0;
     for (int i = 0; i < truth->rows && ok; i++) {
         report->drawn[report->drawn_count++] =
             (ibl_drawn_row){o->f0[i / n], o->roughness[i % n], rows[i]};
@@ -357,6 +358,8 @@ bool ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
             report->drawn[report->drawn_count++] = (ibl_drawn_row){
                 o->f0[i / n], NAN, ibl_measured_mean(rows + i + 1 - n, n)};
     }
+    for (int i = 0; i < report->drawn_count; i++)
+        report->vague += ibl_measured_is_vague(&report->drawn[i].measured);
     free(rows);
     return ok;
 }

@@ -93,8 +93,8 @@ typedef struct ibl_report {
     int count;
     ibl_verdict rows[IBL_REPORT_ROWS];
     ibl_shader shader;
-    int directions; /* 0: not rendered */
-    int drawn_count;
+    int directions;         /* 0: not rendered */
+    int drawn_count, vague; /* vague: rows as of ibl_measured_is_vague */
     ibl_drawn_row drawn[IBL_DRAWN_ROWS]; /* of each F0, then its mean */
 } ibl_report;
 
@@ -108,7 +108,7 @@ bool ibl_report_sh(ibl_report *report, const ibl_judge *judge, int degree,
 bool ibl_report_lut(ibl_report *report, ibl_ctx *ctx, const ibl_lut *lut,
                     ibl_geometry geometry);
 /* Measures what is rendered, with the parts if there is rest, by the usual grid
- * of materials. */
+ * of materials, in place of what was. */
 bool ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
                       const ibl_drawn *set, const ibl_reference *rest);
 void ibl_report_free(ibl_report *report);

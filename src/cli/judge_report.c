@@ -132,8 +132,10 @@ void ibl_report_print(const ibl_report *report, FILE *to)
         else
             fprintf(to, "%-5g %6.4f", row->f0, row->roughness);
         print_figures(&row->measured, IBL_FIGURES, to);
-        fputc('\n', to);
+        fputs(ibl_measured_is_vague(&row->measured) ? " *\n" : "\n", to);
     }
+    if (report->vague)
+        fputs("* the standard error of nRMSE is above a tenth of it\n", to);
     /* Keeps the table before later messages on standard error in a log. */
     fflush(to);
 }
@@ -201,9 +203,10 @@ json_t *ibl_report_json(const ibl_report *report)
         append(isnan(row->roughness) ? &means : &rows, r);
     }
     put(&j, "rendered",
-        json_pack("{ss si so so}", "shader", ibl_shader_names[report->shader],
-                  "directions", report->directions, "rows", rows, "means",
-                  means));
+        json_pack("{ss si si so so}", "shader",
+                  ibl_shader_names[report->shader], "directions",
+                  report->directions, "vague", report->vague, "rows", rows,
+                  "means", means));
     if (!report->drawn_count)
         json_object_del(j, "rendered");
     return j;

@@ -119,34 +119,36 @@ static void pick_material(const ibl_materials *m, double u, ibl_sample *s)
     s->weight *= m->weight[at / 2][at % 2] / share[at];
 }
 
+/* Those of directions from `from` on; so below. */
 static void draw_samples(const ibl_spot *spots, const ibl_materials *materials,
-                         ibl_truth *t)
+                         ibl_truth *t, size_t from)
 {
     const ibl_truth_options *o = &t->options;
     const size_t n = (size_t)o->directions;
 
-    for (size_t i = 0, point = 0; i < n; i++) {
+    for (size_t i = from; i < n; i++) {
         ibl_sample *s = &t->sample[i];
         double u[IBL_DIMENSIONS];
+        *s = (ibl_sample){.albedo = 0};
         do
-            ibl_spread(o->seed, point++, u);
+            ibl_spread(o->seed, t->points++, u);
         while (!((s->weight = draw(spots, u, s)) > 0));
         if (materials)
             pick_material(materials, u[5], s);
-    }
-    for (size_t i = 0; i < (size_t)t->rows * n && !materials; i++) {
-        t->sample[i] = t->sample[i % n];
-        t->sample[i].roughness =
-            o->roughness[i / n % (size_t)o->roughness_count];
-        t->sample[i].f0 = o->f0[i / n / (size_t)o->roughness_count];
+        for (int k = t->rows; k-- > 0 && !materials;) { /* its own last */
+            s->roughness = o->roughness[k % o->roughness_count];
+            s->f0 = o->f0[k / o->roughness_count];
+            t->sample[(size_t)k * n + i] = *s;
+        }
     }
 }
 
 /* ---- the truth ------------------------------------------------------------
  */
 
-static bool find_truth(const ibl_reference *ref, bool materials, ibl_truth *t)
+static bool find_truth(bool materials, ibl_truth *t, size_t from)
 {
+    const ibl_reference *ref = t->reference;
     const ibl_truth_options *o = &t->options;
     const size_t n = (size_t)o->directions;
     const int kinds = materials ? IBL_MATERIAL_STEPS + 1 : o->roughness_count;
@@ -161,15 +163,16 @@ static bool find_truth(const ibl_reference *ref, bool materials, ibl_truth *t)
             materials ? (double)k / IBL_MATERIAL_STEPS : o->roughness[k];
         const double *sum = sums;
         size_t count = 0;
-        for (const ibl_sample *s = t->sample; s < t->sample + own; s++)
-            if (s->roughness == roughness) {
+        for (size_t i = 0; i < own; i++)
+            if (i % n >= from && t->sample[i].roughness == roughness) {
+                const ibl_sample *s = &t->sample[i];
                 memcpy(normal + 3 * count, s->normal, sizeof s->normal);
                 memcpy(view + 3 * count++, s->view, sizeof s->view);
             }
         ok = !count || !ibl_reference_brdf(ref, o->geometry, &roughness, 1,
                                            normal, view, count, sums);
         for (size_t i = 0; i < own && ok; i++)
-            if (t->sample[i].roughness == roughness) {
+            if (i % n >= from && t->sample[i].roughness == roughness) {
                 for (size_t at = i; at < n * (size_t)t->rows; at += own) {
                     ibl_sample *s = &t->sample[at];
                     for (int c = 0; c < 3; c++)
@@ -193,29 +196,39 @@ bool ibl_truth_make(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
                     const ibl_truth_options *options, ibl_truth *out)
 {
     const ibl_materials *materials = options->materials;
+    const int rows =
+        materials ? 1 : options->roughness_count * options->f0_count;
+    const size_t from = (size_t)out->options.directions;
+    const size_t n = (size_t)options->directions;
+    ibl_sample *sample =
+        realloc(out->sample, (size_t)rows * n * sizeof *sample);
     ibl_spot *spots = ibl_spots_of(env, yaw_deg);
-    ibl_reference *ref = NULL;
 
-    *out = (ibl_truth){
-        .options = *options,
-        .rows = materials ? 1 : options->roughness_count * options->f0_count};
+    out->options = *options;
     out->options.materials = NULL;
-    out->sample =
-        calloc((size_t)(out->rows * options->directions), sizeof *out->sample);
-    bool ok =
-        spots && out->sample && !ibl_reference_create(ctx, env, yaw_deg, &ref);
+    out->rows = rows;
+    out->sample = sample ? sample : out->sample;
+    bool ok = spots && sample &&
+              (out->reference ||
+               !ibl_reference_create(ctx, env, yaw_deg, &out->reference));
     if (ok) {
-        ibl_reference_coarsen(ref);
-        draw_samples(spots, materials, out);
+        for (size_t k = (size_t)rows; k-- > 1 && from;)
+            memmove(sample + k * n, sample + k * from, from * sizeof *sample);
+        ibl_reference_coarsen(out->reference);
+        draw_samples(spots, materials, out, from);
     }
-    ok = ok && find_truth(ref, materials, out);
-    ibl_reference_free(ref);
+    ok = ok && find_truth(materials, out, from);
+    if (materials) { /* not extended */
+        ibl_reference_free(out->reference);
+        out->reference = NULL;
+    }
     free(spots);
     return ok;
 }
 
 void ibl_truth_free(ibl_truth *t)
 {
+    ibl_reference_free(t->reference);
     free(t->sample);
     *t = (ibl_truth){0};
 }

@@ -56,7 +56,8 @@ typedef struct ibl_materials {
 enum {
     IBL_RENDERED_LIST = 32,  /* roughnesses, values of F0 */
     IBL_RENDERED_LEAST = 24, /* directions */
-    IBL_RENDERED_DIRECTIONS = 512
+    IBL_RENDERED_DIRECTIONS = 512,
+    IBL_RENDERED_MOST = 2048 /* if standard errors ask for more */
 };
 
 /* Of a grid there is a row of samples for each F0 and roughness, all along the
@@ -85,11 +86,15 @@ typedef struct ibl_truth {
     ibl_truth_options options; /* materials: NULL */
     int rows;                  /* by F0, then by roughness; 1 of materials */
     ibl_sample *sample;        /* [rows][directions] */
+    size_t points;             /* of the sequence, that were tried */
     double mean[3];            /* of the map */
+    ibl_reference *reference;  /* of the map, coarse; NULL of materials */
 } ibl_truth;
 
-/* env is turned by yaw_deg as in a bake. False: no memory, or after a message
- * through ctx. ibl_truth_free is needed also then. */
+/* env is turned by yaw_deg as in a bake. A truth of the same and of a grid is
+ * extended to more directions, one that is zeroed is made. False: no memory, or
+ * after a message through ctx. ibl_truth_free is needed also then. Borrows ctx
+ * and env until then. */
 bool ibl_truth_make(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
                     const ibl_truth_options *options, ibl_truth *out);
 void ibl_truth_free(ibl_truth *t); /* zeroed is allowed */

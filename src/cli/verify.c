@@ -31,8 +31,8 @@ typedef struct verify_opts {
     int lights;          /* -1, */
     int lobe, scale, table, geometry; /* 0; else 1 and their value */
     ibl_judge_options judge;
-    int rendered; /* 1: judge what a shader draws, not texels */
-    int directions;
+    int rendered;   /* 1: judge what a shader draws, not texels */
+    int directions; /* 0: as many as standard errors ask for */
     ibl_shader shader;
     double max_error, max_rendered_error; /* NAN: no limit */
     const char *json;                     /* "-": standard output */
@@ -152,6 +152,7 @@ static const ibl_option rendering[] = {
     {"lobe-table", 0, IBL_TEXT(files[IBL_CONTENT_LOBE_TABLE], "FILE"),
      .standard = "", .help = "the lobe table"},
     {"directions", 0, IBL_INT(directions, IBL_RENDERED_LEAST, 65536),
+     .standard = "512 to 2048, until no standard error is above a tenth",
      .help = "pairs of a normal and a view"},
     {"max-rendered-error", 0, IBL_REAL(max_rendered_error, "E", 0, 1000),
      .standard = "none",
@@ -186,7 +187,6 @@ static void defaults(void *settings)
                       .lights = -1,
                       .layer = -1,
                       .judge = ibl_judge_options_default(),
-                      .directions = IBL_RENDERED_DIRECTIONS,
                       .max_rendered_error = NAN,
                       .max_error = NAN};
 }
@@ -557,20 +557,23 @@ static bool judge_rendered(const verify *v, ibl_report *report)
     ibl_reference *rest = NULL;
     ibl_drawn set = {.chain = {.levels = 0}};
 
-    o.directions = v->o->directions;
+    o.directions = v->o->directions ? v->o->directions : o.directions;
     o.seed = v->o->judge.seed;
     o.geometry = v->o->geometry ? v->o->facts.geometry
                  : v->lut.data  ? v->set.file[IBL_CONTENT_LUT].facts.geometry
                                 : IBL_GEOMETRY_SMITH;
     ibl_console_progress(v->console, "truth", 0);
-    bool ok = find_drawn(v, &set) &&
-              ibl_truth_make(v->ctx, &v->env, v->yaw_deg, &o, &truth) &&
-              !ibl_reference_create(v->ctx, v->rest.data ? &v->rest : &v->env,
-                                    v->yaw_deg, &rest);
-    if (ok) {
+    bool ok = find_drawn(v, &set);
+    do
+        ok = ok && ibl_truth_make(v->ctx, &v->env, v->yaw_deg, &o, &truth) &&
+             ibl_report_drawn(report, &truth, &set, NULL);
+    while (ok && report->vague && !v->o->directions &&
+           (o.directions *= 2) <= IBL_RENDERED_MOST);
+    if (ok && v->rest.data &&
+        (ok = !ibl_reference_create(v->ctx, &v->rest, v->yaw_deg, &rest)))
         ibl_reference_coarsen(rest);
-        ok = ibl_report_drawn(report, &truth, &set, rest);
-    }
+    ok = ok &&
+         ibl_report_drawn(report, &truth, &set, rest ? rest : truth.reference);
     for (int i = 0; i < report->drawn_count && ok; i++)
         if (!isfinite(report->drawn[i].measured.value[IBL_FIGURE_NRMSE]))
             ok = ibl_console_fail(v->console,
