@@ -718,8 +718,8 @@ test_rendered_directions() {
     iblbake -q $small --size 16 mild.exr sunny.hdr -o out
     iblbake verify --rendered mild.exr out | grep -o '512.*' | diff - \
         <(echo 512 directions)
-    iblbake verify --rendered sunny.hdr out | grep -o '1024.*\|.*\*' | diff - \
-        <(echo 1024 directions)
+    iblbake verify --rendered sunny.hdr out |
+        grep -q ' \(1024\|2048\) directions' || echo 'few directions'
     iblbake verify $few sunny.hdr out --json v.json >table
     js $(grep -c '\*$' table) "$(grep -c '^\* the' table)" <<'END'
 const { rows, means, vague } = json('v.json').rendered;

@@ -423,6 +423,14 @@ static void look_up_irradiance(const ibl_drawn *set, const double normal[3],
         rgb[c] /= set->irradiance_scale;
 }
 
+/* Of levels and irradiance; what is no number stays so. */
+static double lit_by(double seen, double diffuse, double share)
+{
+    const double light = mix(seen, diffuse, share);
+
+    return light < 0 ? 0 : light;
+}
+
 /* Colours of the stages; those between the first and the last only if there are
  * exact lobes. */
 static void shade(const ibl_truth *t, const ibl_drawn *set, const ibl_sample *s,
@@ -445,14 +453,13 @@ static void shade(const ibl_truth *t, const ibl_drawn *set, const ibl_sample *s,
     add_lights(t, set, s, lit);
     const double reflects = s->f0 * s->table[0] + s->table[1];
     for (int c = 0; c < 3; c++) {
-        const double found = fmax(mix(seen[c], diffuse[c], l.diffuse), 0);
+        const double found = lit_by(seen[c], diffuse[c], l.diffuse);
         const double rest = lit[c] + s->albedo * diffuse[c];
         stage[0][c] = s->truth[c];
         stage[1][c] =
-            exact
-                ? lit[c] + s->albedo * exact[3 + c] +
-                      reflects * fmax(mix(exact[c], exact[3 + c], l.diffuse), 0)
-                : 0;
+            exact ? lit[c] + s->albedo * exact[3 + c] +
+                        reflects * lit_by(exact[c], exact[3 + c], l.diffuse)
+                  : 0;
         stage[2][c] = rest + reflects * found;
         stage[3][c] = rest + (s->f0 * table[0] + table[1]) * found;
     }
