@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "cli/rendered.h"
+#include "ibl/io.h"
 #include "reference.h"
 
 /* ---- lookups ----------------------------------------------------------- */
@@ -336,6 +337,88 @@ TEST(split_by_a_lobe_table)
     for (int i = 0; i < ROWS; i++)
         for (int f = 0; f < IBL_FIGURES; f++)
             CHECK_NEAR(table[i].value[f], split[i].value[f], 2e-4);
+}
+
+/* ---- lookups against the split sum ----------------------------------------
+ */
+
+/* A figure of one lookup over that of another, and the share's error. */
+static double share_of(const ibl_measured *a, const ibl_measured *b, int figure,
+                       double *error)
+{
+    double without[IBL_BATCHES];
+
+    for (int i = 0; i < IBL_BATCHES; i++)
+        without[i] = a->without[i][figure] / b->without[i][figure];
+    *error = ibl_jackknife(without);
+    return a->value[figure] / b->value[figure];
+}
+
+static void free_lobes(void *table)
+{
+    ibl_lobe_table_free(table);
+}
+
+/* The fit and the table are nowhere worse than the split sum, and several taps
+ * are nearer than one. */
+static void compare_lookups(const char *name, ibl_ctx *ctx, ibl_image env,
+                            int directions)
+{
+    const ibl_bake_options all = ibl_bake_options_default();
+    ibl_truth_options o = ibl_truth_options_default();
+    ibl_measured rows[IBL_SHADER_FOUR_TAPS + 1][16], mean[2];
+    const ibl_bake_result made = map_bake(ctx, &env, &all);
+    bake b = {.ctx = ctx, .env = env};
+    double error;
+
+    ibl_drawn_chain(&b.set, &made.specular, &made.report.layout);
+    b.set.irradiance = made.irradiance;
+    b.set.irradiance_scale = 1;
+    NEED(!ibl_bake_lobe_table(ctx, NULL, &b.set.lobes));
+    test_defer_copy(free_lobes, &b.set.lobes, sizeof b.set.lobes);
+    o.directions = directions;
+    const ibl_truth truth = truth_by(ctx, &env, &o);
+    for (int s = IBL_SHADER_SPLIT; s <= IBL_SHADER_FOUR_TAPS; s++) {
+        b.set.shader = (ibl_shader)s;
+        NEED(ibl_measure(&truth, &b.set, NULL, rows[s], NULL));
+    }
+    for (int i = 0; i < truth.rows; i++)
+        for (int s = IBL_SHADER_FIT; s <= IBL_SHADER_TABLE; s++)
+            for (int f = IBL_FIGURE_NRMSE; f <= IBL_FIGURE_MEDIAN; f++) {
+                const double share = share_of(
+                    &rows[s][i], &rows[IBL_SHADER_SPLIT][i], f, &error);
+                const double small = rows[s][i].value[f];
+                CHECK_MSG(share <= 1.02 + 2 * error || small < 1e-3,
+                          "%s, shader %d, r %g: figure %d %.3f +- %.3f of %g",
+                          name, s, o.roughness[i % o.roughness_count], f, share,
+                          error, small);
+            }
+    for (int f0 = 0; f0 < 2; f0++)
+        for (int s = IBL_SHADER_TWO_TAPS; s <= IBL_SHADER_FOUR_TAPS; s++) {
+            for (int k = 0; k < 2; k++)
+                mean[k] = ibl_measured_mean(
+                    rows[s - k] + f0 * o.roughness_count, o.roughness_count);
+            const double share =
+                share_of(&mean[0], &mean[1], IBL_FIGURE_NRMSE, &error);
+            CHECK_MSG(share <= 0.99, "%s: %d taps have %.3f of the error", name,
+                      s - IBL_SHADER_TABLE + 1, share);
+        }
+}
+
+TEST_SLOW(nearer_than_the_split_sum)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    const int directions = TEST_SANITIZED ? 48 : 512;
+    const char *path = test_shared_data("quarry_01_1k.hdr");
+    ibl_image env = map_constant(ctx, 256, 128, 0.5f);
+
+    for (int c = 0; c < 3; c++) /* a lamp */
+        env.data[3 * (40 * 256 + 30) + c] = 3e4f;
+    compare_lookups("lamp", ctx, env, directions);
+    if (!path || TEST_SANITIZED)
+        return;
+    NEED(!ibl_image_read(ctx, path, NULL, &env, NULL));
+    compare_lookups("quarry", ctx, test_image(env), directions);
 }
 
 /* ---- brute force ------------------------------------------------------- */
