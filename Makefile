@@ -280,7 +280,8 @@ $(BUILD)/gen/lobe_tables.c: src/bake/lobe_tables.f16
 $(HLSL): include/ibl/hlsl.sed include/ibl/ibl.glsl
 	@mkdir -p $(@D)
 	sed -E -f $^ >$@
-$(BUILD)/gen/programs.c: src/cli/programs.awk man/iblbake-engines.7
+$(BUILD)/gen/programs.c: src/cli/programs.awk include/ibl/ibl.glsl \
+                         man/iblbake-engines.7
 	@mkdir -p $(@D)
 	awk -f $^ >$@
 $(BUILD)/gen/shaders.c: src/view/embed.awk $(SHADERS)

@@ -137,11 +137,13 @@ while read -r target; do
     {
         "$program" --target list |
             sed -n "/^$target: /,/^[a-z-]*: /s/^    //p"
-        "$program" --target "$target" --explain --sun
+        "$program" --target "$target" --explain --sun |
+            sed '/^.. Reflections: /,/^.. Reflections end/c\{reflections}'
     } >"$work/printed"
     awk -v target="$target" '
         /^\.S[sh] / { on = $2 == target }
         /^\.Ed/ { literal = 0 }
+        /^{reflections / { $0 = "{reflections}" }
         on && literal && !/^\.\\"/
         /^\.Bd -literal/ { literal = 1 }' "$page" |
         sed "s/\\\\(aq/'/g; s/\\\\e/\\\\/g" | diff "$work/printed" - >"$work/why"

@@ -208,6 +208,33 @@ test_explain_names_files() {
     grep -q '^three: ' lines && grep -q '^bevy: ' lines || cat lines
 }
 
+# What replaces an engine's lookup has ibl_lobe_fit as <ibl/ibl.glsl> has it, and
+# leaves shaders alone that it does not know, but says so.
+test_reflections() {
+    local t
+    sed -n '/^ibl_lobe ibl_lobe_fit(/,/^}/{ s| *//.*||; p }' \
+        "$top/include/ibl/ibl.glsl" >fit
+    for t in three babylon babylon-env gltf playcanvas; do
+        iblbake --target $t --explain >lines
+        grep -q . fit && ! grep -vxFf lines fit || echo "$t: another fit"
+        js <<'END'
+const [block] = fs.readFileSync('lines', 'utf8')
+    .match(/^.. Reflections: [^]*^.. Reflections end/m);
+const chunks = new Map([['litForwardBackendPS', 'other']]), said = [];
+const THREE = {ShaderChunk: {lights_fragment_maps: 'other',
+                             envmap_physical_pars_fragment: 'other'}};
+const BABYLON = {Effect: {ShadersStore: {pbrPixelShader: 'other'}}};
+const pc = {ShaderChunks: {get: () => chunks}};
+const shaders = () => JSON.stringify([THREE, BABYLON, [...chunks]]);
+const before = shaders();
+new Function('THREE', 'BABYLON', 'pc', 'app', 'console', block)(
+    THREE, BABYLON, pc, {}, {warn: line => said.push(line)});
+if (said.length !== 1 || shaders() !== before)
+    console.log(said, shaders());
+END
+    done
+}
+
 # Programs that run as they stand: in a page, too, which </script> would end.
 test_programs() {
     local t sky

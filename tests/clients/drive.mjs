@@ -17,9 +17,10 @@ import {createServer} from 'node:http';
 import path from 'node:path';
 import {fileURLToPath} from 'node:url';
 
-import {compare, spheres, views} from './looks.mjs';
+import {compare, distance, mirrors, spheres, views} from './looks.mjs';
 import {readExact} from './exact.mjs';
 import {engines, harmonics} from './engines.mjs';
+import {integral} from './integral.mjs';
 import {lamps} from './maps.mjs';
 import {lookup} from './cube.mjs';
 import {lightProbe, rules} from './rules.mjs';
@@ -40,12 +41,15 @@ function verdict(good, what) {
 
 /* Without lamps, which tells axes apart. */
 const MAPS = (process.env.MAPS || 'quarry royal dusk blaze').split(' ');
+/* Maps whose reflections are drawn by an engine's own lookup and with its
+ * replacement, if it has one, and compared with the integral. */
+const judged = (engine, map) => engine.reflects && /lamps|blaze/.test(map);
 const jobs = [];
 for (const map of ['lamps', ...MAPS])
     for (const [target, engine] of Object.entries(engines)
         .filter(([, {maps}]) => !maps || map === 'lamps' || maps.includes(map)))
         for (const set of [target, ...map === 'lamps' || !engine.half ? [] :
-            [engine.half]])
+            [engine.half], ...judged(engine, map) ? [target + '-fit'] : []])
             if (!jobs.some(job => job.map === map && job.set === set))
                 jobs.push({map, target: set in engines ? set : target, set,
                            saved: {}, said: []});
@@ -55,6 +59,8 @@ function page({map, target, set}) {
     let lines = readFileSync(path.join(dir, map, target + '.js'), 'utf8');
     if (set === 'three-half')
         lines = lines.replaceAll('loader.loadAsync', 'halfFloats');
+    if (set !== target + '-fit')
+        lines = lines.replace(/.. Reflections:[^]*Reflections end.\n/, '');
     return readFileSync(path.join(here, engines[target].page), 'utf8')
         .replace('/* PROGRAM */', () => lines);
 }
@@ -63,21 +69,40 @@ const exactOf = ({map, target}) =>
 /* What a page draws: spheres from each side; of lamps a mirror, and what is
  * behind it. */
 function shots(job) {
-    const sides = views(engines[job.target].eye);
+    const engine = engines[job.target], sides = views(engine.eye);
+    const drawn = (s, light) => sides.map(({eye, fov}, view) => ({...s, fov,
+        exposure: light, from: eye, to: [0, 0, 0], name: `${view}/${s.name}`}));
+    const reflected = judged(engine, job.map) ? mirrors.flatMap(s =>
+        drawn(s, reflections(engine, job.map, s).exposure)) : [];
+    if (job.set === job.target + '-fit')
+        return reflected;
     if (job.map !== 'lamps')
-        return spheres.flatMap(s => sides.map(({eye, fov}, view) => ({...s, fov,
-            from: eye, to: [0, 0, 0], name: `${view}/${s.name}`})));
-    return sides.flatMap(({eye, fov}, view) => {
-        const look = {fov, from: eye, to: [0, 0, 0]};
+        return reflected.concat(spheres.flatMap(s => drawn(s, exposure(job))));
+    return reflected.concat(sides.flatMap(({eye, fov}, view) => {
+        const look = {fov, from: eye, to: [0, 0, 0], exposure: 1, albedo: 1};
         const mirror = {...look, metal: 1, roughness: 0, gloss: 1};
         return [{...mirror, name: `${view}/mirror`},
                 {...mirror, background: true, fov: 120, from: [0, 0, 0],
                  to: eye.map(x => -x), name: `${view}/background`}];
-    });
+    }));
 }
 /* A mean luminance of 0.4, so that little of the light is beyond white. */
-const exposure = job => job.map === 'lamps' ? 1 :
-    0.4 / exactOf(job).mean;
+const exposure = job => 0.4 / exactOf(job).mean;
+
+/* What an engine should show of some pixels of a sphere from each side, by its
+ * rules for the whole reflection: none is beyond white. */
+const sums = new Map();
+function reflections(engine, map, {metal, roughness}) {
+    const key = `${map} ${roughness}`;
+    if (!sums.has(key))
+        sums.set(key, views(engines.three.eye).map(view => view.some().map(p =>
+            ({i: p.i, ...integral(map, p, roughness)}))));
+    const sides = sums.get(key).map(side => side.map(p =>
+        ({i: p.i, light: engine.reflects(p, metal || 0.04)})));
+    const exposure = 1 / Math.max(...sides.flat().flatMap(p => p.light));
+    sides.flat().forEach(p => p.light = p.light.map(x => exposure * x));
+    return {exposure, sides};
+}
 
 /* What the picture has: a row for each engine. */
 const PICTURED = ['matte', 'metal .25', 'metal .75'];
@@ -105,7 +130,7 @@ function file(where) {
     if (where === '/clients/page.js')
         return readFileSync(path.join(here, 'page.js'), 'utf8')
             .replace('/* JOB */ {}', () => JSON.stringify({size: views.SIZE,
-                exposure: exposure(job), shots: shots(job)}));
+                shots: shots(job)}));
     // The package has no module: a page's names of its global one.
     if (where === '/clients/babylonjs.js')
         return `import '/npm/babylonjs/babylon.js';
@@ -192,7 +217,8 @@ function advance() {
         return 'about:blank';
     }
     timer = setTimeout(() => fail(`nothing for ${SECONDS} s`), SECONDS * 1000);
-    return `/${jobs[current].map}/${jobs[current].set}/page.html`;
+    return `/${jobs[current].map}/` +
+        `${jobs[current].set.replace('-fit', '')}/page.html`;
 }
 /* A page that failed may hang: a new browser has the next. */
 function fail(why) {
@@ -245,6 +271,34 @@ function worst(engine, sphere, saved, other) {
 }
 const shown = off => off.map(x => x.toFixed(1)).join('/').padStart(13);
 
+/* How far an engine's own reflections are off the integral, and those of the
+ * replacement: less than 0.85 times as far in the mean of spheres. */
+const distances = [];
+function judgeReflections({map, target, saved}) {
+    const engine = engines[target], name = `${target} ${map}`;
+    const fit = jobs.find(j => j.map === map && j.set === target + '-fit');
+    const why = fit.failed || fit.said[0];
+    verdict(fit.done && !why, `${name}: replaced: ${why || 'not drawn'}`);
+    if (!fit.done)
+        return;
+    const [own, off] = [saved, fit.saved].map(from => mirrors.map(sphere =>
+        reflections(engine, map, sphere).sides.map((side, k) =>
+            distance(from[`${k}/${sphere.name}`], side, engine.decode))
+            .reduce((a, b) => a.map((x, i) => Math.max(x, b[i])))));
+    const share = [0, 1].map(k => mirrors.reduce((product, _, i) =>
+        product * (off[i][k] / own[i][k]) ** (1 / mirrors.length), 1));
+    for (const [kind, row] of [['own', own], ['fit', [...off, share]]])
+        distances.push(target.padEnd(12) + map.padEnd(7) + kind.padEnd(6) +
+            row.map(x => shown(x.map(y => 100 * y))).join(''));
+    verdict(share[0] < 0.85 && share[1] < 0.9,
+        `${name}: replaced: ${share} of its own`);
+    mirrors.forEach((sphere, i) => {
+        const [a, b] = [own[i][0], off[i][0]];
+        verdict((map !== 'lamps' || a < 0.4) && b < 1.1 * a,
+            `${name} ${sphere.name}: ${a.toFixed(3)}, replaced: ${b.toFixed(3)}`);
+    });
+}
+
 function judge(job) {
     const {map, target, set, saved} = job, name = `${target} ${map}`;
     verdict(job.done && !job.failed, `${name}: ${job.failed || 'not drawn'}`);
@@ -252,6 +306,8 @@ function judge(job) {
         return;
     verdict(!job.said.length, `${name}: ${job.said[0]}`);
     const engine = engines[target];
+    if (judged(engine, map))
+        judgeReflections(job);
     if (map === 'lamps') {
         const wrong = misplaced(engine, saved);
         verdict(!wrong.length, `${name}: not right at ${wrong.join(', ')}`);
@@ -342,6 +398,11 @@ console.log('block bias / chroma shift / step, of 255, from half floats in ' +
 console.log(' '.repeat(25) +
     spheres.map(s => s.name.padStart(13)).join(''));
 jobs.forEach(judge);
+console.log('root mean square / worst block, in per cent of what is to be ' +
+    'seen, from the integral');
+console.log(' '.repeat(25) +
+    mirrors.map(s => s.name.padStart(13)).join('') + 'fit / own'.padStart(13));
+console.log(distances.join('\n'));
 rmSync(profile, {recursive: true, force: true, maxRetries: 5});
 console.log('readers after the rules: relative error in per cent');
 for (const map of MAPS)

@@ -12,7 +12,10 @@
  *   lit(exact, sphere)   a function of {n, v}, what the sphere shows, linear;
  *             nothing for spheres whose shader is not here
  *   exact(sphere, map)   how much it may be off; nothing: any
- *   encode    the screen's value of a linear one
+ *   encode    the screen's value of a linear one; decode: back
+ *   reflects(sums, f0)   the reflection of the integral (integral.mjs), as it
+ *             counts light that facets scatter more than once; nothing: its
+ *             lookup cannot be replaced
  * n, v: normal and view in the engine's axes; exact: {levels, irradiance
  * (a level of E/pi), sh (nine coefficients of E/pi)}.
  */
@@ -21,7 +24,9 @@ import {lookup, mix} from './cube.mjs';
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const reflect = (n, v) => n.map((x, i) => 2 * dot(n, v) * x - v[i]);
 const srgb = x => x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055;
+const fromSrgb = x => x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4;
 const power = x => x ** (1 / 2.2);
+const fromPower = x => x ** 2.2;
 const same = d => d;
 
 const matte = s => !s.metal && !s.gloss;
@@ -31,7 +36,14 @@ const diffuse = (exact, world, n) => lookup([exact.irradiance], world(n), 0);
 
 const three = {
     page: 'three.html', half: 'three-half', world: same, eye: [4, 4, 4],
-    encode: srgb, chain: '--mapping filament --size 384 --levels 6',
+    encode: srgb, decode: fromSrgb,
+    chain: '--mapping filament --size 384 --levels 6',
+    reflects({seen, white, light}, f0) {
+        const once = f0 * white[0] + white[1], lost = 1 - white[0] - white[1];
+        const mean = f0 + (1 - f0) / 21;
+        return light.map((x, c) => f0 * seen[0][c] + seen[1][c] +
+            once * mean / (1 - mean * lost) * lost * x);
+    },
     lit: (exact, s) => matte(s) && (({n}) => diffuse(exact, same, n)),
     exact: () => MATTE
 };
@@ -49,7 +61,10 @@ export function harmonics(sh, [x, y, z]) {
 /* Babylon mixes the irradiance into rough reflections. */
 const babylon = {
     page: 'babylon.html', world: ([x, y, z]) => [z, y, x], left: true,
-    eye: [4, 4, 4], encode: power, chain: '--mapping babylon --size 256',
+    eye: [4, 4, 4], encode: power, decode: fromPower,
+    chain: '--mapping babylon --size 256',
+    reflects: ({seen, white}, f0) => seen[0].map((x, c) =>
+        (f0 * x + seen[1][c]) * (1 + f0 / (white[0] + white[1]) - f0)),
     lit: (exact, s) => matte(s) ?
         ({n}) => diffuse(exact, babylon.world, n) :
         s.metal && (({n, v}) => {
@@ -71,7 +86,10 @@ const filament = {
 
 const playcanvas = {
     page: 'playcanvas.html', world: ([x, y, z]) => [z, y, -x],
-    eye: [-4, 4, 4], encode: power,
+    eye: [-4, 4, 4], encode: power, decode: fromPower,
+    // It reflects F0 from any side.
+    reflects: ({seen, white}, f0) => seen[0].map((x, c) =>
+        f0 * (x + seen[1][c]) / (white[0] + white[1])),
     chain: '--mapping linear --size 256 --levels 6',
     // What is no metal reflects 4 % besides, from any side.
     lit: (exact, s) => !matte(s) && (({n, v}) => {
@@ -91,9 +109,11 @@ const playcanvas = {
 const gltf = {
     page: 'babylon.html', world: same, eye: [4, 4, 4], encode: power,
     chain: '--mapping linear --size 256 --levels 5', maps: ['quarry'],
+    decode: fromPower, reflects: babylon.reflects,
     lit: (exact, s) => matte(s) && (({n}) => harmonics(exact.sh, n)),
     exact: () => MATTE
 };
 
 export const engines = {three, babylon,
-    'babylon-env': {...babylon, half: 'babylon'}, filament, playcanvas, gltf};
+    'babylon-env': {...babylon, half: 'babylon', reflects: null}, filament,
+    playcanvas, gltf};

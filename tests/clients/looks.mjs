@@ -3,17 +3,20 @@
  * What eyes would see: pictures of spheres of 320 pixels from two opposite
  * sides, compared block by block. A mean over a picture would hide it.
  */
-const SIZE = 336, BALL = 320, BLOCK = 16, STEP = 8, GRID = 4;
+const SIZE = 336, BALL = 320, BLOCK = 16, STEP = 8, GRID = 4, COARSE = 8;
 const LUMA = [0.2126, 0.7152, 0.0722];
 const RIM = 0.3; // of the cosine between normal and view
 
 const number = r => String(r).replace(/^0/, '');
-const ball = (name, metal, roughness, gloss) =>
+const ball = (name, metal, roughness, gloss, albedo = 1) =>
     ({name: name + (gloss ? ' ' + number(roughness) : ''), metal, roughness,
-      gloss});
+      gloss, albedo});
 export const spheres = [ball('matte', 0, 1, 0),
-    ...[0.25, 0.5, 0.75, 1].map(r => ball('gloss', 0, r, 1)),
+    ...[0.25, 1].map(r => ball('gloss', 0, r, 1)),
     ...[0.25, 0.5, 0.75].map(r => ball('metal', 1, r, 1))];
+/* Those that show a reflection alone. */
+export const mirrors = [...[0.3, 0.5, 0.7].map(r => ball('white', 1, r, 1)),
+    ball('black', 0, 0.5, 1, 0)];
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const unit = a => a.map(x => x / Math.hypot(...a));
@@ -71,7 +74,10 @@ export const views = eye => [1, -1].map(side => {
                 out[4 * i + 3] = 1;
             });
             return out;
-        }};
+        },
+        /* Some pixels, {n, v, i}. */
+        some: () => pixels(false).flatMap((p, i) => p && i % COARSE === 3 &&
+            Math.floor(i / SIZE) % COARSE === 3 ? {...p, i} : [])};
 });
 views.SIZE = SIZE;
 
@@ -132,4 +138,28 @@ export function compare(a, b, pixels) {
                 step = Math.max(step, Math.abs(off(mean) - off(next)));
         }
     return [bias, shift, step];
+}
+
+/*
+ * How much a picture is off what it should show, in linear light: the root mean
+ * square, and the worst mean of a block, by want's root mean square. want: {i,
+ * light} of some pixels.
+ */
+export function distance(picture, want, decode) {
+    const blocks = new Map();
+    let sum = 0, all = 0, count = 0;
+    want.forEach(({i, light}) => light.forEach((x, c) => {
+        const key = `${Math.floor(i / SIZE / BLOCK)} ` +
+            `${Math.floor(i % SIZE / BLOCK)} ${c}`;
+        const off = decode(picture[4 * i + c] / 255) - x;
+        sum += off * off;
+        all += x * x;
+        count++;
+        const block = blocks.get(key) || [0, 0];
+        blocks.set(key, [block[0] + off, block[1] + 1]);
+    }));
+    const worst = Math.max(...[...blocks.values()]
+        .filter(([, n]) => n === (BLOCK / COARSE) ** 2)
+        .map(([off, n]) => Math.abs(off / n)));
+    return [Math.sqrt(sum / all), worst / Math.sqrt(all / count)];
 }

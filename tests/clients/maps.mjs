@@ -14,7 +14,7 @@ export const lamps = [
     {axis: [0, 1, 0], colour: [0, 1, 0]}, {axis: [0, -1, 0], colour: [1, 0, 1]},
     {axis: [0, 0, 1], colour: [0, 0, 1]}, {axis: [0, 0, -1], colour: [1, 1, 0]}
 ];
-const [WIDTH, HEIGHT] = [512, 256];
+export const [WIDTH, HEIGHT] = [512, 256];
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const luminance = c => dot(c, [0.2126, 0.7152, 0.0722]);
@@ -38,7 +38,7 @@ const SUNS = {
 };
 
 /* The radiance of each pixel, row by row. */
-function radiance(name) {
+export function radiance(name) {
     const pixels = [], weights = [], sunny = [];
     const sun = SUNS[name], rad = Math.PI / 180;
     for (let j = 0; j < HEIGHT; j++)
