@@ -32,13 +32,17 @@
 //
 // The true lobe of a rough surface is neither centred on the mirrored direction
 // nor round. There are six ways to look it up, from cheap to exact; README.md
-// has their errors:
-//     ibl_lobe_split     the split sum: N = V = R
-//     ibl_lobe_bent      bent towards the normal, by two lines
-//     ibl_lobe_fit       the same, and the irradiance, by four lines
-//     ibl_lobe_table     by the table lobe_lut: one fetch, and the irradiance
-//     ibl_lobe_taps      by the table: one to four fetches, and the irradiance
-//     ibl_specular_grad  what four taps see, by one anisotropic fetch
+// has their errors. From the third on they mix in the irradiance, which diffuse
+// light fetches anyway. With their fetches of the levels and of the table:
+//     ibl_lobe_split     1      the split sum: N = V = R
+//     ibl_lobe_bent      1      bent towards the normal, by two lines
+//     ibl_lobe_fit       1      by a formula
+//     ibl_lobe_table     1 + 2  by the table lobe_lut
+//     ibl_lobe_taps      2 + 4, 3 + 4 or 4 + 2, by the table
+//     ibl_specular_grad  1 + 2  what four taps see, by an anisotropic filter,
+//                        which reads up to 16 places. Drivers that do not
+//                        filter cubes so (Mesa's and SwiftShader's on the CPU)
+//                        blur too much
 // Of a local probe correct the direction of each tap for parallax.
 //
 // Of flat maps (--layout) the functions ibl_octahedral and ibl_equirect stand
