@@ -60,7 +60,7 @@ static const struct {
     {"fit", false, VIEW_FIT, 1.1},
     {"table", false, VIEW_TABLE_LOBES, 1},
     {"four-taps", false, VIEW_FOUR_TAPS, 0.95},
-    {"reference", false, VIEW_REFERENCE, 0.5},
+    {"reference", false, VIEW_REFERENCE, 0.7},
 };
 
 static view_settings scene(void)

@@ -51,8 +51,8 @@
 // coordinates clamped or repeated: near seams the functions find the texels
 // that meet there themselves. edge: texels along a column of level 0.
 //     vec3 r = mix(reflect(-v, n), n, q.bend);
-//     vec3 seen = mix(ibl_octahedral(specular, r, q.lod, edge), light,
-//                     q.diffuse);
+//     vec3 seen = max(mix(ibl_octahedral(specular, r, q.lod, edge), light,
+//                         q.diffuse), 0.0);
 
 const float ibl_pi = 3.14159265358979;
 
