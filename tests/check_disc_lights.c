@@ -388,7 +388,8 @@ TEST(lamps_side_by_side)
         one_cluster(test_ctx(1, IBL_ISA_AUTO), &clusters[i]);
 }
 
-/* Two as one have the light of both, in the middle between them. */
+/* Two as one have the light of both, in the middle between them, and are as far
+ * spread. */
 TEST(one_of_two)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -404,6 +405,8 @@ TEST(one_of_two)
     NEED(take(ctx, &map, 1, &light) == 1);
     CHECK_NEAR(light.irradiance[0] / painted, 1, 1e-5);
     CHECK_NEAR(angle_between(light.direction, middle) / pixel, 0, 0.1);
+    const double apart = angle_between(to[0], middle) / DEGREE;
+    CHECK_NEAR(light.radius / DEGREE, sqrt(2 * apart * apart + 0.16), 0.1);
 }
 
 /* ---- energy -------------------------------------------------------------- */

@@ -763,8 +763,7 @@ typedef struct ibl_light {
  * it was, and everything baked from the map has as much less as the lights
  * have: their irradiance / 4 pi in the mean of each output.
  *
- * A source is compact if all of this holds, in luminance (Rec. 709), whatever
- * its share of the light is:
+ * A source is compact if this holds, in luminance (Rec. 709), at any share:
  *   bright  it has a pixel of more than 16 times the map's mean. Only such are
  *           looked at, so a map of soft light loses nothing
  *   size    its disc has a radius of at most 2.5 degrees, or of one pixel's
@@ -777,10 +776,10 @@ typedef struct ibl_light {
  * A disc has the light and the integral of the squared radiance of what was
  * taken: its solid angle is (int L dO)^2 / int L^2 dO. A source of one pixel
  * has that pixel's solid angle. A pixel that a disc covers in part widens it:
- * in all by a sixth of a pixel. Faint glow hardly does. What spreads 1.25 times
- * as far as that disc, by the mean square of the distance from the middle and
- * with the squared radiance as weight, is dealt to several: the pixels to the
- * nearest, none with less than a sixteenth of the light.
+ * in all by a sixth of a pixel. Faint glow hardly does. What is 1.25 times as
+ * far spread as that disc, in the mean square, is dealt to several: pixels to
+ * the nearest, none with less than a sixteenth of the light. Where there is no
+ * room for more lights, a disc is as far spread instead, up to 0.1.
  *
  *   map      changed in place
  *   yaw_deg  as in ibl_cube_from_latlong, for the directions; the map itself is

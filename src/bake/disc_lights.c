@@ -203,24 +203,23 @@ static void look_at(finder *f, size_t pixel, double peak)
 /* Says why fewer were taken. */
 static void say_why(const finder *f, int taken)
 {
-    char which[48] = "no light was taken", rest[120];
+    char which[48] = "no light was taken";
 
     if (taken)
         snprintf(which, sizeof which, "%d of %d lights were taken", taken,
                  f->most);
     if (!f->pixel_count)
-        snprintf(rest, sizeof rest,
-                 "no pixel is %g times as bright as the mean, which a compact "
-                 "source is",
-                 contrast);
+        ibl_warn(f->ctx,
+                 "%s: no pixel is %g times as bright as the mean, which a "
+                 "compact source is",
+                 which, contrast);
     else if (f->wide)
-        snprintf(rest, sizeof rest,
-                 "what%s is bright is wider than %.3g degrees, or has bright "
-                 "things beside it",
-                 taken ? " else" : "", 2 * f->radius / DEGREE);
+        ibl_warn(f->ctx,
+                 "%s: what%s is bright is wider than %.3g degrees, or has "
+                 "bright things beside it",
+                 which, taken ? " else" : "", 2 * f->radius / DEGREE);
     else
-        snprintf(rest, sizeof rest, "the map has no other compact source");
-    ibl_warn(f->ctx, "%s: %s", which, rest);
+        ibl_warn(f->ctx, "%s: the map has no other compact source", which);
 }
 
 static int stronger_first(const void *a, const void *b)
@@ -228,13 +227,6 @@ static int stronger_first(const void *a, const void *b)
     const double p = ibl_luminance(((const ibl_light *)a)->irradiance);
     const double q = ibl_luminance(((const ibl_light *)b)->irradiance);
     return (p < q) - (p > q);
-}
-
-static void turn(double yaw, double direction[3])
-{
-    const double x = direction[0], z = direction[2];
-    direction[0] = cos(yaw) * x + sin(yaw) * z;
-    direction[2] = cos(yaw) * z - sin(yaw) * x;
 }
 
 static ibl_status run(finder *f, ibl_image *map, double yaw, ibl_light *lights,
@@ -257,8 +249,11 @@ static ibl_status run(finder *f, ibl_image *map, double yaw, ibl_light *lights,
                                f->most, lights, &n);
     if (status)
         return status;
-    for (int i = 0; i < n; i++)
-        turn(yaw, lights[i].direction);
+    for (ibl_light *l = lights; l < lights + n; l++) {
+        const double x = l->direction[0], z = l->direction[2];
+        l->direction[0] = cos(yaw) * x + sin(yaw) * z;
+        l->direction[2] = cos(yaw) * z - sin(yaw) * x;
+    }
     qsort(lights, (size_t)n, sizeof *lights, stronger_first);
     *count = n;
     if (n < f->most)

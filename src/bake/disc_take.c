@@ -62,16 +62,6 @@ typedef struct filling {
 
 /* ---- the ring ------------------------------------------------------------ */
 
-static void make_frame(filling *f)
-{
-    const double *c = f->disc->centre;
-    const double axis[3] = {fabs(c[1]) > 0.5, fabs(c[1]) <= 0.5, 0};
-
-    cross3(axis, c, f->right);
-    unit3(f->right);
-    cross3(c, f->right, f->up);
-}
-
 static ring_value ring_value_at(const filling *f, double phi)
 {
     ring_value v = {cos(phi), sin(phi), {0}};
@@ -138,8 +128,13 @@ static void fill_pixel(void *cookie, const ibl_cap_pixel *p)
 static bool fill(filling *f)
 {
     const ibl_disc *d = f->disc;
+    const double *c = d->centre;
+    const double axis[3] = {fabs(c[1]) > 0.5, fabs(c[1]) <= 0.5, 0};
     size_t count = 0;
 
+    cross3(axis, c, f->right);
+    unit3(f->right);
+    cross3(c, f->right, f->up);
     ibl_map_visit_cap(f->grid, d->centre, d->radius, count_pixel, &count);
     f->pixels = ibl_alloc_array(count, sizeof *f->pixels);
     if (!f->pixels || !make_ring(f))
@@ -194,10 +189,19 @@ static void gather(filling *f, int parts)
     }
 }
 
+/* Square of the radius of a disc as far spread: twice the mean square of the
+ * distance from the middle. A unit of the plane is twice the edge in radians.
+ */
+static double spread2(const filling *f, const part *p)
+{
+    return 8 * f->edge * f->edge *
+           (p->distance2 / p->square - p->at[0] * p->at[0] -
+            p->at[1] * p->at[1]);
+}
+
 /*
- * Divides what is more spread than a light, in at most so many: of a uniform
- * disc the mean square of the distance from the middle is half the square of
- * its radius. A new part begins at the brightest far pixel. Returns how many.
+ * Divides what is more spread than a light, in at most so many. A new
+ * part begins at the brightest far pixel. Returns how many.
  */
 static int divide(filling *f, int most)
 {
@@ -207,11 +211,8 @@ static int divide(filling *f, int most)
     for (int i = 0; i < parts && parts < most;) {
         const part all = f->part[i];
         const double radius2 = all.light * (all.light / all.square) / IBL_PI;
-        const double spread = all.distance2 / all.square -
-                              all.at[0] * all.at[0] - all.at[1] * all.at[1];
         double far = 0;
-        /* A unit of the plane is twice the edge in radians. */
-        if (!(4 * f->edge * f->edge * spread > most_spread * 0.5 * radius2)) {
+        if (!(spread2(f, &all) > most_spread * radius2)) {
             i++;
             continue;
         }
@@ -266,8 +267,12 @@ static bool make_light(filling *f, int k, ibl_light *light)
         sum += y * p->solid_angle;
         square += y * y * p->solid_angle;
     }
-    if (sum > 0 && unit3(light->direction))
+    if (sum > 0 && unit3(light->direction)) {
+        const double wide2 = spread2(f, &f->part[k]);
         light->radius = ibl_disc_radius(sum * (sum / square));
+        if (wide2 > most_spread * light->radius * light->radius)
+            light->radius = fmax(light->radius, fmin(sqrt(wide2), 0.1));
+    }
     for (int c = 0; c < 3 && light->radius > 0; c++)
         light->radiance[c] =
             light->irradiance[c] / ibl_disc_solid_angle(light->radius);
@@ -279,8 +284,6 @@ ibl_status ibl_disc_take(ibl_ctx *ctx, const ibl_map_grid *grid, ibl_image *map,
                          int *count)
 {
     filling f = {.grid = grid, .map = map, .disc = disc};
-
-    make_frame(&f);
     const bool ok = fill(&f);
     const int parts = ok ? divide(&f, most - *count) : 0;
     for (int k = 0; k < parts; k++) {
