@@ -776,7 +776,7 @@ typedef struct ibl_light {
  * A disc has the light and the integral of the squared radiance of what was
  * taken: its solid angle is (int L dO)^2 / int L^2 dO. A source of one pixel
  * has that pixel's solid angle. A pixel that a disc covers in part widens it:
- * in all by a sixth of a pixel. Faint glow hardly does. What is 1.25 times as
+ * in all by a sixth of a pixel. Faint glow hardly does. What is 1.1 times as
  * far spread as that disc, in the mean square, is dealt to several: pixels to
  * the nearest, none with less than a sixteenth of the light. Where there is no
  * room for more lights, a disc is as far spread instead, up to 0.1.
@@ -785,7 +785,7 @@ typedef struct ibl_light {
  *   yaw_deg  as in ibl_cube_from_latlong, for the directions; the map itself is
  *            not turned
  *   most     of lights, 1..IBL_MAX_LIGHTS: if there are more, those of the
- *            strongest sources, of which the last is divided less
+ *            strongest sources, of which a pair that touches may stay one
  *   lights   room for `most`; written from the largest irradiance down
  *   count    their number. If it is less than most, a warning says why; if it
  *            is 0, the map is unchanged. So many of that map are the same

@@ -158,7 +158,7 @@ static void look_at(finder *f, size_t pixel, double peak)
     const double edge = f->grid.edge;
     const double own =
         peak * f->grid.rows[pixel / (size_t)f->grid.width].solid_angle;
-    ibl_disc at = {.radius = 0.5 * f->radius};
+    ibl_disc at = {.radius = f->radius};
     double size = HUGE_VAL; /* radius of a disc of that light */
     bool dark = false;
 
@@ -246,7 +246,7 @@ static ibl_status run(finder *f, ibl_image *map, double yaw, ibl_light *lights,
     }
     for (int i = 0; i < f->count && n < f->most && !status; i++)
         status = ibl_disc_take(f->ctx, &f->grid, map, &f->sources[i].disc,
-                               f->most, lights, &n);
+                               f->most, f->count - 1 - i, lights, &n);
     if (status)
         return status;
     for (ibl_light *l = lights; l < lights + n; l++) {

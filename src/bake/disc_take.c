@@ -22,9 +22,10 @@
 /* Where the values of the circle are read, in pixels beyond it. The first is
  * far enough that no pixel within the circle is read. */
 static const double ring_from = 0.75, ring_to = 1.25;
-/* Of a light, its mean square distance from its middle over that of a disc; and
- * the least share of a part in what is divided. */
-static const double most_spread = 1.25, least_part = 1.0 / 16;
+/* Of a light, its mean square distance from the middle over that of a disc;
+ * that of lights which are surely several; and the least share of a part in
+ * what is divided. */
+static const double most_spread = 1.1, several = 1.7, least_part = 1.0 / 16;
 enum {
     RING_READS = 3, /* pixels from there to there, for each value */
     GATHER_STEPS = 8
@@ -200,10 +201,11 @@ static double spread2(const filling *f, const part *p)
 }
 
 /*
- * Divides what is more spread than a light, in at most so many. A new
- * part begins at the brightest far pixel. Returns how many.
+ * Divides what is more spread than a light, in at most so many: of which it
+ * leaves some for others unless they are surely several. A new part begins at
+ * the brightest far pixel. Returns how many.
  */
-static int divide(filling *f, int most)
+static int divide(filling *f, int most, int others)
 {
     int parts = 1;
 
@@ -212,7 +214,8 @@ static int divide(filling *f, int most)
         const part all = f->part[i];
         const double radius2 = all.light * (all.light / all.square) / IBL_PI;
         double far = 0;
-        if (!(spread2(f, &all) > most_spread * radius2)) {
+        const double limit = parts < most - others ? most_spread : several;
+        if (!(spread2(f, &all) > limit * radius2)) {
             i++;
             continue;
         }
@@ -280,12 +283,12 @@ static bool make_light(filling *f, int k, ibl_light *light)
 }
 
 ibl_status ibl_disc_take(ibl_ctx *ctx, const ibl_map_grid *grid, ibl_image *map,
-                         const ibl_disc *disc, int most, ibl_light *lights,
-                         int *count)
+                         const ibl_disc *disc, int most, int others,
+                         ibl_light *lights, int *count)
 {
     filling f = {.grid = grid, .map = map, .disc = disc};
     const bool ok = fill(&f);
-    const int parts = ok ? divide(&f, most - *count) : 0;
+    const int parts = ok ? divide(&f, most - *count, others) : 0;
     for (int k = 0; k < parts; k++) {
         if (!make_light(&f, k, &lights[*count]))
             continue;
