@@ -864,6 +864,7 @@ END
     iblbake env.exr --rendered-error .3 -o out >table
     iblbake env.exr --rendered-error .0001 -o near >table
     grep -q 'cannot be reached, the least is' table || cat table
+    iblbake env.exr --rendered-error .3 --format dds-legacy -o old >table
     iblbake env.exr --rendered-error .5 --target three,playcanvas -o to >table
     js <<'END'
 const set = json('out/env.json');
