@@ -699,6 +699,49 @@ test_no_lights() {
     grep '"gltf"' rest/env.json
 }
 
+# Five lamps, two of them side by side, and one of a hundredth of their light
+# under a soft sky: auto takes the five, with which a shader draws with less than
+# .3 of the error. Without lamps it takes none and says nothing.
+test_lights_auto() {
+    js <<'END'
+const W = 512, H = 256, data = Buffer.alloc(4 * W * H);
+const lamp = {'100,100': 2e3, '102,100': 2e3, '250,40': 2e3, '330,120': 2e3,
+    '480,80': 2e3, '400,200': 20};
+for (let i = 0; i < W * H; i++) {
+    const x = i % W, y = i / W | 0;
+    const v = lamp[[x, y]] ?? 0.2 + 0.1 * Math.cos(Math.PI * y / H);
+    const e = Math.max(Math.ceil(Math.log2(v)), -2), m = v * 2 ** (8 - e) | 0;
+    data.set([m, m, m, e + 128], 4 * i);
+}
+require('fs').writeFileSync('lamps.hdr', Buffer.concat([Buffer.from(
+    `#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y ${H} +X ${W}\n`), data]));
+END
+    local f s to='--size 64 --irradiance-size 8 --lut-size 8 --format dds'
+    iblbake $to lamps.hdr -o auto --lights auto -j 1 2>err
+    iblbake $to env.exr -o none --lights auto 2>>err
+    cat err
+    grep -q '"lights": \[\]' none/env.json || echo 'lights of env.exr'
+    iblbake -q $to lamps.hdr -o again --lights auto -j 3
+    iblbake -q $to lamps.hdr -o five --lights 5
+    iblbake -q $to lamps.hdr -o six --lights 6
+    for f in auto/*.dds; do
+        cmp "$f" "again/${f#*/}"
+        cmp "$f" "five/${f#*/}"
+    done
+    iblbake -q $to lamps.hdr -o none
+    for s in none auto; do
+        iblbake verify -q --rendered --directions 64 lamps.hdr $s --json $s.json
+    done
+    js <<'END'
+const error = s => json(s + '.json').rendered.rows.filter(r => r.f0 == 1)
+    .reduce((sum, r) => sum + r.nrmse, 0);
+if (!(error('auto') < 0.3 * error('none')))
+    console.log(error('auto'), error('none'));
+for (const [s, n] of [['auto', 5], ['six', 6]])
+    if (json(s + '/lamps.json').lights.length !== n) console.log(s);
+END
+}
+
 # Reals read back as they were given, and as people write them.
 test_sidecar_numbers() {
     local given wanted
@@ -821,6 +864,7 @@ END
     iblbake env.exr --rendered-error .3 -o out >table
     iblbake env.exr --rendered-error .0001 -o near >table
     grep -q 'cannot be reached, the least is' table || cat table
+    iblbake env.exr --rendered-error .3 --format dds-legacy -o old >table
     iblbake env.exr --rendered-error .5 --target three,playcanvas -o to >table
     js <<'END'
 const set = json('out/env.json');

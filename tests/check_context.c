@@ -360,7 +360,7 @@ TEST(cancel)
     for (int i = 0; i < JOBS; i++)
         CHECK(b.ran[i] == (i <= 10));
     CHECK(ibl_run(b.ctx, NULL, 1, count_job, &b) == IBL_ERR_CANCELLED);
-    ibl_image img = map_constant(b.ctx, 4, 2, 1);
+    ibl_image img = map_constant(b.ctx, 16, 8, 1);
     CHECK(ibl_bake_specular(b.ctx, &img, NULL, &cube) == IBL_ERR_CANCELLED);
     CHECK(ibl_bake_irradiance(b.ctx, &img, NULL, &cube) == IBL_ERR_CANCELLED);
     CHECK(!cube.data);

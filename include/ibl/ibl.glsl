@@ -19,10 +19,13 @@
 //                                 chain);
 //     vec3 seen = ibl_specular(specular, q, n, v, light);
 //     vec3 direct = vec3(0.0, 0.0, 0.0);
-//     for (...) // lights of the sidecar, if --lights took any
+//     for (...) // lights of the sidecar, if --lights took any: only now
 //         ibl_add_light(n, v, f0, roughness, direction, radius, irradiance,
 //                       direct, light);
 //     colour = ibl_shade(f0, albedo, rg, seen, light) + direct;
+//
+// Add lights after ibl_specular, which mixes light into seen: before it they
+// would be reflected twice, with an error of 21 % in place of 1.8 %.
 //
 // n is the normal and v the direction to the eye, l to a light: unit vectors in
 // the environment's frame. roughness is perceptual, 0..1. f0 is the reflection
@@ -467,10 +470,10 @@ float ibl_disc_shown(float n_l, float radius)
 }
 
 // Adds a disc light of angular radius in rad, whose middle is in direction l:
-// its reflection to direct, irradiance / pi to light. e: irradiance of a
-// surface that faces it. The rest of the BRDF is taken between the disc's
-// middle and the mirrored direction, as far as the lobe is narrower than the
-// disc.
+// its reflection to direct, irradiance / pi to light, which ibl_specular must
+// have had before. e: irradiance of a surface that faces it. The rest of the
+// BRDF is taken between the disc's middle and the mirrored direction, as far as
+// the lobe is narrower than the disc.
 void ibl_add_light(vec3 n, vec3 v, vec3 f0, float roughness, vec3 l,
                    float radius, vec3 e, inout vec3 direct, inout vec3 light)
 {

@@ -754,41 +754,41 @@ typedef struct ibl_light {
 #define IBL_MAX_LIGHTS 64
 
 /*
- * Takes the brightest compact sources, such as the sun, out of a map. Each
- * becomes a light. In their places the map becomes smooth: pixels within a
- * circle get the harmonic function of the values around it (Poisson's integral
- * over the circle, stereographic), which is nowhere brighter or darker than
- * these. No other pixel changes. So map and lights together have the light of
- * the map as it was, and everything baked from the map has as much less as the
- * lights have: their irradiance / 4 pi in the mean of each output.
+ * Takes the strongest compact sources, such as the sun or lamps, out of a map.
+ * Each becomes a light, or several if it has several parts, as lamps side by
+ * side have. In their places the map becomes smooth: pixels within a circle get
+ * the harmonic function of the values around it (Poisson's integral over the
+ * circle, stereographic), which is nowhere brighter or darker than these. No
+ * other pixel changes. So map and lights together have the light of the map as
+ * it was, and everything baked from the map has as much less as the lights
+ * have: their irradiance / 4 pi in the mean of each output.
  *
- * A source is compact if all of this holds, in luminance (Rec. 709):
+ * A source is compact if this holds, in luminance (Rec. 709), at any share:
+ *   bright  it has a pixel of more than 16 times the map's mean. Only such are
+ *           looked at, so a map of soft light loses nothing
  *   size    its disc has a radius of at most 2.5 degrees, or of one pixel's
  *           edge if that is larger, at most 6 degrees
- *   alone   a circle of at most twice that radius has it inside. In the ring
- *           around the circle, the mean is below a tenth of its radiance and
- *           below the threshold (or, times the circle, below a tenth of its
- *           light), and no pixel is brighter than 1/32 of its brightest or the
- *           threshold
- *   share   its irradiance is at least 10 % of pi times the map's mean
- *           radiance; a weaker one would not show
- * The threshold is half the radiance of a light of the largest size and the
- * least share: 26 times the map's mean, less for coarse maps. Only pixels above
- * it are looked at, so a map of soft light loses nothing.
+ *   alone   a circle of at most twice that radius has it inside, and in the
+ *           ring around the circle no pixel is brighter than 1/16 of its
+ *           radiance. The ring's mean is below 16 times the map's or, in haze,
+ *           below a tenth of its light over the circle
  *
- * The disc has the light and the integral of the squared radiance of what was
+ * A disc has the light and the integral of the squared radiance of what was
  * taken: its solid angle is (int L dO)^2 / int L^2 dO. A source of one pixel
  * has that pixel's solid angle. A pixel that a disc covers in part widens it:
- * in all by a sixth of a pixel. Faint glow hardly does.
+ * in all by a sixth of a pixel. Faint glow hardly does. What is 1.1 times as
+ * far spread as that disc, in the mean square, is dealt to several: pixels to
+ * the nearest, none with less than a sixteenth of the light. Where there is no
+ * room for more lights, a disc is as far spread instead, up to 0.1.
  *
  *   map      changed in place
  *   yaw_deg  as in ibl_cube_from_latlong, for the directions; the map itself is
  *            not turned
- *   most     of lights, 1..IBL_MAX_LIGHTS: if there are more compact sources,
- *            those with the largest irradiance are taken
+ *   most     of lights, 1..IBL_MAX_LIGHTS: if there are more, those of the
+ *            strongest sources, of which a pair that touches may stay one
  *   lights   room for `most`; written from the largest irradiance down
  *   count    their number. If it is less than most, a warning says why; if it
- *            is 0, the map is unchanged
+ *            is 0, the map is unchanged. So many of that map are the same
  * IBL_ERR_ARGUMENT: most, yaw_deg. After an error *count is 0; after
  * IBL_ERR_MEMORY the map is unspecified, else unchanged.
  */

@@ -36,11 +36,14 @@ static inline double ibl_pixel_luminance(const float *rgb)
 }
 
 /*
- * Makes map smooth within a circle and describes what was there as a light,
- * its direction not turned. Channels that would become brighter keep their
- * pixels. A light of no luminance changes nothing: then its radius is 0.
+ * Makes map smooth within a circle and adds what was there to the lights, of
+ * which there are *count and then at most `most`: one, or several if it is of
+ * several parts, which leave room for others unless they are clearly apart.
+ * Their directions are not turned. Channels that would become brighter keep
+ * their pixels. A light of no luminance changes nothing, and is not added.
  */
 ibl_status ibl_disc_take(ibl_ctx *ctx, const ibl_map_grid *grid, ibl_image *map,
-                         const ibl_disc *disc, ibl_light *light);
+                         const ibl_disc *disc, int most, int others,
+                         ibl_light *lights, int *count);
 
 #endif

@@ -114,7 +114,8 @@ size_t ibl_bake_bytes(const ibl_map_bake *r, ibl_ctx *ctx, size_t reader,
 {
     const ibl_bake_source *s = &r->from;
     const double pixels = (double)width * (double)height;
-    const bool chooses = !isnan(s->opts->rendered_error);
+    const bool chooses =
+        !isnan(s->opts->rendered_error) || s->opts->lights == IBL_LIGHTS_AUTO;
     ibl_bake_options all = s->bake;
     needs n = {.reader = (double)reader};
     size_t bake = 0;

@@ -94,11 +94,15 @@ static bool parse_scene(void *field, const char *value)
     return true;
 }
 
-static bool parse_sun(void *field, const char *value)
+/* NULL: --sun. */
+static bool parse_lights(void *field, const char *value)
 {
-    (void)value;
-    *(int *)field = 1;
-    return true;
+    int *lights = field;
+    const char *end = "";
+
+    *lights = value ? IBL_LIGHTS_AUTO : 1;
+    return !value || !strcmp(value, "auto") ||
+           (ibl_number_int(value, 0, IBL_MAX_LIGHTS, lights, &end) && !*end);
 }
 
 /* ---- the table ------------------------------------------------------- */
@@ -225,10 +229,13 @@ static const ibl_option input[] = {
     {"up", 0, IBL_CHOICE(axes.up, ibl_up_names),
      .help = "axis of the outputs that points up; z: (x, y, z) of the world "
              "is at (x, -z, y)"},
-    {"lights", 0, IBL_INT(lights, 0, IBL_MAX_LIGHTS),
-     .help = "take up to N compact sources, such as the sun, out of all "
-             "outputs but the skybox, and list them in the sidecar"},
-    {"sun", 0, IBL_OTHER(lights, NULL, parse_sun), .standard = "",
+    {"lights", 0, IBL_OTHER(lights, "N", parse_lights),
+     .allowed = "0 to 64, or auto",
+     .standard = "0",
+     .help = "take the N strongest compact sources, such as the sun, out of "
+             "all outputs but the skybox, and list them in the sidecar; auto: "
+             "those without which the error as drawn is a tenth less"},
+    {"sun", 0, IBL_OTHER(lights, NULL, parse_lights), .standard = "",
      .help = "the same as --lights 1"},
 };
 
@@ -642,13 +649,15 @@ static bool check_choice(ibl_opts *o)
 
     if (o->scenes.count && isnan(o->rendered_error))
         o->rendered_error = 0.03;
-    if (isnan(o->rendered_error))
+    if (isnan(o->rendered_error) && o->lights != IBL_LIGHTS_AUTO)
         return true;
     if (o->scenes.count)
         snprintf(what, sizeof what, "--scene %.40s", o->scenes.path[0]);
-    else
+    else if (!isnan(o->rendered_error))
         snprintf(what, sizeof what, "--rendered-error %g", o->rendered_error);
-    if (!o->input)
+    else
+        snprintf(what, sizeof what, "--lights auto");
+    if (!o->input && !isnan(o->rendered_error))
         return ibl_misuse("%s: in which environment? Add ENV", what);
     if (!(o->only & 1u << IBL_OUTPUT_SPECULAR) ||
         o->bake.specular_options.lobe != IBL_LOBE_GGX)

@@ -20,7 +20,8 @@ typedef enum ibl_lobes {
 } ibl_lobes;
 
 enum {
-    IBL_MAX_FACES = IBL_FACES * IBL_MAX_LEVELS
+    IBL_MAX_FACES = IBL_FACES * IBL_MAX_LEVELS,
+    IBL_LIGHTS_AUTO = -1
 };
 
 /* How a bake of many environments reports its progress. */
@@ -50,7 +51,7 @@ typedef struct ibl_opts {
     ibl_bake_options bake;
     ibl_axes axes; /* of the outputs */
     ibl_sh_format sh_format;
-    int lights; /* most that are taken out of the environment */
+    int lights; /* most that are taken out of the environment, or AUTO */
     ibl_lut_options lut;
     ibl_lobes lobe_table;
     int lobe_table_size;

@@ -4,6 +4,14 @@
 #include <string.h>
 
 #include "cli/bake_record.h"
+#include "cli/candidate.h"
+#include "cli/rendered.h"
+
+enum {
+    MOST_AUTO = 16, /* lights that --lights auto takes */
+    DIRECTIONS = 256
+};
+static const double gain = 0.9; /* what lights leave of the error, at most */
 
 /* The index of the chain with these options, added if it is new. */
 static int take_chain(ibl_bake_source *s, const ibl_specular_options *o)
@@ -29,22 +37,19 @@ void ibl_bake_source_add(ibl_bake_source *s, ibl_bake *set)
         all->sh_degree = o->sh_degree;
 }
 
-/* Moves the environment to the rest, or copies it for what shows all of it. */
-static bool copy_environment(ibl_bake_source *s)
+/* Moves the environment to the rest, or makes room for it beside what shows all
+ * of it. */
+static bool make_rest(ibl_bake_source *s)
 {
     const ibl_image *env = &s->env;
 
-    if (!s->bake.skybox && !s->opts->preview &&
+    if (!s->bake.skybox && !s->opts->preview && s->opts->lights > 0 &&
         isnan(s->opts->rendered_error)) {
         s->rest = *env;
         s->env = (ibl_image){0};
         return true;
     }
-    if (ibl_image_alloc(s->ctx, env->width, env->height, &s->rest))
-        return false;
-    memcpy(s->rest.data, env->data,
-           3 * sizeof *env->data * (size_t)env->width * (size_t)env->height);
-    return true;
+    return !ibl_image_alloc(s->ctx, env->width, env->height, &s->rest);
 }
 
 static bool bake_skybox(ibl_bake_source *s, ibl_cube *skybox)
@@ -106,6 +111,101 @@ static bool read_image(ibl_bake_source *s, const ibl_read_options *read)
     return ok;
 }
 
+/* Takes some lights out of the rest, which becomes that of the environment. */
+static bool take_lights(ibl_bake_source *s, int most)
+{
+    if (s->env.data)
+        memcpy(s->rest.data, s->env.data,
+               3 * sizeof *s->env.data * (size_t)s->env.width *
+                   (size_t)s->env.height);
+    s->light_count = 0;
+    return !most || !ibl_image_take_lights(s->ctx, &s->rest, s->bake.yaw_deg,
+                                           most, s->lights, &s->light_count);
+}
+
+/* Measures what is drawn with so many lights, unless their error is known. */
+static bool measure(ibl_bake_source *s, const ibl_opts *o,
+                    const ibl_truth *truth, int lights, double *error)
+{
+    ibl_measured rows[2 * IBL_RENDERED_LIST];
+    ibl_candidate c = {0};
+    ibl_specular_layout layout;
+
+    if (!isnan(error[lights]))
+        return true;
+    bool ok = take_lights(s, lights) &&
+              !ibl_candidate_bake(s->ctx, &s->rest, o, &c) &&
+              !ibl_specular_layout_of(&o->bake.specular_options, &layout);
+    if (ok) {
+        ibl_drawn d = {.shader =
+                           c.lobes.data ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT,
+                       .irradiance = c.made.irradiance,
+                       .irradiance_scale = 1,
+                       .lobes = c.lobes,
+                       .lights = s->lights,
+                       .light_count = s->light_count};
+        ibl_drawn_chain(&d, &c.made.specular, &layout);
+        ok = ibl_measure(truth, &d, NULL, rows, NULL);
+    }
+    if (ok)
+        error[lights] =
+            ibl_measured_mean(rows, truth->rows).value[IBL_FIGURE_NRMSE];
+    ibl_candidate_free(&c);
+    return ok;
+}
+
+/*
+ * Takes as few of the strongest lights as all the others together lower the
+ * error of what is drawn by less than a tenth, and of these none at the end
+ * that alone lowers it by less.
+ */
+static bool choose_lights(ibl_bake_source *s)
+{
+    ibl_truth_options of = ibl_truth_options_default();
+    ibl_truth truth = {0};
+    ibl_opts o = *s->opts;
+    double error[MOST_AUTO + 1];
+    const bool quiet = s->console->quiet;
+
+    s->console->quiet = true; /* if there are fewer */
+    bool ok = take_lights(s, MOST_AUTO);
+    s->console->quiet = quiet;
+    if (!ok || !s->light_count)
+        return ok;
+    const int all = s->light_count;
+    int least = 1, n = all;
+    for (int k = 0; k <= all; k++)
+        error[k] = NAN;
+    o.only &= 1u << IBL_OUTPUT_SPECULAR | 1u << IBL_OUTPUT_LOBES;
+    o.bake.irradiance = ibl_opts_want(&o, IBL_OUTPUT_LOBES);
+    o.bake.irradiance_options = ibl_irradiance_options_default();
+    o.bake.sh_degree = -1;
+    of.directions = DIRECTIONS;
+    of.geometry = o.lut.geometry;
+    ok = ibl_truth_make(s->ctx, &s->env, s->bake.yaw_deg, &of, &truth) &&
+         measure(s, &o, &truth, 0, error) && measure(s, &o, &truth, all, error);
+    if (ok && error[all] > gain * error[0])
+        n = 0;
+    while (ok && least < n) {
+        const int k = (least + n) / 2;
+        ok = measure(s, &o, &truth, k, error);
+        if (error[all] > gain * error[k])
+            n = k;
+        else
+            least = k + 1;
+    }
+    while (ok && n && (ok = measure(s, &o, &truth, n - 1, error)) &&
+           error[n] > gain * error[n - 1])
+        n--;
+    ibl_truth_free(&truth);
+    if (ok)
+        ibl_console_info(s->console,
+                         "lights taken: %d; drawn off by %.2g %%, without any "
+                         "%.2g %%",
+                         n, 100 * error[n], 100 * error[0]);
+    return ok && take_lights(s, n);
+}
+
 bool ibl_bake_source_read(ibl_bake_source *s)
 {
     const ibl_read_options read = read_options(s);
@@ -115,11 +215,11 @@ bool ibl_bake_source_read(ibl_bake_source *s)
         return false;
     s->width = s->env.width;
     s->height = s->env.height;
-    return !s->opts->lights ||
-           (copy_environment(s) &&
-            !ibl_image_take_lights(s->ctx, &s->rest, s->bake.yaw_deg,
-                                   s->opts->lights, s->lights,
-                                   &s->light_count));
+    if (!s->opts->lights)
+        return true;
+    return make_rest(s) && (s->opts->lights == IBL_LIGHTS_AUTO
+                                ? choose_lights(s)
+                                : take_lights(s, s->opts->lights));
 }
 
 /* Keeps the map in memory, for lights, --verify, --preview and the choice. */

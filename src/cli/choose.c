@@ -328,7 +328,8 @@ static void list_values(search *s)
                    s->fits ? OCTAVE : 1);
     for (int l = 1; l <= MOST_LEVELS && s->fits && !levels->levels; l++)
         all[LEVELS].value[all[LEVELS].count++] = l;
-    if (open && !ibl_is_given(given, "pixel"))
+    if (open && !ibl_is_given(given, "pixel") &&
+        ibl_container_holds(o->format, IBL_PIXEL_R11G11B10F))
         all[PIXEL] = (values){2,
                               {ibl_container_holds(o->format, IBL_PIXEL_RGB9E5)
                                    ? IBL_PIXEL_RGB9E5
