@@ -408,14 +408,16 @@ static void compare_lookups(const char *name, ibl_ctx *ctx, ibl_image env,
 TEST_SLOW(nearer_than_the_split_sum)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    const int directions = TEST_SANITIZED ? 48 : 512;
+    const int directions = 512;
     const char *path = test_shared_data("quarry_01_1k.hdr");
     ibl_image env = map_constant(ctx, 256, 128, 0.5f);
 
+    if (TEST_SANITIZED)
+        test_skip("its figures need many directions");
     for (int c = 0; c < 3; c++) /* a lamp */
         env.data[3 * (40 * 256 + 30) + c] = 3e4f;
     compare_lookups("lamp", ctx, env, directions);
-    if (!path || TEST_SANITIZED)
+    if (!path)
         return;
     NEED(!ibl_image_read(ctx, path, NULL, &env, NULL));
     compare_lookups("quarry", ctx, test_image(env), directions);
