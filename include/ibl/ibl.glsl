@@ -241,7 +241,7 @@ ibl_lobe ibl_lobe_taps(sampler2DArray lobe, float n_v, float roughness,
         t = ibl_lobe_fetch(lobe, n_v, roughness, metallic, 0.0);
     if (taps > 1)
         t = mix(t, ibl_lobe_fetch(lobe, n_v, roughness, metallic, 1.0),
-                (4.0 - 4.0 / float(taps)) / 3.0);
+                sqrt(float(taps - 1) / 3.0));
     ibl_lobe q;
     q.bend = t.r;
     q.lod = t.g * chain.z;

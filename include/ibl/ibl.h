@@ -1050,7 +1050,7 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
  * With four taps the first light is the mean of four lookups, in the directions
  * mix(R, N, b) for b in equal steps from q.r - q.a to q.r + q.a. These may lie
  * beyond R and N. For n = 2 or 3 taps q is (1 - g) times that of one tap and g
- * times that of four, g = (4 - 4 / n) / 3.
+ * times that of four, g = sqrt((n - 1) / 3).
  *
  * A table for metals or dielectrics only has half the layers: layer 0 for
  * one lookup, layer 1 for four. Shaders take them for all surfaces.

@@ -145,7 +145,7 @@ static bool measure(ibl_bake_source *s, const ibl_opts *o,
                        .lights = s->lights,
                        .light_count = s->light_count};
         ibl_drawn_chain(&d, &c.made.specular, &layout);
-        ok = ibl_measure(truth, &d, NULL, rows, NULL);
+        ok = ibl_measure(truth, &d, NULL, rows);
     }
     if (ok)
         error[lights] =

@@ -345,7 +345,7 @@ bool ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
     const ibl_truth_options *o = &truth->options;
     const int n = o->roughness_count;
     ibl_measured *rows = malloc((size_t)truth->rows * sizeof *rows);
-    const bool ok = rows && ibl_measure(truth, set, rest, rows, NULL);
+    const bool ok = rows && ibl_measure(truth, set, rest, rows);
 
     assert(truth->rows + o->f0_count <= IBL_DRAWN_ROWS);
     report->shader = set->shader;

@@ -145,7 +145,7 @@ void ibl_lookup_lobes(const ibl_lobe_table *lobes, int taps, double metallic,
                       double n_dot_v, double roughness, double q[4])
 {
     const int n = lobes->size, half = lobes->layers / 2;
-    const double four = (4 - 4.0 / taps) / 3;
+    const double four = sqrt((taps - 1) / 3.0);
 
     q[0] = q[1] = q[2] = q[3] = 0;
     for (int k = 0; k < 4; k++) {

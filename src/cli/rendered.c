@@ -473,7 +473,7 @@ static double distance2(const double a[3], const double b[3])
 }
 
 bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
-                 const ibl_reference *rest, ibl_measured *rows, double *square)
+                 const ibl_reference *rest, ibl_measured *rows)
 {
     const size_t n = (size_t)truth->options.directions;
     const size_t count = n * (size_t)truth->rows;
@@ -500,8 +500,6 @@ bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
             to->part[k] = distance2(stage[k], stage[k + 1]);
             to->part_truth = to->truth;
         }
-        if (square)
-            square[i] = to->weight * to->wrong;
         if (i % n == n - 1)
             rows[i / n] = ibl_measured_of(seen, n);
     }

@@ -104,7 +104,6 @@ void ibl_truth_free(ibl_truth *t); /* zeroed is allowed */
  *   rest    makes the parts: of what lights left of the map, or of the map; or
  *           NULL
  *   rows    of the truth, written
- *   square  w |S - T|^2 of each sample, written; or NULL
  * From T to S, one exact thing after the other is replaced by that of the
  * shader. A part is the nRMSE of two neighbouring stages:
  *           T, the integral of the BRDF
@@ -116,6 +115,6 @@ void ibl_truth_free(ibl_truth *t); /* zeroed is allowed */
  * False: no memory, or after a message.
  */
 bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
-                 const ibl_reference *rest, ibl_measured *rows, double *square);
+                 const ibl_reference *rest, ibl_measured *rows);
 
 #endif

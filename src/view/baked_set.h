@@ -17,7 +17,7 @@ typedef enum view_content {
     VIEW_SKY,   /* --skybox; if absent, level 0 of the specular chain is the sky
                  */
     VIEW_LOBES, /* --lobe-table: the lobe of each N.V and roughness; if absent,
-                   there are no table and two-taps of view_reflection */
+                   there are no table and taps of view_reflection */
     VIEW_SHEEN, /* levels of IBL_LOBE_CHARLIE; if absent, models have no
                    sheen */
     VIEW_SHEEN_TABLE, /* made here for them, by N.V and roughness: the albedo of
