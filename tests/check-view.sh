@@ -376,7 +376,7 @@ test_contact_sheets() {
     [ "$(size a.png)" = "$((4 + 4 * 52)) x $((4 + n * 40))" ] || size a.png
     iblview "$work/ktx2" --contact-sheet c.png $small --mode model \
         --samples 1 || echo "status $?"
-    [ "$(size c.png)" = "$((4 + 4 * 52)) x $((4 + 6 * 40))" ] || size c.png
+    [ "$(size c.png)" = "$((4 + 4 * 52)) x $((4 + 7 * 40))" ] || size c.png
     # Of maps the levels, if there are several, by exposure.
     iblview "$work/ktx2" --contact-sheet e.png $small --mode levels ||
         echo "status $?"
@@ -413,7 +413,7 @@ test_sheets_are_pictures() {
     done <<'END'
 1|2|--turn 30|--material copper --turn 210
 2|4|--ev 1 --mode table|--tone aces --ev 3 --mode table
-5|3|--mode model --turn 30 --samples 1|--mode model --turn 300 --reference --samples 1
+6|3|--mode model --turn 30 --samples 1|--mode model --turn 300 --reference --samples 1
 1|0|--ev 1 --mode levels|--ev -1 --mode levels --level 1
 END
 }
