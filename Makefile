@@ -71,8 +71,8 @@ REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
             -ffp-contract=off -fno-math-errno -fPIC \
             -fno-semantic-interposition -fvisibility=hidden \
             '-ffile-prefix-map=$(CURDIR)=.' -MMD -MP
-# Of the shared library; raised by each change that breaks a program.
-SOVERSION := 0
+# Of the shared library; see CONTRIBUTING.md.
+SOVERSION := 1
 VERSION := $(shell sed -n 's/^.define IBL_VERSION "\(.*\)"/\1/p' \
              include/ibl/ibl.h)
 # Of git, not of one that has this folder in it; `make dist` writes it down.

@@ -102,8 +102,7 @@ static void compare(ibl_pixel pixel, const char *seconds, ibl_cube *ours,
              !ibl_texture_to_cube(ctx, &peer, theirs),
          name);
     for (int q = 0; q < kinds; q++) {
-        ibl_texel_options o = {.struct_size = sizeof o,
-                               .pixel = pixel,
+        ibl_texel_options o = {.pixel = pixel,
                                .quality =
                                    q < 3 ? (ibl_quality)q : IBL_QUALITY_NORMAL,
                                .alike = q == 3};

@@ -263,8 +263,7 @@ static ibl_status use(int threads, test_messages *said, char kept[1 << 14])
     if (!status)
         status = ibl_texture_describe(
             ctx, &tex, &facts,
-            &(ibl_sidecar_output){.struct_size = sizeof(ibl_sidecar_output),
-                                  .content = IBL_CONTENT_SPECULAR});
+            &(ibl_sidecar_output){.content = IBL_CONTENT_SPECULAR});
     if (!status)
         status =
             ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &bytes, &count);

@@ -351,9 +351,7 @@ TEST(textures)
         ibl_texture tex;
         NEED(!ibl_texture_from_cube(
             ctx, &colour,
-            &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
-                                 .pixel = p,
-                                 .overflow = IBL_OVERFLOW_SPREAD},
+            &(ibl_texel_options){.pixel = p, .overflow = IBL_OVERFLOW_SPREAD},
             &tex, NULL));
         const ibl_texture one = texture_layer(ctx, &tex, 0);
         CHECK(!tex.premultiplied && ibl_pixel_has_alpha(p));
@@ -402,9 +400,7 @@ TEST(no_room_for_alpha)
     for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_R11G11B10F; p++) {
         NEED(!ibl_texture_from_cube(
             ctx, &colour,
-            &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
-                                 .pixel = p,
-                                 .overflow = IBL_OVERFLOW_SPREAD},
+            &(ibl_texel_options){.pixel = p, .overflow = IBL_OVERFLOW_SPREAD},
             &tex, NULL));
         CHECK(ibl_texture_set_alpha(ctx, &tex, &grey) == IBL_ERR_ARGUMENT);
         CHECK(strstr(kept.text[0],

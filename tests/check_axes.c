@@ -105,8 +105,7 @@ TEST(textures_as_cubes)
     NEED(!ibl_cube_turn_axes(ctx, &from, axes_of(3), 0, &to));
     test_cube(to);
     for (int i = 0; i < 4; i++) {
-        const ibl_texel_options o = {.struct_size = sizeof o,
-                                     .pixel = pixels[i]};
+        const ibl_texel_options o = {.pixel = pixels[i]};
         ibl_texture a = {0}, b = {0}, two = {0}, second = {0};
         NEED(!ibl_texture_from_cube(ctx, &from, &o, &a, NULL));
         NEED(!ibl_texture_from_cube(ctx, &to, &o, &b, NULL));

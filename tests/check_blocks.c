@@ -65,11 +65,8 @@ static ibl_texture encode_with(ibl_ctx *by, const ibl_cube *cube,
 static ibl_texture encode(ibl_ctx *by, const ibl_cube *cube, ibl_pixel pixel,
                           ibl_quality quality)
 {
-    return encode_with(
-        by, cube,
-        (ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
-                            .pixel = pixel,
-                            .quality = quality});
+    return encode_with(by, cube,
+                       (ibl_texel_options){.pixel = pixel, .quality = quality});
 }
 
 /* Of a file with Zstandard 19. */
@@ -208,8 +205,7 @@ TEST(limits)
 {
     for (int i = 0; i < PIXELS; i++) {
         ibl_cube cube = make_cube(5, 1);
-        const ibl_texel_options opts = {.struct_size = sizeof opts,
-                                        .pixel = pixels[i],
+        const ibl_texel_options opts = {.pixel = pixels[i],
                                         .overflow = IBL_OVERFLOW_CLIP};
         ibl_overflow_report report;
         ibl_texture tex;
@@ -237,10 +233,8 @@ TEST(alike)
     const ibl_cube cube = make_cube(64, 2);
     const ibl_quality normal = IBL_QUALITY_NORMAL;
     for (int i = 0; i < PIXELS; i++) {
-        ibl_texel_options opts = {.struct_size = sizeof opts,
-                                  .pixel = pixels[i],
-                                  .quality = normal,
-                                  .alike = 1};
+        ibl_texel_options opts = {
+            .pixel = pixels[i], .quality = normal, .alike = 1};
         const ibl_texture plain = encode(ctx, &cube, pixels[i], normal);
         const ibl_texture a = encode_with(ctx, &cube, opts);
         const ibl_texture b = encode_with(test_ctx(7, IBL_ISA_C), &cube, opts);
@@ -287,8 +281,7 @@ TEST(alike_beyond_calls)
 /* The best quality has none. */
 TEST_SLOW(best_is_not_alike)
 {
-    ibl_texel_options opts = {.struct_size = sizeof opts,
-                              .pixel = IBL_PIXEL_UASTC_HDR,
+    ibl_texel_options opts = {.pixel = IBL_PIXEL_UASTC_HDR,
                               .quality = IBL_QUALITY_BEST};
     const ibl_cube cube = make_cube(64, 1);
     const ibl_texture plain = encode_with(ctx, &cube, opts);

@@ -126,8 +126,7 @@ TEST(colours_outside_keep_their_luminance)
     static unsigned char bytes[4096];
     const unsigned char red[4] = {128, 0, 0, 129};
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_read_options o = {
-        .struct_size = sizeof o, .part = -1, .primaries = IBL_PRIMARIES_REC709};
+    ibl_read_options o = {.part = -1, .primaries = IBL_PRIMARIES_REC709};
     ibl_read_report report;
     const ibl_image img = read_hdr(
         ctx, bytes, make_hdr(bytes, 16, primaries_line(rec2020_line), red), &o,
@@ -203,8 +202,7 @@ TEST(exposure_is_exact)
     ibl_image img;
     CHECK(ibl_image_decode(ctx, "m", bytes, size, &o, &img, NULL) ==
           IBL_ERR_ARGUMENT);
-    o = (ibl_read_options){
-        .struct_size = sizeof(ibl_read_options), .part = -1, .clamp = -1};
+    o = (ibl_read_options){.part = -1, .clamp = -1};
     CHECK(ibl_image_decode(ctx, "m", bytes, size, &o, &img, NULL) ==
           IBL_ERR_ARGUMENT);
 }
@@ -233,8 +231,7 @@ TEST(clamp_keeps_hue_and_tells_what_it_took)
     ibl_ctx *ctx = test_keeping_ctx(2, &kept);
     const float lamp[3] = {100, 50, 25};
     const ibl_image img = lamp_map(ctx, lamp, 9, 63);
-    ibl_read_options o = {
-        .struct_size = sizeof o, .part = -1, .clamp = 20, .exposure = 1};
+    ibl_read_options o = {.part = -1, .clamp = 20, .exposure = 1};
     ibl_read_report report;
     ibl_image is;
 
@@ -256,7 +253,7 @@ TEST(hash_of_the_file)
 {
     static unsigned char bytes[600000];
     ibl_ctx *ctx = test_keeping_ctx(2, &kept);
-    const ibl_read_options o = {.struct_size = sizeof o, .part = -1, .hash = 1};
+    const ibl_read_options o = {.part = -1, .hash = 1};
     const size_t size = make_hdr(bytes, 512, "", NULL);
     const XXH128_hash_t h = XXH3_128bits(bytes, size);
     const char *want = test_text("%016llx%016llx", (unsigned long long)h.high64,

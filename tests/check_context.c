@@ -5,7 +5,6 @@
 #include <sched.h>
 #include <signal.h>
 #include <stdatomic.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -369,68 +368,4 @@ TEST(cancel)
     map_set(&img, 0, 0, 1e9f, 1e9f, 1e9f);
     CHECK(ibl_image_take_lights(b.ctx, &img, 0, 1, &light, &b.stop_at) ==
           IBL_ERR_CANCELLED);
-}
-
-/* An older program's struct leaves later members at their defaults, a newer
- * one's members must be 0, to their last byte; and what was taken has this
- * library's size. */
-TEST(members_of_options)
-{
-    typedef struct options {
-        size_t struct_size;
-        double a, b;
-    } options;
-    struct {
-        options known;
-        char later[8];
-    } given = {{sizeof given, -2, -3}, {0}};
-    options own = {sizeof own, 1, 1};
-    test_messages kept = {0};
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-
-    CHECK(!ibl_take_options(ctx, &given, &own, sizeof own));
-    CHECK(own.struct_size == sizeof own && own.a == -2 && own.b == -3);
-    for (size_t i = 0; i < sizeof given.later; i++) {
-        given.later[i] = 1;
-        CHECK(ibl_take_options(ctx, &given, &own, sizeof own));
-        given.later[i] = 0;
-    }
-    own = (options){sizeof own, 1, 1};
-    given.known.struct_size = offsetof(options, b);
-    CHECK(!ibl_take_options(ctx, &given, &own, sizeof own));
-    CHECK(own.struct_size == sizeof own && own.a == -2 && own.b == 1);
-}
-
-/* Options say their size; what is beyond the size of this library's must be 0.
- * check-install.sh has programs with shorter structs. */
-TEST(sizes_of_options)
-{
-    struct {
-        ibl_lut_options opts;
-        char more[16];
-    } o = {.opts = ibl_lut_options_default()};
-    ibl_bake_options bake = ibl_bake_options_default();
-    test_messages kept = {0};
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_image img = map_constant(ctx, 4, 2, 1);
-    const ibl_environment env = {.image = &img};
-    ibl_bake_result made;
-    ibl_lut lut = {0};
-
-    o.opts.size = 4;
-    o.opts.struct_size = sizeof o;
-    CHECK(!ibl_bake_lut(ctx, &o.opts, &lut) && lut.size == 4);
-    ibl_lut_free(&lut);
-    o.more[15] = 1;
-    CHECK(ibl_bake_lut(ctx, &o.opts, &lut) == IBL_ERR_ARGUMENT);
-    CHECK(test_said(&kept, "a member that this version"));
-    o.opts.struct_size = 0;
-    CHECK(ibl_bake_lut(ctx, &o.opts, &lut) == IBL_ERR_ARGUMENT);
-    CHECK(test_said(&kept, "*_options_default"));
-    bake.irradiance_options.struct_size = 0;
-    CHECK(ibl_bake_environment(ctx, &env, &bake, &made) == IBL_ERR_ARGUMENT);
-    bake = ibl_bake_options_default();
-    bake.struct_size = sizeof bake.specular_options;
-    CHECK(ibl_bake_environment(ctx, &env, &bake, &made) == IBL_ERR_ARGUMENT);
-    CHECK(test_said(&kept, "that have others of"));
 }

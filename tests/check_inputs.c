@@ -646,8 +646,7 @@ static ibl_image read_map(const char *path, ibl_input_layout asked,
 TEST(octahedral_directions)
 {
     static const int sizes[] = {1, 2, 33, 64};
-    const ibl_texel_options opts = {.struct_size = sizeof opts,
-                                    .pixel = IBL_PIXEL_RGBA32F};
+    const ibl_texel_options opts = {.pixel = IBL_PIXEL_RGBA32F};
     ibl_texture tex;
     ibl_cube flat;
     size_t size;
@@ -739,7 +738,7 @@ static bool save_texture(const char *path, const ibl_image *strip,
                          ibl_container container, ibl_pixel pixel)
 {
     const ibl_cube cube = {.size = EDGE, .levels = 1, .data = strip->data};
-    const ibl_texel_options opts = {.struct_size = sizeof opts, .pixel = pixel};
+    const ibl_texel_options opts = {.pixel = pixel};
     ibl_texture tex = {0};
     size_t size;
 

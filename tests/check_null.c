@@ -478,8 +478,7 @@ TEST(files_and_tiles)
     ibl_probe probe = {.layer = 0};
     ibl_probe_index index;
     const ibl_sidecar_options facts = ibl_sidecar_options_default();
-    const ibl_sidecar_output output = {.struct_size = sizeof output,
-                                       .content = IBL_CONTENT_IRRADIANCE};
+    const ibl_sidecar_output output = {.content = IBL_CONTENT_IRRADIANCE};
     char *text;
     ibl_set set;
     ibl_outputs *out;

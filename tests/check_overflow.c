@@ -41,10 +41,7 @@ static ibl_cube stored(const ibl_cube *cube, ibl_pixel pixel, ibl_overflow how,
     ibl_texture tex = {0};
     ibl_cube back = {0};
     if (ibl_texture_from_cube(
-            ctx, cube,
-            &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
-                                 .pixel = pixel,
-                                 .overflow = how},
+            ctx, cube, &(ibl_texel_options){.pixel = pixel, .overflow = how},
             &tex, report) ||
         ibl_texture_to_cube(ctx, &tex, &back))
         exit(1);
@@ -444,9 +441,7 @@ TEST(largest)
 {
     ibl_cube cube = noisy(16, 5, 4);
     const float most = half_max / 16;
-    ibl_texel_options o = {.struct_size = sizeof o,
-                           .pixel = IBL_PIXEL_RGBA32F,
-                           .largest = (double)most};
+    ibl_texel_options o = {.pixel = IBL_PIXEL_RGBA32F, .largest = (double)most};
     ibl_overflow_report report;
     ibl_overflow_level level;
     ibl_texture tex = {0};
@@ -460,9 +455,7 @@ TEST(largest)
     CHECK(report.level[0].texels == level.texels && level.texels > 0);
     check_kept(&cube, &got, 1e-6);
 
-    o = (ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
-                            .pixel = IBL_PIXEL_RGBA16F,
-                            .largest = 1e9};
+    o = (ibl_texel_options){.pixel = IBL_PIXEL_RGBA16F, .largest = 1e9};
     CHECK(ibl_texture_from_cube(ctx, &cube, &o, &tex, NULL) == IBL_OK &&
           ibl_texture_to_cube(ctx, &tex, &got) == IBL_OK);
     ibl_texture_free(&tex);

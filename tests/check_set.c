@@ -103,8 +103,7 @@ static void check_map(ibl_ctx *ctx, const ibl_set_file *f,
 
 static void check_table(ibl_ctx *ctx, const ibl_set_file *f, const char *what)
 {
-    const ibl_lut_options o = {.struct_size = sizeof o,
-                               .size = f->texture.width,
+    const ibl_lut_options o = {.size = f->texture.width,
                                .kind = f->facts.table,
                                .geometry = f->facts.geometry};
     ibl_lut truth = {0}, lut = {0};

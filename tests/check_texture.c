@@ -79,8 +79,7 @@ TEST(cubes)
     for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
         ibl_texture a, b;
         ibl_overflow_report beyond_a, beyond_b;
-        const ibl_texel_options o = {
-            .struct_size = sizeof o, .pixel = p, .overflow = IBL_OVERFLOW_CLIP};
+        const ibl_texel_options o = {.pixel = p, .overflow = IBL_OVERFLOW_CLIP};
         if (ibl_pixel_channels(p) == 2) {
             CHECK(ibl_texture_from_cube(quiet, &cube, &o, &a, NULL) ==
                   IBL_ERR_ARGUMENT);

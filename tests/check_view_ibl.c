@@ -576,8 +576,7 @@ static void flat_lookups(ibl_projection projection, void (*language)(void))
             ibl_cube_face(&map, l, 0)[i] = (float)test_random_unit(&r);
     }
     ibl_texture_free(tex);
-    const ibl_texel_options as = {.struct_size = sizeof as,
-                                  .pixel = IBL_PIXEL_RGBA32F};
+    const ibl_texel_options as = {.pixel = IBL_PIXEL_RGBA32F};
     NEED(!ibl_texture_from_cube(shade_ctx(), &map, &as, tex, NULL));
     for (int i = 0; i < COUNT; i++) {
         double d[3];
@@ -624,8 +623,7 @@ TEST(flat_maps_in_hlsl)
  * the logarithm of the taps, each as long as a texel. */
 TEST(gradient)
 {
-    const ibl_texel_options as = {.struct_size = sizeof as,
-                                  .pixel = IBL_PIXEL_RGBA32F};
+    const ibl_texel_options as = {.pixel = IBL_PIXEL_RGBA32F};
     const double lod = 1.25;
     double worst = 0;
 

@@ -45,8 +45,7 @@ static void name_texels(ibl_texture *tex, int edge, int levels, double extra)
         }
     CHECK(!ibl_texture_from_cube(
         ctx, &cube,
-        &(ibl_texel_options){.struct_size = sizeof(ibl_texel_options),
-                             .pixel = IBL_PIXEL_RGBA32F,
+        &(ibl_texel_options){.pixel = IBL_PIXEL_RGBA32F,
                              .overflow = IBL_OVERFLOW_CLIP},
         tex, NULL));
     ibl_cube_free(&cube);

@@ -205,8 +205,7 @@ TEST(two_sets)
 {
     static baked_set white, other;
     static float alone[FLOATS], side[FLOATS];
-    const ibl_specular_options small = {
-        .struct_size = sizeof small, .size = 8, .levels = 2};
+    const ibl_specular_options small = {.size = 8, .levels = 2};
     ibl_ctx *ctx = view_test_ctx(1);
     view_settings s = view_settings_default();
     ibl_image map = sets_map(ctx, 32, 9);

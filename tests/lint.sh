@@ -80,8 +80,7 @@ nm -g --defined-only "$build/libiblbake.a" |
     awk 'NF == 3 && $3 !~ /^ibl_/ && $3 !~ /^(__|_GLOBAL|DW\.)/ \
         { print $3; n++ } END { exit n > 0 }' ||
     complain 'external names without ibl_'
-# What a program can link to: a name that goes breaks programs, and wants
-# another SOVERSION.
+# What a program can link to: another list wants another SOVERSION.
 nm -D --defined-only "$build/libiblbake.so" | awk '{ print $3 }' | sort |
     diff tests/symbols.txt - || complain 'other symbols than tests/symbols.txt'
 # The viewer's: view_, gl (which stands for gl.h's functions), main and what

@@ -68,8 +68,7 @@ ibl_ctx *shade_ctx(void)
 
 void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut)
 {
-    const ibl_texel_options as = {.struct_size = sizeof as,
-                                  .pixel = cubes,
+    const ibl_texel_options as = {.pixel = cubes,
                                   .overflow = IBL_OVERFLOW_SPREAD};
     ibl_texture *t = s->set.texture;
 
@@ -92,12 +91,9 @@ static void begin_set(shade_set *s)
 
     free_set(s);
     *s = (shade_set){.set = {.name = name, .irradiance_scale = 1}};
-    need(
-        !ibl_bake_lut(shade_ctx(),
-                      &(ibl_lut_options){.struct_size = sizeof(ibl_lut_options),
-                                         .size = SHADE_TABLE},
-                      &s->lut),
-        "table");
+    need(!ibl_bake_lut(shade_ctx(), &(ibl_lut_options){.size = SHADE_TABLE},
+                       &s->lut),
+         "table");
 }
 
 static void end_set(shade_set *s)
@@ -130,8 +126,8 @@ void shade_constant(shade_set *s, const float rgb[3])
 void shade_bake(shade_set *s, const ibl_image *map,
                 const ibl_specular_options *opts)
 {
-    const ibl_irradiance_options diffuse = {
-        .struct_size = sizeof diffuse, .size = 32, .yaw_deg = opts->yaw_deg};
+    const ibl_irradiance_options diffuse = {.size = 32,
+                                            .yaw_deg = opts->yaw_deg};
 
     begin_set(s);
     need(!ibl_bake_specular(shade_ctx(), map, opts, &s->specular) &&

@@ -125,8 +125,7 @@ static void write_cubes(const char *dir, int size, int levels)
     fill(cube.data, 3 * ibl_cube_texels(size, levels));
     for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_ASTC4X4HDR; p++) {
         ibl_texture tex;
-        const ibl_texel_options o = {
-            .struct_size = sizeof o, .pixel = p, .overflow = IBL_OVERFLOW_CLIP};
+        const ibl_texel_options o = {.pixel = p, .overflow = IBL_OVERFLOW_CLIP};
         need(ibl_texture_from_cube(ctx, &cube, &o, &tex, NULL));
         write_set(&tex, true, dir, shape);
     }
@@ -143,8 +142,7 @@ static void write_alpha(const char *dir)
         alpha.data[i] = (float)(i % 101) / 100;
     for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_RGBA32F; p++) {
         ibl_texture tex;
-        const ibl_texel_options o = {
-            .struct_size = sizeof o, .pixel = p, .overflow = IBL_OVERFLOW_CLIP};
+        const ibl_texel_options o = {.pixel = p, .overflow = IBL_OVERFLOW_CLIP};
         need(ibl_texture_from_cube(ctx, &cube, &o, &tex, NULL));
         need(ibl_texture_set_alpha(ctx, &tex, &alpha));
         write_set(&tex, true, dir, "alpha8x4");

@@ -33,13 +33,9 @@
  *                says otherwise, an ARGUMENT error leaves its output
  *                unchanged, and after any error the output holds nothing to
  *                free.
- *   Options      structs named *_options begin with their size, by which a
- *                library that is newer than the program knows which members
- *                that has; the others have their defaults. *_options_default
- *                makes them, for C and C++; *_options_init writes those of
- *                struct_size bytes, for other languages. Without a size, or
- *                with a member set that this library does not know, they are
- *                an ARGUMENT error.
+ *   Options      structs named *_options. *_options_default returns the
+ *                defaults, of which a program changes what it wants other;
+ *                those of a zeroed struct are not always the same.
  *   NULL         is allowed only where a comment says so. Elsewhere, functions
  *                that return ibl_status return IBL_ERR_ARGUMENT, without a log
  *                line if the context, or an object that holds it, is NULL.
@@ -72,8 +68,8 @@ IBL_API_BEGIN
     (IBL_VERSION_MAJOR * 10000 + IBL_VERSION_MINOR * 100 + IBL_VERSION_PATCH)
 #define IBL_VERSION "0.2.0"
 
-/* IBL_VERSION of the library that runs. A shared library may be newer than the
- * header that a program was compiled with. */
+/* IBL_VERSION of the library that runs. Until 1.0 a program is compiled again
+ * for each version with other structs or calls, which has another SONAME. */
 const char *ibl_version(void);
 
 typedef enum ibl_status {
@@ -156,7 +152,6 @@ typedef struct ibl_allocator {
 ibl_status ibl_set_allocator(const ibl_allocator *allocator);
 
 typedef struct ibl_ctx_options {
-    size_t struct_size;        /* see CONVENTIONS */
     int threads;               /* 1..1024; 0: ibl_cpu_count() */
     ibl_isa isa;               /* default IBL_ISA_AUTO */
     ibl_log_fn *log;           /* NULL: silence */
@@ -180,13 +175,7 @@ int ibl_cpu_count(void);
  * allows. 0: unknown. */
 size_t ibl_memory_allowed(void);
 
-void ibl_ctx_options_init(ibl_ctx_options *opts, size_t struct_size);
-static inline ibl_ctx_options ibl_ctx_options_default(void)
-{
-    ibl_ctx_options opts;
-    ibl_ctx_options_init(&opts, sizeof opts);
-    return opts;
-}
+ibl_ctx_options ibl_ctx_options_default(void);
 
 /*
  * Makes a context with its pool of threads. These threads block all signals
@@ -513,7 +502,6 @@ const char *ibl_method_name(ibl_method method);
 #define IBL_TOLERANCE_DEFAULT 1e-4
 
 typedef struct ibl_specular_options {
-    size_t struct_size;        /* see CONVENTIONS */
     ibl_projection projection; /* default IBL_PROJECTION_CUBE; flat levels are
                                   never sampled */
     ibl_method method;         /* default IBL_METHOD_AUTO */
@@ -543,13 +531,7 @@ typedef struct ibl_specular_options {
                         many tutorials; default 1 */
 } ibl_specular_options;
 
-void ibl_specular_options_init(ibl_specular_options *opts, size_t struct_size);
-static inline ibl_specular_options ibl_specular_options_default(void)
-{
-    ibl_specular_options opts;
-    ibl_specular_options_init(&opts, sizeof opts);
-    return opts;
-}
+ibl_specular_options ibl_specular_options_default(void);
 
 /*
  * The levels of a specular chain, and the lod of a roughness r in a shader:
@@ -679,7 +661,6 @@ ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
                                     ibl_cube *out, ibl_specular_report *report);
 
 typedef struct ibl_irradiance_options {
-    size_t struct_size;        /* see CONVENTIONS */
     ibl_projection projection; /* default IBL_PROJECTION_CUBE; needs step 0 */
     int size;       /* edge of the faces, 1..IBL_MAX_CUBE_SIZE, default 32 */
     double step;    /* 0 (default): exact. > 0, at most 0.5: the classic grid
@@ -689,14 +670,7 @@ typedef struct ibl_irradiance_options {
     double yaw_deg; /* as in ibl_cube_from_latlong */
 } ibl_irradiance_options;
 
-void ibl_irradiance_options_init(ibl_irradiance_options *opts,
-                                 size_t struct_size);
-static inline ibl_irradiance_options ibl_irradiance_options_default(void)
-{
-    ibl_irradiance_options opts;
-    ibl_irradiance_options_init(&opts, sizeof opts);
-    return opts;
-}
+ibl_irradiance_options ibl_irradiance_options_default(void);
 
 /*
  * The diffuse map: irradiance / pi,
@@ -813,9 +787,8 @@ typedef struct ibl_environment {
 
 /* The outputs of one reading of an environment. */
 typedef struct ibl_bake_options {
-    size_t struct_size; /* see CONVENTIONS */
-    int skybox;         /* edge of a cube of the environment with all its mips,
-                           1..IBL_MAX_CUBE_SIZE; default 0: none */
+    int skybox; /* edge of a cube of the environment with all its mips,
+                   1..IBL_MAX_CUBE_SIZE; default 0: none */
     ibl_projection skybox_projection; /* default IBL_PROJECTION_CUBE; a flat
                                          one has as many mips as halve */
     int specular;                     /* 0: none; default 1 */
@@ -825,8 +798,7 @@ typedef struct ibl_bake_options {
     int sh_degree;  /* 0..IBL_MAX_SH_DEGREE; -1: none; default 2 */
     double yaw_deg; /* replaces those in the options above */
     const ibl_specular_options *more; /* further chains, with or without
-                                         specular, all of the size that the
-                                         first one says; default NULL */
+                                         specular; default NULL */
     int more_count;                   /* 0..IBL_MAX_MORE_CHAINS, default 0 */
     const ibl_cube *level0; /* copied to level 0 of specular, not turned, if
                                that has roughness 0; then the environment must
@@ -834,15 +806,7 @@ typedef struct ibl_bake_options {
                                Default NULL: made from the environment */
 } ibl_bake_options;
 
-void ibl_bake_options_init(ibl_bake_options *opts, size_t struct_size,
-                           size_t specular_size, size_t irradiance_size);
-static inline ibl_bake_options ibl_bake_options_default(void)
-{
-    ibl_bake_options opts;
-    ibl_bake_options_init(&opts, sizeof opts, sizeof opts.specular_options,
-                          sizeof opts.irradiance_options);
-    return opts;
-}
+ibl_bake_options ibl_bake_options_default(void);
 
 typedef struct ibl_bake_result {
     ibl_cube skybox, specular, irradiance; /* empty if not requested */
@@ -926,7 +890,6 @@ const char *ibl_lut_name(ibl_lut_kind kind);
 int ibl_lut_channels(ibl_lut_kind kind);
 
 typedef struct ibl_lut_options {
-    size_t struct_size;    /* see CONVENTIONS */
     int size;              /* edge, 1..4096, default 256 */
     ibl_geometry geometry; /* default IBL_GEOMETRY_SMITH; SPLIT only */
     int samples;           /* 0 (default): deterministic quadrature; else
@@ -935,13 +898,7 @@ typedef struct ibl_lut_options {
     ibl_lut_kind kind;     /* default IBL_LUT_SPLIT */
 } ibl_lut_options;
 
-void ibl_lut_options_init(ibl_lut_options *opts, size_t struct_size);
-static inline ibl_lut_options ibl_lut_options_default(void)
-{
-    ibl_lut_options opts;
-    ibl_lut_options_init(&opts, sizeof opts);
-    return opts;
-}
+ibl_lut_options ibl_lut_options_default(void);
 
 /* size * size texels of ibl_lut_channels floats; see ibl_bake_lut. */
 typedef struct ibl_lut {
@@ -996,7 +953,6 @@ typedef enum ibl_f0 {
 } ibl_f0;
 
 typedef struct ibl_lobe_table_options {
-    size_t struct_size;         /* see CONVENTIONS */
     int size;                   /* edge, 4..256, default 16 */
     ibl_specular_layout layout; /* of the chain, made with IBL_LOBE_GGX, its
                                    roughnesses rising; default: the chain of
@@ -1004,14 +960,7 @@ typedef struct ibl_lobe_table_options {
     ibl_f0 f0;                  /* default BOTH */
 } ibl_lobe_table_options;
 
-void ibl_lobe_table_options_init(ibl_lobe_table_options *opts,
-                                 size_t struct_size);
-static inline ibl_lobe_table_options ibl_lobe_table_options_default(void)
-{
-    ibl_lobe_table_options opts;
-    ibl_lobe_table_options_init(&opts, sizeof opts);
-    return opts;
-}
+ibl_lobe_table_options ibl_lobe_table_options_default(void);
 
 /* Layers of size * size texels of 4 floats; see ibl_bake_lobe_table. */
 typedef struct ibl_lobe_table {

@@ -112,7 +112,6 @@ void ibl_face_order_text(const unsigned char order[IBL_FACES],
 
 /* Colours are repaired, then converted, then exposed, then clamped. */
 typedef struct ibl_read_options {
-    size_t struct_size;      /* see CONVENTIONS */
     const char *layer;       /* EXR: channels LAYER.R, LAYER.G, ..., a part of
                                 that name, or a layer whose name ends in
                                 .LAYER; NULL: the only one with R, G and B, else
@@ -141,13 +140,7 @@ typedef struct ibl_read_options {
                                             layout says (default) */
 } ibl_read_options;
 
-void ibl_read_options_init(ibl_read_options *opts, size_t struct_size);
-static inline ibl_read_options ibl_read_options_default(void)
-{
-    ibl_read_options opts;
-    ibl_read_options_init(&opts, sizeof opts);
-    return opts;
-}
+ibl_read_options ibl_read_options_default(void);
 
 enum {
     IBL_FILE_HASH = 33 /* 32 hexadecimal digits and a 0 */
@@ -581,7 +574,6 @@ typedef struct ibl_overflow_report {
 
 /* How the texels of a cube are encoded. */
 typedef struct ibl_texel_options {
-    size_t struct_size;    /* see CONVENTIONS */
     ibl_pixel pixel;       /* of 3 channels; default IBL_PIXEL_RGBA16F */
     ibl_overflow overflow; /* default IBL_OVERFLOW_SPREAD */
     double largest;        /* if above 0 and below the pixel's largest value, in
@@ -594,13 +586,7 @@ typedef struct ibl_texel_options {
     int alike;
 } ibl_texel_options;
 
-void ibl_texel_options_init(ibl_texel_options *opts, size_t struct_size);
-static inline ibl_texel_options ibl_texel_options_default(void)
-{
-    ibl_texel_options opts;
-    ibl_texel_options_init(&opts, sizeof opts);
-    return opts;
-}
+ibl_texel_options ibl_texel_options_default(void);
 
 /*
  * Cube or LUT to texture and back. A flat map (ibl_projection) becomes a flat

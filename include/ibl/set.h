@@ -102,9 +102,8 @@ typedef struct ibl_set {
 } ibl_set;
 
 typedef struct ibl_set_options {
-    size_t struct_size; /* see CONVENTIONS in ibl/ibl.h */
-    const char *name;   /* of the files of a directory, before "_specular";
-                           NULL: there is only one set in it */
+    const char *name; /* of the files of a directory, before "_specular";
+                         NULL: there is only one set in it */
     /* Files in place of those that are found; NULL: find it. What the sidecar
      * says of a file that it does not name does not count. */
     const char *file[IBL_CONTENTS];
@@ -117,13 +116,7 @@ typedef struct ibl_set_options {
     void *cookie;
 } ibl_set_options;
 
-void ibl_set_options_init(ibl_set_options *opts, size_t struct_size);
-static inline ibl_set_options ibl_set_options_default(void)
-{
-    ibl_set_options opts;
-    ibl_set_options_init(&opts, sizeof opts);
-    return opts;
-}
+ibl_set_options ibl_set_options_default(void);
 
 /*
  * Finds and reads a set.

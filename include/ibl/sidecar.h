@@ -29,7 +29,6 @@ const char *ibl_content_name(ibl_content content);
 
 /* A file, of one layer. Members that are 0 are not said, or their default. */
 typedef struct ibl_sidecar_output {
-    size_t struct_size; /* sizeof this; see CONVENTIONS in ibl/ibl.h */
     ibl_content content;
     const char *file;           /* its name, in the folder of the sidecar */
     const char *container;      /* ibl_container_name, or others' */
@@ -48,8 +47,6 @@ typedef struct ibl_sidecar_output {
 /* What a sidecar is made of: options are those of the bake, NULL for the
  * defaults. Strings may have any bytes. */
 typedef struct ibl_sidecar_options {
-    size_t struct_size; /* see CONVENTIONS in ibl/ibl.h */
-
     const char *source; /* path of the environment */
     int width, height;  /* of the environment, as it was read */
     const ibl_read_options *read;
@@ -69,7 +66,7 @@ typedef struct ibl_sidecar_options {
     const ibl_light *lights; /* that were taken out, in the axes of the world */
     int light_count; /* 0..IBL_MAX_LIGHTS; default -1: none were looked for */
 
-    const ibl_sidecar_output *outputs; /* all of the size that the first says */
+    const ibl_sidecar_output *outputs;
     int output_count;
 
     const char *revision;         /* of the program; NULL: not said */
@@ -81,13 +78,7 @@ typedef struct ibl_sidecar_options {
                          is read as ibl_probe_index_read reads */
 } ibl_sidecar_options;
 
-void ibl_sidecar_options_init(ibl_sidecar_options *opts, size_t struct_size);
-static inline ibl_sidecar_options ibl_sidecar_options_default(void)
-{
-    ibl_sidecar_options opts;
-    ibl_sidecar_options_init(&opts, sizeof opts);
-    return opts;
-}
+ibl_sidecar_options ibl_sidecar_options_default(void);
 
 /*
  * The text of a sidecar, the same for the same facts.

@@ -533,19 +533,17 @@ ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
         return ibl_missing(ctx, "ibl_bake_environment: env or result");
     ibl_bake_result out = {0};
     ibl_environment from = *env;
-    bake b = {.ctx = ctx, .env = &from, .out = &out};
+    bake b = {.ctx = ctx,
+              .env = &from,
+              .opts = opts ? *opts : ibl_bake_options_default(),
+              .out = &out};
 
     if (from.image) {
         from.width = from.image->width;
         from.height = from.image->height;
     }
-    ibl_taken_options own;
-    ibl_status status = ibl_bake_take_options(ctx, opts, &own);
-    if (status)
-        return status;
-    b.opts = own.bake;
     b.opts.irradiance_options.yaw_deg = b.opts.yaw_deg;
-    status = ibl_check_bake(ctx, &from, &b.opts);
+    ibl_status status = ibl_check_bake(ctx, &from, &b.opts);
     if (!status)
         status = make_all(&b);
     ibl_spectral_free(b.spectral);

@@ -143,13 +143,10 @@ static void layout_babylon(const ibl_specular_options *o,
         layout->roughness[l] = babylon_roughness(l, o->size);
 }
 
-ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
+ibl_status ibl_specular_layout_of(const ibl_specular_options *o,
                                   ibl_specular_layout *layout)
 {
-    ibl_specular_options own = ibl_specular_options_default();
-    const ibl_specular_options *o = &own;
-    if (!opts || !layout || ibl_take_options(NULL, opts, &own, sizeof own) ||
-        ibl_check_roughness(NULL, o) || o->size < 1 ||
+    if (!o || !layout || ibl_check_roughness(NULL, o) || o->size < 1 ||
         o->size > IBL_MAX_CUBE_SIZE || o->levels < 0 ||
         o->levels > ibl_cube_most_levels(o->size))
         return IBL_ERR_ARGUMENT;

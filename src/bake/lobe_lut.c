@@ -64,13 +64,13 @@ static void row_job(void *arg, int row, int worker)
 
 /* ---- the call ----------------------------------------------------------- */
 
-void ibl_lobe_table_options_init(ibl_lobe_table_options *opts,
-                                 size_t struct_size)
+ibl_lobe_table_options ibl_lobe_table_options_default(void)
 {
-    ibl_lobe_table_options o = {.size = 16};
     const ibl_specular_options specular = ibl_specular_options_default();
+    ibl_lobe_table_options o = {.size = 16};
+
     (void)ibl_specular_layout_of(&specular, &o.layout);
-    ibl_give_options(opts, struct_size, &o, sizeof o);
+    return o;
 }
 
 void ibl_lobe_table_free(ibl_lobe_table *t)
@@ -81,7 +81,7 @@ void ibl_lobe_table_free(ibl_lobe_table *t)
     *t = (ibl_lobe_table){0};
 }
 
-ibl_status ibl_lobe_table_check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
+static ibl_status check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
 {
     const ibl_specular_layout *l = &o->layout;
 
@@ -105,14 +105,6 @@ ibl_status ibl_lobe_table_check(ibl_ctx *ctx, const ibl_lobe_table_options *o)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT, "no such ibl_f0: %d",
                         (int)o->f0);
     return IBL_OK;
-}
-
-ibl_status ibl_lobe_table_take(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
-                               ibl_lobe_table_options *own)
-{
-    *own = ibl_lobe_table_options_default();
-    const ibl_status status = ibl_take_options(ctx, opts, own, sizeof *own);
-    return status ? status : ibl_lobe_table_check(ctx, own);
 }
 
 static ibl_status make(ibl_ctx *ctx, const ibl_lobe_table_options *o,
@@ -164,15 +156,16 @@ static const unsigned char *known(const ibl_lobe_table_options *o)
     return NULL;
 }
 
-ibl_status ibl_bake_lobe_table(ibl_ctx *ctx,
-                               const ibl_lobe_table_options *given,
+ibl_status ibl_bake_lobe_table(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
                                ibl_lobe_table *out)
 {
-    ibl_lobe_table_options own;
-    const ibl_lobe_table_options *opts = &own;
+    const ibl_lobe_table_options usual = ibl_lobe_table_options_default();
+
     if (!ctx || !out)
         return ibl_missing(ctx, "ibl_bake_lobe_table: out");
-    ibl_status status = ibl_lobe_table_take(ctx, given, &own);
+    if (!opts)
+        opts = &usual;
+    ibl_status status = check(ctx, opts);
     if (status)
         return status;
     const unsigned char *halves = known(opts);

@@ -249,13 +249,9 @@ int ibl_lut_channels(ibl_lut_kind kind)
     return kind == IBL_LUT_MULTISCATTER ? 3 : 2;
 }
 
-static const ibl_lut_options defaults = {.struct_size = sizeof defaults,
-                                         .size = 256,
-                                         .geometry = IBL_GEOMETRY_SMITH};
-
-void ibl_lut_options_init(ibl_lut_options *opts, size_t struct_size)
+ibl_lut_options ibl_lut_options_default(void)
 {
-    ibl_give_options(opts, struct_size, &defaults, sizeof defaults);
+    return (ibl_lut_options){.size = 256};
 }
 
 void ibl_lut_free(ibl_lut *lut)
@@ -337,19 +333,16 @@ static ibl_status make_multiscatter(ibl_ctx *ctx, const ibl_lut_options *opts,
     return status;
 }
 
-ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *given,
-                        ibl_lut *out)
+ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *opts, ibl_lut *out)
 {
-    ibl_lut_options own = defaults;
-    const ibl_lut_options *opts = &own;
+    const ibl_lut_options usual = ibl_lut_options_default();
     float *data = NULL;
-    ibl_status status;
 
     if (!ctx || !out)
         return ibl_missing(ctx, "ibl_bake_lut: out");
-    status = ibl_take_options(ctx, given, &own, sizeof own);
-    if (!status)
-        status = check_options(ctx, opts);
+    if (!opts)
+        opts = &usual;
+    ibl_status status = check_options(ctx, opts);
     if (status)
         return status;
     if (opts->kind == IBL_LUT_MULTISCATTER)

@@ -102,10 +102,9 @@ static double reading_bytes(const estimate *e, const ibl_spectral_plan *plan)
 }
 
 ibl_status ibl_bake_memory(ibl_ctx *ctx, int width, int height,
-                           const ibl_bake_options *given, size_t *bytes)
+                           const ibl_bake_options *opts, size_t *bytes)
 {
-    ibl_taken_options own;
-    const ibl_bake_options *opts = &own.bake;
+    const ibl_bake_options usual = ibl_bake_options_default();
     static float nothing;
     ibl_image none = {width, height, &nothing};
     const ibl_environment env = {
@@ -115,9 +114,9 @@ ibl_status ibl_bake_memory(ibl_ctx *ctx, int width, int height,
 
     if (!ctx || !bytes)
         return ibl_missing(ctx, "ibl_bake_memory: bytes");
-    ibl_status status = ibl_bake_take_options(ctx, given, &own);
-    if (!status)
-        status = ibl_check_bake(ctx, &env, opts);
+    if (!opts)
+        opts = &usual;
+    ibl_status status = ibl_check_bake(ctx, &env, opts);
     if (!status)
         status = ibl_spectral_plan_make(ctx, opts, &plan);
     e.threads = ibl_ctx_threads(ctx);

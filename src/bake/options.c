@@ -2,9 +2,7 @@
 #include "bake/options.h"
 
 #include <math.h>
-#include <stddef.h>
 #include <stdio.h>
-#include <string.h>
 
 #include "brdf/lobe.h"
 #include "core/context.h"
@@ -16,15 +14,16 @@ enum {
 
 /* ---- defaults ----------------------------------------------------------- */
 
-static const ibl_specular_options specular = {.struct_size = sizeof specular,
-                                              .size = 256,
-                                              .mapping = IBL_ROUGHNESS_FILAMENT,
-                                              .roughness_max = 1,
-                                              .tolerance =
-                                                  IBL_TOLERANCE_DEFAULT,
-                                              .samples = 1024,
-                                              .lod_bias = NAN,
-                                              .pdf_mip = 1};
+ibl_specular_options ibl_specular_options_default(void)
+{
+    return (ibl_specular_options){.size = 256,
+                                  .mapping = IBL_ROUGHNESS_FILAMENT,
+                                  .roughness_max = 1,
+                                  .tolerance = IBL_TOLERANCE_DEFAULT,
+                                  .samples = 1024,
+                                  .lod_bias = NAN,
+                                  .pdf_mip = 1};
+}
 
 double ibl_lod_bias_of(const ibl_specular_options *opts, int samples)
 {
@@ -32,114 +31,19 @@ double ibl_lod_bias_of(const ibl_specular_options *opts, int samples)
                                  : opts->lod_bias;
 }
 
-void ibl_specular_options_init(ibl_specular_options *opts, size_t struct_size)
+ibl_irradiance_options ibl_irradiance_options_default(void)
 {
-    ibl_give_options(opts, struct_size, &specular, sizeof specular);
+    return (ibl_irradiance_options){.size = 32};
 }
 
-static const ibl_irradiance_options irradiance = {
-    .struct_size = sizeof irradiance, .size = 32};
-
-void ibl_irradiance_options_init(ibl_irradiance_options *opts,
-                                 size_t struct_size)
+ibl_bake_options ibl_bake_options_default(void)
 {
-    ibl_give_options(opts, struct_size, &irradiance, sizeof irradiance);
-}
-
-static const ibl_bake_options bake = {
-    .struct_size = sizeof bake, .specular = 1, .irradiance = 1, .sh_degree = 2};
-
-/* Where options of a bake have those that are nested and what follows each. */
-enum {
-    SPECULAR = offsetof(ibl_bake_options, specular_options),
-    MIDDLE = SPECULAR + sizeof(ibl_specular_options),
-    IRRADIANCE = offsetof(ibl_bake_options, irradiance_options),
-    LAST = IRRADIANCE + sizeof(ibl_irradiance_options)
-};
-
-void ibl_bake_options_init(ibl_bake_options *opts, size_t struct_size,
-                           size_t specular_size, size_t irradiance_size)
-{
-    const char *from = (const char *)&bake;
-    char *to = (char *)opts;
-    char *middle = to + SPECULAR + specular_size;
-    char *second = middle + (IRRADIANCE - MIDDLE);
-    char *last = second + irradiance_size;
-
-    memcpy(to, from, SPECULAR);
-    memcpy(to, &struct_size, sizeof struct_size);
-    ibl_give_options(to + SPECULAR, specular_size, &specular, sizeof specular);
-    memcpy(middle, from + MIDDLE, IRRADIANCE - MIDDLE);
-    ibl_give_options(second, irradiance_size, &irradiance, sizeof irradiance);
-    ibl_give_members(last, struct_size - (size_t)(last - to), from + LAST,
-                     sizeof bake - LAST);
-}
-
-/* The chains of a list whose options have the size that the first one says. */
-static ibl_status take_more(ibl_ctx *ctx, ibl_taken_options *own)
-{
-    const char *from = (const char *)own->bake.more;
-    size_t size;
-
-    if (own->bake.more_count < 0 ||
-        own->bake.more_count > IBL_MAX_MORE_CHAINS ||
-        (own->bake.more_count && !from))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%d more specular chains: must be 0 to %d, in a list",
-                        own->bake.more_count, IBL_MAX_MORE_CHAINS);
-    own->bake.more = own->more;
-    if (!own->bake.more_count)
-        return IBL_OK;
-    ibl_status status = ibl_options_size(ctx, from, &size);
-    for (int i = 0; i < own->bake.more_count && !status; i++) {
-        own->more[i] = specular;
-        status = ibl_take_options(ctx, from + size * (size_t)i, &own->more[i],
-                                  sizeof own->more[i]);
-    }
-    return status;
-}
-
-ibl_status ibl_bake_take_options(ibl_ctx *ctx, const ibl_bake_options *opts,
-                                 ibl_taken_options *own)
-{
-    const char *from = (const char *)opts;
-    char *to = (char *)&own->bake;
-    size_t size, first, second;
-
-    own->bake = bake;
-    own->bake.specular_options = specular;
-    own->bake.irradiance_options = irradiance;
-    if (!opts)
-        return take_more(ctx, own);
-    ibl_status status = ibl_options_size(ctx, from, &size);
-    if (!status)
-        status = ibl_options_size(ctx, from + SPECULAR, &first);
-    if (status)
-        return status;
-    const char *middle = from + SPECULAR + first;
-    const char *nested = middle + (IRRADIANCE - MIDDLE);
-    status = ibl_options_size(ctx, nested, &second);
-    if (status)
-        return status;
-    const char *last = nested + second;
-    if ((size_t)(last - from) > size)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "options of %zu bytes that have others of %zu and %zu",
-                        size, first, second);
-    status =
-        ibl_take_options(ctx, from + SPECULAR, to + SPECULAR, sizeof specular);
-    if (!status)
-        status =
-            ibl_take_options(ctx, nested, to + IRRADIANCE, sizeof irradiance);
-    if (!status)
-        status = ibl_take_members(ctx, last, size - (size_t)(last - from),
-                                  to + LAST, sizeof bake - LAST);
-    if (status)
-        return status;
-    memcpy(to, from, SPECULAR);
-    own->bake.struct_size = sizeof bake;
-    memcpy(to + MIDDLE, middle, IRRADIANCE - MIDDLE);
-    return take_more(ctx, own);
+    return (ibl_bake_options){
+        .specular = 1,
+        .specular_options = ibl_specular_options_default(),
+        .irradiance = 1,
+        .irradiance_options = ibl_irradiance_options_default(),
+        .sh_degree = 2};
 }
 
 /* ---- ranges ------------------------------------------------------------- */
@@ -278,6 +182,11 @@ ibl_status ibl_check_bake(ibl_ctx *ctx, const ibl_environment *env,
                         ibl_projection_name(o->specular_options.projection));
     if (o->specular && o->level0)
         status = ibl_check_cube(ctx, o->level0);
+    if (!status && (o->more_count < 0 || o->more_count > IBL_MAX_MORE_CHAINS ||
+                    (o->more_count && !o->more)))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%d more specular chains: must be 0 to %d, in a list",
+                        o->more_count, IBL_MAX_MORE_CHAINS);
     if (!status && o->specular)
         status = check_specular(ctx, &o->specular_options);
     for (int i = 0; i < o->more_count && !status; i++)

@@ -33,13 +33,13 @@ ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
 {
     ibl_bake_options o = nothing();
     ibl_bake_result made;
-    ibl_status status = ibl_take_options(ctx, opts, &o.specular_options,
-                                         sizeof o.specular_options);
 
+    if (opts)
+        o.specular_options = *opts;
     o.specular = 1;
     o.yaw_deg = o.specular_options.yaw_deg;
-    if (!status)
-        status = bake(ctx, env, &o, out, "ibl_bake_specular: out", &made);
+    const ibl_status status =
+        bake(ctx, env, &o, out, "ibl_bake_specular: out", &made);
     if (status)
         return status;
     *out = made.specular;
@@ -62,13 +62,13 @@ ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,
 {
     ibl_bake_options o = nothing();
     ibl_bake_result made;
-    ibl_status status = ibl_take_options(ctx, opts, &o.irradiance_options,
-                                         sizeof o.irradiance_options);
 
+    if (opts)
+        o.irradiance_options = *opts;
     o.irradiance = 1;
     o.yaw_deg = o.irradiance_options.yaw_deg;
-    if (!status)
-        status = bake(ctx, env, &o, out, "ibl_bake_irradiance: out", &made);
+    const ibl_status status =
+        bake(ctx, env, &o, out, "ibl_bake_irradiance: out", &made);
     if (!status)
         *out = made.irradiance;
     return status;

@@ -27,8 +27,7 @@ static ibl_sidecar_options facts_of(const ibl_bake *b,
 {
     const ibl_opts *o = b->opts;
 
-    return (ibl_sidecar_options){.struct_size = sizeof(ibl_sidecar_options),
-                                 .source = o->input,
+    return (ibl_sidecar_options){.source = o->input,
                                  .width = b->from->width,
                                  .height = b->from->height,
                                  .read = &o->common.read,
@@ -66,8 +65,7 @@ bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
     const ibl_opts *o = b->opts;
     const ibl_lobe_table_options lobe_table = ibl_bake_lobe_options(b);
     const ibl_sidecar_options facts = facts_of(b, &lobe_table);
-    const ibl_sidecar_output output = {.struct_size = sizeof output,
-                                       .content = (ibl_content)kind,
+    const ibl_sidecar_output output = {.content = (ibl_content)kind,
                                        .texels = &o->texels};
     char writer[32];
 
@@ -163,7 +161,6 @@ static ibl_sidecar_output output(const ibl_bake *b, ibl_output_kind kind,
     *shape = file->shape;
     shape->zstd = b->opts->zstd;
     return (ibl_sidecar_output){
-        .struct_size = sizeof(ibl_sidecar_output),
         .content = (ibl_content)kind,
         .file = ibl_path_name(file->path),
         .container = ibl_format_names[b->opts->file],

@@ -337,8 +337,7 @@ static bool set_keys(const ibl_probes_bake *p, ibl_probes_kind kind,
         [IBL_PROBES_IRRADIANCE] = IBL_CONTENT_IRRADIANCE,
         [IBL_PROBES_LUT] = IBL_CONTENT_LUT};
     ibl_sidecar_options facts = ibl_sidecar_options_default();
-    const ibl_sidecar_output output = {.struct_size = sizeof output,
-                                       .content = contents[kind]};
+    const ibl_sidecar_output output = {.content = contents[kind]};
 
     facts.specular = &p->set.bake.options.specular_options;
     return !ibl_texture_describe(p->ctx, tex, &facts, &output);

@@ -14,8 +14,6 @@
 
 enum {
     MAX_THREADS = 1024,
-    MIN_OPTIONS = 2 * sizeof(size_t), /* bytes; others are no size */
-    MAX_OPTIONS = 1 << 16,
     MESSAGE_BYTES = 2 * 4096 + 1024 /* for two paths and some words */
 };
 
@@ -67,75 +65,21 @@ const char *ibl_status_text(ibl_status status)
     return "unknown status";
 }
 
-ibl_status ibl_take_members(ibl_ctx *ctx, const char *from, size_t given,
-                            char *to, size_t known)
+ibl_ctx_options ibl_ctx_options_default(void)
 {
-    for (size_t i = known; i < given; i++)
-        if (from[i])
-            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                            "options have a member that this version of the "
-                            "library, " IBL_VERSION ", does not know");
-    memcpy(to, from, given < known ? given : known);
-    return IBL_OK;
+    return (ibl_ctx_options){.isa = IBL_ISA_AUTO};
 }
 
-void ibl_give_members(char *to, size_t wanted, const char *from, size_t known)
+ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
 {
-    memset(to, 0, wanted);
-    memcpy(to, from, wanted < known ? wanted : known);
-}
-
-ibl_status ibl_options_size(ibl_ctx *ctx, const void *opts, size_t *size)
-{
-    memcpy(size, opts, sizeof *size);
-    if (*size < MIN_OPTIONS || *size > MAX_OPTIONS)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "options with a struct_size of %zu: must be those of a "
-                        "function *_options_default",
-                        *size);
-    return IBL_OK;
-}
-
-ibl_status ibl_take_options(ibl_ctx *ctx, const void *opts, void *own,
-                            size_t size)
-{
-    size_t given;
-    ibl_status status = opts ? ibl_options_size(ctx, opts, &given) : IBL_OK;
-
-    if (!opts || status)
-        return status;
-    status = ibl_take_members(ctx, opts, given, own, size);
-    memcpy(own, &size, sizeof size);
-    return status;
-}
-
-void ibl_give_options(void *opts, size_t struct_size, const void *own,
-                      size_t size)
-{
-    ibl_give_members(opts, struct_size, own, size);
-    memcpy(opts, &struct_size, sizeof struct_size);
-}
-
-static const ibl_ctx_options defaults = {.struct_size = sizeof defaults,
-                                         .isa = IBL_ISA_AUTO};
-
-void ibl_ctx_options_init(ibl_ctx_options *opts, size_t struct_size)
-{
-    ibl_give_options(opts, struct_size, &defaults, sizeof defaults);
-}
-
-ibl_status ibl_ctx_create(const ibl_ctx_options *given, ibl_ctx **out)
-{
-    ibl_ctx early = {.opts = defaults}; /* logs until the context exists */
-    const ibl_ctx_options *opts = &early.opts;
-    const ibl_status status =
-        ibl_take_options(NULL, given, &early.opts, sizeof early.opts);
+    const ibl_ctx_options usual = ibl_ctx_options_default();
+    if (!opts)
+        opts = &usual;
+    ibl_ctx early = {.opts = *opts}; /* logs until the context exists */
 
     if (!out)
         return ibl_missing(&early, "ibl_ctx_create: ctx");
     *out = NULL;
-    if (status)
-        return status;
     if (opts->threads < 0 || opts->threads > MAX_THREADS)
         return ibl_fail(&early, IBL_ERR_ARGUMENT,
                         "%d threads: must be 1 to %d, or 0", opts->threads,

@@ -16,19 +16,6 @@ void ibl_warn(ibl_ctx *ctx, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 void ibl_info(ibl_ctx *ctx, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
-/* Options of a program over the defaults in own, which has `size` bytes; NULL:
- * these stay. A program's header may know fewer members, or more if they are
- * 0. */
-ibl_status ibl_take_options(ibl_ctx *ctx, const void *opts, void *own,
-                            size_t size);
-/* The reverse: own in struct_size bytes of a program. */
-void ibl_give_options(void *opts, size_t struct_size, const void *own,
-                      size_t size);
-/* Their parts, for options that have others inside. */
-ibl_status ibl_options_size(ibl_ctx *ctx, const void *opts, size_t *size);
-ibl_status ibl_take_members(ibl_ctx *ctx, const char *from, size_t given,
-                            char *to, size_t known);
-void ibl_give_members(char *to, size_t wanted, const char *from, size_t known);
 /* ibl_fail for a failed allocation; what names the memory. */
 ibl_status ibl_no_memory(ibl_ctx *ctx, const char *what);
 

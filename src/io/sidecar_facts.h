@@ -22,10 +22,8 @@ typedef struct ibl_sidecar_facts {
 /* Takes a program's facts, and checks the numbers by which arrays are read. */
 ibl_status ibl_sidecar_take(ibl_ctx *ctx, const ibl_sidecar_options *facts,
                             ibl_sidecar_facts *f);
-/* Takes an output at `given`, and how it was encoded. */
-ibl_status ibl_sidecar_take_output(ibl_ctx *ctx, const void *given,
-                                   ibl_sidecar_output *own,
-                                   ibl_texel_options *texels);
+/* Refuses an output of unknown content. */
+ibl_status ibl_sidecar_check_content(ibl_ctx *ctx, const ibl_sidecar_output *o);
 
 /* In a radian. */
 static const double ibl_degrees = 57.295779513082320877;
@@ -34,7 +32,6 @@ static const double ibl_degrees = 57.295779513082320877;
 json_t *ibl_sidecar_name(const ibl_sidecar_facts *f, const char *name);
 /* The entry of an output with a texture. */
 json_t *ibl_sidecar_file(const ibl_sidecar_facts *f,
-                         const ibl_sidecar_output *o,
-                         const ibl_texel_options *texels);
+                         const ibl_sidecar_output *o);
 
 #endif

@@ -172,19 +172,11 @@ static void put_lobes(const ibl_lobe_table_options *o, json_t **j)
 
 /* ---- files --------------------------------------------------------------- */
 
-/* What is not of tables, which are of no environment. */
-static void put_map(const ibl_sidecar_output *o,
-                    const ibl_texel_options *texels, json_t **j)
-{
-    if (o->texture->faces == 1)
-        put(j, "layout", json_string(ibl_projection_name(o->projection)));
-    put(j, "overflow", json_string(ibl_overflow_name(texels->overflow)));
-}
-
 json_t *ibl_sidecar_file(const ibl_sidecar_facts *f,
-                         const ibl_sidecar_output *o,
-                         const ibl_texel_options *texels)
+                         const ibl_sidecar_output *o)
 {
+    const ibl_texel_options texels =
+        o->texels ? *o->texels : ibl_texel_options_default();
     const ibl_texture *t = o->texture;
     const bool table = o->content >= IBL_CONTENT_LUT;
     const size_t saturated = o->overflow ? o->overflow->values : 0;
@@ -199,9 +191,11 @@ json_t *ibl_sidecar_file(const ibl_sidecar_facts *f,
     if (t->zstd)
         put(&j, "zstd", json_integer(t->zstd));
     if (ibl_pixel_block(t->pixel) > 1)
-        put(&j, "quality", json_string(ibl_quality_name(texels->quality)));
+        put(&j, "quality", json_string(ibl_quality_name(texels.quality)));
+    if (!table && t->faces == 1)
+        put(&j, "layout", json_string(ibl_projection_name(o->projection)));
     if (!table)
-        put_map(o, texels, &j);
+        put(&j, "overflow", json_string(ibl_overflow_name(texels.overflow)));
     if (o->content == IBL_CONTENT_SPECULAR)
         put_specular(f, &j);
     else if (o->content == IBL_CONTENT_IRRADIANCE)

@@ -23,12 +23,9 @@ const char *ibl_content_name(ibl_content content)
                                                        : "unknown";
 }
 
-static const ibl_sidecar_options defaults = {
-    .struct_size = sizeof defaults, .light_count = -1, .sh_degree = 2};
-
-void ibl_sidecar_options_init(ibl_sidecar_options *opts, size_t struct_size)
+ibl_sidecar_options ibl_sidecar_options_default(void)
 {
-    ibl_give_options(opts, struct_size, &defaults, sizeof defaults);
+    return (ibl_sidecar_options){.light_count = -1, .sh_degree = 2};
 }
 
 /* All file names are encoded if one of them is not UTF-8. */
@@ -215,36 +212,21 @@ static void put_lights(const ibl_sidecar_facts *f, json_t **root)
 /* ---- the whole ------------------------------------------------------------
  */
 
-ibl_status ibl_sidecar_take_output(ibl_ctx *ctx, const void *given,
-                                   ibl_sidecar_output *own,
-                                   ibl_texel_options *texels)
+ibl_status ibl_sidecar_check_content(ibl_ctx *ctx, const ibl_sidecar_output *o)
 {
-    *own = (ibl_sidecar_output){0};
-    ibl_status status = ibl_take_options(ctx, given, own, sizeof *own);
-
-    *texels = ibl_texel_options_default();
-    if (!status)
-        status = ibl_take_options(ctx, own->texels, texels, sizeof *texels);
-    if (!status && (unsigned)own->content > IBL_CONTENT_LOBE_TABLE)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "content %d: must be 0 to %d",
-                        (int)own->content, IBL_CONTENT_LOBE_TABLE);
-    return status;
-}
-
-/* Takes output i. */
-static ibl_status take_output(const ibl_sidecar_facts *f, int i,
-                              ibl_sidecar_output *own,
-                              ibl_texel_options *texels)
-{
-    const char *first = (const char *)f->o.outputs;
-
-    return ibl_sidecar_take_output(
-        f->ctx, first + (size_t)i * f->o.outputs->struct_size, own, texels);
+    return (unsigned)o->content <= IBL_CONTENT_LOBE_TABLE
+               ? IBL_OK
+               : ibl_fail(ctx, IBL_ERR_ARGUMENT, "content %d: must be 0 to %d",
+                          (int)o->content, IBL_CONTENT_LOBE_TABLE);
 }
 
 static ibl_status check_output(const ibl_sidecar_facts *f,
                                const ibl_sidecar_output *o)
 {
+    const ibl_status status = ibl_sidecar_check_content(f->ctx, o);
+
+    if (status)
+        return status;
     if (!o->file || !o->container || !o->texture)
         return ibl_missing(f->ctx, "ibl_sidecar_text: an output's file, "
                                    "container or texture");
@@ -256,24 +238,6 @@ static ibl_status check_output(const ibl_sidecar_facts *f,
                         "%s: %d levels: must be 1 to %d", o->file,
                         o->texture->levels, most);
     return IBL_OK;
-}
-
-static ibl_status put_outputs(const ibl_sidecar_facts *f, json_t **root)
-{
-    json_t *j = json_array();
-    ibl_status status = IBL_OK;
-
-    for (int i = 0; i < f->o.output_count && !status; i++) {
-        ibl_sidecar_output o;
-        ibl_texel_options texels;
-        status = take_output(f, i, &o, &texels);
-        if (!status)
-            status = check_output(f, &o);
-        if (!status)
-            append(&j, ibl_sidecar_file(f, &o, &texels));
-    }
-    put(root, "outputs", j);
-    return status;
 }
 
 /* Members of a program. */
@@ -309,14 +273,15 @@ static ibl_status put_everything(const ibl_sidecar_facts *f, json_t **root)
     put(root, "options", options(f));
     put(root, "environment", environment(f));
     put(root, "orientation", orientation(f));
-    ibl_status status = put_outputs(f, root);
+    json_t *outputs = json_array();
+    for (int i = 0; i < o->output_count; i++)
+        append(&outputs, ibl_sidecar_file(f, &o->outputs[i]));
+    put(root, "outputs", outputs);
     if (o->made->sh)
         put(root, "sh", spherical_harmonics(f));
     if (o->light_count >= 0)
         put_lights(f, root);
-    if (!status && o->more)
-        status = put_more(f, root);
-    return status;
+    return o->more ? put_more(f, root) : IBL_OK;
 }
 
 static ibl_status check_counts(const ibl_sidecar_facts *f)
@@ -358,12 +323,8 @@ static ibl_status check_names(ibl_sidecar_facts *f)
 
     f->encoded = !ibl_json_is_text(o->source);
     for (int i = 0; i < o->output_count && !status; i++) {
-        ibl_sidecar_output own;
-        ibl_texel_options texels;
-        status = take_output(f, i, &own, &texels);
-        if (!status)
-            status = check_output(f, &own);
-        f->encoded |= !status && !ibl_json_is_text(own.file);
+        status = check_output(f, &o->outputs[i]);
+        f->encoded |= !status && !ibl_json_is_text(o->outputs[i].file);
     }
     for (int i = 0; i < o->option_count && !status; i++)
         if (!o->options[i].key || !ibl_json_is_text(o->options[i].key))
@@ -375,29 +336,18 @@ static ibl_status check_names(ibl_sidecar_facts *f)
 ibl_status ibl_sidecar_take(ibl_ctx *ctx, const ibl_sidecar_options *facts,
                             ibl_sidecar_facts *f)
 {
-    f->ctx = ctx;
-    f->o = defaults;
-    f->read = ibl_read_options_default();
-    f->specular = ibl_specular_options_default();
-    f->irradiance = ibl_irradiance_options_default();
-    f->lut = ibl_lut_options_default();
-    f->lobe_table = ibl_lobe_table_options_default();
-    ibl_status status = ibl_take_options(ctx, facts, &f->o, sizeof f->o);
-    const struct {
-        const void *given;
-        void *own;
-        size_t size;
-    } all[] = {
-        {f->o.read, &f->read, sizeof f->read},
-        {f->o.specular, &f->specular, sizeof f->specular},
-        {f->o.irradiance, &f->irradiance, sizeof f->irradiance},
-        {f->o.lut, &f->lut, sizeof f->lut},
-        {f->o.lobe_table, &f->lobe_table, sizeof f->lobe_table},
-    };
+    const ibl_sidecar_options *o = &f->o;
 
-    for (size_t i = 0; i < sizeof all / sizeof *all && !status; i++)
-        status = ibl_take_options(ctx, all[i].given, all[i].own, all[i].size);
-    return status ? status : check_counts(f);
+    f->ctx = ctx;
+    f->o = *facts;
+    f->read = o->read ? *o->read : ibl_read_options_default();
+    f->specular = o->specular ? *o->specular : ibl_specular_options_default();
+    f->irradiance =
+        o->irradiance ? *o->irradiance : ibl_irradiance_options_default();
+    f->lut = o->lut ? *o->lut : ibl_lut_options_default();
+    f->lobe_table =
+        o->lobe_table ? *o->lobe_table : ibl_lobe_table_options_default();
+    return check_counts(f);
 }
 
 /* Memory of the library with what is in malloc's, which is freed. */

@@ -41,12 +41,9 @@ struct ibl_source {
     char name[];
 };
 
-static const ibl_read_options defaults = {.struct_size = sizeof defaults,
-                                          .part = -1};
-
-void ibl_read_options_init(ibl_read_options *opts, size_t struct_size)
+ibl_read_options ibl_read_options_default(void)
 {
-    ibl_give_options(opts, struct_size, &defaults, sizeof defaults);
+    return (ibl_read_options){.part = -1};
 }
 
 const char *ibl_alpha_name(ibl_alpha alpha)
@@ -650,12 +647,10 @@ static ibl_status open_source(ibl_ctx *ctx, const origin *from,
                               const ibl_read_options *given, ibl_source **out)
 {
     const char *name = from->name;
-    ibl_read_options opts = defaults;
+    const ibl_read_options opts = given ? *given : ibl_read_options_default();
     const size_t name_bytes = strlen(name) + 1;
-    ibl_status status = ibl_take_options(ctx, given, &opts, sizeof opts);
+    ibl_status status = check_options(ctx, &opts);
 
-    if (!status)
-        status = check_options(ctx, &opts);
     if (!status && from->pixels &&
         (opts.layer || opts.part > 0 || opts.hash || opts.transfer))
         status =

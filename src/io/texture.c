@@ -175,14 +175,11 @@ static ibl_status settle_level(ibl_ctx *ctx, const ibl_cube *cube, int level,
 static const char table_key[] = "iblbake.table";
 static const char layout_key[] = "iblbake.layout";
 
-static const ibl_texel_options defaults = {.struct_size = sizeof defaults,
-                                           .pixel = IBL_PIXEL_RGBA16F,
-                                           .overflow = IBL_OVERFLOW_SPREAD,
-                                           .quality = IBL_QUALITY_NORMAL};
-
-void ibl_texel_options_init(ibl_texel_options *opts, size_t struct_size)
+ibl_texel_options ibl_texel_options_default(void)
 {
-    ibl_give_options(opts, struct_size, &defaults, sizeof defaults);
+    return (ibl_texel_options){.pixel = IBL_PIXEL_RGBA16F,
+                               .overflow = IBL_OVERFLOW_SPREAD,
+                               .quality = IBL_QUALITY_NORMAL};
 }
 
 const char *ibl_quality_name(ibl_quality quality)
@@ -222,11 +219,9 @@ ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  const ibl_texel_options *opts,
                                  ibl_texture *tex, ibl_overflow_report *report)
 {
-    ibl_texel_options o = defaults;
+    const ibl_texel_options o = opts ? *opts : ibl_texel_options_default();
     ibl_overflow_report r = {0};
     ibl_status status = ibl_check_map(ctx, cube);
-    if (!status)
-        status = ibl_take_options(ctx, opts, &o, sizeof o);
     if (!status)
         status = check_pixel(ctx, o.pixel, 3, "a cube");
     if (status)

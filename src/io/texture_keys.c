@@ -175,9 +175,11 @@ static void set_colour(setter *s, const ibl_read_options *o)
 
 /* What was done to the environment, and by which encoder. */
 static void set_bake(setter *s, const ibl_sidecar_facts *f,
-                     const ibl_sidecar_output *output,
-                     const ibl_texel_options *texels)
+                     const ibl_sidecar_output *output)
 {
+    const ibl_texel_options texels =
+        output->texels ? *output->texels : ibl_texel_options_default();
+
     if (output->content < IBL_CONTENT_LUT) {
         set_orientation(s, &f->o);
         set_colour(s, &f->read);
@@ -190,7 +192,7 @@ static void set_bake(setter *s, const ibl_sidecar_facts *f,
     }
     if (ibl_pixel_block(s->tex->pixel) > 1) {
         set(s, "iblbake.pixel", "%s", ibl_pixel_name(s->tex->pixel));
-        set(s, "iblbake.quality", "%s", ibl_quality_name(texels->quality));
+        set(s, "iblbake.quality", "%s", ibl_quality_name(texels.quality));
     }
 }
 
@@ -199,21 +201,19 @@ ibl_status ibl_texture_describe(ibl_ctx *ctx, ibl_texture *tex,
                                 const ibl_sidecar_output *output)
 {
     ibl_sidecar_facts f = {0};
-    ibl_sidecar_output out;
-    ibl_texel_options texels;
     setter s = {ctx, tex, IBL_OK};
 
     if (!tex || !facts || !output)
         return ibl_missing(ctx, "ibl_texture_describe: tex, facts or output");
     s.status = ibl_sidecar_take(ctx, facts, &f);
     if (!s.status)
-        s.status = ibl_sidecar_take_output(ctx, output, &out, &texels);
+        s.status = ibl_sidecar_check_content(ctx, output);
     if (s.status)
         return s.status;
-    set(&s, "iblbake.content", "%s", ibl_content_name(out.content));
+    set(&s, "iblbake.content", "%s", ibl_content_name(output->content));
     if (f.o.made)
-        set_bake(&s, &f, &out, &texels);
-    switch (out.content) {
+        set_bake(&s, &f, output);
+    switch (output->content) {
     case IBL_CONTENT_SKYBOX:
         break;
     case IBL_CONTENT_SPECULAR:

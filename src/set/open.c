@@ -56,12 +56,9 @@ static const struct {
                                 {"_lobe_lut", "lobe_lut"}},
 };
 
-static const ibl_set_options defaults = {.struct_size = sizeof defaults,
-                                         .layer = -1};
-
-void ibl_set_options_init(ibl_set_options *opts, size_t struct_size)
+ibl_set_options ibl_set_options_default(void)
 {
-    ibl_give_options(opts, struct_size, &defaults, sizeof defaults);
+    return (ibl_set_options){.layer = -1};
 }
 
 /* Copies the first bytes of a text. */
@@ -430,7 +427,6 @@ static ibl_status complete(const opener *o, ibl_set_file *f)
     a->levels = levels;
     const bool babylon = a->mapping == IBL_ROUGHNESS_BABYLON;
     const ibl_specular_options chain = {
-        .struct_size = sizeof chain,
         .size = babylon ? f->texture.width : IBL_MAX_CUBE_SIZE,
         .levels = levels,
         .mapping = a->mapping,
@@ -660,19 +656,20 @@ static ibl_status open_set(opener *o)
 ibl_status ibl_set_open(ibl_ctx *ctx, const char *path,
                         const ibl_set_options *opts, ibl_set *set)
 {
-    opener o = {
-        .ctx = ctx, .o = defaults, .set = set, .path = path, .named = -1};
+    opener o = {.ctx = ctx,
+                .o = opts ? *opts : ibl_set_options_default(),
+                .set = set,
+                .path = path,
+                .named = -1};
 
     if (!ctx || !set)
         return ibl_missing(ctx, "ibl_set_open: set");
     *set = (ibl_set){
         .read = ibl_read_options_default(), .sh_degree = -1, .light_count = -1};
     set->read.env = ibl_env_decode;
-    ibl_status status = ibl_take_options(ctx, opts, &o.o, sizeof o.o);
-    if (!status && o.o.facts)
+    if (o.o.facts)
         o.asked = ibl_about_asked(o.o.facts);
-    if (!status)
-        status = open_set(&o);
+    const ibl_status status = open_set(&o);
     json_decref(o.sidecar);
     if (status)
         ibl_set_free(set);

@@ -19,8 +19,7 @@ enum {
  * lobe by less than a texel. */
 #define SMOOTH 0.2
 
-static const ibl_texel_options floats = {.struct_size = sizeof floats,
-                                         .pixel = IBL_PIXEL_RGBA32F,
+static const ibl_texel_options floats = {.pixel = IBL_PIXEL_RGBA32F,
                                          .overflow = IBL_OVERFLOW_CLIP};
 
 /* Decodes a level of the chain into level 0 of a cube; negative and non-finite
@@ -180,8 +179,7 @@ double view_level_at(const double *roughness, int levels, double r)
 bool view_set_fill_sheen(ibl_ctx *ctx, const double *roughness, int levels,
                          baked_set *set)
 {
-    const ibl_lut_options opts = {
-        .struct_size = sizeof opts, .size = 32, .kind = IBL_LUT_CHARLIE};
+    const ibl_lut_options opts = {.size = 32, .kind = IBL_LUT_CHARLIE};
     ibl_lut lut = {0};
     ibl_status status = ibl_bake_lut(ctx, &opts, &lut);
 

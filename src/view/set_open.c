@@ -116,8 +116,7 @@ static void see(void *set_of, int content, const char *path)
  * size, which looks the same. */
 static bool make_cube(ibl_ctx *ctx, const char *path, ibl_texture *tex)
 {
-    const ibl_texel_options as = {.struct_size = sizeof as,
-                                  .pixel = tex->pixel};
+    const ibl_texel_options as = {.pixel = tex->pixel};
     ibl_cube flat = {0}, cube = {0};
     ibl_texture made = {0};
 
