@@ -198,7 +198,7 @@ static bool has_images(const ibl_input *in, const ibl_shape *shape,
         return false;
     for (int l = 0; l < tex.levels; l++)
         bytes += images * ibl_place_bytes(place, &tex, l);
-    return ibl_input_has(in, place->at, bytes);
+    return ibl_input_has(&silent, place->at, bytes);
 }
 
 /* Some writers mark a cube in the old header only, or count its faces as the
@@ -286,7 +286,7 @@ ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex)
     if (status)
         return status;
     for (int i = 0; i < tex->layers * tex->faces; i++) {
-        for (int l = 0; !status && l < tex->levels; l++) {
+        for (int l = 0; !status && tex->data && l < tex->levels; l++) {
             status = ibl_place_read(in, &place, tex, l, i / tex->faces,
                                     i % tex->faces);
             place.at += ibl_place_bytes(&place, tex, l);
