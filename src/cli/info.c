@@ -127,25 +127,26 @@ static bool measure(const ibl_texture *t, int level,
     const int width = ibl_cube_edge(t->width, level);
     const int height = ibl_cube_edge(t->height, level);
     const int channels = ibl_pixel_channels(t->pixel);
-    const size_t texels = (size_t)width * (size_t)height;
+    const size_t bytes = (size_t)width * ibl_pixel_bytes(t->pixel);
     const bool sphere = shape->width == width && shape->height == height;
-    float *face = malloc(texels * (size_t)channels * sizeof *face);
-    double *weight = malloc(texels * sizeof *weight);
+    float *row = malloc((size_t)width * (size_t)channels * sizeof *row);
+    double *weight = malloc((size_t)width * sizeof *weight);
+    const bool ok = row && weight;
 
-    for (size_t i = 0; i < texels && weight; i++)
-        weight[i] = sphere ? ibl_level_solid_angle(shape, (int)i % width,
-                                                   (int)i / width)
-                           : 1;
-    for (int k = 0; k < t->layers * t->faces && face && weight; k++) {
-        ibl_pixel_decode(t->pixel,
-                         t->data + ibl_texture_layer_offset(
-                                       t, level, k / t->faces, k % t->faces),
-                         texels, face);
-        for (size_t i = 0; i < texels; i++)
-            add_texel(f, face + i * (size_t)channels, channels, weight[i]);
+    for (int y = 0; y < height && ok; y++) {
+        for (int x = 0; x < width; x++)
+            weight[x] = sphere ? ibl_level_solid_angle(shape, x, y) : 1;
+        for (int k = 0; k < t->layers * t->faces; k++) {
+            const unsigned char *face =
+                t->data +
+                ibl_texture_layer_offset(t, level, k / t->faces, k % t->faces);
+            ibl_pixel_decode(t->pixel, face + (size_t)y * bytes, (size_t)width,
+                             row);
+            for (int x = 0; x < width; x++)
+                add_texel(f, row + x * channels, channels, weight[x]);
+        }
     }
-    const bool ok = face && weight;
-    free(face);
+    free(row);
     free(weight);
     return ok;
 }
@@ -212,7 +213,7 @@ static bool put_levels(const info *v, ibl_texture *t, const ibl_about *about,
         json_t *level = json_pack("{si si}", "width", width, "height",
                                   ibl_cube_edge(t->height, l));
         figures f = {0};
-        if (about->levels == t->levels)
+        if (about->levels == t->levels && isfinite(about->roughness[l]))
             put(&level, "roughness", json_real(about->roughness[l]));
         if (texels) {
             ok = measure(t, l, &shape, &f);
@@ -415,38 +416,36 @@ static void print_member(const char *name, json_t *value)
     }
     json_array_foreach(list ? value : NULL, i, part)
     {
-        printf("  %.*s %-9zu ", (int)strlen(name) - 1, name, i);
+        printf("%.*s %-12zu", (int)strlen(name) - 1, name, i);
         print_value(part);
         fputs("\n", stdout);
     }
     if (list || json_is_object(value))
         return;
-    fputs("  ", stdout);
-    print_text(name, 15);
+    print_text(name, 17);
     fputs(" ", stdout);
     print_value(value);
     fputs("\n", stdout);
 }
 
-static void print_row(const json_t *file)
+static void print_row(json_t *file)
 {
-    const json_int_t width = json_integer_value(json_object_get(file, "width"));
-    const json_int_t faces = json_integer_value(json_object_get(file, "faces"));
-    char size[64] = "", kind[80];
+    static const char *const names[] = {"peak", "mean", "nonfinite",
+                                        "negative"};
+    int width = 0, height = 0, faces = 1;
+    json_int_t bytes = 0;
+    char size[64], kind[80];
 
-    if (width)
-        snprintf(size, sizeof size, "%lldx%lld%s", (long long)width,
-                 (long long)json_integer_value(json_object_get(file, "height")),
-                 faces == IBL_FACES ? "x6" : "");
+    json_unpack(file, "{s?I s?i s?i s?i}", "bytes", &bytes, "width", &width,
+                "height", &height, "faces", &faces);
+    snprintf(size, sizeof size, "%dx%d%s", width, height,
+             faces == IBL_FACES ? "x6" : "");
     snprintf(kind, sizeof kind, "%s %s", text_of(file, "format"),
              text_of(file, "pixel"));
-    printf("%12lld  %-12s %2zu  %-26s  ",
-           (long long)json_integer_value(json_object_get(file, "bytes")), size,
+    printf("%12lld  %-12s %2zu  %-26s  ", (long long)bytes, size,
            json_array_size(json_object_get(file, "levels")), kind);
     print_text(text_of(file, "file"), 0);
     for (size_t i = 0; i < 4 && json_object_get(file, "peak"); i++) {
-        static const char *const names[] = {"peak", "mean", "nonfinite",
-                                            "negative"};
         printf("  %s ", names[i]);
         print_value(json_object_get(file, names[i]));
     }
@@ -469,12 +468,12 @@ static void look_at(info *v, const char *path, bool named)
         append(&v->files, json_incref(j));
     else if (j && !v->o->common.quiet)
         named ? print_member("", j) : print_row(j);
+    if (j && named && !v->o->json && !v->o->common.quiet && v->o->count > 1)
+        fputs("\n", stdout);
     json_decref(j);
 }
 
-/* Whether a file in a directory may be a texture or an environment, by its
- * name.
- */
+/* Whether a file may be a texture or an environment, by its name. */
 static int is_candidate(const struct dirent *entry)
 {
     const char *name = entry->d_name, *dot = strrchr(name, '.');
