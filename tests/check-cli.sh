@@ -768,6 +768,28 @@ END
     refused 1 'iblbake: none: is a directory without *' sh -c \
         'mkdir none; iblbake info none; status=$?; rmdir none; exit $status'
 }
+# A header says what the whole file does, and whether the file is cut short.
+test_info_of_headers() {
+    local with n=0
+    mkdir cut
+    for with in '--zstd 3' '--pixel bc6h' '--format ktx --pixel rgb9e5' \
+        '--format dds' '--format dds-legacy' '--layout equirect'; do
+        # shellcheck disable=SC2086
+        iblbake -q env.hdr -o out --size 128 --name $n --only specular $with
+        n=$((n + 1))
+    done
+    for with in out/*; do head -c 20000 "$with" >"cut/${with##*/}"; done
+    iblbake info --json --texels no out >no
+    iblbake info --json --texels yes out >yes
+    js <<'END'
+const plain = name => JSON.stringify(json(name).files, (key, value) =>
+    /^(peak|mean|nonfinite|negative)$/.test(key) ? undefined : value, 1);
+if (plain('no') !== plain('yes')) console.log(plain('no'), plain('yes'));
+near('files', json('no').files.length, 6, 0);
+END
+    iblbake info cut 2>err && echo 'cut, and status 0'
+    [ "$(grep -c 'iblbake: cut/.*: damaged or cut short: ' err)" = 6 ] || cat err
+}
 # The headers of 1,000 textures of 6 MiB in a second, without their texels.
 test_info_of_many() {
     local n

@@ -547,9 +547,10 @@ const ibl_command ibl_info_command = {
     .usage = "[options] FILE|DIR...",
     .brief = "say what textures and environments are",
     .intro = "Prints the container, size, levels, pixel format and keys of "
-             "textures, the format\n"
-             "of environments, what is in their pixels, and a line for each "
-             "file of a directory.\n",
+             "textures, the\n"
+             "format of environments, what is in their pixels, and a line for "
+             "each file of a\n"
+             "directory.\n",
     .statuses = "0 done, 1 a file cannot be read, 2 wrong usage",
     .sections = sections,
     .settings_size = sizeof(info_opts),
