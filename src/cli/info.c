@@ -536,7 +536,7 @@ static int run(const void *settings)
     free(text);
     json_decref(root);
     const int status = ibl_console_end(&v.console, ok);
-    if (ok && o->common.verbose)
+    if (ok && !v.failed && o->common.verbose)
         ibl_console_print_times(&v.console);
     ibl_ctx_free(v.ctx);
     return status || v.failed;
