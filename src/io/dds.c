@@ -264,7 +264,8 @@ ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex)
 
     if (!ibl_input_has(in, 0, HEADER_BYTES))
         return ibl_input_short(in, "a DDS header");
-    memcpy(&h, in->bytes, in->size < sizeof h ? in->size : sizeof h);
+    memcpy(&h, in->bytes,
+           ibl_input_has(in, 0, sizeof h) ? sizeof h : HEADER_BYTES);
     ibl_status status = check_header(in, &h);
     if (status)
         return status;
