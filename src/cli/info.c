@@ -114,10 +114,8 @@ static void put_figures(json_t **j, const figures *f, int channels)
 
     for (int c = 0; c < channels; c++)
         append(&mean, json_real(f->weight > 0 ? f->sum[c] / f->weight : 0));
-    put(j, "peak", json_real(f->peak));
-    put(j, "mean", mean);
-    put(j, "nonfinite", json_integer(f->nonfinite));
-    put(j, "negative", json_integer(f->negative));
+    put_all(j, json_pack("{sf so sI sI}", "peak", f->peak, "mean", mean,
+                         "nonfinite", f->nonfinite, "negative", f->negative));
 }
 
 /* Means of maps are by solid angle, those of tables are not. */
@@ -239,15 +237,12 @@ static bool put_texture(const info *v, const char *path, ibl_engine engine,
     json_t *keys = json_object();
     json_t *sidecar = t->key_count ? NULL : beside(path, &about);
 
-    put(j, "pixel",
-        json_string(engine ? ibl_engine_pixel(engine)
-                           : ibl_pixel_name(t->pixel)));
-    put(j, "width", json_integer(t->width));
-    put(j, "height", json_integer(t->height));
-    put(j, "faces", json_integer(t->faces));
-    put(j, "layers", json_integer(t->layers));
-    put(j, "texel_bytes", json_integer((json_int_t)t->bytes));
-    put(j, "premultiplied", json_boolean(t->premultiplied));
+    put_all(j, json_pack(
+                   "{ss si si si si sI sb}", "pixel",
+                   engine ? ibl_engine_pixel(engine) : ibl_pixel_name(t->pixel),
+                   "width", t->width, "height", t->height, "faces", t->faces,
+                   "layers", t->layers, "texel_bytes", (json_int_t)t->bytes,
+                   "premultiplied", t->premultiplied));
     if (t->primaries)
         put(j, "primaries", json_string(primaries_of(t)));
     if (about.word[IBL_FACT_CONTENT])
@@ -311,10 +306,11 @@ static bool put_map(info *v, const char *path, bool texels, json_t **j)
     if (ibl_source_open(v->ctx, path, &v->o->common.read, &source))
         return false;
     const ibl_read_report *r = ibl_source_report(source);
-    put(j, "format", json_string(*r->format ? r->format : "Radiance"));
-    put(j, "width", json_integer(ibl_source_width(source)));
-    put(j, "height", json_integer(ibl_source_height(source)));
-    put(j, "layout", json_string(ibl_input_layout_name(r->layout)));
+    put_all(j, json_pack("{ss si si ss}", "format",
+                         *r->format ? r->format : "Radiance", "width",
+                         ibl_source_width(source), "height",
+                         ibl_source_height(source), "layout",
+                         ibl_input_layout_name(r->layout)));
     if (r->low_range)
         put(j, "integers", json_string(r->low_range == 1 ? "srgb" : "linear"));
     if (r->has_primaries)
@@ -456,6 +452,7 @@ static void print_row(json_t *file)
 
 static void look_at(info *v, const char *path, bool named)
 {
+    const bool text = !v->o->json && !v->o->common.quiet;
     json_t *j = describe(v, path, named);
 
     if (!j && !v->console.failed)
@@ -466,9 +463,11 @@ static void look_at(info *v, const char *path, bool named)
     v->console.failed = false;
     if (j && v->o->json)
         append(&v->files, json_incref(j));
-    else if (j && !v->o->common.quiet)
-        named ? print_member("", j) : print_row(j);
-    if (j && named && !v->o->json && !v->o->common.quiet && v->o->count > 1)
+    if (j && text && !named)
+        print_row(j);
+    if (j && text && named)
+        print_member("", j);
+    if (j && text && named && v->o->count > 1)
         fputs("\n", stdout);
     json_decref(j);
 }
