@@ -501,7 +501,8 @@ static void look_into(info *v, const char *folder)
     for (int i = 0; i < count; i++) {
         char *path = ibl_path_join(folder, list[i]->d_name);
         if (!path)
-            v->failed = true;
+            v->failed = !ibl_console_fail(&v->console, "%s: %s", folder,
+                                          ibl_status_text(IBL_ERR_MEMORY));
         else if (!stat(path, &st) && S_ISREG(st.st_mode) &&
                  (ibl_engine_of_name(path) != IBL_ENGINE_GLTF ||
                   ibl_gltf_is_light(path)))
@@ -534,7 +535,7 @@ static int run(const void *settings)
         fputs(text, stdout);
     free(text);
     json_decref(root);
-    const int status = ibl_console_end(&v.console, ok);
+    const int status = ibl_console_end(&v.console, ok || v.failed);
     if (ok && !v.failed && o->common.verbose)
         ibl_console_print_times(&v.console);
     ibl_ctx_free(v.ctx);
