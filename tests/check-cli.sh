@@ -689,6 +689,120 @@ END
 }
 
 # Without a compact source a bake is the same, and the user is told.
+# What others say of a file, what was put into it, and all files but the damaged.
+test_info() {
+    have oiiotool || return
+    iblbake -q env.hdr -o out --size 16 --levels 3 --lut-size 16 --pixel rgba32f
+    cp "$OLDPWD/data/sky.exr" .
+    js <<'END'
+const bytes = fs.readFileSync('out/env_specular.ktx2');
+const at = l => Number(bytes.readBigUInt64LE(80 + 24 * l));
+bytes.writeUInt32LE(0x7fc00000, at(0) + 16 * 5 + 4); // NaN
+bytes.writeUInt32LE(0xff800000, at(1)); // -Inf
+bytes.writeFloatLE(-1, at(1) + 16 + 8);
+bytes.writeFloatLE(123456, at(1) + 32);
+fs.writeFileSync('odd.ktx2', bytes);
+// A sky of 1 with a sun of 256 x 256 / 32 on pixel 96, 20.
+const pixels = Buffer.alloc(256 * 128 * 4, Buffer.from([128, 128, 128, 129]));
+pixels.set([128, 128, 128, 140], (20 * 256 + 96) * 4);
+fs.writeFileSync('sun.hdr', Buffer.concat([Buffer.from('#?RADIANCE\n' +
+    'FORMAT=32-bit_rle_rgbe\n\n-Y 128 +X 256\n'), pixels]));
+END
+    iblbake info --json -q env.hdr env.exr sky.exr out/env_specular.ktx2 odd.ktx2 \
+        out/brdf_lut.ktx2 sun.hdr >info.json || echo "status $?"
+    oiiotool --info --stats env.hdr env.exr >stats
+    js <<'END'
+const {files} = json('info.json');
+const [hdr, exr, sky, texture, odd, lut, sun] = files;
+const said = fs.readFileSync('stats', 'utf8');
+for (const f of [hdr, exr]) {
+    const part = said.slice(said.indexOf(f.file));
+    const [, width, height] = part.match(/: +(\d+) x +(\d+)/);
+    near(f.file, f.width, +width, 0);
+    near(f.file, f.height, +height, 0);
+    const most = Math.max(...part.match(/Stats Max: ([^(]*)/)[1].trim().split(' '));
+    near(f.file + ' peak', f.peak, most, 1e-4 * most);
+    near(f.file + ' bytes', f.bytes, fs.statSync(f.file).size, 0);
+}
+if (!/^Radiance RGBE/.test(hdr.format)) console.log(hdr.format);
+near('negative pixels', sky.negative, 11, 0);
+const head = fs.readFileSync('out/env_specular.ktx2');
+[texture.width, texture.height, , texture.layers - 1, texture.faces,
+    texture.levels.length].forEach((n, i) => i === 2 ||
+        near('member ' + i, n, head.readUInt32LE(20 + 4 * i), 0));
+near('VkFormat', head.readUInt32LE(12), 109, 0);
+if (texture.format + texture.pixel !== 'ktx2rgba32f') console.log(texture.pixel);
+const {outputs} = json('out/env.json');
+outputs.find(o => o.content === 'specular').levels.forEach((l, i) =>
+    near('roughness', texture.levels[i].roughness, l.roughness, 1e-8));
+texture.levels.forEach(l => l.mean.forEach((x, c) =>
+    near('mean of a level', x / hdr.mean[c], 1, 2e-2)));
+const table = fs.readFileSync('out/brdf_lut.ktx2');
+let sum = 0;
+for (let i = 0; i < 256; i++)
+    sum += table.readFloatLE(table.length - 2048 + 8 * i) / 256;
+near('mean of the table', lut.mean[0], sum, 1e-9);
+near('not finite', odd.nonfinite, 2, 0);
+near('negative', odd.negative, 1, 0);
+near('at level 1', odd.levels[1].nonfinite, 1, 0);
+near('peak', odd.levels[1].peak, 123456, 0);
+near('peak of all', odd.peak, Math.max(...odd.levels.map(l => l.peak)), 0);
+near('other peak', odd.levels[2].peak, texture.levels[2].peak, 0);
+const theta = Math.PI * 20.5 / 128, phi = 2 * Math.PI * (96.5 / 256 - .5);
+const area = 2 * Math.PI / 256 *
+    (Math.cos(Math.PI * 20 / 128) - Math.cos(Math.PI * 21 / 128));
+const [light, ...more] = sun.lights;
+near('lights', more.length, 0, 0);
+near('x', light.direction[0], Math.sin(theta) * Math.cos(phi), 2e-3);
+near('y', light.direction[1], Math.cos(theta), 2e-3);
+near('z', light.direction[2], Math.sin(theta) * Math.sin(phi), 2e-3);
+near('mean with a sun', sun.mean[1], 1 + 2047 * area / 4 / Math.PI, 1e-5);
+near('share', light.share, 2047 * area / (4 * Math.PI + 2047 * area), 1e-3);
+END
+    head -c 4000 odd.ktx2 >out/cut.ktx2
+    echo nothing >out/not.dds
+    echo text >out/notes.txt
+    iblbake info out >listed 2>err && echo 'damage without status 1'
+    cut -d : -f 2 err | cmp - <(printf ' out/%s\n' cut.ktx2 not.dds) || cat err
+    [ "$(wc -l <listed)" = 4 ] || cat listed
+    refused 1 'iblbake: none: is a directory without *' sh -c \
+        'mkdir none; iblbake info none; status=$?; rmdir none; exit $status'
+}
+# A header says what the whole file does, and whether the file is cut short.
+test_info_of_headers() {
+    local with n=0
+    mkdir cut
+    for with in '--zstd 3' '--pixel bc6h' '--format ktx --pixel rgb9e5' \
+        '--format dds' '--format dds-legacy' '--layout equirect'; do
+        # shellcheck disable=SC2086
+        iblbake -q env.hdr -o out --size 128 --name $n --only specular $with
+        n=$((n + 1))
+    done
+    for with in out/*; do head -c 20000 "$with" >"cut/${with##*/}"; done
+    iblbake info --json --texels no out >no
+    iblbake info --json --texels yes out >yes
+    js <<'END'
+const plain = name => JSON.stringify(json(name).files, (key, value) =>
+    /^(peak|mean|nonfinite|negative)$/.test(key) ? undefined : value, 1);
+if (plain('no') !== plain('yes')) console.log(plain('no'), plain('yes'));
+near('files', json('no').files.length, 6, 0);
+END
+    iblbake info cut 2>err && echo 'cut, and status 0'
+    [ "$(grep -c 'iblbake: cut/.*: damaged or cut short: ' err)" = 6 ] || cat err
+}
+# The headers of 1,000 textures of 6 MiB in a second, without their texels.
+test_info_of_many() {
+    local n
+    [ $sanitized = no ] || return
+    iblbake -q env.exr -o out --size 256 --pixel rgba32f --levels 1 --only specular
+    for n in {000..999}; do ln out/env_specular.ktx2 "out/$n.ktx2"; done
+    (
+        ulimit -t 1
+        iblbake info -j 1 out >listed 2>err || echo "status $?"
+    )
+    [ "$(grep -c '256x256x6 .*ktx2 rgba32f' listed)" = 1001 ] ||
+        { tail -n 1 listed; cat err; }
+}
 test_no_lights() {
     iblbake -q env.exr --size 16 --lut-size 8 --format dds -o all
     iblbake env.exr --size 16 --lut-size 8 --format dds -o rest --lights 4 2>err

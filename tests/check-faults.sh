@@ -113,6 +113,16 @@ test_verify() {
     faults 397 -k memory -k read -k write -- iblbake verify -q -j 1 a.exr o --texels 24 --json v.json
 }
 
+test_info_of_a_map() {
+    begin
+    faults 17 -k memory -k read -k write -- iblbake info -j 1 b.hdr
+}
+test_info_of_a_folder() {
+    begin
+    iblbake a.exr -q --size 4 -o o --only specular
+    faults 17 -k memory -k read -k write -- iblbake info --texels yes --json o
+}
+
 # Not in OpenGL, whose own failures are not ours.
 test_picture() {
     begin

@@ -30,6 +30,9 @@ typedef struct ibl_maps {
 /* Runs a line with `batch`; returns the exit status. */
 int ibl_batch_run(const ibl_bake_line *line);
 
+/* Whether a file in a folder is an environment, by its name: those of high
+ * range, and no textures, which may be outputs. */
+bool ibl_is_environment(const char *name);
 /* Lists the environments of a line: its arguments, what is in those that are
  * folders, and those of --from. False after a message; free them also then. */
 bool ibl_maps_list(const ibl_bake_line *line, ibl_console *console,

@@ -47,9 +47,7 @@ static bool is_folder(const char *path)
     return !stat(path, &st) && S_ISDIR(st.st_mode);
 }
 
-/* Whether a file in a folder is an environment, by its name: those of high
- * range, and no textures, which may be outputs. */
-static bool is_environment(const char *name)
+bool ibl_is_environment(const char *name)
 {
     static const char *const endings[] = {".hdr", ".rgbe", ".pic", ".exr",
                                           ".pfm", ".tif",  ".tiff"};
@@ -77,7 +75,7 @@ static bool add_folder(ibl_maps *maps, const char *folder, ibl_console *c)
         return ibl_console_fail(c, "%s: cannot be listed: %s", folder,
                                 strerror(errno));
     while (ok && (entry = readdir(dir))) {
-        if (!is_environment(entry->d_name))
+        if (!ibl_is_environment(entry->d_name))
             continue;
         char *path = ibl_path_join(folder, entry->d_name);
         if (path && is_folder(path))

@@ -436,8 +436,14 @@ int ibl_command_main(int argc, char **argv)
     const ibl_command *cmd = find_command(words[0]);
 
     if (is_of_none(words[0])) {
-        ibl_misuse("%s: no such command or file: see %s --help", words[0],
-                   ibl_this_program.name);
+        char names[256] = "";
+        for (int i = 1; ibl_this_program.commands[i]; i++)
+            snprintf(names + strlen(names), sizeof names - strlen(names),
+                     "%s%s", i > 1 ? ", " : "",
+                     ibl_this_program.commands[i]->name);
+        ibl_misuse("%s: no such command or file: commands are %s: see %s "
+                   "--help",
+                   words[0], names, ibl_this_program.name);
         return 2;
     }
     void *settings = calloc(1, cmd->settings_size);

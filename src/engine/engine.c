@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "engine/engine.h"
 
+#include <errno.h>
 #include <string.h>
 
 #include "core/context.h"
 #include "engine/rgbd.h"
-#include "io/input.h"
+#include "io/container.h"
 #include "json/text.h"
 
 static const struct {
@@ -139,5 +140,31 @@ ibl_status ibl_engine_read(ibl_ctx *ctx, const char *path, int layer,
     if (status)
         *tex = (ibl_texture){0};
     ibl_texture_free(&all);
+    return status;
+}
+
+/* The silent try fails where keys lie behind the head, too. */
+ibl_status ibl_engine_look(ibl_ctx *ctx, const char *path, bool texels,
+                           ibl_texture *tex, ibl_container *container)
+{
+    unsigned char head[1 << 14];
+    ibl_input in;
+    ibl_status status = ibl_input_open(ctx, path, longest, &in);
+
+    *tex = (ibl_texture){0};
+    *container = IBL_CONTAINER_COUNT;
+    if (status)
+        return status;
+    ibl_input first = ibl_input_of(NULL, in.name, head, in.size);
+    if (!ibl_input_read(&in, 0, sizeof head, head, &first.head))
+        status = ibl_input_unread(&in, errno);
+    else if (ibl_container_of(head, first.head) < IBL_CONTAINER_COUNT &&
+             (texels || first.head == in.size ||
+              ibl_texture_take(&first, tex, container))) {
+        status = ibl_input_load(&in);
+        if (!status)
+            status = ibl_texture_take(&in, tex, container);
+    }
+    ibl_input_close(&in);
     return status;
 }

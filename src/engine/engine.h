@@ -59,4 +59,14 @@ ibl_status ibl_engine_encode(ibl_ctx *ctx, ibl_engine engine,
 ibl_status ibl_engine_read(ibl_ctx *ctx, const char *path, int layer,
                            ibl_texture *tex);
 
+/*
+ * Reads a KTX2, KTX or DDS file, found by content. texels false: of a large one
+ * only the header and keys; data of tex may then be NULL, and damage to its
+ * texels is seen only if the file is too short for them. *container is
+ * IBL_CONTAINER_COUNT, and tex empty, if the file is of another kind. Errors as
+ * of ibl_texture_read.
+ */
+ibl_status ibl_engine_look(ibl_ctx *ctx, const char *path, bool texels,
+                           ibl_texture *tex, ibl_container *container);
+
 #endif

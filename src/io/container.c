@@ -123,6 +123,8 @@ ibl_status ibl_texture_shape(const ibl_input *in, const ibl_shape *shape,
 ibl_status ibl_texture_alloc(const ibl_input *in, ibl_texture *tex)
 {
     tex->bytes = ibl_texture_offset(tex, tex->levels, 0);
+    if (in->head)
+        return IBL_OK;
     const ibl_status status =
         ibl_allow(in, tex->bytes + (in->bytes ? in->size : 0));
     if (status)

@@ -45,7 +45,8 @@ typedef struct ibl_place {
 /* Checks a shape and gives it to tex, which gets no memory yet. */
 ibl_status ibl_texture_shape(const ibl_input *in, const ibl_shape *shape,
                              const ibl_place *place, ibl_texture *tex);
-/* Allocates the texels of tex, whose shape is set. */
+/* Allocates the texels of tex, whose shape is set, unless there is only the
+ * head of the file: data is then NULL, and no level is read. */
 ibl_status ibl_texture_alloc(const ibl_input *in, ibl_texture *tex);
 /* Both, without keys. First checks that the file has enough bytes for place's
  * layout and alignment. */
@@ -93,6 +94,9 @@ size_t ibl_keys_write(const ibl_texture *tex, const char *orientation,
 /* The container of a file by its first bytes; IBL_CONTAINER_COUNT: unknown. */
 ibl_container ibl_container_of(const unsigned char *bytes, size_t size);
 
+/* ibl_texture_decode of an input in memory, or of the head of one. */
+ibl_status ibl_texture_take(ibl_input *in, ibl_texture *tex,
+                            ibl_container *container);
 /* tex must be empty. Free it with ibl_texture_free, after errors too. */
 ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex);
 ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex);

@@ -198,7 +198,7 @@ static bool has_images(const ibl_input *in, const ibl_shape *shape,
         return false;
     for (int l = 0; l < tex.levels; l++)
         bytes += images * ibl_place_bytes(place, &tex, l);
-    return ibl_input_has(in, place->at, bytes);
+    return ibl_input_has(&silent, place->at, bytes);
 }
 
 /* Some writers mark a cube in the old header only, or count its faces as the
@@ -264,7 +264,8 @@ ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex)
 
     if (!ibl_input_has(in, 0, HEADER_BYTES))
         return ibl_input_short(in, "a DDS header");
-    memcpy(&h, in->bytes, in->size < sizeof h ? in->size : sizeof h);
+    memcpy(&h, in->bytes,
+           ibl_input_has(in, 0, sizeof h) ? sizeof h : HEADER_BYTES);
     ibl_status status = check_header(in, &h);
     if (status)
         return status;
@@ -286,7 +287,7 @@ ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex)
     if (status)
         return status;
     for (int i = 0; i < tex->layers * tex->faces; i++) {
-        for (int l = 0; !status && l < tex->levels; l++) {
+        for (int l = 0; !status && tex->data && l < tex->levels; l++) {
             status = ibl_place_read(in, &place, tex, l, i / tex->faces,
                                     i % tex->faces);
             place.at += ibl_place_bytes(&place, tex, l);

@@ -263,7 +263,9 @@ ibl_input ibl_input_of(ibl_ctx *ctx, const char *name, const void *bytes,
 
 bool ibl_input_has(const ibl_input *in, uint64_t at, uint64_t size)
 {
-    return at <= in->size && size <= in->size - at;
+    const size_t there = in->head ? in->head : in->size;
+
+    return at <= there && size <= there - at;
 }
 
 ibl_status ibl_input_load(ibl_input *in)

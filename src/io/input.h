@@ -24,6 +24,8 @@ typedef struct ibl_input {
     void *owned;                /* memory that ibl_input_close frees, or NULL */
     int fd;                     /* of the open file, or -1 */
     bool swap;                  /* the file's words are big endian */
+    size_t head; /* bytes that there are of a texture of which all but texels
+                    is wanted; 0: all */
 } ibl_input;
 
 /* ibl_fail with the name and ": " before the text. */
@@ -57,7 +59,7 @@ ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
 /* An input over the caller's bytes. */
 ibl_input ibl_input_of(ibl_ctx *ctx, const char *name, const void *bytes,
                        size_t size);
-/* Whether [at, at + size) is inside the file. */
+/* Whether [at, at + size) is inside the file, or inside its head. */
 bool ibl_input_has(const ibl_input *in, uint64_t at, uint64_t size);
 /* Reads the file into memory, unless it is there already. */
 ibl_status ibl_input_load(ibl_input *in);

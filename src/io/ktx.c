@@ -174,7 +174,7 @@ ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex)
     status = ibl_keys_read(in, sizeof h, h.key_bytes, rows_down, rows_up, tex,
                            &place.bottom_up);
     place.at = sizeof h + (uint64_t)h.key_bytes;
-    for (int l = 0; !status && l < tex->levels; l++)
+    for (int l = 0; !status && tex->data && l < tex->levels; l++)
         status = read_level(in, &place, h.shape.layers > 0, tex, l);
     return status;
 }

@@ -197,7 +197,7 @@ static ibl_status find_level(const ibl_input *in, int level, index_entry *entry)
 {
     memcpy(entry, in->bytes + sizeof(header) + sizeof *entry * (size_t)level,
            sizeof *entry);
-    return ibl_input_has(in, entry->at, entry->bytes)
+    return entry->at <= in->size && entry->bytes <= in->size - entry->at
                ? IBL_OK
                : ibl_input_short(in, "one of its levels");
 }
@@ -238,7 +238,7 @@ static ibl_status check_frames(const ibl_input *in, const ibl_place *place,
         status = find_level(in, l, &entry);
         if (!status && entry.bytes_uncompressed != must)
             status = wrong_size(in, l, entry.bytes_uncompressed, must);
-        if (!status)
+        if (!status && !in->head)
             status = ibl_zstd_check(in, l, entry.at, entry.bytes, must);
     }
     return status;
@@ -310,7 +310,7 @@ ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex)
         d && place.layout->block_bytes == (int)ibl_pixel_bytes(tex->pixel) &&
         ibl_pixel_has_alpha(tex->pixel) &&
         d[offsetof(descriptor, flags)] & ALPHA_PREMULTIPLIED;
-    for (int l = 0; !status && l < tex->levels; l++)
+    for (int l = 0; !status && tex->data && l < tex->levels; l++)
         status = h.scheme == SCHEME_ZSTD ? unpack_level(in, &place, tex, l)
                                          : read_level(in, &place, tex, l);
     return status;

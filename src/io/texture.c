@@ -679,14 +679,19 @@ ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,
 
     if (!ctx || !name || (!bytes && size) || !tex)
         return ibl_missing(ctx, "ibl_texture_decode: name, bytes or tex");
+    return ibl_texture_take(&in, tex, container);
+}
+
+ibl_status ibl_texture_take(ibl_input *in, ibl_texture *tex,
+                            ibl_container *container)
+{
     *tex = (ibl_texture){0};
-    const ibl_container found = ibl_container_of(bytes, size);
+    const ibl_container found =
+        ibl_container_of(in->bytes, in->head ? in->head : in->size);
     if (found == IBL_CONTAINER_COUNT)
-        return ibl_fail(
-            ctx, IBL_ERR_FORMAT,
-            "%s: not a texture: no KTX2, KTX or DDS file begins like that",
-            name);
-    const ibl_status status = containers[found].decode(&in, tex);
+        return ibl_bad_file(
+            in, "not a texture: no KTX2, KTX or DDS file begins like that");
+    const ibl_status status = containers[found].decode(in, tex);
     if (status)
         ibl_texture_free(tex);
     else if (container)

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* Textures of every container and pixel format: what is decoded is encoded
  * again, and turned into cubes and tables. */
+#include <stdlib.h>
 #include <string.h>
 
 #include "fuzz.h"
+#include "io/container.h"
 
 enum {
     LARGE = 1 << 20 /* bytes; larger ones are only decoded */
@@ -83,6 +85,26 @@ static void use(ibl_texture *tex, int layer)
     ibl_texture_free(&one);
 }
 
+/* Reads nothing behind the first half of a file, and finds no other texture. */
+static void look(const fuzz_input *in, const ibl_texture *whole)
+{
+    unsigned char *half = malloc(in->size / 2 + 1);
+    ibl_input head = ibl_input_of(NULL, "head", half, in->size);
+    ibl_texture tex = {0};
+
+    FUZZ_NEED(half);
+    head.head = in->size / 2 + 1;
+    memcpy(half, in->bytes, head.head);
+    if (!ibl_texture_take(&head, &tex, NULL) && whole->data)
+        FUZZ_NEED(!tex.data && tex.bytes == whole->bytes &&
+                  tex.pixel == whole->pixel && tex.width == whole->width &&
+                  tex.levels == whole->levels && tex.faces == whole->faces &&
+                  tex.primaries == whole->primaries &&
+                  tex.key_count == whole->key_count);
+    ibl_texture_free(&tex);
+    free(half);
+}
+
 void fuzz_one(fuzz_input in)
 {
     const int container = fuzz_choice(&in, IBL_CONTAINER_COUNT);
@@ -93,6 +115,8 @@ void fuzz_one(fuzz_input in)
     const ibl_status status =
         ibl_texture_decode(fuzz_ctx, "file", in.bytes, in.size, &tex, &found);
     fuzz_said(status);
+    if (in.size > 1)
+        look(&in, &tex);
     if (!status) {
         FUZZ_NEED(found < IBL_CONTAINER_COUNT);
         FUZZ_NEED(tex.pixel < IBL_PIXEL_COUNT && tex.width >= 1 &&

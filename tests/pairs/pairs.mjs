@@ -2,7 +2,7 @@
 // node tests/pairs/pairs.mjs BUILD [--write [--more]] [--alone] [--light]
 //                            [--list] [--seed N] [--seconds S] [COMMAND...]
 //
-// Runs every pair of values of the options of bake, verify, probes and view, as
+// Runs every pair of values of the options of bake, verify, info, probes and view, as
 // their --help lists them, in rows of many options each, and judges each run by
 // the laws below. What is refused stands in refused.txt with its message; rows
 // avoid it, and it is run by itself. --write finds all pairs that are misuse by

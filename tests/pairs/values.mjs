@@ -96,6 +96,17 @@ export const commands = {
         },
         silent: {...silentRunning, isa: 'the same digits'},
     },
+    info: {
+        words: ['info'], page: ['iblbake', 'info'], env: '../mild.exr', tail: '',
+        row: 8, usual: [],
+        values: {
+            ENV: ['../sun.hdr', '../folder', '../set', '../set/brdf_lut.ktx2',
+                ...layouts],
+            ...inputs, ...running,
+        },
+        silent: {...silentRunning, isa: 'the same digits',
+            'max-memory': 'larger files are refused'},
+    },
     probes: {
         words: ['probes'], page: ['iblbake', 'probes'], env: '../set.json',
         tail: '-o out', row: 14, usual: ['size'],
