@@ -172,6 +172,7 @@ wrong no-map 1 'iblbake: none.exr: *' none.exr
 wrong second-map 1 'iblbake: none.exr: *' "$env" none.exr
 wrong report 1 'iblbake: *none/x.json: cannot be written*' "$env" \
     --json "$work/none/x.json"
+wrong both 1 'iblbake: *: is both input and output*' "$env" --json "$env"
 wrong stdin 2 'iblbake: -: *standard input*' -
 wrong nothing 2 'iblbake: no map*'
 TMPDIR=$work/none wrong no-place 1 'iblbake: *none/*: set TMPDIR*' "$env"

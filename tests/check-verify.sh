@@ -46,10 +46,15 @@ wrong() { # STATUS GLOB [arguments]
 # a map without small lights and 1e-2 beside a sun; rgb9e5 rounds at 1e-3,
 # r11g11b10f at 1e-2.
 test_own_bakes_pass() {
+    local file
     iblbake -q $small env.exr -o out && MAX=0.003 accept env.exr out
     iblbake -q $floats env.hdr -o hdr && MAX=0.02 accept env.hdr hdr
     iblbake -q $small env.exr -o out --name other
     MAX=0.003 accept --name other env.exr out
+    for file in env.exr out/other.json out/other_specular.ktx2; do
+        wrong 1 "iblbake: $file: is both input and output: *" env.exr out \
+            --name other --json $file
+    done
     rm out/env*
     wrong 1 '*: out: has no env_specular*another name*' env.exr out
 }

@@ -458,6 +458,7 @@ test_texels() {
 
 test_misuse() {
     wrong 2 '*nothing to show*--help' --offscreen a.png
+    wrong 2 '*env.exr: is both input and output: *' env.exr --offscreen env.exr
     wrong 2 '*twice*' "$work/ktx2" twice
     wrong 2 '*--frobnicate*unknown*--help' --frobnicate x
     wrong 2 '*--level*has no value*' "$work/ktx2" --level

@@ -199,6 +199,7 @@ TEST(twice)
 {
     NEED(!mkdir(at("t"), 0777) && !symlink("x", at("t/link")) &&
          !symlink("t", at("t2")) && !mkdir(at("t/d"), 0777));
+    put(at("t/x"), "0");
     ibl_outputs *out = create();
     CHECK(!add(out, at("t/x"), "1") && !add(out, at("t/d/x"), "6"));
     CHECK(add(out, at("t/x"), "2") == IBL_ERR_ARGUMENT &&
@@ -244,19 +245,19 @@ TEST(links)
     NEED(!mkdir(at("l"), 0777) && !mkdir(at("l/far"), 0777));
     put(at("l/far/file"), "old");
     NEED(!symlink("far/file", at("l/link")) &&
-         !symlink("far/not-yet", at("l/dangling")) &&
+         !symlink("far/none", at("l/dangling")) &&
          !symlink("loop", at("l/loop")) && !symlink("far", at("l/dir")));
     ibl_outputs *out = create();
     CHECK(!add(out, at("l/link"), "new"));
-    CHECK(!add(out, at("l/dangling"), "made"));
+    CHECK(add(out, at("l/dangling"), "x") == IBL_ERR_IO &&
+          test_said(&kept, "choose another name"));
     CHECK(add(out, at("l/loop"), "x") == IBL_ERR_IO);
     CHECK(add(out, at("l/dir"), "x") == IBL_ERR_IO &&
           test_said(&kept, "directory"));
     CHECK(!ibl_outputs_commit(out));
     CHECK(!lstat(at("l/link"), &st) && S_ISLNK(st.st_mode));
-    CHECK(!lstat(at("l/dangling"), &st) && S_ISLNK(st.st_mode));
-    CHECK(holds(at("l/far/file"), "new") && holds(at("l/far/not-yet"), "made"));
-    CHECK(entries(at("l/far")) == 2 && entries(at("l")) == 5);
+    CHECK(holds(at("l/far/file"), "new"));
+    CHECK(entries(at("l/far")) == 1 && entries(at("l")) == 5);
 }
 
 /* ---- a system that fails, or is interrupted ---------------------------- */
@@ -265,21 +266,24 @@ typedef enum call {
     WRITE,
     CLOSE,
     FSYNC,
-    LSTAT,
     RENAME,
-    EXCHANGE,
     MKDIR
 } call;
 
 static struct {
     call call;
-    int error; /* 0: a signal comes after it, and what it undoes */
-    ibl_outputs *out;
+    int error;  /* 0: a signal comes */
     bool stays; /* all fail from that one on */
-    bool plain; /* names cannot be exchanged */
     int left;   /* calls before the one that fails; < 0: none does */
     bool failed;
+    ibl_outputs *out;
 } fault = {.left = -1};
+
+static void on_signal(int number)
+{
+    (void)number;
+    ibl_outputs_abort(fault.out);
+}
 
 static bool fails(call c)
 {
@@ -287,16 +291,10 @@ static bool fails(call c)
         return false;
     fault.left += fault.stays;
     fault.failed = true;
+    if (!fault.error)
+        raise(SIGUSR1);
     errno = fault.error;
-    return true;
-}
-
-/* What a call is that a signal may come after. */
-static int ended(call c, int result)
-{
-    if (!fault.error && fails(c))
-        ibl_outputs_abort(fault.out);
-    return result;
+    return fault.error;
 }
 
 #define WRAP(type, name, params)                                               \
@@ -316,27 +314,9 @@ WRAP(int, close, (int fd))
     return fails(CLOSE) ? -1 : result;
 }
 
-WRAP(int, lstat, (const char *path, struct stat *st))
-{
-    return fails(LSTAT) ? -1 : __real_lstat(path, st);
-}
-
 WRAP(int, rename, (const char *from, const char *to))
 {
-    return fault.error && fails(RENAME)
-               ? -1
-               : ended(RENAME, __real_rename(from, to));
-}
-
-WRAP(int, renameat2,
-     (int a, const char *from, int b, const char *to, unsigned flags))
-{
-    if (!fault.plain)
-        return fault.error && fails(EXCHANGE)
-                   ? -1
-                   : ended(EXCHANGE, __real_renameat2(a, from, b, to, flags));
-    errno = EINVAL;
-    return -1;
+    return fails(RENAME) ? -1 : __real_rename(from, to);
 }
 
 /* Another program makes it just before we do. */
@@ -359,8 +339,9 @@ WRAP(int, fsync, (int fd))
     return fails(FSYNC) ? -1 : __real_fsync(fd);
 }
 
-/* Whichever call fails: all files are new or all old; nothing else. Where names
- * cannot be exchanged, what was replaced may stay so. */
+/* Whichever call fails: all files are old or all new, but that a rename that
+ * fails leaves those before it new; nothing else is there. A signal comes
+ * before all renames or after them. */
 TEST(calls_that_fail)
 {
     static const char *const names[] = {"a", "b", "sub/c", "made/d"};
@@ -372,7 +353,7 @@ TEST(calls_that_fail)
     static const struct {
         call call;
         int error;
-        bool stays, plain;
+        bool stays;
         int outcome;
     } cases[] = {{WRITE, EINTR, .outcome = PASSES},
                  {WRITE, ENOSPC, .outcome = FAILS},
@@ -381,20 +362,12 @@ TEST(calls_that_fail)
                  {FSYNC, EINTR, .outcome = PASSES},
                  {FSYNC, EINVAL, true, .outcome = PASSES},
                  {FSYNC, EIO, .outcome = FAILS},
-                 {LSTAT, EIO, .outcome = FAILS},
-                 {LSTAT, EIO, true, .outcome = FAILS},
                  {RENAME, EIO, .outcome = FAILS},
-                 {RENAME, 0, .outcome = FAILS},
-                 {EXCHANGE, 0, .outcome = FAILS},
-                 {RENAME, EIO, .plain = true, .outcome = FAILS},
-                 {EXCHANGE, EIO, .outcome = FAILS},
-                 {EXCHANGE, EINVAL, true, .outcome = PASSES},
-                 {EXCHANGE, ENOSYS, true, .outcome = PASSES},
-                 {EXCHANGE, EPERM, true, .outcome = PASSES},
-                 {EXCHANGE, EOPNOTSUPP, true, .outcome = PASSES},
+                 {RENAME, 0, .outcome = PASSES},
                  {MKDIR, EEXIST, .outcome = PASSES}};
     ibl_ctx *two = test_keeping_ctx(2, &kept);
 
+    signal(SIGUSR1, on_signal);
     NEED(!mkdir(at("q"), 0777) && !mkdir(at("q/sub"), 0777));
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         bool fell = true;
@@ -411,7 +384,6 @@ TEST(calls_that_fail)
             fault.error = cases[k].error;
             fault.out = out;
             fault.stays = cases[k].stays;
-            fault.plain = cases[k].plain;
             fault.left = n;
             fault.failed = false;
             ibl_status status = ibl_outputs_mkdir(out, at("q/made"));
@@ -426,24 +398,26 @@ TEST(calls_that_fail)
             ibl_texture_free(&tex);
             fault.left = -1;
             fell = fault.failed;
-            if (fell && !cases[k].error)
-                status = IBL_ERR_IO; /* the program would have ended */
             bad += status != IBL_OK;
             CHECK_MSG(status ? status == IBL_ERR_IO && fell &&
                                    cases[k].outcome != PASSES
                              : !fell || cases[k].outcome != FAILS,
                       "case %zu, call %d: %s", k, n, kept.text[IBL_LOG_ERROR]);
+            /* The first four flushes are those of files. */
+            const int renamed = !status                   ? 4
+                                : cases[k].call == RENAME ? n
+                                : cases[k].call == FSYNC  ? n / 4 * 4
+                                                          : 0;
             for (int i = 0; i < 4; i++) {
                 const char *path = at("q/%s", names[i]);
-                CHECK_MSG(i == 3 || (i == 1 && status) ? exists(path) == !status
-                          : status && !(cases[k].plain && holds(path, "new"))
-                              ? holds(path, "old")
-                              : holds(path, "new"),
+                CHECK_MSG(i == 3 || (i == 1 && i >= renamed)
+                              ? exists(path) == (i < renamed)
+                              : holds(path, i < renamed ? "new" : "old"),
                           "case %zu, call %d: %s", k, n, names[i]);
             }
-            CHECK_MSG(entries(at("q")) == (status ? 2 : 4) &&
+            CHECK_MSG(entries(at("q")) == 2 + (renamed > 1) + (renamed > 3) &&
                           entries(at("q/sub")) == 1 &&
-                          entries(at("q/made")) == (status ? -1 : 1),
+                          entries(at("q/made")) == (renamed > 3 ? 1 : -1),
                       "case %zu, call %d: something is left", k, n);
             remove(at("q/b"));
             remove(at("q/made/d"));
@@ -452,6 +426,7 @@ TEST(calls_that_fail)
         CHECK_MSG(!bad == (cases[k].outcome == PASSES), "case %zu: %d failed",
                   k, bad);
     }
+    signal(SIGUSR1, SIG_DFL);
 }
 
 static int times_flushed(const char *path)
@@ -506,59 +481,46 @@ static int die_in_commit(void)
     return 2;
 }
 
-/* FNV-1a of the host's name. */
-static unsigned host(void)
+/* FNV-1a of the names of the host and of the namespace of PIDs. */
+static unsigned here(void)
 {
-    char name[256] = "";
+    char name[512] = "";
     uint64_t hash = 2166136261u;
-    gethostname(name, sizeof name - 1);
+    gethostname(name, 255);
+    const size_t n = strlen(name);
+    NEED(readlink("/proc/self/ns/pid", name + n, sizeof name - n - 1) > 0);
     for (const char *c = name; *c; c++)
         hash = ((hash ^ (unsigned char)*c) * 16777619u) % (1ull << 32);
     return (unsigned)hash;
 }
 
-/* What a killed process left goes with the next set in that directory, unless
- * another is in it; what only looks like it stays. */
+/* What a killed process left goes with the next commit to that directory; what
+ * others are writing, or only looks like it, stays. */
 TEST(swept)
 {
-    const unsigned here = host();
     const char *const others[] = {
-        at("k/.a.iblbake-%08x-1-0.tmp", here), /* of process 1, which lives */
-        at("k/.a.iblbake-%08x-x-0.tmp", here),
-        at("k/.a.iblbake-%08x-999999999-0.tmp.c", here),
-        at("k/a.iblbake-%08x-999999999-0.tmp", here),
-        at("k/.a.iblbake-%08x-999999999-0.tmp", here + 1)}; /* another host */
-    ibl_outputs *first, *second;
+        at("k/.a.iblbake-%08x-1-0.tmp", here()), /* of process 1, which lives */
+        at("k/.a.iblbake-%08x-x-0.tmp", here()),
+        at("k/.a.iblbake-%08x-999999999-0.tmp.c", here()),
+        at("k/a.iblbake-%08x-999999999-0.tmp", here()),
+        at("k/.a.iblbake-%08x-999999999-0.tmp", here() + 1)}; /* elsewhere */
+    ibl_outputs *first = create(), *second = create();
     int status;
 
-    NEED(!mkdir(at("k"), 0777) && !mkdir(at("k/sub"), 0777));
+    NEED(!mkdir(at("k"), 0777));
     put(at("k/a"), "old");
     for (int i = 0; i < 5; i++)
         put(others[i], "other");
-    for (int i = 0; i < 2; i++) {
-        NEED(!ibl_outputs_create(ctx, &first));
-        if (i) /* a set that is still there when the process dies */
-            CHECK(!add(first, at("k/sub/../mine"), "mine"));
-        const pid_t pid = fork();
-        if (!pid)
-            _exit(die_in_commit());
-        NEED(waitpid(pid, &status, 0) == pid && WIFSIGNALED(status));
-        CHECK(entries(at("k")) == 9 + i);
-        NEED(!ibl_outputs_create(ctx, &second));
-        CHECK(!add(second, at("k/sub/x"), "x"));
-        CHECK(entries(at("k")) == 9 + i);
-        CHECK(!add(second, at("k/b"), "b"));
-        CHECK(entries(at("k")) == (i ? 11 : 8));
-        ibl_outputs_free(second);
-        CHECK(!ibl_outputs_commit(first));
-        ibl_outputs_free(first);
-        CHECK(entries(at("k")) == (i ? 10 : 7));
-    }
-    NEED(!ibl_outputs_create(ctx, &first));
-    CHECK(!add(first, at("k/a"), "new") && !ibl_outputs_commit(first));
-    ibl_outputs_free(first);
-    CHECK(entries(at("k")) == 8 && holds(at("k/a"), "new") &&
-          holds(at("k/mine"), "mine"));
+    CHECK(!add(first, at("k/mine"), "mine"));
+    const pid_t pid = fork();
+    if (!pid)
+        _exit(die_in_commit());
+    NEED(waitpid(pid, &status, 0) == pid && WIFSIGNALED(status));
+    CHECK(entries(at("k")) == 9);
+    CHECK(!add(second, at("k/b"), "b") && entries(at("k")) == 10);
+    CHECK(!ibl_outputs_commit(second) && entries(at("k")) == 8);
+    CHECK(!ibl_outputs_commit(first) && entries(at("k")) == 8);
+    CHECK(holds(at("k/a"), "old") && holds(at("k/mine"), "mine"));
     for (int i = 0; i < 5; i++)
         CHECK(holds(others[i], "other"));
 }
@@ -599,42 +561,83 @@ TEST(unwritable)
 
 /* ---- other processes ------------------------------------------------- */
 
-static int write_one(void)
+static const char *const four[] = {"a", "b", "c", "d"};
+
+/* Commits a set with that text, some times; 0: all were. */
+static int write_four(const char *text, int times)
 {
     ibl_outputs *out;
+    int bad = 0;
 
-    if (ibl_outputs_create(ctx, &out) || add(out, at("two/file"), "x") ||
-        ibl_outputs_commit(out))
-        return 1;
-    ibl_outputs_free(out);
-    return 0;
+    for (int n = 0; n < times && !bad; n++) {
+        bad = ibl_outputs_create(ctx, &out);
+        for (int i = 0; i < 4 && !bad; i++)
+            bad = add(out, at("two/%s", four[i]), text);
+        bad = bad || ibl_outputs_commit(out);
+        ibl_outputs_free(out);
+    }
+    return bad;
 }
 
-/* A commit waits for that of another process, which may remove its lock. */
+/* A commit waits for whoever has locked its directory, but for its program. */
 TEST(two_at_once)
 {
     const struct timespec nap = {0, 30000000};
     int result;
 
     NEED(!mkdir(at("two"), 0777));
-    for (int removes = 0; removes < 2; removes++) {
-        const int fd = open(at("two/.iblbake.lock"), O_RDWR | O_CREAT, 0666);
-        NEED(fd >= 0 && !flock(fd, LOCK_EX));
-        const pid_t child = fork();
-        NEED(child >= 0);
-        if (!child) {
-            close(fd);
-            _exit(write_one());
-        }
-        nanosleep(&nap, NULL);
-        CHECK(access(at("two/file"), F_OK));
-        if (removes)
-            remove(at("two/.iblbake.lock"));
+    const int fd = open(at("two"), O_RDONLY);
+    NEED(fd >= 0 && !flock(fd, LOCK_SH));
+    const pid_t child = fork();
+    NEED(child >= 0);
+    if (!child) {
         close(fd);
-        waitpid(child, &result, 0);
-        CHECK(!result && holds(at("two/file"), "x") && entries(at("two")) == 1);
-        remove(at("two/file"));
+        _exit(write_four("x", 1));
     }
+    nanosleep(&nap, NULL);
+    CHECK(!exists(at("two/a")));
+    NEED(!flock(fd, LOCK_UN));
+    NEED(waitpid(child, &result, 0) == child);
+    CHECK(!result && holds(at("two/d"), "x") && entries(at("two")) == 4);
+
+    ibl_outputs *out = create();
+    NEED(!flock(fd, LOCK_EX));
+    ibl_outputs_hold(out, fd);
+    alarm(60);
+    CHECK(!add(out, at("two/a"), "y") && !ibl_outputs_commit(out));
+    alarm(0);
+    close(fd);
+}
+
+/* Who locks a directory sees one set, whichever commit to it. */
+TEST(whole_sets)
+{
+    pid_t children[2];
+    int result, running = 2, mixed = 0;
+
+    NEED(!mkdir(at("two"), 0777) || errno == EEXIST);
+    NEED(!write_four("0", 1));
+    for (int k = 0; k < 2; k++) {
+        NEED((children[k] = fork()) >= 0);
+        if (!children[k])
+            _exit(write_four(k ? "1" : "2", 100));
+    }
+    const int fd = open(at("two"), O_RDONLY);
+    while (running) {
+        char seen[5] = "";
+        NEED(fd >= 0 && !flock(fd, LOCK_SH));
+        for (int i = 0; i < 4; i++)
+            seen[i] = holds(at("two/%s", four[i]), "1")   ? '1'
+                      : holds(at("two/%s", four[i]), "2") ? '2'
+                                                          : '0';
+        mixed += strspn(seen, (char[]){seen[0], '\0'}) != 4;
+        NEED(!flock(fd, LOCK_UN));
+        const pid_t ended = waitpid(-1, &result, WNOHANG);
+        running -= ended > 0;
+        CHECK(ended <= 0 || !result);
+    }
+    CHECK_MSG(!mixed, "%d of several sets", mixed);
+    close(fd);
 }
 
 void test_setup(void)

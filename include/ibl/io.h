@@ -733,28 +733,29 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
 
 /*
  * A set of output files. Each is written to a temporary file beside its target
- * (".NAME.iblbake-HOST-PID-N.tmp", mode 0666 & ~umask). commit renames them
+ * (".NAME.iblbake-PLACE-PID-N.tmp", mode 0666 & ~umask). commit renames them
  * all; abort removes them and any directory that was made for them. Until
- * commit, existing files are unchanged. After a failure of the program, a
- * signal or a full disk, either all files of the set are in place, or all old
- * files are.
+ * commit, existing files are unchanged: after a failure of the program, a
+ * signal or a full disk, all old files are there.
  *
  * This does not cover a crash of the system or a power cut. Data that the
  * system has not yet written to the disk (this takes about half a minute) is
  * then lost, and a new file may be empty or short in place of an old one.
  * ibl_outputs_sync prevents this.
  *
- * A process that is killed (SIGKILL) leaves temporaries and, during commit, a
- * set of which some files are new and some old, each complete; a temporary may
- * then hold an old file. The next set with a target in the same directory
- * removes them, unless another set is in that directory, a process has their
- * PID, or the file system has no locks: sets lock the directories of their
- * targets with flock, shared, until they are freed. Commits in a directory
- * follow one another, by a lock on a file .iblbake.lock, there as long as one.
+ * A commit waits until no other has its directories, by flock on them, so that
+ * of two sets with the same targets all files are those of one. Directories of
+ * file systems without such locks (NFS) are not locked. Programs that look at
+ * several files of a set can lock its directory, too.
  *
- * If a target is a symbolic link, the file that it names is replaced or made.
- * Targets that are not files (directories, devices, pipes) and files without
- * write permission are refused with IBL_ERR_IO and stay unchanged.
+ * A process that is killed (SIGKILL) leaves temporaries and, during commit, a
+ * set of which some files are new and some old, each complete. The first commit
+ * of another process to the same directory removes the temporaries, unless a
+ * process has their PID; those of other hosts and containers stay.
+ *
+ * If a target is a symbolic link, the file that it names is replaced. Targets
+ * that are not files (directories, devices, pipes, links to nothing) and files
+ * without write permission are refused with IBL_ERR_IO and stay unchanged.
  *
  * A path has at most 4031 bytes. Relative paths are valid while the working
  * directory stays the same. If RLIMIT_FSIZE is set, a program must ignore
@@ -806,28 +807,23 @@ ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
 /* Waits until all added files are written. */
 ibl_status ibl_outputs_wait(ibl_outputs *out);
 /*
- * Renames every file to its target. The set is then empty and can be reused.
- * If a rename fails, earlier renames are undone, old files return to their
- * places, the set is aborted and the status is IBL_ERR_IO. (On a file system
- * that cannot exchange two names, such as NFS or FAT, an old file that was
- * replaced before the failure stays replaced.)
+ * Renames every file to its target, in the order in which they were added. The
+ * set is then empty and can be reused. Signals to the calling thread wait
+ * meanwhile. IBL_ERR_IO: a rename failed, or with sync a flush; files that were
+ * renamed before stay so, and the set is aborted.
  */
 ibl_status ibl_outputs_commit(ibl_outputs *out);
 /*
- * Removes all files not committed, and empty directories made for the set.
- * During a commit it undoes the renames as above. It makes only system calls,
- * so it is safe in a signal handler on any thread; the program should then end.
- * errno is kept. Nothing can be added afterwards. NULL is fine.
+ * Removes all files not committed, and empty directories made for the set. It
+ * makes only system calls, so it is safe in a signal handler on any thread; the
+ * program should then end. errno is kept. Nothing can be added afterwards. NULL
+ * is fine.
  */
 void ibl_outputs_abort(ibl_outputs *out);
 void ibl_outputs_free(ibl_outputs *out); /* aborts first; NULL is fine */
-/* Locks a directory before the first target in it: a program that writes many
- * sets into it holds it by one, so that not each of them searches it. */
-void ibl_outputs_hold(ibl_outputs *out, const char *directory);
-/* Removes temporaries of killed processes from a directory, of which this is a
- * descriptor. For callers that have locked it with flock, exclusively: sets
- * then cannot lock it, and do not do this. */
-void ibl_outputs_sweep(int directory);
+/* The caller has this directory locked by flock, exclusively, by a descriptor
+ * that stays open until the set is freed: commit does not wait for it. */
+void ibl_outputs_hold(ibl_outputs *out, int directory);
 
 IBL_API_END
 #ifdef __cplusplus

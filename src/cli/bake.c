@@ -309,7 +309,6 @@ static bool write_output(ibl_bake *b, ibl_output_kind kind)
     case IBL_OUTPUT_LOBES:
         return write_lobes(b);
     case IBL_OUTPUT_JSON:
-        return write_sidecar(b);
     case IBL_OUTPUT_COUNT:
         break;
     }
@@ -325,16 +324,17 @@ static bool write_harmonics(ibl_bake *b)
     return write_text(b, b->sh_path, ibl_sh_text(format, sh), "the harmonics");
 }
 
+/* The sidecar is last: where it is new, so are the others. */
 static bool write_all(ibl_bake *b)
 {
     const ibl_opts *o = b->opts;
     bool ok = true;
 
-    for (int kind = 0; kind < IBL_OUTPUT_COUNT && ok; kind++)
+    for (int kind = 0; kind < IBL_OUTPUT_JSON && ok; kind++)
         ok = !b->files[kind].path || write_output(b, (ibl_output_kind)kind);
-    if (ok && b->sh_path)
-        ok = write_harmonics(b);
-    return ok && (!o->preview || write_preview(b)) &&
+    return ok && (!b->sh_path || write_harmonics(b)) &&
+           (!o->preview || write_preview(b)) &&
+           (!b->files[IBL_OUTPUT_JSON].path || write_sidecar(b)) &&
            (!o->verify || !b->from->print || ibl_bake_judged(b));
 }
 

@@ -219,7 +219,6 @@ static bool commit_stamped(worker *w)
     if (ok) {
         ibl_stamp_hold(&s);
         ok = ibl_bake_commit(&w->run) && ibl_stamp_write(&s, w->since, w->ctx);
-        ibl_stamp_release(&s, ok);
     }
     ibl_stamp_free(&s);
     return ok;
@@ -473,10 +472,7 @@ static bool write_anew(worker *w, ibl_stamp *s)
     bool moved;
 
     ibl_stamp_hold(s);
-    const bool ok =
-        ibl_stamp_holds(s, &moved) && ibl_stamp_write(s, since, w->ctx);
-    ibl_stamp_release(s, true);
-    return ok;
+    return ibl_stamp_holds(s, &moved) && ibl_stamp_write(s, since, w->ctx);
 }
 
 /* Whether the map is unchanged since its stamp was written. Errors are reported
@@ -565,8 +561,6 @@ static bool make_folders(batch *b)
               !ibl_outputs_mkdir(b->folders, b->opts->directory) &&
               (!b->opts->incremental || !ibl_outputs_mkdir(b->folders, stamps));
 
-    if (ok)
-        ibl_outputs_hold(b->folders, b->opts->directory);
     b->console.failed |= b->workers->run.console.failed;
     free(stamps);
     return ok;

@@ -62,8 +62,8 @@ typedef struct ibl_stamp {
     char options[IBL_HASH_SIZE]; /* hash of all that decides what is made */
     char **files;                /* what is read, then what is made */
     int count, inputs;
-    char *lock; /* a file beside the stamp */
-    int held;   /* its descriptor, or -1 */
+    char *folder; /* of all stamps */
+    int held;     /* a descriptor of it, or -1 */
 } ibl_stamp;
 
 /* Fills in the stamp of a bake whose files have names. False: no memory, or no
@@ -76,11 +76,10 @@ void ibl_stamp_free(ibl_stamp *stamp);
  * anew. */
 bool ibl_stamp_holds(const ibl_stamp *stamp, bool *moved);
 
-/* Waits until no other run replaces the files of the same stamp; until the
- * release, they all wait. Does nothing where the file system has no locks of
- * byte ranges. ok: whether there is a stamp. */
+/* Waits until no other bake has the folder of the stamps, and has it until the
+ * stamp is freed, where the file system can lock it. So a stamp is of the run
+ * whose files are there. */
 void ibl_stamp_hold(ibl_stamp *stamp);
-void ibl_stamp_release(ibl_stamp *stamp, bool ok);
 
 /* Writes the stamp, unless what is read changed after `since`, seconds of the
  * real-time clock, or cannot be hashed. False, after a message: it cannot be

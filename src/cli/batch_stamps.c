@@ -5,12 +5,12 @@
  * and one for each file with the hash of its contents and what stat() says of
  * it. A file that stat() says is the same is not read.
  */
-#define _GNU_SOURCE /* F_OFD_SETLKW */
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -105,16 +105,14 @@ bool ibl_stamp_of(const ibl_map_bake *r, ibl_isa isa, ibl_stamp *s)
     const size_t most = IBL_FACES + (size_t)r->count * IBL_SET_PATHS;
     char *name = r->opts->input ? ibl_format("%s.map", r->opts->name)
                                 : ibl_format("tables");
-    char *folder = ibl_path_join(root, IBL_STAMPS);
 
-    *s = (ibl_stamp){.files = calloc(most, sizeof *s->files), .held = -1};
-    if (folder && name) {
-        s->path = ibl_path_join(folder, name);
-        s->lock = ibl_path_join(folder, "lock");
-    }
-    free(folder);
+    *s = (ibl_stamp){.files = calloc(most, sizeof *s->files),
+                     .folder = ibl_path_join(root, IBL_STAMPS),
+                     .held = -1};
+    if (s->folder && name)
+        s->path = ibl_path_join(s->folder, name);
     free(name);
-    return s->path && s->lock && s->files && hash_options(r, isa, s->options) &&
+    return s->path && s->files && hash_options(r, isa, s->options) &&
            add_files(r, s);
 }
 
@@ -122,9 +120,11 @@ void ibl_stamp_free(ibl_stamp *s)
 {
     for (int i = 0; i < s->count; i++)
         free(s->files[i]);
+    if (s->path && s->held >= 0)
+        close(s->held);
     free(s->files);
     free(s->path);
-    free(s->lock);
+    free(s->folder);
     *s = (ibl_stamp){0};
 }
 
@@ -174,58 +174,11 @@ bool ibl_stamp_holds(const ibl_stamp *s, bool *moved)
     return same;
 }
 
-/* F_OFD_SETLK or F_OFD_SETLKW for bytes of the lock file; 0 bytes: all. */
-static bool lock_bytes(const ibl_stamp *s, int command, long from, int bytes)
-{
-    struct flock range = {.l_type = F_WRLCK,
-                          .l_whence = SEEK_SET,
-                          .l_start = from,
-                          .l_len = bytes};
-    int failed;
-
-    while ((failed = fcntl(s->held, command, &range)) && errno == EINTR)
-        continue;
-    return !failed;
-}
-
-/* Whether another run removed the lock file before it was locked. */
-static bool is_gone(const ibl_stamp *s)
-{
-    struct stat held, named;
-
-    if (stat(s->lock, &named))
-        return errno == ENOENT;
-    return !fstat(s->held, &held) && held.st_ino != named.st_ino;
-}
-
-/* Locks the byte of the lock file whose number follows from the stamp's name,
- * so that different maps do not wait for each other. */
 void ibl_stamp_hold(ibl_stamp *s)
 {
-    char hash[IBL_HASH_SIZE], first[8] = "";
-    const char *name = ibl_path_name(s->path);
-
-    ibl_hash_bytes(name, strlen(name), hash);
-    memcpy(first, hash, sizeof first - 1);
-    do {
-        if (s->held >= 0)
-            close(s->held);
-        s->held = open(s->lock, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    } while (s->held >= 0 &&
-             lock_bytes(s, F_OFD_SETLKW, strtol(first, NULL, 16), 1) &&
-             is_gone(s));
-}
-
-/* Where nothing was written the lock file goes, so that its folder can, unless
- * another run locks a part of it. */
-void ibl_stamp_release(ibl_stamp *s, bool ok)
-{
-    if (s->held < 0)
-        return;
-    if (!ok && lock_bytes(s, F_OFD_SETLK, 0, 0))
-        unlink(s->lock);
-    close(s->held);
-    s->held = -1;
+    s->held = open(s->folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    while (s->held >= 0 && flock(s->held, LOCK_EX) && errno == EINTR)
+        continue;
 }
 
 static bool put_file(FILE *to, const char *path, double since)
@@ -255,10 +208,12 @@ bool ibl_stamp_write(const ibl_stamp *s, double since, ibl_ctx *ctx)
     for (int i = 0; i < s->count && known; i++)
         known = put_file(to, s->files[i], i < s->inputs ? since : HUGE_VAL);
     char *text = ibl_memory_close(to, &file);
-    const bool ok = !text || !known ||
-                    (!ibl_outputs_create(ctx, &outputs) &&
-                     !ibl_outputs_add(outputs, s->path, text, file.size) &&
-                     !ibl_outputs_commit(outputs));
+    bool ok = !text || !known;
+    if (!ok && !ibl_outputs_create(ctx, &outputs)) {
+        ibl_outputs_hold(outputs, s->held);
+        ok = !ibl_outputs_add(outputs, s->path, text, file.size) &&
+             !ibl_outputs_commit(outputs);
+    }
     ibl_outputs_free(outputs);
     free(text);
     return ok;

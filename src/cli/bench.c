@@ -580,12 +580,16 @@ static int run(const void *settings)
     ibl_console_init(&b->console, o->common.quiet, o->common.verbose);
     ibl_signals_catch();
     /* Before the minutes of work, not after them. */
-    for (int i = 0; i < 3 && ok; i++)
+    for (int i = 0; i < 3 && ok; i++) {
         ok = !reports[i].path || ibl_path_is_open(reports[i].path) ||
              ibl_console_fail(&b->console,
                               "%s: cannot be written: %s: choose another "
                               "directory",
                               reports[i].path, strerror(errno));
+        for (int m = 0; m < o->map_count && ok && reports[i].path; m++)
+            ok = ibl_console_differ(&b->console, o->maps[m], reports[i].path,
+                                    "file");
+    }
     json_t *document = ok ? measure(b) : NULL;
     ibl_console_finish(&b->console);
     ok = document && !ibl_start_outputs(b->ctx, 0, &outputs);

@@ -239,7 +239,7 @@ bool ibl_console_commit(ibl_console *console, ibl_outputs *outputs)
         return ibl_console_fail(console,
                                 "standard output cannot be written: %s", why);
     ibl_console_progress(console, "write", 1);
-    return !ibl_outputs_wait(outputs) && !ibl_commit_outputs(outputs);
+    return !ibl_outputs_commit(outputs);
 }
 
 /* ---- warnings --------------------------------------------------------- */

@@ -466,6 +466,7 @@ bool ibl_probes_start(ibl_probes_bake *p)
         ibl_outputs_mkdir(p->outputs, opts->output))
         return false;
     p->held = ibl_probes_hold(p->console, opts->output, LOCK_EX);
+    ibl_outputs_hold(p->outputs, p->held);
     return true;
 }
 

@@ -333,7 +333,7 @@ static bool write_set(const ibl_probes_opts *opts, ibl_console *console,
         !ibl_start(&common, console, &ctx) &&
         !ibl_start_outputs(ctx, opts->sync, &outputs) &&
         !ibl_outputs_add(outputs, opts->output, text, strlen(text)) &&
-        !ibl_commit_outputs(outputs);
+        !ibl_outputs_commit(outputs);
     ibl_end_outputs(outputs);
     ibl_ctx_free(ctx);
     return ok;

@@ -26,8 +26,6 @@ int ibl_probes_hold(ibl_console *console, const char *directory, int lock)
             continue;
     }
     /* After other errors there is no lock: the file system has none. */
-    if (!failed && lock == LOCK_EX)
-        ibl_outputs_sweep(fd);
     return fd;
 }
 

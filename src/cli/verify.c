@@ -586,13 +586,28 @@ static bool judge_rendered(const verify *v, ibl_report *report)
     return ok;
 }
 
+/* Fails if a file would replace what is judged. */
+static bool check_output(const verify *v, const char *path)
+{
+    const char *inputs[IBL_CONTENTS + 2] = {v->o->input, v->set.sidecar};
+    bool ok = true;
+
+    for (int c = 0; c < IBL_CONTENTS; c++)
+        inputs[c + 2] = v->set.file[c].path;
+    for (int i = 0; i < IBL_CONTENTS + 2 && ok && path; i++)
+        ok = !inputs[i] ||
+             ibl_console_differ(v->console, inputs[i], path, "file");
+    return ok;
+}
+
 /* Reads what there is, and judges it. */
 static bool judge(verify *v, ibl_report *report)
 {
     bool map = v->o->rendered;
 
     report->options = v->o->judge;
-    if (!read_files(v))
+    if (!read_files(v) || !check_output(v, v->o->json) ||
+        !check_output(v, v->o->heatmap))
         return false;
     for (int c = 0; c < IBL_CONTENT_LUT; c++)
         map |= v->cube[c].data != NULL;

@@ -78,12 +78,3 @@ void ibl_end_outputs(ibl_outputs *outputs)
     atomic_store(&guarded, NULL);
     ibl_outputs_free(outputs);
 }
-
-ibl_status ibl_commit_outputs(ibl_outputs *outputs)
-{
-    ibl_signals_hold();
-    const ibl_status status = ibl_outputs_commit(outputs);
-    atomic_store(&guarded, NULL);
-    ibl_signals_release();
-    return status;
-}

@@ -17,10 +17,8 @@ void ibl_signals_pass(void (*handler)(int number));
 void ibl_signals_hold(void);
 void ibl_signals_release(void);
 
-/* Makes outputs that a signal aborts, until they are committed or ended. */
+/* Makes outputs that a signal aborts, until they are ended. */
 ibl_status ibl_start_outputs(ibl_ctx *ctx, int sync, ibl_outputs **outputs);
-/* Commits the outputs; signals are blocked meanwhile. */
-ibl_status ibl_commit_outputs(ibl_outputs *outputs);
 /* Removes files not committed and frees the outputs; NULL is fine. */
 void ibl_end_outputs(ibl_outputs *outputs);
 

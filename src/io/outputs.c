@@ -1,88 +1,55 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Output files that appear all together or not at all.
+ * Output files that appear all together or not at all: each is written to a
+ * temporary, and commit renames them. A temporary is in the directory of its
+ * target, so that both are on one file system.
  *
- * A temporary is in the directory of its target, so that both are on one file
- * system. If the target is a symbolic link, the file that it names is replaced
- * and the link stays, as with a shell's > and cp.
- *
- * Commit exchanges temporary and target where the file system can. The old
- * file then has the temporary's name until all is done, and a failure half-way
- * restores it.
- *
- * A process that is killed leaves temporaries, so each set locks the
- * directories of its targets (flock, shared). The first set in a directory that
- * nobody has locked removes what killed processes left there. Commits in a
- * directory follow one another, so that the files there are all of one set.
+ * A commit locks the directories of its targets (flock), so that the files
+ * there are all of one set, and removes what killed processes left in them.
  *
  * ibl_outputs_abort may run in a signal handler at any point. It uses only
- * arrays of fixed size. A name is recorded before its file is made. Which of
- * two names a file has during a rename is not recorded: abort asks the file
- * system, by inode. If that fails, the last recorded state counts.
+ * arrays of fixed size. A name is recorded before its file is made, and kept
+ * until all have been renamed: then there is nothing of that name to remove.
  */
 #define _GNU_SOURCE
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/utsname.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
 #include "ibl/io.h"
 #include "io/container.h"
-#include "io/temporary.h"
 
 enum {
-    PATH_BYTES = 4096, /* a path and its zero, Linux's PATH_MAX */
-    SUFFIX_BYTES = 64, /* maximum that a temporary's name is longer */
-    MAX_LINKS = 40,    /* followed before they count as a loop */
-    CHUNK = 1 << 22,   /* bytes written between two checks for a cancel */
-    MAX_TRIES = 1000   /* of names for a temporary */
+    PATH_BYTES = 4096,     /* a path and its zero, Linux's PATH_MAX */
+    SUFFIX_BYTES = 64,     /* maximum that a temporary's name is longer */
+    KEPT_NAME_BYTES = 128, /* most of the target's name in a temporary's */
+    CHUNK = 1 << 22,       /* bytes written between two checks for a cancel */
+    SEARCHED = 64          /* directories that are remembered */
 };
 
-/* The state of a slot, and how abort undoes it. */
-enum {
-    UNUSED,  /* nothing to undo */
-    NAMED,   /* remove the temporary if it exists */
-    WRITTEN, /* the same; the file is complete */
-    PLACING, /* find out which of the two names the file has, and undo that */
-    PLACED   /* the same; the file has the target's name */
-};
-
+/* A file of the set. */
 typedef struct slot {
-    atomic_int state;
-    atomic_bool replaces; /* commit found an old file at the target */
-    dev_t device;         /* of the file, valid from WRITTEN on */
+    dev_t device; /* of the target's directory */
     ino_t inode;
-    dev_t dir_device; /* of the target's directory */
-    ino_t dir_inode;
-    char *target; /* PATH_BYTES each; not a symbolic link */
-    char *temporary;
+    int lock; /* of that, with its first slot of a commit; or -1 */
+    char target[PATH_BYTES]; /* not a symbolic link */
+    char temporary[PATH_BYTES];
 } slot;
-
-/* A directory that targets are in. */
-typedef struct held_dir {
-    dev_t device;
-    ino_t inode;
-    int fd;            /* locked, or -1 */
-    atomic_int commit; /* the lock of its commits, NONE or OPENING */
-} held_dir;
-
-enum {
-    NONE = -1,
-    OPENING = -2 /* it may be there, not yet locked */
-};
-
-typedef struct made_dir {
-    atomic_bool used;
-    char *path;
-} made_dir;
 
 /* A texture that another thread is writing. */
 typedef struct writing {
@@ -98,19 +65,14 @@ typedef struct writing {
 struct ibl_outputs {
     ibl_ctx *ctx;
     writing later;
-    int count; /* slots in use */
-    int dir_count;
+    atomic_int count;     /* slots in use */
+    atomic_int dir_count; /* directories that were made */
     bool sync;
-    unsigned serial;       /* number for the next temporary's name */
-    atomic_bool aborted;   /* permanent: no more files or renames */
-    atomic_bool committed; /* all files are renamed; old files may be left */
-    int held_count;
-    held_dir held[IBL_MAX_OUTPUTS];
+    int held;            /* a directory that the caller has locked, or -1 */
+    atomic_bool aborted; /* permanent: no more files or renames */
+    /* 4 MiB, not touched before use. */
     slot slots[IBL_MAX_OUTPUTS];
-    made_dir dirs[IBL_MAX_OUTPUT_DIRS];
-    /* Two for each slot, then one for each directory. A separate array, not
-     * touched before use: it takes 4 MiB. */
-    char paths[2 * IBL_MAX_OUTPUTS + IBL_MAX_OUTPUT_DIRS][PATH_BYTES];
+    char dirs[IBL_MAX_OUTPUT_DIRS][PATH_BYTES];
 };
 
 /* Advice for the user by errno. */
@@ -126,8 +88,7 @@ static const char *advice(int error)
     case ENOENT:
     case ENOTDIR:
         return ": choose another directory";
-    case EEXIST: /* a dangling link */
-    case ELOOP:
+    case EEXIST:
         return ": choose another name";
     case ENAMETOOLONG:
         return ": choose a shorter name";
@@ -166,14 +127,9 @@ ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out)
     *out = NULL;
     if (!set)
         return ibl_no_memory(ctx, "a set of outputs");
-    memset(set, 0, offsetof(ibl_outputs, paths));
+    memset(set, 0, offsetof(ibl_outputs, slots));
     set->ctx = ctx;
-    for (int i = 0; i < IBL_MAX_OUTPUTS; i++) {
-        set->slots[i].target = set->paths[2 * i];
-        set->slots[i].temporary = set->paths[2 * i + 1];
-    }
-    for (int i = 0; i < IBL_MAX_OUTPUT_DIRS; i++)
-        set->dirs[i].path = set->paths[2 * IBL_MAX_OUTPUTS + i];
+    set->held = -1;
     /* A signal handler may use the set once *out is written. */
     atomic_signal_fence(memory_order_seq_cst);
     *out = set;
@@ -183,6 +139,12 @@ ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out)
 void ibl_outputs_sync(ibl_outputs *out, int sync)
 {
     out->sync = sync;
+}
+
+void ibl_outputs_hold(ibl_outputs *out, int directory)
+{
+    if (out)
+        out->held = directory;
 }
 
 /* ---- directories ---------------------------------------------------- */
@@ -206,14 +168,11 @@ static ibl_status make_dir(ibl_outputs *out, const char *path)
                         IBL_MAX_OUTPUT_DIRS);
 
     /* Record the name before mkdir. The directory is ours: it did not exist. */
-    made_dir *dir = &out->dirs[out->dir_count];
-    memcpy(dir->path, path, strlen(path) + 1);
-    atomic_store(&dir->used, true);
-    if (!mkdir(path, 0777)) {
-        out->dir_count++;
+    memcpy(out->dirs[out->dir_count], path, strlen(path) + 1);
+    out->dir_count++;
+    if (!mkdir(path, 0777))
         return IBL_OK;
-    }
-    atomic_store(&dir->used, false);
+    out->dir_count--;
     const int error = errno;
     if (error == EEXIST && !stat(path, &st) && S_ISDIR(st.st_mode))
         return IBL_OK; /* another process made it */
@@ -253,120 +212,74 @@ static void name_dir(const char *path, char dir[PATH_BYTES])
     memcpy(dir + n, ".", 2);
 }
 
-/* Locks a directory, once, and sweeps it if no other set has. Does not wait: a
- * lock that is not had only keeps the directory from being swept. */
-static void lock_dir(ibl_outputs *out, const char *dir, const struct stat *st)
+/* ---- names of temporaries -------------------------------------------- */
+
+static const char mark[] = ".iblbake-";
+
+/* A hash of what a PID is valid in, FNV-1a of 32 bits: the host's name, since
+ * machines share file systems, and the namespace, since containers do. */
+static unsigned place(void)
 {
-    for (int i = 0; i < out->held_count; i++)
-        if (out->held[i].device == st->st_dev &&
-            out->held[i].inode == st->st_ino)
-            return;
-    if (out->held_count == IBL_MAX_OUTPUTS)
-        return;
-    int fd = open(dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd >= 0 && !flock(fd, LOCK_EX | LOCK_NB))
-        ibl_outputs_sweep(fd);
-    if (fd >= 0 && flock(fd, LOCK_SH | LOCK_NB)) {
+    struct utsname system = {.nodename = ""};
+    char names[sizeof system.nodename + 64] = "";
+    uint32_t hash = 2166136261u;
+
+    uname(&system);
+    size_t n = strlen(memcpy(names, system.nodename, sizeof system.nodename));
+    if (readlink("/proc/self/ns/pid", names + n, 63) < 0)
+        names[n] = '\0';
+    for (const char *c = names; *c; c++)
+        hash = (hash ^ (unsigned char)*c) * 16777619u;
+    return hash;
+}
+
+/* Sets the temporary's name: ".NAME.iblbake-PLACE-PID-N.tmp". */
+static void name_temporary(slot *s)
+{
+    static atomic_uint serial;
+    const size_t dir = dir_length(s->target);
+
+    memcpy(s->temporary, s->target, dir);
+    snprintf(s->temporary + dir, PATH_BYTES - dir, ".%.*s%s%08x-%ld-%u.tmp",
+             KEPT_NAME_BYTES, s->target + dir, mark, place(), (long)getpid(),
+             atomic_fetch_add(&serial, 1));
+}
+
+/* Whether a name is that of a temporary of a process that was killed. */
+static bool is_left(const char *name, unsigned here)
+{
+    const char *last = NULL;
+    unsigned made_by, serial;
+    int end = 0;
+    long pid;
+
+    for (const char *at = name; (at = strstr(at, mark)); at++)
+        last = at;
+    return name[0] == '.' && last && last > name &&
+           sscanf(last + sizeof mark - 1, "%8x-%ld-%u.tmp%n", &made_by, &pid,
+                  &serial, &end) == 3 &&
+           end && !last[sizeof mark - 1 + (size_t)end] && made_by == here &&
+           pid > 0 && kill((pid_t)pid, 0) && errno == ESRCH;
+}
+
+/* Removes temporaries of killed processes. */
+static void sweep(int directory)
+{
+    const int fd = openat(directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    DIR *dir = fd < 0 ? NULL : fdopendir(fd);
+    const unsigned here = place();
+    const struct dirent *d;
+
+    while (dir && (d = readdir(dir)))
+        if (is_left(d->d_name, here))
+            unlinkat(directory, d->d_name, 0);
+    if (dir)
+        closedir(dir);
+    else if (fd >= 0)
         close(fd);
-        fd = -1;
-    }
-    /* In an order that all processes have, so that none waits for another. */
-    int i = out->held_count++;
-    for (; i > 0 && (out->held[i - 1].device > st->st_dev ||
-                     (out->held[i - 1].device == st->st_dev &&
-                      out->held[i - 1].inode > st->st_ino));
-         i--)
-        out->held[i] = out->held[i - 1];
-    out->held[i] = (held_dir){st->st_dev, st->st_ino, fd, NONE};
-}
-
-/* A file, for the time of a commit: directories are locked for longer. */
-static const char commit_lock[] = ".iblbake.lock";
-
-static int open_lock(int dir, int flags)
-{
-    return openat(dir, commit_lock,
-                  O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | flags, 0666);
-}
-
-/* Waits until no other set is being committed in a directory. Without the file
- * there is no lock. */
-static void lock_commits(held_dir *h)
-{
-    struct stat named, opened;
-
-    for (int i = 0; i < MAX_TRIES; i++) {
-        atomic_store(&h->commit, OPENING);
-        const int fd = open_lock(h->fd, O_CREAT);
-        atomic_store(&h->commit, fd < 0 ? NONE : fd);
-        if (fd < 0)
-            return;
-        while (flock(fd, LOCK_EX) && errno == EINTR)
-            ;
-        /* The one before may have removed the file. */
-        if (!fstatat(h->fd, commit_lock, &named, AT_SYMLINK_NOFOLLOW) &&
-            !fstat(fd, &opened) && named.st_dev == opened.st_dev &&
-            named.st_ino == opened.st_ino)
-            return;
-        atomic_store(&h->commit, NONE);
-        close(fd);
-    }
-}
-
-/* Only system calls. Leaves the file to one who has locked it. */
-static void unlock_commits(ibl_outputs *out)
-{
-    for (int i = 0; i < out->held_count; i++) {
-        held_dir *h = &out->held[i];
-        int fd = atomic_load(&h->commit);
-        if (fd == OPENING)
-            fd = open_lock(h->fd, 0);
-        if (fd >= 0) {
-            if (!flock(fd, LOCK_EX | LOCK_NB) || errno != EWOULDBLOCK)
-                unlinkat(h->fd, commit_lock, 0);
-            close(fd);
-        }
-        atomic_store(&h->commit, NONE);
-    }
-}
-
-static void unlock_dirs(ibl_outputs *out)
-{
-    for (int i = 0; i < out->held_count; i++)
-        if (out->held[i].fd >= 0)
-            close(out->held[i].fd);
-    out->held_count = 0;
-}
-
-void ibl_outputs_hold(ibl_outputs *out, const char *directory)
-{
-    struct stat st;
-    if (out && directory && !stat(directory, &st))
-        lock_dir(out, directory, &st);
 }
 
 /* ---- adding --------------------------------------------------------- */
-
-/* Replaces a target that is a symbolic link by the path it names, which may not
- * exist. */
-static ibl_status follow_links(const ibl_outputs *out, char *target)
-{
-    int error = ELOOP;
-    for (int i = 0; i < MAX_LINKS && error == ELOOP; i++) {
-        char link[PATH_BYTES];
-        const ssize_t n = readlink(target, link, sizeof link - 1);
-        if (n < 0)
-            return IBL_OK; /* not a link, or does not exist */
-        link[n] = '\0';
-        const size_t dir = link[0] == '/' ? 0 : dir_length(target);
-        if (dir + (size_t)n >= PATH_BYTES - SUFFIX_BYTES)
-            error = ENAMETOOLONG;
-        else
-            memcpy(target + dir, link, (size_t)n + 1);
-    }
-    errno = error;
-    return failed(out, target, "is a link that cannot be followed");
-}
 
 /* Refuses existing targets that cannot be replaced. */
 static ibl_status check_existing(const ibl_outputs *out, const char *path)
@@ -392,67 +305,57 @@ static ibl_status check_existing(const ibl_outputs *out, const char *path)
     return IBL_OK;
 }
 
-static bool same_target(const slot *a, const slot *b)
+/* The order in which all processes lock directories, so that none waits for one
+ * that waits for it; 0: the same directory. */
+static int compare_dirs(const slot *a, const slot *b)
 {
-    return a->dir_device == b->dir_device && a->dir_inode == b->dir_inode &&
-           !strcmp(a->target + dir_length(a->target),
-                   b->target + dir_length(b->target));
+    if (a->device != b->device)
+        return a->device < b->device ? -1 : 1;
+    return a->inode < b->inode ? -1 : a->inode > b->inode;
 }
 
-/* Sets the target of s and the identity of its directory. */
+/* Sets the target of s, the identity of its directory, and the temporary's
+ * name. Of a link the file that it names is the target. */
 static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
 {
     struct stat st;
+    char dir[PATH_BYTES];
     ibl_status status = check_length(out, path);
     if (!status)
         status = check_existing(out, path);
     if (status)
         return status;
     memcpy(s->target, path, strlen(path) + 1);
-    status = follow_links(out, s->target);
-    if (status)
-        return status;
+    if (!lstat(path, &st) && S_ISLNK(st.st_mode)) {
+        if (!realpath(path, s->target))
+            return ibl_fail(out->ctx, IBL_ERR_IO,
+                            "%s: is a link that cannot be followed: %s: choose "
+                            "another name",
+                            path, strerror(errno));
+        status = check_length(out, s->target);
+        if (status)
+            return status;
+    }
     if (!s->target[dir_length(s->target)])
         return ibl_fail(out->ctx, IBL_ERR_IO, "%s: ends in /, a file is needed",
                         path);
 
-    char dir[PATH_BYTES];
     name_dir(s->target, dir);
     if (stat(dir, &st))
         return failed(out, path, "its directory cannot be reached");
-    s->dir_device = st.st_dev;
-    s->dir_inode = st.st_ino;
-    for (int i = 0; i < out->count; i++) {
-        if (atomic_load(&out->slots[i].state) != UNUSED &&
-            same_target(&out->slots[i], s))
+    s->device = st.st_dev;
+    s->inode = st.st_ino;
+    s->lock = -1;
+    for (int i = 0; i < out->count; i++)
+        if (!compare_dirs(&out->slots[i], s) &&
+            !strcmp(out->slots[i].target + dir_length(out->slots[i].target),
+                    s->target + dir_length(s->target)))
             return ibl_fail(
                 out->ctx, IBL_ERR_ARGUMENT,
                 "%s: is the name of another output too: give each its own",
                 path);
-    }
-    lock_dir(out, dir, &st);
+    name_temporary(s);
     return IBL_OK;
-}
-
-/* Creates the temporary, with an unused name. */
-static int create_temporary(ibl_outputs *out, slot *s)
-{
-    const size_t dir = dir_length(s->target);
-    int fd = -1;
-    memcpy(s->temporary, s->target, dir);
-    for (int i = 0; i < MAX_TRIES; i++) {
-        ibl_temporary_name(s->temporary + dir, PATH_BYTES - dir,
-                           s->target + dir, out->serial++);
-        atomic_store(&s->state, NAMED);
-        fd = open(s->temporary,
-                  O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
-        if (fd >= 0)
-            break;
-        atomic_store(&s->state, UNUSED);
-        if (errno != EEXIST)
-            break;
-    }
-    return fd;
 }
 
 static const char cancelled[] = "cancelled";
@@ -487,35 +390,22 @@ static const char *flush_file(int fd)
     return NULL;
 }
 
-/* Writes and closes a temporary; removes it on failure. Returns NULL,
- * `cancelled`, or what failed, with errno. Runs on any thread;
- * the caller's thread reports the failure. */
-static const char *write_temporary(ibl_outputs *out, slot *s, int fd,
+/* Writes and closes a temporary. Returns NULL, `cancelled`, or what failed,
+ * with errno. Runs on any thread; the caller's thread reports the failure. */
+static const char *write_temporary(const ibl_outputs *out, int fd,
                                    const ibl_pieces *file)
 {
-    struct stat st;
-    const char *trouble = fstat(fd, &st) ? "cannot be written" : NULL;
+    const char *trouble = NULL;
     for (int i = 0; i < file->count && !trouble; i++)
         trouble = write_piece(out, fd, file->piece[i]);
     if (!trouble && out->sync)
         trouble = flush_file(fd);
-    int error = errno;
+    const int error = errno;
     /* NFS reports a full disk only here. */
-    if (close(fd) && errno != EINTR && !trouble) {
-        trouble = "cannot be written";
-        error = errno;
-    }
-    if (trouble) {
-        unlink(s->temporary);
-        atomic_store(&s->state, UNUSED);
-        errno = error;
-        return trouble;
-    }
-    s->device = st.st_dev;
-    s->inode = st.st_ino;
-    atomic_store(&s->replaces, false);
-    atomic_store(&s->state, WRITTEN);
-    return NULL;
+    if (close(fd) && errno != EINTR && !trouble)
+        return "cannot be written";
+    errno = error;
+    return trouble;
 }
 
 static ibl_status report(const ibl_outputs *out, const char *path,
@@ -542,8 +432,10 @@ static ibl_status begin_file(ibl_outputs *out, const char *path, slot **s,
     const ibl_status status = aim(out, path, *s);
     if (status)
         return status;
-    out->count++; /* from now on abort checks this slot */
-    *fd = create_temporary(out, *s);
+    out->count++;            /* from now on abort removes the temporary */
+    unlink((*s)->temporary); /* of a killed process that had our PID */
+    *fd = open((*s)->temporary,
+               O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (*fd >= 0)
         return IBL_OK;
     out->count--;
@@ -555,14 +447,16 @@ static ibl_status add_file(ibl_outputs *out, const char *path,
 {
     slot *s;
     int fd;
-    const ibl_status status = begin_file(out, path, &s, &fd);
+    ibl_status status = begin_file(out, path, &s, &fd);
     if (status)
         return status;
-    const char *trouble = write_temporary(out, s, fd, file);
+    const char *trouble = write_temporary(out, fd, file);
     if (!trouble)
         return IBL_OK;
+    status = report(out, path, trouble);
+    unlink(s->temporary);
     out->count--;
-    return report(out, path, trouble);
+    return status;
 }
 
 ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
@@ -599,7 +493,7 @@ static void write_later(void *arg)
 {
     ibl_outputs *out = arg;
     writing *w = &out->later;
-    w->trouble = write_temporary(out, w->s, w->fd, &w->file);
+    w->trouble = write_temporary(out, w->fd, &w->file);
     w->error = errno;
 }
 
@@ -663,84 +557,16 @@ ibl_status ibl_outputs_wait(ibl_outputs *out)
 
 /* ---- commit and abort ----------------------------------------------- */
 
-/* Exchanges two names. ENOSYS or EINVAL: not supported. */
-static int exchange(const char *a, const char *b)
-{
-    return renameat2(AT_FDCWD, a, AT_FDCWD, b, RENAME_EXCHANGE);
-}
-
-/* Whether path is the slot's file. errno if not: 0 if it is another file,
- * ENOENT if there is none, else unknown. */
-static bool is_ours(const slot *s, const char *path)
-{
-    struct stat st;
-    errno = 0;
-    return !lstat(path, &st) && st.st_dev == s->device && st.st_ino == s->inode;
-}
-
-/* Restores the old file. If the file system cannot exchange names, rename has
- * removed the old file: then the new one stays. */
-static void take_back(slot *s)
-{
-    if (!atomic_load(&s->replaces)) {
-        unlink(s->target);
-        return;
-    }
-    atomic_store(&s->state, PLACING);
-    if (exchange(s->temporary, s->target)) {
-        rename(s->temporary, s->target); /* the file system cannot exchange */
-        return;
-    }
-    atomic_store(&s->state, WRITTEN);
-    unlink(s->temporary);
-}
-
-/* Removes one file of the set and restores the old one. Only system calls. */
-static void undo(slot *s)
-{
-    const int state = atomic_load(&s->state);
-    if (state == UNUSED)
-        return;
-    if (state < PLACING || is_ours(s, s->temporary))
-        unlink(s->temporary);
-    else if (is_ours(s, s->target) ||
-             (state == PLACED && errno && errno != ENOENT))
-        take_back(s);
-    atomic_store(&s->state, UNUSED);
-}
-
-/* Removes old files after a commit; they have the temporaries' names. */
-static void remove_old(ibl_outputs *out)
-{
-    for (int i = 0; i < IBL_MAX_OUTPUTS; i++) {
-        if (atomic_load(&out->slots[i].state) != UNUSED)
-            unlink(out->slots[i].temporary);
-        atomic_store(&out->slots[i].state, UNUSED);
-    }
-    for (int i = 0; i < IBL_MAX_OUTPUT_DIRS; i++)
-        atomic_store(&out->dirs[i].used, false);
-}
-
 void ibl_outputs_abort(ibl_outputs *out)
 {
     if (!out)
         return;
     const int saved = errno;
-    if (atomic_load(&out->committed)) {
-        unlock_commits(out);
-        remove_old(out);
-        errno = saved;
-        return;
-    }
     atomic_store(&out->aborted, true);
-    for (int i = IBL_MAX_OUTPUTS - 1; i >= 0; i--)
-        undo(&out->slots[i]);
-    unlock_commits(out);
-    for (int i = IBL_MAX_OUTPUT_DIRS - 1; i >= 0; i--) {
-        if (atomic_load(&out->dirs[i].used))
-            rmdir(out->dirs[i].path); /* fails if other files are in it */
-        atomic_store(&out->dirs[i].used, false);
-    }
+    for (; out->count > 0; out->count--)
+        unlink(out->slots[out->count - 1].temporary);
+    for (; out->dir_count > 0; out->dir_count--)
+        rmdir(out->dirs[out->dir_count - 1]); /* fails if files are in it */
     errno = saved;
 }
 
@@ -749,42 +575,64 @@ void ibl_outputs_free(ibl_outputs *out)
     if (out)
         end_writing(out);
     ibl_outputs_abort(out);
-    if (out)
-        unlock_dirs(out);
     ibl_free(out);
 }
 
-/* Exchanges temporary and target; renames where that is impossible. */
-static int give_name(const slot *s)
+/* Waits for the lock of the slot's directory and sweeps it. What has no locks
+ * is not locked, as a directory of NFS. */
+static void lock_dir(ibl_outputs *out, slot *s)
 {
-    if (!atomic_load(&s->replaces))
-        return rename(s->temporary, s->target);
-    if (!exchange(s->temporary, s->target))
-        return 0;
-    if (errno != EINVAL && errno != ENOSYS && errno != EPERM &&
-        errno != EOPNOTSUPP)
-        return -1;
-    return rename(s->temporary, s->target);
+    /* One search of a directory by a process, not for each of its sets. */
+    static _Atomic uint64_t searched[SEARCHED];
+    const uint64_t id = (uint64_t)s->device << 48 ^ (uint64_t)s->inode;
+    const struct timespec nap = {.tv_nsec = 2000000};
+    struct stat st;
+    char dir[PATH_BYTES];
+
+    name_dir(s->target, dir);
+    s->lock = open(dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (s->lock < 0)
+        return; /* writable but not readable */
+    const bool held = out->held >= 0 && !fstat(out->held, &st) &&
+                      st.st_dev == s->device && st.st_ino == s->inode;
+    while (!held && flock(s->lock, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK &&
+           !ibl_cancelled(out->ctx))
+        nanosleep(&nap, NULL);
+    if (atomic_exchange(&searched[id % SEARCHED], id) != id)
+        sweep(s->lock);
 }
 
-/* Gives the file its target's name. After it the temporary's name belongs to
- * the old file, or to none. */
-static int put_in_place(slot *s)
+static void lock_dirs(ibl_outputs *out)
 {
-    struct stat st;
-    const bool replaces = !lstat(s->target, &st);
-    if (!replaces && errno != ENOENT)
-        return -1;
-    if (replaces && S_ISDIR(st.st_mode)) {
-        errno = EISDIR; /* exchange would replace a directory */
-        return -1;
+    slot *next, *last = NULL;
+
+    do {
+        next = NULL;
+        for (int i = 0; i < out->count; i++) {
+            slot *s = &out->slots[i];
+            if ((!last || compare_dirs(s, last) > 0) &&
+                (!next || compare_dirs(s, next) < 0))
+                next = s;
+        }
+        if (next)
+            lock_dir(out, next);
+        last = next;
+    } while (next);
+}
+
+static ibl_status rename_all(ibl_outputs *out)
+{
+    if (ibl_cancelled(out->ctx))
+        return IBL_ERR_CANCELLED;
+    for (int i = 0; i < out->count; i++) {
+        const slot *s = &out->slots[i];
+        if (rename(s->temporary, s->target))
+            return failed(
+                out, s->target,
+                i ? "cannot be put in place, as others of its set were"
+                  : "cannot be put in place");
     }
-    atomic_store(&s->replaces, replaces);
-    atomic_store(&s->state, PLACING);
-    if (give_name(s))
-        return -1;
-    atomic_store(&s->state, PLACED);
-    return 0;
+    return atomic_load(&out->aborted) ? IBL_ERR_CANCELLED : IBL_OK;
 }
 
 /* Flushes the directory of path. Ignores directories that cannot be flushed. */
@@ -802,45 +650,34 @@ static ibl_status flush_dir(ibl_outputs *out, const char *path)
     return status;
 }
 
-static ibl_status flush_dirs(ibl_outputs *out)
-{
-    ibl_status status = IBL_OK;
-    for (int i = 0; !status && i < out->count; i++) {
-        bool known = false;
-        for (int j = 0; j < i; j++)
-            known |= out->slots[i].dir_device == out->slots[j].dir_device &&
-                     out->slots[i].dir_inode == out->slots[j].dir_inode;
-        if (!known)
-            status = flush_dir(out, out->slots[i].target);
-    }
-    for (int i = 0; !status && i < out->dir_count; i++)
-        status = flush_dir(out, out->dirs[i].path);
-    return status;
-}
-
 ibl_status ibl_outputs_commit(ibl_outputs *out)
 {
+    sigset_t all, before;
     ibl_status status = ibl_outputs_wait(out);
-    for (int i = 0; !status && i < out->held_count; i++)
-        if (out->held[i].fd >= 0)
-            lock_commits(&out->held[i]);
-    for (int i = 0; !status && i < out->count; i++) {
-        if (ibl_cancelled(out->ctx) || atomic_load(&out->aborted))
-            status = IBL_ERR_CANCELLED;
-        else if (put_in_place(&out->slots[i]))
-            status =
-                failed(out, out->slots[i].target, "cannot be put in place");
-    }
-    if (!status && out->sync)
-        status = flush_dirs(out);
-    if (status) {
-        ibl_outputs_abort(out);
+    if (status)
         return status;
+
+    const int count = out->count; /* an abort may come */
+    lock_dirs(out);
+    /* A signal waits until all have their names. */
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    status = rename_all(out);
+    for (int i = 0; i < count; i++) {
+        slot *s = &out->slots[i];
+        if (s->lock < 0)
+            continue;
+        if (!status && out->sync)
+            status = flush_dir(out, s->target);
+        close(s->lock);
+        s->lock = -1;
     }
-    atomic_store(&out->committed, true);
-    unlock_commits(out);
-    remove_old(out);
-    out->count = out->dir_count = 0;
-    atomic_store(&out->committed, false);
-    return IBL_OK;
+    for (int i = 0; !status && out->sync && i < out->dir_count; i++)
+        status = flush_dir(out, out->dirs[i]);
+    if (!status)
+        out->count = out->dir_count = 0;
+    else
+        ibl_outputs_abort(out);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    return status;
 }

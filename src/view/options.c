@@ -11,6 +11,7 @@
 
 #include "common/names.h"
 #include "common/option.h"
+#include "common/path.h"
 #include "view/message.h"
 #include "view/picture.h"
 #include "view/set_parts.h"
@@ -262,6 +263,10 @@ static bool validate(void *options)
     if (!o->request.path)
         return view_fail("nothing to show: iblview [options] PATH, see "
                          "iblview --help");
+    const char *file = sheet ? o->contact_sheet : o->offscreen;
+    if (file && ibl_path_same(o->request.path, file) > 0)
+        return view_fail("%s: is both input and output: choose another file",
+                         file);
     if (o->texel[0] >= o->size[0] || o->texel[1] >= o->size[1])
         return view_fail("--texel %g,%g: outside the picture of %dx%d",
                          o->texel[0], o->texel[1], o->size[0], o->size[1]);

@@ -60,7 +60,7 @@ bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
                              path, width, height)) &&
         !ibl_start_outputs(ctx, false, &outputs) &&
         !ibl_outputs_add(outputs, path, file, size) &&
-        !ibl_commit_outputs(outputs);
+        !ibl_outputs_commit(outputs);
     ibl_end_outputs(outputs);
     free(file);
     return ok;

@@ -18,8 +18,7 @@ enum {
     FAULT_FLUSH, /* fsync */
     FAULT_LOCK,  /* flock */
     FAULT_RENAME,
-    FAULT_EXCHANGE, /* renameat2 */
-    FAULT_REMOVE,   /* unlink, rmdir */
+    FAULT_REMOVE, /* unlink, rmdir */
     FAULT_MKDIR,
     FAULT_STAT, /* access, too */
     FAULT_FILE, /* any of them from open on */
@@ -28,9 +27,8 @@ enum {
 };
 
 static const char *const fault_kinds[FAULT_KINDS] = {
-    "memory",   "thread", "open",  "create", "read",
-    "write",    "close",  "flush", "lock",   "rename",
-    "exchange", "remove", "mkdir", "stat",   "file"};
+    "memory", "thread", "open",   "create", "read",  "write", "close",
+    "flush",  "lock",   "rename", "remove", "mkdir", "stat",  "file"};
 
 /* Shared by all processes that a program starts. */
 typedef struct fault_counts {

@@ -309,13 +309,6 @@ int rename(const char *from, const char *to)
     return FAILS(FAULT_RENAME) ? -1 : next(from, to);
 }
 
-int renameat2(int from_dir, const char *from, int to_dir, const char *to,
-              unsigned flags)
-{
-    NEXT(renameat2);
-    return FAILS(FAULT_EXCHANGE) ? -1 : next(from_dir, from, to_dir, to, flags);
-}
-
 int unlink(const char *path)
 {
     NEXT(unlink);

@@ -6,8 +6,9 @@
  * each of its calls to the C library failing once (preload.c), and judges it:
  *   - status 0: files and what is printed are those of a run without a fault,
  *     or a note of iblview's says what the picture is without;
- *   - status 1: files are as before, and there is one line. It says what
- *     failed, and names a file unless memory or a thread was missing;
+ *   - status 1: files are as before, or each is old or new if a rename or what
+ *     follows it failed, and there is one line. It says what failed, and names
+ * a file unless memory or a thread was missing;
  *   - killed by SIGKILL: each file is old or new, what else is there are
  *     temporaries, and the next run leaves what a run without a fault leaves;
  *   - by SIGTERM: files are all as before, or all new.
@@ -174,9 +175,8 @@ static bool is_temporary(const char *path)
     const char *name = strrchr(path, '/');
 
     name = name ? name + 1 : path;
-    return !strcmp(name, ".iblbake.lock") ||
-           (*name == '.' && strstr(name, ".iblbake-") && n > 4 &&
-            !strcmp(path + n - 4, ".tmp"));
+    return *name == '.' && strstr(name, ".iblbake-") && n > 4 &&
+           !strcmp(path + n - 4, ".tmp");
 }
 
 /* What is in a but not the same in b; NULL: nothing. */
@@ -328,6 +328,8 @@ static bool judge(const char *fault, int kind, int error, const result *r)
 {
     const char *what = NULL, *path = NULL;
     const bool left = kind == FAULT_REMOVE;
+    const bool parts =
+        walk.parts || kind == FAULT_RENAME || kind == FAULT_FLUSH;
 
     if (WIFSIGNALED(r->status) && WTERMSIG(r->status) == -error) {
         what = "files are neither old nor new:";
@@ -346,8 +348,8 @@ static bool judge(const char *fault, int kind, int error, const result *r)
             path = "standard error";
     } else if (WIFEXITED(r->status) && WEXITSTATUS(r->status) == 1) {
         what = "old files are not as they were:";
-        path = walk.parts ? judge_parts(r, left)
-                          : differ(&r->files, &walk.before, left);
+        path = parts ? judge_parts(r, left)
+                     : differ(&r->files, &walk.before, left);
         if (!path && (path = judge_line(r->err, kind, error)))
             what = "the line";
     } else {
@@ -381,8 +383,6 @@ static const struct {
     {FAULT_FLUSH, {TEXT(EIO), TEXT(ENOSPC), TEXT(EINTR)}},
     {FAULT_LOCK, {TEXT(EIO), TEXT(ENOLCK) "+", TEXT(EINTR)}},
     {FAULT_RENAME, {TEXT(EIO), TEXT(ENOSPC)}},
-    {FAULT_EXCHANGE,
-     {TEXT(EIO), TEXT(ENOSPC), TEXT(EINVAL) "+", TEXT(ENOSYS) "+"}},
     {FAULT_REMOVE, {TEXT(EIO), TEXT(EIO) "+"}},
     {FAULT_MKDIR, {TEXT(ENOSPC), TEXT(EDQUOT), TEXT(EIO)}},
     {FAULT_STAT, {TEXT(EIO), TEXT(EACCES)}},
