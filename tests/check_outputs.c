@@ -79,6 +79,63 @@ static ibl_status add(ibl_outputs *out, const char *path, const char *text)
     return ibl_outputs_add(out, path, text, strlen(text));
 }
 
+/* ---- killed processes ---------------------------------------------------- */
+
+static int die_in_commit(void)
+{
+    ibl_outputs *out;
+    if (ibl_outputs_create(ctx, &out) || add(out, at("k/a"), "new") ||
+        add(out, at("k/b"), "new"))
+        return 1;
+    raise(SIGKILL);
+    return 2;
+}
+
+/* FNV-1a of the names of the host and of the namespace of PIDs. */
+static unsigned here(void)
+{
+    char name[512] = "";
+    uint64_t hash = 2166136261u;
+    gethostname(name, 255);
+    const size_t n = strlen(name);
+    NEED(readlink("/proc/self/ns/pid", name + n, sizeof name - n - 1) > 0);
+    for (const char *c = name; *c; c++)
+        hash = ((hash ^ (unsigned char)*c) * 16777619u) % (1ull << 32);
+    return (unsigned)hash;
+}
+
+/* What a killed process left goes with the next commit to that directory; what
+ * others are writing, or only looks like it, stays. The first test: a process
+ * searches a directory once, and inodes of removed ones are used again. */
+TEST(swept)
+{
+    const char *const others[] = {
+        at("k/.a.iblbake-%08x-1-0.tmp", here()), /* of process 1, which lives */
+        at("k/.a.iblbake-%08x-x-0.tmp", here()),
+        at("k/.a.iblbake-%08x-999999999-0.tmp.c", here()),
+        at("k/a.iblbake-%08x-999999999-0.tmp", here()),
+        at("k/.a.iblbake-%08x-999999999-0.tmp", here() + 1)}; /* elsewhere */
+    ibl_outputs *first = create(), *second = create();
+    int status;
+
+    NEED(!mkdir(at("k"), 0777));
+    put(at("k/a"), "old");
+    for (int i = 0; i < 5; i++)
+        put(others[i], "other");
+    CHECK(!add(first, at("k/mine"), "mine"));
+    const pid_t pid = fork();
+    if (!pid)
+        _exit(die_in_commit());
+    NEED(waitpid(pid, &status, 0) == pid && WIFSIGNALED(status));
+    CHECK(entries(at("k")) == 9);
+    CHECK(!add(second, at("k/b"), "b") && entries(at("k")) == 10);
+    CHECK(!ibl_outputs_commit(second) && entries(at("k")) == 8);
+    CHECK(!ibl_outputs_commit(first) && entries(at("k")) == 8);
+    CHECK(holds(at("k/a"), "old") && holds(at("k/mine"), "mine"));
+    for (int i = 0; i < 5; i++)
+        CHECK(holds(others[i], "other"));
+}
+
 TEST(committed)
 {
     ibl_outputs *out;
@@ -467,62 +524,6 @@ TEST(flushed)
                   !remove(at("%s", paths[i])));
         CHECK(!rmdir(at("f/x/y")) && !rmdir(at("f/x")));
     }
-}
-
-/* ---- killed processes ---------------------------------------------------- */
-
-static int die_in_commit(void)
-{
-    ibl_outputs *out;
-    if (ibl_outputs_create(ctx, &out) || add(out, at("k/a"), "new") ||
-        add(out, at("k/b"), "new"))
-        return 1;
-    raise(SIGKILL);
-    return 2;
-}
-
-/* FNV-1a of the names of the host and of the namespace of PIDs. */
-static unsigned here(void)
-{
-    char name[512] = "";
-    uint64_t hash = 2166136261u;
-    gethostname(name, 255);
-    const size_t n = strlen(name);
-    NEED(readlink("/proc/self/ns/pid", name + n, sizeof name - n - 1) > 0);
-    for (const char *c = name; *c; c++)
-        hash = ((hash ^ (unsigned char)*c) * 16777619u) % (1ull << 32);
-    return (unsigned)hash;
-}
-
-/* What a killed process left goes with the next commit to that directory; what
- * others are writing, or only looks like it, stays. */
-TEST(swept)
-{
-    const char *const others[] = {
-        at("k/.a.iblbake-%08x-1-0.tmp", here()), /* of process 1, which lives */
-        at("k/.a.iblbake-%08x-x-0.tmp", here()),
-        at("k/.a.iblbake-%08x-999999999-0.tmp.c", here()),
-        at("k/a.iblbake-%08x-999999999-0.tmp", here()),
-        at("k/.a.iblbake-%08x-999999999-0.tmp", here() + 1)}; /* elsewhere */
-    ibl_outputs *first = create(), *second = create();
-    int status;
-
-    NEED(!mkdir(at("k"), 0777));
-    put(at("k/a"), "old");
-    for (int i = 0; i < 5; i++)
-        put(others[i], "other");
-    CHECK(!add(first, at("k/mine"), "mine"));
-    const pid_t pid = fork();
-    if (!pid)
-        _exit(die_in_commit());
-    NEED(waitpid(pid, &status, 0) == pid && WIFSIGNALED(status));
-    CHECK(entries(at("k")) == 9);
-    CHECK(!add(second, at("k/b"), "b") && entries(at("k")) == 10);
-    CHECK(!ibl_outputs_commit(second) && entries(at("k")) == 8);
-    CHECK(!ibl_outputs_commit(first) && entries(at("k")) == 8);
-    CHECK(holds(at("k/a"), "old") && holds(at("k/mine"), "mine"));
-    for (int i = 0; i < 5; i++)
-        CHECK(holds(others[i], "other"));
 }
 
 TEST(cancelled)

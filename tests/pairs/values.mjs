@@ -84,7 +84,7 @@ export const commands = {
             ...Object.fromEntries(Object.entries(inputs).map(([n, all]) =>
                 [n, all.map(s => /\.\./.test(s) ? s + ' --name mild' : s)])),
             'array-layer': ['0', '1 --specular ../probes/probes_specular.ktx2'],
-            texels: ['24', '100', '2000'], seed: ['0', '1', '1000000000'],
+            texels: ['24', '100', '400'], seed: ['0', '1', '1000000000'],
             'max-error': ['0', '1000'],
             shader: ['auto',
                 ...['split', 'bent', 'table', 'four-taps'].map(drawn)],
