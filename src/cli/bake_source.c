@@ -129,22 +129,16 @@ static bool measure(ibl_bake_source *s, const ibl_opts *o,
 {
     ibl_measured rows[2 * IBL_RENDERED_LIST];
     ibl_candidate c = {0};
-    ibl_specular_layout layout;
 
     if (!isnan(error[lights]))
         return true;
-    bool ok = take_lights(s, lights) &&
-              !ibl_candidate_bake(s->ctx, &s->rest, o, &c) &&
-              !ibl_specular_layout_of(&o->bake.specular_options, &layout);
+    bool ok =
+        take_lights(s, lights) && !ibl_candidate_bake(s->ctx, &s->rest, o, &c);
     if (ok) {
-        ibl_drawn d = {.shader =
-                           c.lobes.data ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT,
-                       .irradiance = c.made.irradiance,
-                       .irradiance_scale = 1,
-                       .lobes = c.lobes,
+        ibl_drawn d = {.irradiance_scale = 1,
                        .lights = s->lights,
                        .light_count = s->light_count};
-        ibl_drawn_chain(&d, &c.made.specular, &layout);
+        ibl_candidate_draw(&d, &c);
         ok = ibl_measure(truth, &d, NULL, rows);
     }
     if (ok)

@@ -272,20 +272,6 @@ static bool run_fresh(bench *b, const char *map, double *time_s,
 
 /* ---- errors ---------------------------------------------------------- */
 
-/* Draws with what a candidate has. */
-static void draw_with(ibl_drawn *set, const ibl_candidate *c)
-{
-    if (c->made.specular.data) {
-        ibl_drawn_chain(set, &c->made.specular, &c->made.report.layout);
-        set->lobes = c->lobes;
-        set->shader = c->lobes.data ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT;
-    }
-    if (c->made.irradiance.data)
-        set->irradiance = c->made.irradiance;
-    if (c->lut.data)
-        set->lut = c->lut;
-}
-
 /* What a shader draws with a candidate and, where it lacks parts, those of the
  * default. */
 static bool judge_drawn(bench *b, setting *s, const ibl_candidate *c)
@@ -298,8 +284,8 @@ static bool judge_drawn(bench *b, setting *s, const ibl_candidate *c)
     if (c->lut.data)
         options.geometry = s->opts.lut.geometry;
     ibl_truth *truth = &b->truth[options.geometry];
-    draw_with(&set, &b->usual);
-    draw_with(&set, c);
+    ibl_candidate_draw(&set, &b->usual);
+    ibl_candidate_draw(&set, c);
     const bool ok = (truth->sample ||
                      ibl_truth_make(b->ctx, &b->env, 0, &options, truth)) &&
                     ibl_report_drawn(&report, truth, &set, NULL);

@@ -91,6 +91,19 @@ ibl_status ibl_candidate_round(ibl_ctx *ctx, const ibl_opts *o,
     return status; /* lobe tables are halves */
 }
 
+void ibl_candidate_draw(ibl_drawn *set, const ibl_candidate *c)
+{
+    if (c->made.specular.data) {
+        ibl_drawn_chain(set, &c->made.specular, &c->made.report.layout);
+        set->lobes = c->lobes;
+        set->shader = c->lobes.data ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT;
+    }
+    if (c->made.irradiance.data)
+        set->irradiance = c->made.irradiance;
+    if (c->lut.data)
+        set->lut = c->lut;
+}
+
 static size_t image_bytes(int width, int height, ibl_pixel pixel)
 {
     const int block = ibl_pixel_block(pixel);

@@ -4,6 +4,7 @@
 #define CLI_CANDIDATE_H
 
 #include "cli/bake_record.h"
+#include "cli/rendered.h"
 
 typedef struct ibl_candidate {
     ibl_bake_result made; /* of the cubes that the files have, and harmonics */
@@ -28,6 +29,9 @@ ibl_status ibl_candidate_round(ibl_ctx *ctx, const ibl_opts *o,
 /* The bytes of texels of the outputs of o->only but the skybox, of which none
  * is made. */
 size_t ibl_candidate_bytes(const ibl_opts *o);
+
+/* Draws with what a candidate has; what it lacks stays as it is. */
+void ibl_candidate_draw(ibl_drawn *set, const ibl_candidate *c);
 
 void ibl_candidate_free(ibl_candidate *c); /* NULL and zeroed are fine */
 
