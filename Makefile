@@ -210,7 +210,7 @@ $(SHARED): $(LIB_OBJ)
 	    $(if $(SANITIZE),,-Wl$(comma)-z$(comma)defs) -pthread -o $@ $^ \
 	    $(IO_LIBS) -lm -ldl $(LDLIBS)
 
-CLI_GEN := $(BUILD)/obj/gen/bench_page.o $(BUILD)/obj/gen/programs.o
+CLI_GEN := $(BUILD)/obj/gen/bench_page.o $(BUILD)/obj/gen/targets.o
 $(BIN): $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(IO_LIBS) $(CLI_LIBS) \
 	    -lm -ldl $(LDLIBS)
@@ -280,8 +280,8 @@ $(BUILD)/gen/lobe_tables.c: src/bake/lobe_tables.f16
 $(HLSL): include/ibl/hlsl.sed include/ibl/ibl.glsl
 	@mkdir -p $(@D)
 	sed -E -f $^ >$@
-$(BUILD)/gen/programs.c: src/cli/programs.awk include/ibl/ibl.glsl \
-                         man/iblbake-engines.7
+$(BUILD)/gen/targets.c: src/cli/targets.awk include/ibl/ibl.glsl \
+                        man/iblbake-engines.7
 	@mkdir -p $(@D)
 	awk -f $^ >$@
 $(BUILD)/gen/shaders.c: src/view/embed.awk $(SHADERS)

@@ -670,7 +670,7 @@ int ibl_bake_run(const void *settings)
 {
     const ibl_bake_line *line = settings;
 
-    if (line->one.targets & 1u << IBL_MAX_TARGETS) {
+    if (line->one.targets & IBL_TARGET_LIST) {
         ibl_targets_print(stdout);
         return 0;
     }

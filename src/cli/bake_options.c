@@ -118,7 +118,7 @@ static const ibl_option outputs[] = {
      .standard = "ENV without directory and extension",
      .help = "outputs are NAME_specular.EXT and so on"},
     {"target", 0, IBL_OTHER(targets, "LIST", ibl_targets_parse),
-     .allowed = IBL_TARGETS_ALLOWED,
+     .allowed = ibl_targets_allowed,
      .standard = "none",
      .help = "make files that these engines load as they are; sets other "
              "defaults, which list prints. Several are written to DIR/TARGET",
@@ -940,7 +940,7 @@ static bool add_set(ibl_bake_line *line, const ibl_target *target,
 {
     ibl_opts *o = &line->set[line->count++];
     static char *none[] = {NULL};
-    const char *options = ibl_target_program_of(target)->options;
+    const char *options = target->options;
     ibl_opts want;
     char prefix[32];
 
@@ -1011,7 +1011,7 @@ static bool validate(void *settings)
     const unsigned targets = line->one.targets;
     unsigned facts = 0;
 
-    if (targets & 1u << IBL_MAX_TARGETS)
+    if (targets & IBL_TARGET_LIST)
         return line->one.given.count == 1 && !line->given_count
                    ? true
                    : ibl_misuse("--target list: prints what targets set, and "
@@ -1022,7 +1022,7 @@ static bool validate(void *settings)
     if (!targets && !check_set(&line->one, &facts))
         return false;
     ibl_misuse_prefix("");
-    for (int i = 0; i < IBL_MAX_TARGETS; i++)
+    for (int i = 0; i < ibl_target_count; i++)
         if (targets & 1u << i && !add_set(line, &ibl_targets[i], &facts))
             return false;
     return ibl_check_rules(&line->one.given, rules,

@@ -84,8 +84,7 @@ static bool check_program(const ibl_opts *o)
         const char *name = ibl_output_name(kinds[i]);
         char holder[32];
         snprintf(holder, sizeof holder, "{%s}", name);
-        if (strstr(ibl_target_program_of(o->of)->load, holder) &&
-            !(o->only & 1u << kinds[i]))
+        if (strstr(o->of->load, holder) && !(o->only & 1u << kinds[i]))
             return ibl_misuse("--explain: the program loads %s: add it to "
                               "--only",
                               name);

@@ -63,8 +63,7 @@ static bool hash_options(const ibl_map_bake *r, ibl_isa isa,
             o->input ? o->input : "", o->verify, o->max_error, o->timings);
     for (int i = 0; i < r->count; i++)
         if (r->sets[i].opts->of)
-            fprintf(to, "%s\n",
-                    ibl_target_program_of(r->sets[i].opts->of)->options);
+            fprintf(to, "%s\n", r->sets[i].opts->of->options);
     put_given(to, &o->given);
     char *text = ibl_memory_close(to, &file);
     if (text)
