@@ -130,7 +130,7 @@ test_refused() {
         iblbake --target nope env.hdr -o out
     refused 2 '*--target three,: not a value*' \
         iblbake --target three, env.hdr -o out
-    refused 2 '*--target gltf: --levels 9: a cube of size 8 *' \
+    refused 2 '*--target gltf: --size 8: a cube of size 8 *' \
         iblbake --target gltf --size 8 --levels 9 env.hdr -o out
     refused 2 '*--preview p.png: *one --target*' \
         iblbake --target three,bevy --preview p.png env.hdr -o out

@@ -20,6 +20,7 @@ typedef enum ibl_lobes {
 } ibl_lobes;
 
 enum {
+    IBL_ALL_OUTPUTS = (1 << IBL_OUTPUT_COUNT) - 1,
     IBL_MAX_FACES = IBL_FACES * IBL_MAX_LEVELS,
     IBL_LIGHTS_AUTO = -1
 };
@@ -48,6 +49,7 @@ typedef struct ibl_opts {
     int filament;             /* 1: KTX as Filament reads it: ibl_texture */
     ibl_texel_options texels; /* of the cubes */
     unsigned only;            /* bit n: ibl_output_kind n is wanted */
+    unsigned asked;           /* the same before what there is none of */
     ibl_bake_options bake;
     ibl_axes axes; /* of the outputs */
     ibl_sh_format sh_format;
@@ -75,12 +77,12 @@ typedef struct ibl_opts {
     ibl_given given;
 } ibl_opts;
 
-/* The command line: options of one set, or of a set for each target. */
+/* The command line: options of one set, or of a set for each target, which are
+ * equal in all that is of no set. */
 typedef struct ibl_bake_line {
-    ibl_opts one; /* first, as the parser's settings */
+    ibl_opts set[IBL_MAX_TARGETS]; /* the first as the parser's settings */
+    int count;                     /* of sets; 1 without targets */
     char **words;
-    int count; /* of sets; 0: there are no targets, and one counts */
-    ibl_opts set[IBL_MAX_TARGETS];
     bool batch;         /* many environments, or what is done for many */
     const char **given; /* the arguments that are environments or folders */
     int given_count;
@@ -174,12 +176,16 @@ static inline bool ibl_opts_want(const ibl_opts *o, ibl_output_kind kind)
     return o->only & 1u << kind;
 }
 
-/* Checks them beside a target, whose own options are those of want. False,
- * after ibl_misuse: its engine would not load the files, or show them wrongly.
- */
-bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want);
+/* Whether nothing that is wanted depends on an environment. */
+bool ibl_opts_of_none(const ibl_opts *o);
 /* Switches off the parts of the bake that no output needs. */
 void ibl_opts_select(ibl_opts *o);
+/* These refuse, after a line on stderr, options that cannot be together; those
+ * with which a target's engine would not load the files, or show them wrongly
+ * (want: the target's own options); options that mean nothing in any set. */
+bool ibl_opts_check(const ibl_opts *o);
+bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want);
+bool ibl_opts_check_uses(const ibl_bake_line *line);
 
 /* Runs the bake with settings, an ibl_bake_line; returns the exit status. */
 int ibl_bake_run(const void *settings);
@@ -243,10 +249,6 @@ int ibl_bake_files(const ibl_bake *b, bool shared,
  * fits none. */
 ibl_status ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES],
                            int *count);
-
-/* Warns of the harmonics of a baked set if somewhere they have less than half
- * the least irradiance of a channel. */
-void ibl_warn_of_harmonics(const ibl_bake *b);
 
 /* Sets the path of every wanted file. False, after a message: no memory. */
 bool ibl_bake_name_files(ibl_bake *b);

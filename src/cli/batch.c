@@ -242,7 +242,7 @@ static bool begin(worker *w, ibl_ctx *ctx, FILE *print)
     ibl_console_init(&r->console, b->opts->common.quiet,
                      b->opts->common.verbose);
     r->console.front = (ibl_console *)&b->console;
-    r->console.about = w->line.one.input;
+    r->console.about = w->line.set->input;
     r->console.terminal = false;
     return ibl_bake_begin(r);
 }
@@ -593,7 +593,7 @@ static bool make_tables(batch *b)
     bool moved, holds = false;
 
     w->line = *b->line;
-    shared = reduce(&w->line.one);
+    shared = 0;
     for (int i = 0; i < w->line.count; i++)
         shared |= reduce(&w->line.set[i]);
     b->shared = !shared;
@@ -683,12 +683,12 @@ static void free_batch(batch *b)
 int ibl_batch_run(const ibl_bake_line *line)
 {
     batch b = {.line = line,
-               .opts = line->count ? line->set : &line->one,
+               .opts = line->set,
                .lock = PTHREAD_MUTEX_INITIALIZER,
                .changed = PTHREAD_COND_INITIALIZER};
 
-    ibl_console_init(&b.console, line->one.common.quiet,
-                     line->one.common.verbose);
+    ibl_console_init(&b.console, line->set->common.quiet,
+                     line->set->common.verbose);
     ibl_signals_catch();
     const bool ok = prepare(&b) && run(&b);
     b.console.failed |= atomic_load(&stopped_by) || b.failed;

@@ -185,12 +185,13 @@ bool ibl_maps_list(const ibl_bake_line *line, ibl_console *console,
 
     for (int i = 0; i < line->given_count && ok; i++)
         ok = add_given(maps, line->given[i], console);
-    ok = ok && (!line->one.from || add_list(maps, line->one.from, console));
-    return ok && (maps->count == 1 || !ibl_is_given(&line->one.given, "name") ||
-                  ibl_console_fail(console,
-                                   "--name: is for one environment, and "
-                                   "these are %d: leave it out",
-                                   maps->count));
+    ok = ok && (!line->set->from || add_list(maps, line->set->from, console));
+    return ok &&
+           (maps->count == 1 || !ibl_is_given(&line->set->given, "name") ||
+            ibl_console_fail(console,
+                             "--name: is for one environment, and "
+                             "these are %d: leave it out",
+                             maps->count));
 }
 
 static void free_map(ibl_map *m)
@@ -235,7 +236,7 @@ bool ibl_map_line(const ibl_bake_line *all, const char *input,
                   ibl_bake_line *own)
 {
     *own = *all;
-    bool ok = aim(&own->one, input);
+    bool ok = true;
     for (int i = 0; i < own->count && ok; i++)
         ok = aim(&own->set[i], input);
     return ok;
@@ -302,7 +303,7 @@ static bool add_targets(const ibl_bake_line *line, ibl_ctx *ctx,
         ok = ibl_bake_begin(r) && ibl_bake_names(r);
         for (int i = 0; ok && i < r->count; i++)
             ok = add_set(t, &r->sets[i], m);
-        named = !ok || !line->one.depfile ||
+        named = !ok || !line->set->depfile ||
                 ibl_bake_check_depfile(r->sets, r->count);
         console->failed |= r->console.failed; /* it was reported */
         ibl_bake_end(r);
