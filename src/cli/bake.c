@@ -464,12 +464,21 @@ static void explain(const ibl_bake *b, bool several)
         putchar('\n');
 }
 
-/* A set's directory: --output or, of several, one in it. */
-static char *directory_of(const ibl_map_bake *r, const ibl_opts *o)
+/* Sets a set's directories: --output or, of several, one in it; of maps that
+ * were found in folders, the same below it. */
+static bool set_directories(ibl_bake *b, bool several)
 {
-    const char *directory = o->directory ? o->directory : ".";
-    return r->count > 1 ? ibl_path_join(directory, o->of->name)
-                        : ibl_format("%s", directory);
+    const ibl_opts *o = b->opts;
+    const char *all = o->directory ? o->directory : ".";
+    const char *below = o->below ? o->below : "";
+    const int folders = (int)(ibl_path_name(below) - below);
+
+    b->root = several ? ibl_path_join(all, o->of->name) : strdup(all);
+    if (b->root)
+        b->directory = folders
+                           ? ibl_format("%s/%.*s", b->root, folders - 1, below)
+                           : strdup(b->root);
+    return b->directory;
 }
 
 /* Adds up what the sets need. */
@@ -496,9 +505,8 @@ bool ibl_bake_begin(ibl_map_bake *r)
                         .console = &r->console,
                         .ctx = r->from.ctx,
                         .from = &r->from,
-                        .tables = r->tables ? &r->tables[i] : NULL,
-                        .directory = directory_of(r, &all[i])};
-        if (!b->directory)
+                        .tables = r->tables ? &r->tables[i] : NULL};
+        if (!set_directories(b, r->count > 1))
             return false;
     }
     add_sets(r);
@@ -526,12 +534,10 @@ static bool add_sheen(ibl_map_bake *r, const ibl_bake *b)
 
     if (!ibl_scenes_sheen(r->from.scenes, b->opts, &r->sheen, b->choice))
         return true;
-    *sheen = (ibl_bake){.opts = &r->sheen,
-                        .console = &r->console,
-                        .from = &r->from,
-                        .directory = strdup(b->directory)};
+    *sheen =
+        (ibl_bake){.opts = &r->sheen, .console = &r->console, .from = &r->from};
     r->count = 2;
-    return sheen->directory ||
+    return set_directories(sheen, false) ||
            ibl_console_fail(&r->console, "no memory for a set of sheen");
 }
 
@@ -598,7 +604,8 @@ static bool start(ibl_map_bake *r)
     for (int i = 0; i < r->count && ok; i++) {
         r->sets[i].ctx = r->from.ctx;
         r->sets[i].outputs = r->outputs;
-        ok = !ibl_outputs_mkdir(r->outputs, r->sets[i].directory);
+        ok = !ibl_outputs_mkdir(r->outputs, r->sets[i].root) &&
+             !ibl_outputs_mkdir(r->outputs, r->sets[i].directory);
     }
     return ok;
 }
@@ -644,6 +651,7 @@ static void free_set(ibl_bake *b)
     for (int i = 0; i < b->face_count; i++)
         free(b->faces[i]);
     free(b->directory);
+    free(b->root);
     free(b->sh);
 }
 

@@ -197,12 +197,20 @@ static const ibl_option many[] = {
      .help = "also bake the environments that a file names, one a line, or "
              "each before a NUL; - reads the names from standard input",
      .aside = true},
+    {"recursive", 0, IBL_FLAG(recursive),
+     .help = "also bake the environments in folders below ENV; the outputs are "
+             "in folders of the same names",
+     .aside = true},
     {"keep-going", 0, IBL_FLAG(keep_going),
      .help = "after a failure bake the others, and list what failed",
      .aside = true},
     {"incremental", 0, IBL_FLAG(incremental),
      .help = "bake only environments that changed since they were baked with "
              "this option, or whose outputs, options or version did",
+     .aside = true},
+    {"prune", 0, IBL_FLAG(prune),
+     .help = "with --incremental, at the end remove the outputs of "
+             "environments that are no longer there",
      .aside = true},
     {"shard", 0, IBL_OTHER(shard, "K/N", ibl_shard_parse),
      .allowed = IBL_SHARD_ALLOWED, .standard = "all environments",

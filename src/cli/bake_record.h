@@ -68,12 +68,15 @@ typedef struct ibl_opts {
     double rendered_error; /* what the choice is for; NAN: nothing is chosen */
     int dry_run;           /* 1: only print the choice */
     const char *from;      /* a list of environments; NULL: none */
+    int recursive;
     int keep_going;
     ibl_shard shard;
     int incremental;
+    int prune;
     ibl_progress_kind progress;
     ibl_judge_options judge;
-    char stem[256]; /* input's name without directory and extension */
+    char stem[IBL_STEM_BYTES]; /* input's name without directory, extension */
+    const char *below; /* the same in a batch, below directory: "sub/env" */
     ibl_given given;
 } ibl_opts;
 
@@ -131,7 +134,8 @@ typedef struct ibl_bake {
     /* The set of another bake that has the tables that environments share, and
      * owns lut and lobes; NULL: they are this bake's. */
     const struct ibl_bake *tables;
-    char *directory;
+    char *root;           /* of what all maps share */
+    char *directory;      /* of the others: the root, or a folder below it */
     int chain;            /* of the source's chains; -1: none */
     ibl_bake_result made; /* its part of what the source has, in the world's
                              axes, but sh in those of its outputs */
@@ -156,17 +160,17 @@ typedef struct ibl_map_bake {
     ibl_bake_source from;
     ibl_outputs *outputs;
     ibl_bake *sets;
-    const ibl_bake *tables; /* of each set; NULL: it makes its own */
-    ibl_choice *choices;    /* of each set; NULL: none are asked */
-    ibl_opts sheen;         /* of a set that a scene needs beside the one */
+    const ibl_bake *tables;      /* of each set; NULL: it makes its own */
+    const struct ibl_maps *maps; /* all of the batch, or NULL */
+    ibl_choice *choices;         /* of each set; NULL: none are asked */
+    ibl_opts sheen; /* of a set that a scene needs beside the one */
     int count;
 } ibl_map_bake;
 
-/* Bytes of memory that a bake takes in this context, at most, of a map of that
- * size whose source takes `reader` bytes (ibl_source_memory). *lower: what to
- * do to need less. */
-size_t ibl_bake_bytes(const ibl_map_bake *r, ibl_ctx *ctx, size_t reader,
-                      int width, int height, const char **lower);
+/* Bytes of memory that a bake takes of a map of that size whose source takes
+ * `reader` bytes (ibl_source_memory); 0 after a message. */
+double ibl_bake_bytes(const ibl_map_bake *r, size_t reader, int width,
+                      int height);
 /* False, after a message, if that is more than --max-memory. */
 bool ibl_bake_fits(const ibl_map_bake *r, size_t reader, int width, int height);
 

@@ -280,6 +280,10 @@ bool ibl_opts_check_uses(const ibl_bake_line *line)
         } uses[] = {
             {"keep-going progress shard", line->batch,
              "is for many environments: add them, or a folder or --from LIST"},
+            {"recursive", line->batch, "is for folders: name one"},
+            {"prune", o->incremental && !o->shard.count,
+             "is for all environments at once: add --incremental, and leave "
+             "out --shard"},
             {"preview explain scene rendered-error", !line->batch,
              "is for one environment: bake it alone, without --from and "
              "--incremental"},
