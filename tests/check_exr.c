@@ -14,6 +14,7 @@
 #include "files.h"
 #include "ibl/io.h"
 #include "io/bridge.h"
+#include "io/bridge/bridge.h"
 #include "test.h"
 
 enum {
@@ -21,28 +22,46 @@ enum {
     H = 35
 };
 
+static int take_memory(void *user, const ibl_bridge_info *info, float **rgb,
+                       float **alpha)
+{
+    ibl_image *img = user;
+
+    (void)alpha;
+    CHECK(!ibl_image_alloc(test_exr_ctx, info->width, info->height, img));
+    memset(img->data, 0, 12 * (size_t)info->width * (size_t)info->height);
+    test_image(*img);
+    *rgb = img->data;
+    return 1;
+}
+
+static int go_on(void *user, double share)
+{
+    (void)user;
+    (void)share;
+    return 1;
+}
+
 /* OpenImageIO's reading of the same. */
 static ibl_status decode_oiio(const char *name, int part,
                               const char *const channels[3], ibl_image *img)
 {
-    ibl_read_options opts = ibl_read_options_default();
-    ibl_rows *rows;
-    size_t size;
-    unsigned char *bytes = file_load(file_path(name), &size);
-    const ibl_input in = ibl_input_of(test_exr_ctx, "f.exr", bytes, size);
-    ibl_bridge_source s = {.in = &in,
-                           .kind = "OpenEXR",
-                           .request = {.reader = "openexr", .subimage = part}};
-    for (int c = 0; channels && c < 3; c++)
-        s.request.channels[c] = channels[c];
-    opts.any_aspect = 1;
-    ibl_status status = ibl_bridge_rows(&s, &opts, &rows);
+    static char message[IBL_BRIDGE_MESSAGE];
+    ibl_bridge_request request = {.reader = "openexr",
+                                  .subimage = part,
+                                  .threads = 1,
+                                  .user = img,
+                                  .begin = take_memory,
+                                  .go_on = go_on};
+    ibl_input in = ibl_input_of(test_exr_ctx, name, NULL, 0);
+    ibl_bridge_read_fn *read;
+
     *img = (ibl_image){0};
-    if (!status)
-        status = file_read_rows(rows, img);
-    test_image(*img);
-    ibl_rows_close(rows);
-    return status;
+    request.bytes = file_load(file_path(name), &request.size);
+    for (int c = 0; channels && c < 3; c++)
+        request.channels[c] = channels[c];
+    NEED(!ibl_bridge_find(&in, NULL, name, IBL_BRIDGE_READ, &read));
+    return read(&request, message) ? IBL_ERR_FORMAT : IBL_OK;
 }
 
 /* Reads both ways and compares to the bit. */

@@ -237,9 +237,8 @@ typedef struct ibl_read_report {
  * IBL_ERR_UNSUPPORTED: needs the bridge or libiblexr.so, which is missing or
  * cannot read it.
  * IBL_ERR_MEMORY: the pixels, or a file that must be read as a whole, exceed
- * the machine's memory. A stream is IBL_ERR_FORMAT if it continues over 1 MiB
- * beyond the longest size that its header allows (Radiance), or exceeds 65 GiB
- * (other images) or 256 MiB (anything else).
+ * the machine's memory. A stream is IBL_ERR_FORMAT if it exceeds half of the
+ * memory that is allowed, or 256 MiB where it begins like no known kind.
  */
 ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
                           const ibl_read_options *opts, ibl_image *img,
@@ -274,7 +273,8 @@ const char *ibl_bridge_path(void);
  *                  row of blocks or tiles, or as many rows as keep the threads
  *                  busy within 32 MiB; the whole image if RY and BY have half
  *                  the size
- *   others         the file, and a strip of 64 rows or of one row of tiles
+ *   others         the whole map, and while it is opened the file and what
+ *                  OpenImageIO takes
  *   pipes, standard input, files below 64 KiB: the file
  *   textures, layouts other than equirectangular: the whole map
  */

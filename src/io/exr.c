@@ -10,7 +10,7 @@
 #include "core/context.h"
 #include "io/exr_file.h"
 
-bool ibl_exr_is(const void *bytes, size_t size)
+bool ibl_exr_is(const unsigned char *bytes, size_t size)
 {
     return size >= 4 && !memcmp(bytes, "\x76\x2f\x31\x01", 4);
 }

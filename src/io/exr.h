@@ -10,7 +10,7 @@
 #include "io/rows.h"
 
 /* Whether the bytes begin like an OpenEXR file. */
-bool ibl_exr_is(const void *bytes, size_t size);
+bool ibl_exr_is(const unsigned char *bytes, size_t size);
 
 /*
  * Opens the colour of one part and layer, as ibl_image_read says, for reading

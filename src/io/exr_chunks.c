@@ -11,7 +11,6 @@
  * order; a channel the samples whose coordinates are multiples of its sampling
  * rates.
  */
-#include <dlfcn.h>
 #include <errno.h>
 #include <limits.h>
 #include <stdio.h>
@@ -24,6 +23,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/half.h"
+#include "io/bridge.h"
 #include "io/colour_space.h"
 #include "io/exr_file.h"
 
@@ -408,15 +408,11 @@ static bool can_decode(ibl_exr_decoder *d)
     return true;
 }
 
-/* It stays open: statics of C++ libraries do not survive unloading. */
 static ibl_status load_library(ibl_exr_decoder *d)
 {
     const ibl_input *in = d->file.in;
     const char *compression = ibl_exr_compression_name(d->pick.compression);
-    const char *given = ibl_ctx_bridge(in->ctx);
-    const char *bridge = given ? given : ibl_bridge_path();
-    const char *slash = strrchr(bridge, '/');
-    char path[4096];
+    char needs[64];
 
     for (int i = 0; i < d->pick.channels->num_channels; i++)
         if (d->pick.channels->entries[i].x_sampling != 1 ||
@@ -425,19 +421,9 @@ static ibl_status load_library(ibl_exr_decoder *d)
                                    "%s with channels of a smaller size is not "
                                    "read: save all at full size",
                                    compression);
-    snprintf(path, sizeof path, "%.*slibiblexr.so",
-             slash ? (int)(slash + 1 - bridge) : 0, bridge);
-    void *object = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    void *symbol = object ? dlsym(object, IBL_OPENEXR_UNPACK) : NULL;
-    /* POSIX lets it become a function pointer; C has no cast. */
-    memcpy(&d->library, &symbol, sizeof symbol);
-    if (d->library)
-        return IBL_OK;
-    return ibl_unsupported(in,
-                           "is OpenEXR, %s, which needs libiblexr.so: %s: "
-                           "install or build iblbake again",
-                           compression,
-                           object ? "it is of another version" : dlerror());
+    snprintf(needs, sizeof needs, "is OpenEXR, %s", compression);
+    return ibl_bridge_find(in, "libiblexr.so", needs, IBL_OPENEXR_UNPACK,
+                           &d->library);
 }
 
 ibl_status ibl_exr_decoder_init(ibl_exr_decoder *d)

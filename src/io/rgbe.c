@@ -25,7 +25,7 @@ enum {
     MAX_NEW = 32767
 };
 
-bool ibl_rgbe_is(const void *bytes, size_t size)
+bool ibl_rgbe_is(const unsigned char *bytes, size_t size)
 {
     return size >= 2 && !memcmp(bytes, "#?", 2);
 }
@@ -558,7 +558,7 @@ static ibl_status decode_whole(rgbe_rows *r, ibl_rows **out)
     return status;
 }
 
-ibl_status ibl_rgbe_open(const ibl_input *in, const ibl_read_options *opts,
+ibl_status ibl_rgbe_open(ibl_input *in, const ibl_read_options *opts,
                          ibl_rows **out)
 {
     rgbe_rows *r = ibl_alloc_zeroed(1, sizeof *r);

@@ -17,7 +17,7 @@
 #include "io/rows.h"
 
 /* Whether the bytes begin like a Radiance picture: "#?". */
-bool ibl_rgbe_is(const void *bytes, size_t size);
+bool ibl_rgbe_is(const unsigned char *bytes, size_t size);
 
 /*
  * Opens a picture for reading by rows, from the top, whatever its orientation.
@@ -30,7 +30,7 @@ bool ibl_rgbe_is(const void *bytes, size_t size);
  * IBL_ERR_FORMAT: damaged, cut short or no picture. IBL_ERR_UNSUPPORTED:
  * unknown FORMAT. IBL_ERR_IO, IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
  */
-ibl_status ibl_rgbe_open(const ibl_input *in, const ibl_read_options *opts,
+ibl_status ibl_rgbe_open(ibl_input *in, const ibl_read_options *opts,
                          ibl_rows **rows);
 
 typedef struct ibl_rgbe_header {
@@ -46,9 +46,6 @@ typedef struct ibl_rgbe_header {
     double primaries[8]; /* xy of red, green, blue, white; zeros: Rec.709's */
     size_t data;         /* offset of the first scanline, in bytes */
 } ibl_rgbe_header;
-
-/* Maximum bytes of a picture with this beginning, plus 1 MiB after it. */
-uint64_t ibl_rgbe_longest(const void *bytes, size_t size);
 
 /* Parses the header; reads no more of a file than needed. */
 ibl_status ibl_rgbe_parse(const ibl_input *in, ibl_rgbe_header *header);

@@ -27,8 +27,7 @@ static const double default_primaries[8] = {0.640, 0.330, 0.290,     0.600,
 
 enum {
     FIRST_BYTES = 1 << 16, /* most headers are shorter */
-    MOST_BYTES = 1 << 26,  /* longer headers are taken for damage */
-    BEYOND_BYTES = 1 << 20 /* allowed after the pixels */
+    MOST_BYTES = 1 << 26   /* longer headers are taken for damage */
 };
 
 static bool is_blank(char c)
@@ -269,25 +268,6 @@ static bool find_end(const char *text, size_t size, size_t *last, size_t *after)
             return true;
         blank = stop == line || (stop == line + 1 && *line == '\r');
     }
-}
-
-uint64_t ibl_rgbe_longest(const void *bytes, size_t size)
-{
-    const char *text = bytes;
-    size_t last, after;
-    char line[128];
-    ibl_rgbe_header h;
-    bool is_one;
-
-    if (!find_end(text, size, &last, &after) || after - last > sizeof line ||
-        !is_resolution(text + last, after - last))
-        return MOST_BYTES;
-    memcpy(line, text + last, after - last);
-    line[after - last - 1] = '\0';
-    line[strcspn(line, "\r")] = '\0';
-    if (!take_edges(line, &h, &is_one))
-        return MOST_BYTES;
-    return after + (uint64_t)h.rows * ibl_rgbe_most_bytes(&h) + BEYOND_BYTES;
 }
 
 /* Parses a zero-terminated text up to the line at `last`. */
