@@ -185,12 +185,12 @@ typedef struct ibl_read_report {
  *                  flat, all eight orientations; EXPOSURE and COLORCORR are
  *                  undone
  *   OpenEXR        scan lines and tiles (level 0); half, float and uint;
- *                  R G B, or Y, or Y RY BY; an X beside Y makes it no
- *                  colour. The map is the display window; pixels outside the
- *                  data window are black. With the attribute envmap it may be
- *                  a cube, which is turned so that it shows what its
+ *                  R G B, or Y alone; an X beside Y makes it no
+ *                  colour, and chroma is not read. The map is the display
+ * window; pixels outside the data window are black. With the attribute envmap
+ * it may be a cube, which is turned so that it shows what its
  *                  latitude-longitude map would. DWAA and DWAB take
- *                  libiblexr.so, beside the bridge, if OpenEXRCore lacks them
+ *                  libiblexr.so, beside the bridge
  *   Ultra HDR JPEG through the bridge: the JPEG and its gain map, by Android's
  *                  metadata or those of ISO 21496-1, at the full gain. 1 is
  *                  the white of the JPEG alone
@@ -271,8 +271,7 @@ const char *ibl_bridge_path(void);
  *                  or run from the bottom
  *   OpenEXR        for each thread a block or tile, packed and unpacked; one
  *                  row of blocks or tiles, or as many rows as keep the threads
- *                  busy within 32 MiB; the whole image if RY and BY have half
- *                  the size
+ *                  busy within 32 MiB
  *   others         the whole map, and while it is opened the file and what
  *                  OpenImageIO takes
  *   pipes, standard input, files below 64 KiB: the file
