@@ -205,7 +205,7 @@ static json_t *fill(const char *file, const char *name)
 
 static json_t *make_capture(const grid *g, const char *name)
 {
-    const char *kind = ibl_capture_name(g->kind);
+    const char *kind = ibl_capture_names[g->kind];
     json_t *files;
 
     if (g->kind != IBL_CAPTURE_FACES)
@@ -343,7 +343,7 @@ int ibl_probes_grid(const ibl_probes_opts *opts)
 {
     ibl_console console;
     ibl_json_file file = {
-        .name = opts->input, .fail = ibl_console_error, .cookie = &console};
+        .name = opts->input[0], .fail = ibl_console_error, .cookie = &console};
     grid g = {.capture = {"captures/{name}.exr"}};
     char *text = NULL;
 
@@ -355,7 +355,7 @@ int ibl_probes_grid(const ibl_probes_opts *opts)
     const bool ok =
         text &&
         (!opts->output ||
-         ibl_console_differ(&console, opts->input, opts->output, "file")) &&
+         ibl_console_differ(&console, opts->input[0], opts->output, "file")) &&
         write_set(opts, &console, text);
     const int status = ibl_console_end(&console, ok);
     if (ok)
