@@ -494,8 +494,8 @@ static bool take_shard(batch *b)
         measure(b, &b->maps.list[i]);
         pixels[i] = 1 + (uint64_t)b->maps.list[i].pixels; /* or unknown */
     }
-    const bool ok = pixels && owner &&
-                    ibl_shard_deal(pixels, count, false, shard->count, owner);
+    const bool ok =
+        pixels && owner && ibl_shard_deal(pixels, count, shard->count, owner);
     if (ok)
         ibl_maps_keep(&b->maps, owner, shard->number);
     free(pixels);

@@ -31,28 +31,6 @@ enum {
 
 /* ---- what decides -------------------------------------------------------- */
 
-/* Prints the options of the command line, in the order of their tables. */
-static void put_given(FILE *to, const ibl_given *given)
-{
-    const ibl_option *last = NULL;
-
-    for (int n = 0; n < given->count; n++) {
-        int next = -1;
-        for (int i = 0; i < given->count; i++) {
-            const ibl_option *o = given->list[i].option;
-            if ((!last || o > last) &&
-                (next < 0 || o < given->list[next].option))
-                next = i;
-        }
-        if (next < 0)
-            return;
-        last = given->list[next].option;
-        const char *value = given->list[next].value;
-        if (!last->aside)
-            fprintf(to, "--%s=%s\n", last->name, value ? value : "");
-    }
-}
-
 static bool hash_options(const ibl_map_bake *r, ibl_isa isa,
                          char hash[IBL_HASH_SIZE])
 {
@@ -62,13 +40,12 @@ static bool hash_options(const ibl_map_bake *r, ibl_isa isa,
 
     if (!to)
         return false;
-    fprintf(to, "iblbake %s %s %s\n%s\nverify %d %.17g timings %d\n",
-            IBL_VERSION, ibl_version_revision(), ibl_isa_arithmetic(isa),
-            o->input ? o->input : "", o->verify, o->max_error, o->timings);
+    ibl_print_settings(to, isa, &o->given);
+    fprintf(to, "%s\nverify %d %.17g timings %d\n", o->input ? o->input : "",
+            o->verify, o->max_error, o->timings);
     for (int i = 0; i < r->count; i++)
         if (r->sets[i].opts->of)
             fprintf(to, "%s\n", r->sets[i].opts->of->options);
-    put_given(to, &o->given);
     char *text = ibl_memory_close(to, &file);
     if (text)
         ibl_hash_bytes(text, file.size, hash);

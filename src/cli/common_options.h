@@ -12,7 +12,6 @@ extern const ibl_command ibl_bake_command;
 extern const ibl_command ibl_verify_command;
 extern const ibl_command ibl_bench_command;
 extern const ibl_command ibl_probes_command;
-extern const ibl_command ibl_merge_command;
 extern const ibl_command ibl_info_command;
 
 /* The first member of every command's settings. */

@@ -113,7 +113,8 @@ export const commands = {
         words: ['probes'], page: ['iblbake', 'probes'], env: '../set.json',
         tail: '-o out', row: 14, usual: ['size'],
         values: {
-            ENV: ['../sh.json'], shard: ['1/1', '1/2', '2/2'],
+            ENV: ['../sh.json'],
+            shard: ['1/1', '1/2 +../sh.json', '2/2 +../sh.json'],
             grid: ['', '../grid.json'], size: ['1', '16', '32'],
             levels: ['1', '3', '15'], irradiance: ['1', '9', 'sh'],
             zstd: ['0', '3', '9'],
