@@ -674,7 +674,10 @@ static ibl_measured measured_by(const bake *b, int directions, int most,
          o.directions *= 2) {
         NEED(ibl_truth_make(b->ctx, &b->env, 0, &o, &truth));
         CHECK(ibl_measure(&truth, &b->set, NULL, rows));
-        vague = ibl_measured_is_vague(rows) || ibl_measured_is_vague(rows + 1);
+        vague = false;
+        for (int i = 0; i < 2; i++)
+            vague |= ibl_is_vague(rows[i].value[IBL_FIGURE_NRMSE],
+                                  rows[i].error[IBL_FIGURE_NRMSE]);
     }
     ibl_truth_free(&truth);
     return ibl_measured_mean(rows, 2);

@@ -59,7 +59,10 @@ ibl_measured ibl_measured_of(ibl_seen *samples, size_t count);
 ibl_measured ibl_measured_mean(const ibl_measured *rows, int count);
 /* Whether an nRMSE that can be seen, 1e-4 or more, has a standard error above a
  * tenth of it. */
-bool ibl_measured_is_vague(const ibl_measured *m);
+static inline bool ibl_is_vague(double nrmse, double error)
+{
+    return nrmse >= 1e-4 && error > 0.1 * nrmse;
+}
 /* The standard error of a figure from its values without each batch. */
 double ibl_jackknife(const double without[IBL_BATCHES]);
 
