@@ -243,7 +243,7 @@ static bool judge_parts(bench *b, const ibl_opts *o, const ibl_candidate *c,
     return ok &&
            (truth->sample ||
             ibl_truth_make(b->ctx, &b->env, 0, &options, truth)) &&
-           ibl_report_drawn(report, truth, &set, NULL, &vague);
+           ibl_report_drawn(report, truth, &set, &vague);
 }
 
 /* Bakes what a setting makes into c and judges it. */

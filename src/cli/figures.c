@@ -6,8 +6,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-const char *const ibl_figure_names[] = {"nrmse", "median", "p95",  "bias",
-                                        "view",  "set",    "table"};
+const char *const ibl_figure_names[] = {"nrmse", "median", "p95", "bias"};
 
 /* ---- figures --------------------------------------------------------------
  */
@@ -43,18 +42,12 @@ static void find_figures(const ibl_seen *samples, size_t count, int batch,
             all.weight += w;
             all.wrong += w * s->wrong;
             all.truth += w * s->truth;
-            all.part_truth += w * s->part_truth;
             for (int k = 0; k < 2; k++)
                 all.light[k] += w * s->light[k];
-            for (int k = 0; k < IBL_SEEN_PARTS; k++)
-                all.part[k] += w * s->part[k];
         }
     value[IBL_FIGURE_NRMSE] = sqrt(all.wrong / fmax(all.truth, least));
     value[IBL_FIGURE_BIAS] =
         all.light[0] > 0 ? all.light[1] / all.light[0] - 1 : 0;
-    for (int k = 0; k < IBL_SEEN_PARTS; k++)
-        value[IBL_FIGURE_VIEW + k] =
-            sqrt(all.part[k] / fmax(all.part_truth, least));
 }
 
 double ibl_jackknife(const double without[IBL_BATCHES])

@@ -62,11 +62,11 @@ void ibl_judge_free(ibl_judge *j)
 /* ---- rows ------------------------------------------------------------- */
 
 /* The figures of samples, as members; null: not finite. */
-static void put_figures(json_t **row, const ibl_measured *m, int count)
+static void put_figures(json_t **row, const ibl_measured *m)
 {
     json_t *errors = json_object();
 
-    for (int f = 0; f < count; f++) {
+    for (int f = 0; f < IBL_FIGURES; f++) {
         put(row, ibl_figure_names[f],
             isfinite(m->value[f]) ? json_real(ibl_json_digits(m->value[f]))
                                   : json_null());
@@ -107,7 +107,7 @@ static json_t *row_of(ibl_report *report, const char *content, int level,
                   count ? ibl_json_digits(at[worst][1]) : 0,
                   count ? ibl_json_digits(at[worst][2]) : 0);
     const ibl_measured m = ibl_measured_of(seen, count);
-    put_figures(&row, &m, IBL_FIGURE_VIEW);
+    put_figures(&row, &m);
     return row;
 }
 
@@ -436,13 +436,12 @@ bool ibl_report_lut(ibl_report *report, ibl_ctx *ctx, const ibl_lut *lut,
  */
 
 bool ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
-                      const ibl_drawn *set, const ibl_reference *rest,
-                      int *vague)
+                      const ibl_drawn *set, int *vague)
 {
     const ibl_truth_options *o = &truth->options;
     const int n = o->roughness_count;
     ibl_measured *rows = malloc((size_t)truth->rows * sizeof *rows);
-    bool ok = rows && ibl_measure(truth, set, rest, rows);
+    bool ok = rows && ibl_measure(truth, set, rows);
     json_t *list[] = {json_array(), json_array()}; /* rows and means */
 
     *vague = 0;
@@ -453,7 +452,7 @@ bool ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
         json_t *row = json_pack("{sf}", "f0", o->f0[f0]);
         if (r < n)
             put(&row, "roughness", json_real(o->roughness[r]));
-        put_figures(&row, &m, IBL_FIGURES);
+        put_figures(&row, &m);
         append(&list[r == n], row);
         *vague +=
             ibl_is_vague(m.value[IBL_FIGURE_NRMSE], m.error[IBL_FIGURE_NRMSE]);

@@ -89,15 +89,15 @@ bool ibl_report_passes(const ibl_report *report, double max_error,
 
 /* ---- table ----------------------------------------------------------- */
 
-static void print_names(int count, FILE *to)
+static void print_names(FILE *to)
 {
-    for (int f = 0; f < count; f++)
+    for (int f = 0; f < IBL_FIGURES; f++)
         fprintf(to, "  %15s", f ? ibl_figure_names[f] : "nRMSE");
 }
 
-static void print_figures(const json_t *row, int count, FILE *to)
+static void print_figures(const json_t *row, FILE *to)
 {
-    for (int f = 0; f < count; f++)
+    for (int f = 0; f < IBL_FIGURES; f++)
         fprintf(to, "  %8.2e+-%5.0e", number(row, ibl_figure_names[f]),
                 error_of(row, ibl_figure_names[f]));
 }
@@ -117,7 +117,7 @@ static void print_texels(const json_t *row, FILE *to)
     fprintf(to, "%-10s %2.0f", text_of(row, "content"), number(row, "level"));
     print_roughness(row, "-", to);
     fprintf(to, " %5.0f %7.0f", number(row, "size"), number(row, "texels"));
-    print_figures(row, IBL_FIGURE_VIEW, to);
+    print_figures(row, to);
     for (size_t k = 0; k < 3; k++)
         at[k] = json_number_value(
             json_array_get(json_object_get(row, "worst_at"), k));
@@ -141,7 +141,7 @@ static void print_drawn(const json_t *row, FILE *to)
 {
     fprintf(to, "%-5g", number(row, "f0"));
     print_roughness(row, "mean", to);
-    print_figures(row, IBL_FIGURES, to);
+    print_figures(row, to);
     fputs(ibl_is_vague(number(row, "nrmse"), error_of(row, "nrmse")) ? " *\n"
                                                                      : "\n",
           to);
@@ -156,7 +156,7 @@ void ibl_report_print(const ibl_report *report, FILE *to)
 
     if (json_array_size(rows)) {
         fprintf(to, "%-13s %6s %5s %7s", "level", "r", "size", "texels");
-        print_names(IBL_FIGURE_VIEW, to);
+        print_names(to);
         fprintf(to, "  %8s  %-19s %5s\n", "worst", "towards", "NaN");
     }
     json_array_foreach(rows, i, row)
@@ -168,7 +168,7 @@ void ibl_report_print(const ibl_report *report, FILE *to)
         fprintf(to, "as rendered by %s: %.0f directions\n%-5s %6s",
                 text_of(drawn, "shader"), number(drawn, "directions"), "F0",
                 "r");
-        print_names(IBL_FIGURES, to);
+        print_names(to);
         fputc('\n', to);
     }
     json_array_foreach(json_object_get(drawn, "rows"), i, row)

@@ -548,7 +548,6 @@ static bool judge_rendered(const verify *v, ibl_report *report)
 {
     ibl_truth_options o = ibl_truth_options_default();
     ibl_truth truth = {0};
-    ibl_reference *rest = NULL;
     ibl_drawn set = {.chain = {.levels = 0}};
     json_t *row;
     size_t i;
@@ -563,14 +562,9 @@ static bool judge_rendered(const verify *v, ibl_report *report)
     bool ok = find_drawn(v, &set);
     do
         ok = ok && ibl_truth_make(v->ctx, &v->env, v->yaw_deg, &o, &truth) &&
-             ibl_report_drawn(report, &truth, &set, NULL, &vague);
+             ibl_report_drawn(report, &truth, &set, &vague);
     while (ok && vague && !v->o->directions &&
            (o.directions *= 2) <= IBL_RENDERED_MOST);
-    if (ok && v->rest.data &&
-        (ok = !ibl_reference_create(v->ctx, &v->rest, v->yaw_deg, &rest)))
-        ibl_reference_coarsen(rest);
-    ok = ok && ibl_report_drawn(report, &truth, &set,
-                                rest ? rest : truth.reference, &vague);
     json_array_foreach(
         json_object_get(json_object_get(report->json, "rendered"), "rows"), i,
         row)
@@ -581,7 +575,6 @@ static bool judge_rendered(const verify *v, ibl_report *report)
                                   "values that are not finite",
                                   v->set.file[IBL_CONTENT_SPECULAR].path);
     }
-    ibl_reference_free(rest);
     ibl_truth_free(&truth);
     free(set.lobes.data);
     return ok;
