@@ -253,9 +253,8 @@ static bool take_table(ibl_bake *b, ibl_output_kind kind)
     if (kind == IBL_OUTPUT_LUT) {
         b->lut = from->lut;
         b->judged.options = b->opts->judge;
-        for (int i = 0; i < from->judged.count; i++)
-            if (from->judged.rows[i].level.content == IBL_OUTPUT_LUT)
-                b->judged.rows[b->judged.count++] = from->judged.rows[i];
+        b->judged.json = json_deep_copy(from->judged.json);
+        json_array_clear(json_object_get(b->judged.json, "levels"));
     } else {
         b->lobes = from->lobes;
         b->lobe_layout = from->lobe_layout;

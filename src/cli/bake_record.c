@@ -143,7 +143,7 @@ static char *more(const ibl_bake *b, bool *ok)
     if (b->from->scenes)
         put(&j, "scene", ibl_scenes_json(b->from->scenes));
     if (b->opts->verify)
-        put(&j, "verify", ibl_report_json(&b->judged));
+        put(&j, "verify", json_incref(b->judged.json));
     if (b->opts->timings)
         put(&j, "timings", timings(b));
     char *text = json_object_size(j) ? ibl_json_text(j) : NULL;

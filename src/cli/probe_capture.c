@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/faces.h"
 #include "cli/probes.h"
+#include "cli/sheet.h"
 
 enum {
     COLOUR = IBL_CAPTURE_COLOUR,
