@@ -109,7 +109,7 @@ export const commands = {
     },
     convert: {
         words: ['convert'], page: ['iblbake', 'convert'],
-        env: '../set/mild_specular.ktx2', tail: 'out.ktx2', row: 6, usual: [],
+        env: '../set/mild_specular.ktx2', tail: 'p.ktx2', row: 6, usual: [],
         values: {
             ENV: ['../set/brdf_lut.ktx2', '../set/mild_irradiance.ktx2'],
             zstd: ['0', '3', '9'], largest: ['1e-06', '1', '70000'],
