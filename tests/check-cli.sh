@@ -803,6 +803,54 @@ test_info_of_many() {
     [ "$(grep -c '256x256x6 .*ktx2 rgba32f' listed)" = 1001 ] ||
         { tail -n 1 listed; cat err; }
 }
+# A bake of the same floats has the same bytes; what loses nothing does so there
+# and back; maps of other layouts have each level's light.
+test_convert() {
+    local with file
+    mkdir got
+    iblbake -q env.exr -o all $small --levels 2 --pixel rgba32f --mirror x --sun
+    for with in 'ktx2 --pixel bc6h --zstd 3' 'ktx --pixel rgb9e5' \
+        'dds --pixel rgba16f' 'dds --pixel r11g11b10f --largest 2'; do
+        # shellcheck disable=SC2086
+        iblbake -q env.exr -o want $small --levels 2 --mirror x --sun --sh 1 \
+            --format $with
+        for file in env_specular brdf_lut env_irradiance; do
+            # shellcheck disable=SC2086
+            iblbake convert -q all/$file.ktx2 got/$file.${with%% *} \
+                ${with#* } || echo "$with"
+            cmp {got,want}/$file.${with%% *}
+        done
+        rm -r want
+    done 2>err
+    sed '/^iblbake: warning: /d' err
+    cd got || return
+    iblbake convert ../all/env_lobe_lut.ktx2 lobes.ktx &&
+        iblbake convert lobes.ktx lobes.ktx2 && cmp ../all/env_lobe_lut.ktx2 lobes.ktx2
+    iblbake convert env_specular.ktx2 a.ktx
+    iblbake convert --zstd 3 a.ktx b.ktx2 && cmp env_specular.ktx2 b.ktx2
+    for with in equirect octahedral; do
+        iblbake convert ../all/env_specular.ktx2 $with.ktx2 --layout $with
+        iblbake convert $with.ktx2 $with-cube.ktx2 --layout cube
+    done
+    iblbake info --json ../all/env_specular.ktx2 equirect.ktx2 \
+        octahedral.ktx2 {equirect,octahedral}-cube.ktx2 >info
+    js <<'END'
+const {files} = json('info'), [cube] = files;
+for (const f of files) f.levels.forEach(({mean, roughness}, l) => {
+    near(f.file + ' ' + l, mean[1], cube.levels[l].mean[1], 5e-3);
+    near(f.file + ' roughness', roughness, cube.levels[l].roughness, 0);
+});
+for (const f of files.slice(3))
+    if (JSON.stringify(f.keys) !== JSON.stringify(cube.keys)) console.log(f.keys);
+END
+    refused 1 'iblbake: ../env.exr: is no texture (*' iblbake convert ../env.exr o.dds
+    refused 1 'iblbake: o.dds: dds files cannot hold astc4x4hdr: *, or take ktx2' \
+        iblbake convert b.ktx2 o.dds --pixel astc4x4hdr
+    refused 1 'iblbake: b.ktx2: is both input and output: *' \
+        iblbake convert b.ktx2 b.ktx2 --zstd 1
+    refused 1 'iblbake: lobes.ktx: is a table, no map: *' \
+        iblbake convert lobes.ktx o.ktx --layout equirect
+}
 test_no_lights() {
     iblbake -q env.exr --size 16 --lut-size 8 --format dds -o all
     iblbake env.exr --size 16 --lut-size 8 --format dds -o rest --lights 4 2>err

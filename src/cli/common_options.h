@@ -14,6 +14,7 @@ extern const ibl_command ibl_bench_command;
 extern const ibl_command ibl_probes_command;
 extern const ibl_command ibl_merge_command;
 extern const ibl_command ibl_info_command;
+extern const ibl_command ibl_convert_command;
 
 /* The first member of every command's settings. */
 typedef struct ibl_common {
