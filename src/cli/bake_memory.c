@@ -44,6 +44,7 @@ static double file_bytes(const ibl_opts *o, int size, int levels)
 
     return data * (1 + (o->zstd > 0) + 2 * (o->verify != 0)) +
            (spreads ? 16 * cube_texels(o, size, 1) : 0) +
+           (o->picture ? 48 * pow(size, 2) * (o->layout ? 8 : 1) : 0) +
            12 * texels * ((o->verify != 0) + turns);
 }
 

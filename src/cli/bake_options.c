@@ -132,7 +132,11 @@ static const ibl_option outputs[] = {
              "them, to be compared; options beside it count more"},
     {"format", 0, IBL_CHOICE(file, ibl_format_names),
      .help = "container, and the extension of its files; env, gltf and "
-             "playcanvas: one set for Babylon, glTF or PlayCanvas"},
+             "playcanvas: one set for Babylon, glTF or PlayCanvas; exr, hdr "
+             "and png: a picture for each level and face"},
+    {"tone", 0, IBL_CHOICE(tone, ibl_tone_names),
+     .help = "what png files make of light before sRGB's curve: film, or clip "
+             "it at 1"},
     {"zstd", 0, IBL_INT(zstd, 0, IBL_MAX_ZSTD),
      .help = "compress ktx2 files with Zstandard of level N; 0: do not"},
     {"pixel", 0, IBL_CHOICE(texels.pixel, ibl_pixel_names),
@@ -145,9 +149,10 @@ static const ibl_option outputs[] = {
     {"largest", 0, IBL_REAL(texels.largest, "MAX", 1e-6, 1e30),
      .standard = "what the pixel format holds",
      .help = "treat light above MAX in the same way"},
-    {"layout", 0, IBL_CHOICE(bake.skybox_projection, ibl_projection_names),
+    {"layout", 0, IBL_CHOICE(layout, ibl_layout_names),
      .help = "a cube, or one flat image a level: equirectangular, 4N x 2N "
-             "texels for N along an edge, or octahedral, 2N x 2N"},
+             "texels for N along an edge, or octahedral, 2N x 2N; cross: a "
+             "cube's faces in one picture, 4N x 3N"},
     {"only", 0, IBL_OTHER(only, "LIST", parse_only),
      .allowed =
          "a list of specular, irradiance, lut, lobe-table, skybox, json",
@@ -449,9 +454,10 @@ static bool check_lobes(const ibl_opts *o)
         return ibl_misuse("--only lobe-table: with --lobe-table no there is "
                           "none: leave one of them out");
     if (o->lobe_table != IBL_LOBES_NO && o->only & 1u << IBL_OUTPUT_LOBES &&
-        o->format == IBL_CONTAINER_DDS_LEGACY)
-        return ibl_misuse("--format dds-legacy: has no layers for a lobe "
-                          "table: leave it out, or take --format dds");
+        (o->format == IBL_CONTAINER_DDS_LEGACY || o->picture))
+        return ibl_misuse("--format %s: has no layers for a lobe table: leave "
+                          "it out, or take --format dds",
+                          ibl_format_names[o->file]);
     if (o->lobe_table != IBL_LOBES_NO &&
         o->bake.specular_options.lobe != IBL_LOBE_GGX)
         return ibl_misuse("--lobe %s: a lobe table is for GGX: add "
@@ -575,6 +581,25 @@ static bool check_engine_levels(const ibl_opts *o)
                       layout.levels);
 }
 
+/* Pictures have texels that lose nothing more of what they hold. */
+static bool settle_pictures(ibl_opts *o)
+{
+    const ibl_pixel pixel = o->texels.pixel;
+
+    o->picture = (ibl_picture)(o->file - IBL_CONTAINER_COUNT -
+                               IBL_ENGINE_PLAYCANVAS + IBL_PICTURE_EXR);
+    if (!isnan(o->rendered_error) || o->scenes.count)
+        return ibl_misuse("--format %s: is not what shaders look up: leave out "
+                          "--scene and --rendered-error",
+                          ibl_format_names[o->file]);
+    if (o->picture != IBL_PICTURE_EXR)
+        o->texels.pixel = IBL_PIXEL_RGBA32F;
+    else if (pixel > IBL_PIXEL_RGBA32F)
+        return ibl_misuse("--pixel %s: exr files hold rgba16f or rgba32f",
+                          ibl_pixel_name(pixel));
+    return true;
+}
+
 /* Completes the options of an engine's own file, which has no others beside
  * it but the sidecar. */
 static bool settle_file(ibl_opts *o)
@@ -585,6 +610,14 @@ static bool settle_file(ibl_opts *o)
                                               : IBL_CONTAINER_KTX2;
     if (o->format != IBL_CONTAINER_KTX2 || o->file != (int)o->format)
         o->zstd = 0;
+    o->bake.skybox_projection = o->layout == IBL_LAYOUT_CROSS
+                                    ? IBL_PROJECTION_CUBE
+                                    : (ibl_projection)o->layout;
+    if (o->file >= IBL_CONTAINER_COUNT + IBL_ENGINE_PLAYCANVAS)
+        return settle_pictures(o);
+    if (o->layout == IBL_LAYOUT_CROSS)
+        return ibl_misuse("--layout cross: is for pictures: add --format exr, "
+                          "hdr or png");
     if (o->file < IBL_CONTAINER_COUNT)
         return true;
     o->engine = (ibl_engine)(o->file - IBL_CONTAINER_COUNT + IBL_ENGINE_ENV);
@@ -594,9 +627,9 @@ static bool settle_file(ibl_opts *o)
         return ibl_misuse("--format %s: is one file, with --only specular,json "
                           "at most",
                           ibl_format_names[o->file]);
-    if (o->bake.skybox_projection)
+    if (o->layout)
         return ibl_misuse("--layout %s: %s files hold cubes: leave it out",
-                          ibl_projection_names[o->bake.skybox_projection],
+                          ibl_layout_names[o->layout],
                           ibl_format_names[o->file]);
     o->texels.pixel = IBL_PIXEL_RGBA32F;
     const double most = (double)ibl_engine_max(o->engine);
@@ -612,7 +645,7 @@ static void choose_lobes(ibl_opts *o)
     const bool asked =
         o->only != ALL_OUTPUTS && (o->only & 1u << IBL_OUTPUT_LOBES);
     const bool usual = o->bake.specular_options.lobe == IBL_LOBE_GGX &&
-                       o->format != IBL_CONTAINER_DDS_LEGACY;
+                       o->format != IBL_CONTAINER_DDS_LEGACY && !o->picture;
 
     if (o->lobe_table == IBL_LOBES_USUAL)
         o->lobe_table = usual || asked ? IBL_LOBES_PRIOR : IBL_LOBES_NO;
@@ -707,7 +740,8 @@ enum {
     ONE_GIVEN = 1 << 26, /* by its name */
     ONE_SET = 1 << 27,
     TARGET = 1 << 28,
-    PRESETS = 1 << 29 /* something that a preset sets */
+    PRESETS = 1 << 29, /* something that a preset sets */
+    PNG = 1 << 30
 };
 
 #define OR_LEAVE_IT " to --only, or leave it out"
@@ -758,6 +792,7 @@ static const ibl_rule rules[] = {
      "is for --pixel bc6h, uastc-hdr and astc4x4hdr: leave it out"},
     {"overflow", LIMITED, "rgba32f holds all light: leave it out"},
     {"largest", LOWERED, "the pixel format holds no more: leave it out"},
+    {"tone", PNG, "is for maps in --format png: leave it out"},
     {"format zstd", TEXTURES, "no texture is made: leave it out"},
     {"zstd", ZSTD, "only ktx2 files can hold it: take --format ktx2"},
     {"rotate mirror up", CUBES | HARMONICS,
@@ -795,7 +830,8 @@ static unsigned facts_of_texels(const ibl_opts *o)
                                   : (double)ibl_pixel_max(t->pixel);
     const bool lowered = t->largest > 0 && t->largest < most;
 
-    return CUBES | fact(!o->engine, PIXELS) |
+    return CUBES | fact(!o->engine && o->picture < IBL_PICTURE_HDR, PIXELS) |
+           fact(o->picture == IBL_PICTURE_PNG, PNG) |
            fact(ibl_pixel_block(t->pixel) > 1, BLOCKS) |
            fact(lowered, LOWERED) |
            fact(lowered || o->engine || t->pixel != IBL_PIXEL_RGBA32F, LIMITED);
@@ -819,7 +855,8 @@ static unsigned facts_of(const ibl_opts *o)
                 IRRADIANCE) |
            fact(o->bake.irradiance && !(o->bake.irradiance_options.step > 0),
                 EXACT) |
-           fact(table, LUT | PIXELS | JUDGED) |
+           fact(table, LUT | JUDGED) |
+           fact(table && o->picture < IBL_PICTURE_HDR, PIXELS) |
            fact(table && !o->lut.kind, SPLIT) |
            fact(o->only & 1u << IBL_OUTPUT_LOBES, LOBES | TABLED_LEVELS) |
            fact(o->only & 1u << IBL_OUTPUT_JSON, JSON) |
@@ -968,10 +1005,9 @@ static bool add_preset(ibl_bake_line *line)
 
     if (!read_words(preset_options[preset], line->words, &o))
         return false;
-    if (o.bake.skybox_projection)
+    if (o.layout)
         return ibl_misuse("--preset %s: samples cubes: leave out --layout %s",
-                          preset_names[preset],
-                          ibl_projection_names[o.bake.skybox_projection]);
+                          preset_names[preset], ibl_layout_names[o.layout]);
     if (o.lut.kind) { /* others have no more than their integrals */
         o.lut.samples = 0;
         o.lut.geometry = IBL_GEOMETRY_SMITH;

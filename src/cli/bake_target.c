@@ -18,7 +18,7 @@ static const struct {
     {"lobe", "levels", offsetof(ibl_opts, bake.specular_options.lobe)},
     {"mirror", "axes", offsetof(ibl_opts, axes.mirror)},
     {"up", "axes", offsetof(ibl_opts, axes.up)},
-    {"layout", "cubes", offsetof(ibl_opts, bake.skybox_projection)},
+    {"layout", "cubes", offsetof(ibl_opts, layout)},
 };
 
 static const char *typed(const ibl_opts *o, const char *name)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* iblbake convert: a texture in another container, pixel format or layout. */
+/* iblbake convert: a texture in another container, pixel format or layout, or
+ * as pictures. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,27 +10,34 @@
 #include "common/path.h"
 #include "common/signals.h"
 #include "engine/engine.h"
+#include "engine/picture.h"
+#include "json/text.h"
 
 typedef struct convert_opts {
     ibl_common common;
     const char *path[2]; /* IN and OUT */
     int count;
-    int file;   /* an ibl_container; -1: as OUT's suffix says */
-    int layout; /* an ibl_projection; -1: IN's */
-    int pixel;  /* an ibl_pixel; -1: IN's */
+    int file;            /* in format_names; -1: as OUT's suffix says */
+    ibl_picture picture; /* what that is, else NONE */
+    int layout;          /* in ibl_layout_names; -1: IN's */
+    int pixel;           /* an ibl_pixel; -1: IN's */
     int zstd;
+    ibl_tone tone;
     ibl_texel_options texels;
     ibl_given given;
 } convert_opts;
 
 /* ---- options --------------------------------------------------------- */
 
-static const char *const format_names[] = {[IBL_CONTAINER_KTX2] = "ktx2",
-                                           [IBL_CONTAINER_KTX] = "ktx",
-                                           [IBL_CONTAINER_DDS] = "dds",
-                                           [IBL_CONTAINER_DDS_LEGACY] =
-                                               "dds-legacy",
-                                           NULL};
+static const char *const format_names[] = {
+    [IBL_CONTAINER_KTX2] = "ktx2",
+    [IBL_CONTAINER_KTX] = "ktx",
+    [IBL_CONTAINER_DDS] = "dds",
+    [IBL_CONTAINER_DDS_LEGACY] = "dds-legacy",
+    "exr", /* and the others of ibl_picture */
+    "hdr",
+    "png",
+    NULL};
 
 #define IBL_SETTINGS convert_opts
 
@@ -37,13 +45,18 @@ static const char *const format_names[] = {[IBL_CONTAINER_KTX2] = "ktx2",
 static const ibl_option outputs[] = {
     {"format", 0, IBL_CHOICE(file, format_names),
      .standard = "what OUT's suffix says",
-     .help = "the kind of file"},
+     .help = "the kind of file; exr, hdr and png: a picture for each level and "
+             "face"},
+    {"tone", 0, IBL_CHOICE(tone, ibl_tone_names),
+     .help = "what png files make of light before sRGB's curve: film, or clip "
+             "it at 1"},
     {"pixel", 0, IBL_CHOICE(pixel, ibl_pixel_names),
      .standard = "IN's",
-     .help = "texels of maps; a BRDF table is rg32f with rgba32f, else rg16f"},
-    {"layout", 0, IBL_CHOICE(layout, ibl_projection_names),
+     .help = "texels of maps; tables keep theirs"},
+    {"layout", 0, IBL_CHOICE(layout, ibl_layout_names),
      .standard = "IN's",
-     .help = "a cube, or one flat image a level"},
+     .help = "a cube, or one flat image a level; cross: a cube's faces in one "
+             "picture"},
     {"zstd", 0, IBL_INT(zstd, 0, IBL_MAX_ZSTD),
      .help = "compress ktx2 files with Zstandard of level N; 0: do not"},
     {"quality", 0, IBL_CHOICE(texels.quality, ibl_quality_names),
@@ -88,11 +101,15 @@ static bool take(void *settings, const char *word)
 enum {
     ZSTD = 1 << 0,
     ENCODED = 1 << 1, /* texels are, anew */
-    BLOCKS = 1 << 2
+    BLOCKS = 1 << 2,
+    PIXELS = 1 << 3, /* there is a choice of them */
+    PNG = 1 << 4
 };
 
 static const ibl_rule rules[] = {
     {"zstd", ZSTD, "only ktx2 files can hold it: leave it out"},
+    {"pixel", PIXELS, "hdr and png files have their own: leave it out"},
+    {"tone", PNG, "is for --format png: leave it out"},
     {"quality", BLOCKS,
      "is for --pixel bc6h, uastc-hdr and astc4x4hdr: leave it out"},
     {"overflow largest", ENCODED,
@@ -111,17 +128,24 @@ static bool validate(void *settings)
     if (o->file < 0 && dot)
         o->file = ibl_names_find(format_names, dot + 1);
     if (o->file < 0)
-        return ibl_misuse("%s: what kind of file? End its name in .ktx2, .ktx "
-                          "or .dds, or add --format NAME",
+        return ibl_misuse("%s: what kind of file? End its name in .ktx2, .ktx, "
+                          ".dds, .exr, .hdr or .png, or add --format NAME",
                           o->path[1]);
+    if (o->file >= IBL_CONTAINER_COUNT)
+        o->picture =
+            (ibl_picture)(o->file - IBL_CONTAINER_COUNT + IBL_PICTURE_EXR);
+    if (!o->picture && o->layout == IBL_LAYOUT_CROSS)
+        return ibl_misuse("--layout cross: is for pictures: exr, hdr or png");
     o->texels.alike = o->zstd > 0;
-    const unsigned facts =
-        (o->file == IBL_CONTAINER_KTX2 ? ZSTD : 0) |
-        (o->pixel >= 0 || o->layout >= 0 ? ENCODED : 0) |
-        (o->pixel >= 0 && ibl_pixel_block((ibl_pixel)o->pixel) > 1 ? BLOCKS
-                                                                   : 0);
+    const bool blocks =
+        o->pixel >= 0 && ibl_pixel_block((ibl_pixel)o->pixel) > 1;
+    const bool encoded = o->picture || o->pixel >= 0 || o->layout >= 0;
     return ibl_common_validate(&o->common) &&
-           ibl_check_rules(&o->given, rules, facts);
+           ibl_check_rules(&o->given, rules,
+                           (o->file == IBL_CONTAINER_KTX2 ? ZSTD : 0) |
+                               (encoded ? ENCODED : 0) | (blocks ? BLOCKS : 0) |
+                               (o->picture < IBL_PICTURE_HDR ? PIXELS : 0) |
+                               (o->picture == IBL_PICTURE_PNG ? PNG : 0));
 }
 
 /* ---- texels ---------------------------------------------------------- */
@@ -133,6 +157,7 @@ typedef struct conversion {
     ibl_texture in, out;
     ibl_texel_options texels; /* of OUT */
     ibl_projection layout;
+    bool table; /* IN is one, not a map */
 } conversion;
 
 /* A map in another layout: each texel of a level is an average over the solid
@@ -237,21 +262,8 @@ static ibl_status encode_layer(conversion *c, int layer)
     return status;
 }
 
-static ibl_status encode_lut(conversion *c)
-{
-    ibl_lut lut = {0};
-    ibl_status status = ibl_texture_to_lut(c->ctx, &c->in, &lut);
-
-    if (!status)
-        status = ibl_texture_from_lut(c->ctx, &lut,
-                                      ibl_lut_pixel(c->texels.pixel, lut.kind),
-                                      &c->out, NULL);
-    ibl_lut_free(&lut);
-    return status;
-}
-
 /* Sets the keys of OUT: those of IN, but for what they say of its texels. */
-static ibl_status set_keys(conversion *c, bool encoded, bool map)
+static ibl_status set_keys(conversion *c, bool encoded)
 {
     static const char *const names[] = {"KTXwriterScParams", "iblbake.layout",
                                         "iblbake.pixel", "iblbake.quality",
@@ -263,7 +275,7 @@ static ibl_status set_keys(conversion *c, bool encoded, bool map)
     snprintf(writer, sizeof writer, "--zstd %d", c->o->zstd);
     const char *const values[] = {
         c->o->zstd ? writer : NULL,
-        map && c->out.faces == 1 ? ibl_projection_name(c->layout) : NULL,
+        c->out.faces == 1 ? ibl_projection_name(c->layout) : NULL,
         blocks ? ibl_pixel_name(c->out.pixel) : NULL,
         blocks ? ibl_quality_name(c->texels.quality) : NULL};
     for (int i = 0; i < c->in.key_count && !status; i++) {
@@ -278,66 +290,68 @@ static ibl_status set_keys(conversion *c, bool encoded, bool map)
     return status;
 }
 
-/* Makes OUT of IN. */
+/* Why OUT cannot be made of IN, and what to do; NULL: it can. */
+static const char *refusal(const conversion *c, bool turned)
+{
+    const convert_opts *o = c->o;
+    const char *up = ibl_texture_get(&c->in, "iblbake.up");
+    const ibl_pixel pixel = c->texels.pixel;
+
+    if (c->table && (o->layout >= 0 || o->pixel >= 0))
+        return "is a table, no map: leave out --layout and --pixel";
+    if (o->picture && (c->in.layers > 1 || c->in.premultiplied))
+        return "has layers or alpha, which pictures have not: take a texture";
+    if (o->picture ? !c->table && pixel > IBL_PIXEL_RGBA32F
+                   : !ibl_container_holds((ibl_container)o->file, pixel))
+        return "such a file cannot hold these texels: take --pixel rgba16f";
+    if (turned && up && !strcmp(up, "z"))
+        return "has its z up (iblbake.up), and flat maps y: leave out --layout";
+    return NULL;
+}
+
+/* Makes OUT's texture of IN's. */
 static bool change(conversion *c)
 {
     const convert_opts *o = c->o;
-    const char *word = ibl_texture_get(&c->in, "iblbake.content");
-    const char *content = word ? word : "", *name = o->path[0];
-    const ibl_container container = (ibl_container)o->file;
-    const ibl_pixel was = c->in.pixel;
-    const bool lobes = !strcmp(content, "lobe_lut");
-    const bool lut =
-        !strcmp(content, "brdf_lut") || ibl_pixel_channels(was) == 2;
-    const char *up = ibl_texture_get(&c->in, "iblbake.up");
+    const char *content = ibl_texture_get(&c->in, "iblbake.content");
+    const ibl_projection was = ibl_texture_projection(&c->in);
+    const ibl_pixel pixel = c->in.pixel;
     ibl_status status = IBL_OK;
 
+    c->table =
+        ibl_pixel_channels(pixel) == 2 || (content && strstr(content, "_lut"));
     c->texels = o->texels;
-    c->texels.pixel = o->pixel < 0 ? was : (ibl_pixel)o->pixel;
-    c->layout = ibl_texture_projection(&c->in);
-    const bool turned = o->layout >= 0 && o->layout != (int)c->layout;
-    if ((lut || lobes) && o->layout >= 0)
-        return ibl_console_fail(
-            &c->console, "%s: is a table, no map: leave out --layout", name);
-    if (lobes && c->texels.pixel != was)
-        return ibl_console_fail(&c->console,
-                                "%s: is a lobe table, which is always %s: "
-                                "leave out --pixel",
-                                name, ibl_pixel_name(was));
-    if (turned && up && !strcmp(up, "z"))
-        return ibl_console_fail(&c->console,
-                                "%s: is a cube whose up is z (iblbake.up), "
-                                "flat maps have y: leave out --layout",
-                                name);
-    if (turned)
-        c->layout = (ibl_projection)o->layout;
-    if (!lut && !ibl_container_holds(container, c->texels.pixel))
-        return ibl_console_fail(
-            &c->console, "%s: %s files cannot hold %s: add --pixel rgba16f%s",
-            o->path[1], ibl_container_name(container),
-            ibl_pixel_name(c->texels.pixel),
-            ibl_container_holds(IBL_CONTAINER_KTX2, c->texels.pixel)
-                ? ", or take ktx2"
-                : "");
-    const bool encoded = turned || o->pixel >= 0;
+    c->texels.pixel = o->pixel >= 0 ? (ibl_pixel)o->pixel : pixel;
+    if (o->picture > IBL_PICTURE_EXR)
+        c->texels.pixel = IBL_PIXEL_RGBA32F;
+    else if (o->picture && o->pixel < 0 && pixel != IBL_PIXEL_RGBA32F)
+        c->texels.pixel = IBL_PIXEL_RGBA16F;
+    if (c->table)
+        c->texels.pixel = pixel;
+    c->layout = o->layout < 0                   ? was
+                : o->layout == IBL_LAYOUT_CROSS ? IBL_PROJECTION_CUBE
+                                                : (ibl_projection)o->layout;
+    const char *why = refusal(c, c->layout != was);
+    if (why)
+        return ibl_console_fail(&c->console, "%s: %s", o->path[0], why);
+    const bool encoded =
+        c->layout != was || o->pixel >= 0 || c->texels.pixel != pixel;
     if (!encoded) {
         c->out = c->in;
         c->out.keys = NULL;
         c->out.key_count = 0;
         c->in.data = NULL;
     }
-    if (encoded && lut)
-        status = encode_lut(c);
-    for (int i = 0; i < c->in.layers && encoded && !lut && !status; i++)
+    for (int i = 0; i < c->in.layers && encoded && !status; i++)
         status = encode_layer(c, i);
     if (!status)
-        status = set_keys(c, encoded, !lut && !lobes);
+        status = set_keys(c, encoded);
     c->out.primaries = c->in.primaries;
     c->out.zstd = o->zstd;
     return !status;
 }
 
-/* ---- the command ------------------------------------------------------ */
+/* ---- files ------------------------------------------------------------ */
 
 static bool read_texture(conversion *c)
 {
@@ -357,18 +371,55 @@ static bool read_texture(conversion *c)
                              name, name));
 }
 
-static bool write_texture(conversion *c)
+static bool write_pictures(conversion *c, ibl_outputs *to)
 {
-    ibl_outputs *files = NULL;
-    const bool ok = !ibl_start_outputs(c->ctx, 0, &files) &&
-                    !ibl_outputs_add_texture(files, c->o->path[1], &c->out,
-                                             (ibl_container)c->o->file, NULL) &&
-                    ibl_console_commit(&c->console, files);
+    const convert_opts *o = c->o;
+    const char *out = o->path[1], *suffix = strrchr(out, '.');
+    const bool ends = suffix && !strcmp(suffix + 1, format_names[o->file]);
+    char *stem = ibl_format(
+        "%.*s", (int)(ends ? (size_t)(suffix - out) : strlen(out)), out);
+    const ibl_picture_options options = {
+        .kind = o->picture,
+        .tone = c->table ? IBL_TONE_RAW : o->tone,
+        .cross = o->layout == IBL_LAYOUT_CROSS,
+        .halves = ibl_pixel_max(c->out.pixel) < 1e5F,
+        .equirect = !c->table && c->layout == IBL_PROJECTION_EQUIRECT,
+        .about = &c->out};
+    const int each = options.cross ? 1 : c->out.faces;
+    bool ok = stem != NULL;
 
-    ibl_end_outputs(files);
-    if (ok)
+    for (int i = 0; i < each * c->out.levels && ok; i++) {
+        char *path = ibl_picture_name(stem, o->picture, c->out.levels, each, i);
+        ibl_blob blob = {0};
+        ok = path && ibl_console_differ(&c->console, o->path[0], path, "OUT") &&
+             !ibl_picture_of_texture(c->ctx, path, &c->out, &options, i,
+                                     &blob) &&
+             !ibl_outputs_add(to, path, blob.bytes, blob.size);
+        if (ok)
+            ibl_console_info(&c->console, "wrote %s", path);
+        ibl_blob_free(&blob);
+        free(path);
+    }
+    free(stem);
+    return ok;
+}
+
+static bool write_files(conversion *c)
+{
+    const char *out = c->o->path[1];
+    ibl_outputs *to = NULL;
+    bool ok = !ibl_start_outputs(c->ctx, 0, &to);
+
+    if (ok && c->o->picture)
+        ok = write_pictures(c, to);
+    else if (ok)
+        ok = !ibl_outputs_add_texture(to, out, &c->out,
+                                      (ibl_container)c->o->file, NULL);
+    ok = ok && ibl_console_commit(&c->console, to);
+    ibl_end_outputs(to);
+    if (ok && !c->o->picture)
         ibl_console_info(&c->console, "wrote %s: %s, %s, %d x %d, levels: %d",
-                         c->o->path[1], c->out.faces == 6 ? "cube" : "2D",
+                         out, c->out.faces == 6 ? "cube" : "2D",
                          ibl_pixel_name(c->out.pixel), c->out.width,
                          c->out.height, c->out.levels);
     return ok;
@@ -384,7 +435,7 @@ static int run(const void *settings)
     const bool ok =
         !ibl_start(&o->common, &c.console, &c.ctx) &&
         ibl_console_differ(&c.console, o->path[0], o->path[1], "OUT") &&
-        read_texture(&c) && change(&c) && write_texture(&c);
+        read_texture(&c) && change(&c) && write_files(&c);
     const int status = ibl_console_end(&c.console, ok);
     if (ok && o->common.verbose)
         ibl_console_print_times(&c.console);

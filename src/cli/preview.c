@@ -6,7 +6,7 @@
 
 #include "cli/faces.h"
 #include "cli/sheet.h"
-#include "engine/png.h"
+#include "engine/picture.h"
 
 enum {
     FACE = IBL_SHEET_FACE,
@@ -57,23 +57,11 @@ static double find_exposure(const ibl_image *env)
     return fmin(0.18 / exp(log_mean), 0.35 / mean);
 }
 
-static unsigned char srgb_byte(double x)
-{
-    x = x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1 / 2.4) - 0.055;
-    return (unsigned char)(255 * fmin(fmax(x, 0), 1) + 0.5);
-}
-
-/* Narkowicz 2016, "ACES Filmic Tone Mapping Curve". */
-static double film(double x)
-{
-    return x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14);
-}
-
 static void put_radiance(const sheet *s, int x, int y, const double rgb[3])
 {
     unsigned char *p = ibl_sheet_pixel(&s->on, x, y);
     for (int c = 0; c < 3; c++)
-        p[c] = srgb_byte(film(rgb[c] * s->exposure));
+        p[c] = ibl_tone_byte(IBL_TONE_FILM, rgb[c] * s->exposure);
 }
 
 /* ---- cubes ----------------------------------------------------------- */
@@ -173,7 +161,7 @@ static void draw_lut(const sheet *s, int left, int top, const ibl_lut *lut)
             unsigned char *p = ibl_sheet_pixel(&s->on, left + x, top + y);
             p[2] = 0;
             for (int c = 0; c < channels; c++)
-                p[c] = (unsigned char)(255 * fmin((double)t[c], 1) + 0.5);
+                p[c] = ibl_tone_byte(IBL_TONE_RAW, (double)t[c]);
         }
 }
 
