@@ -182,8 +182,7 @@ $(BUILD)/obj/src/io/bridge.o $(BUILD)/obj/src/scene/gltf_packed.o: \
     $(BUILD)/used-libdir
 $(addprefix $(BUILD)/obj/src/,io/exr_chunks.o engine/png.o): \
     $(BUILD)/used-deflate
-$(addprefix $(BUILD)/obj/src/cli/,bake_record.o common_options.o \
-    probes_hash.o probes_index.o): $(BUILD)/used-revision
+$(addprefix $(BUILD)/obj/src/cli/,bake_record.o common_options.o): $(BUILD)/used-revision
 
 define COMPILE
 @mkdir -p $(@D)
@@ -307,7 +306,7 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 # Judges, as the program does. The library serves them, too.
 $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
-    faces.o figures.o lookup.o rendered.o)
+    figures.o lookup.o rendered.o)
 
 # The whole command, with other samples.
 $(BUILD)/tests/bench_choice: TEST_LIBS = -Wl,--wrap=ibl_truth_make $(LIB)
@@ -343,7 +342,7 @@ VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_model, \
                        $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c \
-                   src/cli/faces.c src/cli/lookup.c) \
+                   src/cli/lookup.c) \
         $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(VIEW_LIBS) \
@@ -365,15 +364,15 @@ FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
           $(addprefix src/kern/,astc_hdr_block.c astc_hdr_decode.c \
             astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
             max_finite.c pixel.c rgbe.c) \
-          $(addprefix src/cli/,bake_options.c common_options.c probe_set.c probes_grid.c probes_index.c \
-            probes_options.c probes_shard.c shell_words.c \
+          $(addprefix src/cli/,bake_options.c common_options.c probe_set.c probes_grid.c \
+            probes_options.c shell_words.c \
             targets.c verify.c) \
           $(addprefix src/view/,harmonics.c options.c probe_set.c \
             set_open.c settings.c)
 FUZZ_WRAP = read pread ibl_print_line
 $(BUILD)/fuzz/fuzz_image: FUZZ_WRAP += ibl_bridge_rows
-$(BUILD)/fuzz/fuzz_json: FUZZ_WRAP += ibl_hash_bytes ibl_hash_file \
-    ibl_signals_catch view_gl_has_cube_arrays view_upload
+$(BUILD)/fuzz/fuzz_json: FUZZ_WRAP += ibl_signals_catch \
+    view_gl_has_cube_arrays view_upload
 fuzz_obj = $(patsubst %.c,$(BUILD)/fuzz/obj/%.o,$(1))
 $(BUILD)/fuzz/empty:
 	@mkdir -p $(@D)

@@ -20,36 +20,29 @@ enum {
 const char *const ibl_tone_names[] = {"film", "clip", NULL};
 
 /* FILM: Narkowicz 2016, "ACES Filmic Tone Mapping Curve". */
-unsigned char ibl_tone_byte(ibl_tone tone, double x)
+double ibl_tone_value(ibl_tone tone, double x)
 {
     if (tone == IBL_TONE_FILM)
         x = x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14);
     if (tone != IBL_TONE_RAW)
         x = x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1 / 2.4) - 0.055;
-    return (unsigned char)(255 * fmin(fmax(x, 0), 1) + 0.5);
+    return fmin(fmax(x, 0), 1);
 }
 
 static bool encode_png(const ibl_picture_options *o, int width, int height,
                        const float *rgb, ibl_blob *out)
 {
-    const size_t pixels = (size_t)width * (size_t)height;
-    const bool raw = o->tone == IBL_TONE_RAW;
-    const size_t channels = raw ? 4 : 3; /* only that is not marked as sRGB */
-    unsigned char *bytes = malloc(channels * pixels);
-
-    for (size_t i = 0; i < channels * pixels && bytes; i++)
-        bytes[i] =
-            i % channels == 3
-                ? 255
-                : ibl_tone_byte(o->tone,
-                                (double)rgb[i / channels * RGB + i % channels]);
+    const size_t values = (size_t)width * (size_t)height * RGB;
+    unsigned char *bytes = malloc(values);
     void *png = NULL;
+
+    for (size_t i = 0; i < values && bytes; i++)
+        bytes[i] =
+            (unsigned char)(255 * ibl_tone_value(o->tone, (double)rgb[i]) +
+                            0.5);
     const bool ok =
-        bytes &&
-        (raw ? ibl_png_encode(bytes, width, height, o->about, out)
-             : ibl_png_encode_rgb(bytes, width, height, &png, &out->size));
-    if (png)
-        out->bytes = png;
+        bytes && ibl_png_encode_rgb(bytes, width, height, &png, &out->size);
+    out->bytes = png;
     free(bytes);
     return ok;
 }

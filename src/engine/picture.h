@@ -29,8 +29,8 @@ typedef enum ibl_tone {
 /* "film", "clip", NULL */
 extern const char *const ibl_tone_names[];
 
-/* 0..255 of a component of light. */
-unsigned char ibl_tone_byte(ibl_tone tone, double x);
+/* What a component of light becomes, 0..1. */
+double ibl_tone_value(ibl_tone tone, double x);
 
 typedef struct ibl_picture_options {
     ibl_picture kind;
