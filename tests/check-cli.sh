@@ -844,6 +844,11 @@ for (const f of files.slice(3))
     if (JSON.stringify(f.keys) !== JSON.stringify(cube.keys)) console.log(f.keys);
 END
     refused 1 'iblbake: ../env.exr: is no texture (*' iblbake convert ../env.exr o.dds
+    refused 1 'iblbake: b.ktx2: is a baked map (specular), *' \
+        iblbake b.ktx2 -o none --only skybox --skybox 4
+    iblbake b.ktx2 -o some --only skybox --skybox 4 --prefiltered 2>err
+    grep -q 'warning: b.ktx2: is a baked map (specular), whose level 0 is' err ||
+        cat err
     refused 1 'iblbake: b.ktx2: such a file cannot hold these texels: *' \
         iblbake convert b.ktx2 o.dds --pixel astc4x4hdr
     refused 1 'iblbake: lobes.ktx: has layers or alpha, *' \

@@ -229,6 +229,8 @@ static const ibl_option many[] = {
 };
 
 static const ibl_option input[] = {
+    {"prefiltered", 0, IBL_FLAG(prefiltered),
+     .help = "take a texture that is a baked map for an environment"},
     {"rotate", 0, IBL_OTHER(bake.yaw_deg, "DEG", ibl_rotate_parse),
      .allowed = IBL_ROTATE_ALLOWED,
      .standard = "0",
@@ -428,6 +430,7 @@ static bool complete(ibl_opts *o)
         o->rendered_error = 0.03;
     o->asked = o->only;
     o->texels.alike = o->zstd > 0;
+    o->common.read.refuse_prefiltered = !o->prefiltered;
     o->verify |= !isnan(o->max_error);
     o->bake.specular_options.projection =
         o->bake.irradiance_options.projection = o->bake.skybox_projection;

@@ -356,7 +356,8 @@ bool ibl_opts_check_uses(const ibl_bake_line *line)
              "only ktx2 files can hold it: take --format ktx2"},
             {"rotate mirror up", cubes || sh,
              "nothing that is made has directions: leave it out"},
-            {"layer part any-aspect input-layout strict primaries exposure "
+            {"prefiltered layer part any-aspect input-layout strict primaries "
+             "exposure "
              "clamp",
              !ibl_opts_of_none(o),
              "nothing that is made depends on the environment: leave it out"},

@@ -53,6 +53,7 @@ export const commands = {
             prune: ['', '--incremental'],
             rotate: ['-360', '45', 'learnopengl', 'cmgen'],
             lights: ['0', 'auto', '64'], ...inputs,
+            prefiltered: ['', '../set/mild_specular.ktx2'],
             size: ['1', '16', '20', '32'], levels: ['1', '2', '5', '15'],
             'roughness-range': ['0:1', '.2:.7', '.5:.5', '0:0'],
             samples: ['1', ...sampled()],
