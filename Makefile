@@ -158,7 +158,7 @@ $(addprefix $(BUILD)/obj/src/,json/%.o io/probe_index.o io/sidecar_outputs.o \
     io/sidecar_text.o): LOCAL = $(JSON_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
-$(BUILD)/obj/src/view/write_exr.o: LOCAL = $(VIEW_CFLAGS) $(EXR_CFLAGS)
+$(BUILD)/obj/src/engine/picture.o: LOCAL = $(CLI_CFLAGS) $(EXR_CFLAGS)
 $(BUILD)/obj/src/common/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/engine/%.o: LOCAL = $(CLI_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/set/%.o: LOCAL = $(JSON_CFLAGS)

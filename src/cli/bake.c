@@ -7,6 +7,7 @@
 
 #include "cli/batch.h"
 #include "cli/choose.h"
+#include "common/names.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "json/text.h"
@@ -84,6 +85,31 @@ static void take_shape(ibl_baked *file, const ibl_texture *tex)
     file->shape.key_count = 0;
 }
 
+/* Writes a texture as pictures. */
+static bool write_pictures(ibl_bake *b, ibl_baked *file, const ibl_texture *tex)
+{
+    const ibl_opts *o = b->opts;
+    const bool table = file - b->files >= IBL_OUTPUT_LUT;
+    const ibl_picture_options options = {
+        .kind = o->picture,
+        .tone = table ? IBL_TONE_RAW : o->tone,
+        .cross = !table && o->layout == IBL_LAYOUT_CROSS,
+        .halves = ibl_pixel_max(tex->pixel) < 1e5F,
+        .equirect = !table && o->layout == IBL_PROJECTION_EQUIRECT,
+        .about = tex};
+    bool ok = true;
+
+    for (int i = 0; i < file->count && ok; i++) {
+        const char *path = i ? file->more[i - 1] : file->path;
+        ibl_blob blob = {0};
+        ok = !ibl_picture_of_texture(b->ctx, path, tex, &options, i, &blob) &&
+             !ibl_outputs_add(b->outputs, path, blob.bytes, blob.size);
+        file->bytes += blob.size;
+        ibl_blob_free(&blob);
+    }
+    return ok;
+}
+
 /* Writes and frees a texture. */
 static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
 {
@@ -94,8 +120,10 @@ static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
               (!b->opts->verify || ibl_bake_judge(b, kind, tex));
     tex->filament = b->opts->filament;
     tex->zstd = b->opts->zstd; /* loses nothing, so --verify can do without */
-    ok = ok && !ibl_outputs_take_texture(b->outputs, file->path, tex,
-                                         b->opts->format, &file->bytes);
+    ok = ok && (b->opts->picture
+                    ? write_pictures(b, file, tex)
+                    : !ibl_outputs_take_texture(b->outputs, file->path, tex,
+                                                b->opts->format, &file->bytes));
     ibl_texture_free(tex);
     if (ok)
         warn_of_format(b, file);
@@ -113,7 +141,7 @@ static bool add_engine_files(ibl_bake *b, ibl_blob *main, ibl_blob *faces,
     file->bytes = main->size;
     ibl_blob_free(main);
     for (int i = 0; i < b->face_count; i++) {
-        ok = ok && !ibl_outputs_add(b->outputs, b->faces[i], faces[i].bytes,
+        ok = ok && !ibl_outputs_add(b->outputs, file->more[i], faces[i].bytes,
                                     faces[i].size);
         file->bytes += faces[i].size;
         ibl_blob_free(&faces[i]);
@@ -152,9 +180,12 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
 {
     ibl_baked *file = &b->files[kind];
     ibl_texture tex = {0};
-    ibl_cube turned = {0};
+    ibl_cube turned = {0}, largest = *cube;
 
     ibl_console_progress(b->console, "write", 0);
+    largest.levels = 1;
+    if (b->opts->picture && kind == IBL_OUTPUT_SKYBOX)
+        cube = &largest;
     if (has_axes(b) &&
         ibl_cube_turn_axes(b->ctx, cube, b->opts->axes, 0, &turned))
         return false;
@@ -162,6 +193,8 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
         cube = &turned;
     bool ok = !ibl_texture_from_cube(b->ctx, cube, &b->opts->texels, &tex,
                                      &file->overflow);
+    if (ok)
+        ibl_picture_round(b->opts->picture, &tex);
     if (b->opts->engine)
         ok = ok && write_engine(b, cube, &tex);
     else
@@ -432,10 +465,8 @@ static void log_set(const ibl_bake *b)
             ibl_console_info(
                 b->console, "wrote %s: %s, %s, %d x %d, levels: %d%s",
                 file->path, file->shape.faces == 6 ? "cube" : "2D",
-                b->opts->engine ? ibl_engine_pixel(b->opts->engine)
-                                : ibl_pixel_name(file->shape.pixel),
-                file->shape.width, file->shape.height, file->shape.levels,
-                errors);
+                ibl_baked_pixel(b->opts, file->shape.pixel), file->shape.width,
+                file->shape.height, file->shape.levels, errors);
     }
     if (b->files[IBL_OUTPUT_JSON].path)
         ibl_console_info(b->console, "wrote %s",

@@ -13,6 +13,7 @@ extern const ibl_command ibl_verify_command;
 extern const ibl_command ibl_bench_command;
 extern const ibl_command ibl_probes_command;
 extern const ibl_command ibl_info_command;
+extern const ibl_command ibl_convert_command;
 
 /* The first member of every command's settings. */
 typedef struct ibl_common {

@@ -53,6 +53,7 @@ export const commands = {
             prune: ['', '--incremental'],
             rotate: ['-360', '45', 'learnopengl', 'cmgen'],
             lights: ['0', 'auto', '64'], ...inputs,
+            prefiltered: ['', '../set/mild_specular.ktx2'],
             size: ['1', '16', '20', '32'], levels: ['1', '2', '5', '15'],
             'roughness-range': ['0:1', '.2:.7', '.5:.5', '0:0'],
             samples: ['1', ...sampled()],
@@ -108,6 +109,18 @@ export const commands = {
         },
         silent: {...silentRunning, isa: 'the same digits',
             'max-memory': 'larger files are refused'},
+    },
+    convert: {
+        words: ['convert'], page: ['iblbake', 'convert'],
+        env: '../set/mild_specular.ktx2', tail: 'p.ktx2', row: 6, usual: [],
+        values: {
+            ENV: ['../set/brdf_lut.ktx2', '../set/mild_irradiance.ktx2'],
+            zstd: ['0', '3', '9'], largest: ['1e-06', '1', '70000'],
+            quality: ['normal', 'fast --pixel bc6h', 'best --pixel astc4x4hdr'],
+            ...running, quiet: [''],
+        },
+        silent: {...silentRunning, isa: 'the same bytes',
+            quiet: 'nothing is printed', 'max-memory': 'larger are refused'},
     },
     probes: {
         words: ['probes'], page: ['iblbake', 'probes'], env: '../set.json',
