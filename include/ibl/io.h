@@ -148,6 +148,12 @@ enum {
     IBL_FILE_HASH = 33 /* 32 hexadecimal digits and a 0 */
 };
 
+/* XXH3 of 128 bits as xxh128sum prints it: detects changes, not forgery. */
+void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_FILE_HASH]);
+/* The same of a regular file. 0, or an errno: it cannot be read; EISDIR: it is
+ * a directory; EINVAL: it is neither. */
+int ibl_hash_file(const char *path, char hash[IBL_FILE_HASH]);
+
 /* Properties of the file, and counts of repaired pixels. */
 typedef struct ibl_read_report {
     char format[64];  /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
@@ -805,6 +811,9 @@ ibl_status ibl_outputs_add_texture(ibl_outputs *out, const char *path,
 ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
                                     ibl_texture *tex, ibl_container container,
                                     size_t *size);
+/* XXH3 of 128 bits of a file of the set, 32 hexadecimal digits, until the set
+ * is freed; waits until it is written. "": there is none. */
+const char *ibl_outputs_hash(ibl_outputs *out, const char *path);
 /* Waits until all added files are written. */
 ibl_status ibl_outputs_wait(ibl_outputs *out);
 /*

@@ -7,7 +7,6 @@
 #include <ibl/probes.h>
 
 #include "cli/console.h"
-#include "cli/hash.h"
 #include "cli/shard.h"
 #include "json/json_at.h"
 
@@ -122,7 +121,7 @@ typedef struct ibl_probes_bake {
     ibl_probe_set set;
     ibl_specular_layout layout;
     ibl_pixel lut_pixel;
-    char hash[IBL_HASH_SIZE];          /* of all that the files depend on */
+    char hash[IBL_FILE_HASH];          /* of all that the files depend on */
     char *path[IBL_PROBES_FILES];      /* NULL: not wanted */
     ibl_texture array[IBL_PROBES_LUT]; /* filled layer by layer */
 } ibl_probes_bake;

@@ -136,7 +136,7 @@ static bool hash_inputs(ibl_probes_bake *p)
 {
     ibl_memory_file file;
     FILE *to = ibl_memory_open(&file);
-    char *set = ibl_json_text(p->set.root), hash[IBL_HASH_SIZE];
+    char *set = ibl_json_text(p->set.root), hash[IBL_FILE_HASH];
     bool ok = to && set && check_input(p, p->input);
 
     if (ok) {
@@ -147,7 +147,7 @@ static bool hash_inputs(ibl_probes_bake *p)
         const ibl_capture *c = &p->set.entry[i].capture;
         for (int k = 0; k < c->count && ok; k++) {
             ok = check_input(p, c->file[k]) &&
-                 (ibl_hash_file(c->file[k], hash) ||
+                 (!(errno = ibl_hash_file(c->file[k], hash)) ||
                   ibl_console_fail(p->console, "%s: %s: %s: cannot be read: %s",
                                    p->input, c->place, c->file[k],
                                    errno == EINVAL ? "no regular file"
