@@ -602,6 +602,7 @@ ibl_texel_options ibl_texel_options_default(void);
  * texel of a level.
  * Decoding returns IBL_ERR_ARGUMENT for a texture of the other kind, and for an
  * array of more than one layer: ibl_texture_layer extracts one.
+ * IBL_ERR_UNSUPPORTED: blocks of ASTC that are none of UASTC HDR.
  */
 ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  const ibl_texel_options *opts,
@@ -624,7 +625,7 @@ ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
 ibl_projection ibl_texture_projection(const ibl_texture *tex);
 
 /* Replaces blocks by RGBA16F texels of the same values, in place; other pixels
- * stay as they are. tex is unchanged after an error. */
+ * stay as they are. tex is unchanged after an error, as ibl_texture_to_cube. */
 ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex);
 
 /* ibl_cube_turn_axes of every layer of a texture, in place. IBL_ERR_ARGUMENT:
