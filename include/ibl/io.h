@@ -733,34 +733,26 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
 /* ---- files that appear together or not at all ------------------------ */
 
 /*
- * A set of output files. Each is written to a temporary file beside its target
- * (".NAME.iblbake-PLACE-PID-N.tmp", mode 0666 & ~umask). commit renames them
- * all; abort removes them and any directory that was made for them. Until
- * commit, existing files are unchanged: after a failure of the program, a
- * signal or a full disk, all old files are there.
+ * A set of output files. Each is written to a temporary file
+ * beside its target (".NAME.iblbake-PLACE-PID-N.tmp", mode 0666 & ~umask), and
+ * commit renames them all: until then existing files are as they were, also
+ * after a failure of the program, a signal or a full disk. What the system has
+ * not yet written to the disk is lost in a power cut: sync prevents that.
  *
- * This does not cover a crash of the system or a power cut. Data that the
- * system has not yet written to the disk (this takes about half a minute) is
- * then lost, and a new file may be empty or short in place of an old one.
- * ibl_outputs_sync prevents this.
- *
- * A commit waits until no other has its directories, by flock on them, so that
- * of two sets with the same targets all files are those of one. Directories of
- * file systems without such locks (NFS) are not locked. Programs that look at
- * several files of a set can lock its directory, too.
- *
- * A process that is killed (SIGKILL) leaves temporaries and, during commit, a
- * set of which some files are new and some old, each complete. The first commit
- * of another process to the same directory removes the temporaries, unless a
- * process has their PID; those of other hosts and containers stay.
+ * A commit waits until no other has its directories, by flock, so that of two
+ * sets with the same targets all files are those of one; file systems without
+ * such locks (NFS) are not locked. A process that is killed (SIGKILL) leaves
+ * temporaries and, during commit, some files new and some old, each complete.
+ * The first commit of another process to the same directory removes the
+ * temporaries, unless a process has their PID; those of other hosts and
+ * containers stay.
  *
  * If a target is a symbolic link, the file that it names is replaced. Targets
  * that are not files (directories, devices, pipes, links to nothing) and files
  * without write permission are refused with IBL_ERR_IO and stay unchanged.
  *
- * A path has at most 4031 bytes. Relative paths are valid while the working
- * directory stays the same. If RLIMIT_FSIZE is set, a program must ignore
- * SIGXFSZ to get a status instead of a signal.
+ * A path has at most 4031 bytes; relative ones are valid while the working
+ * directory stays the same. With RLIMIT_FSIZE, SIGXFSZ must be ignored.
  */
 typedef struct ibl_outputs ibl_outputs;
 
@@ -769,57 +761,34 @@ typedef struct ibl_outputs ibl_outputs;
 
 /* Makes an empty set; it uses ctx for messages and cancellation. */
 ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out);
-/*
- * sync 1: add and wait flush the files to the disk before they return, and
- * commit flushes the directories. A power cut during commit may then leave some
- * files old and some new, each complete. 0 (default): no flush. Call this
- * before the first add.
- */
+/* sync 1: files are on the disk before add returns, directories before commit
+ * does. 0 (default): no flush. To be called before the first add. */
 void ibl_outputs_sync(ibl_outputs *out, int sync);
 /* Makes directory path and missing parents (mode 0777 & ~umask).
  * IBL_ERR_IO: cannot be made, or exists and is not a directory. */
 ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path);
-/*
- * Writes a file of the set. bytes is not needed afterwards. IBL_ERR_IO: not
- * writable, disk full, or the target cannot be replaced. IBL_ERR_ARGUMENT:
- * the set is full, aborted or already has the target (by any path), or path is
- * too long. An error leaves the set unchanged.
- */
+/* Writes a file of the set. IBL_ERR_IO: not writable, disk full, or the target
+ * cannot be replaced. IBL_ERR_ARGUMENT: the set is full, aborted or already has
+ * the target (by any path), or path is too long. An error leaves the set
+ * unchanged. */
 ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
                            const void *bytes, size_t size);
-/*
- * Writes a texture as a file of the set: the bytes of ibl_texture_encode,
- * without a second copy of its texels in memory. tex is not needed afterwards.
- * *size, if not NULL, is the file's size. Errors as in ibl_texture_encode and
- * ibl_outputs_add.
- */
-ibl_status ibl_outputs_add_texture(ibl_outputs *out, const char *path,
-                                   const ibl_texture *tex,
-                                   ibl_container container, size_t *size);
-/*
- * The same, but takes ownership of tex: it is empty afterwards, for any status.
- * The file may still be written when this returns, on a thread of the context,
- * one file at a time. A later error aborts the set; ibl_outputs_wait or
- * ibl_outputs_commit returns it.
- */
+/* The same of the bytes of ibl_texture_encode; *size, if not NULL, is their
+ * number. Takes tex: it is empty afterwards, for any status. The file may still
+ * be written when this returns, on a thread of the context, one file at a time;
+ * commit returns the error. */
 ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
                                     ibl_texture *tex, ibl_container container,
                                     size_t *size);
-/* Waits until all added files are written. */
-ibl_status ibl_outputs_wait(ibl_outputs *out);
-/*
- * Renames every file to its target, in the order in which they were added. The
+/* Renames every file to its target, in the order in which they were added. The
  * set is then empty and can be reused. Signals to the calling thread wait
  * meanwhile. IBL_ERR_IO: a rename failed, or with sync a flush; files that were
- * renamed before stay so, and the set is aborted.
- */
+ * renamed before stay so, and the set is aborted. */
 ibl_status ibl_outputs_commit(ibl_outputs *out);
-/*
- * Removes all files not committed, and empty directories made for the set. It
+/* Removes all files not committed, and empty directories made for the set. It
  * makes only system calls, so it is safe in a signal handler on any thread; the
  * program should then end. errno is kept. Nothing can be added afterwards. NULL
- * is fine.
- */
+ * is fine. */
 void ibl_outputs_abort(ibl_outputs *out);
 void ibl_outputs_free(ibl_outputs *out); /* aborts first; NULL is fine */
 /* The caller has this directory locked by flock, exclusively, by a descriptor

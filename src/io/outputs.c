@@ -470,13 +470,10 @@ ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
     return add_file(out, path, &file);
 }
 
-ibl_status ibl_outputs_add_texture(ibl_outputs *out, const char *path,
-                                   const ibl_texture *tex,
-                                   ibl_container container, size_t *size)
+static ibl_status add_texture(ibl_outputs *out, const char *path,
+                              const ibl_texture *tex, ibl_container container,
+                              size_t *size)
 {
-    if (!out || !path)
-        return ibl_missing(out ? out->ctx : NULL,
-                           "ibl_outputs_add_texture: path");
     ibl_pieces file = {0};
     ibl_status status = ibl_texture_pieces(out->ctx, tex, container, &file);
     if (!status)
@@ -509,7 +506,7 @@ ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
 
     *tex = (ibl_texture){0};
     if (out->later.on) {
-        status = ibl_outputs_add_texture(out, path, &w.tex, container, size);
+        status = add_texture(out, path, &w.tex, container, size);
         goto done;
     }
     status = ibl_texture_pieces(out->ctx, &w.tex, container, &w.file);
@@ -540,10 +537,9 @@ static void end_writing(ibl_outputs *out)
     ibl_texture_free(&out->later.tex);
 }
 
-ibl_status ibl_outputs_wait(ibl_outputs *out)
+/* Waits until all added files are written. */
+static ibl_status wait_for_files(ibl_outputs *out)
 {
-    if (!out)
-        return ibl_missing(NULL, "ibl_outputs_wait: out");
     const writing *w = &out->later;
     end_writing(out);
     if (!w->trouble)
@@ -653,7 +649,9 @@ static ibl_status flush_dir(ibl_outputs *out, const char *path)
 ibl_status ibl_outputs_commit(ibl_outputs *out)
 {
     sigset_t all, before;
-    ibl_status status = ibl_outputs_wait(out);
+    if (!out)
+        return ibl_missing(NULL, "ibl_outputs_commit: out");
+    ibl_status status = wait_for_files(out);
     if (status)
         return status;
 
