@@ -323,7 +323,7 @@ static json_t *irradiance(const ibl_bake_options *options)
         json_pack("{ss ss}", "kind", cubes ? "cube" : "sh", "scale", "E/pi");
 
     if (!cubes)
-        ibl_json_put_basis(&j, IBL_PROBES_SH_DEGREE);
+        put(&j, "degree", json_integer(IBL_PROBES_SH_DEGREE));
     return j;
 }
 

@@ -182,7 +182,7 @@ json_t *ibl_sidecar_file(const ibl_sidecar_facts *f,
     const size_t saturated = o->overflow ? o->overflow->values : 0;
     json_t *j = json_pack(
         "{ss so so so si si si sI sI}", "content", ibl_content_name(o->content),
-        "file", ibl_sidecar_name(f, o->file), "container",
+        "file", json_string(o->file), "container",
         ibl_json_string(o->container), "pixel",
         ibl_json_string(o->pixel ? o->pixel : ibl_pixel_name(t->pixel)),
         "width", t->width, "height", t->height, "faces", t->faces, "bytes",
