@@ -494,6 +494,7 @@ TEST(files_and_tiles)
     REFUSES(ibl_outputs_take_texture(out, NULL, &none, dds, NULL));
     REFUSES(ibl_outputs_take_texture(out, "x", NULL, dds, NULL));
     SILENT(ibl_outputs_take_texture(NULL, "x", &none, dds, NULL));
+    SILENT(ibl_outputs_wait(NULL));
     SILENT(ibl_outputs_commit(NULL));
     ibl_outputs_free(out);
     SILENT(ibl_tiles_cull(NULL, &probe, 1, &mask));

@@ -537,9 +537,10 @@ static void end_writing(ibl_outputs *out)
     ibl_texture_free(&out->later.tex);
 }
 
-/* Waits until all added files are written. */
-static ibl_status wait_for_files(ibl_outputs *out)
+ibl_status ibl_outputs_wait(ibl_outputs *out)
 {
+    if (!out)
+        return ibl_missing(NULL, "ibl_outputs_wait: out");
     const writing *w = &out->later;
     end_writing(out);
     if (!w->trouble)
@@ -649,9 +650,7 @@ static ibl_status flush_dir(ibl_outputs *out, const char *path)
 ibl_status ibl_outputs_commit(ibl_outputs *out)
 {
     sigset_t all, before;
-    if (!out)
-        return ibl_missing(NULL, "ibl_outputs_commit: out");
-    ibl_status status = wait_for_files(out);
+    ibl_status status = ibl_outputs_wait(out);
     if (status)
         return status;
 
