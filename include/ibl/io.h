@@ -181,42 +181,31 @@ typedef struct ibl_read_report {
 
 /*
  * Reads an environment as an equirectangular map of linear RGB floats. The
- * format is detected from the content, never from the name:
- *   Radiance .hdr  RGBE and XYZE (converted to RGB with the file's PRIMARIES
- *                  or the format's defaults), new and old run lengths and
- *                  flat, all eight orientations; EXPOSURE and COLORCORR are
- *                  undone
- *   OpenEXR        scan lines and tiles (level 0); half, float and uint;
- *                  R G B, or Y alone; an X beside Y makes it no
- *                  colour, and chroma is not read. The map is the display
- * window; pixels outside the data window are black. With the attribute envmap
- * it may be a cube, which is turned so that it shows what its
- *                  latitude-longitude map would. DWAA and DWAB take
- *                  libiblexr.so, beside the bridge
- *   Ultra HDR JPEG through the bridge: the JPEG and its gain map, by Android's
- *                  metadata or those of ISO 21496-1, at the full gain. 1 is
- *                  the white of the JPEG alone
+ * format is detected from the content, never from the name; iblbake(1) says
+ * what is read of each:
+ *   Radiance .hdr  RGBE and XYZE; EXPOSURE and COLORCORR are undone
+ *   OpenEXR        the display window of scan lines and tiles (level 0): R G B
+ *                  or Y alone, or a cube by its attribute envmap. DWAA and DWAB
+ *                  take libiblexr.so, beside the bridge
+ *   Ultra HDR JPEG through the bridge, at the full gain; 1 is the white of the
+ *                  JPEG alone
  *   others         all formats of OpenImageIO, through the bridge: a shared
- *                  object that is opened only if needed. 8 and 16-bit integers
- *                  are decoded as opts->transfer says, and EXIF's orientation
- *                  is obeyed; AVIF and HEIF of linear, PQ's or HLG's values
- *                  are refused
- *   textures       KTX2, KTX and DDS of one layer, in the formats of
- *                  ibl_texture_decode: level 0 of a cube, or of a flat texture
- *                  as an image. iblbake's keys for other axes and layouts are
- *                  honoured, as are KTX2's primaries. What has their key of a
- *                  baked map is warned of, or refused. The bridge reads DDS
- *                  files, and cubes, in other formats
+ *                  object that is opened only if needed. Integers are decoded
+ *                  as opts->transfer says, EXIF's orientation is obeyed; AVIF
+ *                  and HEIF of linear, PQ's or HLG's values are refused
+ *   textures       KTX2, KTX and DDS of one layer: level 0 of a cube, or of a
+ *                  flat texture as an image, with iblbake's keys for axes and
+ *                  layouts and KTX2's primaries. What has their key of a baked
+ *                  map is warned of, or refused. The bridge reads DDS files,
+ *                  and cubes, in other formats
  * Images of 2:1 are equirectangular maps, others what their shape says: 4:3 and
  * 3:4 are crosses, 6:1 and 1:6 strips. A square is ambiguous, so opts must say
  * the layout. The map of a cube has the width ibl_latlong_width; its pixels are
  * those of ibl_latlong_from_cube, made after repair. The map of an octahedral
  * image of n x n pixels is 4 n wide, at least 256, and its integral is the
- * same: over patches of constant radiance, exact along four meridians for each
- * column. Besides the map (384 bytes for each texel of a face, 96 for each
- * octahedral pixel), making it takes the memory of the file's pixels.
- * Alpha is dropped. Colours stay as in the file, neither multiplied nor divided
- * by alpha. To read alpha, see ibl_source_alpha.
+ * same. Besides the map (384 bytes for each texel of a face, 96 for each
+ * octahedral pixel), making it takes the memory of the file's pixels. Alpha is
+ * dropped, and colours stay as in the file; to read it: ibl_source_alpha.
  * A non-finite component becomes the largest finite one among the 8 neighbours
  * (columns wrap). If there is none, +Inf becomes 65504, others 0. Negative
  * components become 0. Both repairs are counted, with a warning; of negative
@@ -400,15 +389,15 @@ float ibl_pixel_max(ibl_pixel pixel);
 
 /*
  * The numbers of a pixel format in graphics APIs; 0: the API has no such
- * format. Sources: vulkan_core.h, dxgiformat.h and the registry of OpenGL. vk
- * VkFormat dxgi         DXGI_FORMAT gl_internal  of glTexStorage2D, and of
- * glCompressedTexImage2D for blocks gl_format, gl_type of glTexSubImage2D; both
- * 0 for blocks UASTC HDR are blocks of ASTC to Vulkan; other APIs have to
- * transcode them.
+ * format. Blocks of UASTC HDR are blocks of ASTC to Vulkan; other APIs have to
+ * transcode them. Sources: vulkan_core.h, dxgiformat.h, OpenGL's registry.
  */
 typedef struct ibl_pixel_numbers {
-    uint32_t vk, dxgi;
-    uint32_t gl_internal, gl_format, gl_type;
+    uint32_t vk;                 /* VkFormat */
+    uint32_t dxgi;               /* DXGI_FORMAT */
+    uint32_t gl_internal;        /* of glTexStorage2D, or of blocks of
+                                    glCompressedTexImage2D */
+    uint32_t gl_format, gl_type; /* of glTexSubImage2D; 0 of blocks */
 } ibl_pixel_numbers;
 ibl_pixel_numbers ibl_pixel_numbers_of(ibl_pixel pixel);
 
