@@ -361,7 +361,7 @@ FUZZ_OPT := -O1 -gline-tables-only -fno-omit-frame-pointer \
             -fsanitize=address,undefined,float-cast-overflow
 FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
                      src/engine/*.c src/scene/*.c src/set/*.c) \
-          $(addprefix src/kern/,astc_hdr_block.c astc_hdr_decode.c \
+          $(addprefix src/kern/,astc_hdr_block.c \
             astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
             max_finite.c pixel.c rgbe.c) \
           $(addprefix src/cli/,bake_options.c bake_rules.c common_options.c probe_set.c probes_grid.c \

@@ -491,9 +491,6 @@ TEST(files_and_tiles)
     REFUSES(ibl_outputs_add(out, NULL, "", 0));
     REFUSES(ibl_outputs_add(out, "x", NULL, 1));
     SILENT(ibl_outputs_add(NULL, "x", "", 0));
-    REFUSES(ibl_outputs_add_texture(out, NULL, &none, dds, NULL));
-    REFUSES(ibl_outputs_add_texture(out, "x", NULL, dds, NULL));
-    SILENT(ibl_outputs_add_texture(NULL, "x", &none, dds, NULL));
     REFUSES(ibl_outputs_take_texture(out, NULL, &none, dds, NULL));
     REFUSES(ibl_outputs_take_texture(out, "x", NULL, dds, NULL));
     SILENT(ibl_outputs_take_texture(NULL, "x", &none, dds, NULL));

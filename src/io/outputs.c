@@ -478,13 +478,10 @@ ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
     return add_file(out, path, &file);
 }
 
-ibl_status ibl_outputs_add_texture(ibl_outputs *out, const char *path,
-                                   const ibl_texture *tex,
-                                   ibl_container container, size_t *size)
+static ibl_status add_texture(ibl_outputs *out, const char *path,
+                              const ibl_texture *tex, ibl_container container,
+                              size_t *size)
 {
-    if (!out || !path)
-        return ibl_missing(out ? out->ctx : NULL,
-                           "ibl_outputs_add_texture: path");
     ibl_pieces file = {0};
     ibl_status status = ibl_texture_pieces(out->ctx, tex, container, &file);
     if (!status)
@@ -517,7 +514,7 @@ ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
 
     *tex = (ibl_texture){0};
     if (out->later.on) {
-        status = ibl_outputs_add_texture(out, path, &w.tex, container, size);
+        status = add_texture(out, path, &w.tex, container, size);
         goto done;
     }
     status = ibl_texture_pieces(out->ctx, &w.tex, container, &w.file);

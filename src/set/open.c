@@ -185,7 +185,7 @@ static ibl_status read_sidecar(opener *o, const char *path)
 
     if (o->o.reading)
         o->o.reading(o->o.cookie, IBL_CONTENTS, path);
-    json_t *root = ibl_sidecar_read(path, &why);
+    json_t *root = ibl_json_load(path, 0, &why);
     if (!root)
         return ibl_fail(o->ctx, why.status, "%s%s", why.line,
                         why.status == IBL_ERR_FORMAT
