@@ -20,12 +20,12 @@ ibl_status ibl_map_alloc(const ibl_input *in, int width, int height,
 typedef struct ibl_rows ibl_rows;
 
 /* The first member of a reader's own struct. Rows come from the zenith down,
- * with the values of the file; io/repair.h mends them. */
+ * with the values of the file; io/mend.h mends them. */
 struct ibl_rows {
     ibl_ctx *ctx;
     int width, height;
     int row; /* the next row to read */
-    /* Readers set format, low_range and bridged; io/repair.h and source.c set
+    /* Readers set format, low_range and bridged; io/mend.h and source.c set
      * the rest. */
     ibl_read_report report;
     /* Reads count rows from `row` on, using the pool; the caller then adds
