@@ -270,7 +270,7 @@ TEST(parts)
     }
     test_exr_refused("parts.exr", NULL, 0, IBL_ERR_FORMAT, "no colour");
     test_exr_refused("parts.exr", NULL, 3, IBL_ERR_FORMAT,
-                     "0 depth, 1 beauty, 2 other");
+                     "depth (part 0), beauty (part 1)");
     test_exr_refused("one.exr", NULL, 1, IBL_ERR_FORMAT, "part");
 }
 

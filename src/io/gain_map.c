@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
@@ -28,34 +27,8 @@ static const char *check(const ibl_gain_map *g)
 
 /* ---- XMP -------------------------------------------------------------- */
 
-static char *skip_space(char *t)
-{
-    return t + strspn(t, " \t\r\n");
-}
-
-/* Up to three numbers of <hdrgm:NAME>, each in an <rdf:li> or one alone. */
-static int take_items(char *t, const char *name, double value[3])
-{
-    char end_tag[48], *end, *item;
-    int count = 0;
-
-    snprintf(end_tag, sizeof end_tag, "</%s", name);
-    end = strstr(t, end_tag);
-    for (item = t; end && count < 3; item++) {
-        item = strstr(item, "<rdf:li>");
-        if (!item || item > end)
-            break;
-        item = skip_space(item + 8);
-        if (!ibl_take_number(&item, &value[count]))
-            return 0;
-        count++;
-    }
-    t = skip_space(t);
-    return count ? count : end && ibl_take_number(&t, value);
-}
-
-/* The numbers of a property, as attribute or element: 1 or 3, and 0 if it is
- * not there, -1 if it is something else. */
+/* The numbers of a property, an attribute or what is between the tags of an
+ * element: 1 or 3, and 0 if it is not there, -1 if it is something else. */
 static int take_property(char *xmp, const char *name, double value[3])
 {
     char *t = strstr(xmp, name);
@@ -63,14 +36,20 @@ static int take_property(char *xmp, const char *name, double value[3])
 
     if (!t)
         return 0;
-    t = skip_space(t + strlen(name));
+    t += strlen(name);
+    t += strspn(t, " \t\r\n");
     if (*t == '=') {
-        t = skip_space(t + 1);
-        if (*t == '"' || *t == '\'')
-            t++;
+        t += strspn(t, "=\"' \t\r\n");
         count = ibl_take_number(&t, value);
     } else if (*t == '>') {
-        count = take_items(t + 1, name, value);
+        const char *end = strstr(t, name);
+        while (end && t < end && count < 3) {
+            t += strspn(t, "> \t\r\n");
+            if (*t == '<')
+                t += strcspn(t, ">");
+            else if (!ibl_take_number(&t, &value[count++]))
+                return -1;
+        }
     }
     if (count == 1)
         value[1] = value[2] = value[0];

@@ -317,42 +317,30 @@ ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
     return open_source(ctx, path, NULL, NULL, opts, out);
 }
 
-static ibl_status check_pixels(ibl_ctx *ctx, const char *name,
-                               const ibl_pixels *p)
-{
-    const size_t bytes = p->half ? 2 : 4;
-    const size_t row =
-        p->row_bytes < 0 ? 0 - (size_t)p->row_bytes : (size_t)p->row_bytes;
-
-    if (p->channels != 3 && p->channels != 4)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%s: %d channels: must be 3 or 4", name, p->channels);
-    if ((unsigned)p->half > 1)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "%s: half %d: must be 0 or 1",
-                        name, p->half);
-    if (p->width < 1 || p->height < 1)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%s: %dx%d pixels: must be 1x1 or more", name, p->width,
-                        p->height);
-    const size_t least = (size_t)p->width * (size_t)p->channels * bytes;
-    if (row && (row < least || row > PTRDIFF_MAX / (size_t)p->height))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%s: row_bytes %td: must be 0 or from %zu to %zu", name,
-                        p->row_bytes, least, PTRDIFF_MAX / (size_t)p->height);
-    return IBL_OK;
-}
-
 ibl_status ibl_source_of_pixels(ibl_ctx *ctx, const char *name,
                                 const ibl_pixels *pixels,
                                 const ibl_read_options *opts, ibl_source **out)
 {
-    if (!ctx || !name || !pixels || !pixels->data || !out)
+    const ibl_pixels *p = pixels;
+
+    if (!ctx || !name || !p || !p->data || !out)
         return ibl_missing(ctx, "ibl_source_of_pixels: name, pixels or out");
     *out = NULL;
-    const ibl_status status = check_pixels(ctx, name, pixels);
-    if (status)
-        return status;
-    return open_source(ctx, name, NULL, pixels, opts, out);
+    if ((p->channels != 3 && p->channels != 4) || (unsigned)p->half > 1 ||
+        p->width < 1 || p->height < 1)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%s: %dx%d pixels, %d channels, half %d: must be 1x1 "
+                        "or more, 3 or 4, 0 or 1",
+                        name, p->width, p->height, p->channels, p->half);
+    const size_t row =
+        p->row_bytes < 0 ? 0 - (size_t)p->row_bytes : (size_t)p->row_bytes;
+    const size_t least =
+        (size_t)p->width * (size_t)p->channels * (p->half ? 2 : 4);
+    if (row && (row < least || row > PTRDIFF_MAX / (size_t)p->height))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%s: row_bytes %td: must be 0 or from %zu to %zu", name,
+                        p->row_bytes, least, PTRDIFF_MAX / (size_t)p->height);
+    return open_source(ctx, name, NULL, p, opts, out);
 }
 
 void ibl_source_close(ibl_source *source)

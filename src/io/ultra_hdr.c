@@ -60,34 +60,6 @@ static segment find_xmp(const unsigned char *jpeg, size_t size,
     return (segment){0};
 }
 
-/* Joins the parts of an ICC profile, each behind its number and their count.
- * The caller must free *icc; NULL: there is none. */
-static ibl_status join_icc(const ibl_input *in, unsigned char **icc,
-                           size_t *total)
-{
-    *icc = NULL;
-    *total = 0;
-    for (int pass = 0; pass < 2; pass++) {
-        size_t done = 0;
-        for (int i = 0; i < 255; i++) {
-            const segment s =
-                find_segment(in->bytes, in->size, 0xe2, icc_name, i);
-            if (s.size < 2)
-                break;
-            if (pass)
-                memcpy(*icc + done, s.bytes + 2, s.size - 2);
-            done += s.size - 2;
-        }
-        *total = done;
-        if (!done || pass)
-            break;
-        *icc = ibl_alloc_array(done, 1);
-        if (!*icc)
-            return ibl_no_memory(in->ctx, "an ICC profile");
-    }
-    return IBL_OK;
-}
-
 /* ---- the second picture ------------------------------------------------ */
 
 typedef struct second {
@@ -257,8 +229,6 @@ ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
     ibl_read_options own = *opts;
     ibl_gain_map meaning;
     double primaries[8];
-    unsigned char *icc;
-    size_t size;
     second s = {0};
     ibl_status status = ibl_input_load(in);
 
@@ -277,14 +247,14 @@ ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
     }
     if (!status)
         status = read_meaning(in, &s, &meaning);
-    if (!status)
-        status = join_icc(in, &icc, &size);
     if (status)
         return status;
-    const bool profile = icc != NULL;
-    const bool known = profile && ibl_icc_primaries(icc, size, primaries);
-    ibl_free(icc);
-    if (profile && !known)
+    /* a profile of such colours fits into one segment, behind its number */
+    const segment icc = find_segment(in->bytes, in->size, 0xe2, icc_name, 0);
+    const bool known =
+        icc.size > 2 &&
+        ibl_icc_primaries(icc.bytes + 2, icc.size - 2, primaries);
+    if (icc.size && !known)
         return ibl_unsupported(
             in, "Ultra HDR JPEG with an ICC profile that is none of sRGB, "
                 "Display P3 and Rec. 2020 with the curve of sRGB");
