@@ -83,11 +83,13 @@ static void signs_job(void *arg, int job, int worker)
 {
     batch *b = arg;
     const int width = b->m->rows->width, step = width / SAMPLES + 1;
+    ibl_max_finite_fn *look = ibl_max_finite(ibl_ctx_isa(b->m->rows->ctx));
 
     (void)worker;
     for (int y = job * ROWS; y < b->count && y < (job + 1) * ROWS; y++) {
         float *p = b->rgb + 3 * (size_t)width * (size_t)y;
         uint32_t *most = &b->m->most[b->first + y];
+        *most = look(p, 3 * (size_t)width);
         ibl_row_sums *sums = &b->m->sums[b->first + y];
         if (is_dirty(*most))
             *most = mend_signs(b, p, &sums->removed);
@@ -109,7 +111,7 @@ static ibl_status read_new(ibl_mender *m, int count, float *rgb)
 
     if (!count)
         return IBL_OK;
-    ibl_status status = ibl_rows_read(rows, count, rgb, m->most + b.first);
+    ibl_status status = ibl_rows_read(rows, count, rgb);
     if (!status)
         status =
             ibl_run(rows->ctx, NULL, (count + ROWS - 1) / ROWS, signs_job, &b);

@@ -13,7 +13,6 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/rgbe.h"
-#include "kern/max_finite.h"
 #include "kern/rgbe.h"
 
 enum {
@@ -204,7 +203,6 @@ typedef struct rgbe_rows {
     const ibl_input *in;
     ibl_rgbe_header h;
     ibl_rgbe_dsp dsp;
-    ibl_max_finite_fn *look;
     pack packs[2]; /* the current pack and the next one */
     size_t room;   /* of bytes in each pack */
     int now;       /* index of the current pack */
@@ -296,7 +294,6 @@ typedef struct step {
     pack *next;           /* pack to fill meanwhile, or NULL */
     int count, job_lines; /* scanlines, from p->used on */
     float *rgb;
-    uint32_t *most;
 } step;
 
 /* Job 0 fills the next pack, if there is one; the other jobs decode. */
@@ -316,7 +313,6 @@ static void decode_job(void *arg, int job, int worker)
         float *line = s->rgb + floats * (size_t)i;
         decode_line(&r->dsp, &r->h, s->p->bytes + s->p->line[s->p->used + i],
                     planes, line);
-        s->most[i] = r->look(line, floats);
     }
 }
 
@@ -328,8 +324,7 @@ static void free_packs(rgbe_rows *r)
     r->packs[0].bytes = r->packs[1].bytes = r->planes = NULL;
 }
 
-static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
-                            uint32_t *most)
+static ibl_status rows_read(ibl_rows *rows, int count, float *rgb)
 {
     rgbe_rows *r = (rgbe_rows *)rows;
     const int px = r->h.row_px, end = rows->row + count;
@@ -357,7 +352,6 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
         s.next = fill ? next : NULL;
         s.count = wanted < left ? wanted : left;
         s.rgb = rgb + 3 * (size_t)px * (size_t)(row - rows->row);
-        s.most = most + (row - rows->row);
         const int jobs = (s.count + s.job_lines - 1) / s.job_lines;
         const ibl_status status =
             ibl_run(rows->ctx, NULL, jobs + fill, decode_job, &s);
@@ -425,7 +419,6 @@ ibl_status ibl_rgbe_open(ibl_input *in, const ibl_read_options *opts,
         return ibl_no_memory(in->ctx, "scanlines");
     r->at = h->data;
     ibl_rgbe_dsp_init(&r->dsp, ibl_ctx_isa(in->ctx));
-    r->look = ibl_max_finite(ibl_ctx_isa(in->ctx));
     rows->width = h->row_px;
     rows->height = h->rows;
     rows->orientation = h->orientation;
