@@ -189,8 +189,10 @@ static void decode_job(void *arg, int job, int worker)
         o->code = ibl_exr_unpack(file, chunk, u, &o->error);
         if (o->code)
             return;
-        for (int y = chunk->start_y; y < chunk->start_y + chunk->height; y++)
-            put_line(g, chunk, y, ibl_exr_next_line(file, chunk, u));
+        const size_t bytes = (size_t)chunk->width * (size_t)file->all;
+        for (int line = 0; line < chunk->height; line++)
+            put_line(g, chunk, chunk->start_y + line,
+                     u->pixels + bytes * (size_t)line);
     }
 }
 

@@ -62,8 +62,6 @@ static ibl_status add_chunk(ibl_exr_file *file, const exr_chunk_info_t *chunk)
                             ibl_exr_compression_name(file->compression));
     file->chunks[file->count++] = *chunk;
     file->unpacked += bytes;
-    if ((size_t)chunk->width > file->most_width)
-        file->most_width = (size_t)chunk->width;
     if (packed > file->most_packed)
         file->most_packed = packed;
     if (bytes > file->most_unpacked)
@@ -182,7 +180,6 @@ exr_result_t ibl_exr_unpack(const ibl_exr_file *file,
     bool zip = false;
 
     *error = 0;
-    u->even = NULL;
     u->bytes = in->bytes ? in->bytes + chunk->data_offset : u->packed;
     if (!in->bytes &&
         !ibl_input_read(in, chunk->data_offset, got, u->packed, &got))
@@ -203,9 +200,9 @@ exr_result_t ibl_exr_unpack(const ibl_exr_file *file,
         return run_pipeline(file, chunk, u);
     if (!u->inflated)
         u->inflated = ibl_alloc_array(file->most_unpacked, 1);
-    if (!u->line)
-        u->line = ibl_alloc_array((size_t)file->all, file->most_width);
-    if (!u->inflated || !u->line)
+    if (!u->unzipped && zip)
+        u->unzipped = ibl_alloc_array(file->most_unpacked, 1);
+    if (!u->inflated || (zip && !u->unzipped))
         return EXR_ERR_OUT_OF_MEMORY;
     if (file->library) {
         u->pixels = u->inflated;
@@ -222,28 +219,13 @@ exr_result_t ibl_exr_unpack(const ibl_exr_file *file,
                                    u->inflated, chunk->unpacked_size,
                                    NULL) != LIBDEFLATE_SUCCESS)
         return EXR_ERR_CORRUPT_CHUNK;
-    u->even = u->inflated; /* ibl_exr_next_line undoes the differences */
-    u->odd = u->inflated + chunk->unpacked_size / 2;
-    ibl_unzip_begin(&file->dsp, u->even, chunk->unpacked_size / 2, u->last);
+    const size_t half = chunk->unpacked_size / 2; /* pixels have even sizes */
+    unsigned char last[2];
+    ibl_unzip_begin(&file->dsp, u->inflated, half, last);
+    file->dsp.unzip(u->inflated, u->inflated + half, half, last, u->unzipped);
+    u->pixels = u->unzipped;
 #endif
     return EXR_ERR_SUCCESS;
-}
-
-/* Lines have even sizes. */
-const unsigned char *ibl_exr_next_line(const ibl_exr_file *file,
-                                       const exr_chunk_info_t *chunk,
-                                       ibl_exr_worker *u)
-{
-    const size_t bytes = (size_t)chunk->width * (size_t)file->all;
-
-    if (!u->even) {
-        u->pixels += bytes;
-        return u->pixels - bytes;
-    }
-    file->dsp.unzip(u->even, u->odd, bytes / 2, u->last, u->line);
-    u->even += bytes / 2;
-    u->odd += bytes / 2;
-    return u->line;
 }
 
 ibl_status ibl_exr_begin(ibl_exr_file *file)
@@ -280,7 +262,7 @@ void ibl_exr_end(ibl_exr_file *file)
         libdeflate_free_decompressor(u->inflater);
 #endif
         ibl_free(u->inflated);
-        ibl_free(u->line);
+        ibl_free(u->unzipped);
         ibl_free(u->packed);
     }
     ibl_free(file->workers);
