@@ -194,12 +194,11 @@ typedef struct ibl_read_report {
  *   Ultra HDR JPEG through the bridge: the JPEG and its gain map, by Android's
  *                  metadata or those of ISO 21496-1, at the full gain. 1 is
  *                  the white of the JPEG alone
- *   others         all formats of OpenImageIO, through the bridge: a shared
- *                  object that is opened only if needed. 8 and 16-bit integers
- *                  are decoded as opts->transfer says, and EXIF's orientation
- *                  is obeyed; AVIF and HEIF of linear, PQ's or HLG's values
- *                  are refused
- *   textures       KTX2, KTX and DDS of one layer, in the formats of
+ *   others         formats of OpenImageIO that their first bytes tell, through
+ *                  the bridge: a shared object that is opened only if needed. 8
+ * and 16-bit integers are decoded as opts->transfer says, and EXIF's
+ * orientation is obeyed; AVIF and HEIF of linear, PQ's or HLG's values are
+ * refused textures       KTX2, KTX and DDS of one layer, in the formats of
  *                  ibl_texture_decode: level 0 of a cube, or of a flat texture
  *                  as an image. iblbake's keys for other axes and layouts are
  *                  honoured, as are KTX2's primaries. What has their key of a
@@ -307,8 +306,7 @@ typedef struct ibl_pixels {
  * it is in Rec. 709. A program's own data that are finite and not negative need
  * no source: bakes take them as they are in an ibl_image.
  *   name    for messages; copied
- *   pixels  copied, but not its data, which must stay and must not change until
- *           the source is closed
+ *   pixels  copied, with its data
  *   opts    NULL for defaults; alpha: with FILE colours are multiplied by it
  * IBL_ERR_ARGUMENT: pixels of no such kind, or a layer, part, hash or transfer
  * in opts.

@@ -230,8 +230,8 @@ void read(picture &p, const ibl_bridge_request &r)
     const ImageSpec &s = p.spec;
     const int64_t left = info.cube ? 0 : int64_t(s.x) - s.full_x;
     const int64_t top = info.cube ? 0 : int64_t(s.y) - s.full_y;
-    const int x0 = int(std::max<int64_t>(-left, 0));
-    const int x1 = int(std::min<int64_t>(s.width, info.width - left));
+    const int64_t x0 = std::max<int64_t>(-left, 0);
+    const int64_t x1 = std::min<int64_t>(s.width, info.width - left);
     const TypeDesc type =
         p.kind == storage::counts ? TypeDesc::UINT32 : TypeDesc::FLOAT;
     const int tile = std::max(s.tile_height, 1);
@@ -270,7 +270,7 @@ void read(picture &p, const ibl_bridge_request &r)
             const int64_t to = row + top;
             const float *src =
                 strip.data() + size_t(row - y) * size_t(step) * size_t(s.width);
-            for (int x = x0; x < x1 && to >= 0 && to < info.height; x++) {
+            for (int64_t x = x0; x < x1 && to >= 0 && to < info.height; x++) {
                 const size_t at =
                     size_t(to) * size_t(info.width) + size_t(left + x);
                 const float *from = src + size_t(step) * size_t(x);
