@@ -189,8 +189,8 @@ typedef struct ibl_read_report {
  *                  colour, and chroma is not read. The map is the display
  * window; pixels outside the data window are black. With the attribute envmap
  * it may be a cube, which is turned so that it shows what its
- *                  latitude-longitude map would. DWAA and DWAB take
- *                  libiblexr.so, beside the bridge
+ *                  latitude-longitude map would. Compressions other than
+ *                  ZIP take libiblexr.so, beside the bridge
  *   Ultra HDR JPEG through the bridge: the JPEG and its gain map, by Android's
  *                  metadata or those of ISO 21496-1, at the full gain. 1 is
  *                  the white of the JPEG alone

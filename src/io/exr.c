@@ -205,9 +205,7 @@ static ibl_status report(const ibl_exr_file *file, const outcome *o)
                             "EXR cut short: the block of line %d ends past the "
                             "end of the file: copy it again",
                             o->y);
-    /* PXR24 and B44 say so of damage, too */
-    if (o->code == EXR_ERR_OUT_OF_MEMORY &&
-        file->compression < EXR_COMPRESSION_PXR24)
+    if (o->code == EXR_ERR_OUT_OF_MEMORY)
         return ibl_no_memory(file->in->ctx, "decoding an EXR");
     return ibl_bad_file(
         file->in, "damaged EXR: the %s block of line %d cannot be unpacked: %s",

@@ -20,17 +20,13 @@ typedef struct ibl_exr_window {
     int width, height;
 } ibl_exr_window;
 
-/* A worker's state for undoing the compression. */
+/* A worker's memory, of a chunk each. */
 typedef struct ibl_exr_worker {
-    exr_decode_pipeline_t pipeline;
-    bool made; /* pipeline is initialised */
-    unsigned char *packed;
-    const unsigned char *bytes; /* packed bytes of the current chunk */
+    unsigned char *packed, *unpacked;
     const unsigned char
         *pixels; /* unpacked: lines of channels in their order */
-    /* A chunk, for ZIP and the library; and what ZIP's differences are of. */
     struct libdeflate_decompressor *inflater;
-    unsigned char *inflated, *unzipped;
+    unsigned char *inflated; /* ZIP's differences */
 } ibl_exr_worker;
 
 /* A file opened by OpenEXRCore, and what of it is the picture. */
@@ -73,7 +69,7 @@ typedef struct ibl_exr_file {
     /* ibl_exr_begin */
     ibl_exr_worker *workers; /* one for each thread */
     int threads;
-    ibl_openexr_unpack *library; /* for DWA */
+    ibl_openexr_unpack *library; /* for all but ZIP */
     ibl_half_planes_dsp dsp;
 } ibl_exr_file;
 
