@@ -248,6 +248,9 @@ void read(picture &p, const ibl_bridge_request &r)
                       "its data lies outside its display window"};
     if (!r.begin(r.user, &info, &rgb, &alpha))
         throw failure{IBL_BRIDGE_STOPPED, ""};
+    if (left > 0 || top > 0 || left + s.width < info.width ||
+        top + s.height < info.height) // black outside the data window
+        std::fill_n(rgb, 3 * size_t(info.width) * size_t(info.height), 0.0f);
     for (int i = 0; i < 65536 && p.kind == storage::shorts; i++)
         p.table.push_back(float(srgb_to_linear(i / 65535.0)));
     strip.resize(size_t(step) * size_t(s.width) *
