@@ -231,7 +231,7 @@ $(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
 	    $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ $< \
 	    $$(pkg-config --libs OpenImageIO)
 
-# EXR's DWAA and DWAB, by the library of which OpenEXRCore is a part.
+# EXR's compressions but ZIP, by the library of which OpenEXRCore is a part.
 .PHONY: exr-bridge
 exr-bridge: $(if $(HAVE_CXX),$(EXR_BRIDGE))
 $(EXR_BRIDGE): src/io/bridge/openexr.cpp src/io/bridge/openexr.h

@@ -444,8 +444,8 @@ test_alpha_warnings() {
         [ "$(wc -l <err)" = 1 ] || cat err
         [ ! -e bad ] || echo "$file: left something"
     done <<'END'
-nan.exr|alpha of 140 pixels was not finite and became 0: they count as not seen
-large.exr|alpha of 140 pixels was not from 0 to 1 but from 1 to 255, and became 0 or 1
+nan.exr|alpha was not finite in 140 pixels, *, and not from 0 to 1 in 0, *
+large.exr|alpha was not finite in 0 pixels, *, and not from 0 to 1 in 140, *
 END
     # Colours that were not multiplied: those of veil, alpha of hole.
     node -e "const fs = require('fs'), row = 64 * 4;

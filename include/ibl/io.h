@@ -191,14 +191,15 @@ typedef struct ibl_read_report {
  * what is read of each:
  *   Radiance .hdr  RGBE and XYZE; EXPOSURE and COLORCORR are undone
  *   OpenEXR        the display window of scan lines and tiles (level 0): R G B
- *                  or Y alone, or a cube by its attribute envmap. DWAA and DWAB
- *                  take libiblexr.so, beside the bridge
+ *                  or Y alone, or a cube by its attribute envmap. Compressions
+ *                  other than ZIP take libiblexr.so, beside the bridge
  *   Ultra HDR JPEG through the bridge, at the full gain; 1 is the white of the
  *                  JPEG alone
- *   others         all formats of OpenImageIO, through the bridge: a shared
- *                  object that is opened only if needed. Integers are decoded
- *                  as opts->transfer says, EXIF's orientation is obeyed; AVIF
- *                  and HEIF of linear, PQ's or HLG's values are refused
+ *   others         formats of OpenImageIO that their first bytes tell, through
+ *                  the bridge: a shared object that is opened only if needed.
+ *                  Integers are decoded as opts->transfer says, EXIF's
+ *                  orientation is obeyed; AVIF and HEIF of linear, PQ's or
+ *                  HLG's values are refused
  *   textures       KTX2, KTX and DDS of one layer: level 0 of a cube, or of a
  *                  flat texture as an image, with iblbake's keys for axes and
  *                  layouts and KTX2's primaries. What has their key of a baked
@@ -304,8 +305,7 @@ typedef struct ibl_pixels {
  * it is in Rec. 709. A program's own data that are finite and not negative need
  * no source: bakes take them as they are in an ibl_image.
  *   name    for messages; copied
- *   pixels  copied, but not its data, which must stay and must not change until
- *           the source is closed
+ *   pixels  copied, with its data
  *   opts    NULL for defaults; alpha: with FILE colours are multiplied by it
  * IBL_ERR_ARGUMENT: pixels of no such kind, or a layer, part, hash or transfer
  * in opts.
