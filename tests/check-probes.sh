@@ -533,7 +533,7 @@ s.probes = Array(341).fill(s.probes[0])|probes: expected an array of 1 to 340, *
 s.probes[1] = 7|probes[[]1]: expected an object with name, *, found 7
 s.defaults.size = 1.5|defaults.size: expected a whole number *, found 1.5
 s.defaults.pixel = "rgb8"|defaults.pixel: expected rgba16f, rgba32f, rgb9e5, r11g11b10f, bc6h, uastc-hdr or astc4x4hdr, found "rgb8"
-s.defaults.irradiance = "SH"|defaults.irradiance: expected a whole number from 1 to 16384 or "sh", found "SH"
+s.defaults.irradiance = "SH"|defaults.irradiance: expected 1 to 16384 or sh, found "SH"
 s.defaults.tolerance = 2|defaults.tolerance: expected a number from 1e-06 to 1, found 2
 s.probes[0].capture.equirect = "blind.exr"|probes[[]0].capture: alpha is 0 everywhere, so nothing *, or take --alpha ignore
 s.probes[0].capture.equirect = "hole.exr"; s.defaults.pixel = "rgb9e5"|probes[[]0].capture: has alpha below 1, which rgb9e5 has no room for: choose --pixel rgba16f or rgba32f, *

@@ -11,10 +11,6 @@
 
 #include "cli/common_options.h"
 
-enum {
-    BUFFER_BYTES = 256 * 1024 /* fits in the L2 cache */
-};
-
 static void put_hash(XXH128_hash_t h, char hash[IBL_HASH_SIZE])
 {
     snprintf(hash, IBL_HASH_SIZE, "%016llx%016llx",
@@ -26,47 +22,31 @@ void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_HASH_SIZE])
     put_hash(XXH3_128bits(bytes, size), hash);
 }
 
-/* Hashes a file to its end. Returns 0 or an errno. */
-static int hash_all(int fd, char hash[IBL_HASH_SIZE])
-{
-    XXH3_state_t *state = XXH3_createState();
-    char *buffer = malloc(BUFFER_BYTES);
-    int why = state && buffer ? 0 : ENOMEM;
-    ssize_t got = 1;
-
-    if (!why)
-        XXH3_128bits_reset(state);
-    while (!why && got) {
-        got = read(fd, buffer, BUFFER_BYTES);
-        if (got > 0)
-            XXH3_128bits_update(state, buffer, (size_t)got);
-        else if (got < 0 && errno != EINTR)
-            why = errno;
-    }
-    if (!why)
-        put_hash(XXH3_128bits_digest(state), hash);
-    XXH3_freeState(state);
-    free(buffer);
-    return why;
-}
-
 bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE])
 {
+    XXH3_state_t *state = XXH3_createState();
+    unsigned char buffer[1 << 16]; /* fits in the L2 cache */
+    struct stat st;
+    ssize_t got = -1;
     /* O_NONBLOCK: do not wait for the writer of a FIFO. */
     const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    struct stat st;
-    int why;
 
-    if (fd < 0 || fstat(fd, &st))
-        why = errno;
-    else if (!S_ISREG(st.st_mode))
-        why = S_ISDIR(st.st_mode) ? EISDIR : EINVAL;
-    else
-        why = hash_all(fd, hash);
+    if (state && fd >= 0 && !fstat(fd, &st)) {
+        errno = S_ISDIR(st.st_mode) ? EISDIR : EINVAL;
+        XXH3_128bits_reset(state);
+        while (S_ISREG(st.st_mode) &&
+               ((got = read(fd, buffer, sizeof buffer)) > 0 ||
+                (got < 0 && errno == EINTR)))
+            XXH3_128bits_update(state, buffer, got > 0 ? (size_t)got : 0);
+    }
+    if (!got)
+        put_hash(XXH3_128bits_digest(state), hash);
+    const int why = state ? errno : ENOMEM;
     if (fd >= 0)
         close(fd);
+    XXH3_freeState(state);
     errno = why;
-    return !why;
+    return !got;
 }
 
 void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_given *given)

@@ -8,7 +8,6 @@
 #include "common/names.h"
 #include "common/path.h"
 
-const char *const ibl_set_alphas[] = {"ignore", "file", "straight", NULL};
 const char *const ibl_capture_names[] = {"equirect", "cross", "faces", NULL};
 
 ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
@@ -144,62 +143,6 @@ static ibl_set_bake bake_default(void)
     return b;
 }
 
-static bool take_int(ibl_json_at at, const char *key, int low, int high,
-                     int *value)
-{
-    return ibl_json_int(ibl_json_optional(&at, key), low, high, value);
-}
-
-static const char *const mappings[] = {"linear", "filament", NULL};
-
-static bool take_choice(ibl_json_at at, const char *key,
-                        const char *const *names, void *value)
-{
-    return ibl_json_choice(ibl_json_optional(&at, key), names, value);
-}
-
-static bool take_irradiance(ibl_json_at at, int *edge)
-{
-    const char *word = json_string_value(at.value);
-    const bool harmonics = word && !strcmp(word, "sh");
-    const json_int_t n = json_integer_value(at.value);
-
-    if (!harmonics && (n < 1 || n > IBL_MAX_CUBE_SIZE))
-        return ibl_json_wrong(at, "a whole number from 1 to %d or \"sh\"",
-                              IBL_MAX_CUBE_SIZE);
-    *edge = harmonics ? 0 : (int)n;
-    return true;
-}
-
-/* Reads size before levels, which it limits. */
-static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
-{
-    static const char *const keys[] = {
-        "size",      "levels",   "mapping",   "method",     "samples",
-        "tolerance", "pixel",    "container", "irradiance", "lut_size",
-        "alpha",     "overflow", "zstd",      "quality",    NULL};
-    ibl_specular_options *s = &b->options.specular_options;
-
-    return ibl_json_object(at, keys) &&
-           take_int(at, "size", 1, IBL_MAX_CUBE_SIZE, &s->size) &&
-           take_int(at, "levels", 1, ibl_most_levels(s->size), &s->levels) &&
-           take_choice(at, "mapping", mappings, &s->mapping) &&
-           take_choice(at, "method", ibl_method_names, &s->method) &&
-           take_int(at, "samples", 1, 1048576, &s->samples) &&
-           ibl_json_real(ibl_json_optional(&at, "tolerance"), 1e-6, 1, false,
-                         &s->tolerance) &&
-           take_choice(at, "pixel", ibl_pixel_names, &b->texels.pixel) &&
-           take_choice(at, "quality", ibl_quality_names, &b->texels.quality) &&
-           take_choice(at, "container", ibl_array_container_names,
-                       &b->container) &&
-           take_int(at, "zstd", 0, IBL_MAX_ZSTD, &b->zstd) &&
-           take_irradiance(ibl_json_optional(&at, "irradiance"),
-                           &b->options.irradiance_options.size) &&
-           take_int(at, "lut_size", 1, 4096, &b->lut_size) &&
-           take_choice(at, "alpha", ibl_set_alphas, &b->alpha) &&
-           take_choice(at, "overflow", ibl_overflow_names, &b->texels.overflow);
-}
-
 /* Sorts the probes by ibl_probes_order and numbers their layers. */
 static void sort(ibl_probe_set *set)
 {
@@ -235,7 +178,8 @@ static bool take_set(ibl_json_at root, ibl_probe_set *set)
     if (!ibl_json_object(root, keys) ||
         !ibl_json_int(ibl_json_member(&root, "version"), IBL_SET_VERSION,
                       IBL_SET_VERSION, &version) ||
-        !take_defaults(ibl_json_optional(&root, "defaults"), &set->bake) ||
+        !ibl_probes_defaults(ibl_json_optional(&root, "defaults"),
+                             &set->bake) ||
         !ibl_json_array(probes, 1, most))
         return false;
     const size_t count = json_array_size(probes.value);

@@ -70,9 +70,6 @@ void ibl_probe_set_free(ibl_probe_set *set);
  * nothing behind it. */
 ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer);
 
-/* Values of "alpha" in a set and of --alpha, ended by NULL. */
-extern const char *const ibl_set_alphas[];
-
 /* Checks and reads a capture: its kind and the names of its 1 or 6 files, as
  * they are in the JSON. */
 bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
@@ -97,6 +94,8 @@ typedef struct ibl_probes_opts {
     ibl_given given;
 } ibl_probes_opts;
 
+/* Reads "defaults" of a set by the options' table. */
+bool ibl_probes_defaults(ibl_json_at at, ibl_set_bake *bake);
 /* Replaces the set's settings by those of the command line. */
 void ibl_probes_override(const ibl_probes_opts *opts, ibl_set_bake *bake);
 
