@@ -138,6 +138,10 @@ typedef struct ibl_read_options {
     ibl_transfer transfer;               /* default IBL_TRANSFER_FILE */
     unsigned char face_order[IBL_FACES]; /* of layouts with faces; zeros: as the
                                             layout says (default) */
+    ibl_cube *faces; /* two empty cubes, or NULL: the first gets the faces of a
+                        layout with faces, the second those of alpha, as level 0
+                        of all levels down to 1x1. The caller frees both, also
+                        after an error */
 } ibl_read_options;
 
 ibl_read_options ibl_read_options_default(void);

@@ -7,6 +7,7 @@
 #include "cli/probes.h"
 #include "common/names.h"
 #include "common/path.h"
+#include "json/text.h"
 
 const char *const ibl_capture_names[] = {"equirect", "cross", "faces", NULL};
 
@@ -36,7 +37,10 @@ bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
     if (json_array_size(files.value) != IBL_FACES)
         return ibl_json_wrong(files, "an array of 6 files, +X -X +Y -Y +Z -Z");
     for (size_t i = 0; i < IBL_FACES && ok; i++)
-        ok = ibl_json_text_at(ibl_json_element(&files, i), &file[i]);
+        ok = ibl_json_text_at(ibl_json_element(&files, i), &file[i]) &&
+             (!strchr(file[i], ',') ||
+              ibl_json_wrong(ibl_json_element(&files, i),
+                             "a name without commas"));
     return ok;
 }
 
@@ -45,6 +49,7 @@ static bool no_memory(ibl_json_at at)
     return ibl_json_complain(at, "no memory for it");
 }
 
+/* Joins the names of six faces by commas, as ibl_input_files takes them. */
 static bool take_capture(ibl_json_at at, ibl_capture *c)
 {
     const char *file[IBL_FACES];
@@ -52,13 +57,15 @@ static bool take_capture(ibl_json_at at, ibl_capture *c)
     if (!ibl_set_capture(at, &c->kind, file))
         return false;
     snprintf(c->place, sizeof c->place, "%s", at.path);
-    const int count = c->kind == IBL_CAPTURE_FACES ? IBL_FACES : 1;
-    for (; c->count < count; c->count++) {
-        c->file[c->count] = ibl_path_beside(at.file->name, file[c->count]);
-        if (!c->file[c->count])
-            return no_memory(at);
+    c->name = ibl_path_beside(at.file->name, file[0]);
+    for (int i = 1; i < IBL_FACES && c->kind == IBL_CAPTURE_FACES; i++) {
+        char *next = ibl_path_beside(at.file->name, file[i]);
+        char *all = c->name && next ? ibl_format("%s,%s", c->name, next) : NULL;
+        free(next);
+        free(c->name);
+        c->name = all;
     }
-    return true;
+    return c->name || no_memory(at);
 }
 
 /* ---- probes ------------------------------------------------------------ */
@@ -215,8 +222,7 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
 void ibl_probe_set_free(ibl_probe_set *set)
 {
     for (int i = 0; i < set->layers; i++) {
-        for (int k = 0; k < set->entry[i].capture.count; k++)
-            free(set->entry[i].capture.file[k]);
+        free(set->entry[i].capture.name);
         json_decref(set->entry[i].note);
     }
     free(set->entry);

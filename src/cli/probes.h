@@ -26,8 +26,7 @@ extern const char *const ibl_capture_names[];
 
 typedef struct ibl_capture {
     ibl_capture_kind kind;
-    int count;                       /* of files: 1 or 6 */
-    char *file[IBL_FACES];           /* relative to the working directory */
+    char *name; /* as in ibl_image_read, relative to the working directory */
     char place[IBL_JSON_PATH_BYTES]; /* "probes[3].capture" */
 } ibl_capture;
 
@@ -131,24 +130,16 @@ typedef struct ibl_probes_bake {
 /* Alpha of at least this counts as 1, since renderers round it. */
 #define IBL_CAPTURE_OPAQUE 0.999f
 
-/* The parts of a capture: colours (multiplied by alpha), and alpha as greys. */
-typedef enum ibl_capture_part {
-    IBL_CAPTURE_COLOUR,
-    IBL_CAPTURE_ALPHA,
-    IBL_CAPTURE_PARTS
-} ibl_capture_part;
-
 /*
- * Bakes the capture of a layer. An equirectangular one is read row by row.
- * Faces and crosses become a map; but if their edge is 2^k times the specular
- * cube's, level 0 is the faces (k = 0) or means of their texels.
- *   made  empty; the caller must free both parts with ibl_bake_result_free.
- *         IBL_CAPTURE_ALPHA stays empty unless the layer's alpha is read and
- *         some is below IBL_CAPTURE_OPAQUE.
+ * Bakes the capture of a layer. If it has faces whose edge is 2^k times the
+ * specular cube's, level 0 is the faces (k = 0) or means of their texels.
+ *   colour, alpha  empty; to be freed with ibl_bake_result_free. alpha, in
+ *                  greys, stays empty unless the layer's alpha is read and some
+ *                  is below IBL_CAPTURE_OPAQUE. Colours are multiplied by it
  * Alpha that is 0 everywhere is an error.
  */
 bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
-                      ibl_bake_result made[IBL_CAPTURE_PARTS]);
+                      ibl_bake_result *colour, ibl_bake_result *alpha);
 
 /* Whether the arrays of all layers, and the bake of a map of width x height
  * pixels, which is in memory with its alpha and its faces, fit in

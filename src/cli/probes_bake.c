@@ -145,16 +145,23 @@ static bool hash_inputs(ibl_probes_bake *p)
     }
     for (int i = 0; i < p->set.layers && ok; i++) {
         const ibl_capture *c = &p->set.entry[i].capture;
-        for (int k = 0; k < c->count && ok; k++) {
-            ok = check_input(p, c->file[k]) &&
-                 (ibl_hash_file(c->file[k], hash) ||
+        char *files[IBL_FACES];
+        int count;
+        if (ibl_input_files(p->ctx, c->name, files, &count)) {
+            ok = false;
+            break;
+        }
+        for (int k = 0; k < count && ok; k++) {
+            ok = check_input(p, files[k]) &&
+                 (ibl_hash_file(files[k], hash) ||
                   ibl_console_fail(p->console, "%s: %s: %s: cannot be read: %s",
-                                   p->input, c->place, c->file[k],
+                                   p->input, c->place, files[k],
                                    errno == EINVAL ? "no regular file"
                                                    : strerror(errno)));
             if (ok)
                 fprintf(to, "%s\n", hash);
         }
+        ibl_input_files_free(files);
     }
     free(set);
     char *text = to ? ibl_memory_close(to, &file) : NULL;
@@ -236,10 +243,9 @@ static json_t *alpha_harmonics(const double *sh)
 }
 
 static bool take_capture(ibl_probes_bake *p, int layer,
-                         const ibl_bake_result made[IBL_CAPTURE_PARTS])
+                         const ibl_bake_result *colour,
+                         const ibl_bake_result *alpha)
 {
-    const ibl_bake_result *colour = &made[IBL_CAPTURE_COLOUR];
-    const ibl_bake_result *alpha = &made[IBL_CAPTURE_ALPHA];
     const ibl_texel_options *texels = &p->set.bake.texels;
     const char *pixel = ibl_pixel_name(texels->pixel);
     ibl_set_entry *e = &p->set.entry[layer];
@@ -283,10 +289,11 @@ static bool make_layers(ibl_probes_bake *p)
     bool ok = true;
 
     for (int i = 0; i < p->set.layers && ok; i++) {
-        ibl_bake_result made[IBL_CAPTURE_PARTS] = {0};
-        ok = ibl_capture_bake(p, i, made) && take_capture(p, i, made);
-        for (int part = 0; part < IBL_CAPTURE_PARTS; part++)
-            ibl_bake_result_free(&made[part]);
+        ibl_bake_result colour = {0}, alpha = {0};
+        ok = ibl_capture_bake(p, i, &colour, &alpha) &&
+             take_capture(p, i, &colour, &alpha);
+        ibl_bake_result_free(&colour);
+        ibl_bake_result_free(&alpha);
     }
     return ok;
 }
