@@ -551,7 +551,7 @@ s.probes[0].priority = 0.5|probes[[]0].priority: expected a whole number *, foun
 s.probes[0].capture.cross = "x"|probes[[]0].capture: expected one of equirect, cross and faces, found *
 s.probes[0].capture = {faces: ["a"]}|probes[[]0].capture.faces: expected an array of 6 files, *, found an array of 1
 s.probes[0].capture.equirect = "no.exr"|probes[[]0].capture: no.exr: cannot be read: No such file or directory
-s.probes[0].capture = {faces: ["a,b", ..."12345"]}|probes[[]0].capture.faces[[]0]: expected a name without commas, found "a,b"
+s.probes[0].capture = {faces: ["a,b", ..."12345"]}|probes[[]0].capture: expected faces without commas in their paths, found *
 END
     edits set.json <mistakes
     while IFS='|' read -r change glob; do

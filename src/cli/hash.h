@@ -23,8 +23,8 @@ void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_HASH_SIZE]);
 bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE]);
 
 /* Prints what decides what is made beside the inputs: program, arithmetic, and
- * the options of the command line that are not aside, in their tables' order.
- */
-void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_given *given);
+ * the command's options that were given and are not aside. */
+void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_command *command,
+                        const ibl_given *given);
 
 #endif

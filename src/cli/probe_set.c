@@ -37,16 +37,8 @@ bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
     if (json_array_size(files.value) != IBL_FACES)
         return ibl_json_wrong(files, "an array of 6 files, +X -X +Y -Y +Z -Z");
     for (size_t i = 0; i < IBL_FACES && ok; i++)
-        ok = ibl_json_text_at(ibl_json_element(&files, i), &file[i]) &&
-             (!strchr(file[i], ',') ||
-              ibl_json_wrong(ibl_json_element(&files, i),
-                             "a name without commas"));
+        ok = ibl_json_text_at(ibl_json_element(&files, i), &file[i]);
     return ok;
-}
-
-static bool no_memory(ibl_json_at at)
-{
-    return ibl_json_complain(at, "no memory for it");
 }
 
 /* Joins the names of six faces by commas, as ibl_input_files takes them. */
@@ -56,16 +48,20 @@ static bool take_capture(ibl_json_at at, ibl_capture *c)
 
     if (!ibl_set_capture(at, &c->kind, file))
         return false;
+    const int count = c->kind == IBL_CAPTURE_FACES ? IBL_FACES : 1;
     snprintf(c->place, sizeof c->place, "%s", at.path);
-    c->name = ibl_path_beside(at.file->name, file[0]);
-    for (int i = 1; i < IBL_FACES && c->kind == IBL_CAPTURE_FACES; i++) {
-        char *next = ibl_path_beside(at.file->name, file[i]);
-        char *all = c->name && next ? ibl_format("%s,%s", c->name, next) : NULL;
-        free(next);
-        free(c->name);
-        c->name = all;
+    for (int i = 0; i < count; i++) {
+        char *path = ibl_path_beside(at.file->name, file[i]), *all = c->name;
+        const bool comma = count > 1 && path && strchr(path, ',');
+        c->name = path && (all || !i)
+                      ? ibl_format("%s%s%s", i ? all : "", i ? "," : "", path)
+                      : NULL;
+        free(path);
+        free(all);
+        if (comma)
+            return ibl_json_wrong(at, "faces without commas in their paths");
     }
-    return c->name || no_memory(at);
+    return c->name != NULL;
 }
 
 /* ---- probes ------------------------------------------------------------ */
@@ -192,7 +188,7 @@ static bool take_set(ibl_json_at root, ibl_probe_set *set)
     const size_t count = json_array_size(probes.value);
     set->entry = calloc(count + 1, sizeof *set->entry);
     if (!set->entry)
-        return no_memory(root);
+        return false;
     for (size_t i = 0; i < count; i++) {
         const bool ok =
             take_probe(ibl_json_element(&probes, i), set, &set->entry[i]);

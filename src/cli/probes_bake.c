@@ -140,7 +140,8 @@ static bool hash_inputs(ibl_probes_bake *p)
     bool ok = to && set && check_input(p, p->input);
 
     if (ok) {
-        ibl_print_settings(to, ibl_ctx_isa(p->ctx), &p->opts->given);
+        ibl_print_settings(to, ibl_ctx_isa(p->ctx), &ibl_probes_command,
+                           &p->opts->given);
         fputs(set, to);
     }
     for (int i = 0; i < p->set.layers && ok; i++) {
