@@ -66,30 +66,20 @@ static bool take_capture(ibl_json_at at, ibl_capture *c)
 
 /* ---- probes ------------------------------------------------------------ */
 
-static bool is_inside(const ibl_volume *v, const double p[3])
-{
-    double square = 0;
-
-    for (int k = 0; k < 3; k++) {
-        const double d = fabs(p[k] - v->centre[k]);
-        if (v->shape == IBL_SHAPE_BOX && d > v->half[k])
-            return false;
-        square += d * d;
-    }
-    return v->shape == IBL_SHAPE_BOX || square <= v->half[0] * v->half[0];
-}
-
 /* Checks how its volumes go together. */
 static bool check_probe(ibl_json_at at, const ibl_probe *p)
 {
     const double *half = p->influence.half;
     const double widest = fmin(half[0], fmin(half[1], half[2]));
+    ibl_probe walls = {.influence = p->proxy};
 
+    for (int k = 0; k < 3; k++)
+        walls.influence.half[k] *= 1 + 1e-9; /* they are inside */
     if (p->blend > widest)
         return ibl_json_wrong(ibl_json_member(&at, "blend"),
                               "at most %.10g, half the influence's least width",
                               widest);
-    return !p->has_proxy || is_inside(&p->proxy, p->position) ||
+    return !p->has_proxy || ibl_probe_influence(&walls, p->position) > 0 ||
            ibl_json_complain(ibl_json_member(&at, "proxy"),
                              "expected a volume around the probe's position, "
                              "found it outside");

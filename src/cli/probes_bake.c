@@ -16,56 +16,39 @@
 
 /* ---- options ------------------------------------------------------------ */
 
-/* Whether the files can hold the texels, and the texels have the quality. */
-static bool check_texels(const ibl_probes_bake *p)
-{
-    const ibl_set_bake *b = &p->set.bake;
-    const ibl_texel_options *t = &b->texels;
-    const char *pixel = ibl_pixel_name(t->pixel);
-
-    if (b->zstd && b->container != IBL_CONTAINER_KTX2)
-        return ibl_console_fail(
-            p->console,
-            "zstd %d: %s files cannot hold it: take the container ktx2",
-            b->zstd, ibl_container_name(b->container));
-    if (!ibl_container_holds(b->container, t->pixel))
-        return ibl_console_fail(p->console,
-                                "pixel %s: %s files cannot hold it: take the "
-                                "container ktx2",
-                                pixel, ibl_container_name(b->container));
-    if (t->pixel == IBL_PIXEL_RGBA32F &&
-        ibl_is_given(&p->opts->given, "overflow"))
-        return ibl_console_fail(p->console,
-                                "--overflow %s: rgba32f holds all light: leave "
-                                "it out",
-                                ibl_overflow_name(t->overflow));
-    return ibl_pixel_block(t->pixel) > 1 ||
-           (t->quality == IBL_QUALITY_NORMAL &&
-            !ibl_is_given(&p->opts->given, "quality")) ||
-           ibl_console_fail(p->console,
-                            "quality %s: %s has none: it is for bc6h, "
-                            "uastc-hdr and astc4x4hdr",
-                            ibl_quality_name(t->quality), pixel);
-}
-
-/* Completes the set's options by the command line's; finds the layout. */
+/* Completes the set's options by the command line's, and checks them together;
+ * finds the layout. */
 static bool find_options(ibl_probes_bake *p)
 {
     ibl_set_bake *b = &p->set.bake;
     ibl_bake_options *o = &b->options;
+    const ibl_texel_options *t = &b->texels;
+    const ibl_given *given = &p->opts->given;
 
     ibl_probes_override(p->opts, b);
     o->irradiance = o->irradiance_options.size > 0;
     o->sh_degree = o->irradiance ? -1 : IBL_PROBES_SH_DEGREE;
     b->texels.alike = b->zstd > 0;
-    p->lut_pixel = ibl_lut_pixel(b->texels.pixel, IBL_LUT_SPLIT);
+    p->lut_pixel = ibl_lut_pixel(t->pixel, IBL_LUT_SPLIT);
     if (ibl_specular_layout_of(&o->specular_options, &p->layout))
         return ibl_console_fail(
             p->console, "levels %d: a cube of size %d has 1 to %d levels",
             o->specular_options.levels, o->specular_options.size,
             ibl_most_levels(o->specular_options.size));
-    if (!check_texels(p))
-        return false;
+    const bool holds = ibl_container_holds(b->container, t->pixel);
+    if (!holds || (b->zstd && b->container != IBL_CONTAINER_KTX2))
+        return ibl_console_fail(
+            p->console, "%s: %s files cannot hold it: take the container ktx2",
+            holds ? "zstd" : "pixel", ibl_container_name(b->container));
+    if (t->pixel == IBL_PIXEL_RGBA32F && ibl_is_given(given, "overflow"))
+        return ibl_console_fail(
+            p->console, "--overflow: rgba32f holds all light: leave it out");
+    if (ibl_pixel_block(t->pixel) == 1 &&
+        (t->quality != IBL_QUALITY_NORMAL || ibl_is_given(given, "quality")))
+        return ibl_console_fail(p->console,
+                                "quality: %s has none: it is for bc6h, "
+                                "uastc-hdr and astc4x4hdr",
+                                ibl_pixel_name(t->pixel));
     ibl_warn_of_small_faces(p->console, &p->layout);
     return true;
 }
