@@ -158,7 +158,7 @@ $(addprefix $(BUILD)/obj/src/,json/%.o io/probe_index.o io/sidecar_outputs.o \
     io/sidecar_text.o): LOCAL = $(JSON_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
-$(BUILD)/obj/src/view/write_exr.o: LOCAL = $(VIEW_CFLAGS) $(EXR_CFLAGS)
+$(BUILD)/obj/src/engine/picture.o: LOCAL = $(CLI_CFLAGS) $(EXR_CFLAGS)
 $(BUILD)/obj/src/common/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/engine/%.o: LOCAL = $(CLI_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/set/%.o: LOCAL = $(JSON_CFLAGS)
@@ -209,7 +209,7 @@ $(SHARED): $(LIB_OBJ)
 	    $(if $(SANITIZE),,-Wl$(comma)-z$(comma)defs) -pthread -o $@ $^ \
 	    $(IO_LIBS) -lm -ldl $(LDLIBS)
 
-CLI_GEN := $(BUILD)/obj/gen/bench_page.o $(BUILD)/obj/gen/programs.o
+CLI_GEN := $(BUILD)/obj/gen/bench_page.o $(BUILD)/obj/gen/targets.o
 $(BIN): $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(IO_LIBS) $(CLI_LIBS) \
 	    -lm -ldl $(LDLIBS)
@@ -279,8 +279,8 @@ $(BUILD)/gen/lobe_tables.c: src/bake/lobe_tables.f16
 $(HLSL): include/ibl/hlsl.sed include/ibl/ibl.glsl
 	@mkdir -p $(@D)
 	sed -E -f $^ >$@
-$(BUILD)/gen/programs.c: src/cli/programs.awk include/ibl/ibl.glsl \
-                         man/iblbake-engines.7
+$(BUILD)/gen/targets.c: src/cli/targets.awk include/ibl/ibl.glsl \
+                        man/iblbake-engines.7
 	@mkdir -p $(@D)
 	awk -f $^ >$@
 $(BUILD)/gen/shaders.c: src/view/embed.awk $(SHADERS)
@@ -306,7 +306,7 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 # Judges, as the program does. The library serves them, too.
 $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
-    faces.o figures.o lookup.o rendered.o)
+    figures.o lookup.o rendered.o)
 
 # The whole command, with other samples.
 $(BUILD)/tests/bench_choice: TEST_LIBS = -Wl,--wrap=ibl_truth_make $(LIB)
@@ -342,7 +342,7 @@ VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_model, \
                        $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c \
-                   src/cli/faces.c src/cli/lookup.c) \
+                   src/cli/lookup.c) \
         $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(VIEW_LIBS) \

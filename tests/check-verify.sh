@@ -703,8 +703,6 @@ if (shader !== process.argv[2]) console.log(shader);
 for (const row of [...rows, ...means]) {
     near('nrmse', row.nrmse, 0, 0.03);
     near('bias', row.bias, 0, 0.03);
-    near('view', row.view, 0, 1e-3);
-    near('set', row.set, 0, 1e-3);
     if (!(row.standard_error.nrmse < 0.01)) console.log(row.standard_error);
 }
 END

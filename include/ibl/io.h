@@ -120,6 +120,8 @@ typedef struct ibl_read_options {
     int part;                /* EXR: part of a multi-part file, from 0; -1: the
                                 one with that layer (default). Others: 0 */
     int strict;              /* 1: refuse non-finite and negative pixels */
+    int refuse_prefiltered;  /* 1: refuse, 0 (default): warn of textures that
+                                are baked maps by their key */
     int any_aspect;          /* 1: accept maps that are not 2:1: with AUTO,
                                 images of any shape are equirectangular */
     ibl_input_layout layout; /* default IBL_INPUT_AUTO */
@@ -189,12 +191,12 @@ typedef struct ibl_read_report {
  *                  flat, all eight orientations; EXPOSURE and COLORCORR are
  *                  undone
  *   OpenEXR        scan lines and tiles (level 0); half, float and uint;
- *                  R G B, or Y, or Y RY BY; an X beside Y makes it no
- *                  colour. The map is the display window; pixels outside the
- *                  data window are black. With the attribute envmap it may be
- *                  a cube, which is turned so that it shows what its
+ *                  R G B, or Y alone; an X beside Y makes it no
+ *                  colour, and chroma is not read. The map is the display
+ * window; pixels outside the data window are black. With the attribute envmap
+ * it may be a cube, which is turned so that it shows what its
  *                  latitude-longitude map would. DWAA and DWAB take
- *                  libiblexr.so, beside the bridge, if OpenEXRCore lacks them
+ *                  libiblexr.so, beside the bridge
  *   Ultra HDR JPEG through the bridge: the JPEG and its gain map, by Android's
  *                  metadata or those of ISO 21496-1, at the full gain. 1 is
  *                  the white of the JPEG alone
@@ -207,7 +209,7 @@ typedef struct ibl_read_report {
  *                  ibl_texture_decode: level 0 of a cube, or of a flat texture
  *                  as an image. iblbake's keys for other axes and layouts are
  *                  honoured, as are KTX2's primaries. What has their key of a
- *                  baked map is warned of. The bridge reads DDS files, and
+ *                  baked map is warned of, or refused. The bridge reads DDS files, and
  *                  cubes, in other formats
  * Images of 2:1 are equirectangular maps, others what their shape says: 4:3 and
  * 3:4 are crosses, 6:1 and 1:6 strips. A square is ambiguous, so opts must say
@@ -241,9 +243,8 @@ typedef struct ibl_read_report {
  * IBL_ERR_UNSUPPORTED: needs the bridge or libiblexr.so, which is missing or
  * cannot read it.
  * IBL_ERR_MEMORY: the pixels, or a file that must be read as a whole, exceed
- * the machine's memory. A stream is IBL_ERR_FORMAT if it continues over 1 MiB
- * beyond the longest size that its header allows (Radiance), or exceeds 65 GiB
- * (other images) or 256 MiB (anything else).
+ * the machine's memory. A stream is IBL_ERR_FORMAT if it exceeds half of the
+ * memory that is allowed, or 256 MiB where it begins like no known kind.
  */
 ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
                           const ibl_read_options *opts, ibl_image *img,
@@ -276,9 +277,9 @@ const char *ibl_bridge_path(void);
  *                  or run from the bottom
  *   OpenEXR        for each thread a block or tile, packed and unpacked; one
  *                  row of blocks or tiles, or as many rows as keep the threads
- *                  busy within 32 MiB; the whole image if RY and BY have half
- *                  the size
- *   others         the file, and a strip of 64 rows or of one row of tiles
+ *                  busy within 32 MiB
+ *   others         the whole map, and while it is opened the file and what
+ *                  OpenImageIO takes
  *   pipes, standard input, files below 64 KiB: the file
  *   textures, layouts other than equirectangular: the whole map
  */

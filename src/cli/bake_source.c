@@ -139,7 +139,7 @@ static bool measure(ibl_bake_source *s, const ibl_opts *o,
                        .lights = s->lights,
                        .light_count = s->light_count};
         ibl_candidate_draw(&d, &c);
-        ok = ibl_measure(truth, &d, NULL, rows);
+        ok = ibl_measure(truth, &d, rows);
     }
     if (ok)
         error[lights] =

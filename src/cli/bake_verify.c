@@ -31,21 +31,17 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
                                   o->bake.yaw_deg, &o->judge);
     bool ok = *judge && !ibl_texture_to_cube(b->ctx, tex, &cube) &&
               ibl_bake_turn_back(b, &cube);
-    for (int l = 0; l < tex->levels && ok; l++) {
-        const ibl_judge_level level = {
-            .content = kind,
-            .number = l,
-            .lobe = o->bake.specular_options.lobe,
-            .roughness = kind == IBL_OUTPUT_SPECULAR
-                             ? b->made.report.layout.roughness[l]
-                             : 0,
-            .scale = 1,
-            .texels = {ibl_cube_edge(cube.size, l), 1,
-                       ibl_cube_face(&cube, l, 0), cube.projection},
-            .base = cube.size,
-            .pixel = tex->pixel};
-        ok = ibl_report_level(&b->judged, *judge, &level);
-    }
+    const ibl_judged judged = {.content = kind,
+                               .chain = cube,
+                               .levels = tex->levels,
+                               .lobe = o->bake.specular_options.lobe,
+                               .roughness =
+                                   kind == IBL_OUTPUT_SPECULAR
+                                       ? b->made.report.layout.roughness
+                                       : NULL,
+                               .scale = 1,
+                               .pixel = tex->pixel};
+    ok = ok && ibl_report_levels(&b->judged, *judge, &judged);
     ibl_cube_free(&cube);
     return ok;
 }

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "cli/probes.h"
+#include "cli/sheet.h"
 
 /* The cookie of read_greys; alpha is the next row. */
 typedef struct greys {
