@@ -226,28 +226,29 @@ static json_t *alpha_harmonics(const double *sh)
     return list;
 }
 
-static bool take_capture(ibl_probes_bake *p, int layer,
-                         const ibl_bake_result *colour,
-                         const ibl_bake_result *alpha)
+static bool bake_layer(ibl_probes_bake *p, int layer)
 {
     const ibl_texel_options *texels = &p->set.bake.texels;
     const char *pixel = ibl_pixel_name(texels->pixel);
     ibl_set_entry *e = &p->set.entry[layer];
+    ibl_bake_result colour = {0}, alpha = {0};
     loss l = {.errors = json_array()};
     char name[512];
 
-    e->alpha = alpha->specular.data != NULL;
+    bool ok = ibl_capture_bake(p, layer, &colour, &alpha);
+    e->alpha = alpha.specular.data != NULL;
     if (e->alpha && !ibl_pixel_has_alpha(texels->pixel))
-        return ibl_console_fail(
+        ok = ibl_console_fail(
             p->console,
             "%s: %s: has alpha below 1, which %s has no room for: choose "
             "--pixel rgba16f or rgba32f, or --alpha ignore",
             p->input, e->capture.place, pixel);
-    const bool ok = take_cube(p, IBL_PROBES_SPECULAR, layer, &colour->specular,
-                              &alpha->specular, &l) &&
-                    (!colour->irradiance.data ||
-                     take_cube(p, IBL_PROBES_IRRADIANCE, layer,
-                               &colour->irradiance, &alpha->irradiance, &l));
+    ok = ok &&
+         take_cube(p, IBL_PROBES_SPECULAR, layer, &colour.specular,
+                   &alpha.specular, &l) &&
+         (!colour.irradiance.data ||
+          take_cube(p, IBL_PROBES_IRRADIANCE, layer, &colour.irradiance,
+                    &alpha.irradiance, &l));
     snprintf(name, sizeof name, "%s: %s", p->input, e->capture.place);
     ibl_warn_of_overflow(p->console, name, texels, NULL, false, &l.beyond);
     ibl_warn_of_underflow(p->console, name, pixel, l.dark);
@@ -256,30 +257,19 @@ static bool take_capture(ibl_probes_bake *p, int layer,
         put(&e->note, "beyond", ibl_json_overflow(&l.beyond));
     if (ibl_pixel_block(texels->pixel) > 1)
         put(&e->note, "pixel_error", json_incref(l.errors));
-    json_decref(l.errors);
-    if (colour->sh)
+    if (colour.sh)
         put(&e->note, "sh",
-            ibl_json_harmonics(colour->sh, IBL_PROBES_SH_DEGREE, true));
-    if (alpha->sh)
-        put(&e->note, "alpha_sh", alpha_harmonics(alpha->sh));
-    ibl_console_info(p->console, "layer %d: %s: baked%s", layer,
-                     *e->name ? e->name : "(global)",
-                     e->alpha ? ", with alpha" : "");
+            ibl_json_harmonics(colour.sh, IBL_PROBES_SH_DEGREE, true));
+    if (alpha.sh)
+        put(&e->note, "alpha_sh", alpha_harmonics(alpha.sh));
+    json_decref(l.errors);
+    ibl_bake_result_free(&colour);
+    ibl_bake_result_free(&alpha);
+    if (ok)
+        ibl_console_info(p->console, "layer %d: %s: baked%s", layer,
+                         *e->name ? e->name : "(global)",
+                         e->alpha ? ", with alpha" : "");
     return ok && e->note;
-}
-
-static bool make_layers(ibl_probes_bake *p)
-{
-    bool ok = true;
-
-    for (int i = 0; i < p->set.layers && ok; i++) {
-        ibl_bake_result colour = {0}, alpha = {0};
-        ok = ibl_capture_bake(p, i, &colour, &alpha) &&
-             take_capture(p, i, &colour, &alpha);
-        ibl_bake_result_free(&colour);
-        ibl_bake_result_free(&alpha);
-    }
-    return ok;
 }
 
 /* ---- outputs ------------------------------------------------------------ */
@@ -362,8 +352,10 @@ static bool bake_set(const ibl_probes_opts *opts, const char *input,
     const bool kept = ok && is_kept(&p);
     if (ok && !kept)
         ok = !ibl_start_outputs(ctx, opts->sync, &p.outputs) &&
-             !ibl_outputs_mkdir(p.outputs, directory) && make_layers(&p) &&
-             put_files(&p);
+             !ibl_outputs_mkdir(p.outputs, directory);
+    for (int i = 0; i < p.set.layers && ok && !kept; i++)
+        ok = bake_layer(&p, i);
+    ok = ok && (kept || put_files(&p));
     for (int i = 0; i < IBL_PROBES_FILES && ok; i++)
         if (p.path[i])
             ibl_console_info(console, "%s %s", kept ? "kept" : "wrote",
