@@ -703,12 +703,6 @@ ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,
                               size_t *size);
 void ibl_bytes_free(void *bytes);
-/* Passes the same bytes to fn, piece by piece in order, without a copy of the
- * texels in memory. */
-typedef void ibl_bytes_fn(void *cookie, const void *bytes, size_t size);
-ibl_status ibl_texture_visit(ibl_ctx *ctx, const ibl_texture *tex,
-                             ibl_container container, ibl_bytes_fn *fn,
-                             void *cookie);
 
 /*
  * Reads a KTX2, KTX or DDS file (detected by content) with the pixel formats of
