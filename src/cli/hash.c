@@ -25,7 +25,7 @@ void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_HASH_SIZE])
 bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE])
 {
     XXH3_state_t *state = XXH3_createState();
-    unsigned char buffer[1 << 16]; /* fits in the L2 cache */
+    unsigned char buffer[1 << 15]; /* fits in the L1 cache */
     struct stat st;
     ssize_t got = -1;
     /* O_NONBLOCK: do not wait for the writer of a FIFO. */
