@@ -140,6 +140,10 @@ typedef struct ibl_read_options {
     ibl_transfer transfer;               /* default IBL_TRANSFER_FILE */
     unsigned char face_order[IBL_FACES]; /* of layouts with faces; zeros: as the
                                             layout says (default) */
+    ibl_cube *faces; /* two empty cubes, or NULL: the first gets the faces of a
+                        layout with faces, the second those of alpha, as level 0
+                        of all levels down to 1x1. The caller frees both, also
+                        after an error */
 } ibl_read_options;
 
 ibl_read_options ibl_read_options_default(void);
@@ -695,12 +699,6 @@ ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,
                               size_t *size);
 void ibl_bytes_free(void *bytes);
-/* Passes the same bytes to fn, piece by piece in order, without a copy of the
- * texels in memory. */
-typedef void ibl_bytes_fn(void *cookie, const void *bytes, size_t size);
-ibl_status ibl_texture_visit(ibl_ctx *ctx, const ibl_texture *tex,
-                             ibl_container container, ibl_bytes_fn *fn,
-                             void *cookie);
 
 /*
  * Reads a KTX2, KTX or DDS file (detected by content) with the pixel formats of

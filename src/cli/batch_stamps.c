@@ -40,7 +40,7 @@ static bool hash_options(const ibl_map_bake *r, ibl_isa isa,
 
     if (!to)
         return false;
-    ibl_print_settings(to, isa, &o->given);
+    ibl_print_settings(to, isa, &ibl_bake_command, &o->given);
     fprintf(to, "%s\nverify %d %.17g timings %d\n", o->input ? o->input : "",
             o->verify, o->max_error, o->timings);
     for (int i = 0; i < r->count; i++)

@@ -271,27 +271,18 @@ ibl_common ibl_common_default(void)
     return (ibl_common){.read = read, .isa = IBL_ISA_AUTO};
 }
 
-void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_given *given)
+void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_command *command,
+                        const ibl_given *given)
 {
-    const ibl_option *last = NULL;
-
     fprintf(to, "iblbake %s %s %s\n", IBL_VERSION, ibl_version_revision(),
             ibl_isa_arithmetic(isa));
-    for (int n = 0; n < given->count; n++) {
-        int next = -1;
-        for (int i = 0; i < given->count; i++) {
-            const ibl_option *o = given->list[i].option;
-            if ((!last || o > last) &&
-                (next < 0 || o < given->list[next].option))
-                next = i;
+    for (const ibl_section *const *s = command->sections; *s; s++)
+        for (int i = 0; i < (*s)->count; i++) {
+            const ibl_option *o = &(*s)->options[i];
+            const char *value = ibl_given_value(given, o->name);
+            if (value && !o->aside)
+                fprintf(to, "--%s=%s\n", o->name, value);
         }
-        if (next < 0)
-            return;
-        last = given->list[next].option;
-        const char *value = given->list[next].value;
-        if (!last->aside)
-            fprintf(to, "--%s=%s\n", last->name, value ? value : "");
-    }
 }
 
 bool ibl_common_validate(const ibl_common *c)

@@ -5,17 +5,12 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 /* The functions themselves, so that the library needs no other one. */
 #define XXH_INLINE_ALL
 #include <xxhash.h>
-
-enum {
-    BUFFER_BYTES = 256 * 1024 /* fits in the L2 cache */
-};
 
 _Static_assert(sizeof(XXH3_state_t) <= sizeof(ibl_hash), "no room for XXH3");
 
@@ -46,41 +41,26 @@ void ibl_hash_bytes(const void *bytes, size_t size, char text[IBL_FILE_HASH])
     ibl_hash_end(&h, text);
 }
 
-/* Hashes a file to its end. Returns 0 or an errno. */
-static int hash_all(int fd, char text[IBL_FILE_HASH])
-{
-    char *buffer = malloc(BUFFER_BYTES);
-    int why = buffer ? 0 : ENOMEM;
-    ssize_t got = 1;
-    ibl_hash h;
-
-    ibl_hash_begin(&h);
-    while (!why && got) {
-        got = read(fd, buffer, BUFFER_BYTES);
-        if (got > 0)
-            ibl_hash_add(&h, buffer, (size_t)got);
-        else if (got < 0 && errno != EINTR)
-            why = errno;
-    }
-    ibl_hash_end(&h, text);
-    free(buffer);
-    return why;
-}
-
 int ibl_hash_file(const char *path, char text[IBL_FILE_HASH])
 {
+    unsigned char buffer[1 << 15]; /* fits in the L1 cache */
+    struct stat st;
+    ssize_t got = -1;
+    ibl_hash h;
     /* O_NONBLOCK: do not wait for the writer of a FIFO. */
     const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    struct stat st;
-    int why;
 
-    if (fd < 0 || fstat(fd, &st))
-        why = errno;
-    else if (!S_ISREG(st.st_mode))
-        why = S_ISDIR(st.st_mode) ? EISDIR : EINVAL;
-    else
-        why = hash_all(fd, text);
+    ibl_hash_begin(&h);
+    if (fd >= 0 && !fstat(fd, &st)) {
+        errno = S_ISDIR(st.st_mode) ? EISDIR : EINVAL;
+        while (S_ISREG(st.st_mode) &&
+               ((got = read(fd, buffer, sizeof buffer)) > 0 ||
+                (got < 0 && errno == EINTR)))
+            ibl_hash_add(&h, buffer, got > 0 ? (size_t)got : 0);
+    }
+    const int why = errno;
+    ibl_hash_end(&h, text);
     if (fd >= 0)
         close(fd);
-    return why;
+    return got ? why : 0;
 }
