@@ -182,8 +182,7 @@ $(BUILD)/obj/src/io/bridge.o $(BUILD)/obj/src/scene/gltf_packed.o: \
     $(BUILD)/used-libdir
 $(addprefix $(BUILD)/obj/src/,io/exr_chunks.o engine/png.o): \
     $(BUILD)/used-deflate
-$(addprefix $(BUILD)/obj/src/cli/,bake_record.o common_options.o \
-    probes_hash.o probes_index.o): $(BUILD)/used-revision
+$(addprefix $(BUILD)/obj/src/cli/,bake_record.o common_options.o): $(BUILD)/used-revision
 
 define COMPILE
 @mkdir -p $(@D)
@@ -210,7 +209,7 @@ $(SHARED): $(LIB_OBJ)
 	    $(if $(SANITIZE),,-Wl$(comma)-z$(comma)defs) -pthread -o $@ $^ \
 	    $(IO_LIBS) -lm -ldl $(LDLIBS)
 
-CLI_GEN := $(BUILD)/obj/gen/bench_page.o $(BUILD)/obj/gen/programs.o
+CLI_GEN := $(BUILD)/obj/gen/bench_page.o $(BUILD)/obj/gen/targets.o
 $(BIN): $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(IO_LIBS) $(CLI_LIBS) \
 	    -lm -ldl $(LDLIBS)
@@ -280,8 +279,8 @@ $(BUILD)/gen/lobe_tables.c: src/bake/lobe_tables.f16
 $(HLSL): include/ibl/hlsl.sed include/ibl/ibl.glsl
 	@mkdir -p $(@D)
 	sed -E -f $^ >$@
-$(BUILD)/gen/programs.c: src/cli/programs.awk include/ibl/ibl.glsl \
-                         man/iblbake-engines.7
+$(BUILD)/gen/targets.c: src/cli/targets.awk include/ibl/ibl.glsl \
+                        man/iblbake-engines.7
 	@mkdir -p $(@D)
 	awk -f $^ >$@
 $(BUILD)/gen/shaders.c: src/view/embed.awk $(SHADERS)
@@ -365,15 +364,15 @@ FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
           $(addprefix src/kern/,astc_hdr_block.c astc_hdr_decode.c \
             astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
             max_finite.c pixel.c rgbe.c) \
-          $(addprefix src/cli/,bake_options.c common_options.c probe_set.c probes_grid.c probes_index.c \
-            probes_options.c probes_shard.c shell_words.c \
+          $(addprefix src/cli/,bake_options.c common_options.c probe_set.c probes_grid.c \
+            probes_options.c shell_words.c \
             targets.c verify.c) \
           $(addprefix src/view/,harmonics.c options.c probe_set.c \
             set_open.c settings.c)
 FUZZ_WRAP = read pread ibl_print_line
 $(BUILD)/fuzz/fuzz_image: FUZZ_WRAP += ibl_bridge_rows
-$(BUILD)/fuzz/fuzz_json: FUZZ_WRAP += ibl_hash_bytes ibl_hash_file \
-    ibl_signals_catch view_gl_has_cube_arrays view_upload
+$(BUILD)/fuzz/fuzz_json: FUZZ_WRAP += ibl_signals_catch \
+    view_gl_has_cube_arrays view_upload
 fuzz_obj = $(patsubst %.c,$(BUILD)/fuzz/obj/%.o,$(1))
 $(BUILD)/fuzz/empty:
 	@mkdir -p $(@D)

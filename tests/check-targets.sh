@@ -130,7 +130,7 @@ test_refused() {
         iblbake --target nope env.hdr -o out
     refused 2 '*--target three,: not a value*' \
         iblbake --target three, env.hdr -o out
-    refused 2 '*--target gltf: --levels 9: a cube of size 8 *' \
+    refused 2 '*--target gltf: --size 8: a cube of size 8 *' \
         iblbake --target gltf --size 8 --levels 9 env.hdr -o out
     refused 2 '*--preview p.png: *one --target*' \
         iblbake --target three,bevy --preview p.png env.hdr -o out
@@ -158,7 +158,7 @@ test_refused_of_engines() {
     done <<'END'
 three --format_dds:_the_engine_loads_ktx2/uastc-hdr --format dds
 three --pixel_rgba16f:_the_engine_loads_ktx2/uastc-hdr --pixel rgba16f
-three --size_40:_*_3_levels:_take_a_multiple_of_16 --size 40 --levels 3
+three --size_40:_*_3_levels:_take_a_--size_that_is_a_multiple_of_16 --size 40 --levels 3
 three --levels_1: --levels 1
 babylon --pixel_rgba32f:_the_engine_loads_dds/rgba16f --pixel rgba32f
 babylon --size_48:_*_power_of_two --size 48

@@ -14,6 +14,7 @@
 #include "files.h"
 #include "ibl/io.h"
 #include "io/bridge.h"
+#include "io/bridge/bridge.h"
 #include "test.h"
 
 enum {
@@ -21,28 +22,46 @@ enum {
     H = 35
 };
 
+static int take_memory(void *user, const ibl_bridge_info *info, float **rgb,
+                       float **alpha)
+{
+    ibl_image *img = user;
+
+    (void)alpha;
+    CHECK(!ibl_image_alloc(test_exr_ctx, info->width, info->height, img));
+    memset(img->data, 0, 12 * (size_t)info->width * (size_t)info->height);
+    test_image(*img);
+    *rgb = img->data;
+    return 1;
+}
+
+static int go_on(void *user, double share)
+{
+    (void)user;
+    (void)share;
+    return 1;
+}
+
 /* OpenImageIO's reading of the same. */
 static ibl_status decode_oiio(const char *name, int part,
                               const char *const channels[3], ibl_image *img)
 {
-    ibl_read_options opts = ibl_read_options_default();
-    ibl_rows *rows;
-    size_t size;
-    unsigned char *bytes = file_load(file_path(name), &size);
-    const ibl_input in = ibl_input_of(test_exr_ctx, "f.exr", bytes, size);
-    ibl_bridge_source s = {.in = &in,
-                           .kind = "OpenEXR",
-                           .request = {.reader = "openexr", .subimage = part}};
-    for (int c = 0; channels && c < 3; c++)
-        s.request.channels[c] = channels[c];
-    opts.any_aspect = 1;
-    ibl_status status = ibl_bridge_rows(&s, &opts, &rows);
+    static char message[IBL_BRIDGE_MESSAGE];
+    ibl_bridge_request request = {.reader = "openexr",
+                                  .subimage = part,
+                                  .threads = 1,
+                                  .user = img,
+                                  .begin = take_memory,
+                                  .go_on = go_on};
+    ibl_input in = ibl_input_of(test_exr_ctx, name, NULL, 0);
+    ibl_bridge_read_fn *read;
+
     *img = (ibl_image){0};
-    if (!status)
-        status = file_read_rows(rows, img);
-    test_image(*img);
-    ibl_rows_close(rows);
-    return status;
+    request.bytes = file_load(file_path(name), &request.size);
+    for (int c = 0; channels && c < 3; c++)
+        request.channels[c] = channels[c];
+    NEED(!ibl_bridge_find(&in, NULL, name, IBL_BRIDGE_READ, &read));
+    return read(&request, message) ? IBL_ERR_FORMAT : IBL_OK;
 }
 
 /* Reads both ways and compares to the bit. */
@@ -397,169 +416,22 @@ TEST(nonfinite_and_grey)
     compare("y_l.exr", NULL, -1, NULL, NULL);
 }
 
-/* ---- luminance and chroma ---------------------------------------------- */
-
-/* Interpolation of one row or column of half-size samples in double. */
-static double half_band(const double *s, int n, int stride, int i)
-{
-    static const double taps[] = {0.627123, -0.186077, 0.087929, -0.043159,
-                                  0.019597, -0.007540, 0.002128};
-    double sum = 0;
-    if (i % 2 == 0)
-        return s[i / 2 * stride];
-    for (int t = -7; t < 7; t++) {
-        int k = i / 2 + 1 + t;
-        k = k < 0 ? 0 : k >= n ? n - 1 : k;
-        sum += taps[t < 0 ? -1 - t : t] * s[k * stride];
-    }
-    return sum;
-}
-
-/* Wild chroma and chromaticities, against the definition in double, and alpha
- * beside them. */
-TEST(luma_chroma_core)
-{
-    enum {
-        w = 40,
-        h = 36
-    };
-    static float luma[h * w], chroma[2][h / 2 * (w / 2)], alpha[h * w];
-    static float rgb[3 * w * h];
-    static double wide[2][h / 2 * w], full[2][h * w];
-    /* ACES primaries; weights of Y by solving for the white point. */
-    const exr_attr_chromaticities_t aces = {
-        0.7347f, 0.2653f, 0.0f, 1.0f, 0.0001f, -0.077f, 0.32168f, 0.33767f};
-    const double yw[3] = {0.3439664498, 0.7281660966, -0.0721325464};
-    const test_exr_channel channels[] = {{"A", EXR_PIXEL_FLOAT, 1, alpha},
-                                         {"BY", EXR_PIXEL_HALF, 2, chroma[1]},
-                                         {"RY", EXR_PIXEL_HALF, 2, chroma[0]},
-                                         {"Y", EXR_PIXEL_FLOAT, 1, luma}};
-    test_random r = {5};
-    ibl_read_options opts = ibl_read_options_default();
-    ibl_source *source;
-    test_exr_ctx = file_ctx(2, &test_exr_kept, NULL);
-    opts.any_aspect = 1;
-
-    for (int i = 0; i < w * h; i++) {
-        luma[i] = (float)exp(6 * test_random_unit(&r));
-        alpha[i] = (float)(i % 7 + 1) / 8;
-    }
-    for (int i = 0; i < w * h / 2; i++)
-        chroma[i % 2][i / 2] = ibl_half_to_float(ibl_half_from_float(
-            i % 5 ? (float)(2 * test_random_unit(&r) - 1) : 0));
-    for (int p = 0; p < 2; p++) {
-        for (int y = 0; y < h / 2; y++) {
-            double row[w / 2];
-            for (int x = 0; x < w / 2; x++)
-                row[x] = (double)chroma[p][y * (w / 2) + x];
-            for (int x = 0; x < w; x++)
-                wide[p][y * w + x] = half_band(row, w / 2, 1, x);
-        }
-        for (int y = 0; y < h; y++)
-            for (int x = 0; x < w; x++)
-                full[p][y * w + x] = half_band(&wide[p][x], h / 2, w, y);
-    }
-    for (int i = 0; i < 8; i++) {
-        NEED(test_exr_write(file_path("core.exr"), w, h,
-                            (exr_compression_t)(i / 2), channels, 4, &aces,
-                            -1));
-        opts.alpha = i % 2 ? IBL_ALPHA_FILE : IBL_ALPHA_IGNORE;
-        NEED(!ibl_source_open(test_exr_ctx, file_path("core.exr"), &opts,
-                              &source));
-        NEED(!ibl_source_read(source, 5, rgb) &&
-             !ibl_source_read(source, h - 5, rgb + 3 * 5 * w));
-        const float *got = ibl_source_alpha(source);
-        CHECK(i % 2 ? got && !memcmp(got, alpha, sizeof alpha) : !got);
-        ibl_source_close(source);
-        for (int k = 0; k < w * h; k++) {
-            const double y = (double)luma[k];
-            const double red = fmax((full[0][k] + 1) * y, 0);
-            const double blue = fmax((full[1][k] + 1) * y, 0);
-            const double green = (y - (full[0][k] + 1) * y * yw[0] -
-                                  (full[1][k] + 1) * y * yw[2]) /
-                                 yw[1];
-            CHECK_NEAR((double)rgb[3 * k], red, 4e-6 * y);
-            CHECK_NEAR((double)rgb[3 * k + 1], fmax(green, 0), 1e-5 * y);
-            CHECK_NEAR((double)rgb[3 * k + 2], blue, 4e-6 * y);
-        }
-    }
-}
-
-/* Without chroma all three are the luminance, to the bit. */
-TEST(grey_is_exact)
-{
-    enum {
-        w = 32,
-        h = 16
-    };
-    static float zero[w * h], luma[w * h];
-    test_random r = {8};
-    test_exr_ctx = file_ctx(1, &test_exr_kept, NULL);
-    for (int i = 0; i < w * h; i++)
-        luma[i] = (float)exp(20 * test_random_unit(&r) - 10);
-    for (int step = 1; step <= 2; step++) {
-        const test_exr_channel channels[] = {
-            {"BY", EXR_PIXEL_FLOAT, step, zero},
-            {"RY", EXR_PIXEL_FLOAT, step, zero},
-            {"Y", EXR_PIXEL_FLOAT, 1, luma}};
-        ibl_image img = {0};
-        ibl_read_report report;
-        NEED(test_exr_write(file_path("grey.exr"), w, h, EXR_COMPRESSION_NONE,
-                            channels, 3, NULL, -1));
-        NEED(!test_exr_decode("grey.exr", NULL, -1, &img, &report));
-        for (int i = 0; i < 3 * w * h; i++)
-            CHECK(img.data[i] == luma[i / 3]);
-    }
-}
-
+/* Luminance beside chroma is no grey, and every channel has every pixel. */
 TEST(sampling_refused)
 {
     static float zero[32 * 16];
     const test_exr_channel rgb[] = {{"B", EXR_PIXEL_HALF, 1, zero},
                                     {"G", EXR_PIXEL_HALF, 2, zero},
                                     {"R", EXR_PIXEL_HALF, 1, zero}};
-    const test_exr_channel yc[] = {{"BY", EXR_PIXEL_HALF, 4, zero},
-                                   {"RY", EXR_PIXEL_HALF, 4, zero},
+    const test_exr_channel yc[] = {{"BY", EXR_PIXEL_HALF, 2, zero},
+                                   {"RY", EXR_PIXEL_HALF, 2, zero},
                                    {"Y", EXR_PIXEL_HALF, 1, zero}};
-    const exr_attr_chromaticities_t flat = {0.3f, 0.3f, 0.3f, 0.3f,
-                                            0.3f, 0.3f, 0.3f, 0.3f};
-    const test_exr_channel plain[] = {{"BY", EXR_PIXEL_HALF, 1, zero},
-                                      {"RY", EXR_PIXEL_HALF, 1, zero},
-                                      {"Y", EXR_PIXEL_HALF, 1, zero}};
     test_exr_ctx = file_ctx(1, &test_exr_kept, NULL);
-    ibl_image img;
-    ibl_read_report report;
 
     NEED(test_exr_write(file_path("a.exr"), 32, 16, 0, rgb, 3, NULL, -1));
     test_exr_refused("a.exr", NULL, -1, IBL_ERR_UNSUPPORTED,
                      "channel G is sampled");
     NEED(test_exr_write(file_path("b.exr"), 32, 16, 0, yc, 3, NULL, -1));
-    CHECK(test_exr_decode("b.exr", NULL, -1, &img, &report) ==
-          IBL_ERR_UNSUPPORTED);
-    NEED(test_exr_write(file_path("c.exr"), 32, 16, 0, plain, 3, &flat, -1));
-    CHECK(test_exr_decode("c.exr", NULL, -1, &img, &report) == IBL_ERR_FORMAT);
-    NEED(test_exr_write(file_path("d.exr"), 32, 16, 0, plain, 3, NULL, -1));
-    CHECK(!test_exr_decode("d.exr", NULL, -1, &img, &report));
-}
-
-TEST(sampled_alpha)
-{
-    static float zero[32 * 16];
-    const test_exr_channel coarse[] = {{"A", EXR_PIXEL_HALF, 2, zero},
-                                       {"B", EXR_PIXEL_HALF, 1, zero},
-                                       {"G", EXR_PIXEL_HALF, 1, zero},
-                                       {"R", EXR_PIXEL_HALF, 1, zero}};
-    ibl_read_options opts = ibl_read_options_default();
-    ibl_source *source;
-
-    test_exr_ctx = file_ctx(2, &test_exr_kept, NULL);
-    NEED(test_exr_write(file_path("a.exr"), 32, 16, 0, coarse, 4, NULL, -1));
-    opts.alpha = IBL_ALPHA_FILE;
-    CHECK(ibl_source_open(test_exr_ctx, file_path("a.exr"), &opts, &source) ==
-          IBL_ERR_UNSUPPORTED);
-    CHECK_MSG(strstr(test_exr_kept.text[0], "channel A is sampled"), "%s",
-              test_exr_kept.text[0]);
-    opts.alpha = IBL_ALPHA_IGNORE;
-    NEED(!ibl_source_open(test_exr_ctx, file_path("a.exr"), &opts, &source));
-    ibl_source_close(source);
+    test_exr_refused("b.exr", NULL, -1, IBL_ERR_FORMAT,
+                     "it has BY, RY, Y; R, G and B or Y alone");
 }

@@ -175,7 +175,7 @@ TEST(harmonics_are_of_each_layer)
 
 TEST(an_edited_index_is_sorted)
 {
-    const char *path = bake("sums", "filament", "--irradiance sh");
+    const char *path = bake("edited", "filament", "--irradiance sh");
     json_t *root = json_load_file(path, 0, NULL);
     json_t *probes = json_object_get(root, "probes");
 

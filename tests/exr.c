@@ -114,7 +114,7 @@ ibl_status test_exr_decode_bytes(const void *bytes, size_t size,
                                  ibl_read_report *report)
 {
     ibl_input in = ibl_input_of(test_exr_ctx, "f.exr", bytes, size);
-    ibl_rows *rows;
+    ibl_rows *rows = NULL;
     memset(&test_exr_kept, 0, sizeof test_exr_kept);
     ibl_status status = ibl_exr_open(&in, opts, &rows);
     *img = (ibl_image){0};

@@ -185,12 +185,12 @@ typedef struct ibl_read_report {
  *                  flat, all eight orientations; EXPOSURE and COLORCORR are
  *                  undone
  *   OpenEXR        scan lines and tiles (level 0); half, float and uint;
- *                  R G B, or Y, or Y RY BY; an X beside Y makes it no
- *                  colour. The map is the display window; pixels outside the
- *                  data window are black. With the attribute envmap it may be
- *                  a cube, which is turned so that it shows what its
+ *                  R G B, or Y alone; an X beside Y makes it no
+ *                  colour, and chroma is not read. The map is the display
+ * window; pixels outside the data window are black. With the attribute envmap
+ * it may be a cube, which is turned so that it shows what its
  *                  latitude-longitude map would. DWAA and DWAB take
- *                  libiblexr.so, beside the bridge, if OpenEXRCore lacks them
+ *                  libiblexr.so, beside the bridge
  *   Ultra HDR JPEG through the bridge: the JPEG and its gain map, by Android's
  *                  metadata or those of ISO 21496-1, at the full gain. 1 is
  *                  the white of the JPEG alone
@@ -237,9 +237,8 @@ typedef struct ibl_read_report {
  * IBL_ERR_UNSUPPORTED: needs the bridge or libiblexr.so, which is missing or
  * cannot read it.
  * IBL_ERR_MEMORY: the pixels, or a file that must be read as a whole, exceed
- * the machine's memory. A stream is IBL_ERR_FORMAT if it continues over 1 MiB
- * beyond the longest size that its header allows (Radiance), or exceeds 65 GiB
- * (other images) or 256 MiB (anything else).
+ * the machine's memory. A stream is IBL_ERR_FORMAT if it exceeds half of the
+ * memory that is allowed, or 256 MiB where it begins like no known kind.
  */
 ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
                           const ibl_read_options *opts, ibl_image *img,
@@ -272,9 +271,9 @@ const char *ibl_bridge_path(void);
  *                  or run from the bottom
  *   OpenEXR        for each thread a block or tile, packed and unpacked; one
  *                  row of blocks or tiles, or as many rows as keep the threads
- *                  busy within 32 MiB; the whole image if RY and BY have half
- *                  the size
- *   others         the file, and a strip of 64 rows or of one row of tiles
+ *                  busy within 32 MiB
+ *   others         the whole map, and while it is opened the file and what
+ *                  OpenImageIO takes
  *   pipes, standard input, files below 64 KiB: the file
  *   textures, layouts other than equirectangular: the whole map
  */

@@ -172,6 +172,46 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
     return ok;
 }
 
+/* Warns of harmonics that have less than half the least irradiance of a channel
+ * somewhere. */
+static void warn_of_harmonics(const ibl_bake *b)
+{
+    const ibl_cube *cube = &b->made.irradiance;
+    double exact[3] = {INFINITY, INFINITY, INFINITY}, least[3], d[3];
+    double s[IBL_SH_NINE][3];
+    const int n = cube->size;
+    int worst = 0;
+
+    memcpy(least, exact, sizeof least);
+    ibl_sh_shader(b->from->made.sh, s);
+    for (int i = 0; i < IBL_FACES * n * n; i++) {
+        ibl_cube_direction(n, i / (n * n), i % n, i / n % n, d);
+        const double x = d[0], y = d[1], z = d[2];
+        for (int c = 0; c < 3; c++) {
+            const double e = s[0][c] + s[1][c] * y + s[2][c] * z + s[3][c] * x +
+                             s[4][c] * x * y + s[5][c] * y * z +
+                             s[6][c] * (3 * z * z - 1) + s[7][c] * z * x +
+                             s[8][c] * (x * x - y * y);
+            exact[c] =
+                fmin(exact[c], (double)ibl_cube_face(cube, 0, 0)[3 * i + c]);
+            least[c] = fmin(least[c], e);
+        }
+    }
+    for (int c = 1; c < 3; c++)
+        if (least[c] * exact[worst] < least[worst] * exact[c])
+            worst = c;
+    if (least[worst] < exact[worst] / 2)
+        ibl_console_warn(
+            b->console,
+            "%s: the engine lights matte surfaces by nine harmonics, which "
+            "have %.3g of %s where the map has %.3g or more: a dark or "
+            "coloured spot away from the sun: take it out with --sun",
+            ibl_path_name(b->sh_path ? b->sh_path
+                                     : b->files[IBL_OUTPUT_SPECULAR].path),
+            least[worst], (const char *[]){"red", "green", "blue"}[worst],
+            exact[worst]);
+}
+
 /* A target's own file has no place for the skybox that was asked for. */
 static void warn_of_skybox(const ibl_bake *b)
 {
@@ -192,7 +232,7 @@ static bool write_specular(ibl_bake *b)
         ibl_warn_of_small_faces(b->console, &b->made.report.layout);
     warn_of_skybox(b);
     if (b->opts->of && b->opts->of->harmonics)
-        ibl_warn_of_harmonics(b);
+        warn_of_harmonics(b);
     return write_cube(b, IBL_OUTPUT_SPECULAR, &b->made.specular);
 }
 
@@ -423,12 +463,21 @@ static void explain(const ibl_bake *b, bool several)
         putchar('\n');
 }
 
-/* A set's directory: --output or, of several, one in it. */
-static char *directory_of(const ibl_map_bake *r, const ibl_opts *o)
+/* Sets a set's directories: --output or, of several, one in it; of maps that
+ * were found in folders, the same below it. */
+static bool set_directories(ibl_bake *b, bool several)
 {
-    const char *directory = o->directory ? o->directory : ".";
-    return r->count > 1 ? ibl_path_join(directory, o->of->name)
-                        : ibl_format("%s", directory);
+    const ibl_opts *o = b->opts;
+    const char *all = o->directory ? o->directory : ".";
+    const char *below = o->below ? o->below : "";
+    const int folders = (int)(ibl_path_name(below) - below);
+
+    b->root = several ? ibl_path_join(all, o->of->name) : strdup(all);
+    if (b->root)
+        b->directory = folders
+                           ? ibl_format("%s/%.*s", b->root, folders - 1, below)
+                           : strdup(b->root);
+    return b->directory;
 }
 
 /* Adds up what the sets need. */
@@ -442,9 +491,9 @@ static void add_sets(ibl_map_bake *r)
 
 bool ibl_bake_begin(ibl_map_bake *r)
 {
-    const ibl_opts *all = r->line->count ? r->line->set : &r->line->one;
+    const ibl_opts *all = r->line->set;
 
-    r->count = r->line->count ? r->line->count : 1;
+    r->count = r->line->count;
     r->opts = r->from.opts = all;
     r->from.console = &r->console;
     r->from.run = r;
@@ -455,9 +504,8 @@ bool ibl_bake_begin(ibl_map_bake *r)
                         .console = &r->console,
                         .ctx = r->from.ctx,
                         .from = &r->from,
-                        .tables = r->tables ? &r->tables[i] : NULL,
-                        .directory = directory_of(r, &all[i])};
-        if (!b->directory)
+                        .tables = r->tables ? &r->tables[i] : NULL};
+        if (!set_directories(b, r->count > 1))
             return false;
     }
     add_sets(r);
@@ -485,12 +533,10 @@ static bool add_sheen(ibl_map_bake *r, const ibl_bake *b)
 
     if (!ibl_scenes_sheen(r->from.scenes, b->opts, &r->sheen, b->choice))
         return true;
-    *sheen = (ibl_bake){.opts = &r->sheen,
-                        .console = &r->console,
-                        .from = &r->from,
-                        .directory = strdup(b->directory)};
+    *sheen =
+        (ibl_bake){.opts = &r->sheen, .console = &r->console, .from = &r->from};
     r->count = 2;
-    return sheen->directory ||
+    return set_directories(sheen, false) ||
            ibl_console_fail(&r->console, "no memory for a set of sheen");
 }
 
@@ -557,7 +603,8 @@ static bool start(ibl_map_bake *r)
     for (int i = 0; i < r->count && ok; i++) {
         r->sets[i].ctx = r->from.ctx;
         r->sets[i].outputs = r->outputs;
-        ok = !ibl_outputs_mkdir(r->outputs, r->sets[i].directory);
+        ok = !ibl_outputs_mkdir(r->outputs, r->sets[i].root) &&
+             !ibl_outputs_mkdir(r->outputs, r->sets[i].directory);
     }
     return ok;
 }
@@ -603,6 +650,7 @@ static void free_set(ibl_bake *b)
     for (int i = 0; i < b->face_count; i++)
         free(b->faces[i]);
     free(b->directory);
+    free(b->root);
     free(b->sh);
 }
 
@@ -642,21 +690,21 @@ static int bake_one(const ibl_bake_line *line)
 {
     ibl_map_bake r = {.line = line, .from.print = stdout};
 
-    ibl_console_init(&r.console, line->one.common.quiet,
-                     line->one.common.verbose);
+    ibl_console_init(&r.console, line->set->common.quiet,
+                     line->set->common.verbose);
     ibl_signals_catch();
-    const bool only_explains = line->one.explain && !line->one.input;
+    const bool only_explains = line->set->explain && !line->set->input;
     bool ok = ibl_bake_begin(&r) &&
               (only_explains
                    ? ibl_bake_names(&r)
-                   : !ibl_start(&line->one.common, &r.console, &r.from.ctx) &&
+                   : !ibl_start(&line->set->common, &r.console, &r.from.ctx) &&
                          ibl_bake_make(&r));
     ibl_console_finish(&r.console);
-    for (int i = 0; i < r.count && ok && line->one.explain; i++)
+    for (int i = 0; i < r.count && ok && line->set->explain; i++)
         explain(&r.sets[i], r.count > 1);
     ok = ok && ibl_bake_commit(&r);
     const int status = ibl_console_end(&r.console, ok);
-    if (ok && line->one.common.verbose && !line->one.dry_run) {
+    if (ok && line->set->common.verbose && !line->set->dry_run) {
         ibl_bake_log(&r);
         ibl_console_print_times(&r.console);
     }
@@ -669,7 +717,7 @@ int ibl_bake_run(const void *settings)
 {
     const ibl_bake_line *line = settings;
 
-    if (line->one.targets & 1u << IBL_MAX_TARGETS) {
+    if (line->set->targets & IBL_TARGET_LIST) {
         ibl_targets_print(stdout);
         return 0;
     }

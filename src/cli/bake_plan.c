@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/bake_record.h"
+#include "cli/batch.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -56,7 +56,10 @@ static char *make_path(const ibl_bake *b, ibl_output_kind kind)
                      ? ibl_format("%s_%s.%s", o->name, ibl_output_content(kind),
                                   extension)
                      : ibl_format("%s.%s", stem, extension);
-    char *path = name ? ibl_path_join(b->directory, name) : NULL;
+    char *path =
+        name ? ibl_path_join(
+                   ibl_bake_is_shared(o, kind) ? b->root : b->directory, name)
+             : NULL;
 
     free(name);
     return path;
@@ -158,6 +161,22 @@ static bool is_link(const char *path)
     return !lstat(path, &st) && S_ISLNK(st.st_mode);
 }
 
+/* Whether no map of the batch is read from this file. */
+static bool check_maps(const ibl_bake *b, const char *path,
+                       const struct stat *out)
+{
+    const ibl_maps *maps = b->from->run->maps;
+
+    for (int i = 0; maps && i < maps->count; i++)
+        if (maps->list[i].inode == out->st_ino &&
+            maps->list[i].device == out->st_dev)
+            return ibl_console_fail(b->console,
+                                    "%s: would be replaced by %s, an output: "
+                                    "choose another directory",
+                                    maps->list[i].input, path);
+    return true;
+}
+
 static bool check_target(const ibl_bake *b, const char *path)
 {
     struct stat out;
@@ -180,7 +199,7 @@ static bool check_target(const ibl_bake *b, const char *path)
     if (error == EIO)
         return ibl_console_fail(b->console, "%s: cannot be looked at: %s", path,
                                 strerror(error));
-    return error || check_inputs(b, path);
+    return error || (check_inputs(b, path) && check_maps(b, path, &out));
 }
 
 /* Whether the source that a sidecar names is the input: the same file, or the

@@ -20,6 +20,7 @@ typedef enum ibl_lobes {
 } ibl_lobes;
 
 enum {
+    IBL_ALL_OUTPUTS = (1 << IBL_OUTPUT_COUNT) - 1,
     IBL_MAX_FACES = IBL_FACES * IBL_MAX_LEVELS,
     IBL_LIGHTS_AUTO = -1
 };
@@ -48,6 +49,7 @@ typedef struct ibl_opts {
     int filament;             /* 1: KTX as Filament reads it: ibl_texture */
     ibl_texel_options texels; /* of the cubes */
     unsigned only;            /* bit n: ibl_output_kind n is wanted */
+    unsigned asked;           /* the same before what there is none of */
     ibl_bake_options bake;
     ibl_axes axes; /* of the outputs */
     ibl_sh_format sh_format;
@@ -66,21 +68,24 @@ typedef struct ibl_opts {
     double rendered_error; /* what the choice is for; NAN: nothing is chosen */
     int dry_run;           /* 1: only print the choice */
     const char *from;      /* a list of environments; NULL: none */
+    int recursive;
     int keep_going;
     ibl_shard shard;
     int incremental;
+    int prune;
     ibl_progress_kind progress;
     ibl_judge_options judge;
-    char stem[256]; /* input's name without directory and extension */
+    char stem[IBL_STEM_BYTES]; /* input's name without directory, extension */
+    const char *below; /* the same in a batch, below directory: "sub/env" */
     ibl_given given;
 } ibl_opts;
 
-/* The command line: options of one set, or of a set for each target. */
+/* The command line: options of one set, or of a set for each target, which are
+ * equal in all that is of no set. */
 typedef struct ibl_bake_line {
-    ibl_opts one; /* first, as the parser's settings */
+    ibl_opts set[IBL_MAX_TARGETS]; /* the first as the parser's settings */
+    int count;                     /* of sets; 1 without targets */
     char **words;
-    int count; /* of sets; 0: there are no targets, and one counts */
-    ibl_opts set[IBL_MAX_TARGETS];
     bool batch;         /* many environments, or what is done for many */
     const char **given; /* the arguments that are environments or folders */
     int given_count;
@@ -129,7 +134,8 @@ typedef struct ibl_bake {
     /* The set of another bake that has the tables that environments share, and
      * owns lut and lobes; NULL: they are this bake's. */
     const struct ibl_bake *tables;
-    char *directory;
+    char *root;           /* of what all maps share */
+    char *directory;      /* of the others: the root, or a folder below it */
     int chain;            /* of the source's chains; -1: none */
     ibl_bake_result made; /* its part of what the source has, in the world's
                              axes, but sh in those of its outputs */
@@ -154,17 +160,17 @@ typedef struct ibl_map_bake {
     ibl_bake_source from;
     ibl_outputs *outputs;
     ibl_bake *sets;
-    const ibl_bake *tables; /* of each set; NULL: it makes its own */
-    ibl_choice *choices;    /* of each set; NULL: none are asked */
-    ibl_opts sheen;         /* of a set that a scene needs beside the one */
+    const ibl_bake *tables;      /* of each set; NULL: it makes its own */
+    const struct ibl_maps *maps; /* all of the batch, or NULL */
+    ibl_choice *choices;         /* of each set; NULL: none are asked */
+    ibl_opts sheen; /* of a set that a scene needs beside the one */
     int count;
 } ibl_map_bake;
 
-/* Bytes of memory that a bake takes in this context, at most, of a map of that
- * size whose source takes `reader` bytes (ibl_source_memory). *lower: what to
- * do to need less. */
-size_t ibl_bake_bytes(const ibl_map_bake *r, ibl_ctx *ctx, size_t reader,
-                      int width, int height, const char **lower);
+/* Bytes of memory that a bake takes of a map of that size whose source takes
+ * `reader` bytes (ibl_source_memory); 0 after a message. */
+double ibl_bake_bytes(const ibl_map_bake *r, size_t reader, int width,
+                      int height);
 /* False, after a message, if that is more than --max-memory. */
 bool ibl_bake_fits(const ibl_map_bake *r, size_t reader, int width, int height);
 
@@ -174,12 +180,16 @@ static inline bool ibl_opts_want(const ibl_opts *o, ibl_output_kind kind)
     return o->only & 1u << kind;
 }
 
-/* Checks them beside a target, whose own options are those of want. False,
- * after ibl_misuse: its engine would not load the files, or show them wrongly.
- */
-bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want);
+/* Whether nothing that is wanted depends on an environment. */
+bool ibl_opts_of_none(const ibl_opts *o);
 /* Switches off the parts of the bake that no output needs. */
 void ibl_opts_select(ibl_opts *o);
+/* These refuse, after a line on stderr, options that cannot be together; those
+ * with which a target's engine would not load the files, or show them wrongly
+ * (want: the target's own options); options that mean nothing in any set. */
+bool ibl_opts_check(const ibl_opts *o);
+bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want);
+bool ibl_opts_check_uses(const ibl_bake_line *line);
 
 /* Runs the bake with settings, an ibl_bake_line; returns the exit status. */
 int ibl_bake_run(const void *settings);
@@ -243,10 +253,6 @@ int ibl_bake_files(const ibl_bake *b, bool shared,
  * fits none. */
 ibl_status ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES],
                            int *count);
-
-/* Warns of the harmonics of a baked set if somewhere they have less than half
- * the least irradiance of a channel. */
-void ibl_warn_of_harmonics(const ibl_bake *b);
 
 /* Sets the path of every wanted file. False, after a message: no memory. */
 bool ibl_bake_name_files(ibl_bake *b);

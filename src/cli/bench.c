@@ -102,7 +102,7 @@ static bool read_options(const char *options, ibl_opts *o)
         words && line && ibl_command_line(&ibl_bake_command, words, line, NULL);
 
     if (ok)
-        *o = line->one;
+        *o = *line->set;
     if (line)
         ibl_bake_command.release(line);
     free(line);

@@ -12,7 +12,6 @@ extern const ibl_command ibl_bake_command;
 extern const ibl_command ibl_verify_command;
 extern const ibl_command ibl_bench_command;
 extern const ibl_command ibl_probes_command;
-extern const ibl_command ibl_merge_command;
 extern const ibl_command ibl_info_command;
 
 /* The first member of every command's settings. */
@@ -63,6 +62,9 @@ ibl_pixel ibl_lut_pixel(ibl_pixel cubes, ibl_lut_kind kind);
 /* The number of levels of a cube of this size down to 1x1. */
 int ibl_most_levels(int size);
 
+enum {
+    IBL_STEM_BYTES = 256
+};
 /* Copies input's name without directory, extension and, of a pattern of files,
  * %f; "env" for standard input, a list of files or NULL. False, after a line on
  * stderr: it does not fit. */

@@ -9,6 +9,8 @@
 #include <unistd.h>
 #include <xxhash.h>
 
+#include "cli/common_options.h"
+
 enum {
     BUFFER_BYTES = 256 * 1024 /* fits in the L2 cache */
 };
@@ -22,27 +24,6 @@ static void put_hash(XXH128_hash_t h, char hash[IBL_HASH_SIZE])
 void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_HASH_SIZE])
 {
     put_hash(XXH3_128bits(bytes, size), hash);
-}
-
-static void take_piece(void *state, const void *bytes, size_t size)
-{
-    XXH3_128bits_update(state, bytes, size);
-}
-
-ibl_status ibl_hash_texture(ibl_ctx *ctx, const ibl_texture *tex,
-                            ibl_container container, char hash[IBL_HASH_SIZE])
-{
-    XXH3_state_t *state = XXH3_createState();
-
-    if (!state)
-        return IBL_ERR_MEMORY;
-    XXH3_128bits_reset(state);
-    const ibl_status status =
-        ibl_texture_visit(ctx, tex, container, take_piece, state);
-    if (!status)
-        put_hash(XXH3_128bits_digest(state), hash);
-    XXH3_freeState(state);
-    return status;
 }
 
 /* Hashes a file to its end. Returns 0 or an errno. */
@@ -86,4 +67,27 @@ bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE])
         close(fd);
     errno = why;
     return !why;
+}
+
+void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_given *given)
+{
+    const ibl_option *last = NULL;
+
+    fprintf(to, "iblbake %s %s %s\n", IBL_VERSION, ibl_version_revision(),
+            ibl_isa_arithmetic(isa));
+    for (int n = 0; n < given->count; n++) {
+        int next = -1;
+        for (int i = 0; i < given->count; i++) {
+            const ibl_option *o = given->list[i].option;
+            if ((!last || o > last) &&
+                (next < 0 || o < given->list[next].option))
+                next = i;
+        }
+        if (next < 0)
+            return;
+        last = given->list[next].option;
+        const char *value = given->list[next].value;
+        if (!last->aside)
+            fprintf(to, "--%s=%s\n", last->name, value ? value : "");
+    }
 }

@@ -9,11 +9,11 @@
 #include "common/path.h"
 
 const char *const ibl_set_alphas[] = {"ignore", "file", "straight", NULL};
-static const char *const capture_names[] = {"equirect", "cross", "faces", NULL};
+const char *const ibl_capture_names[] = {"equirect", "cross", "faces", NULL};
 
-const char *ibl_capture_name(ibl_capture_kind kind)
+ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
 {
-    return capture_names[kind];
+    return layer < set->count ? set->bake.alpha : IBL_ALPHA_IGNORE;
 }
 
 /* ---- captures ---------------------------------------------------------- */
@@ -24,14 +24,14 @@ bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
     int found = 0;
     bool ok = true;
 
-    if (!ibl_json_object(at, capture_names))
+    if (!ibl_json_object(at, ibl_capture_names))
         return false;
     if (json_object_size(at.value) != 1)
         return ibl_json_wrong(at, "one of equirect, cross and faces");
-    while (!json_object_get(at.value, capture_names[found]))
+    while (!json_object_get(at.value, ibl_capture_names[found]))
         found++;
     *kind = (ibl_capture_kind)found;
-    const ibl_json_at files = ibl_json_member(&at, capture_names[found]);
+    const ibl_json_at files = ibl_json_member(&at, ibl_capture_names[found]);
     if (*kind != IBL_CAPTURE_FACES)
         return ibl_json_text_at(files, &file[0]);
     if (json_array_size(files.value) != IBL_FACES)
@@ -201,26 +201,23 @@ static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
 }
 
 /* Sorts the probes by ibl_probes_order and numbers their layers. */
-static bool sort(ibl_probe_set *set)
+static void sort(ibl_probe_set *set)
 {
-    struct {
-        ibl_set_entry from[IBL_MAX_PROBES];
-        ibl_probe probe[IBL_MAX_PROBES];
-        int order[IBL_MAX_PROBES];
-    } *s = malloc(sizeof *s);
-
-    for (int i = 0; s && i < set->count; i++) {
-        s->from[i] = set->entry[i];
-        s->probe[i] = set->entry[i].probe;
+    for (int i = 0; i < set->count; i++) {
+        const ibl_set_entry e = set->entry[i];
+        int to = i;
+        for (; to; to--) {
+            const ibl_probe pair[2] = {set->entry[to - 1].probe, e.probe};
+            int order[2];
+            ibl_probes_order(pair, 2, order);
+            if (!order[0])
+                break;
+            set->entry[to] = set->entry[to - 1];
+        }
+        set->entry[to] = e;
     }
-    if (s)
-        ibl_probes_order(s->probe, set->count, s->order);
-    for (int i = 0; s && i < set->count; i++) {
-        set->entry[i] = s->from[s->order[i]];
+    for (int i = 0; i < set->count; i++)
         set->entry[i].probe.layer = i;
-    }
-    free(s);
-    return s != NULL;
 }
 
 static bool take_set(ibl_json_at root, ibl_probe_set *set)
@@ -254,7 +251,8 @@ static bool take_set(ibl_json_at root, ibl_probe_set *set)
     }
     if (global.value && !take_global(global, &set->entry[set->layers++]))
         return false;
-    return sort(set) || no_memory(root);
+    sort(set);
+    return true;
 }
 
 bool ibl_probe_set_read(const char *path, ibl_console *console,
@@ -270,35 +268,13 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
     return take_set(ibl_json_root(&file), set);
 }
 
-static void free_entry(ibl_set_entry *e)
-{
-    for (int k = 0; k < e->capture.count; k++)
-        free(e->capture.file[k]);
-    json_decref(e->note);
-}
-
-void ibl_probe_set_keep(ibl_probe_set *set, const int *owner, int shard)
-{
-    const int layers = set->layers, count = set->count;
-
-    set->layers = set->count = 0;
-    for (int i = 0; i < layers; i++) {
-        ibl_set_entry *e = &set->entry[set->layers];
-        if (owner[i] != shard) {
-            free_entry(&set->entry[i]);
-            continue;
-        }
-        *e = set->entry[i];
-        e->whole = i;
-        e->probe.layer = set->layers++;
-        set->count += i < count;
-    }
-}
-
 void ibl_probe_set_free(ibl_probe_set *set)
 {
-    for (int i = 0; i < set->layers; i++)
-        free_entry(&set->entry[i]);
+    for (int i = 0; i < set->layers; i++) {
+        for (int k = 0; k < set->entry[i].capture.count; k++)
+            free(set->entry[i].capture.file[k]);
+        json_decref(set->entry[i].note);
+    }
     free(set->entry);
     json_decref(set->root);
     *set = (ibl_probe_set){0};

@@ -23,20 +23,22 @@ static bool parse_irradiance(void *field, const char *value)
 /* clang-format off */
 static const ibl_option outputs[] = {
     {"output", 'o', IBL_DIR(output), .standard = "",
-     .help = "directory of the outputs, made if it is not there; required. "
-             "With --grid the file that the set is written to, or else "
-             "standard output"},
+     .help = "directory of the outputs, made if it is not there; required. Of "
+             "several sets each has one there, of its name. With --grid the "
+             "file that the set is written to, or else standard output",
+     .aside = true},
     {"force", 0, IBL_FLAG(force),
-     .help = "bake every probe, whatever a former run left"},
+     .help = "bake also what did not change since a former run", .aside = true},
     {"shard", 0, IBL_OTHER(shard, "K/N", ibl_shard_parse),
-     .allowed = IBL_SHARD_ALLOWED, .standard = "all of the set",
-     .help = "bake part K of N of the set, into a directory of its own; "
-             "iblbake merge makes one set of all parts"},
+     .allowed = IBL_SHARD_ALLOWED, .standard = "all sets",
+     .help = "bake part K of N of the sets, for N runs on any machines",
+     .aside = true},
     {"grid", 0, IBL_FLAG(grid),
      .help = "bake nothing: SET.json describes a grid, of which a set is made"},
     {"sync", 0, IBL_FLAG(sync),
      .help = "wait until everything is on the disk, so that a power cut "
-             "leaves whole files"},
+             "leaves whole files",
+     .aside = true},
 };
 
 static const ibl_option overrides[] = {
@@ -85,30 +87,22 @@ static const ibl_section *const sections[] = {
     NULL,
 };
 
-/* The field that an override sets, an int or an enumeration. */
-static int *said_field(const ibl_probes_opts *o, size_t i)
-{
-    return (int *)((char *)o + overrides[i].offset);
-}
-
 static void defaults(void *settings)
 {
-    ibl_probes_opts *o = settings;
-
-    *o = (ibl_probes_opts){.common = ibl_common_default()};
-    for (size_t i = 0; i < OVERRIDES; i++)
-        *said_field(o, i) = -1;
+    *(ibl_probes_opts *)settings =
+        (ibl_probes_opts){.common = ibl_common_default()};
 }
 
 void ibl_probes_override(const ibl_probes_opts *o, ibl_set_bake *bake)
 {
     /* The set's number of levels belongs to the set's size. */
-    if (o->said.options.specular_options.size >= 0)
+    if (ibl_is_given(&o->given, "size"))
         bake->options.specular_options.levels = 0;
-    for (size_t i = 0; i < OVERRIDES; i++) {
-        const size_t at = overrides[i].offset - offsetof(ibl_probes_opts, said);
-        if (*said_field(o, i) >= 0)
-            *(int *)((char *)bake + at) = *said_field(o, i);
+    for (size_t i = 0; i < sizeof overrides / sizeof *overrides; i++) {
+        const size_t from = overrides[i].offset;
+        const size_t to = from - offsetof(ibl_probes_opts, said);
+        if (ibl_is_given(&o->given, overrides[i].name))
+            memcpy((char *)bake + to, (const char *)o + from, sizeof(int));
     }
 }
 
@@ -116,13 +110,13 @@ static bool take(void *settings, const char *word)
 {
     ibl_probes_opts *o = settings;
 
-    if (o->input)
-        return ibl_misuse("%s: a second set after %s: bake one at a time", word,
-                          o->input);
     if (!*word || !strcmp(word, "-"))
         return ibl_misuse("a set is a file, beside which its captures are "
                           "looked for: give its name");
-    o->input = word;
+    if (o->count == IBL_MOST_SETS)
+        return ibl_misuse("%s: more than %d sets: give them to several calls",
+                          word, IBL_MOST_SETS);
+    o->input[o->count++] = word;
     return true;
 }
 
@@ -143,11 +137,19 @@ static bool validate(void *settings)
 {
     const ibl_probes_opts *o = settings;
 
-    if (!o->input)
-        return ibl_misuse("no set: iblbake probes [options] SET.json -o DIR, "
-                          "see iblbake probes --help");
+    if (!o->count)
+        return ibl_misuse("no set: iblbake probes [options] SET.json... -o "
+                          "DIR, see iblbake probes --help");
+    if (o->count > 1 && o->grid)
+        return ibl_misuse("%s: a second grid after %s: make sets of one at a "
+                          "time",
+                          o->input[1], o->input[0]);
     if (!o->output && !o->grid)
         return ibl_misuse("no output directory: add -o DIR");
+    if (o->shard.count > o->count)
+        return ibl_misuse("--shard %d/%d: parts are of whole sets, of which "
+                          "there are %d: take at most %d shards",
+                          o->shard.number, o->shard.count, o->count, o->count);
     return ibl_check_rules(&o->given, rules,
                            (o->grid ? 0 : (unsigned)BAKES) |
                                (o->output ? (unsigned)WRITES : 0)) &&
@@ -156,12 +158,12 @@ static bool validate(void *settings)
 
 const ibl_command ibl_probes_command = {
     .name = "probes",
-    .usage = "[options] SET.json -o DIR",
-    .brief = "bake a set of reflection probes into cube arrays",
+    .usage = "[options] SET.json... -o DIR",
+    .brief = "bake sets of reflection probes into cube arrays",
     .intro =
-        "Bakes the reflection probes that SET.json names, and of them only "
-        "what changed\n"
-        "since the last time, into what an engine loads:\n"
+        "Bakes the reflection probes that SET.json names, if anything changed "
+        "since the\n"
+        "last time, into what an engine loads:\n"
         "  DIR/probes_specular.EXT    cube array, a layer for each probe\n"
         "  DIR/probes_irradiance.EXT  cube array, E/pi\n"
         "  DIR/brdf_lut.EXT           scale and bias of F0\n"

@@ -137,8 +137,8 @@ static bool report(const ibl_probes_bake *p, const walls *w)
              "%s: probe \"%.60s\": up to %.0f %% of the light on the walls of "
              "its proxy comes from outside all probes: make it "
              "\"influence\": %s%s",
-             p->opts->input, p->set.entry[worst].name,
-             100 * w->leak[worst].most, influence, others);
+             p->input, p->set.entry[worst].name, 100 * w->leak[worst].most,
+             influence, others);
     if (p->opts->common.read.strict)
         return ibl_console_fail(p->console, "%s", line);
     ibl_console_warn(p->console, "%s", line);
@@ -150,7 +150,7 @@ bool ibl_probes_check_walls(const ibl_probes_bake *p)
     walls *w = calloc(1, sizeof *w);
 
     if (!w)
-        return ibl_probes_no_memory(p);
+        return false;
     for (int i = 0; i < p->set.count; i++) {
         w->probe[i] = p->set.entry[i].probe;
         w->order[i] = i;

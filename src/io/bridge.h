@@ -3,42 +3,36 @@
 #ifndef IBL_IO_BRIDGE_H
 #define IBL_IO_BRIDGE_H
 
-#include "io/bridge/bridge.h"
 #include "io/rows.h"
 
-typedef struct ibl_bridge_source {
-    const ibl_input *in; /* loaded into memory */
-    char kind[64];       /* kind of the file, for messages; "": unknown */
-    /* Format, part and channels are set; ibl_bridge_rows fills in the rest. */
-    ibl_bridge_request request;
-} ibl_bridge_source;
+typedef struct ibl_image_kind {
+    const char *name;   /* for messages: "PNG" */
+    const char *reader; /* OpenImageIO's name of the format */
+} ibl_image_kind;
+
+/* The kind of an image of which the first bytes are given; NULL: unknown. */
+const ibl_image_kind *ibl_image_kind_of(const unsigned char *bytes,
+                                        size_t size);
+
+/* Reads an image of any of these kinds, as ibl_reader says. What is missing at
+ * its end is an error. */
+ibl_status ibl_other_image_open(ibl_input *in, const ibl_read_options *opts,
+                                ibl_rows **rows);
 
 /*
- * Opens the file for reading by rows: linear RGB floats, not yet mended. The
- * map is the display window. Fills in the report of the rows.
- *   source   its input must live as long as rows
+ * Reads a whole image by the bridge: linear RGB floats, not yet mended. The map
+ * is the display window. Fills in the report of the rows.
+ *   in   loaded into memory; not needed afterwards
  * IBL_ERR_UNSUPPORTED: the bridge is not installed.
  */
-ibl_status ibl_bridge_rows(const ibl_bridge_source *source,
+ibl_status ibl_bridge_rows(const ibl_input *in, const ibl_image_kind *kind,
                            const ibl_read_options *opts, ibl_rows **rows);
 
-/* ---- truncation_check.c ------------------------------------------------ */
-
-/* Checks whether a PNG, JPEG, TIFF or Maya IFF file is complete: OpenImageIO
- * 2.4 reads the missing rest of a TIFF, JPEG or IFF as black without an error,
- * and libpng prints to stderr. Returns NULL if nothing seems to be missing,
- * else the end of a sentence that says what, a static text. reader:
- * OpenImageIO's name of the format. */
-const char *ibl_truncation_check(const char *reader, const unsigned char *bytes,
-                                 size_t size);
-
-/* Copies the chunks of a complete PNG that libpng needs for the picture, so
- * that it prints no warnings, and gAMA. dst has room for size bytes. Returns
- * the bytes written. */
-size_t ibl_png_picture(const unsigned char *bytes, size_t size,
-                       unsigned char *dst);
-/* The same of a PNM or PFM: without the CR of a CRLF before the pixels. */
-size_t ibl_pnm_picture(const unsigned char *bytes, size_t size,
-                       unsigned char *dst);
+/* Finds a function of a shared object beside the image bridge, which stays
+ * open: threads and statics of C++ libraries do not survive unloading. `call`
+ * is a pointer to a pointer to a function. object  its file's name, or NULL for
+ * the bridge itself needs   what the file is, for messages: "is PNG" */
+ibl_status ibl_bridge_find(const ibl_input *in, const char *object,
+                           const char *needs, const char *function, void *call);
 
 #endif

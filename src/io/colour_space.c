@@ -174,16 +174,3 @@ bool ibl_colour_matrix(const double from[8], const double to[8],
     multiply(matrix, xyz_from_rgb, matrix);
     return true;
 }
-
-void ibl_luma_to_rgb(const float luma[3], float *p, int count)
-{
-    for (; count > 0; count--, p += 3) {
-        const float y = p[0], ry = p[1], by = p[2];
-        p[0] = p[1] = p[2] = y;
-        if (ry == 0 && by == 0)
-            continue; /* exact for grey */
-        p[0] = (ry + 1) * y;
-        p[2] = (by + 1) * y;
-        p[1] = (y - p[0] * luma[0] - p[2] * luma[2]) / luma[1];
-    }
-}

@@ -37,7 +37,4 @@ int ibl_khronos_number(const double xy[8]);
 bool ibl_colour_matrix(const double from[8], const double to[8],
                        double matrix[9], float luma[3]);
 
-/* Converts count pixels of Y, RY = (R - Y) / Y, BY = (B - Y) / Y to R G B. */
-void ibl_luma_to_rgb(const float luma[3], float *p, int count);
-
 #endif

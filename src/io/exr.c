@@ -8,9 +8,20 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/half.h"
 #include "io/exr_file.h"
+#include "io/layout.h"
+#include "kern/max_finite.h"
 
-bool ibl_exr_is(const void *bytes, size_t size)
+enum {
+    JOB_BYTES = 1 << 17,  /* about 0.2 ms of inflating */
+    GROUPS = 8,           /* decoded between two checks of the cancel flag */
+    BAND_BYTES = 1 << 25, /* of a band, but it has at least a row of blocks */
+    LIBRARY_BYTES = 8 << 20, /* OpenEXR's C++ library, measured */
+    DECODED = 5 /* blocks of memory in which it decodes one, measured */
+};
+
+bool ibl_exr_is(const unsigned char *bytes, size_t size)
 {
     return size >= 4 && !memcmp(bytes, "\x76\x2f\x31\x01", 4);
 }
@@ -49,9 +60,8 @@ static void error_fn(exr_const_context_t exr, exr_result_t code,
     if (file->deaf)
         return;
     file->no_memory |= code == EXR_ERR_OUT_OF_MEMORY;
-    if (file->text[0])
-        return;
-    snprintf(file->text, sizeof file->text, "%s", text);
+    if (!file->text[0])
+        snprintf(file->text, sizeof file->text, "%s", text);
 }
 
 static void *allocate(size_t bytes)
@@ -69,7 +79,6 @@ static ibl_status open_file(ibl_exr_file *file)
     init.alloc_fn = allocate;
     init.free_fn = ibl_free;
     init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
-    file->text[0] = 0;
     const exr_result_t rv = exr_start_read(&file->exr, "input", &init);
     if (rv)
         file->exr = NULL;
@@ -84,6 +93,162 @@ static ibl_status open_file(ibl_exr_file *file)
                                       : exr_get_default_error_message(rv));
 }
 
+/* ---- pixels --------------------------------------------------------- */
+
+typedef struct exr_rows {
+    ibl_rows rows;
+    ibl_exr_file file;
+    ibl_max_finite_fn *look;
+    bool halves;    /* the three channels are halves */
+    bool framed;    /* the data window does not cover the map */
+    int begin, end; /* rows of the map that the blocks cover */
+    int per_job;    /* chunks */
+    int group;      /* number of rows of blocks that keeps all threads busy */
+    float *band;    /* rows of blocks of which a call wanted a part */
+    uint32_t *band_most;
+    int band_row, band_count;
+} exr_rows;
+
+/* The first error in a job. */
+typedef struct outcome {
+    exr_result_t code; /* EXR_ERR_READ_IO: reading failed, see error */
+    int error;
+    int y;
+} outcome;
+
+/* Chunks to decode to `rows` rows of the map, from `row` on. */
+typedef struct decoding {
+    exr_rows *r;
+    int first, count; /* chunks */
+    int row, rows;
+    float *rgb;
+    uint32_t *most;    /* of each row */
+    outcome *outcomes; /* one for each job */
+} decoding;
+
+/* Converts count samples to floats; uints keep their value. */
+static void to_floats(const unsigned char *src, exr_pixel_type_t type,
+                      int count, float *dst, int dst_step)
+{
+    uint16_t half;
+    uint32_t number;
+
+    for (int i = 0; i < count; i++, dst += dst_step) {
+        if (type == EXR_PIXEL_HALF) {
+            memcpy(&half, src + 2 * i, sizeof half);
+            *dst = ibl_half_to_float(half);
+        } else if (type == EXR_PIXEL_FLOAT) {
+            memcpy(dst, src + 4 * i, sizeof *dst);
+        } else {
+            memcpy(&number, src + 4 * i, sizeof number);
+            *dst = (float)number;
+        }
+    }
+}
+
+/* Puts the visible part of a chunk's line, y, in place. */
+static void put_line(const decoding *g, const exr_chunk_info_t *chunk, int y,
+                     const unsigned char *src)
+{
+    const exr_rows *r = g->r;
+    const ibl_exr_file *file = &r->file;
+    const ibl_exr_window *map = &file->display;
+    const int end = chunk->start_x + chunk->width - 1;
+    const int x0 = chunk->start_x > map->x0 ? chunk->start_x : map->x0;
+    const int count = (end < map->x1 ? end : map->x1) - x0 + 1;
+    const int line = y - map->y0, row = line - g->row;
+    const size_t width = (size_t)map->width, at = (size_t)(x0 - map->x0);
+    const unsigned char *plane[4];
+    exr_pixel_type_t type[4];
+
+    if (count < 1 || row < 0 || row >= g->rows)
+        return;
+    for (int c = 0; c < 4; c++) {
+        const int channel = c < 3 ? file->channel[c] : file->alpha;
+        type[c] = file->channels->entries[channel < 0 ? 0 : channel].pixel_type;
+        plane[c] = src + (size_t)file->before[c] * (size_t)chunk->width +
+                   (type[c] == EXR_PIXEL_HALF ? 2 : 4) * (x0 - chunk->start_x);
+    }
+    float *first = g->rgb + 3 * width * (size_t)row;
+    float *rgb = first + 3 * at;
+    if (r->halves)
+        file->dsp.to_rgb(plane, count, rgb);
+    for (int c = 0; c < 3 && !r->halves; c++)
+        to_floats(plane[c], type[c], count, rgb + c, 3);
+    if (r->rows.alpha)
+        to_floats(plane[3], type[3], count,
+                  r->rows.alpha + width * (size_t)line + at, 1);
+    if (file->columns == 1) /* else a chunk has no whole row to look at */
+        g->most[row] = r->look(first, 3 * width);
+}
+
+static void decode_job(void *arg, int job, int worker)
+{
+    const decoding *g = arg;
+    const ibl_exr_file *file = &g->r->file;
+    ibl_exr_worker *u = &file->workers[worker];
+    outcome *o = &g->outcomes[job];
+    const int first = job * g->r->per_job;
+
+    for (int i = first; i < first + g->r->per_job && i < g->count; i++) {
+        const exr_chunk_info_t *chunk = &file->chunks[g->first + i];
+        o->y = chunk->start_y;
+        o->code = ibl_exr_unpack(file, chunk, u, &o->error);
+        if (o->code)
+            return;
+        for (int y = chunk->start_y; y < chunk->start_y + chunk->height; y++)
+            put_line(g, chunk, y, ibl_exr_next_line(file, chunk, u));
+    }
+}
+
+static ibl_status report(const ibl_exr_file *file, const outcome *o)
+{
+    if (o->code == EXR_ERR_READ_IO && o->error)
+        return ibl_input_unread(file->in, o->error);
+    if (o->code == EXR_ERR_READ_IO)
+        return ibl_bad_file(file->in,
+                            "EXR cut short: the block of line %d ends past the "
+                            "end of the file: copy it again",
+                            o->y);
+    /* PXR24 and B44 say so of damage, too */
+    if (o->code == EXR_ERR_OUT_OF_MEMORY &&
+        file->compression < EXR_COMPRESSION_PXR24)
+        return ibl_no_memory(file->in->ctx, "decoding an EXR");
+    return ibl_bad_file(
+        file->in, "damaged EXR: the %s block of line %d cannot be unpacked: %s",
+        ibl_exr_compression_name(file->compression), o->y,
+        exr_get_default_error_message(o->code));
+}
+
+/* Decodes `count` rows of blocks, which begin at g->row. */
+static ibl_status decode(decoding *g, int blocks, int count)
+{
+    exr_rows *r = g->r;
+    ibl_exr_file *file = &r->file;
+    ibl_ctx *ctx = r->rows.ctx;
+    const size_t floats = 3 * (size_t)r->rows.width * (size_t)g->rows;
+
+    g->first = blocks * file->columns;
+    g->count = count * file->columns;
+    const int jobs = (g->count + r->per_job - 1) / r->per_job;
+    g->outcomes = ibl_alloc_zeroed((size_t)jobs, sizeof *g->outcomes);
+    if (!g->outcomes)
+        return ibl_no_memory(ctx, "decoding an EXR");
+    if (r->framed)
+        memset(g->rgb, 0, floats * sizeof *g->rgb);
+    file->deaf = true;
+    ibl_status status = ibl_run(ctx, NULL, jobs, decode_job, g);
+    file->deaf = false;
+    /* The first job in order: the report does not depend on threads. */
+    for (int j = 0; j < jobs && !status; j++)
+        if (g->outcomes[j].code)
+            status = report(file, &g->outcomes[j]);
+    ibl_free(g->outcomes);
+    if (status || file->columns == 1)
+        return status;
+    return ibl_rows_look(ctx, g->rgb, r->rows.width, g->rows, g->most);
+}
+
 /* ---- rows in order --------------------------------------------------
  *
  * Blocks hold some rows each, or, as tiles, parts of some rows. Those that lie
@@ -91,137 +256,60 @@ static ibl_status open_file(ibl_exr_file *file)
  * that calls copy from.
  */
 
-enum {
-    GROUPS = 8,              /* decoded between two checks of the cancel flag */
-    LIBRARY_BYTES = 8 << 20, /* OpenEXR's C++ library, measured */
-    DECODED = 5 /* blocks of memory in which it decodes one, measured */
-};
-
-/* Limit of a band, but a band holds at least one row of blocks. */
-static const size_t band_bytes = (size_t)32 << 20;
-
-typedef struct exr_rows {
-    ibl_rows rows;
-    ibl_exr_decoder *d;
-    bool framed;    /* the data window does not cover the map */
-    int begin, end; /* rows of the map that the blocks cover */
-    int group;      /* number of rows of blocks that keeps all threads busy */
-    float *band;
-    uint32_t *band_most;
-    int band_row, band_count;
-} exr_rows;
-
 /* The map's row after the last row of a row of blocks. */
 static int row_after(const exr_rows *r, int blocks)
 {
-    const ibl_exr_table *table = &r->d->table;
-    const int y = table->chunks[0].start_y + (blocks + 1) * table->lines;
-    const int row = y - r->d->pick.display.y0;
+    const ibl_exr_file *file = &r->file;
+    const int row =
+        file->chunks[0].start_y + (blocks + 1) * file->lines - file->display.y0;
     return row < r->end ? row : r->end;
 }
 
-static ibl_status decode_blocks(exr_rows *r, int blocks, int count,
-                                const ibl_exr_target *t)
-{
-    const int columns = r->d->table.columns;
-    ibl_exr_target part = *t;
-    ibl_status status;
-
-    part.alpha = r->rows.alpha;
-    if (columns > 1) /* a tile has no whole row to examine */
-        part.most = NULL;
-    if (r->framed)
-        memset(t->rgb, 0,
-               3 * sizeof(float) * (size_t)r->rows.width * (size_t)t->count);
-    status =
-        ibl_exr_decode_chunks(r->d, blocks * columns, count * columns, &part);
-    if (status || columns == 1)
-        return status;
-    return ibl_rows_look(r->rows.ctx, t->rgb, r->rows.width, t->count, t->most);
-}
-
-static ibl_status fill_band(exr_rows *r, int blocks, int row)
-{
-    const size_t needed = (size_t)r->group * (size_t)r->d->table.lines;
-    const size_t height = (size_t)r->rows.height;
-    const size_t lines = needed < height ? needed : height;
-    const int left = r->d->table.count / r->d->table.columns - blocks;
-    const int count = left < r->group ? left : r->group;
-
-    if (!r->band) {
-        r->band =
-            ibl_alloc_array(3 * sizeof(float) * lines, (size_t)r->rows.width);
-        r->band_most = ibl_alloc_array(lines, sizeof *r->band_most);
-        if (!r->band || !r->band_most)
-            return ibl_no_memory(r->rows.ctx, "the blocks of an EXR");
-    }
-    r->band_row = row;
-    r->band_count = row_after(r, blocks + count - 1) - row;
-    const ibl_exr_target t = {.rgb = r->band,
-                              .row = row,
-                              .count = r->band_count,
-                              .most = r->band_most};
-    return decode_blocks(r, blocks, count, &t);
-}
-
-/* Decodes from `row`, where a row of blocks begins. Decodes as many blocks as
- * fit before *end straight to rgb and sets *end behind them. If fewer than a
- * group fit, fills the band and sets *end to row. */
+/* Decodes from `row`, where a row of blocks begins, as many as fit before *end
+ * straight to rgb, and sets *end behind them; if fewer than a group fit, to the
+ * band. */
 static ibl_status decode_some(exr_rows *r, int row, int *end, float *rgb,
                               uint32_t *most)
 {
-    const ibl_exr_table *table = &r->d->table;
-    const int all = table->count / table->columns;
+    const ibl_exr_file *file = &r->file;
+    const int all = file->count / file->columns;
     const int blocks =
-        (row + r->d->pick.display.y0 - table->chunks[0].start_y) / table->lines;
+        (row + file->display.y0 - file->chunks[0].start_y) / file->lines;
+    const int left = all - blocks, group = left < r->group ? left : r->group;
     int count = 0;
 
-    while (count < GROUPS * r->group && blocks + count < all &&
+    while (count < GROUPS * r->group && count < left &&
            row_after(r, blocks + count) <= *end)
         count++;
-    if (count < r->group && blocks + count < all) {
-        *end = row;
-        return fill_band(r, blocks, row);
+    const bool fits = count >= group;
+    count = fits ? count : group;
+    decoding g = {.r = r, .row = row, .rgb = rgb, .most = most};
+    g.rows = row_after(r, blocks + count - 1) - row;
+    *end = fits ? row + g.rows : row;
+    if (!fits) {
+        const size_t height = (size_t)r->rows.height;
+        const size_t needed = (size_t)r->group * (size_t)file->lines;
+        const size_t lines = needed < height ? needed : height;
+        if (!r->band)
+            r->band = ibl_alloc_array(3 * sizeof(float) * lines,
+                                      (size_t)r->rows.width);
+        if (!r->band_most)
+            r->band_most = ibl_alloc_array(lines, sizeof *r->band_most);
+        if (!r->band || !r->band_most)
+            return ibl_no_memory(r->rows.ctx, "the blocks of an EXR");
+        r->band_row = row;
+        r->band_count = g.rows;
+        g.rgb = r->band;
+        g.most = r->band_most;
     }
-    *end = row_after(r, blocks + count - 1);
-    const ibl_exr_target t = {
-        .rgb = rgb, .row = row, .count = *end - row, .most = most};
-    return decode_blocks(r, blocks, count, &t);
+    return decode(&g, blocks, count);
 }
 
-/* Rows from `row` up to *end; sets *end lower if it returns fewer. */
-static ibl_status next_rows(exr_rows *r, int row, int *end, float *rgb,
-                            uint32_t *most)
+static void end_decoding(exr_rows *r)
 {
-    const size_t floats = 3 * (size_t)r->rows.width;
-    const int in_band = row - r->band_row, left = r->band_count - in_band;
-    const bool is_black = row < r->begin || row >= r->end;
-
-    if (is_black) {
-        if (row < r->begin && r->begin < *end)
-            *end = r->begin;
-        const size_t count = (size_t)(*end - row);
-        memset(rgb, 0, floats * count * sizeof *rgb);
-        memset(most, 0, count * sizeof *most);
-        return IBL_OK;
-    }
-    if (in_band < 0 || left <= 0)
-        return decode_some(r, row, end, rgb, most);
-    if (*end - row > left)
-        *end = row + left;
-    const size_t count = (size_t)(*end - row);
-    memcpy(rgb, r->band + floats * (size_t)in_band,
-           floats * count * sizeof *rgb);
-    memcpy(most, r->band_most + in_band, count * sizeof *most);
-    return IBL_OK;
-}
-
-static void free_decoder(exr_rows *r)
-{
-    ibl_exr_decoder_free(r->d);
+    ibl_exr_end(&r->file);
     ibl_free(r->band);
     ibl_free(r->band_most);
-    r->d = NULL;
     r->band = NULL;
     r->band_most = NULL;
 }
@@ -231,157 +319,68 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
 {
     exr_rows *r = (exr_rows *)rows;
     const size_t floats = 3 * (size_t)rows->width;
+    const int last = rows->row + count;
 
-    for (int done = 0; done < count;) {
-        const int row = rows->row + done;
-        int end = rows->row + count;
-        const ibl_status status =
-            next_rows(r, row, &end, rgb + floats * (size_t)done, most + done);
-        if (status)
-            return status;
-        done += end - row;
-        ibl_rows_progress(rows, done);
+    for (int row = rows->row, end; row < last; row = end) {
+        const size_t done = (size_t)(row - rows->row);
+        float *to = rgb + floats * done;
+        const int in_band = row - r->band_row, left = r->band_count - in_band;
+        const bool black = row < r->begin || row >= r->end;
+        end = last;
+        if (row < r->begin && r->begin < end)
+            end = r->begin;
+        if (!black && in_band >= 0 && left > 0 && end - row > left)
+            end = row + left;
+        const size_t n = (size_t)(end - row);
+        if (black) {
+            memset(to, 0, floats * n * sizeof *to);
+            memset(most + done, 0, n * sizeof *most);
+        } else if (in_band >= 0 && left > 0) {
+            memcpy(to, r->band + floats * (size_t)in_band,
+                   floats * n * sizeof *to);
+            memcpy(most + done, r->band_most + in_band, n * sizeof *most);
+        } else {
+            const ibl_status status =
+                decode_some(r, row, &end, to, most + done);
+            if (status)
+                return status;
+        }
+        ibl_rows_progress(rows, end - rows->row);
     }
-    if (rows->row + count == rows->height)
-        free_decoder(r);
+    if (last == rows->height)
+        end_decoding(r);
     return IBL_OK;
 }
 
 static void rows_close(ibl_rows *rows)
 {
-    free_decoder((exr_rows *)rows);
+    end_decoding((exr_rows *)rows);
     ibl_free(rows);
-}
-
-static void lay_out(exr_rows *r)
-{
-    const ibl_exr_window *map = &r->d->pick.display, *data = &r->d->pick.data;
-    const ibl_exr_table *table = &r->d->table;
-    const size_t row_bytes = 3 * sizeof(float) * (size_t)map->width;
-    const size_t most = band_bytes / (row_bytes * (size_t)table->lines);
-    const int wanted = r->d->threads * r->d->per_job;
-
-    r->framed = data->x0 > map->x0 || data->y0 > map->y0 ||
-                data->x1 < map->x1 || data->y1 < map->y1;
-    r->begin = data->y0 > map->y0 ? data->y0 - map->y0 : 0;
-    r->end = (data->y1 < map->y1 ? data->y1 : map->y1) - map->y0 + 1;
-    r->group = (wanted + table->columns - 1) / table->columns;
-    if ((size_t)r->group > most)
-        r->group = most ? (int)most : 1;
-}
-
-/* Makes the rows of a part without half-size chroma. They own d, even after an
- * error. */
-static ibl_status open_rows(ibl_exr_decoder *d, ibl_rows **rows)
-{
-    ibl_ctx *ctx = d->file.in->ctx;
-    exr_rows *r = ibl_alloc_zeroed(1, sizeof *r);
-    ibl_status status = IBL_OK;
-
-    if (!r) {
-        ibl_exr_decoder_free(d);
-        return ibl_no_memory(ctx, "an EXR");
-    }
-    r->rows = (ibl_rows){.ctx = ctx,
-                         .width = d->pick.display.width,
-                         .height = d->pick.display.height,
-                         .read = rows_read,
-                         .close = rows_close};
-    r->d = d;
-    lay_out(r);
-    if (d->library)
-        r->rows.held = (LIBRARY_BYTES +
-                        DECODED * (double)d->threads * d->table.most_unpacked) /
-                       ((double)r->rows.width * r->rows.height);
-    if (d->pick.alpha >= 0)
-        status = ibl_rows_alloc_alpha(&r->rows);
-    if (status)
-        ibl_rows_close(&r->rows);
-    else
-        *rows = &r->rows;
-    return status;
 }
 
 /* ---- opening -------------------------------------------------------- */
 
-/* Opens the file and finds the part, channels and chunks to read. */
-static ibl_status choose(const ibl_read_options *opts, ibl_exr_decoder *d)
+/* Finds the part, channels and chunks to read. */
+static ibl_status choose(ibl_exr_file *file, const ibl_read_options *opts)
 {
-    ibl_status status = open_file(&d->file);
     ibl_read_options own = *opts;
-    if (!status)
-        status = ibl_exr_choose(&d->file, opts, &d->pick);
-    if (d->pick.cube && !own.layout)
-        own.layout = IBL_INPUT_CUBE;
-    d->pick.cube = own.layout == IBL_INPUT_CUBE && d->pick.cube;
-    if (!status && own.layout == IBL_INPUT_CUBE && !d->pick.cube)
-        status = ibl_bad_file(d->file.in, "is an OpenEXR file that does not "
-                                          "say that it holds a cube");
-    if (!status)
-        status = ibl_map_check_size(d->file.in, &own, d->pick.display.width,
-                                    d->pick.display.height);
-    if (!status)
-        status = ibl_exr_list_chunks(&d->file, &d->pick, &d->table);
-    if (!status)
-        status = ibl_exr_decoder_init(d);
-    return status;
-}
+    ibl_status status = open_file(file);
 
-static void describe(const ibl_exr_pick *pick, char format[64])
-{
-    static const char *const colours[] = {"", ", Y", ", Y RY BY"};
-    snprintf(format, 64, "OpenEXR, %s%s%s",
-             ibl_exr_compression_name(pick->compression),
-             pick->tiled ? ", tiled" : "", colours[pick->colour]);
-}
-
-static ibl_status alloc_chroma(ibl_ctx *ctx, const ibl_exr_pick *pick,
-                               ibl_exr_chroma *chroma)
-{
-    chroma->width = pick->data.width / 2;
-    chroma->height = pick->data.height / 2;
-    for (int i = 0; i < 2; i++) {
-        chroma->plane[i] = ibl_alloc_array(
-            (size_t)chroma->width * (size_t)chroma->height, sizeof(float));
-        if (!chroma->plane[i])
-            return ibl_no_memory(ctx, "the chroma of an EXR");
-    }
-    return IBL_OK;
-}
-
-/* Decodes a whole part with half-size chroma; the filter needs many lines. */
-static ibl_status decode_whole(ibl_exr_decoder *d, ibl_rows **out)
-{
-    ibl_ctx *ctx = d->file.in->ctx;
-    const int width = d->pick.display.width, height = d->pick.display.height;
-    ibl_exr_chroma chroma = {0};
-    ibl_rows *rows = NULL;
-    ibl_image img;
-    ibl_status status = ibl_image_alloc(ctx, width, height, &img);
     if (!status)
-        status = ibl_rows_of_image(ctx, &img, &rows);
-    if (!status)
-        status = alloc_chroma(ctx, &d->pick, &chroma);
-    if (!status && d->pick.alpha >= 0)
-        status = ibl_rows_alloc_alpha(rows);
-    if (!status) {
-        img = rows->whole;
-        memset(img.data, 0, 3 * sizeof(float) * (size_t)width * (size_t)height);
-        const ibl_exr_target target = {.rgb = img.data,
-                                       .count = height,
-                                       .alpha = rows->alpha,
-                                       .chroma = &chroma};
-        status = ibl_exr_decode_chunks(d, 0, d->table.count, &target);
-    }
-    if (!status)
-        status = ibl_exr_to_rgb(ctx, &d->pick, &chroma, &img);
+        status = ibl_exr_choose(file, opts);
     if (status)
-        ibl_rows_close(rows);
-    else
-        *out = rows;
-    ibl_free(chroma.plane[0]);
-    ibl_free(chroma.plane[1]);
-    return status;
+        return status;
+    if (file->cube && !own.layout)
+        own.layout = IBL_INPUT_CUBE;
+    if (own.layout == IBL_INPUT_CUBE && !file->cube)
+        return ibl_bad_file(file->in, "is an OpenEXR file that does not say "
+                                      "that it holds a cube");
+    file->cube = own.layout == IBL_INPUT_CUBE;
+    status = ibl_map_check_size(file->in, &own, file->display.width,
+                                file->display.height);
+    if (!status)
+        status = ibl_exr_list_chunks(file);
+    return status ? status : ibl_exr_begin(file);
 }
 
 /* The faces of OpenEXR's cubes (ImfEnvmap.h), turned so that a cube shows what
@@ -389,44 +388,55 @@ static ibl_status decode_whole(ibl_exr_decoder *d, ibl_rows **out)
 static const char envmap_faces[] = "nz/m,pz/m,py/m90,ny/m270,px/m,nx/m";
 
 ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
-                        ibl_rows **rows)
+                        ibl_rows **out)
 {
-    ibl_exr_decoder *d = ibl_alloc_zeroed(1, sizeof *d);
-    char format[64];
-    double primaries[8];
-    bool named, cube;
-    ibl_status status;
+    exr_rows *r = ibl_alloc_zeroed(1, sizeof *r);
 
-    *rows = NULL;
-    if (!d)
+    *out = NULL;
+    if (!r)
         return ibl_no_memory(in->ctx, "an EXR");
-    d->file.in = in;
-    status = choose(opts, d);
+    ibl_rows *rows = *out = &r->rows;
+    ibl_exr_file *file = &r->file;
+    *rows = (ibl_rows){.ctx = in->ctx, .read = rows_read, .close = rows_close};
+    file->in = in;
+    const ibl_status status = choose(file, opts);
     if (status)
-        goto done;
-    describe(&d->pick, format);
-    named = d->pick.has_primaries;
-    cube = d->pick.cube;
-    memcpy(primaries, d->pick.primaries, sizeof primaries);
-    if (d->pick.chroma_step > 1) {
-        status = decode_whole(d, rows);
-    } else {
-        status = open_rows(d, rows);
-        d = NULL;
+        return status;
+    const ibl_exr_window *map = &file->display, *data = &file->data;
+    const size_t block_bytes =
+        3 * sizeof(float) * (size_t)map->width * (size_t)file->lines;
+    const uint64_t each = file->unpacked / (uint64_t)file->count;
+    r->framed = data->x0 > map->x0 || data->y0 > map->y0 ||
+                data->x1 < map->x1 || data->y1 < map->y1;
+    r->begin = data->y0 > map->y0 ? data->y0 - map->y0 : 0;
+    r->end = (data->y1 < map->y1 ? data->y1 : map->y1) - map->y0 + 1;
+    r->per_job = each < JOB_BYTES ? (int)(JOB_BYTES / (each ? each : 1)) : 1;
+    r->group = (file->threads * r->per_job + file->columns - 1) / file->columns;
+    if ((size_t)r->group > BAND_BYTES / block_bytes)
+        r->group = (int)(BAND_BYTES / block_bytes);
+    r->group = r->group ? r->group : 1;
+    r->look = ibl_max_finite(ibl_ctx_isa(in->ctx));
+    r->halves = true;
+    for (int c = 0; c < 3; c++)
+        r->halves &= file->channels->entries[file->channel[c]].pixel_type ==
+                     EXR_PIXEL_HALF;
+    rows->width = map->width;
+    rows->height = map->height;
+    if (file->library)
+        rows->held = (LIBRARY_BYTES + DECODED * (double)file->threads *
+                                          (double)file->most_unpacked) /
+                     ((double)rows->width * rows->height);
+    rows->has_primaries = file->has_primaries;
+    memcpy(rows->primaries, file->primaries, sizeof rows->primaries);
+    snprintf(rows->report.format, sizeof rows->report.format, "OpenEXR, %s%s%s",
+             ibl_exr_compression_name(file->compression),
+             file->tiled ? ", tiled" : "", file->grey ? ", Y" : "");
+    if (file->cube) {
+        rows->report.layout = IBL_INPUT_CUBE;
+        rows->to_edges = true;
+        ibl_face_order_parse(envmap_faces, rows->face_order);
     }
-    if (!status) {
-        memcpy((*rows)->report.format, format, sizeof format);
-        memcpy((*rows)->primaries, primaries, sizeof primaries);
-        (*rows)->has_primaries = named;
-        if (cube) {
-            (*rows)->report.layout = IBL_INPUT_CUBE;
-            (*rows)->to_edges = true;
-            ibl_face_order_parse(envmap_faces, (*rows)->face_order);
-        }
-    }
-done:
-    ibl_exr_decoder_free(d);
-    return status;
+    return file->alpha < 0 ? IBL_OK : ibl_rows_alloc_alpha(rows);
 }
 
 /* ---- the library ---------------------------------------------------- */

@@ -3,21 +3,13 @@
 #ifndef IBL_IO_EXR_H
 #define IBL_IO_EXR_H
 
-#include <stdbool.h>
-#include <stddef.h>
-
-#include "io/input.h"
 #include "io/rows.h"
 
-/* Whether the bytes begin like an OpenEXR file. */
-bool ibl_exr_is(const void *bytes, size_t size);
+bool ibl_exr_is(const unsigned char *bytes, size_t size);
 
 /*
  * Opens the colour of one part and layer, as ibl_image_read says, for reading
- * by rows. Pixels are not yet mended. If OpenEXRCore cannot decode DWAA and
- * DWAB, libiblexr.so does. With half-size chroma the whole image is decoded
- * first.
- *   in    must live as long as rows
+ * by rows: see ibl_reader. libiblexr.so decodes DWAA and DWAB.
  * IBL_ERR_UNSUPPORTED: also if libiblexr.so is needed and missing.
  */
 ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,

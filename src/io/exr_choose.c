@@ -4,12 +4,10 @@
  *
  * A channel's name is LAYER.NAME, where the layer is everything before the
  * last dot. Names without a dot belong to the unnamed layer. A layer has
- * colour if it has R, G and B, or Y, or Y, RY and BY ("Technical Introduction
- * to OpenEXR"). The Y of X, Y, Z is a coordinate, and layers of Cryptomatte
- * hold numbers.
+ * colour if it has R, G and B, or Y ("Technical Introduction to OpenEXR"). The
+ * Y of X, Y, Z is a coordinate, and layers of Cryptomatte hold numbers.
  */
 #define _GNU_SOURCE /* strcasestr */
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -99,41 +97,19 @@ static int find(const exr_attr_chlist_t *list, const char *layer, size_t length,
 }
 
 static bool find_colour(const exr_attr_chlist_t *list, const char *layer,
-                        size_t length, ibl_exr_pick *pick)
+                        size_t length, ibl_exr_file *file)
 {
     const int r = find(list, layer, length, "R", "red");
     const int g = find(list, layer, length, "G", "green");
     const int b = find(list, layer, length, "B", "blue");
-    pick->alpha = find(list, layer, length, "A", "alpha");
-    if (r >= 0 && g >= 0 && b >= 0) {
-        pick->colour = IBL_EXR_RGB;
-        memcpy(pick->channel, (int[]){r, g, b}, sizeof pick->channel);
-        return true;
-    }
     const int y = find(list, layer, length, "Y", NULL);
-    const int ry = find(list, layer, length, "RY", NULL);
-    const int by = find(list, layer, length, "BY", NULL);
-    if (y < 0 || find(list, layer, length, "X", NULL) >= 0)
-        return false;
-    pick->colour = ry >= 0 && by >= 0 ? IBL_EXR_LUMA_CHROMA : IBL_EXR_LUMA;
-    memcpy(pick->channel,
-           pick->colour == IBL_EXR_LUMA ? (int[]){y, y, y} : (int[]){y, ry, by},
-           sizeof pick->channel);
-    return true;
-}
 
-static bool is_deep(exr_storage_t storage)
-{
-    return storage == EXR_STORAGE_DEEP_SCANLINE ||
-           storage == EXR_STORAGE_DEEP_TILED;
-}
-
-static const exr_attr_chlist_t *channels_of(const ibl_exr_file *file, int part)
-{
-    const exr_attr_chlist_t *list = NULL;
-    if (exr_get_channels(file->exr, part, &list))
-        return NULL;
-    return list && list->num_channels <= MAX_CHANNELS ? list : NULL;
+    file->alpha = find(list, layer, length, "A", "alpha");
+    file->grey = r < 0 || g < 0 || b < 0;
+    memcpy(file->channel, file->grey ? (int[]){y, y, y} : (int[]){r, g, b},
+           sizeof file->channel);
+    return !file->grey || (y >= 0 && find(list, layer, length, "X", NULL) < 0 &&
+                           find(list, layer, length, "RY", NULL) < 0);
 }
 
 /* What was found in the parts that were searched. */
@@ -193,18 +169,17 @@ static int rank_of(const char *asked, const char *layer, const char *part,
 
 /* Adds the layers of a part. Channels are sorted by name, but those of one
  * layer need not be adjacent ("a-b.R" sorts between "a" and "a.R"), so a layer
- * counts only at its first channel. */
-static void look_in_part(const ibl_exr_file *file, const ibl_exr_pick *part,
-                         bool alone, const char *asked, ibl_exr_pick *pick,
+ * counts only at its first channel. The best one goes to file. */
+static void look_in_part(ibl_exr_file *file, int part, bool alone,
+                         const exr_attr_chlist_t *list, const char *asked,
                          found *f)
 {
-    const exr_attr_chlist_t *list = part->channels;
-    const char *of = part_name(file, part->part);
+    const char *of = part_name(file, part);
 
     for (int i = 0; i < list->num_channels; i++) {
         const char *channel = list->entries[i].name.str;
         const size_t length = layer_length(channel);
-        ibl_exr_pick this = *part;
+        ibl_exr_file this = *file;
         char layer[256];
         bool seen = false;
 
@@ -219,12 +194,14 @@ static void look_in_part(const ibl_exr_file *file, const ibl_exr_pick *part,
         if (alone)
             list_add(&f->layers, "%s", *layer ? layer : "(unnamed)");
         else
-            list_add(&f->layers, "%s (part %d)", name, part->part);
-        const int rank = rank_of(asked, layer, of, this.colour == IBL_EXR_LUMA);
+            list_add(&f->layers, "%s (part %d)", name, part);
+        const int rank = rank_of(asked, layer, of, this.grey);
         if (rank > f->rank) {
             f->rank = rank;
             f->count = 0;
-            *pick = this;
+            this.part = part;
+            this.channels = list;
+            *file = this;
         }
         f->count += rank && rank == f->rank;
     }
@@ -241,8 +218,7 @@ static ibl_status no_such_part(const ibl_exr_file *file, int part, int parts)
                         names.text);
 }
 
-static ibl_status choose_part(const ibl_exr_file *file,
-                              const ibl_read_options *opts, ibl_exr_pick *pick)
+static ibl_status choose_part(ibl_exr_file *file, const ibl_read_options *opts)
 {
     found f = {.deep = 0};
     int parts = 0;
@@ -252,60 +228,38 @@ static ibl_status choose_part(const ibl_exr_file *file,
     if (opts->part >= parts)
         return no_such_part(file, opts->part, parts);
     for (int p = 0; p < parts; p++) {
+        const exr_attr_chlist_t *list = NULL;
         exr_storage_t storage;
         if ((opts->part >= 0 && p != opts->part) ||
             exr_get_storage(file->exr, p, &storage))
             continue;
-        const bool deep = is_deep(storage);
-        const ibl_exr_pick part = {.part = p,
-                                   .tiled = storage == EXR_STORAGE_TILED,
-                                   .channels =
-                                       deep ? NULL : channels_of(file, p)};
+        const bool deep = storage == EXR_STORAGE_DEEP_SCANLINE ||
+                          storage == EXR_STORAGE_DEEP_TILED;
         f.deep += deep;
         f.flat += !deep;
-        if (part.channels)
-            look_in_part(file, &part, parts == 1, opts->layer, pick, &f);
+        if (!deep && !exr_get_channels(file->exr, p, &list) && list &&
+            list->num_channels <= MAX_CHANNELS)
+            look_in_part(file, p, parts == 1, list, opts->layer, &f);
     }
     return f.count == 1 ? IBL_OK : explain(file, opts->layer, &f);
 }
 
-/* Accepts a rate of 1, or 2 for both chroma channels. Other channels may have
- * any rate that divides the lines of a chunk, since OpenEXRCore computes wrong
- * sizes for the rest. */
-static ibl_status check_sampling(const ibl_exr_file *file, ibl_exr_pick *pick)
+/* Where channels lie in a pixel. All must have a sample at each. */
+static ibl_status lay_out(ibl_exr_file *file)
 {
-    const exr_attr_chlist_entry_t *all = pick->channels->entries;
-    const int lines = pick->tiled ? 1 : pick->block_height;
-
-    for (int i = 0; i < pick->channels->num_channels; i++) {
-        if (lines > 1 && lines % all[i].y_sampling)
-            return ibl_unsupported(file->in,
-                                   "channel %s has every %dth line only, which "
-                                   "%s blocks of %d lines cannot hold",
-                                   all[i].name.str, all[i].y_sampling,
-                                   ibl_exr_compression_name(pick->compression),
-                                   lines);
+    for (int i = 0; i < file->channels->num_channels; i++) {
+        const exr_attr_chlist_entry_t *e = &file->channels->entries[i];
+        if (e->x_sampling != 1 || e->y_sampling != 1)
+            return ibl_unsupported(
+                file->in,
+                "channel %s is sampled every %d x %d pixels: save all at full "
+                "size",
+                e->name.str, e->x_sampling, e->y_sampling);
+        for (int c = 0; c < 4; c++)
+            if (i == (c < 3 ? file->channel[c] : file->alpha))
+                file->before[c] = file->all;
+        file->all += e->pixel_type == EXR_PIXEL_HALF ? 2 : 4;
     }
-    pick->chroma_step = 1;
-    if (pick->colour == IBL_EXR_LUMA_CHROMA)
-        pick->chroma_step = all[pick->channel[1]].x_sampling;
-    for (int c = 0; c < 3; c++) {
-        const bool chroma = pick->colour == IBL_EXR_LUMA_CHROMA && c > 0;
-        const int step = chroma ? pick->chroma_step : 1;
-        const exr_attr_chlist_entry_t *e = &all[pick->channel[c]];
-        if (e->x_sampling != step || e->y_sampling != step || step > 2)
-            return ibl_unsupported(file->in,
-                                   "channel %s is sampled every %d x %d "
-                                   "pixels; only RY and BY may be, every 2 x 2",
-                                   e->name.str, e->x_sampling, e->y_sampling);
-    }
-    const exr_attr_chlist_entry_t *a =
-        pick->alpha < 0 ? NULL : &all[pick->alpha];
-    if (a && (a->x_sampling != 1 || a->y_sampling != 1))
-        return ibl_unsupported(
-            file->in,
-            "channel %s is sampled every %d x %d pixels; alpha may not be",
-            a->name.str, a->x_sampling, a->y_sampling);
     return IBL_OK;
 }
 
@@ -326,10 +280,9 @@ static ibl_status read_window(const ibl_exr_file *file,
 }
 
 /* Limits the black area around the data: the file's size does not bound it. */
-static ibl_status check_windows(const ibl_exr_file *file,
-                                const ibl_exr_pick *pick)
+static ibl_status check_windows(const ibl_exr_file *file)
 {
-    const ibl_exr_window *map = &pick->display, *data = &pick->data;
+    const ibl_exr_window *map = &file->display, *data = &file->data;
     const double pixels = (double)map->width * map->height;
 
     if (data->x1 < map->x0 || data->x0 > map->x1 || data->y1 < map->y0 ||
@@ -344,62 +297,48 @@ static ibl_status check_windows(const ibl_exr_file *file,
     return IBL_OK;
 }
 
-static ibl_status read_primaries(const ibl_exr_file *file, ibl_exr_pick *pick)
+ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts)
 {
     exr_attr_chromaticities_t c;
-    double rgb_from_xyz[9];
-
-    memcpy(pick->primaries, ibl_primaries_xy(IBL_PRIMARIES_REC709),
-           sizeof pick->primaries);
-    pick->has_primaries = !exr_attr_get_chromaticities(file->exr, pick->part,
-                                                       "chromaticities", &c);
-    if (pick->has_primaries)
-        memcpy(pick->primaries,
-               (double[]){c.red_x, c.red_y, c.green_x, c.green_y, c.blue_x,
-                          c.blue_y, c.white_x, c.white_y},
-               sizeof pick->primaries);
-    if (pick->colour == IBL_EXR_LUMA_CHROMA &&
-        (!ibl_colour_space(pick->primaries, rgb_from_xyz, pick->luma) ||
-         fabsf(pick->luma[1]) < 1e-6f))
-        return ibl_bad_file(file->in,
-                            "the EXR's chromaticities span no colour space");
-    return IBL_OK;
-}
-
-ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
-                          ibl_exr_pick *pick)
-{
     exr_attr_box2i_t display, data;
     exr_envmap_t kind;
-    int *width = &pick->block_width, *height = &pick->block_height;
-    ibl_status status;
+    int *width = &file->block_width, *height = &file->block_height;
+    exr_storage_t storage = EXR_STORAGE_SCANLINE;
 
-    *pick = (ibl_exr_pick){0};
     file->text[0] = 0;
-    status = choose_part(file, opts, pick);
+    ibl_status status = choose_part(file, opts);
     if (status)
         return status;
+    const exr_context_t exr = file->exr;
+    const int part = file->part;
     if (opts->alpha == IBL_ALPHA_IGNORE)
-        pick->alpha = -1;
-    if (exr_get_display_window(file->exr, pick->part, &display) ||
-        exr_get_data_window(file->exr, pick->part, &data) ||
-        exr_get_compression(file->exr, pick->part, &pick->compression) ||
-        (pick->tiled
-             ? exr_get_tile_sizes(file->exr, pick->part, 0, 0, width, height)
-             : exr_get_scanlines_per_chunk(file->exr, pick->part, height)))
+        file->alpha = -1;
+    exr_get_storage(exr, part, &storage);
+    file->tiled = storage == EXR_STORAGE_TILED;
+    if (exr_get_display_window(exr, part, &display) ||
+        exr_get_data_window(exr, part, &data) ||
+        exr_get_compression(exr, part, &file->compression) ||
+        (file->tiled ? exr_get_tile_sizes(exr, part, 0, 0, width, height)
+                     : exr_get_scanlines_per_chunk(exr, part, height)))
         return ibl_bad_file(file->in, "damaged EXR header: %s", file->text);
-    if (!exr_attr_get_envmap(file->exr, pick->part, "envmap", &kind))
-        pick->cube = kind == EXR_ENVMAP_CUBE;
-    status = read_window(file, &display, "display window", &pick->display);
+    file->cube = !exr_attr_get_envmap(exr, part, "envmap", &kind) &&
+                 kind == EXR_ENVMAP_CUBE;
+    file->has_primaries =
+        !exr_attr_get_chromaticities(exr, part, "chromaticities", &c);
+    if (file->has_primaries)
+        memcpy(file->primaries,
+               (double[]){c.red_x, c.red_y, c.green_x, c.green_y, c.blue_x,
+                          c.blue_y, c.white_x, c.white_y},
+               sizeof file->primaries);
+    else
+        memcpy(file->primaries, ibl_primaries_xy(IBL_PRIMARIES_REC709),
+               sizeof file->primaries);
+    status = read_window(file, &display, "display window", &file->display);
     if (!status)
-        status = read_window(file, &data, "data window", &pick->data);
-    if (!pick->tiled)
-        *width = pick->data.width;
+        status = read_window(file, &data, "data window", &file->data);
+    if (!file->tiled)
+        *width = file->data.width;
     if (!status)
-        status = check_windows(file, pick);
-    if (!status)
-        status = check_sampling(file, pick);
-    if (!status)
-        status = read_primaries(file, pick);
-    return status;
+        status = check_windows(file);
+    return status ? status : lay_out(file);
 }

@@ -7,8 +7,18 @@
 
 #include "io/colour_space.h"
 
-/* The white of the profile connection space: D50. */
-static const double d50[3] = {0.9642, 1, 0.8249};
+/* The XYZ of red, green and blue, adapted to D50, as profiles have them. */
+static const struct {
+    ibl_primaries primaries;
+    double xyz[9];
+} spaces[] = {
+    {IBL_PRIMARIES_REC709,
+     {.4361, .2225, .0139, .3851, .7169, .0971, .1431, .0606, .7141}},
+    {IBL_PRIMARIES_KEEP, /* Display P3 */
+     {.5151, .2412, -.0011, .2920, .6922, .0419, .1572, .0666, .7841}},
+    {IBL_PRIMARIES_REC2020,
+     {.6735, .2790, -.0019, .1657, .6753, .0299, .1251, .0456, .7969}},
+};
 
 typedef struct tag {
     const unsigned char *bytes;
@@ -65,42 +75,27 @@ static double half_of(tag t)
     return -1;
 }
 
-/* Whether the colorants are those of a space, adapted to D50. */
-static bool has_colorants(const double xyz[9], const double xy[8])
-{
-    double from[8], m[9], near = 0;
-    /* XYZ of D50 as a space of its own, whose primaries are its axes */
-    const double sum = d50[0] + d50[1] + d50[2];
-    const double axes[8] = {1, 0, 0, 1, 0, 0, d50[0] / sum, d50[1] / sum};
-
-    memcpy(from, xy, sizeof from);
-    if (!ibl_colour_matrix(from, axes, m, NULL))
-        return false;
-    for (int i = 0; i < 9; i++)
-        near = fmax(near, fabs(m[i] * d50[i / 3] - xyz[i]));
-    return near < 0.003;
-}
-
 bool ibl_icc_primaries(const unsigned char *bytes, size_t size, double xy[8])
 {
     static const char *const colorants[] = {"rXYZ", "gXYZ", "bXYZ"};
     static const char *const curves[] = {"rTRC", "gTRC", "bTRC"};
-    double xyz[9];
+    bool same[3] = {true, true, true};
 
-    for (int c = 0; c < 3; c++) {
-        const tag t = find(bytes, size, colorants[c]);
-        if (t.size < 20 ||
-            !(fabs(half_of(find(bytes, size, curves[c])) - 0.2140) < 0.004))
+    for (int i = 0; i < 9; i++) {
+        const tag t = find(bytes, size, colorants[i / 3]);
+        const tag curve = find(bytes, size, curves[i / 3]);
+        if (t.size < 20 || !(fabs(half_of(curve) - 0.2140) < 0.004))
             return false;
+        const double value = fixed(t.bytes + 8 + 4 * (i % 3));
         for (int k = 0; k < 3; k++)
-            xyz[3 * k + c] = fixed(t.bytes + 8 + 4 * k);
+            same[k] &= fabs(value - spaces[k].xyz[i]) < 0.003;
     }
-    const double *const known[] = {ibl_primaries_xy(IBL_PRIMARIES_REC709),
-                                   ibl_display_p3_xy(),
-                                   ibl_primaries_xy(IBL_PRIMARIES_REC2020)};
-    for (int i = 0; i < 3; i++)
-        if (has_colorants(xyz, known[i])) {
-            memcpy(xy, known[i], 8 * sizeof *xy);
+    for (int k = 0; k < 3; k++)
+        if (same[k]) {
+            memcpy(xy,
+                   spaces[k].primaries ? ibl_primaries_xy(spaces[k].primaries)
+                                       : ibl_display_p3_xy(),
+                   8 * sizeof *xy);
             return true;
         }
     return false;

@@ -32,10 +32,9 @@ void ibl_face_put(const float *from, size_t row, int code, ibl_cube *cube);
 ibl_status ibl_faces_check(ibl_ctx *ctx, const char *name, const ibl_cube *cube,
                            const unsigned char order[IBL_FACES]);
 
-/* Opens six files, one for each face: reads the faces one below the other,
- * mended and converted to opts' primaries and exposure, but not clamped. The
- * report is the sum of the files' reports. name   of all of them, for messages
- */
+/* Reads six files, one for each face, into rows of the faces one below the
+ * other, as ibl_reader says. Their format, primaries and kind of alpha are the
+ * first file's. name   of all of them, for messages */
 ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
                               char *const files[IBL_FACES],
                               const ibl_read_options *opts,

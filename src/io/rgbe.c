@@ -25,7 +25,7 @@ enum {
     MAX_NEW = 32767
 };
 
-bool ibl_rgbe_is(const void *bytes, size_t size)
+bool ibl_rgbe_is(const unsigned char *bytes, size_t size)
 {
     return size >= 2 && !memcmp(bytes, "#?", 2);
 }
@@ -140,24 +140,12 @@ static fault pass(scan *s)
     return s->value == s->width ? pass_new(s) : BAD_LENGTH;
 }
 
-/* New run lengths need at most two bytes for each byte of a pixel. The old ones
- * need at most four for a pixel, and 12 for zero counts before a fault. */
-size_t ibl_rgbe_most_bytes(const ibl_rgbe_header *h)
-{
-    return 8 * (size_t)h->row_px + 64;
-}
-
 /* ---- their pixels ------------------------------------------------------ */
 
+/* Bytes of one of the four planes of a scanline, which a worker has. */
 static size_t plane_bytes(const ibl_rgbe_header *h)
 {
     return ((size_t)h->row_px + IBL_RGBE_SLACK + 63) / 64 * 64;
-}
-
-/* Bytes of scratch memory that decode_line needs. */
-static size_t planes_bytes(const ibl_rgbe_header *h)
-{
-    return 4 * plane_bytes(h);
 }
 
 /* Splits pixels into planes; expands repeats unless flat. */
@@ -182,15 +170,6 @@ static void split(const unsigned char *src, bool flat, int count,
     }
 }
 
-static void apply_matrix(const float m[9], int count, float *px)
-{
-    for (int i = 0; i < count; i++, px += 3) {
-        const float x = px[0], y = px[1], z = px[2];
-        for (int c = 0; c < 3; c++)
-            px[c] = m[3 * c] * x + m[3 * c + 1] * y + m[3 * c + 2] * z;
-    }
-}
-
 /*
  * Decodes a scanline that was passed over to h->row_px RGB pixels.
  *   src   readable for IBL_RGBE_SLACK bytes beyond the scanline
@@ -198,20 +177,24 @@ static void apply_matrix(const float m[9], int count, float *px)
  */
 static void decode_line(const ibl_rgbe_dsp *dsp, const ibl_rgbe_header *h,
                         const unsigned char *src, bool flat,
-                        unsigned char *scratch, float *dst)
+                        unsigned char *planes, float *dst)
 {
     const size_t stride = plane_bytes(h);
+    const float *m = h->matrix;
 
     if (flat || !marks_new(src, h->row_px)) {
-        split(src, flat, h->row_px, scratch, stride);
+        split(src, flat, h->row_px, planes, stride);
     } else {
         src += 4;
         for (int c = 0; c < 4; c++)
-            src = dsp->expand(src, h->row_px, scratch + c * stride);
+            src = dsp->expand(src, h->row_px, planes + c * stride);
     }
-    dsp->to_rgb(scratch, stride, h->row_px, h->scale, dst);
-    if (h->xyz)
-        apply_matrix(h->matrix, h->row_px, dst);
+    dsp->to_rgb(planes, stride, h->row_px, h->scale, dst);
+    for (int i = 0; i < h->row_px && h->xyz; i++, dst += 3) {
+        const float x = dst[0], y = dst[1], z = dst[2];
+        for (int c = 0; c < 3; c++)
+            dst[c] = m[3 * c] * x + m[3 * c + 1] * y + m[3 * c + 2] * z;
+    }
 }
 
 /* ---- packs ---------------------------------------------------------- */
@@ -242,17 +225,8 @@ typedef struct rgbe_rows {
     int pack_lines; /* maximum lines of the next pack */
     bool flat;      /* no scanline is coded, even if it looks so */
     bool has_new, has_old;
-    unsigned char *scratch; /* scratch_bytes for each worker */
-    size_t scratch_bytes;
+    unsigned char *planes; /* of each worker */
 } rgbe_rows;
-
-static void describe(const rgbe_rows *r, char format[64])
-{
-    snprintf(format, 64, "Radiance %s, %s", r->h.xyz ? "XYZE" : "RGBE",
-             r->has_new   ? "run-length"
-             : r->has_old ? "old run-length"
-                          : "flat");
-}
 
 /* Passes over the next scanlines. Runs in a job: stores errors in the pack, to
  * report after its scanlines are used. */
@@ -358,65 +332,25 @@ static ibl_status settle(rgbe_rows *r)
     return IBL_OK;
 }
 
-/* Makes r->packs[r->now] a pack with scanlines left to use. */
-static ibl_status next_pack(rgbe_rows *r)
-{
-    for (;;) {
-        pack *p = &r->packs[r->now];
-
-        if (p->used < p->lines)
-            return IBL_OK;
-        if (p->fault || p->error)
-            return report(r, p);
-        p->is_full = false;
-        r->now = !r->now;
-        if (!r->packs[r->now].is_full)
-            fill_pack(r, &r->packs[r->now]);
-    }
-}
-
 /* ---- decoding ------------------------------------------------------- */
 
-/* Scanlines of a pack to decode together. */
+/* Scanlines of the current pack to decode together. */
 typedef struct step {
     rgbe_rows *r;
     const pack *p;
-    pack *next;                      /* pack to fill meanwhile, or NULL */
-    int count, job_lines;            /* scanlines, from p->used on */
-    float *dst;                      /* first pixel of the first scanline */
-    ptrdiff_t line_step, pixel_step; /* in floats */
-    uint32_t *most;                  /* of each scanline, or NULL */
+    pack *next;           /* pack to fill meanwhile, or NULL */
+    int count, job_lines; /* scanlines, from p->used on */
+    float *rgb;
+    uint32_t *most;
 } step;
-
-/* Layout of scanlines in the picture whose first row is at rgb. */
-static step step_of(rgbe_rows *r, float *rgb)
-{
-    const ibl_rgbe_header *h = &r->h;
-    const ptrdiff_t row = 3 * (ptrdiff_t)h->width;
-    step s = {.r = r,
-              .job_lines = h->row_px < JOB_PIXELS ? JOB_PIXELS / h->row_px : 1,
-              .dst = rgb,
-              .line_step = h->by_column ? 3 : row,
-              .pixel_step = h->by_column ? row : 3};
-    if (h->reverse_rows) {
-        s.dst += s.line_step * (h->rows - 1);
-        s.line_step = -s.line_step;
-    }
-    if (h->reverse_pixels) {
-        s.dst += s.pixel_step * (h->row_px - 1);
-        s.pixel_step = -s.pixel_step;
-    }
-    return s;
-}
 
 /* Job 0 fills the next pack, if there is one; the other jobs decode. */
 static void decode_job(void *arg, int job, int worker)
 {
     const step *s = arg;
     rgbe_rows *r = s->r;
-    const pack *p = s->p;
-    unsigned char *scratch = r->scratch + (size_t)worker * r->scratch_bytes;
-    void *spare = scratch + planes_bytes(&r->h);
+    const size_t floats = 3 * (size_t)r->h.row_px;
+    unsigned char *planes = r->planes + 4 * plane_bytes(&r->h) * (size_t)worker;
 
     if (s->next && job-- == 0) {
         fill_pack(r, s->next);
@@ -424,71 +358,67 @@ static void decode_job(void *arg, int job, int worker)
     }
     const int first = job * s->job_lines;
     for (int i = first; i < s->count && i < first + s->job_lines; i++) {
-        float *to = s->dst + s->line_step * i;
-        float *line = s->pixel_step == 3 ? to : spare;
-
-        decode_line(&r->dsp, &r->h, p->bytes + p->line[p->used + i], r->flat,
-                    scratch, line);
-        if (s->most)
-            s->most[i] = r->look(line, 3 * (size_t)r->h.row_px);
-        for (ptrdiff_t j = 0; line != to && j < r->h.row_px; j++)
-            memcpy(to + s->pixel_step * j, line + 3 * j, 3 * sizeof *to);
+        float *line = s->rgb + floats * (size_t)i;
+        decode_line(&r->dsp, &r->h, s->p->bytes + s->p->line[s->p->used + i],
+                    r->flat, planes, line);
+        s->most[i] = r->look(line, floats);
     }
-}
-
-static ibl_status decode(step *s, int count)
-{
-    rgbe_rows *r = s->r;
-
-    for (int done = 0; done < count; done += s->count) {
-        const int wanted = count - done;
-        r->pack_lines = wanted < CALL_LINES   ? CALL_LINES
-                        : wanted < PACK_LINES ? wanted
-                                              : PACK_LINES;
-        ibl_status status = next_pack(r);
-        if (status)
-            return status;
-        pack *p = &r->packs[r->now], *next = &r->packs[!r->now];
-        const int left = p->lines - p->used;
-        s->p = p;
-        s->next =
-            !next->is_full && r->line < r->h.rows && !p->fault && !p->error
-                ? next
-                : NULL;
-        s->count = wanted < left ? wanted : left;
-        const int jobs = (s->count + s->job_lines - 1) / s->job_lines;
-        status =
-            ibl_run(r->rows.ctx, NULL, jobs + (s->next != NULL), decode_job, s);
-        if (status)
-            return status;
-        p->used += s->count;
-        ibl_progress(r->rows.ctx, "decode",
-                     (double)(r->rows.row + done + s->count) / r->h.rows);
-        s->dst += s->line_step * s->count;
-        if (s->most)
-            s->most += s->count;
-    }
-    return IBL_OK;
 }
 
 static void free_packs(rgbe_rows *r)
 {
     ibl_free(r->packs[0].bytes);
     ibl_free(r->packs[1].bytes);
-    ibl_free(r->scratch);
-    r->packs[0].bytes = r->packs[1].bytes = r->scratch = NULL;
+    ibl_free(r->planes);
+    r->packs[0].bytes = r->packs[1].bytes = r->planes = NULL;
 }
 
 static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
                             uint32_t *most)
 {
     rgbe_rows *r = (rgbe_rows *)rows;
-    step s = step_of(r, rgb);
-    s.most = most;
-    const ibl_status status = decode(&s, count);
-    if (status || rows->row + count < rows->height)
-        return status;
-    describe(r, rows->report.format);
+    const int px = r->h.row_px, end = rows->row + count;
+    step s = {.r = r, .job_lines = px < JOB_PIXELS ? JOB_PIXELS / px : 1};
+
+    for (int row = rows->row; row < end;) {
+        pack *p = &r->packs[r->now], *next = &r->packs[!r->now];
+        const int wanted = end - row;
+        r->pack_lines = wanted < CALL_LINES   ? CALL_LINES
+                        : wanted < PACK_LINES ? wanted
+                                              : PACK_LINES;
+        if (p->used == p->lines) {
+            if (p->fault || p->error)
+                return report(r, p);
+            p->is_full = false;
+            r->now = !r->now;
+            if (!next->is_full)
+                fill_pack(r, next);
+            continue;
+        }
+        const int left = p->lines - p->used;
+        const bool fill =
+            !next->is_full && r->line < r->h.rows && !p->fault && !p->error;
+        s.p = p;
+        s.next = fill ? next : NULL;
+        s.count = wanted < left ? wanted : left;
+        s.rgb = rgb + 3 * (size_t)px * (size_t)(row - rows->row);
+        s.most = most + (row - rows->row);
+        const int jobs = (s.count + s.job_lines - 1) / s.job_lines;
+        const ibl_status status =
+            ibl_run(rows->ctx, NULL, jobs + fill, decode_job, &s);
+        if (status)
+            return status;
+        p->used += s.count;
+        row += s.count;
+        ibl_rows_progress(rows, row - rows->row);
+    }
+    if (end < rows->height)
+        return IBL_OK;
+    snprintf(rows->report.format, sizeof rows->report.format, "Radiance %s, %s",
+             r->h.xyz ? "XYZE" : "RGBE",
+             r->has_new   ? "run-length"
+             : r->has_old ? "old run-length"
+                          : "flat");
     free_packs(r);
     return IBL_OK;
 }
@@ -501,108 +431,54 @@ static void rows_close(ibl_rows *rows)
 
 /* ---- opening -------------------------------------------------------- */
 
-static ibl_status check_length(const rgbe_rows *r)
-{
-    const size_t bytes = r->in->size - r->h.data;
-    if (!bytes)
-        return ibl_bad_file(
-            r->in,
-            "the file ends after its header: it is cut short: copy it again");
-    /* a scanline has at least the bytes of a pixel */
-    if (bytes / 4 < (size_t)r->h.rows)
-        return ibl_bad_file(r->in,
-                            "%zu bytes of pixels cannot hold %d scanlines: the "
-                            "file is cut short: copy it again",
-                            bytes, r->h.rows);
-    return IBL_OK;
-}
-
-static ibl_status alloc_packs(rgbe_rows *r)
-{
-    const size_t threads = (size_t)ibl_ctx_threads(r->rows.ctx);
-    const bool scatters = r->h.by_column || r->h.reverse_pixels;
-    const size_t line_bytes =
-        scatters ? 3 * sizeof(float) * (size_t)r->h.row_px : 0;
-
-    r->scratch_bytes = planes_bytes(&r->h) + (line_bytes + 63) / 64 * 64;
-    r->scratch = ibl_alloc_array(threads, r->scratch_bytes);
-    if (!r->scratch)
-        return ibl_no_memory(r->rows.ctx, "scanlines");
-    r->room = ibl_rgbe_most_bytes(&r->h);
-    if (r->room < PACK_BYTES)
-        r->room = PACK_BYTES;
-    for (int i = 0; i < 2; i++) {
-        r->packs[i].bytes = ibl_alloc_array(r->room + IBL_RGBE_SLACK, 1);
-        if (!r->packs[i].bytes)
-            return ibl_no_memory(r->rows.ctx, "scanlines");
-    }
-    return IBL_OK;
-}
-
-/* Decodes scanlines that are not rows from the top into a whole image. */
-static ibl_status decode_whole(rgbe_rows *r, ibl_rows **out)
-{
-    ibl_image img;
-    ibl_status status = ibl_map_alloc(r->in, r->h.width, r->h.height, &img);
-    if (!status)
-        status = ibl_rows_of_image(r->rows.ctx, &img, out);
-    if (status)
-        return status;
-    step s = step_of(r, (*out)->whole.data);
-    status = decode(&s, r->h.rows);
-    describe(r, (*out)->report.format);
-    if (status) {
-        ibl_rows_close(*out);
-        *out = NULL;
-    }
-    return status;
-}
-
-ibl_status ibl_rgbe_open(const ibl_input *in, const ibl_read_options *opts,
+ibl_status ibl_rgbe_open(ibl_input *in, const ibl_read_options *opts,
                          ibl_rows **out)
 {
     rgbe_rows *r = ibl_alloc_zeroed(1, sizeof *r);
-    ibl_rgbe_header *h;
-    ibl_status status;
+    const size_t threads = (size_t)ibl_ctx_threads(in->ctx);
 
     *out = NULL;
     if (!r)
         return ibl_no_memory(in->ctx, "a picture");
-    h = &r->h;
+    ibl_rgbe_header *h = &r->h;
+    ibl_rows *rows = *out = &r->rows;
+    *rows = (ibl_rows){.ctx = in->ctx, .read = rows_read, .close = rows_close};
     r->in = in;
-    r->rows =
-        (ibl_rows){.ctx = in->ctx, .read = rows_read, .close = rows_close};
-    status = ibl_rgbe_parse(in, h);
+    ibl_status status = ibl_rgbe_parse(in, h);
+    const bool lies = h->orientation > 4;
     if (!status)
-        status = ibl_map_check_size(in, opts, h->width, h->height);
-    if (!status)
-        status = check_length(r);
-    if (!status)
-        status = alloc_packs(r);
+        status = ibl_map_check_size(in, opts, lies ? h->rows : h->row_px,
+                                    lies ? h->row_px : h->rows);
     if (status)
-        goto fail;
-    r->rows.width = h->width;
-    r->rows.height = h->height;
+        return status;
+    const size_t bytes = in->size - h->data;
+    if (bytes / 4 < (size_t)h->rows) /* a scanline has the bytes of a pixel */
+        return ibl_bad_file(in,
+                            "%zu bytes of pixels cannot hold %d scanlines: the "
+                            "file is cut short: copy it again",
+                            bytes, h->rows);
+    /* New run lengths need at most two bytes for each byte of a pixel. The old
+     * ones need at most four for a pixel, and 12 for zero counts before a
+     * fault. */
+    r->room = 8 * (size_t)h->row_px + 64;
+    if (r->room < PACK_BYTES)
+        r->room = PACK_BYTES;
+    for (int i = 0; i < 2; i++)
+        r->packs[i].bytes = ibl_alloc_array(r->room + IBL_RGBE_SLACK, 1);
+    r->planes = ibl_alloc_array(4 * threads, plane_bytes(h));
+    if (!r->packs[0].bytes || !r->packs[1].bytes || !r->planes)
+        return ibl_no_memory(in->ctx, "scanlines");
     r->at = h->data;
     ibl_rgbe_dsp_init(&r->dsp, ibl_ctx_isa(in->ctx));
     r->look = ibl_max_finite(ibl_ctx_isa(in->ctx));
+    rows->width = h->row_px;
+    rows->height = h->rows;
+    rows->orientation = h->orientation;
+    rows->has_primaries = h->has_primaries;
+    memcpy(rows->primaries, h->primaries, sizeof h->primaries);
     /* Before taking much memory, check that the file has all scanlines. */
-    if (has_flat_size(r) ||
-        (double)h->width * h->height * 12 > 64.0 * (double)in->size)
-        status = settle(r);
-    r->rows.has_primaries = h->has_primaries;
-    memcpy(r->rows.primaries, h->primaries, sizeof h->primaries);
-    if (!status && !h->by_column && !h->reverse_rows) {
-        *out = &r->rows;
-        return IBL_OK;
-    }
-    if (!status)
-        status = decode_whole(r, out);
-    if (!status) {
-        (*out)->has_primaries = h->has_primaries;
-        memcpy((*out)->primaries, h->primaries, sizeof h->primaries);
-    }
-fail:
-    rows_close(&r->rows);
-    return status;
+    return has_flat_size(r) ||
+                   12.0 * h->rows * h->row_px > 64.0 * (double)in->size
+               ? settle(r)
+               : IBL_OK;
 }

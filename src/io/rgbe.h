@@ -17,28 +17,21 @@
 #include "io/rows.h"
 
 /* Whether the bytes begin like a Radiance picture: "#?". */
-bool ibl_rgbe_is(const void *bytes, size_t size);
+bool ibl_rgbe_is(const unsigned char *bytes, size_t size);
 
 /*
- * Opens a picture for reading by rows, from the top, whatever its orientation.
- * Divides by EXPOSURE and COLORCORR. Converts XYZ to RGB with the file's
- * PRIMARIES but keeps the unit (Radiance has Y in cd/m^2 where RGB has
- * W/sr/m^2, a factor of 179). Pictures stored by columns or from the bottom
- * are decoded as a whole first.
- *   in    must live as long as rows
- *   opts  decide which sizes are accepted
- * IBL_ERR_FORMAT: damaged, cut short or no picture. IBL_ERR_UNSUPPORTED:
- * unknown FORMAT. IBL_ERR_IO, IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
+ * Opens a picture, as ibl_reader says. Divides by EXPOSURE and COLORCORR.
+ * Converts XYZ to RGB with the file's PRIMARIES but keeps the unit (Radiance
+ * has Y in cd/m^2 where RGB has W/sr/m^2, a factor of 179). IBL_ERR_FORMAT:
+ * damaged, cut short or no picture. IBL_ERR_UNSUPPORTED: unknown FORMAT.
+ * IBL_ERR_IO, IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
  */
-ibl_status ibl_rgbe_open(const ibl_input *in, const ibl_read_options *opts,
+ibl_status ibl_rgbe_open(ibl_input *in, const ibl_read_options *opts,
                          ibl_rows **rows);
 
 typedef struct ibl_rgbe_header {
-    int width, height;   /* pixels, in the orientation for viewing */
-    int row_px, rows;    /* pixels of a stored scanline; scanlines */
-    bool by_column;      /* scanlines are columns of the picture */
-    bool reverse_rows;   /* the first scanline is the bottom or right one */
-    bool reverse_pixels; /* the first pixel is the right or bottom one */
+    int row_px, rows; /* pixels of a stored scanline; scanlines */
+    int orientation;  /* of EXIF, 1 to 8: how the scanlines lie */
     bool xyz;
     float scale[3];  /* inverse of exposure and colour correction; 1 for XYZ */
     float matrix[9]; /* XYZ to RGB, times the inverse of exposure; row-major */
@@ -47,13 +40,7 @@ typedef struct ibl_rgbe_header {
     size_t data;         /* offset of the first scanline, in bytes */
 } ibl_rgbe_header;
 
-/* Maximum bytes of a picture with this beginning, plus 1 MiB after it. */
-uint64_t ibl_rgbe_longest(const void *bytes, size_t size);
-
-/* Parses the header; reads no more of a file than needed. */
+/* Parses the header. */
 ibl_status ibl_rgbe_parse(const ibl_input *in, ibl_rgbe_header *header);
-
-/* Maximum bytes of a valid scanline. */
-size_t ibl_rgbe_most_bytes(const ibl_rgbe_header *header);
 
 #endif

@@ -3,8 +3,6 @@
 #include <errno.h>
 #include <float.h>
 #include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -26,9 +24,7 @@ static const double default_primaries[8] = {0.640, 0.330, 0.290,     0.600,
                                             0.150, 0.060, 1.0 / 3.0, 1.0 / 3.0};
 
 enum {
-    FIRST_BYTES = 1 << 16, /* most headers are shorter */
-    MOST_BYTES = 1 << 26,  /* longer headers are taken for damage */
-    BEYOND_BYTES = 1 << 20 /* allowed after the pixels */
+    MOST_BYTES = 1 << 20 /* longer headers are taken for damage */
 };
 
 static bool is_blank(char c)
@@ -49,28 +45,6 @@ static bool take(char **t, const char *word)
         return false;
     *t += n;
     return true;
-}
-
-/* The line end: CR if the first line ends with a CR without LF, else LF. */
-static char line_end(const char *text, size_t size)
-{
-    size_t n = 0;
-    while (n < size && text[n] != '\r' && text[n] != '\n')
-        n++;
-    return n + 1 < size && text[n] == '\r' && text[n + 1] != '\n' ? '\r' : '\n';
-}
-
-/* Takes the next line and removes its end; NULL: no line end found. */
-static char *next_line(char **rest, char end)
-{
-    char *line = *rest, *stop = strchr(line, end);
-    if (!stop)
-        return NULL;
-    *rest = stop + 1;
-    if (stop > line && stop[-1] == '\r')
-        stop--;
-    *stop = '\0';
-    return line;
 }
 
 /* Takes NAME=, with blanks around the sign. Lines that begin with blanks are
@@ -157,62 +131,48 @@ static bool is_resolution(const char *line, size_t size)
            (line[1] == 'X' || line[1] == 'Y') && is_blank(line[2]);
 }
 
-/* Reads one axis and its edge, any decimal number. Values above INT_MAX become
- * INT_MAX, which is equally wrong. */
-static bool take_axis(char **t, char axis, bool *decreasing, int *edge)
+/* Reads one axis and its edge, any decimal number. */
+static bool take_axis(char **t, char axis, bool *decreasing, double *edge)
 {
-    double value;
     skip_blanks(t);
     *decreasing = take(t, "-");
-    if ((!*decreasing && !take(t, "+")) || !take(t, (char[]){axis, 0}) ||
-        !ibl_take_number(t, &value))
-        return false;
-    value = fmin(fmax(value, INT32_MIN), INT32_MAX);
-    *edge = (int)value;
-    return *edge == value;
+    return (*decreasing || take(t, "+")) && take(t, (char[]){axis, 0}) &&
+           ibl_take_number(t, edge);
 }
 
 /* Reads one of the eight orientations. X grows to the right and Y up: rows in
- * -Y order begin at the top. False: no resolution (*is_one is false too), or an
- * edge that is not allowed. */
-static bool take_edges(char *line, ibl_rgbe_header *h, bool *is_one)
-{
-    char *t = line;
-    bool x_down, y_down;
-
-    h->by_column = line[1] == 'X';
-    *is_one = h->by_column ? take_axis(&t, 'X', &x_down, &h->width) &&
-                                 take_axis(&t, 'Y', &y_down, &h->height)
-                           : take_axis(&t, 'Y', &y_down, &h->height) &&
-                                 take_axis(&t, 'X', &x_down, &h->width);
-    skip_blanks(&t);
-    *is_one = *is_one && !*t;
-    if (!*is_one || h->width < 1 || h->width > IBL_MAX_EDGE || h->height < 1 ||
-        h->height > IBL_MAX_EDGE)
-        return false;
-    h->row_px = h->by_column ? h->height : h->width;
-    h->rows = h->by_column ? h->width : h->height;
-    h->reverse_rows = h->by_column ? x_down : !y_down;
-    h->reverse_pixels = h->by_column ? !y_down : x_down;
-    return true;
-}
-
+ * -Y order begin at the top. */
 static ibl_status take_resolution(const ibl_input *in, char *line,
                                   ibl_rgbe_header *h)
 {
-    char text[IBL_QUOTE_BYTES];
-    bool is_one;
+    /* by which of scanlines and pixels run from the bottom or right */
+    static const int rows_of[] = {1, 2, 4, 3}, columns_of[] = {5, 8, 6, 7};
+    const bool by_column = line[1] == 'X';
+    const char axes[2] = {line[1], by_column ? 'Y' : 'X'};
+    char text[IBL_QUOTE_BYTES], *t = line;
+    bool down[2];
+    double edge[2];
 
-    if (take_edges(line, h, &is_one))
-        return IBL_OK;
-    if (is_one)
+    bool ok = take_axis(&t, axes[0], &down[0], &edge[0]) &&
+              take_axis(&t, axes[1], &down[1], &edge[1]);
+    skip_blanks(&t);
+    if (!ok || *t || edge[0] != floor(edge[0]) || edge[1] != floor(edge[1]))
+        return ibl_bad_file(
+            in,
+            "the resolution line is \"%s\": must be like \"-Y 512 +X 1024\"",
+            ibl_quote(line, text));
+    for (int i = 0; i < 2; i++)
+        ok = ok && edge[i] >= 1 && edge[i] <= IBL_MAX_EDGE;
+    if (!ok)
         return ibl_bad_file(
             in,
             "the resolution line is \"%s\": each edge must be 1 to %d pixels",
             ibl_quote(line, text), IBL_MAX_EDGE);
-    return ibl_bad_file(
-        in, "the resolution line is \"%s\": must be like \"-Y 512 +X 1024\"",
-        ibl_quote(line, text));
+    h->rows = (int)edge[0];
+    h->row_px = (int)edge[1];
+    h->orientation = by_column ? columns_of[2 * down[0] + !down[1]]
+                               : rows_of[2 * !down[0] + down[1]];
+    return IBL_OK;
 }
 
 /* Computes the factors for the pixels from the variables. */
@@ -252,70 +212,41 @@ static ibl_status set_factors(const ibl_input *in, const struct variables *v,
     return IBL_OK;
 }
 
-/* Finds the resolution line, or the first line after a blank one, and the
- * offset after it. False: the text ends before that. */
-static bool find_end(const char *text, size_t size, size_t *last, size_t *after)
-{
-    const char end = line_end(text, size);
-    bool blank = false;
-
-    for (*last = 0;; *last = *after) {
-        const char *line = text + *last;
-        const char *stop = memchr(line, end, size - *last);
-        if (!stop)
-            return false;
-        *after = (size_t)(stop + 1 - text);
-        if (blank || is_resolution(line, (size_t)(stop - line)))
-            return true;
-        blank = stop == line || (stop == line + 1 && *line == '\r');
-    }
-}
-
-uint64_t ibl_rgbe_longest(const void *bytes, size_t size)
-{
-    const char *text = bytes;
-    size_t last, after;
-    char line[128];
-    ibl_rgbe_header h;
-    bool is_one;
-
-    if (!find_end(text, size, &last, &after) || after - last > sizeof line ||
-        !is_resolution(text + last, after - last))
-        return MOST_BYTES;
-    memcpy(line, text + last, after - last);
-    line[after - last - 1] = '\0';
-    line[strcspn(line, "\r")] = '\0';
-    if (!take_edges(line, &h, &is_one))
-        return MOST_BYTES;
-    return after + (uint64_t)h.rows * ibl_rgbe_most_bytes(&h) + BEYOND_BYTES;
-}
-
-/* Parses a zero-terminated text up to the line at `last`. */
-static ibl_status parse_text(const ibl_input *in, char *text, size_t last,
-                             bool ends, ibl_rgbe_header *h)
+/* Parses a text of `size` bytes, which it changes: lines up to the resolution,
+ * or to the first one after a blank one. */
+static ibl_status parse(const ibl_input *in, char *text, size_t size,
+                        ibl_rgbe_header *h)
 {
     struct variables v = {.exposure = 1, .correction = {1, 1, 1}};
-    const char end = line_end(text, strlen(text));
-    char *rest = text, *line;
-    char quoted[IBL_QUOTE_BYTES];
-    ibl_status status = IBL_OK;
+    char quoted[IBL_QUOTE_BYTES], *line = text;
+    bool blank = false;
 
     memcpy(v.primaries, default_primaries, sizeof v.primaries);
-    while (!status && rest < text + last && (line = next_line(&rest, end)))
-        status = take_line(in, line, &v);
-    if (status)
-        return status;
-    if (!ends)
-        return ibl_bad_file(in,
-                            "the file ends in its header, before the "
-                            "resolution line: it is cut short: copy it again");
-    line = next_line(&rest, end);
+    for (;;) {
+        char *end = memchr(line, '\n', size - (size_t)(line - text));
+        if (!end)
+            return ibl_bad_file(
+                in, "the file ends in its header, before the resolution line: "
+                    "it is cut short: copy it again");
+        const bool is_last = blank || is_resolution(line, (size_t)(end - line));
+        for (char *c = line; c < end; c++)
+            *c = *c ? *c : '?';
+        end[end > line && end[-1] == '\r' ? -1 : 0] = '\0';
+        h->data = (size_t)(end + 1 - text);
+        if (is_last)
+            break;
+        blank = !*line;
+        const ibl_status status = take_line(in, line, &v);
+        if (status)
+            return status;
+        line = end + 1;
+    }
     if (!is_resolution(line, strlen(line)))
         return ibl_bad_file(in,
                             "no resolution line after the header but \"%s\": "
                             "must be like \"-Y 512 +X 1024\"",
                             ibl_quote(line, quoted));
-    status = take_resolution(in, line, h);
+    const ibl_status status = take_resolution(in, line, h);
     if (status)
         return status;
     if (!v.has_format)
@@ -324,40 +255,19 @@ static ibl_status parse_text(const ibl_input *in, char *text, size_t last,
     return set_factors(in, &v, h);
 }
 
-/* Tries to parse the first `room` bytes of the file; false: too few. */
-static bool parse_first(const ibl_input *in, size_t room, ibl_rgbe_header *h,
-                        ibl_status *status)
+ibl_status ibl_rgbe_parse(const ibl_input *in, ibl_rgbe_header *h)
 {
-    char *text = ibl_alloc_array(room + 1, 1);
-    size_t size, last, after;
-    bool enough = true;
-
-    if (!text) {
-        *status = ibl_no_memory(in->ctx, "the header of a picture");
-    } else if (!ibl_input_read(in, 0, room, text, &size)) {
-        *status = ibl_input_unread(in, errno);
-    } else {
-        const bool ends = find_end(text, size, &last, &after);
-        if (!ends)
-            last = after = size;
-        for (size_t i = 0; i < after; i++)
-            text[i] = text[i] ? text[i] : '?';
-        text[after] = '\0';
-        *h = (ibl_rgbe_header){.data = after};
-        enough = ends || size < room || room >= MOST_BYTES;
-        if (enough)
-            *status = parse_text(in, text, last, ends, h);
-    }
-    ibl_free(text);
-    return enough;
-}
-
-ibl_status ibl_rgbe_parse(const ibl_input *in, ibl_rgbe_header *header)
-{
+    char *text = ibl_alloc_array(MOST_BYTES, 1);
     ibl_status status;
-    size_t room = FIRST_BYTES;
+    size_t size;
 
-    while (!parse_first(in, room, header, &status))
-        room *= 2;
+    *h = (ibl_rgbe_header){.data = 0};
+    if (!text)
+        return ibl_no_memory(in->ctx, "the header of a picture");
+    if (ibl_input_read(in, 0, MOST_BYTES, text, &size))
+        status = parse(in, text, size, h);
+    else
+        status = ibl_input_unread(in, errno);
+    ibl_free(text);
     return status;
 }

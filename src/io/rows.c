@@ -187,17 +187,18 @@ ibl_status ibl_rows_upright(const ibl_input *in, ibl_rows **rows)
 {
     ibl_rows *r = *rows, *made = NULL;
     const int w = r->width, h = r->height, o = r->orientation;
-    const int width = o > 4 ? h : w, height = o > 4 ? w : h;
-    const size_t pixels = (size_t)w * (size_t)h, row = (size_t)width;
-    ibl_image from = {0}, to = {0};
+    const size_t pixels = (size_t)w * (size_t)h, row = (size_t)(o > 4 ? h : w);
+    ibl_image from = r->whole, to = {0};
     uint32_t *most = ibl_alloc_array((size_t)h, sizeof *most);
-    ibl_status status = most ? ibl_map_alloc(in, w, h, &from)
-                             : ibl_no_memory(in->ctx, "an image");
+    ibl_status status = most ? IBL_OK : ibl_no_memory(in->ctx, "an image");
 
+    r->whole = (ibl_image){0};
+    if (!status && !from.data)
+        status = ibl_map_alloc(in, w, h, &from);
     if (!status)
         status = ibl_rows_read(r, h, from.data, most);
     if (!status)
-        status = ibl_map_alloc(in, width, height, &to);
+        status = ibl_map_alloc(in, o > 4 ? h : w, o > 4 ? w : h, &to);
     for (size_t i = 0; i < pixels && !status; i++)
         memcpy(to.data + 3 * i,
                from.data + 3 * lies_at(o, w, h, (int)(i % row), (int)(i / row)),
@@ -208,29 +209,21 @@ ibl_status ibl_rows_upright(const ibl_input *in, ibl_rows **rows)
         status = ibl_rows_of_image(in->ctx, &to, &made);
     if (!status && r->alpha)
         status = ibl_rows_alloc_alpha(made);
-    if (status) {
-        ibl_rows_close(made);
-        return status;
-    }
-    for (size_t i = 0; i < pixels && r->alpha; i++)
+    for (size_t i = 0; i < pixels && !status && r->alpha; i++)
         made->alpha[i] =
             r->alpha[lies_at(o, w, h, (int)(i % row), (int)(i / row))];
-    made->report = r->report;
-    made->straight = r->straight;
-    made->has_primaries = r->has_primaries;
-    memcpy(made->primaries, r->primaries, sizeof made->primaries);
-    ibl_rows_close(r);
-    *rows = made;
-    return IBL_OK;
+    if (made) {
+        made->report = r->report;
+        made->straight = r->straight;
+        made->has_primaries = r->has_primaries;
+        memcpy(made->primaries, r->primaries, sizeof made->primaries);
+        ibl_rows_close(r);
+        *rows = made;
+    }
+    return status;
 }
 
 /* ---- pixels of a program --------------------------------------------- */
-
-typedef struct pixel_rows {
-    ibl_rows rows;
-    ibl_pixels from;
-    float *rgb; /* of the call that runs */
-} pixel_rows;
 
 static float load(const ibl_pixels *from, const unsigned char *row, size_t i)
 {
@@ -245,56 +238,34 @@ static float load(const ibl_pixels *from, const unsigned char *row, size_t i)
     return ibl_half_to_float(half);
 }
 
-static void pixels_job(void *arg, int job, int worker)
+ibl_status ibl_rows_of_pixels(const ibl_input *in, const ibl_pixels *from,
+                              const ibl_read_options *opts, ibl_rows **out)
 {
-    const pixel_rows *r = arg;
-    const ibl_pixels *from = &r->from;
-    const size_t width = (size_t)from->width, y = (size_t)(r->rows.row + job);
-    const unsigned char *row =
-        (const unsigned char *)from->data + (ptrdiff_t)y * from->row_bytes;
-    float *rgb = r->rgb + 3 * width * (size_t)job;
+    const size_t channels = (size_t)from->channels;
+    const ptrdiff_t usual = from->width * from->channels * (from->half ? 2 : 4);
+    const unsigned char *row = from->data;
+    ibl_image img = {0};
 
-    (void)worker;
-    for (size_t x = 0; x < width; x++) {
-        const size_t at = (size_t)from->channels * x;
-        for (size_t c = 0; c < 3; c++)
-            rgb[3 * x + c] = load(from, row, at + c);
-        if (r->rows.alpha)
-            r->rows.alpha[width * y + x] = load(from, row, at + 3);
+    ibl_status status = ibl_map_check_size(in, opts, from->width, from->height);
+    if (!status)
+        status = ibl_map_alloc(in, from->width, from->height, &img);
+    if (!status)
+        status = ibl_rows_of_image(in->ctx, &img, out);
+    if (!status && opts->alpha && channels == 4)
+        status = ibl_rows_alloc_alpha(*out);
+    if (status)
+        return status;
+    ibl_rows *r = *out;
+    snprintf(r->report.format, sizeof r->report.format, "pixels in memory, %s",
+             from->half ? "halves" : "floats");
+    for (size_t y = 0, at = 0; y < (size_t)from->height; y++) {
+        for (size_t x = 0; x < (size_t)from->width; x++, at++) {
+            for (size_t c = 0; c < 3; c++)
+                r->whole.data[3 * at + c] = load(from, row, channels * x + c);
+            if (r->alpha)
+                r->alpha[at] = load(from, row, channels * x + 3);
+        }
+        row += from->row_bytes ? from->row_bytes : usual;
     }
-}
-
-static ibl_status pixels_read(ibl_rows *rows, int count, float *rgb,
-                              uint32_t *most)
-{
-    pixel_rows *r = (pixel_rows *)rows;
-
-    r->rgb = rgb;
-    const ibl_status status = ibl_run(rows->ctx, NULL, count, pixels_job, r);
-    return status ? status
-                  : ibl_rows_look(rows->ctx, rgb, rows->width, count, most);
-}
-
-ibl_status ibl_rows_of_pixels(ibl_ctx *ctx, const ibl_pixels *pixels,
-                              bool alpha, ibl_rows **out)
-{
-    pixel_rows *r = ibl_alloc_zeroed(1, sizeof *r);
-
-    *out = NULL;
-    if (!r)
-        return ibl_no_memory(ctx, "pixels");
-    r->from = *pixels;
-    if (!r->from.row_bytes)
-        r->from.row_bytes = (ptrdiff_t)pixels->width * pixels->channels *
-                            (pixels->half ? 2 : 4);
-    r->rows = (ibl_rows){.ctx = ctx,
-                         .width = pixels->width,
-                         .height = pixels->height,
-                         .read = pixels_read,
-                         .close = image_close};
-    snprintf(r->rows.report.format, sizeof r->rows.report.format,
-             "pixels in memory, %s", pixels->half ? "halves" : "floats");
-    *out = &r->rows;
-    return alpha && pixels->channels == 4 ? ibl_rows_alloc_alpha(&r->rows)
-                                          : IBL_OK;
+    return IBL_OK;
 }

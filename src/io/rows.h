@@ -51,6 +51,31 @@ struct ibl_rows {
     bool to_edges; /* the first and last texels of its faces lie on edges */
 };
 
+/*
+ * A kind of file. open reads its header, and checks sizes before it takes
+ * memory for them. in    open where it is read by rows, until they are closed
+ *   rows  NULL; the caller must close them, after errors too
+ */
+typedef struct ibl_reader {
+    bool (*is)(const unsigned char *bytes, size_t size); /* of the first ones */
+    ibl_status (*open)(ibl_input *in, const ibl_read_options *opts,
+                       ibl_rows **rows);
+} ibl_reader;
+
+/* Opens a file of any kind, by the table of readers in source.c. */
+ibl_status ibl_rows_open(ibl_input *in, const ibl_read_options *opts,
+                         ibl_rows **rows);
+/* The largest file that begins so, for ibl_input_open. */
+uint64_t ibl_rows_longest(const unsigned char *bytes, size_t size);
+
+/* ---- cube_rows.c: textures --------------------------------------------- */
+
+bool ibl_texture_is(const unsigned char *bytes, size_t size);
+ibl_status ibl_texture_open(ibl_input *in, const ibl_read_options *opts,
+                            ibl_rows **rows);
+
+/* ---- rows --------------------------------------------------------------- */
+
 /* Calls rows->read, reports progress and advances row. */
 ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb, uint32_t *most);
 /* Reports progress inside a call of read: its first `done` rows are done. */
@@ -62,13 +87,13 @@ ibl_status ibl_rows_alloc_alpha(ibl_rows *rows);
 /* Turns an image into rows, which then own it, even after an error. */
 ibl_status ibl_rows_of_image(ibl_ctx *ctx, ibl_image *img, ibl_rows **out);
 
-/* Turns rows to lie as they should be seen: reads them all and replaces them.
- * rows stay the caller's after an error. */
+/* Turns rows to lie as they should be seen: reads them all and replaces them,
+ * maybe after an error, too. */
 ibl_status ibl_rows_upright(const ibl_input *in, ibl_rows **rows);
 
-/* The pixels of a program, which are checked. */
-ibl_status ibl_rows_of_pixels(ibl_ctx *ctx, const ibl_pixels *pixels,
-                              bool alpha, ibl_rows **out);
+/* The pixels of a program, which are checked, as ibl_reader says. */
+ibl_status ibl_rows_of_pixels(const ibl_input *in, const ibl_pixels *pixels,
+                              const ibl_read_options *opts, ibl_rows **rows);
 
 /* Computes most, for readers whose jobs do not see whole rows. */
 ibl_status ibl_rows_look(ibl_ctx *ctx, const float *rgb, int width, int count,

@@ -2,7 +2,6 @@
 #include "io/layout.h"
 
 #include <ctype.h>
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -145,97 +144,54 @@ void ibl_input_files_free(char *files[IBL_FACES])
 
 /* ---- faces ------------------------------------------------------------- */
 
-/* The faces below one another, and what the files' reports add up to. */
-typedef struct strip {
-    ibl_image img;
-    float *alpha; /* NULL: no file has any */
-    ibl_read_report report;
-    char hashes[IBL_FACES][IBL_FILE_HASH - 1]; /* of the files */
-} strip;
-
-/* What the first file has counts for all. */
-static void take_report(const ibl_read_report *r, ibl_read_report *all)
+/* Reads a face behind those before it in the strip of all, of which it makes
+ * the rows if it is the first. Alpha of the faces before the first with any is
+ * 1. */
+static ibl_status read_face(ibl_input *in, const ibl_read_options *opts,
+                            int face, ibl_rows **face_rows, ibl_rows **all)
 {
-    memcpy(all->format, r->format, sizeof r->format);
-    all->has_primaries = r->has_primaries;
-    memcpy(all->primaries, r->primaries, sizeof r->primaries);
-    memcpy(all->primaries_name, r->primaries_name, sizeof r->primaries_name);
-    memcpy(all->luma, r->luma, sizeof r->luma);
-}
+    ibl_status status = ibl_rows_open(in, opts, face_rows);
+    const ibl_rows *r = *face_rows;
+    ibl_image strip = {0};
 
-static void add_report(const ibl_read_report *r, ibl_read_report *sum)
-{
-    sum->nonfinite += r->nonfinite;
-    sum->negative += r->negative;
-    sum->peak = fmaxf(sum->peak, r->peak);
-    sum->low_range = r->low_range ? r->low_range : sum->low_range;
-    sum->bridged |= r->bridged;
-    sum->has_alpha |= r->has_alpha;
-    sum->alpha_least = fminf(sum->alpha_least, r->alpha_least);
-    sum->alpha_most = fmaxf(sum->alpha_most, r->alpha_most);
-    sum->alpha_nonfinite += r->alpha_nonfinite;
-    sum->alpha_beyond += r->alpha_beyond;
-    sum->alpha_hidden += r->alpha_hidden;
-    sum->outside += r->outside;
-}
-
-/* Alpha of a face; those before it are opaque if it is the first with any. */
-static bool put_alpha(strip *s, int face, const float *alpha)
-{
-    const size_t n = (size_t)s->img.width, texels = n * n;
-
-    if (!alpha && !s->alpha)
-        return true;
-    if (!s->alpha) {
-        s->alpha = ibl_alloc_array(IBL_FACES * texels, sizeof *s->alpha);
-        for (size_t i = 0; i < IBL_FACES * texels && s->alpha; i++)
-            s->alpha[i] = 1;
-    }
-    if (s->alpha && alpha)
-        memcpy(s->alpha + (size_t)face * texels, alpha, texels * sizeof *alpha);
-    return s->alpha;
-}
-
-static ibl_status check_face(ibl_ctx *ctx, const char *file, int width,
-                             int height, strip *s)
-{
-    const int n = s->img.width ? s->img.width : width;
-
-    if (width != height || width > IBL_MAX_CUBE_SIZE)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: %dx%d pixels: a face is square, %d at most", file,
-                        width, height, IBL_MAX_CUBE_SIZE);
-    if (width != n)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: %d pixels wide, but the faces before it %d", file,
-                        width, n);
-    const ibl_input name = {.ctx = ctx, .name = file};
-    return s->img.data ? IBL_OK
-                       : ibl_map_alloc(&name, n, IBL_FACES * n, &s->img);
-}
-
-static ibl_status read_face(ibl_ctx *ctx, const char *file, int face,
-                            const ibl_read_options *opts, strip *s)
-{
-    ibl_source *source;
-    ibl_status status = ibl_source_open(ctx, file, opts, &source);
     if (status)
         return status;
-    const int n = ibl_source_width(source);
-    status = check_face(ctx, file, n, ibl_source_height(source), s);
-    if (!status)
-        status = ibl_source_read(
-            source, n, s->img.data + 3 * (size_t)face * (size_t)n * (size_t)n);
-    if (!status && !put_alpha(s, face, ibl_source_alpha(source)))
-        status = ibl_no_memory(ctx, "alpha");
-    if (!status && !face)
-        take_report(ibl_source_report(source), &s->report);
-    if (!status)
-        add_report(ibl_source_report(source), &s->report);
-    if (!status)
-        memcpy(s->hashes[face], ibl_source_report(source)->hash,
-               sizeof s->hashes[face]);
-    ibl_source_close(source);
+    const int n = r->width;
+    const size_t texels = (size_t)n * (size_t)n, at = (size_t)face * texels;
+    if (n != r->height || n > IBL_MAX_CUBE_SIZE)
+        return ibl_bad_file(in, "%dx%d pixels: a face is square, %d at most", n,
+                            r->height, IBL_MAX_CUBE_SIZE);
+    if (*all && n != (*all)->width)
+        return ibl_bad_file(in, "%d pixels wide, but the faces before it %d", n,
+                            (*all)->width);
+    if (!*all) {
+        status = ibl_map_alloc(in, n, IBL_FACES * n, &strip);
+        if (!status)
+            status = ibl_rows_of_image(in->ctx, &strip, all);
+        if (status)
+            return status;
+        ibl_rows *s = *all;
+        s->report = r->report;
+        s->report.layout = IBL_INPUT_FACES;
+        s->straight = r->straight;
+        s->has_primaries = r->has_primaries;
+        memcpy(s->primaries, r->primaries, sizeof s->primaries);
+    }
+    ibl_rows *s = *all;
+    uint32_t *most = ibl_alloc_array((size_t)n, sizeof *most);
+    status = most ? ibl_rows_read(*face_rows, n, s->whole.data + 3 * at, most)
+                  : ibl_no_memory(in->ctx, "a face");
+    ibl_free(most);
+    if (!status && r->alpha && !s->alpha) {
+        status = ibl_rows_alloc_alpha(s);
+        for (size_t i = 0; i < IBL_FACES * texels && !status; i++)
+            s->alpha[i] = 1;
+    }
+    if (!status && r->alpha)
+        memcpy(s->alpha + at, r->alpha, texels * sizeof *s->alpha);
+    s->report.bridged |= r->report.bridged;
+    if (r->report.low_range)
+        s->report.low_range = r->report.low_range;
     return status;
 }
 
@@ -243,31 +199,35 @@ ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
                               char *const files[IBL_FACES],
                               const ibl_read_options *opts, ibl_rows **out)
 {
-    strip s = {.report = {.alpha_least = 1, .layout = IBL_INPUT_FACES}};
+    char hashes[IBL_FACES][IBL_FILE_HASH], joined_hashes[6 * IBL_FILE_HASH];
     ibl_read_options flat = *opts;
     ibl_status status = IBL_OK;
 
     flat.layout = IBL_INPUT_EQUIRECT; /* as they are */
-    flat.clamp = 0;                   /* the caller clamps all of them */
-    memset(flat.face_order, 0, sizeof flat.face_order);
+    flat.any_aspect = 1;
     if (opts->layout && opts->layout != IBL_INPUT_FACES)
         status = ibl_fail(ctx, IBL_ERR_FORMAT,
                           "%s: are files of faces, not in the layout %s", name,
                           ibl_input_layout_name(opts->layout));
-    for (int f = 0; f < IBL_FACES && !status; f++)
-        status = read_face(ctx, files[f], f, &flat, &s);
-    const ibl_input hashes = ibl_input_of(ctx, name, s.hashes, sizeof s.hashes);
-    if (!status && opts->hash)
-        status = ibl_file_hash(&hashes, s.report.hash);
-    if (status)
-        ibl_image_free(&s.img);
-    else
-        status = ibl_rows_of_image(ctx, &s.img, out);
-    if (status) {
-        ibl_free(s.alpha);
-        return status;
+    for (int f = 0; f < IBL_FACES && !status; f++) {
+        ibl_input in;
+        ibl_rows *rows = NULL;
+        status = ibl_input_open(ctx, files[f], ibl_rows_longest, &in);
+        if (status)
+            break;
+        if (opts->hash)
+            status = ibl_file_hash(&in, hashes[f]);
+        if (!status)
+            status = read_face(&in, &flat, f, &rows, out);
+        ibl_rows_close(rows);
+        ibl_input_close(&in);
     }
-    (*out)->report = s.report;
-    (*out)->alpha = s.alpha;
-    return IBL_OK;
+    if (status || !opts->hash)
+        return status;
+    const size_t digits = IBL_FILE_HASH - 1;
+    for (int f = 0; f < IBL_FACES; f++)
+        memcpy(joined_hashes + digits * (size_t)f, hashes[f], digits);
+    const ibl_input all =
+        ibl_input_of(ctx, name, joined_hashes, IBL_FACES * digits);
+    return ibl_file_hash(&all, (*out)->report.hash);
 }

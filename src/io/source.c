@@ -8,8 +8,6 @@
 #include "core/context.h"
 #include "io/bridge.h"
 #include "io/colour.h"
-#include "io/colour_space.h"
-#include "io/container.h"
 #include "io/exr.h"
 #include "io/input.h"
 #include "io/layout.h"
@@ -20,8 +18,7 @@
 
 enum {
     BRIDGE_BYTES = 150 << 20, /* OpenImageIO and its libraries */
-    SNIFF_BYTES = 64,         /* enough to identify the kind of a file */
-    HEIF_BYTES = 1 << 16 /* where the boxes of a HEIF file are looked for */
+    SNIFF_BYTES = 64          /* enough to identify the kind of a file */
 };
 
 struct ibl_source {
@@ -32,11 +29,9 @@ struct ibl_source {
     ibl_colour colour;
     ibl_alpha_range alpha;
     bool strict;
-    bool straight;     /* colours are not multiplied by alpha yet */
-    bool mended;       /* the rows are, and what was mended was told */
-    bool unwrapped;    /* the rows are of a map made of changed pixels */
-    float peak;        /* of what was mended */
-    int row;           /* the next row to read */
+    bool straight; /* colours are not multiplied by alpha yet */
+    bool finished; /* the rows are of a map that was made of mended pixels */
+    int row;       /* the next row to read */
     ibl_status status; /* of the first read that failed */
     char name[];
 };
@@ -54,407 +49,80 @@ const char *ibl_alpha_name(ibl_alpha alpha)
 
 /* ---- the kind of a file --------------------------------------------- */
 
-/* `size` bytes at `offset` in a file identify its kind. */
-typedef struct signature {
-    unsigned char offset, size;
-    char bytes[14];
-    const char *kind, *reader;
-} signature;
+static bool is_jpeg(const unsigned char *bytes, size_t size)
+{
+    return size > 3 && !memcmp(bytes, "\xff\xd8\xff", 3);
+}
 
-static const signature signatures[] = {
-    {0, 8, "\x89PNG\r\n\x1a\n", "PNG", "png"},
-    {0, 3, "\xff\xd8\xff", "JPEG", "jpeg"},
-    {0, 4, "II*\0", "TIFF", "tiff"},
-    {0, 4, "MM\0*", "TIFF", "tiff"},
-    {0, 4, "II+\0", "BigTIFF", "tiff"},
-    {0, 4, "MM\0+", "BigTIFF", "tiff"},
-    {0, 3, "PF\n", "PFM", "pnm"},
-    {0, 3, "Pf\n", "PFM", "pnm"},
-    {0, 3, "PF\r", "PFM", "pnm"},
-    {0, 3, "PF ", "PFM", "pnm"},
-    {0, 3, "Pf ", "PFM", "pnm"},
-    {0, 4, "8BPS", "Photoshop", "psd"},
-    {0, 6, "GIF87a", "GIF", "gif"},
-    {0, 6, "GIF89a", "GIF", "gif"},
-    {8, 4, "WEBP", "WebP", "webp"},
-    {0, 4, "DDS ", "DDS", "dds"},
-    {0, 12, "\0\0\0\x0cjP  \r\n\x87\n", "JPEG 2000", "jpeg2000"},
-    {0, 4, "\xff\x4f\xff\x51", "JPEG 2000", "jpeg2000"},
-    {4, 8, "ftypheic", "HEIF", "heif"},
-    {4, 8, "ftypheix", "HEIF", "heif"},
-    {4, 8, "ftypmif1", "HEIF", "heif"},
-    {4, 8, "ftypavif", "AVIF", "heif"},
-    {4, 8, "ftypavis", "AVIF", "heif"},
-    {0, 12, "\0\0\0\x0cJXL \r\n\x87\n", "JPEG XL", "jpegxl"},
-    {0, 2, "\xff\x0a", "JPEG XL", "jpegxl"},
-    {0, 4, "SDPX", "DPX", "dpx"},
-    {0, 4, "XPDS", "DPX", "dpx"},
-    {0, 4, "\x80\x2a\x5f\xd7", "Cineon", "cineon"},
-    {0, 9, "SIMPLE  =", "FITS", "fits"},
-    {0, 2, "\x01\xda", "SGI", "sgi"},
-    {0, 4, "\x53\x80\xf6\x34", "Softimage", "softimage"},
-    {0, 4, "FOR4", "Maya IFF", "iff"},
-    {0, 2, "BM", "BMP", "bmp"},
+static bool is_other(const unsigned char *bytes, size_t size)
+{
+    (void)bytes;
+    return size > 0;
+}
+
+static const ibl_reader readers[] = {
+    {ibl_exr_is, ibl_exr_open},         {ibl_rgbe_is, ibl_rgbe_open},
+    {ibl_texture_is, ibl_texture_open}, {is_jpeg, ibl_jpeg_open},
+    {is_other, ibl_other_image_open},
 };
 
-static bool is_pnm(const unsigned char *b, size_t size)
+uint64_t ibl_rows_longest(const unsigned char *bytes, size_t size)
 {
-    return size > 2 && b[0] == 'P' && b[1] >= '1' && b[1] <= '6' &&
-           (b[2] == ' ' || b[2] == '\n' || b[2] == '\r' || b[2] == '\t' ||
-            b[2] == '#');
-}
-
-/* Finds the kind of an image that only the bridge reads; NULL: unknown. */
-static const signature *sniff(const unsigned char *bytes, size_t size)
-{
-    static const signature pnm = {.kind = "PNM", .reader = "pnm"};
-
-    for (size_t i = 0; i < sizeof signatures / sizeof signatures[0]; i++) {
-        const signature *s = &signatures[i];
-        if (size >= (size_t)s->offset + s->size &&
-            !memcmp(bytes + s->offset, s->bytes, s->size))
-            return s;
-    }
-    return is_pnm(bytes, size) ? &pnm : NULL;
-}
-
-/* ---- opening -------------------------------------------------------- */
-
-static bool is_env(const unsigned char *bytes, size_t size)
-{
-    return size >= 8 && !memcmp(bytes, "\x86\x16\x87\x96\xF6\xD6\x96\x36", 8);
-}
-
-static uint64_t longest(const unsigned char *bytes, size_t size)
-{
-    if (ibl_rgbe_is(bytes, size))
-        return ibl_rgbe_longest(bytes, size);
-    return sniff(bytes, size) || ibl_exr_is(bytes, size) ||
-                   is_env(bytes, size) ||
-                   ibl_container_of(bytes, size) != IBL_CONTAINER_COUNT
+    return ibl_exr_is(bytes, size) || ibl_rgbe_is(bytes, size) ||
+                   ibl_texture_is(bytes, size) || ibl_image_kind_of(bytes, size)
                ? IBL_LONGEST
                : 0;
 }
 
-/* The curve of a HEIF or AVIF file, by a box "colr" in its first bytes
- * (transfer characteristics of ITU-T H.273), if the bridge would take its
- * values for sRGB's and be wrong. NULL: it is none. */
-static const char *other_curve(const ibl_input *in)
+static ibl_status check_input(const ibl_input *in, const ibl_read_options *opts,
+                              const unsigned char *first, size_t size)
 {
-    const size_t size = in->size < HEIF_BYTES ? in->size : HEIF_BYTES;
+    const bool exr = ibl_exr_is(first, size);
 
-    for (size_t at = 0; at + 12 <= size; at++) {
-        if (memcmp(in->bytes + at, "colrnclx", 8) != 0)
-            continue;
-        const int transfer = in->bytes[at + 10] << 8 | in->bytes[at + 11];
-        if (transfer == 8 || transfer == 16 || transfer == 18)
-            return transfer == 8 ? "linear" : transfer == 16 ? "PQ" : "HLG";
-    }
-    return NULL;
-}
-
-static ibl_status check_curve(const ibl_input *in, const char *kind)
-{
-    const char *curve = other_curve(in);
-
-    return curve ? ibl_unsupported(in,
-                                   "is %s with the curve %s, which the image "
-                                   "bridge does not decode: convert it to EXR",
-                                   kind, curve)
-                 : IBL_OK;
-}
-
-/* Names what downloads often are in place of the file. */
-static ibl_status check_text(const ibl_input *in)
-{
-    char first[256] = "";
-    const char *text = first;
-
-    memcpy(first, in->bytes,
-           in->size < sizeof first ? in->size : sizeof first - 1);
-    text += !strncmp(text, "\xef\xbb\xbf", 3) ? 3 : 0;
-    text += strspn(text, " \t\r\n");
-    if (!strncmp(text, "version https://git-lfs", 23))
-        return ibl_bad_file(in, "is a pointer of Git LFS, not the file itself: "
-                                "fetch it with git lfs pull");
-    if (*text == '<')
-        return ibl_bad_file(in, "is a web page (HTML or XML), not an image: "
-                                "download the file itself");
+    if (!exr && (opts->layer || opts->part > 0))
+        return ibl_bad_file(
+            in, "has no %s: only OpenEXR files do, so do not ask for one",
+            opts->layer ? "layers" : "parts");
+    if (opts->layout == IBL_INPUT_FACES)
+        return ibl_bad_file(in, "is one file; six of faces are named by a "
+                                "pattern with %%f or a list with commas");
+    if (opts->layout == IBL_INPUT_CUBE && !exr && !ibl_texture_is(first, size))
+        return ibl_bad_file(
+            in, "is no texture that can be read, KTX2, KTX or DDS, where the "
+                "layout cube was asked for");
     return IBL_OK;
 }
 
-static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
-{
-    const ibl_status status = ibl_input_load(&s->in);
-    if (status)
-        return status;
-    ibl_bridge_source source = {.in = &s->in};
-    const signature *known = sniff(s->in.bytes, s->in.size);
-    if (!known) {
-        const ibl_status text = check_text(&s->in);
-        if (text)
-            return text;
-    }
-    if (known && !strcmp(known->reader, "jpeg")) {
-        const ibl_status hdr = ibl_ultra_hdr_open(&s->in, opts, &s->rows);
-        if (hdr || s->rows)
-            return hdr;
-    }
-    if (known && !strcmp(known->reader, "heif")) {
-        const ibl_status curve = check_curve(&s->in, known->kind);
-        if (curve)
-            return curve;
-    }
-    if (known) {
-        snprintf(source.kind, sizeof source.kind, "%s", known->kind);
-        source.request.reader = known->reader;
-    }
-    return ibl_bridge_rows(&source, opts, &s->rows);
-}
-
-/* Alpha of level 0, if it is wanted. */
-static ibl_status texture_alpha(const ibl_texture *tex,
-                                const ibl_read_options *opts, ibl_rows *rows)
-{
-    const size_t texels = (size_t)rows->width * (size_t)rows->height;
-
-    if (!opts->alpha || !ibl_pixel_has_alpha(tex->pixel))
-        return IBL_OK;
-    const ibl_status status = ibl_rows_alloc_alpha(rows);
-    for (size_t i = 0; i < texels && !status; i++)
-        rows->alpha[i] = ibl_pixel_get_alpha(tex->pixel, tex->data, i);
-    rows->straight = !tex->premultiplied;
-    return status;
-}
-
-/* The index of a key's value in names; 0, the first, without the key; -1: it is
- * none of them. */
-static int find_value(const ibl_texture *tex, const char *key,
-                      const char *const *names, int count)
-{
-    const char *value = ibl_texture_get(tex, key);
-    int i = 0;
-
-    while (value && i < count && strcmp(value, names[i]))
-        i++;
-    return i < count ? i : -1;
-}
-
-/* Turns the faces of a cube that iblbake wrote in other axes back. */
-static ibl_status turn_back(ibl_source *s, const ibl_texture *tex,
-                            ibl_image *strip)
-{
-    static const char *const mirrors[] = {"none", "x", "z", "xz"};
-    static const char *const ups[] = {"y", "z"};
-    const int mirror = find_value(tex, "iblbake.mirror", mirrors, 4);
-    const int up = find_value(tex, "iblbake.up", ups, 2);
-    const ibl_cube from = {
-        .size = strip->width, .levels = 1, .data = strip->data};
-    ibl_cube turned = {0};
-
-    if (tex->faces != IBL_FACES || (!mirror && !up))
-        return IBL_OK;
-    if (mirror < 0 || up < 0)
-        return ibl_unsupported(&s->in, "is in axes that are not known, by its "
-                                       "keys iblbake.mirror and iblbake.up");
-    const ibl_axes axes = {.mirror = (ibl_mirror)mirror, .up = (ibl_up)up};
-    const ibl_status status =
-        ibl_cube_turn_axes(s->ctx, &from, axes, 1, &turned);
-    if (!status)
-        memcpy(strip->data, turned.data,
-               3 * sizeof *turned.data * ibl_cube_texels(turned.size, 1));
-    ibl_cube_free(&turned);
-    return status;
-}
-
-/* The layout of a flat texture that iblbake wrote is in its keys. */
-static ibl_read_options texture_options(const ibl_texture *tex,
-                                        const ibl_read_options *opts)
-{
-    const char *layout = ibl_texture_get(tex, "iblbake.layout");
-    ibl_read_options own = *opts;
-
-    if (!opts->layout && layout && !strcmp(layout, "octahedral"))
-        own.layout = IBL_INPUT_OCTAHEDRAL;
-    return own;
-}
-
-/* What iblbake baked would be blurred once more. */
-static void warn_if_baked(const ibl_source *s, const ibl_texture *tex)
-{
-    const char *content = ibl_texture_get(tex, "iblbake.content");
-
-    if (!content || !strcmp(content, "skybox"))
-        return;
-    ibl_warn(
-        s->ctx,
-        !strcmp(content, "specular")
-            ? "%s: is a baked map, of which level 0 is taken for the "
-              "environment: bake the map that it was made of"
-            : "%s: is a baked map (%s), not an environment, and is blurred "
-              "already: bake the map that it was made of",
-        s->in.name, content);
-}
-
-/* By our keys, since KTX and DDS say nothing else, or by KTX2's descriptor. */
-static void take_primaries(const ibl_texture *tex, ibl_rows *rows)
-{
-    static const char *const names[] = {"", "rec709", "acescg", "rec2020"};
-    const int key = find_value(tex, "iblbake.primaries", names, 4);
-    const double *xy = key > 0 ? ibl_primaries_xy((ibl_primaries)key)
-                               : ibl_khronos_xy(tex->primaries);
-
-    rows->has_primaries = xy != NULL;
-    if (xy)
-        memcpy(rows->primaries, xy, sizeof rows->primaries);
-}
-
-/* Level 0 as an image; the faces of a cube are below one another. */
-static ibl_status texture_rows(ibl_source *s, const ibl_texture *tex,
-                               const ibl_read_options *opts)
-{
-    ibl_image img = {0};
-    const int height = tex->height * tex->faces;
-
-    if (tex->layers > 1 || ibl_pixel_channels(tex->pixel) != 3)
-        return ibl_bad_file(&s->in,
-                            "is a texture of %d layers and %d channels: an "
-                            "environment has one layer of 3",
-                            tex->layers, ibl_pixel_channels(tex->pixel));
-    ibl_status status =
-        tex->faces == 1
-            ? ibl_map_check_size(&s->in, opts, tex->width, tex->height)
-            : IBL_OK;
-    if (!status)
-        status = ibl_map_alloc(&s->in, tex->width, height, &img);
-    if (!status)
-        status = ibl_texels_decode(s->ctx, tex, 0, img.data);
-    if (!status)
-        status = turn_back(s, tex, &img);
-    if (status)
-        ibl_image_free(&img);
-    else
-        status = ibl_rows_of_image(s->ctx, &img, &s->rows);
-    if (!status)
-        take_primaries(tex, s->rows);
-    return status ? status : texture_alpha(tex, opts, s->rows);
-}
-
-static ibl_status open_texture(ibl_source *s, ibl_container container,
-                               const ibl_read_options *opts)
-{
-    ibl_texture tex = {0};
-    ibl_status status = ibl_input_load(&s->in);
-
-    const bool env = !status && is_env(s->in.bytes, s->in.size);
-    if (env && !opts->env)
-        return ibl_unsupported(&s->in,
-                               "a Babylon .env, which is not read here");
-    if (!status)
-        status =
-            env ? opts->env(s->ctx, s->in.name, s->in.bytes, s->in.size, &tex)
-                : ibl_texture_decode(s->ctx, s->in.name, s->in.bytes,
-                                     s->in.size, &tex, NULL);
-    const ibl_read_options own = texture_options(&tex, opts);
-    if (!status)
-        status = texture_rows(s, &tex, &own);
-    if (!status) {
-        ibl_read_report *r = &s->rows->report;
-        warn_if_baked(s, &tex);
-        snprintf(r->format, sizeof r->format, "%s, %s",
-                 env                               ? "Babylon .env"
-                 : container == IBL_CONTAINER_KTX2 ? "KTX2"
-                 : container == IBL_CONTAINER_KTX  ? "KTX"
-                                                   : "DDS",
-                 ibl_pixel_name(tex.pixel));
-        r->layout = tex.faces == IBL_FACES
-                        ? IBL_INPUT_CUBE
-                        : ibl_input_layout_of(&own, tex.width, tex.height);
-    }
-    ibl_texture_free(&tex);
-    return status;
-}
-
-/* Whether this library reads the pixels of a DDS file, and not the bridge. */
-static ibl_status look_into_dds(ibl_source *s, bool *ours)
-{
-    const ibl_status status = ibl_input_load(&s->in);
-    ibl_texture tex = {0};
-    ibl_input silent = s->in;
-
-    silent.ctx = NULL;
-    *ours = !status && ibl_dds_decode(&silent, &tex) != IBL_ERR_UNSUPPORTED;
-    ibl_texture_free(&tex);
-    return status;
-}
-
-static ibl_status open_image(ibl_source *s, const unsigned char *first,
-                             size_t size, const ibl_read_options *opts)
-{
-    if (opts->layout == IBL_INPUT_FACES)
-        return ibl_bad_file(&s->in, "is one file; six of faces are named by a "
-                                    "pattern with %%f or a list with commas");
-    if (opts->layout == IBL_INPUT_CUBE && !ibl_exr_is(first, size) &&
-        ibl_container_of(first, size) == IBL_CONTAINER_COUNT)
-        return ibl_bad_file(
-            &s->in, "is no texture that can be read, KTX2, KTX or DDS, where "
-                    "the layout cube was asked for");
-    if (ibl_exr_is(first, size))
-        return ibl_exr_open(&s->in, opts, &s->rows);
-    if (ibl_rgbe_is(first, size))
-        return ibl_rgbe_open(&s->in, opts, &s->rows);
-    return open_bridged(s, opts);
-}
-
-static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
+ibl_status ibl_rows_open(ibl_input *in, const ibl_read_options *opts,
+                         ibl_rows **rows)
 {
     unsigned char first[SNIFF_BYTES];
+    const ibl_reader *reader = readers;
     size_t size;
 
-    if (!ibl_input_read(&s->in, 0, sizeof first, first, &size))
-        return ibl_reject(&s->in, IBL_ERR_IO, "cannot be read");
-    const ibl_container container = ibl_container_of(first, size);
-    bool texture = container != IBL_CONTAINER_COUNT || is_env(first, size);
-    ibl_status status =
-        container == IBL_CONTAINER_DDS ? look_into_dds(s, &texture) : IBL_OK;
-    if (!status && (opts->layer || opts->part > 0) && !ibl_exr_is(first, size))
-        status = ibl_bad_file(
-            &s->in, "has no %s: only OpenEXR files do, so do not ask for one",
-            opts->layer ? "layers" : "parts");
+    if (!ibl_input_read(in, 0, sizeof first, first, &size) || !size)
+        return ibl_reject(in, IBL_ERR_IO, "cannot be read");
+    while (!reader->is(first, size))
+        reader++;
+    ibl_status status = check_input(in, opts, first, size);
     if (!status)
-        status = texture ? open_texture(s, container, opts)
-                         : open_image(s, first, size, opts);
-    if (!status && s->rows->report.layout == IBL_INPUT_CUBE && opts->layout &&
-        opts->layout != IBL_INPUT_CUBE)
-        status = ibl_bad_file(&s->in, "is a cube, not in the layout %s",
-                              ibl_input_layout_name(opts->layout));
-    if (!status && opts->transfer && !s->rows->report.low_range)
-        status = ibl_bad_file(&s->in, "holds floats, which are linear: leave "
-                                      "out the option input-transfer");
-    if (!status && s->rows->orientation > 1 && s->rows->orientation <= 8)
-        status = ibl_rows_upright(&s->in, &s->rows);
-    return status;
-}
-
-static ibl_status open_files(ibl_source *s, const ibl_read_options *opts)
-{
-    char *files[IBL_FACES];
-    int count;
-    ibl_status status = ibl_input_files(s->ctx, s->name, files, &count);
-
+        status = reader->open(in, opts, rows);
     if (status)
         return status;
-    s->in.name = s->name;
-    s->mended = count == IBL_FACES;
-    if (s->mended)
-        status = ibl_six_files_open(s->ctx, s->name, files, opts, &s->rows);
-    else
-        status = ibl_input_open(s->ctx, s->name, longest, &s->in);
-    if (!status && !s->mended)
-        status = open_any(s, opts);
-    ibl_input_files_free(files);
-    return status;
+    const ibl_rows *r = *rows;
+    if (r->report.layout == IBL_INPUT_CUBE && opts->layout &&
+        opts->layout != IBL_INPUT_CUBE)
+        return ibl_bad_file(in, "is a cube, not in the layout %s",
+                            ibl_input_layout_name(opts->layout));
+    if (opts->transfer && !r->report.low_range)
+        return ibl_bad_file(in, "holds floats, which are linear: leave out the "
+                                "option input-transfer");
+    return r->orientation > 1 && r->orientation <= 8
+               ? ibl_rows_upright(in, rows)
+               : IBL_OK;
 }
+
+/* ---- opening -------------------------------------------------------- */
 
 static bool is_ordered(const ibl_read_options *opts)
 {
@@ -463,18 +131,21 @@ static bool is_ordered(const ibl_read_options *opts)
 
 static ibl_status check_options(ibl_ctx *ctx, const ibl_read_options *opts)
 {
+    unsigned found = 0;
+
     if (opts->part < -1)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "part %d: must be -1 or the number of a part, from 0",
                         opts->part);
-    if (opts->alpha > IBL_ALPHA_STRAIGHT)
+    if (opts->alpha > IBL_ALPHA_STRAIGHT ||
+        opts->primaries > IBL_PRIMARIES_REC2020 ||
+        opts->layout > IBL_INPUT_OCTAHEDRAL ||
+        opts->transfer > IBL_TRANSFER_SRGB)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "alpha option %d: must be at most %d", (int)opts->alpha,
-                        IBL_ALPHA_STRAIGHT);
-    if (opts->primaries > IBL_PRIMARIES_REC2020)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "primaries %d: must be at most %d",
-                        (int)opts->primaries, IBL_PRIMARIES_REC2020);
+                        "alpha %d, primaries %d, layout %d or transfer %d: not "
+                        "one of the values that there are",
+                        (int)opts->alpha, (int)opts->primaries,
+                        (int)opts->layout, (int)opts->transfer);
     if (!(fabs(opts->exposure) <= IBL_MAX_EXPOSURE))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "an exposure of %g: must be from -%d to %d",
@@ -483,62 +154,14 @@ static ibl_status check_options(ibl_ctx *ctx, const ibl_read_options *opts)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a clamp of %g: must be above 0, or 0 for none",
                         opts->clamp);
-    if (opts->layout > IBL_INPUT_OCTAHEDRAL)
+    for (int i = 0; i < IBL_FACES; i++)
+        found |= opts->face_order[i] < 8 * IBL_FACES
+                     ? 1u << opts->face_order[i] % IBL_FACES
+                     : 0;
+    if (is_ordered(opts) && found != (1u << IBL_FACES) - 1)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "input layout %d: must be at most %d",
-                        (int)opts->layout, IBL_INPUT_OCTAHEDRAL);
-    if (opts->transfer > IBL_TRANSFER_SRGB)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "transfer %d: must be at most %d", (int)opts->transfer,
-                        IBL_TRANSFER_SRGB);
-    if (is_ordered(opts)) {
-        unsigned found = 0;
-        for (int i = 0; i < IBL_FACES; i++)
-            found |= opts->face_order[i] < 8 * IBL_FACES
-                         ? 1u << opts->face_order[i] % IBL_FACES
-                         : 0;
-        if (found != (1u << IBL_FACES) - 1)
-            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                            "face order: must have each of six faces once");
-    }
+                        "face order: must have each of six faces once");
     return IBL_OK;
-}
-
-/* Prepares to change the colours of the rows. Those of six files are converted
- * already, but not clamped. */
-static ibl_status begin_colour(ibl_source *s, const ibl_read_options *opts)
-{
-    ibl_read_options rest = ibl_read_options_default();
-    const ibl_read_report report = s->rows->report;
-
-    if (!s->mended)
-        return ibl_colour_init(&s->colour, &s->in, s->rows, opts);
-    rest.clamp = opts->clamp;
-    const ibl_status status =
-        ibl_colour_init(&s->colour, &s->in, s->rows, &rest);
-    s->rows->report = report;
-    memcpy(s->colour.luma, report.luma, sizeof report.luma);
-    return status;
-}
-
-static ibl_status begin(ibl_source *s, const ibl_read_options *opts)
-{
-    ibl_status status = ibl_mender_init(&s->mender, s->rows);
-
-    if (!status)
-        status = begin_colour(s, opts);
-    if (!status && opts->hash && !s->mended)
-        status = ibl_file_hash(&s->in, s->rows->report.hash);
-    if (s->rows->whole.data)
-        ibl_input_close(&s->in);
-    s->straight = s->rows->straight || opts->alpha == IBL_ALPHA_STRAIGHT;
-    s->alpha = (ibl_alpha_range){INFINITY, -INFINITY};
-    s->peak = s->rows->report.peak;
-    if (!s->mended) {
-        s->rows->report.has_alpha = s->rows->alpha != NULL;
-        s->rows->report.alpha_least = s->rows->report.alpha_most = 1;
-    }
-    return status;
 }
 
 /* The image takes that of the rows if it is whole. */
@@ -583,75 +206,76 @@ static ibl_status unwrap_alpha(const ibl_source *s,
 /* Replaces the rows of another layout by those of its map. */
 static ibl_status unwrap(ibl_source *s, const ibl_read_options *opts)
 {
-    const ibl_input_layout layout = s->rows->report.layout;
-    unsigned char order[IBL_FACES];
+    ibl_rows *rows = s->rows;
+    const unsigned char *order =
+        is_ordered(opts) ? opts->face_order : rows->face_order;
     ibl_image flat = {0}, map = {0};
     float *alpha = NULL;
-
-    memcpy(order, is_ordered(opts) ? opts->face_order : s->rows->face_order,
-           sizeof order);
+    ibl_rows *made = NULL;
     ibl_status status = ibl_source_image(s, &flat);
+
+    if (!status && rows->to_edges)
+        status = ibl_faces_from_edges(s->ctx, &flat);
     if (!status)
-        status =
-            s->rows->to_edges ? ibl_faces_from_edges(s->ctx, &flat) : IBL_OK;
-    if (!status)
-        status = ibl_unwrap(s->ctx, s->in.name, layout, order, &flat, &map);
-    if (!status && s->rows->alpha)
+        status = ibl_unwrap(s->ctx, s->in.name, rows->report.layout, order,
+                            &flat, &map);
+    if (!status && rows->alpha)
         status = unwrap_alpha(s, order, &flat, &alpha);
     ibl_image_free(&flat);
-    if (status) {
+    if (status)
         ibl_image_free(&map);
-        return status;
-    }
-    const ibl_read_report report = s->rows->report;
-    ibl_mender_free(&s->mender);
-    ibl_colour_free(&s->colour); /* so that it changes nothing more */
-    ibl_rows_close(s->rows);
-    ibl_input_close(&s->in);
-    s->rows = NULL;
-    s->row = 0;
-    s->mended = s->unwrapped = true;
-    s->peak = report.peak;
-    status = ibl_rows_of_image(s->ctx, &map, &s->rows);
+    else
+        status = ibl_rows_of_image(s->ctx, &map, &made);
     if (status) {
         ibl_free(alpha);
         return status;
     }
-    s->rows->report = report;
-    s->rows->alpha = alpha;
-    return ibl_mender_init(&s->mender, s->rows);
+    made->report = rows->report;
+    made->alpha = alpha;
+    ibl_rows_close(rows);
+    ibl_input_close(&s->in);
+    s->rows = made;
+    s->row = 0;
+    s->finished = true;
+    ibl_mender_free(&s->mender);
+    return ibl_mender_init(&s->mender, made);
 }
 
-static ibl_status open_pixels(ibl_source *s, const ibl_pixels *pixels,
-                              const ibl_read_options *opts)
+/* Opens the rows, as they are in the file or files. */
+static ibl_status open_rows(ibl_source *s, const ibl_pixels *pixels,
+                            const ibl_read_options *opts)
 {
-    const ibl_status status =
-        ibl_map_check_size(&s->in, opts, pixels->width, pixels->height);
+    char *files[IBL_FACES] = {NULL};
+    int count = 1;
+    ibl_status status = IBL_OK;
 
-    return status
-               ? status
-               : ibl_rows_of_pixels(s->ctx, pixels,
-                                    opts->alpha != IBL_ALPHA_IGNORE, &s->rows);
+    if (pixels)
+        return ibl_rows_of_pixels(&s->in, pixels, opts, &s->rows);
+    if (!s->in.bytes)
+        status = ibl_input_files(s->ctx, s->name, files, &count);
+    if (!status && count == IBL_FACES)
+        status = ibl_six_files_open(s->ctx, s->name, files, opts, &s->rows);
+    else if (!status && !s->in.bytes)
+        status = ibl_input_open(s->ctx, s->name, ibl_rows_longest, &s->in);
+    if (!status && count == 1)
+        status = ibl_rows_open(&s->in, opts, &s->rows);
+    if (!status && count == 1 && opts->hash)
+        status = ibl_file_hash(&s->in, s->rows->report.hash);
+    ibl_input_files_free(files);
+    return status;
 }
 
-/* What a source is made of: a file or, if bytes or pixels is set, memory that
- * must stay until all rows are read. */
-typedef struct origin {
-    const char *name;
-    const void *bytes;
-    size_t size;
-    const ibl_pixels *pixels;
-} origin;
-
-static ibl_status open_source(ibl_ctx *ctx, const origin *from,
+/* memory: the bytes of a file, which must stay until all rows are read, or
+ * NULL. */
+static ibl_status open_source(ibl_ctx *ctx, const char *name,
+                              const ibl_input *memory, const ibl_pixels *pixels,
                               const ibl_read_options *given, ibl_source **out)
 {
-    const char *name = from->name;
     const ibl_read_options opts = given ? *given : ibl_read_options_default();
     const size_t name_bytes = strlen(name) + 1;
     ibl_status status = check_options(ctx, &opts);
 
-    if (!status && from->pixels &&
+    if (!status && pixels &&
         (opts.layer || opts.part > 0 || opts.hash || opts.transfer))
         status =
             ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -661,25 +285,31 @@ static ibl_status open_source(ibl_ctx *ctx, const origin *from,
     ibl_source *s = ibl_alloc_zeroed(1, sizeof *s + name_bytes);
     if (!s)
         return ibl_no_memory(ctx, "a source");
-    s->ctx = ctx;
-    s->in.fd = -1;
-    s->strict = opts.strict;
     memcpy(s->name, name, name_bytes);
-    if (from->bytes || from->pixels)
-        s->in = ibl_input_of(ctx, s->name, from->bytes, from->size);
+    s->ctx = ctx;
+    s->in = memory ? *memory : ibl_input_of(ctx, s->name, NULL, 0);
+    s->strict = opts.strict;
+    s->alpha = (ibl_alpha_range){INFINITY, -INFINITY};
     ibl_progress(ctx, "decode", 0);
-    status = from->pixels  ? open_pixels(s, from->pixels, &opts)
-             : from->bytes ? open_any(s, &opts)
-                           : open_files(s, &opts);
-    if (!status && !s->rows->report.layout)
-        s->rows->report.layout =
-            ibl_input_layout_of(&opts, s->rows->width, s->rows->height);
+    status = open_rows(s, pixels, &opts);
+    ibl_rows *rows = s->rows;
+    ibl_read_report *report = status ? NULL : &rows->report;
+    if (!status && !report->layout)
+        report->layout = ibl_input_layout_of(&opts, rows->width, rows->height);
     if (!status)
-        status = begin(s, &opts);
-    const ibl_input_layout layout = status ? 0 : s->rows->report.layout;
-    const bool flat =
-        layout == IBL_INPUT_EQUIRECT || layout == IBL_INPUT_OCTAHEDRAL;
-    if (!status && flat && is_ordered(&opts))
+        status = ibl_mender_init(&s->mender, rows);
+    if (!status)
+        status = ibl_colour_init(&s->colour, &s->in, rows, &opts);
+    if (!status && rows->whole.data)
+        ibl_input_close(&s->in);
+    if (!status) {
+        s->straight = rows->straight || opts.alpha == IBL_ALPHA_STRAIGHT;
+        report->has_alpha = rows->alpha != NULL;
+        report->alpha_least = report->alpha_most = 1;
+    }
+    const ibl_input_layout layout = status ? IBL_INPUT_AUTO : report->layout;
+    if ((layout == IBL_INPUT_EQUIRECT || layout == IBL_INPUT_OCTAHEDRAL) &&
+        is_ordered(&opts))
         status = ibl_bad_file(&s->in,
                               "is %s, which has no faces to order: leave out "
                               "the option face-order",
@@ -699,7 +329,7 @@ ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
     if (!ctx || !path || !out)
         return ibl_missing(ctx, "ibl_source_open: path or out");
     *out = NULL;
-    return open_source(ctx, &(origin){.name = path}, opts, out);
+    return open_source(ctx, path, NULL, NULL, opts, out);
 }
 
 static ibl_status check_pixels(ibl_ctx *ctx, const char *name,
@@ -737,8 +367,7 @@ ibl_status ibl_source_of_pixels(ibl_ctx *ctx, const char *name,
     const ibl_status status = check_pixels(ctx, name, pixels);
     if (status)
         return status;
-    return open_source(ctx, &(origin){.name = name, .pixels = pixels}, opts,
-                       out);
+    return open_source(ctx, name, NULL, pixels, opts, out);
 }
 
 void ibl_source_close(ibl_source *source)
@@ -824,8 +453,7 @@ static void report_colour(const ibl_source *s)
     const ibl_read_report *r = &s->rows->report;
     const double *xy = r->primaries;
 
-    if (!s->mended && r->has_primaries &&
-        s->colour.primaries == IBL_PRIMARIES_KEEP &&
+    if (r->has_primaries && s->colour.primaries == IBL_PRIMARIES_KEEP &&
         strcmp(r->primaries_name, "Rec.709"))
         ibl_warn(s->ctx,
                  *r->primaries_name
@@ -836,7 +464,7 @@ static void report_colour(const ibl_source *s)
                        "kept as they are",
                  s->in.name, r->primaries_name, xy[0], xy[1], xy[2], xy[3],
                  xy[4], xy[5], xy[6], xy[7]);
-    if (!s->mended && r->outside)
+    if (r->outside)
         ibl_warn(s->ctx,
                  "%s: %zu pixels were outside the gamut of %s, and became "
                  "greyer of the same luminance",
@@ -874,6 +502,8 @@ static ibl_status report_mended(const ibl_source *s)
                  "map's light",
                  s->in.name, r->negative,
                  100 * fmin(s->mender.removed / s->mender.light, 1));
+    if (!(r->peak > 0) && !s->rows->alpha) /* what alpha hides is black */
+        ibl_warn(s->ctx, "%s: is black everywhere", s->in.name);
     if (r->low_range)
         ibl_warn(s->ctx,
                  "%s: low dynamic range (integers, taken for %s): lamps and "
@@ -896,21 +526,6 @@ static void apply_alpha(ibl_source *s, int rows, float *rgb)
                    width * (size_t)rows, s->straight, &s->alpha, report);
 }
 
-static ibl_status end_rows(ibl_source *s)
-{
-    if (!s->unwrapped)
-        ibl_colour_end(&s->colour);
-    /* A square may be a face, one of six; what alpha hides is black. */
-    if ((s->unwrapped || s->rows->report.layout == IBL_INPUT_EQUIRECT) &&
-        !(s->rows->report.peak > 0) && !s->rows->alpha &&
-        s->rows->width != s->rows->height)
-        ibl_warn(s->ctx, "%s: is black everywhere", s->in.name);
-    const ibl_status status = s->mended ? IBL_OK : report_mended(s);
-    if (!status && !s->unwrapped)
-        report_colour(s);
-    return status;
-}
-
 ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
 {
     ibl_source *s = source;
@@ -924,16 +539,22 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
         return ibl_fail(s->ctx, IBL_ERR_ARGUMENT,
                         "%d rows: must be 1 to the %d that are left", rows,
                         left);
-    s->status = ibl_mender_read(&s->mender, rows, rgb);
-    if (s->mended)
-        s->rows->report.peak = s->peak;
-    if (!s->status)
-        s->status = ibl_colour_apply(&s->colour, s->row, rows, rgb);
-    if (!s->status && !s->mended)
-        apply_alpha(s, rows, rgb);
+    if (s->finished) {
+        s->status = ibl_rows_read(s->rows, rows, rgb, s->mender.most);
+    } else {
+        s->status = ibl_mender_read(&s->mender, rows, rgb);
+        if (!s->status)
+            s->status = ibl_colour_apply(&s->colour, s->row, rows, rgb);
+        if (!s->status)
+            apply_alpha(s, rows, rgb);
+    }
     s->row += rows;
-    if (!s->status && rows == left)
-        s->status = end_rows(s);
+    if (!s->status && rows == left && !s->finished) {
+        ibl_colour_end(&s->colour);
+        s->status = report_mended(s);
+        if (!s->status)
+            report_colour(s);
+    }
     if (!s->status && rows == left && s->rows->silent)
         ibl_progress(s->ctx, "decode", 1);
     return s->status;
@@ -975,9 +596,9 @@ ibl_status ibl_image_decode(ibl_ctx *ctx, const char *name, const void *bytes,
         return ibl_missing(ctx, "ibl_image_decode: name, bytes or img");
     if (!size)
         return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: is empty", name);
+    const ibl_input memory = ibl_input_of(ctx, name, bytes, size);
     const ibl_status status =
-        open_source(ctx, &(origin){.name = name, .bytes = bytes, .size = size},
-                    opts, &source);
+        open_source(ctx, name, &memory, NULL, opts, &source);
     return status ? status : read_all(source, img, report);
 }
 

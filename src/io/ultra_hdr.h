@@ -11,16 +11,15 @@
 #include "io/rows.h"
 
 /*
- * Opens a JPEG with a gain map: linear, 1 is the white of a plain screen. *rows
- * stays NULL if it has none. Colours are in the primaries of the first JPEG's
- * ICC profile, sRGB without one.
- *   in  loaded into memory; must live as long as rows
+ * Opens a JPEG, as ibl_reader says; with a gain map: linear, 1 is the white of
+ * a plain screen. Colours are in the primaries of the first JPEG's ICC profile,
+ * sRGB without one.
  * IBL_ERR_FORMAT: the gain map or what describes it is damaged or cut off.
  * IBL_ERR_UNSUPPORTED: no bridge; a profile or a kind of gain map that is not
  * known.
  */
-ibl_status ibl_ultra_hdr_open(const ibl_input *in, const ibl_read_options *opts,
-                              ibl_rows **rows);
+ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
+                         ibl_rows **rows);
 
 /* ---- what is in it: icc.c, gain_map.c ---------------------------------- */
 

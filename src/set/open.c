@@ -292,8 +292,11 @@ static ibl_status find(opener *o, int content)
 
     if (!named && (!o->path || o->o.leave >> content & 1))
         return IBL_OK;
+    const char *name = listed;
+    while (name && !strncmp(name, "../", 3)) /* as what folders share */
+        name += 3;
     const bool here =
-        listed && !strchr(listed, '/') && beside(o, path, "%s", listed);
+        name && !strchr(name, '/') && beside(o, path, "%s", listed);
     ibl_status status = named || here
                             ? keep(o, named ? named : path,
                                    strlen(named ? named : path), &f->path)

@@ -219,9 +219,9 @@ function* sidecars(dir) {
 // Files are as their sidecar says.
 function judgeFiles(dir, row) {
     const all = [...files(dir).keys()], left = new Set(all);
-    const index = path.join(dir, 'out/index.json');
-    if (fs.existsSync(index)) { // of probes
-        const named = fs.readFileSync(index, 'utf8')
+    const index = all.find(f => path.basename(f) === 'index.json');
+    if (index) { // of probes
+        const named = fs.readFileSync(path.join(dir, index), 'utf8')
             .match(/"[^"/]+\.(ktx2?|dds)"/g).map(s => s.slice(1, -1)).sort();
         const there = [...left].map(f => path.basename(f))
             .filter(f => f !== 'index.json').sort();

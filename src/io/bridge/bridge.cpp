@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// OpenImageIO behind the C calls of bridge.h. It becomes a
-// shared object of its own, because a program that links OpenImageIO takes
-// 170 ms to start.
+// OpenImageIO behind the C call of bridge.h. It becomes a shared object of its
+// own, because a program that links OpenImageIO takes 170 ms to start.
 #include "io/bridge/bridge.h"
 
 #include <algorithm>
@@ -19,42 +18,12 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
-#define EXPORT extern "C" __attribute__((visibility("default")))
-
 using namespace OIIO;
 
 namespace
 {
-enum class storage {
-    floats,
-    counts,
-    shorts,
-    fractions
-};
-} // namespace
 
-struct ibl_bridge {
-    // Declared before input: the proxy must be destroyed after its reader.
-    std::unique_ptr<Filesystem::IOMemReader> memory;
-    std::unique_ptr<ImageInput> input;
-    ImageSpec spec;
-    int subimage = 0;
-    int channel[3] = {0, 0, 0};
-    int alpha = -1; // index of the alpha channel; -1: none
-    storage kind = storage::floats;
-    bool encoded = false;
-    bool cube = false; // the faces lie below one another
-    int x0 = 0, y0 = 0, width = 0, height = 0; // display window
-    // Rows strip_y..strip_end-1 of the data window, channels first..last.
-    std::vector<float> strip;
-    int first = 0, last = 0;
-    int strip_y = 0, strip_end = 0;
-    std::vector<float> table; // linear values of 16-bit sRGB
-};
-
-namespace
-{
-
+// Rows that are read at once, or one row of tiles.
 const int strip_rows = 64;
 
 // ThreadSanitizer cannot see the synchronisation of OpenImageIO's task queue,
@@ -82,37 +51,24 @@ struct failure {
     std::string text;
 };
 
-void say(char *message, const std::string &text)
-{
-    std::snprintf(message, IBL_BRIDGE_MESSAGE, "%s", text.c_str());
-    for (char *c = message; *c; c++) {
-        if (static_cast<unsigned char>(*c) < ' ')
-            *c = ' ';
-    }
-}
+enum class storage {
+    floats,
+    counts,
+    shorts,
+    fractions
+};
 
-// Runs f and converts exceptions to a result and a message.
-template <typename F> ibl_bridge_result guarded(char *message, F f)
-{
-    try {
-        message[0] = 0;
-        f();
-        return IBL_BRIDGE_OK;
-    } catch (const failure &e) {
-        say(message, e.text);
-        return e.result;
-    } catch (const std::bad_alloc &) {
-        return IBL_BRIDGE_MEMORY;
-    } catch (const std::length_error &) {
-        return IBL_BRIDGE_MEMORY;
-    } catch (const std::exception &e) {
-        say(message, e.what());
-        return IBL_BRIDGE_FORMAT;
-    } catch (...) {
-        say(message, "unknown exception");
-        return IBL_BRIDGE_FORMAT;
-    }
-}
+struct picture {
+    // Declared before input: the proxy must be destroyed after its reader.
+    std::unique_ptr<Filesystem::IOMemReader> memory;
+    std::unique_ptr<ImageInput> input;
+    ImageSpec spec;
+    int channel[3] = {0, 0, 0};
+    int alpha = -1; // index of the alpha channel; -1: none
+    storage kind = storage::floats;
+    bool encoded = false;
+    std::vector<float> table; // linear values of 16-bit sRGB
+};
 
 std::string complaint(ImageInput &input, const char *otherwise)
 {
@@ -120,181 +76,94 @@ std::string complaint(ImageInput &input, const char *otherwise)
     return text.empty() ? otherwise : text;
 }
 
-// Asks for colours as stored, not premultiplied.
-ImageSpec hints(ibl_bridge &b)
+void open(picture &p, const ibl_bridge_request &r)
 {
     ImageSpec config;
-    config["oiio:UnassociatedAlpha"] = 1;
-    if (b.memory) {
-        void *proxy = b.memory.get();
-        config.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
-    }
-    return config;
-}
+    const char *path = r.path ? r.path : "memory";
 
-void open_as(ibl_bridge &b, const ibl_bridge_request &r, const char *reader)
-{
-    b.input = ImageInput::create(reader);
-    if (!b.input) {
+    p.input = ImageInput::create(r.reader);
+    if (!p.input) {
         geterror();
         throw failure{IBL_BRIDGE_UNKNOWN,
                       std::string("this OpenImageIO has no reader for ") +
-                          reader};
+                          r.reader};
     }
-    std::string path = "memory";
-    if (r.path) {
-        path = r.path;
-    } else if (b.input->supports("ioproxy")) {
-        b.memory.reset(new Filesystem::IOMemReader(
+    config["oiio:UnassociatedAlpha"] = 1; // colours as stored
+    if (!r.path) {
+        if (!p.input->supports("ioproxy"))
+            throw failure{IBL_BRIDGE_NEEDS_FILE, ""};
+        p.memory.reset(new Filesystem::IOMemReader(
             const_cast<unsigned char *>(r.bytes), r.size));
-    } else {
-        throw failure{IBL_BRIDGE_NEEDS_FILE, ""};
+        void *proxy = p.memory.get();
+        config.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
     }
-    b.input->threads(threads_of(r));
-    if (!b.input->open(path, b.spec, hints(b)))
+    p.input->threads(threads_of(r));
+    if (!p.input->open(path, p.spec, config) ||
+        !p.input->seek_subimage(r.subimage, 0))
         throw failure{IBL_BRIDGE_FORMAT,
-                      complaint(*b.input, "its header cannot be read")};
-}
-
-// Tries all readers except those that accept anything (films, text terminals,
-// raw volumes) or whose files are not pictures of the world.
-void open_any(ibl_bridge &b, const ibl_bridge_request &r)
-{
-    static const char *const unwanted[] = {"ffmpeg", "null",  "term", "openvdb",
-                                           "ptex",   "dicom", "ico",  "zfile"};
-    if (!r.path)
-        throw failure{IBL_BRIDGE_NEEDS_FILE, ""};
-    std::vector<std::string> names;
-    Strutil::split(get_string_attribute("format_list"), names, ",");
-    for (const std::string &name : names) {
-        if (std::find(std::begin(unwanted), std::end(unwanted), name) !=
-            std::end(unwanted))
-            continue;
-        try {
-            open_as(b, r, name.c_str());
-            return;
-        } catch (const std::bad_alloc &) {
-            throw;
-        } catch (...) {
-            b.input.reset();
-            b.memory.reset();
-        }
-    }
-    throw failure{IBL_BRIDGE_UNKNOWN, "no reader knows it"};
+                      complaint(*p.input, "its header cannot be read")};
+    p.spec = p.input->spec();
+    if (p.spec.deep)
+        throw failure{IBL_BRIDGE_FORMAT,
+                      "deep data has no one colour per pixel"};
+    if (p.spec.get_int_attribute("tiff:PhotometricInterpretation") >> 1 ==
+        32844 >> 1)
+        throw failure{IBL_BRIDGE_FORMAT,
+                      "LogLuv, of which OpenImageIO keeps 8 bits: convert it "
+                      "to EXR"};
+    if (p.spec.depth > 1)
+        throw failure{IBL_BRIDGE_FORMAT, "it is a volume, not an image"};
+    if (p.spec.nchannels < 1)
+        throw failure{IBL_BRIDGE_FORMAT, "it has no channels"};
 }
 
 int find_channel(const ImageSpec &spec, const char *name)
 {
     // Some readers (FITS) name fewer channels than they have.
     const int count = std::min(spec.nchannels, int(spec.channelnames.size()));
-    for (int i = 0; i < count; i++) {
-        if (spec.channelnames[size_t(i)] == name)
-            return i;
-    }
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < count; i++)
         if (Strutil::iequals(spec.channelnames[size_t(i)], name))
             return i;
-    }
     return -1;
 }
 
 // Chooses the requested channels; else R, G, B by name, the first three, or
-// three times the first.
-void choose_channels(ibl_bridge &b, const ibl_bridge_request &r)
+// three times the first. Finds how they are stored: OpenEXR's uints are
+// numbers, other integers are fractions of the largest.
+void choose_channels(picture &p, const ibl_bridge_request &r)
 {
     static const char *const rgb[] = {"R", "G", "B"};
-    if (b.spec.nchannels < 1)
-        throw failure{IBL_BRIDGE_FORMAT, "it has no channels"};
+    const ImageSpec &s = p.spec;
     bool named = true;
+
     for (int c = 0; c < 3; c++) {
-        b.channel[c] =
-            find_channel(b.spec, r.channels[c] ? r.channels[c] : rgb[c]);
-        named = named && b.channel[c] >= 0;
-        if (r.channels[c] && b.channel[c] < 0)
-            throw failure{IBL_BRIDGE_FORMAT,
-                          std::string("no channel ") + r.channels[c]};
+        p.channel[c] = find_channel(s, r.channels[c] ? r.channels[c] : rgb[c]);
+        named = named && p.channel[c] >= 0;
     }
-    if (named)
-        return;
-    const bool grey = b.spec.nchannels < 3;
-    for (int c = 0; c < 3; c++)
-        b.channel[c] = grey ? 0 : c;
-}
+    for (int c = 0; c < 3 && !named; c++)
+        p.channel[c] = s.nchannels < 3 ? 0 : c;
+    if (r.want_alpha)
+        p.alpha = s.alpha_channel >= 0 ? s.alpha_channel : find_channel(s, "A");
+    if (p.alpha >= s.nchannels ||
+        std::count(p.channel, p.channel + 3, p.alpha) > 0)
+        p.alpha = -1;
 
-void choose_alpha(ibl_bridge &b, const ibl_bridge_request &r)
-{
-    if (!r.want_alpha)
-        return;
-    b.alpha = b.spec.alpha_channel >= 0 ? b.spec.alpha_channel
-                                        : find_channel(b.spec, "A");
-    if (b.alpha >= b.spec.nchannels)
-        b.alpha = -1;
-    for (int c = 0; c < 3; c++) {
-        if (b.alpha == b.channel[c])
-            b.alpha = -1;
-    }
-}
-
-void seek(ibl_bridge &b)
-{
-    if (!b.input->seek_subimage(b.subimage, 0))
-        throw failure{IBL_BRIDGE_FORMAT,
-                      complaint(*b.input, "its part cannot be read")};
-    b.spec = b.input->spec();
-    if (b.spec.deep)
-        throw failure{IBL_BRIDGE_FORMAT, "deep data has no one colour per "
-                                         "pixel"};
-    if (b.spec.get_int_attribute("tiff:PhotometricInterpretation") >> 1 ==
-        32844 >> 1)
-        throw failure{IBL_BRIDGE_FORMAT,
-                      "LogLuv, of which OpenImageIO keeps 8 bits: convert it "
-                      "to EXR"};
-    if (b.spec.depth > 1)
-        throw failure{IBL_BRIDGE_FORMAT, "it is a volume, not an image"};
-}
-
-// How the channels are stored. OpenEXR's uints are numbers; other integers are
-// fractions of the largest.
-storage storage_of(const ibl_bridge &b)
-{
-    const TypeDesc type = b.spec.channelformat(b.channel[0]);
-    const bool exr = std::strcmp(b.input->format_name(), "openexr") == 0;
-    for (int c = 1; c < (b.alpha < 0 ? 3 : 4); c++) {
-        const TypeDesc other =
-            b.spec.channelformat(c < 3 ? b.channel[c] : b.alpha);
-        if (other.is_floating_point() != type.is_floating_point())
+    const TypeDesc type = s.channelformat(p.channel[0]);
+    for (int c : {p.channel[1], p.channel[2], p.alpha})
+        if (c >= 0 &&
+            s.channelformat(c).is_floating_point() != type.is_floating_point())
             throw failure{IBL_BRIDGE_FORMAT,
                           "its channels are partly integers"};
-    }
-    if (type.is_floating_point())
-        return storage::floats;
-    if (exr)
-        return storage::counts;
-    return type == TypeDesc::UINT8 || type == TypeDesc::UINT16
-               ? storage::shorts
-               : storage::fractions;
-}
-
-void describe(const ibl_bridge &b, ibl_bridge_info *info)
-{
-    *info = ibl_bridge_info();
-    info->width = b.width;
-    info->height = b.height;
-    info->data_width = b.spec.width;
-    info->data_height = b.spec.height;
-    info->raw_bytes = double(b.spec.width) * double(b.spec.height) *
-                      double(b.spec.pixel_bytes(true));
-    info->low_range = b.kind == storage::shorts || b.kind == storage::fractions
-                          ? 1 + int(b.encoded)
-                          : 0;
-    info->orientation = b.spec.get_int_attribute("Orientation", 1);
-    info->cube = b.cube;
-    info->has_alpha = b.alpha >= 0;
-    // The reader sets it if the colours are straight and it obeyed the hint.
-    info->straight = b.spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
-    std::snprintf(info->format, sizeof info->format, "%s, %s",
-                  b.input->format_name(),
-                  b.spec.channelformat(b.channel[0]).c_str());
+    if (!type.is_floating_point())
+        p.kind = !std::strcmp(p.input->format_name(), "openexr")
+                     ? storage::counts
+                 : type == TypeDesc::UINT8 || type == TypeDesc::UINT16
+                     ? storage::shorts
+                     : storage::fractions;
+    p.encoded =
+        r.encoded > 0 ||
+        (r.encoded < 0 &&
+         Strutil::iequals(s.get_string_attribute("oiio:ColorSpace"), "linear"));
 }
 
 // The sRGB decoding of IEC 61966-2-1.
@@ -303,194 +172,149 @@ double srgb_to_linear(double v)
     return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
 }
 
-// The visible pixels of the data window.
-struct placement {
-    int x0, x1, y0, y1; // excluding x1 and y1
-};
-
-placement place(const ibl_bridge &b)
+// Converts a sample to the value that it represents.
+float convert(const picture &p, float v, bool is_alpha)
 {
-    placement p;
-    p.x0 = std::max(b.spec.x, b.x0);
-    p.x1 = int(
-        std::min(int64_t(b.spec.x) + b.spec.width, int64_t(b.x0) + b.width));
-    p.y0 = std::max(b.spec.y, b.y0);
-    p.y1 = int(
-        std::min(int64_t(b.spec.y) + b.spec.height, int64_t(b.y0) + b.height));
-    return p;
-}
-
-// Reads rows y0..y1-1 of the data window into the strip.
-void read_rows(ibl_bridge &b, int y0, int y1)
-{
-    const TypeDesc type =
-        b.kind == storage::counts ? TypeDesc::UINT32 : TypeDesc::FLOAT;
-    ImageInput &in = *b.input;
-    const ImageSpec &s = b.spec;
-    const bool ok =
-        s.tile_width > 0
-            ? in.read_tiles(b.subimage, 0, s.x, s.x + s.width, y0, y1, s.z,
-                            s.z + 1, b.first, b.last + 1, type, b.strip.data())
-            : in.read_scanlines(b.subimage, 0, y0, y1, s.z, b.first, b.last + 1,
-                                type, b.strip.data());
-    if (!ok)
-        throw failure{IBL_BRIDGE_FORMAT,
-                      complaint(in, "its pixels cannot be read")};
-}
-
-// Converts a sample of the strip to the value that it represents.
-float convert(const ibl_bridge &b, float v, bool is_alpha)
-{
+    const bool linear = is_alpha || p.encoded;
     uint32_t count;
-    switch (b.kind) {
+
+    switch (p.kind) {
     case storage::counts: // v holds the bits of an integer
         std::memcpy(&count, &v, sizeof count);
         return float(count);
     case storage::shorts: {
         // 8 bits widen to 16 exactly: v * 257 / 65535 = v / 255.
         const int n = int(v * 65535 + 0.5f);
-        return is_alpha || b.encoded ? float(n) / 65535 : b.table[size_t(n)];
+        return linear ? float(n) / 65535 : p.table[size_t(n)];
     }
     case storage::fractions:
-        return is_alpha || b.encoded ? v : float(srgb_to_linear(double(v)));
+        return linear ? v : float(srgb_to_linear(double(v)));
     case storage::floats:
         break;
     }
     return v;
 }
 
-// Reads the strip that contains row y of the data window; in tiled files a
-// strip is whole rows of tiles.
-void load_strip(ibl_bridge &b, int y)
+// The display window, which is the map.
+ibl_bridge_info describe(const picture &p)
 {
-    const int tile = std::max(b.spec.tile_height, 1);
-    const int rows = (strip_rows + tile - 1) / tile * tile;
-    const int begin = b.spec.y + (y - b.spec.y) / rows * rows;
-    const int end = std::min(begin + rows, b.spec.y + b.spec.height);
-    const int step = b.last - b.first + 1;
+    const ImageSpec &s = p.spec;
+    ibl_bridge_info info = {};
 
-    b.strip_y = b.strip_end = 0;
-    b.strip.resize(size_t(step) * size_t(b.spec.width) *
-                   size_t(std::min(rows, b.spec.height)));
-    read_rows(b, begin, end);
-    if (b.kind != storage::floats) {
-        for (size_t i = 0; i < b.strip.size();)
-            for (int c = 0; c < step; c++, i++)
-                b.strip[i] = convert(b, b.strip[i], b.first + c == b.alpha);
-    }
-    b.strip_y = begin;
-    b.strip_end = end;
+    info.cube =
+        s.get_string_attribute("textureformat") == "CubeFace Environment" &&
+        !std::strcmp(p.input->format_name(), "dds");
+    info.width = info.cube ? s.width : s.full_width;
+    info.height = info.cube ? s.height : s.full_height;
+    info.data_width = s.width;
+    info.data_height = s.height;
+    info.raw_bytes =
+        double(s.width) * double(s.height) * double(s.pixel_bytes(true));
+    info.low_range = p.kind == storage::shorts || p.kind == storage::fractions
+                         ? 1 + int(p.encoded)
+                         : 0;
+    info.orientation = s.get_int_attribute("Orientation", 1);
+    info.has_alpha = p.alpha >= 0;
+    // The reader sets it if the colours are straight and it obeyed the hint.
+    info.straight = s.get_int_attribute("oiio:UnassociatedAlpha") != 0;
+    std::snprintf(info.format, sizeof info.format, "%s, %s",
+                  p.input->format_name(),
+                  s.channelformat(p.channel[0]).c_str());
+    return info;
 }
 
-void read_map(ibl_bridge &b, int row, int rows, float *rgb, float *alpha)
+// Reads the data window in strips, and puts what the map has of it in place.
+void read(picture &p, const ibl_bridge_request &r)
 {
-    const placement p = place(b);
-    const int step = b.last - b.first + 1;
+    const ibl_bridge_info info = describe(p);
+    const ImageSpec &s = p.spec;
+    const int64_t left = info.cube ? 0 : int64_t(s.x) - s.full_x;
+    const int64_t top = info.cube ? 0 : int64_t(s.y) - s.full_y;
+    const int x0 = int(std::max<int64_t>(-left, 0));
+    const int x1 = int(std::min<int64_t>(s.width, info.width - left));
+    const TypeDesc type =
+        p.kind == storage::counts ? TypeDesc::UINT32 : TypeDesc::FLOAT;
+    const int tile = std::max(s.tile_height, 1);
+    const int rows = (strip_rows + tile - 1) / tile * tile;
+    const auto ends = std::minmax({p.channel[0], p.channel[1], p.channel[2],
+                                   p.alpha < 0 ? p.channel[0] : p.alpha});
+    const int first = ends.first, step = ends.second - first + 1;
+    float *rgb = nullptr, *alpha = nullptr;
+    std::vector<float> strip;
 
-    for (int y = b.y0 + row; y < b.y0 + row + rows; y++) {
-        const size_t before = size_t(y - b.y0 - row) * size_t(b.width);
-        float *dst = rgb + 3 * before;
-        float *a = alpha ? alpha + before : nullptr;
-        if (p.x1 - p.x0 < b.width || y < p.y0 || y >= p.y1) {
-            std::fill_n(dst, 3 * size_t(b.width), 0.0f);
-            if (a)
-                std::fill_n(a, size_t(b.width), 0.0f);
-        }
-        if (y < p.y0 || y >= p.y1)
+    if (s.width < 1 || s.height < 1 || x1 <= x0 || -top >= s.height ||
+        top >= info.height)
+        throw failure{IBL_BRIDGE_FORMAT,
+                      "its data lies outside its display window"};
+    if (!r.begin(r.user, &info, &rgb, &alpha))
+        throw failure{IBL_BRIDGE_STOPPED, ""};
+    for (int i = 0; i < 65536 && p.kind == storage::shorts; i++)
+        p.table.push_back(float(srgb_to_linear(i / 65535.0)));
+    strip.resize(size_t(step) * size_t(s.width) *
+                 size_t(std::min(rows, s.height)));
+    for (int y = 0; y < s.height; y += rows) {
+        const int begin = s.y + y, end = s.y + std::min(y + rows, s.height);
+        if (y + rows <= -top || y >= info.height - top)
             continue;
-        if (y < b.strip_y || y >= b.strip_end)
-            load_strip(b, y);
-        const float *src =
-            b.strip.data() +
-            size_t(step) * (size_t(y - b.strip_y) * size_t(b.spec.width) +
-                            size_t(p.x0 - b.spec.x));
-        dst += 3 * size_t(p.x0 - b.x0);
-        for (int x = p.x0; x < p.x1; x++, src += step, dst += 3) {
-            for (int c = 0; c < 3; c++)
-                dst[c] = src[b.channel[c] - b.first];
-            if (a)
-                a[x - b.x0] = src[b.alpha - b.first];
+        const bool ok =
+            s.tile_width > 0
+                ? p.input->read_tiles(r.subimage, 0, s.x, s.x + s.width, begin,
+                                      end, s.z, s.z + 1, first, first + step,
+                                      type, strip.data())
+                : p.input->read_scanlines(r.subimage, 0, begin, end, s.z, first,
+                                          first + step, type, strip.data());
+        if (!ok)
+            throw failure{IBL_BRIDGE_FORMAT,
+                          complaint(*p.input, "its pixels cannot be read")};
+        for (int row = y; row < y + end - begin; row++) {
+            const int64_t to = row + top;
+            const float *src =
+                strip.data() + size_t(row - y) * size_t(step) * size_t(s.width);
+            for (int x = x0; x < x1 && to >= 0 && to < info.height; x++) {
+                const size_t at =
+                    size_t(to) * size_t(info.width) + size_t(left + x);
+                const float *from = src + size_t(step) * size_t(x);
+                for (int c = 0; c < 3; c++)
+                    rgb[3 * at + size_t(c)] =
+                        convert(p, from[p.channel[c] - first], false);
+                if (p.alpha >= 0)
+                    alpha[at] = convert(p, from[p.alpha - first], true);
+            }
         }
+        if (!r.go_on(r.user, double(end - s.y) / s.height))
+            throw failure{IBL_BRIDGE_STOPPED, ""};
     }
 }
 
 } // namespace
 
-EXPORT int ibl_bridge_abi(void)
+extern "C" __attribute__((visibility("default"))) ibl_bridge_result
+ibl_bridge_read_7(const ibl_bridge_request *request, char *message)
 {
-    return IBL_BRIDGE_ABI;
-}
+    failure e = {IBL_BRIDGE_OK, ""};
 
-EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
-                                         ibl_bridge **bridge,
-                                         ibl_bridge_info *info, char *message)
-{
-    *bridge = nullptr;
-    return guarded(message, [&] {
-        std::unique_ptr<ibl_bridge> b(new ibl_bridge);
+    try {
+        picture p;
         attribute("threads", threads_of(*request));
         attribute("exr_threads", -1); // none of OpenEXR's own
-        attribute("try_all_readers", 0);
-        if (request->reader)
-            open_as(*b, *request, request->reader);
-        else
-            open_any(*b, *request);
-        b->subimage = request->subimage;
-        seek(*b);
-        choose_channels(*b, *request);
-        choose_alpha(*b, *request);
-        b->kind = storage_of(*b);
-        b->encoded = request->encoded > 0;
-        if (request->encoded < 0)
-            b->encoded = Strutil::iequals(
-                b->spec.get_string_attribute("oiio:ColorSpace"), "linear");
-        b->first = *std::min_element(b->channel, b->channel + 3);
-        b->last = *std::max_element(b->channel, b->channel + 3);
-        if (b->alpha >= 0) {
-            b->first = std::min(b->first, b->alpha);
-            b->last = std::max(b->last, b->alpha);
-        }
-        for (int i = 0; i < 65536 && b->kind == storage::shorts; i++)
-            b->table.push_back(float(srgb_to_linear(i / 65535.0)));
-        b->x0 = b->spec.full_x;
-        b->y0 = b->spec.full_y;
-        b->width = b->spec.full_width;
-        b->height = b->spec.full_height;
-        b->cube = b->spec.get_string_attribute("textureformat") ==
-                      "CubeFace Environment" &&
-                  !std::strcmp(b->input->format_name(), "dds");
-        if (b->cube) {
-            b->x0 = b->spec.x;
-            b->y0 = b->spec.y;
-            b->width = b->spec.width;
-            b->height = b->spec.height;
-        }
-        const placement p = place(*b);
-        if (b->spec.width < 1 || b->spec.height < 1 || p.x1 <= p.x0 ||
-            p.y1 <= p.y0)
-            throw failure{IBL_BRIDGE_FORMAT,
-                          "its data lies outside its display window"};
-        describe(*b, info);
-        *bridge = b.release();
-    });
-}
-
-EXPORT ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, int first,
-                                         int rows, float *rgb, float *alpha,
-                                         char *message)
-{
-    return guarded(message, [&] {
-        read_map(*bridge, first, rows, rgb,
-                 bridge->alpha < 0 ? nullptr : alpha);
-    });
-}
-
-EXPORT void ibl_bridge_close(ibl_bridge *bridge)
-{
-    try {
-        if (bridge && bridge->input)
-            bridge->input->close();
-        delete bridge;
+        open(p, *request);
+        choose_channels(p, *request);
+        read(p, *request);
+        p.input->close();
+    } catch (const failure &f) {
+        e = f;
+    } catch (const std::bad_alloc &) {
+        e = {IBL_BRIDGE_MEMORY, ""};
+    } catch (const std::length_error &) {
+        e = {IBL_BRIDGE_MEMORY, ""};
+    } catch (const std::exception &x) {
+        e = {IBL_BRIDGE_FORMAT, x.what()};
     } catch (...) {
+        e = {IBL_BRIDGE_FORMAT, "unknown exception"};
     }
+    std::snprintf(message, IBL_BRIDGE_MESSAGE, "%s", e.text.c_str());
+    for (char *c = message; *c; c++)
+        if (static_cast<unsigned char>(*c) < ' ')
+            *c = ' ';
+    return e.result;
 }

@@ -1,11 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Exports of libiblbridge.so: OpenImageIO with a C interface. The library
- * loads it with dlopen and finds these functions by name; programs use
- * ibl/io.h.
- *
- * No function throws or prints, or keeps a pointer argument after
- * ibl_bridge_close.
+ * The one export of libiblbridge.so: OpenImageIO as a C function. The library
+ * loads it with dlopen and finds it by name; programs use ibl/io.h.
  */
 #ifndef IBL_IO_BRIDGE_BRIDGE_H
 #define IBL_IO_BRIDGE_BRIDGE_H
@@ -16,32 +12,21 @@
 extern "C" {
 #endif
 
-/* Increase it with every change of the interface. */
-#define IBL_BRIDGE_ABI 6
-#define IBL_BRIDGE_MESSAGE 512
+/* The number in its name increases with every change. */
+#define IBL_BRIDGE_READ "ibl_bridge_read_7"
+
+enum {
+    IBL_BRIDGE_MESSAGE = 512
+};
 
 typedef enum ibl_bridge_result {
     IBL_BRIDGE_OK,
     IBL_BRIDGE_NEEDS_FILE, /* this reader cannot read from memory: set path */
-    IBL_BRIDGE_UNKNOWN,    /* no reader accepts the file */
+    IBL_BRIDGE_UNKNOWN,    /* this OpenImageIO has no such reader */
     IBL_BRIDGE_FORMAT,
-    IBL_BRIDGE_MEMORY
+    IBL_BRIDGE_MEMORY,
+    IBL_BRIDGE_STOPPED /* by begin or go_on */
 } ibl_bridge_result;
-
-typedef struct ibl_bridge_request {
-    const unsigned char *bytes;
-    size_t size;
-    const char *path;   /* path of a file with the same bytes, or NULL */
-    const char *reader; /* OpenImageIO's name of the format; NULL: try all
-                           readers, which needs path */
-    int subimage;
-    const char *channels[3]; /* three names or three NULLs; a name may repeat */
-    int want_alpha;
-    int encoded; /* integers become fractions of the largest: 1: always; 0:
-                    they are decoded from sRGB; -1: where the file says that
-                    they are linear, else they are decoded */
-    int threads;
-} ibl_bridge_request;
 
 typedef struct ibl_bridge_info {
     int width, height; /* pixels of the display window, which is the map */
@@ -55,26 +40,37 @@ typedef struct ibl_bridge_info {
     char format[32];             /* "tiff, uint16" */
 } ibl_bridge_info;
 
-typedef struct ibl_bridge ibl_bridge;
+typedef struct ibl_bridge_request {
+    const unsigned char *bytes;
+    size_t size;
+    const char *path;   /* path of a file with the same bytes, or NULL */
+    const char *reader; /* OpenImageIO's name of the format */
+    int subimage;
+    const char *channels[3]; /* three names or three NULLs; a name may repeat */
+    int want_alpha;
+    int encoded; /* integers become fractions of the largest: 1: always; 0:
+                    they are decoded from sRGB; -1: where the file says that
+                    they are linear, else they are decoded */
+    int threads;
+    void *user;
+    /*
+     * Called before any pixel is read: gives memory for what the header says,
+     * all 0. 0: stop.
+     *   rgb    receives 3 * width * height linear floats, as the file has them,
+     *          neither multiplied nor divided by alpha
+     *   alpha  receives width * height floats if info->has_alpha
+     */
+    int (*begin)(void *user, const ibl_bridge_info *info, float **rgb,
+                 float **alpha);
+    /* Called now and then with the share that is read, 0..1. 0: stop. */
+    int (*go_on)(void *user, double share);
+} ibl_bridge_request;
 
-int ibl_bridge_abi(void);
-
-/* Opens the file and reads its header. message: IBL_BRIDGE_MESSAGE bytes, one
- * line after an error. The caller must close *bridge if the result is OK. */
-ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
-                                  ibl_bridge **bridge, ibl_bridge_info *info,
-                                  char *message);
-/*
- * Reads `rows` rows of the map, from row `first` on. Calls must ask for rows
- * in increasing order. Keeps a strip of some dozen rows in memory.
- *   rgb    3 * width * rows linear floats, as the file has them, neither
- *          multiplied nor divided by alpha; black outside the data window
- *   alpha  width * rows floats, as the file has them, 0 outside the data
- *          window; may be NULL
- */
-ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, int first, int rows,
-                                  float *rgb, float *alpha, char *message);
-void ibl_bridge_close(ibl_bridge *bridge); /* accepts NULL */
+/* Reads a picture. Does not throw or print. message: IBL_BRIDGE_MESSAGE bytes,
+ * one line after an error. */
+typedef ibl_bridge_result ibl_bridge_read_fn(const ibl_bridge_request *request,
+                                             char *message);
+ibl_bridge_read_fn ibl_bridge_read_7;
 
 #ifdef __cplusplus
 }
