@@ -120,6 +120,8 @@ typedef struct ibl_read_options {
     int part;                /* EXR: part of a multi-part file, from 0; -1: the
                                 one with that layer (default). Others: 0 */
     int strict;              /* 1: refuse non-finite and negative pixels */
+    int refuse_prefiltered;  /* 1: refuse, 0 (default): warn of textures that
+                                are baked maps by their key */
     int any_aspect;          /* 1: accept maps that are not 2:1: with AUTO,
                                 images of any shape are equirectangular */
     ibl_input_layout layout; /* default IBL_INPUT_AUTO */
@@ -203,8 +205,8 @@ typedef struct ibl_read_report {
  *                  ibl_texture_decode: level 0 of a cube, or of a flat texture
  *                  as an image. iblbake's keys for other axes and layouts are
  *                  honoured, as are KTX2's primaries. What has their key of a
- *                  baked map is warned of. The bridge reads DDS files, and
- *                  cubes, in other formats
+ *                  baked map is warned of, or refused. The bridge reads DDS
+ *                  files, and cubes, in other formats
  * Images of 2:1 are equirectangular maps, others what their shape says: 4:3 and
  * 3:4 are crosses, 6:1 and 1:6 strips. A square is ambiguous, so opts must say
  * the layout. The map of a cube has the width ibl_latlong_width; its pixels are

@@ -7,6 +7,7 @@
 
 #include "cli/batch.h"
 #include "cli/choose.h"
+#include "common/names.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "json/text.h"
@@ -84,6 +85,31 @@ static void take_shape(ibl_baked *file, const ibl_texture *tex)
     file->shape.key_count = 0;
 }
 
+/* Writes a texture as pictures. */
+static bool write_pictures(ibl_bake *b, ibl_baked *file, const ibl_texture *tex)
+{
+    const ibl_opts *o = b->opts;
+    const bool table = file - b->files >= IBL_OUTPUT_LUT;
+    const ibl_picture_options options = {
+        .kind = o->picture,
+        .tone = table ? IBL_TONE_RAW : o->tone,
+        .cross = !table && o->layout == IBL_LAYOUT_CROSS,
+        .halves = ibl_pixel_max(tex->pixel) < 1e5F,
+        .equirect = !table && o->layout == IBL_PROJECTION_EQUIRECT,
+        .about = tex};
+    bool ok = true;
+
+    for (int i = 0; i < file->count && ok; i++) {
+        const char *path = i ? file->more[i - 1] : file->path;
+        ibl_blob blob = {0};
+        ok = !ibl_picture_of_texture(b->ctx, path, tex, &options, i, &blob) &&
+             !ibl_outputs_add(b->outputs, path, blob.bytes, blob.size);
+        file->bytes += blob.size;
+        ibl_blob_free(&blob);
+    }
+    return ok;
+}
+
 /* Writes and frees a texture. */
 static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
 {
@@ -94,8 +120,10 @@ static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
               (!b->opts->verify || ibl_bake_judge(b, kind, tex));
     tex->filament = b->opts->filament;
     tex->zstd = b->opts->zstd; /* loses nothing, so --verify can do without */
-    ok = ok && !ibl_outputs_take_texture(b->outputs, file->path, tex,
-                                         b->opts->format, &file->bytes);
+    ok = ok && (b->opts->picture
+                    ? write_pictures(b, file, tex)
+                    : !ibl_outputs_take_texture(b->outputs, file->path, tex,
+                                                b->opts->format, &file->bytes));
     ibl_texture_free(tex);
     if (ok)
         warn_of_format(b, file);
@@ -113,7 +141,7 @@ static bool add_engine_files(ibl_bake *b, ibl_blob *main, ibl_blob *faces,
     file->bytes = main->size;
     ibl_blob_free(main);
     for (int i = 0; i < b->face_count; i++) {
-        ok = ok && !ibl_outputs_add(b->outputs, b->faces[i], faces[i].bytes,
+        ok = ok && !ibl_outputs_add(b->outputs, file->more[i], faces[i].bytes,
                                     faces[i].size);
         file->bytes += faces[i].size;
         ibl_blob_free(&faces[i]);
@@ -152,9 +180,12 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
 {
     ibl_baked *file = &b->files[kind];
     ibl_texture tex = {0};
-    ibl_cube turned = {0};
+    ibl_cube turned = {0}, largest = *cube;
 
     ibl_console_progress(b->console, "write", 0);
+    largest.levels = 1;
+    if (b->opts->picture && kind == IBL_OUTPUT_SKYBOX)
+        cube = &largest;
     if (has_axes(b) &&
         ibl_cube_turn_axes(b->ctx, cube, b->opts->axes, 0, &turned))
         return false;
@@ -162,6 +193,8 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
         cube = &turned;
     bool ok = !ibl_texture_from_cube(b->ctx, cube, &b->opts->texels, &tex,
                                      &file->overflow);
+    if (ok)
+        ibl_picture_round(b->opts->picture, &tex);
     if (b->opts->engine)
         ok = ok && write_engine(b, cube, &tex);
     else
@@ -177,26 +210,13 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
 static void warn_of_harmonics(const ibl_bake *b)
 {
     const ibl_cube *cube = &b->made.irradiance;
-    double exact[3] = {INFINITY, INFINITY, INFINITY}, least[3], d[3];
-    double s[IBL_SH_NINE][3];
-    const int n = cube->size;
+    const float *texel = ibl_cube_face(cube, 0, 0);
+    double exact[3] = {INFINITY, INFINITY, INFINITY}, least[3];
     int worst = 0;
 
-    memcpy(least, exact, sizeof least);
-    ibl_sh_shader(b->from->made.sh, s);
-    for (int i = 0; i < IBL_FACES * n * n; i++) {
-        ibl_cube_direction(n, i / (n * n), i % n, i / n % n, d);
-        const double x = d[0], y = d[1], z = d[2];
-        for (int c = 0; c < 3; c++) {
-            const double e = s[0][c] + s[1][c] * y + s[2][c] * z + s[3][c] * x +
-                             s[4][c] * x * y + s[5][c] * y * z +
-                             s[6][c] * (3 * z * z - 1) + s[7][c] * z * x +
-                             s[8][c] * (x * x - y * y);
-            exact[c] =
-                fmin(exact[c], (double)ibl_cube_face(cube, 0, 0)[3 * i + c]);
-            least[c] = fmin(least[c], e);
-        }
-    }
+    ibl_sh_least(b->from->made.sh, least);
+    for (size_t i = 0; i < 3 * ibl_cube_texels(cube->size, 1); i++)
+        exact[i % 3] = fmin(exact[i % 3], (double)texel[i]);
     for (int c = 1; c < 3; c++)
         if (least[c] * exact[worst] < least[worst] * exact[c])
             worst = c;
@@ -205,7 +225,9 @@ static void warn_of_harmonics(const ibl_bake *b)
             b->console,
             "%s: the engine lights matte surfaces by nine harmonics, which "
             "have %.3g of %s where the map has %.3g or more: a dark or "
-            "coloured spot away from the sun: take it out with --sun",
+            "coloured spot away from the sun: take it out with --sun, or "
+            "dampen "
+            "them with --sh-window auto",
             ibl_path_name(b->sh_path ? b->sh_path
                                      : b->files[IBL_OUTPUT_SPECULAR].path),
             least[worst], (const char *[]){"red", "green", "blue"}[worst],
@@ -252,9 +274,12 @@ static bool take_table(ibl_bake *b, ibl_output_kind kind)
     file->path = path;
     if (kind == IBL_OUTPUT_LUT) {
         b->lut = from->lut;
-        b->judged.options = b->opts->judge;
-        b->judged.json = json_deep_copy(from->judged.json);
-        json_array_clear(json_object_get(b->judged.json, "levels"));
+        if (from->judged.json && !b->judged.json)
+            b->judged.json = json_deep_copy(from->judged.json);
+        else if (from->judged.json)
+            json_object_set_new(
+                b->judged.json, "lut",
+                json_deep_copy(json_object_get(from->judged.json, "lut")));
     } else {
         b->lobes = from->lobes;
         b->lobe_layout = from->lobe_layout;
@@ -429,10 +454,8 @@ static void log_set(const ibl_bake *b)
             ibl_console_info(
                 b->console, "wrote %s: %s, %s, %d x %d, levels: %d%s",
                 file->path, file->shape.faces == 6 ? "cube" : "2D",
-                b->opts->engine ? ibl_engine_pixel(b->opts->engine)
-                                : ibl_pixel_name(file->shape.pixel),
-                file->shape.width, file->shape.height, file->shape.levels,
-                errors);
+                ibl_baked_pixel(b->opts, file->shape.pixel), file->shape.width,
+                file->shape.height, file->shape.levels, errors);
     }
     if (b->files[IBL_OUTPUT_JSON].path)
         ibl_console_info(b->console, "wrote %s",

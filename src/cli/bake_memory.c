@@ -18,7 +18,7 @@ static const char keep_map[] =
  * is spread, turned or decoded again, and the file itself. */
 static double file_bytes(const ibl_opts *o, int size, int levels)
 {
-    const bool again = o->verify || o->axes.mirror || o->axes.up;
+    const bool again = o->verify || o->axes.mirror || o->axes.up || o->picture;
     double texels = 0;
 
     for (int l = 0; l < levels; l++)

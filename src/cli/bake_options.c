@@ -90,6 +90,16 @@ static bool parse_scene(void *field, const char *value)
     return true;
 }
 
+static bool parse_window(void *field, const char *value)
+{
+    double *window = field;
+    const char *end;
+
+    *window = 0;
+    return !strcmp(value, "auto") ||
+           (ibl_number_real(value, 1, 1000, window, &end) && !*end);
+}
+
 /* NULL: --sun. */
 static bool parse_lights(void *field, const char *value)
 {
@@ -128,7 +138,11 @@ static const ibl_option outputs[] = {
              "them, to be compared; options beside it count more"},
     {"format", 0, IBL_CHOICE(file, ibl_format_names),
      .help = "container, and the extension of its files; env, gltf and "
-             "playcanvas: one set for Babylon, glTF or PlayCanvas"},
+             "playcanvas: one set for Babylon, glTF or PlayCanvas; exr, hdr "
+             "and png: a picture for each level and face"},
+    {"tone", 0, IBL_CHOICE(tone, ibl_tone_names),
+     .help = "what png files make of light before sRGB's curve: film, or clip "
+             "it at 1"},
     {"zstd", 0, IBL_INT(zstd, 0, IBL_MAX_ZSTD),
      .help = "compress ktx2 files with Zstandard of level N; 0: do not"},
     {"pixel", 0, IBL_CHOICE(texels.pixel, ibl_pixel_names),
@@ -141,9 +155,10 @@ static const ibl_option outputs[] = {
     {"largest", 0, IBL_REAL(texels.largest, "MAX", 1e-6, 1e30),
      .standard = "what the pixel format holds",
      .help = "treat light above MAX in the same way"},
-    {"layout", 0, IBL_CHOICE(bake.skybox_projection, ibl_projection_names),
+    {"layout", 0, IBL_CHOICE(layout, ibl_layout_names),
      .help = "a cube, or one flat image a level: equirectangular, 4N x 2N "
-             "texels for N along an edge, or octahedral, 2N x 2N"},
+             "texels for N along an edge, or octahedral, 2N x 2N; cross: a "
+             "cube's faces in one picture, 4N x 3N"},
     {"only", 0, IBL_OTHER(only, "LIST", parse_only),
      .allowed =
          "a list of specular, irradiance, lut, lobe-table, skybox, json",
@@ -224,6 +239,8 @@ static const ibl_option many[] = {
 };
 
 static const ibl_option input[] = {
+    {"prefiltered", 0, IBL_FLAG(prefiltered),
+     .help = "take a texture that is a baked map for an environment"},
     {"rotate", 0, IBL_OTHER(bake.yaw_deg, "DEG", ibl_rotate_parse),
      .allowed = IBL_ROTATE_ALLOWED,
      .standard = "0",
@@ -296,6 +313,10 @@ static const ibl_option irradiance[] = {
     {"sh", 0,
      IBL_INT(bake.sh_degree, 0, IBL_MAX_SH_DEGREE),
      .help = "degree of the coefficients in the sidecar; 2 gives 9 of them"},
+    {"sh-window", 0, IBL_OTHER(sh_window, "W", parse_window),
+     .allowed = "auto, or 1 to 1000", .standard = "none",
+     .help = "multiply degree l of the coefficients by sinc(l / W)^4, against "
+             "ringing; auto: by the widest W with which no light is negative"},
     {"sh-format", 0, IBL_CHOICE(sh_format, ibl_sh_format_names),
      .help = "also write nine coefficients to NAME_sh.txt, as a tool's code "
              "takes them"},
@@ -347,6 +368,7 @@ static void defaults(void *settings)
         .lut = ibl_lut_options_default(),
         .lobe_table = IBL_LOBES_USUAL,
         .lobe_table_size = ibl_lobe_table_options_default().size,
+        .sh_window = INFINITY,
         .max_error = NAN,
         .rendered_error = NAN,
         .judge = ibl_judge_options_default(),
@@ -385,7 +407,15 @@ static void complete_file(ibl_opts *o)
                                               : IBL_CONTAINER_KTX2;
     if (o->format != IBL_CONTAINER_KTX2 || o->file != (int)o->format)
         o->zstd = 0;
-    if (o->file < IBL_CONTAINER_COUNT)
+    o->bake.skybox_projection = o->layout == IBL_LAYOUT_CROSS
+                                    ? IBL_PROJECTION_CUBE
+                                    : (ibl_projection)o->layout;
+    const int picture = o->file - IBL_CONTAINER_COUNT - IBL_ENGINE_PLAYCANVAS;
+    if (picture >= 0)
+        o->picture = (ibl_picture)(picture + IBL_PICTURE_EXR);
+    if (o->picture > IBL_PICTURE_EXR)
+        o->texels.pixel = IBL_PIXEL_RGBA32F;
+    if (o->file < IBL_CONTAINER_COUNT || o->picture)
         return;
     o->engine = (ibl_engine)(o->file - IBL_CONTAINER_COUNT + IBL_ENGINE_ENV);
     if (o->only == IBL_ALL_OUTPUTS && !o->bake.skybox)
@@ -403,18 +433,19 @@ static bool complete(ibl_opts *o)
         o->only != IBL_ALL_OUTPUTS && ibl_opts_want(o, IBL_OUTPUT_LOBES);
 
     complete_file(o);
-    /* A sheen has no table unless one was asked for, and DDS with the legacy
-     * header has no layers for it. */
+    /* A sheen has no table unless one was asked for, and pictures, and DDS with
+     * the legacy header, have no layers for it. */
     if (o->lobe_table == IBL_LOBES_USUAL)
         o->lobe_table =
             only_lobes || (o->bake.specular_options.lobe == IBL_LOBE_GGX &&
-                           o->format != IBL_CONTAINER_DDS_LEGACY)
+                           o->format != IBL_CONTAINER_DDS_LEGACY && !o->picture)
                 ? IBL_LOBES_PRIOR
                 : IBL_LOBES_NO;
     if (o->scenes.count && isnan(o->rendered_error))
         o->rendered_error = 0.03;
     o->asked = o->only;
     o->texels.alike = o->zstd > 0;
+    o->common.read.refuse_prefiltered = !o->prefiltered;
     o->verify |= !isnan(o->max_error);
     o->bake.specular_options.projection =
         o->bake.irradiance_options.projection = o->bake.skybox_projection;

@@ -152,6 +152,15 @@ static char *more(const ibl_bake *b, bool *ok)
     return text;
 }
 
+const char *ibl_baked_pixel(const ibl_opts *o, ibl_pixel pixel)
+{
+    const char *own = o->engine    ? ibl_engine_pixel(o->engine)
+                      : o->picture ? ibl_picture_pixel(o->picture)
+                                   : NULL;
+
+    return own ? own : ibl_pixel_name(pixel);
+}
+
 /* The name of a file from the sidecar's folder. */
 static bool name_file(const ibl_bake *b, ibl_output_kind kind, char *name,
                       size_t size)
@@ -181,12 +190,14 @@ static ibl_sidecar_output output(const ibl_bake *b, ibl_output_kind kind,
         .file = name,
         .container = ibl_format_names[b->opts->file],
         .texture = shape,
-        .pixel = b->opts->engine ? ibl_engine_pixel(b->opts->engine) : NULL,
+        .pixel = ibl_baked_pixel(b->opts, file->shape.pixel),
         .bytes = file->bytes,
         .projection = b->opts->bake.skybox_projection,
         .texels = &b->opts->texels,
         .overflow = &file->overflow,
-        .error = file->error,
+        .error = b->opts->picture == IBL_PICTURE_PNG ? NULL : file->error,
+        .more = (const char *const *)file->more,
+        .more_count = file->count - 1,
     };
 }
 

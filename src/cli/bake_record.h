@@ -11,6 +11,7 @@
 #include "cli/targets.h"
 #include "engine/engine.h"
 #include "engine/harmonics.h"
+#include "engine/picture.h"
 
 /* Whether there is a lobe table. */
 typedef enum ibl_lobes {
@@ -21,7 +22,7 @@ typedef enum ibl_lobes {
 
 enum {
     IBL_ALL_OUTPUTS = (1 << IBL_OUTPUT_COUNT) - 1,
-    IBL_MAX_FACES = IBL_FACES * IBL_MAX_LEVELS,
+    IBL_MAX_FACES = IBL_FACES * (IBL_MAX_LEVELS + 2), /* and of other cubes */
     IBL_LIGHTS_AUTO = -1
 };
 
@@ -45,15 +46,20 @@ typedef struct ibl_opts {
     int file; /* what --format says, in ibl_format_names */
     ibl_container format;
     ibl_engine engine;        /* the files are an engine's own; or NONE */
+    ibl_picture picture;      /* the files are pictures; or NONE */
+    ibl_tone tone;            /* of PNG */
+    int layout;               /* in ibl_layout_names */
     int zstd;                 /* level of Zstandard; 0: none */
     int filament;             /* 1: KTX as Filament reads it: ibl_texture */
     ibl_texel_options texels; /* of the cubes */
     unsigned only;            /* bit n: ibl_output_kind n is wanted */
     unsigned asked;           /* the same before what there is none of */
+    int prefiltered;          /* 1: the environment may be a baked map */
     ibl_bake_options bake;
     ibl_axes axes; /* of the outputs */
     ibl_sh_format sh_format;
-    int lights; /* most that are taken out of the environment, or AUTO */
+    double sh_window; /* of ibl_sh_window; 0: the widest without ringing */
+    int lights;       /* most that are taken out of the environment, or AUTO */
     ibl_lut_options lut;
     ibl_lobes lobe_table;
     int lobe_table_size;
@@ -94,7 +100,9 @@ typedef struct ibl_bake_line {
 /* An output file. path is set before the bake, the rest when the file is
  * written. */
 typedef struct ibl_baked {
-    char *path;        /* NULL: not wanted */
+    char *path;        /* NULL: not wanted; the first of several */
+    char **more;       /* paths of the others, in ibl_bake.faces */
+    int count;         /* of files */
     size_t bytes;      /* of the file */
     ibl_texture shape; /* of the texture, without data and keys */
     ibl_overflow_report overflow;
@@ -147,7 +155,7 @@ typedef struct ibl_bake {
     ibl_report judged;               /* empty without --verify */
     ibl_baked files[IBL_OUTPUT_COUNT];
     char *sh_path;              /* of --sh-format; NULL: none */
-    char *faces[IBL_MAX_FACES]; /* paths of an engine's other files */
+    char *faces[IBL_MAX_FACES]; /* paths of other files than the first */
     int face_count;
 } ibl_bake;
 
@@ -216,6 +224,9 @@ bool ibl_bake_source_read(ibl_bake_source *s);
 /* Reads the environment, if there is one and it was not read, and bakes. */
 bool ibl_bake_source_make(ibl_bake_source *s);
 void ibl_bake_source_free(ibl_bake_source *s);
+
+/* What a set's files make of texels of that format. */
+const char *ibl_baked_pixel(const ibl_opts *o, ibl_pixel pixel);
 
 /* Sets the keys of a texture: see FILES in the manual page. */
 bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,

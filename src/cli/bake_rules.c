@@ -58,8 +58,7 @@ static bool check_file(const ibl_opts *o)
     ibl_specular_layout_of(s, &layout);
     REFUSE(o->only & ~(SPECULAR | JSON) || o->bake.skybox, "format only skybox",
            "%s is one file, with --only specular,json at most", name);
-    REFUSE(o->bake.skybox_projection, "layout",
-           "%s files hold cubes: leave it out", name);
+    REFUSE(o->layout, "layout", "%s files hold cubes: leave it out", name);
     REFUSE(s->mapping != map, "format", "its levels are of --mapping %s",
            ibl_roughness_map_name(map));
     REFUSE(!has_all_roughnesses(s), "format",
@@ -157,17 +156,26 @@ bool ibl_opts_check(const ibl_opts *o)
            "with --lobe-table no there is no lobe table: leave one of them "
            "out");
     REFUSE(o->lobe_table != IBL_LOBES_NO && o->only & LOBES &&
-               o->format == IBL_CONTAINER_DDS_LEGACY,
+               (o->format == IBL_CONTAINER_DDS_LEGACY || o->picture),
            "format",
            "has no layers for a lobe table: leave it out, or take --format "
            "dds");
     REFUSE(o->lobe_table != IBL_LOBES_NO && lobe != IBL_LOBE_GGX, "lobe",
            "a lobe table is for GGX: add --lobe-table no");
+    REFUSE(chosen && o->picture, "format",
+           "is not what shaders look up: leave out --scene and "
+           "--rendered-error");
+    REFUSE(o->layout == IBL_LAYOUT_CROSS && !o->picture, "layout",
+           "is for pictures: add --format exr, hdr or png");
+    REFUSE(o->picture && pixel > IBL_PIXEL_RGBA32F, "pixel",
+           "exr files hold rgba16f or rgba32f");
     REFUSE(!ibl_container_holds(o->format, pixel), "pixel",
            "%s files cannot hold it: take %s", ibl_container_name(o->format),
            ibl_container_holds(IBL_CONTAINER_KTX, pixel)
                ? "--format ktx2 or ktx"
                : "--format ktx2");
+    REFUSE(!(o->sh_window > 0) && o->bake.sh_degree < 2, "sh",
+           "--sh-window auto looks at nine coefficients: leave it out");
     REFUSE(o->sh_format && o->bake.sh_degree < 2, "sh",
            "--sh-format %s has nine coefficients: leave it out",
            ibl_sh_format_names[o->sh_format]);
@@ -184,7 +192,7 @@ static const struct {
     {"lobe", "levels", offsetof(ibl_opts, bake.specular_options.lobe)},
     {"mirror", "axes", offsetof(ibl_opts, axes.mirror)},
     {"up", "axes", offsetof(ibl_opts, axes.up)},
-    {"layout", "cubes", offsetof(ibl_opts, bake.skybox_projection)},
+    {"layout", "cubes", offsetof(ibl_opts, layout)},
 };
 
 bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want)
@@ -315,7 +323,8 @@ bool ibl_opts_check_uses(const ibl_bake_line *line)
             {"irradiance-size irradiance-step",
              irradiance && !(o->of && o->of->harmonics),
              "there is no irradiance map: add irradiance" OR_LEAVE_IT},
-            {"sh", sh, "there are no harmonics: add json" OR_LEAVE_IT},
+            {"sh sh-window", sh,
+             "there are no harmonics: add json" OR_LEAVE_IT},
             {"lut-kind lut-size lut-samples geometry", only & LUT,
              "there is no BRDF table: add lut" OR_LEAVE_IT},
             {"lut-samples geometry", only & LUT && !o->lut.kind,
@@ -331,8 +340,12 @@ bool ibl_opts_check_uses(const ibl_bake_line *line)
              "the sidecar has them: add json to --only"},
             {"layout overflow largest quality", cubes,
              "no map is made: add specular, irradiance or skybox" OR_LEAVE_IT},
-            {"pixel", only & LUT || (cubes && !o->engine),
+            {"pixel",
+             o->picture < IBL_PICTURE_HDR &&
+                 (only & LUT || (cubes && !o->engine)),
              "no texels of that format are made: leave it out"},
+            {"tone", cubes && o->picture == IBL_PICTURE_PNG,
+             "is for maps in --format png: leave it out"},
             {"quality", cubes && ibl_pixel_block(o->texels.pixel) > 1,
              "is for --pixel bc6h, uastc-hdr and astc4x4hdr: leave it out"},
             {"overflow",
@@ -346,7 +359,8 @@ bool ibl_opts_check_uses(const ibl_bake_line *line)
              "only ktx2 files can hold it: take --format ktx2"},
             {"rotate mirror up", cubes || sh,
              "nothing that is made has directions: leave it out"},
-            {"layer part any-aspect input-layout strict primaries exposure "
+            {"prefiltered layer part any-aspect input-layout strict primaries "
+             "exposure "
              "clamp",
              !ibl_opts_of_none(o),
              "nothing that is made depends on the environment: leave it out"},

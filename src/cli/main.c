@@ -8,9 +8,13 @@
 #include "cli/common_options.h"
 #include "common/stderr_line.h"
 
-static const ibl_command *const commands[] = {
-    &ibl_bake_command,   &ibl_verify_command, &ibl_bench_command,
-    &ibl_probes_command, &ibl_info_command,   NULL};
+static const ibl_command *const commands[] = {&ibl_bake_command,
+                                              &ibl_verify_command,
+                                              &ibl_bench_command,
+                                              &ibl_probes_command,
+                                              &ibl_info_command,
+                                              &ibl_convert_command,
+                                              NULL};
 
 const ibl_program ibl_this_program = {"iblbake", commands};
 

@@ -47,12 +47,10 @@ static double find_exposure(const ibl_image *env)
     return fmin(0.18 / exp(log_mean), 0.35 / mean);
 }
 
-/* Narkowicz 2016, "ACES Filmic Tone Mapping Curve", as sRGB. */
 static double film(double x, int channel)
 {
     (void)channel;
-    x = x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14);
-    return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1 / 2.4) - 0.055;
+    return ibl_tone_value(IBL_TONE_FILM, x);
 }
 
 /* ---- layout ---------------------------------------------------------- */

@@ -2,6 +2,7 @@
 /* What a sidecar says of each file. */
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "io/sidecar_facts.h"
 #include "io/texture_keys.h"
@@ -188,6 +189,15 @@ json_t *ibl_sidecar_file(const ibl_sidecar_facts *f,
         "width", t->width, "height", t->height, "faces", t->faces, "bytes",
         (json_int_t)o->bytes, "saturated", (json_int_t)saturated);
 
+    if (o->more_count > 0) {
+        json_t *files = json_array();
+        append(&files, ibl_sidecar_name(f, o->file));
+        for (int i = 0; i < o->more_count; i++) {
+            const char *slash = strrchr(o->more[i], '/');
+            append(&files, ibl_sidecar_name(f, slash ? slash + 1 : o->more[i]));
+        }
+        put(&j, "files", files);
+    }
     if (t->zstd)
         put(&j, "zstd", json_integer(t->zstd));
     if (ibl_pixel_block(t->pixel) > 1)
