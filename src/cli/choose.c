@@ -44,7 +44,6 @@ enum {
     SHEEN_TABLE = 64,
     MADE = 16,       /* of a kind that are remembered, */
     KEPT_EDGE = 128, /* of larger cubes only the last one */
-    TRIED = 512,
     SCALES = 4
 };
 
@@ -61,7 +60,6 @@ typedef struct values {
 typedef struct pick {
     int at[PARTS];
     int low, high; /* roughnesses of the first and last level, / STEPS */
-    int size;      /* of the first level; up to here it tells sets apart */
     size_t bytes;
     double error; /* HUGE_VAL: there are no such levels */
 } pick;
@@ -90,8 +88,7 @@ typedef struct search {
     size_t most_bytes;
     values part[PARTS];
     made made[IBL_OUTPUT_COUNT][MADE];
-    pick tried[TRIED];
-    int made_count[IBL_OUTPUT_COUNT], tried_count;
+    int made_count[IBL_OUTPUT_COUNT];
 } search;
 
 static int value_of(const search *s, const pick *p, int part)
@@ -276,18 +273,11 @@ static bool try_pick(search *s, pick *p)
         ibl_specular_layout_of(&o.bake.specular_options, &l))
         return true;
     p->bytes = ibl_candidate_bytes(&o);
-    p->size = l.size;
     if (s->fits)
         p->at[EDGE] = index_of(&s->part[EDGE], l.size);
-    for (int i = 0; i < TRIED && p->error == HUGE_VAL; i++)
-        if (!memcmp(&s->tried[i], p, offsetof(pick, size) + sizeof p->size))
-            p->error = s->tried[i].error;
-    if (p->error < HUGE_VAL)
-        return true;
     if (!measure(s, &o, false, &m))
         return false;
     p->error = square(m.value[IBL_FIGURE_NRMSE]);
-    s->tried[s->tried_count++ % TRIED] = *p;
     return true;
 }
 
