@@ -285,8 +285,8 @@ char *ibl_depfile_text(const ibl_bake *sets, int count);
 /* Turns a cube from the axes of the outputs to the world's. */
 bool ibl_bake_turn_back(const ibl_bake *b, ibl_cube *cube);
 
-/* For --verify. Encodes tex as its file, decodes and judges it, and adds to the
- * report. */
+/* For --verify. Judges the texels that a file gets, with its keys, and adds to
+ * the report. */
 bool ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const ibl_texture *tex);
 /* Prints the report. False, after a message: an error is above --max-error. */
 bool ibl_bake_judged(const ibl_bake *b);
