@@ -205,8 +205,8 @@ typedef struct ibl_read_report {
  *                  ibl_texture_decode: level 0 of a cube, or of a flat texture
  *                  as an image. iblbake's keys for other axes and layouts are
  *                  honoured, as are KTX2's primaries. What has their key of a
- *                  baked map is warned of, or refused. The bridge reads DDS files, and
- *                  cubes, in other formats
+ *                  baked map is warned of, or refused. The bridge reads DDS
+ *                  files, and cubes, in other formats
  * Images of 2:1 are equirectangular maps, others what their shape says: 4:3 and
  * 3:4 are crosses, 6:1 and 1:6 strips. A square is ambiguous, so opts must say
  * the layout. The map of a cube has the width ibl_latlong_width; its pixels are

@@ -286,9 +286,12 @@ static bool take_table(ibl_bake *b, ibl_output_kind kind)
     file->path = path;
     if (kind == IBL_OUTPUT_LUT) {
         b->lut = from->lut;
-        b->judged.options = b->opts->judge;
-        b->judged.json = json_deep_copy(from->judged.json);
-        json_array_clear(json_object_get(b->judged.json, "levels"));
+        if (from->judged.json && !b->judged.json)
+            b->judged.json = json_deep_copy(from->judged.json);
+        else if (from->judged.json)
+            json_object_set_new(
+                b->judged.json, "lut",
+                json_deep_copy(json_object_get(from->judged.json, "lut")));
     } else {
         b->lobes = from->lobes;
         b->lobe_layout = from->lobe_layout;

@@ -54,7 +54,7 @@ typedef struct ibl_opts {
     ibl_texel_options texels; /* of the cubes */
     unsigned only;            /* bit n: ibl_output_kind n is wanted */
     unsigned asked;           /* the same before what there is none of */
-    int prefiltered; /* 1: the environment may be a baked map */
+    int prefiltered;          /* 1: the environment may be a baked map */
     ibl_bake_options bake;
     ibl_axes axes; /* of the outputs */
     ibl_sh_format sh_format;

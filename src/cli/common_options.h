@@ -36,10 +36,6 @@ ibl_common ibl_common_default(void);
 /* Bytes that may be taken; 0: no limit is known. */
 size_t ibl_memory_most(const ibl_common *c);
 bool ibl_common_validate(const ibl_common *c);
-/* The options of ibl_input_section that differ from the defaults, as words
- * " --NAME=VALUE" of a shell. The caller must free them; NULL: no memory. */
-char *ibl_common_reading(const ibl_common *c);
-
 /* The outputs of a bake, in the order in which they are made. */
 typedef enum ibl_output_kind {
     IBL_OUTPUT_SKYBOX,

@@ -293,7 +293,8 @@ static ibl_status find(opener *o, int content)
     if (!named && (!o->path || o->o.leave >> content & 1))
         return IBL_OK;
     const char *name = listed;
-    while (name && !strncmp(name, "../", 3)) /* as what folders share */
+    /* Folders of a tree share their tables. */
+    while (name && content >= IBL_CONTENT_LUT && !strncmp(name, "../", 3))
         name += 3;
     const bool here =
         name && !strchr(name, '/') && beside(o, path, "%s", listed);
