@@ -353,7 +353,8 @@ ibl_status ibl_picture_of_texture(ibl_ctx *ctx, const char *name,
         float *to = rgb + RGB * ((size_t)(top + y) * (size_t)width + left);
         ibl_pixel_decode(tex->pixel,
                          tex->data + ibl_texture_offset(tex, level, face) +
-                             (size_t)(y * w) * ibl_pixel_bytes(tex->pixel),
+                             (size_t)y * (size_t)w *
+                                 ibl_pixel_bytes(tex->pixel),
                          (size_t)w, row);
         for (int x = 0; x < w; x++)
             memcpy(to + RGB * x, row + channels * x,
