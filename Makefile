@@ -546,6 +546,9 @@ FILL = sed -e 's|@LIBDIR@|$(call path,$(LIBDIR),$(2))|' \
 	    -e 's|@STATIC_LIST@|$(subst $(blank),;,$(STATIC_LIBS))|' \
 	    $(1) >"$(DESTDIR)$(LIBDIR)/$(2)"
 
+COMPLETIONS := $(addprefix bash-completion/completions/,iblbake iblview) \
+    zsh/site-functions/_iblbake \
+    $(addprefix fish/vendor_completions.d/,iblbake.fish iblview.fish)
 ## install: DESTDIR, PREFIX, BINDIR, LIBDIR, INCLUDEDIR, MANDIR
 install: all
 	$(INSTALL) -d "$(DESTDIR)$(BINDIR)" "$(DESTDIR)$(LIBDIR)/pkgconfig" \
@@ -554,6 +557,12 @@ install: all
 	    "$(DESTDIR)$(MANDIR)/man7"
 	$(INSTALL) -m 755 $(BIN) "$(DESTDIR)$(BINDIR)/iblbake"
 	$(INSTALL) -m 644 man/iblbake*.1 "$(DESTDIR)$(MANDIR)/man1"
+	for file in $(COMPLETIONS); do \
+	    case $$file in bash*) from=iblbake.bash ;; zsh*) from=_iblbake ;; \
+	    *) from=iblbake.fish ;; esac; \
+	    $(INSTALL) -d "$(DESTDIR)$(PREFIX)/share/$${file%/*}" && \
+	    $(INSTALL) -m 644 src/completion/$$from \
+	        "$(DESTDIR)$(PREFIX)/share/$$file" || exit 1; done
 	if [ -e $(VIEW) ]; then \
 	    $(INSTALL) -m 755 $(VIEW) "$(DESTDIR)$(BINDIR)/iblview"; \
 	    $(INSTALL) -m 644 man/iblview.1 "$(DESTDIR)$(MANDIR)/man1"; fi
@@ -585,7 +594,8 @@ uninstall:
 	    "$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc" \
 	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,include/ibl/ibl.hlsl $(wildcard include/ibl/*.h include/ibl/*.glsl)) \
 	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man1"/%,$(wildcard man/*.1)) \
-	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man7"/%,$(wildcard man/*.7))
+	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man7"/%,$(wildcard man/*.7)) \
+	    $(patsubst %,"$(DESTDIR)$(PREFIX)/share"/%,$(COMPLETIONS))
 	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(LIBDIR)/cmake/iblbake" \
 	    "$(DESTDIR)$(INCLUDEDIR)/ibl" \
 	    2>/dev/null || true

@@ -58,7 +58,8 @@ typedef struct ibl_opts {
     ibl_bake_options bake;
     ibl_axes axes; /* of the outputs */
     ibl_sh_format sh_format;
-    int lights; /* most that are taken out of the environment, or AUTO */
+    double sh_window; /* of ibl_sh_window; 0: the widest without ringing */
+    int lights;       /* most that are taken out of the environment, or AUTO */
     ibl_lut_options lut;
     ibl_lobes lobe_table;
     int lobe_table_size;

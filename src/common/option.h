@@ -139,6 +139,10 @@ int ibl_command_main(int argc, char **argv);
 bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
                       int *status);
 
+/* Prints what may stand for the last of the words of a command line, a line
+ * each, with a tab and what it is; nothing where that is a file. */
+void ibl_complete(char **words);
+
 /* Prints --help from the tables; at most 80 columns. */
 void ibl_command_help(const ibl_command *cmd, FILE *to);
 

@@ -454,6 +454,10 @@ int ibl_command_main(int argc, char **argv)
     char **words = argc > 0 ? argv + 1 : argv;
     const ibl_command *cmd = find_command(words[0]);
 
+    if (words[0] && !strcmp(words[0], "--complete")) {
+        ibl_complete(words + 1);
+        return 0;
+    }
     if (is_of_none(words[0])) {
         char names[256] = "";
         for (int i = 1; ibl_this_program.commands[i]; i++)

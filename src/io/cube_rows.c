@@ -67,7 +67,8 @@ static ibl_status check_baked(const ibl_input *in, const ibl_texture *tex,
 {
     const char *content = ibl_texture_get(tex, "iblbake.content");
 
-    if (!content || !strcmp(content, "skybox"))
+    if (!content || (strcmp(content, "specular") != 0 &&
+                     strcmp(content, "irradiance") != 0))
         return IBL_OK;
     if (opts->refuse_prefiltered)
         return ibl_bad_file(in,

@@ -496,12 +496,13 @@ static ibl_status report_mended(const ibl_source *s)
                  "%s: %zu pixels were not finite; each became its brightest "
                  "neighbour that is, or black if NaN and 65504 if infinite",
                  s->in.name, r->nonfinite);
-    if (s->mender.removed > notable * s->mender.light)
-        ibl_warn(s->ctx,
-                 "%s: %zu pixels were negative and became 0: %.2g %% of the "
-                 "map's light",
-                 s->in.name, r->negative,
-                 100 * fmin(s->mender.removed / s->mender.light, 1));
+    if (r->negative)
+        (s->mender.removed > notable * s->mender.light ? ibl_warn : ibl_info)(
+            s->ctx,
+            "%s: %zu pixels were negative and became 0: %.2g %% of the map's "
+            "light",
+            s->in.name, r->negative,
+            100 * fmin(s->mender.removed / s->mender.light, 1));
     if (!(r->peak > 0) && !s->rows->alpha) /* what alpha hides is black */
         ibl_warn(s->ctx, "%s: is black everywhere", s->in.name);
     if (r->low_range)
