@@ -51,6 +51,8 @@ for (const target of process.argv.slice(2))
         const name = `${where}/${target}/env.json`, sidecar = json(name);
         delete sidecar.options;
         delete sidecar.target;
+        if (target === 'filament')
+            sidecar.outputs.forEach(o => delete o.xxh3_128);
         fs.writeFileSync(name, JSON.stringify(sidecar, null, 1));
     }
 END
