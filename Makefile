@@ -158,7 +158,7 @@ $(addprefix $(BUILD)/obj/src/,json/%.o io/probe_index.o io/sidecar_outputs.o \
     io/sidecar_text.o): LOCAL = $(JSON_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
-$(BUILD)/obj/src/view/write_exr.o: LOCAL = $(VIEW_CFLAGS) $(EXR_CFLAGS)
+$(BUILD)/obj/src/engine/picture.o: LOCAL = $(CLI_CFLAGS) $(EXR_CFLAGS)
 $(BUILD)/obj/src/common/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/engine/%.o: LOCAL = $(CLI_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/set/%.o: LOCAL = $(JSON_CFLAGS)
@@ -182,8 +182,7 @@ $(BUILD)/obj/src/io/bridge.o $(BUILD)/obj/src/scene/gltf_packed.o: \
     $(BUILD)/used-libdir
 $(addprefix $(BUILD)/obj/src/,io/exr_chunks.o engine/png.o): \
     $(BUILD)/used-deflate
-$(addprefix $(BUILD)/obj/src/cli/,bake_record.o common_options.o \
-    probes_hash.o probes_index.o): $(BUILD)/used-revision
+$(addprefix $(BUILD)/obj/src/cli/,bake_record.o common_options.o): $(BUILD)/used-revision
 
 define COMPILE
 @mkdir -p $(@D)
@@ -210,7 +209,7 @@ $(SHARED): $(LIB_OBJ)
 	    $(if $(SANITIZE),,-Wl$(comma)-z$(comma)defs) -pthread -o $@ $^ \
 	    $(IO_LIBS) -lm -ldl $(LDLIBS)
 
-CLI_GEN := $(BUILD)/obj/gen/bench_page.o $(BUILD)/obj/gen/programs.o
+CLI_GEN := $(BUILD)/obj/gen/bench_page.o $(BUILD)/obj/gen/targets.o
 $(BIN): $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(IO_LIBS) $(CLI_LIBS) \
 	    -lm -ldl $(LDLIBS)
@@ -280,8 +279,8 @@ $(BUILD)/gen/lobe_tables.c: src/bake/lobe_tables.f16
 $(HLSL): include/ibl/hlsl.sed include/ibl/ibl.glsl
 	@mkdir -p $(@D)
 	sed -E -f $^ >$@
-$(BUILD)/gen/programs.c: src/cli/programs.awk include/ibl/ibl.glsl \
-                         man/iblbake-engines.7
+$(BUILD)/gen/targets.c: src/cli/targets.awk include/ibl/ibl.glsl \
+                        man/iblbake-engines.7
 	@mkdir -p $(@D)
 	awk -f $^ >$@
 $(BUILD)/gen/shaders.c: src/view/embed.awk $(SHADERS)
@@ -307,7 +306,7 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 # Judges, as the program does. The library serves them, too.
 $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
-    faces.o figures.o lookup.o rendered.o)
+    figures.o lookup.o rendered.o)
 
 # The whole command, with other samples.
 $(BUILD)/tests/bench_choice: TEST_LIBS = -Wl,--wrap=ibl_truth_make $(LIB)
@@ -343,7 +342,7 @@ VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_model, \
                        $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c \
-                   src/cli/faces.c src/cli/lookup.c) \
+                   src/cli/lookup.c) \
         $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(VIEW_LIBS) \
@@ -362,18 +361,18 @@ FUZZ_OPT := -O1 -gline-tables-only -fno-omit-frame-pointer \
             -fsanitize=address,undefined,float-cast-overflow
 FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
                      src/engine/*.c src/scene/*.c src/set/*.c) \
-          $(addprefix src/kern/,astc_hdr_block.c astc_hdr_decode.c \
+          $(addprefix src/kern/,astc_hdr_block.c \
             astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
             max_finite.c pixel.c rgbe.c) \
-          $(addprefix src/cli/,bake_options.c common_options.c probe_set.c probes_grid.c probes_index.c \
-            probes_options.c probes_shard.c shell_words.c \
+          $(addprefix src/cli/,bake_options.c bake_rules.c common_options.c probe_set.c probes_grid.c \
+            probes_options.c shell_words.c \
             targets.c verify.c) \
           $(addprefix src/view/,harmonics.c options.c probe_set.c \
             set_open.c settings.c)
 FUZZ_WRAP = read pread ibl_print_line
 $(BUILD)/fuzz/fuzz_image: FUZZ_WRAP += ibl_bridge_rows
-$(BUILD)/fuzz/fuzz_json: FUZZ_WRAP += ibl_hash_bytes ibl_hash_file \
-    ibl_signals_catch view_gl_has_cube_arrays view_upload
+$(BUILD)/fuzz/fuzz_json: FUZZ_WRAP += ibl_signals_catch \
+    view_gl_has_cube_arrays view_upload
 fuzz_obj = $(patsubst %.c,$(BUILD)/fuzz/obj/%.o,$(1))
 $(BUILD)/fuzz/empty:
 	@mkdir -p $(@D)
@@ -547,6 +546,9 @@ FILL = sed -e 's|@LIBDIR@|$(call path,$(LIBDIR),$(2))|' \
 	    -e 's|@STATIC_LIST@|$(subst $(blank),;,$(STATIC_LIBS))|' \
 	    $(1) >"$(DESTDIR)$(LIBDIR)/$(2)"
 
+COMPLETIONS := $(addprefix bash-completion/completions/,iblbake iblview) \
+    zsh/site-functions/_iblbake \
+    $(addprefix fish/vendor_completions.d/,iblbake.fish iblview.fish)
 ## install: DESTDIR, PREFIX, BINDIR, LIBDIR, INCLUDEDIR, MANDIR
 install: all
 	$(INSTALL) -d "$(DESTDIR)$(BINDIR)" "$(DESTDIR)$(LIBDIR)/pkgconfig" \
@@ -555,6 +557,12 @@ install: all
 	    "$(DESTDIR)$(MANDIR)/man7"
 	$(INSTALL) -m 755 $(BIN) "$(DESTDIR)$(BINDIR)/iblbake"
 	$(INSTALL) -m 644 man/iblbake*.1 "$(DESTDIR)$(MANDIR)/man1"
+	for file in $(COMPLETIONS); do \
+	    case $$file in bash*) from=iblbake.bash ;; zsh*) from=_iblbake ;; \
+	    *) from=iblbake.fish ;; esac; \
+	    $(INSTALL) -d "$(DESTDIR)$(PREFIX)/share/$${file%/*}" && \
+	    $(INSTALL) -m 644 src/completion/$$from \
+	        "$(DESTDIR)$(PREFIX)/share/$$file" || exit 1; done
 	if [ -e $(VIEW) ]; then \
 	    $(INSTALL) -m 755 $(VIEW) "$(DESTDIR)$(BINDIR)/iblview"; \
 	    $(INSTALL) -m 644 man/iblview.1 "$(DESTDIR)$(MANDIR)/man1"; fi
@@ -586,7 +594,8 @@ uninstall:
 	    "$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc" \
 	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,include/ibl/ibl.hlsl $(wildcard include/ibl/*.h include/ibl/*.glsl)) \
 	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man1"/%,$(wildcard man/*.1)) \
-	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man7"/%,$(wildcard man/*.7))
+	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man7"/%,$(wildcard man/*.7)) \
+	    $(patsubst %,"$(DESTDIR)$(PREFIX)/share"/%,$(COMPLETIONS))
 	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(LIBDIR)/cmake/iblbake" \
 	    "$(DESTDIR)$(INCLUDEDIR)/ibl" \
 	    2>/dev/null || true

@@ -106,7 +106,7 @@ test_lists() {
 test_names_that_collide() {
     mkdir n
     cp m/sun.hdr n
-    refused 1 '*m/sun.hdr and n/sun.hdr: both would make out/sun.json*' \
+    refused 1 '*m/sun.hdr and n/sun.hdr: both would make the files of sun: *' \
         iblbake m/sun.hdr m/mild.exr n/sun.hdr -o out
     cp m/sun.hdr m/mild.hdr
     refused 1 '*m/mild.exr and m/mild.hdr: both would make *' \
@@ -114,8 +114,8 @@ test_names_that_collide() {
     # What one map is made of is not replaced by another's output.
     mkdir out
     cp m/sun.hdr out/sun_specular.ktx2
-    refused 1 '*out/sun_specular.ktx2: would be replaced by *, an output of m/*' \
-        iblbake m/sun.hdr out/sun_specular.ktx2 -o out
+    refused 1 '*out/sun_specular.ktx2: would be replaced by *, an output: *' \
+        iblbake -q m/sun.hdr out/sun_specular.ktx2 -o out
     rm -r out
     refused 1 '*m/sun.hdr and *m/sun.hdr: are one file: give it once' \
         iblbake m/sun.hdr "$PWD/m/sun.hdr" -o out
@@ -219,6 +219,44 @@ test_incremental_options() {
     grep -q 'out/.iblbake/sun.map: is a pipe' err || echo "a pipe: $(cat err)"
 }
 
+# Folders below a folder, whose outputs are in folders of the same names; the
+# tables are made once. What has no map any more goes, and nothing else.
+test_tree() {
+    local found
+    mkdir -p m/a/b m/.hidden
+    cp m/sun.hdr m/.hidden/no.hdr
+    mv m/map1.hdr m/a
+    mv m/map2.hdr m/a/b
+    cp m/a/map1.hdr m/a/sun.hdr
+    ln -s .. m/a/loop
+    sleep 0.05
+    bake m -o flat
+    [ "$(ls flat | grep -c json)" = 2 ] || ls flat
+    bake m -o out --recursive --incremental
+    iblbake -q $options m/a/b/map2.hdr -o alone
+    diff out/a/b alone | grep -v '"file": "\(../../\)*brdf_lut' | grep '^[<>]'
+    grep -q '"../../brdf_lut.ktx2"' out/a/b/map2.json || cat out/a/b/map2.json
+    found=$(find out -name 'brdf_lut*')
+    [ "$found" = out/brdf_lut.ktx2 ] || echo "$found"
+    iblbake verify -q m/a/b/map2.hdr out/a/b >verdict || cat verdict
+    grep -q brdf_lut verdict || cat verdict
+    iblbake $options -v m -o out --recursive --incremental 2>err
+    grep -q 'baked 0 maps, kept 5, 0 failed' err || cat err
+    # Without --prune all stays.
+    rm -r m/a/b m/sun.hdr
+    echo >>out/sun.json # another's now
+    bake m -o out --recursive --incremental
+    [ -e out/a/b/map2.json ] || echo 'pruned unasked'
+    touch out/notes.txt
+    iblbake $options m -o out --recursive --incremental --prune 2>err
+    grep -q 'kept 3, 0 failed, removed 1:' err || cat err
+    grep -q 'warning: out/sun.json: its map is gone, but it changed' err || cat err
+    find out ! -name '.*' | sort >left
+    grep 'map2\|out/a/b' left
+    grep -q out/a/sun.json left && grep -q out/notes.txt left &&
+        grep -q out/sun.json left || cat left
+}
+
 test_depfile() {
     local n t=$'\t'
     cat >Makefile <<END
@@ -288,16 +326,17 @@ want('failed', maps.filter(e => e.state === 'failed').length === 1 &&
     maps.find(e => e.state === 'failed').error.includes('bad.hdr'));
 want('end', end.event === 'end' && end.baked === 4 && end.failed === 1);
 END
-    # A name that is no text, and one that is.
+    # A name that is no text.
     cp m/sun.hdr $'m/\377%.hdr'
-    iblbake -q $options m/map1.hdr $'m/\377%.hdr' -o odd --progress json >events
-    grep -q '"map":"m/%FF%25.hdr".*"names":"percent-encoded"' events &&
-        [ "$(grep -c '"names"' events)" = 1 ] || cat events
+    iblbake -q $options m/map1.hdr $'m/\377%.hdr' -o odd --keep-going \
+        --progress json >events 2>/dev/null
+    grep -q $'"map":"m/\357\277\275%.hdr".*no UTF-8' events || cat events
 }
 
 test_words_in_order() {
     local f
-    iblbake $options m -o out --verify >printed
+    iblbake $options m -o out --verify >printed 2>err
+    grep -q '^iblbake: baked 4 maps, kept 0, 0 failed: [0-9.]* s$' err || cat err
     [ $sanitized = no ] || return 0
     for f in m/*; do
         echo "$f"
@@ -305,8 +344,8 @@ test_words_in_order() {
         echo
     done >wanted
     diff wanted printed
-    bake m -o out --verify -q | grep .
-    iblbake $options m -o out --verify --progress json | grep -v '^{.*}$'
+    bake m -o out --verify -q 2>&1 | grep .
+    iblbake $options m -o out --verify --progress json 2>&1 | grep -v '^{.*}$'
     iblbake $options -v m -o out 2>err
     for f in out/*.json out/*specular*; do
         grep -q "^iblbake: wrote $f" err || echo "no word of $f"
@@ -402,12 +441,11 @@ test_memory_is_planned() {
     while read -r set; do
         # shellcheck disable=SC2086
         ./peak iblbake sky.hdr -v -o out $set 2>err >printed || cat err
-        # Small ones have room for a grid that few maps need.
         awk -v what="with $set" '
             /plans .* MiB of memory/ { plan = 1024 * $3 }
             { peak = $1 }
             END {
-                if (plan < peak || plan > (peak > 150000 ? 1.35 : 2.2) * peak)
+                if (plan < peak || plan > 2.5 * peak)
                     print what ": planned " plan ", took " peak " KiB"
             }' err
     done <<'END'

@@ -20,19 +20,19 @@ example() { # NAME
         "$top/man/iblbake-cluster.7" | sed "s/\\\\(aq/'/g; s/\\\\e/\\\\/g" >"$1"
     [ -s "$1" ] || echo "the manual has no $1"
 }
-# A directory with the set of 64 probes, 40 maps and the manual's files.
+# A directory with 8 sets of 8 probes, 40 maps and the manual's files.
 begin() { # DIRECTORY FILE...
     rm -rf "${work:?}/$1"
     mkdir "$work/$1" && cd "$work/$1" || return
-    cp ../set.json . && ln -s ../captures ../env ../maps.txt .
+    ln -s ../sets ../captures ../env ../maps.txt .
     for file in "${@:2}"; do example "$file"; done
 }
 # Like iblbake, with options that take less time.
-mkdir quick captures env
+mkdir quick captures env sets
 cat >quick/iblbake <<END
 #!/bin/sh
 case "\$1" in
-probes | merge) exec "$real" "\$@" ;;
+probes) exec "$real" "\$@" ;;
 *) exec "$real" --size 8 --lut-size 16 --lobe-table-size 8 \\
     --irradiance-size 4 "\$@" ;;
 esac
@@ -49,13 +49,16 @@ done >maps.txt
 # They are older than the grace of --incremental.
 touch -d '1 hour ago' env/*
 iblbake -q --from maps.txt -o lit || exit 1
-node -e "console.log(JSON.stringify({version: 1,
-    defaults: {size: 8, levels: 2, irradiance: 4, lut_size: 16},
-    global: {capture: {equirect: 'captures/7.exr'}},
-    probes: Array.from({length: 64}, (_, i) => ({name: 'p' + i,
-        position: [i, 0, 0], capture: {equirect: 'captures/' + i % 8 + '.exr'},
-        influence: {sphere: {centre: [i, 0, 0], radius: 1}}}))}))" >set.json
-iblbake probes -q set.json -o whole || exit 1
+node -e "for (let k = 0; k < 8; k++)
+    require('fs').writeFileSync('sets/set' + k + '.json', JSON.stringify({
+        version: 1,
+        defaults: {size: 8, levels: 2, irradiance: 4, lut_size: 16},
+        global: {capture: {equirect: '../captures/' + k + '.exr'}},
+        probes: Array.from({length: 8}, (_, i) => ({name: 'p' + i,
+            position: [i, 0, 0],
+            capture: {equirect: '../captures/' + i + '.exr'},
+            influence: {sphere: {centre: [i, 0, 0], radius: 1}}}))}))"
+iblbake probes -q sets/*.json -o whole || exit 1
 
 test_parallel() {
     begin parallel shards.sh
@@ -78,7 +81,7 @@ test_measure() {
     cp env/map7.exr 8k.hdr
     sh -e measure.sh >printed 2>&1 || cat printed
     [ "$(grep -c '^[0-9.]*+[0-9.]* s [0-9]* KiB$' printed)" = 2 ] || cat printed
-    diff -r out ../whole
+    diff -r out ../whole/set1
 }
 
 # ---- Slurm ---------------------------------------------------------------------
@@ -187,10 +190,10 @@ END
 chmod +x deadly/iblbake
 
 test_slurm_task_that_dies() {
-    begin dies maps.sh probes.sh submit.sh
+    begin dies maps.sh probes.sh
     export PATH=$work/deadly:$PATH
     KILL_AT=8 sbatch maps.sh >submitted
-    KILL_AT=0 sh -e submit.sh >>submitted || cat submitted
+    KILL_AT=2 sbatch probes.sh >>submitted || cat submitted
     finish | grep -v -e Killed -e 'DUE TO JOB REQUEUE'
     sort tries | diff - <(printf '\n\n1\n1\n') || echo 'not killed and queued again'
     diff -r out ../whole

@@ -51,6 +51,24 @@ for f in probes.glsl ibl.glsl ibl.hlsl; do
     ok "$f" test -s "$prefix/include/ibl/$f"
 done
 
+# The shells complete what the program knows.
+complete_in_bash() {
+    PATH=$prefix/bin:$PATH bash -c '
+        . "$1"/share/bash-completion/completions/iblbake
+        COMP_WORDS=(iblbake verify --lobe ch) COMP_CWORD=3
+        _iblbake && echo "${COMPREPLY[*]}"
+        COMP_WORDS=(iblbake co) COMP_CWORD=1
+        _iblbake && echo "${COMPREPLY[*]}"' bash "$prefix" 2>&1
+}
+verdict completion-bash \
+    "$(diff <(complete_in_bash) <(printf 'charlie\nconvert\n'))"
+if have fish; then
+    verdict completion-fish "$(diff <(PATH=$prefix/bin:$PATH fish --no-config -c '
+        source $argv[1]/share/fish/vendor_completions.d/iblview.fish
+        complete -C "iblbake --lobe ch"' "$prefix" 2>&1) <(printf 'charlie\tlobe\n'))"
+fi
+! have zsh || ok completion-zsh zsh -n "$prefix/share/zsh/site-functions/_iblbake"
+
 if [ -x "$tarball/build/iblview" ]; then
     ok view-manual test -s "$prefix/share/man/man1/iblview.1"
     ok view "$prefix/bin/iblview" "$work/out/sky_specular.ktx2" --texel 0,0

@@ -150,6 +150,10 @@ while read -r target; do
     verdict "$page: $target" "$(cat "$work/why")"
 done <"$work/targets"
 
+sed -n '/^| `--target` | bytes/,/^$/p' README.md | sed '$d' >"$work/rows"
+awk -v readme=1 -f src/cli/targets.awk "$page" | diff "$work/rows" - >"$work/why"
+verdict "README.md: targets" "$(cat "$work/why")"
+
 # Pages name no page that is not there, and every other one.
 for page in man/*.[17]; do
     sed -n 's/.*Sy \(ibl[a-z-]*\) Ns (\([17]\)).*/man\/\1.\2/p' "$page" |

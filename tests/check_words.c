@@ -38,27 +38,6 @@ TEST(split)
     CHECK(!ibl_words_split("a \"b'"));
 }
 
-/* What is quoted comes back, through our words and through a shell's. */
-TEST(quote)
-{
-    static const char *const words[] = {"a.b-c", "", "a b", "it's",
-                                        "$HOME `x` \\ \"q\" *"};
-    for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
-        char *quoted = ibl_words_quote(words[i]);
-        char command[128], got[64] = "";
-        NEED(quoted);
-        char **back = ibl_words_split(quoted);
-        CHECK(back && back[0] && !strcmp(back[0], words[i]) && !back[1]);
-        snprintf(command, sizeof command, "printf %%s %s", quoted);
-        FILE *shell = popen(command, "r");
-        NEED(shell);
-        got[fread(got, 1, sizeof got - 1, shell)] = '\0';
-        CHECK(!pclose(shell) && !strcmp(got, words[i]));
-        free(back);
-        free(quoted);
-    }
-}
-
 TEST(placeholders)
 {
     const ibl_placeholder holders[] = {{"env", "E"}, {"out", "O/{env}"}};

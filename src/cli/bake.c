@@ -7,6 +7,7 @@
 
 #include "cli/batch.h"
 #include "cli/choose.h"
+#include "common/names.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "json/text.h"
@@ -84,6 +85,31 @@ static void take_shape(ibl_baked *file, const ibl_texture *tex)
     file->shape.key_count = 0;
 }
 
+/* Writes a texture as pictures. */
+static bool write_pictures(ibl_bake *b, ibl_baked *file, const ibl_texture *tex)
+{
+    const ibl_opts *o = b->opts;
+    const bool table = file - b->files >= IBL_OUTPUT_LUT;
+    const ibl_picture_options options = {
+        .kind = o->picture,
+        .tone = table ? IBL_TONE_RAW : o->tone,
+        .cross = !table && o->layout == IBL_LAYOUT_CROSS,
+        .halves = ibl_pixel_max(tex->pixel) < 1e5F,
+        .equirect = !table && o->layout == IBL_PROJECTION_EQUIRECT,
+        .about = tex};
+    bool ok = true;
+
+    for (int i = 0; i < file->count && ok; i++) {
+        const char *path = i ? file->more[i - 1] : file->path;
+        ibl_blob blob = {0};
+        ok = !ibl_picture_of_texture(b->ctx, path, tex, &options, i, &blob) &&
+             !ibl_outputs_add(b->outputs, path, blob.bytes, blob.size);
+        file->bytes += blob.size;
+        ibl_blob_free(&blob);
+    }
+    return ok;
+}
+
 /* Writes and frees a texture. */
 static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
 {
@@ -94,8 +120,10 @@ static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
               (!b->opts->verify || ibl_bake_judge(b, kind, tex));
     tex->filament = b->opts->filament;
     tex->zstd = b->opts->zstd; /* loses nothing, so --verify can do without */
-    ok = ok && !ibl_outputs_take_texture(b->outputs, file->path, tex,
-                                         b->opts->format, &file->bytes);
+    ok = ok && (b->opts->picture
+                    ? write_pictures(b, file, tex)
+                    : !ibl_outputs_take_texture(b->outputs, file->path, tex,
+                                                b->opts->format, &file->bytes));
     ibl_texture_free(tex);
     if (ok)
         warn_of_format(b, file);
@@ -113,7 +141,7 @@ static bool add_engine_files(ibl_bake *b, ibl_blob *main, ibl_blob *faces,
     file->bytes = main->size;
     ibl_blob_free(main);
     for (int i = 0; i < b->face_count; i++) {
-        ok = ok && !ibl_outputs_add(b->outputs, b->faces[i], faces[i].bytes,
+        ok = ok && !ibl_outputs_add(b->outputs, file->more[i], faces[i].bytes,
                                     faces[i].size);
         file->bytes += faces[i].size;
         ibl_blob_free(&faces[i]);
@@ -152,9 +180,12 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
 {
     ibl_baked *file = &b->files[kind];
     ibl_texture tex = {0};
-    ibl_cube turned = {0};
+    ibl_cube turned = {0}, largest = *cube;
 
     ibl_console_progress(b->console, "write", 0);
+    largest.levels = 1;
+    if (b->opts->picture && kind == IBL_OUTPUT_SKYBOX)
+        cube = &largest;
     if (has_axes(b) &&
         ibl_cube_turn_axes(b->ctx, cube, b->opts->axes, 0, &turned))
         return false;
@@ -162,6 +193,8 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
         cube = &turned;
     bool ok = !ibl_texture_from_cube(b->ctx, cube, &b->opts->texels, &tex,
                                      &file->overflow);
+    if (ok)
+        ibl_picture_round(b->opts->picture, &tex);
     if (b->opts->engine)
         ok = ok && write_engine(b, cube, &tex);
     else
@@ -172,12 +205,42 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
     return ok;
 }
 
+/* Warns of harmonics that have less than half the least irradiance of a channel
+ * somewhere. */
+static void warn_of_harmonics(const ibl_bake *b)
+{
+    const ibl_cube *cube = &b->made.irradiance;
+    const float *texel = ibl_cube_face(cube, 0, 0);
+    double exact[3] = {INFINITY, INFINITY, INFINITY}, least[3];
+    int worst = 0;
+
+    ibl_sh_least(b->from->made.sh, least);
+    for (size_t i = 0; i < 3 * ibl_cube_texels(cube->size, 1); i++)
+        exact[i % 3] = fmin(exact[i % 3], (double)texel[i]);
+    for (int c = 1; c < 3; c++)
+        if (least[c] * exact[worst] < least[worst] * exact[c])
+            worst = c;
+    if (least[worst] < exact[worst] / 2)
+        ibl_console_warn(
+            b->console,
+            "%s: the engine lights matte surfaces by nine harmonics, which "
+            "have %.3g of %s where the map has %.3g or more: a dark or "
+            "coloured spot away from the sun: take it out with --sun, or "
+            "dampen "
+            "them with --sh-window auto",
+            ibl_path_name(b->sh_path ? b->sh_path
+                                     : b->files[IBL_OUTPUT_SPECULAR].path),
+            least[worst], (const char *[]){"red", "green", "blue"}[worst],
+            exact[worst]);
+}
+
 /* A target's own file has no place for the skybox that was asked for. */
 static void warn_of_skybox(const ibl_bake *b)
 {
     const char *file = ibl_path_name(b->files[IBL_OUTPUT_SPECULAR].path);
 
-    if (b->opts->engine && ibl_is_given(&b->opts->given, "skybox"))
+    if ((b->opts->engine || (b->opts->of && b->opts->picture)) &&
+        ibl_is_given(&b->opts->given, "skybox"))
         ibl_console_warn(b->console,
                          "--skybox: not in %s, whose level 0 is the "
                          "background: for a file of its own take --only "
@@ -192,7 +255,7 @@ static bool write_specular(ibl_bake *b)
         ibl_warn_of_small_faces(b->console, &b->made.report.layout);
     warn_of_skybox(b);
     if (b->opts->of && b->opts->of->harmonics)
-        ibl_warn_of_harmonics(b);
+        warn_of_harmonics(b);
     return write_cube(b, IBL_OUTPUT_SPECULAR, &b->made.specular);
 }
 
@@ -212,10 +275,12 @@ static bool take_table(ibl_bake *b, ibl_output_kind kind)
     file->path = path;
     if (kind == IBL_OUTPUT_LUT) {
         b->lut = from->lut;
-        b->judged.options = b->opts->judge;
-        for (int i = 0; i < from->judged.count; i++)
-            if (from->judged.rows[i].level.content == IBL_OUTPUT_LUT)
-                b->judged.rows[b->judged.count++] = from->judged.rows[i];
+        if (from->judged.json && !b->judged.json)
+            b->judged.json = json_deep_copy(from->judged.json);
+        else if (from->judged.json)
+            json_object_set_new(
+                b->judged.json, "lut",
+                json_deep_copy(json_object_get(from->judged.json, "lut")));
     } else {
         b->lobes = from->lobes;
         b->lobe_layout = from->lobe_layout;
@@ -332,6 +397,12 @@ static bool write_all(ibl_bake *b)
 
     for (int kind = 0; kind < IBL_OUTPUT_JSON && ok; kind++)
         ok = !b->files[kind].path || write_output(b, (ibl_output_kind)kind);
+    for (int kind = 0; kind < IBL_OUTPUT_JSON && ok; kind++) {
+        ibl_baked *file = &b->files[kind];
+        if (file->path && !is_taken(b, (ibl_output_kind)kind))
+            snprintf(file->hash, sizeof file->hash, "%s",
+                     ibl_outputs_hash(b->outputs, file->path));
+    }
     return ok && (!b->sh_path || write_harmonics(b)) &&
            (!o->preview || write_preview(b)) &&
            (!b->files[IBL_OUTPUT_JSON].path || write_sidecar(b)) &&
@@ -390,10 +461,8 @@ static void log_set(const ibl_bake *b)
             ibl_console_info(
                 b->console, "wrote %s: %s, %s, %d x %d, levels: %d%s",
                 file->path, file->shape.faces == 6 ? "cube" : "2D",
-                b->opts->engine ? ibl_engine_pixel(b->opts->engine)
-                                : ibl_pixel_name(file->shape.pixel),
-                file->shape.width, file->shape.height, file->shape.levels,
-                errors);
+                ibl_baked_pixel(b->opts, file->shape.pixel), file->shape.width,
+                file->shape.height, file->shape.levels, errors);
     }
     if (b->files[IBL_OUTPUT_JSON].path)
         ibl_console_info(b->console, "wrote %s",
@@ -424,12 +493,21 @@ static void explain(const ibl_bake *b, bool several)
         putchar('\n');
 }
 
-/* A set's directory: --output or, of several, one in it. */
-static char *directory_of(const ibl_map_bake *r, const ibl_opts *o)
+/* Sets a set's directories: --output or, of several, one in it; of maps that
+ * were found in folders, the same below it. */
+static bool set_directories(ibl_bake *b, bool several)
 {
-    const char *directory = o->directory ? o->directory : ".";
-    return r->count > 1 ? ibl_path_join(directory, o->of->name)
-                        : ibl_format("%s", directory);
+    const ibl_opts *o = b->opts;
+    const char *all = o->directory ? o->directory : ".";
+    const char *below = o->below ? o->below : "";
+    const int folders = (int)(ibl_path_name(below) - below);
+
+    b->root = several ? ibl_path_join(all, o->of->name) : strdup(all);
+    if (b->root)
+        b->directory = folders
+                           ? ibl_format("%s/%.*s", b->root, folders - 1, below)
+                           : strdup(b->root);
+    return b->directory;
 }
 
 /* Adds up what the sets need. */
@@ -443,9 +521,9 @@ static void add_sets(ibl_map_bake *r)
 
 bool ibl_bake_begin(ibl_map_bake *r)
 {
-    const ibl_opts *all = r->line->count ? r->line->set : &r->line->one;
+    const ibl_opts *all = r->line->set;
 
-    r->count = r->line->count ? r->line->count : 1;
+    r->count = r->line->count;
     r->opts = r->from.opts = all;
     r->from.console = &r->console;
     r->from.run = r;
@@ -456,9 +534,8 @@ bool ibl_bake_begin(ibl_map_bake *r)
                         .console = &r->console,
                         .ctx = r->from.ctx,
                         .from = &r->from,
-                        .tables = r->tables ? &r->tables[i] : NULL,
-                        .directory = directory_of(r, &all[i])};
-        if (!b->directory)
+                        .tables = r->tables ? &r->tables[i] : NULL};
+        if (!set_directories(b, r->count > 1))
             return false;
     }
     add_sets(r);
@@ -486,12 +563,10 @@ static bool add_sheen(ibl_map_bake *r, const ibl_bake *b)
 
     if (!ibl_scenes_sheen(r->from.scenes, b->opts, &r->sheen, b->choice))
         return true;
-    *sheen = (ibl_bake){.opts = &r->sheen,
-                        .console = &r->console,
-                        .from = &r->from,
-                        .directory = strdup(b->directory)};
+    *sheen =
+        (ibl_bake){.opts = &r->sheen, .console = &r->console, .from = &r->from};
     r->count = 2;
-    return sheen->directory ||
+    return set_directories(sheen, false) ||
            ibl_console_fail(&r->console, "no memory for a set of sheen");
 }
 
@@ -558,7 +633,8 @@ static bool start(ibl_map_bake *r)
     for (int i = 0; i < r->count && ok; i++) {
         r->sets[i].ctx = r->from.ctx;
         r->sets[i].outputs = r->outputs;
-        ok = !ibl_outputs_mkdir(r->outputs, r->sets[i].directory);
+        ok = !ibl_outputs_mkdir(r->outputs, r->sets[i].root) &&
+             !ibl_outputs_mkdir(r->outputs, r->sets[i].directory);
     }
     return ok;
 }
@@ -604,6 +680,7 @@ static void free_set(ibl_bake *b)
     for (int i = 0; i < b->face_count; i++)
         free(b->faces[i]);
     free(b->directory);
+    free(b->root);
     free(b->sh);
 }
 
@@ -643,21 +720,21 @@ static int bake_one(const ibl_bake_line *line)
 {
     ibl_map_bake r = {.line = line, .from.print = stdout};
 
-    ibl_console_init(&r.console, line->one.common.quiet,
-                     line->one.common.verbose);
+    ibl_console_init(&r.console, line->set->common.quiet,
+                     line->set->common.verbose);
     ibl_signals_catch();
-    const bool only_explains = line->one.explain && !line->one.input;
+    const bool only_explains = line->set->explain && !line->set->input;
     bool ok = ibl_bake_begin(&r) &&
               (only_explains
                    ? ibl_bake_names(&r)
-                   : !ibl_start(&line->one.common, &r.console, &r.from.ctx) &&
+                   : !ibl_start(&line->set->common, &r.console, &r.from.ctx) &&
                          ibl_bake_make(&r));
     ibl_console_finish(&r.console);
-    for (int i = 0; i < r.count && ok && line->one.explain; i++)
+    for (int i = 0; i < r.count && ok && line->set->explain; i++)
         explain(&r.sets[i], r.count > 1);
     ok = ok && ibl_bake_commit(&r);
     const int status = ibl_console_end(&r.console, ok);
-    if (ok && line->one.common.verbose && !line->one.dry_run) {
+    if (ok && line->set->common.verbose && !line->set->dry_run) {
         ibl_bake_log(&r);
         ibl_console_print_times(&r.console);
     }
@@ -670,7 +747,7 @@ int ibl_bake_run(const void *settings)
 {
     const ibl_bake_line *line = settings;
 
-    if (line->one.targets & 1u << IBL_MAX_TARGETS) {
+    if (line->set->targets & IBL_TARGET_LIST) {
         ibl_targets_print(stdout);
         return 0;
     }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/bake_record.h"
+#include "cli/batch.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -40,24 +40,49 @@ bool ibl_bake_is_shared(const ibl_opts *o, ibl_output_kind kind)
     return !is_own(o, kind) && kind != IBL_OUTPUT_JSON;
 }
 
-static char *make_path(const ibl_bake *b, ibl_output_kind kind)
+/* The number of files of an output, and of its pictures a level. */
+static int files_of(const ibl_opts *o, ibl_output_kind kind, int *each)
+{
+    ibl_specular_layout layout = {.levels = 1};
+
+    if (kind == IBL_OUTPUT_SPECULAR)
+        ibl_specular_layout_of(&o->bake.specular_options, &layout);
+    *each = kind < IBL_OUTPUT_LUT && !o->layout ? IBL_FACES : 1;
+    if (o->picture && kind != IBL_OUTPUT_JSON)
+        return layout.levels * *each;
+    return 1 + (kind == IBL_OUTPUT_SPECULAR
+                    ? ibl_engine_faces(o->engine, layout.levels)
+                    : 0);
+}
+
+/* The path of one of them; NULL: no memory. */
+static char *make_path(const ibl_bake *b, ibl_output_kind kind, int index)
 {
     const ibl_opts *o = b->opts;
+    int each;
+    const int files = files_of(o, kind, &each);
     const char *extension =
         kind == IBL_OUTPUT_JSON ? "json" : ibl_container_extension(o->format);
-    const char *stem = kind == IBL_OUTPUT_LUT
-                           ? o->lut.kind ? ibl_table_stems[o->lut.kind]
-                                         : ibl_lut_stems[o->lut.geometry]
-                       : kind == IBL_OUTPUT_LOBES ? ibl_output_content(kind)
-                                                  : o->name;
-    char *name = kind == IBL_OUTPUT_SPECULAR && o->engine
-                     ? ibl_format("%s%s", o->name, ibl_engine_suffix(o->engine))
-                 : is_own(o, kind)
-                     ? ibl_format("%s_%s.%s", o->name, ibl_output_content(kind),
-                                  extension)
-                     : ibl_format("%s.%s", stem, extension);
-    char *path = name ? ibl_path_join(b->directory, name) : NULL;
+    const char *shared = kind == IBL_OUTPUT_LUT
+                             ? o->lut.kind ? ibl_table_stems[o->lut.kind]
+                                           : ibl_lut_stems[o->lut.geometry]
+                         : kind == IBL_OUTPUT_LOBES ? ibl_output_content(kind)
+                                                    : o->name;
+    char *stem = is_own(o, kind)
+                     ? ibl_format("%s_%s", o->name, ibl_output_content(kind))
+                     : ibl_format("%s", shared);
+    char *name =
+        kind == IBL_OUTPUT_SPECULAR && o->engine
+            ? index ? ibl_engine_face_name(o->name, index - 1)
+                    : ibl_format("%s%s", o->name, ibl_engine_suffix(o->engine))
+        : o->picture && kind != IBL_OUTPUT_JSON
+            ? ibl_picture_name(stem, o->picture, files / each, each, index)
+            : ibl_format("%s.%s", stem, extension);
+    const char *directory =
+        ibl_bake_is_shared(o, kind) ? b->root : b->directory;
+    char *path = stem && name ? ibl_path_join(directory, name) : NULL;
 
+    free(stem);
     free(name);
     return path;
 }
@@ -71,38 +96,32 @@ static char *make_sh_path(const ibl_bake *b)
     return path;
 }
 
-static bool name_faces(ibl_bake *b)
-{
-    ibl_specular_layout layout = {0};
-
-    if (!b->files[IBL_OUTPUT_SPECULAR].path ||
-        ibl_specular_layout_of(&b->opts->bake.specular_options, &layout))
-        return true;
-    b->face_count = ibl_engine_faces(b->opts->engine, layout.levels);
-    for (int i = 0; i < b->face_count; i++) {
-        char *name = ibl_engine_face_name(b->opts->name, i);
-        b->faces[i] = name ? ibl_path_join(b->directory, name) : NULL;
-        free(name);
-        if (!b->faces[i])
-            return ibl_console_fail(b->console, "no memory for file names");
-    }
-    return true;
-}
-
 bool ibl_bake_name_files(ibl_bake *b)
 {
-    for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++) {
+    int each;
+    bool ok = true;
+
+    while (b->face_count) /* tables of a batch are named twice */
+        free(b->faces[--b->face_count]);
+    for (int kind = 0; kind < IBL_OUTPUT_COUNT && ok; kind++) {
+        ibl_baked *file = &b->files[kind];
         if (!(b->opts->only & 1u << kind))
             continue;
-        free(b->files[kind].path); /* tables of a batch are named twice */
-        b->files[kind].path = make_path(b, (ibl_output_kind)kind);
-        if (!b->files[kind].path)
-            return ibl_console_fail(b->console, "no memory for file names");
+        free(file->path);
+        file->path = make_path(b, (ibl_output_kind)kind, 0);
+        file->more = &b->faces[b->face_count];
+        file->count = files_of(b->opts, (ibl_output_kind)kind, &each);
+        ok = file->path != NULL;
+        for (int i = 1; i < file->count && ok; i++) {
+            char *path = make_path(b, (ibl_output_kind)kind, i);
+            ok = path != NULL;
+            if (ok)
+                b->faces[b->face_count++] = path;
+        }
     }
-    if (!name_faces(b))
-        return false;
-    return !b->opts->sh_format || (b->sh_path = make_sh_path(b)) ||
-           ibl_console_fail(b->console, "no memory for file names");
+    if (ok && b->opts->sh_format)
+        ok = (b->sh_path = make_sh_path(b)) != NULL;
+    return ok || ibl_console_fail(b->console, "no memory for file names");
 }
 
 int ibl_bake_files(const ibl_bake *b, bool shared,
@@ -158,6 +177,22 @@ static bool is_link(const char *path)
     return !lstat(path, &st) && S_ISLNK(st.st_mode);
 }
 
+/* Whether no map of the batch is read from this file. */
+static bool check_maps(const ibl_bake *b, const char *path,
+                       const struct stat *out)
+{
+    const ibl_maps *maps = b->from->run->maps;
+
+    for (int i = 0; maps && i < maps->count; i++)
+        if (maps->list[i].inode == out->st_ino &&
+            maps->list[i].device == out->st_dev)
+            return ibl_console_fail(b->console,
+                                    "%s: would be replaced by %s, an output: "
+                                    "choose another directory",
+                                    maps->list[i].input, path);
+    return true;
+}
+
 static bool check_target(const ibl_bake *b, const char *path)
 {
     struct stat out;
@@ -180,7 +215,7 @@ static bool check_target(const ibl_bake *b, const char *path)
     if (error == EIO)
         return ibl_console_fail(b->console, "%s: cannot be looked at: %s", path,
                                 strerror(error));
-    return error || check_inputs(b, path);
+    return error || (check_inputs(b, path) && check_maps(b, path, &out));
 }
 
 /* Whether the source that a sidecar names is the input: the same file, or the
@@ -227,7 +262,7 @@ static bool check_sidecar(const ibl_bake *b, const char *path)
 
     if (stat(path, &st) || !S_ISREG(st.st_mode))
         return true;
-    json_t *sidecar = ibl_sidecar_read(path, &why);
+    json_t *sidecar = ibl_json_load(path, 0, &why);
     const bool ok =
         json_unpack(sidecar, "{s:{s:s},s:{s:s}}", "generator", "name", &writer,
                     "source", "path", &was) ||
@@ -246,7 +281,7 @@ static bool check_source(const ibl_bake *b)
 {
     if (!b->opts->input || b->opts->name != b->opts->stem)
         return true;
-    char *path = make_path(b, IBL_OUTPUT_JSON);
+    char *path = make_path(b, IBL_OUTPUT_JSON, 0);
     const bool ok = path && check_sidecar(b, path);
 
     free(path);

@@ -143,7 +143,7 @@ static char *more(const ibl_bake *b, bool *ok)
     if (b->from->scenes)
         put(&j, "scene", ibl_scenes_json(b->from->scenes));
     if (b->opts->verify)
-        put(&j, "verify", ibl_report_json(&b->judged));
+        put(&j, "verify", json_incref(b->judged.json));
     if (b->opts->timings)
         put(&j, "timings", timings(b));
     char *text = json_object_size(j) ? ibl_json_text(j) : NULL;
@@ -152,9 +152,34 @@ static char *more(const ibl_bake *b, bool *ok)
     return text;
 }
 
+const char *ibl_baked_pixel(const ibl_opts *o, ibl_pixel pixel)
+{
+    const char *own = o->engine    ? ibl_engine_pixel(o->engine)
+                      : o->picture ? ibl_picture_pixel(o->picture)
+                                   : NULL;
+
+    return own ? own : ibl_pixel_name(pixel);
+}
+
+/* The name of a file from the sidecar's folder. */
+static bool name_file(const ibl_bake *b, ibl_output_kind kind, char *name,
+                      size_t size)
+{
+    const char *below = b->opts->below ? b->opts->below : "";
+    size_t used = 0;
+
+    for (; *below && ibl_bake_is_shared(b->opts, kind); below++)
+        if (*below == '/' && used + 3 < size) {
+            memcpy(name + used, "../", 3);
+            used += 3;
+        }
+    return (size_t)snprintf(name + used, size - used, "%s",
+                            ibl_path_name(b->files[kind].path)) < size - used;
+}
+
 /* A file of the set. shape gets its texture's. */
 static ibl_sidecar_output output(const ibl_bake *b, ibl_output_kind kind,
-                                 ibl_texture *shape)
+                                 const char *name, ibl_texture *shape)
 {
     const ibl_baked *file = &b->files[kind];
 
@@ -162,15 +187,18 @@ static ibl_sidecar_output output(const ibl_bake *b, ibl_output_kind kind,
     shape->zstd = b->opts->zstd;
     return (ibl_sidecar_output){
         .content = (ibl_content)kind,
-        .file = ibl_path_name(file->path),
+        .file = name,
         .container = ibl_format_names[b->opts->file],
         .texture = shape,
-        .pixel = b->opts->engine ? ibl_engine_pixel(b->opts->engine) : NULL,
+        .pixel = ibl_baked_pixel(b->opts, file->shape.pixel),
         .bytes = file->bytes,
+        .hash = file->hash,
         .projection = b->opts->bake.skybox_projection,
         .texels = &b->opts->texels,
         .overflow = &file->overflow,
-        .error = file->error,
+        .error = b->opts->picture == IBL_PICTURE_PNG ? NULL : file->error,
+        .more = (const char *const *)file->more,
+        .more_count = file->count - 1,
     };
 }
 
@@ -179,6 +207,7 @@ char *ibl_bake_sidecar(const ibl_bake *b)
     const ibl_lobe_table_options lobe_table = ibl_bake_lobe_options(b);
     ibl_sidecar_options facts = facts_of(b, &lobe_table);
     ibl_texture shapes[IBL_OUTPUT_JSON];
+    char names[IBL_OUTPUT_JSON][4096];
     ibl_sidecar_output outputs[IBL_OUTPUT_JSON];
     ibl_key_value given[IBL_MOST_GIVEN];
     int count = 0;
@@ -188,7 +217,9 @@ char *ibl_bake_sidecar(const ibl_bake *b)
 
     for (int i = 0; i < IBL_OUTPUT_JSON; i++)
         if (b->files[i].path) {
-            outputs[count] = output(b, (ibl_output_kind)i, &shapes[count]);
+            ok &= name_file(b, (ibl_output_kind)i, names[i], sizeof *names);
+            outputs[count] =
+                output(b, (ibl_output_kind)i, names[i], &shapes[count]);
             count++;
         }
     facts.outputs = outputs;

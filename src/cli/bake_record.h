@@ -11,6 +11,7 @@
 #include "cli/targets.h"
 #include "engine/engine.h"
 #include "engine/harmonics.h"
+#include "engine/picture.h"
 
 /* Whether there is a lobe table. */
 typedef enum ibl_lobes {
@@ -20,7 +21,8 @@ typedef enum ibl_lobes {
 } ibl_lobes;
 
 enum {
-    IBL_MAX_FACES = IBL_FACES * IBL_MAX_LEVELS,
+    IBL_ALL_OUTPUTS = (1 << IBL_OUTPUT_COUNT) - 1,
+    IBL_MAX_FACES = IBL_FACES * (IBL_MAX_LEVELS + 2), /* and of other cubes */
     IBL_LIGHTS_AUTO = -1
 };
 
@@ -44,14 +46,20 @@ typedef struct ibl_opts {
     int file; /* what --format says, in ibl_format_names */
     ibl_container format;
     ibl_engine engine;        /* the files are an engine's own; or NONE */
+    ibl_picture picture;      /* the files are pictures; or NONE */
+    ibl_tone tone;            /* of PNG */
+    int layout;               /* in ibl_layout_names */
     int zstd;                 /* level of Zstandard; 0: none */
     int filament;             /* 1: KTX as Filament reads it: ibl_texture */
     ibl_texel_options texels; /* of the cubes */
     unsigned only;            /* bit n: ibl_output_kind n is wanted */
+    unsigned asked;           /* the same before what there is none of */
+    int prefiltered;          /* 1: the environment may be a baked map */
     ibl_bake_options bake;
     ibl_axes axes; /* of the outputs */
     ibl_sh_format sh_format;
-    int lights; /* most that are taken out of the environment, or AUTO */
+    double sh_window; /* of ibl_sh_window; 0: the widest without ringing */
+    int lights;       /* most that are taken out of the environment, or AUTO */
     ibl_lut_options lut;
     ibl_lobes lobe_table;
     int lobe_table_size;
@@ -66,21 +74,24 @@ typedef struct ibl_opts {
     double rendered_error; /* what the choice is for; NAN: nothing is chosen */
     int dry_run;           /* 1: only print the choice */
     const char *from;      /* a list of environments; NULL: none */
+    int recursive;
     int keep_going;
     ibl_shard shard;
     int incremental;
+    int prune;
     ibl_progress_kind progress;
     ibl_judge_options judge;
-    char stem[256]; /* input's name without directory and extension */
+    char stem[IBL_STEM_BYTES]; /* input's name without directory, extension */
+    const char *below; /* the same in a batch, below directory: "sub/env" */
     ibl_given given;
 } ibl_opts;
 
-/* The command line: options of one set, or of a set for each target. */
+/* The command line: options of one set, or of a set for each target, which are
+ * equal in all that is of no set. */
 typedef struct ibl_bake_line {
-    ibl_opts one; /* first, as the parser's settings */
+    ibl_opts set[IBL_MAX_TARGETS]; /* the first as the parser's settings */
+    int count;                     /* of sets; 1 without targets */
     char **words;
-    int count; /* of sets; 0: there are no targets, and one counts */
-    ibl_opts set[IBL_MAX_TARGETS];
     bool batch;         /* many environments, or what is done for many */
     const char **given; /* the arguments that are environments or folders */
     int given_count;
@@ -89,9 +100,12 @@ typedef struct ibl_bake_line {
 /* An output file. path is set before the bake, the rest when the file is
  * written. */
 typedef struct ibl_baked {
-    char *path;        /* NULL: not wanted */
-    size_t bytes;      /* of the file */
-    ibl_texture shape; /* of the texture, without data and keys */
+    char *path;               /* NULL: not wanted; the first of several */
+    char **more;              /* paths of the others, in ibl_bake.faces */
+    int count;                /* of files */
+    size_t bytes;             /* of the file */
+    char hash[IBL_FILE_HASH]; /* of the first */
+    ibl_texture shape;        /* of the texture, without data and keys */
     ibl_overflow_report overflow;
     ibl_pixel_error error[IBL_MAX_LEVELS]; /* of cubes */
 } ibl_baked;
@@ -129,7 +143,8 @@ typedef struct ibl_bake {
     /* The set of another bake that has the tables that environments share, and
      * owns lut and lobes; NULL: they are this bake's. */
     const struct ibl_bake *tables;
-    char *directory;
+    char *root;           /* of what all maps share */
+    char *directory;      /* of the others: the root, or a folder below it */
     int chain;            /* of the source's chains; -1: none */
     ibl_bake_result made; /* its part of what the source has, in the world's
                              axes, but sh in those of its outputs */
@@ -141,7 +156,7 @@ typedef struct ibl_bake {
     ibl_report judged;               /* empty without --verify */
     ibl_baked files[IBL_OUTPUT_COUNT];
     char *sh_path;              /* of --sh-format; NULL: none */
-    char *faces[IBL_MAX_FACES]; /* paths of an engine's other files */
+    char *faces[IBL_MAX_FACES]; /* paths of other files than the first */
     int face_count;
 } ibl_bake;
 
@@ -154,17 +169,17 @@ typedef struct ibl_map_bake {
     ibl_bake_source from;
     ibl_outputs *outputs;
     ibl_bake *sets;
-    const ibl_bake *tables; /* of each set; NULL: it makes its own */
-    ibl_choice *choices;    /* of each set; NULL: none are asked */
-    ibl_opts sheen;         /* of a set that a scene needs beside the one */
+    const ibl_bake *tables;      /* of each set; NULL: it makes its own */
+    const struct ibl_maps *maps; /* all of the batch, or NULL */
+    ibl_choice *choices;         /* of each set; NULL: none are asked */
+    ibl_opts sheen; /* of a set that a scene needs beside the one */
     int count;
 } ibl_map_bake;
 
-/* Bytes of memory that a bake takes in this context, at most, of a map of that
- * size whose source takes `reader` bytes (ibl_source_memory). *lower: what to
- * do to need less. */
-size_t ibl_bake_bytes(const ibl_map_bake *r, ibl_ctx *ctx, size_t reader,
-                      int width, int height, const char **lower);
+/* Bytes of memory that a bake takes of a map of that size whose source takes
+ * `reader` bytes (ibl_source_memory); 0 after a message. */
+double ibl_bake_bytes(const ibl_map_bake *r, size_t reader, int width,
+                      int height);
 /* False, after a message, if that is more than --max-memory. */
 bool ibl_bake_fits(const ibl_map_bake *r, size_t reader, int width, int height);
 
@@ -174,12 +189,16 @@ static inline bool ibl_opts_want(const ibl_opts *o, ibl_output_kind kind)
     return o->only & 1u << kind;
 }
 
-/* Checks them beside a target, whose own options are those of want. False,
- * after ibl_misuse: its engine would not load the files, or show them wrongly.
- */
-bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want);
+/* Whether nothing that is wanted depends on an environment. */
+bool ibl_opts_of_none(const ibl_opts *o);
 /* Switches off the parts of the bake that no output needs. */
 void ibl_opts_select(ibl_opts *o);
+/* These refuse, after a line on stderr, options that cannot be together; those
+ * with which a target's engine would not load the files, or show them wrongly
+ * (want: the target's own options); options that mean nothing in any set. */
+bool ibl_opts_check(const ibl_opts *o);
+bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want);
+bool ibl_opts_check_uses(const ibl_bake_line *line);
 
 /* Runs the bake with settings, an ibl_bake_line; returns the exit status. */
 int ibl_bake_run(const void *settings);
@@ -206,6 +225,9 @@ bool ibl_bake_source_read(ibl_bake_source *s);
 /* Reads the environment, if there is one and it was not read, and bakes. */
 bool ibl_bake_source_make(ibl_bake_source *s);
 void ibl_bake_source_free(ibl_bake_source *s);
+
+/* What a set's files make of texels of that format. */
+const char *ibl_baked_pixel(const ibl_opts *o, ibl_pixel pixel);
 
 /* Sets the keys of a texture: see FILES in the manual page. */
 bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
@@ -244,10 +266,6 @@ int ibl_bake_files(const ibl_bake *b, bool shared,
 ibl_status ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES],
                            int *count);
 
-/* Warns of the harmonics of a baked set if somewhere they have less than half
- * the least irradiance of a channel. */
-void ibl_warn_of_harmonics(const ibl_bake *b);
-
 /* Sets the path of every wanted file. False, after a message: no memory. */
 bool ibl_bake_name_files(ibl_bake *b);
 
@@ -267,8 +285,8 @@ char *ibl_depfile_text(const ibl_bake *sets, int count);
 /* Turns a cube from the axes of the outputs to the world's. */
 bool ibl_bake_turn_back(const ibl_bake *b, ibl_cube *cube);
 
-/* For --verify. Encodes tex as its file, decodes and judges it, and adds to the
- * report. */
+/* For --verify. Judges the texels that a file gets, with its keys, and adds to
+ * the report. */
 bool ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const ibl_texture *tex);
 /* Prints the report. False, after a message: an error is above --max-error. */
 bool ibl_bake_judged(const ibl_bake *b);

@@ -6,9 +6,6 @@
  * so those of finished ones stay if a later one fails.
  */
 #include <errno.h>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 #include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -55,6 +52,7 @@ typedef struct batch {
     int started;
     ibl_outputs *folders; /* removed at the end if nothing is in them */
     worker *tables;       /* has the tables, if there are any */
+    bool tables_kept;     /* their files are there */
     int *order;           /* of the maps to bake, the large ones first */
     int to_bake;
     double begun, all_pixels;
@@ -65,10 +63,9 @@ typedef struct batch {
     int busy;     /* threads that bake */
     double bytes; /* of memory that they take */
     int running;
-    int baked, kept, failed, printed;
+    int baked, kept, failed, pruned, printed;
     double pixels; /* of the maps that are done */
     bool stopped;
-    bool shared; /* the files of the tables are there, if there are any */
 } batch;
 
 /* ---- signals ------------------------------------------------------------- */
@@ -144,17 +141,13 @@ static void print_map(const batch *b, const ibl_map *m, double seconds,
                       const char *error)
 {
     static const char *const states[] = {"waits", "kept", "baked", "failed"};
-    const bool is_text = ibl_json_is_text(m->input);
 
     if (!prints_json(b))
         return;
     json_t *event = json_pack(
-        "{ss so ss si si sf}", "event", "map", "map",
-        is_text ? json_string(m->input) : ibl_json_encoded(m->input), "state",
-        states[m->state], "done", b->baked + b->kept + b->failed, "maps",
-        b->maps.count, "seconds", seconds);
-    if (!is_text)
-        json_object_set_new(event, "names", json_string(IBL_NAMES_ENCODED));
+        "{ss so ss si si sf}", "event", "map", "map", ibl_json_string(m->input),
+        "state", states[m->state], "done", b->baked + b->kept + b->failed,
+        "maps", b->maps.count, "seconds", seconds);
     if (*error)
         json_object_set_new(event, "error", ibl_json_string(error));
     if (b->pixels > 0) {
@@ -184,6 +177,21 @@ static void print_ready(batch *b)
         free(m->printed);
         m->printed = NULL;
     }
+}
+
+/* The last line, where a map was looked at. */
+static void print_sum(const batch *b)
+{
+    char pruned[32] = "", text[160];
+
+    if (b->opts->prune)
+        snprintf(pruned, sizeof pruned, ", removed %d", b->pruned);
+    snprintf(text, sizeof text, "baked %d maps, kept %d, %d failed%s: %.3g s",
+             b->baked, b->kept, b->failed, pruned,
+             ibl_now() - b->console.begun);
+    if (!b->opts->common.quiet && !prints_json(b) &&
+        (b->baked + b->kept || (b->opts->keep_going && b->failed)))
+        ibl_print_line("", text);
 }
 
 /* Lists the maps that failed; the reasons were printed before. */
@@ -230,19 +238,23 @@ static bool commit(worker *w)
                                        : ibl_bake_commit(&w->run);
 }
 
-/* Begins a bake with w->line; the context reports to the batch's screen. */
-static bool begin(worker *w, ibl_ctx *ctx, FILE *print)
+/* Begins a bake of a map; NULL: of w->line. The context reports to the batch's
+ * screen. */
+static bool begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
 {
     const batch *b = w->batch;
     ibl_map_bake *r = &w->run;
 
+    if (map)
+        ibl_map_line(b->line, map, &w->line);
     *r = (ibl_map_bake){.line = &w->line,
                         .from = {.ctx = ctx, .print = print},
-                        .tables = b->tables ? b->tables->run.sets : NULL};
+                        .tables = b->tables ? b->tables->run.sets : NULL,
+                        .maps = &b->maps};
     ibl_console_init(&r->console, b->opts->common.quiet,
                      b->opts->common.verbose);
     r->console.front = (ibl_console *)&b->console;
-    r->console.about = w->line.one.input;
+    r->console.about = w->line.set->input;
     r->console.terminal = false;
     return ibl_bake_begin(r);
 }
@@ -254,24 +266,6 @@ static bool end(worker *w, bool ok)
     return ibl_console_end(&w->run.console, ok) == 0;
 }
 
-/* Writes the tables with the first map, so that nothing is left where all maps
- * fail. The maps' threads take turns. */
-static bool share_tables(worker *w)
-{
-    batch *b = w->batch;
-
-    pthread_mutex_lock(&b->lock);
-    const bool ok = b->shared || commit(b->tables);
-    b->shared = ok;
-    pthread_mutex_unlock(&b->lock);
-    if (!ok) {
-        w->run.console.failed = true;
-        memcpy(w->run.console.error, b->tables->run.console.error,
-               sizeof w->run.console.error);
-    }
-    return ok;
-}
-
 static bool bake_map(worker *w, ibl_map *m)
 {
     const batch *b = w->batch;
@@ -279,10 +273,8 @@ static bool bake_map(worker *w, ibl_map *m)
     FILE *print = b->opts->verify ? ibl_memory_open(&printed) : stdout;
 
     w->since = real_time();
-    bool ok = print && ibl_map_line(b->line, m->input, &w->line);
-    w->run.console.failed = print && !ok; /* the line was refused */
-    ok = ok && begin(w, w->ctx, print) && ibl_bake_make(&w->run) &&
-         share_tables(w) && commit(w);
+    bool ok = begin(w, m, w->ctx, print) && print && ibl_bake_make(&w->run) &&
+              commit(w);
     if (ok && b->opts->depfile)
         ok = (m->rule = ibl_depfile_text(w->run.sets, w->run.count)) != NULL;
     ok = end(w, ok);
@@ -322,14 +314,6 @@ static ibl_map *take(batch *b, worker **w)
     return NULL;
 }
 
-/* Whether all threads together could take more than half of the memory. What
- * the C library keeps of freed memory then goes back, which takes a percent of
- * the time. */
-static bool is_short(const batch *b, const ibl_map *m)
-{
-    return 2 * b->count * m->bytes > b->most_bytes;
-}
-
 /* Counts a map that is done. The caller holds the lock. */
 static void count_map(batch *b, const worker *w, ibl_map *m, bool ok,
                       double seconds)
@@ -357,10 +341,6 @@ static void *work(void *arg)
         const double begun = ibl_now();
         pthread_mutex_unlock(&b->lock);
         const bool ok = bake_map(w, m);
-#ifdef __GLIBC__
-        if (is_short(b, m))
-            malloc_trim(0);
-#endif
         pthread_mutex_lock(&b->lock);
         if (!atomic_load(&stopped_by))
             count_map(b, w, m, ok, ibl_now() - begun);
@@ -444,7 +424,6 @@ static void measure(batch *b, ibl_map *m)
     worker *w = b->workers;
     ibl_source *source;
     struct stat st;
-    const char *lower;
 
     if (m->pixels > 0 || stat(m->input, &st) || !S_ISREG(st.st_mode) ||
         ibl_source_open(b->silent, m->input, &b->opts->common.read, &source))
@@ -452,15 +431,12 @@ static void measure(batch *b, ibl_map *m)
     const int width = ibl_source_width(source);
     const int height = ibl_source_height(source);
     m->pixels = (double)width * (double)height;
-    if (ibl_map_line(b->line, m->input, &w->line)) {
-        if (begin(w, b->silent, NULL))
-            m->bytes = fmax(0, (double)ibl_bake_bytes(&w->run, b->silent,
-                                                      ibl_source_memory(source),
-                                                      width, height, &lower) -
-                                   IBL_PROGRAM_BYTES);
-        ibl_bake_end(&w->run);
-        w->run.console.about = NULL;
-    }
+    if (begin(w, m, b->silent, NULL))
+        m->bytes = fmax(0, ibl_bake_bytes(&w->run, ibl_source_memory(source),
+                                          width, height) -
+                               IBL_PROGRAM_BYTES);
+    ibl_bake_end(&w->run);
+    w->run.console.about = NULL;
     ibl_source_close(source);
 }
 
@@ -482,8 +458,8 @@ static bool is_kept(batch *b, worker *w, ibl_map *m)
     ibl_stamp s = {0};
     bool moved = false, kept = false;
 
-    if (b->opts->incremental && ibl_map_line(b->line, m->input, &w->line)) {
-        kept = begin(w, b->silent, NULL) && ibl_bake_names(&w->run) &&
+    if (b->opts->incremental) {
+        kept = begin(w, m, b->silent, NULL) && ibl_bake_names(&w->run) &&
                ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
         if (kept && moved)
             kept = write_anew(w, &s);
@@ -514,8 +490,8 @@ static bool take_shard(batch *b)
         measure(b, &b->maps.list[i]);
         pixels[i] = 1 + (uint64_t)b->maps.list[i].pixels; /* or unknown */
     }
-    const bool ok = pixels && owner &&
-                    ibl_shard_deal(pixels, count, false, shard->count, owner);
+    const bool ok =
+        pixels && owner && ibl_shard_deal(pixels, count, shard->count, owner);
     if (ok)
         ibl_maps_keep(&b->maps, owner, shard->number);
     free(pixels);
@@ -583,37 +559,44 @@ static unsigned reduce(ibl_opts *o)
     return shared;
 }
 
-/* Makes the tables that all maps share. Their files are written here if maps
- * are kept, else with the first map; unchanged ones are kept, too. */
+/* Makes the tables that all maps share. Unchanged files of them are kept. */
 static bool make_tables(batch *b)
 {
     worker *w = &b->workers[b->count + 1];
     ibl_stamp s = {0};
-    unsigned shared;
-    bool moved, holds = false;
+    unsigned shared = 0;
+    bool moved;
 
     w->line = *b->line;
-    shared = reduce(&w->line.one);
     for (int i = 0; i < w->line.count; i++)
         shared |= reduce(&w->line.set[i]);
-    b->shared = !shared;
+    b->tables_kept = !shared;
     if (!shared)
         return true;
-    bool ok = begin(w, w->ctx, NULL) && ibl_bake_names(&w->run);
+    bool ok = begin(w, NULL, w->ctx, NULL) && ibl_bake_names(&w->run);
     if (ok && b->opts->incremental)
-        holds =
+        b->tables_kept =
             ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
-    if (ok && (b->to_bake || !holds)) {
+    if (ok && (b->to_bake || !b->tables_kept)) {
         w->since = real_time();
         ok = ibl_bake_make(&w->run);
-        if (ok && !holds && (!b->to_bake || b->to_bake < b->maps.count))
-            ok = holds = commit(w);
     }
-    b->shared = holds;
     ibl_stamp_free(&s);
     b->tables = w;
     ok = end(w, ok);
     b->console.failed |= w->run.console.failed;
+    return ok;
+}
+
+/* Gives the tables their names once a map has its files, so that nothing is
+ * left where nothing was done. */
+static bool commit_tables(batch *b)
+{
+    if (b->tables_kept || !(b->baked + b->kept) || atomic_load(&stopped_by))
+        return true;
+    b->tables->run.console.failed = false;
+    const bool ok = commit(b->tables);
+    b->console.failed |= b->tables->run.console.failed;
     return ok;
 }
 
@@ -643,10 +626,27 @@ static bool write_depfile(batch *b)
     return ok;
 }
 
+/* Checks that the depfile can name all files, and is none of them. */
+static bool check_depfile(batch *b)
+{
+    worker *w = b->workers;
+    bool ok = true;
+
+    for (int i = 0; i < b->maps.count && ok && b->opts->depfile; i++) {
+        ok = begin(w, &b->maps.list[i], b->silent, NULL) &&
+             ibl_bake_names(&w->run) &&
+             ibl_bake_check_depfile(w->run.sets, w->run.count);
+        ok = end(w, ok);
+        ibl_bake_end(&w->run);
+    }
+    b->console.failed |= !ok;
+    return ok;
+}
+
 static bool prepare(batch *b)
 {
     return start(b) && ibl_maps_list(b->line, &b->console, &b->maps) &&
-           ibl_maps_check(b->line, b->silent, &b->console, &b->maps) && plan(b);
+           check_depfile(b) && plan(b);
 }
 
 static bool run(batch *b)
@@ -658,8 +658,11 @@ static bool run(batch *b)
         if (b->maps.list[i].state == IBL_MAP_KEPT)
             print_map(b, &b->maps.list[i], 0, "");
     bool ok = make_folders(b) && make_tables(b) && bake_maps(b);
+    ok &= commit_tables(b);
     if (ok || b->opts->keep_going)
         ok &= write_depfile(b);
+    if (ok && b->opts->prune)
+        b->pruned = ibl_stamps_prune(b->opts->directory, &b->maps, &b->console);
     if (!atomic_load(&stopped_by))
         print_end(b);
     return ok;
@@ -683,20 +686,19 @@ static void free_batch(batch *b)
 int ibl_batch_run(const ibl_bake_line *line)
 {
     batch b = {.line = line,
-               .opts = line->count ? line->set : &line->one,
+               .opts = line->set,
                .lock = PTHREAD_MUTEX_INITIALIZER,
                .changed = PTHREAD_COND_INITIALIZER};
 
-    ibl_console_init(&b.console, line->one.common.quiet,
-                     line->one.common.verbose);
+    ibl_console_init(&b.console, line->set->common.quiet,
+                     line->set->common.verbose);
     ibl_signals_catch();
     const bool ok = prepare(&b) && run(&b);
     b.console.failed |= atomic_load(&stopped_by) || b.failed;
     const int status = ibl_console_end(&b.console, ok);
     if (b.failed && b.opts->keep_going)
         list_failed(&b);
-    ibl_console_info(&b.console, "baked %d maps, kept %d, %d failed: %.3f s",
-                     b.baked, b.kept, b.failed, ibl_now() - b.console.begun);
+    print_sum(&b);
     atomic_store(&at_work, NULL);
     free_batch(&b);
     if (atomic_load(&stopped_by)) {

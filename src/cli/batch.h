@@ -3,8 +3,9 @@
 #ifndef CLI_BATCH_H
 #define CLI_BATCH_H
 
+#include <sys/types.h>
+
 #include "cli/bake_record.h"
-#include "cli/hash.h"
 
 typedef enum ibl_map_state {
     IBL_MAP_WAITS,
@@ -15,6 +16,9 @@ typedef enum ibl_map_state {
 
 typedef struct ibl_map {
     char *input;
+    char *name; /* of its outputs, below the directory of all: "sub/env" */
+    dev_t device;
+    ino_t inode; /* of the file; 0: there is none of that name, as of a list */
     ibl_map_state state;
     double pixels; /* 0: not known before it is read, as are bytes */
     double bytes;  /* of memory that its bake takes, beside the program */
@@ -34,22 +38,17 @@ int ibl_batch_run(const ibl_bake_line *line);
  * range, and no textures, which may be outputs. */
 bool ibl_is_environment(const char *name);
 /* Lists the environments of a line: its arguments, what is in those that are
- * folders, and those of --from. False after a message; free them also then. */
+ * folders, and those of --from. False after a message, as of two that make the
+ * same files; free them also then. */
 bool ibl_maps_list(const ibl_bake_line *line, ibl_console *console,
                    ibl_maps *maps);
 /* Drops the maps that another shard owns. */
 void ibl_maps_keep(ibl_maps *maps, const int *owner, int shard);
 void ibl_maps_free(ibl_maps *maps);
 
-/* Makes the line of one environment of a batch. False, after a message: its
- * name is too long. */
-bool ibl_map_line(const ibl_bake_line *all, const char *input,
+/* Makes the line of one environment of a batch. */
+void ibl_map_line(const ibl_bake_line *all, const ibl_map *map,
                   ibl_bake_line *own);
-
-/* Checks that no two maps make the same file, and no map one that another is
- * read from. False after a message that names both. */
-bool ibl_maps_check(const ibl_bake_line *line, ibl_ctx *ctx,
-                    ibl_console *console, const ibl_maps *maps);
 
 /* ---- --incremental ------------------------------------------------------- */
 
@@ -59,11 +58,12 @@ bool ibl_maps_check(const ibl_bake_line *line, ibl_ctx *ctx,
 /* What a bake was made of, and the files that it reads and makes. */
 typedef struct ibl_stamp {
     char *path; /* of the stamp; the caller frees it with ibl_stamp_free */
-    char options[IBL_HASH_SIZE]; /* hash of all that decides what is made */
+    char options[IBL_FILE_HASH]; /* hash of all that decides what is made */
     char **files;                /* what is read, then what is made */
     int count, inputs;
-    char *folder; /* of all stamps */
-    int held;     /* a descriptor of it, or -1 */
+    const char *directory; /* of all outputs */
+    char *folder;          /* of all stamps */
+    int held;              /* a descriptor of it, or -1 */
 } ibl_stamp;
 
 /* Fills in the stamp of a bake whose files have names. False: no memory, or no
@@ -85,5 +85,10 @@ void ibl_stamp_hold(ibl_stamp *stamp);
  * real-time clock, or cannot be hashed. False, after a message: it cannot be
  * written. */
 bool ibl_stamp_write(const ibl_stamp *stamp, double since, ibl_ctx *ctx);
+
+/* Removes the stamps that are of none of the maps, and their outputs, unless
+ * they changed since. Returns the number of such maps. */
+int ibl_stamps_prune(const char *directory, const ibl_maps *maps,
+                     ibl_console *console);
 
 #endif

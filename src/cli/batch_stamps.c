@@ -2,9 +2,11 @@
 /*
  * Stamps of --incremental: what a map was baked of, so that the next run knows
  * whether anything changed. A stamp is a line with the hash of the options,
- * and one for each file with the hash of its contents and what stat() says of
- * it. A file that stat() says is the same is not read.
+ * and one for each file with the hash of its contents, what stat() says of it,
+ * and the name of an output below the directory. A file that stat() says is the
+ * same is not read. A stamp of another version is none.
  */
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -18,6 +20,8 @@
 #include "common/path.h"
 #include "json/text.h"
 
+#define STAMP "iblbake stamp 2"
+
 enum {
     IDENTITY_BYTES = 128
 };
@@ -27,30 +31,8 @@ enum {
 
 /* ---- what decides -------------------------------------------------------- */
 
-/* Prints the options of the command line, in the order of their tables. */
-static void put_given(FILE *to, const ibl_given *given)
-{
-    const ibl_option *last = NULL;
-
-    for (int n = 0; n < given->count; n++) {
-        int next = -1;
-        for (int i = 0; i < given->count; i++) {
-            const ibl_option *o = given->list[i].option;
-            if ((!last || o > last) &&
-                (next < 0 || o < given->list[next].option))
-                next = i;
-        }
-        if (next < 0)
-            return;
-        last = given->list[next].option;
-        const char *value = given->list[next].value;
-        if (!last->aside)
-            fprintf(to, "--%s=%s\n", last->name, value ? value : "");
-    }
-}
-
 static bool hash_options(const ibl_map_bake *r, ibl_isa isa,
-                         char hash[IBL_HASH_SIZE])
+                         char hash[IBL_FILE_HASH])
 {
     const ibl_opts *o = r->opts;
     ibl_memory_file file;
@@ -58,14 +40,12 @@ static bool hash_options(const ibl_map_bake *r, ibl_isa isa,
 
     if (!to)
         return false;
-    fprintf(to, "iblbake %s %s %s\n%s\nverify %d %.17g timings %d\n",
-            IBL_VERSION, ibl_version_revision(), ibl_isa_arithmetic(isa),
-            o->input ? o->input : "", o->verify, o->max_error, o->timings);
+    ibl_print_settings(to, isa, &ibl_bake_command, &o->given);
+    fprintf(to, "%s\nverify %d %.17g timings %d\n", o->input ? o->input : "",
+            o->verify, o->max_error, o->timings);
     for (int i = 0; i < r->count; i++)
         if (r->sets[i].opts->of)
-            fprintf(to, "%s\n",
-                    ibl_target_program_of(r->sets[i].opts->of)->options);
-    put_given(to, &o->given);
+            fprintf(to, "%s\n", r->sets[i].opts->of->options);
     char *text = ibl_memory_close(to, &file);
     if (text)
         ibl_hash_bytes(text, file.size, hash);
@@ -99,19 +79,30 @@ static bool add_files(const ibl_map_bake *r, ibl_stamp *s)
     return ok;
 }
 
+/* The path of a map's stamp: in one folder, whatever folder its outputs are in.
+ * NULL: no memory. */
+static char *stamp_path(const char *folder, const char *name)
+{
+    char *path = ibl_format("%s/%s.map", folder, name);
+
+    for (char *at = path ? path + strlen(folder) + 1 : ""; *at; at++)
+        if (*at == '/')
+            *at = '%';
+    return path;
+}
+
 bool ibl_stamp_of(const ibl_map_bake *r, ibl_isa isa, ibl_stamp *s)
 {
-    const char *root = r->opts->directory;
+    const ibl_opts *o = r->opts;
     const size_t most = IBL_FACES + (size_t)r->count * IBL_SET_PATHS;
-    char *name = r->opts->input ? ibl_format("%s.map", r->opts->name)
-                                : ibl_format("tables");
 
     *s = (ibl_stamp){.files = calloc(most, sizeof *s->files),
-                     .folder = ibl_path_join(root, IBL_STAMPS),
+                     .directory = o->directory,
+                     .folder = ibl_path_join(o->directory, IBL_STAMPS),
                      .held = -1};
-    if (s->folder && name)
-        s->path = ibl_path_join(s->folder, name);
-    free(name);
+    if (s->folder)
+        s->path = o->input ? stamp_path(s->folder, o->below)
+                           : ibl_path_join(s->folder, "tables");
     return s->path && s->files && hash_options(r, isa, s->options) &&
            add_files(r, s);
 }
@@ -142,7 +133,7 @@ static void identify(const struct stat *st, char text[IDENTITY_BYTES])
 static bool is_same(const char *path, const char *hash, const char *identity,
                     bool *moved)
 {
-    char now[IDENTITY_BYTES], content[IBL_HASH_SIZE];
+    char now[IDENTITY_BYTES], content[IBL_FILE_HASH];
     struct stat st;
 
     if (stat(path, &st) || !S_ISREG(st.st_mode))
@@ -151,12 +142,12 @@ static bool is_same(const char *path, const char *hash, const char *identity,
     if (!strcmp(now, identity))
         return true;
     *moved = true;
-    return ibl_hash_file(path, content) && !strcmp(content, hash);
+    return !ibl_hash_file(path, content) && !strcmp(content, hash);
 }
 
 bool ibl_stamp_holds(const ibl_stamp *s, bool *moved)
 {
-    char hash[IBL_HASH_SIZE], identity[IDENTITY_BYTES];
+    char hash[IBL_FILE_HASH], identity[IDENTITY_BYTES];
     struct stat st;
     const bool there = !stat(s->path, &st) && S_ISREG(st.st_mode);
     FILE *from = there ? fopen(s->path, "r") : NULL;
@@ -165,10 +156,10 @@ bool ibl_stamp_holds(const ibl_stamp *s, bool *moved)
     *moved = false;
     if (!from)
         return false;
-    bool same = fscanf(from, "iblbake stamp 1 %32s %d", hash, &count) == 2 &&
+    bool same = fscanf(from, STAMP " %32s %d", hash, &count) == 2 &&
                 !strcmp(hash, s->options) && count == s->count;
     for (int i = 0; i < s->count && same; i++)
-        same = fscanf(from, "%32s %127s", hash, identity) == 2 &&
+        same = fscanf(from, "%32s %127s%*[^\n]", hash, identity) == 2 &&
                is_same(s->files[i], hash, identity, moved);
     fclose(from);
     return same;
@@ -181,19 +172,27 @@ void ibl_stamp_hold(ibl_stamp *s)
         continue;
 }
 
-static bool put_file(FILE *to, const char *path, double since)
+/* name: of an output, or "". A line break in it would end the line. */
+static bool put_file(FILE *to, const char *path, const char *name, double since)
 {
-    char identity[IDENTITY_BYTES], hash[IBL_HASH_SIZE];
+    char identity[IDENTITY_BYTES], hash[IBL_FILE_HASH];
     struct stat st;
 
-    if (stat(path, &st) || !S_ISREG(st.st_mode) ||
+    if (strchr(name, '\n') || stat(path, &st) || !S_ISREG(st.st_mode) ||
         (double)st.st_ctim.tv_sec + 1e-9 * (double)st.st_ctim.tv_nsec >
             since - TICK_SECONDS ||
-        !ibl_hash_file(path, hash))
+        ibl_hash_file(path, hash))
         return false;
     identify(&st, identity);
-    fprintf(to, "%s %s\n", hash, identity);
+    fprintf(to, "%s %s %s\n", hash, identity, name);
     return true;
+}
+
+/* An output's path below the directory. */
+static const char *below(const ibl_stamp *s, const char *path)
+{
+    path += strlen(s->directory);
+    return path + strspn(path, "/");
 }
 
 bool ibl_stamp_write(const ibl_stamp *s, double since, ibl_ctx *ctx)
@@ -204,9 +203,11 @@ bool ibl_stamp_write(const ibl_stamp *s, double since, ibl_ctx *ctx)
     bool known = to;
 
     if (to)
-        fprintf(to, "iblbake stamp 1 %s %d\n", s->options, s->count);
+        fprintf(to, STAMP " %s %d\n", s->options, s->count);
     for (int i = 0; i < s->count && known; i++)
-        known = put_file(to, s->files[i], i < s->inputs ? since : HUGE_VAL);
+        known = i < s->inputs ? put_file(to, s->files[i], "", since)
+                              : put_file(to, s->files[i], below(s, s->files[i]),
+                                         HUGE_VAL);
     char *text = ibl_memory_close(to, &file);
     bool ok = !text || !known;
     if (!ok && !ibl_outputs_create(ctx, &outputs)) {
@@ -217,4 +218,67 @@ bool ibl_stamp_write(const ibl_stamp *s, double since, ibl_ctx *ctx)
     ibl_outputs_free(outputs);
     free(text);
     return ok;
+}
+
+/* ---- --prune ------------------------------------------------------------- */
+
+/* Removes a map's outputs that are as its stamp says, and their folders if
+ * nothing else is there. False: one is another's now, or stays. */
+static bool remove_outputs(const char *directory, FILE *stamp,
+                           ibl_console *console)
+{
+    char hash[IBL_FILE_HASH], identity[IDENTITY_BYTES], name[4096];
+    bool ok = fscanf(stamp, STAMP " %32s %*d", hash) == 1, moved;
+
+    while (ok && fscanf(stamp, "%32s %127s", hash, identity) == 2) {
+        fgetc(stamp);
+        if (!fgets(name, sizeof name, stamp))
+            break;
+        name[strcspn(name, "\n")] = '\0';
+        char *path = *name ? ibl_path_join(directory, name) : NULL;
+        if (!path || access(path, F_OK)) {
+            free(path);
+            continue;
+        }
+        ok = is_same(path, hash, identity, &moved) && !unlink(path);
+        if (!ok)
+            ibl_console_warn(console,
+                             "%s: its map is gone, but it changed since it was "
+                             "made: remove it, if it is not needed",
+                             path);
+        *strrchr(path, '/') = '\0';
+        rmdir(path);
+        free(path);
+    }
+    return ok;
+}
+
+int ibl_stamps_prune(const char *directory, const ibl_maps *maps,
+                     ibl_console *console)
+{
+    char *folder = ibl_path_join(directory, IBL_STAMPS);
+    DIR *dir = folder ? opendir(folder) : NULL;
+    const struct dirent *entry;
+    int pruned = 0;
+
+    while (dir && (entry = readdir(dir))) {
+        const char *end = strrchr(entry->d_name, '.');
+        char *path = ibl_path_join(folder, entry->d_name);
+        bool known = !path || !end || strcmp(end, ".map") != 0;
+        for (int i = 0; i < maps->count && !known; i++) {
+            char *of = stamp_path(folder, maps->list[i].name);
+            known = !of || !strcmp(of, path);
+            free(of);
+        }
+        FILE *stamp = known ? NULL : fopen(path, "r");
+        if (stamp && remove_outputs(directory, stamp, console))
+            pruned += !unlink(path);
+        if (stamp)
+            fclose(stamp);
+        free(path);
+    }
+    if (dir)
+        closedir(dir);
+    free(folder);
+    return pruned;
 }

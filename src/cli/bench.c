@@ -9,16 +9,11 @@
  * errors the value less and plus its standard error. "report" has the error of
  * each level, as iblbake verify writes it.
  */
-#define _GNU_SOURCE /* wait4, nftw */
 #include <errno.h>
-#include <ftw.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <time.h>
-#include <unistd.h>
 
 #include "cli/candidate.h"
 #include "cli/judge.h"
@@ -62,8 +57,7 @@ enum {
     GROUPS = sizeof groups / sizeof *groups,
     MAX_MAPS = 16,
     MAX_ROUNDS = 99,
-    MAX_SETTINGS = 64,
-    USUAL = 1 /* the number of the default */
+    MAX_SETTINGS = 64
 };
 
 typedef struct bench_opts {
@@ -87,9 +81,8 @@ typedef struct bench {
     const bench_opts *opts;
     ibl_console console;
     ibl_ctx *ctx;
-    setting settings[MAX_SETTINGS];
-    int count; /* the first is the default in a process of its own */
-    double peak_bytes[MAX_MAPS][MAX_ROUNDS]; /* of that */
+    setting settings[MAX_SETTINGS]; /* the first is the default */
+    int count;
     /* Of this map: */
     ibl_image env;
     ibl_judge *judge;
@@ -109,7 +102,7 @@ static bool read_options(const char *options, ibl_opts *o)
         words && line && ibl_command_line(&ibl_bake_command, words, line, NULL);
 
     if (ok)
-        *o = line->one;
+        *o = *line->set;
     if (line)
         ibl_bake_command.release(line);
     free(line);
@@ -122,13 +115,12 @@ static bool plan(bench *b)
 {
     bool ok = true;
 
-    b->settings[b->count++] = (setting){.group = "process", .value = "default"};
     for (int g = 0; g < GROUPS && ok; g++) {
         const bool wanted = !b->opts->only || b->opts->only == g + 1;
         char **values = ibl_words_split(groups[g].values);
         /* The default is needed also where its group is not. */
-        for (int i = 0;
-             values && values[i] && ok && (wanted || b->count == USUAL); i++) {
+        for (int i = 0; values && values[i] && ok && (wanted || !b->count);
+             i++) {
             setting *s = &b->settings[b->count++];
             s->group = group_names[g + 1];
             s->options = ibl_format("%s %s", groups[g].options, values[i]);
@@ -157,33 +149,31 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The q-quantile of n sorted values, interpolated as R's type 7. */
-static double quantile(const double *sorted, int n, double q)
+/* The mean nRMSE of the rows of a content, but of roughness 0, if there are
+ * any. */
+static void put_mean(setting *s, const char *name, const json_t *rows,
+                     const char *content)
 {
-    const double at = q * (n - 1);
-    const int i = (int)at, next = i + 1 < n ? i + 1 : i;
+    double nrmse, error, sum[2] = {0};
+    json_t *row;
+    size_t i;
+    int n = 0;
 
-    return sorted[i] + (at - i) * (sorted[next] - sorted[i]);
-}
-
-/* Sorts the rounds; their median and quartiles. */
-static void put_rounds(setting *s, const char *name, double *rounds, int n)
-{
-    qsort(rounds, (size_t)n, sizeof *rounds, by_value);
-    put_figure(s, name, quantile(rounds, n, .5), quantile(rounds, n, .25),
-               quantile(rounds, n, .75));
-}
-
-/* The mean nRMSE of some rows, if there are any. */
-static void put_mean(setting *s, const char *name, const ibl_measured *rows,
-                     int n)
-{
-    const ibl_measured m = n ? ibl_measured_mean(rows, n) : (ibl_measured){0};
-    const double e = m.value[IBL_FIGURE_NRMSE];
-    const double error = m.error[IBL_FIGURE_NRMSE];
-
+    json_array_foreach(rows, i, row)
+    {
+        double roughness = 1;
+        if (strcmp(text_of(row, "content"), content) != 0 ||
+            json_unpack(row, "{s?F sF s{sF}}", "roughness", &roughness, "nrmse",
+                        &nrmse, "standard_error", "nrmse", &error) ||
+            roughness <= 0)
+            continue;
+        sum[0] += nrmse;
+        sum[1] += error;
+        n++;
+    }
     if (n)
-        put_figure(s, name, e, e - error, e + error);
+        put_figure(s, name, sum[0] / n, (sum[0] - sum[1]) / n,
+                   (sum[0] + sum[1]) / n);
 }
 
 /* ---- times ----------------------------------------------------------- */
@@ -208,149 +198,76 @@ static bool time_setting(const bench *b, setting *s, int round)
     return !status;
 }
 
-static int remove_entry(const char *path, const struct stat *st, int kind,
-                        struct FTW *where)
-{
-    (void)st, (void)kind, (void)where;
-    return remove(path);
-}
-
-/* Bakes a map by default in a process of its own. On Linux the peak has what
- * this process had when it forked, so those that count are run before that is
- * much. A signal has to wait, so that no file is left. */
-static bool run_fresh(bench *b, const char *map, double *time_s,
-                      double *peak_bytes)
-{
-    const ibl_common *c = &b->opts->common;
-    const char *tmp = getenv("TMPDIR");
-    char *reading = ibl_common_reading(c);
-    char *dir =
-        ibl_format("%s/iblbake-bench-XXXXXX", tmp && *tmp ? tmp : "/tmp");
-    char *text = reading
-                     ? ibl_format("iblbake -q -j%d --isa=%s -o DIR%s -- MAP",
-                                  c->threads, ibl_isa_name(c->isa), reading)
-                     : NULL;
-    char **words = text ? ibl_words_split(text) : NULL;
-    struct rusage usage = {0};
-    int status = -1, last = 0;
-
-    ibl_signals_hold();
-    if (dir && words && !mkdtemp(dir)) {
-        ibl_console_fail(&b->console, "%s: cannot be made: %s: set TMPDIR", dir,
-                         strerror(errno));
-    } else if (dir && words) {
-        const double begun = ibl_now();
-        while (words[last + 1])
-            last++;
-        memcpy(&words[last], &map, sizeof map);
-        words[5] = dir;
-        const pid_t pid = fork();
-        if (pid == 0) {
-            ibl_signals_pass(SIG_DFL);
-            ibl_signals_release();
-            execv("/proc/self/exe", words);
-            _exit(127);
-        }
-        while (pid > 0 && wait4(pid, &status, 0, &usage) < 0 && errno == EINTR)
-            ;
-        *time_s = ibl_now() - begun;
-        *peak_bytes = 1024.0 * (double)usage.ru_maxrss;
-        nftw(dir, remove_entry, 16, FTW_DEPTH | FTW_PHYS);
-    }
-    ibl_signals_release();
-    if (WIFEXITED(status) && WEXITSTATUS(status) == 1)
-        b->console.failed = true; /* it said why */
-    else if (status)
-        ibl_console_fail(&b->console, "%s: the process of its bake failed",
-                         map);
-    free(words);
-    free(text);
-    free(dir);
-    free(reading);
-    return !status;
-}
-
 /* ---- errors ---------------------------------------------------------- */
 
-/* What a shader draws with a candidate and, where it lacks parts, those of the
- * default. */
-static bool judge_drawn(bench *b, setting *s, const ibl_candidate *c)
+/* Judges a candidate: its parts, and what a shader draws with it and, where it
+ * lacks parts, those of the default. */
+static bool judge_parts(bench *b, const ibl_opts *o, const ibl_candidate *c,
+                        ibl_report *report)
 {
+    const ibl_judged parts[] = {{.content = IBL_OUTPUT_SPECULAR,
+                                 .chain = c->made.specular,
+                                 .levels = c->made.specular.levels,
+                                 .roughness = c->made.report.layout.roughness,
+                                 .scale = 1,
+                                 .pixel = IBL_PIXEL_COUNT},
+                                {.content = IBL_OUTPUT_IRRADIANCE,
+                                 .chain = c->made.irradiance,
+                                 .levels = c->made.irradiance.levels,
+                                 .scale = 1,
+                                 .pixel = IBL_PIXEL_COUNT}};
     ibl_truth_options options = ibl_truth_options_default();
     ibl_drawn set = {.irradiance_scale = 1};
-    ibl_report report = {.count = 0};
+    bool ok = true;
+    int vague;
 
+    for (int i = 0; i < 2 && ok; i++)
+        ok = ibl_report_levels(report, b->judge, &parts[i]);
+    if (ok && c->lut.data) {
+        ok = ibl_report_lut(report, b->ctx, &c->lut, o->lut.geometry);
+        options.geometry = o->lut.geometry;
+    }
     options.directions = b->opts->directions;
-    if (c->lut.data)
-        options.geometry = s->opts.lut.geometry;
     ibl_truth *truth = &b->truth[options.geometry];
     ibl_candidate_draw(&set, &b->usual);
     ibl_candidate_draw(&set, c);
-    const bool ok = (truth->sample ||
-                     ibl_truth_make(b->ctx, &b->env, 0, &options, truth)) &&
-                    ibl_report_drawn(&report, truth, &set, NULL);
-    for (int i = 0; i < report.drawn_count && ok; i++) {
-        const ibl_drawn_row *row = &report.drawn[i];
-        if (isnan(row->roughness))
-            put_mean(s, row->f0 < 1 ? "dielectrics" : "metals", &row->measured,
-                     1);
-    }
-    ibl_report_free(&report);
-    return ok;
+    return ok &&
+           (truth->sample ||
+            ibl_truth_make(b->ctx, &b->env, 0, &options, truth)) &&
+           ibl_report_drawn(report, truth, &set, &vague);
 }
 
 /* Bakes what a setting makes into c and judges it. */
 static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
 {
-    static const struct {
-        const char *name;
-        ibl_output_kind content;
-    } parts[] = {{"specular", IBL_OUTPUT_SPECULAR},
-                 {"irradiance", IBL_OUTPUT_IRRADIANCE},
-                 {"table", IBL_OUTPUT_LUT}};
-    const ibl_opts *o = &s->opts;
-    const ibl_specular_layout *layout = &c->made.report.layout;
+    static const char *const parts[][2] = {{"specular", "specular"},
+                                           {"irradiance", "irradiance"},
+                                           {"table", "brdf_lut"},
+                                           {"metals", "metals"},
+                                           {"dielectrics", "dielectrics"}};
     ibl_report report = {.options = ibl_judge_options_default()};
+    json_t *rows, *row;
+    size_t i;
 
     report.options.texels = b->opts->texels;
-    bool ok = !ibl_candidate_bake(b->ctx, &b->env, o, c) &&
-              !ibl_candidate_round(b->ctx, o, c);
-    /* The levels, then irradiance. */
-    const int levels = c->made.specular.data ? layout->levels : 0;
-    for (int i = 0; i <= levels && ok; i++) {
-        const bool last = i == levels;
-        const ibl_cube *cube = last ? &c->made.irradiance : &c->made.specular;
-        const int l = last ? 0 : i;
-        if (!cube->data || (!last && layout->roughness[l] <= 0))
-            continue;
-        const ibl_judge_level level = {
-            .content = last ? IBL_OUTPUT_IRRADIANCE : IBL_OUTPUT_SPECULAR,
-            .number = l,
-            .roughness = last ? 1 : layout->roughness[l],
-            .scale = 1,
-            .texels = {.size = ibl_cube_edge(cube->size, l),
-                       .levels = 1,
-                       .data = ibl_cube_face(cube, l, 0)},
-            .pixel = IBL_PIXEL_COUNT,
-            .loss = NAN};
-        ok = ibl_report_level(&report, b->judge, &level);
+    const bool ok = !ibl_candidate_bake(b->ctx, &b->env, &s->opts, c) &&
+                    !ibl_candidate_round(b->ctx, &s->opts, c) &&
+                    judge_parts(b, &s->opts, c, &report);
+    const json_t *drawn = json_object_get(report.json, "rendered");
+    rows = json_copy(json_object_get(report.json, "levels"));
+    json_array_append(rows, json_object_get(report.json, "lut"));
+    json_array_foreach(json_object_get(drawn, "means"), i, row)
+    {
+        row = json_copy(row);
+        json_object_set_new(row, "content", json_string(parts[3 + i][1]));
+        json_array_append_new(rows, row);
     }
-    ok = ok && (!c->lut.data ||
-                ibl_report_lut(&report, b->ctx, &c->lut, o->lut.geometry));
-    if (ok) {
-        const double bytes = (double)c->bytes;
-        put_figure(s, "bytes", bytes, bytes, bytes);
-        for (int k = 0; k < 3; k++) {
-            ibl_measured rows[IBL_REPORT_ROWS];
-            int n = 0;
-            for (int i = 0; i < report.count; i++)
-                if (report.rows[i].level.content == parts[k].content)
-                    rows[n++] = report.rows[i].measured;
-            put_mean(s, parts[k].name, rows, n);
-        }
-        json_object_set_new(s->json, "report", ibl_report_json(&report));
-        ok = judge_drawn(b, s, c);
-    }
+    put_figure(s, "bytes", (double)c->bytes, (double)c->bytes,
+               (double)c->bytes);
+    for (int k = 0; k < 5; k++)
+        put_mean(s, parts[k][0], rows, parts[k][1]);
+    json_object_set(s->json, "report", report.json);
+    json_decref(rows);
     ibl_report_free(&report);
     return ok;
 }
@@ -364,7 +281,7 @@ static const struct {
     {"time_s", "time ms", 1e3},         {"bytes", "kB", 1e-3},
     {"specular", "specular %", 100},    {"irradiance", "irradiance %", 100},
     {"table", "table %", 100},          {"metals", "metals %", 100},
-    {"dielectrics", "plastics %", 100}, {"peak_bytes", "peak MB", 1e-6},
+    {"dielectrics", "plastics %", 100},
 };
 enum {
     COLUMNS = sizeof columns / sizeof *columns
@@ -387,19 +304,16 @@ static void put_rows(const json_t *document, bool csv, FILE *to)
         json_array_foreach(json_object_get(map, "settings"), i, s)
         {
             fputs(csv ? "\n\"" : "\n", to);
-            for (; csv && *path; path++)
-                fprintf(to, *path == '"' ? "\"\"" : "%c", *path);
-            path = text_of(map, "map");
-            fputs(csv ? "\"" : "", to);
-            fprintf(to, csv ? ",%s,%s,\"%s\"" : "%-16s%-10s%.0s",
+            for (const char *c = csv ? path : ""; *c; c++)
+                fprintf(to, *c == '"' ? "\"\"" : "%c", *c);
+            fprintf(to, csv ? "\",%s,%s,\"%s\"" : "%-16s%-10s%.0s",
                     text_of(s, "group"), text_of(s, "value"),
                     text_of(s, "options"));
             for (int k = 0; k < COLUMNS; k++) {
-                json_t *figure = json_object_get(s, columns[k].name);
                 const double x = columns[k].scale;
-                if (!figure ||
-                    json_unpack(figure, "[F, F, F]", &f[0], &f[1], &f[2]))
-                    fputs(csv ? ",,," : "                  ", to);
+                if (json_unpack(json_object_get(s, columns[k].name),
+                                "[F, F, F]", &f[0], &f[1], &f[2]))
+                    fprintf(to, "%s", csv ? ",,," : "                  ");
                 else if (csv)
                     fprintf(to, ",%.6g,%.6g,%.6g", f[0], f[1], f[2]);
                 else
@@ -409,6 +323,14 @@ static void put_rows(const json_t *document, bool csv, FILE *to)
         }
     }
     fputc('\n', to);
+}
+
+static void put_csv(const json_t *document, FILE *to)
+{
+    fputs("map,group,value,options", to); /* and figures: */
+    for (int k = 0; k < COLUMNS; k++)
+        fprintf(to, ",%1$s,%1$s_low,%1$s_high", columns[k].name);
+    put_rows(document, true, to);
 }
 
 static void print_document(const json_t *document, FILE *to)
@@ -423,14 +345,6 @@ static void print_document(const json_t *document, FILE *to)
           "1 and .04, with the parts of\nthe default where a setting makes "
           "only one.\n",
           to);
-}
-
-static void put_csv(const json_t *document, FILE *to)
-{
-    fputs("map,group,value,options", to); /* and figures: */
-    for (int k = 0; k < COLUMNS; k++)
-        fprintf(to, ",%1$s,%1$s_low,%1$s_high", columns[k].name);
-    put_rows(document, true, to);
 }
 
 /* Also for a page, whose element "<" would end. */
@@ -464,7 +378,6 @@ static bool measure_map(bench *b, int m, json_t *maps)
     const char *path = b->opts->maps[m];
     ibl_judge_options options = ibl_judge_options_default();
     json_t *list = json_array();
-    double unused;
 
     options.texels = b->opts->texels;
     bool ok =
@@ -475,25 +388,21 @@ static bool measure_map(bench *b, int m, json_t *maps)
         setting *s = &b->settings[i];
         ibl_candidate own = {0};
         ibl_console_progress(&b->console, "judge", (double)i / b->count);
-        s->json = json_pack("{ss ss ss*}", "group", s->group, "value", s->value,
+        s->json = json_pack("{ss ss ss}", "group", s->group, "value", s->value,
                             "options", s->options);
-        ok = s->json &&
-             (i < USUAL || judge_setting(b, s, i == USUAL ? &b->usual : &own));
+        ok = s->json && judge_setting(b, s, i ? &own : &b->usual);
         ibl_candidate_free(&own);
     }
     for (int i = 0; i < n * b->count && ok; i++) {
-        const int k = i % b->count, round = i / b->count;
-        setting *s = &b->settings[k];
         ibl_console_progress(&b->console, "measure", i / (n * b->count + 0.));
-        ok = k < USUAL ? run_fresh(b, path, &s->time_s[round], &unused)
-                       : time_setting(b, s, round);
+        ok = time_setting(b, &b->settings[i % b->count], i / b->count);
     }
     b->console.quiet = b->opts->common.quiet;
     for (int i = 0; i < b->count && ok; i++) {
         setting *s = &b->settings[i];
-        put_rounds(s, "time_s", s->time_s, n);
-        if (i < USUAL)
-            put_rounds(s, "peak_bytes", b->peak_bytes[m], n);
+        double *t = s->time_s;
+        qsort(t, (size_t)n, sizeof *t, by_value);
+        put_figure(s, "time_s", t[n / 2], t[n / 4], t[n - 1 - n / 4]);
         json_array_append(list, s->json);
     }
     json_array_append_new(maps, json_pack("{so si si so}", "map",
@@ -513,7 +422,7 @@ static bool measure_map(bench *b, int m, json_t *maps)
     return ok;
 }
 
-/* The document of bench.h; NULL: after a message, or no memory. */
+/* The document; NULL: after a message, or no memory. */
 static json_t *measure(bench *b)
 {
     const bench_opts *o = b->opts;
@@ -522,13 +431,7 @@ static json_t *measure(bench *b)
     const time_t now = time(NULL);
     struct tm utc;
     json_t *maps = json_array();
-    bool ok = plan(b);
-    double unused;
-
-    for (int i = 0; i < o->map_count * o->rounds && ok; i++)
-        ok = run_fresh(b, o->maps[i / o->rounds], &unused,
-                       &b->peak_bytes[i / o->rounds][i % o->rounds]);
-    ok = ok && !ibl_start(&o->common, &b->console, &b->ctx);
+    bool ok = plan(b) && !ibl_start(&o->common, &b->console, &b->ctx);
     for (int m = 0; m < o->map_count && ok; m++)
         ok = measure_map(b, m, maps);
     while (f && !*cpu && fgets(line, sizeof line, f))

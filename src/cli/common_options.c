@@ -263,63 +263,26 @@ const ibl_section ibl_threads_section = {"Running", running, 1};
 const ibl_section ibl_messages_section = {"Running", running + 3,
                                           sizeof running / sizeof *running - 3};
 
-/* Prints an option if its field is not the default. */
-static void put_given(FILE *to, const ibl_option *o, const void *field,
-                      const void *usual)
-{
-    const bool is_real = o->kind == IBL_OPTION_REAL;
-    const bool is_text = o->kind == IBL_OPTION_TEXT;
-    const bool is_order = o->kind == IBL_OPTION_OTHER; /* the only one */
-    const size_t size = is_real    ? sizeof(double)
-                        : is_text  ? sizeof(char *)
-                        : is_order ? IBL_FACES
-                                   : sizeof(int);
-    union {
-        int n;
-        double real;
-        const char *text;
-        unsigned char order[IBL_FACES];
-    } value = {0};
-    char order[IBL_FACE_ORDER];
-
-    if (!memcmp(field, usual, size))
-        return;
-    memcpy(&value, field, size);
-    char *quoted = is_text ? ibl_words_quote(value.text) : NULL;
-    if (is_order)
-        ibl_face_order_text(value.order, order);
-    fprintf(to, " --%s", o->name);
-    if (is_real)
-        fprintf(to, "=%.17g", value.real);
-    else if (o->kind == IBL_OPTION_INT)
-        fprintf(to, "=%d", value.n);
-    else if (o->kind != IBL_OPTION_FLAG)
-        fprintf(to, "=%s",
-                quoted     ? quoted
-                : is_order ? order
-                : is_text  ? ""
-                           : o->choices[value.n]);
-    free(quoted);
-}
-
-char *ibl_common_reading(const ibl_common *c)
-{
-    const ibl_common usual = ibl_common_default();
-    ibl_memory_file file;
-    FILE *to = ibl_memory_open(&file);
-
-    for (size_t i = 0; to && i < sizeof input / sizeof *input; i++)
-        put_given(to, &input[i], (const char *)c + input[i].offset,
-                  (const char *)&usual + input[i].offset);
-    return to ? ibl_memory_close(to, &file) : NULL;
-}
-
 ibl_common ibl_common_default(void)
 {
     ibl_read_options read = ibl_read_options_default();
 
     read.env = ibl_env_decode;
     return (ibl_common){.read = read, .isa = IBL_ISA_AUTO};
+}
+
+void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_command *command,
+                        const ibl_given *given)
+{
+    fprintf(to, "iblbake %s %s %s\n", IBL_VERSION, ibl_version_revision(),
+            ibl_isa_arithmetic(isa));
+    for (const ibl_section *const *s = command->sections; *s; s++)
+        for (int i = 0; i < (*s)->count; i++) {
+            const ibl_option *o = &(*s)->options[i];
+            const char *value = ibl_given_value(given, o->name);
+            if (value && !o->aside)
+                fprintf(to, "--%s=%s\n", o->name, value);
+        }
 }
 
 bool ibl_common_validate(const ibl_common *c)

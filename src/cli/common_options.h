@@ -12,8 +12,8 @@ extern const ibl_command ibl_bake_command;
 extern const ibl_command ibl_verify_command;
 extern const ibl_command ibl_bench_command;
 extern const ibl_command ibl_probes_command;
-extern const ibl_command ibl_merge_command;
 extern const ibl_command ibl_info_command;
+extern const ibl_command ibl_convert_command;
 
 /* The first member of every command's settings. */
 typedef struct ibl_common {
@@ -36,10 +36,10 @@ ibl_common ibl_common_default(void);
 /* Bytes that may be taken; 0: no limit is known. */
 size_t ibl_memory_most(const ibl_common *c);
 bool ibl_common_validate(const ibl_common *c);
-/* The options of ibl_input_section that differ from the defaults, as words
- * " --NAME=VALUE" of a shell. The caller must free them; NULL: no memory. */
-char *ibl_common_reading(const ibl_common *c);
-
+/* Prints what decides what is made beside the inputs: program, arithmetic, and
+ * the command's options that were given and are not aside. */
+void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_command *command,
+                        const ibl_given *given);
 /* The outputs of a bake, in the order in which they are made. */
 typedef enum ibl_output_kind {
     IBL_OUTPUT_SKYBOX,
@@ -63,6 +63,9 @@ ibl_pixel ibl_lut_pixel(ibl_pixel cubes, ibl_lut_kind kind);
 /* The number of levels of a cube of this size down to 1x1. */
 int ibl_most_levels(int size);
 
+enum {
+    IBL_STEM_BYTES = 256
+};
 /* Copies input's name without directory, extension and, of a pattern of files,
  * %f; "env" for standard input, a list of files or NULL. False, after a line on
  * stderr: it does not fit. */

@@ -6,8 +6,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-const char *const ibl_figure_names[] = {"nrmse", "median", "p95",  "bias",
-                                        "view",  "set",    "table"};
+const char *const ibl_figure_names[] = {"nrmse", "median", "p95", "bias"};
 
 /* ---- figures --------------------------------------------------------------
  */
@@ -18,80 +17,37 @@ static int by_error(const void *a, const void *b)
     return (x->error > y->error) - (x->error < y->error);
 }
 
-/* Without a batch the others stand for it, too. */
-static double weight_of(const ibl_seen *s, int batch)
-{
-    return s->batch == batch ? 0
-           : s->batch < 0 || batch == IBL_BATCHES
-               ? s->weight
-               : s->weight * IBL_BATCHES / (IBL_BATCHES - 1);
-}
-
-/* The figures without a batch, but quantiles; IBL_BATCHES: of all. */
+/* The figures of samples, sorted by error, without a batch, for which the
+ * others stand, too; IBL_BATCHES: of all. */
 static void find_figures(const ibl_seen *samples, size_t count, int batch,
                          double value[IBL_FIGURES])
 {
-    ibl_seen all = {0};
-
-    for (const ibl_seen *s = samples; s < samples + count; s++) {
-        const double w = weight_of(s, batch);
-        all.wrong += w * s->wrong;
-        all.truth += w * s->truth;
-        all.part_truth += w * s->part_truth;
-        for (int k = 0; k < 2; k++)
-            all.light[k] += w * s->light[k];
-        for (int k = 0; k < IBL_SEEN_PARTS; k++)
-            all.part[k] += w * s->part[k];
-    }
+    static const double quantile[] = {0.5, 0.95};
     const double least = (double)FLT_MIN * (double)FLT_MIN;
+    ibl_seen all = {0};
+    double below = 0;
+
+    for (int pass = 0; pass < 2; pass++)
+        for (const ibl_seen *s = samples; s < samples + count; s++) {
+            const double w = s->batch == batch ? 0
+                             : s->batch < 0 || batch == IBL_BATCHES
+                                 ? s->weight
+                                 : s->weight * IBL_BATCHES / (IBL_BATCHES - 1);
+            for (int k = 0; k < 2 && pass; k++)
+                if (below < quantile[k] * all.weight)
+                    value[IBL_FIGURE_MEDIAN + k] = s->error;
+            below += pass * w;
+            if (pass)
+                continue;
+            all.weight += w;
+            all.wrong += w * s->wrong;
+            all.truth += w * s->truth;
+            for (int k = 0; k < 2; k++)
+                all.light[k] += w * s->light[k];
+        }
     value[IBL_FIGURE_NRMSE] = sqrt(all.wrong / fmax(all.truth, least));
     value[IBL_FIGURE_BIAS] =
         all.light[0] > 0 ? all.light[1] / all.light[0] - 1 : 0;
-    for (int k = 0; k < IBL_SEEN_PARTS; k++)
-        value[IBL_FIGURE_VIEW + k] =
-            sqrt(all.part[k] / fmax(all.part_truth, least));
-}
-
-/* The least error that a part of the weight does not exceed. The samples are
- * sorted. */
-static double quantile(const ibl_seen *samples, size_t count, double part)
-{
-    double all = 0, sum = 0;
-
-    for (size_t i = 0; i < count; i++)
-        all += samples[i].weight;
-    for (size_t i = 0; i < count; i++)
-        if ((sum += samples[i].weight) >= part * all)
-            return samples[i].error;
-    return count ? samples[count - 1].error : 0;
-}
-
-/* A quantile, and what it would be without each batch: it moves by as much as
- * the share of weight below it changes, times the slope of quantiles around it
- * (Woodruff 1952). */
-static void find_quantile(const ibl_seen *samples, size_t count, double part,
-                          ibl_measured *m, ibl_figure figure)
-{
-    const double q = quantile(samples, count, part);
-    double below[IBL_BATCHES], mean = 0;
-
-    for (int b = 0; b < IBL_BATCHES; b++) {
-        double all = 0, sum = 0;
-        for (size_t i = 0; i < count; i++) {
-            const double w = weight_of(&samples[i], b);
-            all += w;
-            sum += samples[i].error <= q ? w : 0;
-        }
-        below[b] = all > 0 ? sum / all : 0;
-        mean += below[b] / IBL_BATCHES;
-    }
-    const double step = fmax(ibl_jackknife(below), 1e-9);
-    const double slope = (quantile(samples, count, part + step) -
-                          quantile(samples, count, part - step)) /
-                         (2 * step);
-    m->value[figure] = q;
-    for (int b = 0; b < IBL_BATCHES; b++)
-        m->without[b][figure] = q + (mean - below[b]) * slope;
 }
 
 double ibl_jackknife(const double without[IBL_BATCHES])
@@ -119,14 +75,12 @@ static void find_errors(ibl_measured *m)
 
 ibl_measured ibl_measured_of(ibl_seen *samples, size_t count)
 {
-    ibl_measured m;
+    ibl_measured m = {.value = {0}};
 
     qsort(samples, count, sizeof *samples, by_error);
     find_figures(samples, count, IBL_BATCHES, m.value);
     for (int b = 0; b < IBL_BATCHES; b++)
         find_figures(samples, count, b, m.without[b]);
-    find_quantile(samples, count, 0.5, &m, IBL_FIGURE_MEDIAN);
-    find_quantile(samples, count, 0.95, &m, IBL_FIGURE_P95);
     find_errors(&m);
     return m;
 }
@@ -143,12 +97,6 @@ ibl_measured ibl_measured_mean(const ibl_measured *rows, int count)
         }
     find_errors(&mean);
     return mean;
-}
-
-bool ibl_measured_is_vague(const ibl_measured *m)
-{
-    return m->value[IBL_FIGURE_NRMSE] >= 1e-4 &&
-           m->error[IBL_FIGURE_NRMSE] > 0.1 * m->value[IBL_FIGURE_NRMSE];
 }
 
 /* ---- samples --------------------------------------------------------------

@@ -15,7 +15,6 @@
 
 enum {
     IBL_BATCHES = 16,
-    IBL_SEEN_PARTS = 3,
     IBL_DIMENSIONS = 6 /* of a sequence */
 };
 
@@ -23,12 +22,10 @@ enum {
  * G and B: */
 typedef struct ibl_seen {
     double weight;
-    double error;                /* relative, as of ibl_relative_error */
-    double wrong, truth;         /* |S - T|^2, |T|^2 */
-    double light[2];             /* R + G + B of T and of S */
-    double part[IBL_SEEN_PARTS]; /* squares of parts of S - T, */
-    double part_truth;           /* and |T|^2 where they are measured */
-    int batch;                   /* -1: of none, no matter of chance */
+    double error;        /* relative, as of ibl_relative_error */
+    double wrong, truth; /* |S - T|^2, |T|^2 */
+    double light[2];     /* R + G + B of T and of S */
+    int batch;           /* -1: of none, no matter of chance */
 } ibl_seen;
 
 typedef enum ibl_figure {
@@ -36,13 +33,10 @@ typedef enum ibl_figure {
     IBL_FIGURE_MEDIAN, /* of the relative error */
     IBL_FIGURE_P95,    /* its 95th percentile */
     IBL_FIGURE_BIAS,   /* mean R + G + B of S, relative to that of T, - 1 */
-    IBL_FIGURE_VIEW,   /* parts, as nRMSE: see ibl_measure; 0 if not measured */
-    IBL_FIGURE_SET,
-    IBL_FIGURE_TABLE,
     IBL_FIGURES
 } ibl_figure;
 
-/* "nrmse", "median", "p95", "bias", "view", "set", "table" */
+/* "nrmse", "median", "p95", "bias" */
 extern const char *const ibl_figure_names[];
 
 typedef struct ibl_measured {
@@ -59,7 +53,10 @@ ibl_measured ibl_measured_of(ibl_seen *samples, size_t count);
 ibl_measured ibl_measured_mean(const ibl_measured *rows, int count);
 /* Whether an nRMSE that can be seen, 1e-4 or more, has a standard error above a
  * tenth of it. */
-bool ibl_measured_is_vague(const ibl_measured *m);
+static inline bool ibl_is_vague(double nrmse, double error)
+{
+    return nrmse >= 1e-4 && error > 0.1 * nrmse;
+}
 /* The standard error of a figure from its values without each batch. */
 double ibl_jackknife(const double without[IBL_BATCHES]);
 

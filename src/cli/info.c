@@ -9,7 +9,6 @@
 
 #include "cli/batch.h"
 #include "cli/console.h"
-#include "cli/faces.h"
 #include "common/names.h"
 #include "common/path.h"
 #include "common/signals.h"
@@ -181,7 +180,7 @@ static json_t *beside(const char *path, ibl_about *about)
     struct stat st;
     ibl_json_why why;
     json_t *root =
-        side && !stat(side, &st) ? ibl_sidecar_read(side, &why) : NULL;
+        side && !stat(side, &st) ? ibl_json_load(side, 0, &why) : NULL;
 
     *about =
         ibl_about_sidecar(root, ibl_sidecar_entry(root, "file", name), path);
@@ -269,10 +268,9 @@ static bool put_pixels(info *v, ibl_source *source, json_t **j)
     for (int y = 0; y < map.height && ok; y++) {
         const double weight =
             cos(M_PI * y / map.height) - cos(M_PI * (y + 1) / map.height);
-        double row[3];
-        ibl_mean_rgb(map.data, map.width, 0, map.width, y, y + 1, row);
-        for (int c = 0; c < 3; c++)
-            f.sum[c] += weight * row[c];
+        const float *row = map.data + 3 * (size_t)y * (size_t)map.width;
+        for (int k = 0; k < 3 * map.width; k++)
+            f.sum[k % 3] += weight * (double)row[k] / map.width;
     }
     f.peak = (double)report->peak;
     f.nonfinite = (json_int_t)report->nonfinite;

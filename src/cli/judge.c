@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/judge.h"
 
-#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/faces.h"
 #include "cli/lookup.h"
+#include "json/json_text.h"
 
 enum {
-    GRID = 16 /* cells along a face's edge, for a heat map */
+    CELLS = IBL_FACES * IBL_HEAT_EDGE * IBL_HEAT_EDGE
 };
 
 struct ibl_judge {
+    ibl_ctx *ctx;
     ibl_judge_options opts;
     ibl_reference *reference;
     ibl_spot *spots;
@@ -33,7 +33,8 @@ ibl_judge *ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
 
     if (!j)
         return NULL;
-    *j = (ibl_judge){.opts = *opts,
+    *j = (ibl_judge){.ctx = ctx,
+                     .opts = *opts,
                      .spots = ibl_spots_of(env, yaw_deg),
                      .brightest = {0, 1, 0}};
     double most = 0;
@@ -58,6 +59,67 @@ void ibl_judge_free(ibl_judge *j)
     free(j);
 }
 
+/* ---- rows ------------------------------------------------------------- */
+
+/* The figures of samples, as members; null: not finite. */
+static void put_figures(json_t **row, const ibl_measured *m)
+{
+    json_t *errors = json_object();
+
+    for (int f = 0; f < IBL_FIGURES; f++) {
+        put(row, ibl_figure_names[f],
+            isfinite(m->value[f]) ? json_real(ibl_json_digits(m->value[f]))
+                                  : json_null());
+        put(&errors, ibl_figure_names[f],
+            isfinite(m->error[f]) ? json_real(ibl_json_digits(m->error[f]))
+                                  : json_null());
+    }
+    put(row, "standard_error", errors);
+}
+
+static void begin(ibl_report *report)
+{
+    if (!report->json)
+        report->json = json_pack("{si so}", "seed", report->options.seed,
+                                 "levels", json_array());
+}
+
+/* The verdict on samples; worst_at: of each of them a direction, or a place in
+ * a table. */
+static json_t *row_of(ibl_report *report, const char *content, int level,
+                      int size, ibl_seen *seen, size_t count, size_t nonfinite,
+                      const double (*at)[3])
+{
+    const ibl_judge_options *o = &report->options;
+    size_t worst = 0;
+
+    begin(report);
+    put(&report->json, "texels",
+        o->all ? json_string("all") : json_integer(o->texels));
+    for (size_t i = 0; i < count; i++)
+        worst = seen[i].error > seen[worst].error ? i : worst;
+    json_t *row =
+        json_pack("{ss si si sI sI sf s[fff]}", "content", content, "level",
+                  level, "size", size, "texels", (json_int_t)count, "nonfinite",
+                  (json_int_t)nonfinite, "worst",
+                  count ? ibl_json_digits(seen[worst].error) : 0, "worst_at",
+                  count ? ibl_json_digits(at[worst][0]) : 0,
+                  count ? ibl_json_digits(at[worst][1]) : 0,
+                  count ? ibl_json_digits(at[worst][2]) : 0);
+    const ibl_measured m = ibl_measured_of(seen, count);
+    put_figures(&row, &m);
+    return row;
+}
+
+static bool is_finite(const float *texel, int channels)
+{
+    bool finite = true;
+
+    for (int c = 0; c < channels; c++)
+        finite = finite && isfinite(texel[c]);
+    return finite;
+}
+
 /* ---- levels ----------------------------------------------------------- */
 
 /* The texels that are judged, what they stand for, and truths. */
@@ -65,8 +127,8 @@ typedef struct picks {
     size_t count; /* those after the first `judged` are only for a heat map */
     size_t judged;
     ibl_texel *at;
-    double *dirs, *truth; /* 3 for each */
-    ibl_seen *seen;       /* weights and batches */
+    double (*dir)[3], (*truth)[3];
+    ibl_seen *seen; /* weights and batches */
 } picks;
 
 /* Draws a direction; returns its density by solid angle. */
@@ -88,23 +150,32 @@ static double draw(const ibl_judge *j, const double *u, double dir[3])
     return spot ? 0.5 * density + 0.5 * even : even;
 }
 
+static ibl_texel hit(const ibl_level_shape *s, const double dir[3])
+{
+    int at[3];
+
+    ibl_level_texel(s, dir, at);
+    return (ibl_texel){at[0], at[1], at[2]};
+}
+
 static bool choose(const ibl_judge *j, const ibl_level_shape *s, picks *p)
 {
     const size_t texels =
         (size_t)s->faces * (size_t)s->width * (size_t)s->height;
     const bool all = j->opts.all || 2 * texels <= 3 * (size_t)j->opts.texels;
+    const int edge = IBL_HEAT_EDGE;
     double u[IBL_DIMENSIONS];
 
     p->judged = all ? texels : (size_t)j->opts.texels;
-    p->count = p->judged + (j->opts.grid ? IBL_FACES * GRID * GRID : 0);
+    p->count = p->judged + (j->opts.grid ? CELLS : 0);
     p->at = malloc(p->count * sizeof *p->at);
-    p->dirs = malloc(6 * p->count * sizeof *p->dirs);
-    p->truth = p->dirs + 3 * p->count;
+    p->dir = malloc(2 * p->count * sizeof *p->dir);
+    p->truth = p->dir + p->count;
     p->seen = calloc(p->count, sizeof *p->seen);
-    for (size_t i = 0; p->at && p->dirs && p->seen && i < p->count; i++) {
+    for (size_t i = 0; p->at && p->dir && p->seen && i < p->count; i++) {
         const int line = (int)(i / (size_t)s->width);
         const int cell = (int)(i - p->judged);
-        double *dir = p->dirs + 3 * i;
+        double *dir = p->dir[i];
         p->seen[i].weight = 1;
         p->seen[i].batch = -1;
         if (i < p->judged && all) {
@@ -112,116 +183,138 @@ static bool choose(const ibl_judge *j, const ibl_level_shape *s, picks *p)
                 (ibl_texel){line / s->height, (int)(i % (size_t)s->width),
                             line % s->height};
         } else if (i == 0) { /* certain: no other stands for it */
-            p->at[i] = ibl_level_hit(s, j->brightest);
+            p->at[i] = hit(s, j->brightest);
         } else if (i < p->judged) {
             p->seen[i].batch = ibl_batch_of(i, p->judged);
             ibl_spread(j->opts.seed, i, u);
             p->seen[i].weight = 1 / draw(j, u, dir);
-            p->at[i] = ibl_level_hit(s, dir);
+            p->at[i] = hit(s, dir);
             p->seen[i].weight /=
                 ibl_level_solid_angle(s, p->at[i].x, p->at[i].y) *
                 (double)(p->judged - 1);
             if (!memcmp(&p->at[i], p->at, sizeof *p->at))
                 p->seen[i].weight = 0;
         } else {
-            ibl_cube_direction(GRID, cell / GRID / GRID, cell % GRID,
-                               cell / GRID % GRID, dir);
-            p->at[i] = ibl_level_hit(s, dir);
+            ibl_cube_direction(edge, cell / edge / edge, cell % edge,
+                               cell / edge % edge, dir);
+            p->at[i] = hit(s, dir);
         }
         ibl_level_direction(s, p->at[i].face, p->at[i].x, p->at[i].y, dir);
     }
-    return p->at && p->dirs && p->seen;
+    return p->at && p->dir && p->seen;
 }
 
-static ibl_status find_truth(const ibl_judge *j, const ibl_judge_level *level,
-                             const picks *p)
+static ibl_status find_truth(const ibl_judge *j, const ibl_judged *of,
+                             double roughness, int size, const picks *p)
 {
-    const bool mirror =
-        level->content == IBL_OUTPUT_SPECULAR && !(level->roughness > 0);
+    const bool mirror = of->content == IBL_OUTPUT_SPECULAR && !(roughness > 0);
 
-    if (level->content == IBL_OUTPUT_SKYBOX || mirror)
-        return ibl_reference_texels(j->reference, level->texels.projection,
-                                    mirror ? level->texels.size : level->base,
-                                    level->texels.size, p->at, p->count,
-                                    p->truth);
-    return level->content == IBL_OUTPUT_IRRADIANCE
-               ? ibl_reference_irradiance(j->reference, p->dirs, p->count,
-                                          p->truth)
-               : ibl_reference_lobe(j->reference, level->lobe, level->roughness,
-                                    p->dirs, p->count, p->truth);
+    if (of->content == IBL_OUTPUT_SKYBOX || mirror)
+        return ibl_reference_texels(j->reference, of->chain.projection,
+                                    mirror ? size : of->chain.size, size, p->at,
+                                    p->count, *p->truth);
+    return of->content == IBL_OUTPUT_IRRADIANCE
+               ? ibl_reference_irradiance(j->reference, *p->dir, p->count,
+                                          *p->truth)
+               : ibl_reference_lobe(j->reference, of->lobe, roughness, *p->dir,
+                                    p->count, *p->truth);
 }
 
-static bool is_finite(const float *texel, int channels)
+/* Compares a texel that is finite with its truth; *over: is more than its
+ * pixel holds. */
+static void compare(const ibl_judge *j, const ibl_judged *of, const float *x,
+                    const double truth[3], ibl_seen *s, bool *over)
 {
-    bool finite = true;
-
-    for (int c = 0; c < channels; c++)
-        finite = finite && isfinite(texel[c]);
-    return finite;
-}
-
-/* Adds a sample to those that were seen. */
-static void add(ibl_verdict *v, ibl_seen *seen, ibl_seen s, const double at[3])
-{
-    if (!v->count || s.error > v->worst) {
-        v->worst = s.error;
-        memcpy(v->worst_at, at, sizeof v->worst_at);
-    }
-    seen[v->count++] = s;
-}
-
-static void judge_texel(const ibl_judge *j, const ibl_judge_level *level,
-                        const picks *p, size_t i, ibl_verdict *v)
-{
-    const ibl_level_shape shape =
-        ibl_level_shape_of(level->texels.projection, level->texels.size);
-    const float *x = ibl_level_at(level->texels.data, &shape, p->at[i]);
-    const double *truth = p->truth + 3 * i;
-    ibl_seen s = p->seen[i];
     double got[3];
 
-    if (!is_finite(x, 3))
-        return;
     for (int c = 0; c < 3; c++) {
-        got[c] = (double)x[c] / level->scale;
-        s.wrong += (got[c] - truth[c]) * (got[c] - truth[c]);
-        s.truth += truth[c] * truth[c];
-        s.light[0] += truth[c];
-        s.light[1] += got[c];
-        v->over |=
-            level->pixel != IBL_PIXEL_COUNT &&
-            truth[c] * level->scale > (double)ibl_pixel_max(level->pixel);
+        got[c] = (double)x[c] / of->scale;
+        s->wrong += (got[c] - truth[c]) * (got[c] - truth[c]);
+        s->truth += truth[c] * truth[c];
+        s->light[0] += truth[c];
+        s->light[1] += got[c];
+        *over |= of->pixel != IBL_PIXEL_COUNT &&
+                 truth[c] * of->scale > (double)ibl_pixel_max(of->pixel);
     }
-    s.error = ibl_relative_error(got, truth, j->mean);
-    ibl_judged *judged = &v->texels[v->texel_count++];
-    memcpy(judged->direction, p->dirs + 3 * i, sizeof judged->direction);
-    judged->error = s.error;
-    if (i < p->judged && s.weight > 0)
-        add(v, p->seen, s, judged->direction);
+    s->error = ibl_relative_error(got, truth, j->mean);
 }
 
-bool ibl_report_level(ibl_report *report, const ibl_judge *judge,
-                      const ibl_judge_level *level)
+/* Judges one level; NULL: failed. */
+static json_t *judge_level(ibl_report *report, const ibl_judge *j,
+                           const ibl_judged *of, int level, ibl_cube *heat)
 {
-    assert(report->count < IBL_REPORT_ROWS);
+    const int size = ibl_cube_edge(of->chain.size, level);
     const ibl_level_shape shape =
-        ibl_level_shape_of(level->texels.projection, level->texels.size);
-    ibl_verdict *v = &report->rows[report->count++];
+        ibl_level_shape_of(of->chain.projection, size);
+    const ibl_level_shape cells =
+        ibl_level_shape_of(IBL_PROJECTION_CUBE, IBL_HEAT_EDGE);
+    const float *texels = ibl_cube_face(&of->chain, level, 0);
+    const double roughness = of->roughness ? of->roughness[level] : 0;
+    const int line = shape.width, lines = shape.height;
     picks p = {0};
+    size_t count = 0, nonfinite = 0;
+    bool over = false;
+    json_t *row = NULL;
 
-    *v = (ibl_verdict){.level = *level};
-    v->level.texels.data = NULL;
-    bool ok = choose(judge, &shape, &p) && !find_truth(judge, level, &p) &&
-              (v->texels = malloc(p.count * sizeof *v->texels));
-    for (int i = 0; i < shape.faces * shape.width * shape.height; i++)
-        v->nonfinite += !is_finite(level->texels.data + 3 * (size_t)i, 3);
-    for (size_t i = 0; i < p.count && ok; i++)
-        judge_texel(judge, level, &p, i, v);
+    const bool ok = choose(j, &shape, &p) &&
+                    !find_truth(j, of, roughness, size, &p) &&
+                    (!heat || !ibl_cube_alloc(j->ctx, IBL_HEAT_EDGE, 1, heat));
+    for (int i = 0; ok && heat && i < 3 * CELLS; i++)
+        heat->data[i] = 0;
+    for (int i = 0; i < shape.faces * line * lines; i++)
+        nonfinite += !is_finite(texels + 3 * (size_t)i, 3);
+    for (size_t i = 0; i < p.count && ok; i++) {
+        const float *x =
+            texels +
+            3 * ((size_t)(p.at[i].face * lines + p.at[i].y) * (size_t)line +
+                 (size_t)p.at[i].x);
+        ibl_seen s = p.seen[i];
+        if (!is_finite(x, 3))
+            continue;
+        compare(j, of, x, p.truth[i], &s, &over);
+        if (heat) {
+            const ibl_texel at = hit(&cells, p.dir[i]);
+            float *cell = ibl_cube_face(heat, 0, at.face) +
+                          3 * (at.y * IBL_HEAT_EDGE + at.x);
+            for (int c = 0; c < 3; c++)
+                cell[c] = fmaxf(cell[c], (float)s.error);
+        }
+        if (i < p.judged && s.weight > 0) {
+            memcpy(p.dir[count], p.dir[i], sizeof *p.dir);
+            p.seen[count++] = s;
+        }
+    }
     if (ok)
-        v->measured = ibl_measured_of(p.seen, v->count);
+        row = row_of(report, ibl_output_content(of->content), level, size,
+                     p.seen, count, nonfinite, (const double(*)[3])p.dir);
+    if (over)
+        put_all(&row,
+                json_pack("{ss sf}", "pixel", ibl_pixel_name(of->pixel),
+                          "pixel_most", (double)ibl_pixel_max(of->pixel)));
+    if (of->content == IBL_OUTPUT_SPECULAR)
+        put_all(&row, json_pack("{ss sf}", "lobe", ibl_lobe_name(of->lobe),
+                                "roughness", roughness));
     free(p.at);
-    free(p.dirs);
+    free(p.dir);
     free(p.seen);
+    return row;
+}
+
+bool ibl_report_levels(ibl_report *report, const ibl_judge *judge,
+                       const ibl_judged *of)
+{
+    bool ok = true;
+
+    begin(report);
+    for (int l = 0; l < of->levels && ok; l++) {
+        json_t *levels = json_object_get(report->json, "levels");
+        const size_t count = json_array_size(levels);
+        ok = count < IBL_HEAT_LEVELS &&
+             !json_array_append_new(
+                 levels, judge_level(report, judge, of, l,
+                                     report->options.grid ? &report->heat[count]
+                                                          : NULL));
+    }
     return ok;
 }
 
@@ -238,10 +331,11 @@ bool ibl_report_sh(ibl_report *report, const ibl_judge *judge, int degree,
     const int count = 3 * (degree + 1) * (degree + 1);
     double *exact = malloc((size_t)count * sizeof *exact), wrong = 0, all = 0;
     float irradiance[3 * TEXELS];
-    const ibl_judge_level level = {.content = IBL_OUTPUT_IRRADIANCE,
-                                   .scale = 1,
-                                   .texels = {N, 1, irradiance, 0},
-                                   .pixel = IBL_PIXEL_COUNT};
+    const ibl_judged judged = {.content = IBL_OUTPUT_IRRADIANCE,
+                               .chain = {N, 1, irradiance, 0},
+                               .scale = 1,
+                               .pixel = IBL_PIXEL_COUNT};
+    json_t *row = NULL;
 
     for (int i = 0; i < TEXELS; i++) {
         double dir[3], rgb[3];
@@ -250,21 +344,19 @@ bool ibl_report_sh(ibl_report *report, const ibl_judge *judge, int degree,
         for (int c = 0; c < 3; c++)
             irradiance[3 * i + c] = (float)rgb[c];
     }
-    const bool ok = exact &&
-                    !ibl_reference_sh(judge->reference, degree, exact) &&
-                    ibl_report_level(report, judge, &level);
-    for (int i = 0; i < count && ok; i++) {
+    if (exact && !ibl_reference_sh(judge->reference, degree, exact))
+        row = judge_level(report, judge, &judged, 0, NULL);
+    for (int i = 0; i < count && row; i++) {
         wrong += (sh[i] - exact[i]) * (sh[i] - exact[i]);
         all += exact[i] * exact[i];
     }
-    if (ok) {
-        ibl_verdict *v = &report->rows[report->count - 1];
-        v->level.content = IBL_OUTPUT_JSON;
-        v->level.number = degree;
-        v->coefficients = sqrt(wrong / fmax(all, (double)FLT_MIN));
-    }
     free(exact);
-    return ok;
+    if (row)
+        put_all(&row, json_pack("{ss si sf}", "content", "harmonics", "level",
+                                degree, "coefficients",
+                                ibl_json_digits(
+                                    sqrt(wrong / fmax(all, (double)FLT_MIN)))));
+    return !json_object_set_new(report->json, "harmonics", row);
 }
 
 /* ---- tables ---------------------------------------------------------------
@@ -296,21 +388,20 @@ bool ibl_report_lut(ibl_report *report, ibl_ctx *ctx, const ibl_lut *lut,
     const int channels = ibl_lut_channels(lut->kind);
     const size_t n = (size_t)lut->size;
     const bool all = o->all || 2 * n * n <= 3 * (size_t)o->texels;
-    const size_t count = all ? n * n : (size_t)o->texels;
-    ibl_verdict *v = &report->rows[report->count++];
-    ibl_seen *seen = malloc(count * sizeof *seen);
-    bool ok = seen;
+    const size_t most = all ? n * n : (size_t)o->texels;
+    ibl_seen *seen = malloc(most * sizeof *seen);
+    double(*place)[3] = calloc(most, sizeof *place);
+    size_t count = 0, nonfinite = 0;
+    bool ok = seen && place;
 
-    *v = (ibl_verdict){.level = {.content = IBL_OUTPUT_LUT}};
-    v->level.texels.size = lut->size;
     for (size_t i = 0; i < n * n; i++)
-        v->nonfinite += !is_finite(lut->data + (size_t)channels * i, channels);
-    for (size_t i = 0; i < count && ok; i++) {
+        nonfinite += !is_finite(lut->data + (size_t)channels * i, channels);
+    for (size_t i = 0; i < most && ok; i++) {
         size_t at[2] = {i % n, i / n};
         ibl_seen s = {.weight = 1, .truth = channels, .batch = -1};
         double u[IBL_DIMENSIONS], truth[3];
         if (!all) { /* N.V and r by squares: they change most near 0 */
-            s.batch = ibl_batch_of(i, count);
+            s.batch = ibl_batch_of(i, most);
             ibl_spread(o->seed, i, u);
             for (int k = 0; k < 2; k++) {
                 at[k] = (size_t)(u[k] * u[k] * (double)n);
@@ -318,9 +409,9 @@ bool ibl_report_lut(ibl_report *report, ibl_ctx *ctx, const ibl_lut *lut,
             }
         }
         const float *x = lut->data + (size_t)channels * (at[1] * n + at[0]);
-        const double place[3] = {((double)at[0] + 0.5) / lut->size,
-                                 ((double)at[1] + 0.5) / lut->size};
-        ok = integrate(ctx, lut->kind, place, geometry, truth);
+        for (int k = 0; k < 2; k++)
+            place[count][k] = ((double)at[k] + 0.5) / lut->size;
+        ok = integrate(ctx, lut->kind, place[count], geometry, truth);
         for (int c = 0; c < channels && ok; c++) {
             const double off =
                 fabs((double)x[c] - truth[c]) / fmax(truth[c], 1);
@@ -328,11 +419,16 @@ bool ibl_report_lut(ibl_report *report, ibl_ctx *ctx, const ibl_lut *lut,
             s.wrong += off * off;
         }
         if (ok && is_finite(x, channels))
-            add(v, seen, s, place);
+            seen[count++] = s;
     }
-    if (ok)
-        v->measured = ibl_measured_of(seen, v->count);
+    if (ok) {
+        json_t *row =
+            row_of(report, ibl_output_content(IBL_OUTPUT_LUT), 0, lut->size,
+                   seen, count, nonfinite, (const double(*)[3])place);
+        ok = !json_object_set_new(report->json, "lut", row);
+    }
     free(seen);
+    free(place);
     return ok;
 }
 
@@ -340,33 +436,40 @@ bool ibl_report_lut(ibl_report *report, ibl_ctx *ctx, const ibl_lut *lut,
  */
 
 bool ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
-                      const ibl_drawn *set, const ibl_reference *rest)
+                      const ibl_drawn *set, int *vague)
 {
     const ibl_truth_options *o = &truth->options;
     const int n = o->roughness_count;
     ibl_measured *rows = malloc((size_t)truth->rows * sizeof *rows);
-    const bool ok = rows && ibl_measure(truth, set, rest, rows);
+    bool ok = rows && ibl_measure(truth, set, rows);
+    json_t *list[] = {json_array(), json_array()}; /* rows and means */
 
-    assert(truth->rows + o->f0_count <= IBL_DRAWN_ROWS);
-    report->shader = set->shader;
-    report->directions = o->directions;
-    report->drawn_count = report->vague = 0;
-    for (int i = 0; i < truth->rows && ok; i++) {
-        report->drawn[report->drawn_count++] =
-            (ibl_drawn_row){o->f0[i / n], o->roughness[i % n], rows[i]};
-        if (i % n == n - 1)
-            report->drawn[report->drawn_count++] = (ibl_drawn_row){
-                o->f0[i / n], NAN, ibl_measured_mean(rows + i + 1 - n, n)};
+    *vague = 0;
+    for (int i = 0; i < truth->rows + o->f0_count && ok; i++) {
+        const int f0 = i / (n + 1), r = i % (n + 1);
+        const ibl_measured m =
+            r < n ? rows[f0 * n + r] : ibl_measured_mean(rows + f0 * n, n);
+        json_t *row = json_pack("{sf}", "f0", o->f0[f0]);
+        if (r < n)
+            put(&row, "roughness", json_real(o->roughness[r]));
+        put_figures(&row, &m);
+        append(&list[r == n], row);
+        *vague +=
+            ibl_is_vague(m.value[IBL_FIGURE_NRMSE], m.error[IBL_FIGURE_NRMSE]);
     }
-    for (int i = 0; i < report->drawn_count; i++)
-        report->vague += ibl_measured_is_vague(&report->drawn[i].measured);
     free(rows);
-    return ok;
+    begin(report);
+    json_t *drawn =
+        json_pack("{ss si si so so}", "shader", ibl_shader_names[set->shader],
+                  "directions", o->directions, "vague", *vague, "rows", list[0],
+                  "means", list[1]);
+    return !json_object_set_new(report->json, "rendered", drawn) && ok;
 }
 
 void ibl_report_free(ibl_report *report)
 {
-    for (int i = 0; i < report->count; i++)
-        free(report->rows[i].texels);
-    report->count = 0;
+    json_decref(report->json);
+    report->json = NULL;
+    for (int i = 0; i < IBL_HEAT_LEVELS; i++)
+        ibl_cube_free(&report->heat[i]);
 }

@@ -3,56 +3,69 @@
 
 #include <math.h>
 #include <stddef.h>
-
-#include "cli/faces.h"
+#include <string.h>
 
 /* ---- cubes ----------------------------------------------------------- */
 
-static void add(const ibl_cube *level, ibl_texel at, double weight,
-                double rgb[3])
-{
-    const float *texel = ibl_face_at(level->data, level->size, at);
+/* Of each face the centre and where u and v grow. */
+static const double axes[IBL_FACES][3][3] = {
+    {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
+    {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
+    {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}}};
 
+/* Adds texel (x, y) of a face. Beyond an edge it is that of the next face,
+ * beyond a corner the mean of the three texels there. */
+static void add_tap(const ibl_cube *level, int face, int x, int y,
+                    double weight, double rgb[3])
+{
+    const int n = level->size;
+    const int in_x = x < 0 ? 0 : x < n ? x : n - 1;
+    const int in_y = y < 0 ? 0 : y < n ? y : n - 1;
+    int at[3] = {face, x, y};
+
+    if (x != in_x && y != in_y) {
+        add_tap(level, face, in_x, in_y, weight / 3, rgb);
+        add_tap(level, face, in_x, y, weight / 3, rgb);
+        add_tap(level, face, x, in_y, weight / 3, rgb);
+        return;
+    }
+    if (x != in_x || y != in_y) { /* half a texel from the edge on the next */
+        const ibl_level_shape shape =
+            ibl_level_shape_of(IBL_PROJECTION_CUBE, n);
+        const double u = fmax(-1, fmin(2 * (x + 0.5) / n - 1, 1));
+        const double v = fmax(-1, fmin(2 * (y + 0.5) / n - 1, 1));
+        double dir[3];
+        for (int k = 0; k < 3; k++)
+            dir[k] = (1 - 1.0 / n) * axes[face][0][k] + u * axes[face][1][k] +
+                     v * axes[face][2][k];
+        ibl_level_texel(&shape, dir, at);
+    }
+    const float *texel = ibl_cube_face(level, 0, at[0]) +
+                         3 * ((size_t)at[2] * (size_t)n + (size_t)at[1]);
     for (int c = 0; c < 3; c++)
         rgb[c] += weight * (double)texel[c];
 }
 
-/* Adds the texel dx, dy from `at`, or the three texels at a corner. */
-static void add_tap(const ibl_cube *level, ibl_texel at, int dx, int dy,
-                    double weight, double rgb[3])
-{
-    ibl_texel to;
-
-    if (ibl_face_neighbour(level->size, at, dx, dy, &to)) {
-        add(level, to, weight, rgb);
-        return;
-    }
-    add(level, at, weight / 3, rgb);
-    for (int k = 0; k < 2; k++)
-        if (ibl_face_neighbour(level->size, at, k ? 0 : dx, k ? dy : 0, &to))
-            add(level, to, weight / 3, rgb);
-}
-
 void ibl_lookup_cube(const ibl_cube *level, const double dir[3], double rgb[3])
 {
+    const ibl_level_shape shape = ibl_level_shape_of(level->projection, 1);
+    double along[3] = {0};
+    int at[3];
+
     if (level->projection != IBL_PROJECTION_CUBE) {
         ibl_flat_lookup(level, 0, dir, rgb);
         return;
     }
-    const ibl_texel at = ibl_face_texel(level->size, dir);
-    double u, v;
-
-    ibl_face_point(dir, &u, &v);
-    /* From the centre of the texel that dir hits, -1/2..1/2. */
-    const double x = 0.5 * (u + 1) * level->size - 0.5 - at.x;
-    const double y = 0.5 * (v + 1) * level->size - 0.5 - at.y;
-    const int dx = x < 0 ? -1 : 1, dy = y < 0 ? -1 : 1;
-    const double p = fabs(x), q = fabs(y);
-    rgb[0] = rgb[1] = rgb[2] = 0;
-    add_tap(level, at, 0, 0, (1 - p) * (1 - q), rgb);
-    add_tap(level, at, dx, 0, p * (1 - q), rgb);
-    add_tap(level, at, 0, dy, (1 - p) * q, rgb);
-    add_tap(level, at, dx, dy, p * q, rgb);
+    ibl_level_texel(&shape, dir, at);
+    for (int k = 0; k < 9; k++)
+        along[k / 3] += axes[at[0]][k / 3][k % 3] * dir[k % 3];
+    const double x = 0.5 * (along[1] / along[0] + 1) * level->size - 0.5;
+    const double y = 0.5 * (along[2] / along[0] + 1) * level->size - 0.5;
+    const int i = (int)floor(x), j = (int)floor(y);
+    memset(rgb, 0, 3 * sizeof *rgb);
+    for (int k = 0; k < 4; k++)
+        add_tap(level, at[0], i + k % 2, j + k / 2,
+                (k % 2 ? x - i : i + 1 - x) * (k / 2 ? y - j : j + 1 - y), rgb);
 }
 
 void ibl_lookup_chain(const ibl_cube *levels, int count, const double dir[3],

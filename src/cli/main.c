@@ -2,6 +2,8 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
+#include <string.h>
+#include <unistd.h>
 
 #include "cli/common_options.h"
 #include "common/stderr_line.h"
@@ -10,8 +12,8 @@ static const ibl_command *const commands[] = {&ibl_bake_command,
                                               &ibl_verify_command,
                                               &ibl_bench_command,
                                               &ibl_probes_command,
-                                              &ibl_merge_command,
                                               &ibl_info_command,
+                                              &ibl_convert_command,
                                               NULL};
 
 const ibl_program ibl_this_program = {"iblbake", commands};
@@ -30,6 +32,15 @@ static void fill_closed_streams(void)
 int main(int argc, char **argv)
 {
     fill_closed_streams();
+    /* Of two words, since sets of probes are what was merged. */
+    const char *word =
+        argc > 2 && !strcmp(argv[1], "probes") ? argv[2] : argv[1];
+    if (word && !strcmp(word, "merge") && access(word, F_OK)) {
+        ibl_misuse(
+            "merge: is no more: a shard is of whole sets: iblbake probes "
+            "--shard K/N SET.json... -o DIR");
+        return 2;
+    }
     int status = ibl_command_main(argc, argv);
 
     errno = 0;

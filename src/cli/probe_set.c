@@ -7,13 +7,13 @@
 #include "cli/probes.h"
 #include "common/names.h"
 #include "common/path.h"
+#include "json/text.h"
 
-const char *const ibl_set_alphas[] = {"ignore", "file", "straight", NULL};
-static const char *const capture_names[] = {"equirect", "cross", "faces", NULL};
+const char *const ibl_capture_names[] = {"equirect", "cross", "faces", NULL};
 
-const char *ibl_capture_name(ibl_capture_kind kind)
+ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
 {
-    return capture_names[kind];
+    return layer < set->count ? set->bake.alpha : IBL_ALPHA_IGNORE;
 }
 
 /* ---- captures ---------------------------------------------------------- */
@@ -24,14 +24,14 @@ bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
     int found = 0;
     bool ok = true;
 
-    if (!ibl_json_object(at, capture_names))
+    if (!ibl_json_object(at, ibl_capture_names))
         return false;
     if (json_object_size(at.value) != 1)
         return ibl_json_wrong(at, "one of equirect, cross and faces");
-    while (!json_object_get(at.value, capture_names[found]))
+    while (!json_object_get(at.value, ibl_capture_names[found]))
         found++;
     *kind = (ibl_capture_kind)found;
-    const ibl_json_at files = ibl_json_member(&at, capture_names[found]);
+    const ibl_json_at files = ibl_json_member(&at, ibl_capture_names[found]);
     if (*kind != IBL_CAPTURE_FACES)
         return ibl_json_text_at(files, &file[0]);
     if (json_array_size(files.value) != IBL_FACES)
@@ -41,53 +41,45 @@ bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
     return ok;
 }
 
-static bool no_memory(ibl_json_at at)
-{
-    return ibl_json_complain(at, "no memory for it");
-}
-
+/* Joins the names of six faces by commas, as ibl_input_files takes them. */
 static bool take_capture(ibl_json_at at, ibl_capture *c)
 {
     const char *file[IBL_FACES];
 
     if (!ibl_set_capture(at, &c->kind, file))
         return false;
-    snprintf(c->place, sizeof c->place, "%s", at.path);
     const int count = c->kind == IBL_CAPTURE_FACES ? IBL_FACES : 1;
-    for (; c->count < count; c->count++) {
-        c->file[c->count] = ibl_path_beside(at.file->name, file[c->count]);
-        if (!c->file[c->count])
-            return no_memory(at);
+    snprintf(c->place, sizeof c->place, "%s", at.path);
+    for (int i = 0; i < count; i++) {
+        char *path = ibl_path_beside(at.file->name, file[i]), *all = c->name;
+        const bool comma = count > 1 && path && strchr(path, ',');
+        c->name = path && (all || !i)
+                      ? ibl_format("%s%s%s", i ? all : "", i ? "," : "", path)
+                      : NULL;
+        free(path);
+        free(all);
+        if (comma)
+            return ibl_json_wrong(at, "faces without commas in their paths");
     }
-    return true;
+    return c->name != NULL;
 }
 
 /* ---- probes ------------------------------------------------------------ */
-
-static bool is_inside(const ibl_volume *v, const double p[3])
-{
-    double square = 0;
-
-    for (int k = 0; k < 3; k++) {
-        const double d = fabs(p[k] - v->centre[k]);
-        if (v->shape == IBL_SHAPE_BOX && d > v->half[k])
-            return false;
-        square += d * d;
-    }
-    return v->shape == IBL_SHAPE_BOX || square <= v->half[0] * v->half[0];
-}
 
 /* Checks how its volumes go together. */
 static bool check_probe(ibl_json_at at, const ibl_probe *p)
 {
     const double *half = p->influence.half;
     const double widest = fmin(half[0], fmin(half[1], half[2]));
+    ibl_probe walls = {.influence = p->proxy};
 
+    for (int k = 0; k < 3; k++)
+        walls.influence.half[k] *= 1 + 1e-9; /* they are inside */
     if (p->blend > widest)
         return ibl_json_wrong(ibl_json_member(&at, "blend"),
                               "at most %.10g, half the influence's least width",
                               widest);
-    return !p->has_proxy || is_inside(&p->proxy, p->position) ||
+    return !p->has_proxy || ibl_probe_influence(&walls, p->position) > 0 ||
            ibl_json_complain(ibl_json_member(&at, "proxy"),
                              "expected a volume around the probe's position, "
                              "found it outside");
@@ -144,83 +136,24 @@ static ibl_set_bake bake_default(void)
     return b;
 }
 
-static bool take_int(ibl_json_at at, const char *key, int low, int high,
-                     int *value)
-{
-    return ibl_json_int(ibl_json_optional(&at, key), low, high, value);
-}
-
-static const char *const mappings[] = {"linear", "filament", NULL};
-
-static bool take_choice(ibl_json_at at, const char *key,
-                        const char *const *names, void *value)
-{
-    return ibl_json_choice(ibl_json_optional(&at, key), names, value);
-}
-
-static bool take_irradiance(ibl_json_at at, int *edge)
-{
-    const char *word = json_string_value(at.value);
-    const bool harmonics = word && !strcmp(word, "sh");
-    const json_int_t n = json_integer_value(at.value);
-
-    if (!harmonics && (n < 1 || n > IBL_MAX_CUBE_SIZE))
-        return ibl_json_wrong(at, "a whole number from 1 to %d or \"sh\"",
-                              IBL_MAX_CUBE_SIZE);
-    *edge = harmonics ? 0 : (int)n;
-    return true;
-}
-
-/* Reads size before levels, which it limits. */
-static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
-{
-    static const char *const keys[] = {
-        "size",      "levels",   "mapping",   "method",     "samples",
-        "tolerance", "pixel",    "container", "irradiance", "lut_size",
-        "alpha",     "overflow", "zstd",      "quality",    NULL};
-    ibl_specular_options *s = &b->options.specular_options;
-
-    return ibl_json_object(at, keys) &&
-           take_int(at, "size", 1, IBL_MAX_CUBE_SIZE, &s->size) &&
-           take_int(at, "levels", 1, ibl_most_levels(s->size), &s->levels) &&
-           take_choice(at, "mapping", mappings, &s->mapping) &&
-           take_choice(at, "method", ibl_method_names, &s->method) &&
-           take_int(at, "samples", 1, 1048576, &s->samples) &&
-           ibl_json_real(ibl_json_optional(&at, "tolerance"), 1e-6, 1, false,
-                         &s->tolerance) &&
-           take_choice(at, "pixel", ibl_pixel_names, &b->texels.pixel) &&
-           take_choice(at, "quality", ibl_quality_names, &b->texels.quality) &&
-           take_choice(at, "container", ibl_array_container_names,
-                       &b->container) &&
-           take_int(at, "zstd", 0, IBL_MAX_ZSTD, &b->zstd) &&
-           take_irradiance(ibl_json_optional(&at, "irradiance"),
-                           &b->options.irradiance_options.size) &&
-           take_int(at, "lut_size", 1, 4096, &b->lut_size) &&
-           take_choice(at, "alpha", ibl_set_alphas, &b->alpha) &&
-           take_choice(at, "overflow", ibl_overflow_names, &b->texels.overflow);
-}
-
 /* Sorts the probes by ibl_probes_order and numbers their layers. */
-static bool sort(ibl_probe_set *set)
+static void sort(ibl_probe_set *set)
 {
-    struct {
-        ibl_set_entry from[IBL_MAX_PROBES];
-        ibl_probe probe[IBL_MAX_PROBES];
-        int order[IBL_MAX_PROBES];
-    } *s = malloc(sizeof *s);
-
-    for (int i = 0; s && i < set->count; i++) {
-        s->from[i] = set->entry[i];
-        s->probe[i] = set->entry[i].probe;
+    for (int i = 0; i < set->count; i++) {
+        const ibl_set_entry e = set->entry[i];
+        int to = i;
+        for (; to; to--) {
+            const ibl_probe pair[2] = {set->entry[to - 1].probe, e.probe};
+            int order[2];
+            ibl_probes_order(pair, 2, order);
+            if (!order[0])
+                break;
+            set->entry[to] = set->entry[to - 1];
+        }
+        set->entry[to] = e;
     }
-    if (s)
-        ibl_probes_order(s->probe, set->count, s->order);
-    for (int i = 0; s && i < set->count; i++) {
-        set->entry[i] = s->from[s->order[i]];
+    for (int i = 0; i < set->count; i++)
         set->entry[i].probe.layer = i;
-    }
-    free(s);
-    return s != NULL;
 }
 
 static bool take_set(ibl_json_at root, ibl_probe_set *set)
@@ -238,13 +171,14 @@ static bool take_set(ibl_json_at root, ibl_probe_set *set)
     if (!ibl_json_object(root, keys) ||
         !ibl_json_int(ibl_json_member(&root, "version"), IBL_SET_VERSION,
                       IBL_SET_VERSION, &version) ||
-        !take_defaults(ibl_json_optional(&root, "defaults"), &set->bake) ||
+        !ibl_probes_defaults(ibl_json_optional(&root, "defaults"),
+                             &set->bake) ||
         !ibl_json_array(probes, 1, most))
         return false;
     const size_t count = json_array_size(probes.value);
     set->entry = calloc(count + 1, sizeof *set->entry);
     if (!set->entry)
-        return no_memory(root);
+        return false;
     for (size_t i = 0; i < count; i++) {
         const bool ok =
             take_probe(ibl_json_element(&probes, i), set, &set->entry[i]);
@@ -254,7 +188,8 @@ static bool take_set(ibl_json_at root, ibl_probe_set *set)
     }
     if (global.value && !take_global(global, &set->entry[set->layers++]))
         return false;
-    return sort(set) || no_memory(root);
+    sort(set);
+    return true;
 }
 
 bool ibl_probe_set_read(const char *path, ibl_console *console,
@@ -270,35 +205,12 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
     return take_set(ibl_json_root(&file), set);
 }
 
-static void free_entry(ibl_set_entry *e)
-{
-    for (int k = 0; k < e->capture.count; k++)
-        free(e->capture.file[k]);
-    json_decref(e->note);
-}
-
-void ibl_probe_set_keep(ibl_probe_set *set, const int *owner, int shard)
-{
-    const int layers = set->layers, count = set->count;
-
-    set->layers = set->count = 0;
-    for (int i = 0; i < layers; i++) {
-        ibl_set_entry *e = &set->entry[set->layers];
-        if (owner[i] != shard) {
-            free_entry(&set->entry[i]);
-            continue;
-        }
-        *e = set->entry[i];
-        e->whole = i;
-        e->probe.layer = set->layers++;
-        set->count += i < count;
-    }
-}
-
 void ibl_probe_set_free(ibl_probe_set *set)
 {
-    for (int i = 0; i < set->layers; i++)
-        free_entry(&set->entry[i]);
+    for (int i = 0; i < set->layers; i++) {
+        free(set->entry[i].capture.name);
+        json_decref(set->entry[i].note);
+    }
     free(set->entry);
     json_decref(set->root);
     *set = (ibl_probe_set){0};

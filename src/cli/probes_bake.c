@@ -1,397 +1,299 @@
 /* SPDX-License-Identifier: MIT */
+/* iblbake probes: a set is baked anew unless nothing that it depends on has
+ * changed. */
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
-#include <unistd.h>
+#include <sys/stat.h>
 
 #include "cli/probes.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "ibl/sidecar.h"
-
-bool ibl_probes_no_memory(const ibl_probes_bake *p)
-{
-    return ibl_console_fail(p->console, "%s: no memory for the set",
-                            p->opts->input);
-}
+#include "json/json_text.h"
 
 /* ---- options ------------------------------------------------------------ */
 
-/* Whether the files can hold the texels, and the texels have the quality. */
-static bool check_texels(const ibl_probes_bake *p)
-{
-    const ibl_set_bake *b = &p->set.bake;
-    const ibl_texel_options *t = &b->texels;
-
-    if (b->zstd && b->container != IBL_CONTAINER_KTX2)
-        return ibl_console_fail(
-            p->console,
-            "zstd %d: %s files cannot hold it: take the container ktx2",
-            b->zstd, ibl_container_name(b->container));
-    if (!ibl_container_holds(b->container, t->pixel))
-        return ibl_console_fail(p->console,
-                                "pixel %s: %s files cannot hold it: take the "
-                                "container ktx2",
-                                ibl_pixel_name(t->pixel),
-                                ibl_container_name(b->container));
-    if (t->pixel == IBL_PIXEL_RGBA32F &&
-        ibl_is_given(&p->opts->given, "overflow"))
-        return ibl_console_fail(p->console,
-                                "--overflow %s: rgba32f holds all light: leave "
-                                "it out",
-                                ibl_overflow_name(t->overflow));
-    return ibl_pixel_block(t->pixel) > 1 ||
-           (t->quality == IBL_QUALITY_NORMAL &&
-            !ibl_is_given(&p->opts->given, "quality")) ||
-           ibl_console_fail(p->console,
-                            "quality %s: %s has none: it is for bc6h, "
-                            "uastc-hdr and astc4x4hdr",
-                            ibl_quality_name(t->quality),
-                            ibl_pixel_name(t->pixel));
-}
-
-/* Completes the set's options by the command line's; finds the layout. */
+/* Completes the set's options by the command line's, and checks them together;
+ * finds the layout. */
 static bool find_options(ibl_probes_bake *p)
 {
     ibl_set_bake *b = &p->set.bake;
     ibl_bake_options *o = &b->options;
+    const ibl_texel_options *t = &b->texels;
+    const ibl_given *given = &p->opts->given;
 
     ibl_probes_override(p->opts, b);
     o->irradiance = o->irradiance_options.size > 0;
     o->sh_degree = o->irradiance ? -1 : IBL_PROBES_SH_DEGREE;
     b->texels.alike = b->zstd > 0;
-    p->lut_pixel = ibl_lut_pixel(b->texels.pixel, IBL_LUT_SPLIT);
+    p->lut_pixel = ibl_lut_pixel(t->pixel, IBL_LUT_SPLIT);
     if (ibl_specular_layout_of(&o->specular_options, &p->layout))
         return ibl_console_fail(
             p->console, "levels %d: a cube of size %d has 1 to %d levels",
             o->specular_options.levels, o->specular_options.size,
             ibl_most_levels(o->specular_options.size));
-    if (!check_texels(p))
-        return false;
+    const bool holds = ibl_container_holds(b->container, t->pixel);
+    if (!holds || (b->zstd && b->container != IBL_CONTAINER_KTX2))
+        return ibl_console_fail(
+            p->console, "%s: %s files cannot hold it: take the container ktx2",
+            holds ? "zstd" : "pixel", ibl_container_name(b->container));
+    if (t->pixel == IBL_PIXEL_RGBA32F && ibl_is_given(given, "overflow"))
+        return ibl_console_fail(
+            p->console, "--overflow: rgba32f holds all light: leave it out");
+    if (ibl_pixel_block(t->pixel) == 1 &&
+        (t->quality != IBL_QUALITY_NORMAL || ibl_is_given(given, "quality")))
+        return ibl_console_fail(p->console,
+                                "quality: %s has none: it is for bc6h, "
+                                "uastc-hdr and astc4x4hdr",
+                                ibl_pixel_name(t->pixel));
     ibl_warn_of_small_faces(p->console, &p->layout);
     return true;
 }
 
-static bool name_files(ibl_probes_bake *p)
+bool ibl_probes_fit(const ibl_probes_bake *p, int width, int height)
+{
+    const ibl_set_bake *b = &p->set.bake;
+    const ibl_pixel pixel = b->texels.pixel;
+    const int size = p->layout.size, block = ibl_pixel_block(pixel);
+    const double most = (double)ibl_memory_most(&p->opts->common);
+    const double level0 = (double)ibl_cube_texels(size, 1);
+    const double texels = (double)ibl_cube_texels(size, p->layout.levels);
+    const int edge = b->options.irradiance_options.size;
+    const double arrays = (texels + (double)ibl_cube_texels(edge, 1)) *
+                          (double)ibl_pixel_bytes(pixel) / (block * block) *
+                          p->set.layers * (b->zstd ? 2 : 1);
+    size_t bake;
+
+    if (ibl_bake_memory(p->ctx, width, height, &b->options, &bake))
+        return false;
+    const double need = IBL_PROGRAM_BYTES +
+                        1.1 * (arrays + (double)bake + 28.0 * width * height +
+                               16 * level0 + 12 * texels);
+    return most <= 0 || need <= most ||
+           ibl_console_fail(p->console,
+                            "%s: takes %.0f MiB of memory, more than the %.0f "
+                            "of --max-memory: ask for a smaller --size, or "
+                            "make two sets of it",
+                            p->input, ceil(need / (1 << 20)),
+                            floor(most / (1 << 20)));
+}
+
+/* ---- files -------------------------------------------------------------- */
+
+static bool name_files(ibl_probes_bake *p, const char *directory)
 {
     static const char *const stems[] = {"probes_specular", "probes_irradiance",
                                         "brdf_lut", "index"};
+    const char *container = ibl_container_name(p->set.bake.container);
     char name[64];
 
     for (int kind = 0; kind < IBL_PROBES_FILES; kind++) {
         if (kind == IBL_PROBES_IRRADIANCE && !p->set.bake.options.irradiance)
             continue;
         snprintf(name, sizeof name, "%s.%s", stems[kind],
-                 kind == IBL_PROBES_INDEX
-                     ? "json"
-                     : ibl_container_name(p->set.bake.container));
-        p->file[kind].path = ibl_path_join(p->opts->output, name);
-        if (!p->file[kind].path)
-            return ibl_probes_no_memory(p);
+                 kind == IBL_PROBES_INDEX ? "json" : container);
+        p->path[kind] = ibl_path_join(directory, name);
+        if (!p->path[kind])
+            return false;
     }
     return true;
 }
 
-bool ibl_probes_check_input(const ibl_probes_bake *p, const char *input)
+/* Fails if an output would replace this input. */
+static bool check_input(const ibl_probes_bake *p, const char *input)
 {
     bool ok = true;
 
     for (int i = 0; i < IBL_PROBES_FILES && ok; i++)
-        ok =
-            !p->file[i].path ||
-            ibl_console_differ(p->console, input, p->file[i].path, "directory");
+        ok = !p->path[i] ||
+             ibl_console_differ(p->console, input, p->path[i], "directory");
     return ok;
+}
+
+/* Hashes all that the files depend on: the program, its options, the set, and
+ * the contents of its captures. */
+static bool hash_inputs(ibl_probes_bake *p)
+{
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
+    char *set = ibl_json_text(p->set.root), hash[IBL_FILE_HASH];
+    bool ok = to && set && check_input(p, p->input);
+
+    if (ok) {
+        ibl_print_settings(to, ibl_ctx_isa(p->ctx), &ibl_probes_command,
+                           &p->opts->given);
+        fputs(set, to);
+    }
+    for (int i = 0; i < p->set.layers && ok; i++) {
+        const ibl_capture *c = &p->set.entry[i].capture;
+        char *files[IBL_FACES];
+        int count;
+        if (ibl_input_files(p->ctx, c->name, files, &count)) {
+            ok = false;
+            break;
+        }
+        for (int k = 0; k < count && ok; k++) {
+            ok = check_input(p, files[k]) &&
+                 (!(errno = ibl_hash_file(files[k], hash)) ||
+                  ibl_console_fail(p->console, "%s: %s: %s: cannot be read: %s",
+                                   p->input, c->place, files[k],
+                                   errno == EINVAL ? "no regular file"
+                                                   : strerror(errno)));
+            if (ok)
+                fprintf(to, "%s\n", hash);
+        }
+        ibl_input_files_free(files);
+    }
+    free(set);
+    char *text = to ? ibl_memory_close(to, &file) : NULL;
+    if (text)
+        ibl_hash_bytes(text, file.size, p->hash);
+    free(text);
+    return ok && text;
+}
+
+/* Whether the files are there and those of the hash. One that is newer than the
+ * index was edited, or a run was killed before it wrote the index. */
+static bool is_kept(const ibl_probes_bake *p)
+{
+    struct stat index, st;
+    ibl_json_why why;
+    json_t *old = p->opts->force
+                      ? NULL
+                      : ibl_json_load(p->path[IBL_PROBES_INDEX], 0, &why);
+    bool kept = !strcmp(text_of(old, "hash"), p->hash) &&
+                !stat(p->path[IBL_PROBES_INDEX], &index);
+
+    for (int i = 0; i < IBL_PROBES_INDEX && kept; i++)
+        kept = !p->path[i] ||
+               (!stat(p->path[i], &st) &&
+                (st.st_mtim.tv_sec != index.st_mtim.tv_sec
+                     ? st.st_mtim.tv_sec < index.st_mtim.tv_sec
+                     : st.st_mtim.tv_nsec <= index.st_mtim.tv_nsec));
+    json_decref(old);
+    return kept;
 }
 
 /* ---- layers -------------------------------------------------------------- */
 
-/* Copies tex into a layer of its array, and frees it. */
-static bool take_texture(ibl_probes_bake *p, int kind, int layer,
-                         ibl_texture *tex)
-{
-    ibl_texture *array = &p->array[kind];
+/* What the pixel format changes of a layer. */
+typedef struct loss {
+    size_t values;             /* components above the largest value */
+    ibl_overflow_level beyond; /* over all cubes and levels */
+    double dark;               /* largest share of light that became 0 */
+    json_t *errors;            /* of specular levels */
+} loss;
 
-    const bool ok = (array->data || !ibl_texture_array_begin(
-                                        p->ctx, tex, p->set.layers, array)) &&
-                    !ibl_texture_array_put(p->ctx, array, layer, tex);
-    ibl_texture_free(tex);
-    return ok;
-}
-
-/* Encodes a cube as a layer; adds what its format loses to loss, and of
- * specular blocks the errors. Empty alpha means 1. */
-static bool take_cube(ibl_probes_bake *p, int kind, int layer,
-                      const ibl_cube *cube, const ibl_cube *alpha,
-                      ibl_probes_loss *loss)
+/* Encodes a cube as a layer. Empty alpha means 1. */
+static bool take_cube(ibl_probes_bake *p, ibl_probes_kind kind, int layer,
+                      const ibl_cube *cube, const ibl_cube *alpha, loss *l)
 {
-    const ibl_set_bake *b = &p->set.bake;
+    ibl_texture *array = &p->array[kind], tex = {0};
     ibl_overflow_report report = {0};
     ibl_pixel_error error[IBL_MAX_LEVELS] = {0};
-    ibl_texture tex = {0};
 
     ibl_console_progress(p->console, "texels", 0);
-    loss->blocks = ibl_pixel_block(b->texels.pixel) > 1;
     const bool ok =
-        !ibl_texture_from_cube(p->ctx, cube, &b->texels, &tex, &report) &&
+        !ibl_texture_from_cube(p->ctx, cube, &p->set.bake.texels, &tex,
+                               &report) &&
         !ibl_texture_errors(p->ctx, &tex, cube, error) &&
         (!alpha->data || !ibl_texture_set_alpha(p->ctx, &tex, alpha)) &&
-        take_texture(p, kind, layer, &tex);
+        (array->data ||
+         !ibl_texture_array_begin(p->ctx, &tex, p->set.layers, array)) &&
+        !ibl_texture_array_put(p->ctx, array, layer, &tex);
     ibl_texture_free(&tex);
-    loss->values += report.values;
+    l->values += report.values;
     for (int i = 0; i < cube->levels; i++) {
-        ibl_overflow_add(&report.level[i], &loss->beyond);
-        loss->dark = fmax(loss->dark, error[i].lost);
+        ibl_overflow_add(&report.level[i], &l->beyond);
+        l->dark = fmax(l->dark, error[i].lost);
+        if (kind == IBL_PROBES_SPECULAR)
+            append(&l->errors, ibl_json_pixel_error(&error[i]));
     }
-    if (kind == IBL_PROBES_SPECULAR)
-        memcpy(loss->error, error, sizeof error);
     return ok;
 }
 
-static bool take_capture(ibl_probes_bake *p, int layer,
-                         const ibl_bake_result made[IBL_CAPTURE_PARTS])
+/* The coefficients of alpha, which all three components have. */
+static json_t *alpha_harmonics(const double *sh)
 {
-    const ibl_bake_result *colour = &made[IBL_CAPTURE_COLOUR];
-    const ibl_bake_result *alpha = &made[IBL_CAPTURE_ALPHA];
-    const ibl_set_bake *b = &p->set.bake;
-    ibl_set_entry *l = &p->set.entry[layer];
-    ibl_probes_loss loss = {.levels = colour->specular.levels};
-    char name[512];
+    json_t *list = json_array();
 
-    l->alpha = alpha->specular.data != NULL;
-    if (l->alpha && !ibl_pixel_has_alpha(b->texels.pixel))
-        return ibl_console_fail(
-            p->console,
-            "%s: %s: has alpha below 1, which %s has no room for: choose "
-            "--pixel rgba16f or rgba32f, or --alpha ignore",
-            p->opts->input, l->capture.place, ibl_pixel_name(b->texels.pixel));
-    if (!take_cube(p, IBL_PROBES_SPECULAR, layer, &colour->specular,
-                   &alpha->specular, &loss) ||
-        (b->options.irradiance &&
-         !take_cube(p, IBL_PROBES_IRRADIANCE, layer, &colour->irradiance,
-                    &alpha->irradiance, &loss)))
-        return false;
-    snprintf(name, sizeof name, "%s: %s", p->opts->input, l->capture.place);
-    ibl_warn_of_overflow(p->console, name, &b->texels, NULL, false,
-                         &loss.beyond);
-    ibl_warn_of_underflow(p->console, name, ibl_pixel_name(b->texels.pixel),
-                          loss.dark);
-    l->note = ibl_probes_note(made, &loss);
-    return l->note || ibl_probes_no_memory(p);
+    for (int l = 0; l <= IBL_PROBES_SH_DEGREE; l++)
+        for (int i = l * l; i < (l + 1) * (l + 1); i++)
+            append(&list, json_real(ibl_sh_cosine(l) * sh[3 * i] + 0.0));
+    return list;
 }
 
 static bool bake_layer(ibl_probes_bake *p, int layer)
 {
-    ibl_bake_result made[IBL_CAPTURE_PARTS] = {0};
+    const ibl_texel_options *texels = &p->set.bake.texels;
+    const char *pixel = ibl_pixel_name(texels->pixel);
+    ibl_set_entry *e = &p->set.entry[layer];
+    ibl_bake_result colour = {0}, alpha = {0};
+    loss l = {.errors = json_array()};
+    char name[512];
 
-    const bool ok =
-        ibl_capture_bake(p, layer, made) && take_capture(p, layer, made);
-    for (int part = 0; part < IBL_CAPTURE_PARTS; part++)
-        ibl_bake_result_free(&made[part]);
-    return ok;
+    bool ok = ibl_capture_bake(p, layer, &colour, &alpha);
+    e->alpha = alpha.specular.data != NULL;
+    if (e->alpha && !ibl_pixel_has_alpha(texels->pixel))
+        ok = ibl_console_fail(
+            p->console,
+            "%s: %s: has alpha below 1, which %s has no room for: choose "
+            "--pixel rgba16f or rgba32f, or --alpha ignore",
+            p->input, e->capture.place, pixel);
+    ok = ok &&
+         take_cube(p, IBL_PROBES_SPECULAR, layer, &colour.specular,
+                   &alpha.specular, &l) &&
+         (!colour.irradiance.data ||
+          take_cube(p, IBL_PROBES_IRRADIANCE, layer, &colour.irradiance,
+                    &alpha.irradiance, &l));
+    snprintf(name, sizeof name, "%s: %s", p->input, e->capture.place);
+    ibl_warn_of_overflow(p->console, name, texels, NULL, false, &l.beyond);
+    ibl_warn_of_underflow(p->console, name, pixel, l.dark);
+    e->note = json_pack("{sI}", "saturated", (json_int_t)l.values);
+    if (l.beyond.texels)
+        put(&e->note, "beyond", ibl_json_overflow(&l.beyond));
+    if (ibl_pixel_block(texels->pixel) > 1)
+        put(&e->note, "pixel_error", json_incref(l.errors));
+    if (colour.sh)
+        put(&e->note, "sh",
+            ibl_json_harmonics(colour.sh, IBL_PROBES_SH_DEGREE, true));
+    if (alpha.sh)
+        put(&e->note, "alpha_sh", alpha_harmonics(alpha.sh));
+    json_decref(l.errors);
+    ibl_bake_result_free(&colour);
+    ibl_bake_result_free(&alpha);
+    if (ok)
+        ibl_console_info(p->console, "layer %d: %s: baked%s", layer,
+                         *e->name ? e->name : "(global)",
+                         e->alpha ? ", with alpha" : "");
+    return ok && e->note;
 }
 
-bool ibl_probes_copy_layer(ibl_probes_bake *p, int kind, int layer, int source,
-                           const ibl_texture *array)
+/* ---- outputs ------------------------------------------------------------ */
+
+static bool put_texture(ibl_probes_bake *p, ibl_probes_kind kind,
+                        ibl_texture *tex)
 {
-    ibl_texture tex = {0};
-
-    return !ibl_texture_layer(p->ctx, array, source, &tex) &&
-           take_texture(p, kind, layer, &tex);
-}
-
-/* Copies the layers that the old array has. */
-static bool copy_old(ibl_probes_bake *p, int kind)
-{
-    ibl_texture array = {0};
-    bool ok = true;
-
-    for (int i = 0; i < p->set.layers && ok; i++)
-        if (p->set.entry[i].from == IBL_FROM_OLD)
-            ok = (array.data ||
-                  !ibl_texture_read(p->ctx, p->file[kind].old, &array, NULL)) &&
-                 ibl_probes_copy_layer(p, kind, i, p->set.entry[i].source,
-                                       &array);
-    ibl_texture_free(&array);
-    return ok;
-}
-
-static bool copy_twin(ibl_probes_bake *p, int layer)
-{
-    ibl_set_entry *l = &p->set.entry[layer];
-    bool ok = true;
-
-    l->note = json_incref(p->set.entry[l->source].note);
-    l->alpha = p->set.entry[l->source].alpha;
-    for (int kind = 0; kind < IBL_PROBES_ARRAYS && ok; kind++)
-        ok = !p->array[kind].data ||
-             ibl_probes_copy_layer(p, kind, layer, l->source, &p->array[kind]);
-    return ok;
-}
-
-/* Logs where a layer came from, for -v. */
-static void log_layer(const ibl_probes_bake *p, int layer)
-{
-    const ibl_set_entry *l = &p->set.entry[layer];
-    const char *name = layer < p->set.count ? l->name : "(global)";
-
-    if (l->from == IBL_FROM_TWIN)
-        ibl_console_info(p->console, "layer %d: %s: as layer %d", layer, name,
-                         l->source);
-    else
-        ibl_console_info(p->console, "layer %d: %s: %s", layer, name,
-                         l->from != IBL_FROM_BAKE ? "kept"
-                         : l->alpha               ? "baked, with alpha"
-                                                  : "baked");
-}
-
-/* Bytes that a cube of so many levels has as texels. */
-static double texture_bytes(const ibl_probes_bake *p, int size, int levels)
-{
-    const ibl_pixel pixel = p->set.bake.texels.pixel;
-    const int block = ibl_pixel_block(pixel);
-
-    return (double)ibl_cube_texels(size, levels) *
-           (double)ibl_pixel_bytes(pixel) / (block * block);
-}
-
-/* The most that a layer takes while it is baked: its map, which faces and parts
- * with alpha have twice, the bake, and what is spread of level 0. */
-static bool layer_bytes(ibl_probes_bake *p, double *most)
-{
-    const int size = p->layout.size;
-    const double texels = 16 * (double)ibl_cube_texels(size, 1) +
-                          12 * (double)ibl_cube_texels(size, p->layout.levels);
-    bool ok = true;
-
-    *most = 0;
-    for (int i = 0; i < p->set.layers && ok; i++) {
-        uint64_t pixels;
-        size_t bake;
-        if (p->set.entry[i].from != IBL_FROM_BAKE)
-            continue;
-        ok = ibl_capture_pixels(p, i, &pixels);
-        const int height = ok ? (int)ceil(sqrt((double)pixels / 2)) : 1;
-        ok = ok && !ibl_bake_memory(p->ctx, 2 * height, height,
-                                    &p->set.bake.options, &bake);
-        if (ok)
-            *most = fmax(*most, 28 * (double)pixels + (double)bake + texels);
-    }
-    return ok;
-}
-
-/* Whether the arrays of all layers, those of the old set that are copied, and
- * the bake of a layer fit in --max-memory. */
-static bool fits(ibl_probes_bake *p)
-{
-    const size_t most = ibl_memory_most(&p->opts->common);
-    const double each =
-        texture_bytes(p, p->layout.size, p->layout.levels) +
-        texture_bytes(p, p->set.bake.options.irradiance_options.size, 1);
-    double old = 0, layer = 0;
-
-    for (int i = 0; i < p->set.layers; i++)
-        if (p->set.entry[i].from == IBL_FROM_OLD)
-            old = each * p->set.layers;
-    if (!layer_bytes(p, &layer))
-        return false;
-    const double need =
-        IBL_PROGRAM_BYTES +
-        1.1 * (each * p->set.layers * (p->set.bake.zstd ? 2 : 1) +
-               fmax(old, layer));
-    ibl_console_info(p->console, "plans %.0f MiB of memory", need / (1 << 20));
-    return !most || need <= (double)most ||
-           ibl_console_fail(p->console,
-                            "%s: takes %.0f MiB of memory, more than the %.0f "
-                            "of --max-memory: ask for a smaller --size, or "
-                            "bake a part by --shard",
-                            p->opts->input, ceil(need / (1 << 20)),
-                            floor((double)most / (1 << 20)));
-}
-
-static bool make_layers(ibl_probes_bake *p)
-{
-    bool ok = fits(p);
-
-    for (int kind = 0; kind < IBL_PROBES_ARRAYS && ok; kind++)
-        ok = !p->file[kind].path || p->file[kind].same || copy_old(p, kind);
-    for (int i = 0; i < p->set.layers && ok; i++) {
-        const ibl_probes_origin from = p->set.entry[i].from;
-        ok = from == IBL_FROM_BAKE   ? bake_layer(p, i)
-             : from == IBL_FROM_TWIN ? copy_twin(p, i)
-                                     : true;
-        if (ok)
-            log_layer(p, i);
-    }
-    return ok;
-}
-
-/* ---- files -------------------------------------------------------------- */
-
-static bool set_keys(const ibl_probes_bake *p, ibl_probes_kind kind,
-                     ibl_texture *tex)
-{
-    static const ibl_content contents[IBL_PROBES_ARRAYS + 1] = {
+    static const ibl_content contents[] = {
         [IBL_PROBES_SPECULAR] = IBL_CONTENT_SPECULAR,
         [IBL_PROBES_IRRADIANCE] = IBL_CONTENT_IRRADIANCE,
         [IBL_PROBES_LUT] = IBL_CONTENT_LUT};
-    ibl_sidecar_options facts = ibl_sidecar_options_default();
     const ibl_sidecar_output output = {.content = contents[kind]};
+    ibl_sidecar_options facts = ibl_sidecar_options_default();
 
     facts.specular = &p->set.bake.options.specular_options;
-    return !ibl_texture_describe(p->ctx, tex, &facts, &output);
-}
-
-/* Hashes and writes a texture that is compressed: once, not for each. */
-static bool put_packed(ibl_probes_bake *p, ibl_probes_file *f,
-                       const ibl_texture *tex)
-{
-    void *bytes = NULL;
-    size_t size;
-
-    const bool ok =
-        !ibl_texture_encode(p->ctx, tex, IBL_CONTAINER_KTX2, &bytes, &size);
-    if (ok)
-        ibl_hash_bytes(bytes, size, f->hash);
-    const bool added = ok && !ibl_outputs_add(p->outputs, f->path, bytes, size);
-    ibl_bytes_free(bytes);
-    return added;
-}
-
-/* Copied layers brought the flag of their whole old array. */
-static bool set_alpha(const ibl_probes_bake *p, ibl_texture *tex)
-{
-    tex->premultiplied = 0;
-    for (int i = 0; i < p->set.layers; i++)
-        tex->premultiplied |= p->set.entry[i].alpha;
-    return !ibl_texture_set(p->ctx, tex, "iblbake.alpha",
-                            tex->premultiplied ? "premultiplied" : "opaque");
-}
-
-bool ibl_probes_put_texture(ibl_probes_bake *p, ibl_probes_kind kind,
-                            ibl_texture *tex)
-{
-    const ibl_container container = p->set.bake.container;
-    ibl_probes_file *f = &p->file[kind];
-
-    ibl_console_progress(p->console, "hash", 0);
     tex->zstd = p->set.bake.zstd;
-    if (kind != IBL_PROBES_LUT && !set_alpha(p, tex))
-        return false;
-    if (tex->zstd)
-        return put_packed(p, f, tex);
-    if (ibl_hash_texture(p->ctx, tex, container, f->hash))
-        return false;
     ibl_console_progress(p->console, "write", 0);
-    return !ibl_outputs_take_texture(p->outputs, f->path, tex, container, NULL);
-}
-
-static bool put_array(ibl_probes_bake *p, ibl_probes_kind kind)
-{
-    ibl_texture *array = &p->array[kind];
-
-    return set_keys(p, kind, array) && ibl_probes_put_texture(p, kind, array);
+    return !ibl_texture_describe(p->ctx, tex, &facts, &output) &&
+           (kind == IBL_PROBES_LUT ||
+            !ibl_texture_set(p->ctx, tex, "iblbake.alpha",
+                             tex->premultiplied ? "premultiplied"
+                                                : "opaque")) &&
+           !ibl_outputs_take_texture(p->outputs, p->path[kind], tex,
+                                     p->set.bake.container, NULL);
 }
 
 static bool put_lut(ibl_probes_bake *p)
@@ -405,25 +307,20 @@ static bool put_lut(ibl_probes_bake *p)
     const bool ok =
         !ibl_bake_lut(p->ctx, &options, &lut) &&
         !ibl_texture_from_lut(p->ctx, &lut, p->lut_pixel, &tex, NULL) &&
-        set_keys(p, IBL_PROBES_LUT, &tex) &&
-        ibl_probes_put_texture(p, IBL_PROBES_LUT, &tex);
+        put_texture(p, IBL_PROBES_LUT, &tex);
     ibl_texture_free(&tex);
     ibl_lut_free(&lut);
     return ok;
 }
 
-/* Writes the index unless the old one has the same bytes. */
+/* Writes the index when all else is written, so that nothing is newer. */
 static bool put_index(ibl_probes_bake *p)
 {
-    ibl_probes_file *f = &p->file[IBL_PROBES_INDEX];
-    char *text = ibl_probes_index_text(p), hash[IBL_HASH_SIZE];
+    char *text = ibl_probes_index_text(p);
+    const bool ok = text && !ibl_outputs_wait(p->outputs) &&
+                    !ibl_outputs_add(p->outputs, p->path[IBL_PROBES_INDEX],
+                                     text, strlen(text));
 
-    if (!text)
-        return ibl_probes_no_memory(p);
-    ibl_hash_bytes(text, strlen(text), hash);
-    f->same = !p->opts->force && !strcmp(hash, f->hash);
-    const bool ok =
-        f->same || !ibl_outputs_add(p->outputs, f->path, text, strlen(text));
     free(text);
     return ok;
 }
@@ -432,94 +329,90 @@ static bool put_files(ibl_probes_bake *p)
 {
     bool ok = true;
 
-    for (int kind = 0; kind < IBL_PROBES_TEXTURES && ok; kind++)
-        if (p->file[kind].path && !p->file[kind].same)
-            ok = kind == IBL_PROBES_LUT ? put_lut(p)
-                                        : put_array(p, (ibl_probes_kind)kind);
-    return ok && put_index(p);
+    for (int kind = 0; kind < IBL_PROBES_LUT && ok; kind++)
+        ok = !p->path[kind] ||
+             put_texture(p, (ibl_probes_kind)kind, &p->array[kind]);
+    return ok && put_lut(p) && put_index(p) &&
+           ibl_console_commit(p->console, p->outputs);
 }
 
 /* ---- the command ------------------------------------------------------- */
 
-static bool prepare(ibl_probes_bake *p)
+/* Bakes a set into a directory, unless it is there. */
+static bool bake_set(const ibl_probes_opts *opts, const char *input,
+                     const char *directory, ibl_console *console, ibl_ctx *ctx)
 {
-    const ibl_isa isa = p->opts->common.isa;
+    ibl_probes_bake p = {
+        .opts = opts, .input = input, .console = console, .ctx = ctx};
 
-    p->isa = isa == IBL_ISA_AUTO ? ibl_isa_best() : isa;
-    if (!ibl_probe_set_read(p->opts->input, p->console, &p->set) ||
-        !find_options(p) || !ibl_probes_check_walls(p) || !name_files(p) ||
-        !ibl_probes_check_input(p, p->opts->input))
-        return false;
-    ibl_console_progress(p->console, "look", 0);
-    return (!p->opts->shard.count || ibl_probes_take_shard(p)) &&
-           ibl_probes_hash_inputs(p) && ibl_probes_plan(p);
-}
-
-bool ibl_probes_start(ibl_probes_bake *p)
-{
-    const ibl_probes_opts *opts = p->opts;
-
-    p->held = -1;
-    ibl_signals_catch();
-    if (ibl_start(&opts->common, p->console, &p->ctx) ||
-        ibl_start_outputs(p->ctx, opts->sync, &p->outputs) ||
-        ibl_outputs_mkdir(p->outputs, opts->output))
-        return false;
-    p->held = ibl_probes_hold(p->console, opts->output, LOCK_EX);
-    ibl_outputs_hold(p->outputs, p->held);
-    return true;
-}
-
-/* Logs counts, files and times, for -v. */
-static void log_summary(const ibl_probes_bake *p)
-{
-    int baked = 0;
-
-    for (int i = 0; i < p->set.layers; i++)
-        baked += p->set.entry[i].from == IBL_FROM_BAKE;
-    ibl_console_info(p->console, "baked %d of %d layers", baked, p->set.layers);
+    ibl_console_progress(console, "look", 0);
+    bool ok = ibl_probe_set_read(input, console, &p.set) && find_options(&p) &&
+              ibl_probes_check_walls(&p) && name_files(&p, directory) &&
+              hash_inputs(&p);
+    const bool kept = ok && is_kept(&p);
+    if (ok && !kept)
+        ok = !ibl_start_outputs(ctx, opts->sync, &p.outputs) &&
+             !ibl_outputs_mkdir(p.outputs, directory);
+    for (int i = 0; i < p.set.layers && ok && !kept; i++)
+        ok = bake_layer(&p, i);
+    ok = ok && (kept || put_files(&p));
+    for (int i = 0; i < IBL_PROBES_FILES && ok; i++)
+        if (p.path[i])
+            ibl_console_info(console, "%s %s", kept ? "kept" : "wrote",
+                             p.path[i]);
+    ibl_end_outputs(p.outputs);
+    for (int kind = 0; kind < IBL_PROBES_LUT; kind++)
+        ibl_texture_free(&p.array[kind]);
     for (int i = 0; i < IBL_PROBES_FILES; i++)
-        if (p->file[i].path)
-            ibl_console_info(p->console, "%s %s",
-                             p->file[i].same ? "kept" : "wrote",
-                             p->file[i].path);
-    ibl_console_print_times(p->console);
+        free(p.path[i]);
+    ibl_probe_set_free(&p.set);
+    return ok;
 }
 
-void ibl_probes_free(ibl_probes_bake *p)
+/* Of several sets each has a directory of its own name. */
+static bool check_names(const ibl_probes_opts *opts, ibl_console *console)
 {
-    ibl_end_outputs(p->outputs);
-    if (p->held >= 0)
-        close(p->held);
-    for (int kind = 0; kind < IBL_PROBES_ARRAYS; kind++)
-        ibl_texture_free(&p->array[kind]);
-    for (int i = 0; i < IBL_PROBES_FILES; i++) {
-        free(p->file[i].path);
-        free(p->file[i].old);
-    }
-    ibl_probe_set_free(&p->set);
-    ibl_ctx_free(p->ctx);
+    char a[256], b[256];
+
+    for (int i = 0; i < opts->count; i++)
+        for (int k = 0; k < i; k++)
+            if (!ibl_stem(opts->input[k], a, sizeof a) ||
+                !ibl_stem(opts->input[i], b, sizeof b) || !strcmp(a, b))
+                return ibl_console_fail(
+                    console,
+                    "%s and %s: both would be in %s/%s: bake one after the "
+                    "other, into two directories",
+                    opts->input[k], opts->input[i], opts->output, a);
+    return true;
 }
 
 int ibl_probes_run(const void *settings)
 {
     const ibl_probes_opts *opts = settings;
+    const ibl_shard *shard = &opts->shard;
+    char stem[256] = "";
     ibl_console console;
-    ibl_probes_bake p = {.opts = opts, .console = &console};
+    ibl_ctx *ctx = NULL;
 
     if (opts->grid)
         return ibl_probes_grid(opts);
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
-    const bool ok = ibl_probes_start(&p) && prepare(&p) && make_layers(&p) &&
-                    put_files(&p) && ibl_console_commit(&console, p.outputs);
+    ibl_signals_catch();
+    bool ok = check_names(opts, &console) &&
+              !ibl_start(&opts->common, &console, &ctx);
+    for (int i = 0; i < opts->count && ok; i++) {
+        if (shard->count && i % shard->count + 1 != shard->number)
+            continue;
+        if (opts->count > 1)
+            ibl_stem(opts->input[i], stem, sizeof stem);
+        char *directory = ibl_path_join(opts->output, stem);
+        ok = directory &&
+             bake_set(opts, opts->input[i], directory, &console, ctx);
+        free(directory);
+    }
     const int status = ibl_console_end(&console, ok);
-    if (ok && p.dropped && !opts->shard.count)
-        ibl_console_warn(&console,
-                         "%s: %d of the %d probes that were there are not in "
-                         "%s and are gone",
-                         opts->output, p.dropped, p.old_probes, opts->input);
     if (ok && opts->common.verbose)
-        log_summary(&p);
-    ibl_probes_free(&p);
+        ibl_console_print_times(&console);
+    ibl_ctx_free(ctx);
     return status;
 }

@@ -5,11 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/console.h"
 #include "cli/probes.h"
 #include "cli/shell_words.h"
 #include "common/signals.h"
-#include "json/json_at.h"
 #include "json/json_text.h"
 
 enum {
@@ -26,17 +24,11 @@ typedef struct grid {
     const char *capture[IBL_FACES]; /* as in ibl_set_capture */
     double (*solid)[2][3];          /* low and high corners of boxes */
     size_t solids;
-    json_t *proxy; /* of every probe, or NULL */
     double blend;
     int priority;
     json_t *probes; /* of the new set */
     int made, skipped;
 } grid;
-
-static bool no_memory(const grid *g)
-{
-    return ibl_json_complain(g->root, "no memory for the set");
-}
 
 /* ---- reading ----------------------------------------------------------- */
 
@@ -54,53 +46,39 @@ static bool take_box(ibl_json_at at, double low[3], double high[3])
     return true;
 }
 
-/* Takes the fewest cells that are no larger than the spacing. */
-static bool take_spacing(ibl_json_at at, grid *g)
-{
-    double spacing[3];
-
-    if (json_is_array(at.value)) {
-        if (!ibl_json_triple(at, 0, IBL_JSON_FARTHEST, true, spacing))
-            return false;
-    } else {
-        if (!ibl_json_real(at, 0, IBL_JSON_FARTHEST, true, &spacing[0]))
-            return false;
-        spacing[1] = spacing[2] = spacing[0];
-    }
-    for (int k = 0; k < 3; k++) {
-        /* The factor is for rounding: 2.1 / 0.3 is a little more than 7. */
-        const double n =
-            ceil((g->high[k] - g->low[k]) / spacing[k] * (1 - 1e-12));
-        if (n > MOST_ALONG)
-            return ibl_json_wrong(at, "at most %d cells along an axis",
-                                  MOST_ALONG);
-        g->counts[k] = n > 1 ? (int)n : 1;
-    }
-    return true;
-}
-
-static bool take_counts(ibl_json_at at, grid *g)
-{
-    bool ok = ibl_json_array(at, 3, 3);
-
-    for (size_t k = 0; k < 3 && ok; k++)
-        ok = ibl_json_int(ibl_json_element(&at, k), 1, MOST_ALONG,
-                          &g->counts[k]);
-    return ok;
-}
-
+/* Takes counts, or the fewest cells that are no larger than the spacing. */
 static bool take_cells(ibl_json_at root, grid *g)
 {
-    const ibl_json_at spacing = ibl_json_member(&root, "spacing");
     const ibl_json_at counts = ibl_json_member(&root, "counts");
+    const ibl_json_at spacing = ibl_json_member(&root, "spacing");
+    double largest[3] = {0};
+    bool ok;
 
     if (!spacing.value == !counts.value)
         return ibl_json_wrong(root, "one of spacing and counts");
-    if (spacing.value ? !take_spacing(spacing, g) : !take_counts(counts, g))
-        return false;
-    for (int k = 0; k < 3; k++)
-        g->cell[k] = (g->high[k] - g->low[k]) / g->counts[k];
-    return true;
+    if (counts.value)
+        ok = ibl_json_array(counts, 3, 3);
+    else if (json_is_array(spacing.value))
+        ok = ibl_json_triple(spacing, 0, IBL_JSON_FARTHEST, true, largest);
+    else
+        ok = ibl_json_real(spacing, 0, IBL_JSON_FARTHEST, true, largest);
+    for (size_t k = 0; k < 3 && ok; k++) {
+        const double size = g->high[k] - g->low[k];
+        if (counts.value) {
+            ok = ibl_json_int(ibl_json_element(&counts, k), 1, MOST_ALONG,
+                              &g->counts[k]);
+        } else {
+            /* The factor is for rounding: 2.1 / 0.3 is a little above 7. */
+            const double n =
+                ceil(size / largest[largest[k] > 0 ? k : 0] * (1 - 1e-12));
+            if (n > MOST_ALONG)
+                return ibl_json_wrong(spacing, "at most %d cells along an axis",
+                                      MOST_ALONG);
+            g->counts[k] = n > 1 ? (int)n : 1;
+        }
+        g->cell[k] = size / g->counts[k];
+    }
+    return ok;
 }
 
 static bool take_name(ibl_json_at at, grid *g)
@@ -121,28 +99,16 @@ static bool take_name(ibl_json_at at, grid *g)
 static bool take_solid(ibl_json_at at, grid *g)
 {
     static const char *const keys[] = {"min", "max", NULL};
-    bool ok = true;
-
-    if (!ibl_json_array(at, 0, 1000000))
-        return false;
     const size_t count = json_array_size(at.value);
+    bool ok = ibl_json_array(at, 0, 1000000);
+
     g->solid = calloc(count + 1, sizeof *g->solid);
-    if (!g->solid)
-        return no_memory(g);
-    for (; g->solids < count && ok; g->solids++) {
+    for (; ok && g->solid && g->solids < count; g->solids++) {
         const ibl_json_at box = ibl_json_element(&at, g->solids);
         ok = ibl_json_object(box, keys) &&
              take_box(box, g->solid[g->solids][0], g->solid[g->solids][1]);
     }
-    return ok;
-}
-
-static bool take_blend(ibl_json_at at, grid *g)
-{
-    const double least = fmin(g->cell[0], fmin(g->cell[1], g->cell[2]));
-
-    g->blend = least / 2;
-    return ibl_json_real(at, 0, least, false, &g->blend);
+    return ok && g->solid;
 }
 
 static bool take_grid(ibl_json_at root, grid *g)
@@ -150,70 +116,65 @@ static bool take_grid(ibl_json_at root, grid *g)
     static const char *const keys[] = {
         "version", "min",   "max",      "spacing",  "counts", "solid", "name",
         "capture", "blend", "priority", "defaults", "global", "proxy", NULL};
-    const ibl_json_at proxy = ibl_json_optional(&root, "proxy");
     ibl_volume volume;
     int version;
 
-    g->proxy = (json_t *)proxy.value;
-
     if (ibl_json_member(&root, "probes").value)
         return ibl_json_complain(root, "is a set already: leave out --grid");
-    return ibl_json_object(root, keys) &&
-           ibl_json_int(ibl_json_member(&root, "version"), IBL_SET_VERSION,
-                        IBL_SET_VERSION, &version) &&
-           take_box(root, g->low, g->high) && take_cells(root, g) &&
-           take_solid(ibl_json_optional(&root, "solid"), g) &&
-           take_name(ibl_json_optional(&root, "name"), g) &&
-           ibl_set_capture(ibl_json_optional(&root, "capture"), &g->kind,
-                           g->capture) &&
-           take_blend(ibl_json_optional(&root, "blend"), g) &&
+    if (!ibl_json_object(root, keys) ||
+        !ibl_json_int(ibl_json_member(&root, "version"), IBL_SET_VERSION,
+                      IBL_SET_VERSION, &version) ||
+        !take_box(root, g->low, g->high) || !take_cells(root, g) ||
+        !take_solid(ibl_json_optional(&root, "solid"), g) ||
+        !take_name(ibl_json_optional(&root, "name"), g) ||
+        !ibl_set_capture(ibl_json_optional(&root, "capture"), &g->kind,
+                         g->capture))
+        return false;
+    const double least = fmin(g->cell[0], fmin(g->cell[1], g->cell[2]));
+    g->blend = least / 2;
+    return ibl_json_real(ibl_json_optional(&root, "blend"), 0, least, false,
+                         &g->blend) &&
            ibl_json_int(ibl_json_optional(&root, "priority"),
                         -IBL_JSON_PRIORITY, IBL_JSON_PRIORITY, &g->priority) &&
-           ibl_json_volume(proxy, &volume);
+           ibl_json_volume(ibl_json_optional(&root, "proxy"), &volume);
 }
 
 /* ---- making ------------------------------------------------------------ */
 
+static bool is_solid(const grid *g, const double p[3])
+{
+    for (size_t i = 0; i < g->solids; i++) {
+        const double *low = g->solid[i][0], *high = g->solid[i][1];
+        int k = 0;
+        while (k < 3 && p[k] >= low[k] && p[k] <= high[k])
+            k++;
+        if (k == 3)
+            return true;
+    }
+    return false;
+}
+
+/* The capture of a probe, with its name for {name}; NULL: no memory. */
+static json_t *make_capture(const grid *g, const char *name)
+{
+    const ibl_placeholder holder = {"name", name};
+    const bool faces = g->kind == IBL_CAPTURE_FACES;
+    json_t *files = json_array();
+
+    for (int i = 0; i < (faces ? IBL_FACES : 1); i++) {
+        char *file = ibl_words_fill(g->capture[i], &holder, 1);
+        append(&files, file ? json_string(file) : NULL);
+        free(file);
+    }
+    json_t *capture = json_pack("{sO}", ibl_capture_names[g->kind],
+                                faces ? files : json_array_get(files, 0));
+    json_decref(files);
+    return capture;
+}
+
 static double middle(const grid *g, int axis, int at)
 {
     return g->low[axis] + (at + 0.5) * g->cell[axis];
-}
-
-static bool is_solid(const grid *g, const double p[3])
-{
-    bool inside = false;
-
-    for (size_t i = 0; i < g->solids && !inside; i++) {
-        const double *low = g->solid[i][0], *high = g->solid[i][1];
-        inside = true;
-        for (size_t k = 0; k < 3; k++)
-            inside = inside && p[k] >= low[k] && p[k] <= high[k];
-    }
-    return inside;
-}
-
-/* A file name of a capture with {name} replaced; NULL: no memory. */
-static json_t *fill(const char *file, const char *name)
-{
-    const ibl_placeholder holder = {"name", name};
-    char *text = ibl_words_fill(file, &holder, 1);
-    json_t *filled = text ? json_string(text) : NULL;
-
-    free(text);
-    return filled;
-}
-
-static json_t *make_capture(const grid *g, const char *name)
-{
-    const char *kind = ibl_capture_name(g->kind);
-    json_t *files;
-
-    if (g->kind != IBL_CAPTURE_FACES)
-        return json_pack("{so}", kind, fill(g->capture[0], name));
-    files = json_array();
-    for (int i = 0; i < IBL_FACES; i++)
-        append(&files, fill(g->capture[i], name));
-    return json_pack("{so}", kind, files);
 }
 
 /* How far the influence of a cell's probe reaches beyond its cell to a side:
@@ -240,12 +201,11 @@ static double reach(const grid *g, const int at[3], int axis, int side)
 }
 
 /* Adds a probe in the middle p of its cell. */
-static bool add_probe(grid *g, const int at[3], const double p[3])
+static void add_probe(grid *g, const int at[3], const double p[3])
 {
     char number[3][16];
     const ibl_placeholder holders[] = {
         {"x", number[0]}, {"y", number[1]}, {"z", number[2]}};
-    json_t *probe = NULL;
     double centre[3], half[3];
 
     for (int k = 0; k < 3; k++) {
@@ -255,25 +215,27 @@ static bool add_probe(grid *g, const int at[3], const double p[3])
         half[k] = (g->cell[k] + above + below) / 2;
     }
     char *name = ibl_words_fill(g->name, holders, 3);
-    if (name)
-        probe =
-            json_pack("{ss s[fff] so s{s{s[fff] s[fff]}} sf sO*}", "name", name,
-                      "position", p[0], p[1], p[2], "capture",
-                      make_capture(g, name), "influence", "box", "centre",
-                      centre[0], centre[1], centre[2], "half", half[0], half[1],
-                      half[2], "blend", g->blend, "proxy", g->proxy);
+    json_t *probe =
+        name ? json_pack("{ss s[fff] so s{s{s[fff] s[fff]}} sf sO*}", "name",
+                         name, "position", p[0], p[1], p[2], "capture",
+                         make_capture(g, name), "influence", "box", "centre",
+                         centre[0], centre[1], centre[2], "half", half[0],
+                         half[1], half[2], "blend", g->blend, "proxy",
+                         json_object_get(g->root.value, "proxy"))
+             : NULL;
     free(name);
     if (g->priority)
         put(&probe, "priority", json_integer(g->priority));
     append(&g->probes, probe);
-    return g->probes;
 }
 
-/* Adds the probes, x fastest, then y, then z. False after a line on stderr. */
-static bool add_probes(grid *g)
+/* The text of a set with a probe in each free cell, x fastest, then y, then z.
+ * NULL after a line on stderr, or without memory. */
+static char *make_set(grid *g)
 {
     const int *n = g->counts;
 
+    g->probes = json_array();
     for (int cell = 0; cell < n[0] * n[1] * n[2]; cell++) {
         const int at[3] = {cell % n[0], cell / n[0] % n[1], cell / n[0] / n[1]};
         double p[3];
@@ -283,38 +245,30 @@ static bool add_probes(grid *g)
             g->skipped++;
             continue;
         }
-        if (++g->made > IBL_MAX_PROBES)
-            return ibl_json_complain(g->root,
-                                     "expected a grid of at most %d probes, "
-                                     "found more: choose a wider spacing",
-                                     IBL_MAX_PROBES);
-        if (!add_probe(g, at, p))
-            return no_memory(g);
+        if (++g->made > IBL_MAX_PROBES) {
+            ibl_json_complain(g->root,
+                              "expected a grid of at most %d probes, found "
+                              "more: choose a wider spacing",
+                              IBL_MAX_PROBES);
+            break;
+        }
+        add_probe(g, at, p);
     }
-    return g->made ||
-           ibl_json_complain(g->root,
-                             "expected a cell that is free, found all "
-                             "%d solid",
-                             g->skipped);
-}
-
-static char *make_set(grid *g)
-{
-    char *text = NULL;
-
-    g->probes = json_array();
-    const bool ok = add_probes(g);
+    if (!g->made)
+        ibl_json_complain(g->root,
+                          "expected a cell that is free, found all %d solid",
+                          g->skipped);
     json_t *set = json_pack(
         "{si sO* sO* so}", "version", IBL_SET_VERSION, "defaults",
         json_object_get(g->root.value, "defaults"), "global",
         json_object_get(g->root.value, "global"), "probes", g->probes);
-    if (ok && !(text = ibl_json_text(set)))
-        no_memory(g);
+    const bool ok = g->made && g->made <= IBL_MAX_PROBES;
+    char *text = ok ? ibl_json_text(set) : NULL;
     json_decref(set);
     return text;
 }
 
-/* ---- writing ------------------------------------------------------------ */
+/* ---- the command -------------------------------------------------------- */
 
 static bool write_set(const ibl_probes_opts *opts, ibl_console *console,
                       const char *text)
@@ -323,13 +277,10 @@ static bool write_set(const ibl_probes_opts *opts, ibl_console *console,
     ibl_outputs *outputs = NULL;
     ibl_common common = opts->common;
 
-    if (!opts->output) {
-        fputs(text, stdout);
-        return true;
-    }
     ibl_signals_catch();
     common.threads = 1;
     const bool ok =
+        ibl_console_differ(console, opts->input[0], opts->output, "file") &&
         !ibl_start(&common, console, &ctx) &&
         !ibl_start_outputs(ctx, opts->sync, &outputs) &&
         !ibl_outputs_add(outputs, opts->output, text, strlen(text)) &&
@@ -343,20 +294,16 @@ int ibl_probes_grid(const ibl_probes_opts *opts)
 {
     ibl_console console;
     ibl_json_file file = {
-        .name = opts->input, .fail = ibl_console_error, .cookie = &console};
+        .name = opts->input[0], .fail = ibl_console_error, .cookie = &console};
     grid g = {.capture = {"captures/{name}.exr"}};
-    char *text = NULL;
 
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
-    const bool there = ibl_json_open(&file);
+    bool ok = ibl_json_open(&file);
     g.root = ibl_json_root(&file);
-    if (there && take_grid(g.root, &g))
-        text = make_set(&g);
-    const bool ok =
-        text &&
-        (!opts->output ||
-         ibl_console_differ(&console, opts->input, opts->output, "file")) &&
-        write_set(opts, &console, text);
+    char *text = ok && take_grid(g.root, &g) ? make_set(&g) : NULL;
+    ok = text && (!opts->output || write_set(opts, &console, text));
+    if (ok && !opts->output)
+        fputs(text, stdout);
     const int status = ibl_console_end(&console, ok);
     if (ok)
         ibl_console_info(&console, "placed %d probes, left out %d solid cells",

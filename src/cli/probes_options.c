@@ -4,8 +4,12 @@
 
 #include "cli/probes.h"
 #include "common/names.h"
+#include "json/text.h"
 
 #define FROM_SET "what the set says"
+
+static const char *const alphas[] = {"ignore", "file", "straight", NULL};
+static const char *const mappings[] = {"linear", "filament", NULL};
 
 static bool parse_irradiance(void *field, const char *value)
 {
@@ -23,24 +27,26 @@ static bool parse_irradiance(void *field, const char *value)
 /* clang-format off */
 static const ibl_option outputs[] = {
     {"output", 'o', IBL_DIR(output), .standard = "",
-     .help = "directory of the outputs, made if it is not there; required. "
-             "With --grid the file that the set is written to, or else "
-             "standard output"},
+     .help = "directory of the outputs, made if it is not there; required. Of "
+             "several sets each has one there, of its name. With --grid the "
+             "file that the set is written to, or else standard output",
+     .aside = true},
     {"force", 0, IBL_FLAG(force),
-     .help = "bake every probe, whatever a former run left"},
+     .help = "bake also what did not change since a former run", .aside = true},
     {"shard", 0, IBL_OTHER(shard, "K/N", ibl_shard_parse),
-     .allowed = IBL_SHARD_ALLOWED, .standard = "all of the set",
-     .help = "bake part K of N of the set, into a directory of its own; "
-             "iblbake merge makes one set of all parts"},
+     .allowed = IBL_SHARD_ALLOWED, .standard = "all sets",
+     .help = "bake part K of N of the sets, for N runs on any machines",
+     .aside = true},
     {"grid", 0, IBL_FLAG(grid),
      .help = "bake nothing: SET.json describes a grid, of which a set is made"},
     {"sync", 0, IBL_FLAG(sync),
      .help = "wait until everything is on the disk, so that a power cut "
-             "leaves whole files"},
+             "leaves whole files",
+     .aside = true},
 };
 
-static const ibl_option overrides[] = {
-    {"alpha", 0, IBL_CHOICE(said.alpha, ibl_set_alphas), .standard = FROM_SET,
+static const ibl_option settings[] = {
+    {"alpha", 0, IBL_CHOICE(said.alpha, alphas), .standard = FROM_SET,
      .help = "alpha of captures: drop it, take colours as the file's format "
              "says, or as not yet multiplied by it"},
     {"container", 0, IBL_CHOICE(said.container, ibl_array_container_names),
@@ -71,58 +77,94 @@ static const ibl_option overrides[] = {
      .help = "edge of the irradiance cubes; sh: spherical harmonics in the "
              "index instead"},
 };
+
+/* Members of "defaults" beside these. */
+static const ibl_option more[] = {
+    {"mapping", 0,
+     IBL_CHOICE(said.options.specular_options.mapping, mappings)},
+    {"method", 0,
+     IBL_CHOICE(said.options.specular_options.method, ibl_method_names)},
+    {"samples", 0, IBL_INT(said.options.specular_options.samples, 1, 1048576)},
+    {"tolerance", 0,
+     IBL_REAL(said.options.specular_options.tolerance, "T", 1e-6, 1)},
+    {"lut_size", 0, IBL_INT(said.lut_size, 1, 4096)},
+};
 /* clang-format on */
 
 enum {
-    OVERRIDES = sizeof overrides / sizeof *overrides
+    SETTINGS = sizeof settings / sizeof *settings,
+    MORE = sizeof more / sizeof *more
 };
 
 static const ibl_section *const sections[] = {
     IBL_SECTION("Outputs", outputs),
-    IBL_SECTION("In place of what the set says", overrides),
+    IBL_SECTION("In place of what the set says", settings),
     &ibl_input_section,
     &ibl_running_section,
     NULL,
 };
 
-/* The field that an override sets, an int or an enumeration. */
-static int *said_field(const ibl_probes_opts *o, size_t i)
+static void defaults(void *opts)
 {
-    return (int *)((char *)o + overrides[i].offset);
+    *(ibl_probes_opts *)opts =
+        (ibl_probes_opts){.common = ibl_common_default()};
 }
 
-static void defaults(void *settings)
+/* The field of a setting. */
+static void *field_of(const ibl_option *o, ibl_set_bake *bake)
 {
-    ibl_probes_opts *o = settings;
-
-    *o = (ibl_probes_opts){.common = ibl_common_default()};
-    for (size_t i = 0; i < OVERRIDES; i++)
-        *said_field(o, i) = -1;
+    return (char *)bake + (o->offset - offsetof(ibl_probes_opts, said));
 }
 
 void ibl_probes_override(const ibl_probes_opts *o, ibl_set_bake *bake)
 {
     /* The set's number of levels belongs to the set's size. */
-    if (o->said.options.specular_options.size >= 0)
+    if (ibl_is_given(&o->given, "size"))
         bake->options.specular_options.levels = 0;
-    for (size_t i = 0; i < OVERRIDES; i++) {
-        const size_t at = overrides[i].offset - offsetof(ibl_probes_opts, said);
-        if (*said_field(o, i) >= 0)
-            *(int *)((char *)bake + at) = *said_field(o, i);
-    }
+    for (int i = 0; i < SETTINGS; i++)
+        if (ibl_is_given(&o->given, settings[i].name))
+            memcpy(field_of(&settings[i], bake),
+                   (const char *)o + settings[i].offset, sizeof(int));
 }
 
-static bool take(void *settings, const char *word)
+bool ibl_probes_defaults(ibl_json_at at, ibl_set_bake *bake)
 {
-    ibl_probes_opts *o = settings;
+    const char *keys[SETTINGS + MORE + 1] = {0};
+    bool ok = true;
 
-    if (o->input)
-        return ibl_misuse("%s: a second set after %s: bake one at a time", word,
-                          o->input);
+    for (int i = 0; i < SETTINGS + MORE && ok; i++) {
+        const ibl_option *o = i < SETTINGS ? &settings[i] : &more[i - SETTINGS];
+        const ibl_json_at m = ibl_json_optional(&at, o->name);
+        void *field = field_of(o, bake);
+        char text[IBL_NUMBER_BYTES];
+        keys[i] = o->name;
+        if (o->kind == IBL_OPTION_INT) {
+            ok = ibl_json_int(m, (int)o->low, (int)o->high, field);
+        } else if (o->kind == IBL_OPTION_REAL) {
+            ok = ibl_json_real(m, o->low, o->high, false, field);
+        } else if (o->kind == IBL_OPTION_CHOICE) {
+            ok = ibl_json_choice(m, o->choices, field);
+        } else if (m.value) {
+            const char *word = json_string_value(m.value);
+            ibl_number_text((double)json_integer_value(m.value), text);
+            ok = o->parse(field, word ? word : text) ||
+                 ibl_json_wrong(m, "%s", o->allowed);
+        }
+    }
+    return ok && ibl_json_object(at, keys);
+}
+
+static bool take(void *opts, const char *word)
+{
+    ibl_probes_opts *o = opts;
+
     if (!*word || !strcmp(word, "-"))
         return ibl_misuse("a set is a file, beside which its captures are "
                           "looked for: give its name");
-    o->input = word;
+    if (o->count == IBL_MOST_SETS)
+        return ibl_misuse("%s: more than %d sets: give them to several calls",
+                          word, IBL_MOST_SETS);
+    o->input[o->count++] = word;
     return true;
 }
 
@@ -133,21 +175,29 @@ enum {
 
 static const ibl_rule rules[] = {
     {"force shard alpha container zstd pixel quality overflow size levels "
-     "irradiance layer part any-aspect input-layout strict primaries exposure "
-     "clamp",
+     "irradiance layer part any-aspect input-layout face-order input-transfer "
+     "strict primaries exposure clamp",
      BAKES, "--grid bakes nothing: leave out one of them"},
     {"sync", WRITES, "standard output is no file: add -o FILE"},
     {.options = NULL}};
 
-static bool validate(void *settings)
+static bool validate(void *opts)
 {
-    const ibl_probes_opts *o = settings;
+    const ibl_probes_opts *o = opts;
 
-    if (!o->input)
-        return ibl_misuse("no set: iblbake probes [options] SET.json -o DIR, "
-                          "see iblbake probes --help");
+    if (!o->count)
+        return ibl_misuse("no set: iblbake probes [options] SET.json... -o "
+                          "DIR, see iblbake probes --help");
+    if (o->count > 1 && o->grid)
+        return ibl_misuse("%s: a second grid after %s: make sets of one at a "
+                          "time",
+                          o->input[1], o->input[0]);
     if (!o->output && !o->grid)
         return ibl_misuse("no output directory: add -o DIR");
+    if (o->shard.count > o->count)
+        return ibl_misuse("--shard %d/%d: parts are of whole sets, of which "
+                          "there are %d: take at most %d shards",
+                          o->shard.number, o->shard.count, o->count, o->count);
     return ibl_check_rules(&o->given, rules,
                            (o->grid ? 0 : (unsigned)BAKES) |
                                (o->output ? (unsigned)WRITES : 0)) &&
@@ -156,12 +206,12 @@ static bool validate(void *settings)
 
 const ibl_command ibl_probes_command = {
     .name = "probes",
-    .usage = "[options] SET.json -o DIR",
-    .brief = "bake a set of reflection probes into cube arrays",
+    .usage = "[options] SET.json... -o DIR",
+    .brief = "bake sets of reflection probes into cube arrays",
     .intro =
-        "Bakes the reflection probes that SET.json names, and of them only "
-        "what changed\n"
-        "since the last time, into what an engine loads:\n"
+        "Bakes the reflection probes that SET.json names, if anything changed "
+        "since the\n"
+        "last time, into what an engine loads:\n"
         "  DIR/probes_specular.EXT    cube array, a layer for each probe\n"
         "  DIR/probes_irradiance.EXT  cube array, E/pi\n"
         "  DIR/brdf_lut.EXT           scale and bias of F0\n"

@@ -119,19 +119,19 @@ static void pick_material(const ibl_materials *m, double u, ibl_sample *s)
     s->weight *= m->weight[at / 2][at % 2] / share[at];
 }
 
-/* Those of directions from `from` on; so below. */
 static void draw_samples(const ibl_spot *spots, const ibl_materials *materials,
-                         ibl_truth *t, size_t from)
+                         ibl_truth *t)
 {
     const ibl_truth_options *o = &t->options;
     const size_t n = (size_t)o->directions;
+    size_t points = 0; /* of the sequence, that were tried */
 
-    for (size_t i = from; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         ibl_sample *s = &t->sample[i];
         double u[IBL_DIMENSIONS];
         *s = (ibl_sample){.albedo = 0};
         do
-            ibl_spread(o->seed, t->points++, u);
+            ibl_spread(o->seed, points++, u);
         while (!((s->weight = draw(spots, u, s)) > 0));
         if (materials)
             pick_material(materials, u[5], s);
@@ -146,9 +146,8 @@ static void draw_samples(const ibl_spot *spots, const ibl_materials *materials,
 /* ---- the truth ------------------------------------------------------------
  */
 
-static bool find_truth(bool materials, ibl_truth *t, size_t from)
+static bool find_truth(const ibl_reference *ref, bool materials, ibl_truth *t)
 {
-    const ibl_reference *ref = t->reference;
     const ibl_truth_options *o = &t->options;
     const size_t n = (size_t)o->directions;
     const int kinds = materials ? IBL_MATERIAL_STEPS + 1 : o->roughness_count;
@@ -164,7 +163,7 @@ static bool find_truth(bool materials, ibl_truth *t, size_t from)
         const double *sum = sums;
         size_t count = 0;
         for (size_t i = 0; i < own; i++)
-            if (i % n >= from && t->sample[i].roughness == roughness) {
+            if (t->sample[i].roughness == roughness) {
                 const ibl_sample *s = &t->sample[i];
                 memcpy(normal + 3 * count, s->normal, sizeof s->normal);
                 memcpy(view + 3 * count++, s->view, sizeof s->view);
@@ -172,7 +171,7 @@ static bool find_truth(bool materials, ibl_truth *t, size_t from)
         ok = !count || !ibl_reference_brdf(ref, o->geometry, &roughness, 1,
                                            normal, view, count, sums);
         for (size_t i = 0; i < own && ok; i++)
-            if (i % n >= from && t->sample[i].roughness == roughness) {
+            if (t->sample[i].roughness == roughness) {
                 for (size_t at = i; at < n * (size_t)t->rows; at += own) {
                     ibl_sample *s = &t->sample[at];
                     for (int c = 0; c < 3; c++)
@@ -196,39 +195,29 @@ bool ibl_truth_make(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
                     const ibl_truth_options *options, ibl_truth *out)
 {
     const ibl_materials *materials = options->materials;
-    const int rows =
-        materials ? 1 : options->roughness_count * options->f0_count;
-    const size_t from = (size_t)out->options.directions;
-    const size_t n = (size_t)options->directions;
-    ibl_sample *sample =
-        realloc(out->sample, (size_t)rows * n * sizeof *sample);
     ibl_spot *spots = ibl_spots_of(env, yaw_deg);
+    ibl_reference *ref = NULL;
 
+    ibl_truth_free(out);
     out->options = *options;
     out->options.materials = NULL;
-    out->rows = rows;
-    out->sample = sample ? sample : out->sample;
-    bool ok = spots && sample &&
-              (out->reference ||
-               !ibl_reference_create(ctx, env, yaw_deg, &out->reference));
+    out->rows = materials ? 1 : options->roughness_count * options->f0_count;
+    out->sample = malloc((size_t)out->rows * (size_t)options->directions *
+                         sizeof *out->sample);
+    bool ok =
+        spots && out->sample && !ibl_reference_create(ctx, env, yaw_deg, &ref);
     if (ok) {
-        for (size_t k = (size_t)rows; k-- > 1 && from;)
-            memmove(sample + k * n, sample + k * from, from * sizeof *sample);
-        ibl_reference_coarsen(out->reference);
-        draw_samples(spots, materials, out, from);
+        ibl_reference_coarsen(ref);
+        draw_samples(spots, materials, out);
+        ok = find_truth(ref, materials, out);
     }
-    ok = ok && find_truth(materials, out, from);
-    if (materials) { /* not extended */
-        ibl_reference_free(out->reference);
-        out->reference = NULL;
-    }
+    ibl_reference_free(ref);
     free(spots);
     return ok;
 }
 
 void ibl_truth_free(ibl_truth *t)
 {
-    ibl_reference_free(t->reference);
     free(t->sample);
     *t = (ibl_truth){0};
 }
@@ -244,7 +233,7 @@ enum {
 typedef struct look {
     int taps;
     double dir[TAPS][3];
-    double roughness, lod, diffuse;
+    double lod, diffuse;
 } look;
 
 static double limited(double x, double low, double high)
@@ -265,19 +254,6 @@ static void bend(const ibl_sample *s, double share, double dir[3])
     ibl_normalise(dir);
 }
 
-/* The roughness of a lod, by halving; the lod rises with it. */
-static double roughness_of(const ibl_drawn *set, double lod)
-{
-    double low = set->chain.roughness[0],
-           high = set->chain.roughness[set->chain.levels - 1];
-
-    for (int k = 0; k < 40; k++) {
-        const double middle = 0.5 * (low + high);
-        *(ibl_set_lod(&set->chain, middle) < lod ? &low : &high) = middle;
-    }
-    return 0.5 * (low + high);
-}
-
 /* ibl_lobe_taps of ibl/ibl.glsl. */
 static void aim_by_table(const ibl_drawn *set, const ibl_sample *s,
                          double metallic, look *l)
@@ -292,7 +268,6 @@ static void aim_by_table(const ibl_drawn *set, const ibl_sample *s,
              l->dir[i]);
     l->diffuse = q[2];
     l->lod = q[1] * (set->chain.levels - 1);
-    l->roughness = roughness_of(set, l->lod);
 }
 
 /* ibl_lobe_split and so on of ibl/ibl.glsl. */
@@ -304,9 +279,9 @@ static void aim(const ibl_drawn *set, const ibl_sample *s, look *l)
         limited((s->f0 - 0.04) / 0.96 * (s->table[0] + s->table[1]) /
                     fmax(s->f0 * s->table[0] + s->table[1], 1e-20),
                 0, 1);
-    double share = 0;
+    double share = 0, roughness = r;
 
-    *l = (look){.taps = 1, .roughness = r};
+    *l = (look){.taps = 1};
     if (!set->chain.levels) {
         l->taps = 0;
         l->diffuse = 1;
@@ -318,83 +293,22 @@ static void aim(const ibl_drawn *set, const ibl_sample *s, look *l)
     }
     if (set->shader == IBL_SHADER_BENT) {
         share = pow(r, 2.1 + 1.8 * nv);
-        l->roughness = fmin(r * (0.75 + 0.28 * nv + 0.27 * r * r), 1);
+        roughness = fmin(r * (0.75 + 0.28 * nv + 0.27 * r * r), 1);
     } else if (set->shader == IBL_SHADER_FIT) {
         const double narrow =
             fmin(3 * r, 1) * (mix(0.55, 0.64, m) + mix(0.54, 0.44, m) * nv - 1);
         share = mix(3.1, 5.2, m) * pow(r, 3.5) * (1 - r) * (1 - nv);
-        l->roughness = fmin(r + r * narrow, 1);
+        roughness = fmin(r + r * narrow, 1);
         l->diffuse =
             fmin((mix(0.49, 0.87, m) + mix(0.58, 0.43, m) * nv) *
                      pow(fmax((r - 0.15) / 0.85, 0), mix(2.6, 1 + 2.5 * nv, m)),
                  1);
     }
     bend(s, share, l->dir[0]);
-    l->lod = ibl_set_lod(&set->chain, l->roughness);
-}
-
-/* ---- exact lobes ------------------------------------------------------- */
-
-enum {
-    STEP = 8 /* parts are measured at one sample of so many */
-};
-
-/* What parts are measured by: exact lobes at the looks and irradiance / pi at
- * the normals, of each STEP-th sample. */
-static double *find_exact(const ibl_truth *t, const ibl_drawn *set,
-                          const ibl_reference *rest)
-{
-    const size_t pairs = (size_t)t->options.directions;
-    const size_t samples = (size_t)t->rows * pairs;
-    /* Without a share of irradiance F0 makes no difference. */
-    const size_t own = set->shader < IBL_SHADER_FIT && t->rows > 1
-                           ? pairs * (size_t)t->options.roughness_count
-                           : samples;
-    const size_t looks = TAPS * samples;
-    double *exact = calloc(6 * samples + 7 * looks, sizeof *exact);
-    double *dirs = exact + 6 * samples, *roughness = dirs + 3 * looks;
-    double *rgb = roughness + looks;
-    size_t count = 0;
-    look l;
-
-    if (!exact)
-        return NULL;
-    for (size_t i = 0; i < own; i++) {
-        aim(set, &t->sample[i], &l);
-        for (int k = 0; k < l.taps && i % pairs % STEP == 0; k++, count++) {
-            memcpy(dirs + 3 * count, l.dir[k], sizeof l.dir[k]);
-            roughness[count] = l.roughness;
-        }
-    }
-    bool ok = !ibl_reference_lobes(rest, roughness, 1, dirs, count, rgb);
-    const double *next = rgb;
-    for (size_t i = 0; i < own; i++) {
-        aim(set, &t->sample[i], &l);
-        for (int k = 0; k < 3 * l.taps && i % pairs % STEP == 0; k++)
-            exact[6 * i + (size_t)(k % 3)] += *next++ / l.taps;
-    }
-    for (size_t i = own; i < samples; i++)
-        memcpy(exact + 6 * i, exact + 6 * (i - own), 3 * sizeof *exact);
-    count = 0;
-    for (size_t i = 0; i < pairs; i += STEP)
-        memcpy(dirs + 3 * count++, t->sample[i].normal, 3 * sizeof *dirs);
-    ok = ok && !ibl_reference_irradiance(rest, dirs, count, rgb);
-    for (size_t i = 0; i < samples; i++)
-        if (i % pairs % STEP == 0)
-            memcpy(exact + 6 * i + 3, rgb + i % pairs / STEP * 3,
-                   3 * sizeof *exact);
-    if (ok)
-        return exact;
-    free(exact);
-    return NULL;
+    l->lod = ibl_set_lod(&set->chain, roughness);
 }
 
 /* ---- colours ------------------------------------------------------------ */
-
-enum {
-    STAGES = 4, /* truth, exact lookups, lookups in the set, its table */
-    LAST = STAGES - 1
-};
 
 /* What the lights that were taken out of the map give. */
 static void add_lights(const ibl_truth *t, const ibl_drawn *set,
@@ -423,20 +337,11 @@ static void look_up_irradiance(const ibl_drawn *set, const double normal[3],
         rgb[c] /= set->irradiance_scale;
 }
 
-/* Of levels and irradiance; what is no number stays so. */
-static double lit_by(double seen, double diffuse, double share)
-{
-    const double light = mix(seen, diffuse, share);
-
-    return light < 0 ? 0 : light;
-}
-
-/* Colours of the stages; those between the first and the last only if there are
- * exact lobes. */
+/* The shader's colour. */
 static void shade(const ibl_truth *t, const ibl_drawn *set, const ibl_sample *s,
-                  const double *exact, double stage[STAGES][3])
+                  double rgb[3])
 {
-    double seen[3] = {0}, lit[3] = {0}, diffuse[3] = {0}, tap[3];
+    double seen[3] = {0}, diffuse[3] = {0}, tap[3];
     double table[2] = {s->table[0], s->table[1]};
     look l;
 
@@ -450,60 +355,40 @@ static void shade(const ibl_truth *t, const ibl_drawn *set, const ibl_sample *s,
         look_up_irradiance(set, s->normal, diffuse);
     if (set->lut.data)
         ibl_lookup_lut(&set->lut, s->n_dot_v, s->roughness, table);
-    add_lights(t, set, s, lit);
-    const double reflects = s->f0 * s->table[0] + s->table[1];
     for (int c = 0; c < 3; c++) {
-        const double found = lit_by(seen[c], diffuse[c], l.diffuse);
-        const double rest = lit[c] + s->albedo * diffuse[c];
-        stage[0][c] = s->truth[c];
-        stage[1][c] =
-            exact ? lit[c] + s->albedo * exact[3 + c] +
-                        reflects * lit_by(exact[c], exact[3 + c], l.diffuse)
-                  : 0;
-        stage[2][c] = rest + reflects * found;
-        stage[3][c] = rest + (s->f0 * table[0] + table[1]) * found;
+        const double light = mix(seen[c], diffuse[c], l.diffuse);
+        /* What is no number stays so. */
+        rgb[c] = s->albedo * diffuse[c] +
+                 (s->f0 * table[0] + table[1]) * (light < 0 ? 0 : light);
     }
-}
-
-static double distance2(const double a[3], const double b[3])
-{
-    const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-
-    return ibl_dot(d, d);
+    add_lights(t, set, s, rgb);
 }
 
 bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
-                 const ibl_reference *rest, ibl_measured *rows)
+                 ibl_measured *rows)
 {
     const size_t n = (size_t)truth->options.directions;
-    const size_t count = n * (size_t)truth->rows;
     ibl_seen *seen = malloc(n * sizeof *seen);
-    double *exact = rest ? find_exact(truth, set, rest) : NULL;
-    const bool ok = seen && (exact || !rest);
+    const bool ok = seen;
 
-    for (size_t i = 0; i < count && ok; i++) {
+    for (size_t i = 0; i < n * (size_t)truth->rows && ok; i++) {
         const ibl_sample *s = &truth->sample[i];
-        double stage[STAGES][3];
-        shade(truth, set, s, exact ? exact + 6 * i : NULL, stage);
+        double rgb[3];
+        shade(truth, set, s, rgb);
         ibl_seen *to = &seen[i % n];
-        *to = (ibl_seen){
-            .weight = s->weight,
-            .error = ibl_relative_error(stage[LAST], stage[0], truth->mean),
-            .wrong = distance2(stage[LAST], stage[0]),
-            .truth = ibl_dot(stage[0], stage[0]),
-            .batch = ibl_batch_of(i % n, n)};
+        *to =
+            (ibl_seen){.weight = s->weight,
+                       .error = ibl_relative_error(rgb, s->truth, truth->mean),
+                       .truth = ibl_dot(s->truth, s->truth),
+                       .batch = ibl_batch_of(i % n, n)};
         for (int c = 0; c < 3; c++) {
-            to->light[0] += stage[0][c];
-            to->light[1] += stage[LAST][c];
-        }
-        for (int k = 0; k < LAST && exact && i % n % STEP == 0; k++) {
-            to->part[k] = distance2(stage[k], stage[k + 1]);
-            to->part_truth = to->truth;
+            to->wrong += (rgb[c] - s->truth[c]) * (rgb[c] - s->truth[c]);
+            to->light[0] += s->truth[c];
+            to->light[1] += rgb[c];
         }
         if (i % n == n - 1)
             rows[i / n] = ibl_measured_of(seen, n);
     }
     free(seen);
-    free(exact);
     return ok;
 }

@@ -86,35 +86,18 @@ typedef struct ibl_truth {
     ibl_truth_options options; /* materials: NULL */
     int rows;                  /* by F0, then by roughness; 1 of materials */
     ibl_sample *sample;        /* [rows][directions] */
-    size_t points;             /* of the sequence, that were tried */
     double mean[3];            /* of the map */
-    ibl_reference *reference;  /* of the map, coarse; NULL of materials */
 } ibl_truth;
 
-/* env is turned by yaw_deg as in a bake. A truth of the same and of a grid is
- * extended to more directions, one that is zeroed is made. False: no memory, or
- * after a message through ctx. ibl_truth_free is needed also then. Borrows ctx
- * and env until then. */
+/* env is turned by yaw_deg as in a bake. out is zeroed or a truth, which it
+ * replaces. False: no memory, or after a message through ctx. ibl_truth_free is
+ * needed also then. */
 bool ibl_truth_make(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
                     const ibl_truth_options *options, ibl_truth *out);
 void ibl_truth_free(ibl_truth *t); /* zeroed is allowed */
 
-/*
- * Measures a set, with S the shader's colour.
- *   rest    makes the parts: of what lights left of the map, or of the map; or
- *           NULL
- *   rows    of the truth, written
- * From T to S, one exact thing after the other is replaced by that of the
- * shader. A part is the nRMSE of two neighbouring stages:
- *           T, the integral of the BRDF
- *   view    the exact lobes that the shader looks up, with the roughness and in
- *           the directions that it takes, and its share of exact irradiance;
- *           times the exact F0 A + B; the exact diffuse light; lights as discs
- *   set     lookups in the set
- *   table   S: F0 A + B by the set's table
- * False: no memory, or after a message.
- */
+/* Measures a set: rows of the truth, written. False: no memory. */
 bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
-                 const ibl_reference *rest, ibl_measured *rows);
+                 ibl_measured *rows);
 
 #endif

@@ -33,34 +33,23 @@ static int compare(const void *a, const void *b)
                : (x->index > y->index) - (x->index < y->index);
 }
 
-/* Gives an item to the shard with the fewest pixels. */
-static void give(const item *one, uint64_t *load, int shards, int *owner)
+bool ibl_shard_deal(const uint64_t *pixels, int count, int shards, int *owner)
 {
-    int least = 0;
-
-    for (int s = 1; s < shards; s++)
-        if (load[s] < load[least])
-            least = s;
-    load[least] += one->pixels;
-    owner[one->index] = least + 1;
-}
-
-bool ibl_shard_deal(const uint64_t *pixels, int count, bool late, int shards,
-                    int *owner)
-{
-    item *order = calloc((size_t)count, sizeof *order);
+    item *order = malloc((size_t)count * sizeof *order);
     uint64_t *load = calloc((size_t)shards, sizeof *load);
-    const int sorted = count - late;
     const bool ok = order && load;
 
     for (int i = 0; i < count && ok; i++)
         order[i] = (item){pixels[i], i};
     if (ok)
-        qsort(order, (size_t)sorted, sizeof *order, compare);
-    for (int i = 0; i < sorted && ok; i++) {
-        give(&order[i], load, shards, owner);
-        if (late && i == shards - 1)
-            give(&order[sorted], load, shards, owner);
+        qsort(order, (size_t)count, sizeof *order, compare);
+    for (int i = 0; i < count && ok; i++) {
+        int least = 0;
+        for (int s = 1; s < shards; s++)
+            if (load[s] < load[least])
+                least = s;
+        load[least] += order[i].pixels;
+        owner[order[i].index] = least + 1;
     }
     free(order);
     free(load);

@@ -20,16 +20,9 @@ typedef struct ibl_shard {
 /* Parses "K/N" into an ibl_shard. */
 bool ibl_shard_parse(void *shard, const char *value);
 
-/*
- * Deals items to shards: the largest first, each to the shard with the fewest
- * pixels so far, of equals to the first. So no shard has more pixels than
- * another by more than its own last item.
- *   pixels    of each item
- *   late      the last item waits until each shard has another
- *   owner     gets the number of each item's shard, from 1
- * With count >= shards (+ 1 if late), no shard is empty. False: no memory.
- */
-bool ibl_shard_deal(const uint64_t *pixels, int count, bool late, int shards,
-                    int *owner);
+/* Deals items to shards: the largest first, each to the shard with the fewest
+ * pixels so far, of equals to the first. owner gets the number of each item's
+ * shard, from 1. False: no memory. */
+bool ibl_shard_deal(const uint64_t *pixels, int count, int shards, int *owner);
 
 #endif

@@ -2,50 +2,40 @@
 #include "cli/sheet.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/lookup.h"
+#include "engine/png.h"
+
 enum {
-    BACKGROUND = 24 /* sRGB value of the grey */
+    BACKGROUND = 24, /* sRGB value of the grey */
+    FACE = 96,       /* pixels along a face's edge */
+    WIDTH = 4 * FACE,
+    HEIGHT = 3 * FACE, /* of a panel */
+    LINE = 8 * IBL_SHEET_DOT
 };
 
-bool ibl_sheet_create(ibl_sheet *sheet, int panels, int footer)
-{
-    const int most = panels > 9 ? 4 : 3;
-    const int columns = panels < most ? panels : most;
-    const int rows = (panels + columns - 1) / columns;
+const int ibl_cross_place[IBL_FACES][2] = {{2, 1}, {0, 1}, {1, 0},
+                                           {1, 2}, {1, 1}, {3, 1}};
 
-    *sheet = (ibl_sheet){
-        .width = IBL_SHEET_GAP + columns * (IBL_PANEL_WIDTH + IBL_SHEET_GAP),
-        .height =
-            IBL_SHEET_GAP + rows * (IBL_PANEL_HEIGHT + IBL_SHEET_GAP) + footer,
-        .columns = columns};
-    const size_t bytes = 3 * (size_t)sheet->width * (size_t)sheet->height;
-    sheet->pixels = malloc(bytes);
-    if (!sheet->pixels)
-        return false;
-    memset(sheet->pixels, BACKGROUND, bytes);
-    return true;
-}
-
-void ibl_sheet_free(ibl_sheet *sheet)
-{
-    free(sheet->pixels);
-    sheet->pixels = NULL;
-}
-
-void ibl_sheet_place(const ibl_sheet *sheet, int panel, int *left, int *top)
-{
-    *left = IBL_SHEET_GAP +
-            panel % sheet->columns * (IBL_PANEL_WIDTH + IBL_SHEET_GAP);
-    *top = IBL_SHEET_GAP +
-           panel / sheet->columns * (IBL_PANEL_HEIGHT + IBL_SHEET_GAP);
-}
-
-unsigned char *ibl_sheet_pixel(const ibl_sheet *sheet, int x, int y)
+static unsigned char *pixel(const ibl_sheet *sheet, int x, int y)
 {
     return sheet->pixels + 3 * ((size_t)y * (size_t)sheet->width + (size_t)x);
 }
+
+void ibl_sheet_put(const ibl_sheet *s, int x, int y, const double rgb[3])
+{
+    for (int c = 0; c < 3; c++) {
+        const double value =
+            s->tone(rgb[c] * (s->exposure > 0 ? s->exposure : 1), c);
+        pixel(s, x, y)[c] =
+            (unsigned char)(255 * fmin(fmax(value, 0), 1) + 0.5);
+    }
+}
+
+/* ---- letters ----------------------------------------------------------- */
 
 /* Glyphs of 3 by 5 dots: one octal digit per row, from the top. */
 static const struct {
@@ -61,24 +51,135 @@ static const struct {
             {'R', 065655}, {'S', 034216}, {'T', 072222}, {'U', 055557},
             {'V', 055552}, {'W', 055775}, {'X', 055255}, {'Y', 055222}};
 
-static unsigned rows_of(char character)
-{
-    for (size_t i = 0; i < sizeof font / sizeof *font; i++)
-        if (font[i].character == toupper((unsigned char)character))
-            return font[i].rows;
-    return 0;
-}
-
 void ibl_sheet_write(const ibl_sheet *s, int left, int top, const char *text)
 {
     for (; *text; text++, left += IBL_SHEET_GLYPH) {
-        const unsigned rows = rows_of(*text);
-        for (int y = 0; y < 5 * IBL_SHEET_DOT; y++) {
+        unsigned rows = 0;
+        for (size_t i = 0; i < sizeof font / sizeof *font; i++)
+            if (font[i].character == toupper((unsigned char)*text))
+                rows = font[i].rows;
+        for (int y = 0; y < 5 * IBL_SHEET_DOT; y++)
             for (int x = 0; x < 3 * IBL_SHEET_DOT; x++) {
                 const int dot = 3 * (y / IBL_SHEET_DOT) + x / IBL_SHEET_DOT;
                 if (rows >> (14 - dot) & 1 && left + x < s->width)
-                    memset(ibl_sheet_pixel(s, left + x, top + y), 200, 3);
+                    memset(pixel(s, left + x, top + y), 200, 3);
             }
-        }
     }
+}
+
+/* ---- panels ------------------------------------------------------------ */
+
+/* The mean of what lies under pixel x, y of n x m pixels; of what is smaller,
+ * the nearest. */
+static void find_mean(const float *image, int width, int height, int x, int y,
+                      int n, int m, double rgb[3])
+{
+    const int x0 = (int)((long long)x * width / n);
+    const int y0 = (int)((long long)y * height / m);
+    const int x1 = (int)fmax((double)((x + 1LL) * width / n), x0 + 1);
+    const int y1 = (int)fmax((double)((y + 1LL) * height / m), y0 + 1);
+
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int j = y0; j < y1; j++) {
+        const float *p = image + 3 * ((size_t)j * (size_t)width + (size_t)x0);
+        for (int k = 0; k < 3 * (x1 - x0); k++)
+            rgb[k % 3] += (double)p[k] / (double)(x1 - x0) / (y1 - y0);
+    }
+}
+
+static void draw_cube(const ibl_sheet *s, int left, int top, const ibl_panel *p)
+{
+    const ibl_cube level = {ibl_cube_edge(p->cube->size, p->level), 1,
+                            ibl_cube_face(p->cube, p->level, 0),
+                            IBL_PROJECTION_CUBE};
+    double dir[3], rgb[3];
+
+    for (int i = 0; i < IBL_FACES * FACE * FACE; i++) {
+        const int face = i / FACE / FACE, y = i / FACE % FACE, x = i % FACE;
+        ibl_cube_direction(FACE, face, x, y, dir);
+        if (s->cells || level.size >= FACE)
+            find_mean(ibl_cube_face(&level, 0, face), level.size, level.size, x,
+                      y, FACE, FACE, rgb);
+        else
+            ibl_lookup_cube(&level, dir, rgb);
+        ibl_sheet_put(s, left + FACE * ibl_cross_place[face][0] + x,
+                      top + FACE * ibl_cross_place[face][1] + y, rgb);
+    }
+}
+
+static void draw_lut(const ibl_sheet *s, int left, int top, const ibl_lut *lut)
+{
+    const int channels = ibl_lut_channels(lut->kind), n = lut->size;
+
+    for (int i = 0; i < HEIGHT * HEIGHT; i++) {
+        const int x = i % HEIGHT, y = i / HEIGHT;
+        const size_t at = (size_t)((HEIGHT - 1 - y) * n / HEIGHT) * (size_t)n +
+                          (size_t)(x * n / HEIGHT);
+        unsigned char *p = pixel(s, left + x, top + y);
+        p[2] = 0;
+        for (int c = 0; c < channels; c++)
+            p[c] =
+                (unsigned char)(255 * fmin((double)
+                                               lut->data[(size_t)channels * at +
+                                                         (size_t)c],
+                                           1) +
+                                0.5);
+    }
+}
+
+/* The label is over a map, or to the right of a cube's upper face or the
+ * table. */
+static void draw_panel(const ibl_sheet *s, int left, int top,
+                       const ibl_panel *p)
+{
+    const int margin = HEIGHT / 6; /* above a map */
+    double rgb[3];
+
+    if (p->cube)
+        draw_cube(s, left, top, p);
+    else if (p->lut)
+        draw_lut(s, left, top, p->lut);
+    for (int i = 0; i < WIDTH * 2 * FACE && p->map; i++) {
+        const int x = i % WIDTH, y = i / WIDTH;
+        find_mean(p->map->data, p->map->width, p->map->height, x, y, WIDTH,
+                  2 * FACE, rgb);
+        ibl_sheet_put(s, left + x, top + margin + y, rgb);
+    }
+    for (int line = 0; line < 2; line++)
+        ibl_sheet_write(s,
+                        left + (p->map    ? 0
+                                : p->cube ? 2 * FACE + IBL_SHEET_GLYPH
+                                          : HEIGHT + IBL_SHEET_GLYPH),
+                        top + line * LINE + (p->map ? margin - 2 * LINE : 0),
+                        p->text[line]);
+}
+
+bool ibl_sheet_draw(ibl_sheet *sheet, const ibl_panel *panels, int count)
+{
+    const int most = count > 9 ? 4 : 3, gap = IBL_SHEET_GAP;
+    const int columns = count < most ? count : most;
+
+    sheet->width = gap + columns * (WIDTH + gap);
+    sheet->height =
+        gap + (count + columns - 1) / columns * (HEIGHT + gap) + sheet->footer;
+    const size_t bytes = 3 * (size_t)sheet->width * (size_t)sheet->height;
+    sheet->pixels = malloc(bytes);
+    if (!sheet->pixels)
+        return false;
+    memset(sheet->pixels, BACKGROUND, bytes);
+    for (int i = 0; i < count; i++)
+        draw_panel(sheet, gap + i % columns * (WIDTH + gap),
+                   gap + i / columns * (HEIGHT + gap), &panels[i]);
+    return true;
+}
+
+bool ibl_sheet_encode(ibl_sheet *sheet, void **png, size_t *size)
+{
+    const bool ok =
+        sheet->pixels && ibl_png_encode_rgb(sheet->pixels, sheet->width,
+                                            sheet->height, png, size);
+
+    free(sheet->pixels);
+    sheet->pixels = NULL;
+    return ok;
 }

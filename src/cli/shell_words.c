@@ -55,29 +55,6 @@ char **ibl_words_split(const char *text)
     return words;
 }
 
-char *ibl_words_quote(const char *word)
-{
-    char *text = malloc(4 * strlen(word) + 3), *to = text;
-    const char *plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                        "0123456789_-+=./:,@%";
-
-    if (!text)
-        return NULL;
-    if (*word && !word[strspn(word, plain)])
-        return strcpy(text, word);
-    *to++ = '\'';
-    for (; *word; word++)
-        if (*word == '\'') {
-            memcpy(to, "'\\''", 4);
-            to += 4;
-        } else {
-            *to++ = *word;
-        }
-    *to++ = '\'';
-    *to = '\0';
-    return text;
-}
-
 char *ibl_words_fill(const char *text, const ibl_placeholder *holders,
                      int count)
 {

@@ -11,9 +11,6 @@
  */
 char **ibl_words_split(const char *text);
 
-/* Quotes word for a shell. The caller must free the result; NULL: no memory. */
-char *ibl_words_quote(const char *word);
-
 /* {name} is replaced by text. */
 typedef struct ibl_placeholder {
     const char *name, *text;

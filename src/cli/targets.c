@@ -8,59 +8,11 @@
 #include "cli/shell_words.h"
 #include "json/text.h"
 
-/* In the order of man/iblbake-engines.7. */
-const ibl_target ibl_targets[IBL_MAX_TARGETS] = {
-    {.name = "three",
-     .engine = "three.js from r187",
-     .takes = "ktx2/uastc-hdr zstd",
-     .axes = "x y z",
-     .intensity = 1},
-    {.name = "babylon",
-     .engine = "Babylon.js, DDS files",
-     .takes = "dds/rgba16f",
-     .whole = true,
-     .axes = "z y x",
-     .intensity = 1},
-    {.name = "babylon-env",
-     .engine = "Babylon.js, an .env file",
-     .takes = "env",
-     .axes = "z y x",
-     .intensity = 1},
-    {.name = "filament",
-     .engine = "Filament",
-     .takes = "ktx/r11g11b10f ktx/rgba16f",
-     .filament = true,
-     .axes = "x y z",
-     .intensity = 30000},
-    {.name = "bevy",
-     .engine = "Bevy 0.16 to 0.18",
-     .takes = "ktx2/rgb9e5 ktx2/rgba16f ktx2/r11g11b10f ktx2/bc6h zstd",
-     .axes = "x y z",
-     .intensity = 1000},
-    {.name = "playcanvas",
-     .engine = "PlayCanvas",
-     .takes = "playcanvas",
-     .axes = "-z y x",
-     .intensity = 1 / M_PI},
-    {.name = "gltf",
-     .engine = "glTF with EXT_lights_image_based",
-     .takes = "gltf",
-     .harmonics = true,
-     .axes = "x y z",
-     .intensity = 1},
-    {.name = "cesium",
-     .engine = "Cesium",
-     .takes = "ktx2/rgba16f",
-     .harmonics = true,
-     .axes = "x y z",
-     .intensity = 1},
-};
-
 /* ---- lists --------------------------------------------------------------- */
 
 static int find(const char *name, size_t length)
 {
-    for (int i = 0; i < IBL_MAX_TARGETS; i++)
+    for (int i = 0; i < ibl_target_count; i++)
         if (strlen(ibl_targets[i].name) == length &&
             !memcmp(ibl_targets[i].name, name, length))
             return i;
@@ -87,9 +39,9 @@ bool ibl_targets_parse(void *targets, const char *value)
     unsigned bits = 0;
 
     if (!strcmp(value, "list"))
-        bits = 1u << IBL_MAX_TARGETS;
+        bits = IBL_TARGET_LIST;
     else if (!strcmp(value, "all"))
-        bits = (1u << IBL_MAX_TARGETS) - 1;
+        bits = (1u << ibl_target_count) - 1;
     else if (!take_names(&bits, value))
         return false;
     *(unsigned *)targets = bits;
@@ -98,9 +50,9 @@ bool ibl_targets_parse(void *targets, const char *value)
 
 void ibl_targets_print(FILE *to)
 {
-    for (int i = 0; i < IBL_MAX_TARGETS; i++) {
+    for (int i = 0; i < ibl_target_count; i++) {
         fprintf(to, "%s: %s\n", ibl_targets[i].name, ibl_targets[i].engine);
-        for (const char *line = ibl_target_programs[i].options; *line;) {
+        for (const char *line = ibl_targets[i].options; *line;) {
             const int length = (int)strcspn(line, "\n") + 1;
             fprintf(to, "    %.*s", length, line);
             line += length;
@@ -178,7 +130,7 @@ static void print_light(const ibl_target *target, const ibl_light *light,
     add_number(&n, "intensity", fmt, most * target->intensity);
     add_number(&n, "degrees", fmt, light->radius * 180 / M_PI);
     add_number(&n, "n", "%.0f", number);
-    print_lines(ibl_target_program_of(target)->light, n.holders, n.count, to);
+    print_lines(target->light, n.holders, n.count, to);
 }
 
 void ibl_target_explain(const ibl_target *target, const ibl_target_files *files,
@@ -189,15 +141,14 @@ void ibl_target_explain(const ibl_target *target, const ibl_target_files *files,
                                        {"irradiance", files->irradiance},
                                        {"skybox", skybox},
                                        {"sh", files->sh}};
-    const ibl_target_program *p = ibl_target_program_of(target);
     const char *background =
-        files->skybox && p->skybox ? p->skybox : p->background;
+        files->skybox && target->skybox ? target->skybox : target->background;
 
-    print_lines(p->load, holders, 4, to);
+    print_lines(target->load, holders, 4, to);
     print_lines(background ? background : "", holders, 4, to);
     if (!files->lights && files->light_count)
-        fputs(p->light, to);
+        fputs(target->light, to);
     for (int i = 0; i < files->light_count && files->lights; i++)
         print_light(target, &files->lights[i], i + 1, to);
-    fputs(p->end ? p->end : "", to);
+    fputs(target->end ? target->end : "", to);
 }

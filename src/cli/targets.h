@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Targets: the engines that load what is baked. Each is a row of a table; its
- * options of the command line, and the lines of the engine's language that load
- * the files, are those of man/iblbake-engines.7. */
+/* Targets: the engines that load what is baked. The build makes their table of
+ * man/iblbake-engines.7, where a section has all of a target. */
 #ifndef CLI_TARGETS_H
 #define CLI_TARGETS_H
 
@@ -11,7 +10,8 @@
 #include <ibl/ibl.h>
 
 enum {
-    IBL_MAX_TARGETS = 8
+    IBL_MAX_TARGETS = 16, /* room for them */
+    IBL_TARGET_LIST = 1 << IBL_MAX_TARGETS
 };
 
 typedef struct ibl_target {
@@ -22,11 +22,8 @@ typedef struct ibl_target {
     bool filament;     /* the member of ibl_texture */
     bool whole;        /* levels must be all, from a power of two */
     bool harmonics;    /* matte surfaces are lit by nine coefficients */
+    bool filters;      /* the engine makes the levels, of a map */
     double intensity;  /* of a light with an irradiance of 1 */
-} ibl_target;
-
-/* Lines of the manual page of engines, of a target. */
-typedef struct ibl_target_program {
     const char *options; /* words that stand before those of the user */
     /* The program before its lights, with {specular}, {irradiance}, {skybox}
      * and {sh}: the files. */
@@ -38,24 +35,14 @@ typedef struct ibl_target_program {
      * {intensity}, {degrees}, its radius, and {n}, its number from 1 */
     const char *light;
     const char *end; /* of the program; NULL: nothing */
-} ibl_target_program;
+} ibl_target;
 
-/* Rows of the table, by the bits of a set of targets. */
 extern const ibl_target ibl_targets[IBL_MAX_TARGETS];
-/* Generated from the page by the build. */
-extern const ibl_target_program ibl_target_programs[IBL_MAX_TARGETS];
+extern const int ibl_target_count;
+extern const char ibl_targets_allowed[]; /* values of --target in words */
 
-static inline const ibl_target_program *
-ibl_target_program_of(const ibl_target *target)
-{
-    return &ibl_target_programs[target - ibl_targets];
-}
-
-/* For an option: the targets of a list of their names as an unsigned, or all
- * of them; 1 << IBL_MAX_TARGETS for "list". False: another word. */
-#define IBL_TARGETS_ALLOWED                                                    \
-    "three, babylon, babylon-env, filament, bevy, playcanvas, gltf, cesium, "  \
-    "several of them with commas, all or list"
+/* For an option: the targets of a list of their names as bits of an unsigned,
+ * or all of them; IBL_TARGET_LIST for "list". False: another word. */
 bool ibl_targets_parse(void *targets, const char *value);
 
 /* Prints what each target sets. */

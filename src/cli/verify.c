@@ -440,31 +440,25 @@ static bool judge_texels(const verify *v, ibl_report *report)
                                            &v->o->judge));
     const ibl_judge *rest = judges[v->rest.data != NULL];
     for (int c = 0; c < IBL_CONTENT_LUT; c++) {
-        const ibl_set_file *f = &v->set.file[c];
+        const ibl_set_facts *facts = &v->set.file[c].facts;
         const ibl_cube *cube = &v->cube[c];
         /* Mips of an irradiance map serve minification and are not judged. */
-        const int levels =
-            c == IBL_CONTENT_IRRADIANCE && cube->data ? 1 : cube->levels;
-        for (int l = 0; l < levels && ok; l++) {
-            const ibl_judge_level level = {
-                .content = (ibl_output_kind)c,
-                .number = l,
-                .lobe = f->facts.lobe,
-                .roughness =
-                    c == IBL_CONTENT_SPECULAR ? f->facts.roughness[l] : 0,
-                .scale = c == IBL_CONTENT_IRRADIANCE
-                             ? 1 / f->facts.irradiance_scale
-                             : 1,
-                .texels = level_of(cube, l),
-                .base = cube->size,
-                .pixel = f->pixel};
-            char stage[32];
-            snprintf(stage, sizeof stage, "%s %d",
-                     ibl_output_name(level.content), l);
-            ibl_console_progress(v->console, stage, 0);
-            ok = ibl_report_level(
-                report, c == IBL_CONTENT_SKYBOX ? judges[0] : rest, &level);
-        }
+        const ibl_judged judged = {
+            .content = (ibl_output_kind)c,
+            .chain = *cube,
+            .levels =
+                c == IBL_CONTENT_IRRADIANCE && cube->data ? 1 : cube->levels,
+            .lobe = facts->lobe,
+            .roughness = c == IBL_CONTENT_SPECULAR ? facts->roughness : NULL,
+            .scale =
+                c == IBL_CONTENT_IRRADIANCE ? 1 / facts->irradiance_scale : 1,
+            .pixel = v->set.file[c].pixel};
+        if (!cube->data)
+            continue;
+        ibl_console_progress(v->console, ibl_output_name(judged.content), 0);
+        ok = ok && ibl_report_levels(report,
+                                     c == IBL_CONTENT_SKYBOX ? judges[0] : rest,
+                                     &judged);
     }
     if (ok && rest && v->set.sh_degree >= 0)
         ok = ibl_report_sh(report, rest, v->set.sh_degree, v->set.sh);
@@ -554,8 +548,10 @@ static bool judge_rendered(const verify *v, ibl_report *report)
 {
     ibl_truth_options o = ibl_truth_options_default();
     ibl_truth truth = {0};
-    ibl_reference *rest = NULL;
     ibl_drawn set = {.chain = {.levels = 0}};
+    json_t *row;
+    size_t i;
+    int vague;
 
     o.directions = v->o->directions ? v->o->directions : o.directions;
     o.seed = v->o->judge.seed;
@@ -566,21 +562,19 @@ static bool judge_rendered(const verify *v, ibl_report *report)
     bool ok = find_drawn(v, &set);
     do
         ok = ok && ibl_truth_make(v->ctx, &v->env, v->yaw_deg, &o, &truth) &&
-             ibl_report_drawn(report, &truth, &set, NULL);
-    while (ok && report->vague && !v->o->directions &&
+             ibl_report_drawn(report, &truth, &set, &vague);
+    while (ok && vague && !v->o->directions &&
            (o.directions *= 2) <= IBL_RENDERED_MOST);
-    if (ok && v->rest.data &&
-        (ok = !ibl_reference_create(v->ctx, &v->rest, v->yaw_deg, &rest)))
-        ibl_reference_coarsen(rest);
-    ok = ok &&
-         ibl_report_drawn(report, &truth, &set, rest ? rest : truth.reference);
-    for (int i = 0; i < report->drawn_count && ok; i++)
-        if (!isfinite(report->drawn[i].measured.value[IBL_FIGURE_NRMSE]))
+    json_array_foreach(
+        json_object_get(json_object_get(report->json, "rendered"), "rows"), i,
+        row)
+    {
+        if (ok && !json_is_number(json_object_get(row, "nrmse")))
             ok = ibl_console_fail(v->console,
                                   "%s: it or what is drawn with it holds "
                                   "values that are not finite",
                                   v->set.file[IBL_CONTENT_SPECULAR].path);
-    ibl_reference_free(rest);
+    }
     ibl_truth_free(&truth);
     free(set.lobes.data);
     return ok;
@@ -605,7 +599,6 @@ static bool judge(verify *v, ibl_report *report)
 {
     bool map = v->o->rendered;
 
-    report->options = v->o->judge;
     if (!read_files(v) || !check_output(v, v->o->json) ||
         !check_output(v, v->o->heatmap))
         return false;
@@ -640,7 +633,7 @@ static bool put_json(const verify *v, const ibl_report *report, bool passed,
         put(&root, "max_rendered_error", json_real(o->max_rendered_error));
     if (!isnan(o->max_error) || !isnan(o->max_rendered_error))
         put(&root, "passed", json_boolean(passed));
-    put_all(&root, ibl_report_json(report));
+    put_all(&root, json_incref(report->json));
     char *text = ibl_json_text(root);
     bool ok = text;
 
@@ -658,25 +651,25 @@ static int run_one(const verify_opts *o)
     ibl_console console;
     verify v = {.o = o, .console = &console};
     ibl_outputs *outputs = NULL;
-    ibl_report *report = calloc(1, sizeof *report);
+    ibl_report report = {.options = o->judge};
     void *png = NULL;
     size_t size;
     char why[200] = "";
 
     ibl_console_init(&console, o->common.quiet, o->common.verbose);
     ibl_signals_catch();
-    bool ok = report && !ibl_start(&o->common, &console, &v.ctx) &&
-              !ibl_start_outputs(v.ctx, 0, &outputs) && judge(&v, report);
+    bool ok = !ibl_start(&o->common, &console, &v.ctx) &&
+              !ibl_start_outputs(v.ctx, 0, &outputs) && judge(&v, &report);
     const bool passed =
-        ok && ibl_report_passes(report, o->max_error, o->max_rendered_error,
+        ok && ibl_report_passes(&report, o->max_error, o->max_rendered_error,
                                 why, sizeof why);
-    ok = ok && (!o->json || put_json(&v, report, passed, outputs)) &&
-         (!o->heatmap || (ibl_heatmap_png(report, &png, &size) &&
+    ok = ok && (!o->json || put_json(&v, &report, passed, outputs)) &&
+         (!o->heatmap || (ibl_heatmap_png(&report, &png, &size) &&
                           !ibl_outputs_add(outputs, o->heatmap, png, size)));
     if (ok) {
         ibl_console_finish(&console);
         if (!o->common.quiet && !(o->json && !strcmp(o->json, "-")))
-            ibl_report_print(report, stdout);
+            ibl_report_print(&report, stdout);
         ok = ibl_console_commit(&console, outputs) &&
              (passed ||
               ibl_console_fail(&console, "%s%s%s", o->probe ? o->probe : "",
@@ -687,9 +680,7 @@ static int run_one(const verify_opts *o)
         ibl_console_print_times(&console);
     free(png);
     ibl_end_outputs(outputs);
-    if (report)
-        ibl_report_free(report);
-    free(report);
+    ibl_report_free(&report);
     for (int c = 0; c < IBL_CONTENT_LUT; c++)
         ibl_cube_free(&v.cube[c]);
     ibl_lut_free(&v.lut);
@@ -719,7 +710,6 @@ static int run_probes(const verify_opts *opts)
     o.directory = path;
     for (int i = 0; i < set.layers && ok; i++) {
         const ibl_set_entry *e = &set.entry[i]; /* in the index's order */
-        char capture[IBL_FACES * 1024] = "";
         ok = i == set.count ? i == index.global
                             : i < index.count && index.name[i] &&
                                   !strcmp(index.name[i], e->name);
@@ -729,16 +719,12 @@ static int run_probes(const verify_opts *opts)
                              path);
             break;
         }
-        for (int k = 0; k < e->capture.count; k++)
-            snprintf(capture + strlen(capture),
-                     sizeof capture - strlen(capture), "%s%s", k ? "," : "",
-                     e->capture.file[k]);
-        o.input = capture;
+        o.input = e->capture.name;
         o.layer = i;
         o.probe = *e->name ? e->name : "(global)";
         o.common.read.alpha = ibl_probes_alpha(&set, i);
         if (!o.common.quiet)
-            printf("%.60s, layer %d: %s\n", o.probe, o.layer, capture);
+            printf("%.60s, layer %d: %s\n", o.probe, o.layer, o.input);
         passed = !run_one(&o) && passed;
         o.leave = 1u << IBL_CONTENT_LUT;
         o.input = opts->input;

@@ -13,6 +13,9 @@ const char *const ibl_format_names[] = {[IBL_CONTAINER_KTX2] = "ktx2",
                                         "env",
                                         "gltf",
                                         "playcanvas",
+                                        "exr",
+                                        "hdr",
+                                        "png",
                                         NULL};
 const char *const ibl_array_container_names[] = {[IBL_CONTAINER_KTX2] = "ktx2",
                                                  [IBL_CONTAINER_KTX] = "ktx",
@@ -51,6 +54,8 @@ const char *const ibl_method_names[] = {[IBL_METHOD_AUTO] = "auto",
                                         NULL};
 const char *const ibl_projection_names[] = {"cube", "equirect", "octahedral",
                                             NULL};
+const char *const ibl_layout_names[] = {"cube", "equirect", "octahedral",
+                                        "cross", NULL};
 const char *const ibl_lobe_names[] = {IBL_LOBE_NAMES, NULL};
 const char *const ibl_lut_names[] = {IBL_LUT_NAMES, NULL};
 const char *const ibl_geometry_names[] = {[IBL_GEOMETRY_SMITH] = "smith",

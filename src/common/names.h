@@ -9,8 +9,8 @@
  * ibl_pixel (of cubes), ibl_quality, ibl_overflow, ibl_roughness_map,
  * ibl_mirror, ibl_up, ibl_method, ibl_lobe, ibl_geometry, ibl_primaries and
  * ibl_input_layout. */
-extern const char *const ibl_format_names[];          /* of containers, then of
-                                                         ibl_engine from ENV */
+/* Of containers, then ibl_engine from ENV, then ibl_picture from EXR. */
+extern const char *const ibl_format_names[];
 extern const char *const ibl_array_container_names[]; /* of those of arrays */
 extern const char *const ibl_pixel_names[];
 extern const char *const ibl_quality_names[];
@@ -20,6 +20,11 @@ extern const char *const ibl_mirror_names[];
 extern const char *const ibl_up_names[];
 extern const char *const ibl_method_names[];
 extern const char *const ibl_projection_names[]; /* ibl_projection */
+/* The same, and the faces of a cube as one picture. */
+extern const char *const ibl_layout_names[];
+enum {
+    IBL_LAYOUT_CROSS = 3
+};
 extern const char *const ibl_lobe_names[];
 extern const char *const ibl_geometry_names[];
 extern const char *const ibl_lut_names[]; /* ibl_lut_kind */

@@ -139,6 +139,10 @@ int ibl_command_main(int argc, char **argv);
 bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
                       int *status);
 
+/* Prints what may stand for the last of the words of a command line, a line
+ * each, with a tab and what it is; nothing where that is a file. */
+void ibl_complete(char **words);
+
 /* Prints --help from the tables; at most 80 columns. */
 void ibl_command_help(const ibl_command *cmd, FILE *to);
 
@@ -146,6 +150,12 @@ void ibl_command_help(const ibl_command *cmd, FILE *to);
 const char *ibl_given_value(const ibl_given *given, const char *name);
 /* Whether an option was given. */
 bool ibl_is_given(const ibl_given *given, const char *name);
+/* The first of these options, names with blanks between them, that was given;
+ * NULL: none. */
+const char *ibl_given_of(const ibl_given *given, const char *options);
+/* ibl_misuse of "--NAME VALUE: TEXT", of that option. */
+bool ibl_refuse(const ibl_given *given, const char *options, const char *fmt,
+                ...) __attribute__((format(printf, 3, 4)));
 /* Refuses the first option that was given where its rules, which end with
  * options NULL, have no place for it: false after "--NAME VALUE: WHY". */
 bool ibl_check_rules(const ibl_given *given, const ibl_rule *rules,

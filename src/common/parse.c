@@ -373,17 +373,36 @@ static bool lists(const char *names, const char *name)
     return false;
 }
 
+const char *ibl_given_of(const ibl_given *given, const char *options)
+{
+    for (int i = 0; i < given->count; i++)
+        if (lists(options, given->list[i].option->name))
+            return given->list[i].option->name;
+    return NULL;
+}
+
+bool ibl_refuse(const ibl_given *given, const char *options, const char *fmt,
+                ...)
+{
+    const char *name = ibl_given_of(given, options);
+    const char *value = name ? ibl_given_value(given, name) : "";
+    char text[IBL_LINE_BYTES];
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(text, sizeof text, fmt, ap);
+    va_end(ap);
+    return ibl_misuse("--%.*s%s%s: %s",
+                      (int)strcspn(name ? name : options, " "),
+                      name ? name : options, *value ? " " : "", value, text);
+}
+
 bool ibl_check_rules(const ibl_given *given, const ibl_rule *rules,
                      unsigned facts)
 {
     for (const ibl_rule *r = rules; r->options; r++)
-        for (int i = 0; i < given->count && !(r->where & facts); i++) {
-            const char *name = given->list[i].option->name;
-            const char *value = given->list[i].value;
-            if (lists(r->options, name))
-                return ibl_misuse("--%s%s%s: %s", name, value ? " " : "",
-                                  value ? value : "", r->why);
-        }
+        if (!(r->where & facts) && ibl_given_of(given, r->options))
+            return ibl_refuse(given, r->options, "%s", r->why);
     return true;
 }
 
@@ -435,6 +454,10 @@ int ibl_command_main(int argc, char **argv)
     char **words = argc > 0 ? argv + 1 : argv;
     const ibl_command *cmd = find_command(words[0]);
 
+    if (words[0] && !strcmp(words[0], "--complete")) {
+        ibl_complete(words + 1);
+        return 0;
+    }
     if (is_of_none(words[0])) {
         char names[256] = "";
         for (int i = 1; ibl_this_program.commands[i]; i++)

@@ -62,20 +62,24 @@ static ibl_status turn_back(const ibl_input *in, const ibl_texture *tex,
 }
 
 /* What iblbake baked would be blurred once more. */
-static void warn_if_baked(const ibl_input *in, const ibl_texture *tex)
+static ibl_status check_baked(const ibl_input *in, const ibl_texture *tex,
+                              const ibl_read_options *opts)
 {
     const char *content = ibl_texture_get(tex, "iblbake.content");
 
-    if (!content || !strcmp(content, "skybox"))
-        return;
-    ibl_warn(
-        in->ctx,
-        !strcmp(content, "specular")
-            ? "%s: is a baked map, of which level 0 is taken for the "
-              "environment: bake the map that it was made of"
-            : "%s: is a baked map (%s), not an environment, and is blurred "
-              "already: bake the map that it was made of",
-        in->name, content);
+    if (!content || (strcmp(content, "specular") != 0 &&
+                     strcmp(content, "irradiance") != 0))
+        return IBL_OK;
+    if (opts->refuse_prefiltered)
+        return ibl_bad_file(in,
+                            "is a baked map (%s), not an environment: bake "
+                            "the map that it was made of, or add --prefiltered",
+                            content);
+    ibl_warn(in->ctx,
+             "%s: is a baked map (%s), whose level 0 is taken for the "
+             "environment",
+             in->name, content);
+    return IBL_OK;
 }
 
 /* Level 0 as an image; the faces of a cube are below one another. Primaries are
@@ -152,10 +156,11 @@ ibl_status ibl_texture_open(ibl_input *in, const ibl_read_options *opts,
     if (!opts->layout && layout && !strcmp(layout, "octahedral"))
         own.layout = IBL_INPUT_OCTAHEDRAL;
     if (!status)
+        status = check_baked(in, &tex, opts);
+    if (!status)
         status = make_rows(in, &tex, &own, rows);
     if (!status) {
         ibl_read_report *r = &(*rows)->report;
-        warn_if_baked(in, &tex);
         snprintf(r->format, sizeof r->format, "%s, %s",
                  env                               ? "Babylon .env"
                  : container == IBL_CONTAINER_KTX2 ? "KTX2"

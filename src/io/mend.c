@@ -400,11 +400,12 @@ static ibl_status report(ibl_mender *m)
                  "%s: %zu pixels were not finite; each became its brightest "
                  "neighbour that is, or black if NaN and 65504 if infinite",
                  m->name, r->nonfinite);
-    if (all.removed > notable * all.left)
-        ibl_warn(ctx,
-                 "%s: %zu pixels were negative and became 0: %.2g %% of the "
-                 "map's light",
-                 m->name, r->negative, 100 * fmin(all.removed / all.left, 1));
+    if (r->negative)
+        (all.removed > notable * all.left ? ibl_warn : ibl_info)(
+            ctx,
+            "%s: %zu pixels were negative and became 0: %.2g %% of the map's "
+            "light",
+            m->name, r->negative, 100 * fmin(all.removed / all.left, 1));
     if (!(r->peak > 0) && !m->rows->alpha) /* what alpha hides is black */
         ibl_warn(ctx, "%s: is black everywhere", m->name);
     if (r->low_range)

@@ -184,15 +184,15 @@ ibl_status ibl_source_image(ibl_source *s, ibl_image *img)
 /* Makes the map of alpha, in the memory of the file's colours. */
 static ibl_status unwrap_alpha(const ibl_source *s,
                                const unsigned char order[IBL_FACES],
-                               ibl_image *grey, float **alpha)
+                               ibl_cube *faces, ibl_image *grey, float **alpha)
 {
     const size_t pixels = (size_t)grey->width * (size_t)grey->height;
     ibl_image map = {0};
 
     for (size_t i = 0; i < 3 * pixels; i++)
         grey->data[i] = s->rows->alpha[i / 3];
-    const ibl_status status =
-        ibl_unwrap(s->ctx, NULL, s->rows->report.layout, order, grey, &map);
+    const ibl_status status = ibl_unwrap(s->ctx, NULL, s->rows->report.layout,
+                                         order, grey, faces, &map);
     for (size_t i = 0; i < (size_t)map.width * (size_t)map.height; i++)
         map.data[i] = map.data[3 * i];
     *alpha = map.data;
@@ -214,12 +214,13 @@ static ibl_status unwrap(ibl_source *s, const ibl_read_options *opts)
         status = ibl_faces_from_edges(s->ctx, &flat);
     if (!status)
         status = ibl_unwrap(s->ctx, s->in.name, rows->report.layout, order,
-                            &flat, &map);
+                            &flat, opts->faces, &map);
     for (size_t i = 0; i < 3 * (size_t)map.width * (size_t)map.height; i++)
         if (!isfinite(map.data[i])) /* a sum of the largest floats */
             map.data[i] = FLT_MAX;
     if (!status && rows->alpha)
-        status = unwrap_alpha(s, order, &flat, &alpha);
+        status = unwrap_alpha(s, order, opts->faces ? opts->faces + 1 : NULL,
+                              &flat, &alpha);
     ibl_image_free(&flat);
     if (status)
         ibl_image_free(&map);

@@ -2,7 +2,7 @@
 #include "view/picture.h"
 
 #include "common/signals.h"
-#include "engine/png.h"
+#include "engine/picture.h"
 #include "view/gl.h"
 #include "view/message.h"
 #include <stdlib.h>
@@ -47,21 +47,24 @@ bool view_picture_is_linear(const char *path)
 bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
                         const void *rgb)
 {
-    size_t size;
+    static const ibl_picture_options exr = {.kind = IBL_PICTURE_EXR};
     ibl_outputs *outputs = NULL;
-    void *file = NULL;
+    ibl_blob file = {0};
+    void *png = NULL;
 
-    const bool ok =
-        (view_picture_is_linear(path)
-             ? view_exr_encode(path, width, height, rgb, &file, &size)
-             : ibl_png_encode_rgb(rgb, width, height, &file, &size) ||
-                   view_fail("%s: no memory for a PNG of %d x %d "
-                             "pixels",
-                             path, width, height)) &&
-        !ibl_start_outputs(ctx, false, &outputs) &&
-        !ibl_outputs_add(outputs, path, file, size) &&
-        !ibl_outputs_commit(outputs);
+    bool ok;
+    if (view_picture_is_linear(path)) {
+        ok = !ibl_picture_encode(ctx, path, &exr, width, height, rgb, &file);
+    } else {
+        ok = ibl_png_encode_rgb(rgb, width, height, &png, &file.size) ||
+             view_fail("%s: no memory for a PNG of %d x %d pixels", path, width,
+                       height);
+        file.bytes = png;
+    }
+    ok = ok && !ibl_start_outputs(ctx, false, &outputs) &&
+         !ibl_outputs_add(outputs, path, file.bytes, file.size) &&
+         !ibl_outputs_commit(outputs);
     ibl_end_outputs(outputs);
-    free(file);
+    ibl_blob_free(&file);
     return ok;
 }

@@ -22,10 +22,4 @@ bool view_picture_is_linear(const char *path);
 bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
                         const void *rgb);
 
-/* The bytes of an EXR of floats, ZIP, linear light; name is for messages, rows
- * are from the top, *bytes for free(). False, with a message: *bytes is NULL.
- */
-bool view_exr_encode(const char *name, int width, int height, const float *rgb,
-                     void **bytes, size_t *size);
-
 #endif

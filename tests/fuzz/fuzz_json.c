@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Files of JSON: sets of probes, grids, indices and sidecars, each as the
  * programs read it. */
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
 #include "cli/common_options.h"
 #include "cli/probes.h"
@@ -12,12 +9,6 @@
 #include "view/gl.h"
 #include "view/probe_set.h"
 #include <ibl/set.h>
-
-/* A set whose index is read. */
-static const char set_json[] =
-    "{\"version\": 1, \"probes\": [{\"name\": \"a\", \"position\": [0, 0, 0], "
-    "\"capture\": {\"equirect\": \"a.hdr\"}, \"influence\": {\"box\": "
-    "{\"centre\": [0, 0, 0], \"half\": [1, 1, 1]}}}]}";
 
 static void save_texture(const char *name, ibl_pixel pixel, int levels,
                          int faces)
@@ -77,25 +68,6 @@ void fuzz_begin(void)
     save_texture("env_irradiance.ktx2", IBL_PIXEL_RGBA16F, 1, IBL_FACES);
     save_texture("brdf_lut.ktx2", IBL_PIXEL_RG16F, 1, 1);
     save_texture("probes_specular.ktx2", IBL_PIXEL_RGBA16F, 2, IBL_FACES);
-    fuzz_save("set", set_json, strlen(set_json));
-}
-
-/* Any index and file has the hash that an index says, if that is 0 (--wrap). */
-void __wrap_ibl_hash_bytes(const void *bytes, size_t size,
-                           char hash[IBL_HASH_SIZE]);
-void __wrap_ibl_hash_bytes(const void *bytes, size_t size,
-                           char hash[IBL_HASH_SIZE])
-{
-    (void)bytes;
-    (void)size;
-    strcpy(hash, "0");
-}
-
-bool __wrap_ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE]);
-bool __wrap_ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE])
-{
-    strcpy(hash, "0");
-    return !access(path, F_OK);
 }
 
 static void read_set(const fuzz_input *in, ibl_console *console)
@@ -109,26 +81,11 @@ static void read_set(const fuzz_input *in, ibl_console *console)
 
 static void read_grid(const fuzz_input *in, ibl_console *console)
 {
-    ibl_probes_opts opts = {.grid = 1};
+    ibl_probes_opts opts = {.grid = 1, .count = 1};
 
     (void)console;
-    opts.input = fuzz_save("json", in->bytes, in->size);
+    opts.input[0] = fuzz_save("json", in->bytes, in->size);
     fuzz_said(ibl_probes_grid(&opts));
-}
-
-/* The old index of a set that is to be baked. What is damaged is ignored. */
-static void read_old_index(const fuzz_input *in, ibl_console *console)
-{
-    ibl_probes_opts opts = {.output = fuzz_path("")};
-    ibl_probes_bake p = {.opts = &opts, .console = console, .held = -1};
-
-    FUZZ_NEED(ibl_probe_set_read(fuzz_path("set"), console, &p.set));
-    p.file[IBL_PROBES_INDEX].path =
-        (char *)fuzz_save("index.json", in->bytes, in->size);
-    fuzz_said(!ibl_probes_plan(&p));
-    for (int i = 0; i < IBL_PROBES_FILES; i++)
-        free(p.file[i].old);
-    ibl_probe_set_free(&p.set);
 }
 
 static void open_set(const fuzz_input *in, ibl_console *console)
@@ -170,27 +127,11 @@ static void view_index(const fuzz_input *in, ibl_console *console)
     view_probe_set_free(set);
 }
 
-static void merge_shard(const fuzz_input *in, ibl_console *console)
-{
-    char *words[] = {(char *)fuzz_path(""), "-o", (char *)fuzz_path("merged"),
-                     NULL};
-    void *settings = malloc(ibl_merge_command.settings_size);
-    int status;
-
-    (void)console;
-    fuzz_save("index.json", in->bytes, in->size);
-    FUZZ_NEED(settings);
-    FUZZ_NEED(ibl_command_line(&ibl_merge_command, words, settings, &status));
-    fuzz_said(ibl_merge_command.run(settings));
-    free(settings);
-}
-
 void fuzz_one(fuzz_input in)
 {
     static void (*const readers[])(const fuzz_input *, ibl_console *) = {
-        read_set,     read_grid,  read_old_index, open_set,
-        view_sidecar, view_index, merge_shard};
-    const int kind = fuzz_choice(&in, 7);
+        read_set, read_grid, open_set, view_sidecar, view_index};
+    const int kind = fuzz_choice(&in, 5);
     ibl_console console;
 
     ibl_console_init(&console, false, false);

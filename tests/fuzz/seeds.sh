@@ -173,18 +173,14 @@ cat >made/one.json <<'END'
   "half": [1, 1, 1]}}}]}
 END
 "$iblbake" probes -q made/one.json -o made/probes
-sed 's/"hash": "[^"]*"/"hash": "0"/' made/probes/index.json >made/index.json
-"$iblbake" probes -q made/one.json -o made/shard --shard 1/1
-sed 's/"hash": "[^"]*"/"hash": "0"/' made/shard/index.json >made/shard.json
 cp made/rgba16f-ktx2/map.json made/sidecar.json
 seed json set '\x00' made/set.json
 seed json grid '\x01' made/grid.json
-for reader in 2 5; do seed json index$reader "\\x0$reader" made/index.json; done
-for reader in 3 4; do
+seed json index '\x04' made/probes/index.json
+for reader in 2 3; do
     seed json sidecar$reader "\\x0$reader" made/sidecar.json
     seed json more$reader "\\x0$reader" made/more/map.json
 done
-seed json shard '\x06' made/shard.json
 
 # ---- scenes ------------------------------------------------------------------
 cat >made/scene.gltf <<'END'
@@ -293,17 +289,16 @@ line 0 sampled a.hdr -oo --level-samples 1=64,2=128 --roughness-range .1:.9 --on
 line 0 batch a.hdr b.exr --from list -o o --keep-going --incremental
 line 1 verify a.hdr out --lod '2 r - r r' --roughness-map 0,.5,1 --axes x,z,-y
 line 2 bench a.hdr --tools cmgen --json out.json --repeat 3
-line 3 probes set.json -o out --zstd 19 --size 32 --alpha ignore -v
+line 3 probes set.json two.json -o out --shard 1/2 --zstd 19 --size 32 --alpha ignore -v
 line 3 grid --grid room.json -o set.json
 line 5 view out --size 640x360 --grid 4x8 --tone aces --offscreen a.png --ev -1
 line 5 sheet out --contact-sheet a.png --rows material --columns turn --texel 3,4
-
-line 4 merge a/index.json b/index.json -o out --sync
+line 4 info a.hdr out --json
 
 # ---- words -------------------------------------------------------------------
 options() {
     "$iblbake" --help
-    for command in verify bench probes merge; do "$iblbake" $command --help; done
+    for command in verify bench probes info; do "$iblbake" $command --help; done
     "$iblview" --help
 }
 options | grep -oE -- '--[a-z0-9-]+' | sort -u | sed 's/.*/"&"/' >options.dict

@@ -2,7 +2,7 @@
 // node tests/pairs/pairs.mjs BUILD [--write [--more]] [--alone] [--light]
 //                            [--list] [--seed N] [--seconds S] [COMMAND...]
 //
-// Runs every pair of values of the options of bake, verify, info, probes and view, as
+// Runs every pair of values of the options of bake and the other commands, as
 // their --help lists them, in rows of many options each, and judges each run by
 // the laws below. What is refused stands in refused.txt with its message; rows
 // avoid it, and it is run by itself. --write finds all pairs that are misuse by
@@ -219,9 +219,9 @@ function* sidecars(dir) {
 // Files are as their sidecar says.
 function judgeFiles(dir, row) {
     const all = [...files(dir).keys()], left = new Set(all);
-    const index = path.join(dir, 'out/index.json');
-    if (fs.existsSync(index)) { // of probes
-        const named = fs.readFileSync(index, 'utf8')
+    const index = all.find(f => path.basename(f) === 'index.json');
+    if (index) { // of probes
+        const named = fs.readFileSync(path.join(dir, index), 'utf8')
             .match(/"[^"/]+\.(ktx2?|dds)"/g).map(s => s.slice(1, -1)).sort();
         const there = [...left].map(f => path.basename(f))
             .filter(f => f !== 'index.json').sort();
@@ -232,10 +232,8 @@ function judgeFiles(dir, row) {
     for (const [at, name, json] of sidecars(dir)) {
         left.delete(name);
         for (const o of json.outputs) {
-            const file = path.join(at, o.file), stem = file.slice(0, -5) + '_';
-            const names = all.filter(f => f === file ||
-                o.container === 'gltf' && f.startsWith(stem) &&
-                /_[pn][xyz]\.png$/.test(f));
+            const names = (o.files ?? [o.file]).map(f => path.join(at, f))
+                .filter(f => all.includes(f));
             names.forEach(name => left.delete(name));
             const bytes = Buffer.concat(names.map(name =>
                 fs.readFileSync(path.join(dir, name))));
@@ -287,7 +285,7 @@ async function judgeVerify(cmd, row, r) {
     });
     for (const [at, , json] of sidecars(r.dir)) {
         if (!json.outputs.some(o => Object.values(contents).slice(0, 4)
-            .includes(o.content)))
+            .includes(o.content) && !/^(exr|hdr|png)$/.test(o.container)))
             continue;
         const v = await run('iblbake', ['verify', ...given, '--texels', '24',
             '--json', '-', ...env, at], r.dir);

@@ -1,0 +1,466 @@
+/* SPDX-License-Identifier: MIT */
+/* iblbake convert: a texture in another container, pixel format or layout, or
+ * as pictures. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/console.h"
+#include "common/names.h"
+#include "common/path.h"
+#include "common/signals.h"
+#include "engine/engine.h"
+#include "engine/picture.h"
+#include "json/text.h"
+
+typedef struct convert_opts {
+    ibl_common common;
+    const char *path[2]; /* IN and OUT */
+    int count;
+    int file;            /* in format_names; -1: as OUT's suffix says */
+    ibl_picture picture; /* what that is, else NONE */
+    int layout;          /* in ibl_layout_names; -1: IN's */
+    int pixel;           /* an ibl_pixel; -1: IN's */
+    int zstd;
+    ibl_tone tone;
+    ibl_texel_options texels;
+    ibl_given given;
+} convert_opts;
+
+/* ---- options --------------------------------------------------------- */
+
+static const char *const format_names[] = {
+    [IBL_CONTAINER_KTX2] = "ktx2",
+    [IBL_CONTAINER_KTX] = "ktx",
+    [IBL_CONTAINER_DDS] = "dds",
+    [IBL_CONTAINER_DDS_LEGACY] = "dds-legacy",
+    "exr", /* and the others of ibl_picture */
+    "hdr",
+    "png",
+    NULL};
+
+#define IBL_SETTINGS convert_opts
+
+/* clang-format off */
+static const ibl_option outputs[] = {
+    {"format", 0, IBL_CHOICE(file, format_names),
+     .standard = "what OUT's suffix says",
+     .help = "the kind of file; exr, hdr and png: a picture for each level and "
+             "face"},
+    {"tone", 0, IBL_CHOICE(tone, ibl_tone_names),
+     .help = "what png files make of light before sRGB's curve: film, or clip "
+             "it at 1"},
+    {"pixel", 0, IBL_CHOICE(pixel, ibl_pixel_names),
+     .standard = "IN's",
+     .help = "texels of maps; tables keep theirs"},
+    {"layout", 0, IBL_CHOICE(layout, ibl_layout_names),
+     .standard = "IN's",
+     .help = "a cube, or one flat image a level; cross: a cube's faces in one "
+             "picture"},
+    {"zstd", 0, IBL_INT(zstd, 0, IBL_MAX_ZSTD),
+     .help = "compress ktx2 files with Zstandard of level N; 0: do not"},
+    {"quality", 0, IBL_CHOICE(texels.quality, ibl_quality_names),
+     .help = "of bc6h, uastc-hdr and astc4x4hdr: more time, less error"},
+    {"overflow", 0, IBL_CHOICE(texels.overflow, ibl_overflow_names),
+     .help = "light above the largest value of the pixel format: spread over "
+             "the texels around it, or clip"},
+    {"largest", 0, IBL_REAL(texels.largest, "MAX", 1e-6, 1e30),
+     .standard = "what the pixel format holds",
+     .help = "treat light above MAX in the same way"},
+};
+/* clang-format on */
+
+static const ibl_section *const sections[] = {
+    IBL_SECTION("Outputs", outputs),
+    &ibl_running_section,
+    NULL,
+};
+
+static void defaults(void *settings)
+{
+    *(convert_opts *)settings = (convert_opts){
+        .common = ibl_common_default(),
+        .file = -1,
+        .layout = -1,
+        .pixel = -1,
+        .texels = ibl_texel_options_default(),
+    };
+}
+
+static bool take(void *settings, const char *word)
+{
+    convert_opts *o = settings;
+
+    if (o->count == 2 || !*word)
+        return ibl_misuse("%s: convert takes two names, IN and OUT",
+                          *word ? word : "an empty argument");
+    o->path[o->count++] = word;
+    return true;
+}
+
+enum {
+    ZSTD = 1 << 0,
+    ENCODED = 1 << 1, /* texels are, anew */
+    BLOCKS = 1 << 2,
+    PIXELS = 1 << 3, /* there is a choice of them */
+    PNG = 1 << 4
+};
+
+static const ibl_rule rules[] = {
+    {"zstd", ZSTD, "only ktx2 files can hold it: leave it out"},
+    {"pixel", PIXELS, "hdr and png files have their own: leave it out"},
+    {"tone", PNG, "is for --format png: leave it out"},
+    {"quality", BLOCKS,
+     "is for --pixel bc6h, uastc-hdr and astc4x4hdr: leave it out"},
+    {"overflow largest", ENCODED,
+     "texels stay as they are: add --pixel or --layout, or leave it out"},
+    {.options = NULL}};
+
+static bool validate(void *settings)
+{
+    convert_opts *o = settings;
+
+    if (o->count < 2)
+        return ibl_misuse("no %s: iblbake convert [options] IN OUT, see "
+                          "iblbake convert --help",
+                          o->count ? "OUT" : "files");
+    const char *out = ibl_path_name(o->path[1]), *dot = strrchr(out, '.');
+    if (o->file < 0 && dot)
+        o->file = ibl_names_find(format_names, dot + 1);
+    if (o->file < 0)
+        return ibl_misuse("%s: what kind of file? End its name in .ktx2, .ktx, "
+                          ".dds, .exr, .hdr or .png, or add --format NAME",
+                          o->path[1]);
+    if (o->file >= IBL_CONTAINER_COUNT)
+        o->picture =
+            (ibl_picture)(o->file - IBL_CONTAINER_COUNT + IBL_PICTURE_EXR);
+    if (!o->picture && o->layout == IBL_LAYOUT_CROSS)
+        return ibl_misuse("--layout cross: is for pictures: exr, hdr or png");
+    o->texels.alike = o->zstd > 0;
+    const bool blocks =
+        o->pixel >= 0 && ibl_pixel_block((ibl_pixel)o->pixel) > 1;
+    const bool encoded = o->picture || o->pixel >= 0 || o->layout >= 0;
+    return ibl_common_validate(&o->common) &&
+           ibl_check_rules(&o->given, rules,
+                           (o->file == IBL_CONTAINER_KTX2 ? ZSTD : 0) |
+                               (encoded ? ENCODED : 0) | (blocks ? BLOCKS : 0) |
+                               (o->picture < IBL_PICTURE_HDR ? PIXELS : 0) |
+                               (o->picture == IBL_PICTURE_PNG ? PNG : 0));
+}
+
+/* ---- texels ---------------------------------------------------------- */
+
+typedef struct conversion {
+    const convert_opts *o;
+    ibl_console console;
+    ibl_ctx *ctx;
+    ibl_texture in, out;
+    ibl_texel_options texels; /* of OUT */
+    ibl_projection layout;
+    bool table; /* IN is one, not a map */
+} conversion;
+
+/* A map in another layout: each texel of a level is an average over the solid
+ * angle that it has there. */
+static ibl_status lay_out(ibl_ctx *ctx, ibl_projection to, ibl_cube *map)
+{
+    ibl_cube out = {0};
+    ibl_status status =
+        ibl_cube_alloc_as(ctx, to, map->size, map->levels, &out);
+
+    for (int l = 0; l < map->levels && !status; l++) {
+        const int n = ibl_cube_edge(map->size, l);
+        ibl_cube from = {n, 1, ibl_cube_face(map, l, 0), map->projection};
+        ibl_cube into = {n, 1, ibl_cube_face(&out, l, 0), to}, cube = {0};
+        ibl_image image = {4 * n, 2 * n, from.data}, made = {0};
+
+        if (from.projection == IBL_PROJECTION_OCTAHEDRAL &&
+            !(status = ibl_cube_from_flat(ctx, &from, &cube)))
+            from = cube;
+        if (from.projection == IBL_PROJECTION_CUBE && !status) {
+            const int width = ibl_latlong_width(from.size);
+            status = ibl_image_alloc(ctx, width, width / 2, &made);
+            if (!status)
+                status = ibl_latlong_from_cube(ctx, &from, &made);
+            image = made;
+        }
+        if (!status)
+            status = to == IBL_PROJECTION_CUBE
+                         ? ibl_cube_from_latlong(ctx, &image, 0, &into)
+                         : ibl_flat_from_latlong(ctx, &image, 0, &into);
+        ibl_image_free(&made);
+        ibl_cube_free(&cube);
+    }
+    ibl_cube_free(map);
+    *map = out;
+    return status;
+}
+
+/* Warns of what the pixel format cannot hold. */
+static void warn_of_format(conversion *c, const ibl_cube *map,
+                           const ibl_overflow_report *overflow,
+                           const ibl_pixel_error *error)
+{
+    const char *name = c->o->path[1];
+    const ibl_pixel pixel = c->texels.pixel;
+    const bool below = pixel > IBL_PIXEL_RGBA32F;
+    ibl_overflow_level sum = {0};
+    size_t bad = 0;
+    double dark = 0;
+
+    for (int l = 0; l < map->levels; l++) {
+        const ibl_level_shape s =
+            ibl_level_shape_of(map->projection, ibl_cube_edge(map->size, l));
+        const float *texel = ibl_cube_face(map, l, 0);
+        const size_t row = 3 * (size_t)s.width;
+        for (size_t i = 0; i < row * (size_t)(s.faces * s.height); i++)
+            bad += isnan(texel[i]) || (below && texel[i] < 0);
+        ibl_overflow_add(&overflow->level[l], &sum);
+        dark = fmax(dark, error[l].lost);
+    }
+    if (bad)
+        ibl_console_warn(&c->console,
+                         "%s: %zu components that are NaN%s are 0 in it", name,
+                         bad, below ? " or negative" : "");
+    ibl_warn_of_underflow(&c->console, name, ibl_pixel_name(pixel), dark);
+    ibl_warn_of_overflow(&c->console, name, &c->texels, NULL, false, &sum);
+}
+
+/* Encodes a layer of a map. */
+static ibl_status encode_layer(conversion *c, int layer)
+{
+    ibl_texture one = {0}, made = {0};
+    ibl_cube map = {0}, alpha = {0};
+    ibl_overflow_report overflow;
+    ibl_pixel_error error[IBL_MAX_LEVELS];
+    ibl_status status = ibl_texture_layer(c->ctx, &c->in, layer, &one);
+    const bool other = c->layout != ibl_texture_projection(&c->in);
+
+    if (!status)
+        status = ibl_texture_to_cube(c->ctx, &one, &map);
+    if (!status && one.premultiplied)
+        status = ibl_texture_get_alpha(c->ctx, &one, &alpha);
+    if (!status && other)
+        status = lay_out(c->ctx, c->layout, &map);
+    if (!status && other && alpha.data)
+        status = lay_out(c->ctx, c->layout, &alpha);
+    if (!status)
+        status =
+            ibl_texture_from_cube(c->ctx, &map, &c->texels, &made, &overflow);
+    if (!status && !(status = ibl_texture_errors(c->ctx, &made, &map, error)))
+        warn_of_format(c, &map, &overflow, error);
+    if (!status && alpha.data)
+        status = ibl_texture_set_alpha(c->ctx, &made, &alpha);
+    if (!status && !layer)
+        status = ibl_texture_array_begin(c->ctx, &made, c->in.layers, &c->out);
+    if (!status)
+        status = ibl_texture_array_put(c->ctx, &c->out, layer, &made);
+    c->out.premultiplied = c->in.premultiplied;
+    ibl_texture_free(&one);
+    ibl_texture_free(&made);
+    ibl_cube_free(&map);
+    ibl_cube_free(&alpha);
+    return status;
+}
+
+/* Sets the keys of OUT: those of IN, but for what they say of its texels. */
+static ibl_status set_keys(conversion *c, bool encoded)
+{
+    static const char *const names[] = {"KTXwriterScParams", "iblbake.layout",
+                                        "iblbake.pixel", "iblbake.quality",
+                                        NULL};
+    const bool blocks = ibl_pixel_block(c->out.pixel) > 1;
+    char writer[32];
+    ibl_status status = IBL_OK;
+
+    snprintf(writer, sizeof writer, "--zstd %d", c->o->zstd);
+    const char *const values[] = {
+        c->o->zstd ? writer : NULL,
+        c->out.faces == 1 ? ibl_projection_name(c->layout) : NULL,
+        blocks ? ibl_pixel_name(c->out.pixel) : NULL,
+        blocks ? ibl_quality_name(c->texels.quality) : NULL};
+    for (int i = 0; i < c->in.key_count && !status; i++) {
+        const ibl_key_value *pair = &c->in.keys[i];
+        const int own = ibl_names_find(names, pair->key);
+        if (own < 0 || (own > 0 && !encoded))
+            status = ibl_texture_set(c->ctx, &c->out, pair->key, pair->value);
+    }
+    for (int i = 0; i < (encoded ? 4 : 1) && !status; i++)
+        if (values[i])
+            status = ibl_texture_set(c->ctx, &c->out, names[i], values[i]);
+    return status;
+}
+
+/* Why OUT cannot be made of IN, and what to do; NULL: it can. */
+static const char *refusal(const conversion *c, bool turned)
+{
+    const convert_opts *o = c->o;
+    const char *up = ibl_texture_get(&c->in, "iblbake.up");
+    const ibl_pixel pixel = c->texels.pixel;
+
+    if (c->table && (o->layout >= 0 || o->pixel >= 0))
+        return "is a table, no map: leave out --layout and --pixel";
+    if (o->picture && (c->in.layers > 1 || c->in.premultiplied))
+        return "has layers or alpha, which pictures have not: take a texture";
+    if (o->picture ? !c->table && pixel > IBL_PIXEL_RGBA32F
+                   : !ibl_container_holds((ibl_container)o->file, pixel))
+        return "such a file cannot hold these texels: take --pixel rgba16f";
+    if (turned && up && !strcmp(up, "z"))
+        return "has its z up (iblbake.up), and flat maps y: leave out --layout";
+    return NULL;
+}
+
+/* Makes OUT's texture of IN's. */
+static bool change(conversion *c)
+{
+    const convert_opts *o = c->o;
+    const char *content = ibl_texture_get(&c->in, "iblbake.content");
+    const ibl_projection was = ibl_texture_projection(&c->in);
+    const ibl_pixel pixel = c->in.pixel;
+    ibl_status status = IBL_OK;
+
+    c->table =
+        ibl_pixel_channels(pixel) == 2 || (content && strstr(content, "_lut"));
+    c->texels = o->texels;
+    c->texels.pixel = o->pixel >= 0 ? (ibl_pixel)o->pixel : pixel;
+    if (o->picture > IBL_PICTURE_EXR)
+        c->texels.pixel = IBL_PIXEL_RGBA32F;
+    else if (o->picture && o->pixel < 0 && pixel != IBL_PIXEL_RGBA32F)
+        c->texels.pixel = IBL_PIXEL_RGBA16F;
+    if (c->table)
+        c->texels.pixel = pixel;
+    c->layout = o->layout < 0                   ? was
+                : o->layout == IBL_LAYOUT_CROSS ? IBL_PROJECTION_CUBE
+                                                : (ibl_projection)o->layout;
+    const char *why = refusal(c, c->layout != was);
+    if (why)
+        return ibl_console_fail(&c->console, "%s: %s", o->path[0], why);
+    const bool encoded =
+        c->layout != was || o->pixel >= 0 || c->texels.pixel != pixel;
+    if (!encoded) {
+        c->out = c->in;
+        c->out.keys = NULL;
+        c->out.key_count = 0;
+        c->in.data = NULL;
+    }
+    for (int i = 0; i < c->in.layers && encoded && !status; i++)
+        status = encode_layer(c, i);
+    if (!status)
+        status = set_keys(c, encoded);
+    c->out.primaries = c->in.primaries;
+    c->out.zstd = o->zstd;
+    return !status;
+}
+
+/* ---- files ------------------------------------------------------------ */
+
+static bool read_texture(conversion *c)
+{
+    const char *name = c->o->path[0];
+    const ibl_engine engine = ibl_engine_of_name(name);
+    ibl_container container = IBL_CONTAINER_COUNT;
+    const ibl_status status =
+        engine ? ibl_engine_read(c->ctx, name, -1, &c->in)
+               : ibl_engine_look(c->ctx, name, true, &c->in, &container);
+
+    return !status &&
+           (c->in.data ||
+            ibl_console_fail(&c->console,
+                             "%s: is no texture (KTX2, KTX or DDS), nor an "
+                             "engine's: a map becomes one by iblbake %s -o DIR "
+                             "--only skybox --skybox N",
+                             name, name));
+}
+
+static bool write_pictures(conversion *c, ibl_outputs *to)
+{
+    const convert_opts *o = c->o;
+    const char *out = o->path[1], *suffix = strrchr(out, '.');
+    const bool ends = suffix && !strcmp(suffix + 1, format_names[o->file]);
+    char *stem = ibl_format(
+        "%.*s", (int)(ends ? (size_t)(suffix - out) : strlen(out)), out);
+    const ibl_picture_options options = {
+        .kind = o->picture,
+        .tone = c->table ? IBL_TONE_RAW : o->tone,
+        .cross = o->layout == IBL_LAYOUT_CROSS,
+        .halves = ibl_pixel_max(c->out.pixel) < 1e5F,
+        .equirect = !c->table && c->layout == IBL_PROJECTION_EQUIRECT,
+        .about = &c->out};
+    const int each = options.cross ? 1 : c->out.faces;
+    bool ok = stem != NULL;
+
+    for (int i = 0; i < each * c->out.levels && ok; i++) {
+        char *path = ibl_picture_name(stem, o->picture, c->out.levels, each, i);
+        ibl_blob blob = {0};
+        ok = path && ibl_console_differ(&c->console, o->path[0], path, "OUT") &&
+             !ibl_picture_of_texture(c->ctx, path, &c->out, &options, i,
+                                     &blob) &&
+             !ibl_outputs_add(to, path, blob.bytes, blob.size);
+        if (ok)
+            ibl_console_info(&c->console, "wrote %s", path);
+        ibl_blob_free(&blob);
+        free(path);
+    }
+    free(stem);
+    return ok;
+}
+
+static bool write_files(conversion *c)
+{
+    const char *out = c->o->path[1];
+    const ibl_texture made = c->out; /* its shape, when it is written */
+    ibl_outputs *to = NULL;
+    bool ok = !ibl_start_outputs(c->ctx, 0, &to);
+
+    if (ok && c->o->picture)
+        ok = write_pictures(c, to);
+    else if (ok)
+        ok = !ibl_outputs_take_texture(to, out, &c->out,
+                                       (ibl_container)c->o->file, NULL);
+    ok = ok && ibl_console_commit(&c->console, to);
+    ibl_end_outputs(to);
+    if (ok && !c->o->picture)
+        ibl_console_info(&c->console, "wrote %s: %s, %s, %d x %d, levels: %d",
+                         out, made.faces == 6 ? "cube" : "2D",
+                         ibl_pixel_name(made.pixel), made.width, made.height,
+                         made.levels);
+    return ok;
+}
+
+static int run(const void *settings)
+{
+    const convert_opts *o = settings;
+    conversion c = {.o = o};
+
+    ibl_console_init(&c.console, o->common.quiet, o->common.verbose);
+    ibl_signals_catch();
+    const bool ok =
+        !ibl_start(&o->common, &c.console, &c.ctx) &&
+        ibl_console_differ(&c.console, o->path[0], o->path[1], "OUT") &&
+        read_texture(&c) && change(&c) && write_files(&c);
+    const int status = ibl_console_end(&c.console, ok);
+    if (ok && o->common.verbose)
+        ibl_console_print_times(&c.console);
+    ibl_texture_free(&c.in);
+    ibl_texture_free(&c.out);
+    ibl_ctx_free(c.ctx);
+    return status;
+}
+
+const ibl_command ibl_convert_command = {
+    .name = "convert",
+    .usage = "[options] IN OUT",
+    .brief = "write a texture in another container, format or layout",
+    .intro = "Writes a baked texture (KTX2, KTX, DDS, or an engine's file) to "
+             "OUT, whose\n"
+             "suffix says in which container, and keeps its levels and keys. "
+             "Nothing is baked.\n",
+    .statuses = "0 done, 1 failed, 2 wrong usage",
+    .sections = sections,
+    .settings_size = sizeof(convert_opts),
+    .given = offsetof(convert_opts, given),
+    .defaults = defaults,
+    .take = take,
+    .validate = validate,
+    .run = run,
+};
