@@ -85,34 +85,19 @@ static int find_set(const char *path, const char *at)
     return best;
 }
 
-/* The part of a list before its next comma; *list moves behind the comma. */
-static char *next_of(const char **list)
-{
-    const size_t length = strcspn(*list, ",");
-    char *text = joined(*list, length, "", "");
-
-    *list += length + ((*list)[length] == ',');
-    return text;
-}
-
-static int count_commas(const char *path)
-{
-    int count = 0;
-
-    for (; *path; path++)
-        count += *path == ',';
-    return count;
-}
-
 ibl_status ibl_input_files(ibl_ctx *ctx, const char *path,
                            char *files[IBL_FACES], int *count)
 {
+    int commas = 0, set = 0;
+
     if (!ctx || !path || !files || !count)
         return ibl_missing(ctx, "ibl_input_files: path, files or count");
+    for (const char *c = path; *c; c++)
+        commas += *c == ',';
     const char *at = find_pattern(path);
-    const bool one = !access(path, F_OK) || (!at && count_commas(path) != 5);
-    const int set = one || !at ? 0 : find_set(path, at);
-
+    const bool one = !access(path, F_OK) || (!at && commas != 5);
+    if (!one && at)
+        set = find_set(path, at);
     for (int f = 0; f < IBL_FACES; f++)
         files[f] = NULL;
     if (set == SETS * WAYS)
@@ -122,16 +107,17 @@ ibl_status ibl_input_files(ibl_ctx *ctx, const char *path,
                         path);
     *count = one ? 1 : IBL_FACES;
     for (int f = 0; f < *count; f++) {
-        files[f] = one  ? joined(path, strlen(path), "", "")
-                   : at ? replaced(path, at, set, f)
-                        : next_of(&path);
-        if (!files[f])
-            break;
+        const size_t length = strcspn(path, one || at ? "" : ",");
+        files[f] = !one && at ? replaced(path, at, set, f)
+                              : joined(path, length, "", "");
+        if (!files[f]) {
+            ibl_input_files_free(files);
+            return ibl_no_memory(ctx, "names of files");
+        }
+        if (path[length])
+            path += length + 1;
     }
-    if (files[*count - 1])
-        return IBL_OK;
-    ibl_input_files_free(files);
-    return ibl_no_memory(ctx, "names of files");
+    return IBL_OK;
 }
 
 void ibl_input_files_free(char *files[IBL_FACES])

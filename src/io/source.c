@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -214,6 +215,9 @@ static ibl_status unwrap(ibl_source *s, const ibl_read_options *opts)
     if (!status)
         status = ibl_unwrap(s->ctx, s->in.name, rows->report.layout, order,
                             &flat, opts->faces, &map);
+    for (size_t i = 0; i < 3 * (size_t)map.width * (size_t)map.height; i++)
+        if (!isfinite(map.data[i])) /* a sum of the largest floats */
+            map.data[i] = FLT_MAX;
     if (!status && rows->alpha)
         status = unwrap_alpha(s, order, opts->faces ? opts->faces + 1 : NULL,
                               &flat, &alpha);
