@@ -280,7 +280,37 @@ test_matte_texels() {
 test_rings() {
     node "$top/tests/clients/maps.mjs" dusk >dusk.hdr
     iblbake $small --target cesium,gltf dusk.hdr -o out 2>err
-    [ "$(grep -c 'nine harmonics.*--sun$' err)" = 2 ] || cat err
+    [ "$(grep -c 'nine harmonics.*--sun, or .* --sh-window auto$' err)" = 2 ] ||
+        cat err
+    # The least E/pi of the window is 0, of none below; sinc(1 / 4)^4 = .6570,
+    # sinc(1 / 2)^4 = .1643.
+    map_of 40 '\x10\x20\x40\x80' 1 '\x80\x60\x40\x8a' 87 '\x10\x20\x40\x80' \
+        >lone.hdr
+    iblbake -q --only json lone.hdr -o plain
+    iblbake -q --only json --sh-window auto lone.hdr -o auto
+    iblbake -q --only json --sh-window 4 lone.hdr -o four
+    js <<'END'
+const [plain, auto, four] = ['plain', 'auto', 'four']
+    .map(d => json(`${d}/lone.json`).sh);
+const basis = ([x, y, z]) => [.28209479, ...[y, z, x].map(v => .48860251 * v),
+    ...[x * y, y * z].map(v => 1.09254843 * v), .31539157 * (3 * z * z - 1),
+    1.09254843 * z * x, .54627422 * (x * x - y * y)];
+const darkest = sh => {
+    let dark = Infinity;
+    for (let i = 0; i < 4000; i++) {
+        const z = 1 - (2 * i + 1) / 4000, r = Math.sqrt(1 - z * z);
+        const b = basis([r * Math.cos(2.39996 * i), r * Math.sin(2.39996 * i), z]);
+        for (let c = 0; c < 3; c++)
+            dark = Math.min(dark, b.reduce((e, y, k) =>
+                e + y * sh.irradiance[k][c], 0));
+    }
+    return dark / sh.irradiance[0][0];
+};
+if (!(darkest(plain) < -.001 && Math.abs(darkest(auto)) < .001))
+    console.log(darkest(plain), darkest(auto));
+[1, .65702, .16426].forEach((want, l) => near(`l = ${l}`,
+    four.radiance[l * l][0] / plain.radiance[l * l][0], want, 1e-4));
+END
     iblbake $small --target three,babylon-env dusk.hdr -o none 2>err
     ! grep harmonics err
     iblbake $small --target cesium,gltf --sun dusk.hdr -o sun 2>err

@@ -772,27 +772,6 @@ TEST(build)
     CHECK(said("2049 layers: must be 1 to 2048") && !other.data);
 }
 
-/* What is left of a file that visit gives piece by piece. */
-static void compare(void *cookie, const void *bytes, size_t size)
-{
-    const unsigned char **left = cookie;
-
-    CHECK(!memcmp(*left, bytes, size));
-    *left += size;
-}
-
-TEST(visited)
-{
-    ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 3, 2, 6);
-
-    for (ibl_container c = 0; c < OF_ARRAYS; c++) {
-        size_t size;
-        const unsigned char *b = texture_encode(ctx, &tex, c, &size), *left = b;
-        NEED(!ibl_texture_visit(ctx, &tex, c, compare, &left));
-        CHECK(left == b + size);
-    }
-}
-
 TEST(unlike)
 {
     ibl_texture a = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 1, 6), two, out;

@@ -140,6 +140,10 @@ typedef struct ibl_read_options {
     ibl_transfer transfer;               /* default IBL_TRANSFER_FILE */
     unsigned char face_order[IBL_FACES]; /* of layouts with faces; zeros: as the
                                             layout says (default) */
+    ibl_cube *faces; /* two empty cubes, or NULL: the first gets the faces of a
+                        layout with faces, the second those of alpha, as level 0
+                        of all levels down to 1x1. The caller frees both, also
+                        after an error */
 } ibl_read_options;
 
 ibl_read_options ibl_read_options_default(void);
@@ -147,6 +151,12 @@ ibl_read_options ibl_read_options_default(void);
 enum {
     IBL_FILE_HASH = 33 /* 32 hexadecimal digits and a 0 */
 };
+
+/* XXH3 of 128 bits as xxh128sum prints it: detects changes, not forgery. */
+void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_FILE_HASH]);
+/* The same of a regular file. 0, or an errno: it cannot be read; EISDIR: it is
+ * a directory; EINVAL: it is neither. */
+int ibl_hash_file(const char *path, char hash[IBL_FILE_HASH]);
 
 /* Properties of the file, and counts of repaired pixels. */
 typedef struct ibl_read_report {
@@ -185,14 +195,15 @@ typedef struct ibl_read_report {
  * what is read of each:
  *   Radiance .hdr  RGBE and XYZE; EXPOSURE and COLORCORR are undone
  *   OpenEXR        the display window of scan lines and tiles (level 0): R G B
- *                  or Y alone, or a cube by its attribute envmap. DWAA and DWAB
- *                  take libiblexr.so, beside the bridge
+ *                  or Y alone, or a cube by its attribute envmap. Compressions
+ *                  other than ZIP take libiblexr.so, beside the bridge
  *   Ultra HDR JPEG through the bridge, at the full gain; 1 is the white of the
  *                  JPEG alone
- *   others         all formats of OpenImageIO, through the bridge: a shared
- *                  object that is opened only if needed. Integers are decoded
- *                  as opts->transfer says, EXIF's orientation is obeyed; AVIF
- *                  and HEIF of linear, PQ's or HLG's values are refused
+ *   others         formats of OpenImageIO that their first bytes tell, through
+ *                  the bridge: a shared object that is opened only if needed.
+ *                  Integers are decoded as opts->transfer says, EXIF's
+ *                  orientation is obeyed; AVIF and HEIF of linear, PQ's or
+ *                  HLG's values are refused
  *   textures       KTX2, KTX and DDS of one layer: level 0 of a cube, or of a
  *                  flat texture as an image, with iblbake's keys for axes and
  *                  layouts and KTX2's primaries. What has their key of a baked
@@ -298,8 +309,7 @@ typedef struct ibl_pixels {
  * it is in Rec. 709. A program's own data that are finite and not negative need
  * no source: bakes take them as they are in an ibl_image.
  *   name    for messages; copied
- *   pixels  copied, but not its data, which must stay and must not change until
- *           the source is closed
+ *   pixels  copied, with its data
  *   opts    NULL for defaults; alpha: with FILE colours are multiplied by it
  * IBL_ERR_ARGUMENT: pixels of no such kind, or a layer, part, hash or transfer
  * in opts.
@@ -675,12 +685,6 @@ ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,
                               size_t *size);
 void ibl_bytes_free(void *bytes);
-/* Passes the same bytes to fn, piece by piece in order, without a copy of the
- * texels in memory. */
-typedef void ibl_bytes_fn(void *cookie, const void *bytes, size_t size);
-ibl_status ibl_texture_visit(ibl_ctx *ctx, const ibl_texture *tex,
-                             ibl_container container, ibl_bytes_fn *fn,
-                             void *cookie);
 
 /*
  * Reads a KTX2, KTX or DDS file (detected by content) with the pixel formats of
@@ -756,6 +760,9 @@ ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
 ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
                                     ibl_texture *tex, ibl_container container,
                                     size_t *size);
+/* XXH3 of 128 bits of a file of the set, 32 hexadecimal digits, until the set
+ * is freed; waits until it is written. "": there is none. */
+const char *ibl_outputs_hash(ibl_outputs *out, const char *path);
 /* Waits until all added files are written. */
 ibl_status ibl_outputs_wait(ibl_outputs *out);
 /* Renames every file to its target, in the order in which they were added. The

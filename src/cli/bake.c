@@ -210,26 +210,13 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
 static void warn_of_harmonics(const ibl_bake *b)
 {
     const ibl_cube *cube = &b->made.irradiance;
-    double exact[3] = {INFINITY, INFINITY, INFINITY}, least[3], d[3];
-    double s[IBL_SH_NINE][3];
-    const int n = cube->size;
+    const float *texel = ibl_cube_face(cube, 0, 0);
+    double exact[3] = {INFINITY, INFINITY, INFINITY}, least[3];
     int worst = 0;
 
-    memcpy(least, exact, sizeof least);
-    ibl_sh_shader(b->from->made.sh, s);
-    for (int i = 0; i < IBL_FACES * n * n; i++) {
-        ibl_cube_direction(n, i / (n * n), i % n, i / n % n, d);
-        const double x = d[0], y = d[1], z = d[2];
-        for (int c = 0; c < 3; c++) {
-            const double e = s[0][c] + s[1][c] * y + s[2][c] * z + s[3][c] * x +
-                             s[4][c] * x * y + s[5][c] * y * z +
-                             s[6][c] * (3 * z * z - 1) + s[7][c] * z * x +
-                             s[8][c] * (x * x - y * y);
-            exact[c] =
-                fmin(exact[c], (double)ibl_cube_face(cube, 0, 0)[3 * i + c]);
-            least[c] = fmin(least[c], e);
-        }
-    }
+    ibl_sh_least(b->from->made.sh, least);
+    for (size_t i = 0; i < 3 * ibl_cube_texels(cube->size, 1); i++)
+        exact[i % 3] = fmin(exact[i % 3], (double)texel[i]);
     for (int c = 1; c < 3; c++)
         if (least[c] * exact[worst] < least[worst] * exact[c])
             worst = c;
@@ -238,7 +225,9 @@ static void warn_of_harmonics(const ibl_bake *b)
             b->console,
             "%s: the engine lights matte surfaces by nine harmonics, which "
             "have %.3g of %s where the map has %.3g or more: a dark or "
-            "coloured spot away from the sun: take it out with --sun",
+            "coloured spot away from the sun: take it out with --sun, or "
+            "dampen "
+            "them with --sh-window auto",
             ibl_path_name(b->sh_path ? b->sh_path
                                      : b->files[IBL_OUTPUT_SPECULAR].path),
             least[worst], (const char *[]){"red", "green", "blue"}[worst],
@@ -407,6 +396,12 @@ static bool write_all(ibl_bake *b)
 
     for (int kind = 0; kind < IBL_OUTPUT_JSON && ok; kind++)
         ok = !b->files[kind].path || write_output(b, (ibl_output_kind)kind);
+    for (int kind = 0; kind < IBL_OUTPUT_JSON && ok; kind++) {
+        ibl_baked *file = &b->files[kind];
+        if (file->path && !is_taken(b, (ibl_output_kind)kind))
+            snprintf(file->hash, sizeof file->hash, "%s",
+                     ibl_outputs_hash(b->outputs, file->path));
+    }
     return ok && (!b->sh_path || write_harmonics(b)) &&
            (!o->preview || write_preview(b)) &&
            (!b->files[IBL_OUTPUT_JSON].path || write_sidecar(b)) &&

@@ -90,6 +90,16 @@ static bool parse_scene(void *field, const char *value)
     return true;
 }
 
+static bool parse_window(void *field, const char *value)
+{
+    double *window = field;
+    const char *end;
+
+    *window = 0;
+    return !strcmp(value, "auto") ||
+           (ibl_number_real(value, 1, 1000, window, &end) && !*end);
+}
+
 /* NULL: --sun. */
 static bool parse_lights(void *field, const char *value)
 {
@@ -303,6 +313,10 @@ static const ibl_option irradiance[] = {
     {"sh", 0,
      IBL_INT(bake.sh_degree, 0, IBL_MAX_SH_DEGREE),
      .help = "degree of the coefficients in the sidecar; 2 gives 9 of them"},
+    {"sh-window", 0, IBL_OTHER(sh_window, "W", parse_window),
+     .allowed = "auto, or 1 to 1000", .standard = "none",
+     .help = "multiply degree l of the coefficients by sinc(l / W)^4, against "
+             "ringing; auto: by the widest W with which no light is negative"},
     {"sh-format", 0, IBL_CHOICE(sh_format, ibl_sh_format_names),
      .help = "also write nine coefficients to NAME_sh.txt, as a tool's code "
              "takes them"},
@@ -354,6 +368,7 @@ static void defaults(void *settings)
         .lut = ibl_lut_options_default(),
         .lobe_table = IBL_LOBES_USUAL,
         .lobe_table_size = ibl_lobe_table_options_default().size,
+        .sh_window = INFINITY,
         .max_error = NAN,
         .rendered_error = NAN,
         .judge = ibl_judge_options_default(),

@@ -58,7 +58,8 @@ typedef struct ibl_opts {
     ibl_bake_options bake;
     ibl_axes axes; /* of the outputs */
     ibl_sh_format sh_format;
-    int lights; /* most that are taken out of the environment, or AUTO */
+    double sh_window; /* of ibl_sh_window; 0: the widest without ringing */
+    int lights;       /* most that are taken out of the environment, or AUTO */
     ibl_lut_options lut;
     ibl_lobes lobe_table;
     int lobe_table_size;
@@ -99,11 +100,12 @@ typedef struct ibl_bake_line {
 /* An output file. path is set before the bake, the rest when the file is
  * written. */
 typedef struct ibl_baked {
-    char *path;        /* NULL: not wanted; the first of several */
-    char **more;       /* paths of the others, in ibl_bake.faces */
-    int count;         /* of files */
-    size_t bytes;      /* of the file */
-    ibl_texture shape; /* of the texture, without data and keys */
+    char *path;               /* NULL: not wanted; the first of several */
+    char **more;              /* paths of the others, in ibl_bake.faces */
+    int count;                /* of files */
+    size_t bytes;             /* of the file */
+    char hash[IBL_FILE_HASH]; /* of the first */
+    ibl_texture shape;        /* of the texture, without data and keys */
     ibl_overflow_report overflow;
     ibl_pixel_error error[IBL_MAX_LEVELS]; /* of cubes */
 } ibl_baked;
@@ -283,8 +285,8 @@ char *ibl_depfile_text(const ibl_bake *sets, int count);
 /* Turns a cube from the axes of the outputs to the world's. */
 bool ibl_bake_turn_back(const ibl_bake *b, ibl_cube *cube);
 
-/* For --verify. Encodes tex as its file, decodes and judges it, and adds to the
- * report. */
+/* For --verify. Judges the texels that a file gets, with its keys, and adds to
+ * the report. */
 bool ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const ibl_texture *tex);
 /* Prints the report. False, after a message: an error is above --max-error. */
 bool ibl_bake_judged(const ibl_bake *b);

@@ -174,6 +174,8 @@ bool ibl_opts_check(const ibl_opts *o)
            ibl_container_holds(IBL_CONTAINER_KTX, pixel)
                ? "--format ktx2 or ktx"
                : "--format ktx2");
+    REFUSE(!(o->sh_window > 0) && o->bake.sh_degree < 2, "sh",
+           "--sh-window auto looks at nine coefficients: leave it out");
     REFUSE(o->sh_format && o->bake.sh_degree < 2, "sh",
            "--sh-format %s has nine coefficients: leave it out",
            ibl_sh_format_names[o->sh_format]);
@@ -321,7 +323,8 @@ bool ibl_opts_check_uses(const ibl_bake_line *line)
             {"irradiance-size irradiance-step",
              irradiance && !(o->of && o->of->harmonics),
              "there is no irradiance map: add irradiance" OR_LEAVE_IT},
-            {"sh", sh, "there are no harmonics: add json" OR_LEAVE_IT},
+            {"sh sh-window", sh,
+             "there are no harmonics: add json" OR_LEAVE_IT},
             {"lut-kind lut-size lut-samples geometry", only & LUT,
              "there is no BRDF table: add lut" OR_LEAVE_IT},
             {"lut-samples geometry", only & LUT && !o->lut.kind,

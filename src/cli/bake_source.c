@@ -245,8 +245,24 @@ static bool bake_source(ibl_bake_source *s)
     return ok;
 }
 
+/* As --sh-window says. */
+static void window_harmonics(ibl_bake_source *s)
+{
+    const int degree = s->bake.sh_degree;
+    double window = s->opts->sh_window;
+
+    if (!s->made.sh || window >= HUGE_VAL)
+        return;
+    if (!(window > 0))
+        window = ibl_sh_widest_window(s->made.sh);
+    ibl_sh_window(degree, window, s->made.sh);
+    ibl_console_info(s->console, "harmonics in a window of %.4g", window);
+}
+
 bool ibl_bake_source_make(ibl_bake_source *s)
 {
+    bool ok;
+
     if (!s->opts->input)
         return true;
     s->bake.specular = s->chain_count > 0;
@@ -255,9 +271,12 @@ bool ibl_bake_source_make(ibl_bake_source *s)
     s->bake.more = s->chains + 1;
     s->bake.more_count = s->chain_count > 1 ? s->chain_count - 1 : 0;
     ibl_console_progress(s->console, "decode", 0);
-    return s->width || s->opts->lights || s->opts->verify || s->opts->preview
-               ? bake_image(s)
-               : bake_source(s);
+    ok = s->width || s->opts->lights || s->opts->verify || s->opts->preview
+             ? bake_image(s)
+             : bake_source(s);
+    if (ok)
+        window_harmonics(s);
+    return ok;
 }
 
 void ibl_bake_source_free(ibl_bake_source *s)

@@ -4,15 +4,13 @@
 
 #include "cli/bake_record.h"
 
-static bool judge_lut(ibl_bake *b, ibl_texture *tex)
+static bool judge_lut(ibl_bake *b, const ibl_texture *tex)
 {
     ibl_lut lut = {0};
-
     const bool ok =
-        !ibl_texture_set(b->ctx, tex, "iblbake.table",
-                         ibl_lut_name(b->opts->lut.kind)) &&
         !ibl_texture_to_lut(b->ctx, tex, &lut) &&
         ibl_report_lut(&b->judged, b->ctx, &lut, b->opts->lut.geometry);
+
     ibl_lut_free(&lut);
     return ok;
 }
@@ -48,25 +46,14 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
 
 bool ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const ibl_texture *tex)
 {
-    ibl_texture read = {0};
-    void *bytes = NULL;
-    size_t size;
+    bool ok = true;
 
-    if (kind == IBL_OUTPUT_LOBES) /* no texel of it has a truth of its own */
-        return true;
-    if (b->opts->engine) { /* tex has what its file gives back */
-        b->judged.options = b->opts->judge;
-        return judge_cube(b, kind, tex);
-    }
-    bool ok = !ibl_texture_encode(b->ctx, tex, b->opts->format, &bytes, &size);
     ibl_console_progress(b->console, "verify", 0);
     b->judged.options = b->opts->judge;
-    ok = ok && !ibl_texture_decode(b->ctx, b->files[kind].path, bytes, size,
-                                   &read, NULL);
-    ok = ok && (kind == IBL_OUTPUT_LUT ? judge_lut(b, &read)
-                                       : judge_cube(b, kind, &read));
-    ibl_texture_free(&read);
-    ibl_bytes_free(bytes);
+    if (kind == IBL_OUTPUT_LUT)
+        ok = judge_lut(b, tex);
+    else if (kind != IBL_OUTPUT_LOBES) /* no texel of it has a truth */
+        ok = judge_cube(b, kind, tex);
     ibl_console_progress(b->console, "write", 0);
     return ok;
 }

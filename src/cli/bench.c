@@ -149,15 +149,6 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The q-quantile of n sorted values, interpolated as R's type 7. */
-static double quantile(const double *sorted, int n, double q)
-{
-    const double at = q * (n - 1);
-    const int i = (int)at, next = i + 1 < n ? i + 1 : i;
-
-    return sorted[i] + (at - i) * (sorted[next] - sorted[i]);
-}
-
 /* The mean nRMSE of the rows of a content, but of roughness 0, if there are
  * any. */
 static void put_mean(setting *s, const char *name, const json_t *rows,
@@ -296,77 +287,64 @@ enum {
     COLUMNS = sizeof columns / sizeof *columns
 };
 
-static bool figure_of(const json_t *s, int column, double f[3])
-{
-    json_t *figure = json_object_get(s, columns[column].name);
-
-    return figure && !json_unpack(figure, "[F, F, F]", &f[0], &f[1], &f[2]);
-}
-
-static void print_document(const json_t *document, FILE *to)
+/* The settings of all maps, a line each: for people, or as CSV. */
+static void put_rows(const json_t *document, bool csv, FILE *to)
 {
     json_t *map, *s;
     size_t m, i;
     double f[3];
 
-    fprintf(to, "%s, %d threads; iblbake %s, %s\n", text_of(document, "cpu"),
-            (int)json_integer_value(json_object_get(document, "threads")),
-            IBL_VERSION, text_of(document, "date"));
     json_array_foreach(json_object_get(document, "maps"), m, map)
     {
-        fprintf(to, "\n%-26s", ibl_path_name(text_of(map, "map")));
-        for (int k = 0; k < COLUMNS; k++)
+        const char *path = text_of(map, "map");
+        if (!csv)
+            fprintf(to, "\n%-26s", ibl_path_name(path));
+        for (int k = 0; !csv && k < COLUMNS; k++)
             fprintf(to, " %17s", columns[k].head);
         json_array_foreach(json_object_get(map, "settings"), i, s)
         {
-            fprintf(to, "\n%-16s%-10s", text_of(s, "group"),
-                    text_of(s, "value"));
+            fputs(csv ? "\n\"" : "\n", to);
+            for (const char *c = csv ? path : ""; *c; c++)
+                fprintf(to, *c == '"' ? "\"\"" : "%c", *c);
+            fprintf(to, csv ? "\",%s,%s,\"%s\"" : "%-16s%-10s%.0s",
+                    text_of(s, "group"), text_of(s, "value"),
+                    text_of(s, "options"));
             for (int k = 0; k < COLUMNS; k++) {
                 const double x = columns[k].scale;
-                if (figure_of(s, k, f))
+                if (json_unpack(json_object_get(s, columns[k].name),
+                                "[F, F, F]", &f[0], &f[1], &f[2]))
+                    fprintf(to, "%s", csv ? ",,," : "                  ");
+                else if (csv)
+                    fprintf(to, ",%.6g,%.6g,%.6g", f[0], f[1], f[2]);
+                else
                     fprintf(to, " %7.4g +-%-7.2g", x * f[0],
                             x * (f[2] - f[1]) / 2);
-                else
-                    fprintf(to, "%18s", "");
             }
         }
-        fputc('\n', to);
     }
+    fputc('\n', to);
+}
+
+static void put_csv(const json_t *document, FILE *to)
+{
+    fputs("map,group,value,options", to); /* and figures: */
+    for (int k = 0; k < COLUMNS; k++)
+        fprintf(to, ",%1$s,%1$s_low,%1$s_high", columns[k].name);
+    put_rows(document, true, to);
+}
+
+static void print_document(const json_t *document, FILE *to)
+{
+    fprintf(to, "%s, %d threads; iblbake %s, %s\n", text_of(document, "cpu"),
+            (int)json_integer_value(json_object_get(document, "threads")),
+            IBL_VERSION, text_of(document, "date"));
+    put_rows(document, false, to);
     fputs("\nTimes are medians, +- half the distance of the quartiles; of "
           "errors +- is a\nstandard error. Levels, irradiance and table: nRMSE "
           "of texels; metals and\nplastics: of what a shader draws with F0 of "
           "1 and .04, with the parts of\nthe default where a setting makes "
           "only one.\n",
           to);
-}
-
-static void put_csv(const json_t *document, FILE *to)
-{
-    json_t *map, *s;
-    size_t m, i;
-    double f[3];
-
-    fputs("map,group,value,options", to); /* and figures: */
-    for (int k = 0; k < COLUMNS; k++)
-        fprintf(to, ",%1$s,%1$s_low,%1$s_high", columns[k].name);
-    fputc('\n', to);
-    json_array_foreach(json_object_get(document, "maps"), m, map)
-    {
-        json_array_foreach(json_object_get(map, "settings"), i, s)
-        {
-            fputc('"', to);
-            for (const char *c = text_of(map, "map"); *c; c++)
-                fprintf(to, *c == '"' ? "\"\"" : "%c", *c);
-            fprintf(to, "\",%s,%s,\"%s\"", text_of(s, "group"),
-                    text_of(s, "value"), text_of(s, "options"));
-            for (int k = 0; k < COLUMNS; k++)
-                if (figure_of(s, k, f))
-                    fprintf(to, ",%.6g,%.6g,%.6g", f[0], f[1], f[2]);
-                else
-                    fputs(",,,", to);
-            fputc('\n', to);
-        }
-    }
 }
 
 /* Also for a page, whose element "<" would end. */
@@ -424,8 +402,7 @@ static bool measure_map(bench *b, int m, json_t *maps)
         setting *s = &b->settings[i];
         double *t = s->time_s;
         qsort(t, (size_t)n, sizeof *t, by_value);
-        put_figure(s, "time_s", quantile(t, n, .5), quantile(t, n, .25),
-                   quantile(t, n, .75));
+        put_figure(s, "time_s", t[n / 2], t[n / 4], t[n - 1 - n / 4]);
         json_array_append(list, s->json);
     }
     json_array_append_new(maps, json_pack("{so si si so}", "map",

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The choice by measuring. The truth of many samples is found once; then sets
- * are baked in memory and measured along the same samples (cli/rendered.h). For
- * each number of levels the smallest chain that holds is looked for, all else
- * as fine as by default. Then that part is made coarser which saves most bytes
- * for the error it adds, one after the other.
+ * are baked in memory and measured along the same samples (cli/rendered.h).
+ * For each number of levels one step after the other is taken that makes a set
+ * better, as long as there is any, then smaller ones: a part is made coarser or
+ * finer, or the roughnesses are moved. Sets are compared by their bytes and
+ * what they leave of the error that they may have: what is left counts less and
+ * less (a logarithmic barrier).
  */
 #include "cli/choose.h"
 
@@ -42,7 +44,6 @@ enum {
     SHEEN_TABLE = 64,
     MADE = 16,       /* of a kind that are remembered, */
     KEPT_EDGE = 128, /* of larger cubes only the last one */
-    TRIED = 512,
     SCALES = 4
 };
 
@@ -59,10 +60,8 @@ typedef struct values {
 typedef struct pick {
     int at[PARTS];
     int low, high; /* roughnesses of the first and last level, / STEPS */
-    int size;      /* of the first level; up to here it tells sets apart */
     size_t bytes;
     double error; /* HUGE_VAL: there are no such levels */
-    double added; /* by all parts but the levels, as they were made coarser */
 } pick;
 
 /* Cubes, or a table, that were made. */
@@ -85,12 +84,11 @@ typedef struct search {
     ibl_truth truth;
     bool fits, lobes;   /* the levels' roughnesses are free; there are tables */
     double first, last; /* roughness of the materials */
-    double most, asked; /* squared: of a set; what parts may add */
+    double most;        /* squared */
     size_t most_bytes;
     values part[PARTS];
     made made[IBL_OUTPUT_COUNT][MADE];
-    pick tried[TRIED];
-    int made_count[IBL_OUTPUT_COUNT], tried_count;
+    int made_count[IBL_OUTPUT_COUNT];
 } search;
 
 static int value_of(const search *s, const pick *p, int part)
@@ -275,18 +273,11 @@ static bool try_pick(search *s, pick *p)
         ibl_specular_layout_of(&o.bake.specular_options, &l))
         return true;
     p->bytes = ibl_candidate_bytes(&o);
-    p->size = l.size;
     if (s->fits)
         p->at[EDGE] = index_of(&s->part[EDGE], l.size);
-    for (int i = 0; i < TRIED && p->error == HUGE_VAL; i++)
-        if (!memcmp(&s->tried[i], p, offsetof(pick, size) + sizeof p->size))
-            p->error = s->tried[i].error;
-    if (p->error < HUGE_VAL)
-        return true;
     if (!measure(s, &o, false, &m))
         return false;
     p->error = square(m.value[IBL_FIGURE_NRMSE]);
-    s->tried[s->tried_count++ % TRIED] = *p;
     return true;
 }
 
@@ -355,94 +346,53 @@ static void list_values(search *s)
 /* ---- the search -----------------------------------------------------------
  */
 
-/* Moves the roughnesses of the first and last level to where a set of at most
- * so many bytes has less error. */
-static bool fit_roughness(search *s, int step, size_t bytes, pick *best)
+/* How good a set is; less is better. left: what the error that it leaves is
+ * worth; HUGE_VAL: only its error counts. */
+static double worth(const search *s, const pick *p, double left)
 {
-    static const int moves[][2] = {{-1, 0}, {1, 0}, {0, -1},
-                                   {0, 1},  {1, 1}, {-1, -1}};
+    if (p->error == HUGE_VAL || p->bytes > s->most_bytes)
+        return HUGE_VAL;
+    return p->error < s->most && left < HUGE_VAL
+               ? log((double)p->bytes) - left * log(1 - p->error / s->most)
+               : 1e3 + log(p->error);
+}
 
-    for (const int least = bytes < SIZE_MAX ? 4 : 8; step >= least && s->fits;
-         step /= 2)
-        for (int i = 0; i < 6; i++) {
+/* Improves a set by steps of parts, if their bytes count, and of roughness. */
+static bool improve(search *s, int step, double left, pick *best)
+{
+    static const int moves[][2] = {{-1, 0}, {1, 0},   {0, -1},    {0, 1},
+                                   {1, 1},  {-1, -1}, {-STEPS, 0}};
+    bool better = true;
+
+    while (better) {
+        better = false;
+        for (int m = 0; m < 2 * PARTS + 7; m++) {
+            const int part = m / 2;
             pick p = *best;
-            p.low += step * moves[i][0];
-            p.low = p.low < SHARPEST ? 0 : p.low;
-            p.high = (int)fmin(p.high + step * moves[i][1], STEPS);
-            if (p.low == best->low && p.high == best->high)
-                continue;
+            if (part < PARTS) {
+                const int to = p.at[part] + (m % 2 ? step : -step);
+                const int last = s->part[part].count - 1;
+                p.at[part] = to < 0 ? 0 : to > last ? last : to;
+                if (left == HUGE_VAL || part == LEVELS ||
+                    p.at[part] == best->at[part])
+                    continue;
+            } else {
+                const int *move = moves[m - 2 * PARTS];
+                p.low += 2 * step * move[0];
+                p.low = p.low < SHARPEST ? 0 : p.low;
+                p.high = (int)fmin(p.high + 2 * step * move[1], STEPS);
+                if (!s->fits || (p.low == best->low && p.high == best->high))
+                    continue;
+            }
             if (!try_pick(s, &p))
                 return false;
-            if (p.bytes <= bytes && p.error < 0.99 * best->error)
+            if (worth(s, &p, left) <
+                worth(s, best, left) - (part < PARTS ? 1e-4 : 0.01)) {
                 *best = p;
-        }
-    return true;
-}
-
-static bool holds(const search *s, const pick *p)
-{
-    return p->error <= s->most && p->added <= s->asked &&
-           p->bytes <= s->most_bytes;
-}
-
-/* Makes a part of a set coarser by at most *steps, which are halved until it
- * holds; 0: it does not. */
-static bool coarsen(search *s, const pick *from, int part, int *steps, pick *p)
-{
-    for (; *steps; *steps /= 2) {
-        *p = *from;
-        p->at[part] = *steps < p->at[part] ? p->at[part] - *steps : 0;
-        if (p->at[part] == from->at[part])
-            continue;
-        if (part == LEVELS && value_of(s, p, LEVELS) == 1)
-            p->low = p->high = (p->low + p->high) / 2;
-        if (!try_pick(s, p))
-            return false;
-        if (part > LEVELS)
-            p->added += fmax(p->error - from->error, 0);
-        if (p->bytes < from->bytes && holds(s, p))
-            break;
-    }
-    return true;
-}
-
-/* Bytes saved for the error that it costs. */
-static double saving(const pick *from, const pick *to)
-{
-    return (double)(from->bytes - to->bytes) /
-           fmax(to->error - from->error, 1e-9);
-}
-
-/* Makes the parts of a set coarser while it holds, each time that which saves
- * most for its error. What was tried of another set is taken to save as much of
- * this one, and tried again when it is its turn. */
-static bool shrink(search *s, const int first[PARTS], pick *best)
-{
-    pick tried[PARTS], from[PARTS];
-    bool known[PARTS] = {false};
-    int steps[PARTS], which;
-
-    memcpy(steps, first, sizeof steps);
-    do {
-        which = -1;
-        for (int part = 0; part < PARTS; part++) {
-            if (!known[part]) {
-                from[part] = *best;
-                if (!coarsen(s, best, part, &steps[part], &tried[part]))
-                    return false;
+                better = true;
             }
-            known[part] = true;
-            if (steps[part] &&
-                (which < 0 || saving(&from[part], &tried[part]) >
-                                  saving(&from[which], &tried[which])))
-                which = part;
         }
-        if (which >= 0) {
-            known[which] = false;
-            if (!memcmp(&from[which], best, sizeof *best))
-                *best = tried[which];
-        }
-    } while (which >= 0);
+    }
     return true;
 }
 
@@ -472,11 +422,11 @@ static bool make_fine(search *s, size_t usual, pick *fine)
                                     ? "roughness-range"
                                     : "size",
                                 LEAST_EDGE, LEAST_EDGE);
-    if (!fit_roughness(s, 16, SIZE_MAX, &p))
+    if (!improve(s, 8, HUGE_VAL, &p) || !improve(s, 4, HUGE_VAL, &p))
         return false;
     /* Larger faces, beyond the default's bytes only for the error that was
      * asked. */
-    for (*fine = p; p.error > s->asked; *fine = p.bytes <= usual ? p : *fine) {
+    for (*fine = p; p.error > s->most; *fine = p.bytes <= usual ? p : *fine) {
         const int edge = p.at[EDGE];
         p.at[EDGE] += s->fits ? OCTAVE : 1;
         if (p.at[EDGE] >= s->part[EDGE].count)
@@ -495,62 +445,38 @@ static bool make_fine(search *s, size_t usual, pick *fine)
     return true;
 }
 
-/* Fits the roughnesses of the best to its size, then makes other parts coarser
- * for one that is made finer. */
-static bool polish(search *s, pick *best)
-{
-    static const int steps[PARTS] = {4, 1, 1, 1, 1, 1};
-
-    for (int part = -2; part < PARTS; part++) {
-        pick p = *best;
-        if (part == EDGE ||
-            (part > EDGE && ++p.at[part] == s->part[part].count))
-            continue;
-        if (part < 0 ? !fit_roughness(s, 8, p.bytes, &p) : !try_pick(s, &p))
-            return false;
-        if (!holds(s, &p))
-            continue;
-        if (!shrink(s, steps, &p))
-            return false;
-        if (p.bytes < best->bytes)
-            *best = p;
-    }
-    return true;
-}
-
-/* Looks for the smallest chain of a number of levels with which a set holds
- * that is fine else, and makes the set coarser. */
+/* Looks for the best set of a number of levels, from the smallest chain on with
+ * which a set is near that is fine else. */
 static bool try_levels(search *s, const pick *fine, int levels, pick *best)
 {
-    static const int steps[PARTS] = {OCTAVE / 2, 0, 1, 4, 16, 16};
     pick p = *fine;
+    ibl_opts o;
 
     p.at[LEVELS] = levels;
     if (s->fits && value_of(s, &p, LEVELS) == 1)
         p.low = p.high = (p.low + p.high) / 2;
-    for (int edge = 0; edge < s->part[EDGE].count;
-         edge += s->fits ? OCTAVE : 1) {
-        ibl_opts o;
+    p.error = HUGE_VAL;
+    for (int edge = 0; p.error >= 4 * s->most; edge += s->fits ? OCTAVE : 1) {
+        if (edge >= s->part[EDGE].count)
+            return true;
         p.at[EDGE] = edge;
         if (!set_options(s, &p, &o))
             continue;
         o.only &= 1u << IBL_OUTPUT_SPECULAR;
         if (ibl_candidate_bytes(&o) / 2 > best->bytes)
-            break; /* texels may have half the bytes */
+            return true; /* texels may have half the bytes */
         if (!try_pick(s, &p))
             return false;
-        if (!holds(s, &p) && p.error < 9 * s->most &&
-            value_of(s, &p, EDGE) <= FIT_EDGE &&
-            !fit_roughness(s, 16, SIZE_MAX, &p))
-            return false;
-        if (!holds(s, &p))
-            continue;
-        if (!shrink(s, steps, &p) || !polish(s, &p))
-            return false;
-        if (p.bytes < best->bytes)
-            *best = p;
-        break;
     }
+    double left = 1;
+    for (int step = 8; step; step /= 2, left /= 4) {
+        if (!improve(s, step, left, &p))
+            return false;
+        if (p.error >= s->most || worth(s, &p, left) > worth(s, best, left) + 1)
+            return true;
+    }
+    if (p.bytes < best->bytes)
+        *best = p;
     return true;
 }
 
@@ -691,7 +617,6 @@ static bool search_all(search *s, ibl_choice *c)
     if (!c->reached) {
         const double beyond = beyond_least * fmin(least, fmax(1 - least, 0));
         s->most = square(least + beyond);
-        s->asked = fmax(s->asked, square(beyond));
         s->most_bytes = c->usual_bytes;
     }
     for (int l = 0; l < s->part[LEVELS].count; l++)
@@ -734,7 +659,7 @@ bool ibl_choose(const ibl_bake_source *from, const ibl_materials *materials,
     s->from = from;
     s->ctx = from->ctx;
     s->o = o;
-    s->asked = s->most = square(choice->asked);
+    s->most = square(choice->asked);
     s->lobes = ibl_opts_want(o, IBL_OUTPUT_SPECULAR) &&
                ibl_opts_want(o, IBL_OUTPUT_LOBES);
     s->fits = !ibl_is_given(&o->given, "mapping") &&

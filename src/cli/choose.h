@@ -15,10 +15,9 @@ ibl_materials ibl_materials_all(void);
  * harmonics and the sizes of the tables, other than those that the user or the
  * target fixed, and changes the options accordingly. If the error cannot be
  * reached, the set is that of fewest bytes within 1.3 times the least, above .5
- * within .3 of what the least lacks to 1; texels, irradiance and tables add no
- * more than the same .3, and the options stay as they are where no set is as
- * good. Without --rendered-error, as of a scene, there are no more bytes than
- * the default's. False after a message.
+ * within .3 of what the least lacks to 1, and the options stay as they are
+ * where no set is as good. Without --rendered-error, as of a scene, there are
+ * no more bytes than the default's. False after a message.
  *   from  its environment was read
  */
 bool ibl_choose(const ibl_bake_source *from, const ibl_materials *materials,

@@ -40,35 +40,27 @@ static bool is_lut(const json_t *row)
 bool ibl_report_passes(const ibl_report *report, double max_error,
                        double max_rendered, char *why, size_t size)
 {
-    json_t *rows = texel_rows(report), *row, *at;
+    json_t *rows = texel_rows(report), *row;
     const json_t *drawn = json_object_get(report->json, "rendered");
     size_t i;
 
     *why = '\0';
     json_array_foreach(isnan(max_error) ? NULL : rows, i, row)
     {
-        const char *content = text_of(row, "content");
-        const int level = (int)number(row, "level");
-        const bool sh = json_object_get(row, "coefficients");
-        const double error = number(row, is_lut(row) ? "worst"
-                                         : sh        ? "coefficients"
-                                                     : "nrmse");
+        const char *figure = is_lut(row) ? "worst"
+                             : json_object_get(row, "coefficients")
+                                 ? "coefficients"
+                                 : "nrmse";
         if (*why)
             continue;
-        at = json_object_get(row, "worst_at");
         if (number(row, "nonfinite") > 0)
-            snprintf(why, size, "%s %d has %.0f texels of NaN or Inf", content,
-                     level, number(row, "nonfinite"));
-        else if (error > max_error && is_lut(row))
-            snprintf(why, size,
-                     "the BRDF table is off by %.3g at N.V = %.3g, r = %.3g, "
-                     "more than %g",
-                     error, json_number_value(json_array_get(at, 0)),
-                     json_number_value(json_array_get(at, 1)), max_error);
-        else if (error > max_error)
-            snprintf(why, size,
-                     "level %d of %s has an nRMSE of %.3g, above %g%s", level,
-                     content, error, max_error,
+            snprintf(why, size, "%s %.0f has %.0f texels of NaN or Inf",
+                     text_of(row, "content"), number(row, "level"),
+                     number(row, "nonfinite"));
+        else if (number(row, figure) > max_error)
+            snprintf(why, size, "%s %.0f: %s of %.3g, above %g%s",
+                     text_of(row, "content"), number(row, "level"), figure,
+                     number(row, figure), max_error,
                      json_object_get(row, "pixel")
                          ? ": it has more light than its pixel can hold: use "
                            "--pixel rgba32f"

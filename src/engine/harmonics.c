@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "ibl/ibl.h"
 #include "json/text.h"
@@ -59,6 +60,57 @@ void ibl_sh_gltf(const double *sh, double gltf[IBL_SH_NINE][3])
         for (int c = 0; c < 3; c++)
             gltf[i][c] =
                 sign[i] * M_PI * ibl_sh_cosine(degree[i]) * sh[3 * i + c] + 0.0;
+}
+
+void ibl_sh_least(const double *sh, double least[3])
+{
+    const int n = 16;
+    double s[IBL_SH_NINE][3], d[3];
+
+    ibl_sh_shader(sh, s);
+    for (int c = 0; c < 3; c++)
+        least[c] = INFINITY;
+    for (int i = 0; i < IBL_FACES * n * n; i++) {
+        ibl_cube_direction(n, i / (n * n), i % n, i / n % n, d);
+        const double x = d[0], y = d[1], z = d[2];
+        for (int c = 0; c < 3; c++)
+            least[c] =
+                fmin(least[c], s[0][c] + s[1][c] * y + s[2][c] * z +
+                                   s[3][c] * x + s[4][c] * x * y +
+                                   s[5][c] * y * z + s[6][c] * (3 * z * z - 1) +
+                                   s[7][c] * z * x + s[8][c] * (x * x - y * y));
+    }
+}
+
+void ibl_sh_window(int last, double window, double *sh)
+{
+    for (int l = 1; l <= last; l++) {
+        const double x = M_PI * l / window;
+        const double w = l >= window ? 0 : x > 0 ? pow(sin(x) / x, 4) : 1;
+        for (int i = 3 * l * l; i < 3 * (l + 1) * (l + 1); i++)
+            sh[i] *= w;
+    }
+}
+
+double ibl_sh_widest_window(const double *sh)
+{
+    double low = 1, high = 64, least[3]; /* 64 takes .5 % off l = 2 */
+    double nine[3 * IBL_SH_NINE];
+
+    ibl_sh_least(sh, least);
+    if (fmin(fmin(least[0], least[1]), least[2]) >= 0)
+        return INFINITY;
+    while (high - low > 1e-6) {
+        const double middle = (low + high) / 2;
+        memcpy(nine, sh, sizeof nine);
+        ibl_sh_window(2, middle, nine);
+        ibl_sh_least(nine, least);
+        if (fmin(fmin(least[0], least[1]), least[2]) >= 0)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
 }
 
 char *ibl_sh_key(const double *sh)

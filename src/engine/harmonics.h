@@ -39,6 +39,15 @@ void ibl_sh_polynomial(const double *sh, double polynomial[IBL_SH_NINE][3]);
  * which has the Condon-Shortley phase. */
 void ibl_sh_gltf(const double *sh, double gltf[IBL_SH_NINE][3]);
 
+/* The least E/pi of each channel that nine coefficients give, over 1,536
+ * directions. */
+void ibl_sh_least(const double *sh, double least[3]);
+/* Multiplies the coefficients of each degree l by sinc(l / window)^4, as
+ * Filament's cmgen does, and by 0 from l = window on. INFINITY: by 1. */
+void ibl_sh_window(int degree, double window, double *sh);
+/* The widest window with which no E/pi of nine coefficients is negative. */
+double ibl_sh_widest_window(const double *sh);
+
 /* The value of the key sh of Filament's KTX: nine lines of three numbers.
  * The caller must free it; NULL: no memory. */
 char *ibl_sh_key(const double *sh);

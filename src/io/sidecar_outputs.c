@@ -189,6 +189,8 @@ json_t *ibl_sidecar_file(const ibl_sidecar_facts *f,
         "width", t->width, "height", t->height, "faces", t->faces, "bytes",
         (json_int_t)o->bytes, "saturated", (json_int_t)saturated);
 
+    if (o->hash && *o->hash)
+        put(&j, "xxh3_128", json_string(o->hash));
     if (o->more_count > 0) {
         json_t *files = json_array();
         append(&files, json_string(o->file));

@@ -64,7 +64,7 @@ export const commands = {
             'pdf-mip': ['yes', 'no --method sampled'],
             quality: ['normal', 'fast --pixel bc6h', 'best --pixel astc4x4hdr'],
             'irradiance-size': sizes, 'irradiance-step': ['.05', '.5'],
-            sh: ['0', '1', '3', '20'], 'lut-size': ['1', '2', '16', '33'],
+            'sh-window': ['1', '3.5', 'auto'], sh: ['0', '1', '3', '20'], 'lut-size': ['1', '2', '16', '33'],
             'lut-samples': ['0', '1', '64'],
             'lobe-table-size': ['4', '7', '20'], ...running,
         },
