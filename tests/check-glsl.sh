@@ -35,7 +35,7 @@ void main()
     }
     ibl_mix_end(seen);
     color = vec4(light, seen.rest + all.rest);
-    mask_of_tile = ibl_tile_cull(probes, count, clip, ivec2(1920, 1080), 16,
+    mask_of_tile = ibl_tile_cull(probes, 0, count, clip, ivec2(1920, 1080), 16,
                                  ivec2(gl_FragCoord.xy));
 }
 GLSL

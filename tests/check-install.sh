@@ -168,7 +168,7 @@ int main(void)
     ibl_specular_options opts = ibl_specular_options_default();
     opts.size = 8;
     if (ibl_ctx_create(NULL, &ctx) ||
-        ibl_bake_specular(ctx, &env, &opts, &cube))
+        ibl_bake_specular(ctx, &env, &opts, &cube, NULL))
         return 1;
     ibl_cube_free(&cube);
     ibl_ctx_free(ctx);

@@ -109,8 +109,9 @@ TEST(textures_as_cubes)
         ibl_texture a = {0}, b = {0}, two = {0}, second = {0};
         NEED(!ibl_texture_from_cube(ctx, &from, &o, &a, NULL));
         NEED(!ibl_texture_from_cube(ctx, &to, &o, &b, NULL));
-        const ibl_texture *const layers[] = {&b, &a};
-        NEED(!ibl_texture_array(ctx, layers, 2, &two));
+        NEED(!ibl_texture_array_begin(ctx, &b, 2, &two));
+        NEED(!ibl_texture_array_put(ctx, &two, 0, &b) &&
+             !ibl_texture_array_put(ctx, &two, 1, &a));
         NEED(!ibl_texture_turn_axes(ctx, &a, axes_of(3), 0));
         CHECK(a.bytes == b.bytes && !memcmp(a.data, b.data, a.bytes));
         NEED(!ibl_texture_turn_axes(ctx, &two, axes_of(3), 0));

@@ -223,9 +223,11 @@ struct slow {
     int microseconds;
 };
 
-static void slow_task(void *arg)
+static void slow_task(void *arg, int job, int worker)
 {
     struct slow *s = arg;
+    (void)job;
+    (void)worker;
     const struct timespec nap = {0, 1000L * s->microseconds};
     nanosleep(&nap, NULL);
     atomic_fetch_add(&s->runs, 1);
@@ -328,7 +330,8 @@ TEST(cancel)
         CHECK(b.ran[i] == (i <= 10));
     CHECK(ibl_run(b.ctx, NULL, 1, count_job, &b) == IBL_ERR_CANCELLED);
     ibl_image img = map_constant(b.ctx, 16, 8, 1);
-    CHECK(ibl_bake_specular(b.ctx, &img, NULL, &cube) == IBL_ERR_CANCELLED);
+    CHECK(ibl_bake_specular(b.ctx, &img, NULL, &cube, NULL) ==
+          IBL_ERR_CANCELLED);
     CHECK(ibl_bake_irradiance(b.ctx, &img, NULL, &cube) == IBL_ERR_CANCELLED);
     CHECK(!cube.data);
     CHECK(ibl_bake_sh(b.ctx, &img, 0, 0, sh) == IBL_ERR_CANCELLED);

@@ -131,8 +131,8 @@ TEST(pieces)
 
     const ibl_bake_result all = map_bake(ctx, &map, &o);
     o.specular_options.yaw_deg = o.yaw_deg;
-    NEED(!ibl_bake_specular_report(ctx, &map, &o.specular_options, &specular,
-                                   &report));
+    NEED(
+        !ibl_bake_specular(ctx, &map, &o.specular_options, &specular, &report));
     CHECK(same_cube(&specular, &all.specular));
     CHECK(!memcmp(report.level, all.report.level, sizeof report.level));
     NEED(!ibl_cube_from_latlong(ctx, &map, o.yaw_deg, &sky));

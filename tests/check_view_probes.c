@@ -54,7 +54,7 @@ static const char fragment_text[] =
     "        mat4 clip;\n"
     "        for (int i = 0; i < 4; i++)\n"
     "            clip[i] = texelFetch(camera, ivec2(i, 0), 0);\n"
-    "        uvec2 m = ibl_tile_cull(probes, count, clip,\n"
+    "        uvec2 m = ibl_tile_cull(probes, 0, count, clip,\n"
     "                                ivec2(width, height), tile, at);\n"
     "        result = vec4(m.x & 65535u, m.x >> 16,\n"
     "                      m.y & 65535u, m.y >> 16);\n"

@@ -130,7 +130,7 @@ void shade_bake(shade_set *s, const ibl_image *map,
                                             .yaw_deg = opts->yaw_deg};
 
     begin_set(s);
-    need(!ibl_bake_specular(shade_ctx(), map, opts, &s->specular) &&
+    need(!ibl_bake_specular(shade_ctx(), map, opts, &s->specular, NULL) &&
              !ibl_bake_irradiance(shade_ctx(), map, &diffuse, &s->irradiance) &&
              !ibl_bake_sh(shade_ctx(), map, VIEW_SH_DEGREE, opts->yaw_deg,
                           s->set.sh),

@@ -80,8 +80,11 @@ ibl_texture texture_array(ibl_ctx *ctx, const ibl_texture *const *list,
 {
     ibl_texture array;
 
-    if (ibl_texture_array(ctx, list, count, &array))
+    if (ibl_texture_array_begin(ctx, list[0], count, &array))
         exit(1);
+    for (int i = 0; i < count; i++)
+        if (ibl_texture_array_put(ctx, &array, i, list[i]))
+            exit(1);
     return texture_owned(array);
 }
 

@@ -87,21 +87,19 @@ static void write_all(const ibl_texture *tex, const char *dir,
 static void write_array(const ibl_texture *tex, int count, const char *dir,
                         const char *shape)
 {
-    ibl_texture layer[5], array;
-    const ibl_texture *list[5];
+    ibl_texture layer, array;
     char name[40];
+    need(ibl_texture_array_begin(ctx, tex, count, &array));
     for (int i = 0; i < count; i++) {
-        need(ibl_texture_layer(ctx, tex, 0, &layer[i]));
+        need(ibl_texture_layer(ctx, tex, 0, &layer));
         for (size_t k = 0; k < tex->bytes; k++)
-            layer[i].data[k] = tex->data[(k + (size_t)i) % tex->bytes];
-        list[i] = &layer[i];
+            layer.data[k] = tex->data[(k + (size_t)i) % tex->bytes];
+        need(ibl_texture_array_put(ctx, &array, i, &layer));
+        ibl_texture_free(&layer);
     }
-    need(ibl_texture_array(ctx, list, count, &array));
     snprintf(name, sizeof name, "%sx%d", shape, count);
     write_all(&array, dir, name);
     ibl_texture_free(&array);
-    for (int i = 0; i < count; i++)
-        ibl_texture_free(&layer[i]);
 }
 
 /* A texture with keys, alone and in arrays. */

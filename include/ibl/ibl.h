@@ -562,6 +562,43 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
                                   ibl_specular_layout *layout);
 
 /*
+ * Relative error of a colour: |rgb - truth| / max(|truth|, floor). |.| is the
+ * root of the sum of squares over R, G and B. The floor is a thousandth of |.|
+ * of the environment's mean radiance; a difference below it is lost among
+ * the rest of the scene.
+ */
+#define IBL_RELATIVE_FLOOR 1e-3
+double ibl_relative_error(const double rgb[3], const double truth[3],
+                          const double mean[3]);
+
+/*
+ * How a level of a specular chain was made: with samples, or with a degree. A
+ * level without these is the environment itself.
+ *
+ * The error of a spectral level is twice the root mean square of what it leaves
+ * out and of the interpolation of its texels, as estimated, relative to the
+ * texel as in ibl_relative_error, at the 95th percentile over the texels;
+ * without the integrals over single pixels and the rounding to a pixel format.
+ * A level has as many degrees as keep it below the tolerance, up to a limit;
+ * beyond it a warning says so if the tolerance is larger than the default.
+ */
+typedef struct ibl_specular_level {
+    int samples;  /* of each texel; 0: not sampled */
+    int degree;   /* of the spherical harmonics; 0: none */
+    double error; /* of the degrees left out; -1: no degree */
+} ibl_specular_level;
+
+typedef struct ibl_specular_report {
+    ibl_specular_layout layout;
+    ibl_specular_level level[IBL_MAX_LEVELS];
+    int lookup_size; /* edge of the cube for lookups; 0: there was none */
+} ibl_specular_report;
+
+/* How levels were made: "spectral", "sampled", "mixed" or, without levels but
+ * the environment itself, "environment". */
+const char *ibl_specular_report_method(const ibl_specular_report *report);
+
+/*
  * The specular chain: level l is the environment convolved with the lobe of
  * ibl_specular_layout_of's roughness[l], N = V = R,
  *   int L w dO / int w dO
@@ -583,58 +620,16 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
  * The pdf does not include N.L: for GGX it is D(N.H) N.H / (4 V.H), for Charlie
  * and Phong proportional to (1 - N.L)^(1 / (2 alpha)) and (N.L)^n. Charlie's
  * ring needs several times the samples of a peak.
- *   out   empty; allocated here, to be freed with ibl_cube_free
+ *   out     empty; allocated here, to be freed with ibl_cube_free
+ *   report  how each level was made; may be NULL
  * Sources: Karis 2013 (split sum); Ramamoorthi and Hanrahan 2001 (convolution
  * as a product); Walter et al. 2007 eq. 33 (GGX), 35, 36 (sampling); Krivanek
  * and Colbert 2008 (mip from pdf).
  * IBL_ERR_ARGUMENT: an option out of range.
  */
 ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
-                             const ibl_specular_options *opts, ibl_cube *out);
-
-/*
- * Relative error of a colour: |rgb - truth| / max(|truth|, floor). |.| is the
- * root of the sum of squares over R, G and B. The floor is a thousandth of |.|
- * of the environment's mean radiance; a difference below it is lost among
- * the rest of the scene.
- */
-#define IBL_RELATIVE_FLOOR 1e-3
-double ibl_relative_error(const double rgb[3], const double truth[3],
-                          const double mean[3]);
-
-/* How a level of a specular chain was made: with samples, or with a degree. A
- * level without these is the environment itself. */
-typedef struct ibl_specular_level {
-    int samples;  /* of each texel; 0: not sampled */
-    int degree;   /* of the spherical harmonics; 0: none */
-    double error; /* estimated error of the degrees left out, see
-                     ibl_bake_specular_report; -1: no degree */
-} ibl_specular_level;
-
-typedef struct ibl_specular_report {
-    ibl_specular_layout layout;
-    ibl_specular_level level[IBL_MAX_LEVELS];
-    int lookup_size; /* edge of the cube for lookups; 0: there was none */
-} ibl_specular_report;
-
-/* How levels were made: "spectral", "sampled", "mixed" or, without levels but
- * the environment itself, "environment". */
-const char *ibl_specular_report_method(const ibl_specular_report *report);
-
-/*
- * ibl_bake_specular with a report of how each level was made. report may be
- * NULL.
- *
- * The error of a spectral level is twice the root mean square of what it leaves
- * out and of the interpolation of its texels, as estimated, relative to the
- * texel as in ibl_relative_error, at the 95th percentile over the texels;
- * without the integrals over single pixels and the rounding to a pixel format.
- * A level has as many degrees as keep it below the tolerance, up to a limit;
- * beyond it a warning says so if the tolerance is larger than the default.
- */
-ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
-                                    const ibl_specular_options *opts,
-                                    ibl_cube *out, ibl_specular_report *report);
+                             const ibl_specular_options *opts, ibl_cube *out,
+                             ibl_specular_report *report);
 
 typedef struct ibl_irradiance_options {
     ibl_projection projection; /* default IBL_PROJECTION_CUBE; needs step 0 */
@@ -794,7 +789,7 @@ void ibl_bake_result_free(ibl_bake_result *r); /* NULL and zeroed are fine */
 
 /*
  * All outputs from one reading, row by row. The specular chain is that of
- * ibl_bake_specular_report. Irradiance and coefficients are those of
+ * ibl_bake_specular. Irradiance and coefficients are those of
  * ibl_bake_irradiance and ibl_bake_sh, from the same spherical harmonics as the
  * levels. Irradiance has the tolerance of specular_options, with or without a
  * specular chain.

@@ -344,16 +344,13 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb);
  * from the zenith down, owned by source. Only the rows read so far are valid.
  * NULL: no alpha; it is 1 everywhere.
  *
- * Alpha is channel A of the colour's layer (OpenEXR), or the alpha channel that
- * OpenImageIO names. It is never decoded from sRGB; colours are, before they
- * are multiplied by it. Outside an OpenEXR file's data window it is 0.
- * Non-finite values become 0 (nothing covered), values below 0 become 0 and
- * above 1 become 1. Both repairs are counted, with a warning, and refused with
- * strict; finite values within 0.001 of the range are repaired silently.
- * Colours with alpha 0 become 0: otherwise a quotient by the alpha of a
- * neighbourhood would be brighter than every colour in it.
- *
- * Uses 4 bytes of memory for each pixel of the map.
+ * Alpha is channel A of the colour's layer (OpenEXR), outside the data window
+ * 0, or the alpha channel that OpenImageIO names; it is never decoded from
+ * sRGB. Non-finite values become 0, others are limited to 0..1. Repairs of more
+ * than 0.001 are counted, with a warning, and refused with strict. Colours with
+ * alpha 0 become 0: else a quotient by the alpha of a neighbourhood would be
+ * brighter than every colour in it. Takes 4 bytes of memory for each pixel of
+ * the map.
  */
 const float *ibl_source_alpha(const ibl_source *source);
 
@@ -501,20 +498,9 @@ size_t ibl_texture_layer_offset(const ibl_texture *tex, int level, int layer,
                                 int face);
 size_t ibl_texture_face_bytes(const ibl_texture *tex, int level);
 
-/*
- * Copies textures with the same pixel, size, levels and faces into one array.
- * If a texture is itself an array, all its layers are copied in order.
- *   layers  count textures, count >= 1
- *   out     empty, to be freed with ibl_texture_free. It gets the keys that
- *           have the same value in all textures, and is premultiplied if one
- *           of them is. Empty after an error
- * IBL_ERR_ARGUMENT: a texture is incomplete or differs from the first, or the
- * array would have more than IBL_MAX_LAYERS.
+/* Copies one layer, with all keys. out: empty, to be freed with
+ * ibl_texture_free. IBL_ERR_ARGUMENT: tex has no such layer or is incomplete.
  */
-ibl_status ibl_texture_array(ibl_ctx *ctx, const ibl_texture *const *layers,
-                             int count, ibl_texture *out);
-/* Copies one layer, with all keys. out: as above. IBL_ERR_ARGUMENT: tex has no
- * such layer or is incomplete. */
 ibl_status ibl_texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer,
                              ibl_texture *out);
 /*

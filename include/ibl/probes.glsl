@@ -420,10 +420,3 @@ uvec2 ibl_tile_cull(samplerBuffer probes, int first, int count, mat4 clip,
     }
     return mask;
 }
-
-// From the first probe on.
-uvec2 ibl_tile_cull(samplerBuffer probes, int count, mat4 clip, ivec2 size,
-                    int tile, ivec2 at)
-{
-    return ibl_tile_cull(probes, 0, count, clip, size, tile, at);
-}

@@ -27,9 +27,9 @@ static ibl_status bake(ibl_ctx *ctx, const ibl_image *env,
                : ibl_missing(ctx, name);
 }
 
-ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
-                                    const ibl_specular_options *opts,
-                                    ibl_cube *out, ibl_specular_report *report)
+ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
+                             const ibl_specular_options *opts, ibl_cube *out,
+                             ibl_specular_report *report)
 {
     ibl_bake_options o = nothing();
     ibl_bake_result made;
@@ -48,12 +48,6 @@ ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
     made.specular = (ibl_cube){0};
     ibl_bake_result_free(&made);
     return IBL_OK;
-}
-
-ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
-                             const ibl_specular_options *opts, ibl_cube *out)
-{
-    return ibl_bake_specular_report(ctx, env, opts, out, NULL);
 }
 
 ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,

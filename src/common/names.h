@@ -3,7 +3,7 @@
 #ifndef COMMON_NAMES_H
 #define COMMON_NAMES_H
 
-#include "json/word_list.h"
+#include "json/text.h"
 
 /* Names in options, sets, indices and sidecars, indexed by ibl_container,
  * ibl_pixel (of cubes), ibl_quality, ibl_overflow, ibl_roughness_map,

@@ -318,7 +318,7 @@ ibl_status ibl_run_end(ibl_ctx *ctx)
     return whole && !ibl_cancelled(ctx) ? IBL_OK : IBL_ERR_CANCELLED;
 }
 
-bool ibl_task_start(ibl_ctx *ctx, ibl_task_fn *fn, void *arg)
+bool ibl_task_start(ibl_ctx *ctx, ibl_job_fn *fn, void *arg)
 {
     return ibl_pool_start(ctx->pool, fn, arg);
 }

@@ -62,7 +62,7 @@ ibl_status ibl_run_end(ibl_ctx *ctx);
 
 /* ibl_pool_start and ibl_pool_finish. fn must not log: messages come from the
  * caller's thread. */
-bool ibl_task_start(ibl_ctx *ctx, ibl_task_fn *fn, void *arg);
+bool ibl_task_start(ibl_ctx *ctx, ibl_job_fn *fn, void *arg);
 void ibl_task_finish(ibl_ctx *ctx);
 
 /* The bridge's path from the context's options, or NULL. */

@@ -66,8 +66,6 @@ struct ibl_pool {
     pthread_cond_t work; /* signalled when a batch opens, or to quit */
     pthread_cond_t idle; /* signalled when the last worker leaves a batch */
     bool has_task;
-    ibl_task_fn *task_fn;
-    void *task_arg;
 };
 
 /* ---- waiting -------------------------------------------------------- */
@@ -311,22 +309,12 @@ void ibl_pool_end(ibl_pool *pool)
     pool->begun = 0;
 }
 
-static void task_job(void *arg, int job, int worker)
-{
-    const ibl_pool *pool = arg;
-    (void)job;
-    (void)worker;
-    pool->task_fn(pool->task_arg);
-}
-
-bool ibl_pool_start(ibl_pool *pool, ibl_task_fn *fn, void *arg)
+bool ibl_pool_start(ibl_pool *pool, ibl_job_fn *fn, void *arg)
 {
     if (!pool->started || pool->has_task)
         return false;
     pool->has_task = true;
-    pool->task_fn = fn;
-    pool->task_arg = arg;
-    open_batch(pool, TASK, 1, 1, task_job, pool);
+    open_batch(pool, TASK, 1, 1, fn, arg);
     return true;
 }
 

@@ -40,12 +40,11 @@ void ibl_pool_begin(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg);
 bool ibl_pool_help(ibl_pool *pool, int i, ibl_tick_fn *tick, void *tick_arg);
 void ibl_pool_end(ibl_pool *pool);
 
-/* Gives a thread a task beside the batches. Returns false without effect if
- * there is no other thread or the last task was not finished. */
-typedef void ibl_task_fn(void *arg);
-bool ibl_pool_start(ibl_pool *pool, ibl_task_fn *fn, void *arg);
-/* Waits until the task has ended, or runs it here if no thread took it. No
- * effect without a task. */
+/* Gives a thread one job beside the batches. Returns false without effect if
+ * there is no other thread or the last one was not finished. */
+bool ibl_pool_start(ibl_pool *pool, ibl_job_fn *fn, void *arg);
+/* Waits until it has ended, or runs it here if no thread took it. No effect
+ * without one. */
 void ibl_pool_finish(ibl_pool *pool);
 
 #endif

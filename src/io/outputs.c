@@ -494,9 +494,11 @@ static ibl_status add_texture(ibl_outputs *out, const char *path,
 
 /* ---- writing on another thread --------------------------------------- */
 
-static void write_later(void *arg)
+static void write_later(void *arg, int job, int worker)
 {
     ibl_outputs *out = arg;
+    (void)job;
+    (void)worker;
     writing *w = &out->later;
     w->trouble = write_temporary(out, w->s, w->fd, &w->file);
     w->error = errno;
@@ -526,7 +528,7 @@ ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
         *size = w.file.size;
     out->later = w;
     if (!ibl_task_start(out->ctx, write_later, out))
-        write_later(out);
+        write_later(out, 0, 0);
     return IBL_OK;
 
 done:

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Joins textures to arrays and takes arrays apart. */
+/* Arrays of textures, layer by layer. */
 #include <string.h>
 
 #include "core/alloc.h"
@@ -25,34 +25,14 @@ static ibl_status begin(ibl_ctx *ctx, const ibl_texture *tex, int layers,
     return IBL_OK;
 }
 
-/* Copies count layers; in each level they are one block. */
-static void copy_layers(const ibl_texture *tex, int from, int count,
-                        ibl_texture *out, int to)
+/* Copies a layer. */
+static void copy_layer(const ibl_texture *tex, int from, ibl_texture *out,
+                       int to)
 {
     for (int l = 0; l < tex->levels; l++)
         memcpy(out->data + ibl_texture_layer_offset(out, l, to, 0),
                tex->data + ibl_texture_layer_offset(tex, l, from, 0),
-               (size_t)count * (size_t)tex->faces *
-                   ibl_texture_face_bytes(tex, l));
-}
-
-/* Copies the keys of tex that have the same value in all `count` layers. */
-static ibl_status add_keys(ibl_ctx *ctx, const ibl_texture *tex,
-                           const ibl_texture *const *layers, int count,
-                           ibl_texture *out)
-{
-    ibl_status status = IBL_OK;
-    for (int k = 0; k < tex->key_count && !status; k++) {
-        const ibl_key_value *pair = &tex->keys[k];
-        bool common = true;
-        for (int i = 0; i < count && common; i++) {
-            const char *value = ibl_texture_get(layers[i], pair->key);
-            common = value && !strcmp(value, pair->value);
-        }
-        if (common)
-            status = ibl_texture_set(ctx, out, pair->key, pair->value);
-    }
-    return status;
+               (size_t)tex->faces * ibl_texture_face_bytes(tex, l));
 }
 
 static bool is_alike(const ibl_texture *a, const ibl_texture *b)
@@ -60,56 +40,6 @@ static bool is_alike(const ibl_texture *a, const ibl_texture *b)
     return a->pixel == b->pixel && a->width == b->width &&
            a->height == b->height && a->levels == b->levels &&
            a->faces == b->faces;
-}
-
-static ibl_status check_alike(ibl_ctx *ctx, const ibl_texture *first,
-                              const ibl_texture *tex, int i)
-{
-    const ibl_status status = ibl_texture_check(ctx, tex);
-    if (status || is_alike(first, tex))
-        return status;
-    return ibl_fail(
-        ctx, IBL_ERR_ARGUMENT,
-        "texture %d of an array has %dx%d %s texels, %d levels and %d faces, "
-        "the first %dx%d %s, %d and %d: all must be alike",
-        i, tex->width, tex->height, ibl_pixel_name(tex->pixel), tex->levels,
-        tex->faces, first->width, first->height, ibl_pixel_name(first->pixel),
-        first->levels, first->faces);
-}
-
-ibl_status ibl_texture_array(ibl_ctx *ctx, const ibl_texture *const *layers,
-                             int count, ibl_texture *out)
-{
-    ibl_status status = IBL_OK;
-    int total = 0, premultiplied = 0;
-
-    if (!ctx || !layers || !out)
-        return ibl_missing(ctx, "ibl_texture_array: layers or out");
-    *out = (ibl_texture){0};
-    if (count < 1)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "an array of %d textures: must be 1 or more", count);
-    for (int i = 0; i < count; i++) {
-        status = check_alike(ctx, layers[0], layers[i], i);
-        if (status)
-            return status;
-        premultiplied |= layers[i]->premultiplied;
-        total += layers[i]->layers;
-        if (total > IBL_MAX_LAYERS)
-            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                            "an array of %d textures, %d layers in the first "
-                            "%d: the limit is %d",
-                            count, total, i + 1, IBL_MAX_LAYERS);
-    }
-    status = begin(ctx, layers[0], total, out);
-    out->premultiplied = premultiplied;
-    for (int i = 0, to = 0; i < count && !status; to += layers[i++]->layers)
-        copy_layers(layers[i], 0, layers[i]->layers, out, to);
-    if (!status)
-        status = add_keys(ctx, layers[0], layers, count, out);
-    if (status)
-        ibl_texture_free(out);
-    return status;
 }
 
 /* Checks that tex can be a layer. */
@@ -156,7 +86,7 @@ ibl_status ibl_texture_array_put(ibl_ctx *ctx, ibl_texture *array, int layer,
                         "layer %d of an array: its texels, size, levels or "
                         "faces are not the array's",
                         layer);
-    copy_layers(tex, 0, 1, array, layer);
+    copy_layer(tex, 0, array, layer);
     array->premultiplied |= tex->premultiplied;
     return IBL_OK;
 }
@@ -175,10 +105,11 @@ ibl_status ibl_texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer,
                         "layer %d of a texture: must be 0 to %d", layer,
                         tex->layers - 1);
     status = begin(ctx, tex, 1, out);
-    if (!status) {
-        copy_layers(tex, layer, 1, out, 0);
-        status = add_keys(ctx, tex, NULL, 0, out);
-    }
+    if (!status)
+        copy_layer(tex, layer, out, 0);
+    for (int i = 0; i < tex->key_count && !status; i++)
+        status =
+            ibl_texture_set(ctx, out, tex->keys[i].key, tex->keys[i].value);
     if (status)
         ibl_texture_free(out);
     return status;

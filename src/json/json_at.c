@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "json/json_load.h"
-#include "json/word_list.h"
+#include "json/text.h"
 
 bool ibl_json_open(ibl_json_file *file)
 {

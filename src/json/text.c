@@ -88,3 +88,21 @@ void ibl_number_text(double x, char text[IBL_NUMBER_BYTES])
         snprintf(text, IBL_NUMBER_BYTES, "%.*f",
                  decimals > exponent ? decimals - exponent : 0, x);
 }
+
+void ibl_names_text(const char *const *names, char *text, size_t size)
+{
+    *text = '\0';
+    for (int i = 0; names[i]; i++) {
+        const size_t used = strlen(text);
+        const char *between = i == 0 ? "" : names[i + 1] ? ", " : " or ";
+        snprintf(text + used, size - used, "%s%s", between, names[i]);
+    }
+}
+
+int ibl_names_find(const char *const *names, const char *word)
+{
+    for (int i = 0; names[i]; i++)
+        if (!strcmp(names[i], word))
+            return i;
+    return -1;
+}

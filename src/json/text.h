@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Text in memory, and numbers in it. */
+/* Text in memory, numbers in it, and lists of words, each ended by NULL. */
 #ifndef IBL_JSON_TEXT_H
 #define IBL_JSON_TEXT_H
 
@@ -29,5 +29,10 @@ enum {
 /* Prints the fewest digits that read back as the same double, with an exponent
  * only below 1e-5 and from 1e9 up. */
 void ibl_number_text(double x, char text[IBL_NUMBER_BYTES]);
+
+/* "a, b or c" */
+void ibl_names_text(const char *const *names, char *text, size_t size);
+/* The index of word in names; -1: not found. */
+int ibl_names_find(const char *const *names, const char *word);
 
 #endif
