@@ -231,7 +231,7 @@ $(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
 	    $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ $< \
 	    $$(pkg-config --libs OpenImageIO)
 
-# EXR's DWAA and DWAB, by the library of which OpenEXRCore is a part.
+# EXR's compressions but ZIP, by the library of which OpenEXRCore is a part.
 .PHONY: exr-bridge
 exr-bridge: $(if $(HAVE_CXX),$(EXR_BRIDGE))
 $(EXR_BRIDGE): src/io/bridge/openexr.cpp src/io/bridge/openexr.h
@@ -361,10 +361,10 @@ FUZZ_OPT := -O1 -gline-tables-only -fno-omit-frame-pointer \
             -fsanitize=address,undefined,float-cast-overflow
 FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
                      src/engine/*.c src/scene/*.c src/set/*.c) \
-          $(addprefix src/kern/,astc_hdr_block.c astc_hdr_decode.c \
+          $(addprefix src/kern/,astc_hdr_block.c \
             astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
             max_finite.c pixel.c rgbe.c) \
-          $(addprefix src/cli/,bake_options.c common_options.c probe_set.c probes_grid.c \
+          $(addprefix src/cli/,bake_options.c bake_rules.c common_options.c probe_set.c probes_grid.c \
             probes_options.c shell_words.c \
             targets.c verify.c) \
           $(addprefix src/view/,harmonics.c options.c probe_set.c \

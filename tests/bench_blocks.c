@@ -11,6 +11,7 @@
  * |d - t| / |t| of both, white being 10 %.
  */
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -44,22 +45,24 @@ static void read_texture(const char *name, ibl_texture *tex)
     must(!ibl_texture_read(ctx, path, tex, NULL), name);
 }
 
-static void add_size(void *sum, const void *bytes, size_t size)
-{
-    (void)bytes;
-    *(size_t *)sum += size;
-}
-
 /* ---- table ------------------------------------------------------------- */
 
+static double error_of(const ibl_pixel_error *e, bool relative)
+{
+    return relative ? e->relative : e->nrmse;
+}
+
 /* The geometric mean of e to the peer's over the levels, and the largest. */
-static void tell_ratio(const double *e, const double *peer)
+static void tell_ratio(const ibl_pixel_error *e, const ibl_pixel_error *peer,
+                       bool relative)
 {
     double sum = 0, worst = 0;
 
     for (int l = 0; l < exact.levels; l++) {
-        sum += log(e[2 * l] / peer[2 * l]);
-        worst = fmax(worst, e[2 * l] / peer[2 * l]);
+        const double ratio =
+            error_of(&e[l], relative) / error_of(&peer[l], relative);
+        sum += log(ratio);
+        worst = fmax(worst, ratio);
     }
     printf(" %.2f (%.2f) |", exp(sum / exact.levels), worst);
 }
@@ -68,12 +71,14 @@ static void tell(const char *name, ibl_texture *tex, double ms,
                  const ibl_pixel_error *peer)
 {
     ibl_pixel_error e[IBL_MAX_LEVELS];
-    size_t bytes = 0;
+    size_t bytes;
+    void *file;
 
     tex->zstd = 19;
     must(!ibl_texture_errors(ctx, tex, &exact, e) &&
-             !ibl_texture_visit(ctx, tex, IBL_CONTAINER_KTX2, add_size, &bytes),
+             !ibl_texture_encode(ctx, tex, IBL_CONTAINER_KTX2, &file, &bytes),
          name);
+    ibl_bytes_free(file);
     printf("| %s | %.2f | %.1f |", name, ms / 1e3, (double)bytes / 1e3);
     for (int l = 0; l < exact.levels; l++)
         printf(" %.2f", 100 * e[l].nrmse);
@@ -81,8 +86,8 @@ static void tell(const char *name, ibl_texture *tex, double ms,
     for (int l = 0; l < exact.levels; l++)
         printf(" %.2f", 100 * e[l].relative);
     printf(" |");
-    tell_ratio(&e[0].nrmse, &peer[0].nrmse);
-    tell_ratio(&e[0].relative, &peer[0].relative);
+    tell_ratio(e, peer, false);
+    tell_ratio(e, peer, true);
     printf("\n");
 }
 

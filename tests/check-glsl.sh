@@ -21,8 +21,6 @@ void main()
     uvec2 mask = ibl_tile_mask(tiles, gl_FragCoord.xy, 16);
     ibl_mix m = ibl_probes_blend(probes, mask, point);
     ibl_mix all = ibl_probes_blend(probes, count, point);
-    ibl_mix near = ibl_probes_near(probes, count, point, 3);
-    int nearest = ibl_probes_nearest(probes, count, point);
     ibl_mix seen = ibl_mix_none();
     vec3 light = m.rest * textureLod(sky, r, 0.0).rgb;
 
@@ -36,7 +34,7 @@ void main()
         light += m.weight[i] * color.rgb;
     }
     ibl_mix_end(seen);
-    color = vec4(light, seen.rest + all.rest + near.weight[0] + float(nearest));
+    color = vec4(light, seen.rest + all.rest);
     mask_of_tile = ibl_tile_cull(probes, count, clip, ivec2(1920, 1080), 16,
                                  ivec2(gl_FragCoord.xy));
 }

@@ -600,6 +600,18 @@ test_rotations_that_disagree() {
         --irradiance turned/env_irradiance.ktx2
 }
 
+# A set of files of two bakes is named, and one whole set is not.
+test_mixed_sets() {
+    iblbake -q $small env.exr -o out
+    iblbake -q $small env.exr -o other --tolerance .1
+    iblbake verify env.exr out 2>err >verdict
+    ! grep warning err
+    cp other/env_specular.ktx2 out
+    iblbake verify env.exr out 2>err >verdict
+    grep -q 'warning: out/env_specular.ktx2: is not the file that out/env.json' \
+        err || cat err
+}
+
 # Files say how many lights were taken out of what they are made from, by keys
 # or the sidecar; the skybox has them.
 test_lights() {

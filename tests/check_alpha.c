@@ -283,8 +283,8 @@ TEST(wild_values)
     }
     seen s = see(ctx, "wild.exr", IBL_ALPHA_FILE, 5, 1);
     CHECK(s.status == IBL_ERR_FORMAT);
-    CHECK_MSG(strstr(kept.text[0], "wild.exr: alpha is not finite in 2 pixels"),
-              "%s", kept.text[0]);
+    CHECK_MSG(strstr(kept.text[0], "alpha is not finite in 2"), "%s",
+              kept.text[0]);
     s = see(ctx, "wild.exr", IBL_ALPHA_IGNORE, 5, 1);
     CHECK(!s.status);
     /* One alone, or none. */

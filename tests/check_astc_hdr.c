@@ -19,19 +19,47 @@
 
 /* ---- decoding ---------------------------------------------------------- */
 
-/* Blocks of random bits, most of them with the start of a valid one. */
+/* What UASTC HDR allows: subsets, mode, levels of weights and of values. */
+static const int ways[][4] = {
+    {1, 7, 3, 256},  {1, 7, 4, 256},   {1, 7, 5, 256},   {1, 7, 6, 256},
+    {1, 7, 8, 256},  {1, 7, 10, 256},  {1, 7, 12, 256},  {1, 7, 16, 256},
+    {1, 11, 3, 256}, {1, 11, 4, 256},  {1, 11, 5, 256},  {1, 11, 6, 256},
+    {1, 11, 8, 256}, {1, 11, 10, 256}, {1, 11, 12, 256}, {1, 11, 16, 192},
+    {2, 7, 3, 256},  {2, 7, 4, 256},   {2, 7, 5, 192},   {2, 7, 6, 128},
+    {2, 7, 8, 80},   {2, 11, 3, 64},   {2, 11, 4, 40}};
+enum {
+    WAYS = sizeof ways / sizeof *ways
+};
+
+/* The first 17 or 29 bits of a block: 4x4 weights of a plane, subsets, a mode
+ * for all. Ranges by their number in ASTC's order, from that of 2 levels on. */
+static uint64_t header_of(const int way[4], unsigned pattern)
+{
+    static const int levels[] = {2, 3, 4, 5, 6, 8, 10, 12, 16};
+    unsigned range = 0;
+    while (levels[range] != way[2])
+        range++;
+    const unsigned fine = range >= 6, code = range + 2 - 6 * fine;
+    const uint64_t grid = code >> 1 | (code & 1) << 4 | 2u << 5 | fine << 9;
+    const uint64_t mode = (uint64_t)way[1];
+    return way[0] == 1 ? grid | mode << 13
+                       : grid | 1u << 11 | (uint64_t)pattern << 13 | mode << 25;
+}
+
+/* A block of random bits with the start of one of UASTC HDR; every fourth one
+ * has its kind of grid only, others nothing. */
 static void random_block(test_random *r, int kind, unsigned char *block)
 {
     ibl_bits128 b = {test_random_u64(r), test_random_u64(r)};
-    if (kind % 8 == 0)
-        b.low = (b.low & ~UINT64_C(0x7FF)) | 0x5FC;
-    if (kind % 8 == 1)
-        b.low = UINT64_C(0xFFFFFFFFFFFFFDFC) | (b.low & 0x200);
-    if (kind % 8 == 2)
-        b.low &= ~UINT64_C(0x1800); /* one subset */
-    if (kind % 8 > 2) /* a grid of 4x4, few weights, one mode for all */
-        b.low = (b.low & ~UINT64_C(0x18007EF)) | 0x042 |
-                (b.low & (kind % 8 == 3 ? 0x411 : 0x11));
+    const int *way = ways[kind / 2 % WAYS];
+    const int bits = way[0] == 1 ? 17 : 29;
+    if (kind % 2)
+        b.low =
+            header_of(way, (unsigned)(b.high & 1023)) | b.low >> bits << bits;
+    else if (kind % 4)
+        b.low = (b.low & ~UINT64_C(0x5EC)) | 0x40;
+    if (kind % 50 == 0)
+        b.low = UINT64_C(0xFFFFFFFFFFFFFFFC);
     ibl_bits128_store(b, block);
 }
 
@@ -59,7 +87,8 @@ static int is_nan(unsigned half)
     return (half & 0x7FFF) > 0x7C00;
 }
 
-/* Of an invalid block it makes NaN. Halves that are NaN it may change. */
+/* Of blocks of UASTC HDR all are read, of others none is. Of an invalid block
+ * astcenc makes NaN. Halves that are NaN it may change. */
 TEST(decodes_as_astcenc)
 {
     test_random r = {3};
@@ -79,13 +108,18 @@ TEST(decodes_as_astcenc)
         for (int k = 0; k < 48; k++) {
             const unsigned char *h = p + k / 3 * 8 + k % 3 * 2;
             const unsigned want = (unsigned)(h[0] | h[1] << 8);
-            wrong += is_nan(want) ? ok && !is_nan(t[k / 3][k % 3])
-                                  : !ok || want != t[k / 3][k % 3];
+            wrong += is_nan(want) ? !is_nan(t[k / 3][k % 3])
+                                  : want != t[k / 3][k % 3];
+        }
+        if (!ok) {
+            const uint16_t none[16][3] = {{0}};
+            CHECK_MSG(i % 2 == 0 && !memcmp(t, none, sizeof t), "block %d", i);
+            wrong = 0;
         }
         valid += ok;
         CHECK_MSG(!wrong, "block %d, valid %d: %d differ", i, ok, wrong);
     }
-    CHECK(valid > BLOCKS / 3);
+    CHECK(valid > BLOCKS / 2 && valid < BLOCKS * 6 / 10);
 }
 
 /* ---- encoding ---------------------------------------------------------- */
@@ -174,7 +208,7 @@ static void make_block(test_random *r, int kind, float t[16][3])
 /* Whether all ends are below Inf: the largest is 3967 of 12 bits. */
 static int finite_ends(const ibl_astc_block *b)
 {
-    const int each = b->mode[0] == 7 ? 4 : 6;
+    const int each = b->mode == 7 ? 4 : 6;
     int largest = 0;
     for (int s = 0; s < b->subsets; s++) {
         unsigned char v[6];
@@ -182,26 +216,15 @@ static int finite_ends(const ibl_astc_block *b)
         for (int i = 0; i < each; i++)
             v[i] = (unsigned char)ibl_ise_endpoint(b->value_range,
                                                    b->value[each * s + i]);
-        if (each == 4)
-            ibl_astc_scale_endpoints(v, e);
-        else
-            ibl_astc_direct_endpoints(v, e);
+        ibl_astc_line_ends(b->mode, v, e);
         for (int i = 0; i < 6; i++)
             largest = e[i / 3][i % 3] > largest ? e[i / 3][i % 3] : largest;
     }
     return largest <= 3967;
 }
 
-/* What UASTC HDR allows: subsets, mode, levels of weights and of values. */
 static int allowed(const unsigned char *block)
 {
-    static const int ways[][4] = {
-        {1, 7, 3, 256},  {1, 7, 4, 256},   {1, 7, 5, 256},   {1, 7, 6, 256},
-        {1, 7, 8, 256},  {1, 7, 10, 256},  {1, 7, 12, 256},  {1, 7, 16, 256},
-        {1, 11, 3, 256}, {1, 11, 4, 256},  {1, 11, 5, 256},  {1, 11, 6, 256},
-        {1, 11, 8, 256}, {1, 11, 10, 256}, {1, 11, 12, 256}, {1, 11, 16, 192},
-        {2, 7, 3, 256},  {2, 7, 4, 256},   {2, 7, 5, 192},   {2, 7, 6, 128},
-        {2, 7, 8, 80},   {2, 11, 3, 64},   {2, 11, 4, 40}};
     static const short patterns[] = {
         28, 20, 16,  29,  91, 9,   107, 72,  149, 204, 50,  114, 496, 17,
         78, 39, 252, 828, 43, 156, 116, 210, 476, 273, 684, 359, 246};
@@ -211,13 +234,10 @@ static int allowed(const unsigned char *block)
 
     if (bits.low == UINT64_C(0xFFFFFFFFFFFFFFFC))
         return 1;
-    if (!ibl_astc_unpack(bits, &b) || b.width != 4 || b.height != 4 ||
-        b.planes != 1 || (b.subsets == 2 && b.mode[0] != b.mode[1]))
+    if (!ibl_astc_unpack(bits, &b) || !finite_ends(&b))
         return 0;
-    if (!finite_ends(&b))
-        return 0;
-    for (size_t i = 0; i < sizeof ways / sizeof *ways; i++)
-        found |= ways[i][0] == b.subsets && ways[i][1] == b.mode[0] &&
+    for (size_t i = 0; i < WAYS; i++)
+        found |= ways[i][0] == b.subsets && ways[i][1] == b.mode &&
                  ways[i][2] == ibl_ise_levels(b.weight_range) &&
                  ways[i][3] == ibl_ise_levels(b.value_range);
     for (int i = 0; b.subsets == 2; i++) {
@@ -398,11 +418,11 @@ static void set_bytes(const char *hex, unsigned char *bytes)
 static int lines_of(const ibl_astc_tables *tb, const ibl_astc_block *b,
                     const ibl_astc_way **way, ibl_astc_line l[2])
 {
-    const int each = b->mode[0] == 7 ? 4 : 6;
+    const int each = b->mode == 7 ? 4 : 6;
     int p = 0;
     for (int i = 0; i < IBL_ASTC_WAYS; i++)
         if (ibl_astc_ways[i].subsets == b->subsets &&
-            ibl_astc_ways[i].mode == b->mode[0] &&
+            ibl_astc_ways[i].mode == b->mode &&
             ibl_astc_ways[i].weight_range == b->weight_range)
             *way = &ibl_astc_ways[i];
     for (int i = 0; i < b->values; i++)
@@ -458,10 +478,6 @@ static double error_as_bc6h(const float *texels, const unsigned char *block)
 TEST(as_bc6h)
 {
     static const char *const blocks[][2] = {
-        {"42e2785585be0100848015cadba1bfe5",
-         "e39a71c0e92d39e3aefd85db53a80121"},
-        {"42e222d02a0d0100e2bd127de27decb5",
-         "6bd561a185f75e7b55c841b841b742b8"},
         {"5162b504b7fe587901004036e36a9188",
          "c3c205df8babaeb500001122aabaffff"},
         {"5162ed883a887f0681bab5aeab1f5e36",
@@ -484,12 +500,6 @@ TEST(as_bc6h)
          "e133104239eed8e38e05330f9d499168"},
         {"5328024ec8b73881ef3ca0d4ed70d2ee",
          "32ed35d9f6c1d31f62bd1169e36f570a"},
-        {"42885556c3bf145a18e4d41201436bab",
-         "98b1c824732979a357332b5dd205fea3"},
-        {"4288037657173d96bcec2a1e33333333",
-         "81a20a2f298260c1a506f0033ff0033f"},
-        {"428803169cec7d16be23921929a36bd9",
-         "b2acb2c7aedd522c781ca04a2ddae3ad"},
     };
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) {
         unsigned char astc[16], bc6h[16];

@@ -130,7 +130,7 @@ static ibl_encode_blocks_fn *encoder(ibl_isa isa)
 }
 
 /* Weights of a texel's squared distance, as in bc6h_encode.c. */
-static void find_weights(const float t[3 * N], bool best, double weights[N])
+static void find_weights(const float t[3 * N], double weights[N])
 {
     double sizes[N], sum = 0;
     for (int i = 0; i < N; i++) {
@@ -141,8 +141,7 @@ static void find_weights(const float t[3 * N], bool best, double weights[N])
     }
     for (int i = 0; i < N; i++) {
         const double share = sizes[i] / (sum + 0x1p-28);
-        weights[i] =
-            (1 + (best ? 48 : 512) * share * share) / (sizes[i] + 0x1p-32);
+        weights[i] = (1 + 512 * share * share) / (sizes[i] + 0x1p-32);
     }
 }
 
@@ -157,40 +156,30 @@ static double texel_error(const float t[3 * N], const double *d, int i,
     return error;
 }
 
-/* The error that the encoder minimises, the best quality as a sum of roots. */
-static double error_of(const float t[3 * N], const double d[3 * N], bool best)
+/* The error that the encoder minimises. */
+static double error_of(const float t[3 * N], const double d[3 * N])
 {
     double weights[N], sum = 0;
-    find_weights(t, best, weights);
-    for (int i = 0; i < N; i++) {
-        const double e = texel_error(t, d + 3 * i, i, weights);
-        sum += best ? sqrt(e) : e;
-    }
+    find_weights(t, weights);
+    for (int i = 0; i < N; i++)
+        sum += texel_error(t, d + 3 * i, i, weights);
     return sum;
 }
 
-/* That of the best block of one colour: a weighted mean or, by repeated means,
- * a weighted median. */
-static double flat_error(const float t[3 * N], bool best)
+/* That of the best block of one colour, a weighted mean. */
+static double flat_error(const float t[3 * N])
 {
-    double weights[N], flat[3 * N], mean[3] = {0};
-    find_weights(t, best, weights);
-    for (int k = 0; k < (best ? 1000 : 1); k++) {
-        double sum = 0, next[3] = {0};
-        for (int i = 0; i < N; i++) {
-            const double e = texel_error(t, mean, i, weights);
-            const double w = best ? weights[i] / sqrt(e + 1e-20) : weights[i];
-            sum += w;
-            for (int c = 0; c < 3; c++)
-                next[c] += w * (double)t[3 * i + c];
-        }
+    double weights[N], flat[3 * N], mean[3] = {0}, sum = 0;
+    find_weights(t, weights);
+    for (int i = 0; i < N; i++) {
+        sum += weights[i];
         for (int c = 0; c < 3; c++)
-            mean[c] = next[c] / sum;
+            mean[c] += weights[i] * (double)t[3 * i + c];
     }
     for (int i = 0; i < 3 * N; i++)
-        flat[i] =
-            (double)ibl_half_to_float(ibl_half_from_float((float)mean[i % 3]));
-    return error_of(t, flat, best);
+        flat[i] = (double)ibl_half_to_float(
+            ibl_half_from_float((float)(mean[i % 3] / sum)));
+    return error_of(t, flat);
 }
 
 /* Encodes and decodes a block; finite, whatever it is. */
@@ -328,12 +317,10 @@ TEST(never_worse_than_flat)
         double d[3][3 * N];
         make_block(&r, k % KINDS, t);
         for (int q = 0; q < 3; q++) {
-            const bool best = q == IBL_QUALITY_BEST;
             round_trip(t, q, d[q]);
-            const double e = error_of(t, d[q], best);
-            const double flat = flat_error(t, best);
-            const double worse = q ? error_of(t, d[q - 1], best) : INFINITY;
-            CHECK_MSG(e <= fmin(flat, worse) * (best ? 1.001 : 1.0001),
+            const double e = error_of(t, d[q]), flat = flat_error(t);
+            const double worse = q ? error_of(t, d[q - 1]) : INFINITY;
+            CHECK_MSG(e <= fmin(flat, worse) * 1.0001,
                       "kind %d, %s: %g, flat %g, lower quality %g", k % KINDS,
                       qualities[q], e, flat, worse);
         }
@@ -370,7 +357,7 @@ TEST(anchors)
             t[i] = (float)test_random_between(&r, 1 - noise, 1 + noise);
         round_trip(t, IBL_QUALITY_NORMAL, d[0]);
         round_trip(t, IBL_QUALITY_BEST, d[1]);
-        const double e = error_of(t, d[1], true), at = error_of(t, d[0], true);
+        const double e = error_of(t, d[1]), at = error_of(t, d[0]);
         CHECK_MSG(e <= at * 1.1, "block %d: %g, normal %g", k, e, at);
     }
 }

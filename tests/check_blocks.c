@@ -432,6 +432,22 @@ TEST(signed_blocks)
     }
 }
 
+/* Of ASTC only what UASTC HDR has is read: here a block of 4x4 weights and LDR
+ * colours is among its blocks, and others are named. */
+TEST(other_astc)
+{
+    const ibl_cube cube = make_cube(16, 2);
+    ibl_texture tex =
+        encode(ctx, &cube, IBL_PIXEL_ASTC4X4HDR, IBL_QUALITY_FAST);
+    ibl_cube back;
+    tex.data[16 * 5] = 0x42;
+    tex.data[16 * 5 + 1] = 0;
+    CHECK(ibl_texture_to_cube(quiet, &tex, &back) == IBL_ERR_UNSUPPORTED);
+    CHECK(test_said(&kept, "UASTC HDR") && !back.data);
+    CHECK(ibl_texture_unblock(quiet, &tex) == IBL_ERR_UNSUPPORTED);
+    CHECK(tex.pixel == IBL_PIXEL_ASTC4X4HDR);
+}
+
 /* Rows cannot be turned over inside of blocks. */
 TEST(bottom_up)
 {

@@ -210,7 +210,8 @@ TEST(damaged_ones_are_refused_in_one_line)
         {"echo '[]' >bad.json", "expected an object", IBL_ERR_FORMAT},
         {"cp set.json bad.json", "is a set to bake", IBL_ERR_FORMAT},
         {"sed 's/\"version\": 1,/\"version\": 2,/' sums/index.json >bad.json",
-         "bad.json: version: expected 1, found 2", IBL_ERR_FORMAT},
+         "bad.json: version: expected 1 (bake the set again), found 2",
+         IBL_ERR_FORMAT},
         {"sed 's/: \"small\"/: 7/' sums/index.json >bad.json",
          "bad.json: probes[1].name: expected a string that is not empty, "
          "found 7",

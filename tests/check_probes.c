@@ -143,7 +143,7 @@ TEST(influence_everywhere)
     }
 }
 
-/* ---- order, nearest ----------------------------------------------------- */
+/* ---- order -------------------------------------------------------------- */
 
 TEST(order_by_definition)
 {
@@ -176,48 +176,6 @@ TEST(order_by_definition)
     ibl_probes_order(probes, 0, NULL);
 }
 
-TEST(nearest_by_brute_force)
-{
-    test_random r = {3};
-    ibl_probe probes[MOST];
-    double p[3];
-
-    CHECK(ibl_probes_nearest(NULL, 0, (double[]){0, 0, 0}) == -1);
-    for (int n = 0; n < 5000; n++) {
-        const int count = random_set(&r, probes);
-        int nearest = 0;
-
-        if (count > 1 && n % 3 == 0)
-            memcpy(probes[count - 1].position, probes[0].position,
-                   sizeof probes[0].position);
-        random_point(&r, 3, p);
-        for (int i = 1; i < count; i++) {
-            if (length3(p, probes[i].position) <
-                length3(p, probes[nearest].position))
-                nearest = i;
-        }
-        CHECK(ibl_probes_nearest(probes, count, p) == nearest);
-    }
-}
-
-/* ---- k nearest ---------------------------------------------------------- */
-
-/* Distances in rising order, then infinity. */
-static void sorted_distances(const ibl_probe *probes, int count,
-                             const double p[3], long double *d)
-{
-    for (int i = 0; i < MOST + 2; i++)
-        d[i] = HUGE_VALL;
-    for (int i = 0; i < count; i++) {
-        const long double mine = length3(p, probes[i].position);
-        int at = i;
-
-        for (; at > 0 && d[at - 1] > mine; at--)
-            d[at] = d[at - 1];
-        d[at] = mine;
-    }
-}
-
 static void dense(const ibl_probe_mix *mix, double *weights)
 {
     memset(weights, 0, MOST * sizeof *weights);
@@ -240,72 +198,6 @@ static void check_mix(const ibl_probe_mix *mix, int count)
         sum += mix->weight[i];
     }
     CHECK_NEAR(sum, 1, 1e-15);
-}
-
-TEST(near_by_definition)
-{
-    test_random r = {4};
-    ibl_probe probes[MOST];
-    ibl_probe_mix mix;
-    long double d[MOST + 2];
-    double p[3], weights[MOST];
-
-    for (int n = 0; n < 5000; n++) {
-        const int count = random_set(&r, probes), k = 1 + n % IBL_MAX_PROBES_AT;
-        long double sum = 0;
-
-        random_point(&r, 3, p);
-        sorted_distances(probes, count, p, d);
-        ibl_probes_near(probes, count, p, k, &mix);
-        check_mix(&mix, count);
-        CHECK(mix.rest == 0 && mix.count == (count < k ? count : k));
-        dense(&mix, weights);
-        for (int i = 0; i < k && i < count; i++) {
-            CHECK_NEAR((double)length3(p, probes[mix.probe[i]].position),
-                       (double)d[i], 1e-14);
-            sum += powl(1 / d[i] - 1 / d[k], 2);
-        }
-        for (int i = 0; i < count; i++) {
-            const long double mine = length3(p, probes[i].position);
-            const long double w = powl(fmaxl(1 / mine - 1 / d[k], 0), 2) / sum;
-            CHECK_NEAR(weights[i], (double)w, 1e-12);
-        }
-    }
-}
-
-TEST(near_at_special_points)
-{
-    ibl_probe probes[8] = {0};
-    ibl_probe_mix mix;
-
-    ibl_probes_near(NULL, 0, (double[]){1, 2, 3}, 4, &mix);
-    CHECK(mix.count == 0 && mix.rest == 1);
-    for (int i = 0; i < 8; i++) {
-        for (int k = 0; k < 3; k++)
-            probes[i].position[k] = i >> k & 1;
-    }
-    /* On one, the others have nothing. */
-    ibl_probes_near(probes, 8, probes[5].position, 4, &mix);
-    check_mix(&mix, 8);
-    CHECK(mix.probe[0] == 5 && mix.weight[0] == 1);
-    /* In the middle of the cell: equal, whichever they are. */
-    for (int k = 1; k <= 4; k++) {
-        ibl_probes_near(probes, 8, (double[]){.5, .5, .5}, k, &mix);
-        check_mix(&mix, 8);
-        for (int i = 0; i < k; i++)
-            CHECK(mix.probe[i] == i && mix.weight[i] == 1.0 / k);
-    }
-    /* Two at one place share. */
-    memcpy(probes[3].position, probes[5].position, sizeof probes[5].position);
-    ibl_probes_near(probes, 8, probes[5].position, 4, &mix);
-    check_mix(&mix, 8);
-    CHECK(mix.probe[0] == 3 && mix.weight[0] == 0.5);
-    CHECK(mix.probe[1] == 5 && mix.weight[1] == 0.5);
-    /* k out of range is taken into it. */
-    ibl_probes_near(probes, 8, (double[]){.1, .2, .3}, 99, &mix);
-    CHECK(mix.count == IBL_MAX_PROBES_AT);
-    ibl_probes_near(probes, 8, (double[]){.1, .2, .3}, -1, &mix);
-    CHECK(mix.count == 1 && mix.weight[0] == 1);
 }
 
 /* ---- volumes ------------------------------------------------------------ */
@@ -419,21 +311,6 @@ static void step_from(test_random *r, const double p[3], double step,
         q[i] = p[i] + d[i] * (step / length);
 }
 
-/* The bound of the header, the worst within a step of the point; 0 for none. */
-static double near_slope(const ibl_probe *probes, int count, const double p[3],
-                         int k, double step)
-{
-    long double d[MOST + 2];
-
-    sorted_distances(probes, count, p, d);
-    const double reach = (double)d[k], gap = (double)(d[k] - d[0]) - 2 * step;
-    const double second = (double)d[1] - step;
-
-    if (gap <= 0 || second <= 0)
-        return 0;
-    return 8 * (k - 1) / second * (isinf(reach) ? 1 : (reach + step) / gap);
-}
-
 /* The sum of 1.5 / blend over the probes whose width is within a step. */
 static double blend_slope(const ibl_probe *probes, int count, const double p[3],
                           double step)
@@ -448,9 +325,9 @@ static double blend_slope(const ibl_probe *probes, int count, const double p[3],
     return slope;
 }
 
-/* Weights are no steeper than ibl/probes.h says, of the k nearest and (k = 0)
- * by volumes, but where many have a share. */
-static void walk(test_random *r, int k, double step, int counts[2])
+/* Weights are no steeper than ibl/probes.h says, but where many have a share.
+ */
+static void walk(test_random *r, double step, int counts[2])
 {
     ibl_probe probes[MOST];
     ibl_probe_mix mix[2];
@@ -461,21 +338,17 @@ static void walk(test_random *r, int k, double step, int counts[2])
     int order[MOST];
 
     ibl_probes_order(probes, count, order);
-    random_point(r, k ? 3 : 2, p[0]);
+    random_point(r, 2, p[0]);
     for (int i = 0; i <= 200; i++) {
         const int now = i % 2, before = !now;
-        const double slope = k ? near_slope(probes, count, p[before], k, step)
-                               : blend_slope(probes, count, p[before], step);
+        const double slope = blend_slope(probes, count, p[before], step);
         if (i > 0)
             step_from(r, p[before], step, d, p[now]);
-        if (k)
-            ibl_probes_near(probes, count, p[now], k, &mix[now]);
-        else
-            ibl_probes_blend(probes, count, order, p[now], NULL, &mix[now]);
+        ibl_probes_blend(probes, count, order, p[now], NULL, &mix[now]);
         dense(&mix[now], weight[now]);
-        crowd[now] = !k && true_shares(probes, count, order, p[now], NULL,
-                                       share) > IBL_MAX_PROBES_AT;
-        if (i == 0 || (k && slope <= 0))
+        crowd[now] = true_shares(probes, count, order, p[now], NULL, share) >
+                     IBL_MAX_PROBES_AT;
+        if (i == 0)
             continue;
         counts[0]++;
         for (int j = 0; j < count && !crowd[0] && !crowd[1]; j++) {
@@ -484,21 +357,17 @@ static void walk(test_random *r, int k, double step, int counts[2])
                       "weight steps by %g, at most %g", moves, slope * step);
             counts[1] += (weight[0][j] > 0) != (weight[1][j] > 0);
         }
-        if (!k)
-            CHECK(fabs(mix[0].rest - mix[1].rest) <= slope * step + 1e-12);
+        CHECK(fabs(mix[0].rest - mix[1].rest) <= slope * step + 1e-12);
     }
 }
 
 TEST(walks)
 {
     test_random r = {5};
-    int near[2] = {0}, blend[2] = {0};
+    int blend[2] = {0};
 
-    for (int n = 0; n < 400; n++)
-        walk(&r, 2 + n % 3, 3e-3, near);
     for (int n = 0; n < 600; n++)
-        walk(&r, 0, 2e-3, blend);
-    CHECK_MSG(near[0] > 60000 && near[1] > 100, "%d, %d", near[0], near[1]);
+        walk(&r, 2e-3, blend);
     CHECK_MSG(blend[0] > 60000 && blend[1] > 100, "%d, %d", blend[0], blend[1]);
 }
 
@@ -578,8 +447,6 @@ TEST(no_nan)
         }
         ibl_probes_order(probes, 6, order);
         ibl_probes_blend(probes, 6, order, p, NULL, &mix);
-        check_mix(&mix, 6);
-        ibl_probes_near(probes, 6, p, 1 + n % 4, &mix);
         check_mix(&mix, 6);
     }
     CHECK_MSG(corrected > rounds, "%d", corrected);

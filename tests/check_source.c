@@ -143,8 +143,7 @@ static bool save_wild(const char *name)
     return ok;
 }
 
-/* A flat or run-length encoded picture of W x H scanlines in any orientation;
- * without normalised pixels, so that much looks like codes unless plain. */
+/* A flat or run-length encoded picture of W x H scanlines in any order. */
 static void save_hdr(const char *path, const char *resolution, bool coded)
 {
     test_random r = {6};

@@ -47,8 +47,7 @@ enum {
     NUMBERS,
     BENT,
     KINDS,
-    GRADIENT = KINDS,
-    OCTAHEDRAL, /* lod and edge for roughness and metallic */
+    OCTAHEDRAL = KINDS, /* lod and edge for roughness and metallic */
     EQUIRECT
 };
 
@@ -616,67 +615,6 @@ TEST(flat_maps_in_hlsl)
     begin();
     flat_lookups(IBL_PROJECTION_OCTAHEDRAL, use_hlsl);
     flat_lookups(IBL_PROJECTION_EQUIRECT, use_hlsl);
-}
-
-/* Without anisotropic filtering the level of textureGrad is that of the longer
- * step. It is the table's for steps of equal length, and for others higher by
- * the logarithm of the taps, each as long as a texel. */
-TEST(gradient)
-{
-    const ibl_texel_options as = {.pixel = IBL_PIXEL_RGBA32F};
-    const double lod = 1.25;
-    double worst = 0;
-
-    begin();
-    bake();
-    ibl_texture *tex = &set->set.texture[VIEW_SPECULAR];
-    const ibl_cube cube = set->specular;
-    for (int l = 0; l < cube.levels; l++) /* each is its number */
-        for (int i = 0; i < 18 * (cube.size >> l) * (cube.size >> l); i++)
-            ibl_cube_face(&cube, l, 0)[i] = (float)l;
-    ibl_texture_free(tex);
-    NEED(!ibl_texture_from_cube(shade_ctx(), &cube, &as, tex, NULL));
-    for (int i = 0; i < LAYERS * TABLE * TABLE; i++)
-        on.texels[i][1] = (float)(lod / (cube.levels - 1));
-    for (int k = 0; k < 3; k++) {
-        const double half = 0.05 * k;
-        for (int i = 0; i < LAYERS * TABLE * TABLE; i++)
-            on.texels[i][3] = (float)half;
-        random_points(5);
-        for (int i = 0; i < COUNT; i++)
-            on.points[A][i][2] = (float)GRADIENT;
-        use_glsl();
-        draw();
-        for (int i = 0; i < COUNT; i++) {
-            double n[3], v[3], r[3], tap[2][3], length = 0;
-            widen(on.points[NORMAL][i], n);
-            widen(on.points[VIEW][i], v);
-            for (int c = 0; c < 3; c++)
-                r[c] = 2 * test_dot(n, v) * n[c] - v[c];
-            int major = 0;
-            for (int c = 1; c < 3; c++)
-                if (fabs(r[c]) > fabs(r[major]))
-                    major = c;
-            for (int c = 0; c < 6; c++)
-                tap[c / 3][c % 3] =
-                    mix(r[c % 3], n[c % 3], c < 3 ? -1e-4 : 1e-4);
-            for (int c = 0; c < 3; c++) {
-                const double d =
-                    tap[1][c] / tap[1][major] - tap[0][c] / tap[0][major];
-                length += d * d;
-            }
-            /* in texels of the level; four taps stand for 8 / 3 halves */
-            length =
-                sqrt(length) / 2e-4 * half * 8 / 3 * cube.size / 2 / exp2(lod);
-            const double taps = fmin(fmax(1, floor(length + 0.5)), 16);
-            if (fabs(length - floor(length) - 0.5) > 0.01)
-                worst =
-                    fmax(worst, fabs((double)on.seen[i][3] -
-                                     fmin(lod + log2(taps), cube.levels - 1)));
-        }
-    }
-    test_measured("level", worst, 0.06);
-    CHECK_MSG(worst < 0.06, "a level is off by %g", worst);
 }
 
 /* Under a constant sky every lobe sees that constant, to rounding. */

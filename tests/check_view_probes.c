@@ -18,17 +18,17 @@ enum {
     MOST = IBL_MAX_TILE_PROBES
 };
 
-/* what: 0 blend of count, 1 of a mask, 2 the k nearest: part 0 and 2 weights, 1
- * and 3 probes, 4 rest, count and the nearest. 3 parallax, 4 a tile's mask. */
+/* what: 0 blend of count, 1 of a mask: part 0 and 2 weights, 1 and 3 probes, 4
+ * rest and count. 3 parallax, 4 a tile's mask. */
 static const char fragment_text[] =
     "uniform samplerBuffer probes;\n"
     "uniform usampler2D mask;\n"
     "uniform sampler2D points, directions, camera;\n"
-    "uniform int what, part, count, k, width, height, tile;\n"
+    "uniform int what, part, count, width, height, tile;\n"
     "out vec4 result;\n"
-    "vec4 of_mix(ibl_mix m, int nearest)\n"
+    "vec4 of_mix(ibl_mix m)\n"
     "{\n"
-    "    vec4 v = vec4(m.rest, m.count, nearest, 0);\n"
+    "    vec4 v = vec4(m.rest, m.count, 0, 0);\n"
     "    for (int i = 0; i < 4 && part < 4; i++)\n"
     "        v[i] = 4 * (part / 2) + i >= m.count ? 0.0\n"
     "             : part % 2 == 0 ? m.weight[4 * (part / 2) + i]\n"
@@ -41,13 +41,10 @@ static const char fragment_text[] =
     "    vec3 point = texelFetch(points, at, 0).xyz;\n"
     "    vec3 lookup;\n"
     "    if (what == 0) {\n"
-    "        result = of_mix(ibl_probes_blend(probes, count, point), -1);\n"
+    "        result = of_mix(ibl_probes_blend(probes, count, point));\n"
     "    } else if (what == 1) {\n"
     "        uvec2 m = ibl_tile_mask(mask, gl_FragCoord.xy, 16);\n"
-    "        result = of_mix(ibl_probes_blend(probes, m, point), -1);\n"
-    "    } else if (what == 2) {\n"
-    "        result = of_mix(ibl_probes_near(probes, count, point, k),\n"
-    "                        ibl_probes_nearest(probes, count, point));\n"
+    "        result = of_mix(ibl_probes_blend(probes, m, point));\n"
     "    } else if (what == 3) {\n"
     "        bool hit = ibl_probe_parallax(\n"
     "            ibl_probe_fetch(probes, 0), point,\n"
@@ -212,7 +209,6 @@ static void widen(const float v[4], double d[3])
 typedef struct mixes {
     double weight[PIXELS][MOST];
     double rest[PIXELS];
-    int nearest[PIXELS];
 } mixes;
 
 static void draw_mixes(int what, mixes *m)
@@ -231,10 +227,8 @@ static void draw_mixes(int what, mixes *m)
         }
     }
     draw(what, IBL_MAX_PROBES_AT / 2);
-    for (int i = 0; i < PIXELS; i++) {
+    for (int i = 0; i < PIXELS; i++)
         m->rest[i] = (double)on.seen[i][0];
-        m->nearest[i] = (int)on.seen[i][2];
-    }
 }
 
 /* The largest difference to the shader's, of weights and rest. */
@@ -295,88 +289,6 @@ TEST(blends)
     /* Slopes to 15 a unit, at coordinates to 5, by some roundings. */
     CHECK_MSG(!(worst > 1e-5), "differs by %g", worst);
     CHECK(full > 500);
-}
-
-/* Whether the k + 1 nearest are far enough apart for float: what rounding does
- * to weights is that of distances, 1e-6, times their slope. */
-static double near_error(const ibl_probe *probes, int count, const double p[3],
-                         int k)
-{
-    double d[MOST + 1];
-
-    for (int i = 0; i < count; i++) {
-        const double mine = hypot(
-            hypot(probes[i].position[0] - p[0], probes[i].position[1] - p[1]),
-            probes[i].position[2] - p[2]);
-        int at = i;
-        for (; at > 0 && d[at - 1] > mine; at--)
-            d[at] = d[at - 1];
-        d[at] = mine;
-    }
-    const double reach = count > k ? d[k] : 1e9;
-    const double second = count > 1 ? d[1] : 1;
-    return 1e-6 + 1e-6 * 24 * reach / (second * (reach - d[0]));
-}
-
-/* Of those that are as near the first, with equal shares. */
-static void check_equally_near(mixes *m, int k)
-{
-    enum {
-        COUNT = 6
-    };
-    int bad = 0;
-
-    for (int i = 0; i < COUNT; i++) {
-        on.probes[i] = (ibl_probe){.position = {0.25, -0.5, 1}};
-        on.order[i] = i;
-    }
-    upload_probes(COUNT);
-    set("k", k);
-    draw_mixes(2, m);
-    for (int i = 0; i < PIXELS; i++) {
-        bad += m->nearest[i] != 0;
-        for (int n = 0; n < COUNT; n++)
-            bad += !(fabs(m->weight[i][n] - (n < k ? 1.0 / k : 0)) < 1e-6);
-    }
-    CHECK_MSG(!bad, "%d wrong of %d nearest", bad, k);
-}
-
-TEST(nearest_ones)
-{
-    mixes *m = test_alloc(1, sizeof *m);
-    test_random r = {3};
-    ibl_probe_mix mix;
-    double p[3];
-    int compared = 0;
-
-    begin();
-    for (int n = 0; n < (TEST_SANITIZED ? 4 : 6); n++) {
-        const int count = test_random_below(&r, 16), k = 1 + n % 4;
-        random_probes(&r, count, false);
-        random_texels(&r, on.points, 2.5);
-        for (int i = 0; i < 3 && count > 0; i++)
-            on.points[7][i] = (float)on.probes[0].position[i];
-        upload(POINTS, EDGE, EDGE, on.points);
-        upload_probes(count);
-        set("k", k);
-        draw_mixes(2, m);
-        for (int i = 0; i < PIXELS; i++) {
-            widen(on.points[i], p);
-            ibl_probes_near(on.probes, count, p, k, &mix);
-            const double error = near_error(on.probes, count, p, k);
-            const int nearest = ibl_probes_nearest(on.probes, count, p);
-            CHECK((nearest < 0) == (m->nearest[i] < 0));
-            if (error > 1e-3)
-                continue;
-            compared++;
-            CHECK(nearest < 0 || on.order[m->nearest[i]] == nearest);
-            CHECK_MSG(!(differ(m, i, &mix) > error), "differs by %g of %g",
-                      differ(m, i, &mix), error);
-        }
-    }
-    CHECK(compared > 10000);
-    for (int k = 1; k <= 4; k++)
-        check_equally_near(m, k);
 }
 
 /* Within, on the wall, a hair outside, outside, where numbers are exact in

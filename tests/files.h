@@ -28,7 +28,7 @@ bool file_save_pfm(const char *path, const ibl_image *img);
 /* Writes uncompressed OpenEXR floats B, G, R, and A if alpha is not NULL. */
 bool file_save_exr(const char *path, const ibl_image *img, const float *alpha);
 
-/* All rows, in calls of a few at a time, and what was found in each. */
+/* All rows, in calls of a few at a time. */
 ibl_status file_read_rows(ibl_rows *rows, ibl_image *img);
 
 /* A file of this build, beside the folder of the test programs; NULL if it is

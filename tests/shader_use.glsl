@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Every function of ibl/ibl.glsl, for check_view_ibl and check-glsl.sh, which
 // make HLSL of it as well.
-// a: roughness, metallic, kind, radius of a light; n.w: F0. Of kinds 12 and 13,
+// a: roughness, metallic, kind, radius of a light; n.w: F0. Of kinds 11 and 12,
 // flat maps in place of brdf: lod, edge, kind.
 vec4 seen_by(samplerCube specular, samplerCube irradiance, sampler2D brdf,
              sampler2DArray lobe, vec4 chain, vec4 a, vec4 n, vec4 v, vec4 l,
@@ -16,9 +16,9 @@ vec4 seen_by(samplerCube specular, samplerCube irradiance, sampler2D brdf,
         low[i] = sh[i];
     ibl_add_light(n.xyz, v.xyz, f0, a.x, l.xyz, a.w, vec3(1.0, 2.0, 3.0),
                   direct, light);
-    if (kind == 12)
+    if (kind == 11)
         return vec4(ibl_octahedral(brdf, n.xyz, a.x, a.y), 1.0);
-    if (kind == 13)
+    if (kind == 12)
         return vec4(ibl_equirect(brdf, n.xyz, a.x, a.y), 1.0);
     if (kind == 6)
         return vec4(direct, light.b);
@@ -40,10 +40,6 @@ vec4 seen_by(samplerCube specular, samplerCube irradiance, sampler2D brdf,
         q = ibl_lobe_table(lobe, n_v, a.x, a.y, chain);
     if (kind == 3 || kind == 4 || kind == 5)
         q = ibl_lobe_taps(lobe, n_v, a.x, a.y, chain, kind - 1);
-    if (kind == 11)
-        q = ibl_lobe_taps(lobe, n_v, a.x, a.y, chain, 4);
     vec3 seen = ibl_specular(specular, q, n.xyz, v.xyz, light);
-    if (kind == 11)
-        seen = ibl_specular_grad(specular, q, n.xyz, v.xyz, light);
     return vec4(ibl_shade(f0, albedo, rg, seen, light), seen.g);
 }

@@ -8,11 +8,9 @@ s/^(\/\/     )uniform sampler(Cube|2DArray|2D) (\w+);.*/\1Texture\2 \3; SamplerS
 s/^(\/\/     )uniform vec4 chain;  /\1vec4 chain;/
 s/\bsampler(Cube|2DArray|2D) (\w+)/Texture\1 \2, SamplerState \2_sampler/g
 s/\btextureLod\((\w+), /\1.SampleLevel(\1_sampler, /g
-s/\btextureGrad\((\w+), /\1.SampleGrad(\1_sampler, /g
-s/^( *)vec2 (\w+) = vec2\(textureSize\((\w+), 0\)\);/\1float2 \2;\n\1\3.GetDimensions(\2.x, \2.y);/
 s/^( *)vec3 (\w+) = vec3\(textureSize\((\w+), 0\)\);/\1float3 \2;\n\1\3.GetDimensions(\2.x, \2.y, \2.z);/
 s/([a-z_0-9]\()(specular|irradiance|brdf|lobe|map), /\1\2, \2_sampler, /g
-s/\.Sample(Level|Grad)\((\w+)_sampler, \2_sampler, /.Sample\1(\2_sampler, /g
+s/\.SampleLevel\((\w+)_sampler, \1_sampler, /.SampleLevel(\1_sampler, /g
 s/\bvec([234])\b/float\1/g
 s/\bmix\(/lerp(/g
 s/\bfract\(/frac(/g

@@ -34,7 +34,7 @@
 // too; tables are filtered linearly and clamped to their edges.
 //
 // The true lobe of a rough surface is neither centred on the mirrored direction
-// nor round. There are six ways to look it up, from cheap to exact; README.md
+// nor round. There are five ways to look it up, from cheap to exact; README.md
 // has their errors. From the third on they mix in the irradiance, which diffuse
 // light fetches anyway. With their fetches of the levels and of the table:
 //     ibl_lobe_split     1      the split sum: N = V = R
@@ -42,10 +42,6 @@
 //     ibl_lobe_fit       1      by a formula
 //     ibl_lobe_table     1 + 2  by the table lobe_lut
 //     ibl_lobe_taps      2 + 4, 3 + 4 or 4 + 2, by the table
-//     ibl_specular_grad  1 + 2  what four taps see, by an anisotropic filter,
-//                        which reads up to 16 places. Drivers that do not
-//                        filter cubes so (Mesa's and SwiftShader's on the CPU)
-//                        blur too much
 // Of a local probe correct the direction of each tap for parallax.
 //
 // Of flat maps (--layout) the functions ibl_octahedral and ibl_equirect stand
@@ -270,39 +266,6 @@ vec3 ibl_specular(samplerCube specular, ibl_lobe q, vec3 n, vec3 v,
     return max(mix(seen / float(q.taps), irradiance, q.diffuse), 0.0);
 }
 
-// Length of a step e from the direction d, in widths of a face of the cube.
-float ibl_face_length(vec3 d, vec3 e)
-{
-    vec3 a = abs(d);
-    float most = max(a.x, max(a.y, a.z));
-    vec3 major = step(vec3(most, most, most), a) * sign(d);
-    return 0.5 * length(e - d * (dot(e, major) / most)) / most;
-}
-
-// The same for four taps by one fetch. The sampler filters anisotropically, up
-// to 16, and linearly between levels: it averages along the longer step, which
-// is a whole number of times as long as the shorter one, and a texel of the
-// level is as long as that one.
-vec3 ibl_specular_grad(samplerCube specular, ibl_lobe q, vec3 n, vec3 v,
-                       vec3 irradiance)
-{
-    vec2 size = vec2(textureSize(specular, 0));
-    vec3 r = reflect(-v, n), d = mix(r, n, q.bend);
-    float inverse = 1.0 / length(d);
-    d *= inverse;
-    vec3 along = (n - r) * inverse;
-    along -= d * dot(along, d);
-    if (dot(along, along) < 1e-10)
-        along = cross(d, vec3(d.y, d.z, -d.x)) * 1e-4;
-    vec3 across = cross(d, along);
-    float texel = exp2(q.lod) / size.x, one = ibl_face_length(d, along);
-    float taps = floor(8.0 / 3.0 * q.half_distance * one / texel + 0.5);
-    along *= (clamp(taps, 1.0, 16.0) - 0.01) * texel / one;
-    across *= texel / ibl_face_length(d, across);
-    vec3 seen = textureGrad(specular, d, along, across).rgb;
-    return max(mix(seen, irradiance, q.diffuse), 0.0);
-}
-
 // ---- flat maps --------------------------------------------------------------
 
 // Where a direction of any length is in an octahedral map, 0..1: Cigolle et al.
@@ -325,25 +288,21 @@ vec2 ibl_equirect_uv(vec3 d)
     return vec2(0.5 + u, atan(across, d.y) / ibl_pi);
 }
 
-// Texel `at` of a level of n x n. Beyond an edge, -1 or n, it is the one that
-// meets there: each edge is folded in its middle.
-vec3 ibl_octahedral_texel(sampler2D map, vec2 at, float n, float level)
+// Texel `at` of a level: octahedral if it is square, else equirectangular.
+// Beyond an edge, -1 or n, it is the one that meets there: each edge of an
+// octahedral level is folded in its middle; columns of the other one go on
+// around, and rows beyond a pole.
+vec3 ibl_flat_texel(sampler2D map, vec2 at, vec2 size, float level)
 {
-    vec2 near = clamp(at, 0.0, n - 1.0);
-    vec2 far = n - 1.0 - near;
+    vec2 near = clamp(at, vec2(0.0, 0.0), size - 1.0);
+    vec2 far = size - 1.0 - near;
     vec2 to = vec2(near.y == at.y ? near.x : far.x,
                    near.x == at.x ? near.y : far.y);
-    return textureLod(map, (to + 0.5) / n, level).rgb;
-}
-
-// The same of 2n x n, where columns go on around and rows beyond a pole.
-vec3 ibl_equirect_texel(sampler2D map, vec2 at, float n, float level)
-{
-    float y = clamp(at.y, 0.0, n - 1.0);
-    float x = at.x + (y == at.y ? 0.0 : n);
-    x -= 2.0 * n * floor((x + 0.5) / (2.0 * n));
-    return textureLod(map, vec2((x + 0.5) / (2.0 * n), (y + 0.5) / n), level)
-        .rgb;
+    if (size.x > size.y) {
+        float x = at.x + (near.y == at.y ? 0.0 : size.y);
+        to = vec2(x - size.x * floor((x + 0.5) / size.x), near.y);
+    }
+    return textureLod(map, (to + 0.5) / size, level).rgb;
 }
 
 // Height of a level.
@@ -352,53 +311,43 @@ float ibl_flat_height(float edge, float level)
     return max(floor(edge * exp2(-level) + 0.5), 1.0);
 }
 
-vec3 ibl_octahedral_level(sampler2D map, vec2 uv, float edge, float level)
+vec3 ibl_flat_level(sampler2D map, vec2 uv, float wide, float edge,
+                    float level)
 {
-    float n = ibl_flat_height(edge, level);
-    vec2 low = floor(uv * n - 0.5), p = uv * n - 0.5 - low;
+    vec2 size = vec2(wide, 1.0) * ibl_flat_height(edge, level);
+    vec2 low = floor(uv * size - 0.5), p = uv * size - 0.5 - low;
     vec2 high = low + 1.0;
-    vec3 above = mix(ibl_octahedral_texel(map, low, n, level),
-                     ibl_octahedral_texel(map, vec2(high.x, low.y), n, level),
+    vec3 above = mix(ibl_flat_texel(map, low, size, level),
+                     ibl_flat_texel(map, vec2(high.x, low.y), size, level),
                      p.x);
-    vec3 below = mix(ibl_octahedral_texel(map, vec2(low.x, high.y), n, level),
-                     ibl_octahedral_texel(map, high, n, level), p.x);
+    vec3 below = mix(ibl_flat_texel(map, vec2(low.x, high.y), size, level),
+                     ibl_flat_texel(map, high, size, level), p.x);
     return mix(above, below, p.y);
 }
 
-vec3 ibl_equirect_level(sampler2D map, vec2 uv, float edge, float level)
+// One trilinear fetch, and eight within half a texel of the map's edges, where
+// the hardware cannot filter. wide: of the map, in its heights.
+vec3 ibl_flat(sampler2D map, vec2 uv, float wide, float lod, float edge)
 {
-    float n = ibl_flat_height(edge, level);
-    vec2 at = uv * vec2(2.0 * n, n) - 0.5;
-    vec2 low = floor(at), p = at - low, high = low + 1.0;
-    vec3 above = mix(ibl_equirect_texel(map, low, n, level),
-                     ibl_equirect_texel(map, vec2(high.x, low.y), n, level),
-                     p.x);
-    vec3 below = mix(ibl_equirect_texel(map, vec2(low.x, high.y), n, level),
-                     ibl_equirect_texel(map, high, n, level), p.x);
-    return mix(above, below, p.y);
+    vec2 size = vec2(wide, 1.0) * ibl_flat_height(edge, ceil(lod));
+    vec2 off = abs(uv - 0.5) + 0.5 / size;
+    if (max(off.x, off.y) <= 0.5)
+        return textureLod(map, uv, lod).rgb;
+    return mix(ibl_flat_level(map, uv, wide, edge, floor(lod)),
+               ibl_flat_level(map, uv, wide, edge, ceil(lod)), fract(lod));
 }
 
-// Radiance of an octahedral map in a direction of any length: one trilinear
-// fetch, and eight within half a texel of the map's edges, where the hardware
-// cannot filter. lod: 0 to the last level.
+// Radiance of an octahedral map in a direction of any length. lod: 0 to the
+// last level.
 vec3 ibl_octahedral(sampler2D map, vec3 d, float lod, float edge)
 {
-    vec2 uv = ibl_octahedral_uv(d), off = abs(uv - 0.5);
-    if (max(off.x, off.y) <= 0.5 - 0.5 / ibl_flat_height(edge, ceil(lod)))
-        return textureLod(map, uv, lod).rgb;
-    return mix(ibl_octahedral_level(map, uv, edge, floor(lod)),
-               ibl_octahedral_level(map, uv, edge, ceil(lod)), fract(lod));
+    return ibl_flat(map, ibl_octahedral_uv(d), 1.0, lod, edge);
 }
 
 // The same of an equirectangular map.
 vec3 ibl_equirect(sampler2D map, vec3 d, float lod, float edge)
 {
-    vec2 uv = ibl_equirect_uv(d), off = abs(uv - 0.5) * vec2(2.0, 1.0);
-    float half_texel = 0.5 / ibl_flat_height(edge, ceil(lod));
-    if (off.x <= 1.0 - half_texel && off.y <= 0.5 - half_texel)
-        return textureLod(map, uv, lod).rgb;
-    return mix(ibl_equirect_level(map, uv, edge, floor(lod)),
-               ibl_equirect_level(map, uv, edge, ceil(lod)), fract(lod));
+    return ibl_flat(map, ibl_equirect_uv(d), 2.0, lod, edge);
 }
 
 // ---- the surface ------------------------------------------------------------

@@ -347,23 +347,12 @@ int ibl_default_levels(int size);
 /*
  * Level 0: the environment as a cube. Each source pixel is a patch of constant
  * radiance, and each texel is the average of these patches over its solid
- * angle. The result is linear in the source and never leaves its range.
- *
- * If pixels are larger than texels (width < 4 size or height < 2 size), the
- * source is first interpolated: each pixel becomes sx by sy finer pixels, and
- * these are the patches. sx and sy are the smallest integers that give
- *   - a row at least 4 size and at least 512 finer pixels, an even number;
- *   - a column at least 2 size finer pixels.
- * A finer pixel has the value at its centre:
- *   - Along a row, the value is linear between the centres of the source's
- *     pixels and wraps around.
- *   - Between the centres of two rows, t rises linearly from 0 to 1. The lower
- *     row has the weight t + b t (1 - t), the upper row the rest. b is chosen
- *     so that every pixel keeps its energy: summed by solid angle over the
- *     finer rows between the centres, the upper row's weights equal the solid
- *     angle above the border of the two rows, the lower row's that below.
- *   - Beyond a pole, the row next to it is used again, turned by 180 degrees;
- *     b is 0.
+ * angle. The result is linear in the source and never leaves its range. If
+ * pixels are larger than texels (width < 4 size or height < 2 size), the source
+ * is first divided into finer pixels, a row of them at least 4 size and 512, a
+ * column at least 2 size: linear along a row, which wraps around, and between
+ * rows such that every pixel keeps its energy; beyond a pole is the row next to
+ * it, turned by 180 degrees.
  *   env       the map
  *   yaw_deg   turns the environment about +Y, counter-clockwise seen from
  *             above; any finite value
@@ -559,15 +548,13 @@ double ibl_lod_of_roughness(const ibl_specular_layout *layout,
  * default, ibl_default_levels(size); with Babylon's mapping all levels.
  *
  * For a part of the range:
- *   size    the given one if roughness_min is 0: level 0 is the environment.
- *           Else the smaller of two edges, rounded up so that every level
- *           halves it: the edge that a lobe of roughness_min needs,
- *           5 pi / (2 alpha) texels, and the edge that the whole chain of the
- *           given size has at that roughness.
- *   levels  by default, the number that brings the last edge nearest to the
- *           edge for roughness_max, defined in the same way; at least two if
- *           the first edge has two texels. If roughness_min = roughness_max
- *           there is one level, and more are an error.
+ *   size    the given one if roughness_min is 0, else the edge that a lobe of
+ *           roughness_min needs, 5 pi / (2 alpha) texels, but no more than the
+ *           whole chain of the given size has there; rounded up so that every
+ *           level halves it
+ *   levels  by default, the number that brings the last edge nearest to that of
+ *           roughness_max, at least two if the first edge has two texels. If
+ *           roughness_min = roughness_max there is one, and more are an error
  * IBL_ERR_ARGUMENT: size, levels, mapping or range out of range; nothing is
  * written. Needs no context and logs nothing.
  */
@@ -583,27 +570,19 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
  * environment itself (ibl_cube_from_latlong).
  *
  * A spectral level is that integral to the tolerance, for every lobe and any
- * size of the map, from roughness 0.05 up. It is a product for each degree of
- * the spherical harmonics of the map, with as many degrees as the tolerance
- * needs. The few pixels much brighter than their surroundings are integrated
- * by the lobe's formula. A level has at most 4,095 degrees; what a narrower
- * lobe loses is in its estimated error.
+ * size of the map, from roughness 0.05 up (how: iblbake-method(7)). A level has
+ * at most 4,095 degrees; what a narrower lobe loses is in its estimated error.
  *
  * Levels are sampled only on request: all by IBL_METHOD_SAMPLED, single levels
  * by level_samples with IBL_METHOD_AUTO. IBL_METHOD_SPECTRAL ignores samples.
- * A sampled level estimates the same integral by importance sampling,
- *   sum L_i w_i / sum w_i,  w = N.L.
- * L_i is a trilinear lookup, seamless across faces, in a solid-angle-weighted
- * mip chain. The mip level is the one where a texel has the solid angle of the
- * sample, 1 / (samples pdf), plus lod_bias. The pdf does not include N.L: for
- * GGX it is D(N.H) N.H / (4 V.H), for Charlie and Phong proportional to
- * (1 - N.L)^(1 / (2 alpha)) and (N.L)^n. Charlie's ring covers more solid angle
- * than a peak and needs several times the samples for the same error.
- * The samples are Hammersley points, all in the part of the lobe above the
- * horizon, moved to compensate for the blur of the lookups. The mip chain of
- * the lookups is neither the output's nor that of ibl_cube_build_mips. Its
- * averages use the tent of bilinear filtering; averages over 2x2 texels would
- * move small lights to the middles of texels.
+ * A sampled level estimates the same integral by importance sampling, sum L_i
+ * w_i / sum w_i with w = N.L, of Hammersley points in the part of the lobe
+ * above the horizon. L_i is a trilinear lookup, seamless across faces, in mips
+ * of their own, averaged by the tent of bilinear filtering, at the level where
+ * a texel has the solid angle of the sample, 1 / (samples pdf), plus lod_bias.
+ * The pdf does not include N.L: for GGX it is D(N.H) N.H / (4 V.H), for Charlie
+ * and Phong proportional to (1 - N.L)^(1 / (2 alpha)) and (N.L)^n. Charlie's
+ * ring needs several times the samples of a peak.
  *   out   empty; allocated here, to be freed with ibl_cube_free
  * Sources: Karis 2013 (split sum); Ramamoorthi and Hanrahan 2001 (convolution
  * as a product); Walter et al. 2007 eq. 33 (GGX), 35, 36 (sampling); Krivanek
@@ -646,15 +625,12 @@ const char *ibl_specular_report_method(const ibl_specular_report *report);
  * ibl_bake_specular with a report of how each level was made. report may be
  * NULL.
  *
- * The error of a spectral level is estimated from the power in the degrees that
- * it leaves out and from the interpolation of its texels. The estimate is twice
- * that root mean square, relative to the texel as in ibl_relative_error, at the
- * 95th percentile over the texels. A level has as many degrees as keep it below
- * the tolerance, up to a limit: texels much darker than the mean, as between
- * lamps on black at a roughness of .1, can be beyond it. A warning reports such
- * a level if the tolerance is larger than the default. The estimate does not
- * include the integrals over single pixels and the rounding to a pixel format.
- * Sampled levels have no estimate.
+ * The error of a spectral level is twice the root mean square of what it leaves
+ * out and of the interpolation of its texels, as estimated, relative to the
+ * texel as in ibl_relative_error, at the 95th percentile over the texels;
+ * without the integrals over single pixels and the rounding to a pixel format.
+ * A level has as many degrees as keep it below the tolerance, up to a limit;
+ * beyond it a warning says so if the tolerance is larger than the default.
  */
 ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
                                     const ibl_specular_options *opts,
@@ -730,16 +706,13 @@ typedef struct ibl_light {
 /*
  * Takes the strongest compact sources, such as the sun or lamps, out of a map.
  * Each becomes a light, or several if it has several parts, as lamps side by
- * side have. In their places the map becomes smooth: pixels within a circle get
- * the harmonic function of the values around it (Poisson's integral over the
- * circle, stereographic), which is nowhere brighter or darker than these. No
- * other pixel changes. So map and lights together have the light of the map as
- * it was, and everything baked from the map has as much less as the lights
- * have: their irradiance / 4 pi in the mean of each output.
+ * side have. In their places the map becomes smooth, nowhere brighter or darker
+ * than what is around; no other pixel changes. So map and lights together have
+ * the light of the map as it was, and everything baked from the map has as much
+ * less as the lights have: their irradiance / 4 pi in the mean of each output.
  *
  * A source is compact if this holds, in luminance (Rec. 709), at any share:
- *   bright  it has a pixel of more than 16 times the map's mean. Only such are
- *           looked at, so a map of soft light loses nothing
+ *   bright  it has a pixel of more than 16 times the map's mean
  *   size    its disc has a radius of at most 2.5 degrees, or of one pixel's
  *           edge if that is larger, at most 6 degrees
  *   alone   a circle of at most twice that radius has it inside, and in the
@@ -748,12 +721,11 @@ typedef struct ibl_light {
  *           below a tenth of its light over the circle
  *
  * A disc has the light and the integral of the squared radiance of what was
- * taken: its solid angle is (int L dO)^2 / int L^2 dO. A source of one pixel
- * has that pixel's solid angle. A pixel that a disc covers in part widens it:
- * in all by a sixth of a pixel. Faint glow hardly does. What is 1.1 times as
- * far spread as that disc, in the mean square, is dealt to several: pixels to
- * the nearest, none with less than a sixteenth of the light. Where there is no
- * room for more lights, a disc is as far spread instead, up to 0.1.
+ * taken: its solid angle is (int L dO)^2 / int L^2 dO, that of the pixel for a
+ * source of one. What is 1.1 times as far spread as that disc, in the mean
+ * square, is dealt to several: pixels to the nearest, none with less than a
+ * sixteenth of the light. Where there is no room for more lights, a disc is as
+ * far spread instead, up to 0.1.
  *
  *   map      changed in place
  *   yaw_deg  as in ibl_cube_from_latlong, for the directions; the map itself is
@@ -988,18 +960,10 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
  *              the one of irradiance
  *   A  half the difference of the bends of the outer taps (0 for one)
  * Layers 0 and 1 are for one lookup in the chain, with F0 = 1 and F0 = .04;
- * layers 2 and 3 for four, with the same F0. A shader mixes two layers by how
- * metallic a surface is:
- *     u, v = (N.V (size - 1) + .5) / size, (roughness (size - 1) + .5) / size
- *     q = mix(layer of .04, layer of 1, metallic)
- *     d = normalize(mix(R, N, q.r))
- *     light = textureLod(specular, d, q.g (levels - 1))
- *     light = max(mix(light, texture(irradiance, N), q.b), 0)
- *     colour = light (F0 scale + bias)      as in ibl_bake_lut
- * With four taps the first light is the mean of four lookups, in the directions
- * mix(R, N, b) for b in equal steps from q.r - q.a to q.r + q.a. These may lie
- * beyond R and N. For n = 2 or 3 taps q is (1 - g) times that of one tap and g
- * times that of four, g = sqrt((n - 1) / 3).
+ * layers 2 and 3 for four, with the same F0, the directions mix(R, N, b) for b
+ * in equal steps from R - A to R + A, which may lie beyond R and N. Shaders mix
+ * two layers by how metallic a surface is: ibl_lobe_taps of <ibl/ibl.glsl>,
+ * also for two or three taps.
  *
  * A table for metals or dielectrics only has half the layers: layer 0 for
  * one lookup, layer 1 for four. Shaders take them for all surfaces.

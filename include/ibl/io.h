@@ -140,6 +140,10 @@ typedef struct ibl_read_options {
     ibl_transfer transfer;               /* default IBL_TRANSFER_FILE */
     unsigned char face_order[IBL_FACES]; /* of layouts with faces; zeros: as the
                                             layout says (default) */
+    ibl_cube *faces; /* two empty cubes, or NULL: the first gets the faces of a
+                        layout with faces, the second those of alpha, as level 0
+                        of all levels down to 1x1. The caller frees both, also
+                        after an error */
 } ibl_read_options;
 
 ibl_read_options ibl_read_options_default(void);
@@ -147,6 +151,12 @@ ibl_read_options ibl_read_options_default(void);
 enum {
     IBL_FILE_HASH = 33 /* 32 hexadecimal digits and a 0 */
 };
+
+/* XXH3 of 128 bits as xxh128sum prints it: detects changes, not forgery. */
+void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_FILE_HASH]);
+/* The same of a regular file. 0, or an errno: it cannot be read; EISDIR: it is
+ * a directory; EINVAL: it is neither. */
+int ibl_hash_file(const char *path, char hash[IBL_FILE_HASH]);
 
 /* Properties of the file, and counts of repaired pixels. */
 typedef struct ibl_read_report {
@@ -181,42 +191,32 @@ typedef struct ibl_read_report {
 
 /*
  * Reads an environment as an equirectangular map of linear RGB floats. The
- * format is detected from the content, never from the name:
- *   Radiance .hdr  RGBE and XYZE (converted to RGB with the file's PRIMARIES
- *                  or the format's defaults), new and old run lengths and
- *                  flat, all eight orientations; EXPOSURE and COLORCORR are
- *                  undone
- *   OpenEXR        scan lines and tiles (level 0); half, float and uint;
- *                  R G B, or Y alone; an X beside Y makes it no
- *                  colour, and chroma is not read. The map is the display
- * window; pixels outside the data window are black. With the attribute envmap
- * it may be a cube, which is turned so that it shows what its
- *                  latitude-longitude map would. DWAA and DWAB take
- *                  libiblexr.so, beside the bridge
- *   Ultra HDR JPEG through the bridge: the JPEG and its gain map, by Android's
- *                  metadata or those of ISO 21496-1, at the full gain. 1 is
- *                  the white of the JPEG alone
- *   others         all formats of OpenImageIO, through the bridge: a shared
- *                  object that is opened only if needed. 8 and 16-bit integers
- *                  are decoded as opts->transfer says, and EXIF's orientation
- *                  is obeyed; AVIF and HEIF of linear, PQ's or HLG's values
- *                  are refused
- *   textures       KTX2, KTX and DDS of one layer, in the formats of
- *                  ibl_texture_decode: level 0 of a cube, or of a flat texture
- *                  as an image. iblbake's keys for other axes and layouts are
- *                  honoured, as are KTX2's primaries. What has their key of a
- *                  baked map is warned of, or refused. The bridge reads DDS
- *                  files, and cubes, in other formats
+ * format is detected from the content, never from the name; iblbake(1) says
+ * what is read of each:
+ *   Radiance .hdr  RGBE and XYZE; EXPOSURE and COLORCORR are undone
+ *   OpenEXR        the display window of scan lines and tiles (level 0): R G B
+ *                  or Y alone, or a cube by its attribute envmap. Compressions
+ *                  other than ZIP take libiblexr.so, beside the bridge
+ *   Ultra HDR JPEG through the bridge, at the full gain; 1 is the white of the
+ *                  JPEG alone
+ *   others         formats of OpenImageIO that their first bytes tell, through
+ *                  the bridge: a shared object that is opened only if needed.
+ *                  Integers are decoded as opts->transfer says, EXIF's
+ *                  orientation is obeyed; AVIF and HEIF of linear, PQ's or
+ *                  HLG's values are refused
+ *   textures       KTX2, KTX and DDS of one layer: level 0 of a cube, or of a
+ *                  flat texture as an image, with iblbake's keys for axes and
+ *                  layouts and KTX2's primaries. What has their key of a baked
+ *                  map is warned of, or refused. The bridge reads DDS files,
+ *                  and cubes, in other formats
  * Images of 2:1 are equirectangular maps, others what their shape says: 4:3 and
  * 3:4 are crosses, 6:1 and 1:6 strips. A square is ambiguous, so opts must say
  * the layout. The map of a cube has the width ibl_latlong_width; its pixels are
  * those of ibl_latlong_from_cube, made after repair. The map of an octahedral
  * image of n x n pixels is 4 n wide, at least 256, and its integral is the
- * same: over patches of constant radiance, exact along four meridians for each
- * column. Besides the map (384 bytes for each texel of a face, 96 for each
- * octahedral pixel), making it takes the memory of the file's pixels.
- * Alpha is dropped. Colours stay as in the file, neither multiplied nor divided
- * by alpha. To read alpha, see ibl_source_alpha.
+ * same. Besides the map (384 bytes for each texel of a face, 96 for each
+ * octahedral pixel), making it takes the memory of the file's pixels. Alpha is
+ * dropped, and colours stay as in the file; to read it: ibl_source_alpha.
  * A non-finite component becomes the largest finite one among the 8 neighbours
  * (columns wrap). If there is none, +Inf becomes 65504, others 0. Negative
  * components become 0. Both repairs are counted, with a warning; of negative
@@ -309,8 +309,7 @@ typedef struct ibl_pixels {
  * it is in Rec. 709. A program's own data that are finite and not negative need
  * no source: bakes take them as they are in an ibl_image.
  *   name    for messages; copied
- *   pixels  copied, but not its data, which must stay and must not change until
- *           the source is closed
+ *   pixels  copied, with its data
  *   opts    NULL for defaults; alpha: with FILE colours are multiplied by it
  * IBL_ERR_ARGUMENT: pixels of no such kind, or a layer, part, hash or transfer
  * in opts.
@@ -400,15 +399,15 @@ float ibl_pixel_max(ibl_pixel pixel);
 
 /*
  * The numbers of a pixel format in graphics APIs; 0: the API has no such
- * format. Sources: vulkan_core.h, dxgiformat.h and the registry of OpenGL. vk
- * VkFormat dxgi         DXGI_FORMAT gl_internal  of glTexStorage2D, and of
- * glCompressedTexImage2D for blocks gl_format, gl_type of glTexSubImage2D; both
- * 0 for blocks UASTC HDR are blocks of ASTC to Vulkan; other APIs have to
- * transcode them.
+ * format. Blocks of UASTC HDR are blocks of ASTC to Vulkan; other APIs have to
+ * transcode them. Sources: vulkan_core.h, dxgiformat.h, OpenGL's registry.
  */
 typedef struct ibl_pixel_numbers {
-    uint32_t vk, dxgi;
-    uint32_t gl_internal, gl_format, gl_type;
+    uint32_t vk;                 /* VkFormat */
+    uint32_t dxgi;               /* DXGI_FORMAT */
+    uint32_t gl_internal;        /* of glTexStorage2D, or of blocks of
+                                    glCompressedTexImage2D */
+    uint32_t gl_format, gl_type; /* of glTexSubImage2D; 0 of blocks */
 } ibl_pixel_numbers;
 ibl_pixel_numbers ibl_pixel_numbers_of(ibl_pixel pixel);
 
@@ -603,6 +602,7 @@ ibl_texel_options ibl_texel_options_default(void);
  * texel of a level.
  * Decoding returns IBL_ERR_ARGUMENT for a texture of the other kind, and for an
  * array of more than one layer: ibl_texture_layer extracts one.
+ * IBL_ERR_UNSUPPORTED: blocks of ASTC that are none of UASTC HDR.
  */
 ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  const ibl_texel_options *opts,
@@ -625,7 +625,7 @@ ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
 ibl_projection ibl_texture_projection(const ibl_texture *tex);
 
 /* Replaces blocks by RGBA16F texels of the same values, in place; other pixels
- * stay as they are. tex is unchanged after an error. */
+ * stay as they are. tex is unchanged after an error, as ibl_texture_to_cube. */
 ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex);
 
 /* ibl_cube_turn_axes of every layer of a texture, in place. IBL_ERR_ARGUMENT:
@@ -699,12 +699,6 @@ ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,
                               size_t *size);
 void ibl_bytes_free(void *bytes);
-/* Passes the same bytes to fn, piece by piece in order, without a copy of the
- * texels in memory. */
-typedef void ibl_bytes_fn(void *cookie, const void *bytes, size_t size);
-ibl_status ibl_texture_visit(ibl_ctx *ctx, const ibl_texture *tex,
-                             ibl_container container, ibl_bytes_fn *fn,
-                             void *cookie);
 
 /*
  * Reads a KTX2, KTX or DDS file (detected by content) with the pixel formats of
@@ -733,34 +727,26 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
 /* ---- files that appear together or not at all ------------------------ */
 
 /*
- * A set of output files. Each is written to a temporary file beside its target
- * (".NAME.iblbake-PLACE-PID-N.tmp", mode 0666 & ~umask). commit renames them
- * all; abort removes them and any directory that was made for them. Until
- * commit, existing files are unchanged: after a failure of the program, a
- * signal or a full disk, all old files are there.
+ * A set of output files. Each is written to a temporary file
+ * beside its target (".NAME.iblbake-PLACE-PID-N.tmp", mode 0666 & ~umask), and
+ * commit renames them all: until then existing files are as they were, also
+ * after a failure of the program, a signal or a full disk. What the system has
+ * not yet written to the disk is lost in a power cut: sync prevents that.
  *
- * This does not cover a crash of the system or a power cut. Data that the
- * system has not yet written to the disk (this takes about half a minute) is
- * then lost, and a new file may be empty or short in place of an old one.
- * ibl_outputs_sync prevents this.
- *
- * A commit waits until no other has its directories, by flock on them, so that
- * of two sets with the same targets all files are those of one. Directories of
- * file systems without such locks (NFS) are not locked. Programs that look at
- * several files of a set can lock its directory, too.
- *
- * A process that is killed (SIGKILL) leaves temporaries and, during commit, a
- * set of which some files are new and some old, each complete. The first commit
- * of another process to the same directory removes the temporaries, unless a
- * process has their PID; those of other hosts and containers stay.
+ * A commit waits until no other has its directories, by flock, so that of two
+ * sets with the same targets all files are those of one; file systems without
+ * such locks (NFS) are not locked. A process that is killed (SIGKILL) leaves
+ * temporaries and, during commit, some files new and some old, each complete.
+ * The first commit of another process to the same directory removes the
+ * temporaries, unless a process has their PID; those of other hosts and
+ * containers stay.
  *
  * If a target is a symbolic link, the file that it names is replaced. Targets
  * that are not files (directories, devices, pipes, links to nothing) and files
  * without write permission are refused with IBL_ERR_IO and stay unchanged.
  *
- * A path has at most 4031 bytes. Relative paths are valid while the working
- * directory stays the same. If RLIMIT_FSIZE is set, a program must ignore
- * SIGXFSZ to get a status instead of a signal.
+ * A path has at most 4031 bytes; relative ones are valid while the working
+ * directory stays the same. With RLIMIT_FSIZE, SIGXFSZ must be ignored.
  */
 typedef struct ibl_outputs ibl_outputs;
 
@@ -769,57 +755,39 @@ typedef struct ibl_outputs ibl_outputs;
 
 /* Makes an empty set; it uses ctx for messages and cancellation. */
 ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out);
-/*
- * sync 1: add and wait flush the files to the disk before they return, and
- * commit flushes the directories. A power cut during commit may then leave some
- * files old and some new, each complete. 0 (default): no flush. Call this
- * before the first add.
- */
+/* sync 1: files are on the disk before add returns, directories before commit
+ * does. 0 (default): no flush. To be called before the first add. */
 void ibl_outputs_sync(ibl_outputs *out, int sync);
 /* Makes directory path and missing parents (mode 0777 & ~umask).
  * IBL_ERR_IO: cannot be made, or exists and is not a directory. */
 ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path);
-/*
- * Writes a file of the set. bytes is not needed afterwards. IBL_ERR_IO: not
- * writable, disk full, or the target cannot be replaced. IBL_ERR_ARGUMENT:
- * the set is full, aborted or already has the target (by any path), or path is
- * too long. An error leaves the set unchanged.
- */
+/* Writes a file of the set. IBL_ERR_IO: not writable, disk full, or the target
+ * cannot be replaced. IBL_ERR_ARGUMENT: the set is full, aborted or already has
+ * the target (by any path), or path is too long. An error leaves the set
+ * unchanged. */
 ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
                            const void *bytes, size_t size);
-/*
- * Writes a texture as a file of the set: the bytes of ibl_texture_encode,
- * without a second copy of its texels in memory. tex is not needed afterwards.
- * *size, if not NULL, is the file's size. Errors as in ibl_texture_encode and
- * ibl_outputs_add.
- */
-ibl_status ibl_outputs_add_texture(ibl_outputs *out, const char *path,
-                                   const ibl_texture *tex,
-                                   ibl_container container, size_t *size);
-/*
- * The same, but takes ownership of tex: it is empty afterwards, for any status.
- * The file may still be written when this returns, on a thread of the context,
- * one file at a time. A later error aborts the set; ibl_outputs_wait or
- * ibl_outputs_commit returns it.
- */
+/* The same of the bytes of ibl_texture_encode; *size, if not NULL, is their
+ * number. Takes tex: it is empty afterwards, for any status. The file may still
+ * be written when this returns, on a thread of the context, one file at a time;
+ * wait or commit returns the error. */
 ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
                                     ibl_texture *tex, ibl_container container,
                                     size_t *size);
+/* XXH3 of 128 bits of a file of the set, 32 hexadecimal digits, until the set
+ * is freed; waits until it is written. "": there is none. */
+const char *ibl_outputs_hash(ibl_outputs *out, const char *path);
 /* Waits until all added files are written. */
 ibl_status ibl_outputs_wait(ibl_outputs *out);
-/*
- * Renames every file to its target, in the order in which they were added. The
+/* Renames every file to its target, in the order in which they were added. The
  * set is then empty and can be reused. Signals to the calling thread wait
  * meanwhile. IBL_ERR_IO: a rename failed, or with sync a flush; files that were
- * renamed before stay so, and the set is aborted.
- */
+ * renamed before stay so, and the set is aborted. */
 ibl_status ibl_outputs_commit(ibl_outputs *out);
-/*
- * Removes all files not committed, and empty directories made for the set. It
+/* Removes all files not committed, and empty directories made for the set. It
  * makes only system calls, so it is safe in a signal handler on any thread; the
  * program should then end. errno is kept. Nothing can be added afterwards. NULL
- * is fine.
- */
+ * is fine. */
 void ibl_outputs_abort(ibl_outputs *out);
 void ibl_outputs_free(ibl_outputs *out); /* aborts first; NULL is fine */
 /* The caller has this directory locked by flock, exclusively, by a descriptor

@@ -56,8 +56,8 @@ typedef struct ibl_probe {
  * that meet in a corner. */
 #define IBL_MAX_PROBES_AT 8
 
-/* The probes of a point, with weights > 0 (of ibl_probes_near: >= 0). The sum
- * of the weights and rest is 1, to rounding. */
+/* The probes of a point, with weights > 0. The sum of the weights and rest is
+ * 1, to rounding. */
 typedef struct ibl_probe_mix {
     int count;
     int probe[IBL_MAX_PROBES_AT]; /* indices */
@@ -83,28 +83,6 @@ double ibl_volume_size(const ibl_volume *volume);
  * indices. Takes time proportional to count^2 if the order is reversed.
  */
 void ibl_probes_order(const ibl_probe *probes, int count, int *order);
-
-/* The probe with the nearest position, the first of equals; -1: count is 0. */
-int ibl_probes_nearest(const ibl_probe *probes, int count,
-                       const double point[3]);
-
-/*
- * The k probes with the nearest positions (k is clamped to
- * 1..IBL_MAX_PROBES_AT), nearest first. Weights are those of Franke and Little
- * 1980, ((R - d) / (R d))^2 over their sum, R the distance of the next probe
- * after the k nearest (infinite if there is none): a probe appears and
- * disappears with weight 0. At a probe's position its weight is 1; probes at
- * one position share it. rest is 0, or 1 if count is 0.
- *
- * With d1 and d2 the distances of the nearest two, no weight is steeper than
- * 8 (k - 1) R / (d2 (R - d1)). So weights are continuous except where R = d1,
- * that is where the k + 1 nearest are equally far: there the first k have equal
- * weights, which jump. For k = 1 this happens on every plane half-way between
- * two probes; on a regular grid, in the middle of the cells. No weights of k
- * probes that sum to 1 can avoid it; ibl_probes_blend does.
- */
-void ibl_probes_near(const ibl_probe *probes, int count, const double point[3],
-                     int k, ibl_probe_mix *mix);
 
 /*
  * Weights by influence volumes. In the order of ibl_probes_order each probe

@@ -37,6 +37,7 @@ typedef struct ibl_sidecar_output {
     const char *pixel;          /* of files that are no container; NULL: that of
                                    the texture */
     size_t bytes;               /* of the file, or of all its files */
+    const char *hash;           /* ibl_outputs_hash of file; NULL: not known */
     const char *const *more;    /* names of the others, if there are several,
                                    after directories, which are left out */
     int more_count;

@@ -396,6 +396,12 @@ static bool write_all(ibl_bake *b)
 
     for (int kind = 0; kind < IBL_OUTPUT_JSON && ok; kind++)
         ok = !b->files[kind].path || write_output(b, (ibl_output_kind)kind);
+    for (int kind = 0; kind < IBL_OUTPUT_JSON && ok; kind++) {
+        ibl_baked *file = &b->files[kind];
+        if (file->path && !is_taken(b, (ibl_output_kind)kind))
+            snprintf(file->hash, sizeof file->hash, "%s",
+                     ibl_outputs_hash(b->outputs, file->path));
+    }
     return ok && (!b->sh_path || write_harmonics(b)) &&
            (!o->preview || write_preview(b)) &&
            (!b->files[IBL_OUTPUT_JSON].path || write_sidecar(b)) &&

@@ -262,7 +262,7 @@ static bool check_sidecar(const ibl_bake *b, const char *path)
 
     if (stat(path, &st) || !S_ISREG(st.st_mode))
         return true;
-    json_t *sidecar = ibl_sidecar_read(path, &why);
+    json_t *sidecar = ibl_json_load(path, 0, &why);
     const bool ok =
         json_unpack(sidecar, "{s:{s:s},s:{s:s}}", "generator", "name", &writer,
                     "source", "path", &was) ||

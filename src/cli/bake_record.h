@@ -100,11 +100,12 @@ typedef struct ibl_bake_line {
 /* An output file. path is set before the bake, the rest when the file is
  * written. */
 typedef struct ibl_baked {
-    char *path;        /* NULL: not wanted; the first of several */
-    char **more;       /* paths of the others, in ibl_bake.faces */
-    int count;         /* of files */
-    size_t bytes;      /* of the file */
-    ibl_texture shape; /* of the texture, without data and keys */
+    char *path;               /* NULL: not wanted; the first of several */
+    char **more;              /* paths of the others, in ibl_bake.faces */
+    int count;                /* of files */
+    size_t bytes;             /* of the file */
+    char hash[IBL_FILE_HASH]; /* of the first */
+    ibl_texture shape;        /* of the texture, without data and keys */
     ibl_overflow_report overflow;
     ibl_pixel_error error[IBL_MAX_LEVELS]; /* of cubes */
 } ibl_baked;

@@ -141,17 +141,13 @@ static void print_map(const batch *b, const ibl_map *m, double seconds,
                       const char *error)
 {
     static const char *const states[] = {"waits", "kept", "baked", "failed"};
-    const bool is_text = ibl_json_is_text(m->input);
 
     if (!prints_json(b))
         return;
     json_t *event = json_pack(
-        "{ss so ss si si sf}", "event", "map", "map",
-        is_text ? json_string(m->input) : ibl_json_encoded(m->input), "state",
-        states[m->state], "done", b->baked + b->kept + b->failed, "maps",
-        b->maps.count, "seconds", seconds);
-    if (!is_text)
-        json_object_set_new(event, "names", json_string(IBL_NAMES_ENCODED));
+        "{ss so ss si si sf}", "event", "map", "map", ibl_json_string(m->input),
+        "state", states[m->state], "done", b->baked + b->kept + b->failed,
+        "maps", b->maps.count, "seconds", seconds);
     if (*error)
         json_object_set_new(event, "error", ibl_json_string(error));
     if (b->pixels > 0) {

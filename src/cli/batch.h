@@ -6,7 +6,6 @@
 #include <sys/types.h>
 
 #include "cli/bake_record.h"
-#include "cli/hash.h"
 
 typedef enum ibl_map_state {
     IBL_MAP_WAITS,
@@ -59,7 +58,7 @@ void ibl_map_line(const ibl_bake_line *all, const ibl_map *map,
 /* What a bake was made of, and the files that it reads and makes. */
 typedef struct ibl_stamp {
     char *path; /* of the stamp; the caller frees it with ibl_stamp_free */
-    char options[IBL_HASH_SIZE]; /* hash of all that decides what is made */
+    char options[IBL_FILE_HASH]; /* hash of all that decides what is made */
     char **files;                /* what is read, then what is made */
     int count, inputs;
     const char *directory; /* of all outputs */

@@ -32,7 +32,7 @@ enum {
 /* ---- what decides -------------------------------------------------------- */
 
 static bool hash_options(const ibl_map_bake *r, ibl_isa isa,
-                         char hash[IBL_HASH_SIZE])
+                         char hash[IBL_FILE_HASH])
 {
     const ibl_opts *o = r->opts;
     ibl_memory_file file;
@@ -40,7 +40,7 @@ static bool hash_options(const ibl_map_bake *r, ibl_isa isa,
 
     if (!to)
         return false;
-    ibl_print_settings(to, isa, &o->given);
+    ibl_print_settings(to, isa, &ibl_bake_command, &o->given);
     fprintf(to, "%s\nverify %d %.17g timings %d\n", o->input ? o->input : "",
             o->verify, o->max_error, o->timings);
     for (int i = 0; i < r->count; i++)
@@ -133,7 +133,7 @@ static void identify(const struct stat *st, char text[IDENTITY_BYTES])
 static bool is_same(const char *path, const char *hash, const char *identity,
                     bool *moved)
 {
-    char now[IDENTITY_BYTES], content[IBL_HASH_SIZE];
+    char now[IDENTITY_BYTES], content[IBL_FILE_HASH];
     struct stat st;
 
     if (stat(path, &st) || !S_ISREG(st.st_mode))
@@ -142,12 +142,12 @@ static bool is_same(const char *path, const char *hash, const char *identity,
     if (!strcmp(now, identity))
         return true;
     *moved = true;
-    return ibl_hash_file(path, content) && !strcmp(content, hash);
+    return !ibl_hash_file(path, content) && !strcmp(content, hash);
 }
 
 bool ibl_stamp_holds(const ibl_stamp *s, bool *moved)
 {
-    char hash[IBL_HASH_SIZE], identity[IDENTITY_BYTES];
+    char hash[IBL_FILE_HASH], identity[IDENTITY_BYTES];
     struct stat st;
     const bool there = !stat(s->path, &st) && S_ISREG(st.st_mode);
     FILE *from = there ? fopen(s->path, "r") : NULL;
@@ -175,13 +175,13 @@ void ibl_stamp_hold(ibl_stamp *s)
 /* name: of an output, or "". A line break in it would end the line. */
 static bool put_file(FILE *to, const char *path, const char *name, double since)
 {
-    char identity[IDENTITY_BYTES], hash[IBL_HASH_SIZE];
+    char identity[IDENTITY_BYTES], hash[IBL_FILE_HASH];
     struct stat st;
 
     if (strchr(name, '\n') || stat(path, &st) || !S_ISREG(st.st_mode) ||
         (double)st.st_ctim.tv_sec + 1e-9 * (double)st.st_ctim.tv_nsec >
             since - TICK_SECONDS ||
-        !ibl_hash_file(path, hash))
+        ibl_hash_file(path, hash))
         return false;
     identify(&st, identity);
     fprintf(to, "%s %s %s\n", hash, identity, name);
@@ -227,7 +227,7 @@ bool ibl_stamp_write(const ibl_stamp *s, double since, ibl_ctx *ctx)
 static bool remove_outputs(const char *directory, FILE *stamp,
                            ibl_console *console)
 {
-    char hash[IBL_HASH_SIZE], identity[IDENTITY_BYTES], name[4096];
+    char hash[IBL_FILE_HASH], identity[IDENTITY_BYTES], name[4096];
     bool ok = fscanf(stamp, STAMP " %32s %*d", hash) == 1, moved;
 
     while (ok && fscanf(stamp, "%32s %127s", hash, identity) == 2) {

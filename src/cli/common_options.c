@@ -271,6 +271,20 @@ ibl_common ibl_common_default(void)
     return (ibl_common){.read = read, .isa = IBL_ISA_AUTO};
 }
 
+void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_command *command,
+                        const ibl_given *given)
+{
+    fprintf(to, "iblbake %s %s %s\n", IBL_VERSION, ibl_version_revision(),
+            ibl_isa_arithmetic(isa));
+    for (const ibl_section *const *s = command->sections; *s; s++)
+        for (int i = 0; i < (*s)->count; i++) {
+            const ibl_option *o = &(*s)->options[i];
+            const char *value = ibl_given_value(given, o->name);
+            if (value && !o->aside)
+                fprintf(to, "--%s=%s\n", o->name, value);
+        }
+}
+
 bool ibl_common_validate(const ibl_common *c)
 {
     if (c->quiet && c->verbose)

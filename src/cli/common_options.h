@@ -36,6 +36,10 @@ ibl_common ibl_common_default(void);
 /* Bytes that may be taken; 0: no limit is known. */
 size_t ibl_memory_most(const ibl_common *c);
 bool ibl_common_validate(const ibl_common *c);
+/* Prints what decides what is made beside the inputs: program, arithmetic, and
+ * the command's options that were given and are not aside. */
+void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_command *command,
+                        const ibl_given *given);
 /* The outputs of a bake, in the order in which they are made. */
 typedef enum ibl_output_kind {
     IBL_OUTPUT_SKYBOX,

@@ -407,21 +407,22 @@ static bool write_pictures(conversion *c, ibl_outputs *to)
 static bool write_files(conversion *c)
 {
     const char *out = c->o->path[1];
+    const ibl_texture made = c->out; /* its shape, when it is written */
     ibl_outputs *to = NULL;
     bool ok = !ibl_start_outputs(c->ctx, 0, &to);
 
     if (ok && c->o->picture)
         ok = write_pictures(c, to);
     else if (ok)
-        ok = !ibl_outputs_add_texture(to, out, &c->out,
-                                      (ibl_container)c->o->file, NULL);
+        ok = !ibl_outputs_take_texture(to, out, &c->out,
+                                       (ibl_container)c->o->file, NULL);
     ok = ok && ibl_console_commit(&c->console, to);
     ibl_end_outputs(to);
     if (ok && !c->o->picture)
         ibl_console_info(&c->console, "wrote %s: %s, %s, %d x %d, levels: %d",
-                         out, c->out.faces == 6 ? "cube" : "2D",
-                         ibl_pixel_name(c->out.pixel), c->out.width,
-                         c->out.height, c->out.levels);
+                         out, made.faces == 6 ? "cube" : "2D",
+                         ibl_pixel_name(made.pixel), made.width, made.height,
+                         made.levels);
     return ok;
 }
 

@@ -180,7 +180,7 @@ static json_t *beside(const char *path, ibl_about *about)
     struct stat st;
     ibl_json_why why;
     json_t *root =
-        side && !stat(side, &st) ? ibl_sidecar_read(side, &why) : NULL;
+        side && !stat(side, &st) ? ibl_json_load(side, 0, &why) : NULL;
 
     *about =
         ibl_about_sidecar(root, ibl_sidecar_entry(root, "file", name), path);

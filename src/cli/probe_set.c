@@ -7,8 +7,8 @@
 #include "cli/probes.h"
 #include "common/names.h"
 #include "common/path.h"
+#include "json/text.h"
 
-const char *const ibl_set_alphas[] = {"ignore", "file", "straight", NULL};
 const char *const ibl_capture_names[] = {"equirect", "cross", "faces", NULL};
 
 ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
@@ -41,53 +41,45 @@ bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
     return ok;
 }
 
-static bool no_memory(ibl_json_at at)
-{
-    return ibl_json_complain(at, "no memory for it");
-}
-
+/* Joins the names of six faces by commas, as ibl_input_files takes them. */
 static bool take_capture(ibl_json_at at, ibl_capture *c)
 {
     const char *file[IBL_FACES];
 
     if (!ibl_set_capture(at, &c->kind, file))
         return false;
-    snprintf(c->place, sizeof c->place, "%s", at.path);
     const int count = c->kind == IBL_CAPTURE_FACES ? IBL_FACES : 1;
-    for (; c->count < count; c->count++) {
-        c->file[c->count] = ibl_path_beside(at.file->name, file[c->count]);
-        if (!c->file[c->count])
-            return no_memory(at);
+    snprintf(c->place, sizeof c->place, "%s", at.path);
+    for (int i = 0; i < count; i++) {
+        char *path = ibl_path_beside(at.file->name, file[i]), *all = c->name;
+        const bool comma = count > 1 && path && strchr(path, ',');
+        c->name = path && (all || !i)
+                      ? ibl_format("%s%s%s", i ? all : "", i ? "," : "", path)
+                      : NULL;
+        free(path);
+        free(all);
+        if (comma)
+            return ibl_json_wrong(at, "faces without commas in their paths");
     }
-    return true;
+    return c->name != NULL;
 }
 
 /* ---- probes ------------------------------------------------------------ */
-
-static bool is_inside(const ibl_volume *v, const double p[3])
-{
-    double square = 0;
-
-    for (int k = 0; k < 3; k++) {
-        const double d = fabs(p[k] - v->centre[k]);
-        if (v->shape == IBL_SHAPE_BOX && d > v->half[k])
-            return false;
-        square += d * d;
-    }
-    return v->shape == IBL_SHAPE_BOX || square <= v->half[0] * v->half[0];
-}
 
 /* Checks how its volumes go together. */
 static bool check_probe(ibl_json_at at, const ibl_probe *p)
 {
     const double *half = p->influence.half;
     const double widest = fmin(half[0], fmin(half[1], half[2]));
+    ibl_probe walls = {.influence = p->proxy};
 
+    for (int k = 0; k < 3; k++)
+        walls.influence.half[k] *= 1 + 1e-9; /* they are inside */
     if (p->blend > widest)
         return ibl_json_wrong(ibl_json_member(&at, "blend"),
                               "at most %.10g, half the influence's least width",
                               widest);
-    return !p->has_proxy || is_inside(&p->proxy, p->position) ||
+    return !p->has_proxy || ibl_probe_influence(&walls, p->position) > 0 ||
            ibl_json_complain(ibl_json_member(&at, "proxy"),
                              "expected a volume around the probe's position, "
                              "found it outside");
@@ -144,62 +136,6 @@ static ibl_set_bake bake_default(void)
     return b;
 }
 
-static bool take_int(ibl_json_at at, const char *key, int low, int high,
-                     int *value)
-{
-    return ibl_json_int(ibl_json_optional(&at, key), low, high, value);
-}
-
-static const char *const mappings[] = {"linear", "filament", NULL};
-
-static bool take_choice(ibl_json_at at, const char *key,
-                        const char *const *names, void *value)
-{
-    return ibl_json_choice(ibl_json_optional(&at, key), names, value);
-}
-
-static bool take_irradiance(ibl_json_at at, int *edge)
-{
-    const char *word = json_string_value(at.value);
-    const bool harmonics = word && !strcmp(word, "sh");
-    const json_int_t n = json_integer_value(at.value);
-
-    if (!harmonics && (n < 1 || n > IBL_MAX_CUBE_SIZE))
-        return ibl_json_wrong(at, "a whole number from 1 to %d or \"sh\"",
-                              IBL_MAX_CUBE_SIZE);
-    *edge = harmonics ? 0 : (int)n;
-    return true;
-}
-
-/* Reads size before levels, which it limits. */
-static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
-{
-    static const char *const keys[] = {
-        "size",      "levels",   "mapping",   "method",     "samples",
-        "tolerance", "pixel",    "container", "irradiance", "lut_size",
-        "alpha",     "overflow", "zstd",      "quality",    NULL};
-    ibl_specular_options *s = &b->options.specular_options;
-
-    return ibl_json_object(at, keys) &&
-           take_int(at, "size", 1, IBL_MAX_CUBE_SIZE, &s->size) &&
-           take_int(at, "levels", 1, ibl_most_levels(s->size), &s->levels) &&
-           take_choice(at, "mapping", mappings, &s->mapping) &&
-           take_choice(at, "method", ibl_method_names, &s->method) &&
-           take_int(at, "samples", 1, 1048576, &s->samples) &&
-           ibl_json_real(ibl_json_optional(&at, "tolerance"), 1e-6, 1, false,
-                         &s->tolerance) &&
-           take_choice(at, "pixel", ibl_pixel_names, &b->texels.pixel) &&
-           take_choice(at, "quality", ibl_quality_names, &b->texels.quality) &&
-           take_choice(at, "container", ibl_array_container_names,
-                       &b->container) &&
-           take_int(at, "zstd", 0, IBL_MAX_ZSTD, &b->zstd) &&
-           take_irradiance(ibl_json_optional(&at, "irradiance"),
-                           &b->options.irradiance_options.size) &&
-           take_int(at, "lut_size", 1, 4096, &b->lut_size) &&
-           take_choice(at, "alpha", ibl_set_alphas, &b->alpha) &&
-           take_choice(at, "overflow", ibl_overflow_names, &b->texels.overflow);
-}
-
 /* Sorts the probes by ibl_probes_order and numbers their layers. */
 static void sort(ibl_probe_set *set)
 {
@@ -235,13 +171,14 @@ static bool take_set(ibl_json_at root, ibl_probe_set *set)
     if (!ibl_json_object(root, keys) ||
         !ibl_json_int(ibl_json_member(&root, "version"), IBL_SET_VERSION,
                       IBL_SET_VERSION, &version) ||
-        !take_defaults(ibl_json_optional(&root, "defaults"), &set->bake) ||
+        !ibl_probes_defaults(ibl_json_optional(&root, "defaults"),
+                             &set->bake) ||
         !ibl_json_array(probes, 1, most))
         return false;
     const size_t count = json_array_size(probes.value);
     set->entry = calloc(count + 1, sizeof *set->entry);
     if (!set->entry)
-        return no_memory(root);
+        return false;
     for (size_t i = 0; i < count; i++) {
         const bool ok =
             take_probe(ibl_json_element(&probes, i), set, &set->entry[i]);
@@ -271,8 +208,7 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
 void ibl_probe_set_free(ibl_probe_set *set)
 {
     for (int i = 0; i < set->layers; i++) {
-        for (int k = 0; k < set->entry[i].capture.count; k++)
-            free(set->entry[i].capture.file[k]);
+        free(set->entry[i].capture.name);
         json_decref(set->entry[i].note);
     }
     free(set->entry);

@@ -7,7 +7,6 @@
 #include <ibl/probes.h>
 
 #include "cli/console.h"
-#include "cli/hash.h"
 #include "cli/shard.h"
 #include "json/json_at.h"
 
@@ -26,8 +25,7 @@ extern const char *const ibl_capture_names[];
 
 typedef struct ibl_capture {
     ibl_capture_kind kind;
-    int count;                       /* of files: 1 or 6 */
-    char *file[IBL_FACES];           /* relative to the working directory */
+    char *name; /* as in ibl_image_read, relative to the working directory */
     char place[IBL_JSON_PATH_BYTES]; /* "probes[3].capture" */
 } ibl_capture;
 
@@ -70,9 +68,6 @@ void ibl_probe_set_free(ibl_probe_set *set);
  * nothing behind it. */
 ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer);
 
-/* Values of "alpha" in a set and of --alpha, ended by NULL. */
-extern const char *const ibl_set_alphas[];
-
 /* Checks and reads a capture: its kind and the names of its 1 or 6 files, as
  * they are in the JSON. */
 bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
@@ -97,6 +92,8 @@ typedef struct ibl_probes_opts {
     ibl_given given;
 } ibl_probes_opts;
 
+/* Reads "defaults" of a set by the options' table. */
+bool ibl_probes_defaults(ibl_json_at at, ibl_set_bake *bake);
 /* Replaces the set's settings by those of the command line. */
 void ibl_probes_override(const ibl_probes_opts *opts, ibl_set_bake *bake);
 
@@ -122,7 +119,7 @@ typedef struct ibl_probes_bake {
     ibl_probe_set set;
     ibl_specular_layout layout;
     ibl_pixel lut_pixel;
-    char hash[IBL_HASH_SIZE];          /* of all that the files depend on */
+    char hash[IBL_FILE_HASH];          /* of all that the files depend on */
     char *path[IBL_PROBES_FILES];      /* NULL: not wanted */
     ibl_texture array[IBL_PROBES_LUT]; /* filled layer by layer */
 } ibl_probes_bake;
@@ -132,24 +129,16 @@ typedef struct ibl_probes_bake {
 /* Alpha of at least this counts as 1, since renderers round it. */
 #define IBL_CAPTURE_OPAQUE 0.999f
 
-/* The parts of a capture: colours (multiplied by alpha), and alpha as greys. */
-typedef enum ibl_capture_part {
-    IBL_CAPTURE_COLOUR,
-    IBL_CAPTURE_ALPHA,
-    IBL_CAPTURE_PARTS
-} ibl_capture_part;
-
 /*
- * Bakes the capture of a layer. An equirectangular one is read row by row.
- * Faces and crosses become a map; but if their edge is 2^k times the specular
- * cube's, level 0 is the faces (k = 0) or means of their texels.
- *   made  empty; the caller must free both parts with ibl_bake_result_free.
- *         IBL_CAPTURE_ALPHA stays empty unless the layer's alpha is read and
- *         some is below IBL_CAPTURE_OPAQUE.
+ * Bakes the capture of a layer. If it has faces whose edge is 2^k times the
+ * specular cube's, level 0 is the faces (k = 0) or means of their texels.
+ *   colour, alpha  empty; to be freed with ibl_bake_result_free. alpha, in
+ *                  greys, stays empty unless the layer's alpha is read and some
+ *                  is below IBL_CAPTURE_OPAQUE. Colours are multiplied by it
  * Alpha that is 0 everywhere is an error.
  */
 bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
-                      ibl_bake_result made[IBL_CAPTURE_PARTS]);
+                      ibl_bake_result *colour, ibl_bake_result *alpha);
 
 /* Whether the arrays of all layers, and the bake of a map of width x height
  * pixels, which is in memory with its alpha and its faces, fit in

@@ -16,56 +16,39 @@
 
 /* ---- options ------------------------------------------------------------ */
 
-/* Whether the files can hold the texels, and the texels have the quality. */
-static bool check_texels(const ibl_probes_bake *p)
-{
-    const ibl_set_bake *b = &p->set.bake;
-    const ibl_texel_options *t = &b->texels;
-    const char *pixel = ibl_pixel_name(t->pixel);
-
-    if (b->zstd && b->container != IBL_CONTAINER_KTX2)
-        return ibl_console_fail(
-            p->console,
-            "zstd %d: %s files cannot hold it: take the container ktx2",
-            b->zstd, ibl_container_name(b->container));
-    if (!ibl_container_holds(b->container, t->pixel))
-        return ibl_console_fail(p->console,
-                                "pixel %s: %s files cannot hold it: take the "
-                                "container ktx2",
-                                pixel, ibl_container_name(b->container));
-    if (t->pixel == IBL_PIXEL_RGBA32F &&
-        ibl_is_given(&p->opts->given, "overflow"))
-        return ibl_console_fail(p->console,
-                                "--overflow %s: rgba32f holds all light: leave "
-                                "it out",
-                                ibl_overflow_name(t->overflow));
-    return ibl_pixel_block(t->pixel) > 1 ||
-           (t->quality == IBL_QUALITY_NORMAL &&
-            !ibl_is_given(&p->opts->given, "quality")) ||
-           ibl_console_fail(p->console,
-                            "quality %s: %s has none: it is for bc6h, "
-                            "uastc-hdr and astc4x4hdr",
-                            ibl_quality_name(t->quality), pixel);
-}
-
-/* Completes the set's options by the command line's; finds the layout. */
+/* Completes the set's options by the command line's, and checks them together;
+ * finds the layout. */
 static bool find_options(ibl_probes_bake *p)
 {
     ibl_set_bake *b = &p->set.bake;
     ibl_bake_options *o = &b->options;
+    const ibl_texel_options *t = &b->texels;
+    const ibl_given *given = &p->opts->given;
 
     ibl_probes_override(p->opts, b);
     o->irradiance = o->irradiance_options.size > 0;
     o->sh_degree = o->irradiance ? -1 : IBL_PROBES_SH_DEGREE;
     b->texels.alike = b->zstd > 0;
-    p->lut_pixel = ibl_lut_pixel(b->texels.pixel, IBL_LUT_SPLIT);
+    p->lut_pixel = ibl_lut_pixel(t->pixel, IBL_LUT_SPLIT);
     if (ibl_specular_layout_of(&o->specular_options, &p->layout))
         return ibl_console_fail(
             p->console, "levels %d: a cube of size %d has 1 to %d levels",
             o->specular_options.levels, o->specular_options.size,
             ibl_most_levels(o->specular_options.size));
-    if (!check_texels(p))
-        return false;
+    const bool holds = ibl_container_holds(b->container, t->pixel);
+    if (!holds || (b->zstd && b->container != IBL_CONTAINER_KTX2))
+        return ibl_console_fail(
+            p->console, "%s: %s files cannot hold it: take the container ktx2",
+            holds ? "zstd" : "pixel", ibl_container_name(b->container));
+    if (t->pixel == IBL_PIXEL_RGBA32F && ibl_is_given(given, "overflow"))
+        return ibl_console_fail(
+            p->console, "--overflow: rgba32f holds all light: leave it out");
+    if (ibl_pixel_block(t->pixel) == 1 &&
+        (t->quality != IBL_QUALITY_NORMAL || ibl_is_given(given, "quality")))
+        return ibl_console_fail(p->console,
+                                "quality: %s has none: it is for bc6h, "
+                                "uastc-hdr and astc4x4hdr",
+                                ibl_pixel_name(t->pixel));
     ibl_warn_of_small_faces(p->console, &p->layout);
     return true;
 }
@@ -136,25 +119,33 @@ static bool hash_inputs(ibl_probes_bake *p)
 {
     ibl_memory_file file;
     FILE *to = ibl_memory_open(&file);
-    char *set = ibl_json_text(p->set.root), hash[IBL_HASH_SIZE];
+    char *set = ibl_json_text(p->set.root), hash[IBL_FILE_HASH];
     bool ok = to && set && check_input(p, p->input);
 
     if (ok) {
-        ibl_print_settings(to, ibl_ctx_isa(p->ctx), &p->opts->given);
+        ibl_print_settings(to, ibl_ctx_isa(p->ctx), &ibl_probes_command,
+                           &p->opts->given);
         fputs(set, to);
     }
     for (int i = 0; i < p->set.layers && ok; i++) {
         const ibl_capture *c = &p->set.entry[i].capture;
-        for (int k = 0; k < c->count && ok; k++) {
-            ok = check_input(p, c->file[k]) &&
-                 (ibl_hash_file(c->file[k], hash) ||
+        char *files[IBL_FACES];
+        int count;
+        if (ibl_input_files(p->ctx, c->name, files, &count)) {
+            ok = false;
+            break;
+        }
+        for (int k = 0; k < count && ok; k++) {
+            ok = check_input(p, files[k]) &&
+                 (!(errno = ibl_hash_file(files[k], hash)) ||
                   ibl_console_fail(p->console, "%s: %s: %s: cannot be read: %s",
-                                   p->input, c->place, c->file[k],
+                                   p->input, c->place, files[k],
                                    errno == EINVAL ? "no regular file"
                                                    : strerror(errno)));
             if (ok)
                 fprintf(to, "%s\n", hash);
         }
+        ibl_input_files_free(files);
     }
     free(set);
     char *text = to ? ibl_memory_close(to, &file) : NULL;
@@ -235,29 +226,29 @@ static json_t *alpha_harmonics(const double *sh)
     return list;
 }
 
-static bool take_capture(ibl_probes_bake *p, int layer,
-                         const ibl_bake_result made[IBL_CAPTURE_PARTS])
+static bool bake_layer(ibl_probes_bake *p, int layer)
 {
-    const ibl_bake_result *colour = &made[IBL_CAPTURE_COLOUR];
-    const ibl_bake_result *alpha = &made[IBL_CAPTURE_ALPHA];
     const ibl_texel_options *texels = &p->set.bake.texels;
     const char *pixel = ibl_pixel_name(texels->pixel);
     ibl_set_entry *e = &p->set.entry[layer];
+    ibl_bake_result colour = {0}, alpha = {0};
     loss l = {.errors = json_array()};
     char name[512];
 
-    e->alpha = alpha->specular.data != NULL;
+    bool ok = ibl_capture_bake(p, layer, &colour, &alpha);
+    e->alpha = alpha.specular.data != NULL;
     if (e->alpha && !ibl_pixel_has_alpha(texels->pixel))
-        return ibl_console_fail(
+        ok = ibl_console_fail(
             p->console,
             "%s: %s: has alpha below 1, which %s has no room for: choose "
             "--pixel rgba16f or rgba32f, or --alpha ignore",
             p->input, e->capture.place, pixel);
-    const bool ok = take_cube(p, IBL_PROBES_SPECULAR, layer, &colour->specular,
-                              &alpha->specular, &l) &&
-                    (!colour->irradiance.data ||
-                     take_cube(p, IBL_PROBES_IRRADIANCE, layer,
-                               &colour->irradiance, &alpha->irradiance, &l));
+    ok = ok &&
+         take_cube(p, IBL_PROBES_SPECULAR, layer, &colour.specular,
+                   &alpha.specular, &l) &&
+         (!colour.irradiance.data ||
+          take_cube(p, IBL_PROBES_IRRADIANCE, layer, &colour.irradiance,
+                    &alpha.irradiance, &l));
     snprintf(name, sizeof name, "%s: %s", p->input, e->capture.place);
     ibl_warn_of_overflow(p->console, name, texels, NULL, false, &l.beyond);
     ibl_warn_of_underflow(p->console, name, pixel, l.dark);
@@ -266,29 +257,19 @@ static bool take_capture(ibl_probes_bake *p, int layer,
         put(&e->note, "beyond", ibl_json_overflow(&l.beyond));
     if (ibl_pixel_block(texels->pixel) > 1)
         put(&e->note, "pixel_error", json_incref(l.errors));
-    json_decref(l.errors);
-    if (colour->sh)
+    if (colour.sh)
         put(&e->note, "sh",
-            ibl_json_harmonics(colour->sh, IBL_PROBES_SH_DEGREE, true));
-    if (alpha->sh)
-        put(&e->note, "alpha_sh", alpha_harmonics(alpha->sh));
-    ibl_console_info(p->console, "layer %d: %s: baked%s", layer,
-                     *e->name ? e->name : "(global)",
-                     e->alpha ? ", with alpha" : "");
+            ibl_json_harmonics(colour.sh, IBL_PROBES_SH_DEGREE, true));
+    if (alpha.sh)
+        put(&e->note, "alpha_sh", alpha_harmonics(alpha.sh));
+    json_decref(l.errors);
+    ibl_bake_result_free(&colour);
+    ibl_bake_result_free(&alpha);
+    if (ok)
+        ibl_console_info(p->console, "layer %d: %s: baked%s", layer,
+                         *e->name ? e->name : "(global)",
+                         e->alpha ? ", with alpha" : "");
     return ok && e->note;
-}
-
-static bool make_layers(ibl_probes_bake *p)
-{
-    bool ok = true;
-
-    for (int i = 0; i < p->set.layers && ok; i++) {
-        ibl_bake_result made[IBL_CAPTURE_PARTS] = {0};
-        ok = ibl_capture_bake(p, i, made) && take_capture(p, i, made);
-        for (int part = 0; part < IBL_CAPTURE_PARTS; part++)
-            ibl_bake_result_free(&made[part]);
-    }
-    return ok;
 }
 
 /* ---- outputs ------------------------------------------------------------ */
@@ -371,8 +352,10 @@ static bool bake_set(const ibl_probes_opts *opts, const char *input,
     const bool kept = ok && is_kept(&p);
     if (ok && !kept)
         ok = !ibl_start_outputs(ctx, opts->sync, &p.outputs) &&
-             !ibl_outputs_mkdir(p.outputs, directory) && make_layers(&p) &&
-             put_files(&p);
+             !ibl_outputs_mkdir(p.outputs, directory);
+    for (int i = 0; i < p.set.layers && ok && !kept; i++)
+        ok = bake_layer(&p, i);
+    ok = ok && (kept || put_files(&p));
     for (int i = 0; i < IBL_PROBES_FILES && ok; i++)
         if (p.path[i])
             ibl_console_info(console, "%s %s", kept ? "kept" : "wrote",

@@ -75,7 +75,7 @@ char *ibl_probes_index_text(const ibl_probes_bake *p)
                   "scale", "E/pi");
 
     if (!options->irradiance)
-        ibl_json_put_basis(&irradiance, IBL_PROBES_SH_DEGREE);
+        put(&irradiance, "degree", json_integer(IBL_PROBES_SH_DEGREE));
     for (int i = 0; i < p->set.count; i++)
         append(&probes, entry(p, i));
     json_t *root = json_pack(

@@ -4,8 +4,12 @@
 
 #include "cli/probes.h"
 #include "common/names.h"
+#include "json/text.h"
 
 #define FROM_SET "what the set says"
+
+static const char *const alphas[] = {"ignore", "file", "straight", NULL};
+static const char *const mappings[] = {"linear", "filament", NULL};
 
 static bool parse_irradiance(void *field, const char *value)
 {
@@ -41,8 +45,8 @@ static const ibl_option outputs[] = {
      .aside = true},
 };
 
-static const ibl_option overrides[] = {
-    {"alpha", 0, IBL_CHOICE(said.alpha, ibl_set_alphas), .standard = FROM_SET,
+static const ibl_option settings[] = {
+    {"alpha", 0, IBL_CHOICE(said.alpha, alphas), .standard = FROM_SET,
      .help = "alpha of captures: drop it, take colours as the file's format "
              "says, or as not yet multiplied by it"},
     {"container", 0, IBL_CHOICE(said.container, ibl_array_container_names),
@@ -73,24 +77,43 @@ static const ibl_option overrides[] = {
      .help = "edge of the irradiance cubes; sh: spherical harmonics in the "
              "index instead"},
 };
+
+/* Members of "defaults" beside these. */
+static const ibl_option more[] = {
+    {"mapping", 0,
+     IBL_CHOICE(said.options.specular_options.mapping, mappings)},
+    {"method", 0,
+     IBL_CHOICE(said.options.specular_options.method, ibl_method_names)},
+    {"samples", 0, IBL_INT(said.options.specular_options.samples, 1, 1048576)},
+    {"tolerance", 0,
+     IBL_REAL(said.options.specular_options.tolerance, "T", 1e-6, 1)},
+    {"lut_size", 0, IBL_INT(said.lut_size, 1, 4096)},
+};
 /* clang-format on */
 
 enum {
-    OVERRIDES = sizeof overrides / sizeof *overrides
+    SETTINGS = sizeof settings / sizeof *settings,
+    MORE = sizeof more / sizeof *more
 };
 
 static const ibl_section *const sections[] = {
     IBL_SECTION("Outputs", outputs),
-    IBL_SECTION("In place of what the set says", overrides),
+    IBL_SECTION("In place of what the set says", settings),
     &ibl_input_section,
     &ibl_running_section,
     NULL,
 };
 
-static void defaults(void *settings)
+static void defaults(void *opts)
 {
-    *(ibl_probes_opts *)settings =
+    *(ibl_probes_opts *)opts =
         (ibl_probes_opts){.common = ibl_common_default()};
+}
+
+/* The field of a setting. */
+static void *field_of(const ibl_option *o, ibl_set_bake *bake)
+{
+    return (char *)bake + (o->offset - offsetof(ibl_probes_opts, said));
 }
 
 void ibl_probes_override(const ibl_probes_opts *o, ibl_set_bake *bake)
@@ -98,17 +121,42 @@ void ibl_probes_override(const ibl_probes_opts *o, ibl_set_bake *bake)
     /* The set's number of levels belongs to the set's size. */
     if (ibl_is_given(&o->given, "size"))
         bake->options.specular_options.levels = 0;
-    for (size_t i = 0; i < sizeof overrides / sizeof *overrides; i++) {
-        const size_t from = overrides[i].offset;
-        const size_t to = from - offsetof(ibl_probes_opts, said);
-        if (ibl_is_given(&o->given, overrides[i].name))
-            memcpy((char *)bake + to, (const char *)o + from, sizeof(int));
-    }
+    for (int i = 0; i < SETTINGS; i++)
+        if (ibl_is_given(&o->given, settings[i].name))
+            memcpy(field_of(&settings[i], bake),
+                   (const char *)o + settings[i].offset, sizeof(int));
 }
 
-static bool take(void *settings, const char *word)
+bool ibl_probes_defaults(ibl_json_at at, ibl_set_bake *bake)
 {
-    ibl_probes_opts *o = settings;
+    const char *keys[SETTINGS + MORE + 1] = {0};
+    bool ok = true;
+
+    for (int i = 0; i < SETTINGS + MORE && ok; i++) {
+        const ibl_option *o = i < SETTINGS ? &settings[i] : &more[i - SETTINGS];
+        const ibl_json_at m = ibl_json_optional(&at, o->name);
+        void *field = field_of(o, bake);
+        char text[IBL_NUMBER_BYTES];
+        keys[i] = o->name;
+        if (o->kind == IBL_OPTION_INT) {
+            ok = ibl_json_int(m, (int)o->low, (int)o->high, field);
+        } else if (o->kind == IBL_OPTION_REAL) {
+            ok = ibl_json_real(m, o->low, o->high, false, field);
+        } else if (o->kind == IBL_OPTION_CHOICE) {
+            ok = ibl_json_choice(m, o->choices, field);
+        } else if (m.value) {
+            const char *word = json_string_value(m.value);
+            ibl_number_text((double)json_integer_value(m.value), text);
+            ok = o->parse(field, word ? word : text) ||
+                 ibl_json_wrong(m, "%s", o->allowed);
+        }
+    }
+    return ok && ibl_json_object(at, keys);
+}
+
+static bool take(void *opts, const char *word)
+{
+    ibl_probes_opts *o = opts;
 
     if (!*word || !strcmp(word, "-"))
         return ibl_misuse("a set is a file, beside which its captures are "
@@ -127,15 +175,15 @@ enum {
 
 static const ibl_rule rules[] = {
     {"force shard alpha container zstd pixel quality overflow size levels "
-     "irradiance layer part any-aspect input-layout strict primaries exposure "
-     "clamp",
+     "irradiance layer part any-aspect input-layout face-order input-transfer "
+     "strict primaries exposure clamp",
      BAKES, "--grid bakes nothing: leave out one of them"},
     {"sync", WRITES, "standard output is no file: add -o FILE"},
     {.options = NULL}};
 
-static bool validate(void *settings)
+static bool validate(void *opts)
 {
-    const ibl_probes_opts *o = settings;
+    const ibl_probes_opts *o = opts;
 
     if (!o->count)
         return ibl_misuse("no set: iblbake probes [options] SET.json... -o "

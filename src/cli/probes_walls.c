@@ -117,19 +117,30 @@ static void write_influence(const ibl_probe *p, const leak *l, char to[256])
                  fmax(h[0], l->away + beyond));
 }
 
-/* Tells of the probe with the most light from outside, and how many have some.
- */
-static bool report(const ibl_probes_bake *p, const walls *w)
+bool ibl_probes_check_walls(const ibl_probes_bake *p)
 {
+    walls *w = calloc(1, sizeof *w);
     char influence[256], others[64] = "", line[IBL_LINE_BYTES];
     int worst = 0, more = -1;
 
-    for (int i = 0; i < w->count; i++) {
+    for (int i = 0; i < p->set.count && w; i++) {
+        w->probe[i] = p->set.entry[i].probe;
+        w->order[w->count++] = i;
+    }
+    for (int i = 0; w && i < w->count; i++)
+        if (find(w, i, NULL) == i &&
+            ibl_volume_size(&w->probe[i].proxy) <
+                far * ibl_volume_size(&w->probe[i].influence))
+            find_leaks(w, i);
+    for (int i = 0; w && i < w->count; i++) {
         more += w->leak[i].most > 0;
         worst = w->leak[i].most > w->leak[worst].most ? i : worst;
     }
-    if (more < 0)
-        return true;
+    if (more < 0) {
+        const bool ok = w;
+        free(w);
+        return ok;
+    }
     write_influence(&w->probe[worst], &w->leak[worst], influence);
     if (more)
         snprintf(others, sizeof others, "; such probes: %d more", more);
@@ -139,29 +150,9 @@ static bool report(const ibl_probes_bake *p, const walls *w)
              "\"influence\": %s%s",
              p->input, p->set.entry[worst].name, 100 * w->leak[worst].most,
              influence, others);
+    free(w);
     if (p->opts->common.read.strict)
         return ibl_console_fail(p->console, "%s", line);
     ibl_console_warn(p->console, "%s", line);
     return true;
-}
-
-bool ibl_probes_check_walls(const ibl_probes_bake *p)
-{
-    walls *w = calloc(1, sizeof *w);
-
-    if (!w)
-        return false;
-    for (int i = 0; i < p->set.count; i++) {
-        w->probe[i] = p->set.entry[i].probe;
-        w->order[i] = i;
-    }
-    w->count = p->set.count;
-    for (int i = 0; i < w->count; i++)
-        if (find(w, i, NULL) == i &&
-            ibl_volume_size(&w->probe[i].proxy) <
-                far * ibl_volume_size(&w->probe[i].influence))
-            find_leaks(w, i);
-    const bool ok = report(p, w);
-    free(w);
-    return ok;
 }

@@ -710,7 +710,6 @@ static int run_probes(const verify_opts *opts)
     o.directory = path;
     for (int i = 0; i < set.layers && ok; i++) {
         const ibl_set_entry *e = &set.entry[i]; /* in the index's order */
-        char capture[IBL_FACES * 1024] = "";
         ok = i == set.count ? i == index.global
                             : i < index.count && index.name[i] &&
                                   !strcmp(index.name[i], e->name);
@@ -720,16 +719,12 @@ static int run_probes(const verify_opts *opts)
                              path);
             break;
         }
-        for (int k = 0; k < e->capture.count; k++)
-            snprintf(capture + strlen(capture),
-                     sizeof capture - strlen(capture), "%s%s", k ? "," : "",
-                     e->capture.file[k]);
-        o.input = capture;
+        o.input = e->capture.name;
         o.layer = i;
         o.probe = *e->name ? e->name : "(global)";
         o.common.read.alpha = ibl_probes_alpha(&set, i);
         if (!o.common.quiet)
-            printf("%.60s, layer %d: %s\n", o.probe, o.layer, capture);
+            printf("%.60s, layer %d: %s\n", o.probe, o.layer, o.input);
         passed = !run_one(&o) && passed;
         o.leave = 1u << IBL_CONTENT_LUT;
         o.input = opts->input;

@@ -56,65 +56,43 @@ static bool read_text(const char *path, char *text, size_t size)
     return n > 0;
 }
 
-enum {
-    GROUP_BYTES = 8192,             /* bytes of /proc/self/cgroup */
-    PATH_BYTES = GROUP_BYTES + 4096 /* bytes of the path of a group's file */
-};
-
-/* A limit of a group; 0: none. */
-typedef uint64_t limit_fn(const char *group, bool unified);
-
-/* CPUs that a group allows, rounded up. Version 1 has quota and period in two
- * files, with -1 for no limit; version 2 one, with "max". */
-static uint64_t quota_of(const char *group, bool unified)
-{
-    static const char *const files[2][2] = {
-        {"cpu.cfs_quota_us", "cpu.cfs_period_us"}, {"cpu.max"}};
-    char path[PATH_BYTES + 32], text[64], both[2 * sizeof text + 2] = "";
-    long long quota = 0, period = 0;
-
-    for (int i = 0; i < 2 && files[unified][i]; i++) {
-        snprintf(path, sizeof path, "%s/%s", group, files[unified][i]);
-        if (!read_text(path, text, sizeof text))
-            return 0;
-        strcat(strcat(both, text), " ");
-    }
-    if (sscanf(both, "%lld %lld", &quota, &period) != 2 || quota <= 0 ||
-        period <= 0)
-        return 0;
-    return (uint64_t)((quota + period - 1) / period);
-}
-
-/* Bytes that a group allows. No limit is a huge one in version 1, "max" in
- * version 2. */
-static uint64_t bytes_of(const char *group, bool unified)
-{
-    char path[PATH_BYTES + 32], text[64];
-    unsigned long long bytes;
-
-    snprintf(path, sizeof path, "%s/memory.%s", group,
-             unified ? "max" : "limit_in_bytes");
-    return read_text(path, text, sizeof text) &&
-                   sscanf(text, "%llu", &bytes) == 1
-               ? bytes
-               : 0;
-}
-
 /* The tighter of two limits; 0 means none. */
 static uint64_t tighter(uint64_t a, uint64_t b)
 {
     return a && (!b || a < b) ? a : b;
 }
 
-/* The tightest limit from a group up to the root of its hierarchy. Shortens
- * group. In a container the parents of its group may be missing. */
-static uint64_t limit_up(const char *hierarchy, char *group, bool unified,
-                         limit_fn *limit)
+/* What a group's file allows: bytes, or quota and period, as CPUs rounded up.
+ * 0: "max", or there is no such file, as of a container's parents. */
+static uint64_t limit_of(const char *path)
 {
-    char path[PATH_BYTES];
-    for (uint64_t best = 0;;) {
-        snprintf(path, sizeof path, "%s%s", hierarchy, group);
-        best = tighter(limit(path, unified), best);
+    char text[64];
+    unsigned long long limit = 0, period = 1;
+
+    if (!read_text(path, text, sizeof text) ||
+        sscanf(text, "%llu %llu", &limit, &period) < 1 || !period)
+        return 0;
+    return limit / period + (limit % period != 0);
+}
+
+/* The tightest limit from this process's group up to the root. The group is
+ * that of version 2, in a line "0::GROUP". */
+static uint64_t find_limit(const char *root, const char *file)
+{
+    char text[8192] = "\n", path[sizeof text + 4096];
+    uint64_t best = 0;
+
+    snprintf(path, sizeof path, "%s/proc/self/cgroup", root);
+    if (!read_text(path, text + 1, sizeof text - 1))
+        return 0;
+    char *group = strstr(text, "\n0::");
+    if (!group)
+        return 0;
+    group += strlen("\n0::");
+    group[strcspn(group, "\n")] = '\0';
+    for (;;) {
+        snprintf(path, sizeof path, "%s/sys/fs/cgroup%s/%s", root, group, file);
+        best = tighter(limit_of(path), best);
         char *slash = strrchr(group, '/');
         if (!slash)
             return best;
@@ -122,53 +100,15 @@ static uint64_t limit_up(const char *hierarchy, char *group, bool unified,
     }
 }
 
-/* Whether a list such as "cpu,cpuacct" contains a controller. */
-static bool has(const char *list, const char *controller)
-{
-    const size_t length = strlen(controller);
-    for (; *list; list += strcspn(list, ","), list += *list == ',')
-        if (!strncmp(list, controller, length) &&
-            (list[length] == ',' || !list[length]))
-            return true;
-    return false;
-}
-
-/* Lines are NUMBER:CONTROLLERS:GROUP; version 2 has 0 and no controllers. */
-static uint64_t find_limit(const char *root, const char *controller,
-                           limit_fn *limit)
-{
-    char text[GROUP_BYTES], path[PATH_BYTES], *rest;
-    uint64_t best = 0;
-
-    snprintf(path, sizeof path, "%s/proc/self/cgroup", root);
-    if (!read_text(path, text, sizeof text))
-        return 0;
-    for (char *line = strtok_r(text, "\n", &rest); line;
-         line = strtok_r(NULL, "\n", &rest)) {
-        char *list = strchr(line, ':');
-        char *group = list ? strchr(list + 1, ':') : NULL;
-        if (!group)
-            continue;
-        *group++ = '\0';
-        const bool unified = !list[1];
-        if (!unified && !has(list + 1, controller))
-            continue;
-        snprintf(path, sizeof path, "%s/sys/fs/cgroup%s%s", root,
-                 unified ? "" : "/", unified ? "" : controller);
-        best = tighter(limit_up(path, group, unified, limit), best);
-    }
-    return best;
-}
-
 int ibl_cpu_quota(const char *root)
 {
-    const uint64_t cpus = find_limit(root, "cpu", quota_of);
+    const uint64_t cpus = find_limit(root, "cpu.max");
     return cpus < INT_MAX ? (int)cpus : INT_MAX;
 }
 
 uint64_t ibl_memory_quota(const char *root)
 {
-    return find_limit(root, "memory", bytes_of);
+    return find_limit(root, "memory.max");
 }
 
 size_t ibl_memory_allowed(void)

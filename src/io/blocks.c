@@ -173,15 +173,16 @@ static void put_texel(const uint16_t halves[3], size_t at, float *rgb,
         rgb[3 * at + c] = ibl_half_to_float(halves[c]);
 }
 
-static void decode_image(ibl_decode_block_fn *decode,
-                         const unsigned char *blocks, size_t width,
-                         size_t height, float *rgb, unsigned char *rgba)
+static int decode_image(ibl_decode_block_fn *decode,
+                        const unsigned char *blocks, size_t width,
+                        size_t height, float *rgb, unsigned char *rgba)
 {
     uint16_t texels[IBL_BLOCK_TEXELS][3];
+    int valid = 1;
 
     for (size_t top = 0; top < height; top += IBL_BLOCK_EDGE)
         for (size_t left = 0; left < width; left += IBL_BLOCK_EDGE) {
-            decode(blocks, texels);
+            valid &= decode(blocks, texels);
             blocks += IBL_BLOCK_BYTES;
             for (size_t i = 0; i < IBL_BLOCK_TEXELS; i++) {
                 const size_t x = left + i % IBL_BLOCK_EDGE;
@@ -190,18 +191,19 @@ static void decode_image(ibl_decode_block_fn *decode,
                     put_texel(texels[i], y * width + x, rgb, rgba);
             }
         }
+    return valid;
 }
 
-void ibl_blocks_to_floats(ibl_pixel pixel, const unsigned char *blocks,
-                          size_t width, size_t height, float *rgb)
+int ibl_blocks_to_floats(ibl_pixel pixel, const unsigned char *blocks,
+                         size_t width, size_t height, float *rgb)
 {
-    decode_image(decoder_of(pixel), blocks, width, height, rgb, NULL);
+    return decode_image(decoder_of(pixel), blocks, width, height, rgb, NULL);
 }
 
-void ibl_blocks_to_halves(ibl_pixel pixel, const unsigned char *blocks,
-                          size_t width, size_t height, unsigned char *rgba)
+int ibl_blocks_to_halves(ibl_pixel pixel, const unsigned char *blocks,
+                         size_t width, size_t height, unsigned char *rgba)
 {
-    decode_image(decoder_of(pixel), blocks, width, height, NULL, rgba);
+    return decode_image(decoder_of(pixel), blocks, width, height, NULL, rgba);
 }
 
 void ibl_signed_blocks_to_halves(const unsigned char *blocks, size_t width,

@@ -35,11 +35,11 @@ ibl_status ibl_blocks_encode_images(ibl_ctx *ctx, const ibl_block_images *of,
                                     size_t *beyond);
 
 /* Decode the blocks of width x height texels to rows of floats, or of RGBA16F;
- * leave out texels beyond the edges. */
-void ibl_blocks_to_floats(ibl_pixel pixel, const unsigned char *blocks,
-                          size_t width, size_t height, float *rgb);
-void ibl_blocks_to_halves(ibl_pixel pixel, const unsigned char *blocks,
-                          size_t width, size_t height, unsigned char *rgba);
+ * leave out texels beyond the edges. False: a block is not valid. */
+int ibl_blocks_to_floats(ibl_pixel pixel, const unsigned char *blocks,
+                         size_t width, size_t height, float *rgb);
+int ibl_blocks_to_halves(ibl_pixel pixel, const unsigned char *blocks,
+                         size_t width, size_t height, unsigned char *rgba);
 /* The same for signed BC6H. */
 void ibl_signed_blocks_to_halves(const unsigned char *blocks, size_t width,
                                  size_t height, unsigned char *rgba);

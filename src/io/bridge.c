@@ -96,7 +96,6 @@ static int begin(void *user, const ibl_bridge_info *info, float **rgb,
         p->status = ibl_map_alloc(p->in, info->width, info->height, &p->img);
     if (p->status)
         return 0;
-    memset(p->img.data, 0, 3 * sizeof *p->img.data * pixels);
     p->alpha =
         info->has_alpha ? ibl_alloc_zeroed(pixels, sizeof *p->alpha) : NULL;
     if (info->has_alpha && !p->alpha)

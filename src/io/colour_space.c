@@ -78,6 +78,13 @@ static const struct {
 
 };
 
+const char *ibl_primaries_name(ibl_primaries primaries)
+{
+    static const char *const names[] = {"keep", "rec709", "acescg", "rec2020"};
+    return (unsigned)primaries <= IBL_PRIMARIES_REC2020 ? names[primaries]
+                                                        : "unknown";
+}
+
 const double *ibl_primaries_xy(ibl_primaries primaries)
 {
     return spaces[primaries - IBL_PRIMARIES_REC709].xy;

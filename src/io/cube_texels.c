@@ -4,6 +4,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdatomic.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
@@ -59,12 +60,24 @@ static strip strip_of(const level *l, size_t i)
     };
 }
 
-static void decode_strip(const level *l, const strip *s, float *rgb)
+static int decode_strip(const level *l, const strip *s, float *rgb)
 {
     if (ibl_pixel_block(l->tex->pixel) > 1)
-        ibl_blocks_to_floats(l->tex->pixel, s->data, l->width, s->rows, rgb);
-    else
-        ibl_pixel_decode(l->tex->pixel, s->data, s->rows * l->width, rgb);
+        return ibl_blocks_to_floats(l->tex->pixel, s->data, l->width, s->rows,
+                                    rgb);
+    ibl_pixel_decode(l->tex->pixel, s->data, s->rows * l->width, rgb);
+    return 1;
+}
+
+/* A block of BC6H that is not valid is black; one of ASTC may be of the part of
+ * it that is not read. */
+static ibl_status check_blocks(ibl_ctx *ctx, const ibl_texture *tex, bool all)
+{
+    if (all || tex->pixel == IBL_PIXEL_BC6H)
+        return IBL_OK;
+    return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                    "blocks of ASTC beyond UASTC HDR 4x4, which alone is "
+                    "read: give the texels that they were made of");
 }
 
 /* ---- to cubes -------------------------------------------------------- */
@@ -72,23 +85,27 @@ static void decode_strip(const level *l, const strip *s, float *rgb)
 typedef struct decoding {
     level level;
     float *rgb;
+    atomic_bool invalid;
 } decoding;
 
 static void decode_job(void *arg, int job, int worker)
 {
-    const decoding *d = arg;
+    decoding *d = arg;
     const strip s = strip_of(&d->level, (size_t)job);
 
     (void)worker;
-    decode_strip(&d->level, &s, d->rgb + 3 * s.texel);
+    if (!decode_strip(&d->level, &s, d->rgb + 3 * s.texel))
+        d->invalid = true;
 }
 
 ibl_status ibl_texels_decode(ibl_ctx *ctx, const ibl_texture *tex, int l,
                              float *rgb)
 {
-    decoding d = {level_of(tex, l), rgb};
+    decoding d = {level_of(tex, l), rgb, false};
+    const ibl_status status =
+        ibl_run(ctx, NULL, (int)d.level.strips, decode_job, &d);
 
-    return ibl_run(ctx, NULL, (int)d.level.strips, decode_job, &d);
+    return status ? status : check_blocks(ctx, tex, !d.invalid);
 }
 
 ibl_status ibl_cube_texels_decode(ibl_ctx *ctx, const ibl_texture *tex,
@@ -106,16 +123,19 @@ ibl_status ibl_cube_texels_decode(ibl_ctx *ctx, const ibl_texture *tex,
 typedef struct unblocking {
     level level;
     unsigned char *to;
+    atomic_bool invalid;
 } unblocking;
 
 static void unblock_job(void *arg, int job, int worker)
 {
-    const unblocking *u = arg;
+    unblocking *u = arg;
     const strip s = strip_of(&u->level, (size_t)job);
 
     (void)worker;
-    ibl_blocks_to_halves(u->level.tex->pixel, s.data, u->level.width, s.rows,
-                         u->to + s.texel * ibl_pixel_bytes(IBL_PIXEL_RGBA16F));
+    if (!ibl_blocks_to_halves(
+            u->level.tex->pixel, s.data, u->level.width, s.rows,
+            u->to + s.texel * ibl_pixel_bytes(IBL_PIXEL_RGBA16F)))
+        u->invalid = true;
 }
 
 ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex)
@@ -132,8 +152,10 @@ ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex)
         return ibl_no_memory(ctx, "the texels of a texture");
     for (int l = 0; l < tex->levels && !status; l++) {
         unblocking u = {level_of(tex, l),
-                        out.data + ibl_texture_offset(&out, l, 0)};
+                        out.data + ibl_texture_offset(&out, l, 0), false};
         status = ibl_run(ctx, NULL, (int)u.level.strips, unblock_job, &u);
+        if (!status)
+            status = check_blocks(ctx, tex, !u.invalid);
     }
     ibl_free(status ? out.data : tex->data);
     if (!status)

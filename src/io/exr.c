@@ -11,7 +11,6 @@
 #include "core/half.h"
 #include "io/exr_file.h"
 #include "io/layout.h"
-#include "kern/max_finite.h"
 
 enum {
     JOB_BYTES = 1 << 17,  /* about 0.2 ms of inflating */
@@ -98,14 +97,12 @@ static ibl_status open_file(ibl_exr_file *file)
 typedef struct exr_rows {
     ibl_rows rows;
     ibl_exr_file file;
-    ibl_max_finite_fn *look;
     bool halves;    /* the three channels are halves */
     bool framed;    /* the data window does not cover the map */
     int begin, end; /* rows of the map that the blocks cover */
     int per_job;    /* chunks */
     int group;      /* number of rows of blocks that keeps all threads busy */
     float *band;    /* rows of blocks of which a call wanted a part */
-    uint32_t *band_most;
     int band_row, band_count;
 } exr_rows;
 
@@ -122,7 +119,6 @@ typedef struct decoding {
     int first, count; /* chunks */
     int row, rows;
     float *rgb;
-    uint32_t *most;    /* of each row */
     outcome *outcomes; /* one for each job */
 } decoding;
 
@@ -169,8 +165,7 @@ static void put_line(const decoding *g, const exr_chunk_info_t *chunk, int y,
         plane[c] = src + (size_t)file->before[c] * (size_t)chunk->width +
                    (type[c] == EXR_PIXEL_HALF ? 2 : 4) * (x0 - chunk->start_x);
     }
-    float *first = g->rgb + 3 * width * (size_t)row;
-    float *rgb = first + 3 * at;
+    float *rgb = g->rgb + 3 * (width * (size_t)row + at);
     if (r->halves)
         file->dsp.to_rgb(plane, count, rgb);
     for (int c = 0; c < 3 && !r->halves; c++)
@@ -178,8 +173,6 @@ static void put_line(const decoding *g, const exr_chunk_info_t *chunk, int y,
     if (r->rows.alpha)
         to_floats(plane[3], type[3], count,
                   r->rows.alpha + width * (size_t)line + at, 1);
-    if (file->columns == 1) /* else a chunk has no whole row to look at */
-        g->most[row] = r->look(first, 3 * width);
 }
 
 static void decode_job(void *arg, int job, int worker)
@@ -196,8 +189,10 @@ static void decode_job(void *arg, int job, int worker)
         o->code = ibl_exr_unpack(file, chunk, u, &o->error);
         if (o->code)
             return;
-        for (int y = chunk->start_y; y < chunk->start_y + chunk->height; y++)
-            put_line(g, chunk, y, ibl_exr_next_line(file, chunk, u));
+        const size_t bytes = (size_t)chunk->width * (size_t)file->all;
+        for (int line = 0; line < chunk->height; line++)
+            put_line(g, chunk, chunk->start_y + line,
+                     u->pixels + bytes * (size_t)line);
     }
 }
 
@@ -210,9 +205,7 @@ static ibl_status report(const ibl_exr_file *file, const outcome *o)
                             "EXR cut short: the block of line %d ends past the "
                             "end of the file: copy it again",
                             o->y);
-    /* PXR24 and B44 say so of damage, too */
-    if (o->code == EXR_ERR_OUT_OF_MEMORY &&
-        file->compression < EXR_COMPRESSION_PXR24)
+    if (o->code == EXR_ERR_OUT_OF_MEMORY)
         return ibl_no_memory(file->in->ctx, "decoding an EXR");
     return ibl_bad_file(
         file->in, "damaged EXR: the %s block of line %d cannot be unpacked: %s",
@@ -244,9 +237,7 @@ static ibl_status decode(decoding *g, int blocks, int count)
         if (g->outcomes[j].code)
             status = report(file, &g->outcomes[j]);
     ibl_free(g->outcomes);
-    if (status || file->columns == 1)
-        return status;
-    return ibl_rows_look(ctx, g->rgb, r->rows.width, g->rows, g->most);
+    return status;
 }
 
 /* ---- rows in order --------------------------------------------------
@@ -268,8 +259,7 @@ static int row_after(const exr_rows *r, int blocks)
 /* Decodes from `row`, where a row of blocks begins, as many as fit before *end
  * straight to rgb, and sets *end behind them; if fewer than a group fit, to the
  * band. */
-static ibl_status decode_some(exr_rows *r, int row, int *end, float *rgb,
-                              uint32_t *most)
+static ibl_status decode_some(exr_rows *r, int row, int *end, float *rgb)
 {
     const ibl_exr_file *file = &r->file;
     const int all = file->count / file->columns;
@@ -283,7 +273,7 @@ static ibl_status decode_some(exr_rows *r, int row, int *end, float *rgb,
         count++;
     const bool fits = count >= group;
     count = fits ? count : group;
-    decoding g = {.r = r, .row = row, .rgb = rgb, .most = most};
+    decoding g = {.r = r, .row = row, .rgb = rgb};
     g.rows = row_after(r, blocks + count - 1) - row;
     *end = fits ? row + g.rows : row;
     if (!fits) {
@@ -293,14 +283,11 @@ static ibl_status decode_some(exr_rows *r, int row, int *end, float *rgb,
         if (!r->band)
             r->band = ibl_alloc_array(3 * sizeof(float) * lines,
                                       (size_t)r->rows.width);
-        if (!r->band_most)
-            r->band_most = ibl_alloc_array(lines, sizeof *r->band_most);
-        if (!r->band || !r->band_most)
+        if (!r->band)
             return ibl_no_memory(r->rows.ctx, "the blocks of an EXR");
         r->band_row = row;
         r->band_count = g.rows;
         g.rgb = r->band;
-        g.most = r->band_most;
     }
     return decode(&g, blocks, count);
 }
@@ -309,13 +296,10 @@ static void end_decoding(exr_rows *r)
 {
     ibl_exr_end(&r->file);
     ibl_free(r->band);
-    ibl_free(r->band_most);
     r->band = NULL;
-    r->band_most = NULL;
 }
 
-static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
-                            uint32_t *most)
+static ibl_status rows_read(ibl_rows *rows, int count, float *rgb)
 {
     exr_rows *r = (exr_rows *)rows;
     const size_t floats = 3 * (size_t)rows->width;
@@ -334,14 +318,11 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
         const size_t n = (size_t)(end - row);
         if (black) {
             memset(to, 0, floats * n * sizeof *to);
-            memset(most + done, 0, n * sizeof *most);
         } else if (in_band >= 0 && left > 0) {
             memcpy(to, r->band + floats * (size_t)in_band,
                    floats * n * sizeof *to);
-            memcpy(most + done, r->band_most + in_band, n * sizeof *most);
         } else {
-            const ibl_status status =
-                decode_some(r, row, &end, to, most + done);
+            const ibl_status status = decode_some(r, row, &end, to);
             if (status)
                 return status;
         }
@@ -415,7 +396,6 @@ ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
     if ((size_t)r->group > BAND_BYTES / block_bytes)
         r->group = (int)(BAND_BYTES / block_bytes);
     r->group = r->group ? r->group : 1;
-    r->look = ibl_max_finite(ibl_ctx_isa(in->ctx));
     r->halves = true;
     for (int c = 0; c < 3; c++)
         r->halves &= file->channels->entries[file->channel[c]].pixel_type ==

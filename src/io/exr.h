@@ -9,7 +9,7 @@ bool ibl_exr_is(const unsigned char *bytes, size_t size);
 
 /*
  * Opens the colour of one part and layer, as ibl_image_read says, for reading
- * by rows: see ibl_reader. libiblexr.so decodes DWAA and DWAB.
+ * by rows: see ibl_reader. libiblexr.so undoes all compressions but ZIP.
  * IBL_ERR_UNSUPPORTED: also if libiblexr.so is needed and missing.
  */
 ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,

@@ -8,7 +8,6 @@
  * Y of X, Y, Z is a coordinate, and layers of Cryptomatte hold numbers.
  */
 #define _GNU_SOURCE /* strcasestr */
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -18,7 +17,8 @@
 #include "io/exr_file.h"
 
 enum {
-    MAX_CHANNELS = 1024
+    MAX_CHANNELS = 1024,
+    LIST_BYTES = 400
 };
 
 const char *ibl_exr_compression_name(exr_compression_t compression)
@@ -30,32 +30,18 @@ const char *ibl_exr_compression_name(exr_compression_t compression)
     return i < sizeof names / sizeof names[0] ? names[i] : "unknown";
 }
 
-/* A list for a message; ends in dots if it gets too long. */
-typedef struct list {
-    char text[400];
-    size_t used;
-    int count;
-    bool cut;
-} text_list;
-
-static void list_add(text_list *l, const char *fmt, ...)
-    __attribute__((format(printf, 2, 3)));
-
-static void list_add(text_list *l, const char *fmt, ...)
+/* Adds a name to a list for a message, with its part if that is not -1; ends in
+ * dots if it gets too long. */
+static void list_add(char *list, const char *name, int part)
 {
-    const size_t room = sizeof l->text - l->used - sizeof ", ...";
+    const size_t used = strlen(list);
     char item[280];
-    va_list ap;
 
-    va_start(ap, fmt);
-    vsnprintf(item, sizeof item, fmt, ap);
-    va_end(ap);
-    if (l->cut)
-        return;
-    l->cut = strlen(item) + 2 > room;
-    l->used += (size_t)sprintf(l->text + l->used, "%s%s", l->count ? ", " : "",
-                               l->cut ? "..." : item);
-    l->count++;
+    snprintf(item, sizeof item, part < 0 ? "%s" : "%s (part %d)",
+             *name ? name : "(unnamed)", part);
+    if (used < 3 || strcmp(list + used - 3, "...") != 0)
+        snprintf(list + used, LIST_BYTES - used, "%s%s", used ? ", " : "",
+                 used + strlen(item) + 8 < LIST_BYTES ? item : "...");
 }
 
 static const char *base_name(const char *channel)
@@ -114,32 +100,10 @@ static bool find_colour(const exr_attr_chlist_t *list, const char *layer,
 
 /* What was found in the parts that were searched. */
 typedef struct found {
-    text_list layers, names; /* layers with colour, all channels */
-    int deep, flat;          /* number of such parts */
-    int rank, count;         /* of the best layers; pick has the first */
+    char layers[LIST_BYTES], names[LIST_BYTES]; /* with colour; all channels */
+    int deep, flat;                             /* number of such parts */
+    int rank, count; /* of the best layers; file has the first */
 } found;
-
-/* Reports why no layer, or no single one, is the picture. */
-static ibl_status explain(const ibl_exr_file *file, const char *layer,
-                          const found *f)
-{
-    if (f->deep && !f->flat)
-        return ibl_unsupported(
-            file->in,
-            "deep EXR data has no one colour per pixel; flatten it first");
-    if (!f->layers.count)
-        return ibl_bad_file(file->in,
-                            "no colour in this EXR: it has %s; R, G and B or Y "
-                            "alone are needed",
-                            f->names.count ? f->names.text : "no channels");
-    if (f->count)
-        return ibl_bad_file(
-            file->in,
-            "several layers have colour: %s; pick one with the layer option",
-            f->layers.text);
-    return ibl_bad_file(file->in, "no layer '%s' with colour; there are: %s",
-                        layer ? layer : "", f->layers.text);
-}
 
 /* The name of a part that is not the only one, or "". */
 static const char *part_name(const ibl_exr_file *file, int part)
@@ -183,18 +147,14 @@ static void look_in_part(ibl_exr_file *file, int part, bool alone,
         char layer[256];
         bool seen = false;
 
-        list_add(&f->names, "%s", channel);
+        list_add(f->names, channel, -1);
         snprintf(layer, sizeof layer, "%.*s", (int)length, channel);
         for (int j = 0; j < i && !seen; j++)
             seen = in_layer(list->entries[j].name.str, channel, length);
         if (seen || strcasestr(layer, "crypto") ||
             !find_colour(list, channel, length, &this))
             continue;
-        const char *name = *layer ? layer : *of ? of : "(unnamed)";
-        if (alone)
-            list_add(&f->layers, "%s", *layer ? layer : "(unnamed)");
-        else
-            list_add(&f->layers, "%s (part %d)", name, part);
+        list_add(f->layers, *layer || alone ? layer : of, alone ? -1 : part);
         const int rank = rank_of(asked, layer, of, this.grey);
         if (rank > f->rank) {
             f->rank = rank;
@@ -207,26 +167,20 @@ static void look_in_part(ibl_exr_file *file, int part, bool alone,
     }
 }
 
-static ibl_status no_such_part(const ibl_exr_file *file, int part, int parts)
-{
-    text_list names = {.count = 0};
-    for (int p = 0; p < parts; p++) {
-        const char *name = part_name(file, p);
-        list_add(&names, "%d %s", p, *name ? name : "(unnamed)");
-    }
-    return ibl_bad_file(file->in, "no part %d; there are: %s", part,
-                        names.text);
-}
-
 static ibl_status choose_part(ibl_exr_file *file, const ibl_read_options *opts)
 {
+    const ibl_input *in = file->in;
     found f = {.deep = 0};
     int parts = 0;
 
     if (exr_get_count(file->exr, &parts) || parts < 1)
-        return ibl_bad_file(file->in, "this EXR has no parts");
-    if (opts->part >= parts)
-        return no_such_part(file, opts->part, parts);
+        return ibl_bad_file(in, "this EXR has no parts");
+    if (opts->part >= parts) {
+        for (int p = 0; p < parts; p++)
+            list_add(f.layers, part_name(file, p), p);
+        return ibl_bad_file(in, "no part %d; there are: %s", opts->part,
+                            f.layers);
+    }
     for (int p = 0; p < parts; p++) {
         const exr_attr_chlist_t *list = NULL;
         exr_storage_t storage;
@@ -241,7 +195,23 @@ static ibl_status choose_part(ibl_exr_file *file, const ibl_read_options *opts)
             list->num_channels <= MAX_CHANNELS)
             look_in_part(file, p, parts == 1, list, opts->layer, &f);
     }
-    return f.count == 1 ? IBL_OK : explain(file, opts->layer, &f);
+    if (f.count == 1)
+        return IBL_OK;
+    if (f.deep && !f.flat)
+        return ibl_unsupported(
+            in, "deep EXR data has no one colour per pixel; flatten it first");
+    if (!*f.layers)
+        return ibl_bad_file(in,
+                            "no colour in this EXR: it has %s; R, G and B or Y "
+                            "alone are needed",
+                            *f.names ? f.names : "no channels");
+    if (f.count)
+        return ibl_bad_file(
+            in,
+            "several layers have colour: %s; pick one with the layer option",
+            f.layers);
+    return ibl_bad_file(in, "no layer '%s' with colour; there are: %s",
+                        opts->layer ? opts->layer : "", f.layers);
 }
 
 /* Where channels lie in a pixel. All must have a sample at each. */

@@ -4,8 +4,8 @@
  *
  * OpenEXRCore reads the chunk table. The sizes of chunks are computed here and
  * compared with OpenEXRCore's, so that a header cannot make either write out of
- * bounds. libdeflate undoes ZIP if the build has it, OpenEXR's C++ library DWA,
- * and OpenEXRCore all other compressions.
+ * bounds. libdeflate undoes ZIP if the build has it, OpenEXR's C++ library all
+ * other compressions.
  */
 #include <errno.h>
 #include <limits.h>
@@ -62,8 +62,6 @@ static ibl_status add_chunk(ibl_exr_file *file, const exr_chunk_info_t *chunk)
                             ibl_exr_compression_name(file->compression));
     file->chunks[file->count++] = *chunk;
     file->unpacked += bytes;
-    if ((size_t)chunk->width > file->most_width)
-        file->most_width = (size_t)chunk->width;
     if (packed > file->most_packed)
         file->most_packed = packed;
     if (bytes > file->most_unpacked)
@@ -132,45 +130,10 @@ ibl_status ibl_exr_list_chunks(ibl_exr_file *file)
 
 /* ---- undoing the compression ---------------------------------------- */
 
-/* Replaces OpenEXRCore's reading: the packed bytes are in memory already.
- * OpenEXRCore does not free a buffer of size 0. */
-static exr_result_t use_bytes(exr_decode_pipeline_t *pipeline)
+static bool by_libdeflate(const ibl_exr_file *file)
 {
-    const ibl_exr_worker *u = pipeline->decoding_user_data;
-    pipeline->packed_buffer = (void *)(uintptr_t)u->bytes;
-    pipeline->packed_alloc_size = 0;
-    return EXR_ERR_SUCCESS;
-}
-
-static exr_result_t leave_packed(exr_decode_pipeline_t *pipeline)
-{
-    (void)pipeline;
-    return EXR_ERR_SUCCESS;
-}
-
-/* Undoes the compression with OpenEXRCore. */
-static exr_result_t run_pipeline(const ibl_exr_file *file,
-                                 const exr_chunk_info_t *chunk,
-                                 ibl_exr_worker *u)
-{
-    exr_decode_pipeline_t *p = &u->pipeline;
-    exr_result_t rv = EXR_ERR_SUCCESS;
-
-    if (u->made) {
-        rv = exr_decoding_update(file->exr, file->part, chunk, p);
-    } else {
-        rv = exr_decoding_initialize(file->exr, file->part, chunk, p);
-        u->made = !rv;
-        if (!rv)
-            rv = exr_decoding_choose_default_routines(file->exr, file->part, p);
-        p->decoding_user_data = u;
-        p->read_fn = use_bytes;
-        p->unpack_and_convert_fn = leave_packed;
-    }
-    if (!rv)
-        rv = exr_decoding_run(file->exr, file->part, p);
-    u->pixels = p->unpacked_buffer;
-    return rv;
+    return IBL_LIBDEFLATE && (file->compression == EXR_COMPRESSION_ZIP ||
+                              file->compression == EXR_COMPRESSION_ZIPS);
 }
 
 exr_result_t ibl_exr_unpack(const ibl_exr_file *file,
@@ -179,71 +142,46 @@ exr_result_t ibl_exr_unpack(const ibl_exr_file *file,
 {
     const ibl_input *in = file->in;
     size_t got = chunk->packed_size;
-    bool zip = false;
+    const unsigned char *bytes =
+        in->bytes ? in->bytes + chunk->data_offset : u->packed;
 
     *error = 0;
-    u->even = NULL;
-    u->bytes = in->bytes ? in->bytes + chunk->data_offset : u->packed;
     if (!in->bytes &&
         !ibl_input_read(in, chunk->data_offset, got, u->packed, &got))
         *error = errno;
     if (*error || got != chunk->packed_size)
         return EXR_ERR_READ_IO;
-    /* For B44 too: OpenEXRCore would unpack a B44 block that did not shrink,
-     * although it is stored uncompressed. */
-    if (chunk->packed_size == chunk->unpacked_size) {
-        u->pixels = u->bytes;
+    u->pixels = bytes;
+    if (chunk->packed_size == chunk->unpacked_size) /* did not shrink */
         return EXR_ERR_SUCCESS;
-    }
-#if IBL_LIBDEFLATE
-    zip = file->compression == EXR_COMPRESSION_ZIP ||
-          file->compression == EXR_COMPRESSION_ZIPS;
-#endif
-    if (!zip && !file->library)
-        return run_pipeline(file, chunk, u);
-    if (!u->inflated)
-        u->inflated = ibl_alloc_array(file->most_unpacked, 1);
-    if (!u->line)
-        u->line = ibl_alloc_array((size_t)file->all, file->most_width);
-    if (!u->inflated || !u->line)
+    if (file->compression == EXR_COMPRESSION_NONE)
+        return EXR_ERR_CORRUPT_CHUNK;
+    if (!u->unpacked)
+        u->unpacked = ibl_alloc_array(file->most_unpacked, 1);
+    if (!u->unpacked)
         return EXR_ERR_OUT_OF_MEMORY;
-    if (file->library) {
-        u->pixels = u->inflated;
-        return file->library(file->channels, chunk, u->bytes, u->inflated)
+    u->pixels = u->unpacked;
+    if (file->library)
+        return file->library(file->channels, chunk, bytes, u->unpacked)
                    ? EXR_ERR_SUCCESS
                    : EXR_ERR_CORRUPT_CHUNK;
-    }
 #if IBL_LIBDEFLATE
+    const size_t half = chunk->unpacked_size / 2; /* pixels have even sizes */
+    unsigned char last[2];
     if (!u->inflater)
         u->inflater = libdeflate_alloc_decompressor();
-    if (!u->inflater)
+    if (!u->inflated)
+        u->inflated = ibl_alloc_array(file->most_unpacked, 1);
+    if (!u->inflater || !u->inflated)
         return EXR_ERR_OUT_OF_MEMORY;
-    if (libdeflate_zlib_decompress(u->inflater, u->bytes, chunk->packed_size,
+    if (libdeflate_zlib_decompress(u->inflater, bytes, chunk->packed_size,
                                    u->inflated, chunk->unpacked_size,
                                    NULL) != LIBDEFLATE_SUCCESS)
         return EXR_ERR_CORRUPT_CHUNK;
-    u->even = u->inflated; /* ibl_exr_next_line undoes the differences */
-    u->odd = u->inflated + chunk->unpacked_size / 2;
-    ibl_unzip_begin(&file->dsp, u->even, chunk->unpacked_size / 2, u->last);
+    ibl_unzip_begin(&file->dsp, u->inflated, half, last);
+    file->dsp.unzip(u->inflated, u->inflated + half, half, last, u->unpacked);
 #endif
     return EXR_ERR_SUCCESS;
-}
-
-/* Lines have even sizes. */
-const unsigned char *ibl_exr_next_line(const ibl_exr_file *file,
-                                       const exr_chunk_info_t *chunk,
-                                       ibl_exr_worker *u)
-{
-    const size_t bytes = (size_t)chunk->width * (size_t)file->all;
-
-    if (!u->even) {
-        u->pixels += bytes;
-        return u->pixels - bytes;
-    }
-    file->dsp.unzip(u->even, u->odd, bytes / 2, u->last, u->line);
-    u->even += bytes / 2;
-    u->odd += bytes / 2;
-    return u->line;
 }
 
 ibl_status ibl_exr_begin(ibl_exr_file *file)
@@ -262,7 +200,7 @@ ibl_status ibl_exr_begin(ibl_exr_file *file)
         if (!file->workers[i].packed)
             return ibl_no_memory(ctx, "decoding an EXR");
     }
-    if (file->compression < EXR_COMPRESSION_DWAA)
+    if (file->compression == EXR_COMPRESSION_NONE || by_libdeflate(file))
         return IBL_OK;
     snprintf(needs, sizeof needs, "is OpenEXR, %s",
              ibl_exr_compression_name(file->compression));
@@ -274,13 +212,11 @@ void ibl_exr_end(ibl_exr_file *file)
 {
     for (int i = 0; i < file->threads; i++) {
         ibl_exr_worker *u = &file->workers[i];
-        if (u->made)
-            exr_decoding_destroy(file->exr, &u->pipeline);
 #if IBL_LIBDEFLATE
         libdeflate_free_decompressor(u->inflater);
 #endif
         ibl_free(u->inflated);
-        ibl_free(u->line);
+        ibl_free(u->unpacked);
         ibl_free(u->packed);
     }
     ibl_free(file->workers);

@@ -20,18 +20,13 @@ typedef struct ibl_exr_window {
     int width, height;
 } ibl_exr_window;
 
-/* A worker's state for undoing the compression. */
+/* A worker's memory, of a chunk each. */
 typedef struct ibl_exr_worker {
-    exr_decode_pipeline_t pipeline;
-    bool made; /* pipeline is initialised */
-    unsigned char *packed;
-    const unsigned char *bytes;  /* packed bytes of the current chunk */
-    const unsigned char *pixels; /* next line of the chunk, unless ZIP */
-    /* For ZIP and the library: an unpacked chunk; for ZIP, one line of it. */
+    unsigned char *packed, *unpacked;
+    const unsigned char
+        *pixels; /* unpacked: lines of channels in their order */
     struct libdeflate_decompressor *inflater;
-    unsigned char *inflated, *line;
-    const unsigned char *even, *odd; /* bytes of the next line; NULL: not ZIP */
-    unsigned char last[2];
+    unsigned char *inflated; /* ZIP's differences */
 } ibl_exr_worker;
 
 /* A file opened by OpenEXRCore, and what of it is the picture. */
@@ -67,14 +62,14 @@ typedef struct ibl_exr_file {
     int lines;          /* height of a chunk; the last ones may have fewer */
     uint64_t unpacked;  /* bytes of all chunks */
     size_t most_packed; /* bytes of the largest chunk, packed */
-    size_t most_unpacked, most_width; /* and unpacked; its width */
+    size_t most_unpacked;
     int before[4]; /* bytes of a pixel before R, G, B and A, ... */
     int all;       /* ... and of the whole pixel */
 
     /* ibl_exr_begin */
     ibl_exr_worker *workers; /* one for each thread */
     int threads;
-    ibl_openexr_unpack *library; /* for DWA */
+    ibl_openexr_unpack *library; /* for all but ZIP */
     ibl_half_planes_dsp dsp;
 } ibl_exr_file;
 
@@ -92,14 +87,9 @@ ibl_status ibl_exr_begin(ibl_exr_file *file);
 /* Closes the file and frees what it holds. */
 void ibl_exr_end(ibl_exr_file *file);
 
-/* Gets a chunk and undoes its compression. EXR_ERR_READ_IO: *error is errno, or
- * 0 if the file has become too short. */
+/* Gets a chunk and undoes its compression to u->pixels. EXR_ERR_READ_IO: *error
+ * is errno, or 0 if the file has become too short. */
 exr_result_t ibl_exr_unpack(const ibl_exr_file *file,
                             const exr_chunk_info_t *chunk, ibl_exr_worker *u,
                             int *error);
-/* The unpacked chunk's next line: the channels in the list's order. */
-const unsigned char *ibl_exr_next_line(const ibl_exr_file *file,
-                                       const exr_chunk_info_t *chunk,
-                                       ibl_exr_worker *u);
-
 #endif

@@ -2,21 +2,16 @@
 #include "io/input.h"
 
 #include <errno.h>
-#include <stdio.h>
-
-/* The functions themselves, so that the library needs no other one. */
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/hash.h"
 
 enum {
     PIECE_BYTES = 256 * 1024 /* fits in the L2 cache */
 };
 
-static ibl_status take_all(const ibl_input *in, XXH3_state_t *state,
-                           void *piece)
+static ibl_status take_all(const ibl_input *in, ibl_hash *h, void *piece)
 {
     size_t got;
 
@@ -27,7 +22,7 @@ static ibl_status take_all(const ibl_input *in, XXH3_state_t *state,
             return ibl_input_unread(in, errno);
         if (!got)
             break;
-        XXH3_128bits_update(state, piece, got);
+        ibl_hash_add(h, piece, got);
     }
     return IBL_OK;
 }
@@ -35,21 +30,14 @@ static ibl_status take_all(const ibl_input *in, XXH3_state_t *state,
 ibl_status ibl_file_hash(const ibl_input *in, char hash[IBL_FILE_HASH])
 {
     void *piece = ibl_alloc_array(PIECE_BYTES, 1);
-    XXH3_state_t *state = ibl_alloc_array(1, sizeof *state);
-    ibl_status status = IBL_OK;
+    ibl_hash h;
 
-    if (!piece || !state) {
-        status = ibl_no_memory(in->ctx, "a hash");
-    } else {
-        XXH3_128bits_reset(state);
-        status = take_all(in, state, piece);
-    }
-    if (!status) {
-        const XXH128_hash_t h = XXH3_128bits_digest(state);
-        snprintf(hash, IBL_FILE_HASH, "%016llx%016llx",
-                 (unsigned long long)h.high64, (unsigned long long)h.low64);
-    }
-    ibl_free(state);
+    if (!piece)
+        return ibl_no_memory(in->ctx, "a hash");
+    ibl_hash_begin(&h);
+    const ibl_status status = take_all(in, &h, piece);
+    if (!status)
+        ibl_hash_end(&h, hash);
     ibl_free(piece);
     return status;
 }

@@ -27,16 +27,6 @@ enum {
 /* Limit for streams of unknown kind, so that they do not fill the memory. */
 static const uint64_t longest_unknown = (uint64_t)256 << 20;
 
-typedef struct loading {
-    ibl_input in; /* bytes is NULL until all are read */
-    bool stream;  /* a read may wait for a writer */
-    bool may_end; /* a read of 0 bytes is the end: there was a writer */
-    ibl_longest_fn *longest;
-    unsigned char *bytes;
-    size_t size, room;
-    uint64_t file_size; /* of a regular file, else 0 */
-} loading;
-
 ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
                       ...)
 {
@@ -77,180 +67,120 @@ ibl_status ibl_input_unread(const ibl_input *in, int error)
     return ibl_reject(in, IBL_ERR_IO, "cannot be read: %s", strerror(error));
 }
 
-static ibl_status refuse(const loading *l, const char *why)
+static ibl_status too_long(const ibl_input *in, uint64_t most, const char *why)
 {
-    return ibl_reject(&l->in, IBL_ERR_IO, "%s", why);
+    return ibl_bad_file(in, "over %llu MiB%s", (unsigned long long)(most >> 20),
+                        why);
 }
 
-/* Waits until a stream has data or the user cancels. */
-static ibl_status wait_for(const loading *l)
+/* Doubles the room of a stream's bytes, up to one byte over what it may have.
+ */
+static ibl_status make_room(const ibl_input *in, ibl_longest_fn *longest,
+                            unsigned char **bytes, size_t size, size_t *room)
 {
-    struct pollfd p = {.fd = l->in.fd, .events = POLLIN};
-    while (!ibl_cancelled(l->in.ctx)) {
-        const int n = poll(&p, 1, POLL_MS);
-        if (n > 0)
-            return IBL_OK;
-        if (n < 0 && errno != EINTR)
-            return refuse(l, strerror(errno));
-        if (n == 0 && !l->may_end)
-            return IBL_OK;
-    }
-    return IBL_ERR_CANCELLED;
-}
-
-/* Reads once. *n is 0 at the end of the file. */
-static ibl_status read_some(loading *l, ssize_t *n)
-{
-    int waited = 0;
-    for (;;) {
-        const size_t room = l->room - l->size;
-        ibl_status status = l->stream ? wait_for(l) : IBL_OK;
-        if (status)
-            return status;
-        *n = read(l->in.fd, l->bytes + l->size,
-                  room < MAX_READ ? room : MAX_READ);
-        if (*n > 0 || (*n == 0 && l->may_end))
-            return IBL_OK;
-        if (*n < 0 && errno == EAGAIN) {
-            l->may_end = true; /* there is a writer, but no data yet */
-        } else if (*n < 0 && errno != EINTR) {
-            return refuse(l, strerror(errno));
-        } else if (*n == 0) {
-            if (waited >= GRACE_MS)
-                return refuse(l, "is a pipe that nobody writes to");
-            waited += POLL_MS; /* the time that wait_for took */
-        }
-    }
-}
-
-static ibl_status too_long(const loading *l, uint64_t most, const char *why)
-{
-    return ibl_bad_file(&l->in, "over %llu MiB%s",
-                        (unsigned long long)(most >> 20), why);
-}
-
-/* Doubles the room, up to one byte over the limit for the kind of the file. */
-static ibl_status make_room(loading *l)
-{
-    const uint64_t longest = !l->stream   ? IBL_LONGEST
-                             : l->longest ? l->longest(l->bytes, l->size)
-                                          : 0;
-    const uint64_t kind = longest ? longest : longest_unknown;
-    const uint64_t allowed = ibl_ctx_memory(l->in.ctx) / 2;
+    const uint64_t known = longest ? longest(*bytes, size) : 0;
+    const uint64_t kind = known ? known : longest_unknown;
+    const uint64_t allowed = ibl_ctx_memory(in->ctx) / 2;
     const uint64_t most = kind < allowed ? kind : allowed;
-    if (l->size > most)
-        return too_long(l, most,
+
+    if (size > most)
+        return too_long(in, most,
                         most < kind ? ", half of the memory that is allowed: "
                                       "read it from a file, or allow more"
-                        : longest   ? ", more than a file that begins so has"
+                        : known     ? ", more than a file that begins so has"
                                     : " of no known kind of file");
-    const size_t room = l->room <= most / 2 ? l->room * 2 : (size_t)most + 1;
-    unsigned char *more = room > l->room ? ibl_alloc_array(room, 1) : NULL;
+    const size_t larger = *room <= most / 2 ? *room * 2 : (size_t)most + 1;
+    unsigned char *more = ibl_alloc_array(larger, 1);
     if (!more)
-        return ibl_reject(&l->in, IBL_ERR_MEMORY,
-                          "no memory for more than %zu bytes", l->size);
-    memcpy(more, l->bytes, l->size);
-    ibl_free(l->bytes);
-    l->bytes = more;
-    l->room = room;
+        return ibl_reject(in, IBL_ERR_MEMORY,
+                          "no memory for more than %zu bytes", size);
+    memcpy(more, *bytes, size);
+    ibl_free(*bytes);
+    *bytes = more;
+    *room = larger;
     return IBL_OK;
 }
 
-static ibl_status read_all(loading *l)
+/* Reads a stream, or a small file, to its end. Waits for a pipe's data until
+ * the user cancels, and for the writer of a named one for a moment. */
+static ibl_status read_stream(const ibl_input *in, bool pipe, bool named,
+                              ibl_longest_fn *longest, unsigned char **bytes,
+                              size_t *size)
 {
+    size_t room = FIRST_BYTES;
+    bool may_end = !pipe || !named; /* there was a writer */
+    int waited = 0;
+
+    *bytes = ibl_alloc_array(room, 1);
+    *size = 0;
+    if (!*bytes)
+        return ibl_no_memory(in->ctx, "a file");
     for (;;) {
-        ssize_t n;
+        struct pollfd p = {.fd = in->fd, .events = POLLIN};
         ibl_status status = IBL_OK;
-        if (l->size == l->room)
-            status = make_room(l);
-        if (!status)
-            status = read_some(l, &n);
+        if (*size == room)
+            status = make_room(in, longest, bytes, *size, &room);
+        if (!status && ibl_cancelled(in->ctx))
+            status = IBL_ERR_CANCELLED;
         if (status)
             return status;
+        if (pipe && poll(&p, 1, POLL_MS) <= 0 && may_end)
+            continue;
+        const ssize_t n = read(in->fd, *bytes + *size, room - *size);
+        if (n == 0 && may_end)
+            return *size ? IBL_OK : ibl_bad_file(in, "is empty");
+        if (n < 0 && errno != EAGAIN && errno != EINTR)
+            return ibl_input_unread(in, errno);
+        if (n == 0 && waited >= GRACE_MS)
+            return ibl_reject(in, IBL_ERR_IO,
+                              "is a pipe that nobody writes to");
         if (n == 0)
-            break;
-        l->may_end = true;
-        l->size += (size_t)n;
-        if (ibl_cancelled(l->in.ctx))
-            return IBL_ERR_CANCELLED;
+            waited += POLL_MS; /* that poll took */
+        else
+            may_end |= n > 0 || errno == EAGAIN;
+        *size += n > 0 ? (size_t)n : 0;
     }
-    if (!l->size)
-        return ibl_bad_file(&l->in, "is empty");
-    return IBL_OK;
-}
-
-/* Checks that the opened file is of a kind that can be read. */
-static ibl_status look(loading *l, bool standard_input)
-{
-    struct stat st;
-    if (fstat(l->in.fd, &st))
-        return refuse(l, strerror(errno));
-    if (S_ISDIR(st.st_mode))
-        return refuse(l, "is a directory, a file is needed");
-    if (standard_input && isatty(l->in.fd))
-        return refuse(l, "is a terminal; pipe a file into it");
-    if (!standard_input && !S_ISREG(st.st_mode) && !S_ISFIFO(st.st_mode))
-        return refuse(l, "is a device, not a file; for standard input give -");
-    l->stream = !S_ISREG(st.st_mode);
-    l->may_end = standard_input || !S_ISFIFO(st.st_mode);
-    if (l->stream)
-        return IBL_OK;
-    l->file_size = (uint64_t)st.st_size;
-    if (l->file_size <= IBL_LONGEST)
-        return IBL_OK;
-    return too_long(l, IBL_LONGEST, ", more than any map or texture has");
-}
-
-/* Reads everything into memory; *in becomes that memory. */
-static ibl_status load(loading *l, ibl_input *in)
-{
-    /* One byte more, to see the end; files of /proc report a size of 0. */
-    l->room = FIRST_BYTES;
-    if (l->file_size >= FIRST_BYTES)
-        l->room = (size_t)l->file_size + 1;
-    const ibl_status fits = ibl_allow(&l->in, l->room);
-    if (fits)
-        return fits;
-    l->bytes = ibl_alloc_array(l->room, 1);
-    if (!l->bytes)
-        return ibl_reject(&l->in, IBL_ERR_MEMORY, "no memory for its %zu bytes",
-                          l->room);
-    const ibl_status status = read_all(l);
-    if (status) {
-        ibl_free(l->bytes);
-        return status;
-    }
-    *in = ibl_input_of(l->in.ctx, l->in.name, l->bytes, l->size);
-    in->owned = l->bytes;
-    return IBL_OK;
 }
 
 ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
                           ibl_longest_fn *longest, ibl_input *in)
 {
-    const bool standard_input = !strcmp(path, "-");
-    loading l = {.in = {.ctx = ctx,
-                        .name = standard_input ? "standard input" : path,
-                        .fd = STDIN_FILENO},
-                 .longest = longest};
-    ibl_status status;
+    const bool named = strcmp(path, "-") != 0;
+    unsigned char *bytes = NULL;
+    struct stat st = {.st_size = 0};
+    const char *why = NULL;
+    size_t size = 0;
 
+    *in = ibl_input_of(ctx, named ? path : "standard input", NULL, 0);
     /* O_NONBLOCK: else a FIFO without a writer blocks for ever. */
-    if (!standard_input)
-        l.in.fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-    if (l.in.fd < 0)
-        return ibl_reject(&l.in, IBL_ERR_IO, "cannot be opened: %s",
+    in->fd = named ? open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)
+                   : STDIN_FILENO;
+    if (in->fd < 0 || fstat(in->fd, &st))
+        return ibl_reject(in, IBL_ERR_IO, "cannot be opened: %s",
                           strerror(errno));
-    status = look(&l, standard_input);
-    if (!status && !standard_input && l.file_size >= FIRST_BYTES) {
-        *in = l.in;
-        in->size = (size_t)l.file_size;
+    const bool regular = S_ISREG(st.st_mode);
+    if (S_ISDIR(st.st_mode))
+        why = "is a directory, a file is needed";
+    else if (!named && isatty(in->fd))
+        why = "is a terminal; pipe a file into it";
+    else if (named && !regular && !S_ISFIFO(st.st_mode))
+        why = "is a device, not a file; for standard input give -";
+    ibl_status status = why ? ibl_reject(in, IBL_ERR_IO, "%s", why) : IBL_OK;
+    if (!status && regular && (uint64_t)st.st_size > IBL_LONGEST)
+        status =
+            too_long(in, IBL_LONGEST, ", more than any map or texture has");
+    if (!status && named && regular && st.st_size >= FIRST_BYTES) {
+        in->size = (size_t)st.st_size;
         return IBL_OK;
     }
-    if (!status)
-        status = load(&l, in);
-    if (!standard_input)
-        close(l.in.fd);
+    if (!status) /* files of /proc report a size of 0 */
+        status = read_stream(in, !regular, named, longest, &bytes, &size);
+    if (named)
+        close(in->fd);
+    *in = ibl_input_of(ctx, in->name, bytes, size);
+    in->owned = bytes;
+    if (status)
+        ibl_input_close(in);
     return status;
 }
 
@@ -270,15 +200,33 @@ bool ibl_input_has(const ibl_input *in, uint64_t at, uint64_t size)
 
 ibl_status ibl_input_load(ibl_input *in)
 {
-    loading l = {.in = *in, .may_end = true, .file_size = in->size};
     if (in->bytes)
         return IBL_OK;
-    if (lseek(in->fd, 0, SEEK_SET))
-        return refuse(&l, strerror(errno));
-    const ibl_status status = load(&l, in);
-    if (!status)
-        close(l.in.fd);
-    return status;
+    const ibl_status fits = ibl_allow(in, in->size);
+    if (fits)
+        return fits;
+    unsigned char *bytes = ibl_alloc_array(in->size, 1);
+    size_t got = 0;
+    if (!bytes)
+        return ibl_reject(in, IBL_ERR_MEMORY, "no memory for its %zu bytes",
+                          in->size);
+    ibl_status status = IBL_OK;
+    for (size_t at = 0, n = 1; n > 0 && !status; at = got += n) {
+        if (ibl_cancelled(in->ctx))
+            status = IBL_ERR_CANCELLED;
+        else if (!ibl_input_read(in, at, MAX_READ, bytes + at, &n))
+            status = ibl_input_unread(in, errno);
+    }
+    if (!status && !got)
+        status = ibl_bad_file(in, "is empty");
+    if (status) {
+        ibl_free(bytes);
+        return status;
+    }
+    close(in->fd);
+    *in = ibl_input_of(in->ctx, in->name, bytes, got);
+    in->owned = bytes;
+    return IBL_OK;
 }
 
 bool ibl_input_read(const ibl_input *in, uint64_t offset, size_t size,

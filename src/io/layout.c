@@ -5,6 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "image/cube.h"
 #include "image/image.h"
 
 /* Columns and rows of a layout's faces, and the place of each face. */
@@ -105,15 +106,18 @@ ibl_status ibl_faces_from_edges(ibl_ctx *ctx, ibl_image *strip)
 /* A strip is stored as a cube's faces are, so it is one if none moves. */
 static ibl_status unwrap_sheet(ibl_ctx *ctx, const char *name, const sheet *s,
                                const unsigned char given[IBL_FACES],
-                               const ibl_image *img, ibl_image *map)
+                               const ibl_image *img, ibl_cube *faces,
+                               ibl_image *map)
 {
     const unsigned char usual[IBL_FACES] = {0, 1, 2, 3, 4, s->last};
     const unsigned char *order = given[0] + given[1] ? given : usual;
     const int n = img->width / s->columns, width = ibl_latlong_width(n);
     const size_t row = 3 * (size_t)img->width;
-    const bool strip = s->columns == 1 && !memcmp(order, usual, sizeof usual);
+    const bool strip =
+        !faces && s->columns == 1 && !memcmp(order, usual, sizeof usual);
+    const int levels = faces ? ibl_cube_most_levels(n) : 1;
     ibl_cube cube = {.size = n, .levels = 1, .data = img->data};
-    ibl_status status = strip ? IBL_OK : ibl_cube_alloc(ctx, n, 1, &cube);
+    ibl_status status = strip ? IBL_OK : ibl_cube_alloc(ctx, n, levels, &cube);
 
     for (int f = 0; f < IBL_FACES && !strip && !status; f++)
         ibl_face_put(img->data + row * (size_t)(n * s->place[f][1]) +
@@ -125,7 +129,9 @@ static ibl_status unwrap_sheet(ibl_ctx *ctx, const char *name, const sheet *s,
         status = ibl_image_alloc(ctx, width, width / 2, map);
     if (!status)
         status = ibl_latlong_from_cube(ctx, &cube, map);
-    if (!strip)
+    if (faces)
+        *faces = cube;
+    else if (!strip)
         ibl_cube_free(&cube);
     return status;
 }
@@ -141,12 +147,12 @@ static ibl_status unwrap_octahedral(ibl_ctx *ctx, const ibl_image *img,
 
 ibl_status ibl_unwrap(ibl_ctx *ctx, const char *name, ibl_input_layout layout,
                       const unsigned char order[IBL_FACES],
-                      const ibl_image *img, ibl_image *map)
+                      const ibl_image *img, ibl_cube *faces, ibl_image *map)
 {
     const ibl_status status =
         layout == IBL_INPUT_OCTAHEDRAL
             ? unwrap_octahedral(ctx, img, map)
-            : unwrap_sheet(ctx, name, &sheets[layout], order, img, map);
+            : unwrap_sheet(ctx, name, &sheets[layout], order, img, faces, map);
 
     if (status)
         ibl_image_free(map);

@@ -16,10 +16,11 @@ ibl_input_layout ibl_input_layout_of(const ibl_read_options *opts,
  * is that layout's.
  *   name   of the file whose faces are checked; NULL: they are not
  *   order  as in ibl_read_options
+ *   faces  NULL or empty: gets the faces, if the layout has any, as level 0
  *   map    empty, filled here */
 ibl_status ibl_unwrap(ibl_ctx *ctx, const char *name, ibl_input_layout layout,
                       const unsigned char order[IBL_FACES],
-                      const ibl_image *img, ibl_image *map);
+                      const ibl_image *img, ibl_cube *faces, ibl_image *map);
 
 /* Takes faces below one another, whose first and last texels lie on the edges,
  * to texels that are centres: bilinear. */

@@ -31,6 +31,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/hash.h"
 #include "ibl/io.h"
 #include "io/container.h"
 
@@ -47,7 +48,8 @@ typedef struct slot {
     dev_t device; /* of the target's directory */
     ino_t inode;
     int lock; /* of that, with its first slot of a commit; or -1 */
-    char target[PATH_BYTES]; /* not a symbolic link */
+    char hash[IBL_FILE_HASH]; /* of the bytes */
+    char target[PATH_BYTES];  /* not a symbolic link */
     char temporary[PATH_BYTES];
 } slot;
 
@@ -392,12 +394,18 @@ static const char *flush_file(int fd)
 
 /* Writes and closes a temporary. Returns NULL, `cancelled`, or what failed,
  * with errno. Runs on any thread; the caller's thread reports the failure. */
-static const char *write_temporary(const ibl_outputs *out, int fd,
+static const char *write_temporary(const ibl_outputs *out, slot *s, int fd,
                                    const ibl_pieces *file)
 {
     const char *trouble = NULL;
-    for (int i = 0; i < file->count && !trouble; i++)
+    ibl_hash hash;
+
+    ibl_hash_begin(&hash);
+    for (int i = 0; i < file->count && !trouble; i++) {
         trouble = write_piece(out, fd, file->piece[i]);
+        ibl_hash_add(&hash, file->piece[i].bytes, file->piece[i].size);
+    }
+    ibl_hash_end(&hash, s->hash);
     if (!trouble && out->sync)
         trouble = flush_file(fd);
     const int error = errno;
@@ -450,7 +458,7 @@ static ibl_status add_file(ibl_outputs *out, const char *path,
     ibl_status status = begin_file(out, path, &s, &fd);
     if (status)
         return status;
-    const char *trouble = write_temporary(out, fd, file);
+    const char *trouble = write_temporary(out, s, fd, file);
     if (!trouble)
         return IBL_OK;
     status = report(out, path, trouble);
@@ -470,13 +478,10 @@ ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
     return add_file(out, path, &file);
 }
 
-ibl_status ibl_outputs_add_texture(ibl_outputs *out, const char *path,
-                                   const ibl_texture *tex,
-                                   ibl_container container, size_t *size)
+static ibl_status add_texture(ibl_outputs *out, const char *path,
+                              const ibl_texture *tex, ibl_container container,
+                              size_t *size)
 {
-    if (!out || !path)
-        return ibl_missing(out ? out->ctx : NULL,
-                           "ibl_outputs_add_texture: path");
     ibl_pieces file = {0};
     ibl_status status = ibl_texture_pieces(out->ctx, tex, container, &file);
     if (!status)
@@ -493,7 +498,7 @@ static void write_later(void *arg)
 {
     ibl_outputs *out = arg;
     writing *w = &out->later;
-    w->trouble = write_temporary(out, w->fd, &w->file);
+    w->trouble = write_temporary(out, w->s, w->fd, &w->file);
     w->error = errno;
 }
 
@@ -509,7 +514,7 @@ ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
 
     *tex = (ibl_texture){0};
     if (out->later.on) {
-        status = ibl_outputs_add_texture(out, path, &w.tex, container, size);
+        status = add_texture(out, path, &w.tex, container, size);
         goto done;
     }
     status = ibl_texture_pieces(out->ctx, &w.tex, container, &w.file);
@@ -553,6 +558,22 @@ ibl_status ibl_outputs_wait(ibl_outputs *out)
     const ibl_status status = report(out, w->s->target, w->trouble);
     out->later.trouble = NULL;
     return status;
+}
+
+const char *ibl_outputs_hash(ibl_outputs *out, const char *path)
+{
+    char real[PATH_BYTES];
+    struct stat st;
+
+    if (!out || !path)
+        return "";
+    end_writing(out);
+    if (!lstat(path, &st) && S_ISLNK(st.st_mode) && realpath(path, real))
+        path = real; /* the target of a link */
+    for (int i = 0; i < out->count; i++)
+        if (!strcmp(out->slots[i].target, path))
+            return out->slots[i].hash;
+    return "";
 }
 
 /* ---- commit and abort ----------------------------------------------- */

@@ -219,7 +219,6 @@ static bool take_index(reader *r, const ibl_json_file *file)
 {
     const ibl_json_at root = ibl_json_root(file);
     const ibl_json_at version = ibl_json_member(&root, "version");
-    int number;
 
     if (!json_is_object(root.value))
         return ibl_json_wrong(root, "an object, the index of baked probes");
@@ -229,8 +228,9 @@ static bool take_index(reader *r, const ibl_json_file *file)
         return ibl_json_complain(root,
                                  "is a set to bake, not the index of one: run "
                                  "iblbake probes, and give its index.json");
-    return ibl_json_int(version, VERSION, VERSION, &number) &&
-           take_files(r, root) && take_lookups(root, r->x) &&
+    if (json_integer_value(version.value) != VERSION)
+        return ibl_json_wrong(version, "%d (bake the set again)", VERSION);
+    return take_files(r, root) && take_lookups(root, r->x) &&
            take_probes(r, root) && take_global(root, r->x);
 }
 

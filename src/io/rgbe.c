@@ -13,7 +13,6 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/rgbe.h"
-#include "kern/max_finite.h"
 #include "kern/rgbe.h"
 
 enum {
@@ -33,11 +32,9 @@ bool ibl_rgbe_is(const unsigned char *bytes, size_t size)
 /* ---- where scanlines end -------------------------------------------- */
 
 typedef enum fault {
-    WHOLE,     /* no fault */
-    CUT,       /* the bytes end within the scanline */
-    ZERO_RUN,  /* a run of no pixels */
-    OVERRUN,   /* value pixels too many for the scanline */
-    BAD_LENGTH /* a new scanline whose length is value */
+    WHOLE,  /* no fault */
+    CUT,    /* the bytes end within the scanline */
+    DAMAGED /* runs of no pixels, or not as many pixels as it has */
 } fault;
 
 typedef struct scan {
@@ -45,7 +42,6 @@ typedef struct scan {
     size_t size, at;
     int width;
     bool is_new, is_old; /* coding of the scanline passed last */
-    int value;           /* for the fault */
 } scan;
 
 /* 2, 2 and a length: a normalised pixel never has these bytes. */
@@ -77,11 +73,10 @@ static fault pass_new(scan *s)
             left -= code - (-is_run & 128);
             at += (size_t)(is_run ? 2 : code + 1);
             if (!code)
-                return ZERO_RUN;
+                return DAMAGED;
         }
-        s->value = -left;
         if (left < 0)
-            return OVERRUN;
+            return DAMAGED;
     }
     if (at > s->size)
         return CUT;
@@ -96,34 +91,30 @@ static fault pass_old(scan *s)
 {
     const unsigned char *bytes = s->bytes;
     size_t at = s->at + 4;
-    int left = s->width - 1, shift = 0;
+    int left = s->width - 1, shift = 0, run = 0;
 
-    while (left > 0) {
+    for (; left > 0; at += 4) {
         if (s->size - at < 4)
             return CUT;
         if (!marks_repeat(bytes + at)) {
-            if (shift && !s->value)
-                return ZERO_RUN;
+            if (shift && !run)
+                return DAMAGED;
             shift = 0;
             left--;
-        } else {
-            /* a fourth byte exceeds every width unless it is 0 */
-            const int n = bytes[at + 3];
-            const int count = shift < 24 ? n << shift : (n > 0) << 24;
-            s->is_old = true;
-            s->value = shift ? s->value + count : count;
-            left -= count;
-            if (shift >= 24 && !count)
-                return ZERO_RUN;
-            shift += 8;
+            continue;
         }
-        at += 4;
+        /* a fourth byte exceeds every width unless it is 0 */
+        const int n = bytes[at + 3];
+        const int count = shift < 24 ? n << shift : (n > 0) << 24;
+        s->is_old = true;
+        run = shift ? run + count : count;
+        left -= count;
+        if (shift >= 24 && !count)
+            return DAMAGED;
+        shift += 8;
     }
-    s->value = -left;
-    if (left < 0)
-        return OVERRUN;
     s->at = at;
-    return WHOLE;
+    return left < 0 ? DAMAGED : WHOLE;
 }
 
 /* Passes over the scanline at s->at and checks it. */
@@ -136,8 +127,7 @@ static fault pass(scan *s)
     if (!marks_new(p, s->width))
         return pass_old(s);
     s->is_new = true;
-    s->value = p[2] << 8 | p[3];
-    return s->value == s->width ? pass_new(s) : BAD_LENGTH;
+    return (p[2] << 8 | p[3]) == s->width ? pass_new(s) : DAMAGED;
 }
 
 /* ---- their pixels ------------------------------------------------------ */
@@ -148,13 +138,13 @@ static size_t plane_bytes(const ibl_rgbe_header *h)
     return ((size_t)h->row_px + IBL_RGBE_SLACK + 63) / 64 * 64;
 }
 
-/* Splits pixels into planes; expands repeats unless flat. */
-static void split(const unsigned char *src, bool flat, int count,
-                  unsigned char *planes, size_t stride)
+/* Splits pixels into planes; expands repeats. */
+static void split(const unsigned char *src, int count, unsigned char *planes,
+                  size_t stride)
 {
     int i = 0, shift = 0;
     for (; i < count; src += 4) {
-        if (flat || !i || !marks_repeat(src)) {
+        if (!i || !marks_repeat(src)) {
             for (int c = 0; c < 4; c++)
                 planes[c * stride + i] = src[c];
             i++;
@@ -173,17 +163,16 @@ static void split(const unsigned char *src, bool flat, int count,
 /*
  * Decodes a scanline that was passed over to h->row_px RGB pixels.
  *   src   readable for IBL_RGBE_SLACK bytes beyond the scanline
- *   flat  the scanline is not coded, even if it looks so
  */
 static void decode_line(const ibl_rgbe_dsp *dsp, const ibl_rgbe_header *h,
-                        const unsigned char *src, bool flat,
-                        unsigned char *planes, float *dst)
+                        const unsigned char *src, unsigned char *planes,
+                        float *dst)
 {
     const size_t stride = plane_bytes(h);
     const float *m = h->matrix;
 
-    if (flat || !marks_new(src, h->row_px)) {
-        split(src, flat, h->row_px, planes, stride);
+    if (!marks_new(src, h->row_px)) {
+        split(src, h->row_px, planes, stride);
     } else {
         src += 4;
         for (int c = 0; c < 4; c++)
@@ -206,7 +195,6 @@ typedef struct pack {
     int lines, used;
     bool is_full; /* fill_pack has run */
     fault fault;  /* of the scanline after the last one */
-    int value;    /* for the fault */
     int error;    /* errno if reading failed, or 0 */
 } pack;
 
@@ -215,7 +203,6 @@ typedef struct rgbe_rows {
     const ibl_input *in;
     ibl_rgbe_header h;
     ibl_rgbe_dsp dsp;
-    ibl_max_finite_fn *look;
     pack packs[2]; /* the current pack and the next one */
     size_t room;   /* of bytes in each pack */
     int now;       /* index of the current pack */
@@ -223,7 +210,6 @@ typedef struct rgbe_rows {
     size_t at;
     int line;
     int pack_lines; /* maximum lines of the next pack */
-    bool flat;      /* no scanline is coded, even if it looks so */
     bool has_new, has_old;
     unsigned char *planes; /* of each worker */
 } rgbe_rows;
@@ -235,7 +221,6 @@ static void fill_pack(rgbe_rows *r, pack *p)
     scan s = {.bytes = p->bytes, .width = r->h.row_px};
     const int left = r->h.rows - r->line;
     const int want = left < r->pack_lines ? left : r->pack_lines;
-    const size_t flat_bytes = 4 * (size_t)r->h.row_px;
 
     p->lines = p->used = 0;
     p->line[0] = 0;
@@ -247,19 +232,13 @@ static void fill_pack(rgbe_rows *r, pack *p)
         return;
     }
     while (p->lines < want) {
-        if (r->flat && s.size - s.at < flat_bytes)
-            p->fault = CUT;
-        else if (r->flat)
-            s.at += flat_bytes;
-        else
-            p->fault = pass(&s);
+        p->fault = pass(&s);
         if (p->fault)
             break;
         r->has_new |= s.is_new;
         r->has_old |= s.is_old;
         p->line[++p->lines] = s.at;
     }
-    p->value = s.value;
     r->at += p->line[p->lines];
     r->line += p->lines;
     /* The next pack begins with the scanline that is cut off here. */
@@ -270,49 +249,25 @@ static void fill_pack(rgbe_rows *r, pack *p)
 /* Reports the error after the last scanline of a pack, if there is one. */
 static ibl_status report(const rgbe_rows *r, const pack *p)
 {
-    const ibl_input *in = r->in;
-    const int line = r->line + 1, lines = r->h.rows, pixels = r->h.row_px;
+    const int line = r->line + 1, lines = r->h.rows;
 
     if (p->error)
-        return ibl_input_unread(in, p->error);
-    switch (p->fault) {
-    case ZERO_RUN:
-        return ibl_bad_file(
-            in, "scanline %d of %d has a run of no pixels: the file is damaged",
-            line, lines);
-    case OVERRUN:
-        return ibl_bad_file(in,
-                            "scanline %d of %d has a run that ends %d pixels "
-                            "beyond its %d: the file is damaged",
-                            line, lines, p->value, pixels);
-    case BAD_LENGTH:
-        return ibl_bad_file(in,
-                            "scanline %d of %d says it has %d pixels, not %d: "
-                            "the file is damaged",
-                            line, lines, p->value, pixels);
-    case CUT:
-        return ibl_bad_file(
-            in,
-            "the file ends in scanline %d of %d: it is cut short: copy it "
-            "again",
-            line, lines);
-    case WHOLE:
-        break;
-    }
+        return ibl_input_unread(r->in, p->error);
+    if (p->fault == CUT)
+        return ibl_bad_file(r->in,
+                            "the file ends in scanline %d of %d: it is cut "
+                            "short: copy it again",
+                            line, lines);
+    if (p->fault)
+        return ibl_bad_file(r->in,
+                            "the file is damaged: the runs of scanline %d of "
+                            "%d are not its %d pixels",
+                            line, lines, r->h.row_px);
     return IBL_OK;
 }
 
-static bool has_flat_size(const rgbe_rows *r)
-{
-    const size_t bytes = r->in->size - r->h.data;
-    return bytes % 4 == 0 &&
-           bytes / 4 == (size_t)r->h.row_px * (size_t)r->h.rows;
-}
-
-/* Passes over the rest of the file without decoding it, then rewinds. Pixels of
- * a flat picture may look like codes: in a file of flat size any fault, or a
- * wrong end, means flat. */
-static ibl_status settle(rgbe_rows *r)
+/* Passes over the rest of the file without decoding it, then rewinds. */
+static ibl_status look_through(rgbe_rows *r)
 {
     pack *p = &r->packs[!r->now];
 
@@ -322,9 +277,7 @@ static ibl_status settle(rgbe_rows *r)
             return IBL_ERR_CANCELLED;
         fill_pack(r, p);
     } while (r->line < r->h.rows && !p->fault && !p->error);
-    r->flat =
-        !p->error && (p->fault || r->at != r->in->size) && has_flat_size(r);
-    if (!r->flat && (p->fault || p->error))
+    if (p->fault || p->error)
         return report(r, p);
     p->is_full = r->has_new = r->has_old = false;
     r->at = r->h.data;
@@ -341,7 +294,6 @@ typedef struct step {
     pack *next;           /* pack to fill meanwhile, or NULL */
     int count, job_lines; /* scanlines, from p->used on */
     float *rgb;
-    uint32_t *most;
 } step;
 
 /* Job 0 fills the next pack, if there is one; the other jobs decode. */
@@ -360,8 +312,7 @@ static void decode_job(void *arg, int job, int worker)
     for (int i = first; i < s->count && i < first + s->job_lines; i++) {
         float *line = s->rgb + floats * (size_t)i;
         decode_line(&r->dsp, &r->h, s->p->bytes + s->p->line[s->p->used + i],
-                    r->flat, planes, line);
-        s->most[i] = r->look(line, floats);
+                    planes, line);
     }
 }
 
@@ -373,8 +324,7 @@ static void free_packs(rgbe_rows *r)
     r->packs[0].bytes = r->packs[1].bytes = r->planes = NULL;
 }
 
-static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
-                            uint32_t *most)
+static ibl_status rows_read(ibl_rows *rows, int count, float *rgb)
 {
     rgbe_rows *r = (rgbe_rows *)rows;
     const int px = r->h.row_px, end = rows->row + count;
@@ -402,7 +352,6 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
         s.next = fill ? next : NULL;
         s.count = wanted < left ? wanted : left;
         s.rgb = rgb + 3 * (size_t)px * (size_t)(row - rows->row);
-        s.most = most + (row - rows->row);
         const int jobs = (s.count + s.job_lines - 1) / s.job_lines;
         const ibl_status status =
             ibl_run(rows->ctx, NULL, jobs + fill, decode_job, &s);
@@ -470,15 +419,13 @@ ibl_status ibl_rgbe_open(ibl_input *in, const ibl_read_options *opts,
         return ibl_no_memory(in->ctx, "scanlines");
     r->at = h->data;
     ibl_rgbe_dsp_init(&r->dsp, ibl_ctx_isa(in->ctx));
-    r->look = ibl_max_finite(ibl_ctx_isa(in->ctx));
     rows->width = h->row_px;
     rows->height = h->rows;
     rows->orientation = h->orientation;
     rows->has_primaries = h->has_primaries;
     memcpy(rows->primaries, h->primaries, sizeof h->primaries);
     /* Before taking much memory, check that the file has all scanlines. */
-    return has_flat_size(r) ||
-                   12.0 * h->rows * h->row_px > 64.0 * (double)in->size
-               ? settle(r)
+    return 12.0 * h->rows * h->row_px > 64.0 * (double)in->size
+               ? look_through(r)
                : IBL_OK;
 }

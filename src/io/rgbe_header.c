@@ -27,39 +27,18 @@ enum {
     MOST_BYTES = 1 << 20 /* longer headers are taken for damage */
 };
 
-static bool is_blank(char c)
-{
-    return c == ' ' || c == '\t';
-}
+static const char blanks[] = " \t";
 
-static void skip_blanks(char **t)
+/* What follows NAME=, with blanks around the sign; NULL: another line. Lines
+ * that begin with blanks are the history of the source picture. */
+static char *value_of(char *line, const char *name)
 {
-    while (is_blank(**t))
-        ++*t;
-}
+    const size_t length = strlen(name);
 
-static bool take(char **t, const char *word)
-{
-    const size_t n = strlen(word);
-    if (strncmp(*t, word, n))
-        return false;
-    *t += n;
-    return true;
-}
-
-/* Takes NAME=, with blanks around the sign. Lines that begin with blanks are
- * the history of the source picture and do not match. */
-static bool take_name(char **line, const char *name)
-{
-    char *t = *line;
-    if (!take(&t, name))
-        return false;
-    skip_blanks(&t);
-    if (!take(&t, "="))
-        return false;
-    skip_blanks(&t);
-    *line = t;
-    return true;
+    if (strncmp(line, name, length) != 0)
+        return NULL;
+    line += length + strspn(line + length, blanks);
+    return *line == '=' ? line + 1 + strspn(line + 1, blanks) : NULL;
 }
 
 /* Reads positive factors. Ignores a 0: it cannot have been a factor, but
@@ -83,40 +62,32 @@ static ibl_status take_factors(const ibl_input *in, const char *what,
     return IBL_OK;
 }
 
-static ibl_status take_format(const ibl_input *in, char *value,
-                              struct variables *v)
-{
-    char text[IBL_QUOTE_BYTES];
-    size_t n = strlen(value);
-    while (n && is_blank(value[n - 1]))
-        value[--n] = '\0';
-    v->has_format = true;
-    v->xyz = !strcmp(value, "32-bit_rle_xyze");
-    if (v->xyz || !strcmp(value, "32-bit_rle_rgbe"))
-        return IBL_OK;
-    return ibl_unsupported(
-        in, "FORMAT is \"%s\": must be 32-bit_rle_rgbe or 32-bit_rle_xyze",
-        ibl_quote(value, text));
-}
-
 static ibl_status take_line(const ibl_input *in, char *line,
                             struct variables *v)
 {
+    char *value, text[IBL_QUOTE_BYTES];
     double gamma;
 
-    if (take_name(&line, "FORMAT"))
-        return take_format(in, line, v);
-    if (take_name(&line, "EXPOSURE"))
-        return take_factors(in, "EXPOSURE", line, &v->exposure, 1);
-    if (take_name(&line, "COLORCORR"))
-        return take_factors(in, "COLORCORR", line, v->correction, 3);
-    if (take_name(&line, "PRIMARIES")) {
+    if ((value = value_of(line, "EXPOSURE")))
+        return take_factors(in, "EXPOSURE", value, &v->exposure, 1);
+    if ((value = value_of(line, "COLORCORR")))
+        return take_factors(in, "COLORCORR", value, v->correction, 3);
+    if ((value = value_of(line, "PRIMARIES"))) {
         v->has_primaries = true;
         v->bad_primaries = false;
         for (int i = 0; i < 8; i++)
-            v->bad_primaries |= !ibl_take_number(&line, &v->primaries[i]);
-    } else if (take_name(&line, "GAMMA") && ibl_take_number(&line, &gamma) &&
-               gamma != 1) {
+            v->bad_primaries |= !ibl_take_number(&value, &v->primaries[i]);
+    } else if ((value = value_of(line, "FORMAT"))) {
+        value[strcspn(value, blanks)] = '\0';
+        v->has_format = true;
+        v->xyz = !strcmp(value, "32-bit_rle_xyze");
+        if (!v->xyz && strcmp(value, "32-bit_rle_rgbe") != 0)
+            return ibl_unsupported(in,
+                                   "FORMAT is \"%s\": must be "
+                                   "32-bit_rle_rgbe or 32-bit_rle_xyze",
+                                   ibl_quote(value, text));
+    } else if ((value = value_of(line, "GAMMA")) &&
+               ibl_take_number(&value, &gamma) && gamma != 1) {
         ibl_warn(in->ctx,
                  "%s: GAMMA=%g is ignored: the pixels are taken as linear",
                  in->name, gamma);
@@ -128,16 +99,8 @@ static ibl_status take_line(const ibl_input *in, char *line,
 static bool is_resolution(const char *line, size_t size)
 {
     return size > 2 && (line[0] == '+' || line[0] == '-') &&
-           (line[1] == 'X' || line[1] == 'Y') && is_blank(line[2]);
-}
-
-/* Reads one axis and its edge, any decimal number. */
-static bool take_axis(char **t, char axis, bool *decreasing, double *edge)
-{
-    skip_blanks(t);
-    *decreasing = take(t, "-");
-    return (*decreasing || take(t, "+")) && take(t, (char[]){axis, 0}) &&
-           ibl_take_number(t, edge);
+           (line[1] == 'X' || line[1] == 'Y') &&
+           (line[2] == ' ' || line[2] == '\t');
 }
 
 /* Reads one of the eight orientations. X grows to the right and Y up: rows in
@@ -148,15 +111,18 @@ static ibl_status take_resolution(const ibl_input *in, char *line,
     /* by which of scanlines and pixels run from the bottom or right */
     static const int rows_of[] = {1, 2, 4, 3}, columns_of[] = {5, 8, 6, 7};
     const bool by_column = line[1] == 'X';
-    const char axes[2] = {line[1], by_column ? 'Y' : 'X'};
     char text[IBL_QUOTE_BYTES], *t = line;
-    bool down[2];
-    double edge[2];
+    bool down[2] = {false, false}, ok = true;
+    double edge[2] = {0, 0};
 
-    bool ok = take_axis(&t, axes[0], &down[0], &edge[0]) &&
-              take_axis(&t, axes[1], &down[1], &edge[1]);
-    skip_blanks(&t);
-    if (!ok || *t || edge[0] != floor(edge[0]) || edge[1] != floor(edge[1]))
+    for (int i = 0; i < 2 && ok; i++) {
+        t += strspn(t, blanks);
+        down[i] = *t == '-';
+        ok = (down[i] || *t == '+') && t[1] == (by_column != i ? 'X' : 'Y');
+        t += ok ? 2 : 0;
+        ok = ok && ibl_take_number(&t, &edge[i]) && edge[i] == floor(edge[i]);
+    }
+    if (!ok || t[strspn(t, blanks)])
         return ibl_bad_file(
             in,
             "the resolution line is \"%s\": must be like \"-Y 512 +X 1024\"",

@@ -8,15 +8,10 @@
 #include "core/context.h"
 #include "core/half.h"
 #include "io/layout.h"
-#include "kern/max_finite.h"
 
-enum {
-    JOB_PIXELS = 1 << 16 /* take much less than a millisecond */
-};
-
-ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb, uint32_t *most)
+ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb)
 {
-    const ibl_status status = rows->read(rows, count, rgb, most);
+    const ibl_status status = rows->read(rows, count, rgb);
     if (status)
         return status;
     ibl_rows_progress(rows, count);
@@ -93,36 +88,6 @@ ibl_status ibl_map_alloc(const ibl_input *in, int width, int height,
     return IBL_OK;
 }
 
-/* ---- looking -------------------------------------------------------- */
-
-typedef struct looking {
-    const float *rgb;
-    int width, count, job_rows;
-    uint32_t *most;
-    ibl_max_finite_fn *look;
-} looking;
-
-static void look_job(void *arg, int job, int worker)
-{
-    const looking *l = arg;
-    const size_t floats = 3 * (size_t)l->width;
-    const int first = job * l->job_rows;
-
-    (void)worker;
-    for (int i = first; i < l->count && i < first + l->job_rows; i++)
-        l->most[i] = l->look(l->rgb + floats * (size_t)i, floats);
-}
-
-ibl_status ibl_rows_look(ibl_ctx *ctx, const float *rgb, int width, int count,
-                         uint32_t *most)
-{
-    looking l = {rgb,   width,
-                 count, JOB_PIXELS / width + 1,
-                 most,  ibl_max_finite(ibl_ctx_isa(ctx))};
-    return ibl_run(ctx, NULL, (count + l.job_rows - 1) / l.job_rows, look_job,
-                   &l);
-}
-
 /* ---- an image that is there ----------------------------------------- */
 
 typedef struct image_rows {
@@ -130,8 +95,7 @@ typedef struct image_rows {
     const float *data;
 } image_rows;
 
-static ibl_status image_read(ibl_rows *rows, int count, float *rgb,
-                             uint32_t *most)
+static ibl_status image_read(ibl_rows *rows, int count, float *rgb)
 {
     const image_rows *r = (image_rows *)rows;
     const size_t floats = 3 * (size_t)rows->width;
@@ -139,7 +103,7 @@ static ibl_status image_read(ibl_rows *rows, int count, float *rgb,
 
     if (src != rgb)
         memcpy(rgb, src, floats * (size_t)count * sizeof *rgb);
-    return ibl_rows_look(rows->ctx, rgb, rows->width, count, most);
+    return IBL_OK;
 }
 
 static void image_close(ibl_rows *rows)
@@ -189,14 +153,13 @@ ibl_status ibl_rows_upright(const ibl_input *in, ibl_rows **rows)
     const int w = r->width, h = r->height, o = r->orientation;
     const size_t pixels = (size_t)w * (size_t)h, row = (size_t)(o > 4 ? h : w);
     ibl_image from = r->whole, to = {0};
-    uint32_t *most = ibl_alloc_array((size_t)h, sizeof *most);
-    ibl_status status = most ? IBL_OK : ibl_no_memory(in->ctx, "an image");
+    ibl_status status = IBL_OK;
 
     r->whole = (ibl_image){0};
-    if (!status && !from.data)
+    if (!from.data)
         status = ibl_map_alloc(in, w, h, &from);
     if (!status)
-        status = ibl_rows_read(r, h, from.data, most);
+        status = ibl_rows_read(r, h, from.data);
     if (!status)
         status = ibl_map_alloc(in, o > 4 ? h : w, o > 4 ? w : h, &to);
     for (size_t i = 0; i < pixels && !status; i++)
@@ -204,7 +167,6 @@ ibl_status ibl_rows_upright(const ibl_input *in, ibl_rows **rows)
                from.data + 3 * lies_at(o, w, h, (int)(i % row), (int)(i / row)),
                3 * sizeof *to.data);
     ibl_image_free(&from);
-    ibl_free(most);
     if (!status)
         status = ibl_rows_of_image(in->ctx, &to, &made);
     if (!status && r->alpha)

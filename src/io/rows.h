@@ -20,18 +20,18 @@ ibl_status ibl_map_alloc(const ibl_input *in, int width, int height,
 typedef struct ibl_rows ibl_rows;
 
 /* The first member of a reader's own struct. Rows come from the zenith down,
- * with the values of the file; io/repair.h mends them. */
+ * with the values of the file; io/mend.h mends them. */
 struct ibl_rows {
     ibl_ctx *ctx;
     int width, height;
     int row; /* the next row to read */
-    /* Readers set format, low_range and bridged; io/repair.h and source.c set
+    /* Readers set format, low_range and bridged; io/mend.h and source.c set
      * the rest. */
     ibl_read_report report;
     /* Reads count rows from `row` on, using the pool; the caller then adds
-     * count to row. most: receives ibl_max_finite of each row. Do not call it
-     * again after an error. With the last row it frees what it decoded with. */
-    ibl_status (*read)(ibl_rows *rows, int count, float *rgb, uint32_t *most);
+     * count to row. Do not call it again after an error. With the last row it
+     * frees what it decoded with. */
+    ibl_status (*read)(ibl_rows *rows, int count, float *rgb);
     void (*close)(ibl_rows *rows); /* also frees the struct */
     /* The whole image, if the reader decodes it at once. A caller that takes it
      * passes its data to read as rgb. */
@@ -77,7 +77,7 @@ ibl_status ibl_texture_open(ibl_input *in, const ibl_read_options *opts,
 /* ---- rows --------------------------------------------------------------- */
 
 /* Calls rows->read, reports progress and advances row. */
-ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb, uint32_t *most);
+ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb);
 /* Reports progress inside a call of read: its first `done` rows are done. */
 void ibl_rows_progress(const ibl_rows *rows, int done);
 void ibl_rows_close(ibl_rows *rows); /* accepts NULL */
@@ -94,9 +94,5 @@ ibl_status ibl_rows_upright(const ibl_input *in, ibl_rows **rows);
 /* The pixels of a program, which are checked, as ibl_reader says. */
 ibl_status ibl_rows_of_pixels(const ibl_input *in, const ibl_pixels *pixels,
                               const ibl_read_options *opts, ibl_rows **rows);
-
-/* Computes most, for readers whose jobs do not see whole rows. */
-ibl_status ibl_rows_look(ibl_ctx *ctx, const float *rgb, int width, int count,
-                         uint32_t *most);
 
 #endif

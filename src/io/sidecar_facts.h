@@ -16,7 +16,6 @@ typedef struct ibl_sidecar_facts {
     ibl_irradiance_options irradiance;
     ibl_lut_options lut;
     ibl_lobe_table_options lobe_table;
-    bool encoded; /* a file name is not UTF-8 */
 } ibl_sidecar_facts;
 
 /* Takes a program's facts, and checks the numbers by which arrays are read. */
@@ -28,9 +27,7 @@ ibl_status ibl_sidecar_check_content(ibl_ctx *ctx, const ibl_sidecar_output *o);
 /* In a radian. */
 static const double ibl_degrees = 57.295779513082320877;
 
-/* A file name or path; NULL: no memory, as of the next. */
-json_t *ibl_sidecar_name(const ibl_sidecar_facts *f, const char *name);
-/* The entry of an output with a texture. */
+/* The entry of an output with a texture; NULL: no memory. */
 json_t *ibl_sidecar_file(const ibl_sidecar_facts *f,
                          const ibl_sidecar_output *o);
 

@@ -183,18 +183,20 @@ json_t *ibl_sidecar_file(const ibl_sidecar_facts *f,
     const size_t saturated = o->overflow ? o->overflow->values : 0;
     json_t *j = json_pack(
         "{ss so so so si si si sI sI}", "content", ibl_content_name(o->content),
-        "file", ibl_sidecar_name(f, o->file), "container",
+        "file", json_string(o->file), "container",
         ibl_json_string(o->container), "pixel",
         ibl_json_string(o->pixel ? o->pixel : ibl_pixel_name(t->pixel)),
         "width", t->width, "height", t->height, "faces", t->faces, "bytes",
         (json_int_t)o->bytes, "saturated", (json_int_t)saturated);
 
+    if (o->hash && *o->hash)
+        put(&j, "xxh3_128", json_string(o->hash));
     if (o->more_count > 0) {
         json_t *files = json_array();
-        append(&files, ibl_sidecar_name(f, o->file));
+        append(&files, json_string(o->file));
         for (int i = 0; i < o->more_count; i++) {
             const char *slash = strrchr(o->more[i], '/');
-            append(&files, ibl_sidecar_name(f, slash ? slash + 1 : o->more[i]));
+            append(&files, ibl_json_string(slash ? slash + 1 : o->more[i]));
         }
         put(&j, "files", files);
     }

@@ -28,12 +28,6 @@ ibl_sidecar_options ibl_sidecar_options_default(void)
     return (ibl_sidecar_options){.light_count = -1, .sh_degree = 2};
 }
 
-/* All file names are encoded if one of them is not UTF-8. */
-json_t *ibl_sidecar_name(const ibl_sidecar_facts *f, const char *name)
-{
-    return f->encoded ? ibl_json_encoded(name) : json_string(name);
-}
-
 static json_t *numbers(const double *x, int count)
 {
     json_t *j = json_array();
@@ -47,13 +41,12 @@ static json_t *numbers(const double *x, int count)
 static json_t *source(const ibl_sidecar_facts *f)
 {
     const ibl_read_report *r = f->o.report;
-    json_t *j = json_pack("{so so si si sf sI sI sb sb}", "path",
-                          ibl_sidecar_name(f, f->o.source), "format",
-                          ibl_json_string(r->format), "width", f->o.width,
-                          "height", f->o.height, "peak", (double)r->peak,
-                          "nonfinite_pixels", (json_int_t)r->nonfinite,
-                          "negative_pixels", (json_int_t)r->negative,
-                          "low_range", r->low_range, "bridged", r->bridged);
+    json_t *j = json_pack(
+        "{so so si si sf sI sI sb sb}", "path", ibl_json_string(f->o.source),
+        "format", ibl_json_string(r->format), "width", f->o.width, "height",
+        f->o.height, "peak", (double)r->peak, "nonfinite_pixels",
+        (json_int_t)r->nonfinite, "negative_pixels", (json_int_t)r->negative,
+        "low_range", r->low_range, "bridged", r->bridged);
 
     if (*r->hash)
         put(&j, "xxh3_128", json_string(r->hash));
@@ -160,38 +153,15 @@ static json_t *orientation(const ibl_sidecar_facts *f)
     return j;
 }
 
-/* The sum up to l = 2, with the basis as polynomials in n (Ramamoorthi and
- * Hanrahan 2001, eq. 3): sqrt(1/4pi), sqrt(3/4pi), sqrt(15/4pi),
- * sqrt(5/16pi), sqrt(15/16pi). */
-static json_t *glsl(int degree)
-{
-    static const char *const terms[] = {
-        "0.28209479 * c[0]",
-        " + 0.48860251 * (n.y * c[1] + n.z * c[2] + n.x * c[3])",
-        " + 1.09254843 * (n.x * n.y * c[4] + n.y * n.z * c[5] + n.z * n.x * "
-        "c[7]) + 0.31539157 * (3.0 * n.z * n.z - 1.0) * c[6] + 0.54627422 * "
-        "(n.x * n.x - n.y * n.y) * c[8]"};
-    const int last = degree < 2 ? degree : 2;
-
-    return json_sprintf("vec3 irradiance(vec3 n, vec3 c[%d]) { return %s%s%s; "
-                        "}",
-                        (last + 1) * (last + 1), terms[0],
-                        last > 0 ? terms[1] : "", last > 1 ? terms[2] : "");
-}
-
 static json_t *spherical_harmonics(const ibl_sidecar_facts *f)
 {
     const int degree = f->o.sh_degree;
     json_t *j = json_object();
 
-    ibl_json_put_basis(&j, degree);
+    put(&j, "degree", json_integer(degree));
     put(&j, "radiance", ibl_json_harmonics(f->o.made->sh, degree, false));
     put(&j, "irradiance_scale", json_string("E/pi"));
     put(&j, "irradiance", ibl_json_harmonics(f->o.made->sh, degree, true));
-    put(&j, "glsl", glsl(degree));
-    put(&j, "glsl_use",
-        json_string("c: the first of \"irradiance\", n: unit normal in the "
-                    "world; gives E/pi up to l = 2"));
     return j;
 }
 
@@ -230,6 +200,11 @@ static ibl_status check_output(const ibl_sidecar_facts *f,
     if (!o->file || !o->container || !o->texture)
         return ibl_missing(f->ctx, "ibl_sidecar_text: an output's file, "
                                    "container or texture");
+    if (!ibl_json_is_text(o->file))
+        return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
+                        "%s: a name that is no UTF-8, which a sidecar cannot "
+                        "hold: give another",
+                        o->file);
     const int most = o->content == IBL_CONTENT_SPECULAR
                          ? f->o.made->report.layout.levels
                          : IBL_MAX_LEVELS;
@@ -266,8 +241,6 @@ static ibl_status put_everything(const ibl_sidecar_facts *f, json_t **root)
         ibl_json_generator(ibl_ctx_isa(f->ctx), o->revision));
     if (o->target)
         put(root, "target", ibl_json_string(o->target));
-    if (f->encoded)
-        put(root, "names", json_string(IBL_NAMES_ENCODED));
     put(root, "source", source(f));
     put(root, "colour", colour(f));
     put(root, "options", options(f));
@@ -316,16 +289,13 @@ static ibl_status check_counts(const ibl_sidecar_facts *f)
     return ibl_check_axes(f->ctx, o->axes);
 }
 
-static ibl_status check_names(ibl_sidecar_facts *f)
+static ibl_status check_names(const ibl_sidecar_facts *f)
 {
     const ibl_sidecar_options *o = &f->o;
     ibl_status status = IBL_OK;
 
-    f->encoded = !ibl_json_is_text(o->source);
-    for (int i = 0; i < o->output_count && !status; i++) {
+    for (int i = 0; i < o->output_count && !status; i++)
         status = check_output(f, &o->outputs[i]);
-        f->encoded |= !status && !ibl_json_is_text(o->outputs[i].file);
-    }
     for (int i = 0; i < o->option_count && !status; i++)
         if (!o->options[i].key || !ibl_json_is_text(o->options[i].key))
             status = ibl_fail(f->ctx, IBL_ERR_ARGUMENT,

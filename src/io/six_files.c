@@ -178,10 +178,7 @@ static ibl_status read_face(ibl_input *in, const ibl_read_options *opts,
         memcpy(s->primaries, r->primaries, sizeof s->primaries);
     }
     ibl_rows *s = *all;
-    uint32_t *most = ibl_alloc_array((size_t)n, sizeof *most);
-    status = most ? ibl_rows_read(*face_rows, n, s->whole.data + 3 * at, most)
-                  : ibl_no_memory(in->ctx, "a face");
-    ibl_free(most);
+    status = ibl_rows_read(*face_rows, n, s->whole.data + 3 * at);
     if (!status && r->alpha && !s->alpha) {
         status = ibl_rows_alloc_alpha(s);
         for (size_t i = 0; i < IBL_FACES * texels && !status; i++)

@@ -7,11 +7,10 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge.h"
-#include "io/colour.h"
 #include "io/exr.h"
 #include "io/input.h"
 #include "io/layout.h"
-#include "io/repair.h"
+#include "io/mend.h"
 #include "io/rgbe.h"
 #include "io/rows.h"
 #include "io/ultra_hdr.h"
@@ -26,12 +25,8 @@ struct ibl_source {
     ibl_input in;
     ibl_rows *rows;
     ibl_mender mender;
-    ibl_colour colour;
-    ibl_alpha_range alpha;
-    bool strict;
-    bool straight; /* colours are not multiplied by alpha yet */
-    bool finished; /* the rows are of a map that was made of mended pixels */
-    int row;       /* the next row to read */
+    const float *map;  /* made of mended pixels of another layout, or NULL */
+    int row;           /* the next row to read */
     ibl_status status; /* of the first read that failed */
     char name[];
 };
@@ -188,15 +183,15 @@ ibl_status ibl_source_image(ibl_source *s, ibl_image *img)
 /* Makes the map of alpha, in the memory of the file's colours. */
 static ibl_status unwrap_alpha(const ibl_source *s,
                                const unsigned char order[IBL_FACES],
-                               ibl_image *grey, float **alpha)
+                               ibl_cube *faces, ibl_image *grey, float **alpha)
 {
     const size_t pixels = (size_t)grey->width * (size_t)grey->height;
     ibl_image map = {0};
 
     for (size_t i = 0; i < 3 * pixels; i++)
         grey->data[i] = s->rows->alpha[i / 3];
-    const ibl_status status =
-        ibl_unwrap(s->ctx, NULL, s->rows->report.layout, order, grey, &map);
+    const ibl_status status = ibl_unwrap(s->ctx, NULL, s->rows->report.layout,
+                                         order, grey, faces, &map);
     for (size_t i = 0; i < (size_t)map.width * (size_t)map.height; i++)
         map.data[i] = map.data[3 * i];
     *alpha = map.data;
@@ -218,9 +213,10 @@ static ibl_status unwrap(ibl_source *s, const ibl_read_options *opts)
         status = ibl_faces_from_edges(s->ctx, &flat);
     if (!status)
         status = ibl_unwrap(s->ctx, s->in.name, rows->report.layout, order,
-                            &flat, &map);
+                            &flat, opts->faces, &map);
     if (!status && rows->alpha)
-        status = unwrap_alpha(s, order, &flat, &alpha);
+        status = unwrap_alpha(s, order, opts->faces ? opts->faces + 1 : NULL,
+                              &flat, &alpha);
     ibl_image_free(&flat);
     if (status)
         ibl_image_free(&map);
@@ -236,9 +232,8 @@ static ibl_status unwrap(ibl_source *s, const ibl_read_options *opts)
     ibl_input_close(&s->in);
     s->rows = made;
     s->row = 0;
-    s->finished = true;
-    ibl_mender_free(&s->mender);
-    return ibl_mender_init(&s->mender, made);
+    s->map = made->whole.data;
+    return IBL_OK;
 }
 
 /* Opens the rows, as they are in the file or files. */
@@ -288,8 +283,6 @@ static ibl_status open_source(ibl_ctx *ctx, const char *name,
     memcpy(s->name, name, name_bytes);
     s->ctx = ctx;
     s->in = memory ? *memory : ibl_input_of(ctx, s->name, NULL, 0);
-    s->strict = opts.strict;
-    s->alpha = (ibl_alpha_range){INFINITY, -INFINITY};
     ibl_progress(ctx, "decode", 0);
     status = open_rows(s, pixels, &opts);
     ibl_rows *rows = s->rows;
@@ -297,16 +290,9 @@ static ibl_status open_source(ibl_ctx *ctx, const char *name,
     if (!status && !report->layout)
         report->layout = ibl_input_layout_of(&opts, rows->width, rows->height);
     if (!status)
-        status = ibl_mender_init(&s->mender, rows);
-    if (!status)
-        status = ibl_colour_init(&s->colour, &s->in, rows, &opts);
+        status = ibl_mender_init(&s->mender, &s->in, rows, &opts);
     if (!status && rows->whole.data)
         ibl_input_close(&s->in);
-    if (!status) {
-        s->straight = rows->straight || opts.alpha == IBL_ALPHA_STRAIGHT;
-        report->has_alpha = rows->alpha != NULL;
-        report->alpha_least = report->alpha_most = 1;
-    }
     const ibl_input_layout layout = status ? IBL_INPUT_AUTO : report->layout;
     if ((layout == IBL_INPUT_EQUIRECT || layout == IBL_INPUT_OCTAHEDRAL) &&
         is_ordered(&opts))
@@ -332,42 +318,30 @@ ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
     return open_source(ctx, path, NULL, NULL, opts, out);
 }
 
-static ibl_status check_pixels(ibl_ctx *ctx, const char *name,
-                               const ibl_pixels *p)
-{
-    const size_t bytes = p->half ? 2 : 4;
-    const size_t row =
-        p->row_bytes < 0 ? 0 - (size_t)p->row_bytes : (size_t)p->row_bytes;
-
-    if (p->channels != 3 && p->channels != 4)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%s: %d channels: must be 3 or 4", name, p->channels);
-    if ((unsigned)p->half > 1)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "%s: half %d: must be 0 or 1",
-                        name, p->half);
-    if (p->width < 1 || p->height < 1)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%s: %dx%d pixels: must be 1x1 or more", name, p->width,
-                        p->height);
-    const size_t least = (size_t)p->width * (size_t)p->channels * bytes;
-    if (row && (row < least || row > PTRDIFF_MAX / (size_t)p->height))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%s: row_bytes %td: must be 0 or from %zu to %zu", name,
-                        p->row_bytes, least, PTRDIFF_MAX / (size_t)p->height);
-    return IBL_OK;
-}
-
 ibl_status ibl_source_of_pixels(ibl_ctx *ctx, const char *name,
                                 const ibl_pixels *pixels,
                                 const ibl_read_options *opts, ibl_source **out)
 {
-    if (!ctx || !name || !pixels || !pixels->data || !out)
+    const ibl_pixels *p = pixels;
+
+    if (!ctx || !name || !p || !p->data || !out)
         return ibl_missing(ctx, "ibl_source_of_pixels: name, pixels or out");
     *out = NULL;
-    const ibl_status status = check_pixels(ctx, name, pixels);
-    if (status)
-        return status;
-    return open_source(ctx, name, NULL, pixels, opts, out);
+    if ((p->channels != 3 && p->channels != 4) || (unsigned)p->half > 1 ||
+        p->width < 1 || p->height < 1)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%s: %dx%d pixels, %d channels, half %d: must be 1x1 "
+                        "or more, 3 or 4, 0 or 1",
+                        name, p->width, p->height, p->channels, p->half);
+    const size_t row =
+        p->row_bytes < 0 ? 0 - (size_t)p->row_bytes : (size_t)p->row_bytes;
+    const size_t least =
+        (size_t)p->width * (size_t)p->channels * (p->half ? 2 : 4);
+    if (row && (row < least || row > PTRDIFF_MAX / (size_t)p->height))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%s: row_bytes %td: must be 0 or from %zu to %zu", name,
+                        p->row_bytes, least, PTRDIFF_MAX / (size_t)p->height);
+    return open_source(ctx, name, NULL, p, opts, out);
 }
 
 void ibl_source_close(ibl_source *source)
@@ -375,7 +349,6 @@ void ibl_source_close(ibl_source *source)
     if (!source)
         return;
     ibl_mender_free(&source->mender);
-    ibl_colour_free(&source->colour);
     ibl_rows_close(source->rows);
     ibl_input_close(&source->in);
     ibl_free(source);
@@ -417,116 +390,6 @@ const ibl_read_report *ibl_source_report(const ibl_source *source)
     return &source->rows->report;
 }
 
-/* Like report_mended, for alpha. */
-static ibl_status report_alpha(const ibl_source *s)
-{
-    const ibl_read_report *r = &s->rows->report;
-
-    if (s->strict && (r->alpha_nonfinite || r->alpha_beyond))
-        return ibl_bad_file(
-            &s->in,
-            "alpha is not finite in %zu pixels and not from 0 to 1 in %zu, "
-            "which strict reading refuses and any other mends",
-            r->alpha_nonfinite, r->alpha_beyond);
-    if (r->alpha_nonfinite)
-        ibl_warn(s->ctx,
-                 "%s: alpha of %zu pixels was not finite and became 0: they "
-                 "count as not seen",
-                 s->in.name, r->alpha_nonfinite);
-    if (r->alpha_beyond)
-        ibl_warn(s->ctx,
-                 "%s: alpha of %zu pixels was not from 0 to 1 but from %.9g to "
-                 "%.9g, and became 0 or 1",
-                 s->in.name, r->alpha_beyond, (double)s->alpha.lowest,
-                 (double)s->alpha.highest);
-    if (r->alpha_hidden)
-        ibl_warn(s->ctx,
-                 "%s: %zu pixels had a colour but alpha 0, and became black: "
-                 "colours are taken as multiplied by alpha unless they are "
-                 "said to be straight",
-                 s->in.name, r->alpha_hidden);
-    return IBL_OK;
-}
-
-static void report_colour(const ibl_source *s)
-{
-    const ibl_read_report *r = &s->rows->report;
-    const double *xy = r->primaries;
-
-    if (r->has_primaries && s->colour.primaries == IBL_PRIMARIES_KEEP &&
-        strcmp(r->primaries_name, "Rec.709"))
-        ibl_warn(s->ctx,
-                 *r->primaries_name
-                     ? "%s: its primaries are %s, not Rec.709: its colours are "
-                       "kept as they are"
-                     : "%s: its primaries are %s(%.4g %.4g, %.4g %.4g, %.4g "
-                       "%.4g, white %.4g %.4g), not Rec.709: its colours are "
-                       "kept as they are",
-                 s->in.name, r->primaries_name, xy[0], xy[1], xy[2], xy[3],
-                 xy[4], xy[5], xy[6], xy[7]);
-    if (r->outside)
-        ibl_warn(s->ctx,
-                 "%s: %zu pixels were outside the gamut of %s, and became "
-                 "greyer of the same luminance",
-                 s->in.name, r->outside,
-                 ibl_primaries_name(s->colour.primaries));
-    if (r->clamped)
-        ibl_warn(s->ctx,
-                 "%s: %zu pixels were above %g and were clamped, which took "
-                 "%.3g %% of the map's luminance",
-                 s->in.name, r->clamped, s->colour.clamp,
-                 100 * r->clamp_removed);
-}
-
-/* The share of a map's light that is worth a word. */
-static const double notable = 1e-4;
-
-/* After the last row: warns of mended values or, if strict, refuses them. */
-static ibl_status report_mended(const ibl_source *s)
-{
-    const ibl_read_report *r = &s->rows->report;
-
-    if (s->strict && (r->nonfinite || r->negative))
-        return ibl_bad_file(&s->in,
-                            "%zu pixels are not finite and %zu negative, which "
-                            "strict reading refuses and any other mends",
-                            r->nonfinite, r->negative);
-    if (r->nonfinite)
-        ibl_warn(s->ctx,
-                 "%s: %zu pixels were not finite; each became its brightest "
-                 "neighbour that is, or black if NaN and 65504 if infinite",
-                 s->in.name, r->nonfinite);
-    if (r->negative)
-        (s->mender.removed > notable * s->mender.light ? ibl_warn : ibl_info)(
-            s->ctx,
-            "%s: %zu pixels were negative and became 0: %.2g %% of the map's "
-            "light",
-            s->in.name, r->negative,
-            100 * fmin(s->mender.removed / s->mender.light, 1));
-    if (!(r->peak > 0) && !s->rows->alpha) /* what alpha hides is black */
-        ibl_warn(s->ctx, "%s: is black everywhere", s->in.name);
-    if (r->low_range)
-        ibl_warn(s->ctx,
-                 "%s: low dynamic range (integers, taken for %s): lamps and "
-                 "the sun are clipped, so it cannot light well",
-                 s->in.name, r->low_range == 1 ? "sRGB" : "linear");
-    return report_alpha(s);
-}
-
-/* Mends alpha of the next rows and applies it to their colours. */
-static void apply_alpha(ibl_source *s, int rows, float *rgb)
-{
-    const size_t width = (size_t)s->rows->width;
-    ibl_read_report *report = &s->rows->report;
-
-    if (!s->rows->alpha)
-        return;
-    if (!s->row)
-        report->alpha_most = 0;
-    ibl_alpha_mend(s->rows->alpha + width * (size_t)s->row, rgb,
-                   width * (size_t)rows, s->straight, &s->alpha, report);
-}
-
 ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
 {
     ibl_source *s = source;
@@ -540,22 +403,13 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
         return ibl_fail(s->ctx, IBL_ERR_ARGUMENT,
                         "%d rows: must be 1 to the %d that are left", rows,
                         left);
-    if (s->finished) {
-        s->status = ibl_rows_read(s->rows, rows, rgb, s->mender.most);
-    } else {
+    const size_t floats = 3 * (size_t)s->rows->width;
+    const float *from = s->map ? s->map + floats * (size_t)s->row : NULL;
+    if (!from)
         s->status = ibl_mender_read(&s->mender, rows, rgb);
-        if (!s->status)
-            s->status = ibl_colour_apply(&s->colour, s->row, rows, rgb);
-        if (!s->status)
-            apply_alpha(s, rows, rgb);
-    }
+    else if (from != rgb)
+        memcpy(rgb, from, floats * (size_t)rows * sizeof *rgb);
     s->row += rows;
-    if (!s->status && rows == left && !s->finished) {
-        ibl_colour_end(&s->colour);
-        s->status = report_mended(s);
-        if (!s->status)
-            report_colour(s);
-    }
     if (!s->status && rows == left && s->rows->silent)
         ibl_progress(s->ctx, "decode", 1);
     return s->status;

@@ -651,21 +651,6 @@ ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
     return status;
 }
 
-ibl_status ibl_texture_visit(ibl_ctx *ctx, const ibl_texture *tex,
-                             ibl_container container, ibl_bytes_fn *fn,
-                             void *cookie)
-{
-    if (!fn)
-        return ibl_missing(ctx, "ibl_texture_visit: fn");
-    ibl_pieces file = {0};
-    const ibl_status status = ibl_texture_pieces(ctx, tex, container, &file);
-
-    for (int i = 0; i < file.count && !status; i++)
-        fn(cookie, file.piece[i].bytes, file.piece[i].size);
-    ibl_pieces_free(&file);
-    return status;
-}
-
 void ibl_bytes_free(void *bytes)
 {
     ibl_free(bytes);

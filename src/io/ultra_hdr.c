@@ -4,10 +4,12 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge.h"
+#include "io/colour_space.h"
 
 enum {
     ROWS = 8 /* in a job */
@@ -24,6 +26,16 @@ typedef struct segment {
     const unsigned char *bytes; /* behind its name */
     size_t size;
 } segment;
+
+/* An integer of some bytes at an offset; 0 beyond the end. */
+static uint32_t number(const segment *s, size_t at, int count, bool little)
+{
+    uint32_t n = 0;
+
+    for (int i = 0; i < count && at + (size_t)count <= s->size; i++)
+        n = n << 8 | s->bytes[at + (size_t)(little ? count - 1 - i : i)];
+    return n;
+}
 
 /* Finds the nth segment APPn of a name before the picture; size 0: none. */
 static segment find_segment(const unsigned char *jpeg, size_t size, int marker,
@@ -60,32 +72,225 @@ static segment find_xmp(const unsigned char *jpeg, size_t size,
     return (segment){0};
 }
 
-/* Joins the parts of an ICC profile, each behind its number and their count.
- * The caller must free *icc; NULL: there is none. */
-static ibl_status join_icc(const ibl_input *in, unsigned char **icc,
-                           size_t *total)
+/* ---- what a gain map means -------------------------------------------- */
+
+/* The metadata of Android ("Ultra HDR Image Format v1.1", XMP properties
+ * hdrgm:) and of ISO 21496-1 (binary). HDR = (SDR + base_offset) * 2^(min +
+ * (max - min) g^(1 / gamma)) - offset, for a display that shows all of it; g is
+ * 0..1. */
+typedef struct gain_map {
+    double min[3], max[3]; /* log2 of the gain */
+    double gamma[3];
+    double base_offset[3], offset[3];
+    bool of_base_space; /* gains are of the base image's colour space */
+} gain_map;
+
+/* Formulas stay within floats, and no map is brighter than this times SDR. */
+static const double most_log2 = 24;
+
+/* NULL, or why the metadata is not accepted, for the middle of a sentence. */
+static const char *check(const gain_map *g)
 {
-    *icc = NULL;
-    *total = 0;
-    for (int pass = 0; pass < 2; pass++) {
-        size_t done = 0;
-        for (int i = 0; i < 255; i++) {
-            const segment s =
-                find_segment(in->bytes, in->size, 0xe2, icc_name, i);
-            if (s.size < 2)
-                break;
-            if (pass)
-                memcpy(*icc + done, s.bytes + 2, s.size - 2);
-            done += s.size - 2;
-        }
-        *total = done;
-        if (!done || pass)
-            break;
-        *icc = ibl_alloc_array(done, 1);
-        if (!*icc)
-            return ibl_no_memory(in->ctx, "an ICC profile");
+    for (int c = 0; c < 3; c++) {
+        if (!(fabs(g->min[c]) <= most_log2) ||
+            !(fabs(g->max[c]) <= most_log2) || g->min[c] > g->max[c])
+            return "its gains are not a range";
+        if (!(g->gamma[c] > 0.001) || !(g->gamma[c] <= 1000))
+            return "its gamma is not above 0";
+        if (!(fabs(g->base_offset[c]) <= 1) || !(fabs(g->offset[c]) <= 1))
+            return "an offset is not from -1 to 1";
     }
-    return IBL_OK;
+    return NULL;
+}
+
+/* The numbers of a property, an attribute or what is between the tags of an
+ * element: 1 or 3, and 0 if it is not there, -1 if it is something else. */
+static int take_property(char *xmp, const char *name, double value[3])
+{
+    char *t = strstr(xmp, name);
+    int count = 0;
+
+    if (!t)
+        return 0;
+    t += strlen(name);
+    t += strspn(t, " \t\r\n");
+    if (*t == '=') {
+        t += strspn(t, "=\"' \t\r\n");
+        count = ibl_take_number(&t, value);
+    } else if (*t == '>') {
+        const char *end = strstr(t, name);
+        while (end && t < end && count < 3) {
+            t += strspn(t, "> \t\r\n");
+            if (*t == '<')
+                t += strcspn(t, ">");
+            else if (!ibl_take_number(&t, &value[count++]))
+                return -1;
+        }
+    }
+    if (count == 1)
+        value[1] = value[2] = value[0];
+    return count == 1 || count == 3 ? count : -1;
+}
+
+static const char *take_xmp(char *xmp, gain_map *g)
+{
+    double unused[3];
+    struct {
+        const char *name;
+        double *value;
+        bool needed;
+    } const all[] = {
+        {"hdrgm:GainMapMin", g->min, false},
+        {"hdrgm:GainMapMax", g->max, true},
+        {"hdrgm:Gamma", g->gamma, false},
+        {"hdrgm:OffsetSDR", g->base_offset, false},
+        {"hdrgm:OffsetHDR", g->offset, false},
+        {"hdrgm:HDRCapacityMax", unused, true},
+    };
+    const char *is_hdr = strstr(xmp, "hdrgm:BaseRenditionIsHDR");
+
+    *g = (gain_map){.of_base_space = true};
+    for (int c = 0; c < 3; c++) {
+        g->gamma[c] = 1;
+        g->base_offset[c] = g->offset[c] = 1 / 64.;
+    }
+    if (is_hdr &&
+        !strncasecmp(is_hdr + 24 + strspn(is_hdr + 24, "=\"'> \t"), "true", 4))
+        return "its base is the HDR picture";
+    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
+        const int count = take_property(xmp, all[i].name, all[i].value);
+        if (count < 0 || (!count && all[i].needed))
+            return "a property that is needed is missing or no number";
+    }
+    return check(g);
+}
+
+/* Flags of ISO 21496-1. */
+enum {
+    MULTICHANNEL = 128,
+    BASE_SPACE = 64,
+    BACKWARD = 4, /* as libultrahdr writes: the base is the HDR picture */
+    ONE_DENOMINATOR = 8
+};
+
+/* Reads a fraction at *at, whose denominator follows it unless all have one. */
+static double take_fraction(const segment *s, size_t *at, uint32_t denominator,
+                            bool is_signed, bool *bad)
+{
+    const uint32_t n = number(s, *at, 4, false);
+    const uint32_t d = denominator ? denominator : number(s, *at + 4, 4, false);
+
+    *at += denominator ? 4 : 8;
+    *bad |= !d || *at > s->size;
+    return (is_signed ? (double)(int32_t)n : (double)n) / (d ? d : 1);
+}
+
+static const char *take_iso(const segment *s, gain_map *g)
+{
+    double *const all[] = {g->min, g->max, g->gamma, g->base_offset, g->offset};
+    const int flags = (int)number(s, 4, 1, false);
+    const int channels = flags & MULTICHANNEL ? 3 : 1;
+    const bool one = flags & ONE_DENOMINATOR;
+    const uint32_t d = one ? number(s, 5, 4, false) : 0;
+    size_t at = one ? 9 : 5;
+    bool bad = one && !d;
+
+    if (number(s, 0, 2, false))
+        return "its metadata is of a version that is not known";
+    *g = (gain_map){.of_base_space = flags & BASE_SPACE};
+    const double base = take_fraction(s, &at, d, false, &bad);
+    const double alternate = take_fraction(s, &at, d, false, &bad);
+    for (int i = 0; i < 15; i++) {
+        const int c = i / 5, k = i % 5;
+        all[k][c] =
+            c < channels ? take_fraction(s, &at, d, k != 2, &bad) : all[k][0];
+    }
+    if (bad)
+        return "its metadata is cut short or has a denominator of 0";
+    if (flags & BACKWARD || base > alternate)
+        return "its base is the HDR picture";
+    return check(g);
+}
+
+/* ---- profiles ----------------------------------------------------------- */
+
+/* The XYZ of red, green and blue, adapted to D50, as profiles have them. */
+static const struct {
+    ibl_primaries primaries;
+    double xyz[9];
+} spaces[] = {
+    {IBL_PRIMARIES_REC709,
+     {.4361, .2225, .0139, .3851, .7169, .0971, .1431, .0606, .7141}},
+    {IBL_PRIMARIES_KEEP, /* Display P3 */
+     {.5151, .2412, -.0011, .2920, .6922, .0419, .1572, .0666, .7841}},
+    {IBL_PRIMARIES_REC2020,
+     {.6735, .2790, -.0019, .1657, .6753, .0299, .1251, .0456, .7969}},
+};
+
+/* A tag of at least 12 bytes; size 0: there is none. */
+static segment find_tag(const segment *icc, const char *name)
+{
+    const uint32_t count = number(icc, 128, 4, false);
+
+    for (size_t i = 0; i < count && 144 + 12 * i <= icc->size; i++) {
+        const size_t at = number(icc, 136 + 12 * i, 4, false);
+        const size_t length = number(icc, 140 + 12 * i, 4, false);
+        if (!memcmp(icc->bytes + 132 + 12 * i, name, 4) && at <= icc->size &&
+            length <= icc->size - at && length >= 12)
+            return (segment){icc->bytes + at, length};
+    }
+    return (segment){0};
+}
+
+static double fixed(const segment *s, size_t at)
+{
+    return (int32_t)number(s, at, 4, false) / 65536.0;
+}
+
+/* What a curve makes of one half; -1: no curve. sRGB makes 0.2140 of it. */
+static double half_of(segment t)
+{
+    if (t.size && !memcmp(t.bytes, "curv", 4)) {
+        const size_t n = number(&t, 8, 4, false);
+        if (n < 2)
+            return n ? pow(0.5, number(&t, 12, 2, false) / 256.0) : -1;
+        return (number(&t, 12 + 2 * ((n - 1) / 2), 2, false) +
+                number(&t, 12 + 2 * (n / 2), 2, false)) /
+               (2 * 65535.0);
+    }
+    if (t.size < 16 || memcmp(t.bytes, "para", 4) != 0)
+        return -1;
+    const double g = fixed(&t, 12);
+    return number(&t, 8, 2, false) == 0
+               ? pow(0.5, g)
+               : pow(fixed(&t, 16) / 2 + fixed(&t, 20), g);
+}
+
+bool ibl_icc_primaries(const unsigned char *bytes, size_t size, double xy[8])
+{
+    static const char *const colorants[] = {"rXYZ", "gXYZ", "bXYZ"};
+    static const char *const curves[] = {"rTRC", "gTRC", "bTRC"};
+    const segment icc = {bytes, size};
+    bool same[3] = {true, true, true};
+
+    for (int i = 0; i < 9; i++) {
+        const segment t = find_tag(&icc, colorants[i / 3]);
+        const segment curve = find_tag(&icc, curves[i / 3]);
+        if (t.size < 20 || !(fabs(half_of(curve) - 0.2140) < 0.004))
+            return false;
+        const double value = fixed(&t, (size_t)(8 + 4 * (i % 3)));
+        for (int k = 0; k < 3; k++)
+            same[k] &= fabs(value - spaces[k].xyz[i]) < 0.003;
+    }
+    for (int k = 0; k < 3; k++)
+        if (same[k]) {
+            memcpy(xy,
+                   spaces[k].primaries ? ibl_primaries_xy(spaces[k].primaries)
+                                       : ibl_display_p3_xy(),
+                   8 * sizeof *xy);
+            return true;
+        }
+    return false;
 }
 
 /* ---- the second picture ------------------------------------------------ */
@@ -97,37 +302,28 @@ typedef struct second {
     bool iso;     /* by ISO 21496-1, not by Android's XMP */
 } second;
 
-static uint32_t get(const segment *s, size_t at, int count)
-{
-    const bool big = s->bytes[0] == 'M';
-    uint32_t n = 0;
-
-    for (int i = 0; i < count && at + (size_t)count <= s->size; i++)
-        n = n << 8 | s->bytes[at + (size_t)(big ? i : count - 1 - i)];
-    return n;
-}
-
 /* Finds the gain map among the pictures behind the first, by the entry of the
  * index that lists them. */
 static ibl_status find_second(const ibl_input *in, second *found)
 {
     const segment s = find_segment(in->bytes, in->size, 0xe2, mpf_name, 0);
-    const size_t ifd = s.size >= 8 ? get(&s, 4, 4) : 0;
-    const uint32_t entries = ifd ? get(&s, ifd, 2) : 0;
+    const bool little = s.size && *s.bytes == 'I';
+    const size_t ifd = s.size >= 8 ? number(&s, 4, 4, little) : 0;
+    const uint32_t entries = ifd ? number(&s, ifd, 2, little) : 0;
     size_t list = 0, count = 0;
 
     *found = (second){0};
     for (size_t i = 0; i < entries && ifd + 14 + 12 * i <= s.size; i++)
-        if (get(&s, ifd + 2 + 12 * i, 2) == 0xb002) {
-            count = get(&s, ifd + 6 + 12 * i, 4) / 16;
-            list = get(&s, ifd + 10 + 12 * i, 4);
+        if (number(&s, ifd + 2 + 12 * i, 2, little) == 0xb002) {
+            count = number(&s, ifd + 6 + 12 * i, 4, little) / 16;
+            list = number(&s, ifd + 10 + 12 * i, 4, little);
         }
     for (size_t i = 1; i < count && i < 16 && list + 16 * i + 12 <= s.size &&
                        !found->text.size;
          i++) {
-        const size_t size = get(&s, list + 16 * i + 4, 4);
-        const size_t at =
-            (size_t)(s.bytes - in->bytes) + get(&s, list + 16 * i + 8, 4);
+        const size_t size = number(&s, list + 16 * i + 4, 4, little);
+        const size_t at = (size_t)(s.bytes - in->bytes) +
+                          number(&s, list + 16 * i + 8, 4, little);
         if (at > in->size || size > in->size - at)
             return ibl_bad_file(in,
                                 "Ultra HDR JPEG: its picture %zu lies behind "
@@ -145,19 +341,19 @@ static ibl_status find_second(const ibl_input *in, second *found)
 }
 
 static ibl_status read_meaning(const ibl_input *in, const second *s,
-                               ibl_gain_map *g)
+                               gain_map *g)
 {
     const char *why;
 
     if (s->iso) {
-        why = ibl_gain_map_of_iso(s->text.bytes, s->text.size, g);
+        why = take_iso(&s->text, g);
     } else {
         char *text = ibl_alloc_array(s->text.size + 1, 1);
         if (!text)
             return ibl_no_memory(in->ctx, "the text of a gain map");
         memcpy(text, s->text.bytes, s->text.size);
         text[s->text.size] = '\0';
-        why = ibl_gain_map_of_xmp(text, g);
+        why = take_xmp(text, g);
         ibl_free(text);
     }
     if (!why && !g->of_base_space &&
@@ -173,7 +369,7 @@ static ibl_status read_meaning(const ibl_input *in, const second *s,
 /* ---- the picture -------------------------------------------------------- */
 
 typedef struct brightening {
-    const ibl_gain_map *meaning;
+    const gain_map *meaning;
     const ibl_image *gain; /* as in the file, 0..1 */
     const ibl_image *img;
 } brightening;
@@ -204,7 +400,7 @@ static void look_up(const ibl_image *map, double x, double y, double g[3])
 static void rows_job(void *arg, int job, int worker)
 {
     const brightening *b = arg;
-    const ibl_gain_map *m = b->meaning;
+    const gain_map *m = b->meaning;
     const int width = b->img->width, height = b->img->height;
 
     (void)worker;
@@ -228,7 +424,7 @@ static void rows_job(void *arg, int job, int worker)
 /* Makes the picture of a plain screen, in rows, what a screen without limits
  * shows. */
 static ibl_status brighten(const ibl_input *in, const second *s,
-                           const ibl_gain_map *meaning, ibl_rows *rows)
+                           const gain_map *meaning, ibl_rows *rows)
 {
     const ibl_read_options opts = {
         .part = -1, .any_aspect = 1, .transfer = IBL_TRANSFER_LINEAR};
@@ -255,10 +451,8 @@ ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
                          ibl_rows **rows)
 {
     ibl_read_options own = *opts;
-    ibl_gain_map meaning;
+    gain_map meaning;
     double primaries[8];
-    unsigned char *icc;
-    size_t size;
     second s = {0};
     ibl_status status = ibl_input_load(in);
 
@@ -277,14 +471,14 @@ ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
     }
     if (!status)
         status = read_meaning(in, &s, &meaning);
-    if (!status)
-        status = join_icc(in, &icc, &size);
     if (status)
         return status;
-    const bool profile = icc != NULL;
-    const bool known = profile && ibl_icc_primaries(icc, size, primaries);
-    ibl_free(icc);
-    if (profile && !known)
+    /* a profile of such colours fits into one segment, behind its number */
+    const segment icc = find_segment(in->bytes, in->size, 0xe2, icc_name, 0);
+    const bool known =
+        icc.size > 2 &&
+        ibl_icc_primaries(icc.bytes + 2, icc.size - 2, primaries);
+    if (icc.size && !known)
         return ibl_unsupported(
             in, "Ultra HDR JPEG with an ICC profile that is none of sRGB, "
                 "Display P3 and Rec. 2020 with the curve of sRGB");

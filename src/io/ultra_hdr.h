@@ -21,8 +21,6 @@
 ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
                          ibl_rows **rows);
 
-/* ---- what is in it: icc.c, gain_map.c ---------------------------------- */
-
 /*
  * Finds the primaries of an ICC profile (ICC.1:2022) of three colorants. The
  * curve must be that of sRGB. xy: red, green, blue and white. False: it is no
@@ -30,22 +28,5 @@ ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
  * 2020's.
  */
 bool ibl_icc_primaries(const unsigned char *bytes, size_t size, double xy[8]);
-
-/* What a gain map means: the metadata of Android ("Ultra HDR Image Format
- * v1.1", XMP properties hdrgm:) and of ISO 21496-1 (binary). HDR = (SDR +
- * base_offset) * 2^(min + (max - min) g^(1 / gamma)) - offset, for a display
- * that shows all of it; g is 0..1. */
-typedef struct ibl_gain_map {
-    double min[3], max[3]; /* log2 of the gain */
-    double gamma[3];
-    double base_offset[3], offset[3];
-    bool of_base_space; /* gains are of the base image's colour space */
-} ibl_gain_map;
-
-/* Both return NULL, or why the metadata is not accepted, for the middle of a
- * sentence. xmp: a text ended by 0. */
-const char *ibl_gain_map_of_xmp(char *xmp, ibl_gain_map *g);
-const char *ibl_gain_map_of_iso(const unsigned char *bytes, size_t size,
-                                ibl_gain_map *g);
 
 #endif

@@ -7,32 +7,6 @@
 
 #include "json/text.h"
 
-/* ---- strings ----------------------------------------------------------- */
-
-/* Makes a string from any bytes. Bytes that are not UTF-8 become U+FFFD or,
- * with percent, %XX; '%' then becomes %25. */
-static json_t *mend(const char *bytes, bool percent)
-{
-    const size_t length = strlen(bytes);
-    char *text = malloc(3 * length + 1), *to = text;
-
-    if (!text)
-        return NULL;
-    for (size_t i = 0; i < length;) {
-        const size_t n = ibl_utf8_length(bytes + i, length - i);
-        if (percent && (!n || bytes[i] == '%')) {
-            to += sprintf(to, "%%%02X", (unsigned char)bytes[i]);
-        } else {
-            memcpy(to, n ? bytes + i : "\xEF\xBF\xBD", n ? n : 3);
-            to += n ? n : 3;
-        }
-        i += n ? n : 1;
-    }
-    json_t *string = json_stringn(text, (size_t)(to - text));
-    free(text);
-    return string;
-}
-
 bool ibl_json_is_text(const char *bytes)
 {
     size_t left = strlen(bytes), n;
@@ -46,13 +20,18 @@ bool ibl_json_is_text(const char *bytes)
 
 json_t *ibl_json_string(const char *bytes)
 {
-    json_t *string = json_string(bytes);
-    return string ? string : mend(bytes, false);
-}
+    const size_t length = strlen(bytes);
+    char *text = malloc(3 * length + 1), *to = text;
 
-json_t *ibl_json_encoded(const char *bytes)
-{
-    return mend(bytes, true);
+    for (size_t i = 0; i < length && text;) {
+        const size_t n = ibl_utf8_length(bytes + i, length - i);
+        memcpy(to, n ? bytes + i : "\xEF\xBF\xBD", n ? n : 3);
+        to += n ? n : 3;
+        i += n ? n : 1;
+    }
+    json_t *string = text ? json_stringn(text, (size_t)(to - text)) : NULL;
+    free(text);
+    return string;
 }
 
 json_t *ibl_json_generator(ibl_isa isa, const char *revision)
@@ -65,15 +44,6 @@ json_t *ibl_json_generator(ibl_isa isa, const char *revision)
         put(&j, "revision", ibl_json_string(revision));
     put(&j, "arithmetic", json_string(ibl_isa_arithmetic(isa)));
     return j;
-}
-
-void ibl_json_put_basis(json_t **object, int degree)
-{
-    put(object, "degree", json_integer(degree));
-    put(object, "basis",
-        json_string("real, orthonormal, polar axis +Z, no Condon-Shortley "
-                    "phase: Y(1,-1), Y(1,0), Y(1,1) = +sqrt(3/4pi) y, z, x"));
-    put(object, "order", json_string("coefficient l (l + 1) + m, [R, G, B]"));
 }
 
 json_t *ibl_json_overflow(const ibl_overflow_level *level)

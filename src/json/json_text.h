@@ -15,18 +15,10 @@
 bool ibl_json_is_text(const char *bytes);
 /* A string from any bytes: those that are not UTF-8 become U+FFFD. */
 json_t *ibl_json_string(const char *bytes);
-/* A string from any bytes without loss: those that are not UTF-8, and '%',
- * become %XX. */
-json_t *ibl_json_encoded(const char *bytes);
-/* The value of "names" in a sidecar if one of its file names is not UTF-8. All
- * of them then are so encoded. */
-#define IBL_NAMES_ENCODED "percent-encoded"
 
 /* iblbake, its version and the revision of a program, NULL or "" if it has
  * none, as a file's generator. NULL: no memory. */
 json_t *ibl_json_generator(ibl_isa isa, const char *revision);
-/* Adds a description of the basis of ibl_bake_sh's coefficients. */
-void ibl_json_put_basis(json_t **object, int degree);
 /* Coefficients as [R, G, B], with cosine times ibl_sh_cosine(l), or NULL. */
 json_t *ibl_json_harmonics(const double *sh, int degree, bool cosine);
 /* {"texels": .., "moved": .., "lost": ..}; NULL: no memory. */

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * ASTC HDR blocks of 4x4 texels, RGB. Decodes every block of two dimensions
- * (Khronos Data Format Specification 1.3, chapter 23); encodes the subset that
- * UASTC HDR 4x4 allows (Binomial, "UASTC HDR 4x4 Texture Specification" 1.1),
- * which the Basis Universal transcoder turns into BC6H too.
+ * ASTC HDR blocks of 4x4 texels, RGB: the part of them that UASTC HDR 4x4
+ * allows (Binomial, "UASTC HDR 4x4 Texture Specification" 1.1; Khronos Data
+ * Format Specification 1.3, chapter 23), which the Basis Universal transcoder
+ * turns into BC6H too.
  */
 #ifndef IBL_KERN_ASTC_HDR_H
 #define IBL_KERN_ASTC_HDR_H
@@ -14,6 +14,9 @@
 /* The largest value of a texel: with what texels lie between, 65504 is beyond
  * reach, since 12 bits of the logarithm hold no more. */
 #define IBL_ASTC_HDR_MAX 65216.0f
+
+/* The first 64 bits of a block of one colour, three halves and alpha. */
+#define IBL_ASTC_ONE_COLOUR UINT64_C(0xFFFFFFFFFFFFFFFC)
 
 enum {
     IBL_ASTC_PAST = 256 /* blocks whose weights another one may have */
@@ -54,8 +57,8 @@ typedef struct ibl_astc_hdr_dsp {
 
 IBL_DECLARE_KERNEL(ibl_astc_hdr);
 
-/* Any ASTC block of 4x4 texels, as decoders of the HDR profile give it; alpha
- * is left out. Texels of invalid blocks are 0. */
+/* As decoders of the HDR profile of ASTC. Other ASTC blocks are not valid;
+ * their texels are 0. */
 ibl_decode_block_fn ibl_astc_hdr_decode_block;
 
 #endif

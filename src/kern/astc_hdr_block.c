@@ -1,6 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/astc_hdr_block.h"
 
+#include <string.h>
+
+#include "kern/astc_hdr.h"
+#include "kern/astc_hdr_endpoints.h"
+
 /* Section 23.21, for blocks of less than 31 texels. */
 static uint32_t hash(uint32_t p)
 {
@@ -17,112 +22,79 @@ static uint32_t hash(uint32_t p)
     return p;
 }
 
-void ibl_astc_find_subsets(int pattern, int subsets,
-                           unsigned char of[IBL_ASTC_TEXELS])
+void ibl_astc_find_subsets(int pattern, unsigned char of[IBL_BLOCK_TEXELS])
 {
-    const uint32_t seed = (uint32_t)(pattern + (subsets - 1) * 1024);
+    const uint32_t seed = (uint32_t)(pattern + 1024);
     const uint32_t random = hash(seed);
-    const int by_seed = seed & 2 ? 4 : 5, by_count = subsets == 3 ? 6 : 5;
-    uint32_t most[IBL_ASTC_TEXELS] = {0};
+    const int by_seed = seed & 2 ? 4 : 5, by_count = 5;
+    uint32_t first[IBL_BLOCK_TEXELS];
 
-    for (int s = 0; s < subsets; s++) {
+    for (int s = 0; s < 2; s++) {
         uint32_t x_step = random >> 8 * s & 15,
                  y_step = random >> (8 * s + 4) & 15;
         x_step = x_step * x_step >> (seed & 1 ? by_seed : by_count);
         y_step = y_step * y_step >> (seed & 1 ? by_count : by_seed);
-        for (uint32_t i = 0; i < IBL_ASTC_TEXELS; i++) {
+        for (uint32_t i = 0; i < IBL_BLOCK_TEXELS; i++) {
             const uint32_t at = (x_step * 2 * (i % 4) + y_step * 2 * (i / 4) +
                                  (random >> (14 - 4 * s))) &
                                 63;
-            if (s && at <= most[i])
-                continue;
-            most[i] = at;
-            of[i] = (unsigned char)s;
+            of[i] = s && at > first[i];
+            first[i] = at;
         }
     }
 }
 
-/* The largest range of which a sequence has at most this many bits; -1 if none
- * has. */
-static int range_of(int values, int bits)
+static uint64_t reversed_word(uint64_t v)
 {
-    int range = IBL_ISE_256;
-    while (range >= IBL_ISE_6 && ibl_ise_bits(range, values) > bits)
-        range--;
-    return range >= IBL_ISE_6 ? range : -1;
+    v = (v >> 1 & 0x5555555555555555) | (v & 0x5555555555555555) << 1;
+    v = (v >> 2 & 0x3333333333333333) | (v & 0x3333333333333333) << 2;
+    v = (v >> 4 & 0x0F0F0F0F0F0F0F0F) | (v & 0x0F0F0F0F0F0F0F0F) << 4;
+    return __builtin_bswap64(v);
 }
 
-/* The size of the grid of weights and their range, of the first 11 bits. Grids
- * wider or higher than the block are invalid, so few layouts are left. */
-static int unpack_grid(ibl_bits128 bits, ibl_astc_block *b)
+/* Weights are stored from the last bit on. */
+static ibl_bits128 reversed(ibl_bits128 b)
 {
-    const unsigned mode = ibl_bits128_get(bits, 0, 11);
-    const int first = (int)(mode >> 5 & 3), second = (int)(mode >> 7 & 3);
-    const int range = (int)((mode & 3) << 1 | (mode >> 4 & 1));
-    const int layout = (int)(mode >> 2 & 3);
-
-    if (!(mode & 3) || layout == 1 || layout == 2)
-        return 0;
-    b->height = first + 2;
-    b->width = layout == 0 ? second + 4 : (second & 1) + 2;
-    b->weight_range = range - 2 + (mode & 0x200 ? 6 : 0);
-    b->planes = mode & 0x400 ? 2 : 1;
-    if (b->width > 4 || b->height > 4 || (layout == 3 && second < 2))
-        return 0;
-    const int n =
-        ibl_ise_bits(b->weight_range, b->planes * b->width * b->height);
-    return n >= 24 && n <= 96;
+    return (ibl_bits128){reversed_word(b.high), reversed_word(b.low)};
 }
 
-/* The modes of several subsets' endpoints: one for all, or two classes of four
- * modes that are next to each other. Returns how many bits more that takes,
- * before bit `below`. */
-static int unpack_modes(ibl_bits128 bits, int below, ibl_astc_block *b)
-{
-    const int n = b->subsets, more = 3 * n - 4;
-    const int class = (int)ibl_bits128_get(bits, 23, 2);
-    int code = (int)ibl_bits128_get(bits, 25, 4);
-
-    for (int i = 0; i < n && !class; i++)
-        b->mode[i] = code;
-    if (!class)
-        return 0;
-    code |= (int)ibl_bits128_get(bits, below - more, more) << 4;
-    for (int i = 0; i < n; i++)
-        b->mode[i] =
-            (class - 1 + (code >> i & 1)) << 2 | (code >> (n + 2 * i) & 3);
-    return more;
-}
+/* The header of one plane of 4x4 weights, but for their range. */
+enum {
+    GRID = 0x40,
+    GRID_BITS = 0x5EC
+};
 
 int ibl_astc_unpack(ibl_bits128 bits, ibl_astc_block *b)
 {
-    int below, start = 17;
+    const unsigned header = ibl_bits128_get(bits, 0, 11);
+    const int code = (int)((header & 3) << 1 | (header >> 4 & 1));
+    const int fine = header >> 9 & 1, least = fine ? 2 : 3;
+    const int subsets = 1 + (int)ibl_bits128_get(bits, 11, 2);
+    const int start = subsets == 1 ? 17 : 29;
 
-    b->subsets = 1 + (int)ibl_bits128_get(bits, 11, 2);
-    if (!unpack_grid(bits, b) || (b->planes == 2 && b->subsets == 4))
+    if ((header & GRID_BITS) != GRID || code < least || (fine && code > 4) ||
+        subsets > 2)
         return 0;
-    const int weights = b->planes * b->width * b->height;
-    below = 128 - ibl_ise_bits(b->weight_range, weights);
-    if (b->subsets == 1) {
-        b->pattern = 0;
-        b->mode[0] = (int)ibl_bits128_get(bits, 13, 4);
-    } else {
-        start = 29;
-        b->pattern = (int)ibl_bits128_get(bits, 13, 10);
-        below -= unpack_modes(bits, below, b);
-    }
-    if (b->planes == 2)
-        b->plane2 = (int)ibl_bits128_get(bits, below -= 2, 2);
-    b->values = 0;
-    for (int i = 0; i < b->subsets; i++)
-        b->values += 2 * (b->mode[i] / 4 + 1);
-    if (b->values > IBL_ASTC_VALUES)
+    *b = (ibl_astc_block){
+        .subsets = subsets,
+        .pattern = subsets == 1 ? 0 : (int)ibl_bits128_get(bits, 13, 10),
+        .mode = (int)ibl_bits128_get(bits, start - 4, 4),
+        .weight_range = code + (fine ? 3 : -3)};
+    const int direct = b->mode == IBL_ASTC_DIRECT;
+    if (!direct && b->mode != IBL_ASTC_SCALE)
         return 0;
-    b->value_range = range_of(b->values, below - start);
-    if (b->value_range < 0)
+    /* Two have one mode, and fewer levels. */
+    if (subsets == 2 && (ibl_bits128_get(bits, 23, 2) ||
+                         b->weight_range > (direct ? IBL_ISE_4 : IBL_ISE_8)))
         return 0;
+    b->values = subsets * (direct ? 6 : 4);
+    b->value_range = IBL_ISE_256; /* or the largest that there is room for */
+    const int room =
+        128 - start - ibl_ise_bits(b->weight_range, IBL_BLOCK_TEXELS);
+    while (ibl_ise_bits(b->value_range, b->values) > room)
+        b->value_range--;
     ibl_ise_get(bits, start, b->value_range, b->values, b->value);
-    ibl_ise_get(ibl_bits128_reversed(bits), 0, b->weight_range, weights,
+    ibl_ise_get(reversed(bits), 0, b->weight_range, IBL_BLOCK_TEXELS,
                 b->weight);
     return 1;
 }
@@ -130,20 +102,50 @@ int ibl_astc_unpack(ibl_bits128 bits, ibl_astc_block *b)
 ibl_bits128 ibl_astc_pack(const ibl_astc_block *b)
 {
     const int fine = b->weight_range >= IBL_ISE_10;
-    const unsigned range = (unsigned)(b->weight_range + (fine ? -4 : 2));
+    const int code = b->weight_range - (fine ? 3 : -3);
+    const int start = b->subsets == 1 ? 17 : 29;
     ibl_bits128 weights = {0, 0}, bits;
 
-    ibl_ise_put(&weights, 0, b->weight_range, IBL_ASTC_TEXELS, b->weight);
-    bits = ibl_bits128_reversed(weights);
-    /* A grid of 4x4, by the upper two bits of the range's number and one. */
+    ibl_ise_put(&weights, 0, b->weight_range, IBL_BLOCK_TEXELS, b->weight);
+    bits = reversed(weights);
     ibl_bits128_put(&bits, 0, 11,
-                    range >> 1 | (range & 1) << 4 | 2 << 5 |
-                        (unsigned)fine << 9);
-    ibl_bits128_put(&bits, 11, 2, (unsigned)b->subsets - 1);
-    if (b->subsets > 1)
-        ibl_bits128_put(&bits, 13, 10, (unsigned)b->pattern);
-    ibl_bits128_put(&bits, b->subsets > 1 ? 25 : 13, 4, (unsigned)b->mode[0]);
-    ibl_ise_put(&bits, b->subsets > 1 ? 29 : 17, b->value_range, b->values,
-                b->value);
+                    GRID | code >> 1 | (code & 1) << 4 | fine << 9);
+    ibl_bits128_put(&bits, 11, 2, b->subsets - 1);
+    if (b->subsets == 2)
+        ibl_bits128_put(&bits, 13, 10, b->pattern);
+    ibl_bits128_put(&bits, start - 4, 4, b->mode);
+    ibl_ise_put(&bits, start, b->value_range, b->values, b->value);
     return bits;
+}
+
+int ibl_astc_hdr_decode_block(const unsigned char *block,
+                              uint16_t texels[IBL_BLOCK_TEXELS][3])
+{
+    const ibl_bits128 bits = ibl_bits128_load(block);
+    unsigned char value[IBL_ASTC_VALUES], subset[IBL_BLOCK_TEXELS] = {0};
+    int ends[2][2][3];
+    ibl_astc_block b;
+
+    memset(texels, 0, IBL_BLOCK_TEXELS * sizeof *texels);
+    if (bits.low == IBL_ASTC_ONE_COLOUR) {
+        for (int i = 0; i < 3 * IBL_BLOCK_TEXELS; i++)
+            texels[i / 3][i % 3] =
+                (uint16_t)ibl_bits128_get(bits, 64 + 16 * (i % 3), 16);
+        return 1;
+    }
+    if (!ibl_astc_unpack(bits, &b))
+        return 0;
+    for (int i = 0; i < b.values; i++)
+        value[i] = (unsigned char)ibl_ise_endpoint(b.value_range, b.value[i]);
+    for (int s = 0; s < b.subsets; s++)
+        ibl_astc_line_ends(b.mode, value + s * b.values / b.subsets, ends[s]);
+    if (b.subsets == 2)
+        ibl_astc_find_subsets(b.pattern, subset);
+    for (int i = 0; i < 3 * IBL_BLOCK_TEXELS; i++) {
+        const int w = ibl_ise_weight(b.weight_range, b.weight[i / 3]);
+        const int c = i % 3, s = subset[i / 3];
+        const int q = (ends[s][0][c] * (64 - w) + ends[s][1][c] * w) * 16;
+        texels[i / 3][c] = ibl_astc_half((q + 32) >> 6);
+    }
+    return 1;
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A block is tried in several of the 24 ways that UASTC HDR allows: with one
- * line of colours or two, between ends of one mode or the other. Each try puts
- * the texels on a line by least squares; what it decodes to decides.
+ * A block is tried with one line of colours between any ends and, where that is
+ * too far off, with two whose ends differ in brightness only. Each try puts the
+ * texels on a line by least squares; what it decodes to decides.
  */
 #include <math.h>
 #include <string.h>
@@ -11,19 +11,16 @@
 #include "kern/astc_hdr_block.h"
 #include "kern/astc_line.h"
 
-/* What is tried, of each kind of ways how many; of two subsets with how many
- * patterns. Only where the error, rms of a texel, is more than `far`, two
- * subsets are, and more ways of one mode: files compress better if most blocks
- * are stored alike. */
+/* What is tried: rounds of fitting a line, ways of one subset and of two, with
+ * how many patterns of two. Two subsets only where the error, rms of a texel,
+ * is more than `far`: files compress better if most blocks are stored alike. */
 typedef struct plan {
-    ibl_astc_effort effort;
-    int direct, scale, patterns, two_scale, two_direct, refine_two;
+    int rounds, patterns, two;
     float far;
 } plan;
-static const plan plans[] = {
-    [IBL_QUALITY_FAST] = {{1, 1, 1}, 1, 0, 0, 0, 0, 0, .05f},
-    [IBL_QUALITY_NORMAL] = {{1, 1, 2}, 1, 0, 1, 2, 1, 0, .03f},
-    [IBL_QUALITY_BEST] = {{2, 2, 6}, 2, 1, 6, 3, 1, 1, 0}};
+static const plan plans[] = {[IBL_QUALITY_FAST] = {1, 0, 0, .05f},
+                             [IBL_QUALITY_NORMAL] = {1, 1, 2, .03f},
+                             [IBL_QUALITY_BEST] = {2, 6, 3, 0}};
 
 /* A block as it is stored. way < 0: one colour. */
 typedef struct trial {
@@ -35,9 +32,6 @@ typedef struct trial {
 /* One colour is enough if it is nearly as good as halves are. */
 #define AS_HALVES 1e-9f
 
-/* Lines that are as good as this times the best are refined. */
-#define PROMISING 1.1f
-
 /* ---- ways -------------------------------------------------------------- */
 
 static int is_far(const plan *p, const trial *best)
@@ -45,47 +39,37 @@ static int is_far(const plan *p, const trial *best)
     return best->error > IBL_BLOCK_TEXELS * p->far * p->far;
 }
 
-/* Ways of one subset and one mode. */
+/* A way of one subset. */
 static void try_one(const ibl_astc_tables *tb, const plan *p,
-                    const ibl_astc_texels *t, int from, int count, trial *best)
+                    const ibl_astc_texels *t, int way, trial *best)
 {
+    const ibl_astc_way *w = &ibl_astc_ways[way];
     float ends[2][3];
+    ibl_astc_line l;
 
-    ibl_astc_find_line(tb, t, ibl_astc_ways[from].mode, ends);
-    for (int k = 0; k < count; k++) {
-        const ibl_astc_way *w = &ibl_astc_ways[from + k];
-        ibl_astc_line l;
-        ibl_astc_fit_line(tb, t, w, &p->effort, ends, &l);
-        if (l.error < PROMISING * best->error)
-            ibl_astc_refine(tb, t, w, p->effort.passes, &l);
-        if (l.error < best->error) {
-            best->error = l.error;
-            best->way = from + k;
-            best->lines[0] = l;
-        }
-    }
+    ibl_astc_find_line(tb, t, w->mode, ends);
+    ibl_astc_fit_line(tb, t, w, p->rounds, ends, &l);
+    if (l.error < best->error)
+        *best = (trial){way, 0, {l}, l.error};
 }
 
-/* Ways of two subsets of a pattern, and of one mode. */
+/* Ways of two subsets, of a pattern. */
 static void try_two(const ibl_astc_tables *tb, const plan *p,
-                    const ibl_astc_texels *t, int pattern, int from, int count,
-                    trial *best)
+                    const ibl_astc_texels *t, int pattern, trial *best)
 {
     ibl_astc_texels part[2];
     float ends[2][2][3];
 
     for (int s = 0; s < 2; s++) {
         ibl_astc_take(tb, t, pattern, s, &part[s]);
-        ibl_astc_find_line(tb, &part[s], ibl_astc_ways[from].mode, ends[s]);
+        ibl_astc_find_line(tb, &part[s], IBL_ASTC_SCALE, ends[s]);
     }
-    for (int k = 0; k < count; k++) {
-        const ibl_astc_way *w = &ibl_astc_ways[from + k];
+    for (int k = IBL_ASTC_SCALE_2; k < IBL_ASTC_SCALE_2 + p->two; k++) {
+        const ibl_astc_way *w = &ibl_astc_ways[k];
         ibl_astc_line l[2];
         float error = 0;
         for (int s = 0; s < 2 && error < best->error; s++) {
-            ibl_astc_fit_line(tb, &part[s], w, &p->effort, ends[s], &l[s]);
-            if (p->refine_two)
-                ibl_astc_refine(tb, &part[s], w, p->effort.passes, &l[s]);
+            ibl_astc_fit_line(tb, &part[s], w, p->rounds, ends[s], &l[s]);
             error += l[s].error;
         }
         if (error < best->error)
@@ -93,7 +77,7 @@ static void try_two(const ibl_astc_tables *tb, const plan *p,
                 error, ibl_astc_error_as_bc6h(tb, w, pattern, part, l));
         if (error < best->error) {
             best->error = error;
-            best->way = from + k;
+            best->way = k;
             best->pattern = pattern;
             memcpy(best->lines, l, sizeof l);
         }
@@ -169,7 +153,7 @@ static void try_flat(const ibl_astc_texels *t, uint16_t colour[3], trial *best)
 
 static void write_flat(const uint16_t colour[3], unsigned char *block)
 {
-    ibl_bits128 bits = {UINT64_C(0xFFFFFFFFFFFFFFFC), 0};
+    ibl_bits128 bits = {IBL_ASTC_ONE_COLOUR, 0};
     for (int c = 0; c < 3; c++)
         ibl_bits128_put(&bits, 64 + 16 * c, 16, colour[c]);
     ibl_bits128_put(&bits, 112, 16, 0x3C00);
@@ -183,7 +167,7 @@ static void write_block(const ibl_astc_tables *tb, const trial *b,
     const int each = w->mode == IBL_ASTC_SCALE ? 4 : 6;
     ibl_astc_block a = {.subsets = w->subsets,
                         .pattern = ibl_astc_patterns[b->pattern],
-                        .mode = {w->mode, w->mode},
+                        .mode = w->mode,
                         .values = each * w->subsets,
                         .value_range = w->value_range,
                         .weight_range = w->weight_range};
@@ -204,20 +188,15 @@ static void try_ways(const ibl_astc_tables *tb, const plan *p,
 {
     int found[IBL_ASTC_PATTERNS];
 
-    try_one(tb, p, t, IBL_ASTC_DIRECT_1, p->direct, best);
+    try_one(tb, p, t, IBL_ASTC_DIRECT_1, best);
     /* The 192 values of its ends leave out some that a sun may want. */
-    if (p->direct == 1 && is_far(p, best))
-        try_one(tb, p, t, IBL_ASTC_DIRECT_1 + 1, 1, best);
-    if (p->scale)
-        try_one(tb, p, t, IBL_ASTC_SCALE_1, p->scale, best);
+    if (is_far(p, best))
+        try_one(tb, p, t, IBL_ASTC_DIRECT_1 + 1, best);
     if (!p->patterns || !is_far(p, best))
         return;
     rank_patterns(tb, t, p->patterns, found);
-    for (int k = 0; k < p->patterns; k++) {
-        try_two(tb, p, t, found[k], IBL_ASTC_SCALE_2, p->two_scale, best);
-        if (is_far(p, best))
-            try_two(tb, p, t, found[k], IBL_ASTC_DIRECT_2, p->two_direct, best);
-    }
+    for (int k = 0; k < p->patterns; k++)
+        try_two(tb, p, t, found[k], best);
 }
 
 /* ---- blocks alike ------------------------------------------------------ */

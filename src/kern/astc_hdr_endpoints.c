@@ -64,7 +64,7 @@ static int clamped(int v)
     return v < 0 ? 0 : v > 4095 ? 4095 : v;
 }
 
-void ibl_astc_scale_endpoints(const unsigned char v[4], int e[2][3])
+static void scale_ends(const unsigned char v[4], int e[2][3])
 {
     const int bits = v[0] >> 6 | v[1] >> 7 << 2 | v[2] >> 7 << 3;
     const int last = bits >> 2 == 3;
@@ -89,7 +89,7 @@ static int extended(int value, int bits)
     return ((value & (2 * sign - 1)) ^ sign) - sign;
 }
 
-void ibl_astc_direct_endpoints(const unsigned char v[6], int e[2][3])
+static void direct_ends(const unsigned char v[6], int e[2][3])
 {
     const int form = v[1] >> 7 | v[2] >> 7 << 1 | v[3] >> 7 << 2;
     const int major = v[4] >> 7 | v[5] >> 7 << 1;
@@ -112,4 +112,12 @@ void ibl_astc_direct_endpoints(const unsigned char v[6], int e[2][3])
     }
     swap(e[0], major);
     swap(e[1], major);
+}
+
+void ibl_astc_line_ends(int mode, const unsigned char *values, int e[2][3])
+{
+    if (mode == IBL_ASTC_SCALE)
+        scale_ends(values, e);
+    else
+        direct_ends(values, e);
 }

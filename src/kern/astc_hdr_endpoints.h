@@ -59,8 +59,7 @@ extern const unsigned char ibl_astc_direct_places[IBL_ASTC_PLACES];
 /* The largest endpoint below Inf. */
 #define IBL_ASTC_LARGEST 3967
 
-/* The endpoints, 12 bits each, of the values of a mode, 0 to 255. */
-void ibl_astc_scale_endpoints(const unsigned char values[4], int e[2][3]);
-void ibl_astc_direct_endpoints(const unsigned char values[6], int e[2][3]);
+/* The endpoints, 12 bits each, of the 4 or 6 values of a mode. */
+void ibl_astc_line_ends(int mode, const unsigned char *values, int e[2][3]);
 
 #endif

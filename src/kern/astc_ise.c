@@ -1,69 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/astc_ise.h"
 
-ibl_bits128 ibl_bits128_load(const unsigned char block[16])
-{
-    ibl_bits128 b = {0, 0};
-    for (int i = 0; i < 8; i++) {
-        b.low |= (uint64_t)block[i] << 8 * i;
-        b.high |= (uint64_t)block[8 + i] << 8 * i;
-    }
-    return b;
-}
-
-void ibl_bits128_store(ibl_bits128 bits, unsigned char block[16])
-{
-    for (int i = 0; i < 8; i++) {
-        block[i] = (unsigned char)(bits.low >> 8 * i);
-        block[8 + i] = (unsigned char)(bits.high >> 8 * i);
-    }
-}
-
-static uint64_t reversed(uint64_t v)
-{
-    v = (v >> 1 & 0x5555555555555555) | (v & 0x5555555555555555) << 1;
-    v = (v >> 2 & 0x3333333333333333) | (v & 0x3333333333333333) << 2;
-    v = (v >> 4 & 0x0F0F0F0F0F0F0F0F) | (v & 0x0F0F0F0F0F0F0F0F) << 4;
-    return __builtin_bswap64(v);
-}
-
-ibl_bits128 ibl_bits128_reversed(ibl_bits128 bits)
-{
-    return (ibl_bits128){reversed(bits.high), reversed(bits.low)};
-}
-
-unsigned ibl_bits128_get(ibl_bits128 bits, int at, int n)
-{
-    uint64_t v;
-    if (at >= 128)
-        return 0;
-    if (at >= 64)
-        v = bits.high >> (at - 64);
-    else
-        v = bits.low >> at | (at ? bits.high << (64 - at) : 0);
-    return (unsigned)(v & ((UINT64_C(1) << n) - 1));
-}
-
-void ibl_bits128_put(ibl_bits128 *bits, int at, int n, unsigned value)
-{
-    if (at >= 64) {
-        bits->high |= (uint64_t)value << (at - 64);
-        return;
-    }
-    bits->low |= (uint64_t)value << at;
-    if (at + n > 64)
-        bits->high |= (uint64_t)value >> (64 - at);
-}
-
 /* An integer is a trit, a quint or neither, above some bits. base: 3, 5 or 1.
- * (D C + B) is what unquantises endpoints; B as bits to copy the integer's bits
- * b, c, ... to. */
+ */
 static const struct {
     unsigned char bits, base;
-} ranges[IBL_ISE_RANGES] = {{1, 1}, {0, 3}, {2, 1}, {0, 5}, {1, 3}, {3, 1},
-                            {1, 5}, {2, 3}, {4, 1}, {2, 5}, {3, 3}, {5, 1},
-                            {3, 5}, {4, 3}, {6, 1}, {4, 5}, {5, 3}, {7, 1},
-                            {5, 5}, {6, 3}, {8, 1}};
+} ranges[IBL_ISE_RANGES] = {{0, 3}, {2, 1}, {0, 5}, {1, 3}, {3, 1},
+                            {1, 5}, {2, 3}, {4, 1}, {3, 5}, {6, 1},
+                            {4, 5}, {7, 1}, {6, 3}, {8, 1}};
 
 int ibl_ise_levels(int range)
 {
@@ -205,91 +149,55 @@ void ibl_ise_put(ibl_bits128 *bits, int at, int range, int count,
 
     for (int i = 0; i < count; i += group) {
         unsigned char digits[5] = {0};
-        unsigned packed = 0;
+        int packed = 0;
         for (int k = 0; k < group && i + k < count; k++)
             digits[k] = (unsigned char)(values[i + k] >> n);
         if (base > 1)
-            packed = base == 3 ? put_trits(digits) : put_quints(digits);
+            packed = (int)(base == 3 ? put_trits(digits) : put_quints(digits));
         for (int k = 0; k < group && i + k < count; k++) {
-            ibl_bits128_put(bits, at, n, values[i + k] & ((1u << n) - 1));
+            ibl_bits128_put(bits, at, n, values[i + k]);
             at += n;
             if (base == 1)
                 continue;
-            ibl_bits128_put(bits, at, dealt[k],
-                            packed & ((1u << dealt[k]) - 1));
+            ibl_bits128_put(bits, at, dealt[k], packed);
             packed >>= dealt[k];
             at += dealt[k];
         }
     }
 }
 
-/* An integer of n bits, repeated to fill `to` bits. */
-static int repeated(int value, int n, int to)
-{
-    int v = 0;
-    for (int at = to - n; at > -n; at -= n)
-        v |= at >= 0 ? value << at : value >> -at;
-    return v;
-}
-
-/* The specification's D C + B, then what A, the lowest bit, turns over. bits:
- * the integer's bits b, c, ... stand at these places of B, lowest first. */
-static int unquantise(int value, int n, int c, const unsigned short *places,
-                      int top)
-{
-    const int a = value & 1 ? 4 * top - 1 : 0;
-    int b = 0;
-    for (int i = 1; i < n; i++)
-        if (value >> i & 1)
-            b |= places[i - 1];
-    const int t = ((value >> n) * c + b) ^ a;
-    return (a & top) | t >> 2;
-}
-
+/* The specification's D C + B, then what A, the lowest bit, turns over; bits b,
+ * c, ... stand at these places of B, lowest first. */
 int ibl_ise_endpoint(int range, int value)
 {
-    static const unsigned short places[IBL_ISE_RANGES][5] = {
-        [IBL_ISE_12] = {0x116},
-        [IBL_ISE_20] = {0x10C},
-        [IBL_ISE_24] = {0x085, 0x10A},
-        [IBL_ISE_40] = {0x082, 0x105},
-        [IBL_ISE_48] = {0x041, 0x082, 0x104},
-        [IBL_ISE_80] = {0x040, 0x081, 0x102},
-        [IBL_ISE_96] = {0x020, 0x040, 0x081, 0x102},
-        [IBL_ISE_160] = {0x020, 0x040, 0x080, 0x101},
-        [IBL_ISE_192] = {0x010, 0x020, 0x040, 0x080, 0x101}};
-    static const unsigned char factor[IBL_ISE_RANGES] = {
-        [IBL_ISE_6] = 204, [IBL_ISE_10] = 113, [IBL_ISE_12] = 93,
-        [IBL_ISE_20] = 54, [IBL_ISE_24] = 44,  [IBL_ISE_40] = 26,
-        [IBL_ISE_48] = 22, [IBL_ISE_80] = 13,  [IBL_ISE_96] = 11,
-        [IBL_ISE_160] = 6, [IBL_ISE_192] = 5};
-    const int n = ranges[range].bits;
+    static const struct {
+        unsigned short c, places[5];
+    } of[IBL_ISE_RANGES] = {
+        [IBL_ISE_40] = {26, {0x082, 0x105}},
+        [IBL_ISE_80] = {13, {0x040, 0x081, 0x102}},
+        [IBL_ISE_192] = {5, {0x010, 0x020, 0x040, 0x080, 0x101}}};
+    const int n = ranges[range].bits, a = value & 1 ? 0x1FF : 0;
+    int b = 0;
 
-    return factor[range]
-               ? unquantise(value, n, factor[range], places[range], 0x80)
-               : repeated(value, n, 8);
+    if (ranges[range].base == 1) /* its bits are repeated */
+        return value << (8 - n) | value >> (2 * n - 8);
+    for (int i = 1; i < n; i++)
+        if (value >> i & 1)
+            b |= of[range].places[i - 1];
+    return (a & 0x80) | (((value >> n) * of[range].c + b) ^ a) >> 2;
 }
 
 int ibl_ise_weight(int range, int value)
 {
-    static const unsigned char whole[2][5] = {{0, 32, 63}, {0, 16, 32, 47, 63}};
-    static const unsigned short places[IBL_ISE_RANGES][2] = {
-        [IBL_ISE_12] = {0x45},
-        [IBL_ISE_20] = {0x42},
-        [IBL_ISE_24] = {0x21, 0x42}};
-    static const unsigned char factor[IBL_ISE_RANGES] = {[IBL_ISE_6] = 50,
-                                                         [IBL_ISE_10] = 28,
-                                                         [IBL_ISE_12] = 23,
-                                                         [IBL_ISE_20] = 13,
-                                                         [IBL_ISE_24] = 11};
-    const int n = ranges[range].bits;
-    int w;
-
-    if (!n)
-        w = whole[range == IBL_ISE_5][value];
-    else if (factor[range])
-        w = unquantise(value, n, factor[range], places[range], 0x20);
-    else
-        w = repeated(value, n, 6);
-    return w + (w > 32);
+    static const unsigned char weights[][16] = {
+        [IBL_ISE_3] = {0, 32, 64},
+        [IBL_ISE_4] = {0, 21, 43, 64},
+        [IBL_ISE_5] = {0, 16, 32, 48, 64},
+        [IBL_ISE_6] = {0, 64, 12, 52, 25, 39},
+        [IBL_ISE_8] = {0, 9, 18, 27, 37, 46, 55, 64},
+        [IBL_ISE_10] = {0, 64, 7, 57, 14, 50, 21, 43, 28, 36},
+        [IBL_ISE_12] = {0, 64, 17, 47, 5, 59, 23, 41, 11, 53, 28, 36},
+        [IBL_ISE_16] = {0, 4, 8, 12, 17, 21, 25, 29, 35, 39, 43, 47, 52, 56, 60,
+                        64}};
+    return weights[range][value];
 }

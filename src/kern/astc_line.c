@@ -145,14 +145,6 @@ static void stretch(const ibl_astc_texels *t, const float s[16],
     }
 }
 
-static void solve(int mode, const ibl_astc_sums sums[3], float ends[2][3])
-{
-    if (mode == IBL_ASTC_SCALE)
-        ibl_astc_solve_scale(sums, ends);
-    else
-        ibl_astc_solve(sums, ends);
-}
-
 void ibl_astc_find_line(const ibl_astc_tables *tb, const ibl_astc_texels *t,
                         int mode, float ends[2][3])
 {
@@ -160,19 +152,16 @@ void ibl_astc_find_line(const ibl_astc_tables *tb, const ibl_astc_texels *t,
     float s[16];
 
     by_light(t, s);
-    for (int turn = 0; turn < 3; turn++) {
-        tb->fit->sums(t, s, sums);
-        solve(mode, sums, ends);
-        /* As long as the line may be. */
-        for (int c = 0; c < 3; c++) {
-            const float length = ends[1][c] - ends[0][c];
-            ends[0][c] -= length;
-            ends[1][c] += length;
-        }
-        tb->fit->project(t, ends, s);
-        stretch(t, s, ends);
-        tb->fit->project(t, ends, s);
+    tb->fit->sums(t, s, sums);
+    ibl_astc_solve(mode, sums, ends);
+    /* As long as the line may be. */
+    for (int c = 0; c < 3; c++) {
+        const float length = ends[1][c] - ends[0][c];
+        ends[0][c] -= length;
+        ends[1][c] += length;
     }
+    tb->fit->project(t, ends, s);
+    stretch(t, s, ends);
 }
 
 static void snap(const ibl_astc_levels *l, float s[16], unsigned char level[16],
@@ -238,17 +227,6 @@ static int try_values(const ibl_astc_tables *tb, const ibl_astc_texels *t,
     return 1;
 }
 
-/* The sums of squares that a line has with texels at levels. */
-static void sums_at(const ibl_astc_tables *tb, const ibl_astc_texels *t,
-                    const ibl_astc_way *w, const unsigned char level[16],
-                    ibl_astc_sums sums[3])
-{
-    float s[16];
-    for (int i = 0; i < 16; i++)
-        s[i] = (float)tb->levels[w->weight_range].step[level[i]] * (1.0f / 64);
-    tb->fit->sums(t, s, sums);
-}
-
 /* The squares of errors of a line, less what they are without, with texels as
  * in sums; FLT_MAX: its ends are beyond the largest. */
 static float expected(const ibl_astc_texels *t, const ibl_astc_way *w,
@@ -264,46 +242,6 @@ static float expected(const ibl_astc_texels *t, const ibl_astc_way *w,
         sum += ibl_astc_cost(&sums[c], (float)(e[0][c] - t->origin[c]),
                              (float)(e[1][c] - t->origin[c]));
     return sum;
-}
-
-/* Each value goes to its neighbours in the range as long as that helps: those
- * that do with the texels where they are, which are few, are tried. Values that
- * move all ends, or the ends of one channel, are a field each. */
-void ibl_astc_refine(const ibl_astc_tables *tb, const ibl_astc_texels *t,
-                     const ibl_astc_way *w, int passes, ibl_astc_line *best)
-{
-    static const unsigned char own[2][6] = {{63, 31, 31, 31},
-                                            {255, 63, 63, 63, 31, 31}};
-    const int direct = w->mode == IBL_ASTC_DIRECT;
-    const ibl_astc_codes *codes = &tb->codes[w->value_range];
-
-    ibl_astc_sums sums[3];
-
-    if (best->error >= FLT_MAX)
-        return;
-    sums_at(tb, t, w, best->level, sums);
-    float now = expected(t, w, best->values, sums);
-    for (int better = 1; better && passes-- > 0;) {
-        better = 0;
-        for (int k = 0; k < (direct ? 12 : 8); k++) {
-            unsigned char values[6];
-            float s[16];
-            const int v = best->values[k / 2];
-            const int to = k & 1   ? v < 255 ? codes->above[v + 1] : v
-                           : v > 0 ? codes->below[v - 1]
-                                   : v;
-            if (v == to || (v ^ to) & ~own[direct][k / 2])
-                continue;
-            memcpy(values, best->values, sizeof values);
-            values[k / 2] = (unsigned char)to;
-            if (expected(t, w, values, sums) < now &&
-                try_values(tb, t, w, values, best, s)) {
-                better = 1;
-                sums_at(tb, t, w, best->level, sums);
-                now = expected(t, w, best->values, sums);
-            }
-        }
-    }
 }
 
 /* Whether the first end has the largest value. */
@@ -332,82 +270,58 @@ static void turn(const ibl_astc_texels *t, ibl_astc_sums sums[3],
     }
 }
 
-/* The forms that lose least, in order. */
-static void rank_forms(const ibl_astc_texels *t, int mode,
-                       const float ends[2][3], float gap, int n, int *forms)
+/* The values of the form that is expected to have the least error for sums,
+ * near ends. False: no form has any. */
+static int choose_values(const ibl_astc_tables *tb, const ibl_astc_texels *t,
+                         const ibl_astc_way *w, const ibl_astc_sums sums[3],
+                         const float ends[2][3], unsigned char values[6])
 {
-    const int count =
-        mode == IBL_ASTC_SCALE ? IBL_ASTC_SCALE_FORMS : IBL_ASTC_DIRECT_FORMS;
-    float loss[IBL_ASTC_DIRECT_FORMS];
+    const int forms = w->mode == IBL_ASTC_SCALE ? IBL_ASTC_SCALE_FORMS
+                                                : IBL_ASTC_DIRECT_FORMS;
+    float least = FLT_MAX;
 
-    for (int i = 0; i < count; i++)
-        loss[i] = mode == IBL_ASTC_SCALE
-                      ? ibl_astc_scale_loss(ends, t->origin, i, gap)
-                      : ibl_astc_direct_loss(ends, t->origin, i, gap);
-    for (int k = 0; k < n; k++) {
-        int best = 0;
-        for (int i = 1; i < count; i++)
-            if (loss[i] < loss[best])
-                best = i;
-        forms[k] = best;
-        loss[best] = FLT_MAX;
+    for (int form = 0; form < forms; form++) {
+        unsigned char now[6];
+        if (!ibl_astc_quantise(w->mode, sums, ends, t->origin, form,
+                               &tb->codes[w->value_range], now))
+            continue;
+        const float error = expected(t, w, now, sums);
+        if (error < least) {
+            least = error;
+            memcpy(values, now, sizeof now);
+        }
     }
-}
-
-static int quantise(const ibl_astc_texels *t, const ibl_astc_sums sums[3],
-                    const float ends[2][3], const ibl_astc_way *w, int form,
-                    const ibl_astc_codes *codes, unsigned char values[6])
-{
-    return w->mode == IBL_ASTC_SCALE
-               ? ibl_astc_quantise_scale(sums, ends, t->origin, form, codes,
-                                         values)
-               : ibl_astc_quantise_direct(sums, ends, t->origin, form, codes,
-                                          values);
+    return least < FLT_MAX;
 }
 
 void ibl_astc_fit_line(const ibl_astc_tables *tb, const ibl_astc_texels *t,
-                       const ibl_astc_way *w, const ibl_astc_effort *effort,
+                       const ibl_astc_way *w, int rounds,
                        const float from[2][3], ibl_astc_line *best)
 {
-    const ibl_astc_codes *codes = &tb->codes[w->value_range];
     ibl_astc_sums sums[3];
     float ends[2][3], s[16];
-    int steps[16], better = 1;
+    unsigned char values[6];
+    int steps[16];
 
     best->error = FLT_MAX;
-    memcpy(ends, from, sizeof ends);
-    tb->fit->project(t, ends, s);
+    tb->fit->project(t, from, s);
     snap(&tb->levels[w->weight_range], s, best->level, steps);
-    for (int round = 0; better && round < effort->rounds; round++) {
-        int forms[4];
-        float kept[16];
+    do {
         tb->fit->sums(t, s, sums);
-        solve(w->mode, sums, ends);
+        ibl_astc_solve(w->mode, sums, ends);
         turn(t, sums, ends);
-        rank_forms(t, w->mode, ends, codes->gap, effort->forms, forms);
-        better = 0;
-        for (int k = 0; k < effort->forms; k++) {
-            unsigned char values[6] = {0};
-            if (quantise(t, sums, ends, w, forms[k], codes, values) &&
-                try_values(tb, t, w, values, best, s)) {
-                better = 1;
-                memcpy(kept, s, sizeof kept);
-            }
-        }
-        if (better)
-            memcpy(s, kept, sizeof s);
-    }
+    } while (choose_values(tb, t, w, sums, ends, values) &&
+             try_values(tb, t, w, values, best, s) && --rounds > 0);
 }
 
 void ibl_astc_fit_levels(const ibl_astc_tables *tb, const ibl_astc_texels *t,
                          const ibl_astc_way *w, const unsigned char level[16],
                          ibl_astc_line *best)
 {
-    const ibl_astc_codes *codes = &tb->codes[w->value_range];
     ibl_astc_line l = {0};
     ibl_astc_sums sums[3];
     float ends[2][3], s[16];
-    int e[2][3], steps[16], form;
+    int e[2][3], steps[16];
 
     memcpy(l.level, level, sizeof l.level);
     for (int i = 0; i < 16; i++) {
@@ -415,11 +329,8 @@ void ibl_astc_fit_levels(const ibl_astc_tables *tb, const ibl_astc_texels *t,
         s[i] = (float)steps[i] * (1.0f / 64);
     }
     tb->fit->sums(t, s, sums);
-    solve(w->mode, sums, ends);
-    if (is_turned(t, ends))
-        return;
-    rank_forms(t, w->mode, ends, codes->gap, 1, &form);
-    if (!quantise(t, sums, ends, w, form, codes, l.values) ||
+    ibl_astc_solve(w->mode, sums, ends);
+    if (is_turned(t, ends) || !choose_values(tb, t, w, sums, ends, l.values) ||
         !get_ends(w, l.values, e))
         return;
     l.error = error_of(tb, t, w, &l, e, steps, best->error);

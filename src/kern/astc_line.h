@@ -16,24 +16,15 @@ void ibl_astc_take(const ibl_astc_tables *tb, const ibl_astc_texels *all,
 void ibl_astc_find_line(const ibl_astc_tables *tb, const ibl_astc_texels *t,
                         int mode, float ends[2][3]);
 
-typedef struct ibl_astc_effort {
-    int forms;  /* of an endpoint mode, the best ones: 1 to 4 */
-    int rounds; /* of fitting ends to weights and weights to ends */
-    int passes; /* at most, over the neighbours of each value */
-} ibl_astc_effort;
-
 /*
  * The best line near one without quantisation.
+ *   rounds       at most, of fitting ends to weights and weights to ends
  *   best->error  of its texels; of a block of one subset this and the error as
  *                BC6H, by ibl_astc_both. FLT_MAX if there is none
  */
 void ibl_astc_fit_line(const ibl_astc_tables *tb, const ibl_astc_texels *t,
-                       const ibl_astc_way *w, const ibl_astc_effort *effort,
+                       const ibl_astc_way *w, int rounds,
                        const float from[2][3], ibl_astc_line *best);
-
-/* Goes on from there by neighbours. */
-void ibl_astc_refine(const ibl_astc_tables *tb, const ibl_astc_texels *t,
-                     const ibl_astc_way *w, int passes, ibl_astc_line *best);
 
 /* The line of a block of one subset with texels at given levels, if its error
  * is less than best's. */

@@ -13,18 +13,13 @@ enum {
 /* Of values in a range: the integers that stand for them, or IBL_ASTC_NO_CODE.
  */
 typedef struct ibl_astc_codes {
-    int range;
-    float gap; /* how far apart values are */
     signed short of[256];
-    unsigned char below[256], above[256]; /* the next values of the range */
 } ibl_astc_codes;
 
 void ibl_astc_set_codes(int range, ibl_astc_codes *codes);
 
-/* The best ends, less origin, without quantisation; of `scale` such that the
- * way from the first to the second is the same in all channels. */
-void ibl_astc_solve(const ibl_astc_sums sums[3], float ends[2][3]);
-void ibl_astc_solve_scale(const ibl_astc_sums sums[3], float ends[2][3]);
+/* The best ends of a mode, less origin, without quantisation. */
+void ibl_astc_solve(int mode, const ibl_astc_sums sums[3], float ends[2][3]);
 
 /* The squares for ends, less what they are without. */
 static inline float ibl_astc_cost(const ibl_astc_sums *s, float e0, float e1)
@@ -38,20 +33,8 @@ static inline float ibl_astc_cost(const ibl_astc_sums *s, float e0, float e1)
  * which are what solve has found. False: there are none.
  *   ends  the second has the largest value of any channel
  */
-int ibl_astc_quantise_direct(const ibl_astc_sums sums[3],
-                             const float ends[2][3], const int origin[3],
-                             int form, const ibl_astc_codes *codes,
-                             unsigned char values[6]);
-int ibl_astc_quantise_scale(const ibl_astc_sums sums[3], const float ends[2][3],
-                            const int origin[3], int form,
-                            const ibl_astc_codes *codes,
-                            unsigned char values[4]);
-
-/* How far off, in q, ends may be expected in a form: what they lose because it
- * cannot hold them, and by its steps. */
-float ibl_astc_direct_loss(const float ends[2][3], const int origin[3],
-                           int form, float gap);
-float ibl_astc_scale_loss(const float ends[2][3], const int origin[3], int form,
-                          float gap);
+int ibl_astc_quantise(int mode, const ibl_astc_sums sums[3],
+                      const float ends[2][3], const int origin[3], int form,
+                      const ibl_astc_codes *codes, unsigned char values[6]);
 
 #endif

@@ -7,11 +7,9 @@
 const ibl_astc_way ibl_astc_ways[IBL_ASTC_WAYS] = {
     {1, IBL_ASTC_DIRECT, IBL_ISE_16, IBL_ISE_192},
     {1, IBL_ASTC_DIRECT, IBL_ISE_12, IBL_ISE_256},
-    {1, IBL_ASTC_SCALE, IBL_ISE_16, IBL_ISE_256},
     {2, IBL_ASTC_SCALE, IBL_ISE_8, IBL_ISE_80},
     {2, IBL_ASTC_SCALE, IBL_ISE_6, IBL_ISE_128},
-    {2, IBL_ASTC_SCALE, IBL_ISE_5, IBL_ISE_192},
-    {2, IBL_ASTC_DIRECT, IBL_ISE_4, IBL_ISE_40}};
+    {2, IBL_ASTC_SCALE, IBL_ISE_5, IBL_ISE_192}};
 
 const unsigned short ibl_astc_patterns[IBL_ASTC_PATTERNS] = {
     28, 20, 16,  29,  91, 9,   107, 72,  149, 204, 50,  114, 496, 17,
@@ -36,8 +34,8 @@ static void set_patterns(ibl_astc_tables *t)
 {
     for (int p = 0; p < IBL_ASTC_PATTERNS_PADDED; p++) {
         const int pattern = ibl_astc_patterns[p < IBL_ASTC_PATTERNS ? p : 0];
-        unsigned char of[IBL_ASTC_TEXELS];
-        ibl_astc_find_subsets(pattern, 2, of);
+        unsigned char of[IBL_BLOCK_TEXELS];
+        ibl_astc_find_subsets(pattern, of);
         t->count[p] = 0;
         for (int i = 0; i < 16; i++) {
             t->second[i][p] = of[i];
@@ -72,14 +70,6 @@ void ibl_astc_set_tables(const ibl_astc_fit_dsp *fit, ibl_astc_tables *t)
     }
     set_patterns(t);
     set_regions(t);
-}
-
-void ibl_astc_line_ends(int mode, const unsigned char values[6], int e[2][3])
-{
-    if (mode == IBL_ASTC_SCALE)
-        ibl_astc_scale_endpoints(values, e);
-    else
-        ibl_astc_direct_endpoints(values, e);
 }
 
 /* ---- as BC6H ----------------------------------------------------------- */

@@ -13,14 +13,12 @@ typedef struct ibl_astc_way {
     unsigned char subsets, mode, weight_range, value_range;
 } ibl_astc_way;
 
-/* Those of 24 that are worth trying besides one colour for all: of one subset
- * and of two, by mode, each kind from most levels of weights on. */
+/* Those of 24 that are worth trying besides one colour for all, each kind from
+ * most levels of weights on. */
 enum {
-    IBL_ASTC_DIRECT_1 = 0,
-    IBL_ASTC_SCALE_1 = 2,
-    IBL_ASTC_SCALE_2 = 3,
-    IBL_ASTC_DIRECT_2 = 6,
-    IBL_ASTC_WAYS = 7
+    IBL_ASTC_DIRECT_1 = 0, /* one subset */
+    IBL_ASTC_SCALE_2 = 2,  /* two */
+    IBL_ASTC_WAYS = 5
 };
 extern const ibl_astc_way ibl_astc_ways[IBL_ASTC_WAYS];
 
@@ -46,9 +44,6 @@ typedef struct ibl_astc_line {
     unsigned char values[6];
     unsigned char level[IBL_BLOCK_TEXELS];
 } ibl_astc_line;
-
-/* The ends of a line, of 12 bits. */
-void ibl_astc_line_ends(int mode, const unsigned char values[6], int e[2][3]);
 
 /*
  * The error of what the Basis Universal transcoder makes of a block for BC6H:

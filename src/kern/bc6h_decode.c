@@ -6,24 +6,12 @@
 #include "kern/bc6h_modes.h"
 
 /* What is left of a block, the next bit lowest. */
-typedef struct bits {
-    uint64_t low, high;
-} bits;
-
-static bits load(const unsigned char *block)
-{
-    bits b = {0};
-    for (int i = 8; i-- > 0;) {
-        b.low = b.low << 8 | block[i];
-        b.high = b.high << 8 | block[8 + i];
-    }
-    return b;
-}
+typedef ibl_bits128 bits;
 
 /* The next count bits, 1..16. */
 static int take(bits *b, int count)
 {
-    const int value = (int)(b->low & ((1u << count) - 1));
+    const int value = (int)ibl_bits128_get(*b, 0, count);
     b->low = b->low >> count | b->high << (64 - count);
     b->high >>= count;
     return value;
@@ -106,7 +94,7 @@ static void take_endpoints(bits *b, const ibl_bc6h_mode *mode, bool is_signed,
 static int decode(const unsigned char *block, bool is_signed,
                   uint16_t texels[IBL_BLOCK_TEXELS][3])
 {
-    bits b = load(block);
+    bits b = ibl_bits128_load(block);
     const ibl_bc6h_mode *mode = take_mode(&b);
     int ends[3 * IBL_BC6H_ENDPOINTS];
     if (!mode) {

@@ -45,16 +45,13 @@ typedef struct ibl_bc6h_guesses {
 typedef struct ibl_bc6h_fit {
     /*
      * Gives each texel its nearest colour, the first of equals, and returns the
-     * error, which is the sum of what is in errors.
+     * sum of the errors, each with a relative error of 2^-19.
      *   ends    unquantised endpoints, two of each region
      *   second  texels of the second region, as in ibl_bc6h_partitions; 0:
      *           there is only one region, and indices have 4 bits
-     *   roots   the errors are roots of weighted squared distances
-     *   errors  of each texel, with a relative error of 2^-19
      */
     float (*assign)(const ibl_bc6h_texels *t, const int ends[4][3],
-                    unsigned second, bool roots, int index[IBL_BC6H_TEXELS],
-                    float errors[IBL_BC6H_TEXELS]);
+                    unsigned second, int index[IBL_BC6H_TEXELS]);
     /* sums[1] only with a second region. */
     void (*sum)(const ibl_bc6h_texels *t, const float b[IBL_BC6H_TEXELS],
                 unsigned second, ibl_bc6h_sums sums[2][3]);

@@ -88,8 +88,7 @@ static inline vi nearest(const ibl_bc6h_texels *t,
 }
 
 static inline float assign_of(const ibl_bc6h_texels *t, const int ends[4][3],
-                              unsigned second, bool two, bool roots,
-                              int index[N], float errors[N])
+                              unsigned second, bool two, int index[N])
 {
     float colours[3][2][16];
     vf e[N / VF];
@@ -101,18 +100,16 @@ static inline float assign_of(const ibl_bc6h_texels *t, const int ends[4][3],
         const vi best = nearest(t, (const float(*)[2][16])colours, i,
                                 lanes_of(second, i), two);
         vi_store(index + i, best & 15);
-        const vf error = (vf)(best & ~15) * vf_load(t->weight + i);
-        e[i / VF] = roots ? vf_sqrt(error) : error;
-        vf_store(errors + i, e[i / VF]);
+        e[i / VF] = (vf)(best & ~15) * vf_load(t->weight + i);
     }
     return sum(e);
 }
 
 static float assign(const ibl_bc6h_texels *t, const int ends[4][3],
-                    unsigned second, bool roots, int index[N], float errors[N])
+                    unsigned second, int index[N])
 {
-    return second ? assign_of(t, ends, second, true, roots, index, errors)
-                  : assign_of(t, ends, 0, false, roots, index, errors);
+    return second ? assign_of(t, ends, second, true, index)
+                  : assign_of(t, ends, 0, false, index);
 }
 
 static inline void sum_region(const ibl_bc6h_texels *t, const float b[N],

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The probes that light a point: by their volumes in order, or the nearest. */
+/* The probes that light a point, by their volumes in order. */
 #include <math.h>
 #include <stdbool.h>
 
@@ -130,73 +130,6 @@ void ibl_probes_blend(const ibl_probe *probes, int count, const int *order,
         mix->weight[mix->count++] = (share[i] - next) / sum * (1 - left);
     }
     mix->rest = left;
-}
-
-/* ---- the nearest -------------------------------------------------------- */
-
-/* Finds the n nearest probes, nearest first, equals by index. Returns their
- * number, n or less. */
-static int find_near(const ibl_probe *probes, int count, const double point[3],
-                     int n, int *index, double *distance)
-{
-    int found = 0;
-
-    for (int i = 0; i < count; i++) {
-        const double d = distance3(probes[i].position, point);
-        if (found == n && !(d < distance[n - 1]))
-            continue;
-        int at = found < n ? found++ : n - 1;
-        for (; at > 0 && d < distance[at - 1]; at--) {
-            index[at] = index[at - 1];
-            distance[at] = distance[at - 1];
-        }
-        index[at] = i;
-        distance[at] = d;
-    }
-    return found;
-}
-
-/* (1/d - 1/R)^2 times least^2, which makes it finite at d = least = 0. */
-static double weigh(double d, double least, double reach)
-{
-    if (!(d > 0))
-        return 1;
-    const double w = (1 - d / reach) * (least / d);
-
-    return w * w;
-}
-
-void ibl_probes_near(const ibl_probe *probes, int count, const double point[3],
-                     int k, ibl_probe_mix *mix)
-{
-    int index[IBL_MAX_PROBES_AT + 1];
-    double distance[IBL_MAX_PROBES_AT + 1], sum = 0;
-
-    *mix = (ibl_probe_mix){.rest = 1};
-    k = k < 1 ? 1 : k > IBL_MAX_PROBES_AT ? IBL_MAX_PROBES_AT : k;
-    const int found = find_near(probes, count, point, k + 1, index, distance);
-    const double reach = found > k ? distance[k] : HUGE_VAL;
-
-    if (found == 0)
-        return;
-    mix->rest = 0;
-    mix->count = found < k ? found : k;
-    for (int i = 0; i < mix->count; i++) {
-        mix->probe[i] = index[i];
-        mix->weight[i] = weigh(distance[i], distance[0], reach);
-        sum += mix->weight[i];
-    }
-    for (int i = 0; i < mix->count; i++)
-        mix->weight[i] = sum > 0 ? mix->weight[i] / sum : 1.0 / mix->count;
-}
-
-int ibl_probes_nearest(const ibl_probe *probes, int count,
-                       const double point[3])
-{
-    ibl_probe_mix mix;
-
-    ibl_probes_near(probes, count, point, 1, &mix);
-    return mix.count ? mix.probe[0] : -1;
 }
 
 /* ---- for shaders -------------------------------------------------------- */

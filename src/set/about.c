@@ -246,31 +246,6 @@ ibl_set_facts ibl_about_facts(const ibl_about *a)
 
 /* ---- sidecars ---------------------------------------------------------- */
 
-/* In jansson's own bytes, since names only become shorter. */
-static void decode(const json_t *object, const char *key)
-{
-    char *name = (char *)json_string_value(json_object_get(object, key));
-
-    if (name)
-        ibl_uri_bytes(name);
-}
-
-json_t *ibl_sidecar_read(const char *path, ibl_json_why *why)
-{
-    json_t *root = ibl_json_load(path, 0, why), *output;
-    const char *names = json_string_value(json_object_get(root, "names"));
-    size_t i;
-
-    if (!names || strcmp(names, IBL_NAMES_ENCODED) != 0)
-        return root;
-    decode(json_object_get(root, "source"), "path");
-    json_array_foreach(json_object_get(root, "outputs"), i, output)
-    {
-        decode(output, "file");
-    }
-    return root;
-}
-
 json_t *ibl_sidecar_entry(const json_t *sidecar, const char *member,
                           const char *value)
 {

@@ -56,10 +56,6 @@ ibl_set_facts ibl_about_facts(const ibl_about *a);
 
 /* ---- sidecars ---------------------------------------------------------- */
 
-/* ibl_json_load of a sidecar or an index of probes; decodes its file names, to
- * any bytes. */
-json_t *ibl_sidecar_read(const char *path, ibl_json_why *why);
-
 /* What it says of the output whose member has that value; NULL: nothing. */
 json_t *ibl_sidecar_entry(const json_t *sidecar, const char *member,
                           const char *value);

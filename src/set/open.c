@@ -185,7 +185,7 @@ static ibl_status read_sidecar(opener *o, const char *path)
 
     if (o->o.reading)
         o->o.reading(o->o.cookie, IBL_CONTENTS, path);
-    json_t *root = ibl_sidecar_read(path, &why);
+    json_t *root = ibl_json_load(path, 0, &why);
     if (!root)
         return ibl_fail(o->ctx, why.status, "%s%s", why.line,
                         why.status == IBL_ERR_FORMAT
@@ -358,6 +358,14 @@ static ibl_status check(const opener *o, int content)
                         t->layers, t->layers > 1 ? "s" : "",
                         contents[content].what,
                         t->layers > 1 ? ", or a layer" : "");
+    const char *hash =
+        json_string_value(json_object_get(o->entry[content], "xxh3_128"));
+    char now[IBL_FILE_HASH];
+    if (hash && !ibl_hash_file(f->path, now) && strcmp(hash, now) != 0)
+        ibl_warn(o->ctx,
+                 "%s: is not the file that %s tells of: they are of two bakes, "
+                 "or it was changed: bake the set again",
+                 f->path, o->set->sidecar);
     if (content >= IBL_CONTENT_LUT || !json_is_integer(height) ||
         !json_is_array(levels) || o->asked.levels ||
         ibl_engine_of_name(f->path) ||

@@ -230,8 +230,8 @@ void read(picture &p, const ibl_bridge_request &r)
     const ImageSpec &s = p.spec;
     const int64_t left = info.cube ? 0 : int64_t(s.x) - s.full_x;
     const int64_t top = info.cube ? 0 : int64_t(s.y) - s.full_y;
-    const int x0 = int(std::max<int64_t>(-left, 0));
-    const int x1 = int(std::min<int64_t>(s.width, info.width - left));
+    const int64_t x0 = std::max<int64_t>(-left, 0);
+    const int64_t x1 = std::min<int64_t>(s.width, info.width - left);
     const TypeDesc type =
         p.kind == storage::counts ? TypeDesc::UINT32 : TypeDesc::FLOAT;
     const int tile = std::max(s.tile_height, 1);
@@ -248,6 +248,9 @@ void read(picture &p, const ibl_bridge_request &r)
                       "its data lies outside its display window"};
     if (!r.begin(r.user, &info, &rgb, &alpha))
         throw failure{IBL_BRIDGE_STOPPED, ""};
+    if (left > 0 || top > 0 || left + s.width < info.width ||
+        top + s.height < info.height) // black outside the data window
+        std::fill_n(rgb, 3 * size_t(info.width) * size_t(info.height), 0.0f);
     for (int i = 0; i < 65536 && p.kind == storage::shorts; i++)
         p.table.push_back(float(srgb_to_linear(i / 65535.0)));
     strip.resize(size_t(step) * size_t(s.width) *
@@ -270,7 +273,7 @@ void read(picture &p, const ibl_bridge_request &r)
             const int64_t to = row + top;
             const float *src =
                 strip.data() + size_t(row - y) * size_t(step) * size_t(s.width);
-            for (int x = x0; x < x1 && to >= 0 && to < info.height; x++) {
+            for (int64_t x = x0; x < x1 && to >= 0 && to < info.height; x++) {
                 const size_t at =
                     size_t(to) * size_t(info.width) + size_t(left + x);
                 const float *from = src + size_t(step) * size_t(x);

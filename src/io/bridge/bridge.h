@@ -54,11 +54,11 @@ typedef struct ibl_bridge_request {
     int threads;
     void *user;
     /*
-     * Called before any pixel is read: gives memory for what the header says,
-     * all 0. 0: stop.
+     * Called before any pixel is read: gives memory for what the header says.
+     * 0: stop.
      *   rgb    receives 3 * width * height linear floats, as the file has them,
      *          neither multiplied nor divided by alpha
-     *   alpha  receives width * height floats if info->has_alpha
+     *   alpha  width * height zeros, for its values, if info->has_alpha
      */
     int (*begin)(void *user, const ibl_bridge_info *info, float **rgb,
                  float **alpha);

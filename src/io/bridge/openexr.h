@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * libiblexr.so: OpenEXR's C++ library, for compressions that OpenEXRCore does
- * not undo. The library loads it with dlopen when a file needs it.
+ * libiblexr.so: OpenEXR's C++ library, for all compressions but ZIP. The
+ * library loads it with dlopen when a file needs it.
  */
 #ifndef IBL_IO_BRIDGE_OPENEXR_H
 #define IBL_IO_BRIDGE_OPENEXR_H
@@ -19,8 +19,7 @@ extern "C" {
  * Undoes the compression of a block or tile, in the calling thread. Does not
  * throw or print.
  *   channels  of the part; all of them have samples at every pixel
- *   pixels    receives chunk->unpacked_size bytes, as OpenEXRCore would unpack
- *             them
+ *   pixels    receives chunk->unpacked_size bytes
  * 0: it is damaged, or there is no memory.
  */
 typedef int ibl_openexr_unpack(const exr_attr_chlist_t *channels,
