@@ -854,6 +854,7 @@ test_pictures() {
     local with file args=() sky='--skybox 8 --only skybox --pixel rgba32f'
     for with in '16 --pixel rgba16f' '32 --pixel rgba32f' 'flat --layout equirect' \
         'exr --format exr' 'exr32 --format exr --pixel rgba32f --primaries acescg' \
+        'dim --pixel rgba32f --largest .9985' 'dimmed --format hdr --largest .9985' \
         'hdr --format hdr' 'cross --format hdr --layout cross' \
         'pano --format exr --layout equirect --rotate 90' \
         'png --format png' 'clip --format png --tone clip'; do
@@ -865,7 +866,7 @@ test_pictures() {
     iblbake convert 32/env_specular.ktx2 cubes.exr
     iblbake convert 32/env_specular.ktx2 crosses.hdr --layout cross
     iblbake convert 32/brdf_lut.ktx2 lut.png
-    for file in {exr,exr32,hdr,cross,pano,png,clip,.}/*.{exr,hdr,png}; do
+    for file in {exr,exr32,hdr,dimmed,cross,pano,png,clip,.}/*.{exr,hdr,png}; do
         [ ! -f "$file" ] || args+=("$file" -o "$file.tif")
     done
     oiiotool -d float --compression none "${args[@]}" || return
@@ -911,16 +912,19 @@ function compare(name, face, as, slack, x0 = 0, y0 = 0) {
     for (let y = 0; y < face.h; y++) for (let x = 0; x < face.w; x++) {
         const want = [0, 1, 2].map(c => as(face.at(x, y, c)));
         for (let c = 0; c < 3; c++)
-            if (Math.abs(p.at(x + x0, y + y0, c) - want[c]) > slack(want))
+            if (Math.abs(p.at(x + x0, y + y0, c) - want[c]) > slack(want, c))
                 return console.log(name, x, y, c, p.at(x + x0, y + y0, c), want[c]);
     }
 }
 const sides = ['px', 'nx', 'py', 'ny', 'pz', 'nz'];
 const place = [[2, 1], [0, 1], [1, 0], [1, 2], [1, 1], [3, 1]]; // of <ibl/io.h>
 const exact = () => 0;
-// Half a step: the largest has 8 bits, and rounds up to the next exponent.
-const rgbe = want =>
-    2 ** (Math.floor(Math.log2(Math.max(...want) * 256 / 255.5)) - 8) * 1.001;
+// Half a step of 8 bits of the largest, or of the next exponent, to which that
+// may round up.
+const rgbe = (want, c) => {
+    const most = Math.max(...want), up = want[c] === most ? 1 : 256 / 255.5;
+    return 2 ** (Math.floor(Math.log2(most * up)) - 8) * 1.001;
+};
 const steps = () => .51 / 255;
 function all(dir, ext, from, as, slack) {
     for (const [what, levels] of [['skybox', 1], ['specular', 2], ['irradiance', 1]])
@@ -937,6 +941,7 @@ function all(dir, ext, from, as, slack) {
 all('exr', 'exr', '16', same, exact);
 all('hdr', 'hdr', '32', same, rgbe);
 all('cross', 'hdr', '32', same, rgbe);
+all('dimmed', 'hdr', 'dim', same, rgbe); // 255.6 of 256
 all('png', 'png', '32', x => byte(srgb(film(x))), steps);
 all('clip', 'png', '32', x => byte(srgb(x)), steps);
 compare('exr/brdf_lut.exr', texture('16/brdf_lut.ktx2')[0][0], same, exact);

@@ -26,8 +26,8 @@ if [ "$(cat "$npm/fetched" 2>/dev/null)" != "$engines $readers" ]; then
     echo "$engines $readers" >"$npm/fetched"
 fi
 
-targets=$("$build/iblbake" --target list | sed -n 's/^\([a-z-]*\): .*/\1/p' |
-    paste -sd,)
+targets=$("$build/iblbake" --target list |
+    sed -n '/^unreal/,$d; s/^\([a-z-]*\): .*/\1/p' | paste -sd,)
 bake() { "$build/iblbake" -q --name map "$@"; }
 # What files are compared with: floats, in our world, in a folder that is named
 # after the options.

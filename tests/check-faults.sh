@@ -113,6 +113,17 @@ test_verify() {
     faults 397 -k memory -k read -k write -- iblbake verify -q -j 1 a.exr o --texels 24 --json v.json
 }
 
+test_convert() {
+    begin
+    iblbake a.exr -q --size 4 -o o --only specular
+    faults 29 -- iblbake convert -q -j 1 o/a_specular.ktx2 c.ktx2 --layout equirect
+}
+test_convert_to_pictures() {
+    begin
+    iblbake a.exr -q --size 4 -o o --only specular
+    faults 29 -- iblbake convert -q -j 1 o/a_specular.ktx2 c.exr --layout cross
+}
+
 test_info_of_a_map() {
     begin
     faults 17 -k memory -k read -k write -- iblbake info -j 1 b.hdr

@@ -9,6 +9,8 @@ use iblbake
 mkenv hdr 64 32 >"$work/env.hdr"
 small='--size 32'
 targets=$(iblbake --target list | sed -n 's/^\([a-z-]*\): .*/\1/p')
+filters='unreal unity godot' # which filter maps themselves
+targets=${targets%%"${filters%% *}"*}
 words() { # TARGET: its options, as the list has them
     iblbake --target list | sed -n "/^$1: /,/^[a-z-]*: /s/^    //p" |
         tr '\n' ' '
@@ -23,16 +25,18 @@ test_list() {
     awk 'length > 80 { print "line " NR " has " length }' list
     [ "$(echo $targets)" = 'three babylon babylon-env filament bevy playcanvas gltf cesium' ] ||
         echo "$targets"
+    [ "$(sed -n 's/^\([a-z-]*\): .*/\1/p' list | tail -n 3 | xargs)" = "$filters" ] ||
+        cat list
     iblbake --target list >/dev/full 2>err && echo 'a full stdout is not noticed'
 }
 
 # A target is its options, but for its name in the sidecar and Filament's glType.
 test_same_as_its_options() {
     local t
-    for t in $targets; do
+    for t in $targets $filters; do
         set -- --levels 2
         case $t in
-        babylon* | playcanvas) set -- ;; # which have a number of levels
+        babylon* | playcanvas | u* | godot) set -- ;; # which have a number
         esac
         bake --target "$t" "$@" -o "out/$t"
         # shellcheck disable=SC2046
@@ -41,7 +45,7 @@ test_same_as_its_options() {
             echo "$t: not in the sidecar"
     done 2>&1
     rm -f out/filament/*.ktx hand/filament/*.ktx
-    js $targets <<'END'
+    js $targets $filters <<'END'
 for (const target of process.argv.slice(2))
     for (const where of ['out', 'hand']) {
         const name = `${where}/${target}/env.json`, sidecar = json(name);
@@ -50,7 +54,7 @@ for (const target of process.argv.slice(2))
         fs.writeFileSync(name, JSON.stringify(sidecar, null, 1));
     }
 END
-    for t in $targets; do
+    for t in $targets $filters; do
         diff -r "out/$t" "hand/$t"
     done | head -n 4
 }
@@ -71,11 +75,12 @@ test_several_are_single_ones() {
     bake --target all --only specular -o some
     bake --target all --sun -o all
     [ "$(ls all | tr '\n' ' ')" = \
-        "$(printf '%s\n' $targets | sort | tr '\n' ' ')" ] || ls all
-    for t in $targets; do
+        "$(printf '%s\n' $targets $filters | sort | tr '\n' ' ')" ] || ls all
+    for t in $targets $filters; do
         bake --target "$t" --sun -o "one/$t"
     done
     diff <(facts one) <(facts all) | head -n 4
+    cmp {one,all}/godot/env_specular.exr
     for f in filament/env_specular.ktx cesium/env_specular.ktx2; do
         [ "$(cmp -l "one/$f" "all/$f" | wc -l)" -lt 40 ] || echo "$f differs"
     done
@@ -135,6 +140,8 @@ test_refused() {
     refused 2 '*--preview p.png: *one --target*' \
         iblbake --target three,bevy --preview p.png env.hdr -o out
     refused 2 '*--explain: *Add --target*' iblbake --explain env.hdr -o out
+    refused 2 '*--only *: irradiance of targets with other layouts*' \
+        iblbake --target three,unity --only irradiance env.hdr -o out
     refused 2 '*no output directory*' iblbake --target three env.hdr
     refused 2 '*no environment*' iblbake --target three -o out
     refused 1 '*nothing was written' iblbake -q --target all $small \
@@ -180,6 +187,9 @@ three --mirror_z: --mirror z
 three --up_z: --up z
 bevy --roughness-range_.1:1: --roughness-range .1:1
 bevy --explain:_*_loads_specular: --only irradiance,json --explain
+three --format_hdr: --format hdr
+unity --format_png:_the_engine_loads_exr --format png
+unreal --levels_3:_the_engine_makes_levels --levels 3
 END
     # What is the target's own may be said.
     bake --target three --mapping filament --mirror x --format ktx2 -o out
@@ -195,7 +205,7 @@ test_depfile() {
 # The lines name files that are there.
 test_explain_names_files() {
     local t f
-    for t in $targets; do
+    for t in $targets $filters; do
         bake --target "$t" --explain -o "out/$t" >lines
         grep -q 'env[_.]' lines || [ "$t" = gltf ] || echo "$t: no file"
         grep -o "env[_.][_a-z.0-9]*" lines | sort -u | while read -r f; do
@@ -238,20 +248,21 @@ END
 # Programs that run as they stand: in a page, too, which </script> would end.
 test_programs() {
     local t sky
-    for t in $targets; do
+    for t in $targets $filters; do
         for sky in '' '--skybox 8'; do
             # shellcheck disable=SC2086
             iblbake --target $t --explain --sun $sky --name env |
                 sed 's/{n}/1/g; s/{[-a-z]*}/0/g' >$t.mjs
             case $t in
-            bevy) [ "$(tr -cd '{(' <$t.mjs | wc -c)" = \
+            unreal) python3 -c 'compile(open("unreal.mjs").read(), "unreal", "exec")' ;;
+            bevy | unity | godot) [ "$(tr -cd '{(' <$t.mjs | wc -c)" = \
                 "$(tr -cd '})' <$t.mjs | wc -c)" ] || cat $t.mjs ;;
             *) node --check $t.mjs 2>&1 | head -n 4 ;;
             esac
-            grep -qE "^(import|use|// after)" $t.mjs || echo "$t: no import"
+            grep -qE "^(import|us(e|ing)|extends|// after)" $t.mjs || echo "$t: no import"
             grep -n '</' $t.mjs
             case $t:$sky in
-            [!pcg]*:--*) [ $t = babylon-env ] || grep -q 'env_skybox' $t.mjs ||
+            [!pcgu]*:--*) [ $t = babylon-env ] || grep -q 'env_skybox' $t.mjs ||
                 echo "$t: no background" ;;
             esac
             awk 'length > 80' $t.mjs
@@ -346,6 +357,54 @@ same('bevy', 'looking_to(Vec3::new(', [-x, -y, -z]);
 same('playcanvas', 'intensity: ', [most / Math.PI]);
 same('playcanvas', 'UP, new pc.Vec3(', [-z, y, x]);
 same('cesium', 'frame, new Cesium.Cartesian3(', [-x, z, -y]);
+same('unreal', 'set_intensity(', [most]);
+same('unity', '.intensity = ', [most / Math.PI]);
+same('godot', '.light_energy = ', [most / Math.PI]);
+END
+}
+
+# Where an engine looks up the direction of the light that its program has, there
+# is the sun of its map, as OpenImageIO reads it.
+test_maps_of_engines() {
+    have oiiotool || return
+    local t
+    mkenv hdr 128 64 >env.hdr
+    for t in $filters; do
+        bake --target "$t" --sun --explain -o "out/$t" >"$t"
+        bake --target "$t" -o "all/$t"
+        oiiotool "all/$t/env_specular."??? -d float --compression none -o "$t.tif"
+    done
+    js <<'END'
+const {PI, atan2, acos} = Math;
+const engines = { // what the program has, and its u and v
+    // TextureDerivedData: LookupLongLat, with y and z exchanged as in cubes
+    unreal: [/make_rot_from_x[(]unreal.Vector[(](.*?)[)]/, ([x, y, z]) =>
+        [.5 + atan2(x, -y) / (2 * PI), acos(z) / PI]],
+    // Skybox-Panoramic.shader: ToRadialCoords
+    unity: [/forward = new Vector3[(](.*?)[)]/, ([x, y, z]) =>
+        [.5 - atan2(z, x) / (2 * PI), acos(y) / PI]],
+    // sky.glsl: panorama_coords
+    godot: [/looking_at[(]Vector3[(](.*?)[)]/, ([x, y, z]) =>
+        [(1 + atan2(x, -z) / (2 * PI)) % 1, acos(y) / PI]],
+};
+for (const [name, [line, lookup]] of Object.entries(engines)) {
+    const [u, v] = lookup(fs.readFileSync(name, 'utf8').match(line)[1].split(',')
+        .map(s => -parseFloat(s)));
+    const b = fs.readFileSync(name + '.tif'), tags = {}, ifd = b.readUInt32LE(4);
+    for (let i = 0; i < b.readUInt16LE(ifd); i++) {
+        const at = ifd + 2 + 12 * i, short = b.readUInt16LE(at + 2) === 3;
+        tags[b.readUInt16LE(at)] =
+            short ? b.readUInt16LE(at + 8) : b.readUInt32LE(at + 8);
+    }
+    near(name + ' width', tags[256], 128, 0);
+    let most = 0, x = 0, y = 0; // strips follow each other, in front of the tags
+    for (let i = 0; i < 128 * 64; i++) {
+        const value = b.readFloatLE(b.readUInt32LE(tags[273]) + 12 * i);
+        if (value > most) [most, x, y] = [value, i % 128, i >> 7];
+    }
+    near(name + ' u', u, (x + .5) / 128, 1 / 128);
+    near(name + ' v', v, (y + .5) / 64, 1 / 64);
+}
 END
 }
 

@@ -239,7 +239,8 @@ static void warn_of_skybox(const ibl_bake *b)
 {
     const char *file = ibl_path_name(b->files[IBL_OUTPUT_SPECULAR].path);
 
-    if (b->opts->engine && ibl_is_given(&b->opts->given, "skybox"))
+    if ((b->opts->engine || (b->opts->of && b->opts->picture)) &&
+        ibl_is_given(&b->opts->given, "skybox"))
         ibl_console_warn(b->console,
                          "--skybox: not in %s, whose level 0 is the "
                          "background: for a file of its own take --only "

@@ -195,6 +195,16 @@ static const struct {
     {"layout", "cubes", offsetof(ibl_opts, layout)},
 };
 
+/* Whether a word of a list begins so. */
+static bool takes_word(const char *list, const char *start)
+{
+    const char *at = list;
+
+    while ((at = strstr(at, start)) && at > list && at[-1] != ' ')
+        at++;
+    return at != NULL;
+}
+
 bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want)
 {
     const ibl_specular_options *s = &o->bake.specular_options;
@@ -206,7 +216,6 @@ bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want)
     const int blocks = levels ? block << (levels - 1) : 1;
     char format[32], pair[64];
 
-    /* No word of what is taken is a part of another. */
     snprintf(format, sizeof format, "%s%s", ibl_format_names[o->file],
              texture ? "/" : "");
     snprintf(pair, sizeof pair, "%s%s", format,
@@ -220,14 +229,16 @@ bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want)
            "the engine reads another: leave it out");
     REFUSE(o->filament && o->bake.sh_degree < 2, "sh",
            "the engine reads nine coefficients: leave it out");
-    REFUSE(!strstr(takes, format), "format", "the engine loads %s", takes);
-    REFUSE(texture && !strstr(takes, pair), "pixel", "the engine loads %s",
+    REFUSE(!takes_word(takes, format), "format", "the engine loads %s", takes);
+    REFUSE(texture && !takes_word(takes, pair), "pixel", "the engine loads %s",
            takes);
     REFUSE(o->zstd && o->file == IBL_CONTAINER_KTX2 && !strstr(takes, "zstd"),
            "zstd", "the engine loads %s without it", takes);
     REFUSE(!has_all_roughnesses(s), "roughness-range",
            "the engine looks up levels of all roughnesses: leave it out");
-    REFUSE(levels < 2, most < 2 ? "size" : "levels",
+    REFUSE(o->of->filters && s->levels != 1, "levels",
+           "the engine makes levels of its own: leave it out");
+    REFUSE(levels < 2 && !o->of->filters, most < 2 ? "size" : "levels",
            "is a mirror, for every roughness: take 2 or more");
     REFUSE(o->of->whole && !is_power_of_two(s->size), "size",
            "the engine needs a power of two");
@@ -269,6 +280,10 @@ bool ibl_opts_check_uses(const ibl_bake_line *line)
         const ibl_opts *o = &line->set[i];
         const ibl_specular_options *s = &o->bake.specular_options;
         const unsigned only = o->only;
+        if (only & IRRADIANCE && o->layout != line->set->layout)
+            return ibl_refuse(&o->given, "only",
+                              "irradiance of targets with other layouts: bake "
+                              "for each alone");
         const bool levels = o->bake.specular, cubes = only & CUBES;
         const bool all_sampled = s->method == IBL_METHOD_SAMPLED;
         const bool irradiance = o->bake.irradiance;

@@ -212,7 +212,8 @@ static void warn_of_format(conversion *c, const ibl_cube *map,
         const ibl_level_shape s =
             ibl_level_shape_of(map->projection, ibl_cube_edge(map->size, l));
         const float *texel = ibl_cube_face(map, l, 0);
-        for (int i = 0; i < 3 * s.faces * s.width * s.height; i++)
+        const size_t row = 3 * (size_t)s.width;
+        for (size_t i = 0; i < row * (size_t)(s.faces * s.height); i++)
             bad += isnan(texel[i]) || (below && texel[i] < 0);
         ibl_overflow_add(&overflow->level[l], &sum);
         dark = fmax(dark, error[l].lost);

@@ -22,6 +22,7 @@ typedef struct ibl_target {
     bool filament;     /* the member of ibl_texture */
     bool whole;        /* levels must be all, from a power of two */
     bool harmonics;    /* matte surfaces are lit by nine coefficients */
+    bool filters;      /* the engine makes the levels, of a map */
     double intensity;  /* of a light with an irradiance of 1 */
     const char *options; /* words that stand before those of the user */
     /* The program before its lights, with {specular}, {irradiance}, {skybox}

@@ -272,13 +272,11 @@ static ibl_status encode_exr(ibl_ctx *ctx, const char *name,
     const exr_result_t end = exr_finish(&exr);
     if (!rv)
         rv = end;
+    /* Whatever it calls that: nothing else can fail. */
     return !rv ? IBL_OK
-               : ibl_fail(ctx,
-                          rv == EXR_ERR_OUT_OF_MEMORY ? IBL_ERR_MEMORY
-                                                      : IBL_ERR_ARGUMENT,
-                          "%s: no EXR of %d x %d pixels is made of it: %s",
-                          name, width, height,
-                          exr_get_default_error_message(rv));
+               : ibl_fail(ctx, IBL_ERR_MEMORY,
+                          "%s: no memory for an EXR of %d x %d pixels", name,
+                          width, height);
 }
 
 /* ---- pictures ---------------------------------------------------------- */
@@ -353,7 +351,8 @@ ibl_status ibl_picture_of_texture(ibl_ctx *ctx, const char *name,
         float *to = rgb + RGB * ((size_t)(top + y) * (size_t)width + left);
         ibl_pixel_decode(tex->pixel,
                          tex->data + ibl_texture_offset(tex, level, face) +
-                             (size_t)(y * w) * ibl_pixel_bytes(tex->pixel),
+                             (size_t)y * (size_t)w *
+                                 ibl_pixel_bytes(tex->pixel),
                          (size_t)w, row);
         for (int x = 0; x < w; x++)
             memcpy(to + RGB * x, row + channels * x,
