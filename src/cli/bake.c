@@ -670,6 +670,7 @@ void ibl_bake_log(const ibl_map_bake *r)
 static void free_set(ibl_bake *b)
 {
     ibl_report_free(&b->judged);
+    ibl_choice_free(b->choice);
     if (!is_taken(b, IBL_OUTPUT_LUT))
         ibl_lut_free(&b->lut);
     if (!is_taken(b, IBL_OUTPUT_LOBES))

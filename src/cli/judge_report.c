@@ -58,13 +58,14 @@ bool ibl_report_passes(const ibl_report *report, double max_error,
                      text_of(row, "content"), number(row, "level"),
                      number(row, "nonfinite"));
         else if (number(row, figure) > max_error)
-            snprintf(why, size, "%s %.0f: %s of %.3g, above %g%s",
-                     text_of(row, "content"), number(row, "level"), figure,
-                     number(row, figure), max_error,
-                     json_object_get(row, "pixel")
-                         ? ": it has more light than its pixel can hold: use "
-                           "--pixel rgba32f"
-                         : "");
+            snprintf(
+                why, size, "level %.0f of %s has an %s of %.3g, above %g%s",
+                number(row, "level"), text_of(row, "content"),
+                is_lut(row) ? "error" : "nRMSE", number(row, figure), max_error,
+                json_object_get(row, "pixel")
+                    ? ": it has more light than its pixel can hold: use "
+                      "--pixel rgba32f"
+                    : "");
     }
     json_array_foreach(json_object_get(drawn, "means"), i, row)
     {

@@ -2,6 +2,7 @@
 #include "cli/scenes.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -159,4 +160,69 @@ json_t *ibl_scenes_json(const ibl_scenes *s)
     put(&scene, "transmission", json_real(ibl_json_digits(y->transmission)));
     put(&scene, "anisotropic", json_real(ibl_json_digits(y->anisotropic)));
     return scene;
+}
+
+/* ---- what was found and chosen ---------------------------------------- */
+
+void ibl_choice_add(ibl_choice *c, bool chosen, const char *name,
+                    const char *fmt, ...)
+{
+    char text[320];
+    va_list args;
+
+    va_start(args, fmt);
+    vsnprintf(text, sizeof text, fmt, args);
+    va_end(args);
+    char *why = strchr(text, '\t');
+    if (why)
+        *why++ = '\0';
+    if (!c->rows[chosen])
+        c->rows[chosen] = json_array();
+    json_array_append_new(
+        c->rows[chosen],
+        json_pack("{ss ss ss*}", "name", name, "value", text, "why", why));
+}
+
+void ibl_choice_print(const ibl_choice *c, FILE *to)
+{
+    json_t *row;
+    size_t i;
+
+    for (int chosen = 0; chosen < 2; chosen++)
+        json_array_foreach(c->rows[chosen], i, row)
+        {
+            fprintf(to, "%-7s %-14s %s%s%s\n",
+                    i        ? ""
+                    : chosen ? "chosen"
+                             : "found",
+                    text_of(row, "name"), text_of(row, "value"),
+                    *text_of(row, "why") ? "  " : "", text_of(row, "why"));
+        }
+    fprintf(to,
+            "%-22s %10s %10s\n%-22s %10zu %10zu\n"
+            "%-22s %8.2f %% %8.2f %%  +- %.2g %%\n",
+            "", "chosen", "default", "bytes of texels", c->bytes,
+            c->usual_bytes, "rendered error", 100 * c->error,
+            100 * c->usual_error, 100 * c->standard_error);
+}
+
+json_t *ibl_choice_json(const ibl_choice *c)
+{
+    json_t *rows[2];
+
+    for (int k = 0; k < 2; k++)
+        rows[k] = c->rows[k] ? json_incref(c->rows[k]) : json_array();
+    return json_pack("{sf sb so so s{sI sf sf} s{sI sf}}", "asked_error",
+                     c->asked, "reached", c->reached, "found", rows[0],
+                     "chosen", rows[1], "set", "bytes", (json_int_t)c->bytes,
+                     "rendered_error", ibl_json_digits(c->error),
+                     "standard_error", ibl_json_digits(c->standard_error),
+                     "default", "bytes", (json_int_t)c->usual_bytes,
+                     "rendered_error", ibl_json_digits(c->usual_error));
+}
+
+void ibl_choice_free(ibl_choice *c)
+{
+    for (int k = 0; c && k < 2; k++)
+        json_decref(c->rows[k]);
 }

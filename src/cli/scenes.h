@@ -1,15 +1,35 @@
 /* SPDX-License-Identifier: MIT */
-/* The scenes of --scene: what their materials need of a bake. */
+/* The scenes of --scene: what their materials need of a bake. What was found
+ * and chosen for them and --rendered-error, as a table. */
 #ifndef CLI_SCENES_H
 #define CLI_SCENES_H
 
-#include "cli/choice.h"
+#include <jansson.h>
+#include <stdbool.h>
+#include <stdio.h>
+
 #include "cli/rendered.h"
 #include "scene/survey.h"
 
 enum {
     IBL_MAX_SCENES = 64
 };
+
+/* What was found and chosen, and the figures beside those of the defaults. */
+typedef struct ibl_choice {
+    json_t *rows[2]; /* found, chosen: {"name", "value", "why"}; NULL: none */
+    double asked;    /* error; NAN: there is no choice */
+    bool reached;
+    double error, standard_error, usual_error; /* as measured */
+    size_t bytes, usual_bytes; /* of texels, without containers */
+} ibl_choice;
+
+/* Adds a row: a value, then perhaps a tab and why. Long texts are cut. */
+void ibl_choice_add(ibl_choice *c, bool chosen, const char *name,
+                    const char *fmt, ...) __attribute__((format(printf, 4, 5)));
+void ibl_choice_print(const ibl_choice *c, FILE *to);
+json_t *ibl_choice_json(const ibl_choice *c); /* NULL: no memory */
+void ibl_choice_free(ibl_choice *c);          /* its rows; NULL is fine */
 
 /* The files of --scene. */
 typedef struct ibl_scene_list {
