@@ -45,6 +45,7 @@ typedef struct bake {
     ibl_texture texture[OUTPUTS];
     ibl_overflow_report overflow[OUTPUTS];
     ibl_pixel_error error[OUTPUTS][IBL_MAX_LEVELS];
+    char hash[OUTPUTS][IBL_FILE_HASH];
     ibl_sidecar_output output[OUTPUTS];
     ibl_sidecar_options facts;
 } bake;
@@ -128,6 +129,8 @@ static void list_outputs(bake *b)
     for (int i = 0; i < OUTPUTS; i++) {
         const bool found = !stat(file_path(test_text("out/%s", files[i])), &st);
         CHECK_MSG(found, "no %s", files[i]);
+        CHECK(!ibl_hash_file(file_path(test_text("out/%s", files[i])),
+                             b->hash[i]));
         b->texture[i].zstd = b->of->zstd;
         b->output[i] = (ibl_sidecar_output){
             .content = (ibl_content)i,
@@ -135,6 +138,7 @@ static void list_outputs(bake *b)
             .container = ibl_container_name(IBL_CONTAINER_KTX2),
             .texture = &b->texture[i],
             .bytes = found ? (size_t)st.st_size : 0,
+            .hash = b->hash[i],
             .projection = b->of->projection,
             .texels = &b->texels,
             .overflow = &b->overflow[i],
