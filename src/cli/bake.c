@@ -14,12 +14,12 @@
 
 /* ---- axes ------------------------------------------------------------- */
 
-static bool has_axes(const ibl_bake *b)
+static bool has_axes(const ibl_output_set *b)
 {
     return b->opts->axes.mirror || b->opts->axes.up;
 }
 
-bool ibl_bake_turn_back(const ibl_bake *b, ibl_cube *cube)
+bool ibl_bake_turn_back(const ibl_output_set *b, ibl_cube *cube)
 {
     ibl_cube turned = {0};
 
@@ -34,7 +34,7 @@ bool ibl_bake_turn_back(const ibl_bake *b, ibl_cube *cube)
 
 /* Gives the set harmonics of its own in the axes of its outputs. Those that
  * others want are not its. */
-static bool turn_harmonics(ibl_bake *b)
+static bool turn_harmonics(ibl_output_set *b)
 {
     const int degree = b->opts->bake.sh_degree;
     const size_t edge = (size_t)degree + 1, bytes = 3 * edge * edge * 8;
@@ -54,7 +54,7 @@ static bool turn_harmonics(ibl_bake *b)
 /* ---- write ------------------------------------------------------------ */
 
 /* Warns of light beyond what the format holds. */
-static void warn_of_format(const ibl_bake *b, const ibl_baked *file)
+static void warn_of_format(const ibl_output_set *b, const ibl_output *file)
 {
     const ibl_texel_options *texels = &b->opts->texels;
     const char *packed =
@@ -77,7 +77,7 @@ static void warn_of_format(const ibl_bake *b, const ibl_baked *file)
 }
 
 /* Keeps the texture's shape for the record. */
-static void take_shape(ibl_baked *file, const ibl_texture *tex)
+static void take_shape(ibl_output *file, const ibl_texture *tex)
 {
     file->shape = *tex;
     file->shape.data = NULL;
@@ -86,7 +86,8 @@ static void take_shape(ibl_baked *file, const ibl_texture *tex)
 }
 
 /* Writes a texture as pictures. */
-static bool write_pictures(ibl_bake *b, ibl_baked *file, const ibl_texture *tex)
+static bool write_pictures(ibl_output_set *b, ibl_output *file,
+                           const ibl_texture *tex)
 {
     const ibl_opts *o = b->opts;
     const bool table = file - b->files >= IBL_OUTPUT_LUT;
@@ -111,9 +112,10 @@ static bool write_pictures(ibl_bake *b, ibl_baked *file, const ibl_texture *tex)
 }
 
 /* Writes and frees a texture. */
-static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
+static bool write_texture(ibl_output_set *b, ibl_output_kind kind,
+                          ibl_texture *tex)
 {
-    ibl_baked *file = &b->files[kind];
+    ibl_output *file = &b->files[kind];
 
     take_shape(file, tex);
     bool ok = ibl_texture_metadata(b, kind, tex) &&
@@ -131,10 +133,10 @@ static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
 }
 
 /* Adds the files of an engine to the outputs, and frees them. */
-static bool add_engine_files(ibl_bake *b, ibl_blob *main, ibl_blob *faces,
+static bool add_engine_files(ibl_output_set *b, ibl_blob *main, ibl_blob *faces,
                              bool ok)
 {
-    ibl_baked *file = &b->files[IBL_OUTPUT_SPECULAR];
+    ibl_output *file = &b->files[IBL_OUTPUT_SPECULAR];
 
     ok =
         ok && !ibl_outputs_add(b->outputs, file->path, main->bytes, main->size);
@@ -151,10 +153,11 @@ static bool add_engine_files(ibl_bake *b, ibl_blob *main, ibl_blob *faces,
 
 /* Encodes and writes an engine's own file of the levels, which are in tex, too;
  * tex then has what the file says of them. */
-static bool write_engine(ibl_bake *b, const ibl_cube *cube, ibl_texture *tex)
+static bool write_engine(ibl_output_set *b, const ibl_cube *cube,
+                         ibl_texture *tex)
 {
     const ibl_opts *o = b->opts;
-    ibl_baked *file = &b->files[IBL_OUTPUT_SPECULAR];
+    ibl_output *file = &b->files[IBL_OUTPUT_SPECULAR];
     ibl_blob main = {0}, faces[IBL_MAX_FACES] = {0};
     ibl_cube turned = {0};
     ibl_engine_set set = {tex, &b->made.irradiance, b->made.sh, o->name};
@@ -176,9 +179,10 @@ static bool write_engine(ibl_bake *b, const ibl_cube *cube, ibl_texture *tex)
     return ok;
 }
 
-static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
+static bool write_cube(ibl_output_set *b, ibl_output_kind kind,
+                       const ibl_cube *cube)
 {
-    ibl_baked *file = &b->files[kind];
+    ibl_output *file = &b->files[kind];
     ibl_texture tex = {0};
     ibl_cube turned = {0}, largest = *cube;
 
@@ -207,7 +211,7 @@ static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
 
 /* Warns of harmonics that have less than half the least irradiance of a channel
  * somewhere. */
-static void warn_of_harmonics(const ibl_bake *b)
+static void warn_of_harmonics(const ibl_output_set *b)
 {
     const ibl_cube *cube = &b->made.irradiance;
     const float *texel = ibl_cube_face(cube, 0, 0);
@@ -235,7 +239,7 @@ static void warn_of_harmonics(const ibl_bake *b)
 }
 
 /* A target's own file has no place for the skybox that was asked for. */
-static void warn_of_skybox(const ibl_bake *b)
+static void warn_of_skybox(const ibl_output_set *b)
 {
     const char *file = ibl_path_name(b->files[IBL_OUTPUT_SPECULAR].path);
 
@@ -248,7 +252,7 @@ static void warn_of_skybox(const ibl_bake *b)
                          file);
 }
 
-static bool write_specular(ibl_bake *b)
+static bool write_specular(ibl_output_set *b)
 {
     /* Engines know their last level. */
     if (!b->opts->of && !b->opts->engine)
@@ -260,15 +264,15 @@ static bool write_specular(ibl_bake *b)
 }
 
 /* Whether an output is a table that was made once for all environments. */
-static bool is_taken(const ibl_bake *b, ibl_output_kind kind)
+static bool is_taken(const ibl_output_set *b, ibl_output_kind kind)
 {
-    return b->tables && ibl_bake_is_shared(b->opts, kind);
+    return b->tables && ibl_set_is_shared(b->opts, kind);
 }
 
-static bool take_table(ibl_bake *b, ibl_output_kind kind)
+static bool take_table(ibl_output_set *b, ibl_output_kind kind)
 {
-    const ibl_bake *from = b->tables;
-    ibl_baked *file = &b->files[kind];
+    const ibl_output_set *from = b->tables;
+    ibl_output *file = &b->files[kind];
     char *path = file->path;
 
     *file = from->files[kind];
@@ -288,7 +292,7 @@ static bool take_table(ibl_bake *b, ibl_output_kind kind)
     return true;
 }
 
-static bool write_lut(ibl_bake *b)
+static bool write_lut(ibl_output_set *b)
 {
     ibl_texture tex = {0};
 
@@ -301,7 +305,7 @@ static bool write_lut(ibl_bake *b)
            write_texture(b, IBL_OUTPUT_LUT, &tex);
 }
 
-static bool write_lobes(ibl_bake *b)
+static bool write_lobes(ibl_output_set *b)
 {
     ibl_texture tex = {0};
 
@@ -318,8 +322,8 @@ static bool write_lobes(ibl_bake *b)
 }
 
 /* Writes and frees bytes. If bytes is NULL, reports that memory ran out. */
-static bool write_bytes(ibl_bake *b, const char *path, void *bytes, size_t size,
-                        const char *what)
+static bool write_bytes(ibl_output_set *b, const char *path, void *bytes,
+                        size_t size, const char *what)
 {
     ibl_console_progress(b->console, "write", 0);
     if (!bytes)
@@ -330,13 +334,13 @@ static bool write_bytes(ibl_bake *b, const char *path, void *bytes, size_t size,
     return ok;
 }
 
-static bool write_text(ibl_bake *b, const char *path, char *text,
+static bool write_text(ibl_output_set *b, const char *path, char *text,
                        const char *what)
 {
     return write_bytes(b, path, text, text ? strlen(text) : 0, what);
 }
 
-static bool write_preview(ibl_bake *b)
+static bool write_preview(ibl_output_set *b)
 {
     void *png = NULL;
     size_t size = 0;
@@ -347,10 +351,10 @@ static bool write_preview(ibl_bake *b)
     return write_bytes(b, b->opts->preview, png, size, "the preview");
 }
 
-static bool write_sidecar(ibl_bake *b)
+static bool write_sidecar(ibl_output_set *b)
 {
     ibl_console_progress(b->console, "write", 0);
-    char *text = ibl_bake_sidecar(b);
+    char *text = ibl_set_sidecar(b);
     const bool ok =
         text && !ibl_outputs_add(b->outputs, b->files[IBL_OUTPUT_JSON].path,
                                  text, strlen(text));
@@ -358,7 +362,7 @@ static bool write_sidecar(ibl_bake *b)
     return ok;
 }
 
-static bool write_output(ibl_bake *b, ibl_output_kind kind)
+static bool write_output(ibl_output_set *b, ibl_output_kind kind)
 {
     if (is_taken(b, kind))
         return take_table(b, kind);
@@ -381,7 +385,7 @@ static bool write_output(ibl_bake *b, ibl_output_kind kind)
 }
 
 /* three.js negates x when it looks up cubes, not in harmonics. */
-static bool write_harmonics(ibl_bake *b)
+static bool write_harmonics(ibl_output_set *b)
 {
     const ibl_sh_format format = b->opts->sh_format;
     const double *sh = format == IBL_SH_THREE ? b->from->made.sh : b->made.sh;
@@ -390,7 +394,7 @@ static bool write_harmonics(ibl_bake *b)
 }
 
 /* The sidecar is last: where it is new, so are the others. */
-static bool write_all(ibl_bake *b)
+static bool write_all(ibl_output_set *b)
 {
     const ibl_opts *o = b->opts;
     bool ok = true;
@@ -398,7 +402,7 @@ static bool write_all(ibl_bake *b)
     for (int kind = 0; kind < IBL_OUTPUT_JSON && ok; kind++)
         ok = !b->files[kind].path || write_output(b, (ibl_output_kind)kind);
     for (int kind = 0; kind < IBL_OUTPUT_JSON && ok; kind++) {
-        ibl_baked *file = &b->files[kind];
+        ibl_output *file = &b->files[kind];
         if (file->path && !is_taken(b, (ibl_output_kind)kind))
             snprintf(file->hash, sizeof file->hash, "%s",
                      ibl_outputs_hash(b->outputs, file->path));
@@ -424,7 +428,7 @@ static void log_light(const ibl_bake_source *s, const ibl_light *light)
 
 /* ", off by 2.6 1.3 0.9 %": the nRMSE of each level of a cube by its pixel
  * format; "": none is off. */
-static void list_errors(const ibl_baked *file, char *list, size_t size)
+static void list_errors(const ibl_output *file, char *list, size_t size)
 {
     double most = 0;
     int used = snprintf(list, size, ", off by the format");
@@ -451,10 +455,10 @@ static void log_source(const ibl_bake_source *s)
 }
 
 /* Logs the files of a set. */
-static void log_set(const ibl_bake *b)
+static void log_set(const ibl_output_set *b)
 {
     for (int kind = 0; kind < IBL_OUTPUT_JSON; kind++) {
-        const ibl_baked *file = &b->files[kind];
+        const ibl_output *file = &b->files[kind];
         char errors[64 + 16 * IBL_MAX_LEVELS];
         list_errors(file, errors, sizeof errors);
         if (file->path)
@@ -472,11 +476,11 @@ static void log_set(const ibl_bake *b)
 }
 
 /* Prints the program that loads a set's files. */
-static void explain(const ibl_bake *b, bool several)
+static void explain(const ibl_output_set *b, bool several)
 {
     const ibl_target *target = b->opts->of;
-    const ibl_baked *specular = &b->files[IBL_OUTPUT_SPECULAR];
-    const ibl_baked *irradiance = &b->files[IBL_OUTPUT_IRRADIANCE];
+    const ibl_output *specular = &b->files[IBL_OUTPUT_SPECULAR];
+    const ibl_output *irradiance = &b->files[IBL_OUTPUT_IRRADIANCE];
     const char *skybox = b->files[IBL_OUTPUT_SKYBOX].path;
     const ibl_target_files files = {
         .specular = specular->path ? ibl_path_name(specular->path) : "",
@@ -495,7 +499,7 @@ static void explain(const ibl_bake *b, bool several)
 
 /* Sets a set's directories: --output or, of several, one in it; of maps that
  * were found in folders, the same below it. */
-static bool set_directories(ibl_bake *b, bool several)
+static bool set_directories(ibl_output_set *b, bool several)
 {
     const ibl_opts *o = b->opts;
     const char *all = o->directory ? o->directory : ".";
@@ -511,7 +515,7 @@ static bool set_directories(ibl_bake *b, bool several)
 }
 
 /* Adds up what the sets need. */
-static void add_sets(ibl_map_bake *r)
+static void add_sets(ibl_job *r)
 {
     r->from.bake = r->opts->bake;
     r->from.chain_count = 0;
@@ -519,7 +523,7 @@ static void add_sets(ibl_map_bake *r)
         ibl_bake_source_add(&r->from, &r->sets[i]);
 }
 
-bool ibl_bake_begin(ibl_map_bake *r)
+bool ibl_job_begin(ibl_job *r)
 {
     const ibl_opts *all = r->line->set;
 
@@ -529,12 +533,12 @@ bool ibl_bake_begin(ibl_map_bake *r)
     r->from.run = r;
     r->sets = calloc((size_t)r->count + 1, sizeof *r->sets);
     for (int i = 0; i < r->count && r->sets; i++) {
-        ibl_bake *b = &r->sets[i];
-        *b = (ibl_bake){.opts = &all[i],
-                        .console = &r->console,
-                        .ctx = r->from.ctx,
-                        .from = &r->from,
-                        .tables = r->tables ? &r->tables[i] : NULL};
+        ibl_output_set *b = &r->sets[i];
+        *b = (ibl_output_set){.opts = &all[i],
+                              .console = &r->console,
+                              .ctx = r->from.ctx,
+                              .from = &r->from,
+                              .tables = r->tables ? &r->tables[i] : NULL};
         if (!set_directories(b, r->count > 1))
             return false;
     }
@@ -543,7 +547,7 @@ bool ibl_bake_begin(ibl_map_bake *r)
 }
 
 /* A set's part of what was baked. */
-static void take_part(ibl_bake *b)
+static void take_part(ibl_output_set *b)
 {
     const ibl_bake_result *all = &b->from->made;
 
@@ -557,21 +561,21 @@ static void take_part(ibl_bake *b)
 }
 
 /* Adds the set of sheen behind the only one, b, if there is any. */
-static bool add_sheen(ibl_map_bake *r, const ibl_bake *b)
+static bool add_sheen(ibl_job *r, const ibl_output_set *b)
 {
-    ibl_bake *sheen = &r->sets[1];
+    ibl_output_set *sheen = &r->sets[1];
 
     if (!ibl_scenes_sheen(r->from.scenes, b->opts, &r->sheen, b->choice))
         return true;
-    *sheen =
-        (ibl_bake){.opts = &r->sheen, .console = &r->console, .from = &r->from};
+    *sheen = (ibl_output_set){
+        .opts = &r->sheen, .console = &r->console, .from = &r->from};
     r->count = 2;
     return set_directories(sheen, false) ||
            ibl_console_fail(&r->console, "no memory for a set of sheen");
 }
 
 /* Chooses what --rendered-error leaves open in a set. */
-static bool choose(ibl_map_bake *r, ibl_bake *b)
+static bool choose(ibl_job *r, ibl_output_set *b)
 {
     ibl_materials materials = ibl_materials_all();
     ibl_opts *o = (ibl_opts *)b->opts;
@@ -594,7 +598,7 @@ static bool choose(ibl_map_bake *r, ibl_bake *b)
     return ok;
 }
 
-static bool read_scenes(ibl_map_bake *r)
+static bool read_scenes(ibl_job *r)
 {
     if (!r->opts->scenes.count)
         return true;
@@ -606,7 +610,7 @@ static bool read_scenes(ibl_map_bake *r)
 }
 
 /* Chooses what --rendered-error leaves open, and prints it. */
-static bool decide(ibl_map_bake *r)
+static bool decide(ibl_job *r)
 {
     const int count = r->count;
 
@@ -626,7 +630,7 @@ static bool decide(ibl_map_bake *r)
     return ok;
 }
 
-static bool start(ibl_map_bake *r)
+static bool start(ibl_job *r)
 {
     bool ok = !ibl_start_outputs(r->from.ctx, r->opts->sync, &r->outputs);
 
@@ -640,7 +644,7 @@ static bool start(ibl_map_bake *r)
 }
 
 /* Writes all files, but does not yet give them their names. */
-static bool write_sets(ibl_map_bake *r)
+static bool write_sets(ibl_job *r)
 {
     bool ok = true;
 
@@ -654,7 +658,7 @@ static bool write_sets(ibl_map_bake *r)
                        ibl_depfile_text(r->sets, r->count), "the depfile"));
 }
 
-void ibl_bake_log(const ibl_map_bake *r)
+void ibl_job_log(const ibl_job *r)
 {
     const char *const others[] = {r->opts->preview,
                                   r->line->batch ? NULL : r->opts->depfile};
@@ -667,7 +671,7 @@ void ibl_bake_log(const ibl_map_bake *r)
             ibl_console_info((ibl_console *)&r->console, "wrote %s", others[i]);
 }
 
-static void free_set(ibl_bake *b)
+static void free_set(ibl_output_set *b)
 {
     ibl_report_free(&b->judged);
     ibl_choice_free(b->choice);
@@ -685,7 +689,7 @@ static void free_set(ibl_bake *b)
     free(b->sh);
 }
 
-void ibl_bake_end(ibl_map_bake *r)
+void ibl_job_end(ibl_job *r)
 {
     ibl_end_outputs(r->outputs);
     for (int i = 0; i < r->count && r->sets; i++)
@@ -696,57 +700,57 @@ void ibl_bake_end(ibl_map_bake *r)
     ibl_bake_source_free(&r->from);
 }
 
-bool ibl_bake_make(ibl_map_bake *r)
+bool ibl_job_make(ibl_job *r)
 {
     return decide(r) && (r->opts->dry_run ||
                          (start(r) && ibl_bake_plan(r->sets, r->count) &&
                           ibl_bake_source_make(&r->from) && write_sets(r)));
 }
 
-bool ibl_bake_commit(ibl_map_bake *r)
+bool ibl_job_commit(ibl_job *r)
 {
     return !r->outputs || ibl_console_commit(&r->console, r->outputs);
 }
 
-bool ibl_bake_names(ibl_map_bake *r)
+bool ibl_job_names(ibl_job *r)
 {
     bool ok = true;
 
     for (int i = 0; i < r->count && ok; i++)
-        ok = ibl_bake_name_files(&r->sets[i]);
+        ok = ibl_set_name_files(&r->sets[i]);
     return ok;
 }
 
-static int bake_one(const ibl_bake_line *line)
+static int bake_one(const ibl_cmdline *line)
 {
-    ibl_map_bake r = {.line = line, .from.print = stdout};
+    ibl_job r = {.line = line, .from.print = stdout};
 
     ibl_console_init(&r.console, line->set->common.quiet,
                      line->set->common.verbose);
     ibl_signals_catch();
     const bool only_explains = line->set->explain && !line->set->input;
-    bool ok = ibl_bake_begin(&r) &&
+    bool ok = ibl_job_begin(&r) &&
               (only_explains
-                   ? ibl_bake_names(&r)
+                   ? ibl_job_names(&r)
                    : !ibl_start(&line->set->common, &r.console, &r.from.ctx) &&
-                         ibl_bake_make(&r));
+                         ibl_job_make(&r));
     ibl_console_finish(&r.console);
     for (int i = 0; i < r.count && ok && line->set->explain; i++)
         explain(&r.sets[i], r.count > 1);
-    ok = ok && ibl_bake_commit(&r);
+    ok = ok && ibl_job_commit(&r);
     const int status = ibl_console_end(&r.console, ok);
     if (ok && line->set->common.verbose && !line->set->dry_run) {
-        ibl_bake_log(&r);
+        ibl_job_log(&r);
         ibl_console_print_times(&r.console);
     }
-    ibl_bake_end(&r);
+    ibl_job_end(&r);
     ibl_ctx_free(r.from.ctx);
     return status;
 }
 
 int ibl_bake_run(const void *settings)
 {
-    const ibl_bake_line *line = settings;
+    const ibl_cmdline *line = settings;
 
     if (line->set->targets & IBL_TARGET_LIST) {
         ibl_targets_print(stdout);

@@ -3,7 +3,7 @@
  * taken. */
 #include <math.h>
 
-#include "cli/bake_record.h"
+#include "cli/job.h"
 
 /* The stack and buffers of a thread. */
 #define THREAD_BYTES (0.25 * (1 << 20))
@@ -28,8 +28,7 @@ static double file_bytes(const ibl_opts *o, int size, int levels)
                          (1 + (o->zstd > 0) + 2 * o->verify));
 }
 
-double ibl_bake_bytes(const ibl_map_bake *r, size_t reader, int width,
-                      int height)
+double ibl_bake_bytes(const ibl_job *r, size_t reader, int width, int height)
 {
     const ibl_bake_source *s = &r->from;
     const ibl_opts *o = r->opts;
@@ -62,7 +61,7 @@ double ibl_bake_bytes(const ibl_map_bake *r, size_t reader, int width,
            (1 + KEPT_SHARE) * (map + (double)reader + (double)bake + files);
 }
 
-bool ibl_bake_fits(const ibl_map_bake *r, size_t reader, int width, int height)
+bool ibl_bake_fits(const ibl_job *r, size_t reader, int width, int height)
 {
     const ibl_opts *o = r->opts;
     ibl_console *console = (ibl_console *)&r->console;

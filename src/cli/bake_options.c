@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/bake_record.h"
+#include "cli/job.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -467,7 +467,7 @@ bool ibl_opts_of_none(const ibl_opts *o)
 
 static bool take(void *settings, const char *word)
 {
-    ibl_bake_line *line = settings;
+    ibl_cmdline *line = settings;
     const size_t count = (size_t)line->given_count;
 
     if (!*word)
@@ -489,7 +489,7 @@ static bool take(void *settings, const char *word)
 
 static void release(void *settings)
 {
-    free(((ibl_bake_line *)settings)->given);
+    free(((ibl_cmdline *)settings)->given);
 }
 
 static bool accept(void *settings)
@@ -558,7 +558,7 @@ static void drop_unfit(ibl_opts *o)
 }
 
 /* Adds the set of a target; NULL: the only set. */
-static bool add_set(ibl_bake_line *line, const ibl_opts *typed,
+static bool add_set(ibl_cmdline *line, const ibl_opts *typed,
                     const ibl_target *target)
 {
     ibl_opts *o = &line->set[line->count++], want;
@@ -589,7 +589,7 @@ static bool add_set(ibl_bake_line *line, const ibl_opts *typed,
 }
 
 /* Decides whether the line is a batch. */
-static bool settle_batch(ibl_bake_line *line, ibl_opts *typed)
+static bool settle_batch(ibl_cmdline *line, ibl_opts *typed)
 {
     struct stat st;
 
@@ -609,7 +609,7 @@ static bool settle_batch(ibl_bake_line *line, ibl_opts *typed)
 
 static bool validate(void *settings)
 {
-    ibl_bake_line *line = settings;
+    ibl_cmdline *line = settings;
     ibl_opts typed = *line->set;
     bool ok;
 
@@ -628,7 +628,7 @@ static bool validate(void *settings)
 
 static void keep_words(void *settings, char **words)
 {
-    ((ibl_bake_line *)settings)->words = words;
+    ((ibl_cmdline *)settings)->words = words;
 }
 
 const ibl_command ibl_bake_command = {
@@ -650,7 +650,7 @@ const ibl_command ibl_bake_command = {
         "  DIR/NAME.json            spherical harmonics and what was done\n",
     .statuses = "0 done, 1 failed, 2 wrong usage",
     .sections = sections,
-    .settings_size = sizeof(ibl_bake_line),
+    .settings_size = sizeof(ibl_cmdline),
     .given = offsetof(ibl_opts, given),
     .defaults = defaults,
     .keep_words = keep_words,

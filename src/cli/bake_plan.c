@@ -35,7 +35,7 @@ static bool is_own(const ibl_opts *o, ibl_output_kind kind)
            (kind == IBL_OUTPUT_LOBES && o->input && !is_usual_table(o));
 }
 
-bool ibl_bake_is_shared(const ibl_opts *o, ibl_output_kind kind)
+bool ibl_set_is_shared(const ibl_opts *o, ibl_output_kind kind)
 {
     return !is_own(o, kind) && kind != IBL_OUTPUT_JSON;
 }
@@ -56,7 +56,7 @@ static int files_of(const ibl_opts *o, ibl_output_kind kind, int *each)
 }
 
 /* The path of one of them; NULL: no memory. */
-static char *make_path(const ibl_bake *b, ibl_output_kind kind, int index)
+static char *make_path(const ibl_output_set *b, ibl_output_kind kind, int index)
 {
     const ibl_opts *o = b->opts;
     int each;
@@ -78,8 +78,7 @@ static char *make_path(const ibl_bake *b, ibl_output_kind kind, int index)
         : o->picture && kind != IBL_OUTPUT_JSON
             ? ibl_picture_name(stem, o->picture, files / each, each, index)
             : ibl_format("%s.%s", stem, extension);
-    const char *directory =
-        ibl_bake_is_shared(o, kind) ? b->root : b->directory;
+    const char *directory = ibl_set_is_shared(o, kind) ? b->root : b->directory;
     char *path = stem && name ? ibl_path_join(directory, name) : NULL;
 
     free(stem);
@@ -87,7 +86,7 @@ static char *make_path(const ibl_bake *b, ibl_output_kind kind, int index)
     return path;
 }
 
-static char *make_sh_path(const ibl_bake *b)
+static char *make_sh_path(const ibl_output_set *b)
 {
     char *name = ibl_format("%s_sh.txt", b->opts->name);
     char *path = name ? ibl_path_join(b->directory, name) : NULL;
@@ -96,7 +95,7 @@ static char *make_sh_path(const ibl_bake *b)
     return path;
 }
 
-bool ibl_bake_name_files(ibl_bake *b)
+bool ibl_set_name_files(ibl_output_set *b)
 {
     int each;
     bool ok = true;
@@ -104,7 +103,7 @@ bool ibl_bake_name_files(ibl_bake *b)
     while (b->face_count) /* tables of a batch are named twice */
         free(b->faces[--b->face_count]);
     for (int kind = 0; kind < IBL_OUTPUT_COUNT && ok; kind++) {
-        ibl_baked *file = &b->files[kind];
+        ibl_output *file = &b->files[kind];
         if (!(b->opts->only & 1u << kind))
             continue;
         free(file->path);
@@ -124,14 +123,14 @@ bool ibl_bake_name_files(ibl_bake *b)
     return ok || ibl_console_fail(b->console, "no memory for file names");
 }
 
-int ibl_bake_files(const ibl_bake *b, bool shared,
-                   const char *paths[IBL_SET_PATHS])
+int ibl_set_files(const ibl_output_set *b, bool shared,
+                  const char *paths[IBL_SET_PATHS])
 {
     int count = 0;
 
     for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
         if (b->files[kind].path &&
-            (shared || !ibl_bake_is_shared(b->opts, (ibl_output_kind)kind)))
+            (shared || !ibl_set_is_shared(b->opts, (ibl_output_kind)kind)))
             paths[count++] = b->files[kind].path;
     if (b->sh_path)
         paths[count++] = b->sh_path;
@@ -140,8 +139,8 @@ int ibl_bake_files(const ibl_bake *b, bool shared,
     return count;
 }
 
-ibl_status ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES],
-                           int *count)
+ibl_status ibl_set_inputs(const ibl_output_set *b, char *files[IBL_FACES],
+                          int *count)
 {
     const char *input = b->opts->input;
 
@@ -153,13 +152,13 @@ ibl_status ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES],
                : IBL_OK;
 }
 
-static bool check_inputs(const ibl_bake *b, const char *path)
+static bool check_inputs(const ibl_output_set *b, const char *path)
 {
     static const char other[] = "--name or directory";
     const ibl_scenes *scenes = b->from->scenes;
     char *files[IBL_FACES];
     int count;
-    bool ok = !ibl_bake_inputs(b, files, &count);
+    bool ok = !ibl_set_inputs(b, files, &count);
 
     for (int i = 0; i < count && ok; i++)
         ok = ibl_console_differ(b->console, files[i], path, other);
@@ -178,7 +177,7 @@ static bool is_link(const char *path)
 }
 
 /* Whether no map of the batch is read from this file. */
-static bool check_maps(const ibl_bake *b, const char *path,
+static bool check_maps(const ibl_output_set *b, const char *path,
                        const struct stat *out)
 {
     const ibl_maps *maps = b->from->run->maps;
@@ -193,7 +192,7 @@ static bool check_maps(const ibl_bake *b, const char *path,
     return true;
 }
 
-static bool check_target(const ibl_bake *b, const char *path)
+static bool check_target(const ibl_output_set *b, const char *path)
 {
     struct stat out;
     const int error = stat(path, &out) ? errno : 0;
@@ -233,7 +232,7 @@ static bool is_source(const char *was, const char *input)
 }
 
 /* Whether the bake writes the sidecar or any file that it names. */
-static bool replaces(const ibl_bake *b, const json_t *sidecar)
+static bool replaces(const ibl_output_set *b, const json_t *sidecar)
 {
     const json_t *outputs = json_object_get(sidecar, "outputs"), *output;
     size_t i;
@@ -253,7 +252,7 @@ static bool replaces(const ibl_bake *b, const json_t *sidecar)
 
 /* A name given by the user may replace any files. A name derived from the input
  * must not replace files of another environment. */
-static bool check_sidecar(const ibl_bake *b, const char *path)
+static bool check_sidecar(const ibl_output_set *b, const char *path)
 {
     const ibl_opts *o = b->opts;
     const char *writer, *was;
@@ -277,7 +276,7 @@ static bool check_sidecar(const ibl_bake *b, const char *path)
     return ok;
 }
 
-static bool check_source(const ibl_bake *b)
+static bool check_source(const ibl_output_set *b)
 {
     if (!b->opts->input || b->opts->name != b->opts->stem)
         return true;
@@ -345,7 +344,7 @@ static bool is_unquotable(const char *path, char why[WHY_BYTES])
     return true;
 }
 
-static bool check_depfile(const ibl_bake *b, const char *path)
+static bool check_depfile(const ibl_output_set *b, const char *path)
 {
     char why[WHY_BYTES];
 
@@ -357,12 +356,12 @@ static bool check_depfile(const ibl_bake *b, const char *path)
                path, why);
 }
 
-static void put_outputs(FILE *to, const ibl_bake *sets, int count)
+static void put_outputs(FILE *to, const ibl_output_set *sets, int count)
 {
     const char *paths[IBL_SET_PATHS], *between = "";
 
     for (int s = 0; s < count; s++) {
-        const int files = ibl_bake_files(&sets[s], true, paths);
+        const int files = ibl_set_files(&sets[s], true, paths);
         for (int i = 0; i < files; i++) {
             fputs(between, to);
             put_path(to, paths[i]);
@@ -375,7 +374,7 @@ static void put_outputs(FILE *to, const ibl_bake *sets, int count)
     }
 }
 
-char *ibl_depfile_text(const ibl_bake *sets, int count)
+char *ibl_depfile_text(const ibl_output_set *sets, int count)
 {
     char *inputs[IBL_FACES];
     int input_count;
@@ -386,7 +385,7 @@ char *ibl_depfile_text(const ibl_bake *sets, int count)
         return NULL;
     put_outputs(to, sets, count);
     fputc(':', to);
-    const bool ok = !ibl_bake_inputs(sets, inputs, &input_count);
+    const bool ok = !ibl_set_inputs(sets, inputs, &input_count);
     for (int i = 0; i < input_count && ok; i++) {
         fputs(input_count > 1 ? " \\\n  " : " ", to);
         put_path(to, inputs[i]);
@@ -406,17 +405,17 @@ char *ibl_depfile_text(const ibl_bake *sets, int count)
 }
 
 /* Checks a file that is made, and that the depfile can name it. */
-static bool check_file(const ibl_bake *b, const char *path)
+static bool check_file(const ibl_output_set *b, const char *path)
 {
     return check_target(b, path) &&
            (!b->opts->depfile || check_depfile(b, path));
 }
 
-static bool plan_set(ibl_bake *b)
+static bool plan_set(ibl_output_set *b)
 {
     const char *paths[IBL_SET_PATHS];
-    bool ok = ibl_bake_name_files(b);
-    const int count = ok ? ibl_bake_files(b, true, paths) : 0;
+    bool ok = ibl_set_name_files(b);
+    const int count = ok ? ibl_set_files(b, true, paths) : 0;
 
     for (int i = 0; i < count && ok; i++)
         ok = check_target(b, paths[i]);
@@ -424,10 +423,10 @@ static bool plan_set(ibl_bake *b)
 }
 
 /* Checks what a set makes: that the depfile can name it, and is none of it. */
-static bool check_set_depfile(const ibl_bake *b, const char *depfile)
+static bool check_set_depfile(const ibl_output_set *b, const char *depfile)
 {
     const char *paths[IBL_SET_PATHS];
-    const int count = ibl_bake_files(b, true, paths);
+    const int count = ibl_set_files(b, true, paths);
     bool ok = true;
 
     for (int i = 0; i < count && ok; i++) {
@@ -442,13 +441,13 @@ static bool check_set_depfile(const ibl_bake *b, const char *depfile)
     return ok;
 }
 
-bool ibl_bake_check_depfile(const ibl_bake *sets, int count)
+bool ibl_bake_check_depfile(const ibl_output_set *sets, int count)
 {
     const ibl_scenes *scenes = sets->from->scenes;
     const char *depfile = sets->opts->depfile;
     char *inputs[IBL_FACES];
     int input_count;
-    const ibl_status status = ibl_bake_inputs(sets, inputs, &input_count);
+    const ibl_status status = ibl_set_inputs(sets, inputs, &input_count);
     bool ok = true;
 
     if (status == IBL_ERR_MEMORY)
@@ -467,12 +466,12 @@ bool ibl_bake_check_depfile(const ibl_bake *sets, int count)
     return ok;
 }
 
-bool ibl_bake_plan(ibl_bake *sets, int count)
+bool ibl_bake_plan(ibl_output_set *sets, int count)
 {
     const ibl_opts *o = sets->opts;
     char *inputs[IBL_FACES];
     int input_count;
-    bool ok = !ibl_bake_inputs(sets, inputs, &input_count);
+    bool ok = !ibl_set_inputs(sets, inputs, &input_count);
 
     ibl_input_files_free(inputs);
     for (int i = 0; i < count && ok; i++)

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli/bake_record.h"
+#include "cli/job.h"
 #include "common/names.h"
 
 /* A rule: the condition that is refused, the options that may be its reason, of
@@ -267,11 +267,11 @@ static bool is_named(const ibl_opts *o)
 
     for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
         named |= o->only & 1u << kind &&
-                 !ibl_bake_is_shared(o, (ibl_output_kind)kind);
+                 !ibl_set_is_shared(o, (ibl_output_kind)kind);
     return named;
 }
 
-bool ibl_opts_check_uses(const ibl_bake_line *line)
+bool ibl_opts_check_uses(const ibl_cmdline *line)
 {
     bool used[64] = {false};
     const bool one_env = line->given_count == 1 && !line->set->from;

@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "cli/bake_record.h"
 #include "cli/candidate.h"
+#include "cli/job.h"
 #include "cli/rendered.h"
 
 enum {
@@ -25,7 +25,7 @@ static int take_chain(ibl_bake_source *s, const ibl_specular_options *o)
     return i;
 }
 
-void ibl_bake_source_add(ibl_bake_source *s, ibl_bake *set)
+void ibl_bake_source_add(ibl_bake_source *s, ibl_output_set *set)
 {
     const ibl_bake_options *o = &set->opts->bake;
     ibl_bake_options *all = &s->bake;

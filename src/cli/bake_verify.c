@@ -2,9 +2,9 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "cli/bake_record.h"
+#include "cli/job.h"
 
-static bool judge_lut(ibl_bake *b, const ibl_texture *tex)
+static bool judge_lut(ibl_output_set *b, const ibl_texture *tex)
 {
     ibl_lut lut = {0};
     const bool ok =
@@ -15,7 +15,7 @@ static bool judge_lut(ibl_bake *b, const ibl_texture *tex)
     return ok;
 }
 
-static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
+static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
                        const ibl_texture *tex)
 {
     const ibl_opts *o = b->opts;
@@ -44,7 +44,8 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
     return ok;
 }
 
-bool ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const ibl_texture *tex)
+bool ibl_bake_judge(ibl_output_set *b, ibl_output_kind kind,
+                    const ibl_texture *tex)
 {
     bool ok = true;
 
@@ -58,7 +59,7 @@ bool ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const ibl_texture *tex)
     return ok;
 }
 
-bool ibl_bake_judged(const ibl_bake *b)
+bool ibl_bake_judged(const ibl_output_set *b)
 {
     char why[160];
 

@@ -35,13 +35,13 @@ typedef struct worker {
     struct batch *batch;
     pthread_t thread;
     ibl_ctx *ctx; /* reports to run.console */
-    ibl_bake_line line;
-    ibl_map_bake run;
+    ibl_cmdline line;
+    ibl_job run;
     double since; /* CLOCK_REALTIME when the bake began */
 } worker;
 
 typedef struct batch {
-    const ibl_bake_line *line;
+    const ibl_cmdline *line;
     const ibl_opts *opts; /* the first set's */
     ibl_console console;
     ibl_maps maps;
@@ -226,7 +226,7 @@ static bool commit_stamped(worker *w)
 
     if (ok) {
         ibl_stamp_hold(&s);
-        ok = ibl_bake_commit(&w->run) && ibl_stamp_write(&s, w->since, w->ctx);
+        ok = ibl_job_commit(&w->run) && ibl_stamp_write(&s, w->since, w->ctx);
     }
     ibl_stamp_free(&s);
     return ok;
@@ -235,7 +235,7 @@ static bool commit_stamped(worker *w)
 static bool commit(worker *w)
 {
     return w->batch->opts->incremental ? commit_stamped(w)
-                                       : ibl_bake_commit(&w->run);
+                                       : ibl_job_commit(&w->run);
 }
 
 /* Begins a bake of a map; NULL: of w->line. The context reports to the batch's
@@ -243,20 +243,20 @@ static bool commit(worker *w)
 static bool begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
 {
     const batch *b = w->batch;
-    ibl_map_bake *r = &w->run;
+    ibl_job *r = &w->run;
 
     if (map)
         ibl_map_line(b->line, map, &w->line);
-    *r = (ibl_map_bake){.line = &w->line,
-                        .from = {.ctx = ctx, .print = print},
-                        .tables = b->tables ? b->tables->run.sets : NULL,
-                        .maps = &b->maps};
+    *r = (ibl_job){.line = &w->line,
+                   .from = {.ctx = ctx, .print = print},
+                   .tables = b->tables ? b->tables->run.sets : NULL,
+                   .maps = &b->maps};
     ibl_console_init(&r->console, b->opts->common.quiet,
                      b->opts->common.verbose);
     r->console.front = (ibl_console *)&b->console;
     r->console.about = w->line.set->input;
     r->console.terminal = false;
-    return ibl_bake_begin(r);
+    return ibl_job_begin(r);
 }
 
 /* Ends a bake; one that a signal stopped has no message. */
@@ -273,14 +273,14 @@ static bool bake_map(worker *w, ibl_map *m)
     FILE *print = b->opts->verify ? ibl_memory_open(&printed) : stdout;
 
     w->since = real_time();
-    bool ok = begin(w, m, w->ctx, print) && print && ibl_bake_make(&w->run) &&
+    bool ok = begin(w, m, w->ctx, print) && print && ibl_job_make(&w->run) &&
               commit(w);
     if (ok && b->opts->depfile)
         ok = (m->rule = ibl_depfile_text(w->run.sets, w->run.count)) != NULL;
     ok = end(w, ok);
     if (ok && b->opts->common.verbose)
-        ibl_bake_log(&w->run);
-    ibl_bake_end(&w->run);
+        ibl_job_log(&w->run);
+    ibl_job_end(&w->run);
     if (b->opts->verify)
         m->printed = ibl_memory_close(print, &printed);
     return ok;
@@ -435,7 +435,7 @@ static void measure(batch *b, ibl_map *m)
         m->bytes = fmax(0, ibl_bake_bytes(&w->run, ibl_source_memory(source),
                                           width, height) -
                                IBL_PROGRAM_BYTES);
-    ibl_bake_end(&w->run);
+    ibl_job_end(&w->run);
     w->run.console.about = NULL;
     ibl_source_close(source);
 }
@@ -459,14 +459,14 @@ static bool is_kept(batch *b, worker *w, ibl_map *m)
     bool moved = false, kept = false;
 
     if (b->opts->incremental) {
-        kept = begin(w, m, b->silent, NULL) && ibl_bake_names(&w->run) &&
+        kept = begin(w, m, b->silent, NULL) && ibl_job_names(&w->run) &&
                ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
         if (kept && moved)
             kept = write_anew(w, &s);
         if (kept && b->opts->depfile)
             kept = (m->rule = ibl_depfile_text(w->run.sets, w->run.count));
         ibl_stamp_free(&s);
-        ibl_bake_end(&w->run);
+        ibl_job_end(&w->run);
     }
     return kept;
 }
@@ -548,8 +548,7 @@ static unsigned reduce(ibl_opts *o)
     unsigned shared = 0;
 
     for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
-        if (o->only & 1u << kind &&
-            ibl_bake_is_shared(o, (ibl_output_kind)kind))
+        if (o->only & 1u << kind && ibl_set_is_shared(o, (ibl_output_kind)kind))
             shared |= 1u << kind;
     o->only = shared;
     o->input = o->depfile = NULL;
@@ -573,13 +572,13 @@ static bool make_tables(batch *b)
     b->tables_kept = !shared;
     if (!shared)
         return true;
-    bool ok = begin(w, NULL, w->ctx, NULL) && ibl_bake_names(&w->run);
+    bool ok = begin(w, NULL, w->ctx, NULL) && ibl_job_names(&w->run);
     if (ok && b->opts->incremental)
         b->tables_kept =
             ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
     if (ok && (b->to_bake || !b->tables_kept)) {
         w->since = real_time();
-        ok = ibl_bake_make(&w->run);
+        ok = ibl_job_make(&w->run);
     }
     ibl_stamp_free(&s);
     b->tables = w;
@@ -634,10 +633,10 @@ static bool check_depfile(batch *b)
 
     for (int i = 0; i < b->maps.count && ok && b->opts->depfile; i++) {
         ok = begin(w, &b->maps.list[i], b->silent, NULL) &&
-             ibl_bake_names(&w->run) &&
+             ibl_job_names(&w->run) &&
              ibl_bake_check_depfile(w->run.sets, w->run.count);
         ok = end(w, ok);
-        ibl_bake_end(&w->run);
+        ibl_job_end(&w->run);
     }
     b->console.failed |= !ok;
     return ok;
@@ -671,7 +670,7 @@ static bool run(batch *b)
 static void free_batch(batch *b)
 {
     if (b->tables)
-        ibl_bake_end(&b->tables->run);
+        ibl_job_end(&b->tables->run);
     ibl_end_outputs(b->folders);
     for (int i = 0; i < b->count + CONTEXTS && b->workers; i++)
         ibl_ctx_free(b->workers[i].ctx);
@@ -683,7 +682,7 @@ static void free_batch(batch *b)
     pthread_mutex_destroy(&b->lock);
 }
 
-int ibl_batch_run(const ibl_bake_line *line)
+int ibl_batch_run(const ibl_cmdline *line)
 {
     batch b = {.line = line,
                .opts = line->set,

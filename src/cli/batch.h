@@ -5,7 +5,7 @@
 
 #include <sys/types.h>
 
-#include "cli/bake_record.h"
+#include "cli/job.h"
 
 typedef enum ibl_map_state {
     IBL_MAP_WAITS,
@@ -32,7 +32,7 @@ typedef struct ibl_maps {
 } ibl_maps;
 
 /* Runs a line with `batch`; returns the exit status. */
-int ibl_batch_run(const ibl_bake_line *line);
+int ibl_batch_run(const ibl_cmdline *line);
 
 /* Whether a file in a folder is an environment, by its name: those of high
  * range, and no textures, which may be outputs. */
@@ -40,15 +40,14 @@ bool ibl_is_environment(const char *name);
 /* Lists the environments of a line: its arguments, what is in those that are
  * folders, and those of --from. False after a message, as of two that make the
  * same files; free them also then. */
-bool ibl_maps_list(const ibl_bake_line *line, ibl_console *console,
+bool ibl_maps_list(const ibl_cmdline *line, ibl_console *console,
                    ibl_maps *maps);
 /* Drops the maps that another shard owns. */
 void ibl_maps_keep(ibl_maps *maps, const int *owner, int shard);
 void ibl_maps_free(ibl_maps *maps);
 
 /* Makes the line of one environment of a batch. */
-void ibl_map_line(const ibl_bake_line *all, const ibl_map *map,
-                  ibl_bake_line *own);
+void ibl_map_line(const ibl_cmdline *all, const ibl_map *map, ibl_cmdline *own);
 
 /* ---- --incremental ------------------------------------------------------- */
 
@@ -68,7 +67,7 @@ typedef struct ibl_stamp {
 
 /* Fills in the stamp of a bake whose files have names. False: no memory, or no
  * file fits a pattern. */
-bool ibl_stamp_of(const ibl_map_bake *r, ibl_isa isa, ibl_stamp *stamp);
+bool ibl_stamp_of(const ibl_job *r, ibl_isa isa, ibl_stamp *stamp);
 void ibl_stamp_free(ibl_stamp *stamp);
 
 /* Whether the stamp was written for the same options and files, and every file

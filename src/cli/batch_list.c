@@ -251,7 +251,7 @@ static bool check_names(const ibl_maps *maps, ibl_console *c)
     return ok;
 }
 
-bool ibl_maps_list(const ibl_bake_line *line, ibl_console *console,
+bool ibl_maps_list(const ibl_cmdline *line, ibl_console *console,
                    ibl_maps *maps)
 {
     const ibl_opts *o = line->set;
@@ -296,8 +296,7 @@ void ibl_maps_free(ibl_maps *maps)
     free(maps->list);
 }
 
-void ibl_map_line(const ibl_bake_line *all, const ibl_map *map,
-                  ibl_bake_line *own)
+void ibl_map_line(const ibl_cmdline *all, const ibl_map *map, ibl_cmdline *own)
 {
     *own = *all;
     for (int i = 0; i < own->count; i++) {

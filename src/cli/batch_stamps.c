@@ -31,7 +31,7 @@ enum {
 
 /* ---- what decides -------------------------------------------------------- */
 
-static bool hash_options(const ibl_map_bake *r, ibl_isa isa,
+static bool hash_options(const ibl_job *r, ibl_isa isa,
                          char hash[IBL_FILE_HASH])
 {
     const ibl_opts *o = r->opts;
@@ -62,17 +62,17 @@ static bool add_file(ibl_stamp *s, const char *path)
     return path && s->files[s->count++];
 }
 
-static bool add_files(const ibl_map_bake *r, ibl_stamp *s)
+static bool add_files(const ibl_job *r, ibl_stamp *s)
 {
     char *inputs[IBL_FACES];
-    bool ok = !ibl_bake_inputs(r->sets, inputs, &s->inputs);
+    bool ok = !ibl_set_inputs(r->sets, inputs, &s->inputs);
 
     for (int i = 0; i < s->inputs && ok; i++)
         ok = add_file(s, inputs[i]);
     ibl_input_files_free(inputs);
     for (int set = 0; set < r->count && ok; set++) {
         const char *paths[IBL_SET_PATHS];
-        const int count = ibl_bake_files(&r->sets[set], !r->opts->input, paths);
+        const int count = ibl_set_files(&r->sets[set], !r->opts->input, paths);
         for (int i = 0; i < count && ok; i++)
             ok = add_file(s, paths[i]);
     }
@@ -91,7 +91,7 @@ static char *stamp_path(const char *folder, const char *name)
     return path;
 }
 
-bool ibl_stamp_of(const ibl_map_bake *r, ibl_isa isa, ibl_stamp *s)
+bool ibl_stamp_of(const ibl_job *r, ibl_isa isa, ibl_stamp *s)
 {
     const ibl_opts *o = r->opts;
     const size_t most = IBL_FACES + (size_t)r->count * IBL_SET_PATHS;

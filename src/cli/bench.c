@@ -97,7 +97,7 @@ static bool read_options(const char *options, ibl_opts *o)
 {
     char *text = ibl_format("%s -o. -", options);
     char **words = text ? ibl_words_split(text) : NULL;
-    ibl_bake_line *line = calloc(1, sizeof *line);
+    ibl_cmdline *line = calloc(1, sizeof *line);
     const bool ok =
         words && line && ibl_command_line(&ibl_bake_command, words, line, NULL);
 

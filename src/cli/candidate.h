@@ -3,7 +3,7 @@
 #ifndef CLI_CANDIDATE_H
 #define CLI_CANDIDATE_H
 
-#include "cli/bake_record.h"
+#include "cli/job.h"
 #include "cli/rendered.h"
 
 typedef struct ibl_candidate {

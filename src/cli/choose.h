@@ -4,7 +4,7 @@
 #ifndef CLI_CHOOSE_H
 #define CLI_CHOOSE_H
 
-#include "cli/bake_record.h"
+#include "cli/job.h"
 #include "cli/rendered.h"
 
 /* All roughnesses and both F0 in equal parts; F0 = .04 has an albedo of .18. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/bake_record.h"
+#include "cli/job.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -55,7 +55,7 @@ static double film(double x, int channel)
 
 /* ---- layout ---------------------------------------------------------- */
 
-static int list_panels(const ibl_bake *b, ibl_panel panels[MAX_PANELS])
+static int list_panels(const ibl_output_set *b, ibl_panel panels[MAX_PANELS])
 {
     const ibl_bake_result *made = &b->made;
     int n = 0;
@@ -84,7 +84,7 @@ static int list_panels(const ibl_bake *b, ibl_panel panels[MAX_PANELS])
     return n;
 }
 
-bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size)
+bool ibl_preview_png(const ibl_output_set *b, void **png, size_t *size)
 {
     ibl_panel panels[MAX_PANELS];
     const int count = list_panels(b, panels);

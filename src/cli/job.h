@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The state of a bake and of its sets of files, and the functions with which
  * bake.c plans, describes and judges them. */
-#ifndef CLI_BAKE_RECORD_H
-#define CLI_BAKE_RECORD_H
+#ifndef CLI_JOB_H
+#define CLI_JOB_H
 
 #include "cli/console.h"
 #include "cli/judge.h"
@@ -88,33 +88,33 @@ typedef struct ibl_opts {
 
 /* The command line: options of one set, or of a set for each target, which are
  * equal in all that is of no set. */
-typedef struct ibl_bake_line {
+typedef struct ibl_cmdline {
     ibl_opts set[IBL_MAX_TARGETS]; /* the first as the parser's settings */
     int count;                     /* of sets; 1 without targets */
     char **words;
     bool batch;         /* many environments, or what is done for many */
     const char **given; /* the arguments that are environments or folders */
     int given_count;
-} ibl_bake_line;
+} ibl_cmdline;
 
 /* An output file. path is set before the bake, the rest when the file is
  * written. */
-typedef struct ibl_baked {
+typedef struct ibl_output {
     char *path;               /* NULL: not wanted; the first of several */
-    char **more;              /* paths of the others, in ibl_bake.faces */
+    char **more;              /* paths of the others, in ibl_output_set.faces */
     int count;                /* of files */
     size_t bytes;             /* of the file */
     char hash[IBL_FILE_HASH]; /* of the first */
     ibl_texture shape;        /* of the texture, without data and keys */
     ibl_overflow_report overflow;
     ibl_pixel_error error[IBL_MAX_LEVELS]; /* of cubes */
-} ibl_baked;
+} ibl_output;
 
 /* The environment of a bake, and what its sets of files are made from. */
 typedef struct ibl_bake_source {
     const ibl_opts *opts; /* those that all sets have in common count */
     ibl_console *console;
-    const struct ibl_map_bake *run; /* that reads it */
+    const struct ibl_job *run; /* that reads it */
     FILE *print; /* for the report of --verify; NULL: it is not judged */
     ibl_ctx *ctx;
     ibl_bake_options bake;                        /* all that any set needs */
@@ -134,7 +134,7 @@ typedef struct ibl_bake_source {
 } ibl_bake_source;
 
 /* A set of files of a bake. It owns its files' paths, tables and report. */
-typedef struct ibl_bake {
+typedef struct ibl_output_set {
     const ibl_opts *opts;
     ibl_console *console;
     ibl_ctx *ctx;
@@ -142,7 +142,7 @@ typedef struct ibl_bake {
     ibl_bake_source *from;
     /* The set of another bake that has the tables that environments share, and
      * owns lut and lobes; NULL: they are this bake's. */
-    const struct ibl_bake *tables;
+    const struct ibl_output_set *tables;
     char *root;           /* of what all maps share */
     char *directory;      /* of the others: the root, or a folder below it */
     int chain;            /* of the source's chains; -1: none */
@@ -154,34 +154,33 @@ typedef struct ibl_bake {
     ibl_lobe_table lobes;            /* empty if not wanted */
     ibl_specular_layout lobe_layout; /* of the chain of the lobe table */
     ibl_report judged;               /* empty without --verify */
-    ibl_baked files[IBL_OUTPUT_COUNT];
+    ibl_output files[IBL_OUTPUT_COUNT];
     char *sh_path;              /* of --sh-format; NULL: none */
     char *faces[IBL_MAX_FACES]; /* paths of other files than the first */
     int face_count;
-} ibl_bake;
+} ibl_output_set;
 
 /* A bake of one environment: its sets, and what they are made from. line,
  * console, from.ctx, from.print and tables are set before it begins. */
-typedef struct ibl_map_bake {
-    const ibl_bake_line *line;
+typedef struct ibl_job {
+    const ibl_cmdline *line;
     const ibl_opts *opts; /* the first set's */
     ibl_console console;
     ibl_bake_source from;
     ibl_outputs *outputs;
-    ibl_bake *sets;
-    const ibl_bake *tables;      /* of each set; NULL: it makes its own */
-    const struct ibl_maps *maps; /* all of the batch, or NULL */
-    ibl_choice *choices;         /* of each set; NULL: none are asked */
+    ibl_output_set *sets;
+    const ibl_output_set *tables; /* of each set; NULL: it makes its own */
+    const struct ibl_maps *maps;  /* all of the batch, or NULL */
+    ibl_choice *choices;          /* of each set; NULL: none are asked */
     ibl_opts sheen; /* of a set that a scene needs beside the one */
     int count;
-} ibl_map_bake;
+} ibl_job;
 
 /* Bytes of memory that a bake takes of a map of that size whose source takes
  * `reader` bytes (ibl_source_memory); 0 after a message. */
-double ibl_bake_bytes(const ibl_map_bake *r, size_t reader, int width,
-                      int height);
+double ibl_bake_bytes(const ibl_job *r, size_t reader, int width, int height);
 /* False, after a message, if that is more than --max-memory. */
-bool ibl_bake_fits(const ibl_map_bake *r, size_t reader, int width, int height);
+bool ibl_bake_fits(const ibl_job *r, size_t reader, int width, int height);
 
 /* Whether an output is asked for. */
 static inline bool ibl_opts_want(const ibl_opts *o, ibl_output_kind kind)
@@ -198,25 +197,25 @@ void ibl_opts_select(ibl_opts *o);
  * (want: the target's own options); options that mean nothing in any set. */
 bool ibl_opts_check(const ibl_opts *o);
 bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want);
-bool ibl_opts_check_uses(const ibl_bake_line *line);
+bool ibl_opts_check_uses(const ibl_cmdline *line);
 
-/* Runs the bake with settings, an ibl_bake_line; returns the exit status. */
+/* Runs the bake with settings, an ibl_cmdline; returns the exit status. */
 int ibl_bake_run(const void *settings);
 
-/* These return false after a message, or if memory ran out. ibl_bake_end, which
+/* These return false after a message, or if memory ran out. ibl_job_end, which
  * leaves the context, is needed also then. */
-bool ibl_bake_begin(ibl_map_bake *r);
+bool ibl_job_begin(ibl_job *r);
 /* Names the files, without making any. */
-bool ibl_bake_names(ibl_map_bake *r);
+bool ibl_job_names(ibl_job *r);
 /* Does everything else, but leaves the files beside their places. */
-bool ibl_bake_make(ibl_map_bake *r);
-bool ibl_bake_commit(ibl_map_bake *r);
+bool ibl_job_make(ibl_job *r);
+bool ibl_job_commit(ibl_job *r);
 /* Logs what was read and written. */
-void ibl_bake_log(const ibl_map_bake *r);
-void ibl_bake_end(ibl_map_bake *r);
+void ibl_job_log(const ibl_job *r);
+void ibl_job_end(ibl_job *r);
 
 /* Adds what a set needs to what is baked, and sets its chain. */
-void ibl_bake_source_add(ibl_bake_source *s, ibl_bake *set);
+void ibl_bake_source_add(ibl_bake_source *s, ibl_output_set *set);
 
 /* Reads the environment, and takes lights out of it. ibl_bake_source_free is
  * needed also after a failure. */
@@ -230,16 +229,16 @@ void ibl_bake_source_free(ibl_bake_source *s);
 const char *ibl_baked_pixel(const ibl_opts *o, ibl_pixel pixel);
 
 /* Sets the keys of a texture: see FILES in the manual page. */
-bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
+bool ibl_texture_metadata(const ibl_output_set *b, ibl_output_kind kind,
                           ibl_texture *tex);
 
 /* Those of the lobe table, of b->lobe_layout. */
-ibl_lobe_table_options ibl_bake_lobe_options(const ibl_bake *b);
+ibl_lobe_table_options ibl_bake_lobe_options(const ibl_output_set *b);
 
 /* The text of NAME.json: see FILES in the manual page. Without --timings it has
  * neither threads nor times, so equal bakes give equal bytes. The caller must
  * free it with ibl_bytes_free; NULL: no memory, perhaps after a message. */
-char *ibl_bake_sidecar(const ibl_bake *b);
+char *ibl_set_sidecar(const ibl_output_set *b);
 
 /*
  * A contact sheet as a PNG file: the environment, each specular level, the
@@ -248,47 +247,48 @@ char *ibl_bake_sidecar(const ibl_bake *b);
  * All radiance has the same exposure. The caller must free *png. False: no
  * memory.
  */
-bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size);
+bool ibl_preview_png(const ibl_output_set *b, void **png, size_t *size);
 
 /* Whether an output is the same for all environments. */
-bool ibl_bake_is_shared(const ibl_opts *o, ibl_output_kind kind);
+bool ibl_set_is_shared(const ibl_opts *o, ibl_output_kind kind);
 
 enum {
     IBL_SET_PATHS = IBL_OUTPUT_COUNT + 1 + IBL_MAX_FACES /* files of a set */
 };
 /* Lists the files of a set, without `shared` only those of its environment;
  * returns their number. */
-int ibl_bake_files(const ibl_bake *b, bool shared,
-                   const char *paths[IBL_SET_PATHS]);
+int ibl_set_files(const ibl_output_set *b, bool shared,
+                  const char *paths[IBL_SET_PATHS]);
 /* Lists the files of the environment: 1 or 6, 0 for standard input or nothing;
  * free them with ibl_input_files_free. IBL_ERR_IO, after a message: a pattern
  * fits none. */
-ibl_status ibl_bake_inputs(const ibl_bake *b, char *files[IBL_FACES],
-                           int *count);
+ibl_status ibl_set_inputs(const ibl_output_set *b, char *files[IBL_FACES],
+                          int *count);
 
 /* Sets the path of every wanted file. False, after a message: no memory. */
-bool ibl_bake_name_files(ibl_bake *b);
+bool ibl_set_name_files(ibl_output_set *b);
 
 /* Does so for all sets, whose directories must exist. False, after a message: a
  * file cannot be written, or would replace the input or, without --name, the
  * outputs of another environment. */
-bool ibl_bake_plan(ibl_bake *sets, int count);
+bool ibl_bake_plan(ibl_output_set *sets, int count);
 
 /* Checks that --depfile can name the files of all sets, whose names are known,
  * and is none of them. False after a message. */
-bool ibl_bake_check_depfile(const ibl_bake *sets, int count);
+bool ibl_bake_check_depfile(const ibl_output_set *sets, int count);
 
 /* A rule "outputs: input" for make and ninja, without the input if it is
  * standard input. The caller must free the text; NULL: no memory. */
-char *ibl_depfile_text(const ibl_bake *sets, int count);
+char *ibl_depfile_text(const ibl_output_set *sets, int count);
 
 /* Turns a cube from the axes of the outputs to the world's. */
-bool ibl_bake_turn_back(const ibl_bake *b, ibl_cube *cube);
+bool ibl_bake_turn_back(const ibl_output_set *b, ibl_cube *cube);
 
 /* For --verify. Judges the texels that a file gets, with its keys, and adds to
  * the report. */
-bool ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const ibl_texture *tex);
+bool ibl_bake_judge(ibl_output_set *b, ibl_output_kind kind,
+                    const ibl_texture *tex);
 /* Prints the report. False, after a message: an error is above --max-error. */
-bool ibl_bake_judged(const ibl_bake *b);
+bool ibl_bake_judged(const ibl_output_set *b);
 
 #endif

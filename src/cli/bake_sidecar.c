@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/bake_record.h"
+#include "cli/job.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -11,7 +11,7 @@
 #include "ibl/sidecar.h"
 #include "json/json_text.h"
 
-ibl_lobe_table_options ibl_bake_lobe_options(const ibl_bake *b)
+ibl_lobe_table_options ibl_bake_lobe_options(const ibl_output_set *b)
 {
     ibl_lobe_table_options o = ibl_lobe_table_options_default();
 
@@ -22,7 +22,7 @@ ibl_lobe_table_options ibl_bake_lobe_options(const ibl_bake *b)
 }
 
 /* What keys and the sidecar say of the bake; lobe_table: its options. */
-static ibl_sidecar_options facts_of(const ibl_bake *b,
+static ibl_sidecar_options facts_of(const ibl_output_set *b,
                                     const ibl_lobe_table_options *lobe_table)
 {
     const ibl_opts *o = b->opts;
@@ -50,7 +50,7 @@ static ibl_sidecar_options facts_of(const ibl_bake *b,
 /* ---- keys ------------------------------------------------------------ */
 
 /* Filament takes its harmonics from the KTX file of the levels. */
-static bool set_harmonics(const ibl_bake *b, ibl_texture *tex)
+static bool set_harmonics(const ibl_output_set *b, ibl_texture *tex)
 {
     char *text = ibl_sh_key(b->made.sh);
     const bool ok = text && !ibl_texture_set(b->ctx, tex, "sh", text);
@@ -59,7 +59,7 @@ static bool set_harmonics(const ibl_bake *b, ibl_texture *tex)
     return ok;
 }
 
-bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
+bool ibl_texture_metadata(const ibl_output_set *b, ibl_output_kind kind,
                           ibl_texture *tex)
 {
     const ibl_opts *o = b->opts;
@@ -100,7 +100,8 @@ static bool is_usual(const ibl_opts *usual, const ibl_opts *opts,
 
 /* The options that were given and are not the default, or the target's; their
  * number, -1: no memory. */
-static int list_options(const ibl_bake *b, ibl_key_value list[IBL_MOST_GIVEN])
+static int list_options(const ibl_output_set *b,
+                        ibl_key_value list[IBL_MOST_GIVEN])
 {
     const ibl_given *given = &b->opts->given;
     ibl_opts *usual = calloc(1, sizeof *usual);
@@ -120,7 +121,7 @@ static int list_options(const ibl_bake *b, ibl_key_value list[IBL_MOST_GIVEN])
 }
 
 /* The time of each stage so far, rounded to microseconds. */
-static json_t *timings(const ibl_bake *b)
+static json_t *timings(const ibl_output_set *b)
 {
     const ibl_console *c = b->console;
     json_t *j = json_object(), *stages = json_object();
@@ -134,7 +135,7 @@ static json_t *timings(const ibl_bake *b)
 }
 
 /* What only the program knows; NULL: nothing, or no memory, *ok false. */
-static char *more(const ibl_bake *b, bool *ok)
+static char *more(const ibl_output_set *b, bool *ok)
 {
     json_t *j = json_object();
 
@@ -162,13 +163,13 @@ const char *ibl_baked_pixel(const ibl_opts *o, ibl_pixel pixel)
 }
 
 /* The name of a file from the sidecar's folder. */
-static bool name_file(const ibl_bake *b, ibl_output_kind kind, char *name,
+static bool name_file(const ibl_output_set *b, ibl_output_kind kind, char *name,
                       size_t size)
 {
     const char *below = b->opts->below ? b->opts->below : "";
     size_t used = 0;
 
-    for (; *below && ibl_bake_is_shared(b->opts, kind); below++)
+    for (; *below && ibl_set_is_shared(b->opts, kind); below++)
         if (*below == '/' && used + 3 < size) {
             memcpy(name + used, "../", 3);
             used += 3;
@@ -178,10 +179,10 @@ static bool name_file(const ibl_bake *b, ibl_output_kind kind, char *name,
 }
 
 /* A file of the set. shape gets its texture's. */
-static ibl_sidecar_output output(const ibl_bake *b, ibl_output_kind kind,
+static ibl_sidecar_output output(const ibl_output_set *b, ibl_output_kind kind,
                                  const char *name, ibl_texture *shape)
 {
-    const ibl_baked *file = &b->files[kind];
+    const ibl_output *file = &b->files[kind];
 
     *shape = file->shape;
     shape->zstd = b->opts->zstd;
@@ -202,7 +203,7 @@ static ibl_sidecar_output output(const ibl_bake *b, ibl_output_kind kind,
     };
 }
 
-char *ibl_bake_sidecar(const ibl_bake *b)
+char *ibl_set_sidecar(const ibl_output_set *b)
 {
     const ibl_lobe_table_options lobe_table = ibl_bake_lobe_options(b);
     ibl_sidecar_options facts = facts_of(b, &lobe_table);
