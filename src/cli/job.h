@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The state of a bake and of its sets of files, and the functions with which
- * bake.c plans, describes and judges them. */
+/* A job bakes one environment, its source, into sets of outputs: a set for each
+ * target. bake.c has its way from the command line to the files. */
 #ifndef CLI_JOB_H
 #define CLI_JOB_H
 
@@ -281,14 +281,18 @@ bool ibl_bake_check_depfile(const ibl_output_set *sets, int count);
  * standard input. The caller must free the text; NULL: no memory. */
 char *ibl_depfile_text(const ibl_output_set *sets, int count);
 
-/* Turns a cube from the axes of the outputs to the world's. */
-bool ibl_bake_turn_back(const ibl_output_set *b, ibl_cube *cube);
-
-/* For --verify. Judges the texels that a file gets, with its keys, and adds to
- * the report. */
-bool ibl_bake_judge(ibl_output_set *b, ibl_output_kind kind,
-                    const ibl_texture *tex);
-/* Prints the report. False, after a message: an error is above --max-error. */
-bool ibl_bake_judged(const ibl_output_set *b);
+/* Whether an output is a table that another job has for all environments. */
+static inline bool ibl_set_takes(const ibl_output_set *b, ibl_output_kind kind)
+{
+    return b->tables && ibl_set_is_shared(b->opts, kind);
+}
+/* Hands all outputs of a set, of what its source has, to the job's files.
+ * Judges them if --verify asks for it. False after a message, or if memory ran
+ * out. */
+bool ibl_set_write(ibl_output_set *b);
+/* Adds a text to the files, and frees it; NULL: there was no memory for `what`.
+ */
+bool ibl_set_write_text(ibl_output_set *b, const char *path, char *text,
+                        const char *what);
 
 #endif
