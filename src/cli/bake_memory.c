@@ -70,7 +70,7 @@ bool ibl_bake_fits(const ibl_job *r, size_t reader, int width, int height)
     const char *keeps = ibl_given_of(&o->given, keep_map);
 
     ibl_console_info(console, "plans %.0f MiB of memory", need / mib);
-    if (!need)
+    if (!(need > 0))
         return false;
     return most <= 0 || need <= most ||
            ibl_console_fail(console,

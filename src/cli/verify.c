@@ -227,8 +227,8 @@ static const ibl_rule rules[] = {
     {"texels seed", SOME_TEXELS | OF_RENDERED, "--all judges every texel"},
     {"shader lobe-table directions max-rendered-error", OF_RENDERED,
      "is for what is drawn: add --rendered"},
-    {"rotate lights layer part any-aspect input-layout strict primaries "
-     "exposure clamp",
+    {"rotate lights layer part any-aspect input-layout face-order "
+     "input-transfer strict primaries exposure clamp",
      OF_MAP, "a table needs no environment: leave it out"},
     {"name", IN_DIRECTORY, "is of files in a directory: add it"},
     {"lobe roughness-map", FILE_OF(IBL_CONTENT_SPECULAR),
@@ -240,8 +240,8 @@ static const ibl_rule rules[] = {
      "there is no table of the split sum: leave it out"},
     {"lights", LIT_FILES,
      "there is no specular or irradiance map: leave it out"},
-    {"rotate axes layer part any-aspect input-layout strict primaries exposure "
-     "clamp",
+    {"rotate axes layer part any-aspect input-layout face-order input-transfer "
+     "strict primaries exposure clamp",
      MAP_FILES, "there is no map: leave it out"},
     {.options = NULL}};
 

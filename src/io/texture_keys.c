@@ -167,6 +167,9 @@ static void set_colour(setter *s, const ibl_read_options *o)
 {
     if (o->primaries)
         set(s, "iblbake.primaries", "%s", ibl_primaries_name(o->primaries));
+    if (o->transfer)
+        set(s, "iblbake.transfer", "%s",
+            o->transfer == IBL_TRANSFER_LINEAR ? "linear" : "srgb");
     if (o->exposure < 0 || o->exposure > 0)
         set(s, "iblbake.exposure", "%.17g", o->exposure);
     if (o->clamp > 0)

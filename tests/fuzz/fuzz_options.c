@@ -42,9 +42,9 @@ static void parse_view(char **words)
 void fuzz_one(fuzz_input in)
 {
     static const ibl_command *const commands[] = {
-        &ibl_bake_command, &ibl_verify_command, &ibl_bench_command,
-        &ibl_probes_command, &ibl_info_command};
-    const int program = fuzz_choice(&in, 6);
+        &ibl_bake_command,   &ibl_verify_command, &ibl_bench_command,
+        &ibl_probes_command, &ibl_info_command,   &ibl_convert_command};
+    const int program = fuzz_choice(&in, 7);
     char *text = malloc(in.size + 1), *words[MOST_WORDS + 1], *rest = text;
     int count = 0;
 
@@ -58,7 +58,7 @@ void fuzz_one(fuzz_input in)
             *rest++ = '\0';
     }
     words[count] = NULL;
-    if (program == 5)
+    if (program == 6)
         parse_view(words);
     else
         parse(commands[program], words);

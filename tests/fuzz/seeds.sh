@@ -291,14 +291,15 @@ line 1 verify a.hdr out --lod '2 r - r r' --roughness-map 0,.5,1 --axes x,z,-y
 line 2 bench a.hdr --tools cmgen --json out.json --repeat 3
 line 3 probes set.json two.json -o out --shard 1/2 --zstd 19 --size 32 --alpha ignore -v
 line 3 grid --grid room.json -o set.json
-line 5 view out --size 640x360 --grid 4x8 --tone aces --offscreen a.png --ev -1
-line 5 sheet out --contact-sheet a.png --rows material --columns turn --texel 3,4
+line 6 view out --size 640x360 --grid 4x8 --tone aces --offscreen a.png --ev -1
+line 6 sheet out --contact-sheet a.png --rows material --columns turn --texel 3,4
 line 4 info a.hdr out --json
+line 5 convert a.ktx2 b.exr --layout equirect --pixel rgba16f --tone film
 
 # ---- words -------------------------------------------------------------------
 options() {
     "$iblbake" --help
-    for command in verify bench probes info; do "$iblbake" $command --help; done
+    for command in verify bench probes info convert; do "$iblbake" $command --help; done
     "$iblview" --help
 }
 options | grep -oE -- '--[a-z0-9-]+' | sort -u | sed 's/.*/"&"/' >options.dict
