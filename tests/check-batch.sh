@@ -144,7 +144,7 @@ iblbake: failed: m/sic.hdr" ] || cat err
     [ "$(wc -l <err)" = 1 ] || cat err
     find first -name '*map1*' | grep -q . || echo 'what was done is gone'
     find first -name '*sun*' -o -name '.*tmp' | grep .
-    refused 1 '*: m/sun.hdr: specular 0: nrmse of *: nothing was written' \
+    refused 1 '*: m/sun.hdr: level 0 of specular has *: nothing was written' \
         iblbake -q $options -j 1 m/sun.hdr m/map1.hdr -o first \
         --max-error 1e-9
     iblbake $options m/mild.exr m/sun.hdr -o first --lights 9 2>err

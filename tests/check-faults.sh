@@ -217,8 +217,8 @@ test_small_disk() {
 # Names are bytes. A set's own are UTF-8, those of its directory need not be.
 test_names() {
     local name odd
-    name=$(printf -- '-\377a b\n\001"\\%%\303\251;$#')
-    odd=./$name
+    name=$(printf -- '-a b\n\001"\\%%\303\251;$#')
+    odd=$(printf './-\377')$name
     begin
     mkdir "$odd"
     cp a.exr "$odd/$name.exr"

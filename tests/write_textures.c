@@ -83,17 +83,20 @@ static void write_all(const ibl_texture *tex, const char *dir,
     need(ibl_outputs_commit(out));
 }
 
-/* An array of a texture, each layer turned by some bytes. */
+/* An array of a texture, each layer turned by some bytes or blocks. */
 static void write_array(const ibl_texture *tex, int count, const char *dir,
                         const char *shape)
 {
+    /* Blocks stay whole: others are not read. */
+    const size_t step =
+        ibl_pixel_block(tex->pixel) > 1 ? ibl_pixel_bytes(tex->pixel) : 1;
     ibl_texture layer, array;
     char name[40];
     need(ibl_texture_array_begin(ctx, tex, count, &array));
     for (int i = 0; i < count; i++) {
         need(ibl_texture_layer(ctx, tex, 0, &layer));
         for (size_t k = 0; k < tex->bytes; k++)
-            layer.data[k] = tex->data[(k + (size_t)i) % tex->bytes];
+            layer.data[k] = tex->data[(k + (size_t)i * step) % tex->bytes];
         need(ibl_texture_array_put(ctx, &array, i, &layer));
         ibl_texture_free(&layer);
     }
