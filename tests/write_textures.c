@@ -83,6 +83,12 @@ static void write_all(const ibl_texture *tex, const char *dir,
     need(ibl_outputs_commit(out));
 }
 
+static void set_keys(ibl_texture *tex)
+{
+    need(ibl_texture_set(ctx, tex, "iblRoughness", "0 0.25 0.5 1"));
+    need(ibl_texture_set(ctx, tex, "Odd", "\xC3\xA9"));
+}
+
 /* An array of a texture, each layer turned by some bytes or blocks. */
 static void write_array(const ibl_texture *tex, int count, const char *dir,
                         const char *shape)
@@ -100,6 +106,7 @@ static void write_array(const ibl_texture *tex, int count, const char *dir,
         need(ibl_texture_array_put(ctx, &array, i, &layer));
         ibl_texture_free(&layer);
     }
+    set_keys(&array);
     snprintf(name, sizeof name, "%sx%d", shape, count);
     write_all(&array, dir, name);
     ibl_texture_free(&array);
@@ -109,8 +116,7 @@ static void write_array(const ibl_texture *tex, int count, const char *dir,
 static void write_set(ibl_texture *tex, bool arrays, const char *dir,
                       const char *shape)
 {
-    need(ibl_texture_set(ctx, tex, "iblRoughness", "0 0.25 0.5 1"));
-    need(ibl_texture_set(ctx, tex, "Odd", "\xC3\xA9"));
+    set_keys(tex);
     write_all(tex, dir, shape);
     for (int count = 2; arrays && count <= 5; count += 3)
         write_array(tex, count, dir, shape);
