@@ -119,6 +119,13 @@ test_names_that_collide() {
     rm -r out
     refused 1 '*m/sun.hdr and *m/sun.hdr: are one file: give it once' \
         iblbake m/sun.hdr "$PWD/m/sun.hdr" -o out
+    # Nor are the outputs of an environment of the same name elsewhere.
+    cp m/map1.hdr n/sun.hdr
+    bake m/sun.hdr -o kept
+    find kept -type f -exec cksum {} + >was
+    refused 1 '*: kept/sun.json: was made from m/sun.hdr, and n/sun.hdr would *' \
+        iblbake $options n/sun.hdr -o kept --incremental
+    find kept -type f -exec cksum {} + | diff was -
     refused 1 '*--name: is for one environment, and these are 5: *' \
         iblbake m -o out --name x
 }
@@ -198,7 +205,7 @@ test_incremental() {
 }
 
 test_incremental_options() {
-    local set options='--size 16 --lut-size 16'
+    local set name options='--size 16 --lut-size 16'
     sleep 0.05 # the grace, since m is a new copy
     bake m/sun.hdr -o out --incremental
     for set in '--levels 1' '--exposure 1' '--rotate 10' '--timings' '--verify' \
@@ -210,6 +217,11 @@ test_incremental_options() {
         iblbake -v $set $options -o out m/sun.hdr --incremental 2>err >printed
         grep -q 'baked 0 maps, kept 1' err || echo "$set: not kept"
     done
+    # Each name has a record of its own.
+    for name in one two one two; do
+        iblbake $options -v m/sun.hdr -o named --incremental --name $name 2>err
+    done
+    grep -q 'baked 0 maps, kept 1' err || cat err
     # What does not decide what is made.
     iblbake $options -v m/sun.hdr -o out --incremental -j 1 --sync $set 2>err
     grep -q 'kept 1' err || echo 'baked again for -j'

@@ -265,6 +265,15 @@ bool ibl_maps_list(const ibl_cmdline *line, ibl_console *console,
                                 "--name: is for one environment, and these are "
                                 "%d: leave it out",
                                 maps->count);
+    if (ok && ibl_is_given(&o->given, "name")) {
+        ibl_map *m = maps->list; /* the only one */
+        char *name =
+            ibl_format("%.*s%s", (int)(ibl_path_name(m->name) - m->name),
+                       m->name, o->name);
+        free(m->name);
+        m->name = name;
+        ok = name || ibl_console_fail(console, "no memory for a name");
+    }
     return ok && check_names(maps, console);
 }
 
@@ -303,7 +312,10 @@ void ibl_map_line(const ibl_cmdline *all, const ibl_map *map, ibl_cmdline *own)
         ibl_opts *o = &own->set[i];
         o->input = map->input;
         o->below = map->name;
-        if (!ibl_is_given(&o->given, "name"))
-            o->name = ibl_path_name(map->name);
+        if (ibl_is_given(&o->given, "name"))
+            continue;
+        /* Of stem, as it was derived: it replaces no other map's files. */
+        o->name = o->stem;
+        snprintf(o->stem, sizeof o->stem, "%s", ibl_path_name(map->name));
     }
 }
