@@ -147,14 +147,7 @@ static const ibl_option outputs[] = {
      .help = "compress ktx2 files with Zstandard of level N; 0: do not"},
     {"pixel", 0, IBL_CHOICE(texels.pixel, ibl_pixel_names),
      .help = "texels of the cubes; the LUT is rg32f with rgba32f, else rg16f"},
-    {"quality", 0, IBL_CHOICE(texels.quality, ibl_quality_names),
-     .help = "of bc6h, uastc-hdr and astc4x4hdr: more time, less error"},
-    {"overflow", 0, IBL_CHOICE(texels.overflow, ibl_overflow_names),
-     .help = "light above the largest value of the pixel format: spread over "
-             "the texels around it, or clip"},
-    {"largest", 0, IBL_REAL(texels.largest, "MAX", 1e-6, 1e30),
-     .standard = "what the pixel format holds",
-     .help = "treat light above MAX in the same way"},
+    IBL_TEXEL_OPTIONS
     {"layout", 0, IBL_CHOICE(layout, ibl_layout_names),
      .help = "a cube, or one flat image a level: equirectangular, 4N x 2N "
              "texels for N along an edge, or octahedral, 2N x 2N; cross: a "

@@ -30,6 +30,19 @@ extern const ibl_section ibl_running_section; /* the rest, --help, --version */
 /* The parts of ibl_running_section before and after --isa. */
 extern const ibl_section ibl_threads_section, ibl_messages_section;
 
+/* Rows of a table for ibl_texel_options texels of IBL_SETTINGS. */
+/* clang-format off */
+#define IBL_TEXEL_OPTIONS \
+    {"quality", 0, IBL_CHOICE(texels.quality, ibl_quality_names), \
+     .help = "of bc6h, uastc-hdr and astc4x4hdr: more time, less error"}, \
+    {"overflow", 0, IBL_CHOICE(texels.overflow, ibl_overflow_names), \
+     .help = "light above the largest value of the pixel format: spread over " \
+             "the texels around it, or clip"}, \
+    {"largest", 0, IBL_REAL(texels.largest, "MAX", 1e-6, 1e30), \
+     .standard = "what the pixel format holds", \
+     .help = "treat light above MAX in the same way"},
+/* clang-format on */
+
 ibl_common ibl_common_default(void);
 /* Bytes of the program and its libraries. */
 #define IBL_PROGRAM_BYTES (12.0 * (1 << 20))

@@ -59,14 +59,7 @@ static const ibl_option outputs[] = {
              "picture"},
     {"zstd", 0, IBL_INT(zstd, 0, IBL_MAX_ZSTD),
      .help = "compress ktx2 files with Zstandard of level N; 0: do not"},
-    {"quality", 0, IBL_CHOICE(texels.quality, ibl_quality_names),
-     .help = "of bc6h, uastc-hdr and astc4x4hdr: more time, less error"},
-    {"overflow", 0, IBL_CHOICE(texels.overflow, ibl_overflow_names),
-     .help = "light above the largest value of the pixel format: spread over "
-             "the texels around it, or clip"},
-    {"largest", 0, IBL_REAL(texels.largest, "MAX", 1e-6, 1e30),
-     .standard = "what the pixel format holds",
-     .help = "treat light above MAX in the same way"},
+    IBL_TEXEL_OPTIONS
 };
 /* clang-format on */
 
