@@ -4,20 +4,6 @@
 
 #include "common/option.h"
 
-static const ibl_option *find(const ibl_command *cmd, const char *word)
-{
-    for (const ibl_section *const *s = cmd->sections; *s; s++)
-        for (int i = 0; i < (*s)->count; i++) {
-            const ibl_option *o = &(*s)->options[i];
-            const bool is_long =
-                !strncmp(word, "--", 2) && !strcmp(word + 2, o->name);
-            if (is_long || (o->letter && word[0] == '-' &&
-                            word[1] == o->letter && !word[2]))
-                return o;
-        }
-    return NULL;
-}
-
 /* Prints WORD, a tab and what it is. */
 static void print(const char *dashes, const char *word, const char *help)
 {
@@ -28,6 +14,7 @@ void ibl_complete(char **words)
 {
     const ibl_command *const *all = ibl_this_program.commands;
     const ibl_command *cmd = *all;
+    const ibl_option *before = NULL, *o;
     const char *last = "";
     int count = 0;
 
@@ -41,13 +28,18 @@ void ibl_complete(char **words)
         if (count == 1 && *last != '-')
             print("", all[i]->name, all[i]->brief);
     }
-    const ibl_option *before = count > 1 ? find(cmd, words[count - 2]) : NULL;
+    if (count > 1 && words[count - 2][0] == '-') {
+        const char *word = words[count - 2] + 1;
+        before = *word == '-'
+                     ? ibl_option_find(cmd, word + 1, strlen(word + 1), '\0')
+                 : *word && !word[1] ? ibl_option_find(cmd, NULL, 0, *word)
+                                     : NULL;
+    }
     if (before && before->value) { /* files where it lists none */
         for (const char *const *c = before->choices; c && *c; c++)
             print("", *c, before->name);
         return;
     }
-    for (const ibl_section *const *s = cmd->sections; *s && *last == '-'; s++)
-        for (int i = 0; i < (*s)->count; i++)
-            print("--", (*s)->options[i].name, (*s)->options[i].help);
+    for (int n = 0; *last == '-' && (o = ibl_option_at(cmd, n)); n++)
+        print("--", o->name, o->help);
 }

@@ -139,6 +139,12 @@ int ibl_command_main(int argc, char **argv);
 bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
                       int *status);
 
+/* Option number n of all the command's sections; NULL: there are fewer. */
+const ibl_option *ibl_option_at(const ibl_command *cmd, int n);
+/* The option with this name or, if name is NULL, this letter; NULL: none. */
+const ibl_option *ibl_option_find(const ibl_command *cmd, const char *name,
+                                  size_t length, char letter);
+
 /* Prints what may stand for the last of the words of a command line, a line
  * each, with a tab and what it is; nothing where that is a file. */
 void ibl_complete(char **words);

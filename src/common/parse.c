@@ -65,8 +65,7 @@ static size_t distance(const char *a, const char *b, size_t b_length)
     return row[b_length];
 }
 
-/* Option number n of all the command's sections; NULL: there are fewer. */
-static const ibl_option *option_at(const ibl_command *cmd, int n)
+const ibl_option *ibl_option_at(const ibl_command *cmd, int n)
 {
     for (const ibl_section *const *s = cmd->sections; *s; s++) {
         if (n < (*s)->count)
@@ -76,14 +75,13 @@ static const ibl_option *option_at(const ibl_command *cmd, int n)
     return NULL;
 }
 
-/* The option with this name or, if name is NULL, this letter; NULL: none. */
-static const ibl_option *find_option(const ibl_command *cmd, const char *name,
-                                     size_t length, char letter)
+const ibl_option *ibl_option_find(const ibl_command *cmd, const char *name,
+                                  size_t length, char letter)
 {
     const ibl_option *opt;
     int n = 0;
 
-    while ((opt = option_at(cmd, n++)))
+    while ((opt = ibl_option_at(cmd, n++)))
         if (name ? strlen(opt->name) == length &&
                        !memcmp(opt->name, name, length)
                  : opt->letter == letter)
@@ -105,7 +103,7 @@ static bool unknown_long(const ibl_command *cmd, const char *word,
     const ibl_option *opt, *nearest = NULL;
     size_t least = length / 3 + 2;
 
-    for (int n = 0; (opt = option_at(cmd, n)); n++) {
+    for (int n = 0; (opt = ibl_option_at(cmd, n)); n++) {
         const size_t d = distance(opt->name, word, length);
         if (d < least) {
             least = d;
@@ -284,7 +282,7 @@ static bool no_value(const ibl_option *opt)
 static bool take_long(line *l, const char *word)
 {
     const size_t length = strcspn(word, "=");
-    const ibl_option *opt = find_option(l->cmd, word, length, '\0');
+    const ibl_option *opt = ibl_option_find(l->cmd, word, length, '\0');
     const char *value = word[length] ? word + length + 1 : NULL;
 
     if (!opt)
@@ -304,7 +302,7 @@ static bool take_long(line *l, const char *word)
 static bool take_short(line *l, const char *word)
 {
     for (; *word; word++) {
-        const ibl_option *opt = find_option(l->cmd, NULL, 0, *word);
+        const ibl_option *opt = ibl_option_find(l->cmd, NULL, 0, *word);
         if (!opt)
             return unknown(l->cmd, "-", word, 1);
         if (opt->value) {
