@@ -9,22 +9,31 @@
 
 bool ibl_json_is_text(const char *bytes)
 {
-    size_t left = strlen(bytes), n;
+    json_t *string = json_string(bytes);
+    const bool is = string;
 
-    while (left && (n = ibl_utf8_length(bytes, left)) > 0) {
-        bytes += n;
-        left -= n;
+    json_decref(string);
+    return is;
+}
+
+/* Bytes of the character that a text begins with; 0: they are not UTF-8. */
+static size_t character(const char *text)
+{
+    for (size_t n = 1; n <= 4 && text[n - 1]; n++) {
+        json_t *string = json_stringn(text, n);
+        json_decref(string);
+        if (string)
+            return n;
     }
-    return !left;
+    return 0;
 }
 
 json_t *ibl_json_string(const char *bytes)
 {
-    const size_t length = strlen(bytes);
-    char *text = malloc(3 * length + 1), *to = text;
+    char *text = malloc(3 * strlen(bytes) + 1), *to = text;
 
-    for (size_t i = 0; i < length && text;) {
-        const size_t n = ibl_utf8_length(bytes + i, length - i);
+    for (size_t i = 0; text && bytes[i];) {
+        const size_t n = character(bytes + i);
         memcpy(to, n ? bytes + i : "\xEF\xBF\xBD", n ? n : 3);
         to += n ? n : 3;
         i += n ? n : 1;
