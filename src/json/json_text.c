@@ -1,31 +1,44 @@
 /* SPDX-License-Identifier: MIT */
 #include "json/json_text.h"
 
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "json/text.h"
 
-bool ibl_json_is_text(const char *bytes)
-{
-    json_t *string = json_string(bytes);
-    const bool is = string;
-
-    json_decref(string);
-    return is;
-}
-
-/* Bytes of the character that a text begins with; 0: they are not UTF-8. */
+/* Bytes of the UTF-8 character (The Unicode Standard, table 3-7: shortest form,
+ * no surrogates) that a text begins with; 0: it begins with none. */
 static size_t character(const char *text)
 {
-    for (size_t n = 1; n <= 4 && text[n - 1]; n++) {
-        json_t *string = json_stringn(text, n);
-        json_decref(string);
-        if (string)
-            return n;
+    const unsigned char *p = (const unsigned char *)text;
+    static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
+    const size_t length = !p[0]               ? 0
+                          : p[0] < 0x80       ? 1
+                          : p[0] >> 5 == 0x06 ? 2
+                          : p[0] >> 4 == 0x0E ? 3
+                          : p[0] >> 3 == 0x1E ? 4
+                                              : 0;
+    if (length < 2)
+        return length;
+    uint32_t code = p[0] & (0x7Fu >> length);
+    for (size_t i = 1; i < length; i++) {
+        if (p[i] >> 6 != 2)
+            return 0;
+        code = code << 6 | (p[i] & 0x3F);
     }
-    return 0;
+    const bool surrogate = code >> 11 == 0xD800 >> 11;
+    return code < least[length] || code > 0x10FFFF || surrogate ? 0 : length;
+}
+
+bool ibl_json_is_text(const char *bytes)
+{
+    size_t n;
+
+    while ((n = character(bytes)) > 0)
+        bytes += n;
+    return !*bytes;
 }
 
 json_t *ibl_json_string(const char *bytes)
