@@ -473,8 +473,6 @@ typedef enum ibl_lobe {
 
 /* One of IBL_LOBE_NAMES. */
 const char *ibl_lobe_name(ibl_lobe lobe);
-/* Its weight with N = V = R, as the sidecar names it. */
-const char *ibl_lobe_formula(ibl_lobe lobe);
 
 /* How the levels of a specular chain are made. */
 typedef enum ibl_method {

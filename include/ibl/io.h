@@ -409,21 +409,15 @@ typedef struct ibl_pixel_numbers {
 ibl_pixel_numbers ibl_pixel_numbers_of(ibl_pixel pixel);
 
 /*
- * Encodes count texels of ibl_pixel_channels(pixel) floats each. Rounds to
- * nearest, ties to even (RGB9E5: as in EXT_texture_shared_exponent); keeps
- * denormals. Values above the largest finite value, including +Inf, become that
- * value. In halves and floats, values below its negative become the negative;
- * in other pixels, all negative values become 0. NaN becomes 0. Returns the
- * number of components changed to the largest value or its negative.
- * dst: count * ibl_pixel_bytes(pixel) bytes, any alignment.
- * If blocks are larger than a texel, src has all 16 texels of a block, row by
- * row, before those of the next; count is a multiple of 16, and dst gets
- * count / 16 blocks, of IBL_QUALITY_NORMAL.
+ * Decodes count texels to ibl_pixel_channels(pixel) floats each, without alpha.
+ * Of blocks count is a multiple of 16: all texels of a block, row by row, come
+ * before those of the next.
+ * Encoders round to nearest, ties to even (RGB9E5: as in
+ * EXT_texture_shared_exponent), and keep denormals. Values above the largest
+ * finite value, including +Inf, become that value. In halves and floats, values
+ * below its negative become the negative; in other pixels, all negative values
+ * become 0. NaN becomes 0.
  */
-size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
-                        void *dst);
-/* The inverse; dst: count * ibl_pixel_channels(pixel) floats. Alpha is
- * dropped. */
 void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
                       float *dst);
 
@@ -579,13 +573,13 @@ ibl_texel_options ibl_texel_options_default(void);
  * of its ibl_lut_channels that are no blocks, else IBL_ERR_ARGUMENT, as for an
  * unknown quality. The key iblbake.table is the kind of a LUT if not split.
  * opts NULL: defaults. Texels of blocks beyond the edge of a face repeat its
- * last ones. report may be NULL; *saturated, if not NULL, is the count of
- * ibl_pixel_encode. If no component is above the largest value, overflow has no
- * effect and no cost; else spreading uses 17 bytes of temporary memory for each
- * texel of a level.
- * Decoding returns IBL_ERR_ARGUMENT for a texture of the other kind, and for an
- * array of more than one layer: ibl_texture_layer extracts one.
- * IBL_ERR_UNSUPPORTED: blocks of ASTC that are none of UASTC HDR.
+ * last ones. report may be NULL; *saturated, if not NULL, counts
+ * components that became the largest value or its negative. If no component is
+ * above the largest value, overflow has no effect and no cost; else spreading
+ * uses 17 bytes of temporary memory for each texel of a level. Decoding returns
+ * IBL_ERR_ARGUMENT for a texture of the other kind, and for an array of more
+ * than one layer: ibl_texture_layer extracts one. IBL_ERR_UNSUPPORTED: blocks
+ * of ASTC that are none of UASTC HDR.
  */
 ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  const ibl_texel_options *opts,
@@ -610,12 +604,6 @@ ibl_projection ibl_texture_projection(const ibl_texture *tex);
 /* Replaces blocks by RGBA16F texels of the same values, in place; other pixels
  * stay as they are. tex is unchanged after an error, as ibl_texture_to_cube. */
 ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex);
-
-/* ibl_cube_turn_axes of every layer of a texture, in place. IBL_ERR_ARGUMENT:
- * it is no cube, of blocks, or axes are out of range. tex is unchanged after an
- * error. */
-ibl_status ibl_texture_turn_axes(ibl_ctx *ctx, ibl_texture *tex, ibl_axes axes,
-                                 int back);
 
 /* The error of the pixel format at a level, with what the overflow did: t is a
  * texel of the cube, d the same texel decoded, |.| over R, G and B. */

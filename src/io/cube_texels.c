@@ -8,7 +8,6 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "image/axes.h"
 #include "image/cube.h"
 #include "io/blocks.h"
 #include "kern/texel_error.h"
@@ -160,38 +159,6 @@ ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex)
     ibl_free(status ? out.data : tex->data);
     if (!status)
         *tex = out;
-    return status;
-}
-
-/* ---- other axes ------------------------------------------------------- */
-
-ibl_status ibl_texture_turn_axes(ibl_ctx *ctx, ibl_texture *tex, ibl_axes axes,
-                                 int back)
-{
-    ibl_status status = ibl_texture_check(ctx, tex);
-
-    if (!status)
-        status = ibl_check_axes(ctx, axes);
-    if (status)
-        return status;
-    if (tex->faces != IBL_FACES || ibl_pixel_block(tex->pixel) > 1)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "other axes for %d face(s) of %s: must be a cube of "
-                        "single texels",
-                        tex->faces, ibl_pixel_name(tex->pixel));
-    unsigned char *to = ibl_alloc_array(tex->bytes, 1);
-    if (!to)
-        return ibl_no_memory(ctx, "the texels of a texture");
-    const int words = (int)ibl_pixel_bytes(tex->pixel) / 4;
-    for (int i = 0; i < tex->levels * tex->layers && !status; i++) {
-        const int l = i / tex->layers;
-        const size_t at = ibl_texture_layer_offset(tex, l, i % tex->layers, 0);
-        status = ibl_level_turn_axes(ctx, ibl_cube_edge(tex->width, l), words,
-                                     axes, back, tex->data + at, to + at);
-    }
-    ibl_free(status ? to : tex->data);
-    if (!status)
-        tex->data = to;
     return status;
 }
 

@@ -126,30 +126,15 @@ static json_t *options(const ibl_sidecar_facts *f)
     return j;
 }
 
-static const char *axes_text(const ibl_axes *axes)
-{
-    static const char *const text[2][4] = {
-        {"x, y, z", "-x, y, z", "x, y, -z", "z, y, x"},
-        {"x, -z, y", "-x, -z, y", "x, z, y", "z, -x, y"}};
-    return text[axes->up][axes->mirror];
-}
-
 static json_t *orientation(const ibl_sidecar_facts *f)
 {
     const ibl_axes *axes = &f->o.axes;
-    json_t *j =
-        json_pack("{ss ss ss sf}", "world", "right-handed, +Y up", "equirect",
-                  "row 0 is +Y, u = atan2(z, x) / 2pi + 1/2", "faces",
-                  "+X -X +Y -Y +Z -Z, row 0 on top", "yaw_deg", f->o.yaw_deg);
+    json_t *j = json_pack("{sf}", "yaw_deg", f->o.yaw_deg);
+
     if (axes->mirror)
         put(&j, "mirror", json_string(ibl_mirror_name(axes->mirror)));
     if (axes->up)
         put(&j, "up", json_string(ibl_up_name(axes->up)));
-    if (axes->mirror || axes->up)
-        put(&j, "outputs",
-            json_sprintf("(x, y, z) of the world is (%s) in cubes, sh and "
-                         "lights",
-                         axes_text(axes)));
     return j;
 }
 

@@ -286,7 +286,7 @@ bool ibl_icc_primaries(const unsigned char *bytes, size_t size, double xy[8])
         if (same[k]) {
             memcpy(xy,
                    spaces[k].primaries ? ibl_primaries_xy(spaces[k].primaries)
-                                       : ibl_display_p3_xy(),
+                                       : ibl_khronos_xy(10),
                    8 * sizeof *xy);
             return true;
         }
