@@ -52,7 +52,7 @@ static ibl_sidecar_options facts_of(const ibl_output_set *b,
 /* Filament takes its harmonics from the KTX file of the levels. */
 static bool set_harmonics(const ibl_output_set *b, ibl_texture *tex)
 {
-    char *text = ibl_sh_key(b->made.sh);
+    char *text = ibl_sh_text(IBL_SH_NONE, b->made.sh);
     const bool ok = text && !ibl_texture_set(b->ctx, tex, "sh", text);
 
     free(text);
