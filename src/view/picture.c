@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/picture.h"
 
+#include "common/signals.h"
 #include "engine/picture.h"
 #include "view/gl.h"
 #include "view/message.h"
@@ -24,12 +25,8 @@ void view_picture_flip(void *pixels, size_t row_bytes, int height)
 unsigned char *view_picture_read(GLuint framebuffer, int width, int height)
 {
     const size_t row_bytes = 3 * (size_t)width;
-    unsigned char *rgb = malloc(row_bytes * (size_t)height);
+    unsigned char *rgb = ibl_need(malloc(row_bytes * (size_t)height));
 
-    if (!rgb) {
-        view_fail("no memory for a picture of %d x %d pixels", width, height);
-        return NULL;
-    }
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
     gl.ReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, rgb);
     view_picture_flip(rgb, row_bytes, height);
