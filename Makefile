@@ -2,7 +2,7 @@
 #   config=release|debug|asan|tsan   CC, CXX, CFLAGS, CXXFLAGS, LDFLAGS
 #   DEPS=no      build and test with the system packages that are there
 #   BUILD=DIR    where everything is built
-#   DEFLATE=zlib reads EXR and writes PNG without libdeflate
+#   DEFLATE=zlib reads EXR without libdeflate
 #   LARGE=1      tests also bake a map of 16384x8192 (1.6 GB)
 #   DESTDIR, PREFIX, BINDIR, LIBDIR, INCLUDEDIR, MANDIR for install
 config ?= release
@@ -160,7 +160,7 @@ $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbri
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
 $(BUILD)/obj/src/engine/picture.o: LOCAL = $(CLI_CFLAGS) $(EXR_CFLAGS)
 $(BUILD)/obj/src/common/%.o: LOCAL = $(CLI_CFLAGS)
-$(BUILD)/obj/src/engine/%.o: LOCAL = $(CLI_CFLAGS) $(DEFLATE_CFLAGS)
+$(BUILD)/obj/src/engine/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/set/%.o: LOCAL = $(JSON_CFLAGS)
 $(BUILD)/obj/src/scene/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/scene/gltf_packed.o: LOCAL = $(CLI_CFLAGS) \

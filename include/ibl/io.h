@@ -515,9 +515,6 @@ ibl_status ibl_texture_array_begin(ibl_ctx *ctx, const ibl_texture *tex,
 ibl_status ibl_texture_array_put(ibl_ctx *ctx, ibl_texture *array, int layer,
                                  const ibl_texture *tex);
 
-/* Bytes of the UTF-8 character (The Unicode Standard, table 3-7: shortest form,
- * no surrogates) that text, of n bytes, begins with; 0: it begins with none. */
-size_t ibl_utf8_length(const void *text, size_t n);
 /* Sets a key to a value (both copied; UTF-8, key 1..255 bytes, at most 4096
  * keys, else IBL_ERR_ARGUMENT). */
 ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
@@ -688,16 +685,16 @@ void ibl_bytes_free(void *bytes);
 
 /*
  * Reads a KTX2, KTX or DDS file (detected by content) with the pixel formats of
- * ibl_pixel: cube, 2D or an array of either, with or without levels, either
- * byte order for KTX. KTX and KTX2 files with 3-channel 16 or 32-bit floats are
+ * ibl_pixel: cube, 2D or an array of either, with or without levels; of KTX
+ * only little endian. KTX and KTX2 files with 3-channel 16 or 32-bit floats are
  * widened to 4 channels. DDS files may also name a float format of Direct3D 9
  * in place of a FourCC, and hold RGB floats. Signed BC6H becomes RGBA16F. KTX2
  * files may be supercompressed with Zstandard. Files that this library wrote
  * are read back bit for bit, including keys. IBL_ERR_UNSUPPORTED: more layers
  * than IBL_MAX_LAYERS, 3D, another pixel format or supercompression; the
  * message has its name or number. IBL_ERR_FORMAT: a damaged file. Never reads
- * outside [bytes, size), and allocates little more than size, or than
- * Zstandard's frames say they hold. Keys are read if their value is text.
+ * outside [bytes, size), and allocates little more than size, or than the most
+ * that Zstandard can have packed in it. Keys are read if their value is text.
  * KTXwriter is kept, KTXorientation is not. If it says that rows do not begin
  * at the top, a flat texture is flipped and a cube is IBL_ERR_UNSUPPORTED.
  *   container   may be NULL

@@ -42,8 +42,7 @@ static const char *decode_png(ibl_scene_image *i)
 {
     int width, height;
 
-    if (!ibl_png_size(i->encoded, i->encoded_size, &width, &height) ||
-        !ibl_png_holds(i->encoded, i->encoded_size))
+    if (!ibl_png_size(i->encoded, i->encoded_size, &width, &height))
         return damaged;
     const char *why = make_room(i, width, height);
     return why || ibl_png_decode(i->encoded, i->encoded_size, width, height,

@@ -46,17 +46,14 @@ bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
     static const ibl_picture_options exr = {.kind = IBL_PICTURE_EXR};
     ibl_outputs *outputs = NULL;
     ibl_blob file = {0};
-    void *png = NULL;
-
     bool ok;
-    if (view_picture_is_linear(path)) {
+
+    if (view_picture_is_linear(path))
         ok = !ibl_picture_encode(ctx, path, &exr, width, height, rgb, &file);
-    } else {
-        ok = ibl_png_encode_rgb(rgb, width, height, &png, &file.size) ||
+    else
+        ok = ibl_png_encode(rgb, 3, width, height, NULL, &file) ||
              view_fail("%s: no memory for a PNG of %d x %d pixels", path, width,
                        height);
-        file.bytes = png;
-    }
     ok = ok && !ibl_outputs_create(ctx, 0, &outputs) &&
          !ibl_outputs_add(outputs, path, file.bytes, file.size) &&
          !ibl_outputs_commit(outputs);
