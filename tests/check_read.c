@@ -56,15 +56,11 @@ static ibl_read_report truth(ibl_image *img)
                 float *f = &img->data[3 * (y * w + x) + c];
                 if (!isfinite(*f)) {
                     float best = -INFINITY;
-                    for (int j = y - 1; j <= y + 1; j++)
-                        for (int i = x - 1; i <= x + 1; i++) {
-                            const int k = (i + w) % w;
-                            if (j < 0 || j >= h || (j == y && k == x))
-                                continue;
-                            const float n = was[3 * (j * w + k) + c];
-                            if (isfinite(n) && n > best)
-                                best = n;
-                        }
+                    for (int i = x - 1; i <= x + 1; i += 2) {
+                        const float n = was[3 * (y * w + (i + w) % w) + c];
+                        if (isfinite(n) && n > best)
+                            best = n;
+                    }
                     if (best == -INFINITY)
                         best = *f > 0 ? 65504 : 0;
                     bad = true;
@@ -182,8 +178,8 @@ TEST(mended_and_strict)
     memset(&kept, 0, sizeof kept);
     NEED(!ibl_image_read(ctx, path, &opts, &back, &report));
     CHECK(report.nonfinite == 2 && report.negative == 1);
-    CHECK(back.data[3 * 11] == 60 && back.data[3 * 12 + 1] == 0);
-    CHECK(back.data[3 * 13 + 2] == 68 && report.peak == 95);
+    CHECK(back.data[3 * 11] == 36 && back.data[3 * 12 + 1] == 0);
+    CHECK(back.data[3 * 13 + 2] == 44 && report.peak == 95);
     CHECK(strstr(kept.text[IBL_LOG_WARNING], "1 pixels were negative") != NULL);
     ibl_image_free(&back);
     opts.strict = 1;

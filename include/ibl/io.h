@@ -217,19 +217,19 @@ typedef struct ibl_read_report {
  * same. Besides the map (384 bytes for each texel of a face, 96 for each
  * octahedral pixel), making it takes the memory of the file's pixels. Alpha is
  * dropped, and colours stay as in the file; to read it: ibl_source_alpha.
- * A non-finite component becomes the largest finite one among the 8 neighbours
- * (columns wrap). If there is none, +Inf becomes 65504, others 0. Negative
- * components become 0. Both repairs are counted, with a warning; of negative
- * ones only above 1e-4 of the light. Others name primaries that are not
- * Rec.709's and are kept, a map that is black, and faces of a cube that do not
- * meet though they would in another order.
- *   path     a file, or "-" for standard input. A pipe by name (a FIFO,
- *            /dev/stdin, a shell's <(command)) is read if a process has it
- *            open for writing. Devices and directories are refused. If there is
- *            no such file, six files of square faces of the same size: a
- *            pattern, whose %f, no letter or digit behind it, stands for px nx
- *            py ny pz nz or another set of names (iblbake(1)), also in capitals
- *            or with one; or six names separated by commas, +X -X +Y -Y +Z -Z
+ * A non-finite component becomes the larger one of its neighbours in the row
+ * (columns wrap) that are finite. If there is none, +Inf becomes 65504, others
+ * 0. Negative components become 0. Both repairs are counted, with a warning; of
+ * negative ones only above 1e-4 of the light. Others name primaries that are
+ * not Rec.709's and are kept, a map that is black, and faces of a cube that do
+ * not meet though they would in another order. path     a file, also a pipe by
+ * name (a FIFO, /dev/stdin, a shell's
+ *            <(command)), or "-" for standard input. Devices and directories
+ *            are refused. If there is no such file, six files of square faces
+ *            of the same size: a pattern, whose %f, no letter or digit behind
+ *            it, stands for px nx py ny pz nz or another set of names
+ *            (iblbake(1)), also in capitals or with one; or six names separated
+ *            by commas, +X -X +Y -Y +Z -Z
  *   opts     NULL for defaults
  *   img      empty; filled here, to be freed with ibl_image_free
  *   report   may be NULL
@@ -239,8 +239,8 @@ typedef struct ibl_read_report {
  * IBL_ERR_UNSUPPORTED: needs the bridge or libiblexr.so, which is missing or
  * cannot read it.
  * IBL_ERR_MEMORY: the pixels, or a file that must be read as a whole, exceed
- * the machine's memory. A stream is IBL_ERR_FORMAT if it exceeds half of the
- * memory that is allowed, or 256 MiB where it begins like no known kind.
+ * the machine's memory. A stream is IBL_ERR_FORMAT if it exceeds 4 GiB, or half
+ * of the memory that is allowed.
  */
 ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
                           const ibl_read_options *opts, ibl_image *img,

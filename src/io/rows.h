@@ -65,8 +65,6 @@ typedef struct ibl_reader {
 /* Opens a file of any kind, by the table of readers in source.c. */
 ibl_status ibl_rows_open(ibl_input *in, const ibl_read_options *opts,
                          ibl_rows **rows);
-/* The largest file that begins so, for ibl_input_open. */
-uint64_t ibl_rows_longest(const unsigned char *bytes, size_t size);
 
 /* ---- cube_rows.c: textures --------------------------------------------- */
 

@@ -195,7 +195,7 @@ ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
     for (int f = 0; f < IBL_FACES && !status; f++) {
         ibl_input in;
         ibl_rows *rows = NULL;
-        status = ibl_input_open(ctx, files[f], ibl_rows_longest, &in);
+        status = ibl_input_open(ctx, files[f], &in);
         if (status)
             break;
         if (opts->hash)

@@ -62,14 +62,6 @@ static const ibl_reader readers[] = {
     {is_other, ibl_other_image_open},
 };
 
-uint64_t ibl_rows_longest(const unsigned char *bytes, size_t size)
-{
-    return ibl_exr_is(bytes, size) || ibl_rgbe_is(bytes, size) ||
-                   ibl_texture_is(bytes, size) || ibl_image_kind_of(bytes, size)
-               ? IBL_LONGEST
-               : 0;
-}
-
 static ibl_status check_input(const ibl_input *in, const ibl_read_options *opts,
                               const unsigned char *first, size_t size)
 {
@@ -255,7 +247,7 @@ static ibl_status open_rows(ibl_source *s, const ibl_pixels *pixels,
     if (!status && count == IBL_FACES)
         status = ibl_six_files_open(s->ctx, s->name, files, opts, &s->rows);
     else if (!status && !s->in.bytes)
-        status = ibl_input_open(s->ctx, s->name, ibl_rows_longest, &s->in);
+        status = ibl_input_open(s->ctx, s->name, &s->in);
     if (!status && count == 1)
         status = ibl_rows_open(&s->in, opts, &s->rows);
     if (!status && count == 1 && opts->hash)

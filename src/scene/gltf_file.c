@@ -102,7 +102,7 @@ static bool read_file(ibl_gltf *g, const char *path, ibl_gltf_bytes *out)
         s->files = files;
     if (!in || !files || !(files[s->file_count] = strdup(path)))
         return ibl_gltf_no_memory(g);
-    g->status = ibl_input_open(g->ctx, files[s->file_count++], NULL, in);
+    g->status = ibl_input_open(g->ctx, files[s->file_count++], in);
     if (!g->status)
         g->status = ibl_input_load(in);
     *out = (ibl_gltf_bytes){in->bytes, in->size};
