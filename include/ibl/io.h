@@ -67,7 +67,7 @@ const char *ibl_input_layout_name(ibl_input_layout layout);
  * the white points differ, colours are adapted by Bradford's transform (Lam
  * 1985). A file has the primaries that it names: EXR chromaticities, PRIMARIES
  * of a .hdr, the ICC profile of an Ultra HDR JPEG. If it names none, they are
- * Rec.709's; Radiance's defaults for XYZE.
+ * Rec.709's.
  */
 typedef enum ibl_primaries {
     IBL_PRIMARIES_KEEP,   /* the file's, whatever they are: no conversion */
@@ -160,7 +160,7 @@ int ibl_hash_file(const char *path, char hash[IBL_FILE_HASH]);
 
 /* Properties of the file, and counts of repaired pixels. */
 typedef struct ibl_read_report {
-    char format[64];  /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
+    char format[64];  /* "Radiance RGBE", "OpenEXR, ZIP", .. */
     size_t nonfinite; /* pixels that held Inf or NaN */
     size_t negative;  /* pixels that held a finite value below 0 */
     float peak;       /* largest component after repair, before conversion */
@@ -193,7 +193,7 @@ typedef struct ibl_read_report {
  * Reads an environment as an equirectangular map of linear RGB floats. The
  * format is detected from the content, never from the name; iblbake(1) says
  * what is read of each:
- *   Radiance .hdr  RGBE and XYZE; EXPOSURE and COLORCORR are undone
+ *   Radiance .hdr  RGBE; EXPOSURE and COLORCORR are undone
  *   OpenEXR        the display window of scan lines and tiles (level 0): R G B
  *                  or Y alone, or a cube by its attribute envmap. Compressions
  *                  other than ZIP take libiblexr.so, beside the bridge

@@ -7,7 +7,6 @@
  * jobs decode the previous pack.
  */
 #include <errno.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -17,11 +16,11 @@
 
 enum {
     PACK_BYTES = 1 << 20, /* read from a file at once */
-    PACK_LINES = 512,
-    CALL_LINES = 64,      /* lines of a pack if a call wants fewer */
+    PACK_LINES = 256,
     JOB_PIXELS = 1 << 14, /* about 0.05 ms of decoding */
-    MIN_NEW = 8,          /* range of widths with new run lengths */
-    MAX_NEW = 32767
+    MIN_RUNS = 8,         /* range of widths with run lengths */
+    MAX_RUNS = 32767,
+    LONGEST_RUN = 127
 };
 
 bool ibl_rgbe_is(const unsigned char *bytes, size_t size)
@@ -31,42 +30,31 @@ bool ibl_rgbe_is(const unsigned char *bytes, size_t size)
 
 /* ---- where scanlines end -------------------------------------------- */
 
-typedef enum fault {
-    WHOLE,  /* no fault */
-    CUT,    /* the bytes end within the scanline */
-    DAMAGED /* runs of no pixels, or not as many pixels as it has */
-} fault;
-
-typedef struct scan {
-    const unsigned char *bytes;
-    size_t size, at;
-    int width;
-    bool is_new, is_old; /* coding of the scanline passed last */
-} scan;
+/* Why there is no scanline; 0: there is one; above 0: errno. */
+enum {
+    CUT = -1,     /* the bytes end within it */
+    DAMAGED = -2, /* runs of no pixels, or not as many pixels as it has */
+    OLD = -3      /* another coding */
+};
 
 /* 2, 2 and a length: a normalised pixel never has these bytes. */
-static bool marks_new(const unsigned char *p, int width)
+static bool has_runs(const unsigned char *p, int width)
 {
-    return width >= MIN_NEW && width <= MAX_NEW && p[0] == 2 && p[1] == 2 &&
+    return width >= MIN_RUNS && width <= MAX_RUNS && p[0] == 2 && p[1] == 2 &&
            p[2] < 128;
-}
-
-static bool marks_repeat(const unsigned char *p)
-{
-    return p[0] == 1 && p[1] == 1 && p[2] == 1;
 }
 
 /* Passes over four components of runs and literals. Has no branch on run or
  * literal, which would be unpredictable. */
-static fault pass_new(scan *s)
+static int pass_runs(const unsigned char *bytes, size_t size, int width,
+                     size_t *line)
 {
-    const unsigned char *bytes = s->bytes;
-    size_t at = s->at + 4;
+    size_t at = *line + 4;
 
     for (int c = 0; c < 4; c++) {
-        int left = s->width;
+        int left = width;
         while (left > 0) {
-            if (at >= s->size)
+            if (at >= size)
                 return CUT;
             const int code = bytes[at];
             const int is_run = code > 128;
@@ -78,56 +66,33 @@ static fault pass_new(scan *s)
         if (left < 0)
             return DAMAGED;
     }
-    if (at > s->size)
+    if (at > size)
         return CUT;
-    s->at = at;
-    return WHOLE;
+    *line = at;
+    return 0;
 }
 
-/* Passes over pixels and repeats (1, 1, 1, n) of the pixel before. Consecutive
- * repeats are bytes of one count, lowest first. The first four bytes of a
- * scanline are always a pixel: there is none before it to repeat. */
-static fault pass_old(scan *s)
+/* Passes over the scanline at *line, which becomes its end, and checks it. The
+ * run lengths of before 1991 are pixels (1, 1, 1, n), which no encoder makes
+ * of a colour. */
+static int pass(const unsigned char *bytes, size_t size, int width,
+                size_t *line)
 {
-    const unsigned char *bytes = s->bytes;
-    size_t at = s->at + 4;
-    int left = s->width - 1, shift = 0, run = 0;
+    const unsigned char *p = bytes + *line;
 
-    for (; left > 0; at += 4) {
-        if (s->size - at < 4)
+    if (size - *line < 4)
+        return CUT;
+    if (has_runs(p, width))
+        return (p[2] << 8 | p[3]) == width ? pass_runs(bytes, size, width, line)
+                                           : DAMAGED;
+    for (int i = 1; i < width; i++) {
+        if (size - *line < 4 * (size_t)(i + 1))
             return CUT;
-        if (!marks_repeat(bytes + at)) {
-            if (shift && !run)
-                return DAMAGED;
-            shift = 0;
-            left--;
-            continue;
-        }
-        /* a fourth byte exceeds every width unless it is 0 */
-        const int n = bytes[at + 3];
-        const int count = shift < 24 ? n << shift : (n > 0) << 24;
-        s->is_old = true;
-        run = shift ? run + count : count;
-        left -= count;
-        if (shift >= 24 && !count)
-            return DAMAGED;
-        shift += 8;
+        if (p[4 * i] == 1 && p[4 * i + 1] == 1 && p[4 * i + 2] == 1)
+            return OLD;
     }
-    s->at = at;
-    return left < 0 ? DAMAGED : WHOLE;
-}
-
-/* Passes over the scanline at s->at and checks it. */
-static fault pass(scan *s)
-{
-    const unsigned char *p = s->bytes + s->at;
-    s->is_new = s->is_old = false;
-    if (s->size - s->at < 4)
-        return CUT;
-    if (!marks_new(p, s->width))
-        return pass_old(s);
-    s->is_new = true;
-    return (p[2] << 8 | p[3]) == s->width ? pass_new(s) : DAMAGED;
+    *line += 4 * (size_t)width;
+    return 0;
 }
 
 /* ---- their pixels ------------------------------------------------------ */
@@ -136,28 +101,6 @@ static fault pass(scan *s)
 static size_t plane_bytes(const ibl_rgbe_header *h)
 {
     return ((size_t)h->row_px + IBL_RGBE_SLACK + 63) / 64 * 64;
-}
-
-/* Splits pixels into planes; expands repeats. */
-static void split(const unsigned char *src, int count, unsigned char *planes,
-                  size_t stride)
-{
-    int i = 0, shift = 0;
-    for (; i < count; src += 4) {
-        if (!i || !marks_repeat(src)) {
-            for (int c = 0; c < 4; c++)
-                planes[c * stride + i] = src[c];
-            i++;
-            shift = 0;
-            continue;
-        }
-        const int n = src[3] << shift;
-        for (int c = 0; c < 4; c++)
-            memset(planes + c * stride + i, planes[c * stride + i - 1],
-                   (size_t)n);
-        i += n;
-        shift += 8;
-    }
 }
 
 /*
@@ -169,21 +112,17 @@ static void decode_line(const ibl_rgbe_dsp *dsp, const ibl_rgbe_header *h,
                         float *dst)
 {
     const size_t stride = plane_bytes(h);
-    const float *m = h->matrix;
 
-    if (!marks_new(src, h->row_px)) {
-        split(src, h->row_px, planes, stride);
-    } else {
+    if (has_runs(src, h->row_px)) {
         src += 4;
         for (int c = 0; c < 4; c++)
-            src = dsp->expand(src, h->row_px, planes + c * stride);
+            src = dsp->expand(src, h->row_px, planes + (size_t)c * stride);
+    } else {
+        for (int i = 0; i < h->row_px; i++)
+            for (size_t c = 0; c < 4; c++)
+                planes[c * stride + (size_t)i] = *src++;
     }
     dsp->to_rgb(planes, stride, h->row_px, h->scale, dst);
-    for (int i = 0; i < h->row_px && h->xyz; i++, dst += 3) {
-        const float x = dst[0], y = dst[1], z = dst[2];
-        for (int c = 0; c < 3; c++)
-            dst[c] = m[3 * c] * x + m[3 * c + 1] * y + m[3 * c + 2] * z;
-    }
 }
 
 /* ---- packs ---------------------------------------------------------- */
@@ -194,8 +133,7 @@ typedef struct pack {
     size_t line[PACK_LINES + 1]; /* offsets in bytes; the last is the end */
     int lines, used;
     bool is_full; /* fill_pack has run */
-    fault fault;  /* of the scanline after the last one */
-    int error;    /* errno if reading failed, or 0 */
+    int fault;    /* of the scanline after the last one */
 } pack;
 
 typedef struct rgbe_rows {
@@ -209,8 +147,6 @@ typedef struct rgbe_rows {
     /* end of the scanlines passed over: offset, number */
     size_t at;
     int line;
-    int pack_lines; /* maximum lines of the next pack */
-    bool has_new, has_old;
     unsigned char *planes; /* of each worker */
 } rgbe_rows;
 
@@ -218,71 +154,49 @@ typedef struct rgbe_rows {
  * report after its scanlines are used. */
 static void fill_pack(rgbe_rows *r, pack *p)
 {
-    scan s = {.bytes = p->bytes, .width = r->h.row_px};
     const int left = r->h.rows - r->line;
-    const int want = left < r->pack_lines ? left : r->pack_lines;
+    const int want = left < PACK_LINES ? left : PACK_LINES;
+    size_t size, at = 0;
 
     p->lines = p->used = 0;
     p->line[0] = 0;
-    p->fault = WHOLE;
-    p->error = 0;
     p->is_full = true;
-    if (!ibl_input_read(r->in, r->at, r->room, p->bytes, &s.size)) {
-        p->error = errno;
-        return;
-    }
-    while (p->lines < want) {
-        p->fault = pass(&s);
-        if (p->fault)
-            break;
-        r->has_new |= s.is_new;
-        r->has_old |= s.is_old;
-        p->line[++p->lines] = s.at;
+    p->fault =
+        ibl_input_read(r->in, r->at, r->room, p->bytes, &size) ? 0 : errno;
+    while (!p->fault && p->lines < want) {
+        p->fault = pass(p->bytes, size, r->h.row_px, &at);
+        if (!p->fault)
+            p->line[++p->lines] = at;
     }
     r->at += p->line[p->lines];
     r->line += p->lines;
     /* The next pack begins with the scanline that is cut off here. */
     if (p->fault == CUT && p->lines)
-        p->fault = WHOLE;
+        p->fault = 0;
 }
 
-/* Reports the error after the last scanline of a pack, if there is one. */
+/* Reports the fault after the last scanline of a pack. */
 static ibl_status report(const rgbe_rows *r, const pack *p)
 {
     const int line = r->line + 1, lines = r->h.rows;
 
-    if (p->error)
-        return ibl_input_unread(r->in, p->error);
+    if (p->fault > 0)
+        return ibl_input_unread(r->in, p->fault);
     if (p->fault == CUT)
         return ibl_bad_file(r->in,
                             "the file ends in scanline %d of %d: it is cut "
                             "short: copy it again",
                             line, lines);
-    if (p->fault)
-        return ibl_bad_file(r->in,
-                            "the file is damaged: the runs of scanline %d of "
-                            "%d are not its %d pixels",
-                            line, lines, r->h.row_px);
-    return IBL_OK;
-}
-
-/* Passes over the rest of the file without decoding it, then rewinds. */
-static ibl_status look_through(rgbe_rows *r)
-{
-    pack *p = &r->packs[!r->now];
-
-    r->pack_lines = PACK_LINES;
-    do {
-        if (ibl_cancelled(r->rows.ctx))
-            return IBL_ERR_CANCELLED;
-        fill_pack(r, p);
-    } while (r->line < r->h.rows && !p->fault && !p->error);
-    if (p->fault || p->error)
-        return report(r, p);
-    p->is_full = r->has_new = r->has_old = false;
-    r->at = r->h.data;
-    r->line = 0;
-    return IBL_OK;
+    if (p->fault == OLD)
+        return ibl_unsupported(r->in,
+                               "scanline %d of %d has the run lengths of "
+                               "before 1991, which are not read: save it by a "
+                               "newer program",
+                               line, lines);
+    return ibl_bad_file(r->in,
+                        "the file is damaged: the runs of scanline %d of %d "
+                        "are not its %d pixels",
+                        line, lines, r->h.row_px);
 }
 
 /* ---- decoding ------------------------------------------------------- */
@@ -333,11 +247,8 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb)
     for (int row = rows->row; row < end;) {
         pack *p = &r->packs[r->now], *next = &r->packs[!r->now];
         const int wanted = end - row;
-        r->pack_lines = wanted < CALL_LINES   ? CALL_LINES
-                        : wanted < PACK_LINES ? wanted
-                                              : PACK_LINES;
         if (p->used == p->lines) {
-            if (p->fault || p->error)
+            if (p->fault)
                 return report(r, p);
             p->is_full = false;
             r->now = !r->now;
@@ -346,8 +257,7 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb)
             continue;
         }
         const int left = p->lines - p->used;
-        const bool fill =
-            !next->is_full && r->line < r->h.rows && !p->fault && !p->error;
+        const bool fill = !next->is_full && r->line < r->h.rows && !p->fault;
         s.p = p;
         s.next = fill ? next : NULL;
         s.count = wanted < left ? wanted : left;
@@ -361,14 +271,8 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb)
         row += s.count;
         ibl_rows_progress(rows, row - rows->row);
     }
-    if (end < rows->height)
-        return IBL_OK;
-    snprintf(rows->report.format, sizeof rows->report.format, "Radiance %s, %s",
-             r->h.xyz ? "XYZE" : "RGBE",
-             r->has_new   ? "run-length"
-             : r->has_old ? "old run-length"
-                          : "flat");
-    free_packs(r);
+    if (end == rows->height)
+        free_packs(r);
     return IBL_OK;
 }
 
@@ -400,16 +304,16 @@ ibl_status ibl_rgbe_open(ibl_input *in, const ibl_read_options *opts,
                                     lies ? h->row_px : h->rows);
     if (status)
         return status;
-    const size_t bytes = in->size - h->data;
-    if (bytes / 4 < (size_t)h->rows) /* a scanline has the bytes of a pixel */
+    const size_t bytes = in->size - h->data, px = (size_t)h->row_px;
+    const size_t least = px < MIN_RUNS || px > MAX_RUNS
+                             ? 4 * px
+                             : 4 + 8 * ((px + LONGEST_RUN - 1) / LONGEST_RUN);
+    if (bytes / least < (size_t)h->rows)
         return ibl_bad_file(in,
                             "%zu bytes of pixels cannot hold %d scanlines: the "
                             "file is cut short: copy it again",
                             bytes, h->rows);
-    /* New run lengths need at most two bytes for each byte of a pixel. The old
-     * ones need at most four for a pixel, and 12 for zero counts before a
-     * fault. */
-    r->room = 8 * (size_t)h->row_px + 64;
+    r->room = 8 * px + 64; /* runs of 1 take two bytes for each of a pixel's */
     if (r->room < PACK_BYTES)
         r->room = PACK_BYTES;
     for (int i = 0; i < 2; i++)
@@ -419,13 +323,11 @@ ibl_status ibl_rgbe_open(ibl_input *in, const ibl_read_options *opts,
         return ibl_no_memory(in->ctx, "scanlines");
     r->at = h->data;
     ibl_rgbe_dsp_init(&r->dsp, ibl_ctx_isa(in->ctx));
+    strcpy(rows->report.format, "Radiance RGBE");
     rows->width = h->row_px;
     rows->height = h->rows;
     rows->orientation = h->orientation;
     rows->has_primaries = h->has_primaries;
     memcpy(rows->primaries, h->primaries, sizeof h->primaries);
-    /* Before taking much memory, check that the file has all scanlines. */
-    return 12.0 * h->rows * h->row_px > 64.0 * (double)in->size
-               ? look_through(r)
-               : IBL_OK;
+    return IBL_OK;
 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Radiance pictures (.hdr, .pic): RGBE and XYZE. A header, then scanlines. One
- * job finds where scanlines end; then they are decoded in parallel.
+ * Radiance pictures (.hdr, .pic): RGBE, flat or run-length. A header, then
+ * scanlines. One job finds where scanlines end; then they are decoded in
+ * parallel.
  *
  * Format: Radiance reference manual, "Picture files"; Ward 1991, "Real
  * Pixels", Graphics Gems II.
@@ -21,20 +22,17 @@ bool ibl_rgbe_is(const unsigned char *bytes, size_t size);
 
 /*
  * Opens a picture, as ibl_reader says. Divides by EXPOSURE and COLORCORR.
- * Converts XYZ to RGB with the file's PRIMARIES but keeps the unit (Radiance
- * has Y in cd/m^2 where RGB has W/sr/m^2, a factor of 179). IBL_ERR_FORMAT:
- * damaged, cut short or no picture. IBL_ERR_UNSUPPORTED: unknown FORMAT.
- * IBL_ERR_IO, IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
+ * IBL_ERR_FORMAT: damaged, cut short or no picture. IBL_ERR_UNSUPPORTED: XYZE,
+ * unknown FORMAT, run lengths of before 1991. IBL_ERR_IO, IBL_ERR_MEMORY,
+ * IBL_ERR_CANCELLED.
  */
 ibl_status ibl_rgbe_open(ibl_input *in, const ibl_read_options *opts,
                          ibl_rows **rows);
 
 typedef struct ibl_rgbe_header {
-    int row_px, rows; /* pixels of a stored scanline; scanlines */
-    int orientation;  /* of EXIF, 1 to 8: how the scanlines lie */
-    bool xyz;
-    float scale[3];  /* inverse of exposure and colour correction; 1 for XYZ */
-    float matrix[9]; /* XYZ to RGB, times the inverse of exposure; row-major */
+    int row_px, rows;    /* pixels of a stored scanline; scanlines */
+    int orientation;     /* of EXIF, 1 to 8: how the scanlines lie */
+    float scale[3];      /* inverse of exposure and colour correction */
     bool has_primaries;  /* the file names them */
     double primaries[8]; /* xy of red, green, blue, white; zeros: Rec.709's */
     size_t data;         /* offset of the first scanline, in bytes */

@@ -13,15 +13,12 @@
 
 /* Values of header lines; repeated EXPOSURE and COLORCORR multiply. */
 struct variables {
-    bool has_format, xyz;
+    bool has_format;
     double exposure;
     double correction[3];
     double primaries[8]; /* xy of red, green, blue, white */
-    bool has_primaries, bad_primaries;
+    bool has_primaries;
 };
-
-static const double default_primaries[8] = {0.640, 0.330, 0.290,     0.600,
-                                            0.150, 0.060, 1.0 / 3.0, 1.0 / 3.0};
 
 enum {
     MOST_BYTES = 1 << 20 /* longer headers are taken for damage */
@@ -74,17 +71,16 @@ static ibl_status take_line(const ibl_input *in, char *line,
         return take_factors(in, "COLORCORR", value, v->correction, 3);
     if ((value = value_of(line, "PRIMARIES"))) {
         v->has_primaries = true;
-        v->bad_primaries = false;
         for (int i = 0; i < 8; i++)
-            v->bad_primaries |= !ibl_take_number(&value, &v->primaries[i]);
+            v->has_primaries &= ibl_take_number(&value, &v->primaries[i]);
     } else if ((value = value_of(line, "FORMAT"))) {
         value[strcspn(value, blanks)] = '\0';
         v->has_format = true;
-        v->xyz = !strcmp(value, "32-bit_rle_xyze");
-        if (!v->xyz && strcmp(value, "32-bit_rle_rgbe") != 0)
+        if (strcmp(value, "32-bit_rle_rgbe") != 0)
             return ibl_unsupported(in,
                                    "FORMAT is \"%s\": must be "
-                                   "32-bit_rle_rgbe or 32-bit_rle_xyze",
+                                   "32-bit_rle_rgbe; Radiance's ra_xyze -r "
+                                   "makes it of XYZE",
                                    ibl_quote(value, text));
     } else if ((value = value_of(line, "GAMMA")) &&
                ibl_take_number(&value, &gamma) && gamma != 1) {
@@ -145,36 +141,21 @@ static ibl_status take_resolution(const ibl_input *in, char *line,
 static ibl_status set_factors(const ibl_input *in, const struct variables *v,
                               ibl_rgbe_header *h)
 {
-    double matrix[9], scale[3];
+    double matrix[9];
 
     for (int c = 0; c < 3; c++) {
-        scale[c] = 1 / (v->exposure * v->correction[c]);
-        if (!(scale[c] >= FLT_MIN && scale[c] <= FLT_MAX))
+        const double scale = 1 / (v->exposure * v->correction[c]);
+        if (!(scale >= FLT_MIN && scale <= FLT_MAX))
             return ibl_bad_file(in,
                                 "EXPOSURE and COLORCORR multiply to %g: must "
                                 "be between 1e-38 and 1e38",
                                 v->exposure * v->correction[c]);
+        h->scale[c] = (float)scale;
     }
-    h->xyz = v->xyz;
-    for (int c = 0; c < 3; c++)
-        h->scale[c] = v->xyz ? 1.0f : (float)scale[c];
-    h->has_primaries = v->has_primaries && !v->bad_primaries &&
-                       ibl_colour_space(v->primaries, matrix, NULL);
+    h->has_primaries =
+        v->has_primaries && ibl_colour_space(v->primaries, matrix, NULL);
     if (h->has_primaries)
         memcpy(h->primaries, v->primaries, sizeof h->primaries);
-    if (!v->xyz)
-        return IBL_OK;
-    if (!h->has_primaries) {
-        if (v->has_primaries)
-            ibl_warn(in->ctx,
-                     "%s: PRIMARIES is no triangle with a white: Radiance's "
-                     "default ones are taken",
-                     in->name);
-        memcpy(h->primaries, default_primaries, sizeof h->primaries);
-        ibl_colour_space(default_primaries, matrix, NULL);
-    }
-    for (int i = 0; i < 9; i++)
-        h->matrix[i] = (float)(matrix[i] * scale[i % 3]);
     return IBL_OK;
 }
 
@@ -187,7 +168,6 @@ static ibl_status parse(const ibl_input *in, char *text, size_t size,
     char quoted[IBL_QUOTE_BYTES], *line = text;
     bool blank = false;
 
-    memcpy(v.primaries, default_primaries, sizeof v.primaries);
     for (;;) {
         char *end = memchr(line, '\n', size - (size_t)(line - text));
         if (!end)
