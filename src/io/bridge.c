@@ -104,11 +104,10 @@ static int begin(void *user, const ibl_bridge_info *info, float **rgb,
     return !p->status;
 }
 
-static int go_on(void *user, double share)
+static int go_on(void *user)
 {
     picture *p = user;
 
-    ibl_progress(p->in->ctx, "decode", share);
     p->status = ibl_cancelled(p->in->ctx) ? IBL_ERR_CANCELLED : IBL_OK;
     return !p->status;
 }
@@ -148,7 +147,7 @@ ibl_status ibl_bridge_rows(const ibl_input *in, const ibl_image_kind *kind,
     if (status)
         ibl_image_free(&p.img);
     else
-        status = ibl_rows_of_image(in->ctx, &p.img, rows);
+        status = ibl_rows_of_image(in->ctx, &p.img, NULL, rows);
     if (status) {
         ibl_free(p.alpha);
         return status;

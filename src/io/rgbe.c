@@ -1,21 +1,27 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Reads the scanlines of a Radiance picture in order.
+ * Radiance pictures (.hdr, .pic): RGBE, flat or run-length. A header, lines of
+ * text, then scanlines. They have no table: the start of a scanline is known
+ * only after passing over those before it. One job passes over a pack of
+ * scanlines while the other jobs decode the previous pack.
  *
- * They have no table: the start of a scanline is known only after passing over
- * those before it. One job passes over a pack of scanlines while the other
- * jobs decode the previous pack.
+ * Format: Radiance reference manual, "Picture files"; Ward 1991, "Real
+ * Pixels", Graphics Gems II.
  */
 #include <errno.h>
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "io/rgbe.h"
+#include "io/colour_space.h"
+#include "io/rows.h"
 #include "kern/rgbe.h"
 
 enum {
-    PACK_BYTES = 1 << 20, /* read from a file at once */
+    MOST_HEADER = 1 << 20, /* longer ones are taken for damage */
+    PACK_BYTES = 1 << 20,  /* read from a file at once */
     PACK_LINES = 256,
     JOB_PIXELS = 1 << 14, /* about 0.05 ms of decoding */
     MIN_RUNS = 8,         /* range of widths with run lengths */
@@ -26,6 +32,198 @@ enum {
 bool ibl_rgbe_is(const unsigned char *bytes, size_t size)
 {
     return size >= 2 && !memcmp(bytes, "#?", 2);
+}
+
+/* ---- the header ---------------------------------------------------------- */
+
+typedef struct header {
+    int row_px, rows; /* pixels of a stored scanline; scanlines */
+    int orientation;  /* of EXIF, 1 to 8: how the scanlines lie */
+    /* repeated EXPOSURE and COLORCORR multiply */
+    double exposure, correction[3];
+    float scale[3]; /* their inverse */
+    bool has_format, has_primaries;
+    double primaries[8]; /* xy of red, green, blue, white; zeros: Rec.709's */
+    size_t data;         /* offset of the first scanline, in bytes */
+} header;
+
+static const char blanks[] = " \t";
+
+/* What follows NAME=, with blanks around the sign; NULL: another line. Lines
+ * that begin with blanks are the history of the source picture. */
+static char *value_of(char *line, const char *name)
+{
+    const size_t length = strlen(name);
+
+    if (strncmp(line, name, length) != 0)
+        return NULL;
+    line += length + strspn(line + length, blanks);
+    return *line == '=' ? line + 1 + strspn(line + 1, blanks) : NULL;
+}
+
+/* Reads positive factors. Ignores a 0: it cannot have been a factor, but
+ * Filament's cmgen writes it for EXPOSURE. */
+static ibl_status take_factors(const ibl_input *in, const char *what,
+                               char *value, double *factors, int count)
+{
+    const char *all = value;
+    char text[IBL_QUOTE_BYTES];
+    for (int i = 0; i < count; i++) {
+        double f;
+        if (!ibl_take_number(&value, &f) || !(f >= 0) || isinf(f))
+            return ibl_bad_file(in, "%s is \"%s\": must be %s above 0", what,
+                                ibl_quote(all, text),
+                                count > 1 ? "three numbers" : "a number");
+        if (f > 0)
+            factors[i] *= f;
+        else
+            ibl_warn(in->ctx, "%s: %s of 0 is ignored", in->name, what);
+    }
+    return IBL_OK;
+}
+
+static ibl_status take_line(const ibl_input *in, char *line, header *h)
+{
+    char *value, text[IBL_QUOTE_BYTES];
+    double gamma;
+
+    if ((value = value_of(line, "EXPOSURE")))
+        return take_factors(in, "EXPOSURE", value, &h->exposure, 1);
+    if ((value = value_of(line, "COLORCORR")))
+        return take_factors(in, "COLORCORR", value, h->correction, 3);
+    if ((value = value_of(line, "PRIMARIES"))) {
+        h->has_primaries = true;
+        for (int i = 0; i < 8; i++)
+            h->has_primaries &= ibl_take_number(&value, &h->primaries[i]);
+    } else if ((value = value_of(line, "FORMAT"))) {
+        value[strcspn(value, blanks)] = '\0';
+        h->has_format = true;
+        if (strcmp(value, "32-bit_rle_rgbe") != 0)
+            return ibl_unsupported(in,
+                                   "FORMAT is \"%s\": must be "
+                                   "32-bit_rle_rgbe; Radiance's ra_xyze -r "
+                                   "makes it of XYZE",
+                                   ibl_quote(value, text));
+    } else if ((value = value_of(line, "GAMMA")) &&
+               ibl_take_number(&value, &gamma) && gamma != 1) {
+        ibl_warn(in->ctx,
+                 "%s: GAMMA=%g is ignored: the pixels are taken as linear",
+                 in->name, gamma);
+    }
+    return IBL_OK;
+}
+
+/* Whether only a resolution begins so: +X, -X, +Y or -Y, then a blank. */
+static bool is_resolution(const char *line, size_t size)
+{
+    return size > 2 && (line[0] == '+' || line[0] == '-') &&
+           (line[1] == 'X' || line[1] == 'Y') &&
+           (line[2] == ' ' || line[2] == '\t');
+}
+
+/* Reads one of the eight orientations. X grows to the right and Y up: rows in
+ * -Y order begin at the top. */
+static ibl_status take_resolution(const ibl_input *in, char *line, header *h)
+{
+    /* by which of scanlines and pixels run from the bottom or right */
+    static const int rows_of[] = {1, 2, 4, 3}, columns_of[] = {5, 8, 6, 7};
+    const bool by_column = line[1] == 'X';
+    char text[IBL_QUOTE_BYTES], *t = line;
+    bool down[2] = {false, false}, ok = true;
+    double edge[2] = {0, 0};
+
+    for (int i = 0; i < 2 && ok; i++) {
+        t += strspn(t, blanks);
+        down[i] = *t == '-';
+        ok = (down[i] || *t == '+') && t[1] == (by_column != i ? 'X' : 'Y');
+        t += ok ? 2 : 0;
+        ok = ok && ibl_take_number(&t, &edge[i]) && edge[i] == floor(edge[i]);
+    }
+    if (!ok || t[strspn(t, blanks)])
+        return ibl_bad_file(
+            in,
+            "the resolution line is \"%s\": must be like \"-Y 512 +X 1024\"",
+            ibl_quote(line, text));
+    for (int i = 0; i < 2; i++)
+        ok = ok && edge[i] >= 1 && edge[i] <= IBL_MAX_EDGE;
+    if (!ok)
+        return ibl_bad_file(
+            in,
+            "the resolution line is \"%s\": each edge must be 1 to %d pixels",
+            ibl_quote(line, text), IBL_MAX_EDGE);
+    h->rows = (int)edge[0];
+    h->row_px = (int)edge[1];
+    h->orientation = by_column ? columns_of[2 * down[0] + !down[1]]
+                               : rows_of[2 * !down[0] + down[1]];
+    return IBL_OK;
+}
+
+/* Parses a text of `size` bytes, which it changes: lines up to the resolution,
+ * or to the first one after a blank one. */
+static ibl_status parse(const ibl_input *in, char *text, size_t size, header *h)
+{
+    char quoted[IBL_QUOTE_BYTES], *line = text;
+    double unused[9];
+    bool blank = false;
+
+    for (;;) {
+        char *end = memchr(line, '\n', size - (size_t)(line - text));
+        if (!end)
+            return ibl_bad_file(
+                in, "the file ends in its header, before the resolution line: "
+                    "it is cut short: copy it again");
+        const bool is_last = blank || is_resolution(line, (size_t)(end - line));
+        for (char *c = line; c < end; c++)
+            *c = *c ? *c : '?';
+        end[end > line && end[-1] == '\r' ? -1 : 0] = '\0';
+        h->data = (size_t)(end + 1 - text);
+        if (is_last)
+            break;
+        blank = !*line;
+        const ibl_status status = take_line(in, line, h);
+        if (status)
+            return status;
+        line = end + 1;
+    }
+    if (!is_resolution(line, strlen(line)))
+        return ibl_bad_file(in,
+                            "no resolution line after the header but \"%s\": "
+                            "must be like \"-Y 512 +X 1024\"",
+                            ibl_quote(line, quoted));
+    const ibl_status status = take_resolution(in, line, h);
+    if (status)
+        return status;
+    if (!h->has_format)
+        ibl_warn(in->ctx, "%s: no FORMAT line: taken as 32-bit_rle_rgbe",
+                 in->name);
+    for (int c = 0; c < 3; c++) {
+        const double factor = h->exposure * h->correction[c];
+        if (!(1 / factor >= FLT_MIN && 1 / factor <= FLT_MAX))
+            return ibl_bad_file(in,
+                                "EXPOSURE and COLORCORR multiply to %g: must "
+                                "be between 1e-38 and 1e38",
+                                factor);
+        h->scale[c] = (float)(1 / factor);
+    }
+    h->has_primaries &= ibl_colour_space(h->primaries, unused, NULL);
+    return IBL_OK;
+}
+
+static ibl_status parse_header(const ibl_input *in, header *h)
+{
+    char *text = ibl_alloc_array(MOST_HEADER, 1);
+    ibl_status status;
+    size_t size;
+
+    *h = (header){.exposure = 1, .correction = {1, 1, 1}};
+    if (!text)
+        return ibl_no_memory(in->ctx, "the header of a picture");
+    if (ibl_input_read(in, 0, MOST_HEADER, text, &size))
+        status = parse(in, text, size, h);
+    else
+        status = ibl_input_unread(in, errno);
+    ibl_free(text);
+    return status;
 }
 
 /* ---- where scanlines end -------------------------------------------- */
@@ -98,7 +296,7 @@ static int pass(const unsigned char *bytes, size_t size, int width,
 /* ---- their pixels ------------------------------------------------------ */
 
 /* Bytes of one of the four planes of a scanline, which a worker has. */
-static size_t plane_bytes(const ibl_rgbe_header *h)
+static size_t plane_bytes(const header *h)
 {
     return ((size_t)h->row_px + IBL_RGBE_SLACK + 63) / 64 * 64;
 }
@@ -107,7 +305,7 @@ static size_t plane_bytes(const ibl_rgbe_header *h)
  * Decodes a scanline that was passed over to h->row_px RGB pixels.
  *   src   readable for IBL_RGBE_SLACK bytes beyond the scanline
  */
-static void decode_line(const ibl_rgbe_dsp *dsp, const ibl_rgbe_header *h,
+static void decode_line(const ibl_rgbe_dsp *dsp, const header *h,
                         const unsigned char *src, unsigned char *planes,
                         float *dst)
 {
@@ -139,7 +337,7 @@ typedef struct pack {
 typedef struct rgbe_rows {
     ibl_rows rows;
     const ibl_input *in;
-    ibl_rgbe_header h;
+    header h;
     ibl_rgbe_dsp dsp;
     pack packs[2]; /* the current pack and the next one */
     size_t room;   /* of bytes in each pack */
@@ -269,7 +467,6 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb)
             return status;
         p->used += s.count;
         row += s.count;
-        ibl_rows_progress(rows, row - rows->row);
     }
     if (end == rows->height)
         free_packs(r);
@@ -293,11 +490,11 @@ ibl_status ibl_rgbe_open(ibl_input *in, const ibl_read_options *opts,
     *out = NULL;
     if (!r)
         return ibl_no_memory(in->ctx, "a picture");
-    ibl_rgbe_header *h = &r->h;
+    header *h = &r->h;
     ibl_rows *rows = *out = &r->rows;
     *rows = (ibl_rows){.ctx = in->ctx, .read = rows_read, .close = rows_close};
     r->in = in;
-    ibl_status status = ibl_rgbe_parse(in, h);
+    ibl_status status = parse_header(in, h);
     const bool lies = h->orientation > 4;
     if (!status)
         status = ibl_map_check_size(in, opts, lies ? h->rows : h->row_px,
@@ -328,6 +525,7 @@ ibl_status ibl_rgbe_open(ibl_input *in, const ibl_read_options *opts,
     rows->height = h->rows;
     rows->orientation = h->orientation;
     rows->has_primaries = h->has_primaries;
-    memcpy(rows->primaries, h->primaries, sizeof h->primaries);
+    if (h->has_primaries)
+        memcpy(rows->primaries, h->primaries, sizeof h->primaries);
     return IBL_OK;
 }

@@ -288,7 +288,7 @@ void read(picture &p, const ibl_bridge_request &r)
                     alpha[at] = convert(p, from[p.alpha - first], true);
             }
         }
-        if (!r.go_on(r.user, double(end - s.y) / s.height))
+        if (!r.go_on(r.user))
             throw stopped();
     }
 }

@@ -59,8 +59,7 @@ typedef struct ibl_bridge_request {
      */
     int (*begin)(void *user, const ibl_bridge_info *info, float **rgb,
                  float **alpha);
-    /* Called now and then with the share that is read, 0..1. 0: stop. */
-    int (*go_on)(void *user, double share);
+    int (*go_on)(void *user); /* called now and then. 0: stop */
 } ibl_bridge_request;
 
 /* Reads a picture. Does not throw or print. message: IBL_BRIDGE_MESSAGE bytes,
