@@ -93,7 +93,7 @@ static bool read_file(ibl_gltf *g, const char *path, ibl_gltf_bytes *out)
     s->files = ibl_need(
         realloc(s->files, ((size_t)s->file_count + 1) * sizeof *s->files));
     s->files[s->file_count++] = name;
-    g->status = ibl_input_open(g->ctx, name, NULL, in);
+    g->status = ibl_input_open(g->ctx, name, in);
     if (!g->status)
         g->status = ibl_input_load(in);
     *out = (ibl_gltf_bytes){in->bytes, in->size};
