@@ -188,8 +188,6 @@ typedef struct ibl_probe_index {
  * Reads an index.json, see iblbake-probes(1). The names in it are of files in
  * its folder, for ibl_texture_read, which are not looked at.
  *   ctx    for the message of an error; NULL: there is none
- * While it reads, an allocator that notes when memory runs out stands before
- * jansson's allocator (json_set_alloc_funcs), of one thread at a time.
  * IBL_ERR_IO: it cannot be read. IBL_ERR_FORMAT: it is damaged, of another
  * version, or no index. IBL_ERR_MEMORY. *index is empty after an error.
  */
