@@ -464,9 +464,9 @@ TEST(files)
     ibl_set set;
     ibl_outputs *out;
 
-    REFUSES(ibl_outputs_create(ctx, NULL));
-    SILENT(ibl_outputs_create(NULL, &out));
-    NEED(!ibl_outputs_create(ctx, &out));
+    REFUSES(ibl_outputs_create(ctx, 0, NULL));
+    SILENT(ibl_outputs_create(NULL, 0, &out));
+    NEED(!ibl_outputs_create(ctx, 0, &out));
     REFUSES(ibl_outputs_mkdir(out, NULL));
     SILENT(ibl_outputs_mkdir(NULL, "x"));
     REFUSES(ibl_outputs_add(out, NULL, "", 0));

@@ -739,11 +739,10 @@ typedef struct ibl_outputs ibl_outputs;
 #define IBL_MAX_OUTPUTS 512    /* files in one set */
 #define IBL_MAX_OUTPUT_DIRS 64 /* directories made for it */
 
-/* Makes an empty set; it uses ctx for messages and cancellation. */
-ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out);
-/* sync 1: files are on the disk before add returns, directories before commit
- * does. 0 (default): no flush. To be called before the first add. */
-void ibl_outputs_sync(ibl_outputs *out, int sync);
+/* Makes an empty set; it uses ctx for messages and cancellation. sync 1: files
+ * are on the disk before add returns, directories before commit does. 0: the
+ * system writes them when it likes. */
+ibl_status ibl_outputs_create(ibl_ctx *ctx, int sync, ibl_outputs **out);
 /* Makes directory path and missing parents (mode 0777 & ~umask).
  * IBL_ERR_IO: cannot be made, or exists and is not a directory. */
 ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path);
@@ -770,12 +769,13 @@ ibl_status ibl_outputs_wait(ibl_outputs *out);
  * meanwhile. IBL_ERR_IO: a rename failed, or with sync a flush; files that were
  * renamed before stay so, and the set is aborted. */
 ibl_status ibl_outputs_commit(ibl_outputs *out);
-/* Removes all files not committed, and empty directories made for the set. It
- * makes only system calls, so it is safe in a signal handler on any thread; the
- * program should then end. errno is kept. Nothing can be added afterwards. NULL
- * is fine. */
-void ibl_outputs_abort(ibl_outputs *out);
-void ibl_outputs_free(ibl_outputs *out); /* aborts first; NULL is fine */
+/* Removes all files not committed, and empty directories made for the set.
+ * NULL is fine. */
+void ibl_outputs_free(ibl_outputs *out);
+/* Does so for all sets of the process, which then must end: nothing can be
+ * added any more, and a commit that renames is waited for. It makes only system
+ * calls, so a signal handler may call it on any thread; errno is kept. */
+void ibl_outputs_abort_all(void);
 /* The caller has this directory locked by flock, exclusively, by a descriptor
  * that stays open until the set is freed: commit does not wait for it. */
 void ibl_outputs_hold(ibl_outputs *out, int directory);

@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "common/path.h"
-#include "common/signals.h"
 #include "view/baked_set.h"
 #include "view/message.h"
 
@@ -110,10 +109,8 @@ view_baker *view_baker_start(const view_request *what)
     b->path = strdup(path);
     b->what = *what;
     b->what.path = b->path;
-    ibl_signals_hold(); /* the threads never run the handler */
     const bool ok = b->path && !ibl_ctx_create(&opts, &b->ctx) &&
                     !pthread_create(&b->thread, NULL, run, b);
-    ibl_signals_release();
     if (!ok) {
         view_fail("%s: no memory or no threads to bake it", path);
         baker_free(b);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/picture.h"
 
-#include "common/signals.h"
 #include "engine/picture.h"
 #include "view/gl.h"
 #include "view/message.h"
@@ -61,10 +60,10 @@ bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
                        height);
         file.bytes = png;
     }
-    ok = ok && !ibl_start_outputs(ctx, false, &outputs) &&
+    ok = ok && !ibl_outputs_create(ctx, 0, &outputs) &&
          !ibl_outputs_add(outputs, path, file.bytes, file.size) &&
          !ibl_outputs_commit(outputs);
-    ibl_end_outputs(outputs);
+    ibl_outputs_free(outputs);
     ibl_blob_free(&file);
     return ok;
 }
