@@ -306,7 +306,7 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 # Judges, as the program does. The library serves them, too.
 $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
-    figures.o lookup.o rendered.o)
+    figures.o lookup.o rendered.o) $(BUILD)/obj/src/common/signals.o
 
 # The whole command, with other samples.
 $(BUILD)/tests/bench_choice: TEST_LIBS = -Wl,--wrap=ibl_truth_make $(LIB)
@@ -315,7 +315,8 @@ $(BUILD)/tests/bench_choice: $(call obj,$(CLI_SRC)) $(CLI_GEN)
 $(BUILD)/tests/check_engine: TEST_LIBS = -Wl,--wrap=realloc $(LIB)
 
 $(BUILD)/tests/check_scene: TEST_LIBS = $(LIB)
-$(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c))
+$(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c) \
+    src/common/signals.c)
 
 # Gives OpenEXRCore its memory.
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read

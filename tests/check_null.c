@@ -452,14 +452,11 @@ TEST(textures)
     ibl_cube_free(&cube);
 }
 
-TEST(files_and_tiles)
+TEST(files)
 {
-    const ibl_tiles tiles = {.width = 1, .height = 1, .tile = 1};
     const ibl_container dds = IBL_CONTAINER_DDS;
     ibl_ctx *ctx = counting();
     ibl_texture none = {0};
-    unsigned long long mask;
-    ibl_probe probe = {.layer = 0};
     ibl_probe_index index;
     const ibl_sidecar_options facts = ibl_sidecar_options_default();
     const ibl_sidecar_output output = {.content = IBL_CONTENT_IRRADIANCE};
@@ -467,9 +464,9 @@ TEST(files_and_tiles)
     ibl_set set;
     ibl_outputs *out;
 
-    REFUSES(ibl_outputs_create(ctx, NULL));
-    SILENT(ibl_outputs_create(NULL, &out));
-    NEED(!ibl_outputs_create(ctx, &out));
+    REFUSES(ibl_outputs_create(ctx, 0, NULL));
+    SILENT(ibl_outputs_create(NULL, 0, &out));
+    NEED(!ibl_outputs_create(ctx, 0, &out));
     REFUSES(ibl_outputs_mkdir(out, NULL));
     SILENT(ibl_outputs_mkdir(NULL, "x"));
     REFUSES(ibl_outputs_add(out, NULL, "", 0));
@@ -481,9 +478,6 @@ TEST(files_and_tiles)
     SILENT(ibl_outputs_wait(NULL));
     SILENT(ibl_outputs_commit(NULL));
     ibl_outputs_free(out);
-    SILENT(ibl_tiles_cull(NULL, &probe, 1, &mask));
-    SILENT(ibl_tiles_cull(&tiles, NULL, 1, &mask));
-    SILENT(ibl_tiles_cull(&tiles, &probe, 1, NULL));
     REFUSES(ibl_sidecar_text(ctx, NULL, &text));
     REFUSES(ibl_sidecar_text(ctx, &facts, &text));
     REFUSES(ibl_sidecar_text(ctx, &facts, NULL));

@@ -581,7 +581,7 @@ static void check_files(ibl_texture *tex, ibl_container container,
 {
     ibl_outputs *out;
     size_t told, got_size;
-    NEED(!ibl_outputs_create(ctx, &out));
+    NEED(!ibl_outputs_create(ctx, 0, &out));
     CHECK(!ibl_outputs_take_texture(out, file_path("taken"), tex, container,
                                     &told));
     CHECK(!tex->data && !ibl_outputs_commit(out));

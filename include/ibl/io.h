@@ -67,7 +67,7 @@ const char *ibl_input_layout_name(ibl_input_layout layout);
  * the white points differ, colours are adapted by Bradford's transform (Lam
  * 1985). A file has the primaries that it names: EXR chromaticities, PRIMARIES
  * of a .hdr, the ICC profile of an Ultra HDR JPEG. If it names none, they are
- * Rec.709's; Radiance's defaults for XYZE.
+ * Rec.709's.
  */
 typedef enum ibl_primaries {
     IBL_PRIMARIES_KEEP,   /* the file's, whatever they are: no conversion */
@@ -160,7 +160,7 @@ int ibl_hash_file(const char *path, char hash[IBL_FILE_HASH]);
 
 /* Properties of the file, and counts of repaired pixels. */
 typedef struct ibl_read_report {
-    char format[64];  /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
+    char format[64];  /* "Radiance RGBE", "OpenEXR, ZIP", .. */
     size_t nonfinite; /* pixels that held Inf or NaN */
     size_t negative;  /* pixels that held a finite value below 0 */
     float peak;       /* largest component after repair, before conversion */
@@ -193,7 +193,7 @@ typedef struct ibl_read_report {
  * Reads an environment as an equirectangular map of linear RGB floats. The
  * format is detected from the content, never from the name; iblbake(1) says
  * what is read of each:
- *   Radiance .hdr  RGBE and XYZE; EXPOSURE and COLORCORR are undone
+ *   Radiance .hdr  RGBE; EXPOSURE and COLORCORR are undone
  *   OpenEXR        the display window of scan lines and tiles (level 0): R G B
  *                  or Y alone, or a cube by its attribute envmap. Compressions
  *                  other than ZIP take libiblexr.so, beside the bridge
@@ -217,19 +217,19 @@ typedef struct ibl_read_report {
  * same. Besides the map (384 bytes for each texel of a face, 96 for each
  * octahedral pixel), making it takes the memory of the file's pixels. Alpha is
  * dropped, and colours stay as in the file; to read it: ibl_source_alpha.
- * A non-finite component becomes the largest finite one among the 8 neighbours
- * (columns wrap). If there is none, +Inf becomes 65504, others 0. Negative
- * components become 0. Both repairs are counted, with a warning; of negative
- * ones only above 1e-4 of the light. Others name primaries that are not
- * Rec.709's and are kept, a map that is black, and faces of a cube that do not
- * meet though they would in another order.
- *   path     a file, or "-" for standard input. A pipe by name (a FIFO,
- *            /dev/stdin, a shell's <(command)) is read if a process has it
- *            open for writing. Devices and directories are refused. If there is
- *            no such file, six files of square faces of the same size: a
- *            pattern, whose %f, no letter or digit behind it, stands for px nx
- *            py ny pz nz or another set of names (iblbake(1)), also in capitals
- *            or with one; or six names separated by commas, +X -X +Y -Y +Z -Z
+ * A non-finite component becomes the larger one of its neighbours in the row
+ * (columns wrap) that are finite. If there is none, +Inf becomes 65504, others
+ * 0. Negative components become 0. Both repairs are counted, with a warning; of
+ * negative ones only above 1e-4 of the light. Others name primaries that are
+ * not Rec.709's and are kept, a map that is black, and faces of a cube that do
+ * not meet though they would in another order. path     a file, also a pipe by
+ * name (a FIFO, /dev/stdin, a shell's
+ *            <(command)), or "-" for standard input. Devices and directories
+ *            are refused. If there is no such file, six files of square faces
+ *            of the same size: a pattern, whose %f, no letter or digit behind
+ *            it, stands for px nx py ny pz nz or another set of names
+ *            (iblbake(1)), also in capitals or with one; or six names separated
+ *            by commas, +X -X +Y -Y +Z -Z
  *   opts     NULL for defaults
  *   img      empty; filled here, to be freed with ibl_image_free
  *   report   may be NULL
@@ -239,8 +239,8 @@ typedef struct ibl_read_report {
  * IBL_ERR_UNSUPPORTED: needs the bridge or libiblexr.so, which is missing or
  * cannot read it.
  * IBL_ERR_MEMORY: the pixels, or a file that must be read as a whole, exceed
- * the machine's memory. A stream is IBL_ERR_FORMAT if it exceeds half of the
- * memory that is allowed, or 256 MiB where it begins like no known kind.
+ * the machine's memory. A stream is IBL_ERR_FORMAT if it exceeds 4 GiB, or half
+ * of the memory that is allowed.
  */
 ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
                           const ibl_read_options *opts, ibl_image *img,
@@ -724,11 +724,10 @@ typedef struct ibl_outputs ibl_outputs;
 #define IBL_MAX_OUTPUTS 512    /* files in one set */
 #define IBL_MAX_OUTPUT_DIRS 64 /* directories made for it */
 
-/* Makes an empty set; it uses ctx for messages and cancellation. */
-ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out);
-/* sync 1: files are on the disk before add returns, directories before commit
- * does. 0 (default): no flush. To be called before the first add. */
-void ibl_outputs_sync(ibl_outputs *out, int sync);
+/* Makes an empty set; it uses ctx for messages and cancellation. sync 1: files
+ * are on the disk before add returns, directories before commit does. 0: the
+ * system writes them when it likes. */
+ibl_status ibl_outputs_create(ibl_ctx *ctx, int sync, ibl_outputs **out);
 /* Makes directory path and missing parents (mode 0777 & ~umask).
  * IBL_ERR_IO: cannot be made, or exists and is not a directory. */
 ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path);
@@ -755,12 +754,13 @@ ibl_status ibl_outputs_wait(ibl_outputs *out);
  * meanwhile. IBL_ERR_IO: a rename failed, or with sync a flush; files that were
  * renamed before stay so, and the set is aborted. */
 ibl_status ibl_outputs_commit(ibl_outputs *out);
-/* Removes all files not committed, and empty directories made for the set. It
- * makes only system calls, so it is safe in a signal handler on any thread; the
- * program should then end. errno is kept. Nothing can be added afterwards. NULL
- * is fine. */
-void ibl_outputs_abort(ibl_outputs *out);
-void ibl_outputs_free(ibl_outputs *out); /* aborts first; NULL is fine */
+/* Removes all files not committed, and empty directories made for the set.
+ * NULL is fine. */
+void ibl_outputs_free(ibl_outputs *out);
+/* Does so for all sets of the process, which then must end: nothing can be
+ * added any more, and a commit that renames is waited for. It makes only system
+ * calls, so a signal handler may call it on any thread; errno is kept. */
+void ibl_outputs_abort_all(void);
 /* The caller has this directory locked by flock, exclusively, by a descriptor
  * that stays open until the set is freed: commit does not wait for it. */
 void ibl_outputs_hold(ibl_outputs *out, int directory);

@@ -637,12 +637,6 @@ ibl_status ibl_texture_take(const ibl_input *in, ibl_texture *tex,
     return status;
 }
 
-static uint64_t longest(const unsigned char *bytes, size_t size)
-{
-    const bool known = ibl_container_of(bytes, size) != IBL_CONTAINER_COUNT;
-    return known ? IBL_LONGEST : 0;
-}
-
 ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
                             ibl_container *container)
 {
@@ -651,7 +645,7 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
     if (!ctx || !path || !tex)
         return ibl_missing(ctx, "ibl_texture_read: path or tex");
     *tex = (ibl_texture){0};
-    ibl_status status = ibl_input_open(ctx, path, longest, &in);
+    ibl_status status = ibl_input_open(ctx, path, &in);
     if (status)
         return status;
     status = ibl_input_load(&in);
