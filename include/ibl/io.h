@@ -421,27 +421,19 @@ ibl_pixel_numbers ibl_pixel_numbers_of(ibl_pixel pixel);
 void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
                       float *dst);
 
-/* Time that the encoders of block-compressed pixels take, for a smaller error.
- */
+/* Time that encoders of blocks take, for a smaller error. */
 typedef enum ibl_quality {
     IBL_QUALITY_FAST,
     IBL_QUALITY_NORMAL, /* the default */
     IBL_QUALITY_BEST
 } ibl_quality;
 
-/* "fast", "normal" or "best". */
-const char *ibl_quality_name(ibl_quality quality);
-
 typedef struct ibl_key_value {
     char *key;
     char *value;
 } ibl_key_value;
 
-/*
- * The layers that OpenGL 4 and Direct3D 11 guarantee for arrays of flat
- * textures. In a cube array each face counts as a layer: an implementation with
- * only the guaranteed number takes 341 cubes.
- */
+/* What OpenGL 4 and Direct3D 11 guarantee, where each face of a cube counts. */
 #define IBL_MAX_LAYERS 2048
 
 #define IBL_MAX_ZSTD 22 /* the levels of Zstandard begin with 1 */
@@ -485,16 +477,14 @@ typedef struct ibl_texture {
 
 void ibl_texture_free(ibl_texture *tex); /* NULL and zeroed are fine */
 
-/* Offset in bytes of a level's face in tex->data, for layer 0 or any layer, and
- * its size. */
+/* Offset in tex->data of a level's face, of layer 0 or any, and its bytes. */
 size_t ibl_texture_offset(const ibl_texture *tex, int level, int face);
 size_t ibl_texture_layer_offset(const ibl_texture *tex, int level, int layer,
                                 int face);
 size_t ibl_texture_face_bytes(const ibl_texture *tex, int level);
 
-/* Copies one layer, with all keys. out: empty, to be freed with
- * ibl_texture_free. IBL_ERR_ARGUMENT: tex has no such layer or is incomplete.
- */
+/* Copies one layer, with all keys. out: empty, to be freed by the caller.
+ * IBL_ERR_ARGUMENT: tex has no such layer or is incomplete. */
 ibl_status ibl_texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer,
                              ibl_texture *out);
 /*
@@ -532,9 +522,6 @@ typedef enum ibl_overflow {
     IBL_OVERFLOW_SPREAD,
     IBL_OVERFLOW_CLIP
 } ibl_overflow;
-
-/* "spread" or "clip". */
-const char *ibl_overflow_name(ibl_overflow overflow);
 
 /* For a level: the number of texels with a component above the largest value,
  * and the shares of the light of all texels (R + G + B, by solid angle) that
@@ -658,13 +645,11 @@ int ibl_container_holds(ibl_container container, ibl_pixel pixel);
 
 /*
  * The bytes of a file in that container. Free *bytes with ibl_bytes_free. KTX2
- * and KTX get KTXorientation and KTXwriter, then the keys of tex except those
- * two. DDS cannot hold keys and drops them. A texture of one layer is not
- * written as an array. Zstandard works on the context's pool, a level on one
- * thread; its bytes do not depend on the number of threads.
- * IBL_ERR_ARGUMENT: tex is incomplete. IBL_ERR_UNSUPPORTED: the container does
- * not hold the pixel format, or no array; KTX with a face of 4 GiB, or with a
- * level of 4 GiB in an array.
+ * and KTX get KTXorientation and KTXwriter besides the keys of tex; DDS drops
+ * them. A texture of one layer is not written as an array. Levels are packed by
+ * Zstandard on the context's pool. IBL_ERR_ARGUMENT: tex is incomplete.
+ * IBL_ERR_UNSUPPORTED: the container does not hold the pixel format, or no
+ * array; KTX with a face of 4 GiB, or with a level of 4 GiB in an array.
  */
 ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,
@@ -674,17 +659,14 @@ void ibl_bytes_free(void *bytes);
 /*
  * Reads a KTX2, KTX or DDS file (detected by content) with the pixel formats of
  * ibl_pixel: cube, 2D or an array of either, with or without levels; of KTX
- * only little endian. KTX and KTX2 files with 3-channel 16 or 32-bit floats are
- * widened to 4 channels. DDS files may also name a float format of Direct3D 9
- * in place of a FourCC, and hold RGB floats. Signed BC6H becomes RGBA16F. KTX2
- * files may be supercompressed with Zstandard. Files that this library wrote
- * are read back bit for bit, including keys. IBL_ERR_UNSUPPORTED: more layers
- * than IBL_MAX_LAYERS, 3D, another pixel format or supercompression; the
- * message has its name or number. IBL_ERR_FORMAT: a damaged file. Never reads
- * outside [bytes, size), and allocates little more than size, or than the most
- * that Zstandard can have packed in it. Keys are read if their value is text.
- * KTXwriter is kept, KTXorientation is not. If it says that rows do not begin
- * at the top, a flat texture is flipped and a cube is IBL_ERR_UNSUPPORTED.
+ * only little endian. RGB of halves or floats is widened to 4 channels, signed
+ * BC6H becomes RGBA16F. Files that this library wrote are read back bit for
+ * bit, with keys. Keys are read if their value is text, except KTXorientation:
+ * if by that rows do not begin at the top, a flat texture is flipped and a cube
+ * is IBL_ERR_UNSUPPORTED, as are more layers than IBL_MAX_LAYERS, 3D, other
+ * pixel formats and supercompressions, which the message names. IBL_ERR_FORMAT:
+ * a damaged file. Never reads outside [bytes, size), and allocates little more
+ * than size, or than the most that Zstandard can have packed in it.
  *   container   may be NULL
  */
 ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,

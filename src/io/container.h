@@ -138,8 +138,6 @@ typedef struct ibl_pieces {
 bool ibl_pieces_alloc(ibl_pieces *file, size_t head_bytes, int room);
 void ibl_pieces_free(ibl_pieces *file);
 void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size);
-/* Adds a whole level. */
-void ibl_pieces_add_level(ibl_pieces *file, const ibl_texture *tex, int level);
 
 /* Makes the file of tex. Checks tex first: errors as ibl_texture_encode. file:
  * zeroed; the caller must free it, after errors too. */

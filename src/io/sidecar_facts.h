@@ -25,6 +25,8 @@ ibl_status ibl_sidecar_take(ibl_ctx *ctx, const ibl_sidecar_options *facts,
 /* Refuses an output of unknown content. */
 ibl_status ibl_sidecar_check_content(ibl_ctx *ctx, const ibl_sidecar_output *o);
 
+/* "fast", "normal" or "best". */
+const char *ibl_quality_name(ibl_quality quality);
 /* Puts what a file of that content is for. */
 void ibl_sidecar_put_content(const ibl_sidecar_facts *f, ibl_content content,
                              json_t **j);

@@ -6,6 +6,12 @@
 
 #include "io/sidecar_facts.h"
 
+const char *ibl_quality_name(ibl_quality quality)
+{
+    static const char *const names[] = {"fast", "normal", "best"};
+    return names[quality];
+}
+
 /* ---- levels ------------------------------------------------------------ */
 
 /* How a specular level was made. "environment": it is the environment itself.
@@ -175,7 +181,7 @@ json_t *ibl_sidecar_file(const ibl_sidecar_facts *f,
     if (!table && t->faces == 1)
         put(&j, "layout", json_string(ibl_projection_name(o->projection)));
     if (!table)
-        put(&j, "overflow", json_string(ibl_overflow_name(texels.overflow)));
+        put(&j, "overflow", json_string(texels.overflow ? "clip" : "spread"));
     ibl_sidecar_put_content(f, o->content, &j);
     if (!table)
         put(&j, "levels", levels(f, o));

@@ -108,56 +108,6 @@ static json_t *environment(const ibl_sidecar_facts *f)
 /* ---- what was made of it --------------------------------------------------
  */
 
-/* The choices of a user. */
-static json_t *options(const ibl_sidecar_facts *f)
-{
-    json_t *j = json_object();
-
-    for (int i = 0; i < f->o.option_count; i++) {
-        const ibl_key_value *o = &f->o.options[i];
-        put(&j, o->key, o->value ? ibl_json_string(o->value) : json_true());
-    }
-    return j;
-}
-
-static json_t *orientation(const ibl_sidecar_facts *f)
-{
-    const ibl_axes *axes = &f->o.axes;
-    json_t *j = json_pack("{sf}", "yaw_deg", f->o.yaw_deg);
-
-    if (axes->mirror)
-        put(&j, "mirror", json_string(ibl_mirror_name(axes->mirror)));
-    if (axes->up)
-        put(&j, "up", json_string(ibl_up_name(axes->up)));
-    return j;
-}
-
-static json_t *spherical_harmonics(const ibl_sidecar_facts *f)
-{
-    const int degree = f->o.sh_degree;
-    json_t *j = json_object();
-
-    put(&j, "degree", json_integer(degree));
-    put(&j, "radiance", ibl_json_harmonics(f->o.made->sh, degree, false));
-    put(&j, "irradiance_scale", json_string("E/pi"));
-    put(&j, "irradiance", ibl_json_harmonics(f->o.made->sh, degree, true));
-    return j;
-}
-
-static void put_lights(const ibl_sidecar_facts *f, json_t **root)
-{
-    const int count = f->o.light_count;
-    ibl_light lights[IBL_MAX_LIGHTS];
-
-    for (int i = 0; i < count; i++) {
-        lights[i] = f->o.lights[i];
-        ibl_axes_turn(f->o.axes, 0, lights[i].direction, lights[i].direction);
-    }
-    put(root, "lights", ibl_lights_json(lights, count));
-    if (count)
-        put(root, "gltf", ibl_lights_gltf(lights, count));
-}
-
 /* ---- the whole ------------------------------------------------------------
  */
 
@@ -183,27 +133,11 @@ static ibl_status check_output(const ibl_sidecar_facts *f,
     return ibl_sidecar_check_content(f->ctx, o);
 }
 
-/* Members of a program. */
-static ibl_status put_more(const ibl_sidecar_facts *f, json_t **root)
-{
-    ibl_json_why why;
-    json_t *more = ibl_json_parse("more", f->o.more, strlen(f->o.more),
-                                  JSON_REJECT_DUPLICATES, &why);
-
-    if (!more && why.status == IBL_ERR_MEMORY)
-        return ibl_no_memory(f->ctx, "a sidecar");
-    if (!json_is_object(more)) {
-        json_decref(more);
-        return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
-                        "more of a sidecar: must be the text of a JSON object");
-    }
-    put_all(root, more);
-    return IBL_OK;
-}
-
 static ibl_status put_everything(const ibl_sidecar_facts *f, json_t **root)
 {
     const ibl_sidecar_options *o = &f->o;
+    json_t *options = json_object(), *outputs = json_array();
+    json_t *orientation = json_pack("{sf}", "yaw_deg", o->yaw_deg);
 
     put(root, "generator",
         ibl_json_generator(ibl_ctx_isa(f->ctx), o->revision));
@@ -211,18 +145,52 @@ static ibl_status put_everything(const ibl_sidecar_facts *f, json_t **root)
         put(root, "target", ibl_json_string(o->target));
     put(root, "source", source(f));
     put(root, "colour", colour(f));
-    put(root, "options", options(f));
+    for (int i = 0; i < o->option_count; i++)
+        put(&options, o->options[i].key,
+            o->options[i].value ? ibl_json_string(o->options[i].value)
+                                : json_true());
+    put(root, "options", options);
     put(root, "environment", environment(f));
-    put(root, "orientation", orientation(f));
-    json_t *outputs = json_array();
+    if (o->axes.mirror)
+        put(&orientation, "mirror",
+            json_string(ibl_mirror_name(o->axes.mirror)));
+    if (o->axes.up)
+        put(&orientation, "up", json_string(ibl_up_name(o->axes.up)));
+    put(root, "orientation", orientation);
     for (int i = 0; i < o->output_count; i++)
         append(&outputs, ibl_sidecar_file(f, &o->outputs[i]));
     put(root, "outputs", outputs);
     if (o->made->sh)
-        put(root, "sh", spherical_harmonics(f));
-    if (o->light_count >= 0)
-        put_lights(f, root);
-    return o->more ? put_more(f, root) : IBL_OK;
+        put(root, "sh",
+            json_pack("{si so ss so}", "degree", o->sh_degree, "radiance",
+                      ibl_json_harmonics(o->made->sh, o->sh_degree, false),
+                      "irradiance_scale", "E/pi", "irradiance",
+                      ibl_json_harmonics(o->made->sh, o->sh_degree, true)));
+    if (o->light_count >= 0) {
+        ibl_light lights[IBL_MAX_LIGHTS];
+        for (int i = 0; i < o->light_count; i++) {
+            lights[i] = o->lights[i];
+            ibl_axes_turn(o->axes, 0, lights[i].direction, lights[i].direction);
+        }
+        put(root, "lights", ibl_lights_json(lights, o->light_count));
+        if (o->light_count)
+            put(root, "gltf", ibl_lights_gltf(lights, o->light_count));
+    }
+    if (!o->more)
+        return IBL_OK;
+    /* Members of a program. */
+    ibl_json_why why;
+    json_t *more = ibl_json_parse("more", o->more, strlen(o->more),
+                                  JSON_REJECT_DUPLICATES, &why);
+    if (!more && why.status == IBL_ERR_MEMORY)
+        return ibl_no_memory(f->ctx, "a sidecar");
+    if (json_is_object(more)) {
+        put_all(root, more);
+        return IBL_OK;
+    }
+    json_decref(more);
+    return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
+                    "more of a sidecar: must be the text of a JSON object");
 }
 
 ibl_status ibl_sidecar_check_content(ibl_ctx *ctx, const ibl_sidecar_output *o)

@@ -176,17 +176,6 @@ ibl_texel_options ibl_texel_options_default(void)
                                .quality = IBL_QUALITY_NORMAL};
 }
 
-const char *ibl_quality_name(ibl_quality quality)
-{
-    static const char *const names[] = {"fast", "normal", "best"};
-    return names[quality];
-}
-
-const char *ibl_overflow_name(ibl_overflow overflow)
-{
-    return overflow == IBL_OVERFLOW_SPREAD ? "spread" : "clip";
-}
-
 ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  const ibl_texel_options *opts,
                                  ibl_texture *tex, ibl_overflow_report *report)
@@ -552,12 +541,6 @@ void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size)
     assert(file->count < file->room);
     file->piece[file->count++] = (ibl_piece){bytes, size};
     file->size += size;
-}
-
-void ibl_pieces_add_level(ibl_pieces *file, const ibl_texture *tex, int level)
-{
-    ibl_pieces_add(file, tex->data + ibl_texture_offset(tex, level, 0),
-                   ibl_texture_level_bytes(tex, level));
 }
 
 ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
