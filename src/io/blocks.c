@@ -126,18 +126,7 @@ ibl_status ibl_blocks_encode_images(ibl_ctx *ctx, const ibl_block_images *of,
 
 /* ---- decoding images ------------------------------------------------- */
 
-/* Stores a texel in rgb, or if that is NULL in rgba. */
-static void put_texel(const uint16_t halves[3], size_t at, float *rgb,
-                      unsigned char *rgba)
-{
-    const uint16_t texel[] = {halves[0], halves[1], halves[2], ALPHA_ONE};
-
-    if (!rgb)
-        memcpy(rgba + at * sizeof texel, texel, sizeof texel);
-    for (size_t c = 0; c < 3 && rgb; c++)
-        rgb[3 * at + c] = ibl_half_to_float(halves[c]);
-}
-
+/* Decodes to rgb, or if that is NULL to rgba. */
 static int decode_image(ibl_decode_block_fn *decode,
                         const unsigned char *blocks, size_t width,
                         size_t height, float *rgb, unsigned char *rgba)
@@ -152,8 +141,15 @@ static int decode_image(ibl_decode_block_fn *decode,
             for (size_t i = 0; i < IBL_BLOCK_TEXELS; i++) {
                 const size_t x = left + i % IBL_BLOCK_EDGE;
                 const size_t y = top + i / IBL_BLOCK_EDGE;
-                if (x < width && y < height)
-                    put_texel(texels[i], y * width + x, rgb, rgba);
+                const uint16_t *t = texels[i];
+                const uint16_t texel[] = {t[0], t[1], t[2], ALPHA_ONE};
+                if (x >= width || y >= height)
+                    continue;
+                if (!rgb)
+                    memcpy(rgba + (y * width + x) * sizeof texel, texel,
+                           sizeof texel);
+                for (size_t c = 0; c < 3 && rgb; c++)
+                    rgb[3 * (y * width + x) + c] = ibl_half_to_float(t[c]);
             }
         }
     return valid;

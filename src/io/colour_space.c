@@ -132,31 +132,29 @@ static void multiply(const double a[9], const double b[9], double out[9])
     memcpy(out, m, sizeof m);
 }
 
-/* The cone responses of a white with Y = 1. False: its y is 0. */
-static bool cones_of(const double white[2], const double cones[9],
-                     double out[3])
-{
-    const double x = white[0] / white[1], z = (1 - white[0]) / white[1] - 1;
-    bool ok = fabs(white[1]) > 1e-6;
-
-    for (int i = 0; i < 3; i++) {
-        out[i] = cones[3 * i] * x + cones[3 * i + 1] + cones[3 * i + 2] * z;
-        ok &= fabs(out[i]) > 1e-6;
-    }
-    return ok;
-}
-
-/* XYZ under one white to XYZ that looks the same under the other. */
+/* XYZ under one white to XYZ that looks the same under the other, by their cone
+ * responses. False: a y or a response is 0. */
 static bool adapt(const double from[2], const double to[2], double matrix[9])
 {
     static const double cones[9] = {0.8951, 0.2664, -0.1614, -0.7502, 1.7135,
                                     0.0367, 0.0389, -0.0685, 1.0296};
-    double a[3], b[3], gains[9] = {0};
+    double gains[9] = {0};
 
-    if (!cones_of(from, cones, a) || !cones_of(to, cones, b))
+    if (!(fabs(from[1]) > 1e-6) || !(fabs(to[1]) > 1e-6))
         return false;
-    for (int i = 0; i < 3; i++)
-        gains[4 * i] = b[i] / a[i];
+    for (int i = 0; i < 3; i++) {
+        double response[2];
+        for (int k = 0; k < 2; k++) {
+            const double *white = k ? to : from;
+            const double x = white[0] / white[1];
+            const double z = (1 - white[0]) / white[1] - 1;
+            response[k] =
+                cones[3 * i] * x + cones[3 * i + 1] + cones[3 * i + 2] * z;
+            if (!(fabs(response[k]) > 1e-6))
+                return false;
+        }
+        gains[4 * i] = response[1] / response[0];
+    }
     invert(cones, matrix);
     multiply(matrix, gains, matrix);
     multiply(matrix, cones, matrix);

@@ -17,11 +17,6 @@
 #error "texels are encoded and stored in the machine's order, little endian"
 #endif
 
-enum {
-    IBL_MAX_KEYS = 4096,
-    IBL_MAX_KEY_BYTES = 255
-};
-
 /* The 32-bit word at an offset; the caller has checked the offset. */
 uint32_t ibl_input_u32(const ibl_input *in, uint64_t at);
 ibl_status ibl_input_short(const ibl_input *in, const char *what);
