@@ -614,12 +614,6 @@ ibl_projection ibl_texture_projection(const ibl_texture *tex);
  * stay as they are. tex is unchanged after an error, as ibl_texture_to_cube. */
 ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex);
 
-/* ibl_cube_turn_axes of every layer of a texture, in place. IBL_ERR_ARGUMENT:
- * it is no cube, of blocks, or axes are out of range. tex is unchanged after an
- * error. */
-ibl_status ibl_texture_turn_axes(ibl_ctx *ctx, ibl_texture *tex, ibl_axes axes,
-                                 int back);
-
 /* The error of the pixel format at a level, with what the overflow did: t is a
  * texel of the cube, d the same texel decoded, |.| over R, G and B. */
 typedef struct ibl_pixel_error {
