@@ -467,9 +467,9 @@ TEST(files_and_tiles)
     ibl_set set;
     ibl_outputs *out;
 
-    REFUSES(ibl_outputs_create(ctx, NULL));
-    SILENT(ibl_outputs_create(NULL, &out));
-    NEED(!ibl_outputs_create(ctx, &out));
+    REFUSES(ibl_outputs_create(ctx, 0, NULL));
+    SILENT(ibl_outputs_create(NULL, 0, &out));
+    NEED(!ibl_outputs_create(ctx, 0, &out));
     REFUSES(ibl_outputs_mkdir(out, NULL));
     SILENT(ibl_outputs_mkdir(NULL, "x"));
     REFUSES(ibl_outputs_add(out, NULL, "", 0));

@@ -69,7 +69,7 @@ static void free_outputs(void *out)
 static ibl_outputs *create(void)
 {
     ibl_outputs *out;
-    NEED(!ibl_outputs_create(ctx, &out));
+    NEED(!ibl_outputs_create(ctx, 0, &out));
     test_defer(free_outputs, out);
     return out;
 }
@@ -84,7 +84,7 @@ static ibl_status add(ibl_outputs *out, const char *path, const char *text)
 static int die_in_commit(void)
 {
     ibl_outputs *out;
-    if (ibl_outputs_create(ctx, &out) || add(out, at("k/a"), "new") ||
+    if (ibl_outputs_create(ctx, 0, &out) || add(out, at("k/a"), "new") ||
         add(out, at("k/b"), "new"))
         return 1;
     raise(SIGKILL);
@@ -141,7 +141,7 @@ TEST(committed)
     ibl_outputs *out;
     struct stat st;
     const mode_t mask = umask(007);
-    NEED(!ibl_outputs_create(ctx, &out));
+    NEED(!ibl_outputs_create(ctx, 0, &out));
     NEED(!ibl_outputs_mkdir(out, at("c/d//e/")));
     NEED(!ibl_outputs_mkdir(out, at("c/d")));
     NEED(!ibl_outputs_mkdir(out, at("c/empty")));
@@ -162,7 +162,6 @@ TEST(committed)
     ibl_outputs_free(out);
     CHECK(holds(at("c/two"), "new") && entries(at("c/empty")) == 0);
     ibl_outputs_free(NULL);
-    ibl_outputs_abort(NULL);
     umask(mask);
 }
 
@@ -185,24 +184,49 @@ TEST(large)
     CHECK(got == size && !memcmp(bytes, numbers, size));
 }
 
-TEST(aborted)
+TEST(freed_early)
 {
     NEED(!mkdir(at("a"), 0777));
     put(at("a/old"), "old");
-    ibl_outputs *out = create();
+    ibl_outputs *out;
+    NEED(!ibl_outputs_create(ctx, 0, &out));
     NEED(!ibl_outputs_mkdir(out, at("a/b/c")));
     NEED(!ibl_outputs_mkdir(out, at("a/mine")));
     CHECK(!add(out, at("a/old"), "new"));
     CHECK(!add(out, at("a/b/c/x"), "x"));
     put(at("a/mine/other"), "o");
     CHECK(holds(at("a/old"), "old"));
-    errno = 77;
-    ibl_outputs_abort(out);
-    CHECK(errno == 77);
+    ibl_outputs_free(out);
     CHECK(holds(at("a/old"), "old") && !exists(at("a/b")));
     CHECK(holds(at("a/mine/other"), "o") && entries(at("a")) == 2);
-    CHECK(add(out, at("a/y"), "y") == IBL_ERR_ARGUMENT);
-    CHECK(entries(at("a")) == 2);
+}
+
+/* Several sets of a process, which must then end. */
+TEST(aborted)
+{
+    ibl_outputs *first, *second, *third;
+    int result;
+
+    put(at("ab_old"), "old");
+    const pid_t child = fork();
+    NEED(child >= 0);
+    if (!child) {
+        bool ok = !ibl_outputs_create(ctx, 0, &first) &&
+                  !ibl_outputs_create(ctx, 0, &second) &&
+                  !ibl_outputs_create(ctx, 0, &third) &&
+                  !ibl_outputs_mkdir(first, at("ab_made/more")) &&
+                  !add(first, at("ab_made/x"), "x") &&
+                  !add(second, at("ab_old"), "new") &&
+                  !add(third, at("ab_third"), "x");
+        ibl_outputs_free(third);
+        errno = 77;
+        ibl_outputs_abort_all();
+        _exit(!ok || errno != 77 || exists(at("ab_made")) ||
+              add(first, at("ab_y"), "y") != IBL_ERR_ARGUMENT ||
+              !ibl_outputs_commit(second));
+    }
+    NEED(waitpid(child, &result, 0) == child);
+    CHECK(!result && holds(at("ab_old"), "old") && !exists(at("ab_y")));
 }
 
 /* What cannot be a target stays as it is, and the set goes on. */
@@ -288,7 +312,7 @@ TEST(long_names)
     for (int n = NAME_MAX - 80; n <= NAME_MAX; n += 40) {
         memset(name, 'n', (size_t)n);
         name[n] = '\0';
-        NEED(!ibl_outputs_create(ctx, &out));
+        NEED(!ibl_outputs_create(ctx, 0, &out));
         CHECK_MSG(!add(out, at("%s", name), "long") &&
                       !ibl_outputs_commit(out) && holds(at("%s", name), "long"),
                   "a name of %d bytes", n);
@@ -329,17 +353,17 @@ typedef enum call {
 
 static struct {
     call call;
-    int error;  /* 0: a signal comes */
+    int error;  /* 0: SIGTERM comes */
     bool stays; /* all fail from that one on */
     int left;   /* calls before the one that fails; < 0: none does */
     bool failed;
-    ibl_outputs *out;
 } fault = {.left = -1};
 
 static void on_signal(int number)
 {
-    (void)number;
-    ibl_outputs_abort(fault.out);
+    ibl_outputs_abort_all();
+    signal(number, SIG_DFL);
+    raise(number);
 }
 
 static bool fails(call c)
@@ -349,7 +373,7 @@ static bool fails(call c)
     fault.left += fault.stays;
     fault.failed = true;
     if (!fault.error)
-        raise(SIGUSR1);
+        raise(SIGTERM);
     errno = fault.error;
     return fault.error;
 }
@@ -397,8 +421,7 @@ WRAP(int, fsync, (int fd))
 }
 
 /* Whichever call fails: all files are old or all new, but that a rename that
- * fails leaves those before it new; nothing else is there. A signal comes
- * before all renames or after them. */
+ * fails leaves those before it new; nothing else is there. */
 TEST(calls_that_fail)
 {
     static const char *const names[] = {"a", "b", "sub/c", "made/d"};
@@ -420,11 +443,9 @@ TEST(calls_that_fail)
                  {FSYNC, EINVAL, true, .outcome = PASSES},
                  {FSYNC, EIO, .outcome = FAILS},
                  {RENAME, EIO, .outcome = FAILS},
-                 {RENAME, 0, .outcome = PASSES},
                  {MKDIR, EEXIST, .outcome = PASSES}};
     ibl_ctx *two = test_keeping_ctx(2, &kept);
 
-    signal(SIGUSR1, on_signal);
     NEED(!mkdir(at("q"), 0777) && !mkdir(at("q/sub"), 0777));
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         bool fell = true;
@@ -435,11 +456,9 @@ TEST(calls_that_fail)
                 texture_random(two, IBL_PIXEL_RG16F, (int[]){2, 2, 1, 1}, 1);
             put(at("q/a"), "old");
             put(at("q/sub/c"), "old");
-            NEED(!ibl_outputs_create(two, &out));
-            ibl_outputs_sync(out, 1);
+            NEED(!ibl_outputs_create(two, 1, &out));
             fault.call = cases[k].call;
             fault.error = cases[k].error;
-            fault.out = out;
             fault.stays = cases[k].stays;
             fault.left = n;
             fault.failed = false;
@@ -483,7 +502,45 @@ TEST(calls_that_fail)
         CHECK_MSG(!bad == (cases[k].outcome == PASSES), "case %zu: %d failed",
                   k, bad);
     }
-    signal(SIGUSR1, SIG_DFL);
+}
+
+/* A signal at any call comes before all renames or after them. */
+TEST(signals)
+{
+    static const char *const names[] = {"a", "made/b", "c"};
+    static const call calls[] = {WRITE, CLOSE, FSYNC, RENAME, MKDIR};
+    int result;
+
+    NEED(!mkdir(at("s"), 0777));
+    for (size_t k = 0; k < 3 * sizeof calls / sizeof *calls; k++) {
+        put(at("s/a"), "old");
+        const pid_t child = fork();
+        NEED(child >= 0);
+        if (!child) {
+            ibl_outputs *out = NULL;
+            signal(SIGTERM, on_signal);
+            fault.call = calls[k / 3];
+            fault.error = 0;
+            fault.left = (int)(k % 3);
+            bool ok = !ibl_outputs_create(ctx, 1, &out) &&
+                      !ibl_outputs_mkdir(out, at("s/made"));
+            for (int i = 0; i < 3 && ok; i++)
+                ok = !add(out, at("s/%s", names[i]), "new");
+            _exit(!ok || ibl_outputs_commit(out));
+        }
+        NEED(waitpid(child, &result, 0) == child);
+        CHECK_MSG(WIFSIGNALED(result) || (calls[k / 3] == MKDIR && !result),
+                  "case %zu: status %d", k, result);
+        const bool done = holds(at("s/c"), "new");
+        CHECK_MSG(entries(at("s")) == 1 + 2 * done &&
+                      holds(at("s/a"), done ? "new" : "old") &&
+                      exists(at("s/made/b")) == done &&
+                      done >= (calls[k / 3] == RENAME),
+                  "case %zu: something is left", k);
+        remove(at("s/c"));
+        remove(at("s/made/b"));
+        remove(at("s/made"));
+    }
 }
 
 static int times_flushed(const char *path)
@@ -507,8 +564,7 @@ TEST(flushed)
     for (int sync = 0; sync < 2; sync++) {
         ibl_outputs *out;
         flushes.count = 0;
-        NEED(!ibl_outputs_create(ctx, &out));
-        ibl_outputs_sync(out, sync);
+        NEED(!ibl_outputs_create(ctx, sync, &out));
         NEED(!ibl_outputs_mkdir(out, at("f/x/y")));
         for (int i = 0; i < 3; i++)
             CHECK(!add(out, at("%s", paths[i]), paths[i]));
@@ -530,7 +586,7 @@ TEST(cancelled)
 {
     ibl_ctx *other = test_ctx(1, IBL_ISA_C);
     ibl_outputs *out;
-    NEED(!ibl_outputs_create(other, &out));
+    NEED(!ibl_outputs_create(other, 0, &out));
     CHECK(!add(out, at("cancelled"), "x"));
     ibl_ctx_cancel(other);
     CHECK(add(out, at("more"), "x") == IBL_ERR_CANCELLED);
@@ -552,7 +608,7 @@ TEST(unwritable)
         ibl_outputs *out;
         if (!geteuid() && setuid(65534))
             _exit(1);
-        _exit(ibl_outputs_create(ctx, &out) ||
+        _exit(ibl_outputs_create(ctx, 0, &out) ||
               add(out, at("u/file"), "x") != IBL_ERR_IO ||
               !test_said(&kept, "denied"));
     }
@@ -571,7 +627,7 @@ static int write_four(const char *text, int times)
     int bad = 0;
 
     for (int n = 0; n < times && !bad; n++) {
-        bad = ibl_outputs_create(ctx, &out);
+        bad = ibl_outputs_create(ctx, 0, &out);
         for (int i = 0; i < 4 && !bad; i++)
             bad = add(out, at("two/%s", four[i]), text);
         bad = bad || ibl_outputs_commit(out);

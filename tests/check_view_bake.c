@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Sets that the viewer bakes, and files that change. */
-#include <dirent.h>
 #include <fcntl.h>
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -109,53 +107,6 @@ TEST(baker_bakes)
     sets_check_same(&made, &set, "beside the window");
     view_set_free(&made);
     view_set_free(&set);
-}
-
-/* The signals that a thread of this process blocks; all: it is gone. */
-static unsigned long long blocked_by(const char *thread)
-{
-    char path[320], line[256];
-    unsigned long long set = ~0ull;
-
-    snprintf(path, sizeof path, "/proc/self/task/%s/status", thread);
-    FILE *file = fopen(path, "r");
-    while (file && fgets(line, sizeof line, file))
-        if (!strncmp(line, "SigBlk:", 7))
-            set = strtoull(line + 7, NULL, 16);
-    if (file)
-        fclose(file);
-    return set;
-}
-
-/* A handler removes temporary files, which the main thread may be renaming
- * while it blocks signals: no other thread may run one. */
-TEST(only_the_main_thread_takes_signals)
-{
-    static const unsigned long long ends =
-        1ull << (SIGTERM - 1) | 1ull << (SIGINT - 1) | 1ull << (SIGHUP - 1);
-    view_baker *baker = view_baker_start(&(view_request){.path = large_map()});
-    char main_thread[32], stage[64] = "";
-    const struct dirent *entry;
-    double done;
-    int others = 0;
-
-    NEED(baker);
-    while (!*stage && !view_baker_poll(baker, stage, &done))
-        pause_for(0.001); /* a thread that begins blocks all */
-    snprintf(main_thread, sizeof main_thread, "%ld", (long)getpid());
-    DIR *tasks = opendir("/proc/self/task");
-    while (tasks && (entry = readdir(tasks))) {
-        if (*entry->d_name == '.' || !strcmp(entry->d_name, main_thread))
-            continue;
-        const unsigned long long set = blocked_by(entry->d_name);
-        CHECK_MSG((set & ends) == ends, "a thread blocks only %llx", set);
-        others++;
-    }
-    if (tasks)
-        closedir(tasks);
-    CHECK_MSG(others >= 1, "%d threads", others);
-    CHECK(!(blocked_by(main_thread) & ends));
-    view_baker_finish(baker, NULL);
 }
 
 /* Of all threads of this process, which waiting does not change. */

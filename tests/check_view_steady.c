@@ -254,7 +254,7 @@ static bool bake_once(const ibl_image *map, const char *path, baked_set *set)
                                  &array) &&
         !ibl_texture_array_put(ctx, &array, 0, &set->texture[VIEW_SPECULAR]) &&
         !ibl_texture_array_put(ctx, &array, 1, &set->texture[VIEW_SPECULAR]) &&
-        !ibl_outputs_create(ctx, &out) &&
+        !ibl_outputs_create(ctx, 0, &out) &&
         !ibl_outputs_take_texture(out, path, &array, IBL_CONTAINER_KTX2,
                                   NULL) &&
         !ibl_outputs_commit(out) && !ibl_texture_read(ctx, path, &array, NULL);

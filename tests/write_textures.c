@@ -187,7 +187,7 @@ int main(int argc, char **argv)
         return 2;
     }
     ctx = test_ctx(1, IBL_ISA_AUTO);
-    need(ibl_outputs_create(ctx, &out));
+    need(ibl_outputs_create(ctx, 0, &out));
     need(ibl_outputs_mkdir(out, argv[1]));
     write_cubes(argv[1], 8, 4);
     write_cubes(argv[1], 6, 2);

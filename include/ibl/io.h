@@ -515,9 +515,6 @@ ibl_status ibl_texture_array_begin(ibl_ctx *ctx, const ibl_texture *tex,
 ibl_status ibl_texture_array_put(ibl_ctx *ctx, ibl_texture *array, int layer,
                                  const ibl_texture *tex);
 
-/* Bytes of the UTF-8 character (The Unicode Standard, table 3-7: shortest form,
- * no surrogates) that text, of n bytes, begins with; 0: it begins with none. */
-size_t ibl_utf8_length(const void *text, size_t n);
 /* Sets a key to a value (both copied; UTF-8, key 1..255 bytes, at most 4096
  * keys, else IBL_ERR_ARGUMENT). */
 ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
@@ -682,16 +679,16 @@ void ibl_bytes_free(void *bytes);
 
 /*
  * Reads a KTX2, KTX or DDS file (detected by content) with the pixel formats of
- * ibl_pixel: cube, 2D or an array of either, with or without levels, either
- * byte order for KTX. KTX and KTX2 files with 3-channel 16 or 32-bit floats are
+ * ibl_pixel: cube, 2D or an array of either, with or without levels; of KTX
+ * only little endian. KTX and KTX2 files with 3-channel 16 or 32-bit floats are
  * widened to 4 channels. DDS files may also name a float format of Direct3D 9
  * in place of a FourCC, and hold RGB floats. Signed BC6H becomes RGBA16F. KTX2
  * files may be supercompressed with Zstandard. Files that this library wrote
  * are read back bit for bit, including keys. IBL_ERR_UNSUPPORTED: more layers
  * than IBL_MAX_LAYERS, 3D, another pixel format or supercompression; the
  * message has its name or number. IBL_ERR_FORMAT: a damaged file. Never reads
- * outside [bytes, size), and allocates little more than size, or than
- * Zstandard's frames say they hold. Keys are read if their value is text.
+ * outside [bytes, size), and allocates little more than size, or than the most
+ * that Zstandard can have packed in it. Keys are read if their value is text.
  * KTXwriter is kept, KTXorientation is not. If it says that rows do not begin
  * at the top, a flat texture is flipped and a cube is IBL_ERR_UNSUPPORTED.
  *   container   may be NULL
@@ -733,11 +730,10 @@ typedef struct ibl_outputs ibl_outputs;
 #define IBL_MAX_OUTPUTS 512    /* files in one set */
 #define IBL_MAX_OUTPUT_DIRS 64 /* directories made for it */
 
-/* Makes an empty set; it uses ctx for messages and cancellation. */
-ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out);
-/* sync 1: files are on the disk before add returns, directories before commit
- * does. 0 (default): no flush. To be called before the first add. */
-void ibl_outputs_sync(ibl_outputs *out, int sync);
+/* Makes an empty set; it uses ctx for messages and cancellation. sync 1: files
+ * are on the disk before add returns, directories before commit does. 0: the
+ * system writes them when it likes. */
+ibl_status ibl_outputs_create(ibl_ctx *ctx, int sync, ibl_outputs **out);
 /* Makes directory path and missing parents (mode 0777 & ~umask).
  * IBL_ERR_IO: cannot be made, or exists and is not a directory. */
 ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path);
@@ -764,12 +760,13 @@ ibl_status ibl_outputs_wait(ibl_outputs *out);
  * meanwhile. IBL_ERR_IO: a rename failed, or with sync a flush; files that were
  * renamed before stay so, and the set is aborted. */
 ibl_status ibl_outputs_commit(ibl_outputs *out);
-/* Removes all files not committed, and empty directories made for the set. It
- * makes only system calls, so it is safe in a signal handler on any thread; the
- * program should then end. errno is kept. Nothing can be added afterwards. NULL
- * is fine. */
-void ibl_outputs_abort(ibl_outputs *out);
-void ibl_outputs_free(ibl_outputs *out); /* aborts first; NULL is fine */
+/* Removes all files not committed, and empty directories made for the set.
+ * NULL is fine. */
+void ibl_outputs_free(ibl_outputs *out);
+/* Does so for all sets of the process, which then must end: nothing can be
+ * added any more, and a commit that renames is waited for. It makes only system
+ * calls, so a signal handler may call it on any thread; errno is kept. */
+void ibl_outputs_abort_all(void);
 /* The caller has this directory locked by flock, exclusively, by a descriptor
  * that stays open until the set is freed: commit does not wait for it. */
 void ibl_outputs_hold(ibl_outputs *out, int directory);

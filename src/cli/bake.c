@@ -148,7 +148,7 @@ static bool decide(ibl_job *r)
 
 static bool start(ibl_job *r)
 {
-    bool ok = !ibl_start_outputs(r->from.ctx, r->opts->sync, &r->outputs);
+    bool ok = !ibl_outputs_create(r->from.ctx, r->opts->sync, &r->outputs);
 
     for (int i = 0; i < r->count && ok; i++) {
         r->sets[i].ctx = r->from.ctx;
@@ -222,7 +222,7 @@ static void free_set(ibl_output_set *b)
 
 void ibl_job_end(ibl_job *r)
 {
-    ibl_end_outputs(r->outputs);
+    ibl_outputs_free(r->outputs);
     for (int i = 0; i < r->count && r->sets; i++)
         free_set(&r->sets[i]);
     free(r->sets);

@@ -9,6 +9,7 @@
 
 #include "cli/shell_words.h"
 #include "common/names.h"
+#include "common/signals.h"
 
 static const char *const progress_names[] = {"auto", "json", NULL};
 static const char *const no_yes[] = {"no", "yes", NULL};
@@ -470,10 +471,8 @@ static bool take(void *settings, const char *word)
     /* Doubled when it is full, at powers of two. */
     if (!(count & (count - 1))) {
         const size_t room = count ? 2 * count : 1;
-        const char **given = realloc(line->given, room * sizeof *given);
-        if (!given)
-            return ibl_misuse_memory("the environments");
-        line->given = given;
+        line->given =
+            ibl_need(realloc(line->given, room * sizeof *line->given));
     }
     line->given[line->given_count++] = word;
     line->set->input = line->given[0];
@@ -506,22 +505,18 @@ static bool read_words(const char *first, char **words, ibl_opts *o)
                              .defaults = defaults,
                              .take = pass,
                              .validate = accept};
-    char **options = ibl_words_split(first), **all = NULL;
+    char **options = ibl_need(ibl_words_split(first));
     int count = 0, more = 0;
 
-    while (options && options[count])
+    while (options[count])
         count++;
     while (words[more])
         more++;
-    if (options)
-        all = malloc((size_t)(count + more + 1) * sizeof *all);
-    if (all) {
-        memcpy(all, options, (size_t)count * sizeof *all);
-        memcpy(all + count, words, (size_t)(more + 1) * sizeof *all);
-    }
+    char **all = ibl_need(malloc((size_t)(count + more + 1) * sizeof *all));
+    memcpy(all, options, (size_t)count * sizeof *all);
+    memcpy(all + count, words, (size_t)(more + 1) * sizeof *all);
     /* No option of a target keeps its word. */
-    const bool ok = all ? ibl_command_line(&set, all, o, NULL)
-                        : ibl_misuse_memory("the options");
+    const bool ok = ibl_command_line(&set, all, o, NULL);
     free(all);
     free(options);
     return ok;

@@ -5,10 +5,8 @@
  * which all share, are made once. Each environment has its own set of outputs,
  * so those of finished ones stay if a later one fails.
  */
-#include <errno.h>
 #include <math.h>
 #include <pthread.h>
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -67,24 +65,6 @@ typedef struct batch {
     double pixels; /* of the maps that are done */
     bool stopped;
 } batch;
-
-/* ---- signals ------------------------------------------------------------- */
-
-static atomic_int stopped_by; /* a signal */
-static _Atomic(batch *) at_work;
-
-/* The handler: the bakes end as soon as they can and remove their files. */
-static void stop(int number)
-{
-    const int saved = errno;
-    batch *b = atomic_load(&at_work);
-
-    atomic_store(&stopped_by, number);
-    for (int i = 0; b && i < b->count + CONTEXTS; i++)
-        if (b->workers[i].ctx)
-            ibl_ctx_cancel(b->workers[i].ctx);
-    errno = saved;
-}
 
 /* ---- reports ------------------------------------------------------------- */
 
@@ -259,13 +239,6 @@ static bool begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
     return ibl_job_begin(r);
 }
 
-/* Ends a bake; one that a signal stopped has no message. */
-static bool end(worker *w, bool ok)
-{
-    w->run.console.failed |= atomic_load(&stopped_by) != 0;
-    return ibl_console_end(&w->run.console, ok) == 0;
-}
-
 static bool bake_map(worker *w, ibl_map *m)
 {
     const batch *b = w->batch;
@@ -277,7 +250,7 @@ static bool bake_map(worker *w, ibl_map *m)
               commit(w);
     if (ok && b->opts->depfile)
         ok = (m->rule = ibl_depfile_text(w->run.sets, w->run.count)) != NULL;
-    ok = end(w, ok);
+    ok = !ibl_console_end(&w->run.console, ok);
     if (ok && b->opts->common.verbose)
         ibl_job_log(&w->run);
     ibl_job_end(&w->run);
@@ -297,7 +270,7 @@ static bool is_large(const batch *b, const ibl_map *m)
  * the lock. */
 static ibl_map *take(batch *b, worker **w)
 {
-    while (!b->stopped && b->next < b->to_bake && !atomic_load(&stopped_by)) {
+    while (!b->stopped && b->next < b->to_bake) {
         ibl_map *m = &b->maps.list[b->order[b->next]];
         const int threads = is_large(b, m) ? b->count : 1;
         if (!b->busy || (b->busy + threads <= b->count &&
@@ -342,8 +315,7 @@ static void *work(void *arg)
         pthread_mutex_unlock(&b->lock);
         const bool ok = bake_map(w, m);
         pthread_mutex_lock(&b->lock);
-        if (!atomic_load(&stopped_by))
-            count_map(b, w, m, ok, ibl_now() - begun);
+        count_map(b, w, m, ok, ibl_now() - begun);
         w = own;
     }
     b->running--;
@@ -533,7 +505,7 @@ static bool make_folders(batch *b)
 {
     ibl_ctx *ctx = b->workers->ctx;
     char *stamps = ibl_path_join(b->opts->directory, IBL_STAMPS);
-    bool ok = stamps && !ibl_start_outputs(ctx, 0, &b->folders) &&
+    bool ok = stamps && !ibl_outputs_create(ctx, 0, &b->folders) &&
               !ibl_outputs_mkdir(b->folders, b->opts->directory) &&
               (!b->opts->incremental || !ibl_outputs_mkdir(b->folders, stamps));
 
@@ -582,7 +554,7 @@ static bool make_tables(batch *b)
     }
     ibl_stamp_free(&s);
     b->tables = w;
-    ok = end(w, ok);
+    ok = !ibl_console_end(&w->run.console, ok);
     b->console.failed |= w->run.console.failed;
     return ok;
 }
@@ -591,7 +563,7 @@ static bool make_tables(batch *b)
  * left where nothing was done. */
 static bool commit_tables(batch *b)
 {
-    if (b->tables_kept || !(b->baked + b->kept) || atomic_load(&stopped_by))
+    if (b->tables_kept || !(b->baked + b->kept))
         return true;
     b->tables->run.console.failed = false;
     const bool ok = commit(b->tables);
@@ -616,7 +588,7 @@ static bool write_depfile(batch *b)
             fputs(b->maps.list[i].rule, to);
     char *text = ibl_memory_close(to, &file);
     const bool ok =
-        text && !ibl_outputs_create(ctx, &outputs) &&
+        text && !ibl_outputs_create(ctx, 0, &outputs) &&
         !ibl_outputs_add(outputs, b->opts->depfile, text, file.size) &&
         !ibl_outputs_commit(outputs);
     b->console.failed |= b->workers->run.console.failed;
@@ -635,7 +607,7 @@ static bool check_depfile(batch *b)
         ok = begin(w, &b->maps.list[i], b->silent, NULL) &&
              ibl_job_names(&w->run) &&
              ibl_bake_check_depfile(w->run.sets, w->run.count);
-        ok = end(w, ok);
+        ok = !ibl_console_end(&w->run.console, ok);
         ibl_job_end(&w->run);
     }
     b->console.failed |= !ok;
@@ -650,8 +622,6 @@ static bool prepare(batch *b)
 
 static bool run(batch *b)
 {
-    atomic_store(&at_work, b);
-    ibl_signals_pass(stop);
     print_begin(b);
     for (int i = 0; i < b->maps.count; i++)
         if (b->maps.list[i].state == IBL_MAP_KEPT)
@@ -662,8 +632,7 @@ static bool run(batch *b)
         ok &= write_depfile(b);
     if (ok && b->opts->prune)
         b->pruned = ibl_stamps_prune(b->opts->directory, &b->maps, &b->console);
-    if (!atomic_load(&stopped_by))
-        print_end(b);
+    print_end(b);
     return ok;
 }
 
@@ -671,7 +640,7 @@ static void free_batch(batch *b)
 {
     if (b->tables)
         ibl_job_end(&b->tables->run);
-    ibl_end_outputs(b->folders);
+    ibl_outputs_free(b->folders);
     for (int i = 0; i < b->count + CONTEXTS && b->workers; i++)
         ibl_ctx_free(b->workers[i].ctx);
     ibl_ctx_free(b->silent);
@@ -693,16 +662,11 @@ int ibl_batch_run(const ibl_cmdline *line)
                      line->set->common.verbose);
     ibl_signals_catch();
     const bool ok = prepare(&b) && run(&b);
-    b.console.failed |= atomic_load(&stopped_by) || b.failed;
+    b.console.failed |= b.failed;
     const int status = ibl_console_end(&b.console, ok);
     if (b.failed && b.opts->keep_going)
         list_failed(&b);
     print_sum(&b);
-    atomic_store(&at_work, NULL);
     free_batch(&b);
-    if (atomic_load(&stopped_by)) {
-        signal(atomic_load(&stopped_by), SIG_DFL);
-        raise(atomic_load(&stopped_by));
-    }
     return status;
 }

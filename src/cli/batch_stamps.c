@@ -210,7 +210,7 @@ bool ibl_stamp_write(const ibl_stamp *s, double since, ibl_ctx *ctx)
                                          HUGE_VAL);
     char *text = ibl_memory_close(to, &file);
     bool ok = !text || !known;
-    if (!ok && !ibl_outputs_create(ctx, &outputs)) {
+    if (!ok && !ibl_outputs_create(ctx, 0, &outputs)) {
         ibl_outputs_hold(outputs, s->held);
         ok = !ibl_outputs_add(outputs, s->path, text, file.size) &&
              !ibl_outputs_commit(outputs);

@@ -481,7 +481,7 @@ static int run(const void *settings)
     }
     json_t *document = ok ? measure(b) : NULL;
     ibl_console_finish(&b->console);
-    ok = document && !ibl_start_outputs(b->ctx, 0, &outputs);
+    ok = document && !ibl_outputs_create(b->ctx, 0, &outputs);
     for (int i = 0; i < 3 && ok; i++) {
         ibl_memory_file file;
         FILE *to = reports[i].path ? ibl_memory_open(&file) : NULL;
@@ -496,7 +496,7 @@ static int run(const void *settings)
     if (ok)
         print_document(document, stdout);
     ok = ok && ibl_console_commit(&b->console, outputs);
-    ibl_end_outputs(outputs);
+    ibl_outputs_free(outputs);
     json_decref(document);
     for (int i = 0; i < b->count; i++)
         free(b->settings[i].options);

@@ -11,7 +11,6 @@
 
 #include "common/clock.h"
 #include "common/path.h"
-#include "common/signals.h"
 #include "common/stderr_line.h"
 
 #define REDRAW_SECONDS 0.2

@@ -403,7 +403,7 @@ static bool write_files(conversion *c)
     const char *out = c->o->path[1];
     const ibl_texture made = c->out; /* its shape, when it is written */
     ibl_outputs *to = NULL;
-    bool ok = !ibl_start_outputs(c->ctx, 0, &to);
+    bool ok = !ibl_outputs_create(c->ctx, 0, &to);
 
     if (ok && c->o->picture)
         ok = write_pictures(c, to);
@@ -411,7 +411,7 @@ static bool write_files(conversion *c)
         ok = !ibl_outputs_take_texture(to, out, &c->out,
                                        (ibl_container)c->o->file, NULL);
     ok = ok && ibl_console_commit(&c->console, to);
-    ibl_end_outputs(to);
+    ibl_outputs_free(to);
     if (ok && !c->o->picture)
         ibl_console_info(&c->console, "wrote %s: %s, %s, %d x %d, levels: %d",
                          out, made.faces == 6 ? "cube" : "2D",

@@ -351,7 +351,7 @@ static bool bake_set(const ibl_probes_opts *opts, const char *input,
               hash_inputs(&p);
     const bool kept = ok && is_kept(&p);
     if (ok && !kept)
-        ok = !ibl_start_outputs(ctx, opts->sync, &p.outputs) &&
+        ok = !ibl_outputs_create(ctx, opts->sync, &p.outputs) &&
              !ibl_outputs_mkdir(p.outputs, directory);
     for (int i = 0; i < p.set.layers && ok && !kept; i++)
         ok = bake_layer(&p, i);
@@ -360,7 +360,7 @@ static bool bake_set(const ibl_probes_opts *opts, const char *input,
         if (p.path[i])
             ibl_console_info(console, "%s %s", kept ? "kept" : "wrote",
                              p.path[i]);
-    ibl_end_outputs(p.outputs);
+    ibl_outputs_free(p.outputs);
     for (int kind = 0; kind < IBL_PROBES_LUT; kind++)
         ibl_texture_free(&p.array[kind]);
     for (int i = 0; i < IBL_PROBES_FILES; i++)

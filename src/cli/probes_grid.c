@@ -282,10 +282,10 @@ static bool write_set(const ibl_probes_opts *opts, ibl_console *console,
     const bool ok =
         ibl_console_differ(console, opts->input[0], opts->output, "file") &&
         !ibl_start(&common, console, &ctx) &&
-        !ibl_start_outputs(ctx, opts->sync, &outputs) &&
+        !ibl_outputs_create(ctx, opts->sync, &outputs) &&
         !ibl_outputs_add(outputs, opts->output, text, strlen(text)) &&
         !ibl_outputs_commit(outputs);
-    ibl_end_outputs(outputs);
+    ibl_outputs_free(outputs);
     ibl_ctx_free(ctx);
     return ok;
 }

@@ -659,7 +659,7 @@ static int run_one(const verify_opts *o)
     ibl_console_init(&console, o->common.quiet, o->common.verbose);
     ibl_signals_catch();
     bool ok = !ibl_start(&o->common, &console, &v.ctx) &&
-              !ibl_start_outputs(v.ctx, 0, &outputs) && judge(&v, &report);
+              !ibl_outputs_create(v.ctx, 0, &outputs) && judge(&v, &report);
     const bool passed =
         ok && ibl_report_passes(&report, o->max_error, o->max_rendered_error,
                                 why, sizeof why);
@@ -679,7 +679,7 @@ static int run_one(const verify_opts *o)
     if (ok && o->common.verbose)
         ibl_console_print_times(&console);
     free(png);
-    ibl_end_outputs(outputs);
+    ibl_outputs_free(outputs);
     ibl_report_free(&report);
     for (int c = 0; c < IBL_CONTENT_LUT; c++)
         ibl_cube_free(&v.cube[c]);

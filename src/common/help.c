@@ -5,6 +5,7 @@
 
 #include "common/names.h"
 #include "common/option.h"
+#include "common/signals.h"
 
 enum {
     WIDTH = 80, /* columns of a line */
@@ -112,10 +113,8 @@ void ibl_command_help(const ibl_command *cmd, FILE *to)
 {
     const char *const program = ibl_this_program.name;
     const char *title = "", *name = cmd->name ? cmd->name : "";
-    void *settings = calloc(1, cmd->settings_size);
+    void *settings = ibl_need(calloc(1, cmd->settings_size));
 
-    if (!settings)
-        return;
     cmd->defaults(settings);
     fprintf(to, "Usage: %s %s%s%s\n\n%s", program, name, *name ? " " : "",
             cmd->usage, cmd->intro);

@@ -169,8 +169,6 @@ bool ibl_check_rules(const ibl_given *given, const ibl_rule *rules,
 
 /* Prints "PROGRAM: ..." on stderr; returns false. */
 bool ibl_misuse(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
-/* The same, "no memory for WHAT", which ends the program with status 1. */
-bool ibl_misuse_memory(const char *what);
 /* What precedes the text of every later ibl_misuse; "" at first. */
 void ibl_misuse_prefix(const char *prefix);
 

@@ -10,6 +10,7 @@
 
 #include "common/names.h"
 #include "common/option.h"
+#include "common/signals.h"
 #include "common/stderr_line.h"
 
 static const char *misuse_prefix = "";
@@ -17,14 +18,6 @@ static const char *misuse_prefix = "";
 void ibl_misuse_prefix(const char *prefix)
 {
     misuse_prefix = prefix;
-}
-
-static bool no_memory; /* is what is wrong with a line */
-
-bool ibl_misuse_memory(const char *what)
-{
-    no_memory = true;
-    return ibl_misuse("no memory for %s", what);
 }
 
 bool ibl_misuse(const char *fmt, ...)
@@ -411,7 +404,7 @@ bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
     const bool parsed = parse(&l);
 
     if (status)
-        *status = parsed ? 0 : no_memory ? 1 : 2;
+        *status = parsed ? 0 : 2;
     if (!parsed || !l.stop)
         return parsed;
     if (!status)
@@ -467,13 +460,9 @@ int ibl_command_main(int argc, char **argv)
                    words[0], names, ibl_this_program.name);
         return 2;
     }
-    void *settings = calloc(1, cmd->settings_size);
+    void *settings = ibl_need(calloc(1, cmd->settings_size));
     int status;
 
-    if (!settings) {
-        ibl_misuse("no memory for the settings");
-        return 1;
-    }
     if (ibl_command_line(cmd, cmd->name ? words + 1 : words, settings, &status))
         status = cmd->run(settings);
     if (cmd->release)

@@ -1,25 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-/* Signals and the outputs that they abort. An interrupted program dies of the
- * signal at once and leaves no temporary files. */
+/* Programs that a signal or missing memory ends leave no temporary files. */
 #ifndef COMMON_SIGNALS_H
 #define COMMON_SIGNALS_H
 
-#include <signal.h>
-
-#include "ibl/io.h"
-
 /* Catches the signals that end a program by default, HUP to XCPU, except those
- * that are ignored already. Ignores XFSZ. */
+ * that are ignored already: it dies of them after ibl_outputs_abort_all.
+ * Ignores XFSZ: write() then fails at a file-size limit, and that is reported.
+ * From then on jansson's memory is ibl_need's, too. */
 void ibl_signals_catch(void);
-/* Sets another handler, SIG_DFL or SIG_IGN for those signals. */
-void ibl_signals_pass(void (*handler)(int number));
-/* Block and unblock those signals. */
-void ibl_signals_hold(void);
-void ibl_signals_release(void);
 
-/* Makes outputs that a signal aborts, until they are ended. */
-ibl_status ibl_start_outputs(ibl_ctx *ctx, int sync, ibl_outputs **outputs);
-/* Removes files not committed and frees the outputs; NULL is fine. */
-void ibl_end_outputs(ibl_outputs *outputs);
+/* Returns p. NULL, which means that there was no memory for it: prints a line,
+ * removes temporary files and ends the program with status 1. */
+void *ibl_need(void *p) __attribute__((returns_nonnull));
 
 #endif

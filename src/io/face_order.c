@@ -5,9 +5,9 @@
  * Neighbours on a cube are nearly equal along their border, so the steps across
  * all borders, over those inside the faces, tell whether each face is where it
  * belongs. A search places one face after the other, the smallest steps first,
- * and turns back where the steps exceed those of the best cube so far. All 48
- * turns and mirrors of a cube fit as well as each other: of these the one that
- * changes least is named.
+ * and turns back where the steps exceed those of the best cube so far. All 24
+ * turns of a cube fit as well as each other: of these the one that changes
+ * least is named.
  */
 #include <math.h>
 #include <stdio.h>

@@ -17,7 +17,6 @@ typedef struct ibl_input {
     const unsigned char *bytes; /* NULL: the bytes are in the file */
     void *owned;                /* memory that ibl_input_close frees, or NULL */
     int fd;                     /* of the open file, or -1 */
-    bool swap;                  /* the file's words are big endian */
     size_t head; /* bytes that there are of a texture of which all but texels
                     is wanted; 0: all */
 } ibl_input;

@@ -7,14 +7,14 @@
  * A commit locks the directories of its targets (flock), so that the files
  * there are all of one set, and removes what killed processes left in them.
  *
- * ibl_outputs_abort may run in a signal handler at any point. It uses only
- * arrays of fixed size. A name is recorded before its file is made, and kept
- * until all have been renamed: then there is nothing of that name to remove.
+ * ibl_outputs_abort_all may run in a signal handler at any point. It uses only
+ * arrays of fixed size, and waits for the changes of other threads.
  */
 #define _GNU_SOURCE
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdbool.h>
@@ -65,6 +65,7 @@ typedef struct writing {
 } writing;
 
 struct ibl_outputs {
+    _Atomic(ibl_outputs *) next; /* in all_sets */
     ibl_ctx *ctx;
     writing later;
     atomic_int count;     /* slots in use */
@@ -72,10 +73,16 @@ struct ibl_outputs {
     bool sync;
     int held;            /* a directory that the caller has locked, or -1 */
     atomic_bool aborted; /* permanent: no more files or renames */
+    atomic_bool changes; /* on a thread that no signal stops */
     /* 4 MiB, not touched before use. */
     slot slots[IBL_MAX_OUTPUTS];
     char dirs[IBL_MAX_OUTPUT_DIRS][PATH_BYTES];
 };
+
+/* The sets that are not freed. A signal handler reads the list. */
+static _Atomic(ibl_outputs *) all_sets;
+static pthread_mutex_t list_lock = PTHREAD_MUTEX_INITIALIZER; /* for changes */
+static atomic_bool ending; /* the program is: sets stay in memory */
 
 /* Advice for the user by errno. */
 static const char *advice(int error)
@@ -121,7 +128,7 @@ static ibl_status check_length(const ibl_outputs *out, const char *path)
     return IBL_OK;
 }
 
-ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out)
+ibl_status ibl_outputs_create(ibl_ctx *ctx, int sync, ibl_outputs **out)
 {
     if (!ctx || !out)
         return ibl_missing(ctx, "ibl_outputs_create: out");
@@ -131,22 +138,38 @@ ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out)
         return ibl_no_memory(ctx, "a set of outputs");
     memset(set, 0, offsetof(ibl_outputs, slots));
     set->ctx = ctx;
+    set->sync = sync;
     set->held = -1;
-    /* A signal handler may use the set once *out is written. */
-    atomic_signal_fence(memory_order_seq_cst);
+    pthread_mutex_lock(&list_lock);
+    set->next = all_sets;
+    all_sets = set;
+    pthread_mutex_unlock(&list_lock);
     *out = set;
     return IBL_OK;
-}
-
-void ibl_outputs_sync(ibl_outputs *out, int sync)
-{
-    out->sync = sync;
 }
 
 void ibl_outputs_hold(ibl_outputs *out, int directory)
 {
     if (out)
         out->held = directory;
+}
+
+/* Between these no signal stops the thread, and ibl_outputs_abort_all waits, so
+ * that it finds each file of the set. False: the set is aborted. */
+static bool begin_change(ibl_outputs *out, sigset_t *before)
+{
+    sigset_t all;
+
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, before);
+    out->changes = true;
+    return !out->aborted;
+}
+
+static void end_change(ibl_outputs *out, const sigset_t *before)
+{
+    out->changes = false;
+    pthread_sigmask(SIG_SETMASK, before, NULL);
 }
 
 /* ---- directories ---------------------------------------------------- */
@@ -169,12 +192,11 @@ static ibl_status make_dir(ibl_outputs *out, const char *path)
                         "%s: over %d directories to make", path,
                         IBL_MAX_OUTPUT_DIRS);
 
-    /* Record the name before mkdir. The directory is ours: it did not exist. */
     memcpy(out->dirs[out->dir_count], path, strlen(path) + 1);
-    out->dir_count++;
-    if (!mkdir(path, 0777))
+    if (!mkdir(path, 0777)) {
+        out->dir_count++;
         return IBL_OK;
-    out->dir_count--;
+    }
     const int error = errno;
     if (error == EEXIST && !stat(path, &st) && S_ISDIR(st.st_mode))
         return IBL_OK; /* another process made it */
@@ -188,8 +210,11 @@ ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path)
     if (!out)
         return ibl_missing(NULL, "ibl_outputs_mkdir: out");
     ibl_status status = check_length(out, path);
+    sigset_t before;
     size_t n = 0;
 
+    if (!begin_change(out, &before))
+        status = IBL_ERR_CANCELLED;
     while (!status && path[n]) {
         n += strspn(path + n, "/");
         n += strcspn(path + n, "/");
@@ -197,6 +222,7 @@ ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path)
         prefix[n] = '\0';
         status = make_dir(out, prefix);
     }
+    end_change(out, &before);
     return status;
 }
 
@@ -427,27 +453,32 @@ static ibl_status report(const ibl_outputs *out, const char *path,
 static ibl_status begin_file(ibl_outputs *out, const char *path, slot **s,
                              int *fd)
 {
+    sigset_t before;
+
     if (ibl_cancelled(out->ctx))
         return IBL_ERR_CANCELLED;
-    if (atomic_load(&out->aborted))
-        return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
-                        "%s: its set of outputs was aborted", path);
     if (out->count == IBL_MAX_OUTPUTS)
         return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
                         "%s: over %d outputs in one set", path,
                         IBL_MAX_OUTPUTS);
     *s = &out->slots[out->count];
-    const ibl_status status = aim(out, path, *s);
+    ibl_status status = aim(out, path, *s);
     if (status)
         return status;
-    out->count++;            /* from now on abort removes the temporary */
-    unlink((*s)->temporary); /* of a killed process that had our PID */
-    *fd = open((*s)->temporary,
-               O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
-    if (*fd >= 0)
-        return IBL_OK;
-    out->count--;
-    return failed(out, path, "cannot be created");
+    if (!begin_change(out, &before)) {
+        status = ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
+                          "%s: its set of outputs was aborted", path);
+    } else {
+        unlink((*s)->temporary); /* of a killed process that had our PID */
+        *fd = open((*s)->temporary,
+                   O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        if (*fd >= 0)
+            out->count++;
+        else
+            status = failed(out, path, "cannot be created");
+    }
+    end_change(out, &before);
+    return status;
 }
 
 static ibl_status add_file(ibl_outputs *out, const char *path,
@@ -462,8 +493,12 @@ static ibl_status add_file(ibl_outputs *out, const char *path,
     if (!trouble)
         return IBL_OK;
     status = report(out, path, trouble);
-    unlink(s->temporary);
-    out->count--;
+    sigset_t before;
+    if (begin_change(out, &before)) {
+        unlink(s->temporary);
+        out->count--;
+    }
+    end_change(out, &before);
     return status;
 }
 
@@ -490,6 +525,19 @@ static ibl_status add_texture(ibl_outputs *out, const char *path,
         *size = file.size;
     ibl_pieces_free(&file);
     return status;
+}
+
+/* Removes what is not committed, by system calls only. */
+static void abort_set(ibl_outputs *out)
+{
+    const int saved = errno;
+
+    out->aborted = true;
+    for (; out->count > 0; out->count--)
+        unlink(out->slots[out->count - 1].temporary);
+    for (; out->dir_count > 0; out->dir_count--)
+        rmdir(out->dirs[out->dir_count - 1]); /* fails if files are in it */
+    errno = saved;
 }
 
 /* ---- writing on another thread --------------------------------------- */
@@ -555,7 +603,7 @@ ibl_status ibl_outputs_wait(ibl_outputs *out)
     end_writing(out);
     if (!w->trouble)
         return IBL_OK;
-    ibl_outputs_abort(out);
+    abort_set(out);
     errno = w->error;
     const ibl_status status = report(out, w->s->target, w->trouble);
     out->later.trouble = NULL;
@@ -580,25 +628,34 @@ const char *ibl_outputs_hash(ibl_outputs *out, const char *path)
 
 /* ---- commit and abort ----------------------------------------------- */
 
-void ibl_outputs_abort(ibl_outputs *out)
+void ibl_outputs_abort_all(void)
 {
-    if (!out)
-        return;
-    const int saved = errno;
-    atomic_store(&out->aborted, true);
-    for (; out->count > 0; out->count--)
-        unlink(out->slots[out->count - 1].temporary);
-    for (; out->dir_count > 0; out->dir_count--)
-        rmdir(out->dirs[out->dir_count - 1]); /* fails if files are in it */
-    errno = saved;
+    const struct timespec nap = {.tv_nsec = 1000000};
+
+    ending = true;
+    for (ibl_outputs *out = all_sets; out; out = out->next)
+        out->aborted = true;
+    for (ibl_outputs *out = all_sets; out; out = out->next) {
+        while (out->changes)
+            nanosleep(&nap, NULL);
+        abort_set(out);
+    }
 }
 
 void ibl_outputs_free(ibl_outputs *out)
 {
-    if (out)
-        end_writing(out);
-    ibl_outputs_abort(out);
-    ibl_free(out);
+    if (!out)
+        return;
+    end_writing(out);
+    abort_set(out);
+    pthread_mutex_lock(&list_lock);
+    _Atomic(ibl_outputs *) *at = &all_sets;
+    while (*at != out)
+        at = &(*at)->next;
+    *at = (ibl_outputs *)out->next;
+    pthread_mutex_unlock(&list_lock);
+    if (!ending) /* else a handler may still be at it */
+        ibl_free(out);
 }
 
 /* Waits for the lock of the slot's directory and sweeps it. What has no locks
@@ -645,8 +702,6 @@ static void lock_dirs(ibl_outputs *out)
 
 static ibl_status rename_all(ibl_outputs *out)
 {
-    if (ibl_cancelled(out->ctx))
-        return IBL_ERR_CANCELLED;
     for (int i = 0; i < out->count; i++) {
         const slot *s = &out->slots[i];
         if (rename(s->temporary, s->target))
@@ -655,7 +710,7 @@ static ibl_status rename_all(ibl_outputs *out)
                 i ? "cannot be put in place, as others of its set were"
                   : "cannot be put in place");
     }
-    return atomic_load(&out->aborted) ? IBL_ERR_CANCELLED : IBL_OK;
+    return IBL_OK;
 }
 
 /* Flushes the directory of path. Ignores directories that cannot be flushed. */
@@ -675,17 +730,16 @@ static ibl_status flush_dir(ibl_outputs *out, const char *path)
 
 ibl_status ibl_outputs_commit(ibl_outputs *out)
 {
-    sigset_t all, before;
+    sigset_t before;
     ibl_status status = ibl_outputs_wait(out);
     if (status)
         return status;
 
     const int count = out->count; /* an abort may come */
     lock_dirs(out);
-    /* A signal waits until all have their names. */
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
-    status = rename_all(out);
+    status = !begin_change(out, &before) || ibl_cancelled(out->ctx)
+                 ? IBL_ERR_CANCELLED
+                 : rename_all(out);
     for (int i = 0; i < count; i++) {
         slot *s = &out->slots[i];
         if (s->lock < 0)
@@ -700,7 +754,7 @@ ibl_status ibl_outputs_commit(ibl_outputs *out)
     if (!status)
         out->count = out->dir_count = 0;
     else
-        ibl_outputs_abort(out);
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
+        abort_set(out);
+    end_change(out, &before);
     return status;
 }

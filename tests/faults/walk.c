@@ -272,6 +272,9 @@ static const char *judge_line(const char *line, int kind, int error)
     while (!strncmp(line, "iblview: note: ", 15) && strchr(line, '\n'))
         line = strchr(line, '\n') + 1;
     const char *end = strchr(line, '\n');
+    /* Where memory stays away, the program may end while it reports that. */
+    if (end && kind == FAULT_MEMORY && strstr(end, ": no memory: "))
+        end = strchr(end + 1, '\n');
 
     if (!end || end[1])
         return "not one line";
