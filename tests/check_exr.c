@@ -145,8 +145,7 @@ TEST(every_block_zipped)
     NEED(file_save_pfm(file_path("s.pfm"), &test_exr_img));
     NEED(file_run("set --; for type in half float uint32; do set -- \"$@\" -d "
                   "$type --compression zip -o ${type}_0.exr --compression "
-                  "zips -o ${type}_1.exr; done; oiiotool s.pfm --origin +2-7 "
-                  "--fullsize 310x50+0-9 \"$@\""));
+                  "zips -o ${type}_1.exr; done; oiiotool s.pfm \"$@\""));
     for (int i = 0; i < 6; i++) {
         size_t size;
         sprintf(name, "%s_%d.exr", test_exr_types[i / 2], i % 2);
@@ -306,8 +305,7 @@ static void check_placed(const char *file, const ibl_image *img, int x, int y,
                          int width, int height)
 {
     ibl_image a = {0};
-    compare(file, NULL, -1, NULL, &a);
-    NEED(a.data);
+    NEED(!test_exr_decode(file, NULL, -1, &a, NULL) && a.data);
     CHECK(a.width == width && a.height == height);
     for (int j = 0; j < height; j++) {
         for (int i = 0; i < width; i++) {

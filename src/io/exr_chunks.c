@@ -226,5 +226,8 @@ void ibl_exr_end(ibl_exr_file *file)
     ibl_free(file->chunks);
     if (file->exr)
         exr_finish(&file->exr);
-    *file = (ibl_exr_file){.in = file->in};
+    file->exr = NULL;
+    file->workers = NULL;
+    file->chunks = NULL;
+    file->threads = 0;
 }

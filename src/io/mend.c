@@ -177,12 +177,6 @@ static void rows_job(void *arg, int job, int worker)
 
 /* ---- the whole map ------------------------------------------------------ */
 
-static bool same_space(const double a[8], const double b[8])
-{
-    const char *names[2] = {ibl_colour_space_name(a), ibl_colour_space_name(b)};
-    return names[0] && names[0] == names[1];
-}
-
 static ibl_status init_colours(ibl_mender *m, const ibl_input *in,
                                const ibl_read_options *opts)
 {
@@ -207,7 +201,7 @@ static ibl_status init_colours(ibl_mender *m, const ibl_input *in,
         ibl_colour_space(rec709, unused, luma);
     if (opts->primaries != IBL_PRIMARIES_KEEP) {
         const double *to = ibl_primaries_xy(opts->primaries);
-        m->converts = !same_space(xy, to);
+        m->converts = !name || strcmp(name, ibl_colour_space_name(to));
         if (m->converts && !ibl_colour_matrix(xy, to, m->matrix, luma))
             return ibl_bad_file(
                 in,

@@ -385,17 +385,17 @@ static ibl_status brighten(const ibl_input *in, const second *s,
     ibl_rows *gain = NULL;
 
     ibl_status status = ibl_other_image_open(&part, &opts, &gain);
-    if (status)
-        return status;
-    brightening b = {meaning, &gain->whole, &rows->whole};
-    if ((double)gain->width * gain->height > 4.0 * rows->width * rows->height)
+    if (!status &&
+        (double)gain->width * gain->height > 4.0 * rows->width * rows->height)
         status = ibl_bad_file(in,
                               "Ultra HDR JPEG: its gain map of %dx%d is "
                               "larger than its picture",
                               gain->width, gain->height);
-    else
+    if (!status) {
+        brightening b = {meaning, &gain->whole, &rows->whole};
         status = ibl_run(in->ctx, NULL, (rows->height + ROWS - 1) / ROWS,
                          rows_job, &b);
+    }
     ibl_rows_close(gain);
     return status;
 }
@@ -440,11 +440,8 @@ ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
     status = ibl_other_image_open(in, &own, rows);
     if (!status)
         status = brighten(in, &s, &meaning, *rows);
-    if (status) {
-        ibl_rows_close(*rows);
-        *rows = NULL;
+    if (status)
         return status;
-    }
     (*rows)->has_primaries = known;
     if (known)
         memcpy((*rows)->primaries, primaries, sizeof primaries);

@@ -27,15 +27,14 @@ typedef enum ibl_bridge_result {
 } ibl_bridge_result;
 
 typedef struct ibl_bridge_info {
-    int width, height; /* pixels of the display window, which is the map */
-    int data_width, data_height; /* pixels of the data window */
-    double raw_bytes;            /* size of all channels after decoding */
-    int low_range;               /* integers: 1: decoded from sRGB, 2: not */
-    int has_alpha;               /* alpha was requested and the file has it */
-    int straight;                /* colours are not multiplied by alpha */
-    int orientation;             /* of EXIF, 1 to 8 */
-    int cube;                    /* six faces below one another */
-    char format[32];             /* "tiff, uint16" */
+    int width, height;
+    double raw_bytes; /* size of all channels after decoding */
+    int low_range;    /* integers: 1: decoded from sRGB, 2: not */
+    int has_alpha;    /* alpha was requested and the file has it */
+    int straight;     /* colours are not multiplied by alpha */
+    int orientation;  /* of EXIF, 1 to 8 */
+    int cube;         /* six faces below one another */
+    char format[32];  /* "tiff, uint16" */
 } ibl_bridge_info;
 
 typedef struct ibl_bridge_request {
@@ -55,7 +54,7 @@ typedef struct ibl_bridge_request {
      * 0: stop.
      *   rgb    receives 3 * width * height linear floats, as the file has them,
      *          neither multiplied nor divided by alpha
-     *   alpha  width * height zeros, for its values, if info->has_alpha
+     *   alpha  width * height values, if info->has_alpha
      */
     int (*begin)(void *user, const ibl_bridge_info *info, float **rgb,
                  float **alpha);
