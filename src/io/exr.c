@@ -185,28 +185,6 @@ static ibl_status report(const ibl_exr_file *file, const ibl_exr_worker *o)
         ibl_exr_compression_name(file->compression), o->y);
 }
 
-/* Decodes `count` rows of blocks, which begin at g->row. */
-static ibl_status decode(decoding *g, int blocks, int count)
-{
-    ibl_exr_file *r = g->r;
-    const size_t floats = 3 * (size_t)r->rows.width * (size_t)g->rows;
-
-    g->first = blocks * r->columns;
-    g->count = count * r->columns;
-    const int jobs = (g->count + r->per_job - 1) / r->per_job;
-    if (r->framed && g->rgb == r->band)
-        memset(g->rgb, 0, floats * sizeof *g->rgb);
-    const ibl_status status = ibl_run(r->rows.ctx, NULL, jobs, decode_job, g);
-    /* The first line: the report does not depend on threads. */
-    const ibl_exr_worker *first = NULL;
-    for (int i = 0; i < r->threads; i++) {
-        const ibl_exr_worker *u = &r->workers[i];
-        if (u->fault && (!first || u->y < first->y))
-            first = u;
-    }
-    return status || !first ? status : report(r, first);
-}
-
 /* ---- rows in order --------------------------------------------------
  *
  * Blocks hold some rows each, or, as tiles, parts of some rows. Those that lie
@@ -223,36 +201,48 @@ static int row_after(const ibl_exr_file *r, int blocks)
 }
 
 /* Decodes from `row`, where a row of blocks begins, as many as fit before *end
- * straight to rgb, and sets *end behind them; if fewer than a group fit, to the
- * band. */
+ * straight to rgb, and sets *end behind them; if fewer than a group fit, a
+ * group to the band. */
 static ibl_status decode_some(ibl_exr_file *r, int row, int *end, float *rgb)
 {
-    const int all = r->count / r->columns;
     const int blocks = (row + r->display.y0 - r->chunks[0].start_y) / r->lines;
-    const int left = all - blocks, group = left < r->group ? left : r->group;
+    const int left = r->count / r->columns - blocks;
+    const int group = left < r->group ? left : r->group;
+    decoding g = {.r = r, .first = blocks * r->columns, .row = row, .rgb = rgb};
     int count = 0;
 
     while (count < left && row_after(r, blocks + count) <= *end)
         count++;
     const bool fits = count >= group;
     count = fits ? count : group;
-    decoding g = {.r = r, .row = row, .rgb = rgb};
+    g.count = count * r->columns;
     g.rows = row_after(r, blocks + count - 1) - row;
     *end = fits ? row + g.rows : row;
     if (!fits) {
-        const size_t height = (size_t)r->rows.height;
-        const size_t needed = (size_t)r->group * (size_t)r->lines;
-        const size_t lines = needed < height ? needed : height;
+        const int needed = r->group * r->lines, height = r->rows.height;
+        const size_t line = 3 * (size_t)r->rows.width;
         if (!r->band)
-            r->band = ibl_alloc_array(3 * sizeof(float) * lines,
-                                      (size_t)r->rows.width);
+            r->band = ibl_alloc_array(
+                (size_t)(needed < height ? needed : height) * line,
+                sizeof *r->band);
         if (!r->band)
             return ibl_no_memory(r->rows.ctx, "the blocks of an EXR");
         r->band_row = row;
         r->band_count = g.rows;
         g.rgb = r->band;
+        if (r->framed)
+            memset(g.rgb, 0, line * (size_t)g.rows * sizeof *g.rgb);
     }
-    return decode(&g, blocks, count);
+    const int jobs = (g.count + r->per_job - 1) / r->per_job;
+    const ibl_status status = ibl_run(r->rows.ctx, NULL, jobs, decode_job, &g);
+    /* The first line: the report does not depend on threads. */
+    const ibl_exr_worker *first = NULL;
+    for (int i = 0; i < r->threads; i++) {
+        const ibl_exr_worker *u = &r->workers[i];
+        if (u->fault && (!first || u->y < first->y))
+            first = u;
+    }
+    return status || !first ? status : report(r, first);
 }
 
 static void end_decoding(ibl_exr_file *r)

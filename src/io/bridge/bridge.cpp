@@ -44,7 +44,6 @@ struct stopped {
 
 enum class storage {
     floats,
-    counts,
     shorts,
     fractions
 };
@@ -100,8 +99,7 @@ void open(picture &p, const ibl_bridge_request &r)
         path = "/dev/fd/" + std::to_string(fileno(p.file));
     }
     p.input->threads(threads_of(r));
-    if (!p.input->open(path, p.spec, config) ||
-        !p.input->seek_subimage(r.subimage, 0))
+    if (!p.input->open(path, p.spec, config))
         throw failure(complaint(*p.input, "its header cannot be read"));
     p.spec = p.input->spec();
     if (p.spec.get_int_attribute("tiff:PhotometricInterpretation") >> 1 ==
@@ -125,8 +123,8 @@ int find_channel(const ImageSpec &spec, const char *name)
 }
 
 // Chooses the requested channels; else R, G, B by name, the first three, or
-// three times the first. Finds how they are stored: OpenEXR's uints are
-// numbers, other integers are fractions of the largest.
+// three times the first. Finds how they are stored: integers are fractions of
+// the largest.
 void choose_channels(picture &p, const ibl_bridge_request &r)
 {
     static const char *const rgb[] = {"R", "G", "B"};
@@ -134,7 +132,7 @@ void choose_channels(picture &p, const ibl_bridge_request &r)
     bool named = true;
 
     for (int c = 0; c < 3; c++) {
-        p.channel[c] = find_channel(s, r.channels[c] ? r.channels[c] : rgb[c]);
+        p.channel[c] = find_channel(s, rgb[c]);
         named = named && p.channel[c] >= 0;
     }
     for (int c = 0; c < 3 && !named; c++)
@@ -151,9 +149,7 @@ void choose_channels(picture &p, const ibl_bridge_request &r)
             s.channelformat(c).is_floating_point() != type.is_floating_point())
             throw failure("its channels are partly integers");
     if (!type.is_floating_point())
-        p.kind = !std::strcmp(p.input->format_name(), "openexr")
-                     ? storage::counts
-                 : type == TypeDesc::UINT8 || type == TypeDesc::UINT16
+        p.kind = type == TypeDesc::UINT8 || type == TypeDesc::UINT16
                      ? storage::shorts
                      : storage::fractions;
     p.encoded =
@@ -172,12 +168,7 @@ double srgb_to_linear(double v)
 float convert(const picture &p, float v, bool is_alpha)
 {
     const bool linear = is_alpha || p.encoded;
-    uint32_t count;
-
     switch (p.kind) {
-    case storage::counts: // v holds the bits of an integer
-        std::memcpy(&count, &v, sizeof count);
-        return float(count);
     case storage::shorts: {
         // 8 bits widen to 16 exactly: v * 257 / 65535 = v / 255.
         const int n = int(v * 65535 + 0.5f);
@@ -221,8 +212,6 @@ void read(picture &p, const ibl_bridge_request &r)
 {
     const ibl_bridge_info info = describe(p);
     const ImageSpec &s = p.spec;
-    const TypeDesc type =
-        p.kind == storage::counts ? TypeDesc::UINT32 : TypeDesc::FLOAT;
     const int tile = std::max(s.tile_height, 1);
     const int rows = (strip_rows + tile - 1) / tile * tile;
     const auto ends = std::minmax({p.channel[0], p.channel[1], p.channel[2],
@@ -243,11 +232,12 @@ void read(picture &p, const ibl_bridge_request &r)
         const int begin = s.y + y, end = s.y + std::min(y + rows, s.height);
         const bool ok =
             s.tile_width > 0
-                ? p.input->read_tiles(r.subimage, 0, s.x, s.x + s.width, begin,
-                                      end, s.z, s.z + 1, first, first + step,
-                                      type, strip.data())
-                : p.input->read_scanlines(r.subimage, 0, begin, end, s.z, first,
-                                          first + step, type, strip.data());
+                ? p.input->read_tiles(0, 0, s.x, s.x + s.width, begin, end, s.z,
+                                      s.z + 1, first, first + step,
+                                      TypeDesc::FLOAT, strip.data())
+                : p.input->read_scanlines(0, 0, begin, end, s.z, first,
+                                          first + step, TypeDesc::FLOAT,
+                                          strip.data());
         if (!ok)
             throw failure(complaint(*p.input, "its pixels cannot be read"));
         const float *from = strip.data();
@@ -266,7 +256,7 @@ void read(picture &p, const ibl_bridge_request &r)
 } // namespace
 
 extern "C" __attribute__((visibility("default"))) ibl_bridge_result
-ibl_bridge_read_8(const ibl_bridge_request *request, char *message)
+ibl_bridge_read_9(const ibl_bridge_request *request, char *message)
 {
     *message = '\0';
     try {

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* The number in its name increases with every change. */
-#define IBL_BRIDGE_READ "ibl_bridge_read_8"
+#define IBL_BRIDGE_READ "ibl_bridge_read_9"
 
 enum {
     IBL_BRIDGE_MESSAGE = 512
@@ -41,8 +41,6 @@ typedef struct ibl_bridge_request {
     const unsigned char *bytes;
     size_t size;
     const char *reader; /* OpenImageIO's name of the format */
-    int subimage;
-    const char *channels[3]; /* three names or three NULLs; a name may repeat */
     int want_alpha;
     int encoded; /* integers become fractions of the largest: 1: always; 0:
                     they are decoded from sRGB; -1: where the file says that
@@ -65,7 +63,7 @@ typedef struct ibl_bridge_request {
  * one line after an error. */
 typedef ibl_bridge_result ibl_bridge_read_fn(const ibl_bridge_request *request,
                                              char *message);
-ibl_bridge_read_fn ibl_bridge_read_8;
+ibl_bridge_read_fn ibl_bridge_read_9;
 
 #ifdef __cplusplus
 }
