@@ -116,9 +116,9 @@ static ibl_status make_rows(const ibl_input *in, const ibl_texture *tex,
     if (status)
         return status;
     ibl_rows *r = *rows;
-    r->has_primaries = xy != NULL;
+    r->report.has_primaries = xy != NULL;
     if (xy)
-        memcpy(r->primaries, xy, sizeof r->primaries);
+        memcpy(r->report.primaries, xy, sizeof r->report.primaries);
     if (!opts->alpha || !ibl_pixel_has_alpha(tex->pixel))
         return IBL_OK;
     r->straight = !tex->premultiplied;

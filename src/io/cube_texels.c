@@ -106,16 +106,6 @@ ibl_status ibl_texels_decode(ibl_ctx *ctx, const ibl_texture *tex, int l,
     return decode_level(ctx, &of);
 }
 
-ibl_status ibl_cube_texels_decode(ibl_ctx *ctx, const ibl_texture *tex,
-                                  const ibl_cube *cube)
-{
-    ibl_status status = IBL_OK;
-
-    for (int l = 0; l < tex->levels && !status; l++)
-        status = ibl_texels_decode(ctx, tex, l, ibl_cube_face(cube, l, 0));
-    return status;
-}
-
 ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex)
 {
     ibl_status status = ibl_texture_check(ctx, tex);

@@ -281,14 +281,14 @@ ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts)
         return ibl_bad_file(file->in, "damaged EXR header: %s", file->text);
     file->cube = !exr_attr_get_envmap(exr, part, "envmap", &kind) &&
                  kind == EXR_ENVMAP_CUBE;
-    ibl_rows *rows = &file->rows;
-    rows->has_primaries =
+    ibl_read_report *report = &file->rows.report;
+    report->has_primaries =
         !exr_attr_get_chromaticities(exr, part, "chromaticities", &c);
-    if (rows->has_primaries)
-        memcpy(rows->primaries,
+    if (report->has_primaries)
+        memcpy(report->primaries,
                (double[]){c.red_x, c.red_y, c.green_x, c.green_y, c.blue_x,
                           c.blue_y, c.white_x, c.white_y},
-               sizeof rows->primaries);
+               sizeof report->primaries);
     status = take_windows(file, boxes);
     if (!file->tiled)
         *width = file->data.width;

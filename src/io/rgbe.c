@@ -117,8 +117,8 @@ static ibl_status take_line(rgbe_rows *r, char *line)
         for (int i = 0; i < 8; i++)
             ok = ok && ibl_take_number(&value, &xy[i]);
         if (ok && ibl_colour_space(xy, unused, NULL)) {
-            r->rows.has_primaries = true;
-            memcpy(r->rows.primaries, xy, sizeof xy);
+            r->rows.report.has_primaries = 1;
+            memcpy(r->rows.report.primaries, xy, sizeof xy);
         }
     } else if ((value = value_of(line, "FORMAT"))) {
         value[strcspn(value, blanks)] = '\0';

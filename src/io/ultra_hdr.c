@@ -442,11 +442,12 @@ ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
         status = brighten(in, &s, &meaning, *rows);
     if (status)
         return status;
-    (*rows)->has_primaries = known;
+    ibl_read_report *report = &(*rows)->report;
+    report->has_primaries = known;
     if (known)
-        memcpy((*rows)->primaries, primaries, sizeof primaries);
-    (*rows)->report.low_range = 0;
-    snprintf((*rows)->report.format, sizeof(*rows)->report.format,
+        memcpy(report->primaries, primaries, sizeof primaries);
+    report->low_range = 0;
+    snprintf(report->format, sizeof report->format,
              "Ultra HDR JPEG, gain map of %s",
              s.iso ? "ISO 21496-1" : "Android");
     return IBL_OK;
