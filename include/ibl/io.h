@@ -36,9 +36,6 @@ typedef enum ibl_alpha {
                           that break the rule of their format */
 } ibl_alpha;
 
-/* "ignore", "file" or "straight". */
-const char *ibl_alpha_name(ibl_alpha alpha);
-
 /* How a file holds an environment. All but equirectangular maps are turned into
  * such a map when they are read. */
 typedef enum ibl_input_layout {

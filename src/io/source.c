@@ -33,12 +33,6 @@ ibl_read_options ibl_read_options_default(void)
     return (ibl_read_options){.part = -1};
 }
 
-const char *ibl_alpha_name(ibl_alpha alpha)
-{
-    static const char *const names[] = {"ignore", "file", "straight"};
-    return names[alpha];
-}
-
 /* ---- the kind of a file --------------------------------------------- */
 
 static bool is_jpeg(const unsigned char *bytes, size_t size)
