@@ -28,7 +28,7 @@ typedef struct ibl_map {
 
 typedef struct ibl_maps {
     ibl_map *list;
-    int count, room;
+    int count;
 } ibl_maps;
 
 /* Runs a line with `batch`; returns the exit status. */
@@ -38,12 +38,10 @@ int ibl_batch_run(const ibl_cmdline *line);
  * range, and no textures, which may be outputs. */
 bool ibl_is_environment(const char *name);
 /* Lists the environments of a line: its arguments, what is in those that are
- * folders, and those of --from. False after a message, as of two that make the
- * same files; free them also then. */
+ * folders, and those of --from; with --shard those of that part. False after a
+ * message, as of two that make the same files; free them also then. */
 bool ibl_maps_list(const ibl_cmdline *line, ibl_console *console,
                    ibl_maps *maps);
-/* Drops the maps that another shard owns. */
-void ibl_maps_keep(ibl_maps *maps, const int *owner, int shard);
 void ibl_maps_free(ibl_maps *maps);
 
 /* Makes the line of one environment of a batch. */
@@ -58,22 +56,22 @@ void ibl_map_line(const ibl_cmdline *all, const ibl_map *map, ibl_cmdline *own);
 typedef struct ibl_stamp {
     char *path; /* of the stamp; the caller frees it with ibl_stamp_free */
     char options[IBL_FILE_HASH]; /* hash of all that decides what is made */
-    char **files;                /* what is read, then what is made */
+    char *input[IBL_FACES];      /* what is read */
+    const char **files;          /* the same, then what the job makes */
     int count, inputs;
     const char *directory; /* of all outputs */
     char *folder;          /* of all stamps */
     int held;              /* a descriptor of it, or -1 */
 } ibl_stamp;
 
-/* Fills in the stamp of a bake whose files have names. False: no memory, or no
- * file fits a pattern. */
+/* Fills in the stamp of a bake whose files have names. False, after a message:
+ * no file fits a pattern. Free it also then. */
 bool ibl_stamp_of(const ibl_job *r, ibl_isa isa, ibl_stamp *stamp);
 void ibl_stamp_free(ibl_stamp *stamp);
 
 /* Whether the stamp was written for the same options and files, and every file
- * is as it was then. *moved: some had to be hashed, so it should be written
- * anew. */
-bool ibl_stamp_holds(const ibl_stamp *stamp, bool *moved);
+ * is as it was then. */
+bool ibl_stamp_holds(const ibl_stamp *stamp);
 
 /* Waits until no other bake has the folder of the stamps, and has it until the
  * stamp is freed, where the file system can lock it. So a stamp is of the run

@@ -401,7 +401,7 @@ int ibl_probes_run(const void *settings)
     bool ok = check_names(opts, &console) &&
               !ibl_start(&opts->common, &console, &ctx);
     for (int i = 0; i < opts->count && ok; i++) {
-        if (shard->count && i % shard->count + 1 != shard->number)
+        if (!ibl_shard_has(shard, i))
             continue;
         if (opts->count > 1)
             ibl_stem(opts->input[i], stem, sizeof stem);
