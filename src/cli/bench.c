@@ -95,16 +95,13 @@ typedef struct bench {
 /* Reads the options of a bake that reads and writes nothing. */
 static bool read_options(const char *options, ibl_opts *o)
 {
-    char *text = ibl_format("%s -o. -", options);
-    char **words = text ? ibl_words_split(text) : NULL;
-    ibl_cmdline *line = calloc(1, sizeof *line);
-    const bool ok =
-        words && line && ibl_command_line(&ibl_bake_command, words, line, NULL);
+    char *text = ibl_need(ibl_format("%s -o. -", options));
+    char **words = ibl_need(ibl_words_split(text));
+    ibl_cmdline *line = ibl_need(calloc(1, sizeof *line));
+    const bool ok = ibl_command_line(&ibl_bake_command, words, line, NULL);
 
-    if (ok)
-        *o = *line->set;
-    if (line)
-        ibl_bake_command.release(line);
+    *o = *line->set;
+    ibl_bake_command.release(line);
     free(line);
     free(words);
     free(text);
@@ -115,20 +112,19 @@ static bool plan(bench *b)
 {
     bool ok = true;
 
-    for (int g = 0; g < GROUPS && ok; g++) {
+    for (int g = 0; g < GROUPS; g++) {
         const bool wanted = !b->opts->only || b->opts->only == g + 1;
-        char **values = ibl_words_split(groups[g].values);
+        char **values = ibl_need(ibl_words_split(groups[g].values));
         /* The default is needed also where its group is not. */
-        for (int i = 0; values && values[i] && ok && (wanted || !b->count);
-             i++) {
+        for (int i = 0; values[i] && ok && (wanted || !b->count); i++) {
             setting *s = &b->settings[b->count++];
             s->group = group_names[g + 1];
-            s->options = ibl_format("%s %s", groups[g].options, values[i]);
-            ok = s->options && read_options(s->options, &s->opts);
+            s->options =
+                ibl_need(ibl_format("%s %s", groups[g].options, values[i]));
             s->value = s->options + strlen(groups[g].options) + 1;
+            ok = read_options(s->options, &s->opts);
             ibl_console_info(&b->console, "%s", s->options);
         }
-        ok = ok && values;
         free(values);
     }
     return ok;
@@ -149,8 +145,8 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The mean nRMSE of the rows of a content, but of roughness 0, if there are
- * any. */
+/* The mean nRMSE of the rows of a content, NULL: of all, but of roughness 0, if
+ * there are any. */
 static void put_mean(setting *s, const char *name, const json_t *rows,
                      const char *content)
 {
@@ -162,7 +158,7 @@ static void put_mean(setting *s, const char *name, const json_t *rows,
     json_array_foreach(rows, i, row)
     {
         double roughness = 1;
-        if (strcmp(text_of(row, "content"), content) != 0 ||
+        if ((content && strcmp(text_of(row, "content"), content) != 0) ||
             json_unpack(row, "{s?F sF s{sF}}", "roughness", &roughness, "nrmse",
                         &nrmse, "standard_error", "nrmse", &error) ||
             roughness <= 0)
@@ -240,34 +236,28 @@ static bool judge_parts(bench *b, const ibl_opts *o, const ibl_candidate *c,
 /* Bakes what a setting makes into c and judges it. */
 static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
 {
-    static const char *const parts[][2] = {{"specular", "specular"},
-                                           {"irradiance", "irradiance"},
-                                           {"table", "brdf_lut"},
-                                           {"metals", "metals"},
-                                           {"dielectrics", "dielectrics"}};
+    static const char *const names[] = {"table", "metals", "dielectrics"};
     ibl_report report = {.options = ibl_judge_options_default()};
-    json_t *rows, *row;
-    size_t i;
 
     report.options.texels = b->opts->texels;
     const bool ok = !ibl_candidate_bake(b->ctx, &b->env, &s->opts, c) &&
                     !ibl_candidate_round(b->ctx, &s->opts, c) &&
                     judge_parts(b, &s->opts, c, &report);
+    const json_t *levels = json_object_get(report.json, "levels");
     const json_t *drawn = json_object_get(report.json, "rendered");
-    rows = json_copy(json_object_get(report.json, "levels"));
-    json_array_append(rows, json_object_get(report.json, "lut"));
-    json_array_foreach(json_object_get(drawn, "means"), i, row)
-    {
-        row = json_copy(row);
-        json_object_set_new(row, "content", json_string(parts[3 + i][1]));
-        json_array_append_new(rows, row);
-    }
+    const json_t *means = json_object_get(drawn, "means");
+    json_t *const of[] = {json_object_get(report.json, "lut"),
+                          json_array_get(means, 0), json_array_get(means, 1)};
     put_figure(s, "bytes", (double)c->bytes, (double)c->bytes,
                (double)c->bytes);
-    for (int k = 0; k < 5; k++)
-        put_mean(s, parts[k][0], rows, parts[k][1]);
+    put_mean(s, "specular", levels, "specular");
+    put_mean(s, "irradiance", levels, "irradiance");
+    for (int i = 0; i < 3; i++) {
+        json_t *row = json_pack("[O*]", of[i]);
+        put_mean(s, names[i], row, NULL);
+        json_decref(row);
+    }
     json_object_set(s->json, "report", report.json);
-    json_decref(rows);
     ibl_report_free(&report);
     return ok;
 }
@@ -350,9 +340,9 @@ static void print_document(const json_t *document, FILE *to)
 /* Also for a page, whose element "<" would end. */
 static void put_json(const json_t *document, FILE *to)
 {
-    char *text = ibl_json_text(document);
+    char *text = ibl_need(ibl_json_text(document));
 
-    for (const char *c = text ? text : ""; *c; c++)
+    for (const char *c = text; *c; c++)
         fprintf(to, *c == '<' ? "\\u003c" : "%c", *c);
     free(text);
 }
@@ -379,6 +369,10 @@ static bool measure_map(bench *b, int m, json_t *maps)
     ibl_judge_options options = ibl_judge_options_default();
     json_t *list = json_array();
 
+    json_t *map =
+        json_pack("{so so}", "map", ibl_json_string(path), "settings", list);
+
+    json_array_append_new(maps, map);
     options.texels = b->opts->texels;
     bool ok =
         !ibl_image_read(b->ctx, path, &b->opts->common.read, &b->env, NULL) &&
@@ -390,7 +384,8 @@ static bool measure_map(bench *b, int m, json_t *maps)
         ibl_console_progress(&b->console, "judge", (double)i / b->count);
         s->json = json_pack("{ss ss ss}", "group", s->group, "value", s->value,
                             "options", s->options);
-        ok = s->json && judge_setting(b, s, i ? &own : &b->usual);
+        json_array_append_new(list, s->json);
+        ok = judge_setting(b, s, i ? &own : &b->usual);
         ibl_candidate_free(&own);
     }
     for (int i = 0; i < n * b->count && ok; i++) {
@@ -399,20 +394,13 @@ static bool measure_map(bench *b, int m, json_t *maps)
     }
     b->console.quiet = b->opts->common.quiet;
     for (int i = 0; i < b->count && ok; i++) {
-        setting *s = &b->settings[i];
-        double *t = s->time_s;
+        double *t = b->settings[i].time_s;
         qsort(t, (size_t)n, sizeof *t, by_value);
-        put_figure(s, "time_s", t[n / 2], t[n / 4], t[n - 1 - n / 4]);
-        json_array_append(list, s->json);
+        put_figure(&b->settings[i], "time_s", t[n / 2], t[n / 4],
+                   t[n - 1 - n / 4]);
     }
-    json_array_append_new(maps, json_pack("{so si si so}", "map",
-                                          ibl_json_string(path), "width",
-                                          b->env.width, "height", b->env.height,
-                                          "settings", list));
-    for (int i = 0; i < b->count; i++) {
-        json_decref(b->settings[i].json);
-        b->settings[i].json = NULL;
-    }
+    json_object_set_new(map, "width", json_integer(b->env.width));
+    json_object_set_new(map, "height", json_integer(b->env.height));
     for (int i = 0; i < 2; i++)
         ibl_truth_free(&b->truth[i]);
     ibl_candidate_free(&b->usual);
@@ -422,8 +410,8 @@ static bool measure_map(bench *b, int m, json_t *maps)
     return ok;
 }
 
-/* The document; NULL: after a message, or no memory. */
-static json_t *measure(bench *b)
+/* Completes the document. False after a message. */
+static bool measure(bench *b, json_t *document)
 {
     const bench_opts *o = b->opts;
     char cpu[128] = "", date[32] = "", line[512];
@@ -440,17 +428,16 @@ static json_t *measure(bench *b)
         fclose(f);
     if (gmtime_r(&now, &utc))
         strftime(date, sizeof date, "%Y-%m-%d %H:%M UTC", &utc);
-    json_t *document = json_pack(
-        "{ss ss so ss ss si si ss si si si so}", "version", IBL_VERSION,
-        "revision", ibl_version_revision(), "cpu", ibl_json_string(cpu),
-        "compiler", ibl_version_compiler(), "date", date, "cpus",
-        ibl_cpu_count(), "threads", ok ? ibl_ctx_threads(b->ctx) : 0, "isa",
-        ok ? ibl_isa_name(ibl_ctx_isa(b->ctx)) : "", "rounds", o->rounds,
-        "texels", o->texels, "directions", o->directions, "maps", maps);
-    if (ok)
-        return document;
-    json_decref(document);
-    return NULL;
+    json_object_update_new(
+        document,
+        json_pack(
+            "{ss ss so ss ss si si ss si si si so}", "version", IBL_VERSION,
+            "revision", ibl_version_revision(), "cpu", ibl_json_string(cpu),
+            "compiler", ibl_version_compiler(), "date", date, "cpus",
+            ibl_cpu_count(), "threads", ok ? ibl_ctx_threads(b->ctx) : 0, "isa",
+            ok ? ibl_isa_name(ibl_ctx_isa(b->ctx)) : "", "rounds", o->rounds,
+            "texels", o->texels, "directions", o->directions, "maps", maps));
+    return ok;
 }
 
 static int run(const void *settings)
@@ -463,6 +450,7 @@ static int run(const void *settings)
     static bench whole;
     bench *b = &whole;
     ibl_outputs *outputs = NULL;
+    json_t *document = json_object();
     bool ok = true;
 
     b->opts = o;
@@ -479,18 +467,17 @@ static int run(const void *settings)
             ok = ibl_console_differ(&b->console, o->maps[m], reports[i].path,
                                     "file");
     }
-    json_t *document = ok ? measure(b) : NULL;
+    ok = ok && measure(b, document);
     ibl_console_finish(&b->console);
-    ok = document && !ibl_outputs_create(b->ctx, 0, &outputs);
+    ok = ok && !ibl_outputs_create(b->ctx, 0, &outputs);
     for (int i = 0; i < 3 && ok; i++) {
+        if (!reports[i].path)
+            continue;
         ibl_memory_file file;
-        FILE *to = reports[i].path ? ibl_memory_open(&file) : NULL;
-        if (to)
-            reports[i].write(document, to);
-        char *text = ibl_memory_close(to, &file);
-        if (reports[i].path)
-            ok = text &&
-                 !ibl_outputs_add(outputs, reports[i].path, text, file.size);
+        FILE *to = ibl_need(ibl_memory_open(&file));
+        reports[i].write(document, to);
+        char *text = ibl_need(ibl_memory_close(to, &file));
+        ok = !ibl_outputs_add(outputs, reports[i].path, text, file.size);
         free(text);
     }
     if (ok)
