@@ -40,7 +40,6 @@ typedef struct batch {
     ibl_console console;
     ibl_maps maps;
     ibl_ctx *silent; /* to look at maps before they are baked */
-    ibl_isa isa;
     int count;       /* of threads, and workers of one thread */
     worker *workers; /* these, then: */
     worker *large;   /* of all threads, for large maps */
@@ -195,21 +194,11 @@ static double real_time(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* Gives the files their names. Two runs that bake one map do so one after the
- * other, so that a stamp is of the files that are there. */
+/* Gives the files their names. */
 static bool commit(worker *w)
 {
-    ibl_stamp s;
-
-    if (!w->batch->opts->incremental)
-        return ibl_job_commit(&w->run);
-    bool ok = ibl_stamp_of(&w->run, w->batch->isa, &s);
-    if (ok) {
-        ibl_stamp_hold(&s);
-        ok = ibl_job_commit(&w->run) && ibl_stamp_write(&s, w->since, w->ctx);
-    }
-    ibl_stamp_free(&s);
-    return ok;
+    return w->batch->opts->incremental ? ibl_stamp_commit(&w->run, w->since)
+                                       : ibl_job_commit(&w->run);
 }
 
 /* Begins a bake of a map; NULL: of w->line. The context reports to the batch's
@@ -357,6 +346,7 @@ static bool start(batch *b)
     ibl_ctx_options o = ibl_ctx_options_default();
 
     o.threads = 1;
+    o.isa = common.isa;
     o.bridge = ibl_bridge_beside();
     b->most_bytes = most ? (double)most - IBL_PROGRAM_BYTES : HUGE_VAL;
     b->count = common.threads ? common.threads : ibl_cpu_count();
@@ -371,8 +361,6 @@ static bool start(batch *b)
         common.threads = w < b->large ? 1 : b->count;
         ok = !ibl_start(&common, &w->run.console, &w->ctx);
     }
-    if (ok)
-        b->isa = ibl_ctx_isa(b->workers->ctx);
     return ok;
 }
 
@@ -386,16 +374,12 @@ static bool look(batch *b, ibl_map *m)
     ibl_job *r = &w->run;
     ibl_source *source;
     struct stat st;
-    ibl_stamp s;
 
     const bool ok = begin(w, m, b->silent, NULL) && ibl_job_names(r) &&
                     (!o->depfile || ibl_bake_check_depfile(r->sets, r->count));
-    if (ok && o->incremental) {
-        if (ibl_stamp_of(r, b->isa, &s) && ibl_stamp_holds(&s) &&
-            (!o->depfile || (m->rule = ibl_depfile_text(r->sets, r->count))))
-            m->state = IBL_MAP_KEPT;
-        ibl_stamp_free(&s);
-    }
+    if (ok && o->incremental && ibl_stamp_holds(r) &&
+        (!o->depfile || (m->rule = ibl_depfile_text(r->sets, r->count))))
+        m->state = IBL_MAP_KEPT;
     if (ok && m->state != IBL_MAP_KEPT && !stat(m->input, &st) &&
         S_ISREG(st.st_mode) &&
         !ibl_source_open(b->silent, m->input, &o->common.read, &source)) {
@@ -471,12 +455,7 @@ static bool make_tables(batch *b)
     if (!shared)
         return true;
     bool ok = begin(w, NULL, w->ctx, NULL) && ibl_job_names(&w->run);
-    if (ok && b->opts->incremental) {
-        ibl_stamp s;
-        b->tables_kept =
-            ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s);
-        ibl_stamp_free(&s);
-    }
+    b->tables_kept = ok && b->opts->incremental && ibl_stamp_holds(&w->run);
     if (ok && (b->to_bake || !b->tables_kept)) {
         w->since = real_time();
         ok = ibl_job_make(&w->run);

@@ -27,17 +27,26 @@ enum {
     IDENTITY_BYTES = 128
 };
 
+/* What a job is made of, and the files that it reads and makes. */
+typedef struct stamp {
+    char *folder, *path;         /* of all stamps; of this one */
+    char options[IBL_FILE_HASH]; /* hash of all that decides what is made */
+    char *input[IBL_FACES];      /* what is read */
+    const char **files;          /* the same, then what the job makes */
+    int count, inputs;
+} stamp;
+
 /* Clocks of file systems tick up to every 10 ms. */
 #define TICK_SECONDS 0.02
 
-static void hash_options(const ibl_job *r, ibl_isa isa,
-                         char hash[IBL_FILE_HASH])
+static void hash_options(const ibl_job *r, char hash[IBL_FILE_HASH])
 {
     const ibl_opts *o = r->opts;
     ibl_memory_file file;
     FILE *to = ibl_need(ibl_memory_open(&file));
 
-    ibl_print_settings(to, isa, &ibl_bake_command, &o->given);
+    ibl_print_settings(to, ibl_ctx_isa(r->from.ctx), &ibl_bake_command,
+                       &o->given);
     fprintf(to, "%s\nverify %d %.17g timings %d\n", o->input ? o->input : "",
             o->verify, o->max_error, o->timings);
     for (int i = 0; i < r->count; i++)
@@ -60,17 +69,17 @@ static char *stamp_path(const char *folder, const char *name)
     return path;
 }
 
-bool ibl_stamp_of(const ibl_job *r, ibl_isa isa, ibl_stamp *s)
+/* False, after a message: no file fits a pattern. */
+static bool begin(const ibl_job *r, stamp *s)
 {
     const ibl_opts *o = r->opts;
     const size_t most = IBL_FACES + (size_t)r->count * IBL_SET_PATHS;
 
-    *s = (ibl_stamp){.directory = o->directory, .held = -1};
-    s->files = ibl_need(calloc(most, sizeof *s->files));
-    s->folder = ibl_need(ibl_path_join(o->directory, IBL_STAMPS));
+    *s = (stamp){.files = ibl_need(calloc(most, sizeof *s->files)),
+                 .folder = ibl_need(ibl_path_join(o->directory, IBL_STAMPS))};
     s->path = o->input ? stamp_path(s->folder, o->below)
                        : ibl_need(ibl_path_join(s->folder, "tables"));
-    hash_options(r, isa, s->options);
+    hash_options(r, s->options);
     if (ibl_set_inputs(r->sets, s->input, &s->inputs))
         return false;
     for (int i = 0; i < s->inputs; i++)
@@ -80,10 +89,8 @@ bool ibl_stamp_of(const ibl_job *r, ibl_isa isa, ibl_stamp *s)
     return true;
 }
 
-void ibl_stamp_free(ibl_stamp *s)
+static void end(stamp *s)
 {
-    if (s->path && s->held >= 0)
-        close(s->held);
     ibl_input_files_free(s->input);
     free(s->files);
     free(s->path);
@@ -113,7 +120,7 @@ static bool is_same(const char *path, const char *hash, const char *identity)
            (!ibl_hash_file(path, content) && !strcmp(content, hash));
 }
 
-bool ibl_stamp_holds(const ibl_stamp *s)
+static bool holds(const stamp *s)
 {
     char hash[IBL_FILE_HASH], identity[IDENTITY_BYTES];
     struct stat st;
@@ -132,11 +139,13 @@ bool ibl_stamp_holds(const ibl_stamp *s)
     return same;
 }
 
-void ibl_stamp_hold(ibl_stamp *s)
+bool ibl_stamp_holds(const ibl_job *r)
 {
-    s->held = open(s->folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    while (s->held >= 0 && flock(s->held, LOCK_EX) && errno == EINTR)
-        continue;
+    stamp s;
+    const bool same = begin(r, &s) && holds(&s);
+
+    end(&s);
+    return same;
 }
 
 /* name: of an output, or "". A line break in it would end the line. */
@@ -155,26 +164,29 @@ static bool put_file(FILE *to, const char *path, const char *name, double since)
     return true;
 }
 
-bool ibl_stamp_write(const ibl_stamp *s, double since, ibl_ctx *ctx)
+/* Writes the stamp, unless what is read changed after `since`, or cannot be
+ * hashed. held: a descriptor of the folder. */
+static bool write_stamp(const stamp *s, const ibl_job *r, double since,
+                        int held)
 {
     ibl_memory_file file;
     FILE *to = ibl_need(ibl_memory_open(&file));
     ibl_outputs *outputs = NULL;
-    bool known = true;
+    bool known = true, ok = true;
 
     fprintf(to, STAMP " %s %d\n", s->options, s->count);
     for (int i = 0; i < s->count && known; i++) {
         const bool made = i >= s->inputs;
-        const char *below = s->files[i] + (made ? strlen(s->directory) : 0);
+        const char *below =
+            s->files[i] + (made ? strlen(r->opts->directory) : 0);
         known =
             put_file(to, s->files[i], made ? below + strspn(below, "/") : "",
                      made ? HUGE_VAL : since);
     }
     char *text = ibl_need(ibl_memory_close(to, &file));
-    bool ok = true;
     if (known) {
-        ok = !ibl_outputs_create(ctx, 0, &outputs);
-        ibl_outputs_hold(outputs, s->held);
+        ok = !ibl_outputs_create(r->from.ctx, 0, &outputs);
+        ibl_outputs_hold(outputs, held);
         ok = ok && !ibl_outputs_add(outputs, s->path, text, file.size) &&
              !ibl_outputs_commit(outputs);
         ibl_outputs_free(outputs);
@@ -183,19 +195,37 @@ bool ibl_stamp_write(const ibl_stamp *s, double since, ibl_ctx *ctx)
     return ok;
 }
 
+bool ibl_stamp_commit(ibl_job *r, double since)
+{
+    stamp s;
+    int held = -1;
+    bool ok = begin(r, &s);
+
+    if (ok) {
+        held = open(s.folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        while (held >= 0 && flock(held, LOCK_EX) && errno == EINTR)
+            continue;
+        ok = ibl_job_commit(r) && write_stamp(&s, r, since, held);
+    }
+    if (held >= 0)
+        close(held);
+    end(&s);
+    return ok;
+}
+
 /* ---- --prune ------------------------------------------------------------- */
 
 /* Removes a map's outputs that are as its stamp says, and their folders if
  * nothing else is there. False: one is another's now, or stays. */
-static bool remove_outputs(const char *directory, FILE *stamp,
+static bool remove_outputs(const char *directory, FILE *from,
                            ibl_console *console)
 {
     char hash[IBL_FILE_HASH], identity[IDENTITY_BYTES], name[4096];
-    bool ok = fscanf(stamp, STAMP " %32s %*d", hash) == 1;
+    bool ok = fscanf(from, STAMP " %32s %*d", hash) == 1;
 
-    while (ok && fscanf(stamp, "%32s %127s", hash, identity) == 2) {
-        fgetc(stamp);
-        if (!fgets(name, sizeof name, stamp))
+    while (ok && fscanf(from, "%32s %127s", hash, identity) == 2) {
+        fgetc(from);
+        if (!fgets(name, sizeof name, from))
             break;
         name[strcspn(name, "\n")] = '\0';
         char *path = ibl_need(ibl_path_join(directory, name));
@@ -231,11 +261,11 @@ int ibl_stamps_prune(const char *directory, const ibl_maps *maps,
             known = !strcmp(of, path);
             free(of);
         }
-        FILE *stamp = known ? NULL : fopen(path, "r");
-        if (stamp && remove_outputs(directory, stamp, console))
+        FILE *from = known ? NULL : fopen(path, "r");
+        if (from && remove_outputs(directory, from, console))
             pruned += !unlink(path);
-        if (stamp)
-            fclose(stamp);
+        if (from)
+            fclose(from);
         free(path);
     }
     if (dir)

@@ -196,53 +196,48 @@ static bool time_setting(const bench *b, setting *s, int round)
 
 /* ---- errors ---------------------------------------------------------- */
 
-/* Judges a candidate: its parts, and what a shader draws with it and, where it
- * lacks parts, those of the default. */
-static bool judge_parts(bench *b, const ibl_opts *o, const ibl_candidate *c,
-                        ibl_report *report)
+static ibl_judged part_of(ibl_output_kind content, const ibl_cube *chain,
+                          const ibl_candidate *c)
 {
-    const ibl_judged parts[] = {{.content = IBL_OUTPUT_SPECULAR,
-                                 .chain = c->made.specular,
-                                 .levels = c->made.specular.levels,
-                                 .roughness = c->made.report.layout.roughness,
-                                 .scale = 1,
-                                 .pixel = IBL_PIXEL_COUNT},
-                                {.content = IBL_OUTPUT_IRRADIANCE,
-                                 .chain = c->made.irradiance,
-                                 .levels = c->made.irradiance.levels,
-                                 .scale = 1,
-                                 .pixel = IBL_PIXEL_COUNT}};
-    ibl_truth_options options = ibl_truth_options_default();
-    ibl_drawn set = {.irradiance_scale = 1};
-    bool ok = true;
-    int vague;
-
-    for (int i = 0; i < 2 && ok; i++)
-        ok = ibl_report_levels(report, b->judge, &parts[i]);
-    if (ok && c->lut.data) {
-        ok = ibl_report_lut(report, b->ctx, &c->lut, o->lut.geometry);
-        options.geometry = o->lut.geometry;
-    }
-    options.directions = b->opts->directions;
-    ibl_truth *truth = &b->truth[options.geometry];
-    ibl_candidate_draw(&set, &b->usual);
-    ibl_candidate_draw(&set, c);
-    return ok &&
-           (truth->sample ||
-            ibl_truth_make(b->ctx, &b->env, 0, &options, truth)) &&
-           ibl_report_drawn(report, truth, &set, &vague);
+    return (ibl_judged){.content = content,
+                        .chain = *chain,
+                        .levels = chain->levels,
+                        .roughness = c->made.report.layout.roughness,
+                        .scale = 1,
+                        .pixel = IBL_PIXEL_COUNT};
 }
 
-/* Bakes what a setting makes into c and judges it. */
+/* Bakes what a setting makes into c and judges its parts, and what a shader
+ * draws with it and, where it lacks parts, those of the default. */
 static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
 {
     static const char *const names[] = {"table", "metals", "dielectrics"};
     ibl_report report = {.options = ibl_judge_options_default()};
+    ibl_truth_options options = ibl_truth_options_default();
+    ibl_drawn set = {.irradiance_scale = 1};
+    int vague;
 
     report.options.texels = b->opts->texels;
-    const bool ok = !ibl_candidate_bake(b->ctx, &b->env, &s->opts, c) &&
-                    !ibl_candidate_round(b->ctx, &s->opts, c) &&
-                    judge_parts(b, &s->opts, c, &report);
+    options.directions = b->opts->directions;
+    bool ok = !ibl_candidate_bake(b->ctx, &b->env, &s->opts, c) &&
+              !ibl_candidate_round(b->ctx, &s->opts, c);
+    const ibl_judged parts[] = {
+        part_of(IBL_OUTPUT_SPECULAR, &c->made.specular, c),
+        part_of(IBL_OUTPUT_IRRADIANCE, &c->made.irradiance, c)};
+    for (int i = 0; i < 2 && ok; i++)
+        ok = ibl_report_levels(&report, b->judge, &parts[i]);
+    if (ok && c->lut.data) {
+        options.geometry = s->opts.lut.geometry;
+        ok = ibl_report_lut(&report, b->ctx, &c->lut, options.geometry);
+    }
+    ibl_truth *truth = &b->truth[options.geometry];
+    ibl_candidate_draw(&set, &b->usual);
+    ibl_candidate_draw(&set, c);
+    ok = ok &&
+         (truth->sample ||
+          ibl_truth_make(b->ctx, &b->env, 0, &options, truth)) &&
+         ibl_report_drawn(&report, truth, &set, &vague);
+
     const json_t *levels = json_object_get(report.json, "levels");
     const json_t *drawn = json_object_get(report.json, "rendered");
     const json_t *means = json_object_get(drawn, "means");
@@ -361,11 +356,10 @@ static void put_page(const json_t *document, FILE *to)
 
 /* ---- the run --------------------------------------------------------- */
 
-/* Measures map number m and adds it to the list. */
-static bool measure_map(bench *b, int m, json_t *maps)
+/* Measures a map and adds it to the list. */
+static bool measure_map(bench *b, const char *path, json_t *maps)
 {
     const int n = b->opts->rounds;
-    const char *path = b->opts->maps[m];
     ibl_judge_options options = ibl_judge_options_default();
     json_t *list = json_array();
 
@@ -410,34 +404,28 @@ static bool measure_map(bench *b, int m, json_t *maps)
     return ok;
 }
 
-/* Completes the document. False after a message. */
-static bool measure(bench *b, json_t *document)
+/* The document of what was measured, and where. Takes maps. */
+static json_t *describe(const bench *b, json_t *maps)
 {
     const bench_opts *o = b->opts;
     char cpu[128] = "", date[32] = "", line[512];
     FILE *f = fopen("/proc/cpuinfo", "r");
     const time_t now = time(NULL);
     struct tm utc;
-    json_t *maps = json_array();
-    bool ok = plan(b) && !ibl_start(&o->common, &b->console, &b->ctx);
-    for (int m = 0; m < o->map_count && ok; m++)
-        ok = measure_map(b, m, maps);
+
     while (f && !*cpu && fgets(line, sizeof line, f))
         sscanf(line, "model name : %127[^\n]", cpu);
     if (f)
         fclose(f);
     if (gmtime_r(&now, &utc))
         strftime(date, sizeof date, "%Y-%m-%d %H:%M UTC", &utc);
-    json_object_update_new(
-        document,
-        json_pack(
-            "{ss ss so ss ss si si ss si si si so}", "version", IBL_VERSION,
-            "revision", ibl_version_revision(), "cpu", ibl_json_string(cpu),
-            "compiler", ibl_version_compiler(), "date", date, "cpus",
-            ibl_cpu_count(), "threads", ok ? ibl_ctx_threads(b->ctx) : 0, "isa",
-            ok ? ibl_isa_name(ibl_ctx_isa(b->ctx)) : "", "rounds", o->rounds,
-            "texels", o->texels, "directions", o->directions, "maps", maps));
-    return ok;
+    return json_pack(
+        "{ss ss so ss ss si si ss si si si so}", "version", IBL_VERSION,
+        "revision", ibl_version_revision(), "cpu", ibl_json_string(cpu),
+        "compiler", ibl_version_compiler(), "date", date, "cpus",
+        ibl_cpu_count(), "threads", ibl_ctx_threads(b->ctx), "isa",
+        ibl_isa_name(ibl_ctx_isa(b->ctx)), "rounds", o->rounds, "texels",
+        o->texels, "directions", o->directions, "maps", maps);
 }
 
 static int run(const void *settings)
@@ -450,7 +438,7 @@ static int run(const void *settings)
     static bench whole;
     bench *b = &whole;
     ibl_outputs *outputs = NULL;
-    json_t *document = json_object();
+    json_t *maps = json_array(), *document = NULL;
     bool ok = true;
 
     b->opts = o;
@@ -467,9 +455,13 @@ static int run(const void *settings)
             ok = ibl_console_differ(&b->console, o->maps[m], reports[i].path,
                                     "file");
     }
-    ok = ok && measure(b, document);
+    ok = ok && plan(b) && !ibl_start(&o->common, &b->console, &b->ctx);
+    for (int m = 0; m < o->map_count && ok; m++)
+        ok = measure_map(b, o->maps[m], maps);
     ibl_console_finish(&b->console);
     ok = ok && !ibl_outputs_create(b->ctx, 0, &outputs);
+    if (ok)
+        document = describe(b, json_incref(maps));
     for (int i = 0; i < 3 && ok; i++) {
         if (!reports[i].path)
             continue;
@@ -485,6 +477,7 @@ static int run(const void *settings)
     ok = ok && ibl_console_commit(&b->console, outputs);
     ibl_outputs_free(outputs);
     json_decref(document);
+    json_decref(maps);
     for (int i = 0; i < b->count; i++)
         free(b->settings[i].options);
     ibl_ctx_free(b->ctx);

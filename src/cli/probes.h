@@ -149,7 +149,7 @@ bool ibl_probes_fit(const ibl_probes_bake *p, int width, int height);
  * and says which influence would do. With --strict fails. */
 bool ibl_probes_check_walls(const ibl_probes_bake *p);
 
-/* The text of the index. The caller must free it; NULL: no memory. */
+/* The text of the index, which the caller must free. */
 char *ibl_probes_index_text(const ibl_probes_bake *p);
 
 /* Run the command; return the exit status. */
