@@ -20,9 +20,6 @@ typedef enum ibl_capture_kind {
     IBL_CAPTURE_FACES
 } ibl_capture_kind;
 
-/* "equirect", "cross", "faces", NULL */
-extern const char *const ibl_capture_names[];
-
 typedef struct ibl_capture {
     ibl_capture_kind kind;
     char *name; /* as in ibl_image_read, relative to the working directory */
@@ -67,11 +64,6 @@ void ibl_probe_set_free(ibl_probe_set *set);
 /* How a layer's alpha is read. The global environment's is ignored: there is
  * nothing behind it. */
 ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer);
-
-/* Checks and reads a capture: its kind and the names of its 1 or 6 files, as
- * they are in the JSON. */
-bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
-                     const char *file[IBL_FACES]);
 
 /* ---- options ------------------------------------------------------------ */
 
