@@ -561,7 +561,6 @@ static bool add_set(ibl_cmdline *line, const ibl_opts *typed,
     o->given = typed->given;
     o->input = typed->input;
     o->of = target;
-    o->filament = target && target->filament;
     drop_unfit(o);
     if (target || typed->preset)
         snprintf(prefix, sizeof prefix,

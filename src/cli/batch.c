@@ -228,7 +228,8 @@ static bool begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
     if (map)
         ibl_map_line(b->line, map, &w->line);
     *r = (ibl_job){.line = &w->line,
-                   .from = {.ctx = ctx, .print = print},
+                   .ctx = ctx,
+                   .print = print,
                    .tables = b->tables ? b->tables->run.sets : NULL,
                    .maps = &b->maps};
     ibl_console_init(&r->console, b->opts->common.quiet,
@@ -236,7 +237,8 @@ static bool begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
     r->console.front = (ibl_console *)&b->console;
     r->console.about = w->line.set->input;
     r->console.terminal = false;
-    return ibl_job_begin(r);
+    ibl_job_begin(r);
+    return true;
 }
 
 static bool bake_map(worker *w, ibl_map *m)
@@ -249,7 +251,7 @@ static bool bake_map(worker *w, ibl_map *m)
     bool ok = begin(w, m, w->ctx, print) && print && ibl_job_make(&w->run) &&
               commit(w);
     if (ok && b->opts->depfile)
-        ok = (m->rule = ibl_depfile_text(w->run.sets, w->run.count)) != NULL;
+        ok = (m->rule = ibl_depfile_text(&w->run)) != NULL;
     ok = !ibl_console_end(&w->run.console, ok);
     if (ok && b->opts->common.verbose)
         ibl_job_log(&w->run);
@@ -431,12 +433,12 @@ static bool is_kept(batch *b, worker *w, ibl_map *m)
     bool moved = false, kept = false;
 
     if (b->opts->incremental) {
-        kept = begin(w, m, b->silent, NULL) && ibl_job_names(&w->run) &&
+        kept = begin(w, m, b->silent, NULL) &&
                ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
         if (kept && moved)
             kept = write_anew(w, &s);
         if (kept && b->opts->depfile)
-            kept = (m->rule = ibl_depfile_text(w->run.sets, w->run.count));
+            kept = (m->rule = ibl_depfile_text(&w->run));
         ibl_stamp_free(&s);
         ibl_job_end(&w->run);
     }
@@ -544,7 +546,7 @@ static bool make_tables(batch *b)
     b->tables_kept = !shared;
     if (!shared)
         return true;
-    bool ok = begin(w, NULL, w->ctx, NULL) && ibl_job_names(&w->run);
+    bool ok = begin(w, NULL, w->ctx, NULL);
     if (ok && b->opts->incremental)
         b->tables_kept =
             ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
@@ -605,8 +607,7 @@ static bool check_depfile(batch *b)
 
     for (int i = 0; i < b->maps.count && ok && b->opts->depfile; i++) {
         ok = begin(w, &b->maps.list[i], b->silent, NULL) &&
-             ibl_job_names(&w->run) &&
-             ibl_bake_check_depfile(w->run.sets, w->run.count);
+             ibl_job_check_depfile(&w->run);
         ok = !ibl_console_end(&w->run.console, ok);
         ibl_job_end(&w->run);
     }

@@ -55,30 +55,6 @@ static bool hash_options(const ibl_job *r, ibl_isa isa,
 
 /* ---- files --------------------------------------------------------------- */
 
-static bool add_file(ibl_stamp *s, const char *path)
-{
-    if (path)
-        s->files[s->count] = strdup(path);
-    return path && s->files[s->count++];
-}
-
-static bool add_files(const ibl_job *r, ibl_stamp *s)
-{
-    char *inputs[IBL_FACES];
-    bool ok = !ibl_set_inputs(r->sets, inputs, &s->inputs);
-
-    for (int i = 0; i < s->inputs && ok; i++)
-        ok = add_file(s, inputs[i]);
-    ibl_input_files_free(inputs);
-    for (int set = 0; set < r->count && ok; set++) {
-        const char *paths[IBL_SET_PATHS];
-        const int count = ibl_set_files(&r->sets[set], !r->opts->input, paths);
-        for (int i = 0; i < count && ok; i++)
-            ok = add_file(s, paths[i]);
-    }
-    return ok;
-}
-
 /* The path of a map's stamp: in one folder, whatever folder its outputs are in.
  * NULL: no memory. */
 static char *stamp_path(const char *folder, const char *name)
@@ -94,17 +70,19 @@ static char *stamp_path(const char *folder, const char *name)
 bool ibl_stamp_of(const ibl_job *r, ibl_isa isa, ibl_stamp *s)
 {
     const ibl_opts *o = r->opts;
-    const size_t most = IBL_FACES + (size_t)r->count * IBL_SET_PATHS;
+    ibl_files files;
+    const bool ok = ibl_job_files(r, !o->input, &files);
 
-    *s = (ibl_stamp){.files = calloc(most, sizeof *s->files),
+    *s = (ibl_stamp){.files = files.path,
+                     .count = files.count,
+                     .inputs = files.inputs,
                      .directory = o->directory,
                      .folder = ibl_path_join(o->directory, IBL_STAMPS),
                      .held = -1};
     if (s->folder)
         s->path = o->input ? stamp_path(s->folder, o->below)
                            : ibl_path_join(s->folder, "tables");
-    return s->path && s->files && hash_options(r, isa, s->options) &&
-           add_files(r, s);
+    return ok && s->path && hash_options(r, isa, s->options);
 }
 
 void ibl_stamp_free(ibl_stamp *s)

@@ -75,7 +75,7 @@ typedef struct made {
 } made;
 
 typedef struct search {
-    const ibl_bake_source *from;
+    const ibl_job *from;
     ibl_ctx *ctx;
     ibl_opts *o;
     ibl_image map[SCALES]; /* that is baked; each half as wide as the one before
@@ -414,7 +414,7 @@ static bool make_fine(search *s, size_t usual, pick *fine)
             return false;
     } while (p.error == HUGE_VAL && p.at[LEVELS]-- > 0);
     if (p.error == HUGE_VAL)
-        return ibl_console_fail(s->from->console,
+        return ibl_console_fail((ibl_console *)&s->from->console,
                                 "--%s: leaves no levels of %dx%d or more to "
                                 "choose from: add --levels N, or take a larger "
                                 "one",
@@ -647,14 +647,15 @@ static bool search_all(search *s, ibl_choice *c)
     return ok;
 }
 
-bool ibl_choose(const ibl_bake_source *from, const ibl_materials *materials,
+bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice)
 {
     search *s = calloc(1, sizeof *s);
 
     if (!s)
-        return ibl_console_fail(from->console, "no memory for the search");
-    ibl_console_progress(from->console, "choice", 0);
+        return ibl_console_fail((ibl_console *)&from->console,
+                                "no memory for the search");
+    ibl_console_progress((ibl_console *)&from->console, "choice", 0);
     choice->asked = o->rendered_error;
     s->from = from;
     s->ctx = from->ctx;
