@@ -34,10 +34,9 @@ static int take_memory(void *user, const ibl_bridge_info *info, float **rgb,
     return 1;
 }
 
-static int go_on(void *user, double share)
+static int go_on(void *user)
 {
     (void)user;
-    (void)share;
     return 1;
 }
 

@@ -505,7 +505,6 @@ TEST(memory_may_run_out)
     int failures = 0;
 
     o.light_count = 0;
-    o.more = "{\"a\": [1, {\"b\": \"c\"}], \"d\": \"e\"}";
     NEED(!ibl_sidecar_text(ctx, &o, &whole));
     json_set_alloc_funcs(scarce, free);
     left = 0;

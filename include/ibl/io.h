@@ -67,7 +67,7 @@ const char *ibl_input_layout_name(ibl_input_layout layout);
  * the white points differ, colours are adapted by Bradford's transform (Lam
  * 1985). A file has the primaries that it names: EXR chromaticities, PRIMARIES
  * of a .hdr, the ICC profile of an Ultra HDR JPEG. If it names none, they are
- * Rec.709's; Radiance's defaults for XYZE.
+ * Rec.709's.
  */
 typedef enum ibl_primaries {
     IBL_PRIMARIES_KEEP,   /* the file's, whatever they are: no conversion */
@@ -160,7 +160,7 @@ int ibl_hash_file(const char *path, char hash[IBL_FILE_HASH]);
 
 /* Properties of the file, and counts of repaired pixels. */
 typedef struct ibl_read_report {
-    char format[64];  /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
+    char format[64];  /* "Radiance RGBE", "OpenEXR, ZIP", .. */
     size_t nonfinite; /* pixels that held Inf or NaN */
     size_t negative;  /* pixels that held a finite value below 0 */
     float peak;       /* largest component after repair, before conversion */
@@ -193,7 +193,7 @@ typedef struct ibl_read_report {
  * Reads an environment as an equirectangular map of linear RGB floats. The
  * format is detected from the content, never from the name; iblbake(1) says
  * what is read of each:
- *   Radiance .hdr  RGBE and XYZE; EXPOSURE and COLORCORR are undone
+ *   Radiance .hdr  RGBE; EXPOSURE and COLORCORR are undone
  *   OpenEXR        the display window of scan lines and tiles (level 0): R G B
  *                  or Y alone, or a cube by its attribute envmap. Compressions
  *                  other than ZIP take libiblexr.so, beside the bridge
@@ -217,19 +217,19 @@ typedef struct ibl_read_report {
  * same. Besides the map (384 bytes for each texel of a face, 96 for each
  * octahedral pixel), making it takes the memory of the file's pixels. Alpha is
  * dropped, and colours stay as in the file; to read it: ibl_source_alpha.
- * A non-finite component becomes the largest finite one among the 8 neighbours
- * (columns wrap). If there is none, +Inf becomes 65504, others 0. Negative
- * components become 0. Both repairs are counted, with a warning; of negative
- * ones only above 1e-4 of the light. Others name primaries that are not
- * Rec.709's and are kept, a map that is black, and faces of a cube that do not
- * meet though they would in another order.
- *   path     a file, or "-" for standard input. A pipe by name (a FIFO,
- *            /dev/stdin, a shell's <(command)) is read if a process has it
- *            open for writing. Devices and directories are refused. If there is
- *            no such file, six files of square faces of the same size: a
- *            pattern, whose %f, no letter or digit behind it, stands for px nx
- *            py ny pz nz or another set of names (iblbake(1)), also in capitals
- *            or with one; or six names separated by commas, +X -X +Y -Y +Z -Z
+ * A non-finite component becomes the larger one of its neighbours in the row
+ * (columns wrap) that are finite. If there is none, +Inf becomes 65504, others
+ * 0. Negative components become 0. Both repairs are counted, with a warning; of
+ * negative ones only above 1e-4 of the light. Others name primaries that are
+ * not Rec.709's and are kept, a map that is black, and faces of a cube that do
+ * not meet though they would in another order. path     a file, also a pipe by
+ * name (a FIFO, /dev/stdin, a shell's
+ *            <(command)), or "-" for standard input. Devices and directories
+ *            are refused. If there is no such file, six files of square faces
+ *            of the same size: a pattern, whose %f, no letter or digit behind
+ *            it, stands for px nx py ny pz nz or another set of names
+ *            (iblbake(1)), also in capitals or with one; or six names separated
+ *            by commas, +X -X +Y -Y +Z -Z
  *   opts     NULL for defaults
  *   img      empty; filled here, to be freed with ibl_image_free
  *   report   may be NULL
@@ -239,8 +239,8 @@ typedef struct ibl_read_report {
  * IBL_ERR_UNSUPPORTED: needs the bridge or libiblexr.so, which is missing or
  * cannot read it.
  * IBL_ERR_MEMORY: the pixels, or a file that must be read as a whole, exceed
- * the machine's memory. A stream is IBL_ERR_FORMAT if it exceeds half of the
- * memory that is allowed, or 256 MiB where it begins like no known kind.
+ * the machine's memory. A stream is IBL_ERR_FORMAT if it exceeds 4 GiB, or half
+ * of the memory that is allowed.
  */
 ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
                           const ibl_read_options *opts, ibl_image *img,
@@ -515,9 +515,6 @@ ibl_status ibl_texture_array_begin(ibl_ctx *ctx, const ibl_texture *tex,
 ibl_status ibl_texture_array_put(ibl_ctx *ctx, ibl_texture *array, int layer,
                                  const ibl_texture *tex);
 
-/* Bytes of the UTF-8 character (The Unicode Standard, table 3-7: shortest form,
- * no surrogates) that text, of n bytes, begins with; 0: it begins with none. */
-size_t ibl_utf8_length(const void *text, size_t n);
 /* Sets a key to a value (both copied; UTF-8, key 1..255 bytes, at most 4096
  * keys, else IBL_ERR_ARGUMENT). */
 ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
@@ -688,16 +685,16 @@ void ibl_bytes_free(void *bytes);
 
 /*
  * Reads a KTX2, KTX or DDS file (detected by content) with the pixel formats of
- * ibl_pixel: cube, 2D or an array of either, with or without levels, either
- * byte order for KTX. KTX and KTX2 files with 3-channel 16 or 32-bit floats are
+ * ibl_pixel: cube, 2D or an array of either, with or without levels; of KTX
+ * only little endian. KTX and KTX2 files with 3-channel 16 or 32-bit floats are
  * widened to 4 channels. DDS files may also name a float format of Direct3D 9
  * in place of a FourCC, and hold RGB floats. Signed BC6H becomes RGBA16F. KTX2
  * files may be supercompressed with Zstandard. Files that this library wrote
  * are read back bit for bit, including keys. IBL_ERR_UNSUPPORTED: more layers
  * than IBL_MAX_LAYERS, 3D, another pixel format or supercompression; the
  * message has its name or number. IBL_ERR_FORMAT: a damaged file. Never reads
- * outside [bytes, size), and allocates little more than size, or than
- * Zstandard's frames say they hold. Keys are read if their value is text.
+ * outside [bytes, size), and allocates little more than size, or than the most
+ * that Zstandard can have packed in it. Keys are read if their value is text.
  * KTXwriter is kept, KTXorientation is not. If it says that rows do not begin
  * at the top, a flat texture is flipped and a cube is IBL_ERR_UNSUPPORTED.
  *   container   may be NULL

@@ -119,31 +119,6 @@ void ibl_probes_blend(const ibl_probe *probes, int count, const int *order,
 int ibl_probe_parallax(const ibl_probe *probe, const double point[3],
                        const double direction[3], double lookup[3]);
 
-/* ---- tiles of the screen ------------------------------------------------ */
-
-/* A picture that is divided into tiles. */
-typedef struct ibl_tiles {
-    double clip[16];   /* world to clip space, column-major; x and y from -w to
-                          w are visible, w > 0 in front; z is ignored */
-    int width, height; /* pixels, 1..IBL_MAX_EDGE */
-    int tile;          /* edge in pixels, >= 1; the last tiles may be cut */
-} ibl_tiles;
-
-#define IBL_MAX_TILE_PROBES 64
-
-int ibl_tiles_columns(const ibl_tiles *tiles);
-int ibl_tiles_rows(const ibl_tiles *tiles);
-/*
- * Writes a mask for each tile, row by row from the lower left (y = -w): bit i
- * is set if a point of the influence volume of probe i is visible in the tile,
- * at any depth. Rounding may set a bit of a probe that is not visible, but
- * never misses one that is. count is at most IBL_MAX_TILE_PROBES; masks holds
- * columns x rows. IBL_ERR_ARGUMENT: tiles or count out of range, masks
- * unchanged.
- */
-ibl_status ibl_tiles_cull(const ibl_tiles *tiles, const ibl_probe *probes,
-                          int count, unsigned long long *masks);
-
 /* ---- for shaders -------------------------------------------------------- */
 
 #define IBL_PROBE_FLOATS 20
@@ -158,8 +133,7 @@ ibl_status ibl_tiles_cull(const ibl_tiles *tiles, const ibl_probe *probes,
  *     proxy's half, 1 for a sphere
  *     position, layer
  *
- * Index i in the shader is probe order[i]. For masks with the same indices give
- * ibl_tiles_cull the probes sorted by order.
+ * Index i in the shader is probe order[i].
  */
 void ibl_probes_pack(const ibl_probe *probes, int count, const int *order,
                      float *texels);
@@ -214,8 +188,6 @@ typedef struct ibl_probe_index {
  * Reads an index.json, see iblbake-probes(1). The names in it are of files in
  * its folder, for ibl_texture_read, which are not looked at.
  *   ctx    for the message of an error; NULL: there is none
- * While it reads, an allocator that notes when memory runs out stands before
- * jansson's allocator (json_set_alloc_funcs), of one thread at a time.
  * IBL_ERR_IO: it cannot be read. IBL_ERR_FORMAT: it is damaged, of another
  * version, or no index. IBL_ERR_MEMORY. *index is empty after an error.
  */

@@ -175,10 +175,13 @@ bool ibl_sheet_draw(ibl_sheet *sheet, const ibl_panel *panels, int count)
 
 bool ibl_sheet_encode(ibl_sheet *sheet, void **png, size_t *size)
 {
+    ibl_blob file = {0};
     const bool ok =
-        sheet->pixels && ibl_png_encode_rgb(sheet->pixels, sheet->width,
-                                            sheet->height, png, size);
+        sheet->pixels && ibl_png_encode(sheet->pixels, 3, sheet->width,
+                                        sheet->height, NULL, &file);
 
+    *png = file.bytes;
+    *size = file.size;
     free(sheet->pixels);
     sheet->pixels = NULL;
     return ok;

@@ -2,7 +2,6 @@
 #include "io/bridge.h"
 
 #include <dlfcn.h>
-#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -105,84 +104,50 @@ static int begin(void *user, const ibl_bridge_info *info, float **rgb,
     return !p->status;
 }
 
-static int go_on(void *user, double share)
+static int go_on(void *user)
 {
     picture *p = user;
 
-    ibl_progress(p->in->ctx, "decode", share);
     p->status = ibl_cancelled(p->in->ctx) ? IBL_ERR_CANCELLED : IBL_OK;
     return !p->status;
-}
-
-static ibl_status read_picture(picture *p, const ibl_image_kind *kind)
-{
-    ibl_bridge_request request = {
-        .bytes = p->in->bytes,
-        .size = p->in->size,
-        .reader = kind->reader,
-        .want_alpha = p->opts->alpha != IBL_ALPHA_IGNORE,
-        .encoded = p->opts->transfer == IBL_TRANSFER_FILE     ? -1
-                   : p->opts->transfer == IBL_TRANSFER_LINEAR ? 1
-                                                              : 0,
-        .threads = ibl_ctx_threads(p->in->ctx),
-        .user = p,
-        .begin = begin,
-        .go_on = go_on};
-    char message[IBL_BRIDGE_MESSAGE], text[64], path[32];
-    ibl_bridge_read_fn *read;
-    FILE *file = NULL;
-
-    snprintf(text, sizeof text, "is %s", kind->name);
-    const ibl_status status =
-        ibl_bridge_find(p->in, NULL, text, IBL_BRIDGE_READ, &read);
-    if (status)
-        return status;
-    ibl_bridge_result result = read(&request, message);
-    if (result == IBL_BRIDGE_NEEDS_FILE) {
-        file = tmpfile(); /* without a name, so that nothing stays behind */
-        if (!file ||
-            fwrite(request.bytes, 1, request.size, file) != request.size ||
-            fflush(file)) {
-            const int error = errno;
-            if (file)
-                fclose(file);
-            return ibl_reject(p->in, IBL_ERR_IO,
-                              "no temporary file for the image bridge in %s: "
-                              "%s",
-                              P_tmpdir, strerror(error));
-        }
-        snprintf(path, sizeof path, "/dev/fd/%d", fileno(file));
-        request.path = path;
-        result = read(&request, message);
-        fclose(file);
-    }
-    switch (result) {
-    case IBL_BRIDGE_OK:
-    case IBL_BRIDGE_STOPPED:
-        return p->status;
-    case IBL_BRIDGE_MEMORY:
-        return ibl_reject(p->in, IBL_ERR_MEMORY, "no memory to decode it");
-    case IBL_BRIDGE_UNKNOWN:
-        return ibl_unsupported(p->in, "is %s, but %s", kind->name, message);
-    case IBL_BRIDGE_FORMAT:
-    case IBL_BRIDGE_NEEDS_FILE:
-        break;
-    }
-    return ibl_bad_file(p->in, "damaged or unsupported %s: %s", kind->name,
-                        message);
 }
 
 ibl_status ibl_bridge_rows(const ibl_input *in, const ibl_image_kind *kind,
                            const ibl_read_options *opts, ibl_rows **rows)
 {
     picture p = {.in = in, .opts = opts};
-    ibl_status status = read_picture(&p, kind);
+    const ibl_bridge_request request = {
+        .bytes = in->bytes,
+        .size = in->size,
+        .reader = kind->reader,
+        .want_alpha = opts->alpha != IBL_ALPHA_IGNORE,
+        .encoded = opts->transfer == IBL_TRANSFER_FILE     ? -1
+                   : opts->transfer == IBL_TRANSFER_LINEAR ? 1
+                                                           : 0,
+        .threads = ibl_ctx_threads(in->ctx),
+        .user = &p,
+        .begin = begin,
+        .go_on = go_on};
+    char message[IBL_BRIDGE_MESSAGE], text[64];
+    ibl_bridge_read_fn *read;
 
     *rows = NULL;
+    snprintf(text, sizeof text, "is %s", kind->name);
+    ibl_status status = ibl_bridge_find(in, NULL, text, IBL_BRIDGE_READ, &read);
+    if (status)
+        return status;
+    const ibl_bridge_result result = read(&request, message);
+    if (result == IBL_BRIDGE_MEMORY)
+        status = ibl_reject(in, IBL_ERR_MEMORY, "no memory to decode it");
+    else if (result == IBL_BRIDGE_FORMAT)
+        status = ibl_bad_file(in, "damaged or unsupported %s: %s", kind->name,
+                              message);
+    else
+        status = p.status;
     if (status)
         ibl_image_free(&p.img);
     else
-        status = ibl_rows_of_image(in->ctx, &p.img, rows);
+        status = ibl_rows_of_image(in->ctx, &p.img, NULL, rows);
     if (status) {
         ibl_free(p.alpha);
         return status;

@@ -112,7 +112,7 @@ static ibl_status make_rows(const ibl_input *in, const ibl_texture *tex,
     if (status)
         ibl_image_free(&img);
     else
-        status = ibl_rows_of_image(in->ctx, &img, rows);
+        status = ibl_rows_of_image(in->ctx, &img, NULL, rows);
     if (status)
         return status;
     ibl_rows *r = *rows;

@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/exr.h"
-
 #include <errno.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -14,7 +11,6 @@
 
 enum {
     JOB_BYTES = 1 << 17,  /* about 0.2 ms of inflating */
-    GROUPS = 8,           /* decoded between two checks of the cancel flag */
     BAND_BYTES = 1 << 25, /* of a band, but it has at least a row of blocks */
     LIBRARY_BYTES = 8 << 20, /* OpenEXR's C++ library, measured */
     DECODED = 5 /* blocks of memory in which it decodes one, measured */
@@ -106,10 +102,9 @@ typedef struct exr_rows {
     int band_row, band_count;
 } exr_rows;
 
-/* The first error in a job. */
+/* Where a job stopped. */
 typedef struct outcome {
-    exr_result_t code; /* EXR_ERR_READ_IO: reading failed, see error */
-    int error;
+    int fault; /* of ibl_exr_unpack */
     int y;
 } outcome;
 
@@ -186,8 +181,8 @@ static void decode_job(void *arg, int job, int worker)
     for (int i = first; i < first + g->r->per_job && i < g->count; i++) {
         const exr_chunk_info_t *chunk = &file->chunks[g->first + i];
         o->y = chunk->start_y;
-        o->code = ibl_exr_unpack(file, chunk, u, &o->error);
-        if (o->code)
+        o->fault = ibl_exr_unpack(file, chunk, u);
+        if (o->fault)
             return;
         const size_t bytes = (size_t)chunk->width * (size_t)file->all;
         for (int line = 0; line < chunk->height; line++)
@@ -198,19 +193,15 @@ static void decode_job(void *arg, int job, int worker)
 
 static ibl_status report(const ibl_exr_file *file, const outcome *o)
 {
-    if (o->code == EXR_ERR_READ_IO && o->error)
-        return ibl_input_unread(file->in, o->error);
-    if (o->code == EXR_ERR_READ_IO)
-        return ibl_bad_file(file->in,
-                            "EXR cut short: the block of line %d ends past the "
-                            "end of the file: copy it again",
-                            o->y);
-    if (o->code == EXR_ERR_OUT_OF_MEMORY)
+    if (o->fault > 0)
+        return ibl_input_unread(file->in, o->fault);
+    if (o->fault == IBL_EXR_CUT)
+        return ibl_exr_cut(file, o->y);
+    if (o->fault == IBL_EXR_NO_MEMORY)
         return ibl_no_memory(file->in->ctx, "decoding an EXR");
     return ibl_bad_file(
-        file->in, "damaged EXR: the %s block of line %d cannot be unpacked: %s",
-        ibl_exr_compression_name(file->compression), o->y,
-        exr_get_default_error_message(o->code));
+        file->in, "damaged EXR: the %s block of line %d cannot be unpacked",
+        ibl_exr_compression_name(file->compression), o->y);
 }
 
 /* Decodes `count` rows of blocks, which begin at g->row. */
@@ -227,14 +218,14 @@ static ibl_status decode(decoding *g, int blocks, int count)
     g->outcomes = ibl_alloc_zeroed((size_t)jobs, sizeof *g->outcomes);
     if (!g->outcomes)
         return ibl_no_memory(ctx, "decoding an EXR");
-    if (r->framed)
+    if (r->framed && g->rgb == r->band)
         memset(g->rgb, 0, floats * sizeof *g->rgb);
     file->deaf = true;
     ibl_status status = ibl_run(ctx, NULL, jobs, decode_job, g);
     file->deaf = false;
     /* The first job in order: the report does not depend on threads. */
     for (int j = 0; j < jobs && !status; j++)
-        if (g->outcomes[j].code)
+        if (g->outcomes[j].fault)
             status = report(file, &g->outcomes[j]);
     ibl_free(g->outcomes);
     return status;
@@ -268,8 +259,7 @@ static ibl_status decode_some(exr_rows *r, int row, int *end, float *rgb)
     const int left = all - blocks, group = left < r->group ? left : r->group;
     int count = 0;
 
-    while (count < GROUPS * r->group && count < left &&
-           row_after(r, blocks + count) <= *end)
+    while (count < left && row_after(r, blocks + count) <= *end)
         count++;
     const bool fits = count >= group;
     count = fits ? count : group;
@@ -303,34 +293,27 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb)
 {
     exr_rows *r = (exr_rows *)rows;
     const size_t floats = 3 * (size_t)rows->width;
-    const int last = rows->row + count;
+    const int last = rows->row + count, stop = last < r->end ? last : r->end;
+    ibl_status status = IBL_OK;
 
-    for (int row = rows->row, end; row < last; row = end) {
-        const size_t done = (size_t)(row - rows->row);
-        float *to = rgb + floats * done;
+    if (r->framed)
+        memset(rgb, 0, floats * (size_t)count * sizeof *rgb);
+    for (int row = rows->row > r->begin ? rows->row : r->begin, end;
+         row < stop && !status; row = end) {
         const int in_band = row - r->band_row, left = r->band_count - in_band;
-        const bool black = row < r->begin || row >= r->end;
-        end = last;
-        if (row < r->begin && r->begin < end)
-            end = r->begin;
-        if (!black && in_band >= 0 && left > 0 && end - row > left)
-            end = row + left;
-        const size_t n = (size_t)(end - row);
-        if (black) {
-            memset(to, 0, floats * n * sizeof *to);
-        } else if (in_band >= 0 && left > 0) {
-            memcpy(to, r->band + floats * (size_t)in_band,
-                   floats * n * sizeof *to);
-        } else {
-            const ibl_status status = decode_some(r, row, &end, to);
-            if (status)
-                return status;
+        float *to = rgb + floats * (size_t)(row - rows->row);
+        end = stop;
+        if (in_band < 0 || left <= 0) {
+            status = decode_some(r, row, &end, to);
+            continue;
         }
-        ibl_rows_progress(rows, end - rows->row);
+        end = end - row > left ? row + left : end;
+        memcpy(to, r->band + floats * (size_t)in_band,
+               floats * (size_t)(end - row) * sizeof *to);
     }
     if (last == rows->height)
         end_decoding(r);
-    return IBL_OK;
+    return status;
 }
 
 static void rows_close(ibl_rows *rows)
@@ -421,21 +404,7 @@ ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
 
 /* ---- the library ---------------------------------------------------- */
 
-static char version[48];
-
-static void find_version(void)
-{
-    int major = 0, minor = 0, patch = 0;
-    const char *extra = NULL;
-
-    exr_get_library_version(&major, &minor, &patch, &extra);
-    snprintf(version, sizeof version, "%d.%d.%d%s%s", major, minor, patch,
-             extra && *extra ? "-" : "", extra ? extra : "");
-}
-
 const char *ibl_exr_version(void)
 {
-    static pthread_once_t once = PTHREAD_ONCE_INIT;
-    pthread_once(&once, find_version);
-    return version;
+    return OPENEXR_VERSION_STRING;
 }

@@ -87,9 +87,17 @@ ibl_status ibl_exr_begin(ibl_exr_file *file);
 /* Closes the file and frees what it holds. */
 void ibl_exr_end(ibl_exr_file *file);
 
-/* Gets a chunk and undoes its compression to u->pixels. EXR_ERR_READ_IO: *error
- * is errno, or 0 if the file has become too short. */
-exr_result_t ibl_exr_unpack(const ibl_exr_file *file,
-                            const exr_chunk_info_t *chunk, ibl_exr_worker *u,
-                            int *error);
+/* Why a chunk has no pixels; above 0: errno. */
+enum {
+    IBL_EXR_CUT = -1, /* the file has become too short */
+    IBL_EXR_NO_MEMORY = -2,
+    IBL_EXR_DAMAGED = -3
+};
+
+/* Gets a chunk and undoes its compression to u->pixels. */
+int ibl_exr_unpack(const ibl_exr_file *file, const exr_chunk_info_t *chunk,
+                   ibl_exr_worker *u);
+/* Reports that the file ends within the block of a line. */
+ibl_status ibl_exr_cut(const ibl_exr_file *file, int y);
+
 #endif

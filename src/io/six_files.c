@@ -153,15 +153,10 @@ static ibl_status read_face(ibl_input *in, const ibl_read_options *opts,
     if (!*all) {
         status = ibl_map_alloc(in, n, IBL_FACES * n, &strip);
         if (!status)
-            status = ibl_rows_of_image(in->ctx, &strip, all);
+            status = ibl_rows_of_image(in->ctx, &strip, r, all);
         if (status)
             return status;
-        ibl_rows *s = *all;
-        s->report = r->report;
-        s->report.layout = IBL_INPUT_FACES;
-        s->straight = r->straight;
-        s->has_primaries = r->has_primaries;
-        memcpy(s->primaries, r->primaries, sizeof s->primaries);
+        (*all)->report.layout = IBL_INPUT_FACES;
     }
     ibl_rows *s = *all;
     status = ibl_rows_read(*face_rows, n, s->whole.data + 3 * at);
@@ -195,7 +190,7 @@ ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
     for (int f = 0; f < IBL_FACES && !status; f++) {
         ibl_input in;
         ibl_rows *rows = NULL;
-        status = ibl_input_open(ctx, files[f], ibl_rows_longest, &in);
+        status = ibl_input_open(ctx, files[f], &in);
         if (status)
             break;
         if (opts->hash)

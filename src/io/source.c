@@ -7,17 +7,14 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "io/bridge.h"
-#include "io/exr.h"
 #include "io/input.h"
 #include "io/layout.h"
 #include "io/mend.h"
-#include "io/rgbe.h"
 #include "io/rows.h"
-#include "io/ultra_hdr.h"
 
 enum {
     BRIDGE_BYTES = 150 << 20, /* OpenImageIO and its libraries */
+    IMAGE_ROWS = 512,         /* of an image that are read at once */
     SNIFF_BYTES = 64          /* enough to identify the kind of a file */
 };
 
@@ -26,8 +23,7 @@ struct ibl_source {
     ibl_input in;
     ibl_rows *rows;
     ibl_mender mender;
-    const float *map;  /* made of mended pixels of another layout, or NULL */
-    int row;           /* the next row to read */
+    bool mended;       /* the rows are of mended pixels of another layout */
     ibl_status status; /* of the first read that failed */
     char name[];
 };
@@ -56,19 +52,14 @@ static bool is_other(const unsigned char *bytes, size_t size)
     return size > 0;
 }
 
-static const ibl_reader readers[] = {
+static const struct {
+    ibl_is_fn *is;
+    ibl_open_fn *open;
+} readers[] = {
     {ibl_exr_is, ibl_exr_open},         {ibl_rgbe_is, ibl_rgbe_open},
     {ibl_texture_is, ibl_texture_open}, {is_jpeg, ibl_jpeg_open},
     {is_other, ibl_other_image_open},
 };
-
-uint64_t ibl_rows_longest(const unsigned char *bytes, size_t size)
-{
-    return ibl_exr_is(bytes, size) || ibl_rgbe_is(bytes, size) ||
-                   ibl_texture_is(bytes, size) || ibl_image_kind_of(bytes, size)
-               ? IBL_LONGEST
-               : 0;
-}
 
 static ibl_status check_input(const ibl_input *in, const ibl_read_options *opts,
                               const unsigned char *first, size_t size)
@@ -93,16 +84,15 @@ ibl_status ibl_rows_open(ibl_input *in, const ibl_read_options *opts,
                          ibl_rows **rows)
 {
     unsigned char first[SNIFF_BYTES];
-    const ibl_reader *reader = readers;
-    size_t size;
+    size_t size, i = 0;
 
     if (!ibl_input_read(in, 0, sizeof first, first, &size) || !size)
         return ibl_reject(in, IBL_ERR_IO, "cannot be read");
-    while (!reader->is(first, size))
-        reader++;
+    while (!readers[i].is(first, size))
+        i++;
     ibl_status status = check_input(in, opts, first, size);
     if (!status)
-        status = reader->open(in, opts, rows);
+        status = readers[i].open(in, opts, rows);
     if (status)
         return status;
     const ibl_rows *r = *rows;
@@ -160,24 +150,28 @@ static ibl_status check_options(ibl_ctx *ctx, const ibl_read_options *opts)
     return IBL_OK;
 }
 
-/* The image takes that of the rows if it is whole. */
 ibl_status ibl_source_image(ibl_source *s, ibl_image *img)
 {
     if (!s || !img)
         return ibl_missing(s ? s->ctx : NULL, "ibl_source_image: img");
     ibl_rows *rows = s->rows;
-    ibl_image whole = rows->whole;
+    ibl_image all = rows->whole;
     ibl_status status = IBL_OK;
 
-    rows->whole = (ibl_image){0};
-    if (!whole.data)
-        status = ibl_map_alloc(&s->in, rows->width, rows->height, &whole);
+    if (!all.data)
+        status = ibl_map_alloc(&s->in, rows->width, rows->height, &all);
+    while (!status && rows->row < all.height) {
+        const int left = all.height - rows->row;
+        status = ibl_source_read(s, left < IMAGE_ROWS ? left : IMAGE_ROWS,
+                                 all.data +
+                                     3 * (size_t)all.width * (size_t)rows->row);
+    }
     if (!status)
-        status = ibl_source_read(s, whole.height, whole.data);
-    if (status)
-        ibl_image_free(&whole);
-    else
-        *img = whole;
+        *img = all;
+    else if (!rows->whole.data)
+        ibl_image_free(&all);
+    if (!status)
+        rows->whole = (ibl_image){0};
     return status;
 }
 
@@ -225,18 +219,16 @@ static ibl_status unwrap(ibl_source *s, const ibl_read_options *opts)
     if (status)
         ibl_image_free(&map);
     else
-        status = ibl_rows_of_image(s->ctx, &map, &made);
+        status = ibl_rows_of_image(s->ctx, &map, rows, &made);
     if (status) {
         ibl_free(alpha);
         return status;
     }
-    made->report = rows->report;
     made->alpha = alpha;
     ibl_rows_close(rows);
     ibl_input_close(&s->in);
     s->rows = made;
-    s->row = 0;
-    s->map = made->whole.data;
+    s->mended = true;
     return IBL_OK;
 }
 
@@ -255,7 +247,7 @@ static ibl_status open_rows(ibl_source *s, const ibl_pixels *pixels,
     if (!status && count == IBL_FACES)
         status = ibl_six_files_open(s->ctx, s->name, files, opts, &s->rows);
     else if (!status && !s->in.bytes)
-        status = ibl_input_open(s->ctx, s->name, ibl_rows_longest, &s->in);
+        status = ibl_input_open(s->ctx, s->name, &s->in);
     if (!status && count == 1)
         status = ibl_rows_open(&s->in, opts, &s->rows);
     if (!status && count == 1 && opts->hash)
@@ -402,20 +394,15 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
         return ibl_missing(s ? s->ctx : NULL, "ibl_source_read: rgb");
     if (s->status)
         return s->status;
-    const int left = s->rows->height - s->row;
+    const int left = s->rows->height - s->rows->row;
     if (rows < 1 || rows > left)
         return ibl_fail(s->ctx, IBL_ERR_ARGUMENT,
                         "%d rows: must be 1 to the %d that are left", rows,
                         left);
-    const size_t floats = 3 * (size_t)s->rows->width;
-    const float *from = s->map ? s->map + floats * (size_t)s->row : NULL;
-    if (!from)
-        s->status = ibl_mender_read(&s->mender, rows, rgb);
-    else if (from != rgb)
-        memcpy(rgb, from, floats * (size_t)rows * sizeof *rgb);
-    s->row += rows;
-    if (!s->status && rows == left && s->rows->silent)
-        ibl_progress(s->ctx, "decode", 1);
+    s->status = s->mended ? ibl_rows_read(s->rows, rows, rgb)
+                          : ibl_mender_read(&s->mender, rows, rgb);
+    if (!s->status)
+        ibl_progress(s->ctx, "decode", (double)s->rows->row / s->rows->height);
     return s->status;
 }
 

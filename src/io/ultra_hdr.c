@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/ultra_hdr.h"
-
+/*
+ * Ultra HDR JPEG: a JPEG of what a plain screen shows, and a second one, the
+ * gain map, that says how much brighter each pixel is. The second is found by
+ * the index of the Multi-Picture Format (CIPA DC-007).
+ */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -10,6 +13,7 @@
 #include "core/context.h"
 #include "io/bridge.h"
 #include "io/colour_space.h"
+#include "io/rows.h"
 
 enum {
     ROWS = 8 /* in a job */
@@ -242,43 +246,16 @@ static segment find_tag(const segment *icc, const char *name)
     return (segment){0};
 }
 
-static double fixed(const segment *s, size_t at)
-{
-    return (int32_t)number(s, at, 4, false) / 65536.0;
-}
-
-/* What a curve makes of one half; -1: no curve. sRGB makes 0.2140 of it. */
-static double half_of(segment t)
-{
-    if (t.size && !memcmp(t.bytes, "curv", 4)) {
-        const size_t n = number(&t, 8, 4, false);
-        if (n < 2)
-            return n ? pow(0.5, number(&t, 12, 2, false) / 256.0) : -1;
-        return (number(&t, 12 + 2 * ((n - 1) / 2), 2, false) +
-                number(&t, 12 + 2 * (n / 2), 2, false)) /
-               (2 * 65535.0);
-    }
-    if (t.size < 16 || memcmp(t.bytes, "para", 4) != 0)
-        return -1;
-    const double g = fixed(&t, 12);
-    return number(&t, 8, 2, false) == 0
-               ? pow(0.5, g)
-               : pow(fixed(&t, 16) / 2 + fixed(&t, 20), g);
-}
-
 bool ibl_icc_primaries(const unsigned char *bytes, size_t size, double xy[8])
 {
     static const char *const colorants[] = {"rXYZ", "gXYZ", "bXYZ"};
-    static const char *const curves[] = {"rTRC", "gTRC", "bTRC"};
     const segment icc = {bytes, size};
     bool same[3] = {true, true, true};
 
     for (int i = 0; i < 9; i++) {
         const segment t = find_tag(&icc, colorants[i / 3]);
-        const segment curve = find_tag(&icc, curves[i / 3]);
-        if (t.size < 20 || !(fabs(half_of(curve) - 0.2140) < 0.004))
-            return false;
-        const double value = fixed(&t, (size_t)(8 + 4 * (i % 3)));
+        const size_t at = (size_t)(8 + 4 * (i % 3));
+        const double value = (int32_t)number(&t, at, 4, false) / 65536.0;
         for (int k = 0; k < 3; k++)
             same[k] &= fabs(value - spaces[k].xyz[i]) < 0.003;
     }
@@ -481,7 +458,7 @@ ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
     if (icc.size && !known)
         return ibl_unsupported(
             in, "Ultra HDR JPEG with an ICC profile that is none of sRGB, "
-                "Display P3 and Rec. 2020 with the curve of sRGB");
+                "Display P3 and Rec. 2020");
     own.transfer = IBL_TRANSFER_SRGB;
     status = ibl_other_image_open(in, &own, rows);
     if (!status)

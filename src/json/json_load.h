@@ -10,12 +10,6 @@
 
 #include "json/text.h"
 
-enum {
-    /* A sidecar with spherical harmonics of the highest degree has 115 MB. */
-    IBL_JSON_BYTES = 1 << 28,
-    IBL_JSON_MEMORY = 1 << 30 /* that jansson may ask for, of one text */
-};
-
 /* Why a file cannot be used. */
 typedef struct ibl_json_why {
     ibl_status status;         /* IBL_ERR_IO, IBL_ERR_MEMORY, or, for contents
@@ -23,8 +17,9 @@ typedef struct ibl_json_why {
     char line[IBL_LINE_BYTES]; /* "PATH: is a directory: ..." */
 } ibl_json_why;
 
-/* Reads a regular file of at most IBL_JSON_BYTES, with jansson's flags. The
- * caller must json_decref the result; NULL: see why. */
+/* Reads a regular file, with jansson's flags. The caller must json_decref the
+ * result; NULL: see why. Where memory runs out, jansson's lexer reads beyond
+ * what it has: programs have jansson's allocator end them before. */
 json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why);
 /* The same of a text, which why calls name. */
 json_t *ibl_json_parse(const char *name, const void *text, size_t size,

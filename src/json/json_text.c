@@ -1,30 +1,52 @@
 /* SPDX-License-Identifier: MIT */
 #include "json/json_text.h"
 
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "json/text.h"
 
+/* Bytes of the UTF-8 character (The Unicode Standard, table 3-7: shortest form,
+ * no surrogates) that a text begins with; 0: it begins with none. */
+static size_t character(const char *text)
+{
+    const unsigned char *p = (const unsigned char *)text;
+    static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
+    const size_t length = !p[0]               ? 0
+                          : p[0] < 0x80       ? 1
+                          : p[0] >> 5 == 0x06 ? 2
+                          : p[0] >> 4 == 0x0E ? 3
+                          : p[0] >> 3 == 0x1E ? 4
+                                              : 0;
+    if (length < 2)
+        return length;
+    uint32_t code = p[0] & (0x7Fu >> length);
+    for (size_t i = 1; i < length; i++) {
+        if (p[i] >> 6 != 2)
+            return 0;
+        code = code << 6 | (p[i] & 0x3F);
+    }
+    const bool surrogate = code >> 11 == 0xD800 >> 11;
+    return code < least[length] || code > 0x10FFFF || surrogate ? 0 : length;
+}
+
 bool ibl_json_is_text(const char *bytes)
 {
-    size_t left = strlen(bytes), n;
+    size_t n;
 
-    while (left && (n = ibl_utf8_length(bytes, left)) > 0) {
+    while ((n = character(bytes)) > 0)
         bytes += n;
-        left -= n;
-    }
-    return !left;
+    return !*bytes;
 }
 
 json_t *ibl_json_string(const char *bytes)
 {
-    const size_t length = strlen(bytes);
-    char *text = malloc(3 * length + 1), *to = text;
+    char *text = malloc(3 * strlen(bytes) + 1), *to = text;
 
-    for (size_t i = 0; i < length && text;) {
-        const size_t n = ibl_utf8_length(bytes + i, length - i);
+    for (size_t i = 0; text && bytes[i];) {
+        const size_t n = character(bytes + i);
         memcpy(to, n ? bytes + i : "\xEF\xBF\xBD", n ? n : 3);
         to += n ? n : 3;
         i += n ? n : 1;

@@ -5,6 +5,7 @@
 #include "io/bridge/bridge.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -46,9 +47,9 @@ int threads_of(const ibl_bridge_request &request)
 #endif
 }
 
-struct failure {
-    ibl_bridge_result result;
-    std::string text;
+using failure = std::runtime_error;
+
+struct stopped {
 };
 
 enum class storage {
@@ -61,6 +62,7 @@ enum class storage {
 struct picture {
     // Declared before input: the proxy must be destroyed after its reader.
     std::unique_ptr<Filesystem::IOMemReader> memory;
+    FILE *file = nullptr;
     std::unique_ptr<ImageInput> input;
     ImageSpec spec;
     int channel[3] = {0, 0, 0};
@@ -68,6 +70,12 @@ struct picture {
     storage kind = storage::floats;
     bool encoded = false;
     std::vector<float> table; // linear values of 16-bit sRGB
+
+    ~picture()
+    {
+        if (file)
+            std::fclose(file);
+    }
 };
 
 std::string complaint(ImageInput &input, const char *otherwise)
@@ -79,42 +87,41 @@ std::string complaint(ImageInput &input, const char *otherwise)
 void open(picture &p, const ibl_bridge_request &r)
 {
     ImageSpec config;
-    const char *path = r.path ? r.path : "memory";
+    std::string path = "memory";
 
     p.input = ImageInput::create(r.reader);
     if (!p.input) {
         geterror();
-        throw failure{IBL_BRIDGE_UNKNOWN,
-                      std::string("this OpenImageIO has no reader for ") +
-                          r.reader};
+        throw failure(std::string("this OpenImageIO has no reader for ") +
+                      r.reader);
     }
     config["oiio:UnassociatedAlpha"] = 1; // colours as stored
-    if (!r.path) {
-        if (!p.input->supports("ioproxy"))
-            throw failure{IBL_BRIDGE_NEEDS_FILE, ""};
+    if (p.input->supports("ioproxy")) {
         p.memory.reset(new Filesystem::IOMemReader(
             const_cast<unsigned char *>(r.bytes), r.size));
         void *proxy = p.memory.get();
         config.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
+    } else { // a file without a name, so that nothing stays behind
+        p.file = std::tmpfile();
+        if (!p.file || std::fwrite(r.bytes, 1, r.size, p.file) != r.size ||
+            std::fflush(p.file))
+            throw failure(std::string("no temporary file: ") +
+                          std::strerror(errno));
+        path = "/dev/fd/" + std::to_string(fileno(p.file));
     }
     p.input->threads(threads_of(r));
     if (!p.input->open(path, p.spec, config) ||
         !p.input->seek_subimage(r.subimage, 0))
-        throw failure{IBL_BRIDGE_FORMAT,
-                      complaint(*p.input, "its header cannot be read")};
+        throw failure(complaint(*p.input, "its header cannot be read"));
     p.spec = p.input->spec();
-    if (p.spec.deep)
-        throw failure{IBL_BRIDGE_FORMAT,
-                      "deep data has no one colour per pixel"};
     if (p.spec.get_int_attribute("tiff:PhotometricInterpretation") >> 1 ==
         32844 >> 1)
-        throw failure{IBL_BRIDGE_FORMAT,
-                      "LogLuv, of which OpenImageIO keeps 8 bits: convert it "
-                      "to EXR"};
+        throw failure("LogLuv, of which OpenImageIO keeps 8 bits: convert it "
+                      "to EXR");
     if (p.spec.depth > 1)
-        throw failure{IBL_BRIDGE_FORMAT, "it is a volume, not an image"};
+        throw failure("it is a volume, not an image");
     if (p.spec.nchannels < 1)
-        throw failure{IBL_BRIDGE_FORMAT, "it has no channels"};
+        throw failure("it has no channels");
 }
 
 int find_channel(const ImageSpec &spec, const char *name)
@@ -152,8 +159,7 @@ void choose_channels(picture &p, const ibl_bridge_request &r)
     for (int c : {p.channel[1], p.channel[2], p.alpha})
         if (c >= 0 &&
             s.channelformat(c).is_floating_point() != type.is_floating_point())
-            throw failure{IBL_BRIDGE_FORMAT,
-                          "its channels are partly integers"};
+            throw failure("its channels are partly integers");
     if (!type.is_floating_point())
         p.kind = !std::strcmp(p.input->format_name(), "openexr")
                      ? storage::counts
@@ -244,10 +250,9 @@ void read(picture &p, const ibl_bridge_request &r)
 
     if (s.width < 1 || s.height < 1 || x1 <= x0 || -top >= s.height ||
         top >= info.height)
-        throw failure{IBL_BRIDGE_FORMAT,
-                      "its data lies outside its display window"};
+        throw failure("its data lies outside its display window");
     if (!r.begin(r.user, &info, &rgb, &alpha))
-        throw failure{IBL_BRIDGE_STOPPED, ""};
+        throw stopped();
     if (left > 0 || top > 0 || left + s.width < info.width ||
         top + s.height < info.height) // black outside the data window
         std::fill_n(rgb, 3 * size_t(info.width) * size_t(info.height), 0.0f);
@@ -267,8 +272,7 @@ void read(picture &p, const ibl_bridge_request &r)
                 : p.input->read_scanlines(r.subimage, 0, begin, end, s.z, first,
                                           first + step, type, strip.data());
         if (!ok)
-            throw failure{IBL_BRIDGE_FORMAT,
-                          complaint(*p.input, "its pixels cannot be read")};
+            throw failure(complaint(*p.input, "its pixels cannot be read"));
         for (int row = y; row < y + end - begin; row++) {
             const int64_t to = row + top;
             const float *src =
@@ -284,18 +288,17 @@ void read(picture &p, const ibl_bridge_request &r)
                     alpha[at] = convert(p, from[p.alpha - first], true);
             }
         }
-        if (!r.go_on(r.user, double(end - s.y) / s.height))
-            throw failure{IBL_BRIDGE_STOPPED, ""};
+        if (!r.go_on(r.user))
+            throw stopped();
     }
 }
 
 } // namespace
 
 extern "C" __attribute__((visibility("default"))) ibl_bridge_result
-ibl_bridge_read_7(const ibl_bridge_request *request, char *message)
+ibl_bridge_read_8(const ibl_bridge_request *request, char *message)
 {
-    failure e = {IBL_BRIDGE_OK, ""};
-
+    *message = '\0';
     try {
         picture p;
         attribute("threads", threads_of(*request));
@@ -304,20 +307,20 @@ ibl_bridge_read_7(const ibl_bridge_request *request, char *message)
         choose_channels(p, *request);
         read(p, *request);
         p.input->close();
-    } catch (const failure &f) {
-        e = f;
+        return IBL_BRIDGE_OK;
+    } catch (const stopped &) {
+        return IBL_BRIDGE_STOPPED;
     } catch (const std::bad_alloc &) {
-        e = {IBL_BRIDGE_MEMORY, ""};
+        return IBL_BRIDGE_MEMORY;
     } catch (const std::length_error &) {
-        e = {IBL_BRIDGE_MEMORY, ""};
+        return IBL_BRIDGE_MEMORY;
     } catch (const std::exception &x) {
-        e = {IBL_BRIDGE_FORMAT, x.what()};
+        std::snprintf(message, IBL_BRIDGE_MESSAGE, "%s", x.what());
     } catch (...) {
-        e = {IBL_BRIDGE_FORMAT, "unknown exception"};
+        std::snprintf(message, IBL_BRIDGE_MESSAGE, "unknown exception");
     }
-    std::snprintf(message, IBL_BRIDGE_MESSAGE, "%s", e.text.c_str());
     for (char *c = message; *c; c++)
         if (static_cast<unsigned char>(*c) < ' ')
             *c = ' ';
-    return e.result;
+    return IBL_BRIDGE_FORMAT;
 }

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* The number in its name increases with every change. */
-#define IBL_BRIDGE_READ "ibl_bridge_read_7"
+#define IBL_BRIDGE_READ "ibl_bridge_read_8"
 
 enum {
     IBL_BRIDGE_MESSAGE = 512
@@ -21,8 +21,6 @@ enum {
 
 typedef enum ibl_bridge_result {
     IBL_BRIDGE_OK,
-    IBL_BRIDGE_NEEDS_FILE, /* this reader cannot read from memory: set path */
-    IBL_BRIDGE_UNKNOWN,    /* this OpenImageIO has no such reader */
     IBL_BRIDGE_FORMAT,
     IBL_BRIDGE_MEMORY,
     IBL_BRIDGE_STOPPED /* by begin or go_on */
@@ -43,7 +41,6 @@ typedef struct ibl_bridge_info {
 typedef struct ibl_bridge_request {
     const unsigned char *bytes;
     size_t size;
-    const char *path;   /* path of a file with the same bytes, or NULL */
     const char *reader; /* OpenImageIO's name of the format */
     int subimage;
     const char *channels[3]; /* three names or three NULLs; a name may repeat */
@@ -62,15 +59,14 @@ typedef struct ibl_bridge_request {
      */
     int (*begin)(void *user, const ibl_bridge_info *info, float **rgb,
                  float **alpha);
-    /* Called now and then with the share that is read, 0..1. 0: stop. */
-    int (*go_on)(void *user, double share);
+    int (*go_on)(void *user); /* called now and then. 0: stop */
 } ibl_bridge_request;
 
 /* Reads a picture. Does not throw or print. message: IBL_BRIDGE_MESSAGE bytes,
  * one line after an error. */
 typedef ibl_bridge_result ibl_bridge_read_fn(const ibl_bridge_request *request,
                                              char *message);
-ibl_bridge_read_fn ibl_bridge_read_7;
+ibl_bridge_read_fn ibl_bridge_read_8;
 
 #ifdef __cplusplus
 }
