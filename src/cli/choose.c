@@ -76,7 +76,7 @@ typedef struct made {
 } made;
 
 typedef struct search {
-    const ibl_bake_source *from;
+    const ibl_job *from;
     ibl_ctx *ctx;
     ibl_opts *o;
     ibl_image map[SCALES]; /* that is baked; each half as wide as the one before
@@ -416,7 +416,7 @@ static pick make_fine(search *s, size_t usual)
     } while (p.error == HUGE_VAL && p.at[LEVELS]-- > 0);
     if (p.error == HUGE_VAL) {
         s->failed = true;
-        ibl_console_fail(s->from->console,
+        ibl_console_fail((ibl_console *)&s->from->console,
                          "--%s: leaves no levels of %dx%d or more to choose "
                          "from: add --levels N, or take a larger one",
                          ibl_is_given(&s->o->given, "roughness-range")
@@ -647,12 +647,12 @@ static void search_all(search *s, ibl_choice *c)
     *s->o = o;
 }
 
-bool ibl_choose(const ibl_bake_source *from, const ibl_materials *materials,
+bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice)
 {
     search *s = ibl_need(calloc(1, sizeof *s));
 
-    ibl_console_progress(from->console, "choice", 0);
+    ibl_console_progress((ibl_console *)&from->console, "choice", 0);
     choice->asked = o->rendered_error;
     s->from = from;
     s->ctx = from->ctx;

@@ -60,11 +60,11 @@ static int list_panels(const ibl_output_set *b, ibl_panel panels[MAX_PANELS])
     const ibl_bake_result *made = &b->made;
     int n = 0;
 
-    if (b->from->env.data) {
+    if (b->job->env.data) {
         ibl_panel *p = &panels[n++];
-        *p = (ibl_panel){.map = &b->from->env, .text = {"environment"}};
-        snprintf(p->text[1], sizeof p->text[1], "%d x %d", b->from->env.width,
-                 b->from->env.height);
+        *p = (ibl_panel){.map = &b->job->env, .text = {"environment"}};
+        snprintf(p->text[1], sizeof p->text[1], "%d x %d", b->job->env.width,
+                 b->job->env.height);
     }
     if (made->skybox.data)
         panels[n++] = (ibl_panel){.cube = &made->skybox, .text = {"skybox"}};
@@ -90,7 +90,7 @@ bool ibl_preview_png(const ibl_output_set *b, void **png, size_t *size)
     const int count = list_panels(b, panels);
     ibl_sheet s = {.tone = film,
                    .exposure =
-                       b->from->env.data ? find_exposure(&b->from->env) : 1};
+                       b->job->env.data ? find_exposure(&b->job->env) : 1};
     const bool ok = ibl_sheet_draw(&s, panels, count);
 
     return ibl_sheet_encode(&s, png, size) && ok;
