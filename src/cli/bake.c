@@ -204,7 +204,7 @@ bool ibl_job_commit(ibl_job *r)
 
 static void free_set(ibl_output_set *b)
 {
-    ibl_report_free(&b->judged);
+    json_decref(b->judged.json);
     ibl_choice_free(b->choice);
     if (!ibl_set_takes(b, IBL_OUTPUT_LUT))
         ibl_lut_free(&b->lut);

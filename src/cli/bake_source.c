@@ -132,18 +132,17 @@ static bool measure(ibl_bake_source *s, const ibl_opts *o,
 
     if (!isnan(error[lights]))
         return true;
-    bool ok =
+    const bool ok =
         take_lights(s, lights) && !ibl_candidate_bake(s->ctx, &s->rest, o, &c);
     if (ok) {
         ibl_drawn d = {.irradiance_scale = 1,
                        .lights = s->lights,
                        .light_count = s->light_count};
         ibl_candidate_draw(&d, &c);
-        ok = ibl_measure(truth, &d, rows);
-    }
-    if (ok)
+        ibl_measure(truth, &d, rows);
         error[lights] =
             ibl_measured_mean(rows, truth->rows).value[IBL_FIGURE_NRMSE];
+    }
     ibl_candidate_free(&c);
     return ok;
 }

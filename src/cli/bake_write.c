@@ -74,7 +74,7 @@ static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
 
     if (!*judge)
         *judge = ibl_judge_create(b->ctx, rest ? &b->from->rest : &b->from->env,
-                                  o->bake.yaw_deg, &o->judge);
+                                  o->bake.yaw_deg);
     bool ok = *judge && !ibl_texture_to_cube(b->ctx, tex, &cube) &&
               turn_back(b, &cube);
     const ibl_judged judged = {.content = kind,
@@ -85,8 +85,7 @@ static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
                                    kind == IBL_OUTPUT_SPECULAR
                                        ? b->made.report.layout.roughness
                                        : NULL,
-                               .scale = 1,
-                               .pixel = tex->pixel};
+                               .scale = 1};
     ok = ok && ibl_report_levels(&b->judged, *judge, &judged);
     ibl_cube_free(&cube);
     return ok;

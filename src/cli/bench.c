@@ -209,13 +209,11 @@ static bool judge_parts(bench *b, const ibl_opts *o, const ibl_candidate *c,
                                  .chain = c->made.specular,
                                  .levels = c->made.specular.levels,
                                  .roughness = c->made.report.layout.roughness,
-                                 .scale = 1,
-                                 .pixel = IBL_PIXEL_COUNT},
+                                 .scale = 1},
                                 {.content = IBL_OUTPUT_IRRADIANCE,
                                  .chain = c->made.irradiance,
                                  .levels = c->made.irradiance.levels,
-                                 .scale = 1,
-                                 .pixel = IBL_PIXEL_COUNT}};
+                                 .scale = 1}};
     ibl_truth_options options = ibl_truth_options_default();
     ibl_drawn set = {.irradiance_scale = 1};
     bool ok = true;
@@ -231,10 +229,11 @@ static bool judge_parts(bench *b, const ibl_opts *o, const ibl_candidate *c,
     ibl_truth *truth = &b->truth[options.geometry];
     ibl_candidate_draw(&set, &b->usual);
     ibl_candidate_draw(&set, c);
-    return ok &&
-           (truth->sample ||
-            ibl_truth_make(b->ctx, &b->env, 0, &options, truth)) &&
-           ibl_report_drawn(report, truth, &set, &vague);
+    ok = ok &&
+         (truth->sample || ibl_truth_make(b->ctx, &b->env, 0, &options, truth));
+    if (ok)
+        ibl_report_drawn(report, truth, &set, &vague);
+    return ok;
 }
 
 /* Bakes what a setting makes into c and judges it. */
@@ -268,7 +267,7 @@ static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
         put_mean(s, parts[k][0], rows, parts[k][1]);
     json_object_set(s->json, "report", report.json);
     json_decref(rows);
-    ibl_report_free(&report);
+    json_decref(report.json);
     return ok;
 }
 
@@ -376,13 +375,11 @@ static bool measure_map(bench *b, int m, json_t *maps)
 {
     const int n = b->opts->rounds;
     const char *path = b->opts->maps[m];
-    ibl_judge_options options = ibl_judge_options_default();
     json_t *list = json_array();
 
-    options.texels = b->opts->texels;
     bool ok =
         !ibl_image_read(b->ctx, path, &b->opts->common.read, &b->env, NULL) &&
-        (b->judge = ibl_judge_create(b->ctx, &b->env, 0, &options));
+        (b->judge = ibl_judge_create(b->ctx, &b->env, 0));
     b->console.quiet = true; /* of warnings, with each bake anew */
     for (int i = 0; i < b->count && ok; i++) {
         setting *s = &b->settings[i];

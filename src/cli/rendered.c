@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/signals.h"
+
 ibl_truth_options ibl_truth_options_default(void)
 {
     return (ibl_truth_options){
@@ -153,9 +155,9 @@ static bool find_truth(const ibl_reference *ref, bool materials, ibl_truth *t)
     const int kinds = materials ? IBL_MATERIAL_STEPS + 1 : o->roughness_count;
     /* Each F0 of a grid has the same integrals. */
     const size_t own = materials ? n : n * (size_t)kinds;
-    double *normal = malloc(14 * n * sizeof *normal), *view = normal + 3 * n;
-    double *sums = view + 3 * n;
-    bool ok = normal && !ibl_reference_mean(ref, t->mean);
+    double *normal = ibl_need(malloc(14 * n * sizeof *normal));
+    double *view = normal + 3 * n, *sums = view + 3 * n;
+    bool ok = !ibl_reference_mean(ref, t->mean);
 
     for (int k = 0; k < kinds && ok; k++) {
         const double roughness =
@@ -202,10 +204,9 @@ bool ibl_truth_make(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
     out->options = *options;
     out->options.materials = NULL;
     out->rows = materials ? 1 : options->roughness_count * options->f0_count;
-    out->sample = malloc((size_t)out->rows * (size_t)options->directions *
-                         sizeof *out->sample);
-    bool ok =
-        spots && out->sample && !ibl_reference_create(ctx, env, yaw_deg, &ref);
+    out->sample = ibl_need(malloc(
+        (size_t)out->rows * (size_t)options->directions * sizeof *out->sample));
+    bool ok = !ibl_reference_create(ctx, env, yaw_deg, &ref);
     if (ok) {
         ibl_reference_coarsen(ref);
         draw_samples(spots, materials, out);
@@ -364,14 +365,13 @@ static void shade(const ibl_truth *t, const ibl_drawn *set, const ibl_sample *s,
     add_lights(t, set, s, rgb);
 }
 
-bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
+void ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
                  ibl_measured *rows)
 {
     const size_t n = (size_t)truth->options.directions;
-    ibl_seen *seen = malloc(n * sizeof *seen);
-    const bool ok = seen;
+    ibl_seen *seen = ibl_need(malloc(n * sizeof *seen));
 
-    for (size_t i = 0; i < n * (size_t)truth->rows && ok; i++) {
+    for (size_t i = 0; i < n * (size_t)truth->rows; i++) {
         const ibl_sample *s = &truth->sample[i];
         double rgb[3];
         shade(truth, set, s, rgb);
@@ -390,5 +390,4 @@ bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
             rows[i / n] = ibl_measured_of(seen, n);
     }
     free(seen);
-    return ok;
 }

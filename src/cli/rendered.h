@@ -90,14 +90,14 @@ typedef struct ibl_truth {
 } ibl_truth;
 
 /* env is turned by yaw_deg as in a bake. out is zeroed or a truth, which it
- * replaces. False: no memory, or after a message through ctx. ibl_truth_free is
- * needed also then. */
+ * replaces. False: after a message through ctx; ibl_truth_free is needed also
+ * then. */
 bool ibl_truth_make(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
                     const ibl_truth_options *options, ibl_truth *out);
 void ibl_truth_free(ibl_truth *t); /* zeroed is allowed */
 
-/* Measures a set: rows of the truth, written. False: no memory. */
-bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
+/* Measures a set: rows of the truth, written. */
+void ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
                  ibl_measured *rows);
 
 #endif

@@ -95,7 +95,7 @@ export const commands = {
             directions: ['24', '24 --rendered', '100 --rendered'],
             'max-rendered-error': ['1', drawn('1')],
             rendered: ['--directions 24'],
-            json: ['j.json', '-'], heatmap: ['h.png'], ...running,
+            json: ['j.json', '-'], ...running,
         },
         silent: {...silentRunning, isa: 'the same digits'},
     },
