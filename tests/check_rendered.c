@@ -16,10 +16,10 @@ const ibl_program ibl_this_program = {.name = "check_rendered"};
 
 /* ---- lookups ----------------------------------------------------------- */
 
-static ibl_cube random_cube(ibl_ctx *ctx, int n, uint64_t seed)
+static ibl_cube random_chain(ibl_ctx *ctx, int n, int levels, uint64_t seed)
 {
     test_random r = {seed};
-    ibl_cube cube = cube_alloc(ctx, n, 1);
+    ibl_cube cube = cube_alloc(ctx, n, levels);
 
     for (size_t i = 0; i < cube_floats(&cube); i++)
         cube.data[i] = (float)test_random_unit(&r);
@@ -47,11 +47,11 @@ TEST(lookup_at_centres)
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
 
     for (int n = 1; n < 6; n++) {
-        const ibl_cube cube = random_cube(ctx, n, 3);
+        const ibl_cube cube = random_chain(ctx, n, 1, 3);
         for (int i = 0; i < IBL_FACES * n * n; i++) {
             double d[3], got[3];
             ibl_cube_direction(n, i / (n * n), i % n, i / n % n, d);
-            ibl_lookup_cube(&cube, d, got);
+            ibl_lookup_cube(&cube, 0, d, got);
             for (int c = 0; c < 3; c++)
                 CHECK_NEAR(got[c], (double)cube.data[3 * i + c], 1e-12);
         }
@@ -62,7 +62,7 @@ TEST(lookup_at_centres)
 TEST(lookup_inside_a_face)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    const ibl_cube cube = random_cube(ctx, 8, 4);
+    const ibl_cube cube = random_chain(ctx, 8, 1, 4);
     test_random r = {1};
 
     for (int k = 0; k < 500; k++) {
@@ -71,7 +71,7 @@ TEST(lookup_inside_a_face)
         const double d[3] = {-1, 1 - y / 4, x / 4 - 1}; /* -X: (-1, -v, u) */
         const int i = (int)(x - 0.5), j = (int)(y - 0.5);
         double got[3];
-        ibl_lookup_cube(&cube, d, got);
+        ibl_lookup_cube(&cube, 0, d, got);
         for (int c = 0; c < 3; c++) {
             const float *t = ibl_cube_face(&cube, 0, 1) + 3 * (8 * j + i) + c;
             const double p = x - 0.5 - i, q = y - 0.5 - j;
@@ -89,7 +89,7 @@ TEST(lookup_across_edges)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     const int n = 4;
-    const ibl_cube cube = random_cube(ctx, n, 5);
+    const ibl_cube cube = random_chain(ctx, n, 1, 5);
     double got[3], other[3];
 
     for (int i = 0; i < n; i++) {
@@ -97,7 +97,7 @@ TEST(lookup_across_edges)
         const double edge[3] = {1, v, 1}, x[3] = {1, v, 0.75},
                      z[3] = {0.75, v, 1};
         const float *a = nearest(&cube, x), *b = nearest(&cube, z);
-        ibl_lookup_cube(&cube, edge, got);
+        ibl_lookup_cube(&cube, 0, edge, got);
         for (int c = 0; c < 3; c++)
             CHECK_NEAR(got[c], ((double)a[c] + (double)b[c]) / 2, 1e-12);
     }
@@ -111,7 +111,7 @@ TEST(lookup_across_edges)
             for (int c = 0; c < 3; c++)
                 want[c] += (double)nearest(&cube, in)[c] / 3;
         }
-        ibl_lookup_cube(&cube, d, got);
+        ibl_lookup_cube(&cube, 0, d, got);
         for (int c = 0; c < 3; c++)
             CHECK_NEAR(got[c], want[c], 1e-12);
     }
@@ -121,9 +121,9 @@ TEST(lookup_across_edges)
         random_direction(&r, d);
         const int axis = test_random_below(&r, 3), next = (axis + 1) % 3;
         d[next] = d[axis];
-        ibl_lookup_cube(&cube, d, got);
+        ibl_lookup_cube(&cube, 0, d, got);
         d[next] *= 1 + 1e-12;
-        ibl_lookup_cube(&cube, d, other);
+        ibl_lookup_cube(&cube, 0, d, other);
         for (int c = 0; c < 3; c++)
             CHECK_NEAR(got[c], other[c], 1e-9);
     }
@@ -132,17 +132,16 @@ TEST(lookup_across_edges)
 TEST(lookup_between_levels)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    const ibl_cube chain[3] = {random_cube(ctx, 4, 1), random_cube(ctx, 2, 2),
-                               random_cube(ctx, 1, 3)};
+    const ibl_cube chain = random_chain(ctx, 4, 3, 1);
     const double d[3] = {0.3, -1, 0.4};
     double level[3][3], got[3];
 
     for (int l = 0; l < 3; l++)
-        ibl_lookup_cube(&chain[l], d, level[l]);
+        ibl_lookup_cube(&chain, l, d, level[l]);
     for (int k = -2; k < 12; k++) {
         const double lod = 0.25 * k, at = fmin(fmax(lod, 0), 2);
         const int l = at < 1 ? 0 : 1;
-        ibl_lookup_chain(chain, 3, d, lod, got);
+        ibl_lookup_chain(&chain, d, lod, got);
         for (int c = 0; c < 3; c++)
             CHECK_NEAR(got[c],
                        level[l][c] + (at - l) * (level[l + 1][c] - level[l][c]),
@@ -223,7 +222,6 @@ static bake bake_of(ibl_ctx *ctx, ibl_image env)
     ibl_drawn_chain(&b.set, &made.specular, &made.report.layout);
     b.set.shader = IBL_SHADER_SPLIT;
     b.set.irradiance = made.irradiance;
-    b.set.irradiance_scale = 1;
     NEED(!ibl_bake_lut(ctx, &table, &b.set.lut));
     test_defer_copy(free_lut, &b.set.lut, sizeof b.set.lut);
     return b;
@@ -290,9 +288,8 @@ TEST(constant_map)
                 CHECK_NEAR(v[IBL_FIGURE_BIAS], 0, most);
             }
         }
-    for (int l = 0; l < LEVELS; l++)
-        for (size_t i = 0; i < cube_floats(&b.set.level[l]); i++)
-            b.set.level[l].data[i] *= 1.25f;
+    for (size_t i = 0; i < cube_floats(&b.set.specular); i++)
+        b.set.specular.data[i] *= 1.25f;
     b.set.shader = IBL_SHADER_SPLIT;
     b.set.lut = (ibl_lut){0};
     measure(&truth, &b, rows);
@@ -363,7 +360,6 @@ static void compare_lookups(const char *name, ibl_ctx *ctx, ibl_image env,
 
     ibl_drawn_chain(&b.set, &made.specular, &made.report.layout);
     b.set.irradiance = made.irradiance;
-    b.set.irradiance_scale = 1;
     NEED(!ibl_bake_lobe_table(ctx, NULL, &b.set.lobes));
     test_defer_copy(free_lobes, &b.set.lobes, sizeof b.set.lobes);
     o.directions = directions;
@@ -464,7 +460,7 @@ static void shade(const bake *b, const double n[3], const double v[3], double r,
 
     for (int k = 0; k < 3; k++)
         reflected[k] = 2 * test_dot(n, v) * n[k] - v[k];
-    ibl_lookup_chain(b->set.level, LEVELS, reflected, lod, rgb);
+    ibl_lookup_chain(&b->set.specular, reflected, lod, rgb);
     for (int c = 0; c < 3; c++)
         rgb[c] *= exact;
 }
@@ -554,9 +550,9 @@ TEST(damage_shows)
     for (size_t i = 0; i < 2 * 64 * 64; i++)
         b.set.lut.data[i] /= 1.2f;
     for (int l = 0; l < LEVELS; l++) {
-        const size_t face = cube_floats(&b.set.level[l]) / 6;
-        for (size_t i = 0; i < face; i++)
-            b.set.level[l].data[i] = 0;
+        const int n = ibl_cube_edge(b.set.specular.size, l);
+        memset(ibl_cube_face(&b.set.specular, l, 0), 0,
+               3 * sizeof(float) * (size_t)(n * n));
     }
     measure(&truth, &b, now);
     for (int i = 0; i < ROWS; i++)

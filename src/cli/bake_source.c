@@ -135,9 +135,7 @@ static bool measure(ibl_bake_source *s, const ibl_opts *o,
     const bool ok =
         take_lights(s, lights) && !ibl_candidate_bake(s->ctx, &s->rest, o, &c);
     if (ok) {
-        ibl_drawn d = {.irradiance_scale = 1,
-                       .lights = s->lights,
-                       .light_count = s->light_count};
+        ibl_drawn d = {.lights = s->lights, .light_count = s->light_count};
         ibl_candidate_draw(&d, &c);
         ibl_measure(truth, &d, rows);
         error[lights] =

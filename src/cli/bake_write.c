@@ -84,8 +84,7 @@ static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
                                .roughness =
                                    kind == IBL_OUTPUT_SPECULAR
                                        ? b->made.report.layout.roughness
-                                       : NULL,
-                               .scale = 1};
+                                       : NULL};
     ok = ok && ibl_report_levels(&b->judged, *judge, &judged);
     ibl_cube_free(&cube);
     return ok;

@@ -208,14 +208,12 @@ static bool judge_parts(bench *b, const ibl_opts *o, const ibl_candidate *c,
     const ibl_judged parts[] = {{.content = IBL_OUTPUT_SPECULAR,
                                  .chain = c->made.specular,
                                  .levels = c->made.specular.levels,
-                                 .roughness = c->made.report.layout.roughness,
-                                 .scale = 1},
+                                 .roughness = c->made.report.layout.roughness},
                                 {.content = IBL_OUTPUT_IRRADIANCE,
                                  .chain = c->made.irradiance,
-                                 .levels = c->made.irradiance.levels,
-                                 .scale = 1}};
+                                 .levels = c->made.irradiance.levels}};
     ibl_truth_options options = ibl_truth_options_default();
-    ibl_drawn set = {.irradiance_scale = 1};
+    ibl_drawn set = {0};
     bool ok = true;
     int vague;
 

@@ -228,7 +228,6 @@ static bool measure(search *s, const ibl_opts *o, bool whole, ibl_measured *m)
     ibl_opts cubes = *o;
     const ibl_candidate none = {0}, *c, *lut = &none, *lobes = &none;
     ibl_drawn d = {.shader = s->lobes ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT,
-                   .irradiance_scale = 1,
                    .sh_degree = 2,
                    .lights = s->from->lights,
                    .light_count = s->from->light_count};

@@ -220,7 +220,7 @@ static json_t *judge_level(ibl_report *report, const ibl_judge *j,
             continue;
         for (int c = 0; c < 3; c++) {
             const double truth = p.truth[i][c];
-            got[c] = (double)x[c] / of->scale;
+            got[c] = (double)x[c];
             s.wrong += (got[c] - truth) * (got[c] - truth);
             s.truth += truth * truth;
             s.light[0] += truth;
@@ -270,8 +270,7 @@ bool ibl_report_sh(ibl_report *report, const ibl_judge *judge, int degree,
     double wrong = 0, all = 0;
     float irradiance[3 * TEXELS];
     const ibl_judged judged = {.content = IBL_OUTPUT_IRRADIANCE,
-                               .chain = {N, 1, irradiance, 0},
-                               .scale = 1};
+                               .chain = {N, 1, irradiance, 0}};
     json_t *row = NULL;
 
     for (int i = 0; i < TEXELS; i++) {

@@ -39,12 +39,11 @@ void ibl_judge_free(ibl_judge *judge); /* NULL is allowed */
 /* A chain whose levels are judged. */
 typedef struct ibl_judged {
     ibl_output_kind content; /* SKYBOX: means over texels; SPECULAR;
-                                IRRADIANCE */
+                                IRRADIANCE: / pi */
     ibl_cube chain;          /* in the world's axes */
     int levels;              /* that are judged */
     ibl_lobe lobe;           /* SPECULAR; so */
     const double *roughness; /* of each level; 0 is judged as SKYBOX */
-    double scale;            /* of the truth: 1, or pi if irradiance is E */
 } ibl_judged;
 
 extern const char *const ibl_shader_names[];

@@ -25,13 +25,8 @@ void ibl_drawn_chain(ibl_drawn *set, const ibl_cube *chain,
                                  .mapping = layout->mapping,
                                  .lod_scale = layout->lod_scale,
                                  .lod_offset = layout->lod_offset};
-    for (int l = 0; l < layout->levels; l++) {
-        set->chain.roughness[l] = layout->roughness[l];
-        set->level[l] = (ibl_cube){.size = ibl_cube_edge(chain->size, l),
-                                   .levels = 1,
-                                   .data = ibl_cube_face(chain, l, 0),
-                                   .projection = chain->projection};
-    }
+    memcpy(set->chain.roughness, layout->roughness, sizeof layout->roughness);
+    set->specular = *chain;
 }
 
 /* ---- samples --------------------------------------------------------------
@@ -237,11 +232,6 @@ typedef struct look {
     double lod, diffuse;
 } look;
 
-static double limited(double x, double low, double high)
-{
-    return fmin(fmax(x, low), high);
-}
-
 static double mix(double a, double b, double t)
 {
     return a + t * (b - a);
@@ -255,32 +245,16 @@ static void bend(const ibl_sample *s, double share, double dir[3])
     ibl_normalise(dir);
 }
 
-/* ibl_lobe_taps of ibl/ibl.glsl. */
-static void aim_by_table(const ibl_drawn *set, const ibl_sample *s,
-                         double metallic, look *l)
-{
-    double q[4];
-
-    l->taps = 1 + (int)(set->shader - IBL_SHADER_TABLE);
-    ibl_lookup_lobes(&set->lobes, l->taps, metallic, s->n_dot_v, s->roughness,
-                     q);
-    for (int i = 0; i < l->taps; i++)
-        bend(s, q[0] + (l->taps > 1 ? q[3] * (2.0 * i / (l->taps - 1) - 1) : 0),
-             l->dir[i]);
-    l->diffuse = q[2];
-    l->lod = q[1] * (set->chain.levels - 1);
-}
-
 /* ibl_lobe_split and so on of ibl/ibl.glsl. */
 static void aim(const ibl_drawn *set, const ibl_sample *s, look *l)
 {
     const double nv = s->n_dot_v, r = s->roughness;
     /* ibl_metallic, with the exact table. */
-    const double m =
-        limited((s->f0 - 0.04) / 0.96 * (s->table[0] + s->table[1]) /
-                    fmax(s->f0 * s->table[0] + s->table[1], 1e-20),
-                0, 1);
-    double share = 0, roughness = r;
+    const double metallic = (s->f0 - 0.04) / 0.96 *
+                            (s->table[0] + s->table[1]) /
+                            fmax(s->f0 * s->table[0] + s->table[1], 1e-20);
+    const double m = fmin(fmax(metallic, 0), 1);
+    double share = 0, roughness = r, q[4];
 
     *l = (look){.taps = 1};
     if (!set->chain.levels) {
@@ -289,7 +263,14 @@ static void aim(const ibl_drawn *set, const ibl_sample *s, look *l)
         return;
     }
     if (set->shader >= IBL_SHADER_TABLE) {
-        aim_by_table(set, s, m, l);
+        const int taps = 1 + (int)(set->shader - IBL_SHADER_TABLE);
+        ibl_lookup_lobes(&set->lobes, taps, m, nv, r, q);
+        for (int i = 0; i < taps; i++)
+            bend(s, q[0] + (taps > 1 ? q[3] * (2.0 * i / (taps - 1) - 1) : 0),
+                 l->dir[i]);
+        l->taps = taps;
+        l->diffuse = q[2];
+        l->lod = q[1] * (set->chain.levels - 1);
         return;
     }
     if (set->shader == IBL_SHADER_BENT) {
@@ -326,18 +307,6 @@ static void add_lights(const ibl_truth *t, const ibl_drawn *set,
     }
 }
 
-static void look_up_irradiance(const ibl_drawn *set, const double normal[3],
-                               double rgb[3])
-{
-    if (set->sh) {
-        ibl_lookup_sh(set->sh, set->sh_degree, normal, rgb);
-        return;
-    }
-    ibl_lookup_cube(&set->irradiance, normal, rgb);
-    for (int c = 0; c < 3; c++)
-        rgb[c] /= set->irradiance_scale;
-}
-
 /* The shader's colour. */
 static void shade(const ibl_truth *t, const ibl_drawn *set, const ibl_sample *s,
                   double rgb[3])
@@ -348,12 +317,16 @@ static void shade(const ibl_truth *t, const ibl_drawn *set, const ibl_sample *s,
 
     aim(set, s, &l);
     for (int k = 0; k < l.taps; k++) {
-        ibl_lookup_chain(set->level, set->chain.levels, l.dir[k], l.lod, tap);
+        ibl_lookup_chain(&set->specular, l.dir[k], l.lod, tap);
         for (int c = 0; c < 3; c++)
             seen[c] += tap[c] / l.taps;
     }
-    if (l.diffuse > 0 || s->albedo > 0)
-        look_up_irradiance(set, s->normal, diffuse);
+    if (l.diffuse <= 0 && s->albedo <= 0)
+        ; /* none is needed */
+    else if (set->sh)
+        ibl_lookup_sh(set->sh, set->sh_degree, s->normal, diffuse);
+    else
+        ibl_lookup_cube(&set->irradiance, 0, s->normal, diffuse);
     if (set->lut.data)
         ibl_lookup_lut(&set->lut, s->n_dot_v, s->roughness, table);
     for (int c = 0; c < 3; c++) {

@@ -27,11 +27,10 @@ typedef struct ibl_drawn {
     ibl_shader shader;   /* not AUTO */
     ibl_set_facts chain; /* levels of GGX, their roughness and lod; levels 0:
                             there are none, irradiance takes their place */
-    ibl_cube level[IBL_MAX_LEVELS]; /* of one level each */
-    ibl_cube irradiance;            /* one level; data NULL: none */
-    double irradiance_scale;        /* 1: irradiance / pi; pi: irradiance */
-    const double *sh; /* in place of the cube, radiance as in ibl_bake_sh, to
-                         sh_degree; NULL: none */
+    ibl_cube specular;   /* these levels */
+    ibl_cube irradiance; /* / pi, in level 0; data NULL: none */
+    const double *sh;    /* in place of the cube, radiance as in ibl_bake_sh, to
+                            sh_degree; NULL: none */
     int sh_degree;
     ibl_lut lut;             /* of IBL_LUT_SPLIT; data NULL: as exact */
     ibl_lobe_table lobes;    /* of IBL_SHADER_TABLE and on */
@@ -39,7 +38,7 @@ typedef struct ibl_drawn {
     int light_count;
 } ibl_drawn;
 
-/* Sets the levels to those of a chain, whose texels stay where they are. */
+/* Sets the levels. */
 void ibl_drawn_chain(ibl_drawn *set, const ibl_cube *chain,
                      const ibl_specular_layout *layout);
 

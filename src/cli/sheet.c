@@ -108,19 +108,17 @@ static void draw_cube(const sheet *s, int left, int top, const ibl_panel *p)
     /* The column and row of each face. */
     static const int place[IBL_FACES][2] = {{2, 1}, {0, 1}, {1, 0},
                                             {1, 2}, {1, 1}, {3, 1}};
-    const ibl_cube level = {ibl_cube_edge(p->cube->size, p->level), 1,
-                            ibl_cube_face(p->cube, p->level, 0),
-                            IBL_PROJECTION_CUBE};
+    const int size = ibl_cube_edge(p->cube->size, p->level);
     double dir[3], rgb[3];
 
     for (int i = 0; i < IBL_FACES * FACE * FACE; i++) {
         const int face = i / FACE / FACE, y = i / FACE % FACE, x = i % FACE;
         ibl_cube_direction(FACE, face, x, y, dir);
-        if (level.size >= FACE)
-            find_mean(ibl_cube_face(&level, 0, face), level.size, level.size, x,
-                      y, FACE, FACE, rgb);
+        if (size >= FACE)
+            find_mean(ibl_cube_face(p->cube, p->level, face), size, size, x, y,
+                      FACE, FACE, rgb);
         else
-            ibl_lookup_cube(&level, dir, rgb);
+            ibl_lookup_cube(p->cube, p->level, dir, rgb);
         put_light(s, left + FACE * place[face][0] + x,
                   top + FACE * place[face][1] + y, rgb);
     }

@@ -19,10 +19,11 @@ typedef struct verify_opts {
     const char *directory; /* NULL: use only files */
     const char *probe;     /* for messages: of a set's probe, or NULL */
     ibl_set_options set;
-    ibl_set_facts facts; /* of the options below, and roughness and axes */
-    double yaw_deg;      /* NAN: what the files say; so */
-    int lights;          /* -1, */
-    int lobe, scale, table, geometry; /* 0; else 1 and their value */
+    ibl_set_facts facts;              /* of the options below, and roughness */
+    double yaw_deg;                   /* NAN: what the files say; so */
+    int lights;                       /* -1, */
+    int lobe, scale, table, geometry; /* 0; else 1 and their value; so */
+    int mirror, up;
     ibl_judge_options judge;
     int rendered;   /* 1: judge what a shader draws, not texels */
     int directions; /* 0: as many as standard errors ask for */
@@ -38,6 +39,9 @@ typedef struct verify_opts {
 static const char *const scale_names[] = {"auto", "E/pi", "E", NULL};
 static const char *const lobe_names[] = {"auto", IBL_LOBE_NAMES, NULL};
 static const char *const table_names[] = {"auto", IBL_LUT_NAMES, NULL};
+static const char *const mirror_names[] = {"auto", "none", "x",
+                                           "z",    "xz",   NULL};
+static const char *const up_names[] = {"auto", "y", "z", NULL};
 static const char *const geometry_names[] = {"auto", "smith", "schlick-ibl",
                                              NULL};
 
@@ -53,25 +57,6 @@ static bool parse_roughness_map(void *field, const char *value)
                            : ibl_number_list(value, ',', 0, 1, f->roughness,
                                              IBL_MAX_LEVELS);
     return named >= 0 || f->levels;
-}
-
-static bool parse_axes(void *field, const char *value)
-{
-    ibl_set_facts *f = field;
-    int seen = 0;
-
-    for (int k = 0; k < 3; k++) {
-        const int sign = *value == '-' ? -1 : 1;
-        value += *value == '-' || *value == '+';
-        if (*value < 'x' || *value > 'z' || seen & 1 << (*value - 'x'))
-            return false;
-        seen |= 1 << (*value - 'x');
-        f->axes[k] = sign * (*value++ - 'x' + 1);
-        if (*value++ != (k == 2 ? '\0' : ','))
-            return false;
-    }
-    f->known |= IBL_KNOWN_AXES;
-    return true;
 }
 
 #define IBL_SETTINGS verify_opts
@@ -110,10 +95,11 @@ static const ibl_option meaning[] = {
     {"lights", 0, IBL_INT(lights, 0, IBL_MAX_LIGHTS),
      .standard = "what the files say, else 0",
      .help = "compact sources that the bake took out of all but the skybox"},
-    {"axes", 0, IBL_OTHER(facts, "LIST", parse_axes),
-     .allowed = "a permutation of x, y and z, each with or without a minus",
-     .standard = "what the files say, else x,y,z",
-     .help = "axes of iblbake's world that +X, +Y and +Z of the files are"},
+    {"mirror", 0, IBL_CHOICE(mirror, mirror_names),
+     .help = "axis of the world that the files have negated, or two exchanged; "
+             "auto: what the files say, else none"},
+    {"up", 0, IBL_CHOICE(up, up_names),
+     .help = "axis of the files that points up; auto: what they say, else y"},
     {"irradiance-scale", 0, IBL_CHOICE(scale, scale_names),
      .help = "scale of the irradiance"},
     {"lut-kind", 0, IBL_CHOICE(table, table_names),
@@ -262,12 +248,15 @@ static bool validate(void *settings)
                 (o->scale ? IBL_KNOWN_SCALE : 0) |
                 (o->table ? IBL_KNOWN_TABLE : 0) |
                 (o->geometry ? IBL_KNOWN_GEOMETRY : 0) |
+                (o->mirror || o->up ? IBL_KNOWN_AXES : 0) |
                 (o->lights >= 0 ? IBL_KNOWN_LIGHTS : 0) |
                 (isnan(o->yaw_deg) ? 0 : IBL_KNOWN_YAW);
     f->lobe = (ibl_lobe)(o->lobe ? o->lobe - 1 : 0);
     f->irradiance_scale = o->scale == 2 ? 1 / M_PI : 1;
     f->table = (ibl_lut_kind)(o->table ? o->table - 1 : 0);
     f->geometry = (ibl_geometry)(o->geometry ? o->geometry - 1 : 0);
+    f->axes.mirror = (ibl_mirror)(o->mirror ? o->mirror - 1 : 0);
+    f->axes.up = (ibl_up)(o->up ? o->up - 1 : 0);
     f->lights = o->lights;
     f->yaw_deg = o->yaw_deg;
     o->set.facts = f;
@@ -290,6 +279,16 @@ typedef struct verify {
     ibl_light lights[IBL_MAX_LIGHTS];
     int light_count;
 } verify;
+
+/* Only level 0 of irradiance is judged. */
+static void scale(const ibl_cube *irradiance, float by)
+{
+    const ibl_level_shape s =
+        ibl_level_shape_of(irradiance->projection, irradiance->size);
+
+    for (size_t i = 0; i < (size_t)3 * s.faces * s.width * s.height; i++)
+        irradiance->data[i] *= by;
+}
 
 /* Reads the set, and what of it is judged as cubes and a table. */
 static bool read_files(verify *v)
@@ -323,6 +322,8 @@ static bool read_files(verify *v)
             ok = !ibl_texture_to_lut(v->ctx, &f->texture, &v->lut);
         else if (f->path && c < IBL_CONTENT_LUT) {
             ok = !ibl_texture_to_cube(v->ctx, &f->texture, &v->cube[c]);
+            if (ok && c == IBL_CONTENT_IRRADIANCE)
+                scale(&v->cube[c], (float)f->facts.irradiance_scale);
             ibl_bytes_free(f->texture.data); /* as floats from here on */
             f->texture.data = NULL;
         }
@@ -361,12 +362,6 @@ static bool read_map(verify *v)
 
 /* ---- judging --------------------------------------------------------- */
 
-static ibl_cube level_of(const ibl_cube *cube, int level)
-{
-    return (ibl_cube){ibl_cube_edge(cube->size, level), 1,
-                      ibl_cube_face(cube, level, 0), cube->projection};
-}
-
 static bool judge_texels(const verify *v, ibl_report *report)
 {
     const ibl_image *images[2] = {&v->env, &v->rest};
@@ -380,15 +375,13 @@ static bool judge_texels(const verify *v, ibl_report *report)
     for (int c = 0; c < IBL_CONTENT_LUT && ok; c++) {
         const ibl_set_facts *facts = &v->set.file[c].facts;
         const ibl_cube *cube = &v->cube[c];
-        /* Mips of an irradiance map serve minification and are not judged. */
-        const bool irradiance = c == IBL_CONTENT_IRRADIANCE;
+        /* Mips of irradiance serve minification. */
         const ibl_judged judged = {
             .content = (ibl_output_kind)c,
             .chain = *cube,
-            .levels = irradiance ? 1 : cube->levels,
+            .levels = c == IBL_CONTENT_IRRADIANCE ? 1 : cube->levels,
             .lobe = facts->lobe,
-            .roughness = c == IBL_CONTENT_SPECULAR ? facts->roughness : NULL,
-            .scale = irradiance ? 1 / facts->irradiance_scale : 1};
+            .roughness = c == IBL_CONTENT_SPECULAR ? facts->roughness : NULL};
         if (!cube->data)
             continue;
         ibl_console_progress(v->console, ibl_output_name(judged.content), 0);
@@ -456,21 +449,17 @@ static bool find_drawn(const verify *v, ibl_drawn *set)
                                 lit ? "lobe-table" : "irradiance");
     *set = (ibl_drawn){.shader = shader,
                        .chain = levels->facts,
-                       .irradiance_scale = 1,
+                       .specular = *specular,
                        .lights = v->lights,
                        .light_count = v->light_count};
     if (!v->lut.kind)
         set->lut = v->lut;
     if (irradiance->data) {
-        set->irradiance = level_of(irradiance, 0);
-        set->irradiance_scale =
-            1 / v->set.file[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale;
+        set->irradiance = *irradiance;
     } else if (lit) {
         set->sh = v->set.sh;
         set->sh_degree = v->set.sh_degree;
     }
-    for (int l = 0; l < specular->levels; l++)
-        set->level[l] = level_of(specular, l);
     return !table || decode_lobes(v, &set->lobes);
 }
 

@@ -186,8 +186,10 @@ ibl_status ibl_texture_turn_axes(ibl_ctx *ctx, ibl_texture *tex, ibl_axes axes,
     for (int i = 0; i < tex->levels * tex->layers && !status; i++) {
         const int l = i / tex->layers;
         const size_t at = ibl_texture_layer_offset(tex, l, i % tex->layers, 0);
-        status = ibl_level_turn_axes(ctx, ibl_cube_edge(tex->width, l), words,
-                                     axes, back, tex->data + at, to + at);
+        const ibl_level_shape s = ibl_level_shape_of(
+            IBL_PROJECTION_CUBE, ibl_cube_edge(tex->width, l));
+        status = ibl_level_turn_axes(ctx, s, words, axes, back, tex->data + at,
+                                     to + at);
     }
     ibl_free(status ? to : tex->data);
     if (!status)
