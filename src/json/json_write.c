@@ -3,8 +3,6 @@
 
 #include <stdlib.h>
 
-#include "json/json_build.h"
-
 /* Joins the lines between `from` and `to`; returns the new end. */
 static char *join_lines(char *from, const char *to)
 {
