@@ -27,7 +27,7 @@ OPT_debug := -O0 -g
 # program, which each start relocates and each search for leaks reads.
 OPT_asan := -O2 -g1 -fsanitize=address,undefined,float-cast-overflow \
             -fsanitize-undefined-trap-on-error -fno-omit-frame-pointer
-OPT_tsan := -O2 -g1 -fsanitize=thread
+OPT_tsan := -O2 -g1 -fsanitize=thread -DIBL_TSAN
 $(if $(OPT_$(config)),,$(error config=$(config): must be release, debug, asan or tsan))
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion \
         -Wvla -Wundef $(WERROR)
@@ -305,8 +305,8 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 
 # Judges, as the program does. The library serves them, too.
 $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
-$(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
-    figures.o lookup.o rendered.o) $(BUILD)/obj/src/common/signals.o
+$(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/, cli/figures.o \
+    cli/lookup.o cli/rendered.o common/signals.o common/stderr_line.o)
 
 # The whole command, with other samples.
 $(BUILD)/tests/bench_choice: TEST_LIBS = -Wl,--wrap=ibl_truth_make $(LIB)

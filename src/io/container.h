@@ -149,10 +149,6 @@ ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
 ibl_status ibl_dds_legacy_encode(ibl_ctx *ctx, const ibl_texture *tex,
                                  ibl_pieces *file);
 
-/* Decodes a cube of one layer and 3 channels, whose shape cube has. */
-ibl_status ibl_cube_texels_decode(ibl_ctx *ctx, const ibl_texture *tex,
-                                  const ibl_cube *cube);
-
 /* Decodes a level of a texture of 3 channels: its layers and faces one below
  * the other. */
 ibl_status ibl_texels_decode(ibl_ctx *ctx, const ibl_texture *tex, int level,

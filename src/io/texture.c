@@ -331,7 +331,8 @@ ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
                                    tex->levels, cube);
     if (status)
         return status;
-    status = ibl_cube_texels_decode(ctx, tex, cube);
+    for (int l = 0; l < tex->levels && !status; l++)
+        status = ibl_texels_decode(ctx, tex, l, ibl_cube_face(cube, l, 0));
     if (status)
         ibl_cube_free(cube);
     return status;
