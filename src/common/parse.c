@@ -338,24 +338,16 @@ bool ibl_is_given(const ibl_given *given, const char *name)
     return ibl_given_value(given, name);
 }
 
-/* Whether a list of names, with blanks between them, has one. */
-static bool lists(const char *names, const char *name)
-{
-    const size_t length = strlen(name);
-
-    for (; *names; names += strspn(names, " ")) {
-        if (strcspn(names, " ") == length && !memcmp(names, name, length))
-            return true;
-        names += strcspn(names, " ");
-    }
-    return false;
-}
-
 const char *ibl_given_of(const ibl_given *given, const char *options)
 {
-    for (int i = 0; i < given->count; i++)
-        if (lists(options, given->list[i].option->name))
-            return given->list[i].option->name;
+    for (int i = 0; i < given->count; i++) {
+        const char *name = given->list[i].option->name;
+        const size_t length = strlen(name);
+        for (const char *at = options; (at = strstr(at, name)); at += length)
+            if ((at == options || at[-1] == ' ') &&
+                (at[length] == ' ' || !at[length]))
+                return name;
+    }
     return NULL;
 }
 
