@@ -215,7 +215,6 @@ static bool judge_parts(bench *b, const ibl_opts *o, const ibl_candidate *c,
     ibl_truth_options options = ibl_truth_options_default();
     ibl_drawn set = {0};
     bool ok = true;
-    int vague;
 
     for (int i = 0; i < 2 && ok; i++)
         ok = ibl_report_levels(report, b->judge, &parts[i]);
@@ -230,7 +229,7 @@ static bool judge_parts(bench *b, const ibl_opts *o, const ibl_candidate *c,
     ok = ok &&
          (truth->sample || ibl_truth_make(b->ctx, &b->env, 0, &options, truth));
     if (ok)
-        ibl_report_drawn(report, truth, &set, &vague);
+        ibl_report_drawn(report, truth, &set);
     return ok;
 }
 
