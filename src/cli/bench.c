@@ -225,7 +225,6 @@ static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
     ibl_report report = {.options = ibl_judge_options_default()};
     ibl_truth_options options = ibl_truth_options_default();
     ibl_drawn set = {0};
-    int vague;
 
     report.options.texels = b->opts->texels;
     options.directions = b->opts->directions;
@@ -246,7 +245,7 @@ static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
     ok = ok &&
          (truth->sample || ibl_truth_make(b->ctx, &b->env, 0, &options, truth));
     if (ok)
-        ibl_report_drawn(&report, truth, &set, &vague);
+        ibl_report_drawn(&report, truth, &set);
 
     const json_t *levels = json_object_get(report.json, "levels");
     const json_t *drawn = json_object_get(report.json, "rendered");

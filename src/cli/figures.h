@@ -51,12 +51,6 @@ typedef struct ibl_measured {
 ibl_measured ibl_measured_of(ibl_seen *samples, size_t count);
 /* The mean of figures along the same samples, with its errors. */
 ibl_measured ibl_measured_mean(const ibl_measured *rows, int count);
-/* Whether an nRMSE that can be seen, 1e-4 or more, has a standard error above a
- * tenth of it. */
-static inline bool ibl_is_vague(double nrmse, double error)
-{
-    return nrmse >= 1e-4 && error > 0.1 * nrmse;
-}
 /* The standard error of a figure from its values without each batch. */
 double ibl_jackknife(const double without[IBL_BATCHES]);
 

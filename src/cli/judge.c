@@ -370,7 +370,7 @@ bool ibl_report_lut(ibl_report *report, ibl_ctx *ctx, const ibl_lut *lut,
  */
 
 void ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
-                      const ibl_drawn *set, int *vague)
+                      const ibl_drawn *set)
 {
     const ibl_truth_options *o = &truth->options;
     const int n = o->roughness_count;
@@ -378,7 +378,6 @@ void ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
     json_t *list[] = {json_array(), json_array()}; /* rows and means */
 
     ibl_measure(truth, set, rows);
-    *vague = 0;
     for (int i = 0; i < truth->rows + o->f0_count; i++) {
         const int f0 = i / (n + 1), r = i % (n + 1);
         const ibl_measured m =
@@ -388,13 +387,11 @@ void ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
             put(&row, "roughness", json_real(o->roughness[r]));
         put_figures(&row, &m);
         append(&list[r == n], row);
-        *vague +=
-            ibl_is_vague(m.value[IBL_FIGURE_NRMSE], m.error[IBL_FIGURE_NRMSE]);
     }
     free(rows);
     begin(report);
     put(&report->json, "rendered",
-        json_pack("{ss si si so so}", "shader", ibl_shader_names[set->shader],
-                  "directions", o->directions, "vague", *vague, "rows", list[0],
-                  "means", list[1]));
+        json_pack("{ss si so so}", "shader", ibl_shader_names[set->shader],
+                  "directions", o->directions, "rows", list[0], "means",
+                  list[1]));
 }

@@ -67,10 +67,9 @@ bool ibl_report_sh(ibl_report *report, const ibl_judge *judge, int degree,
                    const double *sh);
 bool ibl_report_lut(ibl_report *report, ibl_ctx *ctx, const ibl_lut *lut,
                     ibl_geometry geometry);
-/* Measures what is rendered, in place of what was. *vague: rows that are
- * ibl_is_vague. */
+/* Measures what is rendered. */
 void ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
-                      const ibl_drawn *set, int *vague);
+                      const ibl_drawn *set);
 
 /* Whether all values are finite, and every nRMSE, the table's largest error and
  * that of coefficients are at most max_error, and the mean nRMSE of every F0 as

@@ -77,17 +77,17 @@ bool ibl_report_passes(const ibl_report *report, double max_error,
 
 /* ---- table ----------------------------------------------------------- */
 
-static void print_names(FILE *to)
-{
-    for (int f = 0; f < IBL_FIGURES; f++)
-        fprintf(to, "  %15s", f ? ibl_figure_names[f] : "nRMSE");
-}
-
+/* Those of a row; NULL: their names. */
 static void print_figures(const json_t *row, FILE *to)
 {
-    for (int f = 0; f < IBL_FIGURES; f++)
-        fprintf(to, "  %8.2e+-%5.0e", number(row, ibl_figure_names[f]),
-                error_of(row, ibl_figure_names[f]));
+    for (int f = 0; f < IBL_FIGURES; f++) {
+        const char *name = ibl_figure_names[f];
+        if (row)
+            fprintf(to, "  %8.2e+-%5.0e", number(row, name),
+                    error_of(row, name));
+        else
+            fprintf(to, "  %15s", f ? name : "nRMSE");
+    }
 }
 
 static void print_roughness(const json_t *row, const char *none, FILE *to)
@@ -98,17 +98,15 @@ static void print_roughness(const json_t *row, const char *none, FILE *to)
         fprintf(to, " %6s", none);
 }
 
-static void print_texels(const json_t *row, FILE *to)
+static void print_texels(json_t *row, FILE *to)
 {
     double at[3] = {0};
 
+    json_unpack(row, "{s:[F,F,F]}", "worst_at", &at[0], &at[1], &at[2]);
     fprintf(to, "%-10s %2.0f", text_of(row, "content"), number(row, "level"));
     print_roughness(row, "-", to);
     fprintf(to, " %5.0f %7.0f", number(row, "size"), number(row, "texels"));
     print_figures(row, to);
-    for (size_t k = 0; k < 3; k++)
-        at[k] = json_number_value(
-            json_array_get(json_object_get(row, "worst_at"), k));
     fprintf(to, "  %8.2e", number(row, "worst"));
     if (is_lut(row))
         fprintf(to, "  N.V %5.3f r %5.3f  ", at[0], at[1]);
@@ -127,9 +125,7 @@ static void print_drawn(const json_t *row, FILE *to)
     fprintf(to, "%-5g", number(row, "f0"));
     print_roughness(row, "mean", to);
     print_figures(row, to);
-    fputs(ibl_is_vague(number(row, "nrmse"), error_of(row, "nrmse")) ? " *\n"
-                                                                     : "\n",
-          to);
+    fputc('\n', to);
 }
 
 void ibl_report_print(const ibl_report *report, FILE *to)
@@ -141,7 +137,7 @@ void ibl_report_print(const ibl_report *report, FILE *to)
 
     if (json_array_size(rows)) {
         fprintf(to, "%-13s %6s %5s %7s", "level", "r", "size", "texels");
-        print_names(to);
+        print_figures(NULL, to);
         fprintf(to, "  %8s  %-19s %5s\n", "worst", "towards", "NaN");
     }
     json_array_foreach(rows, i, row)
@@ -153,7 +149,7 @@ void ibl_report_print(const ibl_report *report, FILE *to)
         fprintf(to, "as rendered by %s: %.0f directions\n%-5s %6s",
                 text_of(drawn, "shader"), number(drawn, "directions"), "F0",
                 "r");
-        print_names(to);
+        print_figures(NULL, to);
         fputc('\n', to);
     }
     json_array_foreach(json_object_get(drawn, "rows"), i, row)
@@ -164,8 +160,6 @@ void ibl_report_print(const ibl_report *report, FILE *to)
         if (i % each == each - 1)
             print_drawn(json_array_get(means, i / each), to);
     }
-    if (number(drawn, "vague") > 0)
-        fputs("* the standard error of nRMSE is above a tenth of it\n", to);
     /* Keeps the table before later messages on standard error in a log. */
     fflush(to);
 }

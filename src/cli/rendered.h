@@ -55,8 +55,7 @@ typedef struct ibl_materials {
 enum {
     IBL_RENDERED_LIST = 32,  /* roughnesses, values of F0 */
     IBL_RENDERED_LEAST = 24, /* directions */
-    IBL_RENDERED_DIRECTIONS = 512,
-    IBL_RENDERED_MOST = 2048 /* if standard errors ask for more */
+    IBL_RENDERED_DIRECTIONS = 1024
 };
 
 /* Of a grid there is a row of samples for each F0 and roughness, all along the
@@ -70,7 +69,8 @@ typedef struct ibl_truth_options {
     double roughness[IBL_RENDERED_LIST], f0[IBL_RENDERED_LIST];
 } ibl_truth_options;
 
-/* 512 directions, a grid of roughness .1 .2 .3 .4 .5 .7 .85 1, F0 1 and .04. */
+/* 1,024 directions, a grid of roughness .1 .2 .3 .4 .5 .7 .85 1, F0 1 and .04.
+ */
 ibl_truth_options ibl_truth_options_default(void);
 
 typedef struct ibl_sample {

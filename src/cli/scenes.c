@@ -100,9 +100,12 @@ void ibl_scenes_tell(const ibl_scenes *s, ibl_choice *c)
                   {"anisotropic", y->anisotropic},
                   {"unlit", y->unlit}};
     double diffuse = 0;
+    char albedo[40] = "";
 
     for (int i = 0; i < BINS; i++)
         diffuse += y->dielectric[i].diffuse;
+    if (others > 0)
+        snprintf(albedo, sizeof albedo, ", mean albedo %.2g", diffuse / others);
     ibl_choice_add(c, false, "scene",
                    "%d file%s: %d material%s, %d triangles, %d image%s",
                    y->scenes, y->scenes > 1 ? "s" : "", y->materials,
@@ -116,13 +119,9 @@ void ibl_scenes_tell(const ibl_scenes *s, ibl_choice *c)
                        quantile(y, 1 - 1e-9), quantile(y, 0.25),
                        quantile(y, 0.75));
     for (size_t i = 0; i < sizeof shares / sizeof *shares; i++)
-        if (shares[i].share > 0 && i == 1)
-            ibl_choice_add(c, false, "dielectrics",
-                           "%.3g %% of the area, mean albedo %.2g",
-                           100 * others, diffuse / others);
-        else if (shares[i].share > 0)
-            ibl_choice_add(c, false, shares[i].name, "%.3g %% of the area",
-                           100 * shares[i].share);
+        if (shares[i].share > 0)
+            ibl_choice_add(c, false, shares[i].name, "%.3g %% of the area%s",
+                           100 * shares[i].share, i == 1 ? albedo : "");
 }
 
 /* ---- the sidecar ------------------------------------------------------ */

@@ -25,8 +25,8 @@ typedef struct verify_opts {
     int lobe, scale, table, geometry; /* 0; else 1 and their value; so */
     int mirror, up;
     ibl_judge_options judge;
-    int rendered;   /* 1: judge what a shader draws, not texels */
-    int directions; /* 0: as many as standard errors ask for */
+    int rendered; /* 1: judge what a shader draws, not texels */
+    int directions;
     ibl_shader shader;
     double max_error, max_rendered_error; /* NAN: no limit */
     const char *json;                     /* "-": standard output */
@@ -130,7 +130,6 @@ static const ibl_option rendering[] = {
     {"lobe-table", 0, IBL_TEXT(set.file[IBL_CONTENT_LOBE_TABLE], "FILE"),
      .standard = "", .help = "the lobe table"},
     {"directions", 0, IBL_INT(directions, IBL_RENDERED_LEAST, 65536),
-     .standard = "512 to 2048, until no standard error is above a tenth",
      .help = "pairs of a normal and a view"},
     {"max-rendered-error", 0, IBL_REAL(max_rendered_error, "E", 0, 1000),
      .standard = "none",
@@ -163,6 +162,7 @@ static void defaults(void *settings)
                       .lights = -1,
                       .set = ibl_set_options_default(),
                       .judge = ibl_judge_options_default(),
+                      .directions = IBL_RENDERED_DIRECTIONS,
                       .max_rendered_error = NAN,
                       .max_error = NAN};
 }
@@ -470,21 +470,17 @@ static bool judge_rendered(const verify *v, ibl_report *report)
     ibl_drawn set = {.chain = {.levels = 0}};
     json_t *row;
     size_t i;
-    int vague = 1;
 
-    o.directions = v->o->directions ? v->o->directions : o.directions;
+    o.directions = v->o->directions;
     o.seed = v->o->judge.seed;
     o.geometry = v->o->geometry ? v->o->facts.geometry
                  : v->lut.data  ? v->set.file[IBL_CONTENT_LUT].facts.geometry
                                 : IBL_GEOMETRY_SMITH;
     ibl_console_progress(v->console, "truth", 0);
-    bool ok = find_drawn(v, &set);
-    while (ok && vague &&
-           (ok = ibl_truth_make(v->ctx, &v->env, v->yaw_deg, &o, &truth))) {
-        ibl_report_drawn(report, &truth, &set, &vague);
-        if (v->o->directions || (o.directions *= 2) > IBL_RENDERED_MOST)
-            break;
-    }
+    bool ok = find_drawn(v, &set) &&
+              ibl_truth_make(v->ctx, &v->env, v->yaw_deg, &o, &truth);
+    if (ok)
+        ibl_report_drawn(report, &truth, &set);
     json_array_foreach(
         json_object_get(json_object_get(report->json, "rendered"), "rows"), i,
         row)
