@@ -2,7 +2,7 @@
 #   config=release|debug|asan|tsan   CC, CXX, CFLAGS, CXXFLAGS, LDFLAGS
 #   DEPS=no      build and test with the system packages that are there
 #   BUILD=DIR    where everything is built
-#   DEFLATE=zlib reads EXR and writes PNG without libdeflate
+#   DEFLATE=zlib reads EXR without libdeflate
 #   LARGE=1      tests also bake a map of 16384x8192 (1.6 GB)
 #   DESTDIR, PREFIX, BINDIR, LIBDIR, INCLUDEDIR, MANDIR for install
 config ?= release
@@ -27,7 +27,7 @@ OPT_debug := -O0 -g
 # program, which each start relocates and each search for leaks reads.
 OPT_asan := -O2 -g1 -fsanitize=address,undefined,float-cast-overflow \
             -fsanitize-undefined-trap-on-error -fno-omit-frame-pointer
-OPT_tsan := -O2 -g1 -fsanitize=thread
+OPT_tsan := -O2 -g1 -fsanitize=thread -DIBL_TSAN
 $(if $(OPT_$(config)),,$(error config=$(config): must be release, debug, asan or tsan))
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion \
         -Wvla -Wundef $(WERROR)
@@ -160,7 +160,7 @@ $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbri
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
 $(BUILD)/obj/src/engine/picture.o: LOCAL = $(CLI_CFLAGS) $(EXR_CFLAGS)
 $(BUILD)/obj/src/common/%.o: LOCAL = $(CLI_CFLAGS)
-$(BUILD)/obj/src/engine/%.o: LOCAL = $(CLI_CFLAGS) $(DEFLATE_CFLAGS)
+$(BUILD)/obj/src/engine/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/set/%.o: LOCAL = $(JSON_CFLAGS)
 $(BUILD)/obj/src/scene/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/scene/gltf_packed.o: LOCAL = $(CLI_CFLAGS) \
@@ -305,8 +305,8 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 
 # Judges, as the program does. The library serves them, too.
 $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
-$(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/cli/, \
-    figures.o lookup.o rendered.o)
+$(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/, cli/figures.o \
+    cli/lookup.o cli/rendered.o common/signals.o common/stderr_line.o)
 
 # The whole command, with other samples.
 $(BUILD)/tests/bench_choice: TEST_LIBS = -Wl,--wrap=ibl_truth_make $(LIB)
@@ -315,7 +315,8 @@ $(BUILD)/tests/bench_choice: $(call obj,$(CLI_SRC)) $(CLI_GEN)
 $(BUILD)/tests/check_engine: TEST_LIBS = -Wl,--wrap=realloc $(LIB)
 
 $(BUILD)/tests/check_scene: TEST_LIBS = $(LIB)
-$(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c))
+$(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c) \
+    src/common/signals.c)
 
 # Gives OpenEXRCore its memory.
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read

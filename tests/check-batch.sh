@@ -482,27 +482,28 @@ END
 test_memory_is_refused() {
     local i
     mkenv hdr 64 32 >sky.hdr
-    bake sky.hdr -o lit --name old
+    bake sky.hdr -o lit --name large
     refused 1 '*sky.hdr: takes *, more than the 64 of --max-memory: ask for *' \
         iblbake sky.hdr -o out --size 1024 --max-memory 64M
-    # 65536x32768 pixels in 393 kB: a pixel in each scanline, and its repeats.
-    printf '\200\200\200\201\1\1\1\377\1\1\1\377' >lines
-    for ((i = 0; i < 15; i++)); do cat lines lines >more && mv more lines; done
-    { printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32768 +X 65536\n'
-      cat lines; } >old.hdr
-    refused 1 '*old.hdr: takes 2* MiB of memory, more than the 4096 of *' \
-        iblbake old.hdr -o out --preview p.png --max-memory 4G
-    refused 1 '*old.hdr: takes 2???? MiB *, more than the 4096 that *' \
-        iblbake verify old.hdr lit --max-memory 4G
+    # 30480x15240 pixels of one colour: four times 240 runs in each scanline.
+    { printf '\2\2\167\20'
+      for i in 200 200 200 201; do printf "\\377\\$i%.0s" {1..240}; done; } >lines
+    for ((i = 0; i < 14; i++)); do cat lines lines >more && mv more lines; done
+    { printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 15240 +X 30480\n'
+      cat lines; } >large.hdr
+    refused 1 '*large.hdr: takes 6* MiB of memory, more than the 4096 of *' \
+        iblbake large.hdr -o out --preview p.png --max-memory 4G
+    refused 1 '*large.hdr: takes 5??? MiB *, more than the 4096 that *' \
+        iblbake verify large.hdr lit --max-memory 4G
     iblbake -q sky.hdr -o big --size 512 --skybox 512 --only specular,skybox
     refused 1 '*big: takes 60 MiB *, more than the 40 of *judge fewer files*' \
         iblbake verify sky.hdr big --max-memory 40M
     refused 1 '*big/sky_skybox.ktx2: takes 17 MiB *, more than the 10 that *' \
         iblbake verify sky.hdr big --max-memory 10M
     # What begins as a map is not read for ever.
-    refused 1 '*standard input: over 32 MiB, half of the memory*' \
+    refused 1 '*standard input: over 32 MiB, the most that is read of a stream*' \
         iblbake - -o out --max-memory 64M \
-        < <(head -c 60 old.hdr; head -c 100M /dev/zero)
+        < <(head -c 60 large.hdr; head -c 100M /dev/zero)
     echo '{"version": 1, "probes": [{"name": "a", "position": [0, 0, 0],
         "influence": {"sphere": {"centre": [0, 0, 0], "radius": 1}},
         "capture": {"equirect": "sky.hdr"}}]}' >set.json

@@ -328,10 +328,6 @@ TEST(references)
     REFUSES(ibl_reference_brdf(ref, smith, NULL, 1, dir, dir, 1, sums));
     REFUSES(ibl_reference_brdf(ref, smith, &one, 1, dir, dir, 1, NULL));
     SILENT(ibl_reference_brdf(NULL, smith, &one, 1, dir, dir, 1, sums));
-    REFUSES(ibl_reference_lobes(ref, NULL, 1, dir, 1, rgb));
-    REFUSES(ibl_reference_lobes(ref, &one, 1, NULL, 1, rgb));
-    REFUSES(ibl_reference_lobes(ref, &one, 1, dir, 1, NULL));
-    SILENT(ibl_reference_lobes(NULL, &one, 1, dir, 1, rgb));
     REFUSES(ibl_reference_irradiance(ref, NULL, 1, rgb));
     REFUSES(ibl_reference_irradiance(ref, dir, 1, NULL));
     SILENT(ibl_reference_irradiance(NULL, dir, 1, rgb));
@@ -452,14 +448,11 @@ TEST(textures)
     ibl_cube_free(&cube);
 }
 
-TEST(files_and_tiles)
+TEST(files)
 {
-    const ibl_tiles tiles = {.width = 1, .height = 1, .tile = 1};
     const ibl_container dds = IBL_CONTAINER_DDS;
     ibl_ctx *ctx = counting();
     ibl_texture none = {0};
-    unsigned long long mask;
-    ibl_probe probe = {.layer = 0};
     ibl_probe_index index;
     const ibl_sidecar_options facts = ibl_sidecar_options_default();
     const ibl_sidecar_output output = {.content = IBL_CONTENT_IRRADIANCE};
@@ -481,9 +474,6 @@ TEST(files_and_tiles)
     SILENT(ibl_outputs_wait(NULL));
     SILENT(ibl_outputs_commit(NULL));
     ibl_outputs_free(out);
-    SILENT(ibl_tiles_cull(NULL, &probe, 1, &mask));
-    SILENT(ibl_tiles_cull(&tiles, NULL, 1, &mask));
-    SILENT(ibl_tiles_cull(&tiles, &probe, 1, NULL));
     REFUSES(ibl_sidecar_text(ctx, NULL, &text));
     REFUSES(ibl_sidecar_text(ctx, &facts, &text));
     REFUSES(ibl_sidecar_text(ctx, &facts, NULL));

@@ -2,7 +2,6 @@
 /* What `iblbake probes` bakes, read by the library: the probes that went in,
  * and the light of captures whose harmonics are known. */
 #include <math.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -257,55 +256,5 @@ TEST(damaged_ones_are_refused_in_one_line)
         CHECK(ibl_probe_index_read(NULL, file_path("bad.json"), &x) == status);
         CHECK(lines == 0);
         ibl_probe_index_free(&x);
-    }
-}
-
-static int left = -1; /* of jansson's allocations, until one fails */
-
-static void *scarce(size_t size)
-{
-    return left >= 0 && left-- == 0 ? NULL : malloc(size);
-}
-
-TEST(memory_is_not_told_as_damage)
-{
-    const char *path = bake("sums", "filament", "--irradiance sh");
-    ibl_status status = IBL_ERR_MEMORY;
-    ibl_probe_index x;
-    int n = 0;
-
-    json_set_alloc_funcs(scarce, free);
-    for (; status == IBL_ERR_MEMORY && n < 5000; n++) {
-        left = n;
-        status = ibl_probe_index_read(NULL, path, &x);
-    }
-    left = -1;
-    CHECK_MSG(!status && n > 100, "after %d: %s", n, ibl_status_text(status));
-    ibl_probe_index_free(&x);
-}
-
-static void *read_often(void *path)
-{
-    ibl_probe_index x;
-    long ok = 1;
-
-    for (int i = 0; i < 20; i++) {
-        ok &= !ibl_probe_index_read(NULL, path, &x) && x.count == PROBES;
-        ibl_probe_index_free(&x);
-    }
-    return (void *)ok;
-}
-
-TEST(threads_read_at_once)
-{
-    const char *path = bake("sums", "filament", "--irradiance sh");
-    pthread_t thread[2];
-    void *ok;
-
-    for (int i = 0; i < 2; i++)
-        NEED(!pthread_create(&thread[i], NULL, read_often, (void *)path));
-    for (int i = 0; i < 2; i++) {
-        pthread_join(thread[i], &ok);
-        CHECK(ok);
     }
 }

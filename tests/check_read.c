@@ -56,15 +56,11 @@ static ibl_read_report truth(ibl_image *img)
                 float *f = &img->data[3 * (y * w + x) + c];
                 if (!isfinite(*f)) {
                     float best = -INFINITY;
-                    for (int j = y - 1; j <= y + 1; j++)
-                        for (int i = x - 1; i <= x + 1; i++) {
-                            const int k = (i + w) % w;
-                            if (j < 0 || j >= h || (j == y && k == x))
-                                continue;
-                            const float n = was[3 * (j * w + k) + c];
-                            if (isfinite(n) && n > best)
-                                best = n;
-                        }
+                    for (int i = x - 1; i <= x + 1; i += 2) {
+                        const float n = was[3 * (y * w + (i + w) % w) + c];
+                        if (isfinite(n) && n > best)
+                            best = n;
+                    }
                     if (best == -INFINITY)
                         best = *f > 0 ? 65504 : 0;
                     bad = true;
@@ -182,8 +178,8 @@ TEST(mended_and_strict)
     memset(&kept, 0, sizeof kept);
     NEED(!ibl_image_read(ctx, path, &opts, &back, &report));
     CHECK(report.nonfinite == 2 && report.negative == 1);
-    CHECK(back.data[3 * 11] == 60 && back.data[3 * 12 + 1] == 0);
-    CHECK(back.data[3 * 13 + 2] == 68 && report.peak == 95);
+    CHECK(back.data[3 * 11] == 36 && back.data[3 * 12 + 1] == 0);
+    CHECK(back.data[3 * 13 + 2] == 44 && report.peak == 95);
     CHECK(strstr(kept.text[IBL_LOG_WARNING], "1 pixels were negative") != NULL);
     ibl_image_free(&back);
     opts.strict = 1;
@@ -297,33 +293,20 @@ TEST(streams_that_go_on)
     ibl_image_free(&img);
 }
 
-/* Old run lengths hold 65536 pixels in 12 bytes: 48 GiB of floats in a file of
- * 786 kB. Where the machine has less, that is said, and nothing taken. */
-TEST(more_than_the_machine_has)
+/* A header of 48 GiB of floats in front of 786 kB, in both directions. */
+TEST(more_than_the_file_has)
 {
-    enum {
-        EDGE = 65536
-    };
-    static const unsigned char row[12] = {200, 9,   1, 130, 1, 1,
-                                          1,   255, 1, 1,   1, 255};
     static const char *const heads[] = {
         "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 65536 +X 65536\n",
-        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n+X 65536 -Y 65536\n"};
-    static unsigned char bytes[EDGE * sizeof row + 64];
+        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n+X 32767 -Y 65536\n"};
+    static unsigned char bytes[786432 + 64];
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
 
-    if ((double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE) >=
-        12.0 * EDGE * EDGE)
-        test_skip("this machine has 48 GiB");
     for (int i = 0; i < 2; i++) {
-        const size_t head = strlen(heads[i]);
-        memcpy(bytes, heads[i], head);
-        for (int y = 0; y < EDGE; y++)
-            memcpy(bytes + head + (size_t)y * sizeof row, row, sizeof row);
-        NEED(file_save(file_path("run.hdr"), bytes, head + EDGE * sizeof row));
-        refused(ctx, file_path("run.hdr"), IBL_ERR_MEMORY,
-                "run.hdr: no memory for 65536x65536 pixels at once, 48.0 GiB: "
-                "scale");
+        memcpy(bytes, heads[i], strlen(heads[i]));
+        NEED(file_save(file_path("run.hdr"), bytes, sizeof bytes));
+        refused(ctx, file_path("run.hdr"), IBL_ERR_FORMAT,
+                i ? "cannot hold 32767 scanlines" : "cannot hold 65536");
     }
 }
 

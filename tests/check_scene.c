@@ -214,7 +214,7 @@ static void save_texels(const unsigned char rgba[8])
 {
     ibl_blob png;
 
-    NEED(ibl_png_encode(rgba, 2, 1, NULL, &png));
+    NEED(ibl_png_encode(rgba, 4, 2, 1, NULL, &png));
     NEED(file_save(file_path("x.png"), png.bytes, png.size));
     ibl_blob_free(&png);
 }

@@ -61,7 +61,7 @@ TEST(chances)
             ibl_cube_solid_angle(edge, (int)i % edge, (int)i / edge % edge);
         all += light[i];
     }
-    NEED(view_aim_make(&cube, &aim));
+    view_aim_make(&cube, &aim);
     NEED(aim.edge == edge);
     for (int i = 0; i < VIEW_AIM_TOKENS; ++i)
         ++tokens[(int)aim.tokens[i]];
@@ -93,7 +93,8 @@ TEST(lights_on_edges)
             double own[3], other[3];
             size_t next = 0;
             view_aim aim;
-            NEED(view_aim_make(&cube, &aim) && aim.edge == edge);
+            view_aim_make(&cube, &aim);
+            NEED(aim.edge == edge);
             while (next < 383 && (next == at || aim.chance[next] <= 0.0F))
                 ++next;
             const int k = (int)next;
@@ -118,13 +119,14 @@ TEST(one_light)
     for (int i = 0; i < 4; ++i)
         set_texel(&cube, i, 5, 5, values[i]);
     set_texel(&cube, 3, x, y, 1e7F);
-    NEED(view_aim_make(&cube, &aim) && aim.edge == n);
+    view_aim_make(&cube, &aim);
+    NEED(aim.edge == n);
     const int row = 3 * n + (2 * y + 1) * n / (2 * edge);
     CHECK_NEAR(aim.chance[row * n + (2 * x + 1) * n / (2 * edge)], 1.0, 1e-6);
     view_aim_free(&aim);
     for (int i = 4; i < 6; ++i) {
         cube = make_cube(14, values[i]);
-        NEED(view_aim_make(&cube, &aim));
+        view_aim_make(&cube, &aim);
         CHECK(aim.edge == 0 && !aim.chance && !aim.tokens);
     }
 }

@@ -9,6 +9,11 @@
 #include "cli/shell_words.c"
 #include "test.h"
 
+void *ibl_need(void *p)
+{
+    return p;
+}
+
 TEST(split)
 {
     static const struct {

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "files.h"
-#include "io/exr.h"
+#include "io/rows.h"
 #include "maps.h"
 
 test_messages test_exr_kept;

@@ -36,9 +36,6 @@ typedef enum ibl_alpha {
                           that break the rule of their format */
 } ibl_alpha;
 
-/* "ignore", "file" or "straight". */
-const char *ibl_alpha_name(ibl_alpha alpha);
-
 /* How a file holds an environment. All but equirectangular maps are turned into
  * such a map when they are read. */
 typedef enum ibl_input_layout {
@@ -67,7 +64,7 @@ const char *ibl_input_layout_name(ibl_input_layout layout);
  * the white points differ, colours are adapted by Bradford's transform (Lam
  * 1985). A file has the primaries that it names: EXR chromaticities, PRIMARIES
  * of a .hdr, the ICC profile of an Ultra HDR JPEG. If it names none, they are
- * Rec.709's; Radiance's defaults for XYZE.
+ * Rec.709's.
  */
 typedef enum ibl_primaries {
     IBL_PRIMARIES_KEEP,   /* the file's, whatever they are: no conversion */
@@ -160,7 +157,7 @@ int ibl_hash_file(const char *path, char hash[IBL_FILE_HASH]);
 
 /* Properties of the file, and counts of repaired pixels. */
 typedef struct ibl_read_report {
-    char format[64];  /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
+    char format[64];  /* "Radiance RGBE", "OpenEXR, ZIP", .. */
     size_t nonfinite; /* pixels that held Inf or NaN */
     size_t negative;  /* pixels that held a finite value below 0 */
     float peak;       /* largest component after repair, before conversion */
@@ -184,16 +181,15 @@ typedef struct ibl_read_report {
     double clamp_removed; /* the share of the map's luminance, summed over the
                              sphere, that this took away; in other layouts than
                              equirectangular, summed over the pixels */
-    char hash[IBL_FILE_HASH]; /* with opts->hash: XXH3 of 128 bits of the file's
-                                 bytes, as xxh128sum prints it; of six files,
-                                 the hash of their hashes' digits; else "" */
+    char hash[IBL_FILE_HASH]; /* with opts->hash: ibl_hash_file's; of six
+                                 files, that of their hashes' digits; else "" */
 } ibl_read_report;
 
 /*
  * Reads an environment as an equirectangular map of linear RGB floats. The
  * format is detected from the content, never from the name; iblbake(1) says
  * what is read of each:
- *   Radiance .hdr  RGBE and XYZE; EXPOSURE and COLORCORR are undone
+ *   Radiance .hdr  RGBE; EXPOSURE and COLORCORR are undone
  *   OpenEXR        the display window of scan lines and tiles (level 0): R G B
  *                  or Y alone, or a cube by its attribute envmap. Compressions
  *                  other than ZIP take libiblexr.so, beside the bridge
@@ -216,20 +212,18 @@ typedef struct ibl_read_report {
  * image of n x n pixels is 4 n wide, at least 256, and its integral is the
  * same. Besides the map (384 bytes for each texel of a face, 96 for each
  * octahedral pixel), making it takes the memory of the file's pixels. Alpha is
- * dropped, and colours stay as in the file; to read it: ibl_source_alpha.
- * A non-finite component becomes the largest finite one among the 8 neighbours
- * (columns wrap). If there is none, +Inf becomes 65504, others 0. Negative
- * components become 0. Both repairs are counted, with a warning; of negative
- * ones only above 1e-4 of the light. Others name primaries that are not
- * Rec.709's and are kept, a map that is black, and faces of a cube that do not
- * meet though they would in another order.
- *   path     a file, or "-" for standard input. A pipe by name (a FIFO,
- *            /dev/stdin, a shell's <(command)) is read if a process has it
- *            open for writing. Devices and directories are refused. If there is
- *            no such file, six files of square faces of the same size: a
- *            pattern, whose %f, no letter or digit behind it, stands for px nx
- *            py ny pz nz or another set of names (iblbake(1)), also in capitals
- *            or with one; or six names separated by commas, +X -X +Y -Y +Z -Z
+ * dropped; to read it: ibl_source_alpha.
+ * A non-finite component becomes the larger one of its neighbours in the row
+ * (columns wrap) that are finite. If there is none, +Inf becomes 65504, others
+ * 0. Negative components become 0. Both repairs are counted, with a warning; of
+ * negative ones only above 1e-4 of the light. Other warnings name primaries
+ * that are not Rec.709's and are kept, a map that is black, and faces of a cube
+ * that do not meet though they would in another order.
+ *   path     a file, also a pipe by name (a FIFO, /dev/stdin, a shell's
+ *            <(command)), or "-" for standard input. If there is no such file,
+ *            six files of square faces of the same size: a pattern, whose %f
+ *            stands for px nx py ny pz nz or another set of names (iblbake(1));
+ *            or six names separated by commas, +X -X +Y -Y +Z -Z
  *   opts     NULL for defaults
  *   img      empty; filled here, to be freed with ibl_image_free
  *   report   may be NULL
@@ -239,8 +233,8 @@ typedef struct ibl_read_report {
  * IBL_ERR_UNSUPPORTED: needs the bridge or libiblexr.so, which is missing or
  * cannot read it.
  * IBL_ERR_MEMORY: the pixels, or a file that must be read as a whole, exceed
- * the machine's memory. A stream is IBL_ERR_FORMAT if it exceeds half of the
- * memory that is allowed, or 256 MiB where it begins like no known kind.
+ * the machine's memory. A stream is IBL_ERR_FORMAT if it exceeds 4 GiB, or half
+ * of the memory that is allowed.
  */
 ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
                           const ibl_read_options *opts, ibl_image *img,
@@ -348,9 +342,7 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb);
  * 0, or the alpha channel that OpenImageIO names; it is never decoded from
  * sRGB. Non-finite values become 0, others are limited to 0..1. Repairs of more
  * than 0.001 are counted, with a warning, and refused with strict. Colours with
- * alpha 0 become 0: else a quotient by the alpha of a neighbourhood would be
- * brighter than every colour in it. Takes 4 bytes of memory for each pixel of
- * the map.
+ * alpha 0 become 0. Takes 4 bytes of memory for each pixel of the map.
  */
 const float *ibl_source_alpha(const ibl_source *source);
 
@@ -409,45 +401,31 @@ typedef struct ibl_pixel_numbers {
 ibl_pixel_numbers ibl_pixel_numbers_of(ibl_pixel pixel);
 
 /*
- * Encodes count texels of ibl_pixel_channels(pixel) floats each. Rounds to
- * nearest, ties to even (RGB9E5: as in EXT_texture_shared_exponent); keeps
- * denormals. Values above the largest finite value, including +Inf, become that
- * value. In halves and floats, values below its negative become the negative;
- * in other pixels, all negative values become 0. NaN becomes 0. Returns the
- * number of components changed to the largest value or its negative.
- * dst: count * ibl_pixel_bytes(pixel) bytes, any alignment.
- * If blocks are larger than a texel, src has all 16 texels of a block, row by
- * row, before those of the next; count is a multiple of 16, and dst gets
- * count / 16 blocks, of IBL_QUALITY_NORMAL.
+ * Decodes count texels to ibl_pixel_channels(pixel) floats each, without alpha.
+ * Of blocks count is a multiple of 16: all texels of a block, row by row, come
+ * before those of the next.
+ * Encoders round to nearest, ties to even (RGB9E5: as in
+ * EXT_texture_shared_exponent), and keep denormals. Values above the largest
+ * finite value, including +Inf, become that value. In halves and floats, values
+ * below its negative become the negative; in other pixels, all negative values
+ * become 0. NaN becomes 0.
  */
-size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
-                        void *dst);
-/* The inverse; dst: count * ibl_pixel_channels(pixel) floats. Alpha is
- * dropped. */
 void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
                       float *dst);
 
-/* Time that the encoders of block-compressed pixels take, for a smaller error.
- */
+/* Time that encoders of blocks take, for a smaller error. */
 typedef enum ibl_quality {
     IBL_QUALITY_FAST,
     IBL_QUALITY_NORMAL, /* the default */
     IBL_QUALITY_BEST
 } ibl_quality;
 
-/* "fast", "normal" or "best". */
-const char *ibl_quality_name(ibl_quality quality);
-
 typedef struct ibl_key_value {
     char *key;
     char *value;
 } ibl_key_value;
 
-/*
- * The layers that OpenGL 4 and Direct3D 11 guarantee for arrays of flat
- * textures. In a cube array each face counts as a layer: an implementation with
- * only the guaranteed number takes 341 cubes.
- */
+/* What OpenGL 4 and Direct3D 11 guarantee, where each face of a cube counts. */
 #define IBL_MAX_LAYERS 2048
 
 #define IBL_MAX_ZSTD 22 /* the levels of Zstandard begin with 1 */
@@ -491,16 +469,14 @@ typedef struct ibl_texture {
 
 void ibl_texture_free(ibl_texture *tex); /* NULL and zeroed are fine */
 
-/* Offset in bytes of a level's face in tex->data, for layer 0 or any layer, and
- * its size. */
+/* Offset in tex->data of a level's face, of layer 0 or any, and its bytes. */
 size_t ibl_texture_offset(const ibl_texture *tex, int level, int face);
 size_t ibl_texture_layer_offset(const ibl_texture *tex, int level, int layer,
                                 int face);
 size_t ibl_texture_face_bytes(const ibl_texture *tex, int level);
 
-/* Copies one layer, with all keys. out: empty, to be freed with
- * ibl_texture_free. IBL_ERR_ARGUMENT: tex has no such layer or is incomplete.
- */
+/* Copies one layer, with all keys. out: empty, to be freed by the caller.
+ * IBL_ERR_ARGUMENT: tex has no such layer or is incomplete. */
 ibl_status ibl_texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer,
                              ibl_texture *out);
 /*
@@ -515,9 +491,6 @@ ibl_status ibl_texture_array_begin(ibl_ctx *ctx, const ibl_texture *tex,
 ibl_status ibl_texture_array_put(ibl_ctx *ctx, ibl_texture *array, int layer,
                                  const ibl_texture *tex);
 
-/* Bytes of the UTF-8 character (The Unicode Standard, table 3-7: shortest form,
- * no surrogates) that text, of n bytes, begins with; 0: it begins with none. */
-size_t ibl_utf8_length(const void *text, size_t n);
 /* Sets a key to a value (both copied; UTF-8, key 1..255 bytes, at most 4096
  * keys, else IBL_ERR_ARGUMENT). */
 ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
@@ -541,9 +514,6 @@ typedef enum ibl_overflow {
     IBL_OVERFLOW_SPREAD,
     IBL_OVERFLOW_CLIP
 } ibl_overflow;
-
-/* "spread" or "clip". */
-const char *ibl_overflow_name(ibl_overflow overflow);
 
 /* For a level: the number of texels with a component above the largest value,
  * and the shares of the light of all texels (R + G + B, by solid angle) that
@@ -582,13 +552,13 @@ ibl_texel_options ibl_texel_options_default(void);
  * of its ibl_lut_channels that are no blocks, else IBL_ERR_ARGUMENT, as for an
  * unknown quality. The key iblbake.table is the kind of a LUT if not split.
  * opts NULL: defaults. Texels of blocks beyond the edge of a face repeat its
- * last ones. report may be NULL; *saturated, if not NULL, is the count of
- * ibl_pixel_encode. If no component is above the largest value, overflow has no
- * effect and no cost; else spreading uses 17 bytes of temporary memory for each
- * texel of a level.
- * Decoding returns IBL_ERR_ARGUMENT for a texture of the other kind, and for an
- * array of more than one layer: ibl_texture_layer extracts one.
- * IBL_ERR_UNSUPPORTED: blocks of ASTC that are none of UASTC HDR.
+ * last ones. report may be NULL; *saturated, if not NULL, counts
+ * components that became the largest value or its negative. If no component is
+ * above the largest value, overflow has no effect and no cost; else spreading
+ * uses 17 bytes of temporary memory for each texel of a level. Decoding returns
+ * IBL_ERR_ARGUMENT for a texture of the other kind, and for an array of more
+ * than one layer: ibl_texture_layer extracts one. IBL_ERR_UNSUPPORTED: blocks
+ * of ASTC that are none of UASTC HDR.
  */
 ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  const ibl_texel_options *opts,
@@ -613,12 +583,6 @@ ibl_projection ibl_texture_projection(const ibl_texture *tex);
 /* Replaces blocks by RGBA16F texels of the same values, in place; other pixels
  * stay as they are. tex is unchanged after an error, as ibl_texture_to_cube. */
 ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex);
-
-/* ibl_cube_turn_axes of every layer of a texture, in place. IBL_ERR_ARGUMENT:
- * it is no cube, of blocks, or axes are out of range. tex is unchanged after an
- * error. */
-ibl_status ibl_texture_turn_axes(ibl_ctx *ctx, ibl_texture *tex, ibl_axes axes,
-                                 int back);
 
 /* The error of the pixel format at a level, with what the overflow did: t is a
  * texel of the cube, d the same texel decoded, |.| over R, G and B. */
@@ -673,13 +637,11 @@ int ibl_container_holds(ibl_container container, ibl_pixel pixel);
 
 /*
  * The bytes of a file in that container. Free *bytes with ibl_bytes_free. KTX2
- * and KTX get KTXorientation and KTXwriter, then the keys of tex except those
- * two. DDS cannot hold keys and drops them. A texture of one layer is not
- * written as an array. Zstandard works on the context's pool, a level on one
- * thread; its bytes do not depend on the number of threads.
- * IBL_ERR_ARGUMENT: tex is incomplete. IBL_ERR_UNSUPPORTED: the container does
- * not hold the pixel format, or no array; KTX with a face of 4 GiB, or with a
- * level of 4 GiB in an array.
+ * and KTX get KTXorientation and KTXwriter besides the keys of tex; DDS drops
+ * them. A texture of one layer is not written as an array. Levels are packed by
+ * Zstandard on the context's pool. IBL_ERR_ARGUMENT: tex is incomplete.
+ * IBL_ERR_UNSUPPORTED: the container does not hold the pixel format, or no
+ * array; KTX with a face of 4 GiB, or with a level of 4 GiB in an array.
  */
 ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,
@@ -688,18 +650,15 @@ void ibl_bytes_free(void *bytes);
 
 /*
  * Reads a KTX2, KTX or DDS file (detected by content) with the pixel formats of
- * ibl_pixel: cube, 2D or an array of either, with or without levels, either
- * byte order for KTX. KTX and KTX2 files with 3-channel 16 or 32-bit floats are
- * widened to 4 channels. DDS files may also name a float format of Direct3D 9
- * in place of a FourCC, and hold RGB floats. Signed BC6H becomes RGBA16F. KTX2
- * files may be supercompressed with Zstandard. Files that this library wrote
- * are read back bit for bit, including keys. IBL_ERR_UNSUPPORTED: more layers
- * than IBL_MAX_LAYERS, 3D, another pixel format or supercompression; the
- * message has its name or number. IBL_ERR_FORMAT: a damaged file. Never reads
- * outside [bytes, size), and allocates little more than size, or than
- * Zstandard's frames say they hold. Keys are read if their value is text.
- * KTXwriter is kept, KTXorientation is not. If it says that rows do not begin
- * at the top, a flat texture is flipped and a cube is IBL_ERR_UNSUPPORTED.
+ * ibl_pixel: cube, 2D or an array of either, with or without levels; of KTX
+ * only little endian. RGB of halves or floats is widened to 4 channels, signed
+ * BC6H becomes RGBA16F. Files that this library wrote are read back bit for
+ * bit, with keys. Keys are read if their value is text, except KTXorientation:
+ * if by that rows do not begin at the top, a flat texture is flipped and a cube
+ * is IBL_ERR_UNSUPPORTED, as are more layers than IBL_MAX_LAYERS, 3D, other
+ * pixel formats and supercompressions, which the message names. IBL_ERR_FORMAT:
+ * a damaged file. Never reads outside [bytes, size), and allocates little more
+ * than size, or than the most that Zstandard can have packed in it.
  *   container   may be NULL
  */
 ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,

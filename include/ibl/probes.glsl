@@ -9,7 +9,7 @@
 // another way, too: only the functions that take a samplerBuffer need it.
 //
 //     uniform samplerBuffer probes;
-//     uniform usampler2D tiles;    // of ibl_tiles_cull, or of ibl_tile_cull
+//     uniform usampler2D tiles;    // of ibl_tile_cull
 //     ...
 //     uvec2 mask = ibl_tile_mask(tiles, gl_FragCoord.xy, 16);
 //     ibl_mix m = ibl_probes_blend(probes, mask, point);
@@ -272,132 +272,35 @@ ibl_mix ibl_probes_blend(samplerBuffer probes, uvec2 mask, vec3 point)
 // ---- tiles ------------------------------------------------------------------
 
 // The mask of a pixel: x are the probes 0..31, y 32..63. The texture is RG32UI,
-// a texel for each tile; the masks of ibl_tiles_cull can be given to it as they
-// are where the low half of a number comes first.
+// a texel for each tile.
 uvec2 ibl_tile_mask(usampler2D masks, vec2 pixel, int tile)
 {
     return texelFetch(masks, ivec2(pixel) / tile, 0).xy;
 }
 
-// As in tiles.c, where it is explained; margins are those of float.
-const float ibl_tiny = 4e-6;
-
-struct ibl_body {
-    bool is_sphere;
-    vec3 centre;
-    float size;
-    mat3 edge;
-    mat3 d;
-    vec3 apex;
-};
-
-struct ibl_cone {
-    vec3 ray[4];
-    vec3 face[4];
-};
-
-float ibl_size(vec3 v)
-{
-    return abs(v.x) + abs(v.y) + abs(v.z);
-}
-
-ibl_body ibl_body_make(mat4 clip, ibl_volume v)
-{
-    mat3 a = mat3(clip[0].xyw, clip[1].xyw, clip[2].xyw);
-    vec3 extent = v.is_sphere ? v.extent.xxx : v.extent;
-    ibl_body body;
-
-    body.is_sphere = v.is_sphere;
-    body.centre = a * v.centre + clip[3].xyw;
-    body.size = ibl_size(clip[3].xyw);
-    for (int j = 0; j < 3; j++) {
-        body.edge[j] = a[j] * extent[j];
-        body.size += ibl_size(a[j]) * (abs(v.centre[j]) + extent[j]);
-    }
-    mat3 squares = body.edge * transpose(body.edge);
-    body.d = outerProduct(body.centre, body.centre) -
-             (1.0 + ibl_tiny) * squares -
-             mat3(ibl_tiny * body.size * body.size);
-    mat3 adjoint = mat3(cross(squares[1], squares[2]),
-                        cross(squares[2], squares[0]),
-                        cross(squares[0], squares[1]));
-    body.apex = -(adjoint * body.centre);
-    return body;
-}
-
-ibl_cone ibl_cone_make(vec2 low, vec2 high)
-{
-    return ibl_cone(
-        vec3[4](vec3(low, 1.0), vec3(high.x, low.y, 1.0), vec3(high, 1.0),
-                vec3(low.x, high.y, 1.0)),
-        vec3[4](vec3(0.0, 1.0, -low.y), vec3(-1.0, 0.0, high.x),
-                vec3(0.0, -1.0, high.y), vec3(1.0, 0.0, -low.x)));
-}
-
-bool ibl_behind(ibl_body body, vec3 n)
-{
-    float middle = dot(n, body.centre);
-
-    if (body.is_sphere)
-        return middle < 0.0 && dot(n, body.d * n) > 0.0;
-    return middle + ibl_size(n * body.edge) <
-           -ibl_tiny * ibl_size(n) * body.size;
-}
-
-bool ibl_between(ibl_body body, ibl_cone cone, vec3 n)
-{
-    float margin = 0.1 * ibl_tiny * ibl_size(n);
-    bool above = true, below = true;
-
-    for (int i = 0; i < 4; i++) {
-        float side = dot(n, cone.ray[i]);
-
-        above = above && side >= -margin;
-        below = below && side <= margin;
-    }
-    return (above && ibl_behind(body, n)) || (below && ibl_behind(body, -n));
-}
-
-bool ibl_box_apart(ibl_body body, ibl_cone cone)
-{
-    for (int i = 0; i < 3; i++) {
-        if (ibl_between(body, cone,
-                        cross(body.edge[i], body.edge[(i + 1) % 3])))
-            return true;
-        for (int k = 0; k < 4; k++) {
-            if (ibl_between(body, cone, cross(body.edge[i], cone.ray[k])))
-                return true;
-        }
-    }
-    return false;
-}
-
-bool ibl_sphere_apart(ibl_body body, ibl_cone cone)
-{
-    for (int i = 0; i < 4; i++) {
-        vec3 a = cone.face[i], b = cone.face[(i + 1) % 4], db = body.d * b;
-        float aa = dot(a, body.d * a), bb = dot(b, db), ab = dot(a, db);
-
-        if (aa <= 0.0 && bb < 0.0 && ab > 0.0 && ab * ab > aa * bb &&
-            ab * dot(b, body.centre) - bb * dot(a, body.centre) < 0.0)
-            return true;
-    }
-    return ibl_between(body, cone, body.apex);
-}
-
-// Whether a volume is seen in the part of the picture from low to high, -1..1.
-// In float a little more of it is than ibl_tiles_cull says, never less.
+// Whether a volume may be seen in the part of the picture from low to high,
+// -1..1: no plane through a side of that part, nor the one through the eye, has
+// all of it behind. Rounding misses none.
 bool ibl_tile_touches(mat4 clip, ibl_volume volume, vec2 low, vec2 high)
 {
-    ibl_body body = ibl_body_make(clip, volume);
-    ibl_cone cone = ibl_cone_make(low, high);
+    mat4 row = transpose(clip);
+    vec4 plane[5] = vec4[5](row[0] - low.x * row[3], high.x * row[3] - row[0],
+                            row[1] - low.y * row[3], high.y * row[3] - row[1],
+                            row[3]);
+    vec3 extent = volume.is_sphere ? volume.extent.xxx : volume.extent;
+    vec4 size = abs(row[0]) + abs(row[1]) + abs(row[3]);
+    float margin =
+        1e-6 * (dot(size.xyz, abs(volume.centre) + extent) + size.w);
 
-    for (int i = 0; i < 4; i++) {
-        if (ibl_behind(body, cone.face[i]))
+    for (int i = 0; i < 5; i++) {
+        vec3 n = plane[i].xyz;
+        float reach = volume.is_sphere ? extent.x * length(n)
+                                       : dot(abs(n), extent);
+
+        if (dot(n, volume.centre) + plane[i].w + reach < -margin)
             return false;
     }
-    return body.is_sphere ? !ibl_sphere_apart(body, cone)
-                          : !ibl_box_apart(body, cone);
+    return true;
 }
 
 // The mask of the tile `at` of a picture of size pixels, for a shader that

@@ -68,9 +68,7 @@ typedef struct ibl_probe_mix {
 /*
  * A probe's influence on a point: 1 at least `blend` inside the volume, 0 on
  * its border and outside, between them smoothstep(depth / blend). The depth in
- * a box is the distance to the nearest of its six faces. The influence is
- * continuous, and its steepest slope is 1.5 / blend; with a blend of 0 it jumps
- * at the border.
+ * a box is the distance to the nearest of its six faces.
  */
 double ibl_probe_influence(const ibl_probe *probe, const double point[3]);
 
@@ -80,7 +78,7 @@ double ibl_volume_size(const ibl_volume *volume);
 /*
  * The order in which ibl_probes_blend takes probes: by falling priority, then
  * by rising size of the influence volume, then by rising index. Writes count
- * indices. Takes time proportional to count^2 if the order is reversed.
+ * indices.
  */
 void ibl_probes_order(const ibl_probe *probes, int count, int *order);
 
@@ -94,11 +92,7 @@ void ibl_probes_order(const ibl_probe *probes, int count, int *order);
  * largest are kept, each reduced by the largest share that is not kept, so that
  * a probe appears and disappears with weight 0; then they are scaled to have
  * what all had. Where that leaves 0 of each, they stay as they were.
- *
- * Continuous, but there, if no blend is 0 and alpha is continuous. With G the
- * sum of 1.5 / blend of the probes in whose blend width the point is, neither a
- * weight nor rest is steeper than G; where more than IBL_MAX_PROBES_AT have a
- * share a weight may have 12 G / D, D being the sum of the shares so reduced.
+ * Else continuous, if no blend is 0 and alpha is continuous.
  */
 void ibl_probes_blend(const ibl_probe *probes, int count, const int *order,
                       const double point[3], const double *alpha,
@@ -119,31 +113,6 @@ void ibl_probes_blend(const ibl_probe *probes, int count, const int *order,
 int ibl_probe_parallax(const ibl_probe *probe, const double point[3],
                        const double direction[3], double lookup[3]);
 
-/* ---- tiles of the screen ------------------------------------------------ */
-
-/* A picture that is divided into tiles. */
-typedef struct ibl_tiles {
-    double clip[16];   /* world to clip space, column-major; x and y from -w to
-                          w are visible, w > 0 in front; z is ignored */
-    int width, height; /* pixels, 1..IBL_MAX_EDGE */
-    int tile;          /* edge in pixels, >= 1; the last tiles may be cut */
-} ibl_tiles;
-
-#define IBL_MAX_TILE_PROBES 64
-
-int ibl_tiles_columns(const ibl_tiles *tiles);
-int ibl_tiles_rows(const ibl_tiles *tiles);
-/*
- * Writes a mask for each tile, row by row from the lower left (y = -w): bit i
- * is set if a point of the influence volume of probe i is visible in the tile,
- * at any depth. Rounding may set a bit of a probe that is not visible, but
- * never misses one that is. count is at most IBL_MAX_TILE_PROBES; masks holds
- * columns x rows. IBL_ERR_ARGUMENT: tiles or count out of range, masks
- * unchanged.
- */
-ibl_status ibl_tiles_cull(const ibl_tiles *tiles, const ibl_probe *probes,
-                          int count, unsigned long long *masks);
-
 /* ---- for shaders -------------------------------------------------------- */
 
 #define IBL_PROBE_FLOATS 20
@@ -158,8 +127,7 @@ ibl_status ibl_tiles_cull(const ibl_tiles *tiles, const ibl_probe *probes,
  *     proxy's half, 1 for a sphere
  *     position, layer
  *
- * Index i in the shader is probe order[i]. For masks with the same indices give
- * ibl_tiles_cull the probes sorted by order.
+ * Index i in the shader is probe order[i].
  */
 void ibl_probes_pack(const ibl_probe *probes, int count, const int *order,
                      float *texels);
@@ -214,8 +182,6 @@ typedef struct ibl_probe_index {
  * Reads an index.json, see iblbake-probes(1). The names in it are of files in
  * its folder, for ibl_texture_read, which are not looked at.
  *   ctx    for the message of an error; NULL: there is none
- * While it reads, an allocator that notes when memory runs out stands before
- * jansson's allocator (json_set_alloc_funcs), of one thread at a time.
  * IBL_ERR_IO: it cannot be read. IBL_ERR_FORMAT: it is damaged, of another
  * version, or no index. IBL_ERR_MEMORY. *index is empty after an error.
  */

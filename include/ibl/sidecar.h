@@ -78,8 +78,7 @@ typedef struct ibl_sidecar_options {
     const ibl_key_value *options; /* the choices of a user, in words; a value of
                                      NULL is true */
     int option_count;
-    const char *more; /* text of a JSON object, whose members follow; NULL. It
-                         is read as ibl_probe_index_read reads */
+    const char *more; /* text of a JSON object, whose members follow; NULL */
 } ibl_sidecar_options;
 
 ibl_sidecar_options ibl_sidecar_options_default(void);

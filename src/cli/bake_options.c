@@ -555,13 +555,15 @@ static bool add_set(ibl_cmdline *line, const ibl_opts *typed,
         target ? target->options : preset_options[typed->preset];
     char prefix[32] = "";
 
-    if (!read_words(options, none, &want) ||
-        !read_words(options, line->words, o))
-        return false;
-    o->given = typed->given;
-    o->input = typed->input;
+    *o = *typed;
+    if (*options) {
+        if (!read_words(options, none, &want) ||
+            !read_words(options, line->words, o))
+            return false;
+        o->given = typed->given;
+        o->input = typed->input;
+    }
     o->of = target;
-    o->filament = target && target->filament;
     drop_unfit(o);
     if (target || typed->preset)
         snprintf(prefix, sizeof prefix,

@@ -227,7 +227,7 @@ bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want)
                decided[i].of);
     REFUSE(o->of->harmonics && o->sh_format != want->sh_format, "sh-format",
            "the engine reads another: leave it out");
-    REFUSE(o->filament && o->bake.sh_degree < 2, "sh",
+    REFUSE(o->of->filament && o->bake.sh_degree < 2, "sh",
            "the engine reads nine coefficients: leave it out");
     REFUSE(!takes_word(takes, format), "format", "the engine loads %s", takes);
     REFUSE(texture && !takes_word(takes, pair), "pixel", "the engine loads %s",

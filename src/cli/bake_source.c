@@ -13,137 +13,158 @@ enum {
 };
 static const double gain = 0.9; /* what lights leave of the error, at most */
 
-/* The index of the chain with these options, added if it is new. */
-static int take_chain(ibl_bake_source *s, const ibl_specular_options *o)
+/* What all sets need. Their chains of levels, all different: the first is in
+ * the result, the others are its `more`. */
+static ibl_bake_options join_sets(const ibl_job *r,
+                                  ibl_specular_options chains[IBL_MAX_TARGETS])
 {
-    int i = 0;
+    ibl_bake_options all = r->opts->bake;
+    int count = 0;
 
-    while (i < s->chain_count && memcmp(&s->chains[i], o, sizeof *o) != 0)
-        i++;
-    if (i == s->chain_count)
-        s->chains[s->chain_count++] = *o;
-    return i;
-}
-
-void ibl_bake_source_add(ibl_bake_source *s, ibl_output_set *set)
-{
-    const ibl_bake_options *o = &set->opts->bake;
-    ibl_bake_options *all = &s->bake;
-
-    set->chain = o->specular ? take_chain(s, &o->specular_options) : -1;
-    all->skybox = o->skybox > all->skybox ? o->skybox : all->skybox;
-    all->irradiance |= o->irradiance;
-    if (o->sh_degree > all->sh_degree)
-        all->sh_degree = o->sh_degree;
-}
-
-/* Moves the environment to the rest, or makes room for it beside what shows all
- * of it. */
-static bool make_rest(ibl_bake_source *s)
-{
-    const ibl_image *env = &s->env;
-
-    if (!s->bake.skybox && !s->opts->preview && s->opts->lights > 0 &&
-        isnan(s->opts->rendered_error)) {
-        s->rest = *env;
-        s->env = (ibl_image){0};
-        return true;
+    for (int i = 0; i < r->count; i++) {
+        const ibl_bake_options *o = &r->sets[i].opts->bake;
+        const ibl_specular_options *own = &o->specular_options;
+        int c = 0;
+        while (c < count && memcmp(&chains[c], own, sizeof *own) != 0)
+            c++;
+        if (o->specular && c == count)
+            chains[count++] = *own;
+        r->sets[i].chain = o->specular ? c : -1;
+        all.skybox = o->skybox > all.skybox ? o->skybox : all.skybox;
+        all.irradiance |= o->irradiance;
+        if (o->sh_degree > all.sh_degree)
+            all.sh_degree = o->sh_degree;
     }
-    return !ibl_image_alloc(s->ctx, env->width, env->height, &s->rest);
+    all.specular = count > 0;
+    if (count)
+        all.specular_options = chains[0];
+    all.more = chains + 1;
+    all.more_count = count > 1 ? count - 1 : 0;
+    return all;
 }
 
-static bool bake_skybox(ibl_bake_source *s, ibl_cube *skybox)
-{
-    const ibl_environment all = {.image = &s->env};
-    ibl_bake_options alone = ibl_bake_options_default();
-    ibl_bake_result made = {0};
+/* ---- the memory that it takes ------------------------------------------ */
 
-    if (!s->bake.skybox)
-        return true;
-    alone.skybox = s->bake.skybox;
-    alone.skybox_projection = s->bake.skybox_projection;
-    alone.specular = alone.irradiance = 0;
-    alone.sh_degree = -1;
-    alone.yaw_deg = s->bake.yaw_deg;
-    const bool ok = !ibl_bake_environment(s->ctx, &all, &alone, &made);
-    *skybox = made.skybox;
-    return ok;
+/* The stack and buffers of a thread. */
+#define THREAD_BYTES (0.25 * (1 << 20))
+/* What the C library keeps of freed blocks, and small ones. */
+#define KEPT_SHARE 0.1
+
+/* Options that need the whole map in memory. */
+static const char keep_map[] =
+    "lights sun verify scene preview max-error rendered-error";
+
+/* What becomes a file, beside its texels in floats: these as RGBA while light
+ * is spread, turned or decoded again, and the file itself. */
+static double file_bytes(const ibl_opts *o, int size, int levels)
+{
+    const bool again = o->verify || o->axes.mirror || o->axes.up || o->picture;
+    double texels = 0;
+
+    for (int l = 0; l < levels; l++)
+        texels += 8 * pow(ibl_cube_edge(size, l), 2); /* 6 of a cube */
+    return texels * (12 + 12 * again +
+                     (double)ibl_pixel_bytes(o->texels.pixel) *
+                         (1 + (o->zstd > 0) + 2 * o->verify));
 }
 
-/* The skybox of the environment, all else of what lights leave of it. */
-static bool bake_without_lights(ibl_bake_source *s)
+double ibl_bake_bytes(const ibl_job *r, size_t reader, int width, int height)
 {
-    const ibl_environment rest = {.image = &s->rest};
-    ibl_bake_options others = s->bake;
-    ibl_cube skybox = {0};
+    const ibl_opts *o = r->opts;
+    const double pixels = (double)width * (double)height;
+    const bool chooses =
+        !isnan(o->rendered_error) || o->lights == IBL_LIGHTS_AUTO;
+    ibl_specular_options chains[IBL_MAX_TARGETS];
+    const ibl_bake_options all = join_sets(r, chains);
+    double map = 0, files = 0;
+    size_t bake = 0;
 
-    others.skybox = 0;
-    const bool ok = bake_skybox(s, &skybox) &&
-                    !ibl_bake_environment(s->ctx, &rest, &others, &s->made);
-    s->made.skybox = skybox;
-    return ok;
+    if (ibl_bake_memory(r->ctx, width, height, &all, &bake))
+        return 0;
+    if (o->lights || o->verify || o->preview || chooses)
+        map = pixels * (12 + 14 * (o->lights != 0) + 4 * chooses);
+    for (int i = 0; i < r->count; i++) {
+        const ibl_bake_options *set = &r->sets[i].opts->bake;
+        ibl_specular_layout l;
+        if (set->specular &&
+            !ibl_specular_layout_of(&set->specular_options, &l))
+            files = fmax(files, file_bytes(r->sets[i].opts, l.size, l.levels));
+        if (set->skybox)
+            files = fmax(files, file_bytes(r->sets[i].opts, set->skybox, 16));
+    }
+    return IBL_PROGRAM_BYTES + THREAD_BYTES * ibl_ctx_threads(r->ctx) +
+           (1 + KEPT_SHARE) * (map + (double)reader + (double)bake + files);
 }
 
-/* A sidecar, which has coefficients, has the hash of the source too. */
-static ibl_read_options read_options(const ibl_bake_source *s)
+/* False, after a message, if that is more than --max-memory. */
+static bool fits(ibl_job *r, const ibl_source *source)
 {
-    ibl_read_options read = s->opts->common.read;
+    const ibl_opts *o = r->opts;
+    const double mib = 1 << 20, most = (double)ibl_memory_most(&o->common);
+    const double need =
+        ibl_bake_bytes(r, ibl_source_memory(source), ibl_source_width(source),
+                       ibl_source_height(source));
+    const char *keeps = ibl_given_of(&o->given, keep_map);
 
-    read.hash = s->bake.sh_degree >= 0;
-    return read;
-}
-
-static bool fits(const ibl_bake_source *s, const ibl_source *source)
-{
-    return ibl_bake_fits(s->run, ibl_source_memory(source),
-                         ibl_source_width(source), ibl_source_height(source));
-}
-
-static bool read_image(ibl_bake_source *s, const ibl_read_options *read)
-{
-    ibl_source *source = NULL;
-
-    if (ibl_source_open(s->ctx, s->opts->input, read, &source))
+    ibl_console_info(&r->console, "plans %.0f MiB of memory", need / mib);
+    if (!(need > 0))
         return false;
-    const bool ok = fits(s, source) && !ibl_source_image(source, &s->env);
-    s->report = *ibl_source_report(source);
-    ibl_source_close(source);
-    return ok;
+    return most <= 0 || need <= most ||
+           ibl_console_fail(&r->console,
+                            "%s: takes %.0f MiB of memory, more than the %.0f "
+                            "of --max-memory: ask for a smaller --size or "
+                            "--skybox, or scale the map down%s%s",
+                            o->input, ceil(need / mib), floor(most / mib),
+                            keeps ? ", or leave out --" : "",
+                            keeps ? keeps : "");
+}
+
+/* ---- the environment --------------------------------------------------- */
+
+/* Opens the environment. A sidecar, which has coefficients, has the hash of
+ * the source too. */
+static bool open_source(ibl_job *r, const ibl_bake_options *all,
+                        ibl_source **source)
+{
+    ibl_read_options read = r->opts->common.read;
+
+    read.hash = all->sh_degree >= 0;
+    ibl_console_progress(&r->console, "decode", 0);
+    return !ibl_source_open(r->ctx, r->opts->input, &read, source) &&
+           fits(r, *source);
 }
 
 /* Takes some lights out of the rest, which becomes that of the environment. */
-static bool take_lights(ibl_bake_source *s, int most)
+static bool take_lights(ibl_job *r, int most)
 {
-    if (s->env.data)
-        memcpy(s->rest.data, s->env.data,
-               3 * sizeof *s->env.data * (size_t)s->env.width *
-                   (size_t)s->env.height);
-    s->light_count = 0;
-    return !most || !ibl_image_take_lights(s->ctx, &s->rest, s->bake.yaw_deg,
-                                           most, s->lights, &s->light_count);
+    if (r->env.data)
+        memcpy(r->rest.data, r->env.data,
+               3 * sizeof *r->env.data * (size_t)r->env.width *
+                   (size_t)r->env.height);
+    r->light_count = 0;
+    return !most ||
+           !ibl_image_take_lights(r->ctx, &r->rest, r->opts->bake.yaw_deg, most,
+                                  r->lights, &r->light_count);
 }
 
 /* Measures what is drawn with so many lights, unless their error is known. */
-static bool measure(ibl_bake_source *s, const ibl_opts *o,
-                    const ibl_truth *truth, int lights, double *error)
+static bool measure(ibl_job *r, const ibl_opts *o, const ibl_truth *truth,
+                    int lights, double *error)
 {
     ibl_measured rows[2 * IBL_RENDERED_LIST];
     ibl_candidate c = {0};
 
     if (!isnan(error[lights]))
         return true;
-    bool ok =
-        take_lights(s, lights) && !ibl_candidate_bake(s->ctx, &s->rest, o, &c);
+    const bool ok =
+        take_lights(r, lights) && !ibl_candidate_bake(r->ctx, &r->rest, o, &c);
     if (ok) {
-        ibl_drawn d = {.irradiance_scale = 1,
-                       .lights = s->lights,
-                       .light_count = s->light_count};
+        ibl_drawn d = {.lights = r->lights, .light_count = r->light_count};
         ibl_candidate_draw(&d, &c);
-        ok = ibl_measure(truth, &d, rows);
-    }
-    if (ok)
+        ibl_measure(truth, &d, rows);
         error[lights] =
             ibl_measured_mean(rows, truth->rows).value[IBL_FIGURE_NRMSE];
+    }
     ibl_candidate_free(&c);
     return ok;
 }
@@ -153,20 +174,20 @@ static bool measure(ibl_bake_source *s, const ibl_opts *o,
  * error of what is drawn by less than a tenth, and of these none at the end
  * that alone lowers it by less.
  */
-static bool choose_lights(ibl_bake_source *s)
+static bool choose_lights(ibl_job *r)
 {
     ibl_truth_options of = ibl_truth_options_default();
     ibl_truth truth = {0};
-    ibl_opts o = *s->opts;
+    ibl_opts o = *r->opts;
     double error[MOST_AUTO + 1];
-    const bool quiet = s->console->quiet;
+    const bool quiet = r->console.quiet;
 
-    s->console->quiet = true; /* if there are fewer */
-    bool ok = take_lights(s, MOST_AUTO);
-    s->console->quiet = quiet;
-    if (!ok || !s->light_count)
+    r->console.quiet = true; /* if there are fewer */
+    bool ok = take_lights(r, MOST_AUTO);
+    r->console.quiet = quiet;
+    if (!ok || !r->light_count)
         return ok;
-    const int all = s->light_count;
+    const int all = r->light_count;
     int least = 1, n = all;
     for (int k = 0; k <= all; k++)
         error[k] = NAN;
@@ -176,114 +197,113 @@ static bool choose_lights(ibl_bake_source *s)
     o.bake.sh_degree = -1;
     of.directions = DIRECTIONS;
     of.geometry = o.lut.geometry;
-    ok = ibl_truth_make(s->ctx, &s->env, s->bake.yaw_deg, &of, &truth) &&
-         measure(s, &o, &truth, 0, error) && measure(s, &o, &truth, all, error);
+    ok = ibl_truth_make(r->ctx, &r->env, r->opts->bake.yaw_deg, &of, &truth) &&
+         measure(r, &o, &truth, 0, error) && measure(r, &o, &truth, all, error);
     if (ok && error[all] > gain * error[0])
         n = 0;
     while (ok && least < n) {
         const int k = (least + n) / 2;
-        ok = measure(s, &o, &truth, k, error);
+        ok = measure(r, &o, &truth, k, error);
         if (error[all] > gain * error[k])
             n = k;
         else
             least = k + 1;
     }
-    while (ok && n && (ok = measure(s, &o, &truth, n - 1, error)) &&
+    while (ok && n && (ok = measure(r, &o, &truth, n - 1, error)) &&
            error[n] > gain * error[n - 1])
         n--;
     ibl_truth_free(&truth);
     if (ok)
-        ibl_console_info(s->console,
+        ibl_console_info(&r->console,
                          "lights taken: %d; drawn off by %.2g %%, without any "
                          "%.2g %%",
                          n, 100 * error[n], 100 * error[0]);
-    return ok && take_lights(s, n);
+    return ok && take_lights(r, n);
 }
 
-bool ibl_bake_source_read(ibl_bake_source *s)
+bool ibl_job_read(ibl_job *r)
 {
-    const ibl_read_options read = read_options(s);
-
-    ibl_console_progress(s->console, "decode", 0);
-    if (!read_image(s, &read))
-        return false;
-    s->width = s->env.width;
-    s->height = s->env.height;
-    if (!s->opts->lights)
-        return true;
-    return make_rest(s) && (s->opts->lights == IBL_LIGHTS_AUTO
-                                ? choose_lights(s)
-                                : take_lights(s, s->opts->lights));
-}
-
-/* Keeps the map in memory, for lights, --verify, --preview and the choice. */
-static bool bake_image(ibl_bake_source *s)
-{
-    const ibl_environment rows = {.image = &s->env};
-
-    if (!s->width && !ibl_bake_source_read(s))
-        return false;
-    if (s->opts->lights)
-        return bake_without_lights(s);
-    return !ibl_bake_environment(s->ctx, &rows, &s->bake, &s->made);
-}
-
-static bool bake_source(ibl_bake_source *s)
-{
-    const ibl_read_options read = read_options(s);
+    ibl_specular_options chains[IBL_MAX_TARGETS];
+    const ibl_bake_options all = join_sets(r, chains);
+    const int lights = r->opts->lights;
     ibl_source *source = NULL;
+    const bool ok =
+        open_source(r, &all, &source) && !ibl_source_image(source, &r->env);
 
-    if (ibl_source_open(s->ctx, s->opts->input, &read, &source))
+    if (source)
+        r->report = *ibl_source_report(source);
+    ibl_source_close(source);
+    r->width = r->env.width;
+    r->height = r->env.height;
+    if (!ok || !lights)
+        return ok;
+    /* The whole environment is only kept for what shows it. */
+    if (!all.skybox && !r->opts->preview && lights > 0 &&
+        isnan(r->opts->rendered_error)) {
+        r->rest = r->env;
+        r->env = (ibl_image){0};
+    } else if (ibl_image_alloc(r->ctx, r->width, r->height, &r->rest)) {
         return false;
-    const ibl_environment rows = ibl_source_environment(source);
-    s->width = rows.width;
-    s->height = rows.height;
-    const bool ok = fits(s, source) &&
-                    !ibl_bake_environment(s->ctx, &rows, &s->bake, &s->made);
-    s->report = *ibl_source_report(source);
+    }
+    return lights == IBL_LIGHTS_AUTO ? choose_lights(r)
+                                     : take_lights(r, lights);
+}
+
+/* Bakes the environment, or the skybox of it and all else of what lights leave
+ * of it. */
+static bool bake_image(ibl_job *r, const ibl_bake_options *all)
+{
+    const ibl_environment env = {.image = &r->env}, rest = {.image = &r->rest};
+    ibl_bake_options sky = *all, others = *all;
+    ibl_bake_result made = {0};
+
+    if (!r->opts->lights)
+        return !ibl_bake_environment(r->ctx, &env, all, &r->made);
+    sky.specular = sky.irradiance = sky.more_count = 0;
+    sky.sh_degree = -1;
+    others.skybox = 0;
+    const bool ok =
+        (!sky.skybox || !ibl_bake_environment(r->ctx, &env, &sky, &made)) &&
+        !ibl_bake_environment(r->ctx, &rest, &others, &r->made);
+    r->made.skybox = made.skybox;
+    return ok;
+}
+
+static bool bake_source(ibl_job *r, const ibl_bake_options *all)
+{
+    ibl_source *source = NULL;
+    bool ok = open_source(r, all, &source);
+
+    if (ok) {
+        const ibl_environment rows = ibl_source_environment(source);
+        r->width = rows.width;
+        r->height = rows.height;
+        ok = !ibl_bake_environment(r->ctx, &rows, all, &r->made);
+        r->report = *ibl_source_report(source);
+    }
     ibl_source_close(source);
     return ok;
 }
 
-/* As --sh-window says. */
-static void window_harmonics(ibl_bake_source *s)
+bool ibl_job_bake(ibl_job *r)
 {
-    const int degree = s->bake.sh_degree;
-    double window = s->opts->sh_window;
-
-    if (!s->made.sh || window >= HUGE_VAL)
-        return;
-    if (!(window > 0))
-        window = ibl_sh_widest_window(s->made.sh);
-    ibl_sh_window(degree, window, s->made.sh);
-    ibl_console_info(s->console, "harmonics in a window of %.4g", window);
-}
-
-bool ibl_bake_source_make(ibl_bake_source *s)
-{
+    const ibl_opts *o = r->opts;
+    ibl_specular_options chains[IBL_MAX_TARGETS];
+    const ibl_bake_options all = join_sets(r, chains);
+    double window = o->sh_window;
     bool ok;
 
-    if (!s->opts->input)
+    if (!o->input)
         return true;
-    s->bake.specular = s->chain_count > 0;
-    if (s->chain_count)
-        s->bake.specular_options = s->chains[0];
-    s->bake.more = s->chains + 1;
-    s->bake.more_count = s->chain_count > 1 ? s->chain_count - 1 : 0;
-    ibl_console_progress(s->console, "decode", 0);
-    ok = s->width || s->opts->lights || s->opts->verify || s->opts->preview
-             ? bake_image(s)
-             : bake_source(s);
-    if (ok)
-        window_harmonics(s);
-    return ok;
-}
-
-void ibl_bake_source_free(ibl_bake_source *s)
-{
-    ibl_judge_free(s->judge[0]);
-    ibl_judge_free(s->judge[1]);
-    ibl_image_free(&s->env);
-    ibl_image_free(&s->rest);
-    ibl_bake_result_free(&s->made);
+    if (r->width || o->lights || o->verify || o->preview) /* needs the map */
+        ok = (r->width || ibl_job_read(r)) && bake_image(r, &all);
+    else
+        ok = bake_source(r, &all);
+    if (!ok || !r->made.sh || window >= HUGE_VAL)
+        return ok;
+    if (!(window > 0))
+        window = ibl_sh_widest_window(r->made.sh);
+    ibl_sh_window(all.sh_degree, window, r->made.sh);
+    ibl_console_info(&r->console, "harmonics in a window of %.4g", window);
+    return true;
 }

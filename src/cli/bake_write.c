@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Writes the outputs of a set: turned into its axes, encoded, judged if
- * --verify asks for it, and handed to the job's files. */
+/* Writes the outputs of a set: turned into its axes, encoded, described, judged
+ * if --verify asks for it, and handed to the job's files. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,7 +9,9 @@
 #include "cli/job.h"
 #include "common/names.h"
 #include "common/path.h"
-#include "json/text.h"
+#include "common/signals.h"
+#include "ibl/sidecar.h"
+#include "json/json_text.h"
 
 /* ---- axes ------------------------------------------------------------- */
 
@@ -25,7 +27,7 @@ static bool turn_back(const ibl_output_set *b, ibl_cube *cube)
     if (!has_axes(b))
         return true;
     const bool ok =
-        !ibl_cube_turn_axes(b->ctx, cube, b->opts->axes, 1, &turned);
+        !ibl_cube_turn_axes(b->job->ctx, cube, b->opts->axes, 1, &turned);
     ibl_cube_free(cube);
     *cube = turned;
     return ok;
@@ -36,18 +38,223 @@ static bool turn_back(const ibl_output_set *b, ibl_cube *cube)
 static bool turn_harmonics(ibl_output_set *b)
 {
     const int degree = b->opts->bake.sh_degree;
-    const size_t edge = (size_t)degree + 1, bytes = 3 * edge * edge * 8;
+    const size_t edge = (size_t)degree + 1;
+    const size_t bytes = 3 * edge * edge * sizeof *b->sh;
 
     if (degree < 0)
         b->made.sh = NULL;
     if (!has_axes(b) || !b->made.sh)
         return true;
-    b->sh = malloc(bytes);
-    if (!b->sh)
-        return ibl_console_fail(b->console, "no memory for the harmonics");
-    memcpy(b->sh, b->made.sh, bytes);
+    b->sh = memcpy(ibl_need(malloc(bytes)), b->made.sh, bytes);
     b->made.sh = b->sh;
-    return !ibl_sh_turn_axes(b->ctx, degree, b->opts->axes, 0, b->sh);
+    return !ibl_sh_turn_axes(b->job->ctx, degree, b->opts->axes, 0, b->sh);
+}
+
+/* ---- what is said of the outputs ---------------------------------------- */
+
+/* Those of the lobe table, of b->lobe_layout. */
+static ibl_lobe_table_options lobe_options(const ibl_output_set *b)
+{
+    ibl_lobe_table_options o = ibl_lobe_table_options_default();
+
+    o.size = b->opts->lobe_table_size;
+    o.f0 = b->opts->lobe_f0;
+    o.layout = b->lobe_layout;
+    return o;
+}
+
+/* What keys and the sidecar say of the bake; lobe_table: its options. */
+static ibl_sidecar_options facts_of(const ibl_output_set *b,
+                                    const ibl_lobe_table_options *lobe_table)
+{
+    const ibl_opts *o = b->opts;
+
+    return (ibl_sidecar_options){.source = o->input,
+                                 .width = b->job->width,
+                                 .height = b->job->height,
+                                 .read = &o->common.read,
+                                 .report = &b->job->report,
+                                 .specular = &o->bake.specular_options,
+                                 .irradiance = &o->bake.irradiance_options,
+                                 .lut = &o->lut,
+                                 .lobe_table = lobe_table,
+                                 .yaw_deg = o->bake.yaw_deg,
+                                 .axes = o->axes,
+                                 .sh_degree = o->bake.sh_degree,
+                                 .made = &b->made,
+                                 .lights = b->job->lights,
+                                 .light_count =
+                                     o->lights ? b->job->light_count : -1,
+                                 .revision = IBL_REVISION,
+                                 .target = o->of ? o->of->name : NULL};
+}
+
+/* Sets the keys of a texture: see FILES in the manual page. */
+static bool set_keys(const ibl_output_set *b, ibl_output_kind kind,
+                     ibl_texture *tex)
+{
+    const ibl_opts *o = b->opts;
+    const ibl_lobe_table_options lobe_table = lobe_options(b);
+    const ibl_sidecar_options facts = facts_of(b, &lobe_table);
+    const ibl_sidecar_output output = {.content = (ibl_content)kind,
+                                       .texels = &o->texels};
+    char writer[32];
+
+    snprintf(writer, sizeof writer, "--zstd %d", o->zstd);
+    bool ok = (!o->zstd || !ibl_texture_set(b->job->ctx, tex,
+                                            "KTXwriterScParams", writer)) &&
+              !ibl_texture_describe(b->job->ctx, tex, &facts, &output);
+    /* Filament takes its harmonics from the KTX file of the levels. */
+    if (ok && kind == IBL_OUTPUT_SPECULAR && o->format == IBL_CONTAINER_KTX &&
+        o->bake.sh_degree >= 2) {
+        char *text = ibl_need(ibl_sh_text(IBL_SH_NONE, b->made.sh));
+        ok = !ibl_texture_set(b->job->ctx, tex, "sh", text);
+        free(text);
+    }
+    return ok;
+}
+
+/* ---- the sidecar ------------------------------------------------------ */
+
+/* Whether a value given is that of the defaults. */
+static bool is_usual(const ibl_opts *usual, const ibl_opts *opts,
+                     const ibl_option *option)
+{
+    const size_t at = option->offset;
+    const char *a = (const char *)usual + at, *b = (const char *)opts + at;
+
+    switch (option->kind) {
+    case IBL_OPTION_INT:
+    case IBL_OPTION_CHOICE:
+    case IBL_OPTION_FLAG:
+        return !memcmp(a, b, sizeof(int));
+    case IBL_OPTION_REAL:
+        return !memcmp(a, b, sizeof(double));
+    default:
+        return false;
+    }
+}
+
+/* The options that were given and are not the default, or the target's; their
+ * number. */
+static int list_options(const ibl_output_set *b,
+                        ibl_key_value list[IBL_MOST_GIVEN])
+{
+    const ibl_given *given = &b->opts->given;
+    ibl_opts *usual = ibl_need(calloc(1, sizeof *usual));
+    int count = 0;
+
+    ibl_bake_command.defaults(usual);
+    for (int i = 0; i < given->count; i++) {
+        const ibl_option *o = given->list[i].option;
+        if (!o->aside && (b->opts->of || !is_usual(usual, b->opts, o)))
+            list[count++] =
+                (ibl_key_value){(char *)o->name, (char *)given->list[i].value};
+    }
+    free(usual);
+    return count;
+}
+
+/* What only the program knows; NULL: nothing. */
+static char *more(const ibl_output_set *b)
+{
+    const ibl_console *c = &b->job->console;
+    json_t *j = json_object();
+
+    if (b->choice)
+        json_object_set_new(j, "choice", ibl_choice_json(b->choice));
+    if (b->job->scenes)
+        json_object_set_new(j, "scene", ibl_scenes_json(b->job->scenes));
+    if (b->opts->verify)
+        json_object_set(j, "verify", b->judged.json);
+    if (b->opts->timings) { /* so far, rounded to microseconds */
+        json_t *stages = json_object();
+        for (int i = 0; i < c->count; i++)
+            json_object_set_new(
+                stages, c->stages[i].name,
+                json_real(round(c->stages[i].seconds * 1e6) / 1e6));
+        json_object_set_new(j, "timings",
+                            json_pack("{si so}", "threads",
+                                      ibl_ctx_threads(b->job->ctx), "seconds",
+                                      stages));
+    }
+    char *text = json_object_size(j) ? ibl_need(ibl_json_text(j)) : NULL;
+    json_decref(j);
+    return text;
+}
+
+const char *ibl_baked_pixel(const ibl_opts *o, ibl_pixel pixel)
+{
+    const char *own = o->engine    ? ibl_engine_pixel(o->engine)
+                      : o->picture ? ibl_picture_pixel(o->picture)
+                                   : NULL;
+
+    return own ? own : ibl_pixel_name(pixel);
+}
+
+/* The name of an output's file from the sidecar's folder. */
+static char *name_file(const ibl_output_set *b, ibl_output_kind kind)
+{
+    const char *below = b->opts->below ? b->opts->below : "";
+    char *name = ibl_need(strdup(ibl_path_name(b->files[kind].paths[0])));
+
+    for (; *below && ibl_set_is_shared(b->opts, kind); below++)
+        if (*below == '/') {
+            char *up = ibl_need(ibl_format("../%s", name));
+            free(name);
+            name = up;
+        }
+    return name;
+}
+
+/* The text of NAME.json: see FILES in the manual page. Without --timings it has
+ * neither threads nor times, so equal bakes give equal bytes. The caller must
+ * free it with ibl_bytes_free; NULL after a message. */
+static char *sidecar(const ibl_output_set *b)
+{
+    const ibl_opts *o = b->opts;
+    const ibl_lobe_table_options lobe_table = lobe_options(b);
+    ibl_sidecar_options facts = facts_of(b, &lobe_table);
+    ibl_texture shapes[IBL_OUTPUT_JSON];
+    char *names[IBL_OUTPUT_JSON], *text = NULL, *own = more(b);
+    ibl_sidecar_output outputs[IBL_OUTPUT_JSON];
+    ibl_key_value given[IBL_MOST_GIVEN];
+    int n = 0;
+
+    for (int kind = 0; kind < IBL_OUTPUT_JSON; kind++) {
+        const ibl_output *file = &b->files[kind];
+        if (!file->paths)
+            continue;
+        names[n] = name_file(b, (ibl_output_kind)kind);
+        shapes[n] = file->shape;
+        shapes[n].zstd = o->zstd;
+        outputs[n] = (ibl_sidecar_output){
+            .content = (ibl_content)kind,
+            .file = names[n],
+            .container = ibl_format_names[o->file],
+            .texture = &shapes[n],
+            .pixel = ibl_baked_pixel(o, file->shape.pixel),
+            .bytes = file->bytes,
+            .hash = file->hash,
+            .projection = o->bake.skybox_projection,
+            .texels = &o->texels,
+            .overflow = &file->overflow,
+            .error = o->picture == IBL_PICTURE_PNG ? NULL : file->error,
+            .more = (const char *const *)file->paths + 1,
+            .more_count = file->count - 1,
+        };
+        n++;
+    }
+    facts.outputs = outputs;
+    facts.output_count = n;
+    facts.options = given;
+    facts.option_count = list_options(b, given);
+    facts.more = own;
+    ibl_sidecar_text(b->job->ctx, &facts, &text);
+    while (n--)
+        free(names[n]);
+    free(own);
+    return text;
 }
 
 /* ---- --verify --------------------------------------------------------- */
@@ -56,8 +263,8 @@ static bool judge_lut(ibl_output_set *b, const ibl_texture *tex)
 {
     ibl_lut lut = {0};
     const bool ok =
-        !ibl_texture_to_lut(b->ctx, tex, &lut) &&
-        ibl_report_lut(&b->judged, b->ctx, &lut, b->opts->lut.geometry);
+        !ibl_texture_to_lut(b->job->ctx, tex, &lut) &&
+        ibl_report_lut(&b->judged, b->job->ctx, &lut, b->opts->lut.geometry);
 
     ibl_lut_free(&lut);
     return ok;
@@ -70,12 +277,12 @@ static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
     ibl_cube cube = {0};
 
     const bool rest = o->lights && kind != IBL_OUTPUT_SKYBOX;
-    ibl_judge **judge = &b->from->judge[rest];
+    ibl_judge **judge = &b->job->judge[rest];
 
     if (!*judge)
-        *judge = ibl_judge_create(b->ctx, rest ? &b->from->rest : &b->from->env,
-                                  o->bake.yaw_deg, &o->judge);
-    bool ok = *judge && !ibl_texture_to_cube(b->ctx, tex, &cube) &&
+        *judge = ibl_judge_create(
+            b->job->ctx, rest ? &b->job->rest : &b->job->env, o->bake.yaw_deg);
+    bool ok = *judge && !ibl_texture_to_cube(b->job->ctx, tex, &cube) &&
               turn_back(b, &cube);
     const ibl_judged judged = {.content = kind,
                                .chain = cube,
@@ -84,9 +291,7 @@ static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
                                .roughness =
                                    kind == IBL_OUTPUT_SPECULAR
                                        ? b->made.report.layout.roughness
-                                       : NULL,
-                               .scale = 1,
-                               .pixel = tex->pixel};
+                                       : NULL};
     ok = ok && ibl_report_levels(&b->judged, *judge, &judged);
     ibl_cube_free(&cube);
     return ok;
@@ -97,36 +302,22 @@ static bool judge(ibl_output_set *b, ibl_output_kind kind,
 {
     bool ok = true;
 
-    ibl_console_progress(b->console, "verify", 0);
+    ibl_console_progress(&b->job->console, "verify", 0);
     b->judged.options = b->opts->judge;
     if (kind == IBL_OUTPUT_LUT)
         ok = judge_lut(b, tex);
     else if (kind != IBL_OUTPUT_LOBES) /* no texel of it has a truth */
         ok = judge_cube(b, kind, tex);
-    ibl_console_progress(b->console, "write", 0);
+    ibl_console_progress(&b->job->console, "write", 0);
     return ok;
-}
-
-static bool judged(const ibl_output_set *b)
-{
-    char why[160];
-
-    ibl_console_finish(b->console);
-    if (!b->opts->common.quiet)
-        ibl_report_print(&b->judged, b->from->print);
-    return ibl_report_passes(&b->judged, b->opts->max_error, NAN, why,
-                             sizeof why) ||
-           ibl_console_fail(b->console, "%s: nothing was written", why);
 }
 
 /* ---- write ------------------------------------------------------------ */
 
-/* Warns of light beyond what the format holds. */
-static void warn_of_format(const ibl_output_set *b, const ibl_output *file)
+void ibl_output_warn(const ibl_output *file, ibl_console *console,
+                     const ibl_texel_options *texels, const char *packed,
+                     bool fixed)
 {
-    const ibl_texel_options *texels = &b->opts->texels;
-    const char *packed =
-        b->opts->engine ? ibl_engine_pixel(b->opts->engine) : NULL;
     ibl_overflow_level sum = {0};
     double dark = 0;
 
@@ -134,144 +325,122 @@ static void warn_of_format(const ibl_output_set *b, const ibl_output *file)
         ibl_overflow_add(&file->overflow.level[l], &sum);
         dark = fmax(dark, file->error[l].lost);
     }
-    ibl_warn_of_underflow(b->console, file->path,
+    ibl_warn_of_underflow(console, file->paths[0],
                           packed ? packed : ibl_pixel_name(texels->pixel),
                           dark);
     /* What was asked for is no reason to warn. */
     if (packed || sum.lost > 0 || !(texels->largest > 0) ||
         texels->largest > (double)ibl_pixel_max(texels->pixel))
-        ibl_warn_of_overflow(b->console, file->path, texels, packed,
-                             packed || b->opts->of, &sum);
+        ibl_warn_of_overflow(console, file->paths[0], texels, packed, fixed,
+                             &sum);
 }
 
-/* Keeps the texture's shape for the record. */
-static void take_shape(ibl_output *file, const ibl_texture *tex)
+bool ibl_output_pictures(ibl_output *file, ibl_ctx *ctx, ibl_outputs *to,
+                         const ibl_texture *tex, ibl_picture_options options)
 {
-    file->shape = *tex;
-    file->shape.data = NULL;
-    file->shape.keys = NULL;
-    file->shape.key_count = 0;
-}
-
-/* Writes a texture as pictures. */
-static bool write_pictures(ibl_output_set *b, ibl_output *file,
-                           const ibl_texture *tex)
-{
-    const ibl_opts *o = b->opts;
-    const bool table = file - b->files >= IBL_OUTPUT_LUT;
-    const ibl_picture_options options = {
-        .kind = o->picture,
-        .tone = table ? IBL_TONE_RAW : o->tone,
-        .cross = !table && o->layout == IBL_LAYOUT_CROSS,
-        .halves = ibl_pixel_max(tex->pixel) < 1e5F,
-        .equirect = !table && o->layout == IBL_PROJECTION_EQUIRECT,
-        .about = tex};
     bool ok = true;
 
+    options.halves = ibl_pixel_max(tex->pixel) < 1e5F;
+    options.about = tex;
     for (int i = 0; i < file->count && ok; i++) {
-        const char *path = i ? file->more[i - 1] : file->path;
         ibl_blob blob = {0};
-        ok = !ibl_picture_of_texture(b->ctx, path, tex, &options, i, &blob) &&
-             !ibl_outputs_add(b->outputs, path, blob.bytes, blob.size);
+        ok = !ibl_picture_of_texture(ctx, file->paths[i], tex, &options, i,
+                                     &blob) &&
+             !ibl_outputs_add(to, file->paths[i], blob.bytes, blob.size);
         file->bytes += blob.size;
         ibl_blob_free(&blob);
     }
     return ok;
 }
 
-/* Writes and frees a texture. */
-static bool write_texture(ibl_output_set *b, ibl_output_kind kind,
-                          ibl_texture *tex)
-{
-    ibl_output *file = &b->files[kind];
-
-    take_shape(file, tex);
-    bool ok = ibl_texture_metadata(b, kind, tex) &&
-              (!b->opts->verify || judge(b, kind, tex));
-    tex->filament = b->opts->filament;
-    tex->zstd = b->opts->zstd; /* loses nothing, so --verify can do without */
-    ok = ok && (b->opts->picture
-                    ? write_pictures(b, file, tex)
-                    : !ibl_outputs_take_texture(b->outputs, file->path, tex,
-                                                b->opts->format, &file->bytes));
-    ibl_texture_free(tex);
-    if (ok)
-        warn_of_format(b, file);
-    return ok;
-}
-
-/* Adds the files of an engine to the outputs, and frees them. */
-static bool add_engine_files(ibl_output_set *b, ibl_blob *main, ibl_blob *faces,
-                             bool ok)
-{
-    ibl_output *file = &b->files[IBL_OUTPUT_SPECULAR];
-
-    ok =
-        ok && !ibl_outputs_add(b->outputs, file->path, main->bytes, main->size);
-    file->bytes = main->size;
-    ibl_blob_free(main);
-    for (int i = 0; i < b->face_count; i++) {
-        ok = ok && !ibl_outputs_add(b->outputs, file->more[i], faces[i].bytes,
-                                    faces[i].size);
-        file->bytes += faces[i].size;
-        ibl_blob_free(&faces[i]);
-    }
-    return ok;
-}
-
-/* Encodes and writes an engine's own file of the levels, which are in tex, too;
- * tex then has what the file says of them. */
-static bool write_engine(ibl_output_set *b, const ibl_cube *cube,
-                         ibl_texture *tex)
+/* Makes an engine's own files of the levels in tex, which then has what they
+ * say of them. */
+static bool encode(ibl_output_set *b, ibl_texture *tex, ibl_blob *files)
 {
     const ibl_opts *o = b->opts;
-    ibl_output *file = &b->files[IBL_OUTPUT_SPECULAR];
-    ibl_blob main = {0}, faces[IBL_MAX_FACES] = {0};
-    ibl_cube turned = {0};
     ibl_engine_set set = {tex, &b->made.irradiance, b->made.sh, o->name};
+    ibl_cube turned = {0};
+    bool ok = !has_axes(b) || !b->made.irradiance.data ||
+              !ibl_cube_turn_axes(b->job->ctx, &b->made.irradiance, o->axes, 0,
+                                  &turned);
 
-    take_shape(file, tex);
-    bool ok =
-        !has_axes(b) || !b->made.irradiance.data ||
-        !ibl_cube_turn_axes(b->ctx, &b->made.irradiance, o->axes, 0, &turned);
     if (turned.data)
         set.irradiance = &turned;
-    ok = ok && ibl_texture_metadata(b, IBL_OUTPUT_SPECULAR, tex) &&
-         !ibl_engine_encode(b->ctx, o->engine, &set, &main, faces) &&
-         !ibl_texture_errors(b->ctx, tex, cube, file->error) &&
-         (!o->verify || judge(b, IBL_OUTPUT_SPECULAR, tex));
-    ok = add_engine_files(b, &main, faces, ok);
+    ok = ok &&
+         !ibl_engine_encode(b->job->ctx, o->engine, &set, files, files + 1);
     ibl_cube_free(&turned);
+    return ok;
+}
+
+/* Writes and frees a texture: of a map, which it is compared with, or of a
+ * table. */
+static bool write_texture(ibl_output_set *b, ibl_output_kind kind,
+                          ibl_texture *tex, const ibl_cube *map)
+{
+    const ibl_opts *o = b->opts;
+    const char *packed = o->engine ? ibl_engine_pixel(o->engine) : NULL;
+    const ibl_picture_options picture = {
+        .kind = o->picture,
+        .tone = map ? o->tone : IBL_TONE_RAW,
+        .cross = map && o->layout == IBL_LAYOUT_CROSS,
+        .equirect = map && o->layout == IBL_PROJECTION_EQUIRECT};
+    ibl_output *file = &b->files[kind];
+    ibl_outputs *to = b->job->outputs;
+    ibl_blob *blobs = NULL;
+
+    file->shape = *tex;
+    file->shape.data = NULL;
+    file->shape.keys = NULL;
+    file->shape.key_count = 0;
+    bool ok = set_keys(b, kind, tex);
+    if (o->engine) {
+        blobs = ibl_need(calloc((size_t)file->count, sizeof *blobs));
+        ok = ok && encode(b, tex, blobs);
+    }
+    ok = ok &&
+         (!map || !ibl_texture_errors(b->job->ctx, tex, map, file->error)) &&
+         (!o->verify || judge(b, kind, tex));
+    tex->filament = o->of && o->of->filament;
+    tex->zstd = o->zstd; /* loses nothing, so --verify can do without */
+    for (int i = 0; i < file->count && blobs; i++) {
+        ok = ok && !ibl_outputs_add(to, file->paths[i], blobs[i].bytes,
+                                    blobs[i].size);
+        file->bytes += blobs[i].size;
+        ibl_blob_free(&blobs[i]);
+    }
+    if (ok && o->picture)
+        ok = ibl_output_pictures(file, b->job->ctx, to, tex, picture);
+    else if (ok && !blobs)
+        ok = !ibl_outputs_take_texture(to, file->paths[0], tex, o->format,
+                                       &file->bytes);
+    free(blobs);
+    ibl_texture_free(tex);
     if (ok)
-        warn_of_format(b, file);
+        ibl_output_warn(file, &b->job->console, &o->texels, packed,
+                        packed || o->of);
     return ok;
 }
 
 static bool write_cube(ibl_output_set *b, ibl_output_kind kind,
                        const ibl_cube *cube)
 {
-    ibl_output *file = &b->files[kind];
     ibl_texture tex = {0};
     ibl_cube turned = {0}, largest = *cube;
 
-    ibl_console_progress(b->console, "write", 0);
+    ibl_console_progress(&b->job->console, "write", 0);
     largest.levels = 1;
     if (b->opts->picture && kind == IBL_OUTPUT_SKYBOX)
         cube = &largest;
     if (has_axes(b) &&
-        ibl_cube_turn_axes(b->ctx, cube, b->opts->axes, 0, &turned))
+        ibl_cube_turn_axes(b->job->ctx, cube, b->opts->axes, 0, &turned))
         return false;
     if (has_axes(b))
         cube = &turned;
-    bool ok = !ibl_texture_from_cube(b->ctx, cube, &b->opts->texels, &tex,
-                                     &file->overflow);
-    if (ok)
+    bool ok = !ibl_texture_from_cube(b->job->ctx, cube, &b->opts->texels, &tex,
+                                     &b->files[kind].overflow);
+    if (ok && b->opts->picture)
         ibl_picture_round(b->opts->picture, &tex);
-    if (b->opts->engine)
-        ok = ok && write_engine(b, cube, &tex);
-    else
-        ok = ok && !ibl_texture_errors(b->ctx, &tex, cube, file->error) &&
-             write_texture(b, kind, &tex);
+    ok = ok && write_texture(b, kind, &tex, cube);
     ibl_texture_free(&tex);
     ibl_cube_free(&turned);
     return ok;
@@ -286,7 +455,7 @@ static void warn_of_harmonics(const ibl_output_set *b)
     double exact[3] = {INFINITY, INFINITY, INFINITY}, least[3];
     int worst = 0;
 
-    ibl_sh_least(b->from->made.sh, least);
+    ibl_sh_least(b->job->made.sh, least);
     for (size_t i = 0; i < 3 * ibl_cube_texels(cube->size, 1); i++)
         exact[i % 3] = fmin(exact[i % 3], (double)texel[i]);
     for (int c = 1; c < 3; c++)
@@ -294,51 +463,48 @@ static void warn_of_harmonics(const ibl_output_set *b)
             worst = c;
     if (least[worst] < exact[worst] / 2)
         ibl_console_warn(
-            b->console,
+            &b->job->console,
             "%s: the engine lights matte surfaces by nine harmonics, which "
             "have %.3g of %s where the map has %.3g or more: a dark or "
             "coloured spot away from the sun: take it out with --sun, or "
             "dampen "
             "them with --sh-window auto",
             ibl_path_name(b->sh_path ? b->sh_path
-                                     : b->files[IBL_OUTPUT_SPECULAR].path),
+                                     : b->files[IBL_OUTPUT_SPECULAR].paths[0]),
             least[worst], (const char *[]){"red", "green", "blue"}[worst],
             exact[worst]);
 }
 
-/* A target's own file has no place for the skybox that was asked for. */
-static void warn_of_skybox(const ibl_output_set *b)
+static bool write_specular(ibl_output_set *b)
 {
-    const char *file = ibl_path_name(b->files[IBL_OUTPUT_SPECULAR].path);
+    const ibl_opts *o = b->opts;
+    const char *file = b->files[IBL_OUTPUT_SPECULAR].paths[0];
 
-    if ((b->opts->engine || (b->opts->of && b->opts->picture)) &&
-        ibl_is_given(&b->opts->given, "skybox"))
-        ibl_console_warn(b->console,
+    /* Engines know their last level. */
+    if (!o->of && !o->engine)
+        ibl_warn_of_small_faces(&b->job->console, &b->made.report.layout);
+    if ((o->engine || (o->of && o->picture)) &&
+        ibl_is_given(&o->given, "skybox"))
+        ibl_console_warn(&b->job->console,
                          "--skybox: not in %s, whose level 0 is the "
                          "background: for a file of its own take --only "
                          "skybox without --target",
-                         file);
-}
-
-static bool write_specular(ibl_output_set *b)
-{
-    /* Engines know their last level. */
-    if (!b->opts->of && !b->opts->engine)
-        ibl_warn_of_small_faces(b->console, &b->made.report.layout);
-    warn_of_skybox(b);
-    if (b->opts->of && b->opts->of->harmonics)
+                         ibl_path_name(file));
+    if (o->of && o->of->harmonics)
         warn_of_harmonics(b);
     return write_cube(b, IBL_OUTPUT_SPECULAR, &b->made.specular);
 }
 
-static bool take_table(ibl_output_set *b, ibl_output_kind kind)
+/* Takes a table that another job has made. */
+static void take_table(ibl_output_set *b, ibl_output_kind kind)
 {
     const ibl_output_set *from = b->tables;
     ibl_output *file = &b->files[kind];
-    char *path = file->path;
+    const ibl_output own = *file;
 
     *file = from->files[kind];
-    file->path = path;
+    file->paths = own.paths;
+    file->count = own.count;
     if (kind == IBL_OUTPUT_LUT) {
         b->lut = from->lut;
         if (from->judged.json && !b->judged.json)
@@ -351,20 +517,19 @@ static bool take_table(ibl_output_set *b, ibl_output_kind kind)
         b->lobes = from->lobes;
         b->lobe_layout = from->lobe_layout;
     }
-    return true;
 }
 
 static bool write_lut(ibl_output_set *b)
 {
     ibl_texture tex = {0};
 
-    ibl_console_progress(b->console, "lut", 0);
-    return !ibl_bake_lut(b->ctx, &b->opts->lut, &b->lut) &&
+    ibl_console_progress(&b->job->console, "lut", 0);
+    return !ibl_bake_lut(b->job->ctx, &b->opts->lut, &b->lut) &&
            !ibl_texture_from_lut(
-               b->ctx, &b->lut,
+               b->job->ctx, &b->lut,
                ibl_lut_pixel(b->opts->texels.pixel, b->lut.kind), &tex,
                &b->files[IBL_OUTPUT_LUT].overflow.values) &&
-           write_texture(b, IBL_OUTPUT_LUT, &tex);
+           write_texture(b, IBL_OUTPUT_LUT, &tex, NULL);
 }
 
 static bool write_lobes(ibl_output_set *b)
@@ -376,58 +541,15 @@ static bool write_lobes(ibl_output_set *b)
         ibl_specular_layout_of(&b->opts->bake.specular_options,
                                &b->lobe_layout))
         return false;
-    const ibl_lobe_table_options o = ibl_bake_lobe_options(b);
-    ibl_console_progress(b->console, "lobe table", 0);
-    const bool ok = !ibl_bake_lobe_table(b->ctx, &o, &b->lobes) &&
-                    !ibl_texture_from_lobe_table(b->ctx, &b->lobes, &tex);
-    return ok && write_texture(b, IBL_OUTPUT_LOBES, &tex);
-}
-
-/* Writes and frees bytes. If bytes is NULL, reports that memory ran out. */
-static bool write_bytes(ibl_output_set *b, const char *path, void *bytes,
-                        size_t size, const char *what)
-{
-    ibl_console_progress(b->console, "write", 0);
-    if (!bytes)
-        return ibl_console_fail(b->console, "no memory for %s: ask for less",
-                                what);
-    const bool ok = !ibl_outputs_add(b->outputs, path, bytes, size);
-    free(bytes);
-    return ok;
-}
-
-bool ibl_set_write_text(ibl_output_set *b, const char *path, char *text,
-                        const char *what)
-{
-    return write_bytes(b, path, text, text ? strlen(text) : 0, what);
-}
-
-static bool write_preview(ibl_output_set *b)
-{
-    void *png = NULL;
-    size_t size = 0;
-
-    ibl_console_progress(b->console, "preview", 0);
-    if (!ibl_preview_png(b, &png, &size))
-        png = NULL;
-    return write_bytes(b, b->opts->preview, png, size, "the preview");
-}
-
-static bool write_sidecar(ibl_output_set *b)
-{
-    ibl_console_progress(b->console, "write", 0);
-    char *text = ibl_set_sidecar(b);
-    const bool ok =
-        text && !ibl_outputs_add(b->outputs, b->files[IBL_OUTPUT_JSON].path,
-                                 text, strlen(text));
-    ibl_bytes_free(text);
-    return ok;
+    const ibl_lobe_table_options o = lobe_options(b);
+    ibl_console_progress(&b->job->console, "lobe table", 0);
+    const bool ok = !ibl_bake_lobe_table(b->job->ctx, &o, &b->lobes) &&
+                    !ibl_texture_from_lobe_table(b->job->ctx, &b->lobes, &tex);
+    return ok && write_texture(b, IBL_OUTPUT_LOBES, &tex, NULL);
 }
 
 static bool write_output(ibl_output_set *b, ibl_output_kind kind)
 {
-    if (ibl_set_takes(b, kind))
-        return take_table(b, kind);
     switch (kind) {
     case IBL_OUTPUT_SKYBOX:
         return write_cube(b, kind, &b->made.skybox);
@@ -446,32 +568,75 @@ static bool write_output(ibl_output_set *b, ibl_output_kind kind)
     return false;
 }
 
-/* three.js negates x when it looks up cubes, not in harmonics. */
-static bool write_harmonics(ibl_output_set *b)
+static bool write_bytes(ibl_output_set *b, const char *path, const void *bytes,
+                        size_t size)
 {
-    const ibl_sh_format format = b->opts->sh_format;
-    const double *sh = format == IBL_SH_THREE ? b->from->made.sh : b->made.sh;
+    ibl_console_progress(&b->job->console, "write", 0);
+    return bytes && !ibl_outputs_add(b->job->outputs, path, bytes, size);
+}
 
-    return ibl_set_write_text(b, b->sh_path, ibl_sh_text(format, sh),
-                              "the harmonics");
+/* The set's part of what was baked. */
+static void take_part(ibl_output_set *b)
+{
+    const ibl_bake_result *all = &b->job->made;
+
+    b->made = *all;
+    if (b->chain > 0) {
+        b->made.specular = all->more[b->chain - 1];
+        b->made.report = all->more_report[b->chain - 1];
+    } else if (b->chain < 0) {
+        b->made.specular = (ibl_cube){0};
+    }
 }
 
 /* The sidecar is last: where it is new, so are the others. */
 bool ibl_set_write(ibl_output_set *b)
 {
     const ibl_opts *o = b->opts;
-    bool ok = turn_harmonics(b);
+    const ibl_output *json = &b->files[IBL_OUTPUT_JSON];
+    char why[160];
 
-    for (int kind = 0; kind < IBL_OUTPUT_JSON && ok; kind++)
-        ok = !b->files[kind].path || write_output(b, (ibl_output_kind)kind);
-    for (int kind = 0; kind < IBL_OUTPUT_JSON && ok; kind++) {
-        ibl_output *file = &b->files[kind];
-        if (file->path && !ibl_set_takes(b, (ibl_output_kind)kind))
-            snprintf(file->hash, sizeof file->hash, "%s",
-                     ibl_outputs_hash(b->outputs, file->path));
+    take_part(b);
+    bool ok = turn_harmonics(b);
+    for (int k = 0; k < IBL_OUTPUT_JSON && ok; k++) {
+        const ibl_output_kind kind = (ibl_output_kind)k;
+        if (b->files[kind].paths && ibl_set_takes(b, kind))
+            take_table(b, kind);
+        else if (b->files[kind].paths)
+            ok = write_output(b, kind);
     }
-    return ok && (!b->sh_path || write_harmonics(b)) &&
-           (!o->preview || write_preview(b)) &&
-           (!b->files[IBL_OUTPUT_JSON].path || write_sidecar(b)) &&
-           (!o->verify || !b->from->print || judged(b));
+    for (int k = 0; k < IBL_OUTPUT_JSON && ok; k++) {
+        ibl_output *file = &b->files[k];
+        if (file->paths && !ibl_set_takes(b, (ibl_output_kind)k))
+            snprintf(file->hash, sizeof file->hash, "%s",
+                     ibl_outputs_hash(b->job->outputs, file->paths[0]));
+    }
+    if (ok && b->sh_path) {
+        /* three.js negates x when it looks up cubes, not in harmonics. */
+        const double *sh =
+            o->sh_format == IBL_SH_THREE ? b->job->made.sh : b->made.sh;
+        char *text = ibl_need(ibl_sh_text(o->sh_format, sh));
+        ok = write_bytes(b, b->sh_path, text, strlen(text));
+        free(text);
+    }
+    if (ok && o->preview) {
+        void *png = NULL;
+        size_t size = 0;
+        ibl_console_progress(&b->job->console, "preview", 0);
+        ok = ibl_preview_png(b, &png, &size) &&
+             write_bytes(b, o->preview, png, size);
+        free(png);
+    }
+    if (ok && json->paths) {
+        char *text = sidecar(b);
+        ok = write_bytes(b, json->paths[0], text, text ? strlen(text) : 0);
+        ibl_bytes_free(text);
+    }
+    if (!ok || !o->verify || !b->job->print)
+        return ok;
+    ibl_console_finish(&b->job->console);
+    if (!o->common.quiet)
+        ibl_report_print(&b->judged, b->job->print);
+    return ibl_report_passes(&b->judged, o->max_error, NAN, why, sizeof why) ||
+           ibl_console_fail(&b->job->console, "%s: nothing was written", why);
 }

@@ -183,7 +183,7 @@ static bool commit(worker *w)
 
 /* Begins a bake of a map; NULL: of w->line. The context reports to the batch's
  * screen. */
-static bool begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
+static void begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
 {
     const batch *b = w->batch;
     ibl_job *r = &w->run;
@@ -191,7 +191,8 @@ static bool begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
     if (map)
         ibl_map_line(b->line, map, &w->line);
     *r = (ibl_job){.line = &w->line,
-                   .from = {.ctx = ctx, .print = print},
+                   .ctx = ctx,
+                   .print = print,
                    .tables = b->tables,
                    .maps = &b->maps};
     ibl_console_init(&r->console, b->opts->common.quiet,
@@ -199,7 +200,7 @@ static bool begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
     r->console.front = (ibl_console *)&b->console;
     r->console.about = w->line.set->input;
     r->console.terminal = false;
-    return ibl_job_begin(r);
+    ibl_job_begin(r);
 }
 
 static bool bake_map(worker *w, ibl_map *m)
@@ -210,9 +211,10 @@ static bool bake_map(worker *w, ibl_map *m)
         b->opts->verify ? ibl_need(ibl_memory_open(&printed)) : stdout;
 
     w->since = real_time();
-    bool ok = begin(w, m, w->ctx, print) && ibl_job_make(&w->run) && commit(w);
+    begin(w, m, w->ctx, print);
+    bool ok = ibl_job_make(&w->run) && commit(w);
     if (ok && b->opts->depfile)
-        ok = (m->rule = ibl_depfile_text(w->run.sets, w->run.count)) != NULL;
+        ok = (m->rule = ibl_depfile_text(&w->run)) != NULL;
     ok = !ibl_console_end(&w->run.console, ok);
     if (ok && b->opts->common.verbose)
         ibl_job_log(&w->run);
@@ -355,10 +357,10 @@ static bool look(batch *b, ibl_map *m)
     ibl_source *source;
     struct stat st;
 
-    const bool ok = begin(w, m, b->silent, NULL) && ibl_job_names(r) &&
-                    (!o->depfile || ibl_bake_check_depfile(r->sets, r->count));
+    begin(w, m, b->silent, NULL);
+    const bool ok = !o->depfile || ibl_job_check_depfile(r);
     if (ok && o->incremental && ibl_stamp_holds(r) &&
-        (!o->depfile || (m->rule = ibl_depfile_text(r->sets, r->count))))
+        (!o->depfile || (m->rule = ibl_depfile_text(r))))
         m->state = IBL_MAP_KEPT;
     if (ok && m->state != IBL_MAP_KEPT && !stat(m->input, &st) &&
         S_ISREG(st.st_mode) &&
@@ -434,8 +436,9 @@ static bool make_tables(batch *b)
     b->tables_kept = !shared;
     if (!shared)
         return true;
-    bool ok = begin(w, NULL, w->ctx, NULL) && ibl_job_names(&w->run);
-    b->tables_kept = ok && b->opts->incremental && ibl_stamp_holds(&w->run);
+    begin(w, NULL, w->ctx, NULL);
+    bool ok = true;
+    b->tables_kept = b->opts->incremental && ibl_stamp_holds(&w->run);
     if (ok && (b->to_bake || !b->tables_kept)) {
         w->since = real_time();
         ok = ibl_job_make(&w->run);

@@ -31,9 +31,7 @@ enum {
 typedef struct stamp {
     char *folder, *path;         /* of all stamps; of this one */
     char options[IBL_FILE_HASH]; /* hash of all that decides what is made */
-    char *input[IBL_FACES];      /* what is read */
-    const char **files;          /* the same, then what the job makes */
-    int count, inputs;
+    ibl_files files;             /* what is read, then what the job makes */
 } stamp;
 
 /* Clocks of file systems tick up to every 10 ms. */
@@ -45,8 +43,7 @@ static void hash_options(const ibl_job *r, char hash[IBL_FILE_HASH])
     ibl_memory_file file;
     FILE *to = ibl_need(ibl_memory_open(&file));
 
-    ibl_print_settings(to, ibl_ctx_isa(r->from.ctx), &ibl_bake_command,
-                       &o->given);
+    ibl_print_settings(to, ibl_ctx_isa(r->ctx), &ibl_bake_command, &o->given);
     fprintf(to, "%s\nverify %d %.17g timings %d\n", o->input ? o->input : "",
             o->verify, o->max_error, o->timings);
     for (int i = 0; i < r->count; i++)
@@ -73,26 +70,17 @@ static char *stamp_path(const char *folder, const char *name)
 static bool begin(const ibl_job *r, stamp *s)
 {
     const ibl_opts *o = r->opts;
-    const size_t most = IBL_FACES + (size_t)r->count * IBL_SET_PATHS;
 
-    *s = (stamp){.files = ibl_need(calloc(most, sizeof *s->files)),
-                 .folder = ibl_need(ibl_path_join(o->directory, IBL_STAMPS))};
+    *s = (stamp){.folder = ibl_need(ibl_path_join(o->directory, IBL_STAMPS))};
     s->path = o->input ? stamp_path(s->folder, o->below)
                        : ibl_need(ibl_path_join(s->folder, "tables"));
     hash_options(r, s->options);
-    if (ibl_set_inputs(r->sets, s->input, &s->inputs))
-        return false;
-    for (int i = 0; i < s->inputs; i++)
-        s->files[s->count++] = s->input[i];
-    for (int i = 0; i < r->count; i++)
-        s->count += ibl_set_files(&r->sets[i], !o->input, s->files + s->count);
-    return true;
+    return ibl_job_files(r, !o->input, &s->files);
 }
 
 static void end(stamp *s)
 {
-    ibl_input_files_free(s->input);
-    free(s->files);
+    ibl_files_free(&s->files);
     free(s->path);
     free(s->folder);
 }
@@ -131,10 +119,10 @@ static bool holds(const stamp *s)
     if (!from)
         return false;
     bool same = fscanf(from, STAMP " %32s %d", hash, &count) == 2 &&
-                !strcmp(hash, s->options) && count == s->count;
-    for (int i = 0; i < s->count && same; i++)
+                !strcmp(hash, s->options) && count == s->files.count;
+    for (int i = 0; i < s->files.count && same; i++)
         same = fscanf(from, "%32s %127s%*[^\n]", hash, identity) == 2 &&
-               is_same(s->files[i], hash, identity);
+               is_same(s->files.path[i], hash, identity);
     fclose(from);
     return same;
 }
@@ -174,18 +162,18 @@ static bool write_stamp(const stamp *s, const ibl_job *r, double since,
     ibl_outputs *outputs = NULL;
     bool known = true, ok = true;
 
-    fprintf(to, STAMP " %s %d\n", s->options, s->count);
-    for (int i = 0; i < s->count && known; i++) {
-        const bool made = i >= s->inputs;
+    fprintf(to, STAMP " %s %d\n", s->options, s->files.count);
+    for (int i = 0; i < s->files.count && known; i++) {
+        const bool made = i >= s->files.inputs;
         const char *below =
-            s->files[i] + (made ? strlen(r->opts->directory) : 0);
-        known =
-            put_file(to, s->files[i], made ? below + strspn(below, "/") : "",
-                     made ? HUGE_VAL : since);
+            s->files.path[i] + (made ? strlen(r->opts->directory) : 0);
+        known = put_file(to, s->files.path[i],
+                         made ? below + strspn(below, "/") : "",
+                         made ? HUGE_VAL : since);
     }
     char *text = ibl_need(ibl_memory_close(to, &file));
     if (known) {
-        ok = !ibl_outputs_create(r->from.ctx, 0, &outputs);
+        ok = !ibl_outputs_create(r->ctx, 0, &outputs);
         ibl_outputs_hold(outputs, held);
         ok = ok && !ibl_outputs_add(outputs, s->path, text, file.size) &&
              !ibl_outputs_commit(outputs);

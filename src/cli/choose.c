@@ -76,7 +76,7 @@ typedef struct made {
 } made;
 
 typedef struct search {
-    const ibl_bake_source *from;
+    const ibl_job *from;
     ibl_ctx *ctx;
     ibl_opts *o;
     ibl_image map[SCALES]; /* that is baked; each half as wide as the one before
@@ -231,7 +231,6 @@ static bool measure(search *s, const ibl_opts *o, bool whole, ibl_measured *m)
     ibl_opts cubes = *o;
     const ibl_candidate none = {0}, *c, *lut = &none, *lobes = &none;
     ibl_drawn d = {.shader = s->lobes ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT,
-                   .irradiance_scale = 1,
                    .sh_degree = 2,
                    .lights = s->from->lights,
                    .light_count = s->from->light_count};
@@ -257,7 +256,8 @@ static bool measure(search *s, const ibl_opts *o, bool whole, ibl_measured *m)
     d.irradiance = c->made.irradiance;
     if (!d.irradiance.data || (o->of && o->of->harmonics))
         d.sh = c->made.sh;
-    return ibl_measure(&s->truth, &d, m);
+    ibl_measure(&s->truth, &d, m);
+    return true;
 }
 
 static double square(double x)
@@ -416,7 +416,7 @@ static pick make_fine(search *s, size_t usual)
     } while (p.error == HUGE_VAL && p.at[LEVELS]-- > 0);
     if (p.error == HUGE_VAL) {
         s->failed = true;
-        ibl_console_fail(s->from->console,
+        ibl_console_fail((ibl_console *)&s->from->console,
                          "--%s: leaves no levels of %dx%d or more to choose "
                          "from: add --levels N, or take a larger one",
                          ibl_is_given(&s->o->given, "roughness-range")
@@ -647,12 +647,12 @@ static void search_all(search *s, ibl_choice *c)
     *s->o = o;
 }
 
-bool ibl_choose(const ibl_bake_source *from, const ibl_materials *materials,
+bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice)
 {
     search *s = ibl_need(calloc(1, sizeof *s));
 
-    ibl_console_progress(from->console, "choice", 0);
+    ibl_console_progress((ibl_console *)&from->console, "choice", 0);
     choice->asked = o->rendered_error;
     s->from = from;
     s->ctx = from->ctx;

@@ -20,7 +20,7 @@ ibl_materials ibl_materials_all(void);
  * no more bytes than the default's. False after a message.
  *   from  its environment was read
  */
-bool ibl_choose(const ibl_bake_source *from, const ibl_materials *materials,
+bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice);
 
 /* Leaves out of o what a scene in which nothing reflects does not need. */

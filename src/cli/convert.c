@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/console.h"
+#include "cli/job.h"
 #include "common/names.h"
 #include "common/path.h"
 #include "common/signals.h"
@@ -189,34 +189,22 @@ static ibl_status lay_out(ibl_ctx *ctx, ibl_projection to, ibl_cube *map)
     return status;
 }
 
-/* Warns of what the pixel format cannot hold. */
-static void warn_of_format(conversion *c, const ibl_cube *map,
-                           const ibl_overflow_report *overflow,
-                           const ibl_pixel_error *error)
+/* Counts components that the pixel format makes 0: NaN, and of those without a
+ * sign what is negative. */
+static size_t count_bad(const ibl_cube *map, ibl_pixel pixel)
 {
-    const char *name = c->o->path[1];
-    const ibl_pixel pixel = c->texels.pixel;
-    const bool below = pixel > IBL_PIXEL_RGBA32F;
-    ibl_overflow_level sum = {0};
     size_t bad = 0;
-    double dark = 0;
 
     for (int l = 0; l < map->levels; l++) {
         const ibl_level_shape s =
             ibl_level_shape_of(map->projection, ibl_cube_edge(map->size, l));
         const float *texel = ibl_cube_face(map, l, 0);
-        const size_t row = 3 * (size_t)s.width;
-        for (size_t i = 0; i < row * (size_t)(s.faces * s.height); i++)
-            bad += isnan(texel[i]) || (below && texel[i] < 0);
-        ibl_overflow_add(&overflow->level[l], &sum);
-        dark = fmax(dark, error[l].lost);
+        const size_t count = 3 * (size_t)(s.faces * s.height) * (size_t)s.width;
+        for (size_t i = 0; i < count; i++)
+            bad +=
+                isnan(texel[i]) || (pixel > IBL_PIXEL_RGBA32F && texel[i] < 0);
     }
-    if (bad)
-        ibl_console_warn(&c->console,
-                         "%s: %zu components that are NaN%s are 0 in it", name,
-                         bad, below ? " or negative" : "");
-    ibl_warn_of_underflow(&c->console, name, ibl_pixel_name(pixel), dark);
-    ibl_warn_of_overflow(&c->console, name, &c->texels, NULL, false, &sum);
+    return bad;
 }
 
 /* Encodes a layer of a map. */
@@ -224,8 +212,8 @@ static ibl_status encode_layer(conversion *c, int layer)
 {
     ibl_texture one = {0}, made = {0};
     ibl_cube map = {0}, alpha = {0};
-    ibl_overflow_report overflow;
-    ibl_pixel_error error[IBL_MAX_LEVELS];
+    char *name = (char *)c->o->path[1];
+    ibl_output file = {.paths = &name};
     ibl_status status = ibl_texture_layer(c->ctx, &c->in, layer, &one);
     const bool other = c->layout != ibl_texture_projection(&c->in);
 
@@ -238,10 +226,20 @@ static ibl_status encode_layer(conversion *c, int layer)
     if (!status && other && alpha.data)
         status = lay_out(c->ctx, c->layout, &alpha);
     if (!status)
-        status =
-            ibl_texture_from_cube(c->ctx, &map, &c->texels, &made, &overflow);
-    if (!status && !(status = ibl_texture_errors(c->ctx, &made, &map, error)))
-        warn_of_format(c, &map, &overflow, error);
+        status = ibl_texture_from_cube(c->ctx, &map, &c->texels, &made,
+                                       &file.overflow);
+    if (!status)
+        status = ibl_texture_errors(c->ctx, &made, &map, file.error);
+    if (!status) {
+        const size_t bad = count_bad(&map, c->texels.pixel);
+        if (bad)
+            ibl_console_warn(
+                &c->console, "%s: %zu components that are NaN%s are 0 in it",
+                name, bad,
+                c->texels.pixel > IBL_PIXEL_RGBA32F ? " or negative" : "");
+        file.shape.levels = map.levels;
+        ibl_output_warn(&file, &c->console, &c->texels, NULL, false);
+    }
     if (!status && alpha.data)
         status = ibl_texture_set_alpha(c->ctx, &made, &alpha);
     if (!status && !layer)
@@ -271,7 +269,7 @@ static ibl_status set_keys(conversion *c, bool encoded)
         c->o->zstd ? writer : NULL,
         c->out.faces == 1 ? ibl_projection_name(c->layout) : NULL,
         blocks ? ibl_pixel_name(c->out.pixel) : NULL,
-        blocks ? ibl_quality_name(c->texels.quality) : NULL};
+        blocks ? ibl_quality_names[c->texels.quality] : NULL};
     for (int i = 0; i < c->in.key_count && !status; i++) {
         const ibl_key_value *pair = &c->in.keys[i];
         const int own = ibl_names_find(names, pair->key);
@@ -370,30 +368,31 @@ static bool write_pictures(conversion *c, ibl_outputs *to)
     const convert_opts *o = c->o;
     const char *out = o->path[1], *suffix = strrchr(out, '.');
     const bool ends = suffix && !strcmp(suffix + 1, format_names[o->file]);
-    char *stem = ibl_format(
-        "%.*s", (int)(ends ? (size_t)(suffix - out) : strlen(out)), out);
+    const size_t length = ends ? (size_t)(suffix - out) : strlen(out);
     const ibl_picture_options options = {
         .kind = o->picture,
         .tone = c->table ? IBL_TONE_RAW : o->tone,
         .cross = o->layout == IBL_LAYOUT_CROSS,
-        .halves = ibl_pixel_max(c->out.pixel) < 1e5F,
-        .equirect = !c->table && c->layout == IBL_PROJECTION_EQUIRECT,
-        .about = &c->out};
+        .equirect = !c->table && c->layout == IBL_PROJECTION_EQUIRECT};
     const int each = options.cross ? 1 : c->out.faces;
-    bool ok = stem != NULL;
+    ibl_output file = {.count = each * c->out.levels};
+    char *stem = ibl_need(ibl_format("%.*s", (int)length, out));
+    bool ok = true;
 
-    for (int i = 0; i < each * c->out.levels && ok; i++) {
-        char *path = ibl_picture_name(stem, o->picture, c->out.levels, each, i);
-        ibl_blob blob = {0};
-        ok = path && ibl_console_differ(&c->console, o->path[0], path, "OUT") &&
-             !ibl_picture_of_texture(c->ctx, path, &c->out, &options, i,
-                                     &blob) &&
-             !ibl_outputs_add(to, path, blob.bytes, blob.size);
-        if (ok)
-            ibl_console_info(&c->console, "wrote %s", path);
-        ibl_blob_free(&blob);
-        free(path);
+    file.paths = ibl_need(calloc((size_t)file.count, sizeof *file.paths));
+    for (int i = 0; i < file.count; i++) {
+        file.paths[i] = ibl_need(
+            ibl_picture_name(stem, o->picture, c->out.levels, each, i));
+        ok = ok &&
+             ibl_console_differ(&c->console, o->path[0], file.paths[i], "OUT");
     }
+    ok = ok && ibl_output_pictures(&file, c->ctx, to, &c->out, options);
+    for (int i = 0; i < file.count; i++) {
+        if (ok)
+            ibl_console_info(&c->console, "wrote %s", file.paths[i]);
+        free(file.paths[i]);
+    }
+    free(file.paths);
     free(stem);
     return ok;
 }

@@ -50,7 +50,6 @@ typedef struct ibl_opts {
     ibl_tone tone;            /* of PNG */
     int layout;               /* in ibl_layout_names */
     int zstd;                 /* level of Zstandard; 0: none */
-    int filament;             /* 1: KTX as Filament reads it: ibl_texture */
     ibl_texel_options texels; /* of the cubes */
     unsigned only;            /* bit n: ibl_output_kind n is wanted */
     unsigned asked;           /* the same before what there is none of */
@@ -97,56 +96,29 @@ typedef struct ibl_cmdline {
     int given_count;
 } ibl_cmdline;
 
-/* An output file. path is set before the bake, the rest when the file is
+/* An output. paths and count are set before the bake, the rest when it is
  * written. */
 typedef struct ibl_output {
-    char *path;               /* NULL: not wanted; the first of several */
-    char **more;              /* paths of the others, in ibl_output_set.faces */
+    char **paths;             /* of its files; NULL: not wanted */
     int count;                /* of files */
-    size_t bytes;             /* of the file */
+    size_t bytes;             /* of all */
     char hash[IBL_FILE_HASH]; /* of the first */
     ibl_texture shape;        /* of the texture, without data and keys */
     ibl_overflow_report overflow;
     ibl_pixel_error error[IBL_MAX_LEVELS]; /* of cubes */
 } ibl_output;
 
-/* The environment of a bake, and what its sets of files are made from. */
-typedef struct ibl_bake_source {
-    const ibl_opts *opts; /* those that all sets have in common count */
-    ibl_console *console;
-    const struct ibl_job *run; /* that reads it */
-    FILE *print; /* for the report of --verify; NULL: it is not judged */
-    ibl_ctx *ctx;
-    ibl_bake_options bake;                        /* all that any set needs */
-    ibl_specular_options chains[IBL_MAX_TARGETS]; /* of levels, all different */
-    int chain_count;
-    int width, height; /* in pixels */
-    ibl_image env;     /* the environment, for --verify and --preview */
-    ibl_image rest;    /* the environment without lights, for --verify */
-    ibl_light lights[IBL_MAX_LIGHTS]; /* what was taken, the strongest first */
-    int light_count;
-    ibl_read_report report; /* of reading the environment */
-    ibl_scenes *scenes;     /* that were read, or NULL */
-    ibl_judge *judge[2];    /* by env and by rest; NULL until --verify judges a
-                               cube by it */
-    ibl_bake_result made;   /* cubes and coefficients, specular of the first
-                               chain; empty if not wanted */
-} ibl_bake_source;
-
-/* A set of files of a bake. It owns its files' paths, tables and report. */
+/* A set of files of a job. It owns its files' paths, tables and report. */
 typedef struct ibl_output_set {
     const ibl_opts *opts;
-    ibl_console *console;
-    ibl_ctx *ctx;
-    ibl_outputs *outputs;
-    ibl_bake_source *from;
-    /* The set of another bake that has the tables that environments share, and
-     * owns lut and lobes; NULL: they are this bake's. */
+    struct ibl_job *job;
+    /* The set of another job that has the tables that environments share, and
+     * owns lut and lobes; NULL: they are this one's. */
     const struct ibl_output_set *tables;
     char *root;           /* of what all maps share */
     char *directory;      /* of the others: the root, or a folder below it */
-    int chain;            /* of the source's chains; -1: none */
-    ibl_bake_result made; /* its part of what the source has, in the world's
+    int chain;            /* of the levels of all sets; -1: none */
+    ibl_bake_result made; /* its part of what the job has, in the world's
                              axes, but sh in those of its outputs */
     double *sh;           /* made.sh if that is the set's own, else NULL */
     ibl_choice *choice;   /* NULL: none was asked */
@@ -155,32 +127,35 @@ typedef struct ibl_output_set {
     ibl_specular_layout lobe_layout; /* of the chain of the lobe table */
     ibl_report judged;               /* empty without --verify */
     ibl_output files[IBL_OUTPUT_COUNT];
-    char *sh_path;              /* of --sh-format; NULL: none */
-    char *faces[IBL_MAX_FACES]; /* paths of other files than the first */
-    int face_count;
+    char *sh_path; /* of --sh-format; NULL: none */
 } ibl_output_set;
 
-/* A bake of one environment: its sets, and what they are made from. line,
- * console, from.ctx, from.print and tables are set before it begins. */
+/* A bake of one environment: the sets, and what they are made from. line,
+ * console, ctx, print, tables and maps are set before it begins. */
 typedef struct ibl_job {
     const ibl_cmdline *line;
-    const ibl_opts *opts; /* the first set's */
+    const ibl_opts *opts; /* the first set's: what all have in common counts */
     ibl_console console;
-    ibl_bake_source from;
-    ibl_outputs *outputs;
-    ibl_output_set *sets;
+    ibl_ctx *ctx;
+    FILE *print; /* for the report of --verify; NULL: it is not judged */
     const ibl_output_set *tables; /* of each set; NULL: it makes its own */
     const struct ibl_maps *maps;  /* all of the batch, or NULL */
-    ibl_choice *choices;          /* of each set; NULL: none are asked */
-    ibl_opts sheen; /* of a set that a scene needs beside the one */
+    ibl_output_set *sets;
     int count;
+    ibl_outputs *outputs;
+    ibl_scenes *scenes; /* that were read, or NULL */
+    ibl_opts sheen;     /* of a set that a scene needs beside the one */
+    int width, height;  /* of the environment, in pixels */
+    ibl_image env;      /* the environment, for --verify and --preview */
+    ibl_image rest;     /* the environment without lights, for --verify */
+    ibl_light lights[IBL_MAX_LIGHTS]; /* what was taken, the strongest first */
+    int light_count;
+    ibl_read_report report; /* of reading the environment */
+    ibl_judge *judge[2];    /* by env and by rest; NULL until --verify judges a
+                               cube by it */
+    ibl_bake_result made;   /* cubes and coefficients of all sets, specular of
+                               the first chain; empty if not wanted */
 } ibl_job;
-
-/* Bytes of memory that a bake takes of a map of that size whose source takes
- * `reader` bytes (ibl_source_memory); 0 after a message. */
-double ibl_bake_bytes(const ibl_job *r, size_t reader, int width, int height);
-/* False, after a message, if that is more than --max-memory. */
-bool ibl_bake_fits(const ibl_job *r, size_t reader, int width, int height);
 
 /* Whether an output is asked for. */
 static inline bool ibl_opts_want(const ibl_opts *o, ibl_output_kind kind)
@@ -202,43 +177,78 @@ bool ibl_opts_check_uses(const ibl_cmdline *line);
 /* Runs the bake with settings, an ibl_cmdline; returns the exit status. */
 int ibl_bake_run(const void *settings);
 
-/* These return false after a message, or if memory ran out. ibl_job_end, which
- * leaves the context, is needed also then. */
-bool ibl_job_begin(ibl_job *r);
-/* Names the files, without making any. */
-bool ibl_job_names(ibl_job *r);
+/* ---- the steps of a job ------------------------------------------------- */
+
+/* Begins its sets and names their files. ibl_job_end, which leaves the context,
+ * is needed then. The others return false after a message. */
+void ibl_job_begin(ibl_job *r);
 /* Does everything else, but leaves the files beside their places. */
 bool ibl_job_make(ibl_job *r);
 bool ibl_job_commit(ibl_job *r);
 /* Logs what was read and written. */
-void ibl_job_log(const ibl_job *r);
+void ibl_job_log(ibl_job *r);
 void ibl_job_end(ibl_job *r);
 
-/* Adds what a set needs to what is baked, and sets its chain. */
-void ibl_bake_source_add(ibl_bake_source *s, ibl_output_set *set);
-
-/* Reads the environment, and takes lights out of it. ibl_bake_source_free is
- * needed also after a failure. */
-bool ibl_bake_source_read(ibl_bake_source *s);
-
+/* Checks the files of all sets, whose directories must exist. False: one cannot
+ * be written, or would replace the input or, without --name, the outputs of
+ * another environment. */
+bool ibl_job_plan(ibl_job *r);
+/* Checks that --depfile can name the files, and is none of them. */
+bool ibl_job_check_depfile(ibl_job *r);
+/* Reads the environment, and takes lights out of it. */
+bool ibl_job_read(ibl_job *r);
 /* Reads the environment, if there is one and it was not read, and bakes. */
-bool ibl_bake_source_make(ibl_bake_source *s);
-void ibl_bake_source_free(ibl_bake_source *s);
+bool ibl_job_bake(ibl_job *r);
+/* Bytes of memory that a bake takes of a map of that size whose source takes
+ * `reader` bytes (ibl_source_memory); 0 after a message. */
+double ibl_bake_bytes(const ibl_job *r, size_t reader, int width, int height);
+/* Hands all outputs of a set to the job's files. Judges them if --verify asks
+ * for it. */
+bool ibl_set_write(ibl_output_set *b);
+
+/* ---- files -------------------------------------------------------------- */
+
+/* Sets the paths of every output that is wanted, in place of those it had. */
+void ibl_set_name_files(ibl_output_set *b);
+void ibl_set_forget_names(ibl_output_set *b);
+
+typedef struct ibl_files {
+    char **path;
+    int count, inputs; /* the first `inputs` are read, the others made */
+} ibl_files;
+
+/* Lists the files of a job but the depfile; `shared` with those that are the
+ * same for all environments. False, after a message: a pattern of the
+ * environment fits none. Free them also then. */
+bool ibl_job_files(const ibl_job *r, bool shared, ibl_files *files);
+void ibl_files_free(ibl_files *files);
+
+/* A rule "outputs: inputs" for make and ninja. The caller must free the text;
+ * NULL: as of ibl_job_files. */
+char *ibl_depfile_text(const ibl_job *r);
+
+/* Whether an output is the same for all environments. */
+bool ibl_set_is_shared(const ibl_opts *o, ibl_output_kind kind);
+/* Whether it is one that another job has for all environments. */
+static inline bool ibl_set_takes(const ibl_output_set *b, ibl_output_kind kind)
+{
+    return b->tables && ibl_set_is_shared(b->opts, kind);
+}
+
+/* ---- what is written ---------------------------------------------------- */
+
+/* Encodes a texture as the pictures of an output. Of options, kind, tone, cross
+ * and equirect are set. */
+bool ibl_output_pictures(ibl_output *file, ibl_ctx *ctx, ibl_outputs *to,
+                         const ibl_texture *tex, ibl_picture_options options);
+/* Warns of light that the texels of an output cannot hold; packed and fixed as
+ * in ibl_warn_of_overflow. */
+void ibl_output_warn(const ibl_output *file, ibl_console *console,
+                     const ibl_texel_options *texels, const char *packed,
+                     bool fixed);
 
 /* What a set's files make of texels of that format. */
 const char *ibl_baked_pixel(const ibl_opts *o, ibl_pixel pixel);
-
-/* Sets the keys of a texture: see FILES in the manual page. */
-bool ibl_texture_metadata(const ibl_output_set *b, ibl_output_kind kind,
-                          ibl_texture *tex);
-
-/* Those of the lobe table, of b->lobe_layout. */
-ibl_lobe_table_options ibl_bake_lobe_options(const ibl_output_set *b);
-
-/* The text of NAME.json: see FILES in the manual page. Without --timings it has
- * neither threads nor times, so equal bakes give equal bytes. The caller must
- * free it with ibl_bytes_free; NULL: no memory, perhaps after a message. */
-char *ibl_set_sidecar(const ibl_output_set *b);
 
 /*
  * A contact sheet as a PNG file: the environment, each specular level, the
@@ -248,51 +258,5 @@ char *ibl_set_sidecar(const ibl_output_set *b);
  * memory.
  */
 bool ibl_preview_png(const ibl_output_set *b, void **png, size_t *size);
-
-/* Whether an output is the same for all environments. */
-bool ibl_set_is_shared(const ibl_opts *o, ibl_output_kind kind);
-
-enum {
-    IBL_SET_PATHS = IBL_OUTPUT_COUNT + 1 + IBL_MAX_FACES /* files of a set */
-};
-/* Lists the files of a set, without `shared` only those of its environment;
- * returns their number. */
-int ibl_set_files(const ibl_output_set *b, bool shared,
-                  const char *paths[IBL_SET_PATHS]);
-/* Lists the files of the environment: 1 or 6, 0 for standard input or nothing;
- * free them with ibl_input_files_free. IBL_ERR_IO, after a message: a pattern
- * fits none. */
-ibl_status ibl_set_inputs(const ibl_output_set *b, char *files[IBL_FACES],
-                          int *count);
-
-/* Sets the path of every wanted file. False, after a message: no memory. */
-bool ibl_set_name_files(ibl_output_set *b);
-
-/* Does so for all sets, whose directories must exist. False, after a message: a
- * file cannot be written, or would replace the input or, without --name, the
- * outputs of another environment. */
-bool ibl_bake_plan(ibl_output_set *sets, int count);
-
-/* Checks that --depfile can name the files of all sets, whose names are known,
- * and is none of them. False after a message. */
-bool ibl_bake_check_depfile(const ibl_output_set *sets, int count);
-
-/* A rule "outputs: input" for make and ninja, without the input if it is
- * standard input. The caller must free the text; NULL: no memory. */
-char *ibl_depfile_text(const ibl_output_set *sets, int count);
-
-/* Whether an output is a table that another job has for all environments. */
-static inline bool ibl_set_takes(const ibl_output_set *b, ibl_output_kind kind)
-{
-    return b->tables && ibl_set_is_shared(b->opts, kind);
-}
-/* Hands all outputs of a set, of what its source has, to the job's files.
- * Judges them if --verify asks for it. False after a message, or if memory ran
- * out. */
-bool ibl_set_write(ibl_output_set *b);
-/* Adds a text to the files, and frees it; NULL: there was no memory for `what`.
- */
-bool ibl_set_write_text(ibl_output_set *b, const char *path, char *text,
-                        const char *what);
 
 #endif

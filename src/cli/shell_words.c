@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/signals.h"
 #include "json/text.h"
 
 static const char blanks[] = " \t\n";
@@ -35,49 +36,45 @@ char **ibl_words_split(const char *text)
     /* A word and the blank after it have two characters or more. The words'
      * text follows the pointers. */
     const size_t most = length / 2 + 2;
-    char **words = malloc(most * sizeof *words + length + 2);
-    char *to = words ? (char *)(words + most) : NULL;
+    char **words = ibl_need(malloc(most * sizeof *words + length + 2));
+    char *to = (char *)(words + most);
     size_t n = 0;
 
-    while (words) {
-        text += strspn(text, blanks);
-        if (!*text)
-            break;
-        words[n++] = to;
+    for (; *(text += strspn(text, blanks)); n++) {
+        words[n] = to;
         to = take_word(&text, to);
         if (!to) {
             free(words);
             return NULL;
         }
     }
-    if (words)
-        words[n] = NULL;
+    words[n] = NULL;
     return words;
 }
 
 char *ibl_words_fill(const char *text, const ibl_placeholder *holders,
                      int count)
 {
-    ibl_memory_file file;
-    FILE *to = ibl_memory_open(&file);
+    char *all = ibl_need(strdup(text)), *at = all;
 
-    if (!to)
-        return NULL;
-    while (*text) {
+    while ((at = strchr(at, '{'))) {
         int i = 0;
         size_t length = 0;
-        for (; *text == '{' && i < count; i++) {
+        for (; i < count; i++) {
             length = strlen(holders[i].name);
-            if (!strncmp(text + 1, holders[i].name, length) &&
-                text[1 + length] == '}')
+            if (!strncmp(at + 1, holders[i].name, length) &&
+                at[1 + length] == '}')
                 break;
         }
-        if (*text == '{' && i < count) {
-            fputs(holders[i].text, to);
-            text += length + 2;
-        } else {
-            fputc(*text++, to);
-        }
+        const size_t before = (size_t)(at - all);
+        at++;
+        if (i == count)
+            continue;
+        char *filled = ibl_need(ibl_format("%.*s%s%s", (int)before, all,
+                                           holders[i].text, at + length + 1));
+        free(all);
+        all = filled;
+        at = all + before + strlen(holders[i].text);
     }
-    return ibl_memory_close(to, &file);
+    return all;
 }

@@ -7,7 +7,7 @@
  * Splits text into words at blanks. '...' and "..." keep blanks; a backslash
  * keeps the next character (not inside '...'). Nothing is expanded. The words
  * end with NULL and are one block, which the caller must free. NULL: a quote is
- * not closed, or no memory.
+ * not closed.
  */
 char **ibl_words_split(const char *text);
 
@@ -17,7 +17,7 @@ typedef struct ibl_placeholder {
 } ibl_placeholder;
 
 /* Copies text with the {name} of count holders replaced; other braces stay. The
- * caller must free the result; NULL: no memory. */
+ * caller must free the result. */
 char *ibl_words_fill(const char *text, const ibl_placeholder *holders,
                      int count);
 

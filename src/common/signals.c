@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
+#define _GNU_SOURCE /* program_invocation_short_name */
 #include "common/signals.h"
 
+#include <errno.h>
 #include <jansson.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "common/stderr_line.h"
 #include "ibl/io.h"
 
 /* Signals from outside that end a program, and ABRT, raised by libraries. */
@@ -46,7 +48,8 @@ void *ibl_need(void *p)
 {
     if (p)
         return p;
-    ibl_print_line("", "no memory: ask for less, or end other programs");
+    fprintf(stderr, "%s: no memory: ask for less, or end other programs\n",
+            program_invocation_short_name);
     ibl_outputs_abort_all();
     _exit(1); /* other threads may run: no exit functions */
 }

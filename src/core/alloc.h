@@ -14,8 +14,8 @@ void *ibl_alloc_zeroed(size_t n, size_t size);
  * cost nothing. */
 void *ibl_alloc_sparse(size_t n, size_t size);
 void ibl_free(void *p); /* NULL is allowed */
-/* Between the first hold and the last release freed memory is kept for later
- * allocations: 32 MiB behind a block, or what lies before the next. */
+/* Between the first hold and the last release up to 64 MiB of freed memory are
+ * kept for later allocations. */
 void ibl_alloc_hold(void);
 void ibl_alloc_release(void);
 

@@ -16,11 +16,14 @@
 #include "core/context.h"
 #include "engine/set.h"
 #include "image/cube.h"
+#include "image/pyramid.h"
+#include "io/container.h"
 
 enum {
     EDGE = 512,
-    LEVELS = 6, /* of roughness 0 .. 1 */
-    FACE = 128, /* edge of the cube that an atlas is read as */
+    LEVELS = 6,  /* of roughness 0 .. 1 */
+    FACE = 128,  /* edge of the cube that an atlas is read as */
+    SAMPLES = 2, /* of the environment, along an edge of a texel */
     RECTANGLES = 13,
     IRRADIANCE = 12
 };
@@ -44,51 +47,33 @@ static rectangle rectangle_of(int i)
 
 /* ---- cube to atlas ---------------------------------------------------- */
 
-/* Texels of a level of a cube, so many floats apart. */
+typedef struct atlas {
+    unsigned char *rgbp;
+    ibl_pyramid level[LEVELS + 1]; /* of roughness; the last: irradiance */
+} atlas;
+
+/* Texels of a face are bordered by those around it. */
 typedef struct faces {
-    const float *texels;
-    int n, stride;
+    const float *texels, *floor;
+    int n;
 } faces;
 
-/* Beyond a corner there is no texel: the one beyond the upper or lower edge
- * stands for it. */
-static const float *texel_at(const faces *f, int face, int x, int y)
+/* What a rectangle shows. Of the environment it is the mip whose texels are
+ * half as wide as its own, or the nearest. */
+static faces faces_of(const atlas *a, int i)
 {
-    const int n = f->n;
-    const bool beyond_x = x < 0 || x >= n, beyond_y = y < 0 || y >= n;
+    const rectangle r = rectangle_of(i);
+    const ibl_pyramid *p = &a->level[i == IRRADIANCE ? LEVELS : r.level];
+    int mip = 0;
 
-    if (beyond_x && beyond_y)
-        x = x < 0 ? 0 : n - 1;
-    const size_t i =
-        beyond_x || beyond_y
-            ? ibl_cube_neighbour(n, face, x, y)
-            : ((size_t)face * (size_t)n + (size_t)y) * (size_t)n + (size_t)x;
-    return f->texels + i * (size_t)f->stride;
+    while (mip + 1 < p->levels && 2 * ibl_cube_edge(p->size, mip) > r.width)
+        mip++;
+    return (faces){p->texels[mip], p->floor, ibl_cube_edge(p->size, mip)};
 }
 
 static double along(const signed char axis[3], const double d[3])
 {
     return axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2];
-}
-
-/* Adds the texels around x, y, joined by straight lines. */
-static void add_texels(const faces *f, int face, double x, double y,
-                       double sum[3])
-{
-    const int left = (int)(x + 1) - 1, top = (int)(y + 1) - 1, n = f->n;
-    const double right = x - left, down = y - top;
-    const double weight[4] = {(1 - right) * (1 - down), right * (1 - down),
-                              (1 - right) * down, right * down};
-    const bool inside = left >= 0 && top >= 0 && left + 1 < n && top + 1 < n;
-    const float *first = inside ? texel_at(f, face, left, top) : NULL;
-
-    for (int k = 0; k < 4; k++) {
-        const int i = k & 1, j = k >> 1;
-        const float *texel = inside ? first + (j * n + i) * f->stride
-                                    : texel_at(f, face, left + i, top + j);
-        for (int c = 0; c < 3; c++)
-            sum[c] += weight[k] * (double)texel[c];
-    }
 }
 
 /* Adds a bilinear sample towards d. */
@@ -98,11 +83,21 @@ static void add_sample(const faces *f, const double d[3], double sum[3])
     for (int i = 1; i < 3; i++)
         if (fabs(d[i]) > fabs(d[axis]))
             axis = i;
-    const int face = 2 * axis + (d[axis] < 0);
-    const double scale = 0.5 * f->n / fabs(d[axis]), middle = 0.5 * f->n - 0.5;
+    const int face = 2 * axis + (d[axis] < 0), row = f->n + 2;
+    const double scale = 0.5 * f->n / fabs(d[axis]), middle = 0.5 * f->n + 0.5;
+    const double x = along(ibl_face[face].right, d) * scale + middle;
+    const double y = along(ibl_face[face].down, d) * scale + middle;
+    const int left = (int)x, top = (int)y;
+    const double right = x - left, down = y - top;
+    const float *t = f->texels + 4 * ((face * row + top) * row + left);
+    const float *u = t + 4 * row;
 
-    add_texels(f, face, along(ibl_face[face].right, d) * scale + middle,
-               along(ibl_face[face].down, d) * scale + middle, sum);
+    for (int c = 0; c < 3; c++)
+        sum[c] +=
+            (double)f->floor[c] +
+            (1 - down) *
+                ((1 - right) * (double)t[c] + right * (double)t[4 + c]) +
+            down * ((1 - right) * (double)u[c] + right * (double)u[4 + c]);
 }
 
 /* The direction of a point of the map, which goes on beyond 0..1. */
@@ -132,96 +127,6 @@ static void put_texel(const double c[3], unsigned char rgbp[4])
     rgbp[3] = (unsigned char)v;
 }
 
-typedef struct atlas {
-    const ibl_engine_set *set;
-    unsigned char *rgbp;
-    faces mip[LEVELS]; /* the environment, halved as its rectangles are */
-    float *halves[LEVELS];
-    double (*around[RECTANGLES])[2]; /* cosine and sine of columns' azimuths */
-} atlas;
-
-static faces level_of(const ibl_texture *tex, int level)
-{
-    const unsigned char *first = tex->data + ibl_texture_offset(tex, level, 0);
-
-    return (faces){(const float *)(const void *)first,
-                   ibl_cube_edge(tex->width, level), 4};
-}
-
-static faces faces_of(const atlas *a, int i)
-{
-    const ibl_cube *irradiance = a->set->irradiance;
-
-    if (i == IRRADIANCE)
-        return (faces){ibl_cube_face(irradiance, 0, 0), irradiance->size, 3};
-    return i < LEVELS ? a->mip[i]
-                      : level_of(a->set->specular, rectangle_of(i).level);
-}
-
-/* Samples along an edge of a texel of a rectangle. Of the environment, a texel
- * is the mean of as many as the cube has texels in it; other levels are smooth.
- */
-static int samples_of(const atlas *a, int i)
-{
-    const int width = rectangle_of(i).width, n = i < LEVELS ? a->mip[i].n : 0;
-
-    return 4 * n > width ? 4 * n / width : 1;
-}
-
-/* Means of 2x2 texels, for an even edge. */
-static void halve(const faces *from, float *to)
-{
-    const size_t n = (size_t)from->n, row = n * (size_t)from->stride;
-
-    for (size_t y = 0; y < IBL_FACES * n; y += 2)
-        for (size_t x = 0; x < n; x += 2, to += 3) {
-            const float *t = from->texels + y * row + x * (size_t)from->stride;
-            const float *u = t + row;
-            for (int c = 0; c < 3; c++)
-                to[c] =
-                    (t[c] + t[from->stride + c] + u[c] + u[from->stride + c]) /
-                    4;
-        }
-}
-
-/* Of an edge that is odd, the last one serves for the rest. False: no memory.
- */
-static bool make_mips(atlas *a)
-{
-    a->mip[0] = level_of(a->set->specular, 0);
-    for (int i = 1; i < LEVELS; i++) {
-        const int n = a->mip[i - 1].n / 2;
-        a->mip[i] = a->mip[i - 1];
-        if (a->mip[i].n % 2)
-            continue;
-        a->halves[i] = ibl_alloc_array((size_t)(IBL_FACES * n) * (size_t)n,
-                                       3 * sizeof(float));
-        if (!a->halves[i])
-            return false;
-        halve(&a->mip[i - 1], a->halves[i]);
-        a->mip[i] = (faces){a->halves[i], n, 3};
-    }
-    return true;
-}
-
-/* False: no memory. */
-static bool make_columns(atlas *a)
-{
-    for (int i = 0; i < RECTANGLES; i++) {
-        const int width = rectangle_of(i).width, s = samples_of(a, i);
-        const int count = width * s;
-        a->around[i] = ibl_alloc_array((size_t)count, sizeof **a->around);
-        if (!a->around[i])
-            return false;
-        for (int k = 0; k < count; k++) {
-            const double u = ((k + 0.5) / s - 1) / (width - 2);
-            a->around[i][k][0] = cos(2 * M_PI * (u - 0.5));
-            a->around[i][k][1] = sin(2 * M_PI * (u - 0.5));
-        }
-    }
-    return true;
-}
-
 static unsigned char *place_of(const atlas *a, const rectangle *r, int x, int y)
 {
     return a->rgbp + 4 * ((size_t)(r->y + y) * EDGE + (size_t)(r->x + x));
@@ -231,15 +136,21 @@ static unsigned char *place_of(const atlas *a, const rectangle *r, int x, int y)
 static void take_row(const atlas *a, int i, int y, double (*means)[3])
 {
     const faces f = faces_of(a, i);
-    const int s = samples_of(a, i), width = rectangle_of(i).width;
+    const int width = rectangle_of(i).width, s = i < LEVELS ? SAMPLES : 1;
+    double around[SAMPLES * EDGE][2];
 
     memset(means, 0, sizeof *means * (size_t)width);
+    for (int k = 0; k < s * width; k++) {
+        const double u = ((k + 0.5) / s - 1) / (width - 2);
+        around[k][0] = cos(2 * M_PI * (u - 0.5));
+        around[k][1] = sin(2 * M_PI * (u - 0.5));
+    }
     for (int j = 0; j < s; j++) {
         const double v = (y - 1 + (j + 0.5) / s) / (width / 2 - 2);
         const double up = sin(M_PI * (0.5 - v)), level = cos(M_PI * (0.5 - v));
-        for (int k = 0; k < width * s; k++) {
-            const double *at = a->around[i][k];
-            const double d[3] = {level * at[0], up, level * at[1]};
+        for (int k = 0; k < s * width; k++) {
+            const double d[3] = {level * around[k][0], up,
+                                 level * around[k][1]};
             add_sample(&f, d, means[k / s]);
         }
     }
@@ -395,12 +306,9 @@ typedef struct reading {
     ibl_texture *tex;
 } reading;
 
-/* A row of all faces of a level: those at the sides differ by quarter turns,
- * the upper and the lower one are mirrored. */
+/* A row of all faces of a level. */
 static void back_job(void *arg, int job, int worker)
 {
-    /* Where the middle of a side is. */
-    static const double middle[IBL_FACES] = {0.5, 1, 0, 0, 0.75, 0.25};
     const reading *r = arg;
     int level = 0, n = r->tex->width;
 
@@ -411,22 +319,11 @@ static void back_job(void *arg, int job, int worker)
     float *to =
         (float *)(void *)(r->tex->data + ibl_texture_offset(r->tex, level, 0)) +
         4 * job * n;
-    const double y = (2 * job + 1.0) / n - 1;
-    for (int i = 0; i < n; i++, to += 4) {
-        const double x = (2 * i + 1.0) / n - 1;
-        const double length = sqrt(1 + x * x + y * y);
-        const double turn = atan(x) / (2 * M_PI),
-                     sink = asin(y / length) / M_PI;
-        const double about = atan2(y, x) / (2 * M_PI);
-        const double rise = asin(1 / length) / M_PI;
-        for (int f = 0; f < IBL_FACES; f++) {
-            double u = middle[f] - turn, v = 0.5 + sink;
-            if (f / 2 == 1) {
-                u = 0.5 + (f == 2 ? about : -about);
-                v = 0.5 + (f == 2 ? -rise : rise);
-            }
-            look_up(r->rgb, &from, u < 1 ? u : u - 1, v, to + 4 * f * n * n);
-        }
+    for (int i = 0; i < IBL_FACES * n; i++) {
+        double d[3];
+        ibl_cube_direction(n, i / n, i % n, job, d);
+        look_up(r->rgb, &from, 0.5 + atan2(d[2], d[0]) / (2 * M_PI),
+                acos(d[1]) / M_PI, to + 4 * (i / n * n * n + i % n));
     }
 }
 
@@ -449,39 +346,50 @@ static ibl_status read_back(ibl_ctx *ctx, const unsigned char *rgbp,
 
 /* ---- the calls -------------------------------------------------------- */
 
-ibl_status ibl_atlas_encode(ibl_ctx *ctx, const ibl_engine_set *set,
-                            ibl_blob *main)
+/* Halves of a cube's edge, while they are whole. */
+static int mips_of(int size)
 {
-    atlas a = {.set = set, .rgbp = ibl_alloc_zeroed(EDGE * EDGE, 4)};
-    ibl_status status = a.rgbp && make_mips(&a) && make_columns(&a)
-                            ? ibl_run(ctx, NULL, EDGE, row_job, &a)
-                            : ibl_no_memory(ctx, "an atlas");
+    int levels = 1;
 
-    if (!status && !ibl_png_encode(a.rgbp, EDGE, EDGE, set->specular, main))
-        status = ibl_no_memory(ctx, "a PNG file");
-    if (!status)
-        status = read_back(ctx, a.rgbp, set->specular);
-    for (int i = 0; i < LEVELS; i++)
-        ibl_free(a.halves[i]);
-    for (int i = 0; i < RECTANGLES; i++)
-        ibl_free(a.around[i]);
-    ibl_free(a.rgbp);
+    for (; size % 2 == 0; size /= 2)
+        levels++;
+    return levels;
+}
+
+static ibl_status make_levels(ibl_ctx *ctx, const ibl_engine_set *set, atlas *a)
+{
+    ibl_cube cube = {0}, level = {.levels = 1};
+    ibl_status status = ibl_texture_to_cube(ctx, set->specular, &cube);
+
+    for (int l = 0; l <= LEVELS && !status; l++) {
+        level.data = l < LEVELS ? ibl_cube_face(&cube, l, 0)
+                                : ibl_cube_face(set->irradiance, 0, 0);
+        level.size =
+            l < LEVELS ? ibl_cube_edge(cube.size, l) : set->irradiance->size;
+        status = ibl_pyramid_create(ctx, &level, l ? 1 : mips_of(level.size),
+                                    &a->level[l]);
+    }
+    ibl_cube_free(&cube);
     return status;
 }
 
-static ibl_status make_cube(ibl_ctx *ctx, const unsigned char *rgbp,
-                            ibl_texture *tex)
+ibl_status ibl_atlas_encode(ibl_ctx *ctx, const ibl_engine_set *set,
+                            ibl_blob *main)
 {
-    *tex = (ibl_texture){.pixel = IBL_PIXEL_RGBA32F,
-                         .width = FACE,
-                         .height = FACE,
-                         .levels = LEVELS,
-                         .layers = 1,
-                         .faces = IBL_FACES};
-    tex->bytes = ibl_texture_offset(tex, LEVELS, 0);
-    tex->data = ibl_alloc_array(tex->bytes, 1);
-    return tex->data ? read_back(ctx, rgbp, tex)
-                     : ibl_no_memory(ctx, "a texture");
+    atlas a = {.rgbp = ibl_alloc_zeroed(EDGE * EDGE, 4)};
+    ibl_status status =
+        a.rgbp ? make_levels(ctx, set, &a) : ibl_no_memory(ctx, "an atlas");
+
+    if (!status)
+        status = ibl_run(ctx, NULL, EDGE, row_job, &a);
+    if (!status && !ibl_png_encode(a.rgbp, 4, EDGE, EDGE, set->specular, main))
+        status = ibl_no_memory(ctx, "a PNG file");
+    if (!status)
+        status = read_back(ctx, a.rgbp, set->specular);
+    for (int l = 0; l <= LEVELS; l++)
+        ibl_pyramid_free(&a.level[l]);
+    ibl_free(a.rgbp);
+    return status;
 }
 
 ibl_status ibl_atlas_decode(ibl_ctx *ctx, const char *name,
@@ -495,13 +403,20 @@ ibl_status ibl_atlas_decode(ibl_ctx *ctx, const char *name,
                         "%s: a PNG that is no atlas of PlayCanvas, which has "
                         "512x512 texels of 8 bits",
                         name);
+    *tex = (ibl_texture){.pixel = IBL_PIXEL_RGBA32F,
+                         .width = FACE,
+                         .height = FACE,
+                         .levels = LEVELS,
+                         .layers = 1,
+                         .faces = IBL_FACES};
     unsigned char *rgbp = ibl_alloc_array(EDGE * EDGE, 4);
     ibl_status status =
-        !rgbp ? ibl_no_memory(ctx, "an atlas")
-        : ibl_png_decode(bytes, size, EDGE, EDGE, rgbp)
-            ? make_cube(ctx, rgbp, tex)
-            : ibl_fail(ctx, IBL_ERR_FORMAT,
-                       "%s: damaged: the PNG cannot be decoded", name);
+        rgbp ? ibl_texture_room(ctx, tex) : ibl_no_memory(ctx, "an atlas");
+    if (!status && !ibl_png_decode(bytes, size, EDGE, EDGE, rgbp))
+        status = ibl_fail(ctx, IBL_ERR_FORMAT,
+                          "%s: damaged: the PNG cannot be decoded", name);
+    if (!status)
+        status = read_back(ctx, rgbp, tex);
     ibl_free(rgbp);
     if (!status)
         status = ibl_engine_set_roughness(ctx, roughness, tex);

@@ -90,8 +90,7 @@ static bool is_json(const unsigned char *bytes, size_t size)
 
 static bool is_png(const unsigned char *bytes, size_t size)
 {
-    int width, height;
-    return ibl_png_size(bytes, size, &width, &height);
+    return size >= 8 && !memcmp(bytes, "\x89PNG\r\n\x1a\n", 8);
 }
 
 static ibl_status decode(ibl_ctx *ctx, const ibl_input *in, ibl_texture *tex)
@@ -105,22 +104,13 @@ static ibl_status decode(ibl_ctx *ctx, const ibl_input *in, ibl_texture *tex)
     return ibl_texture_decode(ctx, in->name, in->bytes, in->size, tex, NULL);
 }
 
-/* Of kinds that are not known, as much is read as ibl_input_open does. */
-static uint64_t longest(const unsigned char *bytes, size_t size)
-{
-    return is_png(bytes, size) || is_json(bytes, size) ||
-                   ibl_env_is(bytes, size)
-               ? 0
-               : IBL_LONGEST;
-}
-
 ibl_status ibl_engine_read(ibl_ctx *ctx, const char *path, int layer,
                            ibl_texture *tex)
 {
     ibl_input in;
 
     *tex = (ibl_texture){0};
-    ibl_status status = ibl_input_open(ctx, path, longest, &in);
+    ibl_status status = ibl_input_open(ctx, path, &in);
     if (status)
         return status;
     status = ibl_input_load(&in);
@@ -149,7 +139,7 @@ ibl_status ibl_engine_look(ibl_ctx *ctx, const char *path, bool texels,
 {
     unsigned char head[1 << 14];
     ibl_input in;
-    ibl_status status = ibl_input_open(ctx, path, longest, &in);
+    ibl_status status = ibl_input_open(ctx, path, &in);
 
     *tex = (ibl_texture){0};
     *container = IBL_CONTAINER_COUNT;

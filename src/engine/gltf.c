@@ -124,7 +124,7 @@ static ibl_status open_image(reader *r, const json_t *index)
         name && ibl_uri_decode(name) ? ibl_path_beside(r->name, name) : NULL;
     ibl_input *in = &r->input[r->opened];
     ibl_status status =
-        path ? ibl_input_open(r->ctx, path, NULL, in)
+        path ? ibl_input_open(r->ctx, path, in)
              : wrong(r, IBL_ERR_FORMAT, "damaged: an image has no name");
     if (path && !status) {
         r->opened++;

@@ -34,15 +34,13 @@ static bool encode_png(const ibl_picture_options *o, int width, int height,
 {
     const size_t values = (size_t)width * (size_t)height * RGB;
     unsigned char *bytes = malloc(values);
-    void *png = NULL;
 
     for (size_t i = 0; i < values && bytes; i++)
         bytes[i] =
             (unsigned char)(255 * ibl_tone_value(o->tone, (double)rgb[i]) +
                             0.5);
     const bool ok =
-        bytes && ibl_png_encode_rgb(bytes, width, height, &png, &out->size);
-    out->bytes = png;
+        bytes && ibl_png_encode(bytes, RGB, width, height, NULL, out);
     free(bytes);
     return ok;
 }

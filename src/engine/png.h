@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* PNG files of four channels of 8 bits, in which engines pack light. */
+/* PNG files of 8 bits. */
 #ifndef ENGINE_PNG_H
 #define ENGINE_PNG_H
 
@@ -18,21 +18,17 @@ typedef struct ibl_blob {
 bool ibl_blob_add(ibl_blob *blob, const void *bytes, size_t size);
 void ibl_blob_free(ibl_blob *blob);
 
-/* Encodes width x height texels of 4 bytes, rows from the top. keys, if not
- * NULL, has keys that become text chunks. Safe on many threads at once. False:
- * no memory. */
-bool ibl_png_encode(const unsigned char *rgba, int width, int height,
-                    const ibl_texture *keys, ibl_blob *out);
+/* Encodes width x height pixels of 4 channels, or of 3 that are sRGB, 8 bits
+ * each, rows from the top. keys, if not NULL, has keys that become text chunks.
+ * Safe on many threads at once. False: no memory. */
+bool ibl_png_encode(const unsigned char *pixels, int channels, int width,
+                    int height, const ibl_texture *keys, ibl_blob *out);
 
-/* Encodes sRGB of 3 bytes a pixel, rows from the top. The caller must free
- * *png. False: no memory. */
-bool ibl_png_encode_rgb(const unsigned char *rgb, int width, int height,
-                        void **png, size_t *size);
-
-/* Whether bytes can be a PNG of the size in its header: allocates nothing, and
- * refuses what deflate cannot have packed so small. */
-bool ibl_png_holds(const unsigned char *bytes, size_t size);
-/* The same, and of width x height texels of 3 or 4 channels of 8 bits. */
+/* The size in a header; false: not a PNG, or more than deflate can have packed
+ * in its bytes. Allocates nothing. */
+bool ibl_png_size(const unsigned char *bytes, size_t size, int *width,
+                  int *height);
+/* Whether it has that size and 3 or 4 channels of 8 bits. */
 bool ibl_png_fits(const unsigned char *bytes, size_t size, int width,
                   int height);
 /* Decodes a file of that size and any kind to 4 bytes a texel, as they are:
@@ -40,9 +36,6 @@ bool ibl_png_fits(const unsigned char *bytes, size_t size, int width,
  * False: damaged, or no memory. */
 bool ibl_png_decode(const unsigned char *bytes, size_t size, int width,
                     int height, unsigned char *rgba);
-/* The size in its header; false: not a PNG. */
-bool ibl_png_size(const unsigned char *bytes, size_t size, int *width,
-                  int *height);
 /* Sets keys of tex by the text chunks of an encoded file. */
 ibl_status ibl_png_keys(ibl_ctx *ctx, const unsigned char *bytes, size_t size,
                         ibl_texture *tex);

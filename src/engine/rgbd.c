@@ -2,88 +2,41 @@
 #include "engine/rgbd.h"
 
 #include <math.h>
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 
-#include "core/alloc.h"
 #include "core/context.h"
-#include "core/half.h"
+#include "io/container.h"
 
-/* A byte's light, and where bytes begin. A float in 0..1 is known by its upper
- * bits: of the floats that share them, at most one begins a byte. */
-#define GAMMA 2.2
-#define DARKEST 0x1p-20f /* less than half the first byte */
-
-enum {
-    SHIFT = 16, /* bits of a float that are left out */
-    DARKEST_BITS = 107 << (23 - SHIFT),
-    BUCKETS = (20 << (23 - SHIFT)) + 1
-};
-
-static struct {
-    double light[256];
-    float from[257];
-    unsigned char byte[BUCKETS];
-} tables;
-
-static void fill_tables(void)
-{
-    int byte = 0;
-
-    for (int i = 0; i < 256; i++) {
-        tables.light[i] = pow(i / 255.0, GAMMA);
-        tables.from[i] = i ? (float)pow((i - 0.5) / 255, GAMMA) : 0;
-    }
-    tables.from[256] = 2;
-    for (int i = 0; i < BUCKETS; i++) {
-        const uint32_t bits = (uint32_t)(DARKEST_BITS + i) << SHIFT;
-        while (tables.from[byte + 1] <= ibl_float_of(bits))
-            byte++;
-        tables.byte[i] = (unsigned char)byte;
-    }
-}
-
-static void prepare(void)
-{
-    static pthread_once_t once = PTHREAD_ONCE_INIT;
-
-    pthread_once(&once, fill_tables);
-}
-
-/* (x^(1 / 2.2)) * 255, rounded. */
-static unsigned char byte_of(float x)
-{
-    const float least = x > DARKEST ? x : DARKEST; /* of NaN too */
-    const float light = least < 1 ? least : 1;
-    const unsigned bucket = (ibl_bits_of(light) >> SHIFT) - DARKEST_BITS;
-    const unsigned char byte = tables.byte[bucket];
-
-    return (unsigned char)(byte + (light >= tables.from[byte + 1]));
-}
+#define GAMMA 2.2F
 
 void ibl_rgbd_encode(const float *texels, size_t count, unsigned char *rgbd)
 {
-    prepare();
     for (; count; count--, texels += 4, rgbd += 4) {
         const float rg = texels[0] > texels[1] ? texels[0] : texels[1];
         const float most = rg > texels[2] ? rg : texels[2];
         const int whole =
             most > 1 && most < IBL_RGBD_MAX ? (int)(IBL_RGBD_MAX / most) : 1;
         const int d = most > 1 ? whole : (int)IBL_RGBD_MAX;
-        for (int c = 0; c < 3; c++)
-            rgbd[c] = byte_of(texels[c] * (float)d / 255);
+        for (int c = 0; c < 3; c++) {
+            const float light = texels[c] * (float)d / 255;
+            const float g = light < 1 ? powf(light, 1 / GAMMA) : 1;
+            rgbd[c] = (unsigned char)(light > 0 ? 255 * g + 0.5F : 0);
+        }
         rgbd[3] = (unsigned char)d;
     }
 }
 
 void ibl_rgbd_decode(const unsigned char *rgbd, size_t count, float *texels)
 {
-    prepare();
+    float light[256];
+
+    for (int i = 0; i < 256; i++)
+        light[i] = powf((float)i / 255, GAMMA);
     for (; count; count--, texels += 4, rgbd += 4) {
-        const double d = rgbd[3] ? rgbd[3] / 255.0 : 1 / 255.0;
+        const float d = rgbd[3] ? (float)rgbd[3] / 255 : 1.0F / 255;
         for (int c = 0; c < 3; c++)
-            texels[c] = (float)(tables.light[rgbd[c]] / d);
+            texels[c] = light[rgbd[c]] / d;
         texels[3] = 1;
     }
 }
@@ -130,7 +83,7 @@ static void face_job(void *arg, int job, int worker)
         ibl_rgbd_encode(texels, count, rgbd);
         ibl_rgbd_decode(rgbd, count, texels);
         turn(rgbd, n);
-        if (!ibl_png_encode(rgbd, n, n, NULL, &w->out[job]))
+        if (!ibl_png_encode(rgbd, 4, n, n, NULL, &w->out[job]))
             w->failed = 1;
     } else if (ibl_png_decode(w->in[job].bytes, w->in[job].size, n, n, rgbd)) {
         turn(rgbd, n);
@@ -178,10 +131,9 @@ ibl_status ibl_rgbd_cube(ibl_ctx *ctx, const char *name, int size, int levels,
                          .levels = levels,
                          .layers = 1,
                          .faces = IBL_FACES};
-    tex->bytes = ibl_texture_offset(tex, levels, 0);
-    tex->data = ibl_alloc_array(tex->bytes, 1);
-    status = tex->data ? ibl_run(ctx, NULL, IBL_FACES * levels, face_job, &w)
-                       : ibl_no_memory(ctx, "a texture");
+    status = ibl_texture_room(ctx, tex);
+    if (!status)
+        status = ibl_run(ctx, NULL, IBL_FACES * levels, face_job, &w);
     if (!status && w.failed)
         status = w.failed == 1 ? ibl_no_memory(ctx, "PNG files")
                                : ibl_fail(ctx, IBL_ERR_FORMAT,

@@ -103,30 +103,27 @@ static void row_job(void *arg, int row, int worker)
             memcpy(to, from + 4 * (ptrdiff_t)w, 4);
 }
 
-ibl_status ibl_level_turn_axes(ibl_ctx *ctx, int n, int words, ibl_axes axes,
-                               int back, const void *from, void *to)
+ibl_status ibl_level_turn_axes(ibl_ctx *ctx, ibl_level_shape s, int words,
+                               ibl_axes axes, int back, const void *from,
+                               void *to)
 {
-    turning t = {n, words, back, axes, from, to};
-    return ibl_run(ctx, NULL, IBL_FACES * n, row_job, &t);
-}
+    turning t = {s.width, words, back, axes, from, to};
+    const ptrdiff_t bytes = 4 * (ptrdiff_t)words;
 
-/* Mirrors put centres of texels onto centres in every projection. */
-static void turn_flat(const ibl_cube *from, int level, ibl_axes axes, int back,
-                      const ibl_cube *to)
-{
-    const ibl_level_shape s = ibl_map_shape(from, level);
-    const float *source = ibl_cube_face(from, level, 0);
-    float *rgb = ibl_cube_face(to, level, 0);
-
-    for (int i = 0; i < s.width * s.height; i++, rgb += 3) {
+    if (s.projection == IBL_PROJECTION_CUBE)
+        return ibl_run(ctx, NULL, IBL_FACES * t.n, row_job, &t);
+    /* Mirrors put centres of texels onto centres in every projection. */
+    for (int i = 0; i < s.width * s.height; i++) {
         double d[3];
         int at[3];
         ibl_level_direction(&s, 0, i % s.width, i / s.width, d);
         ibl_axes_turn(axes, !back, d, d);
         ibl_level_texel(&s, d, at);
-        memcpy(rgb, source + 3 * ((ptrdiff_t)at[2] * s.width + at[1]),
-               3 * sizeof *rgb);
+        memcpy(t.to + i * bytes,
+               t.from + ((ptrdiff_t)at[2] * s.width + at[1]) * bytes,
+               (size_t)bytes);
     }
+    return IBL_OK;
 }
 
 ibl_status ibl_cube_turn_axes(ibl_ctx *ctx, const ibl_cube *from, ibl_axes axes,
@@ -146,11 +143,9 @@ ibl_status ibl_cube_turn_axes(ibl_ctx *ctx, const ibl_cube *from, ibl_axes axes,
     if (!status)
         status = ibl_cube_alloc_as(ctx, from->projection, from->size,
                                    from->levels, &to);
-    for (int l = 0; flat && !status && l < from->levels; l++)
-        turn_flat(from, l, axes, back, &to);
-    for (int l = 0; !flat && !status && l < from->levels; l++)
-        status = ibl_level_turn_axes(ctx, ibl_cube_edge(from->size, l), 3, axes,
-                                     back, ibl_cube_face(from, l, 0),
+    for (int l = 0; !status && l < from->levels; l++)
+        status = ibl_level_turn_axes(ctx, ibl_map_shape(from, l), 3, axes, back,
+                                     ibl_cube_face(from, l, 0),
                                      ibl_cube_face(&to, l, 0));
     if (status)
         ibl_cube_free(&to);

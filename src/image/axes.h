@@ -13,11 +13,12 @@ ibl_status ibl_check_axes(ibl_ctx *ctx, ibl_axes axes);
 /*
  * Permutes the texels of a level: those of `to` have the directions of `from`
  * in other axes, as by ibl_axes_turn. Runs on ctx's pool.
- *   n         edge of a face
+ *   s         of the level; if flat, axes only mirror
  *   words     of 4 bytes in a texel
- *   from, to  6 n^2 texels each, apart
+ *   from, to  the texels of a level each, apart
  */
-ibl_status ibl_level_turn_axes(ibl_ctx *ctx, int n, int words, ibl_axes axes,
-                               int back, const void *from, void *to);
+ibl_status ibl_level_turn_axes(ibl_ctx *ctx, ibl_level_shape s, int words,
+                               ibl_axes axes, int back, const void *from,
+                               void *to);
 
 #endif

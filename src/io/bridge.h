@@ -10,19 +10,9 @@ typedef struct ibl_image_kind {
     const char *reader; /* OpenImageIO's name of the format */
 } ibl_image_kind;
 
-/* The kind of an image of which the first bytes are given; NULL: unknown. */
-const ibl_image_kind *ibl_image_kind_of(const unsigned char *bytes,
-                                        size_t size);
-
-/* Reads an image of any of these kinds, as ibl_reader says. What is missing at
- * its end is an error. */
-ibl_status ibl_other_image_open(ibl_input *in, const ibl_read_options *opts,
-                                ibl_rows **rows);
-
 /*
- * Reads a whole image by the bridge: linear RGB floats, not yet mended. The map
- * is the display window. Fills in the report of the rows.
- *   in   loaded into memory; not needed afterwards
+ * Reads a whole image by the bridge: linear RGB floats, not yet mended. Fills
+ * in the report of the rows. in   loaded into memory; not needed afterwards
  * IBL_ERR_UNSUPPORTED: the bridge is not installed.
  */
 ibl_status ibl_bridge_rows(const ibl_input *in, const ibl_image_kind *kind,

@@ -17,24 +17,20 @@
 #error "texels are encoded and stored in the machine's order, little endian"
 #endif
 
-enum {
-    IBL_MAX_KEYS = 4096,
-    IBL_MAX_KEY_BYTES = 255
-};
-
 /* The 32-bit word at an offset; the caller has checked the offset. */
 uint32_t ibl_input_u32(const ibl_input *in, uint64_t at);
 ibl_status ibl_input_short(const ibl_input *in, const char *what);
 
 /* A texture's shape as KTX and KTX2 headers store it. 0 levels means 1, 0
  * layers means 1 and no array, 0 depth means not 3D. */
-typedef struct ibl_shape {
+typedef struct ibl_extent {
     uint32_t width, height, depth, layers, faces, levels;
-} ibl_shape;
+} ibl_extent;
 
-ibl_shape ibl_shape_of(const ibl_texture *tex);
+ibl_extent ibl_extent_of(const ibl_texture *tex);
 
-/* Position in the file of one face of a level and layer. */
+/* How a file stores texels, and where the next image is: a face of a level and
+ * layer. */
 typedef struct ibl_place {
     const ibl_layout *layout;
     uint64_t at;
@@ -43,27 +39,31 @@ typedef struct ibl_place {
 } ibl_place;
 
 /* Checks a shape and gives it to tex, which gets no memory yet. */
-ibl_status ibl_texture_shape(const ibl_input *in, const ibl_shape *shape,
+ibl_status ibl_texture_shape(const ibl_input *in, const ibl_extent *shape,
                              const ibl_place *place, ibl_texture *tex);
+/* Bytes in the file of an image, and of so many images with all levels. */
+uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
+                         int level);
+uint64_t ibl_place_all_bytes(const ibl_place *place, const ibl_texture *tex,
+                             uint64_t images);
+/* Refuses a file with fewer bytes than its texels take. */
+ibl_status ibl_check_stored(const ibl_input *in, const ibl_place *place,
+                            const ibl_texture *tex);
+/* Refuses a level for which the file states another size. */
+ibl_status ibl_check_level_bytes(const ibl_input *in, int level, uint64_t bytes,
+                                 uint64_t must);
 /* Allocates the texels of tex, whose shape is set, unless there is only the
  * head of the file: data is then NULL, and no level is read. */
 ibl_status ibl_texture_alloc(const ibl_input *in, ibl_texture *tex);
-/* Both, without keys. First checks that the file has enough bytes for place's
- * layout and alignment. */
-ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
-                             const ibl_place *place, ibl_texture *tex);
-
-/* Bytes of one face of a level in the file. */
-uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
-                         int level);
-/* Copies one face into tex; swaps bytes and adds alpha where needed. */
-ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
-                          ibl_texture *tex, int level, int layer, int face);
-/* Reads a level, whose faces follow one another, and moves place->at behind it.
- * `bytes`, as the file states it, must be the size of `images` faces. */
+/* The same for a texture that no file limits. */
+ibl_status ibl_texture_room(ibl_ctx *ctx, ibl_texture *tex);
+/* Copies an image, numbered by layer and face, into tex and moves place->at
+ * behind it; adds alpha where needed. */
+ibl_status ibl_place_read(const ibl_input *in, ibl_place *place,
+                          ibl_texture *tex, int level, int image);
+/* All images of a level, which follow one another. */
 ibl_status ibl_place_read_level(const ibl_input *in, ibl_place *place,
-                                ibl_texture *tex, int level, int images,
-                                uint64_t bytes);
+                                ibl_texture *tex, int level);
 
 /* Width and height of a level, in texels. */
 size_t ibl_texture_width(const ibl_texture *tex, int level);
@@ -95,12 +95,12 @@ size_t ibl_keys_write(const ibl_texture *tex, const char *orientation,
 ibl_container ibl_container_of(const unsigned char *bytes, size_t size);
 
 /* ibl_texture_decode of an input in memory, or of the head of one. */
-ibl_status ibl_texture_take(ibl_input *in, ibl_texture *tex,
+ibl_status ibl_texture_take(const ibl_input *in, ibl_texture *tex,
                             ibl_container *container);
 /* tex must be empty. Free it with ibl_texture_free, after errors too. */
-ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex);
-ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex);
-ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex);
+ibl_status ibl_ktx2_decode(const ibl_input *in, ibl_texture *tex);
+ibl_status ibl_ktx_decode(const ibl_input *in, ibl_texture *tex);
+ibl_status ibl_dds_decode(const ibl_input *in, ibl_texture *tex);
 /* Copies a DDS file that the bridge is to read, with a header that OpenImageIO
  * understands: of four bytes per texel by masks, a cube's by the old flags.
  * dst: of size bytes. Returns the bytes written. */
@@ -133,8 +133,6 @@ typedef struct ibl_pieces {
 bool ibl_pieces_alloc(ibl_pieces *file, size_t head_bytes, int room);
 void ibl_pieces_free(ibl_pieces *file);
 void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size);
-/* Adds a whole level. */
-void ibl_pieces_add_level(ibl_pieces *file, const ibl_texture *tex, int level);
 
 /* Makes the file of tex. Checks tex first: errors as ibl_texture_encode. file:
  * zeroed; the caller must free it, after errors too. */
@@ -150,10 +148,6 @@ ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
                           ibl_pieces *file);
 ibl_status ibl_dds_legacy_encode(ibl_ctx *ctx, const ibl_texture *tex,
                                  ibl_pieces *file);
-
-/* Decodes a cube of one layer and 3 channels, whose shape cube has. */
-ibl_status ibl_cube_texels_decode(ibl_ctx *ctx, const ibl_texture *tex,
-                                  const ibl_cube *cube);
 
 /* Decodes a level of a texture of 3 channels: its layers and faces one below
  * the other. */
@@ -172,16 +166,12 @@ ibl_status ibl_zstd_pack(ibl_ctx *ctx, const ibl_texture *tex,
                          unsigned char **packed,
                          ibl_piece frames[IBL_MAX_TEXTURE_LEVELS]);
 
-/*
- * Checks that the `packed` bytes at an offset, which are in the file, are one
- * or more whole frames that do not claim to hold other than `bytes`, and could
- * hold so much. Allocates nothing. level: for messages.
- */
-ibl_status ibl_zstd_check(const ibl_input *in, int level, uint64_t at,
-                          uint64_t packed, uint64_t bytes);
+/* Refuses `packed` bytes that cannot hold `bytes`. level: for messages. */
+ibl_status ibl_zstd_check(const ibl_input *in, int level, uint64_t packed,
+                          uint64_t bytes);
 
-/* Decompresses the same frames to `bytes` of new memory, which the caller frees
- * with ibl_free; NULL after an error. */
+/* Decompresses frames at an offset, which are in the file, to `bytes` of new
+ * memory, which the caller frees with ibl_free, after errors too. */
 ibl_status ibl_zstd_unpack(const ibl_input *in, int level, uint64_t at,
                            uint64_t packed, uint64_t bytes,
                            unsigned char **unpacked);

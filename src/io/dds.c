@@ -159,7 +159,7 @@ bool ibl_dds_is_legacy(const unsigned char *bytes, size_t size)
 }
 
 static ibl_status read_dx10(const ibl_input *in, const header *h,
-                            const ibl_layout **layout, ibl_shape *shape)
+                            const ibl_layout **layout, ibl_extent *shape)
 {
     if (!ibl_input_has(in, 0, sizeof *h))
         return ibl_input_short(in, "a DX10 header");
@@ -186,54 +186,37 @@ static ibl_status read_dx10(const ibl_input *in, const header *h,
     return IBL_OK;
 }
 
-/* Whether the file has the texels of so many images. */
-static bool has_images(const ibl_input *in, const ibl_shape *shape,
-                       const ibl_place *place, uint64_t images)
-{
-    const ibl_input silent = {.size = in->size};
-    ibl_texture tex;
-    uint64_t bytes = 0;
-
-    if (ibl_texture_shape(&silent, shape, place, &tex))
-        return false;
-    for (int l = 0; l < tex.levels; l++)
-        bytes += images * ibl_place_bytes(place, &tex, l);
-    return ibl_input_has(&silent, place->at, bytes);
-}
-
 /* Some writers mark a cube in the old header only, or count its faces as the
  * elements of an array: it is one if the file has so many texels. */
 static void settle_faces(const ibl_input *in, const header *h,
-                         const ibl_place *place, ibl_shape *shape)
+                         const ibl_place *place, ibl_texture *tex)
 {
-    const bool cube = shape->faces == IBL_FACES;
-    const bool six = shape->layers == IBL_FACES;
-    const uint64_t layers = shape->layers;
+    const uint64_t images =
+        (in->size - place->at) / ibl_place_all_bytes(place, tex, 1);
 
-    if ((cube || h->caps2 & CAPS2_CUBE) && six &&
-        !has_images(in, shape, place, IBL_FACES * layers) &&
-        has_images(in, shape, place, layers)) {
-        shape->layers = 1;
-        shape->faces = IBL_FACES;
-    } else if (h->caps2 & CAPS2_CUBE && shape->width == shape->height &&
-               has_images(in, shape, place, IBL_FACES * layers)) {
-        shape->faces = IBL_FACES;
+    if (tex->faces != IBL_FACES && !(h->caps2 & CAPS2_CUBE))
+        return;
+    if (tex->layers == IBL_FACES && images >= IBL_FACES &&
+        images < IBL_FACES * IBL_FACES) {
+        tex->layers = 1;
+        tex->faces = IBL_FACES;
+    } else if (tex->width == tex->height &&
+               images >= IBL_FACES * (uint64_t)tex->layers) {
+        tex->faces = IBL_FACES;
     }
 }
 
 static ibl_status read_direct3d9(const ibl_input *in, const header *h,
-                                 const ibl_layout **layout, ibl_shape *shape)
+                                 const ibl_layout **layout, ibl_extent *shape)
 {
     *layout = ibl_layout_find(offsetof(ibl_layout, d3d), h->pf_fourcc);
     if (!*layout) {
-        char text[5] = {0};
+        char text[5] = {0}, quoted[IBL_QUOTE_BYTES];
         memcpy(text, &h->pf_fourcc, 4);
-        for (int i = 0; i < 4; i++)
-            text[i] = text[i] >= ' ' && text[i] < 127 ? text[i] : '.';
         return ibl_unsupported(in,
                                "FourCC 0x%X (%s): only DX10 and the formats "
                                "112, 113, 115 and 116 of Direct3D 9 are read",
-                               h->pf_fourcc, text);
+                               h->pf_fourcc, ibl_quote(text, quoted));
     }
     if (!(h->caps2 & CAPS2_CUBE))
         return IBL_OK;
@@ -244,20 +227,7 @@ static ibl_status read_direct3d9(const ibl_input *in, const header *h,
                            h->caps2 & CAPS2_FACES);
 }
 
-static ibl_status check_header(const ibl_input *in, const header *h)
-{
-    if (h->size != SIZE || h->pf_size != PF_SIZE)
-        return ibl_bad_file(
-            in, "damaged: headers of %u and %u bytes, must be %d and %d",
-            h->size, h->pf_size, SIZE, PF_SIZE);
-    if (!(h->pf_flags & PF_HAS_FOURCC))
-        return ibl_unsupported(
-            in, "texels of %u integer bits: only float formats are read",
-            h->pf_bits);
-    return IBL_OK;
-}
-
-ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex)
+ibl_status ibl_dds_decode(const ibl_input *in, ibl_texture *tex)
 {
     ibl_place place = {.row_align = 1, .at = HEADER_BYTES};
     header h = {.dxgi = 0};
@@ -266,32 +236,37 @@ ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex)
         return ibl_input_short(in, "a DDS header");
     memcpy(&h, in->bytes,
            ibl_input_has(in, 0, sizeof h) ? sizeof h : HEADER_BYTES);
-    ibl_status status = check_header(in, &h);
-    if (status)
-        return status;
-    ibl_shape shape = {
+    if (h.size != SIZE || h.pf_size != PF_SIZE)
+        return ibl_bad_file(
+            in, "damaged: headers of %u and %u bytes, must be %d and %d",
+            h.size, h.pf_size, SIZE, PF_SIZE);
+    if (!(h.pf_flags & PF_HAS_FOURCC))
+        return ibl_unsupported(
+            in, "texels of %u integer bits: only float formats are read",
+            h.pf_bits);
+    ibl_extent shape = {
         .width = h.width, .height = h.height, .faces = 1, .levels = h.levels};
     /* Do not trust an old writer's flag, or its depth without the flag. */
     if (h.caps2 & CAPS2_VOLUME || (h.flags & HAS_DEPTH && h.depth > 1))
         shape.depth = h.depth | 1;
+    ibl_status status;
     if (h.pf_fourcc == fourcc_dx10) {
         place.at = sizeof h;
         status = read_dx10(in, &h, &place.layout, &shape);
-        if (!status)
-            settle_faces(in, &h, &place, &shape);
     } else {
         status = read_direct3d9(in, &h, &place.layout, &shape);
     }
     if (!status)
-        status = ibl_texture_begin(in, &shape, &place, tex);
+        status = ibl_texture_shape(in, &shape, &place, tex);
     if (status)
         return status;
-    for (int i = 0; i < tex->layers * tex->faces; i++) {
-        for (int l = 0; !status && tex->data && l < tex->levels; l++) {
-            status = ibl_place_read(in, &place, tex, l, i / tex->faces,
-                                    i % tex->faces);
-            place.at += ibl_place_bytes(&place, tex, l);
-        }
-    }
+    if (h.pf_fourcc == fourcc_dx10)
+        settle_faces(in, &h, &place, tex);
+    status = ibl_check_stored(in, &place, tex);
+    if (!status)
+        status = ibl_texture_alloc(in, tex);
+    for (int i = 0; i < tex->layers * tex->faces; i++)
+        for (int l = 0; !status && tex->data && l < tex->levels; l++)
+            status = ibl_place_read(in, &place, tex, l, i);
     return status;
 }

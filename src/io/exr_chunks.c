@@ -31,6 +31,14 @@ enum {
     MOST_RATIO_DWA = 64 * 1376
 };
 
+ibl_status ibl_exr_cut(const ibl_exr_file *file, int y)
+{
+    return ibl_bad_file(file->in,
+                        "EXR cut short: the block of line %d ends past the end "
+                        "of the file: copy it again",
+                        y);
+}
+
 static ibl_status add_chunk(ibl_exr_file *file, const exr_chunk_info_t *chunk)
 {
     const int y = chunk->start_y;
@@ -43,17 +51,9 @@ static ibl_status add_chunk(ibl_exr_file *file, const exr_chunk_info_t *chunk)
                                : MOST_RATIO_DWA;
 
     if (!ibl_input_has(file->in, chunk->data_offset, packed))
-        return ibl_bad_file(file->in,
-                            "EXR cut short: the block of line %d ends past the "
-                            "end of the file: copy it again",
-                            y);
-    if (bytes != chunk->unpacked_size || bytes > INT_MAX)
-        return ibl_unsupported(
-            file->in,
-            "the block of line %d unpacks to %llu bytes, not what its channels "
-            "need, or too many for OpenEXRCore",
-            y, (unsigned long long)bytes);
-    if (packed > bytes || (bytes > 4096 && bytes > ratio * packed))
+        return ibl_exr_cut(file, y);
+    if (bytes != chunk->unpacked_size || bytes > INT_MAX || packed > bytes ||
+        (bytes > 4096 && bytes > ratio * packed))
         return ibl_bad_file(file->in,
                             "damaged EXR: the block of line %d claims %llu "
                             "bytes for %llu, which %s cannot do",
@@ -136,35 +136,33 @@ static bool by_libdeflate(const ibl_exr_file *file)
                               file->compression == EXR_COMPRESSION_ZIPS);
 }
 
-exr_result_t ibl_exr_unpack(const ibl_exr_file *file,
-                            const exr_chunk_info_t *chunk, ibl_exr_worker *u,
-                            int *error)
+int ibl_exr_unpack(const ibl_exr_file *file, const exr_chunk_info_t *chunk,
+                   ibl_exr_worker *u)
 {
     const ibl_input *in = file->in;
     size_t got = chunk->packed_size;
     const unsigned char *bytes =
         in->bytes ? in->bytes + chunk->data_offset : u->packed;
 
-    *error = 0;
     if (!in->bytes &&
         !ibl_input_read(in, chunk->data_offset, got, u->packed, &got))
-        *error = errno;
-    if (*error || got != chunk->packed_size)
-        return EXR_ERR_READ_IO;
+        return errno;
+    if (got != chunk->packed_size)
+        return IBL_EXR_CUT;
     u->pixels = bytes;
     if (chunk->packed_size == chunk->unpacked_size) /* did not shrink */
-        return EXR_ERR_SUCCESS;
+        return 0;
     if (file->compression == EXR_COMPRESSION_NONE)
-        return EXR_ERR_CORRUPT_CHUNK;
+        return IBL_EXR_DAMAGED;
     if (!u->unpacked)
         u->unpacked = ibl_alloc_array(file->most_unpacked, 1);
     if (!u->unpacked)
-        return EXR_ERR_OUT_OF_MEMORY;
+        return IBL_EXR_NO_MEMORY;
     u->pixels = u->unpacked;
     if (file->library)
         return file->library(file->channels, chunk, bytes, u->unpacked)
-                   ? EXR_ERR_SUCCESS
-                   : EXR_ERR_CORRUPT_CHUNK;
+                   ? 0
+                   : IBL_EXR_DAMAGED;
 #if IBL_LIBDEFLATE
     const size_t half = chunk->unpacked_size / 2; /* pixels have even sizes */
     unsigned char last[2];
@@ -173,15 +171,15 @@ exr_result_t ibl_exr_unpack(const ibl_exr_file *file,
     if (!u->inflated)
         u->inflated = ibl_alloc_array(file->most_unpacked, 1);
     if (!u->inflater || !u->inflated)
-        return EXR_ERR_OUT_OF_MEMORY;
+        return IBL_EXR_NO_MEMORY;
     if (libdeflate_zlib_decompress(u->inflater, bytes, chunk->packed_size,
                                    u->inflated, chunk->unpacked_size,
                                    NULL) != LIBDEFLATE_SUCCESS)
-        return EXR_ERR_CORRUPT_CHUNK;
+        return IBL_EXR_DAMAGED;
     ibl_unzip_begin(&file->dsp, u->inflated, half, last);
     file->dsp.unzip(u->inflated, u->inflated + half, half, last, u->unpacked);
 #endif
-    return EXR_ERR_SUCCESS;
+    return 0;
 }
 
 ibl_status ibl_exr_begin(ibl_exr_file *file)
@@ -223,5 +221,8 @@ void ibl_exr_end(ibl_exr_file *file)
     ibl_free(file->chunks);
     if (file->exr)
         exr_finish(&file->exr);
-    *file = (ibl_exr_file){.in = file->in};
+    file->exr = NULL;
+    file->workers = NULL;
+    file->chunks = NULL;
+    file->threads = 0;
 }

@@ -19,13 +19,12 @@
 
 enum {
     POLL_MS = 50,          /* delay until a cancel is seen */
-    GRACE_MS = 500,        /* time for a pipe's writer to open it */
     FIRST_BYTES = 1 << 16, /* first read of a stream */
     MAX_READ = 1 << 24
 };
 
-/* Limit for streams of unknown kind, so that they do not fill the memory. */
-static const uint64_t longest_unknown = (uint64_t)256 << 20;
+/* More than any map, so that an endless stream does not fill the memory. */
+#define MOST_STREAM ((size_t)4 << 30)
 
 ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
                       ...)
@@ -67,92 +66,56 @@ ibl_status ibl_input_unread(const ibl_input *in, int error)
     return ibl_reject(in, IBL_ERR_IO, "cannot be read: %s", strerror(error));
 }
 
-static ibl_status too_long(const ibl_input *in, uint64_t most, const char *why)
+/* Reads a stream, or a small file, to its end, for which it waits until the
+ * user cancels. */
+static ibl_status read_stream(ibl_input *in)
 {
-    return ibl_bad_file(in, "over %llu MiB%s", (unsigned long long)(most >> 20),
-                        why);
-}
+    const uint64_t half = ibl_ctx_memory(in->ctx) / 2;
+    const size_t most = half < MOST_STREAM ? (size_t)half : MOST_STREAM;
+    struct pollfd p = {.fd = in->fd, .events = POLLIN};
+    size_t room = 0;
 
-/* Doubles the room of a stream's bytes, up to one byte over what it may have.
- */
-static ibl_status make_room(const ibl_input *in, ibl_longest_fn *longest,
-                            unsigned char **bytes, size_t size, size_t *room)
-{
-    const uint64_t known = longest ? longest(*bytes, size) : 0;
-    const uint64_t kind = known ? known : longest_unknown;
-    const uint64_t allowed = ibl_ctx_memory(in->ctx) / 2;
-    const uint64_t most = kind < allowed ? kind : allowed;
-
-    if (size > most)
-        return too_long(in, most,
-                        most < kind ? ", half of the memory that is allowed: "
-                                      "read it from a file, or allow more"
-                        : known     ? ", more than a file that begins so has"
-                                    : " of no known kind of file");
-    const size_t larger = *room <= most / 2 ? *room * 2 : (size_t)most + 1;
-    unsigned char *more = ibl_alloc_array(larger, 1);
-    if (!more)
-        return ibl_reject(in, IBL_ERR_MEMORY,
-                          "no memory for more than %zu bytes", size);
-    memcpy(more, *bytes, size);
-    ibl_free(*bytes);
-    *bytes = more;
-    *room = larger;
-    return IBL_OK;
-}
-
-/* Reads a stream, or a small file, to its end. Waits for a pipe's data until
- * the user cancels, and for the writer of a named one for a moment. */
-static ibl_status read_stream(const ibl_input *in, bool pipe, bool named,
-                              ibl_longest_fn *longest, unsigned char **bytes,
-                              size_t *size)
-{
-    size_t room = FIRST_BYTES;
-    bool may_end = !pipe || !named; /* there was a writer */
-    int waited = 0;
-
-    *bytes = ibl_alloc_array(room, 1);
-    *size = 0;
-    if (!*bytes)
-        return ibl_no_memory(in->ctx, "a file");
     for (;;) {
-        struct pollfd p = {.fd = in->fd, .events = POLLIN};
-        ibl_status status = IBL_OK;
-        if (*size == room)
-            status = make_room(in, longest, bytes, *size, &room);
-        if (!status && ibl_cancelled(in->ctx))
-            status = IBL_ERR_CANCELLED;
-        if (status)
-            return status;
-        if (pipe && poll(&p, 1, POLL_MS) <= 0 && may_end)
+        if (in->size == room) {
+            room = room ? 2 * room : FIRST_BYTES;
+            unsigned char *more = ibl_alloc_array(room, 1);
+            if (!more)
+                return ibl_reject(in, IBL_ERR_MEMORY,
+                                  "no memory for more than %zu bytes",
+                                  in->size);
+            if (in->size)
+                memcpy(more, in->owned, in->size);
+            ibl_free(in->owned);
+            in->bytes = in->owned = more;
+        }
+        if (ibl_cancelled(in->ctx))
+            return IBL_ERR_CANCELLED;
+        if (poll(&p, 1, POLL_MS) <= 0)
             continue;
-        const ssize_t n = read(in->fd, *bytes + *size, room - *size);
-        if (n == 0 && may_end)
-            return *size ? IBL_OK : ibl_bad_file(in, "is empty");
+        const ssize_t n =
+            read(in->fd, (char *)in->owned + in->size, room - in->size);
+        if (n == 0)
+            return in->size ? IBL_OK : ibl_bad_file(in, "is empty");
         if (n < 0 && errno != EAGAIN && errno != EINTR)
             return ibl_input_unread(in, errno);
-        if (n == 0 && waited >= GRACE_MS)
-            return ibl_reject(in, IBL_ERR_IO,
-                              "is a pipe that nobody writes to");
-        if (n == 0)
-            waited += POLL_MS; /* that poll took */
-        else
-            may_end |= n > 0 || errno == EAGAIN;
-        *size += n > 0 ? (size_t)n : 0;
+        in->size += n > 0 ? (size_t)n : 0;
+        if (in->size > most)
+            return ibl_bad_file(in,
+                                "over %zu MiB, the most that is read of a "
+                                "stream: save it as a file, or allow more "
+                                "memory",
+                                most >> 20);
     }
 }
 
-ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
-                          ibl_longest_fn *longest, ibl_input *in)
+ibl_status ibl_input_open(ibl_ctx *ctx, const char *path, ibl_input *in)
 {
     const bool named = strcmp(path, "-") != 0;
-    unsigned char *bytes = NULL;
     struct stat st = {.st_size = 0};
     const char *why = NULL;
-    size_t size = 0;
 
     *in = ibl_input_of(ctx, named ? path : "standard input", NULL, 0);
-    /* O_NONBLOCK: else a FIFO without a writer blocks for ever. */
+    /* O_NONBLOCK: else to open a FIFO without a writer cannot be cancelled. */
     in->fd = named ? open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)
                    : STDIN_FILENO;
     if (in->fd < 0 || fstat(in->fd, &st))
@@ -166,19 +129,15 @@ ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
     else if (named && !regular && !S_ISFIFO(st.st_mode))
         why = "is a device, not a file; for standard input give -";
     ibl_status status = why ? ibl_reject(in, IBL_ERR_IO, "%s", why) : IBL_OK;
-    if (!status && regular && (uint64_t)st.st_size > IBL_LONGEST)
-        status =
-            too_long(in, IBL_LONGEST, ", more than any map or texture has");
     if (!status && named && regular && st.st_size >= FIRST_BYTES) {
         in->size = (size_t)st.st_size;
         return IBL_OK;
     }
     if (!status) /* files of /proc report a size of 0 */
-        status = read_stream(in, !regular, named, longest, &bytes, &size);
+        status = read_stream(in);
     if (named)
         close(in->fd);
-    *in = ibl_input_of(ctx, in->name, bytes, size);
-    in->owned = bytes;
+    in->fd = -1;
     if (status)
         ibl_input_close(in);
     return status;

@@ -9,12 +9,6 @@
 
 #include "ibl/io.h"
 
-/* Maximum size of a file that begins with these bytes; 0: unknown kind. */
-typedef uint64_t ibl_longest_fn(const unsigned char *bytes, size_t size);
-
-/* Bytes. The largest map, flat, with 4 channels of 4 bytes, takes 64 GiB. */
-#define IBL_LONGEST ((uint64_t)65 << 30)
-
 /* Bytes to read by offset, in an open file or in memory. */
 typedef struct ibl_input {
     ibl_ctx *ctx;
@@ -23,7 +17,6 @@ typedef struct ibl_input {
     const unsigned char *bytes; /* NULL: the bytes are in the file */
     void *owned;                /* memory that ibl_input_close frees, or NULL */
     int fd;                     /* of the open file, or -1 */
-    bool swap;                  /* the file's words are big endian */
     size_t head; /* bytes that there are of a texture of which all but texels
                     is wanted; 0: all */
 } ibl_input;
@@ -45,17 +38,15 @@ const char *ibl_quote(const char *text, char out[IBL_QUOTE_BYTES]);
 ibl_status ibl_input_unread(const ibl_input *in, int error);
 
 /*
- * Opens a file, or standard input for "-". A named pipe (a FIFO, /dev/stdin, a
- * shell's <(command)) is read to its end if a writer opens it within half a
- * second. Directories, devices, terminals, other pipes and empty files are
- * refused. Large regular files stay open; everything else is read into memory.
+ * Opens a file, or standard input for "-". Directories, devices, terminals and
+ * empty files are refused. Large regular files stay open; everything else, also
+ * a pipe by name (a FIFO, /dev/stdin, a shell's <(command)), is read to its end
+ * into memory: 4 GiB at most, and half of the memory that is allowed.
  *   path    the name in messages; must live as long as in
- *   longest gives the limit for streams; 256 MiB for unknown kinds, and if NULL
  *   in      the caller must close it with ibl_input_close, unless this fails
  * IBL_ERR_IO, IBL_ERR_FORMAT (empty), IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
  */
-ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
-                          ibl_longest_fn *longest, ibl_input *in);
+ibl_status ibl_input_open(ibl_ctx *ctx, const char *path, ibl_input *in);
 /* An input over the caller's bytes. */
 ibl_input ibl_input_of(ibl_ctx *ctx, const char *name, const void *bytes,
                        size_t size);

@@ -16,26 +16,26 @@ typedef struct header {
     uint32_t endianness;
     uint32_t gl_type, gl_type_size, gl_format;
     uint32_t gl_internal_format, gl_base_internal_format;
-    ibl_shape shape; /* layers is numberOfArrayElements */
+    ibl_extent shape; /* layers is numberOfArrayElements */
     uint32_t key_bytes;
 } header;
 
 _Static_assert(sizeof(header) == 64, "as the specification has it");
 
-static const uint32_t little = 0x04030201, big = 0x01020304;
+static const uint32_t little_endian = 0x04030201, big_endian = 0x01020304;
 static const char rows_down[] = "S=r,T=d", rows_up[] = "S=r,T=u";
 
 static header header_of(const ibl_texture *tex, size_t key_bytes)
 {
     const ibl_layout *layout = &ibl_layouts[tex->pixel];
     header h = {.identifier = IBL_KTX_MAGIC,
-                .endianness = little,
+                .endianness = little_endian,
                 .gl_type = layout->gl_type,
                 .gl_type_size = (uint32_t)layout->word_bytes,
                 .gl_format = layout->gl_type ? layout->gl_format : 0,
                 .gl_internal_format = layout->gl_internal,
                 .gl_base_internal_format = layout->gl_format,
-                .shape = ibl_shape_of(tex),
+                .shape = ibl_extent_of(tex),
                 .key_bytes = (uint32_t)key_bytes};
 
     if (tex->filament && tex->pixel == IBL_PIXEL_R11G11B10F) {
@@ -79,7 +79,8 @@ ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
         unsigned char *to = file->head + begin + sizeof size * (size_t)l;
         memcpy(to, &size, sizeof size);
         ibl_pieces_add(file, to, sizeof size);
-        ibl_pieces_add_level(file, tex, l);
+        ibl_pieces_add(file, tex->data + ibl_texture_offset(tex, l, 0),
+                       ibl_texture_level_bytes(tex, l));
     }
     return IBL_OK;
 }
@@ -118,61 +119,54 @@ static ibl_status find_layout(const ibl_input *in, const header *h,
         type, format, internal);
 }
 
-/* Reads the header and finds the file's byte order. */
-static ibl_status read_header(ibl_input *in, header *h)
-{
-    const size_t words = offsetof(header, endianness);
-    if (!ibl_input_has(in, 0, sizeof *h))
-        return ibl_input_short(in, "a KTX header");
-    memcpy(h, in->bytes, sizeof *h);
-    const uint32_t order = h->endianness;
-    in->swap = order == big;
-    if (order != little && order != big)
-        return ibl_bad_file(
-            in, "damaged: endianness 0x%08X, must be 0x%08X or 0x%08X", order,
-            little, big);
-    for (size_t at = words; at < sizeof *h; at += sizeof order) {
-        const uint32_t word = ibl_input_u32(in, at);
-        memcpy((char *)h + at, &word, sizeof word);
-    }
-    return IBL_OK;
-}
-
 /* Reads a level at place->at and moves place->at behind it. array: the file
  * declares an array. One of a single element is a cube for some writers, which
  * then state the size of a face. */
 static ibl_status read_level(const ibl_input *in, ibl_place *place, bool array,
                              ibl_texture *tex, int level)
 {
+    const uint64_t face = ibl_place_bytes(place, tex, level);
+
     if (!ibl_input_has(in, place->at, 4))
         return ibl_input_short(in, "one of its levels");
     const uint32_t bytes = ibl_input_u32(in, place->at);
     place->at += sizeof bytes;
-    array &= tex->layers > 1 || bytes != ibl_place_bytes(place, tex, level);
-    return ibl_place_read_level(in, place, tex, level,
-                                array ? tex->layers * tex->faces : 1, bytes);
+    array &= tex->layers > 1 || bytes != face;
+    const ibl_status status = ibl_check_level_bytes(
+        in, level, bytes,
+        array ? (uint64_t)(tex->layers * tex->faces) * face : face);
+    return status ? status : ibl_place_read_level(in, place, tex, level);
 }
 
-ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex)
+ibl_status ibl_ktx_decode(const ibl_input *in, ibl_texture *tex)
 {
     ibl_place place = {.row_align = ROW_ALIGN};
     header h;
-    ibl_status status = read_header(in, &h);
 
-    if (!status)
-        status = find_layout(in, &h, &place.layout);
+    if (!ibl_input_has(in, 0, sizeof h))
+        return ibl_input_short(in, "a KTX header");
+    memcpy(&h, in->bytes, sizeof h);
+    if (h.endianness == big_endian)
+        return ibl_unsupported(in, "big endian: only little-endian KTX files "
+                                   "are read");
+    if (h.endianness != little_endian)
+        return ibl_bad_file(in, "damaged: endianness 0x%08X, must be 0x%08X",
+                            h.endianness, little_endian);
+    ibl_status status = find_layout(in, &h, &place.layout);
     if (status)
         return status;
-    /* 1 is accepted too, unless bytes are swapped: only then it matters. */
     if (h.gl_type_size != (uint32_t)place.layout->word_bytes &&
-        (h.gl_type_size != 1 || in->swap))
+        h.gl_type_size != 1)
         return ibl_bad_file(in, "damaged: glTypeSize %u, must be %d",
                             h.gl_type_size, place.layout->word_bytes);
-    status = ibl_texture_begin(in, &h.shape, &place, tex);
-    if (status)
-        return status;
-    status = ibl_keys_read(in, sizeof h, h.key_bytes, rows_down, rows_up, tex,
-                           &place.bottom_up);
+    status = ibl_texture_shape(in, &h.shape, &place, tex);
+    if (!status)
+        status = ibl_check_stored(in, &place, tex);
+    if (!status)
+        status = ibl_texture_alloc(in, tex);
+    if (!status)
+        status = ibl_keys_read(in, sizeof h, h.key_bytes, rows_down, rows_up,
+                               tex, &place.bottom_up);
     place.at = sizeof h + (uint64_t)h.key_bytes;
     for (int l = 0; !status && tex->data && l < tex->levels; l++)
         status = read_level(in, &place, h.shape.layers > 0, tex, l);

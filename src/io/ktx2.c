@@ -14,7 +14,7 @@
 typedef struct header {
     char identifier[12];
     uint32_t vk_format, type_size;
-    ibl_shape shape;
+    ibl_extent shape;
     uint32_t scheme; /* supercompressionScheme */
     /* Offsets and sizes in bytes: the data format descriptor, the keys, and the
      * global data of supercompression. */
@@ -110,7 +110,7 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
     const header h = {.identifier = IBL_KTX2_MAGIC,
                       .vk_format = ibl_layouts[tex->pixel].vk,
                       .type_size = (uint32_t)ibl_layouts[tex->pixel].word_bytes,
-                      .shape = ibl_shape_of(tex),
+                      .shape = ibl_extent_of(tex),
                       .scheme = tex->zstd ? SCHEME_ZSTD : SCHEME_NONE,
                       .dfd = (uint32_t)dfd,
                       .dfd_bytes = d.bytes,
@@ -123,20 +123,21 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
     /* Smallest level first. Sizes are multiples of the alignment: no gaps. */
     for (int l = tex->levels - 1; l >= 0; l--) {
         const uint64_t bytes = ibl_texture_level_bytes(tex, l);
-        const index_entry entry = {file->size,
-                                   tex->zstd ? frames[l].size : bytes, bytes};
+        const ibl_piece level =
+            tex->zstd
+                ? frames[l]
+                : (ibl_piece){tex->data + ibl_texture_offset(tex, l, 0), bytes};
+        const index_entry entry = {file->size, level.size, bytes};
         memcpy(file->head + index + sizeof entry * (size_t)l, &entry,
                sizeof entry);
-        if (tex->zstd)
-            ibl_pieces_add(file, frames[l].bytes, frames[l].size);
-        else
-            ibl_pieces_add_level(file, tex, l);
+        ibl_pieces_add(file, level.bytes, level.size);
     }
     return IBL_OK;
 }
 
 /* ---- reading -------------------------------------------------------- */
 
+/* Checks what does not depend on the shape, and finds the layout. */
 static ibl_status find_layout(const ibl_input *in, const header *h,
                               const ibl_layout **layout)
 {
@@ -147,24 +148,19 @@ static ibl_status find_layout(const ibl_input *in, const header *h,
         return ibl_unsupported(
             in, "supercompression %u (%s): only none and Zstandard are read",
             h->scheme, h->scheme < 4 ? schemes[h->scheme] : "unknown");
-    *layout = ibl_layout_find(offsetof(ibl_layout, vk), h->vk_format);
-    if (*layout)
-        return IBL_OK;
-    return ibl_unsupported(
-        in,
-        "VkFormat %u: only 97, 109, 123, 122, 143, 144, 1000066000, 83, 103, "
-        "90 and 106 are read (RGBA, RG, RGB floats, RGB9E5, R11G11B10, BC6H, "
-        "ASTC 4x4 HDR)",
-        h->vk_format);
-}
-
-static ibl_status check_header(const ibl_input *in, const header *h,
-                               const ibl_layout *layout)
-{
-    if (h->type_size != (uint32_t)layout->word_bytes)
+    const ibl_layout *l =
+        ibl_layout_find(offsetof(ibl_layout, vk), h->vk_format);
+    if (!l)
+        return ibl_unsupported(
+            in,
+            "VkFormat %u: only 97, 109, 123, 122, 143, 144, 1000066000, 83, "
+            "103, 90 and 106 are read (RGBA, RG, RGB floats, RGB9E5, "
+            "R11G11B10, BC6H, ASTC 4x4 HDR)",
+            h->vk_format);
+    if (h->type_size != (uint32_t)l->word_bytes)
         return ibl_bad_file(in,
                             "damaged: typeSize %u, must be %d for VkFormat %u",
-                            h->type_size, layout->word_bytes, layout->vk);
+                            h->type_size, l->word_bytes, l->vk);
     if (h->sgd_bytes)
         return ibl_bad_file(
             in, "damaged: global data of a supercompression that has none");
@@ -176,128 +172,87 @@ static ibl_status check_header(const ibl_input *in, const header *h,
             in,
             "damaged: a data format descriptor of %u bytes that says otherwise",
             h->dfd_bytes);
+    /* UASTC HDR and ASTC have the same number in Vulkan. Without a descriptor
+     * the number alone counts. */
+    const int model =
+        h->dfd_bytes ? in->bytes[h->dfd + offsetof(descriptor, model)] : 0;
+    *layout = l->pixel == IBL_PIXEL_UASTC_HDR && model != IBL_MODEL_UASTC_HDR
+                  ? &ibl_layouts[IBL_PIXEL_ASTC4X4HDR]
+                  : l;
     return IBL_OK;
 }
 
-/* UASTC HDR and ASTC have the same number in Vulkan. Without a descriptor the
- * number alone counts. */
-static const ibl_layout *settle_astc(const ibl_input *in, const header *h,
-                                     const ibl_layout *layout)
-{
-    const int model =
-        h->dfd_bytes ? in->bytes[h->dfd + offsetof(descriptor, model)] : 0;
-
-    return layout->pixel == IBL_PIXEL_UASTC_HDR && model != IBL_MODEL_UASTC_HDR
-               ? &ibl_layouts[IBL_PIXEL_ASTC4X4HDR]
-               : layout;
-}
-
-/* The index entry of a level whose bytes are in the file. */
-static ibl_status find_level(const ibl_input *in, int level, index_entry *entry)
-{
-    memcpy(entry, in->bytes + sizeof(header) + sizeof *entry * (size_t)level,
-           sizeof *entry);
-    return entry->at <= in->size && entry->bytes <= in->size - entry->at
-               ? IBL_OK
-               : ibl_input_short(in, "one of its levels");
-}
-
-static ibl_status wrong_size(const ibl_input *in, int level, uint64_t bytes,
-                             uint64_t must)
-{
-    return ibl_bad_file(in, "damaged: level %d of %llu bytes, must be %llu",
-                        level, (unsigned long long)bytes,
-                        (unsigned long long)must);
-}
-
-static ibl_status read_level(const ibl_input *in, ibl_place *place,
-                             ibl_texture *tex, int level)
+static index_entry entry_of(const ibl_input *in, int level)
 {
     index_entry entry;
-    const ibl_status status = find_level(in, level, &entry);
-
-    if (status)
-        return status;
-    if (entry.bytes != entry.bytes_uncompressed)
-        return wrong_size(in, level, entry.bytes, entry.bytes_uncompressed);
-    place->at = entry.at;
-    return ibl_place_read_level(in, place, tex, level, tex->layers * tex->faces,
-                                entry.bytes);
+    memcpy(&entry, in->bytes + sizeof(header) + sizeof entry * (size_t)level,
+           sizeof entry);
+    return entry;
 }
 
-/* Checks that all levels are frames that can hold their texels. */
-static ibl_status check_frames(const ibl_input *in, const ibl_place *place,
-                               const ibl_texture *tex)
+/* Checks that all levels are in the file and can hold their texels. */
+static ibl_status check_levels(const ibl_input *in, bool packed,
+                               const ibl_place *place, const ibl_texture *tex)
 {
-    ibl_status status = IBL_OK;
-
-    for (int l = 0; !status && l < tex->levels; l++) {
+    if (!ibl_input_has(in, sizeof(header),
+                       sizeof(index_entry) * (uint64_t)tex->levels))
+        return ibl_input_short(in, "its level index");
+    for (int l = 0; l < tex->levels; l++) {
         const uint64_t must = (uint64_t)tex->layers * (uint64_t)tex->faces *
                               ibl_place_bytes(place, tex, l);
-        index_entry entry;
-        status = find_level(in, l, &entry);
-        if (!status && entry.bytes_uncompressed != must)
-            status = wrong_size(in, l, entry.bytes_uncompressed, must);
-        if (!status && !in->head)
-            status = ibl_zstd_check(in, l, entry.at, entry.bytes, must);
+        const index_entry e = entry_of(in, l);
+        if (e.at > in->size || e.bytes > in->size - e.at)
+            return ibl_input_short(in, "one of its levels");
+        ibl_status status =
+            ibl_check_level_bytes(in, l, e.bytes_uncompressed, must);
+        if (!status)
+            status = packed ? ibl_zstd_check(in, l, e.bytes, must)
+                            : ibl_check_level_bytes(in, l, e.bytes, must);
+        if (status)
+            return status;
     }
-    return status;
+    return IBL_OK;
 }
 
-/* Reads a level that check_frames has seen. */
-static ibl_status unpack_level(const ibl_input *in, ibl_place *place,
-                               ibl_texture *tex, int level)
+static ibl_status read_level(const ibl_input *in, bool packed, ibl_place *place,
+                             ibl_texture *tex, int level)
 {
+    const index_entry e = entry_of(in, level);
     unsigned char *unpacked = NULL;
-    index_entry entry;
-    ibl_status status = find_level(in, level, &entry);
 
-    if (!status)
-        status = ibl_zstd_unpack(in, level, entry.at, entry.bytes,
-                                 entry.bytes_uncompressed, &unpacked);
-    if (status)
-        return status;
-    const ibl_input texels =
-        ibl_input_of(in->ctx, in->name, unpacked, entry.bytes_uncompressed);
-    place->at = 0;
-    status = ibl_place_read_level(&texels, place, tex, level,
-                                  tex->layers * tex->faces,
-                                  entry.bytes_uncompressed);
+    place->at = e.at;
+    if (!packed)
+        return ibl_place_read_level(in, place, tex, level);
+    ibl_status status = ibl_zstd_unpack(in, level, e.at, e.bytes,
+                                        e.bytes_uncompressed, &unpacked);
+    if (!status) {
+        const ibl_input texels =
+            ibl_input_of(in->ctx, in->name, unpacked, e.bytes_uncompressed);
+        place->at = 0;
+        status = ibl_place_read_level(&texels, place, tex, level);
+    }
     ibl_free(unpacked);
     return status;
 }
 
-/* Allocates tex if the file has its texels. */
-static ibl_status begin(const ibl_input *in, const header *h,
-                        const ibl_place *place, ibl_texture *tex)
-{
-    ibl_status status = ibl_texture_shape(in, &h->shape, place, tex);
-
-    if (!status && !ibl_input_has(in, sizeof *h,
-                                  sizeof(index_entry) * (uint64_t)tex->levels))
-        status = ibl_input_short(in, "its level index");
-    if (status || h->scheme == SCHEME_NONE)
-        return status ? status : ibl_texture_begin(in, &h->shape, place, tex);
-    status = check_frames(in, place, tex);
-    return status ? status : ibl_texture_alloc(in, tex);
-}
-
-ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex)
+ibl_status ibl_ktx2_decode(const ibl_input *in, ibl_texture *tex)
 {
     ibl_place place = {.row_align = 1};
     header h;
-    ibl_status status;
 
     if (!ibl_input_has(in, 0, sizeof h))
         return ibl_input_short(in, "a KTX2 header");
     memcpy(&h, in->bytes, sizeof h);
-    status = find_layout(in, &h, &place.layout);
+    const bool packed = h.scheme == SCHEME_ZSTD;
+    ibl_status status = find_layout(in, &h, &place.layout);
     if (!status)
-        status = check_header(in, &h, place.layout);
+        status = ibl_texture_shape(in, &h.shape, &place, tex);
+    if (!status && !packed)
+        status = ibl_check_stored(in, &place, tex);
     if (!status)
-        place.layout = settle_astc(in, &h, place.layout);
+        status = check_levels(in, packed, &place, tex);
     if (!status)
-        status = begin(in, &h, &place, tex);
+        status = ibl_texture_alloc(in, tex);
     if (status)
         return status;
     status = ibl_keys_read(in, h.kvd, h.kvd_bytes, rows_down, rows_up, tex,
@@ -311,7 +266,6 @@ ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex)
         ibl_pixel_has_alpha(tex->pixel) &&
         d[offsetof(descriptor, flags)] & ALPHA_PREMULTIPLIED;
     for (int l = 0; !status && tex->data && l < tex->levels; l++)
-        status = h.scheme == SCHEME_ZSTD ? unpack_level(in, &place, tex, l)
-                                         : read_level(in, &place, tex, l);
+        status = read_level(in, packed, &place, tex, l);
     return status;
 }

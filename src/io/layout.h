@@ -34,7 +34,7 @@ ibl_status ibl_faces_check(ibl_ctx *ctx, const char *name, const ibl_cube *cube,
                            const unsigned char order[IBL_FACES]);
 
 /* Reads six files, one for each face, into rows of the faces one below the
- * other, as ibl_reader says. Their format, primaries and kind of alpha are the
+ * other, as ibl_open_fn says. Their format, primaries and kind of alpha are the
  * first file's. name   of all of them, for messages */
 ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
                               char *const files[IBL_FACES],

@@ -3,7 +3,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -27,158 +26,41 @@ static const float alpha_rounding = 1e-3f;
 /* The share of a map's light that is worth a word. */
 static const double notable = 1e-4;
 
-/* Whether a row may have values that are not finite or negative. After
- * mend_signs: whether it has values that are not finite. Its largest component
- * otherwise. */
-static bool is_dirty(uint32_t most)
-{
-    return most >= IBL_INFINITE_BITS;
-}
-
 static bool is_finite(float f)
 {
     return (ibl_bits_of(f) & IBL_INFINITE_BITS) != IBL_INFINITE_BITS;
 }
 
-/* A set of rows that jobs go through. */
-typedef struct batch {
-    ibl_mender *m;
-    float *rgb;
-    int first, count; /* rows of the map */
-    atomic_size_t nonfinite, negative, outside, clamped;
-} batch;
-
-/* ---- signs ------------------------------------------------------------- */
-
-/* Sets negative values of a row to 0; counts negative and non-finite pixels.
- * Returns the bits of the largest value, or infinity's if one is not finite. */
-static uint32_t mend_signs(batch *b, float *p, double *removed)
+/* Mends a row with values that are not finite or below 0; -0 becomes 0. */
+static void mend_values(float *p, int width, ibl_row_facts *f)
 {
-    size_t nonfinite = 0, negative = 0;
-    float peak = 0, below = 0;
+    float first[3], left[3];
 
-    for (int i = 0; i < b->m->rows->width; i++, p += 3) {
-        bool is_negative = false, is_nonfinite = false;
+    memcpy(first, p, sizeof first);
+    memcpy(left, p + 3 * (width - 1), sizeof left);
+    for (int x = 0; x < width; x++, p += 3) {
+        const float *right = x + 1 < width ? p + 3 : first;
+        bool nonfinite = false, negative = false;
         for (int c = 0; c < 3; c++) {
-            if (!is_finite(p[c])) {
-                is_nonfinite = true;
-            } else if (p[c] <= 0) { /* -0 too */
-                is_negative |= p[c] < 0;
-                below -= p[c];
-                p[c] = 0;
-            } else if (p[c] > peak) {
-                peak = p[c];
+            const float was = p[c];
+            if (!is_finite(was)) {
+                const float best =
+                    fmaxf(is_finite(left[c]) ? left[c] : -INFINITY,
+                          is_finite(right[c]) ? right[c] : -INFINITY);
+                nonfinite = true;
+                p[c] = best > -INFINITY                        ? best
+                       : ibl_bits_of(was) == IBL_INFINITE_BITS ? IBL_HALF_MAX
+                                                               : 0;
+            } else if (was < 0) {
+                negative = true;
+                f->removed -= (double)was;
             }
+            p[c] = p[c] > 0 ? p[c] : 0;
+            f->peak = fmaxf(f->peak, p[c]);
+            left[c] = was;
         }
-        negative += is_negative;
-        nonfinite += is_nonfinite;
-    }
-    *removed = (double)below;
-    b->negative += negative;
-    b->nonfinite += nonfinite;
-    return nonfinite ? IBL_INFINITE_BITS : ibl_bits_of(peak);
-}
-
-static void signs_job(void *arg, int job, int worker)
-{
-    batch *b = arg;
-    const int width = b->m->rows->width, step = width / SAMPLES + 1;
-    ibl_max_finite_fn *look = ibl_max_finite(ibl_ctx_isa(b->m->rows->ctx));
-
-    (void)worker;
-    for (int y = job * ROWS; y < b->count && y < (job + 1) * ROWS; y++) {
-        float *p = b->rgb + 3 * (size_t)width * (size_t)y;
-        uint32_t *most = &b->m->most[b->first + y];
-        *most = look(p, 3 * (size_t)width);
-        ibl_row_sums *sums = &b->m->sums[b->first + y];
-        if (is_dirty(*most))
-            *most = mend_signs(b, p, &sums->removed);
-        for (int x = 0; x < width; x += step)
-            for (int c = 0; c < 3; c++)
-                sums->left +=
-                    is_finite(p[3 * x + c]) ? (double)p[3 * x + c] * step : 0;
-        if (!is_dirty(*most)) /* a sun between the samples counts once */
-            sums->left = fmax(sums->left, (double)ibl_float_of(*most));
-    }
-}
-
-/* Reads the map's next count rows. Sets negative values to 0; keeps those that
- * are not finite. */
-static ibl_status read_new(ibl_mender *m, int count, float *rgb)
-{
-    ibl_rows *rows = m->rows;
-    batch b = {.m = m, .rgb = rgb, .first = rows->row, .count = count};
-
-    if (!count)
-        return IBL_OK;
-    ibl_status status = ibl_rows_read(rows, count, rgb);
-    if (!status)
-        status =
-            ibl_run(rows->ctx, NULL, (count + ROWS - 1) / ROWS, signs_job, &b);
-    for (int y = 0; y < count && !status; y++)
-        if (!is_dirty(m->most[b.first + y]))
-            rows->report.peak =
-                fmaxf(rows->report.peak, ibl_float_of(m->most[b.first + y]));
-    rows->report.nonfinite += b.nonfinite;
-    rows->report.negative += b.negative;
-    return status;
-}
-
-/* ---- values that are not finite ---------------------------------------- */
-
-/* The largest finite value of component c around column x in three rows (NULL
- * beyond a pole); columns wrap. */
-static float best_neighbour(const float *const rows[3], int width, int x, int c,
-                            float otherwise)
-{
-    float best = otherwise;
-    bool found = false;
-    for (int r = 0; r < 3; r++) {
-        if (!rows[r])
-            continue;
-        for (int dx = -1; dx <= 1; dx++) {
-            const int column = (x + dx + width) % width;
-            const float f = rows[r][3 * column + c];
-            if ((r == 1 && column == x) || !is_finite(f) ||
-                (found && f <= best))
-                continue;
-            best = f;
-            found = true;
-        }
-    }
-    return best;
-}
-
-/* Mends values that are not finite, in the rows after m->above, from their
- * neighbours before any repair. */
-static void mend_nonfinite(ibl_mender *m, const uint32_t *most, int count,
-                           float *rgb)
-{
-    const int width = m->rows->width;
-    const size_t floats = 3 * (size_t)width;
-    float *peak = &m->rows->report.peak;
-
-    for (int y = 0; y < count; y++) {
-        float *row = rgb + floats * (size_t)y, *before = m->before[m->turn];
-        const float *below = y + 1 < count  ? row + floats
-                             : m->has_ahead ? m->ahead
-                                            : NULL;
-        if (!is_dirty(most[y]) && y + 1 < count) {
-            m->above = row;
-            continue;
-        }
-        memcpy(before, row, floats * sizeof *before);
-        const float *const rows[3] = {m->above, before, below};
-        for (int i = 0; i < 3 * width && is_dirty(most[y]); i++) {
-            if (!is_finite(row[i])) {
-                const bool inf = ibl_bits_of(row[i]) == IBL_INFINITE_BITS;
-                row[i] = best_neighbour(rows, width, i / 3, i % 3,
-                                        inf ? IBL_HALF_MAX : 0);
-            }
-            *peak = fmaxf(*peak, row[i]);
-        }
-        m->above = before;
-        m->turn = !m->turn;
+        f->nonfinite += nonfinite;
+        f->negative += negative;
     }
 }
 
@@ -208,104 +90,129 @@ static bool bring_inside(const ibl_mender *m, double p[3])
     return outside;
 }
 
-static void colours_job(void *arg, int job, int worker)
+static void change_colours(const ibl_mender *m, float *rgb, ibl_row_facts *f)
 {
-    batch *b = arg;
-    const ibl_mender *m = b->m;
     const double *k = m->matrix;
-    const int width = m->rows->width;
-    const bool clamps = m->clamp < INFINITY;
-    size_t outside = 0, clamped = 0;
 
-    (void)worker;
-    for (int y = job * ROWS; y < b->count && y < (job + 1) * ROWS; y++) {
-        float *rgb = b->rgb + 3 * (size_t)width * (size_t)y;
-        ibl_row_sums *sums = &m->sums[b->first + y];
-        for (int x = 0; x < width; x++, rgb += 3) {
-            const double r = rgb[0], g = rgb[1], blue = rgb[2];
-            double p[3];
-            for (int i = 0; i < 3; i++)
-                p[i] = k[3 * i] * r + k[3 * i + 1] * g + k[3 * i + 2] * blue;
-            if (m->converts)
-                outside += bring_inside(m, p);
-            const double most = largest(p);
-            const double kept = most > m->clamp ? m->clamp / most : 1;
-            if (clamps) {
-                sums->light += luminance(m, p);
-                sums->clamped += (1 - kept) * luminance(m, p);
-                clamped += kept < 1;
-            }
-            for (int i = 0; i < 3; i++)
-                rgb[i] = (float)fmin(kept * p[i], FLT_MAX);
+    for (int x = 0; x < m->rows->width; x++, rgb += 3) {
+        const double r = rgb[0], g = rgb[1], blue = rgb[2];
+        double p[3];
+        for (int i = 0; i < 3; i++)
+            p[i] = k[3 * i] * r + k[3 * i + 1] * g + k[3 * i + 2] * blue;
+        if (m->converts)
+            f->outside += bring_inside(m, p);
+        const double most = largest(p);
+        const double kept = most > m->clamp ? m->clamp / most : 1;
+        if (m->clamp < INFINITY) {
+            f->light += luminance(m, p);
+            f->clamped_light += (1 - kept) * luminance(m, p);
+            f->clamped += kept < 1;
         }
+        for (int i = 0; i < 3; i++)
+            rgb[i] = (float)fmin(kept * p[i], FLT_MAX);
     }
-    b->outside += outside;
-    b->clamped += clamped;
 }
 
 /* ---- alpha -------------------------------------------------------------- */
 
 /* Mends alpha. Multiplies straight colours by it; other colours become black
  * where it is 0. */
-static void mend_alpha(const ibl_mender *m, int first, int count, float *rgb)
+static void mend_alpha(const ibl_mender *m, float *alpha, float *rgb,
+                       ibl_row_facts *f)
 {
-    const size_t width = (size_t)m->rows->width;
-    float *alpha = m->rows->alpha + width * (size_t)first;
-    ibl_read_report *r = &m->rows->report;
-
-    if (!first)
-        r->alpha_most = 0;
-    for (size_t i = 0; i < width * (size_t)count; i++, rgb += 3) {
-        const bool known = is_finite(alpha[i]);
-        const float a = known && alpha[i] > 0 ? fminf(alpha[i], 1) : 0;
+    for (int x = 0; x < m->rows->width; x++, alpha++, rgb += 3) {
+        const bool known = is_finite(*alpha);
+        const float a = known && *alpha > 0 ? fminf(*alpha, 1) : 0;
         const float factor = m->straight || a <= 0 ? a : 1;
 
-        r->alpha_nonfinite += !known;
-        r->alpha_beyond += known && fabsf(alpha[i] - a) > alpha_rounding;
-        r->alpha_least = fminf(r->alpha_least, a);
-        r->alpha_most = fmaxf(r->alpha_most, a);
-        r->alpha_hidden +=
+        f->alpha_nonfinite += !known;
+        f->alpha_beyond += known && fabsf(*alpha - a) > alpha_rounding;
+        f->alpha_least = fminf(f->alpha_least, a);
+        f->alpha_most = fmaxf(f->alpha_most, a);
+        f->alpha_hidden +=
             !m->straight && a <= 0 && known && rgb[0] + rgb[1] + rgb[2] > 0;
-        alpha[i] = a;
+        *alpha = a;
         for (int k = 0; k < 3; k++)
             rgb[k] *= factor;
     }
 }
 
-/* ---- rows in order ------------------------------------------------------ */
+/* ---- rows --------------------------------------------------------------- */
 
-static bool same_space(const double a[8], const double b[8])
+typedef struct batch {
+    const ibl_mender *m;
+    float *rgb;
+    int first, count; /* rows of the map */
+} batch;
+
+static void rows_job(void *arg, int job, int worker)
 {
-    const char *names[2] = {ibl_colour_space_name(a), ibl_colour_space_name(b)};
-    return names[0] && names[0] == names[1];
+    const batch *b = arg;
+    const ibl_mender *m = b->m;
+    const int width = m->rows->width, step = width / SAMPLES + 1;
+    ibl_max_finite_fn *look = ibl_max_finite(ibl_ctx_isa(m->rows->ctx));
+
+    (void)worker;
+    for (int y = job * ROWS; y < b->count && y < (job + 1) * ROWS; y++) {
+        float *rgb = b->rgb + 3 * (size_t)width * (size_t)y;
+        const size_t row = (size_t)(b->first + y);
+        ibl_row_facts *f = &m->facts[row];
+        const uint32_t most = look(rgb, 3 * (size_t)width);
+        *f = (ibl_row_facts){.alpha_least = 1};
+        if (most < IBL_INFINITE_BITS)
+            f->peak = ibl_float_of(most);
+        else
+            mend_values(rgb, width, f);
+        for (int x = 0; x < width; x += step)
+            for (int c = 0; c < 3; c++)
+                f->left += (double)rgb[3 * x + c] * step;
+        /* a sun between the samples counts once */
+        f->left = fmax(f->left, (double)f->peak);
+        if (m->changes)
+            change_colours(m, rgb, f);
+        if (m->rows->alpha)
+            mend_alpha(m, m->rows->alpha + (size_t)width * row, rgb, f);
+    }
 }
 
-static ibl_status init_colours(ibl_mender *m, const ibl_input *in,
-                               const ibl_read_options *opts)
+/* ---- the whole map ------------------------------------------------------ */
+
+ibl_status ibl_mender_init(ibl_mender *m, const ibl_input *in, ibl_rows *rows,
+                           const ibl_read_options *opts)
 {
-    ibl_rows *rows = m->rows;
-    ibl_read_report *r = &rows->report;
     const double *rec709 = ibl_primaries_xy(IBL_PRIMARIES_REC709);
-    const bool known = rows->has_primaries || rows->primaries[7] > 0;
-    const double *xy = known ? rows->primaries : rec709;
-    const char *name = ibl_colour_space_name(xy);
     const double gain = exp2(opts->exposure);
+    ibl_read_report *r = &rows->report;
     double unused[9];
     float luma[3];
 
-    *m->matrix = m->matrix[4] = m->matrix[8] = 1;
-    m->primaries = opts->primaries;
-    m->clamp = opts->clamp > 0 ? opts->clamp : INFINITY;
-    r->has_primaries = rows->has_primaries;
-    memcpy(r->primaries, xy, sizeof r->primaries);
+    *m = (ibl_mender){
+        .rows = rows,
+        .name = in->name,
+        .strict = opts->strict,
+        .straight = rows->straight || opts->alpha == IBL_ALPHA_STRAIGHT,
+        .primaries = opts->primaries,
+        .matrix = {1, 0, 0, 0, 1, 0, 0, 0, 1},
+        .clamp = opts->clamp > 0 ? opts->clamp : INFINITY,
+    };
+    m->facts = ibl_alloc_array((size_t)rows->height, sizeof *m->facts);
+    if (!m->facts)
+        return ibl_no_memory(rows->ctx, "rows of an image");
+    r->has_alpha = rows->alpha != NULL;
+    r->alpha_least = 1;
+    r->alpha_most = !rows->alpha;
+    if (!r->has_primaries)
+        memcpy(r->primaries, rec709, sizeof r->primaries);
+    const char *name = ibl_colour_space_name(r->primaries);
     snprintf(r->primaries_name, sizeof r->primaries_name, "%s",
              name ? name : "");
-    if (!ibl_colour_space(xy, unused, luma))
+    if (!ibl_colour_space(r->primaries, unused, luma))
         ibl_colour_space(rec709, unused, luma);
     if (opts->primaries != IBL_PRIMARIES_KEEP) {
         const double *to = ibl_primaries_xy(opts->primaries);
-        m->converts = !same_space(xy, to);
-        if (m->converts && !ibl_colour_matrix(xy, to, m->matrix, luma))
+        m->converts = !name || strcmp(name, ibl_colour_space_name(to));
+        if (m->converts &&
+            !ibl_colour_matrix(r->primaries, to, m->matrix, luma))
             return ibl_bad_file(
                 in,
                 "its primaries are no triangle with a white, so that they "
@@ -320,31 +227,75 @@ static ibl_status init_colours(ibl_mender *m, const ibl_input *in,
     return IBL_OK;
 }
 
-ibl_status ibl_mender_init(ibl_mender *m, const ibl_input *in, ibl_rows *rows,
-                           const ibl_read_options *opts)
+/* After the last row: warns of mended values or, if strict, refuses them. */
+static ibl_status report(ibl_mender *m)
 {
-    const size_t row_bytes = 3 * sizeof(float) * (size_t)rows->width;
-
-    *m = (ibl_mender){.rows = rows, .name = in->name, .strict = opts->strict};
-    m->straight = rows->straight || opts->alpha == IBL_ALPHA_STRAIGHT;
-    rows->report.has_alpha = rows->alpha != NULL;
-    rows->report.alpha_least = rows->report.alpha_most = 1;
-    m->most = ibl_alloc_array((size_t)rows->height, sizeof *m->most);
-    m->sums = ibl_alloc_zeroed((size_t)rows->height, sizeof *m->sums);
-    m->before[0] = ibl_alloc_array(1, row_bytes);
-    m->before[1] = ibl_alloc_array(1, row_bytes);
-    m->ahead = ibl_alloc_array(1, row_bytes);
-    if (!m->most || !m->sums || !m->before[0] || !m->before[1] || !m->ahead)
-        return ibl_no_memory(rows->ctx, "rows of an image");
-    return init_colours(m, in, opts);
-}
-
-static void warn_of_colours(const ibl_mender *m)
-{
-    const ibl_read_report *r = &m->rows->report;
+    ibl_read_report *r = &m->rows->report;
     const double *xy = r->primaries;
     ibl_ctx *ctx = m->rows->ctx;
+    const int height = m->rows->height;
+    const bool map = r->layout == IBL_INPUT_EQUIRECT;
+    double left = 0, removed = 0, light = 0, clamped = 0;
 
+    for (int y = 0; y < height; y++) {
+        const ibl_row_facts *f = &m->facts[y];
+        /* the solid angle of a row, but for a factor */
+        const double size =
+            map ? cos(IBL_PI * y / height) - cos(IBL_PI * (y + 1) / height) : 1;
+        left += f->left;
+        removed += f->removed;
+        light += size * f->light;
+        clamped += size * f->clamped_light;
+        r->nonfinite += f->nonfinite;
+        r->negative += f->negative;
+        r->outside += f->outside;
+        r->clamped += f->clamped;
+        r->alpha_nonfinite += f->alpha_nonfinite;
+        r->alpha_beyond += f->alpha_beyond;
+        r->alpha_hidden += f->alpha_hidden;
+        r->peak = fmaxf(r->peak, f->peak);
+        r->alpha_least = fminf(r->alpha_least, f->alpha_least);
+        r->alpha_most = fmaxf(r->alpha_most, f->alpha_most);
+    }
+    r->clamp_removed = light > 0 ? clamped / light : 0;
+    if (m->strict &&
+        (r->nonfinite || r->negative || r->alpha_nonfinite || r->alpha_beyond))
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: %zu pixels are not finite and %zu negative, and "
+                        "alpha is not finite in %zu and not from 0 to 1 in "
+                        "%zu, which strict reading refuses and any other mends",
+                        m->name, r->nonfinite, r->negative, r->alpha_nonfinite,
+                        r->alpha_beyond);
+    if (r->nonfinite)
+        ibl_warn(ctx,
+                 "%s: %zu pixels were not finite; each became the brighter of "
+                 "its neighbours in the row that are, or black if NaN and "
+                 "65504 if infinite",
+                 m->name, r->nonfinite);
+    if (r->negative)
+        (removed > notable * left ? ibl_warn : ibl_info)(
+            ctx,
+            "%s: %zu pixels were negative and became 0: %.2g %% of the map's "
+            "light",
+            m->name, r->negative, 100 * fmin(removed / left, 1));
+    if (!(r->peak > 0) && !m->rows->alpha) /* what alpha hides is black */
+        ibl_warn(ctx, "%s: is black everywhere", m->name);
+    if (r->low_range)
+        ibl_warn(ctx,
+                 "%s: low dynamic range (integers, taken for %s): lamps and "
+                 "the sun are clipped, so it cannot light well",
+                 m->name, r->low_range == 1 ? "sRGB" : "linear");
+    if (r->alpha_nonfinite + r->alpha_beyond)
+        ibl_warn(ctx,
+                 "%s: alpha was not finite in %zu pixels, which count as not "
+                 "seen, and not from 0 to 1 in %zu, where it became 0 or 1",
+                 m->name, r->alpha_nonfinite, r->alpha_beyond);
+    if (r->alpha_hidden)
+        ibl_warn(ctx,
+                 "%s: %zu pixels had a colour but alpha 0, and became black: "
+                 "colours are taken as multiplied by alpha unless they are "
+                 "said to be straight",
+                 m->name, r->alpha_hidden);
     if (r->has_primaries && m->primaries == IBL_PRIMARIES_KEEP &&
         strcmp(r->primaries_name, "Rec.709"))
         ibl_warn(ctx,
@@ -366,103 +317,23 @@ static void warn_of_colours(const ibl_mender *m)
                  "%s: %zu pixels were above %g and were clamped, which took "
                  "%.3g %% of the map's luminance",
                  m->name, r->clamped, m->clamp, 100 * r->clamp_removed);
-}
-
-/* After the last row: warns of mended values or, if strict, refuses them. */
-static ibl_status report(ibl_mender *m)
-{
-    ibl_read_report *r = &m->rows->report;
-    ibl_ctx *ctx = m->rows->ctx;
-    const int height = m->rows->height;
-    const bool map = r->layout == IBL_INPUT_EQUIRECT;
-    ibl_row_sums all = {0};
-
-    for (int y = 0; y < height; y++) {
-        /* the solid angle of a row, but for a factor */
-        const double size =
-            map ? cos(IBL_PI * y / height) - cos(IBL_PI * (y + 1) / height) : 1;
-        all.left += m->sums[y].left;
-        all.removed += m->sums[y].removed;
-        all.light += size * m->sums[y].light;
-        all.clamped += size * m->sums[y].clamped;
-    }
-    r->clamp_removed = all.light > 0 ? all.clamped / all.light : 0;
-    if (m->strict &&
-        (r->nonfinite || r->negative || r->alpha_nonfinite || r->alpha_beyond))
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: %zu pixels are not finite and %zu negative, and "
-                        "alpha is not finite in %zu and not from 0 to 1 in "
-                        "%zu, which strict reading refuses and any other mends",
-                        m->name, r->nonfinite, r->negative, r->alpha_nonfinite,
-                        r->alpha_beyond);
-    if (r->nonfinite)
-        ibl_warn(ctx,
-                 "%s: %zu pixels were not finite; each became its brightest "
-                 "neighbour that is, or black if NaN and 65504 if infinite",
-                 m->name, r->nonfinite);
-    if (r->negative)
-        (all.removed > notable * all.left ? ibl_warn : ibl_info)(
-            ctx,
-            "%s: %zu pixels were negative and became 0: %.2g %% of the map's "
-            "light",
-            m->name, r->negative, 100 * fmin(all.removed / all.left, 1));
-    if (!(r->peak > 0) && !m->rows->alpha) /* what alpha hides is black */
-        ibl_warn(ctx, "%s: is black everywhere", m->name);
-    if (r->low_range)
-        ibl_warn(ctx,
-                 "%s: low dynamic range (integers, taken for %s): lamps and "
-                 "the sun are clipped, so it cannot light well",
-                 m->name, r->low_range == 1 ? "sRGB" : "linear");
-    if (r->alpha_nonfinite + r->alpha_beyond)
-        ibl_warn(ctx,
-                 "%s: alpha was not finite in %zu pixels, which count as not "
-                 "seen, and not from 0 to 1 in %zu, where it became 0 or 1",
-                 m->name, r->alpha_nonfinite, r->alpha_beyond);
-    if (r->alpha_hidden)
-        ibl_warn(ctx,
-                 "%s: %zu pixels had a colour but alpha 0, and became black: "
-                 "colours are taken as multiplied by alpha unless they are "
-                 "said to be straight",
-                 m->name, r->alpha_hidden);
-    warn_of_colours(m);
     return IBL_OK;
 }
 
 ibl_status ibl_mender_read(ibl_mender *m, int count, float *rgb)
 {
     ibl_rows *rows = m->rows;
-    const size_t floats = 3 * (size_t)rows->width;
-    const int old = m->has_ahead, first = rows->row - old;
-    const uint32_t *most = m->most + first;
-    batch b = {.m = m, .rgb = rgb, .first = first, .count = count};
+    batch b = {.m = m, .rgb = rgb, .first = rows->row, .count = count};
+    ibl_status status = ibl_rows_read(rows, count, rgb);
 
-    if (old)
-        memcpy(rgb, m->ahead, floats * sizeof *rgb);
-    ibl_status status = read_new(m, count - old, rgb + (old ? floats : 0));
-    if (status)
-        return status;
-    m->has_ahead = is_dirty(most[count - 1]) && first + count < rows->height;
-    if (m->has_ahead)
-        status = read_new(m, 1, m->ahead);
-    if (status)
-        return status;
-    mend_nonfinite(m, most, count, rgb);
-    if (m->changes)
-        status = ibl_run(rows->ctx, NULL, (count + ROWS - 1) / ROWS,
-                         colours_job, &b);
-    rows->report.outside += b.outside;
-    rows->report.clamped += b.clamped;
-    if (!status && rows->alpha)
-        mend_alpha(m, first, count, rgb);
-    return status || first + count < rows->height ? status : report(m);
+    if (!status)
+        status =
+            ibl_run(rows->ctx, NULL, (count + ROWS - 1) / ROWS, rows_job, &b);
+    return status || rows->row < rows->height ? status : report(m);
 }
 
 void ibl_mender_free(ibl_mender *m)
 {
-    ibl_free(m->ahead);
-    ibl_free(m->before[1]);
-    ibl_free(m->before[0]);
-    ibl_free(m->sums);
-    ibl_free(m->most);
+    ibl_free(m->facts);
     *m = (ibl_mender){0};
 }

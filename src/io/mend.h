@@ -6,31 +6,27 @@
 
 #include "io/rows.h"
 
-/* What a row of the map adds to sums, in order, so that they do not depend on
- * threads. */
-typedef struct ibl_row_sums {
+/* What was found in a row of the map. Rows are added up in order, so that sums
+ * do not depend on threads. */
+typedef struct ibl_row_facts {
     double left;    /* about the sum of the components that are left */
     double removed; /* the sum of the negative ones */
     double light;   /* its luminance before the clamp, and what that took; */
-    double clamped; /*   0 without clamp */
-} ibl_row_sums;
+    double clamped_light; /* 0 without clamp */
+    /* pixels, as in the report */
+    uint32_t nonfinite, negative, outside, clamped;
+    uint32_t alpha_nonfinite, alpha_beyond, alpha_hidden;
+    float peak, alpha_least, alpha_most;
+} ibl_row_facts;
 
-/* Reads rows and mends them. The counts in the rows' report do not depend on
- * threads or on the division into calls. -0 becomes 0 and is not counted. */
+/* Reads rows and mends them. The facts in the rows' report, which it gets with
+ * the last row, do not depend on threads or on the division into calls. -0
+ * becomes 0 and is not counted. */
 typedef struct ibl_mender {
     ibl_rows *rows;
     const char *name; /* of the file */
     bool strict;
-    uint32_t *most;     /* of each row of the map that was read: the bits of its
-                           largest component, or IBL_INFINITE_BITS */
-    ibl_row_sums *sums; /* of each row of the map */
-
-    /* values that are not finite */
-    const float *above; /* the row above the next one, before its repair */
-    float *before[2];   /* rows before their repair, used alternately */
-    int turn;
-    float *ahead; /* the next row, if has_ahead */
-    bool has_ahead;
+    ibl_row_facts *facts; /* of each row of the map */
 
     /* colours */
     ibl_primaries primaries;

@@ -51,7 +51,7 @@ static const struct {
     {0, 2, "BM", {"BMP", "bmp"}},
 };
 
-const ibl_image_kind *ibl_image_kind_of(const unsigned char *b, size_t size)
+static const ibl_image_kind *kind_of(const unsigned char *b, size_t size)
 {
     static const ibl_image_kind pnm = {"PNM", "pnm"}, pfm = {"PFM", "pnm"},
                                 targa = {"Targa", "targa"};
@@ -264,7 +264,7 @@ ibl_status ibl_other_image_open(ibl_input *in, const ibl_read_options *opts,
     const ibl_status loaded = ibl_input_load(in);
     if (loaded)
         return loaded;
-    const ibl_image_kind *kind = ibl_image_kind_of(in->bytes, in->size);
+    const ibl_image_kind *kind = kind_of(in->bytes, in->size);
     if (!kind)
         return refuse_unknown(in);
     file f = {.bytes = in->bytes, .size = in->size};

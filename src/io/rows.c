@@ -12,19 +12,9 @@
 ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb)
 {
     const ibl_status status = rows->read(rows, count, rgb);
-    if (status)
-        return status;
-    ibl_rows_progress(rows, count);
-    rows->row += count;
-    return IBL_OK;
-}
 
-void ibl_rows_progress(const ibl_rows *rows, int done)
-{
-    if (rows->silent)
-        return;
-    ibl_progress(rows->ctx, "decode",
-                 (double)(rows->row + done) / rows->height);
+    rows->row += status ? 0 : count;
+    return status;
 }
 
 void ibl_rows_close(ibl_rows *rows)
@@ -90,16 +80,10 @@ ibl_status ibl_map_alloc(const ibl_input *in, int width, int height,
 
 /* ---- an image that is there ----------------------------------------- */
 
-typedef struct image_rows {
-    ibl_rows rows;
-    const float *data;
-} image_rows;
-
 static ibl_status image_read(ibl_rows *rows, int count, float *rgb)
 {
-    const image_rows *r = (image_rows *)rows;
     const size_t floats = 3 * (size_t)rows->width;
-    const float *src = r->data + floats * (size_t)rows->row;
+    const float *src = rows->whole.data + floats * (size_t)rows->row;
 
     if (src != rgb)
         memcpy(rgb, src, floats * (size_t)count * sizeof *rgb);
@@ -112,25 +96,26 @@ static void image_close(ibl_rows *rows)
     ibl_free(rows);
 }
 
-ibl_status ibl_rows_of_image(ibl_ctx *ctx, ibl_image *img, ibl_rows **out)
+ibl_status ibl_rows_of_image(ibl_ctx *ctx, ibl_image *img, const ibl_rows *like,
+                             ibl_rows **out)
 {
-    image_rows *r = ibl_alloc_zeroed(1, sizeof *r);
+    ibl_rows *r = *out = ibl_alloc_zeroed(1, sizeof *r);
 
-    *out = NULL;
     if (!r) {
         ibl_image_free(img);
         return ibl_no_memory(ctx, "an image");
     }
-    r->rows = (ibl_rows){.ctx = ctx,
-                         .width = img->width,
-                         .height = img->height,
-                         .read = image_read,
-                         .close = image_close,
-                         .whole = *img,
-                         .silent = true};
-    r->data = img->data;
+    *r = (ibl_rows){.ctx = ctx,
+                    .width = img->width,
+                    .height = img->height,
+                    .read = image_read,
+                    .close = image_close,
+                    .whole = *img};
+    if (like) {
+        r->report = like->report;
+        r->straight = like->straight;
+    }
     *img = (ibl_image){0};
-    *out = &r->rows;
     return IBL_OK;
 }
 
@@ -151,34 +136,31 @@ ibl_status ibl_rows_upright(const ibl_input *in, ibl_rows **rows)
 {
     ibl_rows *r = *rows, *made = NULL;
     const int w = r->width, h = r->height, o = r->orientation;
-    const size_t pixels = (size_t)w * (size_t)h, row = (size_t)(o > 4 ? h : w);
+    const int width = o > 4 ? h : w, height = o > 4 ? w : h;
     ibl_image from = r->whole, to = {0};
     ibl_status status = IBL_OK;
 
-    r->whole = (ibl_image){0};
     if (!from.data)
         status = ibl_map_alloc(in, w, h, &from);
     if (!status)
         status = ibl_rows_read(r, h, from.data);
     if (!status)
-        status = ibl_map_alloc(in, o > 4 ? h : w, o > 4 ? w : h, &to);
-    for (size_t i = 0; i < pixels && !status; i++)
-        memcpy(to.data + 3 * i,
-               from.data + 3 * lies_at(o, w, h, (int)(i % row), (int)(i / row)),
-               3 * sizeof *to.data);
-    ibl_image_free(&from);
+        status = ibl_map_alloc(in, width, height, &to);
     if (!status)
-        status = ibl_rows_of_image(in->ctx, &to, &made);
+        status = ibl_rows_of_image(in->ctx, &to, r, &made);
     if (!status && r->alpha)
         status = ibl_rows_alloc_alpha(made);
-    for (size_t i = 0; i < pixels && !status && r->alpha; i++)
-        made->alpha[i] =
-            r->alpha[lies_at(o, w, h, (int)(i % row), (int)(i / row))];
+    for (size_t i = 0; i < (size_t)w * (size_t)h && !status; i++) {
+        const size_t at = lies_at(o, w, h, (int)(i % (size_t)width),
+                                  (int)(i / (size_t)width));
+        memcpy(made->whole.data + 3 * i, from.data + 3 * at,
+               3 * sizeof *from.data);
+        if (r->alpha)
+            made->alpha[i] = r->alpha[at];
+    }
+    if (from.data != r->whole.data)
+        ibl_image_free(&from);
     if (made) {
-        made->report = r->report;
-        made->straight = r->straight;
-        made->has_primaries = r->has_primaries;
-        memcpy(made->primaries, r->primaries, sizeof made->primaries);
         ibl_rows_close(r);
         *rows = made;
     }
@@ -212,7 +194,7 @@ ibl_status ibl_rows_of_pixels(const ibl_input *in, const ibl_pixels *from,
     if (!status)
         status = ibl_map_alloc(in, from->width, from->height, &img);
     if (!status)
-        status = ibl_rows_of_image(in->ctx, &img, out);
+        status = ibl_rows_of_image(in->ctx, &img, NULL, out);
     if (!status && opts->alpha && channels == 4)
         status = ibl_rows_alloc_alpha(*out);
     if (status)

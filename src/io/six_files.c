@@ -153,15 +153,10 @@ static ibl_status read_face(ibl_input *in, const ibl_read_options *opts,
     if (!*all) {
         status = ibl_map_alloc(in, n, IBL_FACES * n, &strip);
         if (!status)
-            status = ibl_rows_of_image(in->ctx, &strip, all);
+            status = ibl_rows_of_image(in->ctx, &strip, r, all);
         if (status)
             return status;
-        ibl_rows *s = *all;
-        s->report = r->report;
-        s->report.layout = IBL_INPUT_FACES;
-        s->straight = r->straight;
-        s->has_primaries = r->has_primaries;
-        memcpy(s->primaries, r->primaries, sizeof s->primaries);
+        (*all)->report.layout = IBL_INPUT_FACES;
     }
     ibl_rows *s = *all;
     status = ibl_rows_read(*face_rows, n, s->whole.data + 3 * at);
@@ -182,7 +177,8 @@ ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
                               char *const files[IBL_FACES],
                               const ibl_read_options *opts, ibl_rows **out)
 {
-    char hashes[IBL_FACES][IBL_FILE_HASH], joined_hashes[6 * IBL_FILE_HASH];
+    const size_t digits = IBL_FILE_HASH - 1;
+    char hashes[IBL_FACES * (IBL_FILE_HASH - 1) + 1];
     ibl_read_options flat = *opts;
     ibl_status status = IBL_OK;
 
@@ -195,11 +191,11 @@ ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
     for (int f = 0; f < IBL_FACES && !status; f++) {
         ibl_input in;
         ibl_rows *rows = NULL;
-        status = ibl_input_open(ctx, files[f], ibl_rows_longest, &in);
+        status = ibl_input_open(ctx, files[f], &in);
         if (status)
             break;
         if (opts->hash)
-            status = ibl_file_hash(&in, hashes[f]);
+            status = ibl_file_hash(&in, hashes + digits * (size_t)f);
         if (!status)
             status = read_face(&in, &flat, f, &rows, out);
         ibl_rows_close(rows);
@@ -207,10 +203,6 @@ ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
     }
     if (status || !opts->hash)
         return status;
-    const size_t digits = IBL_FILE_HASH - 1;
-    for (int f = 0; f < IBL_FACES; f++)
-        memcpy(joined_hashes + digits * (size_t)f, hashes[f], digits);
-    const ibl_input all =
-        ibl_input_of(ctx, name, joined_hashes, IBL_FACES * digits);
+    const ibl_input all = ibl_input_of(ctx, name, hashes, IBL_FACES * digits);
     return ibl_file_hash(&all, (*out)->report.hash);
 }

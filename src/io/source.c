@@ -7,17 +7,14 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "io/bridge.h"
-#include "io/exr.h"
 #include "io/input.h"
 #include "io/layout.h"
 #include "io/mend.h"
-#include "io/rgbe.h"
 #include "io/rows.h"
-#include "io/ultra_hdr.h"
 
 enum {
     BRIDGE_BYTES = 150 << 20, /* OpenImageIO and its libraries */
+    IMAGE_ROWS = 512,         /* of an image that are read at once */
     SNIFF_BYTES = 64          /* enough to identify the kind of a file */
 };
 
@@ -26,8 +23,7 @@ struct ibl_source {
     ibl_input in;
     ibl_rows *rows;
     ibl_mender mender;
-    const float *map;  /* made of mended pixels of another layout, or NULL */
-    int row;           /* the next row to read */
+    bool mended;       /* the rows are of mended pixels of another layout */
     ibl_status status; /* of the first read that failed */
     char name[];
 };
@@ -35,12 +31,6 @@ struct ibl_source {
 ibl_read_options ibl_read_options_default(void)
 {
     return (ibl_read_options){.part = -1};
-}
-
-const char *ibl_alpha_name(ibl_alpha alpha)
-{
-    static const char *const names[] = {"ignore", "file", "straight"};
-    return names[alpha];
 }
 
 /* ---- the kind of a file --------------------------------------------- */
@@ -56,19 +46,14 @@ static bool is_other(const unsigned char *bytes, size_t size)
     return size > 0;
 }
 
-static const ibl_reader readers[] = {
+static const struct {
+    ibl_is_fn *is;
+    ibl_open_fn *open;
+} readers[] = {
     {ibl_exr_is, ibl_exr_open},         {ibl_rgbe_is, ibl_rgbe_open},
     {ibl_texture_is, ibl_texture_open}, {is_jpeg, ibl_jpeg_open},
     {is_other, ibl_other_image_open},
 };
-
-uint64_t ibl_rows_longest(const unsigned char *bytes, size_t size)
-{
-    return ibl_exr_is(bytes, size) || ibl_rgbe_is(bytes, size) ||
-                   ibl_texture_is(bytes, size) || ibl_image_kind_of(bytes, size)
-               ? IBL_LONGEST
-               : 0;
-}
 
 static ibl_status check_input(const ibl_input *in, const ibl_read_options *opts,
                               const unsigned char *first, size_t size)
@@ -93,16 +78,15 @@ ibl_status ibl_rows_open(ibl_input *in, const ibl_read_options *opts,
                          ibl_rows **rows)
 {
     unsigned char first[SNIFF_BYTES];
-    const ibl_reader *reader = readers;
-    size_t size;
+    size_t size, i = 0;
 
     if (!ibl_input_read(in, 0, sizeof first, first, &size) || !size)
         return ibl_reject(in, IBL_ERR_IO, "cannot be read");
-    while (!reader->is(first, size))
-        reader++;
+    while (!readers[i].is(first, size))
+        i++;
     ibl_status status = check_input(in, opts, first, size);
     if (!status)
-        status = reader->open(in, opts, rows);
+        status = readers[i].open(in, opts, rows);
     if (status)
         return status;
     const ibl_rows *r = *rows;
@@ -160,24 +144,28 @@ static ibl_status check_options(ibl_ctx *ctx, const ibl_read_options *opts)
     return IBL_OK;
 }
 
-/* The image takes that of the rows if it is whole. */
 ibl_status ibl_source_image(ibl_source *s, ibl_image *img)
 {
     if (!s || !img)
         return ibl_missing(s ? s->ctx : NULL, "ibl_source_image: img");
     ibl_rows *rows = s->rows;
-    ibl_image whole = rows->whole;
+    ibl_image all = rows->whole;
     ibl_status status = IBL_OK;
 
-    rows->whole = (ibl_image){0};
-    if (!whole.data)
-        status = ibl_map_alloc(&s->in, rows->width, rows->height, &whole);
+    if (!all.data)
+        status = ibl_map_alloc(&s->in, rows->width, rows->height, &all);
+    while (!status && rows->row < all.height) {
+        const int left = all.height - rows->row;
+        status = ibl_source_read(s, left < IMAGE_ROWS ? left : IMAGE_ROWS,
+                                 all.data +
+                                     3 * (size_t)all.width * (size_t)rows->row);
+    }
     if (!status)
-        status = ibl_source_read(s, whole.height, whole.data);
-    if (status)
-        ibl_image_free(&whole);
-    else
-        *img = whole;
+        *img = all;
+    else if (!rows->whole.data)
+        ibl_image_free(&all);
+    if (!status)
+        rows->whole = (ibl_image){0};
     return status;
 }
 
@@ -225,18 +213,16 @@ static ibl_status unwrap(ibl_source *s, const ibl_read_options *opts)
     if (status)
         ibl_image_free(&map);
     else
-        status = ibl_rows_of_image(s->ctx, &map, &made);
+        status = ibl_rows_of_image(s->ctx, &map, rows, &made);
     if (status) {
         ibl_free(alpha);
         return status;
     }
-    made->report = rows->report;
     made->alpha = alpha;
     ibl_rows_close(rows);
     ibl_input_close(&s->in);
     s->rows = made;
-    s->row = 0;
-    s->map = made->whole.data;
+    s->mended = true;
     return IBL_OK;
 }
 
@@ -255,7 +241,7 @@ static ibl_status open_rows(ibl_source *s, const ibl_pixels *pixels,
     if (!status && count == IBL_FACES)
         status = ibl_six_files_open(s->ctx, s->name, files, opts, &s->rows);
     else if (!status && !s->in.bytes)
-        status = ibl_input_open(s->ctx, s->name, ibl_rows_longest, &s->in);
+        status = ibl_input_open(s->ctx, s->name, &s->in);
     if (!status && count == 1)
         status = ibl_rows_open(&s->in, opts, &s->rows);
     if (!status && count == 1 && opts->hash)
@@ -331,20 +317,19 @@ ibl_status ibl_source_of_pixels(ibl_ctx *ctx, const char *name,
     if (!ctx || !name || !p || !p->data || !out)
         return ibl_missing(ctx, "ibl_source_of_pixels: name, pixels or out");
     *out = NULL;
-    if ((p->channels != 3 && p->channels != 4) || (unsigned)p->half > 1 ||
-        p->width < 1 || p->height < 1)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%s: %dx%d pixels, %d channels, half %d: must be 1x1 "
-                        "or more, 3 or 4, 0 or 1",
-                        name, p->width, p->height, p->channels, p->half);
     const size_t row =
         p->row_bytes < 0 ? 0 - (size_t)p->row_bytes : (size_t)p->row_bytes;
-    const size_t least =
-        (size_t)p->width * (size_t)p->channels * (p->half ? 2 : 4);
-    if (row && (row < least || row > PTRDIFF_MAX / (size_t)p->height))
+    if ((p->channels != 3 && p->channels != 4) || (unsigned)p->half > 1 ||
+        p->width < 1 || p->height < 1 ||
+        (row &&
+         (row < (size_t)p->width * (size_t)p->channels * (p->half ? 2 : 4) ||
+          row > PTRDIFF_MAX / (size_t)p->height)))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%s: row_bytes %td: must be 0 or from %zu to %zu", name,
-                        p->row_bytes, least, PTRDIFF_MAX / (size_t)p->height);
+                        "%s: %dx%d pixels, %d channels, half %d, row_bytes "
+                        "%td: must be 1x1 or more, 3 or 4, 0 or 1, and 0 or "
+                        "what holds a row",
+                        name, p->width, p->height, p->channels, p->half,
+                        p->row_bytes);
     return open_source(ctx, name, NULL, p, opts, out);
 }
 
@@ -402,20 +387,15 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
         return ibl_missing(s ? s->ctx : NULL, "ibl_source_read: rgb");
     if (s->status)
         return s->status;
-    const int left = s->rows->height - s->row;
+    const int left = s->rows->height - s->rows->row;
     if (rows < 1 || rows > left)
         return ibl_fail(s->ctx, IBL_ERR_ARGUMENT,
                         "%d rows: must be 1 to the %d that are left", rows,
                         left);
-    const size_t floats = 3 * (size_t)s->rows->width;
-    const float *from = s->map ? s->map + floats * (size_t)s->row : NULL;
-    if (!from)
-        s->status = ibl_mender_read(&s->mender, rows, rgb);
-    else if (from != rgb)
-        memcpy(rgb, from, floats * (size_t)rows * sizeof *rgb);
-    s->row += rows;
-    if (!s->status && rows == left && s->rows->silent)
-        ibl_progress(s->ctx, "decode", 1);
+    s->status = s->mended ? ibl_rows_read(s->rows, rows, rgb)
+                          : ibl_mender_read(&s->mender, rows, rgb);
+    if (!s->status)
+        ibl_progress(s->ctx, "decode", (double)s->rows->row / s->rows->height);
     return s->status;
 }
 

@@ -81,7 +81,8 @@ static void encode_job(void *arg, int job, int worker)
                            e->dst + first * e->texel_bytes);
 }
 
-/* Encodes texels to dst on the pool. *beyond: components over the maximum. */
+/* Encodes texels to dst on the pool. Adds to *beyond the components over the
+ * maximum. */
 static ibl_status encode_texels(ibl_ctx *ctx, ibl_pixel pixel, const float *src,
                                 size_t texels, unsigned char *dst,
                                 size_t *beyond)
@@ -97,19 +98,15 @@ static ibl_status encode_texels(ibl_ctx *ctx, ibl_pixel pixel, const float *src,
                   .texel_bytes = ibl_pixel_bytes(pixel),
                   .channels = ibl_pixel_channels(pixel)};
     const ibl_status status = ibl_run(ctx, NULL, (int)jobs, encode_job, &e);
-    *beyond = e.beyond;
+    *beyond += e.beyond;
     return status;
 }
 
-/* Allocates and encodes the data of tex, whose shape is set. */
-static ibl_status fill_texture(ibl_ctx *ctx, const float *src, size_t texels,
-                               ibl_texture *tex, size_t *beyond)
+ibl_status ibl_texture_room(ibl_ctx *ctx, ibl_texture *tex)
 {
-    tex->bytes = texels * ibl_pixel_bytes(tex->pixel);
+    tex->bytes = ibl_texture_offset(tex, tex->levels, 0);
     tex->data = ibl_alloc_array(tex->bytes, 1);
-    if (!tex->data)
-        return ibl_no_memory(ctx, "a texture");
-    return encode_texels(ctx, tex->pixel, src, texels, tex->data, beyond);
+    return tex->data ? IBL_OK : ibl_no_memory(ctx, "a texture");
 }
 
 static ibl_status check_pixel(ibl_ctx *ctx, ibl_pixel pixel, int channels,
@@ -138,14 +135,11 @@ static ibl_status encode_level(ibl_ctx *ctx, const ibl_texel_options *opts,
     const ibl_block_images blocks = {
         tex->pixel,  opts->quality, opts->alike != 0, (int)width,
         (int)height, images,        texels,           dst};
-    size_t above;
 
-    if (ibl_pixel_block(tex->pixel) > 1)
-        return ibl_blocks_encode_images(ctx, &blocks, beyond);
-    const ibl_status status = encode_texels(
-        ctx, tex->pixel, texels, images * width * height, dst, &above);
-    *beyond += above;
-    return status;
+    return ibl_pixel_block(tex->pixel) > 1
+               ? ibl_blocks_encode_images(ctx, &blocks, beyond)
+               : encode_texels(ctx, tex->pixel, texels, images * width * height,
+                               dst, beyond);
 }
 
 /* Reports the light of a level beyond the largest value, where the encoder may
@@ -182,39 +176,6 @@ ibl_texel_options ibl_texel_options_default(void)
                                .quality = IBL_QUALITY_NORMAL};
 }
 
-const char *ibl_quality_name(ibl_quality quality)
-{
-    static const char *const names[] = {"fast", "normal", "best"};
-    return names[quality];
-}
-
-const char *ibl_overflow_name(ibl_overflow overflow)
-{
-    return overflow == IBL_OVERFLOW_SPREAD ? "spread" : "clip";
-}
-
-/* Allocates and encodes all levels. */
-static ibl_status fill_cube(ibl_ctx *ctx, const ibl_cube *cube,
-                            const ibl_texel_options *opts, ibl_texture *tex,
-                            size_t *beyond)
-{
-    ibl_status status = IBL_OK;
-
-    if (ibl_pixel_block(tex->pixel) == 1)
-        return fill_texture(
-            ctx, cube->data,
-            ibl_map_texels(cube->projection, cube->size, cube->levels), tex,
-            beyond);
-    tex->bytes = ibl_texture_offset(tex, tex->levels, 0);
-    tex->data = ibl_alloc_array(tex->bytes, 1);
-    if (!tex->data)
-        return ibl_no_memory(ctx, "a texture");
-    for (int l = 0; l < tex->levels && !status; l++)
-        status =
-            encode_level(ctx, opts, ibl_cube_face(cube, l, 0), tex, l, beyond);
-    return status;
-}
-
 ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  const ibl_texel_options *opts,
                                  ibl_texture *tex, ibl_overflow_report *report)
@@ -238,7 +199,10 @@ ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                          .levels = cube->levels,
                          .layers = 1,
                          .faces = shape.faces};
-    status = fill_cube(ctx, cube, &o, tex, &r.values);
+    status = ibl_texture_room(ctx, tex);
+    for (int l = 0; l < cube->levels && !status; l++)
+        status =
+            encode_level(ctx, &o, ibl_cube_face(cube, l, 0), tex, l, &r.values);
     const bool some = r.values || o.largest > 0;
     for (int l = 0; l < cube->levels && some && !status; l++)
         status = settle_level(ctx, cube, l, &o, tex, &r.level[l]);
@@ -267,21 +231,18 @@ ibl_status ibl_texture_from_lobe_table(ibl_ctx *ctx,
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a lobe table of %d layers: must be %d or %d",
                         table->layers, IBL_LOBE_LAYERS, IBL_LOBE_LAYERS / 2);
-    const size_t texels =
-        (size_t)table->layers * (size_t)table->size * (size_t)table->size;
-    size_t beyond;
+    size_t beyond = 0;
     *tex = (ibl_texture){.pixel = IBL_PIXEL_RGBA16F,
                          .width = table->size,
                          .height = table->size,
                          .levels = 1,
                          .layers = table->layers,
-                         .faces = 1,
-                         .bytes = texels * ibl_pixel_bytes(IBL_PIXEL_RGBA16F)};
-    tex->data = ibl_alloc_array(tex->bytes, 1);
-    const ibl_status status =
-        tex->data ? encode_texels(ctx, IBL_PIXEL_RG16F, table->data, 2 * texels,
-                                  tex->data, &beyond)
-                  : ibl_no_memory(ctx, "a texture");
+                         .faces = 1};
+    ibl_status status = ibl_texture_room(ctx, tex);
+    if (!status)
+        status = encode_texels(ctx, IBL_PIXEL_RG16F, table->data,
+                               tex->bytes / ibl_pixel_bytes(IBL_PIXEL_RG16F),
+                               tex->data, &beyond);
     if (status)
         ibl_texture_free(tex);
     return status;
@@ -291,7 +252,7 @@ ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
                                 ibl_pixel pixel, ibl_texture *tex,
                                 size_t *saturated)
 {
-    size_t beyond;
+    size_t beyond = 0;
     if (!ctx || !lut || !lut->data || !tex)
         return ibl_missing(ctx, "ibl_texture_from_lut: lut, its data or tex");
     ibl_status status =
@@ -307,8 +268,11 @@ ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
                          .levels = 1,
                          .layers = 1,
                          .faces = 1};
-    status = fill_texture(ctx, lut->data, (size_t)lut->size * (size_t)lut->size,
-                          tex, &beyond);
+    status = ibl_texture_room(ctx, tex);
+    if (!status)
+        status = encode_texels(ctx, pixel, lut->data,
+                               (size_t)lut->size * (size_t)lut->size, tex->data,
+                               &beyond);
     if (!status && lut->kind)
         status = ibl_texture_set(ctx, tex, table_key, ibl_lut_name(lut->kind));
     if (status)
@@ -320,12 +284,12 @@ ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
 
 static ibl_status check_single(ibl_ctx *ctx, const ibl_texture *tex)
 {
-    if (tex->layers == 1)
-        return IBL_OK;
-    return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                    "a texture of %d layers: 1 is needed; ibl_texture_layer "
-                    "takes one out of an array",
-                    tex->layers);
+    return tex->layers == 1
+               ? IBL_OK
+               : ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                          "a texture of %d layers: 1 is needed; "
+                          "ibl_texture_layer takes one out of an array",
+                          tex->layers);
 }
 
 ibl_projection ibl_texture_projection(const ibl_texture *tex)
@@ -367,7 +331,8 @@ ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
                                    tex->levels, cube);
     if (status)
         return status;
-    status = ibl_cube_texels_decode(ctx, tex, cube);
+    for (int l = 0; l < tex->levels && !status; l++)
+        status = ibl_texels_decode(ctx, tex, l, ibl_cube_face(cube, l, 0));
     if (status)
         ibl_cube_free(cube);
     return status;
@@ -415,8 +380,8 @@ ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
 
 /* ---- the alpha of cubes ---------------------------------------------- */
 
-static ibl_status check_alpha(ibl_ctx *ctx, const ibl_texture *tex,
-                              const ibl_cube *alpha)
+ibl_status ibl_texture_set_alpha(ibl_ctx *ctx, ibl_texture *tex,
+                                 const ibl_cube *alpha)
 {
     ibl_status status = ibl_texture_check(ctx, tex);
 
@@ -436,16 +401,6 @@ static ibl_status check_alpha(ibl_ctx *ctx, const ibl_texture *tex,
                         "one layer and the same shape is needed",
                         alpha->size, alpha->levels, tex->width, tex->levels,
                         tex->layers, tex->faces);
-    return IBL_OK;
-}
-
-ibl_status ibl_texture_set_alpha(ibl_ctx *ctx, ibl_texture *tex,
-                                 const ibl_cube *alpha)
-{
-    const ibl_status status = check_alpha(ctx, tex, alpha);
-
-    if (status)
-        return status;
     const size_t texels = ibl_cube_texels(alpha->size, alpha->levels);
     for (size_t i = 0; i < texels; i++) {
         const float a = alpha->data[3 * i];
@@ -479,27 +434,19 @@ ibl_status ibl_texture_get_alpha(ibl_ctx *ctx, const ibl_texture *tex,
 
 /* ---- containers ----------------------------------------------------- */
 
-typedef struct container_kind {
-    const char *name, *extension;
-    const char *magic;
-    size_t magic_bytes;
+static const struct {
+    const char *name, *extension, *magic;
     ibl_status (*encode)(ibl_ctx *ctx, const ibl_texture *tex,
                          ibl_pieces *file);
-    ibl_status (*decode)(ibl_input *in, ibl_texture *tex);
-} container_kind;
-
-static const container_kind containers[IBL_CONTAINER_COUNT] = {
-    [IBL_CONTAINER_KTX2] = {"ktx2", "ktx2", IBL_KTX2_MAGIC,
-                            sizeof IBL_KTX2_MAGIC - 1, ibl_ktx2_encode,
+    ibl_status (*decode)(const ibl_input *in, ibl_texture *tex);
+} containers[IBL_CONTAINER_COUNT] = {
+    [IBL_CONTAINER_KTX2] = {"ktx2", "ktx2", IBL_KTX2_MAGIC, ibl_ktx2_encode,
                             ibl_ktx2_decode},
-    [IBL_CONTAINER_KTX] = {"ktx", "ktx", IBL_KTX_MAGIC,
-                           sizeof IBL_KTX_MAGIC - 1, ibl_ktx_encode,
+    [IBL_CONTAINER_KTX] = {"ktx", "ktx", IBL_KTX_MAGIC, ibl_ktx_encode,
                            ibl_ktx_decode},
-    [IBL_CONTAINER_DDS] = {"dds", "dds", IBL_DDS_MAGIC,
-                           sizeof IBL_DDS_MAGIC - 1, ibl_dds_encode,
+    [IBL_CONTAINER_DDS] = {"dds", "dds", IBL_DDS_MAGIC, ibl_dds_encode,
                            ibl_dds_decode},
     [IBL_CONTAINER_DDS_LEGACY] = {"dds-legacy", "dds", IBL_DDS_MAGIC,
-                                  sizeof IBL_DDS_MAGIC - 1,
                                   ibl_dds_legacy_encode, ibl_dds_decode},
 };
 
@@ -533,30 +480,28 @@ int ibl_container_holds(ibl_container container, ibl_pixel pixel)
 
 ibl_container ibl_container_of(const unsigned char *bytes, size_t size)
 {
-    for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
-        const container_kind *c = &containers[i];
-        if (size >= c->magic_bytes && !memcmp(bytes, c->magic, c->magic_bytes))
-            return i == IBL_CONTAINER_DDS && ibl_dds_is_legacy(bytes, size)
-                       ? IBL_CONTAINER_DDS_LEGACY
-                       : (ibl_container)i;
-    }
-    return IBL_CONTAINER_COUNT;
+    ibl_container c = 0;
+
+    while (c < IBL_CONTAINER_COUNT &&
+           (size < strlen(containers[c].magic) ||
+            memcmp(bytes, containers[c].magic, strlen(containers[c].magic))))
+        c++;
+    return c == IBL_CONTAINER_DDS && ibl_dds_is_legacy(bytes, size)
+               ? IBL_CONTAINER_DDS_LEGACY
+               : c;
 }
 
 static bool is_valid(const ibl_texture *tex)
 {
-    if (tex->pixel >= IBL_PIXEL_COUNT || !tex->data || tex->width < 1 ||
-        tex->width > IBL_MAX_EDGE || tex->height < 1 ||
-        tex->height > IBL_MAX_EDGE || tex->levels < 1 ||
-        tex->levels > IBL_MAX_TEXTURE_LEVELS || tex->layers < 1 ||
-        tex->layers > IBL_MAX_LAYERS ||
-        (tex->faces != 1 && tex->faces != IBL_FACES) ||
-        (tex->faces == IBL_FACES && tex->width != tex->height))
-        return false;
-    if (!(tex->width >> (tex->levels - 1)) &&
-        !(tex->height >> (tex->levels - 1)))
-        return false;
-    return tex->bytes == ibl_texture_offset(tex, tex->levels, 0);
+    const ibl_place place = {.layout = &ibl_layouts[IBL_PIXEL_RGBA16F]};
+    const ibl_input silent = {.ctx = NULL};
+    const ibl_extent shape = ibl_extent_of(tex);
+    ibl_texture same;
+
+    return tex->pixel < IBL_PIXEL_COUNT && tex->data && tex->levels > 0 &&
+           tex->layers > 0 &&
+           !ibl_texture_shape(&silent, &shape, &place, &same) &&
+           tex->bytes == ibl_texture_offset(tex, tex->levels, 0);
 }
 
 ibl_status ibl_texture_check(ibl_ctx *ctx, const ibl_texture *tex)
@@ -599,12 +544,6 @@ void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size)
     file->size += size;
 }
 
-void ibl_pieces_add_level(ibl_pieces *file, const ibl_texture *tex, int level)
-{
-    ibl_pieces_add(file, tex->data + ibl_texture_offset(tex, level, 0),
-                   ibl_texture_level_bytes(tex, level));
-}
-
 ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, ibl_pieces *file)
 {
@@ -633,19 +572,17 @@ ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
         return ibl_missing(ctx, "ibl_texture_encode: bytes or size");
     ibl_pieces file = {0};
     ibl_status status = ibl_texture_pieces(ctx, tex, container, &file);
+    unsigned char *to = status ? NULL : ibl_alloc_array(file.size, 1);
 
-    if (!status) {
-        unsigned char *to = ibl_alloc_array(file.size, 1);
-        if (to) {
-            *bytes = to;
-            *size = file.size;
-        } else {
-            status = ibl_no_memory(ctx, "a texture's file");
-        }
-        for (int i = 0; to && i < file.count; i++) {
-            memcpy(to, file.piece[i].bytes, file.piece[i].size);
-            to += file.piece[i].size;
-        }
+    if (to) {
+        *bytes = to;
+        *size = file.size;
+    } else if (!status) {
+        status = ibl_no_memory(ctx, "a texture's file");
+    }
+    for (int i = 0; to && i < file.count; i++) {
+        memcpy(to, file.piece[i].bytes, file.piece[i].size);
+        to += file.piece[i].size;
     }
     ibl_pieces_free(&file);
     return status;
@@ -667,7 +604,7 @@ ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,
     return ibl_texture_take(&in, tex, container);
 }
 
-ibl_status ibl_texture_take(ibl_input *in, ibl_texture *tex,
+ibl_status ibl_texture_take(const ibl_input *in, ibl_texture *tex,
                             ibl_container *container)
 {
     *tex = (ibl_texture){0};
@@ -684,12 +621,6 @@ ibl_status ibl_texture_take(ibl_input *in, ibl_texture *tex,
     return status;
 }
 
-static uint64_t longest(const unsigned char *bytes, size_t size)
-{
-    const bool known = ibl_container_of(bytes, size) != IBL_CONTAINER_COUNT;
-    return known ? IBL_LONGEST : 0;
-}
-
 ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
                             ibl_container *container)
 {
@@ -698,7 +629,7 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
     if (!ctx || !path || !tex)
         return ibl_missing(ctx, "ibl_texture_read: path or tex");
     *tex = (ibl_texture){0};
-    ibl_status status = ibl_input_open(ctx, path, longest, &in);
+    ibl_status status = ibl_input_open(ctx, path, &in);
     if (status)
         return status;
     status = ibl_input_load(&in);

@@ -2,7 +2,6 @@
 /* Arrays of textures, layer by layer. */
 #include <string.h>
 
-#include "core/alloc.h"
 #include "io/container.h"
 
 /* Sets out to tex's shape with `layers` layers and allocates its texels. */
@@ -17,12 +16,7 @@ static ibl_status begin(ibl_ctx *ctx, const ibl_texture *tex, int layers,
                          .faces = tex->faces,
                          .premultiplied = tex->premultiplied,
                          .primaries = tex->primaries};
-    const size_t layer_bytes = tex->bytes / (size_t)tex->layers;
-    out->data = ibl_alloc_array(layer_bytes, (size_t)layers);
-    if (!out->data)
-        return ibl_no_memory(ctx, "a texture");
-    out->bytes = layer_bytes * (size_t)layers;
-    return IBL_OK;
+    return ibl_texture_room(ctx, out);
 }
 
 /* Copies a layer. */
@@ -33,13 +27,6 @@ static void copy_layer(const ibl_texture *tex, int from, ibl_texture *out,
         memcpy(out->data + ibl_texture_layer_offset(out, l, to, 0),
                tex->data + ibl_texture_layer_offset(tex, l, from, 0),
                (size_t)tex->faces * ibl_texture_face_bytes(tex, l));
-}
-
-static bool is_alike(const ibl_texture *a, const ibl_texture *b)
-{
-    return a->pixel == b->pixel && a->width == b->width &&
-           a->height == b->height && a->levels == b->levels &&
-           a->faces == b->faces;
 }
 
 /* Checks that tex can be a layer. */
@@ -81,7 +68,9 @@ ibl_status ibl_texture_array_put(ibl_ctx *ctx, ibl_texture *array, int layer,
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "layer %d of an array: must be 0 to %d", layer,
                         array->layers - 1);
-    if (!is_alike(array, tex))
+    if (array->pixel != tex->pixel || array->width != tex->width ||
+        array->height != tex->height || array->levels != tex->levels ||
+        array->faces != tex->faces)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "layer %d of an array: its texels, size, levels or "
                         "faces are not the array's",

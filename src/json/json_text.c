@@ -9,27 +9,25 @@
 
 bool ibl_json_is_text(const char *bytes)
 {
-    size_t left = strlen(bytes), n;
+    json_t *string = json_string(bytes);
 
-    while (left && (n = ibl_utf8_length(bytes, left)) > 0) {
-        bytes += n;
-        left -= n;
-    }
-    return !left;
+    json_decref(string);
+    return string;
 }
 
 json_t *ibl_json_string(const char *bytes)
 {
-    const size_t length = strlen(bytes);
-    char *text = malloc(3 * length + 1), *to = text;
+    json_t *string = json_string(bytes);
+    char *text = string ? NULL : malloc(3 * strlen(bytes) + 1), *to = text;
 
-    for (size_t i = 0; i < length && text;) {
-        const size_t n = ibl_utf8_length(bytes + i, length - i);
-        memcpy(to, n ? bytes + i : "\xEF\xBF\xBD", n ? n : 3);
-        to += n ? n : 3;
-        i += n ? n : 1;
-    }
-    json_t *string = text ? json_stringn(text, (size_t)(to - text)) : NULL;
+    if (!text)
+        return string;
+    for (; *bytes; bytes++)
+        if ((unsigned char)*bytes < 0x80)
+            *to++ = *bytes;
+        else
+            to = (char *)memcpy(to, "\xEF\xBF\xBD", 3) + 3;
+    string = json_stringn(text, (size_t)(to - text));
     free(text);
     return string;
 }

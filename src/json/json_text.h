@@ -8,12 +8,12 @@
 #include <ibl/ibl.h>
 #include <ibl/io.h>
 
-#include "json/json_build.h"
 #include "json/json_load.h"
 
 /* Whether bytes are UTF-8. */
 bool ibl_json_is_text(const char *bytes);
-/* A string from any bytes: those that are not UTF-8 become U+FFFD. */
+/* A string from any bytes: if they are not UTF-8, all beyond ASCII become
+ * U+FFFD. */
 json_t *ibl_json_string(const char *bytes);
 
 /* iblbake, its version and the revision of a program, NULL or "" if it has

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "common/signals.h"
 #include "core/alloc.h"
 #include "scene/gltf_reader.h"
 
@@ -236,9 +237,8 @@ static bool read(ibl_gltf *g, ibl_json_at index, int least, wanted *w,
         (stored && !take_bytes(g, at, &e)))
         return false;
     *count = e.count;
-    w->out = ibl_alloc_array((size_t)e.count * (size_t)w->most + 1, 4);
-    if (!w->out)
-        return ibl_gltf_no_memory(g);
+    w->out =
+        ibl_need(ibl_alloc_array((size_t)e.count * (size_t)w->most + 1, 4));
     for (uint32_t i = 0; i < e.count; i++)
         put(&e, i, w, i);
     const ibl_json_at sparse = ibl_json_member(&at, "sparse");

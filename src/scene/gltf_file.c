@@ -10,6 +10,7 @@
 
 #include "common/names.h"
 #include "common/path.h"
+#include "common/signals.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "scene/gltf_reader.h"
@@ -63,15 +64,11 @@ static uint32_t word(const unsigned char *p)
 
 /* ---- files and data URIs ---------------------------------------------- */
 
-/* Adds an input that the scene keeps; NULL: no memory. */
+/* Adds an input that the scene keeps. */
 static ibl_input *add_input(ibl_gltf *g)
 {
-    struct ibl_scene_store *s = calloc(1, sizeof *s);
+    struct ibl_scene_store *s = ibl_need(calloc(1, sizeof *s));
 
-    if (!s) {
-        ibl_gltf_no_memory(g);
-        return NULL;
-    }
     s->next = g->scene->store;
     s->in = ibl_input_of(g->ctx, g->path, NULL, 0);
     g->scene->store = s;
@@ -82,11 +79,7 @@ unsigned char *ibl_gltf_keep(ibl_gltf *g, size_t size)
 {
     ibl_input *in = add_input(g);
 
-    if (!in)
-        return NULL;
-    in->owned = ibl_alloc_zeroed(size + 1, 1);
-    if (!in->owned)
-        ibl_gltf_no_memory(g);
+    in->owned = ibl_need(ibl_alloc_zeroed(size + 1, 1));
     return in->owned;
 }
 
@@ -95,14 +88,12 @@ static bool read_file(ibl_gltf *g, const char *path, ibl_gltf_bytes *out)
 {
     ibl_scene *s = g->scene;
     ibl_input *in = add_input(g);
-    char **files =
-        realloc(s->files, ((size_t)s->file_count + 1) * sizeof *files);
+    char *name = ibl_need(strdup(path));
 
-    if (files)
-        s->files = files;
-    if (!in || !files || !(files[s->file_count] = strdup(path)))
-        return ibl_gltf_no_memory(g);
-    g->status = ibl_input_open(g->ctx, files[s->file_count++], NULL, in);
+    s->files = ibl_need(
+        realloc(s->files, ((size_t)s->file_count + 1) * sizeof *s->files));
+    s->files[s->file_count++] = name;
+    g->status = ibl_input_open(g->ctx, name, in);
     if (!g->status)
         g->status = ibl_input_load(in);
     *out = (ibl_gltf_bytes){in->bytes, in->size};
@@ -143,8 +134,6 @@ static bool read_data(ibl_gltf *g, ibl_json_at at, const char *uri,
     if (!comma)
         return ibl_json_complain(at, "damaged: a data URI without a comma");
     char *bytes = (char *)ibl_gltf_keep(g, strlen(comma));
-    if (!bytes)
-        return false;
     strcpy(bytes, comma + 1);
     *out = (ibl_gltf_bytes){(unsigned char *)bytes, ibl_uri_bytes(bytes)};
     while (comma > uri && comma[-1] == ' ')
@@ -165,20 +154,15 @@ static bool read_uri(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *out)
         return false;
     if (!strncasecmp(uri, "data:", 5))
         return read_data(g, at, uri, out);
-    char *name = strdup(uri), *path = NULL;
-    bool ok = name || ibl_gltf_no_memory(g);
-    if (ok) {
-        name[strcspn(name, "?#")] = '\0';
-        for (char *c = name; *c; c++)
-            *c = *c == '\\' ? '/' : *c;
-        ok = ibl_uri_decode(name) || ibl_json_wrong(at, "a URI without %%00");
-    }
+    char *name = ibl_need(strdup(uri)), *path = NULL;
+    name[strcspn(name, "?#")] = '\0';
+    for (char *c = name; *c; c++)
+        *c = *c == '\\' ? '/' : *c;
+    bool ok = ibl_uri_decode(name) || ibl_json_wrong(at, "a URI without %%00");
     if (ok) {
         struct stat st;
-        path = ibl_path_beside(g->path, name);
-        if (!path)
-            ok = ibl_gltf_no_memory(g);
-        else if (access(path, R_OK) || stat(path, &st))
+        path = ibl_need(ibl_path_beside(g->path, name));
+        if (access(path, R_OK) || stat(path, &st))
             ok = ibl_json_complain(at, "%.200s cannot be read: %s", path,
                                    strerror(errno));
         else if (!S_ISREG(st.st_mode) || !st.st_size)
@@ -234,16 +218,12 @@ static bool parse(ibl_gltf *g, ibl_gltf_bytes json)
     if (!g->json.root && why.status == IBL_ERR_FORMAT) {
         /* Names may be in another encoding, which browsers do not mind. */
         unsigned char *ascii = ibl_gltf_keep(g, json.size);
-        if (!ascii)
-            return false;
         for (size_t i = 0; i < json.size; i++)
             ascii[i] = json.bytes[i] < 0x80 ? json.bytes[i] : '?';
         g->json.root =
             ibl_json_parse("glTF", ascii, json.size, JSON_ALLOW_NUL, &why);
     }
     g->root = ibl_json_root(&g->json);
-    if (!g->json.root && why.status == IBL_ERR_MEMORY)
-        return ibl_gltf_no_memory(g);
     return json_is_object(g->json.root) ||
            ibl_gltf_refuse(g, "no glTF: %s",
                            g->json.root ? "no object" : why.line);
@@ -343,10 +323,9 @@ bool ibl_gltf_open(ibl_gltf *g)
     check_extensions(g);
     g->buffer_count = ibl_gltf_array(g, "buffers", &array);
     const int count = ibl_gltf_array(g, "bufferViews", &views);
-    g->buffers = calloc((size_t)g->buffer_count + 1, sizeof *g->buffers);
-    g->views = calloc((size_t)count + 1, sizeof *g->views);
-    if (!g->buffers || !g->views)
-        return ibl_gltf_no_memory(g);
+    g->buffers =
+        ibl_need(calloc((size_t)g->buffer_count + 1, sizeof *g->buffers));
+    g->views = ibl_need(calloc((size_t)count + 1, sizeof *g->views));
     for (int i = 0; i < g->buffer_count && !g->status; i++)
         read_buffer(g, ibl_json_element(&array, (size_t)i), i);
     return !g->status;
@@ -411,11 +390,10 @@ static void read_image(ibl_gltf *g, ibl_json_at at, int i)
         bytes = (ibl_gltf_bytes){0};
     image->encoded = bytes.bytes;
     image->encoded_size = bytes.size;
-    image->name = data && strncasecmp(data, "data:", 5) != 0
-                      ? ibl_format("%s: %s: %.200s", g->path, at.path, data)
-                      : ibl_format("%s: %s", g->path, at.path);
-    if (!image->name)
-        ibl_gltf_no_memory(g);
+    image->name =
+        ibl_need(data && strncasecmp(data, "data:", 5) != 0
+                     ? ibl_format("%s: %s: %.200s", g->path, at.path, data)
+                     : ibl_format("%s: %s", g->path, at.path));
 }
 
 void ibl_gltf_images(ibl_gltf *g)
@@ -424,9 +402,7 @@ void ibl_gltf_images(ibl_gltf *g)
     ibl_json_at array;
 
     s->image_count = ibl_gltf_array(g, "images", &array);
-    s->images = calloc((size_t)s->image_count + 1, sizeof *s->images);
-    if (!s->images)
-        ibl_gltf_no_memory(g);
+    s->images = ibl_need(calloc((size_t)s->image_count + 1, sizeof *s->images));
     for (int i = 0; i < s->image_count && !g->status; i++)
         read_image(g, ibl_json_element(&array, (size_t)i), i);
 }

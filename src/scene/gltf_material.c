@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/signals.h"
 #include "scene/gltf_reader.h"
 
 #define AT(field) offsetof(ibl_scene_material, field)
@@ -187,9 +188,9 @@ static ibl_scene_texture *texture_at(ibl_scene_material *m, int i)
     return (ibl_scene_texture *)(void *)((char *)m + textures[i].at);
 }
 
-static bool set_default(ibl_gltf *g, ibl_scene_material *m, const char *name)
+static void set_default(ibl_scene_material *m, const char *name)
 {
-    *m = (ibl_scene_material){.name = strdup(name ? name : ""),
+    *m = (ibl_scene_material){.name = ibl_need(strdup(name ? name : "")),
                               .base_colour = {1, 1, 1, 1},
                               .metallic = 1,
                               .roughness = 1,
@@ -204,7 +205,6 @@ static bool set_default(ibl_gltf *g, ibl_scene_material *m, const char *name)
         m->sets[i] = -1;
     for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
         *texture_at(m, (int)i) = no_texture;
-    return m->name || ibl_gltf_no_memory(g);
 }
 
 static void read_factors(ibl_json_at at, ibl_scene_material *m)
@@ -263,9 +263,7 @@ static void read_material(ibl_gltf *g, ibl_json_at at)
     ibl_scene_material *m = &s->materials[s->material_count];
     ibl_json_at glossy;
 
-    if (!set_default(g, m,
-                     json_string_value(json_object_get(at.value, "name"))))
-        return;
+    set_default(m, json_string_value(json_object_get(at.value, "name")));
     s->material_count++;
     if (!json_is_object(at.value)) {
         ibl_json_wrong(at, "an object");
@@ -283,13 +281,11 @@ void ibl_gltf_materials(ibl_gltf *g)
     ibl_json_at array;
     const int count = ibl_gltf_array(g, "materials", &array);
 
-    s->materials = calloc((size_t)count + 1, sizeof *s->materials);
-    if (!s->materials)
-        ibl_gltf_no_memory(g);
+    s->materials = ibl_need(calloc((size_t)count + 1, sizeof *s->materials));
     for (int i = 0; i < count && !g->status; i++)
         read_material(g, ibl_json_element(&array, (size_t)i));
-    if (!g->status && set_default(g, &s->materials[count], NULL))
-        s->material_count++;
+    if (!g->status)
+        set_default(&s->materials[s->material_count++], NULL);
 }
 
 void ibl_scene_forget(ibl_scene *s, int image)

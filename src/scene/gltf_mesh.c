@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/signals.h"
 #include "core/alloc.h"
 #include "scene/gltf_reader.h"
 
@@ -60,9 +61,8 @@ static bool read_attribute(ibl_gltf *g, ibl_json_at index, ibl_json_at id,
             return false;
     } else if (ibl_gltf_count(g, id, (uint64_t)count * (unsigned)most)) {
         int number = -1;
-        *to = ibl_alloc_array((size_t)count * (size_t)most + 1, sizeof **to);
-        if (!*to)
-            return ibl_gltf_no_memory(g);
+        *to = ibl_need(
+            ibl_alloc_array((size_t)count * (size_t)most + 1, sizeof **to));
         if (!ibl_json_int(id, 0, INT32_MAX, &number))
             return false;
         if (!ibl_gltf_decoders()->draco_floats(
@@ -117,10 +117,8 @@ static bool read_indices(ibl_gltf *g, ibl_json_at at, const ibl_draco *packed,
     } else {
         if (!packed)
             p->index_count = p->vertex_count;
-        p->index =
-            ibl_alloc_array((size_t)p->index_count + 1, sizeof *p->index);
-        if (!p->index)
-            return ibl_gltf_no_memory(g);
+        p->index = ibl_need(
+            ibl_alloc_array((size_t)p->index_count + 1, sizeof *p->index));
         for (uint32_t i = 0; i < p->index_count && !packed; i++)
             p->index[i] = i;
         if (packed)
@@ -170,17 +168,16 @@ static bool read_arrays(ibl_gltf *g, ibl_json_at at, bool skinned,
 }
 
 /* Makes triangles of strips and fans: figure of section 3.7.2.1. */
-static bool unroll(ibl_gltf *g, mode m, ibl_scene_primitive *p)
+static void unroll(mode m, ibl_scene_primitive *p)
 {
     const uint32_t count = p->index_count < 3 ? 0 : p->index_count - 2;
 
     if (m == TRIANGLES) {
         p->index_count -= p->index_count % 3;
-        return true;
+        return;
     }
-    uint32_t *all = ibl_alloc_array(3 * (size_t)count + 1, sizeof *all);
-    if (!all)
-        return ibl_gltf_no_memory(g);
+    uint32_t *all =
+        ibl_need(ibl_alloc_array(3 * (size_t)count + 1, sizeof *all));
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t first = m == FAN ? i + 1 : i, odd = m == STRIP && i % 2;
         all[3 * i] = p->index[first];
@@ -190,22 +187,20 @@ static bool unroll(ibl_gltf *g, mode m, ibl_scene_primitive *p)
     ibl_free(p->index);
     p->index = all;
     p->index_count = 3 * count;
-    return true;
 }
 
 /* ---- flat normals ----------------------------------------------------- */
 
 /* Gives each corner of each triangle a vertex of its own. */
-static bool separate(ibl_gltf *g, ibl_scene_primitive *p)
+static void separate(ibl_scene_primitive *p)
 {
     for (int a = 0; a < ATTRIBUTES; a++) {
         float **values = field(p, a);
         const size_t most = (size_t)attributes[a].most;
         if (!*values)
             continue;
-        float *all = ibl_alloc_array(p->index_count * most, sizeof *all);
-        if (!all)
-            return ibl_gltf_no_memory(g);
+        float *all =
+            ibl_need(ibl_alloc_array(p->index_count * most, sizeof *all));
         for (uint32_t i = 0; i < p->index_count; i++)
             memcpy(all + i * most, *values + p->index[i] * most,
                    most * sizeof *all);
@@ -215,7 +210,6 @@ static bool separate(ibl_gltf *g, ibl_scene_primitive *p)
     for (uint32_t i = 0; i < p->index_count; i++)
         p->index[i] = i;
     p->vertex_count = p->index_count;
-    return true;
 }
 
 static void set_normal(const float *corner, float *normal)
@@ -236,18 +230,15 @@ static void set_normal(const float *corner, float *normal)
         normal[k] = length > 0 ? (float)(n[k % 3] / length) : k % 3 == 1;
 }
 
-static bool flatten(ibl_gltf *g, ibl_scene_primitive *p)
+static void flatten(ibl_scene_primitive *p)
 {
     ibl_free(p->tangent); /* without normals it does not count */
     p->tangent = NULL;
-    if (!separate(g, p))
-        return false;
-    p->normal = ibl_alloc_array(3 * (size_t)p->vertex_count, sizeof(float));
-    if (!p->normal)
-        return ibl_gltf_no_memory(g);
+    separate(p);
+    p->normal =
+        ibl_need(ibl_alloc_array(3 * (size_t)p->vertex_count, sizeof(float)));
     for (size_t i = 0; i < p->vertex_count; i += 3)
         set_normal(p->position + 3 * i, p->normal + 3 * i);
-    return true;
 }
 
 /* ---- the calls -------------------------------------------------------- */
@@ -296,8 +287,14 @@ static void read_primitive(ibl_gltf *g, ibl_json_at at, bool skinned)
     ibl_scene_primitive *p = &s->primitives[s->primitive_count];
     *p = (ibl_scene_primitive){.material = material < 0 ? s->material_count - 1
                                                         : material};
-    if (read_arrays(g, at, skinned, p) && unroll(g, (mode)m, p) &&
-        ibl_gltf_drop_nowhere(g, p) && (p->normal || flatten(g, p)))
+    bool ok = read_arrays(g, at, skinned, p);
+    if (ok) {
+        unroll((mode)m, p);
+        ok = ibl_gltf_drop_nowhere(g, p);
+    }
+    if (ok && !p->normal)
+        flatten(p);
+    if (ok)
         s->primitive_count++;
     else
         ibl_scene_primitive_free(p);
@@ -310,9 +307,7 @@ bool ibl_gltf_mesh(ibl_gltf *g, int i, bool skinned, int *first, int *end)
     const int total = ibl_gltf_array(g, "meshes", &meshes);
 
     if (!g->mesh) {
-        g->mesh = calloc((size_t)total + 1, sizeof *g->mesh);
-        if (!g->mesh)
-            return ibl_gltf_no_memory(g);
+        g->mesh = ibl_need(calloc((size_t)total + 1, sizeof *g->mesh));
     }
     *first = g->mesh[i][0];
     *end = g->mesh[i][1] - 1;
@@ -331,10 +326,8 @@ bool ibl_gltf_mesh(ibl_gltf *g, int i, bool skinned, int *first, int *end)
         !ibl_gltf_count(g, list, 256 * count))
         return false;
     const size_t all = (size_t)s->primitive_count + count + 1;
-    ibl_scene_primitive *more = realloc(s->primitives, all * sizeof *more);
-    if (!more)
-        return ibl_gltf_no_memory(g);
-    s->primitives = more;
+    s->primitives =
+        ibl_need(realloc(s->primitives, all * sizeof *s->primitives));
     *first = s->primitive_count;
     for (size_t k = 0; k < count && !g->status; k++)
         read_primitive(g, ibl_json_element(&list, k), skinned);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/signals.h"
 #include "core/alloc.h"
 #include "scene/gltf_reader.h"
 
@@ -169,11 +170,8 @@ static bool add_draws(ibl_gltf *g, int first, int end, const double world[16])
                                    "all of them: simplify it",
                                    IBL_SCENE_DRAWS, IBL_SCENE_VALUES / 1000000);
         if (!(s->draw_count & (s->draw_count - 1))) {
-            ibl_scene_draw *more = realloc(
-                s->draws, (size_t)(2 * s->draw_count + 1) * sizeof *more);
-            if (!more)
-                return ibl_gltf_no_memory(g);
-            s->draws = more;
+            s->draws = ibl_need(realloc(
+                s->draws, (size_t)(2 * s->draw_count + 1) * sizeof *s->draws));
         }
         ibl_scene_draw *d = &s->draws[s->draw_count++];
         d->primitive = i;
@@ -249,14 +247,12 @@ void ibl_gltf_nodes(ibl_gltf *g)
 
     n.meshes = ibl_gltf_array(g, "meshes", &n.array);
     n.total = ibl_gltf_array(g, "nodes", &n.array);
-    n.list = malloc(((size_t)n.total + 1) * sizeof *n.list);
-    n.seen = calloc((size_t)n.total + 1, sizeof *n.seen);
-    n.world = malloc(((size_t)n.total + 1) * sizeof *n.world);
-    for (int i = 0; i < n.total && n.world; i++)
+    n.list = ibl_need(malloc(((size_t)n.total + 1) * sizeof *n.list));
+    n.seen = ibl_need(calloc((size_t)n.total + 1, sizeof *n.seen));
+    n.world = ibl_need(malloc(((size_t)n.total + 1) * sizeof *n.world));
+    for (int i = 0; i < n.total; i++)
         memcpy(n.world[i], unit, sizeof unit);
-    if (!n.list || !n.seen || !n.world)
-        ibl_gltf_no_memory(g);
-    else if (find_nodes(&n))
+    if (find_nodes(&n))
         for (int i = 0; i < n.count && !g->status; i++)
             if (n.list[i].mesh >= 0 && !n.list[i].hidden)
                 draw_node(&n, &n.list[i]);

@@ -93,8 +93,6 @@ bool ibl_gltf_unpack(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *out,
     if (!ibl_gltf_count(g, at, bytes / 4))
         return false;
     unsigned char *to = ibl_gltf_keep(g, (size_t)bytes);
-    if (!to)
-        return false;
     if (!d->meshopt(mode, filter, packed.bytes, packed.size, (size_t)count,
                     (size_t)*stride, to))
         return ibl_json_complain(at, "damaged: it cannot be unpacked");

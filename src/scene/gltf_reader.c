@@ -15,12 +15,6 @@ enum {
 
 /* ---- helpers of the reader -------------------------------------------- */
 
-bool ibl_gltf_no_memory(ibl_gltf *g)
-{
-    g->status = ibl_no_memory(g->ctx, "a scene");
-    return false;
-}
-
 bool ibl_gltf_refuse(ibl_gltf *g, const char *fmt, ...)
 {
     char text[1024];

@@ -51,8 +51,6 @@ typedef struct ibl_gltf {
     int wrong;       /* parts that were warned of */
 } ibl_gltf;
 
-/* Reports that memory ran out; returns false. */
-bool ibl_gltf_no_memory(ibl_gltf *g);
 /* Reports an error of the whole file; returns false. */
 bool ibl_gltf_refuse(ibl_gltf *g, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
@@ -75,7 +73,7 @@ bool ibl_gltf_view(ibl_gltf *g, ibl_json_at index, ibl_gltf_bytes *view,
                    int *stride);
 /* The bytes of a buffer that an object with byteOffset and byteLength names. */
 bool ibl_gltf_slice(ibl_gltf *g, ibl_json_at at, ibl_gltf_bytes *slice);
-/* Memory that the scene keeps, zeroed; NULL, reported: there is none. */
+/* Memory that the scene keeps, zeroed. */
 unsigned char *ibl_gltf_keep(ibl_gltf *g, size_t size);
 void ibl_gltf_images(ibl_gltf *g);
 

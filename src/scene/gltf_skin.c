@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/signals.h"
 #include "core/alloc.h"
 #include "scene/gltf_reader.h"
 
@@ -27,9 +28,7 @@ static bool read_joints(ibl_gltf *g, ibl_json_at skin,
         !ibl_gltf_count(g, list, 64 * json_array_size(list.value)))
         return false;
     j->count = (int)json_array_size(list.value);
-    j->matrix = malloc((size_t)j->count * sizeof *j->matrix);
-    if (!j->matrix)
-        return ibl_gltf_no_memory(g);
+    j->matrix = ibl_need(malloc((size_t)j->count * sizeof *j->matrix));
     bool ok = !bind.value || ibl_gltf_floats(g, bind, 16, 16, &inverse, &count);
     if (ok && bind.value && count < (uint32_t)j->count)
         ok = ibl_json_complain(bind, "damaged: %u matrices for %d joints",

@@ -8,6 +8,7 @@
 #include <jerror.h>
 #include <jpeglib.h>
 
+#include "common/signals.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "engine/png.h"
@@ -41,8 +42,7 @@ static const char *decode_png(ibl_scene_image *i)
 {
     int width, height;
 
-    if (!ibl_png_size(i->encoded, i->encoded_size, &width, &height) ||
-        !ibl_png_holds(i->encoded, i->encoded_size))
+    if (!ibl_png_size(i->encoded, i->encoded_size, &width, &height))
         return damaged;
     const char *why = make_room(i, width, height);
     return why || ibl_png_decode(i->encoded, i->encoded_size, width, height,
@@ -179,11 +179,10 @@ static void job(void *arg, int n, int worker)
 ibl_status ibl_scene_decode_all(ibl_ctx *ctx, ibl_scene *scene,
                                 const int *images, int count, int reduce)
 {
-    const char **all = ibl_alloc_zeroed((size_t)count + 1, sizeof *all);
+    const char **all =
+        ibl_need(ibl_alloc_zeroed((size_t)count + 1, sizeof *all));
     wanted w = {scene, reduce, images, all};
 
-    if (!all)
-        return ibl_no_memory(ctx, "images");
     ibl_status status = ibl_run(ctx, NULL, count, job, &w);
     for (int i = 0; i < count && !status; i++) {
         const char *name = scene->images[images[i]].name;

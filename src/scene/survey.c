@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "common/signals.h"
 #include "core/context.h"
 
 enum {
@@ -303,15 +304,13 @@ static int list_images(const ibl_scene *s, bool *seen, int *images,
 static ibl_status decode(ibl_ctx *ctx, ibl_scene *s, ibl_scene_survey *out)
 {
     const size_t total = (size_t)s->image_count + (size_t)s->material_count;
-    bool *seen = calloc(total, sizeof *seen);
-    int *images = malloc(total * sizeof *images);
-    ibl_status status = seen && images ? IBL_OK : ibl_no_memory(ctx, "a scene");
+    bool *seen = ibl_need(calloc(total, sizeof *seen));
+    int *images = ibl_need(malloc(total * sizeof *images));
+    const int count = list_images(s, seen, images, out);
+    const ibl_status status =
+        ibl_scene_decode_all(ctx, s, images, count, REDUCE);
 
-    if (!status) {
-        const int count = list_images(s, seen, images, out);
-        out->images += count;
-        status = ibl_scene_decode_all(ctx, s, images, count, REDUCE);
-    }
+    out->images += count;
     free(seen);
     free(images);
     return status;

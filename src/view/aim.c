@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "common/signals.h"
 #include "view/message.h"
 
 /* Least share of the light above the mean that the table is made for: less is
@@ -145,33 +146,26 @@ static void hand_out(int edge, float *chance, float *tokens)
     }
 }
 
-bool view_aim_make(const ibl_texture *cube, view_aim *aim)
+void view_aim_make(const ibl_texture *cube, view_aim *aim)
 {
     const int edge = cube->width < VIEW_AIM_EDGE ? cube->width : VIEW_AIM_EDGE;
     const size_t count = cell_of(edge, 6, 0, 0);
-    float *row = malloc(3 * (size_t)cube->width * sizeof *row);
-    float *cells = calloc(count, sizeof *cells);
+    float *row = ibl_need(malloc(3 * (size_t)cube->width * sizeof *row));
+    float *cells = ibl_need(calloc(count, sizeof *cells));
 
     *aim = (view_aim){0};
-    aim->chance = malloc(count * sizeof *aim->chance);
-    aim->tokens = malloc(VIEW_AIM_TOKENS * sizeof *aim->tokens);
-    const bool ok = row && cells && aim->chance && aim->tokens;
-    if (ok) {
-        for (int face = 0; face < 6; ++face)
-            pool_face(cube, face, edge, row, cells);
-        if (take_mean_off(cells, edge, aim->chance) > worth) {
-            hand_out(edge, aim->chance, aim->tokens);
-            aim->edge = edge;
-        }
-    } else {
-        view_fail("no memory for a table of %zu cells of the environment",
-                  count);
+    aim->chance = ibl_need(malloc(count * sizeof *aim->chance));
+    aim->tokens = ibl_need(malloc(VIEW_AIM_TOKENS * sizeof *aim->tokens));
+    for (int face = 0; face < 6; ++face)
+        pool_face(cube, face, edge, row, cells);
+    if (take_mean_off(cells, edge, aim->chance) > worth) {
+        hand_out(edge, aim->chance, aim->tokens);
+        aim->edge = edge;
     }
     if (!aim->edge)
         view_aim_free(aim);
     free(cells);
     free(row);
-    return ok;
 }
 
 void view_aim_free(view_aim *aim)

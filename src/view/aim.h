@@ -37,9 +37,8 @@ typedef struct view_aim {
     float *tokens; /* index of each token's cell */
 } view_aim;
 
-/* Makes the table from level 0 of a cube. False, with a message, and *aim
- * zeroed, if there is no memory. */
-bool view_aim_make(const ibl_texture *cube, view_aim *aim);
+/* Makes the table from level 0 of a cube. */
+void view_aim_make(const ibl_texture *cube, view_aim *aim);
 void view_aim_free(view_aim *aim); /* zeroed is fine */
 
 #endif

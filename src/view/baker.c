@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "common/path.h"
+#include "common/signals.h"
 #include "view/baked_set.h"
 #include "view/message.h"
 
@@ -93,12 +94,8 @@ view_baker *view_baker_start(const view_request *what)
 {
     const char *path = what->path;
     ibl_ctx_options opts = ibl_ctx_options_default();
-    view_baker *b = calloc(1, sizeof *b);
+    view_baker *b = ibl_need(calloc(1, sizeof *b));
 
-    if (!b) {
-        view_fail("%s: no memory to bake it", path);
-        return NULL;
-    }
     pthread_mutex_init(&b->lock, NULL);
     opts.log = on_log;
     opts.memory = ibl_memory_allowed() / 4 * 3;
@@ -106,12 +103,11 @@ view_baker *view_baker_start(const view_request *what)
     opts.progress = on_progress;
     opts.progress_cookie = b;
     opts.bridge = ibl_bridge_beside();
-    b->path = strdup(path);
+    b->path = ibl_need(strdup(path));
     b->what = *what;
     b->what.path = b->path;
-    const bool ok = b->path && !ibl_ctx_create(&opts, &b->ctx) &&
-                    !pthread_create(&b->thread, NULL, run, b);
-    if (!ok) {
+    if (ibl_ctx_create(&opts, &b->ctx) ||
+        pthread_create(&b->thread, NULL, run, b)) {
         view_fail("%s: no memory or no threads to bake it", path);
         baker_free(b);
         return NULL;

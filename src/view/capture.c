@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "common/clock.h"
+#include "common/signals.h"
 #include "view/message.h"
 #include "view/program.h"
 #include "view/upload.h"
@@ -164,17 +165,14 @@ static bool make_pictures(view_capture *c)
     return true;
 }
 
-static bool make_samples(view_capture *c)
+static void make_samples(view_capture *c)
 {
     float *all = view_capture_samples(c->size, c->levels);
 
-    if (!all)
-        return false;
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT_MORE);
     c->samples =
         view_float_image(GL_RGBA, VIEW_CAPTURE_MOST_SAMPLES, c->levels, all);
     free(all);
-    return true;
 }
 
 static bool make(view_capture *c)
@@ -186,18 +184,15 @@ static bool make(view_capture *c)
     if (!make_cubes(&c->halved, c->size / 2, 1, 1) ||
         !make_cubes(&c->lookup, c->size, view_capture_lookups(c->size), 1))
         return view_fail("this OpenGL has no room for the cubes of a capture");
-    return make_samples(c) && view_gl_check("making a capture");
+    make_samples(c);
+    return view_gl_check("making a capture");
 }
 
 view_capture *view_capture_create(view_probe_capture kind, int size)
 {
-    view_capture *c = calloc(1, sizeof *c);
+    view_capture *c = ibl_need(calloc(1, sizeof *c));
 
     assert(size >= 16 && size <= 1024 && !(size & (size - 1)));
-    if (!c) {
-        view_fail("no memory for a capture");
-        return NULL;
-    }
     c->kind = kind;
     c->size = size;
     c->levels = ibl_default_levels(size);
@@ -242,10 +237,9 @@ static bool read_map(const view_capture *c, ibl_ctx *ctx, bool alpha,
                      ibl_image *map)
 {
     const int n = c->size, width = ibl_latlong_width(n);
-    float *rgba = malloc(4 * (size_t)n * n * sizeof *rgba);
+    float *rgba = ibl_need(malloc(4 * (size_t)n * n * sizeof *rgba));
     ibl_cube cube = {0};
-    bool ok = (rgba || view_fail("no memory for a face of a capture")) &&
-              !ibl_image_alloc(ctx, width, width / 2, map) &&
+    bool ok = !ibl_image_alloc(ctx, width, width / 2, map) &&
               !ibl_cube_alloc(ctx, n, 1, &cube);
 
     gl.BindFramebuffer(GL_FRAMEBUFFER, c->target);
@@ -282,15 +276,13 @@ static bool bake(const view_capture *c, ibl_ctx *ctx, bool alpha,
 }
 
 /* Uploads levels from `first` on into a layer; empty alpha is 1. */
-static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
+static void upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
                    GLuint cubes, int layer)
 {
     const size_t most = (size_t)IBL_FACES * rgb->size * rgb->size;
     const float largest = ibl_pixel_max(IBL_PIXEL_RGBA16F);
-    float *rgba = malloc(4 * most * sizeof *rgba);
+    float *rgba = ibl_need(malloc(4 * most * sizeof *rgba));
 
-    if (!rgba)
-        return view_fail("no memory for a level of a capture");
     bind(VIEW_CAPTURE_UNIT, cubes);
     for (int l = first; l < rgb->levels; l++) {
         const int n = ibl_cube_edge(rgb->size, l);
@@ -305,7 +297,6 @@ static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
                          n, n, IBL_FACES, GL_RGBA, GL_FLOAT, rgba);
     }
     free(rgba);
-    return true;
 }
 
 /* Filters level 0 of the lookups into the shot's other levels and irradiance,
@@ -316,13 +307,14 @@ static bool filter_by_library(const view_capture *c,
 {
     const view_cubes *to = shot->to;
     ibl_bake_result rgb = {0}, alpha = {0};
-    const bool ok =
-        bake(c, shot->cpu, false, &rgb) &&
-        (!shot->draw.bare || bake(c, shot->cpu, true, &alpha)) &&
-        upload(&rgb.specular, &alpha.specular, 1, to->specular, shot->layer) &&
+    const bool ok = bake(c, shot->cpu, false, &rgb) &&
+                    (!shot->draw.bare || bake(c, shot->cpu, true, &alpha));
+
+    if (ok) {
+        upload(&rgb.specular, &alpha.specular, 1, to->specular, shot->layer);
         upload(&rgb.irradiance, &alpha.irradiance, 0, to->irradiance,
                shot->layer);
-
+    }
     ibl_bake_result_free(&rgb);
     ibl_bake_result_free(&alpha);
     return ok;

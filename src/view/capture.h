@@ -104,7 +104,7 @@ enum {
 
 /* Rows of VIEW_CAPTURE_MOST_SAMPLES: one for each level from 1 on, one for
  * irradiance. A sample: x, y of a direction about +Z, weight, level of the
- * lookup. The caller must free it. NULL, with a message: no memory. */
+ * lookup. The caller must free it. */
 float *view_capture_samples(int size, int levels);
 
 #endif

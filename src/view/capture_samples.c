@@ -22,6 +22,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
+#include "common/signals.h"
 #include "ibl/ibl.h"
 #include "view/message.h"
 
@@ -246,15 +247,10 @@ int view_capture_lookups(int size)
 float *view_capture_samples(int size, int levels)
 {
     const size_t row = (size_t)4 * MOST;
-    float *all = calloc((size_t)levels, row * sizeof *all);
-    workspace *w = malloc(sizeof *w);
+    float *all = ibl_need(calloc((size_t)levels, row * sizeof *all));
+    workspace *w = ibl_need(malloc(sizeof *w));
 
-    if (!all || !w) {
-        view_fail("no memory for the samples of a capture");
-        free(all);
-        all = NULL;
-    }
-    for (int l = 1; l <= levels && all; l++) {
+    for (int l = 1; l <= levels; l++) {
         const bool diffuse = l == levels;
         const double r =
             diffuse ? 1 : ibl_level_roughness(IBL_ROUGHNESS_LINEAR, l, levels);

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/signals.h"
 #include "view/message.h"
 #include "view/program.h"
 #include "view/sphere_grid.h"
@@ -177,11 +178,8 @@ static GLuint program_of(view_model *m, int key)
     for (int i = 0; i < m->program_count; i++)
         if (m->programs[i].key == key)
             return m->programs[i].program;
-    model_program *more = realloc(m->programs, (size_t)(m->program_count + 1) *
-                                                   sizeof *m->programs);
-    if (!more)
-        return view_fail("no memory for a program of the model");
-    m->programs = more;
+    m->programs = ibl_need(realloc(m->programs, (size_t)(m->program_count + 1) *
+                                                    sizeof *m->programs));
     const GLuint program = make_program(key);
     if (program) {
         bind_samplers(program);
@@ -447,25 +445,13 @@ static void make_draws(view_model *m, const ibl_scene *scene)
     }
 }
 
-static bool allocate(view_model *m, const ibl_scene *scene)
-{
-    m->parts = calloc((size_t)scene->primitive_count, sizeof *m->parts);
-    m->materials = calloc((size_t)scene->material_count, sizeof *m->materials);
-    m->draws = calloc((size_t)scene->draw_count, sizeof *m->draws);
-    for (int i = 0; i < 2; i++)
-        m->images[i] =
-            calloc((size_t)scene->image_count + 1, sizeof *m->images[i]);
-    return m->parts && m->materials && m->draws && m->images[0] && m->images[1];
-}
-
 /* Decodes the images of the materials that are drawn. */
 static bool decode_images(ibl_ctx *ctx, view_model *m, ibl_scene *scene)
 {
-    int *images = calloc((size_t)scene->image_count + 1, sizeof *images);
+    int *images =
+        ibl_need(calloc((size_t)scene->image_count + 1, sizeof *images));
     int count = 0;
 
-    if (!images)
-        return view_fail("no memory for the images of a model");
     for (int i = 0; i < SLOTS * m->draw_count; i++) {
         const ibl_scene_material *s =
             &scene->materials[m->draws[i / SLOTS].part->material];
@@ -494,11 +480,8 @@ static bool make_materials(view_model *m, const ibl_scene *scene)
         view_gl_buffer(GL_UNIFORM_BUFFER,
                        (size_t)m->material_count * (size_t)m->block_step, NULL);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_MODEL_UNITS);
-    for (int i = 0; i < m->material_count; i++) {
-        m->materials[i].name = strdup(scene->materials[i].name);
-        if (!m->materials[i].name)
-            return view_fail("no memory for a material");
-    }
+    for (int i = 0; i < m->material_count; i++)
+        m->materials[i].name = ibl_need(strdup(scene->materials[i].name));
     /* Only those that are drawn. */
     for (int i = 0; i < m->draw_count; i++) {
         const int material = m->draws[i].part->material;
@@ -519,8 +502,14 @@ static bool make_model(ibl_ctx *ctx, view_model *m, ibl_scene *scene,
 {
     if (!scene->draw_count)
         return view_fail("%s: there are no triangles to draw", name);
-    if (!allocate(m, scene))
-        return view_fail("%s: no memory for the model", name);
+    m->parts =
+        ibl_need(calloc((size_t)scene->primitive_count, sizeof *m->parts));
+    m->materials =
+        ibl_need(calloc((size_t)scene->material_count, sizeof *m->materials));
+    m->draws = ibl_need(calloc((size_t)scene->draw_count, sizeof *m->draws));
+    for (int i = 0; i < 2; i++)
+        m->images[i] = ibl_need(
+            calloc((size_t)scene->image_count + 1, sizeof *m->images[i]));
     m->part_count = scene->primitive_count;
     for (int i = 0; i < m->part_count; i++)
         make_part(&scene->primitives[i], &m->parts[i]);
@@ -532,11 +521,9 @@ static bool make_model(ibl_ctx *ctx, view_model *m, ibl_scene *scene,
 
 view_model *view_model_create(ibl_ctx *ctx, ibl_scene *scene, const char *name)
 {
-    view_model *m = calloc(1, sizeof *m);
+    view_model *m = ibl_need(calloc(1, sizeof *m));
 
-    if (!m)
-        view_fail("%s: no memory for the model", name);
-    else if (make_model(ctx, m, scene, name))
+    if (make_model(ctx, m, scene, name))
         return m;
     view_model_free(m);
     return NULL;

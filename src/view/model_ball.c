@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "common/signals.h"
 #include "view/message.h"
 #include "view/model.h"
 
@@ -124,15 +125,10 @@ static view_model *upload(ball *b)
 
 view_model *view_model_ball(void)
 {
-    ball *b = malloc(sizeof *b);
-    view_model *m = NULL;
+    ball *b = ibl_need(malloc(sizeof *b));
 
-    if (!b) {
-        view_fail("no memory for the material ball");
-        return NULL;
-    }
     fill(b);
-    m = upload(b);
+    view_model *m = upload(b);
     free(b);
     return m;
 }

@@ -8,6 +8,7 @@
 
 #include <stb/stb_easy_font.h>
 
+#include "common/signals.h"
 #include "view/message.h"
 #include "view/program.h"
 
@@ -55,11 +56,9 @@ static bool make(view_overlay *o)
 
 view_overlay *view_overlay_create(void)
 {
-    view_overlay *o = calloc(1, sizeof *o);
+    view_overlay *o = ibl_need(calloc(1, sizeof *o));
 
-    if (!o)
-        view_fail("no memory for text");
-    else if (make(o))
+    if (make(o))
         return o;
     view_overlay_free(o);
     return NULL;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/picture.h"
 
+#include "common/signals.h"
 #include "engine/picture.h"
 #include "view/gl.h"
 #include "view/message.h"
@@ -24,12 +25,8 @@ void view_picture_flip(void *pixels, size_t row_bytes, int height)
 unsigned char *view_picture_read(GLuint framebuffer, int width, int height)
 {
     const size_t row_bytes = 3 * (size_t)width;
-    unsigned char *rgb = malloc(row_bytes * (size_t)height);
+    unsigned char *rgb = ibl_need(malloc(row_bytes * (size_t)height));
 
-    if (!rgb) {
-        view_fail("no memory for a picture of %d x %d pixels", width, height);
-        return NULL;
-    }
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
     gl.ReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, rgb);
     view_picture_flip(rgb, row_bytes, height);
@@ -49,17 +46,14 @@ bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
     static const ibl_picture_options exr = {.kind = IBL_PICTURE_EXR};
     ibl_outputs *outputs = NULL;
     ibl_blob file = {0};
-    void *png = NULL;
-
     bool ok;
-    if (view_picture_is_linear(path)) {
+
+    if (view_picture_is_linear(path))
         ok = !ibl_picture_encode(ctx, path, &exr, width, height, rgb, &file);
-    } else {
-        ok = ibl_png_encode_rgb(rgb, width, height, &png, &file.size) ||
+    else
+        ok = ibl_png_encode(rgb, 3, width, height, NULL, &file) ||
              view_fail("%s: no memory for a PNG of %d x %d pixels", path, width,
                        height);
-        file.bytes = png;
-    }
     ok = ok && !ibl_outputs_create(ctx, 0, &outputs) &&
          !ibl_outputs_add(outputs, path, file.bytes, file.size) &&
          !ibl_outputs_commit(outputs);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/path.h"
+#include "common/signals.h"
 #include "view/file_stamp.h"
 #include "view/message.h"
 #include "view/upload.h"
@@ -49,7 +50,7 @@ void view_probe_set_seen(view_probe_set *set)
 
 /* Cubes of the harmonics. Sums overshoot: a little below 0 in the dark, alpha
  * above 1. A layer without a probe stays black. */
-static bool make_light(const char *name, view_probe_set *set)
+static void make_light(view_probe_set *set)
 {
     const int layers = set->index.specular.layers;
     const int floats = 4 * IBL_FACES * SH_EDGE * SH_EDGE;
@@ -62,36 +63,29 @@ static bool make_light(const char *name, view_probe_set *set)
                            .layers = layers,
                            .faces = IBL_FACES,
                            .bytes = (size_t)floats * layers * sizeof(float)};
-    light->data = malloc(light->bytes);
-    if (!light->data)
-        return view_fail("%s: no memory for irradiance of %d probes", name,
-                         layers);
+    light->data = ibl_need(malloc(light->bytes));
     float *texels = (float *)light->data;
     for (int i = 0; i < layers; i++, texels += floats) {
         view_harmonics_cube(set->index.sh[i], IBL_PROBE_SH, 4, SH_EDGE, texels);
         for (int k = 3; k < floats; k += 4)
             texels[k] = fminf(texels[k], 1);
     }
-    return true;
 }
 
-static bool name_file(view_probe_set *set, int i, const char *name)
+static void name_file(view_probe_set *set, int i, const char *name)
 {
-    if (!name)
-        return true;
-    set->paths[i] = ibl_path_beside(set->paths[INDEX], name);
-    return set->paths[i] ||
-           view_fail("%s: no memory for names in it", set->paths[INDEX]);
+    if (name)
+        set->paths[i] = ibl_need(ibl_path_beside(set->paths[INDEX], name));
 }
 
 static bool read_index(ibl_ctx *ctx, view_probe_set *set)
 {
     ibl_probe_index *x = &set->index;
 
-    if (ibl_probe_index_read(ctx, set->paths[INDEX], x) ||
-        !name_file(set, SPECULAR, x->specular.name) ||
-        !name_file(set, IRRADIANCE, x->irradiance.name))
+    if (ibl_probe_index_read(ctx, set->paths[INDEX], x))
         return false;
+    name_file(set, SPECULAR, x->specular.name);
+    name_file(set, IRRADIANCE, x->irradiance.name);
     set->locals =
         (view_probe_maps){.count = x->count,
                           .probe = x->probe,
@@ -101,7 +95,9 @@ static bool read_index(ibl_ctx *ctx, view_probe_set *set)
                           .lod_offset = (float)x->lod_offset,
                           .last_level = (float)(x->specular.levels - 1),
                           .irradiance_scale = (float)x->irradiance_scale};
-    return !x->sh || make_light(set->paths[INDEX], set);
+    if (x->sh)
+        make_light(set);
+    return true;
 }
 
 /* ---- arrays ------------------------------------------------------------ */
@@ -198,13 +194,10 @@ static bool load(ibl_ctx *ctx, view_probe_set *set)
 
 view_probe_set *view_probe_set_load(ibl_ctx *ctx, const char *index)
 {
-    view_probe_set *set = calloc(1, sizeof *set);
+    view_probe_set *set = ibl_need(calloc(1, sizeof *set));
 
-    if (set)
-        set->paths[INDEX] = strdup(index);
-    if (!set || !set->paths[INDEX])
-        view_fail("%s: no memory for its name", index);
-    else if (load(ctx, set))
+    set->paths[INDEX] = ibl_need(strdup(index));
+    if (load(ctx, set))
         return set;
     view_probe_set_free(set);
     return NULL;

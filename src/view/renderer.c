@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/clock.h"
+#include "common/signals.h"
 #include "view/errors.h"
 #include "view/frame.h"
 #include "view/gl.h"
@@ -94,11 +95,9 @@ static bool make(view_renderer *r)
 
 view_renderer *view_renderer_create(void)
 {
-    view_renderer *r = calloc(1, sizeof *r);
+    view_renderer *r = ibl_need(calloc(1, sizeof *r));
 
-    if (!r)
-        view_fail("not enough memory for the renderer");
-    else if (make(r))
+    if (make(r))
         return r;
     view_renderer_free(r);
     return NULL;
@@ -681,10 +680,7 @@ static bool read_materials(view_renderer *r, int *shown)
 {
     const size_t count = (size_t)r->width * (size_t)r->height;
     const int side = r->settings.reflection == VIEW_REFERENCE;
-    float *alpha = malloc(count * sizeof *alpha);
-
-    if (!alpha)
-        return view_fail("not enough memory to compare pictures");
+    float *alpha = ibl_need(malloc(count * sizeof *alpha));
     const bool ok = read_floats(r, r->picture[side].texture, GL_ALPHA, alpha);
     for (size_t i = 0; i < count; i++)
         shown[i] = alpha[i] >= 2 ? (int)alpha[i] - 2 : -1;
@@ -717,20 +713,14 @@ const char *view_renderer_part(const view_renderer *r, int i)
 int view_renderer_errors(view_renderer *r, view_error *errors)
 {
     const size_t pixels = (size_t)r->width * (size_t)r->height;
-    float *pictures;
-    int *shown;
-    bool ok = false;
 
     if (!r->picture[0].width || !view_compares(&r->settings))
         return 0;
-    pictures = malloc(6 * pixels * sizeof *pictures);
-    shown = malloc(pixels * sizeof *shown);
-    if (!pictures || !shown)
-        view_fail("not enough memory to compare pictures");
-    else
-        ok = view_renderer_read(r, false, pictures) &&
-             view_renderer_read(r, true, pictures + 3 * pixels) &&
-             find_shown(r, shown);
+    float *pictures = ibl_need(malloc(6 * pixels * sizeof *pictures));
+    int *shown = ibl_need(malloc(pixels * sizeof *shown));
+    const bool ok = view_renderer_read(r, false, pictures) &&
+                    view_renderer_read(r, true, pictures + 3 * pixels) &&
+                    find_shown(r, shown);
     if (ok)
         view_errors(shown, view_renderer_parts(r), r->width, r->height,
                     pictures, pictures + 3 * pixels, errors);

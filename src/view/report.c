@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "common/clock.h"
+#include "common/signals.h"
 #include "common/stderr_line.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
@@ -65,15 +66,13 @@ static void print_materials(const view_renderer *r, const view_error *errors,
 
 bool view_report_print(view_renderer *r, const view_settings *s)
 {
-    view_error *errors;
     char side[2][200];
-    int count = 0;
 
     if (!view_compares(s))
         return false;
-    errors = calloc((size_t)view_renderer_parts(r), sizeof *errors);
-    if (errors)
-        count = view_renderer_errors(r, errors);
+    view_error *errors =
+        ibl_need(calloc((size_t)view_renderer_parts(r), sizeof *errors));
+    const int count = view_renderer_errors(r, errors);
     if (!count) {
         free(errors);
         return false;

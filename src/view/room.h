@@ -114,7 +114,7 @@ void view_room_free(view_room *r); /* NULL is fine */
 void view_room_render(view_room *r, const view_room_draw *d);
 
 /* Edge of a tile of the picture, in pixels. Unit VIEW_ROOM_UNIT_MASKS has a
- * texel per tile and 64 local probes, their mask (ibl_tiles_cull) in words of
+ * texel per tile and 64 local probes, their mask (ibl_tile_cull) in words of
  * 32 bits, lower first; the tiles of the next 64 are above. Paraboloids are no
  * projection and have no masks. */
 #define VIEW_ROOM_TILE 16

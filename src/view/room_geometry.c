@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/signals.h"
 #include "view/message.h"
 
 /* A grid of vertices, stored row by row. */
@@ -126,7 +127,7 @@ static view_room_range add_sphere(view_room_mesh *mesh, int i)
 
 /* ---- the mesh ---------------------------------------------------------- */
 
-static bool allocate(view_room_mesh *mesh)
+static void allocate(view_room_mesh *mesh)
 {
     int vertices = VIEW_ROOM_SPHERES * grid_vertices(around);
     int quads = VIEW_ROOM_SPHERES * around.columns * around.rows;
@@ -136,19 +137,14 @@ static bool allocate(view_room_mesh *mesh)
         vertices += grid_vertices(g);
         quads += 1 + g.columns * g.rows;
     }
-    mesh->vertices = calloc((size_t)vertices, sizeof *mesh->vertices);
-    mesh->indices = calloc((size_t)quads, 6 * sizeof *mesh->indices);
-    if (mesh->vertices && mesh->indices)
-        return true;
-    view_room_mesh_free(mesh);
-    return view_fail("no memory for the room");
+    mesh->vertices = ibl_need(calloc((size_t)vertices, sizeof *mesh->vertices));
+    mesh->indices = ibl_need(calloc((size_t)quads, 6 * sizeof *mesh->indices));
 }
 
-bool view_room_mesh_make(view_room_mesh *mesh)
+void view_room_mesh_make(view_room_mesh *mesh)
 {
     *mesh = (view_room_mesh){0};
-    if (!allocate(mesh))
-        return false;
+    allocate(mesh);
     for (int i = 0; i < side_count(); i++) {
         const side s = side_of(i);
         add_side_vertices(mesh, &s);
@@ -157,7 +153,6 @@ bool view_room_mesh_make(view_room_mesh *mesh)
     mesh->cells = add_sides(mesh, false);
     for (int i = 0; i < VIEW_ROOM_SPHERES; i++)
         mesh->spheres[i] = add_sphere(mesh, i);
-    return true;
 }
 
 void view_room_mesh_free(view_room_mesh *mesh)

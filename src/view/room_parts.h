@@ -26,8 +26,7 @@ typedef struct view_room_mesh {
     view_room_range spheres[VIEW_ROOM_SPHERES];
 } view_room_mesh;
 
-/* False, with a message; *mesh is then zeroed. */
-bool view_room_mesh_make(view_room_mesh *mesh);
+void view_room_mesh_make(view_room_mesh *mesh);
 /* Frees vertices and indices but keeps the ranges. */
 void view_room_mesh_free(view_room_mesh *mesh); /* zeroed is fine */
 

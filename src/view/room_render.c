@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "common/signals.h"
 #include "view/frame.h"
 #include "view/message.h"
 #include "view/program.h"
@@ -230,8 +231,7 @@ static bool make_mesh(view_room *r)
     const size_t material = offsetof(view_room_vertex, material);
     view_room_mesh *m = &r->mesh;
 
-    if (!view_room_mesh_make(m))
-        return false;
+    view_room_mesh_make(m);
     gl.GenVertexArrays(1, &r->array);
     gl.BindVertexArray(r->array);
     r->indices =
@@ -264,13 +264,11 @@ static bool make(view_room *r)
 
 view_room *view_room_create(void)
 {
-    view_room *r = calloc(1, sizeof *r);
+    view_room *r = ibl_need(calloc(1, sizeof *r));
 
     if (!view_gl_has_cube_arrays())
         view_fail("the scene needs OpenGL 4.0 or ARB_texture_cube_map_array, "
                   "for its probes");
-    else if (!r)
-        view_fail("no memory for the room");
     else if (make(r))
         return r;
     view_room_free(r);

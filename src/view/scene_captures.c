@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/signals.h"
 #include "view/message.h"
 #include "view/program.h"
 
@@ -61,11 +62,9 @@ static void drop_captures(view_scene *st)
 
 view_scene *view_scene_create(void)
 {
-    view_scene *st = calloc(1, sizeof *st);
+    view_scene *st = ibl_need(calloc(1, sizeof *st));
 
-    if (!st)
-        view_fail("not enough memory for the scene");
-    else if ((st->room = view_room_create()))
+    if ((st->room = view_room_create()))
         return st;
     view_scene_free(st);
     return NULL;

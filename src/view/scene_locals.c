@@ -6,9 +6,6 @@
 #include "view/room.h"
 #include "view/settings.h"
 
-_Static_assert(VIEW_MAX_LOCALS == IBL_MAX_TILE_PROBES,
-               "as many as tiles have bits");
-
 static const double height = 1.5;
 /* Distance to keep from boxes and the mirror. */
 static const double clearance = 0.25;

@@ -2,6 +2,7 @@
 /* OSMesa: OpenGL drawn by the processor into memory. It is opened only on
  * demand: it loads LLVM, which does not survive being unloaded. */
 #include "view/screen.h"
+#include "common/signals.h"
 #include "view/gl.h"
 #include "view/message.h"
 
@@ -117,15 +118,11 @@ view_screen *view_screen_memory(int width, int height,
 {
     static const char *const usual[] = {"libOSMesa.so.8", "libOSMesa.so.6",
                                         "libOSMesa.so", NULL};
-    view_screen *s = calloc(1, sizeof *s);
+    view_screen *s = ibl_need(calloc(1, sizeof *s));
 
-    if (s) {
-        s->width = width, s->height = height;
-        s->pixels = calloc((size_t)width * (size_t)height, 4);
-    }
-    if (!s || !s->pixels)
-        view_fail("no memory for a picture of %d x %d pixels", width, height);
-    else if (load(libraries ? libraries : usual, &s->call) && open_context(s))
+    s->width = width, s->height = height;
+    s->pixels = ibl_need(calloc((size_t)width * (size_t)height, 4));
+    if (load(libraries ? libraries : usual, &s->call) && open_context(s))
         return s;
     view_screen_close(s);
     return NULL;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "common/path.h"
+#include "common/signals.h"
 #include "view/message.h"
 
 enum {
@@ -243,8 +244,6 @@ bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
     ibl_bake_options opts = ibl_bake_options_default();
     ibl_bake_result result = {0};
 
-    if (!set->name)
-        return view_fail("no memory to bake");
     if (specular)
         opts.specular_options = *specular;
     opts.yaw_deg = opts.specular_options.yaw_deg;
@@ -276,20 +275,18 @@ bool view_set_bake(ibl_ctx *ctx, const view_request *what, baked_set *set)
     const bool six =
         strcmp(path, "-") != 0 && view_file_stamp_of(path, NULL).size < 0;
 
-    *set = (baked_set){.name = strndup(name, stem),
+    *set = (baked_set){.name = ibl_need(strndup(name, stem)),
                        .source_read = ibl_read_options_default()};
     set->source_read.layout = what->layout;
     set->source_read.transfer = what->transfer;
     memcpy(set->source_read.face_order, what->face_order,
            sizeof what->face_order);
-    set->path[VIEW_MAP] = strdup(path);
+    set->path[VIEW_MAP] = ibl_need(strdup(path));
     view_files_see(&set->path[VIEW_MAP], 1, &set->seen[VIEW_MAP]);
     const bool is_again = set->seen[VIEW_MAP].size >= 0 || six;
     if (is_again)
-        set->source = strdup(path);
-    if (!set->path[VIEW_MAP] || (is_again && !set->source))
-        view_fail("%s: no memory to bake it", path);
-    else if (bake_source(ctx, path, set))
+        set->source = ibl_need(strdup(path));
+    if (bake_source(ctx, path, set))
         return true;
     view_set_free(set);
     return false;

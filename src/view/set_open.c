@@ -12,6 +12,7 @@
 
 #include "common/names.h"
 #include "common/path.h"
+#include "common/signals.h"
 #include "engine/engine.h"
 #include "ibl/set.h"
 #include "view/message.h"
@@ -93,16 +94,10 @@ static const int views[IBL_CONTENTS + 1] = {
     [IBL_CONTENT_LOBE_TABLE] = VIEW_LOBES,
     [IBL_CONTENTS] = VIEW_SIDECAR};
 
-static bool no_memory(const char *path)
-{
-    return view_fail("%s: no memory to open it", path);
-}
-
-static bool copy(const char *text, char **to)
+static void copy(const char *text, char **to)
 {
     free(*to);
-    *to = text ? strdup(text) : NULL;
-    return *to || !text || no_memory(text);
+    *to = text ? ibl_need(strdup(text)) : NULL;
 }
 
 /* Files are seen just before they are read. */
@@ -145,9 +140,9 @@ static bool take_file(ibl_ctx *ctx, ibl_set_file *f, view_content content,
     *tex = f->texture;
     f->texture = (ibl_texture){0};
     set->pixel[content] = f->pixel;
-    return copy(f->path, &set->path[content]) &&
-           (tex->faces == IBL_FACES || content == VIEW_LUT ||
-            content == VIEW_LOBES || make_cube(ctx, f->path, tex));
+    copy(f->path, &set->path[content]);
+    return tex->faces == IBL_FACES || content == VIEW_LUT ||
+           content == VIEW_LOBES || make_cube(ctx, f->path, tex);
 }
 
 /* Reports properties that make the spheres inexact. */
@@ -204,7 +199,8 @@ static bool take_facts(const ibl_set *from, baked_set *set)
     set->source_yaw = from->yaw_deg;
     set->source_peak = from->source_peak;
     memcpy(set->source_hash, from->source_hash, sizeof set->source_hash);
-    return copy(from->source, &set->source);
+    copy(from->source, &set->source);
+    return true;
 }
 
 static bool take_set(ibl_ctx *ctx, const view_request *what, ibl_set *from,
@@ -233,21 +229,22 @@ static bool take_set(ibl_ctx *ctx, const view_request *what, ibl_set *from,
                   ibl_lut_name(table->facts.table));
         ibl_texture_free(&table->texture);
     }
-    bool ok = copy(from->name ? from->name : what->path, &set->name) &&
-              copy(from->sidecar, &set->path[VIEW_SIDECAR]);
+    bool ok = true;
+    copy(from->name ? from->name : what->path, &set->name);
+    copy(from->sidecar, &set->path[VIEW_SIDECAR]);
     for (int c = 0; c < IBL_CONTENTS && ok; c++)
         ok = take_file(ctx, &f[c], (view_content)views[c], set);
     return ok && take_facts(from, set);
 }
 
 /* Takes the map that is named, whatever it is, in place of the sidecar's. */
-static bool name_map(baked_set *set, const char *map)
+static void name_map(baked_set *set, const char *map)
 {
     if (!map)
-        return true;
+        return;
     set->source_peak = 0;
     *set->source_hash = '\0';
-    return copy(map, &set->source);
+    copy(map, &set->source);
 }
 
 /* Opens the chain of sheen beside the specular one, which is a bake of its own;
@@ -264,11 +261,10 @@ static bool open_sheen(ibl_ctx *ctx, baked_set *set)
         char name[1024];
         snprintf(name, sizeof name, "%.900s_charlie_specular.%s", set->name,
                  ibl_array_container_names[i]);
-        char *path = ibl_path_beside(set->path[VIEW_SPECULAR], name);
+        char *path = ibl_need(ibl_path_beside(set->path[VIEW_SPECULAR], name));
         set->seen[VIEW_SHEEN] = view_file_stamp_of(path, NULL);
-        ok = path ? set->seen[VIEW_SHEEN].size < 0 ||
-                        !ibl_set_open(ctx, path, &o, &sheen)
-                  : no_memory(name);
+        ok = set->seen[VIEW_SHEEN].size < 0 ||
+             !ibl_set_open(ctx, path, &o, &sheen);
         free(path);
     }
     if (ok && f->path)
@@ -300,8 +296,8 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
     o.reading = see;
     o.cookie = set;
     const bool ok = !ibl_set_open(ctx, what->path, &o, &from) &&
-                    take_set(ctx, what, &from, set) && open_sheen(ctx, set) &&
-                    name_map(set, what->map);
+                    take_set(ctx, what, &from, set) && open_sheen(ctx, set);
+    name_map(set, what->map);
     ibl_set_free(&from);
     if (ok && !set->texture[VIEW_LUT].data)
         view_note("%s: has no BRDF table: made with the geometry %s", set->name,

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/clock.h"
+#include "common/signals.h"
 #include "view/inspect.h"
 #include "view/labels.h"
 #include "view/message.h"
@@ -67,11 +68,11 @@ static void *read_picture(const view_app *app, const view_settings *s,
     char what[VIEW_LABEL_BYTES], title[2 * VIEW_LABEL_BYTES];
 
     if (view_picture_is_linear(file)) {
-        float *rgb = malloc(3 * sizeof *rgb * (size_t)width * (size_t)height);
-        if (rgb && view_renderer_linear(app->renderer, rgb))
+        float *rgb =
+            ibl_need(malloc(3 * sizeof *rgb * (size_t)width * (size_t)height));
+        if (view_renderer_linear(app->renderer, rgb))
             return rgb;
         free(rgb);
-        view_fail("%s: not enough memory", file);
         return NULL;
     }
     view_labels_title(s, app->renderer, app->set, what);
@@ -199,11 +200,7 @@ static bool prepare_sheet(sheet *h, const view_options *o, const baked_set *set)
     h->height = (int)high;
     h->pixel =
         3 * (view_picture_is_linear(o->contact_sheet) ? sizeof(float) : 1);
-    h->rgb = malloc(h->pixel * (size_t)wide * (size_t)high);
-    if (!h->rgb)
-        return view_fail("%s: no memory for a sheet of %lldx%lld pixels: "
-                         "choose a smaller --size",
-                         o->contact_sheet, wide, high);
+    h->rgb = ibl_need(malloc(h->pixel * (size_t)wide * (size_t)high));
     memset(h->rgb, h->pixel > 3 ? 0 : SHADE,
            h->pixel * (size_t)wide * (size_t)high);
     return true;

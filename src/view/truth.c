@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/clock.h"
+#include "common/signals.h"
 #include "view/aim.h"
 #include "view/gl.h"
 #include "view/message.h"
@@ -98,8 +99,8 @@ static bool load(view_truth *t, const baked_set *set)
         return false;
     const ibl_texture *from =
         map.data ? &map : &set->texture[sky ? VIEW_SKY : VIEW_SPECULAR];
-    const bool ok = view_aim_make(from, &aim);
-    if (ok && aim.edge)
+    view_aim_make(from, &aim);
+    if (aim.edge)
         upload_aim(t, &aim);
     const bool bound =
         bind_map(t, &map, sky ? VIEW_UNIT_SKY : VIEW_UNIT_SPECULAR);
@@ -108,17 +109,14 @@ static bool load(view_truth *t, const baked_set *set)
     t->light.sheen = set->texture[VIEW_SHEEN].data;
     ibl_texture_free(&map);
     view_aim_free(&aim);
-    return ok && bound &&
-           view_gl_check("the table of the environment's lights");
+    return bound && view_gl_check("the table of the environment's lights");
 }
 
 view_truth *view_truth_create(const baked_set *set)
 {
-    view_truth *t = calloc(1, sizeof *t);
+    view_truth *t = ibl_need(calloc(1, sizeof *t));
 
-    if (!t)
-        view_fail("no memory for the reference");
-    else if (make(t) && load(t, set))
+    if (make(t) && load(t, set))
         return t;
     view_truth_free(t);
     return NULL;

@@ -14,7 +14,7 @@ void fuzz_begin(void)
     for (int i = 0; i < 3 * IBL_FACES; i++) {
         ibl_blob png = {0};
         char *name = ibl_engine_face_name("s", i);
-        FUZZ_NEED(name && ibl_png_encode(rgba, 4 >> i / IBL_FACES,
+        FUZZ_NEED(name && ibl_png_encode(rgba, 4, 4 >> i / IBL_FACES,
                                          4 >> i / IBL_FACES, NULL, &png));
         fuzz_save(name, png.bytes, png.size);
         ibl_blob_free(&png);

@@ -40,7 +40,7 @@ ibl_status __wrap_ibl_bridge_rows(const ibl_input *in,
     for (int i = 0; i < 3 * 16 * 8; i++)
         img.data[i] = (float)(in->bytes[(size_t)i % in->size]) /
                       (opts->transfer == IBL_TRANSFER_LINEAR ? 255 : 1);
-    status = ibl_rows_of_image(in->ctx, &img, rows);
+    status = ibl_rows_of_image(in->ctx, &img, NULL, rows);
     if (!status)
         (*rows)->orientation = orientation;
     return status;

@@ -21,11 +21,11 @@ hdr() { # NAME BYTES WAY
 four='\x40\x50\x60\x80\x20\x30\x10\x7f\x01\x02\x03\x84\x99\x88\x77\x66'
 run='\x02\x02\x00\x08\x88\x40\x88\x50\x04\x01\x02\x03\x04\x84\x60\x88\x80'
 hdr flat.hdr "$begin\n-Y 2 +X 4\n$four$four" 0
-hdr old.hdr "$begin\n-Y 2 +X 4\n$four\x40\x50\x60\x80\x01\x01\x01\x03" 3
+hdr old.hdr "$begin\n-Y 2 +X 4\n$four\x40\x50\x60\x80\x01\x01\x01\x03$four" 3
 hdr new.hdr "$begin\n-Y 4 +X 8\n$run$run$run$run" 5
 hdr up.hdr "$begin\n+Y 4 -X 8\n$run$run$run$run" 7
 hdr columns.hdr "$begin\n-X 8 +Y 4\n$four$four$four$four$four$four$four$four" 2
-hdr xyze.hdr "#?RADIANCE\n# made\nFORMAT=32-bit_rle_xyze\nEXPOSURE=2.5\nCOLORCORR=1 \
+hdr named.hdr "#?RADIANCE\n# made\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2.5\nCOLORCORR=1 \
 1.5 2\nPRIMARIES=.64 .33 .3 .6 .15 .06 .3127 .329\n\n-Y 2 +X 4\n$four$four" 6
 packings='none rle zip zips piz pxr24 b44 b44a'
 outputs=()
@@ -310,7 +310,7 @@ for kind in json engine scene; do
 done
 cat image/*.exr | LC_ALL=C grep -aoE '[A-Za-z0-9]{4,}' | sort -u |
     sed 's/.*/"&"/' >image.dict
-printf '"%s"\n' EXPOSURE= COLORCORR= PRIMARIES= FORMAT=32-bit_rle_xyze '-Y ' '+X ' \
+printf '"%s"\n' EXPOSURE= COLORCORR= PRIMARIES= FORMAT=32-bit_rle_rgbe '-Y ' '+X ' \
     'hdrgm:GainMapMax' hdrgm:BaseRenditionIsHDR RY BY layerA.R >>image.dict
 strings -n 6 texture/* | grep -oE '[A-Za-z_.]{6,}' | sort -u | sed 's/.*/"&"/' \
     >texture.dict

@@ -5,6 +5,7 @@
 #include "io/bridge/bridge.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -28,32 +29,21 @@ const int strip_rows = 64;
 
 // ThreadSanitizer cannot see the synchronisation of OpenImageIO's task queue,
 // which is not built for it.
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define ONE_THREAD 1
-#endif
-#endif
-#if defined(__SANITIZE_THREAD__)
-#define ONE_THREAD 1
+#ifndef IBL_TSAN
+#define IBL_TSAN 0
 #endif
 int threads_of(const ibl_bridge_request &request)
 {
-#ifdef ONE_THREAD
-    (void)request;
-    return 1;
-#else
-    return request.threads;
-#endif
+    return IBL_TSAN ? 1 : request.threads;
 }
 
-struct failure {
-    ibl_bridge_result result;
-    std::string text;
+using failure = std::runtime_error;
+
+struct stopped {
 };
 
 enum class storage {
     floats,
-    counts,
     shorts,
     fractions
 };
@@ -61,6 +51,7 @@ enum class storage {
 struct picture {
     // Declared before input: the proxy must be destroyed after its reader.
     std::unique_ptr<Filesystem::IOMemReader> memory;
+    FILE *file = nullptr;
     std::unique_ptr<ImageInput> input;
     ImageSpec spec;
     int channel[3] = {0, 0, 0};
@@ -68,6 +59,12 @@ struct picture {
     storage kind = storage::floats;
     bool encoded = false;
     std::vector<float> table; // linear values of 16-bit sRGB
+
+    ~picture()
+    {
+        if (file)
+            std::fclose(file);
+    }
 };
 
 std::string complaint(ImageInput &input, const char *otherwise)
@@ -79,42 +76,40 @@ std::string complaint(ImageInput &input, const char *otherwise)
 void open(picture &p, const ibl_bridge_request &r)
 {
     ImageSpec config;
-    const char *path = r.path ? r.path : "memory";
+    std::string path = "memory";
 
     p.input = ImageInput::create(r.reader);
     if (!p.input) {
         geterror();
-        throw failure{IBL_BRIDGE_UNKNOWN,
-                      std::string("this OpenImageIO has no reader for ") +
-                          r.reader};
+        throw failure(std::string("this OpenImageIO has no reader for ") +
+                      r.reader);
     }
     config["oiio:UnassociatedAlpha"] = 1; // colours as stored
-    if (!r.path) {
-        if (!p.input->supports("ioproxy"))
-            throw failure{IBL_BRIDGE_NEEDS_FILE, ""};
+    if (p.input->supports("ioproxy")) {
         p.memory.reset(new Filesystem::IOMemReader(
             const_cast<unsigned char *>(r.bytes), r.size));
         void *proxy = p.memory.get();
         config.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
+    } else { // a file without a name, so that nothing stays behind
+        p.file = std::tmpfile();
+        if (!p.file || std::fwrite(r.bytes, 1, r.size, p.file) != r.size ||
+            std::fflush(p.file))
+            throw failure(std::string("no temporary file: ") +
+                          std::strerror(errno));
+        path = "/dev/fd/" + std::to_string(fileno(p.file));
     }
     p.input->threads(threads_of(r));
-    if (!p.input->open(path, p.spec, config) ||
-        !p.input->seek_subimage(r.subimage, 0))
-        throw failure{IBL_BRIDGE_FORMAT,
-                      complaint(*p.input, "its header cannot be read")};
+    if (!p.input->open(path, p.spec, config))
+        throw failure(complaint(*p.input, "its header cannot be read"));
     p.spec = p.input->spec();
-    if (p.spec.deep)
-        throw failure{IBL_BRIDGE_FORMAT,
-                      "deep data has no one colour per pixel"};
     if (p.spec.get_int_attribute("tiff:PhotometricInterpretation") >> 1 ==
         32844 >> 1)
-        throw failure{IBL_BRIDGE_FORMAT,
-                      "LogLuv, of which OpenImageIO keeps 8 bits: convert it "
-                      "to EXR"};
+        throw failure("LogLuv, of which OpenImageIO keeps 8 bits: convert it "
+                      "to EXR");
     if (p.spec.depth > 1)
-        throw failure{IBL_BRIDGE_FORMAT, "it is a volume, not an image"};
+        throw failure("it is a volume, not an image");
     if (p.spec.nchannels < 1)
-        throw failure{IBL_BRIDGE_FORMAT, "it has no channels"};
+        throw failure("it has no channels");
 }
 
 int find_channel(const ImageSpec &spec, const char *name)
@@ -128,8 +123,8 @@ int find_channel(const ImageSpec &spec, const char *name)
 }
 
 // Chooses the requested channels; else R, G, B by name, the first three, or
-// three times the first. Finds how they are stored: OpenEXR's uints are
-// numbers, other integers are fractions of the largest.
+// three times the first. Finds how they are stored: integers are fractions of
+// the largest.
 void choose_channels(picture &p, const ibl_bridge_request &r)
 {
     static const char *const rgb[] = {"R", "G", "B"};
@@ -137,7 +132,7 @@ void choose_channels(picture &p, const ibl_bridge_request &r)
     bool named = true;
 
     for (int c = 0; c < 3; c++) {
-        p.channel[c] = find_channel(s, r.channels[c] ? r.channels[c] : rgb[c]);
+        p.channel[c] = find_channel(s, rgb[c]);
         named = named && p.channel[c] >= 0;
     }
     for (int c = 0; c < 3 && !named; c++)
@@ -152,12 +147,9 @@ void choose_channels(picture &p, const ibl_bridge_request &r)
     for (int c : {p.channel[1], p.channel[2], p.alpha})
         if (c >= 0 &&
             s.channelformat(c).is_floating_point() != type.is_floating_point())
-            throw failure{IBL_BRIDGE_FORMAT,
-                          "its channels are partly integers"};
+            throw failure("its channels are partly integers");
     if (!type.is_floating_point())
-        p.kind = !std::strcmp(p.input->format_name(), "openexr")
-                     ? storage::counts
-                 : type == TypeDesc::UINT8 || type == TypeDesc::UINT16
+        p.kind = type == TypeDesc::UINT8 || type == TypeDesc::UINT16
                      ? storage::shorts
                      : storage::fractions;
     p.encoded =
@@ -176,12 +168,7 @@ double srgb_to_linear(double v)
 float convert(const picture &p, float v, bool is_alpha)
 {
     const bool linear = is_alpha || p.encoded;
-    uint32_t count;
-
     switch (p.kind) {
-    case storage::counts: // v holds the bits of an integer
-        std::memcpy(&count, &v, sizeof count);
-        return float(count);
     case storage::shorts: {
         // 8 bits widen to 16 exactly: v * 257 / 65535 = v / 255.
         const int n = int(v * 65535 + 0.5f);
@@ -195,7 +182,6 @@ float convert(const picture &p, float v, bool is_alpha)
     return v;
 }
 
-// The display window, which is the map.
 ibl_bridge_info describe(const picture &p)
 {
     const ImageSpec &s = p.spec;
@@ -204,10 +190,8 @@ ibl_bridge_info describe(const picture &p)
     info.cube =
         s.get_string_attribute("textureformat") == "CubeFace Environment" &&
         !std::strcmp(p.input->format_name(), "dds");
-    info.width = info.cube ? s.width : s.full_width;
-    info.height = info.cube ? s.height : s.full_height;
-    info.data_width = s.width;
-    info.data_height = s.height;
+    info.width = s.width;
+    info.height = s.height;
     info.raw_bytes =
         double(s.width) * double(s.height) * double(s.pixel_bytes(true));
     info.low_range = p.kind == storage::shorts || p.kind == storage::fractions
@@ -223,17 +207,11 @@ ibl_bridge_info describe(const picture &p)
     return info;
 }
 
-// Reads the data window in strips, and puts what the map has of it in place.
+// Reads the pixels in strips.
 void read(picture &p, const ibl_bridge_request &r)
 {
     const ibl_bridge_info info = describe(p);
     const ImageSpec &s = p.spec;
-    const int64_t left = info.cube ? 0 : int64_t(s.x) - s.full_x;
-    const int64_t top = info.cube ? 0 : int64_t(s.y) - s.full_y;
-    const int64_t x0 = std::max<int64_t>(-left, 0);
-    const int64_t x1 = std::min<int64_t>(s.width, info.width - left);
-    const TypeDesc type =
-        p.kind == storage::counts ? TypeDesc::UINT32 : TypeDesc::FLOAT;
     const int tile = std::max(s.tile_height, 1);
     const int rows = (strip_rows + tile - 1) / tile * tile;
     const auto ends = std::minmax({p.channel[0], p.channel[1], p.channel[2],
@@ -242,60 +220,45 @@ void read(picture &p, const ibl_bridge_request &r)
     float *rgb = nullptr, *alpha = nullptr;
     std::vector<float> strip;
 
-    if (s.width < 1 || s.height < 1 || x1 <= x0 || -top >= s.height ||
-        top >= info.height)
-        throw failure{IBL_BRIDGE_FORMAT,
-                      "its data lies outside its display window"};
+    if (s.width < 1 || s.height < 1)
+        throw failure("it has no pixels");
     if (!r.begin(r.user, &info, &rgb, &alpha))
-        throw failure{IBL_BRIDGE_STOPPED, ""};
-    if (left > 0 || top > 0 || left + s.width < info.width ||
-        top + s.height < info.height) // black outside the data window
-        std::fill_n(rgb, 3 * size_t(info.width) * size_t(info.height), 0.0f);
+        throw stopped();
     for (int i = 0; i < 65536 && p.kind == storage::shorts; i++)
         p.table.push_back(float(srgb_to_linear(i / 65535.0)));
     strip.resize(size_t(step) * size_t(s.width) *
                  size_t(std::min(rows, s.height)));
     for (int y = 0; y < s.height; y += rows) {
         const int begin = s.y + y, end = s.y + std::min(y + rows, s.height);
-        if (y + rows <= -top || y >= info.height - top)
-            continue;
         const bool ok =
             s.tile_width > 0
-                ? p.input->read_tiles(r.subimage, 0, s.x, s.x + s.width, begin,
-                                      end, s.z, s.z + 1, first, first + step,
-                                      type, strip.data())
-                : p.input->read_scanlines(r.subimage, 0, begin, end, s.z, first,
-                                          first + step, type, strip.data());
+                ? p.input->read_tiles(0, 0, s.x, s.x + s.width, begin, end, s.z,
+                                      s.z + 1, first, first + step,
+                                      TypeDesc::FLOAT, strip.data())
+                : p.input->read_scanlines(0, 0, begin, end, s.z, first,
+                                          first + step, TypeDesc::FLOAT,
+                                          strip.data());
         if (!ok)
-            throw failure{IBL_BRIDGE_FORMAT,
-                          complaint(*p.input, "its pixels cannot be read")};
-        for (int row = y; row < y + end - begin; row++) {
-            const int64_t to = row + top;
-            const float *src =
-                strip.data() + size_t(row - y) * size_t(step) * size_t(s.width);
-            for (int64_t x = x0; x < x1 && to >= 0 && to < info.height; x++) {
-                const size_t at =
-                    size_t(to) * size_t(info.width) + size_t(left + x);
-                const float *from = src + size_t(step) * size_t(x);
-                for (int c = 0; c < 3; c++)
-                    rgb[3 * at + size_t(c)] =
-                        convert(p, from[p.channel[c] - first], false);
-                if (p.alpha >= 0)
-                    alpha[at] = convert(p, from[p.alpha - first], true);
-            }
+            throw failure(complaint(*p.input, "its pixels cannot be read"));
+        const float *from = strip.data();
+        for (size_t i = 0; i < size_t(end - begin) * size_t(s.width); i++) {
+            for (int c = 0; c < 3; c++)
+                *rgb++ = convert(p, from[p.channel[c] - first], false);
+            if (p.alpha >= 0)
+                *alpha++ = convert(p, from[p.alpha - first], true);
+            from += step;
         }
-        if (!r.go_on(r.user, double(end - s.y) / s.height))
-            throw failure{IBL_BRIDGE_STOPPED, ""};
+        if (!r.go_on(r.user))
+            throw stopped();
     }
 }
 
 } // namespace
 
 extern "C" __attribute__((visibility("default"))) ibl_bridge_result
-ibl_bridge_read_7(const ibl_bridge_request *request, char *message)
+ibl_bridge_read_9(const ibl_bridge_request *request, char *message)
 {
-    failure e = {IBL_BRIDGE_OK, ""};
-
+    *message = '\0';
     try {
         picture p;
         attribute("threads", threads_of(*request));
@@ -304,20 +267,20 @@ ibl_bridge_read_7(const ibl_bridge_request *request, char *message)
         choose_channels(p, *request);
         read(p, *request);
         p.input->close();
-    } catch (const failure &f) {
-        e = f;
+        return IBL_BRIDGE_OK;
+    } catch (const stopped &) {
+        return IBL_BRIDGE_STOPPED;
     } catch (const std::bad_alloc &) {
-        e = {IBL_BRIDGE_MEMORY, ""};
+        return IBL_BRIDGE_MEMORY;
     } catch (const std::length_error &) {
-        e = {IBL_BRIDGE_MEMORY, ""};
+        return IBL_BRIDGE_MEMORY;
     } catch (const std::exception &x) {
-        e = {IBL_BRIDGE_FORMAT, x.what()};
+        std::snprintf(message, IBL_BRIDGE_MESSAGE, "%s", x.what());
     } catch (...) {
-        e = {IBL_BRIDGE_FORMAT, "unknown exception"};
+        std::snprintf(message, IBL_BRIDGE_MESSAGE, "unknown exception");
     }
-    std::snprintf(message, IBL_BRIDGE_MESSAGE, "%s", e.text.c_str());
     for (char *c = message; *c; c++)
         if (static_cast<unsigned char>(*c) < ' ')
             *c = ' ';
-    return e.result;
+    return IBL_BRIDGE_FORMAT;
 }
