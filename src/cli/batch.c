@@ -106,14 +106,6 @@ static void print_json(json_t *event)
     json_decref(event);
 }
 
-static void print_begin(const batch *b)
-{
-    if (prints_json(b))
-        print_json(json_pack("{ss si si sI}", "event", "begin", "maps",
-                             b->maps.count, "kept", b->kept, "pixels",
-                             (json_int_t)b->all_pixels));
-}
-
 static void print_map(const batch *b, const ibl_map *m, double seconds,
                       const char *error)
 {
@@ -134,14 +126,6 @@ static void print_map(const batch *b, const ibl_map *m, double seconds,
     print_json(event);
 }
 
-static void print_end(const batch *b)
-{
-    if (prints_json(b))
-        print_json(json_pack("{ss si si si sf}", "event", "end", "baked",
-                             b->baked, "kept", b->kept, "failed", b->failed,
-                             "seconds", ibl_now() - b->console.begun));
-}
-
 /* Prints what maps have for standard output, in their order. */
 static void print_ready(batch *b)
 {
@@ -156,11 +140,20 @@ static void print_ready(batch *b)
     }
 }
 
-/* The last line, where a map was looked at. */
+/* The last lines: which maps failed, whose reasons were printed before, and
+ * how many were looked at. */
 static void print_sum(const batch *b)
 {
     char pruned[32] = "", text[160];
 
+    if (b->opts->keep_going && b->failed) {
+        snprintf(text, sizeof text, "%d of %d maps failed:", b->failed,
+                 b->maps.count);
+        ibl_print_line("", text);
+        for (int i = 0; i < b->maps.count; i++)
+            if (b->maps.list[i].state == IBL_MAP_FAILED)
+                ibl_print_line("failed: ", b->maps.list[i].input);
+    }
     if (b->opts->prune)
         snprintf(pruned, sizeof pruned, ", removed %d", b->pruned);
     snprintf(text, sizeof text, "baked %d maps, kept %d, %d failed%s: %.3g s",
@@ -169,19 +162,6 @@ static void print_sum(const batch *b)
     if (!b->opts->common.quiet && !prints_json(b) &&
         (b->baked + b->kept || (b->opts->keep_going && b->failed)))
         ibl_print_line("", text);
-}
-
-/* Lists the maps that failed; the reasons were printed before. */
-static void list_failed(const batch *b)
-{
-    char text[64];
-
-    snprintf(text, sizeof text, "%d of %d maps failed:", b->failed,
-             b->maps.count);
-    ibl_print_line("", text);
-    for (int i = 0; i < b->maps.count; i++)
-        if (b->maps.list[i].state == IBL_MAP_FAILED)
-            ibl_print_line("failed: ", b->maps.list[i].input);
 }
 
 /* ---- one map ------------------------------------------------------------- */
@@ -491,7 +471,10 @@ static bool write_depfile(batch *b)
 
 static bool run(batch *b)
 {
-    print_begin(b);
+    if (prints_json(b))
+        print_json(json_pack("{ss si si sI}", "event", "begin", "maps",
+                             b->maps.count, "kept", b->kept, "pixels",
+                             (json_int_t)b->all_pixels));
     for (int i = 0; i < b->maps.count; i++)
         if (b->maps.list[i].state == IBL_MAP_KEPT)
             print_map(b, &b->maps.list[i], 0, "");
@@ -506,7 +489,10 @@ static bool run(batch *b)
         ok &= write_depfile(b);
     if (ok && b->opts->prune)
         b->pruned = ibl_stamps_prune(b->opts->directory, &b->maps, &b->console);
-    print_end(b);
+    if (prints_json(b))
+        print_json(json_pack("{ss si si si sf}", "event", "end", "baked",
+                             b->baked, "kept", b->kept, "failed", b->failed,
+                             "seconds", ibl_now() - b->console.begun));
     return ok;
 }
 
@@ -540,8 +526,6 @@ int ibl_batch_run(const ibl_cmdline *line)
     for (worker *w = b.workers; w <= b.shared; w++)
         b.console.failed |= w->run.console.failed; /* was told of */
     const int status = ibl_console_end(&b.console, ok);
-    if (b.failed && b.opts->keep_going)
-        list_failed(&b);
     print_sum(&b);
     free_batch(&b);
     return status;
