@@ -89,19 +89,3 @@ ibl_status ibl_bake_sh(ibl_ctx *ctx, const ibl_image *env, int degree,
     ibl_bake_result_free(&made);
     return IBL_OK;
 }
-
-/* Ramamoorthi and Hanrahan 2001, eq. 8: 0 for odd l > 1, for even l
- *     2 (-1)^(l/2 - 1) / ((l + 2) (l - 1)) * l! / (2^l (l/2)!^2). */
-double ibl_sh_cosine(int l)
-{
-    double central = 1.0;
-
-    if (l == 1)
-        return 2.0 / 3.0;
-    if (l < 0 || l % 2)
-        return 0.0;
-    for (int k = 1; k <= l / 2; k++)
-        central *= (2.0 * k - 1.0) / (2.0 * k);
-    const double value = 2.0 * central / ((l + 2.0) * (l - 1.0));
-    return l / 2 % 2 ? value : -value;
-}

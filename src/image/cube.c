@@ -6,6 +6,51 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "image/image.h"
+
+/* ---- images ------------------------------------------------------------- */
+
+static ibl_status check_size(ibl_ctx *ctx, int width, int height)
+{
+    if (width < 1 || width > IBL_MAX_EDGE || height < 1 ||
+        height > IBL_MAX_EDGE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "an image of %dx%d: each edge must be 1 to %d", width,
+                        height, IBL_MAX_EDGE);
+    return IBL_OK;
+}
+
+ibl_status ibl_check_image(ibl_ctx *ctx, const ibl_image *img)
+{
+    if (!ctx || !img || !img->data)
+        return ibl_missing(ctx, "an image or its data");
+    return check_size(ctx, img->width, img->height);
+}
+
+ibl_status ibl_image_alloc(ibl_ctx *ctx, int width, int height, ibl_image *img)
+{
+    if (!ctx || !img)
+        return ibl_missing(ctx, "ibl_image_alloc: img");
+    const ibl_status status = check_size(ctx, width, height);
+    if (status)
+        return status;
+    float *data =
+        ibl_alloc_array((size_t)width * (size_t)height, 3 * sizeof *data);
+    if (!data)
+        return ibl_no_memory(ctx, "an image");
+    *img = (ibl_image){width, height, data};
+    return IBL_OK;
+}
+
+void ibl_image_free(ibl_image *img)
+{
+    if (!img)
+        return;
+    ibl_free(img->data);
+    *img = (ibl_image){0};
+}
+
+/* ---- cubes -------------------------------------------------------------- */
 
 const ibl_face_axes ibl_face[IBL_FACES] = {
     {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, /* +X  ( 1, -v, -u) */
@@ -215,4 +260,14 @@ ibl_octant_place ibl_octant_place_of(const ibl_cube *cube, int k,
         cube->data + 3 * octant_texel(n, k, face, lines > 1, 0);
     const float *beside = cube->data + 3 * octant_texel(n, k, face, 0, n > 2);
     return (ibl_octant_place){base, below - base, beside - base};
+}
+
+ibl_level_shape ibl_level_shape_of(ibl_projection projection, int n)
+{
+    static const struct {
+        int width, height, faces;
+    } times[] = {{1, 1, IBL_FACES}, {4, 2, 1}, {2, 2, 1}};
+    return (ibl_level_shape){projection, times[projection].width * n,
+                             times[projection].height * n,
+                             times[projection].faces};
 }

@@ -13,16 +13,6 @@ const char *ibl_projection_name(ibl_projection projection)
     return names[projection];
 }
 
-ibl_level_shape ibl_level_shape_of(ibl_projection projection, int n)
-{
-    static const struct {
-        int width, height, faces;
-    } times[] = {{1, 1, IBL_FACES}, {4, 2, 1}, {2, 2, 1}};
-    return (ibl_level_shape){projection, times[projection].width * n,
-                             times[projection].height * n,
-                             times[projection].faces};
-}
-
 /* The point of the octahedron at u, v, both -1..1. */
 static void unfold(double u, double v, double d[3])
 {

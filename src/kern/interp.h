@@ -32,7 +32,7 @@ typedef struct ibl_interp_row {
     float *rgba; /* output: 4 count floats */
 } ibl_interp_row;
 
-/* Gain, offset and limits of colours, see ibl_interp_finish. */
+/* Gain, offset and limits of colours. */
 typedef struct ibl_interp_range {
     float gain;
     float offset[4], low[4], high[4]; /* R, G, B, unused */
@@ -57,10 +57,5 @@ typedef struct ibl_interp_dsp {
 } ibl_interp_dsp;
 
 IBL_DECLARE_KERNEL(ibl_interp);
-
-/* rgb[3 i + c] = rgba[4 i + c] gain + offset[c], limited to low[c]..high[c];
- * NaN becomes low[c]. rgb is the output, 3 count floats. */
-void ibl_interp_finish(const float *rgba, const ibl_interp_range *range,
-                       int count, float *rgb);
 
 #endif

@@ -58,12 +58,6 @@ typedef struct ibl_row_block_dsp {
 
 IBL_DECLARE_KERNEL(ibl_row_block);
 
-/* The plain versions, for the rest of rows after whole vectors. */
-void ibl_row_block_load_c(const float *const rows[IBL_ROW_BLOCK_LANES],
-                          int count, float scale, float *lanes, size_t channel);
-void ibl_row_block_store_c(const float *lanes, size_t channel, int count,
-                           float *const rows[IBL_ROW_BLOCK_LANES], int used);
-
 /* The first sample that pixel i adds to. */
 static inline int64_t ibl_row_block_first(const ibl_row_block_spread *spread,
                                           int i)

@@ -9,6 +9,33 @@
 #include "kern/lanes.h"
 #include "kern/row_block.h"
 
+/* ---- for the rest of rows after whole vectors -------------------------- */
+
+static void load_rest(const float *const rows[IBL_ROW_BLOCK_LANES], int count,
+                      float scale, float *lanes, size_t channel)
+{
+    for (size_t i = 0; i < (size_t)count; i++)
+        for (size_t c = 0; c < 3; c++)
+            for (size_t r = 0; r < IBL_ROW_BLOCK_LANES; r++)
+                lanes[c * channel + i * IBL_ROW_BLOCK_LANES + r] =
+                    rows[r][3 * i + c] * scale;
+}
+
+static void store_rest(const float *lanes, size_t channel, int count,
+                       float *const rows[IBL_ROW_BLOCK_LANES], int used)
+{
+    for (size_t i = 0; i < (size_t)count; i++)
+        for (size_t r = 0; r < (size_t)used; r++) {
+            const float *from = lanes + i * IBL_ROW_BLOCK_LANES + r;
+            rows[r][4 * i] = from[0];
+            rows[r][4 * i + 1] = from[channel];
+            rows[r][4 * i + 2] = from[2 * channel];
+            rows[r][4 * i + 3] = 0;
+        }
+}
+
+/* ---- vectors ------------------------------------------------------------ */
+
 /* Four floats of every fourth row, beginning with rows[0]. */
 static inline vf quads(const float *const *rows, size_t at)
 {
@@ -50,8 +77,8 @@ static void load(const float *const rows[IBL_ROW_BLOCK_LANES], int count,
                       channel);
     for (int r = 0; r < IBL_ROW_BLOCK_LANES; r++)
         ends[r] = rows[r] + 3 * (size_t)whole;
-    ibl_row_block_load_c(ends, count - whole, scale,
-                         lanes + (size_t)whole * IBL_ROW_BLOCK_LANES, channel);
+    load_rest(ends, count - whole, scale,
+              lanes + (size_t)whole * IBL_ROW_BLOCK_LANES, channel);
 }
 
 /* Stores texel i of VF rows. */
@@ -70,7 +97,7 @@ static void store(const float *lanes, size_t channel, int count,
                   float *const rows[IBL_ROW_BLOCK_LANES], int used)
 {
     if (used < IBL_ROW_BLOCK_LANES) {
-        ibl_row_block_store_c(lanes, channel, count, rows, used);
+        store_rest(lanes, channel, count, rows, used);
         return;
     }
     for (size_t l = 0; l < IBL_ROW_BLOCK_LANES; l += VF)

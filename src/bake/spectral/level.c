@@ -449,7 +449,8 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
                  IBL_TOLERANCE_DEFAULT +
              (v.bright ? ibl_error_parts.lights * target->tolerance : 0);
     free_rings(&v);
-    ibl_point_lights_free(v.bright);
+    if (v.bright)
+        ibl_point_lights_free(v.bright);
     ibl_free(v.kernel);
     return status;
 }

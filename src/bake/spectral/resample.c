@@ -148,6 +148,21 @@ static bool find_reach(const level *a, const float *y, int count, int *reach)
     return reach[1] >= grid->first && reach[0] < grid->first + grid->pairs;
 }
 
+/* rgb[3 i + c] = rgba[4 i + c] gain + offset[c], limited to low[c]..high[c];
+ * NaN becomes low[c]. */
+static void finish(const float *rgba, const ibl_interp_range *range, int count,
+                   float *rgb)
+{
+    const ibl_interp_range a = *range; /* a copy, which rgb cannot alias */
+    for (int i = 0; i < count; i++, rgba += 4, rgb += 3)
+#pragma GCC unroll 3
+        for (int c = 0; c < 3; c++) {
+            const float x = rgba[c] * a.gain + a.offset[c];
+            const float y = x > a.low[c] ? x : a.low[c];
+            rgb[c] = y < a.high[c] ? y : a.high[c];
+        }
+}
+
 /* Makes the texels of a tile that lie between the rings of the bands. */
 static void make_tile(const level *a, int face, int y, int x, int *reach,
                       bool known)
@@ -203,7 +218,7 @@ static void make_tile(const level *a, int face, int y, int x, int *reach,
     for (int i = 0; a->sum->bright && i < count; i += BLOCK)
         ibl_point_lights_add(a->sum->bright, &a->radial, point + i, TILE,
                              rgba + 4 * (ptrdiff_t)i);
-    ibl_interp_finish(rgba, &a->sum->range, count, rgb);
+    finish(rgba, &a->sum->range, count, rgb);
     for (int i = 0; i < count; i++)
         memcpy(to + 3 * (ptrdiff_t)place[i], rgb + 3 * (ptrdiff_t)i,
                3 * sizeof *rgb);
