@@ -27,7 +27,7 @@ OPT_debug := -O0 -g
 # program, which each start relocates and each search for leaks reads.
 OPT_asan := -O2 -g1 -fsanitize=address,undefined,float-cast-overflow \
             -fsanitize-undefined-trap-on-error -fno-omit-frame-pointer
-OPT_tsan := -O2 -g1 -fsanitize=thread
+OPT_tsan := -O2 -g1 -fsanitize=thread -DIBL_TSAN
 $(if $(OPT_$(config)),,$(error config=$(config): must be release, debug, asan or tsan))
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion \
         -Wvla -Wundef $(WERROR)

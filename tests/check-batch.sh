@@ -179,12 +179,10 @@ test_incremental() {
     iblbake $options -v m -o out --incremental 2>err
     grep -q 'baked 0 maps, kept 4, 0 failed' err || cat err
     times out | diff was - || echo 'something was touched'
-    # Another time is no change of contents, and is not looked at twice.
+    # Another time is no change of contents.
     touch -d '2 hours ago' m/sun.hdr
-    sleep 0.05
     bake m -o out --incremental
-    times out | grep -q "$(grep '/sun\.map ' was)" && echo 'the stamp is old'
-    times out | grep -v '/\.iblbake/' | diff <(grep -v '/\.iblbake/' was) -
+    times out | diff was -
     # A change, an output that is gone, and one that another wrote.
     map_of 128 '\x80\x80\x80\x81' >m/map1.hdr
     rm out/map2_irradiance.ktx2
@@ -364,8 +362,7 @@ test_words_in_order() {
     done
 }
 
-# Shards at once into one directory are one batch, each map in one of them; the
-# largest map, four times all others, is alone.
+# Shards at once into one directory are one batch, each map in one of them.
 test_shards() {
     local k n
     singly alone
@@ -377,7 +374,6 @@ test_shards() {
         diff -r alone many$n
         for ((k = 1; k <= n; k++)); do grep -h '"event":"map"' part$k; done |
             sed 's/.*"map":"\([^"]*\)".*/\1/' | sort | diff <(printf '%s\n' m/*) -
-        grep -q '"maps":1,"kept":0,"pixels":2048' part1 || cat part1
     done
     # What cannot be read is in some shard, too; the rest is baked.
     cp "$work/bad.hdr" m/z.hdr

@@ -18,7 +18,7 @@ for group in size irradiance-step; do
     [ $group != size ] || rounds=3
     # shellcheck disable=SC2086
     "$program" bench -q $few --rounds $rounds --only $group "$env" --csv "$work/$group.csv" \
-        --json "$work/$group.json" --html "$work/$group.html" \
+        --html "$work/$group.html" \
         >"$work/$group.txt" 2>"$work/err"
     status=$?
     verdict "$group" "$([ $status = 0 ] || echo "status $status")" \
@@ -41,11 +41,22 @@ const close = (a, b, text, slack = 1e-3) =>
 const figures = ['time_s', 'bytes', 'specular', 'irradiance', 'table', 'metals',
     'dielectrics'];
 
+/* The lines of CSV, every one with as many fields, as objects. */
+const lines = group => {
+    const [head, ...rows] = read(group + '.csv').trimEnd().split('\n').map(
+        line => [...line.matchAll(/(?:^|,)("(?:[^"]|"")*"|[^,]*)/g)].map(f => f[1]));
+    return rows.map((r, i) => {
+        need(r.length === head.length, `${group} line ${i}: ${r.length} fields`);
+        const s = Object.fromEntries(head.map((name, k) => [name, r[k]]));
+        for (const name of figures)
+            s[name] = s[name] && ['', '_low', '_high'].map(e => Number(s[name + e]));
+        return s;
+    });
+};
 const {levels, lut} = JSON.parse(read('verify.json'));
 const {rendered} = JSON.parse(read('drawn.json'));
 const mean = list => list.reduce((a, b) => a + b) / list.length;
-const usual = JSON.parse(read('size.json')).maps[0].settings
-    .find(s => s.group === 'preset');
+const usual = lines('size').find(s => s.group === 'preset');
 close(usual.specular[0], mean(levels.filter(l => l.content === 'specular' &&
     l.roughness > 0).map(l => l.nrmse)), 'levels');
 close(usual.irradiance[0], levels.find(l => l.content === 'irradiance').nrmse,
@@ -56,50 +67,35 @@ close(usual.metals[0], drawn(1), 'metals');
 close(usual.dielectrics[0], drawn(.04), 'dielectrics');
 
 /* A grid of irradiance shows in irradiance. */
-const of = (group, value) => JSON.parse(read(group + '.json')).maps[0].settings
+const of = (group, value) => lines(group)
     .find(s => s.group === group && s.value === value);
 need(of('irradiance-step', '.2').irradiance[0] > .1 &&
     of('irradiance-step', '.025').irradiance[0] < .02 &&
     !of('irradiance-step', '.2').specular, 'irradiance by steps');
 
 for (const group of ['size', 'irradiance-step']) {
-    const {maps, rounds} = JSON.parse(read(group + '.json')), [map] = maps;
-    need(rounds === (group === 'size' ? 3 : 1) && map.width === 64 && map.map.endsWith('"sky", dark.hdr'),
-        `${group}: ${JSON.stringify(map).slice(0, 200)}`);
-    const [first, ...rest] = map.settings;
+    const settings = lines(group);
+    const [first, ...rest] = settings;
     need(first.value === 'none' && rest.every(s => s.group === group &&
-        s.options.endsWith(`--${group} ${s.value}`)), `${group}: settings`);
-    for (const s of map.settings)
+        s.options.endsWith(`--${group} ${s.value}"`)), `${group}: settings`);
+    for (const s of settings) {
+        need(s.map.endsWith('""sky"", dark.hdr"'), s.map);
         for (const name of figures.filter(f => s[f]))
-            need(s[name].length === 3 && s[name][1] <= s[name][0] &&
-                s[name][0] <= s[name][2], `${s.value}: ${name} ${s[name]}`);
-    /* CSV: every line as many fields, with the figures of the object. */
-    const rows = read(group + '.csv').trimEnd().split('\n').map(line =>
-        [...line.matchAll(/(?:^|,)("(?:[^"]|"")*"|[^,]*)/g)].map(f => f[1]));
-    const head = rows.shift();
-    need(rows.length === map.settings.length, `${rows.length} lines`);
-    rows.forEach((r, i) => {
-        const s = map.settings[i];
-        need(r.length === head.length, `${group} line ${i}: ${r.length} fields`);
-        need(JSON.parse(r[0].replace(/(?!^)""/g, '\\"')) === map.map, r[0]);
-        need(r[1] === s.group && r[2] === s.value, `${group} line ${i}: ${r}`);
-        for (const name of figures)
-            ['', '_low', '_high'].forEach((end, k) => s[name] ?
-                close(Number(r[head.indexOf(name + end)]), s[name][k], name + end,
-                    1e-5) : need(r[head.indexOf(name + end)] === '', name));
-    });
+            need(s[name][1] <= s[name][0] && s[name][0] <= s[name][2],
+                `${s.value}: ${name} ${s[name]}`);
+    }
     const text = read(group + '.txt');
-    for (const s of map.settings)
+    need(text.includes(`; ${group === 'size' ? 3 : 1} rounds\n`), 'rounds');
+    for (const s of settings)
         need(new RegExp(`^${s.group} +${s.value} `, 'm').test(text),
             `no line of ${s.group} ${s.value}`);
 
-    /* The page holds the object, loads nothing, and draws it. */
+    /* The page holds the lines, loads nothing, and draws them. */
     const page = read(group + '.html');
     need(!/https?:|src=|<link|<img|url\(|@import/.test(page), 'loads something');
-    const [, held] =
-        page.match(/<script type="application\/json"[^>]*>([^]*?)<\//);
-    need(JSON.stringify(JSON.parse(held).maps) === JSON.stringify(maps),
-        'other data');
+    const [, escaped] = page.match(/<pre[^>]*>([^]*?)<\/pre>/);
+    const held = escaped.replace(/&lt;/g, '<').replace(/&amp;/g, '&');
+    need(held === read(group + '.csv'), 'other data');
     const [, script] = page.match(/<script>([^]*?)<\/script>/), main = {};
     new Function('document', script)({getElementById: () =>
         ({textContent: held}), querySelector: () => main});
@@ -149,9 +145,9 @@ wrong() { # NAME STATUS GLOB ARGUMENTS: one line, no report, nothing left
 }
 wrong no-map 1 'iblbake: none.exr: *' none.exr
 wrong second-map 1 'iblbake: none.exr: *' "$env" none.exr
-wrong report 1 'iblbake: *none/x.json: cannot be written*' "$env" \
-    --json "$work/none/x.json"
-wrong both 1 'iblbake: *: is both input and output*' "$env" --json "$env"
+wrong report 1 'iblbake: *none/x.html: cannot be written*' "$env" \
+    --html "$work/none/x.html"
+wrong both 1 'iblbake: *: is both input and output*' "$env" --html "$env"
 wrong stdin 2 'iblbake: -: *standard input*' -
 wrong nothing 2 'iblbake: no map*'
 end

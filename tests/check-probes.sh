@@ -75,7 +75,8 @@ test_index() {
         same([i.probes[1].blend, i.probes[0].blend], [1, 0]);
         same(i.probes[1].proxy, {sphere: {centre: [0, 1, 0], radius: 6}});
         same(i.probes[0].proxy, undefined);
-        same(i.specular.roughness, [0, 1 - Math.sqrt(0.5), 1]);
+        same(i.specular.roughness,
+             [0, +(1 - Math.sqrt(0.5)).toPrecision(15), 1]);
         same([i.specular.lod_scale, i.specular.lod_offset], [2, 0]);
         same(i.files.specular.layers, 3);
         same(Object.values(i.files).map(f => f.file), ['probes_specular.ktx2',
@@ -689,26 +690,25 @@ import('./outside.mjs').then(({outside, box}) => {
 });
 END
 }
-# A change of a set and what is said of it. Strictly it is refused. What is said,
-# done to each probe as long as there is something, makes the walls right.
+# A change of a set and what is said of it: where light comes from outside.
+# Strictly it is refused.
 test_walls() {
     js <<'END'
 const cases = `
-1|"a".*100 % .*"influence": {"box": {"centre": [0, 2, 0], "half": [7, 3, 10]}}
+1|"a".*100 %
 a.influence.box.half = [7, 3, 10]|
-a.influence.box.half = [7, 2.5, 10]|"a".*50 % .*"half": [7, 3, 10]}}
-a.blend = 0|"a".*100 % .*"half": [6.02, 2.02, 9.02]}}
+a.influence.box.half = [7, 2.5, 10]|"a".*50 %
+a.blend = 0|"a".*100 % .* by a little without one$
 a.blend = 0; a.influence.box.half = [6.1, 2.1, 9.1]|
-a.influence = ball(0, 2, 0, 10)|100 % .*{"sphere": {"centre": [0, 2, 0], "radius": 12}}
+a.influence = ball(0, 2, 0, 10)|"a".*100 %
 a.influence = ball(0, 2, 0, 12)|
-a.proxy = ball(0, 2, 1, 2)|100 % .*"half": [6, 3, 9]}}
-b.proxy = ball(50, 1, 0, 3); a.influence.box.half = [7, 3, 10]|"b".*100 % .*"radius": 4.03}}
+a.proxy = ball(0, 2, 1, 2)|"a".*100 %
+b.proxy = ball(50, 1, 0, 3); a.influence.box.half = [7, 3, 10]|"b".*100 %
 delete a.proxy|
 a.proxy.box.half = [600, 200, 900]|
 b.influence = box(0, 2, 0, 6, 3, 9); a.influence.box.half = [9, 3, 10]|
-b.influence = box(6, 2, 0, 1, 3, 10); a.influence = box(-2, 2, 0, 8, 2, 10); b.blend = 1|"a".*100 % .*"half": [8, 3, 10]}}
-b.proxy = box(50, 2, 0, 2, 2, 2)|100 % .*; such probes: 1 more
-b.proxy = a.proxy; b.position = [-3, 2, 0]; a.position = [3, 2, 0]; b.influence = box(-3, 2, 0, 3.5, 2.5, 9.5); a.influence = box(3, 2, 0, 3.5, 2.5, 9.5); b.blend = 1|50 % .*; such probes: 1 more
+b.influence = box(6, 2, 0, 1, 3, 10); a.influence = box(-2, 2, 0, 8, 2, 10); b.blend = 1|"a".*100 %
+b.proxy = a.proxy; b.position = [-3, 2, 0]; a.position = [3, 2, 0]; b.influence = box(-3, 2, 0, 3.5, 2.5, 9.5); a.influence = box(3, 2, 0, 3.5, 2.5, 9.5); b.blend = 1|50 % .* by the blend$
 `.trim().split('\n');
 const ball = (x, y, z, radius) => ({sphere: {centre: [x, y, z], radius}});
 const box = (x, y, z, ...half) => ({box: {centre: [x, y, z], half}});
@@ -730,21 +730,16 @@ import('./outside.mjs').then(({outside}) => cases.forEach(line => {
     let run = probes(s, '-o', 'walls');
     const said = run.stderr.trim();
     if (run.status || (want ? !RegExp('^iblbake: warning: walls.json: probe ' +
-        '.*' + want.replace(/[[\]]/g, '\\$&') + '$').test(said) : said))
+        '.*' + want).test(said) : said))
         console.log(`${change}: ${run.status}: ${said}`);
-    if (!want) return;
+    if (!want) {
+        for (const p of [a, b].filter(p => p.proxy?.box?.half[0] < 600))
+            near(change, outside(s.probes, p.proxy), 0, .01);
+        return;
+    }
     run = probes(s, '-o', 'bad', '--strict');
     if (run.status !== 1 || run.stderr.trim() !== said.replace('warning: ', ''))
         console.log(`${change}: strictly ${run.status}: ${run.stderr}`);
-    for (let text = said; text && s.probes.tries !== 3;) {
-        s.probes.tries = (s.probes.tries ?? 0) + 1;
-        const [, name, to] = text.match(/probe "(.*?)".*"influence": (.*}})/);
-        s.probes.find(p => p.name === name).influence = JSON.parse(to);
-        text = probes(s, '-o', 'walls').stderr;
-        if (text && s.probes.tries === 3) console.log(`${change}: still ${text}`);
-    }
-    for (const p of s.probes.filter(p => p.proxy))
-        near(change + ': ' + p.name, outside(s.probes, p.proxy), 0, .01);
 }));
 END
     [ ! -e bad ] || echo 'left something'

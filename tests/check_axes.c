@@ -96,34 +96,6 @@ TEST(cubes_by_direction)
     }
 }
 
-TEST(textures_as_cubes)
-{
-    static const ibl_pixel pixels[] = {IBL_PIXEL_RGBA16F, IBL_PIXEL_RGBA32F,
-                                       IBL_PIXEL_RGB9E5, IBL_PIXEL_R11G11B10F};
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_cube from = random_cube(ctx, 5, 2), to;
-    NEED(!ibl_cube_turn_axes(ctx, &from, axes_of(3), 0, &to));
-    test_cube(to);
-    for (int i = 0; i < 4; i++) {
-        const ibl_texel_options o = {.pixel = pixels[i]};
-        ibl_texture a = {0}, b = {0}, two = {0}, second = {0};
-        NEED(!ibl_texture_from_cube(ctx, &from, &o, &a, NULL));
-        NEED(!ibl_texture_from_cube(ctx, &to, &o, &b, NULL));
-        NEED(!ibl_texture_array_begin(ctx, &b, 2, &two));
-        NEED(!ibl_texture_array_put(ctx, &two, 0, &b) &&
-             !ibl_texture_array_put(ctx, &two, 1, &a));
-        NEED(!ibl_texture_turn_axes(ctx, &a, axes_of(3), 0));
-        CHECK(a.bytes == b.bytes && !memcmp(a.data, b.data, a.bytes));
-        NEED(!ibl_texture_turn_axes(ctx, &two, axes_of(3), 0));
-        NEED(!ibl_texture_layer(ctx, &two, 1, &second));
-        CHECK(!memcmp(second.data, b.data, b.bytes));
-        ibl_texture_free(&a);
-        ibl_texture_free(&b);
-        ibl_texture_free(&two);
-        ibl_texture_free(&second);
-    }
-}
-
 /* ---- harmonics -------------------------------------------------------- */
 
 static double *random_harmonics(int degree)
@@ -182,7 +154,6 @@ TEST(refused)
     test_messages said;
     ibl_ctx *ctx = test_keeping_ctx(1, &said);
     ibl_cube cube = random_cube(ctx, 4, 1), out = {0};
-    ibl_texture lut = {.faces = 1};
     double sh[3] = {0};
     const ibl_axes bad = {.mirror = (ibl_mirror)9};
     const ibl_axes down = {.up = (ibl_up)-1};
@@ -194,6 +165,5 @@ TEST(refused)
          degree += IBL_MAX_SH_DEGREE + 2)
         CHECK(ibl_sh_turn_axes(ctx, degree, axes_of(0), 0, sh) ==
               IBL_ERR_ARGUMENT);
-    CHECK(ibl_texture_turn_axes(ctx, &lut, axes_of(1), 0) == IBL_ERR_ARGUMENT);
     CHECK(!out.data);
 }

@@ -41,12 +41,10 @@ static int go_on(void *user)
 }
 
 /* OpenImageIO's reading of the same. */
-static ibl_status decode_oiio(const char *name, int part,
-                              const char *const channels[3], ibl_image *img)
+static ibl_status decode_oiio(const char *name, ibl_image *img)
 {
     static char message[IBL_BRIDGE_MESSAGE];
     ibl_bridge_request request = {.reader = "openexr",
-                                  .subimage = part,
                                   .threads = 1,
                                   .user = img,
                                   .begin = take_memory,
@@ -56,8 +54,6 @@ static ibl_status decode_oiio(const char *name, int part,
 
     *img = (ibl_image){0};
     request.bytes = file_load(file_path(name), &request.size);
-    for (int c = 0; channels && c < 3; c++)
-        request.channels[c] = channels[c];
     NEED(!ibl_bridge_find(&in, NULL, name, IBL_BRIDGE_READ, &read));
     return read(&request, message) ? IBL_ERR_FORMAT : IBL_OK;
 }
@@ -65,15 +61,14 @@ static ibl_status decode_oiio(const char *name, int part,
 /* Reads both ways and compares to the bit. */
 static ibl_read_report compared; /* of the last file */
 
-static void compare(const char *file, const char *layer, int part,
-                    const char *const channels[3], ibl_image *out)
+static void compare(const char *file, ibl_image *out)
 {
     ibl_image ours, theirs;
-    CHECK_MSG(!test_exr_decode(file, layer, part, &ours, &compared), "%s: %s",
+    CHECK_MSG(!test_exr_decode(file, NULL, -1, &ours, &compared), "%s: %s",
               file, test_exr_kept.text[0]);
     CHECK_MSG(!compared.bridged, "%s went through the bridge", file);
-    CHECK_MSG(!decode_oiio(file, part < 0 ? 0 : part, channels, &theirs),
-              "%s by OpenImageIO: %s", file, test_exr_kept.text[0]);
+    CHECK_MSG(!decode_oiio(file, &theirs), "%s by OpenImageIO: %s", file,
+              test_exr_kept.text[0]);
     if (ours.data && theirs.data)
         CHECK_MSG(test_exr_same(&ours, &theirs), "%s differs from OpenImageIO",
                   file);
@@ -81,10 +76,23 @@ static void compare(const char *file, const char *layer, int part,
         *out = ours;
 }
 
+/* Compares a layer or part with a plain file of the same pixels. */
+static void same_as(const char *plain, const char *file, const char *layer,
+                    int part)
+{
+    ibl_image a, b;
+    CHECK_MSG(!test_exr_decode(plain, NULL, -1, &a, NULL), "%s: %s", plain,
+              test_exr_kept.text[0]);
+    CHECK_MSG(!test_exr_decode(file, layer, part, &b, NULL), "%s: %s", file,
+              test_exr_kept.text[0]);
+    if (a.data && b.data)
+        CHECK_MSG(test_exr_same(&a, &b), "%s differs from %s", file, plain);
+}
+
 static void compare_all(const char *const *files, int count)
 {
     for (int i = 0; i < count; i++)
-        compare(files[i], NULL, -1, NULL, NULL);
+        compare(files[i], NULL);
 }
 
 static const char *const shapes[] = {"--scanline", "--tile 32 16"};
@@ -104,7 +112,11 @@ TEST(every_compression)
     }
     NEED(file_run("%s", command));
     for (int i = 0; i < 3 * 8 * 2; i++) {
-        compare(name[i], NULL, -1, NULL, &back);
+        if (i / 16 == 2) { /* OpenImageIO makes fractions of them */
+            same_as(name[32], name[i], NULL, -1);
+            continue;
+        }
+        compare(name[i], &back);
         CHECK_MSG(!strstr(compared.format, "tiled") == !(i % 2), "%s: %s",
                   name[i], compared.format);
         /* Floats without loss: what went in, not only what another reader
@@ -112,6 +124,12 @@ TEST(every_compression)
         if (i / 16 == 1 && i / 2 % 8 < 5 && back.data)
             CHECK_MSG(test_exr_same(&back, &test_exr_img),
                       "%s: not what was saved", name[i]);
+    }
+    NEED(!test_exr_decode(name[32], NULL, -1, &back, NULL));
+    for (int i = 0; i < 3 * W * H; i++) {
+        const double share = (double)test_exr_img.data[i];
+        CHECK_NEAR((double)back.data[i], fmax(fmin(share, 1), 0) * 4294967295,
+                   1024);
     }
 }
 
@@ -128,7 +146,7 @@ TEST(constant_maps)
                             test_exr_compressions[i % 8], i);
     NEED(file_run("%s", command));
     for (int i = 0; i < 16; i++)
-        compare(test_text("%d.exr", i), NULL, -1, NULL, NULL);
+        compare(test_text("%d.exr", i), NULL);
 }
 
 /* Every block deflated, of ZIPS too: those of every_compression's short lines
@@ -144,16 +162,18 @@ TEST(every_block_zipped)
             (float)(i % 3 + 1) * (float)(i / 3 % 301 / 7) / 128;
     NEED(file_save_pfm(file_path("s.pfm"), &test_exr_img));
     NEED(file_run("set --; for type in half float uint32; do set -- \"$@\" -d "
-                  "$type --compression zip -o ${type}_0.exr --compression "
-                  "zips -o ${type}_1.exr; done; oiiotool s.pfm --origin +2-7 "
-                  "--fullsize 310x50+0-9 \"$@\""));
+                  "$type --compression none -o $type.exr --compression zip "
+                  "-o ${type}_0.exr --compression zips -o ${type}_1.exr; done; "
+                  "oiiotool s.pfm \"$@\""));
     for (int i = 0; i < 6; i++) {
         size_t size;
         sprintf(name, "%s_%d.exr", test_exr_types[i / 2], i % 2);
         file_load(file_path(name), &size);
         CHECK(size < (size_t)(301 * 33 * 3 * sample[i / 2] / 2));
-        compare(name, NULL, -1, NULL, NULL);
+        same_as(test_text("%s.exr", test_exr_types[i / 2]), name, NULL, -1);
     }
+    compare("half_0.exr", NULL);
+    compare("float_1.exr", NULL);
 }
 
 TEST(dwa)
@@ -221,11 +241,6 @@ TEST(mixed_types_and_names)
 TEST(layers)
 {
     test_exr_begin(2, W, H);
-    static const char *const diffuse[] = {"diffuse.R", "diffuse.G",
-                                          "diffuse.B"};
-    static const char *const nested[] = {"View.Gloss.R", "View.Gloss.G",
-                                         "View.Gloss.B"};
-
     NEED(file_run(
         "oiiotool s.pfm s.pfm --mulc 2 --chnames diffuse.R,diffuse.G,diffuse.B "
         "--chappend s.pfm --mulc 3 --chnames "
@@ -233,11 +248,12 @@ TEST(layers)
         "--compression zip -o all.exr --ch diffuse.R,diffuse.G,diffuse.B,"
         "View.Gloss.R,View.Gloss.G,View.Gloss.B,depth.Z=1 -o two.exr "
         "--ch diffuse.R,diffuse.G,diffuse.B,depth.Z -o one.exr "
-        "--ch depth.Z,diffuse.R -o none.exr"));
-    compare("all.exr", NULL, -1, NULL, NULL);
-    compare("all.exr", "diffuse", -1, diffuse, NULL);
-    compare("all.exr", "View.Gloss", 0, nested, NULL);
-    compare("one.exr", NULL, -1, diffuse, NULL);
+        "--ch depth.Z,diffuse.R -o none.exr s.pfm --mulc 2 -o twice.exr "
+        "s.pfm --mulc 3 -o thrice.exr"));
+    compare("all.exr", NULL);
+    same_as("twice.exr", "all.exr", "diffuse", -1);
+    same_as("thrice.exr", "all.exr", "View.Gloss", 0);
+    same_as("twice.exr", "one.exr", NULL, -1);
     test_exr_refused("two.exr", NULL, -1, IBL_ERR_FORMAT,
                      "View.Gloss, diffuse");
     test_exr_refused("two.exr", "spec", -1, IBL_ERR_FORMAT,
@@ -249,20 +265,18 @@ TEST(layers)
 TEST(parts)
 {
     test_exr_begin(2, W, H);
-    ibl_image a, b;
 
     NEED(file_run(
         "oiiotool s.pfm --ch Z=1 --attrib oiio:subimagename depth s.pfm "
         "--attrib oiio:subimagename beauty s.pfm --mulc 5 --attrib "
         "oiio:subimagename other --siappendall -d half --compression zip -o "
-        "parts.exr --tile 16 16 -o tiles.exr s.pfm --scanline -o one.exr"));
+        "parts.exr --tile 16 16 -o tiles.exr s.pfm --scanline -o one.exr "
+        "s.pfm --mulc 5 -o five.exr"));
     for (int tiled = 0; tiled < 2; tiled++) {
         const char *name = tiled ? "tiles.exr" : "parts.exr";
-        compare(name, NULL, 1, NULL, &a);
-        compare(name, NULL, 2, NULL, &b);
-        CHECK(a.data && b.data && !test_exr_same(&a, &b));
-        CHECK(!test_exr_decode(name, "beauty", -1, &b, NULL));
-        CHECK(a.data && b.data && test_exr_same(&a, &b));
+        same_as("one.exr", name, NULL, 1);
+        same_as("five.exr", name, NULL, 2);
+        same_as("one.exr", name, "beauty", -1);
         test_exr_refused(name, NULL, -1, IBL_ERR_FORMAT,
                          "beauty (part 1), other (part 2)");
     }
@@ -276,9 +290,7 @@ TEST(parts)
  * parts the one with R, G and B. */
 TEST(what_is_colour)
 {
-    static const char *const combined[] = {"V.Combined.R", "V.Combined.G",
-                                           "V.Combined.B"};
-    ibl_image a, b;
+    ibl_image a;
 
     test_exr_begin(2, W, H);
     NEED(file_run(
@@ -288,15 +300,13 @@ TEST(what_is_colour)
         "--chappend -d half --compression zip -o blender.exr "
         "s.pfm --chnames X,Y,Z -o xyz.exr s.pfm --ch R --chnames Y --attrib "
         "oiio:subimagename matte s.pfm --attrib oiio:subimagename beauty "
-        "--siappend -d half -o matte.exr"));
-    compare("blender.exr", NULL, -1, combined, &a);
-    CHECK(!test_exr_decode("blender.exr", "Combined", -1, &b, NULL) &&
-          test_exr_same(&a, &b));
+        "--siappend -d half -o matte.exr s.pfm -o plain.exr"));
+    same_as("plain.exr", "blender.exr", NULL, -1);
+    same_as("plain.exr", "blender.exr", "Combined", -1);
     test_exr_refused("xyz.exr", NULL, -1, IBL_ERR_FORMAT, "no colour*X, Y, Z");
-    compare("matte.exr", NULL, 1, NULL, &a);
-    CHECK(!test_exr_decode("matte.exr", NULL, -1, &b, NULL) &&
-          test_exr_same(&a, &b));
-    CHECK(!test_exr_decode("matte.exr", "matte", -1, &b, NULL));
+    same_as("plain.exr", "matte.exr", NULL, 1);
+    same_as("plain.exr", "matte.exr", NULL, -1);
+    CHECK(!test_exr_decode("matte.exr", "matte", -1, &a, NULL));
     test_exr_refused("matte.exr", "list", -1, IBL_ERR_FORMAT,
                      "matte (part 0), beauty (part 1)");
 }
@@ -306,8 +316,7 @@ static void check_placed(const char *file, const ibl_image *img, int x, int y,
                          int width, int height)
 {
     ibl_image a = {0};
-    compare(file, NULL, -1, NULL, &a);
-    NEED(a.data);
+    NEED(!test_exr_decode(file, NULL, -1, &a, NULL) && a.data);
     CHECK(a.width == width && a.height == height);
     for (int j = 0; j < height; j++) {
         for (int i = 0; i < width; i++) {
@@ -385,17 +394,16 @@ TEST(line_orders_and_mips)
     static const char *const names[] = {"down.exr", "down_t.exr",
                                         "random_t.exr"};
     for (int i = 0; i < 3; i++) {
-        compare(names[i], NULL, -1, NULL, &a);
+        compare(names[i], &a);
         CHECK_MSG(a.data && test_exr_same(&a, &test_exr_img), "%s", names[i]);
     }
-    compare("mip.exr", NULL, -1, NULL, NULL);
+    compare("mip.exr", NULL);
 }
 
 TEST(nonfinite_and_grey)
 {
     test_exr_begin(2, W, H);
     ibl_image a;
-    static const char *const y[] = {"Y", "Y", "Y"};
 
     test_exr_img.data[0] = INFINITY;
     test_exr_img.data[4] = -INFINITY;
@@ -406,12 +414,12 @@ TEST(nonfinite_and_grey)
     NEED(file_run("oiiotool s.pfm --compression zip -d half -o h.exr -d float "
                   "-o f.exr --ch R --chnames Y -o y.exr -d half --tile 16 16 "
                   "-o y_t.exr --chnames back.Y -o y_l.exr"));
-    compare("h.exr", NULL, -1, NULL, &a);
+    compare("h.exr", &a);
     CHECK(a.data && isinf(a.data[0]) && isinf(a.data[9]));
-    compare("f.exr", NULL, -1, NULL, NULL);
-    compare("y.exr", NULL, -1, y, NULL);
-    compare("y_t.exr", NULL, -1, y, NULL);
-    compare("y_l.exr", NULL, -1, NULL, NULL);
+    compare("f.exr", NULL);
+    compare("y.exr", NULL);
+    compare("y_t.exr", NULL);
+    compare("y_l.exr", NULL);
 }
 
 /* Luminance beside chroma is no grey, and every channel has every pixel. */

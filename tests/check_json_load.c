@@ -68,3 +68,26 @@ TEST(bomb)
                   strstr(why.line, "bomb.json: over 8388608 values"),
               "%s", why.line);
 }
+
+/* Arrays of plain values are on one line, whatever their strings have. */
+TEST(text)
+{
+    json_t *root = json_pack("{s[[ff][]] s[s s] s[{}]}", "a", .1, 1e-20, "b",
+                             "[{\"\\", "]\n", "c");
+    char *text = ibl_json_text(root);
+
+    CHECK_MSG(text && !strcmp(text, "{\n"
+                                    "  \"a\": [\n"
+                                    "    [0.1, 1e-20],\n"
+                                    "    []\n"
+                                    "  ],\n"
+                                    "  \"b\": [\"[{\\\"\\\\\", \"]\\n\"],\n"
+                                    "  \"c\": [\n"
+                                    "    {}\n"
+                                    "  ]\n"
+                                    "}\n"),
+              "%s", text);
+    free(text);
+    json_decref(root);
+    CHECK(!ibl_json_text(NULL));
+}

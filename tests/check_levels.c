@@ -17,6 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "image/cube.h"
 #include "reference.h"
 #include "truth.h"
 

@@ -10,6 +10,7 @@
 
 #include "ibl/io.h"
 #include "test.h"
+#include "textures.h"
 
 /* Value of a code of 5 exponent bits, bias 15, and `mantissa` bits. */
 static double code_value(unsigned code, int mantissa)
@@ -30,7 +31,7 @@ static unsigned encode_half(float f)
 {
     const float rg[2] = {0, f};
     uint16_t out[2];
-    ibl_pixel_encode(IBL_PIXEL_RG16F, rg, 1, out);
+    texels_encode(IBL_PIXEL_RG16F, rg, 1, out);
     return out[1];
 }
 
@@ -38,7 +39,7 @@ static unsigned encode_11(float f)
 {
     const float rgb[3] = {0, f, 0};
     uint32_t out;
-    ibl_pixel_encode(IBL_PIXEL_R11G11B10F, rgb, 1, &out);
+    texels_encode(IBL_PIXEL_R11G11B10F, rgb, 1, &out);
     return out >> 11 & 0x7FF;
 }
 
@@ -46,7 +47,7 @@ static unsigned encode_10(float f)
 {
     const float rgb[3] = {0, 0, f};
     uint32_t out;
-    ibl_pixel_encode(IBL_PIXEL_R11G11B10F, rgb, 1, &out);
+    texels_encode(IBL_PIXEL_R11G11B10F, rgb, 1, &out);
     return out >> 22;
 }
 
@@ -85,7 +86,7 @@ TEST(halves_both_signs)
         ibl_pixel_decode(IBL_PIXEL_RGBA16F, in, 1, rgb);
         if (!nan && !inf)
             CHECK(rgb[0] == (h & 0x8000 ? -1 : 1) * code_value(h & 0x7FFF, 10));
-        const size_t beyond = ibl_pixel_encode(IBL_PIXEL_RGBA16F, rgb, 1, out);
+        const size_t beyond = texels_encode(IBL_PIXEL_RGBA16F, rgb, 1, out);
         const unsigned want = nan ? 0 : inf ? (h & 0x8000) | 0x7BFF : h;
         CHECK(out[0] == want && out[2] == want && out[3] == 0x3C00);
         CHECK(beyond == (inf ? 2 : 0));
@@ -111,7 +112,7 @@ TEST(small_float_words)
         ibl_pixel_decode(IBL_PIXEL_R11G11B10F, &in, 1, rgb);
         CHECK(rgb[0] == code_value(red, 6) && rgb[1] == code_value(green, 6) &&
               rgb[2] == code_value(blue, 5));
-        CHECK(ibl_pixel_encode(IBL_PIXEL_R11G11B10F, rgb, 1, &out) == 0);
+        CHECK(texels_encode(IBL_PIXEL_R11G11B10F, rgb, 1, &out) == 0);
         CHECK(in == out);
     }
 }
@@ -138,7 +139,7 @@ static uint32_t shared_exponent(const float rgb[3])
 static void check_rgb9e5(const float rgb[3])
 {
     uint32_t out;
-    ibl_pixel_encode(IBL_PIXEL_RGB9E5, rgb, 1, &out);
+    texels_encode(IBL_PIXEL_RGB9E5, rgb, 1, &out);
     CHECK_MSG(out == shared_exponent(rgb), "%a %a %a gives %#x, not %#x",
               (double)rgb[0], (double)rgb[1], (double)rgb[2], out,
               shared_exponent(rgb));
@@ -189,7 +190,7 @@ TEST(rgb9e5_words)
                 float rgb[3];
                 ibl_pixel_decode(IBL_PIXEL_RGB9E5, &in, 1, rgb);
                 CHECK(rgb[place] == ldexp(m, (int)e - 24));
-                CHECK(!ibl_pixel_encode(IBL_PIXEL_RGB9E5, rgb, 1, &out));
+                CHECK(!texels_encode(IBL_PIXEL_RGB9E5, rgb, 1, &out));
                 CHECK(in == out);
             }
         }
@@ -223,7 +224,7 @@ TEST(limits)
             for (size_t k = 0; k < texels; k++)
                 in[3 * k] = cases[i].in;
             unsigned char texel[16];
-            const size_t beyond = ibl_pixel_encode(p, in, texels, texel);
+            const size_t beyond = texels_encode(p, in, texels, texel);
             ibl_pixel_decode(p, texel, texels, out);
             CHECK_MSG(beyond == texels * cases[i].beyond,
                       "%s of %g: %zu beyond", ibl_pixel_name(p), (double)in[0],
@@ -243,12 +244,12 @@ TEST(floats_unchanged)
     float out[6];
     unsigned char texels[2 * 16 + 1];
     float alpha;
-    CHECK(ibl_pixel_encode(IBL_PIXEL_RGBA32F, in, 2, texels + 1) == 0);
+    CHECK(texels_encode(IBL_PIXEL_RGBA32F, in, 2, texels + 1) == 0);
     memcpy(&alpha, texels + 1 + 12, sizeof alpha);
     CHECK(alpha == 1);
     ibl_pixel_decode(IBL_PIXEL_RGBA32F, texels + 1, 2, out);
     CHECK(!memcmp(in, out, sizeof in));
-    CHECK(ibl_pixel_encode(IBL_PIXEL_RG32F, in, 3, texels + 1) == 0);
+    CHECK(texels_encode(IBL_PIXEL_RG32F, in, 3, texels + 1) == 0);
     ibl_pixel_decode(IBL_PIXEL_RG32F, texels + 1, 3, out);
     CHECK(!memcmp(in, out, sizeof in));
 }

@@ -310,32 +310,6 @@ TEST(mirror)
         }
 }
 
-/* ---- lobes ------------------------------------------------------------- */
-
-TEST(lobes_are_those_of_one_roughness)
-{
-    static const double roughness[] = {0, 0.1, 0.3, 0.6, 1};
-    static const int sizes[][2] = {{3, 2}, {32, 16}, {257, 128}};
-
-    for (int m = 0; m < 3; m++) {
-        const subject *it = subject_make(2, sizes[m][0], sizes[m][1], 6, 20);
-        const pairs p = some_pairs(8);
-        double r[5 * MOST], got[15 * MOST], want[3 * MOST];
-        map_set(&it->env, 1, 1, 500, 50, 5);
-        for (size_t k = 0; k < 5 * p.count; k++)
-            r[k] = roughness[k % 5];
-        CHECK(!ibl_reference_lobes(subject_ref(it), r, 5, p.normal, p.count,
-                                   got));
-        for (size_t k = 0; k < 5; k++) {
-            CHECK(!ibl_reference_lobe(subject_ref(it), IBL_LOBE_GGX,
-                                      roughness[k], p.normal, p.count, want));
-            for (size_t i = 0; i < 3 * p.count; i++)
-                CHECK_NEAR(got[(i / 3 * 5 + k) * 3 + i % 3], want[i],
-                           1e-3 * want[i]);
-        }
-    }
-}
-
 /* ---- promises ---------------------------------------------------------- */
 
 /* Under a sun and not: metals, then lobes, of which those of roughness 1 are
@@ -345,10 +319,8 @@ TEST(coarse)
     static const double roughness[] = {0.05, 0.1, 0.3, 0.6, 1};
     const pairs p = some_pairs(3);
     const size_t n = 5 * p.count;
-    double worst = 0, mean = 0, r[5 * MOST], lobes[2][15 * MOST], rgb[3];
+    double worst = 0, mean = 0, lobes[2][15 * MOST], rgb[3];
 
-    for (size_t k = 0; k < n; k++)
-        r[k] = roughness[k % 5];
     for (int sun = 0; sun < 2; sun++) {
         const subject *it = subject_make(2, 512, 256, 6, 20);
         const double *out[2];
@@ -357,7 +329,10 @@ TEST(coarse)
         NEED(!ibl_reference_create(it->ctx, &it->env, 20, &ref));
         for (int k = 0; k < 2; k++) {
             out[k] = brdf(ref, IBL_GEOMETRY_SMITH, roughness, 5, &p);
-            CHECK(!ibl_reference_lobes(ref, r, 5, p.normal, p.count, lobes[k]));
+            for (size_t i = 0; i < n; i++)
+                CHECK(!ibl_reference_lobe(ref, IBL_LOBE_GGX, roughness[i % 5],
+                                          p.normal + i / 5 * 3, 1,
+                                          lobes[k] + 3 * i));
             CHECK(!ibl_reference_irradiance(ref, p.normal, 1, rgb));
             CHECK_NEAR(lobes[k][12], rgb[0], 1e-9);
             ibl_reference_coarsen(ref);
@@ -416,6 +391,8 @@ TEST(refuses)
     REFUSED("must be a unit", IBL_GEOMETRY_SMITH, r, 1, none, up);
     REFUSED("must be a unit", IBL_GEOMETRY_SMITH, r, 1, up, none);
 #undef REFUSED
-    CHECK(ibl_reference_lobes(ref, r, 2, up, 1, out) == IBL_ERR_ARGUMENT);
-    CHECK(ibl_reference_lobes(ref, r, 1, none, 1, out) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_reference_lobe(ref, IBL_LOBE_GGX, 1.5, up, 1, out) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(ibl_reference_lobe(ref, IBL_LOBE_GGX, 1, none, 1, out) ==
+          IBL_ERR_ARGUMENT);
 }

@@ -412,7 +412,7 @@ TEST(wrong_facts_are_refused_in_one_line)
         "source, report",
         "source, report",
         "facts of a bake: lights: 65",
-        "lights, outputs",
+        "facts of a bake: lights: 1: must be -1 to 0",
         "bake: outputs: -1",
         "mirror 9",
         "a key is no UTF-8",

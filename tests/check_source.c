@@ -19,6 +19,7 @@
 #include "float_exr.h"
 #include "ibl/io.h"
 #include "test.h"
+#include "textures.h"
 
 enum {
     W = 300,
@@ -275,7 +276,7 @@ TEST(pixels_in_memory)
             const int y = i / channels / WIDE, x = i / channels % WIDE;
             const float f = rgba[4 * (y * WIDE + x) + i % channels];
             uint16_t texel[4];
-            ibl_pixel_encode(IBL_PIXEL_RGBA16F, (float[]){f, f, f}, 1, texel);
+            texels_encode(IBL_PIXEL_RGBA16F, (float[]){f, f, f}, 1, texel);
             texel[0] = isnan(f) ? 0x7e00 : isinf(f) ? 0x7c00 : texel[0];
             memcpy(data + (down ? HIGH - 1 - y : y) * row +
                        (x * channels + i % channels) * bytes,

@@ -95,7 +95,7 @@ TEST(cubes)
         float last[3 * 16];
         unsigned char texel[16];
         const size_t n = (size_t)(ibl_pixel_block(p) * ibl_pixel_block(p));
-        ibl_pixel_encode(p, cube.data + floats - 3 * n, n, texel);
+        texels_encode(p, cube.data + floats - 3 * n, n, texel);
         ibl_pixel_decode(p, texel, n, last);
         CHECK(!memcmp(last, back.data + floats - 3 * n, 3 * n * sizeof *last));
         CHECK(ibl_texture_offset(&a, 4, 5) + ibl_texture_face_bytes(&a, 4) ==

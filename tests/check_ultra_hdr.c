@@ -289,7 +289,7 @@ TEST(truncation_and_lies)
     m.max[0] = 25;
     f = build(&p, &m, false, false, 0);
     CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
-    CHECK(test_said(&kept, "its gains are not a range"));
+    CHECK(test_said(&kept, "its gains, gamma or offsets"));
     m = of_grey;
     m.gamma[0] = 0;
     f = build(&p, &m, false, true, 0);

@@ -173,7 +173,8 @@ static void check_painted(const char *dir, const view_probe_set *set,
         CHECK(p->layer == i && p->priority == q->priority &&
               p->has_proxy == q->has_proxy &&
               p->influence.shape == q->influence.shape);
-        CHECK(!memcmp(p->position, q->position, sizeof p->position));
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(p->position[k], q->position[k], 1e-14);
         CHECK_NEAR(p->blend, q->blend, 0);
         CHECK_NEAR(p->influence.half[0], q->influence.half[0], 0);
         CHECK_NEAR(p->proxy.half[2], q->has_proxy ? 7 : 0, 0);

@@ -6,6 +6,8 @@
 #include <sys/resource.h>
 
 #include "files.h"
+#include "io/blocks.h"
+#include "kern/pixel.h"
 #include "test.h"
 
 static void free_texture(void *texture)
@@ -86,6 +88,26 @@ ibl_texture texture_array(ibl_ctx *ctx, const ibl_texture *const *list,
         if (ibl_texture_array_put(ctx, &array, i, list[i]))
             exit(1);
     return texture_owned(array);
+}
+
+size_t texels_encode(ibl_pixel pixel, const float *src, size_t count, void *dst)
+{
+    const ibl_block_images blocks = {.pixel = pixel,
+                                     .quality = IBL_QUALITY_NORMAL,
+                                     .width = IBL_BLOCK_EDGE,
+                                     .height = IBL_BLOCK_EDGE,
+                                     .images = count / IBL_BLOCK_TEXELS,
+                                     .src = src,
+                                     .dst = dst};
+    ibl_pixel_dsp dsp;
+    size_t beyond = 0;
+
+    ibl_pixel_dsp_init(&dsp, ibl_isa_best());
+    if (ibl_pixel_block(pixel) == 1)
+        return dsp.encode[pixel](src, count, dst);
+    NEED(
+        !ibl_blocks_encode_images(test_ctx(1, IBL_ISA_AUTO), &blocks, &beyond));
+    return beyond;
 }
 
 bool texture_same(const ibl_texture *a, const ibl_texture *b)

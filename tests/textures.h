@@ -22,6 +22,10 @@ ibl_texture texture_decode(ibl_ctx *ctx, const void *bytes, size_t size);
 ibl_texture texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer);
 ibl_texture texture_array(ibl_ctx *ctx, const ibl_texture *const *list,
                           int count);
+/* Encodes count texels as the library does; returns how many components were
+ * beyond the largest value. Of blocks count is a multiple of 16. */
+size_t texels_encode(ibl_pixel pixel, const float *src, size_t count,
+                     void *dst);
 /* Shape and bytes, not keys. */
 bool texture_same(const ibl_texture *a, const ibl_texture *b);
 /* Whether a key has that value; NULL: is not there. */

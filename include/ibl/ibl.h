@@ -291,9 +291,6 @@ double ibl_level_solid_angle(const ibl_level_shape *shape, int x, int y);
  * and row. */
 void ibl_level_texel(const ibl_level_shape *shape, const double dir[3],
                      int at[3]);
-/* A flat level's texel beyond an edge, at (x, y), each -1 or within or one too
- * large: the one that meets there on the sphere, as y width + x. */
-size_t ibl_flat_neighbour(const ibl_level_shape *shape, int x, int y);
 /* What ibl.glsl's lookup sees of a level of a flat map: bilinear, without
  * seams. */
 void ibl_flat_lookup(const ibl_cube *map, int level, const double dir[3],
@@ -473,8 +470,6 @@ typedef enum ibl_lobe {
 
 /* One of IBL_LOBE_NAMES. */
 const char *ibl_lobe_name(ibl_lobe lobe);
-/* Its weight with N = V = R, as the sidecar names it. */
-const char *ibl_lobe_formula(ibl_lobe lobe);
 
 /* How the levels of a specular chain are made. */
 typedef enum ibl_method {
@@ -483,9 +478,6 @@ typedef enum ibl_method {
     IBL_METHOD_SPECTRAL, /* exact: see ibl_bake_specular */
     IBL_METHOD_SAMPLED
 } ibl_method;
-
-/* "auto", "spectral" or "sampled". */
-const char *ibl_method_name(ibl_method method);
 
 /* A fifth of the rounding error of a half float. */
 #define IBL_TOLERANCE_DEFAULT 1e-4

@@ -36,9 +36,6 @@ typedef enum ibl_alpha {
                           that break the rule of their format */
 } ibl_alpha;
 
-/* "ignore", "file" or "straight". */
-const char *ibl_alpha_name(ibl_alpha alpha);
-
 /* How a file holds an environment. All but equirectangular maps are turned into
  * such a map when they are read. */
 typedef enum ibl_input_layout {
@@ -409,45 +406,31 @@ typedef struct ibl_pixel_numbers {
 ibl_pixel_numbers ibl_pixel_numbers_of(ibl_pixel pixel);
 
 /*
- * Encodes count texels of ibl_pixel_channels(pixel) floats each. Rounds to
- * nearest, ties to even (RGB9E5: as in EXT_texture_shared_exponent); keeps
- * denormals. Values above the largest finite value, including +Inf, become that
- * value. In halves and floats, values below its negative become the negative;
- * in other pixels, all negative values become 0. NaN becomes 0. Returns the
- * number of components changed to the largest value or its negative.
- * dst: count * ibl_pixel_bytes(pixel) bytes, any alignment.
- * If blocks are larger than a texel, src has all 16 texels of a block, row by
- * row, before those of the next; count is a multiple of 16, and dst gets
- * count / 16 blocks, of IBL_QUALITY_NORMAL.
+ * Decodes count texels to ibl_pixel_channels(pixel) floats each, without alpha.
+ * Of blocks count is a multiple of 16: all texels of a block, row by row, come
+ * before those of the next.
+ * Encoders round to nearest, ties to even (RGB9E5: as in
+ * EXT_texture_shared_exponent), and keep denormals. Values above the largest
+ * finite value, including +Inf, become that value. In halves and floats, values
+ * below its negative become the negative; in other pixels, all negative values
+ * become 0. NaN becomes 0.
  */
-size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
-                        void *dst);
-/* The inverse; dst: count * ibl_pixel_channels(pixel) floats. Alpha is
- * dropped. */
 void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
                       float *dst);
 
-/* Time that the encoders of block-compressed pixels take, for a smaller error.
- */
+/* Time that encoders of blocks take, for a smaller error. */
 typedef enum ibl_quality {
     IBL_QUALITY_FAST,
     IBL_QUALITY_NORMAL, /* the default */
     IBL_QUALITY_BEST
 } ibl_quality;
 
-/* "fast", "normal" or "best". */
-const char *ibl_quality_name(ibl_quality quality);
-
 typedef struct ibl_key_value {
     char *key;
     char *value;
 } ibl_key_value;
 
-/*
- * The layers that OpenGL 4 and Direct3D 11 guarantee for arrays of flat
- * textures. In a cube array each face counts as a layer: an implementation with
- * only the guaranteed number takes 341 cubes.
- */
+/* What OpenGL 4 and Direct3D 11 guarantee, where each face of a cube counts. */
 #define IBL_MAX_LAYERS 2048
 
 #define IBL_MAX_ZSTD 22 /* the levels of Zstandard begin with 1 */
@@ -491,16 +474,14 @@ typedef struct ibl_texture {
 
 void ibl_texture_free(ibl_texture *tex); /* NULL and zeroed are fine */
 
-/* Offset in bytes of a level's face in tex->data, for layer 0 or any layer, and
- * its size. */
+/* Offset in tex->data of a level's face, of layer 0 or any, and its bytes. */
 size_t ibl_texture_offset(const ibl_texture *tex, int level, int face);
 size_t ibl_texture_layer_offset(const ibl_texture *tex, int level, int layer,
                                 int face);
 size_t ibl_texture_face_bytes(const ibl_texture *tex, int level);
 
-/* Copies one layer, with all keys. out: empty, to be freed with
- * ibl_texture_free. IBL_ERR_ARGUMENT: tex has no such layer or is incomplete.
- */
+/* Copies one layer, with all keys. out: empty, to be freed by the caller.
+ * IBL_ERR_ARGUMENT: tex has no such layer or is incomplete. */
 ibl_status ibl_texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer,
                              ibl_texture *out);
 /*
@@ -539,9 +520,6 @@ typedef enum ibl_overflow {
     IBL_OVERFLOW_CLIP
 } ibl_overflow;
 
-/* "spread" or "clip". */
-const char *ibl_overflow_name(ibl_overflow overflow);
-
 /* For a level: the number of texels with a component above the largest value,
  * and the shares of the light of all texels (R + G + B, by solid angle) that
  * moved to other texels or were lost. */
@@ -579,13 +557,13 @@ ibl_texel_options ibl_texel_options_default(void);
  * of its ibl_lut_channels that are no blocks, else IBL_ERR_ARGUMENT, as for an
  * unknown quality. The key iblbake.table is the kind of a LUT if not split.
  * opts NULL: defaults. Texels of blocks beyond the edge of a face repeat its
- * last ones. report may be NULL; *saturated, if not NULL, is the count of
- * ibl_pixel_encode. If no component is above the largest value, overflow has no
- * effect and no cost; else spreading uses 17 bytes of temporary memory for each
- * texel of a level.
- * Decoding returns IBL_ERR_ARGUMENT for a texture of the other kind, and for an
- * array of more than one layer: ibl_texture_layer extracts one.
- * IBL_ERR_UNSUPPORTED: blocks of ASTC that are none of UASTC HDR.
+ * last ones. report may be NULL; *saturated, if not NULL, counts
+ * components that became the largest value or its negative. If no component is
+ * above the largest value, overflow has no effect and no cost; else spreading
+ * uses 17 bytes of temporary memory for each texel of a level. Decoding returns
+ * IBL_ERR_ARGUMENT for a texture of the other kind, and for an array of more
+ * than one layer: ibl_texture_layer extracts one. IBL_ERR_UNSUPPORTED: blocks
+ * of ASTC that are none of UASTC HDR.
  */
 ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  const ibl_texel_options *opts,
@@ -610,12 +588,6 @@ ibl_projection ibl_texture_projection(const ibl_texture *tex);
 /* Replaces blocks by RGBA16F texels of the same values, in place; other pixels
  * stay as they are. tex is unchanged after an error, as ibl_texture_to_cube. */
 ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex);
-
-/* ibl_cube_turn_axes of every layer of a texture, in place. IBL_ERR_ARGUMENT:
- * it is no cube, of blocks, or axes are out of range. tex is unchanged after an
- * error. */
-ibl_status ibl_texture_turn_axes(ibl_ctx *ctx, ibl_texture *tex, ibl_axes axes,
-                                 int back);
 
 /* The error of the pixel format at a level, with what the overflow did: t is a
  * texel of the cube, d the same texel decoded, |.| over R, G and B. */
@@ -670,13 +642,11 @@ int ibl_container_holds(ibl_container container, ibl_pixel pixel);
 
 /*
  * The bytes of a file in that container. Free *bytes with ibl_bytes_free. KTX2
- * and KTX get KTXorientation and KTXwriter, then the keys of tex except those
- * two. DDS cannot hold keys and drops them. A texture of one layer is not
- * written as an array. Zstandard works on the context's pool, a level on one
- * thread; its bytes do not depend on the number of threads.
- * IBL_ERR_ARGUMENT: tex is incomplete. IBL_ERR_UNSUPPORTED: the container does
- * not hold the pixel format, or no array; KTX with a face of 4 GiB, or with a
- * level of 4 GiB in an array.
+ * and KTX get KTXorientation and KTXwriter besides the keys of tex; DDS drops
+ * them. A texture of one layer is not written as an array. Levels are packed by
+ * Zstandard on the context's pool. IBL_ERR_ARGUMENT: tex is incomplete.
+ * IBL_ERR_UNSUPPORTED: the container does not hold the pixel format, or no
+ * array; KTX with a face of 4 GiB, or with a level of 4 GiB in an array.
  */
 ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,
@@ -686,17 +656,14 @@ void ibl_bytes_free(void *bytes);
 /*
  * Reads a KTX2, KTX or DDS file (detected by content) with the pixel formats of
  * ibl_pixel: cube, 2D or an array of either, with or without levels; of KTX
- * only little endian. KTX and KTX2 files with 3-channel 16 or 32-bit floats are
- * widened to 4 channels. DDS files may also name a float format of Direct3D 9
- * in place of a FourCC, and hold RGB floats. Signed BC6H becomes RGBA16F. KTX2
- * files may be supercompressed with Zstandard. Files that this library wrote
- * are read back bit for bit, including keys. IBL_ERR_UNSUPPORTED: more layers
- * than IBL_MAX_LAYERS, 3D, another pixel format or supercompression; the
- * message has its name or number. IBL_ERR_FORMAT: a damaged file. Never reads
- * outside [bytes, size), and allocates little more than size, or than the most
- * that Zstandard can have packed in it. Keys are read if their value is text.
- * KTXwriter is kept, KTXorientation is not. If it says that rows do not begin
- * at the top, a flat texture is flipped and a cube is IBL_ERR_UNSUPPORTED.
+ * only little endian. RGB of halves or floats is widened to 4 channels, signed
+ * BC6H becomes RGBA16F. Files that this library wrote are read back bit for
+ * bit, with keys. Keys are read if their value is text, except KTXorientation:
+ * if by that rows do not begin at the top, a flat texture is flipped and a cube
+ * is IBL_ERR_UNSUPPORTED, as are more layers than IBL_MAX_LAYERS, 3D, other
+ * pixel formats and supercompressions, which the message names. IBL_ERR_FORMAT:
+ * a damaged file. Never reads outside [bytes, size), and allocates little more
+ * than size, or than the most that Zstandard can have packed in it.
  *   container   may be NULL
  */
 ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,

@@ -72,15 +72,6 @@ ibl_status ibl_reference_brdf(const ibl_reference *ref, ibl_geometry geometry,
                               const double *normals, const double *views,
                               size_t count, double *out);
 
-/*
- * ibl_reference_lobe of GGX for many roughnesses.
- *   roughness  n values for each direction, n * count in all
- *   rgb        3 * n * count doubles, written
- */
-ibl_status ibl_reference_lobes(const ibl_reference *ref,
-                               const double *roughness, int n,
-                               const double *dirs, size_t count, double *rgb);
-
 /* int L max(N.L, 0) dO / pi, over the same patches: irradiance / pi. */
 ibl_status ibl_reference_irradiance(const ibl_reference *ref,
                                     const double *dirs, size_t count,

@@ -208,13 +208,6 @@ const char *ibl_roughness_map_name(ibl_roughness_map map)
                                            : "babylon";
 }
 
-const char *ibl_method_name(ibl_method method)
-{
-    return method == IBL_METHOD_SPECTRAL  ? "spectral"
-           : method == IBL_METHOD_SAMPLED ? "sampled"
-                                          : "auto";
-}
-
 const char *ibl_specular_report_method(const ibl_specular_report *report)
 {
     bool sampled = false, spectral = false;

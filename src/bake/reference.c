@@ -976,7 +976,6 @@ typedef struct job {
     const ibl_reference *ref;
     enum kind kind;
     const double *roughness;
-    size_t step; /* from a direction's roughnesses to the next one's */
     int n;
     const double *normals, *views;
     size_t count;
@@ -1022,7 +1021,7 @@ static void view_job(void *arg, int at, int worker)
     s.waiting = 0;
     aim(all->ref, all->normals + 3 * i, all->views + 3 * i, &k);
     for (int n = 0; n < all->n; n++) {
-        const double r = all->roughness[i * all->step + (size_t)n];
+        const double r = all->roughness[n];
         const bool lobe = all->kind < SMITH;
         double *out =
             all->out + (i * (size_t)all->n + (size_t)n) * (lobe ? 3 : SUMS);
@@ -1071,7 +1070,7 @@ static ibl_status check_job(const job *all, const void *out)
     if (all->n < 1)
         return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
                         "%d roughnesses: must be at least 1", all->n);
-    for (size_t k = 0; k < (all->step ? all->count : 1) * (size_t)all->n; k++)
+    for (int k = 0; k < all->n; k++)
         if (!(all->roughness[k] >= 0 && all->roughness[k] <= 1))
             return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
                             "a roughness of %g: must be 0 to 1",
@@ -1124,18 +1123,7 @@ ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
     if (lobe < IBL_LOBE_GGX || lobe > IBL_LOBE_PHONG)
         return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT, "lobe %d: must be 0 to 2",
                         (int)lobe);
-    job all = {ref,  kinds[lobe], &roughness, 0,    1,
-               dirs, dirs,        count,      NULL, NULL};
-    return run_all(&all, rgb);
-}
-
-ibl_status ibl_reference_lobes(const ibl_reference *ref,
-                               const double *roughness, int n,
-                               const double *dirs, size_t count, double *rgb)
-{
-    job all = {ref,  GGX,  roughness, (size_t)n, n,
-               dirs, dirs, count,     NULL,      NULL};
-
+    job all = {ref, kinds[lobe], &roughness, 1, dirs, dirs, count, NULL, NULL};
     return run_all(&all, rgb);
 }
 
@@ -1144,7 +1132,7 @@ ibl_status ibl_reference_irradiance(const ibl_reference *ref,
                                     double *rgb)
 {
     const double any = 1;
-    job all = {ref, COSINE, &any, 0, 1, dirs, dirs, count, NULL, NULL};
+    job all = {ref, COSINE, &any, 1, dirs, dirs, count, NULL, NULL};
 
     return run_all(&all, rgb);
 }
@@ -1159,10 +1147,10 @@ ibl_status ibl_reference_brdf(const ibl_reference *ref, ibl_geometry geometry,
     if (status || ibl_reference_check_geometry(ref->ctx, geometry))
         return status ? status : IBL_ERR_ARGUMENT;
     job all = {ref,       geometry == IBL_GEOMETRY_SMITH ? SMITH : SCHLICK,
-               roughness, 0,
-               n,         normals,
-               views,     count,
-               NULL,      NULL};
+               roughness, n,
+               normals,   views,
+               count,     NULL,
+               NULL};
     return run_all(&all, out);
 }
 

@@ -13,19 +13,6 @@ const char *ibl_lobe_name(ibl_lobe lobe)
     return names[lobe >= 0 && lobe < IBL_LOBE_COUNT ? lobe : 0];
 }
 
-const char *ibl_lobe_formula(ibl_lobe lobe)
-{
-    switch (lobe) {
-    case IBL_LOBE_GGX:
-        break;
-    case IBL_LOBE_CHARLIE:
-        return "sin(theta_h)^(1 / alpha) N.L, alpha = roughness^2";
-    case IBL_LOBE_PHONG:
-        return "(R.L)^n N.L, n = (1 / alpha^2 - 1) / 2, alpha = roughness^2";
-    }
-    return "D_GGX(N.H) N.L, alpha = roughness^2";
-}
-
 ibl_status ibl_lobe_check(ibl_ctx *ctx, ibl_lobe lobe)
 {
     switch (lobe) {

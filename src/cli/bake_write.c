@@ -107,7 +107,7 @@ static bool set_keys(const ibl_output_set *b, ibl_output_kind kind,
     /* Filament takes its harmonics from the KTX file of the levels. */
     if (ok && kind == IBL_OUTPUT_SPECULAR && o->format == IBL_CONTAINER_KTX &&
         o->bake.sh_degree >= 2) {
-        char *text = ibl_need(ibl_sh_key(b->made.sh));
+        char *text = ibl_need(ibl_sh_text(IBL_SH_NONE, b->made.sh));
         ok = !ibl_texture_set(b->job->ctx, tex, "sh", text);
         free(text);
     }

@@ -22,10 +22,6 @@
 #define LARGE_PIXELS (4096.0 * 2048) /* more are baked by all threads */
 #define REDRAW_NS 200000000
 
-enum {
-    CONTEXTS = 2 /* of all threads: for large maps and for the tables */
-};
-
 struct batch;
 
 /* A context, and the map that it bakes. */
@@ -44,14 +40,15 @@ typedef struct batch {
     ibl_console console;
     ibl_maps maps;
     ibl_ctx *silent; /* to look at maps before they are baked */
-    ibl_isa isa;
-    worker *workers; /* of one thread each; behind them CONTEXTS more */
     int count;       /* of threads, and workers of one thread */
+    worker *workers; /* these, then: */
+    worker *large;   /* of all threads, for large maps */
+    worker *shared;  /* of all threads, for what all maps share */
     int started;
-    ibl_outputs *folders; /* removed at the end if nothing is in them */
-    worker *tables;       /* has the tables, if there are any */
-    bool tables_kept;     /* their files are there */
-    int *order;           /* of the maps to bake, the large ones first */
+    ibl_outputs *folders;         /* removed at the end if they are empty */
+    const ibl_output_set *tables; /* that shared has made; NULL: none */
+    bool tables_kept;             /* their files are there */
+    int *order; /* of the maps to bake, the large ones first */
     int to_bake;
     double begun, all_pixels;
     double most_bytes;    /* of memory that bakes may take at once */
@@ -175,17 +172,16 @@ static void print_sum(const batch *b)
 }
 
 /* Lists the maps that failed; the reasons were printed before. */
-static void list_failed(batch *b)
+static void list_failed(const batch *b)
 {
-    ibl_console *c = &b->console;
+    char text[64];
 
-    c->failed = false;
-    ibl_console_fail(c, "%d of %d maps failed:", b->failed, b->maps.count);
+    snprintf(text, sizeof text, "%d of %d maps failed:", b->failed,
+             b->maps.count);
+    ibl_print_line("", text);
     for (int i = 0; i < b->maps.count; i++)
-        if (b->maps.list[i].state == IBL_MAP_FAILED) {
-            c->failed = false;
-            ibl_console_fail(c, "failed: %s", b->maps.list[i].input);
-        }
+        if (b->maps.list[i].state == IBL_MAP_FAILED)
+            ibl_print_line("failed: ", b->maps.list[i].input);
 }
 
 /* ---- one map ------------------------------------------------------------- */
@@ -198,23 +194,10 @@ static double real_time(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* Two runs that bake one map do so one after the other. */
-static bool commit_stamped(worker *w)
-{
-    ibl_stamp s;
-    bool ok = ibl_stamp_of(&w->run, w->batch->isa, &s);
-
-    if (ok) {
-        ibl_stamp_hold(&s);
-        ok = ibl_job_commit(&w->run) && ibl_stamp_write(&s, w->since, w->ctx);
-    }
-    ibl_stamp_free(&s);
-    return ok;
-}
-
+/* Gives the files their names. */
 static bool commit(worker *w)
 {
-    return w->batch->opts->incremental ? commit_stamped(w)
+    return w->batch->opts->incremental ? ibl_stamp_commit(&w->run, w->since)
                                        : ibl_job_commit(&w->run);
 }
 
@@ -230,7 +213,7 @@ static bool begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
     *r = (ibl_job){.line = &w->line,
                    .ctx = ctx,
                    .print = print,
-                   .tables = b->tables ? b->tables->run.sets : NULL,
+                   .tables = b->tables,
                    .maps = &b->maps};
     ibl_console_init(&r->console, b->opts->common.quiet,
                      b->opts->common.verbose);
@@ -245,11 +228,11 @@ static bool bake_map(worker *w, ibl_map *m)
 {
     const batch *b = w->batch;
     ibl_memory_file printed;
-    FILE *print = b->opts->verify ? ibl_memory_open(&printed) : stdout;
+    FILE *print =
+        b->opts->verify ? ibl_need(ibl_memory_open(&printed)) : stdout;
 
     w->since = real_time();
-    bool ok = begin(w, m, w->ctx, print) && print && ibl_job_make(&w->run) &&
-              commit(w);
+    bool ok = begin(w, m, w->ctx, print) && ibl_job_make(&w->run) && commit(w);
     if (ok && b->opts->depfile)
         ok = (m->rule = ibl_depfile_text(&w->run)) != NULL;
     ok = !ibl_console_end(&w->run.console, ok);
@@ -257,7 +240,7 @@ static bool bake_map(worker *w, ibl_map *m)
         ibl_job_log(&w->run);
     ibl_job_end(&w->run);
     if (b->opts->verify)
-        m->printed = ibl_memory_close(print, &printed);
+        m->printed = ibl_need(ibl_memory_close(print, &printed));
     return ok;
 }
 
@@ -278,7 +261,7 @@ static ibl_map *take(batch *b, worker **w)
         if (!b->busy || (b->busy + threads <= b->count &&
                          b->bytes + m->bytes <= b->most_bytes)) {
             if (threads > 1)
-                *w = &b->workers[b->count];
+                *w = b->large;
             b->busy += threads;
             b->bytes += m->bytes;
             b->next++;
@@ -358,160 +341,89 @@ static bool bake_maps(batch *b)
 
 /* ---- before -------------------------------------------------------------- */
 
-static bool start_worker(batch *b, worker *w, int threads)
-{
-    ibl_common common = b->opts->common;
-
-    w->batch = b;
-    common.threads = threads;
-    return !ibl_start(&common, &w->run.console, &w->ctx);
-}
-
 static bool start(batch *b)
 {
-    const int threads = b->opts->common.threads;
-    const size_t most = ibl_memory_most(&b->opts->common);
+    ibl_common common = b->opts->common;
+    const size_t most = ibl_memory_most(&common);
     ibl_ctx_options o = ibl_ctx_options_default();
 
     o.threads = 1;
+    o.isa = common.isa;
     o.bridge = ibl_bridge_beside();
     b->most_bytes = most ? (double)most - IBL_PROGRAM_BYTES : HUGE_VAL;
-    b->count = threads ? threads : ibl_cpu_count();
-    b->workers = calloc((size_t)b->count + CONTEXTS, sizeof *b->workers);
-    bool ok = b->workers && !ibl_ctx_create(&o, &b->silent);
-    for (int i = 0; i < b->count + CONTEXTS && ok; i++) {
-        worker *w = &b->workers[i];
-        ibl_console_init(&w->run.console, b->opts->common.quiet, false);
+    b->count = common.threads ? common.threads : ibl_cpu_count();
+    b->workers = ibl_need(calloc((size_t)b->count + 2, sizeof *b->workers));
+    b->large = &b->workers[b->count];
+    b->shared = b->large + 1;
+    bool ok = !ibl_ctx_create(&o, &b->silent);
+    for (worker *w = b->workers; w <= b->shared && ok; w++) {
+        w->batch = b;
+        ibl_console_init(&w->run.console, common.quiet, false);
         w->run.console.front = &b->console;
-        ok = start_worker(b, w, i < b->count ? 1 : b->count);
-        b->console.failed |= w->run.console.failed;
+        common.threads = w < b->large ? 1 : b->count;
+        ok = !ibl_start(&common, &w->run.console, &w->ctx);
     }
-    if (ok)
-        b->isa = ibl_ctx_isa(b->workers->ctx);
     return ok;
 }
 
-/* Sets the pixels and the memory of a map that can be opened; errors are
- * reported when it is baked. */
-static void measure(batch *b, ibl_map *m)
+/* Looks at a map before it is baked: whether it is unchanged since its stamp
+ * was written, else its size. Errors are reported when it is baked; but false,
+ * after a message: its files cannot be in the depfile. */
+static bool look(batch *b, ibl_map *m)
 {
+    const ibl_opts *o = b->opts;
     worker *w = b->workers;
+    ibl_job *r = &w->run;
     ibl_source *source;
     struct stat st;
 
-    if (m->pixels > 0 || stat(m->input, &st) || !S_ISREG(st.st_mode) ||
-        ibl_source_open(b->silent, m->input, &b->opts->common.read, &source))
-        return;
-    const int width = ibl_source_width(source);
-    const int height = ibl_source_height(source);
-    m->pixels = (double)width * (double)height;
-    if (begin(w, m, b->silent, NULL))
-        m->bytes = fmax(0, ibl_bake_bytes(&w->run, ibl_source_memory(source),
-                                          width, height) -
-                               IBL_PROGRAM_BYTES);
-    ibl_job_end(&w->run);
-    w->run.console.about = NULL;
-    ibl_source_close(source);
-}
-
-/* Writes the stamp of a map whose files have new times but the same contents.
- * False: they changed meanwhile. */
-static bool write_anew(worker *w, ibl_stamp *s)
-{
-    const double since = real_time();
-    bool moved;
-
-    ibl_stamp_hold(s);
-    return ibl_stamp_holds(s, &moved) && ibl_stamp_write(s, since, w->ctx);
-}
-
-/* Whether the map is unchanged since its stamp was written. Errors are reported
- * when it is baked. */
-static bool is_kept(batch *b, worker *w, ibl_map *m)
-{
-    ibl_stamp s = {0};
-    bool moved = false, kept = false;
-
-    if (b->opts->incremental) {
-        kept = begin(w, m, b->silent, NULL) &&
-               ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
-        if (kept && moved)
-            kept = write_anew(w, &s);
-        if (kept && b->opts->depfile)
-            kept = (m->rule = ibl_depfile_text(&w->run));
-        ibl_stamp_free(&s);
-        ibl_job_end(&w->run);
+    const bool ok = begin(w, m, b->silent, NULL) &&
+                    (!o->depfile || ibl_job_check_depfile(r));
+    if (ok && o->incremental && ibl_stamp_holds(r) &&
+        (!o->depfile || (m->rule = ibl_depfile_text(r))))
+        m->state = IBL_MAP_KEPT;
+    if (ok && m->state != IBL_MAP_KEPT && !stat(m->input, &st) &&
+        S_ISREG(st.st_mode) &&
+        !ibl_source_open(b->silent, m->input, &o->common.read, &source)) {
+        const int width = ibl_source_width(source);
+        const int height = ibl_source_height(source);
+        m->pixels = (double)width * (double)height;
+        m->bytes = fmax(
+            0, ibl_bake_bytes(r, ibl_source_memory(source), width, height) -
+                   IBL_PROGRAM_BYTES);
+        ibl_source_close(source);
     }
-    return kept;
-}
-
-/* With --shard, keeps only the maps of that shard. */
-static bool take_shard(batch *b)
-{
-    const ibl_shard *shard = &b->opts->shard;
-    const int count = b->maps.count;
-
-    if (!shard->count)
-        return true;
-    if (shard->count > count)
-        return ibl_console_fail(&b->console,
-                                "--shard %d/%d: there are %d environments: "
-                                "take at most %d shards",
-                                shard->number, shard->count, count, count);
-    uint64_t *pixels = malloc((size_t)count * sizeof *pixels);
-    int *owner = malloc((size_t)count * sizeof *owner);
-    for (int i = 0; i < count && pixels; i++) {
-        measure(b, &b->maps.list[i]);
-        pixels[i] = 1 + (uint64_t)b->maps.list[i].pixels; /* or unknown */
-    }
-    const bool ok =
-        pixels && owner && ibl_shard_deal(pixels, count, shard->count, owner);
-    if (ok)
-        ibl_maps_keep(&b->maps, owner, shard->number);
-    free(pixels);
-    free(owner);
+    ibl_job_end(r);
     return ok;
 }
 
 /* Finds what is to be baked, and in which order. */
 static bool plan(batch *b)
 {
-    int *order = calloc((size_t)b->maps.count, sizeof *order);
-    int small = 0;
-
-    b->order = calloc((size_t)b->maps.count, sizeof *b->order);
-    bool ok = order && b->order && take_shard(b);
-    for (int i = 0; i < b->maps.count && ok; i++) {
-        ibl_map *m = &b->maps.list[i];
-        if (is_kept(b, b->workers, m)) {
-            m->state = IBL_MAP_KEPT;
-            b->kept++;
-            continue;
-        }
-        measure(b, m);
-        b->all_pixels += m->pixels;
-        if (m->pixels > LARGE_PIXELS)
-            b->order[b->to_bake++] = i;
-        else
-            order[small++] = i;
+    for (int i = 0; i < b->maps.count; i++) {
+        if (!look(b, &b->maps.list[i]))
+            return false;
+        b->all_pixels += b->maps.list[i].pixels;
     }
-    if (ok)
-        memcpy(b->order + b->to_bake, order, (size_t)small * sizeof *order);
-    b->to_bake += small;
-    free(order);
-    return ok;
+    b->order = ibl_need(calloc((size_t)b->maps.count, sizeof *b->order));
+    for (int large = 1; large >= 0; large--)
+        for (int i = 0; i < b->maps.count; i++)
+            if (b->maps.list[i].state != IBL_MAP_KEPT &&
+                (b->maps.list[i].pixels > LARGE_PIXELS) == large)
+                b->order[b->to_bake++] = i;
+    b->kept = b->maps.count - b->to_bake;
+    return true;
 }
 
 /* Makes the folders, which are removed at the end if they are empty. */
 static bool make_folders(batch *b)
 {
-    ibl_ctx *ctx = b->workers->ctx;
-    char *stamps = ibl_path_join(b->opts->directory, IBL_STAMPS);
-    bool ok = stamps && !ibl_outputs_create(ctx, 0, &b->folders) &&
-              !ibl_outputs_mkdir(b->folders, b->opts->directory) &&
-              (!b->opts->incremental || !ibl_outputs_mkdir(b->folders, stamps));
+    char *stamps = ibl_need(ibl_path_join(b->opts->directory, IBL_STAMPS));
+    const bool ok =
+        !ibl_outputs_create(b->shared->ctx, 0, &b->folders) &&
+        !ibl_outputs_mkdir(b->folders, b->opts->directory) &&
+        (!b->opts->incremental || !ibl_outputs_mkdir(b->folders, stamps));
 
-    b->console.failed |= b->workers->run.console.failed;
     free(stamps);
     return ok;
 }
@@ -535,10 +447,8 @@ static unsigned reduce(ibl_opts *o)
 /* Makes the tables that all maps share. Unchanged files of them are kept. */
 static bool make_tables(batch *b)
 {
-    worker *w = &b->workers[b->count + 1];
-    ibl_stamp s = {0};
+    worker *w = b->shared;
     unsigned shared = 0;
-    bool moved;
 
     w->line = *b->line;
     for (int i = 0; i < w->line.count; i++)
@@ -547,30 +457,13 @@ static bool make_tables(batch *b)
     if (!shared)
         return true;
     bool ok = begin(w, NULL, w->ctx, NULL);
-    if (ok && b->opts->incremental)
-        b->tables_kept =
-            ibl_stamp_of(&w->run, b->isa, &s) && ibl_stamp_holds(&s, &moved);
+    b->tables_kept = ok && b->opts->incremental && ibl_stamp_holds(&w->run);
     if (ok && (b->to_bake || !b->tables_kept)) {
         w->since = real_time();
         ok = ibl_job_make(&w->run);
     }
-    ibl_stamp_free(&s);
-    b->tables = w;
-    ok = !ibl_console_end(&w->run.console, ok);
-    b->console.failed |= w->run.console.failed;
-    return ok;
-}
-
-/* Gives the tables their names once a map has its files, so that nothing is
- * left where nothing was done. */
-static bool commit_tables(batch *b)
-{
-    if (b->tables_kept || !(b->baked + b->kept))
-        return true;
-    b->tables->run.console.failed = false;
-    const bool ok = commit(b->tables);
-    b->console.failed |= b->tables->run.console.failed;
-    return ok;
+    b->tables = w->run.sets;
+    return !ibl_console_end(&w->run.console, ok);
 }
 
 /* ---- the command --------------------------------------------------------- */
@@ -578,47 +471,21 @@ static bool commit_tables(batch *b)
 /* Writes the rules of all maps that are done. */
 static bool write_depfile(batch *b)
 {
-    ibl_ctx *ctx = b->workers->ctx;
-    ibl_memory_file file;
     ibl_outputs *outputs = NULL;
-    FILE *to = b->opts->depfile ? ibl_memory_open(&file) : NULL;
+    ibl_memory_file file;
+    FILE *to = ibl_need(ibl_memory_open(&file));
 
-    if (!b->opts->depfile)
-        return true;
-    for (int i = 0; i < b->maps.count && to; i++)
+    for (int i = 0; i < b->maps.count; i++)
         if (b->maps.list[i].rule)
             fputs(b->maps.list[i].rule, to);
-    char *text = ibl_memory_close(to, &file);
+    char *text = ibl_need(ibl_memory_close(to, &file));
     const bool ok =
-        text && !ibl_outputs_create(ctx, 0, &outputs) &&
+        !ibl_outputs_create(b->shared->ctx, 0, &outputs) &&
         !ibl_outputs_add(outputs, b->opts->depfile, text, file.size) &&
         !ibl_outputs_commit(outputs);
-    b->console.failed |= b->workers->run.console.failed;
     ibl_outputs_free(outputs);
     free(text);
     return ok;
-}
-
-/* Checks that the depfile can name all files, and is none of them. */
-static bool check_depfile(batch *b)
-{
-    worker *w = b->workers;
-    bool ok = true;
-
-    for (int i = 0; i < b->maps.count && ok && b->opts->depfile; i++) {
-        ok = begin(w, &b->maps.list[i], b->silent, NULL) &&
-             ibl_job_check_depfile(&w->run);
-        ok = !ibl_console_end(&w->run.console, ok);
-        ibl_job_end(&w->run);
-    }
-    b->console.failed |= !ok;
-    return ok;
-}
-
-static bool prepare(batch *b)
-{
-    return start(b) && ibl_maps_list(b->line, &b->console, &b->maps) &&
-           check_depfile(b) && plan(b);
 }
 
 static bool run(batch *b)
@@ -627,9 +494,14 @@ static bool run(batch *b)
     for (int i = 0; i < b->maps.count; i++)
         if (b->maps.list[i].state == IBL_MAP_KEPT)
             print_map(b, &b->maps.list[i], 0, "");
-    bool ok = make_folders(b) && make_tables(b) && bake_maps(b);
-    ok &= commit_tables(b);
-    if (ok || b->opts->keep_going)
+    if (!make_folders(b) || !make_tables(b))
+        return false;
+    bool ok = bake_maps(b);
+    /* The tables get their names once a map has its files, so that nothing is
+     * left where nothing was done. */
+    if (!b->tables_kept && b->baked + b->kept)
+        ok &= commit(b->shared);
+    if (b->opts->depfile && (ok || b->opts->keep_going))
         ok &= write_depfile(b);
     if (ok && b->opts->prune)
         b->pruned = ibl_stamps_prune(b->opts->directory, &b->maps, &b->console);
@@ -640,10 +512,10 @@ static bool run(batch *b)
 static void free_batch(batch *b)
 {
     if (b->tables)
-        ibl_job_end(&b->tables->run);
+        ibl_job_end(&b->shared->run);
     ibl_outputs_free(b->folders);
-    for (int i = 0; i < b->count + CONTEXTS && b->workers; i++)
-        ibl_ctx_free(b->workers[i].ctx);
+    for (worker *w = b->workers; w <= b->shared; w++)
+        ibl_ctx_free(w->ctx);
     ibl_ctx_free(b->silent);
     free(b->workers);
     free(b->order);
@@ -662,8 +534,10 @@ int ibl_batch_run(const ibl_cmdline *line)
     ibl_console_init(&b.console, line->set->common.quiet,
                      line->set->common.verbose);
     ibl_signals_catch();
-    const bool ok = prepare(&b) && run(&b);
-    b.console.failed |= b.failed;
+    const bool ok = start(&b) && ibl_maps_list(line, &b.console, &b.maps) &&
+                    plan(&b) && run(&b);
+    for (worker *w = b.workers; w <= b.shared; w++)
+        b.console.failed |= w->run.console.failed; /* was told of */
     const int status = ibl_console_end(&b.console, ok);
     if (b.failed && b.opts->keep_going)
         list_failed(&b);

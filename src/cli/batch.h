@@ -28,7 +28,7 @@ typedef struct ibl_map {
 
 typedef struct ibl_maps {
     ibl_map *list;
-    int count, room;
+    int count;
 } ibl_maps;
 
 /* Runs a line with `batch`; returns the exit status. */
@@ -38,12 +38,10 @@ int ibl_batch_run(const ibl_cmdline *line);
  * range, and no textures, which may be outputs. */
 bool ibl_is_environment(const char *name);
 /* Lists the environments of a line: its arguments, what is in those that are
- * folders, and those of --from. False after a message, as of two that make the
- * same files; free them also then. */
+ * folders, and those of --from; with --shard those of that part. False after a
+ * message, as of two that make the same files; free them also then. */
 bool ibl_maps_list(const ibl_cmdline *line, ibl_console *console,
                    ibl_maps *maps);
-/* Drops the maps that another shard owns. */
-void ibl_maps_keep(ibl_maps *maps, const int *owner, int shard);
 void ibl_maps_free(ibl_maps *maps);
 
 /* Makes the line of one environment of a batch. */
@@ -54,36 +52,16 @@ void ibl_map_line(const ibl_cmdline *all, const ibl_map *map, ibl_cmdline *own);
 /* The folder of the stamps, in that of the outputs. */
 #define IBL_STAMPS ".iblbake"
 
-/* What a bake was made of, and the files that it reads and makes. */
-typedef struct ibl_stamp {
-    char *path; /* of the stamp; the caller frees it with ibl_stamp_free */
-    char options[IBL_FILE_HASH]; /* hash of all that decides what is made */
-    char **files;                /* what is read, then what is made */
-    int count, inputs;
-    const char *directory; /* of all outputs */
-    char *folder;          /* of all stamps */
-    int held;              /* a descriptor of it, or -1 */
-} ibl_stamp;
+/* Of jobs whose files have names. */
 
-/* Fills in the stamp of a bake whose files have names. False: no memory, or no
- * file fits a pattern. */
-bool ibl_stamp_of(const ibl_job *r, ibl_isa isa, ibl_stamp *stamp);
-void ibl_stamp_free(ibl_stamp *stamp);
-
-/* Whether the stamp was written for the same options and files, and every file
- * is as it was then. *moved: some had to be hashed, so it should be written
- * anew. */
-bool ibl_stamp_holds(const ibl_stamp *stamp, bool *moved);
-
-/* Waits until no other bake has the folder of the stamps, and has it until the
- * stamp is freed, where the file system can lock it. So a stamp is of the run
- * whose files are there. */
-void ibl_stamp_hold(ibl_stamp *stamp);
-
-/* Writes the stamp, unless what is read changed after `since`, seconds of the
- * real-time clock, or cannot be hashed. False, after a message: it cannot be
- * written. */
-bool ibl_stamp_write(const ibl_stamp *stamp, double since, ibl_ctx *ctx);
+/* Whether a job's stamp was written for the same options and files, and every
+ * file is as it was then. */
+bool ibl_stamp_holds(const ibl_job *r);
+/* ibl_job_commit, then writes the stamp, unless what is read changed after
+ * `since`, seconds of the real-time clock. Meanwhile no other run does so,
+ * where the file system can lock the folder: a stamp is of the run whose files
+ * are there. False after a message. */
+bool ibl_stamp_commit(ibl_job *r, double since);
 
 /* Removes the stamps that are of none of the maps, and their outputs, unless
  * they changed since. Returns the number of such maps. */

@@ -9,40 +9,29 @@
 
 #include "cli/batch.h"
 #include "common/path.h"
+#include "common/signals.h"
 #include "json/text.h"
-
-enum {
-    MOST_LIST_BYTES = 1 << 28 /* of --from: a million long names */
-};
 
 /* ---- listing ------------------------------------------------------------- */
 
-/* Takes input, which may be NULL: no memory. sub: the folder of its outputs
- * below the directory of all; "": that. */
-static bool add(ibl_maps *maps, char *input, const char *sub, ibl_console *c)
+/* sub: the folder of its outputs below the directory of all, "" or "sub/". */
+static bool add(ibl_maps *maps, const char *input, const char *sub,
+                ibl_console *c)
 {
-    char stem[IBL_STEM_BYTES], *name = NULL;
+    char stem[IBL_STEM_BYTES];
+    const int n = maps->count;
     struct stat st;
 
-    if (input && !ibl_stem(input, stem, sizeof stem))
+    if (!ibl_stem(input, stem, sizeof stem)) {
         c->failed = true; /* that was said */
-    else if (input)
-        name = ibl_format("%s%s%s", sub, *sub ? "/" : "", stem);
-    if (name && maps->count == maps->room) {
-        const int room = maps->room ? 2 * maps->room : 64;
-        ibl_map *list = realloc(maps->list, (size_t)room * sizeof *list);
-        if (list) {
-            maps->list = list;
-            maps->room = room;
-        }
+        return false;
     }
-    if (!name || maps->count == maps->room) {
-        free(name);
-        free(input);
-        return ibl_console_fail(c, "no memory for the list of environments");
-    }
+    if (!(n & (n - 1))) /* 0 or a power of two: full */
+        maps->list = ibl_need(
+            realloc(maps->list, (n ? 2 * (size_t)n : 1) * sizeof *maps->list));
     ibl_map *m = &maps->list[maps->count++];
-    *m = (ibl_map){.input = input, .name = name};
+    *m = (ibl_map){.input = ibl_need(strdup(input)),
+                   .name = ibl_need(ibl_format("%s%s", sub, stem))};
     if (!stat(input, &st)) {
         m->device = st.st_dev;
         m->inode = st.st_ino;
@@ -88,17 +77,15 @@ static bool add_entries(ibl_maps *maps, const char *folder, const char *sub,
         return ibl_console_fail(c, "%s: cannot be listed: %s", folder,
                                 strerror(errno));
     while (ok && (entry = readdir(dir))) {
-        const char *name = entry->d_name;
-        char *path = *name == '.' ? NULL : ibl_path_join(folder, name);
-        if (*name == '.')
+        if (*entry->d_name == '.')
             continue;
-        if (all && path && !lstat(path, &st) && S_ISDIR(st.st_mode)) {
-            char *below = ibl_format("%s%s%s", sub, *sub ? "/" : "", name);
-            ok = below && add_entries(maps, path, below, true, c);
+        char *path = ibl_need(ibl_path_join(folder, entry->d_name));
+        if (all && !lstat(path, &st) && S_ISDIR(st.st_mode)) {
+            char *below = ibl_need(ibl_format("%s%s/", sub, entry->d_name));
+            ok = add_entries(maps, path, below, true, c);
             free(below);
-        } else if (ibl_is_environment(name) && !(path && is_folder(path))) {
+        } else if (ibl_is_environment(entry->d_name) && !is_folder(path)) {
             ok = add(maps, path, sub, c);
-            path = NULL;
         }
         free(path);
     }
@@ -106,19 +93,24 @@ static bool add_entries(ibl_maps *maps, const char *folder, const char *sub,
     return ok;
 }
 
-static bool add_folder(ibl_maps *maps, const char *folder, bool all,
-                       ibl_console *c)
+static bool add_given(ibl_maps *maps, const char *given, bool all,
+                      ibl_console *c)
 {
     const int first = maps->count;
 
-    if (!add_entries(maps, folder, "", all, c))
+    if (!strcmp(given, "-"))
+        return ibl_console_fail(c, "-: standard input is one environment: bake "
+                                   "it alone, or give ./- if that is its name");
+    if (!is_folder(given))
+        return add(maps, given, "", c);
+    if (!add_entries(maps, given, "", all, c))
         return false;
     if (maps->count == first)
         return ibl_console_fail(c,
                                 "%s: is a directory without environments (.hdr "
                                 ".rgbe .pic .exr .pfm .tif .tiff): name the "
                                 "files themselves%s",
-                                folder,
+                                given,
                                 all ? ""
                                     : ", or add --recursive for those in "
                                       "folders below it");
@@ -127,105 +119,62 @@ static bool add_folder(ibl_maps *maps, const char *folder, bool all,
     return true;
 }
 
-static bool add_given(ibl_maps *maps, const char *given, bool all,
-                      ibl_console *c)
-{
-    if (!strcmp(given, "-"))
-        return ibl_console_fail(c, "-: standard input is one environment: bake "
-                                   "it alone, or give ./- if that is its name");
-    if (is_folder(given))
-        return add_folder(maps, given, all, c);
-    return add(maps, strdup(given), "", c);
-}
-
-/* Reads a list to its end, and a NUL behind it. NULL after a message. */
-static char *read_list(const char *path, FILE *from, size_t *size,
-                       ibl_console *c)
-{
-    size_t room = 1 << 16, got = 1;
-    char *text = malloc(room), *more;
-
-    for (*size = 0; text && got; *size += got) {
-        if (*size + 1 == room) {
-            more = room < MOST_LIST_BYTES ? realloc(text, room * 2) : NULL;
-            if (!more)
-                break;
-            text = more;
-            room *= 2;
-        }
-        got = fread(text + *size, 1, room - *size - 1, from);
-    }
-    if (text && !got && !ferror(from)) {
-        text[*size] = '\0';
-        return text;
-    }
-    free(text);
-    if (ferror(from))
-        ibl_console_fail(c, "--from %s: cannot be read: %s", path,
-                         strerror(errno));
-    else
-        ibl_console_fail(c, "--from %s: is too long, over %zu bytes", path,
-                         *size);
-    return NULL;
-}
-
-/* Names end in line breaks, or in NULs if there are any. Lines may be blank,
- * and the first have a byte order mark before it. */
-static bool add_names(ibl_maps *maps, char *text, size_t size, bool all,
-                      ibl_console *c)
-{
-    const char last = memchr(text, '\0', size) ? '\0' : '\n';
-    const size_t mark = strncmp(text, "\xEF\xBB\xBF", 3) ? 0 : 3;
-    bool ok = true;
-
-    for (char *at = text + mark; ok && at < text + size;) {
-        char *end = memchr(at, last, (size_t)(text + size - at));
-        if (!end)
-            end = text + size;
-        char *next = end + 1;
-        if (last && end > at && end[-1] == '\r')
-            end--;
-        *end = '\0';
-        ok = !at[strspn(at, last ? " \t" : "")] || add_given(maps, at, all, c);
-        at = next;
-    }
-    return ok;
-}
-
+/* Adds the names of a list, which end in line breaks, or in NULs if there are
+ * any. Lines may be blank, and the first have a byte order mark before it. */
 static bool add_list(ibl_maps *maps, const char *path, bool all, ibl_console *c)
 {
-    const bool standard_input = !strcmp(path, "-");
-    FILE *from = standard_input ? stdin : fopen(path, "r");
+    FILE *from = strcmp(path, "-") != 0 ? fopen(path, "r") : stdin;
     const int before = maps->count;
-    size_t size;
+    bool nul = false, ok = true;
+    char *text = NULL;
+    size_t room = 0;
+    ssize_t size;
 
     if (!from)
         return ibl_console_fail(c, "--from %s: cannot be opened: %s", path,
                                 strerror(errno));
-    char *text = read_list(path, from, &size, c);
-    const bool ok = text && add_names(maps, text, size, all, c);
+    while (ok && (size = getdelim(&text, &room, '\0', from)) > 0) {
+        nul |= !text[size - 1];
+        char *name = text + (strncmp(text, "\xEF\xBB\xBF", 3) ? 0 : 3), *end;
+        for (bool more = true; ok && more; name = end + 1) {
+            end = name + strcspn(name, nul ? "" : "\n");
+            more = *end;
+            *end = '\0';
+            if (!nul && end > name && end[-1] == '\r')
+                end[-1] = '\0';
+            ok = !name[strspn(name, nul ? "" : " \t")] ||
+                 add_given(maps, name, all, c);
+        }
+    }
+    if (ok && !feof(from))
+        ok = ibl_console_fail(c, "--from %s: cannot be read: %s", path,
+                              strerror(errno));
     free(text);
-    if (!standard_input)
+    if (from != stdin)
         fclose(from);
     return ok && (maps->count > before ||
                   ibl_console_fail(c, "--from %s: names no environment", path));
 }
 
+/* ---- names --------------------------------------------------------------- */
+
+/* Of equals the first of the command line is the first. */
 static int by_name(const void *a, const void *b)
 {
-    return strcmp((*(const ibl_map *const *)a)->name,
-                  (*(const ibl_map *const *)b)->name);
+    const ibl_map *x = *(const ibl_map *const *)a;
+    const ibl_map *y = *(const ibl_map *const *)b;
+    const int order = strcmp(x->name, y->name);
+
+    return order ? order : (x > y) - (x < y);
 }
 
 /* Refuses two maps with the same outputs. */
 static bool check_names(const ibl_maps *maps, ibl_console *c)
 {
     const size_t count = (size_t)maps->count;
-    const ibl_map **order = malloc(count * sizeof *order);
+    const ibl_map **order = ibl_need(calloc(count + 1, sizeof *order));
     bool ok = true;
 
-    if (!order)
-        return ibl_console_fail(c, "no memory for the list of environments");
     for (size_t i = 0; i < count; i++)
         order[i] = &maps->list[i];
     qsort(order, count, sizeof *order, by_name);
@@ -233,10 +182,6 @@ static bool check_names(const ibl_maps *maps, ibl_console *c)
         const ibl_map *a = order[i - 1], *b = order[i];
         if (strcmp(a->name, b->name) != 0)
             continue;
-        if (a > b) { /* the first of the line is named first */
-            a = b;
-            b = order[i - 1];
-        }
         if (ibl_path_same(a->input, b->input) > 0)
             ok = ibl_console_fail(c, "%s and %s: are one file: give it once",
                                   a->input, b->input);
@@ -251,6 +196,34 @@ static bool check_names(const ibl_maps *maps, ibl_console *c)
     return ok;
 }
 
+static void free_map(ibl_map *m)
+{
+    free(m->input);
+    free(m->name);
+    free(m->printed);
+    free(m->rule);
+}
+
+/* Keeps every Nth map from the Kth on. */
+static bool take_shard(ibl_maps *maps, const ibl_shard *shard, ibl_console *c)
+{
+    const int count = maps->count;
+
+    if (shard->count > count)
+        return ibl_console_fail(c,
+                                "--shard %d/%d: there are %d environments: "
+                                "take at most %d shards",
+                                shard->number, shard->count, count, count);
+    maps->count = 0;
+    for (int i = 0; i < count; i++) {
+        if (ibl_shard_has(shard, i))
+            maps->list[maps->count++] = maps->list[i];
+        else
+            free_map(&maps->list[i]);
+    }
+    return true;
+}
+
 bool ibl_maps_list(const ibl_cmdline *line, ibl_console *console,
                    ibl_maps *maps)
 {
@@ -260,42 +233,19 @@ bool ibl_maps_list(const ibl_cmdline *line, ibl_console *console,
     for (int i = 0; i < line->given_count && ok; i++)
         ok = add_given(maps, line->given[i], o->recursive, console);
     ok = ok && (!o->from || add_list(maps, o->from, o->recursive, console));
-    if (ok && maps->count > 1 && ibl_is_given(&o->given, "name"))
-        return ibl_console_fail(console,
-                                "--name: is for one environment, and these are "
-                                "%d: leave it out",
-                                maps->count);
     if (ok && ibl_is_given(&o->given, "name")) {
-        ibl_map *m = maps->list; /* the only one */
-        char *name =
-            ibl_format("%.*s%s", (int)(ibl_path_name(m->name) - m->name),
-                       m->name, o->name);
-        free(m->name);
-        m->name = name;
-        ok = name || ibl_console_fail(console, "no memory for a name");
+        if (maps->count > 1)
+            return ibl_console_fail(console,
+                                    "--name: is for one environment, and these "
+                                    "are %d: leave it out",
+                                    maps->count);
+        char *name = maps->list->name;
+        maps->list->name = ibl_need(ibl_format(
+            "%.*s%s", (int)(ibl_path_name(name) - name), name, o->name));
+        free(name);
     }
-    return ok && check_names(maps, console);
-}
-
-static void free_map(ibl_map *m)
-{
-    free(m->input);
-    free(m->name);
-    free(m->printed);
-    free(m->rule);
-}
-
-void ibl_maps_keep(ibl_maps *maps, const int *owner, int shard)
-{
-    const int count = maps->count;
-
-    maps->count = 0;
-    for (int i = 0; i < count; i++) {
-        if (owner[i] == shard)
-            maps->list[maps->count++] = maps->list[i];
-        else
-            free_map(&maps->list[i]);
-    }
+    return ok && check_names(maps, console) &&
+           take_shard(maps, &o->shard, console);
 }
 
 void ibl_maps_free(ibl_maps *maps)

@@ -18,6 +18,7 @@
 
 #include "cli/batch.h"
 #include "common/path.h"
+#include "common/signals.h"
 #include "json/text.h"
 
 #define STAMP "iblbake stamp 2"
@@ -26,75 +27,62 @@ enum {
     IDENTITY_BYTES = 128
 };
 
+/* What a job is made of, and the files that it reads and makes. */
+typedef struct stamp {
+    char *folder, *path;         /* of all stamps; of this one */
+    char options[IBL_FILE_HASH]; /* hash of all that decides what is made */
+    ibl_files files;
+} stamp;
+
 /* Clocks of file systems tick up to every 10 ms. */
 #define TICK_SECONDS 0.02
 
-/* ---- what decides -------------------------------------------------------- */
-
-static bool hash_options(const ibl_job *r, ibl_isa isa,
-                         char hash[IBL_FILE_HASH])
+static void hash_options(const ibl_job *r, char hash[IBL_FILE_HASH])
 {
     const ibl_opts *o = r->opts;
     ibl_memory_file file;
-    FILE *to = ibl_memory_open(&file);
+    FILE *to = ibl_need(ibl_memory_open(&file));
 
-    if (!to)
-        return false;
-    ibl_print_settings(to, isa, &ibl_bake_command, &o->given);
+    ibl_print_settings(to, ibl_ctx_isa(r->ctx), &ibl_bake_command, &o->given);
     fprintf(to, "%s\nverify %d %.17g timings %d\n", o->input ? o->input : "",
             o->verify, o->max_error, o->timings);
     for (int i = 0; i < r->count; i++)
         if (r->sets[i].opts->of)
             fprintf(to, "%s\n", r->sets[i].opts->of->options);
-    char *text = ibl_memory_close(to, &file);
-    if (text)
-        ibl_hash_bytes(text, file.size, hash);
+    char *text = ibl_need(ibl_memory_close(to, &file));
+    ibl_hash_bytes(text, file.size, hash);
     free(text);
-    return text;
 }
 
-/* ---- files --------------------------------------------------------------- */
-
 /* The path of a map's stamp: in one folder, whatever folder its outputs are in.
- * NULL: no memory. */
+ */
 static char *stamp_path(const char *folder, const char *name)
 {
-    char *path = ibl_format("%s/%s.map", folder, name);
+    char *path = ibl_need(ibl_format("%s/%s.map", folder, name));
 
-    for (char *at = path ? path + strlen(folder) + 1 : ""; *at; at++)
+    for (char *at = path + strlen(folder) + 1; *at; at++)
         if (*at == '/')
             *at = '%';
     return path;
 }
 
-bool ibl_stamp_of(const ibl_job *r, ibl_isa isa, ibl_stamp *s)
+/* False, after a message: no file fits a pattern. */
+static bool begin(const ibl_job *r, stamp *s)
 {
     const ibl_opts *o = r->opts;
-    ibl_files files;
-    const bool ok = ibl_job_files(r, !o->input, &files);
 
-    *s = (ibl_stamp){.files = files.path,
-                     .count = files.count,
-                     .inputs = files.inputs,
-                     .directory = o->directory,
-                     .folder = ibl_path_join(o->directory, IBL_STAMPS),
-                     .held = -1};
-    if (s->folder)
-        s->path = o->input ? stamp_path(s->folder, o->below)
-                           : ibl_path_join(s->folder, "tables");
-    return ok && s->path && hash_options(r, isa, s->options);
+    *s = (stamp){.folder = ibl_need(ibl_path_join(o->directory, IBL_STAMPS))};
+    s->path = o->input ? stamp_path(s->folder, o->below)
+                       : ibl_need(ibl_path_join(s->folder, "tables"));
+    hash_options(r, s->options);
+    return ibl_job_files(r, !o->input, &s->files);
 }
 
-void ibl_stamp_free(ibl_stamp *s)
+static void end(stamp *s)
 {
-    for (int i = 0; i < s->count; i++)
-        free(s->files[i]);
-    if (s->path && s->held >= 0)
-        close(s->held);
-    free(s->files);
+    ibl_files_free(&s->files);
     free(s->path);
     free(s->folder);
-    *s = (ibl_stamp){0};
 }
 
 /* ---- the file ------------------------------------------------------------ */
@@ -108,8 +96,7 @@ static void identify(const struct stat *st, char text[IDENTITY_BYTES])
              st->st_ctim.tv_nsec, (unsigned long long)st->st_ino);
 }
 
-static bool is_same(const char *path, const char *hash, const char *identity,
-                    bool *moved)
+static bool is_same(const char *path, const char *hash, const char *identity)
 {
     char now[IDENTITY_BYTES], content[IBL_FILE_HASH];
     struct stat st;
@@ -117,13 +104,11 @@ static bool is_same(const char *path, const char *hash, const char *identity,
     if (stat(path, &st) || !S_ISREG(st.st_mode))
         return false;
     identify(&st, now);
-    if (!strcmp(now, identity))
-        return true;
-    *moved = true;
-    return !ibl_hash_file(path, content) && !strcmp(content, hash);
+    return !strcmp(now, identity) ||
+           (!ibl_hash_file(path, content) && !strcmp(content, hash));
 }
 
-bool ibl_stamp_holds(const ibl_stamp *s, bool *moved)
+static bool holds(const stamp *s)
 {
     char hash[IBL_FILE_HASH], identity[IDENTITY_BYTES];
     struct stat st;
@@ -131,23 +116,24 @@ bool ibl_stamp_holds(const ibl_stamp *s, bool *moved)
     FILE *from = there ? fopen(s->path, "r") : NULL;
     int count = 0;
 
-    *moved = false;
     if (!from)
         return false;
     bool same = fscanf(from, STAMP " %32s %d", hash, &count) == 2 &&
-                !strcmp(hash, s->options) && count == s->count;
-    for (int i = 0; i < s->count && same; i++)
+                !strcmp(hash, s->options) && count == s->files.count;
+    for (int i = 0; i < s->files.count && same; i++)
         same = fscanf(from, "%32s %127s%*[^\n]", hash, identity) == 2 &&
-               is_same(s->files[i], hash, identity, moved);
+               is_same(s->files.path[i], hash, identity);
     fclose(from);
     return same;
 }
 
-void ibl_stamp_hold(ibl_stamp *s)
+bool ibl_stamp_holds(const ibl_job *r)
 {
-    s->held = open(s->folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    while (s->held >= 0 && flock(s->held, LOCK_EX) && errno == EINTR)
-        continue;
+    stamp s;
+    const bool same = begin(r, &s) && holds(&s);
+
+    end(&s);
+    return same;
 }
 
 /* name: of an output, or "". A line break in it would end the line. */
@@ -166,35 +152,52 @@ static bool put_file(FILE *to, const char *path, const char *name, double since)
     return true;
 }
 
-/* An output's path below the directory. */
-static const char *below(const ibl_stamp *s, const char *path)
-{
-    path += strlen(s->directory);
-    return path + strspn(path, "/");
-}
-
-bool ibl_stamp_write(const ibl_stamp *s, double since, ibl_ctx *ctx)
+/* Writes the stamp, unless what is read changed after `since`, or cannot be
+ * hashed. held: a descriptor of the folder. */
+static bool write_stamp(const stamp *s, const ibl_job *r, double since,
+                        int held)
 {
     ibl_memory_file file;
-    FILE *to = ibl_memory_open(&file);
+    FILE *to = ibl_need(ibl_memory_open(&file));
     ibl_outputs *outputs = NULL;
-    bool known = to;
+    bool known = true, ok = true;
 
-    if (to)
-        fprintf(to, STAMP " %s %d\n", s->options, s->count);
-    for (int i = 0; i < s->count && known; i++)
-        known = i < s->inputs ? put_file(to, s->files[i], "", since)
-                              : put_file(to, s->files[i], below(s, s->files[i]),
-                                         HUGE_VAL);
-    char *text = ibl_memory_close(to, &file);
-    bool ok = !text || !known;
-    if (!ok && !ibl_outputs_create(ctx, 0, &outputs)) {
-        ibl_outputs_hold(outputs, s->held);
-        ok = !ibl_outputs_add(outputs, s->path, text, file.size) &&
-             !ibl_outputs_commit(outputs);
+    fprintf(to, STAMP " %s %d\n", s->options, s->files.count);
+    for (int i = 0; i < s->files.count && known; i++) {
+        const bool made = i >= s->files.inputs;
+        const char *below =
+            s->files.path[i] + (made ? strlen(r->opts->directory) : 0);
+        known = put_file(to, s->files.path[i],
+                         made ? below + strspn(below, "/") : "",
+                         made ? HUGE_VAL : since);
     }
-    ibl_outputs_free(outputs);
+    char *text = ibl_need(ibl_memory_close(to, &file));
+    if (known) {
+        ok = !ibl_outputs_create(r->ctx, 0, &outputs);
+        ibl_outputs_hold(outputs, held);
+        ok = ok && !ibl_outputs_add(outputs, s->path, text, file.size) &&
+             !ibl_outputs_commit(outputs);
+        ibl_outputs_free(outputs);
+    }
     free(text);
+    return ok;
+}
+
+bool ibl_stamp_commit(ibl_job *r, double since)
+{
+    stamp s;
+    int held = -1;
+    bool ok = begin(r, &s);
+
+    if (ok) {
+        held = open(s.folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        while (held >= 0 && flock(held, LOCK_EX) && errno == EINTR)
+            continue;
+        ok = ibl_job_commit(r) && write_stamp(&s, r, since, held);
+    }
+    if (held >= 0)
+        close(held);
+    end(&s);
     return ok;
 }
 
@@ -202,30 +205,28 @@ bool ibl_stamp_write(const ibl_stamp *s, double since, ibl_ctx *ctx)
 
 /* Removes a map's outputs that are as its stamp says, and their folders if
  * nothing else is there. False: one is another's now, or stays. */
-static bool remove_outputs(const char *directory, FILE *stamp,
+static bool remove_outputs(const char *directory, FILE *from,
                            ibl_console *console)
 {
     char hash[IBL_FILE_HASH], identity[IDENTITY_BYTES], name[4096];
-    bool ok = fscanf(stamp, STAMP " %32s %*d", hash) == 1, moved;
+    bool ok = fscanf(from, STAMP " %32s %*d", hash) == 1;
 
-    while (ok && fscanf(stamp, "%32s %127s", hash, identity) == 2) {
-        fgetc(stamp);
-        if (!fgets(name, sizeof name, stamp))
+    while (ok && fscanf(from, "%32s %127s", hash, identity) == 2) {
+        fgetc(from);
+        if (!fgets(name, sizeof name, from))
             break;
         name[strcspn(name, "\n")] = '\0';
-        char *path = *name ? ibl_path_join(directory, name) : NULL;
-        if (!path || access(path, F_OK)) {
-            free(path);
-            continue;
+        char *path = ibl_need(ibl_path_join(directory, name));
+        if (*name && !access(path, F_OK)) {
+            ok = is_same(path, hash, identity) && !unlink(path);
+            if (!ok)
+                ibl_console_warn(console,
+                                 "%s: its map is gone, but it changed since it "
+                                 "was made: remove it, if it is not needed",
+                                 path);
+            *strrchr(path, '/') = '\0';
+            rmdir(path);
         }
-        ok = is_same(path, hash, identity, &moved) && !unlink(path);
-        if (!ok)
-            ibl_console_warn(console,
-                             "%s: its map is gone, but it changed since it was "
-                             "made: remove it, if it is not needed",
-                             path);
-        *strrchr(path, '/') = '\0';
-        rmdir(path);
         free(path);
     }
     return ok;
@@ -234,25 +235,25 @@ static bool remove_outputs(const char *directory, FILE *stamp,
 int ibl_stamps_prune(const char *directory, const ibl_maps *maps,
                      ibl_console *console)
 {
-    char *folder = ibl_path_join(directory, IBL_STAMPS);
-    DIR *dir = folder ? opendir(folder) : NULL;
+    char *folder = ibl_need(ibl_path_join(directory, IBL_STAMPS));
+    DIR *dir = opendir(folder);
     const struct dirent *entry;
     int pruned = 0;
 
     while (dir && (entry = readdir(dir))) {
         const char *end = strrchr(entry->d_name, '.');
-        char *path = ibl_path_join(folder, entry->d_name);
-        bool known = !path || !end || strcmp(end, ".map") != 0;
+        char *path = ibl_need(ibl_path_join(folder, entry->d_name));
+        bool known = !end || strcmp(end, ".map") != 0;
         for (int i = 0; i < maps->count && !known; i++) {
             char *of = stamp_path(folder, maps->list[i].name);
-            known = !of || !strcmp(of, path);
+            known = !strcmp(of, path);
             free(of);
         }
-        FILE *stamp = known ? NULL : fopen(path, "r");
-        if (stamp && remove_outputs(directory, stamp, console))
+        FILE *from = known ? NULL : fopen(path, "r");
+        if (from && remove_outputs(directory, from, console))
             pruned += !unlink(path);
-        if (stamp)
-            fclose(stamp);
+        if (from)
+            fclose(from);
         free(path);
     }
     if (dir)

@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "cli/candidate.h"
+#include "common/signals.h"
 
 /* What a set is made of. */
 enum {
@@ -89,6 +90,7 @@ typedef struct search {
     values part[PARTS];
     made made[IBL_OUTPUT_COUNT][MADE];
     int made_count[IBL_OUTPUT_COUNT];
+    bool failed; /* after a message: all else is worth nothing */
 } search;
 
 static int value_of(const search *s, const pick *p, int part)
@@ -146,16 +148,18 @@ static bool set_options(const search *s, const pick *p, ibl_opts *o)
  */
 
 /* Halves the map while that is whole: means of two by two pixels. */
-static bool halve_map(search *s)
+static void halve_map(search *s)
 {
     s->map[0] = s->o->lights ? s->from->rest : s->from->env;
     for (s->scales = 1; s->scales < SCALES; s->scales++) {
         const ibl_image *from = &s->map[s->scales - 1];
         ibl_image *to = &s->map[s->scales];
         if (from->width < 128 || from->width % 2 || from->height % 2)
-            return true;
-        if (ibl_image_alloc(s->ctx, from->width / 2, from->height / 2, to))
-            return false;
+            return;
+        s->failed =
+            ibl_image_alloc(s->ctx, from->width / 2, from->height / 2, to);
+        if (s->failed)
+            return;
         const size_t row = 3 * (size_t)from->width;
         float *out = to->data;
         for (int y = 0; y < to->height; y++) {
@@ -164,7 +168,6 @@ static bool halve_map(search *s)
                 *out++ = 0.25F * (a[x] + a[x + 3] + b[x] + b[x + 3]);
         }
     }
-    return true;
 }
 
 /* The smallest map in which levels are those of the whole one, but for some
@@ -262,23 +265,23 @@ static double square(double x)
     return x * x;
 }
 
-static bool try_pick(search *s, pick *p)
+/* Measures a set, or sets s->failed. */
+static void try_pick(search *s, pick *p)
 {
     ibl_specular_layout l;
     ibl_measured m;
     ibl_opts o;
 
     p->error = HUGE_VAL;
-    if (!set_options(s, p, &o) ||
+    if (s->failed || !set_options(s, p, &o) ||
         ibl_specular_layout_of(&o.bake.specular_options, &l))
-        return true;
+        return;
     p->bytes = ibl_candidate_bytes(&o);
     if (s->fits)
         p->at[EDGE] = index_of(&s->part[EDGE], l.size);
-    if (!measure(s, &o, false, &m))
-        return false;
-    p->error = square(m.value[IBL_FIGURE_NRMSE]);
-    return true;
+    s->failed = !measure(s, &o, false, &m);
+    if (!s->failed)
+        p->error = square(m.value[IBL_FIGURE_NRMSE]);
 }
 
 /* ---- what may be chosen ---------------------------------------------------
@@ -358,7 +361,7 @@ static double worth(const search *s, const pick *p, double left)
 }
 
 /* Improves a set by steps of parts, if their bytes count, and of roughness. */
-static bool improve(search *s, int step, double left, pick *best)
+static void improve(search *s, int step, double left, pick *best)
 {
     static const int moves[][2] = {{-1, 0}, {1, 0},   {0, -1},    {0, 1},
                                    {1, 1},  {-1, -1}, {-STEPS, 0}};
@@ -384,8 +387,7 @@ static bool improve(search *s, int step, double left, pick *best)
                 if (!s->fits || (p.low == best->low && p.high == best->high))
                     continue;
             }
-            if (!try_pick(s, &p))
-                return false;
+            try_pick(s, &p);
             if (worth(s, &p, left) <
                 worth(s, best, left) - (part < PARTS ? 1e-4 : 0.01)) {
                 *best = p;
@@ -393,16 +395,16 @@ static bool improve(search *s, int step, double left, pick *best)
             }
         }
     }
-    return true;
 }
 
 /* The set that is as fine as by default, or finer, with levels for the
  * materials. */
-static bool make_fine(search *s, size_t usual, pick *fine)
+static pick make_fine(search *s, size_t usual)
 {
     const int low = (int)(0.6 * s->first * STEPS);
     pick p = {.low = low < SHARPEST ? 0 : low,
               .high = (int)fmin(1.1 * s->last * STEPS, STEPS)};
+    pick fine;
 
     for (int i = 0; i < PARTS; i++)
         p.at[i] = s->part[i].count - 1;
@@ -410,44 +412,45 @@ static bool make_fine(search *s, size_t usual, pick *fine)
     do {
         if (value_of(s, &p, LEVELS) == 1)
             p.low = p.high = (p.low + p.high) / 2;
-        if (!try_pick(s, &p))
-            return false;
+        try_pick(s, &p);
     } while (p.error == HUGE_VAL && p.at[LEVELS]-- > 0);
-    if (p.error == HUGE_VAL)
-        return ibl_console_fail((ibl_console *)&s->from->console,
-                                "--%s: leaves no levels of %dx%d or more to "
-                                "choose from: add --levels N, or take a larger "
-                                "one",
-                                ibl_is_given(&s->o->given, "roughness-range")
-                                    ? "roughness-range"
-                                    : "size",
-                                LEAST_EDGE, LEAST_EDGE);
-    if (!improve(s, 8, HUGE_VAL, &p) || !improve(s, 4, HUGE_VAL, &p))
-        return false;
+    if (p.error == HUGE_VAL) {
+        s->failed = true;
+        ibl_console_fail((ibl_console *)&s->from->console,
+                         "--%s: leaves no levels of %dx%d or more to choose "
+                         "from: add --levels N, or take a larger one",
+                         ibl_is_given(&s->o->given, "roughness-range")
+                             ? "roughness-range"
+                             : "size",
+                         LEAST_EDGE, LEAST_EDGE);
+        return p;
+    }
+    improve(s, 8, HUGE_VAL, &p);
+    improve(s, 4, HUGE_VAL, &p);
     /* Larger faces, beyond the default's bytes only for the error that was
      * asked. */
-    for (*fine = p; p.error > s->most; *fine = p.bytes <= usual ? p : *fine) {
+    for (fine = p; p.error > s->most; fine = p.bytes <= usual ? p : fine) {
         const int edge = p.at[EDGE];
         p.at[EDGE] += s->fits ? OCTAVE : 1;
         if (p.at[EDGE] >= s->part[EDGE].count)
-            return true;
+            return fine;
         pick mirror = p; /* which pays from some size on */
         mirror.low = 0;
-        if (!try_pick(s, &p) || (s->fits && !try_pick(s, &mirror)))
-            return false;
+        try_pick(s, &p);
+        if (s->fits)
+            try_pick(s, &mirror);
         if (s->fits && mirror.error < p.error)
             p = mirror;
         /* Of rough levels there are none as large as all edges. */
         if (p.at[EDGE] <= edge || p.bytes > s->most_bytes)
-            return true;
+            return fine;
     }
-    *fine = p;
-    return true;
+    return p;
 }
 
 /* Looks for the best set of a number of levels, from the smallest chain on with
  * which a set is near that is fine else. */
-static bool try_levels(search *s, const pick *fine, int levels, pick *best)
+static void try_levels(search *s, const pick *fine, int levels, pick *best)
 {
     pick p = *fine;
     ibl_opts o;
@@ -458,55 +461,53 @@ static bool try_levels(search *s, const pick *fine, int levels, pick *best)
     p.error = HUGE_VAL;
     for (int edge = 0; p.error >= 4 * s->most; edge += s->fits ? OCTAVE : 1) {
         if (edge >= s->part[EDGE].count)
-            return true;
+            return;
         p.at[EDGE] = edge;
         if (!set_options(s, &p, &o))
             continue;
         o.only &= 1u << IBL_OUTPUT_SPECULAR;
         if (ibl_candidate_bytes(&o) / 2 > best->bytes)
-            return true; /* texels may have half the bytes */
-        if (!try_pick(s, &p))
-            return false;
+            return; /* texels may have half the bytes */
+        try_pick(s, &p);
     }
     double left = 1;
     for (int step = 8; step; step /= 2, left /= 4) {
-        if (!improve(s, step, left, &p))
-            return false;
+        improve(s, step, left, &p);
         if (p.error >= s->most || worth(s, &p, left) > worth(s, best, left) + 1)
-            return true;
+            return;
     }
     if (p.bytes < best->bytes)
         *best = p;
-    return true;
 }
 
 /* ---- what was chosen ------------------------------------------------------
  */
 
-/* Adds rows of the parts, with what each adds to the error of a set that has
- * its finest value. */
-static bool tell(search *s, const pick *p, const ibl_opts *o, ibl_choice *c)
+/* What a part adds to the error of a set that has its finest value. */
+static const char *why(search *s, const pick *p, int part, char text[40])
+{
+    pick fine = *p;
+
+    fine.at[part] = s->part[part].count - 1;
+    if (!fine.at[part])
+        return "as asked";
+    try_pick(s, &fine);
+    snprintf(text, 40, "adds %.2g %% of error",
+             100 * sqrt(fmax(p->error - fine.error, 0)));
+    return text;
+}
+
+/* Adds rows of the parts. */
+static void tell(search *s, const pick *p, const ibl_opts *o, ibl_choice *c)
 {
     static const char *const of_f0[] = {"", ", for metals only",
                                         ", for dielectrics only"};
-    const char *pixel = o->engine ? ibl_engine_pixel(o->engine)
-                                  : ibl_pixel_name(o->texels.pixel);
     const int irradiance = value_of(s, p, IRRADIANCE);
-    char list[160] = "", why[PARTS][40];
+    char list[160] = "", text[40];
     ibl_specular_layout l;
 
     if (ibl_specular_layout_of(&o->bake.specular_options, &l))
-        return false;
-    for (int part = 0; part < PARTS; part++) {
-        pick fine = *p;
-        fine.at[part] = s->part[part].count - 1;
-        if (part > LEVELS && fine.at[part] && !try_pick(s, &fine))
-            return false;
-        snprintf(why[part], sizeof why[part], "as asked");
-        if (part > LEVELS && fine.at[part])
-            snprintf(why[part], sizeof why[part], "adds %.2g %% of error",
-                     100 * sqrt(fmax(p->error - fine.error, 0)));
-    }
+        return;
     for (int i = 0, used = 0; i < l.levels; i++)
         used += snprintf(list + used, sizeof list - (size_t)used, " %.3g",
                          l.roughness[i]);
@@ -516,30 +517,31 @@ static bool tell(search *s, const pick *p, const ibl_opts *o, ibl_choice *c)
     ibl_choice_add(c, true, "size", "%d\t%s", l.size,
                    s->part[EDGE].count > 1 ? "the smallest exact enough"
                                            : "as asked");
-    ibl_choice_add(c, true, "texels", "%s\t%s", pixel, why[PIXEL]);
-    if (irradiance)
-        ibl_choice_add(c, true, "irradiance", "%d\t%s", irradiance,
-                       why[IRRADIANCE]);
-    else
-        ibl_choice_add(c, true, "irradiance", "harmonics\t%s", why[IRRADIANCE]);
+    ibl_choice_add(c, true, "texels", "%s\t%s",
+                   o->engine ? ibl_engine_pixel(o->engine)
+                             : ibl_pixel_name(o->texels.pixel),
+                   why(s, p, PIXEL, text));
+    snprintf(list, sizeof list, irradiance ? "%d" : "harmonics", irradiance);
+    ibl_choice_add(c, true, "irradiance", "%s\t%s", list,
+                   why(s, p, IRRADIANCE, text));
     if (ibl_opts_want(o, IBL_OUTPUT_LUT))
-        ibl_choice_add(c, true, "BRDF table", "%d\t%s", o->lut.size, why[LUT]);
+        ibl_choice_add(c, true, "BRDF table", "%d\t%s", o->lut.size,
+                       why(s, p, LUT, text));
     if (s->lobes)
         ibl_choice_add(c, true, "lobe table", "%d\t%s%s", o->lobe_table_size,
-                       why[LOBES], of_f0[o->lobe_f0]);
-    return true;
+                       why(s, p, LOBES, text), of_f0[o->lobe_f0]);
 }
 
 /* What stands in the way of a smaller error than that of the finest set:
  * levels, if half their edge costs much, or what they are looked up by. */
-static bool tell_limit(search *s, const pick *fine, double least, ibl_choice *c)
+static void tell_limit(search *s, const pick *fine, double least, ibl_choice *c)
 {
     pick half = *fine;
 
     half.at[EDGE] -= s->fits ? OCTAVE : 1;
     half.error = HUGE_VAL;
-    if (half.at[EDGE] >= 0 && !try_pick(s, &half))
-        return false;
+    if (half.at[EDGE] >= 0)
+        try_pick(s, &half);
     ibl_choice_add(
         c, true, "limit", "%.3g %% cannot be reached, the least is %.3g %%\t%s",
         100 * c->asked, 100 * least,
@@ -550,7 +552,6 @@ static bool tell_limit(search *s, const pick *fine, double least, ibl_choice *c)
             ? "the levels: larger faces, or more of them, help"
             : "the levels, in the default's bytes: --rendered-error E may take "
               "more");
-    return true;
 }
 
 /* ---- the call -------------------------------------------------------------
@@ -580,7 +581,8 @@ static bool begin(search *s, const ibl_materials *m, ibl_choice *c)
     of.directions = SAMPLES;
     of.geometry = o->lut.geometry;
     of.materials = m;
-    if (!halve_map(s) ||
+    halve_map(s);
+    if (s->failed ||
         !ibl_truth_make(s->ctx, &s->from->env, o->bake.yaw_deg, &of,
                         &s->truth) ||
         !measure(s, o, true, &usual))
@@ -604,14 +606,13 @@ static bool begin(search *s, const ibl_materials *m, ibl_choice *c)
     return true;
 }
 
-static bool search_all(search *s, ibl_choice *c)
+static void search_all(search *s, ibl_choice *c)
 {
-    pick fine, best = {.bytes = SIZE_MAX};
+    pick best = {.bytes = SIZE_MAX};
     ibl_measured m;
     ibl_opts o;
 
-    if (!make_fine(s, c->usual_bytes, &fine))
-        return false;
+    const pick fine = make_fine(s, c->usual_bytes);
     double least = fmin(sqrt(fine.error), c->usual_error);
     c->reached = least <= c->asked;
     if (!c->reached) {
@@ -619,19 +620,19 @@ static bool search_all(search *s, ibl_choice *c)
         s->most = square(least + beyond);
         s->most_bytes = c->usual_bytes;
     }
-    for (int l = 0; l < s->part[LEVELS].count; l++)
-        if (!try_levels(s, &fine, l, &best))
-            return false;
+    for (int l = 0; l < s->part[LEVELS].count && !s->failed; l++)
+        try_levels(s, &fine, l, &best);
     if (best.bytes == SIZE_MAX && fine.error > s->most) {
         ibl_choice_add(c, true, "outputs", "as usual");
-        return true;
+        return;
     }
     if (best.bytes == SIZE_MAX)
         best = fine;
     /* The map was reduced for the search. */
     for (int i = 0;; i++, best.at[EDGE]++) {
-        if (!set_options(s, &best, &o) || !measure(s, &o, true, &m))
-            return false;
+        s->failed |= !set_options(s, &best, &o) || !measure(s, &o, true, &m);
+        if (s->failed)
+            return;
         best.error = square(m.value[IBL_FIGURE_NRMSE]);
         if (best.error <= s->most || i == OCTAVE ||
             best.at[EDGE] + 1 >= s->part[EDGE].count)
@@ -640,21 +641,17 @@ static bool search_all(search *s, ibl_choice *c)
     c->bytes = ibl_candidate_bytes(&o);
     c->error = m.value[IBL_FIGURE_NRMSE];
     c->standard_error = m.error[IBL_FIGURE_NRMSE];
-    least = fmin(least, c->error);
-    const bool ok =
-        tell(s, &best, &o, c) && (c->reached || tell_limit(s, &fine, least, c));
+    tell(s, &best, &o, c);
+    if (!c->reached)
+        tell_limit(s, &fine, fmin(least, c->error), c);
     *s->o = o;
-    return ok;
 }
 
 bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice)
 {
-    search *s = calloc(1, sizeof *s);
+    search *s = ibl_need(calloc(1, sizeof *s));
 
-    if (!s)
-        return ibl_console_fail((ibl_console *)&from->console,
-                                "no memory for the search");
     ibl_console_progress((ibl_console *)&from->console, "choice", 0);
     choice->asked = o->rendered_error;
     s->from = from;
@@ -666,14 +663,17 @@ bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
     s->fits = !ibl_is_given(&o->given, "mapping") &&
               !ibl_is_given(&o->given, "roughness-range") && !o->of &&
               !o->engine;
-    const bool ok = begin(s, materials, choice) && search_all(s, choice);
+    const bool ok = begin(s, materials, choice);
+    if (ok)
+        search_all(s, choice);
     for (int i = 1; i < SCALES; i++)
         ibl_image_free(&s->map[i]);
     for (int i = 0; i < IBL_OUTPUT_COUNT * MADE; i++)
         ibl_candidate_free(&s->made[i / MADE][i % MADE].set);
     ibl_truth_free(&s->truth);
+    const bool failed = s->failed;
     free(s);
-    return ok;
+    return ok && !failed;
 }
 
 /* ---- what follows from the materials alone --------------------------------

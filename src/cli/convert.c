@@ -269,7 +269,7 @@ static ibl_status set_keys(conversion *c, bool encoded)
         c->o->zstd ? writer : NULL,
         c->out.faces == 1 ? ibl_projection_name(c->layout) : NULL,
         blocks ? ibl_pixel_name(c->out.pixel) : NULL,
-        blocks ? ibl_quality_name(c->texels.quality) : NULL};
+        blocks ? ibl_quality_names[c->texels.quality] : NULL};
     for (int i = 0; i < c->in.key_count && !status; i++) {
         const ibl_key_value *pair = &c->in.keys[i];
         const int own = ibl_names_find(names, pair->key);

@@ -7,9 +7,10 @@
 #include "cli/probes.h"
 #include "common/names.h"
 #include "common/path.h"
+#include "common/signals.h"
 #include "json/text.h"
 
-const char *const ibl_capture_names[] = {"equirect", "cross", "faces", NULL};
+static const char *const capture_names[] = {"equirect", "cross", "faces", NULL};
 
 ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
 {
@@ -18,50 +19,39 @@ ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
 
 /* ---- captures ---------------------------------------------------------- */
 
-bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
-                     const char *file[IBL_FACES])
-{
-    int found = 0;
-    bool ok = true;
-
-    if (!ibl_json_object(at, ibl_capture_names))
-        return false;
-    if (json_object_size(at.value) != 1)
-        return ibl_json_wrong(at, "one of equirect, cross and faces");
-    while (!json_object_get(at.value, ibl_capture_names[found]))
-        found++;
-    *kind = (ibl_capture_kind)found;
-    const ibl_json_at files = ibl_json_member(&at, ibl_capture_names[found]);
-    if (*kind != IBL_CAPTURE_FACES)
-        return ibl_json_text_at(files, &file[0]);
-    if (json_array_size(files.value) != IBL_FACES)
-        return ibl_json_wrong(files, "an array of 6 files, +X -X +Y -Y +Z -Z");
-    for (size_t i = 0; i < IBL_FACES && ok; i++)
-        ok = ibl_json_text_at(ibl_json_element(&files, i), &file[i]);
-    return ok;
-}
-
 /* Joins the names of six faces by commas, as ibl_input_files takes them. */
 static bool take_capture(ibl_json_at at, ibl_capture *c)
 {
-    const char *file[IBL_FACES];
+    int kind = 0;
 
-    if (!ibl_set_capture(at, &c->kind, file))
+    if (!ibl_json_object(at, capture_names))
         return false;
-    const int count = c->kind == IBL_CAPTURE_FACES ? IBL_FACES : 1;
+    if (json_object_size(at.value) != 1)
+        return ibl_json_wrong(at, "one of equirect, cross and faces");
+    while (!json_object_get(at.value, capture_names[kind]))
+        kind++;
+    c->kind = (ibl_capture_kind)kind;
     snprintf(c->place, sizeof c->place, "%s", at.path);
-    for (int i = 0; i < count; i++) {
-        char *path = ibl_path_beside(at.file->name, file[i]), *all = c->name;
-        const bool comma = count > 1 && path && strchr(path, ',');
-        c->name = path && (all || !i)
-                      ? ibl_format("%s%s%s", i ? all : "", i ? "," : "", path)
-                      : NULL;
+    const ibl_json_at files = ibl_json_member(&at, capture_names[kind]);
+    const bool faces = c->kind == IBL_CAPTURE_FACES;
+    if (faces && json_array_size(files.value) != IBL_FACES)
+        return ibl_json_wrong(files, "an array of 6 files, +X -X +Y -Y +Z -Z");
+    for (size_t i = 0; i < (faces ? IBL_FACES : 1); i++) {
+        const char *file;
+        if (!ibl_json_text_at(faces ? ibl_json_element(&files, i) : files,
+                              &file))
+            return false;
+        char *path = ibl_need(ibl_path_beside(at.file->name, file));
+        char *all = c->name;
+        const bool comma = faces && strchr(path, ',');
+        c->name =
+            ibl_need(ibl_format("%s%s%s", i ? all : "", i ? "," : "", path));
         free(path);
         free(all);
         if (comma)
             return ibl_json_wrong(at, "faces without commas in their paths");
     }
-    return c->name != NULL;
+    return true;
 }
 
 /* ---- probes ------------------------------------------------------------ */
@@ -176,9 +166,7 @@ static bool take_set(ibl_json_at root, ibl_probe_set *set)
         !ibl_json_array(probes, 1, most))
         return false;
     const size_t count = json_array_size(probes.value);
-    set->entry = calloc(count + 1, sizeof *set->entry);
-    if (!set->entry)
-        return false;
+    set->entry = ibl_need(calloc(count + 1, sizeof *set->entry));
     for (size_t i = 0; i < count; i++) {
         const bool ok =
             take_probe(ibl_json_element(&probes, i), set, &set->entry[i]);

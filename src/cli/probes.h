@@ -20,9 +20,6 @@ typedef enum ibl_capture_kind {
     IBL_CAPTURE_FACES
 } ibl_capture_kind;
 
-/* "equirect", "cross", "faces", NULL */
-extern const char *const ibl_capture_names[];
-
 typedef struct ibl_capture {
     ibl_capture_kind kind;
     char *name; /* as in ibl_image_read, relative to the working directory */
@@ -67,11 +64,6 @@ void ibl_probe_set_free(ibl_probe_set *set);
 /* How a layer's alpha is read. The global environment's is ignored: there is
  * nothing behind it. */
 ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer);
-
-/* Checks and reads a capture: its kind and the names of its 1 or 6 files, as
- * they are in the JSON. */
-bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
-                     const char *file[IBL_FACES]);
 
 /* ---- options ------------------------------------------------------------ */
 
@@ -149,7 +141,7 @@ bool ibl_probes_fit(const ibl_probes_bake *p, int width, int height);
  * and says which influence would do. With --strict fails. */
 bool ibl_probes_check_walls(const ibl_probes_bake *p);
 
-/* The text of the index. The caller must free it; NULL: no memory. */
+/* The text of the index, which the caller must free. */
 char *ibl_probes_index_text(const ibl_probes_bake *p);
 
 /* Run the command; return the exit status. */

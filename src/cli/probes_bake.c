@@ -83,23 +83,19 @@ bool ibl_probes_fit(const ibl_probes_bake *p, int width, int height)
 
 /* ---- files -------------------------------------------------------------- */
 
-static bool name_files(ibl_probes_bake *p, const char *directory)
+static void name_files(ibl_probes_bake *p, const char *directory)
 {
     static const char *const stems[] = {"probes_specular", "probes_irradiance",
                                         "brdf_lut", "index"};
     const char *container = ibl_container_name(p->set.bake.container);
-    char name[64];
 
     for (int kind = 0; kind < IBL_PROBES_FILES; kind++) {
-        if (kind == IBL_PROBES_IRRADIANCE && !p->set.bake.options.irradiance)
-            continue;
+        char name[64];
         snprintf(name, sizeof name, "%s.%s", stems[kind],
                  kind == IBL_PROBES_INDEX ? "json" : container);
-        p->path[kind] = ibl_path_join(directory, name);
-        if (!p->path[kind])
-            return false;
+        if (kind != IBL_PROBES_IRRADIANCE || p->set.bake.options.irradiance)
+            p->path[kind] = ibl_need(ibl_path_join(directory, name));
     }
-    return true;
 }
 
 /* Fails if an output would replace this input. */
@@ -118,23 +114,19 @@ static bool check_input(const ibl_probes_bake *p, const char *input)
 static bool hash_inputs(ibl_probes_bake *p)
 {
     ibl_memory_file file;
-    FILE *to = ibl_memory_open(&file);
-    char *set = ibl_json_text(p->set.root), hash[IBL_FILE_HASH];
-    bool ok = to && set && check_input(p, p->input);
+    FILE *to = ibl_need(ibl_memory_open(&file));
+    char *set = ibl_need(ibl_json_text(p->set.root)), hash[IBL_FILE_HASH];
+    bool ok = check_input(p, p->input);
 
-    if (ok) {
-        ibl_print_settings(to, ibl_ctx_isa(p->ctx), &ibl_probes_command,
-                           &p->opts->given);
-        fputs(set, to);
-    }
+    ibl_print_settings(to, ibl_ctx_isa(p->ctx), &ibl_probes_command,
+                       &p->opts->given);
+    fputs(set, to);
+    free(set);
     for (int i = 0; i < p->set.layers && ok; i++) {
         const ibl_capture *c = &p->set.entry[i].capture;
-        char *files[IBL_FACES];
-        int count;
-        if (ibl_input_files(p->ctx, c->name, files, &count)) {
-            ok = false;
-            break;
-        }
+        char *files[IBL_FACES] = {0};
+        int count = 0;
+        ok = !ibl_input_files(p->ctx, c->name, files, &count);
         for (int k = 0; k < count && ok; k++) {
             ok = check_input(p, files[k]) &&
                  (!(errno = ibl_hash_file(files[k], hash)) ||
@@ -147,12 +139,10 @@ static bool hash_inputs(ibl_probes_bake *p)
         }
         ibl_input_files_free(files);
     }
-    free(set);
-    char *text = to ? ibl_memory_close(to, &file) : NULL;
-    if (text)
-        ibl_hash_bytes(text, file.size, p->hash);
+    char *text = ibl_need(ibl_memory_close(to, &file));
+    ibl_hash_bytes(text, file.size, p->hash);
     free(text);
-    return ok && text;
+    return ok;
 }
 
 /* Whether the files are there and those of the hash. One that is newer than the
@@ -210,7 +200,7 @@ static bool take_cube(ibl_probes_bake *p, ibl_probes_kind kind, int layer,
         ibl_overflow_add(&report.level[i], &l->beyond);
         l->dark = fmax(l->dark, error[i].lost);
         if (kind == IBL_PROBES_SPECULAR)
-            append(&l->errors, ibl_json_pixel_error(&error[i]));
+            json_array_append_new(l->errors, ibl_json_pixel_error(&error[i]));
     }
     return ok;
 }
@@ -222,8 +212,22 @@ static json_t *alpha_harmonics(const double *sh)
 
     for (int l = 0; l <= IBL_PROBES_SH_DEGREE; l++)
         for (int i = l * l; i < (l + 1) * (l + 1); i++)
-            append(&list, json_real(ibl_sh_cosine(l) * sh[3 * i] + 0.0));
+            json_array_append_new(
+                list, json_real(ibl_sh_cosine(l) * sh[3 * i] + 0.0));
     return list;
+}
+
+/* What the index has of a layer beside its probe. */
+static json_t *note_of(const ibl_bake_result *colour,
+                       const ibl_bake_result *alpha, const loss *l, bool blocks)
+{
+    return json_pack(
+        "{sI so* sO* so* so*}", "saturated", (json_int_t)l->values, "beyond",
+        l->beyond.texels ? ibl_json_overflow(&l->beyond) : NULL, "pixel_error",
+        blocks ? l->errors : NULL, "sh",
+        colour->sh ? ibl_json_harmonics(colour->sh, IBL_PROBES_SH_DEGREE, true)
+                   : NULL,
+        "alpha_sh", alpha->sh ? alpha_harmonics(alpha->sh) : NULL);
 }
 
 static bool bake_layer(ibl_probes_bake *p, int layer)
@@ -252,16 +256,7 @@ static bool bake_layer(ibl_probes_bake *p, int layer)
     snprintf(name, sizeof name, "%s: %s", p->input, e->capture.place);
     ibl_warn_of_overflow(p->console, name, texels, NULL, false, &l.beyond);
     ibl_warn_of_underflow(p->console, name, pixel, l.dark);
-    e->note = json_pack("{sI}", "saturated", (json_int_t)l.values);
-    if (l.beyond.texels)
-        put(&e->note, "beyond", ibl_json_overflow(&l.beyond));
-    if (ibl_pixel_block(texels->pixel) > 1)
-        put(&e->note, "pixel_error", json_incref(l.errors));
-    if (colour.sh)
-        put(&e->note, "sh",
-            ibl_json_harmonics(colour.sh, IBL_PROBES_SH_DEGREE, true));
-    if (alpha.sh)
-        put(&e->note, "alpha_sh", alpha_harmonics(alpha.sh));
+    e->note = note_of(&colour, &alpha, &l, ibl_pixel_block(texels->pixel) > 1);
     json_decref(l.errors);
     ibl_bake_result_free(&colour);
     ibl_bake_result_free(&alpha);
@@ -269,7 +264,7 @@ static bool bake_layer(ibl_probes_bake *p, int layer)
         ibl_console_info(p->console, "layer %d: %s: baked%s", layer,
                          *e->name ? e->name : "(global)",
                          e->alpha ? ", with alpha" : "");
-    return ok && e->note;
+    return ok;
 }
 
 /* ---- outputs ------------------------------------------------------------ */
@@ -313,18 +308,7 @@ static bool put_lut(ibl_probes_bake *p)
     return ok;
 }
 
-/* Writes the index when all else is written, so that nothing is newer. */
-static bool put_index(ibl_probes_bake *p)
-{
-    char *text = ibl_probes_index_text(p);
-    const bool ok = text && !ibl_outputs_wait(p->outputs) &&
-                    !ibl_outputs_add(p->outputs, p->path[IBL_PROBES_INDEX],
-                                     text, strlen(text));
-
-    free(text);
-    return ok;
-}
-
+/* The index is written when all else is, so that nothing is newer. */
 static bool put_files(ibl_probes_bake *p)
 {
     bool ok = true;
@@ -332,8 +316,14 @@ static bool put_files(ibl_probes_bake *p)
     for (int kind = 0; kind < IBL_PROBES_LUT && ok; kind++)
         ok = !p->path[kind] ||
              put_texture(p, (ibl_probes_kind)kind, &p->array[kind]);
-    return ok && put_lut(p) && put_index(p) &&
-           ibl_console_commit(p->console, p->outputs);
+    if (!ok || !put_lut(p) || ibl_outputs_wait(p->outputs))
+        return false;
+    char *index = ibl_probes_index_text(p);
+    ok = !ibl_outputs_add(p->outputs, p->path[IBL_PROBES_INDEX], index,
+                          strlen(index)) &&
+         ibl_console_commit(p->console, p->outputs);
+    free(index);
+    return ok;
 }
 
 /* ---- the command ------------------------------------------------------- */
@@ -347,8 +337,10 @@ static bool bake_set(const ibl_probes_opts *opts, const char *input,
 
     ibl_console_progress(console, "look", 0);
     bool ok = ibl_probe_set_read(input, console, &p.set) && find_options(&p) &&
-              ibl_probes_check_walls(&p) && name_files(&p, directory) &&
-              hash_inputs(&p);
+              ibl_probes_check_walls(&p);
+    if (ok)
+        name_files(&p, directory);
+    ok = ok && hash_inputs(&p);
     const bool kept = ok && is_kept(&p);
     if (ok && !kept)
         ok = !ibl_outputs_create(ctx, opts->sync, &p.outputs) &&
@@ -401,13 +393,12 @@ int ibl_probes_run(const void *settings)
     bool ok = check_names(opts, &console) &&
               !ibl_start(&opts->common, &console, &ctx);
     for (int i = 0; i < opts->count && ok; i++) {
-        if (shard->count && i % shard->count + 1 != shard->number)
+        if (!ibl_shard_has(shard, i))
             continue;
         if (opts->count > 1)
             ibl_stem(opts->input[i], stem, sizeof stem);
-        char *directory = ibl_path_join(opts->output, stem);
-        ok = directory &&
-             bake_set(opts, opts->input[i], directory, &console, ctx);
+        char *directory = ibl_need(ibl_path_join(opts->output, stem));
+        ok = bake_set(opts, opts->input[i], directory, &console, ctx);
         free(directory);
     }
     const int status = ibl_console_end(&console, ok);

@@ -20,14 +20,9 @@ typedef struct grid {
     int counts[3];
     double cell[3];
     const char *name;
-    ibl_capture_kind kind;
-    const char *capture[IBL_FACES]; /* as in ibl_set_capture */
-    double (*solid)[2][3];          /* low and high corners of boxes */
+    double (*solid)[2][3]; /* low and high corners of boxes */
     size_t solids;
     double blend;
-    int priority;
-    json_t *probes; /* of the new set */
-    int made, skipped;
 } grid;
 
 /* ---- reading ----------------------------------------------------------- */
@@ -102,21 +97,21 @@ static bool take_solid(ibl_json_at at, grid *g)
     const size_t count = json_array_size(at.value);
     bool ok = ibl_json_array(at, 0, 1000000);
 
-    g->solid = calloc(count + 1, sizeof *g->solid);
-    for (; ok && g->solid && g->solids < count; g->solids++) {
+    g->solid = ibl_need(calloc(count + 1, sizeof *g->solid));
+    for (; ok && g->solids < count; g->solids++) {
         const ibl_json_at box = ibl_json_element(&at, g->solids);
         ok = ibl_json_object(box, keys) &&
              take_box(box, g->solid[g->solids][0], g->solid[g->solids][1]);
     }
-    return ok && g->solid;
+    return ok;
 }
 
+/* What probes take over as it is, is checked when the set is baked. */
 static bool take_grid(ibl_json_at root, grid *g)
 {
     static const char *const keys[] = {
         "version", "min",   "max",      "spacing",  "counts", "solid", "name",
         "capture", "blend", "priority", "defaults", "global", "proxy", NULL};
-    ibl_volume volume;
     int version;
 
     if (ibl_json_member(&root, "probes").value)
@@ -126,17 +121,12 @@ static bool take_grid(ibl_json_at root, grid *g)
                       IBL_SET_VERSION, &version) ||
         !take_box(root, g->low, g->high) || !take_cells(root, g) ||
         !take_solid(ibl_json_optional(&root, "solid"), g) ||
-        !take_name(ibl_json_optional(&root, "name"), g) ||
-        !ibl_set_capture(ibl_json_optional(&root, "capture"), &g->kind,
-                         g->capture))
+        !take_name(ibl_json_optional(&root, "name"), g))
         return false;
     const double least = fmin(g->cell[0], fmin(g->cell[1], g->cell[2]));
     g->blend = least / 2;
     return ibl_json_real(ibl_json_optional(&root, "blend"), 0, least, false,
-                         &g->blend) &&
-           ibl_json_int(ibl_json_optional(&root, "priority"),
-                        -IBL_JSON_PRIORITY, IBL_JSON_PRIORITY, &g->priority) &&
-           ibl_json_volume(ibl_json_optional(&root, "proxy"), &volume);
+                         &g->blend);
 }
 
 /* ---- making ------------------------------------------------------------ */
@@ -154,22 +144,20 @@ static bool is_solid(const grid *g, const double p[3])
     return false;
 }
 
-/* The capture of a probe, with its name for {name}; NULL: no memory. */
-static json_t *make_capture(const grid *g, const char *name)
+/* Fills {name} in, in all strings. */
+static void fill(json_t *j, const ibl_placeholder *name)
 {
-    const ibl_placeholder holder = {"name", name};
-    const bool faces = g->kind == IBL_CAPTURE_FACES;
-    json_t *files = json_array();
+    const char *key;
+    json_t *part;
+    size_t i;
 
-    for (int i = 0; i < (faces ? IBL_FACES : 1); i++) {
-        char *file = ibl_words_fill(g->capture[i], &holder, 1);
-        append(&files, file ? json_string(file) : NULL);
-        free(file);
+    if (json_is_string(j)) {
+        char *text = ibl_need(ibl_words_fill(json_string_value(j), name, 1));
+        json_string_set(j, text);
+        free(text);
     }
-    json_t *capture = json_pack("{sO}", ibl_capture_names[g->kind],
-                                faces ? files : json_array_get(files, 0));
-    json_decref(files);
-    return capture;
+    json_array_foreach(j, i, part) fill(part, name);
+    json_object_foreach(j, key, part) fill(part, name);
 }
 
 static double middle(const grid *g, int axis, int at)
@@ -200,9 +188,13 @@ static double reach(const grid *g, const int at[3], int axis, int side)
     return g->blend + g->cell[axis] / (free[1] ? 2 : 1);
 }
 
-/* Adds a probe in the middle p of its cell. */
-static void add_probe(grid *g, const int at[3], const double p[3])
+/* A probe in the middle p of its cell. */
+static json_t *make_probe(const grid *g, const int at[3], const double p[3])
 {
+    const json_t *given = json_object_get(g->root.value, "capture");
+    json_t *capture =
+        given ? json_deep_copy(given)
+              : json_pack("{ss}", "equirect", "captures/{name}.exr");
     char number[3][16];
     const ibl_placeholder holders[] = {
         {"x", number[0]}, {"y", number[1]}, {"z", number[2]}};
@@ -214,58 +206,49 @@ static void add_probe(grid *g, const int at[3], const double p[3])
         centre[k] = p[k] + (above - below) / 2;
         half[k] = (g->cell[k] + above + below) / 2;
     }
-    char *name = ibl_words_fill(g->name, holders, 3);
+    char *name = ibl_need(ibl_words_fill(g->name, holders, 3));
+    fill(capture, &(ibl_placeholder){"name", name});
     json_t *probe =
-        name ? json_pack("{ss s[fff] so s{s{s[fff] s[fff]}} sf sO*}", "name",
-                         name, "position", p[0], p[1], p[2], "capture",
-                         make_capture(g, name), "influence", "box", "centre",
-                         centre[0], centre[1], centre[2], "half", half[0],
-                         half[1], half[2], "blend", g->blend, "proxy",
-                         json_object_get(g->root.value, "proxy"))
-             : NULL;
+        json_pack("{ss s[fff] so s{s{s[fff] s[fff]}} sf sO* sO*}", "name", name,
+                  "position", p[0], p[1], p[2], "capture", capture, "influence",
+                  "box", "centre", centre[0], centre[1], centre[2], "half",
+                  half[0], half[1], half[2], "blend", g->blend, "proxy",
+                  json_object_get(g->root.value, "proxy"), "priority",
+                  json_object_get(g->root.value, "priority"));
     free(name);
-    if (g->priority)
-        put(&probe, "priority", json_integer(g->priority));
-    append(&g->probes, probe);
+    return probe;
 }
 
-/* The text of a set with a probe in each free cell, x fastest, then y, then z.
- * NULL after a line on stderr, or without memory. */
-static char *make_set(grid *g)
+/* A probe in each free cell, x fastest, then y, then z. NULL after a message.
+ */
+static json_t *make_probes(const grid *g)
 {
-    const int *n = g->counts;
+    const int *n = g->counts, cells = n[0] * n[1] * n[2];
+    json_t *probes = json_array();
 
-    g->probes = json_array();
-    for (int cell = 0; cell < n[0] * n[1] * n[2]; cell++) {
+    for (int cell = 0; cell < cells; cell++) {
         const int at[3] = {cell % n[0], cell / n[0] % n[1], cell / n[0] / n[1]};
         double p[3];
         for (int k = 0; k < 3; k++)
             p[k] = middle(g, k, at[k]);
-        if (is_solid(g, p)) {
-            g->skipped++;
+        if (is_solid(g, p))
             continue;
-        }
-        if (++g->made > IBL_MAX_PROBES) {
+        if (json_array_size(probes) == IBL_MAX_PROBES) {
             ibl_json_complain(g->root,
                               "expected a grid of at most %d probes, found "
                               "more: choose a wider spacing",
                               IBL_MAX_PROBES);
-            break;
+            json_decref(probes);
+            return NULL;
         }
-        add_probe(g, at, p);
+        json_array_append_new(probes, make_probe(g, at, p));
     }
-    if (!g->made)
-        ibl_json_complain(g->root,
-                          "expected a cell that is free, found all %d solid",
-                          g->skipped);
-    json_t *set = json_pack(
-        "{si sO* sO* so}", "version", IBL_SET_VERSION, "defaults",
-        json_object_get(g->root.value, "defaults"), "global",
-        json_object_get(g->root.value, "global"), "probes", g->probes);
-    const bool ok = g->made && g->made <= IBL_MAX_PROBES;
-    char *text = ok ? ibl_json_text(set) : NULL;
-    json_decref(set);
-    return text;
+    if (json_array_size(probes))
+        return probes;
+    json_decref(probes);
+    ibl_json_complain(
+        g->root, "expected a cell that is free, found all %d solid", cells);
+    return NULL;
 }
 
 /* ---- the command -------------------------------------------------------- */
@@ -295,21 +278,34 @@ int ibl_probes_grid(const ibl_probes_opts *opts)
     ibl_console console;
     ibl_json_file file = {
         .name = opts->input[0], .fail = ibl_console_error, .cookie = &console};
-    grid g = {.capture = {"captures/{name}.exr"}};
+    grid g = {0};
+    json_t *probes = NULL;
 
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
     bool ok = ibl_json_open(&file);
     g.root = ibl_json_root(&file);
-    char *text = ok && take_grid(g.root, &g) ? make_set(&g) : NULL;
-    ok = text && (!opts->output || write_set(opts, &console, text));
-    if (ok && !opts->output)
-        fputs(text, stdout);
+    ok = ok && take_grid(g.root, &g) && (probes = make_probes(&g));
+    if (ok) {
+        json_t *set = json_pack(
+            "{si sO* sO* sO}", "version", IBL_SET_VERSION, "defaults",
+            json_object_get(g.root.value, "defaults"), "global",
+            json_object_get(g.root.value, "global"), "probes", probes);
+        char *text = ibl_need(ibl_json_text(set));
+        if (opts->output)
+            ok = write_set(opts, &console, text);
+        else
+            fputs(text, stdout);
+        free(text);
+        json_decref(set);
+    }
     const int status = ibl_console_end(&console, ok);
+    const int placed = (int)json_array_size(probes);
     if (ok)
         ibl_console_info(&console, "placed %d probes, left out %d solid cells",
-                         g.made, g.skipped);
+                         placed,
+                         g.counts[0] * g.counts[1] * g.counts[2] - placed);
+    json_decref(probes);
     json_decref(file.root);
     free(g.solid);
-    free(text);
     return status;
 }

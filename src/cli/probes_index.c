@@ -2,6 +2,7 @@
 /* The text of a set's index, as iblbake-probes(1) describes it. */
 #include "cli/probes.h"
 #include "common/path.h"
+#include "common/signals.h"
 #include "json/json_text.h"
 
 enum {
@@ -28,8 +29,8 @@ static json_t *files(const ibl_probes_bake *p)
             kind == IBL_PROBES_SPECULAR ? p->layout.levels : 1, "layers",
             lut ? 1 : p->set.layers);
         if (bake->zstd)
-            put(&file, "zstd", json_integer(bake->zstd));
-        put(&j, keys[kind], file);
+            json_object_set_new(file, "zstd", json_integer(bake->zstd));
+        json_object_set_new(j, keys[kind], file);
     }
     return j;
 }
@@ -41,7 +42,7 @@ static json_t *specular(const ibl_specular_options *options,
     json_t *roughness = json_array();
 
     for (int l = 0; l < layout->levels; l++)
-        append(&roughness, json_real(layout->roughness[l]));
+        json_array_append_new(roughness, json_real(layout->roughness[l]));
     return json_pack(
         "{ss ss so ss sf sf}", "lobe", ibl_lobe_name(options->lobe), "mapping",
         ibl_roughness_map_name(options->mapping), "roughness", roughness, "lod",
@@ -59,10 +60,10 @@ static json_t *entry(const ibl_probes_bake *p, int i)
                           "layer", i);
 
     if (i < p->set.count) {
-        put_all(&j, ibl_json_probe_of(&e->probe));
-        put(&j, "alpha", json_boolean(e->alpha));
+        json_object_update_new(j, ibl_json_probe_of(&e->probe));
+        json_object_set_new(j, "alpha", json_boolean(e->alpha));
     }
-    put_all(&j, json_incref(e->note));
+    json_object_update(j, e->note);
     return j;
 }
 
@@ -71,24 +72,23 @@ char *ibl_probes_index_text(const ibl_probes_bake *p)
     const ibl_bake_options *options = &p->set.bake.options;
     json_t *probes = json_array();
     json_t *irradiance =
-        json_pack("{ss ss}", "kind", options->irradiance ? "cube" : "sh",
-                  "scale", "E/pi");
+        options->irradiance
+            ? json_pack("{ss ss}", "kind", "cube", "scale", "E/pi")
+            : json_pack("{ss ss si}", "kind", "sh", "scale", "E/pi", "degree",
+                        IBL_PROBES_SH_DEGREE);
 
-    if (!options->irradiance)
-        put(&irradiance, "degree", json_integer(IBL_PROBES_SH_DEGREE));
     for (int i = 0; i < p->set.count; i++)
-        append(&probes, entry(p, i));
+        json_array_append_new(probes, entry(p, i));
     json_t *root = json_pack(
-        "{si so ss so so so so}", "version", VERSION, "generator",
+        "{si so ss so so so so so* ss}", "version", VERSION, "generator",
         ibl_json_generator(ibl_ctx_isa(p->ctx), ibl_version_revision()),
         "world", "right-handed, +Y up; faces +X -X +Y -Y +Z -Z, row 0 on top",
         "files", files(p), "specular",
         specular(&options->specular_options, &p->layout), "irradiance",
-        irradiance, "probes", probes);
-    if (p->set.layers > p->set.count)
-        put(&root, "global", entry(p, p->set.count));
-    put(&root, "hash", json_string(p->hash));
-    char *text = ibl_json_text(root);
+        irradiance, "probes", probes, "global",
+        p->set.layers > p->set.count ? entry(p, p->set.count) : NULL, "hash",
+        p->hash);
+    char *text = ibl_need(ibl_json_text(root));
     json_decref(root);
     return text;
 }

@@ -136,7 +136,7 @@ bool ibl_probes_defaults(ibl_json_at at, ibl_set_bake *bake)
         const ibl_option *o = i < SETTINGS ? &settings[i] : &more[i - SETTINGS];
         const ibl_json_at m = ibl_json_optional(&at, o->name);
         void *field = field_of(o, bake);
-        char text[IBL_NUMBER_BYTES];
+        char text[32];
         keys[i] = o->name;
         if (o->kind == IBL_OPTION_INT) {
             ok = ibl_json_int(m, (int)o->low, (int)o->high, field);
@@ -146,7 +146,8 @@ bool ibl_probes_defaults(ibl_json_at at, ibl_set_bake *bake)
             ok = ibl_json_choice(m, o->choices, field);
         } else if (m.value) {
             const char *word = json_string_value(m.value);
-            ibl_number_text((double)json_integer_value(m.value), text);
+            snprintf(text, sizeof text, "%" JSON_INTEGER_FORMAT,
+                     json_integer_value(m.value));
             ok = o->parse(field, word ? word : text) ||
                  ibl_json_wrong(m, "%s", o->allowed);
         }

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/shard.h"
 
-#include <stdlib.h>
-
 #include "common/option.h"
 
 bool ibl_shard_parse(void *shard, const char *value)
@@ -19,39 +17,7 @@ bool ibl_shard_parse(void *shard, const char *value)
     return true;
 }
 
-typedef struct item {
-    uint64_t pixels;
-    int index;
-} item;
-
-static int compare(const void *a, const void *b)
+bool ibl_shard_has(const ibl_shard *shard, int i)
 {
-    const item *x = a, *y = b;
-
-    return x->pixels != y->pixels
-               ? (x->pixels < y->pixels ? 1 : -1)
-               : (x->index > y->index) - (x->index < y->index);
-}
-
-bool ibl_shard_deal(const uint64_t *pixels, int count, int shards, int *owner)
-{
-    item *order = malloc((size_t)count * sizeof *order);
-    uint64_t *load = calloc((size_t)shards, sizeof *load);
-    const bool ok = order && load;
-
-    for (int i = 0; i < count && ok; i++)
-        order[i] = (item){pixels[i], i};
-    if (ok)
-        qsort(order, (size_t)count, sizeof *order, compare);
-    for (int i = 0; i < count && ok; i++) {
-        int least = 0;
-        for (int s = 1; s < shards; s++)
-            if (load[s] < load[least])
-                least = s;
-        load[least] += order[i].pixels;
-        owner[order[i].index] = least + 1;
-    }
-    free(order);
-    free(load);
-    return ok;
+    return !shard->count || i % shard->count + 1 == shard->number;
 }

@@ -5,7 +5,6 @@
 #define CLI_SHARD_H
 
 #include <stdbool.h>
-#include <stdint.h>
 
 enum {
     IBL_MOST_SHARDS = 65536
@@ -20,9 +19,8 @@ typedef struct ibl_shard {
 /* Parses "K/N" into an ibl_shard. */
 bool ibl_shard_parse(void *shard, const char *value);
 
-/* Deals items to shards: the largest first, each to the shard with the fewest
- * pixels so far, of equals to the first. owner gets the number of each item's
- * shard, from 1. False: no memory. */
-bool ibl_shard_deal(const uint64_t *pixels, int count, int shards, int *owner);
+/* Whether a shard has item i of a command: every count-th, from the number-th
+ * on; all without --shard. */
+bool ibl_shard_has(const ibl_shard *shard, int i);
 
 #endif

@@ -82,21 +82,14 @@ const ibl_option *ibl_option_find(const ibl_command *cmd, const char *name,
     return opt;
 }
 
+/* Refuses a word behind one or two dashes; names the option that is like it. */
 static bool unknown(const ibl_command *cmd, const char *dashes,
                     const char *word, size_t length)
-{
-    return ibl_misuse("%s%.*s: unknown option: see %s%s%s --help", dashes,
-                      (int)length, word, ibl_this_program.name,
-                      cmd->name ? " " : "", cmd->name ? cmd->name : "");
-}
-
-static bool unknown_long(const ibl_command *cmd, const char *word,
-                         size_t length)
 {
     const ibl_option *opt, *nearest = NULL;
     size_t least = length / 3 + 2;
 
-    for (int n = 0; (opt = ibl_option_at(cmd, n)); n++) {
+    for (int n = 0; dashes[1] && (opt = ibl_option_at(cmd, n)); n++) {
         const size_t d = distance(opt->name, word, length);
         if (d < least) {
             least = d;
@@ -106,7 +99,9 @@ static bool unknown_long(const ibl_command *cmd, const char *word,
     if (nearest)
         return ibl_misuse("--%.*s: unknown option: did you mean --%s?",
                           (int)length, word, nearest->name);
-    return unknown(cmd, "--", word, length);
+    return ibl_misuse("%s%.*s: unknown option: see %s%s%s --help", dashes,
+                      (int)length, word, ibl_this_program.name,
+                      cmd->name ? " " : "", cmd->name ? cmd->name : "");
 }
 
 bool ibl_number_int(const char *text, int low, int high, int *n,
@@ -160,17 +155,14 @@ int ibl_number_list(const char *text, char between, double low, double high,
 _Static_assert(sizeof(ibl_option_kind) == sizeof(int),
                "enumerations are not as wide as an int");
 
-static bool ends_in_png(const char *name)
-{
-    const size_t length = strlen(name);
-    return length > 4 && !strcasecmp(name + length - 4, ".png");
-}
-
 static bool set_text(const ibl_option *opt, void *field, const char *value)
 {
-    if (!*value)
+    const size_t length = strlen(value);
+
+    if (!length)
         return ibl_misuse("--%s: is empty: it takes %s", opt->name, opt->value);
-    if (opt->kind == IBL_OPTION_PNG && !ends_in_png(value))
+    if (opt->kind == IBL_OPTION_PNG &&
+        (length < 5 || strcasecmp(value + length - 4, ".png") != 0))
         return ibl_misuse("--%s %s: pictures are PNG files: give a name that "
                           "ends in .png",
                           opt->name, value);
@@ -208,7 +200,7 @@ static void note(line *l, const ibl_option *opt, const char *value)
 }
 
 /* Stores the value of an option; value is NULL for a flag. */
-static bool store(line *l, const ibl_option *opt, const char *value)
+static bool set(line *l, const ibl_option *opt, const char *value)
 {
     void *field = (char *)l->settings + opt->offset;
     const char *end = "";
@@ -216,6 +208,7 @@ static bool store(line *l, const ibl_option *opt, const char *value)
     bool ok = false;
     int choice;
 
+    note(l, opt, value);
     switch (opt->kind) {
     case IBL_OPTION_HELP:
     case IBL_OPTION_PRINT:
@@ -256,12 +249,6 @@ static bool store(line *l, const ibl_option *opt, const char *value)
                       opt->name, quote, value, quote, allowed);
 }
 
-static bool set(line *l, const ibl_option *opt, const char *value)
-{
-    note(l, opt, value);
-    return store(l, opt, value);
-}
-
 static bool no_value(const ibl_option *opt)
 {
     char allowed[160];
@@ -279,7 +266,7 @@ static bool take_long(line *l, const char *word)
     const char *value = word[length] ? word + length + 1 : NULL;
 
     if (!opt)
-        return unknown_long(l->cmd, word, length);
+        return unknown(l->cmd, "--", word, length);
     if (!opt->value && value)
         return ibl_misuse("--%s=%s: the option takes no value: leave out =%s",
                           opt->name, value, value);

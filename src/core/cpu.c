@@ -2,7 +2,6 @@
 #define _GNU_SOURCE
 #include "core/cpu.h"
 
-#include <fcntl.h>
 #include <limits.h>
 #include <sched.h>
 #include <stdint.h>
@@ -44,18 +43,6 @@ const char *ibl_isa_arithmetic(ibl_isa isa)
     return isa == IBL_ISA_AVX2 || isa == IBL_ISA_NEON ? "fused" : "plain";
 }
 
-/* Reads a small system file as text; false if it is missing or empty. */
-static bool read_text(const char *path, char *text, size_t size)
-{
-    const int fd = open(path, O_RDONLY | O_CLOEXEC);
-    if (fd < 0)
-        return false;
-    const ssize_t n = read(fd, text, size - 1);
-    close(fd);
-    text[n > 0 ? n : 0] = '\0';
-    return n > 0;
-}
-
 /* The tighter of two limits; 0 means none. */
 static uint64_t tighter(uint64_t a, uint64_t b)
 {
@@ -66,32 +53,36 @@ static uint64_t tighter(uint64_t a, uint64_t b)
  * 0: "max", or there is no such file, as of a container's parents. */
 static uint64_t limit_of(const char *path)
 {
-    char text[64];
-    unsigned long long limit = 0, period = 1;
+    unsigned long long limit, period = 1;
+    FILE *file = fopen(path, "re");
+    const int read = file ? fscanf(file, "%llu %llu", &limit, &period) : 0;
 
-    if (!read_text(path, text, sizeof text) ||
-        sscanf(text, "%llu %llu", &limit, &period) < 1 || !period)
-        return 0;
-    return limit / period + (limit % period != 0);
+    if (file)
+        fclose(file);
+    return read < 1 || !period ? 0 : limit / period + (limit % period != 0);
 }
 
 /* The tightest limit from this process's group up to the root. The group is
  * that of version 2, in a line "0::GROUP". */
-static uint64_t find_limit(const char *root, const char *file)
+static uint64_t find_limit(const char *root, const char *name)
 {
-    char text[8192] = "\n", path[sizeof text + 4096];
+    char group[4096] = "", path[2 * sizeof group];
     uint64_t best = 0;
 
     snprintf(path, sizeof path, "%s/proc/self/cgroup", root);
-    if (!read_text(path, text + 1, sizeof text - 1))
+    FILE *file = fopen(path, "re");
+    while (file && strncmp(group, "0::", 3) != 0)
+        if (!fgets(group, sizeof group, file)) {
+            fclose(file);
+            return 0;
+        }
+    if (!file)
         return 0;
-    char *group = strstr(text, "\n0::");
-    if (!group)
-        return 0;
-    group += strlen("\n0::");
+    fclose(file);
     group[strcspn(group, "\n")] = '\0';
     for (;;) {
-        snprintf(path, sizeof path, "%s/sys/fs/cgroup%s/%s", root, group, file);
+        snprintf(path, sizeof path, "%s/sys/fs/cgroup%s/%s", root, group + 3,
+                 name);
         best = tighter(limit_of(path), best);
         char *slash = strrchr(group, '/');
         if (!slash)

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "ibl/ibl.h"
-#include "json/text.h"
 
 const char *const ibl_sh_format_names[] = {[IBL_SH_NONE] = "none",
                                            [IBL_SH_CMGEN] = "cmgen",
@@ -113,53 +112,32 @@ double ibl_sh_widest_window(const double *sh)
     return low;
 }
 
-char *ibl_sh_key(const double *sh)
-{
-    double s[IBL_SH_NINE][3];
-    ibl_memory_file file;
-    FILE *to = ibl_memory_open(&file);
-
-    if (!to)
-        return NULL;
-    ibl_sh_shader(sh, s);
-    for (int i = 0; i < IBL_SH_NINE; i++)
-        fprintf(to, "%.9g %.9g %.9g\n", s[i][0], s[i][1], s[i][2]);
-    return ibl_memory_close(to, &file);
-}
-
-static void put_cmgen(FILE *to, const double s[IBL_SH_NINE][3])
-{
-    for (int l = 0, i = 0; l <= 2; l++)
-        for (int m = -l; m <= l; m++, i++)
-            fprintf(to,
-                    "(%18.15f, %18.15f, %18.15f); // L%d%d, irradiance, "
-                    "pre-scaled base\n",
-                    s[i][0], s[i][1], s[i][2], l, m);
-}
-
-/* Three numbers a line. */
-static void put_array(FILE *to, const double s[IBL_SH_NINE][3])
-{
-    for (int i = 0; i < IBL_SH_NINE; i++)
-        fprintf(to, "%s%.9g, %.9g, %.9g%s", i ? "  " : "[ ", s[i][0], s[i][1],
-                s[i][2], i < IBL_SH_NINE - 1 ? ",\n" : " ]\n");
-}
-
 char *ibl_sh_text(ibl_sh_format format, const double *sh)
 {
+    char text[IBL_SH_NINE * 256] = "";
     double s[IBL_SH_NINE][3];
-    ibl_memory_file file;
-    FILE *to = ibl_memory_open(&file);
 
-    if (!to)
-        return NULL;
     ibl_sh_shader(sh, s);
-    for (int i = 0; i < IBL_SH_NINE && format == IBL_SH_THREE; i++)
-        for (int c = 0; c < 3; c++)
-            s[i][c] = sh[3 * i + c] + 0.0;
-    if (format == IBL_SH_CMGEN)
-        put_cmgen(to, s);
-    else
-        put_array(to, s);
-    return ibl_memory_close(to, &file);
+    for (int i = 0, l = 0; i < IBL_SH_NINE; i++) {
+        const size_t used = strlen(text), left = sizeof text - used;
+        const char *begin = i ? "  " : "[ ";
+        const char *end = i < IBL_SH_NINE - 1 ? ",\n" : " ]\n";
+        l += i > l * (l + 2);
+        if (format == IBL_SH_NONE)
+            snprintf(text + used, left, "%.9g %.9g %.9g\n", s[i][0], s[i][1],
+                     s[i][2]);
+        else if (format == IBL_SH_CMGEN)
+            snprintf(text + used, left,
+                     "(%18.15f, %18.15f, %18.15f); // L%d%d, irradiance, "
+                     "pre-scaled base\n",
+                     s[i][0], s[i][1], s[i][2], l, i - l * (l + 1));
+        else if (format == IBL_SH_CESIUM)
+            snprintf(text + used, left, "%s%.9g, %.9g, %.9g%s", begin, s[i][0],
+                     s[i][1], s[i][2], end);
+        else
+            snprintf(text + used, left, "%s%.9g, %.9g, %.9g%s", begin,
+                     sh[3 * i] + 0.0, sh[3 * i + 1] + 0.0, sh[3 * i + 2] + 0.0,
+                     end);
+    }
+    return strdup(text);
 }

@@ -48,11 +48,8 @@ void ibl_sh_window(int degree, double window, double *sh);
 /* The widest window with which no E/pi of nine coefficients is negative. */
 double ibl_sh_widest_window(const double *sh);
 
-/* The value of the key sh of Filament's KTX: nine lines of three numbers.
- * The caller must free it; NULL: no memory. */
-char *ibl_sh_key(const double *sh);
-/* The text of a format other than NONE. The caller must free it; NULL: no
- * memory. */
+/* The text of a format; of NONE the value of the key sh of Filament's KTX: nine
+ * lines of three numbers. The caller must free it; NULL: no memory. */
 char *ibl_sh_text(ibl_sh_format format, const double *sh);
 
 #endif

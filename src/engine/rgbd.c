@@ -5,8 +5,8 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-#include "core/alloc.h"
 #include "core/context.h"
+#include "io/container.h"
 
 #define GAMMA 2.2F
 
@@ -21,7 +21,7 @@ void ibl_rgbd_encode(const float *texels, size_t count, unsigned char *rgbd)
         for (int c = 0; c < 3; c++) {
             const float light = texels[c] * (float)d / 255;
             const float g = light < 1 ? powf(light, 1 / GAMMA) : 1;
-            rgbd[c] = light > 0 ? (unsigned char)(255 * g + 0.5F) : 0;
+            rgbd[c] = (unsigned char)(light > 0 ? 255 * g + 0.5F : 0);
         }
         rgbd[3] = (unsigned char)d;
     }
@@ -131,10 +131,9 @@ ibl_status ibl_rgbd_cube(ibl_ctx *ctx, const char *name, int size, int levels,
                          .levels = levels,
                          .layers = 1,
                          .faces = IBL_FACES};
-    tex->bytes = ibl_texture_offset(tex, levels, 0);
-    tex->data = ibl_alloc_array(tex->bytes, 1);
-    status = tex->data ? ibl_run(ctx, NULL, IBL_FACES * levels, face_job, &w)
-                       : ibl_no_memory(ctx, "a texture");
+    status = ibl_texture_room(ctx, tex);
+    if (!status)
+        status = ibl_run(ctx, NULL, IBL_FACES * levels, face_job, &w);
     if (!status && w.failed)
         status = w.failed == 1 ? ibl_no_memory(ctx, "PNG files")
                                : ibl_fail(ctx, IBL_ERR_FORMAT,

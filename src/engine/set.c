@@ -55,29 +55,16 @@ ibl_status ibl_engine_set_roughness(ibl_ctx *ctx, const double *roughness,
                   : ibl_texture_set(ctx, tex, "iblbake.content", "specular");
 }
 
-typedef struct json_out {
-    ibl_blob *blob;
-    bool ok; /* there was memory for all */
-} json_out;
-
-static int add_text(const char *bytes, size_t size, void *data)
-{
-    json_out *out = data;
-
-    out->ok = out->ok && ibl_blob_add(out->blob, bytes, size);
-    return out->ok ? 0 : -1;
-}
-
-/* json_dumps does not notice missing memory, and goes on in the middle of a
- * string when the callback fails. */
+/* Not json_dumps, which does not notice missing memory. */
 bool ibl_engine_put_json(json_t *root, ibl_blob *blob)
 {
-    json_out out = {blob, root != NULL};
-    const int status =
-        root ? json_dump_callback(root, add_text, &out,
-                                  JSON_COMPACT | JSON_REAL_PRECISION(9))
-             : -1;
+    const size_t flags = JSON_COMPACT | JSON_REAL_PRECISION(9);
+    const size_t size = root ? json_dumpb(root, NULL, 0, flags) : 0;
+    char *text = size ? malloc(size) : NULL;
+    const bool ok = text && json_dumpb(root, text, size, flags) == size &&
+                    ibl_blob_add(blob, text, size);
 
+    free(text);
     json_decref(root);
-    return !status && out.ok;
+    return ok;
 }

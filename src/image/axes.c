@@ -65,10 +65,10 @@ ibl_status ibl_check_axes(ibl_ctx *ctx, ibl_axes axes)
 /* ---- cubes -------------------------------------------------------------- */
 
 typedef struct turning {
-    int n, words, back;
+    int n, back;
     ibl_axes axes;
-    const char *from;
-    char *to;
+    const float *from;
+    float *to;
 } turning;
 
 /* The texel of `from` with the direction of texel (x, y) of a face of `to`. */
@@ -90,24 +90,15 @@ static void row_job(void *arg, int row, int worker)
 {
     const turning *t = arg;
     const int n = t->n, face = row / n, y = row % n;
-    const ptrdiff_t bytes = 4 * (ptrdiff_t)t->words;
     const size_t first = texel_from(t, face, 0, y);
     const ptrdiff_t step =
         (ptrdiff_t)texel_from(t, face, n > 1, y) - (ptrdiff_t)first;
-    const char *from = t->from + (ptrdiff_t)first * bytes;
-    char *to = t->to + (ptrdiff_t)row * n * bytes;
+    const float *from = t->from + 3 * first;
+    float *to = t->to + 3 * (ptrdiff_t)row * n;
     (void)worker;
 
-    for (int x = 0; x < n; x++, from += step * bytes)
-        for (int w = 0; w < t->words; w++, to += 4)
-            memcpy(to, from + 4 * (ptrdiff_t)w, 4);
-}
-
-ibl_status ibl_level_turn_axes(ibl_ctx *ctx, int n, int words, ibl_axes axes,
-                               int back, const void *from, void *to)
-{
-    turning t = {n, words, back, axes, from, to};
-    return ibl_run(ctx, NULL, IBL_FACES * n, row_job, &t);
+    for (int x = 0; x < n; x++, from += 3 * step, to += 3)
+        memcpy(to, from, 3 * sizeof *to);
 }
 
 /* Mirrors put centres of texels onto centres in every projection. */
@@ -148,10 +139,11 @@ ibl_status ibl_cube_turn_axes(ibl_ctx *ctx, const ibl_cube *from, ibl_axes axes,
                                    from->levels, &to);
     for (int l = 0; flat && !status && l < from->levels; l++)
         turn_flat(from, l, axes, back, &to);
-    for (int l = 0; !flat && !status && l < from->levels; l++)
-        status = ibl_level_turn_axes(ctx, ibl_cube_edge(from->size, l), 3, axes,
-                                     back, ibl_cube_face(from, l, 0),
-                                     ibl_cube_face(&to, l, 0));
+    for (int l = 0; !flat && !status && l < from->levels; l++) {
+        turning t = {ibl_cube_edge(from->size, l), back, axes,
+                     ibl_cube_face(from, l, 0), ibl_cube_face(&to, l, 0)};
+        status = ibl_run(ctx, NULL, IBL_FACES * t.n, row_job, &t);
+    }
     if (status)
         ibl_cube_free(&to);
     else

@@ -71,4 +71,8 @@ static inline ibl_level_shape ibl_map_shape(const ibl_cube *map, int level)
     return ibl_level_shape_of(map->projection, ibl_cube_edge(map->size, level));
 }
 
+/* A flat level's texel beyond an edge, at (x, y), each -1 or within or one too
+ * large: the one that meets there on the sphere, as y width + x. */
+size_t ibl_flat_neighbour(const ibl_level_shape *shape, int x, int y);
+
 #endif

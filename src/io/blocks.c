@@ -37,43 +37,6 @@ static ibl_decode_block_fn *decoder_of(ibl_pixel pixel)
                                    : ibl_astc_hdr_decode_block;
 }
 
-/* Copies a texel, limited to [0, max], with NaN as 0. Returns how many
- * components were above. */
-static size_t clamp(const float *texel, float max, float *to)
-{
-    size_t beyond = 0;
-
-    for (int c = 0; c < 3; c++) {
-        beyond += texel[c] > max;
-        to[c] = !(texel[c] > 0) ? 0 : texel[c] < max ? texel[c] : max;
-    }
-    return beyond;
-}
-
-size_t ibl_blocks_encode(ibl_pixel pixel, const float *texels, size_t count,
-                         unsigned char *blocks)
-{
-    ibl_encode_blocks_fn *encode = encoder_of(pixel, ibl_isa_best());
-    float block[3 * IBL_BLOCK_TEXELS];
-    size_t beyond = 0;
-
-    for (size_t i = 0; i < count; i++) {
-        for (size_t k = 0; k < IBL_BLOCK_TEXELS; k++, texels += 3)
-            beyond += clamp(texels, ibl_pixel_max(pixel), block + 3 * k);
-        encode(block, 1, IBL_QUALITY_NORMAL, blocks + i * IBL_BLOCK_BYTES);
-    }
-    return beyond;
-}
-
-void ibl_blocks_decode(ibl_pixel pixel, const unsigned char *blocks,
-                       size_t count, float *texels)
-{
-    for (size_t i = 0; i < count; i++)
-        ibl_blocks_to_floats(pixel, blocks + i * IBL_BLOCK_BYTES,
-                             IBL_BLOCK_EDGE, IBL_BLOCK_EDGE,
-                             texels + i * 3 * IBL_BLOCK_TEXELS);
-}
-
 /* ---- encoding images ------------------------------------------------- */
 
 typedef struct encoding {
@@ -86,8 +49,8 @@ typedef struct encoding {
     atomic_size_t beyond;
 } encoding;
 
-/* Copies the texels of a block; returns how many components were above the
- * largest value. */
+/* Copies the texels of a block, limited to [0, max], with NaN as 0. Returns how
+ * many components were above. */
 static size_t gather(const encoding *e, size_t block, float *texels)
 {
     const size_t w = (size_t)e->of->width, h = (size_t)e->of->height;
@@ -101,9 +64,11 @@ static size_t gather(const encoding *e, size_t block, float *texels)
         const size_t x = left + i % IBL_BLOCK_EDGE,
                      y = top + i / IBL_BLOCK_EDGE;
         const size_t column = x < w ? x : w - 1, row = y < h ? y : h - 1;
-        const size_t above =
-            clamp(image + (row * w + column) * 3, e->max, texels + 3 * i);
-        beyond += x < w && y < h ? above : 0;
+        for (int c = 0; c < 3; c++) {
+            const float from = image[(row * w + column) * 3 + c];
+            beyond += from > e->max && x < w && y < h;
+            *texels++ = !(from > 0) ? 0 : from < e->max ? from : e->max;
+        }
     }
     return beyond;
 }
@@ -161,18 +126,7 @@ ibl_status ibl_blocks_encode_images(ibl_ctx *ctx, const ibl_block_images *of,
 
 /* ---- decoding images ------------------------------------------------- */
 
-/* Stores a texel in rgb, or if that is NULL in rgba. */
-static void put_texel(const uint16_t halves[3], size_t at, float *rgb,
-                      unsigned char *rgba)
-{
-    const uint16_t texel[] = {halves[0], halves[1], halves[2], ALPHA_ONE};
-
-    if (!rgb)
-        memcpy(rgba + at * sizeof texel, texel, sizeof texel);
-    for (size_t c = 0; c < 3 && rgb; c++)
-        rgb[3 * at + c] = ibl_half_to_float(halves[c]);
-}
-
+/* Decodes to rgb, or if that is NULL to rgba. */
 static int decode_image(ibl_decode_block_fn *decode,
                         const unsigned char *blocks, size_t width,
                         size_t height, float *rgb, unsigned char *rgba)
@@ -187,8 +141,15 @@ static int decode_image(ibl_decode_block_fn *decode,
             for (size_t i = 0; i < IBL_BLOCK_TEXELS; i++) {
                 const size_t x = left + i % IBL_BLOCK_EDGE;
                 const size_t y = top + i / IBL_BLOCK_EDGE;
-                if (x < width && y < height)
-                    put_texel(texels[i], y * width + x, rgb, rgba);
+                const uint16_t *t = texels[i];
+                const uint16_t texel[] = {t[0], t[1], t[2], ALPHA_ONE};
+                if (x >= width || y >= height)
+                    continue;
+                if (!rgb)
+                    memcpy(rgba + (y * width + x) * sizeof texel, texel,
+                           sizeof texel);
+                for (size_t c = 0; c < 3 && rgb; c++)
+                    rgb[3 * (y * width + x) + c] = ibl_half_to_float(t[c]);
             }
         }
     return valid;

@@ -11,12 +11,6 @@
 #include "ibl/io.h"
 #include "kern/blocks.h"
 
-/* ibl_pixel_encode and ibl_pixel_decode for `count` blocks. */
-size_t ibl_blocks_encode(ibl_pixel pixel, const float *texels, size_t count,
-                         unsigned char *blocks);
-void ibl_blocks_decode(ibl_pixel pixel, const unsigned char *blocks,
-                       size_t count, float *texels);
-
 /* Images of width x height texels, one after the other in src and dst. */
 typedef struct ibl_block_images {
     ibl_pixel pixel;
@@ -28,7 +22,7 @@ typedef struct ibl_block_images {
     unsigned char *dst;
 } ibl_block_images;
 
-/* Encodes images on the pool, with the values of ibl_pixel_encode. Texels
+/* Encodes images on the pool, with NaN and negative values as 0. Texels
  * beyond an edge repeat the last ones. Adds to *beyond how many components of
  * the others were above the largest value. */
 ibl_status ibl_blocks_encode_images(ibl_ctx *ctx, const ibl_block_images *of,

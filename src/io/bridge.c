@@ -58,50 +58,54 @@ typedef struct picture {
     const ibl_input *in;
     const ibl_read_options *opts;
     ibl_status status; /* of begin or go_on */
-    ibl_bridge_info info;
-    ibl_image img;
-    float *alpha;
+    ibl_rows *rows;
 } picture;
 
 /*
- * Limits the memory by the size of the file. Map and unpacked data of up to
- * 100 MB each are always accepted; else the map may be 64 times the data
- * window, and the data 2048 times the file. zlib reaches at most 1032:1.
+ * Limits the memory by the size of the file. Unpacked data of up to 100 MB are
+ * always accepted; else they may be 2048 times the file. zlib reaches at most
+ * 1032:1.
  */
 static int begin(void *user, const ibl_bridge_info *info, float **rgb,
                  float **alpha)
 {
     picture *p = user;
-    const double map = 12.0 * info->width * info->height;
-    const double data = 12.0 * info->data_width * info->data_height;
     const bool lies = info->orientation > 4; /* rows are columns */
     const size_t pixels = (size_t)info->width * (size_t)info->height;
 
-    p->info = *info;
+    ibl_image img = {0};
+
     p->status =
         ibl_map_check_size(p->in, p->opts, lies ? info->height : info->width,
                            lies ? info->width : info->height);
-    if (!p->status && (map > 1e8 || info->raw_bytes > 1e8) &&
-        (map > 64 * data || info->raw_bytes > 2048.0 * (double)p->in->size))
-        p->status = ibl_bad_file(
-            p->in,
-            "%zu bytes claim to hold %dx%d pixels of a %dx%d map, which is "
-            "taken for damage",
-            p->in->size, info->data_width, info->data_height, info->width,
-            info->height);
+    if (!p->status && info->raw_bytes > 1e8 &&
+        info->raw_bytes > 2048.0 * (double)p->in->size)
+        p->status = ibl_bad_file(p->in,
+                                 "%zu bytes claim to hold %dx%d pixels, which "
+                                 "is taken for damage",
+                                 p->in->size, info->width, info->height);
     if (!p->status)
         p->status = ibl_allow(p->in, (12 + DECODED) * pixels);
     if (!p->status)
-        p->status = ibl_map_alloc(p->in, info->width, info->height, &p->img);
+        p->status = ibl_map_alloc(p->in, info->width, info->height, &img);
+    if (!p->status)
+        p->status = ibl_rows_of_image(p->in->ctx, &img, NULL, &p->rows);
+    if (!p->status && info->has_alpha)
+        p->status = ibl_rows_alloc_alpha(p->rows);
     if (p->status)
         return 0;
-    p->alpha =
-        info->has_alpha ? ibl_alloc_zeroed(pixels, sizeof *p->alpha) : NULL;
-    if (info->has_alpha && !p->alpha)
-        p->status = ibl_no_memory(p->in->ctx, "alpha");
-    *rgb = p->img.data;
-    *alpha = p->alpha;
-    return !p->status;
+    ibl_rows *r = p->rows;
+    r->straight = info->straight;
+    r->orientation = info->orientation;
+    r->report.bridged = 1;
+    r->report.low_range = info->low_range;
+    if (info->cube)
+        r->report.layout = IBL_INPUT_CUBE;
+    snprintf(r->report.format, sizeof r->report.format, "%s by OpenImageIO",
+             info->format);
+    *rgb = r->whole.data;
+    *alpha = r->alpha;
+    return 1;
 }
 
 static int go_on(void *user)
@@ -131,36 +135,17 @@ ibl_status ibl_bridge_rows(const ibl_input *in, const ibl_image_kind *kind,
     char message[IBL_BRIDGE_MESSAGE], text[64];
     ibl_bridge_read_fn *read;
 
-    *rows = NULL;
     snprintf(text, sizeof text, "is %s", kind->name);
-    ibl_status status = ibl_bridge_find(in, NULL, text, IBL_BRIDGE_READ, &read);
+    const ibl_status status =
+        ibl_bridge_find(in, NULL, text, IBL_BRIDGE_READ, &read);
     if (status)
         return status;
     const ibl_bridge_result result = read(&request, message);
+    *rows = p.rows;
     if (result == IBL_BRIDGE_MEMORY)
-        status = ibl_reject(in, IBL_ERR_MEMORY, "no memory to decode it");
-    else if (result == IBL_BRIDGE_FORMAT)
-        status = ibl_bad_file(in, "damaged or unsupported %s: %s", kind->name,
-                              message);
-    else
-        status = p.status;
-    if (status)
-        ibl_image_free(&p.img);
-    else
-        status = ibl_rows_of_image(in->ctx, &p.img, NULL, rows);
-    if (status) {
-        ibl_free(p.alpha);
-        return status;
-    }
-    ibl_rows *r = *rows;
-    r->alpha = p.alpha;
-    r->straight = p.info.straight;
-    r->orientation = p.info.orientation;
-    r->report.bridged = 1;
-    r->report.low_range = p.info.low_range;
-    if (p.info.cube)
-        r->report.layout = IBL_INPUT_CUBE;
-    snprintf(r->report.format, sizeof r->report.format, "%s by OpenImageIO",
-             p.info.format);
-    return IBL_OK;
+        return ibl_reject(in, IBL_ERR_MEMORY, "no memory to decode it");
+    if (result == IBL_BRIDGE_FORMAT)
+        return ibl_bad_file(in, "damaged or unsupported %s: %s", kind->name,
+                            message);
+    return p.status;
 }

@@ -11,9 +11,8 @@ typedef struct ibl_image_kind {
 } ibl_image_kind;
 
 /*
- * Reads a whole image by the bridge: linear RGB floats, not yet mended. The map
- * is the display window. Fills in the report of the rows.
- *   in   loaded into memory; not needed afterwards
+ * Reads a whole image by the bridge: linear RGB floats, not yet mended. Fills
+ * in the report of the rows. in   loaded into memory; not needed afterwards
  * IBL_ERR_UNSUPPORTED: the bridge is not installed.
  */
 ibl_status ibl_bridge_rows(const ibl_input *in, const ibl_image_kind *kind,

@@ -58,11 +58,13 @@ bool ibl_colour_space(const double xy[8], double rgb_from_xyz[9], float luma[3])
     return true;
 }
 
-static const struct {
+typedef struct space {
     const char *name;
     double xy[8];
     int khronos; /* number in the data format specification 1.3, 5.6 */
-} spaces[] = {
+} space;
+
+static const space spaces[] = {
     {"Rec.709", {.64, .33, .30, .60, .15, .06, .3127, .3290}, 1},
     {"ACEScg", {.713, .293, .165, .830, .128, .044, .32168, .33767}, 7},
     {"Rec.2020", {.708, .292, .170, .797, .131, .046, .3127, .3290}, 4},
@@ -75,7 +77,6 @@ static const struct {
     {"Rec.601 (525 lines)", {.63, .34, .31, .595, .155, .07, .3127, .3290}, 3},
     {"CIE XYZ", {1, 0, 0, 1, 0, 0, 1 / 3., 1 / 3.}, 5},
     {"NTSC 1953", {.67, .33, .21, .71, .14, .08, .310, .316}, 8},
-
 };
 
 const char *ibl_primaries_name(ibl_primaries primaries)
@@ -90,21 +91,28 @@ const double *ibl_primaries_xy(ibl_primaries primaries)
     return spaces[primaries - IBL_PRIMARIES_REC709].xy;
 }
 
-const double *ibl_display_p3_xy(void)
+static const space *find_space(const double xy[8])
 {
-    return spaces[4].xy;
-}
-
-const char *ibl_colour_space_name(const double xy[8])
-{
-    for (size_t i = 0; i < sizeof spaces / sizeof spaces[0]; i++) {
+    for (size_t i = 0; i < sizeof spaces / sizeof *spaces; i++) {
         bool equal = true;
         for (int k = 0; k < 8; k++)
             equal &= fabs(xy[k] - spaces[i].xy[k]) <= 0.002;
         if (equal)
-            return spaces[i].name;
+            return &spaces[i];
     }
     return NULL;
+}
+
+const char *ibl_colour_space_name(const double xy[8])
+{
+    const space *s = find_space(xy);
+    return s ? s->name : NULL;
+}
+
+int ibl_khronos_number(const double xy[8])
+{
+    const space *s = find_space(xy);
+    return s && s->khronos ? s->khronos : IBL_UNKNOWN_PRIMARIES;
 }
 
 const double *ibl_khronos_xy(int number)
@@ -113,17 +121,6 @@ const double *ibl_khronos_xy(int number)
         if (number > 0 && spaces[i].khronos == number)
             return spaces[i].xy;
     return NULL;
-}
-
-int ibl_khronos_number(const double xy[8])
-{
-    const char *name = ibl_colour_space_name(xy);
-    size_t i = 0;
-
-    while (name && spaces[i].name != name)
-        i++;
-    return name && spaces[i].khronos ? spaces[i].khronos
-                                     : IBL_UNKNOWN_PRIMARIES;
 }
 
 static void multiply(const double a[9], const double b[9], double out[9])
@@ -135,31 +132,29 @@ static void multiply(const double a[9], const double b[9], double out[9])
     memcpy(out, m, sizeof m);
 }
 
-/* The cone responses of a white with Y = 1. False: its y is 0. */
-static bool cones_of(const double white[2], const double cones[9],
-                     double out[3])
-{
-    const double x = white[0] / white[1], z = (1 - white[0]) / white[1] - 1;
-    bool ok = fabs(white[1]) > 1e-6;
-
-    for (int i = 0; i < 3; i++) {
-        out[i] = cones[3 * i] * x + cones[3 * i + 1] + cones[3 * i + 2] * z;
-        ok &= fabs(out[i]) > 1e-6;
-    }
-    return ok;
-}
-
-/* XYZ under one white to XYZ that looks the same under the other. */
+/* XYZ under one white to XYZ that looks the same under the other, by their cone
+ * responses. False: a y or a response is 0. */
 static bool adapt(const double from[2], const double to[2], double matrix[9])
 {
     static const double cones[9] = {0.8951, 0.2664, -0.1614, -0.7502, 1.7135,
                                     0.0367, 0.0389, -0.0685, 1.0296};
-    double a[3], b[3], gains[9] = {0};
+    double gains[9] = {0};
 
-    if (!cones_of(from, cones, a) || !cones_of(to, cones, b))
+    if (!(fabs(from[1]) > 1e-6) || !(fabs(to[1]) > 1e-6))
         return false;
-    for (int i = 0; i < 3; i++)
-        gains[4 * i] = b[i] / a[i];
+    for (int i = 0; i < 3; i++) {
+        double response[2];
+        for (int k = 0; k < 2; k++) {
+            const double *white = k ? to : from;
+            const double x = white[0] / white[1];
+            const double z = (1 - white[0]) / white[1] - 1;
+            response[k] =
+                cones[3 * i] * x + cones[3 * i + 1] + cones[3 * i + 2] * z;
+            if (!(fabs(response[k]) > 1e-6))
+                return false;
+        }
+        gains[4 * i] = response[1] / response[0];
+    }
     invert(cones, matrix);
     multiply(matrix, gains, matrix);
     multiply(matrix, cones, matrix);

@@ -18,7 +18,6 @@ bool ibl_colour_space(const double xy[8], double rgb_from_xyz[9],
 
 /* The xy of red, green, blue and white. primaries: none of them is "keep". */
 const double *ibl_primaries_xy(ibl_primaries primaries);
-const double *ibl_display_p3_xy(void);
 
 /* "Rec.709", "ACES2065-1", ...; NULL: no usual ones. Accepts what is 0.002 away
  * in x or y, more than files round. */

@@ -17,11 +17,6 @@
 #error "texels are encoded and stored in the machine's order, little endian"
 #endif
 
-enum {
-    IBL_MAX_KEYS = 4096,
-    IBL_MAX_KEY_BYTES = 255
-};
-
 /* The 32-bit word at an offset; the caller has checked the offset. */
 uint32_t ibl_input_u32(const ibl_input *in, uint64_t at);
 ibl_status ibl_input_short(const ibl_input *in, const char *what);
@@ -138,8 +133,6 @@ typedef struct ibl_pieces {
 bool ibl_pieces_alloc(ibl_pieces *file, size_t head_bytes, int room);
 void ibl_pieces_free(ibl_pieces *file);
 void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size);
-/* Adds a whole level. */
-void ibl_pieces_add_level(ibl_pieces *file, const ibl_texture *tex, int level);
 
 /* Makes the file of tex. Checks tex first: errors as ibl_texture_encode. file:
  * zeroed; the caller must free it, after errors too. */
@@ -155,10 +148,6 @@ ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
                           ibl_pieces *file);
 ibl_status ibl_dds_legacy_encode(ibl_ctx *ctx, const ibl_texture *tex,
                                  ibl_pieces *file);
-
-/* Decodes a cube of one layer and 3 channels, whose shape cube has. */
-ibl_status ibl_cube_texels_decode(ibl_ctx *ctx, const ibl_texture *tex,
-                                  const ibl_cube *cube);
 
 /* Decodes a level of a texture of 3 channels: its layers and faces one below
  * the other. */

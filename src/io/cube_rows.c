@@ -54,10 +54,10 @@ static ibl_status turn_back(const ibl_input *in, const ibl_texture *tex,
     const ibl_axes axes = {.mirror = (ibl_mirror)mirror, .up = (ibl_up)up};
     const ibl_status status =
         ibl_cube_turn_axes(in->ctx, &from, axes, 1, &turned);
-    if (!status)
-        memcpy(strip->data, turned.data,
-               3 * sizeof *turned.data * ibl_cube_texels(turned.size, 1));
-    ibl_cube_free(&turned);
+    if (!status) {
+        ibl_image_free(strip);
+        *strip = (ibl_image){turned.size, IBL_FACES * turned.size, turned.data};
+    }
     return status;
 }
 
@@ -116,9 +116,9 @@ static ibl_status make_rows(const ibl_input *in, const ibl_texture *tex,
     if (status)
         return status;
     ibl_rows *r = *rows;
-    r->has_primaries = xy != NULL;
+    r->report.has_primaries = xy != NULL;
     if (xy)
-        memcpy(r->primaries, xy, sizeof r->primaries);
+        memcpy(r->report.primaries, xy, sizeof r->report.primaries);
     if (!opts->alpha || !ibl_pixel_has_alpha(tex->pixel))
         return IBL_OK;
     r->straight = !tex->premultiplied;

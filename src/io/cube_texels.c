@@ -8,7 +8,6 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "image/axes.h"
 #include "image/cube.h"
 #include "io/blocks.h"
 #include "kern/texel_error.h"
@@ -17,11 +16,14 @@ enum {
     STRIP = 16 /* rows, of whole blocks */
 };
 
-/* A level of a texture. */
+/* A level of a texture, and what its texels become, or NULL. */
 typedef struct level {
     const ibl_texture *tex;
     const unsigned char *data;
     size_t width, height, image_bytes, image_strips, strips;
+    float *rgb;
+    unsigned char *halves; /* RGBA16F */
+    atomic_bool invalid;   /* a block is not */
 } level;
 
 static level level_of(const ibl_texture *tex, int l)
@@ -69,73 +71,39 @@ static int decode_strip(const level *l, const strip *s, float *rgb)
     return 1;
 }
 
+static void decode_job(void *arg, int job, int worker)
+{
+    level *l = arg;
+    const strip s = strip_of(l, (size_t)job);
+    const size_t to = s.texel * ibl_pixel_bytes(IBL_PIXEL_RGBA16F);
+
+    (void)worker;
+    if (!(l->halves ? ibl_blocks_to_halves(l->tex->pixel, s.data, l->width,
+                                           s.rows, l->halves + to)
+                    : decode_strip(l, &s, l->rgb + 3 * s.texel)))
+        l->invalid = true;
+}
+
 /* A block of BC6H that is not valid is black; one of ASTC may be of the part of
  * it that is not read. */
-static ibl_status check_blocks(ibl_ctx *ctx, const ibl_texture *tex, bool all)
+static ibl_status decode_level(ibl_ctx *ctx, level *l)
 {
-    if (all || tex->pixel == IBL_PIXEL_BC6H)
-        return IBL_OK;
+    const ibl_status status = ibl_run(ctx, NULL, (int)l->strips, decode_job, l);
+
+    if (status || !l->invalid || l->tex->pixel == IBL_PIXEL_BC6H)
+        return status;
     return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
                     "blocks of ASTC beyond UASTC HDR 4x4, which alone is "
                     "read: give the texels that they were made of");
 }
 
-/* ---- to cubes -------------------------------------------------------- */
-
-typedef struct decoding {
-    level level;
-    float *rgb;
-    atomic_bool invalid;
-} decoding;
-
-static void decode_job(void *arg, int job, int worker)
-{
-    decoding *d = arg;
-    const strip s = strip_of(&d->level, (size_t)job);
-
-    (void)worker;
-    if (!decode_strip(&d->level, &s, d->rgb + 3 * s.texel))
-        d->invalid = true;
-}
-
 ibl_status ibl_texels_decode(ibl_ctx *ctx, const ibl_texture *tex, int l,
                              float *rgb)
 {
-    decoding d = {level_of(tex, l), rgb, false};
-    const ibl_status status =
-        ibl_run(ctx, NULL, (int)d.level.strips, decode_job, &d);
+    level of = level_of(tex, l);
 
-    return status ? status : check_blocks(ctx, tex, !d.invalid);
-}
-
-ibl_status ibl_cube_texels_decode(ibl_ctx *ctx, const ibl_texture *tex,
-                                  const ibl_cube *cube)
-{
-    ibl_status status = IBL_OK;
-
-    for (int l = 0; l < tex->levels && !status; l++)
-        status = ibl_texels_decode(ctx, tex, l, ibl_cube_face(cube, l, 0));
-    return status;
-}
-
-/* ---- to halves ------------------------------------------------------- */
-
-typedef struct unblocking {
-    level level;
-    unsigned char *to;
-    atomic_bool invalid;
-} unblocking;
-
-static void unblock_job(void *arg, int job, int worker)
-{
-    unblocking *u = arg;
-    const strip s = strip_of(&u->level, (size_t)job);
-
-    (void)worker;
-    if (!ibl_blocks_to_halves(
-            u->level.tex->pixel, s.data, u->level.width, s.rows,
-            u->to + s.texel * ibl_pixel_bytes(IBL_PIXEL_RGBA16F)))
-        u->invalid = true;
+    of.rgb = rgb;
+    return decode_level(ctx, &of);
 }
 
 ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex)
@@ -151,47 +119,13 @@ ibl_status ibl_texture_unblock(ibl_ctx *ctx, ibl_texture *tex)
     if (!out.data)
         return ibl_no_memory(ctx, "the texels of a texture");
     for (int l = 0; l < tex->levels && !status; l++) {
-        unblocking u = {level_of(tex, l),
-                        out.data + ibl_texture_offset(&out, l, 0), false};
-        status = ibl_run(ctx, NULL, (int)u.level.strips, unblock_job, &u);
-        if (!status)
-            status = check_blocks(ctx, tex, !u.invalid);
+        level of = level_of(tex, l);
+        of.halves = out.data + ibl_texture_offset(&out, l, 0);
+        status = decode_level(ctx, &of);
     }
     ibl_free(status ? out.data : tex->data);
     if (!status)
         *tex = out;
-    return status;
-}
-
-/* ---- other axes ------------------------------------------------------- */
-
-ibl_status ibl_texture_turn_axes(ibl_ctx *ctx, ibl_texture *tex, ibl_axes axes,
-                                 int back)
-{
-    ibl_status status = ibl_texture_check(ctx, tex);
-
-    if (!status)
-        status = ibl_check_axes(ctx, axes);
-    if (status)
-        return status;
-    if (tex->faces != IBL_FACES || ibl_pixel_block(tex->pixel) > 1)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "other axes for %d face(s) of %s: must be a cube of "
-                        "single texels",
-                        tex->faces, ibl_pixel_name(tex->pixel));
-    unsigned char *to = ibl_alloc_array(tex->bytes, 1);
-    if (!to)
-        return ibl_no_memory(ctx, "the texels of a texture");
-    const int words = (int)ibl_pixel_bytes(tex->pixel) / 4;
-    for (int i = 0; i < tex->levels * tex->layers && !status; i++) {
-        const int l = i / tex->layers;
-        const size_t at = ibl_texture_layer_offset(tex, l, i % tex->layers, 0);
-        status = ibl_level_turn_axes(ctx, ibl_cube_edge(tex->width, l), words,
-                                     axes, back, tex->data + at, to + at);
-    }
-    ibl_free(status ? to : tex->data);
-    if (!status)
-        tex->data = to;
     return status;
 }
 
@@ -217,33 +151,13 @@ static void compare_job(void *arg, int job, int worker)
     c->dsp.add(truth, rgb, texels, &c->sums[job]);
 }
 
-/* Adds the sums of the strips, in order. */
-static ibl_pixel_error error_of(const comparing *c)
-{
-    double wrong = 0, truth = 0, relative = 0, count = 0, light = 0, lost = 0;
-
-    for (size_t i = 0; i < c->level.strips * IBL_ERROR_LANES; i++) {
-        const ibl_error_sums *one = &c->sums[i / IBL_ERROR_LANES];
-        const size_t lane = i % IBL_ERROR_LANES;
-        wrong += one->wrong[lane];
-        truth += one->truth[lane];
-        relative += one->relative[lane];
-        count += one->count[lane];
-        light += one->light[lane];
-        lost += one->lost[lane];
-    }
-    return (ibl_pixel_error){.nrmse =
-                                 truth > 0 ? sqrt(wrong / truth) : wrong > 0,
-                             .relative = count > 0 ? relative / count : 0,
-                             .lost = light > 0 ? lost / light : 0};
-}
-
 static ibl_status compare(ibl_ctx *ctx, const ibl_texture *tex, int l,
                           const ibl_cube *cube, ibl_pixel_error *error)
 {
     comparing c = {.level = level_of(tex, l),
                    .truth = ibl_cube_face(cube, l, 0)};
     const size_t workers = (size_t)ibl_ctx_threads(ctx);
+    double wrong = 0, truth = 0, relative = 0, count = 0, light = 0, lost = 0;
     ibl_status status = IBL_OK;
 
     ibl_texel_error_dsp_init(&c.dsp, ibl_ctx_isa(ctx));
@@ -254,8 +168,19 @@ static ibl_status compare(ibl_ctx *ctx, const ibl_texture *tex, int l,
         status = ibl_run(ctx, NULL, (int)c.level.strips, compare_job, &c);
     else
         status = ibl_no_memory(ctx, "the errors of a texture");
-    if (!status)
-        *error = error_of(&c);
+    for (size_t i = 0; i < c.level.strips * IBL_ERROR_LANES && !status; i++) {
+        const ibl_error_sums *one = &c.sums[i / IBL_ERROR_LANES];
+        const size_t lane = i % IBL_ERROR_LANES;
+        wrong += one->wrong[lane];
+        truth += one->truth[lane];
+        relative += one->relative[lane];
+        count += one->count[lane];
+        light += one->light[lane];
+        lost += one->lost[lane];
+    }
+    error->nrmse = truth > 0 ? sqrt(wrong / truth) : wrong > 0;
+    error->relative = count > 0 ? relative / count : 0;
+    error->lost = light > 0 ? lost / light : 0;
     ibl_free(c.scratch);
     ibl_free(c.sums);
     return status;

@@ -211,14 +211,12 @@ static ibl_status read_direct3d9(const ibl_input *in, const header *h,
 {
     *layout = ibl_layout_find(offsetof(ibl_layout, d3d), h->pf_fourcc);
     if (!*layout) {
-        char text[5] = {0};
+        char text[5] = {0}, quoted[IBL_QUOTE_BYTES];
         memcpy(text, &h->pf_fourcc, 4);
-        for (int i = 0; i < 4; i++)
-            text[i] = text[i] >= ' ' && text[i] < 127 ? text[i] : '.';
         return ibl_unsupported(in,
                                "FourCC 0x%X (%s): only DX10 and the formats "
                                "112, 113, 115 and 116 of Direct3D 9 are read",
-                               h->pf_fourcc, text);
+                               h->pf_fourcc, ibl_quote(text, quoted));
     }
     if (!(h->caps2 & CAPS2_CUBE))
         return IBL_OK;

@@ -52,8 +52,6 @@ static void error_fn(exr_const_context_t exr, exr_result_t code,
     if (!exr || exr_get_user_data(exr, &user) || !user)
         return;
     ibl_exr_file *file = user;
-    if (file->deaf)
-        return;
     file->no_memory |= code == EXR_ERR_OUT_OF_MEMORY;
     if (!file->text[0])
         snprintf(file->text, sizeof file->text, "%s", text);
@@ -90,31 +88,12 @@ static ibl_status open_file(ibl_exr_file *file)
 
 /* ---- pixels --------------------------------------------------------- */
 
-typedef struct exr_rows {
-    ibl_rows rows;
-    ibl_exr_file file;
-    bool halves;    /* the three channels are halves */
-    bool framed;    /* the data window does not cover the map */
-    int begin, end; /* rows of the map that the blocks cover */
-    int per_job;    /* chunks */
-    int group;      /* number of rows of blocks that keeps all threads busy */
-    float *band;    /* rows of blocks of which a call wanted a part */
-    int band_row, band_count;
-} exr_rows;
-
-/* Where a job stopped. */
-typedef struct outcome {
-    int fault; /* of ibl_exr_unpack */
-    int y;
-} outcome;
-
 /* Chunks to decode to `rows` rows of the map, from `row` on. */
 typedef struct decoding {
-    exr_rows *r;
+    ibl_exr_file *r;
     int first, count; /* chunks */
     int row, rows;
     float *rgb;
-    outcome *outcomes; /* one for each job */
 } decoding;
 
 /* Converts count samples to floats; uints keep their value. */
@@ -141,9 +120,8 @@ static void to_floats(const unsigned char *src, exr_pixel_type_t type,
 static void put_line(const decoding *g, const exr_chunk_info_t *chunk, int y,
                      const unsigned char *src)
 {
-    const exr_rows *r = g->r;
-    const ibl_exr_file *file = &r->file;
-    const ibl_exr_window *map = &file->display;
+    const ibl_exr_file *r = g->r;
+    const ibl_exr_window *map = &r->display;
     const int end = chunk->start_x + chunk->width - 1;
     const int x0 = chunk->start_x > map->x0 ? chunk->start_x : map->x0;
     const int count = (end < map->x1 ? end : map->x1) - x0 + 1;
@@ -155,14 +133,14 @@ static void put_line(const decoding *g, const exr_chunk_info_t *chunk, int y,
     if (count < 1 || row < 0 || row >= g->rows)
         return;
     for (int c = 0; c < 4; c++) {
-        const int channel = c < 3 ? file->channel[c] : file->alpha;
-        type[c] = file->channels->entries[channel < 0 ? 0 : channel].pixel_type;
-        plane[c] = src + (size_t)file->before[c] * (size_t)chunk->width +
+        const int channel = c < 3 ? r->channel[c] : r->alpha;
+        type[c] = r->channels->entries[channel < 0 ? 0 : channel].pixel_type;
+        plane[c] = src + (size_t)r->before[c] * (size_t)chunk->width +
                    (type[c] == EXR_PIXEL_HALF ? 2 : 4) * (x0 - chunk->start_x);
     }
     float *rgb = g->rgb + 3 * (width * (size_t)row + at);
     if (r->halves)
-        file->dsp.to_rgb(plane, count, rgb);
+        r->dsp.to_rgb(plane, count, rgb);
     for (int c = 0; c < 3 && !r->halves; c++)
         to_floats(plane[c], type[c], count, rgb + c, 3);
     if (r->rows.alpha)
@@ -173,17 +151,20 @@ static void put_line(const decoding *g, const exr_chunk_info_t *chunk, int y,
 static void decode_job(void *arg, int job, int worker)
 {
     const decoding *g = arg;
-    const ibl_exr_file *file = &g->r->file;
+    const ibl_exr_file *file = g->r;
     ibl_exr_worker *u = &file->workers[worker];
-    outcome *o = &g->outcomes[job];
-    const int first = job * g->r->per_job;
+    const int first = job * file->per_job;
 
-    for (int i = first; i < first + g->r->per_job && i < g->count; i++) {
+    for (int i = first; i < first + file->per_job && i < g->count; i++) {
         const exr_chunk_info_t *chunk = &file->chunks[g->first + i];
-        o->y = chunk->start_y;
-        o->fault = ibl_exr_unpack(file, chunk, u);
-        if (o->fault)
+        const int fault = ibl_exr_unpack(file, chunk, u);
+        if (fault) {
+            if (!u->fault || chunk->start_y < u->y) {
+                u->fault = fault;
+                u->y = chunk->start_y;
+            }
             return;
+        }
         const size_t bytes = (size_t)chunk->width * (size_t)file->all;
         for (int line = 0; line < chunk->height; line++)
             put_line(g, chunk, chunk->start_y + line,
@@ -191,7 +172,7 @@ static void decode_job(void *arg, int job, int worker)
     }
 }
 
-static ibl_status report(const ibl_exr_file *file, const outcome *o)
+static ibl_status report(const ibl_exr_file *file, const ibl_exr_worker *o)
 {
     if (o->fault > 0)
         return ibl_input_unread(file->in, o->fault);
@@ -204,33 +185,6 @@ static ibl_status report(const ibl_exr_file *file, const outcome *o)
         ibl_exr_compression_name(file->compression), o->y);
 }
 
-/* Decodes `count` rows of blocks, which begin at g->row. */
-static ibl_status decode(decoding *g, int blocks, int count)
-{
-    exr_rows *r = g->r;
-    ibl_exr_file *file = &r->file;
-    ibl_ctx *ctx = r->rows.ctx;
-    const size_t floats = 3 * (size_t)r->rows.width * (size_t)g->rows;
-
-    g->first = blocks * file->columns;
-    g->count = count * file->columns;
-    const int jobs = (g->count + r->per_job - 1) / r->per_job;
-    g->outcomes = ibl_alloc_zeroed((size_t)jobs, sizeof *g->outcomes);
-    if (!g->outcomes)
-        return ibl_no_memory(ctx, "decoding an EXR");
-    if (r->framed && g->rgb == r->band)
-        memset(g->rgb, 0, floats * sizeof *g->rgb);
-    file->deaf = true;
-    ibl_status status = ibl_run(ctx, NULL, jobs, decode_job, g);
-    file->deaf = false;
-    /* The first job in order: the report does not depend on threads. */
-    for (int j = 0; j < jobs && !status; j++)
-        if (g->outcomes[j].fault)
-            status = report(file, &g->outcomes[j]);
-    ibl_free(g->outcomes);
-    return status;
-}
-
 /* ---- rows in order --------------------------------------------------
  *
  * Blocks hold some rows each, or, as tiles, parts of some rows. Those that lie
@@ -239,59 +193,68 @@ static ibl_status decode(decoding *g, int blocks, int count)
  */
 
 /* The map's row after the last row of a row of blocks. */
-static int row_after(const exr_rows *r, int blocks)
+static int row_after(const ibl_exr_file *r, int blocks)
 {
-    const ibl_exr_file *file = &r->file;
     const int row =
-        file->chunks[0].start_y + (blocks + 1) * file->lines - file->display.y0;
+        r->chunks[0].start_y + (blocks + 1) * r->lines - r->display.y0;
     return row < r->end ? row : r->end;
 }
 
 /* Decodes from `row`, where a row of blocks begins, as many as fit before *end
- * straight to rgb, and sets *end behind them; if fewer than a group fit, to the
- * band. */
-static ibl_status decode_some(exr_rows *r, int row, int *end, float *rgb)
+ * straight to rgb, and sets *end behind them; if fewer than a group fit, a
+ * group to the band. */
+static ibl_status decode_some(ibl_exr_file *r, int row, int *end, float *rgb)
 {
-    const ibl_exr_file *file = &r->file;
-    const int all = file->count / file->columns;
-    const int blocks =
-        (row + file->display.y0 - file->chunks[0].start_y) / file->lines;
-    const int left = all - blocks, group = left < r->group ? left : r->group;
+    const int blocks = (row + r->display.y0 - r->chunks[0].start_y) / r->lines;
+    const int left = r->count / r->columns - blocks;
+    const int group = left < r->group ? left : r->group;
+    decoding g = {.r = r, .first = blocks * r->columns, .row = row, .rgb = rgb};
     int count = 0;
 
     while (count < left && row_after(r, blocks + count) <= *end)
         count++;
     const bool fits = count >= group;
     count = fits ? count : group;
-    decoding g = {.r = r, .row = row, .rgb = rgb};
+    g.count = count * r->columns;
     g.rows = row_after(r, blocks + count - 1) - row;
     *end = fits ? row + g.rows : row;
     if (!fits) {
-        const size_t height = (size_t)r->rows.height;
-        const size_t needed = (size_t)r->group * (size_t)file->lines;
-        const size_t lines = needed < height ? needed : height;
+        const int needed = r->group * r->lines, height = r->rows.height;
+        const size_t line = 3 * (size_t)r->rows.width;
         if (!r->band)
-            r->band = ibl_alloc_array(3 * sizeof(float) * lines,
-                                      (size_t)r->rows.width);
+            r->band = ibl_alloc_array(
+                (size_t)(needed < height ? needed : height) * line,
+                sizeof *r->band);
         if (!r->band)
             return ibl_no_memory(r->rows.ctx, "the blocks of an EXR");
         r->band_row = row;
         r->band_count = g.rows;
         g.rgb = r->band;
+        if (r->framed)
+            memset(g.rgb, 0, line * (size_t)g.rows * sizeof *g.rgb);
     }
-    return decode(&g, blocks, count);
+    const int jobs = (g.count + r->per_job - 1) / r->per_job;
+    const ibl_status status = ibl_run(r->rows.ctx, NULL, jobs, decode_job, &g);
+    /* The first line: the report does not depend on threads. */
+    const ibl_exr_worker *first = NULL;
+    for (int i = 0; i < r->threads; i++) {
+        const ibl_exr_worker *u = &r->workers[i];
+        if (u->fault && (!first || u->y < first->y))
+            first = u;
+    }
+    return status || !first ? status : report(r, first);
 }
 
-static void end_decoding(exr_rows *r)
+static void end_decoding(ibl_exr_file *r)
 {
-    ibl_exr_end(&r->file);
+    ibl_exr_end(r);
     ibl_free(r->band);
     r->band = NULL;
 }
 
 static ibl_status rows_read(ibl_rows *rows, int count, float *rgb)
 {
-    exr_rows *r = (exr_rows *)rows;
+    ibl_exr_file *r = (ibl_exr_file *)rows;
     const size_t floats = 3 * (size_t)rows->width;
     const int last = rows->row + count, stop = last < r->end ? last : r->end;
     ibl_status status = IBL_OK;
@@ -318,7 +281,7 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb)
 
 static void rows_close(ibl_rows *rows)
 {
-    end_decoding((exr_rows *)rows);
+    end_decoding((ibl_exr_file *)rows);
     ibl_free(rows);
 }
 
@@ -354,52 +317,49 @@ static const char envmap_faces[] = "nz/m,pz/m,py/m90,ny/m270,px/m,nx/m";
 ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
                         ibl_rows **out)
 {
-    exr_rows *r = ibl_alloc_zeroed(1, sizeof *r);
+    ibl_exr_file *r = ibl_alloc_zeroed(1, sizeof *r);
 
     *out = NULL;
     if (!r)
         return ibl_no_memory(in->ctx, "an EXR");
     ibl_rows *rows = *out = &r->rows;
-    ibl_exr_file *file = &r->file;
     *rows = (ibl_rows){.ctx = in->ctx, .read = rows_read, .close = rows_close};
-    file->in = in;
-    const ibl_status status = choose(file, opts);
+    r->in = in;
+    const ibl_status status = choose(r, opts);
     if (status)
         return status;
-    const ibl_exr_window *map = &file->display, *data = &file->data;
+    const ibl_exr_window *map = &r->display, *data = &r->data;
     const size_t block_bytes =
-        3 * sizeof(float) * (size_t)map->width * (size_t)file->lines;
-    const uint64_t each = file->unpacked / (uint64_t)file->count;
+        3 * sizeof(float) * (size_t)map->width * (size_t)r->lines;
+    const uint64_t each = r->unpacked / (uint64_t)r->count;
     r->framed = data->x0 > map->x0 || data->y0 > map->y0 ||
                 data->x1 < map->x1 || data->y1 < map->y1;
     r->begin = data->y0 > map->y0 ? data->y0 - map->y0 : 0;
     r->end = (data->y1 < map->y1 ? data->y1 : map->y1) - map->y0 + 1;
     r->per_job = each < JOB_BYTES ? (int)(JOB_BYTES / (each ? each : 1)) : 1;
-    r->group = (file->threads * r->per_job + file->columns - 1) / file->columns;
+    r->group = (r->threads * r->per_job + r->columns - 1) / r->columns;
     if ((size_t)r->group > BAND_BYTES / block_bytes)
         r->group = (int)(BAND_BYTES / block_bytes);
     r->group = r->group ? r->group : 1;
     r->halves = true;
     for (int c = 0; c < 3; c++)
-        r->halves &= file->channels->entries[file->channel[c]].pixel_type ==
-                     EXR_PIXEL_HALF;
+        r->halves &=
+            r->channels->entries[r->channel[c]].pixel_type == EXR_PIXEL_HALF;
     rows->width = map->width;
     rows->height = map->height;
-    if (file->library)
-        rows->held = (LIBRARY_BYTES + DECODED * (double)file->threads *
-                                          (double)file->most_unpacked) /
+    if (r->library)
+        rows->held = (LIBRARY_BYTES +
+                      DECODED * (double)r->threads * (double)r->most_unpacked) /
                      ((double)rows->width * rows->height);
-    rows->has_primaries = file->has_primaries;
-    memcpy(rows->primaries, file->primaries, sizeof rows->primaries);
     snprintf(rows->report.format, sizeof rows->report.format, "OpenEXR, %s%s%s",
-             ibl_exr_compression_name(file->compression),
-             file->tiled ? ", tiled" : "", file->grey ? ", Y" : "");
-    if (file->cube) {
+             ibl_exr_compression_name(r->compression),
+             r->tiled ? ", tiled" : "", r->grey ? ", Y" : "");
+    if (r->cube) {
         rows->report.layout = IBL_INPUT_CUBE;
         rows->to_edges = true;
         ibl_face_order_parse(envmap_faces, rows->face_order);
     }
-    return file->alpha < 0 ? IBL_OK : ibl_rows_alloc_alpha(rows);
+    return r->alpha < 0 ? IBL_OK : ibl_rows_alloc_alpha(rows);
 }
 
 /* ---- the library ---------------------------------------------------- */

@@ -13,7 +13,6 @@
 #include <strings.h>
 
 #include "core/context.h"
-#include "io/colour_space.h"
 #include "io/exr_file.h"
 
 enum {
@@ -30,24 +29,14 @@ const char *ibl_exr_compression_name(exr_compression_t compression)
     return i < sizeof names / sizeof names[0] ? names[i] : "unknown";
 }
 
-/* Adds a name to a list for a message, with its part if that is not -1; ends in
- * dots if it gets too long. */
+/* Adds a name to a list for a message, with its part if that is not -1. */
 static void list_add(char *list, const char *name, int part)
 {
     const size_t used = strlen(list);
-    char item[280];
 
-    snprintf(item, sizeof item, part < 0 ? "%s" : "%s (part %d)",
+    snprintf(list + used, LIST_BYTES - used,
+             part < 0 ? "%s%s" : "%s%s (part %d)", used ? ", " : "",
              *name ? name : "(unnamed)", part);
-    if (used < 3 || strcmp(list + used - 3, "...") != 0)
-        snprintf(list + used, LIST_BYTES - used, "%s%s", used ? ", " : "",
-                 used + strlen(item) + 8 < LIST_BYTES ? item : "...");
-}
-
-static const char *base_name(const char *channel)
-{
-    const char *dot = strrchr(channel, '.');
-    return dot ? dot + 1 : channel;
 }
 
 static size_t layer_length(const char *channel)
@@ -58,8 +47,7 @@ static size_t layer_length(const char *channel)
 
 static bool in_layer(const char *channel, const char *layer, size_t length)
 {
-    return layer_length(channel) == length &&
-           (length == 0 || !strncmp(channel, layer, length));
+    return layer_length(channel) == length && !strncmp(channel, layer, length);
 }
 
 /* Index of the layer's channel with this name or the longer one that some
@@ -72,7 +60,7 @@ static int find(const exr_attr_chlist_t *list, const char *layer, size_t length,
         const char *channel = list->entries[i].name.str;
         if (!in_layer(channel, layer, length))
             continue;
-        const char *base = base_name(channel);
+        const char *base = channel + length + (length > 0);
         if (!strcmp(base, name))
             return i;
         if (other < 0 &&
@@ -101,7 +89,7 @@ static bool find_colour(const exr_attr_chlist_t *list, const char *layer,
 /* What was found in the parts that were searched. */
 typedef struct found {
     char layers[LIST_BYTES], names[LIST_BYTES]; /* with colour; all channels */
-    int deep, flat;                             /* number of such parts */
+    bool deep;                                  /* there is such a part */
     int rank, count; /* of the best layers; file has the first */
 } found;
 
@@ -170,7 +158,7 @@ static void look_in_part(ibl_exr_file *file, int part, bool alone,
 static ibl_status choose_part(ibl_exr_file *file, const ibl_read_options *opts)
 {
     const ibl_input *in = file->in;
-    found f = {.deep = 0};
+    found f = {.deep = false};
     int parts = 0;
 
     if (exr_get_count(file->exr, &parts) || parts < 1)
@@ -189,15 +177,14 @@ static ibl_status choose_part(ibl_exr_file *file, const ibl_read_options *opts)
             continue;
         const bool deep = storage == EXR_STORAGE_DEEP_SCANLINE ||
                           storage == EXR_STORAGE_DEEP_TILED;
-        f.deep += deep;
-        f.flat += !deep;
+        f.deep |= deep;
         if (!deep && !exr_get_channels(file->exr, p, &list) && list &&
             list->num_channels <= MAX_CHANNELS)
             look_in_part(file, p, parts == 1, list, opts->layer, &f);
     }
     if (f.count == 1)
         return IBL_OK;
-    if (f.deep && !f.flat)
+    if (f.deep && !*f.names)
         return ibl_unsupported(
             in, "deep EXR data has no one colour per pixel; flatten it first");
     if (!*f.layers)
@@ -233,28 +220,29 @@ static ibl_status lay_out(ibl_exr_file *file)
     return IBL_OK;
 }
 
-static ibl_status read_window(const ibl_exr_file *file,
-                              const exr_attr_box2i_t *box, const char *what,
-                              ibl_exr_window *w)
+/* Checks the windows, and limits the black area around the data: the file's
+ * size does not bound it. */
+static ibl_status take_windows(ibl_exr_file *file,
+                               const exr_attr_box2i_t boxes[2])
 {
-    const long long width = (long long)box->max.x - box->min.x + 1;
-    const long long height = (long long)box->max.y - box->min.y + 1;
-    if (width < 1 || height < 1 || width > IBL_MAX_EDGE ||
-        height > IBL_MAX_EDGE)
-        return ibl_bad_file(
-            file->in, "the EXR's %s is %lldx%lld; each edge must be 1 to %d",
-            what, width, height, IBL_MAX_EDGE);
-    *w = (ibl_exr_window){box->min.x, box->min.y, box->max.x,
-                          box->max.y, (int)width, (int)height};
-    return IBL_OK;
-}
-
-/* Limits the black area around the data: the file's size does not bound it. */
-static ibl_status check_windows(const ibl_exr_file *file)
-{
+    static const char *const what[] = {"display", "data"};
+    ibl_exr_window *const windows[] = {&file->display, &file->data};
     const ibl_exr_window *map = &file->display, *data = &file->data;
-    const double pixels = (double)map->width * map->height;
 
+    for (int i = 0; i < 2; i++) {
+        const exr_attr_v2i_t min = boxes[i].min, max = boxes[i].max;
+        const long long width = (long long)max.x - min.x + 1;
+        const long long height = (long long)max.y - min.y + 1;
+        if (width < 1 || height < 1 || width > IBL_MAX_EDGE ||
+            height > IBL_MAX_EDGE)
+            return ibl_bad_file(
+                file->in,
+                "the EXR's %s window is %lldx%lld; each edge must be 1 to %d",
+                what[i], width, height, IBL_MAX_EDGE);
+        *windows[i] = (ibl_exr_window){min.x, min.y,      max.x,
+                                       max.y, (int)width, (int)height};
+    }
+    const double pixels = (double)map->width * map->height;
     if (data->x1 < map->x0 || data->x0 > map->x1 || data->y1 < map->y0 ||
         data->y0 > map->y1)
         return ibl_bad_file(file->in, "the EXR's data window lies outside its "
@@ -270,7 +258,7 @@ static ibl_status check_windows(const ibl_exr_file *file)
 ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts)
 {
     exr_attr_chromaticities_t c;
-    exr_attr_box2i_t display, data;
+    exr_attr_box2i_t boxes[2]; /* display, data */
     exr_envmap_t kind;
     int *width = &file->block_width, *height = &file->block_height;
     exr_storage_t storage = EXR_STORAGE_SCANLINE;
@@ -285,30 +273,24 @@ ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts)
         file->alpha = -1;
     exr_get_storage(exr, part, &storage);
     file->tiled = storage == EXR_STORAGE_TILED;
-    if (exr_get_display_window(exr, part, &display) ||
-        exr_get_data_window(exr, part, &data) ||
+    if (exr_get_display_window(exr, part, &boxes[0]) ||
+        exr_get_data_window(exr, part, &boxes[1]) ||
         exr_get_compression(exr, part, &file->compression) ||
         (file->tiled ? exr_get_tile_sizes(exr, part, 0, 0, width, height)
                      : exr_get_scanlines_per_chunk(exr, part, height)))
         return ibl_bad_file(file->in, "damaged EXR header: %s", file->text);
     file->cube = !exr_attr_get_envmap(exr, part, "envmap", &kind) &&
                  kind == EXR_ENVMAP_CUBE;
-    file->has_primaries =
+    ibl_read_report *report = &file->rows.report;
+    report->has_primaries =
         !exr_attr_get_chromaticities(exr, part, "chromaticities", &c);
-    if (file->has_primaries)
-        memcpy(file->primaries,
+    if (report->has_primaries)
+        memcpy(report->primaries,
                (double[]){c.red_x, c.red_y, c.green_x, c.green_y, c.blue_x,
                           c.blue_y, c.white_x, c.white_y},
-               sizeof file->primaries);
-    else
-        memcpy(file->primaries, ibl_primaries_xy(IBL_PRIMARIES_REC709),
-               sizeof file->primaries);
-    status = read_window(file, &display, "display window", &file->display);
-    if (!status)
-        status = read_window(file, &data, "data window", &file->data);
+               sizeof report->primaries);
+    status = take_windows(file, boxes);
     if (!file->tiled)
         *width = file->data.width;
-    if (!status)
-        status = check_windows(file);
     return status ? status : lay_out(file);
 }

@@ -52,13 +52,8 @@ static ibl_status add_chunk(ibl_exr_file *file, const exr_chunk_info_t *chunk)
 
     if (!ibl_input_has(file->in, chunk->data_offset, packed))
         return ibl_exr_cut(file, y);
-    if (bytes != chunk->unpacked_size || bytes > INT_MAX)
-        return ibl_unsupported(
-            file->in,
-            "the block of line %d unpacks to %llu bytes, not what its channels "
-            "need, or too many for OpenEXRCore",
-            y, (unsigned long long)bytes);
-    if (packed > bytes || (bytes > 4096 && bytes > ratio * packed))
+    if (bytes != chunk->unpacked_size || bytes > INT_MAX || packed > bytes ||
+        (bytes > 4096 && bytes > ratio * packed))
         return ibl_bad_file(file->in,
                             "damaged EXR: the block of line %d claims %llu "
                             "bytes for %llu, which %s cannot do",
@@ -226,5 +221,8 @@ void ibl_exr_end(ibl_exr_file *file)
     ibl_free(file->chunks);
     if (file->exr)
         exr_finish(&file->exr);
-    *file = (ibl_exr_file){.in = file->in};
+    file->exr = NULL;
+    file->workers = NULL;
+    file->chunks = NULL;
+    file->threads = 0;
 }

@@ -27,13 +27,14 @@ typedef struct ibl_exr_worker {
         *pixels; /* unpacked: lines of channels in their order */
     struct libdeflate_decompressor *inflater;
     unsigned char *inflated; /* ZIP's differences */
+    int fault, y;            /* of ibl_exr_unpack, and the first line of that */
 } ibl_exr_worker;
 
 /* A file opened by OpenEXRCore, and what of it is the picture. */
 typedef struct ibl_exr_file {
+    ibl_rows rows;
     const ibl_input *in;
     exr_context_t exr;
-    bool deaf;      /* jobs run: error texts of OpenEXRCore are dropped */
     bool no_memory; /* OpenEXRCore ran out of memory */
     int error;      /* errno of a failed read by OpenEXRCore, or 0 */
     char text[256]; /* first error text of OpenEXRCore; callers empty it to get
@@ -50,8 +51,6 @@ typedef struct ibl_exr_file {
     bool cube;                     /* the file says that it holds six faces */
     int block_width, block_height; /* of a tile, or a block of scan lines */
     ibl_exr_window display, data;
-    bool has_primaries;  /* the file has chromaticities */
-    double primaries[8]; /* xy of red, green, blue, white; else Rec. 709's */
 
     /* ibl_exr_list_chunks: the chunks of level 0 that overlap the image, in the
      * part's order. start_x and start_y are a chunk's first pixel, in the
@@ -71,6 +70,15 @@ typedef struct ibl_exr_file {
     int threads;
     ibl_openexr_unpack *library; /* for all but ZIP */
     ibl_half_planes_dsp dsp;
+
+    /* ibl_exr_open */
+    bool halves;    /* the three channels are halves */
+    bool framed;    /* the data window does not cover the map */
+    int begin, end; /* rows of the map that the blocks cover */
+    int per_job;    /* chunks */
+    int group;      /* number of rows of blocks that keeps all threads busy */
+    float *band;    /* rows of blocks of which a call wanted a part */
+    int band_row, band_count;
 } ibl_exr_file;
 
 /* "ZIP", "DWAA", ... */

@@ -5,9 +5,9 @@
  * Neighbours on a cube are nearly equal along their border, so the steps across
  * all borders, over those inside the faces, tell whether each face is where it
  * belongs. A search places one face after the other, the smallest steps first,
- * and turns back where the steps exceed those of the best cube so far. All 48
- * turns and mirrors of a cube fit as well as each other: of these the one that
- * changes least is named.
+ * and turns back where the steps exceed those of the best cube so far. All 24
+ * turns of a cube fit as well as each other: of these the one that changes
+ * least is named.
  */
 #include <math.h>
 #include <stdio.h>
@@ -21,10 +21,10 @@
 enum {
     TURNS = 8,                 /* 4 * mirrored + quarters clockwise */
     CODES = TURNS * IBL_FACES, /* face + IBL_FACES * turn */
-    MIRRORED = CODES / 2,
-    EDGE = 64,           /* samples along a border, at most */
-    LEAST_EDGE = 8,      /* smaller faces are not judged */
-    MOST_STEPS = 1 << 17 /* of a search */
+    TRIED = CODES / 2,         /* no file mirrors some of its faces */
+    EDGE = 64,                 /* samples along a border, at most */
+    LEAST_EDGE = 8,            /* smaller faces are not judged */
+    MOST_STEPS = 1 << 17       /* of a search */
 };
 
 /* Ratios of steps. Those of six photographs as cubes of 8 to 512 texels, turned
@@ -102,42 +102,38 @@ static const signed char beyond[IBL_FACES][4] = {{2, 5, 3, 4}, {2, 4, 3, 5},
 /* The logarithms of the luminance of a cube's faces, at n x n places. */
 typedef struct faces {
     int n;
-    float *at[IBL_FACES];
     /* The mean step between edge e of face f and edge d of face g, indexed
-     * [4 f + e][4 g + d], both clockwise; [1]: one of them mirrored. */
-    float step[4 * IBL_FACES][4 * IBL_FACES][2];
+     * [4 f + e][4 g + d], both clockwise. */
+    float step[4 * IBL_FACES][4 * IBL_FACES];
     double inside; /* the mean step between neighbours in a face */
-    float texels[];
+    float at[];
 } faces;
 
 /* Takes means over the texels of each place. Logarithms are of what is above a
  * share of a mean in which suns count little: noise in the dark is nothing. */
 static void look(const ibl_cube *cube, faces *f)
 {
-    const int n = f->n;
-    const size_t size = (size_t)cube->size, count = (size_t)(IBL_FACES * n * n);
+    const size_t n = (size_t)f->n, size = (size_t)cube->size;
+    const size_t count = IBL_FACES * n * n;
     double roots = 0;
 
     for (size_t i = 0; i < count; i++) {
-        const size_t face = i / (size_t)(n * n);
-        const size_t y = i / (size_t)n % (size_t)n, x = i % (size_t)n;
-        const size_t y1 = (y + 1) * size / (size_t)n;
-        const size_t x1 = (x + 1) * size / (size_t)n;
+        const size_t y = i / n % n, x = i % n;
+        const size_t y0 = y * size / n, y1 = (y + 1) * size / n;
+        const size_t x0 = x * size / n, x1 = (x + 1) * size / n;
         double light = 0;
-        size_t texels = 0;
-        for (size_t v = y * size / (size_t)n; v < y1; v++)
-            for (size_t u = x * size / (size_t)n; u < x1; u++, texels++) {
+        for (size_t v = y0; v < y1; v++)
+            for (size_t u = x0; u < x1; u++) {
                 const float *p =
-                    cube->data + 3 * ((face * size + v) * size + u);
+                    cube->data + 3 * ((i / (n * n) * size + v) * size + u);
                 light += (double)(p[0] + 2 * p[1] + p[2]);
             }
-        light = fmax(light, 0) / (double)(4 * texels);
-        f->at[0][i] = (float)light;
+        light = fmax(light, 0) / (double)(4 * (y1 - y0) * (x1 - x0));
+        f->at[i] = (float)light;
         roots += sqrt(light) / (double)count;
     }
     for (size_t i = 0; i < count; i++)
-        f->at[0][i] =
-            (float)log((double)f->at[0][i] + .05 * roots * roots + 1e-30);
+        f->at[i] = (float)log((double)f->at[i] + .05 * roots * roots + 1e-30);
 }
 
 /* Sample i of an edge, clockwise. */
@@ -145,7 +141,7 @@ static float edge_at(const faces *f, int edge, int i)
 {
     const int n = f->n, last = n - 1;
     const int x[] = {i, last, last - i, 0}, y[] = {0, i, last, last - i};
-    return f->at[edge / 4][y[edge % 4] * n + x[edge % 4]];
+    return f->at[(edge / 4 * n + y[edge % 4]) * n + x[edge % 4]];
 }
 
 static void measure(faces *f)
@@ -154,18 +150,17 @@ static void measure(faces *f)
     double sum = 0;
 
     for (int i = 0; i < IBL_FACES * n * n; i++) {
-        const float *p = &f->at[0][i];
+        const float *p = &f->at[i];
         sum += i % n ? fabs((double)(p[0] - p[-1])) : 0;
         sum += i / n % n ? fabs((double)(p[0] - p[-n])) : 0;
     }
     f->inside = sum / (2 * IBL_FACES * n * (n - 1));
-    for (int i = 0; i < edges * edges * 2; i++) {
-        const int a = i / 2 / edges, b = i / 2 % edges;
+    for (int i = 0; i < edges * edges; i++) {
         double across = 0;
         for (int k = 0; k < n; k++)
-            across += fabs((double)(edge_at(f, a, k) -
-                                    edge_at(f, b, i % 2 ? k : n - 1 - k)));
-        f->step[a][b][i % 2] = (float)(across / n);
+            across += fabs((double)(edge_at(f, i / edges, k) -
+                                    edge_at(f, i % edges, n - 1 - k)));
+        f->step[i / edges][i % edges] = (float)(across / n);
     }
 }
 
@@ -181,8 +176,7 @@ typedef struct search {
 /* The edge of the face in a place that lies at the place's edge. */
 static int edge_in(int code, int edge)
 {
-    const int e = (edge - code / IBL_FACES % 4 + 4) % 4;
-    return 4 * (code % IBL_FACES) + (code >= MIRRORED ? (4 - e) % 4 : e);
+    return 4 * (code % IBL_FACES) + (edge - code / IBL_FACES + 4) % 4;
 }
 
 /* The steps across the borders that a face in a place shares with the places
@@ -193,23 +187,15 @@ static double steps_of(const search *s, const unsigned char *order, int place,
     double sum = 0;
 
     for (int e = 0; e < 4; e++) {
-        const int other = beyond[place][e], with = order[other];
+        const int other = beyond[place][e];
         int d = 0;
         if (!(taken >> other & 1))
             continue;
         while (beyond[other][d] != place)
             d++;
-        sum += (double)s->f->step[edge_in(code, e)][edge_in(with, d)]
-                                 [code / MIRRORED != with / MIRRORED];
+        sum += (double)s->f->step[edge_in(code, e)][edge_in(order[other], d)];
     }
     return sum;
-}
-
-/* A little for each change, more for what is less usual. */
-static double cost_of_change(int place, int code)
-{
-    return .01 * (2 * (code % IBL_FACES != place) +
-                  3 * (code / IBL_FACES % 4 > 0) + 5 * (code >= MIRRORED));
 }
 
 /* Finds faces for the places from the i-th on; used: the faces taken. */
@@ -217,7 +203,7 @@ static void place_from(search *s, int i, unsigned taken, unsigned used,
                        double cost)
 {
     static const int places[] = {0, 2, 4, 1, 3, 5}; /* neighbours first */
-    double costs[CODES];
+    double costs[TRIED];
 
     if (i == IBL_FACES) {
         s->least = cost;
@@ -225,14 +211,16 @@ static void place_from(search *s, int i, unsigned taken, unsigned used,
         return;
     }
     const int place = places[i];
-    for (int c = 0; c < CODES; c++)
+    for (int c = 0; c < TRIED; c++) { /* a little for each change */
+        const int change = 2 * (c % IBL_FACES != place) + 3 * (c >= IBL_FACES);
         costs[c] = used >> c % IBL_FACES & 1
                        ? INFINITY
                        : cost + steps_of(s, s->in, place, taken, c) +
-                             s->f->inside * cost_of_change(place, c);
+                             s->f->inside * .01 * change;
+    }
     for (;;) {
         int c = 0;
-        for (int k = 1; k < CODES; k++)
+        for (int k = 1; k < TRIED; k++)
             c = costs[k] < costs[c] ? k : c;
         if (!(costs[c] < s->least) || s->steps++ > MOST_STEPS)
             return;
@@ -241,16 +229,6 @@ static void place_from(search *s, int i, unsigned taken, unsigned used,
                    costs[c]);
         costs[c] = INFINITY;
     }
-}
-
-/* The code of a face that is turned once more. */
-static unsigned char turned_again(int code, int by)
-{
-    const int t = code / IBL_FACES, u = by / IBL_FACES;
-    const int quarters = u % 4 + (u / 4 ? 4 - t % 4 : t % 4);
-
-    return (unsigned char)(IBL_FACES * (4 * (t / 4 != u / 4) + quarters % 4) +
-                           by % IBL_FACES);
 }
 
 /* The mean step across the borders of the places that the search changed, over
@@ -285,9 +263,13 @@ static void judge(ibl_ctx *ctx, const char *name, const faces *f,
         return; /* or none of them is a number */
     for (int i = 0; i < IBL_FACES; i++)
         for (int p = 0; p < IBL_FACES; p++)
-            if (s.best[p] % IBL_FACES == order[i] % IBL_FACES)
-                mended[i] = turned_again(order[i],
-                                         s.best[p] / IBL_FACES * IBL_FACES + p);
+            if (s.best[p] % IBL_FACES == order[i] % IBL_FACES) {
+                const int turn = order[i] / IBL_FACES;
+                const int quarters = turn + s.best[p] / IBL_FACES;
+                mended[i] =
+                    (unsigned char)(IBL_FACES * ((turn & 4) + quarters % 4) +
+                                    p);
+            }
     ibl_face_order_text(mended, text);
     ibl_warn(ctx,
              "%s: its faces do not meet: the steps across their borders are "
@@ -308,8 +290,6 @@ ibl_status ibl_faces_check(ibl_ctx *ctx, const char *name, const ibl_cube *cube,
     if (!f)
         return ibl_no_memory(ctx, "the faces of a cube");
     f->n = n;
-    for (int i = 0; i < IBL_FACES; i++)
-        f->at[i] = f->texels + (size_t)i * count / IBL_FACES;
     look(cube, f);
     measure(f);
     judge(ctx, name, f, order);

@@ -9,6 +9,11 @@
 #include "io/container.h"
 #include "json/json_text.h"
 
+enum {
+    MAX_KEYS = 4096,
+    MAX_KEY_BYTES = 255
+};
+
 static const char orientation_key[] = "KTXorientation";
 static const char writer_key[] = "KTXwriter";
 static const char writer[] = "iblbake " IBL_VERSION;
@@ -23,8 +28,8 @@ static char *copy_text(const void *text, size_t n)
     return copy;
 }
 
-/* Index of the first key that is not less than `key`. */
-static int find_key(const ibl_texture *tex, const char *key)
+/* Whether there is a key. *at: its index, or where it belongs. */
+static bool find_key(const ibl_texture *tex, const char *key, int *at)
 {
     int low = 0, high = tex->key_count;
     while (low < high) {
@@ -34,18 +39,14 @@ static int find_key(const ibl_texture *tex, const char *key)
         else
             high = middle;
     }
-    return low;
-}
-
-static bool has_key(const ibl_texture *tex, int at, const char *key)
-{
-    return at < tex->key_count && !strcmp(tex->keys[at].key, key);
+    *at = low;
+    return low < tex->key_count && !strcmp(tex->keys[low].key, key);
 }
 
 const char *ibl_texture_get(const ibl_texture *tex, const char *key)
 {
-    const int at = find_key(tex, key);
-    return has_key(tex, at, key) ? tex->keys[at].value : NULL;
+    int at;
+    return find_key(tex, key, &at) ? tex->keys[at].value : NULL;
 }
 
 static void remove_key(ibl_texture *tex, int at)
@@ -89,22 +90,22 @@ ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
     if (!ctx || !tex || !key || !value)
         return ibl_missing(ctx, "ibl_texture_set: tex, key or value");
     const size_t n = strlen(key);
-    if (n < 1 || n > IBL_MAX_KEY_BYTES)
+    if (n < 1 || n > MAX_KEY_BYTES)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a texture's key of %zu bytes: must be 1 to %d", n,
-                        IBL_MAX_KEY_BYTES);
+                        MAX_KEY_BYTES);
     if (!ibl_json_is_text(key) || !ibl_json_is_text(value))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a texture's key or its value is not UTF-8");
-    if (strlen(value) > INT32_MAX - IBL_MAX_KEY_BYTES - 2)
+    if (strlen(value) > INT32_MAX - MAX_KEY_BYTES - 2)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a value of %zu bytes: the limit is 2 GiB",
                         strlen(value));
-    if (tex->key_count >= IBL_MAX_KEYS)
+    if (tex->key_count >= MAX_KEYS)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a texture's keys: the limit is %d", IBL_MAX_KEYS);
-    const int at = find_key(tex, key);
-    if (has_key(tex, at, key))
+                        "a texture's keys: the limit is %d", MAX_KEYS);
+    int at;
+    if (find_key(tex, key, &at))
         remove_key(tex, at);
     return insert_pair(tex, at, key, value, strlen(value))
                ? IBL_OK
@@ -126,13 +127,12 @@ static ibl_status read_pair(const ibl_input *in, const char *key,
     size_t length = bytes - n - 1;
     if (length && !value[length - 1])
         length--;
-    if (n > IBL_MAX_KEY_BYTES || memchr(value, 0, length) ||
-        !ibl_json_is_text(key))
+    if (n > MAX_KEY_BYTES || memchr(value, 0, length) || !ibl_json_is_text(key))
         return IBL_OK;
-    if (tex->key_count == IBL_MAX_KEYS)
-        return ibl_unsupported(in, "over %d keys of metadata", IBL_MAX_KEYS);
-    const int at = find_key(tex, key);
-    if (has_key(tex, at, key))
+    if (tex->key_count == MAX_KEYS)
+        return ibl_unsupported(in, "over %d keys of metadata", MAX_KEYS);
+    int at;
+    if (find_key(tex, key, &at))
         return ibl_bad_file(in, "damaged: the key \"%s\" is there twice",
                             ibl_quote(key, text));
     if (!insert_pair(tex, at, key, value, length))
@@ -164,8 +164,8 @@ ibl_status ibl_keys_read(const ibl_input *in, uint64_t at, uint64_t size,
     }
     /* Rows of textures start at the top: after they are flipped the key would
      * be wrong. */
-    const int found = find_key(tex, orientation_key);
-    if (!has_key(tex, found, orientation_key))
+    int found;
+    if (!find_key(tex, orientation_key, &found))
         return IBL_OK;
     const char *value = tex->keys[found].value;
     *bottom_up = !strcmp(value, up);

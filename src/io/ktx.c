@@ -79,7 +79,8 @@ ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
         unsigned char *to = file->head + begin + sizeof size * (size_t)l;
         memcpy(to, &size, sizeof size);
         ibl_pieces_add(file, to, sizeof size);
-        ibl_pieces_add_level(file, tex, l);
+        ibl_pieces_add(file, tex->data + ibl_texture_offset(tex, l, 0),
+                       ibl_texture_level_bytes(tex, l));
     }
     return IBL_OK;
 }

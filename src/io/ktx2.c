@@ -123,14 +123,14 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
     /* Smallest level first. Sizes are multiples of the alignment: no gaps. */
     for (int l = tex->levels - 1; l >= 0; l--) {
         const uint64_t bytes = ibl_texture_level_bytes(tex, l);
-        const index_entry entry = {file->size,
-                                   tex->zstd ? frames[l].size : bytes, bytes};
+        const ibl_piece level =
+            tex->zstd
+                ? frames[l]
+                : (ibl_piece){tex->data + ibl_texture_offset(tex, l, 0), bytes};
+        const index_entry entry = {file->size, level.size, bytes};
         memcpy(file->head + index + sizeof entry * (size_t)l, &entry,
                sizeof entry);
-        if (tex->zstd)
-            ibl_pieces_add(file, frames[l].bytes, frames[l].size);
-        else
-            ibl_pieces_add_level(file, tex, l);
+        ibl_pieces_add(file, level.bytes, level.size);
     }
     return IBL_OK;
 }

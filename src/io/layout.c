@@ -136,24 +136,21 @@ static ibl_status unwrap_sheet(ibl_ctx *ctx, const char *name, const sheet *s,
     return status;
 }
 
-static ibl_status unwrap_octahedral(ibl_ctx *ctx, const ibl_image *img,
-                                    ibl_image *map)
-{
-    const int width = ibl_latlong_width((img->width + 1) / 2);
-    const ibl_status status = ibl_image_alloc(ctx, width, width / 2, map);
-
-    return status ? status : ibl_latlong_from_octahedral(ctx, img, map);
-}
-
 ibl_status ibl_unwrap(ibl_ctx *ctx, const char *name, ibl_input_layout layout,
                       const unsigned char order[IBL_FACES],
                       const ibl_image *img, ibl_cube *faces, ibl_image *map)
 {
-    const ibl_status status =
-        layout == IBL_INPUT_OCTAHEDRAL
-            ? unwrap_octahedral(ctx, img, map)
-            : unwrap_sheet(ctx, name, &sheets[layout], order, img, faces, map);
+    ibl_status status;
 
+    if (layout == IBL_INPUT_OCTAHEDRAL) {
+        const int width = ibl_latlong_width((img->width + 1) / 2);
+        status = ibl_image_alloc(ctx, width, width / 2, map);
+        if (!status)
+            status = ibl_latlong_from_octahedral(ctx, img, map);
+    } else {
+        status =
+            unwrap_sheet(ctx, name, &sheets[layout], order, img, faces, map);
+    }
     if (status)
         ibl_image_free(map);
     return status;

@@ -177,38 +177,42 @@ static void rows_job(void *arg, int job, int worker)
 
 /* ---- the whole map ------------------------------------------------------ */
 
-static bool same_space(const double a[8], const double b[8])
+ibl_status ibl_mender_init(ibl_mender *m, const ibl_input *in, ibl_rows *rows,
+                           const ibl_read_options *opts)
 {
-    const char *names[2] = {ibl_colour_space_name(a), ibl_colour_space_name(b)};
-    return names[0] && names[0] == names[1];
-}
-
-static ibl_status init_colours(ibl_mender *m, const ibl_input *in,
-                               const ibl_read_options *opts)
-{
-    ibl_rows *rows = m->rows;
-    ibl_read_report *r = &rows->report;
     const double *rec709 = ibl_primaries_xy(IBL_PRIMARIES_REC709);
-    const bool known = rows->has_primaries || rows->primaries[7] > 0;
-    const double *xy = known ? rows->primaries : rec709;
-    const char *name = ibl_colour_space_name(xy);
     const double gain = exp2(opts->exposure);
+    ibl_read_report *r = &rows->report;
     double unused[9];
     float luma[3];
 
-    *m->matrix = m->matrix[4] = m->matrix[8] = 1;
-    m->primaries = opts->primaries;
-    m->clamp = opts->clamp > 0 ? opts->clamp : INFINITY;
-    r->has_primaries = rows->has_primaries;
-    memcpy(r->primaries, xy, sizeof r->primaries);
+    *m = (ibl_mender){
+        .rows = rows,
+        .name = in->name,
+        .strict = opts->strict,
+        .straight = rows->straight || opts->alpha == IBL_ALPHA_STRAIGHT,
+        .primaries = opts->primaries,
+        .matrix = {1, 0, 0, 0, 1, 0, 0, 0, 1},
+        .clamp = opts->clamp > 0 ? opts->clamp : INFINITY,
+    };
+    m->facts = ibl_alloc_array((size_t)rows->height, sizeof *m->facts);
+    if (!m->facts)
+        return ibl_no_memory(rows->ctx, "rows of an image");
+    r->has_alpha = rows->alpha != NULL;
+    r->alpha_least = 1;
+    r->alpha_most = !rows->alpha;
+    if (!r->has_primaries)
+        memcpy(r->primaries, rec709, sizeof r->primaries);
+    const char *name = ibl_colour_space_name(r->primaries);
     snprintf(r->primaries_name, sizeof r->primaries_name, "%s",
              name ? name : "");
-    if (!ibl_colour_space(xy, unused, luma))
+    if (!ibl_colour_space(r->primaries, unused, luma))
         ibl_colour_space(rec709, unused, luma);
     if (opts->primaries != IBL_PRIMARIES_KEEP) {
         const double *to = ibl_primaries_xy(opts->primaries);
-        m->converts = !same_space(xy, to);
-        if (m->converts && !ibl_colour_matrix(xy, to, m->matrix, luma))
+        m->converts = !name || strcmp(name, ibl_colour_space_name(to));
+        if (m->converts &&
+            !ibl_colour_matrix(r->primaries, to, m->matrix, luma))
             return ibl_bad_file(
                 in,
                 "its primaries are no triangle with a white, so that they "
@@ -223,53 +227,11 @@ static ibl_status init_colours(ibl_mender *m, const ibl_input *in,
     return IBL_OK;
 }
 
-ibl_status ibl_mender_init(ibl_mender *m, const ibl_input *in, ibl_rows *rows,
-                           const ibl_read_options *opts)
-{
-    *m = (ibl_mender){.rows = rows, .name = in->name, .strict = opts->strict};
-    m->straight = rows->straight || opts->alpha == IBL_ALPHA_STRAIGHT;
-    rows->report.has_alpha = rows->alpha != NULL;
-    rows->report.alpha_least = 1;
-    rows->report.alpha_most = !rows->alpha;
-    m->facts = ibl_alloc_array((size_t)rows->height, sizeof *m->facts);
-    if (!m->facts)
-        return ibl_no_memory(rows->ctx, "rows of an image");
-    return init_colours(m, in, opts);
-}
-
-static void warn_of_colours(const ibl_mender *m)
-{
-    const ibl_read_report *r = &m->rows->report;
-    const double *xy = r->primaries;
-    ibl_ctx *ctx = m->rows->ctx;
-
-    if (r->has_primaries && m->primaries == IBL_PRIMARIES_KEEP &&
-        strcmp(r->primaries_name, "Rec.709"))
-        ibl_warn(ctx,
-                 *r->primaries_name
-                     ? "%s: its primaries are %s, not Rec.709: its colours are "
-                       "kept as they are"
-                     : "%s: its primaries are %s(%.4g %.4g, %.4g %.4g, %.4g "
-                       "%.4g, white %.4g %.4g), not Rec.709: its colours are "
-                       "kept as they are",
-                 m->name, r->primaries_name, xy[0], xy[1], xy[2], xy[3], xy[4],
-                 xy[5], xy[6], xy[7]);
-    if (r->outside)
-        ibl_warn(ctx,
-                 "%s: %zu pixels were outside the gamut of %s, and became "
-                 "greyer of the same luminance",
-                 m->name, r->outside, ibl_primaries_name(m->primaries));
-    if (r->clamped)
-        ibl_warn(ctx,
-                 "%s: %zu pixels were above %g and were clamped, which took "
-                 "%.3g %% of the map's luminance",
-                 m->name, r->clamped, m->clamp, 100 * r->clamp_removed);
-}
-
 /* After the last row: warns of mended values or, if strict, refuses them. */
 static ibl_status report(ibl_mender *m)
 {
     ibl_read_report *r = &m->rows->report;
+    const double *xy = r->primaries;
     ibl_ctx *ctx = m->rows->ctx;
     const int height = m->rows->height;
     const bool map = r->layout == IBL_INPUT_EQUIRECT;
@@ -334,7 +296,27 @@ static ibl_status report(ibl_mender *m)
                  "colours are taken as multiplied by alpha unless they are "
                  "said to be straight",
                  m->name, r->alpha_hidden);
-    warn_of_colours(m);
+    if (r->has_primaries && m->primaries == IBL_PRIMARIES_KEEP &&
+        strcmp(r->primaries_name, "Rec.709"))
+        ibl_warn(ctx,
+                 *r->primaries_name
+                     ? "%s: its primaries are %s, not Rec.709: its colours are "
+                       "kept as they are"
+                     : "%s: its primaries are %s(%.4g %.4g, %.4g %.4g, %.4g "
+                       "%.4g, white %.4g %.4g), not Rec.709: its colours are "
+                       "kept as they are",
+                 m->name, r->primaries_name, xy[0], xy[1], xy[2], xy[3], xy[4],
+                 xy[5], xy[6], xy[7]);
+    if (r->outside)
+        ibl_warn(ctx,
+                 "%s: %zu pixels were outside the gamut of %s, and became "
+                 "greyer of the same luminance",
+                 m->name, r->outside, ibl_primaries_name(m->primaries));
+    if (r->clamped)
+        ibl_warn(ctx,
+                 "%s: %zu pixels were above %g and were clamped, which took "
+                 "%.3g %% of the map's luminance",
+                 m->name, r->clamped, m->clamp, 100 * r->clamp_removed);
     return IBL_OK;
 }
 

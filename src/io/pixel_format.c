@@ -188,40 +188,6 @@ static ibl_sample float_sample(int offset, int bits, int channel)
                         .upper = float_one};
 }
 
-static int float_samples(int channels, int bits, ibl_sample *s)
-{
-    for (int c = 0; c < channels; c++)
-        s[c] =
-            float_sample(c * bits, bits, (c == 3 ? CHANNEL_ALPHA : c) | SIGNED);
-    return channels;
-}
-
-/* Mantissa and exponent of each channel. A mantissa of 8448 (2^13 + 2^8) with
- * an exponent equal to the bias, 15, is 1. */
-static int shared_exponent_samples(ibl_sample *s)
-{
-    for (int c = 0; c < 3; c++) {
-        s[2 * c] = (ibl_sample){(uint16_t)(9 * c), 8, (uint8_t)c, 0, 0, 8448};
-        s[2 * c + 1] = (ibl_sample){27, 4, (uint8_t)(c | EXPONENT), 0, 15, 31};
-    }
-    return 6;
-}
-
-static int small_float_samples(ibl_sample *s)
-{
-    s[0] = float_sample(0, 11, 0);
-    s[1] = float_sample(11, 11, 1);
-    s[2] = float_sample(22, 10, 2);
-    return 3;
-}
-
-/* A block is one sample. */
-static int block_sample(int channel, ibl_sample *s)
-{
-    *s = float_sample(0, 128, channel);
-    return 1;
-}
-
 int ibl_pixel_model(ibl_pixel pixel)
 {
     return pixel == IBL_PIXEL_BC6H         ? IBL_MODEL_BC6H
@@ -232,106 +198,70 @@ int ibl_pixel_model(ibl_pixel pixel)
 
 int ibl_pixel_samples(ibl_pixel pixel, ibl_sample s[IBL_MAX_SAMPLES])
 {
-    switch (pixel) {
-    case IBL_PIXEL_RGBA16F:
-        return float_samples(4, 16, s);
-    case IBL_PIXEL_RGBA32F:
-        return float_samples(4, 32, s);
-    case IBL_PIXEL_RG16F:
-        return float_samples(2, 16, s);
-    case IBL_PIXEL_RG32F:
-        return float_samples(2, 32, s);
-    case IBL_PIXEL_RGB9E5:
-        return shared_exponent_samples(s);
-    case IBL_PIXEL_R11G11B10F:
-        return small_float_samples(s);
-    case IBL_PIXEL_BC6H:
-    case IBL_PIXEL_UASTC_HDR:
-        return block_sample(0, s);
-    case IBL_PIXEL_ASTC4X4HDR:
-        return block_sample(SIGNED, s);
-    case IBL_PIXEL_COUNT:
-        break;
-    }
-    assert(0 && "a pixel format");
-    return 0;
-}
-
-size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
-                        void *dst)
-{
-    assert(pixel < IBL_PIXEL_COUNT);
-    if (ibl_pixel_block(pixel) > 1)
-        return ibl_blocks_encode(pixel, src, count / IBL_BLOCK_TEXELS, dst);
-    ibl_pixel_dsp dsp;
-    ibl_pixel_dsp_init(&dsp, ibl_isa_best());
-    return dsp.encode[pixel](src, count, dst);
-}
-
-/* Decodes texels of halves or floats; keeps the format's channels. */
-static void decode_words(ibl_pixel pixel, const unsigned char *src,
-                         size_t count, float *dst)
-{
     const ibl_layout *l = &ibl_layouts[pixel];
-    for (size_t i = 0; i < count; i++, src += l->block_bytes)
-        for (int c = 0; c < formats[pixel].channels; c++)
-            *dst++ = load_word(src + c * l->word_bytes, l->word_bytes);
-}
+    const int words = l->block_bytes / l->word_bytes;
 
-static void decode_rgb9e5(const unsigned char *src, size_t count, float *dst)
-{
-    for (size_t i = 0; i < count; i++, src += 4) {
-        uint32_t texel;
-        memcpy(&texel, src, sizeof texel);
-        /* 2^(E - B - N), at least 2^-24. */
-        const uint32_t scale_bits = (127 - 24 + (texel >> 27)) << 23;
-        float scale;
-        memcpy(&scale, &scale_bits, sizeof scale);
-        for (int c = 0; c < 3; c++)
-            *dst++ = (float)(texel >> (9 * c) & 511) * scale;
+    if (l->block_edge > 1) { /* a block is one sample */
+        s[0] = float_sample(0, 128, pixel == IBL_PIXEL_ASTC4X4HDR ? SIGNED : 0);
+        return 1;
     }
-}
-
-/* The small floats are halves without sign and last mantissa bits. */
-static void decode_r11g11b10f(const unsigned char *src, size_t count,
-                              float *dst)
-{
-    for (size_t i = 0; i < count; i++, src += 4) {
-        uint32_t texel;
-        memcpy(&texel, src, sizeof texel);
-        *dst++ = ibl_half_to_float((uint16_t)((texel & 0x7FF) << 4));
-        *dst++ = ibl_half_to_float((uint16_t)((texel >> 11 & 0x7FF) << 4));
-        *dst++ = ibl_half_to_float((uint16_t)((texel >> 22) << 5));
+    if (pixel == IBL_PIXEL_R11G11B10F) {
+        s[0] = float_sample(0, 11, 0);
+        s[1] = float_sample(11, 11, 1);
+        s[2] = float_sample(22, 10, 2);
+        return 3;
     }
+    /* Mantissa and exponent of each channel. A mantissa of 8448 (2^13 + 2^8)
+     * with an exponent equal to the bias, 15, is 1. */
+    for (int c = 0; c < 3 && pixel == IBL_PIXEL_RGB9E5; c++) {
+        s[2 * c] = (ibl_sample){(uint16_t)(9 * c), 8, (uint8_t)c, 0, 0, 8448};
+        s[2 * c + 1] = (ibl_sample){27, 4, (uint8_t)(c | EXPONENT), 0, 15, 31};
+    }
+    if (pixel == IBL_PIXEL_RGB9E5)
+        return 6;
+    for (int c = 0; c < words; c++)
+        s[c] = float_sample(8 * c * l->word_bytes, 8 * l->word_bytes,
+                            (c == 3 ? CHANNEL_ALPHA : c) | SIGNED);
+    return words;
 }
 
 void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
                       float *dst)
 {
+    const ibl_layout *l = &ibl_layouts[pixel];
+    const unsigned char *from = src;
     ibl_pixel_dsp dsp;
 
-    switch (pixel) {
-    case IBL_PIXEL_RGBA16F:
+    if (pixel == IBL_PIXEL_RGBA16F) {
         ibl_pixel_dsp_init(&dsp, ibl_isa_best());
         dsp.decode_rgba16f(src, count, dst);
-        break;
-    case IBL_PIXEL_RG16F:
-    case IBL_PIXEL_RGBA32F:
-    case IBL_PIXEL_RG32F:
-        decode_words(pixel, src, count, dst);
-        break;
-    case IBL_PIXEL_RGB9E5:
-        decode_rgb9e5(src, count, dst);
-        break;
-    case IBL_PIXEL_R11G11B10F:
-        decode_r11g11b10f(src, count, dst);
-        break;
-    case IBL_PIXEL_BC6H:
-    case IBL_PIXEL_UASTC_HDR:
-    case IBL_PIXEL_ASTC4X4HDR:
-        ibl_blocks_decode(pixel, src, count / IBL_BLOCK_TEXELS, dst);
-        break;
-    case IBL_PIXEL_COUNT:
-        assert(0 && "a pixel format");
+        return;
+    }
+    if (l->block_edge > 1) {
+        /* A block has as many bytes as texels. */
+        for (size_t i = 0; i < count; i += IBL_BLOCK_TEXELS)
+            ibl_blocks_to_floats(pixel, from + i, IBL_BLOCK_EDGE,
+                                 IBL_BLOCK_EDGE, dst + 3 * i);
+        return;
+    }
+    for (size_t i = 0; i < count; i++, from += l->block_bytes) {
+        uint32_t texel;
+        memcpy(&texel, from, sizeof texel);
+        if (pixel == IBL_PIXEL_RGB9E5) {
+            /* 2^(E - B - N), at least 2^-24. */
+            const uint32_t bits = (127 - 24 + (texel >> 27)) << 23;
+            float scale;
+            memcpy(&scale, &bits, sizeof scale);
+            for (int c = 0; c < 3; c++)
+                *dst++ = (float)(texel >> (9 * c) & 511) * scale;
+        } else if (pixel == IBL_PIXEL_R11G11B10F) {
+            /* Halves without sign and last mantissa bits. */
+            *dst++ = ibl_half_to_float((uint16_t)((texel & 0x7FF) << 4));
+            *dst++ = ibl_half_to_float((uint16_t)((texel >> 11 & 0x7FF) << 4));
+            *dst++ = ibl_half_to_float((uint16_t)((texel >> 22) << 5));
+        } else {
+            for (int c = 0; c < formats[pixel].channels; c++)
+                *dst++ = load_word(from + c * l->word_bytes, l->word_bytes);
+        }
     }
 }

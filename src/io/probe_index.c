@@ -17,7 +17,7 @@ enum {
 /* Bound for coefficients: more than a bake can hold as irradiance. */
 static const double most_irradiance = 1e30;
 
-/* Who reads, and what it is if something is wrong now. */
+/* Who reads, and the status of a failure. */
 typedef struct reader {
     ibl_ctx *ctx; /* NULL: silence */
     ibl_status status;
@@ -27,17 +27,18 @@ typedef struct reader {
 static void fail(void *cookie, const char *text)
 {
     const reader *r = cookie;
-    ibl_fail(r->ctx, r->status, "%s", text);
+    ibl_fail(r->ctx, IBL_ERR_FORMAT, "%s", text);
 }
 
-static bool no_memory(reader *r, ibl_json_at at, const char *what)
+/* Whether there was memory. */
+static bool needed(reader *r, const void *memory)
 {
-    r->status = IBL_ERR_MEMORY;
-    return ibl_json_complain(at, "no memory for %s of %d probes", what,
-                             r->x->specular.layers);
+    if (!memory)
+        r->status = IBL_ERR_MEMORY;
+    return memory;
 }
 
-/* Leaves *to where there is none. */
+/* Leaves *to where there is no text. */
 static bool copy(reader *r, ibl_json_at at, char **to)
 {
     const char *text = NULL;
@@ -47,10 +48,7 @@ static bool copy(reader *r, ibl_json_at at, char **to)
     if (!text)
         return true;
     *to = ibl_alloc_array(strlen(text) + 1, 1);
-    if (!*to)
-        return no_memory(r, at, "names");
-    strcpy(*to, text);
-    return true;
+    return needed(r, *to) && strcpy(*to, text);
 }
 
 /* ---- files ------------------------------------------------------------- */
@@ -60,10 +58,9 @@ static bool take_name(reader *r, ibl_json_at at, char **to)
 {
     const ibl_json_at name = ibl_json_member(&at, "file");
 
-    if (!copy(r, name, to))
-        return false;
-    return !strchr(*to, '/') ||
-           ibl_json_wrong(name, "the name of a file beside the index");
+    return copy(r, name, to) &&
+           (!strchr(*to, '/') ||
+            ibl_json_wrong(name, "the name of a file beside the index"));
 }
 
 static bool take_array(reader *r, ibl_json_at at, ibl_probe_file *f)
@@ -98,8 +95,8 @@ static bool take_files(reader *r, ibl_json_at root)
     const int layers = x->specular.layers;
     if (harmonics) {
         x->sh = ibl_alloc_zeroed((size_t)layers, sizeof *x->sh);
-        if (!x->sh)
-            return no_memory(r, root, "irradiance");
+        if (!needed(r, x->sh))
+            return false;
     } else if (!take_array(r, second, &x->irradiance)) {
         return false;
     } else if (x->irradiance.layers != layers) {
@@ -190,8 +187,8 @@ static bool take_probes(reader *r, ibl_json_at root)
         return false;
     x->probe = ibl_alloc_array((size_t)count, sizeof *x->probe);
     x->name = ibl_alloc_array((size_t)count, sizeof *x->name);
-    if (!x->probe || !x->name)
-        return no_memory(r, probes, "places");
+    if (!needed(r, x->probe) || !needed(r, x->name))
+        return false;
     for (int i = 0; i < count && ok; i++)
         ok = take_probe(r, ibl_json_element(&probes, (size_t)i), &probe[i],
                         &name[i]);
@@ -204,21 +201,14 @@ static bool take_probes(reader *r, ibl_json_at root)
     return ok;
 }
 
-static bool take_global(ibl_json_at root, ibl_probe_index *x)
-{
-    const ibl_json_at global = ibl_json_optional(&root, "global");
-
-    x->global = -1;
-    return !global.value || (take_layer(global, x, &x->global) &&
-                             (!x->sh || take_sh(global, x->sh[x->global])));
-}
-
 /* ---- the whole --------------------------------------------------------- */
 
 static bool take_index(reader *r, const ibl_json_file *file)
 {
     const ibl_json_at root = ibl_json_root(file);
     const ibl_json_at version = ibl_json_member(&root, "version");
+    const ibl_json_at global = ibl_json_optional(&root, "global");
+    ibl_probe_index *x = r->x;
 
     if (!json_is_object(root.value))
         return ibl_json_wrong(root, "an object, the index of baked probes");
@@ -230,8 +220,11 @@ static bool take_index(reader *r, const ibl_json_file *file)
                                  "iblbake probes, and give its index.json");
     if (json_integer_value(version.value) != VERSION)
         return ibl_json_wrong(version, "%d (bake the set again)", VERSION);
-    return take_files(r, root) && take_lookups(root, r->x) &&
-           take_probes(r, root) && take_global(root, r->x);
+    x->global = -1;
+    return take_files(r, root) && take_lookups(root, x) &&
+           take_probes(r, root) &&
+           (!global.value || (take_layer(global, x, &x->global) &&
+                              (!x->sh || take_sh(global, x->sh[x->global]))));
 }
 
 ibl_status ibl_probe_index_read(ibl_ctx *ctx, const char *path,
@@ -252,7 +245,7 @@ ibl_status ibl_probe_index_read(ibl_ctx *ctx, const char *path,
     if (ok)
         return IBL_OK;
     ibl_probe_index_free(index);
-    return r.status;
+    return r.status == IBL_ERR_MEMORY ? ibl_no_memory(ctx, path) : r.status;
 }
 
 void ibl_probe_index_free(ibl_probe_index *index)

@@ -11,6 +11,7 @@
 #include <errno.h>
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -34,18 +35,37 @@ bool ibl_rgbe_is(const unsigned char *bytes, size_t size)
     return size >= 2 && !memcmp(bytes, "#?", 2);
 }
 
-/* ---- the header ---------------------------------------------------------- */
+/* Scanlines that were passed over. */
+typedef struct pack {
+    unsigned char *bytes; /* read from the file, and IBL_RGBE_SLACK more */
+    size_t line[PACK_LINES + 1]; /* offsets in bytes; the last is the end */
+    int lines, used;
+    bool is_full; /* fill_pack has run */
+    int fault;    /* of the scanline after the last one */
+} pack;
 
-typedef struct header {
-    int row_px, rows; /* pixels of a stored scanline; scanlines */
-    int orientation;  /* of EXIF, 1 to 8: how the scanlines lie */
-    /* repeated EXPOSURE and COLORCORR multiply */
+/* Rows of the map are scanlines, as they lie in the file. */
+typedef struct rgbe_rows {
+    ibl_rows rows;
+    const ibl_input *in;
+    /* of the header: repeated EXPOSURE and COLORCORR multiply */
     double exposure, correction[3];
     float scale[3]; /* their inverse */
-    bool has_format, has_primaries;
-    double primaries[8]; /* xy of red, green, blue, white; zeros: Rec.709's */
-    size_t data;         /* offset of the first scanline, in bytes */
-} header;
+    bool has_format;
+    size_t data; /* offset of the first scanline, in bytes */
+
+    ibl_rgbe_dsp dsp;
+    pack packs[2]; /* the current pack and the next one */
+    size_t room;   /* of bytes in each pack */
+    int now;       /* index of the current pack */
+    /* end of the scanlines passed over: offset, number */
+    size_t at;
+    int line;
+    unsigned char *planes; /* of each worker, four for a scanline */
+    size_t stride;         /* bytes of a plane */
+} rgbe_rows;
+
+/* ---- the header ---------------------------------------------------------- */
 
 static const char blanks[] = " \t";
 
@@ -82,33 +102,33 @@ static ibl_status take_factors(const ibl_input *in, const char *what,
     return IBL_OK;
 }
 
-static ibl_status take_line(const ibl_input *in, char *line, header *h)
+static ibl_status take_line(rgbe_rows *r, char *line)
 {
+    const ibl_input *in = r->in;
     char *value, text[IBL_QUOTE_BYTES];
-    double gamma;
+    double xy[8], unused[9];
 
     if ((value = value_of(line, "EXPOSURE")))
-        return take_factors(in, "EXPOSURE", value, &h->exposure, 1);
+        return take_factors(in, "EXPOSURE", value, &r->exposure, 1);
     if ((value = value_of(line, "COLORCORR")))
-        return take_factors(in, "COLORCORR", value, h->correction, 3);
+        return take_factors(in, "COLORCORR", value, r->correction, 3);
     if ((value = value_of(line, "PRIMARIES"))) {
-        h->has_primaries = true;
+        bool ok = true;
         for (int i = 0; i < 8; i++)
-            h->has_primaries &= ibl_take_number(&value, &h->primaries[i]);
+            ok = ok && ibl_take_number(&value, &xy[i]);
+        if (ok && ibl_colour_space(xy, unused, NULL)) {
+            r->rows.report.has_primaries = 1;
+            memcpy(r->rows.report.primaries, xy, sizeof xy);
+        }
     } else if ((value = value_of(line, "FORMAT"))) {
         value[strcspn(value, blanks)] = '\0';
-        h->has_format = true;
+        r->has_format = true;
         if (strcmp(value, "32-bit_rle_rgbe") != 0)
             return ibl_unsupported(in,
                                    "FORMAT is \"%s\": must be "
                                    "32-bit_rle_rgbe; Radiance's ra_xyze -r "
                                    "makes it of XYZE",
                                    ibl_quote(value, text));
-    } else if ((value = value_of(line, "GAMMA")) &&
-               ibl_take_number(&value, &gamma) && gamma != 1) {
-        ibl_warn(in->ctx,
-                 "%s: GAMMA=%g is ignored: the pixels are taken as linear",
-                 in->name, gamma);
     }
     return IBL_OK;
 }
@@ -123,47 +143,44 @@ static bool is_resolution(const char *line, size_t size)
 
 /* Reads one of the eight orientations. X grows to the right and Y up: rows in
  * -Y order begin at the top. */
-static ibl_status take_resolution(const ibl_input *in, char *line, header *h)
+static ibl_status take_resolution(rgbe_rows *r, const char *line)
 {
     /* by which of scanlines and pixels run from the bottom or right */
     static const int rows_of[] = {1, 2, 4, 3}, columns_of[] = {5, 8, 6, 7};
-    const bool by_column = line[1] == 'X';
-    char text[IBL_QUOTE_BYTES], *t = line;
-    bool down[2] = {false, false}, ok = true;
-    double edge[2] = {0, 0};
+    char text[IBL_QUOTE_BYTES], sign[2], axis[2];
+    long edge[2];
+    int end = 0;
 
-    for (int i = 0; i < 2 && ok; i++) {
-        t += strspn(t, blanks);
-        down[i] = *t == '-';
-        ok = (down[i] || *t == '+') && t[1] == (by_column != i ? 'X' : 'Y');
-        t += ok ? 2 : 0;
-        ok = ok && ibl_take_number(&t, &edge[i]) && edge[i] == floor(edge[i]);
-    }
-    if (!ok || t[strspn(t, blanks)])
+    if (!is_resolution(line, strlen(line)) ||
+        sscanf(line, "%c%c %9ld %c%c %9ld %n", &sign[0], &axis[0], &edge[0],
+               &sign[1], &axis[1], &edge[1], &end) < 6 ||
+        line[end] || axis[0] + axis[1] != 'X' + 'Y' ||
+        (sign[1] != '+' && sign[1] != '-'))
         return ibl_bad_file(
-            in,
+            r->in,
             "the resolution line is \"%s\": must be like \"-Y 512 +X 1024\"",
             ibl_quote(line, text));
-    for (int i = 0; i < 2; i++)
-        ok = ok && edge[i] >= 1 && edge[i] <= IBL_MAX_EDGE;
-    if (!ok)
+    if (edge[0] < 1 || edge[0] > IBL_MAX_EDGE || edge[1] < 1 ||
+        edge[1] > IBL_MAX_EDGE)
         return ibl_bad_file(
-            in,
+            r->in,
             "the resolution line is \"%s\": each edge must be 1 to %d pixels",
             ibl_quote(line, text), IBL_MAX_EDGE);
-    h->rows = (int)edge[0];
-    h->row_px = (int)edge[1];
-    h->orientation = by_column ? columns_of[2 * down[0] + !down[1]]
-                               : rows_of[2 * !down[0] + down[1]];
+    const bool by_column = axis[0] == 'X';
+    const bool down[] = {sign[0] == '-', sign[1] == '-'};
+    r->rows.height = (int)edge[0];
+    r->rows.width = (int)edge[1];
+    r->rows.orientation = by_column ? columns_of[2 * down[0] + !down[1]]
+                                    : rows_of[2 * !down[0] + down[1]];
     return IBL_OK;
 }
 
 /* Parses a text of `size` bytes, which it changes: lines up to the resolution,
  * or to the first one after a blank one. */
-static ibl_status parse(const ibl_input *in, char *text, size_t size, header *h)
+static ibl_status parse(rgbe_rows *r, char *text, size_t size)
 {
-    char quoted[IBL_QUOTE_BYTES], *line = text;
-    double unused[9];
+    const ibl_input *in = r->in;
+    char *line = text;
     bool blank = false;
 
     for (;;) {
@@ -176,52 +193,45 @@ static ibl_status parse(const ibl_input *in, char *text, size_t size, header *h)
         for (char *c = line; c < end; c++)
             *c = *c ? *c : '?';
         end[end > line && end[-1] == '\r' ? -1 : 0] = '\0';
-        h->data = (size_t)(end + 1 - text);
+        r->data = (size_t)(end + 1 - text);
         if (is_last)
             break;
         blank = !*line;
-        const ibl_status status = take_line(in, line, h);
+        const ibl_status status = take_line(r, line);
         if (status)
             return status;
         line = end + 1;
     }
-    if (!is_resolution(line, strlen(line)))
-        return ibl_bad_file(in,
-                            "no resolution line after the header but \"%s\": "
-                            "must be like \"-Y 512 +X 1024\"",
-                            ibl_quote(line, quoted));
-    const ibl_status status = take_resolution(in, line, h);
+    const ibl_status status = take_resolution(r, line);
     if (status)
         return status;
-    if (!h->has_format)
+    if (!r->has_format)
         ibl_warn(in->ctx, "%s: no FORMAT line: taken as 32-bit_rle_rgbe",
                  in->name);
     for (int c = 0; c < 3; c++) {
-        const double factor = h->exposure * h->correction[c];
+        const double factor = r->exposure * r->correction[c];
         if (!(1 / factor >= FLT_MIN && 1 / factor <= FLT_MAX))
             return ibl_bad_file(in,
                                 "EXPOSURE and COLORCORR multiply to %g: must "
                                 "be between 1e-38 and 1e38",
                                 factor);
-        h->scale[c] = (float)(1 / factor);
+        r->scale[c] = (float)(1 / factor);
     }
-    h->has_primaries &= ibl_colour_space(h->primaries, unused, NULL);
     return IBL_OK;
 }
 
-static ibl_status parse_header(const ibl_input *in, header *h)
+static ibl_status parse_header(rgbe_rows *r)
 {
     char *text = ibl_alloc_array(MOST_HEADER, 1);
     ibl_status status;
     size_t size;
 
-    *h = (header){.exposure = 1, .correction = {1, 1, 1}};
     if (!text)
-        return ibl_no_memory(in->ctx, "the header of a picture");
-    if (ibl_input_read(in, 0, MOST_HEADER, text, &size))
-        status = parse(in, text, size, h);
+        return ibl_no_memory(r->rows.ctx, "the header of a picture");
+    if (ibl_input_read(r->in, 0, MOST_HEADER, text, &size))
+        status = parse(r, text, size);
     else
-        status = ibl_input_unread(in, errno);
+        status = ibl_input_unread(r->in, errno);
     ibl_free(text);
     return status;
 }
@@ -295,64 +305,36 @@ static int pass(const unsigned char *bytes, size_t size, int width,
 
 /* ---- their pixels ------------------------------------------------------ */
 
-/* Bytes of one of the four planes of a scanline, which a worker has. */
-static size_t plane_bytes(const header *h)
-{
-    return ((size_t)h->row_px + IBL_RGBE_SLACK + 63) / 64 * 64;
-}
-
 /*
- * Decodes a scanline that was passed over to h->row_px RGB pixels.
- *   src   readable for IBL_RGBE_SLACK bytes beyond the scanline
+ * Decodes a scanline that was passed over.
+ *   src     readable for IBL_RGBE_SLACK bytes beyond the scanline
+ *   planes  four, of stride bytes each
  */
-static void decode_line(const ibl_rgbe_dsp *dsp, const header *h,
-                        const unsigned char *src, unsigned char *planes,
-                        float *dst)
+static void decode_line(const rgbe_rows *r, const unsigned char *src,
+                        unsigned char *planes, float *dst)
 {
-    const size_t stride = plane_bytes(h);
+    const size_t stride = r->stride;
+    const int width = r->rows.width;
 
-    if (has_runs(src, h->row_px)) {
+    if (has_runs(src, width)) {
         src += 4;
-        for (int c = 0; c < 4; c++)
-            src = dsp->expand(src, h->row_px, planes + (size_t)c * stride);
+        for (size_t c = 0; c < 4; c++)
+            src = r->dsp.expand(src, width, planes + c * stride);
     } else {
-        for (int i = 0; i < h->row_px; i++)
+        for (size_t i = 0; i < (size_t)width; i++)
             for (size_t c = 0; c < 4; c++)
-                planes[c * stride + (size_t)i] = *src++;
+                planes[c * stride + i] = *src++;
     }
-    dsp->to_rgb(planes, stride, h->row_px, h->scale, dst);
+    r->dsp.to_rgb(planes, stride, width, r->scale, dst);
 }
 
 /* ---- packs ---------------------------------------------------------- */
-
-/* Scanlines that were passed over. */
-typedef struct pack {
-    unsigned char *bytes; /* read from the file, and IBL_RGBE_SLACK more */
-    size_t line[PACK_LINES + 1]; /* offsets in bytes; the last is the end */
-    int lines, used;
-    bool is_full; /* fill_pack has run */
-    int fault;    /* of the scanline after the last one */
-} pack;
-
-typedef struct rgbe_rows {
-    ibl_rows rows;
-    const ibl_input *in;
-    header h;
-    ibl_rgbe_dsp dsp;
-    pack packs[2]; /* the current pack and the next one */
-    size_t room;   /* of bytes in each pack */
-    int now;       /* index of the current pack */
-    /* end of the scanlines passed over: offset, number */
-    size_t at;
-    int line;
-    unsigned char *planes; /* of each worker */
-} rgbe_rows;
 
 /* Passes over the next scanlines. Runs in a job: stores errors in the pack, to
  * report after its scanlines are used. */
 static void fill_pack(rgbe_rows *r, pack *p)
 {
-    const int left = r->h.rows - r->line;
+    const int left = r->rows.height - r->line;
     const int want = left < PACK_LINES ? left : PACK_LINES;
     size_t size, at = 0;
 
@@ -362,7 +344,7 @@ static void fill_pack(rgbe_rows *r, pack *p)
     p->fault =
         ibl_input_read(r->in, r->at, r->room, p->bytes, &size) ? 0 : errno;
     while (!p->fault && p->lines < want) {
-        p->fault = pass(p->bytes, size, r->h.row_px, &at);
+        p->fault = pass(p->bytes, size, r->rows.width, &at);
         if (!p->fault)
             p->line[++p->lines] = at;
     }
@@ -376,7 +358,7 @@ static void fill_pack(rgbe_rows *r, pack *p)
 /* Reports the fault after the last scanline of a pack. */
 static ibl_status report(const rgbe_rows *r, const pack *p)
 {
-    const int line = r->line + 1, lines = r->h.rows;
+    const int line = r->line + 1, lines = r->rows.height;
 
     if (p->fault > 0)
         return ibl_input_unread(r->in, p->fault);
@@ -394,7 +376,7 @@ static ibl_status report(const rgbe_rows *r, const pack *p)
     return ibl_bad_file(r->in,
                         "the file is damaged: the runs of scanline %d of %d "
                         "are not its %d pixels",
-                        line, lines, r->h.row_px);
+                        line, lines, r->rows.width);
 }
 
 /* ---- decoding ------------------------------------------------------- */
@@ -413,8 +395,8 @@ static void decode_job(void *arg, int job, int worker)
 {
     const step *s = arg;
     rgbe_rows *r = s->r;
-    const size_t floats = 3 * (size_t)r->h.row_px;
-    unsigned char *planes = r->planes + 4 * plane_bytes(&r->h) * (size_t)worker;
+    const size_t floats = 3 * (size_t)r->rows.width;
+    unsigned char *planes = r->planes + 4 * r->stride * (size_t)worker;
 
     if (s->next && job-- == 0) {
         fill_pack(r, s->next);
@@ -423,8 +405,7 @@ static void decode_job(void *arg, int job, int worker)
     const int first = job * s->job_lines;
     for (int i = first; i < s->count && i < first + s->job_lines; i++) {
         float *line = s->rgb + floats * (size_t)i;
-        decode_line(&r->dsp, &r->h, s->p->bytes + s->p->line[s->p->used + i],
-                    planes, line);
+        decode_line(r, s->p->bytes + s->p->line[s->p->used + i], planes, line);
     }
 }
 
@@ -439,7 +420,7 @@ static void free_packs(rgbe_rows *r)
 static ibl_status rows_read(ibl_rows *rows, int count, float *rgb)
 {
     rgbe_rows *r = (rgbe_rows *)rows;
-    const int px = r->h.row_px, end = rows->row + count;
+    const int px = r->rows.width, end = rows->row + count;
     step s = {.r = r, .job_lines = px < JOB_PIXELS ? JOB_PIXELS / px : 1};
 
     for (int row = rows->row; row < end;) {
@@ -455,7 +436,8 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb)
             continue;
         }
         const int left = p->lines - p->used;
-        const bool fill = !next->is_full && r->line < r->h.rows && !p->fault;
+        const bool fill =
+            !next->is_full && r->line < r->rows.height && !p->fault;
         s.p = p;
         s.next = fill ? next : NULL;
         s.count = wanted < left ? wanted : left;
@@ -490,42 +472,40 @@ ibl_status ibl_rgbe_open(ibl_input *in, const ibl_read_options *opts,
     *out = NULL;
     if (!r)
         return ibl_no_memory(in->ctx, "a picture");
-    header *h = &r->h;
     ibl_rows *rows = *out = &r->rows;
     *rows = (ibl_rows){.ctx = in->ctx, .read = rows_read, .close = rows_close};
     r->in = in;
-    ibl_status status = parse_header(in, h);
-    const bool lies = h->orientation > 4;
+    r->exposure = 1;
+    for (int c = 0; c < 3; c++)
+        r->correction[c] = 1;
+    ibl_status status = parse_header(r);
+    const int width = rows->width, height = rows->height;
+    const bool lies = rows->orientation > 4;
     if (!status)
-        status = ibl_map_check_size(in, opts, lies ? h->rows : h->row_px,
-                                    lies ? h->row_px : h->rows);
+        status = ibl_map_check_size(in, opts, lies ? height : width,
+                                    lies ? width : height);
     if (status)
         return status;
-    const size_t bytes = in->size - h->data, px = (size_t)h->row_px;
+    const size_t bytes = in->size - r->data, px = (size_t)width;
     const size_t least = px < MIN_RUNS || px > MAX_RUNS
                              ? 4 * px
                              : 4 + 8 * ((px + LONGEST_RUN - 1) / LONGEST_RUN);
-    if (bytes / least < (size_t)h->rows)
+    if (bytes / least < (size_t)height)
         return ibl_bad_file(in,
                             "%zu bytes of pixels cannot hold %d scanlines: the "
                             "file is cut short: copy it again",
-                            bytes, h->rows);
+                            bytes, height);
     r->room = 8 * px + 64; /* runs of 1 take two bytes for each of a pixel's */
     if (r->room < PACK_BYTES)
         r->room = PACK_BYTES;
+    r->stride = (px + IBL_RGBE_SLACK + 63) / 64 * 64;
     for (int i = 0; i < 2; i++)
         r->packs[i].bytes = ibl_alloc_array(r->room + IBL_RGBE_SLACK, 1);
-    r->planes = ibl_alloc_array(4 * threads, plane_bytes(h));
+    r->planes = ibl_alloc_array(4 * threads, r->stride);
     if (!r->packs[0].bytes || !r->packs[1].bytes || !r->planes)
         return ibl_no_memory(in->ctx, "scanlines");
-    r->at = h->data;
+    r->at = r->data;
     ibl_rgbe_dsp_init(&r->dsp, ibl_ctx_isa(in->ctx));
     strcpy(rows->report.format, "Radiance RGBE");
-    rows->width = h->row_px;
-    rows->height = h->rows;
-    rows->orientation = h->orientation;
-    rows->has_primaries = h->has_primaries;
-    if (h->has_primaries)
-        memcpy(rows->primaries, h->primaries, sizeof h->primaries);
     return IBL_OK;
 }

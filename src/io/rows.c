@@ -114,8 +114,6 @@ ibl_status ibl_rows_of_image(ibl_ctx *ctx, ibl_image *img, const ibl_rows *like,
     if (like) {
         r->report = like->report;
         r->straight = like->straight;
-        r->has_primaries = like->has_primaries;
-        memcpy(r->primaries, like->primaries, sizeof r->primaries);
     }
     *img = (ibl_image){0};
     return IBL_OK;

@@ -25,8 +25,8 @@ struct ibl_rows {
     ibl_ctx *ctx;
     int width, height;
     int row; /* the next row to read */
-    /* Readers set format, low_range and bridged; io/mend.h and source.c set
-     * the rest. */
+    /* Readers set format, low_range, bridged and primaries; io/mend.h and
+     * source.c set the rest. */
     ibl_read_report report;
     /* Reads count rows from `row` on, using the pool; the caller then adds
      * count to row. Do not call it again after an error. With the last row it
@@ -41,11 +41,8 @@ struct ibl_rows {
     /* Alpha of the whole map; ibl_rows_alloc_alpha makes it if it is wanted and
      * in the file. read fills in its rows; ibl_rows_close frees it. */
     float *alpha;
-    bool straight; /* colours are not multiplied by alpha */
-    /* xy of red, green, blue and white; zeros: Rec.709's. */
-    double primaries[8];
-    bool has_primaries; /* the file names them */
-    int orientation;    /* of EXIF, 1 to 8: how the rows lie; 0: as 1 */
+    bool straight;   /* colours are not multiplied by alpha */
+    int orientation; /* of EXIF, 1 to 8: how the rows lie; 0: as 1 */
     unsigned char face_order[IBL_FACES]; /* the file's own; zeros: none */
     bool to_edges; /* the first and last texels of its faces lie on edges */
 };

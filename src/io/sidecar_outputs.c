@@ -1,29 +1,30 @@
 /* SPDX-License-Identifier: MIT */
-/* What a sidecar says of each file. */
+/* What a sidecar, and keys, say of each file. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "io/sidecar_facts.h"
-#include "io/texture_keys.h"
+
+const char *ibl_quality_name(ibl_quality quality)
+{
+    static const char *const names[] = {"fast", "normal", "best"};
+    return names[quality];
+}
 
 /* ---- levels ------------------------------------------------------------ */
 
-/* "environment": the level is the environment itself. */
-static const char *level_method(const ibl_specular_level *level)
-{
-    if (level->samples)
-        return "sampled";
-    return level->degree ? "spectral" : "environment";
-}
-
-/* How a specular level was made. */
+/* How a specular level was made. "environment": it is the environment itself.
+ */
 static void put_made(json_t **j, const ibl_specular_report *report, int l)
 {
     const ibl_specular_level *made = &report->level[l];
 
     put(j, "roughness", json_real(report->layout.roughness[l]));
-    put(j, "method", json_string(level_method(made)));
+    put(j, "method",
+        json_string(made->samples  ? "sampled"
+                    : made->degree ? "spectral"
+                                   : "environment"));
     if (made->samples)
         put(j, "samples", json_integer(made->samples));
     if (made->degree)
@@ -34,114 +35,76 @@ static void put_made(json_t **j, const ibl_specular_report *report, int l)
             json_real(fmin(ibl_json_digits(made->error), DBL_MAX)));
 }
 
-static json_t *level(const ibl_sidecar_facts *f, const ibl_sidecar_output *o,
-                     int l)
-{
-    json_t *j = json_object();
-
-    put(&j, "size", json_integer(ibl_cube_edge(o->texture->width, l)));
-    if (o->content == IBL_CONTENT_SPECULAR)
-        put_made(&j, &f->o.made->report, l);
-    if (o->error)
-        put(&j, "pixel_error", ibl_json_pixel_error(&o->error[l]));
-    if (o->overflow && o->overflow->level[l].texels)
-        put(&j, "beyond", ibl_json_overflow(&o->overflow->level[l]));
-    return j;
-}
-
 static json_t *levels(const ibl_sidecar_facts *f, const ibl_sidecar_output *o)
 {
-    json_t *j = json_array();
+    json_t *list = json_array();
 
-    for (int l = 0; l < o->texture->levels; l++)
-        append(&j, level(f, o, l));
-    return j;
+    for (int l = 0; l < o->texture->levels; l++) {
+        json_t *j = json_object();
+        put(&j, "size", json_integer(ibl_cube_edge(o->texture->width, l)));
+        if (o->content == IBL_CONTENT_SPECULAR)
+            put_made(&j, &f->o.made->report, l);
+        if (o->error)
+            put(&j, "pixel_error", ibl_json_pixel_error(&o->error[l]));
+        if (o->overflow && o->overflow->level[l].texels)
+            put(&j, "beyond", ibl_json_overflow(&o->overflow->level[l]));
+        append(&list, j);
+    }
+    return list;
 }
 
 /* ---- what a file is for -------------------------------------------------- */
 
-/* Whether only a part of the range of roughness was requested. */
-static bool is_part(const ibl_specular_options *o)
-{
-    return o->roughness_min > 0 || o->roughness_max < 1;
-}
-
-/* The formula of the lod: with "levels" for the whole range, else numbers. */
-static json_t *lod(const ibl_sidecar_facts *f)
-{
-    const ibl_specular_layout *layout = &f->o.made->report.layout;
-    const ibl_roughness_map map = layout->mapping;
-    const char *x = map == IBL_ROUGHNESS_LINEAR ? "roughness"
-                                                : "roughness * (2 - roughness)";
-    if (map == IBL_ROUGHNESS_BABYLON)
-        return json_sprintf("%.9g * log2(%d * roughness * roughness)",
-                            layout->lod_scale, layout->size);
-    if (!is_part(&f->specular))
-        return json_sprintf("%s * (levels - 1)", x);
-    return json_sprintf("%s * %.9g + %.9g", x, layout->lod_scale,
-                        layout->lod_offset);
-}
-
-/* The requested range, and the whole chain that it is a part of. */
-static void put_part(const ibl_specular_options *o, json_t **j)
-{
-    put(j, "roughness_range",
-        json_pack("[ff]", o->roughness_min, o->roughness_max));
-    put(j, "whole_chain",
-        json_pack("{si si}", "size", o->size, "levels",
-                  ibl_default_levels(o->size)));
-}
-
 static void put_specular(const ibl_sidecar_facts *f, json_t **j)
 {
     const ibl_specular_options *o = &f->specular;
-    const ibl_specular_report *made = &f->o.made->report;
+    const ibl_specular_report *made = f->o.made ? &f->o.made->report : NULL;
+    const ibl_specular_layout *layout = made ? &made->layout : &f->layout;
+
     put(j, "lobe", json_string(ibl_lobe_name(o->lobe)));
-    put(j, "weight", json_string(ibl_lobe_formula(o->lobe)));
-    put(j, "method", json_string(ibl_specular_report_method(made)));
-    put(j, "mapping",
-        json_string(ibl_roughness_map_name(made->layout.mapping)));
-    put(j, "lod", lod(f));
-    put(j, "lod_scale", json_real(made->layout.lod_scale));
-    put(j, "lod_offset", json_real(made->layout.lod_offset));
-    if (is_part(o))
-        put_part(o, j);
+    if (made)
+        put(j, "method", json_string(ibl_specular_report_method(made)));
+    put(j, "mapping", json_string(ibl_roughness_map_name(layout->mapping)));
+    put(j, "lod_scale", json_real(layout->lod_scale));
+    put(j, "lod_offset", json_real(layout->lod_offset));
+    if (!made)
+        return;
+    /* A part of the range, and the whole chain that it is a part of. */
+    if (o->roughness_min > 0 || o->roughness_max < 1) {
+        put(j, "roughness_range",
+            json_pack("[ff]", o->roughness_min, o->roughness_max));
+        put(j, "whole_chain",
+            json_pack("{si si}", "size", o->size, "levels",
+                      ibl_default_levels(o->size)));
+    }
     put(j, "tolerance", json_real(o->tolerance));
-    put(j, "estimate",
-        json_string("bound of the 95th percentile of the relative error, "
-                    "before rounding to the pixel"));
     if (!made->lookup_size)
         return;
     put(j, "lookup_size", json_integer(made->lookup_size));
     put(j, "lod_bias",
-        isnan(o->lod_bias) ? json_string(IBL_LOD_BIAS_USUAL)
-                           : json_real(o->lod_bias));
+        isnan(o->lod_bias)
+            ? json_string("log2(samples / 64) / 6, within 0 to 1")
+            : json_real(o->lod_bias));
     put(j, "jitter", json_boolean(o->jitter));
     put(j, "pdf_mip", json_boolean(o->pdf_mip));
 }
 
 static void put_irradiance(const ibl_sidecar_facts *f, json_t **j)
 {
-    const int degree = f->o.made->irradiance_degree;
+    const int degree = f->o.made ? f->o.made->irradiance_degree : 0;
 
     put(j, "scale", json_string("E/pi"));
-    put(j, "method", json_string(degree ? "spectral" : "hemisphere grid"));
+    if (f->o.made)
+        put(j, "method", json_string(degree ? "spectral" : "hemisphere grid"));
     if (degree)
         put(j, "degree", json_integer(degree));
-    if (f->irradiance.step > 0)
+    if (f->o.made && f->irradiance.step > 0)
         put(j, "step_rad", json_real(f->irradiance.step));
 }
 
 static void put_lut(const ibl_lut_options *o, json_t **j)
 {
-    static const char *const values[] = {
-        "specular = F0 * R + G",
-        "specular = (1 - F0) * R + F0 * G; B: albedo of cloth",
-        "albedo of sheen; R: with Ashikhmin's V, G: with Charlie's"};
-    put(j, "axes",
-        json_string("u = N.V, v = roughness, at texel centres; row 0 is the "
-                    "smoothest"));
-    put(j, "values", json_string(values[o->kind]));
+    put(j, "axes", json_string("u=N.V,v=roughness"));
     if (o->kind)
         put(j, "table", json_string(ibl_lut_name(o->kind)));
     else
@@ -153,22 +116,33 @@ static void put_lut(const ibl_lut_options *o, json_t **j)
 
 static void put_lobes(const ibl_lobe_table_options *o, json_t **j)
 {
-    const ibl_specular_layout *layout = &o->layout;
+    static const char *const names[IBL_LOBE_LAYERS] = {
+        "one tap, F0 = 1", "one tap, F0 = 0.04", "four taps, F0 = 1",
+        "four taps, F0 = 0.04"};
+    const bool both = o->f0 == IBL_F0_BOTH;
     json_t *layers = json_array(), *roughness = json_array();
 
-    for (int i = 0; ibl_lobe_layer_name(o->f0, i); i++)
-        append(&layers, json_string(ibl_lobe_layer_name(o->f0, i)));
-    for (int l = 0; l < layout->levels; l++)
-        append(&roughness, json_real(layout->roughness[l]));
-    put(j, "axes",
-        json_string("u = N.V, v = roughness, 0 and 1 at the centres of the "
-                    "outer texels; row 0 is the smoothest"));
-    put(j, "values",
-        json_string("R: bend of mix(reflection, N, R), G: lod / (levels - 1), "
-                    "B: share of irradiance at N, A: half the difference of "
-                    "the bends of the outer taps"));
+    for (int i = o->f0 == IBL_F0_DIELECTRICS; i < IBL_LOBE_LAYERS;
+         i += both ? 1 : 2)
+        append(&layers, json_string(names[i]));
+    for (int l = 0; l < o->layout.levels; l++)
+        append(&roughness, json_real(o->layout.roughness[l]));
+    put(j, "axes", json_string("u=N.V,v=roughness"));
     put(j, "layers", layers);
     put(j, "level_roughness", roughness);
+}
+
+void ibl_sidecar_put_content(const ibl_sidecar_facts *f, ibl_content content,
+                             json_t **j)
+{
+    if (content == IBL_CONTENT_SPECULAR)
+        put_specular(f, j);
+    else if (content == IBL_CONTENT_IRRADIANCE)
+        put_irradiance(f, j);
+    else if (content == IBL_CONTENT_LUT)
+        put_lut(&f->lut, j);
+    else if (content == IBL_CONTENT_LOBE_TABLE)
+        put_lobes(&f->lobe_table, j);
 }
 
 /* ---- files --------------------------------------------------------------- */
@@ -207,15 +181,8 @@ json_t *ibl_sidecar_file(const ibl_sidecar_facts *f,
     if (!table && t->faces == 1)
         put(&j, "layout", json_string(ibl_projection_name(o->projection)));
     if (!table)
-        put(&j, "overflow", json_string(ibl_overflow_name(texels.overflow)));
-    if (o->content == IBL_CONTENT_SPECULAR)
-        put_specular(f, &j);
-    else if (o->content == IBL_CONTENT_IRRADIANCE)
-        put_irradiance(f, &j);
-    else if (o->content == IBL_CONTENT_LUT)
-        put_lut(&f->lut, &j);
-    else if (o->content == IBL_CONTENT_LOBE_TABLE)
-        put_lobes(&f->lobe_table, &j);
+        put(&j, "overflow", json_string(texels.overflow ? "clip" : "spread"));
+    ibl_sidecar_put_content(f, o->content, &j);
     if (!table)
         put(&j, "levels", levels(f, o));
     return j;

@@ -85,28 +85,22 @@ static json_t *colour(const ibl_sidecar_facts *f)
     return j;
 }
 
-/* The luminance of the environment: the constant of its harmonics, with the
- * lights that were taken out of it. */
-static double mean_luminance(const ibl_sidecar_facts *f)
+/* Its mean luminance is the constant of its harmonics, with the lights that
+ * were taken out of it. */
+static json_t *environment(const ibl_sidecar_facts *f)
 {
     const double constant = 0.28209479177387814; /* sqrt(1 / 4 pi) */
+    json_t *j = json_object();
     double sum = 0;
 
-    for (int c = 0; c < 3; c++) {
+    for (int c = 0; c < 3 && f->o.made->sh; c++) {
         double mean = constant * f->o.made->sh[c];
         for (int i = 0; i < f->o.light_count; i++)
             mean += f->o.lights[i].irradiance[c] / (4 * IBL_PI);
         sum += f->o.report->luma[c] * mean;
     }
-    return sum;
-}
-
-static json_t *environment(const ibl_sidecar_facts *f)
-{
-    json_t *j = json_object();
-
     if (f->o.made->sh)
-        put(&j, "mean_luminance", json_real(mean_luminance(f)));
+        put(&j, "mean_luminance", json_real(sum));
     put(&j, "luminance_weights", numbers(f->o.report->luma, 3));
     return j;
 }
@@ -114,89 +108,16 @@ static json_t *environment(const ibl_sidecar_facts *f)
 /* ---- what was made of it --------------------------------------------------
  */
 
-/* The choices of a user. */
-static json_t *options(const ibl_sidecar_facts *f)
-{
-    json_t *j = json_object();
-
-    for (int i = 0; i < f->o.option_count; i++) {
-        const ibl_key_value *o = &f->o.options[i];
-        put(&j, o->key, o->value ? ibl_json_string(o->value) : json_true());
-    }
-    return j;
-}
-
-static const char *axes_text(const ibl_axes *axes)
-{
-    static const char *const text[2][4] = {
-        {"x, y, z", "-x, y, z", "x, y, -z", "z, y, x"},
-        {"x, -z, y", "-x, -z, y", "x, z, y", "z, -x, y"}};
-    return text[axes->up][axes->mirror];
-}
-
-static json_t *orientation(const ibl_sidecar_facts *f)
-{
-    const ibl_axes *axes = &f->o.axes;
-    json_t *j =
-        json_pack("{ss ss ss sf}", "world", "right-handed, +Y up", "equirect",
-                  "row 0 is +Y, u = atan2(z, x) / 2pi + 1/2", "faces",
-                  "+X -X +Y -Y +Z -Z, row 0 on top", "yaw_deg", f->o.yaw_deg);
-    if (axes->mirror)
-        put(&j, "mirror", json_string(ibl_mirror_name(axes->mirror)));
-    if (axes->up)
-        put(&j, "up", json_string(ibl_up_name(axes->up)));
-    if (axes->mirror || axes->up)
-        put(&j, "outputs",
-            json_sprintf("(x, y, z) of the world is (%s) in cubes, sh and "
-                         "lights",
-                         axes_text(axes)));
-    return j;
-}
-
-static json_t *spherical_harmonics(const ibl_sidecar_facts *f)
-{
-    const int degree = f->o.sh_degree;
-    json_t *j = json_object();
-
-    put(&j, "degree", json_integer(degree));
-    put(&j, "radiance", ibl_json_harmonics(f->o.made->sh, degree, false));
-    put(&j, "irradiance_scale", json_string("E/pi"));
-    put(&j, "irradiance", ibl_json_harmonics(f->o.made->sh, degree, true));
-    return j;
-}
-
-static void put_lights(const ibl_sidecar_facts *f, json_t **root)
-{
-    const int count = f->o.light_count;
-    ibl_light lights[IBL_MAX_LIGHTS];
-
-    for (int i = 0; i < count; i++) {
-        lights[i] = f->o.lights[i];
-        ibl_axes_turn(f->o.axes, 0, lights[i].direction, lights[i].direction);
-    }
-    put(root, "lights", ibl_lights_json(lights, count));
-    if (count)
-        put(root, "gltf", ibl_lights_gltf(lights, count));
-}
-
 /* ---- the whole ------------------------------------------------------------
  */
-
-ibl_status ibl_sidecar_check_content(ibl_ctx *ctx, const ibl_sidecar_output *o)
-{
-    return (unsigned)o->content <= IBL_CONTENT_LOBE_TABLE
-               ? IBL_OK
-               : ibl_fail(ctx, IBL_ERR_ARGUMENT, "content %d: must be 0 to %d",
-                          (int)o->content, IBL_CONTENT_LOBE_TABLE);
-}
 
 static ibl_status check_output(const ibl_sidecar_facts *f,
                                const ibl_sidecar_output *o)
 {
-    const ibl_status status = ibl_sidecar_check_content(f->ctx, o);
+    const int most = o->content == IBL_CONTENT_SPECULAR
+                         ? f->o.made->report.layout.levels
+                         : IBL_MAX_LEVELS;
 
-    if (status)
-        return status;
     if (!o->file || !o->container || !o->texture)
         return ibl_missing(f->ctx, "ibl_sidecar_text: an output's file, "
                                    "container or texture");
@@ -205,37 +126,18 @@ static ibl_status check_output(const ibl_sidecar_facts *f,
                         "%s: a name that is no UTF-8, which a sidecar cannot "
                         "hold: give another",
                         o->file);
-    const int most = o->content == IBL_CONTENT_SPECULAR
-                         ? f->o.made->report.layout.levels
-                         : IBL_MAX_LEVELS;
     if (o->texture->levels < 1 || o->texture->levels > most)
         return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
                         "%s: %d levels: must be 1 to %d", o->file,
                         o->texture->levels, most);
-    return IBL_OK;
-}
-
-/* Members of a program. */
-static ibl_status put_more(const ibl_sidecar_facts *f, json_t **root)
-{
-    ibl_json_why why;
-    json_t *more = ibl_json_parse("more", f->o.more, strlen(f->o.more),
-                                  JSON_REJECT_DUPLICATES, &why);
-
-    if (!more && why.status == IBL_ERR_MEMORY)
-        return ibl_no_memory(f->ctx, "a sidecar");
-    if (!json_is_object(more)) {
-        json_decref(more);
-        return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
-                        "more of a sidecar: must be the text of a JSON object");
-    }
-    put_all(root, more);
-    return IBL_OK;
+    return ibl_sidecar_check_content(f->ctx, o);
 }
 
 static ibl_status put_everything(const ibl_sidecar_facts *f, json_t **root)
 {
     const ibl_sidecar_options *o = &f->o;
+    json_t *options = json_object(), *outputs = json_array();
+    json_t *orientation = json_pack("{sf}", "yaw_deg", o->yaw_deg);
 
     put(root, "generator",
         ibl_json_generator(ibl_ctx_isa(f->ctx), o->revision));
@@ -243,64 +145,60 @@ static ibl_status put_everything(const ibl_sidecar_facts *f, json_t **root)
         put(root, "target", ibl_json_string(o->target));
     put(root, "source", source(f));
     put(root, "colour", colour(f));
-    put(root, "options", options(f));
+    for (int i = 0; i < o->option_count; i++)
+        put(&options, o->options[i].key,
+            o->options[i].value ? ibl_json_string(o->options[i].value)
+                                : json_true());
+    put(root, "options", options);
     put(root, "environment", environment(f));
-    put(root, "orientation", orientation(f));
-    json_t *outputs = json_array();
+    if (o->axes.mirror)
+        put(&orientation, "mirror",
+            json_string(ibl_mirror_name(o->axes.mirror)));
+    if (o->axes.up)
+        put(&orientation, "up", json_string(ibl_up_name(o->axes.up)));
+    put(root, "orientation", orientation);
     for (int i = 0; i < o->output_count; i++)
         append(&outputs, ibl_sidecar_file(f, &o->outputs[i]));
     put(root, "outputs", outputs);
     if (o->made->sh)
-        put(root, "sh", spherical_harmonics(f));
-    if (o->light_count >= 0)
-        put_lights(f, root);
-    return o->more ? put_more(f, root) : IBL_OK;
+        put(root, "sh",
+            json_pack("{si so ss so}", "degree", o->sh_degree, "radiance",
+                      ibl_json_harmonics(o->made->sh, o->sh_degree, false),
+                      "irradiance_scale", "E/pi", "irradiance",
+                      ibl_json_harmonics(o->made->sh, o->sh_degree, true)));
+    if (o->light_count >= 0) {
+        ibl_light lights[IBL_MAX_LIGHTS];
+        for (int i = 0; i < o->light_count; i++) {
+            lights[i] = o->lights[i];
+            ibl_axes_turn(o->axes, 0, lights[i].direction, lights[i].direction);
+        }
+        put(root, "lights", ibl_lights_json(lights, o->light_count));
+        if (o->light_count)
+            put(root, "gltf", ibl_lights_gltf(lights, o->light_count));
+    }
+    if (!o->more)
+        return IBL_OK;
+    /* Members of a program. */
+    ibl_json_why why;
+    json_t *more = ibl_json_parse("more", o->more, strlen(o->more),
+                                  JSON_REJECT_DUPLICATES, &why);
+    if (!more && why.status == IBL_ERR_MEMORY)
+        return ibl_no_memory(f->ctx, "a sidecar");
+    if (json_is_object(more)) {
+        put_all(root, more);
+        return IBL_OK;
+    }
+    json_decref(more);
+    return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
+                    "more of a sidecar: must be the text of a JSON object");
 }
 
-static ibl_status check_counts(const ibl_sidecar_facts *f)
+ibl_status ibl_sidecar_check_content(ibl_ctx *ctx, const ibl_sidecar_output *o)
 {
-    const ibl_sidecar_options *o = &f->o;
-    const ibl_bake_result *made = o->made;
-    const struct {
-        const char *what;
-        int value, low, high;
-    } all[] = {
-        {"lights", o->light_count, -1, IBL_MAX_LIGHTS},
-        {"degree of sh", made && made->sh ? o->sh_degree : 0, 0,
-         IBL_MAX_SH_DEGREE},
-        {"outputs", o->output_count, 0, INT_MAX},
-        {"options", o->option_count, 0, INT_MAX},
-        {"kind of table", (int)f->lut.kind, 0, IBL_LUT_CHARLIE},
-        {"F0 of the lobe table", (int)f->lobe_table.f0, 0, IBL_F0_DIELECTRICS},
-        {"levels of the lobe table", f->lobe_table.layout.levels, 0,
-         IBL_MAX_LEVELS},
-        {"levels", made ? made->report.layout.levels : 0, 0, IBL_MAX_LEVELS},
-    };
-
-    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
-        if (all[i].value < all[i].low || all[i].value > all[i].high)
-            return ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
-                            "facts of a bake: %s: %d: must be %d to %d",
-                            all[i].what, all[i].value, all[i].low, all[i].high);
-    if ((o->light_count > 0 && !o->lights) ||
-        (o->output_count && !o->outputs) || (o->option_count && !o->options))
-        return ibl_missing(f->ctx, "facts of a bake: lights, outputs or "
-                                   "options that are counted");
-    return ibl_check_axes(f->ctx, o->axes);
-}
-
-static ibl_status check_names(const ibl_sidecar_facts *f)
-{
-    const ibl_sidecar_options *o = &f->o;
-    ibl_status status = IBL_OK;
-
-    for (int i = 0; i < o->output_count && !status; i++)
-        status = check_output(f, &o->outputs[i]);
-    for (int i = 0; i < o->option_count && !status; i++)
-        if (!o->options[i].key || !ibl_json_is_text(o->options[i].key))
-            status = ibl_fail(f->ctx, IBL_ERR_ARGUMENT,
-                              "options of a sidecar: a key is no UTF-8");
-    return status;
+    return (unsigned)o->content <= IBL_CONTENT_LOBE_TABLE
+               ? IBL_OK
+               : ibl_fail(ctx, IBL_ERR_ARGUMENT, "content %d: must be 0 to %d",
+                          (int)o->content, IBL_CONTENT_LOBE_TABLE);
 }
 
 ibl_status ibl_sidecar_take(ibl_ctx *ctx, const ibl_sidecar_options *facts,
@@ -317,7 +215,28 @@ ibl_status ibl_sidecar_take(ibl_ctx *ctx, const ibl_sidecar_options *facts,
     f->lut = o->lut ? *o->lut : ibl_lut_options_default();
     f->lobe_table =
         o->lobe_table ? *o->lobe_table : ibl_lobe_table_options_default();
-    return check_counts(f);
+    const struct {
+        const char *what;
+        int value, low, high;
+    } all[] = {
+        {"lights", o->light_count, -1, o->lights ? IBL_MAX_LIGHTS : 0},
+        {"degree of sh", o->made && o->made->sh ? o->sh_degree : 0, 0,
+         IBL_MAX_SH_DEGREE},
+        {"outputs", o->output_count, 0, o->outputs ? INT_MAX : 0},
+        {"options", o->option_count, 0, o->options ? INT_MAX : 0},
+        {"kind of table", (int)f->lut.kind, 0, IBL_LUT_CHARLIE},
+        {"F0 of the lobe table", (int)f->lobe_table.f0, 0, IBL_F0_DIELECTRICS},
+        {"levels of the lobe table", f->lobe_table.layout.levels, 0,
+         IBL_MAX_LEVELS},
+        {"levels", o->made ? o->made->report.layout.levels : 0, 0,
+         IBL_MAX_LEVELS},
+    };
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+        if (all[i].value < all[i].low || all[i].value > all[i].high)
+            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                            "facts of a bake: %s: %d: must be %d to %d",
+                            all[i].what, all[i].value, all[i].low, all[i].high);
+    return ibl_check_axes(ctx, o->axes);
 }
 
 /* Memory of the library with what is in malloc's, which is freed. */
@@ -343,8 +262,12 @@ ibl_status ibl_sidecar_text(ibl_ctx *ctx, const ibl_sidecar_options *facts,
     ibl_status status = ibl_sidecar_take(ctx, facts, &f);
     if (!status && (!f.o.source || !f.o.report || !f.o.made))
         status = ibl_missing(ctx, "ibl_sidecar_text: source, report or made");
-    if (!status)
-        status = check_names(&f);
+    for (int i = 0; i < f.o.output_count && !status; i++)
+        status = check_output(&f, &f.o.outputs[i]);
+    for (int i = 0; i < f.o.option_count && !status; i++)
+        if (!f.o.options[i].key || !ibl_json_is_text(f.o.options[i].key))
+            status = ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                              "options of a sidecar: a key is no UTF-8");
     if (status)
         return status;
     json_t *root = json_object();

@@ -177,7 +177,8 @@ ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
                               char *const files[IBL_FACES],
                               const ibl_read_options *opts, ibl_rows **out)
 {
-    char hashes[IBL_FACES][IBL_FILE_HASH], joined_hashes[6 * IBL_FILE_HASH];
+    const size_t digits = IBL_FILE_HASH - 1;
+    char hashes[IBL_FACES * (IBL_FILE_HASH - 1) + 1];
     ibl_read_options flat = *opts;
     ibl_status status = IBL_OK;
 
@@ -194,7 +195,7 @@ ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
         if (status)
             break;
         if (opts->hash)
-            status = ibl_file_hash(&in, hashes[f]);
+            status = ibl_file_hash(&in, hashes + digits * (size_t)f);
         if (!status)
             status = read_face(&in, &flat, f, &rows, out);
         ibl_rows_close(rows);
@@ -202,10 +203,6 @@ ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
     }
     if (status || !opts->hash)
         return status;
-    const size_t digits = IBL_FILE_HASH - 1;
-    for (int f = 0; f < IBL_FACES; f++)
-        memcpy(joined_hashes + digits * (size_t)f, hashes[f], digits);
-    const ibl_input all =
-        ibl_input_of(ctx, name, joined_hashes, IBL_FACES * digits);
+    const ibl_input all = ibl_input_of(ctx, name, hashes, IBL_FACES * digits);
     return ibl_file_hash(&all, (*out)->report.hash);
 }

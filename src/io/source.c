@@ -33,12 +33,6 @@ ibl_read_options ibl_read_options_default(void)
     return (ibl_read_options){.part = -1};
 }
 
-const char *ibl_alpha_name(ibl_alpha alpha)
-{
-    static const char *const names[] = {"ignore", "file", "straight"};
-    return names[alpha];
-}
-
 /* ---- the kind of a file --------------------------------------------- */
 
 static bool is_jpeg(const unsigned char *bytes, size_t size)
@@ -323,20 +317,19 @@ ibl_status ibl_source_of_pixels(ibl_ctx *ctx, const char *name,
     if (!ctx || !name || !p || !p->data || !out)
         return ibl_missing(ctx, "ibl_source_of_pixels: name, pixels or out");
     *out = NULL;
-    if ((p->channels != 3 && p->channels != 4) || (unsigned)p->half > 1 ||
-        p->width < 1 || p->height < 1)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%s: %dx%d pixels, %d channels, half %d: must be 1x1 "
-                        "or more, 3 or 4, 0 or 1",
-                        name, p->width, p->height, p->channels, p->half);
     const size_t row =
         p->row_bytes < 0 ? 0 - (size_t)p->row_bytes : (size_t)p->row_bytes;
-    const size_t least =
-        (size_t)p->width * (size_t)p->channels * (p->half ? 2 : 4);
-    if (row && (row < least || row > PTRDIFF_MAX / (size_t)p->height))
+    if ((p->channels != 3 && p->channels != 4) || (unsigned)p->half > 1 ||
+        p->width < 1 || p->height < 1 ||
+        (row &&
+         (row < (size_t)p->width * (size_t)p->channels * (p->half ? 2 : 4) ||
+          row > PTRDIFF_MAX / (size_t)p->height)))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "%s: row_bytes %td: must be 0 or from %zu to %zu", name,
-                        p->row_bytes, least, PTRDIFF_MAX / (size_t)p->height);
+                        "%s: %dx%d pixels, %d channels, half %d, row_bytes "
+                        "%td: must be 1x1 or more, 3 or 4, 0 or 1, and 0 or "
+                        "what holds a row",
+                        name, p->width, p->height, p->channels, p->half,
+                        p->row_bytes);
     return open_source(ctx, name, NULL, p, opts, out);
 }
 

@@ -176,17 +176,6 @@ ibl_texel_options ibl_texel_options_default(void)
                                .quality = IBL_QUALITY_NORMAL};
 }
 
-const char *ibl_quality_name(ibl_quality quality)
-{
-    static const char *const names[] = {"fast", "normal", "best"};
-    return names[quality];
-}
-
-const char *ibl_overflow_name(ibl_overflow overflow)
-{
-    return overflow == IBL_OVERFLOW_SPREAD ? "spread" : "clip";
-}
-
 ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  const ibl_texel_options *opts,
                                  ibl_texture *tex, ibl_overflow_report *report)
@@ -295,12 +284,12 @@ ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
 
 static ibl_status check_single(ibl_ctx *ctx, const ibl_texture *tex)
 {
-    if (tex->layers == 1)
-        return IBL_OK;
-    return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                    "a texture of %d layers: 1 is needed; ibl_texture_layer "
-                    "takes one out of an array",
-                    tex->layers);
+    return tex->layers == 1
+               ? IBL_OK
+               : ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                          "a texture of %d layers: 1 is needed; "
+                          "ibl_texture_layer takes one out of an array",
+                          tex->layers);
 }
 
 ibl_projection ibl_texture_projection(const ibl_texture *tex)
@@ -342,7 +331,8 @@ ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
                                    tex->levels, cube);
     if (status)
         return status;
-    status = ibl_cube_texels_decode(ctx, tex, cube);
+    for (int l = 0; l < tex->levels && !status; l++)
+        status = ibl_texels_decode(ctx, tex, l, ibl_cube_face(cube, l, 0));
     if (status)
         ibl_cube_free(cube);
     return status;
@@ -390,8 +380,8 @@ ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
 
 /* ---- the alpha of cubes ---------------------------------------------- */
 
-static ibl_status check_alpha(ibl_ctx *ctx, const ibl_texture *tex,
-                              const ibl_cube *alpha)
+ibl_status ibl_texture_set_alpha(ibl_ctx *ctx, ibl_texture *tex,
+                                 const ibl_cube *alpha)
 {
     ibl_status status = ibl_texture_check(ctx, tex);
 
@@ -411,16 +401,6 @@ static ibl_status check_alpha(ibl_ctx *ctx, const ibl_texture *tex,
                         "one layer and the same shape is needed",
                         alpha->size, alpha->levels, tex->width, tex->levels,
                         tex->layers, tex->faces);
-    return IBL_OK;
-}
-
-ibl_status ibl_texture_set_alpha(ibl_ctx *ctx, ibl_texture *tex,
-                                 const ibl_cube *alpha)
-{
-    const ibl_status status = check_alpha(ctx, tex, alpha);
-
-    if (status)
-        return status;
     const size_t texels = ibl_cube_texels(alpha->size, alpha->levels);
     for (size_t i = 0; i < texels; i++) {
         const float a = alpha->data[3 * i];
@@ -454,27 +434,19 @@ ibl_status ibl_texture_get_alpha(ibl_ctx *ctx, const ibl_texture *tex,
 
 /* ---- containers ----------------------------------------------------- */
 
-typedef struct container_kind {
-    const char *name, *extension;
-    const char *magic;
-    size_t magic_bytes;
+static const struct {
+    const char *name, *extension, *magic;
     ibl_status (*encode)(ibl_ctx *ctx, const ibl_texture *tex,
                          ibl_pieces *file);
     ibl_status (*decode)(const ibl_input *in, ibl_texture *tex);
-} container_kind;
-
-static const container_kind containers[IBL_CONTAINER_COUNT] = {
-    [IBL_CONTAINER_KTX2] = {"ktx2", "ktx2", IBL_KTX2_MAGIC,
-                            sizeof IBL_KTX2_MAGIC - 1, ibl_ktx2_encode,
+} containers[IBL_CONTAINER_COUNT] = {
+    [IBL_CONTAINER_KTX2] = {"ktx2", "ktx2", IBL_KTX2_MAGIC, ibl_ktx2_encode,
                             ibl_ktx2_decode},
-    [IBL_CONTAINER_KTX] = {"ktx", "ktx", IBL_KTX_MAGIC,
-                           sizeof IBL_KTX_MAGIC - 1, ibl_ktx_encode,
+    [IBL_CONTAINER_KTX] = {"ktx", "ktx", IBL_KTX_MAGIC, ibl_ktx_encode,
                            ibl_ktx_decode},
-    [IBL_CONTAINER_DDS] = {"dds", "dds", IBL_DDS_MAGIC,
-                           sizeof IBL_DDS_MAGIC - 1, ibl_dds_encode,
+    [IBL_CONTAINER_DDS] = {"dds", "dds", IBL_DDS_MAGIC, ibl_dds_encode,
                            ibl_dds_decode},
     [IBL_CONTAINER_DDS_LEGACY] = {"dds-legacy", "dds", IBL_DDS_MAGIC,
-                                  sizeof IBL_DDS_MAGIC - 1,
                                   ibl_dds_legacy_encode, ibl_dds_decode},
 };
 
@@ -508,14 +480,15 @@ int ibl_container_holds(ibl_container container, ibl_pixel pixel)
 
 ibl_container ibl_container_of(const unsigned char *bytes, size_t size)
 {
-    for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
-        const container_kind *c = &containers[i];
-        if (size >= c->magic_bytes && !memcmp(bytes, c->magic, c->magic_bytes))
-            return i == IBL_CONTAINER_DDS && ibl_dds_is_legacy(bytes, size)
-                       ? IBL_CONTAINER_DDS_LEGACY
-                       : (ibl_container)i;
-    }
-    return IBL_CONTAINER_COUNT;
+    ibl_container c = 0;
+
+    while (c < IBL_CONTAINER_COUNT &&
+           (size < strlen(containers[c].magic) ||
+            memcmp(bytes, containers[c].magic, strlen(containers[c].magic))))
+        c++;
+    return c == IBL_CONTAINER_DDS && ibl_dds_is_legacy(bytes, size)
+               ? IBL_CONTAINER_DDS_LEGACY
+               : c;
 }
 
 static bool is_valid(const ibl_texture *tex)
@@ -571,12 +544,6 @@ void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size)
     file->size += size;
 }
 
-void ibl_pieces_add_level(ibl_pieces *file, const ibl_texture *tex, int level)
-{
-    ibl_pieces_add(file, tex->data + ibl_texture_offset(tex, level, 0),
-                   ibl_texture_level_bytes(tex, level));
-}
-
 ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, ibl_pieces *file)
 {
@@ -605,19 +572,17 @@ ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
         return ibl_missing(ctx, "ibl_texture_encode: bytes or size");
     ibl_pieces file = {0};
     ibl_status status = ibl_texture_pieces(ctx, tex, container, &file);
+    unsigned char *to = status ? NULL : ibl_alloc_array(file.size, 1);
 
-    if (!status) {
-        unsigned char *to = ibl_alloc_array(file.size, 1);
-        if (to) {
-            *bytes = to;
-            *size = file.size;
-        } else {
-            status = ibl_no_memory(ctx, "a texture's file");
-        }
-        for (int i = 0; to && i < file.count; i++) {
-            memcpy(to, file.piece[i].bytes, file.piece[i].size);
-            to += file.piece[i].size;
-        }
+    if (to) {
+        *bytes = to;
+        *size = file.size;
+    } else if (!status) {
+        status = ibl_no_memory(ctx, "a texture's file");
+    }
+    for (int i = 0; to && i < file.count; i++) {
+        memcpy(to, file.piece[i].bytes, file.piece[i].size);
+        to += file.piece[i].size;
     }
     ibl_pieces_free(&file);
     return status;

@@ -41,9 +41,21 @@ static uint32_t number(const segment *s, size_t at, int count, bool little)
     return n;
 }
 
-/* Finds the nth segment APPn of a name before the picture; size 0: none. */
+/* Whether bytes, which no 0 ends, have a word. */
+static bool has_word(const segment *s, const char *word)
+{
+    const size_t length = strlen(word);
+
+    for (size_t k = 0; k + length <= s->size; k++)
+        if (!memcmp(s->bytes + k, word, length))
+            return true;
+    return false;
+}
+
+/* Finds the first segment APPn of a name before the picture that has a word;
+ * size 0: none. */
 static segment find_segment(const unsigned char *jpeg, size_t size, int marker,
-                            const char *name, int nth)
+                            const char *name, const char *word)
 {
     const size_t length = strlen(name) + 1;
 
@@ -52,26 +64,12 @@ static segment find_segment(const unsigned char *jpeg, size_t size, int marker,
         const unsigned char *body = jpeg + at + 4;
         if (jpeg[at + 1] == 0xda || bytes < 2 || bytes > size - at - 2)
             break;
-        if (jpeg[at + 1] == marker && bytes - 2 > length &&
-            !memcmp(body, name, length) && !nth--)
-            return (segment){body + length, bytes - 2 - length};
+        const bool named = jpeg[at + 1] == marker && bytes - 2 > length &&
+                           !memcmp(body, name, length);
+        const segment s = {body + length, named ? bytes - 2 - length : 0};
+        if (named && has_word(&s, word))
+            return s;
         at += 2 + bytes;
-    }
-    return (segment){0};
-}
-
-/* The first segment of XMP that has a word; size 0: none. */
-static segment find_xmp(const unsigned char *jpeg, size_t size,
-                        const char *word)
-{
-    const size_t length = strlen(word);
-
-    for (int i = 0; i < 8; i++) {
-        const segment s = find_segment(jpeg, size, 0xe1, xmp_name, i);
-        /* its end is no 0, so that strstr cannot be used */
-        for (size_t k = 0; k + length <= s.size; k++)
-            if (!memcmp(s.bytes + k, word, length))
-                return s;
     }
     return (segment){0};
 }
@@ -92,65 +90,44 @@ typedef struct gain_map {
 /* Formulas stay within floats, and no map is brighter than this times SDR. */
 static const double most_log2 = 24;
 
-/* NULL, or why the metadata is not accepted, for the middle of a sentence. */
-static const char *check(const gain_map *g)
-{
-    for (int c = 0; c < 3; c++) {
-        if (!(fabs(g->min[c]) <= most_log2) ||
-            !(fabs(g->max[c]) <= most_log2) || g->min[c] > g->max[c])
-            return "its gains are not a range";
-        if (!(g->gamma[c] > 0.001) || !(g->gamma[c] <= 1000))
-            return "its gamma is not above 0";
-        if (!(fabs(g->base_offset[c]) <= 1) || !(fabs(g->offset[c]) <= 1))
-            return "an offset is not from -1 to 1";
-    }
-    return NULL;
-}
-
-/* The numbers of a property, an attribute or what is between the tags of an
- * element: 1 or 3, and 0 if it is not there, -1 if it is something else. */
-static int take_property(char *xmp, const char *name, double value[3])
+/* The numbers of a property, 1 or 3: an attribute, or what is between the tags
+ * of an element. False: it is something else; true also if it is not there. */
+static bool take_property(char *xmp, const char *name, double value[3])
 {
     char *t = strstr(xmp, name);
     int count = 0;
 
     if (!t)
-        return 0;
+        return true;
     t += strlen(name);
     t += strspn(t, " \t\r\n");
     if (*t == '=') {
         t += strspn(t, "=\"' \t\r\n");
         count = ibl_take_number(&t, value);
-    } else if (*t == '>') {
-        const char *end = strstr(t, name);
-        while (end && t < end && count < 3) {
-            t += strspn(t, "> \t\r\n");
-            if (*t == '<')
-                t += strcspn(t, ">");
-            else if (!ibl_take_number(&t, &value[count++]))
-                return -1;
-        }
+    }
+    const char *end = *t == '>' ? strstr(t, name) : NULL;
+    while (end && t < end && count < 3) {
+        t += strspn(t, "> \t\r\n");
+        if (*t == '<')
+            t += strcspn(t, ">");
+        else if (!ibl_take_number(&t, &value[count++]))
+            return false;
     }
     if (count == 1)
         value[1] = value[2] = value[0];
-    return count == 1 || count == 3 ? count : -1;
+    return count == 1 || count == 3;
 }
 
 static const char *take_xmp(char *xmp, gain_map *g)
 {
-    double unused[3];
-    struct {
+    const struct {
         const char *name;
         double *value;
-        bool needed;
-    } const all[] = {
-        {"hdrgm:GainMapMin", g->min, false},
-        {"hdrgm:GainMapMax", g->max, true},
-        {"hdrgm:Gamma", g->gamma, false},
-        {"hdrgm:OffsetSDR", g->base_offset, false},
-        {"hdrgm:OffsetHDR", g->offset, false},
-        {"hdrgm:HDRCapacityMax", unused, true},
-    };
+    } all[] = {{"hdrgm:GainMapMin", g->min},
+               {"hdrgm:GainMapMax", g->max},
+               {"hdrgm:Gamma", g->gamma},
+               {"hdrgm:OffsetSDR", g->base_offset},
+               {"hdrgm:OffsetHDR", g->offset}};
     const char *is_hdr = strstr(xmp, "hdrgm:BaseRenditionIsHDR");
 
     *g = (gain_map){.of_base_space = true};
@@ -161,12 +138,10 @@ static const char *take_xmp(char *xmp, gain_map *g)
     if (is_hdr &&
         !strncasecmp(is_hdr + 24 + strspn(is_hdr + 24, "=\"'> \t"), "true", 4))
         return "its base is the HDR picture";
-    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
-        const int count = take_property(xmp, all[i].name, all[i].value);
-        if (count < 0 || (!count && all[i].needed))
-            return "a property that is needed is missing or no number";
-    }
-    return check(g);
+    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
+        if (!take_property(xmp, all[i].name, all[i].value))
+            return "a property is no number";
+    return NULL;
 }
 
 /* Flags of ISO 21496-1. */
@@ -213,7 +188,7 @@ static const char *take_iso(const segment *s, gain_map *g)
         return "its metadata is cut short or has a denominator of 0";
     if (flags & BACKWARD || base > alternate)
         return "its base is the HDR picture";
-    return check(g);
+    return NULL;
 }
 
 /* ---- profiles ----------------------------------------------------------- */
@@ -263,7 +238,7 @@ bool ibl_icc_primaries(const unsigned char *bytes, size_t size, double xy[8])
         if (same[k]) {
             memcpy(xy,
                    spaces[k].primaries ? ibl_primaries_xy(spaces[k].primaries)
-                                       : ibl_display_p3_xy(),
+                                       : ibl_khronos_xy(10),
                    8 * sizeof *xy);
             return true;
         }
@@ -283,7 +258,7 @@ typedef struct second {
  * index that lists them. */
 static ibl_status find_second(const ibl_input *in, second *found)
 {
-    const segment s = find_segment(in->bytes, in->size, 0xe2, mpf_name, 0);
+    const segment s = find_segment(in->bytes, in->size, 0xe2, mpf_name, "");
     const bool little = s.size && *s.bytes == 'I';
     const size_t ifd = s.size >= 8 ? number(&s, 4, 4, little) : 0;
     const uint32_t entries = ifd ? number(&s, ifd, 2, little) : 0;
@@ -309,10 +284,11 @@ static ibl_status find_second(const ibl_input *in, second *found)
         *found = (second){.bytes = in->bytes + at, .size = size};
         if (size <= 4 || memcmp(found->bytes, "\xff\xd8", 2) != 0)
             continue;
-        found->text = find_segment(found->bytes, size, 0xe2, iso_name, 0);
+        found->text = find_segment(found->bytes, size, 0xe2, iso_name, "");
         found->iso = found->text.size > 4;
         if (!found->iso)
-            found->text = find_xmp(found->bytes, size, "hdrgm:GainMapMax");
+            found->text = find_segment(found->bytes, size, 0xe1, xmp_name,
+                                       "hdrgm:GainMapMax");
     }
     return IBL_OK;
 }
@@ -320,21 +296,21 @@ static ibl_status find_second(const ibl_input *in, second *found)
 static ibl_status read_meaning(const ibl_input *in, const second *s,
                                gain_map *g)
 {
-    const char *why;
+    char *text = ibl_alloc_zeroed(s->text.size + 1, 1);
 
-    if (s->iso) {
-        why = take_iso(&s->text, g);
-    } else {
-        char *text = ibl_alloc_array(s->text.size + 1, 1);
-        if (!text)
-            return ibl_no_memory(in->ctx, "the text of a gain map");
-        memcpy(text, s->text.bytes, s->text.size);
-        text[s->text.size] = '\0';
-        why = take_xmp(text, g);
-        ibl_free(text);
-    }
+    if (!text)
+        return ibl_no_memory(in->ctx, "the text of a gain map");
+    memcpy(text, s->text.bytes, s->text.size);
+    const char *why = s->iso ? take_iso(&s->text, g) : take_xmp(text, g);
+    ibl_free(text);
+    for (int c = 0; c < 3 && !why; c++)
+        if (!(fabs(g->min[c]) <= most_log2) ||
+            !(fabs(g->max[c]) <= most_log2) || g->min[c] > g->max[c] ||
+            !(g->gamma[c] > 0.001) || !(g->gamma[c] <= 1000) ||
+            !(fabs(g->base_offset[c]) <= 1) || !(fabs(g->offset[c]) <= 1))
+            why = "its gains, gamma or offsets are out of range";
     if (!why && !g->of_base_space &&
-        find_segment(s->bytes, s->size, 0xe2, icc_name, 0).size)
+        find_segment(s->bytes, s->size, 0xe2, icc_name, "").size)
         why = "it has a colour space of its own";
     return why ? ibl_unsupported(in,
                                  "Ultra HDR JPEG whose gain map cannot be "
@@ -409,17 +385,17 @@ static ibl_status brighten(const ibl_input *in, const second *s,
     ibl_rows *gain = NULL;
 
     ibl_status status = ibl_other_image_open(&part, &opts, &gain);
-    if (status)
-        return status;
-    brightening b = {meaning, &gain->whole, &rows->whole};
-    if ((double)gain->width * gain->height > 4.0 * rows->width * rows->height)
+    if (!status &&
+        (double)gain->width * gain->height > 4.0 * rows->width * rows->height)
         status = ibl_bad_file(in,
                               "Ultra HDR JPEG: its gain map of %dx%d is "
                               "larger than its picture",
                               gain->width, gain->height);
-    else
+    if (!status) {
+        brightening b = {meaning, &gain->whole, &rows->whole};
         status = ibl_run(in->ctx, NULL, (rows->height + ROWS - 1) / ROWS,
                          rows_job, &b);
+    }
     ibl_rows_close(gain);
     return status;
 }
@@ -435,8 +411,9 @@ ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
 
     if (status)
         return status;
-    if (!find_segment(in->bytes, in->size, 0xe2, iso_name, 0).size &&
-        !find_xmp(in->bytes, in->size, "hdrgm:Version").size)
+    if (!find_segment(in->bytes, in->size, 0xe2, iso_name, "").size &&
+        !find_segment(in->bytes, in->size, 0xe1, xmp_name, "hdrgm:Version")
+             .size)
         return ibl_other_image_open(in, opts, rows);
     status = find_second(in, &s);
     if (!status && !s.text.size) {
@@ -451,7 +428,7 @@ ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
     if (status)
         return status;
     /* a profile of such colours fits into one segment, behind its number */
-    const segment icc = find_segment(in->bytes, in->size, 0xe2, icc_name, 0);
+    const segment icc = find_segment(in->bytes, in->size, 0xe2, icc_name, "");
     const bool known =
         icc.size > 2 &&
         ibl_icc_primaries(icc.bytes + 2, icc.size - 2, primaries);
@@ -463,16 +440,14 @@ ibl_status ibl_jpeg_open(ibl_input *in, const ibl_read_options *opts,
     status = ibl_other_image_open(in, &own, rows);
     if (!status)
         status = brighten(in, &s, &meaning, *rows);
-    if (status) {
-        ibl_rows_close(*rows);
-        *rows = NULL;
+    if (status)
         return status;
-    }
-    (*rows)->has_primaries = known;
+    ibl_read_report *report = &(*rows)->report;
+    report->has_primaries = known;
     if (known)
-        memcpy((*rows)->primaries, primaries, sizeof primaries);
-    (*rows)->report.low_range = 0;
-    snprintf((*rows)->report.format, sizeof(*rows)->report.format,
+        memcpy(report->primaries, primaries, sizeof primaries);
+    report->low_range = 0;
+    snprintf(report->format, sizeof report->format,
              "Ultra HDR JPEG, gain map of %s",
              s.iso ? "ISO 21496-1" : "Android");
     return IBL_OK;

@@ -28,12 +28,9 @@ json_t *ibl_json_parse(const char *name, const void *text, size_t size,
 /* Reads count numbers; false if they are not that, or not finite. */
 bool ibl_json_numbers(const json_t *list, double *to, int count);
 
-/*
- * JSON for people and programs: indented, arrays of plain values on one line,
- * each number with the fewest digits that read back as the same double. The
- * text ends with a newline. The caller must free it; NULL: no memory, or root
- * is NULL.
- */
+/* JSON for people and programs: indented, arrays of plain values on one line,
+ * numbers of 15 digits. The text ends with a newline. The caller must free it;
+ * NULL: no memory, or root is NULL. */
 char *ibl_json_text(const json_t *root);
 
 /* The members that ibl_json_probe reads. NULL: no memory. */

@@ -1,57 +1,33 @@
 /* SPDX-License-Identifier: MIT */
 #include "json/json_text.h"
 
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "json/text.h"
 
-/* Bytes of the UTF-8 character (The Unicode Standard, table 3-7: shortest form,
- * no surrogates) that a text begins with; 0: it begins with none. */
-static size_t character(const char *text)
-{
-    const unsigned char *p = (const unsigned char *)text;
-    static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
-    const size_t length = !p[0]               ? 0
-                          : p[0] < 0x80       ? 1
-                          : p[0] >> 5 == 0x06 ? 2
-                          : p[0] >> 4 == 0x0E ? 3
-                          : p[0] >> 3 == 0x1E ? 4
-                                              : 0;
-    if (length < 2)
-        return length;
-    uint32_t code = p[0] & (0x7Fu >> length);
-    for (size_t i = 1; i < length; i++) {
-        if (p[i] >> 6 != 2)
-            return 0;
-        code = code << 6 | (p[i] & 0x3F);
-    }
-    const bool surrogate = code >> 11 == 0xD800 >> 11;
-    return code < least[length] || code > 0x10FFFF || surrogate ? 0 : length;
-}
-
 bool ibl_json_is_text(const char *bytes)
 {
-    size_t n;
+    json_t *string = json_string(bytes);
 
-    while ((n = character(bytes)) > 0)
-        bytes += n;
-    return !*bytes;
+    json_decref(string);
+    return string;
 }
 
 json_t *ibl_json_string(const char *bytes)
 {
-    char *text = malloc(3 * strlen(bytes) + 1), *to = text;
+    json_t *string = json_string(bytes);
+    char *text = string ? NULL : malloc(3 * strlen(bytes) + 1), *to = text;
 
-    for (size_t i = 0; text && bytes[i];) {
-        const size_t n = character(bytes + i);
-        memcpy(to, n ? bytes + i : "\xEF\xBF\xBD", n ? n : 3);
-        to += n ? n : 3;
-        i += n ? n : 1;
-    }
-    json_t *string = text ? json_stringn(text, (size_t)(to - text)) : NULL;
+    if (!text)
+        return string;
+    for (; *bytes; bytes++)
+        if ((unsigned char)*bytes < 0x80)
+            *to++ = *bytes;
+        else
+            to = (char *)memcpy(to, "\xEF\xBF\xBD", 3) + 3;
+    string = json_stringn(text, (size_t)(to - text));
     free(text);
     return string;
 }

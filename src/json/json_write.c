@@ -1,102 +1,55 @@
 /* SPDX-License-Identifier: MIT */
 #include "json/json_load.h"
 
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "json/json_build.h"
-#include "json/text.h"
 
-static bool write_value(const json_t *value, int depth, FILE *to);
-
-static void break_line(int depth, FILE *to)
+/* Joins the lines between `from` and `to`; returns the new end. */
+static char *join_lines(char *from, const char *to)
 {
-    fprintf(to, "\n%*s", 2 * depth, "");
-}
+    char *end = from;
 
-static bool write_key(const char *key, FILE *to)
-{
-    json_t *text = json_string(key);
-    const bool ok = text && !json_dumpf(text, to, JSON_ENCODE_ANY);
-
-    json_decref(text);
-    fputs(": ", to);
-    return ok;
-}
-
-static bool write_object(json_t *object, int depth, FILE *to)
-{
-    const char *key, *between = "";
-    json_t *value;
-    bool ok = true;
-
-    fputc('{', to);
-    json_object_foreach(object, key, value)
-    {
-        fputs(between, to);
-        between = ",";
-        break_line(depth + 1, to);
-        ok = ok && write_key(key, to) && write_value(value, depth + 1, to);
+    for (const char *at = from; at < to; at++) {
+        if (*at == '\n') {
+            while (at[1] == ' ')
+                at++;
+            if (end > from && at[1] != ']')
+                *end++ = ' ';
+        } else {
+            *end++ = *at;
+        }
     }
-    if (json_object_size(object))
-        break_line(depth, to);
-    fputc('}', to);
-    return ok;
-}
-
-static bool write_array(const json_t *array, int depth, FILE *to)
-{
-    const json_t *value;
-    bool plain = true, ok = true;
-    size_t i;
-
-    json_array_foreach(array, i, value)
-    {
-        plain &= !json_is_array(value) && !json_is_object(value);
-    }
-    fputc('[', to);
-    json_array_foreach(array, i, value)
-    {
-        fputs(i == 0 ? "" : plain ? ", " : ",", to);
-        if (!plain)
-            break_line(depth + 1, to);
-        ok &= write_value(value, depth + 1, to);
-    }
-    if (!plain)
-        break_line(depth, to);
-    fputc(']', to);
-    return ok;
-}
-
-/* False: no memory, or value is NULL. */
-static bool write_value(const json_t *value, int depth, FILE *to)
-{
-    char text[IBL_NUMBER_BYTES];
-
-    if (json_is_object(value))
-        return write_object((json_t *)value, depth, to);
-    if (json_is_array(value))
-        return write_array(value, depth, to);
-    if (!json_is_real(value))
-        return !json_dumpf(value, to, JSON_ENCODE_ANY);
-    ibl_number_text(json_real_value(value), text);
-    /* Keeps a real a real for readers that distinguish 1 and 1.0. */
-    fprintf(to, "%s%s", text, strpbrk(text, ".e") ? "" : ".0");
-    return true;
+    return end;
 }
 
 char *ibl_json_text(const json_t *root)
 {
-    ibl_memory_file file;
-    FILE *to = ibl_memory_open(&file);
-    const bool ok = to && write_value(root, 0, to) && fputc('\n', to) != EOF;
-    char *text = ibl_memory_close(to, &file);
+    const size_t how = JSON_INDENT(2) | JSON_REAL_PRECISION(15);
+    const size_t size = json_dumpb(root, NULL, 0, how);
+    char *text = size ? malloc(size + 2) : NULL;
+    char *to = text, *inner = NULL; /* in an array, so far of plain values */
+    bool quoted = false;
 
-    if (ok)
-        return text;
-    free(text);
-    return NULL;
+    if (!text || json_dumpb(root, text, size, how) != size) {
+        free(text);
+        return NULL;
+    }
+    for (const char *at = text; at < text + size; at++) {
+        const char c = *to++ = *at;
+        if (c == '\\')
+            *to++ = *++at;
+        else if (c == '"')
+            quoted = !quoted;
+        if (quoted || (c != '[' && c != '{' && c != ']'))
+            continue;
+        if (c == ']' && inner)
+            to = join_lines(inner, to);
+        inner = c == '[' ? to : NULL;
+    }
+    *to++ = '\n';
+    *to = '\0';
+    return text;
 }
 
 static json_t *triple_of(const double v[3])

@@ -64,31 +64,6 @@ char *ibl_format(const char *fmt, ...)
     return length < 0 ? NULL : text;
 }
 
-static int is_same(const char *text, double x)
-{
-    const double back = strtod(text, NULL);
-    return !(back < x || back > x);
-}
-
-void ibl_number_text(double x, char text[IBL_NUMBER_BYTES])
-{
-    int decimals = 0;
-
-    /* Most numbers need 16 or 17 digits: then do not try all the fewer. */
-    snprintf(text, IBL_NUMBER_BYTES, "%.14e", x);
-    if (!is_same(text, x))
-        decimals = 15;
-    for (; decimals <= 16; decimals++) {
-        snprintf(text, IBL_NUMBER_BYTES, "%.*e", decimals, x);
-        if (is_same(text, x))
-            break;
-    }
-    const int exponent = atoi(strchr(text, 'e') + 1);
-    if (exponent >= -5 && exponent < 9)
-        snprintf(text, IBL_NUMBER_BYTES, "%.*f",
-                 decimals > exponent ? decimals - exponent : 0, x);
-}
-
 void ibl_names_text(const char *const *names, char *text, size_t size)
 {
     *text = '\0';

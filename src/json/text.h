@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Text in memory, numbers in it, and lists of words, each ended by NULL. */
+/* Text in memory, and lists of words, each ended by NULL. */
 #ifndef IBL_JSON_TEXT_H
 #define IBL_JSON_TEXT_H
 
@@ -22,13 +22,8 @@ char *ibl_memory_close(FILE *to, ibl_memory_file *m);
 char *ibl_format(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 
 enum {
-    IBL_LINE_BYTES = 2 * 4096 + 1024, /* two paths and a message about them */
-    IBL_NUMBER_BYTES = 32
+    IBL_LINE_BYTES = 2 * 4096 + 1024 /* two paths and a message about them */
 };
-
-/* Prints the fewest digits that read back as the same double, with an exponent
- * only below 1e-5 and from 1e9 up. */
-void ibl_number_text(double x, char text[IBL_NUMBER_BYTES]);
 
 /* "a, b or c" */
 void ibl_names_text(const char *const *names, char *text, size_t size);

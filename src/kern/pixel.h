@@ -13,7 +13,7 @@
 
 /*
  * Encodes count texels of ibl_pixel_channels(pixel) floats to count texels of
- * ibl_pixel_bytes(pixel), as ibl_pixel_encode says. No alignment, any count;
+ * ibl_pixel_bytes(pixel), as ibl/io.h says. No alignment, any count;
  * accesses nothing outside of the two arrays. Returns how many components were
  * beyond the largest finite value.
  */

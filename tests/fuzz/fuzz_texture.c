@@ -72,7 +72,6 @@ static void use_cube(const ibl_texture *tex)
 
 static void use(ibl_texture *tex, int layer)
 {
-    const ibl_axes axes = {.mirror = IBL_MIRROR_X, .up = IBL_UP_Z};
     ibl_texture one = {0};
 
     const ibl_status status = ibl_texture_layer(fuzz_ctx, tex, layer, &one);
@@ -80,7 +79,6 @@ static void use(ibl_texture *tex, int layer)
     if (!status) {
         use_cube(&one);
         fuzz_said(ibl_texture_unblock(fuzz_ctx, &one));
-        fuzz_said(ibl_texture_turn_axes(fuzz_ctx, &one, axes, layer % 2));
     }
     ibl_texture_free(&one);
 }

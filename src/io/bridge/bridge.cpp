@@ -29,22 +29,12 @@ const int strip_rows = 64;
 
 // ThreadSanitizer cannot see the synchronisation of OpenImageIO's task queue,
 // which is not built for it.
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define ONE_THREAD 1
-#endif
-#endif
-#if defined(__SANITIZE_THREAD__)
-#define ONE_THREAD 1
+#ifndef IBL_TSAN
+#define IBL_TSAN 0
 #endif
 int threads_of(const ibl_bridge_request &request)
 {
-#ifdef ONE_THREAD
-    (void)request;
-    return 1;
-#else
-    return request.threads;
-#endif
+    return IBL_TSAN ? 1 : request.threads;
 }
 
 using failure = std::runtime_error;
@@ -54,7 +44,6 @@ struct stopped {
 
 enum class storage {
     floats,
-    counts,
     shorts,
     fractions
 };
@@ -110,8 +99,7 @@ void open(picture &p, const ibl_bridge_request &r)
         path = "/dev/fd/" + std::to_string(fileno(p.file));
     }
     p.input->threads(threads_of(r));
-    if (!p.input->open(path, p.spec, config) ||
-        !p.input->seek_subimage(r.subimage, 0))
+    if (!p.input->open(path, p.spec, config))
         throw failure(complaint(*p.input, "its header cannot be read"));
     p.spec = p.input->spec();
     if (p.spec.get_int_attribute("tiff:PhotometricInterpretation") >> 1 ==
@@ -135,8 +123,8 @@ int find_channel(const ImageSpec &spec, const char *name)
 }
 
 // Chooses the requested channels; else R, G, B by name, the first three, or
-// three times the first. Finds how they are stored: OpenEXR's uints are
-// numbers, other integers are fractions of the largest.
+// three times the first. Finds how they are stored: integers are fractions of
+// the largest.
 void choose_channels(picture &p, const ibl_bridge_request &r)
 {
     static const char *const rgb[] = {"R", "G", "B"};
@@ -144,7 +132,7 @@ void choose_channels(picture &p, const ibl_bridge_request &r)
     bool named = true;
 
     for (int c = 0; c < 3; c++) {
-        p.channel[c] = find_channel(s, r.channels[c] ? r.channels[c] : rgb[c]);
+        p.channel[c] = find_channel(s, rgb[c]);
         named = named && p.channel[c] >= 0;
     }
     for (int c = 0; c < 3 && !named; c++)
@@ -161,9 +149,7 @@ void choose_channels(picture &p, const ibl_bridge_request &r)
             s.channelformat(c).is_floating_point() != type.is_floating_point())
             throw failure("its channels are partly integers");
     if (!type.is_floating_point())
-        p.kind = !std::strcmp(p.input->format_name(), "openexr")
-                     ? storage::counts
-                 : type == TypeDesc::UINT8 || type == TypeDesc::UINT16
+        p.kind = type == TypeDesc::UINT8 || type == TypeDesc::UINT16
                      ? storage::shorts
                      : storage::fractions;
     p.encoded =
@@ -182,12 +168,7 @@ double srgb_to_linear(double v)
 float convert(const picture &p, float v, bool is_alpha)
 {
     const bool linear = is_alpha || p.encoded;
-    uint32_t count;
-
     switch (p.kind) {
-    case storage::counts: // v holds the bits of an integer
-        std::memcpy(&count, &v, sizeof count);
-        return float(count);
     case storage::shorts: {
         // 8 bits widen to 16 exactly: v * 257 / 65535 = v / 255.
         const int n = int(v * 65535 + 0.5f);
@@ -201,7 +182,6 @@ float convert(const picture &p, float v, bool is_alpha)
     return v;
 }
 
-// The display window, which is the map.
 ibl_bridge_info describe(const picture &p)
 {
     const ImageSpec &s = p.spec;
@@ -210,10 +190,8 @@ ibl_bridge_info describe(const picture &p)
     info.cube =
         s.get_string_attribute("textureformat") == "CubeFace Environment" &&
         !std::strcmp(p.input->format_name(), "dds");
-    info.width = info.cube ? s.width : s.full_width;
-    info.height = info.cube ? s.height : s.full_height;
-    info.data_width = s.width;
-    info.data_height = s.height;
+    info.width = s.width;
+    info.height = s.height;
     info.raw_bytes =
         double(s.width) * double(s.height) * double(s.pixel_bytes(true));
     info.low_range = p.kind == storage::shorts || p.kind == storage::fractions
@@ -229,17 +207,11 @@ ibl_bridge_info describe(const picture &p)
     return info;
 }
 
-// Reads the data window in strips, and puts what the map has of it in place.
+// Reads the pixels in strips.
 void read(picture &p, const ibl_bridge_request &r)
 {
     const ibl_bridge_info info = describe(p);
     const ImageSpec &s = p.spec;
-    const int64_t left = info.cube ? 0 : int64_t(s.x) - s.full_x;
-    const int64_t top = info.cube ? 0 : int64_t(s.y) - s.full_y;
-    const int64_t x0 = std::max<int64_t>(-left, 0);
-    const int64_t x1 = std::min<int64_t>(s.width, info.width - left);
-    const TypeDesc type =
-        p.kind == storage::counts ? TypeDesc::UINT32 : TypeDesc::FLOAT;
     const int tile = std::max(s.tile_height, 1);
     const int rows = (strip_rows + tile - 1) / tile * tile;
     const auto ends = std::minmax({p.channel[0], p.channel[1], p.channel[2],
@@ -248,45 +220,33 @@ void read(picture &p, const ibl_bridge_request &r)
     float *rgb = nullptr, *alpha = nullptr;
     std::vector<float> strip;
 
-    if (s.width < 1 || s.height < 1 || x1 <= x0 || -top >= s.height ||
-        top >= info.height)
-        throw failure("its data lies outside its display window");
+    if (s.width < 1 || s.height < 1)
+        throw failure("it has no pixels");
     if (!r.begin(r.user, &info, &rgb, &alpha))
         throw stopped();
-    if (left > 0 || top > 0 || left + s.width < info.width ||
-        top + s.height < info.height) // black outside the data window
-        std::fill_n(rgb, 3 * size_t(info.width) * size_t(info.height), 0.0f);
     for (int i = 0; i < 65536 && p.kind == storage::shorts; i++)
         p.table.push_back(float(srgb_to_linear(i / 65535.0)));
     strip.resize(size_t(step) * size_t(s.width) *
                  size_t(std::min(rows, s.height)));
     for (int y = 0; y < s.height; y += rows) {
         const int begin = s.y + y, end = s.y + std::min(y + rows, s.height);
-        if (y + rows <= -top || y >= info.height - top)
-            continue;
         const bool ok =
             s.tile_width > 0
-                ? p.input->read_tiles(r.subimage, 0, s.x, s.x + s.width, begin,
-                                      end, s.z, s.z + 1, first, first + step,
-                                      type, strip.data())
-                : p.input->read_scanlines(r.subimage, 0, begin, end, s.z, first,
-                                          first + step, type, strip.data());
+                ? p.input->read_tiles(0, 0, s.x, s.x + s.width, begin, end, s.z,
+                                      s.z + 1, first, first + step,
+                                      TypeDesc::FLOAT, strip.data())
+                : p.input->read_scanlines(0, 0, begin, end, s.z, first,
+                                          first + step, TypeDesc::FLOAT,
+                                          strip.data());
         if (!ok)
             throw failure(complaint(*p.input, "its pixels cannot be read"));
-        for (int row = y; row < y + end - begin; row++) {
-            const int64_t to = row + top;
-            const float *src =
-                strip.data() + size_t(row - y) * size_t(step) * size_t(s.width);
-            for (int64_t x = x0; x < x1 && to >= 0 && to < info.height; x++) {
-                const size_t at =
-                    size_t(to) * size_t(info.width) + size_t(left + x);
-                const float *from = src + size_t(step) * size_t(x);
-                for (int c = 0; c < 3; c++)
-                    rgb[3 * at + size_t(c)] =
-                        convert(p, from[p.channel[c] - first], false);
-                if (p.alpha >= 0)
-                    alpha[at] = convert(p, from[p.alpha - first], true);
-            }
+        const float *from = strip.data();
+        for (size_t i = 0; i < size_t(end - begin) * size_t(s.width); i++) {
+            for (int c = 0; c < 3; c++)
+                *rgb++ = convert(p, from[p.channel[c] - first], false);
+            if (p.alpha >= 0)
+                *alpha++ = convert(p, from[p.alpha - first], true);
+            from += step;
         }
         if (!r.go_on(r.user))
             throw stopped();
@@ -296,7 +256,7 @@ void read(picture &p, const ibl_bridge_request &r)
 } // namespace
 
 extern "C" __attribute__((visibility("default"))) ibl_bridge_result
-ibl_bridge_read_8(const ibl_bridge_request *request, char *message)
+ibl_bridge_read_9(const ibl_bridge_request *request, char *message)
 {
     *message = '\0';
     try {

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* The number in its name increases with every change. */
-#define IBL_BRIDGE_READ "ibl_bridge_read_8"
+#define IBL_BRIDGE_READ "ibl_bridge_read_9"
 
 enum {
     IBL_BRIDGE_MESSAGE = 512
@@ -27,23 +27,20 @@ typedef enum ibl_bridge_result {
 } ibl_bridge_result;
 
 typedef struct ibl_bridge_info {
-    int width, height; /* pixels of the display window, which is the map */
-    int data_width, data_height; /* pixels of the data window */
-    double raw_bytes;            /* size of all channels after decoding */
-    int low_range;               /* integers: 1: decoded from sRGB, 2: not */
-    int has_alpha;               /* alpha was requested and the file has it */
-    int straight;                /* colours are not multiplied by alpha */
-    int orientation;             /* of EXIF, 1 to 8 */
-    int cube;                    /* six faces below one another */
-    char format[32];             /* "tiff, uint16" */
+    int width, height;
+    double raw_bytes; /* size of all channels after decoding */
+    int low_range;    /* integers: 1: decoded from sRGB, 2: not */
+    int has_alpha;    /* alpha was requested and the file has it */
+    int straight;     /* colours are not multiplied by alpha */
+    int orientation;  /* of EXIF, 1 to 8 */
+    int cube;         /* six faces below one another */
+    char format[32];  /* "tiff, uint16" */
 } ibl_bridge_info;
 
 typedef struct ibl_bridge_request {
     const unsigned char *bytes;
     size_t size;
     const char *reader; /* OpenImageIO's name of the format */
-    int subimage;
-    const char *channels[3]; /* three names or three NULLs; a name may repeat */
     int want_alpha;
     int encoded; /* integers become fractions of the largest: 1: always; 0:
                     they are decoded from sRGB; -1: where the file says that
@@ -55,7 +52,7 @@ typedef struct ibl_bridge_request {
      * 0: stop.
      *   rgb    receives 3 * width * height linear floats, as the file has them,
      *          neither multiplied nor divided by alpha
-     *   alpha  width * height zeros, for its values, if info->has_alpha
+     *   alpha  width * height values, if info->has_alpha
      */
     int (*begin)(void *user, const ibl_bridge_info *info, float **rgb,
                  float **alpha);
@@ -66,7 +63,7 @@ typedef struct ibl_bridge_request {
  * one line after an error. */
 typedef ibl_bridge_result ibl_bridge_read_fn(const ibl_bridge_request *request,
                                              char *message);
-ibl_bridge_read_fn ibl_bridge_read_8;
+ibl_bridge_read_fn ibl_bridge_read_9;
 
 #ifdef __cplusplus
 }
