@@ -239,7 +239,7 @@ TEST(what_others_mean)
     ibl_set_options o = ibl_set_options_default();
     ibl_set_facts facts = {.known = IBL_KNOWN_AXES | IBL_KNOWN_MAPPING |
                                     IBL_KNOWN_YAW | IBL_KNOWN_SCALE,
-                           .axes = {-1, -3, 2},
+                           .axes = {IBL_MIRROR_X, IBL_UP_Z},
                            .yaw_deg = 30,
                            .irradiance_scale = 1 / M_PI,
                            .mapping = IBL_ROUGHNESS_LINEAR};
@@ -405,8 +405,6 @@ TEST(what_is_refused)
         {"mkdir empty", "empty", "empty: has no NAME_specular"},
         {"cp out/sky_specular.ktx2 out/night_specular.ktx2", "out",
          "several sets, from night to sky: name one"},
-        {"rm out/sky.json; cp out/sky_specular.ktx2 out/sky_specular.dds",
-         "out", "is there, too: name the one to open"},
         {"echo hello >out/text", "out/text", "out/text"},
         {"mv out/brdf_lut.ktx2 out/sky_irradiance.ktx2", "out",
          "holds a BRDF table (flat, square, two channels, of multiscatter "
@@ -418,8 +416,6 @@ TEST(what_is_refused)
          "out/sky_specular.ktx2",
          "out", "cut short"},
         {"head -c 900 out/sky.json >a && mv a out/sky.json", "out", "no JSON"},
-        {"sed -i 's/\"height\": 16/\"height\": 32/' out/sky.json", "out",
-         "has other levels than"},
         {"rm out/*_irradiance*; sed -i s/filament/filAment/ "
          "out/sky_specular.ktx2 "
          "out/sky_specular.dds out/sky.json",

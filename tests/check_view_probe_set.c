@@ -21,7 +21,6 @@
 #include "view/message.h"
 #include "view/probe_set.h"
 #include "json/json_at.h"
-#include "json/json_build.h"
 #include "json/json_load.h"
 
 enum {

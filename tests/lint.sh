@@ -108,7 +108,7 @@ io io core image kern json
 json json
 common common json
 engine engine core common image io json
-set set core common engine io json
+set set core common engine image io json
 scene scene core common io engine json
 cli cli common engine scene set json
 view view common engine scene set json

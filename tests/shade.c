@@ -205,13 +205,7 @@ shade_pixel *shade_pixels(const view_settings *s)
 void shade_cube(const ibl_cube *cube, double level, const double dir[3],
                 double rgb[3])
 {
-    ibl_cube levels[IBL_MAX_LEVELS];
-
-    for (int l = 0; l < cube->levels; l++)
-        levels[l] = (ibl_cube){.size = ibl_cube_edge(cube->size, l),
-                               .levels = 1,
-                               .data = ibl_cube_face(cube, l, 0)};
-    ibl_lookup_chain(levels, cube->levels, dir, level, rgb);
+    ibl_lookup_chain(cube, dir, level, rgb);
 }
 
 void shade_look_up(const shade_set *s, const view_settings *settings,

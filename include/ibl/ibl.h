@@ -129,12 +129,9 @@ typedef void ibl_log_fn(void *cookie, ibl_log_level level, const char *text);
 typedef void ibl_progress_fn(void *cookie, const char *stage, double done,
                              double whole);
 
-/*
- * Where the library takes memory: for all that it allocates itself, results
- * too, from any thread. OpenEXRCore takes its own there as well; Zstandard,
- * libdeflate, the image bridge, and JSON while it is read or written, use the C
- * library's.
- */
+/* Where the library takes memory: for all that it allocates itself, results
+ * too, from any thread. OpenEXRCore takes its own there as well; other
+ * libraries use the C library's. */
 typedef struct ibl_allocator {
     /* `bytes`, 1 or more, aligned to a power of two; NULL: there are none */
     void *(*alloc)(void *cookie, size_t bytes, size_t alignment);
@@ -232,13 +229,10 @@ void ibl_image_free(ibl_image *img); /* NULL and zeroed are fine */
  *               looks along (u, h, v), and where h < 0 along
  *               (sgn(u) (1 - |v|), h, sgn(v) (1 - |u|)), not normalised: +Y is
  *               in the middle, with u and v as on the face +Y; the borders are
- *               folded, each in its middle, and -Y is at all four corners.
- *               Texels differ by up to 5.2 times in solid angle (a cube's: 5.2)
- *               and the largest is 1.3 times the largest of a cube, so 2n is
- *               the power of two that keeps a cube's detail (Engelhardt and
- *               Dachsbacher 2008, "Octahedron Environment Maps"; Cigolle et al.
- *               2014, JCGT 3(2)). There is no border in the texture: ibl.glsl's
- *               lookup filters across the seams.
+ *               folded, each in its middle, and -Y is at all four corners
+ *               (Engelhardt and Dachsbacher 2008, "Octahedron Environment
+ *               Maps"). The largest texel is 1.3 times the largest of a cube.
+ *               The texture has no border: ibl.glsl filters across the seams.
  */
 typedef enum ibl_projection {
     IBL_PROJECTION_CUBE,
@@ -604,14 +598,10 @@ const char *ibl_specular_report_method(const ibl_specular_report *report);
  *
  * Levels are sampled only on request: all by IBL_METHOD_SAMPLED, single levels
  * by level_samples with IBL_METHOD_AUTO. IBL_METHOD_SPECTRAL ignores samples.
- * A sampled level estimates the same integral by importance sampling, sum L_i
- * w_i / sum w_i with w = N.L, of Hammersley points in the part of the lobe
- * above the horizon. L_i is a trilinear lookup, seamless across faces, in mips
- * of their own, averaged by the tent of bilinear filtering, at the level where
- * a texel has the solid angle of the sample, 1 / (samples pdf), plus lod_bias.
- * The pdf does not include N.L: for GGX it is D(N.H) N.H / (4 V.H), for Charlie
- * and Phong proportional to (1 - N.L)^(1 / (2 alpha)) and (N.L)^n. Charlie's
- * ring needs several times the samples of a peak.
+ * A sampled level estimates the same integral by importance sampling of the
+ * lobe without N.L, sum L_i w_i / sum w_i with w = N.L, of Hammersley points
+ * above the horizon. L_i is a trilinear lookup in mips, at the level where a
+ * texel has the solid angle of the sample, 1 / (samples pdf), plus lod_bias.
  *   out     empty; allocated here, to be freed with ibl_cube_free
  *   report  how each level was made; may be NULL
  * Sources: Karis 2013 (split sum); Ramamoorthi and Hanrahan 2001 (convolution
@@ -708,11 +698,10 @@ typedef struct ibl_light {
  *           below a tenth of its light over the circle
  *
  * A disc has the light and the integral of the squared radiance of what was
- * taken: its solid angle is (int L dO)^2 / int L^2 dO, that of the pixel for a
- * source of one. What is 1.1 times as far spread as that disc, in the mean
- * square, is dealt to several: pixels to the nearest, none with less than a
- * sixteenth of the light. Where there is no room for more lights, a disc is as
- * far spread instead, up to 0.1.
+ * taken: its solid angle is (int L dO)^2 / int L^2 dO. What is 1.1 times as far
+ * spread, in the mean square, is dealt to several, none with less than a
+ * sixteenth of the light, or, if there is no room, to a disc as far spread, up
+ * to 0.1.
  *
  *   map      changed in place
  *   yaw_deg  as in ibl_cube_from_latlong, for the directions; the map itself is
@@ -932,10 +921,9 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
 
 /*
  * The lobe table: where in the chain a shader finds the reflection. The levels
- * are made with N = V = R; a surface seen at an angle has another lobe, which
- * lies nearer to N and is longer than wide. The table has the lookup whose lobe
- * comes nearest to that of f N.L (GGX, height-correlated Smith, Schlick's
- * Fresnel), between two levels as they are blended.
+ * are made with N = V = R; a surface seen at an angle has another lobe. The
+ * table has the lookup whose lobe comes nearest to that of f N.L (GGX,
+ * height-correlated Smith, Schlick's Fresnel).
  *
  * Texel (i, j) of a layer is for N.V = i / (size - 1) and the roughness
  * j / (size - 1) (memory row 0 is the smoothest): the outer texels are of 0 and
@@ -952,16 +940,15 @@ void ibl_lobe_table_free(ibl_lobe_table *t); /* NULL and zeroed are fine */
  * two layers by how metallic a surface is: ibl_lobe_taps of <ibl/ibl.glsl>,
  * also for two or three taps.
  *
- * A table for metals or dielectrics only has half the layers: layer 0 for
- * one lookup, layer 1 for four. Shaders take them for all surfaces.
+ * A table for metals or dielectrics only has layer 0 for one lookup and layer 1
+ * for four, which shaders take for all surfaces.
  *
- * The table depends on the roughnesses and sizes of the levels, but not on the
- * number format of their texels. It is smooth, so that it can be interpolated;
- * its values are those of halves.
- *   out   empty; allocated here, to be freed with ibl_lobe_table_free
- * IBL_ERR_ARGUMENT: an option out of range.
- * Source: the error of a lookup over all rotations of a map of power C_l is
- * sum C_l |S_lm - T_lm|^2, S and T the lobes of the lookup and of the surface.
+ * The table depends on the roughnesses and sizes of the levels. It is smooth,
+ * so that it can be interpolated; its values are those of halves. out   empty;
+ * allocated here, to be freed with ibl_lobe_table_free IBL_ERR_ARGUMENT: an
+ * option out of range. Source: the error of a lookup over all rotations of a
+ * map of power C_l is sum C_l |S_lm - T_lm|^2, S and T the lobes of the lookup
+ * and of the surface.
  */
 ibl_status ibl_bake_lobe_table(ibl_ctx *ctx, const ibl_lobe_table_options *opts,
                                ibl_lobe_table *out);

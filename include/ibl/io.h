@@ -181,9 +181,8 @@ typedef struct ibl_read_report {
     double clamp_removed; /* the share of the map's luminance, summed over the
                              sphere, that this took away; in other layouts than
                              equirectangular, summed over the pixels */
-    char hash[IBL_FILE_HASH]; /* with opts->hash: XXH3 of 128 bits of the file's
-                                 bytes, as xxh128sum prints it; of six files,
-                                 the hash of their hashes' digits; else "" */
+    char hash[IBL_FILE_HASH]; /* with opts->hash: ibl_hash_file's; of six
+                                 files, that of their hashes' digits; else "" */
 } ibl_read_report;
 
 /*
@@ -213,20 +212,18 @@ typedef struct ibl_read_report {
  * image of n x n pixels is 4 n wide, at least 256, and its integral is the
  * same. Besides the map (384 bytes for each texel of a face, 96 for each
  * octahedral pixel), making it takes the memory of the file's pixels. Alpha is
- * dropped, and colours stay as in the file; to read it: ibl_source_alpha.
+ * dropped; to read it: ibl_source_alpha.
  * A non-finite component becomes the larger one of its neighbours in the row
  * (columns wrap) that are finite. If there is none, +Inf becomes 65504, others
  * 0. Negative components become 0. Both repairs are counted, with a warning; of
- * negative ones only above 1e-4 of the light. Others name primaries that are
- * not Rec.709's and are kept, a map that is black, and faces of a cube that do
- * not meet though they would in another order. path     a file, also a pipe by
- * name (a FIFO, /dev/stdin, a shell's
- *            <(command)), or "-" for standard input. Devices and directories
- *            are refused. If there is no such file, six files of square faces
- *            of the same size: a pattern, whose %f, no letter or digit behind
- *            it, stands for px nx py ny pz nz or another set of names
- *            (iblbake(1)), also in capitals or with one; or six names separated
- *            by commas, +X -X +Y -Y +Z -Z
+ * negative ones only above 1e-4 of the light. Other warnings name primaries
+ * that are not Rec.709's and are kept, a map that is black, and faces of a cube
+ * that do not meet though they would in another order.
+ *   path     a file, also a pipe by name (a FIFO, /dev/stdin, a shell's
+ *            <(command)), or "-" for standard input. If there is no such file,
+ *            six files of square faces of the same size: a pattern, whose %f
+ *            stands for px nx py ny pz nz or another set of names (iblbake(1));
+ *            or six names separated by commas, +X -X +Y -Y +Z -Z
  *   opts     NULL for defaults
  *   img      empty; filled here, to be freed with ibl_image_free
  *   report   may be NULL
@@ -345,9 +342,7 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb);
  * 0, or the alpha channel that OpenImageIO names; it is never decoded from
  * sRGB. Non-finite values become 0, others are limited to 0..1. Repairs of more
  * than 0.001 are counted, with a warning, and refused with strict. Colours with
- * alpha 0 become 0: else a quotient by the alpha of a neighbourhood would be
- * brighter than every colour in it. Takes 4 bytes of memory for each pixel of
- * the map.
+ * alpha 0 become 0. Takes 4 bytes of memory for each pixel of the map.
  */
 const float *ibl_source_alpha(const ibl_source *source);
 

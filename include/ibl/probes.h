@@ -68,9 +68,7 @@ typedef struct ibl_probe_mix {
 /*
  * A probe's influence on a point: 1 at least `blend` inside the volume, 0 on
  * its border and outside, between them smoothstep(depth / blend). The depth in
- * a box is the distance to the nearest of its six faces. The influence is
- * continuous, and its steepest slope is 1.5 / blend; with a blend of 0 it jumps
- * at the border.
+ * a box is the distance to the nearest of its six faces.
  */
 double ibl_probe_influence(const ibl_probe *probe, const double point[3]);
 
@@ -80,7 +78,7 @@ double ibl_volume_size(const ibl_volume *volume);
 /*
  * The order in which ibl_probes_blend takes probes: by falling priority, then
  * by rising size of the influence volume, then by rising index. Writes count
- * indices. Takes time proportional to count^2 if the order is reversed.
+ * indices.
  */
 void ibl_probes_order(const ibl_probe *probes, int count, int *order);
 
@@ -94,11 +92,7 @@ void ibl_probes_order(const ibl_probe *probes, int count, int *order);
  * largest are kept, each reduced by the largest share that is not kept, so that
  * a probe appears and disappears with weight 0; then they are scaled to have
  * what all had. Where that leaves 0 of each, they stay as they were.
- *
- * Continuous, but there, if no blend is 0 and alpha is continuous. With G the
- * sum of 1.5 / blend of the probes in whose blend width the point is, neither a
- * weight nor rest is steeper than G; where more than IBL_MAX_PROBES_AT have a
- * share a weight may have 12 G / D, D being the sum of the shares so reduced.
+ * Else continuous, if no blend is 0 and alpha is continuous.
  */
 void ibl_probes_blend(const ibl_probe *probes, int count, const int *order,
                       const double point[3], const double *alpha,

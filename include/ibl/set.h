@@ -56,8 +56,7 @@ typedef struct ibl_set_facts {
     ibl_lut_kind table;      /* IBL_LUT_SPLIT */
     ibl_geometry geometry;   /* IBL_GEOMETRY_SMITH */
 
-    int axes[3];    /* the world's axis that the file's +X, +Y, +Z is: 1, 2 or
-                       3 for X, Y, Z, negated for -X and so on. 1, 2, 3 */
+    ibl_axes axes;  /* the world's */
     double yaw_deg; /* 0 */
     int lights;     /* that were taken out of it; 0 */
 } ibl_set_facts;
@@ -130,9 +129,10 @@ ibl_set_options ibl_set_options_default(void);
  * Files are those that the sidecar or index names, else NAME_specular,
  * NAME_irradiance, NAME_skybox, brdf_lut (brdf_lut_schlick-ibl, ...) and
  * NAME_lobe_lut or lobe_lut with .ktx2, .ktx or .dds, else NAME.env, NAME.gltf
- * or NAME_envatlas.png; of several the one in the container of the texture that
- * path names. A sidecar that another program wrote is left out, with a warning,
- * and so is a lobe table for other levels than the specular ones.
+ * or NAME_envatlas.png; of several the first, but before it the one in the
+ * container of the texture that path names. A sidecar that another program
+ * wrote is left out, with a warning, and so is a lobe table for other levels
+ * than the specular ones.
  * The keys of a texture hold before what the sidecar says. What neither says is
  * not known, and no error.
  * IBL_ERR_IO: there is no such set, or several, or a file cannot be read.

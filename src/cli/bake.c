@@ -139,7 +139,7 @@ void ibl_job_end(ibl_job *r)
     for (int i = 0; i < r->count; i++) {
         ibl_output_set *b = &r->sets[i];
         if (b->judged.json)
-            ibl_report_free(&b->judged);
+            json_decref(b->judged.json);
         if (b->choice)
             ibl_choice_free(b->choice);
         free(b->choice);

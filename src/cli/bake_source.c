@@ -156,18 +156,15 @@ static bool measure(ibl_job *r, const ibl_opts *o, const ibl_truth *truth,
 
     if (!isnan(error[lights]))
         return true;
-    bool ok =
+    const bool ok =
         take_lights(r, lights) && !ibl_candidate_bake(r->ctx, &r->rest, o, &c);
     if (ok) {
-        ibl_drawn d = {.irradiance_scale = 1,
-                       .lights = r->lights,
-                       .light_count = r->light_count};
+        ibl_drawn d = {.lights = r->lights, .light_count = r->light_count};
         ibl_candidate_draw(&d, &c);
-        ok = ibl_measure(truth, &d, rows);
-    }
-    if (ok)
+        ibl_measure(truth, &d, rows);
         error[lights] =
             ibl_measured_mean(rows, truth->rows).value[IBL_FIGURE_NRMSE];
+    }
     ibl_candidate_free(&c);
     return ok;
 }

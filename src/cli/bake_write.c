@@ -280,9 +280,8 @@ static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
     ibl_judge **judge = &b->job->judge[rest];
 
     if (!*judge)
-        *judge =
-            ibl_judge_create(b->job->ctx, rest ? &b->job->rest : &b->job->env,
-                             o->bake.yaw_deg, &o->judge);
+        *judge = ibl_judge_create(
+            b->job->ctx, rest ? &b->job->rest : &b->job->env, o->bake.yaw_deg);
     bool ok = *judge && !ibl_texture_to_cube(b->job->ctx, tex, &cube) &&
               turn_back(b, &cube);
     const ibl_judged judged = {.content = kind,
@@ -292,9 +291,7 @@ static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
                                .roughness =
                                    kind == IBL_OUTPUT_SPECULAR
                                        ? b->made.report.layout.roughness
-                                       : NULL,
-                               .scale = 1,
-                               .pixel = tex->pixel};
+                                       : NULL};
     ok = ok && ibl_report_levels(&b->judged, *judge, &judged);
     ibl_cube_free(&cube);
     return ok;

@@ -203,7 +203,7 @@ static bool commit(worker *w)
 
 /* Begins a bake of a map; NULL: of w->line. The context reports to the batch's
  * screen. */
-static bool begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
+static void begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
 {
     const batch *b = w->batch;
     ibl_job *r = &w->run;
@@ -221,7 +221,6 @@ static bool begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
     r->console.about = w->line.set->input;
     r->console.terminal = false;
     ibl_job_begin(r);
-    return true;
 }
 
 static bool bake_map(worker *w, ibl_map *m)
@@ -232,7 +231,8 @@ static bool bake_map(worker *w, ibl_map *m)
         b->opts->verify ? ibl_need(ibl_memory_open(&printed)) : stdout;
 
     w->since = real_time();
-    bool ok = begin(w, m, w->ctx, print) && ibl_job_make(&w->run) && commit(w);
+    begin(w, m, w->ctx, print);
+    bool ok = ibl_job_make(&w->run) && commit(w);
     if (ok && b->opts->depfile)
         ok = (m->rule = ibl_depfile_text(&w->run)) != NULL;
     ok = !ibl_console_end(&w->run.console, ok);
@@ -377,8 +377,8 @@ static bool look(batch *b, ibl_map *m)
     ibl_source *source;
     struct stat st;
 
-    const bool ok = begin(w, m, b->silent, NULL) &&
-                    (!o->depfile || ibl_job_check_depfile(r));
+    begin(w, m, b->silent, NULL);
+    const bool ok = !o->depfile || ibl_job_check_depfile(r);
     if (ok && o->incremental && ibl_stamp_holds(r) &&
         (!o->depfile || (m->rule = ibl_depfile_text(r))))
         m->state = IBL_MAP_KEPT;
@@ -456,8 +456,9 @@ static bool make_tables(batch *b)
     b->tables_kept = !shared;
     if (!shared)
         return true;
-    bool ok = begin(w, NULL, w->ctx, NULL);
-    b->tables_kept = ok && b->opts->incremental && ibl_stamp_holds(&w->run);
+    begin(w, NULL, w->ctx, NULL);
+    bool ok = true;
+    b->tables_kept = b->opts->incremental && ibl_stamp_holds(&w->run);
     if (ok && (b->to_bake || !b->tables_kept)) {
         w->since = real_time();
         ok = ibl_job_make(&w->run);

@@ -31,7 +31,7 @@ enum {
 typedef struct stamp {
     char *folder, *path;         /* of all stamps; of this one */
     char options[IBL_FILE_HASH]; /* hash of all that decides what is made */
-    ibl_files files;
+    ibl_files files;             /* what is read, then what the job makes */
 } stamp;
 
 /* Clocks of file systems tick up to every 10 ms. */

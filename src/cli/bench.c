@@ -215,9 +215,7 @@ static ibl_judged part_of(ibl_output_kind content, const ibl_cube *chain,
     return (ibl_judged){.content = content,
                         .chain = *chain,
                         .levels = chain->levels,
-                        .roughness = c->made.report.layout.roughness,
-                        .scale = 1,
-                        .pixel = IBL_PIXEL_COUNT};
+                        .roughness = c->made.report.layout.roughness};
 }
 
 /* Bakes what a setting makes into c and judges its parts, and what a shader
@@ -226,7 +224,7 @@ static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
 {
     ibl_report report = {.options = ibl_judge_options_default()};
     ibl_truth_options options = ibl_truth_options_default();
-    ibl_drawn set = {.irradiance_scale = 1};
+    ibl_drawn set = {0};
     int vague;
 
     report.options.texels = b->opts->texels;
@@ -246,9 +244,9 @@ static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
     ibl_candidate_draw(&set, &b->usual);
     ibl_candidate_draw(&set, c);
     ok = ok &&
-         (truth->sample ||
-          ibl_truth_make(b->ctx, &b->env, 0, &options, truth)) &&
-         ibl_report_drawn(&report, truth, &set, &vague);
+         (truth->sample || ibl_truth_make(b->ctx, &b->env, 0, &options, truth));
+    if (ok)
+        ibl_report_drawn(&report, truth, &set, &vague);
 
     const json_t *levels = json_object_get(report.json, "levels");
     const json_t *drawn = json_object_get(report.json, "rendered");
@@ -264,7 +262,7 @@ static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
         s->figure[TABLE + i] = mean_of(row, NULL);
         json_decref(row);
     }
-    ibl_report_free(&report);
+    json_decref(report.json);
     return ok;
 }
 
@@ -374,12 +372,10 @@ static bool write_reports(bench *b)
 static bool measure_map(bench *b, const char *path)
 {
     const int n = b->opts->rounds;
-    ibl_judge_options options = ibl_judge_options_default();
 
-    options.texels = b->opts->texels;
     bool ok =
         !ibl_image_read(b->ctx, path, &b->opts->common.read, &b->env, NULL) &&
-        (b->judge = ibl_judge_create(b->ctx, &b->env, 0, &options));
+        (b->judge = ibl_judge_create(b->ctx, &b->env, 0));
     b->console.quiet = true; /* of warnings, with each bake anew */
     for (int i = 0; i < b->count && ok; i++) {
         ibl_candidate own = {0};

@@ -104,46 +104,44 @@ void ibl_candidate_draw(ibl_drawn *set, const ibl_candidate *c)
         set->lut = c->lut;
 }
 
-static size_t image_bytes(int width, int height, ibl_pixel pixel)
+static size_t bytes_of(ibl_pixel pixel, ibl_level_shape s, int levels,
+                       int layers)
 {
-    const int block = ibl_pixel_block(pixel);
+    const ibl_texture t = {.pixel = pixel,
+                           .width = s.width,
+                           .height = s.height,
+                           .levels = levels,
+                           .layers = layers,
+                           .faces = s.faces};
 
-    return (size_t)((width + block - 1) / block) *
-           (size_t)((height + block - 1) / block) * ibl_pixel_bytes(pixel);
-}
-
-static size_t cube_bytes(const ibl_opts *o, int size, int levels)
-{
-    /* An engine's own files have four bytes a texel as well. */
-    const ibl_pixel pixel = o->engine ? IBL_PIXEL_RGB9E5 : o->texels.pixel;
-    size_t bytes = 0;
-
-    for (int l = 0; l < levels; l++) {
-        const ibl_level_shape s = ibl_level_shape_of(
-            o->bake.specular_options.projection, ibl_cube_edge(size, l));
-        bytes += (size_t)s.faces * image_bytes(s.width, s.height, pixel);
-    }
-    return bytes;
+    return ibl_texture_offset(&t, levels, 0);
 }
 
 size_t ibl_candidate_bytes(const ibl_opts *o)
 {
-    const int layers = IBL_LOBE_LAYERS / (o->lobe_f0 == IBL_F0_BOTH ? 1 : 2);
+    /* An engine's own files have four bytes a texel as well. */
+    const ibl_pixel pixel = o->engine ? IBL_PIXEL_RGB9E5 : o->texels.pixel;
+    const ibl_projection p = o->bake.specular_options.projection;
+    const ibl_level_shape lut = {p, o->lut.size, o->lut.size, 1};
+    const ibl_level_shape lobes = {p, o->lobe_table_size, o->lobe_table_size,
+                                   1};
     ibl_specular_layout l = {.levels = 0};
     size_t bytes = 0;
 
     ibl_specular_layout_of(&o->bake.specular_options, &l);
     if (ibl_opts_want(o, IBL_OUTPUT_SPECULAR))
-        bytes += cube_bytes(o, l.size, l.levels);
+        bytes += bytes_of(pixel, ibl_level_shape_of(p, l.size), l.levels, 1);
     if (ibl_opts_want(o, IBL_OUTPUT_IRRADIANCE))
-        bytes += cube_bytes(o, o->bake.irradiance_options.size, 1);
+        bytes += bytes_of(
+            pixel, ibl_level_shape_of(p, o->bake.irradiance_options.size), 1,
+            1);
     if (ibl_opts_want(o, IBL_OUTPUT_LUT))
-        bytes += image_bytes(o->lut.size, o->lut.size,
-                             ibl_lut_pixel(o->texels.pixel, o->lut.kind));
+        bytes +=
+            bytes_of(ibl_lut_pixel(o->texels.pixel, o->lut.kind), lut, 1, 1);
     if (ibl_opts_want(o, IBL_OUTPUT_LOBES))
         bytes +=
-            (size_t)layers * image_bytes(o->lobe_table_size, o->lobe_table_size,
-                                         IBL_PIXEL_RGBA16F);
+            bytes_of(IBL_PIXEL_RGBA16F, lobes, 1,
+                     IBL_LOBE_LAYERS / (o->lobe_f0 == IBL_F0_BOTH ? 1 : 2));
     return bytes;
 }
 

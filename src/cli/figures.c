@@ -6,6 +6,8 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "common/signals.h"
+
 const char *const ibl_figure_names[] = {"nrmse", "median", "p95", "bias"};
 
 /* ---- figures --------------------------------------------------------------
@@ -162,23 +164,19 @@ ibl_spot *ibl_spots_of(const ibl_image *env, double yaw_deg)
     const int columns = w < IBL_SPOT_COLUMNS ? w : IBL_SPOT_COLUMNS;
     const int rows = h < IBL_SPOT_COLUMNS / 2 ? h : IBL_SPOT_COLUMNS / 2;
     const double pixel = M_PI / h;
-    ibl_spot *spots = calloc(IBL_SPOTS, sizeof *spots);
-    double *turn = malloc(2 * (size_t)w * sizeof *turn);
+    ibl_spot *spots = ibl_need(calloc(IBL_SPOTS, sizeof *spots));
+    double *turn = ibl_need(malloc(2 * (size_t)w * sizeof *turn));
     const float *p = env->data;
     double light = 0, squares = 0;
 
-    if (!spots || !turn) {
-        free(spots);
-        spots = NULL;
-    }
-    for (int x = 0; spots && x < w; x++) {
+    for (int x = 0; x < w; x++) {
         const double u = (x + 0.5) / w - 0.5 - yaw_deg / 360;
         turn[2 * x] = cos(2 * M_PI * u);
         turn[2 * x + 1] = sin(2 * M_PI * u);
     }
     /* At first the direction is the sum of the pixels' times light, and the
      * share the sum of light. */
-    for (long long y = 0; spots && y < h; y++) {
+    for (long long y = 0; y < h; y++) {
         const double c = cos(pixel * ((double)y + 0.5)), r = sqrt(1 - c * c);
         ibl_spot *row = spots + y * rows / h * IBL_SPOT_COLUMNS;
         for (long long x = 0; x < w; x++, p += 3) {
@@ -192,7 +190,7 @@ ibl_spot *ibl_spots_of(const ibl_image *env, double yaw_deg)
         }
     }
     free(turn);
-    for (ibl_spot *s = spots; s && s < spots + IBL_SPOTS; s++) {
+    for (ibl_spot *s = spots; s < spots + IBL_SPOTS; s++) {
         if (!(s->share > 0))
             continue;
         const double length = sqrt(ibl_dot(s->direction, s->direction));

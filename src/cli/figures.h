@@ -86,7 +86,7 @@ enum {
     IBL_SPOTS = IBL_SPOT_COLUMNS * IBL_SPOT_COLUMNS / 2
 };
 
-/* IBL_SPOTS of them, to be freed by the caller; NULL: no memory. */
+/* IBL_SPOTS of them, to be freed by the caller. */
 ibl_spot *ibl_spots_of(const ibl_image *env, double yaw_deg);
 /* The spot at u, 0..1, of the shares; NULL: it is dark. */
 const ibl_spot *ibl_spot_at(const ibl_spot *spots, double u);

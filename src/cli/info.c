@@ -118,7 +118,7 @@ static void put_figures(json_t **j, const figures *f, int channels)
 }
 
 /* Means of maps are by solid angle, those of tables are not. */
-static bool measure(const ibl_texture *t, int level,
+static void measure(const ibl_texture *t, int level,
                     const ibl_level_shape *shape, figures *f)
 {
     const int width = ibl_cube_edge(t->width, level);
@@ -126,11 +126,11 @@ static bool measure(const ibl_texture *t, int level,
     const int channels = ibl_pixel_channels(t->pixel);
     const size_t bytes = (size_t)width * ibl_pixel_bytes(t->pixel);
     const bool sphere = shape->width == width && shape->height == height;
-    float *row = malloc((size_t)width * (size_t)channels * sizeof *row);
-    double *weight = malloc((size_t)width * sizeof *weight);
-    const bool ok = row && weight;
+    float *row =
+        ibl_need(malloc((size_t)width * (size_t)channels * sizeof *row));
+    double *weight = ibl_need(malloc((size_t)width * sizeof *weight));
 
-    for (int y = 0; y < height && ok; y++) {
+    for (int y = 0; y < height; y++) {
         for (int x = 0; x < width; x++)
             weight[x] = sphere ? ibl_level_solid_angle(shape, x, y) : 1;
         for (int k = 0; k < t->layers * t->faces; k++) {
@@ -145,7 +145,6 @@ static bool measure(const ibl_texture *t, int level,
     }
     free(row);
     free(weight);
-    return ok;
 }
 
 /* ---- files ----------------------------------------------------------- */
@@ -176,11 +175,12 @@ static const char *primaries_of(const ibl_texture *t)
 static json_t *beside(const char *path, ibl_about *about)
 {
     const char *name = ibl_path_name(path), *end = strrchr(name, '_');
-    char *side = end ? ibl_format("%.*s.json", (int)(end - path), path) : NULL;
+    char *side =
+        ibl_need(ibl_format("%.*s.json", end ? (int)(end - path) : 0, path));
     struct stat st;
     ibl_json_why why;
     json_t *root =
-        side && !stat(side, &st) ? ibl_json_load(side, 0, &why) : NULL;
+        end && !stat(side, &st) ? ibl_json_load(side, 0, &why) : NULL;
 
     *about =
         ibl_about_sidecar(root, ibl_sidecar_entry(root, "file", name), path);
@@ -188,7 +188,7 @@ static json_t *beside(const char *path, ibl_about *about)
     return root;
 }
 
-static bool put_levels(const info *v, ibl_texture *t, const ibl_about *about,
+static void put_levels(const ibl_texture *t, const ibl_about *about,
                        bool texels, json_t **j)
 {
     const char *content = about->word[IBL_FACT_CONTENT];
@@ -198,12 +198,11 @@ static bool put_levels(const info *v, ibl_texture *t, const ibl_about *about,
     const int unit = ibl_level_shape_of(projection, 1).width;
     json_t *levels = json_array();
     figures all = {0};
-    bool ok = !texels || !ibl_texture_unblock(v->ctx, t);
     const int channels = ibl_pixel_channels(t->pixel);
 
     if (map)
         put(j, "projection", json_string(ibl_projection_name(projection)));
-    for (int l = 0; l < t->levels && ok; l++) {
+    for (int l = 0; l < t->levels; l++) {
         const int width = ibl_cube_edge(t->width, l);
         const ibl_level_shape shape =
             ibl_level_shape_of(projection, map ? (width - 1) / unit + 1 : 1);
@@ -213,7 +212,7 @@ static bool put_levels(const info *v, ibl_texture *t, const ibl_about *about,
         if (about->levels == t->levels && isfinite(about->roughness[l]))
             put(&level, "roughness", json_real(about->roughness[l]));
         if (texels) {
-            ok = measure(t, l, &shape, &f);
+            measure(t, l, &shape, &f);
             put_figures(&level, &f, channels);
             all.peak = fmax(all.peak, f.peak);
             all.nonfinite += f.nonfinite;
@@ -226,7 +225,6 @@ static bool put_levels(const info *v, ibl_texture *t, const ibl_about *about,
     if (texels)
         put_figures(j, &all, channels);
     put(j, "levels", levels);
-    return ok;
 }
 
 static bool put_texture(const info *v, const char *path, ibl_engine engine,
@@ -249,7 +247,9 @@ static bool put_texture(const info *v, const char *path, ibl_engine engine,
     for (int i = 0; i < t->key_count; i++)
         put(&keys, t->keys[i].key, ibl_json_string(t->keys[i].value));
     put(j, "keys", keys);
-    const bool ok = put_levels(v, t, &about, texels, j);
+    const bool ok = !texels || !ibl_texture_unblock(v->ctx, t);
+    if (ok)
+        put_levels(t, &about, texels, j);
     json_decref(sidecar);
     return ok;
 }
@@ -321,7 +321,7 @@ static bool put_map(info *v, const char *path, bool texels, json_t **j)
     return ok;
 }
 
-/* NULL: failed, after a message if it was not memory. */
+/* NULL: failed, after a message. */
 static json_t *describe(info *v, const char *path, bool named)
 {
     const bool texels =
@@ -450,23 +450,20 @@ static void print_row(json_t *file)
 
 static void look_at(info *v, const char *path, bool named)
 {
-    const bool text = !v->o->json && !v->o->common.quiet;
     json_t *j = describe(v, path, named);
 
-    if (!j && !v->console.failed)
-        ibl_console_fail(&v->console, "%s: %s", path,
-                         ibl_status_text(IBL_ERR_MEMORY));
     ibl_console_finish(&v->console);
     v->failed |= !j;
-    v->console.failed = false;
-    if (j && v->o->json)
-        append(&v->files, json_incref(j));
-    if (j && text && !named)
-        print_row(j);
-    if (j && text && named)
+    v->console.failed = false; /* that was of this file */
+    if (j && v->o->json) {
+        append(&v->files, j);
+        return;
+    }
+    if (j && !v->o->common.quiet && named) {
         print_member("", j);
-    if (j && text && named && v->o->count > 1)
-        fputs("\n", stdout);
+        fputs(v->o->count > 1 ? "\n" : "", stdout);
+    } else if (j && !v->o->common.quiet)
+        print_row(j);
     json_decref(j);
 }
 
@@ -497,13 +494,10 @@ static void look_into(info *v, const char *folder)
                          folder);
     v->console.failed = false;
     for (int i = 0; i < count; i++) {
-        char *path = ibl_path_join(folder, list[i]->d_name);
-        if (!path)
-            v->failed = !ibl_console_fail(&v->console, "%s: %s", folder,
-                                          ibl_status_text(IBL_ERR_MEMORY));
-        else if (!stat(path, &st) && S_ISREG(st.st_mode) &&
-                 (ibl_engine_of_name(path) != IBL_ENGINE_GLTF ||
-                  ibl_gltf_is_light(path)))
+        char *path = ibl_need(ibl_path_join(folder, list[i]->d_name));
+        if (!stat(path, &st) && S_ISREG(st.st_mode) &&
+            (ibl_engine_of_name(path) != IBL_ENGINE_GLTF ||
+             ibl_gltf_is_light(path)))
             look_at(v, path, false);
         free(path);
         free(list[i]);
@@ -519,22 +513,23 @@ static int run(const void *settings)
 
     ibl_console_init(&v.console, o->common.quiet, o->common.verbose);
     ibl_signals_catch();
-    bool ok = !ibl_start(&o->common, &v.console, &v.ctx);
+    const bool ok = !ibl_start(&o->common, &v.console, &v.ctx);
     for (int i = 0; i < o->count && ok; i++) {
         if (!stat(o->path[i], &st) && S_ISDIR(st.st_mode))
             look_into(&v, o->path[i]);
         else
             look_at(&v, o->path[i], true);
     }
-    json_t *root = json_pack("{so}", "files", v.files);
-    char *text = o->json && ok ? ibl_json_text(root) : NULL;
-    ok = ok && (text || !o->json);
-    if (text)
+    if (o->json && ok) {
+        json_t *root = json_pack("{sO}", "files", v.files);
+        char *text = ibl_need(ibl_json_text(root));
         fputs(text, stdout);
-    free(text);
-    json_decref(root);
-    const int status = ibl_console_end(&v.console, ok || v.failed);
-    if (ok && !v.failed && o->common.verbose)
+        free(text);
+        json_decref(root);
+    }
+    json_decref(v.files);
+    const int status = ibl_console_end(&v.console, ok);
+    if (!status && !v.failed && o->common.verbose)
         ibl_console_print_times(&v.console);
     ibl_ctx_free(v.ctx);
     return status || v.failed;

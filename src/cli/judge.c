@@ -7,15 +7,10 @@
 #include <string.h>
 
 #include "cli/lookup.h"
+#include "common/signals.h"
 #include "json/json_text.h"
 
-enum {
-    CELLS = IBL_FACES * IBL_HEAT_EDGE * IBL_HEAT_EDGE
-};
-
 struct ibl_judge {
-    ibl_ctx *ctx;
-    ibl_judge_options opts;
     ibl_reference *reference;
     ibl_spot *spots;
     double brightest[3], mean[3];
@@ -26,24 +21,19 @@ ibl_judge_options ibl_judge_options_default(void)
     return (ibl_judge_options){.texels = 128, .seed = 1};
 }
 
-ibl_judge *ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
-                            const ibl_judge_options *opts)
+ibl_judge *ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg)
 {
-    ibl_judge *j = calloc(1, sizeof *j);
-
-    if (!j)
-        return NULL;
-    *j = (ibl_judge){.ctx = ctx,
-                     .opts = *opts,
-                     .spots = ibl_spots_of(env, yaw_deg),
-                     .brightest = {0, 1, 0}};
+    ibl_judge *j = ibl_need(calloc(1, sizeof *j));
     double most = 0;
-    for (int i = 0; j->spots && i < IBL_SPOTS; i++)
+
+    *j = (ibl_judge){.spots = ibl_spots_of(env, yaw_deg),
+                     .brightest = {0, 1, 0}};
+    for (int i = 0; i < IBL_SPOTS; i++)
         if (j->spots[i].share > most) {
             most = j->spots[i].share;
             memcpy(j->brightest, j->spots[i].direction, sizeof j->brightest);
         }
-    if (j->spots && !ibl_reference_create(ctx, env, yaw_deg, &j->reference) &&
+    if (!ibl_reference_create(ctx, env, yaw_deg, &j->reference) &&
         !ibl_reference_mean(j->reference, j->mean))
         return j;
     ibl_judge_free(j);
@@ -61,18 +51,18 @@ void ibl_judge_free(ibl_judge *j)
 
 /* ---- rows ------------------------------------------------------------- */
 
-/* The figures of samples, as members; null: not finite. */
+static json_t *figure(double x)
+{
+    return isfinite(x) ? json_real(ibl_json_digits(x)) : json_null();
+}
+
 static void put_figures(json_t **row, const ibl_measured *m)
 {
     json_t *errors = json_object();
 
     for (int f = 0; f < IBL_FIGURES; f++) {
-        put(row, ibl_figure_names[f],
-            isfinite(m->value[f]) ? json_real(ibl_json_digits(m->value[f]))
-                                  : json_null());
-        put(&errors, ibl_figure_names[f],
-            isfinite(m->error[f]) ? json_real(ibl_json_digits(m->error[f]))
-                                  : json_null());
+        put(row, ibl_figure_names[f], figure(m->value[f]));
+        put(&errors, ibl_figure_names[f], figure(m->error[f]));
     }
     put(row, "standard_error", errors);
 }
@@ -124,8 +114,7 @@ static bool is_finite(const float *texel, int channels)
 
 /* The texels that are judged, what they stand for, and truths. */
 typedef struct picks {
-    size_t count; /* those after the first `judged` are only for a heat map */
-    size_t judged;
+    size_t count;
     ibl_texel *at;
     double (*dir)[3], (*truth)[3];
     ibl_seen *seen; /* weights and batches */
@@ -150,58 +139,40 @@ static double draw(const ibl_judge *j, const double *u, double dir[3])
     return spot ? 0.5 * density + 0.5 * even : even;
 }
 
-static ibl_texel hit(const ibl_level_shape *s, const double dir[3])
-{
-    int at[3];
-
-    ibl_level_texel(s, dir, at);
-    return (ibl_texel){at[0], at[1], at[2]};
-}
-
-static bool choose(const ibl_judge *j, const ibl_level_shape *s, picks *p)
+static void choose(const ibl_judge_options *o, const ibl_judge *j,
+                   const ibl_level_shape *s, picks *p)
 {
     const size_t texels =
         (size_t)s->faces * (size_t)s->width * (size_t)s->height;
-    const bool all = j->opts.all || 2 * texels <= 3 * (size_t)j->opts.texels;
-    const int edge = IBL_HEAT_EDGE;
+    const bool all = o->all || 2 * texels <= 3 * (size_t)o->texels;
     double u[IBL_DIMENSIONS];
 
-    p->judged = all ? texels : (size_t)j->opts.texels;
-    p->count = p->judged + (j->opts.grid ? CELLS : 0);
-    p->at = malloc(p->count * sizeof *p->at);
-    p->dir = malloc(2 * p->count * sizeof *p->dir);
+    p->count = all ? texels : (size_t)o->texels;
+    p->at = ibl_need(malloc(p->count * sizeof *p->at));
+    p->dir = ibl_need(malloc(2 * p->count * sizeof *p->dir));
     p->truth = p->dir + p->count;
-    p->seen = calloc(p->count, sizeof *p->seen);
-    for (size_t i = 0; p->at && p->dir && p->seen && i < p->count; i++) {
+    p->seen = ibl_need(calloc(p->count, sizeof *p->seen));
+    for (size_t i = 0; i < p->count; i++) {
         const int line = (int)(i / (size_t)s->width);
-        const int cell = (int)(i - p->judged);
-        double *dir = p->dir[i];
-        p->seen[i].weight = 1;
-        p->seen[i].batch = -1;
-        if (i < p->judged && all) {
-            p->at[i] =
-                (ibl_texel){line / s->height, (int)(i % (size_t)s->width),
-                            line % s->height};
-        } else if (i == 0) { /* certain: no other stands for it */
-            p->at[i] = hit(s, j->brightest);
-        } else if (i < p->judged) {
-            p->seen[i].batch = ibl_batch_of(i, p->judged);
-            ibl_spread(j->opts.seed, i, u);
-            p->seen[i].weight = 1 / draw(j, u, dir);
-            p->at[i] = hit(s, dir);
-            p->seen[i].weight /=
-                ibl_level_solid_angle(s, p->at[i].x, p->at[i].y) *
-                (double)(p->judged - 1);
-            if (!memcmp(&p->at[i], p->at, sizeof *p->at))
-                p->seen[i].weight = 0;
-        } else {
-            ibl_cube_direction(edge, cell / edge / edge, cell % edge,
-                               cell / edge % edge, dir);
-            p->at[i] = hit(s, dir);
+        int at[3] = {line / s->height, (int)(i % (size_t)s->width),
+                     line % s->height};
+        ibl_seen *seen = &p->seen[i];
+        *seen = (ibl_seen){.weight = 1, .batch = -1};
+        if (!all && !i) { /* certain: no other stands for it */
+            ibl_level_texel(s, j->brightest, at);
+        } else if (!all) {
+            ibl_spread(o->seed, i, u);
+            seen->batch = ibl_batch_of(i, p->count);
+            seen->weight = 1 / draw(j, u, p->dir[i]);
+            ibl_level_texel(s, p->dir[i], at);
+            seen->weight /=
+                ibl_level_solid_angle(s, at[1], at[2]) * (double)(p->count - 1);
         }
-        ibl_level_direction(s, p->at[i].face, p->at[i].x, p->at[i].y, dir);
+        p->at[i] = (ibl_texel){at[0], at[1], at[2]};
+        if (i && !memcmp(&p->at[i], p->at, sizeof *p->at))
+            seen->weight = 0;
+        ibl_level_direction(s, at[0], at[1], at[2], p->dir[i]);
     }
-    return p->at && p->dir && p->seen;
 }
 
 static ibl_status find_truth(const ibl_judge *j, const ibl_judged *of,
@@ -220,78 +191,49 @@ static ibl_status find_truth(const ibl_judge *j, const ibl_judged *of,
                                     p->count, *p->truth);
 }
 
-/* Compares a texel that is finite with its truth; *over: is more than its
- * pixel holds. */
-static void compare(const ibl_judge *j, const ibl_judged *of, const float *x,
-                    const double truth[3], ibl_seen *s, bool *over)
-{
-    double got[3];
-
-    for (int c = 0; c < 3; c++) {
-        got[c] = (double)x[c] / of->scale;
-        s->wrong += (got[c] - truth[c]) * (got[c] - truth[c]);
-        s->truth += truth[c] * truth[c];
-        s->light[0] += truth[c];
-        s->light[1] += got[c];
-        *over |= of->pixel != IBL_PIXEL_COUNT &&
-                 truth[c] * of->scale > (double)ibl_pixel_max(of->pixel);
-    }
-    s->error = ibl_relative_error(got, truth, j->mean);
-}
-
 /* Judges one level; NULL: failed. */
 static json_t *judge_level(ibl_report *report, const ibl_judge *j,
-                           const ibl_judged *of, int level, ibl_cube *heat)
+                           const ibl_judged *of, int level)
 {
     const int size = ibl_cube_edge(of->chain.size, level);
     const ibl_level_shape shape =
         ibl_level_shape_of(of->chain.projection, size);
-    const ibl_level_shape cells =
-        ibl_level_shape_of(IBL_PROJECTION_CUBE, IBL_HEAT_EDGE);
     const float *texels = ibl_cube_face(&of->chain, level, 0);
     const double roughness = of->roughness ? of->roughness[level] : 0;
     const int line = shape.width, lines = shape.height;
-    picks p = {0};
+    picks p;
     size_t count = 0, nonfinite = 0;
-    bool over = false;
     json_t *row = NULL;
 
-    const bool ok = choose(j, &shape, &p) &&
-                    !find_truth(j, of, roughness, size, &p) &&
-                    (!heat || !ibl_cube_alloc(j->ctx, IBL_HEAT_EDGE, 1, heat));
-    for (int i = 0; ok && heat && i < 3 * CELLS; i++)
-        heat->data[i] = 0;
+    choose(&report->options, j, &shape, &p);
+    const bool ok = !find_truth(j, of, roughness, size, &p);
     for (int i = 0; i < shape.faces * line * lines; i++)
         nonfinite += !is_finite(texels + 3 * (size_t)i, 3);
     for (size_t i = 0; i < p.count && ok; i++) {
+        const ibl_texel *at = &p.at[i];
         const float *x =
-            texels +
-            3 * ((size_t)(p.at[i].face * lines + p.at[i].y) * (size_t)line +
-                 (size_t)p.at[i].x);
+            texels + 3 * ((size_t)(at->face * lines + at->y) * (size_t)line +
+                          (size_t)at->x);
         ibl_seen s = p.seen[i];
-        if (!is_finite(x, 3))
+        double got[3];
+        if (!is_finite(x, 3) || s.weight <= 0)
             continue;
-        compare(j, of, x, p.truth[i], &s, &over);
-        if (heat) {
-            const ibl_texel at = hit(&cells, p.dir[i]);
-            float *cell = ibl_cube_face(heat, 0, at.face) +
-                          3 * (at.y * IBL_HEAT_EDGE + at.x);
-            for (int c = 0; c < 3; c++)
-                cell[c] = fmaxf(cell[c], (float)s.error);
+        for (int c = 0; c < 3; c++) {
+            const double truth = p.truth[i][c];
+            got[c] = (double)x[c];
+            s.wrong += (got[c] - truth) * (got[c] - truth);
+            s.truth += truth * truth;
+            s.light[0] += truth;
+            s.light[1] += got[c];
         }
-        if (i < p.judged && s.weight > 0) {
-            memcpy(p.dir[count], p.dir[i], sizeof *p.dir);
-            p.seen[count++] = s;
-        }
+        s.error = ibl_relative_error(got, p.truth[i], j->mean);
+        memcpy(p.dir[count], p.dir[i], sizeof *p.dir);
+        p.seen[count++] = s;
     }
     if (ok)
         row = row_of(report, ibl_output_content(of->content), level, size,
                      p.seen, count, nonfinite, (const double(*)[3])p.dir);
-    if (over)
-        put_all(&row,
-                json_pack("{ss sf}", "pixel", ibl_pixel_name(of->pixel),
-                          "pixel_most", (double)ibl_pixel_max(of->pixel)));
-    if (of->content == IBL_OUTPUT_SPECULAR)
+    if (ok && of->content == IBL_OUTPUT_SPECULAR)
         put_all(&row, json_pack("{ss sf}", "lobe", ibl_lobe_name(of->lobe),
                                 "roughness", roughness));
     free(p.at);
@@ -303,19 +245,14 @@ static json_t *judge_level(ibl_report *report, const ibl_judge *j,
 bool ibl_report_levels(ibl_report *report, const ibl_judge *judge,
                        const ibl_judged *of)
 {
-    bool ok = true;
-
     begin(report);
-    for (int l = 0; l < of->levels && ok; l++) {
-        json_t *levels = json_object_get(report->json, "levels");
-        const size_t count = json_array_size(levels);
-        ok = count < IBL_HEAT_LEVELS &&
-             !json_array_append_new(
-                 levels, judge_level(report, judge, of, l,
-                                     report->options.grid ? &report->heat[count]
-                                                          : NULL));
+    json_t *row, *levels = json_object_get(report->json, "levels");
+    for (int l = 0; l < of->levels; l++) {
+        if (!(row = judge_level(report, judge, of, l)))
+            return false;
+        json_array_append_new(levels, row);
     }
-    return ok;
+    return true;
 }
 
 /* ---- harmonics ------------------------------------------------------------
@@ -329,12 +266,11 @@ bool ibl_report_sh(ibl_report *report, const ibl_judge *judge, int degree,
         TEXELS = IBL_FACES * N * N
     };
     const int count = 3 * (degree + 1) * (degree + 1);
-    double *exact = malloc((size_t)count * sizeof *exact), wrong = 0, all = 0;
+    double *exact = ibl_need(malloc((size_t)count * sizeof *exact));
+    double wrong = 0, all = 0;
     float irradiance[3 * TEXELS];
     const ibl_judged judged = {.content = IBL_OUTPUT_IRRADIANCE,
-                               .chain = {N, 1, irradiance, 0},
-                               .scale = 1,
-                               .pixel = IBL_PIXEL_COUNT};
+                               .chain = {N, 1, irradiance, 0}};
     json_t *row = NULL;
 
     for (int i = 0; i < TEXELS; i++) {
@@ -344,8 +280,8 @@ bool ibl_report_sh(ibl_report *report, const ibl_judge *judge, int degree,
         for (int c = 0; c < 3; c++)
             irradiance[3 * i + c] = (float)rgb[c];
     }
-    if (exact && !ibl_reference_sh(judge->reference, degree, exact))
-        row = judge_level(report, judge, &judged, 0, NULL);
+    if (!ibl_reference_sh(judge->reference, degree, exact))
+        row = judge_level(report, judge, &judged, 0);
     for (int i = 0; i < count && row; i++) {
         wrong += (sh[i] - exact[i]) * (sh[i] - exact[i]);
         all += exact[i] * exact[i];
@@ -389,10 +325,10 @@ bool ibl_report_lut(ibl_report *report, ibl_ctx *ctx, const ibl_lut *lut,
     const size_t n = (size_t)lut->size;
     const bool all = o->all || 2 * n * n <= 3 * (size_t)o->texels;
     const size_t most = all ? n * n : (size_t)o->texels;
-    ibl_seen *seen = malloc(most * sizeof *seen);
-    double(*place)[3] = calloc(most, sizeof *place);
+    ibl_seen *seen = ibl_need(malloc(most * sizeof *seen));
+    double(*place)[3] = ibl_need(calloc(most, sizeof *place));
     size_t count = 0, nonfinite = 0;
-    bool ok = seen && place;
+    bool ok = true;
 
     for (size_t i = 0; i < n * n; i++)
         nonfinite += !is_finite(lut->data + (size_t)channels * i, channels);
@@ -421,12 +357,10 @@ bool ibl_report_lut(ibl_report *report, ibl_ctx *ctx, const ibl_lut *lut,
         if (ok && is_finite(x, channels))
             seen[count++] = s;
     }
-    if (ok) {
-        json_t *row =
+    if (ok)
+        put(&report->json, "lut",
             row_of(report, ibl_output_content(IBL_OUTPUT_LUT), 0, lut->size,
-                   seen, count, nonfinite, (const double(*)[3])place);
-        ok = !json_object_set_new(report->json, "lut", row);
-    }
+                   seen, count, nonfinite, (const double(*)[3])place));
     free(seen);
     free(place);
     return ok;
@@ -435,17 +369,17 @@ bool ibl_report_lut(ibl_report *report, ibl_ctx *ctx, const ibl_lut *lut,
 /* ---- what is rendered -----------------------------------------------------
  */
 
-bool ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
+void ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
                       const ibl_drawn *set, int *vague)
 {
     const ibl_truth_options *o = &truth->options;
     const int n = o->roughness_count;
-    ibl_measured *rows = malloc((size_t)truth->rows * sizeof *rows);
-    bool ok = rows && ibl_measure(truth, set, rows);
+    ibl_measured *rows = ibl_need(malloc((size_t)truth->rows * sizeof *rows));
     json_t *list[] = {json_array(), json_array()}; /* rows and means */
 
+    ibl_measure(truth, set, rows);
     *vague = 0;
-    for (int i = 0; i < truth->rows + o->f0_count && ok; i++) {
+    for (int i = 0; i < truth->rows + o->f0_count; i++) {
         const int f0 = i / (n + 1), r = i % (n + 1);
         const ibl_measured m =
             r < n ? rows[f0 * n + r] : ibl_measured_mean(rows + f0 * n, n);
@@ -459,17 +393,8 @@ bool ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
     }
     free(rows);
     begin(report);
-    json_t *drawn =
+    put(&report->json, "rendered",
         json_pack("{ss si si so so}", "shader", ibl_shader_names[set->shader],
                   "directions", o->directions, "vague", *vague, "rows", list[0],
-                  "means", list[1]);
-    return !json_object_set_new(report->json, "rendered", drawn) && ok;
-}
-
-void ibl_report_free(ibl_report *report)
-{
-    json_decref(report->json);
-    report->json = NULL;
-    for (int i = 0; i < IBL_HEAT_LEVELS; i++)
-        ibl_cube_free(&report->heat[i]);
+                  "means", list[1]));
 }

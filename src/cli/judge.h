@@ -24,7 +24,6 @@ typedef struct ibl_judge_options {
     int texels; /* about, of each level; 24 or more, default 128 */
     int all;    /* judge every texel instead */
     int seed;   /* default 1 */
-    int grid;   /* 1: also a grid of texels, for ibl_heatmap_png */
 } ibl_judge_options;
 
 ibl_judge_options ibl_judge_options_default(void);
@@ -32,42 +31,30 @@ ibl_judge_options ibl_judge_options_default(void);
 /* An environment to judge by. */
 typedef struct ibl_judge ibl_judge;
 
-/* Borrows ctx and env until ibl_judge_free. yaw_deg is that of
- * ibl_cube_from_latlong. The functions return NULL or false if there is no
- * memory, or after a message through ctx. */
-ibl_judge *ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
-                            const ibl_judge_options *opts);
+/* Borrows env until ibl_judge_free. yaw_deg is that of ibl_cube_from_latlong.
+ * The functions return NULL or false after a message through ctx. */
+ibl_judge *ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg);
 void ibl_judge_free(ibl_judge *judge); /* NULL is allowed */
 
 /* A chain whose levels are judged. */
 typedef struct ibl_judged {
     ibl_output_kind content; /* SKYBOX: means over texels; SPECULAR;
-                                IRRADIANCE */
+                                IRRADIANCE: / pi */
     ibl_cube chain;          /* in the world's axes */
     int levels;              /* that are judged */
     ibl_lobe lobe;           /* SPECULAR; so */
     const double *roughness; /* of each level; 0 is judged as SKYBOX */
-    double scale;            /* of the truth: 1, or pi if irradiance is E */
-    ibl_pixel pixel;         /* of the file; IBL_PIXEL_COUNT: none */
 } ibl_judged;
 
 extern const char *const ibl_shader_names[];
 
-enum {
-    IBL_HEAT_EDGE = 16, /* cells along a face's edge in a heat map */
-    IBL_HEAT_LEVELS = 2 * IBL_MAX_LEVELS + 1
-};
-
-/* Verdicts on a set; zeroed: none. */
+/* Verdicts on a set. */
 typedef struct ibl_report {
     ibl_judge_options options;
     /* {"seed": .., "levels": [..], "texels": .., "lut": {..}, "harmonics":
      * {..}, "rendered": {..}} as iblbake-verify(1) writes it; NULL: nothing was
-     * judged. */
+     * judged. To be freed. */
     json_t *json;
-    /* With options.grid, of each of the levels, the largest relative errors in
-     * cells, in all channels. */
-    ibl_cube heat[IBL_HEAT_LEVELS];
 } ibl_report;
 
 /* Judge levels; harmonics of radiance, as of ibl_bake_sh, whose texels are
@@ -82,9 +69,8 @@ bool ibl_report_lut(ibl_report *report, ibl_ctx *ctx, const ibl_lut *lut,
                     ibl_geometry geometry);
 /* Measures what is rendered, in place of what was. *vague: rows that are
  * ibl_is_vague. */
-bool ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
+void ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
                       const ibl_drawn *set, int *vague);
-void ibl_report_free(ibl_report *report);
 
 /* Whether all values are finite, and every nRMSE, the table's largest error and
  * that of coefficients are at most max_error, and the mean nRMSE of every F0 as
@@ -94,12 +80,5 @@ bool ibl_report_passes(const ibl_report *report, double max_error,
                        double max_rendered, char *why, size_t size);
 
 void ibl_report_print(const ibl_report *report, FILE *to);
-
-/*
- * Draws the errors as a PNG file: each judged level as an unfolded cube whose
- * cells have the largest relative error judged there, and the colour scale
- * below. The caller must free *png. False: no memory.
- */
-bool ibl_heatmap_png(const ibl_report *report, void **png, size_t *size);
 
 #endif

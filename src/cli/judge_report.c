@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* Verdicts as a table and as a picture. */
+/* Verdicts as a table. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli/judge.h"
-#include "cli/sheet.h"
 #include "json/json_text.h"
 
 const char *const ibl_shader_names[] = {"auto",       "split",     "bent",
@@ -58,14 +57,10 @@ bool ibl_report_passes(const ibl_report *report, double max_error,
                      text_of(row, "content"), number(row, "level"),
                      number(row, "nonfinite"));
         else if (number(row, figure) > max_error)
-            snprintf(
-                why, size, "level %.0f of %s has an %s of %.3g, above %g%s",
-                number(row, "level"), text_of(row, "content"),
-                is_lut(row) ? "error" : "nRMSE", number(row, figure), max_error,
-                json_object_get(row, "pixel")
-                    ? ": it has more light than its pixel can hold: use "
-                      "--pixel rgba32f"
-                    : "");
+            snprintf(why, size, "level %.0f of %s has an %s of %.3g, above %g",
+                     number(row, "level"), text_of(row, "content"),
+                     is_lut(row) ? "error" : "nRMSE", number(row, figure),
+                     max_error);
     }
     json_array_foreach(json_object_get(drawn, "means"), i, row)
     {
@@ -125,9 +120,6 @@ static void print_texels(const json_t *row, FILE *to)
                 "  of degree %.0f; without the degrees above, coefficients "
                 "are off by %.2e\n",
                 number(row, "level"), number(row, "coefficients"));
-    if (json_object_get(row, "pixel"))
-        fprintf(to, "  has light above %.9g, the most that %s holds\n",
-                number(row, "pixel_most"), text_of(row, "pixel"));
 }
 
 static void print_drawn(const json_t *row, FILE *to)
@@ -176,79 +168,4 @@ void ibl_report_print(const ibl_report *report, FILE *to)
         fputs("* the standard error of nRMSE is above a tenth of it\n", to);
     /* Keeps the table before later messages on standard error in a log. */
     fflush(to);
-}
-
-/* ---- picture ---------------------------------------------------------- */
-
-enum {
-    BAR = 14,   /* height of the scale in pixels */
-    DECADES = 4 /* decades of error on the scale; its upper end is 1 */
-};
-
-/* The colour of a relative error on the scale, from 1e-4 to 1: the map
- * "inferno" of matplotlib (van der Walt and Smith 2015), with evenly growing
- * lightness; polynomial fit of Zucker 2019. */
-static double inferno(double error, int channel)
-{
-    static const double c[7][3] = {
-        {0.0002189403691192265, 0.001651004631001012, -0.01948089843709184},
-        {0.1065134194856116, 0.5639564367884091, 3.932712388889277},
-        {11.60249308247187, -3.972853965665698, -15.9423941062914},
-        {-41.70399613139459, 17.43639888205313, 44.35414519872813},
-        {77.162935699427, -33.40235894210092, -81.80730925738993},
-        {-71.31942824499214, 32.62606426397723, 73.20951985803202},
-        {25.13112622477341, -12.24266895238567, -23.07032500287172}};
-    const double t =
-        error > 0 ? fmin(fmax(1 + log10(error) / DECADES, 0), 1) : 0;
-    double x = 0;
-
-    for (int i = 6; i >= 0; i--)
-        x = x * t + c[i][channel];
-    return x;
-}
-
-static void draw_scale(const ibl_sheet *s)
-{
-    static const char *const labels[DECADES + 1] = {"1E-4", "1E-3", "1E-2",
-                                                    "1E-1", "1"};
-    const int left = IBL_SHEET_GAP, width = s->width - 2 * left;
-    const int top = s->height - s->footer;
-
-    for (int i = 0; i < BAR * width; i++) {
-        const double error =
-            pow(10, DECADES * ((double)(i % width) / (width - 1) - 1));
-        ibl_sheet_put(s, left + i % width, top + i / width,
-                      (double[]){error, error, error});
-    }
-    for (int i = 0; i <= DECADES; i++) {
-        const int length =
-            (int)strlen(labels[i]) * IBL_SHEET_GLYPH - IBL_SHEET_DOT;
-        ibl_sheet_write(s, left + i * (width - length) / DECADES,
-                        top + BAR + IBL_SHEET_DOT, labels[i]);
-    }
-}
-
-bool ibl_heatmap_png(const ibl_report *report, void **png, size_t *size)
-{
-    const json_t *levels = json_object_get(report->json, "levels");
-    ibl_sheet s = {.tone = inferno,
-                   .cells = true,
-                   .footer = BAR + 6 * IBL_SHEET_DOT + IBL_SHEET_GAP};
-    ibl_panel panels[IBL_HEAT_LEVELS] = {{.cube = NULL}};
-    json_t *row;
-    size_t i;
-
-    json_array_foreach(levels, i, row)
-    {
-        panels[i].cube = &report->heat[i];
-        snprintf(panels[i].text[0], sizeof panels[i].text[0], "%s %.0f",
-                 text_of(row, "content"), number(row, "level"));
-        if (json_object_get(row, "roughness"))
-            snprintf(panels[i].text[1], sizeof panels[i].text[1], "r = %.4g",
-                     number(row, "roughness"));
-    }
-    bool ok = ibl_sheet_draw(&s, panels, (int)json_array_size(levels));
-    if (ok)
-        draw_scale(&s);
-    return ibl_sheet_encode(&s, png, size) && ok;
 }

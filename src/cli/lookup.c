@@ -15,18 +15,18 @@ static const double axes[IBL_FACES][3][3] = {
 
 /* Adds texel (x, y) of a face. Beyond an edge it is that of the next face,
  * beyond a corner the mean of the three texels there. */
-static void add_tap(const ibl_cube *level, int face, int x, int y,
+static void add_tap(const ibl_cube *map, int level, int face, int x, int y,
                     double weight, double rgb[3])
 {
-    const int n = level->size;
+    const int n = ibl_cube_edge(map->size, level);
     const int in_x = x < 0 ? 0 : x < n ? x : n - 1;
     const int in_y = y < 0 ? 0 : y < n ? y : n - 1;
     int at[3] = {face, x, y};
 
     if (x != in_x && y != in_y) {
-        add_tap(level, face, in_x, in_y, weight / 3, rgb);
-        add_tap(level, face, in_x, y, weight / 3, rgb);
-        add_tap(level, face, x, in_y, weight / 3, rgb);
+        add_tap(map, level, face, in_x, in_y, weight / 3, rgb);
+        add_tap(map, level, face, in_x, y, weight / 3, rgb);
+        add_tap(map, level, face, x, in_y, weight / 3, rgb);
         return;
     }
     if (x != in_x || y != in_y) { /* half a texel from the edge on the next */
@@ -40,45 +40,47 @@ static void add_tap(const ibl_cube *level, int face, int x, int y,
                      v * axes[face][2][k];
         ibl_level_texel(&shape, dir, at);
     }
-    const float *texel = ibl_cube_face(level, 0, at[0]) +
+    const float *texel = ibl_cube_face(map, level, at[0]) +
                          3 * ((size_t)at[2] * (size_t)n + (size_t)at[1]);
     for (int c = 0; c < 3; c++)
         rgb[c] += weight * (double)texel[c];
 }
 
-void ibl_lookup_cube(const ibl_cube *level, const double dir[3], double rgb[3])
+void ibl_lookup_cube(const ibl_cube *map, int level, const double dir[3],
+                     double rgb[3])
 {
-    const ibl_level_shape shape = ibl_level_shape_of(level->projection, 1);
+    const ibl_level_shape shape = ibl_level_shape_of(map->projection, 1);
+    const int n = ibl_cube_edge(map->size, level);
     double along[3] = {0};
     int at[3];
 
-    if (level->projection != IBL_PROJECTION_CUBE) {
-        ibl_flat_lookup(level, 0, dir, rgb);
+    if (map->projection != IBL_PROJECTION_CUBE) {
+        ibl_flat_lookup(map, level, dir, rgb);
         return;
     }
     ibl_level_texel(&shape, dir, at);
     for (int k = 0; k < 9; k++)
         along[k / 3] += axes[at[0]][k / 3][k % 3] * dir[k % 3];
-    const double x = 0.5 * (along[1] / along[0] + 1) * level->size - 0.5;
-    const double y = 0.5 * (along[2] / along[0] + 1) * level->size - 0.5;
+    const double x = 0.5 * (along[1] / along[0] + 1) * n - 0.5;
+    const double y = 0.5 * (along[2] / along[0] + 1) * n - 0.5;
     const int i = (int)floor(x), j = (int)floor(y);
     memset(rgb, 0, 3 * sizeof *rgb);
     for (int k = 0; k < 4; k++)
-        add_tap(level, at[0], i + k % 2, j + k / 2,
+        add_tap(map, level, at[0], i + k % 2, j + k / 2,
                 (k % 2 ? x - i : i + 1 - x) * (k / 2 ? y - j : j + 1 - y), rgb);
 }
 
-void ibl_lookup_chain(const ibl_cube *levels, int count, const double dir[3],
-                      double lod, double rgb[3])
+void ibl_lookup_chain(const ibl_cube *map, const double dir[3], double lod,
+                      double rgb[3])
 {
-    const double at = fmin(fmax(lod, 0), count - 1);
+    const double at = fmin(fmax(lod, 0), map->levels - 1);
     const int l = (int)at;
     double next[3];
 
-    ibl_lookup_cube(&levels[l], dir, rgb);
-    if (l + 1 == count)
+    ibl_lookup_cube(map, l, dir, rgb);
+    if (l + 1 == map->levels)
         return;
-    ibl_lookup_cube(&levels[l + 1], dir, next);
+    ibl_lookup_cube(map, l + 1, dir, next);
     for (int c = 0; c < 3; c++)
         rgb[c] += (at - l) * (next[c] - rgb[c]);
 }

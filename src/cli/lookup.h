@@ -21,17 +21,17 @@ typedef enum ibl_shader {
 } ibl_shader;
 
 /*
- * texture(cube, dir) of one level: bilinear. Beyond an edge of a face, the
+ * textureLod(map, dir, level): bilinear. Beyond an edge of a face, the
  * texels are those of the next face; beyond a corner, the mean of the three
  * texels there.
  *   dir  of any length but 0
  */
-void ibl_lookup_cube(const ibl_cube *level, const double dir[3], double rgb[3]);
+void ibl_lookup_cube(const ibl_cube *map, int level, const double dir[3],
+                     double rgb[3]);
 
-/* textureLod(chain, dir, lod): linear between two levels. lod is limited to
- * 0..count - 1. Each cube is one level. */
-void ibl_lookup_chain(const ibl_cube *levels, int count, const double dir[3],
-                      double lod, double rgb[3]);
+/* The same between two levels: linear. lod is limited to those of the map. */
+void ibl_lookup_chain(const ibl_cube *map, const double dir[3], double lod,
+                      double rgb[3]);
 
 /* Irradiance / pi from the radiance's harmonics, as ibl_bake_sh has them, not
  * below 0: ibl_irradiance_sh of any degree. normal is a unit vector. */

@@ -47,12 +47,6 @@ static double find_exposure(const ibl_image *env)
     return fmin(0.18 / exp(log_mean), 0.35 / mean);
 }
 
-static double film(double x, int channel)
-{
-    (void)channel;
-    return ibl_tone_value(IBL_TONE_FILM, x);
-}
-
 /* ---- layout ---------------------------------------------------------- */
 
 static int list_panels(const ibl_output_set *b, ibl_panel panels[MAX_PANELS])
@@ -88,10 +82,9 @@ bool ibl_preview_png(const ibl_output_set *b, void **png, size_t *size)
 {
     ibl_panel panels[MAX_PANELS];
     const int count = list_panels(b, panels);
-    ibl_sheet s = {.tone = film,
-                   .exposure =
-                       b->job->env.data ? find_exposure(&b->job->env) : 1};
-    const bool ok = ibl_sheet_draw(&s, panels, count);
 
-    return ibl_sheet_encode(&s, png, size) && ok;
+    ibl_sheet_png(panels, count,
+                  b->job->env.data ? find_exposure(&b->job->env) : 1, png,
+                  size);
+    return true;
 }

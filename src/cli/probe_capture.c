@@ -3,7 +3,6 @@
 #include <math.h>
 
 #include "cli/probes.h"
-#include "cli/sheet.h"
 
 /* The cookie of read_greys; alpha is the next row. */
 typedef struct greys {

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/signals.h"
+
 ibl_truth_options ibl_truth_options_default(void)
 {
     return (ibl_truth_options){
@@ -23,13 +25,8 @@ void ibl_drawn_chain(ibl_drawn *set, const ibl_cube *chain,
                                  .mapping = layout->mapping,
                                  .lod_scale = layout->lod_scale,
                                  .lod_offset = layout->lod_offset};
-    for (int l = 0; l < layout->levels; l++) {
-        set->chain.roughness[l] = layout->roughness[l];
-        set->level[l] = (ibl_cube){.size = ibl_cube_edge(chain->size, l),
-                                   .levels = 1,
-                                   .data = ibl_cube_face(chain, l, 0),
-                                   .projection = chain->projection};
-    }
+    memcpy(set->chain.roughness, layout->roughness, sizeof layout->roughness);
+    set->specular = *chain;
 }
 
 /* ---- samples --------------------------------------------------------------
@@ -153,9 +150,9 @@ static bool find_truth(const ibl_reference *ref, bool materials, ibl_truth *t)
     const int kinds = materials ? IBL_MATERIAL_STEPS + 1 : o->roughness_count;
     /* Each F0 of a grid has the same integrals. */
     const size_t own = materials ? n : n * (size_t)kinds;
-    double *normal = malloc(14 * n * sizeof *normal), *view = normal + 3 * n;
-    double *sums = view + 3 * n;
-    bool ok = normal && !ibl_reference_mean(ref, t->mean);
+    double *normal = ibl_need(malloc(14 * n * sizeof *normal));
+    double *view = normal + 3 * n, *sums = view + 3 * n;
+    bool ok = !ibl_reference_mean(ref, t->mean);
 
     for (int k = 0; k < kinds && ok; k++) {
         const double roughness =
@@ -202,10 +199,9 @@ bool ibl_truth_make(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
     out->options = *options;
     out->options.materials = NULL;
     out->rows = materials ? 1 : options->roughness_count * options->f0_count;
-    out->sample = malloc((size_t)out->rows * (size_t)options->directions *
-                         sizeof *out->sample);
-    bool ok =
-        spots && out->sample && !ibl_reference_create(ctx, env, yaw_deg, &ref);
+    out->sample = ibl_need(malloc(
+        (size_t)out->rows * (size_t)options->directions * sizeof *out->sample));
+    bool ok = !ibl_reference_create(ctx, env, yaw_deg, &ref);
     if (ok) {
         ibl_reference_coarsen(ref);
         draw_samples(spots, materials, out);
@@ -236,11 +232,6 @@ typedef struct look {
     double lod, diffuse;
 } look;
 
-static double limited(double x, double low, double high)
-{
-    return fmin(fmax(x, low), high);
-}
-
 static double mix(double a, double b, double t)
 {
     return a + t * (b - a);
@@ -254,32 +245,16 @@ static void bend(const ibl_sample *s, double share, double dir[3])
     ibl_normalise(dir);
 }
 
-/* ibl_lobe_taps of ibl/ibl.glsl. */
-static void aim_by_table(const ibl_drawn *set, const ibl_sample *s,
-                         double metallic, look *l)
-{
-    double q[4];
-
-    l->taps = 1 + (int)(set->shader - IBL_SHADER_TABLE);
-    ibl_lookup_lobes(&set->lobes, l->taps, metallic, s->n_dot_v, s->roughness,
-                     q);
-    for (int i = 0; i < l->taps; i++)
-        bend(s, q[0] + (l->taps > 1 ? q[3] * (2.0 * i / (l->taps - 1) - 1) : 0),
-             l->dir[i]);
-    l->diffuse = q[2];
-    l->lod = q[1] * (set->chain.levels - 1);
-}
-
 /* ibl_lobe_split and so on of ibl/ibl.glsl. */
 static void aim(const ibl_drawn *set, const ibl_sample *s, look *l)
 {
     const double nv = s->n_dot_v, r = s->roughness;
     /* ibl_metallic, with the exact table. */
-    const double m =
-        limited((s->f0 - 0.04) / 0.96 * (s->table[0] + s->table[1]) /
-                    fmax(s->f0 * s->table[0] + s->table[1], 1e-20),
-                0, 1);
-    double share = 0, roughness = r;
+    const double metallic = (s->f0 - 0.04) / 0.96 *
+                            (s->table[0] + s->table[1]) /
+                            fmax(s->f0 * s->table[0] + s->table[1], 1e-20);
+    const double m = fmin(fmax(metallic, 0), 1);
+    double share = 0, roughness = r, q[4];
 
     *l = (look){.taps = 1};
     if (!set->chain.levels) {
@@ -288,7 +263,14 @@ static void aim(const ibl_drawn *set, const ibl_sample *s, look *l)
         return;
     }
     if (set->shader >= IBL_SHADER_TABLE) {
-        aim_by_table(set, s, m, l);
+        const int taps = 1 + (int)(set->shader - IBL_SHADER_TABLE);
+        ibl_lookup_lobes(&set->lobes, taps, m, nv, r, q);
+        for (int i = 0; i < taps; i++)
+            bend(s, q[0] + (taps > 1 ? q[3] * (2.0 * i / (taps - 1) - 1) : 0),
+                 l->dir[i]);
+        l->taps = taps;
+        l->diffuse = q[2];
+        l->lod = q[1] * (set->chain.levels - 1);
         return;
     }
     if (set->shader == IBL_SHADER_BENT) {
@@ -325,18 +307,6 @@ static void add_lights(const ibl_truth *t, const ibl_drawn *set,
     }
 }
 
-static void look_up_irradiance(const ibl_drawn *set, const double normal[3],
-                               double rgb[3])
-{
-    if (set->sh) {
-        ibl_lookup_sh(set->sh, set->sh_degree, normal, rgb);
-        return;
-    }
-    ibl_lookup_cube(&set->irradiance, normal, rgb);
-    for (int c = 0; c < 3; c++)
-        rgb[c] /= set->irradiance_scale;
-}
-
 /* The shader's colour. */
 static void shade(const ibl_truth *t, const ibl_drawn *set, const ibl_sample *s,
                   double rgb[3])
@@ -347,12 +317,16 @@ static void shade(const ibl_truth *t, const ibl_drawn *set, const ibl_sample *s,
 
     aim(set, s, &l);
     for (int k = 0; k < l.taps; k++) {
-        ibl_lookup_chain(set->level, set->chain.levels, l.dir[k], l.lod, tap);
+        ibl_lookup_chain(&set->specular, l.dir[k], l.lod, tap);
         for (int c = 0; c < 3; c++)
             seen[c] += tap[c] / l.taps;
     }
-    if (l.diffuse > 0 || s->albedo > 0)
-        look_up_irradiance(set, s->normal, diffuse);
+    if (l.diffuse <= 0 && s->albedo <= 0)
+        ; /* none is needed */
+    else if (set->sh)
+        ibl_lookup_sh(set->sh, set->sh_degree, s->normal, diffuse);
+    else
+        ibl_lookup_cube(&set->irradiance, 0, s->normal, diffuse);
     if (set->lut.data)
         ibl_lookup_lut(&set->lut, s->n_dot_v, s->roughness, table);
     for (int c = 0; c < 3; c++) {
@@ -364,14 +338,13 @@ static void shade(const ibl_truth *t, const ibl_drawn *set, const ibl_sample *s,
     add_lights(t, set, s, rgb);
 }
 
-bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
+void ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
                  ibl_measured *rows)
 {
     const size_t n = (size_t)truth->options.directions;
-    ibl_seen *seen = malloc(n * sizeof *seen);
-    const bool ok = seen;
+    ibl_seen *seen = ibl_need(malloc(n * sizeof *seen));
 
-    for (size_t i = 0; i < n * (size_t)truth->rows && ok; i++) {
+    for (size_t i = 0; i < n * (size_t)truth->rows; i++) {
         const ibl_sample *s = &truth->sample[i];
         double rgb[3];
         shade(truth, set, s, rgb);
@@ -390,5 +363,4 @@ bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
             rows[i / n] = ibl_measured_of(seen, n);
     }
     free(seen);
-    return ok;
 }

@@ -27,11 +27,10 @@ typedef struct ibl_drawn {
     ibl_shader shader;   /* not AUTO */
     ibl_set_facts chain; /* levels of GGX, their roughness and lod; levels 0:
                             there are none, irradiance takes their place */
-    ibl_cube level[IBL_MAX_LEVELS]; /* of one level each */
-    ibl_cube irradiance;            /* one level; data NULL: none */
-    double irradiance_scale;        /* 1: irradiance / pi; pi: irradiance */
-    const double *sh; /* in place of the cube, radiance as in ibl_bake_sh, to
-                         sh_degree; NULL: none */
+    ibl_cube specular;   /* these levels */
+    ibl_cube irradiance; /* / pi, in level 0; data NULL: none */
+    const double *sh;    /* in place of the cube, radiance as in ibl_bake_sh, to
+                            sh_degree; NULL: none */
     int sh_degree;
     ibl_lut lut;             /* of IBL_LUT_SPLIT; data NULL: as exact */
     ibl_lobe_table lobes;    /* of IBL_SHADER_TABLE and on */
@@ -39,7 +38,7 @@ typedef struct ibl_drawn {
     int light_count;
 } ibl_drawn;
 
-/* Sets the levels to those of a chain, whose texels stay where they are. */
+/* Sets the levels. */
 void ibl_drawn_chain(ibl_drawn *set, const ibl_cube *chain,
                      const ibl_specular_layout *layout);
 
@@ -90,14 +89,14 @@ typedef struct ibl_truth {
 } ibl_truth;
 
 /* env is turned by yaw_deg as in a bake. out is zeroed or a truth, which it
- * replaces. False: no memory, or after a message through ctx. ibl_truth_free is
- * needed also then. */
+ * replaces. False: after a message through ctx; ibl_truth_free is needed also
+ * then. */
 bool ibl_truth_make(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
                     const ibl_truth_options *options, ibl_truth *out);
 void ibl_truth_free(ibl_truth *t); /* zeroed is allowed */
 
-/* Measures a set: rows of the truth, written. False: no memory. */
-bool ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
+/* Measures a set: rows of the truth, written. */
+void ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
                  ibl_measured *rows);
 
 #endif

@@ -6,29 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/signals.h"
 #include "json/json_text.h"
+#include "json/text.h"
 
 enum {
     BINS = IBL_SURVEY_BINS
 };
 
 /* ---- reading ---------------------------------------------------------- */
-
-/* Moves the names of a scene's files. */
-static bool take_files(ibl_scenes *s, ibl_scene *scene)
-{
-    const size_t count = (size_t)s->file_count,
-                 more = (size_t)scene->file_count;
-    char **all = realloc(s->files, (count + more) * sizeof *all);
-
-    if (!all)
-        return false;
-    memcpy(all + count, scene->files, more * sizeof *all);
-    s->files = all;
-    s->file_count += scene->file_count;
-    scene->file_count = 0;
-    return true;
-}
 
 bool ibl_scenes_read(ibl_ctx *ctx, const ibl_scene_list *list, bool strict,
                      ibl_scenes *out)
@@ -37,10 +23,18 @@ bool ibl_scenes_read(ibl_ctx *ctx, const ibl_scene_list *list, bool strict,
 
     *out = (ibl_scenes){0};
     for (int i = 0; i < list->count && ok; i++) {
+        const size_t count = (size_t)out->file_count;
         ibl_scene scene;
         ok = !ibl_scene_read(ctx, list->path[i], strict, &scene) &&
-             !ibl_scene_survey_add(ctx, &scene, &out->survey) &&
-             take_files(out, &scene);
+             !ibl_scene_survey_add(ctx, &scene, &out->survey);
+        if (ok) { /* moves the names of its files */
+            const size_t more = (size_t)scene.file_count;
+            out->files = ibl_need(
+                realloc(out->files, (count + more) * sizeof *out->files));
+            memcpy(out->files + count, scene.files, more * sizeof *out->files);
+            out->file_count += scene.file_count;
+            scene.file_count = 0;
+        }
         ibl_scene_free(&scene);
     }
     return ok;
@@ -176,53 +170,39 @@ void ibl_choice_add(ibl_choice *c, bool chosen, const char *name,
     char *why = strchr(text, '\t');
     if (why)
         *why++ = '\0';
-    if (!c->rows[chosen])
-        c->rows[chosen] = json_array();
-    json_array_append_new(
-        c->rows[chosen],
-        json_pack("{ss ss ss*}", "name", name, "value", text, "why", why));
+    char *table = ibl_need(
+        ibl_format("%s%-7s %-14s %s%s%s\n", c->table ? c->table : "",
+                   c->rows[chosen]++ ? ""
+                   : chosen          ? "chosen"
+                                     : "found",
+                   name, text, why && *why ? "  " : "", why ? why : ""));
+    free(c->table);
+    c->table = table;
 }
 
 void ibl_choice_print(const ibl_choice *c, FILE *to)
 {
-    json_t *row;
-    size_t i;
-
-    for (int chosen = 0; chosen < 2; chosen++)
-        json_array_foreach(c->rows[chosen], i, row)
-        {
-            fprintf(to, "%-7s %-14s %s%s%s\n",
-                    i        ? ""
-                    : chosen ? "chosen"
-                             : "found",
-                    text_of(row, "name"), text_of(row, "value"),
-                    *text_of(row, "why") ? "  " : "", text_of(row, "why"));
-        }
     fprintf(to,
-            "%-22s %10s %10s\n%-22s %10zu %10zu\n"
+            "%s%-22s %10s %10s\n%-22s %10zu %10zu\n"
             "%-22s %8.2f %% %8.2f %%  +- %.2g %%\n",
-            "", "chosen", "default", "bytes of texels", c->bytes,
-            c->usual_bytes, "rendered error", 100 * c->error,
-            100 * c->usual_error, 100 * c->standard_error);
+            c->table ? c->table : "", "", "chosen", "default",
+            "bytes of texels", c->bytes, c->usual_bytes, "rendered error",
+            100 * c->error, 100 * c->usual_error, 100 * c->standard_error);
 }
 
 json_t *ibl_choice_json(const ibl_choice *c)
 {
-    json_t *rows[2];
-
-    for (int k = 0; k < 2; k++)
-        rows[k] = c->rows[k] ? json_incref(c->rows[k]) : json_array();
-    return json_pack("{sf sb so so s{sI sf sf} s{sI sf}}", "asked_error",
-                     c->asked, "reached", c->reached, "found", rows[0],
-                     "chosen", rows[1], "set", "bytes", (json_int_t)c->bytes,
-                     "rendered_error", ibl_json_digits(c->error),
-                     "standard_error", ibl_json_digits(c->standard_error),
-                     "default", "bytes", (json_int_t)c->usual_bytes,
-                     "rendered_error", ibl_json_digits(c->usual_error));
+    return json_pack("{sf sb s{sI sf sf} s{sI sf}}", "asked_error", c->asked,
+                     "reached", c->reached, "set", "bytes",
+                     (json_int_t)c->bytes, "rendered_error",
+                     ibl_json_digits(c->error), "standard_error",
+                     ibl_json_digits(c->standard_error), "default", "bytes",
+                     (json_int_t)c->usual_bytes, "rendered_error",
+                     ibl_json_digits(c->usual_error));
 }
 
 void ibl_choice_free(ibl_choice *c)
 {
-    for (int k = 0; c && k < 2; k++)
-        json_decref(c->rows[k]);
+    if (c)
+        free(c->table);
 }

@@ -17,19 +17,21 @@ enum {
 
 /* What was found and chosen, and the figures beside those of the defaults. */
 typedef struct ibl_choice {
-    json_t *rows[2]; /* found, chosen: {"name", "value", "why"}; NULL: none */
-    double asked;    /* error; NAN: there is no choice */
+    char *table;  /* what was found and chosen, a line each; NULL: none */
+    int rows[2];  /* of it: found, chosen */
+    double asked; /* error; NAN: there is no choice */
     bool reached;
     double error, standard_error, usual_error; /* as measured */
     size_t bytes, usual_bytes; /* of texels, without containers */
 } ibl_choice;
 
-/* Adds a row: a value, then perhaps a tab and why. Long texts are cut. */
+/* Adds a row: a value, then perhaps a tab and why. What was found comes first.
+ * Long texts are cut. */
 void ibl_choice_add(ibl_choice *c, bool chosen, const char *name,
                     const char *fmt, ...) __attribute__((format(printf, 4, 5)));
 void ibl_choice_print(const ibl_choice *c, FILE *to);
-json_t *ibl_choice_json(const ibl_choice *c); /* NULL: no memory */
-void ibl_choice_free(ibl_choice *c);          /* its rows; NULL is fine */
+json_t *ibl_choice_json(const ibl_choice *c);
+void ibl_choice_free(ibl_choice *c); /* NULL is fine */
 
 /* The files of --scene. */
 typedef struct ibl_scene_list {
@@ -54,6 +56,6 @@ void ibl_scenes_free(ibl_scenes *s); /* NULL is fine */
 bool ibl_scenes_materials(const ibl_scenes *s, ibl_materials *materials);
 /* Adds rows of what was found. */
 void ibl_scenes_tell(const ibl_scenes *s, ibl_choice *choice);
-json_t *ibl_scenes_json(const ibl_scenes *s); /* NULL: no memory */
+json_t *ibl_scenes_json(const ibl_scenes *s);
 
 #endif

@@ -7,32 +7,41 @@
 #include <string.h>
 
 #include "cli/lookup.h"
-#include "engine/png.h"
+#include "common/signals.h"
+#include "engine/picture.h"
 
 enum {
     BACKGROUND = 24, /* sRGB value of the grey */
     FACE = 96,       /* pixels along a face's edge */
     WIDTH = 4 * FACE,
     HEIGHT = 3 * FACE, /* of a panel */
-    LINE = 8 * IBL_SHEET_DOT
+    GAP = 16,
+    DOT = 2,         /* pixels along a dot; a letter has 3 by 5 dots */
+    GLYPH = 4 * DOT, /* pixels from letter to letter */
+    LINE = 8 * DOT
 };
 
-const int ibl_cross_place[IBL_FACES][2] = {{2, 1}, {0, 1}, {1, 0},
-                                           {1, 2}, {1, 1}, {3, 1}};
+typedef struct sheet {
+    int width, height;
+    unsigned char *pixels; /* sRGB, 3 bytes each */
+    double exposure;
+} sheet;
 
-static unsigned char *pixel(const ibl_sheet *sheet, int x, int y)
+static unsigned char *pixel(const sheet *s, int x, int y)
 {
-    return sheet->pixels + 3 * ((size_t)y * (size_t)sheet->width + (size_t)x);
+    return s->pixels + 3 * ((size_t)y * (size_t)s->width + (size_t)x);
 }
 
-void ibl_sheet_put(const ibl_sheet *s, int x, int y, const double rgb[3])
+static unsigned char byte_of(double x)
 {
-    for (int c = 0; c < 3; c++) {
-        const double value =
-            s->tone(rgb[c] * (s->exposure > 0 ? s->exposure : 1), c);
+    return (unsigned char)(255 * fmin(fmax(x, 0), 1) + 0.5);
+}
+
+static void put_light(const sheet *s, int x, int y, const double rgb[3])
+{
+    for (int c = 0; c < 3; c++)
         pixel(s, x, y)[c] =
-            (unsigned char)(255 * fmin(fmax(value, 0), 1) + 0.5);
-    }
+            byte_of(ibl_tone_value(IBL_TONE_FILM, rgb[c] * s->exposure));
 }
 
 /* ---- letters ----------------------------------------------------------- */
@@ -51,16 +60,18 @@ static const struct {
             {'R', 065655}, {'S', 034216}, {'T', 072222}, {'U', 055557},
             {'V', 055552}, {'W', 055775}, {'X', 055255}, {'Y', 055222}};
 
-void ibl_sheet_write(const ibl_sheet *s, int left, int top, const char *text)
+/* Writes text in capitals, with its upper left corner at left, top. Characters
+ * without a glyph stay blank. */
+static void write_text(const sheet *s, int left, int top, const char *text)
 {
-    for (; *text; text++, left += IBL_SHEET_GLYPH) {
+    for (; *text; text++, left += GLYPH) {
         unsigned rows = 0;
         for (size_t i = 0; i < sizeof font / sizeof *font; i++)
             if (font[i].character == toupper((unsigned char)*text))
                 rows = font[i].rows;
-        for (int y = 0; y < 5 * IBL_SHEET_DOT; y++)
-            for (int x = 0; x < 3 * IBL_SHEET_DOT; x++) {
-                const int dot = 3 * (y / IBL_SHEET_DOT) + x / IBL_SHEET_DOT;
+        for (int y = 0; y < 5 * DOT; y++)
+            for (int x = 0; x < 3 * DOT; x++) {
+                const int dot = 3 * (y / DOT) + x / DOT;
                 if (rows >> (14 - dot) & 1 && left + x < s->width)
                     memset(pixel(s, left + x, top + y), 200, 3);
             }
@@ -87,27 +98,33 @@ static void find_mean(const float *image, int width, int height, int x, int y,
     }
 }
 
-static void draw_cube(const ibl_sheet *s, int left, int top, const ibl_panel *p)
+/*
+ * An unfolded cube is a cross of 4 by 3 faces, +Y on top, -X +Z +X -Z in the
+ * middle row, -Y below, so that neighbours in the cross are neighbours on the
+ * cube.
+ */
+static void draw_cube(const sheet *s, int left, int top, const ibl_panel *p)
 {
-    const ibl_cube level = {ibl_cube_edge(p->cube->size, p->level), 1,
-                            ibl_cube_face(p->cube, p->level, 0),
-                            IBL_PROJECTION_CUBE};
+    /* The column and row of each face. */
+    static const int place[IBL_FACES][2] = {{2, 1}, {0, 1}, {1, 0},
+                                            {1, 2}, {1, 1}, {3, 1}};
+    const int size = ibl_cube_edge(p->cube->size, p->level);
     double dir[3], rgb[3];
 
     for (int i = 0; i < IBL_FACES * FACE * FACE; i++) {
         const int face = i / FACE / FACE, y = i / FACE % FACE, x = i % FACE;
         ibl_cube_direction(FACE, face, x, y, dir);
-        if (s->cells || level.size >= FACE)
-            find_mean(ibl_cube_face(&level, 0, face), level.size, level.size, x,
-                      y, FACE, FACE, rgb);
+        if (size >= FACE)
+            find_mean(ibl_cube_face(p->cube, p->level, face), size, size, x, y,
+                      FACE, FACE, rgb);
         else
-            ibl_lookup_cube(&level, dir, rgb);
-        ibl_sheet_put(s, left + FACE * ibl_cross_place[face][0] + x,
-                      top + FACE * ibl_cross_place[face][1] + y, rgb);
+            ibl_lookup_cube(p->cube, p->level, dir, rgb);
+        put_light(s, left + FACE * place[face][0] + x,
+                  top + FACE * place[face][1] + y, rgb);
     }
 }
 
-static void draw_lut(const ibl_sheet *s, int left, int top, const ibl_lut *lut)
+static void draw_lut(const sheet *s, int left, int top, const ibl_lut *lut)
 {
     const int channels = ibl_lut_channels(lut->kind), n = lut->size;
 
@@ -119,18 +136,13 @@ static void draw_lut(const ibl_sheet *s, int left, int top, const ibl_lut *lut)
         p[2] = 0;
         for (int c = 0; c < channels; c++)
             p[c] =
-                (unsigned char)(255 * fmin((double)
-                                               lut->data[(size_t)channels * at +
-                                                         (size_t)c],
-                                           1) +
-                                0.5);
+                byte_of((double)lut->data[(size_t)channels * at + (size_t)c]);
     }
 }
 
 /* The label is over a map, or to the right of a cube's upper face or the
  * table. */
-static void draw_panel(const ibl_sheet *s, int left, int top,
-                       const ibl_panel *p)
+static void draw_panel(const sheet *s, int left, int top, const ibl_panel *p)
 {
     const int margin = HEIGHT / 6; /* above a map */
     double rgb[3];
@@ -143,46 +155,36 @@ static void draw_panel(const ibl_sheet *s, int left, int top,
         const int x = i % WIDTH, y = i / WIDTH;
         find_mean(p->map->data, p->map->width, p->map->height, x, y, WIDTH,
                   2 * FACE, rgb);
-        ibl_sheet_put(s, left + x, top + margin + y, rgb);
+        put_light(s, left + x, top + margin + y, rgb);
     }
     for (int line = 0; line < 2; line++)
-        ibl_sheet_write(s,
-                        left + (p->map    ? 0
-                                : p->cube ? 2 * FACE + IBL_SHEET_GLYPH
-                                          : HEIGHT + IBL_SHEET_GLYPH),
-                        top + line * LINE + (p->map ? margin - 2 * LINE : 0),
-                        p->text[line]);
+        write_text(s,
+                   left + (p->map    ? 0
+                           : p->cube ? 2 * FACE + GLYPH
+                                     : HEIGHT + GLYPH),
+                   top + line * LINE + (p->map ? margin - 2 * LINE : 0),
+                   p->text[line]);
 }
 
-bool ibl_sheet_draw(ibl_sheet *sheet, const ibl_panel *panels, int count)
+void ibl_sheet_png(const ibl_panel *panels, int count, double exposure,
+                   void **png, size_t *size)
 {
-    const int most = count > 9 ? 4 : 3, gap = IBL_SHEET_GAP;
+    const int most = count > 9 ? 4 : 3;
     const int columns = count < most ? count : most;
+    sheet s = {.width = GAP + columns * (WIDTH + GAP),
+               .height = GAP + (count + columns - 1) / columns * (HEIGHT + GAP),
+               .exposure = exposure};
+    const size_t bytes = 3 * (size_t)s.width * (size_t)s.height;
 
-    sheet->width = gap + columns * (WIDTH + gap);
-    sheet->height =
-        gap + (count + columns - 1) / columns * (HEIGHT + gap) + sheet->footer;
-    const size_t bytes = 3 * (size_t)sheet->width * (size_t)sheet->height;
-    sheet->pixels = malloc(bytes);
-    if (!sheet->pixels)
-        return false;
-    memset(sheet->pixels, BACKGROUND, bytes);
+    s.pixels = ibl_need(malloc(bytes));
+    memset(s.pixels, BACKGROUND, bytes);
     for (int i = 0; i < count; i++)
-        draw_panel(sheet, gap + i % columns * (WIDTH + gap),
-                   gap + i / columns * (HEIGHT + gap), &panels[i]);
-    return true;
-}
-
-bool ibl_sheet_encode(ibl_sheet *sheet, void **png, size_t *size)
-{
+        draw_panel(&s, GAP + i % columns * (WIDTH + GAP),
+                   GAP + i / columns * (HEIGHT + GAP), &panels[i]);
     ibl_blob file = {0};
-    const bool ok =
-        sheet->pixels && ibl_png_encode(sheet->pixels, 3, sheet->width,
-                                        sheet->height, NULL, &file);
-
+    if (!ibl_png_encode(s.pixels, 3, s.width, s.height, NULL, &file))
+        ibl_need(NULL);
     *png = file.bytes;
     *size = file.size;
-    free(sheet->pixels);
-    sheet->pixels = NULL;
-    return ok;
+    free(s.pixels);
 }

@@ -5,21 +5,18 @@
 
 #include "json/text.h"
 
-/* Names in options, sets, indices and sidecars, indexed by ibl_container,
- * ibl_pixel (of cubes), ibl_quality, ibl_overflow, ibl_roughness_map,
- * ibl_mirror, ibl_up, ibl_method, ibl_lobe, ibl_geometry, ibl_primaries and
- * ibl_input_layout. */
+/* Names in options, sets and sidecars, in the order of their enumerations. */
 /* Of containers, then ibl_engine from ENV, then ibl_picture from EXR. */
 extern const char *const ibl_format_names[];
 extern const char *const ibl_array_container_names[]; /* of those of arrays */
-extern const char *const ibl_pixel_names[];
+extern const char *const ibl_pixel_names[];           /* of cubes */
 extern const char *const ibl_quality_names[];
 extern const char *const ibl_overflow_names[];
-extern const char *const ibl_mapping_names[];
+extern const char *const ibl_mapping_names[]; /* ibl_roughness_map */
 extern const char *const ibl_mirror_names[];
 extern const char *const ibl_up_names[];
 extern const char *const ibl_method_names[];
-extern const char *const ibl_projection_names[]; /* ibl_projection */
+extern const char *const ibl_projection_names[];
 /* The same, and the faces of a cube as one picture. */
 extern const char *const ibl_layout_names[];
 enum {

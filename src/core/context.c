@@ -46,23 +46,17 @@ const char *ibl_version(void)
 
 const char *ibl_status_text(ibl_status status)
 {
-    switch (status) {
-    case IBL_OK:
-        return "success";
-    case IBL_ERR_ARGUMENT:
-        return "argument out of range";
-    case IBL_ERR_MEMORY:
-        return "out of memory";
-    case IBL_ERR_IO:
-        return "input/output error";
-    case IBL_ERR_FORMAT:
-        return "bad or damaged file";
-    case IBL_ERR_UNSUPPORTED:
-        return "not supported";
-    case IBL_ERR_CANCELLED:
-        return "cancelled";
-    }
-    return "unknown status";
+    static const char *const texts[] = {
+        "success",
+        "argument out of range",
+        "out of memory",
+        "input/output error",
+        "bad or damaged file",
+        "not supported",
+        "cancelled",
+    };
+    return (unsigned)status <= IBL_ERR_CANCELLED ? texts[status]
+                                                 : "unknown status";
 }
 
 ibl_ctx_options ibl_ctx_options_default(void)

@@ -7,7 +7,7 @@
 
 #include "engine/harmonics.h"
 #include "engine/png.h"
-#include "json/json_build.h"
+#include "json/json_load.h"
 
 /* What the files are made of. */
 typedef struct ibl_engine_set {

@@ -65,10 +65,10 @@ ibl_status ibl_check_axes(ibl_ctx *ctx, ibl_axes axes)
 /* ---- cubes -------------------------------------------------------------- */
 
 typedef struct turning {
-    int n, back;
+    int n, words, back;
     ibl_axes axes;
-    const float *from;
-    float *to;
+    const char *from;
+    char *to;
 } turning;
 
 /* The texel of `from` with the direction of texel (x, y) of a face of `to`. */
@@ -90,34 +90,40 @@ static void row_job(void *arg, int row, int worker)
 {
     const turning *t = arg;
     const int n = t->n, face = row / n, y = row % n;
+    const ptrdiff_t bytes = 4 * (ptrdiff_t)t->words;
     const size_t first = texel_from(t, face, 0, y);
     const ptrdiff_t step =
         (ptrdiff_t)texel_from(t, face, n > 1, y) - (ptrdiff_t)first;
-    const float *from = t->from + 3 * first;
-    float *to = t->to + 3 * (ptrdiff_t)row * n;
+    const char *from = t->from + (ptrdiff_t)first * bytes;
+    char *to = t->to + (ptrdiff_t)row * n * bytes;
     (void)worker;
 
-    for (int x = 0; x < n; x++, from += 3 * step, to += 3)
-        memcpy(to, from, 3 * sizeof *to);
+    for (int x = 0; x < n; x++, from += step * bytes)
+        for (int w = 0; w < t->words; w++, to += 4)
+            memcpy(to, from + 4 * (ptrdiff_t)w, 4);
 }
 
-/* Mirrors put centres of texels onto centres in every projection. */
-static void turn_flat(const ibl_cube *from, int level, ibl_axes axes, int back,
-                      const ibl_cube *to)
+ibl_status ibl_level_turn_axes(ibl_ctx *ctx, ibl_level_shape s, int words,
+                               ibl_axes axes, int back, const void *from,
+                               void *to)
 {
-    const ibl_level_shape s = ibl_map_shape(from, level);
-    const float *source = ibl_cube_face(from, level, 0);
-    float *rgb = ibl_cube_face(to, level, 0);
+    turning t = {s.width, words, back, axes, from, to};
+    const ptrdiff_t bytes = 4 * (ptrdiff_t)words;
 
-    for (int i = 0; i < s.width * s.height; i++, rgb += 3) {
+    if (s.projection == IBL_PROJECTION_CUBE)
+        return ibl_run(ctx, NULL, IBL_FACES * t.n, row_job, &t);
+    /* Mirrors put centres of texels onto centres in every projection. */
+    for (int i = 0; i < s.width * s.height; i++) {
         double d[3];
         int at[3];
         ibl_level_direction(&s, 0, i % s.width, i / s.width, d);
         ibl_axes_turn(axes, !back, d, d);
         ibl_level_texel(&s, d, at);
-        memcpy(rgb, source + 3 * ((ptrdiff_t)at[2] * s.width + at[1]),
-               3 * sizeof *rgb);
+        memcpy(t.to + i * bytes,
+               t.from + ((ptrdiff_t)at[2] * s.width + at[1]) * bytes,
+               (size_t)bytes);
     }
+    return IBL_OK;
 }
 
 ibl_status ibl_cube_turn_axes(ibl_ctx *ctx, const ibl_cube *from, ibl_axes axes,
@@ -137,13 +143,10 @@ ibl_status ibl_cube_turn_axes(ibl_ctx *ctx, const ibl_cube *from, ibl_axes axes,
     if (!status)
         status = ibl_cube_alloc_as(ctx, from->projection, from->size,
                                    from->levels, &to);
-    for (int l = 0; flat && !status && l < from->levels; l++)
-        turn_flat(from, l, axes, back, &to);
-    for (int l = 0; !flat && !status && l < from->levels; l++) {
-        turning t = {ibl_cube_edge(from->size, l), back, axes,
-                     ibl_cube_face(from, l, 0), ibl_cube_face(&to, l, 0)};
-        status = ibl_run(ctx, NULL, IBL_FACES * t.n, row_job, &t);
-    }
+    for (int l = 0; !status && l < from->levels; l++)
+        status = ibl_level_turn_axes(ctx, ibl_map_shape(from, l), 3, axes, back,
+                                     ibl_cube_face(from, l, 0),
+                                     ibl_cube_face(&to, l, 0));
     if (status)
         ibl_cube_free(&to);
     else

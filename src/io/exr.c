@@ -287,29 +287,6 @@ static void rows_close(ibl_rows *rows)
 
 /* ---- opening -------------------------------------------------------- */
 
-/* Finds the part, channels and chunks to read. */
-static ibl_status choose(ibl_exr_file *file, const ibl_read_options *opts)
-{
-    ibl_read_options own = *opts;
-    ibl_status status = open_file(file);
-
-    if (!status)
-        status = ibl_exr_choose(file, opts);
-    if (status)
-        return status;
-    if (file->cube && !own.layout)
-        own.layout = IBL_INPUT_CUBE;
-    if (own.layout == IBL_INPUT_CUBE && !file->cube)
-        return ibl_bad_file(file->in, "is an OpenEXR file that does not say "
-                                      "that it holds a cube");
-    file->cube = own.layout == IBL_INPUT_CUBE;
-    status = ibl_map_check_size(file->in, &own, file->display.width,
-                                file->display.height);
-    if (!status)
-        status = ibl_exr_list_chunks(file);
-    return status ? status : ibl_exr_begin(file);
-}
-
 /* The faces of OpenEXR's cubes (ImfEnvmap.h), turned so that a cube shows what
  * its latitude-longitude map does when that is read. */
 static const char envmap_faces[] = "nz/m,pz/m,py/m90,ny/m270,px/m,nx/m";
@@ -325,7 +302,23 @@ ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
     ibl_rows *rows = *out = &r->rows;
     *rows = (ibl_rows){.ctx = in->ctx, .read = rows_read, .close = rows_close};
     r->in = in;
-    const ibl_status status = choose(r, opts);
+    ibl_read_options own = *opts;
+    ibl_status status = open_file(r);
+    if (!status)
+        status = ibl_exr_choose(r, opts);
+    if (status)
+        return status;
+    if (r->cube && !own.layout)
+        own.layout = IBL_INPUT_CUBE;
+    if (own.layout == IBL_INPUT_CUBE && !r->cube)
+        return ibl_bad_file(in, "is an OpenEXR file that does not say that it "
+                                "holds a cube");
+    r->cube = own.layout == IBL_INPUT_CUBE;
+    status = ibl_map_check_size(in, &own, r->display.width, r->display.height);
+    if (!status)
+        status = ibl_exr_list_chunks(r);
+    if (!status)
+        status = ibl_exr_begin(r);
     if (status)
         return status;
     const ibl_exr_window *map = &r->display, *data = &r->data;

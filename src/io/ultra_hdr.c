@@ -4,6 +4,7 @@
  * gain map, that says how much brighter each pixel is. The second is found by
  * the index of the Multi-Picture Format (CIPA DC-007).
  */
+#define _GNU_SOURCE /* memmem */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -41,17 +42,6 @@ static uint32_t number(const segment *s, size_t at, int count, bool little)
     return n;
 }
 
-/* Whether bytes, which no 0 ends, have a word. */
-static bool has_word(const segment *s, const char *word)
-{
-    const size_t length = strlen(word);
-
-    for (size_t k = 0; k + length <= s->size; k++)
-        if (!memcmp(s->bytes + k, word, length))
-            return true;
-    return false;
-}
-
 /* Finds the first segment APPn of a name before the picture that has a word;
  * size 0: none. */
 static segment find_segment(const unsigned char *jpeg, size_t size, int marker,
@@ -64,11 +54,10 @@ static segment find_segment(const unsigned char *jpeg, size_t size, int marker,
         const unsigned char *body = jpeg + at + 4;
         if (jpeg[at + 1] == 0xda || bytes < 2 || bytes > size - at - 2)
             break;
-        const bool named = jpeg[at + 1] == marker && bytes - 2 > length &&
-                           !memcmp(body, name, length);
-        const segment s = {body + length, named ? bytes - 2 - length : 0};
-        if (named && has_word(&s, word))
-            return s;
+        if (jpeg[at + 1] == marker && bytes - 2 > length &&
+            !memcmp(body, name, length) &&
+            memmem(body + length, bytes - 2 - length, word, strlen(word)))
+            return (segment){body + length, bytes - 2 - length};
         at += 2 + bytes;
     }
     return (segment){0};

@@ -61,31 +61,19 @@ static void describe(const json_t *value, char *text, size_t size)
 {
     const char *key = json_object_iter_key(json_object_iter((json_t *)value));
 
-    switch (value ? json_typeof(value) : JSON_NULL) {
-    case JSON_OBJECT:
+    if (json_is_object(value)) {
         snprintf(text, size, key ? "an object with \"%.40s\"" : "an object%s",
                  key ? key : " without members");
-        break;
-    case JSON_ARRAY:
+    } else if (json_is_array(value)) {
         snprintf(text, size, "an array of %zu", json_array_size(value));
-        break;
-    case JSON_STRING:
+    } else if (json_is_string(value)) {
         snprintf(text, size, "\"%.60s\"", json_string_value(value));
-        break;
-    case JSON_INTEGER:
-        snprintf(text, size, "%" JSON_INTEGER_FORMAT,
-                 json_integer_value(value));
-        break;
-    case JSON_REAL:
-        snprintf(text, size, "%.10g", json_real_value(value));
-        break;
-    case JSON_TRUE:
-    case JSON_FALSE:
-        snprintf(text, size, json_is_true(value) ? "true" : "false");
-        break;
-    case JSON_NULL:
-        snprintf(text, size, value ? "null" : "nothing");
-        break;
+    } else if (value) {
+        const size_t length = json_dumpb(
+            value, text, size - 1, JSON_ENCODE_ANY | JSON_REAL_PRECISION(10));
+        text[length] = '\0';
+    } else {
+        snprintf(text, size, "nothing");
     }
 }
 

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "json/json_build.h"
 #include "json/json_load.h"
 #include "json/text.h"
 

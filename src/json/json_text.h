@@ -8,7 +8,6 @@
 #include <ibl/ibl.h>
 #include <ibl/io.h>
 
-#include "json/json_build.h"
 #include "json/json_load.h"
 
 /* Whether bytes are UTF-8. */

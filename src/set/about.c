@@ -134,6 +134,8 @@ ibl_about ibl_about_asked(const ibl_set_facts *asked)
                                          asked->irradiance_scale < 1,
                                      [IBL_FACT_TABLE] = asked->table,
                                      [IBL_FACT_GEOMETRY] = asked->geometry,
+                                     [IBL_FACT_MIRROR] = asked->axes.mirror,
+                                     [IBL_FACT_UP] = asked->axes.up,
                                      [IBL_FACT_YAW] = asked->yaw_deg,
                                      [IBL_FACT_LIGHTS] = asked->lights};
     /* A mapping gives the roughness, and each of them the lod. */
@@ -217,8 +219,6 @@ ibl_status ibl_about_add(ibl_ctx *ctx, ibl_about *known, const ibl_about *other)
 ibl_set_facts ibl_about_facts(const ibl_about *a)
 {
     const double *v = a->value;
-    const ibl_axes turn = {(ibl_mirror)v[IBL_FACT_MIRROR],
-                           (ibl_up)v[IBL_FACT_UP]};
     ibl_set_facts f = {
         .known = a->levels ? IBL_KNOWN_ROUGHNESS : 0,
         .lobe = (ibl_lobe)v[IBL_FACT_LOBE],
@@ -229,16 +229,12 @@ ibl_set_facts ibl_about_facts(const ibl_about *a)
         .irradiance_scale = v[IBL_FACT_SCALE] > 0 ? 1 / IBL_PI : 1,
         .table = (ibl_lut_kind)v[IBL_FACT_TABLE],
         .geometry = (ibl_geometry)v[IBL_FACT_GEOMETRY],
+        .axes = {(ibl_mirror)v[IBL_FACT_MIRROR], (ibl_up)v[IBL_FACT_UP]},
         .yaw_deg = v[IBL_FACT_YAW],
         .lights = (int)v[IBL_FACT_LIGHTS],
     };
 
     memcpy(f.roughness, a->roughness, sizeof f.roughness);
-    for (int k = 0; k < 3; k++) {
-        double d[3] = {k == 0, k == 1, k == 2};
-        ibl_axes_turn(turn, 1, d, d);
-        f.axes[k] = (int)(d[0] + 2 * d[1] + 3 * d[2]);
-    }
     for (int i = 0; i < IBL_FACTS; i++)
         f.known |= a->said >> i & 1 ? facts[i].known : 0;
     return f;

@@ -16,7 +16,9 @@
 #include "core/context.h"
 #include "engine/engine.h"
 #include "engine/set.h"
+#include "image/axes.h"
 #include "set/about.h"
+#include "json/json_text.h"
 
 enum {
     PATH_BYTES = 4096
@@ -237,41 +239,29 @@ static ibl_status locate(opener *o)
                : read_sidecar(o, side);
 }
 
-/* Takes a file that is there as the only one. */
-static ibl_status take(const opener *o, const char *path, char **found)
-{
-    return *found ? ibl_fail(o->ctx, IBL_ERR_IO,
-                             "%s: %s is there, too: name the one to open", path,
-                             *found)
-                  : keep(o, path, strlen(path), found);
-}
-
 /* Finds the file that has a usual name of the content, first of the container
  * of the texture that was named. */
-static ibl_status find_usual(const opener *o, int content, char **found)
+static ibl_status find_usual(const opener *o, int content, char **to)
 {
     const char *dot = o->named >= 0 ? strrchr(o->path, '.') : NULL;
     char path[PATH_BYTES];
-    ibl_status status = IBL_OK;
+    bool found = false;
 
-    for (const char *const *stem = contents[content].stems;
-         *stem && !*found && !status; stem++) {
+    for (const char *const *stem = contents[content].stems; *stem && !found;
+         stem++) {
         const char *name = **stem == '_' ? o->set->name : "";
-        if (name && dot && beside(o, path, "%s%s%s", name, *stem, dot))
-            return take(o, path, found);
-        for (int i = 0; name && ibl_array_container_names[i] && !status; i++)
-            if (beside(o, path, "%s%s.%s", name, *stem,
-                       ibl_array_container_names[i]))
-                status = take(o, path, found);
+        found = name && dot && beside(o, path, "%s%s%s", name, *stem, dot);
+        for (int i = 0; name && ibl_array_container_names[i] && !found; i++)
+            found = beside(o, path, "%s%s.%s", name, *stem,
+                           ibl_array_container_names[i]);
     }
     for (int e = IBL_ENGINE_ENV;
          content == IBL_CONTENT_SPECULAR && o->set->name &&
-         e <= IBL_ENGINE_PLAYCANVAS && !status;
+         e <= IBL_ENGINE_PLAYCANVAS && !found;
          e++)
-        if (beside(o, path, "%s%s", o->set->name,
-                   ibl_engine_suffix((ibl_engine)e)))
-            status = take(o, path, found);
-    return status;
+        found = beside(o, path, "%s%s", o->set->name,
+                       ibl_engine_suffix((ibl_engine)e));
+    return found ? keep(o, path, strlen(path), to) : IBL_OK;
 }
 
 /* Finds the file of a content: as it was named, as the sidecar or an index has
@@ -334,14 +324,12 @@ static bool fits(const ibl_texture *t, int content, ibl_lut_kind kind)
            t->height == n * one.height;
 }
 
-/* Checks that a texture is what it was taken for, and that the sidecar tells of
- * its levels and not of another bake's. */
+/* Checks that a texture is what it was taken for. Warns if it is not the file
+ * that the sidecar tells of. */
 static ibl_status check(const opener *o, int content)
 {
     const ibl_set_file *f = &o->set->file[content];
     const ibl_texture *t = &f->texture;
-    const json_t *height = json_object_get(o->entry[content], "height");
-    const json_t *levels = json_object_get(o->entry[content], "levels");
 
     if (!o->o.file[content] && f->holds >= 0 && f->holds != content)
         return ibl_fail(o->ctx, IBL_ERR_FORMAT,
@@ -366,58 +354,38 @@ static ibl_status check(const opener *o, int content)
                  "%s: is not the file that %s tells of: they are of two bakes, "
                  "or it was changed: bake the set again",
                  f->path, o->set->sidecar);
-    if (content >= IBL_CONTENT_LUT || !json_is_integer(height) ||
-        !json_is_array(levels) || o->asked.levels ||
-        ibl_engine_of_name(f->path) ||
-        (json_integer_value(height) == t->height &&
-         json_array_size(levels) == (size_t)t->levels))
-        return IBL_OK;
-    return ibl_fail(o->ctx, IBL_ERR_FORMAT,
-                    "%s: has other levels than %s tells of: bake the set "
-                    "again, or take that file away",
-                    f->path, o->set->sidecar);
+    return IBL_OK;
 }
 
 /* Turns the texels of a map to the world's axes. */
 static ibl_status turn(const opener *o, ibl_set_file *f)
 {
-    const int *axes = f->facts.axes;
+    const ibl_axes axes = f->facts.axes;
     ibl_texture *t = &f->texture;
-    const size_t bytes = ibl_pixel_bytes(t->pixel);
-    const ibl_level_shape one =
-        ibl_level_shape_of(ibl_texture_projection(t), 1);
+    const ibl_projection projection = ibl_texture_projection(t);
+    const int n = t->width / ibl_level_shape_of(projection, 1).width;
+    ibl_status status = IBL_OK;
 
-    if (axes[0] == 1 && axes[1] == 2 && axes[2] == 3)
+    if (!axes.mirror && !axes.up)
         return IBL_OK;
-    if (t->faces == 1 && abs(axes[1]) != 2)
+    if (t->faces == 1 && axes.up)
         return ibl_fail(o->ctx, IBL_ERR_FORMAT,
-                        "%s: a flat texture, whose Y is the world's Y or -Y: "
-                        "give other axes, or a cube",
+                        "%s: is flat, and only cubes have +Z up: give other "
+                        "axes, or a cube",
                         f->path);
     unsigned char *turned = ibl_alloc_array(t->bytes, 1);
     if (!turned)
         return ibl_no_memory(o->ctx, f->path);
-    for (int l = 0; l < t->levels; l++) {
-        const ibl_level_shape s = ibl_level_shape_of(
-            one.projection, ibl_cube_edge(t->width / one.width, l));
-        const size_t start = ibl_texture_offset(t, l, 0);
-        for (int i = 0; i < s.faces * s.width * s.height; i++) {
-            double theirs[3], ours[3];
-            int at[3];
-            ibl_level_direction(&s, i / s.width / s.height, i % s.width,
-                                i / s.width % s.height, theirs);
-            for (int k = 0; k < 3; k++)
-                ours[abs(axes[k]) - 1] = axes[k] < 0 ? -theirs[k] : theirs[k];
-            ibl_level_texel(&s, ours, at);
-            const size_t to =
-                ((size_t)at[0] * s.height + at[2]) * s.width + at[1];
-            memcpy(turned + start + to * bytes,
-                   t->data + start + (size_t)i * bytes, bytes);
-        }
+    for (int l = 0; l < t->levels && !status; l++) {
+        const size_t at = ibl_texture_offset(t, l, 0);
+        status = ibl_level_turn_axes(
+            o->ctx, ibl_level_shape_of(projection, ibl_cube_edge(n, l)),
+            (int)ibl_pixel_bytes(t->pixel) / 4, axes, 1, t->data + at,
+            turned + at);
     }
     ibl_free(t->data);
     t->data = turned;
-    return IBL_OK;
+    return status;
 }
 
 /* Finds out what is not said of levels, from what is. */
@@ -474,8 +442,6 @@ static ibl_status learn(opener *o, int content)
     if (status)
         return status;
     f->facts = ibl_about_facts(&known);
-    if (o->o.facts && o->o.facts->known & IBL_KNOWN_AXES)
-        memcpy(f->facts.axes, o->o.facts->axes, sizeof f->facts.axes);
     f->holds = known.said >> IBL_FACT_CONTENT & 1
                    ? (int)known.value[IBL_FACT_CONTENT]
                    : content_of(ibl_path_name(f->path), &length);
@@ -512,8 +478,14 @@ static ibl_status check_lobes(const opener *o, ibl_set_file *f)
 /* Reads a file, and what it and the sidecar say. */
 static ibl_status read_file(opener *o, int content)
 {
+    static const char *const pictures[] = {"exr", "hdr", "png", NULL};
     ibl_set_file *f = &o->set->file[content];
 
+    if (ibl_names_find(pictures, text_of(o->entry[content], "container")) >= 0)
+        return ibl_fail(o->ctx, IBL_ERR_UNSUPPORTED,
+                        "%s: is a picture, and such a set cannot be read back: "
+                        "bake it as KTX2, KTX or DDS, by --format",
+                        f->path);
     if (o->o.reading)
         o->o.reading(o->o.cookie, content, f->path);
     ibl_status status = ibl_engine_read(

@@ -83,7 +83,7 @@ export const commands = {
             lut: ['../set/brdf_lut.ktx2', schlick],
             'roughness-map': ['linear', 'filament', 'babylon', '0,1', '0'],
             rotate: ['0', '45', 'cmgen'], lights: ['0', '1', '64'],
-            axes: ['x,y,z', '-x,y,z', 'y,z,x'],
+            mirror: ['none', 'x', 'xz'], up: ['y', 'z'],
             ...Object.fromEntries(Object.entries(inputs).map(([n, all]) =>
                 [n, all.map(s => /\.\./.test(s) ? s + ' --name mild' : s)])),
             'array-layer': ['0', '1 --specular ../probes/probes_specular.ktx2'],
@@ -95,7 +95,7 @@ export const commands = {
             directions: ['24', '24 --rendered', '100 --rendered'],
             'max-rendered-error': ['1', drawn('1')],
             rendered: ['--directions 24'],
-            json: ['j.json', '-'], heatmap: ['h.png'], ...running,
+            json: ['j.json', '-'], ...running,
         },
         silent: {...silentRunning, isa: 'the same digits'},
     },
