@@ -26,8 +26,8 @@ enum {
 
 /* A specular chain in progress. */
 typedef struct chain {
-    ibl_specular_options opts; /* with the bake's yaw */
-    const ibl_cube *given;     /* its level 0, or NULL */
+    const ibl_specular_options *opts; /* of the yaws, only the bake's counts */
+    const ibl_cube *given;            /* its level 0, or NULL */
     ibl_chain_plan plan;
     ibl_specular_layout layout;
     ibl_level0 *level0;
@@ -39,7 +39,7 @@ typedef struct chain {
 typedef struct bake {
     ibl_ctx *ctx;
     const ibl_environment *env;
-    ibl_bake_options opts; /* in range, with the bake's yaw */
+    const ibl_bake_options *opts; /* in range */
     ibl_spectral_plan plan;
     chain *chains;
     int chain_count;
@@ -68,13 +68,13 @@ void ibl_bake_result_free(ibl_bake_result *r)
 
 static bool has_flat_sky(const bake *b)
 {
-    return b->opts.skybox && b->opts.skybox_projection != IBL_PROJECTION_CUBE;
+    return b->opts->skybox && b->opts->skybox_projection != IBL_PROJECTION_CUBE;
 }
 
 static bool needs_flat_level0(const chain *c)
 {
     return c->layout.roughness[0] <= 0 &&
-           c->opts.projection != IBL_PROJECTION_CUBE;
+           c->opts->projection != IBL_PROJECTION_CUBE;
 }
 
 static bool is_spectral(const chain *c, int level)
@@ -88,14 +88,14 @@ static bool are_same(const chain *a, int i, const chain *b, int j)
     const double r = a->layout.roughness[i], s = b->layout.roughness[j];
 
     if (ibl_cube_edge(a->layout.size, i) != ibl_cube_edge(b->layout.size, j) ||
-        a->opts.projection != b->opts.projection || a->given || b->given)
+        a->opts->projection != b->opts->projection || a->given || b->given)
         return false;
     if (r <= 0 || s <= 0)
         return r <= 0 && s <= 0;
     return is_spectral(a, i) && is_spectral(b, j) && r <= s && s <= r &&
-           a->opts.lobe == b->opts.lobe &&
-           a->opts.tolerance <= b->opts.tolerance &&
-           b->opts.tolerance <= a->opts.tolerance;
+           a->opts->lobe == b->opts->lobe &&
+           a->opts->tolerance <= b->opts->tolerance &&
+           b->opts->tolerance <= a->opts->tolerance;
 }
 
 /* The first chain that has a level of this one, at *level; NULL: none. */
@@ -122,7 +122,7 @@ static bool is_copied(const bake *b, const chain *c, int level)
 /* Logs the layout if the range of roughness is only a part. */
 static void log_layout(const bake *b, const chain *c)
 {
-    const ibl_specular_options *o = &c->opts;
+    const ibl_specular_options *o = c->opts;
     if (o->roughness_min > 0 || o->roughness_max < 1)
         ibl_info(b->ctx,
                  "specular: roughness %g to %g alone, %d level%s from %d "
@@ -135,7 +135,7 @@ static void log_layout(const bake *b, const chain *c)
 /* Lists the chains: that of the options, if any, and the others. */
 static ibl_status list_chains(bake *b)
 {
-    const ibl_bake_options *o = &b->opts;
+    const ibl_bake_options *o = b->opts;
     const int more = o->more_count, first = o->specular ? 1 : 0;
     const size_t count = (size_t)more;
 
@@ -149,23 +149,21 @@ static ibl_status list_chains(bake *b)
     if (!b->chains || (more && (!b->out->more || !b->out->more_report)))
         return ibl_no_memory(b->ctx, "the specular chains");
     if (first)
-        b->chains[0] = (chain){.opts = o->specular_options,
+        b->chains[0] = (chain){.opts = &o->specular_options,
                                .given = o->level0,
                                .cube = &b->out->specular,
                                .report = &b->out->report};
     for (int i = 0; i < more; i++)
-        b->chains[first + i] = (chain){.opts = o->more[i],
+        b->chains[first + i] = (chain){.opts = &o->more[i],
                                        .cube = &b->out->more[i],
                                        .report = &b->out->more_report[i]};
     b->chain_count = first + more;
-    for (int i = 0; i < b->chain_count; i++)
-        b->chains[i].opts.yaw_deg = o->yaw_deg;
     return IBL_OK;
 }
 
 static ibl_status prepare_chain(const bake *b, chain *c)
 {
-    const ibl_specular_options *o = &c->opts;
+    const ibl_specular_options *o = c->opts;
     /* Without a layout ibl_cube_alloc fails and reports why. */
     if (ibl_specular_layout_of(o, &c->layout))
         c->layout.size = o->size, c->layout.levels = o->levels;
@@ -182,7 +180,7 @@ static ibl_status prepare_chain(const bake *b, chain *c)
         return IBL_OK;
     if (!c->given)
         return ibl_level0_create(b->ctx, b->env->width, b->env->height,
-                                 b->opts.yaw_deg, c->cube, &c->level0);
+                                 b->opts->yaw_deg, c->cube, &c->level0);
     memcpy(c->cube->data, c->given->data,
            3 * sizeof(float) * ibl_cube_texels(c->layout.size, 1));
     return IBL_OK;
@@ -190,8 +188,8 @@ static ibl_status prepare_chain(const bake *b, chain *c)
 
 static ibl_status prepare_sky(bake *b)
 {
-    const ibl_projection projection = b->opts.skybox_projection;
-    const int size = b->opts.skybox, even = size & -size; /* what halves it */
+    const ibl_projection projection = b->opts->skybox_projection;
+    const int size = b->opts->skybox, even = size & -size; /* what halves it */
     const bool flat = projection != IBL_PROJECTION_CUBE;
     const ibl_status status = ibl_cube_alloc_as(
         b->ctx, projection, size, ibl_cube_most_levels(flat ? even : size),
@@ -199,12 +197,12 @@ static ibl_status prepare_sky(bake *b)
     if (status || flat)
         return status;
     return ibl_level0_create(b->ctx, b->env->width, b->env->height,
-                             b->opts.yaw_deg, &b->out->skybox, &b->sky);
+                             b->opts->yaw_deg, &b->out->skybox, &b->sky);
 }
 
 static ibl_status plan_chain(bake *b, chain *c)
 {
-    return ibl_spectral_plan_chain(b->ctx, &c->opts, &c->layout, &c->plan,
+    return ibl_spectral_plan_chain(b->ctx, c->opts, &c->layout, &c->plan,
                                    &b->plan);
 }
 
@@ -213,15 +211,15 @@ static ibl_status prepare(bake *b)
     ibl_status status = list_chains(b);
     for (int i = 0; i < b->chain_count && !status; i++)
         status = prepare_chain(b, &b->chains[i]);
-    if (!status && b->opts.skybox)
+    if (!status && b->opts->skybox)
         status = prepare_sky(b);
     if (!status)
-        status = ibl_spectral_plan_make(b->ctx, &b->opts, &b->plan);
+        status = ibl_spectral_plan_make(b->ctx, b->opts, &b->plan);
     for (int i = 0; i < b->chain_count && !status; i++)
         status = plan_chain(b, &b->chains[i]);
     if (!status && b->plan.degree >= 0)
         status = ibl_spectral_create(b->ctx, b->env->width, b->env->height,
-                                     b->opts.yaw_deg, b->plan.degree,
+                                     b->opts->yaw_deg, b->plan.degree,
                                      b->plan.single, &b->spectral);
     return status;
 }
@@ -315,11 +313,11 @@ static ibl_status make_flat(const bake *b)
         ibl_cube first = *b->chains[i].cube;
         first.levels = 1;
         if (needs_flat_level0(&b->chains[i]) && !is_copied(b, &b->chains[i], 0))
-            status = ibl_flat_from_latlong(b->ctx, b->image, b->opts.yaw_deg,
+            status = ibl_flat_from_latlong(b->ctx, b->image, b->opts->yaw_deg,
                                            &first);
     }
     if (!status && has_flat_sky(b))
-        status = ibl_flat_from_latlong(b->ctx, b->image, b->opts.yaw_deg, sky);
+        status = ibl_flat_from_latlong(b->ctx, b->image, b->opts->yaw_deg, sky);
     return status;
 }
 
@@ -383,25 +381,26 @@ static ibl_status read_all(bake *b)
 
 static ibl_status sample_levels(const bake *b, const chain *c)
 {
-    const ibl_specular_options *o = &c->opts;
+    ibl_specular_options o = *c->opts;
     ibl_specular_report *report = c->report;
     bool any = false;
+    o.yaw_deg = b->opts->yaw_deg;
     for (int l = 0; l < c->layout.levels; l++) {
-        const int own = o->level_samples[l];
+        const int own = o.level_samples[l];
         if (c->plan.level[l] != IBL_METHOD_SAMPLED)
             continue;
-        report->level[l].samples = own ? own : o->samples;
+        report->level[l].samples = own ? own : o.samples;
         any = true;
     }
-    return any ? ibl_sample_levels(b->ctx, b->image, o, c->cube, report)
+    return any ? ibl_sample_levels(b->ctx, b->image, &o, c->cube, report)
                : IBL_OK;
 }
 
 static ibl_status spectral_level(const bake *b, const chain *c, int level)
 {
-    const double tolerance = c->opts.tolerance;
+    const double tolerance = c->opts->tolerance;
     const double r = c->layout.roughness[level];
-    const ibl_lobe_shape shape = ibl_lobe_shape_of(c->opts.lobe, r * r);
+    const ibl_lobe_shape shape = ibl_lobe_shape_of(c->opts->lobe, r * r);
     const ibl_spectral_target target = {.shape = &shape,
                                         .most = c->plan.degree[level],
                                         .tolerance = tolerance,
@@ -450,22 +449,23 @@ static ibl_status make_chain(const bake *b, const chain *c)
 
 static ibl_status make_irradiance(bake *b)
 {
-    const ibl_irradiance_options *o = &b->opts.irradiance_options;
+    ibl_irradiance_options o = b->opts->irradiance_options;
     const ibl_lobe_shape cosine = ibl_lobe_shape_of(IBL_LOBE_GGX, 1);
     double error;
     ibl_status status;
 
+    o.yaw_deg = b->opts->yaw_deg;
     ibl_progress(b->ctx, "irradiance", 0);
-    status = ibl_cube_alloc_as(b->ctx, o->projection, o->size, 1,
-                               &b->out->irradiance);
+    status =
+        ibl_cube_alloc_as(b->ctx, o.projection, o.size, 1, &b->out->irradiance);
     if (status)
         return status;
     if (b->plan.irradiance == IBL_METHOD_SAMPLED)
-        return ibl_irradiance_grid(b->ctx, b->image, o, &b->out->irradiance);
+        return ibl_irradiance_grid(b->ctx, b->image, &o, &b->out->irradiance);
     const ibl_spectral_target target = {.shape = &cosine,
                                         .most = b->plan.irradiance_degree,
                                         .tolerance =
-                                            b->opts.specular_options.tolerance,
+                                            b->opts->specular_options.tolerance,
                                         .cube = &b->out->irradiance};
     return ibl_spectral_bake(b->spectral, "irradiance", &target,
                              &b->out->irradiance_degree, &error);
@@ -473,13 +473,13 @@ static ibl_status make_irradiance(bake *b)
 
 static ibl_status make_sh(bake *b)
 {
-    const size_t edge = (size_t)b->opts.sh_degree + 1;
+    const size_t edge = (size_t)b->opts->sh_degree + 1;
     b->out->sh = ibl_alloc_array(3 * edge * edge, sizeof *b->out->sh);
     if (!b->out->sh)
         return ibl_no_memory(b->ctx, "the spherical harmonics");
     ibl_progress(b->ctx, "sh", 0);
     const ibl_status status =
-        ibl_spectral_sh(b->spectral, b->opts.sh_degree, b->out->sh);
+        ibl_spectral_sh(b->spectral, b->opts->sh_degree, b->out->sh);
     if (!status)
         ibl_progress(b->ctx, "sh", 1);
     return status;
@@ -489,14 +489,14 @@ static ibl_status make_sh(bake *b)
  * 1024. */
 static void begin_progress(const bake *b)
 {
-    const bool sampled = b->opts.specular_options.method == IBL_METHOD_SAMPLED;
+    const bool sampled = b->opts->specular_options.method == IBL_METHOD_SAMPLED;
     const ibl_share shares[IBL_SHARES] = {
         {"decode", b->env->image ? 0 : 0.4},
-        {"level 0", b->chain_count || b->opts.skybox ? 0.2 : 0},
+        {"level 0", b->chain_count || b->opts->skybox ? 0.2 : 0},
         {"analysis", 0.2},
         {"specular", b->chain_count ? sampled ? 9 : 0.15 : 0},
-        {"irradiance", b->opts.irradiance ? 0.03 : 0},
-        {"sh", b->opts.sh_degree >= 0 ? 0.02 : 0}};
+        {"irradiance", b->opts->irradiance ? 0.03 : 0},
+        {"sh", b->opts->sh_degree >= 0 ? 0.02 : 0}};
 
     ibl_progress_begin(b->ctx, shares);
 }
@@ -508,7 +508,7 @@ static ibl_status make_all(bake *b)
         begin_progress(b);
     if (!status)
         status = read_all(b);
-    if (!status && b->opts.skybox && !has_flat_sky(b))
+    if (!status && b->opts->skybox && !has_flat_sky(b))
         status = ibl_cube_build_mips(b->ctx, &b->out->skybox);
     for (int i = 0; i < b->chain_count && !status; i++) {
         ibl_progress_numbered(b->ctx, b->chains[i].layout.levels - 1,
@@ -517,9 +517,9 @@ static ibl_status make_all(bake *b)
         if (!status)
             status = make_chain(b, &b->chains[i]);
     }
-    if (!status && b->opts.irradiance)
+    if (!status && b->opts->irradiance)
         status = make_irradiance(b);
-    if (!status && b->opts.sh_degree >= 0)
+    if (!status && b->opts->sh_degree >= 0)
         status = make_sh(b);
     ibl_progress_end(b->ctx, !status);
     return status;
@@ -531,19 +531,17 @@ ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
 {
     if (!ctx || !env || !result)
         return ibl_missing(ctx, "ibl_bake_environment: env or result");
+    const ibl_bake_options usual = ibl_bake_options_default();
     ibl_bake_result out = {0};
     ibl_environment from = *env;
-    bake b = {.ctx = ctx,
-              .env = &from,
-              .opts = opts ? *opts : ibl_bake_options_default(),
-              .out = &out};
+    bake b = {
+        .ctx = ctx, .env = &from, .opts = opts ? opts : &usual, .out = &out};
 
     if (from.image) {
         from.width = from.image->width;
         from.height = from.image->height;
     }
-    b.opts.irradiance_options.yaw_deg = b.opts.yaw_deg;
-    ibl_status status = ibl_check_bake(ctx, &from, &b.opts);
+    ibl_status status = ibl_check_bake(ctx, &from, b.opts);
     if (!status)
         status = make_all(&b);
     ibl_spectral_free(b.spectral);

@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <locale.h>
 #include <math.h>
 #include <poll.h>
 #include <stdarg.h>
@@ -219,4 +220,30 @@ void ibl_input_close(ibl_input *in)
     if (in->fd >= 0)
         close(in->fd);
     *in = ibl_input_of(in->ctx, in->name, NULL, 0);
+}
+
+ibl_status ibl_file_hash(const ibl_input *in, char hash[IBL_FILE_HASH])
+{
+    if (!in->bytes) {
+        const int error = ibl_hash_file(in->name, hash);
+        return error ? ibl_input_unread(in, error) : IBL_OK;
+    }
+    ibl_hash_bytes(in->bytes, in->size, hash);
+    return IBL_OK;
+}
+
+bool ibl_take_number(char **t, double *value)
+{
+    const locale_t plain = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
+    const locale_t was = uselocale(plain);
+    char *end;
+
+    *value = strtod(*t, &end);
+    uselocale(was);
+    if (plain)
+        freelocale(plain);
+    if (end == *t || isnan(*value))
+        return false;
+    *t = end;
+    return true;
 }
