@@ -202,6 +202,27 @@ static const ibl_rule rules[] = {
     {"name", IN_DIRECTORY, "is of files in a directory: add it"},
     {.options = NULL}};
 
+/* Those for what was found: bits by content, and of a table of the split sum.
+ */
+#define FOUND(content) (1u << IBL_CONTENT_##content)
+#define FOUND_SPLIT (1u << IBL_CONTENTS)
+
+static const ibl_rule rules_of_files[] = {
+    {"lobe roughness-map", FOUND(SPECULAR),
+     "there is no specular map: leave it out"},
+    {"irradiance-scale", FOUND(IRRADIANCE),
+     "there is no irradiance map: leave it out"},
+    {"lut-kind", FOUND(LUT), "there is no table: leave it out"},
+    {"geometry", FOUND_SPLIT,
+     "there is no table of the split sum: leave it out"},
+    {"lights", FOUND(SPECULAR) | FOUND(IRRADIANCE),
+     "there is no specular or irradiance map: leave it out"},
+    {"rotate mirror up layer part any-aspect input-layout face-order "
+     "input-transfer strict primaries exposure clamp",
+     FOUND(SPECULAR) | FOUND(IRRADIANCE) | FOUND(SKYBOX),
+     "there is no map: leave it out"},
+    {.options = NULL}};
+
 /* A set of probes, as of iblbake probes, in place of an environment. */
 static bool is_of_probes(const verify_opts *o)
 {
@@ -296,6 +317,7 @@ static bool read_files(verify *v)
     const verify_opts *o = v->o;
     const double most = (double)ibl_memory_most(&o->common);
     double need = IBL_PROGRAM_BYTES;
+    unsigned found = o->rendered ? FOUND_SPLIT : 0;
     bool ok = true;
 
     ibl_console_progress(v->console, "read", 0);
@@ -314,6 +336,7 @@ static bool read_files(verify *v)
             floor(most / (1 << 20)));
     for (int c = 0; c < IBL_CONTENTS && ok; c++) {
         ibl_set_file *f = &v->set.file[c];
+        found |= f->path ? 1u << c : 0;
         if (f->missing)
             ok = ibl_console_fail(
                 v->console, "%s: %s names it, but it is not there: bake again",
@@ -328,6 +351,9 @@ static bool read_files(verify *v)
             f->texture.data = NULL;
         }
     }
+    found |= v->lut.data && !v->lut.kind ? FOUND_SPLIT : 0;
+    if (ok && !ibl_check_rules(&o->given, rules_of_files, found))
+        ok = !(v->console->failed = true);
     return ok;
 }
 
@@ -337,11 +363,24 @@ static bool read_map(verify *v)
     const ibl_set_file *file = v->set.file;
     const ibl_read_options *said = &v->set.read;
     ibl_read_options read = v->o->common.read;
-    const int lights =
-        file[file[IBL_CONTENT_SPECULAR].path ? IBL_CONTENT_SPECULAR
-                                             : IBL_CONTENT_IRRADIANCE]
-            .facts.lights;
+    const ibl_set_file *first = NULL;
+    int lights = 0;
 
+    for (int c = IBL_CONTENT_LUT - 1; c >= 0; c--) {
+        const ibl_set_facts *f = &file[c].facts;
+        const int own = c == IBL_CONTENT_SKYBOX ? lights : f->lights;
+        if (!file[c].path)
+            continue;
+        if (first &&
+            (fabs(f->yaw_deg - first->facts.yaw_deg) > 0 || own != lights))
+            return ibl_console_fail(
+                v->console,
+                "%s: baked with --rotate %g and %d lights taken out, another "
+                "file with %g and %d: judge one at a time",
+                file[c].path, f->yaw_deg, own, first->facts.yaw_deg, lights);
+        first = &file[c];
+        lights = own;
+    }
     v->yaw_deg = isnan(v->o->yaw_deg) ? v->set.yaw_deg : v->o->yaw_deg;
     read.transfer = read.transfer ? read.transfer : said->transfer;
     read.primaries = read.primaries ? read.primaries : said->primaries;
