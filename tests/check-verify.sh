@@ -494,6 +494,29 @@ test_misuse() {
         --lobe-table out/brdf_lut.ktx2
 }
 
+# Options about files that are not there.
+test_options_without_files() {
+    local options
+    iblbake -q --only skybox --skybox 8 env.exr -o sky
+    iblbake -q --only lut --lut-size 4 --lut-kind charlie -o sky
+    for options in '--lobe ggx' '--roughness-map linear' '--lights 1' \
+        '--irradiance-scale E' '--geometry smith'; do
+        # shellcheck disable=SC2086
+        wrong 1 "iblbake: $options: there is no *leave it out" env.exr sky \
+            --lut sky/brdf_lut_charlie.ktx2 $options
+    done
+    for options in '--lut-kind split' '--geometry smith'; do
+        # shellcheck disable=SC2086
+        wrong 1 "iblbake: $options: there is no table*" env.exr \
+            --skybox sky/env_skybox.ktx2 $options
+    done
+    for options in '--rotate 3' '--mirror x' '--strict' '--exposure 1'; do
+        # shellcheck disable=SC2086
+        wrong 1 "iblbake: $options: there is no map: *" env.exr \
+            --lut sky/brdf_lut_charlie.ktx2 $options
+    done
+}
+
 test_malformed() {
     local format
     wrong 1 '*gone: *No such file*' env.exr gone
@@ -550,6 +573,14 @@ test_levels_that_disagree() {
     MAX=0.003 accept env.exr out --roughness-map 0,0.5,1
 }
 
+test_rotations_that_disagree() {
+    iblbake -q $small env.exr -o out
+    iblbake -q $small env.exr -o turned --rotate 90
+    wrong 1 '*another file with*judge one at a time' env.exr \
+        --specular out/env_specular.ktx2 \
+        --irradiance turned/env_irradiance.ktx2
+}
+
 # A set of files of two bakes is named, and one whole set is not.
 test_mixed_sets() {
     iblbake -q $small env.exr -o out
@@ -580,6 +611,11 @@ test_lights() {
     done
     sed -i 's/"radius_rad"/"radius"/' out/sunny.json
     wrong 1 '*sunny.json: its lights are damaged*' sunny.hdr out
+    iblbake -q $small sunny.hdr -o lit
+    iblbake -q $small sunny.hdr -o dark --sun
+    wrong 1 '*baked with * lights taken out, another file with * 1: judge one*' \
+        sunny.hdr --specular lit/sunny_specular.ktx2 \
+        --irradiance dark/sunny_irradiance.ktx2
 }
 
 # ---- results -----------------------------------------------------------
