@@ -204,7 +204,7 @@ TEST(freed_early)
 /* Several sets of a process, which must then end. */
 TEST(aborted)
 {
-    ibl_outputs *first, *second, *third;
+    ibl_outputs *first, *second, *third = NULL;
     int result;
 
     put(at("ab_old"), "old");
