@@ -367,8 +367,7 @@ FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
             max_finite.c pixel.c rgbe.c) \
           $(addprefix src/cli/,bake_options.c bake_rules.c common_options.c convert.c \
             probe_set.c probes_grid.c \
-            probes_options.c shell_words.c \
-            targets.c verify.c) \
+            probes_options.c targets.c verify.c words.c) \
           $(addprefix src/view/,harmonics.c options.c probe_set.c \
             set_open.c settings.c)
 FUZZ_WRAP = read pread ibl_print_line

@@ -7,7 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "cli/shell_words.h"
+#include "cli/words.h"
 #include "common/names.h"
 #include "common/signals.h"
 

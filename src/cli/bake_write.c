@@ -620,12 +620,10 @@ bool ibl_set_write(ibl_output_set *b)
         free(text);
     }
     if (ok && o->preview) {
-        void *png = NULL;
-        size_t size = 0;
         ibl_console_progress(&b->job->console, "preview", 0);
-        ok = ibl_preview_png(b, &png, &size) &&
-             write_bytes(b, o->preview, png, size);
-        free(png);
+        const ibl_blob png = ibl_preview_png(b);
+        ok = write_bytes(b, o->preview, png.bytes, png.size);
+        free(png.bytes);
     }
     if (ok && json->paths) {
         char *text = sidecar(b);

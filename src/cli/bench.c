@@ -9,7 +9,7 @@
 #include "cli/candidate.h"
 #include "cli/judge.h"
 #include "cli/rendered.h"
-#include "cli/shell_words.h"
+#include "cli/words.h"
 #include "common/clock.h"
 #include "common/path.h"
 #include "common/signals.h"

@@ -13,7 +13,6 @@
 #include <ibl/sidecar.h>
 
 #include "cli/common_options.h"
-#include "cli/shell_words.h"
 #include "common/names.h"
 #include "common/path.h"
 #include "engine/set.h"
@@ -259,9 +258,6 @@ const ibl_section ibl_input_section = {"Input", input,
                                        sizeof input / sizeof *input};
 const ibl_section ibl_running_section = {"Running", running,
                                          sizeof running / sizeof *running};
-const ibl_section ibl_threads_section = {"Running", running, 1};
-const ibl_section ibl_messages_section = {"Running", running + 3,
-                                          sizeof running / sizeof *running - 3};
 
 ibl_common ibl_common_default(void)
 {

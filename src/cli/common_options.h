@@ -27,8 +27,6 @@ typedef struct ibl_common {
 
 extern const ibl_section ibl_input_section;   /* sets read of ibl_common */
 extern const ibl_section ibl_running_section; /* the rest, --help, --version */
-/* The parts of ibl_running_section before and after --isa. */
-extern const ibl_section ibl_threads_section, ibl_messages_section;
 
 /* Rows of a table for ibl_texel_options texels of IBL_SETTINGS. */
 /* clang-format off */

@@ -254,9 +254,8 @@ const char *ibl_baked_pixel(const ibl_opts *o, ibl_pixel pixel);
  * A contact sheet as a PNG file: the environment, each specular level, the
  * skybox and the irradiance as unfolded cubes (+Y on top, -X +Z +X -Z in the
  * middle row, -Y below), the LUT with N.V to the right and roughness upwards.
- * All radiance has the same exposure. The caller must free *png. False: no
- * memory.
+ * All radiance has the same exposure. The caller must free its bytes.
  */
-bool ibl_preview_png(const ibl_output_set *b, void **png, size_t *size);
+ibl_blob ibl_preview_png(const ibl_output_set *b);
 
 #endif

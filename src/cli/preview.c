@@ -1,22 +1,181 @@
 /* SPDX-License-Identifier: MIT */
+/* A picture of all outputs: panels in rows, with labels. */
 #include "cli/job.h"
 
+#include <ctype.h>
 #include <math.h>
-#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
-#include "cli/sheet.h"
+#include "cli/lookup.h"
+#include "common/signals.h"
 
 enum {
+    BACKGROUND = 24, /* sRGB value of the grey */
+    FACE = 96,       /* pixels along a face's edge */
+    WIDTH = 4 * FACE,
+    HEIGHT = 3 * FACE, /* of a panel */
+    GAP = 16,
+    DOT = 2,         /* pixels along a dot; a letter has 3 by 5 dots */
+    GLYPH = 4 * DOT, /* pixels from letter to letter */
+    LINE = 8 * DOT,
     MAX_PANELS = IBL_MAX_LEVELS + 4
 };
 
-/* ---- tones ----------------------------------------------------------- */
+typedef struct panel {
+    const ibl_image *map; /* one of map, cube and lut is set */
+    const ibl_cube *cube;
+    const ibl_lut *lut;
+    int level;
+    char text[2][32]; /* two lines of label */
+} panel;
 
-static double luminance(const float *rgb)
+typedef struct sheet {
+    int width, height;
+    unsigned char *pixels; /* sRGB, 3 bytes each */
+    double exposure;
+} sheet;
+
+static unsigned char *pixel(const sheet *s, int x, int y)
 {
-    return 0.2126 * (double)rgb[0] + 0.7152 * (double)rgb[1] +
-           0.0722 * (double)rgb[2];
+    return s->pixels + 3 * ((size_t)y * (size_t)s->width + (size_t)x);
 }
+
+static unsigned char byte_of(double x)
+{
+    return (unsigned char)(255 * fmin(fmax(x, 0), 1) + 0.5);
+}
+
+static void put_light(const sheet *s, int x, int y, const double rgb[3])
+{
+    for (int c = 0; c < 3; c++)
+        pixel(s, x, y)[c] =
+            byte_of(ibl_tone_value(IBL_TONE_FILM, rgb[c] * s->exposure));
+}
+
+/* ---- letters ----------------------------------------------------------- */
+
+/* Glyphs of 3 by 5 dots: one octal digit per row, from the top. */
+static const struct {
+    char character;
+    unsigned rows;
+} font[] = {{'0', 075557}, {'1', 026227}, {'2', 071747}, {'3', 071717},
+            {'4', 055711}, {'5', 074717}, {'6', 074757}, {'7', 071111},
+            {'8', 075757}, {'9', 075717}, {'.', 000002}, {'-', 000700},
+            {'=', 007070}, {'A', 025755}, {'B', 065656}, {'C', 034443},
+            {'D', 065556}, {'E', 074647}, {'F', 074644}, {'G', 034553},
+            {'H', 055755}, {'I', 072227}, {'K', 055655}, {'L', 044447},
+            {'M', 057755}, {'N', 065555}, {'O', 025552}, {'P', 065644},
+            {'R', 065655}, {'S', 034216}, {'T', 072222}, {'U', 055557},
+            {'V', 055552}, {'W', 055775}, {'X', 055255}, {'Y', 055222}};
+
+/* Writes text in capitals, with its upper left corner at left, top. Characters
+ * without a glyph stay blank. */
+static void write_text(const sheet *s, int left, int top, const char *text)
+{
+    for (; *text; text++, left += GLYPH) {
+        unsigned rows = 0;
+        for (size_t i = 0; i < sizeof font / sizeof *font; i++)
+            if (font[i].character == toupper((unsigned char)*text))
+                rows = font[i].rows;
+        for (int y = 0; y < 5 * DOT; y++)
+            for (int x = 0; x < 3 * DOT; x++) {
+                const int dot = 3 * (y / DOT) + x / DOT;
+                if (rows >> (14 - dot) & 1 && left + x < s->width)
+                    memset(pixel(s, left + x, top + y), 200, 3);
+            }
+    }
+}
+
+/* ---- panels ------------------------------------------------------------ */
+
+/* The mean of what lies under pixel x, y of n x m pixels; of what is smaller,
+ * the nearest. */
+static void find_mean(const float *image, int width, int height, int x, int y,
+                      int n, int m, double rgb[3])
+{
+    const int x0 = (int)((long long)x * width / n);
+    const int y0 = (int)((long long)y * height / m);
+    const int x1 = (int)fmax((double)((x + 1LL) * width / n), x0 + 1);
+    const int y1 = (int)fmax((double)((y + 1LL) * height / m), y0 + 1);
+
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int j = y0; j < y1; j++) {
+        const float *p = image + 3 * ((size_t)j * (size_t)width + (size_t)x0);
+        for (int k = 0; k < 3 * (x1 - x0); k++)
+            rgb[k % 3] += (double)p[k] / (double)(x1 - x0) / (y1 - y0);
+    }
+}
+
+/*
+ * An unfolded cube is a cross of 4 by 3 faces, +Y on top, -X +Z +X -Z in the
+ * middle row, -Y below, so that neighbours in the cross are neighbours on the
+ * cube.
+ */
+static void draw_cube(const sheet *s, int left, int top, const panel *p)
+{
+    /* The column and row of each face. */
+    static const int place[IBL_FACES][2] = {{2, 1}, {0, 1}, {1, 0},
+                                            {1, 2}, {1, 1}, {3, 1}};
+    const int size = ibl_cube_edge(p->cube->size, p->level);
+    double dir[3], rgb[3];
+
+    for (int i = 0; i < IBL_FACES * FACE * FACE; i++) {
+        const int face = i / FACE / FACE, y = i / FACE % FACE, x = i % FACE;
+        ibl_cube_direction(FACE, face, x, y, dir);
+        if (size >= FACE)
+            find_mean(ibl_cube_face(p->cube, p->level, face), size, size, x, y,
+                      FACE, FACE, rgb);
+        else
+            ibl_lookup_cube(p->cube, p->level, dir, rgb);
+        put_light(s, left + FACE * place[face][0] + x,
+                  top + FACE * place[face][1] + y, rgb);
+    }
+}
+
+static void draw_lut(const sheet *s, int left, int top, const ibl_lut *lut)
+{
+    const int channels = ibl_lut_channels(lut->kind), n = lut->size;
+
+    for (int i = 0; i < HEIGHT * HEIGHT; i++) {
+        const int x = i % HEIGHT, y = i / HEIGHT;
+        const size_t at = (size_t)((HEIGHT - 1 - y) * n / HEIGHT) * (size_t)n +
+                          (size_t)(x * n / HEIGHT);
+        unsigned char *p = pixel(s, left + x, top + y);
+        p[2] = 0;
+        for (int c = 0; c < channels; c++)
+            p[c] =
+                byte_of((double)lut->data[(size_t)channels * at + (size_t)c]);
+    }
+}
+
+/* The label is over a map, or to the right of a cube's upper face or the
+ * table. */
+static void draw_panel(const sheet *s, int left, int top, const panel *p)
+{
+    const int margin = HEIGHT / 6; /* above a map */
+    double rgb[3];
+
+    if (p->cube)
+        draw_cube(s, left, top, p);
+    else if (p->lut)
+        draw_lut(s, left, top, p->lut);
+    for (int i = 0; i < WIDTH * 2 * FACE && p->map; i++) {
+        const int x = i % WIDTH, y = i / WIDTH;
+        find_mean(p->map->data, p->map->width, p->map->height, x, y, WIDTH,
+                  2 * FACE, rgb);
+        put_light(s, left + x, top + margin + y, rgb);
+    }
+    for (int line = 0; line < 2; line++)
+        write_text(s,
+                   left + (p->map    ? 0
+                           : p->cube ? 2 * FACE + GLYPH
+                                     : HEIGHT + GLYPH),
+                   top + line * LINE + (p->map ? margin - 2 * LINE : 0),
+                   p->text[line]);
+}
+
+/* ---- the picture -------------------------------------------------------- */
 
 /*
  * Exposure that maps the logarithmic mean of the luminance to middle grey
@@ -26,18 +185,20 @@ static double luminance(const float *rgb)
  */
 static double find_exposure(const ibl_image *env)
 {
-    const double pi = acos(-1.0);
     double mean = 0, log_mean = 0;
 
     for (int pass = 0; pass < 2; pass++)
         for (int j = 0; j < env->height; j++) {
             const float *row = env->data + 3 * (size_t)j * (size_t)env->width;
-            const double weight =
-                (cos(pi * j / env->height) - cos(pi * (j + 1) / env->height)) /
-                (2.0 * env->width);
+            const double weight = (cos(M_PI * j / env->height) -
+                                   cos(M_PI * (j + 1) / env->height)) /
+                                  (2.0 * env->width);
             double sum = 0;
             for (int i = 0; i < env->width; i++) {
-                const double y = luminance(row + 3 * i);
+                const float *rgb = row + 3 * i;
+                const double y = 0.2126 * (double)rgb[0] +
+                                 0.7152 * (double)rgb[1] +
+                                 0.0722 * (double)rgb[2];
                 sum += pass == 0 ? y : log(y + 1e-3 * mean);
             }
             *(pass == 0 ? &mean : &log_mean) += weight * sum;
@@ -47,44 +208,54 @@ static double find_exposure(const ibl_image *env)
     return fmin(0.18 / exp(log_mean), 0.35 / mean);
 }
 
-/* ---- layout ---------------------------------------------------------- */
-
-static int list_panels(const ibl_output_set *b, ibl_panel panels[MAX_PANELS])
+static int list_panels(const ibl_output_set *b, panel panels[MAX_PANELS])
 {
     const ibl_bake_result *made = &b->made;
     int n = 0;
 
     if (b->job->env.data) {
-        ibl_panel *p = &panels[n++];
-        *p = (ibl_panel){.map = &b->job->env, .text = {"environment"}};
+        panel *p = &panels[n++];
+        *p = (panel){.map = &b->job->env, .text = {"environment"}};
         snprintf(p->text[1], sizeof p->text[1], "%d x %d", b->job->env.width,
                  b->job->env.height);
     }
     if (made->skybox.data)
-        panels[n++] = (ibl_panel){.cube = &made->skybox, .text = {"skybox"}};
+        panels[n++] = (panel){.cube = &made->skybox, .text = {"skybox"}};
     for (int l = 0; l < made->specular.levels; l++) {
-        ibl_panel *p = &panels[n++];
-        *p = (ibl_panel){.cube = &made->specular, .level = l};
+        panel *p = &panels[n++];
+        *p = (panel){.cube = &made->specular, .level = l};
         snprintf(p->text[0], sizeof p->text[0], "specular %d", l);
         snprintf(p->text[1], sizeof p->text[1], "r = %.3g",
                  made->report.layout.roughness[l]);
     }
     if (made->irradiance.data)
         panels[n++] =
-            (ibl_panel){.cube = &made->irradiance, .text = {"irradiance"}};
+            (panel){.cube = &made->irradiance, .text = {"irradiance"}};
     if (b->lut.data)
         panels[n++] =
-            (ibl_panel){.lut = &b->lut, .text = {"BRDF table", "r over N.V"}};
+            (panel){.lut = &b->lut, .text = {"BRDF table", "r over N.V"}};
     return n;
 }
 
-bool ibl_preview_png(const ibl_output_set *b, void **png, size_t *size)
+ibl_blob ibl_preview_png(const ibl_output_set *b)
 {
-    ibl_panel panels[MAX_PANELS];
-    const int count = list_panels(b, panels);
+    panel panels[MAX_PANELS];
+    const int count = list_panels(b, panels), most = count > 9 ? 4 : 3;
+    const int columns = count < most ? count : most;
+    const ibl_image *env = &b->job->env;
+    sheet s = {.width = GAP + columns * (WIDTH + GAP),
+               .height = GAP + (count + columns - 1) / columns * (HEIGHT + GAP),
+               .exposure = env->data ? find_exposure(env) : 1};
+    const size_t bytes = 3 * (size_t)s.width * (size_t)s.height;
+    ibl_blob png = {0};
 
-    ibl_sheet_png(panels, count,
-                  b->job->env.data ? find_exposure(&b->job->env) : 1, png,
-                  size);
-    return true;
+    s.pixels = ibl_need(malloc(bytes));
+    memset(s.pixels, BACKGROUND, bytes);
+    for (int i = 0; i < count; i++)
+        draw_panel(&s, GAP + i % columns * (WIDTH + GAP),
+                   GAP + i / columns * (HEIGHT + GAP), &panels[i]);
+    if (!ibl_png_encode(s.pixels, 3, s.width, s.height, NULL, &png))
+        ibl_need(NULL);
+    free(s.pixels);
+    return png;
 }

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "cli/probes.h"
-#include "cli/shell_words.h"
+#include "cli/words.h"
 #include "common/signals.h"
 #include "json/json_text.h"
 

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/shell_words.h"
+#include "cli/words.h"
 #include "common/signals.h"
 
 /* ---- lists --------------------------------------------------------------- */

@@ -1,14 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* Words of command lines, as a shell sees them. */
-#ifndef CLI_SHELL_WORDS_H
-#define CLI_SHELL_WORDS_H
+/* Words of our own command lines, and texts with places to fill in. */
+#ifndef CLI_WORDS_H
+#define CLI_WORDS_H
 
-/*
- * Splits text into words at blanks. '...' and "..." keep blanks; a backslash
- * keeps the next character (not inside '...'). Nothing is expanded. The words
- * end with NULL and are one block, which the caller must free. NULL: a quote is
- * not closed.
- */
+/* Splits text into words at blanks; quotes are characters like others. The
+ * words end with NULL and are one block, which the caller must free. */
 char **ibl_words_split(const char *text);
 
 /* {name} is replaced by text. */
