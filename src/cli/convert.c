@@ -91,24 +91,6 @@ static bool take(void *settings, const char *word)
     return true;
 }
 
-enum {
-    ZSTD = 1 << 0,
-    ENCODED = 1 << 1, /* texels are, anew */
-    BLOCKS = 1 << 2,
-    PIXELS = 1 << 3, /* there is a choice of them */
-    PNG = 1 << 4
-};
-
-static const ibl_rule rules[] = {
-    {"zstd", ZSTD, "only ktx2 files can hold it: leave it out"},
-    {"pixel", PIXELS, "hdr and png files have their own: leave it out"},
-    {"tone", PNG, "is for --format png: leave it out"},
-    {"quality", BLOCKS,
-     "is for --pixel bc6h, uastc-hdr and astc4x4hdr: leave it out"},
-    {"overflow largest", ENCODED,
-     "texels stay as they are: add --pixel or --layout, or leave it out"},
-    {.options = NULL}};
-
 static bool validate(void *settings)
 {
     convert_opts *o = settings;
@@ -130,15 +112,21 @@ static bool validate(void *settings)
     if (!o->picture && o->layout == IBL_LAYOUT_CROSS)
         return ibl_misuse("--layout cross: is for pictures: exr, hdr or png");
     o->texels.alike = o->zstd > 0;
-    const bool blocks =
-        o->pixel >= 0 && ibl_pixel_block((ibl_pixel)o->pixel) > 1;
     const bool encoded = o->picture || o->pixel >= 0 || o->layout >= 0;
+    const ibl_rule rules[] = {
+        {"zstd", o->file == IBL_CONTAINER_KTX2,
+         "only ktx2 files can hold it: leave it out"},
+        {"pixel", o->picture < IBL_PICTURE_HDR,
+         "hdr and png files have their own: leave it out"},
+        {"tone", o->picture == IBL_PICTURE_PNG,
+         "is for --format png: leave it out"},
+        {"quality", o->pixel >= 0 && ibl_pixel_block((ibl_pixel)o->pixel) > 1,
+         "is for --pixel bc6h, uastc-hdr and astc4x4hdr: leave it out"},
+        {"overflow largest", encoded,
+         "texels stay as they are: add --pixel or --layout, or leave it out"},
+        {.options = NULL}};
     return ibl_common_validate(&o->common) &&
-           ibl_check_rules(&o->given, rules,
-                           (o->file == IBL_CONTAINER_KTX2 ? ZSTD : 0) |
-                               (encoded ? ENCODED : 0) | (blocks ? BLOCKS : 0) |
-                               (o->picture < IBL_PICTURE_HDR ? PIXELS : 0) |
-                               (o->picture == IBL_PICTURE_PNG ? PNG : 0));
+           ibl_check_rules(&o->given, rules, true);
 }
 
 /* ---- texels ---------------------------------------------------------- */
