@@ -27,24 +27,7 @@ static const char *const preset_options[] = {
 
 static bool parse_only(void *field, const char *value)
 {
-    unsigned only = 0;
-
-    while (*value) {
-        const size_t length = strcspn(value, ",");
-        int kind = 0;
-        while (kind < IBL_OUTPUT_COUNT &&
-               (strncmp(ibl_output_name(kind), value, length) != 0 ||
-                ibl_output_name(kind)[length]))
-            kind++;
-        if (kind == IBL_OUTPUT_COUNT)
-            return false;
-        only |= 1u << kind;
-        value += length;
-        if (*value == ',' && !*++value)
-            return false;
-    }
-    *(unsigned *)field = only;
-    return only != 0;
+    return ibl_words_bits(value, ibl_output_names, field);
 }
 
 /* LEVEL=N[,LEVEL=N]...; check_level_samples checks that the levels exist. */
@@ -468,12 +451,8 @@ static bool take(void *settings, const char *word)
         return ibl_misuse(
             "the environment's name is empty: give a file, or - for "
             "standard input");
-    /* Doubled when it is full, at powers of two. */
-    if (!(count & (count - 1))) {
-        const size_t room = count ? 2 * count : 1;
-        line->given =
-            ibl_need(realloc(line->given, room * sizeof *line->given));
-    }
+    line->given =
+        ibl_need(realloc(line->given, (count + 1) * sizeof *line->given));
     line->given[line->given_count++] = word;
     line->set->input = line->given[0];
     return true;

@@ -140,8 +140,8 @@ bool ibl_opts_check(const ibl_opts *o)
                           o->input, o->input);
     if (!o->directory && !o->dry_run)
         return ibl_misuse("no output directory: add -o DIR");
-    REFUSE(o->common.quiet && o->common.verbose, "quiet",
-           "contradicts --verbose: choose one");
+    if (!ibl_common_validate(&o->common))
+        return false;
     REFUSE(strchr(o->name, '/'), "name",
            "has a '/': the directory is set by --output");
     REFUSE(o->only & SKYBOX && !all && !o->bake.skybox, "only",

@@ -64,18 +64,14 @@ void ibl_version_print(FILE *to)
 static const char *const isa_names[] = {"auto", "c",    "sse2",
                                         "avx2", "neon", NULL};
 
-const char *ibl_output_name(ibl_output_kind kind)
-{
-    static const char *const names[] = {"skybox", "specular",   "irradiance",
-                                        "lut",    "lobe-table", "json"};
-    return names[kind];
-}
+const char *const ibl_output_names[] = {
+    "skybox", "specular", "irradiance", "lut", "lobe-table", "json", NULL};
 
 const char *ibl_output_content(ibl_output_kind kind)
 {
     _Static_assert((int)IBL_OUTPUT_LOBES == (int)IBL_CONTENT_LOBE_TABLE,
                    "outputs begin with the contents of textures");
-    return kind == IBL_OUTPUT_JSON ? ibl_output_name(kind)
+    return kind == IBL_OUTPUT_JSON ? ibl_output_names[kind]
                                    : ibl_content_name((ibl_content)kind);
 }
 

@@ -63,7 +63,7 @@ typedef enum ibl_output_kind {
 } ibl_output_kind;
 
 /* "skybox", "specular", "irradiance", "lut", "lobe-table" or "json". */
-const char *ibl_output_name(ibl_output_kind kind);
+extern const char *const ibl_output_names[];
 /* The same name in sidecars and keys, where "lut" is "brdf_lut" and
  * "lobe-table" is "lobe_lut". */
 const char *ibl_output_content(ibl_output_kind kind);

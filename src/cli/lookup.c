@@ -29,15 +29,12 @@ static void add_tap(const ibl_cube *map, int level, int face, int x, int y,
         add_tap(map, level, face, x, in_y, weight / 3, rgb);
         return;
     }
-    if (x != in_x || y != in_y) { /* half a texel from the edge on the next */
+    if (x != in_x ||
+        y != in_y) { /* seen beyond the edge, in the face's plane */
         const ibl_level_shape shape =
             ibl_level_shape_of(IBL_PROJECTION_CUBE, n);
-        const double u = fmax(-1, fmin(2 * (x + 0.5) / n - 1, 1));
-        const double v = fmax(-1, fmin(2 * (y + 0.5) / n - 1, 1));
         double dir[3];
-        for (int k = 0; k < 3; k++)
-            dir[k] = (1 - 1.0 / n) * axes[face][0][k] + u * axes[face][1][k] +
-                     v * axes[face][2][k];
+        ibl_cube_direction(n, face, x, y, dir);
         ibl_level_texel(&shape, dir, at);
     }
     const float *texel = ibl_cube_face(map, level, at[0]) +

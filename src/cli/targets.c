@@ -12,27 +12,16 @@
 
 bool ibl_targets_parse(void *targets, const char *value)
 {
-    unsigned bits = 0;
+    const char *names[IBL_MAX_TARGETS + 1] = {NULL};
 
+    for (int i = 0; i < ibl_target_count; i++)
+        names[i] = ibl_targets[i].name;
     if (!strcmp(value, "list") || !strcmp(value, "all")) {
         *(unsigned *)targets = *value == 'l' ? (unsigned)IBL_TARGET_LIST
                                              : (1u << ibl_target_count) - 1;
         return true;
     }
-    do {
-        const size_t length = strcspn(value, ",");
-        int i = 0;
-        while (i < ibl_target_count &&
-               (strlen(ibl_targets[i].name) != length ||
-                memcmp(ibl_targets[i].name, value, length) != 0))
-            i++;
-        if (i == ibl_target_count)
-            return false;
-        bits |= 1u << i;
-        value += length;
-    } while (*value++);
-    *(unsigned *)targets = bits;
-    return true;
+    return ibl_words_bits(value, names, targets);
 }
 
 void ibl_targets_print(FILE *to)

@@ -423,7 +423,7 @@ static bool judge_texels(const verify *v, ibl_report *report)
             .roughness = c == IBL_CONTENT_SPECULAR ? facts->roughness : NULL};
         if (!cube->data)
             continue;
-        ibl_console_progress(v->console, ibl_output_name(judged.content), 0);
+        ibl_console_progress(v->console, ibl_output_names[judged.content], 0);
         ok = ibl_report_levels(
             report, c == IBL_CONTENT_SKYBOX ? judges[0] : rest, &judged);
     }

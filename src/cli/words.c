@@ -22,6 +22,23 @@ char **ibl_words_split(const char *text)
     return words;
 }
 
+bool ibl_words_bits(const char *list, const char *const *names, unsigned *bits)
+{
+    *bits = 0;
+    do {
+        const size_t length = strcspn(list, ",");
+        int i = 0;
+        while (names[i] &&
+               (strncmp(names[i], list, length) != 0 || names[i][length]))
+            i++;
+        if (!names[i])
+            return false;
+        *bits |= 1u << i;
+        list += length;
+    } while (*list++);
+    return true;
+}
+
 char *ibl_words_fill(const char *text, const ibl_placeholder *holders,
                      int count)
 {
