@@ -35,13 +35,19 @@ static bool has_all_roughnesses(const ibl_specular_options *s)
     return s->roughness_min <= 0 && s->roughness_max >= 1;
 }
 
+/* The last level of --level-samples; -1: none. */
+static int last_sampled(const ibl_specular_options *s)
+{
+    int l = IBL_MAX_LEVELS - 1;
+
+    while (l >= 0 && !s->level_samples[l])
+        l--;
+    return l;
+}
+
 static bool is_sampled(const ibl_specular_options *s)
 {
-    bool sampled = s->method == IBL_METHOD_SAMPLED;
-
-    for (int l = 0; l < IBL_MAX_LEVELS; l++)
-        sampled |= s->level_samples[l] != 0;
-    return sampled;
+    return s->method == IBL_METHOD_SAMPLED || last_sampled(s) >= 0;
 }
 
 /* An engine's own file. */
@@ -79,13 +85,9 @@ static bool check_file(const ibl_opts *o)
 static bool check_levels(const ibl_opts *o)
 {
     const ibl_specular_options *s = &o->bake.specular_options;
-    const int most = ibl_most_levels(s->size);
+    const int most = ibl_most_levels(s->size), sampled = last_sampled(s);
     ibl_specular_layout layout;
-    int sampled = -1; /* the last level of --level-samples */
 
-    for (int l = 0; l < IBL_MAX_LEVELS; l++)
-        if (s->level_samples[l])
-            sampled = l;
     REFUSE(s->levels > most, "levels size",
            "a cube of size %d has 1 to %d levels", s->size, most);
     REFUSE(s->mapping == IBL_ROUGHNESS_BABYLON && !has_all_roughnesses(s),

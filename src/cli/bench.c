@@ -335,7 +335,7 @@ static char *describe(const bench *b)
     return ibl_need(ibl_format(
         "%s, %d threads, %s; iblbake %s %s, %s; %s; %d rounds", cpu,
         ibl_ctx_threads(b->ctx), ibl_isa_name(ibl_ctx_isa(b->ctx)), IBL_VERSION,
-        ibl_version_revision(), ibl_version_compiler(), date, b->opts->rounds));
+        IBL_REVISION, IBL_COMPILER, date, b->opts->rounds));
 }
 
 static bool write_reports(bench *b)

@@ -18,24 +18,6 @@
 #include "engine/set.h"
 #include "json/text.h"
 
-#if defined(__clang__)
-#define COMPILER "clang " __clang_version__
-#elif defined(__GNUC__)
-#define COMPILER "gcc " __VERSION__
-#else
-#define COMPILER "unknown"
-#endif
-
-const char *ibl_version_compiler(void)
-{
-    return COMPILER;
-}
-
-const char *ibl_version_revision(void)
-{
-    return IBL_REVISION;
-}
-
 void ibl_version_print(FILE *to)
 {
     const char *beside = ibl_bridge_beside();
@@ -44,7 +26,7 @@ void ibl_version_print(FILE *to)
 
     fprintf(to, "iblbake %s%s%s%s\n", IBL_VERSION, *revision ? " (" : "",
             revision, *revision ? ")" : "");
-    fprintf(to, "compiler      %s\n", COMPILER);
+    fprintf(to, "compiler      %s\n", IBL_COMPILER);
     fprintf(to,
             "libraries     OpenEXRCore %s, libpng %s, zlib %s, jansson %s, "
             "xxHash %u.%u.%u, zstd %s\n",
@@ -266,7 +248,7 @@ ibl_common ibl_common_default(void)
 void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_command *command,
                         const ibl_given *given)
 {
-    fprintf(to, "iblbake %s %s %s\n", IBL_VERSION, ibl_version_revision(),
+    fprintf(to, "iblbake %s %s %s\n", IBL_VERSION, IBL_REVISION,
             ibl_isa_arithmetic(isa));
     for (const ibl_section *const *s = command->sections; *s; s++)
         for (int i = 0; i < (*s)->count; i++) {

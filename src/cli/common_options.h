@@ -89,9 +89,13 @@ bool ibl_rotate_parse(void *yaw_deg, const char *value);
 
 /* Prints the text of --version: program, compiler, libraries and machine. */
 void ibl_version_print(FILE *to);
-/* "gcc 12.2.0" */
-const char *ibl_version_compiler(void);
-/* The source's revision from git describe; "": unknown. */
-const char *ibl_version_revision(void);
+/* The build defines IBL_REVISION, from git describe; "": unknown. */
+#if defined(__clang__)
+#define IBL_COMPILER "clang " __clang_version__
+#elif defined(__GNUC__)
+#define IBL_COMPILER "gcc " __VERSION__
+#else
+#define IBL_COMPILER "unknown"
+#endif
 
 #endif

@@ -81,11 +81,10 @@ char *ibl_probes_index_text(const ibl_probes_bake *p)
         json_array_append_new(probes, entry(p, i));
     json_t *root = json_pack(
         "{si so ss so so so so so* ss}", "version", VERSION, "generator",
-        ibl_json_generator(ibl_ctx_isa(p->ctx), ibl_version_revision()),
-        "world", "right-handed, +Y up; faces +X -X +Y -Y +Z -Z, row 0 on top",
-        "files", files(p), "specular",
-        specular(&options->specular_options, &p->layout), "irradiance",
-        irradiance, "probes", probes, "global",
+        ibl_json_generator(ibl_ctx_isa(p->ctx), IBL_REVISION), "world",
+        "right-handed, +Y up; faces +X -X +Y -Y +Z -Z, row 0 on top", "files",
+        files(p), "specular", specular(&options->specular_options, &p->layout),
+        "irradiance", irradiance, "probes", probes, "global",
         p->set.layers > p->set.count ? entry(p, p->set.count) : NULL, "hash",
         p->hash);
     char *text = ibl_need(ibl_json_text(root));
