@@ -296,13 +296,8 @@ bool ibl_opts_check_uses(const ibl_cmdline *line)
             o->texels.largest < (o->engine
                                      ? (double)ibl_engine_max(o->engine)
                                      : (double)ibl_pixel_max(o->texels.pixel));
-        /* Options that mean something only where the condition holds in some
-         * set, and what to do of them elsewhere. */
-        const struct {
-            const char *options;
-            bool holds;
-            const char *why;
-        } uses[] = {
+        /* One set in which a rule holds is enough. */
+        const ibl_rule uses[] = {
             {"keep-going progress shard", line->batch,
              "is for many environments: add them, or a folder or --from LIST"},
             {"recursive", line->batch, "is for folders: name one"},
@@ -314,7 +309,8 @@ bool ibl_opts_check_uses(const ibl_cmdline *line)
              "--incremental"},
             {"name", one_env || !line->batch,
              "is for one environment: bake it alone"},
-            {"explain", o->of, "the lines of which engine? Add --target NAME"},
+            {"explain", o->of != NULL,
+             "the lines of which engine? Add --target NAME"},
             {"preview", line->count == 1, "shows one set: give one --target"},
             {"dry-run", chosen,
              "nothing is chosen: add --rendered-error E or --scene FILE"},
@@ -386,7 +382,7 @@ bool ibl_opts_check_uses(const ibl_cmdline *line)
              "nothing that is made can be judged: add a map or lut to "
              "--only"}};
         for (size_t n = 0; n < sizeof uses / sizeof *uses; n++) {
-            used[n] |= uses[n].holds;
+            used[n] |= uses[n].where != 0;
             if (i == line->count - 1 && !used[n] &&
                 ibl_given_of(&o->given, uses[n].options))
                 return ibl_refuse(&o->given, uses[n].options, "%s",

@@ -18,7 +18,7 @@
 #include "engine/set.h"
 #include "json/text.h"
 
-void ibl_version_print(FILE *to)
+static void print_version(FILE *to)
 {
     const char *beside = ibl_bridge_beside();
     const char *bridge = beside ? beside : ibl_bridge_path();
@@ -226,7 +226,7 @@ static const ibl_option running[] = {
      .aside = true},
     {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text",
      .aside = true},
-    {"version", 0, .kind = IBL_OPTION_PRINT, .print = ibl_version_print,
+    {"version", 0, .kind = IBL_OPTION_PRINT, .print = print_version,
      .help = "print the version and what it was built with",
      .aside = true},
 };

@@ -87,8 +87,6 @@ bool ibl_stem(const char *input, char *stem, size_t size);
     "-360 to 360, learnopengl, threejs (both 0) or cmgen (-90)"
 bool ibl_rotate_parse(void *yaw_deg, const char *value);
 
-/* Prints the text of --version: program, compiler, libraries and machine. */
-void ibl_version_print(FILE *to);
 /* The build defines IBL_REVISION, from git describe; "": unknown. */
 #if defined(__clang__)
 #define IBL_COMPILER "clang " __clang_version__
