@@ -386,13 +386,12 @@ int ibl_probes_run(const void *settings)
     ibl_console console;
     ibl_ctx *ctx = NULL;
 
-    if (opts->grid)
-        return ibl_probes_grid(opts);
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
     ibl_signals_catch();
     bool ok = check_names(opts, &console) &&
-              !ibl_start(&opts->common, &console, &ctx);
-    for (int i = 0; i < opts->count && ok; i++) {
+              !ibl_start(&opts->common, &console, &ctx) &&
+              (!opts->grid || ibl_probes_grid(opts, &console, ctx));
+    for (int i = 0; i < opts->count && ok && !opts->grid; i++) {
         if (!ibl_shard_has(shard, i))
             continue;
         if (opts->count > 1)
