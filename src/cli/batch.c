@@ -437,12 +437,9 @@ static bool make_tables(batch *b)
     if (!shared)
         return true;
     begin(w, NULL, w->ctx, NULL);
-    bool ok = true;
     b->tables_kept = b->opts->incremental && ibl_stamp_holds(&w->run);
-    if (ok && (b->to_bake || !b->tables_kept)) {
-        w->since = real_time();
-        ok = ibl_job_make(&w->run);
-    }
+    w->since = real_time();
+    const bool ok = (b->tables_kept && !b->to_bake) || ibl_job_make(&w->run);
     b->tables = w->run.sets;
     return !ibl_console_end(&w->run.console, ok);
 }

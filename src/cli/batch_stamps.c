@@ -108,30 +108,23 @@ static bool is_same(const char *path, const char *hash, const char *identity)
            (!ibl_hash_file(path, content) && !strcmp(content, hash));
 }
 
-static bool holds(const stamp *s)
+bool ibl_stamp_holds(const ibl_job *r)
 {
     char hash[IBL_FILE_HASH], identity[IDENTITY_BYTES];
     struct stat st;
-    const bool there = !stat(s->path, &st) && S_ISREG(st.st_mode);
-    FILE *from = there ? fopen(s->path, "r") : NULL;
+    stamp s;
+    const bool there =
+        begin(r, &s) && !stat(s.path, &st) && S_ISREG(st.st_mode);
+    FILE *from = there ? fopen(s.path, "r") : NULL;
     int count = 0;
 
-    if (!from)
-        return false;
-    bool same = fscanf(from, STAMP " %32s %d", hash, &count) == 2 &&
-                !strcmp(hash, s->options) && count == s->files.count;
-    for (int i = 0; i < s->files.count && same; i++)
+    bool same = from && fscanf(from, STAMP " %32s %d", hash, &count) == 2 &&
+                !strcmp(hash, s.options) && count == s.files.count;
+    for (int i = 0; i < s.files.count && same; i++)
         same = fscanf(from, "%32s %127s%*[^\n]", hash, identity) == 2 &&
-               is_same(s->files.path[i], hash, identity);
-    fclose(from);
-    return same;
-}
-
-bool ibl_stamp_holds(const ibl_job *r)
-{
-    stamp s;
-    const bool same = begin(r, &s) && holds(&s);
-
+               is_same(s.files.path[i], hash, identity);
+    if (from)
+        fclose(from);
     end(&s);
     return same;
 }

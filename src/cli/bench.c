@@ -252,7 +252,7 @@ static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
     const json_t *means = json_object_get(drawn, "means");
     json_t *const of[] = {json_object_get(report.json, "lut"),
                           json_array_get(means, 0), json_array_get(means, 1)};
-    const double bytes = (double)c->bytes;
+    const double bytes = (double)ibl_candidate_bytes(&s->opts);
     s->figure[BYTES] = (figure){true, bytes, bytes, bytes};
     s->figure[SPECULAR] = mean_of(levels, "specular");
     s->figure[IRRADIANCE] = mean_of(levels, "irradiance");

@@ -22,7 +22,6 @@ ibl_status ibl_candidate_bake(ibl_ctx *ctx, const ibl_image *map,
         if (!status)
             status = ibl_bake_lobe_table(ctx, &lobes, &out->lobes);
     }
-    out->bytes = ibl_candidate_bytes(o);
     return status;
 }
 
@@ -147,8 +146,6 @@ size_t ibl_candidate_bytes(const ibl_opts *o)
 
 void ibl_candidate_free(ibl_candidate *c)
 {
-    if (!c)
-        return;
     ibl_bake_result_free(&c->made);
     ibl_lut_free(&c->lut);
     ibl_lobe_table_free(&c->lobes);

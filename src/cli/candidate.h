@@ -10,7 +10,6 @@ typedef struct ibl_candidate {
     ibl_bake_result made; /* of the cubes that the files have, and harmonics */
     ibl_lut lut;          /* these two empty if they are not wanted */
     ibl_lobe_table lobes;
-    size_t bytes; /* of texels, without containers */
 } ibl_candidate;
 
 /*
@@ -22,17 +21,17 @@ ibl_status ibl_candidate_bake(ibl_ctx *ctx, const ibl_image *map,
                               const ibl_opts *o, ibl_candidate *out);
 
 /* Replaces the values by those that the files give back, of o's pixel format or
- * engine, and sets the bytes. */
+ * engine. */
 ibl_status ibl_candidate_round(ibl_ctx *ctx, const ibl_opts *o,
                                ibl_candidate *c);
 
-/* The bytes of texels of the outputs of o->only but the skybox, of which none
- * is made. */
+/* The bytes of texels, without containers, of the outputs of o->only but the
+ * skybox, of which none is made. */
 size_t ibl_candidate_bytes(const ibl_opts *o);
 
 /* Draws with what a candidate has; what it lacks stays as it is. */
 void ibl_candidate_draw(ibl_drawn *set, const ibl_candidate *c);
 
-void ibl_candidate_free(ibl_candidate *c); /* NULL and zeroed are fine */
+void ibl_candidate_free(ibl_candidate *c); /* zeroed is fine */
 
 #endif

@@ -144,8 +144,7 @@ static bool set_options(const search *s, const pick *p, ibl_opts *o)
     return false;
 }
 
-/* ---- the map --------------------------------------------------------------
- */
+/* ---- the map ------------------------------------------------------------ */
 
 /* Halves the map while that is whole: means of two by two pixels. */
 static void halve_map(search *s)
@@ -185,8 +184,7 @@ static const ibl_image *map_for(const search *s, const ibl_specular_layout *l)
     return &s->map[scale];
 }
 
-/* ---- measuring ------------------------------------------------------------
- */
+/* ---- measuring ---------------------------------------------------------- */
 
 /* Outputs of o as the files give them back, of a map or, NULL, a table. */
 static const ibl_candidate *find_made(search *s, const ibl_opts *o,
@@ -284,8 +282,7 @@ static void try_pick(search *s, pick *p)
         p->error = square(m.value[IBL_FIGURE_NRMSE]);
 }
 
-/* ---- what may be chosen ---------------------------------------------------
- */
+/* ---- what may be chosen ------------------------------------------------- */
 
 /* Lists edges from a power of two to a last one, in steps of a part of each
  * octave: whole numbers. */
@@ -346,8 +343,7 @@ static void list_values(search *s)
             all[i] = (values){1, {as_given[i]}};
 }
 
-/* ---- the search -----------------------------------------------------------
- */
+/* ---- the search --------------------------------------------------------- */
 
 /* How good a set is; less is better. left: what the error that it leaves is
  * worth; HUGE_VAL: only its error counts. */
@@ -480,8 +476,7 @@ static void try_levels(search *s, const pick *fine, int levels, pick *best)
         *best = p;
 }
 
-/* ---- what was chosen ------------------------------------------------------
- */
+/* ---- what was chosen ---------------------------------------------------- */
 
 /* What a part adds to the error of a set that has its finest value. */
 static const char *why(search *s, const pick *p, int part, char text[40])
@@ -554,8 +549,7 @@ static void tell_limit(search *s, const pick *fine, double least, ibl_choice *c)
               "more");
 }
 
-/* ---- the call -------------------------------------------------------------
- */
+/* ---- the call ----------------------------------------------------------- */
 
 ibl_materials ibl_materials_all(void)
 {
@@ -676,8 +670,7 @@ bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
     return ok && !failed;
 }
 
-/* ---- what follows from the materials alone --------------------------------
- */
+/* ---- what follows from the materials alone ------------------------------ */
 
 void ibl_scenes_drop(const ibl_scenes *s, ibl_opts *o, ibl_choice *c)
 {

@@ -81,7 +81,7 @@ bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
 
     read.alpha = ibl_probes_alpha(&p->set, layer);
     read.faces = faces;
-    if (c->kind != IBL_CAPTURE_EQUIRECT) {
+    if (c->cube) {
         read.layout = IBL_INPUT_AUTO;
         read.any_aspect = 0; /* with which no cross is found */
     }

@@ -10,8 +10,6 @@
 #include "common/signals.h"
 #include "json/text.h"
 
-static const char *const capture_names[] = {"equirect", "cross", "faces", NULL};
-
 ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
 {
     return layer < set->count ? set->bake.alpha : IBL_ALPHA_IGNORE;
@@ -22,18 +20,19 @@ ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
 /* Joins the names of six faces by commas, as ibl_input_files takes them. */
 static bool take_capture(ibl_json_at at, ibl_capture *c)
 {
+    static const char *const kinds[] = {"equirect", "cross", "faces", NULL};
     int kind = 0;
 
-    if (!ibl_json_object(at, capture_names))
+    if (!ibl_json_object(at, kinds))
         return false;
     if (json_object_size(at.value) != 1)
         return ibl_json_wrong(at, "one of equirect, cross and faces");
-    while (!json_object_get(at.value, capture_names[kind]))
+    while (!json_object_get(at.value, kinds[kind]))
         kind++;
-    c->kind = (ibl_capture_kind)kind;
+    c->cube = kind > 0;
     snprintf(c->place, sizeof c->place, "%s", at.path);
-    const ibl_json_at files = ibl_json_member(&at, capture_names[kind]);
-    const bool faces = c->kind == IBL_CAPTURE_FACES;
+    const ibl_json_at files = ibl_json_member(&at, kinds[kind]);
+    const bool faces = kind == 2;
     if (faces && json_array_size(files.value) != IBL_FACES)
         return ibl_json_wrong(files, "an array of 6 files, +X -X +Y -Y +Z -Z");
     for (size_t i = 0; i < (faces ? IBL_FACES : 1); i++) {

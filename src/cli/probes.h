@@ -14,14 +14,8 @@
 
 #define IBL_SET_VERSION 1
 
-typedef enum ibl_capture_kind {
-    IBL_CAPTURE_EQUIRECT,
-    IBL_CAPTURE_CROSS,
-    IBL_CAPTURE_FACES
-} ibl_capture_kind;
-
 typedef struct ibl_capture {
-    ibl_capture_kind kind;
+    bool cube;  /* a cross or six faces */
     char *name; /* as in ibl_image_read, relative to the working directory */
     char place[IBL_JSON_PATH_BYTES]; /* "probes[3].capture" */
 } ibl_capture;
@@ -144,8 +138,10 @@ bool ibl_probes_check_walls(const ibl_probes_bake *p);
 /* The text of the index, which the caller must free. */
 char *ibl_probes_index_text(const ibl_probes_bake *p);
 
-/* Run the command; return the exit status. */
+/* --grid: writes the set of a grid. */
+bool ibl_probes_grid(const ibl_probes_opts *opts, ibl_console *console,
+                     ibl_ctx *ctx);
+/* Runs the command; returns the exit status. */
 int ibl_probes_run(const void *settings);
-int ibl_probes_grid(const ibl_probes_opts *opts);
 
 #endif

@@ -364,18 +364,26 @@ static bool bake_set(const ibl_probes_opts *opts, const char *input,
 /* Of several sets each has a directory of its own name. */
 static bool check_names(const ibl_probes_opts *opts, ibl_console *console)
 {
-    char a[256], b[256];
+    json_t *seen = json_object(); /* indices by name */
+    char name[256];
+    bool ok = true;
 
-    for (int i = 0; i < opts->count; i++)
-        for (int k = 0; k < i; k++)
-            if (!ibl_stem(opts->input[k], a, sizeof a) ||
-                !ibl_stem(opts->input[i], b, sizeof b) || !strcmp(a, b))
-                return ibl_console_fail(
-                    console,
-                    "%s and %s: both would be in %s/%s: bake one after the "
-                    "other, into two directories",
-                    opts->input[k], opts->input[i], opts->output, a);
-    return true;
+    for (int i = 0; i < opts->count && ok && opts->count > 1; i++) {
+        ok = ibl_stem(opts->input[i], name, sizeof name);
+        console->failed |= !ok; /* that was said */
+        const json_t *other = ok ? json_object_get(seen, name) : NULL;
+        if (other)
+            ok = ibl_console_fail(
+                console,
+                "%s and %s: both would be in %s/%s: bake one after the other, "
+                "into two directories",
+                opts->input[json_integer_value(other)], opts->input[i],
+                opts->output, name);
+        else if (ok)
+            json_object_set_new_nocheck(seen, name, json_integer(i));
+    }
+    json_decref(seen);
+    return ok;
 }
 
 int ibl_probes_run(const void *settings)
@@ -386,13 +394,12 @@ int ibl_probes_run(const void *settings)
     ibl_console console;
     ibl_ctx *ctx = NULL;
 
-    if (opts->grid)
-        return ibl_probes_grid(opts);
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
     ibl_signals_catch();
     bool ok = check_names(opts, &console) &&
-              !ibl_start(&opts->common, &console, &ctx);
-    for (int i = 0; i < opts->count && ok; i++) {
+              !ibl_start(&opts->common, &console, &ctx) &&
+              (!opts->grid || ibl_probes_grid(opts, &console, ctx));
+    for (int i = 0; i < opts->count && ok && !opts->grid; i++) {
         if (!ibl_shard_has(shard, i))
             continue;
         if (opts->count > 1)

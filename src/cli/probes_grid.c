@@ -253,59 +253,43 @@ static json_t *make_probes(const grid *g)
 
 /* ---- the command -------------------------------------------------------- */
 
-static bool write_set(const ibl_probes_opts *opts, ibl_console *console,
-                      const char *text)
+bool ibl_probes_grid(const ibl_probes_opts *opts, ibl_console *console,
+                     ibl_ctx *ctx)
 {
-    ibl_ctx *ctx = NULL;
-    ibl_outputs *outputs = NULL;
-    ibl_common common = opts->common;
-
-    ibl_signals_catch();
-    common.threads = 1;
-    const bool ok =
-        ibl_console_differ(console, opts->input[0], opts->output, "file") &&
-        !ibl_start(&common, console, &ctx) &&
-        !ibl_outputs_create(ctx, opts->sync, &outputs) &&
-        !ibl_outputs_add(outputs, opts->output, text, strlen(text)) &&
-        !ibl_outputs_commit(outputs);
-    ibl_outputs_free(outputs);
-    ibl_ctx_free(ctx);
-    return ok;
-}
-
-int ibl_probes_grid(const ibl_probes_opts *opts)
-{
-    ibl_console console;
     ibl_json_file file = {
-        .name = opts->input[0], .fail = ibl_console_error, .cookie = &console};
+        .name = opts->input[0], .fail = ibl_console_error, .cookie = console};
+    ibl_outputs *outputs = NULL;
     grid g = {0};
     json_t *probes = NULL;
 
-    ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
     bool ok = ibl_json_open(&file);
     g.root = ibl_json_root(&file);
     ok = ok && take_grid(g.root, &g) && (probes = make_probes(&g));
     if (ok) {
+        const int cells = g.counts[0] * g.counts[1] * g.counts[2];
+        const int placed = (int)json_array_size(probes);
         json_t *set = json_pack(
-            "{si sO* sO* sO}", "version", IBL_SET_VERSION, "defaults",
+            "{si sO* sO* so}", "version", IBL_SET_VERSION, "defaults",
             json_object_get(g.root.value, "defaults"), "global",
             json_object_get(g.root.value, "global"), "probes", probes);
         char *text = ibl_need(ibl_json_text(set));
         if (opts->output)
-            ok = write_set(opts, &console, text);
+            ok = ibl_console_differ(console, opts->input[0], opts->output,
+                                    "file") &&
+                 !ibl_outputs_create(ctx, opts->sync, &outputs) &&
+                 !ibl_outputs_add(outputs, opts->output, text, strlen(text)) &&
+                 !ibl_outputs_commit(outputs);
         else
             fputs(text, stdout);
+        if (ok)
+            ibl_console_info(console,
+                             "placed %d probes, left out %d solid cells",
+                             placed, cells - placed);
+        ibl_outputs_free(outputs);
         free(text);
         json_decref(set);
     }
-    const int status = ibl_console_end(&console, ok);
-    const int placed = (int)json_array_size(probes);
-    if (ok)
-        ibl_console_info(&console, "placed %d probes, left out %d solid cells",
-                         placed,
-                         g.counts[0] * g.counts[1] * g.counts[2] - placed);
-    json_decref(probes);
     json_decref(file.root);
     free(g.solid);
-    return status;
+    return ok;
 }

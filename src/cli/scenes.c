@@ -131,28 +131,24 @@ static json_t *shares(const ibl_survey_bin bins[BINS])
     json_t *list = json_array();
 
     for (int i = 0; i < BINS; i++)
-        append(&list, json_real(ibl_json_digits(bins[i].share)));
+        json_array_append_new(list, json_real(ibl_json_digits(bins[i].share)));
     return list;
 }
 
 json_t *ibl_scenes_json(const ibl_scenes *s)
 {
     const ibl_scene_survey *y = &s->survey;
-    json_t *files = json_array(), *scene = json_object();
+    json_t *files = json_array();
 
     for (int i = 0; i < s->file_count; i++)
-        append(&files, ibl_json_string(s->files[i]));
-    put(&scene, "files", files);
-    put(&scene, "materials", json_integer(y->materials));
-    put(&scene, "triangles", json_integer(y->triangles));
-    put(&scene, "metal", shares(y->metal));
-    put(&scene, "dielectric", shares(y->dielectric));
-    put(&scene, "clearcoat", shares(y->clearcoat));
-    put(&scene, "sheen", shares(y->sheen));
-    put(&scene, "unlit", json_real(ibl_json_digits(y->unlit)));
-    put(&scene, "transmission", json_real(ibl_json_digits(y->transmission)));
-    put(&scene, "anisotropic", json_real(ibl_json_digits(y->anisotropic)));
-    return scene;
+        json_array_append_new(files, ibl_json_string(s->files[i]));
+    return json_pack(
+        "{so si si so so so so sf sf sf}", "files", files, "materials",
+        y->materials, "triangles", y->triangles, "metal", shares(y->metal),
+        "dielectric", shares(y->dielectric), "clearcoat", shares(y->clearcoat),
+        "sheen", shares(y->sheen), "unlit", ibl_json_digits(y->unlit),
+        "transmission", ibl_json_digits(y->transmission), "anisotropic",
+        ibl_json_digits(y->anisotropic));
 }
 
 /* ---- what was found and chosen ---------------------------------------- */
