@@ -50,7 +50,7 @@ static const struct {
     ibl_is_fn *is;
     ibl_open_fn *open;
 } readers[] = {
-    {ibl_exr_is, ibl_exr_open},         {ibl_rgbe_is, ibl_rgbe_open},
+    {ibl_rgbe_is, ibl_rgbe_open},       {ibl_exr_is, ibl_exr_open},
     {ibl_texture_is, ibl_texture_open}, {is_jpeg, ibl_jpeg_open},
     {is_other, ibl_other_image_open},
 };
@@ -58,16 +58,15 @@ static const struct {
 static ibl_status check_input(const ibl_input *in, const ibl_read_options *opts,
                               const unsigned char *first, size_t size)
 {
-    const bool exr = ibl_exr_is(first, size);
-
-    if (!exr && (opts->layer || opts->part > 0))
+    if ((opts->layer || opts->part > 0) && !ibl_exr_is(first, size))
         return ibl_bad_file(
             in, "has no %s: only OpenEXR files do, so do not ask for one",
             opts->layer ? "layers" : "parts");
     if (opts->layout == IBL_INPUT_FACES)
         return ibl_bad_file(in, "is one file; six of faces are named by a "
                                 "pattern with %%f or a list with commas");
-    if (opts->layout == IBL_INPUT_CUBE && !exr && !ibl_texture_is(first, size))
+    if (opts->layout == IBL_INPUT_CUBE && !ibl_exr_is(first, size) &&
+        !ibl_texture_is(first, size))
         return ibl_bad_file(
             in, "is no texture that can be read, KTX2, KTX or DDS, where the "
                 "layout cube was asked for");
