@@ -364,7 +364,7 @@ FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
                      src/engine/*.c src/scene/*.c src/set/*.c) \
           $(addprefix src/kern/,astc_hdr_block.c \
             astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
-            max_finite.c pixel.c rgbe.c) \
+            pixel.c rgbe.c) \
           $(addprefix src/cli/,bake_options.c bake_rules.c common_options.c convert.c \
             probe_set.c probes_grid.c \
             probes_options.c shell_words.c \
