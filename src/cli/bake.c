@@ -17,8 +17,7 @@
 #include "common/signals.h"
 #include "json/text.h"
 
-/* ---- what its sets need of the environment --------------------------------
- */
+/* ---- what its sets need -------------------------------------------------- */
 
 enum {
     MOST_AUTO = 16, /* lights that --lights auto takes */
