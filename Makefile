@@ -306,7 +306,7 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 # Judges, as the program does. The library serves them, too.
 $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/, cli/figures.o \
-    cli/lookup.o cli/rendered.o common/signals.o common/stderr_line.o)
+    cli/lookup.o cli/rendered.o common/signals.o common/process.o)
 
 # The whole command, with other samples.
 $(BUILD)/tests/bench_choice: TEST_LIBS = -Wl,--wrap=ibl_truth_make $(LIB)
@@ -364,7 +364,7 @@ FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
                      src/engine/*.c src/scene/*.c src/set/*.c) \
           $(addprefix src/kern/,astc_hdr_block.c \
             astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
-            max_finite.c pixel.c rgbe.c) \
+            pixel.c rgbe.c) \
           $(addprefix src/cli/,bake_options.c bake_rules.c common_options.c convert.c \
             probe_set.c probes_grid.c \
             probes_options.c targets.c verify.c words.c) \

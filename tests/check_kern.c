@@ -207,6 +207,7 @@ static size_t max_finite(ibl_isa isa, test_random *r, int n, void *out)
                                 -1e-45f,  1e-45f,    3e38f, 65504.0f};
     float *src = kern_alloc((size_t)n * sizeof *src, sizeof *src), most = 0;
     bool clean = true;
+    ibl_max_finite_dsp dsp;
     uint32_t bits;
     (void)out;
     const bool any = test_random_below(r, 4) == 0;
@@ -219,7 +220,9 @@ static size_t max_finite(ibl_isa isa, test_random *r, int n, void *out)
         most = src[i] > most ? src[i] : most;
     }
     memcpy(&bits, &most, sizeof bits);
-    const uint32_t got = isa     ? ibl_max_finite(isa)(src, (size_t)n)
+    if (isa)
+        ibl_max_finite_dsp_init(&dsp, isa);
+    const uint32_t got = isa     ? dsp.look(src, (size_t)n)
                          : clean ? bits
                                  : UINT32_MAX;
     kern_free(src);

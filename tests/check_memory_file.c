@@ -9,7 +9,7 @@ static void *scarce(void *old, size_t size)
     return left-- == 0 ? NULL : realloc(old, size);
 }
 #define realloc scarce
-#include "json/text.c"
+#include "json/json_text.c"
 #undef realloc
 
 #include "test.h"

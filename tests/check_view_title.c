@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "common/clock.h"
+#include "common/process.h"
 #include "sets.h"
 #include "test.h"
 #include "view.h"

@@ -13,8 +13,8 @@
 #include <time.h>
 
 #include "cli/batch.h"
-#include "common/clock.h"
 #include "common/path.h"
+#include "common/process.h"
 #include "common/signals.h"
 #include "json/json_text.h"
 #include "json/text.h"

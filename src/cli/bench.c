@@ -10,8 +10,8 @@
 #include "cli/judge.h"
 #include "cli/rendered.h"
 #include "cli/words.h"
-#include "common/clock.h"
 #include "common/path.h"
+#include "common/process.h"
 #include "common/signals.h"
 #include "json/json_text.h"
 

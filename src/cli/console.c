@@ -9,9 +9,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "common/clock.h"
 #include "common/path.h"
-#include "common/stderr_line.h"
+#include "common/process.h"
 
 #define REDRAW_SECONDS 0.2
 

@@ -5,7 +5,7 @@
 #define CLI_CONSOLE_H
 
 #include "cli/common_options.h"
-#include "common/stderr_line.h"
+#include "common/process.h"
 
 enum {
     IBL_MAX_STAGES = 64

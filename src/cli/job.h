@@ -195,10 +195,6 @@ void ibl_job_end(ibl_job *r);
 bool ibl_job_plan(ibl_job *r);
 /* Checks that --depfile can name the files, and is none of them. */
 bool ibl_job_check_depfile(ibl_job *r);
-/* Reads the environment, and takes lights out of it. */
-bool ibl_job_read(ibl_job *r);
-/* Reads the environment, if there is one and it was not read, and bakes. */
-bool ibl_job_bake(ibl_job *r);
 /* Bytes of memory that a bake takes of a map of that size whose source takes
  * `reader` bytes (ibl_source_memory); 0 after a message. */
 double ibl_bake_bytes(const ibl_job *r, size_t reader, int width, int height);

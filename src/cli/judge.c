@@ -16,11 +16,6 @@ struct ibl_judge {
     double brightest[3], mean[3];
 };
 
-ibl_judge_options ibl_judge_options_default(void)
-{
-    return (ibl_judge_options){.texels = 128, .seed = 1};
-}
-
 ibl_judge *ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg)
 {
     ibl_judge *j = ibl_need(calloc(1, sizeof *j));

@@ -26,7 +26,10 @@ typedef struct ibl_judge_options {
     int seed;   /* default 1 */
 } ibl_judge_options;
 
-ibl_judge_options ibl_judge_options_default(void);
+static inline ibl_judge_options ibl_judge_options_default(void)
+{
+    return (ibl_judge_options){.texels = 128, .seed = 1};
+}
 
 /* An environment to judge by. */
 typedef struct ibl_judge ibl_judge;

@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "cli/common_options.h"
-#include "common/stderr_line.h"
+#include "common/process.h"
 
 static const ibl_command *const commands[] = {&ibl_bake_command,
                                               &ibl_verify_command,

@@ -10,8 +10,8 @@
 
 #include "common/names.h"
 #include "common/option.h"
+#include "common/process.h"
 #include "common/signals.h"
-#include "common/stderr_line.h"
 
 static const char *misuse_prefix = "";
 

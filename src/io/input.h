@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Files and streams, opened for reading by offset or read into memory. */
+/* Files and streams, opened for reading by offset or read into memory, and
+ * hashes of contents. */
 #ifndef IBL_IO_INPUT_H
 #define IBL_IO_INPUT_H
 
@@ -67,5 +68,15 @@ ibl_status ibl_file_hash(const ibl_input *in, char hash[IBL_FILE_HASH]);
 /* Reads a decimal number after blanks and moves *t behind it; does not depend
  * on the locale. False: there is none. */
 bool ibl_take_number(char **t, double *value);
+
+/* ---- hashes of contents in pieces; ibl/io.h has those of whole ones ---- */
+
+/* A hash of several pieces: begin, add each, end. */
+typedef struct ibl_hash {
+    _Alignas(64) unsigned char state[576]; /* XXH3's own */
+} ibl_hash;
+void ibl_hash_begin(ibl_hash *h);
+void ibl_hash_add(ibl_hash *h, const void *bytes, size_t size);
+void ibl_hash_end(const ibl_hash *h, char text[IBL_FILE_HASH]);
 
 #endif

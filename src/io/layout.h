@@ -5,8 +5,6 @@
 
 #include "ibl/io.h"
 
-struct ibl_rows;
-
 /* The layout of an image with this shape as opts say; AUTO: none has it. Cube
  * is a texture's, whose faces are stored like a vertical strip. */
 ibl_input_layout ibl_input_layout_of(const ibl_read_options *opts,
@@ -32,13 +30,5 @@ void ibl_face_put(const float *from, size_t row, int code, ibl_cube *cube);
  * the codes by which the file's faces came to their places */
 ibl_status ibl_faces_check(ibl_ctx *ctx, const char *name, const ibl_cube *cube,
                            const unsigned char order[IBL_FACES]);
-
-/* Reads six files, one for each face, into rows of the faces one below the
- * other, as ibl_open_fn says. Their format, primaries and kind of alpha are the
- * first file's. name   of all of them, for messages */
-ibl_status ibl_six_files_open(ibl_ctx *ctx, const char *name,
-                              char *const files[IBL_FACES],
-                              const ibl_read_options *opts,
-                              struct ibl_rows **out);
 
 #endif

@@ -150,14 +150,15 @@ static void rows_job(void *arg, int job, int worker)
     const batch *b = arg;
     const ibl_mender *m = b->m;
     const int width = m->rows->width, step = width / SAMPLES + 1;
-    ibl_max_finite_fn *look = ibl_max_finite(ibl_ctx_isa(m->rows->ctx));
+    ibl_max_finite_dsp dsp;
 
     (void)worker;
+    ibl_max_finite_dsp_init(&dsp, ibl_ctx_isa(m->rows->ctx));
     for (int y = job * ROWS; y < b->count && y < (job + 1) * ROWS; y++) {
         float *rgb = b->rgb + 3 * (size_t)width * (size_t)y;
         const size_t row = (size_t)(b->first + y);
         ibl_row_facts *f = &m->facts[row];
-        const uint32_t most = look(rgb, 3 * (size_t)width);
+        const uint32_t most = dsp.look(rgb, 3 * (size_t)width);
         *f = (ibl_row_facts){.alpha_least = 1};
         if (most < IBL_INFINITE_BITS)
             f->peak = ibl_float_of(most);

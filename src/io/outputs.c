@@ -31,9 +31,9 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "core/hash.h"
 #include "ibl/io.h"
 #include "io/container.h"
+#include "io/input.h"
 
 enum {
     PATH_BYTES = 4096,     /* a path and its zero, Linux's PATH_MAX */

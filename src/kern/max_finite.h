@@ -12,21 +12,15 @@
 /* The bits of +Inf. */
 #define IBL_INFINITE_BITS 0x7f800000u
 
-/*
- * The bits of the largest of count floats. The result is below
- * IBL_INFINITE_BITS exactly when all of them are finite and none has a sign;
- * then all versions agree. 0 for no floats. No alignment is needed.
- */
-typedef uint32_t ibl_max_finite_fn(const float *src, size_t count);
-
 typedef struct ibl_max_finite_dsp {
-    ibl_max_finite_fn *look;
+    /*
+     * The bits of the largest of count floats. The result is below
+     * IBL_INFINITE_BITS exactly when all of them are finite and none has a
+     * sign; then all versions agree. 0 for no floats. No alignment is needed.
+     */
+    uint32_t (*look)(const float *src, size_t count);
 } ibl_max_finite_dsp;
 
 IBL_DECLARE_KERNEL(ibl_max_finite);
-
-/* The version for an instruction set, and the plain one. */
-ibl_max_finite_fn *ibl_max_finite(ibl_isa isa);
-ibl_max_finite_fn ibl_max_finite_c;
 
 #endif

@@ -34,8 +34,4 @@ typedef struct ibl_texel_error_dsp {
 
 IBL_DECLARE_KERNEL(ibl_texel_error);
 
-/* The plain version, for the texels from `first` on. */
-void ibl_texel_error_add_c(const float *t, const float *d, size_t first,
-                           size_t count, ibl_error_sums *sums);
-
 #endif

@@ -69,6 +69,38 @@ static inline void add_texels(const float *t, const float *d, size_t lane,
     add_lanes(sums->lost + lane, lost);
 }
 
+static float square_of(const float v[3])
+{
+    return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+}
+
+/* Adds the texels from first on, fewer than a block, one by one. */
+static void add_rest(const float *t, const float *d, size_t first, size_t count,
+                     ibl_error_sums *sums)
+{
+    for (size_t i = first; i < count; i++) {
+        const float *a = t + 3 * i, *b = d + 3 * i;
+        const float off[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+        const float wrong = square_of(off), truth = square_of(a);
+        const size_t lane = i % IBL_ERROR_LANES;
+        if (!(truth < INFINITY))
+            continue;
+        sums->wrong[lane] += (double)wrong;
+        sums->truth[lane] += (double)truth;
+        sums->relative[lane] +=
+            truth > 0 ? (double)(sqrtf(wrong) / sqrtf(truth)) : wrong > 0;
+        sums->count[lane]++;
+        float light = 0, lost = 0;
+        for (int c = 0; c < 3; c++) {
+            const float own = a[c] > 0 ? a[c] : 0;
+            light += own;
+            lost += b[c] > 0 ? 0 : own;
+        }
+        sums->light[lane] += (double)light;
+        sums->lost[lane] += (double)lost;
+    }
+}
+
 static void add(const float *t, const float *d, size_t count,
                 ibl_error_sums *sums)
 {
@@ -78,7 +110,7 @@ static void add(const float *t, const float *d, size_t count,
 #pragma GCC unroll 2
         for (size_t lane = 0; lane < IBL_ERROR_LANES; lane += VF)
             add_texels(t + 3 * (i + lane), d + 3 * (i + lane), lane, sums);
-    ibl_texel_error_add_c(t, d, i, count, sums);
+    add_rest(t, d, i, count, sums);
 }
 
 IBL_VECTOR_KERNEL(ibl_texel_error, add)

@@ -7,8 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "common/clock.h"
-#include "common/stderr_line.h"
+#include "common/process.h"
 #include "view/message.h"
 #include "view/picture.h"
 

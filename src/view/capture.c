@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/clock.h"
+#include "common/process.h"
 #include "common/signals.h"
 #include "view/message.h"
 #include "view/program.h"

@@ -5,8 +5,8 @@
 #include <unistd.h>
 
 #include "common/path.h"
+#include "common/process.h"
 #include "common/signals.h"
-#include "common/stderr_line.h"
 #include "view/app.h"
 #include "view/message.h"
 

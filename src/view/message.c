@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "common/stderr_line.h"
+#include "common/process.h"
 
 static bool quiet;
 

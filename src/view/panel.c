@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "common/stderr_line.h"
+#include "common/process.h"
 #include "view/inspect.h"
 #include "view/key_bindings.h"
 #include "view/message.h"

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/clock.h"
+#include "common/process.h"
 #include "common/signals.h"
 #include "view/errors.h"
 #include "view/frame.h"

@@ -5,9 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "common/clock.h"
+#include "common/process.h"
 #include "common/signals.h"
-#include "common/stderr_line.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
 

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/clock.h"
+#include "common/process.h"
 #include "common/signals.h"
 #include "view/inspect.h"
 #include "view/labels.h"

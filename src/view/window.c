@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "common/clock.h"
+#include "common/process.h"
 #include "view/app.h"
 #include "view/gl.h"
 #include "view/key_bindings.h"

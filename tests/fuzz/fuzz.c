@@ -7,7 +7,7 @@
 #include <sys/types.h>
 #include <unistd.h>
 
-#include "common/stderr_line.h"
+#include "common/process.h"
 
 ibl_ctx *fuzz_ctx;
 size_t fuzz_longest_read;

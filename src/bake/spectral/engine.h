@@ -14,12 +14,30 @@
 #define IBL_BAKE_SPECTRAL_ENGINE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
-#include "bake/spectral/lights.h"
 #include "bake/spectral/resample.h"
 #include "bake/spectral/row_fft.h"
 #include "bake/spectral/transform.h"
 #include "ibl/ibl.h"
+
+enum {
+    IBL_LIGHTS_GROUP = 4096, /* most lights of a group of rows */
+    IBL_LIGHTS_MOST = 4096   /* most lights of the whole map */
+};
+
+/* A pixel, and its radiance above the value that replaced it. */
+typedef struct ibl_pixel_light {
+    int row, column;
+    float rgb[3];
+    double energy; /* of all channels; the caller sets it */
+} ibl_pixel_light;
+
+/* Values of a group of rows, for each channel. */
+typedef struct ibl_row_range {
+    float low[3], high[3];
+    double mean[3];
+} ibl_row_range;
 
 /* Results for IBL_ROW_GROUP rows. */
 typedef struct ibl_spectral_group {

@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-#ifndef COMMON_STDERR_LINE_H
-#define COMMON_STDERR_LINE_H
+/* A program's clock, and its standard streams. */
+#ifndef COMMON_PROCESS_H
+#define COMMON_PROCESS_H
 
 #include <stdio.h>
 
 #include "json/text.h"
+
+/* Seconds of the monotonic clock. */
+double ibl_now(void);
 
 /* Replaces control characters, which would break the line or act on the
  * terminal, by '?'. */

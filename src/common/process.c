@@ -1,10 +1,19 @@
 /* SPDX-License-Identifier: MIT */
-#include "common/stderr_line.h"
+#include "common/process.h"
 
 #include <errno.h>
 #include <string.h>
+#include <time.h>
 
 #include "common/option.h"
+
+double ibl_now(void)
+{
+    struct timespec t;
+
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
 
 void ibl_one_line(char *text)
 {
