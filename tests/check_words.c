@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* Words of text, and places in it that are filled in. */
-#include "json/text.c"
-
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
