@@ -83,9 +83,8 @@ static void read_grid(const fuzz_input *in, ibl_console *console)
 {
     ibl_probes_opts opts = {.grid = 1, .count = 1};
 
-    (void)console;
     opts.input[0] = fuzz_save("json", in->bytes, in->size);
-    fuzz_said(ibl_probes_grid(&opts));
+    fuzz_said(!ibl_probes_grid(&opts, console, fuzz_ctx));
 }
 
 static void open_set(const fuzz_input *in, ibl_console *console)
