@@ -182,7 +182,8 @@ $(BUILD)/obj/src/io/bridge.o $(BUILD)/obj/src/scene/gltf_packed.o: \
     $(BUILD)/used-libdir
 $(addprefix $(BUILD)/obj/src/,io/exr_chunks.o engine/png.o): \
     $(BUILD)/used-deflate
-$(addprefix $(BUILD)/obj/src/cli/,bake_sidecar.o common_options.o): $(BUILD)/used-revision
+$(addprefix $(BUILD)/obj/src/cli/,bake_write.o bench.o common_options.o \
+    probes_index.o): $(BUILD)/used-revision
 
 define COMPILE
 @mkdir -p $(@D)

@@ -319,7 +319,7 @@ bool view_set_map(const baked_set *set, ibl_image *map)
     bool ok = !status;
     /* Otherwise another map, or another layer of it. */
     ok = ok &&
-         (set->source_peak <= 0 || set->source_peak == (double)report.peak) &&
+         (set->source_peak <= 0 || (float)set->source_peak == report.peak) &&
          (!read.hash || !strcmp(set->source_hash, report.hash));
     if (!ok) {
         ibl_image_free(map);
