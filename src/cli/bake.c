@@ -447,8 +447,7 @@ void ibl_job_end(ibl_job *r)
     ibl_outputs_free(r->outputs);
     for (int i = 0; i < r->count; i++) {
         ibl_output_set *b = &r->sets[i];
-        if (b->judged.json)
-            json_decref(b->judged.json);
+        json_decref(b->judged.json);
         if (b->choice)
             ibl_choice_free(b->choice);
         free(b->choice);
