@@ -79,7 +79,7 @@ fi
 block c >light.c
 ok c cc -Wall -Wextra -Werror -I"$top/include" light.c "$build/libiblbake.a" \
     -lOpenEXRCore $(pkg-config --libs "$(cat "$build/used-deflate")" \
-    libzstd) \
+    libzstd jansson libpng zlib) \
     -ldl -lm -pthread -o light
 ok c-runs ./light
 
