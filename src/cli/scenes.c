@@ -165,14 +165,11 @@ void ibl_choice_add(ibl_choice *c, bool chosen, const char *name,
     char *why = strchr(text, '\t');
     if (why)
         *why++ = '\0';
-    char *table = ibl_need(
-        ibl_format("%s%-7s %-14s %s%s%s\n", c->table ? c->table : "",
-                   c->rows[chosen]++ ? ""
-                   : chosen          ? "chosen"
-                                     : "found",
-                   name, text, why && *why ? "  " : "", why ? why : ""));
-    free(c->table);
-    c->table = table;
+    ibl_append(&c->table, "%-7s %-14s %s%s%s\n",
+               c->rows[chosen]++ ? ""
+               : chosen          ? "chosen"
+                                 : "found",
+               name, text, why && *why ? "  " : "", why ? why : "");
 }
 
 void ibl_choice_print(const ibl_choice *c, FILE *to)

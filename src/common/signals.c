@@ -5,8 +5,10 @@
 #include <errno.h>
 #include <jansson.h>
 #include <signal.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 #include "ibl/io.h"
@@ -52,4 +54,19 @@ void *ibl_need(void *p)
             program_invocation_short_name);
     ibl_outputs_abort_all();
     _exit(1); /* other threads may run: no exit functions */
+}
+
+void ibl_append(char **text, const char *fmt, ...)
+{
+    const size_t used = *text ? strlen(*text) : 0;
+    char *more = NULL;
+    va_list ap;
+
+    va_start(ap, fmt);
+    if (vasprintf(&more, fmt, ap) < 0)
+        ibl_need(NULL);
+    va_end(ap);
+    *text = ibl_need(realloc(*text, used + strlen(more) + 1));
+    strcpy(*text + used, more);
+    free(more);
 }

@@ -13,4 +13,9 @@ void ibl_signals_catch(void);
  * removes temporary files and ends the program with status 1. */
 void *ibl_need(void *p) __attribute__((returns_nonnull));
 
+/* Appends to a text, NULL at first, which the caller must free. Ends the
+ * program in the same way. */
+void ibl_append(char **text, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
+
 #endif
