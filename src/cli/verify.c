@@ -196,9 +196,8 @@ static const ibl_rule rules[] = {
     {"texels seed", SOME_TEXELS | OF_RENDERED, "--all judges every texel"},
     {"shader lobe-table directions max-rendered-error", OF_RENDERED,
      "is for what is drawn: add --rendered"},
-    {"rotate lights layer part any-aspect input-layout face-order "
-     "input-transfer strict primaries exposure clamp",
-     OF_MAP, "a table needs no environment: leave it out"},
+    {"rotate lights " IBL_INPUT_OPTIONS, OF_MAP,
+     "a table needs no environment: leave it out"},
     {"name", IN_DIRECTORY, "is of files in a directory: add it"},
     {.options = NULL}};
 
@@ -217,8 +216,7 @@ static const ibl_rule rules_of_files[] = {
      "there is no table of the split sum: leave it out"},
     {"lights", FOUND(SPECULAR) | FOUND(IRRADIANCE),
      "there is no specular or irradiance map: leave it out"},
-    {"rotate mirror up layer part any-aspect input-layout face-order "
-     "input-transfer strict primaries exposure clamp",
+    {"rotate mirror up " IBL_INPUT_OPTIONS,
      FOUND(SPECULAR) | FOUND(IRRADIANCE) | FOUND(SKYBOX),
      "there is no map: leave it out"},
     {.options = NULL}};
