@@ -607,13 +607,16 @@ static int run_one(const verify_opts *o)
         const bool passed = ibl_report_passes(
             &report, o->max_error, o->max_rendered_error, why, sizeof why);
         char *text = o->json ? text_of_report(&v, &report, passed) : NULL;
+        char *table = ibl_report_text(&report);
         if (print_json)
             fputs(text, stdout);
         else if (text)
             ok = !ibl_outputs_add(outputs, o->json, text, strlen(text));
-        free(text);
         if (ok && !o->common.quiet && !print_json)
-            ibl_report_print(&report, stdout);
+            fputs(table, stdout);
+        fflush(stdout); /* before later messages in a log */
+        free(text);
+        free(table);
         ok = ok && ibl_console_commit(&console, outputs) &&
              (passed ||
               ibl_console_fail(&console, "%s%s%s", o->probe ? o->probe : "",
