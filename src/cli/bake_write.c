@@ -158,7 +158,6 @@ static int list_options(const ibl_output_set *b,
 /* What only the program knows; NULL: nothing. */
 static char *more(const ibl_output_set *b)
 {
-    const ibl_console *c = &b->job->console;
     json_t *j = json_object();
 
     if (b->choice)
@@ -167,17 +166,6 @@ static char *more(const ibl_output_set *b)
         json_object_set_new(j, "scene", ibl_scenes_json(b->job->scenes));
     if (b->opts->verify)
         json_object_set(j, "verify", b->judged.json);
-    if (b->opts->timings) { /* so far, rounded to microseconds */
-        json_t *stages = json_object();
-        for (int i = 0; i < c->count; i++)
-            json_object_set_new(
-                stages, c->stages[i].name,
-                json_real(round(c->stages[i].seconds * 1e6) / 1e6));
-        json_object_set_new(j, "timings",
-                            json_pack("{si so}", "threads",
-                                      ibl_ctx_threads(b->job->ctx), "seconds",
-                                      stages));
-    }
     char *text = json_object_size(j) ? ibl_need(ibl_json_text(j)) : NULL;
     json_decref(j);
     return text;
@@ -207,9 +195,9 @@ static char *name_file(const ibl_output_set *b, ibl_output_kind kind)
     return name;
 }
 
-/* The text of NAME.json: see FILES in the manual page. Without --timings it has
- * neither threads nor times, so equal bakes give equal bytes. The caller must
- * free it with ibl_bytes_free; NULL after a message. */
+/* The text of NAME.json: see FILES in the manual page. It has neither threads
+ * nor times, so equal bakes give equal bytes. The caller must free it with
+ * ibl_bytes_free; NULL after a message. */
 static char *sidecar(const ibl_output_set *b)
 {
     const ibl_opts *o = b->opts;

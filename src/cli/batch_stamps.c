@@ -44,8 +44,8 @@ static void hash_options(const ibl_job *r, char hash[IBL_FILE_HASH])
     FILE *to = ibl_need(ibl_memory_open(&file));
 
     ibl_print_settings(to, ibl_ctx_isa(r->ctx), &ibl_bake_command, &o->given);
-    fprintf(to, "%s\nverify %d %.17g timings %d\n", o->input ? o->input : "",
-            o->verify, o->max_error, o->timings);
+    fprintf(to, "%s\nverify %d %.17g\n", o->input ? o->input : "", o->verify,
+            o->max_error);
     for (int i = 0; i < r->count; i++)
         if (r->sets[i].opts->of)
             fprintf(to, "%s\n", r->sets[i].opts->of->options);

@@ -65,8 +65,7 @@ typedef struct ibl_opts {
     ibl_f0 lobe_f0; /* of the lobe table; by the scene */
     const char *preview;
     const char *depfile;
-    int sync;    /* 1: flush the files to the disk */
-    int timings; /* 1: write stage times into the sidecar */
+    int sync; /* 1: flush the files to the disk */
     int verify;
     double max_error; /* limit for verify; NAN: none */
     ibl_scene_list scenes;
