@@ -432,44 +432,6 @@ static void release(void *settings)
     free(((ibl_cmdline *)settings)->given);
 }
 
-static bool accept(void *settings)
-{
-    (void)settings;
-    return true;
-}
-
-/* The environments were taken when the words were read first. */
-static bool pass(void *settings, const char *word)
-{
-    (void)settings;
-    return *word;
-}
-
-/* Reads the options of a target or preset, then those of the command line. */
-static bool read_words(const char *first, char **words, ibl_opts *o)
-{
-    const ibl_command set = {.sections = sections,
-                             .settings_size = sizeof *o,
-                             .defaults = defaults,
-                             .take = pass,
-                             .validate = accept};
-    char **options = ibl_need(ibl_words_split(first));
-    int count = 0, more = 0;
-
-    while (options[count])
-        count++;
-    while (words[more])
-        more++;
-    char **all = ibl_need(malloc((size_t)(count + more + 1) * sizeof *all));
-    memcpy(all, options, (size_t)count * sizeof *all);
-    memcpy(all + count, words, (size_t)(more + 1) * sizeof *all);
-    /* No option of a target keeps its word. */
-    const bool ok = ibl_command_line(&set, all, o, NULL);
-    free(all);
-    free(options);
-    return ok;
-}
-
 /* What a target or preset sets falls away where the command line has no place
  * for it. */
 static void drop_unfit(ibl_opts *o)
@@ -497,16 +459,21 @@ static void drop_unfit(ibl_opts *o)
 static bool add_set(ibl_cmdline *line, const ibl_opts *typed,
                     const ibl_target *target)
 {
+    static const ibl_command more = {.sections = sections};
     ibl_opts *o = &line->set[line->count++], want;
-    static char *none[] = {NULL};
     const char *options =
         target ? target->options : preset_options[typed->preset];
     char prefix[32] = "";
 
     *o = *typed;
     if (*options) {
-        if (!read_words(options, none, &want) ||
-            !read_words(options, line->words, o))
+        char **words = ibl_need(ibl_words_split(options));
+        defaults(&want);
+        bool ok = ibl_command_line(&more, words, &want, NULL);
+        free(words); /* no option of a target keeps its word */
+        *o = want;
+        ok = ok && ibl_command_line(&more, line->words, o, NULL);
+        if (!ok)
             return false;
         o->given = typed->given;
         o->input = typed->input;
