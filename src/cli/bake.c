@@ -84,8 +84,6 @@ double ibl_bake_bytes(const ibl_job *r, size_t reader, int width, int height)
 {
     const ibl_opts *o = r->opts;
     const double pixels = (double)width * (double)height;
-    const bool chooses =
-        !isnan(o->rendered_error) || o->lights == IBL_LIGHTS_AUTO;
     ibl_specular_options chains[IBL_MAX_TARGETS];
     const ibl_bake_options all = join_sets(r, chains);
     double map = 0, files = 0;
@@ -93,8 +91,8 @@ double ibl_bake_bytes(const ibl_job *r, size_t reader, int width, int height)
 
     if (ibl_bake_memory(r->ctx, width, height, &all, &bake))
         return 0;
-    if (o->lights || o->verify || o->preview || chooses)
-        map = pixels * (12 + 14 * (o->lights != 0) + 4 * chooses);
+    if (o->lights || o->verify || o->preview || !isnan(o->rendered_error))
+        map = pixels * (12 + 14 * (o->lights != 0));
     for (int i = 0; i < r->count; i++) {
         const ibl_bake_options *set = &r->sets[i].opts->bake;
         ibl_specular_layout l;
