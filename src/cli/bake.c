@@ -167,7 +167,7 @@ static bool measure(ibl_job *r, const ibl_opts *o, const ibl_truth *truth,
     if (!isnan(error[lights]))
         return true;
     const bool ok =
-        take_lights(r, lights) && !ibl_candidate_bake(r->ctx, &r->rest, o, &c);
+        take_lights(r, lights) && ibl_candidate_bake(r->ctx, &r->rest, o, &c);
     if (ok) {
         ibl_drawn d = {.lights = r->lights, .light_count = r->light_count};
         ibl_candidate_draw(&d, &c);
@@ -364,10 +364,13 @@ static bool choose(ibl_job *r, ibl_output_set *b)
     b->choice = ibl_need(calloc(1, sizeof *b->choice));
     if (scenes)
         ibl_scenes_tell(scenes, b->choice);
-    if (scenes && !ibl_scenes_materials(scenes, &materials))
-        ibl_scenes_drop(scenes, o, b->choice);
-    else if (!ibl_choose(r, &materials, o, b->choice))
+    if (scenes && !ibl_scenes_materials(scenes, &materials)) {
+        b->choice->usual_bytes = b->choice->bytes = ibl_candidate_bytes(o);
+        ibl_choice_add(b->choice, true, "outputs",
+                       "as usual\tnothing reflects");
+    } else if (!ibl_choose(r, &materials, o, b->choice)) {
         return false;
+    }
     ibl_set_name_files(b);
     if (scenes && ibl_scenes_sheen(scenes, o, &r->sheen, b->choice))
         add_set(r, &r->sheen);

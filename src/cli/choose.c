@@ -170,12 +170,12 @@ static const ibl_candidate *find_made(search *s, const ibl_opts *o,
         m += 1 + s->made_count[kind]++ % (MADE - 1);
     ibl_candidate_free(&m->set);
     *m = key;
-    if (!ibl_candidate_bake(s->ctx, o->lights ? &s->from->rest : &s->from->env,
-                            &part, &m->set) &&
-        !ibl_candidate_round(s->ctx, &part, &m->set))
-        return &m->set;
-    m->kind = IBL_OUTPUT_COUNT;
-    return NULL;
+    return ibl_candidate_bake(s->ctx,
+                              o->lights ? &s->from->rest : &s->from->env, &part,
+                              &m->set) &&
+                   ibl_candidate_round(s->ctx, &part, &m->set)
+               ? &m->set
+               : NULL;
 }
 
 /* Measures the set of some options. */
@@ -520,7 +520,7 @@ ibl_materials ibl_materials_all(void)
 
 /* Finds the truth and the figures of the options as they are, then what may be
  * chosen. Layers that no material looks up are left out. */
-static bool begin(search *s, const ibl_materials *m, ibl_choice *c)
+static void begin(search *s, const ibl_materials *m, ibl_choice *c)
 {
     ibl_opts *o = s->o;
     ibl_truth_options of = ibl_truth_options_default();
@@ -530,10 +530,11 @@ static bool begin(search *s, const ibl_materials *m, ibl_choice *c)
     of.directions = SAMPLES;
     of.geometry = o->lut.geometry;
     of.materials = m;
-    if (!ibl_truth_make(s->ctx, &s->from->env, o->bake.yaw_deg, &of,
-                        &s->truth) ||
-        !measure(s, o, &usual))
-        return false;
+    s->failed = !ibl_truth_make(s->ctx, &s->from->env, o->bake.yaw_deg, &of,
+                                &s->truth) ||
+                !measure(s, o, &usual);
+    if (s->failed)
+        return;
     c->usual_bytes = c->bytes = ibl_candidate_bytes(o);
     c->usual_error = c->error = usual.value[IBL_FIGURE_NRMSE];
     c->standard_error = usual.error[IBL_FIGURE_NRMSE];
@@ -550,7 +551,6 @@ static bool begin(search *s, const ibl_materials *m, ibl_choice *c)
                  : has[0]         ? IBL_F0_METALS
                                   : IBL_F0_DIELECTRICS;
     list_values(s);
-    return true;
 }
 
 static void search_all(search *s, ibl_choice *c)
@@ -604,38 +604,18 @@ bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
     s->fits = !ibl_is_given(&o->given, "mapping") &&
               !ibl_is_given(&o->given, "roughness-range") && !o->of &&
               !o->engine;
-    const bool ok = begin(s, materials, choice);
-    if (ok)
+    begin(s, materials, choice);
+    if (!s->failed)
         search_all(s, choice);
     for (int i = 0; i < IBL_OUTPUT_COUNT * MADE; i++)
         ibl_candidate_free(&s->made[i / MADE][i % MADE].set);
     ibl_truth_free(&s->truth);
-    const bool failed = s->failed;
+    const bool ok = !s->failed;
     free(s);
-    return ok && !failed;
+    return ok;
 }
 
 /* ---- what follows from the materials alone ------------------------------ */
-
-void ibl_scenes_drop(const ibl_scenes *s, ibl_opts *o, ibl_choice *c)
-{
-    const unsigned tables = 1u << IBL_OUTPUT_LUT | 1u << IBL_OUTPUT_LOBES;
-    const bool lit = ibl_survey_share(s->survey.dielectric) > 0;
-
-    c->usual_bytes = c->bytes = ibl_candidate_bytes(o);
-    if (o->of || o->engine || ibl_is_given(&o->given, "only")) {
-        ibl_choice_add(c, true, "outputs", "as asked\tthough nothing reflects");
-        return;
-    }
-    o->only &= ~(tables | 1u << IBL_OUTPUT_SPECULAR);
-    if (!lit)
-        o->only &= ~(1u << IBL_OUTPUT_IRRADIANCE);
-    ibl_choice_add(c, true, "specular", "none\tnothing reflects");
-    ibl_choice_add(c, true, "irradiance", "%s",
-                   lit ? "as usual" : "none\tall is unlit");
-    ibl_opts_select(o);
-    c->bytes = ibl_candidate_bytes(o);
-}
 
 bool ibl_scenes_sheen(const ibl_scenes *s, const ibl_opts *o, ibl_opts *sheen,
                       ibl_choice *c)
