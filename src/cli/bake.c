@@ -450,7 +450,7 @@ void ibl_job_end(ibl_job *r)
         ibl_output_set *b = &r->sets[i];
         json_decref(b->judged.json);
         if (b->choice)
-            ibl_choice_free(b->choice);
+            free(b->choice->table);
         free(b->choice);
         if (!ibl_set_takes(b, IBL_OUTPUT_LUT))
             ibl_lut_free(&b->lut);

@@ -181,11 +181,9 @@ static const ibl_candidate *find_made(search *s, const ibl_opts *o,
 /* Measures the set of some options. */
 static bool measure(search *s, const ibl_opts *o, ibl_measured *m)
 {
-    ibl_specular_layout l;
     ibl_opts cubes = *o;
     const ibl_candidate none = {0}, *c, *lut = &none, *lobes = &none;
-    ibl_drawn d = {.shader = s->lobes ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT,
-                   .sh_degree = 2,
+    ibl_drawn d = {.sh_degree = 2,
                    .lights = s->from->lights,
                    .light_count = s->from->light_count};
 
@@ -194,8 +192,6 @@ static bool measure(search *s, const ibl_opts *o, ibl_measured *m)
     cubes.bake.specular_options.projection = IBL_PROJECTION_CUBE;
     cubes.bake.irradiance_options.projection = IBL_PROJECTION_CUBE;
     cubes.bake.irradiance |= cubes.bake.sh_degree < 2;
-    if (ibl_specular_layout_of(&cubes.bake.specular_options, &l))
-        return false;
     if (ibl_opts_want(o, IBL_OUTPUT_LUT) && !o->lut.kind && o->lut.size > 1)
         lut = find_made(s, o, IBL_OUTPUT_LUT);
     if (s->lobes)
@@ -203,10 +199,10 @@ static bool measure(search *s, const ibl_opts *o, ibl_measured *m)
     c = find_made(s, &cubes, IBL_OUTPUT_SPECULAR);
     if (!lut || !lobes || !c)
         return false;
+    ibl_candidate_draw(&d, c);
     d.lut = lut->lut;
     d.lobes = lobes->lobes;
-    ibl_drawn_chain(&d, &c->made.specular, &l);
-    d.irradiance = c->made.irradiance;
+    d.shader = s->lobes ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT;
     if (!d.irradiance.data || (o->of && o->of->harmonics))
         d.sh = c->made.sh;
     ibl_measure(&s->truth, &d, m);
