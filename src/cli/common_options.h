@@ -25,7 +25,11 @@ typedef struct ibl_common {
     int verbose;
 } ibl_common;
 
-extern const ibl_section ibl_input_section;   /* sets read of ibl_common */
+extern const ibl_section ibl_input_section; /* sets read of ibl_common */
+/* The names of its options, for rules. */
+#define IBL_INPUT_OPTIONS                                                      \
+    "layer part any-aspect input-layout face-order input-transfer strict "     \
+    "primaries exposure clamp"
 extern const ibl_section ibl_running_section; /* the rest, --help, --version */
 
 /* Rows of a table for ibl_texel_options texels of IBL_SETTINGS. */
