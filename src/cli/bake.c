@@ -565,7 +565,6 @@ static int bake_one(const ibl_cmdline *line)
     ibl_job r = {.line = line, .print = stdout};
 
     ibl_console_init(&r.console, o->common.quiet, o->common.verbose);
-    ibl_signals_catch();
     ibl_job_begin(&r);
     bool ok = (o->explain && !o->input) || /* which bakes nothing */
               (!ibl_start(&o->common, &r.console, &r.ctx) && ibl_job_make(&r));
@@ -573,11 +572,9 @@ static int bake_one(const ibl_cmdline *line)
     for (int i = 0; i < r.count && ok && o->explain; i++)
         explain(&r.sets[i], r.count > 1);
     ok = ok && ibl_job_commit(&r);
-    const int status = ibl_console_end(&r.console, ok);
-    if (ok && o->common.verbose && !o->dry_run) {
+    if (ok && o->common.verbose && !o->dry_run)
         ibl_job_log(&r);
-        ibl_console_print_times(&r.console);
-    }
+    const int status = ibl_console_end(&r.console, ok);
     ibl_job_end(&r);
     ibl_ctx_free(r.ctx);
     return status;

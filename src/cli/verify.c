@@ -579,7 +579,6 @@ static int run_one(const verify_opts *o)
     char why[200] = "";
 
     ibl_console_init(&console, o->common.quiet, o->common.verbose);
-    ibl_signals_catch();
     bool ok = !ibl_start(&o->common, &console, &v.ctx) &&
               !ibl_outputs_create(v.ctx, 0, &outputs) && judge(&v, &report);
     ibl_console_finish(&console);
@@ -603,8 +602,6 @@ static int run_one(const verify_opts *o)
                                o->probe ? ": " : "", why));
     }
     const int status = ibl_console_end(&console, ok);
-    if (ok && o->common.verbose)
-        ibl_console_print_times(&console);
     ibl_outputs_free(outputs);
     json_decref(report.json);
     for (int c = 0; c < IBL_CONTENT_LUT; c++)
