@@ -194,9 +194,7 @@ static const ibl_option many[] = {
 static const ibl_option input[] = {
     {"prefiltered", 0, IBL_FLAG(prefiltered),
      .help = "take a texture that is a baked map for an environment"},
-    {"rotate", 0, IBL_OTHER(bake.yaw_deg, "DEG", ibl_rotate_parse),
-     .allowed = IBL_ROTATE_ALLOWED,
-     .standard = "0",
+    {"rotate", 0, IBL_REAL(bake.yaw_deg, "DEG", -360, 360),
      .help = "turn the environment about +Y, counter-clockwise from above"},
     {"mirror", 0, IBL_CHOICE(axes.mirror, ibl_mirror_names),
      .help = "negate an axis of the world in all outputs, or exchange two"},

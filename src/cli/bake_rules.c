@@ -346,9 +346,7 @@ bool ibl_opts_check_uses(const ibl_cmdline *line)
              "only ktx2 files can hold it: take --format ktx2"},
             {"rotate mirror up", cubes || sh,
              "nothing that is made has directions: leave it out"},
-            {"prefiltered layer part any-aspect input-layout face-order "
-             "input-transfer strict primaries exposure clamp",
-             !ibl_opts_of_none(o),
+            {"prefiltered " IBL_INPUT_OPTIONS, !ibl_opts_of_none(o),
              "nothing that is made depends on the environment: leave it out"},
             {"name", is_named(o),
              "no file has a name of its own: leave it out"},

@@ -541,8 +541,12 @@ bool ibl_set_write(ibl_output_set *b)
     if (!ok || !o->verify || !b->job->print)
         return ok;
     ibl_console_finish(&b->job->console);
-    if (!o->common.quiet)
-        ibl_report_print(&b->judged, b->job->print);
+    if (!o->common.quiet) {
+        char *text = ibl_report_text(&b->judged);
+        fputs(text, b->job->print);
+        fflush(b->job->print); /* before later messages in a log */
+        free(text);
+    }
     return ibl_report_passes(&b->judged, o->max_error, NAN, why, sizeof why) ||
            ibl_console_fail(&b->job->console, "%s: nothing was written", why);
 }

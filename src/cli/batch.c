@@ -450,16 +450,14 @@ static bool make_tables(batch *b)
 static bool write_depfile(batch *b)
 {
     ibl_outputs *outputs = NULL;
-    ibl_memory_file file;
-    FILE *to = ibl_need(ibl_memory_open(&file));
+    char *text = ibl_need(strdup(""));
 
     for (int i = 0; i < b->maps.count; i++)
         if (b->maps.list[i].rule)
-            fputs(b->maps.list[i].rule, to);
-    char *text = ibl_need(ibl_memory_close(to, &file));
+            ibl_append(&text, "%s", b->maps.list[i].rule);
     const bool ok =
         !ibl_outputs_create(b->shared->ctx, 0, &outputs) &&
-        !ibl_outputs_add(outputs, b->opts->depfile, text, file.size) &&
+        !ibl_outputs_add(outputs, b->opts->depfile, text, strlen(text)) &&
         !ibl_outputs_commit(outputs);
     ibl_outputs_free(outputs);
     free(text);

@@ -40,17 +40,15 @@ typedef struct stamp {
 static void hash_options(const ibl_job *r, char hash[IBL_FILE_HASH])
 {
     const ibl_opts *o = r->opts;
-    ibl_memory_file file;
-    FILE *to = ibl_need(ibl_memory_open(&file));
+    char *text =
+        ibl_settings_text(ibl_ctx_isa(r->ctx), &ibl_bake_command, &o->given);
 
-    ibl_print_settings(to, ibl_ctx_isa(r->ctx), &ibl_bake_command, &o->given);
-    fprintf(to, "%s\nverify %d %.17g\n", o->input ? o->input : "", o->verify,
-            o->max_error);
+    ibl_append(&text, "%s\nverify %d %.17g\n", o->input ? o->input : "",
+               o->verify, o->max_error);
     for (int i = 0; i < r->count; i++)
         if (r->sets[i].opts->of)
-            fprintf(to, "%s\n", r->sets[i].opts->of->options);
-    char *text = ibl_need(ibl_memory_close(to, &file));
-    ibl_hash_bytes(text, file.size, hash);
+            ibl_append(&text, "%s\n", r->sets[i].opts->of->options);
+    ibl_hash_bytes(text, strlen(text), hash);
     free(text);
 }
 
@@ -130,7 +128,8 @@ bool ibl_stamp_holds(const ibl_job *r)
 }
 
 /* name: of an output, or "". A line break in it would end the line. */
-static bool put_file(FILE *to, const char *path, const char *name, double since)
+static bool put_file(char **text, const char *path, const char *name,
+                     double since)
 {
     char identity[IDENTITY_BYTES], hash[IBL_FILE_HASH];
     struct stat st;
@@ -141,7 +140,7 @@ static bool put_file(FILE *to, const char *path, const char *name, double since)
         ibl_hash_file(path, hash))
         return false;
     identify(&st, identity);
-    fprintf(to, "%s %s %s\n", hash, identity, name);
+    ibl_append(text, "%s %s %s\n", hash, identity, name);
     return true;
 }
 
@@ -150,25 +149,23 @@ static bool put_file(FILE *to, const char *path, const char *name, double since)
 static bool write_stamp(const stamp *s, const ibl_job *r, double since,
                         int held)
 {
-    ibl_memory_file file;
-    FILE *to = ibl_need(ibl_memory_open(&file));
     ibl_outputs *outputs = NULL;
+    char *text = NULL;
     bool known = true, ok = true;
 
-    fprintf(to, STAMP " %s %d\n", s->options, s->files.count);
+    ibl_append(&text, STAMP " %s %d\n", s->options, s->files.count);
     for (int i = 0; i < s->files.count && known; i++) {
         const bool made = i >= s->files.inputs;
         const char *below =
             s->files.path[i] + (made ? strlen(r->opts->directory) : 0);
-        known = put_file(to, s->files.path[i],
+        known = put_file(&text, s->files.path[i],
                          made ? below + strspn(below, "/") : "",
                          made ? HUGE_VAL : since);
     }
-    char *text = ibl_need(ibl_memory_close(to, &file));
     if (known) {
         ok = !ibl_outputs_create(r->ctx, 0, &outputs);
         ibl_outputs_hold(outputs, held);
-        ok = ok && !ibl_outputs_add(outputs, s->path, text, file.size) &&
+        ok = ok && !ibl_outputs_add(outputs, s->path, text, strlen(text)) &&
              !ibl_outputs_commit(outputs);
         ibl_outputs_free(outputs);
     }

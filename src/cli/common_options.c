@@ -15,6 +15,7 @@
 #include "cli/common_options.h"
 #include "common/names.h"
 #include "common/path.h"
+#include "common/signals.h"
 #include "engine/set.h"
 #include "json/text.h"
 
@@ -120,28 +121,6 @@ bool ibl_stem(const char *input, char *stem, size_t size)
     return true;
 }
 
-/* Yaws with which faces look in the same directions as those of another
- * program. learnopengl and threejs use the mapping of ibl/ibl.h. cmgen (1.9,
- * without --no-mirror) was measured: its +Z face shows the centre of the map,
- * its +X face the point a quarter of the width to the left. */
-static const struct {
-    const char *name;
-    double yaw_deg;
-} presets[] = {{"learnopengl", 0}, {"threejs", 0}, {"cmgen", -90}};
-
-bool ibl_rotate_parse(void *yaw_deg, const char *value)
-{
-    double *yaw = yaw_deg;
-    const char *end;
-
-    for (size_t i = 0; i < sizeof presets / sizeof presets[0]; i++)
-        if (!strcmp(value, presets[i].name)) {
-            *yaw = presets[i].yaw_deg;
-            return true;
-        }
-    return ibl_number_real(value, -360, 360, yaw, &end) && !*end;
-}
-
 /* Parses bytes, with K, M or G for powers of 1024, into a size_t. */
 static bool parse_size(void *bytes, const char *value)
 {
@@ -245,18 +224,21 @@ ibl_common ibl_common_default(void)
     return (ibl_common){.read = read, .isa = IBL_ISA_AUTO};
 }
 
-void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_command *command,
+char *ibl_settings_text(ibl_isa isa, const ibl_command *command,
                         const ibl_given *given)
 {
-    fprintf(to, "iblbake %s %s %s\n", IBL_VERSION, IBL_REVISION,
-            ibl_isa_arithmetic(isa));
+    char *text = NULL;
+
+    ibl_append(&text, "iblbake %s %s %s\n", IBL_VERSION, IBL_REVISION,
+               ibl_isa_arithmetic(isa));
     for (const ibl_section *const *s = command->sections; *s; s++)
         for (int i = 0; i < (*s)->count; i++) {
             const ibl_option *o = &(*s)->options[i];
             const char *value = ibl_given_value(given, o->name);
             if (value && !o->aside)
-                fprintf(to, "--%s=%s\n", o->name, value);
+                ibl_append(&text, "--%s=%s\n", o->name, value);
         }
+    return text;
 }
 
 bool ibl_common_validate(const ibl_common *c)

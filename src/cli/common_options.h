@@ -25,7 +25,11 @@ typedef struct ibl_common {
     int verbose;
 } ibl_common;
 
-extern const ibl_section ibl_input_section;   /* sets read of ibl_common */
+extern const ibl_section ibl_input_section; /* sets read of ibl_common */
+/* The names of its options, for rules. */
+#define IBL_INPUT_OPTIONS                                                      \
+    "layer part any-aspect input-layout face-order input-transfer strict "     \
+    "primaries exposure clamp"
 extern const ibl_section ibl_running_section; /* the rest, --help, --version */
 
 /* Rows of a table for ibl_texel_options texels of IBL_SETTINGS. */
@@ -47,9 +51,10 @@ ibl_common ibl_common_default(void);
 /* Bytes that may be taken; 0: no limit is known. */
 size_t ibl_memory_most(const ibl_common *c);
 bool ibl_common_validate(const ibl_common *c);
-/* Prints what decides what is made beside the inputs: program, arithmetic, and
- * the command's options that were given and are not aside. */
-void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_command *command,
+/* What decides what is made beside the inputs: program, arithmetic, and the
+ * command's options that were given and are not aside. The caller must free it.
+ */
+char *ibl_settings_text(ibl_isa isa, const ibl_command *command,
                         const ibl_given *given);
 /* The outputs of a bake, in the order in which they are made. */
 typedef enum ibl_output_kind {
@@ -81,11 +86,6 @@ enum {
  * %f; "env" for standard input, a list of files or NULL. False, after a line on
  * stderr: it does not fit. */
 bool ibl_stem(const char *input, char *stem, size_t size);
-
-/* Parses a value of --rotate into a double. */
-#define IBL_ROTATE_ALLOWED                                                     \
-    "-360 to 360, learnopengl, threejs (both 0) or cmgen (-90)"
-bool ibl_rotate_parse(void *yaw_deg, const char *value);
 
 /* The build defines IBL_REVISION, from git describe; "": unknown. */
 #if defined(__clang__)

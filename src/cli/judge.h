@@ -15,7 +15,6 @@
 #define CLI_JUDGE_H
 
 #include <jansson.h>
-#include <stdio.h>
 
 #include "cli/common_options.h"
 #include "cli/rendered.h"
@@ -81,6 +80,7 @@ void ibl_report_drawn(ibl_report *report, const ibl_truth *truth,
 bool ibl_report_passes(const ibl_report *report, double max_error,
                        double max_rendered, char *why, size_t size);
 
-void ibl_report_print(const ibl_report *report, FILE *to);
+/* The verdicts as tables, to be freed. */
+char *ibl_report_text(const ibl_report *report);
 
 #endif

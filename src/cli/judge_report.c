@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli/judge.h"
+#include "common/signals.h"
 #include "json/json_text.h"
 
 const char *const ibl_shader_names[] = {"auto",       "split",     "bent",
@@ -78,88 +79,90 @@ bool ibl_report_passes(const ibl_report *report, double max_error,
 /* ---- table ----------------------------------------------------------- */
 
 /* Those of a row; NULL: their names. */
-static void print_figures(const json_t *row, FILE *to)
+static void append_figures(char **text, const json_t *row)
 {
     for (int f = 0; f < IBL_FIGURES; f++) {
         const char *name = ibl_figure_names[f];
         if (row)
-            fprintf(to, "  %8.2e+-%5.0e", number(row, name),
-                    error_of(row, name));
+            ibl_append(text, "  %8.2e+-%5.0e", number(row, name),
+                       error_of(row, name));
         else
-            fprintf(to, "  %15s", f ? name : "nRMSE");
+            ibl_append(text, "  %15s", f ? name : "nRMSE");
     }
 }
 
-static void print_roughness(const json_t *row, const char *none, FILE *to)
+static void append_roughness(char **text, const json_t *row, const char *none)
 {
     if (json_object_get(row, "roughness"))
-        fprintf(to, " %6.4f", number(row, "roughness"));
+        ibl_append(text, " %6.4f", number(row, "roughness"));
     else
-        fprintf(to, " %6s", none);
+        ibl_append(text, " %6s", none);
 }
 
-static void print_texels(json_t *row, FILE *to)
+static void append_texels(char **text, json_t *row)
 {
     double at[3] = {0};
 
     json_unpack(row, "{s:[F,F,F]}", "worst_at", &at[0], &at[1], &at[2]);
-    fprintf(to, "%-10s %2.0f", text_of(row, "content"), number(row, "level"));
-    print_roughness(row, "-", to);
-    fprintf(to, " %5.0f %7.0f", number(row, "size"), number(row, "texels"));
-    print_figures(row, to);
-    fprintf(to, "  %8.2e", number(row, "worst"));
+    ibl_append(text, "%-10s %2.0f", text_of(row, "content"),
+               number(row, "level"));
+    append_roughness(text, row, "-");
+    ibl_append(text, " %5.0f %7.0f", number(row, "size"),
+               number(row, "texels"));
+    append_figures(text, row);
+    ibl_append(text, "  %8.2e", number(row, "worst"));
     if (is_lut(row))
-        fprintf(to, "  N.V %5.3f r %5.3f  ", at[0], at[1]);
+        ibl_append(text, "  N.V %5.3f r %5.3f  ", at[0], at[1]);
     else
-        fprintf(to, "  (%+.2f %+.2f %+.2f)", at[0], at[1], at[2]);
-    fprintf(to, " %5.0f\n", number(row, "nonfinite"));
+        ibl_append(text, "  (%+.2f %+.2f %+.2f)", at[0], at[1], at[2]);
+    ibl_append(text, " %5.0f\n", number(row, "nonfinite"));
     if (json_object_get(row, "coefficients"))
-        fprintf(to,
-                "  of degree %.0f; without the degrees above, coefficients "
-                "are off by %.2e\n",
-                number(row, "level"), number(row, "coefficients"));
+        ibl_append(text,
+                   "  of degree %.0f; without the degrees above, coefficients "
+                   "are off by %.2e\n",
+                   number(row, "level"), number(row, "coefficients"));
 }
 
-static void print_drawn(const json_t *row, FILE *to)
+static void append_drawn(char **text, const json_t *row)
 {
-    fprintf(to, "%-5g", number(row, "f0"));
-    print_roughness(row, "mean", to);
-    print_figures(row, to);
-    fputc('\n', to);
+    ibl_append(text, "%-5g", number(row, "f0"));
+    append_roughness(text, row, "mean");
+    append_figures(text, row);
+    ibl_append(text, "\n");
 }
 
-void ibl_report_print(const ibl_report *report, FILE *to)
+char *ibl_report_text(const ibl_report *report)
 {
     json_t *rows = texel_rows(report), *row;
     const json_t *drawn = json_object_get(report->json, "rendered");
     const json_t *means = json_object_get(drawn, "means");
+    char *text = ibl_need(strdup(""));
     size_t i;
 
     if (json_array_size(rows)) {
-        fprintf(to, "%-13s %6s %5s %7s", "level", "r", "size", "texels");
-        print_figures(NULL, to);
-        fprintf(to, "  %8s  %-19s %5s\n", "worst", "towards", "NaN");
+        ibl_append(&text, "%-13s %6s %5s %7s", "level", "r", "size", "texels");
+        append_figures(&text, NULL);
+        ibl_append(&text, "  %8s  %-19s %5s\n", "worst", "towards", "NaN");
     }
     json_array_foreach(rows, i, row)
     {
-        print_texels(row, to);
+        append_texels(&text, row);
     }
     json_decref(rows);
     if (drawn) {
-        fprintf(to, "as rendered by %s: %.0f directions\n%-5s %6s",
-                text_of(drawn, "shader"), number(drawn, "directions"), "F0",
-                "r");
-        print_figures(NULL, to);
-        fputc('\n', to);
+        ibl_append(&text, "as rendered by %s: %.0f directions\n%-5s %6s",
+                   text_of(drawn, "shader"), number(drawn, "directions"), "F0",
+                   "r");
+        append_figures(&text, NULL);
+        ibl_append(&text, "\n");
     }
     json_array_foreach(json_object_get(drawn, "rows"), i, row)
     {
         const size_t each = json_array_size(json_object_get(drawn, "rows")) /
                             json_array_size(means);
-        print_drawn(row, to);
+        append_drawn(&text, row);
         if (i % each == each - 1)
-            print_drawn(json_array_get(means, i / each), to);
+            append_drawn(&text, json_array_get(means, i / each));
     }
-    /* Keeps the table before later messages on standard error in a log. */
-    fflush(to);
+    return text;
 }

@@ -113,14 +113,12 @@ static bool check_input(const ibl_probes_bake *p, const char *input)
  * the contents of its captures. */
 static bool hash_inputs(ibl_probes_bake *p)
 {
-    ibl_memory_file file;
-    FILE *to = ibl_need(ibl_memory_open(&file));
+    char *text = ibl_settings_text(ibl_ctx_isa(p->ctx), &ibl_probes_command,
+                                   &p->opts->given);
     char *set = ibl_need(ibl_json_text(p->set.root)), hash[IBL_FILE_HASH];
     bool ok = check_input(p, p->input);
 
-    ibl_print_settings(to, ibl_ctx_isa(p->ctx), &ibl_probes_command,
-                       &p->opts->given);
-    fputs(set, to);
+    ibl_append(&text, "%s", set);
     free(set);
     for (int i = 0; i < p->set.layers && ok; i++) {
         const ibl_capture *c = &p->set.entry[i].capture;
@@ -135,12 +133,11 @@ static bool hash_inputs(ibl_probes_bake *p)
                                    errno == EINVAL ? "no regular file"
                                                    : strerror(errno)));
             if (ok)
-                fprintf(to, "%s\n", hash);
+                ibl_append(&text, "%s\n", hash);
         }
         ibl_input_files_free(files);
     }
-    char *text = ibl_need(ibl_memory_close(to, &file));
-    ibl_hash_bytes(text, file.size, p->hash);
+    ibl_hash_bytes(text, strlen(text), p->hash);
     free(text);
     return ok;
 }

@@ -176,8 +176,7 @@ enum {
 
 static const ibl_rule rules[] = {
     {"force shard alpha container zstd pixel quality overflow size levels "
-     "irradiance layer part any-aspect input-layout face-order input-transfer "
-     "strict primaries exposure clamp",
+     "irradiance " IBL_INPUT_OPTIONS,
      BAKES, "--grid bakes nothing: leave out one of them"},
     {"sync", WRITES, "standard output is no file: add -o FILE"},
     {.options = NULL}};

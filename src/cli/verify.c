@@ -88,8 +88,7 @@ static const ibl_option meaning[] = {
                 "0,0.5,1",
      .standard = "what the files say, else linear",
      .help = "roughness of the specular levels"},
-    {"rotate", 0, IBL_OTHER(yaw_deg, "DEG", ibl_rotate_parse),
-     .allowed = IBL_ROTATE_ALLOWED,
+    {"rotate", 0, IBL_REAL(yaw_deg, "DEG", -360, 360),
      .standard = "what the files say, else 0",
      .help = "rotation of the environment about +Y in the bake"},
     {"lights", 0, IBL_INT(lights, 0, IBL_MAX_LIGHTS),
@@ -196,9 +195,8 @@ static const ibl_rule rules[] = {
     {"texels seed", SOME_TEXELS | OF_RENDERED, "--all judges every texel"},
     {"shader lobe-table directions max-rendered-error", OF_RENDERED,
      "is for what is drawn: add --rendered"},
-    {"rotate lights layer part any-aspect input-layout face-order "
-     "input-transfer strict primaries exposure clamp",
-     OF_MAP, "a table needs no environment: leave it out"},
+    {"rotate lights " IBL_INPUT_OPTIONS, OF_MAP,
+     "a table needs no environment: leave it out"},
     {"name", IN_DIRECTORY, "is of files in a directory: add it"},
     {.options = NULL}};
 
@@ -217,8 +215,7 @@ static const ibl_rule rules_of_files[] = {
      "there is no table of the split sum: leave it out"},
     {"lights", FOUND(SPECULAR) | FOUND(IRRADIANCE),
      "there is no specular or irradiance map: leave it out"},
-    {"rotate mirror up layer part any-aspect input-layout face-order "
-     "input-transfer strict primaries exposure clamp",
+    {"rotate mirror up " IBL_INPUT_OPTIONS,
      FOUND(SPECULAR) | FOUND(IRRADIANCE) | FOUND(SKYBOX),
      "there is no map: leave it out"},
     {.options = NULL}};
@@ -609,13 +606,16 @@ static int run_one(const verify_opts *o)
         const bool passed = ibl_report_passes(
             &report, o->max_error, o->max_rendered_error, why, sizeof why);
         char *text = o->json ? text_of_report(&v, &report, passed) : NULL;
+        char *table = ibl_report_text(&report);
         if (print_json)
             fputs(text, stdout);
         else if (text)
             ok = !ibl_outputs_add(outputs, o->json, text, strlen(text));
-        free(text);
         if (ok && !o->common.quiet && !print_json)
-            ibl_report_print(&report, stdout);
+            fputs(table, stdout);
+        fflush(stdout); /* before later messages in a log */
+        free(text);
+        free(table);
         ok = ok && ibl_console_commit(&console, outputs) &&
              (passed ||
               ibl_console_fail(&console, "%s%s%s", o->probe ? o->probe : "",

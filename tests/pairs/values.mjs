@@ -51,7 +51,7 @@ export const commands = {
             progress: ['json', 'auto +../sun.hdr', 'json +../sun.hdr'],
             incremental: [''], recursive: ['', '+../sun.hdr'],
             prune: ['', '--incremental'],
-            rotate: ['-360', '45', 'learnopengl', 'cmgen'],
+            rotate: ['-360', '45'],
             lights: ['0', 'auto', '64'], ...inputs,
             prefiltered: ['', '../set/mild_specular.ktx2'],
             size: ['1', '16', '20', '32'], levels: ['1', '2', '5', '15'],
@@ -81,7 +81,7 @@ export const commands = {
             skybox: ['../set/mild_skybox.ktx2'],
             lut: ['../set/brdf_lut.ktx2', schlick],
             'roughness-map': ['linear', 'filament', 'babylon', '0,1', '0'],
-            rotate: ['0', '45', 'cmgen'], lights: ['0', '1', '64'],
+            rotate: ['0', '45'], lights: ['0', '1', '64'],
             mirror: ['none', 'x', 'xz'], up: ['y', 'z'],
             ...Object.fromEntries(Object.entries(inputs).map(([n, all]) =>
                 [n, all.map(s => /\.\./.test(s) ? s + ' --name mild' : s)])),
