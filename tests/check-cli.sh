@@ -1248,7 +1248,8 @@ check(all.specular.levels.length > 1 && !all.irradiance &&
 /* Of the lobe table, what the materials look up. */
 check(matte.layers === '0.04,0.04' && mirror.layers === '1,1' &&
     sheen.layers === '0.04,0.04', matte.layers, mirror.layers, sheen.layers);
-check(unlit.names.length === 0 && unlit.scene.unlit === 1, unlit.names);
+check(unlit.names.length === 4 && unlit.scene.unlit === 1 &&
+    unlit.choice.set.bytes === unlit.choice.default.bytes, unlit.names);
 check(sheen.specular.width <= 16, sheen.specular);
 const charlie = json('sheen/map_charlie.json');
 check(charlie.outputs[0].lobe === 'charlie' &&

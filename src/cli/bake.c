@@ -81,15 +81,13 @@ double ibl_bake_bytes(const ibl_job *r, size_t reader, int width, int height)
 {
     const ibl_opts *o = r->opts;
     const double pixels = (double)width * (double)height;
-    const bool chooses =
-        !isnan(o->rendered_error) || o->lights == IBL_LIGHTS_AUTO;
     double map = 0, files = 0;
     size_t bake = 0;
 
     if (ibl_bake_memory(r->ctx, width, height, &r->need, &bake))
         return 0;
-    if (o->lights || o->verify || o->preview || chooses)
-        map = pixels * (12 + 14 * (o->lights != 0) + 4 * chooses);
+    if (o->lights || o->verify || o->preview || !isnan(o->rendered_error))
+        map = pixels * (12 + 14 * (o->lights != 0));
     for (int i = 0; i < r->count; i++) {
         const ibl_bake_options *set = &r->sets[i].opts->bake;
         ibl_specular_layout l;
@@ -163,7 +161,7 @@ static bool measure(ibl_job *r, const ibl_opts *o, const ibl_truth *truth,
     if (!isnan(error[lights]))
         return true;
     const bool ok =
-        take_lights(r, lights) && !ibl_candidate_bake(r->ctx, &r->rest, o, &c);
+        take_lights(r, lights) && ibl_candidate_bake(r->ctx, &r->rest, o, &c);
     if (ok) {
         ibl_drawn d = {.lights = r->lights, .light_count = r->light_count};
         ibl_candidate_draw(&d, &c);
@@ -357,10 +355,13 @@ static bool choose(ibl_job *r, ibl_output_set *b)
     b->choice = ibl_need(calloc(1, sizeof *b->choice));
     if (scenes)
         ibl_scenes_tell(scenes, b->choice);
-    if (scenes && !ibl_scenes_materials(scenes, &materials))
-        ibl_scenes_drop(scenes, o, b->choice);
-    else if (!ibl_choose(r, &materials, o, b->choice))
+    if (scenes && !ibl_scenes_materials(scenes, &materials)) {
+        b->choice->usual_bytes = b->choice->bytes = ibl_candidate_bytes(o);
+        ibl_choice_add(b->choice, true, "outputs",
+                       "as usual\tnothing reflects");
+    } else if (!ibl_choose(r, &materials, o, b->choice)) {
         return false;
+    }
     ibl_set_name_files(b);
     if (scenes && ibl_scenes_sheen(scenes, o, &r->sheen, b->choice))
         add_set(r, &r->sheen);
@@ -435,7 +436,7 @@ void ibl_job_end(ibl_job *r)
         ibl_output_set *b = &r->sets[i];
         json_decref(b->judged.json);
         if (b->choice)
-            ibl_choice_free(b->choice);
+            free(b->choice->table);
         free(b->choice);
         if (!ibl_set_takes(b, IBL_OUTPUT_LUT))
             ibl_lut_free(&b->lut);
@@ -552,7 +553,6 @@ static int bake_one(const ibl_cmdline *line)
     ibl_job r = {.line = line, .print = stdout};
 
     ibl_console_init(&r.console, o->common.quiet, o->common.verbose);
-    ibl_signals_catch();
     ibl_job_begin(&r);
     bool ok = (o->explain && !o->input) || /* which bakes nothing */
               (!ibl_start(&o->common, &r.console, &r.ctx) && ibl_job_make(&r));
@@ -560,11 +560,9 @@ static int bake_one(const ibl_cmdline *line)
     for (int i = 0; i < r.count && ok && o->explain; i++)
         explain(&r.sets[i], r.count > 1);
     ok = ok && ibl_job_commit(&r);
-    const int status = ibl_console_end(&r.console, ok);
-    if (ok && o->common.verbose && !o->dry_run) {
+    if (ok && o->common.verbose && !o->dry_run)
         ibl_job_log(&r);
-        ibl_console_print_times(&r.console);
-    }
+    const int status = ibl_console_end(&r.console, ok);
     ibl_job_end(&r);
     ibl_ctx_free(r.ctx);
     return status;

@@ -9,7 +9,6 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
@@ -99,7 +98,7 @@ static bool is_same(const char *path, const char *hash, const char *identity)
     char now[IDENTITY_BYTES], content[IBL_FILE_HASH];
     struct stat st;
 
-    if (stat(path, &st) || !S_ISREG(st.st_mode))
+    if (stat(path, &st))
         return false;
     identify(&st, now);
     return !strcmp(now, identity) ||
@@ -127,23 +126,6 @@ bool ibl_stamp_holds(const ibl_job *r)
     return same;
 }
 
-/* name: of an output, or "". A line break in it would end the line. */
-static bool put_file(char **text, const char *path, const char *name,
-                     double since)
-{
-    char identity[IDENTITY_BYTES], hash[IBL_FILE_HASH];
-    struct stat st;
-
-    if (strchr(name, '\n') || stat(path, &st) || !S_ISREG(st.st_mode) ||
-        (double)st.st_ctim.tv_sec + 1e-9 * (double)st.st_ctim.tv_nsec >
-            since - TICK_SECONDS ||
-        ibl_hash_file(path, hash))
-        return false;
-    identify(&st, identity);
-    ibl_append(text, "%s %s %s\n", hash, identity, name);
-    return true;
-}
-
 /* Writes the stamp, unless what is read changed after `since`, or cannot be
  * hashed. held: a descriptor of the folder. */
 static bool write_stamp(const stamp *s, const ibl_job *r, double since,
@@ -155,12 +137,24 @@ static bool write_stamp(const stamp *s, const ibl_job *r, double since,
 
     ibl_append(&text, STAMP " %s %d\n", s->options, s->files.count);
     for (int i = 0; i < s->files.count && known; i++) {
-        const bool made = i >= s->files.inputs;
-        const char *below =
-            s->files.path[i] + (made ? strlen(r->opts->directory) : 0);
-        known = put_file(&text, s->files.path[i],
-                         made ? below + strspn(below, "/") : "",
-                         made ? HUGE_VAL : since);
+        const char *path = s->files.path[i], *name = "";
+        char identity[IDENTITY_BYTES], hash[IBL_FILE_HASH];
+        struct stat st;
+        known = !stat(path, &st);
+        if (i >= s->files.inputs) {
+            name = path + strlen(r->opts->directory);
+            name += strspn(name, "/");
+            known &= !strchr(name, '\n'); /* which would end the line */
+        } else if (known) {
+            known =
+                (double)st.st_ctim.tv_sec + 1e-9 * (double)st.st_ctim.tv_nsec <=
+                since - TICK_SECONDS;
+        }
+        known = known && !ibl_hash_file(path, hash);
+        if (known) {
+            identify(&st, identity);
+            ibl_append(&text, "%s %s %s\n", hash, identity, name);
+        }
     }
     if (known) {
         ok = !ibl_outputs_create(r->ctx, 0, &outputs);
@@ -175,6 +169,8 @@ static bool write_stamp(const stamp *s, const ibl_job *r, double since,
 
 bool ibl_stamp_commit(ibl_job *r, double since)
 {
+    if (!r->opts->incremental)
+        return ibl_job_commit(r);
     stamp s;
     int held = -1;
     bool ok = begin(r, &s);
@@ -228,18 +224,20 @@ int ibl_stamps_prune(const char *directory, const ibl_maps *maps,
     char *folder = ibl_need(ibl_path_join(directory, IBL_STAMPS));
     DIR *dir = opendir(folder);
     const struct dirent *entry;
+    json_t *known = json_object();
     int pruned = 0;
 
+    for (int i = 0; i < maps->count; i++) {
+        char *path = stamp_path(folder, maps->list[i].name);
+        json_object_set_new_nocheck(known, path, json_true());
+        free(path);
+    }
     while (dir && (entry = readdir(dir))) {
         const char *end = strrchr(entry->d_name, '.');
         char *path = ibl_need(ibl_path_join(folder, entry->d_name));
-        bool known = !end || strcmp(end, ".map") != 0;
-        for (int i = 0; i < maps->count && !known; i++) {
-            char *of = stamp_path(folder, maps->list[i].name);
-            known = !strcmp(of, path);
-            free(of);
-        }
-        FILE *from = known ? NULL : fopen(path, "r");
+        const bool gone =
+            end && !strcmp(end, ".map") && !json_object_get(known, path);
+        FILE *from = gone ? fopen(path, "r") : NULL;
         if (from && remove_outputs(directory, from, console))
             pruned += !unlink(path);
         if (from)
@@ -248,6 +246,7 @@ int ibl_stamps_prune(const char *directory, const ibl_maps *maps,
     }
     if (dir)
         closedir(dir);
+    json_decref(known);
     free(folder);
     return pruned;
 }

@@ -121,6 +121,25 @@ bool ibl_stem(const char *input, char *stem, size_t size)
     return true;
 }
 
+bool ibl_shard_parse(void *shard, const char *value)
+{
+    ibl_shard s;
+    const char *end;
+
+    if (!ibl_number_int(value, 1, IBL_MOST_SHARDS, &s.number, &end) ||
+        *end != '/' ||
+        !ibl_number_int(end + 1, s.number, IBL_MOST_SHARDS, &s.count, &end) ||
+        *end)
+        return false;
+    *(ibl_shard *)shard = s;
+    return true;
+}
+
+bool ibl_shard_has(const ibl_shard *shard, int i)
+{
+    return !shard->count || i % shard->count + 1 == shard->number;
+}
+
 /* Parses bytes, with K, M or G for powers of 1024, into a size_t. */
 static bool parse_size(void *bytes, const char *value)
 {
@@ -227,17 +246,16 @@ ibl_common ibl_common_default(void)
 char *ibl_settings_text(ibl_isa isa, const ibl_command *command,
                         const ibl_given *given)
 {
+    const ibl_option *o;
     char *text = NULL;
 
     ibl_append(&text, "iblbake %s %s %s\n", IBL_VERSION, IBL_REVISION,
                ibl_isa_arithmetic(isa));
-    for (const ibl_section *const *s = command->sections; *s; s++)
-        for (int i = 0; i < (*s)->count; i++) {
-            const ibl_option *o = &(*s)->options[i];
-            const char *value = ibl_given_value(given, o->name);
-            if (value && !o->aside)
-                ibl_append(&text, "--%s=%s\n", o->name, value);
-        }
+    for (int n = 0; (o = ibl_option_at(command, n)); n++) {
+        const char *value = ibl_given_value(given, o->name);
+        if (value && !o->aside)
+            ibl_append(&text, "--%s=%s\n", o->name, value);
+    }
     return text;
 }
 

@@ -87,6 +87,24 @@ enum {
  * stderr: it does not fit. */
 bool ibl_stem(const char *input, char *stem, size_t size);
 
+/* --shard K/N: a part of the work of one command, for N runs on any machines.
+ */
+enum {
+    IBL_MOST_SHARDS = 65536
+};
+#define IBL_SHARD_ALLOWED "1/1 to 65536/65536, K at most N"
+
+typedef struct ibl_shard {
+    int number; /* 1..count */
+    int count;  /* 0: no --shard was given */
+} ibl_shard;
+
+/* Parses "K/N" into an ibl_shard. */
+bool ibl_shard_parse(void *shard, const char *value);
+/* Whether a shard has item i of a command: every count-th, from the number-th
+ * on; all without --shard. */
+bool ibl_shard_has(const ibl_shard *shard, int i);
+
 /* The build defines IBL_REVISION, from git describe; "": unknown. */
 #if defined(__clang__)
 #define IBL_COMPILER "clang " __clang_version__

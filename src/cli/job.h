@@ -7,7 +7,6 @@
 #include "cli/console.h"
 #include "cli/judge.h"
 #include "cli/scenes.h"
-#include "cli/shard.h"
 #include "cli/targets.h"
 #include "engine/engine.h"
 #include "engine/harmonics.h"
