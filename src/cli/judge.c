@@ -209,21 +209,12 @@ static json_t *judge_level(ibl_report *report, const ibl_judge *j,
         const float *x =
             texels + 3 * ((size_t)(at->face * lines + at->y) * (size_t)line +
                           (size_t)at->x);
-        ibl_seen s = p.seen[i];
-        double got[3];
-        if (!is_finite(x, 3) || s.weight <= 0)
+        const double got[3] = {(double)x[0], (double)x[1], (double)x[2]};
+        if (!is_finite(x, 3) || p.seen[i].weight <= 0)
             continue;
-        for (int c = 0; c < 3; c++) {
-            const double truth = p.truth[i][c];
-            got[c] = (double)x[c];
-            s.wrong += (got[c] - truth) * (got[c] - truth);
-            s.truth += truth * truth;
-            s.light[0] += truth;
-            s.light[1] += got[c];
-        }
-        s.error = ibl_relative_error(got, p.truth[i], j->mean);
         memcpy(p.dir[count], p.dir[i], sizeof *p.dir);
-        p.seen[count++] = s;
+        p.seen[count] = p.seen[i];
+        ibl_see(&p.seen[count++], got, p.truth[i], j->mean);
     }
     if (ok)
         row = row_of(report, ibl_output_content(of->content), level, size,
