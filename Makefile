@@ -319,6 +319,9 @@ $(BUILD)/tests/check_scene: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c) \
     src/common/signals.c)
 
+$(BUILD)/tests/check_words: TEST_LIBS = $(LIB)
+$(BUILD)/tests/check_words: $(call obj,src/common/signals.c)
+
 # Gives OpenEXRCore its memory.
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read
 # A file system that does not answer, or is interrupted.
@@ -373,8 +376,7 @@ FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
             set_open.c settings.c)
 FUZZ_WRAP = read pread ibl_print_line
 $(BUILD)/fuzz/fuzz_image: FUZZ_WRAP += ibl_bridge_rows
-$(BUILD)/fuzz/fuzz_json: FUZZ_WRAP += ibl_signals_catch \
-    view_gl_has_cube_arrays view_upload
+$(BUILD)/fuzz/fuzz_json: FUZZ_WRAP += view_gl_has_cube_arrays view_upload
 fuzz_obj = $(patsubst %.c,$(BUILD)/fuzz/obj/%.o,$(1))
 $(BUILD)/fuzz/empty:
 	@mkdir -p $(@D)

@@ -35,7 +35,7 @@ for n in 256 1024 4096; do
 done
 # cmgen's outputs: the same levels, mapping, packed floats in KTX and the sky,
 # and our irradiance, table and harmonics besides.
-add 'as cmgen' --size 256 --levels 5 --rotate cmgen --format ktx \
+add 'as cmgen' --size 256 --levels 5 --rotate -90 --format ktx \
     --pixel r11g11b10f --skybox 256
 add tutorial --preset learnopengl
 add 'tutorial without mips' --preset learnopengl --pdf-mip no
@@ -52,7 +52,7 @@ for name in "${names[@]}"; do
     dir=$work/${name// /_}
     files=("$dir" --name env)
     [ "$name" != cmgen ] || files=(--specular "$dir/env/env_ibl.ktx"
-        --roughness-map filament --rotate cmgen)
+        --roughness-map filament --rotate -90)
     "$program" verify -q --json "$dir.json" "$env" "${files[@]}"
 done
 cat >"$work/table.mjs" <<'END'

@@ -38,7 +38,7 @@ for map; do
     bake sun --sun
     if command -v cmgen >/dev/null; then
         cmgen -q -f ktx -s 256 -x "$work/cmgen" "$map" &&
-            judge "cmgen, split sum" --shader split --rotate cmgen \
+            judge "cmgen, split sum" --shader split --rotate -90 \
                 --roughness-map filament --lut "$work/default/brdf_lut.ktx2" \
                 --specular "$work/cmgen/cmgen_ibl.ktx"
     fi

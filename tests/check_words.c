@@ -7,11 +7,6 @@
 #include "cli/words.c"
 #include "test.h"
 
-void *ibl_need(void *p)
-{
-    return p;
-}
-
 TEST(split)
 {
     static const struct {

@@ -21,6 +21,7 @@
 
 #define LARGE_PIXELS (4096.0 * 2048) /* more are baked by all threads */
 #define REDRAW_NS 200000000
+#define EVENT_FLAGS (JSON_COMPACT | JSON_REAL_PRECISION(6))
 
 struct batch;
 
@@ -37,15 +38,17 @@ typedef struct worker {
 typedef struct batch {
     const ibl_cmdline *line;
     const ibl_opts *opts; /* the first set's */
+    bool json;            /* --progress json */
     ibl_console console;
     ibl_maps maps;
-    ibl_ctx *silent; /* to look at maps before they are baked */
-    int count;       /* of threads, and workers of one thread */
-    worker *workers; /* these, then: */
-    worker *large;   /* of all threads, for large maps */
-    worker *shared;  /* of all threads, for what all maps share */
+    ibl_console nobody; /* prints nothing */
+    ibl_ctx *silent;    /* reports there: looks at maps before they are baked */
+    int count;          /* of threads, and workers of one thread */
+    worker *workers;    /* these, then: */
+    worker *large;      /* of all threads, for large maps */
+    worker *shared;     /* of all threads, for what all maps share */
     int started;
-    ibl_outputs *folders;         /* removed at the end if they are empty */
+    ibl_outputs *outputs; /* folders, removed if they are empty; the depfile */
     const ibl_output_set *tables; /* that shared has made; NULL: none */
     bool tables_kept;             /* their files are there */
     int *order; /* of the maps to bake, the large ones first */
@@ -65,44 +68,13 @@ typedef struct batch {
 
 /* ---- reports ------------------------------------------------------------- */
 
-/* Seconds until the end, from the pixels that are done; negative: unknown. */
-static double seconds_left(const batch *b)
+/* Prints an object of --progress json, and frees it. */
+static void print_event(const batch *b, json_t *event)
 {
-    const double spent = ibl_now() - b->begun;
-    return b->pixels > 0 ? spent * (b->all_pixels - b->pixels) / b->pixels : -1;
-}
-
-static double rate(const batch *b)
-{
-    const double spent = ibl_now() - b->begun;
-    return spent > 0 ? b->baked / spent : 0;
-}
-
-static void draw(batch *b)
-{
-    char text[128], left[32] = "";
-    const int s = (int)(seconds_left(b) + 0.5);
-
-    if (s >= 0 && b->baked)
-        snprintf(left, sizeof left, "  %d:%02d left", s / 60, s % 60);
-    snprintf(text, sizeof text, "%d of %d maps  %3d %%  %.2f maps/s%s",
-             b->baked + b->kept + b->failed, b->maps.count,
-             b->all_pixels > 0 ? (int)(100 * b->pixels / b->all_pixels) : 100,
-             rate(b), left);
-    ibl_console_draw(&b->console, text);
-}
-
-static bool prints_json(const batch *b)
-{
-    return b->opts->progress == IBL_PROGRESS_JSON;
-}
-
-/* Prints and frees an object of --progress json. */
-static void print_json(json_t *event)
-{
-    if (!json_dumpf(event, stdout, JSON_COMPACT | JSON_REAL_PRECISION(6)))
+    if (b->json && !json_dumpf(event, stdout, EVENT_FLAGS)) {
         putchar('\n');
-    fflush(stdout);
+        fflush(stdout);
+    }
     json_decref(event);
 }
 
@@ -110,9 +82,7 @@ static void print_map(const batch *b, const ibl_map *m, double seconds,
                       const char *error)
 {
     static const char *const states[] = {"waits", "kept", "baked", "failed"};
-
-    if (!prints_json(b))
-        return;
+    const double spent = ibl_now() - b->begun;
     json_t *event = json_pack(
         "{ss so ss si si sf}", "event", "map", "map", ibl_json_string(m->input),
         "state", states[m->state], "done", b->baked + b->kept + b->failed,
@@ -120,10 +90,13 @@ static void print_map(const batch *b, const ibl_map *m, double seconds,
     if (*error)
         json_object_set_new(event, "error", ibl_json_string(error));
     if (b->pixels > 0) {
-        json_object_set_new(event, "maps_per_second", json_real(rate(b)));
-        json_object_set_new(event, "seconds_left", json_real(seconds_left(b)));
+        json_object_set_new(event, "maps_per_second",
+                            json_real(b->baked / spent));
+        json_object_set_new(
+            event, "seconds_left",
+            json_real(spent * (b->all_pixels - b->pixels) / b->pixels));
     }
-    print_json(event);
+    print_event(b, event);
 }
 
 /* Prints what maps have for standard output, in their order. */
@@ -133,7 +106,7 @@ static void print_ready(batch *b)
            b->maps.list[b->printed].state != IBL_MAP_WAITS;
          b->printed++) {
         ibl_map *m = &b->maps.list[b->printed];
-        if (m->printed && *m->printed && !prints_json(b))
+        if (m->printed && *m->printed && !b->json)
             printf("%s\n%s\n", m->input, m->printed);
         free(m->printed);
         m->printed = NULL;
@@ -159,27 +132,12 @@ static void print_sum(const batch *b)
     snprintf(text, sizeof text, "baked %d maps, kept %d, %d failed%s: %.3g s",
              b->baked, b->kept, b->failed, pruned,
              ibl_now() - b->console.begun);
-    if (!b->opts->common.quiet && !prints_json(b) &&
+    if (!b->opts->common.quiet && !b->json &&
         (b->baked + b->kept || (b->opts->keep_going && b->failed)))
         ibl_print_line("", text);
 }
 
 /* ---- one map ------------------------------------------------------------- */
-
-static double real_time(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_REALTIME, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-/* Gives the files their names. */
-static bool commit(worker *w)
-{
-    return w->batch->opts->incremental ? ibl_stamp_commit(&w->run, w->since)
-                                       : ibl_job_commit(&w->run);
-}
 
 /* Begins a bake of a map; NULL: of w->line. The context reports to the batch's
  * screen. */
@@ -187,7 +145,10 @@ static void begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
 {
     const batch *b = w->batch;
     ibl_job *r = &w->run;
+    struct timespec now;
 
+    clock_gettime(CLOCK_REALTIME, &now);
+    w->since = (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
     if (map)
         ibl_map_line(b->line, map, &w->line);
     *r = (ibl_job){.line = &w->line,
@@ -210,9 +171,8 @@ static bool bake_map(worker *w, ibl_map *m)
     FILE *print =
         b->opts->verify ? ibl_need(ibl_memory_open(&printed)) : stdout;
 
-    w->since = real_time();
     begin(w, m, w->ctx, print);
-    bool ok = ibl_job_make(&w->run) && commit(w);
+    bool ok = ibl_job_make(&w->run) && ibl_stamp_commit(&w->run, w->since);
     if (ok && b->opts->depfile)
         ok = (m->rule = ibl_depfile_text(&w->run)) != NULL;
     ok = !ibl_console_end(&w->run.console, ok);
@@ -226,23 +186,19 @@ static bool bake_map(worker *w, ibl_map *m)
 
 /* ---- all maps ------------------------------------------------------------ */
 
-static bool is_large(const batch *b, const ibl_map *m)
-{
-    return m->pixels > LARGE_PIXELS || b->to_bake < b->count;
-}
-
 /* Waits until the next map can be baked; NULL: there is none. The caller holds
  * the lock. */
 static ibl_map *take(batch *b, worker **w)
 {
     while (!b->stopped && b->next < b->to_bake) {
         ibl_map *m = &b->maps.list[b->order[b->next]];
-        const int threads = is_large(b, m) ? b->count : 1;
-        if (!b->busy || (b->busy + threads <= b->count &&
+        const bool large = m->pixels > LARGE_PIXELS || b->to_bake < b->count;
+        m->threads = large ? b->count : 1;
+        if (!b->busy || (b->busy + m->threads <= b->count &&
                          b->bytes + m->bytes <= b->most_bytes)) {
-            if (threads > 1)
+            if (m->threads > 1)
                 *w = b->large;
-            b->busy += threads;
+            b->busy += m->threads;
             b->bytes += m->bytes;
             b->next++;
             return m;
@@ -250,22 +206,6 @@ static ibl_map *take(batch *b, worker **w)
         pthread_cond_wait(&b->changed, &b->lock);
     }
     return NULL;
-}
-
-/* Counts a map that is done. The caller holds the lock. */
-static void count_map(batch *b, const worker *w, ibl_map *m, bool ok,
-                      double seconds)
-{
-    m->state = ok ? IBL_MAP_BAKED : IBL_MAP_FAILED;
-    b->baked += ok;
-    b->failed += !ok;
-    b->pixels += m->pixels;
-    b->stopped |= !ok && !b->opts->keep_going;
-    b->busy -= is_large(b, m) ? b->count : 1;
-    b->bytes -= m->bytes;
-    print_map(b, m, seconds, ok ? "" : w->run.console.error);
-    print_ready(b);
-    pthread_cond_broadcast(&b->changed);
 }
 
 static void *work(void *arg)
@@ -280,7 +220,16 @@ static void *work(void *arg)
         pthread_mutex_unlock(&b->lock);
         const bool ok = bake_map(w, m);
         pthread_mutex_lock(&b->lock);
-        count_map(b, w, m, ok, ibl_now() - begun);
+        m->state = ok ? IBL_MAP_BAKED : IBL_MAP_FAILED;
+        b->baked += ok;
+        b->failed += !ok;
+        b->pixels += m->pixels;
+        b->stopped |= !ok && !b->opts->keep_going;
+        b->busy -= m->threads;
+        b->bytes -= m->bytes;
+        print_map(b, m, ibl_now() - begun, ok ? "" : w->run.console.error);
+        print_ready(b);
+        pthread_cond_broadcast(&b->changed);
         w = own;
     }
     b->running--;
@@ -305,8 +254,8 @@ static bool bake_maps(batch *b)
     pthread_mutex_lock(&b->lock);
     b->running += b->started;
     while (b->running) {
-        if (b->console.terminal && !prints_json(b))
-            draw(b);
+        ibl_console_progress(&b->console, "maps",
+                             b->all_pixels > 0 ? b->pixels / b->all_pixels : 1);
         clock_gettime(CLOCK_REALTIME, &until);
         until.tv_nsec += REDRAW_NS;
         until.tv_sec += until.tv_nsec / 1000000000;
@@ -325,17 +274,13 @@ static bool start(batch *b)
 {
     ibl_common common = b->opts->common;
     const size_t most = ibl_memory_most(&common);
-    ibl_ctx_options o = ibl_ctx_options_default();
 
-    o.threads = 1;
-    o.isa = common.isa;
-    o.bridge = ibl_bridge_beside();
     b->most_bytes = most ? (double)most - IBL_PROGRAM_BYTES : HUGE_VAL;
     b->count = common.threads ? common.threads : ibl_cpu_count();
     b->workers = ibl_need(calloc((size_t)b->count + 2, sizeof *b->workers));
     b->large = &b->workers[b->count];
     b->shared = b->large + 1;
-    bool ok = !ibl_ctx_create(&o, &b->silent);
+    bool ok = true;
     for (worker *w = b->workers; w <= b->shared && ok; w++) {
         w->batch = b;
         ibl_console_init(&w->run.console, common.quiet, false);
@@ -343,7 +288,9 @@ static bool start(batch *b)
         common.threads = w < b->large ? 1 : b->count;
         ok = !ibl_start(&common, &w->run.console, &w->ctx);
     }
-    return ok;
+    common.threads = 1;
+    b->nobody = (ibl_console){.quiet = true, .failed = true, .running = -1};
+    return ok && !ibl_start(&common, &b->nobody, &b->silent);
 }
 
 /* Looks at a map before it is baked: whether it is unchanged since its stamp
@@ -395,50 +342,31 @@ static bool plan(batch *b)
     return true;
 }
 
-/* Makes the folders, which are removed at the end if they are empty. */
-static bool make_folders(batch *b)
-{
-    char *stamps = ibl_need(ibl_path_join(b->opts->directory, IBL_STAMPS));
-    const bool ok =
-        !ibl_outputs_create(b->shared->ctx, 0, &b->folders) &&
-        !ibl_outputs_mkdir(b->folders, b->opts->directory) &&
-        (!b->opts->incremental || !ibl_outputs_mkdir(b->folders, stamps));
-
-    free(stamps);
-    return ok;
-}
-
-/* Keeps only the outputs of a set that do not depend on the environment. */
-static unsigned reduce(ibl_opts *o)
-{
-    unsigned shared = 0;
-
-    for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
-        if (o->only & 1u << kind && ibl_set_is_shared(o, (ibl_output_kind)kind))
-            shared |= 1u << kind;
-    o->only = shared;
-    o->input = o->depfile = NULL;
-    o->sh_format = IBL_SH_NONE;
-    o->lights = o->bake.skybox = 0;
-    ibl_opts_select(o);
-    return shared;
-}
-
-/* Makes the tables that all maps share. Unchanged files of them are kept. */
+/* Makes the outputs of all sets that do not depend on the environment, which
+ * all maps share. Unchanged files of them are kept. */
 static bool make_tables(batch *b)
 {
     worker *w = b->shared;
-    unsigned shared = 0;
+    unsigned any = 0;
 
     w->line = *b->line;
-    for (int i = 0; i < w->line.count; i++)
-        shared |= reduce(&w->line.set[i]);
-    b->tables_kept = !shared;
-    if (!shared)
+    for (int i = 0; i < w->line.count; i++) {
+        ibl_opts *o = &w->line.set[i];
+        unsigned shared = 0;
+        for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
+            if (ibl_set_is_shared(o, (ibl_output_kind)kind))
+                shared |= 1u << kind;
+        any |= o->only &= shared;
+        o->input = o->depfile = NULL;
+        o->sh_format = IBL_SH_NONE;
+        o->lights = o->bake.skybox = 0;
+        ibl_opts_select(o);
+    }
+    b->tables_kept = !any;
+    if (!any)
         return true;
     begin(w, NULL, w->ctx, NULL);
     b->tables_kept = b->opts->incremental && ibl_stamp_holds(&w->run);
-    w->since = real_time();
     const bool ok = (b->tables_kept && !b->to_bake) || ibl_job_make(&w->run);
     b->tables = w->run.sets;
     return !ibl_console_end(&w->run.console, ok);
@@ -449,81 +377,79 @@ static bool make_tables(batch *b)
 /* Writes the rules of all maps that are done. */
 static bool write_depfile(batch *b)
 {
-    ibl_outputs *outputs = NULL;
-    ibl_memory_file file;
-    FILE *to = ibl_need(ibl_memory_open(&file));
+    char *text = ibl_need(strdup(""));
 
     for (int i = 0; i < b->maps.count; i++)
         if (b->maps.list[i].rule)
-            fputs(b->maps.list[i].rule, to);
-    char *text = ibl_need(ibl_memory_close(to, &file));
+            ibl_append(&text, "%s", b->maps.list[i].rule);
     const bool ok =
-        !ibl_outputs_create(b->shared->ctx, 0, &outputs) &&
-        !ibl_outputs_add(outputs, b->opts->depfile, text, file.size) &&
-        !ibl_outputs_commit(outputs);
-    ibl_outputs_free(outputs);
+        !ibl_outputs_add(b->outputs, b->opts->depfile, text, strlen(text)) &&
+        !ibl_outputs_commit(b->outputs);
     free(text);
     return ok;
 }
 
 static bool run(batch *b)
 {
-    if (prints_json(b))
-        print_json(json_pack("{ss si si sI}", "event", "begin", "maps",
+    const char *directory = b->opts->directory;
+    char *stamps = ibl_need(ibl_path_join(directory, IBL_STAMPS));
+
+    print_event(b, json_pack("{ss si si sI}", "event", "begin", "maps",
                              b->maps.count, "kept", b->kept, "pixels",
                              (json_int_t)b->all_pixels));
     for (int i = 0; i < b->maps.count; i++)
         if (b->maps.list[i].state == IBL_MAP_KEPT)
             print_map(b, &b->maps.list[i], 0, "");
-    if (!make_folders(b) || !make_tables(b))
+    bool ok =
+        !ibl_outputs_create(b->shared->ctx, 0, &b->outputs) &&
+        !ibl_outputs_mkdir(b->outputs, directory) &&
+        (!b->opts->incremental || !ibl_outputs_mkdir(b->outputs, stamps)) &&
+        make_tables(b);
+    free(stamps);
+    if (!ok)
         return false;
-    bool ok = bake_maps(b);
+    ok = bake_maps(b);
     /* The tables get their names once a map has its files, so that nothing is
      * left where nothing was done. */
     if (!b->tables_kept && b->baked + b->kept)
-        ok &= commit(b->shared);
+        ok &= ibl_stamp_commit(&b->shared->run, b->shared->since);
     if (b->opts->depfile && (ok || b->opts->keep_going))
         ok &= write_depfile(b);
     if (ok && b->opts->prune)
-        b->pruned = ibl_stamps_prune(b->opts->directory, &b->maps, &b->console);
-    if (prints_json(b))
-        print_json(json_pack("{ss si si si sf}", "event", "end", "baked",
+        b->pruned = ibl_stamps_prune(directory, &b->maps, &b->console);
+    print_event(b, json_pack("{ss si si si sf}", "event", "end", "baked",
                              b->baked, "kept", b->kept, "failed", b->failed,
                              "seconds", ibl_now() - b->console.begun));
     return ok;
-}
-
-static void free_batch(batch *b)
-{
-    if (b->tables)
-        ibl_job_end(&b->shared->run);
-    ibl_outputs_free(b->folders);
-    for (worker *w = b->workers; w <= b->shared; w++)
-        ibl_ctx_free(w->ctx);
-    ibl_ctx_free(b->silent);
-    free(b->workers);
-    free(b->order);
-    ibl_maps_free(&b->maps);
-    pthread_cond_destroy(&b->changed);
-    pthread_mutex_destroy(&b->lock);
 }
 
 int ibl_batch_run(const ibl_cmdline *line)
 {
     batch b = {.line = line,
                .opts = line->set,
+               .json = line->set->progress == IBL_PROGRESS_JSON,
                .lock = PTHREAD_MUTEX_INITIALIZER,
                .changed = PTHREAD_COND_INITIALIZER};
 
     ibl_console_init(&b.console, line->set->common.quiet,
                      line->set->common.verbose);
-    ibl_signals_catch();
+    b.console.terminal &= !b.json;
     const bool ok = start(&b) && ibl_maps_list(line, &b.console, &b.maps) &&
                     plan(&b) && run(&b);
     for (worker *w = b.workers; w <= b.shared; w++)
         b.console.failed |= w->run.console.failed; /* was told of */
     const int status = ibl_console_end(&b.console, ok);
     print_sum(&b);
-    free_batch(&b);
+    if (b.tables)
+        ibl_job_end(&b.shared->run);
+    ibl_outputs_free(b.outputs);
+    for (worker *w = b.workers; w <= b.shared; w++)
+        ibl_ctx_free(w->ctx);
+    ibl_ctx_free(b.silent);
+    free(b.workers);
+    free(b.order);
+    ibl_maps_free(&b.maps);
+    pthread_cond_destroy(&b.changed);
+    pthread_mutex_destroy(&b.lock);
     return status;
 }

@@ -22,6 +22,7 @@ typedef struct ibl_map {
     ibl_map_state state;
     double pixels; /* 0: not known before it is read, as are bytes */
     double bytes;  /* of memory that its bake takes, beside the program */
+    int threads;   /* that bake it */
     char *printed; /* text for standard output, or NULL */
     char *rule;    /* for the depfile, or NULL */
 } ibl_map;
@@ -57,10 +58,10 @@ void ibl_map_line(const ibl_cmdline *all, const ibl_map *map, ibl_cmdline *own);
 /* Whether a job's stamp was written for the same options and files, and every
  * file is as it was then. */
 bool ibl_stamp_holds(const ibl_job *r);
-/* ibl_job_commit, then writes the stamp, unless what is read changed after
- * `since`, seconds of the real-time clock. Meanwhile no other run does so,
- * where the file system can lock the folder: a stamp is of the run whose files
- * are there. False after a message. */
+/* ibl_job_commit; then with --incremental writes the stamp, unless what is read
+ * changed after `since`, seconds of the real-time clock. Meanwhile no other run
+ * does so, where the file system can lock the folder: a stamp is of the run
+ * whose files are there. False after a message. */
 bool ibl_stamp_commit(ibl_job *r, double since);
 
 /* Removes the stamps that are of none of the maps, and their outputs, unless

@@ -19,16 +19,14 @@ static bool add(ibl_maps *maps, const char *input, const char *sub,
                 ibl_console *c)
 {
     char stem[IBL_STEM_BYTES];
-    const int n = maps->count;
     struct stat st;
 
     if (!ibl_stem(input, stem, sizeof stem)) {
         c->failed = true; /* that was said */
         return false;
     }
-    if (!(n & (n - 1))) /* 0 or a power of two: full */
-        maps->list = ibl_need(
-            realloc(maps->list, (n ? 2 * (size_t)n : 1) * sizeof *maps->list));
+    maps->list = ibl_need(
+        realloc(maps->list, (size_t)(maps->count + 1) * sizeof *maps->list));
     ibl_map *m = &maps->list[maps->count++];
     *m = (ibl_map){.input = ibl_need(strdup(input)),
                    .name = ibl_need(ibl_format("%s%s", sub, stem))};
@@ -158,41 +156,28 @@ static bool add_list(ibl_maps *maps, const char *path, bool all, ibl_console *c)
 
 /* ---- names --------------------------------------------------------------- */
 
-/* Of equals the first of the command line is the first. */
-static int by_name(const void *a, const void *b)
-{
-    const ibl_map *x = *(const ibl_map *const *)a;
-    const ibl_map *y = *(const ibl_map *const *)b;
-    const int order = strcmp(x->name, y->name);
-
-    return order ? order : (x > y) - (x < y);
-}
-
 /* Refuses two maps with the same outputs. */
 static bool check_names(const ibl_maps *maps, ibl_console *c)
 {
-    const size_t count = (size_t)maps->count;
-    const ibl_map **order = ibl_need(calloc(count + 1, sizeof *order));
+    json_t *seen = json_object(); /* indices by name */
     bool ok = true;
 
-    for (size_t i = 0; i < count; i++)
-        order[i] = &maps->list[i];
-    qsort(order, count, sizeof *order, by_name);
-    for (size_t i = 1; i < count && ok; i++) {
-        const ibl_map *a = order[i - 1], *b = order[i];
-        if (strcmp(a->name, b->name) != 0)
-            continue;
-        if (ibl_path_same(a->input, b->input) > 0)
+    for (int i = 0; i < maps->count && ok; i++) {
+        const ibl_map *m = &maps->list[i];
+        const json_t *other = json_object_get(seen, m->name);
+        const char *first = maps->list[json_integer_value(other)].input;
+        if (other && ibl_path_same(first, m->input) > 0)
             ok = ibl_console_fail(c, "%s and %s: are one file: give it once",
-                                  a->input, b->input);
-        else
+                                  first, m->input);
+        else if (other)
             ok = ibl_console_fail(c,
                                   "%s and %s: both would make the files of %s: "
                                   "rename one, or bake them into two "
                                   "directories",
-                                  a->input, b->input, a->name);
+                                  first, m->input, m->name);
+        json_object_set_new_nocheck(seen, m->name, json_integer(i));
     }
-    free(order);
+    json_decref(seen);
     return ok;
 }
 

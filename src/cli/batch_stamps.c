@@ -9,7 +9,6 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
@@ -40,17 +39,15 @@ typedef struct stamp {
 static void hash_options(const ibl_job *r, char hash[IBL_FILE_HASH])
 {
     const ibl_opts *o = r->opts;
-    ibl_memory_file file;
-    FILE *to = ibl_need(ibl_memory_open(&file));
+    char *text =
+        ibl_settings_text(ibl_ctx_isa(r->ctx), &ibl_bake_command, &o->given);
 
-    ibl_print_settings(to, ibl_ctx_isa(r->ctx), &ibl_bake_command, &o->given);
-    fprintf(to, "%s\nverify %d %.17g timings %d\n", o->input ? o->input : "",
-            o->verify, o->max_error, o->timings);
+    ibl_append(&text, "%s\nverify %d %.17g\n", o->input ? o->input : "",
+               o->verify, o->max_error);
     for (int i = 0; i < r->count; i++)
         if (r->sets[i].opts->of)
-            fprintf(to, "%s\n", r->sets[i].opts->of->options);
-    char *text = ibl_need(ibl_memory_close(to, &file));
-    ibl_hash_bytes(text, file.size, hash);
+            ibl_append(&text, "%s\n", r->sets[i].opts->of->options);
+    ibl_hash_bytes(text, strlen(text), hash);
     free(text);
 }
 
@@ -101,7 +98,7 @@ static bool is_same(const char *path, const char *hash, const char *identity)
     char now[IDENTITY_BYTES], content[IBL_FILE_HASH];
     struct stat st;
 
-    if (stat(path, &st) || !S_ISREG(st.st_mode))
+    if (stat(path, &st))
         return false;
     identify(&st, now);
     return !strcmp(now, identity) ||
@@ -129,46 +126,40 @@ bool ibl_stamp_holds(const ibl_job *r)
     return same;
 }
 
-/* name: of an output, or "". A line break in it would end the line. */
-static bool put_file(FILE *to, const char *path, const char *name, double since)
-{
-    char identity[IDENTITY_BYTES], hash[IBL_FILE_HASH];
-    struct stat st;
-
-    if (strchr(name, '\n') || stat(path, &st) || !S_ISREG(st.st_mode) ||
-        (double)st.st_ctim.tv_sec + 1e-9 * (double)st.st_ctim.tv_nsec >
-            since - TICK_SECONDS ||
-        ibl_hash_file(path, hash))
-        return false;
-    identify(&st, identity);
-    fprintf(to, "%s %s %s\n", hash, identity, name);
-    return true;
-}
-
 /* Writes the stamp, unless what is read changed after `since`, or cannot be
  * hashed. held: a descriptor of the folder. */
 static bool write_stamp(const stamp *s, const ibl_job *r, double since,
                         int held)
 {
-    ibl_memory_file file;
-    FILE *to = ibl_need(ibl_memory_open(&file));
     ibl_outputs *outputs = NULL;
+    char *text = NULL;
     bool known = true, ok = true;
 
-    fprintf(to, STAMP " %s %d\n", s->options, s->files.count);
+    ibl_append(&text, STAMP " %s %d\n", s->options, s->files.count);
     for (int i = 0; i < s->files.count && known; i++) {
-        const bool made = i >= s->files.inputs;
-        const char *below =
-            s->files.path[i] + (made ? strlen(r->opts->directory) : 0);
-        known = put_file(to, s->files.path[i],
-                         made ? below + strspn(below, "/") : "",
-                         made ? HUGE_VAL : since);
+        const char *path = s->files.path[i], *name = "";
+        char identity[IDENTITY_BYTES], hash[IBL_FILE_HASH];
+        struct stat st;
+        known = !stat(path, &st);
+        if (i >= s->files.inputs) {
+            name = path + strlen(r->opts->directory);
+            name += strspn(name, "/");
+            known &= !strchr(name, '\n'); /* which would end the line */
+        } else if (known) {
+            known =
+                (double)st.st_ctim.tv_sec + 1e-9 * (double)st.st_ctim.tv_nsec <=
+                since - TICK_SECONDS;
+        }
+        known = known && !ibl_hash_file(path, hash);
+        if (known) {
+            identify(&st, identity);
+            ibl_append(&text, "%s %s %s\n", hash, identity, name);
+        }
     }
-    char *text = ibl_need(ibl_memory_close(to, &file));
     if (known) {
         ok = !ibl_outputs_create(r->ctx, 0, &outputs);
         ibl_outputs_hold(outputs, held);
-        ok = ok && !ibl_outputs_add(outputs, s->path, text, file.size) &&
+        ok = ok && !ibl_outputs_add(outputs, s->path, text, strlen(text)) &&
              !ibl_outputs_commit(outputs);
         ibl_outputs_free(outputs);
     }
@@ -178,6 +169,8 @@ static bool write_stamp(const stamp *s, const ibl_job *r, double since,
 
 bool ibl_stamp_commit(ibl_job *r, double since)
 {
+    if (!r->opts->incremental)
+        return ibl_job_commit(r);
     stamp s;
     int held = -1;
     bool ok = begin(r, &s);
@@ -231,18 +224,20 @@ int ibl_stamps_prune(const char *directory, const ibl_maps *maps,
     char *folder = ibl_need(ibl_path_join(directory, IBL_STAMPS));
     DIR *dir = opendir(folder);
     const struct dirent *entry;
+    json_t *known = json_object();
     int pruned = 0;
 
+    for (int i = 0; i < maps->count; i++) {
+        char *path = stamp_path(folder, maps->list[i].name);
+        json_object_set_new_nocheck(known, path, json_true());
+        free(path);
+    }
     while (dir && (entry = readdir(dir))) {
         const char *end = strrchr(entry->d_name, '.');
         char *path = ibl_need(ibl_path_join(folder, entry->d_name));
-        bool known = !end || strcmp(end, ".map") != 0;
-        for (int i = 0; i < maps->count && !known; i++) {
-            char *of = stamp_path(folder, maps->list[i].name);
-            known = !strcmp(of, path);
-            free(of);
-        }
-        FILE *from = known ? NULL : fopen(path, "r");
+        const bool gone =
+            end && !strcmp(end, ".map") && !json_object_get(known, path);
+        FILE *from = gone ? fopen(path, "r") : NULL;
         if (from && remove_outputs(directory, from, console))
             pruned += !unlink(path);
         if (from)
@@ -251,6 +246,7 @@ int ibl_stamps_prune(const char *directory, const ibl_maps *maps,
     }
     if (dir)
         closedir(dir);
+    json_decref(known);
     free(folder);
     return pruned;
 }

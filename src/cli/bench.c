@@ -428,7 +428,6 @@ static int run(const void *settings)
         ibl_append(&b->csv, ",%1$s,%1$s_low,%1$s_high", columns[k].name);
     ibl_append(&b->csv, "\n");
     ibl_console_init(&b->console, o->common.quiet, o->common.verbose);
-    ibl_signals_catch();
     bool ok = check_report(b, o->csv) && check_report(b, o->html) && plan(b) &&
               !ibl_start(&o->common, &b->console, &b->ctx);
     for (int m = 0; m < o->map_count && ok; m++)

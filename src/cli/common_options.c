@@ -15,6 +15,7 @@
 #include "cli/common_options.h"
 #include "common/names.h"
 #include "common/path.h"
+#include "common/signals.h"
 #include "engine/set.h"
 #include "json/text.h"
 
@@ -120,26 +121,23 @@ bool ibl_stem(const char *input, char *stem, size_t size)
     return true;
 }
 
-/* Yaws with which faces look in the same directions as those of another
- * program. learnopengl and threejs use the mapping of ibl/ibl.h. cmgen (1.9,
- * without --no-mirror) was measured: its +Z face shows the centre of the map,
- * its +X face the point a quarter of the width to the left. */
-static const struct {
-    const char *name;
-    double yaw_deg;
-} presets[] = {{"learnopengl", 0}, {"threejs", 0}, {"cmgen", -90}};
-
-bool ibl_rotate_parse(void *yaw_deg, const char *value)
+bool ibl_shard_parse(void *shard, const char *value)
 {
-    double *yaw = yaw_deg;
+    ibl_shard s;
     const char *end;
 
-    for (size_t i = 0; i < sizeof presets / sizeof presets[0]; i++)
-        if (!strcmp(value, presets[i].name)) {
-            *yaw = presets[i].yaw_deg;
-            return true;
-        }
-    return ibl_number_real(value, -360, 360, yaw, &end) && !*end;
+    if (!ibl_number_int(value, 1, IBL_MOST_SHARDS, &s.number, &end) ||
+        *end != '/' ||
+        !ibl_number_int(end + 1, s.number, IBL_MOST_SHARDS, &s.count, &end) ||
+        *end)
+        return false;
+    *(ibl_shard *)shard = s;
+    return true;
+}
+
+bool ibl_shard_has(const ibl_shard *shard, int i)
+{
+    return !shard->count || i % shard->count + 1 == shard->number;
 }
 
 /* Parses bytes, with K, M or G for powers of 1024, into a size_t. */
@@ -245,18 +243,20 @@ ibl_common ibl_common_default(void)
     return (ibl_common){.read = read, .isa = IBL_ISA_AUTO};
 }
 
-void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_command *command,
+char *ibl_settings_text(ibl_isa isa, const ibl_command *command,
                         const ibl_given *given)
 {
-    fprintf(to, "iblbake %s %s %s\n", IBL_VERSION, IBL_REVISION,
-            ibl_isa_arithmetic(isa));
-    for (const ibl_section *const *s = command->sections; *s; s++)
-        for (int i = 0; i < (*s)->count; i++) {
-            const ibl_option *o = &(*s)->options[i];
-            const char *value = ibl_given_value(given, o->name);
-            if (value && !o->aside)
-                fprintf(to, "--%s=%s\n", o->name, value);
-        }
+    const ibl_option *o;
+    char *text = NULL;
+
+    ibl_append(&text, "iblbake %s %s %s\n", IBL_VERSION, IBL_REVISION,
+               ibl_isa_arithmetic(isa));
+    for (int n = 0; (o = ibl_option_at(command, n)); n++) {
+        const char *value = ibl_given_value(given, o->name);
+        if (value && !o->aside)
+            ibl_append(&text, "--%s=%s\n", o->name, value);
+    }
+    return text;
 }
 
 bool ibl_common_validate(const ibl_common *c)

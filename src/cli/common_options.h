@@ -25,7 +25,11 @@ typedef struct ibl_common {
     int verbose;
 } ibl_common;
 
-extern const ibl_section ibl_input_section;   /* sets read of ibl_common */
+extern const ibl_section ibl_input_section; /* sets read of ibl_common */
+/* The names of its options, for rules. */
+#define IBL_INPUT_OPTIONS                                                      \
+    "layer part any-aspect input-layout face-order input-transfer strict "     \
+    "primaries exposure clamp"
 extern const ibl_section ibl_running_section; /* the rest, --help, --version */
 
 /* Rows of a table for ibl_texel_options texels of IBL_SETTINGS. */
@@ -47,9 +51,10 @@ ibl_common ibl_common_default(void);
 /* Bytes that may be taken; 0: no limit is known. */
 size_t ibl_memory_most(const ibl_common *c);
 bool ibl_common_validate(const ibl_common *c);
-/* Prints what decides what is made beside the inputs: program, arithmetic, and
- * the command's options that were given and are not aside. */
-void ibl_print_settings(FILE *to, ibl_isa isa, const ibl_command *command,
+/* What decides what is made beside the inputs: program, arithmetic, and the
+ * command's options that were given and are not aside. The caller must free it.
+ */
+char *ibl_settings_text(ibl_isa isa, const ibl_command *command,
                         const ibl_given *given);
 /* The outputs of a bake, in the order in which they are made. */
 typedef enum ibl_output_kind {
@@ -82,10 +87,23 @@ enum {
  * stderr: it does not fit. */
 bool ibl_stem(const char *input, char *stem, size_t size);
 
-/* Parses a value of --rotate into a double. */
-#define IBL_ROTATE_ALLOWED                                                     \
-    "-360 to 360, learnopengl, threejs (both 0) or cmgen (-90)"
-bool ibl_rotate_parse(void *yaw_deg, const char *value);
+/* --shard K/N: a part of the work of one command, for N runs on any machines.
+ */
+enum {
+    IBL_MOST_SHARDS = 65536
+};
+#define IBL_SHARD_ALLOWED "1/1 to 65536/65536, K at most N"
+
+typedef struct ibl_shard {
+    int number; /* 1..count */
+    int count;  /* 0: no --shard was given */
+} ibl_shard;
+
+/* Parses "K/N" into an ibl_shard. */
+bool ibl_shard_parse(void *shard, const char *value);
+/* Whether a shard has item i of a command: every count-th, from the number-th
+ * on; all without --shard. */
+bool ibl_shard_has(const ibl_shard *shard, int i);
 
 /* The build defines IBL_REVISION, from git describe; "": unknown. */
 #if defined(__clang__)

@@ -24,15 +24,6 @@ static void erase_bar(ibl_console *c)
     c->drawn = false;
 }
 
-void ibl_console_draw(ibl_console *c, const char *text)
-{
-    pthread_mutex_lock(&screen);
-    fprintf(stderr, "\r%s\033[K", text);
-    fflush(stderr);
-    c->drawn = true;
-    pthread_mutex_unlock(&screen);
-}
-
 static void print_log(void *console, ibl_log_level level, const char *text)
 {
     ibl_console *c = console;
@@ -109,74 +100,66 @@ void ibl_console_info(ibl_console *c, const char *fmt, ...)
     va_end(ap);
 }
 
-static int find_stage(ibl_console *c, const char *name)
+/* Ends the running stage and starts another, which may have run before; NULL:
+ * none. Returns the time. */
+static double run_stage(ibl_console *c, const char *name)
 {
+    const double t = ibl_now();
     int i = 0;
 
+    if (c->running >= 0)
+        c->stages[c->running].seconds += t - c->stage_from;
+    c->stage_from = t;
+    c->running = -1;
+    if (!name)
+        return t;
     while (i < c->count &&
            strncmp(c->stages[i].name, name, sizeof c->stages[i].name - 1) != 0)
         i++;
     if (i == IBL_MAX_STAGES)
-        return i - 1;
-    if (i == c->count) {
-        snprintf(c->stages[i].name, sizeof c->stages[i].name, "%s", name);
-        c->count++;
-    }
-    return i;
-}
-
-/* Ends the running stage at time t and starts another (-1: none). */
-static void run_stage(ibl_console *c, int stage, double t)
-{
-    if (stage == c->running)
-        return;
-    if (c->running >= 0)
-        c->stages[c->running].seconds += t - c->stage_from;
-    c->running = stage;
-    c->stage_from = t;
+        i--;
+    else if (i == c->count)
+        snprintf(c->stages[c->count++].name, sizeof c->stages[i].name, "%s",
+                 name);
+    c->running = i;
+    return t;
 }
 
 void ibl_console_init(ibl_console *c, bool quiet, bool verbose)
 {
     *c = (ibl_console){.quiet = quiet, .verbose = verbose, .running = -1};
     c->terminal = !quiet && isatty(STDERR_FILENO);
-    c->begun = ibl_now();
-    run_stage(c, find_stage(c, "start"), c->begun);
-}
-
-static void draw_bar(ibl_console *c, const char *stage, double done, double t)
-{
-    static const char full[] = "##############################";
-    const int width = (int)sizeof full - 1;
-    const int filled = (int)(done * width);
-    /* An early estimate would be far off. */
-    const double spent = t - c->share_from;
-    const bool guess = done > 0.02 && spent > 0.5;
-    const int left = guess ? (int)(spent * (1 - done) / done + 0.5) : 0;
-
-    fprintf(stderr, "\r%-14.14s [%.*s%*s] %3d %%", stage, filled, full,
-            width - filled, "", (int)(100 * done));
-    if (guess)
-        fprintf(stderr, "  %d:%02d left", left / 60, left % 60);
-    fputs("\033[K", stderr);
-    fflush(stderr);
-    c->drawn = true;
-    c->drawn_at = t;
+    c->begun = run_stage(c, "start");
 }
 
 void ibl_console_progress(ibl_console *c, const char *stage, double done)
 {
-    const double t = ibl_now();
+    static const char full[] = "##############################";
+    const int width = (int)sizeof full - 1;
+    const double t = run_stage(c, stage);
 
-    run_stage(c, find_stage(c, stage), t);
     if (!c->terminal)
         return;
     done = fmin(fmax(done, 0), 1);
     if (done < c->share || c->share_from <= 0)
         c->share_from = t;
     c->share = done;
-    if (c->drawn_at == 0 || t - c->drawn_at >= REDRAW_SECONDS)
-        draw_bar(c, stage, done, t);
+    if (c->drawn_at > 0 && t - c->drawn_at < REDRAW_SECONDS)
+        return;
+    const int filled = (int)(done * width);
+    const double spent = t - c->share_from;
+    pthread_mutex_lock(&screen);
+    fprintf(stderr, "\r%-14.14s [%.*s%*s] %3d %%", stage, filled, full,
+            width - filled, "", (int)(100 * done));
+    if (done > 0.02 && spent > 0.5) { /* an early guess would be far off */
+        const int left = (int)(spent * (1 - done) / done + 0.5);
+        fprintf(stderr, "  %d:%02d left", left / 60, left % 60);
+    }
+    fputs("\033[K", stderr);
+    fflush(stderr);
+    c->drawn = true;
+    pthread_mutex_unlock(&screen);
+    c->drawn_at = t;
 }
 
 /* An ibl_progress_fn: shows the share of the bake, or of a stage outside one.
@@ -189,7 +172,7 @@ static void on_progress(void *console, const char *stage, double done,
 
 void ibl_console_finish(ibl_console *c)
 {
-    run_stage(c, -1, ibl_now());
+    run_stage(c, NULL);
     pthread_mutex_lock(&screen);
     erase_bar(c);
     pthread_mutex_unlock(&screen);
@@ -200,15 +183,13 @@ int ibl_console_end(ibl_console *c, bool ok)
     ibl_console_finish(c);
     if (!ok)
         ibl_console_fail(c, "%s", ibl_status_text(IBL_ERR_MEMORY));
+    if (ok && c->verbose && !c->front) {
+        for (int i = 0; i < c->count; i++)
+            fprintf(stderr, "%-16s %9.3f s\n", c->stages[i].name,
+                    c->stages[i].seconds);
+        fprintf(stderr, "%-16s %9.3f s\n", "total", ibl_now() - c->begun);
+    }
     return ok ? 0 : 1;
-}
-
-void ibl_console_print_times(const ibl_console *c)
-{
-    for (int i = 0; i < c->count; i++)
-        fprintf(stderr, "%-16s %9.3f s\n", c->stages[i].name,
-                c->stages[i].seconds);
-    fprintf(stderr, "%-16s %9.3f s\n", "total", ibl_now() - c->begun);
 }
 
 /* ---- context ---------------------------------------------------------- */

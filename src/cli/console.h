@@ -37,8 +37,6 @@ typedef struct ibl_console {
 } ibl_console;
 
 void ibl_console_init(ibl_console *c, bool quiet, bool verbose);
-/* Draws a line in place of the bar. */
-void ibl_console_draw(ibl_console *c, const char *text);
 /* Begins or continues a stage: its finished share is shown. */
 void ibl_console_progress(ibl_console *c, const char *stage, double done);
 /* Prints "iblbake: ..." and a newline, but only for the first error: later ones
@@ -60,10 +58,9 @@ void ibl_console_info(ibl_console *c, const char *fmt, ...)
 /* Ends the running stage and erases the bar. */
 void ibl_console_finish(ibl_console *c);
 /* The same at the end of a command. If it failed without a message, reports
- * that memory ran out. Returns the exit status. */
+ * that memory ran out; else prints the time of each stage with -v. Returns the
+ * exit status. */
 int ibl_console_end(ibl_console *c, bool ok);
-/* Prints the time of each stage. */
-void ibl_console_print_times(const ibl_console *c);
 
 /* Makes a context with these settings that reports to the console. */
 ibl_status ibl_start(const ibl_common *common, ibl_console *console,

@@ -143,38 +143,36 @@ typedef struct conversion {
 
 /* A map in another layout: each texel of a level is an average over the solid
  * angle that it has there. */
-static ibl_status lay_out(ibl_ctx *ctx, ibl_projection to, ibl_cube *map)
+static bool lay_out(ibl_ctx *ctx, ibl_projection to, ibl_cube *map)
 {
     ibl_cube out = {0};
-    ibl_status status =
-        ibl_cube_alloc_as(ctx, to, map->size, map->levels, &out);
+    bool ok = !ibl_cube_alloc_as(ctx, to, map->size, map->levels, &out);
 
-    for (int l = 0; l < map->levels && !status; l++) {
+    for (int l = 0; l < map->levels && ok; l++) {
         const int n = ibl_cube_edge(map->size, l);
         ibl_cube from = {n, 1, ibl_cube_face(map, l, 0), map->projection};
         ibl_cube into = {n, 1, ibl_cube_face(&out, l, 0), to}, cube = {0};
         ibl_image image = {4 * n, 2 * n, from.data}, made = {0};
 
-        if (from.projection == IBL_PROJECTION_OCTAHEDRAL &&
-            !(status = ibl_cube_from_flat(ctx, &from, &cube)))
+        if (from.projection == IBL_PROJECTION_OCTAHEDRAL) {
+            ok = !ibl_cube_from_flat(ctx, &from, &cube);
             from = cube;
-        if (from.projection == IBL_PROJECTION_CUBE && !status) {
-            const int width = ibl_latlong_width(from.size);
-            status = ibl_image_alloc(ctx, width, width / 2, &made);
-            if (!status)
-                status = ibl_latlong_from_cube(ctx, &from, &made);
+        }
+        if (map->projection != IBL_PROJECTION_EQUIRECT) {
+            const int width = ibl_latlong_width(n);
+            ok = ok && !ibl_image_alloc(ctx, width, width / 2, &made) &&
+                 !ibl_latlong_from_cube(ctx, &from, &made);
             image = made;
         }
-        if (!status)
-            status = to == IBL_PROJECTION_CUBE
+        ok = ok && !(to == IBL_PROJECTION_CUBE
                          ? ibl_cube_from_latlong(ctx, &image, 0, &into)
-                         : ibl_flat_from_latlong(ctx, &image, 0, &into);
+                         : ibl_flat_from_latlong(ctx, &image, 0, &into));
         ibl_image_free(&made);
         ibl_cube_free(&cube);
     }
     ibl_cube_free(map);
     *map = out;
-    return status;
+    return ok;
 }
 
 /* Counts components that the pixel format makes 0: NaN, and of those without a
@@ -196,29 +194,24 @@ static size_t count_bad(const ibl_cube *map, ibl_pixel pixel)
 }
 
 /* Encodes a layer of a map. */
-static ibl_status encode_layer(conversion *c, int layer)
+static bool encode_layer(conversion *c, int layer)
 {
+    const bool other = c->layout != ibl_texture_projection(&c->in);
     ibl_texture one = {0}, made = {0};
     ibl_cube map = {0}, alpha = {0};
     char *name = (char *)c->o->path[1];
     ibl_output file = {.paths = &name};
-    ibl_status status = ibl_texture_layer(c->ctx, &c->in, layer, &one);
-    const bool other = c->layout != ibl_texture_projection(&c->in);
 
-    if (!status)
-        status = ibl_texture_to_cube(c->ctx, &one, &map);
-    if (!status && one.premultiplied)
-        status = ibl_texture_get_alpha(c->ctx, &one, &alpha);
-    if (!status && other)
-        status = lay_out(c->ctx, c->layout, &map);
-    if (!status && other && alpha.data)
-        status = lay_out(c->ctx, c->layout, &alpha);
-    if (!status)
-        status = ibl_texture_from_cube(c->ctx, &map, &c->texels, &made,
-                                       &file.overflow);
-    if (!status)
-        status = ibl_texture_errors(c->ctx, &made, &map, file.error);
-    if (!status) {
+    bool ok =
+        !ibl_texture_layer(c->ctx, &c->in, layer, &one) &&
+        !ibl_texture_to_cube(c->ctx, &one, &map) &&
+        (!one.premultiplied || !ibl_texture_get_alpha(c->ctx, &one, &alpha)) &&
+        (!other || (lay_out(c->ctx, c->layout, &map) &&
+                    (!alpha.data || lay_out(c->ctx, c->layout, &alpha)))) &&
+        !ibl_texture_from_cube(c->ctx, &map, &c->texels, &made,
+                               &file.overflow) &&
+        !ibl_texture_errors(c->ctx, &made, &map, file.error);
+    if (ok) {
         const size_t bad = count_bad(&map, c->texels.pixel);
         if (bad)
             ibl_console_warn(
@@ -228,29 +221,27 @@ static ibl_status encode_layer(conversion *c, int layer)
         file.shape.levels = map.levels;
         ibl_output_warn(&file, &c->console, &c->texels, NULL, false);
     }
-    if (!status && alpha.data)
-        status = ibl_texture_set_alpha(c->ctx, &made, &alpha);
-    if (!status && !layer)
-        status = ibl_texture_array_begin(c->ctx, &made, c->in.layers, &c->out);
-    if (!status)
-        status = ibl_texture_array_put(c->ctx, &c->out, layer, &made);
+    ok = ok && (!alpha.data || !ibl_texture_set_alpha(c->ctx, &made, &alpha)) &&
+         (layer ||
+          !ibl_texture_array_begin(c->ctx, &made, c->in.layers, &c->out)) &&
+         !ibl_texture_array_put(c->ctx, &c->out, layer, &made);
     c->out.premultiplied = c->in.premultiplied;
     ibl_texture_free(&one);
     ibl_texture_free(&made);
     ibl_cube_free(&map);
     ibl_cube_free(&alpha);
-    return status;
+    return ok;
 }
 
 /* Sets the keys of OUT: those of IN, but for what they say of its texels. */
-static ibl_status set_keys(conversion *c, bool encoded)
+static bool set_keys(conversion *c, bool encoded)
 {
     static const char *const names[] = {"KTXwriterScParams", "iblbake.layout",
                                         "iblbake.pixel", "iblbake.quality",
                                         NULL};
     const bool blocks = ibl_pixel_block(c->out.pixel) > 1;
     char writer[32];
-    ibl_status status = IBL_OK;
+    bool ok = true;
 
     snprintf(writer, sizeof writer, "--zstd %d", c->o->zstd);
     const char *const values[] = {
@@ -258,16 +249,16 @@ static ibl_status set_keys(conversion *c, bool encoded)
         c->out.faces == 1 ? ibl_projection_name(c->layout) : NULL,
         blocks ? ibl_pixel_name(c->out.pixel) : NULL,
         blocks ? ibl_quality_names[c->texels.quality] : NULL};
-    for (int i = 0; i < c->in.key_count && !status; i++) {
+    for (int i = 0; i < c->in.key_count && ok; i++) {
         const ibl_key_value *pair = &c->in.keys[i];
         const int own = ibl_names_find(names, pair->key);
         if (own < 0 || (own > 0 && !encoded))
-            status = ibl_texture_set(c->ctx, &c->out, pair->key, pair->value);
+            ok = !ibl_texture_set(c->ctx, &c->out, pair->key, pair->value);
     }
-    for (int i = 0; i < (encoded ? 4 : 1) && !status; i++)
-        if (values[i])
-            status = ibl_texture_set(c->ctx, &c->out, names[i], values[i]);
-    return status;
+    for (int i = 0; i < (encoded ? 4 : 1) && ok; i++)
+        ok = !values[i] ||
+             !ibl_texture_set(c->ctx, &c->out, names[i], values[i]);
+    return ok;
 }
 
 /* Why OUT cannot be made of IN, and what to do; NULL: it can. */
@@ -296,7 +287,7 @@ static bool change(conversion *c)
     const char *content = ibl_texture_get(&c->in, "iblbake.content");
     const ibl_projection was = ibl_texture_projection(&c->in);
     const ibl_pixel pixel = c->in.pixel;
-    ibl_status status = IBL_OK;
+    bool ok = true;
 
     c->table =
         ibl_pixel_channels(pixel) == 2 || (content && strstr(content, "_lut"));
@@ -322,34 +313,14 @@ static bool change(conversion *c)
         c->out.key_count = 0;
         c->in.data = NULL;
     }
-    for (int i = 0; i < c->in.layers && encoded && !status; i++)
-        status = encode_layer(c, i);
-    if (!status)
-        status = set_keys(c, encoded);
+    for (int i = 0; i < c->in.layers && encoded && ok; i++)
+        ok = encode_layer(c, i);
     c->out.primaries = c->in.primaries;
     c->out.zstd = o->zstd;
-    return !status;
+    return ok && set_keys(c, encoded);
 }
 
 /* ---- files ------------------------------------------------------------ */
-
-static bool read_texture(conversion *c)
-{
-    const char *name = c->o->path[0];
-    const ibl_engine engine = ibl_engine_of_name(name);
-    ibl_container container = IBL_CONTAINER_COUNT;
-    const ibl_status status =
-        engine ? ibl_engine_read(c->ctx, name, -1, &c->in)
-               : ibl_engine_look(c->ctx, name, true, &c->in, &container);
-
-    return !status &&
-           (c->in.data ||
-            ibl_console_fail(&c->console,
-                             "%s: is no texture (KTX2, KTX or DDS), nor an "
-                             "engine's: a map becomes one by iblbake %s -o DIR "
-                             "--only skybox --skybox N",
-                             name, name));
-}
 
 static bool write_pictures(conversion *c, ibl_outputs *to)
 {
@@ -410,17 +381,23 @@ static bool write_files(conversion *c)
 static int run(const void *settings)
 {
     const convert_opts *o = settings;
+    const char *in = o->path[0];
     conversion c = {.o = o};
+    int format;
 
     ibl_console_init(&c.console, o->common.quiet, o->common.verbose);
-    ibl_signals_catch();
     const bool ok =
         !ibl_start(&o->common, &c.console, &c.ctx) &&
-        ibl_console_differ(&c.console, o->path[0], o->path[1], "OUT") &&
-        read_texture(&c) && change(&c) && write_files(&c);
+        ibl_console_differ(&c.console, in, o->path[1], "OUT") &&
+        !ibl_engine_look(c.ctx, in, true, &c.in, &format) &&
+        (format >= 0 ||
+         ibl_console_fail(&c.console,
+                          "%s: is no texture (KTX2, KTX or DDS), nor an "
+                          "engine's: a map becomes one by iblbake %s -o DIR "
+                          "--only skybox --skybox N",
+                          in, in)) &&
+        change(&c) && write_files(&c);
     const int status = ibl_console_end(&c.console, ok);
-    if (ok && o->common.verbose)
-        ibl_console_print_times(&c.console);
     ibl_texture_free(&c.in);
     ibl_texture_free(&c.out);
     ibl_ctx_free(c.ctx);

@@ -88,25 +88,6 @@ typedef struct figures {
     json_int_t nonfinite, negative; /* texels */
 } figures;
 
-/* Texels that are not finite count only as that. */
-static void add_texel(figures *f, const float *texel, int channels,
-                      double weight)
-{
-    bool finite = true, negative = false;
-
-    for (int c = 0; c < channels; c++) {
-        finite &= isfinite(texel[c]) != 0;
-        negative |= texel[c] < 0;
-    }
-    f->nonfinite += !finite;
-    f->negative += finite && negative;
-    for (int c = 0; c < channels && finite; c++) {
-        f->sum[c] += weight * (double)texel[c];
-        f->peak = fmax(f->peak, (double)texel[c]);
-    }
-    f->weight += finite ? weight : 0;
-}
-
 static void put_figures(json_t **j, const figures *f, int channels)
 {
     json_t *mean = json_array();
@@ -117,7 +98,8 @@ static void put_figures(json_t **j, const figures *f, int channels)
                          "nonfinite", f->nonfinite, "negative", f->negative));
 }
 
-/* Means of maps are by solid angle, those of tables are not. */
+/* Means of maps are by solid angle, those of tables are not. Texels that are
+ * not finite count only as that. */
 static void measure(const ibl_texture *t, int level,
                     const ibl_level_shape *shape, figures *f)
 {
@@ -139,8 +121,21 @@ static void measure(const ibl_texture *t, int level,
                 ibl_texture_layer_offset(t, level, k / t->faces, k % t->faces);
             ibl_pixel_decode(t->pixel, face + (size_t)y * bytes, (size_t)width,
                              row);
-            for (int x = 0; x < width; x++)
-                add_texel(f, row + x * channels, channels, weight[x]);
+            for (int x = 0; x < width; x++) {
+                const float *texel = row + x * channels;
+                bool finite = true, negative = false;
+                for (int c = 0; c < channels; c++) {
+                    finite &= isfinite(texel[c]) != 0;
+                    negative |= texel[c] < 0;
+                }
+                f->nonfinite += !finite;
+                f->negative += finite && negative;
+                f->weight += finite ? weight[x] : 0;
+                for (int c = 0; c < channels && finite; c++) {
+                    f->sum[c] += weight[x] * (double)texel[c];
+                    f->peak = fmax(f->peak, (double)texel[c]);
+                }
+            }
         }
     }
     free(row);
@@ -227,9 +222,10 @@ static void put_levels(const ibl_texture *t, const ibl_about *about,
     put(j, "levels", levels);
 }
 
-static bool put_texture(const info *v, const char *path, ibl_engine engine,
-                        ibl_texture *t, bool texels, json_t **j)
+static bool put_texture(const info *v, const char *path, ibl_texture *t,
+                        bool texels, json_t **j)
 {
+    const ibl_engine engine = ibl_engine_of_name(path);
     ibl_about about = ibl_about_keys(t, path);
     json_t *keys = json_object();
     json_t *sidecar = t->key_count ? NULL : beside(path, &about);
@@ -326,26 +322,19 @@ static json_t *describe(info *v, const char *path, bool named)
 {
     const bool texels =
         v->o->texels == TEXELS_AUTO ? named : v->o->texels == TEXELS_YES;
-    const ibl_engine engine = ibl_engine_of_name(path);
-    int kind = IBL_CONTAINER_COUNT - 1 + (int)engine;
     json_t *j = json_pack("{so}", "file", ibl_json_string(path));
-    ibl_container container;
+    int format = -1;
     ibl_texture t = {0};
     struct stat st;
-    ibl_status status = IBL_OK;
+    bool ok = true;
 
     if (!stat(path, &st) && S_ISREG(st.st_mode)) {
         put(&j, "bytes", json_integer(st.st_size));
-        if (engine)
-            status = ibl_engine_read(v->ctx, path, -1, &t);
-        else if (!(status =
-                       ibl_engine_look(v->ctx, path, texels, &t, &container)))
-            kind = (int)container;
+        ok = !ibl_engine_look(v->ctx, path, texels, &t, &format);
     }
-    if (t.width)
-        put(&j, "format", json_string(ibl_format_names[kind]));
-    const bool ok =
-        !status && (t.width ? put_texture(v, path, engine, &t, texels, &j)
+    if (format >= 0)
+        put(&j, "format", json_string(ibl_format_names[format]));
+    ok = ok && (format >= 0 ? put_texture(v, path, &t, texels, &j)
                             : put_map(v, path, texels, &j));
     ibl_texture_free(&t);
     if (!ok)
@@ -355,43 +344,40 @@ static json_t *describe(info *v, const char *path, bool named)
 
 /* ---- text ------------------------------------------------------------ */
 
-static void print_text(const char *text, int width)
+/* Prints and frees a line. */
+static void print_line(char *line)
 {
-    char line[IBL_LINE_BYTES];
-
-    snprintf(line, sizeof line, "%s", text);
     ibl_one_line(line);
-    printf("%-*s", width, line);
+    puts(line);
+    free(line);
 }
 
-/* On one line: members of objects as "KEY VALUE", two blanks between them. */
-static void print_value(const json_t *value)
+/* Members of objects as "KEY VALUE", two blanks between them. */
+static void append_value(char **line, const json_t *value)
 {
     const char *key, *between = "";
     json_t *member;
     size_t i;
 
     if (json_is_string(value))
-        print_text(json_string_value(value), 0);
+        ibl_append(line, "%s", json_string_value(value));
     else if (json_is_integer(value))
-        printf("%lld", (long long)json_integer_value(value));
+        ibl_append(line, "%lld", (long long)json_integer_value(value));
     else if (json_is_real(value))
-        printf("%.6g", json_real_value(value));
+        ibl_append(line, "%.6g", json_real_value(value));
     else if (json_is_array(value) && !json_array_size(value))
-        fputs("none", stdout);
+        ibl_append(line, "none");
     else if (json_is_boolean(value))
-        fputs(json_is_true(value) ? "yes" : "no", stdout);
+        ibl_append(line, json_is_true(value) ? "yes" : "no");
     json_array_foreach(value, i, member)
     {
-        fputs(i ? " " : "", stdout);
-        print_value(member);
+        ibl_append(line, "%s", i ? " " : "");
+        append_value(line, member);
     }
     json_object_foreach((json_t *)value, key, member)
     {
-        fputs(between, stdout);
-        print_text(key, 0);
-        fputs(" ", stdout);
-        print_value(member);
+        ibl_append(line, "%s%s ", between, key);
+        append_value(line, member);
         between = "  ";
     }
 }
@@ -401,6 +387,7 @@ static void print_member(const char *name, json_t *value)
 {
     const bool list = json_is_object(json_array_get(value, 0));
     const char *key;
+    char *line = NULL;
     json_t *part;
     size_t i;
 
@@ -410,16 +397,16 @@ static void print_member(const char *name, json_t *value)
     }
     json_array_foreach(list ? value : NULL, i, part)
     {
-        printf("%.*s %-12zu", (int)strlen(name) - 1, name, i);
-        print_value(part);
-        fputs("\n", stdout);
+        line = NULL;
+        ibl_append(&line, "%.*s %-12zu", (int)strlen(name) - 1, name, i);
+        append_value(&line, part);
+        print_line(line);
     }
     if (list || json_is_object(value))
         return;
-    print_text(name, 17);
-    fputs(" ", stdout);
-    print_value(value);
-    fputs("\n", stdout);
+    ibl_append(&line, "%-17s ", name);
+    append_value(&line, value);
+    print_line(line);
 }
 
 static void print_row(json_t *file)
@@ -428,7 +415,7 @@ static void print_row(json_t *file)
                                         "negative"};
     int width = 0, height = 0, faces = 1;
     json_int_t bytes = 0;
-    char size[64], kind[80];
+    char size[64], kind[80], *line = NULL;
 
     json_unpack(file, "{s?I s?i s?i s?i}", "bytes", &bytes, "width", &width,
                 "height", &height, "faces", &faces);
@@ -436,14 +423,14 @@ static void print_row(json_t *file)
              faces == IBL_FACES ? "x6" : "");
     snprintf(kind, sizeof kind, "%s %s", text_of(file, "format"),
              text_of(file, "pixel"));
-    printf("%12lld  %-12s %2zu  %-26s  ", (long long)bytes, size,
-           json_array_size(json_object_get(file, "levels")), kind);
-    print_text(text_of(file, "file"), 0);
+    ibl_append(&line, "%12lld  %-12s %2zu  %-26s  %s", (long long)bytes, size,
+               json_array_size(json_object_get(file, "levels")), kind,
+               text_of(file, "file"));
     for (size_t i = 0; i < 4 && json_object_get(file, "peak"); i++) {
-        printf("  %s ", names[i]);
-        print_value(json_object_get(file, names[i]));
+        ibl_append(&line, "  %s ", names[i]);
+        append_value(&line, json_object_get(file, names[i]));
     }
-    fputs("\n", stdout);
+    print_line(line);
 }
 
 /* ---- the command ------------------------------------------------------ */
@@ -512,7 +499,6 @@ static int run(const void *settings)
     struct stat st;
 
     ibl_console_init(&v.console, o->common.quiet, o->common.verbose);
-    ibl_signals_catch();
     const bool ok = !ibl_start(&o->common, &v.console, &v.ctx);
     for (int i = 0; i < o->count && ok; i++) {
         if (!stat(o->path[i], &st) && S_ISDIR(st.st_mode))
@@ -520,17 +506,13 @@ static int run(const void *settings)
         else
             look_at(&v, o->path[i], true);
     }
-    if (o->json && ok) {
-        json_t *root = json_pack("{sO}", "files", v.files);
-        char *text = ibl_need(ibl_json_text(root));
+    json_t *root = json_pack("{so}", "files", v.files);
+    char *text = ibl_need(ibl_json_text(root));
+    if (o->json && ok)
         fputs(text, stdout);
-        free(text);
-        json_decref(root);
-    }
-    json_decref(v.files);
+    free(text);
+    json_decref(root);
     const int status = ibl_console_end(&v.console, ok);
-    if (!status && !v.failed && o->common.verbose)
-        ibl_console_print_times(&v.console);
     ibl_ctx_free(v.ctx);
     return status || v.failed;
 }

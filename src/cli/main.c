@@ -7,6 +7,7 @@
 
 #include "cli/common_options.h"
 #include "common/process.h"
+#include "common/signals.h"
 
 static const ibl_command *const commands[] = {&ibl_bake_command,
                                               &ibl_verify_command,
@@ -41,6 +42,7 @@ int main(int argc, char **argv)
             "--shard K/N SET.json... -o DIR");
         return 2;
     }
+    ibl_signals_catch();
     int status = ibl_command_main(argc, argv);
 
     errno = 0;

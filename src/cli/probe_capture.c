@@ -70,6 +70,37 @@ static bool bake_alpha(const ibl_probes_bake *p, const ibl_capture *c,
                      p->input, c->place);
 }
 
+/* Whether the arrays of all layers, and the bake of a map of width x height
+ * pixels, which is in memory with its alpha and its faces, fit in
+ * --max-memory. */
+static bool fits(const ibl_probes_bake *p, int width, int height)
+{
+    const ibl_set_bake *b = &p->set.bake;
+    const ibl_pixel pixel = b->texels.pixel;
+    const int size = p->layout.size, block = ibl_pixel_block(pixel);
+    const double most = (double)ibl_memory_most(&p->opts->common);
+    const double level0 = (double)ibl_cube_texels(size, 1);
+    const double texels = (double)ibl_cube_texels(size, p->layout.levels);
+    const int edge = b->options.irradiance_options.size;
+    const double arrays = (texels + (double)ibl_cube_texels(edge, 1)) *
+                          (double)ibl_pixel_bytes(pixel) / (block * block) *
+                          p->set.layers * (b->zstd ? 2 : 1);
+    size_t bake;
+
+    if (ibl_bake_memory(p->ctx, width, height, &b->options, &bake))
+        return false;
+    const double need = IBL_PROGRAM_BYTES +
+                        1.1 * (arrays + (double)bake + 28.0 * width * height +
+                               16 * level0 + 12 * texels);
+    return most <= 0 || need <= most ||
+           ibl_console_fail(p->console,
+                            "%s: takes %.0f MiB of memory, more than the %.0f "
+                            "of --max-memory: ask for a smaller --size, or "
+                            "make two sets of it",
+                            p->input, ceil(need / (1 << 20)),
+                            floor(most / (1 << 20)));
+}
+
 bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
                       ibl_bake_result *colour, ibl_bake_result *alpha)
 {
@@ -89,7 +120,7 @@ bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
     bool ok = !ibl_source_open(p->ctx, c->name, &read, &source);
     if (ok)
         rows = ibl_source_environment(source);
-    ok = ok && ibl_probes_fit(p, rows.width, rows.height) &&
+    ok = ok && fits(p, rows.width, rows.height) &&
          bake(p, &rows, &faces[0], colour) &&
          bake_alpha(p, c, source, &faces[1], alpha);
     ibl_cube_free(&faces[0]);

@@ -41,12 +41,9 @@ static bool take_capture(ibl_json_at at, ibl_capture *c)
                               &file))
             return false;
         char *path = ibl_need(ibl_path_beside(at.file->name, file));
-        char *all = c->name;
         const bool comma = faces && strchr(path, ',');
-        c->name =
-            ibl_need(ibl_format("%s%s%s", i ? all : "", i ? "," : "", path));
+        ibl_append(&c->name, "%s%s", i ? "," : "", path);
         free(path);
-        free(all);
         if (comma)
             return ibl_json_wrong(at, "faces without commas in their paths");
     }
@@ -74,81 +71,58 @@ static bool check_probe(ibl_json_at at, const ibl_probe *p)
                              "found it outside");
 }
 
-static bool take_name(ibl_json_at at, const ibl_probe_set *set,
-                      ibl_set_entry *e)
-{
-    if (!ibl_json_text_at(at, &e->name))
-        return false;
-    for (int i = 0; i < set->count; i++)
-        if (!strcmp(set->entry[i].name, e->name))
-            return ibl_json_complain(
-                at,
-                "expected a name of its own, found \"%.60s\", which "
-                "probes[%d] has",
-                e->name, i);
-    return true;
-}
-
-static bool take_probe(ibl_json_at at, const ibl_probe_set *set,
-                       ibl_set_entry *e)
+/* Takes the probe after those that the set has. */
+static bool take_probe(ibl_json_at at, ibl_probe_set *set)
 {
     static const char *const keys[] = {"name",      "position", "capture",
                                        "influence", "blend",    "proxy",
                                        "priority",  NULL};
+    const ibl_json_at name = ibl_json_member(&at, "name");
+    ibl_set_entry *e = &set->entry[set->count];
+    ibl_probe *p = &set->probe[set->count];
 
-    return ibl_json_object(at, keys) &&
-           take_name(ibl_json_member(&at, "name"), set, e) &&
-           take_capture(ibl_json_member(&at, "capture"), &e->capture) &&
-           ibl_json_probe(at, &e->probe) && check_probe(at, &e->probe);
-}
-
-static bool take_global(ibl_json_at at, ibl_set_entry *e)
-{
-    static const char *const keys[] = {"capture", NULL};
-
-    e->name = "";
-    return ibl_json_object(at, keys) &&
-           take_capture(ibl_json_member(&at, "capture"), &e->capture);
+    if (!ibl_json_object(at, keys) || !ibl_json_text_at(name, &e->name))
+        return false;
+    for (int i = 0; i < set->count; i++)
+        if (!strcmp(set->entry[i].name, e->name))
+            return ibl_json_complain(
+                name,
+                "expected a name of its own, found \"%.60s\", which "
+                "probes[%d] has",
+                e->name, i);
+    return take_capture(ibl_json_member(&at, "capture"), &e->capture) &&
+           ibl_json_probe(at, p) && check_probe(at, p);
 }
 
 /* ---- the rest of a set ------------------------------------------------- */
 
-static ibl_set_bake bake_default(void)
-{
-    ibl_set_bake b = {.options = ibl_bake_options_default(),
-                      .alpha = IBL_ALPHA_FILE,
-                      .texels = ibl_texel_options_default(),
-                      .lut_size = ibl_lut_options_default().size};
-
-    b.options.specular_options.size = 128;
-    b.options.irradiance_options.size = 16;
-    return b;
-}
-
 /* Sorts the probes by ibl_probes_order and numbers their layers. */
 static void sort(ibl_probe_set *set)
 {
+    const size_t count = (size_t)set->count;
+    int *order = ibl_need(calloc(count, sizeof *order));
+    ibl_probe *probe = ibl_need(calloc(count, sizeof *probe));
+    ibl_set_entry *entry = ibl_need(calloc(count + 1, sizeof *entry));
+
+    ibl_probes_order(set->probe, set->count, order);
+    entry[count] = set->entry[count];
     for (int i = 0; i < set->count; i++) {
-        const ibl_set_entry e = set->entry[i];
-        int to = i;
-        for (; to; to--) {
-            const ibl_probe pair[2] = {set->entry[to - 1].probe, e.probe};
-            int order[2];
-            ibl_probes_order(pair, 2, order);
-            if (!order[0])
-                break;
-            set->entry[to] = set->entry[to - 1];
-        }
-        set->entry[to] = e;
+        entry[i] = set->entry[order[i]];
+        probe[i] = set->probe[order[i]];
+        probe[i].layer = i;
     }
-    for (int i = 0; i < set->count; i++)
-        set->entry[i].probe.layer = i;
+    free(order);
+    free(set->probe);
+    free(set->entry);
+    set->probe = probe;
+    set->entry = entry;
 }
 
 static bool take_set(ibl_json_at root, ibl_probe_set *set)
 {
     static const char *const keys[] = {"version", "defaults", "global",
                                        "probes", NULL};
+    static const char *const global_keys[] = {"capture", NULL};
     const ibl_json_at global = ibl_json_member(&root, "global");
     const ibl_json_at probes = ibl_json_member(&root, "probes");
     const size_t most = IBL_MAX_PROBES - (global.value != NULL);
@@ -166,15 +140,20 @@ static bool take_set(ibl_json_at root, ibl_probe_set *set)
         return false;
     const size_t count = json_array_size(probes.value);
     set->entry = ibl_need(calloc(count + 1, sizeof *set->entry));
+    set->probe = ibl_need(calloc(count, sizeof *set->probe));
     for (size_t i = 0; i < count; i++) {
-        const bool ok =
-            take_probe(ibl_json_element(&probes, i), set, &set->entry[i]);
+        const bool ok = take_probe(ibl_json_element(&probes, i), set);
         set->count = ++set->layers;
         if (!ok)
             return false;
     }
-    if (global.value && !take_global(global, &set->entry[set->layers++]))
-        return false;
+    if (global.value) {
+        ibl_set_entry *e = &set->entry[set->layers++];
+        e->name = "";
+        if (!ibl_json_object(global, global_keys) ||
+            !take_capture(ibl_json_member(&global, "capture"), &e->capture))
+            return false;
+    }
     sort(set);
     return true;
 }
@@ -185,7 +164,13 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
     ibl_json_file file = {
         .name = path, .fail = ibl_console_error, .cookie = console};
 
-    *set = (ibl_probe_set){.bake = bake_default()};
+    *set =
+        (ibl_probe_set){.bake = {.options = ibl_bake_options_default(),
+                                 .alpha = IBL_ALPHA_FILE,
+                                 .texels = ibl_texel_options_default(),
+                                 .lut_size = ibl_lut_options_default().size}};
+    set->bake.options.specular_options.size = 128;
+    set->bake.options.irradiance_options.size = 16;
     if (!ibl_json_open(&file))
         return false;
     set->root = file.root;
@@ -199,6 +184,7 @@ void ibl_probe_set_free(ibl_probe_set *set)
         json_decref(set->entry[i].note);
     }
     free(set->entry);
+    free(set->probe);
     json_decref(set->root);
     *set = (ibl_probe_set){0};
 }

@@ -7,7 +7,6 @@
 #include <ibl/probes.h>
 
 #include "cli/console.h"
-#include "cli/shard.h"
 #include "json/json_at.h"
 
 /* ---- the set ------------------------------------------------------------- */
@@ -20,11 +19,10 @@ typedef struct ibl_capture {
     char place[IBL_JSON_PATH_BYTES]; /* "probes[3].capture" */
 } ibl_capture;
 
-/* A probe, or the global environment, and its layer. */
+/* The layer of a probe, or of the global environment. */
 typedef struct ibl_set_entry {
     const char *name; /* "": the global environment */
     ibl_capture capture;
-    ibl_probe probe; /* with its layer; unused for the global environment */
     /* When it is baked: */
     bool alpha;   /* the capture has alpha below IBL_CAPTURE_OPAQUE */
     json_t *note; /* members that the bake adds to its entry in the index */
@@ -46,6 +44,7 @@ typedef struct ibl_probe_set {
     ibl_set_bake bake;
     int count;  /* of probes, in the order of ibl_probes_order */
     int layers; /* count, plus 1 for the global environment, the last layer */
+    ibl_probe *probe;     /* of each, with its layer */
     ibl_set_entry *entry; /* of each layer */
 } ibl_probe_set;
 
@@ -125,11 +124,6 @@ typedef struct ibl_probes_bake {
  */
 bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
                       ibl_bake_result *colour, ibl_bake_result *alpha);
-
-/* Whether the arrays of all layers, and the bake of a map of width x height
- * pixels, which is in memory with its alpha and its faces, fit in
- * --max-memory. */
-bool ibl_probes_fit(const ibl_probes_bake *p, int width, int height);
 
 /* Warns of probes whose walls, those of their proxies, get light from outside,
  * and says which influence would do. With --strict fails. */

@@ -53,34 +53,6 @@ static bool find_options(ibl_probes_bake *p)
     return true;
 }
 
-bool ibl_probes_fit(const ibl_probes_bake *p, int width, int height)
-{
-    const ibl_set_bake *b = &p->set.bake;
-    const ibl_pixel pixel = b->texels.pixel;
-    const int size = p->layout.size, block = ibl_pixel_block(pixel);
-    const double most = (double)ibl_memory_most(&p->opts->common);
-    const double level0 = (double)ibl_cube_texels(size, 1);
-    const double texels = (double)ibl_cube_texels(size, p->layout.levels);
-    const int edge = b->options.irradiance_options.size;
-    const double arrays = (texels + (double)ibl_cube_texels(edge, 1)) *
-                          (double)ibl_pixel_bytes(pixel) / (block * block) *
-                          p->set.layers * (b->zstd ? 2 : 1);
-    size_t bake;
-
-    if (ibl_bake_memory(p->ctx, width, height, &b->options, &bake))
-        return false;
-    const double need = IBL_PROGRAM_BYTES +
-                        1.1 * (arrays + (double)bake + 28.0 * width * height +
-                               16 * level0 + 12 * texels);
-    return most <= 0 || need <= most ||
-           ibl_console_fail(p->console,
-                            "%s: takes %.0f MiB of memory, more than the %.0f "
-                            "of --max-memory: ask for a smaller --size, or "
-                            "make two sets of it",
-                            p->input, ceil(need / (1 << 20)),
-                            floor(most / (1 << 20)));
-}
-
 /* ---- files -------------------------------------------------------------- */
 
 static void name_files(ibl_probes_bake *p, const char *directory)
@@ -113,14 +85,12 @@ static bool check_input(const ibl_probes_bake *p, const char *input)
  * the contents of its captures. */
 static bool hash_inputs(ibl_probes_bake *p)
 {
-    ibl_memory_file file;
-    FILE *to = ibl_need(ibl_memory_open(&file));
+    char *text = ibl_settings_text(ibl_ctx_isa(p->ctx), &ibl_probes_command,
+                                   &p->opts->given);
     char *set = ibl_need(ibl_json_text(p->set.root)), hash[IBL_FILE_HASH];
     bool ok = check_input(p, p->input);
 
-    ibl_print_settings(to, ibl_ctx_isa(p->ctx), &ibl_probes_command,
-                       &p->opts->given);
-    fputs(set, to);
+    ibl_append(&text, "%s", set);
     free(set);
     for (int i = 0; i < p->set.layers && ok; i++) {
         const ibl_capture *c = &p->set.entry[i].capture;
@@ -135,12 +105,11 @@ static bool hash_inputs(ibl_probes_bake *p)
                                    errno == EINVAL ? "no regular file"
                                                    : strerror(errno)));
             if (ok)
-                fprintf(to, "%s\n", hash);
+                ibl_append(&text, "%s\n", hash);
         }
         ibl_input_files_free(files);
     }
-    char *text = ibl_need(ibl_memory_close(to, &file));
-    ibl_hash_bytes(text, file.size, p->hash);
+    ibl_hash_bytes(text, strlen(text), p->hash);
     free(text);
     return ok;
 }
@@ -217,19 +186,6 @@ static json_t *alpha_harmonics(const double *sh)
     return list;
 }
 
-/* What the index has of a layer beside its probe. */
-static json_t *note_of(const ibl_bake_result *colour,
-                       const ibl_bake_result *alpha, const loss *l, bool blocks)
-{
-    return json_pack(
-        "{sI so* sO* so* so*}", "saturated", (json_int_t)l->values, "beyond",
-        l->beyond.texels ? ibl_json_overflow(&l->beyond) : NULL, "pixel_error",
-        blocks ? l->errors : NULL, "sh",
-        colour->sh ? ibl_json_harmonics(colour->sh, IBL_PROBES_SH_DEGREE, true)
-                   : NULL,
-        "alpha_sh", alpha->sh ? alpha_harmonics(alpha->sh) : NULL);
-}
-
 static bool bake_layer(ibl_probes_bake *p, int layer)
 {
     const ibl_texel_options *texels = &p->set.bake.texels;
@@ -256,7 +212,13 @@ static bool bake_layer(ibl_probes_bake *p, int layer)
     snprintf(name, sizeof name, "%s: %s", p->input, e->capture.place);
     ibl_warn_of_overflow(p->console, name, texels, NULL, false, &l.beyond);
     ibl_warn_of_underflow(p->console, name, pixel, l.dark);
-    e->note = note_of(&colour, &alpha, &l, ibl_pixel_block(texels->pixel) > 1);
+    e->note = json_pack(
+        "{sI so* sO* so* so*}", "saturated", (json_int_t)l.values, "beyond",
+        l.beyond.texels ? ibl_json_overflow(&l.beyond) : NULL, "pixel_error",
+        ibl_pixel_block(texels->pixel) > 1 ? l.errors : NULL, "sh",
+        colour.sh ? ibl_json_harmonics(colour.sh, IBL_PROBES_SH_DEGREE, true)
+                  : NULL,
+        "alpha_sh", alpha.sh ? alpha_harmonics(alpha.sh) : NULL);
     json_decref(l.errors);
     ibl_bake_result_free(&colour);
     ibl_bake_result_free(&alpha);
@@ -395,7 +357,6 @@ int ibl_probes_run(const void *settings)
     ibl_ctx *ctx = NULL;
 
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
-    ibl_signals_catch();
     bool ok = check_names(opts, &console) &&
               !ibl_start(&opts->common, &console, &ctx) &&
               (!opts->grid || ibl_probes_grid(opts, &console, ctx));
@@ -409,8 +370,6 @@ int ibl_probes_run(const void *settings)
         free(directory);
     }
     const int status = ibl_console_end(&console, ok);
-    if (ok && opts->common.verbose)
-        ibl_console_print_times(&console);
     ibl_ctx_free(ctx);
     return status;
 }

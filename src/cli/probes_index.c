@@ -60,7 +60,7 @@ static json_t *entry(const ibl_probes_bake *p, int i)
                           "layer", i);
 
     if (i < p->set.count) {
-        json_object_update_new(j, ibl_json_probe_of(&e->probe));
+        json_object_update_new(j, ibl_json_probe_of(&p->set.probe[i]));
         json_object_set_new(j, "alpha", json_boolean(e->alpha));
     }
     json_object_update(j, e->note);

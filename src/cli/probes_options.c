@@ -76,10 +76,7 @@ static const ibl_option settings[] = {
      .allowed = "1 to 16384 or sh", .standard = FROM_SET,
      .help = "edge of the irradiance cubes; sh: spherical harmonics in the "
              "index instead"},
-};
-
-/* Members of "defaults" beside these. */
-static const ibl_option more[] = {
+    /* Members of "defaults" only: */
     {"mapping", 0,
      IBL_CHOICE(said.options.specular_options.mapping, mappings)},
     {"method", 0,
@@ -93,12 +90,12 @@ static const ibl_option more[] = {
 
 enum {
     SETTINGS = sizeof settings / sizeof *settings,
-    MORE = sizeof more / sizeof *more
+    OFFERED = SETTINGS - 5 /* on the command line */
 };
 
 static const ibl_section *const sections[] = {
     IBL_SECTION("Outputs", outputs),
-    IBL_SECTION("In place of what the set says", settings),
+    &(const ibl_section){"In place of what the set says", settings, OFFERED},
     &ibl_input_section,
     &ibl_running_section,
     NULL,
@@ -129,11 +126,11 @@ void ibl_probes_override(const ibl_probes_opts *o, ibl_set_bake *bake)
 
 bool ibl_probes_defaults(ibl_json_at at, ibl_set_bake *bake)
 {
-    const char *keys[SETTINGS + MORE + 1] = {0};
+    const char *keys[SETTINGS + 1] = {0};
     bool ok = true;
 
-    for (int i = 0; i < SETTINGS + MORE && ok; i++) {
-        const ibl_option *o = i < SETTINGS ? &settings[i] : &more[i - SETTINGS];
+    for (int i = 0; i < SETTINGS && ok; i++) {
+        const ibl_option *o = &settings[i];
         const ibl_json_at m = ibl_json_optional(&at, o->name);
         void *field = field_of(o, bake);
         char text[32];
@@ -176,8 +173,7 @@ enum {
 
 static const ibl_rule rules[] = {
     {"force shard alpha container zstd pixel quality overflow size levels "
-     "irradiance layer part any-aspect input-layout face-order input-transfer "
-     "strict primaries exposure clamp",
+     "irradiance " IBL_INPUT_OPTIONS,
      BAKES, "--grid bakes nothing: leave out one of them"},
     {"sync", WRITES, "standard output is no file: add -o FILE"},
     {.options = NULL}};

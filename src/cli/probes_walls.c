@@ -35,16 +35,14 @@ static void wall_point(const ibl_volume *v, int n, double p[3])
 bool ibl_probes_check_walls(const ibl_probes_bake *p)
 {
     const int count = p->set.count;
-    ibl_probe *probes = ibl_need(calloc((size_t)count, sizeof *probes));
+    const ibl_probe *probes = p->set.probe;
     int *order = ibl_need(calloc((size_t)count, sizeof *order));
     char line[IBL_LINE_BYTES];
     double most = least;
     int worst = -1;
 
-    for (int i = 0; i < count; i++) {
-        probes[i] = p->set.entry[i].probe;
+    for (int i = 0; i < count; i++)
         order[i] = i; /* as they are */
-    }
     for (int i = 0; i < count; i++) {
         const ibl_volume *proxy = &probes[i].proxy;
         bool skip = !probes[i].has_proxy ||
@@ -74,7 +72,6 @@ bool ibl_probes_check_walls(const ibl_probes_bake *p)
                  "blend%s",
                  p->input, p->set.entry[worst].name, 100 * most,
                  probes[worst].blend > 0 ? "" : ", or by a little without one");
-    free(probes);
     free(order);
     if (worst < 0)
         return true;

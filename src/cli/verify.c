@@ -79,8 +79,7 @@ static const ibl_option meaning[] = {
                 "0,0.5,1",
      .standard = "what the files say, else linear",
      .help = "roughness of the specular levels"},
-    {"rotate", 0, IBL_OTHER(facts.yaw_deg, "DEG", ibl_rotate_parse),
-     .allowed = IBL_ROTATE_ALLOWED,
+    {"rotate", 0, IBL_REAL(facts.yaw_deg, "DEG", -360, 360),
      .standard = "what the files say, else 0",
      .help = "rotation of the environment about +Y in the bake"},
     {"lights", 0, IBL_INT(facts.lights, 0, IBL_MAX_LIGHTS),
@@ -185,9 +184,6 @@ enum {
 };
 #define SPECULAR (1u << IBL_CONTENT_SPECULAR)
 #define IRRADIANCE (1u << IBL_CONTENT_IRRADIANCE)
-#define READING                                                                \
-    "layer part any-aspect input-layout face-order input-transfer strict "     \
-    "primaries exposure clamp"
 
 static const ibl_rule rules[] = {
     {"texels all max-error skybox", OF_TEXELS,
@@ -195,7 +191,7 @@ static const ibl_rule rules[] = {
     {"texels seed", SOME_TEXELS | OF_RENDERED, "--all judges every texel"},
     {"shader lobe-table directions max-rendered-error", OF_RENDERED,
      "is for what is drawn: add --rendered"},
-    {"rotate lights " READING, OF_MAP,
+    {"rotate lights " IBL_INPUT_OPTIONS, OF_MAP,
      "a table needs no environment: leave it out"},
     {"name", IN_DIRECTORY, "is of files in a directory: add it"},
     {"lobe roughness-map", SPECULAR, "there is no specular map: leave it out"},
@@ -206,7 +202,7 @@ static const ibl_rule rules[] = {
      "there is no table of the split sum: leave it out"},
     {"lights", SPECULAR | IRRADIANCE,
      "there is no specular or irradiance map: leave it out"},
-    {"rotate mirror up " READING,
+    {"rotate mirror up " IBL_INPUT_OPTIONS,
      SPECULAR | IRRADIANCE | 1u << IBL_CONTENT_SKYBOX,
      "there is no map: leave it out"},
     {.options = NULL}};
@@ -583,7 +579,6 @@ static int run_one(const verify_opts *o)
     char why[200] = "";
 
     ibl_console_init(&console, o->common.quiet, o->common.verbose);
-    ibl_signals_catch();
     bool ok = !ibl_start(&o->common, &console, &v.ctx) &&
               !ibl_outputs_create(v.ctx, 0, &outputs) && judge(&v, &report);
     ibl_console_finish(&console);
@@ -605,8 +600,6 @@ static int run_one(const verify_opts *o)
                                o->probe ? ": " : "", why));
     }
     const int status = ibl_console_end(&console, ok);
-    if (ok && o->common.verbose)
-        ibl_console_print_times(&console);
     ibl_outputs_free(outputs);
     json_decref(report.json);
     for (int c = 0; c < IBL_CONTENT_LUT; c++)

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "common/signals.h"
-#include "json/text.h"
 
 char **ibl_words_split(const char *text)
 {
@@ -42,26 +41,22 @@ bool ibl_words_bits(const char *list, const char *const *names, unsigned *bits)
 char *ibl_words_fill(const char *text, const ibl_placeholder *holders,
                      int count)
 {
-    char *all = ibl_need(strdup(text)), *at = all;
+    char *all = ibl_need(strdup(""));
 
-    while ((at = strchr(at, '{'))) {
-        int i = 0;
-        size_t length = 0;
-        for (; i < count; i++) {
-            length = strlen(holders[i].name);
-            if (!strncmp(at + 1, holders[i].name, length) &&
-                at[1 + length] == '}')
-                break;
+    while (*text) {
+        const size_t before = strcspn(text, "{");
+        size_t length = text[before] == '{';
+        const char *put = length ? "{" : "";
+        for (int i = 0; i < count && length == 1; i++) {
+            const size_t n = strlen(holders[i].name);
+            if (!strncmp(text + before + 1, holders[i].name, n) &&
+                text[before + 1 + n] == '}') {
+                put = holders[i].text;
+                length = n + 2;
+            }
         }
-        const size_t before = (size_t)(at - all);
-        at++;
-        if (i == count)
-            continue;
-        char *filled = ibl_need(ibl_format("%.*s%s%s", (int)before, all,
-                                           holders[i].text, at + length + 1));
-        free(all);
-        all = filled;
-        at = all + before + strlen(holders[i].text);
+        ibl_append(&all, "%.*s%s", (int)before, text, put);
+        text += before + length;
     }
     return all;
 }

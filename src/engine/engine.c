@@ -135,14 +135,18 @@ ibl_status ibl_engine_read(ibl_ctx *ctx, const char *path, int layer,
 
 /* The silent try fails where keys lie behind the head, too. */
 ibl_status ibl_engine_look(ibl_ctx *ctx, const char *path, bool texels,
-                           ibl_texture *tex, ibl_container *container)
+                           ibl_texture *tex, int *format)
 {
+    const ibl_engine engine = ibl_engine_of_name(path);
+    ibl_container container = IBL_CONTAINER_COUNT;
     unsigned char head[1 << 14];
     ibl_input in;
-    ibl_status status = ibl_input_open(ctx, path, &in);
 
     *tex = (ibl_texture){0};
-    *container = IBL_CONTAINER_COUNT;
+    *format = engine ? IBL_CONTAINER_COUNT + (int)engine - IBL_ENGINE_ENV : -1;
+    if (engine)
+        return ibl_engine_read(ctx, path, -1, tex);
+    ibl_status status = ibl_input_open(ctx, path, &in);
     if (status)
         return status;
     ibl_input first = ibl_input_of(NULL, in.name, head, in.size);
@@ -150,11 +154,13 @@ ibl_status ibl_engine_look(ibl_ctx *ctx, const char *path, bool texels,
         status = ibl_input_unread(&in, errno);
     else if (ibl_container_of(head, first.head) < IBL_CONTAINER_COUNT &&
              (texels || first.head == in.size ||
-              ibl_texture_take(&first, tex, container))) {
+              ibl_texture_take(&first, tex, &container))) {
         status = ibl_input_load(&in);
         if (!status)
-            status = ibl_texture_take(&in, tex, container);
+            status = ibl_texture_take(&in, tex, &container);
     }
+    if (container < IBL_CONTAINER_COUNT)
+        *format = (int)container;
     ibl_input_close(&in);
     return status;
 }

@@ -60,13 +60,13 @@ ibl_status ibl_engine_read(ibl_ctx *ctx, const char *path, int layer,
                            ibl_texture *tex);
 
 /*
- * Reads a KTX2, KTX or DDS file, found by content. texels false: of a large one
- * only the header and keys; data of tex may then be NULL, and damage to its
- * texels is seen only if the file is too short for them. *container is
- * IBL_CONTAINER_COUNT, and tex empty, if the file is of another kind. Errors as
- * of ibl_texture_read.
+ * Reads an engine's file, found by its name, or a KTX2, KTX or DDS file, found
+ * by content. texels false: of a large one of these only the header and keys;
+ * data of tex may then be NULL, and damage to its texels is seen only if the
+ * file is too short for them. *format is an index of ibl_format_names; -1, with
+ * tex empty: the file is of another kind. Errors as of ibl_texture_read.
  */
 ibl_status ibl_engine_look(ibl_ctx *ctx, const char *path, bool texels,
-                           ibl_texture *tex, ibl_container *container);
+                           ibl_texture *tex, int *format);
 
 #endif

@@ -24,12 +24,6 @@ static void save_texture(const char *name, ibl_pixel pixel, int levels,
     ibl_texture_free(&tex);
 }
 
-/* libFuzzer needs the signals (--wrap). */
-void __wrap_ibl_signals_catch(void);
-void __wrap_ibl_signals_catch(void)
-{
-}
-
 /* In place of OpenGL (--wrap). */
 bool __wrap_view_gl_has_cube_arrays(void);
 bool __wrap_view_gl_has_cube_arrays(void)
