@@ -170,22 +170,6 @@ static void choose(const ibl_judge_options *o, const ibl_judge *j,
     }
 }
 
-static ibl_status find_truth(const ibl_judge *j, const ibl_judged *of,
-                             double roughness, int size, const picks *p)
-{
-    const bool mirror = of->content == IBL_OUTPUT_SPECULAR && !(roughness > 0);
-
-    if (of->content == IBL_OUTPUT_SKYBOX || mirror)
-        return ibl_reference_texels(j->reference, of->chain.projection,
-                                    mirror ? size : of->chain.size, size, p->at,
-                                    p->count, *p->truth);
-    return of->content == IBL_OUTPUT_IRRADIANCE
-               ? ibl_reference_irradiance(j->reference, *p->dir, p->count,
-                                          *p->truth)
-               : ibl_reference_lobe(j->reference, of->lobe, roughness, *p->dir,
-                                    p->count, *p->truth);
-}
-
 /* Judges one level; NULL: failed. */
 static json_t *judge_level(ibl_report *report, const ibl_judge *j,
                            const ibl_judged *of, int level)
@@ -195,13 +179,23 @@ static json_t *judge_level(ibl_report *report, const ibl_judge *j,
         ibl_level_shape_of(of->chain.projection, size);
     const float *texels = ibl_cube_face(&of->chain, level, 0);
     const double roughness = of->roughness ? of->roughness[level] : 0;
+    const bool sky = of->content == IBL_OUTPUT_SKYBOX;
+    const bool mirror = of->content == IBL_OUTPUT_SPECULAR && !(roughness > 0);
     const int line = shape.width, lines = shape.height;
     picks p;
     size_t count = 0, nonfinite = 0;
     json_t *row = NULL;
 
     choose(&report->options, j, &shape, &p);
-    const bool ok = !find_truth(j, of, roughness, size, &p);
+    const bool ok =
+        sky || mirror
+            ? !ibl_reference_texels(j->reference, of->chain.projection,
+                                    mirror ? size : of->chain.size, size, p.at,
+                                    p.count, *p.truth)
+        : of->content == IBL_OUTPUT_IRRADIANCE
+            ? !ibl_reference_irradiance(j->reference, *p.dir, p.count, *p.truth)
+            : !ibl_reference_lobe(j->reference, of->lobe, roughness, *p.dir,
+                                  p.count, *p.truth);
     for (int i = 0; i < shape.faces * line * lines; i++)
         nonfinite += !is_finite(texels + 3 * (size_t)i, 3);
     for (size_t i = 0; i < p.count && ok; i++) {

@@ -631,15 +631,14 @@ static int run_probes(const verify_opts *opts)
     o.directory = path;
     for (int i = 0; i < set.layers && ok; i++) {
         const ibl_set_entry *e = &set.entry[i]; /* in the index's order */
-        ok = i == set.count ? i == index.global
-                            : i < index.count && index.name[i] &&
-                                  !strcmp(index.name[i], e->name);
-        if (!ok) {
-            ibl_console_fail(&console,
-                             "%s: is not the set of %s: bake it again", o.input,
-                             path);
+        ok = (i == set.count ? i == index.global
+                             : i < index.count && index.name[i] &&
+                                   !strcmp(index.name[i], e->name)) ||
+             ibl_console_fail(&console,
+                              "%s: is not the set of %s: bake it again",
+                              o.input, path);
+        if (!ok)
             break;
-        }
         o.input = e->capture.name;
         o.set.layer = i;
         o.probe = *e->name ? e->name : "(global)";
