@@ -206,7 +206,7 @@ test_incremental_options() {
     local set name options='--size 16 --lut-size 16'
     sleep 0.05 # the grace, since m is a new copy
     bake m/sun.hdr -o out --incremental
-    for set in '--levels 1' '--exposure 1' '--rotate 10' '--timings' '--verify' \
+    for set in '--levels 1' '--exposure 1' '--rotate 10' '--verify' \
         '--name sun --only lut,specular,json'; do
         # shellcheck disable=SC2086
         iblbake $options -v m/sun.hdr -o out --incremental $set 2>err >printed

@@ -211,7 +211,10 @@ static ibl_status use(int threads, test_messages *said, char kept[1 << 14])
     with.log = test_keep;
     with.log_cookie = said;
     o.specular_options.size = o.irradiance_options.size = o.skybox = 8;
-    o.specular_options.level_samples[1] = 4;
+    ibl_specular_options sampled = o.specular_options;
+    sampled.method = IBL_METHOD_SAMPLED;
+    o.more = &sampled;
+    o.more_count = 1;
     lo.size = to.size = 4;
     ibl_status status = ibl_ctx_create(&with, &ctx);
     if (!status)

@@ -253,7 +253,7 @@ static ibl_bake_options options_of(const bake_row *b)
     s->levels = b->levels;
     s->roughness_max = b->roughest > 0 ? b->roughest : 1;
     s->tolerance = b->tolerance > 0 ? b->tolerance : IBL_TOLERANCE_DEFAULT;
-    s->method = b->samples ? IBL_METHOD_SAMPLED : IBL_METHOD_AUTO;
+    s->method = b->samples ? IBL_METHOD_SAMPLED : IBL_METHOD_SPECTRAL;
     s->samples = b->samples ? b->samples : s->samples;
     s->jitter = b->jitter;
     o.irradiance_options.size = 8;
@@ -1018,12 +1018,12 @@ static void converges(ibl_ctx *ctx, pair *p)
     ibl_specular_options *o = &p->options.specular_options;
     if (!ordinary(p) || !p->row->samples || p->map.width < 30)
         return;
-    o->method = IBL_METHOD_AUTO;
+    o->method = IBL_METHOD_SPECTRAL;
     const ibl_bake_result x = map_bake(ctx, &p->map, &p->options);
     const int count = levels_of(&x, p, exact);
     for (int n = 0; n < 3; n++) {
-        for (int k = 0; k < o->levels; k++)
-            o->level_samples[k] = counts[n];
+        o->method = IBL_METHOD_SAMPLED;
+        o->samples = counts[n];
         const ibl_bake_result y = map_bake(ctx, &p->map, &p->options);
         levels_of(&y, p, l);
         for (int k = 1; k + 1 < count; k++) {

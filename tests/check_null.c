@@ -165,7 +165,6 @@ TEST(specular_options)
     SPECULAR(o.levels = -1, "-1 levels");
     SPECULAR(o.samples = 0, "0 samples");
     SPECULAR(o.samples = 1048577, "1048577");
-    SPECULAR(o.level_samples[1] = -3, "level 1");
     SPECULAR(o.lod_bias = 4.5, "4.5");
     SPECULAR(o.lod_bias = -(double)INFINITY, "bias");
     SPECULAR(o.yaw_deg = (double)INFINITY, "yaw");

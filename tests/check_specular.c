@@ -207,24 +207,6 @@ TEST(lookup_sizes)
     }
 }
 
-/* By default a level is sampled if it has a number of samples of its own. */
-TEST(own_samples)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_specular_options o = ibl_specular_options_default();
-    ibl_specular_report report;
-    ibl_cube cube;
-
-    o.size = 16;
-    o.levels = 3;
-    o.level_samples[1] = 5;
-    ibl_image env = map_constant(ctx, 16, 8, 1);
-    NEED(!ibl_bake_specular(ctx, &env, &o, &cube, &report));
-    CHECK(report.level[1].samples == 5 && report.level[1].degree == 0);
-    CHECK(report.level[2].samples == 0 && report.level[2].degree > 0);
-    ibl_cube_free(&cube);
-}
-
 /* Equal columns give equal sides, but with jitter each texel is turned. */
 TEST(jitter_differs)
 {

@@ -467,8 +467,6 @@ const char *ibl_lobe_name(ibl_lobe lobe);
 
 /* How the levels of a specular chain are made. */
 typedef enum ibl_method {
-    IBL_METHOD_AUTO,     /* spectral; levels set in level_samples are
-                            sampled */
     IBL_METHOD_SPECTRAL, /* exact: see ibl_bake_specular */
     IBL_METHOD_SAMPLED
 } ibl_method;
@@ -479,7 +477,7 @@ typedef enum ibl_method {
 typedef struct ibl_specular_options {
     ibl_projection projection; /* default IBL_PROJECTION_CUBE; flat levels are
                                   never sampled */
-    ibl_method method;         /* default IBL_METHOD_AUTO */
+    ibl_method method;         /* default IBL_METHOD_SPECTRAL */
     ibl_lobe lobe;             /* default IBL_LOBE_GGX */
     int size;                  /* edge of level 0, 1..IBL_MAX_CUBE_SIZE,
                                   default 256 */
@@ -493,8 +491,7 @@ typedef struct ibl_specular_options {
                          spectral level and for irradiance */
     double yaw_deg;   /* as in ibl_cube_from_latlong */
     /* Only for sampled levels: */
-    int samples;                       /* per texel, 1..1048576, default 1024 */
-    int level_samples[IBL_MAX_LEVELS]; /* > 0 overrides samples there */
+    int samples;     /* per texel, 1..1048576, default 1024 */
     double lod_bias; /* added to the lookups' mip level, -4..4; a smaller value
                         shows single samples, a larger one blurs the horizon.
                         Default NAN: log2(samples / 64) / 6 of each level, but
@@ -580,8 +577,8 @@ typedef struct ibl_specular_report {
     int lookup_size; /* edge of the cube for lookups; 0: there was none */
 } ibl_specular_report;
 
-/* How levels were made: "spectral", "sampled", "mixed" or, without levels but
- * the environment itself, "environment". */
+/* How levels were made: "spectral", "sampled" or, without levels but the
+ * environment itself, "environment". */
 const char *ibl_specular_report_method(const ibl_specular_report *report);
 
 /*
@@ -596,12 +593,11 @@ const char *ibl_specular_report_method(const ibl_specular_report *report);
  * size of the map, from roughness 0.05 up (how: iblbake-method(7)). A level has
  * at most 4,095 degrees; what a narrower lobe loses is in its estimated error.
  *
- * Levels are sampled only on request: all by IBL_METHOD_SAMPLED, single levels
- * by level_samples with IBL_METHOD_AUTO. IBL_METHOD_SPECTRAL ignores samples.
- * A sampled level estimates the same integral by importance sampling of the
- * lobe without N.L, sum L_i w_i / sum w_i with w = N.L, of Hammersley points
- * above the horizon. L_i is a trilinear lookup in mips, at the level where a
- * texel has the solid angle of the sample, 1 / (samples pdf), plus lod_bias.
+ * Levels are sampled only on request, by IBL_METHOD_SAMPLED. A sampled level
+ * estimates the same integral by importance sampling of the lobe without N.L,
+ * sum L_i w_i / sum w_i with w = N.L, of Hammersley points above the horizon.
+ * L_i is a trilinear lookup in mips, at the level where a texel has the solid
+ * angle of the sample, 1 / (samples pdf), plus lod_bias.
  *   out     empty; allocated here, to be freed with ibl_cube_free
  *   report  how each level was made; may be NULL
  * Sources: Karis 2013 (split sum); Ramamoorthi and Hanrahan 2001 (convolution

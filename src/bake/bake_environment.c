@@ -28,7 +28,7 @@ enum {
 typedef struct chain {
     const ibl_specular_options *opts; /* of the yaws, only the bake's counts */
     const ibl_cube *given;            /* its level 0, or NULL */
-    ibl_chain_plan plan;
+    int degree[IBL_MAX_LEVELS];       /* of spectral levels, the most */
     ibl_specular_layout layout;
     ibl_level0 *level0;
     ibl_cube *cube; /* the result's */
@@ -79,7 +79,8 @@ static bool needs_flat_level0(const chain *c)
 
 static bool is_spectral(const chain *c, int level)
 {
-    return c->plan.level[level] == IBL_METHOD_SPECTRAL;
+    return c->opts->method == IBL_METHOD_SPECTRAL &&
+           c->layout.roughness[level] > 0;
 }
 
 /* Whether two levels have the same texels. */
@@ -200,12 +201,6 @@ static ibl_status prepare_sky(bake *b)
                              b->opts->yaw_deg, &b->out->skybox, &b->sky);
 }
 
-static ibl_status plan_chain(bake *b, chain *c)
-{
-    return ibl_spectral_plan_chain(b->ctx, c->opts, &c->layout, &c->plan,
-                                   &b->plan);
-}
-
 static ibl_status prepare(bake *b)
 {
     ibl_status status = list_chains(b);
@@ -216,7 +211,9 @@ static ibl_status prepare(bake *b)
     if (!status)
         status = ibl_spectral_plan_make(b->ctx, b->opts, &b->plan);
     for (int i = 0; i < b->chain_count && !status; i++)
-        status = plan_chain(b, &b->chains[i]);
+        status = ibl_spectral_plan_chain(b->ctx, b->chains[i].opts,
+                                         &b->chains[i].layout,
+                                         b->chains[i].degree, &b->plan);
     if (!status && b->plan.degree >= 0)
         status = ibl_spectral_create(b->ctx, b->env->width, b->env->height,
                                      b->opts->yaw_deg, b->plan.degree,
@@ -379,30 +376,13 @@ static ibl_status read_all(bake *b)
 /* ---- outputs --------------------------------------------------------------
  */
 
-static ibl_status sample_levels(const bake *b, const chain *c)
-{
-    ibl_specular_options o = *c->opts;
-    ibl_specular_report *report = c->report;
-    bool any = false;
-    o.yaw_deg = b->opts->yaw_deg;
-    for (int l = 0; l < c->layout.levels; l++) {
-        const int own = o.level_samples[l];
-        if (c->plan.level[l] != IBL_METHOD_SAMPLED)
-            continue;
-        report->level[l].samples = own ? own : o.samples;
-        any = true;
-    }
-    return any ? ibl_sample_levels(b->ctx, b->image, &o, c->cube, report)
-               : IBL_OK;
-}
-
 static ibl_status spectral_level(const bake *b, const chain *c, int level)
 {
     const double tolerance = c->opts->tolerance;
     const double r = c->layout.roughness[level];
     const ibl_lobe_shape shape = ibl_lobe_shape_of(c->opts->lobe, r * r);
     const ibl_spectral_target target = {.shape = &shape,
-                                        .most = c->plan.degree[level],
+                                        .most = c->degree[level],
                                         .tolerance = tolerance,
                                         .cube = c->cube,
                                         .level = level};
@@ -437,14 +417,15 @@ static bool copy_level(const bake *b, const chain *c, int level)
 
 static ibl_status make_chain(const bake *b, const chain *c)
 {
-    bool copied[IBL_MAX_LEVELS] = {false};
-    for (int l = 0; l < c->layout.levels; l++)
-        copied[l] = copy_level(b, c, l);
-    ibl_status status = sample_levels(b, c);
+    ibl_status status = IBL_OK;
+
     for (int l = 0; l < c->layout.levels && !status; l++)
-        if (is_spectral(c, l) && !copied[l])
+        if (!copy_level(b, c, l) && is_spectral(c, l))
             status = spectral_level(b, c, l);
-    return status;
+    if (status || c->opts->method == IBL_METHOD_SPECTRAL)
+        return status;
+    return ibl_sample_levels(b->ctx, b->image, b->opts->yaw_deg, c->opts,
+                             c->cube, c->report);
 }
 
 static ibl_status make_irradiance(bake *b)

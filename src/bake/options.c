@@ -28,10 +28,11 @@ ibl_specular_options ibl_specular_options_default(void)
                                   .pdf_mip = 1};
 }
 
-double ibl_lod_bias_of(const ibl_specular_options *opts, int samples)
+double ibl_lod_bias_of(const ibl_specular_options *opts)
 {
-    return isnan(opts->lod_bias) ? fmin(fmax(log2(samples / 64.0) / 6, 0), 1)
-                                 : opts->lod_bias;
+    return isnan(opts->lod_bias)
+               ? fmin(fmax(log2(opts->samples / 64.0) / 6, 0), 1)
+               : opts->lod_bias;
 }
 
 ibl_irradiance_options ibl_irradiance_options_default(void)
@@ -50,14 +51,6 @@ ibl_bake_options ibl_bake_options_default(void)
 }
 
 /* ---- ranges ------------------------------------------------------------- */
-
-static ibl_status check_samples(ibl_ctx *ctx, const char *what, int samples)
-{
-    if (samples < 1 || samples > MAX_SAMPLES)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "%d samples%s: must be 1 to %d",
-                        samples, what, MAX_SAMPLES);
-    return IBL_OK;
-}
 
 ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
 {
@@ -87,48 +80,29 @@ ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
     return IBL_OK;
 }
 
-/* Sampled levels are cubes. */
-static ibl_status check_flat(ibl_ctx *ctx, const ibl_specular_options *o)
+static ibl_status check_specular(ibl_ctx *ctx, const ibl_specular_options *o)
 {
-    bool sampled = o->method == IBL_METHOD_SAMPLED;
-
-    for (int l = 0; l < IBL_MAX_LEVELS; l++)
-        sampled |= o->method == IBL_METHOD_AUTO && o->level_samples[l];
-    if (o->projection != IBL_PROJECTION_CUBE && sampled)
+    if (o->method != IBL_METHOD_SPECTRAL && o->method != IBL_METHOD_SAMPLED)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "method %d: must be spectral (%d) or sampled (%d)",
+                        (int)o->method, IBL_METHOD_SPECTRAL,
+                        IBL_METHOD_SAMPLED);
+    if (o->method == IBL_METHOD_SAMPLED && o->projection != IBL_PROJECTION_CUBE)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "sampled levels of an %s map: must be spectral",
                         ibl_projection_name(o->projection));
-    return IBL_OK;
-}
-
-static ibl_status check_specular(ibl_ctx *ctx, const ibl_specular_options *o)
-{
-    if (o->method < IBL_METHOD_AUTO || o->method > IBL_METHOD_SAMPLED)
+    if (o->samples < 1 || o->samples > MAX_SAMPLES)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "method %d: must be auto (%d), spectral (%d) or "
-                        "sampled (%d)",
-                        (int)o->method, IBL_METHOD_AUTO, IBL_METHOD_SPECTRAL,
-                        IBL_METHOD_SAMPLED);
+                        "%d samples a texel: must be 1 to %d", o->samples,
+                        MAX_SAMPLES);
     if (!(o->tolerance >= 1e-6 && o->tolerance <= 1))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a tolerance of %g: must be 1e-6 to 1", o->tolerance);
     if (o->lod_bias < -4 || o->lod_bias > 4)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a lod bias of %g: must be -4 to 4", o->lod_bias);
-    ibl_status status = ibl_lobe_check(ctx, o->lobe);
-    if (!status)
-        status = ibl_check_roughness(ctx, o);
-    if (!status)
-        status = check_flat(ctx, o);
-    if (!status)
-        status = check_samples(ctx, " a texel", o->samples);
-    for (int l = 0; l < IBL_MAX_LEVELS && !status; l++) {
-        char what[40];
-        snprintf(what, sizeof what, " a texel at level %d", l);
-        if (o->level_samples[l])
-            status = check_samples(ctx, what, o->level_samples[l]);
-    }
-    return status;
+    const ibl_status status = ibl_lobe_check(ctx, o->lobe);
+    return status ? status : ibl_check_roughness(ctx, o);
 }
 
 static ibl_status check_irradiance(ibl_ctx *ctx,
@@ -210,16 +184,13 @@ const char *ibl_roughness_map_name(ibl_roughness_map map)
 
 const char *ibl_specular_report_method(const ibl_specular_report *report)
 {
-    bool sampled = false, spectral = false;
-
-    for (int l = 0; l < report->layout.levels; l++) {
-        const ibl_specular_level *level = &report->level[l];
-        sampled |= level->samples > 0;
-        spectral |= level->degree > 0;
-    }
-    if (sampled)
-        return spectral ? "mixed" : "sampled";
-    return spectral ? "spectral" : "environment";
+    /* Level 0 may be the environment. */
+    for (int l = 0; l < report->layout.levels; l++)
+        if (report->level[l].samples > 0)
+            return "sampled";
+        else if (report->level[l].degree > 0)
+            return "spectral";
+    return "environment";
 }
 
 /* The quantity that grows in equal steps from level to level. */

@@ -11,6 +11,6 @@ ibl_status ibl_check_bake(ibl_ctx *ctx, const ibl_environment *env,
                           const ibl_bake_options *opts);
 /* Checks the mapping and the range of roughness. ctx NULL: no message. */
 ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *opts);
-/* Of the lookups of a level with so many samples. */
-double ibl_lod_bias_of(const ibl_specular_options *opts, int samples);
+/* Of the lookups of sampled levels. */
+double ibl_lod_bias_of(const ibl_specular_options *opts);
 #endif

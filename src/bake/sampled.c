@@ -126,9 +126,8 @@ typedef struct bake {
     const ibl_image *env;
     const ibl_specular_options *opts; /* in range */
     const ibl_specular_layout *layout;
-    const ibl_cube *cube;        /* with this layout */
-    ibl_specular_report *report; /* levels with samples are sampled */
-    ibl_pyramid pyramid;         /* for lookups */
+    const ibl_cube *cube; /* with this layout */
+    ibl_pyramid pyramid;  /* for lookups */
 } bake;
 
 static int lookup_limit(const ibl_image *env)
@@ -161,22 +160,21 @@ static bool has_level0(const bake *b)
  */
 static int lookup_edge(const bake *b)
 {
-    const ibl_specular_level *levels = b->report->level;
-    const int size = b->layout->size;
+    const int size = b->layout->size, samples = b->opts->samples;
     double wanted = 1, lookups = 0;
     for (int l = 0; l < b->layout->levels; l++) {
         /* lod_of() in samples.c at the lobe's peak, solved for the edge where
          * it is 1. */
         const double r = b->layout->roughness[l];
-        if (!levels[l].samples)
+        if (r <= 0)
             continue;
         const ibl_lobe_shape shape = ibl_lobe_shape_of(b->opts->lobe, r * r);
         const double edge =
-            sqrt(levels[l].samples / 6.0 * 4 * IBL_PI * ibl_lobe_peak(&shape)) /
-            exp2(ibl_lod_bias_of(b->opts, levels[l].samples) - 1);
+            sqrt(samples / 6.0 * 4 * IBL_PI * ibl_lobe_peak(&shape)) /
+            exp2(ibl_lod_bias_of(b->opts) - 1);
         const double n = ibl_cube_edge(size, l);
         wanted = fmax(wanted, edge);
-        lookups += IBL_FACES * n * n * levels[l].samples;
+        lookups += IBL_FACES * n * n * samples;
     }
     wanted = fmin(wanted, lookup_limit(b->env));
 
@@ -219,10 +217,10 @@ static ibl_status bake_level(const bake *b, int level)
     const double r = b->layout->roughness[level];
     const ibl_sampling sampling = {
         .shape = ibl_lobe_shape_of(b->opts->lobe, r * r),
-        .count = b->report->level[level].samples,
+        .count = b->opts->samples,
         .edge = b->pyramid.size,
         .levels = b->pyramid.levels,
-        .lod_bias = ibl_lod_bias_of(b->opts, b->report->level[level].samples),
+        .lod_bias = ibl_lod_bias_of(b->opts),
         .pdf_mip = b->opts->pdf_mip,
         .footprint = footprint(b->env, b->pyramid.size),
     };
@@ -238,7 +236,7 @@ static ibl_status bake_level(const bake *b, int level)
     return status;
 }
 
-ibl_status ibl_sample_levels(ibl_ctx *ctx, const ibl_image *env,
+ibl_status ibl_sample_levels(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
                              const ibl_specular_options *opts,
                              const ibl_cube *cube, ibl_specular_report *report)
 {
@@ -246,16 +244,19 @@ ibl_status ibl_sample_levels(ibl_ctx *ctx, const ibl_image *env,
               .env = env,
               .opts = opts,
               .layout = &report->layout,
-              .cube = cube,
-              .report = report};
+              .cube = cube};
+    if (b.layout->roughness[b.layout->levels - 1] <= 0)
+        return IBL_OK;
     const int edge = lookup_edge(&b), levels = ibl_cube_most_levels(edge);
     ibl_status status =
         edge == cube->size && report->layout.roughness[0] <= 0
             ? ibl_pyramid_create(ctx, cube, levels, &b.pyramid)
-            : make_pyramid(ctx, env, opts->yaw_deg, edge, levels, &b.pyramid);
+            : make_pyramid(ctx, env, yaw_deg, edge, levels, &b.pyramid);
     for (int l = 0; l < cube->levels && !status; l++)
-        if (report->level[l].samples)
+        if (report->layout.roughness[l] > 0) {
+            report->level[l].samples = opts->samples;
             status = bake_level(&b, l);
+        }
     report->lookup_size = b.pyramid.size;
     ibl_pyramid_free(&b.pyramid);
     return status;

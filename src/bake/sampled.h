@@ -28,12 +28,11 @@ ibl_status ibl_filter_level(ibl_ctx *ctx, const char *stage,
                             const ibl_cube *out, int level);
 
 /*
- * Bakes the levels of cube that have samples in the report. If level 0 has
- * roughness 0, it must be done already.
- *   opts    in range
- *   report  with the layout; its lookup_size is written
+ * Bakes the levels of cube. A level 0 of roughness 0 must be done already.
+ *   opts    in range; the angle counts in place of theirs
+ *   report  with the layout; the rest is written
  */
-ibl_status ibl_sample_levels(ibl_ctx *ctx, const ibl_image *env,
+ibl_status ibl_sample_levels(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
                              const ibl_specular_options *opts,
                              const ibl_cube *cube, ibl_specular_report *report);
 

@@ -25,34 +25,31 @@ enum {
 };
 static const double gain = 0.9; /* what lights leave of the error, at most */
 
-/* What all sets need. Their chains of levels, all different: the first is in
- * the result, the others are its `more`. */
-static ibl_bake_options join_sets(const ibl_job *r,
-                                  ibl_specular_options chains[IBL_MAX_TARGETS])
+static void join_sets(ibl_job *r)
 {
-    ibl_bake_options all = r->opts->bake;
+    ibl_bake_options *all = &r->need;
     int count = 0;
 
+    *all = r->opts->bake;
     for (int i = 0; i < r->count; i++) {
         const ibl_bake_options *o = &r->sets[i].opts->bake;
         const ibl_specular_options *own = &o->specular_options;
         int c = 0;
-        while (c < count && memcmp(&chains[c], own, sizeof *own) != 0)
+        while (c < count && memcmp(&r->chains[c], own, sizeof *own) != 0)
             c++;
         if (o->specular && c == count)
-            chains[count++] = *own;
+            r->chains[count++] = *own;
         r->sets[i].chain = o->specular ? c : -1;
-        all.skybox = o->skybox > all.skybox ? o->skybox : all.skybox;
-        all.irradiance |= o->irradiance;
-        if (o->sh_degree > all.sh_degree)
-            all.sh_degree = o->sh_degree;
+        all->skybox = o->skybox > all->skybox ? o->skybox : all->skybox;
+        all->irradiance |= o->irradiance;
+        if (o->sh_degree > all->sh_degree)
+            all->sh_degree = o->sh_degree;
     }
-    all.specular = count > 0;
+    all->specular = count > 0;
     if (count)
-        all.specular_options = chains[0];
-    all.more = chains + 1;
-    all.more_count = count > 1 ? count - 1 : 0;
-    return all;
+        all->specular_options = r->chains[0];
+    all->more = r->chains + 1;
+    all->more_count = count > 1 ? count - 1 : 0;
 }
 
 /* ---- the memory that it takes ------------------------------------------ */
@@ -84,17 +81,13 @@ double ibl_bake_bytes(const ibl_job *r, size_t reader, int width, int height)
 {
     const ibl_opts *o = r->opts;
     const double pixels = (double)width * (double)height;
-    const bool chooses =
-        !isnan(o->rendered_error) || o->lights == IBL_LIGHTS_AUTO;
-    ibl_specular_options chains[IBL_MAX_TARGETS];
-    const ibl_bake_options all = join_sets(r, chains);
     double map = 0, files = 0;
     size_t bake = 0;
 
-    if (ibl_bake_memory(r->ctx, width, height, &all, &bake))
+    if (ibl_bake_memory(r->ctx, width, height, &r->need, &bake))
         return 0;
-    if (o->lights || o->verify || o->preview || chooses)
-        map = pixels * (12 + 14 * (o->lights != 0) + 4 * chooses);
+    if (o->lights || o->verify || o->preview || !isnan(o->rendered_error))
+        map = pixels * (12 + 14 * (o->lights != 0));
     for (int i = 0; i < r->count; i++) {
         const ibl_bake_options *set = &r->sets[i].opts->bake;
         ibl_specular_layout l;
@@ -135,12 +128,11 @@ static bool fits(ibl_job *r, const ibl_source *source)
 
 /* Opens the environment. A sidecar, which has coefficients, has the hash of
  * the source too. */
-static bool open_source(ibl_job *r, const ibl_bake_options *all,
-                        ibl_source **source)
+static bool open_source(ibl_job *r, ibl_source **source)
 {
     ibl_read_options read = r->opts->common.read;
 
-    read.hash = all->sh_degree >= 0;
+    read.hash = r->need.sh_degree >= 0;
     ibl_console_progress(&r->console, "decode", 0);
     return !ibl_source_open(r->ctx, r->opts->input, &read, source) &&
            fits(r, *source);
@@ -169,7 +161,7 @@ static bool measure(ibl_job *r, const ibl_opts *o, const ibl_truth *truth,
     if (!isnan(error[lights]))
         return true;
     const bool ok =
-        take_lights(r, lights) && !ibl_candidate_bake(r->ctx, &r->rest, o, &c);
+        take_lights(r, lights) && ibl_candidate_bake(r->ctx, &r->rest, o, &c);
     if (ok) {
         ibl_drawn d = {.lights = r->lights, .light_count = r->light_count};
         ibl_candidate_draw(&d, &c);
@@ -236,12 +228,10 @@ static bool choose_lights(ibl_job *r)
 /* Reads the environment, and takes lights out of it. */
 static bool read_map(ibl_job *r)
 {
-    ibl_specular_options chains[IBL_MAX_TARGETS];
-    const ibl_bake_options all = join_sets(r, chains);
     const int lights = r->opts->lights;
     ibl_source *source = NULL;
     const bool ok =
-        open_source(r, &all, &source) && !ibl_source_image(source, &r->env);
+        open_source(r, &source) && !ibl_source_image(source, &r->env);
 
     if (source)
         r->report = *ibl_source_report(source);
@@ -251,7 +241,7 @@ static bool read_map(ibl_job *r)
     if (!ok || !lights)
         return ok;
     /* The whole environment is only kept for what shows it. */
-    if (!all.skybox && !r->opts->preview && lights > 0 &&
+    if (!r->need.skybox && !r->opts->preview && lights > 0 &&
         isnan(r->opts->rendered_error)) {
         r->rest = r->env;
         r->env = (ibl_image){0};
@@ -264,14 +254,14 @@ static bool read_map(ibl_job *r)
 
 /* Bakes the environment, or the skybox of it and all else of what lights leave
  * of it. */
-static bool bake_image(ibl_job *r, const ibl_bake_options *all)
+static bool bake_image(ibl_job *r)
 {
     const ibl_environment env = {.image = &r->env}, rest = {.image = &r->rest};
-    ibl_bake_options sky = *all, others = *all;
+    ibl_bake_options sky = r->need, others = r->need;
     ibl_bake_result made = {0};
 
     if (!r->opts->lights)
-        return !ibl_bake_environment(r->ctx, &env, all, &r->made);
+        return !ibl_bake_environment(r->ctx, &env, &r->need, &r->made);
     sky.specular = sky.irradiance = sky.more_count = 0;
     sky.sh_degree = -1;
     others.skybox = 0;
@@ -282,16 +272,16 @@ static bool bake_image(ibl_job *r, const ibl_bake_options *all)
     return ok;
 }
 
-static bool bake_source(ibl_job *r, const ibl_bake_options *all)
+static bool bake_source(ibl_job *r)
 {
     ibl_source *source = NULL;
-    bool ok = open_source(r, all, &source);
+    bool ok = open_source(r, &source);
 
     if (ok) {
         const ibl_environment rows = ibl_source_environment(source);
         r->width = rows.width;
         r->height = rows.height;
-        ok = !ibl_bake_environment(r->ctx, &rows, all, &r->made);
+        ok = !ibl_bake_environment(r->ctx, &rows, &r->need, &r->made);
         r->report = *ibl_source_report(source);
     }
     ibl_source_close(source);
@@ -302,22 +292,20 @@ static bool bake_source(ibl_job *r, const ibl_bake_options *all)
 static bool bake_sets(ibl_job *r)
 {
     const ibl_opts *o = r->opts;
-    ibl_specular_options chains[IBL_MAX_TARGETS];
-    const ibl_bake_options all = join_sets(r, chains);
     double window = o->sh_window;
     bool ok;
 
     if (!o->input)
         return true;
     if (r->width || o->lights || o->verify || o->preview) /* needs the map */
-        ok = (r->width || read_map(r)) && bake_image(r, &all);
+        ok = (r->width || read_map(r)) && bake_image(r);
     else
-        ok = bake_source(r, &all);
+        ok = bake_source(r);
     if (!ok || !r->made.sh || window >= HUGE_VAL)
         return ok;
     if (!(window > 0))
         window = ibl_sh_widest_window(r->made.sh);
-    ibl_sh_window(all.sh_degree, window, r->made.sh);
+    ibl_sh_window(r->need.sh_degree, window, r->made.sh);
     ibl_console_info(&r->console, "harmonics in a window of %.4g", window);
     return true;
 }
@@ -351,6 +339,7 @@ void ibl_job_begin(ibl_job *r)
     r->sets = ibl_need(calloc((size_t)r->line->count + 1, sizeof *r->sets));
     for (int i = 0; i < r->line->count; i++)
         add_set(r, &r->line->set[i]);
+    join_sets(r);
 }
 
 /* ---- what is left open --------------------------------------------------- */
@@ -366,10 +355,13 @@ static bool choose(ibl_job *r, ibl_output_set *b)
     b->choice = ibl_need(calloc(1, sizeof *b->choice));
     if (scenes)
         ibl_scenes_tell(scenes, b->choice);
-    if (scenes && !ibl_scenes_materials(scenes, &materials))
-        ibl_scenes_drop(scenes, o, b->choice);
-    else if (!ibl_choose(r, &materials, o, b->choice))
+    if (scenes && !ibl_scenes_materials(scenes, &materials)) {
+        b->choice->usual_bytes = b->choice->bytes = ibl_candidate_bytes(o);
+        ibl_choice_add(b->choice, true, "outputs",
+                       "as usual\tnothing reflects");
+    } else if (!ibl_choose(r, &materials, o, b->choice)) {
         return false;
+    }
     ibl_set_name_files(b);
     if (scenes && ibl_scenes_sheen(scenes, o, &r->sheen, b->choice))
         add_set(r, &r->sheen);
@@ -403,6 +395,7 @@ static bool decide(ibl_job *r)
         if (ok)
             ibl_choice_print(r->sets[i].choice, stdout);
     }
+    join_sets(r);
     return ok;
 }
 
@@ -449,7 +442,7 @@ void ibl_job_end(ibl_job *r)
         ibl_output_set *b = &r->sets[i];
         json_decref(b->judged.json);
         if (b->choice)
-            ibl_choice_free(b->choice);
+            free(b->choice->table);
         free(b->choice);
         if (!ibl_set_takes(b, IBL_OUTPUT_LUT))
             ibl_lut_free(&b->lut);

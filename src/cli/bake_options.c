@@ -30,26 +30,6 @@ static bool parse_only(void *field, const char *value)
     return ibl_words_bits(value, ibl_output_names, field);
 }
 
-/* LEVEL=N[,LEVEL=N]...; check_level_samples checks that the levels exist. */
-static bool parse_level_samples(void *field, const char *value)
-{
-    int *level_samples = field;
-
-    for (;;) {
-        const char *end;
-        int level;
-        if (!ibl_number_int(value, 0, IBL_MAX_LEVELS - 1, &level, &end) ||
-            *end != '=' ||
-            !ibl_number_int(end + 1, 1, 1048576, &level_samples[level], &end))
-            return false;
-        if (!*end)
-            return true;
-        if (*end != ',')
-            return false;
-        value = end + 1;
-    }
-}
-
 /* A:B, each 0 to 1, the smaller first. */
 static bool parse_range(void *field, const char *value)
 {
@@ -154,10 +134,6 @@ static const ibl_option outputs[] = {
      .help = "wait until everything is on the disk, so that a power cut "
              "leaves whole files",
      .aside = true},
-    {"timings", 0, IBL_FLAG(timings),
-     .help = "add the time of each stage to the sidecar, which then differs "
-             "from run to run",
-     .aside = true},
     {"verify", 0, IBL_FLAG(verify),
      .help = "compare the outputs with the exact sums, as iblbake verify "
              "does, print the table and add it to the sidecar",
@@ -252,16 +228,9 @@ static const ibl_option specular[] = {
      .standard = "0:1",
      .help = "make only the levels that these roughnesses need"},
     {"method", 0, IBL_CHOICE(bake.specular_options.method, ibl_method_names),
-     .help = "method for the levels: exact (spectral), or importance "
-             "sampling; auto: exact, except for the levels of --level-samples"},
+     .help = "method for the levels: exact, or importance sampling"},
     {"samples", 0, IBL_INT(bake.specular_options.samples, 1, 1048576),
      .help = "samples for each texel of a sampled level"},
-    {"level-samples", 0, IBL_OTHER(bake.specular_options.level_samples, "LIST",
-     parse_level_samples),
-     .allowed = "LEVEL=N,..., with N from 1 to 1048576",
-     .standard = "",
-     .help = "samples of single levels, in place of --samples; auto samples "
-             "these levels"},
     {"tolerance", 0, IBL_REAL(bake.specular_options.tolerance, "E", 1e-6, 1),
      .help = "relative error accepted for 95 % of the texels of each level; "
              "a larger one takes less time"},
@@ -461,44 +430,6 @@ static void release(void *settings)
     free(((ibl_cmdline *)settings)->given);
 }
 
-static bool accept(void *settings)
-{
-    (void)settings;
-    return true;
-}
-
-/* The environments were taken when the words were read first. */
-static bool pass(void *settings, const char *word)
-{
-    (void)settings;
-    return *word;
-}
-
-/* Reads the options of a target or preset, then those of the command line. */
-static bool read_words(const char *first, char **words, ibl_opts *o)
-{
-    const ibl_command set = {.sections = sections,
-                             .settings_size = sizeof *o,
-                             .defaults = defaults,
-                             .take = pass,
-                             .validate = accept};
-    char **options = ibl_need(ibl_words_split(first));
-    int count = 0, more = 0;
-
-    while (options[count])
-        count++;
-    while (words[more])
-        more++;
-    char **all = ibl_need(malloc((size_t)(count + more + 1) * sizeof *all));
-    memcpy(all, options, (size_t)count * sizeof *all);
-    memcpy(all + count, words, (size_t)(more + 1) * sizeof *all);
-    /* No option of a target keeps its word. */
-    const bool ok = ibl_command_line(&set, all, o, NULL);
-    free(all);
-    free(options);
-    return ok;
-}
-
 /* What a target or preset sets falls away where the command line has no place
  * for it. */
 static void drop_unfit(ibl_opts *o)
@@ -526,16 +457,21 @@ static void drop_unfit(ibl_opts *o)
 static bool add_set(ibl_cmdline *line, const ibl_opts *typed,
                     const ibl_target *target)
 {
+    static const ibl_command more = {.sections = sections};
     ibl_opts *o = &line->set[line->count++], want;
-    static char *none[] = {NULL};
     const char *options =
         target ? target->options : preset_options[typed->preset];
     char prefix[32] = "";
 
     *o = *typed;
     if (*options) {
-        if (!read_words(options, none, &want) ||
-            !read_words(options, line->words, o))
+        char **words = ibl_need(ibl_words_split(options));
+        defaults(&want);
+        bool ok = ibl_command_line(&more, words, &want, NULL);
+        free(words); /* no option of a target keeps its word */
+        *o = want;
+        ok = ok && ibl_command_line(&more, line->words, o, NULL);
+        if (!ok)
             return false;
         o->given = typed->given;
         o->input = typed->input;

@@ -199,58 +199,27 @@ static bool check_made(ibl_job *r, const ibl_files *f, const char *path)
     return true;
 }
 
-/* Whether the source that a sidecar names is the input: the same file, or the
- * same name if one of the two cannot be looked at here. */
-static bool is_source(const char *was, const char *input)
-{
-    int same = -1;
-
-    if (strcmp(was, "-") != 0 && strcmp(input, "-") != 0 &&
-        !access(was, F_OK) && !access(input, F_OK))
-        same = ibl_path_same(was, input);
-    if (same >= 0)
-        return same;
-    return !strcmp(ibl_path_name(was), ibl_path_name(input));
-}
-
-/* Whether the bake writes the sidecar or any file that it names. */
-static bool replaces(const ibl_output_set *b, const json_t *sidecar)
-{
-    const json_t *outputs = json_object_get(sidecar, "outputs"), *output;
-    bool any = b->files[IBL_OUTPUT_JSON].paths;
-    size_t i;
-
-    json_array_foreach((json_t *)outputs, i, output)
-    {
-        const char *file = text_of(output, "file");
-        for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
-            any |= is_own(b->opts, (ibl_output_kind)kind) &&
-                   b->files[kind].paths &&
-                   !strcmp(ibl_path_name(b->files[kind].paths[0]), file);
-    }
-    return any;
-}
-
 /* A name given by the user may replace any files. A name derived from the input
- * must not replace files of another environment. */
+ * must not replace files of another environment: of another file or, if one of
+ * the two cannot be looked at here, of another name. */
 static bool check_source(ibl_output_set *b)
 {
     const ibl_opts *o = b->opts;
     const char *writer, *was;
     ibl_json_why why;
-    struct stat st;
 
     if (!o->input || o->name != o->stem)
         return true;
     char *path = make_path(b, IBL_OUTPUT_JSON, 1, 1, 0);
-    json_t *sidecar = stat(path, &st) || !S_ISREG(st.st_mode)
-                          ? NULL
-                          : ibl_json_load(path, 0, &why);
-    const bool ok =
-        json_unpack(sidecar, "{s:{s:s},s:{s:s}}", "generator", "name", &writer,
-                    "source", "path", &was) ||
-        strcmp(writer, "iblbake") != 0 || is_source(was, o->input) ||
-        !replaces(b, sidecar) ||
+    json_t *sidecar = ibl_json_load(path, 0, &why);
+    bool ok = json_unpack(sidecar, "{s:{s:s},s:{s:s}}", "generator", "name",
+                          &writer, "source", "path", &was) ||
+              strcmp(writer, "iblbake") != 0;
+    if (!ok && !access(was, F_OK) && !access(o->input, F_OK))
+        ok = ibl_path_same(was, o->input) > 0;
+    else if (!ok)
+        ok = !strcmp(ibl_path_name(was), ibl_path_name(o->input));
+    if (!ok)
         ibl_console_fail(&b->job->console,
                          "%s: was made from %s, and %s would replace its "
                          "files: choose another --name or directory, or "

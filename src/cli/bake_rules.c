@@ -35,21 +35,6 @@ static bool has_all_roughnesses(const ibl_specular_options *s)
     return s->roughness_min <= 0 && s->roughness_max >= 1;
 }
 
-/* The last level of --level-samples; -1: none. */
-static int last_sampled(const ibl_specular_options *s)
-{
-    int l = IBL_MAX_LEVELS - 1;
-
-    while (l >= 0 && !s->level_samples[l])
-        l--;
-    return l;
-}
-
-static bool is_sampled(const ibl_specular_options *s)
-{
-    return s->method == IBL_METHOD_SAMPLED || last_sampled(s) >= 0;
-}
-
 /* An engine's own file. */
 static bool check_file(const ibl_opts *o)
 {
@@ -85,7 +70,7 @@ static bool check_file(const ibl_opts *o)
 static bool check_levels(const ibl_opts *o)
 {
     const ibl_specular_options *s = &o->bake.specular_options;
-    const int most = ibl_most_levels(s->size), sampled = last_sampled(s);
+    const int most = ibl_most_levels(s->size);
     ibl_specular_layout layout;
 
     REFUSE(s->levels > most, "levels size",
@@ -95,13 +80,6 @@ static bool check_levels(const ibl_opts *o)
            "is for the whole range of roughness: leave --roughness-range out");
     REFUSE(ibl_specular_layout_of(s, &layout), "levels roughness-range",
            "a --roughness-range of one value has one level");
-    REFUSE(s->level_samples[0] && s->roughness_min <= 0, "level-samples",
-           "level 0 is the environment itself and takes none: levels from 1 "
-           "do");
-    REFUSE(sampled >= 0 && s->method == IBL_METHOD_SPECTRAL, "level-samples",
-           "--method spectral samples no level: leave one of them out");
-    REFUSE(sampled >= layout.levels, "level-samples",
-           "there is no such level: they are 0 to %d", layout.levels - 1);
     return true;
 }
 
@@ -113,9 +91,11 @@ static bool check_flat(const ibl_opts *o)
 
     if (o->only & SPECULAR)
         ibl_specular_layout_of(s, &l);
-    REFUSE(is_sampled(s) || o->bake.irradiance_options.step > 0, "layout",
-           "flat maps are never sampled: leave it out, or --method sampled, "
-           "--level-samples and --irradiance-step");
+    REFUSE(s->method == IBL_METHOD_SAMPLED ||
+               o->bake.irradiance_options.step > 0,
+           "layout",
+           "flat maps are never sampled: leave it out, or --method sampled "
+           "and --irradiance-step");
     REFUSE(l.size % (1 << (l.levels - 1)), "layout",
            "%d levels from a size of %d do not halve each other: take a "
            "--size that is a multiple of %d",
@@ -287,7 +267,7 @@ bool ibl_opts_check_uses(const ibl_cmdline *line)
                               "irradiance of targets with other layouts: bake "
                               "for each alone");
         const bool levels = o->bake.specular, cubes = only & CUBES;
-        const bool all_sampled = s->method == IBL_METHOD_SAMPLED;
+        const bool sampled = s->method == IBL_METHOD_SAMPLED;
         const bool irradiance = o->bake.irradiance;
         const bool chosen = !isnan(o->rendered_error);
         const bool sh = o->bake.sh_degree >= 0;
@@ -319,18 +299,14 @@ bool ibl_opts_check_uses(const ibl_cmdline *line)
                  (!o->of && !chosen && only & (SPECULAR | IRRADIANCE | LUT)),
              "sets levels, irradiance and BRDF table: leave out --target, "
              "--scene, --rendered-error, and --only without these"},
-            {"level-samples", !chosen,
-             "the levels are chosen, and exact: leave it out"},
-            {"method samples level-samples", levels,
+            {"method samples", levels,
              "there are no levels: add specular" OR_LEAVE_IT},
             {"size levels lobe mapping roughness-range", levels || only & LOBES,
              "there are no levels: add specular" OR_LEAVE_IT},
-            {"samples", levels && all_sampled,
-             "no level takes so many: add --method sampled, or leave it out"},
-            {"lod-bias jitter pdf-mip", levels && is_sampled(s),
+            {"samples lod-bias jitter pdf-mip", levels && sampled,
              "no level is sampled: add --method sampled, or leave it out"},
             {"tolerance",
-             (levels && !all_sampled) ||
+             (levels && !sampled) ||
                  (irradiance && !(o->bake.irradiance_options.step > 0)),
              "nothing is made by the exact method: leave it out"},
             {"irradiance-size irradiance-step",
@@ -349,8 +325,6 @@ bool ibl_opts_check_uses(const ibl_cmdline *line)
              "there is no lobe table: add lobe-table" OR_LEAVE_IT},
             {"lights sun", only & JSON,
              "the sidecar lists them: add json to --only"},
-            {"timings", only & JSON,
-             "the sidecar has them: add json to --only"},
             {"layout overflow largest quality", cubes,
              "no map is made: add specular, irradiance or skybox" OR_LEAVE_IT},
             {"pixel",

@@ -52,20 +52,8 @@ static bool turn_harmonics(ibl_output_set *b)
 
 /* ---- what is said of the outputs ---------------------------------------- */
 
-/* Those of the lobe table, of b->lobe_layout. */
-static ibl_lobe_table_options lobe_options(const ibl_output_set *b)
-{
-    ibl_lobe_table_options o = ibl_lobe_table_options_default();
-
-    o.size = b->opts->lobe_table_size;
-    o.f0 = b->opts->lobe_f0;
-    o.layout = b->lobe_layout;
-    return o;
-}
-
-/* What keys and the sidecar say of the bake; lobe_table: its options. */
-static ibl_sidecar_options facts_of(const ibl_output_set *b,
-                                    const ibl_lobe_table_options *lobe_table)
+/* What keys and the sidecar say of the bake. */
+static ibl_sidecar_options facts_of(const ibl_output_set *b)
 {
     const ibl_opts *o = b->opts;
 
@@ -77,7 +65,7 @@ static ibl_sidecar_options facts_of(const ibl_output_set *b,
                                  .specular = &o->bake.specular_options,
                                  .irradiance = &o->bake.irradiance_options,
                                  .lut = &o->lut,
-                                 .lobe_table = lobe_table,
+                                 .lobe_table = &b->lobe_table,
                                  .yaw_deg = o->bake.yaw_deg,
                                  .axes = o->axes,
                                  .sh_degree = o->bake.sh_degree,
@@ -94,8 +82,7 @@ static bool set_keys(const ibl_output_set *b, ibl_output_kind kind,
                      ibl_texture *tex)
 {
     const ibl_opts *o = b->opts;
-    const ibl_lobe_table_options lobe_table = lobe_options(b);
-    const ibl_sidecar_options facts = facts_of(b, &lobe_table);
+    const ibl_sidecar_options facts = facts_of(b);
     const ibl_sidecar_output output = {.content = (ibl_content)kind,
                                        .texels = &o->texels};
     char writer[32];
@@ -116,49 +103,9 @@ static bool set_keys(const ibl_output_set *b, ibl_output_kind kind,
 
 /* ---- the sidecar ------------------------------------------------------ */
 
-/* Whether a value given is that of the defaults. */
-static bool is_usual(const ibl_opts *usual, const ibl_opts *opts,
-                     const ibl_option *option)
-{
-    const size_t at = option->offset;
-    const char *a = (const char *)usual + at, *b = (const char *)opts + at;
-
-    switch (option->kind) {
-    case IBL_OPTION_INT:
-    case IBL_OPTION_CHOICE:
-    case IBL_OPTION_FLAG:
-        return !memcmp(a, b, sizeof(int));
-    case IBL_OPTION_REAL:
-        return !memcmp(a, b, sizeof(double));
-    default:
-        return false;
-    }
-}
-
-/* The options that were given and are not the default, or the target's; their
- * number. */
-static int list_options(const ibl_output_set *b,
-                        ibl_key_value list[IBL_MOST_GIVEN])
-{
-    const ibl_given *given = &b->opts->given;
-    ibl_opts *usual = ibl_need(calloc(1, sizeof *usual));
-    int count = 0;
-
-    ibl_bake_command.defaults(usual);
-    for (int i = 0; i < given->count; i++) {
-        const ibl_option *o = given->list[i].option;
-        if (!o->aside && (b->opts->of || !is_usual(usual, b->opts, o)))
-            list[count++] =
-                (ibl_key_value){(char *)o->name, (char *)given->list[i].value};
-    }
-    free(usual);
-    return count;
-}
-
 /* What only the program knows; NULL: nothing. */
 static char *more(const ibl_output_set *b)
 {
-    const ibl_console *c = &b->job->console;
     json_t *j = json_object();
 
     if (b->choice)
@@ -167,17 +114,6 @@ static char *more(const ibl_output_set *b)
         json_object_set_new(j, "scene", ibl_scenes_json(b->job->scenes));
     if (b->opts->verify)
         json_object_set(j, "verify", b->judged.json);
-    if (b->opts->timings) { /* so far, rounded to microseconds */
-        json_t *stages = json_object();
-        for (int i = 0; i < c->count; i++)
-            json_object_set_new(
-                stages, c->stages[i].name,
-                json_real(round(c->stages[i].seconds * 1e6) / 1e6));
-        json_object_set_new(j, "timings",
-                            json_pack("{si so}", "threads",
-                                      ibl_ctx_threads(b->job->ctx), "seconds",
-                                      stages));
-    }
     char *text = json_object_size(j) ? ibl_need(ibl_json_text(j)) : NULL;
     json_decref(j);
     return text;
@@ -207,18 +143,17 @@ static char *name_file(const ibl_output_set *b, ibl_output_kind kind)
     return name;
 }
 
-/* The text of NAME.json: see FILES in the manual page. Without --timings it has
- * neither threads nor times, so equal bakes give equal bytes. The caller must
- * free it with ibl_bytes_free; NULL after a message. */
+/* The text of NAME.json: see FILES in the manual page. It has neither threads
+ * nor times, so equal bakes give equal bytes. The caller must free it with
+ * ibl_bytes_free; NULL after a message. */
 static char *sidecar(const ibl_output_set *b)
 {
     const ibl_opts *o = b->opts;
-    const ibl_lobe_table_options lobe_table = lobe_options(b);
-    ibl_sidecar_options facts = facts_of(b, &lobe_table);
+    ibl_sidecar_options facts = facts_of(b);
     ibl_texture shapes[IBL_OUTPUT_JSON];
     char *names[IBL_OUTPUT_JSON], *text = NULL, *own = more(b);
     ibl_sidecar_output outputs[IBL_OUTPUT_JSON];
-    ibl_key_value given[IBL_MOST_GIVEN];
+    ibl_key_value options[IBL_MOST_GIVEN];
     int n = 0;
 
     for (int kind = 0; kind < IBL_OUTPUT_JSON; kind++) {
@@ -247,8 +182,13 @@ static char *sidecar(const ibl_output_set *b)
     }
     facts.outputs = outputs;
     facts.output_count = n;
-    facts.options = given;
-    facts.option_count = list_options(b, given);
+    facts.options = options;
+    for (int i = 0; i < o->given.count; i++) {
+        const ibl_option *option = o->given.list[i].option;
+        if (!option->aside)
+            options[facts.option_count++] = (ibl_key_value){
+                (char *)option->name, (char *)o->given.list[i].value};
+    }
     facts.more = own;
     ibl_sidecar_text(b->job->ctx, &facts, &text);
     while (n--)
@@ -258,17 +198,6 @@ static char *sidecar(const ibl_output_set *b)
 }
 
 /* ---- --verify --------------------------------------------------------- */
-
-static bool judge_lut(ibl_output_set *b, const ibl_texture *tex)
-{
-    ibl_lut lut = {0};
-    const bool ok =
-        !ibl_texture_to_lut(b->job->ctx, tex, &lut) &&
-        ibl_report_lut(&b->judged, b->job->ctx, &lut, b->opts->lut.geometry);
-
-    ibl_lut_free(&lut);
-    return ok;
-}
 
 static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
                        const ibl_texture *tex)
@@ -300,14 +229,18 @@ static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
 static bool judge(ibl_output_set *b, ibl_output_kind kind,
                   const ibl_texture *tex)
 {
+    ibl_lut lut = {0};
     bool ok = true;
 
     ibl_console_progress(&b->job->console, "verify", 0);
     b->judged.options = b->opts->judge;
     if (kind == IBL_OUTPUT_LUT)
-        ok = judge_lut(b, tex);
+        ok = !ibl_texture_to_lut(b->job->ctx, tex, &lut) &&
+             ibl_report_lut(&b->judged, b->job->ctx, &lut,
+                            b->opts->lut.geometry);
     else if (kind != IBL_OUTPUT_LOBES) /* no texel of it has a truth */
         ok = judge_cube(b, kind, tex);
+    ibl_lut_free(&lut);
     ibl_console_progress(&b->job->console, "write", 0);
     return ok;
 }
@@ -515,57 +448,35 @@ static void take_table(ibl_output_set *b, ibl_output_kind kind)
                 json_deep_copy(json_object_get(from->judged.json, "lut")));
     } else {
         b->lobes = from->lobes;
-        b->lobe_layout = from->lobe_layout;
     }
-}
-
-static bool write_lut(ibl_output_set *b)
-{
-    ibl_texture tex = {0};
-
-    ibl_console_progress(&b->job->console, "lut", 0);
-    return !ibl_bake_lut(b->job->ctx, &b->opts->lut, &b->lut) &&
-           !ibl_texture_from_lut(
-               b->job->ctx, &b->lut,
-               ibl_lut_pixel(b->opts->texels.pixel, b->lut.kind), &tex,
-               &b->files[IBL_OUTPUT_LUT].overflow.values) &&
-           write_texture(b, IBL_OUTPUT_LUT, &tex, NULL);
-}
-
-static bool write_lobes(ibl_output_set *b)
-{
-    ibl_texture tex = {0};
-
-    b->lobe_layout = b->made.report.layout;
-    if (!b->opts->bake.specular &&
-        ibl_specular_layout_of(&b->opts->bake.specular_options,
-                               &b->lobe_layout))
-        return false;
-    const ibl_lobe_table_options o = lobe_options(b);
-    ibl_console_progress(&b->job->console, "lobe table", 0);
-    const bool ok = !ibl_bake_lobe_table(b->job->ctx, &o, &b->lobes) &&
-                    !ibl_texture_from_lobe_table(b->job->ctx, &b->lobes, &tex);
-    return ok && write_texture(b, IBL_OUTPUT_LOBES, &tex, NULL);
 }
 
 static bool write_output(ibl_output_set *b, ibl_output_kind kind)
 {
+    ibl_ctx *ctx = b->job->ctx;
+    ibl_texture tex = {0};
+
     switch (kind) {
-    case IBL_OUTPUT_SKYBOX:
-        return write_cube(b, kind, &b->made.skybox);
     case IBL_OUTPUT_SPECULAR:
         return write_specular(b);
-    case IBL_OUTPUT_IRRADIANCE:
-        return write_cube(b, kind, &b->made.irradiance);
     case IBL_OUTPUT_LUT:
-        return write_lut(b);
+        ibl_console_progress(&b->job->console, "lut", 0);
+        return !ibl_bake_lut(ctx, &b->opts->lut, &b->lut) &&
+               !ibl_texture_from_lut(
+                   ctx, &b->lut,
+                   ibl_lut_pixel(b->opts->texels.pixel, b->lut.kind), &tex,
+                   &b->files[kind].overflow.values) &&
+               write_texture(b, kind, &tex, NULL);
     case IBL_OUTPUT_LOBES:
-        return write_lobes(b);
-    case IBL_OUTPUT_JSON:
-    case IBL_OUTPUT_COUNT:
-        break;
+        ibl_console_progress(&b->job->console, "lobe table", 0);
+        return !ibl_bake_lobe_table(ctx, &b->lobe_table, &b->lobes) &&
+               !ibl_texture_from_lobe_table(ctx, &b->lobes, &tex) &&
+               write_texture(b, kind, &tex, NULL);
+    default:
+        return write_cube(b, kind,
+                          kind == IBL_OUTPUT_SKYBOX ? &b->made.skybox
+                                                    : &b->made.irradiance);
     }
-    return false;
 }
 
 static bool write_bytes(ibl_output_set *b, const char *path, const void *bytes,
@@ -575,29 +486,26 @@ static bool write_bytes(ibl_output_set *b, const char *path, const void *bytes,
     return bytes && !ibl_outputs_add(b->job->outputs, path, bytes, size);
 }
 
-/* The set's part of what was baked. */
-static void take_part(ibl_output_set *b)
+/* The sidecar is last: where it is new, so are the others. */
+bool ibl_set_write(ibl_output_set *b)
 {
+    const ibl_opts *o = b->opts;
+    const ibl_output *json = &b->files[IBL_OUTPUT_JSON];
     const ibl_bake_result *all = &b->job->made;
+    char why[160];
 
-    b->made = *all;
+    b->made = *all; /* but of the levels, the set's chain */
     if (b->chain > 0) {
         b->made.specular = all->more[b->chain - 1];
         b->made.report = all->more_report[b->chain - 1];
     } else if (b->chain < 0) {
         b->made.specular = (ibl_cube){0};
     }
-}
-
-/* The sidecar is last: where it is new, so are the others. */
-bool ibl_set_write(ibl_output_set *b)
-{
-    const ibl_opts *o = b->opts;
-    const ibl_output *json = &b->files[IBL_OUTPUT_JSON];
-    char why[160];
-
-    take_part(b);
-    bool ok = turn_harmonics(b);
+    b->lobe_table =
+        (ibl_lobe_table_options){.size = o->lobe_table_size, .f0 = o->lobe_f0};
+    bool ok =
+        turn_harmonics(b) && !ibl_specular_layout_of(&o->bake.specular_options,
+                                                     &b->lobe_table.layout);
     for (int k = 0; k < IBL_OUTPUT_JSON && ok; k++) {
         const ibl_output_kind kind = (ibl_output_kind)k;
         if (b->files[kind].paths && ibl_set_takes(b, kind))

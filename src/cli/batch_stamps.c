@@ -42,8 +42,8 @@ static void hash_options(const ibl_job *r, char hash[IBL_FILE_HASH])
     char *text =
         ibl_settings_text(ibl_ctx_isa(r->ctx), &ibl_bake_command, &o->given);
 
-    ibl_append(&text, "%s\nverify %d %.17g timings %d\n",
-               o->input ? o->input : "", o->verify, o->max_error, o->timings);
+    ibl_append(&text, "%s\nverify %d %.17g\n", o->input ? o->input : "",
+               o->verify, o->max_error);
     for (int i = 0; i < r->count; i++)
         if (r->sets[i].opts->of)
             ibl_append(&text, "%s\n", r->sets[i].opts->of->options);

@@ -84,8 +84,7 @@ static const struct {
 /* Of times the median and the quartiles, of errors the value less and plus its
  * standard error. */
 typedef struct figure {
-    bool known;
-    double value, low, high;
+    double value, low, high; /* value NAN: there is none */
 } figure;
 
 typedef struct setting {
@@ -102,8 +101,7 @@ typedef struct bench {
     ibl_ctx *ctx;
     setting settings[MAX_SETTINGS]; /* the first is the default */
     int count;
-    ibl_memory_file csv_text, table_text;
-    FILE *csv, *table; /* of all maps */
+    char *csv, *table; /* of all maps */
     /* Of this map: */
     ibl_image env;
     ibl_judge *judge;
@@ -159,14 +157,13 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The mean nRMSE of the rows of a content, NULL: of all, but of roughness 0, if
- * there are any. */
+/* The mean nRMSE of the rows of a content, NULL: of all, but of roughness 0;
+ * NAN without any. */
 static figure mean_of(const json_t *rows, const char *content)
 {
-    double nrmse, error, sum[2] = {0};
+    double nrmse, error, sum[2] = {0}, n = 0;
     json_t *row;
     size_t i;
-    int n = 0;
 
     json_array_foreach(rows, i, row)
     {
@@ -180,9 +177,7 @@ static figure mean_of(const json_t *rows, const char *content)
         sum[1] += error;
         n++;
     }
-    return n ? (figure){true, sum[0] / n, (sum[0] - sum[1]) / n,
-                        (sum[0] + sum[1]) / n}
-             : (figure){0};
+    return (figure){sum[0] / n, (sum[0] - sum[1]) / n, (sum[0] + sum[1]) / n};
 }
 
 /* ---- times ----------------------------------------------------------- */
@@ -192,31 +187,22 @@ static bool time_setting(const bench *b, setting *s, int round)
 {
     const double begun = ibl_now();
     ibl_candidate c;
-    ibl_status status = ibl_candidate_bake(b->ctx, &b->env, &s->opts, &c);
+    bool ok = ibl_candidate_bake(b->ctx, &b->env, &s->opts, &c);
     const ibl_cube *cubes[] = {&c.made.specular, &c.made.irradiance};
 
-    for (int i = 0; i < 2 && !status; i++) {
+    for (int i = 0; i < 2 && ok; i++) {
         ibl_texture tex = {0};
-        if (cubes[i]->data)
-            status = ibl_texture_from_cube(b->ctx, cubes[i], &s->opts.texels,
-                                           &tex, NULL);
+        ok = !cubes[i]->data ||
+             !ibl_texture_from_cube(b->ctx, cubes[i], &s->opts.texels, &tex,
+                                    NULL);
         ibl_texture_free(&tex);
     }
     s->time_s[round] = ibl_now() - begun;
     ibl_candidate_free(&c);
-    return !status;
+    return ok;
 }
 
 /* ---- errors ---------------------------------------------------------- */
-
-static ibl_judged part_of(ibl_output_kind content, const ibl_cube *chain,
-                          const ibl_candidate *c)
-{
-    return (ibl_judged){.content = content,
-                        .chain = *chain,
-                        .levels = chain->levels,
-                        .roughness = c->made.report.layout.roughness};
-}
 
 /* Bakes what a setting makes into c and judges its parts, and what a shader
  * draws with it and, where it lacks parts, those of the default. */
@@ -228,11 +214,17 @@ static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
 
     report.options.texels = b->opts->texels;
     options.directions = b->opts->directions;
-    bool ok = !ibl_candidate_bake(b->ctx, &b->env, &s->opts, c) &&
-              !ibl_candidate_round(b->ctx, &s->opts, c);
-    const ibl_judged parts[] = {
-        part_of(IBL_OUTPUT_SPECULAR, &c->made.specular, c),
-        part_of(IBL_OUTPUT_IRRADIANCE, &c->made.irradiance, c)};
+    bool ok = ibl_candidate_bake(b->ctx, &b->env, &s->opts, c) &&
+              ibl_candidate_round(b->ctx, &s->opts, c);
+    const ibl_cube *specular = &c->made.specular,
+                   *diffuse = &c->made.irradiance;
+    const ibl_judged parts[] = {{.content = IBL_OUTPUT_SPECULAR,
+                                 .chain = *specular,
+                                 .levels = specular->levels,
+                                 .roughness = c->made.report.layout.roughness},
+                                {.content = IBL_OUTPUT_IRRADIANCE,
+                                 .chain = *diffuse,
+                                 .levels = diffuse->levels}};
     for (int i = 0; i < 2 && ok; i++)
         ok = ibl_report_levels(&report, b->judge, &parts[i]);
     if (ok && c->lut.data) {
@@ -253,7 +245,7 @@ static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
     json_t *const of[] = {json_object_get(report.json, "lut"),
                           json_array_get(means, 0), json_array_get(means, 1)};
     const double bytes = (double)ibl_candidate_bytes(&s->opts);
-    s->figure[BYTES] = (figure){true, bytes, bytes, bytes};
+    s->figure[BYTES] = (figure){bytes, bytes, bytes};
     s->figure[SPECULAR] = mean_of(levels, "specular");
     s->figure[IRRADIANCE] = mean_of(levels, "irradiance");
     for (int i = 0; i < 3; i++) {
@@ -268,32 +260,36 @@ static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
 /* ---- reports --------------------------------------------------------- */
 
 /* Adds the lines of a map to both tables. */
-static void put_map(const bench *b, const char *path)
+static void put_map(bench *b, const char *path)
 {
-    fprintf(b->table, "\n%-26s", ibl_path_name(path));
+    char *name = NULL; /* with its quotes doubled */
+
+    for (const char *c = path; *c; c++)
+        ibl_append(&name, *c == '"' ? "\"\"" : "%c", *c);
+    ibl_append(&b->table, "\n%-26s", ibl_path_name(path));
     for (int k = 0; k < COLUMNS; k++)
-        fprintf(b->table, " %17s", columns[k].head);
+        ibl_append(&b->table, " %17s", columns[k].head);
     for (int i = 0; i < b->count; i++) {
         const setting *s = &b->settings[i];
-        fputs("\n\"", b->csv);
-        for (const char *c = path; *c; c++)
-            fprintf(b->csv, *c == '"' ? "\"\"" : "%c", *c);
-        fprintf(b->csv, "\",%s,%s,\"%s\"", s->group, s->value, s->options);
-        fprintf(b->table, "\n%-16s%-10s", s->group, s->value);
+        ibl_append(&b->csv, "\"%s\",%s,%s,\"%s\"", name, s->group, s->value,
+                   s->options);
+        ibl_append(&b->table, "\n%-16s%-10s", s->group, s->value);
         for (int k = 0; k < COLUMNS; k++) {
             const figure *f = &s->figure[k];
             const double x = columns[k].scale;
-            if (!f->known) {
-                fputs(",,,", b->csv);
-                fprintf(b->table, "%18s", "");
+            if (isnan(f->value)) {
+                ibl_append(&b->csv, ",,,");
+                ibl_append(&b->table, "%18s", "");
                 continue;
             }
-            fprintf(b->csv, ",%.6g,%.6g,%.6g", f->value, f->low, f->high);
-            fprintf(b->table, " %7.4g +-%-7.2g", x * f->value,
-                    x * (f->high - f->low) / 2);
+            ibl_append(&b->csv, ",%.6g,%.6g,%.6g", f->value, f->low, f->high);
+            ibl_append(&b->table, " %7.4g +-%-7.2g", x * f->value,
+                       x * (f->high - f->low) / 2);
         }
+        ibl_append(&b->csv, "\n");
     }
-    fputc('\n', b->table);
+    ibl_append(&b->table, "\n");
+    free(name);
 }
 
 /* Generated from bench_page.html by the build. */
@@ -302,20 +298,24 @@ extern const char ibl_bench_page[];
 /* The page has its words between characters that it has nowhere else. */
 static char *make_page(const char *about, const char *csv)
 {
-    ibl_memory_file file;
-    FILE *to = ibl_need(ibl_memory_open(&file));
     const char *const words[] = {about, csv};
     const char *page = ibl_bench_page;
+    char *text = NULL;
 
     for (int i = 0; i < 2; i++) {
-        const size_t length = strcspn(page, "@");
-        fwrite(page, 1, length, to);
+        const int length = (int)strcspn(page, "@");
+        ibl_append(&text, "%.*s", length, page);
         page += length + 1;
-        for (const char *c = words[i]; *c; c++)
-            fprintf(to, *c == '<' ? "&lt;" : *c == '&' ? "&amp;" : "%c", *c);
+        for (const char *c = words[i]; *c;) {
+            const int plain = (int)strcspn(c, "<&");
+            ibl_append(&text, "%.*s", plain, c);
+            c += plain;
+            if (*c)
+                ibl_append(&text, *c++ == '<' ? "&lt;" : "&amp;");
+        }
     }
-    fputs(page, to);
-    return ibl_need(ibl_memory_close(to, &file));
+    ibl_append(&text, "%s", page);
+    return text;
 }
 
 /* Where, by what and when it was measured. */
@@ -341,14 +341,13 @@ static char *describe(const bench *b)
 static bool write_reports(bench *b)
 {
     const bench_opts *o = b->opts;
-    char *csv = ibl_need(ibl_memory_close(b->csv, &b->csv_text));
-    char *table = ibl_need(ibl_memory_close(b->table, &b->table_text));
-    char *about = describe(b), *page = make_page(about, csv);
+    char *about = describe(b), *page = make_page(about, b->csv);
     ibl_outputs *outputs = NULL;
 
     bool ok =
         !ibl_outputs_create(b->ctx, 0, &outputs) &&
-        (!o->csv || !ibl_outputs_add(outputs, o->csv, csv, strlen(csv))) &&
+        (!o->csv ||
+         !ibl_outputs_add(outputs, o->csv, b->csv, strlen(b->csv))) &&
         (!o->html || !ibl_outputs_add(outputs, o->html, page, strlen(page)));
     if (ok)
         printf("%s\n%s\nTimes are medians, +- half the distance of the "
@@ -356,11 +355,9 @@ static bool write_reports(bench *b)
                "irradiance and table: nRMSE of texels; metals and\nplastics: "
                "of what a shader draws with F0 of 1 and .04, with the parts "
                "of\nthe default where a setting makes only one.\n",
-               about, table);
+               about, b->table);
     ok = ok && ibl_console_commit(&b->console, outputs);
     ibl_outputs_free(outputs);
-    free(csv);
-    free(table);
     free(about);
     free(page);
     return ok;
@@ -391,7 +388,7 @@ static bool measure_map(bench *b, const char *path)
         double *t = b->settings[i].time_s;
         qsort(t, (size_t)n, sizeof *t, by_value);
         b->settings[i].figure[TIME] =
-            (figure){true, t[n / 2], t[n / 4], t[n - 1 - n / 4]};
+            (figure){t[n / 2], t[n / 4], t[n - 1 - n / 4]};
     }
     if (ok)
         put_map(b, path);
@@ -425,19 +422,19 @@ static int run(const void *settings)
     bench *b = &whole;
 
     b->opts = o;
-    b->csv = ibl_need(ibl_memory_open(&b->csv_text));
-    b->table = ibl_need(ibl_memory_open(&b->table_text));
-    fputs("map,group,value,options", b->csv); /* and figures: */
+    ibl_append(&b->csv, "map,group,value,options"); /* and figures: */
     for (int k = 0; k < COLUMNS; k++)
-        fprintf(b->csv, ",%1$s,%1$s_low,%1$s_high", columns[k].name);
+        ibl_append(&b->csv, ",%1$s,%1$s_low,%1$s_high", columns[k].name);
+    ibl_append(&b->csv, "\n");
     ibl_console_init(&b->console, o->common.quiet, o->common.verbose);
     bool ok = check_report(b, o->csv) && check_report(b, o->html) && plan(b) &&
               !ibl_start(&o->common, &b->console, &b->ctx);
     for (int m = 0; m < o->map_count && ok; m++)
         ok = measure_map(b, o->maps[m]);
     ibl_console_finish(&b->console);
-    fputc('\n', b->csv);
     ok = ok && write_reports(b);
+    free(b->csv);
+    free(b->table);
     for (int i = 0; i < b->count; i++)
         free(b->settings[i].options);
     ibl_ctx_free(b->ctx);

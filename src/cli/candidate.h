@@ -15,15 +15,15 @@ typedef struct ibl_candidate {
 /*
  * Makes the outputs of o->only, as ibl_opts_select left the options, of a map
  * without the lights that are taken out of it; in the world's axes.
- *   out  to be freed with ibl_candidate_free, also after an error
+ * False after a message through ctx.
+ *   out  to be freed with ibl_candidate_free, also then
  */
-ibl_status ibl_candidate_bake(ibl_ctx *ctx, const ibl_image *map,
-                              const ibl_opts *o, ibl_candidate *out);
+bool ibl_candidate_bake(ibl_ctx *ctx, const ibl_image *map, const ibl_opts *o,
+                        ibl_candidate *out);
 
 /* Replaces the values by those that the files give back, of o's pixel format or
  * engine. */
-ibl_status ibl_candidate_round(ibl_ctx *ctx, const ibl_opts *o,
-                               ibl_candidate *c);
+bool ibl_candidate_round(ibl_ctx *ctx, const ibl_opts *o, ibl_candidate *c);
 
 /* The bytes of texels, without containers, of the outputs of o->only but the
  * skybox, of which none is made. */

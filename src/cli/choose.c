@@ -45,7 +45,6 @@ enum {
     SHEEN_TABLE = 64,
     MADE = 16,       /* of a kind that are remembered, */
     KEPT_EDGE = 128, /* of larger cubes only the last one */
-    SCALES = 4
 };
 
 /* How near a set must be to the least error if that asked cannot be had: within
@@ -70,7 +69,6 @@ typedef struct made {
     ibl_output_kind kind;       /* SPECULAR: all cubes, and harmonics */
     int size;                   /* of the table, or of irradiance */
     ibl_pixel pixel;            /* of cubes */
-    const ibl_image *map;       /* of which they are */
     ibl_specular_layout layout; /* but of BRDF tables */
     ibl_candidate set;
 } made;
@@ -79,9 +77,6 @@ typedef struct search {
     const ibl_job *from;
     ibl_ctx *ctx;
     ibl_opts *o;
-    ibl_image map[SCALES]; /* that is baked; each half as wide as the one before
-                              it, of which the first is borrowed */
-    int scales;
     ibl_truth truth;
     bool fits, lobes;   /* the levels' roughnesses are free; there are tables */
     double first, last; /* roughness of the materials */
@@ -144,60 +139,20 @@ static bool set_options(const search *s, const pick *p, ibl_opts *o)
     return false;
 }
 
-/* ---- the map ------------------------------------------------------------ */
-
-/* Halves the map while that is whole: means of two by two pixels. */
-static void halve_map(search *s)
-{
-    s->map[0] = s->o->lights ? s->from->rest : s->from->env;
-    for (s->scales = 1; s->scales < SCALES; s->scales++) {
-        const ibl_image *from = &s->map[s->scales - 1];
-        ibl_image *to = &s->map[s->scales];
-        if (from->width < 128 || from->width % 2 || from->height % 2)
-            return;
-        s->failed =
-            ibl_image_alloc(s->ctx, from->width / 2, from->height / 2, to);
-        if (s->failed)
-            return;
-        const size_t row = 3 * (size_t)from->width;
-        float *out = to->data;
-        for (int y = 0; y < to->height; y++) {
-            const float *a = from->data + 2 * row * (size_t)y, *b = a + row;
-            for (size_t x = 0; x < row; x += x % 6 == 2 ? 4 : 1)
-                *out++ = 0.25F * (a[x] + a[x + 3] + b[x] + b[x + 3]);
-        }
-    }
-}
-
-/* The smallest map in which levels are those of the whole one, but for some
- * thousandths: whose pixels are a seventh of alpha wide, and a fourth of a
- * texel of the environment. */
-static const ibl_image *map_for(const search *s, const ibl_specular_layout *l)
-{
-    const double r = l->roughness[l->roughness[0] <= 0 && l->levels > 1];
-    const double width =
-        fmax(42 / fmax(r * r, 1e-3), l->roughness[0] > 0 ? 0 : 16 * l->size);
-    int scale = 0;
-
-    while (scale + 1 < s->scales && s->map[scale + 1].width >= width)
-        scale++;
-    return &s->map[scale];
-}
-
 /* ---- measuring ---------------------------------------------------------- */
 
-/* Outputs of o as the files give them back, of a map or, NULL, a table. */
+/* Outputs of o as the files give them back: SPECULAR, or a table. */
 static const ibl_candidate *find_made(search *s, const ibl_opts *o,
-                                      ibl_output_kind kind,
-                                      const ibl_image *map)
+                                      ibl_output_kind kind)
 {
-    made key = {.kind = kind, .map = map};
+    const bool cubes = kind == IBL_OUTPUT_SPECULAR;
+    made key = {.kind = kind};
     ibl_opts part = *o;
     made *const all = s->made[kind], *m = all;
 
     if (kind != IBL_OUTPUT_LUT)
         ibl_specular_layout_of(&o->bake.specular_options, &key.layout);
-    if (map) {
+    if (cubes) {
         key.size = o->bake.irradiance ? o->bake.irradiance_options.size : 0;
         key.pixel = o->texels.pixel;
     } else {
@@ -211,25 +166,24 @@ static const ibl_candidate *find_made(search *s, const ibl_opts *o,
     if (m < all + MADE)
         return &m->set;
     m = all;
-    if (!map || key.layout.size <= KEPT_EDGE)
+    if (!cubes || key.layout.size <= KEPT_EDGE)
         m += 1 + s->made_count[kind]++ % (MADE - 1);
     ibl_candidate_free(&m->set);
     *m = key;
-    if (!ibl_candidate_bake(s->ctx, map, &part, &m->set) &&
-        !ibl_candidate_round(s->ctx, &part, &m->set))
-        return &m->set;
-    m->kind = IBL_OUTPUT_COUNT;
-    return NULL;
+    return ibl_candidate_bake(s->ctx,
+                              o->lights ? &s->from->rest : &s->from->env, &part,
+                              &m->set) &&
+                   ibl_candidate_round(s->ctx, &part, &m->set)
+               ? &m->set
+               : NULL;
 }
 
-/* Measures the set of some options; whole: of the whole map, as it is baked. */
-static bool measure(search *s, const ibl_opts *o, bool whole, ibl_measured *m)
+/* Measures the set of some options. */
+static bool measure(search *s, const ibl_opts *o, ibl_measured *m)
 {
-    ibl_specular_layout l;
     ibl_opts cubes = *o;
     const ibl_candidate none = {0}, *c, *lut = &none, *lobes = &none;
-    ibl_drawn d = {.shader = s->lobes ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT,
-                   .sh_degree = 2,
+    ibl_drawn d = {.sh_degree = 2,
                    .lights = s->from->lights,
                    .light_count = s->from->light_count};
 
@@ -238,20 +192,17 @@ static bool measure(search *s, const ibl_opts *o, bool whole, ibl_measured *m)
     cubes.bake.specular_options.projection = IBL_PROJECTION_CUBE;
     cubes.bake.irradiance_options.projection = IBL_PROJECTION_CUBE;
     cubes.bake.irradiance |= cubes.bake.sh_degree < 2;
-    if (ibl_specular_layout_of(&cubes.bake.specular_options, &l))
-        return false;
     if (ibl_opts_want(o, IBL_OUTPUT_LUT) && !o->lut.kind && o->lut.size > 1)
-        lut = find_made(s, o, IBL_OUTPUT_LUT, NULL);
+        lut = find_made(s, o, IBL_OUTPUT_LUT);
     if (s->lobes)
-        lobes = find_made(s, o, IBL_OUTPUT_LOBES, NULL);
-    c = find_made(s, &cubes, IBL_OUTPUT_SPECULAR,
-                  whole ? s->map : map_for(s, &l));
+        lobes = find_made(s, o, IBL_OUTPUT_LOBES);
+    c = find_made(s, &cubes, IBL_OUTPUT_SPECULAR);
     if (!lut || !lobes || !c)
         return false;
+    ibl_candidate_draw(&d, c);
     d.lut = lut->lut;
     d.lobes = lobes->lobes;
-    ibl_drawn_chain(&d, &c->made.specular, &l);
-    d.irradiance = c->made.irradiance;
+    d.shader = s->lobes ? IBL_SHADER_TABLE : IBL_SHADER_SPLIT;
     if (!d.irradiance.data || (o->of && o->of->harmonics))
         d.sh = c->made.sh;
     ibl_measure(&s->truth, &d, m);
@@ -277,7 +228,7 @@ static void try_pick(search *s, pick *p)
     p->bytes = ibl_candidate_bytes(&o);
     if (s->fits)
         p->at[EDGE] = index_of(&s->part[EDGE], l.size);
-    s->failed = !measure(s, &o, false, &m);
+    s->failed = !measure(s, &o, &m);
     if (!s->failed)
         p->error = square(m.value[IBL_FIGURE_NRMSE]);
 }
@@ -565,7 +516,7 @@ ibl_materials ibl_materials_all(void)
 
 /* Finds the truth and the figures of the options as they are, then what may be
  * chosen. Layers that no material looks up are left out. */
-static bool begin(search *s, const ibl_materials *m, ibl_choice *c)
+static void begin(search *s, const ibl_materials *m, ibl_choice *c)
 {
     ibl_opts *o = s->o;
     ibl_truth_options of = ibl_truth_options_default();
@@ -575,12 +526,11 @@ static bool begin(search *s, const ibl_materials *m, ibl_choice *c)
     of.directions = SAMPLES;
     of.geometry = o->lut.geometry;
     of.materials = m;
-    halve_map(s);
-    if (s->failed ||
-        !ibl_truth_make(s->ctx, &s->from->env, o->bake.yaw_deg, &of,
-                        &s->truth) ||
-        !measure(s, o, true, &usual))
-        return false;
+    s->failed = !ibl_truth_make(s->ctx, &s->from->env, o->bake.yaw_deg, &of,
+                                &s->truth) ||
+                !measure(s, o, &usual);
+    if (s->failed)
+        return;
     c->usual_bytes = c->bytes = ibl_candidate_bytes(o);
     c->usual_error = c->error = usual.value[IBL_FIGURE_NRMSE];
     c->standard_error = usual.error[IBL_FIGURE_NRMSE];
@@ -597,7 +547,6 @@ static bool begin(search *s, const ibl_materials *m, ibl_choice *c)
                  : has[0]         ? IBL_F0_METALS
                                   : IBL_F0_DIELECTRICS;
     list_values(s);
-    return true;
 }
 
 static void search_all(search *s, ibl_choice *c)
@@ -622,16 +571,10 @@ static void search_all(search *s, ibl_choice *c)
     }
     if (best.bytes == SIZE_MAX)
         best = fine;
-    /* The map was reduced for the search. */
-    for (int i = 0;; i++, best.at[EDGE]++) {
-        s->failed |= !set_options(s, &best, &o) || !measure(s, &o, true, &m);
-        if (s->failed)
-            return;
-        best.error = square(m.value[IBL_FIGURE_NRMSE]);
-        if (best.error <= s->most || i == OCTAVE ||
-            best.at[EDGE] + 1 >= s->part[EDGE].count)
-            break;
-    }
+    s->failed |= !set_options(s, &best, &o) || !measure(s, &o, &m);
+    if (s->failed)
+        return;
+    best.error = square(m.value[IBL_FIGURE_NRMSE]);
     c->bytes = ibl_candidate_bytes(&o);
     c->error = m.value[IBL_FIGURE_NRMSE];
     c->standard_error = m.error[IBL_FIGURE_NRMSE];
@@ -657,40 +600,18 @@ bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
     s->fits = !ibl_is_given(&o->given, "mapping") &&
               !ibl_is_given(&o->given, "roughness-range") && !o->of &&
               !o->engine;
-    const bool ok = begin(s, materials, choice);
-    if (ok)
+    begin(s, materials, choice);
+    if (!s->failed)
         search_all(s, choice);
-    for (int i = 1; i < SCALES; i++)
-        ibl_image_free(&s->map[i]);
     for (int i = 0; i < IBL_OUTPUT_COUNT * MADE; i++)
         ibl_candidate_free(&s->made[i / MADE][i % MADE].set);
     ibl_truth_free(&s->truth);
-    const bool failed = s->failed;
+    const bool ok = !s->failed;
     free(s);
-    return ok && !failed;
+    return ok;
 }
 
 /* ---- what follows from the materials alone ------------------------------ */
-
-void ibl_scenes_drop(const ibl_scenes *s, ibl_opts *o, ibl_choice *c)
-{
-    const unsigned tables = 1u << IBL_OUTPUT_LUT | 1u << IBL_OUTPUT_LOBES;
-    const bool lit = ibl_survey_share(s->survey.dielectric) > 0;
-
-    c->usual_bytes = c->bytes = ibl_candidate_bytes(o);
-    if (o->of || o->engine || ibl_is_given(&o->given, "only")) {
-        ibl_choice_add(c, true, "outputs", "as asked\tthough nothing reflects");
-        return;
-    }
-    o->only &= ~(tables | 1u << IBL_OUTPUT_SPECULAR);
-    if (!lit)
-        o->only &= ~(1u << IBL_OUTPUT_IRRADIANCE);
-    ibl_choice_add(c, true, "specular", "none\tnothing reflects");
-    ibl_choice_add(c, true, "irradiance", "%s",
-                   lit ? "as usual" : "none\tall is unlit");
-    ibl_opts_select(o);
-    c->bytes = ibl_candidate_bytes(o);
-}
 
 bool ibl_scenes_sheen(const ibl_scenes *s, const ibl_opts *o, ibl_opts *sheen,
                       ibl_choice *c)

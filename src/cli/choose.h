@@ -23,8 +23,6 @@ ibl_materials ibl_materials_all(void);
 bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice);
 
-/* Leaves out of o what a scene in which nothing reflects does not need. */
-void ibl_scenes_drop(const ibl_scenes *s, ibl_opts *o, ibl_choice *choice);
 /* Whether sheen needs a set of its own beside o; sets its options, which are
  * those of o, chosen or not, for Charlie's lobe. */
 bool ibl_scenes_sheen(const ibl_scenes *s, const ibl_opts *o, ibl_opts *sheen,

@@ -64,8 +64,7 @@ typedef struct ibl_opts {
     ibl_f0 lobe_f0; /* of the lobe table; by the scene */
     const char *preview;
     const char *depfile;
-    int sync;    /* 1: flush the files to the disk */
-    int timings; /* 1: write stage times into the sidecar */
+    int sync; /* 1: flush the files to the disk */
     int verify;
     double max_error; /* limit for verify; NAN: none */
     ibl_scene_list scenes;
@@ -122,9 +121,9 @@ typedef struct ibl_output_set {
     double *sh;           /* made.sh if that is the set's own, else NULL */
     ibl_choice *choice;   /* NULL: none was asked */
     ibl_lut lut;
-    ibl_lobe_table lobes;            /* empty if not wanted */
-    ibl_specular_layout lobe_layout; /* of the chain of the lobe table */
-    ibl_report judged;               /* empty without --verify */
+    ibl_lobe_table_options lobe_table; /* for the set's levels */
+    ibl_lobe_table lobes;              /* empty if not wanted */
+    ibl_report judged;                 /* empty without --verify */
     ibl_output files[IBL_OUTPUT_COUNT];
     char *sh_path; /* of --sh-format; NULL: none */
 } ibl_output_set;
@@ -145,8 +144,11 @@ typedef struct ibl_job {
     ibl_scenes *scenes; /* that were read, or NULL */
     ibl_opts sheen;     /* of a set that a scene needs beside the one */
     int width, height;  /* of the environment, in pixels */
-    ibl_image env;      /* the environment, for --verify and --preview */
-    ibl_image rest;     /* the environment without lights, for --verify */
+    ibl_specular_options chains[IBL_MAX_TARGETS]; /* all different */
+    ibl_bake_options need; /* what all sets need: specular is the first chain,
+                              more are the others */
+    ibl_image env;         /* the environment, for --verify and --preview */
+    ibl_image rest;        /* the environment without lights, for --verify */
     ibl_light lights[IBL_MAX_LIGHTS]; /* what was taken, the strongest first */
     int light_count;
     ibl_read_report report; /* of reading the environment */

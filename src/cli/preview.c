@@ -177,37 +177,6 @@ static void draw_panel(const sheet *s, int left, int top, const panel *p)
 
 /* ---- the picture -------------------------------------------------------- */
 
-/*
- * Exposure that maps the logarithmic mean of the luminance to middle grey
- * (Reinhard et al. 2002, eq. 1 and 2). It is limited so that the plain mean,
- * which the rough levels show, is at most 0.35: without the limit a dark room
- * with a few lamps gives white panels.
- */
-static double find_exposure(const ibl_image *env)
-{
-    double mean = 0, log_mean = 0;
-
-    for (int pass = 0; pass < 2; pass++)
-        for (int j = 0; j < env->height; j++) {
-            const float *row = env->data + 3 * (size_t)j * (size_t)env->width;
-            const double weight = (cos(M_PI * j / env->height) -
-                                   cos(M_PI * (j + 1) / env->height)) /
-                                  (2.0 * env->width);
-            double sum = 0;
-            for (int i = 0; i < env->width; i++) {
-                const float *rgb = row + 3 * i;
-                const double y = 0.2126 * (double)rgb[0] +
-                                 0.7152 * (double)rgb[1] +
-                                 0.0722 * (double)rgb[2];
-                sum += pass == 0 ? y : log(y + 1e-3 * mean);
-            }
-            *(pass == 0 ? &mean : &log_mean) += weight * sum;
-            if (pass == 0 && j == env->height - 1 && !(mean > 0))
-                return 1;
-        }
-    return fmin(0.18 / exp(log_mean), 0.35 / mean);
-}
-
 static int list_panels(const ibl_output_set *b, panel panels[MAX_PANELS])
 {
     const ibl_bake_result *made = &b->made;
@@ -245,10 +214,16 @@ ibl_blob ibl_preview_png(const ibl_output_set *b)
     const ibl_image *env = &b->job->env;
     sheet s = {.width = GAP + columns * (WIDTH + GAP),
                .height = GAP + (count + columns - 1) / columns * (HEIGHT + GAP),
-               .exposure = env->data ? find_exposure(env) : 1};
+               .exposure = 1};
     const size_t bytes = 3 * (size_t)s.width * (size_t)s.height;
     ibl_blob png = {0};
+    double mean[3];
 
+    if (env->data) {
+        find_mean(env->data, env->width, env->height, 0, 0, 1, 1, mean);
+        const double y = 0.2126 * mean[0] + 0.7152 * mean[1] + 0.0722 * mean[2];
+        s.exposure = y > 0 ? 0.35 / y : 1;
+    }
     s.pixels = ibl_need(malloc(bytes));
     memset(s.pixels, BACKGROUND, bytes);
     for (int i = 0; i < count; i++)

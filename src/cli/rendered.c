@@ -91,15 +91,13 @@ static double draw(const ibl_spot *spots, const double u[IBL_DIMENSIONS],
            (spot ? (1 - LIT) * even + LIT * density : even);
 }
 
-/* The material at u, 0..1, of all, in proportion to what they add to a picture.
- */
+/* The material at u, 0..1, of all, in proportion to what they add to a picture,
+ * and to how wrong sharp reflections are. */
 static void pick_material(const ibl_materials *m, double u, ibl_sample *s)
 {
     double sum = 0, share[2 * (IBL_MATERIAL_STEPS + 1)];
     int at = -1;
 
-    /* In proportion to what they add to a picture, and to how wrong sharp
-     * reflections are. */
     for (int i = 0; i < 2 * (IBL_MATERIAL_STEPS + 1); i++)
         sum += share[i] = m->weight[i / 2][i % 2] *
                           (m->diffuse[i / 2][i % 2] + (i % 2 ? 0.1 : 1)) /

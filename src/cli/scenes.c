@@ -8,7 +8,6 @@
 
 #include "common/signals.h"
 #include "json/json_text.h"
-#include "json/text.h"
 
 enum {
     BINS = IBL_SURVEY_BINS
@@ -42,10 +41,9 @@ bool ibl_scenes_read(ibl_ctx *ctx, const ibl_scene_list *list, bool strict,
 
 void ibl_scenes_free(ibl_scenes *s)
 {
-    for (int i = 0; s && i < s->file_count; i++)
+    for (int i = 0; i < s->file_count; i++)
         free(s->files[i]);
-    if (s)
-        free(s->files);
+    free(s->files);
     free(s);
 }
 
@@ -191,10 +189,4 @@ json_t *ibl_choice_json(const ibl_choice *c)
                      ibl_json_digits(c->standard_error), "default", "bytes",
                      (json_int_t)c->usual_bytes, "rendered_error",
                      ibl_json_digits(c->usual_error));
-}
-
-void ibl_choice_free(ibl_choice *c)
-{
-    if (c)
-        free(c->table);
 }

@@ -17,7 +17,7 @@ enum {
 
 /* What was found and chosen, and the figures beside those of the defaults. */
 typedef struct ibl_choice {
-    char *table;  /* what was found and chosen, a line each; NULL: none */
+    char *table;  /* what was found and chosen, a line each; to be freed */
     int rows[2];  /* of it: found, chosen */
     double asked; /* error; NAN: there is no choice */
     bool reached;
@@ -31,7 +31,6 @@ void ibl_choice_add(ibl_choice *c, bool chosen, const char *name,
                     const char *fmt, ...) __attribute__((format(printf, 4, 5)));
 void ibl_choice_print(const ibl_choice *c, FILE *to);
 json_t *ibl_choice_json(const ibl_choice *c);
-void ibl_choice_free(ibl_choice *c); /* NULL is fine */
 
 /* The files of --scene. */
 typedef struct ibl_scene_list {
@@ -50,7 +49,7 @@ typedef struct ibl_scenes {
  * is needed also after a failure. */
 bool ibl_scenes_read(ibl_ctx *ctx, const ibl_scene_list *list, bool strict,
                      ibl_scenes *out);
-void ibl_scenes_free(ibl_scenes *s); /* NULL is fine */
+void ibl_scenes_free(ibl_scenes *s);
 
 /* For the choice: the materials that reflect. False: none does. */
 bool ibl_scenes_materials(const ibl_scenes *s, ibl_materials *materials);

@@ -19,11 +19,8 @@ typedef struct verify_opts {
     const char *directory; /* NULL: use only files */
     const char *probe;     /* for messages: of a set's probe, or NULL */
     ibl_set_options set;
-    ibl_set_facts facts;              /* of the options below, and roughness */
-    double yaw_deg;                   /* NAN: what the files say; so */
-    int lights;                       /* -1, */
-    int lobe, scale, table, geometry; /* 0; else 1 and their value; so */
-    int mirror, up;
+    ibl_set_facts facts; /* those that were given are known */
+    int scale;           /* of irradiance, in scale_names */
     ibl_judge_options judge;
     int rendered; /* 1: judge what a shader draws, not texels */
     int directions;
@@ -36,14 +33,7 @@ typedef struct verify_opts {
 
 /* ---- options --------------------------------------------------------- */
 
-static const char *const scale_names[] = {"auto", "E/pi", "E", NULL};
-static const char *const lobe_names[] = {"auto", IBL_LOBE_NAMES, NULL};
-static const char *const table_names[] = {"auto", IBL_LUT_NAMES, NULL};
-static const char *const mirror_names[] = {"auto", "none", "x",
-                                           "z",    "xz",   NULL};
-static const char *const up_names[] = {"auto", "y", "z", NULL};
-static const char *const geometry_names[] = {"auto", "smith", "schlick-ibl",
-                                             NULL};
+static const char *const scale_names[] = {"E/pi", "E", NULL};
 
 static bool parse_roughness_map(void *field, const char *value)
 {
@@ -81,31 +71,35 @@ static const ibl_option files[] = {
 };
 
 static const ibl_option meaning[] = {
-    {"lobe", 0, IBL_CHOICE(lobe, lobe_names),
-     .help = "lobe of the specular levels; auto: what the files say, else ggx"},
+    {"lobe", 0, IBL_CHOICE(facts.lobe, ibl_lobe_names),
+     .standard = "what the files say, else ggx",
+     .help = "lobe of the specular levels"},
     {"roughness-map", 0, IBL_OTHER(facts, "MAP", parse_roughness_map),
      .allowed = "linear, filament, babylon or a list of each level's, as "
                 "0,0.5,1",
      .standard = "what the files say, else linear",
      .help = "roughness of the specular levels"},
-    {"rotate", 0, IBL_REAL(yaw_deg, "DEG", -360, 360),
+    {"rotate", 0, IBL_REAL(facts.yaw_deg, "DEG", -360, 360),
      .standard = "what the files say, else 0",
      .help = "rotation of the environment about +Y in the bake"},
-    {"lights", 0, IBL_INT(lights, 0, IBL_MAX_LIGHTS),
+    {"lights", 0, IBL_INT(facts.lights, 0, IBL_MAX_LIGHTS),
      .standard = "what the files say, else 0",
      .help = "compact sources that the bake took out of all but the skybox"},
-    {"mirror", 0, IBL_CHOICE(mirror, mirror_names),
-     .help = "axis of the world that the files have negated, or two exchanged; "
-             "auto: what the files say, else none"},
-    {"up", 0, IBL_CHOICE(up, up_names),
-     .help = "axis of the files that points up; auto: what they say, else y"},
+    {"mirror", 0, IBL_CHOICE(facts.axes.mirror, ibl_mirror_names),
+     .standard = "what the files say, else none",
+     .help = "axis of the world that the files have negated, or two exchanged"},
+    {"up", 0, IBL_CHOICE(facts.axes.up, ibl_up_names),
+     .standard = "what the files say, else y",
+     .help = "axis of the files that points up"},
     {"irradiance-scale", 0, IBL_CHOICE(scale, scale_names),
+     .standard = "what the files say, else E/pi",
      .help = "scale of the irradiance"},
-    {"lut-kind", 0, IBL_CHOICE(table, table_names),
-     .help = "what the table holds; auto: what the files say, else split"},
-    {"geometry", 0, IBL_CHOICE(geometry, geometry_names),
-     .help = "shadowing and masking of the table; auto: what the files say, "
-             "else smith"},
+    {"lut-kind", 0, IBL_CHOICE(facts.table, ibl_lut_names),
+     .standard = "what the files say, else split",
+     .help = "what the table holds"},
+    {"geometry", 0, IBL_CHOICE(facts.geometry, ibl_geometry_names),
+     .standard = "what the files say, else smith",
+     .help = "shadowing and masking of the table"},
 };
 
 static const ibl_option judging[] = {
@@ -157,8 +151,6 @@ static void defaults(void *settings)
 {
     *(verify_opts *)settings =
         (verify_opts){.common = ibl_common_default(),
-                      .yaw_deg = NAN,
-                      .lights = -1,
                       .set = ibl_set_options_default(),
                       .judge = ibl_judge_options_default(),
                       .directions = IBL_RENDERED_DIRECTIONS,
@@ -180,14 +172,18 @@ static bool take(void *settings, const char *word)
     return true;
 }
 
-/* Facts of what is judged, for the rules. */
+/* What is judged, for the rules: 1 << ibl_content of files that were found, */
 enum {
-    OF_TEXELS = 1 << 0,
-    SOME_TEXELS = 1 << 1, /* not all of each level */
-    OF_RENDERED = 1 << 2,
-    OF_MAP = 1 << 3,
-    IN_DIRECTORY = 1 << 4
+    FOUND_SPLIT = 1 << IBL_CONTENTS, /* a table of the split sum, */
+    FOUND = 2 * FOUND_SPLIT - 1,
+    OF_TEXELS = 2 * FOUND_SPLIT,   /* and what was asked */
+    SOME_TEXELS = 4 * FOUND_SPLIT, /* not all of each level */
+    OF_RENDERED = 8 * FOUND_SPLIT,
+    OF_MAP = 16 * FOUND_SPLIT,
+    IN_DIRECTORY = 32 * FOUND_SPLIT
 };
+#define SPECULAR (1u << IBL_CONTENT_SPECULAR)
+#define IRRADIANCE (1u << IBL_CONTENT_IRRADIANCE)
 
 static const ibl_rule rules[] = {
     {"texels all max-error skybox", OF_TEXELS,
@@ -198,25 +194,16 @@ static const ibl_rule rules[] = {
     {"rotate lights " IBL_INPUT_OPTIONS, OF_MAP,
      "a table needs no environment: leave it out"},
     {"name", IN_DIRECTORY, "is of files in a directory: add it"},
-    {.options = NULL}};
-
-/* Those for what was found: bits by content, and of a table of the split sum.
- */
-#define FOUND(content) (1u << IBL_CONTENT_##content)
-#define FOUND_SPLIT (1u << IBL_CONTENTS)
-
-static const ibl_rule rules_of_files[] = {
-    {"lobe roughness-map", FOUND(SPECULAR),
-     "there is no specular map: leave it out"},
-    {"irradiance-scale", FOUND(IRRADIANCE),
+    {"lobe roughness-map", SPECULAR, "there is no specular map: leave it out"},
+    {"irradiance-scale", IRRADIANCE,
      "there is no irradiance map: leave it out"},
-    {"lut-kind", FOUND(LUT), "there is no table: leave it out"},
+    {"lut-kind", 1u << IBL_CONTENT_LUT, "there is no table: leave it out"},
     {"geometry", FOUND_SPLIT,
      "there is no table of the split sum: leave it out"},
-    {"lights", FOUND(SPECULAR) | FOUND(IRRADIANCE),
+    {"lights", SPECULAR | IRRADIANCE,
      "there is no specular or irradiance map: leave it out"},
     {"rotate mirror up " IBL_INPUT_OPTIONS,
-     FOUND(SPECULAR) | FOUND(IRRADIANCE) | FOUND(SKYBOX),
+     SPECULAR | IRRADIANCE | 1u << IBL_CONTENT_SKYBOX,
      "there is no map: leave it out"},
     {.options = NULL}};
 
@@ -230,6 +217,14 @@ static bool is_of_probes(const verify_opts *o)
 
 static bool validate(void *settings)
 {
+    static const struct {
+        const char *options;
+        unsigned bit;
+    } known[] = {
+        {"lobe", IBL_KNOWN_LOBE},      {"irradiance-scale", IBL_KNOWN_SCALE},
+        {"lut-kind", IBL_KNOWN_TABLE}, {"geometry", IBL_KNOWN_GEOMETRY},
+        {"mirror up", IBL_KNOWN_AXES}, {"lights", IBL_KNOWN_LIGHTS},
+        {"rotate", IBL_KNOWN_YAW}};
     verify_opts *o = settings;
     ibl_set_facts *f = &o->facts;
     const bool lut = o->set.file[IBL_CONTENT_LUT];
@@ -251,9 +246,8 @@ static bool validate(void *settings)
                           "--specular, --irradiance, --skybox or --lut");
     if (!ibl_common_validate(&o->common) ||
         !ibl_check_rules(&o->given, rules,
-                         (o->rendered    ? OF_RENDERED
-                          : o->judge.all ? OF_TEXELS
-                                         : OF_TEXELS | SOME_TEXELS) |
+                         FOUND | (o->rendered ? OF_RENDERED : OF_TEXELS) |
+                             (o->judge.all ? 0 : SOME_TEXELS) |
                              (o->input ? OF_MAP : 0) |
                              (o->directory ? IN_DIRECTORY : 0)))
         return false;
@@ -262,21 +256,10 @@ static bool validate(void *settings)
             return false;
         o->set.name = o->stem;
     }
-    f->known |= (o->lobe ? IBL_KNOWN_LOBE : 0) |
-                (o->scale ? IBL_KNOWN_SCALE : 0) |
-                (o->table ? IBL_KNOWN_TABLE : 0) |
-                (o->geometry ? IBL_KNOWN_GEOMETRY : 0) |
-                (o->mirror || o->up ? IBL_KNOWN_AXES : 0) |
-                (o->lights >= 0 ? IBL_KNOWN_LIGHTS : 0) |
-                (isnan(o->yaw_deg) ? 0 : IBL_KNOWN_YAW);
-    f->lobe = (ibl_lobe)(o->lobe ? o->lobe - 1 : 0);
-    f->irradiance_scale = o->scale == 2 ? 1 / M_PI : 1;
-    f->table = (ibl_lut_kind)(o->table ? o->table - 1 : 0);
-    f->geometry = (ibl_geometry)(o->geometry ? o->geometry - 1 : 0);
-    f->axes.mirror = (ibl_mirror)(o->mirror ? o->mirror - 1 : 0);
-    f->axes.up = (ibl_up)(o->up ? o->up - 1 : 0);
-    f->lights = o->lights;
-    f->yaw_deg = o->yaw_deg;
+    f->irradiance_scale = o->scale ? 1 / M_PI : 1;
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+        if (ibl_given_of(&o->given, known[i].options))
+            f->known |= known[i].bit;
     o->set.facts = f;
     o->set.leave =
         1u << (o->rendered ? IBL_CONTENT_SKYBOX : IBL_CONTENT_LOBE_TABLE);
@@ -349,9 +332,9 @@ static bool read_files(verify *v)
         }
     }
     found |= v->lut.data && !v->lut.kind ? FOUND_SPLIT : 0;
-    if (ok && !ibl_check_rules(&o->given, rules_of_files, found))
-        ok = !(v->console->failed = true);
-    return ok;
+    if (ok && !ibl_check_rules(&o->given, rules, found | ~FOUND))
+        v->console->failed = true;
+    return ok && !v->console->failed;
 }
 
 /* Reads the environment, as the files say that it was read. */
@@ -378,7 +361,8 @@ static bool read_map(verify *v)
         first = &file[c];
         lights = own;
     }
-    v->yaw_deg = isnan(v->o->yaw_deg) ? v->set.yaw_deg : v->o->yaw_deg;
+    v->yaw_deg = v->o->facts.known & IBL_KNOWN_YAW ? v->o->facts.yaw_deg
+                                                   : v->set.yaw_deg;
     read.transfer = read.transfer ? read.transfer : said->transfer;
     read.primaries = read.primaries ? read.primaries : said->primaries;
     read.exposure = fabs(read.exposure) > 0 ? read.exposure : said->exposure;
@@ -509,9 +493,9 @@ static bool judge_rendered(const verify *v, ibl_report *report)
 
     o.directions = v->o->directions;
     o.seed = v->o->judge.seed;
-    o.geometry = v->o->geometry ? v->o->facts.geometry
-                 : v->lut.data  ? v->set.file[IBL_CONTENT_LUT].facts.geometry
-                                : IBL_GEOMETRY_SMITH;
+    o.geometry = v->o->facts.known & IBL_KNOWN_GEOMETRY
+                     ? v->o->facts.geometry
+                     : v->set.file[IBL_CONTENT_LUT].facts.geometry;
     ibl_console_progress(v->console, "truth", 0);
     bool ok = find_drawn(v, &set) &&
               ibl_truth_make(v->ctx, &v->env, v->yaw_deg, &o, &truth);
@@ -561,27 +545,24 @@ static bool judge(verify *v, ibl_report *report)
 
 /* ---- results --------------------------------------------------------- */
 
-/* The text of --json. */
+/* The text of --json. What is NULL, as a number that is none, is left out. */
 static char *text_of_report(const verify *v, const ibl_report *report,
                             bool passed)
 {
     const verify_opts *o = v->o;
-    json_t *root = json_object(), *paths = json_object();
+    const bool limited = !isnan(o->max_error) || !isnan(o->max_rendered_error);
+    json_t *paths = json_object();
 
-    if (o->input)
-        put(&root, "environment", ibl_json_string(o->input));
     for (int c = 0; c < IBL_CONTENTS; c++)
         if (v->set.file[c].path)
             put(&paths, ibl_content_name((ibl_content)c),
                 ibl_json_string(v->set.file[c].path));
-    put(&root, "files", paths);
-    put(&root, "yaw_deg", json_real(v->yaw_deg));
-    if (!isnan(o->max_error))
-        put(&root, "max_error", json_real(o->max_error));
-    if (!isnan(o->max_rendered_error))
-        put(&root, "max_rendered_error", json_real(o->max_rendered_error));
-    if (!isnan(o->max_error) || !isnan(o->max_rendered_error))
-        put(&root, "passed", json_boolean(passed));
+    json_t *root =
+        json_pack("{so* so sf so* so* so*}", "environment",
+                  o->input ? ibl_json_string(o->input) : NULL, "files", paths,
+                  "yaw_deg", v->yaw_deg, "max_error", json_real(o->max_error),
+                  "max_rendered_error", json_real(o->max_rendered_error),
+                  "passed", limited ? json_boolean(passed) : NULL);
     put_all(&root, json_incref(report->json));
     char *text = ibl_need(ibl_json_text(root));
     json_decref(root);

@@ -20,7 +20,7 @@ const char *const ibl_overflow_names[] = {"spread", "clip", NULL};
 const char *const ibl_mapping_names[] = {"linear", "filament", "babylon", NULL};
 const char *const ibl_mirror_names[] = {"none", "x", "z", "xz", NULL};
 const char *const ibl_up_names[] = {"y", "z", NULL};
-const char *const ibl_method_names[] = {"auto", "spectral", "sampled", NULL};
+const char *const ibl_method_names[] = {"spectral", "sampled", NULL};
 const char *const ibl_projection_names[] = {"cube", "equirect", "octahedral",
                                             NULL};
 const char *const ibl_layout_names[] = {"cube", "equirect", "octahedral",

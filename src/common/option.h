@@ -105,12 +105,13 @@ typedef struct ibl_command {
     const ibl_section *const *sections; /* ended by NULL */
     size_t settings_size;
     size_t given; /* offset of an ibl_given in the settings; 0: none */
-    void (*defaults)(void *settings);
+    void (*defaults)(void *settings); /* NULL: the settings stay */
     /* Keeps the words, for a second parse after others; may be NULL. */
     void (*keep_words)(void *settings, char **words);
-    /* Takes an argument that is no option. False after one ibl_misuse. */
+    /* Takes an argument that is no option; NULL: they are passed over. False
+     * after one ibl_misuse. */
     bool (*take)(void *settings, const char *word);
-    /* Checks the options together. False after one ibl_misuse. */
+    /* Checks the options together; may be NULL. False after one ibl_misuse. */
     bool (*validate)(void *settings);
     /* Runs the command; returns the exit status. */
     int (*run)(const void *settings);

@@ -297,20 +297,22 @@ static bool take_short(line *l, const char *word)
     return true;
 }
 
-/* Fills the settings, first with the defaults; stops at HELP and PRINT. */
+/* Fills the settings; stops at HELP and PRINT. */
 static bool parse(line *l)
 {
     bool ended = false;
 
-    memset(l->settings, 0, l->cmd->settings_size);
-    l->cmd->defaults(l->settings);
+    if (l->cmd->defaults) {
+        memset(l->settings, 0, l->cmd->settings_size);
+        l->cmd->defaults(l->settings);
+    }
     if (l->cmd->keep_words)
         l->cmd->keep_words(l->settings, l->argv);
     while (l->argv[l->next]) {
         const char *word = l->argv[l->next++];
         bool ok;
         if (ended || word[0] != '-' || !word[1])
-            ok = l->cmd->take(l->settings, word);
+            ok = !l->cmd->take || l->cmd->take(l->settings, word);
         else if (!strcmp(word, "--"))
             ok = ended = true;
         else if (word[1] == '-')
@@ -322,7 +324,7 @@ static bool parse(line *l)
         if (l->stop)
             return true;
     }
-    return l->cmd->validate(l->settings);
+    return !l->cmd->validate || l->cmd->validate(l->settings);
 }
 
 const char *ibl_given_value(const ibl_given *given, const char *name)

@@ -285,7 +285,7 @@ line() { # CHOICE NAME WORD...
 line 0 bake a.hdr -o out --size 64 --levels=5 --pixel rgba16f --zstd 3 --verify
 line 0 targets a.hdr -o o --target three,babylon --rotate -90 --sun -q
 line 0 choose a.hdr -o o --rendered-error .01 --scene m.glb --dry-run
-line 0 sampled a.hdr -oo --level-samples 1=64,2=128 --roughness-range .1:.9 --only json,lut
+line 0 sampled a.hdr -oo --method sampled --samples 64 --roughness-range .1:.9 --only json,lut
 line 0 batch a.hdr b.exr --from list -o o --keep-going --incremental
 line 1 verify a.hdr out --lod '2 r - r r' --roughness-map 0,.5,1 --axes x,z,-y
 line 2 bench a.hdr --tools cmgen --json out.json --repeat 3

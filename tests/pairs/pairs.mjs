@@ -90,8 +90,8 @@ async function run(program, words, dir = path.join(work, 'r' + runs)) {
     return {dir, status, crash, out: out[0], err: out[1]};
 }
 const remove = r => fs.rmSync(r.dir, {recursive: true, force: true});
-// What a run left: names with hashes of the bytes. The sidecar's times, and for
-// `plain` the options that it repeats, are no part of them.
+// What a run left: names with hashes of the bytes, for `plain` without the options
+// that the sidecar repeats.
 function files(dir, plain) {
     const found = new Map();
     for (const entry of fs.readdirSync(dir, {recursive: true,
@@ -99,9 +99,8 @@ function files(dir, plain) {
         const name = path.join(entry.parentPath ?? entry.path, entry.name);
         if (!entry.isFile() || name.includes('/.iblbake/')) continue;
         let bytes = fs.readFileSync(name);
-        if (name.endsWith('.json'))
-            bytes = bytes.toString().replace(/"timings[^]*?\}/, '')
-                .replace(plain ? /"options": \{[^]*?\}/ : '', '');
+        if (plain && name.endsWith('.json'))
+            bytes = bytes.toString().replace(/"options": \{[^]*?\}/, '');
         found.set(path.relative(dir, name),
             createHash('md5').update(bytes).digest('hex'));
     }

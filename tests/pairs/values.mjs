@@ -57,7 +57,6 @@ export const commands = {
             size: ['1', '16', '20', '32'], levels: ['1', '2', '5', '15'],
             'roughness-range': ['0:1', '.2:.7', '.5:.5', '0:0'],
             samples: ['1', ...sampled()],
-            'level-samples': ['1=1', '0=4', '1=16,2=3'],
             tolerance: ['1e-06', '.001', '1'],
             'lod-bias': [-4, 0, 4].map(b => `${b} --method sampled`),
             jitter: ['', '--method sampled'],

@@ -82,7 +82,7 @@ ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, const ibl_bake_options *opts,
 ibl_status ibl_spectral_plan_chain(ibl_ctx *ctx,
                                    const ibl_specular_options *opts,
                                    const ibl_specular_layout *layout,
-                                   ibl_chain_plan *chain,
+                                   int degree[IBL_MAX_LEVELS],
                                    ibl_spectral_plan *plan)
 {
     ibl_status status = IBL_OK;
@@ -90,17 +90,10 @@ ibl_status ibl_spectral_plan_chain(ibl_ctx *ctx,
     for (int l = 0; l < layout->levels && !status; l++) {
         const double r = layout->roughness[l];
         const ibl_lobe_shape shape = ibl_lobe_shape_of(opts->lobe, r * r);
-        chain->level[l] = r > 0 ? IBL_METHOD_SPECTRAL : IBL_METHOD_AUTO;
-        if (r <= 0)
-            continue;
-        if (opts->method == IBL_METHOD_SAMPLED ||
-            (opts->method == IBL_METHOD_AUTO && opts->level_samples[l])) {
-            chain->level[l] = IBL_METHOD_SAMPLED;
+        if (r > 0 && opts->method == IBL_METHOD_SAMPLED)
             plan->whole = true;
-        } else {
-            status =
-                add_lobe(ctx, &shape, opts->tolerance, plan, &chain->degree[l]);
-        }
+        else if (r > 0)
+            status = add_lobe(ctx, &shape, opts->tolerance, plan, &degree[l]);
     }
     return status;
 }
@@ -139,12 +132,12 @@ static double level0_bytes(const estimate *e, int size)
 static ibl_status add_chain(ibl_ctx *ctx, const ibl_specular_options *o,
                             ibl_spectral_plan *plan, estimate *e)
 {
-    ibl_chain_plan chain;
+    int degree[IBL_MAX_LEVELS];
     ibl_specular_layout layout;
     ibl_status status = ibl_specular_layout_of(o, &layout);
 
     if (!status)
-        status = ibl_spectral_plan_chain(ctx, o, &layout, &chain, plan);
+        status = ibl_spectral_plan_chain(ctx, o, &layout, degree, plan);
     if (status)
         return status;
     e->results += chain_bytes(o->projection, layout.size, layout.levels);

@@ -20,12 +20,6 @@ static const struct ibl_error_parts {
     double rounding; /* of floats */
 } ibl_error_parts = {0.25, 2, 0.1, 1, 0.35, 0.05};
 
-/* Of the levels of a chain. */
-typedef struct ibl_chain_plan {
-    ibl_method level[IBL_MAX_LEVELS]; /* AUTO: the environment itself */
-    int degree[IBL_MAX_LEVELS];       /* of SPECTRAL levels, the most */
-} ibl_chain_plan;
-
 /* Of a whole bake. */
 typedef struct ibl_spectral_plan {
     ibl_method irradiance; /* SAMPLED: the classic grid */
@@ -39,14 +33,12 @@ typedef struct ibl_spectral_plan {
 ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, const ibl_bake_options *opts,
                                   ibl_spectral_plan *plan);
 
-/*
- * Plans a chain and adds what it needs to the plan. A level is spectral unless
- * the method is IBL_METHOD_SAMPLED, or AUTO with level_samples for it.
+/* Adds what a chain needs to the plan; degree: the most of each spectral level.
  */
 ibl_status ibl_spectral_plan_chain(ibl_ctx *ctx,
                                    const ibl_specular_options *opts,
                                    const ibl_specular_layout *layout,
-                                   ibl_chain_plan *chain,
+                                   int degree[IBL_MAX_LEVELS],
                                    ibl_spectral_plan *plan);
 
 #endif
