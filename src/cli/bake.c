@@ -550,7 +550,7 @@ static void explain(const ibl_output_set *b, bool several)
 static int bake_one(const ibl_cmdline *line)
 {
     const ibl_opts *o = line->set;
-    ibl_job r = {.line = line, .print = stdout};
+    ibl_job r = {.line = line};
 
     ibl_console_init(&r.console, o->common.quiet, o->common.verbose);
     ibl_job_begin(&r);

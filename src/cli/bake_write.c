@@ -524,13 +524,16 @@ bool ibl_set_write(ibl_output_set *b)
         ok = write_bytes(b, json->paths[0], text, text ? strlen(text) : 0);
         ibl_bytes_free(text);
     }
-    if (!ok || !o->verify || !b->job->print)
-        return ok;
+    if (!ok || !o->verify || (b->job->maps && !o->input))
+        return ok; /* what maps share is told of with each of them */
     ibl_console_finish(&b->job->console);
     if (!o->common.quiet) {
         char *text = ibl_report_text(&b->judged);
-        fputs(text, b->job->print);
-        fflush(b->job->print); /* before later messages in a log */
+        if (b->job->verdicts)
+            ibl_append(b->job->verdicts, "%s", text);
+        else
+            fputs(text, stdout);
+        fflush(stdout); /* before later messages in a log */
         free(text);
     }
     return ibl_report_passes(&b->judged, o->max_error, NAN, why, sizeof why) ||
