@@ -518,11 +518,6 @@ static bool validate(void *settings)
     return ok && ibl_opts_check_uses(line);
 }
 
-static void keep_words(void *settings, char **words)
-{
-    ((ibl_cmdline *)settings)->words = words;
-}
-
 const ibl_command ibl_bake_command = {
     .usage = "[options] ENV... -o DIR",
     .intro =
@@ -544,8 +539,8 @@ const ibl_command ibl_bake_command = {
     .sections = sections,
     .settings_size = sizeof(ibl_cmdline),
     .given = offsetof(ibl_opts, given),
+    .words = offsetof(ibl_cmdline, words),
     .defaults = defaults,
-    .keep_words = keep_words,
     .take = take,
     .validate = validate,
     .run = ibl_bake_run,

@@ -67,22 +67,6 @@ static bool check_file(const ibl_opts *o)
     return true;
 }
 
-static bool check_levels(const ibl_opts *o)
-{
-    const ibl_specular_options *s = &o->bake.specular_options;
-    const int most = ibl_most_levels(s->size);
-    ibl_specular_layout layout;
-
-    REFUSE(s->levels > most, "levels size",
-           "a cube of size %d has 1 to %d levels", s->size, most);
-    REFUSE(s->mapping == IBL_ROUGHNESS_BABYLON && !has_all_roughnesses(s),
-           "mapping",
-           "is for the whole range of roughness: leave --roughness-range out");
-    REFUSE(ibl_specular_layout_of(s, &layout), "levels roughness-range",
-           "a --roughness-range of one value has one level");
-    return true;
-}
-
 /* Flat ones are exact, and stay as they are. */
 static bool check_flat(const ibl_opts *o)
 {
@@ -107,10 +91,13 @@ static bool check_flat(const ibl_opts *o)
 
 bool ibl_opts_check(const ibl_opts *o)
 {
-    const ibl_lobe lobe = o->bake.specular_options.lobe;
+    const ibl_specular_options *s = &o->bake.specular_options;
+    const int most = ibl_most_levels(s->size);
+    const ibl_lobe lobe = s->lobe;
     const bool all = o->only == IBL_ALL_OUTPUTS;
     const bool chosen = !isnan(o->rendered_error);
     const ibl_pixel pixel = o->texels.pixel;
+    ibl_specular_layout layout;
 
     if (o->explain && !o->input)
         return true;
@@ -161,21 +148,17 @@ bool ibl_opts_check(const ibl_opts *o)
     REFUSE(o->sh_format && o->bake.sh_degree < 2, "sh",
            "--sh-format %s has nine coefficients: leave it out",
            ibl_sh_format_names[o->sh_format]);
-    return (!o->engine || check_file(o)) && check_levels(o) &&
-           (!o->bake.skybox_projection || check_flat(o));
+    if (o->engine && !check_file(o))
+        return false;
+    REFUSE(s->levels > most, "levels size",
+           "a cube of size %d has 1 to %d levels", s->size, most);
+    REFUSE(s->mapping == IBL_ROUGHNESS_BABYLON && !has_all_roughnesses(s),
+           "mapping",
+           "is for the whole range of roughness: leave --roughness-range out");
+    REFUSE(ibl_specular_layout_of(s, &layout), "levels roughness-range",
+           "a --roughness-range of one value has one level");
+    return !o->bake.skybox_projection || check_flat(o);
 }
-
-/* Options that an engine's shaders and loader decide. */
-static const struct {
-    const char *name, *of;
-    size_t at; /* of an int or an enumeration in ibl_opts */
-} decided[] = {
-    {"mapping", "levels", offsetof(ibl_opts, bake.specular_options.mapping)},
-    {"lobe", "levels", offsetof(ibl_opts, bake.specular_options.lobe)},
-    {"mirror", "axes", offsetof(ibl_opts, axes.mirror)},
-    {"up", "axes", offsetof(ibl_opts, axes.up)},
-    {"layout", "cubes", offsetof(ibl_opts, layout)},
-};
 
 /* Whether a word of a list begins so. */
 static bool takes_word(const char *list, const char *start)
@@ -202,11 +185,16 @@ bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want)
              texture ? "/" : "");
     snprintf(pair, sizeof pair, "%s%s", format,
              ibl_pixel_name(o->texels.pixel));
-    for (size_t i = 0; i < sizeof decided / sizeof *decided; i++)
-        REFUSE(memcmp((const char *)o + decided[i].at,
-                      (const char *)want + decided[i].at, sizeof(int)) != 0,
-               decided[i].name, "the engine has other %s: leave it out",
-               decided[i].of);
+    REFUSE(s->mapping != want->bake.specular_options.mapping, "mapping",
+           "the engine has other levels: leave it out");
+    REFUSE(s->lobe != want->bake.specular_options.lobe, "lobe",
+           "the engine has other levels: leave it out");
+    REFUSE(o->axes.mirror != want->axes.mirror, "mirror",
+           "the engine has other axes: leave it out");
+    REFUSE(o->axes.up != want->axes.up, "up",
+           "the engine has other axes: leave it out");
+    REFUSE(o->layout != want->layout, "layout",
+           "the engine has other cubes: leave it out");
     REFUSE(o->of->harmonics && o->sh_format != want->sh_format, "sh-format",
            "the engine reads another: leave it out");
     REFUSE(o->of->filament && o->bake.sh_degree < 2, "sh",

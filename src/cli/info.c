@@ -56,11 +56,6 @@ static void defaults(void *settings)
     *(info_opts *)settings = (info_opts){.common = ibl_common_default()};
 }
 
-static void keep_words(void *settings, char **words)
-{
-    ((info_opts *)settings)->path = words;
-}
-
 /* Moves the word to the front, where all have been read. */
 static bool take(void *settings, const char *word)
 {
@@ -530,7 +525,7 @@ const ibl_command ibl_info_command = {
     .sections = sections,
     .settings_size = sizeof(info_opts),
     .defaults = defaults,
-    .keep_words = keep_words,
+    .words = offsetof(info_opts, path),
     .take = take,
     .validate = validate,
     .run = run,

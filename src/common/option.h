@@ -106,8 +106,7 @@ typedef struct ibl_command {
     size_t settings_size;
     size_t given; /* offset of an ibl_given in the settings; 0: none */
     void (*defaults)(void *settings); /* NULL: the settings stay */
-    /* Keeps the words, for a second parse after others; may be NULL. */
-    void (*keep_words)(void *settings, char **words);
+    size_t words; /* offset of a char ** for the words; 0: none */
     /* Takes an argument that is no option; NULL: they are passed over. False
      * after one ibl_misuse. */
     bool (*take)(void *settings, const char *word);

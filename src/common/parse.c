@@ -306,8 +306,8 @@ static bool parse(line *l)
         memset(l->settings, 0, l->cmd->settings_size);
         l->cmd->defaults(l->settings);
     }
-    if (l->cmd->keep_words)
-        l->cmd->keep_words(l->settings, l->argv);
+    if (l->cmd->words)
+        *(char ***)((char *)l->settings + l->cmd->words) = l->argv;
     while (l->argv[l->next]) {
         const char *word = l->argv[l->next++];
         bool ok;
