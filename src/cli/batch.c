@@ -17,7 +17,6 @@
 #include "common/process.h"
 #include "common/signals.h"
 #include "json/json_text.h"
-#include "json/text.h"
 
 #define LARGE_PIXELS (4096.0 * 2048) /* more are baked by all threads */
 #define REDRAW_NS 200000000
@@ -106,7 +105,7 @@ static void print_ready(batch *b)
            b->maps.list[b->printed].state != IBL_MAP_WAITS;
          b->printed++) {
         ibl_map *m = &b->maps.list[b->printed];
-        if (m->printed && *m->printed && !b->json)
+        if (m->printed && !b->json)
             printf("%s\n%s\n", m->input, m->printed);
         free(m->printed);
         m->printed = NULL;
@@ -141,7 +140,7 @@ static void print_sum(const batch *b)
 
 /* Begins a bake of a map; NULL: of w->line. The context reports to the batch's
  * screen. */
-static void begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
+static void begin(worker *w, ibl_map *map, ibl_ctx *ctx)
 {
     const batch *b = w->batch;
     ibl_job *r = &w->run;
@@ -153,7 +152,7 @@ static void begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
         ibl_map_line(b->line, map, &w->line);
     *r = (ibl_job){.line = &w->line,
                    .ctx = ctx,
-                   .print = print,
+                   .verdicts = map ? &map->printed : NULL,
                    .tables = b->tables,
                    .maps = &b->maps};
     ibl_console_init(&r->console, b->opts->common.quiet,
@@ -167,11 +166,8 @@ static void begin(worker *w, const ibl_map *map, ibl_ctx *ctx, FILE *print)
 static bool bake_map(worker *w, ibl_map *m)
 {
     const batch *b = w->batch;
-    ibl_memory_file printed;
-    FILE *print =
-        b->opts->verify ? ibl_need(ibl_memory_open(&printed)) : stdout;
 
-    begin(w, m, w->ctx, print);
+    begin(w, m, w->ctx);
     bool ok = ibl_job_make(&w->run) && ibl_stamp_commit(&w->run, w->since);
     if (ok && b->opts->depfile)
         ok = (m->rule = ibl_depfile_text(&w->run)) != NULL;
@@ -179,8 +175,6 @@ static bool bake_map(worker *w, ibl_map *m)
     if (ok && b->opts->common.verbose)
         ibl_job_log(&w->run);
     ibl_job_end(&w->run);
-    if (b->opts->verify)
-        m->printed = ibl_need(ibl_memory_close(print, &printed));
     return ok;
 }
 
@@ -304,7 +298,7 @@ static bool look(batch *b, ibl_map *m)
     ibl_source *source;
     struct stat st;
 
-    begin(w, m, b->silent, NULL);
+    begin(w, m, b->silent);
     const bool ok = !o->depfile || ibl_job_check_depfile(r);
     if (ok && o->incremental && ibl_stamp_holds(r) &&
         (!o->depfile || (m->rule = ibl_depfile_text(r))))
@@ -365,7 +359,7 @@ static bool make_tables(batch *b)
     b->tables_kept = !any;
     if (!any)
         return true;
-    begin(w, NULL, w->ctx, NULL);
+    begin(w, NULL, w->ctx);
     b->tables_kept = b->opts->incremental && ibl_stamp_holds(&w->run);
     const bool ok = (b->tables_kept && !b->to_bake) || ibl_job_make(&w->run);
     b->tables = w->run.sets;
@@ -373,21 +367,6 @@ static bool make_tables(batch *b)
 }
 
 /* ---- the command --------------------------------------------------------- */
-
-/* Writes the rules of all maps that are done. */
-static bool write_depfile(batch *b)
-{
-    char *text = ibl_need(strdup(""));
-
-    for (int i = 0; i < b->maps.count; i++)
-        if (b->maps.list[i].rule)
-            ibl_append(&text, "%s", b->maps.list[i].rule);
-    const bool ok =
-        !ibl_outputs_add(b->outputs, b->opts->depfile, text, strlen(text)) &&
-        !ibl_outputs_commit(b->outputs);
-    free(text);
-    return ok;
-}
 
 static bool run(batch *b)
 {
@@ -413,8 +392,16 @@ static bool run(batch *b)
      * left where nothing was done. */
     if (!b->tables_kept && b->baked + b->kept)
         ok &= ibl_stamp_commit(&b->shared->run, b->shared->since);
-    if (b->opts->depfile && (ok || b->opts->keep_going))
-        ok &= write_depfile(b);
+    if (b->opts->depfile && (ok || b->opts->keep_going)) {
+        char *rules = ibl_need(strdup("")); /* of all maps that are done */
+        for (int i = 0; i < b->maps.count; i++)
+            if (b->maps.list[i].rule)
+                ibl_append(&rules, "%s", b->maps.list[i].rule);
+        ok &= !ibl_outputs_add(b->outputs, b->opts->depfile, rules,
+                               strlen(rules)) &&
+              !ibl_outputs_commit(b->outputs);
+        free(rules);
+    }
     if (ok && b->opts->prune)
         b->pruned = ibl_stamps_prune(directory, &b->maps, &b->console);
     print_event(b, json_pack("{ss si si si sf}", "event", "end", "baked",

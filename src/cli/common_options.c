@@ -74,16 +74,6 @@ int ibl_most_levels(int size)
     return levels;
 }
 
-/* Whether the name lists six files by commas. */
-static bool is_list(const char *name)
-{
-    int commas = 0;
-
-    for (; *name; name++)
-        commas += *name == ',';
-    return commas == IBL_FACES - 1;
-}
-
 /* Takes the face out of a pattern's stem, with a separator beside it. */
 static void drop_face(char *stem)
 {
@@ -105,9 +95,13 @@ static void drop_face(char *stem)
 bool ibl_stem(const char *input, char *stem, size_t size)
 {
     const char *base = input ? ibl_path_name(input) : "";
+    int commas = 0;
 
-    if (!strcmp(base, "-") || !*base || (is_list(input) && access(input, F_OK)))
-        base = "env";
+    for (const char *at = input; at && *at; at++)
+        commas += *at == ',';
+    if (!strcmp(base, "-") || !*base ||
+        (commas == IBL_FACES - 1 && access(input, F_OK)))
+        base = "env"; /* standard input, or a list of six files */
     const char *dot = strrchr(base, '.');
     const size_t length =
         dot && dot != base ? (size_t)(dot - base) : strlen(base);
@@ -115,8 +109,7 @@ bool ibl_stem(const char *input, char *stem, size_t size)
         return ibl_misuse("%s: the name is longer than %zu bytes: choose "
                           "another with --name",
                           input, size - 1);
-    memcpy(stem, base, length);
-    stem[length] = '\0';
+    snprintf(stem, size, "%.*s", (int)length, base);
     drop_face(stem);
     return true;
 }
@@ -143,16 +136,17 @@ bool ibl_shard_has(const ibl_shard *shard, int i)
 /* Parses bytes, with K, M or G for powers of 1024, into a size_t. */
 static bool parse_size(void *bytes, const char *value)
 {
-    static const char units[] = "KMG";
-    const char *end, *unit;
+    const char *end;
     double size;
 
     if (!ibl_number_real(value, 0, 1e15, &size, &end))
         return false;
-    unit = *end ? strchr(units, *end) : NULL;
-    if (unit)
-        size *= (double)(1 << 10 * (unit - units + 1));
-    if ((*end && (!unit || end[1])) || size < 1 << 20 || size > 1e15)
+    const int shift = *end == 'K'   ? 10
+                      : *end == 'M' ? 20
+                      : *end == 'G' ? 30
+                                    : 0;
+    size *= (double)(1 << shift);
+    if (end[shift > 0] || size < 1 << 20 || size > 1e15)
         return false;
     *(size_t *)bytes = (size_t)size;
     return true;

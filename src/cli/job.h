@@ -129,13 +129,13 @@ typedef struct ibl_output_set {
 } ibl_output_set;
 
 /* A bake of one environment: the sets, and what they are made from. line,
- * console, ctx, print, tables and maps are set before it begins. */
+ * console, ctx, verdicts, tables and maps are set before it begins. */
 typedef struct ibl_job {
     const ibl_cmdline *line;
     const ibl_opts *opts; /* the first set's: what all have in common counts */
     ibl_console console;
     ibl_ctx *ctx;
-    FILE *print; /* for the report of --verify; NULL: it is not judged */
+    char **verdicts; /* takes the tables of --verify; NULL: they are printed */
     const ibl_output_set *tables; /* of each set; NULL: it makes its own */
     const struct ibl_maps *maps;  /* all of the batch, or NULL */
     ibl_output_set *sets;

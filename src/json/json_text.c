@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#define _GNU_SOURCE /* fopencookie, vasprintf */
+#define _GNU_SOURCE /* vasprintf */
 #include "json/json_text.h"
 
 #include <stdarg.h>
@@ -11,53 +11,6 @@
 #include "json/text.h"
 
 /* ---- text ------------------------------------------------------------ */
-
-enum {
-    FIRST_BYTES = 4096
-};
-
-/* Returning 0 sets the stream's error. */
-static ssize_t take_piece(void *cookie, const char *bytes, size_t size)
-{
-    ibl_memory_file *m = cookie;
-
-    if (m->room - m->size <= size) {
-        const size_t room = 2 * (m->size + size);
-        char *grown = realloc(m->text, room);
-        if (!grown)
-            return 0;
-        m->text = grown;
-        m->room = room;
-    }
-    memcpy(m->text + m->size, bytes, size);
-    m->size += size;
-    return (ssize_t)size;
-}
-
-FILE *ibl_memory_open(ibl_memory_file *m)
-{
-    FILE *to = NULL;
-
-    *m = (ibl_memory_file){.text = malloc(FIRST_BYTES), .room = FIRST_BYTES};
-    if (m->text)
-        to = fopencookie(m, "w", (cookie_io_functions_t){.write = take_piece});
-    if (!to)
-        free(m->text);
-    return to;
-}
-
-char *ibl_memory_close(FILE *to, ibl_memory_file *m)
-{
-    if (!to)
-        return NULL;
-    const int failed = ferror(to);
-    if (fclose(to) || failed) {
-        free(m->text);
-        return NULL;
-    }
-    m->text[m->size] = '\0';
-    return m->text;
-}
 
 char *ibl_format(const char *fmt, ...)
 {

@@ -212,12 +212,6 @@ FILE *fmemopen(void *bytes, size_t size, const char *mode)
     return FAILS(FAULT_MEMORY) ? NULL : next(bytes, size, mode);
 }
 
-FILE *fopencookie(void *cookie, const char *mode, cookie_io_functions_t io)
-{
-    NEXT(fopencookie);
-    return FAILS(FAULT_MEMORY) ? NULL : next(cookie, mode, io);
-}
-
 int pthread_create(pthread_t *thread, const pthread_attr_t *with,
                    void *(*run)(void *), void *arg)
 {
