@@ -513,41 +513,6 @@ ibl_materials ibl_materials_all(void)
     return m;
 }
 
-/* Finds the truth and the figures of the options as they are, then what may be
- * chosen. Layers that no material looks up are left out. */
-static void begin(search *s, const ibl_materials *m, ibl_choice *c)
-{
-    ibl_opts *o = s->o;
-    ibl_truth_options of = ibl_truth_options_default();
-    ibl_measured usual;
-    bool has[2] = {false, false};
-
-    of.directions = SAMPLES;
-    of.geometry = o->lut.geometry;
-    of.materials = m;
-    s->failed = !ibl_truth_make(s->from->ctx, &s->from->env, o->bake.yaw_deg,
-                                &of, &s->truth) ||
-                !measure(s, o, &usual);
-    if (s->failed)
-        return;
-    c->usual_bytes = c->bytes = ibl_candidate_bytes(o);
-    c->usual_error = c->error = usual.value[IBL_FIGURE_NRMSE];
-    c->standard_error = usual.error[IBL_FIGURE_NRMSE];
-    s->most_bytes =
-        ibl_is_given(&o->given, "rendered-error") ? SIZE_MAX : c->usual_bytes;
-    for (int i = IBL_MATERIAL_STEPS; i >= 0; i--)
-        for (int f = 0; f < 2; f++)
-            if (m->weight[i][f] > 0) {
-                has[f] = true;
-                s->first = (double)i / IBL_MATERIAL_STEPS;
-                s->last = fmax(s->last, s->first);
-            }
-    o->lobe_f0 = has[0] && has[1] ? IBL_F0_BOTH
-                 : has[0]         ? IBL_F0_METALS
-                                  : IBL_F0_DIELECTRICS;
-    list_values(s);
-}
-
 static void search_all(search *s, ibl_choice *c)
 {
     pick best = {.bytes = SIZE_MAX};
@@ -583,10 +548,15 @@ static void search_all(search *s, ibl_choice *c)
     *s->o = o;
 }
 
+/* Finds the truth and the figures of the options as they are, then searches.
+ * Layers that no material looks up are left out. */
 bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
                 ibl_opts *o, ibl_choice *choice)
 {
     search *s = ibl_need(calloc(1, sizeof *s));
+    ibl_truth_options of = ibl_truth_options_default();
+    ibl_measured usual;
+    bool has[2] = {false, false};
 
     ibl_console_progress((ibl_console *)&from->console, "choice", 0);
     choice->asked = o->rendered_error;
@@ -598,9 +568,32 @@ bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
     s->fits = !ibl_is_given(&o->given, "mapping") &&
               !ibl_is_given(&o->given, "roughness-range") && !o->of &&
               !o->engine;
-    begin(s, materials, choice);
-    if (!s->failed)
+    for (int i = IBL_MATERIAL_STEPS; i >= 0; i--)
+        for (int f = 0; f < 2; f++)
+            if (materials->weight[i][f] > 0) {
+                has[f] = true;
+                s->first = (double)i / IBL_MATERIAL_STEPS;
+                s->last = fmax(s->last, s->first);
+            }
+    of.directions = SAMPLES;
+    of.geometry = o->lut.geometry;
+    of.materials = materials;
+    s->failed = !ibl_truth_make(from->ctx, &from->env, o->bake.yaw_deg, &of,
+                                &s->truth) ||
+                !measure(s, o, &usual);
+    if (!s->failed) {
+        choice->usual_bytes = choice->bytes = ibl_candidate_bytes(o);
+        choice->usual_error = choice->error = usual.value[IBL_FIGURE_NRMSE];
+        choice->standard_error = usual.error[IBL_FIGURE_NRMSE];
+        s->most_bytes = ibl_is_given(&o->given, "rendered-error")
+                            ? SIZE_MAX
+                            : choice->usual_bytes;
+        o->lobe_f0 = has[0] && has[1] ? IBL_F0_BOTH
+                     : has[0]         ? IBL_F0_METALS
+                                      : IBL_F0_DIELECTRICS;
+        list_values(s);
         search_all(s, choice);
+    }
     for (int i = 0; i < IBL_OUTPUT_COUNT * MADE; i++)
         ibl_candidate_free(&s->made[i / MADE][i % MADE].set);
     ibl_truth_free(&s->truth);

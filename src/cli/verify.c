@@ -530,19 +530,6 @@ static bool check_output(const verify *v)
     return ok;
 }
 
-/* Reads what there is, and judges it. */
-static bool judge(verify *v, ibl_report *report)
-{
-    bool map = v->o->rendered;
-
-    if (!read_files(v) || !check_output(v))
-        return false;
-    for (int c = 0; c < IBL_CONTENT_LUT; c++)
-        map |= v->cube[c].data != NULL;
-    return (!map || read_map(v)) &&
-           (v->o->rendered ? judge_rendered : judge_texels)(v, report);
-}
-
 /* ---- results --------------------------------------------------------- */
 
 /* The text of --json. What is NULL, as a number that is none, is left out. */
@@ -576,11 +563,17 @@ static int run_one(const verify_opts *o)
     ibl_outputs *outputs = NULL;
     ibl_report report = {.options = o->judge};
     const bool print_json = o->json && !strcmp(o->json, "-");
+    bool needs_map = o->rendered;
     char why[200] = "";
 
     ibl_console_init(&console, o->common.quiet, o->common.verbose);
     bool ok = !ibl_start(&o->common, &console, &v.ctx) &&
-              !ibl_outputs_create(v.ctx, 0, &outputs) && judge(&v, &report);
+              !ibl_outputs_create(v.ctx, 0, &outputs) && read_files(&v) &&
+              check_output(&v);
+    for (int c = 0; c < IBL_CONTENT_LUT; c++)
+        needs_map |= v.cube[c].data != NULL;
+    ok = ok && (!needs_map || read_map(&v)) &&
+         (o->rendered ? judge_rendered : judge_texels)(&v, &report);
     ibl_console_finish(&console);
     if (ok) {
         const bool passed = ibl_report_passes(
