@@ -149,7 +149,17 @@ static void begin(worker *w, ibl_map *map, ibl_ctx *ctx)
     clock_gettime(CLOCK_REALTIME, &now);
     w->since = (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
     if (map)
-        ibl_map_line(b->line, map, &w->line);
+        w->line = *b->line;
+    for (int i = 0; i < w->line.count && map; i++) {
+        ibl_opts *o = &w->line.set[i];
+        o->input = map->input;
+        o->below = map->name;
+        if (!ibl_is_given(&o->given, "name")) {
+            /* Of stem, as it was derived: it replaces no other map's files. */
+            o->name = o->stem;
+            snprintf(o->stem, sizeof o->stem, "%s", ibl_path_name(map->name));
+        }
+    }
     *r = (ibl_job){.line = &w->line,
                    .ctx = ctx,
                    .verdicts = map ? &map->printed : NULL,

@@ -104,9 +104,9 @@ typedef struct ibl_probes_bake {
     ibl_probe_set set;
     ibl_specular_layout layout;
     ibl_pixel lut_pixel;
-    char hash[IBL_FILE_HASH];          /* of all that the files depend on */
-    char *path[IBL_PROBES_FILES];      /* NULL: not wanted */
-    ibl_texture array[IBL_PROBES_LUT]; /* filled layer by layer */
+    char hash[IBL_FILE_HASH];            /* of all that the files depend on */
+    char *path[IBL_PROBES_FILES];        /* NULL: not wanted */
+    ibl_texture array[IBL_PROBES_INDEX]; /* filled layer by layer; the table */
 } ibl_probes_bake;
 
 /* Functions return false after a line on stderr. */
