@@ -166,7 +166,7 @@ test_colours() {
     MAX=0.02 accept wide.hdr keys
     js <<'END'
 const s = json('out/wide.json'), o = s.options, c = s.colour;
-const told = [o.primaries, o.exposure, o.clamp, o.pixel, 'output' in o || 'sh' in o,
+const told = [o.primaries, o.exposure, o.clamp, o.pixel, 'output' in o,
               s.source.primaries, c.primaries, c.exposure_ev, c.clamp];
 if (told.join() !== 'rec709,1.5,7,rgba32f,false,Rec.2020,rec709,1.5,7')
     console.log(told.join());

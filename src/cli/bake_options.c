@@ -344,39 +344,35 @@ void ibl_opts_select(ibl_opts *o)
                          (o->of && o->of->harmonics);
 }
 
-/* An engine's own file has no others beside it but the sidecar. */
-static void complete_file(ibl_opts *o)
-{
-    o->format = o->file < IBL_CONTAINER_COUNT ? (ibl_container)o->file
-                                              : IBL_CONTAINER_KTX2;
-    if (o->format != IBL_CONTAINER_KTX2 || o->file != (int)o->format)
-        o->zstd = 0;
-    o->bake.skybox_projection = o->layout == IBL_LAYOUT_CROSS
-                                    ? IBL_PROJECTION_CUBE
-                                    : (ibl_projection)o->layout;
-    const int picture = o->file - IBL_CONTAINER_COUNT - IBL_ENGINE_PLAYCANVAS;
-    if (picture >= 0)
-        o->picture = (ibl_picture)(picture + IBL_PICTURE_EXR);
-    if (o->picture > IBL_PICTURE_EXR)
-        o->texels.pixel = IBL_PIXEL_RGBA32F;
-    if (o->file < IBL_CONTAINER_COUNT || o->picture)
-        return;
-    o->engine = (ibl_engine)(o->file - IBL_CONTAINER_COUNT + IBL_ENGINE_ENV);
-    if (o->only == IBL_ALL_OUTPUTS && !o->bake.skybox)
-        o->only = 1u << IBL_OUTPUT_SPECULAR | 1u << IBL_OUTPUT_JSON;
-    o->texels.pixel = IBL_PIXEL_RGBA32F;
-    const double most = (double)ibl_engine_max(o->engine);
-    if (!(o->texels.largest > 0 && o->texels.largest < most))
-        o->texels.largest = most;
-}
-
 /* Fills in what follows from other options. */
 static bool complete(ibl_opts *o)
 {
+    const int other = o->file - IBL_CONTAINER_COUNT; /* below 0: a container */
     const bool only_lobes =
         o->only != IBL_ALL_OUTPUTS && ibl_opts_want(o, IBL_OUTPUT_LOBES);
 
-    complete_file(o);
+    if (other < 0)
+        o->format = (ibl_container)o->file;
+    else if (other < IBL_ENGINE_PLAYCANVAS)
+        o->engine = (ibl_engine)(IBL_ENGINE_ENV + other);
+    else
+        o->picture =
+            (ibl_picture)(IBL_PICTURE_EXR + other - IBL_ENGINE_PLAYCANVAS);
+    if (o->file != IBL_CONTAINER_KTX2)
+        o->zstd = 0;
+    if (o->engine || o->picture > IBL_PICTURE_EXR)
+        o->texels.pixel = IBL_PIXEL_RGBA32F;
+    if (o->engine) {
+        const double most = (double)ibl_engine_max(o->engine);
+        if (!(o->texels.largest > 0 && o->texels.largest < most))
+            o->texels.largest = most;
+        /* Its own file has no others beside it but the sidecar. */
+        if (o->only == IBL_ALL_OUTPUTS && !o->bake.skybox)
+            o->only = 1u << IBL_OUTPUT_SPECULAR | 1u << IBL_OUTPUT_JSON;
+    }
+    if (o->layout != IBL_LAYOUT_CROSS)
+        o->bake.skybox_projection = o->bake.specular_options.projection =
+            o->bake.irradiance_options.projection = (ibl_projection)o->layout;
     /* A sheen has no table unless one was asked for, and pictures, and DDS with
      * the legacy header, have no layers for it. */
     if (o->lobe_table == IBL_LOBES_USUAL)
@@ -391,8 +387,6 @@ static bool complete(ibl_opts *o)
     o->texels.alike = o->zstd > 0;
     o->common.read.refuse_prefiltered = !o->prefiltered;
     o->verify |= !isnan(o->max_error);
-    o->bake.specular_options.projection =
-        o->bake.irradiance_options.projection = o->bake.skybox_projection;
     if (o->name)
         return true;
     o->name = o->stem;
@@ -401,9 +395,8 @@ static bool complete(ibl_opts *o)
 
 bool ibl_opts_of_none(const ibl_opts *o)
 {
-    unsigned tables = 1u << IBL_OUTPUT_LUT;
-    if (o->lobe_table == IBL_LOBES_PRIOR)
-        tables |= 1u << IBL_OUTPUT_LOBES;
+    const unsigned tables = 1u << IBL_OUTPUT_LUT | 1u << IBL_OUTPUT_LOBES;
+
     return !(o->only & ~tables) && !o->sh_format && !o->bake.skybox;
 }
 
@@ -463,19 +456,15 @@ static bool add_set(ibl_cmdline *line, const ibl_opts *typed,
         target ? target->options : preset_options[typed->preset];
     char prefix[32] = "";
 
-    *o = *typed;
-    if (*options) {
-        char **words = ibl_need(ibl_words_split(options));
-        defaults(&want);
-        bool ok = ibl_command_line(&more, words, &want, NULL);
-        free(words); /* no option of a target keeps its word */
-        *o = want;
-        ok = ok && ibl_command_line(&more, line->words, o, NULL);
-        if (!ok)
-            return false;
-        o->given = typed->given;
-        o->input = typed->input;
-    }
+    char **words = ibl_need(ibl_words_split(options));
+    defaults(&want);
+    bool ok = ibl_command_line(&more, words, &want, NULL);
+    free(words); /* no option of a target keeps its word */
+    *o = want;
+    if (!ok || !ibl_command_line(&more, line->words, o, NULL))
+        return false;
+    o->given = typed->given;
+    o->input = typed->input;
     o->of = target;
     drop_unfit(o);
     if (target || typed->preset)
@@ -483,8 +472,8 @@ static bool add_set(ibl_cmdline *line, const ibl_opts *typed,
                  "--%s %s: ", target ? "target" : "preset",
                  target ? target->name : preset_names[typed->preset]);
     ibl_misuse_prefix(prefix);
-    const bool ok = (!target || ibl_opts_fit_target(o, &want)) && complete(o) &&
-                    ibl_opts_check(o);
+    ok = (!target || ibl_opts_fit_target(o, &want)) && complete(o) &&
+         ibl_opts_check(o);
     ibl_misuse_prefix("");
     if (ok)
         ibl_opts_select(o);

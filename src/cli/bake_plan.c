@@ -289,26 +289,23 @@ bool ibl_job_check_depfile(ibl_job *r)
 }
 
 /*
- * Writes a name to `to`; returns its end. Quotes as GCC's -MD does; make and
- * ninja both understand it. A dollar is doubled, '#', ':' and blanks get a
- * backslash, and backslashes before a blank are doubled.
+ * Appends a name, quoted as GCC's -MD does; make and ninja both understand it.
+ * A dollar is doubled, '#', ':' and blanks get a backslash, and backslashes
+ * before a blank are doubled.
  */
-static char *put_path(char *to, const char *path)
+static void append_path(char **text, const char *path)
 {
     size_t backslashes = 0;
 
     for (; *path; path++) {
         if (*path == ' ')
             for (size_t i = 0; i <= backslashes; i++)
-                *to++ = '\\';
-        else if (*path == '#' || *path == ':')
-            *to++ = '\\';
-        else if (*path == '$')
-            *to++ = '$';
+                ibl_append(text, "\\");
+        else if (strchr("#:$", *path))
+            ibl_append(text, *path == '$' ? "$" : "\\");
         backslashes = *path == '\\' ? backslashes + 1 : 0;
-        *to++ = *path;
+        ibl_append(text, "%c", *path);
     }
-    return to;
 }
 
 char *ibl_depfile_text(const ibl_job *r)
@@ -316,17 +313,18 @@ char *ibl_depfile_text(const ibl_job *r)
     static const char next[] = " \\\n  ";
     ibl_files f;
     const bool ok = ibl_job_files(r, true, &f);
-    size_t room = 3;
+    char *text = NULL;
 
-    for (int i = 0; i < f.count; i++)
-        room += 2 * strlen(f.path[i]) + sizeof next;
-    char *text = ibl_need(malloc(room)), *to = text;
-    for (int i = f.inputs; i < f.count; i++)
-        to = put_path(stpcpy(to, i > f.inputs ? next : ""), f.path[i]);
-    *to++ = ':';
-    for (int i = 0; i < f.inputs; i++)
-        to = put_path(stpcpy(to, f.inputs > 1 ? next : " "), f.path[i]);
-    strcpy(to, "\n");
+    for (int i = f.inputs; i < f.count; i++) {
+        ibl_append(&text, "%s", i > f.inputs ? next : "");
+        append_path(&text, f.path[i]);
+    }
+    ibl_append(&text, ":");
+    for (int i = 0; i < f.inputs; i++) {
+        ibl_append(&text, "%s", f.inputs > 1 ? next : " ");
+        append_path(&text, f.path[i]);
+    }
+    ibl_append(&text, "\n");
     ibl_files_free(&f);
     if (ok)
         return text;

@@ -242,17 +242,6 @@ bool ibl_opts_fit_target(const ibl_opts *o, const ibl_opts *want)
 
 #define OR_LEAVE_IT " to --only, or leave it out"
 
-/* Whether a file of a set has the name of its environment. */
-static bool is_named(const ibl_opts *o)
-{
-    bool named = o->sh_format;
-
-    for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
-        named |= o->only & 1u << kind &&
-                 !ibl_set_is_shared(o, (ibl_output_kind)kind);
-    return named;
-}
-
 bool ibl_opts_check_uses(const ibl_cmdline *line)
 {
     bool used[64] = {false};
@@ -348,7 +337,9 @@ bool ibl_opts_check_uses(const ibl_cmdline *line)
              "nothing that is made has directions: leave it out"},
             {"prefiltered " IBL_INPUT_OPTIONS, !ibl_opts_of_none(o),
              "nothing that is made depends on the environment: leave it out"},
-            {"name", is_named(o),
+            {"name",
+             o->sh_format || only & ~(LUT | LOBES) ||
+                 (only & LOBES && !ibl_set_is_shared(o, IBL_OUTPUT_LOBES)),
              "no file has a name of its own: leave it out"},
             {"verify max-error", cubes || only & LUT,
              "nothing that is made can be judged: add a map or lut to "

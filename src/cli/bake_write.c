@@ -20,19 +20,6 @@ static bool has_axes(const ibl_output_set *b)
     return b->opts->axes.mirror || b->opts->axes.up;
 }
 
-static bool turn_back(const ibl_output_set *b, ibl_cube *cube)
-{
-    ibl_cube turned = {0};
-
-    if (!has_axes(b))
-        return true;
-    const bool ok =
-        !ibl_cube_turn_axes(b->job->ctx, cube, b->opts->axes, 1, &turned);
-    ibl_cube_free(cube);
-    *cube = turned;
-    return ok;
-}
-
 /* Gives the set harmonics of its own in the axes of its outputs. Those that
  * others want are not its. */
 static bool turn_harmonics(ibl_output_set *b)
@@ -132,14 +119,12 @@ const char *ibl_baked_pixel(const ibl_opts *o, ibl_pixel pixel)
 static char *name_file(const ibl_output_set *b, ibl_output_kind kind)
 {
     const char *below = b->opts->below ? b->opts->below : "";
-    char *name = ibl_need(strdup(ibl_path_name(b->files[kind].paths[0])));
+    char *name = NULL;
 
     for (; *below && ibl_set_is_shared(b->opts, kind); below++)
-        if (*below == '/') {
-            char *up = ibl_need(ibl_format("../%s", name));
-            free(name);
-            name = up;
-        }
+        if (*below == '/')
+            ibl_append(&name, "../");
+    ibl_append(&name, "%s", ibl_path_name(b->files[kind].paths[0]));
     return name;
 }
 
@@ -203,8 +188,7 @@ static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
                        const ibl_texture *tex)
 {
     const ibl_opts *o = b->opts;
-    ibl_cube cube = {0};
-
+    ibl_cube cube = {0}, turned = {0};
     const bool rest = o->lights && kind != IBL_OUTPUT_SKYBOX;
     ibl_judge **judge = &b->job->judge[rest];
 
@@ -212,9 +196,10 @@ static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
         *judge = ibl_judge_create(
             b->job->ctx, rest ? &b->job->rest : &b->job->env, o->bake.yaw_deg);
     bool ok = *judge && !ibl_texture_to_cube(b->job->ctx, tex, &cube) &&
-              turn_back(b, &cube);
+              (!has_axes(b) ||
+               !ibl_cube_turn_axes(b->job->ctx, &cube, o->axes, 1, &turned));
     const ibl_judged judged = {.content = kind,
-                               .chain = cube,
+                               .chain = has_axes(b) ? turned : cube,
                                .levels = tex->levels,
                                .lobe = o->bake.specular_options.lobe,
                                .roughness =
@@ -222,6 +207,7 @@ static bool judge_cube(ibl_output_set *b, ibl_output_kind kind,
                                        ? b->made.report.layout.roughness
                                        : NULL};
     ok = ok && ibl_report_levels(&b->judged, *judge, &judged);
+    ibl_cube_free(&turned);
     ibl_cube_free(&cube);
     return ok;
 }

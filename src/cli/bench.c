@@ -157,9 +157,9 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The mean nRMSE of the rows of a content, NULL: of all, but of roughness 0;
- * NAN without any. */
-static figure mean_of(const json_t *rows, const char *content)
+/* The mean nRMSE of the rows of a content, but of roughness 0; NAN without any.
+ */
+static figure mean_of(const json_t *rows, ibl_output_kind kind)
 {
     double nrmse, error, sum[2] = {0}, n = 0;
     json_t *row;
@@ -168,7 +168,7 @@ static figure mean_of(const json_t *rows, const char *content)
     json_array_foreach(rows, i, row)
     {
         double roughness = 1;
-        if ((content && strcmp(text_of(row, "content"), content) != 0) ||
+        if (strcmp(text_of(row, "content"), ibl_output_content(kind)) != 0 ||
             json_unpack(row, "{s?F sF s{sF}}", "roughness", &roughness, "nrmse",
                         &nrmse, "standard_error", "nrmse", &error) ||
             roughness <= 0)
@@ -210,6 +210,7 @@ static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
 {
     ibl_report report = {.options = ibl_judge_options_default()};
     ibl_truth_options options = ibl_truth_options_default();
+    ibl_measured rows[2 * IBL_RENDERED_LIST];
     ibl_drawn set = {0};
 
     report.options.texels = b->opts->texels;
@@ -237,22 +238,22 @@ static bool judge_setting(bench *b, setting *s, ibl_candidate *c)
     ok = ok &&
          (truth->sample || ibl_truth_make(b->ctx, &b->env, 0, &options, truth));
     if (ok)
-        ibl_report_drawn(&report, truth, &set);
+        ibl_measure(truth, &set, rows);
 
-    const json_t *levels = json_object_get(report.json, "levels");
-    const json_t *drawn = json_object_get(report.json, "rendered");
-    const json_t *means = json_object_get(drawn, "means");
-    json_t *const of[] = {json_object_get(report.json, "lut"),
-                          json_array_get(means, 0), json_array_get(means, 1)};
+    json_t *levels = json_object_get(report.json, "levels");
+    json_array_append(levels, json_object_get(report.json, "lut"));
+    s->figure[SPECULAR] = mean_of(levels, IBL_OUTPUT_SPECULAR);
+    s->figure[IRRADIANCE] = mean_of(levels, IBL_OUTPUT_IRRADIANCE);
+    s->figure[TABLE] = mean_of(levels, IBL_OUTPUT_LUT);
+    for (int f = 0; f < options.f0_count && ok; f++) {
+        const int n = options.roughness_count;
+        const ibl_measured m = ibl_measured_mean(rows + f * n, n);
+        const double x = m.value[IBL_FIGURE_NRMSE];
+        const double e = m.error[IBL_FIGURE_NRMSE];
+        s->figure[METALS + f] = (figure){x, x - e, x + e};
+    }
     const double bytes = (double)ibl_candidate_bytes(&s->opts);
     s->figure[BYTES] = (figure){bytes, bytes, bytes};
-    s->figure[SPECULAR] = mean_of(levels, "specular");
-    s->figure[IRRADIANCE] = mean_of(levels, "irradiance");
-    for (int i = 0; i < 3; i++) {
-        json_t *row = json_pack("[O*]", of[i]);
-        s->figure[TABLE + i] = mean_of(row, NULL);
-        json_decref(row);
-    }
     json_decref(report.json);
     return ok;
 }

@@ -21,19 +21,18 @@ bool ibl_candidate_bake(ibl_ctx *ctx, const ibl_image *map, const ibl_opts *o,
              !ibl_bake_lobe_table(ctx, &lobes, &out->lobes)));
 }
 
-/* A texture's values as its file gives them back; engine: of the levels. */
-static bool round_cube(ibl_ctx *ctx, const ibl_opts *o,
-                       const ibl_engine_set *engine, ibl_cube *cube)
+/* A texture's values as its file gives them back. */
+static bool round_cube(ibl_ctx *ctx, const ibl_opts *o, const ibl_candidate *c,
+                       ibl_cube *cube)
 {
     ibl_texture tex = {0};
     ibl_blob main = {0}, faces[IBL_MAX_FACES] = {0};
     bool ok = !ibl_texture_from_cube(ctx, cube, &o->texels, &tex, NULL);
 
-    if (ok && engine) {
-        ibl_engine_set set = *engine;
-        set.specular = &tex;
+    const ibl_engine_set set = {&tex, &c->made.irradiance, c->made.sh, "set"};
+
+    if (ok && o->engine)
         ok = !ibl_engine_encode(ctx, o->engine, &set, &main, faces);
-    }
     ibl_cube_free(cube);
     ok = ok && !ibl_texture_to_cube(ctx, &tex, cube);
     ibl_texture_free(&tex);
@@ -61,14 +60,13 @@ static bool round_lut(ibl_ctx *ctx, const ibl_opts *o, ibl_lut *lut)
 
 bool ibl_candidate_round(ibl_ctx *ctx, const ibl_opts *o, ibl_candidate *c)
 {
-    const ibl_engine_set set = {NULL, &c->made.irradiance, c->made.sh, "set"};
     bool ok = true;
 
     if (c->made.specular.data)
-        ok = round_cube(ctx, o, o->engine ? &set : NULL, &c->made.specular);
+        ok = round_cube(ctx, o, c, &c->made.specular);
     /* An engine's own files have harmonics or their own levels for it. */
     if (c->made.irradiance.data && !o->engine)
-        ok = ok && round_cube(ctx, o, NULL, &c->made.irradiance);
+        ok = ok && round_cube(ctx, o, c, &c->made.irradiance);
     if (c->lut.data)
         ok = ok && round_lut(ctx, o, &c->lut);
     return ok; /* lobe tables are halves */

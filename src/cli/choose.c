@@ -75,7 +75,6 @@ typedef struct made {
 
 typedef struct search {
     const ibl_job *from;
-    ibl_ctx *ctx;
     ibl_opts *o;
     ibl_truth truth;
     bool fits, lobes;   /* the levels' roughnesses are free; there are tables */
@@ -170,10 +169,10 @@ static const ibl_candidate *find_made(search *s, const ibl_opts *o,
         m += 1 + s->made_count[kind]++ % (MADE - 1);
     ibl_candidate_free(&m->set);
     *m = key;
-    return ibl_candidate_bake(s->ctx,
+    return ibl_candidate_bake(s->from->ctx,
                               o->lights ? &s->from->rest : &s->from->env, &part,
                               &m->set) &&
-                   ibl_candidate_round(s->ctx, &part, &m->set)
+                   ibl_candidate_round(s->from->ctx, &part, &m->set)
                ? &m->set
                : NULL;
 }
@@ -526,8 +525,8 @@ static void begin(search *s, const ibl_materials *m, ibl_choice *c)
     of.directions = SAMPLES;
     of.geometry = o->lut.geometry;
     of.materials = m;
-    s->failed = !ibl_truth_make(s->ctx, &s->from->env, o->bake.yaw_deg, &of,
-                                &s->truth) ||
+    s->failed = !ibl_truth_make(s->from->ctx, &s->from->env, o->bake.yaw_deg,
+                                &of, &s->truth) ||
                 !measure(s, o, &usual);
     if (s->failed)
         return;
@@ -592,7 +591,6 @@ bool ibl_choose(const ibl_job *from, const ibl_materials *materials,
     ibl_console_progress((ibl_console *)&from->console, "choice", 0);
     choice->asked = o->rendered_error;
     s->from = from;
-    s->ctx = from->ctx;
     s->o = o;
     s->most = square(choice->asked);
     s->lobes = ibl_opts_want(o, IBL_OUTPUT_SPECULAR) &&

@@ -2,6 +2,7 @@
 #include "cli/figures.h"
 
 #include <float.h>
+#include <ibl/reference.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -12,6 +13,19 @@ const char *const ibl_figure_names[] = {"nrmse", "median", "p95", "bias"};
 
 /* ---- figures --------------------------------------------------------------
  */
+
+void ibl_see(ibl_seen *sample, const double judged[3], const double truth[3],
+             const double mean[3])
+{
+    sample->error = ibl_relative_error(judged, truth, mean);
+    sample->wrong = sample->truth = sample->light[0] = sample->light[1] = 0;
+    for (int c = 0; c < 3; c++) {
+        sample->wrong += (judged[c] - truth[c]) * (judged[c] - truth[c]);
+        sample->truth += truth[c] * truth[c];
+        sample->light[0] += truth[c];
+        sample->light[1] += judged[c];
+    }
+}
 
 static int by_error(const void *a, const void *b)
 {

@@ -47,6 +47,10 @@ typedef struct ibl_measured {
     double without[IBL_BATCHES][IBL_FIGURES];
 } ibl_measured;
 
+/* Sets of a sample what follows from the colours, of the map's mean: its error,
+ * |S - T|^2, |T|^2 and light. */
+void ibl_see(ibl_seen *sample, const double judged[3], const double truth[3],
+             const double mean[3]);
 /* Sorts the samples by error. */
 ibl_measured ibl_measured_of(ibl_seen *samples, size_t count);
 /* The mean of figures along the same samples, with its errors. */

@@ -170,22 +170,6 @@ static void choose(const ibl_judge_options *o, const ibl_judge *j,
     }
 }
 
-static ibl_status find_truth(const ibl_judge *j, const ibl_judged *of,
-                             double roughness, int size, const picks *p)
-{
-    const bool mirror = of->content == IBL_OUTPUT_SPECULAR && !(roughness > 0);
-
-    if (of->content == IBL_OUTPUT_SKYBOX || mirror)
-        return ibl_reference_texels(j->reference, of->chain.projection,
-                                    mirror ? size : of->chain.size, size, p->at,
-                                    p->count, *p->truth);
-    return of->content == IBL_OUTPUT_IRRADIANCE
-               ? ibl_reference_irradiance(j->reference, *p->dir, p->count,
-                                          *p->truth)
-               : ibl_reference_lobe(j->reference, of->lobe, roughness, *p->dir,
-                                    p->count, *p->truth);
-}
-
 /* Judges one level; NULL: failed. */
 static json_t *judge_level(ibl_report *report, const ibl_judge *j,
                            const ibl_judged *of, int level)
@@ -195,13 +179,23 @@ static json_t *judge_level(ibl_report *report, const ibl_judge *j,
         ibl_level_shape_of(of->chain.projection, size);
     const float *texels = ibl_cube_face(&of->chain, level, 0);
     const double roughness = of->roughness ? of->roughness[level] : 0;
+    const bool sky = of->content == IBL_OUTPUT_SKYBOX;
+    const bool mirror = of->content == IBL_OUTPUT_SPECULAR && !(roughness > 0);
     const int line = shape.width, lines = shape.height;
     picks p;
     size_t count = 0, nonfinite = 0;
     json_t *row = NULL;
 
     choose(&report->options, j, &shape, &p);
-    const bool ok = !find_truth(j, of, roughness, size, &p);
+    const bool ok =
+        sky || mirror
+            ? !ibl_reference_texels(j->reference, of->chain.projection,
+                                    mirror ? size : of->chain.size, size, p.at,
+                                    p.count, *p.truth)
+        : of->content == IBL_OUTPUT_IRRADIANCE
+            ? !ibl_reference_irradiance(j->reference, *p.dir, p.count, *p.truth)
+            : !ibl_reference_lobe(j->reference, of->lobe, roughness, *p.dir,
+                                  p.count, *p.truth);
     for (int i = 0; i < shape.faces * line * lines; i++)
         nonfinite += !is_finite(texels + 3 * (size_t)i, 3);
     for (size_t i = 0; i < p.count && ok; i++) {
@@ -209,21 +203,12 @@ static json_t *judge_level(ibl_report *report, const ibl_judge *j,
         const float *x =
             texels + 3 * ((size_t)(at->face * lines + at->y) * (size_t)line +
                           (size_t)at->x);
-        ibl_seen s = p.seen[i];
-        double got[3];
-        if (!is_finite(x, 3) || s.weight <= 0)
+        const double got[3] = {(double)x[0], (double)x[1], (double)x[2]};
+        if (!is_finite(x, 3) || p.seen[i].weight <= 0)
             continue;
-        for (int c = 0; c < 3; c++) {
-            const double truth = p.truth[i][c];
-            got[c] = (double)x[c];
-            s.wrong += (got[c] - truth) * (got[c] - truth);
-            s.truth += truth * truth;
-            s.light[0] += truth;
-            s.light[1] += got[c];
-        }
-        s.error = ibl_relative_error(got, p.truth[i], j->mean);
         memcpy(p.dir[count], p.dir[i], sizeof *p.dir);
-        p.seen[count++] = s;
+        p.seen[count] = p.seen[i];
+        ibl_see(&p.seen[count++], got, p.truth[i], j->mean);
     }
     if (ok)
         row = row_of(report, ibl_output_content(of->content), level, size,

@@ -18,19 +18,11 @@ enum {
     GAP = 16,
     DOT = 2,         /* pixels along a dot; a letter has 3 by 5 dots */
     GLYPH = 4 * DOT, /* pixels from letter to letter */
-    LINE = 8 * DOT,
-    MAX_PANELS = IBL_MAX_LEVELS + 4
+    LINE = 8 * DOT
 };
 
-typedef struct panel {
-    const ibl_image *map; /* one of map, cube and lut is set */
-    const ibl_cube *cube;
-    const ibl_lut *lut;
-    int level;
-    char text[2][32]; /* two lines of label */
-} panel;
-
 typedef struct sheet {
+    int columns, count; /* of panels; count: begun */
     int width, height;
     unsigned char *pixels; /* sRGB, 3 bytes each */
     double exposure;
@@ -89,6 +81,17 @@ static void write_text(const sheet *s, int left, int top, const char *text)
 
 /* ---- panels ------------------------------------------------------------ */
 
+/* The upper left corner of the next panel, whose label, two lines of text, is
+ * at x, y in it. */
+static void begin_panel(sheet *s, int x, int y, const char *name,
+                        const char *more, int *left, int *top)
+{
+    *left = GAP + s->count % s->columns * (WIDTH + GAP);
+    *top = GAP + s->count++ / s->columns * (HEIGHT + GAP);
+    write_text(s, *left + x, *top + y, name);
+    write_text(s, *left + x, *top + y + LINE, more);
+}
+
 /* The mean of what lies under pixel x, y of n x m pixels; of what is smaller,
  * the nearest. */
 static void find_mean(const float *image, int width, int height, int x, int y,
@@ -107,36 +110,58 @@ static void find_mean(const float *image, int width, int height, int x, int y,
     }
 }
 
+static void draw_map(sheet *s, const ibl_image *map)
+{
+    const int margin = HEIGHT / 6; /* above it, with the label */
+    char size[32];
+    double rgb[3];
+    int left, top;
+
+    snprintf(size, sizeof size, "%d x %d", map->width, map->height);
+    begin_panel(s, 0, margin - 2 * LINE, "environment", size, &left, &top);
+    for (int i = 0; i < WIDTH * 2 * FACE; i++) {
+        const int x = i % WIDTH, y = i / WIDTH;
+        find_mean(map->data, map->width, map->height, x, y, WIDTH, 2 * FACE,
+                  rgb);
+        put_light(s, left + x, top + margin + y, rgb);
+    }
+}
+
 /*
  * An unfolded cube is a cross of 4 by 3 faces, +Y on top, -X +Z +X -Z in the
  * middle row, -Y below, so that neighbours in the cross are neighbours on the
  * cube.
  */
-static void draw_cube(const sheet *s, int left, int top, const panel *p)
+static void draw_cube(sheet *s, const ibl_cube *cube, int level,
+                      const char *name, const char *more)
 {
     /* The column and row of each face. */
     static const int place[IBL_FACES][2] = {{2, 1}, {0, 1}, {1, 0},
                                             {1, 2}, {1, 1}, {3, 1}};
-    const int size = ibl_cube_edge(p->cube->size, p->level);
+    const int size = ibl_cube_edge(cube->size, level);
     double dir[3], rgb[3];
+    int left, top;
 
+    begin_panel(s, 2 * FACE + GLYPH, 0, name, more, &left, &top);
     for (int i = 0; i < IBL_FACES * FACE * FACE; i++) {
         const int face = i / FACE / FACE, y = i / FACE % FACE, x = i % FACE;
         ibl_cube_direction(FACE, face, x, y, dir);
         if (size >= FACE)
-            find_mean(ibl_cube_face(p->cube, p->level, face), size, size, x, y,
-                      FACE, FACE, rgb);
+            find_mean(ibl_cube_face(cube, level, face), size, size, x, y, FACE,
+                      FACE, rgb);
         else
-            ibl_lookup_cube(p->cube, p->level, dir, rgb);
+            ibl_lookup_cube(cube, level, dir, rgb);
         put_light(s, left + FACE * place[face][0] + x,
                   top + FACE * place[face][1] + y, rgb);
     }
 }
 
-static void draw_lut(const sheet *s, int left, int top, const ibl_lut *lut)
+static void draw_lut(sheet *s, const ibl_lut *lut)
 {
     const int channels = ibl_lut_channels(lut->kind), n = lut->size;
+    int left, top;
 
+    begin_panel(s, HEIGHT + GLYPH, 0, "BRDF table", "r over N.V", &left, &top);
     for (int i = 0; i < HEIGHT * HEIGHT; i++) {
         const int x = i % HEIGHT, y = i / HEIGHT;
         const size_t at = (size_t)((HEIGHT - 1 - y) * n / HEIGHT) * (size_t)n +
@@ -149,86 +174,45 @@ static void draw_lut(const sheet *s, int left, int top, const ibl_lut *lut)
     }
 }
 
-/* The label is over a map, or to the right of a cube's upper face or the
- * table. */
-static void draw_panel(const sheet *s, int left, int top, const panel *p)
-{
-    const int margin = HEIGHT / 6; /* above a map */
-    double rgb[3];
-
-    if (p->cube)
-        draw_cube(s, left, top, p);
-    else if (p->lut)
-        draw_lut(s, left, top, p->lut);
-    for (int i = 0; i < WIDTH * 2 * FACE && p->map; i++) {
-        const int x = i % WIDTH, y = i / WIDTH;
-        find_mean(p->map->data, p->map->width, p->map->height, x, y, WIDTH,
-                  2 * FACE, rgb);
-        put_light(s, left + x, top + margin + y, rgb);
-    }
-    for (int line = 0; line < 2; line++)
-        write_text(s,
-                   left + (p->map    ? 0
-                           : p->cube ? 2 * FACE + GLYPH
-                                     : HEIGHT + GLYPH),
-                   top + line * LINE + (p->map ? margin - 2 * LINE : 0),
-                   p->text[line]);
-}
-
 /* ---- the picture -------------------------------------------------------- */
-
-static int list_panels(const ibl_output_set *b, panel panels[MAX_PANELS])
-{
-    const ibl_bake_result *made = &b->made;
-    int n = 0;
-
-    if (b->job->env.data) {
-        panel *p = &panels[n++];
-        *p = (panel){.map = &b->job->env, .text = {"environment"}};
-        snprintf(p->text[1], sizeof p->text[1], "%d x %d", b->job->env.width,
-                 b->job->env.height);
-    }
-    if (made->skybox.data)
-        panels[n++] = (panel){.cube = &made->skybox, .text = {"skybox"}};
-    for (int l = 0; l < made->specular.levels; l++) {
-        panel *p = &panels[n++];
-        *p = (panel){.cube = &made->specular, .level = l};
-        snprintf(p->text[0], sizeof p->text[0], "specular %d", l);
-        snprintf(p->text[1], sizeof p->text[1], "r = %.3g",
-                 made->report.layout.roughness[l]);
-    }
-    if (made->irradiance.data)
-        panels[n++] =
-            (panel){.cube = &made->irradiance, .text = {"irradiance"}};
-    if (b->lut.data)
-        panels[n++] =
-            (panel){.lut = &b->lut, .text = {"BRDF table", "r over N.V"}};
-    return n;
-}
 
 ibl_blob ibl_preview_png(const ibl_output_set *b)
 {
-    panel panels[MAX_PANELS];
-    const int count = list_panels(b, panels), most = count > 9 ? 4 : 3;
-    const int columns = count < most ? count : most;
+    const ibl_bake_result *made = &b->made;
     const ibl_image *env = &b->job->env;
-    sheet s = {.width = GAP + columns * (WIDTH + GAP),
+    const int count = (env->data != NULL) + (made->skybox.data != NULL) +
+                      made->specular.levels + (made->irradiance.data != NULL) +
+                      (b->lut.data != NULL);
+    const int most = count > 9 ? 4 : 3, columns = count < most ? count : most;
+    sheet s = {.columns = columns,
+               .width = GAP + columns * (WIDTH + GAP),
                .height = GAP + (count + columns - 1) / columns * (HEIGHT + GAP),
                .exposure = 1};
     const size_t bytes = 3 * (size_t)s.width * (size_t)s.height;
     ibl_blob png = {0};
-    double mean[3];
 
+    s.pixels = ibl_need(malloc(bytes));
+    memset(s.pixels, BACKGROUND, bytes);
     if (env->data) {
+        double mean[3];
         find_mean(env->data, env->width, env->height, 0, 0, 1, 1, mean);
         const double y = 0.2126 * mean[0] + 0.7152 * mean[1] + 0.0722 * mean[2];
         s.exposure = y > 0 ? 0.35 / y : 1;
+        draw_map(&s, env);
     }
-    s.pixels = ibl_need(malloc(bytes));
-    memset(s.pixels, BACKGROUND, bytes);
-    for (int i = 0; i < count; i++)
-        draw_panel(&s, GAP + i % columns * (WIDTH + GAP),
-                   GAP + i / columns * (HEIGHT + GAP), &panels[i]);
+    if (made->skybox.data)
+        draw_cube(&s, &made->skybox, 0, "skybox", "");
+    for (int l = 0; l < made->specular.levels; l++) {
+        char name[32], roughness[32];
+        snprintf(name, sizeof name, "specular %d", l);
+        snprintf(roughness, sizeof roughness, "r = %.3g",
+                 made->report.layout.roughness[l]);
+        draw_cube(&s, &made->specular, l, name, roughness);
+    }
+    if (made->irradiance.data)
+        draw_cube(&s, &made->irradiance, 0, "irradiance", "");
+    if (b->lut.data)
+        draw_lut(&s, &b->lut);
     if (!ibl_png_encode(s.pixels, 3, s.width, s.height, NULL, &png))
         ibl_need(NULL);
     free(s.pixels);

@@ -346,17 +346,9 @@ void ibl_measure(const ibl_truth *truth, const ibl_drawn *set,
         const ibl_sample *s = &truth->sample[i];
         double rgb[3];
         shade(truth, set, s, rgb);
-        ibl_seen *to = &seen[i % n];
-        *to =
-            (ibl_seen){.weight = s->weight,
-                       .error = ibl_relative_error(rgb, s->truth, truth->mean),
-                       .truth = ibl_dot(s->truth, s->truth),
-                       .batch = ibl_batch_of(i % n, n)};
-        for (int c = 0; c < 3; c++) {
-            to->wrong += (rgb[c] - s->truth[c]) * (rgb[c] - s->truth[c]);
-            to->light[0] += s->truth[c];
-            to->light[1] += rgb[c];
-        }
+        seen[i % n] =
+            (ibl_seen){.weight = s->weight, .batch = ibl_batch_of(i % n, n)};
+        ibl_see(&seen[i % n], rgb, s->truth, truth->mean);
         if (i % n == n - 1)
             rows[i / n] = ibl_measured_of(seen, n);
     }

@@ -87,13 +87,13 @@ static void print_light(const ibl_target *target, const ibl_light *light,
 void ibl_target_explain(const ibl_target *target, const ibl_target_files *files,
                         FILE *to)
 {
-    const char *skybox = files->skybox ? files->skybox : files->specular;
+    const char *skybox = *files->skybox ? files->skybox : files->specular;
     const ibl_placeholder holders[] = {{"specular", files->specular},
                                        {"irradiance", files->irradiance},
                                        {"skybox", skybox},
                                        {"sh", files->sh}};
     const char *background =
-        files->skybox && target->skybox ? target->skybox : target->background;
+        *files->skybox && target->skybox ? target->skybox : target->background;
 
     print_lines(target->load, holders, 4, to);
     print_lines(background ? background : "", holders, 4, to);

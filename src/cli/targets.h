@@ -50,8 +50,7 @@ void ibl_targets_print(FILE *to);
 
 /* What a program names: files, and lights in the world's axes. */
 typedef struct ibl_target_files {
-    const char *specular, *irradiance, *sh;
-    const char *skybox;      /* NULL: there is none */
+    const char *specular, *irradiance, *sh, *skybox; /* "": there is none */
     const ibl_light *lights; /* NULL: unknown; their lines are not filled in */
     int light_count;
 } ibl_target_files;

@@ -585,16 +585,14 @@ static int run_one(const verify_opts *o)
     if (ok) {
         const bool passed = ibl_report_passes(
             &report, o->max_error, o->max_rendered_error, why, sizeof why);
-        char *text = o->json ? text_of_report(&v, &report, passed) : NULL;
+        char *json = o->json ? text_of_report(&v, &report, passed) : NULL;
         char *table = ibl_report_text(&report);
-        if (print_json)
-            fputs(text, stdout);
-        else if (text)
-            ok = !ibl_outputs_add(outputs, o->json, text, strlen(text));
-        if (ok && !o->common.quiet && !print_json)
-            fputs(table, stdout);
+        if (o->json && !print_json)
+            ok = !ibl_outputs_add(outputs, o->json, json, strlen(json));
+        if (print_json || (ok && !o->common.quiet))
+            fputs(print_json ? json : table, stdout);
         fflush(stdout); /* before later messages in a log */
-        free(text);
+        free(json);
         free(table);
         ok = ok && ibl_console_commit(&console, outputs) &&
              (passed ||
@@ -633,15 +631,14 @@ static int run_probes(const verify_opts *opts)
     o.directory = path;
     for (int i = 0; i < set.layers && ok; i++) {
         const ibl_set_entry *e = &set.entry[i]; /* in the index's order */
-        ok = i == set.count ? i == index.global
-                            : i < index.count && index.name[i] &&
-                                  !strcmp(index.name[i], e->name);
-        if (!ok) {
-            ibl_console_fail(&console,
-                             "%s: is not the set of %s: bake it again", o.input,
-                             path);
+        ok = (i == set.count ? i == index.global
+                             : i < index.count && index.name[i] &&
+                                   !strcmp(index.name[i], e->name)) ||
+             ibl_console_fail(&console,
+                              "%s: is not the set of %s: bake it again",
+                              o.input, path);
+        if (!ok)
             break;
-        }
         o.input = e->capture.name;
         o.set.layer = i;
         o.probe = *e->name ? e->name : "(global)";
