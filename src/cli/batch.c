@@ -98,20 +98,6 @@ static void print_map(const batch *b, const ibl_map *m, double seconds,
     print_event(b, event);
 }
 
-/* Prints what maps have for standard output, in their order. */
-static void print_ready(batch *b)
-{
-    for (; b->printed < b->maps.count &&
-           b->maps.list[b->printed].state != IBL_MAP_WAITS;
-         b->printed++) {
-        ibl_map *m = &b->maps.list[b->printed];
-        if (m->printed && !b->json)
-            printf("%s\n%s\n", m->input, m->printed);
-        free(m->printed);
-        m->printed = NULL;
-    }
-}
-
 /* The last lines: which maps failed, whose reasons were printed before, and
  * how many were looked at. */
 static void print_sum(const batch *b)
@@ -232,7 +218,16 @@ static void *work(void *arg)
         b->busy -= m->threads;
         b->bytes -= m->bytes;
         print_map(b, m, ibl_now() - begun, ok ? "" : w->run.console.error);
-        print_ready(b);
+        /* What maps have for standard output, in their order. */
+        for (; b->printed < b->maps.count &&
+               b->maps.list[b->printed].state != IBL_MAP_WAITS;
+             b->printed++) {
+            m = &b->maps.list[b->printed];
+            if (m->printed && !b->json)
+                printf("%s\n%s\n", m->input, m->printed);
+            free(m->printed);
+            m->printed = NULL;
+        }
         pthread_cond_broadcast(&b->changed);
         w = own;
     }

@@ -78,15 +78,15 @@ static bool hash_inputs(ibl_probes_bake *p)
     ibl_append(&text, "%s", set);
     free(set);
     for (int i = 0; i < p->set.layers && ok; i++) {
-        const ibl_capture *c = &p->set.entry[i].capture;
+        const ibl_set_entry *e = &p->set.entry[i];
         char *files[IBL_FACES] = {0};
         int count = 0;
-        ok = !ibl_input_files(p->ctx, c->name, files, &count);
+        ok = !ibl_input_files(p->ctx, e->capture, files, &count);
         for (int k = 0; k < count && ok; k++) {
             ok = check_input(p, files[k]) &&
                  (!(errno = ibl_hash_file(files[k], hash)) ||
                   ibl_console_fail(p->console, "%s: %s: %s: cannot be read: %s",
-                                   p->input, c->place, files[k],
+                                   p->input, e->place, files[k],
                                    errno == EINVAL ? "no regular file"
                                                    : strerror(errno)));
             if (ok)
@@ -187,14 +187,14 @@ static bool bake_layer(ibl_probes_bake *p, int layer)
             p->console,
             "%s: %s: has alpha below 1, which %s has no room for: choose "
             "--pixel rgba16f or rgba32f, or --alpha ignore",
-            p->input, e->capture.place, pixel);
+            p->input, e->place, pixel);
     ok = ok &&
          take_cube(p, IBL_PROBES_SPECULAR, layer, &colour.specular,
                    &alpha.specular, &l) &&
          (!colour.irradiance.data ||
           take_cube(p, IBL_PROBES_IRRADIANCE, layer, &colour.irradiance,
                     &alpha.irradiance, &l));
-    snprintf(name, sizeof name, "%s: %s", p->input, e->capture.place);
+    snprintf(name, sizeof name, "%s: %s", p->input, e->place);
     ibl_warn_of_overflow(p->console, name, texels, NULL, false, &l.beyond);
     ibl_warn_of_underflow(p->console, name, pixel, l.dark);
     e->note = json_pack(
