@@ -98,20 +98,6 @@ static void print_map(const batch *b, const ibl_map *m, double seconds,
     print_event(b, event);
 }
 
-/* Prints what maps have for standard output, in their order. */
-static void print_ready(batch *b)
-{
-    for (; b->printed < b->maps.count &&
-           b->maps.list[b->printed].state != IBL_MAP_WAITS;
-         b->printed++) {
-        ibl_map *m = &b->maps.list[b->printed];
-        if (m->printed && !b->json)
-            printf("%s\n%s\n", m->input, m->printed);
-        free(m->printed);
-        m->printed = NULL;
-    }
-}
-
 /* The last lines: which maps failed, whose reasons were printed before, and
  * how many were looked at. */
 static void print_sum(const batch *b)
@@ -149,7 +135,17 @@ static void begin(worker *w, ibl_map *map, ibl_ctx *ctx)
     clock_gettime(CLOCK_REALTIME, &now);
     w->since = (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
     if (map)
-        ibl_map_line(b->line, map, &w->line);
+        w->line = *b->line;
+    for (int i = 0; i < w->line.count && map; i++) {
+        ibl_opts *o = &w->line.set[i];
+        o->input = map->input;
+        o->below = map->name;
+        if (!ibl_is_given(&o->given, "name")) {
+            /* Of stem, as it was derived: it replaces no other map's files. */
+            o->name = o->stem;
+            snprintf(o->stem, sizeof o->stem, "%s", ibl_path_name(map->name));
+        }
+    }
     *r = (ibl_job){.line = &w->line,
                    .ctx = ctx,
                    .verdicts = map ? &map->printed : NULL,
@@ -222,7 +218,16 @@ static void *work(void *arg)
         b->busy -= m->threads;
         b->bytes -= m->bytes;
         print_map(b, m, ibl_now() - begun, ok ? "" : w->run.console.error);
-        print_ready(b);
+        /* What maps have for standard output, in their order. */
+        for (; b->printed < b->maps.count &&
+               b->maps.list[b->printed].state != IBL_MAP_WAITS;
+             b->printed++) {
+            m = &b->maps.list[b->printed];
+            if (m->printed && !b->json)
+                printf("%s\n%s\n", m->input, m->printed);
+            free(m->printed);
+            m->printed = NULL;
+        }
         pthread_cond_broadcast(&b->changed);
         w = own;
     }

@@ -45,9 +45,6 @@ bool ibl_maps_list(const ibl_cmdline *line, ibl_console *console,
                    ibl_maps *maps);
 void ibl_maps_free(ibl_maps *maps);
 
-/* Makes the line of one environment of a batch. */
-void ibl_map_line(const ibl_cmdline *all, const ibl_map *map, ibl_cmdline *own);
-
 /* ---- --incremental ------------------------------------------------------- */
 
 /* The folder of the stamps, in that of the outputs. */

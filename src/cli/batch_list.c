@@ -239,18 +239,3 @@ void ibl_maps_free(ibl_maps *maps)
         free_map(&maps->list[i]);
     free(maps->list);
 }
-
-void ibl_map_line(const ibl_cmdline *all, const ibl_map *map, ibl_cmdline *own)
-{
-    *own = *all;
-    for (int i = 0; i < own->count; i++) {
-        ibl_opts *o = &own->set[i];
-        o->input = map->input;
-        o->below = map->name;
-        if (ibl_is_given(&o->given, "name"))
-            continue;
-        /* Of stem, as it was derived: it replaces no other map's files. */
-        o->name = o->stem;
-        snprintf(o->stem, sizeof o->stem, "%s", ibl_path_name(map->name));
-    }
-}

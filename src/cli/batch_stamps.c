@@ -126,22 +126,29 @@ bool ibl_stamp_holds(const ibl_job *r)
     return same;
 }
 
-/* Writes the stamp, unless what is read changed after `since`, or cannot be
- * hashed. held: a descriptor of the folder. */
-static bool write_stamp(const stamp *s, const ibl_job *r, double since,
-                        int held)
+bool ibl_stamp_commit(ibl_job *r, double since)
 {
     ibl_outputs *outputs = NULL;
     char *text = NULL;
-    bool known = true, ok = true;
+    int held = -1; /* a descriptor of the folder */
+    stamp s;
 
-    ibl_append(&text, STAMP " %s %d\n", s->options, s->files.count);
-    for (int i = 0; i < s->files.count && known; i++) {
-        const char *path = s->files.path[i], *name = "";
+    if (!r->opts->incremental)
+        return ibl_job_commit(r);
+    bool ok = begin(r, &s), known = ok;
+    if (ok) {
+        held = open(s.folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        while (held >= 0 && flock(held, LOCK_EX) && errno == EINTR)
+            continue;
+        ok = known = ibl_job_commit(r);
+    }
+    ibl_append(&text, STAMP " %s %d\n", s.options, s.files.count);
+    for (int i = 0; i < s.files.count && known; i++) {
+        const char *path = s.files.path[i], *name = "";
         char identity[IDENTITY_BYTES], hash[IBL_FILE_HASH];
         struct stat st;
         known = !stat(path, &st);
-        if (i >= s->files.inputs) {
+        if (i >= s.files.inputs) {
             name = path + strlen(r->opts->directory);
             name += strspn(name, "/");
             known &= !strchr(name, '\n'); /* which would end the line */
@@ -159,28 +166,11 @@ static bool write_stamp(const stamp *s, const ibl_job *r, double since,
     if (known) {
         ok = !ibl_outputs_create(r->ctx, 0, &outputs);
         ibl_outputs_hold(outputs, held);
-        ok = ok && !ibl_outputs_add(outputs, s->path, text, strlen(text)) &&
+        ok = ok && !ibl_outputs_add(outputs, s.path, text, strlen(text)) &&
              !ibl_outputs_commit(outputs);
         ibl_outputs_free(outputs);
     }
     free(text);
-    return ok;
-}
-
-bool ibl_stamp_commit(ibl_job *r, double since)
-{
-    if (!r->opts->incremental)
-        return ibl_job_commit(r);
-    stamp s;
-    int held = -1;
-    bool ok = begin(r, &s);
-
-    if (ok) {
-        held = open(s.folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-        while (held >= 0 && flock(held, LOCK_EX) && errno == EINTR)
-            continue;
-        ok = ibl_job_commit(r) && write_stamp(&s, r, since, held);
-    }
     if (held >= 0)
         close(held);
     end(&s);

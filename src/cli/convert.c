@@ -261,25 +261,6 @@ static bool set_keys(conversion *c, bool encoded)
     return ok;
 }
 
-/* Why OUT cannot be made of IN, and what to do; NULL: it can. */
-static const char *refusal(const conversion *c, bool turned)
-{
-    const convert_opts *o = c->o;
-    const char *up = ibl_texture_get(&c->in, "iblbake.up");
-    const ibl_pixel pixel = c->texels.pixel;
-
-    if (c->table && (o->layout >= 0 || o->pixel >= 0))
-        return "is a table, no map: leave out --layout and --pixel";
-    if (o->picture && (c->in.layers > 1 || c->in.premultiplied))
-        return "has layers or alpha, which pictures have not: take a texture";
-    if (o->picture ? !c->table && pixel > IBL_PIXEL_RGBA32F
-                   : !ibl_container_holds((ibl_container)o->file, pixel))
-        return "such a file cannot hold these texels: take --pixel rgba16f";
-    if (turned && up && !strcmp(up, "z"))
-        return "has its z up (iblbake.up), and flat maps y: leave out --layout";
-    return NULL;
-}
-
 /* Makes OUT's texture of IN's. */
 static bool change(conversion *c)
 {
@@ -302,7 +283,17 @@ static bool change(conversion *c)
     c->layout = o->layout < 0                   ? was
                 : o->layout == IBL_LAYOUT_CROSS ? IBL_PROJECTION_CUBE
                                                 : (ibl_projection)o->layout;
-    const char *why = refusal(c, c->layout != was);
+    const char *up = ibl_texture_get(&c->in, "iblbake.up"), *why = NULL;
+    if (c->table && (o->layout >= 0 || o->pixel >= 0))
+        why = "is a table, no map: leave out --layout and --pixel";
+    else if (o->picture && (c->in.layers > 1 || c->in.premultiplied))
+        why = "has layers or alpha, which pictures have not: take a texture";
+    else if (o->picture ? !c->table && c->texels.pixel > IBL_PIXEL_RGBA32F
+                        : !ibl_container_holds((ibl_container)o->file,
+                                               c->texels.pixel))
+        why = "such a file cannot hold these texels: take --pixel rgba16f";
+    else if (c->layout != was && up && !strcmp(up, "z"))
+        why = "has its z up (iblbake.up), and flat maps y: leave out --layout";
     if (why)
         return ibl_console_fail(&c->console, "%s: %s", o->path[0], why);
     const bool encoded =

@@ -42,7 +42,7 @@ static bool bake(const ibl_probes_bake *p, const ibl_environment *rows,
 }
 
 /* Bakes the alpha of a source that was read, if some of it is not 1. */
-static bool bake_alpha(const ibl_probes_bake *p, const ibl_capture *c,
+static bool bake_alpha(const ibl_probes_bake *p, const ibl_set_entry *e,
                        const ibl_source *source, ibl_cube *faces,
                        ibl_bake_result *made)
 {
@@ -67,7 +67,7 @@ static bool bake_alpha(const ibl_probes_bake *p, const ibl_capture *c,
                      "%s: %s: alpha is 0 everywhere, so nothing would be seen "
                      "of this probe: save it with alpha 1 where something is, "
                      "or take --alpha ignore",
-                     p->input, c->place);
+                     p->input, e->place);
 }
 
 /* Whether the arrays of all layers, and the bake of a map of width x height
@@ -104,7 +104,7 @@ static bool fits(const ibl_probes_bake *p, int width, int height)
 bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
                       ibl_bake_result *colour, ibl_bake_result *alpha)
 {
-    const ibl_capture *c = &p->set.entry[layer].capture;
+    const ibl_set_entry *e = &p->set.entry[layer];
     ibl_read_options read = p->opts->common.read;
     ibl_source *source = NULL;
     ibl_cube faces[2] = {0}; /* of colours and alpha */
@@ -112,17 +112,17 @@ bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
 
     read.alpha = ibl_probes_alpha(&p->set, layer);
     read.faces = faces;
-    if (c->cube) {
+    if (e->cube) {
         read.layout = IBL_INPUT_AUTO;
         read.any_aspect = 0; /* with which no cross is found */
     }
     ibl_console_progress(p->console, "decode", 0);
-    bool ok = !ibl_source_open(p->ctx, c->name, &read, &source);
+    bool ok = !ibl_source_open(p->ctx, e->capture, &read, &source);
     if (ok)
         rows = ibl_source_environment(source);
     ok = ok && fits(p, rows.width, rows.height) &&
          bake(p, &rows, &faces[0], colour) &&
-         bake_alpha(p, c, source, &faces[1], alpha);
+         bake_alpha(p, e, source, &faces[1], alpha);
     ibl_cube_free(&faces[0]);
     ibl_cube_free(&faces[1]);
     ibl_source_close(source);

@@ -18,7 +18,7 @@ ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
 /* ---- captures ---------------------------------------------------------- */
 
 /* Joins the names of six faces by commas, as ibl_input_files takes them. */
-static bool take_capture(ibl_json_at at, ibl_capture *c)
+static bool take_capture(ibl_json_at at, ibl_set_entry *e)
 {
     static const char *const kinds[] = {"equirect", "cross", "faces", NULL};
     int kind = 0;
@@ -29,8 +29,8 @@ static bool take_capture(ibl_json_at at, ibl_capture *c)
         return ibl_json_wrong(at, "one of equirect, cross and faces");
     while (!json_object_get(at.value, kinds[kind]))
         kind++;
-    c->cube = kind > 0;
-    snprintf(c->place, sizeof c->place, "%s", at.path);
+    e->cube = kind > 0;
+    snprintf(e->place, sizeof e->place, "%s", at.path);
     const ibl_json_at files = ibl_json_member(&at, kinds[kind]);
     const bool faces = kind == 2;
     if (faces && json_array_size(files.value) != IBL_FACES)
@@ -42,7 +42,7 @@ static bool take_capture(ibl_json_at at, ibl_capture *c)
             return false;
         char *path = ibl_need(ibl_path_beside(at.file->name, file));
         const bool comma = faces && strchr(path, ',');
-        ibl_append(&c->name, "%s%s", i ? "," : "", path);
+        ibl_append(&e->capture, "%s%s", i ? "," : "", path);
         free(path);
         if (comma)
             return ibl_json_wrong(at, "faces without commas in their paths");
@@ -90,7 +90,7 @@ static bool take_probe(ibl_json_at at, ibl_probe_set *set)
                 "expected a name of its own, found \"%.60s\", which "
                 "probes[%d] has",
                 e->name, i);
-    return take_capture(ibl_json_member(&at, "capture"), &e->capture) &&
+    return take_capture(ibl_json_member(&at, "capture"), e) &&
            ibl_json_probe(at, p) && check_probe(at, p);
 }
 
@@ -151,7 +151,7 @@ static bool take_set(ibl_json_at root, ibl_probe_set *set)
         ibl_set_entry *e = &set->entry[set->layers++];
         e->name = "";
         if (!ibl_json_object(global, global_keys) ||
-            !take_capture(ibl_json_member(&global, "capture"), &e->capture))
+            !take_capture(ibl_json_member(&global, "capture"), e))
             return false;
     }
     sort(set);
@@ -180,7 +180,7 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
 void ibl_probe_set_free(ibl_probe_set *set)
 {
     for (int i = 0; i < set->layers; i++) {
-        free(set->entry[i].capture.name);
+        free(set->entry[i].capture);
         json_decref(set->entry[i].note);
     }
     free(set->entry);

@@ -13,16 +13,12 @@
 
 #define IBL_SET_VERSION 1
 
-typedef struct ibl_capture {
-    bool cube;  /* a cross or six faces */
-    char *name; /* as in ibl_image_read, relative to the working directory */
-    char place[IBL_JSON_PATH_BYTES]; /* "probes[3].capture" */
-} ibl_capture;
-
 /* The layer of a probe, or of the global environment. */
 typedef struct ibl_set_entry {
     const char *name; /* "": the global environment */
-    ibl_capture capture;
+    char *capture;    /* as in ibl_image_read, from the working directory */
+    bool cube;        /* the capture is a cross or six faces */
+    char place[IBL_JSON_PATH_BYTES]; /* "probes[3].capture" */
     /* When it is baked: */
     bool alpha;   /* the capture has alpha below IBL_CAPTURE_OPAQUE */
     json_t *note; /* members that the bake adds to its entry in the index */
@@ -104,9 +100,9 @@ typedef struct ibl_probes_bake {
     ibl_probe_set set;
     ibl_specular_layout layout;
     ibl_pixel lut_pixel;
-    char hash[IBL_FILE_HASH];          /* of all that the files depend on */
-    char *path[IBL_PROBES_FILES];      /* NULL: not wanted */
-    ibl_texture array[IBL_PROBES_LUT]; /* filled layer by layer */
+    char hash[IBL_FILE_HASH];            /* of all that the files depend on */
+    char *path[IBL_PROBES_FILES];        /* NULL: not wanted */
+    ibl_texture array[IBL_PROBES_INDEX]; /* filled layer by layer; the table */
 } ibl_probes_bake;
 
 /* Functions return false after a line on stderr. */

@@ -55,21 +55,6 @@ static bool find_options(ibl_probes_bake *p)
 
 /* ---- files -------------------------------------------------------------- */
 
-static void name_files(ibl_probes_bake *p, const char *directory)
-{
-    static const char *const stems[] = {"probes_specular", "probes_irradiance",
-                                        "brdf_lut", "index"};
-    const char *container = ibl_container_name(p->set.bake.container);
-
-    for (int kind = 0; kind < IBL_PROBES_FILES; kind++) {
-        char name[64];
-        snprintf(name, sizeof name, "%s.%s", stems[kind],
-                 kind == IBL_PROBES_INDEX ? "json" : container);
-        if (kind != IBL_PROBES_IRRADIANCE || p->set.bake.options.irradiance)
-            p->path[kind] = ibl_need(ibl_path_join(directory, name));
-    }
-}
-
 /* Fails if an output would replace this input. */
 static bool check_input(const ibl_probes_bake *p, const char *input)
 {
@@ -93,15 +78,15 @@ static bool hash_inputs(ibl_probes_bake *p)
     ibl_append(&text, "%s", set);
     free(set);
     for (int i = 0; i < p->set.layers && ok; i++) {
-        const ibl_capture *c = &p->set.entry[i].capture;
+        const ibl_set_entry *e = &p->set.entry[i];
         char *files[IBL_FACES] = {0};
         int count = 0;
-        ok = !ibl_input_files(p->ctx, c->name, files, &count);
+        ok = !ibl_input_files(p->ctx, e->capture, files, &count);
         for (int k = 0; k < count && ok; k++) {
             ok = check_input(p, files[k]) &&
                  (!(errno = ibl_hash_file(files[k], hash)) ||
                   ibl_console_fail(p->console, "%s: %s: %s: cannot be read: %s",
-                                   p->input, c->place, files[k],
+                                   p->input, e->place, files[k],
                                    errno == EINVAL ? "no regular file"
                                                    : strerror(errno)));
             if (ok)
@@ -202,14 +187,14 @@ static bool bake_layer(ibl_probes_bake *p, int layer)
             p->console,
             "%s: %s: has alpha below 1, which %s has no room for: choose "
             "--pixel rgba16f or rgba32f, or --alpha ignore",
-            p->input, e->capture.place, pixel);
+            p->input, e->place, pixel);
     ok = ok &&
          take_cube(p, IBL_PROBES_SPECULAR, layer, &colour.specular,
                    &alpha.specular, &l) &&
          (!colour.irradiance.data ||
           take_cube(p, IBL_PROBES_IRRADIANCE, layer, &colour.irradiance,
                     &alpha.irradiance, &l));
-    snprintf(name, sizeof name, "%s: %s", p->input, e->capture.place);
+    snprintf(name, sizeof name, "%s: %s", p->input, e->place);
     ibl_warn_of_overflow(p->console, name, texels, NULL, false, &l.beyond);
     ibl_warn_of_underflow(p->console, name, pixel, l.dark);
     e->note = json_pack(
@@ -231,13 +216,13 @@ static bool bake_layer(ibl_probes_bake *p, int layer)
 
 /* ---- outputs ------------------------------------------------------------ */
 
-static bool put_texture(ibl_probes_bake *p, ibl_probes_kind kind,
-                        ibl_texture *tex)
+static bool put_texture(ibl_probes_bake *p, ibl_probes_kind kind)
 {
     static const ibl_content contents[] = {
         [IBL_PROBES_SPECULAR] = IBL_CONTENT_SPECULAR,
         [IBL_PROBES_IRRADIANCE] = IBL_CONTENT_IRRADIANCE,
         [IBL_PROBES_LUT] = IBL_CONTENT_LUT};
+    ibl_texture *tex = &p->array[kind];
     const ibl_sidecar_output output = {.content = contents[kind]};
     ibl_sidecar_options facts = ibl_sidecar_options_default();
 
@@ -253,32 +238,21 @@ static bool put_texture(ibl_probes_bake *p, ibl_probes_kind kind,
                                      p->set.bake.container, NULL);
 }
 
-static bool put_lut(ibl_probes_bake *p)
-{
-    ibl_lut_options options = ibl_lut_options_default();
-    ibl_lut lut = {0};
-    ibl_texture tex = {0};
-
-    options.size = p->set.bake.lut_size;
-    ibl_console_progress(p->console, "lut", 0);
-    const bool ok =
-        !ibl_bake_lut(p->ctx, &options, &lut) &&
-        !ibl_texture_from_lut(p->ctx, &lut, p->lut_pixel, &tex, NULL) &&
-        put_texture(p, IBL_PROBES_LUT, &tex);
-    ibl_texture_free(&tex);
-    ibl_lut_free(&lut);
-    return ok;
-}
-
 /* The index is written when all else is, so that nothing is newer. */
 static bool put_files(ibl_probes_bake *p)
 {
-    bool ok = true;
+    ibl_lut_options options = ibl_lut_options_default();
+    ibl_lut lut = {0};
 
-    for (int kind = 0; kind < IBL_PROBES_LUT && ok; kind++)
-        ok = !p->path[kind] ||
-             put_texture(p, (ibl_probes_kind)kind, &p->array[kind]);
-    if (!ok || !put_lut(p) || ibl_outputs_wait(p->outputs))
+    options.size = p->set.bake.lut_size;
+    ibl_console_progress(p->console, "lut", 0);
+    bool ok = !ibl_bake_lut(p->ctx, &options, &lut) &&
+              !ibl_texture_from_lut(p->ctx, &lut, p->lut_pixel,
+                                    &p->array[IBL_PROBES_LUT], NULL);
+    ibl_lut_free(&lut);
+    for (int kind = 0; kind < IBL_PROBES_INDEX && ok; kind++)
+        ok = !p->path[kind] || put_texture(p, (ibl_probes_kind)kind);
+    if (!ok || ibl_outputs_wait(p->outputs))
         return false;
     char *index = ibl_probes_index_text(p);
     ok = !ibl_outputs_add(p->outputs, p->path[IBL_PROBES_INDEX], index,
@@ -294,14 +268,23 @@ static bool put_files(ibl_probes_bake *p)
 static bool bake_set(const ibl_probes_opts *opts, const char *input,
                      const char *directory, ibl_console *console, ibl_ctx *ctx)
 {
+    static const char *const stems[] = {"probes_specular", "probes_irradiance",
+                                        "brdf_lut", "index"};
     ibl_probes_bake p = {
         .opts = opts, .input = input, .console = console, .ctx = ctx};
 
     ibl_console_progress(console, "look", 0);
     bool ok = ibl_probe_set_read(input, console, &p.set) && find_options(&p) &&
               ibl_probes_check_walls(&p);
-    if (ok)
-        name_files(&p, directory);
+    for (int i = 0; i < IBL_PROBES_FILES && ok; i++) {
+        char name[64];
+        snprintf(name, sizeof name, "%s.%s", stems[i],
+                 i == IBL_PROBES_INDEX
+                     ? "json"
+                     : ibl_container_name(p.set.bake.container));
+        if (i != IBL_PROBES_IRRADIANCE || p.set.bake.options.irradiance)
+            p.path[i] = ibl_need(ibl_path_join(directory, name));
+    }
     ok = ok && hash_inputs(&p);
     const bool kept = ok && is_kept(&p);
     if (ok && !kept)
@@ -315,7 +298,7 @@ static bool bake_set(const ibl_probes_opts *opts, const char *input,
             ibl_console_info(console, "%s %s", kept ? "kept" : "wrote",
                              p.path[i]);
     ibl_outputs_free(p.outputs);
-    for (int kind = 0; kind < IBL_PROBES_LUT; kind++)
+    for (int kind = 0; kind < IBL_PROBES_INDEX; kind++)
         ibl_texture_free(&p.array[kind]);
     for (int i = 0; i < IBL_PROBES_FILES; i++)
         free(p.path[i]);

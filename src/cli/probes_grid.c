@@ -76,42 +76,17 @@ static bool take_cells(ibl_json_at root, grid *g)
     return ok;
 }
 
-static bool take_name(ibl_json_at at, grid *g)
-{
-    static const char *const holders[] = {"{x}", "{y}", "{z}"};
-
-    g->name = "probe_{x}_{y}_{z}";
-    if (!ibl_json_text_at(at, &g->name))
-        return false;
-    for (int k = 0; k < 3; k++)
-        if (g->counts[k] > 1 && !strstr(g->name, holders[k]))
-            return ibl_json_wrong(
-                at, "a name with %s, as there are %d cells along that axis",
-                holders[k], g->counts[k]);
-    return true;
-}
-
-static bool take_solid(ibl_json_at at, grid *g)
-{
-    static const char *const keys[] = {"min", "max", NULL};
-    const size_t count = json_array_size(at.value);
-    bool ok = ibl_json_array(at, 0, 1000000);
-
-    g->solid = ibl_need(calloc(count + 1, sizeof *g->solid));
-    for (; ok && g->solids < count; g->solids++) {
-        const ibl_json_at box = ibl_json_element(&at, g->solids);
-        ok = ibl_json_object(box, keys) &&
-             take_box(box, g->solid[g->solids][0], g->solid[g->solids][1]);
-    }
-    return ok;
-}
-
 /* What probes take over as it is, is checked when the set is baked. */
 static bool take_grid(ibl_json_at root, grid *g)
 {
     static const char *const keys[] = {
         "version", "min",   "max",      "spacing",  "counts", "solid", "name",
         "capture", "blend", "priority", "defaults", "global", "proxy", NULL};
+    static const char *const box_keys[] = {"min", "max", NULL};
+    static const char *const holders[] = {"{x}", "{y}", "{z}"};
+    const ibl_json_at solid = ibl_json_optional(&root, "solid");
+    const ibl_json_at name = ibl_json_optional(&root, "name");
+    const size_t solids = json_array_size(solid.value);
     int version;
 
     if (ibl_json_member(&root, "probes").value)
@@ -120,9 +95,23 @@ static bool take_grid(ibl_json_at root, grid *g)
         !ibl_json_int(ibl_json_member(&root, "version"), IBL_SET_VERSION,
                       IBL_SET_VERSION, &version) ||
         !take_box(root, g->low, g->high) || !take_cells(root, g) ||
-        !take_solid(ibl_json_optional(&root, "solid"), g) ||
-        !take_name(ibl_json_optional(&root, "name"), g))
+        !ibl_json_array(solid, 0, 1000000))
         return false;
+    g->solid = ibl_need(calloc(solids + 1, sizeof *g->solid));
+    for (; g->solids < solids; g->solids++) {
+        const ibl_json_at box = ibl_json_element(&solid, g->solids);
+        if (!ibl_json_object(box, box_keys) ||
+            !take_box(box, g->solid[g->solids][0], g->solid[g->solids][1]))
+            return false;
+    }
+    g->name = "probe_{x}_{y}_{z}";
+    if (!ibl_json_text_at(name, &g->name))
+        return false;
+    for (int k = 0; k < 3; k++)
+        if (g->counts[k] > 1 && !strstr(g->name, holders[k]))
+            return ibl_json_wrong(
+                name, "a name with %s, as there are %d cells along that axis",
+                holders[k], g->counts[k]);
     const double least = fmin(g->cell[0], fmin(g->cell[1], g->cell[2]));
     g->blend = least / 2;
     return ibl_json_real(ibl_json_optional(&root, "blend"), 0, least, false,

@@ -64,17 +64,16 @@ bool ibl_probes_check_walls(const ibl_probes_bake *p)
             }
         }
     }
-    if (worst >= 0)
-        snprintf(line, sizeof line,
-                 "%s: probe \"%.60s\": up to %.0f %% of the light on the walls "
-                 "of its proxy comes from outside all probes: let its "
-                 "influence, or those of others, reach beyond them by the "
-                 "blend%s",
-                 p->input, p->set.entry[worst].name, 100 * most,
-                 probes[worst].blend > 0 ? "" : ", or by a little without one");
     free(order);
     if (worst < 0)
         return true;
+    snprintf(line, sizeof line,
+             "%s: probe \"%.60s\": up to %.0f %% of the light on the walls "
+             "of its proxy comes from outside all probes: let its "
+             "influence, or those of others, reach beyond them by the "
+             "blend%s",
+             p->input, p->set.entry[worst].name, 100 * most,
+             probes[worst].blend > 0 ? "" : ", or by a little without one");
     if (p->opts->common.read.strict)
         return ibl_console_fail(p->console, "%s", line);
     ibl_console_warn(p->console, "%s", line);

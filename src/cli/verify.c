@@ -632,7 +632,7 @@ static int run_probes(const verify_opts *opts)
                               o.input, path);
         if (!ok)
             break;
-        o.input = e->capture.name;
+        o.input = e->capture;
         o.set.layer = i;
         o.probe = *e->name ? e->name : "(global)";
         o.common.read.alpha = ibl_probes_alpha(&set, i);
