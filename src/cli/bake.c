@@ -272,12 +272,19 @@ static bool bake_image(ibl_job *r)
     return ok;
 }
 
-static bool bake_source(ibl_job *r)
+/* Reads the environment, if there is one and it was not read, and bakes. */
+static bool bake_sets(ibl_job *r)
 {
+    const ibl_opts *o = r->opts;
+    double window = o->sh_window;
     ibl_source *source = NULL;
-    bool ok = open_source(r, &source);
+    bool ok;
 
-    if (ok) {
+    if (!o->input)
+        return true;
+    if (r->width || o->lights || o->verify || o->preview) { /* needs the map */
+        ok = (r->width || read_map(r)) && bake_image(r);
+    } else if ((ok = open_source(r, &source))) {
         const ibl_environment rows = ibl_source_environment(source);
         r->width = rows.width;
         r->height = rows.height;
@@ -285,22 +292,6 @@ static bool bake_source(ibl_job *r)
         r->report = *ibl_source_report(source);
     }
     ibl_source_close(source);
-    return ok;
-}
-
-/* Reads the environment, if there is one and it was not read, and bakes. */
-static bool bake_sets(ibl_job *r)
-{
-    const ibl_opts *o = r->opts;
-    double window = o->sh_window;
-    bool ok;
-
-    if (!o->input)
-        return true;
-    if (r->width || o->lights || o->verify || o->preview) /* needs the map */
-        ok = (r->width || read_map(r)) && bake_image(r);
-    else
-        ok = bake_source(r);
     if (!ok || !r->made.sh || window >= HUGE_VAL)
         return ok;
     if (!(window > 0))

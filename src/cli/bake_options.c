@@ -480,38 +480,30 @@ static bool add_set(ibl_cmdline *line, const ibl_opts *typed,
     return ok;
 }
 
-/* Decides whether the line is a batch. */
-static bool settle_batch(ibl_cmdline *line, ibl_opts *typed)
-{
-    struct stat st;
-
-    line->batch =
-        line->given_count > 1 || typed->from || typed->incremental ||
-        (typed->input && !stat(typed->input, &st) && S_ISDIR(st.st_mode));
-    if (typed->incremental && !typed->input && !typed->from)
-        return ibl_misuse("--incremental: of which environments? Add them");
-    if (line->batch && !typed->input)
-        typed->input = typed->from;
-    for (int i = 0; line->batch && i < line->given_count; i++)
-        if (!strcmp(line->given[i], "-"))
-            return ibl_misuse("-: standard input is one environment: bake it "
-                              "alone, or give ./- if that is its name");
-    return true;
-}
-
 static bool validate(void *settings)
 {
     ibl_cmdline *line = settings;
     ibl_opts typed = *line->set;
-    bool ok;
+    bool ok = true;
+    struct stat st;
 
     if (typed.targets & IBL_TARGET_LIST)
-        return typed.given.count == 1 && !line->given_count
-                   ? true
-                   : ibl_misuse("--target list: prints what targets set, and "
-                                "nothing else: leave out the rest");
-    ok = settle_batch(line, &typed) &&
-         (typed.targets || add_set(line, &typed, NULL));
+        return (typed.given.count == 1 && !line->given_count) ||
+               ibl_misuse("--target list: prints what targets set, and "
+                          "nothing else: leave out the rest");
+    if (typed.incremental && !typed.input && !typed.from)
+        return ibl_misuse("--incremental: of which environments? Add them");
+    line->batch =
+        line->given_count > 1 || typed.from || typed.incremental ||
+        (typed.input && !stat(typed.input, &st) && S_ISDIR(st.st_mode));
+    if (line->batch && !typed.input)
+        typed.input = typed.from;
+    for (int i = 0; line->batch && i < line->given_count; i++)
+        if (!strcmp(line->given[i], "-"))
+            return ibl_misuse("-: standard input is one environment: bake it "
+                              "alone, or give ./- if that is its name");
+    if (!typed.targets)
+        ok = add_set(line, &typed, NULL);
     for (int i = 0; i < ibl_target_count && ok; i++)
         if (typed.targets & 1u << i)
             ok = add_set(line, &typed, &ibl_targets[i]);
